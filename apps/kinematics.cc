@@ -19,10 +19,10 @@
 #include "core/base/split.h"
 #include "core/io/configuration/config.h"
 #include "core/io/files/atomic_file.h"
-#include "core/io/text/csv_cell.h"
+#include "core/io/text/csv_rows.h"
 #include "core/io/text/joint_names.h"
 #include "core/io/text/json_output.h"
-#include "core/io/tracks/person_names.h"
+#include "core/io/tracks/format.h"
 #include "core/io/tracks/tracks.h"
 #include "core/kinematics/ground.h"
 

@@ -33,7 +33,6 @@
 #include "core/io/file_kind.h"
 #include "core/io/text/joint_names.h"
 #include "core/io/tracks/format.h"
-#include "core/io/tracks/person_names.h"
 #include "core/kinematics/ground.h"
 #include "kinegraph/kinegraph.h"
 #include "solvers/session/ready_recording.h"

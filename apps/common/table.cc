@@ -9,7 +9,7 @@
 #include <cstring>
 #include <utility>
 
-#include "core/io/text/csv_cell.h"
+#include "core/io/text/csv_rows.h"
 
 namespace kinegraph {
 namespace {

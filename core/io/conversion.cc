@@ -29,7 +29,6 @@
 #include "core/io/text/joint_names.h"
 #include "core/io/tracks/format.h"
 #include "core/io/tracks/identity_edits.h"
-#include "core/io/tracks/person_names.h"
 #include "core/io/tracks/reading_notes.h"
 #include "core/io/tracks/tracks.h"
 
@@ -72,7 +71,7 @@ std::vector<Format> MakeFormats() {
                        format.write != nullptr, format.layout});
   }
   for (const TrackFormat& format : TrackFormats()) {
-    formats.push_back({kTracks, format.name, format.readable(),
+    formats.push_back({kTracks, format.name, format.read != nullptr,
                        format.write != nullptr, LayoutOf(format)});
   }
   return formats;

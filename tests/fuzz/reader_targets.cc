@@ -14,7 +14,6 @@
 #include "core/io/detections/writer.h"
 #include "core/io/tracks/format.h"
 #include "core/io/tracks/identity_edits.h"
-#include "core/io/tracks/person_names.h"
 #include "core/io/tracks/segments.h"
 #include "core/io/tracks/tracks.h"
 #include "tests/fuzz/input_file.h"

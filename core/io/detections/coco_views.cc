@@ -19,7 +19,6 @@
 #include "core/io/detections/format.h"
 #include "core/io/detections/formats.h"
 #include "core/io/detections/lost_fields.h"
-#include "core/io/detections/summary.h"
 #include "core/io/detections/view_files.h"
 #include "core/io/files/atomic_file.h"
 #include "core/io/files/atomic_folder.h"

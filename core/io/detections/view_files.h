@@ -37,6 +37,28 @@ inline void WriteConfidences(const Detection& detection, JsonOutput* out) {
   });
 }
 
+// What COCO's files say of a person beside the joints: of those that were
+// found; zeros when there are none.
+struct DetectionSummary {
+  double score = 0.0;  // mean confidence
+  int found = 0;
+  Eigen::Vector2d low_px = Eigen::Vector2d::Zero();  // the box around them
+  Eigen::Vector2d high_px = Eigen::Vector2d::Zero();
+};
+
+inline DetectionSummary Summarise(const Detection& detection) {
+  DetectionSummary summary;
+  for (const Keypoint& joint : detection.joints) {
+    if (!joint.found) continue;
+    const bool is_first = summary.found++ == 0;
+    summary.low_px = is_first ? joint.px : summary.low_px.cwiseMin(joint.px);
+    summary.high_px = is_first ? joint.px : summary.high_px.cwiseMax(joint.px);
+    summary.score += joint.confidence;
+  }
+  if (summary.found > 0) summary.score /= summary.found;
+  return summary;
+}
+
 // Begins a File for each view, named as the view; `more` goes to its
 // constructor behind the path. Throws InputError where a name is no file's.
 template <typename File, typename... More>

@@ -2,12 +2,14 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cstdint>
+#include <cstdio>
 #include <cstring>
 #include <filesystem>
+#include <string_view>
 #include <system_error>
 
 #include "core/base/error.h"
-#include "core/base/fingerprint.h"
 #include "core/io/files/text_file.h"
 #include "core/system/file.h"
 
@@ -15,6 +17,33 @@ namespace kinegraph {
 namespace {
 
 namespace fs = std::filesystem;
+
+// 128 bits that tell contents apart (not against somebody who means harm):
+// FNV-1a, and beside it a product and rotation a byte with other constants, two
+// hashes that do not collide together by accident.
+class Fingerprint {
+ public:
+  void Add(std::string_view bytes) {
+    for (const char c : bytes) {
+      const auto byte = static_cast<unsigned char>(c);
+      a_ = (a_ ^ byte) * 0x100000001b3u;
+      b_ = (b_ + byte + 1) * 0xd6e8feb86659fd93u;
+      b_ ^= b_ >> 29;
+    }
+  }
+
+  std::string Hex() const {  // 32 digits
+    char text[33];
+    std::snprintf(text, sizeof(text), "%016llx%016llx",
+                  static_cast<unsigned long long>(a_),
+                  static_cast<unsigned long long>(b_));
+    return text;
+  }
+
+ private:
+  uint64_t a_ = 0xcbf29ce484222325u;
+  uint64_t b_ = 0x9e3779b97f4a7c15u;
+};
 
 void AddFile(const std::string& path, Fingerprint* fingerprint) {
   const Descriptor file(OpenToRead(path));

@@ -33,6 +33,11 @@ void ReadDecimalComma(std::string* cell) {
   (*cell)[comma] = '.';
 }
 
+bool NeedsApostrophe(char first) {
+  return first == '=' || first == '+' || first == '-' || first == '@' ||
+         first == '\t' || first == '\r' || first == '\'';
+}
+
 }  // namespace
 
 CsvRows::CsvRows(std::string_view text) : rest_(text) {
@@ -117,6 +122,24 @@ std::optional<double> NumberOfCell(std::string_view cell) {
   }
   if (std::isnan(number)) return std::nullopt;
   return number;
+}
+
+std::string CsvCell(const std::string& text) {
+  const bool is_formula = !text.empty() && NeedsApostrophe(text.front());
+  const std::string cell = (is_formula ? "'" : "") + text;
+  if (cell.find_first_of(",\"\r\n") == std::string::npos) return cell;
+  std::string quoted = "\"";
+  for (const char c : cell) {
+    if (c == '"') quoted += '"';
+    quoted += c;
+  }
+  return quoted + "\"";
+}
+
+std::string PlainCell(const std::string& cell) {
+  const bool is_escaped =
+      cell.size() > 1 && cell[0] == '\'' && NeedsApostrophe(cell[1]);
+  return is_escaped ? cell.substr(1) : cell;
 }
 
 }  // namespace kinegraph

@@ -47,6 +47,15 @@ std::vector<std::string> FirstCsvRow(std::string_view text);
 // around it do not count. Throws InputError without a file for a text.
 std::optional<double> NumberOfCell(std::string_view cell);
 
+// A text as a cell: quoted where RFC 4180 asks for it. Spreadsheets run a cell
+// that begins with = + - @ or a control character as a formula, whoever wrote
+// the name that it holds; an apostrophe before it makes it a text. One more
+// stands before a text that begins with an apostrophe, so that nothing is lost.
+std::string CsvCell(const std::string& text);
+
+// The text of such a cell, its quotation marks removed already.
+std::string PlainCell(const std::string& cell);
+
 }  // namespace kinegraph
 
 #endif  // KINEGRAPH_CORE_IO_TEXT_CSV_ROWS_H_

@@ -129,11 +129,18 @@ const TrackFormat* RecogniseTracks(const TrackHead& head) {
 }
 
 std::string TableRow(const TrackFormat& format) {
-  std::string read = format.readable() ? "yes" : "no";
+  std::string read = format.read != nullptr ? "yes" : "no";
   if (!format.read_note.empty()) read += ", " + format.read_note;
   return "| `" + format.name + "` | " + read + " | " +
          (format.write == nullptr ? "no" : FilesText(format)) + " | " +
          format.kept + " | " + format.lost + " |";
+}
+
+PersonNames ReadPersonNames(const std::string& path) {
+  if (IsPipe(path) || (!IsFolder(path) && !IsFile(path))) return {};
+  const TrackFormat* format = RecogniseTracks(LookAtTracks(path));
+  if (format == nullptr || format->read_names == nullptr) return {};
+  return format->read_names(path);
 }
 
 }  // namespace kinegraph

@@ -6,7 +6,6 @@
 #ifndef KINEGRAPH_CORE_IO_TRACKS_FORMAT_H_
 #define KINEGRAPH_CORE_IO_TRACKS_FORMAT_H_
 
-#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -41,12 +40,10 @@ struct TrackFormat {
   using Recognise = bool (*)(const TrackHead& head);
   using Read = TrackSequence (*)(const std::string& path,
                                  const TrackReadOptions& options);
-  using Open = std::unique_ptr<TrackSource> (*)(
-      const std::string& path, const TrackReadOptions& options);
   using ReadNames = PersonNames (*)(const std::string& path);
-  // Writes a file or a folder, which appears when it is complete. Throws
-  // InputError when it cannot be made or the tracks do not fit the format. What
-  // the format leaves out is added to `losses`.
+  // Writes a file or a folder, which appears when it is complete; numbers read
+  // back bit for bit. Throws InputError when it cannot be made or the tracks do
+  // not fit the format. What the format leaves out is added to `lost_fields`.
   using Write = void (*)(const std::string& path, const TrackSequence& tracks,
                          const TrackExportOptions& options,
                          LostFields* lost_fields);
@@ -74,8 +71,7 @@ struct TrackFormat {
   // Whatever it recognises is of no other kind than tracks.
   bool is_unmistakable = true;
   Recognise recognise = nullptr;
-  Read read = nullptr;             // without either of these: write only
-  Open open = nullptr;             // reads frame by frame
+  Read read = nullptr;             // null: write only
   ReadNames read_names = nullptr;  // of people, if the format keeps them
   bool keeps_names = false;        // what is written holds names of people
   Write write = nullptr;           // null: read only
@@ -84,8 +80,6 @@ struct TrackFormat {
   std::string read_note;  // beside "yes": "m, cm, mm"
   std::string kept;
   std::string lost;
-
-  bool readable() const { return read != nullptr || open != nullptr; }
 };
 
 const std::vector<TrackFormat>& TrackFormats();
@@ -102,12 +96,18 @@ TrackHead LookAtTracks(const std::string& path);
 const TrackFormat* RecogniseTracks(const TrackHead& head);
 
 // The option's format, else the one that recognises the path; throws as
-// OpenTracks.
+// ReadTracks.
 const TrackFormat& FormatOfTracks(const std::string& path,
                                   const TrackReadOptions& options);
 
 // "| `csv` | yes | file | what is kept | what is lost |".
 std::string TableRow(const TrackFormat& format);
+
+// The names that are kept in our JSON Lines ("names" of the header), CSV
+// (column `name`), NPZ (array `names`) and TRC (person_3_Anna.trc); none for
+// other formats, for files without names and for pipes, which cannot be read
+// twice. Throws InputError when names are there and no names.
+PersonNames ReadPersonNames(const std::string& path);
 
 }  // namespace kinegraph
 

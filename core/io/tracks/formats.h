@@ -1,12 +1,10 @@
-// The track formats, one function each, and what they share. Only
-// core/io/track*.cc includes this header.
+// What readers of track formats share. For core/io alone.
 #ifndef KINEGRAPH_CORE_IO_TRACKS_FORMATS_H_
 #define KINEGRAPH_CORE_IO_TRACKS_FORMATS_H_
 
 #include <cmath>
 #include <cstdint>
 #include <map>
-#include <memory>
 #include <string>
 #include <utility>
 #include <vector>
@@ -17,25 +15,6 @@ namespace kinegraph {
 
 // Of CMU Panoptic's high-definition cameras.
 inline constexpr double kHdFrameRateHz = 29.97;
-
-std::unique_ptr<TrackSource> OpenKinegraphTracks(
-    const std::string& path, const TrackReadOptions& options);
-TrackSequence ReadTumTracks(const std::string& path,
-                            const TrackReadOptions& options);
-TrackSequence ReadFourDAssociation(const std::string& path,
-                                   const TrackReadOptions& options);
-TrackSequence ReadLongcwTracks(const std::string& path,
-                               const TrackReadOptions& options);
-TrackSequence ReadPoses(const std::string& path,
-                        const TrackReadOptions& options);
-TrackSequence ReadPanoptic(const std::string& path,
-                           const TrackReadOptions& options);
-TrackSequence ReadTracksCsv(const std::string& path,
-                            const TrackReadOptions& options);
-TrackSequence ReadTracksTrc(const std::string& path,
-                            const TrackReadOptions& options);
-TrackSequence ReadTracksNpz(const std::string& path,
-                            const TrackReadOptions& options);
 
 // The skeleton of a file that names its joints, and perhaps bones: the
 // option's, else SkeletonOfLabels'. Throws InputError without a file when the

@@ -32,31 +32,31 @@ JointStatus ReadStatus(JsonValue value) {
                    "', expected observed, inferred or missing");
 }
 
-class KinegraphTrackSource : public TrackSource {
+class KinegraphTrackReader {
  public:
-  KinegraphTrackSource(const std::string& path, const TrackReadOptions& options)
-      : lines_(path) {
+  explicit KinegraphTrackReader(const std::string& path) : lines_(path) {}
+
+  TrackSequence Read(double frame_rate_hz) {
     lines_.ReadHeader([&](const JsonObject& object) { ReadHeader(object); });
-    if (options.frame_rate_hz > 0.0) {
-      header_.frame_rate_hz = options.frame_rate_hz;
+    if (frame_rate_hz > 0.0) header_.frame_rate_hz = frame_rate_hz;
+    TrackSequence sequence;
+    TrackFrame frame;
+    while (lines_.ReadFrame(
+        [&](const JsonObject& object) { ReadFrame(object, &frame); })) {
+      sequence.frames.push_back(std::move(frame));
     }
-  }
-
-  const TrackHeader& header() const override { return header_; }
-
-  bool Next(TrackFrame* frame) override {
-    return lines_.ReadFrame(
-        [&](const JsonObject& object) { ReadFrame(object, frame); });
+    sequence.header = std::move(header_);  // may have learnt the views' names
+    return sequence;
   }
 
  private:
   template <typename Target>
-  using Key = JsonKey<KinegraphTrackSource, Target>;
+  using Key = JsonKey<KinegraphTrackReader, Target>;
 
   // ---- The header ----
 
   void ReadHeader(const JsonObject& object) {
-    using Self = KinegraphTrackSource;
+    using Self = KinegraphTrackReader;
     static constexpr Key<TrackHeader> kKeys[] = {
         {"kinegraph", Presence::kRequired, &Self::AcceptVersion},
         {"skeleton", Presence::kRequired, &Self::AcceptSkeleton},
@@ -104,7 +104,7 @@ class KinegraphTrackSource : public TrackSource {
   // ---- A frame ----
 
   void ReadFrame(const JsonObject& object, TrackFrame* frame) {
-    using Self = KinegraphTrackSource;
+    using Self = KinegraphTrackReader;
     static constexpr Key<TrackFrame> kKeys[] = {
         {"frame", Presence::kRequired, &Self::TakeFrame},
         {"time", Presence::kOptional, &Self::AcceptTime},
@@ -142,7 +142,7 @@ class KinegraphTrackSource : public TrackSource {
   // ---- A person ----
 
   void ReadPerson(const JsonObject& object, PersonPose* person) {
-    using Self = KinegraphTrackSource;
+    using Self = KinegraphTrackReader;
     static constexpr Key<PersonPose> kKeys[] = {
         {"id", Presence::kRequired, &Self::AcceptId},
         {"joints", Presence::kRequired, &Self::ExtractPositions},
@@ -322,11 +322,6 @@ PersonNames ReadKinegraphNames(const std::string& path) {
 
 }  // namespace
 
-std::unique_ptr<TrackSource> OpenKinegraphTracks(
-    const std::string& path, const TrackReadOptions& options) {
-  return std::make_unique<KinegraphTrackSource>(path, options);
-}
-
 TrackFormat KinegraphTrackFormat() {
   TrackFormat format;
   format.name = "kinegraph";
@@ -335,7 +330,9 @@ TrackFormat KinegraphTrackFormat() {
   format.recognise = [](const TrackHead& head) {
     return head.HasKey("kinegraph");
   };
-  format.open = OpenKinegraphTracks;
+  format.read = [](const std::string& path, const TrackReadOptions& options) {
+    return KinegraphTrackReader(path).Read(options.frame_rate_hz);
+  };
   format.read_names = ReadKinegraphNames;
   format.keeps_names = true;
   format.write = [](const std::string& path, const TrackSequence& tracks,

@@ -18,7 +18,7 @@ const TrackFormat& FormatOf(const std::string& path,
                             const TrackReadOptions& options) {
   std::string known;
   for (const TrackFormat& format : TrackFormats()) {
-    if (!format.readable()) continue;
+    if (format.read == nullptr) continue;
     if (format.name == options.format) return format;
     known += (known.empty() ? "" : ", ") + format.name;
   }
@@ -46,14 +46,6 @@ void Check(const TrackReadOptions& options) {
   }
 }
 
-TrackSequence ReadAll(TrackSource* source) {
-  TrackSequence sequence;
-  TrackFrame frame;
-  while (source->Next(&frame)) sequence.frames.push_back(std::move(frame));
-  sequence.header = source->header();  // may have learnt the views' names
-  return sequence;
-}
-
 // In another unit than the format's usual one.
 void Scale(double factor, TrackSequence* tracks) {
   for (TrackFrame& frame : tracks->frames) {
@@ -78,31 +70,12 @@ TrackSequence Read(const std::string& path, const TrackFormat& format,
         "is " + format.name +
             ", which tells its unit; --unit belongs to tracks of " + open);
   }
-  TrackSequence tracks = format.open != nullptr
-                             ? ReadAll(format.open(path, options).get())
-                             : format.read(path, options);
+  TrackSequence tracks = format.read(path, options);
   if (options.unit_m > 0.0 && options.unit_m != *format.unit_m) {
     Scale(options.unit_m / *format.unit_m, &tracks);
   }
   return tracks;
 }
-
-// Hands out frames that are in memory.
-class SequenceSource : public TrackSource {
- public:
-  explicit SequenceSource(TrackSequence sequence)
-      : sequence_(std::move(sequence)) {}
-  const TrackHeader& header() const override { return sequence_.header; }
-  bool Next(TrackFrame* frame) override {
-    if (next_ == sequence_.frames.size()) return false;
-    *frame = std::move(sequence_.frames[next_++]);
-    return true;
-  }
-
- private:
-  TrackSequence sequence_;
-  size_t next_ = 0;
-};
 
 }  // namespace
 
@@ -121,16 +94,6 @@ double ParseLengthUnit(const std::string& text, const std::string& flag) {
 
 bool LeavesUnitOpen(const std::string& path, const TrackReadOptions& options) {
   return FormatOf(path, options).unit_m.has_value();
-}
-
-std::unique_ptr<TrackSource> OpenTracks(const std::string& path,
-                                        const TrackReadOptions& options) {
-  Check(options);
-  const TrackFormat& format = FormatOf(path, options);
-  if (format.open != nullptr && !(options.unit_m > 0.0)) {
-    return format.open(path, options);
-  }
-  return std::make_unique<SequenceSource>(Read(path, format, options));
 }
 
 TrackSequence ReadTracks(const std::string& path,

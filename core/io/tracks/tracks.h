@@ -3,7 +3,6 @@
 #define KINEGRAPH_CORE_IO_TRACKS_TRACKS_H_
 
 #include <cstdint>
-#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
@@ -47,30 +46,16 @@ inline constexpr std::pair<const char*, double> kLengthUnits[] = {
 // Length of "m", "cm" or "mm" [m]; throws InputError naming `flag`.
 double ParseLengthUnit(const std::string& text,
                        const std::string& flag = "--unit");
-// Whether the format at the path leaves its unit open. Throws as OpenTracks.
+// Whether the format at the path leaves its unit open. Throws as ReadTracks.
 bool LeavesUnitOpen(const std::string& path,
                     const TrackReadOptions& options = {});
 
-class TrackSource {
- public:
-  virtual ~TrackSource() = default;
-
-  virtual const TrackHeader& header() const = 0;
-  // The next frame, in ascending order; false at the end. Throws InputError.
-  virtual bool Next(TrackFrame* frame) = 0;
-};
-
-// Opens tracks; our own format is then read frame by frame. Throws InputError
-// naming the file.
-std::unique_ptr<TrackSource> OpenTracks(const std::string& path,
-                                        const TrackReadOptions& options = {});
-
-// All frames at once. Frames that the file has are there even when they have
-// no people (TUM: all 3200). What a file gives as a position is kObserved; in
-// our own format the status is the file's. Ids are the file's; those of longcw
-// may be beyond every integer type and then count 0, 1, 2 in order of
-// appearance. header.mode names the format. Times are those of the file, else
-// frame / frame rate, else 0.
+// All frames. Throws InputError naming the file. Frames that the file has are
+// there even when they have no people (TUM: all 3200). What a file gives as a
+// position is kObserved; in our own format the status is the file's. Ids are
+// the file's; those of longcw may be beyond every integer type and then count
+// 0, 1, 2 in order of appearance. header.mode names the format. Times are those
+// of the file, else frame / frame rate, else 0.
 TrackSequence ReadTracks(const std::string& path,
                          const TrackReadOptions& options = {});
 

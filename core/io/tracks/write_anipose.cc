@@ -5,7 +5,7 @@
 #include "core/base/constants.h"
 #include "core/base/error.h"
 #include "core/io/files/atomic_file.h"
-#include "core/io/text/csv_cell.h"
+#include "core/io/text/csv_rows.h"
 #include "core/io/text/json_output.h"
 #include "core/io/tracks/format.h"
 #include "core/io/tracks/lost_fields.h"

@@ -21,8 +21,8 @@
 #include "core/io/files/input_files.h"
 #include "core/io/files/partial_files.h"
 #include "core/io/files/text_file.h"
-#include "core/io/text/csv_cell.h"
-#include "core/io/tracks/export.h"
+#include "core/io/text/csv_rows.h"
+#include "core/io/tracks/format.h"
 #include "core/io/tracks/tracks.h"
 #include "tests/core/io/input_error.h"
 #include "tests/support/hdf5_files.h"
@@ -354,11 +354,11 @@ TEST(IdBounds, ReadersTakeWhatWritersWrite) {
     return ReadTracks(path, options).frames.at(0).people.at(0).id.value();
   };
   LostFields lost_fields;
-  WriteTracksCsv(path, tracks, {}, &lost_fields);
+  FindTrackFormat("csv")->write(path, tracks, {}, &lost_fields);
   EXPECT_EQ(id_read(), kId);
-  WriteTracksNpz(path, tracks, {}, &lost_fields);
+  FindTrackFormat("npz")->write(path, tracks, {}, &lost_fields);
   EXPECT_EQ(id_read(), kId);
-  WriteTracks4dAssociation(path, tracks, {}, &lost_fields);
+  FindTrackFormat("4da")->write(path, tracks, {}, &lost_fields);
   TrackReadOptions options;
   options.format = "4da";
   options.skeleton = tracks.header.skeleton;
@@ -377,7 +377,8 @@ TEST(IdBounds, RenumberingIsSaid) {
   for (const auto& [id, said] :
        {std::pair{(int64_t{1} << 31) - 1, false}, {int64_t{1} << 31, true}}) {
     LostFields lost_fields;
-    WriteTracksLongcw(path, OnePerson(id, "a"), {}, &lost_fields);
+    FindTrackFormat("longcw")->write(path, OnePerson(id, "a"), {},
+                                     &lost_fields);
     EXPECT_EQ(is_said(lost_fields), said) << id;
     TrackReadOptions options;
     options.format = "longcw";
@@ -390,7 +391,7 @@ TEST(IdBounds, RenumberingIsSaid) {
         {int64_t{1'000'000'000'000'000'000}, true}}) {
     LostFields lost_fields;
     const std::string trc = path + "_" + std::to_string(id);
-    WriteTracksTrc(trc, OnePerson(id, "a"), {}, &lost_fields);
+    FindTrackFormat("trc")->write(trc, OnePerson(id, "a"), {}, &lost_fields);
     EXPECT_EQ(is_said(lost_fields), said) << id;
     EXPECT_EQ(ReadTracks(trc).frames.at(0).people.at(0).id.value(),
               said ? 0 : id);
@@ -403,7 +404,7 @@ TEST(CsvCells, AreNoFormulas) {
   for (const std::string name :
        {"=1+1", "+a", "-a", "@a", "\ta", "'=a", "'a", "=a,\"b\"", "a=b", "'"}) {
     LostFields lost_fields;
-    WriteTracksCsv(path, OnePerson(1, name), {}, &lost_fields);
+    FindTrackFormat("csv")->write(path, OnePerson(1, name), {}, &lost_fields);
     EXPECT_EQ(ReadTracks(path).header.skeleton.joints().at(0), name);
     const std::string cell = CsvCell(name);
     const char first = cell[cell[0] == '"' ? 1 : 0];

@@ -4,11 +4,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <filesystem>
-#include <functional>
 #include <map>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "core/base/error.h"
@@ -629,30 +626,6 @@ void Check(const std::vector<Case>& cases) {
 TEST(BrokenFiles, Detections) { Check(DetectionCases()); }
 TEST(BrokenFiles, Tracks) { Check(TrackCases()); }
 TEST(BrokenFiles, HeldOutSets) { Check(HeldOutCases()); }
-
-// Writes a new file: file systems make sure that one written over an old one
-// reaches the disk, which takes milliseconds.
-void Rewrite(const TemporaryFolder& folder, const std::string& name,
-             const std::string& content) {
-  std::filesystem::remove(folder.path() / name);
-  folder.Write(name, content);
-}
-
-TEST(BrokenFiles, EveryBeginningOfAFile) {
-  for (const Sample& sample : Samples()) {
-    SCOPED_TRACE(sample.name);
-    const TemporaryFolder folder;
-    for (size_t size = 0; size < sample.content.size(); ++size) {
-      Rewrite(folder, sample.name, sample.content.substr(0, size));
-      const std::string message =
-          ErrorOf(sample.kind, PathOf(folder, sample.name));
-      EXPECT_THAT(message, Not(HasSubstr("NOT AN INPUT ERROR"))) << size;
-      if (sample.one_json_value) {
-        EXPECT_THAT(message, HasSubstr(folder.path().string())) << size;
-      }
-    }
-  }
-}
 
 // Python writes NaN into JSON, JavaScript null; names in texts are left alone.
 TEST(NotANumber, IsAMissingJoint) {

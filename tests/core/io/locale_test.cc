@@ -16,6 +16,7 @@
 #include "core/io/detections/writer.h"
 #include "core/io/tracks/format.h"
 #include "core/io/tracks/tracks.h"
+#include "core/io/tracks/writer.h"
 #include "core/synthetic/noise.h"
 #include "core/synthetic/scene.h"
 #include "tests/support/program.h"
@@ -86,95 +87,76 @@ Written FilesOf(const fs::path& path) {
   return files;
 }
 
-// The numbers that a reader finds; those it refuses (some formats have other
-// skeletons, or lack the size of images), it refuses alike.
-std::vector<double> TracksIn(const std::string& path, const char* format) {
-  TrackReadOptions options;
-  options.format = format;
-  std::vector<double> numbers;
-  try {
-    for (const TrackFrame& frame : ReadTracks(path, options).frames) {
-      for (const PersonPose& person : frame.people) {
-        for (const Joint3d& joint : person.joints) {
-          for (int i = 0; i < 3; ++i) numbers.push_back(joint.position_m[i]);
-        }
-      }
+// Writes a path in either locale: the files are the same, and so is what is
+// read of them, as text of our own format. Whether a reader took them: some
+// formats have other skeletons, or lack the size of images.
+template <typename Write, typename Rewrite>
+bool ExpectSameInCommas(const Write& write, const Rewrite& rewrite) {
+  const TemporaryFolder folder;
+  const auto read = [&](const std::string& path) -> std::string {
+    const std::string own = path + ".own";
+    try {
+      rewrite(path, own);
+    } catch (const InputError&) {
+      return "";
     }
-  } catch (const InputError&) {
-    return {};
-  }
-  return numbers;
-}
-
-std::vector<double> CamerasIn(const std::string& path) {
-  std::vector<double> numbers;
-  try {
-    for (const Camera& camera : ReadCameras(path)) {
-      const CameraParameters& parameters = camera.parameters();
-      for (int i = 0; i < 9; ++i) numbers.push_back(parameters.K.data()[i]);
-      for (int i = 0; i < 3; ++i) numbers.push_back(parameters.t[i]);
-    }
-  } catch (const InputError&) {
-    return {};
-  }
-  return numbers;
+    return testing::ContentOf(own);
+  };
+  const std::string plain = (folder.path() / "plain").string();
+  const std::string commas = (folder.path() / "commas").string();
+  write(plain);
+  const std::string numbers = read(plain);
+  const InCommas in_commas;
+  write(commas);
+  EXPECT_EQ(FilesOf(plain), FilesOf(commas));
+  EXPECT_EQ(read(commas), numbers);
+  return !numbers.empty();
 }
 
 TEST(Locale, TracksAreTheSameFiles) {
   const LocaleSample sample = MakeSample();
+  LostFields lost_fields;
   int read = 0;
   for (const TrackFormat& format : TrackFormats()) {
     if (format.write == nullptr) continue;
     SCOPED_TRACE(format.name);
-    const TemporaryFolder folder;
-    const std::string plain = (folder.path() / "plain").string();
-    const std::string commas = (folder.path() / "commas").string();
-    LostFields lost_fields;
-    format.write(plain, sample.tracks, {}, &lost_fields);
-    std::vector<double> numbers;
-    if (format.read != nullptr) numbers = TracksIn(plain, format.name.c_str());
-    read += numbers.empty() ? 0 : 1;
-    const InCommas in_commas;
-    format.write(commas, sample.tracks, {}, &lost_fields);
-    EXPECT_EQ(FilesOf(plain), FilesOf(commas));
-    if (format.read != nullptr) {
-      EXPECT_EQ(TracksIn(plain, format.name.c_str()), numbers);
-    }
+    TrackReadOptions options;
+    options.format = format.name;
+    read += ExpectSameInCommas(
+        [&](const std::string& path) {
+          format.write(path, sample.tracks, {}, &lost_fields);
+        },
+        [&](const std::string& path, const std::string& own) {
+          if (format.read == nullptr) throw InputError("write only");
+          WriteTracks(own, ReadTracks(path, options));
+        });
   }
   EXPECT_GE(read, 6);  // most formats read back
 }
 
 TEST(Locale, CamerasAndDetectionsAreTheSameFiles) {
   const LocaleSample sample = MakeSample();
-  const TemporaryFolder folder;
+  LostFields lost_fields;
   int read = 0;
   for (const CalibrationFormat& format : CalibrationFormats()) {
-    if (format.write == nullptr) continue;
-    if (format.name == "tum") continue;  // refuses lenses
-    const std::string& name = format.name;
-    SCOPED_TRACE(name);
-    const std::string plain = (folder.path() / ("plain" + name)).string();
-    const std::string commas = (folder.path() / ("commas" + name)).string();
-    LostFields lost_fields;
-    format.write(plain, sample.scene.cameras, &lost_fields);
-    const std::vector<double> numbers = CamerasIn(plain);
-    read += numbers.empty() ? 0 : 1;
-    const InCommas in_commas;
-    format.write(commas, sample.scene.cameras, &lost_fields);
-    EXPECT_EQ(FilesOf(plain), FilesOf(commas));
-    EXPECT_EQ(CamerasIn(plain), numbers);
+    if (format.write == nullptr || format.name == "tum") continue;  // lenses
+    SCOPED_TRACE(format.name);
+    read += ExpectSameInCommas(
+        [&](const std::string& path) {
+          format.write(path, sample.scene.cameras, &lost_fields);
+        },
+        [](const std::string& path, const std::string& own) {
+          WriteCameras(own, ReadCameras(path));
+        });
   }
   EXPECT_GE(read, 5);
-  const std::string plain = (folder.path() / "plain.jsonl").string();
-  const std::string commas = (folder.path() / "commas.jsonl").string();
-  WriteDetections(plain, sample.detections);
-  const InCommas in_commas;
-  WriteDetections(commas, sample.detections);
-  EXPECT_EQ(FilesOf(plain), FilesOf(commas));
-  const DetectionSequence again = ReadDetections(commas);
-  ASSERT_EQ(again.frames.size(), sample.detections.frames.size());
-  EXPECT_EQ(again.frames[0].views[0].detections.at(0).joints[0].px,
-            sample.detections.frames[0].views[0].detections.at(0).joints[0].px);
+  EXPECT_TRUE(ExpectSameInCommas(
+      [&](const std::string& path) {
+        WriteDetections(path, sample.detections);
+      },
+      [](const std::string& path, const std::string& own) {
+        WriteDetections(own, ReadDetections(path));
+      }));
 }
 
 }  // namespace

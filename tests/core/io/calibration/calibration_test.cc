@@ -5,15 +5,11 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <array>
-#include <cmath>
 #include <nlohmann/json.hpp>
-#include <regex>
 #include <string>
 #include <vector>
 
 #include "core/base/random.h"
-#include "core/io/files/text_file.h"
 #include "tests/core/io/input_error.h"
 #include "tests/support/test_data.h"
 
@@ -37,12 +33,6 @@ const Camera& Named(const CameraRig& cameras, const std::string& name) {
                    [&](const Camera& camera) { return camera.name() == name; });
   if (at == cameras.end()) throw std::runtime_error("no camera " + name);
   return *at;
-}
-
-double Median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<long>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 // Largest pixel distance of two cameras over points of a box that both see in
@@ -116,15 +106,6 @@ TEST(Calibration, ShelfFormatsAgree) {
   }
 }
 
-TEST(Calibration, ReadsASingleProjectionMatrix) {
-  KINEGRAPH_DATA_OR_SKIP(path, "shelf/tum/P3.txt");
-  CameraReadOptions options;
-  options.image_size = {1032, 776};
-  const CameraRig cameras = ReadCameras(path, options);
-  EXPECT_THAT(NamesOf(cameras), ElementsAre("P3"));
-  EXPECT_EQ(cameras[0].width_px(), 1032);
-}
-
 // ---- Campus ----
 
 CameraReadOptions CampusOptions() {
@@ -166,56 +147,6 @@ TEST(Calibration, CampusFormatsAgree) {
   }
 }
 
-// Median distance of the projected 3D annotation to the 2D annotation.
-std::array<double, 3> CampusMedians(const CameraRig& cameras,
-                                    const std::string& annotation_2d,
-                                    const std::string& annotation_3d) {
-  using nlohmann::json;
-  const json frames_3d = json::parse(ReadTextFile(annotation_3d));
-  const json frames_2d = json::parse(ReadTextFile(annotation_2d))["frames"];
-  std::array<std::vector<double>, 3> distances;
-  for (const json& image : frames_2d) {
-    const std::string name = image["camera"];
-    const Camera& camera = Named(cameras, name);
-    const long frame = std::lround(image["timestamp"].get<double>() * 25.0);
-    const json& truth = frames_3d.at(static_cast<size_t>(frame))["poses"];
-    for (const json& pose_2d : image["poses"]) {
-      for (const json& pose_3d : truth) {
-        if (pose_2d["id"] != pose_3d["id"]) continue;
-        for (size_t j = 0; j < 14; ++j) {
-          const json& X = pose_3d["points_3d"][j];
-          const json& x = pose_2d["points_2d"][j];
-          const auto px =
-              camera.Project(Eigen::Vector3d(X[0], X[1], X[2]) / 100.0);  // cm
-          if (!px.has_value()) continue;
-          distances[static_cast<size_t>(name.back() - '0')].push_back(
-              (*px - Eigen::Vector2d(x[0], x[1])).norm());
-        }
-      }
-    }
-  }
-  return {Median(distances[0]), Median(distances[1]), Median(distances[2])};
-}
-
-TEST(Calibration, CampusAnnotationsProjectAsStated) {
-  KINEGRAPH_DATA_OR_SKIP(path, "campus/calibration.json");
-  KINEGRAPH_DATA_OR_SKIP(annotation_2d, "campus/annotation_2d.json");
-  KINEGRAPH_DATA_OR_SKIP(annotation_3d, "campus/annotation_3d.json");
-  CameraReadOptions options = CampusOptions();
-  // Figures of the data's README, two decimals.
-  const auto ideal =
-      CampusMedians(ReadCameras(path, options), annotation_2d, annotation_3d);
-  EXPECT_NEAR(ideal[0], 0.75, 0.005);
-  EXPECT_NEAR(ideal[1], 0.72, 0.005);
-  EXPECT_NEAR(ideal[2], 0.00, 0.005);
-  options.ignore_distortion = false;
-  const auto distorted =
-      CampusMedians(ReadCameras(path, options), annotation_2d, annotation_3d);
-  EXPECT_NEAR(distorted[0], 1.39, 0.005);
-  EXPECT_NEAR(distorted[1], 1.00, 0.005);
-  EXPECT_NEAR(distorted[2], 0.17, 0.005);
-}
-
 // ---- Panoptic ----
 
 TEST(Calibration, ReadsPanoptic) {
@@ -251,90 +182,7 @@ TEST(Calibration, UsePicksCamerasInItsOrder) {
               HasSubstr("has no camera '00_99'"));
 }
 
-TEST(Calibration, PanopticBodiesProjectOntoDetections) {
-  KINEGRAPH_DATA_OR_SKIP(path, "panoptic/calibration_160422_ultimatum1.json");
-  KINEGRAPH_DATA_OR_SKIP(truth_path, "panoptic/body3DScene_00010600.json");
-  KINEGRAPH_DATA_OR_SKIP(detections_path, "panoptic/detections/_16.json");
-  using nlohmann::json;
-  CameraReadOptions options;
-  options.use = {"00_16"};
-  const Camera camera = ReadCameras(path, options).front();
-  const json truth = json::parse(ReadTextFile(truth_path));
-  const json detections = json::parse(ReadTextFile(detections_path));
-  const double scale = 1920.0 / 832.0;  // the network's input, see the README
-  std::vector<double> medians;  // of each detection, to its nearest body
-  for (const json& detection : detections["3d_pairs"]["pred_2d"]) {
-    double nearest = 1e9;
-    for (const json& body : truth["bodies"]) {
-      std::vector<double> distances;
-      for (size_t j = 0; j < 15; ++j) {
-        const json& X = body["joints19"];
-        if (!(detection[j][3].get<double>() > 0.0)) continue;
-        const auto px = camera.Project(
-            Eigen::Vector3d(X[4 * j], X[4 * j + 1], X[4 * j + 2]) / 100.0);
-        if (!px.has_value()) continue;
-        const Eigen::Vector2d seen(
-            detection[j][0].get<double>() * scale,
-            (detection[j][1].get<double>() - 22.0) * scale);
-        distances.push_back((*px - seen).norm());
-      }
-      if (!distances.empty()) nearest = std::min(nearest, Median(distances));
-    }
-    medians.push_back(nearest);
-  }
-  // The README's 18, 11, 11, 12 px for the four people found, with half a
-  // pixel of rounding and one rank of the median's definition.
-  ASSERT_EQ(medians.size(), 4u);
-  std::sort(medians.begin(), medians.end());
-  EXPECT_NEAR(medians[0], 11.0, 1.5);
-  EXPECT_NEAR(medians[3], 18.0, 1.5);
-}
-
 // ---- Pose2Sim ----
-
-double Attribute(const std::string& element, const std::string& name) {
-  std::smatch match;
-  const std::regex pattern(" " + name + "=\"([^\"]*)\"");
-  if (!std::regex_search(element, match, pattern)) return std::nan("");
-  return std::stod(match[1]);
-}
-
-TEST(Calibration, ReadsPose2sim) {
-  KINEGRAPH_DATA_OR_SKIP(path, "pose2sim/calibration/Calib.toml");
-  KINEGRAPH_DATA_OR_SKIP(original, "pose2sim/calibration/Calib.qca.txt");
-  const CameraRig cameras = ReadCameras(path);
-  ASSERT_THAT(NamesOf(cameras),
-              ElementsAre("cam_01", "cam_02", "cam_03", "cam_04"));
-  std::vector<std::string> transforms;
-  const std::string text = ReadTextFile(original);
-  const std::regex element("<transform [^>]*>");
-  for (std::sregex_iterator at(text.begin(), text.end(), element), end;
-       at != end; ++at) {
-    transforms.push_back(at->str());
-  }
-  ASSERT_EQ(transforms.size(), 4u);
-  for (size_t c = 0; c < 4; ++c) {
-    EXPECT_EQ(cameras[c].width_px(), 1088);
-    EXPECT_EQ(cameras[c].height_px(), 1920);
-    ASSERT_NE(cameras[c].lens(), nullptr);
-    // The original states centre [mm] and rotation (README): the two agree to
-    // 1e-6 of a rotation, which at 4 m is 4e-6 m.
-    const Eigen::Vector3d centre(Attribute(transforms[c], "x"),
-                                 Attribute(transforms[c], "y"),
-                                 Attribute(transforms[c], "z"));
-    EXPECT_LT((cameras[c].centre() - centre / 1000.0).norm(), 1e-5);
-    Eigen::Matrix3d rotation;
-    for (int i = 0; i < 9; ++i) {
-      rotation(i / 3, i % 3) =
-          Attribute(transforms[c], "r" + std::to_string(i / 3 + 1) +
-                                       std::to_string(i % 3 + 1));
-    }
-    const Eigen::Matrix3d R =
-        Eigen::Vector3d(1.0, -1.0, -1.0).asDiagonal() * rotation;
-    EXPECT_LT((cameras[c].R() - R).cwiseAbs().maxCoeff(), 1e-6);
-  }
-  EXPECT_DOUBLE_EQ(cameras[0].lens()->parameters()[0], -0.000721609375);
-}
 
 // ---- Our own ----
 
@@ -474,24 +322,6 @@ TEST(Calibration, OwnFormatReadsBackToTheBit) {
     ASSERT_EQ(read[c].lens() == nullptr, cameras[c].lens() == nullptr);
     if (read[c].lens() != nullptr) {
       EXPECT_EQ(read[c].lens()->parameters(), cameras[c].lens()->parameters());
-    }
-  }
-}
-
-TEST(Calibration, EveryFormatSurvivesOurOwn) {
-  for (const char* sample :
-       {"shelf/calibration.json", "shelf/calibration_voxelpose.json",
-        "panoptic/calibration_160422_ultimatum1.json",
-        "pose2sim/calibration/Calib.toml", "campus/tum"}) {
-    KINEGRAPH_DATA_OR_SKIP(path, sample);
-    const CameraRig cameras = ReadCameras(path);
-    const TemporaryFolder folder;
-    const std::string copy = (folder.path() / "cameras.json").string();
-    WriteCameras(copy, cameras);
-    const CameraRig read = ReadCameras(copy);
-    ASSERT_EQ(read.size(), cameras.size());
-    for (size_t c = 0; c < cameras.size(); ++c) {
-      EXPECT_EQ(read[c].P(), cameras[c].P()) << sample;
     }
   }
 }
@@ -679,39 +509,6 @@ TEST(Calibration, LongModelsWithoutFurtherTermsAreFiveCoefficients) {
   const CameraRig cameras = ReadCameras(folder.Write("c.json", text));
   ASSERT_NE(cameras[0].lens(), nullptr);
   EXPECT_EQ(cameras[0].lens()->parameters()[0], 0.1);
-}
-
-// The keys of [cameras] that say how a calibration is read: files of users name
-// them.
-TEST(Calibration, OptionsNameTheirKeys) {
-  struct Keys : OptionChecker {
-    void Boolean(const std::string& key, bool*, const std::string&) override {
-      names.push_back(key);
-    }
-    void TextList(const std::string& key, std::vector<std::string>*,
-                  const std::string&) override {
-      names.push_back(key);
-    }
-    void NumberList(const std::string& key, std::vector<double>*, const Limits&,
-                    const std::string&, const std::string&) override {
-      names.push_back(key);
-    }
-    void TextMap(const std::string& key, std::map<std::string, std::string>*,
-                 const std::string&) override {
-      names.push_back(key);
-    }
-    void ChoiceIndex(const std::string& key, int* value,
-                     const std::vector<std::string>& choices,
-                     const std::string& help) override {
-      OptionChecker::ChoiceIndex(key, value, choices, help);
-      names.push_back(key);
-    }
-    std::vector<std::string> names;
-  } keys;
-  CameraReadOptions options;
-  options.Describe(keys);
-  EXPECT_THAT(keys.names, ElementsAre("format", "unit", "image_size",
-                                      "ignore_distortion", "use", "map"));
 }
 
 }  // namespace

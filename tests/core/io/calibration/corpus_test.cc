@@ -3,8 +3,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <fstream>
-#include <functional>
 #include <string>
 #include <vector>
 
@@ -346,30 +344,6 @@ TEST(CalibrationCorpus, ChangedFilesAreRefused) {
     }
   }
   RecordProperty("broken_files", count);
-}
-
-// Beginnings of every sample, without the last brace, is refused or gives
-// a calibration (YAML and TOML may end early and still make sense), but never
-// anything else.
-TEST(CalibrationCorpus, TruncatedFilesAreRefused) {
-  const TemporaryFolder folder;
-  int refused = 0;
-  for (const Sample& sample : Samples()) {
-    const bool json =
-        std::string(sample.file).find(".json") != std::string::npos;
-    for (size_t length = 0; length < sample.text.size(); length += 3) {
-      const std::string path =
-          folder.Write(sample.file, sample.text.substr(0, length));
-      try {
-        ReadCameras(path, sample.options);
-        EXPECT_FALSE(json) << sample.file << " cut to " << length;
-      } catch (const InputError& error) {
-        ++refused;
-        EXPECT_THAT(error.what(), StartsWith(path));
-      }
-    }
-  }
-  EXPECT_GT(refused, 700);
 }
 
 TEST(CalibrationCorpus, OddFilesAreRefused) {

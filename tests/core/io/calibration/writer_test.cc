@@ -100,14 +100,6 @@ std::vector<std::string> CameraNames(const CameraRig& cameras) {
   return names;
 }
 
-std::vector<std::string> WritableFormats() {
-  std::vector<std::string> names;
-  for (const CalibrationFormat& format : CalibrationFormats()) {
-    if (format.write != nullptr) names.push_back(format.name);
-  }
-  return names;
-}
-
 struct Case {
   std::string format;
   double tolerance;
@@ -253,58 +245,6 @@ TEST(CalibrationWriter, TomlHasDecimalsAndEscapes) {
               HasSubstr("matrix = [[1000.0, 0.0, 500.0], [0.0, 1000.0, 400.0], "
                         "[0.0, 0.0, 1.0]]"));
   EXPECT_EQ(ReadCameras(path).front().name(), parameters.name);
-}
-
-// What longcw's format does not tell.
-CameraReadOptions SizeOf(const std::string& format, const CameraRig& cameras) {
-  CameraReadOptions options;
-  if (format == "longcw") {
-    options.image_size = {static_cast<double>(cameras[0].width_px()),
-                          static_cast<double>(cameras[0].height_px())};
-  }
-  return options;
-}
-
-// Real cameras through every format and back: the rounding of the formats is
-// far below a thousandth of a pixel.
-TEST(CalibrationWriter, ShelfThroughEveryFormat) {
-  KINEGRAPH_DATA_OR_SKIP(path, "shelf/calibration.json");
-  const CameraRig shelf = ReadCameras(path);
-  const TemporaryFolder folder;
-  for (const std::string& format : WritableFormats()) {
-    const std::string result = folder.path() / format;
-    LostFields lost_fields;
-    WriteCalibration(result, format, shelf, &lost_fields);
-    const CameraRig again = ReadCameras(result, SizeOf(format, shelf));
-    ExpectSameCameras(shelf, again, kDecomposed);
-    const Eigen::Vector3d point(0.3, -0.4, 1.2);
-    for (size_t c = 0; c < shelf.size(); ++c) {
-      EXPECT_LT((*shelf[c].Project(point) - *again[c].Project(point)).norm(),
-                1e-8);
-    }
-  }
-}
-
-// 31 HD cameras with lenses.
-TEST(CalibrationWriter, PanopticThroughEveryFormatWithLens) {
-  KINEGRAPH_DATA_OR_SKIP(path, "panoptic/calibration_160422_ultimatum1.json");
-  CameraRig panoptic = ReadCameras(path);
-  SortByFileName(&panoptic);
-  const TemporaryFolder folder;
-  for (const std::string& format : WritableFormats()) {
-    // Lenses; images of several sizes.
-    if (format == "tum" || format == "longcw") {
-      continue;
-    }
-    const std::string result = folder.path() / format;
-    LostFields lost_fields;
-    WriteCalibration(result, format, panoptic, &lost_fields);
-    // The file rounds R to ten digits, so that it is a rotation only to 1e-10;
-    // a rotation vector gives the one beside it.
-    constexpr double kRoundedFile = 1e-9;
-    ExpectSameCameras(panoptic, ReadCameras(result, SizeOf(format, panoptic)),
-                      kRoundedFile);
-  }
 }
 
 // So no order of the registry's lines matters.

@@ -10,11 +10,9 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
-#include <sstream>
 #include <string>
 #include <thread>
 
-#include "core/base/error.h"
 #include "core/io/detections/writer.h"
 #include "tests/support/test_data.h"
 
@@ -205,21 +203,6 @@ TEST(ReadDetections, OneCocoFileIsOneView) {
   EXPECT_EQ(sequence.frames.size(), 390u);
 }
 
-// AlphaPose names the image where COCO has its number.
-TEST(ReadDetections, CocoResultsMayNameTheImage) {
-  const testing::TemporaryFolder folder;
-  std::string keypoints = "1.5";
-  for (int n = 1; n < 51; ++n) keypoints += ", 1.5";
-  const std::string path = folder.Write(
-      "cam0.json",
-      "[{\"image_id\": \"Camera0_000312.jpg\", \"category_id\": 1, "
-      "\"keypoints\": [" +
-          keypoints + "], \"score\": 2.5}]");
-  const DetectionSequence sequence = ReadDetections(path);
-  ASSERT_EQ(sequence.frames.size(), 1u);
-  EXPECT_EQ(sequence.frames[0].frame, 312);
-}
-
 TEST(ReadDetections, LongcwAnnotation) {
   KINEGRAPH_DATA_OR_SKIP(path, "campus/annotation_2d.json");
   const DetectionSequence sequence = ReadDetections(path);
@@ -267,26 +250,6 @@ TEST(ReadDetections, SmapOutput) {
     }
   }
   EXPECT_NEAR(best, 4.637, 5e-4);
-}
-
-TEST(ReadDetections, OursRestoresWhatWasWritten) {
-  for (const char* name :
-       {"shelf/detections/openpose", "shelf/reference/filled_coco17",
-        "campus/detections_modelled/hard", "campus/annotation_2d.json",
-        "panoptic/detections", "pose2sim/single/pose"}) {
-    SCOPED_TRACE(name);
-    KINEGRAPH_DATA_OR_SKIP(path, name);
-    DetectionReadOptions options;
-    options.frame_rate_hz = 30.0;
-    options.zero_confidence = ZeroConfidence::kPosition;
-    const DetectionSequence sequence = ReadDetections(path, options);
-    const TemporaryFolder folder;
-    const std::string copy = folder.path() / "copy.jsonl";
-    WriteDetections(copy, sequence);
-    DetectionReadOptions again;
-    again.zero_confidence = ZeroConfidence::kPosition;
-    ExpectSame(sequence, ReadDetections(copy, again));
-  }
 }
 
 // Two views whose clocks differ, -0.0, tiny and huge numbers, a missing joint.
@@ -388,19 +351,6 @@ TEST(ReadDetections, OpenPoseViewsMayMissFrames) {
   EXPECT_EQ(sequence.frames[1].frame, 3);
 }
 
-TEST(ReadDetections, ByteOrderMarkIsPassedOver) {
-  const TemporaryFolder folder;
-  const std::string mark = "\xef\xbb\xbf";
-  const std::string coco = folder.Write("coco.json", mark + "[]");
-  EXPECT_TRUE(ReadDetections(coco).frames.empty());
-  const std::string ours = folder.path() / "ours.jsonl";
-  WriteDetections(ours, OddSequence());
-  std::ostringstream text;
-  text << std::ifstream(ours, std::ios::binary).rdbuf();
-  const std::string marked = folder.Write("marked.jsonl", mark + text.str());
-  ExpectSame(ReadDetections(ours), ReadDetections(marked));
-}
-
 TEST(ReadDetections, OursFromAPipe) {
   const TemporaryFolder folder;
   const std::string ours = folder.path() / "ours.jsonl";
@@ -413,17 +363,6 @@ TEST(ReadDetections, OursFromAPipe) {
   });
   ExpectSame(OddSequence(), ReadDetections(pipe));
   writer.join();
-}
-
-TEST(DetectionReadOptions, DescribeNamesTheKeysOfTheContract) {
-  DetectionReadOptions options;
-  EXPECT_NO_THROW(CheckOptions(options));
-  options.first_frame = -1;
-  EXPECT_THROW(CheckOptions(options), OptionError);
-  EXPECT_THROW(OpenDetections("/nowhere", options), OptionError);
-  options = {};
-  options.skeleton_name = "octopus";
-  EXPECT_THROW(OpenDetections("/nowhere", options), OptionError);
 }
 
 }  // namespace

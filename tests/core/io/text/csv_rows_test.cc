@@ -3,7 +3,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "core/io/text/csv_cell.h"
 #include "tests/core/io/input_error.h"
 
 namespace kinegraph {

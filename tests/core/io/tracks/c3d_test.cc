@@ -19,7 +19,6 @@
 #include "core/io/files/text_file.h"
 #include "core/io/tracks/force_plates.h"
 #include "core/io/tracks/format.h"
-#include "core/io/tracks/person_names.h"
 #include "core/io/tracks/segments.h"
 #include "core/io/tracks/tracks.h"
 #include "tests/core/io/input_error.h"

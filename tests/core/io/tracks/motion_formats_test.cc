@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "core/io/tracks/format.h"
-#include "core/io/tracks/person_names.h"
 #include "core/io/tracks/tracks.h"
 #include "tests/core/io/input_error.h"
 #include "tests/support/test_data.h"

@@ -1,11 +1,10 @@
-#include "core/io/tracks/person_names.h"
 
 #include <gtest/gtest.h>
 
 #include <string>
 
 #include "core/base/error.h"
-#include "core/io/tracks/export.h"
+#include "core/io/tracks/format.h"
 #include "core/io/tracks/tracks.h"
 #include "core/io/tracks/writer.h"
 #include "tests/support/opensim_trc.h"
@@ -46,9 +45,11 @@ TEST(PersonNames, AreKeptInJsonLinesCsvAndNpz) {
   const std::string jsonl = folder.path() / "tracks.jsonl";
   WriteTracks(jsonl, tracks, {false, kNames});
   const std::string csv = folder.path() / "tracks.csv";
-  WriteTracksCsv(csv, tracks, {std::nullopt, kNames}, &lost_fields);
+  FindTrackFormat("csv")->write(csv, tracks, {std::nullopt, kNames},
+                                &lost_fields);
   const std::string npz = folder.path() / "tracks.npz";
-  WriteTracksNpz(npz, tracks, {std::nullopt, kNames}, &lost_fields);
+  FindTrackFormat("npz")->write(npz, tracks, {std::nullopt, kNames},
+                                &lost_fields);
   for (const std::string& path : {jsonl, csv, npz}) {
     EXPECT_EQ(ReadPersonNames(path), kNames) << path;
     // Who reads no names reads the tracks all the same.
@@ -63,9 +64,9 @@ TEST(PersonNames, OfTrcStandInTheFilesNames) {
   const TemporaryFolder folder;
   const std::string path = folder.path() / "trc";
   LostFields lost_fields;
-  WriteTracksTrc(path, Tracks(),
-                 {AxisMap::Parse("x,y,z"), {{TrackId(12), "Anna P_7/Ö"}}},
-                 &lost_fields);
+  FindTrackFormat("trc")->write(
+      path, Tracks(), {AxisMap::Parse("x,y,z"), {{TrackId(12), "Anna P_7/Ö"}}},
+      &lost_fields);
   EXPECT_TRUE(testing::OpenSimReads(path));
   EXPECT_EQ(ReadPersonNames(path), (PersonNames{{TrackId(12), "Anna-P-7-Ö"}}));
   const TrackSequence read = ReadTracks(path);
@@ -82,9 +83,9 @@ TEST(PersonNames, FilesWithoutNamesHaveNone) {
   const std::string jsonl = folder.path() / "tracks.jsonl";
   WriteTracks(jsonl, tracks);
   const std::string csv = folder.path() / "tracks.csv";
-  WriteTracksCsv(csv, tracks, {}, &lost_fields);
+  FindTrackFormat("csv")->write(csv, tracks, {}, &lost_fields);
   const std::string npz = folder.path() / "tracks.npz";
-  WriteTracksNpz(npz, tracks, {}, &lost_fields);
+  FindTrackFormat("npz")->write(npz, tracks, {}, &lost_fields);
   const std::string text = folder.Write("text.txt", "nothing\n");
   for (const std::string& path : {jsonl, csv, npz, text}) {
     EXPECT_TRUE(ReadPersonNames(path).empty()) << path;

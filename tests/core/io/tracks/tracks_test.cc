@@ -6,10 +6,8 @@
 #include <gtest/gtest.h>
 
 #include <map>
-#include <set>
 #include <string>
 
-#include "core/base/error.h"
 #include "tests/support/test_data.h"
 
 namespace kinegraph {
@@ -152,27 +150,6 @@ TEST(ReadTracks, LongcwResultWithIdsBeyondEveryInteger) {
   EXPECT_EQ(ids.begin()->first, 0);
   EXPECT_EQ(ids.rbegin()->first, 16);
   EXPECT_EQ(result.frames.front().people.front().id, TrackId(0));
-}
-
-TEST(ReadTracks, PosesOfTheReference) {
-  const std::map<std::string, std::pair<int, int>> poses_and_frame = {
-      {"paper_code_shelf", {816, 302}},
-      {"paper_code_shelf_warm3", {820, 300}},
-      {"paper_code_shelf_warm3_nojf_conf", {812, 300}},
-      {"paper_code_shelf_without_cam0", {820, 300}},
-      {"paper_code_shelf_without_cam1", {759, 300}},
-      {"paper_code_shelf_without_cam2", {796, 300}},
-      {"paper_code_shelf_without_cam3", {820, 300}},
-      {"paper_code_shelf_without_cam4", {753, 300}}};
-  for (const auto& [name, expected] : poses_and_frame) {
-    KINEGRAPH_DATA_OR_SKIP(path, "shelf/reference/" + name + ".json");
-    const TrackSequence tracks = ReadTracks(path);
-    EXPECT_TRUE(tracks.header.skeleton == Coco17());
-    EXPECT_EQ(CountPoses(tracks), expected.first) << name;
-    EXPECT_EQ(CountMissingJoints(tracks), 0) << name;
-    EXPECT_EQ(tracks.frames.front().frame, expected.second) << name;
-    EXPECT_LE(tracks.frames.back().frame, 600) << name;
-  }
 }
 
 TEST(ReadTracks, PosesOfPeers) {

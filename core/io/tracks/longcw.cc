@@ -1,15 +1,18 @@
 // annotation_3d.json and result_3d.json of longcw: [{"timestamp": s, "poses":
 // [{"id", "points_3d": [[x, y, z] cm, ...], "scores": [...]}]}, ...]. A joint
 // with score 0 is missing. Results have ids beyond 2^63.
+#include "core/io/text/longcw.h"
+
 #include <unordered_map>
 
 #include "core/base/constants.h"
 #include "core/base/error.h"
+#include "core/io/files/atomic_file.h"
 #include "core/io/text/bulk_json.h"
-#include "core/io/text/longcw.h"
-#include "core/io/tracks/export.h"
+#include "core/io/text/json_output.h"
 #include "core/io/tracks/format.h"
 #include "core/io/tracks/formats.h"
+#include "core/io/tracks/lost_fields.h"
 
 namespace kinegraph {
 namespace {
@@ -141,13 +144,67 @@ class LongcwReader {
   std::unordered_map<int64_t, bool> seen_;
 };
 
-}  // namespace
-
 TrackSequence ReadLongcwTracks(const std::string& path,
                                const TrackReadOptions& options) {
   JsonFileParser parser;
   return LongcwReader(path, options).Read(parser.Parse(path));
 }
+
+// ---- Writing ----
+
+void WritePose(const PersonPose& person, JsonOutput* out) {
+  out->Add("{\"id\": ", person.id.value(), ", \"points_3d\": [");
+  out->Join(person.joints, [out](const Joint3d& joint) {
+    Eigen::Vector3d at_cm = Eigen::Vector3d::Zero();
+    if (joint.present()) at_cm = kCentimetresPerMetre * joint.position_m;
+    out->Text("[");
+    out->Numbers({at_cm.x(), at_cm.y(), at_cm.z()});
+    out->Text("]");
+  });
+  out->Text("], \"scores\": [");
+  out->Join(person.joints, [out](const Joint3d& joint) {
+    out->Text(joint.present() ? "1" : "0");
+  });
+  out->Text("]}");
+}
+
+// longcw's annotation_3d.json, in centimetres. Frames are told by their times
+// alone, so it needs a frame rate.
+void WriteTracksLongcw(const std::string& path, const TrackSequence& tracks,
+                       const TrackExportOptions& /*options*/,
+                       LostFields* lost_fields) {
+  const double rate = tracks.header.frame_rate_hz;
+  RequireLongcwRate(rate);
+  AtomicFile file(path);
+  JsonOutput out;
+  out.Text("[");
+  const char* separator = "\n";
+  for (const TrackFrame& frame : tracks.frames) {
+    RequireLongcwTime(frame.frame, frame.time, rate);
+    out.Text(separator);
+    separator = ",\n";
+    out.Text("{\"timestamp\": ");
+    out.Seconds(frame.time);
+    out.Text(", \"poses\": [");
+    out.Join(frame.people,
+             [&](const PersonPose& person) { WritePose(person, &out); });
+    out.Text("]}");
+    out.FlushTo(&file);
+  }
+  file.Write(tracks.frames.empty() ? "[]\n" : "\n]\n");
+  file.Commit();
+  NotePositionsOnly(tracks, lost_fields);
+  constexpr int64_t kKeptIds = int64_t{1} << 31;  // by its reader
+  NoteRenumbering(tracks, kKeptIds, lost_fields);
+  if (rate != kLongcwFrameRateHz) {
+    lost_fields->push_back("the frame rate is not kept: name it when reading");
+  }
+  const Skeleton& skeleton = tracks.header.skeleton;
+  if (skeleton != Tum14() && skeleton != Coco17())
+    NoteSkeleton(tracks, lost_fields);
+}
+
+}  // namespace
 
 TrackFormat LongcwTrackFormat() {
   TrackFormat format;

@@ -1,15 +1,13 @@
-#include "core/io/detections/export.h"
+#include "core/io/detections/format.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <cmath>
 #include <filesystem>
 #include <functional>
 #include <string>
 
 #include "core/base/random.h"
-#include "core/io/detections/format.h"
 #include "core/io/detections/writer.h"
 #include "core/io/file_kind.h"
 #include "core/io/files/text_file.h"
@@ -45,6 +43,10 @@ class SequenceSource final : public DetectionSource {
 using Writer =
     std::function<void(const std::string&, const DetectionWriteOptions&,
                        DetectionSource*, LostFields*)>;
+
+Writer FormatNamed(const char* format) {
+  return FindDetectionFormat(format)->write;
+}
 
 LostFields Write(const Writer& writer, const std::string& path,
                  const DetectionSequence& sequence,
@@ -112,35 +114,14 @@ void ExpectSameDetections(const DetectionSequence& a,
   }
 }
 
-TEST(DetectionExport, OpenPoseReadsBackBitForBit) {
-  for (const Skeleton* skeleton : {&Body25(), &Coco18(), &Coco17()}) {
-    const DetectionSequence sequence = RandomSequence(*skeleton);
-    const TemporaryFolder folder;
-    const std::string path = folder.path() / "result/";
-    EXPECT_THAT(Write(WriteOpenPose, path, sequence), IsEmpty());
-    ExpectSameDetections(sequence, ReadDetections(path));
-    EXPECT_EQ(ListFolder(folder.path().string()).size(), 1u);
-  }
-}
-
 TEST(DetectionExport, OpenPoseKeepsFramesWithoutAnybody) {
   DetectionSequence sequence = RandomSequence(Body25());
   for (ViewDetections& view : sequence.frames[2].views) view.detections.clear();
   const TemporaryFolder folder;
   const std::string path = folder.path() / "result";
-  Write(WriteOpenPose, path, sequence);
+  Write(FormatNamed("openpose"), path, sequence);
   ExpectSameDetections(sequence, ReadDetections(path));
   EXPECT_TRUE(fs::exists(path + "/cam10/cam10_000000000007_keypoints.json"));
-}
-
-TEST(DetectionExport, CocoReadsBackBitForBit) {
-  const DetectionSequence sequence = RandomSequence(Coco17());
-  const TemporaryFolder folder;
-  const std::string path = folder.path() / "result";
-  Write(WriteCocoResults, path, sequence);
-  ExpectSameDetections(sequence, ReadDetections(path));
-  EXPECT_THAT(ListFolder(path),
-              ::testing::ElementsAre("cam10.json", "cam2.json"));
 }
 
 // With the clock that longcw's files live by.
@@ -156,16 +137,7 @@ DetectionSequence Timed(DetectionSequence sequence) {
 LostFields WriteLongcw(const std::string& path,
                        const DetectionSequence& sequence,
                        ImageSize size = {640, 480}) {
-  return Write(WriteLongcwDetections, path, sequence, {size});
-}
-
-TEST(DetectionExport, LongcwReadsBackBitForBit) {
-  DetectionSequence sequence = Timed(RandomSequence(Tum14()));
-  // Views are read in the order of their names, cam2 before cam10.
-  const TemporaryFolder folder;
-  const std::string path = folder.path() / "annotation_2d.json";
-  WriteLongcw(path, sequence);
-  ExpectSameDetections(sequence, ReadDetections(path));
+  return Write(FormatNamed("longcw"), path, sequence, {size});
 }
 
 TEST(DetectionExport, LongcwRefusesWhatItCannotSay) {
@@ -205,7 +177,7 @@ TEST(DetectionExport, CocoScoreAndBoxAreThoseOfTheJointsFound) {
   sequence.frames.push_back(frame);
   const TemporaryFolder folder;
   const std::string path = folder.path() / "result";
-  const LostFields lost_fields = Write(WriteCocoResults, path, sequence);
+  const LostFields lost_fields = Write(FormatNamed("coco"), path, sequence);
   EXPECT_EQ(ReadTextFile(path + "/v.json"),
             "[\n{\"image_id\": 5, \"category_id\": 1, \"keypoints\": [10, "
             "40.5, 0.5, 0, 0, 0, -2, 50, 1], \"score\": 0.75, \"bbox\": [-2, "
@@ -225,7 +197,7 @@ TEST(DetectionExport, SaysWhatIsLost) {
   const TemporaryFolder folder;
   sequence.frames[3].views[0].detections[0].index_in_file = 100;
   const LostFields lost_fields =
-      Write(WriteOpenPose, folder.path() / "a", sequence);
+      Write(FormatNamed("openpose"), folder.path() / "a", sequence);
   EXPECT_THAT(lost_fields, Contains(HasSubstr("times other than")));
   EXPECT_THAT(lost_fields, Contains(HasSubstr("the skeleton 'body25b'")));
   EXPECT_THAT(lost_fields, Contains(HasSubstr("1 joints with confidence 0")));
@@ -285,7 +257,7 @@ TEST(DetectionExport, RefusesViewsThatAreNoFileNames) {
     DetectionSequence sequence = RandomSequence(Coco17());
     sequence.header.view_names[1] = name;
     for (const Writer& writer :
-         {Writer(WriteOpenPose), Writer(WriteCocoResults)}) {
+         {Writer(FormatNamed("openpose")), Writer(FormatNamed("coco"))}) {
       EXPECT_THAT(InputErrorOf([&] {
                     Write(writer, folder.path() / "result", sequence);
                   }),
@@ -293,23 +265,6 @@ TEST(DetectionExport, RefusesViewsThatAreNoFileNames) {
     }
   }
   EXPECT_THAT(ListFolder(folder.path().string()), IsEmpty());
-}
-
-TEST(DetectionExport, ShelfThroughEveryFormat) {
-  KINEGRAPH_DATA_OR_SKIP(path, "shelf/detections/openpose");
-  DetectionReadOptions options;
-  const DetectionSequence shelf = ReadDetections(path);
-  const TemporaryFolder folder;
-  const std::string openpose = folder.path() / "openpose";
-  Write(WriteOpenPose, openpose, shelf);
-  ExpectSameDetections(shelf, ReadDetections(openpose));
-  const std::string coco = folder.path() / "coco";
-  Write(WriteCocoResults, coco, shelf);
-  options.skeleton = Body25();
-  ExpectSameDetections(shelf, ReadDetections(coco, options));
-  const std::string own = folder.path() / "own.jsonl";
-  WriteDetections(own, shelf);
-  ExpectSameDetections(shelf, ReadDetections(own));
 }
 
 }  // namespace

@@ -2,15 +2,20 @@
 // ...}, ...], one file a view. Frames need not ascend, so a file is read whole.
 // AlphaPose writes the image's file name instead of a number: then its last
 // integer is the frame.
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "core/base/error.h"
-#include "core/io/detections/export.h"
 #include "core/io/detections/format.h"
 #include "core/io/detections/formats.h"
+#include "core/io/detections/view_files.h"
+#include "core/io/files/atomic_file.h"
+#include "core/io/files/atomic_folder.h"
 #include "core/io/text/bulk_json.h"
+#include "core/io/text/json_output.h"
 #include "core/io/text/names.h"
 
 namespace kinegraph {
@@ -92,6 +97,60 @@ bool RecogniseCoco(const DetectionHead& head) {
   return head.kind == '[' && !head.has_folders &&
          !head.Contains("\"keypoint_scores\"") &&
          !head.Contains("\"instances\"");
+}
+
+// ---- Writing ----
+
+class CocoView {
+ public:
+  explicit CocoView(const std::string& path) : file_(path) {}
+
+  void Write(int64_t frame, const std::vector<Detection>& detections) {
+    for (const Detection& detection : detections) Write(frame, detection);
+    out_.FlushTo(&file_);
+  }
+
+  void Commit() {
+    out_.Text(is_first_ ? "[]\n" : "\n]\n");
+    out_.FlushTo(&file_);
+    file_.Commit();
+  }
+
+ private:
+  void Write(int64_t frame, const Detection& detection) {
+    const DetectionSummary summary = Summarise(detection);
+    const Eigen::Vector2d size_px = summary.high_px - summary.low_px;
+    out_.Text(is_first_ ? "[\n" : ",\n");
+    is_first_ = false;
+    out_.Add("{\"image_id\": ", frame,
+             ", \"category_id\": 1, \"keypoints\": [");
+    out_.Join(detection.joints,
+              [this](const Keypoint& joint) { WriteKeypoint(joint, &out_); });
+    out_.Add("], \"score\": ", summary.score, ", \"bbox\": [");
+    out_.Numbers(
+        {summary.low_px.x(), summary.low_px.y(), size_px.x(), size_px.y()});
+    out_.Text("]}");
+  }
+
+  AtomicFile file_;
+  JsonOutput out_;
+  bool is_first_ = true;
+};
+
+// COCO keypoint results, VIEW.json. The score of a person is the mean
+// confidence of the joints found, the box the one around them.
+void WriteCocoResults(const std::string& path,
+                      const DetectionWriteOptions& /*options*/,
+                      DetectionSource* source, LostFields* lost_fields) {
+  const DetectionHeader header = source->header();
+  AtomicFolder folder(path);
+  RefuseViewTruth(header, "COCO results");
+  const auto files = MakeViewFiles<CocoView>(header, ".json", folder);
+  DetectionLossFinder finder(header);
+  const int64_t empty_frames = WriteViewFiles(files, source, &finder);
+  folder.Commit();
+  finder.Report(IsToldByJointCount(header.skeleton), lost_fields);
+  NoteEmptyFrames(empty_frames, lost_fields);
 }
 
 }  // namespace
