@@ -3,12 +3,16 @@
 #include <glog/logging.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <cmath>
 #include <cstdio>
+#include <cstring>
+#include <memory>
+#include <stdexcept>
 
-#include "apps/common/gnuplot.h"
 #include "core/base/error.h"
 #include "core/io/files/write_text_file.h"
+#include "core/system/process.h"
 
 namespace kinegraph {
 namespace {
@@ -328,6 +332,60 @@ std::string WithTitle(std::string svg, const std::string& title) {
     }
   }
   return svg.replace(at, standard.size(), "<title>" + escaped + "</title>");
+}
+
+// ---- The program that draws ----
+
+struct FileCloser {
+  void operator()(std::FILE* file) const { std::fclose(file); }
+};
+using PlotFile = std::unique_ptr<std::FILE, FileCloser>;
+
+// A file without a name.
+PlotFile TemporaryFile() {
+  PlotFile file(std::tmpfile());
+  if (file == nullptr) {
+    throw std::runtime_error("no temporary file for a plot: " +
+                             std::string(std::strerror(errno)));
+  }
+  return file;
+}
+
+std::string AllOf(const PlotFile& file) {
+  std::rewind(file.get());
+  std::string content;
+  char buffer[1 << 14];
+  size_t size;
+  while ((size = std::fread(buffer, 1, sizeof(buffer), file.get())) > 0) {
+    content.append(buffer, size);
+  }
+  return content;
+}
+
+// What gnuplot prints, given `script` and no settings of the user's. Throws
+// std::runtime_error where it is not installed or fails.
+std::string RunGnuplot(const std::string& script) {
+  const PlotFile input = TemporaryFile();
+  const PlotFile output = TemporaryFile();
+  const PlotFile errors = TemporaryFile();
+  std::fwrite(script.data(), 1, script.size(), input.get());
+  std::fflush(input.get());
+  std::rewind(input.get());
+
+  // No start-up files; decimals as C writes them.
+  const ProcessEnd end =
+      RunWithStreams({"gnuplot", "-d", "-"}, input.get(), output.get(),
+                     errors.get(), "LC_ALL=C.UTF-8");
+  if (end.not_started != 0) {
+    throw std::runtime_error(
+        "plots need gnuplot (Debian: gnuplot-nox), which cannot be started: " +
+        std::string(std::strerror(end.not_started)));
+  }
+  const std::string complaints = AllOf(errors);
+  if (!end.well()) {
+    throw std::runtime_error("gnuplot failed: " + Printable(complaints, 300));
+  }
+  return AllOf(output);
 }
 
 }  // namespace

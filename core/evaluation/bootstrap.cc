@@ -86,17 +86,6 @@ void RequireSameShape(const std::vector<RatioSeries>& a,
 
 }  // namespace
 
-void BootstrapOptions::Describe(OptionVisitor& visitor) {
-  visitor.Integer("block_length", &block_length, Between(1, 1e9), "frames",
-                  "frames drawn together, because neighbours are alike");
-  visitor.Integer("resamples", &resamples, Between(1, 1e6), "",
-                  "how often the score is computed anew");
-  visitor.Number("confidence", &confidence, Between(0.0, 1.0), "",
-                 "share of the resamples inside the interval");
-  visitor.Integer("seed", &seed, Between(0, 9e15), "",
-                  "seed of the random numbers");
-}
-
 Interval BlockBootstrap(
     const std::vector<int64_t>& series_lengths,
     const std::function<double(const DrawCounts&)>& statistic,

@@ -23,8 +23,6 @@ struct BootstrapOptions {
   int64_t resamples = 2000;
   double confidence = 0.95;
   int64_t seed = 1;
-
-  void Describe(OptionVisitor& visitor);
 };
 
 // All NaN when the score has no value.

@@ -220,10 +220,6 @@ std::vector<RatioSeries> Series(const PcpResult& result,
 
 const char* PcpPartName(int part) { return kParts[part].name; }
 
-std::array<int, 2> PcpPartEnds(int part) {
-  return {kParts[part].first, kParts[part].second};
-}
-
 PcpGroup PcpGroupOf(int part) { return kParts[part].group; }
 
 const char* ToString(PcpGroup group) {

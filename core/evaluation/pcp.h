@@ -41,9 +41,6 @@ inline constexpr std::array<PcpGroup, 7> kPcpGroups = {
     PcpGroup::kTotal};
 const char* ToString(PcpGroup group);  // "head", "upper arms", ..., "total"
 PcpGroup PcpGroupOf(int part);         // never kTotal
-// Its ends as joints of Tum14, the one farther from the trunk or lower first;
-// the middle of the hips is 14.
-std::array<int, 2> PcpPartEnds(int part);
 
 enum class EndpointRule {
   kMean,  // the mean of the errors of both ends counts

@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "core/association/view_matching.h"
-#include "core/base/error.h"
 #include "tests/support/rig.h"
 
 namespace kinegraph {
@@ -112,17 +111,6 @@ TEST(AffinityTest, BodyAwareIsTheMeanOverAllJoints) {
   EXPECT_NEAR(
       Affinity(AtDistances(distances), AtOrigin(), 1.0, AllJoints(), options),
       -1.0 / 17.0 * std::exp(-3.0), 1e-16);
-}
-
-TEST(AffinityTest, OptionsOutOfRangeAreNamed) {
-  AssociationOptions options;
-  options.alpha_2d_px_per_frame = 0.0;
-  try {
-    CheckOptions(options);
-    FAIL() << "accepted";
-  } catch (const OptionError& error) {
-    EXPECT_EQ(error.key(), "alpha_2d");
-  }
 }
 
 class ViewMatcherTest : public ::testing::Test {

@@ -144,14 +144,6 @@ TEST(BootstrapTest, MeanOfRatiosWeighsSeriesEqually) {
       MeanOfRatios({Series({1.0}), Series({1.0, 0.0, 0.0, 0.0}), {}}), 0.625);
 }
 
-TEST(BootstrapOptionsTest, AreCheckedWithTheirLimits) {
-  BootstrapOptions options;
-  OptionChecker checker;
-  EXPECT_NO_THROW(options.Describe(checker));
-  options.block_length = 0;
-  EXPECT_THROW(options.Describe(checker), OptionError);
-}
-
 TEST(PairedDifferenceTest, ConstantAdvantageIsCertain) {
   const std::vector<double> b = CorrelatedSeries(200, 0.8, 10);
   std::vector<double> a = b;

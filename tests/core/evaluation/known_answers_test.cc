@@ -2,7 +2,6 @@
 #include <gtest/gtest.h>
 
 #include <array>
-#include <cmath>
 #include <string>
 #include <vector>
 
@@ -10,7 +9,6 @@
 #include "core/evaluation/held_out.h"
 #include "core/evaluation/motion.h"
 #include "core/evaluation/mpjpe.h"
-#include "core/evaluation/parity.h"
 #include "core/evaluation/pcp.h"
 #include "core/io/calibration/calibration.h"
 #include "core/io/configuration/held_out_set.h"
@@ -51,32 +49,6 @@ constexpr auto kRaw = HeadConversion::kRaw;
 // data/shelf/reference/README.md.
 const std::vector<Table>& ReferenceTables() {
   static const std::vector<Table> kTables = {
-      {"paper_code_shelf.json",
-       {{kChu, PcpGroup::kHead, {98.57, 100, 95.65, 84.85}, 98.07, kNone},
-        {kChu, PcpGroup::kTorso, {99.28, 100, 98.76, 87.88}, 99.35, kNone},
-        {kChu, PcpGroup::kUpperArms, {99.10, 100, 93.17, 86.36}, 97.42, kNone},
-        {kChu,
-         PcpGroup::kLowerArms,
-         {98.39, 71.62, 95.34, 66.67},
-         88.45,
-         kNone},
-        {kChu, PcpGroup::kUpperLegs, {99.28, 100, 98.76, 87.88}, 99.35, kNone},
-        {kChu, PcpGroup::kLowerLegs, {99.28, 100, 98.76, 81.82}, 99.35, kNone},
-        {kChu, PcpGroup::kTotal, {99.00, 94.32, 96.65, 81.82}, 96.66, 92.59},
-        {kMvpose, PcpGroup::kHead, {87.46, 91.89, 96.89, 81.82}, 92.08, kNone},
-        {kMvpose, PcpGroup::kTotal, {97.89, 93.51, 96.77, 81.52}, 96.06, 92.24},
-        {kVoxelpose,
-         PcpGroup::kHead,
-         {90.32, 89.19, 97.52, 75.76},
-         92.34,
-         kNone},
-        {kVoxelpose,
-         PcpGroup::kTotal,
-         {98.17, 93.24, 96.83, 80.91},
-         96.08,
-         91.73},
-        {kRaw, PcpGroup::kHead, {6.09, 0.00, 11.18, 15.15}, 5.76, kNone},
-        {kRaw, PcpGroup::kTotal, {89.75, 84.32, 88.20, 74.85}, 87.42, 84.39}}},
       {"paper_code_shelf_warm3.json",
        {{kChu, PcpGroup::kHead, {99.28, 100, 96.89, 84.85}, 98.73, kNone},
         {kChu, PcpGroup::kTorso, {100, 100, 100, 87.88}, 100, kNone},
@@ -102,34 +74,7 @@ const std::vector<Table>& ReferenceTables() {
          96.65,
          92.29},
         {kRaw, PcpGroup::kHead, {6.09, 0.00, 11.18, 15.15}, 5.76, kNone},
-        {kRaw, PcpGroup::kTotal, {90.39, 84.32, 89.07, 74.85}, 87.93, 84.89}}},
-      {"paper_code_shelf_warm3_nojf_conf.json",
-       {{kChu, PcpGroup::kHead, {96.77, 86.49, 97.52, 81.82}, 93.59, kNone},
-        {kChu, PcpGroup::kTorso, {100, 100, 100, 87.88}, 100, kNone},
-        {kChu, PcpGroup::kUpperArms, {99.64, 100, 93.48, 86.36}, 97.71, kNone},
-        {kChu,
-         PcpGroup::kLowerArms,
-         {98.39, 70.27, 95.34, 69.70},
-         88.00,
-         kNone},
-        {kChu, PcpGroup::kUpperLegs, {99.82, 100, 100, 83.33}, 99.94, kNone},
-        {kChu, PcpGroup::kLowerLegs, {100, 100, 100, 74.24}, 100, kNone},
-        {kChu, PcpGroup::kTotal, {99.25, 92.70, 97.52, 79.70}, 96.49, 92.57},
-        {kMvpose, PcpGroup::kHead, {79.93, 56.76, 98.14, 72.73}, 78.27, kNone},
-        {kMvpose, PcpGroup::kTotal, {97.56, 89.73, 97.58, 78.79}, 94.96, 91.75},
-        {kVoxelpose,
-         PcpGroup::kHead,
-         {96.06, 91.89, 98.76, 84.85},
-         95.57,
-         kNone},
-        {kVoxelpose,
-         PcpGroup::kTotal,
-         {99.18, 93.24, 97.64, 80.00},
-         96.69,
-         93.01},
-        {kRaw, PcpGroup::kHead, {3.23, 0.00, 14.91, 3.03}, 6.04, kNone},
-        {kRaw, PcpGroup::kTotal, {89.89, 84.05, 89.25, 71.82}, 87.73, 85.50}}},
-  };
+        {kRaw, PcpGroup::kTotal, {90.39, 84.32, 89.07, 74.85}, 87.93, 84.89}}}};
   return kTables;
 }
 
@@ -399,21 +344,6 @@ TEST_F(HeldOutKnownAnswersTest, AuthorsRuns) {
     EXPECT_NEAR(summary.figure_px(HeldOutFigure::kP90), answer.p90_px,
                 0.5 + 1e-9);
   }
-}
-
-TEST(KnownAnswersTest, AReferenceHasParityWithItself) {
-  KINEGRAPH_DATA_OR_SKIP(folder, "shelf/reference");
-  const TrackSequence cold = ReadTracks(folder + "/paper_code_shelf.json");
-  const TrackSequence warm =
-      ReadTracks(folder + "/paper_code_shelf_warm3.json");
-  const ParityResult same = EvaluateParity(cold, cold);
-  EXPECT_EQ(same.near.fraction(), 1.0);
-  EXPECT_EQ(same.person_frames, 816);
-  // Warm starts two frames earlier with two people and differs little after.
-  const ParityResult other = EvaluateParity(cold, warm);
-  EXPECT_EQ(other.person_frames, 820);
-  EXPECT_EQ(other.paired_person_frames, 816);
-  EXPECT_LT(other.near.fraction(), 1.0);
 }
 
 }  // namespace

@@ -2,7 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <cmath>
 #include <set>
 #include <utility>
 #include <vector>
@@ -56,32 +55,6 @@ class TrackerTest : public ::testing::Test {
   CameraRig cameras_ = testing::RingOfCameras(5);
   double rate_hz_ = kFrameRate;
 };
-
-TEST_F(TrackerTest, ExactDetectionsGiveExactTracks) {
-  const auto tracker = Make();
-  std::vector<TrackFrame> frames;
-  for (int f = 0; f < 40; ++f) {
-    tracker->Process(See(f, {Walker(f), Stander()}), &frames);
-  }
-  tracker->Finish(&frames);
-  ASSERT_EQ(frames.size(), 40u);
-  std::set<TrackId> ids;
-  for (int f = 0; f < 40; ++f) {
-    // Confirmed at the third hit: frames 0 and 1 have no output.
-    ASSERT_EQ(frames[f].people.size(), f < 2 ? 0u : 2u) << "frame " << f;
-    for (const PersonPose& person : frames[f].people) {
-      ids.insert(person.id);
-      const bool walks = person.joints[0].position_m.x() < 0.0;
-      const Pose3d truth = walks ? Walker(f) : Stander();
-      for (int j = 0; j < 17; ++j) {
-        EXPECT_LT((person.joints[j].position_m - truth[j].position_m).norm(),
-                  1e-9);
-        EXPECT_EQ(person.joints[j].status, JointStatus::kObserved);
-      }
-    }
-  }
-  EXPECT_EQ(ids.size(), 2u);
-}
 
 TEST_F(TrackerTest, IdentitiesAreNotUsedAgain) {
   const auto tracker = Make();

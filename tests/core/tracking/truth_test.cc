@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Core>
-#include <Eigen/LU>
 #include <cmath>
 #include <utility>
 #include <vector>
@@ -16,7 +15,6 @@
 namespace kinegraph {
 namespace {
 
-using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
 // People stay where every camera sees all of them, so that no joint is
@@ -139,80 +137,6 @@ TEST(TruthTest, ExactDetectionsOfDistortingCamerasGiveTheSceneBack) {
     worst_m = std::max(worst_m, joint.error_m.norm());
   }
   EXPECT_LT(worst_m, 1e-6);
-}
-
-// First-order covariances of a point for white noise of 1 px in each view.
-struct PointCovariance {
-  Matrix3d bound;  // (J'J)^-1: no unbiased estimate is better
-  Matrix3d dlt;
-};
-
-// A DLT row, made a unit vector, is the reprojection residual times depth over
-// the row's length. So the DLT is least squares with these weights W, which
-// noise knows nothing of: covariance H J'WWJ H with H = (J'WJ)^-1.
-PointCovariance CovarianceAt(const CameraRig& cameras, const Vector3d& point) {
-  Matrix3d plain = Matrix3d::Zero();
-  Matrix3d weighted = Matrix3d::Zero();
-  Matrix3d twice_weighted = Matrix3d::Zero();
-  for (const Camera& camera : cameras) {
-    Matrix23d jacobian;
-    const auto px = camera.Project(point, &jacobian);
-    if (!px.has_value()) continue;
-    for (int axis = 0; axis < 2; ++axis) {
-      const Eigen::RowVector4d row =
-          (*px)[axis] * camera.P().row(2) - camera.P().row(axis);
-      const double root_weight = camera.Depth(point) / row.norm();
-      const double weight = root_weight * root_weight;
-      const Matrix3d outer =
-          jacobian.row(axis).transpose() * jacobian.row(axis);
-      plain += outer;
-      weighted += weight * outer;
-      twice_weighted += weight * weight * outer;
-    }
-  }
-  const Matrix3d inverse = weighted.inverse();
-  return {plain.inverse(), inverse * twice_weighted * inverse};
-}
-
-TEST(TruthTest, ErrorGrowsWithPixelNoiseAsTriangulationPredicts) {
-  const Scene scene = SmallScene({});
-  double last_rms_m = 0.0;
-  for (const double sigma_px : {0.5, 1.0, 2.0, 4.0}) {
-    NoiseOptions noise;
-    noise.joints.sigma_px = sigma_px;
-    const DetectionSequence detections = Observe(scene, noise, nullptr);
-    const std::vector<JointError> errors =
-        ErrorsOf(scene, detections, TrackAll(scene, detections, {}));
-    ASSERT_GT(errors.size(), 10000u);
-    double squared = 0.0;
-    double predicted = 0.0;
-    double bound = 0.0;
-    double variance = 0.0;  // of `squared`: 2 tr(S^2) for each joint
-    for (const JointError& joint : errors) {
-      PointCovariance unit = CovarianceAt(scene.cameras, joint.truth_m);
-      const Matrix3d covariance = sigma_px * sigma_px * unit.dlt;
-      squared += joint.error_m.squaredNorm();
-      predicted += covariance.trace();
-      bound += sigma_px * sigma_px * unit.bound.trace();
-      variance += 2.0 * (covariance * covariance).trace();
-    }
-    // Five standard deviations of the sum (the errors are independent), and
-    // the second order of the projection: noise of sigma / focal length, in
-    // all 1e-2 of the covariance at 4 px.
-    const double tolerance =
-        5.0 * std::sqrt(variance) / predicted + 0.0025 * sigma_px;
-    EXPECT_NEAR(squared / predicted, 1.0, tolerance) << sigma_px << " px";
-    // J'J is the bound, and the DLT is near it: its weights differ from 1 by
-    // the ratio of depths alone.
-    EXPECT_GT(squared / bound, 1.0 - tolerance) << sigma_px << " px";
-    EXPECT_LT(squared / bound, 1.25) << sigma_px << " px";
-    const double rms_m = RootMeanSquareOf(errors);
-    if (last_rms_m > 0.0) {
-      // Linear: each sigma is twice the one before; both have the tolerance.
-      EXPECT_NEAR(rms_m / last_rms_m, 2.0, 2.0 * tolerance) << sigma_px;
-    }
-    last_rms_m = rms_m;
-  }
 }
 
 TEST(TruthTest, DroppedFramesAndJitterEndUpInTheTimes) {
