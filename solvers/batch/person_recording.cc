@@ -103,37 +103,6 @@ void PersonRecording::ChangeNoise(const std::function<void(Piece*)>& visit) {
   }
 }
 
-PersonRecording PackRecording(const PersonProblem& problem) {
-  PersonRecording recording;
-  const size_t count = problem.times.size();
-  for (size_t k = 0; k < count; k += PackedMeasurements::kPieceFrames) {
-    recording.measurements.Append(
-        problem.joints, k,
-        std::min(k + PackedMeasurements::kPieceFrames, count));
-  }
-  recording.measurements.ExtractNoise(0, count, problem.joints);
-  recording.graph = problem;
-  for (size_t j = 0; j < problem.joints.size(); ++j) {
-    std::vector<PixelMeasurement>& measurements =
-        recording.graph.joints[j].measurements;
-    std::vector<double> weights;
-    std::vector<char> gated;
-    for (const PixelMeasurement& measurement : measurements) {
-      weights.push_back(measurement.weight);
-      gated.push_back(measurement.gated ? 1 : 0);
-    }
-    recording.measurements.ExtractWeights(j, 0, count, weights, gated);
-    measurements = std::vector<PixelMeasurement>();
-  }
-  return recording;
-}
-
-PersonProblem UnpackRecording(const PersonRecording& recording) {
-  PersonProblem problem = recording.graph;
-  recording.measurements.Unpack(0, recording.frame_count(), &problem.joints);
-  return problem;
-}
-
 PersonRecording AssembleRecording(PackedFrames* frames, Assembler* assembler,
                                   std::vector<FrameRecord>* records) {
   PersonRecording recording;

@@ -43,10 +43,6 @@ struct PersonRecording {
   bool Next(Piece* piece) const;
 };
 
-// From a problem, and back.
-PersonRecording PackRecording(const PersonProblem& problem);
-PersonProblem UnpackRecording(const PersonRecording& recording);
-
 // What Assembler::Append makes of all frames; they are gone then. `records` are
 // what it returned. The assembler is new.
 PersonRecording AssembleRecording(PackedFrames* frames, Assembler* assembler,

@@ -8,13 +8,34 @@
 
 #include "core/base/pack.h"
 #include "core/base/stop_check.h"
-#include "solvers/block_tridiagonal/damping.h"
 #include "solvers/block_tridiagonal/lane_blocks.h"
 #include "solvers/graph/creep.h"
 #include "solvers/graph/factor_list.h"
 
 namespace kinegraph {
 namespace {
+
+// Levenberg-Marquardt damping: none while steps lower the cost.
+class Damping {
+ public:
+  // Multiple of the system's diagonal that is added to it.
+  double value() const { return value_; }
+
+  // Whether a step from `old_cost` to `new_cost` counts as progress; near a
+  // minimum rounding may raise the cost by a part in 1e12.
+  bool Accepts(double old_cost, double new_cost) const {
+    return new_cost <= old_cost + 1e-12 * (1.0 + old_cost);
+  }
+  void Lower() { value_ = value_ > 1e-6 ? 0.1 * value_ : 0.0; }
+  // False when raising it further is hopeless.
+  bool Raise() {
+    value_ = value_ > 0.0 ? 10.0 * value_ : 1e-4;
+    return value_ < 1e10;
+  }
+
+ private:
+  double value_ = 0.0;
+};
 
 // Where entry (row, column) of a symmetric 6x6 stands in a LaneBlock.
 int PlaceInBlock(int row, int column) {

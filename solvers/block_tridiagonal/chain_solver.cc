@@ -3,7 +3,6 @@
 #include <glog/logging.h>
 
 #include <algorithm>
-#include <utility>
 
 #include "core/base/stop_check.h"
 
@@ -78,12 +77,6 @@ std::vector<SolveReport> ChainSolver::Solve(
   return reports;
 }
 
-SolveReport ChainSolver::Solve(const std::vector<TimeNs>& times,
-                               const SolveSchedule& schedule,
-                               JointChain* chain) {
-  return Solve(times, schedule, std::vector<JointChain*>{chain}).front();
-}
-
 void ChainSolver::CovariancesOfGroup(
     const std::vector<TimeNs>& times,
     const std::vector<const JointChain*>& chains, double correction,
@@ -123,16 +116,6 @@ std::vector<std::vector<Matrix6d>> ChainSolver::Covariances(
                        &covariances);
   }
   return covariances;
-}
-
-bool ChainSolver::Covariances(const std::vector<TimeNs>& times,
-                              const JointChain& chain, double correction,
-                              std::vector<Matrix6d>* covariances) {
-  *covariances =
-      std::move(Covariances(times, std::vector<const JointChain*>{&chain},
-                            correction, times.size())
-                    .front());
-  return !covariances->empty();
 }
 
 }  // namespace kinegraph

@@ -24,8 +24,6 @@ class ChainSolver {
   std::vector<SolveReport> Solve(const std::vector<TimeNs>& times,
                                  const SolveSchedule& schedule,
                                  const std::vector<JointChain*>& chains);
-  SolveReport Solve(const std::vector<TimeNs>& times,
-                    const SolveSchedule& schedule, JointChain* chain);
 
   // Covariances of the states of frames before `frame_end` at the chains'
   // states and weights, [chain][frame], position [m^2] first; `correction` as
@@ -35,10 +33,6 @@ class ChainSolver {
       const std::vector<TimeNs>& times,
       const std::vector<const JointChain*>& chains, double correction,
       size_t frame_end);
-
-  // Of all frames of one chain; false where there are none.
-  bool Covariances(const std::vector<TimeNs>& times, const JointChain& chain,
-                   double correction, std::vector<Matrix6d>* covariances);
 
  private:
   // Chains that share a call of the kernel.

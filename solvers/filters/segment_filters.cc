@@ -1,18 +1,15 @@
 #include "solvers/filters/segment_filters.h"
 
+#include <cmath>
 #include <cstdio>
 #include <string>
 #include <vector>
 
 #include "core/base/error.h"
 #include "solvers/filters/butterworth.h"
-#include "solvers/filters/centred_gaussian.h"
+#include "solvers/filters/classical.h"
 #include "solvers/filters/kalman.h"
-#include "solvers/filters/moving_median.h"
-#include "solvers/filters/one_euro.h"
-#include "solvers/filters/savitzky_golay.h"
 #include "solvers/filters/smoothing_spline.h"
-#include "solvers/filters/uniform_time.h"
 
 namespace kinegraph {
 namespace {
@@ -25,6 +22,27 @@ void RequireBelowNyquist(const std::string& key, double frequency_hz,
                 "found %g Hz, allowed: below half the frame rate of %g Hz",
                 frequency_hz, rate_hz);
   throw OptionError(key, text);
+}
+
+// Throws InputError naming `estimator` when a step of time is more than half a
+// nominal frame longer or shorter than a frame: a frame was dropped, or the
+// clock is not that of the frame rate. `times_s` ascend, from the track's first
+// frame.
+void RequireUniformTime(const std::string& estimator,
+                        const std::vector<double>& times_s, double rate_hz) {
+  // Frame times are rounded to nanoseconds.
+  constexpr double kSlack_s = 1e-6;
+  for (size_t k = 1; k < times_s.size(); ++k) {
+    const double step_s = times_s[k] - times_s[k - 1];
+    if (std::abs(step_s - 1.0 / rate_hz) <= 0.5 / rate_hz + kSlack_s) continue;
+    char text[160];
+    std::snprintf(text, sizeof(text),
+                  "needs uniform time, found a step of %.4f s, %.4f s into the "
+                  "track, where a frame is %.4f s (allowed: half a frame more "
+                  "or less)",
+                  step_s, times_s[k - 1], 1.0 / rate_hz);
+    throw InputError("output.estimator '" + estimator + "' " + text);
+  }
 }
 
 // Rows of the samples, and their times.

@@ -192,12 +192,6 @@ void PersonNoise::LearnRecording(
   covariance_factors_.emplace(correlation_, 1.0 / scene_.frame_rate_hz);
 }
 
-void PersonNoise::LearnRecording(const PersonProblem& problem) {
-  LearnRecording([&](const FrameVisitor& visit) {
-    for (size_t k = 0; k < problem.times.size(); ++k) visit(problem, k);
-  });
-}
-
 void PersonNoise::AddFrame(const PersonProblem& problem, size_t k,
                            Refit refit) {
   const bool learns = options_.pixel_noise_from == NoiseFrom::kRecording;

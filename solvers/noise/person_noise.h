@@ -54,7 +54,6 @@ class PersonNoise {
   // Everything from a whole recording. `for_each` calls what it is given for
   // all frames, in order; it is used several times.
   void LearnRecording(const std::function<void(const FrameVisitor&)>& for_each);
-  void LearnRecording(const PersonProblem& problem);
 
   // From what was seen so far: the problem's frame `k`, which follows those
   // that are kept; and how to forget the oldest of those. What the detector's

@@ -15,6 +15,10 @@
 
 namespace kinegraph {
 
+// The value below which a chi-square variable with `degrees_of_freedom` > 0
+// lies with probability `share`, 0 < share < 1. Relative error below 1e-9.
+double ChiSquareQuantile(double share, double degrees_of_freedom);
+
 // What least squares leave of one joint in one frame.
 struct TriangulationResiduals {
   struct View {

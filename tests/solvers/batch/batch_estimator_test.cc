@@ -4,7 +4,6 @@
 
 #include <cmath>
 
-#include "core/base/error.h"
 #include "tests/support/simulated_person.h"
 
 namespace kinegraph {
@@ -184,11 +183,6 @@ TEST_F(BatchEstimatorTest, LossesByName) {
     EXPECT_LT(testing::RootMeanSquare(recording.truth, Run(recording)),
               0.6 * none_m);
   }
-}
-
-TEST_F(BatchEstimatorTest, RefusesBadOptions) {
-  options_.bone_sigma_m = -1.0;
-  EXPECT_THROW(MakeBatchEstimator(scene_, options_), OptionError);
 }
 
 }  // namespace

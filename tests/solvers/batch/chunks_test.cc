@@ -35,27 +35,32 @@ class ChunksTest : public ::testing::Test {
     recording_.Connect();
     // Nobody sees anything for two seconds across the end of a chunk.
     for (size_t k = 165; k < 215; ++k) recording_.frames[k].views.clear();
+    PackedFrames frames;
+    for (const EstimatorFrame& frame : recording_.frames) frames.Push(frame);
     Assembler assembler(scene_, options_);
-    problem_ = assembler.EmptyProblem();
-    for (const EstimatorFrame& frame : recording_.frames) {
-      assembler.Append(frame, &problem_);
-    }
+    std::vector<FrameRecord> records;
+    packed_ = AssembleRecording(&frames, &assembler, &records);
+    problem_ = packed_.Part(0, 750);
   }
 
-  PersonProblem Solve(double chunk_s, int threads) const {
+  PersonRecording SolvePacked(double chunk_s, int threads) const {
     GraphOptions options = options_;
     options.chunk_s = chunk_s;
-    PersonRecording recording = PackRecording(problem_);
+    PersonRecording recording = packed_;
     ParallelFor(threads, 1, [&](int) {
       RecordingSolver solver(options);
       solver.SolveJoints(solver.schedule(), &recording);
     });
-    return UnpackRecording(recording);
+    return recording;
+  }
+  PersonProblem Solve(double chunk_s, int threads) const {
+    return SolvePacked(chunk_s, threads).Part(0, 750);
   }
 
   SceneModel scene_;
   GraphOptions options_;
   testing::SimulatedRecording recording_;
+  PersonRecording packed_;
   PersonProblem problem_;
 };
 
@@ -81,7 +86,7 @@ TEST_F(ChunksTest, OwnEveryFrameOnce) {
 
 TEST_F(ChunksTest, CutOutIsTheSamePartOfTheProblem) {
   const Chunk chunk = {100, 200, 120, 180};
-  const PersonProblem part = CutOut(PackRecording(problem_), chunk);
+  const PersonProblem part = CutOut(packed_, chunk);
   ASSERT_EQ(part.times.size(), 100u);
   for (size_t j = 0; j < 3; ++j) {
     const JointChain& whole = problem_.joints[j];
@@ -134,13 +139,14 @@ TEST_F(ChunksTest, SameBitsForAnyNumberOfThreads) {
 }
 
 TEST_F(ChunksTest, CovariancesAreThoseOfTheWholeTake) {
-  const PersonProblem solved = Solve(0.0, 1);
+  const PersonRecording packed = SolvePacked(0.0, 1);
+  const PersonProblem solved = packed.Part(0, 750);
   std::vector<std::vector<std::vector<Matrix6d>>> covariances;
   for (const double chunk_s : {0.0, 7.0}) {
     GraphOptions options = options_;
     options.chunk_s = chunk_s;
     covariances.push_back(
-        RecordingSolver(options).StateCovariances(PackRecording(solved), 1.1));
+        RecordingSolver(options).StateCovariances(packed, 1.1));
   }
   for (size_t j = 0; j < 3; ++j) {
     ASSERT_EQ(covariances[0][j].size(), 750u);

@@ -8,8 +8,6 @@
 #include <algorithm>
 #include <functional>
 #include <map>
-#include <string>
-#include <utility>
 #include <vector>
 
 #include "core/synthetic/noise.h"
@@ -224,39 +222,6 @@ TEST_P(PropertiesTest, TheOrderOfCamerasDoesNotMatter) {
     }
   }
   EXPECT_LT(FarthestJoint(estimate_, EstimateAll(other)), kSameMinimumMetres);
-}
-
-TEST_P(PropertiesTest, TheOrderOfDetectionsAndPeopleDoesNotMatter) {
-  World other = world_;
-  for (DetectionFrame& frame : other.detections.frames) {
-    for (ViewDetections& view : frame.views) {
-      std::reverse(view.detections.begin(), view.detections.end());
-    }
-  }
-  // Identities exchanged: the first becomes the last.
-  auto& people = other.matches.people;
-  ASSERT_EQ(people.size(), 2u);
-  std::swap(people[0], people[1]);
-  std::swap(people[0].id, people[1].id);
-  const Estimate exchanged = EstimateAll(other);
-  Estimate back;
-  back[people[0].id.value()] = exchanged.at(people[1].id.value());
-  back[people[1].id.value()] = exchanged.at(people[0].id.value());
-  EXPECT_EQ(FarthestJoint(estimate_, back), 0.0);  // the very same sums
-}
-
-TEST_P(PropertiesTest, AnEmptyCameraChangesNothing) {
-  World other = world_;
-  CameraParameters blind = world_.scene.cameras[0].parameters();
-  blind.name = "blind";
-  blind.t += Eigen::Vector3d(0.5, 0.2, 0.0);
-  other.scene.cameras.emplace_back(blind);
-  other.detections.header.view_names.emplace_back("blind");
-  for (DetectionFrame& frame : other.detections.frames) {
-    frame.views.emplace_back();
-    frame.views.back().capture_time = frame.time;
-  }
-  EXPECT_EQ(FarthestJoint(estimate_, EstimateAll(other)), 0.0);
 }
 
 TEST_P(PropertiesTest, ADoubledCameraTightensCovariances) {

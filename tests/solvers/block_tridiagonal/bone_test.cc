@@ -9,7 +9,6 @@
 #include "solvers/block_tridiagonal/person_system.h"
 #include "solvers/ceres/ceres_solver.h"
 #include "solvers/graph/assembler.h"
-#include "solvers/graph/bone_lengths.h"
 #include "solvers/graph/factor_list.h"
 #include "solvers/graph/marginalise_frame.h"
 #include "solvers/window/window_estimator.h"
@@ -237,54 +236,6 @@ TEST_F(BoneTest, MarginalisingKeepsStatedCovariances) {
       }
     }
   }
-}
-
-TEST(BoneLengths, MedianOfBothSidesDrawnToThePopulation) {
-  // Whole legs, which make it a human's.
-  const Skeleton skeleton(
-      "legs", {"l_knee", "l_ankle", "r_knee", "r_ankle", "l_hip", "r_hip"},
-      {{0, 1}, {2, 3}});
-  BoneLengths lengths(skeleton);
-  ASSERT_TRUE(lengths.Length(0).has_value());
-  EXPECT_DOUBLE_EQ(*lengths.Length(0), 0.246 * 1.70);
-  for (int i = 0; i < 500; ++i) lengths.Add(0, 0.361, 0.04);
-  for (int i = 0; i < 500; ++i) lengths.Add(1, 0.381, 0.04);
-  // 40 s weigh 200 looks of 4 cm against one of 6 cm: half the way between the
-  // sides, but for 0.2 mm and the bins of 2 mm.
-  EXPECT_NEAR(*lengths.Length(0), 0.371, 0.012);
-  EXPECT_EQ(lengths.Length(0), lengths.Length(1));
-  lengths.Add(0, 0.37, 1.0);
-  EXPECT_NEAR(*lengths.Length(1), 0.371, 0.002);
-}
-
-TEST(BoneLengths, TheHeadIsRigid) {
-  // 17 joints have 18 bones of their own, four of them in the face; of the ten
-  // pairs of its five joints six are missing.
-  const std::vector<Bone> pairs = RigidPairs(Coco17());
-  EXPECT_EQ(pairs.size(), Coco17().bones().size() + 6);
-  BoneLengths lengths(Coco17());
-  EXPECT_EQ(lengths.bones().size(), pairs.size());
-  // Nose to left ear and nose to right ear are mirrors: they share a length.
-  const auto find = [&](int a, int b) {
-    for (size_t i = 0; i < pairs.size(); ++i) {
-      if (pairs[i].a == a && pairs[i].b == b) return static_cast<int>(i);
-    }
-    return -1;
-  };
-  const int left = find(0, 3);
-  const int right = find(0, 4);
-  ASSERT_GE(left, 0);
-  ASSERT_GE(right, 0);
-  lengths.Add(left, 0.15, 2.0);
-  ASSERT_TRUE(lengths.Length(right).has_value());
-  EXPECT_NEAR(*lengths.Length(right), 0.15, 2e-3);  // a bin
-}
-
-TEST(BoneLengths, UnknownBonesNeedToBeSeen) {
-  BoneLengths lengths(Skeleton("face", {"nose", "chin"}, {{0, 1}}));
-  EXPECT_FALSE(lengths.Length(0).has_value());
-  lengths.Add(0, 0.1, 2.0);
-  EXPECT_NEAR(*lengths.Length(0), 0.1, 0.002);
 }
 
 // Bones steady both estimators: lengths vary less, and errors shrink.

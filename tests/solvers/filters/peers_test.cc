@@ -4,28 +4,17 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
-#include <map>
 #include <nlohmann/json.hpp>
-#include <sstream>
 #include <string>
 #include <vector>
 
-#include "core/evaluation/motion.h"
-#include "core/evaluation/mpjpe.h"
-#include "core/io/calibration/calibration.h"
-#include "core/io/text/json.h"
 #include "core/io/tracks/tracks.h"
 #include "core/reconstruction/reconstruction.h"
-#include "core/tracking/evidence.h"
-#include "solvers/factory.h"
 #include "solvers/filters/butterworth.h"
+#include "solvers/filters/classical.h"
 #include "solvers/filters/joint_segment.h"
 #include "solvers/filters/kalman.h"
-#include "solvers/filters/moving_median.h"
-#include "solvers/filters/one_euro.h"
 #include "solvers/filters/smoothing_spline.h"
-#include "tests/support/simulated_person.h"
 #include "tests/support/test_data.h"
 
 namespace kinegraph {
@@ -213,182 +202,6 @@ TEST_F(PeersTest, OneEuroIsPose2SimsOnceEachWay) {
         return Samples(backwards.colwise().reverse());
       });
   EXPECT_LT(same.back(), 1e-12);
-}
-
-// The detections of actor 0 as estimators get them: joints filter and DLT as
-// the front end does, with the last pose as the prediction.
-class Actor0 {
- public:
-  explicit Actor0(const std::string& folder)
-      : scene_{ReadCameras(folder + "/calibration.json"), Coco17(), kRate_hz,
-               KeptMatches::kNone} {
-    std::ifstream file(folder + "/peers/actor0_input.json");
-    std::stringstream text;
-    text << file.rdbuf();
-    const Json json = Json::parse(text.str());
-    const Json& cameras = json.at("cameras");
-    observations_.resize(kFrames);
-    for (int k = 0; k < kFrames; ++k) {
-      for (size_t c = 0; c < scene_.cameras.size(); ++c) {
-        AddView(cameras.at(c).at(static_cast<size_t>(k)), static_cast<int>(c),
-                k);
-      }
-    }
-    Reconstruct();
-  }
-
-  TrackSequence Estimate(OutputKind kind,
-                         const EstimatorOptions& options) const {
-    const auto estimator = MakeOutput(kind, options)(scene_);
-    TrackSequence tracks;
-    tracks.header.skeleton = Coco17();
-    for (FinalPose& pose : testing::Run(estimator.get(), frames_)) {
-      TrackFrame& frame = tracks.frames.emplace_back();
-      frame.frame = pose.frame;
-      frame.time = pose.time;
-      pose.person.id = TrackId(0);
-      frame.people.push_back(std::move(pose.person));
-    }
-    return tracks;
-  }
-
- private:
-  void AddView(const Json& joints, int view_idx, int k) {
-    Observation observation;
-    observation.view_idx = view_idx;
-    observation.capture_time = FromSeconds((kFirst + k) / kRate_hz);
-    observation.joints.resize(17);
-    observation.ideal_px.resize(17);
-    for (size_t j = 0; j < 17; ++j) {
-      if (joints.at(j).is_null()) continue;
-      Keypoint& joint = observation.joints[j];
-      joint.px = {joints.at(j).at(0).get<double>(),
-                  joints.at(j).at(1).get<double>()};
-      joint.confidence = joints.at(j).at(2).get<double>();
-      joint.found = true;
-      observation.ideal_px[j] = joint.px;  // Shelf has no distortion
-      ++observation.found_count;
-    }
-    if (observation.found_count > 0) observations_[k].push_back(observation);
-  }
-
-  void Reconstruct() {
-    const EpipolarGeometry epipolar(scene_.cameras);
-    Reconstructor reconstructor(scene_.cameras, epipolar, {}, scene_.skeleton);
-    Pose3d last;
-    for (int k = 0; k < kFrames; ++k) {
-      std::vector<UsedView> used;
-      for (const Observation& view : observations_[k]) {
-        used.push_back({&view, 0.0});
-      }
-      EstimatorFrame& frame = frames_.emplace_back();
-      frame.frame = kFirst + k;
-      frame.time = FromSeconds((kFirst + k) / kRate_hz);
-      Reconstruction reconstruction;
-      bool succeeded = true;
-      if (last.empty()) {
-        reconstructor.Initialise(used, 60.0, &reconstruction);
-      } else {
-        succeeded = reconstructor.Update(used, last, &reconstruction);
-      }
-      FillEstimatorFrame(used, reconstruction, succeeded, &frame);
-      if (succeeded) last = reconstruction.pose;
-    }
-  }
-
-  SceneModel scene_;
-  std::vector<std::vector<Observation>> observations_;
-  std::vector<EstimatorFrame> frames_;
-};
-
-struct Measured {
-  double acceleration_mm = 0.0;  // per frame^2
-  double bone_spread_mm = 0.0;
-  double error_mm = 0.0;  // to the annotation
-};
-
-Measured Measure(const TrackSequence& truth, const TrackSequence& tracks) {
-  const MotionResult motion = EvaluateMotion(tracks, 1.0);
-  return {1000.0 * motion.acceleration_m_s2,
-          1000.0 * motion.bone_length_spread_m,
-          1000.0 * EvaluateMpjpe(truth, tracks).raw_m};
-}
-
-// Median distance of the limbs' joints in two results [mm].
-double MedianDistance(const TrackSequence& a, const TrackSequence& b) {
-  std::map<int64_t, const PersonPose*> people;
-  for (const TrackFrame& frame : b.frames) {
-    for (const PersonPose& person : frame.people) people[frame.frame] = &person;
-  }
-  std::vector<double> distances;
-  for (const TrackFrame& frame : a.frames) {
-    for (size_t j = 5; j < 17; ++j) {
-      const Joint3d& joint = frame.people.at(0).joints[j];
-      const Joint3d& other = people.at(frame.frame)->joints[j];
-      if (!joint.present() || !other.present()) continue;
-      distances.push_back(1000.0 *
-                          (joint.position_m - other.position_m).norm());
-    }
-  }
-  std::sort(distances.begin(), distances.end());
-  return Quantile(distances, 0.5);
-}
-
-TEST(PeersChainTest, FromDetectionsToMotion) {
-  KINEGRAPH_DATA_OR_SKIP(folder, "shelf");
-  const TrackSequence truth = ReadTracks(folder + "/raw/gt.txt");
-  const Actor0 actor(folder);
-  EstimatorOptions options;
-  options.graph.bones = true;
-  // The annotation's joints differ from the detector's by centimetres: its
-  // error ranks nothing by a millimetre. docs/filters.md has the figures.
-  //   Pose2Sim weighs views by confidence and leaves out those that reproject
-  //   badly, ours is unweighted DLT after the joints filter, as aniposelib's is
-  //   without one; robust triangulation is nearest to Pose2Sim's.
-  //   What the filters do is equal (PeersTest); their points are not, nor are
-  //   cut-off (6.9 against 6 Hz), lambda (a joint, not a coordinate), noise
-  //   (covariance by triangulation) and no outlier filter before.
-  //   Ours of One-Euro is causal and lags, theirs runs both ways.
-  //   With bones both are smooth in time and of nearly constant lengths.
-  // The limits leave half as much again for changes of front end and graph.
-  const struct {
-    const char* peer;
-    OutputKind kind;
-    double distance_mm;
-  } pairs[] = {
-      {"p2s_tri_raw", OutputKind::kRawDlt, 6.6},
-      {"p2s_tri_raw", OutputKind::kRobustTriangulation, 4.5},
-      {"anipose_triangulate", OutputKind::kRawDlt, 2.1},
-      {"p2s_hampel_butterworth", OutputKind::kButterworth, 7.8},
-      {"p2s_hampel_kalman", OutputKind::kRts, 8.7},
-      {"p2s_hampel_gcv_spline", OutputKind::kSmoothingSpline, 8.6},
-      {"p2s_hampel_one_euro", OutputKind::kOneEuro, 22.0},
-      {"anipose_optim_default_bones", OutputKind::kBatch, 15.0},
-      {"anipose_optim_c03_program_config_scores", OutputKind::kBatch, 8.7},
-  };
-  for (const auto& pair : pairs) {
-    SCOPED_TRACE(pair.peer);
-    const TrackSequence theirs =
-        ReadTracks(folder + "/peers/" + pair.peer + ".json");
-    const TrackSequence ours = actor.Estimate(pair.kind, options);
-    const Measured their = Measure(truth, theirs);
-    const Measured our = Measure(truth, ours);
-    const double distance_mm = MedianDistance(ours, theirs);
-    std::ostringstream row;
-    row << their.acceleration_mm << " " << their.bone_spread_mm << " "
-        << their.error_mm << " | " << our.acceleration_mm << " "
-        << our.bone_spread_mm << " " << our.error_mm << " | " << distance_mm;
-    const std::string name = OutputNames()[static_cast<size_t>(pair.kind)];
-    RecordProperty(pair.peer + ("_" + name), row.str());
-    EXPECT_LT(distance_mm, pair.distance_mm) << name;
-    EXPECT_LT(our.error_mm, their.error_mm + 5.0) << name;
-    if (pair.kind != OutputKind::kBatch) continue;
-    // Between aniposelib's two runs in smoothness, near the better one's error,
-    // and within the bound on bones that graph mode is held to.
-    EXPECT_LT(our.acceleration_mm, 2.97);
-    EXPECT_LT(our.bone_spread_mm, 7.0);
-    EXPECT_LT(our.error_mm, 50.4);
-  }
 }
 
 }  // namespace

@@ -3,10 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <set>
-#include <string>
 
-#include "core/base/error.h"
 #include "core/base/random.h"
 #include "solvers/graph/noise_scale.h"
 #include "solvers/graph/schedule.h"
@@ -101,37 +98,6 @@ TEST(Schedule, StartsConvexAndEndsWithTheLossItself) {
   EXPECT_EQ(schedule.stages[2].max_iterations, options.max_iterations);
   options.loss = LossKind::kHuber;
   EXPECT_EQ(MakeSchedule(options).stages.size(), 1u);
-}
-
-// Collects the keys, so that every option is known to be described.
-class KeyCollector final : public OptionChecker {
- public:
-  void Number(const std::string& key, double* value, const Limits& limits,
-              const std::string& unit, const std::string& help) override {
-    EXPECT_FALSE(help.empty()) << key;
-    ++count;
-    OptionChecker::Number(key, value, limits, unit, help);
-  }
-  int count = 0;
-};
-
-TEST(GraphOptions, DefaultsAreWithinTheirLimits) {
-  GraphOptions options;
-  EXPECT_NO_THROW(CheckOptions(options));
-  KeyCollector keys;
-  options.Describe(keys);
-  EXPECT_GT(keys.count, 2 * kJointClassCount);
-}
-
-TEST(GraphOptions, AnErrorNamesTheKey) {
-  GraphOptions options;
-  options.process_noise[static_cast<int>(JointClass::kAnkle)] = 0.0;
-  try {
-    CheckOptions(options);
-    FAIL() << "accepted a process noise of zero";
-  } catch (const OptionError& error) {
-    EXPECT_EQ(error.key(), "graph.process_noise.ankle");
-  }
 }
 
 }  // namespace

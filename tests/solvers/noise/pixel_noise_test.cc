@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "core/base/random.h"
-#include "solvers/noise/chi_square.h"
 
 namespace kinegraph {
 namespace {

@@ -246,27 +246,5 @@ TEST(WindowEstimator, FastFramesShareASolve) {
   EXPECT_LT(testing::RootMeanSquare(recording.truth, finals, 24), 0.015);
 }
 
-TEST(WindowEstimator, SameInputSameBits) {
-  const SceneModel scene = MakeScene(25.0, false);
-  GraphOptions options = testing::FixedNoise();
-  SimulatedNoise noise;
-  noise.outliers = 0.1;
-  Random random(35);
-  const SimulatedRecording recording =
-      testing::Simulate(scene, options, testing::WalkingMotion(scene, 50),
-                        noise, Eigen::Vector3d::Zero(), &random);
-  const auto first = MakeWindowEstimator(scene, options);
-  const auto second = MakeWindowEstimator(scene, options);
-  const auto a = testing::Run(first.get(), recording.frames);
-  const auto b = testing::Run(second.get(), recording.frames);
-  for (size_t k = 0; k < a.size(); ++k) {
-    for (size_t j = 0; j < 3; ++j) {
-      EXPECT_EQ(a[k].person.joints[j].position_m,
-                b[k].person.joints[j].position_m);
-      EXPECT_EQ(a[k].person.covariances[j], b[k].person.covariances[j]);
-    }
-  }
-}
-
 }  // namespace
 }  // namespace kinegraph

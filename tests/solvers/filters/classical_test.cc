@@ -1,0 +1,257 @@
+#include "solvers/filters/classical.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <complex>
+#include <vector>
+
+#include "core/base/error.h"
+#include "solvers/filters/segment_filters.h"
+#include "tests/support/signals.h"
+
+namespace kinegraph {
+namespace {
+
+TEST(CentredGaussianTest, InsideAndAtTheEdgesAsNumpyHasIt) {
+  // x as testing::Wiggle(30) says; sigma 0.05 s at 25 Hz, radius 4 sigmas = 5
+  // frames. numpy 1.24.2:
+  //   w = np.exp(-.5 * (np.arange(-5, 6) * .04 / .05)**2)
+  //   (np.convolve(x, w, 'same') / np.convolve(np.ones(30), w, 'same'))
+  //     [[0, 1, 15, 28, 29]]
+  // Place 15 is scipy.ndimage.gaussian_filter1d(x, 1.25)[15] too.
+  const int places[] = {0, 1, 15, 28, 29};
+  const double expected[] = {0.2874968691802849, 0.4824789590364859,
+                             0.5887899257028587, 3.619712452956263,
+                             3.597963959257704};
+  const Samples smoothed =
+      CentredGaussian(0.05, testing::UniformTimes(30), testing::Wiggle(30));
+  for (int i = 0; i < 5; ++i) {
+    EXPECT_NEAR(smoothed(places[i], 0), expected[i], 1e-13) << places[i];
+  }
+}
+
+TEST(CentredGaussianTest, UnevenTimeWeighsByTime) {
+  // Three values, one far: weights exp(-t^2 / (2 sigma^2)) by hand.
+  Samples values(3, 1);
+  values << 1.0, 2.0, 4.0;
+  const Samples smoothed = CentredGaussian(0.1, {0.0, 0.1, 0.3}, values);
+  const double a = std::exp(-0.5);
+  const double b = std::exp(-4.5);
+  const double c = std::exp(-2.0);
+  EXPECT_NEAR(smoothed(0, 0), (1.0 + 2.0 * a + 4.0 * b) / (1.0 + a + b), 1e-14);
+  EXPECT_NEAR(smoothed(1, 0), (a + 2.0 + 4.0 * c) / (a + 1.0 + c), 1e-14);
+  EXPECT_NEAR(smoothed(2, 0), (b + 2.0 * c + 4.0) / (b + c + 1.0), 1e-14);
+}
+
+// Known answers by the paper's algorithm 1 in Python (min. cut-off 1, beta 0.5,
+// derivative cut-off 1), x and t as the signals say:
+//   a = lambda dt, fc: 1 / (1 + 1 / (2 * np.pi * fc) / dt)
+//   y, e = [x[0]], 0.0
+//   for i in range(1, len(x)):
+//     dt = t[i] - t[i-1]; e += a(dt, 1.0) * ((x[i] - y[-1]) / dt - e)
+//     y.append(y[-1] + a(dt, 1.0 + 0.5 * abs(e)) * (x[i] - y[-1]))
+const OneEuroOptions kOptions = {1.0, 0.5};
+
+TEST(OneEuroTest, UnevenTime) {
+  const int places[] = {0, 1, 2, 15, 28, 29};
+  const double expected[] = {0.05,
+                             0.1554015369335859,
+                             0.3848691357996041,
+                             0.5909494962435787,
+                             3.636285767367925,
+                             3.575896477631622};
+  const Samples filtered =
+      OneEuro(kOptions, testing::UnevenTimes(30), testing::Wiggle(30));
+  for (int i = 0; i < 6; ++i) {
+    EXPECT_NEAR(filtered(places[i], 0), expected[i], 1e-13) << places[i];
+  }
+}
+
+TEST(OneEuroTest, WithoutBetaItIsExponentialSmoothing) {
+  // al = 1 / (1 + 1 / (2 pi 1.5) / 0.04); scipy 1.10.1:
+  // signal.lfilter([al], [1, al - 1], x, zi=[x[0] * (1 - al)])[0]
+  const int places[] = {0, 1, 15, 29};
+  const double expected[] = {0.05, 0.1309071981198498, 0.7352923114698284,
+                             3.338964092725327};
+  const Samples filtered =
+      OneEuro({1.5, 0.0}, testing::UniformTimes(30), testing::Wiggle(30));
+  for (int i = 0; i < 4; ++i) {
+    EXPECT_NEAR(filtered(places[i], 0), expected[i], 1e-13) << places[i];
+  }
+  // Frequency response: the real part of a / (1 - (1 - a) e^-iw), since the
+  // crest of the cosine is looked at.
+  const double ratio = 2.0 * M_PI * 1.5 * 0.04;
+  const double a = ratio / (1.0 + ratio);
+  const auto times_s = testing::UniformTimes(2001);
+  for (const double f : {0.5, 1.5, 5.0}) {
+    const auto z = std::polar(1.0, -2.0 * M_PI * f * 0.04);
+    const double expected_gain = (a / (1.0 - (1.0 - a) * z)).real();
+    const double gain = testing::Gain(
+        [&](const Samples& values) {
+          return OneEuro({1.5, 0.0}, times_s, values);
+        },
+        f, 25.0);
+    EXPECT_NEAR(gain, expected_gain, 1e-12) << f;
+  }
+}
+
+TEST(OneEuroTest, IsCausalAndHoldsInGaps) {
+  JointSegment segment;
+  segment.times_s = testing::UniformTimes(6);
+  segment.positions_m = Samples::Zero(6, 3);
+  segment.positions_m.col(0) << 0.0, 1.0, 2.0, 3.0, 4.0, 5.0;
+  segment.sampled = {1, 1, 0, 0, 0, 1};
+  const Samples filtered = OneEuroFilter(kOptions)(segment).positions_m;
+  for (int k = 2; k < 5; ++k) EXPECT_EQ(filtered(k, 0), filtered(1, 0));
+  // The sample after the gap came 0.16 s after the one before.
+  Samples three(3, 1);
+  three << 0.0, 1.0, 5.0;
+  EXPECT_EQ(filtered(5, 0), OneEuro(kOptions, {0.0, 0.04, 0.2}, three)(2, 0));
+}
+
+TEST(SavitzkyGolayTest, EdgesAreScipys) {
+  // scipy 1.10.1: signal.savgol_filter(x, 9, 3)[[0, 1, 15, 28, 29]] and
+  // signal.savgol_filter(x, 7, 2)[...], x = testing::Wiggle(30).
+  const int places[] = {0, 1, 15, 28, 29};
+  const double nine[] = {0.01894161481667722, 0.4160661716163582,
+                         0.5409140977964515, 3.654991074386889,
+                         3.529989961071933};
+  const double seven[] = {0.01376051334216093, 0.4214895372267477,
+                          0.5138416298102059, 3.649968437031076,
+                          3.531730723922287};
+  const Samples values = testing::Wiggle(30);
+  const Samples with_nine = SavitzkyGolay(9, 3, values);
+  const Samples with_seven = SavitzkyGolay(7, 2, values);
+  for (int i = 0; i < 5; ++i) {
+    EXPECT_NEAR(with_nine(places[i], 0), nine[i], 1e-13) << places[i];
+    EXPECT_NEAR(with_seven(places[i], 0), seven[i], 1e-13) << places[i];
+  }
+}
+
+TEST(SavitzkyGolayTest, PolynomialsPassAndShortSignalsAreFittedWhole) {
+  for (const int count : {1, 2, 4, 5, 8, 9, 30}) {
+    Samples values(count, 1);
+    for (int k = 0; k < count; ++k) {
+      values(k, 0) = 1.0 - 0.3 * k + 0.02 * k * k - 1e-3 * k * k * k;
+    }
+    EXPECT_LT((SavitzkyGolay(9, 3, values) - values).cwiseAbs().maxCoeff(),
+              1e-12)
+        << count;
+  }
+}
+
+TEST(SavitzkyGolayTest, WindowsAreOddNumbersOfFrames) {
+  SavitzkyGolayOptions options;  // 0.36 s, order 3
+  EXPECT_EQ(SavitzkyGolayLength(options, 25.0), 9);
+  EXPECT_EQ(SavitzkyGolayLength(options, 60.0), 21);   // 21.6
+  EXPECT_EQ(SavitzkyGolayLength(options, 120.0), 43);  // 43.2
+  options.window_s = 0.0;
+  EXPECT_EQ(SavitzkyGolayLength(options, 25.0), 5);  // order 3 needs four
+}
+
+TEST(SavitzkyGolayTest, RefusesUnevenTime) {
+  JointSegment segment;
+  segment.times_s = {0.0, 0.04, 0.12};
+  segment.positions_m = Samples::Zero(3, 3);
+  try {
+    SavitzkyGolayFilter({}, 25.0)(segment);
+    FAIL() << "a dropped frame was accepted";
+  } catch (const InputError& error) {
+    EXPECT_NE(std::string(error.what()).find("'savitzky_golay' needs uniform"),
+              std::string::npos)
+        << error.what();
+  }
+}
+
+// A ramp with two spikes.
+Samples Spiky() {
+  Samples values(12, 1);
+  values << 0.0, 0.1, 0.2, 5.0, 0.4, 0.5, 0.6, 0.7, -3.0, 0.9, 1.0, 1.1;
+  return values;
+}
+
+void ExpectColumn(const Samples& found, const std::vector<double>& expected) {
+  ASSERT_EQ(found.rows(), static_cast<Eigen::Index>(expected.size()));
+  for (size_t i = 0; i < expected.size(); ++i) {
+    EXPECT_NEAR(found(static_cast<Eigen::Index>(i), 0), expected[i], 1e-14)
+        << i;
+  }
+}
+
+TEST(MovingMedianTest, IsScipysInsideAndTakesWhatThereIsAtTheEdges) {
+  // z the spiky ramp. Inside: scipy.signal.medfilt(z, 5). All of it:
+  // [np.median(z[max(0, i-2):i+3]) for i in range(12)], numpy 1.24.2.
+  ExpectColumn(MovingMedian(0.2, WindowSide::kCentred,
+                            testing::UniformTimes(12), Spiky()),
+               {0.1, 0.15, 0.2, 0.4, 0.5, 0.6, 0.5, 0.6, 0.7, 0.9, 0.95, 1.0});
+}
+
+TEST(MovingMedianTest, TrailingWindowsKnowNoFuture) {
+  // 0.12 s at 25 Hz: the value and the two before.
+  ExpectColumn(MovingMedian(0.12, WindowSide::kTrailing,
+                            testing::UniformTimes(12), Spiky()),
+               {0.0, 0.05, 0.1, 0.2, 0.4, 0.5, 0.5, 0.6, 0.6, 0.7, 0.9, 1.0});
+}
+
+TEST(MovingMedianTest, StepsStayAndImpulsesGo) {
+  const auto times_s = testing::UniformTimes(21);
+  const Samples step = testing::Step(21, 10);
+  EXPECT_EQ(MovingMedian(0.2, WindowSide::kCentred, times_s, step), step);
+  // A burst of two of five goes, one of three is the majority and stays.
+  Samples burst = Samples::Zero(21, 1);
+  burst.middleRows(10, 2).setOnes();
+  EXPECT_EQ(MovingMedian(0.2, WindowSide::kCentred, times_s, burst).norm(),
+            0.0);
+  burst(12, 0) = 1.0;
+  EXPECT_EQ(MovingMedian(0.2, WindowSide::kCentred, times_s, burst), burst);
+}
+
+TEST(MovingMedianTest, UnevenTimeCountsByTime) {
+  Samples values(5, 1);
+  values << 1.0, 9.0, 2.0, 7.0, 3.0;
+  // Within 0.1 s: {1 9}, {1 9 2}, {9 2}, {7 3}, {7 3}.
+  ExpectColumn(MovingMedian(0.2, WindowSide::kCentred,
+                            {0.0, 0.1, 0.2, 0.5, 0.55}, values),
+               {5.0, 2.0, 5.5, 5.0, 5.0});
+}
+
+TEST(HampelFilterTest, ReplacesOutliersAlone) {
+  // m, s: np.median and 1.482602218505602 * median |w - m| of
+  // w = z[max(0, i-3):i+4]; z[i] becomes m where |z[i] - m| > 3 s.
+  ExpectColumn(HampelFilter(0.28, 3.0, WindowSide::kCentred,
+                            testing::UniformTimes(12), Spiky()),
+               {0.0, 0.1, 0.2, 0.4, 0.4, 0.5, 0.6, 0.7, 0.7, 0.9, 1.0, 1.1});
+}
+
+TEST(HampelFilterTest, WhereMostAreEqualAnyOtherIsAnOutlier) {
+  EXPECT_EQ(HampelFilter(0.28, 3.0, WindowSide::kCentred,
+                         testing::UniformTimes(21), testing::Impulse(21, 10))
+                .norm(),
+            0.0);
+}
+
+TEST(HampelMedianTest, IsOneAfterTheOther) {
+  ExpectColumn(HampelMedian({}, testing::UniformTimes(12), Spiky()),
+               {0.1, 0.15, 0.2, 0.4, 0.4, 0.5, 0.6, 0.7, 0.7, 0.9, 0.95, 1.0});
+}
+
+TEST(HampelMedianTest, TheTrailingOneHoldsInGaps) {
+  JointSegment segment;
+  segment.times_s = testing::UniformTimes(6);
+  segment.positions_m.resize(6, 3);
+  for (int k = 0; k < 6; ++k) segment.positions_m.row(k).setConstant(k);
+  segment.sampled = {1, 1, 0, 0, 0, 1};
+  HampelMedianOptions options;
+  options.median_window_s = 0.0;  // each value itself
+  options.hampel_threshold = 1e9;
+  ExpectColumn(HampelMedianFilter(options)(segment).positions_m.col(0),
+               {0.0, 1.0, 2.0, 3.0, 4.0, 5.0});
+  options.side = WindowSide::kTrailing;
+  options.median_window_s = 0.01;
+  ExpectColumn(HampelMedianFilter(options)(segment).positions_m.col(0),
+               {0.0, 1.0, 1.0, 1.0, 1.0, 5.0});
+}
+
+}  // namespace
+}  // namespace kinegraph
