@@ -1,8 +1,8 @@
 #!/bin/bash
 # What takes too long for every change; `./kinegraph test --all` runs it after
 # all tests. A line a step: outcome, seconds, what it was; its words are in
-# BUILD/all/STEP.log, and BUILD/all/STEP.json keeps the line. A step that lacks
-# something it needs is skipped and says what.
+# BUILD/all/STEP.log. A step that lacks something it needs is skipped and says
+# what.
 #
 #   tests/all.sh BUILD [STEP...]     default: every step
 set -uo pipefail
@@ -28,13 +28,11 @@ programs_of() {  # FOLDER...
   (cd tests && find "$@" -name '*_test.cc' -printf 'test_%h\n' | tr / _ | sort -u)
 }
 
-# What each program came to is kept in BUILD/all/PRESET/PROGRAM.json, the names
-# of all in programs.txt. KINEGRAPH_PROGRAMS chooses some of them.
+# What each test came to is kept in BUILD/all/PRESET.xml. KINEGRAPH_PROGRAMS
+# chooses some of the programs.
 sanitizer() {  # PRESET PROGRAM...
   local preset=$1 program programs=()
   shift
-  mkdir -p "$logs/$preset"
-  printf '%s\n' "$@" >"$logs/$preset/programs.txt"
   for program in "$@"; do
     if [[ " ${KINEGRAPH_PROGRAMS:-$*} " == *" $program "* ]]; then
       programs+=("$program")
@@ -43,8 +41,9 @@ sanitizer() {  # PRESET PROGRAM...
   cmake --preset "$preset" -B "$build/$preset" &&
     cmake --build "$build/$preset" --parallel "$jobs" \
       --target kinegraph_commands "${programs[@]}" &&
-    tests/parts/run_parts.py "$logs/$preset" "$jobs" \
-      "${programs[@]/#/$build/$preset/tests/}"
+    ctest --test-dir "$build/$preset" --parallel "$jobs" \
+      --label-regex "^($(IFS='|' && echo "${programs[*]}"))$" \
+      --output-on-failure --output-junit "$logs/$preset.xml"
 }
 
 # Everything. The engines of clusters only start programs that are tested
@@ -97,8 +96,6 @@ step() {  # NAME TITLE NEEDED_PROGRAM...
     failed=1
   fi
   printf '%s  %6d s  %s\n' "$outcome" $((SECONDS - begin)) "$title"
-  tests/parts/keep_step.py "$logs" "$name" "$title" "$outcome" \
-    $((SECONDS - begin))
 }
 
 wanted=" ${*:-asan tsan calls memory commands stream slurm fuzz package wheel} "

@@ -94,66 +94,6 @@ struct Take {
   std::string tracks;
 };
 
-TEST(Convert, EveryFormatFromOurOwnAndBack) {
-  const TemporaryFolder folder;
-  const Take recording(folder);
-  struct Case {
-    std::string in;
-    std::string to;
-    std::string more;  // flags of writing
-    std::string told;  // flags of reading back
-  };
-  const std::vector<Case> cases = {
-      {recording.cameras, "kinegraph", "", ""},
-      {recording.cameras, "krt", "", ""},
-      {recording.cameras, "voxelpose", "", ""},
-      {recording.cameras, "longcw", "", "--image_size=640,480"},
-      {recording.cameras, "panoptic", "", ""},
-      {recording.cameras, "pose2sim", "", ""},
-      {recording.cameras, "tum", "", ""},
-      {recording.cameras, "opencv", "", ""},
-      {recording.cameras, "easymocap", "", ""},
-      {recording.detections, "kinegraph", "", ""},
-      {recording.detections, "openpose", "", "--skeleton=coco17"},
-      {recording.detections, "coco", "", ""},
-      {recording.detections, "mmpose", "", ""},
-      {recording.detections, "mediapipe", "", ""},
-      {recording.detections, "longcw", "--image_size=640,480",
-       "--skeleton=coco17"},
-      {recording.tracks, "kinegraph", "", ""},
-      {recording.tracks, "tum", "", "--skeleton=coco17"},
-      {recording.tracks, "4da", "", "--skeleton=coco17"},
-      {recording.tracks, "longcw", "", ""},
-      {recording.tracks, "poses", "", ""},
-      {recording.tracks, "panoptic", "", ""},
-      {recording.tracks, "csv", "", ""},
-      {recording.tracks, "trc", "", ""},
-      {recording.tracks, "npz", "", ""}};
-  int number = 0;
-  for (const Case& one : cases) {
-    for (const char* from : {"auto", "kinegraph"}) {
-      const std::string out = folder.path() / std::to_string(number++);
-      const Outcome outcome = Convert(
-          folder, "--from=" + std::string(from) + " --to=" + one.to + " " +
-                      one.more + " --in=" + one.in + " --out=" + out);
-      EXPECT_EQ(outcome.exit_code, 0) << one.to << ": " << outcome.errors;
-      EXPECT_TRUE(fs::exists(out)) << one.to;
-      if (one.to == std::string("trc")) {
-        EXPECT_TRUE(testing::OpenSimReads(out));
-      }
-      EXPECT_THAT(outcome.errors, Not(HasSubstr("error")));
-      // And back, told by content or by name.
-      for (const std::string& back : {std::string("auto"), one.to}) {
-        const Outcome again =
-            Convert(folder, "--from=" + back + " --to=kinegraph " + one.told +
-                                " --in=" + out + " --out=" + out + ".back");
-        EXPECT_EQ(again.exit_code, 0)
-            << back << " " << one.to << ": " << again.errors;
-      }
-    }
-  }
-}
-
 TEST(Convert, OwnFormatsComeBackByteForByte) {
   const TemporaryFolder folder;
   const Take recording(folder);
@@ -470,43 +410,6 @@ TEST(Convert, ThePageNamesEveryFormatAndFlag) {
   for (const char* flag : {"unit", "image_size", "skeleton", "frame_rate",
                            "axes", "markers", "person", "set", "formats"}) {
     EXPECT_THAT(page, HasSubstr("--" + std::string(flag)));
-  }
-}
-
-TEST(Convert, RealFilesAreToldByContent) {
-  KINEGRAPH_DATA_OR_SKIP(data, "campus/annotation_3d.json");
-  const std::string root = fs::path(data).parent_path().parent_path();
-  const TemporaryFolder folder;
-  const std::multimap<std::string, std::string> cases = {
-      {"shelf/calibration.json", "krt"},
-      {"shelf/calibration_voxelpose.json", "easymocap"},
-      {"shelf/tum", "pose2sim"},
-      {"campus/tum", "voxelpose"},
-      {"campus/calibration.json --image_size=360,288 "
-       "--set=cameras.ignore_distortion=true",
-       "tum"},
-      {"panoptic/calibration_160422_ultimatum1.json", "voxelpose"},
-      {"pose2sim/calibration/Calib.toml", "kinegraph"},
-      {"pose2sim/single/pose --skeleton=body25b --frame_rate=60", "kinegraph"},
-      {"campus/detections_modelled/clean", "openpose"},
-      {"campus/annotation_2d.json", "coco"},
-      {"panoptic/detections", "kinegraph"},
-      {"campus/annotation_3d.json", "csv"},
-      {"campus/result_3d.json", "npz"},
-      {"shelf/tum/actorsGT.mat --frame_rate=25", "trc"},
-      {"shelf/raw/gt.txt", "kinegraph"},
-      {"shelf/reference/paper_code_shelf.json", "csv"},
-      {"panoptic/body3DScene_00010600.json", "poses"}};
-  int number = 0;
-  for (const auto& [in, to] : cases) {
-    const std::string out = folder.path() / std::to_string(number++);
-    const Outcome outcome = Convert(
-        folder, "--to=" + to + " --in='" + root + "'/" + in + " --out=" + out);
-    EXPECT_EQ(outcome.exit_code, 0) << in << ": " << outcome.errors;
-    EXPECT_TRUE(fs::exists(out)) << in;
-    if (to == "trc") {
-      EXPECT_TRUE(testing::OpenSimReads(out));
-    }
   }
 }
 

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <filesystem>
 #include <map>
-#include <nlohmann/json.hpp>
 #include <set>
 #include <sstream>
 #include <string>
@@ -13,7 +12,6 @@
 
 #include "core/io/calibration/calibration.h"
 #include "core/io/detections/source.h"
-#include "core/io/text/json.h"
 #include "core/io/tracks/tracks.h"
 #include "tests/support/program.h"
 #include "tests/support/test_data.h"
@@ -134,24 +132,6 @@ TEST_F(DemoTest, TracksInEveryModeAndScores) {
     EXPECT_GT(error_mm, 0.0);
     EXPECT_LT(error_mm, 100.0);
   }
-  // The page shows two modes against the truth, with all that is known.
-  const std::string page = ContentOf(out_ / "page.html");
-  const std::string open = "<script type=\"application/json\" id=\"data\">";
-  const size_t begin = page.find(open);
-  ASSERT_NE(begin, std::string::npos);
-  const Json data =
-      ParseJson(page.substr(begin + open.size(), page.find("</script>", begin) -
-                                                     begin - open.size()),
-                "page.html");
-  ASSERT_EQ(data["results"].size(), 3u);
-  EXPECT_EQ(data["results"][0]["label"], "graph, batch, bones");
-  EXPECT_TRUE(data["results"][0].contains("covariance"));
-  EXPECT_TRUE(data["results"][0].contains("match"));
-  EXPECT_EQ(data["results"][1]["label"], "paper");
-  EXPECT_TRUE(data["results"][1].contains("difference"));
-  EXPECT_EQ(data["results"][2]["role"], "truth");
-  EXPECT_EQ(data["cameras"].size(), cameras);
-  EXPECT_TRUE(data.contains("detections"));
   // stdout has the same table.
   EXPECT_THAT(outcome.output, HasSubstr("identity switches"));
 }

@@ -268,58 +268,5 @@ TEST(SynthesizeMotion, RecordedClipsAreSeenAsTheyAre) {
   EXPECT_EQ(truth.frames[55].people.size(), 3u);
 }
 
-// The whole way: exact detections through the tracker give the truth back.
-TEST(Synthesize, ExactDetectionsAreTrackedExactly) {
-  const TemporaryFolder folder;
-  const std::string scene_config =
-      folder.Write("scene.toml",
-                   "[scene]\nseed = 5\npeople = 3\nduration = 6\n"
-                   "[scene.motion]\narea_radius = 1.6\nvisitors = 0.0\n"
-                   "[scene.cameras]\ncount = 5\n"
-                   "distortion = [-0.2, 0.05, 0.001, -0.001, 0.0]\n"
-                   "[noise]\ndropped_frame_rate = 0.1\ntime_jitter = 0.004\n");
-  ASSERT_EQ(Synthesize(folder, scene_config, "scene").exit_code, 0);
-  const std::string track_config = folder.Write(
-      "track.toml",
-      "mode = \"paper\"\n[gaussian]\nsmooth = false\n"
-      "[association]\nalpha_2d = 100.0\n[reconstruction]\nalpha_epi = 30.0\n");
-  const std::string scene = (folder.path() / "scene").string();
-  const std::string tracks_path = (folder.path() / "tracks.jsonl").string();
-  const ProgramOutcome outcome = RunProgram(
-      "track", "--cameras=" + scene + "/cameras.json --detections=" + scene +
-                   "/detections.jsonl --config=" + track_config +
-                   " --out=" + tracks_path);
-  ASSERT_EQ(outcome.exit_code, 0) << outcome.errors;
-  const DetectionSequence detections =
-      ReadDetections(scene + "/detections.jsonl");
-  const TrackSequence truth = ReadTracks(scene + "/truth.jsonl");
-  const TrackSequence tracks = ReadTracks(tracks_path);
-  EXPECT_LT(detections.frames.size(), 145u) << "some of 150 are dropped";
-  // Lost frames stay lost, and the clock's jitter is in `time`.
-  ASSERT_EQ(tracks.frames.size(), detections.frames.size());
-  int64_t joints = 0;
-  int64_t exact = 0;
-  for (size_t f = 0; f < tracks.frames.size(); ++f) {
-    EXPECT_EQ(tracks.frames[f].frame, detections.frames[f].frame);
-    EXPECT_EQ(tracks.frames[f].time, detections.frames[f].time);
-    for (const PersonPose& person : tracks.frames[f].people) {
-      for (size_t j = 0; j < person.joints.size(); ++j) {
-        if (person.joints[j].status != JointStatus::kObserved) continue;
-        double nearest = 1e9;
-        for (const PersonPose& other : truth.frames[f].people) {
-          nearest = std::min(nearest, (other.joints[j].position_m -
-                                       person.joints[j].position_m)
-                                          .norm());
-        }
-        ++joints;
-        exact += nearest < 1e-6 ? 1 : 0;
-      }
-    }
-  }
-  EXPECT_GT(joints, 3 * 17 * 100);
-  // All: everybody is in all images, so no older view takes part.
-  EXPECT_EQ(exact, joints);
-}
-
 }  // namespace
 }  // namespace kinegraph

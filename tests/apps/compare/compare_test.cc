@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cmath>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -167,31 +166,6 @@ TEST(Compare, SeesTheDelayOfACausalFilterAndNoneOfASmoother) {
   EXPECT_NEAR(lag_ms(0), 0.0, 5.0);
   EXPECT_GT(lag_ms(2), 60.0);
   EXPECT_TRUE(result.strategies[0].scores.run.whole_recording);
-}
-
-TEST(Compare, DoesNotDependOnThreads) {
-  const SyntheticRecording recording = MakeNoisyRecording();
-  std::string texts[2];
-  for (const int threads : {1, 3}) {
-    CompareResult result = Compare(
-        recording, "causal_gaussian,butterworth,window_3,batch", threads);
-    Score(&result);
-    texts[threads == 1 ? 0 : 1] = CompareJson(result).dump() +
-                                  CompareCsv(result) + CompareMarkdown(result);
-  }
-  EXPECT_EQ(texts[0], texts[1]);
-}
-
-TEST(Compare, CovariancesAreThoseOfTheNoiseThatTheyAssume) {
-  // Loss and correlation aside, the sigma of the table is 6 px at 4 m and a
-  // focal length of 1000 px; here 6 px at the scene's depths. The scale is
-  // estimated, so that 95 % come out to some per cent.
-  CompareResult result = Compare(MakeNoisyRecording(), "causal_gaussian,batch");
-  Score(&result);
-  EXPECT_TRUE(
-      std::isnan(result.strategies[0].Find("truth_covered_percent")->value));
-  EXPECT_NEAR(result.strategies[1].Find("truth_covered_percent")->value, 95.0,
-              5.0);
 }
 
 TEST(Compare, RefusesAStrategyThatTheTakeDoesNotSuit) {

@@ -1,0 +1,150 @@
+#!/usr/bin/env python3
+"""Rules that the build cannot keep, asserted on the sources themselves.
+
+Who may use which library of the project is the build's (kinegraph_library).
+Exit code 1 and a line for each rule that is broken.
+"""
+import pathlib
+import re
+import sys
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+INCLUDE = re.compile(r'\s*#\s*include\s*[<"]([^>"]+)[>"]')
+
+# What only some folders may include: pattern of the whole path, folders, rule,
+# and a wrong line, on which the rule is tried.
+INCLUDES = [
+    (r"(ceres|suitesparse)/.*|cholmod.*\.h|umfpack\.h|SuiteSparse.*",
+     ["solvers"], "Ceres and SuiteSparse are seen by solvers alone",
+     ("core/data/x.h", "#include <ceres/ceres.h>")),
+    (r"gflags/.*", ["apps"], "gflags is for apps alone",
+     ("core/data/x.h", "#include <gflags/gflags.h>")),
+    (r"toml\+\+/.*|toml\.hpp|simdjson.*|yaml-cpp/.*|matio.*|hdf5.*",
+     ["core/io"], "format libraries are for core/io alone",
+     ("core/tracking/x.cc", '#include "simdjson.h"')),
+    (r"nlohmann/.*", ["core/io", "apps"],
+     "JSON is read by core/io alone, and written by it and by commands",
+     ("solvers/x.cc", "#include <nlohmann/json.hpp>")),
+    (r"fstream|filesystem", ["core/io"], "files are touched by core/io alone",
+     ("apps/x.cc", "#include <filesystem>")),
+    (r"iostream", ["apps"], "the library does not print",
+     ("core/data/x.cc", "#include <iostream>")),
+    (r"(sys/.*|unistd|fcntl|poll|spawn|dirent|termios|dlfcn|glob|pwd|pthread|"
+     r"sched|signal)\.h|sys/.*|csignal", ["core/system"],
+     "the operating system is known to core/system alone",
+     ("apps/x.cc", "#include <sys/stat.h>")),
+    (r"tests/.*", [], "tests are used by tests alone",
+     ("core/data/x.h", '#include "tests/support/y.h"')),
+]
+# The same of words in other lines.
+WORDS = [
+    (r"\b(FLAGS_\w+|(DEFINE|DECLARE)_(bool|int32|uint32|int64|uint64|double|"
+     r"string)\b)", ["apps"], "flags are for apps alone",
+     ("solvers/window/x.cc", "  if (FLAGS_threads > 1) {")),
+    (r"\b(fopen|freopen)\s*\(", ["core/io"],
+     "files are touched by core/io alone",
+     ("solvers/x.cc", '  FILE* file = fopen(name, "r");')),
+    (r"\bstd::(cout|cerr)\b|\b(printf|puts|fprintf)\s*\(", ["apps"],
+     "the library does not print", ("core/data/x.cc", '  std::printf("%d", x);')),
+    (r"\brandom_device\b", [], "every random number is seeded",
+     ("core/data/x.cc", "std::random_device d;")),
+]
+# What is not on every system, for docs/porting.md.
+NOT_EVERYWHERE = re.compile(
+    r"#include <(sys/.*|unistd|fcntl|poll|spawn|dirent|termios|dlfcn|glob|pwd|"
+    r'pthread|sched)(\.h)?>|"/proc/|__builtin_cpu|vector_size')
+TYPE = re.compile(r"^(?:struct|class|enum class) (\w+)(?: final)?"
+                  r"(?: :[^;]*)?(?: \{)?$", re.MULTILINE)
+
+
+def folder_of(path):
+    """core/geometry of core/geometry/camera.h; solvers and apps are one each."""
+    parts = path.split("/")
+    return "/".join(parts[:2]) if parts[0] == "core" else parts[0]
+
+
+def broken_by(path, line):
+    """The rules that one line of a source breaks."""
+    include = INCLUDE.match(line)
+    text = include[1] if include else line.split("//")[0]
+    match = re.fullmatch if include else re.search
+    return [rule for pattern, allowed, rule, _ in (INCLUDES if include else WORDS)
+            if match(pattern, text) and folder_of(path) not in allowed]
+
+
+def included_by(path, found):
+    """What a source includes, directly or not, into the set `found`."""
+    for name in INCLUDE.findall((ROOT / path).read_text()):
+        if name not in found:
+            found.add(name)
+            if (ROOT / name).exists():
+                included_by(name, found)
+    return found
+
+
+def check_sources(sources):
+    porting = (ROOT / "docs/porting.md").read_text()
+    types = {}
+    for path in sources:
+        text = (ROOT / path).read_text()
+        if not path.startswith("python/"):
+            for number, line in enumerate(text.splitlines(), 1):
+                for rule in broken_by(path, line):
+                    yield f"{path}:{number}: {rule}: {line}"
+        if (NOT_EVERYWHERE.search(text) and
+                pathlib.PurePath(path).name not in porting):
+            yield f"{path} is not in docs/porting.md"
+        # Two types of one name are one to the linker, which keeps one of the
+        # two sets of functions: memory of the other is written over.
+        for name in TYPE.findall(text) if path.endswith(".h") else []:
+            if types.setdefault(name, path) != path:
+                yield f"{name} is defined in {path} and {types[name]}"
+        # Whatever files for one instruction set share with others would be
+        # compiled for that set too, and run on machines that do not have it.
+        if re.search(r"_avx\w+\.cc$", path):
+            for name in included_by(path, set()):
+                if not (ROOT / name).exists() and name not in (
+                        "cstdint", "cstddef", "cmath", "algorithm",
+                        "type_traits"):
+                    yield f"{path} includes {name}"
+
+
+def check_builds():
+    """Debian's libceres is built without wide vectors. Eigen aligns differently
+    with them: memory handed across the boundary is then freed wrongly."""
+    files = [ROOT / "CMakeLists.txt", ROOT / "CMakePresets.json",
+             ROOT / "kinegraph"]
+    for top in ["cmake", "core", "solvers", "apps"]:
+        files += (ROOT / top).rglob("CMakeLists.txt")
+        files += (ROOT / top).rglob("*.cmake")
+    for file in files:
+        # But for files of their own, see above.
+        text = re.sub(r'source MATCHES "_avx\w+[^"]*"\)\s*'
+                      r"list\(APPEND options -mavx\w+\)", "", file.read_text())
+        if "-march=" in text or "-mavx" in text:
+            yield f"{file} asks for the machine's own instructions"
+
+
+def main():
+    sources = [str(path.relative_to(ROOT))
+               for top in ["core", "solvers", "apps", "python"]
+               for path in sorted((ROOT / top).rglob("*"))
+               if path.suffix in (".h", ".cc")]
+    found = [*check_sources(sources), *check_builds()]
+    for *_, rule, (path, line) in INCLUDES + WORDS:
+        if broken_by(path, line) != [rule]:
+            found.append(f"'{line}' in {path} does not break: {rule}")
+    for path, line in [("core/io/x.cc", "#include <filesystem>"),
+                       ("solvers/x.cc", "#include <ceres/ceres.h>"),
+                       ("apps/x.cc", 'DEFINE_string(out, "", "");'),
+                       ("core/io/x.cc", 'std::snprintf(text, 3, "%d", 1);'),
+                       ("core/data/x.h", "// FLAGS_x is not used")]:
+        found += [f"'{line}' in {path} breaks: {rule}"
+                  for rule in broken_by(path, line)]
+    print(*found, sep="\n")
+    print(len(sources), "sources")
+    sys.exit(1 if found or len(sources) < 500 else 0)
+
+
+if __name__ == "__main__":
+    main()
