@@ -109,108 +109,64 @@ int posix_memalign(void** p, size_t a, size_t n) {
 #define REAL(n)               \
   static __typeof__(n)* real; \
   if (!real) real = dlsym(RTLD_NEXT, #n)
-int open(const char* p, int f, ...) {
-  REAL(open);
-  va_list l;
-  va_start(l, f);
-  mode_t m = va_arg(l, mode_t);
-  va_end(l);
-  if (hit("open")) return -1;
-  return real(p, f, m);
-}
-int open64(const char* p, int f, ...) {
-  REAL(open64);
-  va_list l;
-  va_start(l, f);
-  mode_t m = va_arg(l, mode_t);
-  va_end(l);
-  if (hit("open")) return -1;
-  return real(p, f, m);
-}
-FILE* fopen(const char* p, const char* m) {
-  REAL(fopen);
-  if (hit("fopen")) return NULL;
-  return real(p, m);
-}
+// A function that answers so where its turn has come and the condition holds.
+#define FAILS_IF(condition, type, name, answer, parameters, arguments) \
+  type name parameters {                                               \
+    REAL(name);                                                        \
+    return (condition) && hit(#name) ? answer : real arguments;        \
+  }
+#define FAILS(type, name, answer, parameters, arguments) \
+  FAILS_IF(1, type, name, answer, parameters, arguments)
+// With a mode after the flags `f`, where they ask for one.
+#define OPENS(name, what, parameters, ...)    \
+  int name parameters {                       \
+    REAL(name);                               \
+    va_list l;                                \
+    va_start(l, f);                           \
+    mode_t m = va_arg(l, mode_t);             \
+    va_end(l);                                \
+    return hit(what) ? -1 : real(__VA_ARGS__, f, m); \
+  }
+OPENS(open, "open", (const char* p, int f, ...), p)
+OPENS(open64, "open", (const char* p, int f, ...), p)
+OPENS(openat, "openat", (int d, const char* p, int f, ...), d, p)
 FILE* fopen64(const char* p, const char* m) {
   REAL(fopen64);
-  if (hit("fopen")) return NULL;
-  return real(p, m);
+  return hit("fopen") ? NULL : real(p, m);
 }
-ssize_t read(int d, void* b, size_t n) {
-  REAL(read);
-  if (hit("read")) return -1;
-  return real(d, b, n);
-}
-ssize_t write(int d, const void* b, size_t n) {
-  REAL(write);
-  if (d > 2 && hit("write")) return -1;
-  return real(d, b, n);
-}
-size_t fread(void* b, size_t s, size_t n, FILE* f) {
-  REAL(fread);
-  if (hit("fread")) return 0;
-  return real(b, s, n, f);
-}
-size_t fwrite(const void* b, size_t s, size_t n, FILE* f) {
-  REAL(fwrite);
-  if (f != stdout && f != stderr && hit("fwrite")) return 0;
-  return real(b, s, n, f);
-}
-int fflush(FILE* f) {
-  REAL(fflush);
-  if (f && f != stdout && f != stderr && hit("fflush")) return EOF;
-  return real(f);
-}
-int fsync(int d) {
-  REAL(fsync);
-  if (hit("fsync")) return -1;
-  return real(d);
-}
-int fdatasync(int d) {
-  REAL(fdatasync);
-  if (hit("fdatasync")) return -1;
-  return real(d);
-}
-int rename(const char* a, const char* b) {
-  REAL(rename);
-  if (hit("rename")) return -1;
-  return real(a, b);
-}
-int fstat(int d, struct stat* s) {
-  REAL(fstat);
-  if (hit("fstat")) return -1;
-  return real(d, s);
-}
-int stat(const char* p, struct stat* s) {
-  REAL(stat);
-  if (hit("stat")) return -1;
-  return real(p, s);
-}
-int mkdir(const char* p, mode_t m) {
-  REAL(mkdir);
-  if (hit("mkdir")) return -1;
-  return real(p, m);
-}
-int fchmod(int d, mode_t m) {
-  REAL(fchmod);
-  if (hit("fchmod")) return -1;
-  return real(d, m);
-}
-int ftruncate(int d, off_t n) {
-  REAL(ftruncate);
-  if (hit("ftruncate")) return -1;
-  return real(d, n);
-}
-int openat(int d, const char* p, int f, ...) {
-  REAL(openat);
-  va_list l;
-  va_start(l, f);
-  mode_t m = va_arg(l, mode_t);
-  va_end(l);
-  if (hit("openat")) return -1;
-  return real(d, p, f, m);
-}
+FAILS(FILE*, fopen, NULL, (const char* p, const char* m), (p, m))
+FAILS(ssize_t, read, -1, (int d, void* b, size_t n), (d, b, n))
+FAILS_IF(d > 2, ssize_t, write, -1, (int d, const void* b, size_t n), (d, b, n))
+FAILS(size_t, fread, 0, (void* b, size_t s, size_t n, FILE* f), (b, s, n, f))
+FAILS_IF(f != stdout && f != stderr, size_t, fwrite, 0,
+         (const void* b, size_t s, size_t n, FILE* f), (b, s, n, f))
+FAILS_IF(f && f != stdout && f != stderr, int, fflush, EOF, (FILE * f), (f))
+FAILS(int, fsync, -1, (int d), (d))
+FAILS(int, fdatasync, -1, (int d), (d))
+FAILS(int, rename, -1, (const char* a, const char* b), (a, b))
+FAILS(int, fstat, -1, (int d, struct stat* s), (d, s))
+FAILS(int, stat, -1, (const char* p, struct stat* s), (p, s))
+FAILS(int, lstat, -1, (const char* p, struct stat* s), (p, s))
+FAILS(int, mkdir, -1, (const char* p, mode_t m), (p, m))
+FAILS(int, fchmod, -1, (int d, mode_t m), (d, m))
+FAILS(int, ftruncate, -1, (int d, off_t n), (d, n))
+FAILS(DIR*, opendir, NULL, (const char* p), (p))
+FAILS(struct dirent*, readdir, NULL, (DIR * d), (d))
+FAILS(off_t, lseek, -1, (int d, off_t o, int w), (d, o, w))
+FAILS(ssize_t, pwrite, -1, (int d, const void* b, size_t n, off_t o),
+      (d, b, n, o))
+FAILS(ssize_t, pread, -1, (int d, void* b, size_t n, off_t o), (d, b, n, o))
+FAILS_IF(d >= 0, void*, mmap, MAP_FAILED,
+         (void* a, size_t n, int p, int f, int d, off_t o), (a, n, p, f, d, o))
+FAILS(int, unlink, -1, (const char* p), (p))
+FAILS(int, rmdir, -1, (const char* p), (p))
+FAILS(int, remove, -1, (const char* p), (p))
+FAILS(int, access, -1, (const char* p, int m), (p, m))
+FAILS(char*, realpath, NULL, (const char* p, char* r), (p, r))
+FAILS(int, flock, -1, (int d, int o), (d, o))
+FAILS(int, pipe, -1, (int d[2]), (d))
+FAILS(int, pipe2, -1, (int d[2], int f), (d, f))
+FAILS(pid_t, fork, -1, (void), ())
 // The descriptor is gone even so, as close(2) says of Linux.
 int close(int d) {
   REAL(close);
@@ -227,86 +183,6 @@ int fclose(FILE* f) {
   if (!fails) return outcome;
   errno = EIO;
   return EOF;
-}
-DIR* opendir(const char* p) {
-  REAL(opendir);
-  if (hit("opendir")) return NULL;
-  return real(p);
-}
-struct dirent* readdir(DIR* d) {
-  REAL(readdir);
-  if (hit("readdir")) return NULL;
-  return real(d);
-}
-off_t lseek(int d, off_t o, int w) {
-  REAL(lseek);
-  if (hit("lseek")) return -1;
-  return real(d, o, w);
-}
-ssize_t pwrite(int d, const void* b, size_t n, off_t o) {
-  REAL(pwrite);
-  if (hit("pwrite")) return -1;
-  return real(d, b, n, o);
-}
-ssize_t pread(int d, void* b, size_t n, off_t o) {
-  REAL(pread);
-  if (hit("pread")) return -1;
-  return real(d, b, n, o);
-}
-void* mmap(void* a, size_t n, int p, int f, int d, off_t o) {
-  REAL(mmap);
-  if (d >= 0 && hit("mmap")) return MAP_FAILED;
-  return real(a, n, p, f, d, o);
-}
-int lstat(const char* p, struct stat* s) {
-  REAL(lstat);
-  if (hit("lstat")) return -1;
-  return real(p, s);
-}
-int unlink(const char* p) {
-  REAL(unlink);
-  if (hit("unlink")) return -1;
-  return real(p);
-}
-int rmdir(const char* p) {
-  REAL(rmdir);
-  if (hit("rmdir")) return -1;
-  return real(p);
-}
-int remove(const char* p) {
-  REAL(remove);
-  if (hit("remove")) return -1;
-  return real(p);
-}
-int access(const char* p, int m) {
-  REAL(access);
-  if (hit("access")) return -1;
-  return real(p, m);
-}
-char* realpath(const char* p, char* r) {
-  REAL(realpath);
-  if (hit("realpath")) return NULL;
-  return real(p, r);
-}
-int flock(int d, int o) {
-  REAL(flock);
-  if (hit("flock")) return -1;
-  return real(d, o);
-}
-int pipe(int d[2]) {
-  REAL(pipe);
-  if (hit("pipe")) return -1;
-  return real(d);
-}
-int pipe2(int d[2], int f) {
-  REAL(pipe2);
-  if (hit("pipe2")) return -1;
-  return real(d, f);
-}
-pid_t fork(void) {
-  REAL(fork);
-  if (hit("fork")) return -1;
-  return real();
 }
 // Programs that the command starts are left in peace.
 __attribute__((constructor)) static void alone(void) { unsetenv("LD_PRELOAD"); }
