@@ -2,8 +2,10 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <cstdlib>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "core/evaluation/statistics.h"
 #include "solvers/scene/clock_search.h"
@@ -143,6 +145,19 @@ std::optional<Answer> AskForTwins(const SetUp& set_up) {
 
 // ---- Clocks, which compete with readings ----
 
+// The lag to which the others are nearest in sum: the clock that most views
+// have. Of equal ones the first view's.
+int UsualLag(const std::vector<int>& lags) {
+  const auto distance = [&](int from) {
+    int sum = 0;
+    for (const int lag : lags) sum += std::abs(lag - from);
+    return sum;
+  };
+  return *std::min_element(lags.begin(), lags.end(), [&](int a, int b) {
+    return distance(a) < distance(b);
+  });
+}
+
 std::optional<Answer> AskForLags(const SetUp& set_up) {
   const ClockSearch clocks =
       SearchClocks(set_up.cameras, set_up.ideal, set_up.LongestLag());
@@ -152,14 +167,20 @@ std::optional<Answer> AskForLags(const SetUp& set_up) {
   const double sureness =
       AgreementGain::Sureness(clocks.moved.gain(), clocks.all.after.score());
   Answer answer;
+  std::vector<int> lags = clocks.lag_frames;
+  const int usual = UsualLag(lags);
+  for (int& lag : lags) lag -= usual;
+  // Beside seconds a frame either way is left to what the matches tell.
+  const bool by_more = std::any_of(lags.begin(), lags.end(),
+                                   [](int lag) { return std::abs(lag) > 1; });
   for (size_t v = 0; v < set_up.cameras.size(); ++v) {
-    const int lag = clocks.lag_frames[v];
-    if (lag == 0) continue;
+    const int lag = lags[v];
+    if (std::abs(lag) <= (by_more ? 1 : 0)) continue;
     answer.findings.push_back(
         {"clock_offset", set_up.CameraName(v), sureness,
          clocks.all.before.mean_px(), clocks.all.after.mean_px(),
          "--set=cameras.refine_clock=true",
-         Format("its frames agree best with those of the first view %+.0f "
+         Format("its frames agree best with those of most views %+.0f "
                 "frames away (%+.3f s)",
                 static_cast<double>(lag), -lag / set_up.input.frame_rate_hz)});
   }
