@@ -271,11 +271,7 @@ std::string CameraLine(const Camera& camera, size_t id) {
                       "tell (--image_size=W,H)");
   }
   const Eigen::Matrix3d& K = camera.K();
-  // As in VoxelPose's format: rounding of projection matrices.
-  constexpr double kRoundingPx = 0.01;
-  if (std::abs(K(0, 1)) > kRoundingPx) {
-    throw CannotWrite(camera, "a skewed K cannot be said in this format");
-  }
+  CheckSkew(camera);
   std::string model = "PINHOLE";
   std::string terms;
   const auto add = [&terms](double term) { terms += fmt::format(" {}", term); };
@@ -310,12 +306,10 @@ void WriteColmap(const std::string& path, const CameraRig& cameras,
   std::string images =
       "# IMAGE_ID, QW, QX, QY, QZ, TX, TY, TZ, CAMERA_ID, NAME\n"
       "# POINTS2D[] as (X, Y, POINT3D_ID)\n";
-  double largest_skew_px = 0.0;
   for (size_t c = 0; c < cameras.size(); ++c) {
     CheckImageName(cameras[c]);
     intrinsics += CameraLine(cameras[c], c + 1);
     images += ImageLines(cameras[c], c + 1);
-    largest_skew_px = std::max(largest_skew_px, std::abs(cameras[c].K()(0, 1)));
   }
   AtomicFolder folder(path);
   WriteText(folder.PathOf(kCameras), intrinsics);
@@ -324,10 +318,7 @@ void WriteColmap(const std::string& path, const CameraRig& cameras,
             "# POINT3D_ID, X, Y, Z, R, G, B, ERROR, TRACK[] as (IMAGE_ID, "
             "POINT2D_IDX)\n");
   folder.Commit();
-  if (largest_skew_px > 0.0) {
-    lost_fields->push_back("a skew of up to " +
-                           std::to_string(largest_skew_px) + " px is left out");
-  }
+  NoteSkew(cameras, lost_fields);
 }
 
 }  // namespace

@@ -59,7 +59,7 @@ Eigen::Matrix3d ReadEasymocapRotation(const JsonField& extrinsic,
     return ToMatrix3(
         KeyReader(extrinsic).AtAny({"R_" + name, "Rot_" + name}).Matrix(3, 3));
   }
-  const Eigen::Matrix3d R = ReadYamlRotation(*vector);
+  const Eigen::Matrix3d R = ReadRotation(*vector);
   if (matrix.has_value() &&
       (R - ToMatrix3(matrix->Matrix(3, 3))).cwiseAbs().maxCoeff() >
           kPoseRounding) {

@@ -274,4 +274,13 @@ void KeyReader::RejectUnread() const {
   }
 }
 
+Eigen::Matrix3d ReadRotation(const JsonField& field) {
+  const bool nested = field.value().is_array() && field.value().size() == 3 &&
+                      field.value().front().is_array();
+  if (nested && field.value().front().size() == 3) {
+    return ToMatrix3(field.Matrix(3, 3));
+  }
+  return RotationOf(ToVector3(field.Matrix(3, 1)));
+}
+
 }  // namespace kinegraph

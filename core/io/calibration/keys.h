@@ -66,6 +66,9 @@ bool IsHarmlessKey(const std::string& key);
 // those names, or the unit.
 bool IsNoCamera(const std::string& key, const JsonField& field);
 
+// A rotation as a Rodrigues vector or a matrix.
+Eigen::Matrix3d ReadRotation(const JsonField& field);
+
 // Reads each member of an object of cameras: `read` fills in the record, whose
 // file and name are set, and every key must have been read afterwards.
 template <typename Read>

@@ -59,7 +59,7 @@ CameraRecord ReadOpencvCamera(const fs::path& path) {
     record.width_px = width->Integer();
     record.height_px = height->Integer();
   }
-  record.R = ReadEither(&root, "rvec", "R", ReadYamlRotation);
+  record.R = ReadEither(&root, "rvec", "R", ReadRotation);
   const auto read_t = [](const JsonField& field) -> Eigen::Vector3d {
     return ToVector3(field.Matrix(3, 1));
   };

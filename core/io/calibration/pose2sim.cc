@@ -77,14 +77,6 @@ bool IsBesideCameras(const std::string& key, const JsonField& field) {
   return kKeys.count(key) > 0 || key.rfind(kPair, 0) == 0;
 }
 
-Eigen::Matrix3d ReadRotation(const JsonField& field) {
-  const Json& value = field.value();
-  const bool is_matrix = value.is_array() && value.size() == 3 &&
-                         value[0].is_array() && value[0].size() == 3;
-  if (is_matrix) return ToMatrix3(field.Matrix(3, 3));
-  return RotationOf(ToVector3(field.Matrix(3, 1)));
-}
-
 CameraRecord ReadPose2simCamera(const std::string& name,
                                 const JsonField& field) {
   CameraRecord record;

@@ -1,9 +1,6 @@
 // VoxelPose's JSON: {"0": {"R": 3x3, "T": 3x1, "fx", "fy", "cx", "cy",
 // "k": 3x1, "p": 2x1}, ...}, millimetres. T is the camera's centre:
 // x_cam = R (X - T). Radial k1 k2 k3 and tangential p1 p2.
-#include <algorithm>
-#include <cmath>
-
 #include "core/base/constants.h"
 #include "core/io/calibration/format.h"
 #include "core/io/calibration/keys.h"
@@ -40,17 +37,9 @@ void WriteVoxelpose(const std::string& path, const CameraRig& cameras,
                     LostFields* lost_fields) {
   Json json = Json::object();
   bool has_size = false;
-  double largest_skew_px = 0.0;
   for (const Camera& camera : cameras) {
     const Eigen::Matrix3d& K = camera.K();
-    // Cameras taken from rounded projection matrices have a little skew (Shelf
-    // 0.005 px). It moves a pixel by skew * y / z: within a field of view of 90
-    // degrees by no more than itself, far below what a calibration knows.
-    constexpr double kRoundingPx = 0.01;
-    if (std::abs(K(0, 1)) > kRoundingPx) {
-      throw CannotWrite(camera, "a skewed K cannot be said in this format");
-    }
-    largest_skew_px = std::max(largest_skew_px, std::abs(K(0, 1)));
+    CheckSkew(camera);
     const auto lens = OpenCvCoefficients(camera);
     const Eigen::Vector3d radial(lens[0], lens[1], lens[4]);
     const Eigen::Vector2d tangential(lens[2], lens[3]);
@@ -66,10 +55,7 @@ void WriteVoxelpose(const std::string& path, const CameraRig& cameras,
     has_size = has_size || HasSize(camera);
   }
   if (has_size) lost_fields->push_back("image sizes are not kept");
-  if (largest_skew_px > 0.0) {
-    lost_fields->push_back("a skew of up to " +
-                           std::to_string(largest_skew_px) + " px is left out");
-  }
+  NoteSkew(cameras, lost_fields);
   WriteText(path, JsonLines(json));
 }
 

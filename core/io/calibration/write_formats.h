@@ -22,6 +22,11 @@ void WriteText(const std::string& path, const std::string& text);
 // Notes that formats simply leave an unknown size out.
 void NoteUnknownSizes(const CameraRig& cameras, LostFields* lost_fields);
 
+// A format without skew: throws InputError naming a camera that has more than
+// rounding, and notes the largest of the rest.
+void CheckSkew(const Camera& camera);
+void NoteSkew(const CameraRig& cameras, LostFields* lost_fields);
+
 // k1 k2 p1 p2 k3; zeros without a lens. Throws InputError naming the camera for
 // another model.
 Eigen::Matrix<double, 5, 1> OpenCvCoefficients(const Camera& camera);

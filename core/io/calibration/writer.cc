@@ -4,6 +4,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <cmath>
 
 #include "core/io/calibration/format.h"
 #include "core/io/calibration/write_formats.h"
@@ -37,6 +38,26 @@ void NoteUnknownSizes(const CameraRig& cameras, LostFields* lost_fields) {
   lost_fields->push_back(
       "image sizes that the input does not tell are left out; other "
       "programs may need them (--image_size=W,H)");
+}
+
+void CheckSkew(const Camera& camera) {
+  // Cameras taken from rounded projection matrices have a little skew (Shelf
+  // 0.005 px). It moves a pixel by skew * y / z: within a field of view of 90
+  // degrees by no more than itself, far below what a calibration knows.
+  constexpr double kRoundingPx = 0.01;
+  if (std::abs(camera.K()(0, 1)) > kRoundingPx) {
+    throw CannotWrite(camera, "a skewed K cannot be said in this format");
+  }
+}
+
+void NoteSkew(const CameraRig& cameras, LostFields* lost_fields) {
+  double largest_px = 0.0;
+  for (const Camera& camera : cameras) {
+    largest_px = std::max(largest_px, std::abs(camera.K()(0, 1)));
+  }
+  if (largest_px == 0.0) return;
+  lost_fields->push_back("a skew of up to " + std::to_string(largest_px) +
+                         " px is left out");
 }
 
 InputError CannotWrite(const Camera& camera, const std::string& message) {

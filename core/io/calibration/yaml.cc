@@ -36,15 +36,6 @@ void WriteCalibrationYaml(const std::string& path, const std::string& content) {
   file.Commit();
 }
 
-Eigen::Matrix3d ReadYamlRotation(const JsonField& field) {
-  const bool nested = field.value().is_array() && field.value().size() == 3 &&
-                      field.value().front().is_array();
-  if (nested && field.value().front().size() == 3) {
-    return ToMatrix3(field.Matrix(3, 3));
-  }
-  return RotationOf(ToVector3(field.Matrix(3, 1)));
-}
-
 std::string YamlNameOf(const JsonField& field) {
   if (field.value().is_number()) return std::to_string(field.Integer());
   return field.Text();

@@ -20,8 +20,6 @@ Json ReadCalibrationYaml(const std::string& path);
 // Writes "%YAML:1.0" and the content.
 void WriteCalibrationYaml(const std::string& path, const std::string& content);
 
-// A rotation as a Rodrigues vector or a matrix.
-Eigen::Matrix3d ReadYamlRotation(const JsonField& field);
 // A name: a text, or a number without quotes.
 std::string YamlNameOf(const JsonField& field);
 

@@ -124,39 +124,34 @@ EstimatorOptions Graph(OutputKind output) {
   return options;
 }
 
-TEST(Replay, GivesThePaperModeRunAgain) {
+TEST(Replay, GivesTheRunAgain) {
+  struct Case {
+    const char* name;
+    EstimatorOptions estimators;
+    double max_gap_frames;
+    bool backfill;
+  };
+  EstimatorOptions window_serves_both = Graph(OutputKind::kWindow);
+  window_serves_both.feedback = FeedbackKind::kWindow;
+  const Case cases[] = {
+      {"paper", Paper(), TrackerOptions().life.max_gap_frames, false},
+      {"window", Graph(OutputKind::kWindow), 10.0, true},
+      {"window serves association", window_serves_both, 10.0, false}};
   const Take recording = MakeRecording();
-  const TrackerOptions options;
-  const EstimatorPair estimators = MakeEstimators(Paper());
-  const FrozenRecording frozen = Freeze(recording, options, estimators);
-  const Replay replay(recording.model(), recording.detections, frozen.matches,
-                      options, estimators.feedback);
-  ExpectEqual(frozen.frames, ReplayAll(replay, -1, estimators.feedback));
-}
-
-TEST(Replay, GivesTheWindowsRunAgain) {
-  const Take recording = MakeRecording();
-  TrackerOptions options;
-  options.life.max_gap_frames = 10.0;
-  options.life.backfill = true;
-  const EstimatorPair estimators = MakeEstimators(Graph(OutputKind::kWindow));
-  const FrozenRecording frozen = Freeze(recording, options, estimators);
-  const Replay replay(recording.model(), recording.detections, frozen.matches,
-                      options, estimators.feedback);
-  ExpectEqual(frozen.frames, ReplayAll(replay, -1, estimators.output));
-}
-
-TEST(Replay, GivesTheRunAgainWhenTheWindowServesAssociation) {
-  const Take recording = MakeRecording();
-  TrackerOptions options;
-  options.life.max_gap_frames = 10.0;
-  EstimatorOptions both = Graph(OutputKind::kWindow);
-  both.feedback = FeedbackKind::kWindow;
-  const EstimatorPair estimators = MakeEstimators(both);
-  const FrozenRecording frozen = Freeze(recording, options, estimators);
-  const Replay replay(recording.model(), recording.detections, frozen.matches,
-                      options, estimators.feedback);
-  ExpectEqual(frozen.frames, ReplayAll(replay, -1, estimators.feedback));
+  for (const Case& test : cases) {
+    SCOPED_TRACE(test.name);
+    TrackerOptions options;
+    options.life.max_gap_frames = test.max_gap_frames;
+    options.life.backfill = test.backfill;
+    const EstimatorPair estimators = MakeEstimators(test.estimators);
+    const FrozenRecording frozen = Freeze(recording, options, estimators);
+    const Replay replay(recording.model(), recording.detections, frozen.matches,
+                        options, estimators.feedback);
+    ExpectEqual(
+        frozen.frames,
+        ReplayAll(replay, -1,
+                  estimators.output ? estimators.output : estimators.feedback));
+  }
 }
 
 TEST(Replay, DoesNotDependOnThreads) {
