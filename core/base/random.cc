@@ -58,10 +58,4 @@ double Random::Gamma(double shape) {
   }
 }
 
-double Random::StudentT(double degrees_of_freedom) {
-  const double z = Normal();
-  const double chi_square = 2.0 * Gamma(0.5 * degrees_of_freedom);
-  return z / std::sqrt(chi_square / degrees_of_freedom);
-}
-
 }  // namespace kinegraph

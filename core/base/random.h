@@ -22,8 +22,6 @@ class Random {
   double Normal(double mean, double sigma);
   // True with the given probability.
   bool Chance(double probability) { return Uniform() < probability; }
-  // Student's t with `degrees_of_freedom` > 0 (not scaled to unit variance).
-  double StudentT(double degrees_of_freedom);
   // Gamma distribution with `shape` > 0 and scale 1, after Marsaglia and Tsang
   // (2000).
   double Gamma(double shape);

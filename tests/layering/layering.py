@@ -141,8 +141,7 @@ def main():
                        ("core/data/x.h", "// FLAGS_x is not used")]:
         found += [f"'{line}' in {path} breaks: {rule}"
                   for rule in broken_by(path, line)]
-    print(*found, sep="\n")
-    print(len(sources), "sources")
+    print(*found, f"{len(sources)} sources", sep="\n")
     sys.exit(1 if found or len(sources) < 500 else 0)
 
 
