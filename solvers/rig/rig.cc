@@ -18,6 +18,7 @@
 #include "solvers/rig/tracklets.h"
 #include "solvers/rig/view_pairs.h"
 #include "solvers/scene/clock_search.h"
+#include "solvers/scene/hypothesis.h"
 #include "solvers/scene/view_agreement.h"
 
 namespace kinegraph {
@@ -679,13 +680,10 @@ const char* ToString(RigVerdict verdict) {
   return "";
 }
 
-RigResult EstimateRig(const RigInput& input) {
-  if (input.detections.frames.empty()) {
-    RigResult nothing;
-    nothing.views.resize(input.intrinsics.size());
-    nothing.reasons.push_back("there are no detections");
-    return nothing;
-  }
+namespace {
+
+// With left and right as the detections have them.
+RigResult EstimateAsShown(const RigInput& input) {
   RigResult result = RigEstimate(input).Run();
   std::vector<int> sure;
   bool unsure = false;
@@ -718,6 +716,60 @@ RigResult EstimateRig(const RigInput& input) {
   again.verdict = all_sure ? RigVerdict::kPartly : RigVerdict::kRefused;
   again.reasons = result.reasons;
   again.views = std::move(result.views);
+  return again;
+}
+
+double SumOfAgreements(const RigResult& result) {
+  double sum = 0.0;
+  for (const RigView& view : result.views) {
+    if (view.joined) sum += view.agreement;
+  }
+  return sum;
+}
+
+// Views whose left and right may be exchanged: what agrees better so, and what
+// found no place.
+std::vector<char> MayBeExchanged(const RigResult& result) {
+  constexpr int kFrames = 40;
+  const std::vector<int> frames =
+      FramesToLookAt(PeopleOfViews(result.recording, kMinConfidence), kFrames);
+  const ExchangedSides found =
+      FindExchangedSides(result.cameras, FramesOf(result.recording, frames));
+  std::vector<char> views;
+  for (const RigView& view : result.views) views.push_back(!view.joined);
+  for (size_t v = 0; v < result.used.size(); ++v) {
+    views[static_cast<size_t>(result.used[v])] =
+        found.gain.is_enough() && found.views[v];
+  }
+  return views;
+}
+
+}  // namespace
+
+RigResult EstimateRig(const RigInput& input) {
+  if (input.detections.frames.empty()) {
+    RigResult nothing;
+    nothing.views.resize(input.intrinsics.size());
+    nothing.reasons.push_back("there are no detections");
+    return nothing;
+  }
+  RigResult result = EstimateAsShown(input);
+  if (result.verdict == RigVerdict::kRefused ||
+      !IsHuman(input.detections.header.skeleton)) {
+    return result;
+  }
+  const std::vector<char> views = MayBeExchanged(result);
+  if (std::count(views.begin(), views.end(), 1) == 0) return result;
+  RigInput exchanged = input;
+  ExchangeSides(views, &exchanged.detections);
+  RigResult again = EstimateAsShown(exchanged);
+  if (SumOfAgreements(again) <
+      SumOfAgreements(result) + AgreementGain::kLeastGain) {
+    return result;
+  }
+  again.reasons.push_back(
+      "left and right are exchanged in some views: track with " +
+      ExchangeSidesFlag(views, input.detections.header.view_names));
   return again;
 }
 

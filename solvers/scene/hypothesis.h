@@ -8,6 +8,7 @@
 #ifndef KINEGRAPH_SOLVERS_SCENE_HYPOTHESIS_H_
 #define KINEGRAPH_SOLVERS_SCENE_HYPOTHESIS_H_
 
+#include <algorithm>
 #include <cstddef>
 #include <optional>
 #include <set>
@@ -145,6 +146,24 @@ Answer Said(Finding finding);
 // As the camera says, or twice its principal point [px].
 double ImageWidth(const Camera& camera);
 double ImageHeight(const Camera& camera);
+
+// Views whose left and right are exchanged against most of the others', in the
+// frames of `seen`: one a view, with what exchanging them gains over the pairs
+// of which one view is among them, and the people (ideal px) as they then are.
+struct ExchangedSides {
+  std::vector<char> views;
+  AgreementGain gain;
+  std::vector<ViewPeople> people;
+  bool any() const {
+    return std::find(views.begin(), views.end(), 1) != views.end();
+  }
+};
+ExchangedSides FindExchangedSides(const CameraRig& cameras,
+                                  DetectionSequence seen);
+
+// The flag that exchanges these views'.
+std::string ExchangeSidesFlag(const std::vector<char>& views,
+                              const std::vector<std::string>& names);
 
 // Left and right of these views.
 void ExchangeSides(const std::vector<char>& views,

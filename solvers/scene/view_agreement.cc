@@ -319,6 +319,16 @@ std::vector<int> Evenly(const std::vector<int>& frames, size_t count) {
   return chosen;
 }
 
+DetectionSequence FramesOf(const DetectionSequence& detections,
+                           const std::vector<int>& frames) {
+  DetectionSequence some;
+  some.header = detections.header;
+  for (const int k : frames) {
+    some.frames.push_back(detections.frames[static_cast<size_t>(k)]);
+  }
+  return some;
+}
+
 ViewPeople Undistorted(const ViewPeople& view, const Camera& camera) {
   ViewPeople ideal = view;
   if (camera.lens() == nullptr) return ideal;

@@ -43,6 +43,10 @@ std::vector<ViewPeople> Undistorted(std::vector<ViewPeople> views,
 // `count` of some frames, evenly among them.
 std::vector<int> Evenly(const std::vector<int>& frames, size_t count);
 
+// Some of the frames.
+DetectionSequence FramesOf(const DetectionSequence& detections,
+                           const std::vector<int>& frames);
+
 // The detections with what frame `source(view, k)` of a view shows in its frame
 // k; nothing where there is no such frame. Times stay the frames' own.
 template <typename Source>

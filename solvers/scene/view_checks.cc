@@ -495,12 +495,8 @@ std::optional<OtherImage> FindOtherImage(const SetUp& set_up,
 
 Answer WordsOf(const SetUp& set_up, const std::vector<char>& exchanged,
                const AgreementGain& gain, const Noses& noses) {
-  std::string names;
-  for (size_t v = 0; v < exchanged.size(); ++v) {
-    if (!exchanged[v]) continue;
-    names += (names.empty() ? "\"" : ",\"") + set_up.ViewName(v) + "\"";
-  }
-  const std::string fix = "'--set=detections.exchange_sides=[" + names + "]'";
+  const std::string fix =
+      ExchangeSidesFlag(exchanged, set_up.input.detections.header.view_names);
   if (std::find(exchanged.begin(), exchanged.end(), 0) == exchanged.end()) {
     return Said({"sides", "", 0.9, 0.0, 0.0, fix,
                  Format("left and right are exchanged: noses lie behind the "
@@ -583,6 +579,15 @@ std::optional<Answer> AskForOtherRate(const SetUp& set_up) {
   return answer;
 }
 
+std::string ExchangeSidesFlag(const std::vector<char>& views,
+                              const std::vector<std::string>& names) {
+  std::string list;
+  for (size_t v = 0; v < views.size(); ++v) {
+    if (views[v]) list += (list.empty() ? "\"" : ",\"") + names[v] + "\"";
+  }
+  return "'--set=detections.exchange_sides=[" + list + "]'";
+}
+
 void ExchangeSides(const std::vector<char>& views,
                    DetectionSequence* detections) {
   const Skeleton& skeleton = detections->header.skeleton;
@@ -600,44 +605,46 @@ void ExchangeSides(const std::vector<char>& views,
   }
 }
 
-// Left and right, exchanged in some views or in all.
-std::optional<Answer> AskForSides(const SetUp& set_up) {
-  const size_t views = set_up.cameras.size();
-  // The frames looked at, as they are and exchanged.
-  DetectionSequence seen;
-  seen.header = set_up.detections.header;
-  for (const int k : set_up.frames) {
-    seen.frames.push_back(set_up.detections.frames[static_cast<size_t>(k)]);
-  }
+ExchangedSides FindExchangedSides(const CameraRig& cameras,
+                                  DetectionSequence seen) {
   std::vector<int> frames(seen.frames.size());
   std::iota(frames.begin(), frames.end(), 0);
   const auto people = [&] {
-    return Undistorted(PeopleOfViews(seen, kMinJointConfidence),
-                       set_up.cameras);
+    return Undistorted(PeopleOfViews(seen, kMinJointConfidence), cameras);
   };
-  std::vector<ViewPeople> settled = people();
-  ExchangeSides(std::vector<char>(views, 1), &seen);
+  ExchangedSides found;
+  found.people = people();
+  ExchangeSides(std::vector<char>(cameras.size(), 1), &seen);
   const std::vector<ViewPeople> mirrored = people();
-  const SidesTable table(set_up.cameras, settled, mirrored, frames);
-  std::vector<char> exchanged = table.Best();
-  const bool some =
-      std::find(exchanged.begin(), exchanged.end(), 1) != exchanged.end();
-  const AgreementGain gain = {table.Of(std::vector<char>(views, 0), exchanged),
-                              table.Of(exchanged, exchanged)};
-  if (some && !gain.is_enough()) return std::nullopt;
-  for (size_t v = 0; v < views; ++v) {
-    if (exchanged[v]) settled[v] = mirrored[v];
+  const SidesTable table(cameras, found.people, mirrored, frames);
+  found.views = table.Best();
+  found.gain = {table.Of(std::vector<char>(cameras.size(), 0), found.views),
+                table.Of(found.views, found.views)};
+  for (size_t v = 0; v < cameras.size(); ++v) {
+    if (found.views[v]) found.people[v] = mirrored[v];
   }
-  const Noses noses = LookAhead(PlacePeople(set_up.cameras, settled, frames),
-                                set_up.detections.header.skeleton);
+  return found;
+}
+
+// Left and right, exchanged in some views or in all.
+std::optional<Answer> AskForSides(const SetUp& set_up) {
+  const DetectionSequence seen = FramesOf(set_up.detections, set_up.frames);
+  const ExchangedSides found = FindExchangedSides(set_up.cameras, seen);
+  if (found.any() && !found.gain.is_enough()) return std::nullopt;
+  std::vector<int> frames(seen.frames.size());
+  std::iota(frames.begin(), frames.end(), 0);
+  const Noses noses =
+      LookAhead(PlacePeople(set_up.cameras, found.people, frames),
+                set_up.detections.header.skeleton);
+  std::vector<char> exchanged = found.views;
   constexpr int kEnough = 10;
   constexpr double kMost = 0.8;
   if (noses.looked_at >= kEnough && noses.backwards > kMost * noses.looked_at) {
     for (char& view : exchanged) view = !view;
-  } else if (!some) {
+  } else if (!found.any()) {
     return std::nullopt;
   }
-  Answer answer = WordsOf(set_up, exchanged, gain, noses);
+  Answer answer = WordsOf(set_up, exchanged, found.gain, noses);
   answer.detections = set_up.detections;
   ExchangeSides(exchanged, &*answer.detections);
   answer.score = set_up.ScoreOf(set_up.cameras, *answer.detections);

@@ -10,6 +10,7 @@
 
 #include "core/synthetic/noise.h"
 #include "core/synthetic/scene.h"
+#include "solvers/scene/hypothesis.h"
 #include "solvers/session/calibrate_recording.h"
 
 namespace kinegraph {
@@ -150,6 +151,23 @@ TEST(Rig, FocalLengthsNotKnown) {
         0.0, 3.0 * sigma);
     EXPECT_LT(sigma, 0.05);
   }
+}
+
+// A view whose left and right are exchanged fits nowhere as it is, or badly.
+TEST(Rig, ExchangedSidesAreFound) {
+  const Scene scene = Walkers(12.0);
+  DetectionSequence recording = Observe(scene, Noise(), nullptr);
+  ExchangeSides({0, 1, 0}, &recording);
+  const RecordingCalibration found =
+      CalibrateRecording(RunOptions(), WithoutPlaces(scene.cameras), recording);
+  ASSERT_EQ(found.rig.verdict, RigVerdict::kCalibrated);
+  // As where nothing is exchanged.
+  EXPECT_LT(RotationError(scene.cameras, found.cameras), 0.1);
+  ASSERT_EQ(found.rig.reasons.size(), 1u);
+  EXPECT_NE(found.rig.reasons[0].find("detections.exchange_sides=[\"" +
+                                      recording.header.view_names[1] + "\"]"),
+            std::string::npos)
+      << found.rig.reasons[0];
 }
 
 TEST(Rig, ADistanceTellsTheMetre) {
