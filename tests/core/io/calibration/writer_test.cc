@@ -19,6 +19,7 @@ namespace kinegraph {
 namespace {
 
 namespace fs = std::filesystem;
+using ::testing::Contains;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using testing::InputErrorOf;
@@ -218,6 +219,21 @@ TEST(CalibrationWriter, RefusesWhatCannotBeSaid) {
               HasSubstr("found 'xml', expected one of kinegraph, krt"));
   EXPECT_THAT(ListFolder(folder.path().string()), IsEmpty())
       << "nothing half-written is left";
+}
+
+TEST(CalibrationWriter, TellsASkewThatIsRounding) {
+  CameraParameters parameters;
+  parameters.name = "a";
+  parameters.width_px = parameters.height_px = 100;
+  parameters.K(0, 1) = -0.005;
+  for (const char* format : {"voxelpose", "colmap"}) {
+    const TemporaryFolder folder;
+    LostFields lost_fields;
+    WriteCalibration(folder.path() / "out", format, {Camera(parameters)},
+                     &lost_fields);
+    EXPECT_THAT(lost_fields,
+                Contains("a skew of up to 0.005000 px is left out"));
+  }
 }
 
 TEST(CalibrationWriter, NeverReplacesAFolderWithFiles) {
