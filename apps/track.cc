@@ -375,7 +375,9 @@ void SayOutcome(const Recording& recording, const Session& session,
   if (recording.ready.changes_cameras() && !IsStream(FLAGS_out)) {
     std::fprintf(said, "-> %s\n", BesideTracks(FLAGS_out, kCamerasEnd).c_str());
   }
-  const std::string troubles = DescribeTroubles(summary.solves);
+  const auto& ledger = recording.options.estimators.graph.ledger;
+  const std::string troubles =
+      DescribeTroubles(summary.solves, ledger->NotConverged());
   if (!troubles.empty()) {
     std::fprintf(said, "solver %s: %s\n", summary.solver.c_str(),
                  troubles.c_str());

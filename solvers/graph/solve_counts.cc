@@ -22,10 +22,12 @@ SolveCounts& SolveCounts::operator+=(const SolveCounts& other) {
   return *this;
 }
 
-std::string DescribeTroubles(const SolveCounts& counts) {
+std::string DescribeTroubles(const SolveCounts& counts,
+                             const std::string& where) {
   if (counts.AllWell()) return "";
   std::string text;
   Append(counts.not_converged, "did not converge", &text);
+  if (counts.not_converged > 0 && !where.empty()) text += " (" + where + ")";
   Append(counts.not_finite, "found nothing finite", &text);
   Append(counts.bones_dropped, "went on without bones", &text);
   Append(counts.no_covariance, "have no covariance", &text);
@@ -34,19 +36,41 @@ std::string DescribeTroubles(const SolveCounts& counts) {
   if (counts.not_converged > 0) {
     text +=
         "; what did not converge is written as it stood after the last of "
-        "graph.max_iterations steps (--set=graph.max_iterations=1000 goes on)";
+        "graph.max_iterations steps, which moved no joint by more than 5 cm "
+        "but those in doubt, which count as unseen "
+        "(--set=graph.max_iterations=1000 goes on)";
   }
   return text;
 }
 
-void SolveLedger::Add(const SolveCounts& counts) {
+void SolveLedger::Add(const SolveCounts& counts, int64_t first_frame,
+                      int64_t last_frame) {
   const std::lock_guard<std::mutex> lock(mutex_);
   total_ += counts;
+  if (counts.not_converged > 0) {
+    not_converged_.emplace(first_frame, last_frame);
+  }
 }
 
 SolveCounts SolveLedger::Total() const {
   const std::lock_guard<std::mutex> lock(mutex_);
   return total_;
+}
+
+std::string SolveLedger::NotConverged() const {
+  constexpr size_t kMost = 3;
+  const std::lock_guard<std::mutex> lock(mutex_);
+  std::string text;
+  size_t count = 0;
+  for (const auto& [first, last] : not_converged_) {
+    if (++count > kMost) break;
+    text += (text.empty() ? "a person of frames " : ", one of ") +
+            std::to_string(first) + " to " + std::to_string(last);
+  }
+  if (not_converged_.size() > kMost) {
+    text += ", " + std::to_string(not_converged_.size() - kMost) + " more";
+  }
+  return text;
 }
 
 }  // namespace kinegraph

@@ -5,7 +5,9 @@
 #include <cstdint>
 #include <iterator>
 #include <mutex>
+#include <set>
 #include <string>
+#include <utility>
 
 namespace kinegraph {
 
@@ -48,18 +50,25 @@ inline constexpr int64_t SolveCounts::*kSolveCounts[] = {
 static_assert(sizeof(SolveCounts) == sizeof(int64_t) * std::size(kSolveCounts),
               "a count is missing above");
 
-// What went wrong, for people; empty where nothing did.
-std::string DescribeTroubles(const SolveCounts& counts);
+// What went wrong, what that means for the result and what helps, for people;
+// empty where nothing did. `where` says which frames did not converge.
+std::string DescribeTroubles(const SolveCounts& counts,
+                             const std::string& where = "");
 
 // Where a run's estimators add their counts, from any thread.
 class SolveLedger {
  public:
-  void Add(const SolveCounts& counts);
+  // Of a person of the frames first .. last.
+  void Add(const SolveCounts& counts, int64_t first_frame, int64_t last_frame);
   SolveCounts Total() const;
+  // The people who did not converge, by their frames: "a person of frames 0 to
+  // 99, ..."; the first three of them.
+  std::string NotConverged() const;
 
  private:
   mutable std::mutex mutex_;
   SolveCounts total_;
+  std::multiset<std::pair<int64_t, int64_t>> not_converged_;
 };
 
 }  // namespace kinegraph

@@ -165,7 +165,7 @@ SolveCounts PersonSolver::ExtractCounts() {
 
 void PersonSolver::HandInCounts(int64_t first_frame, int64_t last_frame) {
   const SolveCounts counts = ExtractCounts();
-  if (ledger_ != nullptr) ledger_->Add(counts);
+  if (ledger_ != nullptr) ledger_->Add(counts, first_frame, last_frame);
   if (counts.AllWell()) return;
   std::ostringstream line;
   line << "a person of frames " << first_frame << " to " << last_frame << ": "

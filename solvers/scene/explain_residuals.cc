@@ -189,12 +189,18 @@ class Explainer {
     return std::count(views->begin(), views->end(), 1) > 0;
   }
 
+  // A view is late where it stays so beside cameras that turn as they like: of
+  // people who turn round, a camera that is off looks like a clock.
   std::optional<Explanation> Clock(Explanation one) const {
-    if (!Keep(&one.moves, [&](size_t v) {
-          return IsLate(v, one.fit, kOffsetAt) || IsLate(v, one.fit, kDriftAt);
-        })) {
-      return std::nullopt;
-    }
+    const auto is_late = [&](const BundleResult& fit) {
+      return [this, &fit](size_t v) {
+        return IsLate(v, fit, kOffsetAt) || IsLate(v, fit, kDriftAt);
+      };
+    };
+    if (!Keep(&one.moves, is_late(one.fit))) return std::nullopt;
+    Model beside = one.model;
+    beside.free.rotation = true;
+    if (!Keep(&one.moves, is_late(Fit(beside, {})))) return std::nullopt;
     one.gain = Cross(Halving::kTime, one.model, {});
     // Of the views that are late some must gain: who walks one way takes a bias
     // along.

@@ -110,12 +110,34 @@ TEST(SolveCounts, DescribeNamesWhatWentWrong) {
   EXPECT_EQ(DescribeTroubles(counts),
             "of 10 solves 2 did not converge, 1 went on without bones; what "
             "did not converge is written as it stood after the last of "
-            "graph.max_iterations steps (--set=graph.max_iterations=1000 goes "
-            "on)");
+            "graph.max_iterations steps, which moved no joint by more than 5 "
+            "cm but those in doubt, which count as unseen "
+            "(--set=graph.max_iterations=1000 goes on)");
   SolveCounts sum = counts;
   sum += counts;
   EXPECT_EQ(sum.solves, 20);
   EXPECT_EQ(sum.not_converged, 4);
+}
+
+TEST(SolveCounts, TheLedgerTellsWhereNothingConverged) {
+  SolveLedger ledger;
+  SolveCounts well;
+  well.solves = 1;
+  ledger.Add(well, 0, 9);
+  EXPECT_EQ(ledger.NotConverged(), "");
+  SolveCounts creeping = well;
+  creeping.not_converged = 1;
+  // In whatever order threads hand in.
+  for (const int64_t first : {30, 10, 40, 20}) {
+    ledger.Add(creeping, first, first + 5);
+  }
+  EXPECT_EQ(ledger.NotConverged(),
+            "a person of frames 10 to 15, one of 20 to 25, one of 30 to 35, 1 "
+            "more");
+  EXPECT_NE(
+      DescribeTroubles(ledger.Total(), ledger.NotConverged())
+          .find("of 5 solves 4 did not converge (a person of frames 10 to 15"),
+      std::string::npos);
 }
 
 }  // namespace
