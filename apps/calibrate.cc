@@ -2,11 +2,13 @@
 #include <fmt/format.h>
 #include <gflags/gflags.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "apps/common/app.h"
@@ -83,6 +85,10 @@ KnownLength LengthOfFlags() {
       throw InputError("--" + flag + ": '" + Printable(text) +
                        "', expected two names and metres: A,B,METRES");
     }
+    if (parts[0] == parts[1]) {
+      throw InputError("--" + flag + ": '" + Printable(text) +
+                       "' names one twice, expected two");
+    }
     length = {kind, NumberOf(parts[2], flag), parts[0], parts[1]};
   };
   between(FLAGS_distance, "distance", KnownLength::Kind::kDistance);
@@ -90,8 +96,47 @@ KnownLength LengthOfFlags() {
   return length;
 }
 
+int SideOf(const std::string& text) {
+  constexpr double kMostPx = 100000.0;
+  const double side = NumberOf(text, "image_size");
+  if (side != std::floor(side) || side > kMostPx) {
+    throw InputError("--image_size: '" + Printable(text) +
+                     "', expected whole pixels, at most 100000");
+  }
+  return static_cast<int>(side);
+}
+
+// Detectors find joints a little beyond the edge, but not many.
+void CheckInside(const DetectionSequence& detections, int width, int height) {
+  constexpr double kBeyond = 0.05;      // of the image's sides
+  constexpr double kMostBeyond = 0.05;  // of the joints
+  const Eigen::AlignedBox2d image(
+      Eigen::Vector2d(-kBeyond * width, -kBeyond * height),
+      Eigen::Vector2d((1.0 + kBeyond) * width, (1.0 + kBeyond) * height));
+  for (size_t v = 0; v < detections.header.view_names.size(); ++v) {
+    double found = 0.0;
+    double beyond = 0.0;
+    for (const DetectionFrame& frame : detections.frames) {
+      for (const Detection& detection : frame.views[v].detections) {
+        for (const Keypoint& joint : detection.joints) {
+          if (!joint.found) continue;
+          found += 1.0;
+          beyond += image.contains(joint.px) ? 0.0 : 1.0;
+        }
+      }
+    }
+    if (beyond <= kMostBeyond * found) continue;
+    throw InputError(fmt::format(
+        "--image_size: {:.0f} % of the joints of view '{}' lie outside of {} x "
+        "{} px; expected the size of the images that the detector saw",
+        100.0 * beyond / found, Printable(detections.header.view_names[v]),
+        width, height));
+  }
+}
+
 // Of pinhole cameras with the image's middle as principal point.
-CameraRig RigOfFlags(const std::vector<std::string>& views) {
+CameraRig RigOfFlags(const DetectionSequence& detections) {
+  const std::vector<std::string>& views = detections.header.view_names;
   const std::vector<std::string> size =
       ParseList(FLAGS_image_size, "image_size");
   if (size.size() != 2) {
@@ -99,8 +144,9 @@ CameraRig RigOfFlags(const std::vector<std::string>& views) {
         "--image_size: expected W,H [px], or --cameras with a calibration "
         "whose focal lengths hold");
   }
-  const double width = NumberOf(size[0], "image_size");
-  const double height = NumberOf(size[1], "image_size");
+  const int width = SideOf(size[0]);
+  const int height = SideOf(size[1]);
+  CheckInside(detections, width, height);
   std::vector<double> focal;
   for (const std::string& one : ParseList(FLAGS_focal, "focal")) {
     focal.push_back(NumberOf(one, "focal"));
@@ -114,8 +160,8 @@ CameraRig RigOfFlags(const std::vector<std::string>& views) {
   for (size_t v = 0; v < views.size(); ++v) {
     CameraParameters camera;
     camera.name = views[v];
-    camera.width_px = static_cast<int>(width);
-    camera.height_px = static_cast<int>(height);
+    camera.width_px = width;
+    camera.height_px = height;
     // Without any: a field of view of 60 degrees along the longer side.
     const double px = focal.empty() ? 0.866 * std::max(width, height)
                                     : focal[focal.size() > 1 ? v : 0];
@@ -126,7 +172,7 @@ CameraRig RigOfFlags(const std::vector<std::string>& views) {
 }
 
 CalibrationInput InputOfFlags(const RunOptions& options,
-                              const std::vector<std::string>& views) {
+                              const DetectionSequence& detections) {
   CalibrationInput input;
   input.length = LengthOfFlags();
   if (!(FLAGS_focal_error >= 0.0 && FLAGS_focal_error <= 50.0)) {
@@ -134,13 +180,15 @@ CalibrationInput InputOfFlags(const RunOptions& options,
   }
   input.focal_sigma = 0.01 * FLAGS_focal_error;
   if (!FLAGS_cameras.empty()) {
-    if (!FLAGS_focal.empty()) {
-      throw InputError("--focal: --cameras has focal lengths already");
+    if (!FLAGS_focal.empty() || !FLAGS_image_size.empty()) {
+      throw InputError(
+          "--focal, --image_size: --cameras has focal lengths and image sizes "
+          "already");
     }
     input.cameras = ReadCameras(FLAGS_cameras, options.cameras);
     return input;
   }
-  input.cameras = RigOfFlags(views);
+  input.cameras = RigOfFlags(detections);
   // 40 to 90 degrees are one and a half of it on either side.
   if (FLAGS_focal.empty()) input.focal_sigma = 0.3;
   return input;
@@ -160,6 +208,9 @@ const char* MetreFrom(KnownLength::Kind kind) {
   return "";
 }
 
+// null where nothing could be left out.
+Json Told(double px) { return px > 0.0 ? Json(px) : Json(); }
+
 std::string JsonReport(const RecordingCalibration& recording,
                        const KnownLength& length,
                        const std::vector<std::string>& views) {
@@ -175,6 +226,9 @@ std::string JsonReport(const RecordingCalibration& recording,
       one["rotation_sigma_deg"] = view.rotation_sigma_deg;
       one["centre_sigma_m"] = view.centre_sigma_m;
       one["residual_px"] = view.mean_px;
+      one["left_out_px"] = {{"frames", Told(view.left_out_px.frames)},
+                            {"joints", Told(view.left_out_px.joints)},
+                            {"people", Told(view.left_out_px.people)}};
       clocks[views[v]] = {{"offset_s", view.clock_s},
                           {"sigma_s", view.clock_sigma_s},
                           {"drift", view.drift}};
@@ -189,14 +243,16 @@ std::string JsonReport(const RecordingCalibration& recording,
     }
     covariance.push_back(row);
   }
+  Json scale = {{"from", MetreFrom(length.kind)}};
+  if (recording.rig.verdict != RigVerdict::kRefused) {
+    scale["sigma"] = recording.scale_sigma;
+    scale["stature_m"] = Told(recording.stature_m);
+  }
   const Json report = {{"verdict", ToString(recording.rig.verdict)},
                        {"reasons", recording.rig.reasons},
                        {"views", of_views},
                        {"left_out", left_out},
-                       {"scale",
-                        {{"from", MetreFrom(length.kind)},
-                         {"sigma", recording.scale_sigma},
-                         {"stature_m", recording.stature_m}}},
+                       {"scale", scale},
                        {"likely_right", recording.rig.likely_right},
                        {"floor", recording.ground.has_value()},
                        {"clocks_told", recording.rig.clocks_told},
@@ -205,7 +261,40 @@ std::string JsonReport(const RecordingCalibration& recording,
   return DumpJson(report, 1) + "\n";
 }
 
+// Residuals on what a fit was not given, over the joined views.
+void PrintLeftOut(const RigResult& rig, std::FILE* out) {
+  const std::pair<const char*, double LeftOutPx::*> kinds[] = {
+      {"frames", &LeftOutPx::frames},
+      {"joints", &LeftOutPx::joints},
+      {"people", &LeftOutPx::people}};
+  std::string text;
+  for (const auto& [name, px] : kinds) {
+    double sum = 0.0;
+    for (const int v : rig.used) {
+      sum += rig.views[static_cast<size_t>(v)].left_out_px.*px;
+    }
+    if (sum == 0.0) continue;
+    text += fmt::format("{}{:.1f} px on other {}", text.empty() ? "" : ", ",
+                        sum / static_cast<double>(rig.used.size()), name);
+  }
+  if (!text.empty()) std::fprintf(out, "left out   %s\n", text.c_str());
+}
+
+void PrintMetre(const RecordingCalibration& recording,
+                const KnownLength& length, std::FILE* out) {
+  const double percent = 100.0 * recording.scale_sigma;
+  if (recording.stature_m > 0.0) {
+    std::fprintf(
+        out, "people %s %.2f m tall, all lengths within %.2g %%\n",
+        length.kind == KnownLength::Kind::kPopulation ? "count as" : "are",
+        recording.stature_m, percent);
+  } else {
+    std::fprintf(out, "all lengths within %.2g %%\n", percent);
+  }
+}
+
 void PrintFindings(const RecordingCalibration& recording,
+                   const KnownLength& length,
                    const std::vector<std::string>& views, std::FILE* out) {
   std::fprintf(out, "%s\n", ToString(recording.rig.verdict));
   for (const std::string& reason : recording.rig.reasons) {
@@ -214,7 +303,6 @@ void PrintFindings(const RecordingCalibration& recording,
   if (recording.rig.verdict == RigVerdict::kRefused) return;
   std::fprintf(out, "%-10s %8s %8s %8s %8s\n", "view", "deg", "mm", "px",
                "clock ms");
-  size_t joined = 0;
   for (size_t v = 0; v < views.size(); ++v) {
     const RigView& view = recording.rig.views[v];
     if (!view.left_out.empty()) {
@@ -222,18 +310,16 @@ void PrintFindings(const RecordingCalibration& recording,
                    view.left_out.c_str());
     }
     if (!view.joined) continue;
-    std::fprintf(out, "%-10s %8.2f %8.0f %8.1f %8.0f\n",
+    std::fprintf(out, "%-10s %8.2f %8.0f %8.1f %8ld\n",
                  Printable(views[v]).c_str(), view.rotation_sigma_deg,
-                 1e3 * view.centre_sigma_m, view.mean_px, 1e3 * view.clock_s);
-    ++joined;
+                 1e3 * view.centre_sigma_m, view.mean_px,
+                 std::lround(1e3 * view.clock_s));
   }
-  if (recording.stature_m > 0.0) {
-    std::fprintf(out, "people are %.2f m tall, all lengths within %.0f %%\n",
-                 recording.stature_m, 100.0 * recording.scale_sigma);
-  }
+  PrintLeftOut(recording.rig, out);
+  PrintMetre(recording, length, out);
   std::fprintf(out, "floor      %s\n",
                recording.ground.has_value() ? "from the feet, z up"
-                                            : "not told: too few feet rest");
+                                            : "not told: no feet rest on it");
 }
 
 // NAME.calibrate.json of NAME.json.
@@ -260,6 +346,8 @@ void WriteAll(const RecordingCalibration& recording, const KnownLength& length,
     } else {
       LostFields lost_fields;
       format.write(path, recording.cameras, &lost_fields);
+      lost_fields.push_back("clocks and covariance stand in " +
+                            ReportPath(path) + " alone");
       SayNotes(lost_fields);
     }
   }
@@ -279,16 +367,15 @@ void RunCalibrate() {
       DefaultOptions(FLAGS_frame_rate, FLAGS_skeleton, FLAGS_set);
   const DetectionSequence detections =
       ReadDetections(FLAGS_detections, DetectionOptionsOf(options));
-  const std::vector<std::string>& views = detections.header.view_names;
-  if (views.size() < 2) {
+  if (detections.header.view_names.size() < 2) {
     throw InputError("--detections: one view, expected two and more");
   }
-  const CalibrationInput input = InputOfFlags(options, views);
+  const CalibrationInput input = InputOfFlags(options, detections);
   const RecordingCalibration recording =
       CalibrateRecording(options, input, detections);
   WriteAll(recording, input.length, recording.view_names, *format);
   std::FILE* out = SummaryStream(FLAGS_out);
-  PrintFindings(recording, recording.view_names, out);
+  PrintFindings(recording, input.length, recording.view_names, out);
   std::fprintf(out, "-> %s\n",
                recording.rig.verdict == RigVerdict::kRefused
                    ? ReportPath(FLAGS_out).c_str()

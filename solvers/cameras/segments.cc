@@ -312,6 +312,7 @@ std::vector<bool> FirstHalf(const SceneSegments& scene, Halving halving) {
     const auto joint = static_cast<size_t>(segments[s].joint);
     first.push_back(halving == Halving::kBody ? IsLower(scene.classes[joint])
                     : halving == Halving::kPlaces ? places[s] < middle
+                    : halving == Halving::kPeople ? segments[s].person % 2 == 0
                     : halving == Halving::kTime
                         ? s < segments.size() / 2
                         : ranks[segments[s].joint] / 2 % 2 == 0);

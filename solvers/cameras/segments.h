@@ -149,6 +149,7 @@ enum class Halving {
   kJoints,
   kBody,    // hips and legs, and the rest
   kPlaces,  // along the direction in which people move most
+  kPeople,  // every other one
 };
 
 // The stretches of one half (0 or 1).

@@ -41,6 +41,8 @@ constexpr double kPromisedPlace = 0.01;
 constexpr double kLeastLikely = 0.5;
 // A clock that is less sure than this is not told.
 constexpr double kMostClockS = 0.02;
+// Standard deviation of what is anywhere within a frame, in frames.
+constexpr double kOfAFrame = 0.29;
 // Fits on halves of the joints may differ by this many times as much.
 constexpr double kMostApart = 2.0;
 // People whose places are no farther apart than this stay in one spot (the
@@ -519,30 +521,43 @@ class RigEstimate {
                          .eigenvalues()[2]);
   }
 
-  // How far fits on halves of the joints are apart, in what a view may be
-  // unsure.
-  std::vector<double> HalvesApart() const {
-    const BundleOptions options = Options(1500);
+  // Fits on either half: how far they are apart, in what a view may be unsure,
+  // and what they leave of the half that they were not given, 0 where there is
+  // none.
+  struct Halves {
+    std::vector<double> apart;
+    std::vector<double> left_out_px;
+  };
+  Halves HalvesOf(Halving halving) const {
+    BundleOptions options = Options(1500);
+    options.wants_covariance = false;
     FreeParameters free = free_;
     free.offset = free.drift = false;
     const std::vector<CameraChange> none(cameras_.size(), CameraChange::Zero());
     std::vector<BundleResult> fits;
+    std::vector<FitError> errors;
     for (const int half : {0, 1}) {
-      fits.push_back(AdjustBundle(cameras_,
-                                  HalfOf(segments_, Halving::kJoints, half),
+      fits.push_back(AdjustBundle(cameras_, HalfOf(segments_, halving, half),
                                   free, none, options));
       if (!fits.back().usable) {
-        return std::vector<double>(cameras_.size(), 1e9);
+        return {std::vector<double>(cameras_.size(), 1e9),
+                std::vector<double>(cameras_.size(), 0.0)};
       }
+      errors.push_back(MeasureFit(cameras_,
+                                  HalfOf(segments_, halving, 1 - half),
+                                  fits.back().changes, options.segments));
     }
-    std::vector<double> apart;
+    Halves halves;
     for (size_t v = 0; v < cameras_.size(); ++v) {
       const CameraChange off = fits[0].changes[v] - fits[1].changes[v];
-      apart.push_back(std::max(
+      halves.apart.push_back(std::max(
           kDegrees * off.segment<3>(kRotationAt).norm() / kMostRotationDeg,
           off.segment<3>(kCentreAt).norm() / (kMostPlace * SizeOf(cameras_))));
+      halves.left_out_px.push_back(0.5 *
+                                   (errors[0].MeanPx(static_cast<int>(v)) +
+                                    errors[1].MeanPx(static_cast<int>(v))));
     }
-    return apart;
+    return halves;
   }
 
   void Judge() {
@@ -555,7 +570,9 @@ class RigEstimate {
     result_.likely_right = LikelyRight();
     const std::vector<double> agreements = Agreements(cameras_, aligned_);
     const double usual = Median(agreements);
-    const std::vector<double> apart = HalvesApart();
+    const Halves frames = HalvesOf(Halving::kTime);
+    const Halves joints = HalvesOf(Halving::kJoints);
+    const Halves people = HalvesOf(Halving::kPeople);
     const FitError error = MeasureFit(
         cameras_, segments_,
         std::vector<CameraChange>(cameras_.size(), CameraChange::Zero()),
@@ -572,14 +589,18 @@ class RigEstimate {
       view.clock_s = changes_[v][kOffsetAt] -
                      lags_[v] / recording_.header.frame_rate_hz -
                      told_late_s_[of_recording];
-      view.clock_sigma_s = SigmaOf(fit_, v, kOffsetAt);
+      view.clock_sigma_s = free_.offset || v == 0
+                               ? SigmaOf(fit_, v, kOffsetAt)
+                               : kOfAFrame / recording_.header.frame_rate_hz;
       view.drift = changes_[v][kDriftAt];
       view.mean_px = error.MeanPx(static_cast<int>(v));
-      view.halves_apart = apart[v];
+      view.left_out_px = {frames.left_out_px[v], joints.left_out_px[v],
+                          people.left_out_px[v]};
+      view.halves_apart = joints.apart[v];
       view.agreement = agreements[v];
       const bool is_sure = view.rotation_sigma_deg <= kMostRotationDeg &&
                            view.centre_sigma_m <= kMostPlace * result_.size_m &&
-                           apart[v] <= kMostApart && TellsFocal() &&
+                           joints.apart[v] <= kMostApart && TellsFocal() &&
                            agreements[v] >= kLeastAgreement &&
                            agreements[v] >= kLeastOfUsual * usual;
       if (!is_sure) view.left_out = "its place is not sure enough";
@@ -597,8 +618,7 @@ class RigEstimate {
                                         : RigVerdict::kRefused;
     if (!free_.offset) {
       result_.reasons.push_back(
-          "the clocks are not told beyond whole frames: record people who "
-          "move");
+          "the clocks are not told beyond whole frames: record faster motion");
     }
     if (sure == cameras_.size()) {
       if (right) return;

@@ -31,15 +31,24 @@ struct RigInput {
   RigMatcher match;
 };
 
+// Mean residual of one view on the halves of the frames, joints or people that
+// a fit was not given, each at most 30 px; 0 where they cannot be halved.
+struct LeftOutPx {
+  double frames = 0.0;
+  double joints = 0.0;
+  double people = 0.0;
+};
+
 // How sure one view is.
 struct RigView {
   bool joined = false;
   double rotation_sigma_deg = 0.0;  // along the least sure axis
   double centre_sigma_m = 0.0;      // likewise
   double clock_s = 0.0;             // added to its time of capture
-  double clock_sigma_s = 0.0;       // 0: whole frames, or the first view
+  double clock_sigma_s = 0.0;       // 0: the first joined view
   double drift = 0.0;               // [s/s]
   double mean_px = 0.0;             // of residuals, each at most 30 px
+  LeftOutPx left_out_px;
   // How far fits on halves of the joints put it apart, in what is sure enough.
   double halves_apart = 0.0;
   double agreement = 0.0;  // with the other views (PairAgreement::score)

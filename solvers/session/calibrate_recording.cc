@@ -219,6 +219,25 @@ class Finisher {
     result_->cameras = OnGround(result_->cameras, *result_->ground);
   }
 
+  // By how much the logarithm of the two cameras' distance grows with each
+  // parameter; nothing where another length tells the metre.
+  Eigen::VectorXd LogDistance(Eigen::Index size) const {
+    Eigen::VectorXd gradient = Eigen::VectorXd::Zero(size);
+    if (input_.length.kind != KnownLength::Kind::kCameras) return gradient;
+    const Eigen::Vector3d apart =
+        CameraOf(input_.length.a).centre() - CameraOf(input_.length.b).centre();
+    Eigen::Index at = 0;
+    for (size_t v = 0; v < result_->cameras.size(); ++v) {
+      const std::string& name = result_->record.cameras[v].name;
+      const double sign = name == CameraOf(input_.length.a).name()   ? 1.0
+                          : name == CameraOf(input_.length.b).name() ? -1.0
+                                                                     : 0.0;
+      gradient.segment<3>(at + kCentreAt) = sign / apart.squaredNorm() * apart;
+      at += static_cast<Eigen::Index>(result_->rig.places[v].size());
+    }
+    return gradient;
+  }
+
   // For cameras.json; the metre's uncertainty moves all centres together.
   void Record() {
     RigResult& rig = result_->rig;
@@ -242,8 +261,17 @@ class Finisher {
         ++at;
       }
     }
-    record.covariance =
-        turn * rig.covariance * turn.transpose() +
+    record.covariance = turn * rig.covariance * turn.transpose();
+    const Eigen::VectorXd by_distance = LogDistance(size);
+    if (!by_distance.isZero()) {
+      result_->scale_sigma =
+          std::sqrt(by_distance.dot(record.covariance * by_distance));
+      const Eigen::MatrixXd held = Eigen::MatrixXd::Identity(size, size) -
+                                   segment * by_distance.transpose();
+      record.covariance = held * record.covariance * held.transpose();
+      return;
+    }
+    record.covariance +=
         std::pow(result_->scale_sigma, 2) * segment * segment.transpose();
   }
 

@@ -18,15 +18,15 @@ namespace {
 
 constexpr double kDegrees = 180.0 / M_PI;
 
-Scene Walkers(double seconds, double walking = 0.8, double standing = 0.1) {
+Scene Walkers(double seconds, int cameras = 3) {
   SceneOptions options;
   options.seed = 5;
   options.people = 2;
   options.duration_s = seconds;
-  options.cameras.count = 3;
+  options.cameras.count = cameras;
   options.cameras.arc_deg = 200.0;
-  options.motion.walking = walking;
-  options.motion.standing = standing;
+  options.motion.walking = 0.8;
+  options.motion.standing = 0.1;
   options.motion.sitting = 0.0;
   options.motion.turning = 0.0;
   options.motion.visitors = 0.0;
@@ -88,6 +88,14 @@ TEST(Rig, CamerasClocksAndWhoIsWhoFromWalkers) {
   const double truth =
       (scene.cameras[1].centre() - scene.cameras[0].centre()).norm();
   EXPECT_NEAR(apart / truth, 1.0, 3.0 * found.scale_sigma);
+  // Cameras are known far better than to a pixel: what a fit was not given it
+  // leaves as it leaves the rest.
+  for (const RigView& view : found.rig.views) {
+    for (const double px : {view.left_out_px.frames, view.left_out_px.joints,
+                            view.left_out_px.people}) {
+      EXPECT_NEAR(px / view.mean_px, 1.0, 0.2);
+    }
+  }
   // Upright and on the floor: heights of the cameras, within the scale.
   ASSERT_TRUE(found.ground.has_value());
   for (size_t v = 0; v < scene.cameras.size(); ++v) {
@@ -180,6 +188,61 @@ TEST(Rig, ADistanceTellsTheMetre) {
   ASSERT_NE(found.rig.verdict, RigVerdict::kRefused);
   EXPECT_NEAR((found.cameras[1].centre() - found.cameras[0].centre()).norm(),
               5.0, 1e-9);
+  // That distance is certain, and the others are not.
+  const Eigen::Vector3d along =
+      (found.cameras[1].centre() - found.cameras[0].centre()).normalized();
+  const auto second =
+      static_cast<Eigen::Index>(found.record.cameras[0].places.size());
+  Eigen::VectorXd gradient =
+      Eigen::VectorXd::Zero(found.record.covariance.rows());
+  gradient.segment<3>(kCentreAt) = -along;
+  gradient.segment<3>(second + kCentreAt) = along;
+  EXPECT_NEAR(gradient.dot(found.record.covariance * gradient), 0.0, 1e-12);
+  EXPECT_GT(found.record.covariance.diagonal().maxCoeff(), 1e-6);
+}
+
+// The fourth camera stands in another room.
+TEST(Rig, AViewOfAnotherRoomIsLeftOut) {
+  const Scene scene = Walkers(16.0, 4);
+  DetectionSequence recording = Observe(scene, Noise(), nullptr);
+  SceneOptions other;
+  other.seed = 77;
+  other.people = 2;
+  other.duration_s = 16.0;
+  other.cameras.count = 4;
+  const DetectionSequence elsewhere =
+      Observe(MakeScene(other), Noise(), nullptr);
+  for (size_t k = 0; k < recording.frames.size(); ++k) {
+    recording.frames[k].views[3] = elsewhere.frames[k].views[3];
+  }
+  const RecordingCalibration found =
+      CalibrateRecording(RunOptions(), WithoutPlaces(scene.cameras), recording);
+  ASSERT_EQ(found.rig.verdict, RigVerdict::kPartly);
+  EXPECT_EQ(found.rig.used, (std::vector<int>{0, 1, 2}));
+  EXPECT_FALSE(found.rig.views[3].joined);
+  EXPECT_FALSE(found.rig.views[3].left_out.empty());
+  EXPECT_FALSE(found.rig.reasons.empty());
+  ASSERT_EQ(found.cameras.size(), 3u);
+  CameraRig truth = scene.cameras;
+  truth.pop_back();
+  // As where all three are of one room.
+  EXPECT_LT(RotationError(truth, found.cameras), 0.1);
+}
+
+// A few seconds of large errors place every view, but not to 0.3 degrees.
+TEST(Rig, PartlyWhereThePromiseIsNotSure) {
+  const Scene scene = Walkers(5.0);
+  NoiseOptions noise = Noise();
+  noise.joints.sigma_px = 8.0;
+  noise.joints.static_share = 0.3;
+  const RecordingCalibration found =
+      CalibrateRecording(RunOptions(), WithoutPlaces(scene.cameras),
+                         Observe(scene, noise, nullptr));
+  ASSERT_EQ(found.rig.verdict, RigVerdict::kPartly);
+  EXPECT_EQ(found.cameras.size(), scene.cameras.size());
+  EXPECT_LT(found.rig.likely_right, 0.5);
+  ASSERT_FALSE(found.rig.reasons.empty());
+  EXPECT_NE(found.rig.reasons.back().find("are not sure"), std::string::npos);
 }
 
 TEST(Rig, ViewsOfDifferentRoomsAreRefused) {
