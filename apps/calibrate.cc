@@ -370,6 +370,10 @@ void RunCalibrate() {
   if (detections.header.view_names.size() < 2) {
     throw InputError("--detections: one view, expected two and more");
   }
+  if (!(detections.header.frame_rate_hz > 0.0)) {
+    throw InputError(
+        "--frame_rate: not given, and the detections do not tell it [Hz]");
+  }
   const CalibrationInput input = InputOfFlags(options, detections);
   const RecordingCalibration recording =
       CalibrateRecording(options, input, detections);

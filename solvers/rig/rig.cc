@@ -620,6 +620,11 @@ class RigEstimate {
       result_.reasons.push_back(
           "the clocks are not told beyond whole frames: record faster motion");
     }
+    if (sure < result_.views.size() && sure == cameras_.size()) {
+      result_.reasons.push_back(
+          "some views see nobody with the others: record people who walk where "
+          "each of them and another one see them");
+    }
     if (sure == cameras_.size()) {
       if (right) return;
       const std::string focal =
