@@ -288,6 +288,7 @@ class Explainer {
     if (people_walk) gains.push_back(Cross(Halving::kPlaces, one.model, tried));
     const bool all_told = people_walk && !OneClassSpeaks();
     std::vector<char> told(tried.size(), 0);
+    std::vector<double> needed_m(tried.size(), 0.0);
     std::string doubt;
     for (size_t v = 0; v < told.size(); ++v) {
       if (!one.moves[v]) continue;
@@ -297,13 +298,12 @@ class Explainer {
       }
       const double bias_m =
           std::max(kUsualBias * subject_m_, one.gain.views[v].lasting_after_m);
-      const double needed_m =
-          all_told ? kBiasSigmas * bias_m / std::sqrt(CellCount(v))
-                   : kBeyondBias * subject_m_;
+      needed_m[v] = all_told ? kBiasSigmas * bias_m / std::sqrt(CellCount(v))
+                             : kBeyondBias * subject_m_;
       const double moved_m = MovedM(v, one.fit);
-      told[v] = explained > kLeastExplained && moved_m > needed_m;
+      told[v] = explained > kLeastExplained && moved_m > needed_m[v];
       if (!told[v] && doubt.empty()) {
-        doubt = moved_m > needed_m
+        doubt = moved_m > needed_m[v]
                     ? Format(
                           "it explains %.0f %% of what lasts at joints, "
                           "times and places that were left out",
@@ -317,9 +317,17 @@ class Explainer {
       one.doubt = doubt;
       return one;
     }
-    one.moves = told;
-    const BundleResult again = Fit(one.model, told);
-    if (again.usable) one.fit = again;
+    // A camera that made up for others' faults stays once these are taken.
+    do {
+      one.moves = told;
+      const BundleResult again = Fit(one.model, told);
+      if (again.usable) one.fit = again;
+      if (!Keep(&told,
+                [&](size_t v) { return MovedM(v, one.fit) > needed_m[v]; })) {
+        one.doubt = "detectors are off by as much";
+        break;
+      }
+    } while (told != one.moves);
     return one;
   }
 
