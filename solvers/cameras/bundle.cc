@@ -4,7 +4,9 @@
 #include <ceres/normal_prior.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <map>
 #include <memory>
 #include <utility>
 
@@ -14,10 +16,11 @@
 namespace kinegraph {
 namespace {
 
-// r = (project(change of camera, point at the capture) - u) / sigma       [2]
-// Blocks: the stretch's state [9], the camera's change [12].
+// r = (project(change of camera, point at the capture) + offset - u) / sigma
+// [2] Blocks: the stretch's state [9], the camera's change [12] and the
+// detector's offset that lasts [2, m across the ray].
 class SegmentFactor final
-    : public ceres::SizedCostFunction<2, kSegmentSize, kChangeSize> {
+    : public ceres::SizedCostFunction<2, kSegmentSize, kChangeSize, 2> {
  public:
   // All must outlive the factor.
   SegmentFactor(const Camera* camera, const MotionSegment* segment,
@@ -40,7 +43,14 @@ class SegmentFactor final
         wants_state ? &by_state : nullptr, wants_change ? &by_change : nullptr);
     if (!residual.has_value()) return false;
     Eigen::Map<Eigen::Vector2d> r(residuals);
-    r = *residual;
+    const double by_offset = PxPerMetre(*camera_, *segment_) /
+                             (measurement_->sigma_px * noise_scale_);
+    r = *residual +
+        by_offset * Eigen::Map<const Eigen::Vector2d>(parameters[2]);
+    if (jacobians != nullptr && jacobians[2] != nullptr) {
+      Eigen::Map<Eigen::Matrix2d> J(jacobians[2]);
+      J = by_offset * Eigen::Matrix2d::Identity();
+    }
     if (wants_state) {
       Eigen::Map<Eigen::Matrix<double, 2, kSegmentSize, Eigen::RowMajor>> J(
           jacobians[0]);
@@ -193,6 +203,19 @@ class BundleProblem {
 
   const std::vector<SegmentState>& states() const { return states_; }
 
+  // The stretch as a detector without offsets would have seen it.
+  MotionSegment WithoutOffsets(size_t index) const {
+    MotionSegment segment = segments_.segments[index];
+    for (SegmentMeasurement& measurement : segment.measurements) {
+      const auto at =
+          offsets_.find({segment.person, segment.joint, measurement.view_idx});
+      if (at == offsets_.end()) continue;
+      const Camera& camera = cameras_[static_cast<size_t>(at->first[2])];
+      measurement.px -= PxPerMetre(camera, segment) * at->second;
+    }
+    return segment;
+  }
+
  private:
   void AddSegments(const BundleOptions& options) {
     const SegmentState state_sigmas =
@@ -214,7 +237,7 @@ class BundleProblem {
             new SegmentFactor(&cameras_[v], &segment, &measurement,
                               segments_.noise_scale),
             MakeCeresLoss(kSceneLoss, kSceneLossScale, 1.0), states_[s].data(),
-            changes_[v].data());
+            changes_[v].data(), OffsetOf(segment, measurement, options));
         added = true;
       }
       if (!added) continue;
@@ -229,13 +252,33 @@ class BundleProblem {
     }
   }
 
+  double* OffsetOf(const MotionSegment& segment,
+                   const SegmentMeasurement& measurement,
+                   const BundleOptions& options) {
+    auto [at, fresh] = offsets_.try_emplace(
+        {segment.person, segment.joint, measurement.view_idx},
+        Eigen::Vector2d::Zero());
+    double* offset = at->second.data();
+    if (!fresh) return offset;
+    problem_.AddParameterBlock(offset, 2);
+    ordering_->AddElementToGroup(offset, 1);
+    if (options.lasting_offset_m > 0.0) {
+      problem_.AddResidualBlock(
+          ZeroPrior(Eigen::Vector2d::Constant(1.0 / options.lasting_offset_m)),
+          nullptr, offset);
+    } else {
+      problem_.SetParameterBlockConstant(offset);
+    }
+    return offset;
+  }
+
   void AddCameras(const std::vector<std::vector<int>>& places,
                   const BundleOptions& options) {
     const CameraChange inverse = InverseSigmas(options);
     for (size_t v = 0; v < changes_.size(); ++v) {
       problem_.AddParameterBlock(changes_[v].data(), kChangeSize);
       ordering_->AddElementToGroup(changes_[v].data(), 1);
-      if (places[v].empty()) {
+      if (places[v].empty() || options.hold_cameras) {
         problem_.SetParameterBlockConstant(changes_[v].data());
         continue;
       }
@@ -247,8 +290,11 @@ class BundleProblem {
       }
       problem_.SetManifold(changes_[v].data(),
                            new ceres::SubsetManifold(kChangeSize, constant));
-      problem_.AddResidualBlock(ZeroPrior(inverse), nullptr,
-                                changes_[v].data());
+      CameraChange told = CameraChange::Zero();
+      if (!options.focal_told.empty()) told[kFocalAt] = options.focal_told[v];
+      problem_.AddResidualBlock(
+          new ceres::NormalPrior(inverse.asDiagonal(), told), nullptr,
+          changes_[v].data());
     }
   }
 
@@ -256,6 +302,8 @@ class BundleProblem {
   const SceneSegments& segments_;
   std::vector<CameraChange> changes_;
   std::vector<SegmentState> states_;
+  // Of a person, joint and view.
+  std::map<std::array<int, 3>, Eigen::Vector2d> offsets_;
   std::unique_ptr<ceres::ParameterBlockOrdering> ordering_ =
       std::make_unique<ceres::ParameterBlockOrdering>();
   ceres::Problem problem_;
@@ -301,9 +349,9 @@ BundleResult AdjustBundle(const CameraRig& cameras,
   if (!result.usable || !options.wants_covariance) return result;
   ReducedSystem reduced(cameras, segments, places,
                         PriorInformation(options.segments));
-  reduced.SetLastingOffsets(options.common_offset_m, options.person_offset_m);
+  reduced.SetLastingOffsets(options.lasting_offset_m);
   for (size_t s = 0; s < segments.segments.size(); ++s) {
-    reduced.Add(segments.segments[s], problem.states()[s], result.changes);
+    reduced.Add(problem.WithoutOffsets(s), problem.states()[s], result.changes);
   }
   reduced.AddPrior(InverseSigmas(options), gauge, kGaugeSigma);
   result.covariance = reduced.Covariance();

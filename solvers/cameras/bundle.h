@@ -26,18 +26,23 @@ struct BundleOptions {
   double centre_sigma_m = 0.1;
   double shift_sigma_px = 30.0;
   double focal_sigma = 0.05;
+  // Logarithm of the focal length that is told over the one that the camera
+  // has, one a view; empty: they are the same.
+  std::vector<double> focal_told;
   double lens_sigma = 0.3;
   double offset_sigma_s = 0.5;
   double drift_sigma = 1e-3;
-  // A detector's offsets that last (ReducedSystem::SetLastingOffsets), which
-  // the covariance then has.
-  double common_offset_m = 0.0;
-  double person_offset_m = 0.0;
+  // Standard deviation of a detector's offsets that last for the recording
+  // [m, each axis across the ray]: one of each person, joint and view is
+  // estimated with the cameras. 0: none.
+  double lasting_offset_m = 0.0;
   // Stretches keep the velocities that they start with, for fits of clocks
   // alone: estimated together with these they take up what a detector is off
   // for longer than a stretch, and clocks go too far. Cameras must not be
   // fitted so, which the velocities would hold where they are.
   bool hold_velocities = false;
+  // Cameras stay where they start; the covariance is theirs all the same.
+  bool hold_cameras = false;
   bool wants_covariance = true;  // and correlations
   int max_iterations = 30;
 };

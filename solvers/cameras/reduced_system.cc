@@ -3,11 +3,27 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <utility>
 
 #include "solvers/cameras/fit_terms.h"
 
 namespace kinegraph {
+namespace {
+
+// Sums that are empty at first.
+void AddTo(const Eigen::MatrixXd& one, Eigen::MatrixXd* sum) {
+  if (sum->size() == 0) *sum = Eigen::MatrixXd::Zero(one.rows(), one.cols());
+  *sum += one;
+}
+
+void AddScore(int64_t block, const Eigen::VectorXd& score,
+              std::map<int64_t, Eigen::VectorXd>* scores) {
+  const auto [at, fresh] = scores->try_emplace(block, score);
+  if (!fresh) at->second += score;
+}
+
+}  // namespace
 
 ReducedSystem::ReducedSystem(const CameraRig& cameras,
                              const SceneSegments& segments,
@@ -21,7 +37,7 @@ ReducedSystem::ReducedSystem(const CameraRig& cameras,
     begin_.push_back(size_);
     size_ += static_cast<Eigen::Index>(list.size());
   }
-  information_ = Eigen::MatrixXd::Zero(size_, size_);
+  information_ = prior_scores_ = Eigen::MatrixXd::Zero(size_, size_);
 }
 
 void ReducedSystem::Add(const MotionSegment& segment, const SegmentState& state,
@@ -29,8 +45,14 @@ void ReducedSystem::Add(const MotionSegment& segment, const SegmentState& state,
   Eigen::Matrix<double, kSegmentSize, kSegmentSize> H =
       state_information_.asDiagonal();
   H.topLeftCorner<3, 3>().diagonal().array() += kPositionInformation;
-  Eigen::MatrixXd cross = Eigen::MatrixXd::Zero(size_, kSegmentSize);
-  Eigen::VectorXd gradient = Eigen::VectorXd::Zero(size_);
+  const bool has_offsets = offset_sigma_m_ > 0.0;
+  const auto offset_count =
+      has_offsets ? 2 * static_cast<Eigen::Index>(places_.size()) : 0;
+  // Of the free parameters, then of the offsets.
+  const Eigen::Index count = size_ + offset_count;
+  Eigen::MatrixXd information = Eigen::MatrixXd::Zero(count, count);
+  Eigen::MatrixXd cross = Eigen::MatrixXd::Zero(count, kSegmentSize);
+  Eigen::VectorXd gradient = Eigen::VectorXd::Zero(count);
   SegmentState state_gradient = state_information_.cwiseProduct(state);
   for (const SegmentTerm& term :
        TermsOf(cameras_, changes, segment, state, segments_.noise_scale)) {
@@ -38,74 +60,55 @@ void ReducedSystem::Add(const MotionSegment& segment, const SegmentState& state,
     const auto& A = term.by_state;
     H += term.weight * A.transpose() * A;
     state_gradient += term.weight * A.transpose() * term.residual;
-    const auto count = static_cast<Eigen::Index>(places_[v].size());
-    Eigen::MatrixXd B(2, count);
-    for (Eigen::Index i = 0; i < count; ++i) {
-      B.col(i) = term.by_change.col(places_[v][static_cast<size_t>(i)]);
+    std::vector<Eigen::Index> at(places_[v].size());
+    std::iota(at.begin(), at.end(), begin_[v]);
+    Eigen::MatrixXd B(
+        2, static_cast<Eigen::Index>(at.size()) + (has_offsets ? 2 : 0));
+    for (size_t i = 0; i < at.size(); ++i) {
+      B.col(static_cast<Eigen::Index>(i)) = term.by_change.col(places_[v][i]);
     }
-    information_.block(begin_[v], begin_[v], count, count) +=
-        term.weight * B.transpose() * B;
-    cross.middleRows(begin_[v], count) += term.weight * B.transpose() * A;
-    gradient.segment(begin_[v], count) +=
-        term.weight * B.transpose() * term.residual;
+    if (has_offsets) {
+      B.rightCols<2>() = PxPerMetre(cameras_[v], segment) *
+                         term.by_change.middleCols<2>(kShiftAt);
+      const Eigen::Index offset = size_ + 2 * static_cast<Eigen::Index>(v);
+      at.insert(at.end(), {offset, offset + 1});
+    }
+    information(at, at) += term.weight * B.transpose() * B;
+    cross(at, Eigen::all) += term.weight * B.transpose() * A;
+    gradient(at) += term.weight * B.transpose() * term.residual;
   }
   const Eigen::MatrixXd solved = H.ldlt().solve(cross.transpose());
-  information_ -= cross * solved;
+  information -= cross * solved;
+  gradient -= solved.transpose() * state_gradient;
+  information_ += information.topLeftCorner(size_, size_);
   const auto block =
       static_cast<int64_t>(std::floor(segment.middle_s / BinLength(segments_)));
-  auto [at, fresh] = scores_.try_emplace(block, gradient);
-  if (!fresh) at->second += gradient;
-  at->second -= solved.transpose() * state_gradient;
-  if (common_offset_m_ > 0.0 || person_offset_m_ > 0.0) {
-    AddOffsets(segment, state, changes, solved);
-  }
+  AddScore(block, gradient.head(size_), &scores_);
+  if (!has_offsets) return;
+  Offsets& offsets = offsets_[{segment.person, segment.joint}];
+  AddTo(information.topRightCorner(size_, offset_count), &offsets.cross);
+  AddTo(information.bottomRightCorner(offset_count, offset_count),
+        &offsets.information);
+  AddScore(block, gradient.tail(offset_count), &offsets.scores);
 }
 
-void ReducedSystem::AddOffsets(const MotionSegment& segment,
-                               const SegmentState& state,
-                               const std::vector<CameraChange>& changes,
-                               const Eigen::MatrixXd& solved) {
-  for (const SegmentTerm& term :
-       TermsOf(cameras_, changes, segment, state, segments_.noise_scale)) {
-    const size_t v = term.view;
-    // Of the residual, by an offset along the image's axes [m].
-    const Eigen::Matrix2d by_offset = term.weight *
-                                      term.by_state.leftCols<3>() *
-                                      cameras_[v].R().topRows<2>().transpose();
-    OffsetGradient gradient =
-        -solved.transpose() * term.by_state.transpose() * by_offset;
-    for (size_t i = 0; i < places_[v].size(); ++i) {
-      gradient.row(begin_[v] + static_cast<Eigen::Index>(i)) +=
-          term.by_change.col(places_[v][i]).transpose() * by_offset;
+void ReducedSystem::EliminateOffsets() {
+  const double prior = 1.0 / (offset_sigma_m_ * offset_sigma_m_);
+  for (auto& [key, one] : offsets_) {
+    one.information.diagonal().array() += prior;
+    const Eigen::MatrixXd gain =
+        one.information.ldlt().solve(one.cross.transpose()).transpose();
+    information_ -= gain * one.cross.transpose();
+    prior_scores_ += prior * gain * gain.transpose();
+    for (const auto& [block, score] : one.scores) {
+      scores_.at(block) -= gain * score;
     }
-    const auto view = static_cast<int>(v);
-    const auto add = [&gradient](auto* sums, const auto& key) {
-      auto [at, fresh] = sums->try_emplace(key, gradient);
-      if (!fresh) at->second += gradient;
-    };
-    add(&by_joint_, std::array<int, 2>{segment.joint, view});
-    add(&by_person_, std::array<int, 3>{segment.person, segment.joint, view});
   }
-}
-
-void ReducedSystem::SetLastingOffsets(double common_m, double person_m) {
-  common_offset_m_ = common_m;
-  person_offset_m_ = person_m;
-}
-
-Eigen::MatrixXd ReducedSystem::OffsetScores() const {
-  Eigen::MatrixXd meat = Eigen::MatrixXd::Zero(size_, size_);
-  for (const auto& [key, gradient] : by_joint_) {
-    meat += std::pow(common_offset_m_, 2) * gradient * gradient.transpose();
-  }
-  for (const auto& [key, gradient] : by_person_) {
-    meat += std::pow(person_offset_m_, 2) * gradient * gradient.transpose();
-  }
-  return meat;
 }
 
 void ReducedSystem::AddPrior(const CameraChange& inverse_sigma,
                              const Eigen::MatrixXd& gauge, double gauge_sigma) {
+  EliminateOffsets();
   Eigen::MatrixXd held = Eigen::MatrixXd::Zero(gauge.rows(), size_);
   for (size_t v = 0; v < places_.size(); ++v) {
     for (size_t i = 0; i < places_[v].size(); ++i) {
@@ -142,7 +145,7 @@ Eigen::MatrixXd ReducedSystem::Covariance() const {
   // freedom, and never less than the inverse information itself.
   const auto blocks = static_cast<double>(scores_.size());
   meat *= blocks / std::max(1.0, blocks - 1.0);
-  Eigen::MatrixXd covariance = inverse * (meat + OffsetScores()) * inverse;
+  Eigen::MatrixXd covariance = inverse * (meat + prior_scores_) * inverse;
   for (Eigen::Index i = 0; i < size_; ++i) {
     const double floor = inverse(i, i);
     const double stated = covariance(i, i);

@@ -4,6 +4,7 @@
 #define KINEGRAPH_SOLVERS_CAMERAS_REDUCED_SYSTEM_H_
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <map>
@@ -14,6 +15,15 @@
 #include "solvers/cameras/segments.h"
 
 namespace kinegraph {
+
+// Pixels of a metre across the ray where a stretch begins. An offset has them
+// fixed: were they to follow the estimate, the prior of the offsets would make
+// people smaller, thus focal lengths longer.
+inline double PxPerMetre(const Camera& camera, const MotionSegment& segment) {
+  constexpr double kLeastDepthM = 0.1;
+  return camera.focal_px() /
+         std::max(kLeastDepthM, camera.Depth(PositionOf(segment)));
+}
 
 // The normal equations of the cameras' free parameters c, from which the states
 // s_k of the people's motion segments are eliminated one by one: the reduced
@@ -28,6 +38,9 @@ namespace kinegraph {
 // observation, V_k sums A' A, W_k B' A, U B' B, h_k A' r and g B' r. The left
 // bracket is the information of the cameras with the states unknown; the right
 // one, segment by segment, is the score that the sandwich needs.
+//
+// A detector's offsets that last are eliminated likewise, person by person and
+// joint by joint, in what the stretches leave.
 class ReducedSystem {
  public:
   // `places`: the free parameters, one list a view. `state_information`: of the
@@ -44,15 +57,14 @@ class ReducedSystem {
   const Eigen::MatrixXd& information() const { return information_; }
   Eigen::VectorXd Gradient() const;  // of the cost
 
-  // What the calibration says, and what is held: `gauge`, rows on all changes
-  // below each other, each zero but for `gauge_sigma`.
+  // After the last Add. What the calibration says, and what is held: `gauge`,
+  // rows on all changes below each other, each zero but for `gauge_sigma`.
   void AddPrior(const CameraChange& inverse_sigma, const Eigen::MatrixXd& gauge,
                 double gauge_sigma);
 
-  // Errors of the detector that last for the whole recording: of each joint in
-  // each view [m, each axis across the ray], for everybody and for one person.
-  // Called before Add.
-  void SetLastingOffsets(double common_m, double person_m);
+  // Errors of the detector that last for the whole recording: of each person's
+  // joint in each view [m, each axis across the ray]. Called before Add.
+  void SetLastingOffsets(double sigma_m) { offset_sigma_m_ = sigma_m; }
 
   // Covariance of the free parameters. Errors of a detector last, so it is the
   // sandwich over blocks of time (Huber and Ronchetti, Robust Statistics, ch.
@@ -66,13 +78,13 @@ class ReducedSystem {
 
  private:
   Eigen::MatrixXd Inverse() const;
-  // What one stretch says of the offsets: `solved` is the state's information
-  // inverted times its products with the parameters.
-  void AddOffsets(const MotionSegment& segment, const SegmentState& state,
-                  const std::vector<CameraChange>& changes,
-                  const Eigen::MatrixXd& solved);
-  // What the lasting offsets add to the meat of the sandwich.
-  Eigen::MatrixXd OffsetScores() const;
+  // What stretches of one person's joint say of its offsets in all views.
+  struct Offsets {
+    Eigen::MatrixXd cross;        // with the free parameters
+    Eigen::MatrixXd information;  // two axes a view
+    std::map<int64_t, Eigen::VectorXd> scores;
+  };
+  void EliminateOffsets();
 
   const CameraRig& cameras_;
   const SceneSegments& segments_;
@@ -83,12 +95,9 @@ class ReducedSystem {
   Eigen::MatrixXd information_;
   // Gradients of the cost, by block of time.
   std::map<int64_t, Eigen::VectorXd> scores_;
-  // Gradients by an offset of a metre: [joint, view], [person, joint, view].
-  using OffsetGradient = Eigen::Matrix<double, Eigen::Dynamic, 2>;
-  double common_offset_m_ = 0.0;
-  double person_offset_m_ = 0.0;
-  std::map<std::array<int, 2>, OffsetGradient> by_joint_;
-  std::map<std::array<int, 3>, OffsetGradient> by_person_;
+  double offset_sigma_m_ = 0.0;
+  std::map<std::array<int, 2>, Offsets> offsets_;  // person, joint
+  Eigen::MatrixXd prior_scores_;  // of the offsets, for the sandwich
 };
 
 }  // namespace kinegraph

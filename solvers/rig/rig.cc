@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <tuple>
 #include <utility>
 
 #include "core/base/median.h"
@@ -27,10 +28,12 @@ namespace {
 constexpr double kMinConfidence = 0.3;
 constexpr double kDegrees = 57.29577951308232;
 constexpr double kStatureM = 1.7;
-// How far a detector is off for a whole recording, of each joint in each view,
-// on each axis: for everybody, and for one person (of people 1.7 m tall).
-constexpr double kCommonOffsetM = 0.005;
-constexpr double kPersonOffsetM = 0.010;
+// How far a detector is off for a whole recording, of each person's joint in
+// each view, on each axis (of people 1.7 m tall).
+constexpr double kLastingOffsetM = 0.011;
+// Variances are so many times what stretches say that are independent of each
+// other and have one noise: outliers, tails and joints that are hidden.
+constexpr double kUnmodelled = 3.0;
 // A view is calibrated when it is as sure as this: degrees, and shares of the
 // rig's size.
 constexpr double kMostRotationDeg = 0.8;
@@ -38,7 +41,7 @@ constexpr double kMostPlace = 0.025;
 // What `calibrated` promises of every view, and how likely that must be.
 constexpr double kPromisedDeg = 0.3;
 constexpr double kPromisedPlace = 0.01;
-constexpr double kLeastLikely = 0.5;
+constexpr double kLeastLikely = 0.7;
 // A clock that is less sure than this is not told.
 constexpr double kMostClockS = 0.02;
 // Standard deviation of what is anywhere within a frame, in frames.
@@ -348,11 +351,17 @@ class RigEstimate {
     options.focal_sigma = std::max(1e-3, input_.focal_sigma);
     options.offset_sigma_s = 0.1;
     options.drift_sigma = 2e-4;
+    for (size_t v = 0; v < cameras_.size(); ++v) {
+      const Camera& told = intrinsics_[static_cast<size_t>(result_.used[v])];
+      options.focal_told.push_back(
+          std::log(told.focal_px() / cameras_[v].focal_px()));
+    }
     if (human_) {
-      options.common_offset_m = kCommonOffsetM;
-      options.person_offset_m = kPersonOffsetM;
+      options.lasting_offset_m = kLastingOffsetM;
       options.segments.tapered = true;
     }
+    // Cameras rest by then; single stretches may go on.
+    options.max_iterations = 12;
     return options;
   }
 
@@ -381,11 +390,12 @@ class RigEstimate {
   bool Measure(int max_segments) {
     BundleOptions options = Options(max_segments);
     segments_ = MakeSegments(cameras_, aligned_, matches_, options.segments);
-    options.max_iterations = 0;
+    options.hold_cameras = true;
     fit_ = AdjustBundle(
         cameras_, segments_, free_,
         std::vector<CameraChange>(cameras_.size(), CameraChange::Zero()),
         options);
+    if (human_) fit_.covariance *= kUnmodelled;
     return fit_.usable;
   }
 
@@ -411,17 +421,30 @@ class RigEstimate {
 
   bool Adjust() {
     bool clocks = true;
+    double best = 0.0;
     const auto rounds = [&](int most, int segments, const auto& match) {
       for (int round = 0; round < most; ++round) {
+        const auto before = std::make_tuple(cameras_, lags_, changes_);
         match();
         if (!Fit(segments, clocks)) return false;
         Take();
+        // Matches that are wrong may draw cameras away; how well all people
+        // agree, whoever is matched, then tells.
+        const std::vector<double> agreements = Agreements(cameras_, aligned_);
+        const double sum =
+            std::accumulate(agreements.begin(), agreements.end(), 0.0);
+        if (sum < kLeastOfUsual * best) {
+          std::tie(cameras_, lags_, changes_) = before;
+          aligned_ = WithClocks(Realigned(used_recording_, lags_), changes_);
+          break;
+        }
+        best = std::max(best, sum);
         if (Settled()) break;
       }
       return true;
     };
     constexpr int kFew = 500;
-    constexpr int kMany = 1500;
+    constexpr int kMany = 3500;
     const auto by_tracklets = [&] { MatchTracklets(); };
     const auto by_tracks = [&] {
       ScaleByStature();

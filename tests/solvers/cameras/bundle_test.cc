@@ -81,6 +81,71 @@ TEST(Bundle, ClocksComeBack) {
   }
 }
 
+// Rotations [rad] and logarithms of focal lengths, squared and summed over the
+// views; the scene's cameras are the truth.
+Eigen::Vector2d SquaresOf(const BundleResult& result) {
+  Eigen::Vector2d squares = Eigen::Vector2d::Zero();
+  for (const CameraChange& change : result.changes) {
+    squares[0] += change.segment<3>(kRotationAt).squaredNorm();
+    squares[1] += change[kFocalAt] * change[kFocalAt];
+  }
+  return squares;
+}
+
+TEST(Bundle, OffsetsThatLastAreNotTakenForCameras) {
+  FaultySceneOptions scene_options;
+  scene_options.duration_s = 16.0;
+  FaultyScene scene = MakeFaultyScene(scene_options);
+  testing::AddLastingOffsets(4, 1.0, &scene);
+  BundleOptions options;
+  const SceneSegments segments = SegmentsOf(scene, options);
+  FreeParameters free = CameraParametersOf(RefineKind::kPose);
+  free.focal = true;
+  const BundleResult without =
+      AdjustBundle(scene.cameras, segments, free, NoChange(scene), options);
+  options.lasting_offset_m = 0.011;
+  const BundleResult with =
+      AdjustBundle(scene.cameras, segments, free, NoChange(scene), options);
+  ASSERT_TRUE(without.usable && with.usable);
+  // Half of the error at least.
+  EXPECT_LT(4.0 * SquaresOf(with)[0], SquaresOf(without)[0]);
+  EXPECT_LT(4.0 * SquaresOf(with)[1], SquaresOf(without)[1]);
+  // Their prior does not pull focal lengths, which would all go one way: five
+  // sigmas, as sure as the least sure one.
+  double mean = 0.0;
+  double sigma = 0.0;
+  for (size_t v = 0; v < with.changes.size(); ++v) {
+    mean +=
+        with.changes[v][kFocalAt] / static_cast<double>(with.changes.size());
+    sigma = std::max(sigma, with.Sigma(v, kFocalAt));
+  }
+  EXPECT_LT(std::abs(mean), 5.0 * sigma);
+}
+
+TEST(Bundle, AFocalLengthThatIsToldStaysTold) {
+  FaultyScene scene = MakeFaultyScene(FaultySceneOptions());
+  const SceneSegments segments = SegmentsOf(scene, Quick());
+  FreeParameters free;
+  free.focal = true;
+  BundleOptions options = Quick();
+  options.focal_sigma = 1e-4;  // about what the recording tells
+  // 1 % longer is told.
+  options.focal_told.assign(scene.cameras.size(), 0.01);
+  const BundleResult first =
+      AdjustBundle(scene.cameras, segments, free, NoChange(scene), options);
+  const CameraRig refined = RefinedCameras(scene.cameras, first.changes);
+  for (size_t v = 0; v < refined.size(); ++v) {
+    options.focal_told[v] -= first.changes[v][kFocalAt];
+  }
+  const BundleResult second =
+      AdjustBundle(refined, segments, free, NoChange(scene), options);
+  for (size_t v = 0; v < refined.size(); ++v) {
+    EXPECT_GT(first.changes[v][kFocalAt], 1e-4) << v;
+    // The same minimum, but for where its solver stops.
+    EXPECT_LT(std::abs(second.changes[v][kFocalAt]), 1e-5) << v;
+  }
+}
+
 TEST(Bundle, TheGaugeHolds) {
   FaultySceneOptions scene_options;
   scene_options.seed = 3;

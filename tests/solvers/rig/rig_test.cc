@@ -142,7 +142,7 @@ TEST(Rig, FocalLengthsNotKnown) {
   ASSERT_NE(found.rig.verdict, RigVerdict::kRefused);
   // Every view has its place; the promise is kept only where it is likely.
   EXPECT_EQ(found.rig.verdict == RigVerdict::kCalibrated,
-            found.rig.likely_right >= 0.5);
+            found.rig.likely_right >= 0.7);
   for (size_t v = 0; v < scene.cameras.size(); ++v) {
     // As sure as the covariance says, three of its deviations.
     Eigen::Index at = 0;
