@@ -207,13 +207,8 @@ std::optional<ClockJump> FindClockJump(const SetUp& set_up) {
     jump.jump_s += left.after - left.before;
     if (left.size() < 0.05 * frame_s) break;
   }
-  // Pictures are lost whole.
-  constexpr double kFromWhole = 0.35;
-  const double frames = jump.jump_s / frame_s;
-  jump.missing = static_cast<int>(std::lround(frames));
-  if (jump.missing == 0 || std::abs(frames - jump.missing) > kFromWhole) {
-    return std::nullopt;
-  }
+  jump.missing = static_cast<int>(std::lround(jump.jump_s / frame_s));
+  if (jump.missing == 0) return std::nullopt;
   return jump;
 }
 
@@ -477,27 +472,38 @@ std::optional<Answer> AskForJump(const SetUp& set_up) {
   turned.cameras = RefinedCameras(set_up.cameras, fit.changes);
   const auto again = FindClockJump(turned);
   if (!again.has_value() || again->view != jump->view ||
-      again->missing != jump->missing) {
+      std::abs(again->missing - jump->missing) > 1) {
     return std::nullopt;
   }
   const auto& frames = set_up.detections.frames;
   const int64_t from = IndexAfter(frames, jump->at_s);
-  SetUp moved = set_up;
-  moved.detections = WithoutJump(set_up.detections, *jump, from);
-  moved.Match();
-  const double before_px = set_up.Fit().MeanPx(static_cast<int>(jump->view));
-  const double after_px = moved.Fit().MeanPx(static_cast<int>(jump->view));
-  if (before_px - after_px < FitGain::kLeastShare * before_px) {
-    return std::nullopt;
-  }
-  const auto last = static_cast<int64_t>(frames.size()) - 1;
+  const auto view = static_cast<int>(jump->view);
+  const double before_px = set_up.Fit().MeanPx(view);
+  // Pictures are lost whole: as many as fit best next to the estimate, which
+  // goes too far, since velocities are estimated with it.
+  const int fewer =
+      static_cast<int>(std::floor(jump->jump_s * set_up.input.frame_rate_hz));
   Answer answer;
-  answer.findings.push_back(
-      FindingOf(*jump, set_up.CameraName(jump->view),
-                frames[static_cast<size_t>(std::min(from, last))].frame,
-                before_px, after_px));
-  answer.detections = std::move(moved.detections);
-  answer.segments = std::move(moved.segments);
+  double after_px = (1.0 - FitGain::kLeastShare) * before_px;
+  for (const int missing : {fewer, fewer + 1}) {
+    if (missing == 0) continue;
+    ClockJump whole = *jump;
+    whole.missing = missing;
+    SetUp moved = set_up;
+    moved.detections = WithoutJump(set_up.detections, whole, from);
+    moved.Match();
+    const double px = moved.Fit().MeanPx(view);
+    if (px > after_px) continue;
+    after_px = px;
+    const auto last = static_cast<int64_t>(frames.size()) - 1;
+    answer.findings = {
+        FindingOf(whole, set_up.CameraName(jump->view),
+                  frames[static_cast<size_t>(std::min(from, last))].frame,
+                  before_px, after_px)};
+    answer.detections = std::move(moved.detections);
+    answer.segments = std::move(moved.segments);
+  }
+  if (answer.findings.empty()) return std::nullopt;
   return answer;
 }
 
