@@ -165,10 +165,13 @@ class CommandLineParser {
   }
 
   void Set(const gflags::CommandLineFlagInfo& flag, const std::string& value) {
-    if (!seen_.insert(flag.name).second) {
+    const bool again = !seen_.insert(flag.name).second;
+    // Keys add up, so that a printed fix goes behind those already there.
+    if (again && flag.name != "set") {
       throw InputError("--" + flag.name + " is given more than once");
     }
-    const std::string full = flag.type == "string" ? WithHome(value) : value;
+    std::string full = flag.type == "string" ? WithHome(value) : value;
+    if (again) full = flag.current_value + ";" + full;
     if (gflags::SetCommandLineOption(flag.name.c_str(), full.c_str()).empty()) {
       throw InputError("--" + flag.name + ": found the text '" +
                        Printable(value) + "', expected " + Article(flag) +

@@ -24,6 +24,7 @@ DEFINE_int32(test_threads, 1, "threads at work");
 DEFINE_uint64(test_seed, 0, "seed");
 DEFINE_double(test_ratio, 0.5, "a ratio");
 DEFINE_bool(test_loud, false, "talk");
+DEFINE_string(set, "", "keys to change");
 
 namespace kinegraph {
 namespace {
@@ -109,6 +110,12 @@ TEST_F(CommandLine, RefusesAFlagGivenTwice) {
             "--test_out is given more than once");
   EXPECT_EQ(Refusal({"--test_loud", "--notest_loud"}),
             "--test_loud is given more than once");
+}
+
+// A printed fix is appended to a command that sets keys already.
+TEST_F(CommandLine, SetsAddUp) {
+  EXPECT_EQ(Refusal({"--set=a.b=1", "--set", "c=2;d=3"}), "");
+  EXPECT_EQ(FLAGS_set, "a.b=1;c=2;d=3");
 }
 
 TEST_F(CommandLine, RefusesAForgottenValue) {
