@@ -41,7 +41,7 @@ constexpr double kMostPlace = 0.025;
 // What `calibrated` promises of every view, and how likely that must be.
 constexpr double kPromisedDeg = 0.3;
 constexpr double kPromisedPlace = 0.01;
-constexpr double kLeastLikely = 0.7;
+constexpr double kLeastLikely = 0.8;
 // A clock that is less sure than this is not told.
 constexpr double kMostClockS = 0.02;
 // Standard deviation of what is anywhere within a frame, in frames.
