@@ -45,7 +45,7 @@ double Alpha(double step_s, double cutoff_hz) {
 
 Samples OneEuro(const OneEuroOptions& options,
                 const std::vector<double>& times_s, const Samples& values) {
-  constexpr double kSpeedCutoff_hz = 1.0;  // the paper's
+  constexpr double kSpeedCutoffHz = 1.0;  // the paper's
   Samples filtered = values;
   for (Eigen::Index c = 0; c < values.cols(); ++c) {
     double speed = 0.0;
@@ -54,7 +54,7 @@ Samples OneEuro(const OneEuroOptions& options,
       const double step_s = times_s[k] - times_s[k - 1];
       const double last = filtered(i - 1, c);
       const double raw_speed = (values(i, c) - last) / step_s;
-      speed += Alpha(step_s, kSpeedCutoff_hz) * (raw_speed - speed);
+      speed += Alpha(step_s, kSpeedCutoffHz) * (raw_speed - speed);
       const double cutoff_hz =
           options.min_cutoff_hz + options.beta_per_m * std::abs(speed);
       filtered(i, c) = last + Alpha(step_s, cutoff_hz) * (values(i, c) - last);
@@ -129,10 +129,9 @@ void ForEachWindow(double window_s, WindowSide side,
                    Visit visit) {
   // Frame times are rounded: a value at the rim of a centred window is in, one
   // a whole window before a trailing one is out.
-  constexpr double kSlack_s = 1e-6;
+  constexpr double kSlackS = 1e-6;
   const bool centred = side == WindowSide::kCentred;
-  const double back_s =
-      centred ? 0.5 * window_s + kSlack_s : window_s - kSlack_s;
+  const double back_s = centred ? 0.5 * window_s + kSlackS : window_s - kSlackS;
   const double ahead_s = centred ? back_s : 0.0;
   size_t first = 0;
   size_t end = 0;

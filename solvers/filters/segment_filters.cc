@@ -31,10 +31,10 @@ void RequireBelowNyquist(const std::string& key, double frequency_hz,
 void RequireUniformTime(const std::string& estimator,
                         const std::vector<double>& times_s, double rate_hz) {
   // Frame times are rounded to nanoseconds.
-  constexpr double kSlack_s = 1e-6;
+  constexpr double kSlackS = 1e-6;
   for (size_t k = 1; k < times_s.size(); ++k) {
     const double step_s = times_s[k] - times_s[k - 1];
-    if (std::abs(step_s - 1.0 / rate_hz) <= 0.5 / rate_hz + kSlack_s) continue;
+    if (std::abs(step_s - 1.0 / rate_hz) <= 0.5 / rate_hz + kSlackS) continue;
     char text[160];
     std::snprintf(text, sizeof(text),
                   "needs uniform time, found a step of %.4f s, %.4f s into the "

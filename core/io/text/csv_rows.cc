@@ -126,7 +126,7 @@ std::optional<double> NumberOfCell(std::string_view cell) {
 
 std::string CsvCell(const std::string& text) {
   const bool is_formula = !text.empty() && NeedsApostrophe(text.front());
-  const std::string cell = (is_formula ? "'" : "") + text;
+  std::string cell = (is_formula ? "'" : "") + text;
   if (cell.find_first_of(",\"\r\n") == std::string::npos) return cell;
   std::string quoted = "\"";
   for (const char c : cell) {

@@ -44,6 +44,7 @@ class KinegraphTrackReader {
     while (lines_.ReadFrame(
         [&](const JsonObject& object) { ReadFrame(object, &frame); })) {
       sequence.frames.push_back(std::move(frame));
+      frame = TrackFrame();
     }
     sequence.header = std::move(header_);  // may have learnt the views' names
     return sequence;
