@@ -8,7 +8,7 @@
 #include "core/base/constants.h"
 #include "core/base/random.h"
 #include "core/io/tracks/tracks.h"
-#include "core/synthetic/recorded_actor.h"
+#include "core/synthetic/recorded_people.h"
 #include "solvers/filters/causal_gaussian.h"
 #include "solvers/filters/smoothing_spline.h"
 
@@ -150,26 +150,37 @@ MotionClip FirstSeconds(const MotionClip& clip, double seconds) {
 
 MotionClip WithJointSway(const MotionClip& clip, double amplitude_m,
                          uint64_t seed) {
-  const size_t frames = clip.joints_m.size();
-  const size_t joints = clip.joints_m.front().size();
-  std::vector<double> times_s(frames);
-  Eigen::MatrixXd values(3 * joints, frames);
-  for (size_t k = 0; k < frames; ++k) {
-    times_s[k] = static_cast<double>(k) / clip.rate_hz;
-    for (size_t j = 0; j < joints; ++j) {
-      values.block<3, 1>(3 * j, k) = clip.joints_m[k][j];
+  kinegraph::MotionClip recorded;
+  recorded.tracks.header.skeleton = clip.skeleton;
+  Eigen::Vector2d low = clip.joints_m.front().front().head<2>(), high = low;
+  for (size_t k = 0; k < clip.joints_m.size(); ++k) {
+    PersonPose person;
+    person.id = TrackId(0);
+    for (const Eigen::Vector3d& joint : clip.joints_m[k]) {
+      person.joints.push_back({joint, JointStatus::kObserved});
+      low = low.cwiseMin(joint.head<2>());
+      high = high.cwiseMax(joint.head<2>());
     }
+    recorded.tracks.frames.push_back(
+        {static_cast<int64_t>(k),
+         FromSeconds(static_cast<double>(k) / clip.rate_hz),
+         {std::move(person)}});
   }
-  RecordedMotion motion;
-  motion.skeleton = clip.skeleton;
-  motion.pieces.emplace_back(times_s, values);
-  const RecordedActor actor(motion, ClipPlace(), ClipTiming(),
-                            JointSway{amplitude_m, seed}, seed);
+  // The clip stays where it is.
+  RecordedPeopleOptions options;
+  options.x_m = {0.5 * (low.x() + high.x())};
+  options.y_m = {0.5 * (low.y() + high.y())};
+  options.turn_deg = {0.0};
+  options.joint_sway_m = amplitude_m;
+  ClipRoom room;
+  room.seed = seed;
+  const auto people =
+      MakeRecordedPeople(options, {recorded}, clip.skeleton, room);
   MotionClip swaying = clip;
-  for (size_t k = 0; k < frames; ++k) {
-    // Not past the last knot by rounding.
-    const Pose3d pose = actor.PoseAt(std::min(times_s[k], times_s.back()));
-    for (size_t j = 0; j < joints; ++j) {
+  for (size_t k = 0; k < clip.joints_m.size(); ++k) {
+    const Pose3d pose =
+        people.front()->PoseAt(ToSeconds(recorded.tracks.frames[k].time));
+    for (size_t j = 0; j < pose.size(); ++j) {
       swaying.joints_m[k][j] = pose[j].position_m;
     }
   }

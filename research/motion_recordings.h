@@ -41,7 +41,7 @@ MotionClip FirstSeconds(const MotionClip& clip, double seconds);
 MotionClip AfterRest(const MotionClip& clip, double seconds);
 
 // The clip with joint centres that are no points of rigid bones (JointSway in
-// core/synthetic/recorded_actor.h).
+// core/synthetic/recorded_people.h).
 MotionClip WithJointSway(const MotionClip& clip, double amplitude_m,
                          uint64_t seed);
 

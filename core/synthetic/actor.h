@@ -8,10 +8,13 @@
 
 #include "core/data/pose.h"
 #include "core/synthetic/body.h"
-#include "core/synthetic/crowd.h"
-#include "core/synthetic/occlusion.h"
 
 namespace kinegraph {
+
+struct TimeSpan {
+  double begin_s = 0.0;
+  double end_s = 0.0;
+};
 
 // What is told about a person beside the poses.
 struct ActorFacts {

@@ -1,5 +1,5 @@
-// The articulated body of a synthetic person: rigid segments of constant size
-// and the posture that places them.
+// The articulated body of a synthetic person: rigid segments of constant size,
+// the posture that places them, and what they hide.
 //
 // Frames: x forward, y to the person's left, z up when standing upright.
 #ifndef KINEGRAPH_CORE_SYNTHETIC_BODY_H_
@@ -118,14 +118,36 @@ inline Eigen::Vector3d PositionOf(const BodyPoint& point,
 std::vector<BodyPoint> PointsOf(const BodyShape& shape,
                                 const Skeleton& skeleton);
 
+// Squared distance between the segments [p0, p1] and [q0, q1].
+double SquaredSegmentDistance(const Eigen::Vector3d& p0,
+                              const Eigen::Vector3d& p1,
+                              const Eigen::Vector3d& q0,
+                              const Eigen::Vector3d& q1);
+
 // A body part that hides what is behind it: all within `radius_m` of the line
-// between two points.
+// from a to b, in the world.
 struct Capsule {
-  BodyPoint a;
-  BodyPoint b;
+  Eigen::Vector3d a = Eigen::Vector3d::Zero();
+  Eigen::Vector3d b = Eigen::Vector3d::Zero();
   double radius_m = 0.0;
 };
-std::vector<Capsule> CapsulesOf(const BodyShape& shape);
+
+// A body as an obstacle to sight.
+class Obstacle {
+ public:
+  // `centre`: about the middle of the capsules.
+  Obstacle(std::vector<Capsule> capsules, const Eigen::Vector3d& centre);
+
+  // Whether the body cuts the line of sight between two points.
+  bool Hides(const Eigen::Vector3d& eye, const Eigen::Vector3d& point) const;
+
+ private:
+  std::vector<Capsule> capsules_;
+  Eigen::Vector3d centre_;  // of a sphere around all
+  double radius_m_ = 0.0;
+};
+
+Obstacle ObstacleOf(const BodyShape& shape, const BodyPose& pose);
 
 }  // namespace kinegraph
 

@@ -7,15 +7,11 @@
 #include <cstdint>
 #include <vector>
 
-#include "core/synthetic/crowd_options.h"
+#include "core/synthetic/actor.h"
+#include "core/synthetic/scene.h"
 #include "core/synthetic/spline.h"
 
 namespace kinegraph {
-
-struct TimeSpan {
-  double begin_s = 0.0;
-  double end_s = 0.0;
-};
 
 enum class GestureKind { kRaise, kWave, kReach, kPhone, kHandOnHip };
 inline constexpr int kGestureKindCount = 5;

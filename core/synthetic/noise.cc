@@ -6,10 +6,8 @@
 
 #include "core/base/error.h"
 #include "core/base/random.h"
-#include "core/synthetic/false_people.h"
 #include "core/synthetic/noise_process.h"
-#include "core/synthetic/person_observer.h"
-#include "core/synthetic/sight.h"
+#include "core/synthetic/view_observer.h"
 
 namespace kinegraph {
 namespace {
@@ -59,104 +57,6 @@ bool HiddenMatters(const NoiseOptions& options) {
          std::any_of(
              options.by_class.begin(), options.by_class.end(),
              [](const auto& entry) { return HiddenMatters(entry.second); });
-}
-
-// One camera over the whole recording.
-class ViewObserver {
- public:
-  ViewObserver(const NoiseOptions& options, const Scene& scene, int view_idx)
-      : options_(options),
-        scene_(scene),
-        camera_(scene.cameras[view_idx]),
-        false_people_(options, scene, camera_, view_idx),
-        order_(StreamSeed(options.seed, Stream::kOrder, view_idx, 0)),
-        drops_(StreamSeed(options.seed, Stream::kFrames, view_idx, 1)) {
-    for (int i = 0; i < static_cast<int>(scene.people.size()); ++i) {
-      people_.emplace_back(options, scene.skeleton, SizeOf(camera_),
-                           scene.frame_rate_hz, view_idx, i);
-    }
-  }
-
-  std::vector<LabelledDetection> Step(const SceneMoment& moment) {
-    const std::vector<PersonSight> sights =
-        Sights(camera_, moment, scene_.skeleton.joint_count());
-    std::vector<LabelledDetection> detections;
-    for (PersonObserver& person : people_) person.Step(sights, &detections);
-    false_people_.Step(&detections);
-    Shuffle(&detections);
-    const bool dropped =
-        drop_.Step(options_.dropped_view_rate,
-                   options_.drop_burst_s * scene_.frame_rate_hz, &drops_);
-    if (dropped) detections.clear();
-    return detections;
-  }
-
- private:
-  void Shuffle(std::vector<LabelledDetection>* detections) {
-    for (size_t i = detections->size(); i > 1; --i) {
-      const auto other =
-          static_cast<size_t>(order_.Index(static_cast<int64_t>(i)));
-      std::swap((*detections)[i - 1], (*detections)[other]);
-    }
-    for (size_t i = 0; i < detections->size(); ++i) {
-      (*detections)[i].detection.index_in_file = static_cast<int>(i);
-    }
-  }
-
-  const NoiseOptions& options_;
-  const Scene& scene_;
-  const Camera& camera_;
-  std::vector<PersonObserver> people_;
-  FalsePeople false_people_;
-  Random order_;
-  Random drops_;
-  MarkovBursts drop_;
-};
-
-// When the frames were taken, and which were lost.
-class FrameTimes {
- public:
-  FrameTimes(const NoiseOptions& options, double frame_rate_hz)
-      : options_(options),
-        frame_rate_hz_(frame_rate_hz),
-        drops_(StreamSeed(options.seed, Stream::kFrames, 0, 0)),
-        jitter_(StreamSeed(options.seed, Stream::kJitter, 0, 0)) {}
-
-  bool NextIsDropped() {
-    return drop_.Step(options_.dropped_frame_rate,
-                      options_.drop_burst_s * frame_rate_hz_, &drops_);
-  }
-
-  // Distance of the next frame from the beat; frames keep their order.
-  TimeNs NextJitter() {
-    const double limit = 0.45 / frame_rate_hz_;
-    const double jitter = jitter_.Normal(0.0, options_.time_jitter_s);
-    return FromSeconds(std::clamp(jitter, -limit, limit));
-  }
-
-  TimeNs OffsetOf(int view_idx) const {
-    const auto view = static_cast<size_t>(view_idx);
-    return view < options_.clock_offset_s.size()
-               ? FromSeconds(options_.clock_offset_s[view])
-               : 0;
-  }
-
- private:
-  const NoiseOptions& options_;
-  double frame_rate_hz_;
-  Random drops_;
-  Random jitter_;
-  MarkovBursts drop_;
-};
-
-DetectionHeader HeaderFor(const Scene& scene) {
-  DetectionHeader header;
-  header.skeleton = scene.skeleton;
-  header.frame_rate_hz = scene.frame_rate_hz;
-  for (const Camera& camera : scene.cameras) {
-    header.view_names.push_back(camera.name());
-  }
-  return header;
 }
 
 }  // namespace
@@ -259,40 +159,14 @@ void NoiseOptions::Describe(OptionVisitor& visitor) {
 }
 
 std::string NoteOf(const DetectionTruth& truth) {
-  std::string note;
-  switch (truth.swap) {
-    case Swap::kNone:
-      break;
-    case Swap::kWhole:
-      note = "swap_whole";
-      break;
-    case Swap::kArm:
-      note = "swap_arm";
-      break;
-    case Swap::kLeg:
-      note = "swap_leg";
-      break;
-  }
-  const auto append = [&](const char* text) {
-    note += note.empty() ? text : std::string("+") + text;
-  };
-  switch (truth.kind) {
-    case DetectionKind::kPerson:
-      break;
-    case DetectionKind::kUpperPart:
-      append("fragment_upper");
-      break;
-    case DetectionKind::kLowerPart:
-      append("fragment_lower");
-      break;
-    case DetectionKind::kDouble:
-      append("double");
-      break;
-    case DetectionKind::kFalse:
-      append("false_positive");
-      break;
-  }
-  return note;
+  static constexpr const char* kSwaps[] = {"", "swap_whole", "swap_arm",
+                                           "swap_leg"};
+  static constexpr const char* kKinds[] = {
+      "", "fragment_upper", "fragment_lower", "double", "false_positive"};
+  std::string note = kSwaps[static_cast<size_t>(truth.swap)];
+  const char* kind = kKinds[static_cast<size_t>(truth.kind)];
+  if (!note.empty() && *kind != '\0') note += '+';
+  return note + kind;
 }
 
 DetectionSequence Observe(const Scene& scene, const NoiseOptions& options,
@@ -300,32 +174,45 @@ DetectionSequence Observe(const Scene& scene, const NoiseOptions& options,
   CheckNoise(options, scene.cameras.size());
   const int view_count = static_cast<int>(scene.cameras.size());
   const bool with_obstacles = HiddenMatters(options);
-  std::vector<ViewObserver> views;
-  views.reserve(scene.cameras.size());
-  for (int v = 0; v < view_count; ++v) views.emplace_back(options, scene, v);
-  FrameTimes times(options, scene.frame_rate_hz);
-
   DetectionSequence sequence;
-  sequence.header = HeaderFor(scene);
+  sequence.header.skeleton = scene.skeleton;
+  sequence.header.frame_rate_hz = scene.frame_rate_hz;
+  std::vector<ViewObserver> views;
+  for (int v = 0; v < view_count; ++v) {
+    sequence.header.view_names.push_back(scene.cameras[v].name());
+    views.push_back(ObserverOf(options, scene, v));
+  }
+  // When the frames were taken, and which were lost.
+  Random drops(StreamSeed(options.seed, Stream::kFrames, 0, 0));
+  Random jitters(StreamSeed(options.seed, Stream::kJitter, 0, 0));
+  MarkovBursts drop;
   if (truth != nullptr) truth->frames.clear();
   for (size_t i = 0; i < scene.times.size(); ++i) {
-    const bool dropped = times.NextIsDropped();
+    const bool dropped =
+        drop.Step(options.dropped_frame_rate,
+                  options.drop_burst_s * scene.frame_rate_hz, &drops);
+    // Frames keep their order.
+    const double limit = 0.45 / scene.frame_rate_hz;
+    const double jitter = jitters.Normal(0.0, options.time_jitter_s);
     const TimeNs beat = scene.times[i];
-    const TimeNs taken = beat + times.NextJitter();
+    const TimeNs taken = beat + FromSeconds(std::clamp(jitter, -limit, limit));
     DetectionFrame frame;
     frame.frame = static_cast<int64_t>(i);
     frame.time = options.tell_times ? taken : beat;
     std::vector<std::vector<DetectionTruth>> frame_truth;
     std::optional<SceneMoment> moment;
     for (int v = 0; v < view_count; ++v) {
-      const TimeNs capture = taken + times.OffsetOf(v);
+      const auto& offsets = options.clock_offset_s;
+      const TimeNs capture = v < static_cast<int>(offsets.size())
+                                 ? taken + FromSeconds(offsets[v])
+                                 : taken;
       if (!moment.has_value() || moment->time != capture) {
         moment = LookAtScene(scene, capture, with_obstacles);
       }
       ViewDetections view;
       view.capture_time = options.tell_times ? capture : beat;
       frame_truth.emplace_back();
-      for (LabelledDetection& labelled : views[v].Step(*moment)) {
+      for (LabelledDetection& labelled : views[v](*moment)) {
         view.detections.push_back(std::move(labelled.detection));
         frame_truth.back().push_back(std::move(labelled.truth));
       }

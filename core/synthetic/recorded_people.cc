@@ -1,174 +1,425 @@
 #include "core/synthetic/recorded_people.h"
 
-#include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
-#include <map>
 #include <utility>
 
 #include "core/base/constants.h"
 #include "core/base/error.h"
 #include "core/base/random.h"
+#include "core/synthetic/spline.h"
 
 namespace kinegraph {
 namespace {
 
-using Eigen::MatrixXd;
+using Eigen::Matrix3d;
 using Eigen::Vector2d;
+using Eigen::Vector3d;
 
 using RecordedPeople = std::vector<std::shared_ptr<const Actor>>;
 
-// The frames of one person.
-struct Knots {
-  std::vector<double> times_s;
-  std::vector<const PersonPose*> poses;
-  std::vector<int64_t> frames;
+// Where a clip stands in the room: turned about the vertical axis through
+// `centre_m`, which then comes to `place_m`. Heights stay as they are, and so
+// does the contact with the ground.
+struct ClipPlace {
+  Vector2d centre_m = Vector2d::Zero();
+  Vector2d place_m = Vector2d::Zero();
+  double turn_rad = 0.0;
 };
 
-std::string FrameName(int64_t frame) {
-  return "frame " + std::to_string(frame);
-}
-
-std::map<TrackId, Knots> KnotsOf(const MotionClip& clip) {
-  std::map<TrackId, Knots> people;
-  if (clip.tracks.frames.empty()) {
-    throw InputError(clip.name, "", "no frames: nobody moves in this file");
-  }
-  const TimeNs begin = clip.tracks.frames.front().time;
-  TimeNs last = begin;
-  for (const TrackFrame& frame : clip.tracks.frames) {
-    if (&frame != &clip.tracks.frames.front() && frame.time <= last) {
-      throw InputError(clip.name, FrameName(frame.frame),
-                       "its time is not after that of the frame before; a "
-                       "clip needs times or a frame rate");
-    }
-    last = frame.time;
-    for (const PersonPose& person : frame.people) {
-      Knots& knots = people[person.id];
-      knots.times_s.push_back(ToSeconds(frame.time - begin));
-      knots.poses.push_back(&person);
-      knots.frames.push_back(frame.frame);
-    }
-  }
-  if (people.empty()) {
-    throw InputError(clip.name, "", "no people: nobody moves in this file");
-  }
-  return people;
-}
-
-// For each joint of `to` its index in the clip.
-std::vector<int> MapJoints(const MotionClip& clip, const Skeleton& to) {
-  const Skeleton& from = clip.tracks.header.skeleton;
-  std::vector<int> map = MapByName(from, to);
-  for (size_t j = 0; j < map.size(); ++j) {
-    if (map[j] >= 0) continue;
-    throw InputError(clip.name, "",
-                     "skeleton '" + from.name() + "' has no joint '" +
-                         to.joints()[j] + "', which skeleton '" + to.name() +
-                         "' of the scene needs");
-  }
-  return map;
-}
-
-MatrixXd ValuesOf(const MotionClip& clip, const Knots& knots, size_t begin,
-                  size_t end, const std::vector<int>& map) {
-  MatrixXd values(3 * static_cast<Eigen::Index>(map.size()),
-                  static_cast<Eigen::Index>(end - begin));
-  for (size_t k = begin; k < end; ++k) {
-    for (size_t j = 0; j < map.size(); ++j) {
-      const Joint3d& joint =
-          knots.poses[k]->joints[static_cast<size_t>(map[j])];
-      const auto fail = [&](const char* what) {
-        const auto& names = clip.tracks.header.skeleton.joints();
-        throw InputError(
-            clip.name, FrameName(knots.frames[k]),
-            "joint '" + names[static_cast<size_t>(map[j])] + "' " + what);
-      };
-      if (!joint.present()) fail("has no position; a clip needs every joint");
-      if (!joint.position_m.allFinite()) fail("is not finite");
-      values.block<3, 1>(3 * static_cast<Eigen::Index>(j),
-                         static_cast<Eigen::Index>(k - begin)) =
-          joint.position_m;
-    }
-  }
-  return values;
-}
-
-// Stretches of frames without a long gap between them.
-std::vector<KnotSpline> PiecesOf(const MotionClip& clip, const Knots& knots,
-                                 const std::vector<int>& map) {
-  std::vector<KnotSpline> pieces;
-  const size_t count = knots.times_s.size();
-  for (size_t begin = 0, end = 1; begin < count; begin = end++) {
-    while (end < count &&
-           knots.times_s[end] - knots.times_s[end - 1] <= kLongestClipGap) {
-      ++end;
-    }
-    const MatrixXd values = ValuesOf(clip, knots, begin, end, map);
-    if (end - begin < 2) continue;  // a single frame is no motion
-    pieces.emplace_back(
-        std::vector<double>(
-            knots.times_s.begin() + static_cast<std::ptrdiff_t>(begin),
-            knots.times_s.begin() + static_cast<std::ptrdiff_t>(end)),
-        values);
-  }
-  return pieces;
-}
-
-// The smallest upright box around all people of a clip, seen from above.
-struct Extent {
-  Vector2d low = Vector2d::Constant(std::numeric_limits<double>::infinity());
-  Vector2d high = -low;
-
-  Vector2d centre() const { return 0.5 * (low + high); }
+// When a clip is played.
+struct ClipTiming {
+  double start_s = 0.0;  // appears, time of the scene
+  double hold_s = 0.0;   // the first pose is held for so long before it moves
+  double sway_m = 0.0;  // of a held body: RMS, forward, at 1 m above the ankles
 };
 
-Extent ExtentOf(const std::vector<RecordedMotion>& motions) {
-  Extent extent;
-  for (const RecordedMotion& motion : motions) {
-    for (const KnotSpline& piece : motion.pieces) {
-      for (Eigen::Index i = 0; i < piece.values().size(); i += 3) {
-        const Vector2d point(piece.values().data()[i],
-                             piece.values().data()[i + 1]);
-        extent.low = extent.low.cwiseMin(point);
-        extent.high = extent.high.cwiseMax(point);
+// Time of the clip at a time of the scene.
+double ClipTimeAt(const ClipTiming& timing, double time_s) {
+  const double moving = time_s - timing.start_s - timing.hold_s;
+  if (timing.hold_s <= 0.0) return moving;
+  if (moving <= 0.0) return 0.0;
+  if (moving >= kStartRamp) return moving - 0.5 * kStartRamp;
+  // The integral of SmoothStep.
+  const double x = moving / kStartRamp;
+  return kStartRamp * x * x * x * x * (2.5 + x * (x - 3.0));
+}
+
+// How long a clip is in the scene.
+double TimeInScene(const ClipTiming& timing, double clip_length_s) {
+  if (timing.hold_s <= 0.0) return clip_length_s;
+  if (clip_length_s >= 0.5 * kStartRamp) {
+    return timing.hold_s + clip_length_s + 0.5 * kStartRamp;
+  }
+  // A clip that is over before it has gathered speed.
+  double low = 0.0;
+  double high = kStartRamp;
+  for (int i = 0; i < 60; ++i) {
+    const double middle = 0.5 * (low + high);
+    const double reached =
+        ClipTimeAt(timing, timing.start_s + timing.hold_s + middle);
+    (reached < clip_length_s ? low : high) = middle;
+  }
+  return timing.hold_s + high;
+}
+
+// Centres of joints that are no points of rigid bones: each moves to and fro in
+// the frame of the trunk as its joint bends, by an amplitude that is drawn
+// uniformly between half of `amplitude_m` and one and a half of it, in a
+// direction of its own. The whole way (from minus to plus the amplitude) is
+// gone over the range of angles in the clip, or over about thirty degrees where
+// the joint bends less. Wrist and ankle follow elbow and knee. 0: none.
+struct JointSway {
+  double amplitude_m = 0.0;
+  uint64_t seed = 0;
+};
+
+// Clips state times in microseconds, scenes in nanoseconds: a time that misses
+// a clip's end by rounding counts as the end.
+constexpr double kTimeSlack = 1e-4;
+
+// The body's sway dies away before the clip moves [s].
+constexpr double kSwayFade = 1.0;
+// To the side people who stand sway less than forward.
+constexpr double kSideShare = 0.6;
+// Quiet standing has nearly all of its sway below 1 Hz (Winter 1995, Human
+// balance and posture control during standing and walking); incommensurate.
+constexpr std::array<double, 5> kSwayHz = {0.11, 0.23, 0.37, 0.59, 0.83};
+
+// Range of a cosine that counts at least: about thirty degrees.
+constexpr double kLeastHalfRange = 0.13;
+
+Vector3d HorizontalPart(const Vector3d& v) { return {v.x(), v.y(), 0.0}; }
+
+std::array<int, 2> BothSides(const Skeleton& skeleton,
+                             const std::string& joint) {
+  return {skeleton.IndexOf("l_" + joint), skeleton.IndexOf("r_" + joint)};
+}
+
+bool HasBoth(const std::array<int, 2>& joints) {
+  return joints[0] >= 0 && joints[1] >= 0;
+}
+
+double CosineOf(const std::vector<Vector3d>& points,
+                const std::array<int, 3>& joints) {
+  const Vector3d a = points[joints[0]] - points[joints[1]];
+  const Vector3d b = points[joints[2]] - points[joints[1]];
+  const double norms = a.norm() * b.norm();
+  return norms > 0.0 ? a.dot(b) / norms : 0.0;
+}
+
+// The names of the joints that span the angle of a joint, without the side.
+struct AngleNames {
+  const char* joint;
+  std::array<const char*, 3> span;
+};
+constexpr std::array<AngleNames, 6> kAngles = {{
+    {"shoulder", {"hip", "shoulder", "elbow"}},
+    {"elbow", {"shoulder", "elbow", "wrist"}},
+    {"wrist", {"shoulder", "elbow", "wrist"}},
+    {"hip", {"shoulder", "hip", "knee"}},
+    {"knee", {"hip", "knee", "ankle"}},
+    {"ankle", {"hip", "knee", "ankle"}},
+}};
+
+std::vector<Vector3d> PointsOfVector(const Eigen::VectorXd& coordinates) {
+  std::vector<Vector3d> points;
+  points.reserve(static_cast<size_t>(coordinates.size()) / 3);
+  for (Eigen::Index i = 0; i < coordinates.size(); i += 3) {
+    points.emplace_back(coordinates.segment<3>(i));
+  }
+  return points;
+}
+
+// From lengths of segments, which are shares of the stature (Drillis and
+// Contini 1966): from hip to shoulder 0.29, thigh and shank 0.49 together.
+double StatureOf(const Skeleton& skeleton, const std::vector<Vector3d>& points,
+                 double hip_to_shoulder_m) {
+  const int hip = skeleton.IndexOf("l_hip");
+  const int knee = skeleton.IndexOf("l_knee");
+  const int ankle = skeleton.IndexOf("l_ankle");
+  if (knee < 0 || ankle < 0) return hip_to_shoulder_m / 0.29;
+  const double leg = (points[hip] - points[knee]).norm() +
+                     (points[knee] - points[ankle]).norm();
+  return (hip_to_shoulder_m + leg) / 0.78;
+}
+
+Vector3d RandomDirection(Random* random) {
+  const double x = random->Normal();
+  const double y = random->Normal();
+  const double z = random->Normal();
+  return Vector3d(x, y, z).normalized();
+}
+
+// A person whose motion was recorded: a spline through the joints of a tracks
+// file, placed in the scene, perhaps held at the first pose for a while.
+class RecordedActor : public Actor {
+ public:
+  // Throws OptionError("clips", ...) when the skeleton has no shoulders or hips
+  // or they coincide: then there is no frame of the trunk.
+  RecordedActor(RecordedMotion motion, const ClipPlace& place,
+                const ClipTiming& timing, const JointSway& sway,
+                uint64_t body_sway_seed)
+      : motion_(std::move(motion)),
+        place_(place),
+        timing_(timing),
+        shoulders_(BothSides(motion_.skeleton, "shoulder")),
+        hips_(BothSides(motion_.skeleton, "hip")) {
+    if (!HasBoth(shoulders_) || !HasBoth(hips_)) {
+      throw OptionError("clips", "skeleton '" + motion_.skeleton.name() +
+                                     "' has no shoulders or hips, which tell "
+                                     "where a person's front is");
+    }
+    const Points first = PointsOfVector(motion_.pieces.front().values().col(0));
+    const double across = (first[shoulders_[0]] - first[shoulders_[1]]).norm();
+    const double along = (first[shoulders_[0]] - first[hips_[0]]).norm();
+    constexpr double kLeast = 0.01;  // [m]
+    if (across < kLeast || along < kLeast) {
+      throw OptionError("clips", motion_.clip +
+                                     ": shoulders and hips coincide; positions "
+                                     "are expected in metres");
+    }
+    stature_m_ = StatureOf(motion_.skeleton, first, along);
+    PlanCentreSway(sway);
+    Random random(body_sway_seed);
+    for (auto& axis : phases_) {
+      for (double& phase : axis) phase = random.Uniform(0.0, 2.0 * kPi);
+    }
+  }
+
+  bool PresentAt(double time_s) const override {
+    return time_s >= timing_.start_s - kTimeSlack &&
+           PieceAt(ClipTimeAt(timing_, time_s)) != nullptr;
+  }
+
+  Pose3d PoseAt(double time_s) const override {
+    Pose3d pose;
+    for (const Vector3d& point : PointsAt(time_s)) {
+      pose.push_back({point, JointStatus::kObserved});
+    }
+    return pose;
+  }
+
+  SegmentPose TrunkAt(double time_s) const override {
+    return TrunkOf(PointsAt(time_s));
+  }
+
+  // The parts and radii of ObstacleOf, between joints as they are.
+  Obstacle ObstacleAt(double time_s) const override {
+    const Points points = PointsAt(time_s);
+    const Skeleton& skeleton = motion_.skeleton;
+    const double h = stature_m_;
+    const SegmentPose trunk = TrunkOf(points);
+    const Vector3d top = 0.5 * (points[shoulders_[0]] + points[shoulders_[1]]);
+    std::vector<Capsule> capsules = {{trunk.origin_m, top, 0.085 * h}};
+    const auto bone = [&](const std::string& a, const std::string& b,
+                          double radius_m) {
+      const int from = skeleton.IndexOf(a);
+      const int to = skeleton.IndexOf(b);
+      if (from < 0 || to < 0) return;
+      capsules.push_back({points[from], points[to], radius_m});
+    };
+    bone("l_ear", "r_ear", 0.05 * h);
+    for (const std::string side : {"l_", "r_"}) {
+      bone(side + "shoulder", side + "elbow", 0.026 * h);
+      bone(side + "elbow", side + "wrist", 0.022 * h);
+      bone(side + "hip", side + "knee", 0.04 * h);
+      bone(side + "knee", side + "ankle", 0.03 * h);
+    }
+    return Obstacle(std::move(capsules), trunk.origin_m);
+  }
+
+  ActorFacts Facts() const override {
+    ActorFacts facts;
+    facts.stature_m = stature_m_;
+    facts.clip = motion_.clip;
+    facts.clip_id = motion_.id;
+    for (const KnotSpline& piece : motion_.pieces) {
+      const bool held = piece.begin_s() <= 0.0;
+      facts.present.push_back(
+          {timing_.start_s +
+               (held ? 0.0 : TimeInScene(timing_, piece.begin_s())),
+           timing_.start_s + TimeInScene(timing_, piece.end_s())});
+    }
+    return facts;
+  }
+
+ private:
+  using Points = std::vector<Vector3d>;
+
+  // How a joint's centre moves in the frame of the trunk.
+  struct CentreSway {
+    int joint = 0;
+    std::array<int, 3>
+        angle{};          // the joints that span it, its own in the middle
+    double middle = 0.0;  // of the angle's cosine
+    double half_range = 1.0;
+    Vector3d amplitude_m = Vector3d::Zero();  // in the trunk
+  };
+
+  const KnotSpline* PieceAt(double clip_time_s) const {
+    for (const KnotSpline& piece : motion_.pieces) {
+      if (clip_time_s >= piece.begin_s() - kTimeSlack &&
+          clip_time_s <= piece.end_s() + kTimeSlack) {
+        return &piece;
+      }
+    }
+    return nullptr;
+  }
+
+  Points RecordedPoints(double clip_time_s) const {
+    return PointsOfVector(PieceAt(clip_time_s)->At(clip_time_s));
+  }
+
+  SegmentPose TrunkOf(const Points& points) const {
+    const Vector3d top = 0.5 * (points[shoulders_[0]] + points[shoulders_[1]]);
+    SegmentPose trunk;
+    trunk.origin_m = 0.5 * (points[hips_[0]] + points[hips_[1]]);
+    const Vector3d left = points[shoulders_[0]] - points[shoulders_[1]] +
+                          points[hips_[0]] - points[hips_[1]];
+    const Vector3d up = (top - trunk.origin_m).normalized();
+    const Vector3d forward = left.cross(up).normalized();
+    trunk.R << forward, up.cross(forward), up;
+    return trunk;
+  }
+
+  void PlanCentreSway(const JointSway& sway) {
+    if (sway.amplitude_m <= 0.0) return;
+    Random random(sway.seed);
+    for (const AngleNames& names : kAngles) {
+      for (const std::string side : {"l_", "r_"}) {
+        CentreSway centre;
+        centre.joint = motion_.skeleton.IndexOf(side + names.joint);
+        for (size_t i = 0; i < names.span.size(); ++i) {
+          centre.angle[i] = motion_.skeleton.IndexOf(side + names.span[i]);
+        }
+        centre.amplitude_m = sway.amplitude_m * random.Uniform(0.5, 1.5) *
+                             RandomDirection(&random);
+        if (centre.joint < 0 ||
+            std::min({centre.angle[0], centre.angle[1], centre.angle[2]}) < 0) {
+          continue;
+        }
+        double low = std::numeric_limits<double>::infinity();
+        double high = -low;
+        for (const KnotSpline& piece : motion_.pieces) {
+          for (Eigen::Index k = 0; k < piece.values().cols(); ++k) {
+            const double cosine =
+                CosineOf(PointsOfVector(piece.values().col(k)), centre.angle);
+            low = std::min(low, cosine);
+            high = std::max(high, cosine);
+          }
+        }
+        centre.middle = 0.5 * (low + high);
+        centre.half_range = std::max(0.5 * (high - low), kLeastHalfRange);
+        centre_sway_.push_back(centre);
       }
     }
   }
-  return extent;
-}
 
-// Farthest that anything of a clip is from the middle of its way [m].
-double ReachOf(const std::vector<RecordedMotion>& motions,
-               const Vector2d& centre) {
-  double reach = 0.0;
+  void AddCentreSway(Points* points) const {
+    if (centre_sway_.empty()) return;
+    const Points rigid = *points;
+    const Matrix3d R = TrunkOf(rigid).R;
+    for (const CentreSway& centre : centre_sway_) {
+      const double share =
+          (CosineOf(rigid, centre.angle) - centre.middle) / centre.half_range;
+      (*points)[centre.joint] += share * (R * centre.amplitude_m);
+    }
+  }
+
+  // A held body turns about its ankles as one piece (an inverted pendulum).
+  void AddBodySway(double time_s, Points* points) const {
+    const double left_s = timing_.start_s + timing_.hold_s - time_s;
+    if (timing_.sway_m <= 0.0 || left_s <= 0.0) return;
+    std::array<double, 2> sway = {0.0, 0.0};
+    double power = 0.0;
+    for (int term = 0; term < kSwayTerms; ++term) {
+      const double amplitude = kSwayHz[0] / kSwayHz[term];
+      power += 0.5 * amplitude * amplitude;
+      for (int axis = 0; axis < 2; ++axis) {
+        sway[axis] += amplitude * std::sin(2.0 * kPi * kSwayHz[term] *
+                                               (time_s - timing_.start_s) +
+                                           phases_[axis][term]);
+      }
+    }
+    const double fade =
+        SmoothStep(left_s / std::min(kSwayFade, timing_.hold_s));
+    const double angle = fade * timing_.sway_m / std::sqrt(power);  // at 1 m
+
+    const SegmentPose trunk = TrunkOf(*points);
+    Vector3d pivot = HorizontalPart(trunk.origin_m);
+    const std::array<int, 2> ankles = BothSides(motion_.skeleton, "ankle");
+    if (HasBoth(ankles)) {
+      pivot = 0.5 * ((*points)[ankles[0]] + (*points)[ankles[1]]);
+    }
+    // The body's own directions, level; who lies has none and takes the room's.
+    Vector3d left = HorizontalPart(trunk.R.col(1));
+    left = left.norm() > 0.1 ? left.normalized() : Vector3d::UnitY();
+    const Vector3d forward = left.cross(Vector3d::UnitZ());
+    // Turning about `left` leans forward, about `forward` to the right.
+    const Vector3d turn =
+        angle * (sway[0] * left + kSideShare * sway[1] * forward);
+    const double size = turn.norm();
+    if (size <= 0.0) return;
+    const Matrix3d R = Eigen::AngleAxisd(size, turn / size).toRotationMatrix();
+    for (Vector3d& point : *points) point = pivot + R * (point - pivot);
+  }
+
+  void Place(Points* points) const {
+    const Matrix3d R = Eigen::AngleAxisd(place_.turn_rad, Vector3d::UnitZ())
+                           .toRotationMatrix();
+    const Vector3d centre(place_.centre_m.x(), place_.centre_m.y(), 0.0);
+    const Vector3d place(place_.place_m.x(), place_.place_m.y(), 0.0);
+    for (Vector3d& point : *points) point = place + R * (point - centre);
+  }
+
+  Points PointsAt(double time_s) const {
+    Points points = RecordedPoints(ClipTimeAt(timing_, time_s));
+    AddCentreSway(&points);
+    AddBodySway(time_s, &points);
+    Place(&points);
+    return points;
+  }
+
+  RecordedMotion motion_;
+  ClipPlace place_;
+  ClipTiming timing_;
+  std::array<int, 2> shoulders_{};  // left, right
+  std::array<int, 2> hips_{};
+  double stature_m_ = 0.0;
+  std::vector<CentreSway> centre_sway_;
+  // Phases of the body's sway, forward and to the side [rad].
+  static constexpr int kSwayTerms = 5;
+  std::array<std::array<double, kSwayTerms>, 2> phases_{};
+};
+
+// Everywhere that anything of a clip is, seen from above.
+std::vector<Vector2d> WayOf(const std::vector<RecordedMotion>& motions) {
+  std::vector<Vector2d> way;
   for (const RecordedMotion& motion : motions) {
     for (const KnotSpline& piece : motion.pieces) {
       for (Eigen::Index i = 0; i < piece.values().size(); i += 3) {
-        const Vector2d point(piece.values().data()[i],
-                             piece.values().data()[i + 1]);
-        reach = std::max(reach, (point - centre).norm());
+        way.emplace_back(piece.values().data()[i],
+                         piece.values().data()[i + 1]);
       }
     }
   }
-  return reach;
+  return way;
 }
 
 double At(const std::vector<double>& list, size_t i) {
   return i < list.size() ? list[i] : 0.0;
 }
 
-// Of a list with a number a clip: it may end early, the rest are then 0; or it
-// is whole or left out.
-enum class Lists { kMayEndEarly, kAllOrNone };
-
+// A list with a number a clip is whole or left out, or it may end early: the
+// rest are then 0.
 void CheckCount(const char* key, const std::vector<double>& list, size_t clips,
-                Lists rule) {
-  const bool wrong = rule == Lists::kAllOrNone
-                         ? !list.empty() && list.size() != clips
-                         : list.size() > clips;
-  if (!wrong) return;
+                bool may_end_early) {
+  if (list.size() == clips || list.empty()) return;
+  if (may_end_early && list.size() < clips) return;
   throw OptionError(key, "found " + std::to_string(list.size()) +
                              (list.size() == 1 ? " number" : " numbers") +
                              " for " + std::to_string(clips) +
@@ -177,11 +428,11 @@ void CheckCount(const char* key, const std::vector<double>& list, size_t clips,
 
 void CheckLists(const RecordedPeopleOptions& options, size_t clips) {
   CheckOptions(options);
-  CheckCount("start", options.start_s, clips, Lists::kMayEndEarly);
-  CheckCount("hold", options.hold_s, clips, Lists::kMayEndEarly);
-  CheckCount("x", options.x_m, clips, Lists::kAllOrNone);
-  CheckCount("y", options.y_m, clips, Lists::kAllOrNone);
-  CheckCount("turn", options.turn_deg, clips, Lists::kAllOrNone);
+  CheckCount("start", options.start_s, clips, true);
+  CheckCount("hold", options.hold_s, clips, true);
+  CheckCount("x", options.x_m, clips, false);
+  CheckCount("y", options.y_m, clips, false);
+  CheckCount("turn", options.turn_deg, clips, false);
   if (options.x_m.empty() != options.y_m.empty()) {
     throw OptionError(options.x_m.empty() ? "x" : "y",
                       "is missing: a place needs both x and y");
@@ -189,25 +440,21 @@ void CheckLists(const RecordedPeopleOptions& options, size_t clips) {
 }
 
 // The least distance of two trunks in the time that both are there.
-double ClosestOf(const Actor& a, const Actor& b) {
+double ClosestOf(const RecordedPeople& some, const RecordedPeople& others) {
   constexpr double kSampleStep =
       0.1;  // [s]: nobody goes farther than 0.5 m in it
   double closest = std::numeric_limits<double>::infinity();
-  for (const TimeSpan& span : a.Facts().present) {
-    for (double t = span.begin_s; t <= span.end_s; t += kSampleStep) {
-      if (!a.PresentAt(t) || !b.PresentAt(t)) continue;
-      closest = std::min(
-          closest,
-          (a.TrunkAt(t).origin_m - b.TrunkAt(t).origin_m).head<2>().norm());
-    }
-  }
-  return closest;
-}
-
-double ClosestOf(const RecordedPeople& some, const RecordedPeople& others) {
-  double closest = std::numeric_limits<double>::infinity();
   for (const auto& a : some) {
-    for (const auto& b : others) closest = std::min(closest, ClosestOf(*a, *b));
+    for (const auto& b : others) {
+      for (const TimeSpan& span : a->Facts().present) {
+        for (double t = span.begin_s; t <= span.end_s; t += kSampleStep) {
+          if (!a->PresentAt(t) || !b->PresentAt(t)) continue;
+          const Vector3d apart =
+              a->TrunkAt(t).origin_m - b->TrunkAt(t).origin_m;
+          closest = std::min(closest, apart.head<2>().norm());
+        }
+      }
+    }
   }
   return closest;
 }
@@ -224,9 +471,18 @@ class ClipPlacer {
     sway_seed_ = seeds_.Fork();
     body_seed_ = seeds_.Fork();
     const bool given = !options_.x_m.empty();
-    const Vector2d centre = ExtentOf(motions).centre();
-    const double free =
-        std::max(0.0, room_.radius_m - ReachOf(motions, centre));
+    const std::vector<Vector2d> way = WayOf(motions);
+    Vector2d low = way.front(), high = low;
+    for (const Vector2d& point : way) {
+      low = low.cwiseMin(point);
+      high = high.cwiseMax(point);
+    }
+    const Vector2d centre = 0.5 * (low + high);
+    double reach = 0.0;
+    for (const Vector2d& point : way) {
+      reach = std::max(reach, (point - centre).norm());
+    }
+    const double free = std::max(0.0, room_.radius_m - reach);
     // A place that is given, and a turn, are taken as they are.
     const int attempts = given && !options_.turn_deg.empty() ? 1 : kAttempts;
     for (int attempt = 0; attempt < attempts; ++attempt) {
@@ -311,26 +567,6 @@ void RecordedPeopleOptions::Describe(OptionVisitor& visitor) {
   visitor.Number("joint_sway", &joint_sway_m, Between(0.0, 0.1), "m",
                  "joint centres move with the joint's angle, by half to one "
                  "and a half of this; 0: rigid bones stay rigid");
-}
-
-std::vector<RecordedMotion> MotionsOf(const MotionClip& clip,
-                                      const Skeleton& skeleton) {
-  const std::map<TrackId, Knots> people = KnotsOf(clip);
-  const std::vector<int> map = MapJoints(clip, skeleton);
-  std::vector<RecordedMotion> motions;
-  for (const auto& [id, knots] : people) {
-    RecordedMotion motion;
-    motion.clip = clip.name;
-    motion.id = id;
-    motion.skeleton = skeleton;
-    motion.pieces = PiecesOf(clip, knots, map);
-    if (!motion.pieces.empty()) motions.push_back(std::move(motion));
-  }
-  if (motions.empty()) {
-    throw InputError(clip.name, "",
-                     "nobody is there in two frames at most 0.25 s apart");
-  }
-  return motions;
 }
 
 RecordedPeople MakeRecordedPeople(const RecordedPeopleOptions& options,

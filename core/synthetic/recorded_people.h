@@ -11,7 +11,7 @@
 #include "core/base/options.h"
 #include "core/data/pose.h"
 #include "core/synthetic/actor.h"
-#include "core/synthetic/recorded_actor.h"
+#include "core/synthetic/motion_clip.h"
 
 namespace kinegraph {
 
@@ -33,12 +33,6 @@ struct RecordedPeopleOptions {
   void Describe(OptionVisitor& visitor);
 };
 
-// A tracks file as it was read.
-struct MotionClip {
-  std::string name;  // the file
-  TrackSequence tracks;
-};
-
 // The room that clips are placed in.
 struct ClipRoom {
   double radius_m = 3.0;        // people stay inside where they fit
@@ -46,20 +40,15 @@ struct ClipRoom {
   uint64_t seed = 1;
 };
 
-// Longest stretch without a frame of a person that the spline bridges [s]; in a
-// longer one the person is not in the scene.
-inline constexpr double kLongestClipGap = 0.25;
-
-// The people of one clip in the joints of `skeleton`, matched by name. Throws
-// InputError naming the file and what is wrong: no people, a joint that the
-// file does not have, a position that is missing or not finite, times that do
-// not ascend, fewer than two frames.
-std::vector<RecordedMotion> MotionsOf(const MotionClip& clip,
-                                      const Skeleton& skeleton);
+// After a held pose the clip's time gathers speed for so long, from rest to
+// its own pace: people who walk from the first frame on do not start with a
+// jump.
+inline constexpr double kStartRamp = 0.3;
 
 // All people of all clips. Those of one file keep their places among each
 // other. A clip added at the end leaves the ones before it where they are.
-// Throws InputError as above, and OptionError naming the key of the table.
+// Throws InputError as MotionsOf does, and OptionError naming the key of the
+// table.
 std::vector<std::shared_ptr<const Actor>> MakeRecordedPeople(
     const RecordedPeopleOptions& options, const std::vector<MotionClip>& clips,
     const Skeleton& skeleton, const ClipRoom& room);

@@ -78,10 +78,9 @@ People SimulatePeople(const SceneOptions& options, const Skeleton& skeleton) {
   People people;
   for (Itinerary& itinerary : itineraries) {
     const BodyShape shape = RandomShape(options, &random);
-    PersonMotion motion(shape, std::move(itinerary), span,
-                        options.trunk_flexibility, random.Fork());
     people.push_back(std::make_shared<SimulatedActor>(
-        std::move(motion), PointsOf(shape, skeleton)));
+        shape, skeleton, std::move(itinerary), span, options.trunk_flexibility,
+        random.Fork()));
   }
   return people;
 }
@@ -161,6 +160,30 @@ void RingOptions::Describe(OptionVisitor& visitor) {
                      "k1 k2 p1 p2 k3 of OpenCV's model; empty: none");
   visitor.Boolean("fisheye", &fisheye,
                   "the lenses are OpenCV's fisheye model: k1 k2 k3 k4");
+}
+
+void CrowdOptions::Describe(OptionVisitor& visitor) {
+  visitor.Number("area_radius", &area_radius_m, Between(1.0, 100.0), "m",
+                 "people walk inside this circle");
+  visitor.Number("walking_speed", &walking_speed_ms, Between(0.3, 2.0), "m/s",
+                 "mean over people");
+  visitor.Number("min_distance", &min_distance_m, Between(0.3, 2.0), "m",
+                 "closest that the centres of two people pass");
+  visitor.Number("walking", &walking, Between(0.0, 1.0), "",
+                 "weight of walking on after an action, and chance to do so "
+                 "without a stop");
+  visitor.Number("standing", &standing, Between(0.0, 1.0), "",
+                 "weight of standing");
+  visitor.Number("turning", &turning, Between(0.0, 1.0), "",
+                 "weight of turning on the spot");
+  visitor.Number("sitting", &sitting, Between(0.0, 1.0), "",
+                 "weight of sitting down");
+  visitor.Number("arm_motion", &arm_motion, Between(0.0, 0.95), "",
+                 "share of time with a gesture");
+  visitor.Number("visitors", &visitors, Between(0.0, 1.0), "",
+                 "share of people who come and go");
+  visitor.Number("crossing", &crossing, Between(0.0, 1.0), "",
+                 "share of walks led through the middle");
 }
 
 void SceneOptions::Describe(OptionVisitor& visitor) {

@@ -13,7 +13,6 @@
 #include "core/data/pose.h"
 #include "core/geometry/camera.h"
 #include "core/skeleton/skeleton.h"
-#include "core/synthetic/crowd_options.h"
 
 namespace kinegraph {
 
@@ -31,6 +30,23 @@ struct RingOptions {
   double focal_px = 800.0;
   std::vector<double> distortion;  // k1 k2 p1 p2 k3 of OpenCV; empty: none
   bool fisheye = false;            // `distortion` is k1 k2 k3 k4 of its fisheye
+
+  void Describe(OptionVisitor& visitor);
+};
+
+// What people do.
+struct CrowdOptions {
+  double area_radius_m = 3.0;     // people walk inside this circle
+  double walking_speed_ms = 1.1;  // mean over people
+  double min_distance_m = 0.55;   // closest that two people pass (centres)
+  // After each walk the next deed is drawn with these weights.
+  double walking = 0.55;
+  double standing = 0.2;
+  double turning = 0.1;
+  double sitting = 0.15;
+  double arm_motion = 0.3;  // share of time with a gesture
+  double visitors = 0.3;    // share of people who come and go
+  double crossing = 0.7;    // share of walks led through the middle
 
   void Describe(OptionVisitor& visitor);
 };

@@ -1,4 +1,4 @@
-// Uniform cubic B-spline: smooth to the second derivative.
+// Cubic splines, and smooth steps.
 #ifndef KINEGRAPH_CORE_SYNTHETIC_SPLINE_H_
 #define KINEGRAPH_CORE_SYNTHETIC_SPLINE_H_
 
@@ -11,7 +11,8 @@
 
 namespace kinegraph {
 
-// Follows its control points without passing through them, which smooths them;
+// Uniform cubic B-spline, smooth to the second derivative. Follows its control
+// points without passing through them, which smooths them;
 // stays in their convex hull. Held at the ends.
 class UniformSpline {
  public:
@@ -62,6 +63,33 @@ inline double SmoothBump(double time_s, double rise_s, double top_s,
   }
   return 1.0 - SmoothStep((time_s - top_s) / (fall_s - top_s));
 }
+
+// Cubic spline through points at any times. Interpolates vectors of one size,
+// each coordinate by itself, with a continuous second derivative. The ends are
+// "not a knot": the first two intervals share one cubic, and so do the last
+// two, so nothing is assumed about speed or acceleration there (de Boor, A
+// Practical Guide to Splines, chapter IV). Three knots give a parabola, two a
+// line.
+class KnotSpline {
+ public:
+  KnotSpline() = default;
+  // `times_s` ascend strictly; `values` has one column a knot. At least two.
+  KnotSpline(std::vector<double> times_s, Eigen::MatrixXd values);
+
+  double begin_s() const { return times_s_.front(); }
+  double end_s() const { return times_s_.back(); }
+  const std::vector<double>& times_s() const { return times_s_; }
+  const Eigen::MatrixXd& values() const { return values_; }
+
+  // A time outside the knots counts as the nearest end: nothing is
+  // extrapolated.
+  Eigen::VectorXd At(double time_s) const;
+
+ private:
+  std::vector<double> times_s_;
+  Eigen::MatrixXd values_;
+  Eigen::MatrixXd second_;  // second derivatives at the knots
+};
 
 }  // namespace kinegraph
 

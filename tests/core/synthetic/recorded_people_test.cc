@@ -11,8 +11,6 @@
 
 #include "core/base/error.h"
 #include "core/synthetic/scene.h"
-#include "core/synthetic/sight.h"
-#include "core/synthetic/simulated_actor.h"
 
 namespace kinegraph {
 namespace {

@@ -25,8 +25,8 @@ SceneOptions Options(int64_t seed, int64_t people) {
   return options;
 }
 
-const PersonMotion& MotionOf(const Actor& person) {
-  return dynamic_cast<const SimulatedActor&>(person).motion();
+const SimulatedActor& Simulated(const std::shared_ptr<const Actor>& person) {
+  return dynamic_cast<const SimulatedActor&>(*person);
 }
 
 // Largest deviation of any bone of any person from its length in the person's
@@ -163,7 +163,7 @@ TEST(Scene, PlantedFeetDoNotSlide) {
   const Scene scene = MakeScene(Options(6, 2));
   int checked = 0;
   for (const auto& person : scene.people) {
-    const PersonMotion& motion = MotionOf(*person);
+    const SimulatedActor& motion = Simulated(person);
     for (const int side : {kLeft, kRight}) {
       const auto& steps = motion.steps()[side];
       for (size_t k = 0; k + 1 < steps.size(); ++k) {
@@ -222,7 +222,7 @@ TEST(Scene, PeopleWalkSitGestureComeAndGo) {
   double gestures = 0.0;
   int changes = 0;
   for (const auto& person : scene.people) {
-    const Itinerary& plan = MotionOf(*person).itinerary();
+    const Itinerary& plan = Simulated(person).itinerary();
     seats += static_cast<double>(plan.seated.size());
     gestures += static_cast<double>(plan.gestures.size());
     for (const TimeSpan& span : plan.present) {

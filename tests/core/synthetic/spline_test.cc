@@ -1,4 +1,4 @@
-#include "core/synthetic/knot_spline.h"
+#include "core/synthetic/spline.h"
 
 #include <gtest/gtest.h>
 

@@ -1,0 +1,129 @@
+#include "core/synthetic/motion_clip.h"
+
+#include <map>
+#include <utility>
+
+#include "core/base/error.h"
+
+namespace kinegraph {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+
+// Longest stretch without a frame of a person that the spline bridges [s]; in a
+// longer one the person is not in the scene.
+constexpr double kLongestClipGap = 0.25;
+
+// The frames of one person.
+struct Knots {
+  std::vector<double> times_s;
+  std::vector<const PersonPose*> poses;
+  std::vector<int64_t> frames;
+};
+
+std::string FrameName(int64_t frame) {
+  return "frame " + std::to_string(frame);
+}
+
+std::map<TrackId, Knots> KnotsOf(const MotionClip& clip) {
+  std::map<TrackId, Knots> people;
+  if (clip.tracks.frames.empty()) {
+    throw InputError(clip.name, "", "no frames: nobody moves in this file");
+  }
+  const std::vector<TrackFrame>& frames = clip.tracks.frames;
+  for (size_t f = 0; f < frames.size(); ++f) {
+    const TrackFrame& frame = frames[f];
+    if (f > 0 && frame.time <= frames[f - 1].time) {
+      throw InputError(clip.name, FrameName(frame.frame),
+                       "its time is not after that of the frame before; a "
+                       "clip needs times or a frame rate");
+    }
+    for (const PersonPose& person : frame.people) {
+      Knots& knots = people[person.id];
+      knots.times_s.push_back(ToSeconds(frame.time - frames.front().time));
+      knots.poses.push_back(&person);
+      knots.frames.push_back(frame.frame);
+    }
+  }
+  if (people.empty()) {
+    throw InputError(clip.name, "", "no people: nobody moves in this file");
+  }
+  return people;
+}
+
+// For each joint of `to` its index in the clip.
+std::vector<int> MapJoints(const MotionClip& clip, const Skeleton& to) {
+  const Skeleton& from = clip.tracks.header.skeleton;
+  std::vector<int> map = MapByName(from, to);
+  for (size_t j = 0; j < map.size(); ++j) {
+    if (map[j] >= 0) continue;
+    throw InputError(clip.name, "",
+                     "skeleton '" + from.name() + "' has no joint '" +
+                         to.joints()[j] + "', which skeleton '" + to.name() +
+                         "' of the scene needs");
+  }
+  return map;
+}
+
+MatrixXd ValuesOf(const MotionClip& clip, const Knots& knots, size_t begin,
+                  size_t end, const std::vector<int>& map) {
+  MatrixXd values(3 * Index(map.size()), Index(end - begin));
+  for (size_t k = begin; k < end; ++k) {
+    for (size_t j = 0; j < map.size(); ++j) {
+      const Joint3d& joint = knots.poses[k]->joints[map[j]];
+      const auto fail = [&](const char* what) {
+        const auto& names = clip.tracks.header.skeleton.joints();
+        throw InputError(clip.name, FrameName(knots.frames[k]),
+                         "joint '" + names[map[j]] + "' " + what);
+      };
+      if (!joint.present()) fail("has no position; a clip needs every joint");
+      if (!joint.position_m.allFinite()) fail("is not finite");
+      values.block<3, 1>(3 * Index(j), Index(k - begin)) = joint.position_m;
+    }
+  }
+  return values;
+}
+
+// Stretches of frames without a long gap between them.
+std::vector<KnotSpline> PiecesOf(const MotionClip& clip, const Knots& knots,
+                                 const std::vector<int>& map) {
+  std::vector<KnotSpline> pieces;
+  const size_t count = knots.times_s.size();
+  for (size_t begin = 0, end = 1; begin < count; begin = end++) {
+    while (end < count &&
+           knots.times_s[end] - knots.times_s[end - 1] <= kLongestClipGap) {
+      ++end;
+    }
+    const MatrixXd values = ValuesOf(clip, knots, begin, end, map);
+    if (end - begin < 2) continue;  // a single frame is no motion
+    pieces.emplace_back(std::vector<double>(knots.times_s.begin() + begin,
+                                            knots.times_s.begin() + end),
+                        values);
+  }
+  return pieces;
+}
+
+}  // namespace
+
+std::vector<RecordedMotion> MotionsOf(const MotionClip& clip,
+                                      const Skeleton& skeleton) {
+  const std::map<TrackId, Knots> people = KnotsOf(clip);
+  const std::vector<int> map = MapJoints(clip, skeleton);
+  std::vector<RecordedMotion> motions;
+  for (const auto& [id, knots] : people) {
+    RecordedMotion motion;
+    motion.clip = clip.name;
+    motion.id = id;
+    motion.skeleton = skeleton;
+    motion.pieces = PiecesOf(clip, knots, map);
+    if (!motion.pieces.empty()) motions.push_back(std::move(motion));
+  }
+  if (motions.empty()) {
+    throw InputError(clip.name, "",
+                     "nobody is there in two frames at most 0.25 s apart");
+  }
+  return motions;
+}
+
+}  // namespace kinegraph

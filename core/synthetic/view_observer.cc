@@ -1,0 +1,638 @@
+#include "core/synthetic/view_observer.h"
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <utility>
+
+#include "core/base/constants.h"
+#include "core/base/random.h"
+#include "core/synthetic/noise_process.h"
+
+namespace kinegraph {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+// ---- What the camera could see, before any fault ----------------------------
+
+// What the camera could see of one joint.
+struct JointSight {
+  bool in_image = false;
+  bool hidden = false;             // by another body
+  Vector2d px = Vector2d::Zero();  // exact
+  double depth_m = 1.0;
+};
+
+// Of one person in one frame.
+struct PersonSight {
+  bool present = false;      // in the scene
+  double azimuth_deg = 0.0;  // of the camera, 0 in front, +90 to the right
+  std::vector<JointSight> joints;
+};
+
+bool IsInImage(const Camera& camera, const Vector2d& px) {
+  return px.x() >= 0.0 && px.y() >= 0.0 && px.x() < camera.width_px() &&
+         px.y() < camera.height_px();
+}
+
+// Direction of the camera as the person sees it [deg].
+double AzimuthOf(const Camera& camera, const SegmentPose& trunk) {
+  const Vector3d to_camera = camera.centre() - trunk.origin_m;
+  const double forward = to_camera.dot(trunk.R.col(0));
+  const double right = -to_camera.dot(trunk.R.col(1));
+  return std::atan2(right, forward) * 180.0 / kPi;
+}
+
+// One entry a person.
+std::vector<PersonSight> Sights(const Camera& camera, const SceneMoment& moment,
+                                int joint_count) {
+  std::vector<PersonSight> sights(moment.poses.size());
+  for (size_t i = 0; i < sights.size(); ++i) {
+    PersonSight& sight = sights[i];
+    sight.joints.resize(static_cast<size_t>(joint_count));
+    sight.present = !moment.poses[i].empty();
+    if (!sight.present) continue;
+    sight.azimuth_deg = AzimuthOf(camera, moment.trunks[i]);
+    for (int j = 0; j < joint_count; ++j) {
+      JointSight& joint = sight.joints[j];
+      const Vector3d& point = moment.poses[i][j].position_m;
+      const std::optional<Vector2d> px = camera.Project(point);
+      joint.in_image = px.has_value() && IsInImage(camera, *px);
+      if (!joint.in_image) continue;
+      joint.px = *px;
+      joint.depth_m = camera.Depth(point);
+      for (size_t k = 0; k < moment.obstacles.size() && !joint.hidden; ++k) {
+        joint.hidden = k != i && moment.obstacles[k].has_value() &&
+                       moment.obstacles[k]->Hides(camera.centre(), point);
+      }
+    }
+  }
+  return sights;
+}
+
+// ---- What its detector makes of a person ------------------------------------
+
+constexpr double kLeastConfidence = 0.05;
+
+double Correlation(double time_s, double frame_rate_hz) {
+  return time_s > 0.0 ? std::exp(-1.0 / (frame_rate_hz * time_s)) : 0.0;
+}
+
+bool IsArm(JointClass c) {
+  return c == JointClass::kElbow || c == JointClass::kWrist;
+}
+
+bool IsBelowHips(JointClass c) {
+  return c == JointClass::kKnee || c == JointClass::kAnkle ||
+         c == JointClass::kFoot;
+}
+
+bool InSwap(Swap swap, JointClass c) {
+  return swap == Swap::kWhole || (swap == Swap::kArm && IsArm(c)) ||
+         (swap == Swap::kLeg && IsBelowHips(c));
+}
+
+// Joints that are not found, or no longer, are no outliers.
+void DropLostOutliers(LabelledDetection* labelled) {
+  auto& outliers = labelled->truth.outliers;
+  outliers.erase(std::remove_if(outliers.begin(), outliers.end(),
+                                [&](int j) {
+                                  return !labelled->detection.joints[j].found;
+                                }),
+                 outliers.end());
+}
+
+// From exact projections to detections with all modelled errors.
+class PersonObserver {
+ public:
+  // `seed` gives that of each kind of chance. References must outlive the
+  // observer.
+  PersonObserver(const NoiseOptions& options, const Scene& scene,
+                 const Camera& camera, int person_idx,
+                 const std::function<uint64_t(Stream)>& seed)
+      : options_(options),
+        skeleton_(scene.skeleton),
+        camera_(camera),
+        frame_rate_hz_(scene.frame_rate_hz),
+        person_(person_idx),
+        pixels_(seed(Stream::kPixels)),
+        outliers_(seed(Stream::kOutliers)),
+        missing_(seed(Stream::kMissing)),
+        confidence_(seed(Stream::kConfidence)),
+        people_(seed(Stream::kPeople)),
+        joints_(skeleton_.joints().size()) {
+    for (const std::string& joint : skeleton_.joints()) {
+      const auto at = options.found_by_azimuth.find(joint);
+      found_by_azimuth_.push_back(
+          at == options.found_by_azimuth.end() ? nullptr : &at->second);
+    }
+  }
+
+  // The next frame; `sights` are those of all people in this view.
+  void Step(const std::vector<PersonSight>& sights,
+            std::vector<LabelledDetection>* detections) {
+    const PersonSight& person = sights[person_];
+    LabelledDetection whole;
+    whole.truth.person = person_;
+    int in_image = 0;
+    int hidden = 0;
+    for (int j = 0; j < skeleton_.joint_count(); ++j) {
+      bool outlier = false;
+      whole.detection.joints.push_back(Measure(j, sights, &outlier));
+      if (outlier) whole.truth.outliers.push_back(j);
+      in_image += person.joints[j].in_image ? 1 : 0;
+      hidden += person.joints[j].in_image && person.joints[j].hidden ? 1 : 0;
+    }
+    const bool mostly_hidden = 2 * hidden > in_image;
+    const double missed_rate =
+        mostly_hidden
+            ? std::max(options_.missed_rate, options_.hidden_missed_rate)
+            : options_.missed_rate;
+    const bool missed =
+        missed_.Step(missed_rate, Frames(options_.missed_burst_s), &people_);
+    const Swap swap = ChooseSwap();
+    const double length = Frames(options_.fragment_burst_s);
+    const bool split = fragment_.Step(options_.fragment_rate, length, &people_);
+    const bool twice = double_.Step(options_.double_rate, length, &people_);
+
+    auto enough = [&](const LabelledDetection& labelled) {
+      return CountFound(labelled.detection) >=
+             std::max<int64_t>(1, options_.min_joints);
+    };
+    if (!person.present || missed || !enough(whole)) return;
+    if (swap != Swap::kNone) ExchangeSides(swap, &whole);
+    if (split) {
+      LabelledDetection upper = PartOf(whole, DetectionKind::kUpperPart);
+      LabelledDetection lower = PartOf(whole, DetectionKind::kLowerPart);
+      if (enough(upper) && enough(lower)) {
+        detections->push_back(std::move(upper));
+        detections->push_back(std::move(lower));
+        return;
+      }
+    }
+    if (twice) {
+      LabelledDetection second = SecondOf(whole);
+      if (enough(second)) detections->push_back(std::move(second));
+    }
+    detections->push_back(std::move(whole));
+  }
+
+ private:
+  struct JointState {
+    bool started = false;
+    Vector2d fixed = Vector2d::Zero();
+    SlowGaussian slow;
+    SlowGaussian spread;
+    SlowStudentScale tails;
+    MarkovBursts missing;
+    FixedBursts outlier;
+    Vector2d displacement = Vector2d::Zero();
+    int other = -1;  // the person on whom the outlier lies
+  };
+  struct Displacement {
+    Vector2d px = Vector2d::Zero();
+    double sigma_factor = 1.0;  // what the confidence tells
+  };
+
+  double Frames(double seconds) const { return seconds * frame_rate_hz_; }
+  double DepthScale(const JointNoise& noise, const JointSight& sight) const {
+    if (noise.reference_depth_m <= 0.0) return 1.0;
+    constexpr double kLeastDepth = 0.1;  // [m]
+    return noise.reference_depth_m / std::max(sight.depth_m, kLeastDepth);
+  }
+
+  bool Misses(int joint, const PersonSight& person) {
+    const JointNoise& noise = options_.Of(skeleton_.joint_class(joint));
+    double rate = noise.missing_rate;
+    if (const std::vector<double>* found = found_by_azimuth_[joint]) {
+      const auto bins = static_cast<double>(found->size());
+      const double place = (person.azimuth_deg + 180.0) / 360.0 * bins;
+      const size_t bin =
+          static_cast<size_t>(std::clamp(place, 0.0, bins - 1.0));
+      rate = 1.0 - (*found)[bin];
+    }
+    if (person.joints[joint].hidden) {
+      rate = std::max(rate, noise.hidden_missing_rate);
+    }
+    return joints_[joint].missing.Step(rate, Frames(noise.missing_burst_s),
+                                       &missing_);
+  }
+
+  Displacement PixelNoise(int joint, const JointSight& sight) {
+    const JointNoise& noise = options_.Of(skeleton_.joint_class(joint));
+    JointState& state = joints_[joint];
+    const double rho = Correlation(noise.correlation_time_s, frame_rate_hz_);
+    auto normal = [&] {
+      const double x = pixels_.Normal();
+      return Vector2d(x, pixels_.Normal());
+    };
+    if (!state.started) {
+      state.started = true;
+      state.fixed = normal();
+    }
+    const double slow_share =
+        std::max(0.0, 1.0 - noise.static_share - noise.white_share);
+    const Vector2d slow = state.slow.Step(rho, &pixels_);
+    const Vector2d changing =
+        std::sqrt(slow_share) * slow + std::sqrt(noise.white_share) * normal();
+    const double tails =
+        noise.student_dof > 0.0
+            ? state.tails.Step(rho, noise.student_dof, &pixels_)
+            : 1.0;
+    const Vector2d unit =
+        std::sqrt(noise.static_share) * state.fixed + tails * changing;
+
+    // exp(s g - s^2) has unit mean square.
+    const double s = options_.noise_spread;
+    Displacement displacement;
+    if (s > 0.0) {
+      const double g = state.spread.Step(rho, &confidence_).x();
+      displacement.sigma_factor = std::exp(s * g - s * s);
+    }
+    const double sigma_px = noise.sigma_px * DepthScale(noise, sight) *
+                            displacement.sigma_factor *
+                            (sight.hidden ? noise.hidden_noise_factor : 1.0);
+    displacement.px = sigma_px * unit + noise.floor_px * normal();
+    return displacement;
+  }
+
+  // The person whose same joint is nearest in the image, within the person's
+  // size there: detectors confuse people who overlap or stand side by side.
+  int NearestOther(int joint, const std::vector<PersonSight>& sights) const {
+    const std::vector<JointSight>& own = sights[person_].joints;
+    if (!own[joint].in_image) return -1;
+    double nearest = 0.0;
+    for (const JointSight& other : own) {
+      if (!other.in_image) continue;
+      nearest = std::max(nearest, (other.px - own[joint].px).norm());
+    }
+    int person = -1;
+    for (int i = 0; i < static_cast<int>(sights.size()); ++i) {
+      if (i == person_ || !sights[i].present) continue;
+      const JointSight& other = sights[i].joints[joint];
+      if (!other.in_image) continue;
+      const double distance = (other.px - own[joint].px).norm();
+      if (distance >= nearest) continue;
+      nearest = distance;
+      person = i;
+    }
+    return person;
+  }
+
+  // Whether the joint is an outlier; moves `px` then.
+  bool Outlier(int joint, const std::vector<PersonSight>& sights,
+               Vector2d* px) {
+    const JointNoise& noise = options_.Of(skeleton_.joint_class(joint));
+    JointState& state = joints_[joint];
+    const JointSight& sight = sights[person_].joints[joint];
+    const int frames = std::max(
+        1, static_cast<int>(std::lround(Frames(noise.outlier_burst_s))));
+    bool began = false;
+    const bool on =
+        state.outlier.Step(noise.outlier_rate, frames, &outliers_, &began);
+    if (began) {
+      const double angle = outliers_.Uniform(-kPi, kPi);
+      state.displacement =
+          outliers_.Uniform(noise.outlier_min_px, noise.outlier_max_px) *
+          Vector2d(std::cos(angle), std::sin(angle));
+      const bool on_other = outliers_.Chance(noise.outlier_on_other);
+      state.other = on_other ? NearestOther(joint, sights) : -1;
+    }
+    if (!on) return false;
+    if (state.other >= 0) {
+      const PersonSight& other = sights[state.other];
+      if (other.present && other.joints[joint].in_image) {
+        *px += other.joints[joint].px - sight.px;
+        return true;
+      }
+    }
+    Vector2d displacement = DepthScale(noise, sight) * state.displacement;
+    // A detector finds nothing outside the image.
+    if (!IsInImage(camera_, *px + displacement)) displacement = -displacement;
+    *px += displacement;
+    return true;
+  }
+
+  Keypoint Measure(int joint, const std::vector<PersonSight>& sights,
+                   bool* outlier) {
+    const PersonSight& person = sights[person_];
+    const JointSight& sight = person.joints[joint];
+    // Every process advances, whether the person is seen or not, so that time
+    // passes.
+    const bool misses = Misses(joint, person);
+    const Displacement noise = PixelNoise(joint, sight);
+    Keypoint keypoint;
+    keypoint.px = sight.px + noise.px;
+    *outlier = Outlier(joint, sights, &keypoint.px);
+    const double chance = confidence_.Normal();
+    keypoint.found = person.present && sight.in_image && !misses;
+    *outlier = *outlier && keypoint.found;
+    if (!keypoint.found) return Keypoint();
+    double mean = options_.confidence;
+    if (sight.hidden) mean *= options_.hidden_confidence_factor;
+    if (*outlier) mean *= options_.outlier_confidence_factor;
+    mean /= noise.sigma_factor * noise.sigma_factor;
+    keypoint.confidence = std::clamp(mean + options_.confidence_sigma * chance,
+                                     kLeastConfidence, 1.0);
+    return keypoint;
+  }
+
+  Swap ChooseSwap() {
+    const double length = Frames(options_.swap_burst_s);
+    const bool whole =
+        swap_whole_.Step(options_.swap_whole_rate, length, &people_);
+    const bool arm = swap_arm_.Step(options_.swap_arm_rate, length, &people_);
+    const bool leg = swap_leg_.Step(options_.swap_leg_rate, length, &people_);
+    if (whole) return Swap::kWhole;
+    if (arm) return Swap::kArm;
+    return leg ? Swap::kLeg : Swap::kNone;
+  }
+
+  void ExchangeSides(Swap swap, LabelledDetection* labelled) const {
+    const auto source = [&](int j) {
+      return InSwap(swap, skeleton_.joint_class(j)) ? skeleton_.mirror(j) : j;
+    };
+    std::vector<Keypoint>& joints = labelled->detection.joints;
+    const std::vector<Keypoint> before = joints;
+    bool changed = false;
+    for (int j = 0; j < skeleton_.joint_count(); ++j) {
+      joints[j] = before[source(j)];
+      changed = changed || (source(j) != j && joints[j].found);
+    }
+    // A swap of what was not found is none.
+    labelled->truth.swap = changed ? swap : Swap::kNone;
+    for (int& joint : labelled->truth.outliers) joint = source(joint);
+  }
+
+  // What lies above or below the hips, which are below.
+  LabelledDetection PartOf(const LabelledDetection& whole,
+                           DetectionKind kind) const {
+    LabelledDetection part = whole;
+    part.truth.kind = kind;
+    for (int j = 0; j < skeleton_.joint_count(); ++j) {
+      const JointClass c = skeleton_.joint_class(j);
+      const bool is_lower = IsBelowHips(c) || c == JointClass::kHip;
+      if (is_lower != (kind == DetectionKind::kLowerPart)) {
+        part.detection.joints[j] = Keypoint();
+      }
+    }
+    DropLostOutliers(&part);
+    return part;
+  }
+
+  // The same person found again, a little off and less complete.
+  LabelledDetection SecondOf(const LabelledDetection& first) {
+    constexpr double kSigmaPx = 3.0;
+    constexpr double kKept = 0.7;
+    LabelledDetection second = first;
+    second.truth.kind = DetectionKind::kDouble;
+    for (Keypoint& joint : second.detection.joints) {
+      const double x = people_.Normal(0.0, kSigmaPx);
+      const double y = people_.Normal(0.0, kSigmaPx);
+      if (people_.Chance(kKept)) {
+        joint.px += Vector2d(x, y);
+      } else {
+        joint = Keypoint();
+      }
+    }
+    DropLostOutliers(&second);
+    return second;
+  }
+
+  const NoiseOptions& options_;
+  const Skeleton& skeleton_;
+  const Camera& camera_;
+  double frame_rate_hz_;
+  int person_;
+  Random pixels_;
+  Random outliers_;
+  Random missing_;
+  Random confidence_;
+  Random people_;
+  MarkovBursts missed_;
+  MarkovBursts swap_whole_;
+  MarkovBursts swap_arm_;
+  MarkovBursts swap_leg_;
+  MarkovBursts fragment_;
+  MarkovBursts double_;
+  std::vector<JointState> joints_;
+  // By joint; null where the table does not name it.
+  std::vector<const std::vector<double>*> found_by_azimuth_;
+};
+
+// ---- What it finds where nobody is ------------------------------------------
+
+// Each false positive is a part of a person's pose at a random place and size,
+// and lives for some frames.
+class FalsePeople {
+ public:
+  // References must outlive the object.
+  FalsePeople(const NoiseOptions& options, const Scene& scene,
+              const Camera& camera, int view_idx)
+      : options_(options),
+        scene_(scene),
+        camera_(camera),
+        random_(StreamSeed(options.seed, Stream::kFalsePeople, view_idx, 0)) {}
+
+  // Appends those of the next frame.
+  void Step(std::vector<LabelledDetection>* detections) {
+    if (options_.false_people <= 0.0) return;
+    const double life =
+        std::max(1.0, options_.false_life_s * scene_.frame_rate_hz);
+    alive_.erase(
+        std::remove_if(alive_.begin(), alive_.end(),
+                       [&](const auto&) { return random_.Chance(1.0 / life); }),
+        alive_.end());
+    // In the mean as many come as go.
+    const double born =
+        started_ ? options_.false_people / life : options_.false_people;
+    started_ = true;
+    for (int64_t n = Poisson(born); n > 0; --n) {
+      if (auto figure = Make()) alive_.push_back(std::move(*figure));
+    }
+    for (const Detection& figure : alive_) {
+      LabelledDetection labelled;
+      labelled.truth.kind = DetectionKind::kFalse;
+      labelled.detection = figure;
+      Shake(&labelled.detection);
+      detections->push_back(std::move(labelled));
+    }
+  }
+
+ private:
+  using MaybePixels = std::vector<std::optional<Vector2d>>;
+
+  // Knuth's method; fine for the small means here.
+  int64_t Poisson(double mean) {
+    const double limit = std::exp(-mean);
+    int64_t count = 0;
+    for (double product = random_.Uniform(); product > limit;
+         product *= random_.Uniform()) {
+      ++count;
+    }
+    return count;
+  }
+
+  void Shake(Detection* figure) {
+    constexpr double kSigmaPx = 1.5;
+    for (Keypoint& joint : figure->joints) {
+      const double x = random_.Normal(0.0, kSigmaPx);
+      const double y = random_.Normal(0.0, kSigmaPx);
+      if (joint.found) joint.px += Vector2d(x, y);
+    }
+  }
+
+  // A random person's projection at a random time; empty where it has none.
+  MaybePixels SomePose() {
+    MaybePixels joints;
+    const auto frame = static_cast<size_t>(
+        random_.Index(static_cast<int64_t>(scene_.poses.size())));
+    const auto person = static_cast<size_t>(
+        random_.Index(static_cast<int64_t>(scene_.people.size())));
+    for (const Joint3d& joint : scene_.poses[frame][person]) {
+      joints.push_back(camera_.Project(joint.position_m));
+    }
+    return joints;
+  }
+
+  // 3 to 14 neighbouring joints (as found among false people of Shelf).
+  std::optional<Detection> Make() {
+    constexpr int kAttempts = 20;
+    for (int attempt = 0; attempt < kAttempts; ++attempt) {
+      const auto joints = SomePose();
+      const auto wanted = static_cast<size_t>(3 + random_.Index(12));
+      std::vector<size_t> order;
+      for (size_t j = 0; j < joints.size(); ++j) {
+        if (joints[j].has_value()) order.push_back(j);
+      }
+      if (order.size() < 3) continue;
+      const Vector2d anchor = *joints[order[static_cast<size_t>(
+          random_.Index(static_cast<int64_t>(order.size())))]];
+      std::stable_sort(order.begin(), order.end(), [&](size_t a, size_t b) {
+        return (*joints[a] - anchor).squaredNorm() <
+               (*joints[b] - anchor).squaredNorm();
+      });
+      order.resize(std::min(order.size(), wanted));
+      Detection figure = Placed(joints, order, anchor);
+      if (CountFound(figure) >= 3) return figure;
+    }
+    return std::nullopt;
+  }
+
+  Detection Placed(const MaybePixels& joints, const std::vector<size_t>& chosen,
+                   const Vector2d& anchor) {
+    const double scale = std::exp(random_.Uniform(-0.7, 0.7));
+    const double x = random_.Uniform(0.0, camera_.width_px());
+    const double y = random_.Uniform(0.0, camera_.height_px());
+    Detection figure;
+    figure.joints.resize(joints.size());
+    for (const size_t j : chosen) {
+      Keypoint& joint = figure.joints[j];
+      joint.px = Vector2d(x, y) + scale * (*joints[j] - anchor);
+      joint.found = IsInImage(camera_, joint.px);
+      constexpr double kConfidence = 0.8;  // of that of true ones, on Shelf
+      joint.confidence =
+          std::clamp(kConfidence * options_.confidence +
+                         options_.confidence_sigma * random_.Normal(),
+                     0.05, 1.0);
+      if (!joint.found) joint = Keypoint();
+    }
+    return figure;
+  }
+
+  const NoiseOptions& options_;
+  const Scene& scene_;
+  const Camera& camera_;
+  Random random_;
+  bool started_ = false;
+  std::vector<Detection> alive_;
+};
+
+class View {
+ public:
+  View(const NoiseOptions& options, const Scene& scene, int view_idx)
+      : options_(options),
+        scene_(scene),
+        camera_(scene.cameras[view_idx]),
+        false_people_(options, scene, camera_, view_idx),
+        order_(StreamSeed(options.seed, Stream::kOrder, view_idx, 0)),
+        drops_(StreamSeed(options.seed, Stream::kFrames, view_idx, 1)) {
+    for (int i = 0; i < static_cast<int>(scene.people.size()); ++i) {
+      people_.emplace_back(options, scene, camera_, i, [&](Stream stream) {
+        return StreamSeed(options.seed, stream, view_idx, i);
+      });
+    }
+  }
+
+  std::vector<LabelledDetection> Step(const SceneMoment& moment) {
+    const std::vector<PersonSight> sights =
+        Sights(camera_, moment, scene_.skeleton.joint_count());
+    std::vector<LabelledDetection> detections;
+    for (PersonObserver& person : people_) person.Step(sights, &detections);
+    false_people_.Step(&detections);
+    for (size_t i = detections.size(); i > 1; --i) {
+      std::swap(detections[i - 1],
+                detections[order_.Index(static_cast<int64_t>(i))]);
+    }
+    for (size_t i = 0; i < detections.size(); ++i) {
+      detections[i].detection.index_in_file = static_cast<int>(i);
+    }
+    const bool dropped =
+        drop_.Step(options_.dropped_view_rate,
+                   options_.drop_burst_s * scene_.frame_rate_hz, &drops_);
+    if (dropped) detections.clear();
+    return detections;
+  }
+
+ private:
+  const NoiseOptions& options_;
+  const Scene& scene_;
+  const Camera& camera_;
+  std::vector<PersonObserver> people_;
+  FalsePeople false_people_;
+  Random order_;
+  Random drops_;
+  MarkovBursts drop_;
+};
+
+}  // namespace
+
+// SplitMix64's finaliser (Steele, Lea and Flood 2014) over the four numbers.
+uint64_t StreamSeed(int64_t seed, Stream stream, int a, int b) {
+  uint64_t state = static_cast<uint64_t>(seed);
+  for (const uint64_t part :
+       {static_cast<uint64_t>(stream), static_cast<uint64_t>(a),
+        static_cast<uint64_t>(b)}) {
+    state += 0x9e3779b97f4a7c15ULL * (part + 1);
+    state = (state ^ (state >> 30)) * 0xbf58476d1ce4e5b9ULL;
+    state = (state ^ (state >> 27)) * 0x94d049bb133111ebULL;
+    state ^= state >> 31;
+  }
+  return state;
+}
+
+SceneMoment LookAtScene(const Scene& scene, TimeNs time, bool with_obstacles) {
+  SceneMoment moment;
+  moment.time = time;
+  const double time_s = ToSeconds(time);
+  for (const auto& person : scene.people) {
+    moment.poses.push_back(PersonAt(*person, time));
+    const bool present = !moment.poses.back().empty();
+    moment.trunks.push_back(present ? person->TrunkAt(time_s) : SegmentPose());
+    if (!with_obstacles) continue;
+    moment.obstacles.emplace_back();
+    if (present) moment.obstacles.back() = person->ObstacleAt(time_s);
+  }
+  return moment;
+}
+
+ViewObserver ObserverOf(const NoiseOptions& options, const Scene& scene,
+                        int view_idx) {
+  const auto view = std::make_shared<View>(options, scene, view_idx);
+  return [view](const SceneMoment& moment) { return view->Step(moment); };
+}
+
+}  // namespace kinegraph
