@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 #include <limits>
 #include <optional>
 #include <utility>
@@ -13,8 +12,6 @@
 #include "core/tracking/final_poses.h"
 #include "core/tracking/packed_frames.h"
 #include "solvers/batch/chunks.h"
-#include "solvers/batch/known_frames.h"
-#include "solvers/batch/person_recording.h"
 #include "solvers/batch/recording_solver.h"
 #include "solvers/graph/assembler.h"
 #include "solvers/graph/bone_lengths.h"
@@ -23,7 +20,6 @@
 #include "solvers/noise/bone_spreads.h"
 #include "solvers/noise/person_bias.h"
 #include "solvers/noise/person_noise.h"
-#include "solvers/noise/solved_person.h"
 
 namespace kinegraph {
 namespace {
@@ -121,10 +117,10 @@ class BatchEstimator final : public Estimator {
   };
 
   int joint_count() const { return scene_.skeleton.joint_count(); }
+  void Assemble();
   void Solve();
   bool SolveAgain();
   std::shared_ptr<SolvedPerson> Solution() const;
-  void RemoveBias();
   void TellBias() const;
   bool RescaleNoise(const SolveStage& stage, double least_change);
   void LearnNoiseScale();
@@ -135,15 +131,14 @@ class BatchEstimator final : public Estimator {
   void LearnNoise();
   void WriteFinals();
   std::vector<KnownAlone> DistrustBones();
-  void WriteFinalsOf(int joint_idx, const PersonRecording::Piece& piece,
-                     const Written& written);
+  void WriteFinalsOf(int joint_idx, const Written& written);
   std::vector<std::vector<int>> Inliers() const;
 
   const SceneModel scene_;
   const GraphOptions options_;
   RecordingSolver solver_;
-  PackedFrames frames_;        // until all are there
-  PersonRecording recording_;  // then
+  PackedFrames frames_;      // until all are there
+  PersonProblem recording_;  // then
   // As recording_'s, for covariances.
   std::vector<BoneConstraint> stated_bones_;
   std::optional<PersonNoise> noise_;             // until all is solved
@@ -199,35 +194,34 @@ void BatchEstimator::Finish() {
 void BatchEstimator::TellBias() const {
   BiasObserver observer(bias_joints_, scene_.cameras, scene_.frame_rate_hz,
                         noise_->correlation(), series_.get());
-  recording_.ForEachPiece([&](const PersonRecording::Piece& piece) {
-    for (size_t k = piece.begin; k < piece.end; ++k) {
-      observer.Add(piece.part, k - piece.begin);
-    }
-  });
+  for (size_t k = 0; k < records_.size(); ++k) observer.Add(recording_, k);
 }
 
-void BatchEstimator::RemoveBias() {
-  const BiasWriter writer(bias_joints_, *bias_, recording_.graph, records_);
-  recording_.ChangeNoise([&](PersonRecording::Piece* piece) {
-    writer.Write(piece->begin, piece->end, &piece->part);
-  });
+void BatchEstimator::Assemble() {
+  Assembler assembler(scene_, options_);
+  recording_ = assembler.EmptyProblem();
+  records_.reserve(frames_.size());
+  EstimatorFrame frame;
+  while (!frames_.empty()) {
+    frames_.Pop(&frame);
+    records_.push_back(assembler.Append(frame, &recording_));
+  }
+  for (int j = 0; j < joint_count(); ++j) {
+    InterpolateStarts(records_, j, recording_.times, &recording_.joints[j]);
+  }
 }
 
 void BatchEstimator::Solve() {
-  Assembler assembler(scene_, options_);
-  recording_ = AssembleRecording(&frames_, &assembler, &records_);
-  for (int j = 0; j < joint_count(); ++j) {
-    InterpolateStarts(records_, j, recording_.graph.times,
-                      &recording_.graph.joints[j]);
+  Assemble();
+  if (bias_ != nullptr && !bias_->empty()) {
+    WriteBias(bias_joints_, *bias_, records_, &recording_);
   }
-  if (bias_ != nullptr && !bias_->empty()) RemoveBias();
   if (SolveAgain()) return;
   if (options_.LearnsNoise()) LearnNoise();
   if (options_.pixel_noise_from == NoiseFrom::kFixed &&
       options_.estimate_noise_scale) {
     LearnNoiseScale();
   } else {
-    recording_.measurements.SettleNoise();
     solver_.SolveJoints(solver_.schedule(), &recording_);
   }
   if (options_.bones) AddBones();
@@ -244,24 +238,14 @@ std::shared_ptr<SolvedPerson> BatchEstimator::Solution() const {
                       options_.estimate_noise_scale;
   if (scales || options_.user_factors || !solver_.KeptBones()) return nullptr;
   auto solution = std::make_shared<SolvedPerson>();
-  solution->bones = recording_.graph.bones;
+  solution->bones = recording_.bones;
   solution->stated_bones = stated_bones_;
-  for (const JointChain& chain : recording_.graph.joints) {
-    SolvedPerson::Joint& joint = solution->joints.emplace_back();
-    joint.outcome.states = chain.states;
-    joint.first = chain.first;
+  std::vector<JointOutcome> outcomes =
+      OutcomesOf(recording_, {0, records_.size(), 0, records_.size()});
+  for (size_t j = 0; j < outcomes.size(); ++j) {
+    solution->joints.push_back(
+        {std::move(outcomes[j]), recording_.joints[j].first});
   }
-  recording_.ForEachPiece([&](const PersonRecording::Piece& piece) {
-    for (size_t j = 0; j < solution->joints.size(); ++j) {
-      const JointChain& chain = piece.part.joints[j];
-      JointOutcome& outcome = solution->joints[j].outcome;
-      const int32_t end = chain.first[piece.end - piece.begin];
-      for (int32_t m = 0; m < end; ++m) {
-        outcome.weights.push_back(chain.measurements[m].weight);
-        outcome.gated.push_back(chain.measurements[m].gated);
-      }
-    }
-  });
   return solution;
 }
 
@@ -270,27 +254,22 @@ std::shared_ptr<SolvedPerson> BatchEstimator::Solution() const {
 bool BatchEstimator::SolveAgain() {
   if (notes_ == nullptr) return false;
   std::optional<KnownFrames> known =
-      FindKnownFrames(notes_->SolvedPeople(), records_, recording_.graph);
+      FindKnownFrames(notes_->SolvedPeople(), records_, recording_);
   if (!known.has_value()) return false;
   const SolvedPerson& before = *known->person;
-  const std::vector<Chunk> changed =
-      ChangedChunks(recording_.graph, known->same);
+  const std::vector<Chunk> changed = ChangedChunks(recording_, known->same);
   if (options_.LearnsNoise()) {
-    noise_->Adopt(before.noise, known->frame_of, recording_.graph.times);
+    noise_->Adopt(before.noise, known->frame_of, recording_.times);
     for (const Chunk& chunk : changed) {
-      noise_->LearnMotionAgain(recording_.Part(chunk.begin, chunk.end),
-                               chunk.begin, chunk.own_begin, chunk.own_end);
+      noise_->LearnMotionAgain(recording_, chunk.begin, chunk.end,
+                               chunk.own_begin, chunk.own_end);
     }
-    noise_->ApplyProcessNoise(&recording_.graph);
-    recording_.ChangeNoise([&](PersonRecording::Piece* piece) {
-      noise_->ApplyPixelNoise(piece->begin, piece->end, &piece->part);
-    });
+    noise_->Apply(&recording_);
     if (learnt_ != nullptr) *learnt_ = before.noise.learnt;
   }
-  recording_.measurements.SettleNoise();
-  recording_.graph.bones = before.bones;
+  recording_.bones = before.bones;
   stated_bones_ = before.stated_bones;
-  if (!solver_.SolveAnew(changed, &recording_)) recording_.graph.bones.clear();
+  if (!solver_.SolveAnew(changed, &recording_)) recording_.bones.clear();
   for (const Chunk& chunk : changed) {
     std::fill(
         known->same.begin() + static_cast<std::ptrdiff_t>(chunk.own_begin),
@@ -302,17 +281,8 @@ bool BatchEstimator::SolveAgain() {
 }
 
 void BatchEstimator::LearnNoise() {
-  noise_->LearnRecording([&](const PersonNoise::FrameVisitor& visit) {
-    recording_.ForEachPiece([&](const PersonRecording::Piece& piece) {
-      for (size_t k = piece.begin; k < piece.end; ++k) {
-        visit(piece.part, k - piece.begin);
-      }
-    });
-  });
-  noise_->ApplyProcessNoise(&recording_.graph);
-  recording_.ChangeNoise([&](PersonRecording::Piece* piece) {
-    noise_->ApplyPixelNoise(piece->begin, piece->end, &piece->part);
-  });
+  noise_->LearnRecording(recording_);
+  noise_->Apply(&recording_);
   if (learnt_ != nullptr) *learnt_ = noise_->Learnt();
   VLOG(1) << ToString(noise_->Learnt());
   noise_->FreeEvidence();
@@ -341,42 +311,28 @@ bool BatchEstimator::RescaleNoise(const SolveStage& stage,
                                   double least_change) {
   const double correction = InformationCorrection(stage.loss, stage.scale);
   const auto covariances = solver_.StateCovariances(recording_, correction);
-  std::vector<std::vector<double>> of_joints(covariances.size());
-  recording_.ForEachPiece([&](const PersonRecording::Piece& piece) {
-    for (size_t j = 0; j < of_joints.size(); ++j) {
-      if (covariances[j].empty()) continue;
-      const auto from = covariances[j].begin();
-      CollectSquares(
-          piece.part.joints[j],
-          std::vector<Matrix6d>(from + static_cast<std::ptrdiff_t>(piece.begin),
-                                from + static_cast<std::ptrdiff_t>(piece.end)),
-          0, piece.end - piece.begin, &of_joints[j]);
-    }
-  });
-  // Joint by joint, however the recording is cut: sums depend on the order.
   std::vector<double> squares;
-  for (const std::vector<double>& of_joint : of_joints) {
-    squares.insert(squares.end(), of_joint.begin(), of_joint.end());
+  for (size_t j = 0; j < covariances.size(); ++j) {
+    if (covariances[j].empty()) continue;
+    CollectSquares(recording_.joints[j], covariances[j], 0, records_.size(),
+                   &squares);
   }
   const double scale = EstimateNoiseScale(std::move(squares));
   VLOG(1) << "noise scale times " << scale;
   if (std::abs(scale - 1.0) <= least_change) return false;
-  recording_.ChangeNoise(
-      [&](PersonRecording::Piece* piece) { ScaleSigmas(scale, &piece->part); });
+  ScaleSigmas(scale, &recording_);
   return true;
 }
 
 // [joint][frame].
 std::vector<std::vector<int>> BatchEstimator::Inliers() const {
   std::vector<std::vector<int>> inliers(static_cast<size_t>(joint_count()));
-  recording_.ForEachPiece([&](const PersonRecording::Piece& piece) {
-    for (int j = 0; j < joint_count(); ++j) {
-      for (size_t k = 0; k < piece.end - piece.begin; ++k) {
-        inliers[j].push_back(
-            CountInliers(piece.part.joints[j], k, options_.inlier_weight));
-      }
+  for (int j = 0; j < joint_count(); ++j) {
+    for (size_t k = 0; k < records_.size(); ++k) {
+      inliers[j].push_back(
+          CountInliers(recording_.joints[j], k, options_.inlier_weight));
     }
-  });
+  }
   return inliers;
 }
 
@@ -400,17 +356,15 @@ void BatchEstimator::AddBonesOfTheRecording() {
   if (options_.pixel_noise_from == NoiseFrom::kRecording) {
     spreads.SetLasting(noise_->correlation(), 1.0 / scene_.frame_rate_hz);
   }
-  recording_.ForEachPiece([&](const PersonRecording::Piece& piece) {
-    for (size_t k = 0; k < piece.end - piece.begin; ++k) {
-      spreads.AddFrame(LocateBoneEnds(piece.part, k, options_.inlier_weight,
-                                      1.0 / scene_.frame_rate_hz));
-    }
-  });
+  for (size_t k = 0; k < records_.size(); ++k) {
+    spreads.AddFrame(LocateBoneEnds(recording_, k, options_.inlier_weight,
+                                    1.0 / scene_.frame_rate_hz));
+  }
   std::vector<bool> placed;
   for (const std::vector<int>& inliers : Inliers()) {
     placed.push_back(EverTwo(inliers));
   }
-  recording_.graph.bones = ConstraintsOf(spreads, placed);
+  recording_.bones = ConstraintsOf(spreads, placed);
   stated_bones_ = ConstraintsOf(spreads, placed, BoneUse::kCovariance);
 }
 
@@ -424,8 +378,8 @@ void BatchEstimator::AddFixedBones() {
     for (size_t k = 0; k < records_.size(); ++k) {
       if (inliers[bones[i].a][k] < 2 || inliers[bones[i].b][k] < 2) continue;
       const double distance_m =
-          (recording_.graph.joints[bones[i].a].states[k].head<3>() -
-           recording_.graph.joints[bones[i].b].states[k].head<3>())
+          (recording_.joints[bones[i].a].states[k].head<3>() -
+           recording_.joints[bones[i].b].states[k].head<3>())
               .norm();
       lengths.Add(static_cast<int>(i), distance_m, 1.0 / scene_.frame_rate_hz);
     }
@@ -436,10 +390,10 @@ void BatchEstimator::AddFixedBones() {
     if (!EverTwo(inliers[bones[i].a]) || !EverTwo(inliers[bones[i].b])) {
       continue;
     }
-    recording_.graph.bones.push_back(
+    recording_.bones.push_back(
         {bones[i].a, bones[i].b, *length_m, options_.bone_sigma_m});
   }
-  stated_bones_ = recording_.graph.bones;
+  stated_bones_ = recording_.bones;
 }
 
 std::vector<std::vector<Eigen::Matrix3d>> BatchEstimator::Covariances() {
@@ -450,15 +404,15 @@ std::vector<std::vector<Eigen::Matrix3d>> BatchEstimator::Covariances() {
     return solver_.JointCovariances(recording_);
   }
   // Bones that could not be solved do not count.
-  const bool held = !recording_.graph.bones.empty();
+  const bool held = !recording_.bones.empty();
   // Bones of fixed freedom state what they always did.
   std::vector<KnownAlone> alone;
   if (held && options_.bone_sigma_from == NoiseFrom::kRecording) {
     alone = DistrustBones();
   }
-  if (held) std::swap(recording_.graph.bones, stated_bones_);
+  if (held) std::swap(recording_.bones, stated_bones_);
   covariances = solver_.Covariances(recording_);
-  if (held) std::swap(recording_.graph.bones, stated_bones_);
+  if (held) std::swap(recording_.bones, stated_bones_);
   for (const KnownAlone& one : alone) {
     std::vector<Eigen::Matrix3d>& stated = covariances[one.joint_idx];
     if (!stated.empty()) stated[one.frame] = one.covariance_m2;
@@ -474,25 +428,22 @@ void BatchEstimator::WriteFinals() {
   for (size_t j = 0; j < written.size(); ++j) {
     Written& one = written[j];
     one.inliers = std::move(inliers[j]);
-    one.nearest_s = SecondsToSupport(recording_.graph.times, one.inliers, 1);
+    one.nearest_s = SecondsToSupport(recording_.times, one.inliers, 1);
     one.ever_two = EverTwo(one.inliers);
     if (one.ever_two) one.covariances = std::move(covariances[j]);
     covariances[j] = std::vector<Eigen::Matrix3d>();
   }
   // Poses are as large as the measurements, which only weights still need.
-  if (scene_.kept_matches != KeptMatches::kWeights)
-    recording_.measurements.Clear();
+  if (scene_.kept_matches != KeptMatches::kWeights) {
+    for (JointChain& chain : recording_.joints) chain.measurements = {};
+  }
   finals_.clear();
   finals_.reserve(records_.size());
   for (const FrameRecord& record : records_) {
     finals_.push_back(PoseOf(record, joint_count(), scene_.kept_matches,
                              options_.covariance));
   }
-  recording_.ForEachPiece([&](const PersonRecording::Piece& piece) {
-    for (int j = 0; j < joint_count(); ++j) {
-      WriteFinalsOf(j, piece, written[j]);
-    }
-  });
+  for (int j = 0; j < joint_count(); ++j) WriteFinalsOf(j, written[j]);
 }
 
 // A bone leaves two places on the ray of a view that alone sees its end, and a
@@ -507,7 +458,7 @@ std::vector<BatchEstimator::KnownAlone> BatchEstimator::DistrustBones() {
   std::vector<KnownAlone> distrusted;
   for (size_t j = 0; j < alone.size(); ++j) {
     const std::vector<double> nearest =
-        SecondsToSupport(recording_.graph.times, inliers[j], 2);
+        SecondsToSupport(recording_.times, inliers[j], 2);
     for (size_t k = 0; k < alone[j].size(); ++k) {
       if (nearest[k] > kSurelyS) distrusted.push_back({j, k, alone[j][k]});
     }
@@ -515,11 +466,9 @@ std::vector<BatchEstimator::KnownAlone> BatchEstimator::DistrustBones() {
   return distrusted;
 }
 
-void BatchEstimator::WriteFinalsOf(int joint_idx,
-                                   const PersonRecording::Piece& piece,
-                                   const Written& written) {
-  const JointChain& chain = piece.part.joints[joint_idx];
-  for (size_t k = piece.begin; k < piece.end; ++k) {
+void BatchEstimator::WriteFinalsOf(int joint_idx, const Written& written) {
+  const JointChain& chain = recording_.joints[joint_idx];
+  for (size_t k = 0; k < records_.size(); ++k) {
     const JointStatus status =
         StatusOf(written.inliers[k], written.ever_two, written.nearest_s[k],
                  options_.bridging_limit_s);
@@ -530,7 +479,7 @@ void BatchEstimator::WriteFinalsOf(int joint_idx,
                        joint_idx, k, status == JointStatus::kObserved) *
                    written.covariances[k];
     }
-    WriteJoint(chain, k - piece.begin, joint_idx, status, written.inliers[k],
+    WriteJoint(chain, k, joint_idx, status, written.inliers[k],
                known ? &covariance : nullptr, &finals_[k].person);
   }
 }

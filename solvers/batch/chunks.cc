@@ -1,6 +1,7 @@
 #include "solvers/batch/chunks.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace kinegraph {
 namespace {
@@ -98,28 +99,38 @@ Chunk ChunkAround(const PersonProblem& problem, size_t begin, size_t end) {
   return chunk;
 }
 
-PersonProblem CutOut(const PersonRecording& recording, const Chunk& chunk) {
-  PersonProblem part = recording.Part(chunk.begin, chunk.end);
+PersonProblem CutOut(const PersonProblem& recording, const Chunk& chunk) {
+  const auto at = [](const auto& values, size_t k) {
+    return values.begin() + static_cast<std::ptrdiff_t>(k);
+  };
   // A birth like any other: so weak that the frames of the overlap outweigh it.
   constexpr double kPositionSigma = 1.0;  // m
   constexpr double kVelocitySigma = 3.0;  // m/s
-  for (JointChain& chain : part.joints) {
-    if (chunk.begin == 0) break;
-    chain.prior = BirthPrior(chain.states.front().head<3>(), kPositionSigma,
-                             kVelocitySigma);
+  const size_t begin = chunk.begin;
+  const size_t end = chunk.end;
+  PersonProblem part;
+  part.times.assign(at(recording.times, begin), at(recording.times, end));
+  for (const JointChain& whole : recording.joints) {
+    JointChain& chain = part.joints.emplace_back();
+    chain.states.assign(at(whole.states, begin), at(whole.states, end));
+    chain.process_noise.assign(at(whole.process_noise, begin),
+                               at(whole.process_noise, end - 1));
+    chain.prior = begin == 0 ? whole.prior
+                             : BirthPrior(chain.states.front().head<3>(),
+                                          kPositionSigma, kVelocitySigma);
+    chain.first.assign(at(whole.first, begin), at(whole.first, end + 1));
+    chain.measurements.assign(
+        at(whole.measurements, static_cast<size_t>(chain.first.front())),
+        at(whole.measurements, static_cast<size_t>(chain.first.back())));
+    const int32_t before = chain.first.front();
+    for (int32_t& first : chain.first) first -= before;
   }
-  const PersonProblem& problem = recording.graph;
-  part.bones = problem.bones;
-  if (chunk.begin == 0) part.prior = problem.prior;
-  for (const PlacedFactor& placed : problem.user) {
-    if (placed.first_frame() < chunk.begin ||
-        placed.last_frame() >= chunk.end) {
-      continue;
-    }
+  part.bones = recording.bones;
+  if (begin == 0) part.prior = recording.prior;
+  for (const PlacedFactor& placed : recording.user) {
+    if (placed.first_frame() < begin || placed.last_frame() >= end) continue;
     part.user.push_back(placed);
-    for (StateKey& key : part.user.back().keys) {
-      key.frame -= static_cast<int>(chunk.begin);
-    }
+    for (StateKey& key : part.user.back().keys) key.frame -= begin;
   }
   return part;
 }
@@ -145,14 +156,122 @@ std::vector<JointOutcome> OutcomesOf(const PersonProblem& part,
 }
 
 void Paste(const std::vector<JointOutcome>& outcomes, const Chunk& chunk,
-           PersonRecording* recording) {
+           PersonProblem* recording) {
   for (size_t j = 0; j < outcomes.size(); ++j) {
     const JointOutcome& outcome = outcomes[j];
-    std::copy(outcome.states.begin(), outcome.states.end(),
-              recording->graph.joints[j].states.begin() +
-                  static_cast<std::ptrdiff_t>(chunk.own_begin));
-    recording->measurements.ExtractWeights(j, chunk.own_begin, chunk.own_end,
-                                           outcome.weights, outcome.gated);
+    JointChain& chain = recording->joints[j];
+    std::copy(
+        outcome.states.begin(), outcome.states.end(),
+        chain.states.begin() + static_cast<std::ptrdiff_t>(chunk.own_begin));
+    PixelMeasurement* const first =
+        chain.measurements.data() + chain.first[chunk.own_begin];
+    for (size_t m = 0; m < outcome.weights.size(); ++m) {
+      first[m].weight = outcome.weights[m];
+      first[m].gated = outcome.gated[m] != 0;
+    }
+  }
+}
+
+namespace {
+
+// Of the frames: of more the noise has to be learnt again, and with it all is
+// solved again.
+constexpr double kMostChanged = 0.0025;
+
+bool SameViews(const FrameRecord& a, const FrameRecord& b) {
+  return a.frame == b.frame &&
+         std::equal(a.views.begin(), a.views.end(), b.views.begin(),
+                    b.views.end(),
+                    [](const FrameRecord::View& x, const FrameRecord::View& y) {
+                      return x.view_idx == y.view_idx &&
+                             x.detection_idx == y.detection_idx;
+                    });
+}
+
+// Whether as many measurements were taken from the views.
+bool SameCounts(const PersonProblem& graph, size_t k,
+                const SolvedPerson& person, size_t l) {
+  for (size_t j = 0; j < graph.joints.size(); ++j) {
+    const std::vector<int32_t>& ours = graph.joints[j].first;
+    const std::vector<int32_t>& theirs = person.joints[j].first;
+    if (ours[k + 1] - ours[k] != theirs[l + 1] - theirs[l]) return false;
+  }
+  return true;
+}
+
+std::optional<KnownFrames> Compare(std::shared_ptr<const SolvedPerson> person,
+                                   const std::vector<FrameRecord>& records,
+                                   const PersonProblem& graph) {
+  const std::vector<FrameRecord>& before = person->records;
+  const double frames =
+      static_cast<double>(std::max(records.size(), before.size()));
+  const double most_changed = kMostChanged * frames;
+  double changed = frames - static_cast<double>(records.size());
+  KnownFrames known;
+  size_t l = 0;
+  for (size_t k = 0; k < records.size() && changed <= most_changed; ++k) {
+    while (l + 1 < before.size() && before[l].frame < records[k].frame) ++l;
+    known.frame_of.push_back(l);
+    known.same.push_back(SameViews(records[k], before[l]) &&
+                         SameCounts(graph, k, *person, l));
+    changed += known.same.back() ? 0.0 : 1.0;
+  }
+  if (changed > most_changed) return std::nullopt;
+  known.person = std::move(person);
+  return known;
+}
+
+}  // namespace
+
+std::optional<KnownFrames> FindKnownFrames(
+    const std::vector<std::shared_ptr<const SolvedPerson>>& people,
+    const std::vector<FrameRecord>& records, const PersonProblem& graph) {
+  for (const auto& person : people) {
+    std::optional<KnownFrames> known = Compare(person, records, graph);
+    if (known.has_value()) return known;
+  }
+  return std::nullopt;
+}
+
+std::vector<Chunk> ChangedChunks(const PersonProblem& problem,
+                                 const std::vector<char>& same) {
+  std::vector<Chunk> chunks;
+  size_t k = 0;
+  while (k < same.size()) {
+    if (same[k]) {
+      ++k;
+      continue;
+    }
+    // Up to the next frame that has so many behind it that are the same.
+    const size_t begin = k;
+    size_t end = k + 1;
+    for (size_t next = end; next < same.size(); ++next) {
+      if (ToSeconds(problem.times[next] - problem.times[end - 1]) >
+          2.0 * kOverlap_s) {
+        break;
+      }
+      if (!same[next]) end = next + 1;
+    }
+    chunks.push_back(ChunkAround(problem, begin, end));
+    k = end;
+  }
+  return chunks;
+}
+
+void PasteKnown(const KnownFrames& known, PersonProblem* recording) {
+  for (size_t k = 0; k < known.same.size(); ++k) {
+    if (!known.same[k]) continue;
+    const size_t before = known.frame_of[k];
+    for (size_t j = 0; j < recording->joints.size(); ++j) {
+      JointChain& chain = recording->joints[j];
+      const SolvedPerson::Joint& joint = known.person->joints[j];
+      chain.states[k] = joint.outcome.states[before];
+      int32_t from = joint.first[before];
+      for (int32_t m = chain.first[k]; m < chain.first[k + 1]; ++m, ++from) {
+        chain.measurements[m].weight = joint.outcome.weights[from];
+        chain.measurements[m].gated = joint.outcome.gated[from] != 0;
+      }
+    }
   }
 }
 

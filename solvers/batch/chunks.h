@@ -8,11 +8,13 @@
 #define KINEGRAPH_SOLVERS_BATCH_CHUNKS_H_
 
 #include <cstddef>
+#include <memory>
+#include <optional>
 #include <vector>
 
-#include "solvers/batch/person_recording.h"
 #include "solvers/graph/outcome.h"
 #include "solvers/graph/problem.h"
+#include "solvers/noise/recording_notes.h"
 
 namespace kinegraph {
 
@@ -28,10 +30,10 @@ struct Chunk {
   size_t own_end = 0;
 };
 
-// By times and counts of measurements (PersonRecording::graph): chunks whose
-// own frames span about `chunk_s` [s]; one of everything where it is 0 or the
-// recording is not much longer. The overlap is kOverlap_s on each side, and up
-// to 5.5 s where a joint is measured in less than half of that.
+// By times and counts of measurements: chunks whose own frames span about
+// `chunk_s` [s]; one of everything where it is 0 or the recording is not much
+// longer. The overlap is kOverlap_s on each side, and up to 5.5 s where a joint
+// is measured in less than half of that.
 std::vector<Chunk> MakeChunks(const PersonProblem& problem, double chunk_s);
 
 // One that owns all frames in which a change of frames begin .. end - 1 is
@@ -40,7 +42,7 @@ Chunk ChunkAround(const PersonProblem& problem, size_t begin, size_t end);
 
 // The chunk as a problem of its own. Where the recording goes on before it, its
 // first states have the prior of a birth at their starts.
-PersonProblem CutOut(const PersonRecording& recording, const Chunk& chunk);
+PersonProblem CutOut(const PersonProblem& recording, const Chunk& chunk);
 
 // What a solve found for a chunk's own frames, of all joints.
 std::vector<JointOutcome> OutcomesOf(const PersonProblem& part,
@@ -48,7 +50,30 @@ std::vector<JointOutcome> OutcomesOf(const PersonProblem& part,
 
 // Writes those of all joints into the whole.
 void Paste(const std::vector<JointOutcome>& outcomes, const Chunk& chunk,
-           PersonRecording* recording);
+           PersonProblem* recording);
+
+// Which frames of a person an earlier pass has solved already.
+struct KnownFrames {
+  std::shared_ptr<const SolvedPerson> person;
+  // By frame: that of the earlier pass, or of the nearest that it had.
+  std::vector<size_t> frame_of;
+  // By frame: matched and measured as in the earlier pass.
+  std::vector<char> same;
+};
+
+// The one of `people` whose frames are these but for a fiftieth, if there is
+// one. So few other matches, mostly of one view, tell next to nothing new of
+// noise and bones.
+std::optional<KnownFrames> FindKnownFrames(
+    const std::vector<std::shared_ptr<const SolvedPerson>>& people,
+    const std::vector<FrameRecord>& records, const PersonProblem& graph);
+
+// Chunks whose own frames are those that changed and what is near them.
+std::vector<Chunk> ChangedChunks(const PersonProblem& problem,
+                                 const std::vector<char>& same);
+
+// Writes what the earlier pass found into the frames marked as the same.
+void PasteKnown(const KnownFrames& known, PersonProblem* recording);
 
 }  // namespace kinegraph
 

@@ -18,29 +18,6 @@ std::vector<int> AllJoints(const PersonProblem& problem) {
   return all;
 }
 
-// What a solve found in a chunk's own frames.
-struct ChunkSolution {
-  std::vector<JointOutcome> joints;
-  bool bones_dropped = false;  // they could not be solved
-};
-
-// Of a chunk's own frames, [joint][frame]; a joint has none where it is not
-// known.
-template <typename Matrix>
-using ChunkCovariances = std::vector<std::vector<Matrix>>;
-
-std::vector<std::vector<Eigen::Matrix3d>> Positions(
-    const std::vector<std::vector<Matrix6d>>& covariances) {
-  std::vector<std::vector<Eigen::Matrix3d>> positions(covariances.size());
-  for (size_t j = 0; j < covariances.size(); ++j) {
-    positions[j].reserve(covariances[j].size());
-    for (const Matrix6d& covariance : covariances[j]) {
-      positions[j].push_back(covariance.topLeftCorner<3, 3>());
-    }
-  }
-  return positions;
-}
-
 }  // namespace
 
 RecordingSolver::RecordingSolver(const GraphOptions& options)
@@ -65,61 +42,53 @@ void RecordingSolver::GiveBack(std::unique_ptr<PersonSolver> solver) {
   idle_.push_back(std::move(solver));
 }
 
-template <typename Outcome, typename Compute, typename Adopt>
-void RecordingSolver::ForEachChunk(const PersonRecording& recording,
+template <typename Visit>
+void RecordingSolver::ForEachChunk(const PersonProblem& recording,
                                    const std::vector<Chunk>& chunks,
-                                   const Compute& compute,
-                                   const Adopt& take_over) {
+                                   const Visit& visit) {
   ParallelFor(AllowedThreads(), static_cast<int>(chunks.size()), [&](int i) {
     PersonProblem part = CutOut(recording, chunks[i]);
     if (!without_bones_.empty() && without_bones_[i]) part.bones.clear();
     std::unique_ptr<PersonSolver> solver = AcquireIdle();
-    Outcome outcome = compute(solver.get(), chunks[i], &part);
+    visit(i, solver.get(), &part);
     GiveBack(std::move(solver));
-    take_over(i, std::move(outcome));
   });
 }
 
 std::vector<char> RecordingSolver::Solve(const std::vector<Chunk>& chunks,
                                          const Work& work,
-                                         PersonRecording* recording) {
+                                         PersonProblem* recording) {
   // All are cut out before any is put back: they overlap.
-  std::vector<ChunkSolution> solutions(chunks.size());
-  ForEachChunk<ChunkSolution>(
-      *recording, chunks,
-      [&](PersonSolver* solver, const Chunk& chunk, PersonProblem* part) {
-        const bool with_bones = !part->bones.empty();
-        work(solver, part);
-        return ChunkSolution{OutcomesOf(*part, chunk),
-                             with_bones && part->bones.empty()};
-      },
-      [&](int i, ChunkSolution&& solution) {
-        solutions[i] = std::move(solution);
-      });
-  std::vector<char> without_bones;
+  std::vector<std::vector<JointOutcome>> outcomes(chunks.size());
+  std::vector<char> without_bones(chunks.size());
+  ForEachChunk(*recording, chunks,
+               [&](int i, PersonSolver* solver, PersonProblem* part) {
+                 const bool with_bones = !part->bones.empty();
+                 work(solver, part);
+                 without_bones[i] = with_bones && part->bones.empty();
+                 outcomes[i] = OutcomesOf(*part, chunks[i]);
+               });
   for (size_t i = 0; i < chunks.size(); ++i) {
-    Paste(solutions[i].joints, chunks[i], recording);
-    without_bones.push_back(solutions[i].bones_dropped);
-    solutions[i] = {};
+    Paste(outcomes[i], chunks[i], recording);
   }
   return without_bones;
 }
 
 void RecordingSolver::SolveJoints(const SolveSchedule& schedule,
-                                  PersonRecording* recording) {
+                                  PersonProblem* recording) {
   Solve(
-      MakeChunks(recording->graph, options_.chunk_s),
+      MakeChunks(*recording, options_.chunk_s),
       [&](PersonSolver* solver, PersonProblem* part) {
         solver->SolveJoints(schedule, AllJoints(*part), part);
       },
       recording);
 }
 
-void RecordingSolver::SolveTogether(PersonRecording* recording) {
+void RecordingSolver::SolveTogether(PersonProblem* recording) {
   FreeWorkSpace();
   without_bones_.clear();
   without_bones_ = Solve(
-      MakeChunks(recording->graph, options_.chunk_s),
+      MakeChunks(*recording, options_.chunk_s),
       [](PersonSolver* solver, PersonProblem* part) {
         solver->SolveBones(part);
         solver->Refine(part);
@@ -127,11 +96,11 @@ void RecordingSolver::SolveTogether(PersonRecording* recording) {
       recording);
   // Then the recording has none.
   const bool as_a_whole = without_bones_.size() == 1;
-  if (as_a_whole && without_bones_[0]) recording->graph.bones.clear();
+  if (as_a_whole && without_bones_[0]) recording->bones.clear();
 }
 
 bool RecordingSolver::SolveAnew(const std::vector<Chunk>& chunks,
-                                PersonRecording* recording) {
+                                PersonProblem* recording) {
   const std::vector<char> without_bones = Solve(
       chunks,
       [&](PersonSolver* solver, PersonProblem* part) {
@@ -151,42 +120,35 @@ bool RecordingSolver::KeptBones() const {
 
 template <typename Matrix, typename Of>
 std::vector<std::vector<Matrix>> RecordingSolver::InChunks(
-    const PersonRecording& recording, const Of& of) {
+    const PersonProblem& recording, const Of& of) {
   FreeWorkSpace();
-  const std::vector<Chunk> chunks =
-      MakeChunks(recording.graph, options_.chunk_s);
+  const std::vector<Chunk> chunks = MakeChunks(recording, options_.chunk_s);
   // Each chunk writes its own frames. A joint that one chunk knows nothing of
   // has none.
+  const size_t joints = recording.joints.size();
   std::vector<std::vector<Matrix>> whole(
-      recording.graph.joints.size(),
-      std::vector<Matrix>(recording.frame_count()));
-  std::vector<std::vector<char>> known(
-      chunks.size(), std::vector<char>(recording.graph.joints.size(), 0));
-  ForEachChunk<ChunkCovariances<Matrix>>(
-      recording, chunks,
-      [&](PersonSolver* solver, const Chunk& chunk, PersonProblem* part) {
+      joints, std::vector<Matrix>(recording.times.size()));
+  std::vector<std::vector<char>> known(chunks.size(),
+                                       std::vector<char>(joints, 0));
+  ForEachChunk(
+      recording, chunks, [&](int i, PersonSolver* solver, PersonProblem* part) {
+        const Chunk& chunk = chunks[i];
         const size_t end = chunk.own_end - chunk.begin;
-        ChunkCovariances<Matrix> covariances = of(solver, *part, end);
-        for (std::vector<Matrix>& of_joint : covariances) {
-          if (of_joint.size() < end) of_joint.clear();
-          if (of_joint.empty()) continue;
-          of_joint.resize(end);
-          const size_t before = chunk.own_begin - chunk.begin;
-          of_joint.erase(
-              of_joint.begin(),
-              of_joint.begin() + static_cast<std::ptrdiff_t>(before));
-        }
-        return covariances;
-      },
-      [&](int i, ChunkCovariances<Matrix>&& covariances) {
-        for (size_t j = 0; j < whole.size(); ++j) {
-          std::copy(covariances[j].begin(), covariances[j].end(),
-                    whole[j].begin() + chunks[i].own_begin);
-          known[i][j] = !covariances[j].empty();
+        const std::vector<std::vector<Matrix6d>> states =
+            of(solver, *part, end);
+        for (size_t j = 0; j < joints; ++j) {
+          known[i][j] = states[j].size() >= end;
+          for (size_t k = chunk.own_begin; known[i][j] && k < chunk.own_end;
+               ++k) {
+            whole[j][k] =
+                states[j][k - chunk.begin]
+                    .template topLeftCorner<Matrix::RowsAtCompileTime,
+                                            Matrix::ColsAtCompileTime>();
+          }
         }
       });
   for (const std::vector<char>& of_chunk : known) {
-    for (size_t j = 0; j < whole.size(); ++j) {
+    for (size_t j = 0; j < joints; ++j) {
       if (!of_chunk[j]) whole[j] = {};
     }
   }
@@ -194,7 +156,7 @@ std::vector<std::vector<Matrix>> RecordingSolver::InChunks(
 }
 
 std::vector<std::vector<Matrix6d>> RecordingSolver::StateCovariances(
-    const PersonRecording& recording, double correction) {
+    const PersonProblem& recording, double correction) {
   return InChunks<Matrix6d>(
       recording,
       [&](PersonSolver* solver, const PersonProblem& part, size_t end) {
@@ -203,22 +165,22 @@ std::vector<std::vector<Matrix6d>> RecordingSolver::StateCovariances(
 }
 
 std::vector<std::vector<Eigen::Matrix3d>> RecordingSolver::JointCovariances(
-    const PersonRecording& recording) {
-  return InChunks<Eigen::Matrix3d>(recording, [](PersonSolver* solver,
-                                                 const PersonProblem& part,
-                                                 size_t end) {
-    return Positions(solver->JointCovariances(part, solver->correction(), end));
-  });
-}
-
-std::vector<std::vector<Eigen::Matrix3d>> RecordingSolver::Covariances(
-    const PersonRecording& recording) {
+    const PersonProblem& recording) {
   return InChunks<Eigen::Matrix3d>(
       recording,
       [](PersonSolver* solver, const PersonProblem& part, size_t end) {
-        return Positions(part.coupled() ? solver->BoneCovariances(part, end)
-                                        : solver->JointCovariances(
-                                              part, solver->correction(), end));
+        return solver->JointCovariances(part, solver->correction(), end);
+      });
+}
+
+std::vector<std::vector<Eigen::Matrix3d>> RecordingSolver::Covariances(
+    const PersonProblem& recording) {
+  return InChunks<Eigen::Matrix3d>(
+      recording,
+      [](PersonSolver* solver, const PersonProblem& part, size_t end) {
+        return part.coupled()
+                   ? solver->BoneCovariances(part, end)
+                   : solver->JointCovariances(part, solver->correction(), end);
       });
 }
 

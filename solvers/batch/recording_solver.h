@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "solvers/batch/chunks.h"
-#include "solvers/batch/person_recording.h"
 #include "solvers/graph/options.h"
 #include "solvers/graph/problem.h"
 #include "solvers/person/person_solver.h"
@@ -29,13 +28,13 @@ class RecordingSolver {
   double correction() const { return whole_.correction(); }
 
   // All joints, each as if alone.
-  void SolveJoints(const SolveSchedule& schedule, PersonRecording* recording);
+  void SolveJoints(const SolveSchedule& schedule, PersonProblem* recording);
 
   // Bones if there are any, then Ceres if the options name it.
-  void SolveTogether(PersonRecording* recording);
+  void SolveTogether(PersonProblem* recording);
 
   // Both, in `chunks` alone. False where bones had to be left out.
-  bool SolveAnew(const std::vector<Chunk>& chunks, PersonRecording* recording);
+  bool SolveAnew(const std::vector<Chunk>& chunks, PersonProblem* recording);
 
   // Whether SolveTogether solved all chunks with the bones that there are.
   bool KeptBones() const;
@@ -43,13 +42,13 @@ class RecordingSolver {
   // Positions' covariances [joint][frame] in m^2, under what SolveTogether
   // kept; a joint has none where they are not positive definite.
   std::vector<std::vector<Eigen::Matrix3d>> Covariances(
-      const PersonRecording& recording);
+      const PersonProblem& recording);
   // The same of each joint as if alone.
   std::vector<std::vector<Eigen::Matrix3d>> JointCovariances(
-      const PersonRecording& recording);
+      const PersonProblem& recording);
   // Those of whole states, with the information times `correction`.
   std::vector<std::vector<Matrix6d>> StateCovariances(
-      const PersonRecording& recording, double correction);
+      const PersonProblem& recording, double correction);
 
   // SolveTogether and the covariances begin with it: each needs work space of
   // its own kind.
@@ -64,20 +63,19 @@ class RecordingSolver {
 
   std::unique_ptr<PersonSolver> AcquireIdle();
   void GiveBack(std::unique_ptr<PersonSolver> solver);
-  // Calls take_over(chunk's number, outcome) for every chunk, with what
-  // compute(solver, chunk, chunk as a problem of its own) returns.
-  template <typename Outcome, typename Compute, typename Adopt>
-  void ForEachChunk(const PersonRecording& recording,
-                    const std::vector<Chunk>& chunks, const Compute& compute,
-                    const Adopt& take_over);
+  // Calls visit(chunk's number, solver, chunk as a problem of its own) for
+  // every chunk.
+  template <typename Visit>
+  void ForEachChunk(const PersonProblem& recording,
+                    const std::vector<Chunk>& chunks, const Visit& visit);
   // What `of(solver, problem, end of its frames)` says of each chunk, joined.
   template <typename Matrix, typename Of>
-  std::vector<std::vector<Matrix>> InChunks(const PersonRecording& recording,
+  std::vector<std::vector<Matrix>> InChunks(const PersonProblem& recording,
                                             const Of& of);
   // Takes over what `work` does to the chunks' own frames. Whether that dropped
   // their bones, by chunk.
   std::vector<char> Solve(const std::vector<Chunk>& chunks, const Work& work,
-                          PersonRecording* recording);
+                          PersonProblem* recording);
 
   const GraphOptions options_;
   PersonSolver whole_;

@@ -72,60 +72,60 @@ std::vector<BiasView> BiasObserver::ViewsOf(const PersonProblem& solved,
   return views;
 }
 
-BiasWriter::BiasWriter(const BiasJoints& joints, const ViewBias& bias,
-                       const PersonProblem& recording,
-                       const std::vector<FrameRecord>& records)
-    : joints_(joints),
-      bias_(InOrderOf(joints.names(), bias)),
-      times_(recording.times) {
-  for (size_t k = 0; k < records.size(); ++k) {
-    stances_.push_back(
-        joints.FrameOf([&](int j) -> std::optional<Eigen::Vector3d> {
-          const auto joint = static_cast<size_t>(j);
-          if (!records[k].triangulated[joint]) return std::nullopt;
-          return Eigen::Vector3d(recording.joints[joint].states[k].head<3>());
-        }));
-  }
-}
+namespace {
 
-void BiasWriter::Write(size_t begin, size_t end, PersonProblem* part) const {
-  for (size_t k = begin; k < end; ++k) {
-    const BodyStance* stance = NearestStance(k);
-    if (stance != nullptr) WriteFrame(*stance, k - begin, part);
-  }
-}
-
-const BodyStance* BiasWriter::NearestStance(size_t k) const {
+// Where the body stands in the frame nearest to frame `k` that tells; null:
+// nowhere near.
+const BodyStance* NearestStance(
+    const std::vector<TimeNs>& times,
+    const std::vector<std::optional<BodyStance>>& stances, size_t k) {
   const BodyStance* nearest = nullptr;
   double least_s = kLongest_s;
   const auto consider = [&](size_t i) {
-    const double away_s = std::abs(ToSeconds(times_[i] - times_[k]));
+    const double away_s = std::abs(ToSeconds(times[i] - times[k]));
     if (away_s > least_s) return false;
-    if (!stances_[i].has_value()) return true;
-    nearest = &*stances_[i];
+    if (!stances[i].has_value()) return true;
+    nearest = &*stances[i];
     least_s = away_s;
     return false;
   };
-  for (size_t i = k; i < times_.size() && consider(i);) ++i;
+  for (size_t i = k; i < times.size() && consider(i);) ++i;
   for (size_t i = k; i > 0 && consider(i - 1);) --i;
   return nearest;
 }
 
-void BiasWriter::WriteFrame(const BodyStance& stance, size_t k,
-                            PersonProblem* part) const {
-  for (size_t j = 0; j < part->joints.size(); ++j) {
-    const int joint_idx = static_cast<int>(j);
-    const ViewBias::OfJoint& of_joint =
-        bias_.joints[static_cast<size_t>(joints_.IndexOf(joint_idx))];
-    if (!of_joint.used) continue;
-    JointChain& chain = part->joints[j];
-    const Eigen::Vector3d point_m = chain.states[k].head<3>();
-    for (int32_t m = chain.first[k]; m < chain.first[k + 1]; ++m) {
-      PixelMeasurement& measurement = chain.measurements[m];
-      const auto direction =
-          DirectionOf(joints_, stance, joint_idx, point_m, *measurement.camera);
-      if (!direction.has_value()) continue;
-      measurement.bias_px = BiasOf(of_joint, *direction).cast<float>();
+}  // namespace
+
+void WriteBias(const BiasJoints& joints, const ViewBias& bias,
+               const std::vector<FrameRecord>& records,
+               PersonProblem* recording) {
+  const ViewBias ordered = InOrderOf(joints.names(), bias);
+  std::vector<std::optional<BodyStance>> stances;
+  for (size_t k = 0; k < records.size(); ++k) {
+    stances.push_back(
+        joints.FrameOf([&](int j) -> std::optional<Eigen::Vector3d> {
+          const auto joint = static_cast<size_t>(j);
+          if (!records[k].triangulated[joint]) return std::nullopt;
+          return Eigen::Vector3d(recording->joints[joint].states[k].head<3>());
+        }));
+  }
+  for (size_t k = 0; k < records.size(); ++k) {
+    const BodyStance* stance = NearestStance(recording->times, stances, k);
+    if (stance == nullptr) continue;
+    for (size_t j = 0; j < recording->joints.size(); ++j) {
+      const int joint_idx = static_cast<int>(j);
+      const ViewBias::OfJoint& of_joint =
+          ordered.joints[static_cast<size_t>(joints.IndexOf(joint_idx))];
+      if (!of_joint.used) continue;
+      JointChain& chain = recording->joints[j];
+      const Eigen::Vector3d point_m = chain.states[k].head<3>();
+      for (int32_t m = chain.first[k]; m < chain.first[k + 1]; ++m) {
+        PixelMeasurement& measurement = chain.measurements[m];
+        const auto direction = DirectionOf(joints, *stance, joint_idx, point_m,
+                                           *measurement.camera);
+        if (!direction.has_value()) continue;
+        measurement.bias_px = BiasOf(of_joint, *direction).cast<float>();
+      }
     }
   }
 }

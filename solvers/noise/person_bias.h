@@ -41,27 +41,11 @@ class BiasObserver {
   std::optional<TimeNs> looked_;
 };
 
-// Writes a bias to the pixels of a recording.
-class BiasWriter {
- public:
-  // How the body stands in the recording's frames, whose triangulated joints
-  // stand at their states; `bias` may have other joints than `joints`.
-  BiasWriter(const BiasJoints& joints, const ViewBias& bias,
-             const PersonProblem& recording,
-             const std::vector<FrameRecord>& records);
-  // The frames begin .. end - 1 of the recording, the first ones of `part`.
-  void Write(size_t begin, size_t end, PersonProblem* part) const;
-
- private:
-  const BodyStance* NearestStance(size_t k) const;
-  void WriteFrame(const BodyStance& stance, size_t k,
-                  PersonProblem* part) const;
-
-  const BiasJoints& joints_;
-  const ViewBias bias_;
-  const std::vector<TimeNs> times_;
-  std::vector<std::optional<BodyStance>> stances_;
-};
+// Writes a bias to the pixels of a recording whose triangulated joints stand at
+// their states; `bias` may have other joints than `joints`.
+void WriteBias(const BiasJoints& joints, const ViewBias& bias,
+               const std::vector<FrameRecord>& records,
+               PersonProblem* recording);
 
 }  // namespace kinegraph
 

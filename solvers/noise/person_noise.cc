@@ -66,19 +66,20 @@ void PersonNoise::LearnPixels(const PersonProblem& problem, size_t k) {
   }
 }
 
-void PersonNoise::LearnRecordingsPixels(
-    const std::function<void(const FrameVisitor&)>& for_each) {
-  const FrameVisitor learn = [&](const PersonProblem& part, size_t k) {
-    LearnPixels(part, k);
+void PersonNoise::LearnRecordingsPixels(const PersonProblem& recording) {
+  const auto learn = [&] {
+    for (size_t k = 0; k < recording.times.size(); ++k) {
+      LearnPixels(recording, k);
+    }
   };
-  for_each(learn);
+  learn();
   triangulator_.set_weighting(confidences_.Fit());
   knows_confidences_ = true;
   if (triangulator_.weighting().added_power == 0.0) return;
   // Other points, and with them another size of the errors.
   scales_ = NoiseScales();
   starts_.clear();
-  for_each(learn);
+  learn();
 }
 
 void PersonNoise::RefreshScales() {
@@ -162,31 +163,22 @@ void PersonNoise::LookBack() {
   }
 }
 
-void PersonNoise::LearnCorrelation(const PersonProblem& problem, size_t k,
-                                   size_t place) {
-  for (int j = 0; j < joint_count(); ++j) {
-    if (!Load(problem, k, j, place)) continue;
-    correlations_.Add(j, problem.times[k], scale_[ClassOf(j)],
-                      triangulator_.residuals());
-  }
-}
-
-void PersonNoise::LearnRecording(
-    const std::function<void(const FrameVisitor&)>& for_each) {
-  size_t place = 0;
+void PersonNoise::LearnRecording(const PersonProblem& recording) {
+  const size_t frames = recording.times.size();
   if (options_.pixel_noise_from == NoiseFrom::kRecording) {
-    LearnRecordingsPixels(for_each);
+    LearnRecordingsPixels(recording);
     RefreshScales();
-    for_each([&](const PersonProblem& part, size_t k) {
-      LearnCorrelation(part, k, place++);
-    });
+    for (size_t k = 0; k < frames; ++k) {
+      for (int j = 0; j < joint_count(); ++j) {
+        if (!Load(recording, k, j, k)) continue;
+        correlations_.Add(j, recording.times[k], scale_[ClassOf(j)],
+                          triangulator_.residuals());
+      }
+    }
     correlation_ = correlations_.Fit();
   }
-  place = 0;
   keeps_points_ = true;
-  for_each([&](const PersonProblem& part, size_t k) {
-    Locate(part, k, place++, Pixels::kKnown);
-  });
+  for (size_t k = 0; k < frames; ++k) Locate(recording, k, k, Pixels::kKnown);
   LookBack();
   starts_ = std::vector<FrameTriangulator::Start>();
   covariance_factors_.emplace(correlation_, 1.0 / scene_.frame_rate_hz);
@@ -348,8 +340,8 @@ void PersonNoise::Adopt(const AppliedNoise& noise,
   }
 }
 
-void PersonNoise::LearnMotionAgain(const PersonProblem& part, size_t part_begin,
-                                   size_t begin, size_t end) {
+void PersonNoise::LearnMotionAgain(const PersonProblem& recording, size_t from,
+                                   size_t to, size_t begin, size_t end) {
   PersonNoise there(scene_, options_);
   there.scale_ = scale_;
   there.level_ = level_;
@@ -357,22 +349,22 @@ void PersonNoise::LearnMotionAgain(const PersonProblem& part, size_t part_begin,
   there.correlation_ = correlation_;
   there.triangulator_.set_weighting(triangulator_.weighting());
   there.keeps_points_ = true;
-  for (size_t k = 0; k < part.times.size(); ++k) {
-    there.Locate(part, k, k, Pixels::kKnown);
-    there.frames_.back().process_noise = frames_[part_begin + k].process_noise;
+  for (size_t k = from; k < to; ++k) {
+    there.Locate(recording, k, k - from, Pixels::kKnown);
+    there.frames_.back().process_noise = frames_[k].process_noise;
   }
   if (options_.process_noise_from == NoiseFrom::kRecording) {
     there.LookBack();
     there.FindProcessNoise();
   }
   for (size_t k = begin; k < end; ++k) {
-    frames_[k] = std::move(there.frames_[k - part_begin]);
+    frames_[k] = std::move(there.frames_[k - from]);
   }
 }
 
 void PersonNoise::Apply(PersonProblem* problem) {
   ApplyProcessNoise(problem);
-  ApplyPixelNoise(0, frames_.size(), problem);
+  ApplyPixelNoise(problem);
 }
 
 void PersonNoise::ApplyProcessNoise(PersonProblem* problem) {
@@ -408,17 +400,16 @@ void PersonNoise::ApplyProcessNoise(PersonProblem* problem) {
   }
 }
 
-void PersonNoise::ApplyPixelNoise(size_t begin, size_t end,
-                                  PersonProblem* part) {
+void PersonNoise::ApplyPixelNoise(PersonProblem* problem) {
   if (options_.pixel_noise_from != NoiseFrom::kRecording) return;
-  for (size_t k = begin; k < end; ++k) {
+  for (size_t k = 0; k < frames_.size(); ++k) {
     Frame& frame = frames_[k];
     frame.divisors.resize(static_cast<size_t>(joint_count()), 0.0);
     const double frame_s = FrameSeconds(k);
     for (int j = 0; j < joint_count(); ++j) {
-      JointChain& chain = part->joints[j];
-      const int32_t first = chain.first[k - begin];
-      const int32_t stop = chain.first[k - begin + 1];
+      JointChain& chain = problem->joints[j];
+      const int32_t first = chain.first[k];
+      const int32_t stop = chain.first[k + 1];
       if (first == stop) continue;
       const double scale = kLearntWidening * scale_[ClassOf(j)];
       double& divisor = frame.divisors[j];

@@ -5,7 +5,6 @@
 
 #include <array>
 #include <cstdint>
-#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -49,11 +48,8 @@ class PersonNoise {
   // `scene` and `options` must outlive it.
   PersonNoise(const SceneModel& scene, const GraphOptions& options);
 
-  // A frame of the recording: frame `k` of `part`, in which `part` may go on.
-  using FrameVisitor = std::function<void(const PersonProblem& part, size_t k)>;
-  // Everything from a whole recording. `for_each` calls what it is given for
-  // all frames, in order; it is used several times.
-  void LearnRecording(const std::function<void(const FrameVisitor&)>& for_each);
+  // Everything from a whole recording.
+  void LearnRecording(const PersonProblem& recording);
 
   // From what was seen so far: the problem's frame `k`, which follows those
   // that are kept; and how to forget the oldest of those. What the detector's
@@ -65,19 +61,15 @@ class PersonNoise {
   // Writes process noise, sigmas and information of all frames of `problem`,
   // which are those kept here.
   void Apply(PersonProblem* problem);
-  // Process noise alone, which comes first; then sigmas and information of the
-  // kept frames begin .. end - 1, which are the first ones of `part`.
-  void ApplyProcessNoise(PersonProblem* problem);
-  void ApplyPixelNoise(size_t begin, size_t end, PersonProblem* part);
   // What was applied to a whole recording; nothing is left here.
   AppliedNoise ExtractApplied();
   // In place of learning: `noise` of the same person, whose frame frame_of[k]
   // is the one that stands at times[k].
   void Adopt(const AppliedNoise& noise, const std::vector<size_t>& frame_of,
              const std::vector<TimeNs>& times);
-  // Motion in frames begin .. end - 1 anew, from `part`, which begins with
-  // frame `part_begin`; the rest of what was taken over stays.
-  void LearnMotionAgain(const PersonProblem& part, size_t part_begin,
+  // Motion in frames begin .. end - 1 anew, from frames from .. to - 1 around
+  // them; the rest of what was taken over stays.
+  void LearnMotionAgain(const PersonProblem& recording, size_t from, size_t to,
                         size_t begin, size_t end);
 
   // Nothing more is learnt or applied: gives back the memory that only that
@@ -103,9 +95,7 @@ class PersonNoise {
   bool Load(const PersonProblem& problem, size_t k, int joint_idx,
             size_t place);
   void LearnPixels(const PersonProblem& problem, size_t k);
-  void LearnRecordingsPixels(
-      const std::function<void(const FrameVisitor&)>& for_each);
-  void LearnCorrelation(const PersonProblem& problem, size_t k, size_t place);
+  void LearnRecordingsPixels(const PersonProblem& recording);
   void LookBack();
   void RefreshScales();
   // Whether a frame's pixels were learnt from before.
@@ -121,6 +111,8 @@ class PersonNoise {
   void FindLevels();
   void FindProcessNoise();
   void FindLag();
+  void ApplyProcessNoise(PersonProblem* problem);
+  void ApplyPixelNoise(PersonProblem* problem);
 
   const SceneModel& scene_;
   const GraphOptions& options_;

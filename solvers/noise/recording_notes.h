@@ -3,6 +3,7 @@
 #ifndef KINEGRAPH_SOLVERS_NOISE_RECORDING_NOTES_H_
 #define KINEGRAPH_SOLVERS_NOISE_RECORDING_NOTES_H_
 
+#include <cstdint>
 #include <memory>
 #include <mutex>
 #include <string>
@@ -10,13 +11,26 @@
 
 #include "core/data/view_bias.h"
 #include "solvers/graph/options.h"
+#include "solvers/graph/outcome.h"
 #include "solvers/noise/bias_learner.h"
 #include "solvers/noise/bias_model.h"
 #include "solvers/noise/learnt_noise.h"
 #include "solvers/noise/person_noise.h"
-#include "solvers/noise/solved_person.h"
 
 namespace kinegraph {
+
+// A person as one pass over a recording solved it, kept for the next pass.
+struct SolvedPerson {
+  struct Joint {
+    JointOutcome outcome;        // of all frames
+    std::vector<int32_t> first;  // as JointChain::first
+  };
+  std::vector<FrameRecord> records;  // by frame
+  std::vector<Joint> joints;
+  AppliedNoise noise;
+  std::vector<BoneConstraint> bones;         // of the estimate
+  std::vector<BoneConstraint> stated_bones;  // of its covariances
+};
 
 // People register as they are born, one after the other; the rest may come from
 // any thread.

@@ -35,32 +35,27 @@ class ChunksTest : public ::testing::Test {
     recording_.Connect();
     // Nobody sees anything for two seconds across the end of a chunk.
     for (size_t k = 165; k < 215; ++k) recording_.frames[k].views.clear();
-    PackedFrames frames;
-    for (const EstimatorFrame& frame : recording_.frames) frames.Push(frame);
     Assembler assembler(scene_, options_);
-    std::vector<FrameRecord> records;
-    packed_ = AssembleRecording(&frames, &assembler, &records);
-    problem_ = packed_.Part(0, 750);
+    problem_ = assembler.EmptyProblem();
+    for (const EstimatorFrame& frame : recording_.frames) {
+      assembler.Append(frame, &problem_);
+    }
   }
 
-  PersonRecording SolvePacked(double chunk_s, int threads) const {
+  PersonProblem Solve(double chunk_s, int threads) const {
     GraphOptions options = options_;
     options.chunk_s = chunk_s;
-    PersonRecording recording = packed_;
+    PersonProblem recording = problem_;
     ParallelFor(threads, 1, [&](int) {
       RecordingSolver solver(options);
       solver.SolveJoints(solver.schedule(), &recording);
     });
     return recording;
   }
-  PersonProblem Solve(double chunk_s, int threads) const {
-    return SolvePacked(chunk_s, threads).Part(0, 750);
-  }
 
   SceneModel scene_;
   GraphOptions options_;
   testing::SimulatedRecording recording_;
-  PersonRecording packed_;
   PersonProblem problem_;
 };
 
@@ -86,7 +81,7 @@ TEST_F(ChunksTest, OwnEveryFrameOnce) {
 
 TEST_F(ChunksTest, CutOutIsTheSamePartOfTheProblem) {
   const Chunk chunk = {100, 200, 120, 180};
-  const PersonProblem part = CutOut(packed_, chunk);
+  const PersonProblem part = CutOut(problem_, chunk);
   ASSERT_EQ(part.times.size(), 100u);
   for (size_t j = 0; j < 3; ++j) {
     const JointChain& whole = problem_.joints[j];
@@ -139,14 +134,13 @@ TEST_F(ChunksTest, SameBitsForAnyNumberOfThreads) {
 }
 
 TEST_F(ChunksTest, CovariancesAreThoseOfTheWholeTake) {
-  const PersonRecording packed = SolvePacked(0.0, 1);
-  const PersonProblem solved = packed.Part(0, 750);
+  const PersonProblem solved = Solve(0.0, 1);
   std::vector<std::vector<std::vector<Matrix6d>>> covariances;
   for (const double chunk_s : {0.0, 7.0}) {
     GraphOptions options = options_;
     options.chunk_s = chunk_s;
     covariances.push_back(
-        RecordingSolver(options).StateCovariances(packed, 1.1));
+        RecordingSolver(options).StateCovariances(solved, 1.1));
   }
   for (size_t j = 0; j < 3; ++j) {
     ASSERT_EQ(covariances[0][j].size(), 750u);

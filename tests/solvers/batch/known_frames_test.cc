@@ -1,6 +1,4 @@
 // What a second pass does not solve again.
-#include "solvers/batch/known_frames.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -8,6 +6,7 @@
 #include <vector>
 
 #include "solvers/batch/batch_estimator.h"
+#include "solvers/batch/chunks.h"
 #include "solvers/noise/recording_notes.h"
 #include "tests/support/simulated_person.h"
 

@@ -153,11 +153,7 @@ class MeaninglessConfidenceTest : public ::testing::Test {
         noise.AddFrame(problem_, problem_.times.size() - 1,
                        PersonNoise::Refit::kNow);
     }
-    if (!causal) {
-      noise.LearnRecording([this](const PersonNoise::FrameVisitor& visit) {
-        for (size_t k = 0; k < problem_.times.size(); ++k) visit(problem_, k);
-      });
-    }
+    if (!causal) noise.LearnRecording(problem_);
     noise.Apply(&problem_);
     return noise.Learnt();
   }

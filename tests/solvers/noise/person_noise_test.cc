@@ -14,12 +14,6 @@
 namespace kinegraph {
 namespace {
 
-void LearnAll(const PersonProblem& problem, PersonNoise* noise) {
-  noise->LearnRecording([&](const PersonNoise::FrameVisitor& visit) {
-    for (size_t k = 0; k < problem.times.size(); ++k) visit(problem, k);
-  });
-}
-
 using testing::SimulatedNoise;
 using testing::SimulatedRecording;
 
@@ -55,7 +49,7 @@ class PersonNoiseTest : public ::testing::Test {
         noise.AddFrame(problem, problem.times.size() - 1,
                        PersonNoise::Refit::kNow);
     }
-    if (!causal) LearnAll(problem, &noise);
+    if (!causal) noise.LearnRecording(problem);
     noise.Apply(&problem);
     return noise.Learnt();
   }
@@ -105,7 +99,7 @@ TEST_F(PersonNoiseTest, EachCanBeSwitchedOffAlone) {
   options_.pixel_noise_from = NoiseFrom::kFixed;
   {
     PersonNoise noise(scene_, options_);
-    LearnAll(problem, &noise);
+    noise.LearnRecording(problem);
     noise.Apply(&problem);
   }
   for (size_t m = 0; m < as_given.joints[1].measurements.size(); ++m) {
@@ -119,7 +113,7 @@ TEST_F(PersonNoiseTest, EachCanBeSwitchedOffAlone) {
   options_.pixel_noise_from = NoiseFrom::kRecording;
   options_.process_noise_from = NoiseFrom::kFixed;
   PersonNoise noise(scene_, options_);
-  LearnAll(problem, &noise);
+  noise.LearnRecording(problem);
   noise.Apply(&problem);
   EXPECT_EQ(problem.joints[1].process_noise, as_given.joints[1].process_noise);
   EXPECT_NE(problem.joints[1].measurements[0].sigma_px,
@@ -192,7 +186,7 @@ TEST_F(PersonNoiseTest, ARecordingTellsTheSameBackwards) {
       assembler.Append(frames[k], &problem);
     }
     PersonNoise person(scene_, options_);
-    LearnAll(problem, &person);
+    person.LearnRecording(problem);
     person.Apply(&problem);
     return problem.joints[0].process_noise;
   };
@@ -232,7 +226,7 @@ TEST_F(PersonNoiseTest, AnArmThatRestsIsQuietBesideOneThatWorks) {
     assembler.Append(frame, &problem);
   }
   PersonNoise person(scene_, options_);
-  LearnAll(problem, &person);
+  person.LearnRecording(problem);
   person.Apply(&problem);
   // A swing of 47 m/s^2 at 2 Hz asks for hundreds of times what the stiffest
   // filter allows, which suits an arm that rests. A tenth of that is left here
