@@ -17,8 +17,8 @@
 #include "solvers/graph/bone_lengths.h"
 #include "solvers/graph/noise_scale.h"
 #include "solvers/graph/outcome.h"
+#include "solvers/noise/bias_learner.h"
 #include "solvers/noise/bone_spreads.h"
-#include "solvers/noise/person_bias.h"
 #include "solvers/noise/person_noise.h"
 
 namespace kinegraph {

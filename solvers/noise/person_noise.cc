@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <sstream>
 
 #include "solvers/graph/noise_model.h"
 
@@ -464,23 +463,6 @@ LearntNoise PersonNoise::Learnt() const {
   learnt.correlation = correlation_;
   learnt.confidence_power = options_.confidence_power + weighting.added_power;
   return learnt;
-}
-
-std::string ToString(const LearntNoise& learnt) {
-  std::ostringstream line;
-  line.precision(2);
-  line << "errors last " << learnt.correlation.time_s << " s (share "
-       << learnt.correlation.share << "), grow with confidence^-"
-       << learnt.confidence_power;
-  for (int c = 0; c < kJointClassCount; ++c) {
-    const LearntNoise::OfClass& of_class = learnt.classes[c];
-    if (of_class.joints_seen == 0) continue;
-    line << "; " << ToString(static_cast<JointClass>(c)) << " "
-         << of_class.sigma_px << " px, " << of_class.process_noise << " ("
-         << of_class.least_process_noise << " .. "
-         << of_class.greatest_process_noise << ") m^2/s^3";
-  }
-  return line.str();
 }
 
 }  // namespace kinegraph

@@ -13,12 +13,8 @@
 #include "solvers/graph/options.h"
 #include "solvers/graph/problem.h"
 #include "solvers/noise/confidence_power.h"
-#include "solvers/noise/filter_bank.h"
 #include "solvers/noise/frame_points.h"
 #include "solvers/noise/information.h"
-#include "solvers/noise/learnt_noise.h"
-#include "solvers/noise/motion_groups.h"
-#include "solvers/noise/motion_lag.h"
 #include "solvers/noise/motion_level.h"
 #include "solvers/noise/pixel_noise.h"
 

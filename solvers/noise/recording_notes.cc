@@ -2,8 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <locale>
-#include <sstream>
 #include <stdexcept>
 #include <string>
 
@@ -168,31 +166,6 @@ LearntNoise RecordingNotes::Noise() const {
   for (const auto& person : people_) AddPerson(*person, &all);
   RequireFinite(all);
   return all;
-}
-
-std::string ToJson(const LearntNoise& learnt) {
-  std::ostringstream json;
-  json.imbue(std::locale::classic());
-  json.precision(6);
-  json << "{\"error_time_s\": " << learnt.correlation.time_s
-       << ", \"error_share\": " << learnt.correlation.share
-       << ", \"confidence_power\": " << learnt.confidence_power
-       << ", \"classes\": {";
-  bool first = true;
-  for (int c = 0; c < kJointClassCount; ++c) {
-    const LearntNoise::OfClass& one = learnt.classes[static_cast<size_t>(c)];
-    if (one.joints_seen == 0) continue;
-    json << (first ? "" : ", ") << "\"" << ToString(static_cast<JointClass>(c))
-         << "\": {\"joints_seen\": " << one.joints_seen
-         << ", \"sigma_px\": " << one.sigma_px
-         << ", \"process_noise\": " << one.process_noise
-         << ", \"least_process_noise\": " << one.least_process_noise
-         << ", \"greatest_process_noise\": " << one.greatest_process_noise
-         << "}";
-    first = false;
-  }
-  json << "}}";
-  return json.str();
 }
 
 }  // namespace kinegraph

@@ -14,8 +14,8 @@
 #include "solvers/graph/outcome.h"
 #include "solvers/noise/bias_learner.h"
 #include "solvers/noise/bias_model.h"
-#include "solvers/noise/learnt_noise.h"
 #include "solvers/noise/person_noise.h"
+#include "solvers/noise/pixel_noise.h"
 
 namespace kinegraph {
 

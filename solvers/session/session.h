@@ -25,7 +25,7 @@
 #include "core/io/detections/source.h"
 #include "solvers/factory.h"
 #include "solvers/graph/solve_counts.h"
-#include "solvers/noise/learnt_noise.h"
+#include "solvers/noise/pixel_noise.h"
 #include "solvers/session/options.h"
 #include "solvers/session/scene.h"
 #include "solvers/session/subject_scale.h"

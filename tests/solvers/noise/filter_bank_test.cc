@@ -1,4 +1,4 @@
-#include "solvers/noise/filter_bank.h"
+#include "solvers/noise/motion_level.h"
 
 #include <gtest/gtest.h>
 

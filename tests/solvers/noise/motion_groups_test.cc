@@ -1,8 +1,7 @@
-#include "solvers/noise/motion_groups.h"
-
 #include <gtest/gtest.h>
 
 #include "core/skeleton/skeleton.h"
+#include "solvers/noise/motion_level.h"
 
 namespace kinegraph {
 namespace {

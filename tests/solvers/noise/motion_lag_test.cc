@@ -1,5 +1,3 @@
-#include "solvers/noise/motion_lag.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -7,6 +5,7 @@
 #include <limits>
 
 #include "core/base/random.h"
+#include "solvers/noise/information.h"
 
 namespace kinegraph {
 namespace {

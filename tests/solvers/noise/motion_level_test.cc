@@ -1,5 +1,3 @@
-#include "solvers/noise/motion_level.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -7,6 +5,7 @@
 #include <vector>
 
 #include "core/base/random.h"
+#include "solvers/noise/motion_level.h"
 
 namespace kinegraph {
 namespace {
