@@ -9,8 +9,7 @@
 #include "solvers/filters/causal_gaussian.h"
 #include "solvers/filters/joint_points.h"
 #include "solvers/filters/offline_filter.h"
-#include "solvers/filters/segment_filters.h"
-#include "solvers/graph/noise_model.h"
+#include "solvers/graph/assembler.h"
 #include "solvers/noise/recording_notes.h"
 #include "solvers/window/window_estimator.h"
 

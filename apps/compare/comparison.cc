@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "core/base/error.h"
-#include "solvers/graph/noise_model.h"
+#include "solvers/graph/assembler.h"
 
 namespace kinegraph {
 namespace {

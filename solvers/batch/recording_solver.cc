@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "core/base/parallel.h"
-#include "solvers/graph/schedule.h"
+#include "solvers/graph/assembler.h"
 
 namespace kinegraph {
 namespace {

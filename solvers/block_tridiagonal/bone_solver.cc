@@ -9,7 +9,6 @@
 #include "core/base/pack.h"
 #include "core/base/stop_check.h"
 #include "solvers/block_tridiagonal/lane_blocks.h"
-#include "solvers/graph/creep.h"
 #include "solvers/graph/factor_list.h"
 
 namespace kinegraph {
@@ -51,6 +50,20 @@ constexpr double kNear = 0.01;
 constexpr double kFar = 0.1;
 
 }  // namespace
+
+double StepsToCome(double previous_squared, double squared, double product) {
+  constexpr double kParallel = 0.9;  // cosine
+  constexpr double kSlow = 0.3;      // faster needs no help
+  constexpr double kMost = 0.95;     // 19 steps: more is a guess
+  const double before = std::sqrt(previous_squared);
+  const double now = std::sqrt(squared);
+  if (!(before > 0.0) || !(now > 0.0)) return 0.0;
+  if (product < kParallel * before * now) return 0.0;
+  const double share = now / before;
+  if (share < kSlow) return 0.0;
+  const double capped = std::fmin(share, kMost);
+  return capped / (1.0 - capped);
+}
 
 void BoneSolver::Load(const PersonProblem& problem) {
   std::vector<const JointChain*> chains;
@@ -186,9 +199,9 @@ void BoneSolver::AddPrior(const PersonPrior& prior, const LaneBuffer& states,
 bool BoneSolver::Linearise(const PersonProblem& problem,
                            const SolveStage& stage, LaneBuffer* states,
                            System* system) {
-  LineariseChainLanes(At(states),
-                      {stage.loss, stage.scale, stage.max_iterations},
-                      problem.prior.empty(), workspace_.data(), system->rows());
+  CurrentLaneKernels().linearise(
+      At(states), {stage.loss, stage.scale, stage.max_iterations},
+      problem.prior.empty(), workspace_.data(), system->rows());
   system->cost = 0.0;
   for (size_t j = 0; j < problem.joints.size(); ++j) {
     if (system->valid[j] == 0.0) return false;
@@ -203,8 +216,9 @@ bool BoneSolver::FindStep(double damping, double accuracy) {
   const LaneCouplings couplings = {
       system_.couplings.data(), static_cast<int>(system_.couplings.size()),
       prior_cross_.size() > 0 ? prior_cross_.data() : nullptr};
-  return SolveCoupledLanes(lanes_.arrays(), system_.rows(), couplings, damping,
-                           accuracy, workspace_.data(), step_.data());
+  return CurrentLaneKernels().solve_coupled(lanes_.arrays(), system_.rows(),
+                                            couplings, damping, accuracy,
+                                            workspace_.data(), step_.data());
 }
 
 double BoneSolver::MoveCandidate(double scale) {
@@ -350,9 +364,9 @@ void BoneSolver::LeapAhead(const PersonProblem& problem,
 void BoneSolver::Unload(const SolveSchedule& schedule, SolveReport* report,
                         PersonProblem* problem) {
   const SolveStage& last = schedule.stages.back();
-  WeighChainLanes(At(&lanes_.states()),
-                  {last.loss, last.scale, last.max_iterations},
-                  workspace_.data());
+  CurrentLaneKernels().weigh(At(&lanes_.states()),
+                             {last.loss, last.scale, last.max_iterations},
+                             workspace_.data());
   StateChain step(lanes_.frames());
   for (size_t j = 0; j < problem->joints.size(); ++j) {
     JointChain& chain = problem->joints[j];

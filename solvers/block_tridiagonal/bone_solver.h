@@ -10,6 +10,14 @@
 
 namespace kinegraph {
 
+// Where Gauss-Newton takes a curvature for larger than it is (a short bone that
+// is pressed together, views that hardly count), its steps creep along a
+// valley, each by a share q of the one before. Their sum is the geometric
+// series' (Aitken): returns how many times the last step is still to come, q /
+// (1 - q), from the squared norms of the last two and their product; 0 where
+// they do not look like that.
+double StepsToCome(double previous_squared, double squared, double product);
+
 // As ChainSolver for problems with bones: each linear system is solved by
 // conjugate gradients, preconditioned with the joints' chains, which bones
 // couple only weakly. Joints lie in lanes. Keeps its work space between calls;
@@ -63,14 +71,14 @@ class BoneSolver {
   // False where a factor has no value.
   bool LoadGradient(const PersonProblem& problem, const SolveStage& stage);
   // Of H step = -gradient; false where it is not positive definite. `accuracy`
-  // as that of SolveCoupledLanes.
+  // as that of LaneKernels::solve_coupled.
   bool FindStep(double damping, double accuracy);
   // candidate = states + scale step; returns how far that moves a position [m].
   double MoveCandidate(double scale);
   void KeepCandidate();
   bool RunStage(const PersonProblem& problem, const SolveStage& stage,
                 double step_tolerance_m, SolveReport* report);
-  // Goes on along a step that creeps (creep.h), as far as the cost falls.
+  // Goes on along a step that creeps, as far as the cost falls.
   void LeapAhead(const PersonProblem& problem, const SolveStage& stage);
   double Dot(const LaneBuffer& a, const LaneBuffer& b) const;
   void Unload(const SolveSchedule& schedule, SolveReport* report,

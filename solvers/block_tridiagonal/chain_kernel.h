@@ -15,10 +15,7 @@
 #include "core/base/pack.h"
 #include "solvers/block_tridiagonal/chain_lanes.h"
 #include "solvers/block_tridiagonal/lane_blocks.h"
-#include "solvers/factors/constant_velocity.h"
-#include "solvers/factors/gaussian_prior.h"
-#include "solvers/factors/joint_factors.h"
-#include "solvers/factors/reprojection.h"
+#include "solvers/factors/factors.h"
 
 namespace kinegraph {
 
@@ -139,7 +136,7 @@ class ChainGroup {
             Row(chains_.per_sigma, view),
             chains_.views[view].offset_s};
   }
-  // The group's chains as joint_factors.h walks them.
+  // The group's chains as factors.h walks them.
   struct Factors {
     using Counting = int;  // the view of a pixel, else -1
 

@@ -87,41 +87,44 @@ struct LaneCouplings {
 // bytes by the caller.
 long LaneWorkspaceSize(int frames);
 
-// Gates the measurements at the start (`counts`) and runs the stages: damped
-// Gauss-Newton by block-tridiagonal sweeps, each lane with its own damping and
-// end. Writes states, counts, weights and reports.
-void SolveChainLanes(const ChainLanes& chains, const LaneStage* stages,
-                     int stage_count, double step_tolerance_m,
-                     double* workspace, const LaneReports& reports);
-
-// Covariances of frames 0 .. frame_end - 1 at states and weights, with every
-// observation times `correction`: [frame_end][21][lanes], the upper triangle
-// row by row. `known` [lanes]: 0 where the information is not positive
-// definite.
-void CovarianceChainLanes(const ChainLanes& chains, double correction,
-                          int frame_end, double* workspace, double* covariances,
-                          double* known);
-
-// The chains' system at their states. `own_priors`: those of ChainLanes count;
-// without them lanes that have no joint are singular.
-void LineariseChainLanes(const ChainLanes& chains, const LaneStage& stage,
-                         bool own_priors, double* workspace,
-                         const LaneSystemRows& system);
-
-// Writes the measurements' weights at the chains' states.
-void WeighChainLanes(const ChainLanes& chains, const LaneStage& stage,
-                     double* workspace);
-
 long CoupledWorkspaceSize(int frames, int lanes);
 
-// Solves H step = -gradient, step [frames][6][lanes], for the chains together
-// with what couples them and `damping` times the chains' diagonal: conjugate
-// gradients, preconditioned with the chains, down to a residual of `accuracy`
-// of the gradient in the chains' norm. False where the chains are not positive
-// definite.
-bool SolveCoupledLanes(const ChainLanes& chains, const LaneSystemRows& system,
-                       const LaneCouplings& couplings, double damping,
-                       double accuracy, double* workspace, double* step);
+// The arithmetic, compiled for one instruction set.
+struct LaneKernels {
+  // Gates the measurements at the start (`counts`) and runs the stages: damped
+  // Gauss-Newton by block-tridiagonal sweeps, each lane with its own damping
+  // and end. Writes states, counts, weights and reports.
+  void (*solve)(const ChainLanes& chains, const LaneStage* stages,
+                int stage_count, double step_tolerance_m, double* workspace,
+                const LaneReports& reports);
+  // Covariances of frames 0 .. frame_end - 1 at states and weights, with every
+  // observation times `correction`: [frame_end][21][lanes], the upper triangle
+  // row by row. `known` [lanes]: 0 where the information is not positive
+  // definite.
+  void (*covariance)(const ChainLanes& chains, double correction, int frame_end,
+                     double* workspace, double* covariances, double* known);
+  // The chains' system at their states. `own_priors`: those of ChainLanes
+  // count; without them lanes that have no joint are singular.
+  void (*linearise)(const ChainLanes& chains, const LaneStage& stage,
+                    bool own_priors, double* workspace,
+                    const LaneSystemRows& system);
+  // Writes the measurements' weights at the chains' states.
+  void (*weigh)(const ChainLanes& chains, const LaneStage& stage,
+                double* workspace);
+  // Solves H step = -gradient, step [frames][6][lanes], for the chains together
+  // with what couples them and `damping` times the chains' diagonal: conjugate
+  // gradients, preconditioned with the chains, down to a residual of `accuracy`
+  // of the gradient in the chains' norm. False where the chains are not
+  // positive definite.
+  bool (*solve_coupled)(const ChainLanes& chains, const LaneSystemRows& system,
+                        const LaneCouplings& couplings, double damping,
+                        double accuracy, double* workspace, double* step);
+};
+extern const LaneKernels kLaneKernelsAvx2;
+extern const LaneKernels kLaneKernelsAvx512;
+
+// Those of the widest set that may be used (core/base/instruction_set.h).
+const LaneKernels& CurrentLaneKernels();
 
 }  // namespace kinegraph
 

@@ -4,16 +4,11 @@
 #error "not compiled for it: kinegraph_lanes in cmake/KinegraphTargets.cmake"
 #endif
 
-#include "solvers/block_tridiagonal/chain_kernel.h"
-#include "solvers/block_tridiagonal/chain_lanes_wide.h"
 #include "solvers/block_tridiagonal/coupled_kernel.h"
 
 namespace kinegraph {
 
-const LaneKernels kLaneKernelsAvx512 = {
-    SolveChainLanesWith<Avx512Pack>, CovarianceChainLanesWith<Avx512Pack>,
-    LineariseChainLanesWith<Avx512Pack>, WeighChainLanesWith<Avx512Pack>,
-    SolveCoupledLanesWith<Avx512Pack>};
+const LaneKernels kLaneKernelsAvx512 = LaneKernelsOf<Avx512Pack>();
 
 }  // namespace kinegraph
 

@@ -53,7 +53,7 @@ void ChainSolver::SolveGroup(const std::vector<TimeNs>& times,
   for (const SolveStage& stage : schedule.stages) {
     stages.push_back({stage.loss, stage.scale, stage.max_iterations});
   }
-  SolveChainLanes(
+  CurrentLaneKernels().solve(
       lanes_.arrays(), stages.data(), static_cast<int>(stages.size()),
       schedule.step_tolerance_m, workspace_.data(),
       {finite_.data(), converged_.data(), iterations_.data(), steps_.data()});
@@ -84,8 +84,9 @@ void ChainSolver::CovariancesOfGroup(
   Load(times, chains);
   covariances_.Reserve(lanes_.Row(21 * frame_end));
   known_.Reserve(kGroup);
-  CovarianceChainLanes(lanes_.arrays(), correction, static_cast<int>(frame_end),
-                       workspace_.data(), covariances_.data(), known_.data());
+  CurrentLaneKernels().covariance(
+      lanes_.arrays(), correction, static_cast<int>(frame_end),
+      workspace_.data(), covariances_.data(), known_.data());
   for (size_t lane = 0; lane < chains.size(); ++lane) {
     covariances->emplace_back();
     if (known_[lane] == 0.0) continue;

@@ -1,6 +1,6 @@
-// The arithmetic of SolveCoupledLanes (chain_lanes.h) over the type of pack.
-// Included by the files that are compiled for one instruction set each; nothing
-// of Eigen.
+// The arithmetic of LaneKernels::solve_coupled (chain_lanes.h) over the type of
+// pack. Included by the files that are compiled for one instruction set each;
+// nothing of Eigen.
 //
 // H = M + C, with M the chains and C what couples them. Directions d of
 // conjugate gradients are z + turn * d with M z = r, so M d = r + turn * (M d)
@@ -333,6 +333,13 @@ bool SolveCoupledLanesWith(const ChainLanes& chains,
   if (!solve.Factorise(system.diagonal, damping)) return false;
   solve.Solve(system.gradient, accuracy, step);
   return true;
+}
+
+template <typename T>
+constexpr LaneKernels LaneKernelsOf() {
+  return {SolveChainLanesWith<T>, CovarianceChainLanesWith<T>,
+          LineariseChainLanesWith<T>, WeighChainLanesWith<T>,
+          SolveCoupledLanesWith<T>};
 }
 
 }  // namespace kinegraph

@@ -8,11 +8,55 @@
 
 #include "core/base/dense_lanes.h"
 #include "solvers/block_tridiagonal/lane_problem.h"
-#include "solvers/block_tridiagonal/linear_chain.h"
 #include "solvers/graph/factor_list.h"
 
 namespace kinegraph {
 namespace {
+
+// Information of a joint's chain: diagonal blocks and those right of them.
+struct LinearChain {
+  std::vector<Matrix6d> diagonal;
+  std::vector<Matrix6d> upper;
+};
+
+// Blocks of the information at the chain's states and stored weights, each
+// observation's times `correction` (InformationCorrection of its loss). The
+// chain's own prior counts unless the person's stands in its place.
+LinearChain LineariseInformation(const PersonProblem& problem,
+                                 const JointChain& chain, double correction) {
+  const size_t frames = problem.times.size();
+  LinearChain linear = {
+      std::vector<Matrix6d>(frames, Matrix6d::Zero()),
+      std::vector<Matrix6d>(frames > 0 ? frames - 1 : 0, Matrix6d::Zero())};
+  FactorWalk walk;
+  walk.priors = problem.prior.empty();
+  walk.stated = true;
+  const auto state_of = [&](const StateKey& key) {
+    return chain.states[key.frame].data();
+  };
+  const auto add = [&](const auto& factor, const auto& keys,
+                       const Robustness& robustness) {
+    using Factor = std::decay_t<decltype(factor)>;
+    Linearised<Factor> at;
+    if (!LineariseFactor(factor, keys, state_of, &at)) return true;
+    double weight = WeightAtEstimate(chain, robustness, at.squared_norm());
+    if (robustness.measurement >= 0) {
+      weight *= correction * robustness.information;
+    }
+    if (!(weight > 0.0)) return true;
+    for (int i = 0; i < Factor::kKeys; ++i) {
+      AddProduct(at.by_states[i], at.by_states[i], weight,
+                 linear.diagonal[keys[i].frame].data());
+    }
+    if constexpr (Factor::kKeys == 2) {
+      AddProduct(at.by_states[0], at.by_states[1], weight,
+                 linear.upper[keys[0].frame].data());
+    }
+    return true;
+  };
+  ForEachFactor(problem.times, chain, 0, walk, add);
+  return linear;
+}
 
 // What a factor on the positions of two joints in one frame adds between them:
 // the information by_a by_b'.
@@ -351,13 +395,10 @@ bool PersonCovariances(const PersonProblem& problem, double correction,
   const size_t joint_count = problem.joints.size();
   covariances->resize(joint_count);
   PersonSystem system;
-  system.chains.resize(joint_count);
   for (size_t j = 0; j < joint_count; ++j) {
     (*covariances)[j].resize(frame_end);
-    LineariseInformation(
-        problem.times, problem.joints[j], correction,
-        problem.prior.empty() ? OwnPrior::kCounts : OwnPrior::kReplaced,
-        &system.chains[j]);
+    system.chains.push_back(
+        LineariseInformation(problem, problem.joints[j], correction));
   }
   AddCouplings(problem, &system);
   if (!problem.prior.empty()) AddPrior(problem.prior, &system);

@@ -11,7 +11,7 @@
 #include <utility>
 
 #include "solvers/cameras/reduced_system.h"
-#include "solvers/ceres/ceres_loss.h"
+#include "solvers/ceres/ceres_factor.h"
 
 namespace kinegraph {
 namespace {

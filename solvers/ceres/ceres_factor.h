@@ -3,11 +3,15 @@
 #define KINEGRAPH_SOLVERS_CERES_CERES_FACTOR_H_
 
 #include <ceres/cost_function.h>
+#include <ceres/loss_function.h>
 #include <ceres/sized_cost_function.h>
 
 #include <utility>
+#include <vector>
 
 #include "solvers/factors/jacobian.h"
+#include "solvers/factors/loss.h"
+#include "solvers/graph/factor_list.h"
 #include "solvers/graph/problem.h"
 
 namespace kinegraph {
@@ -63,6 +67,48 @@ class CeresPersonPrior final : public ceres::CostFunction {
 
  private:
   const PersonPrior* prior_;
+};
+
+// Geman and McClure (1985): rho(s) = c^2 s / (c^2 + s). Ceres 2.1 has none.
+class GemanMcClureLoss final : public ceres::LossFunction {
+ public:
+  explicit GemanMcClureLoss(double scale) : scale_(scale) {}
+  void Evaluate(double s, double rho[3]) const override;
+
+ private:
+  double scale_;
+};
+
+// The caller owns the result (a Ceres problem takes it). `information` >= 0
+// scales the loss, not its threshold (ceres::ScaledLoss). Null when it would do
+// nothing.
+ceres::LossFunction* MakeCeresLoss(LossKind kind, double scale,
+                                   double information);
+
+// Ceres spends more on a residual block than a projection costs, so views
+// share one; each keeps its own loss, which is inside: of a view's whitened
+// residual r with s = r'r it shows
+//   r~ = sqrt(information rho(s) / s) r,
+// so that 0.5 |r~|^2 is its cost, and as its Jacobian
+//   sqrt(information) [sqrt(rho') (I - r r'/s) + rho' / sqrt(rho / s) r r'/s]
+//   J,
+// with which r~ has the true gradient information rho' J'r. Across r that is
+// iteratively reweighted least squares; along r it counts an outlier for less,
+// as its true curvature is less, and so converges in fewer steps.
+class ViewBundle final : public ceres::CostFunction {
+ public:
+  // Not empty.
+  struct View {
+    CameraReprojection factor;
+    Robustness robustness;
+  };
+  explicit ViewBundle(std::vector<View> views);
+
+  bool Evaluate(double const* const* parameters, double* residuals,
+                double** jacobians) const override;
+
+ private:
+  const std::vector<View> views_;
 };
 
 }  // namespace kinegraph

@@ -12,8 +12,6 @@
 
 #include "core/base/stop_check.h"
 #include "solvers/ceres/ceres_factor.h"
-#include "solvers/ceres/ceres_loss.h"
-#include "solvers/ceres/view_bundle.h"
 #include "solvers/graph/factor_list.h"
 
 namespace kinegraph {

@@ -7,8 +7,6 @@
 #include <limits>
 #include <utility>
 
-#include "solvers/graph/noise_model.h"
-
 namespace kinegraph {
 namespace {
 
@@ -157,6 +155,49 @@ void Assembler::AppendView(const EstimatorFrame& frame, const FreshView& view,
     last = frame.time;
     problem->joints[j].measurements.push_back(measurement);
   }
+}
+
+double TrustedConfidence(const GraphOptions& options, double confidence) {
+  return std::min(1.0, std::max(options.min_confidence, confidence));
+}
+
+double PixelSigma(const GraphOptions& options, JointClass joint_class,
+                  double confidence, double depth_m, double focal_px) {
+  constexpr double kReferenceSize = 1000.0 / 4.0;  // px per metre
+  const double trusted = TrustedConfidence(options, confidence);
+  const double sigma_px = options.sigma_px[static_cast<int>(joint_class)] *
+                          std::pow(trusted, -options.confidence_power) *
+                          focal_px / depth_m / kReferenceSize;
+  return std::max(options.min_sigma_px, sigma_px);
+}
+
+double InformationScale(const GraphOptions& options, double dt_s) {
+  if (options.correlation_time_s <= 0.0) return options.information_scale;
+  const double half = 0.5 * dt_s / options.correlation_time_s;
+  // (1 - e^-2h) / (1 + e^-2h) = tanh h.
+  return options.information_scale * std::tanh(half);
+}
+
+SolveSchedule MakeSchedule(const GraphOptions& options) {
+  // 1.5 sigmas: nearly efficient for clean observations, yet an outlier pulls
+  // like two good ones at most (Huber and Ronchetti, Robust Statistics).
+  constexpr double kHuberScale = 1.5;
+  // Earlier stages only hand over a start.
+  constexpr int kEarlyIterations = 3;
+  const int last_iterations = static_cast<int>(options.max_iterations);
+  SolveSchedule schedule;
+  schedule.step_tolerance_m = options.step_tolerance_m;
+  if (IsConvex(options.loss)) {
+    schedule.stages = {{options.loss, options.loss_scale, last_iterations}};
+    return schedule;
+  }
+  schedule.stages.push_back({LossKind::kHuber, kHuberScale, kEarlyIterations});
+  for (const double multiple : options.stages) {
+    schedule.stages.push_back(
+        {options.loss, multiple * options.loss_scale, kEarlyIterations});
+  }
+  schedule.stages.back().max_iterations = last_iterations;
+  return schedule;
 }
 
 }  // namespace kinegraph

@@ -1,4 +1,4 @@
-// A person's factors: of each joint those of solvers/factors/joint_factors.h,
+// A person's factors: of each joint those of solvers/factors/factors.h,
 // and what couples joints. Information of covariances, marginalisation,
 // couplings and Ceres walk them here; chains in lanes
 // (solvers/block_tridiagonal/chain_kernel.h) walk the former over packs.
@@ -13,17 +13,36 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <type_traits>
 
 #include "core/base/time.h"
-#include "solvers/factors/bone_length.h"
-#include "solvers/factors/camera_view.h"
-#include "solvers/factors/constant_velocity.h"
-#include "solvers/factors/gaussian_prior.h"
-#include "solvers/factors/joint_factors.h"
+#include "core/geometry/camera.h"
+#include "solvers/factors/factors.h"
 #include "solvers/graph/problem.h"
 
 namespace kinegraph {
+
+// A camera as reprojections of doubles see it.
+struct CameraView {
+  const Camera* camera = nullptr;  // outlives the factor
+
+  bool Project(const double* point, double* px, double (*by_point)[3]) const {
+    Matrix23d jacobian;
+    const std::optional<Eigen::Vector2d> image =
+        camera->Project(Eigen::Vector3d(point[0], point[1], point[2]),
+                        by_point == nullptr ? nullptr : &jacobian);
+    if (!image.has_value()) return false;
+    for (int row = 0; row < 2; ++row) {
+      px[row] = (*image)(row);
+      if (by_point == nullptr) continue;
+      for (int i = 0; i < 3; ++i) by_point[row][i] = jacobian(row, i);
+    }
+    return true;
+  }
+};
+
+using CameraReprojection = Reprojection<double, CameraView>;
 
 // Which factors a walk visits, and how.
 struct FactorWalk {
@@ -49,7 +68,7 @@ inline GaussianPrior<double> PriorOf(const StatePrior& prior, bool stated) {
           prior.b.data()};
 }
 
-// A joint's chain as joint_factors.h walks it.
+// A joint's chain as factors.h walks it.
 class JointFactors {
  public:
   using Counting = Robustness;

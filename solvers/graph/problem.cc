@@ -1,5 +1,11 @@
 #include "solvers/graph/problem.h"
 
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <utility>
+
+#include "core/base/error.h"
 #include "solvers/graph/factor_list.h"
 
 namespace kinegraph {
@@ -86,6 +92,78 @@ int DoubtUnsettled(const StateChain& step, JointChain* chain) {
     }
   }
   return count;
+}
+
+size_t PlacedFactor::first_frame() const {
+  size_t first = keys.front().frame;
+  for (const StateKey& key : keys) first = std::min(first, key.frame);
+  return first;
+}
+
+size_t PlacedFactor::last_frame() const {
+  size_t last = 0;
+  for (const StateKey& key : keys) last = std::max(last, key.frame);
+  return last;
+}
+
+std::vector<PlacedFactor> PlaceUserFactors(const UserFactorSource& source,
+                                           const UserFrame& frame, size_t k,
+                                           int joint_count) {
+  constexpr char kWhere[] = "user factor";
+  std::vector<PlacedFactor> placed;
+  for (UserFactor& user : source(frame)) {
+    if (user.factor == nullptr || user.states.empty() ||
+        user.factor->state_count() != static_cast<int>(user.states.size())) {
+      throw OptionError(kWhere, "found " + std::to_string(user.states.size()) +
+                                    " states, expected one for each that the "
+                                    "factor takes");
+    }
+    PlacedFactor& place = placed.emplace_back();
+    place.robustness.loss = user.loss;
+    place.robustness.scale = user.loss_scale;
+    for (const UserState& state : user.states) {
+      if (state.joint < 0 || state.joint >= joint_count) {
+        throw OptionError(kWhere, "found joint " + std::to_string(state.joint) +
+                                      ", expected one of " +
+                                      std::to_string(joint_count));
+      }
+      const int furthest = frame.has_previous ? 1 : 0;
+      if (state.frames_back < 0 || state.frames_back > furthest) {
+        throw OptionError(
+            kWhere, "found frames_back " + std::to_string(state.frames_back) +
+                        ", expected 0 to " + std::to_string(furthest));
+      }
+      place.keys.push_back({state.joint, k - state.frames_back});
+    }
+    place.factor = std::move(user.factor);
+  }
+  return placed;
+}
+
+bool LineariseGeneral(
+    const PlacedFactor& placed,
+    const std::function<const double*(const StateKey&)>& state_of,
+    GeneralRows* rows) {
+  const int row_count = placed.factor->residual_count();
+  rows->residual.resize(row_count);
+  rows->by_states.resize(placed.keys.size());
+  std::vector<const double*> states;
+  std::vector<double*> jacobians;
+  for (size_t i = 0; i < placed.keys.size(); ++i) {
+    states.push_back(state_of(placed.keys[i]));
+    rows->by_states[i].resize(row_count, kStateSize);
+    jacobians.push_back(rows->by_states[i].data());
+  }
+  if (!placed.factor->Evaluate(states.data(), rows->residual.data(),
+                               jacobians.data())) {
+    return false;
+  }
+  const double root =
+      std::sqrt(placed.robustness.information *
+                placed.robustness.Evaluate(rows->residual.squaredNorm()).first);
+  rows->residual *= root;
+  for (auto& by_state : rows->by_states) by_state *= root;
+  return true;
 }
 
 }  // namespace kinegraph

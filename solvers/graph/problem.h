@@ -10,17 +10,78 @@
 #define KINEGRAPH_SOLVERS_GRAPH_PROBLEM_H_
 
 #include <Eigen/Core>
+#include <array>
+#include <cstddef>
 #include <cstdint>
+#include <functional>
+#include <memory>
 #include <vector>
 
 #include "core/base/span.h"
 #include "core/base/time.h"
 #include "core/geometry/camera.h"
+#include "solvers/factors/jacobian.h"
 #include "solvers/factors/loss.h"
-#include "solvers/factors/state.h"
-#include "solvers/graph/placed_factor.h"
+#include "solvers/graph/general_factor.h"
 
 namespace kinegraph {
+
+// The unknowns of one joint at one frame: position [m] and velocity [m/s] in
+// the world, one parameter block.
+using State = Eigen::Matrix<double, kStateSize, 1>;
+using Matrix6d = Eigen::Matrix<double, kStateSize, kStateSize>;
+
+// Which states a factor sees.
+struct StateKey {
+  int joint = 0;
+  size_t frame = 0;
+};
+
+// States that a factor sees, the earliest frame first.
+template <int kCount>
+using Keys = std::array<StateKey, kCount>;
+
+// How a factor's squared residual s counts: 0.5 information rho(s).
+struct Robustness {
+  LossKind loss = LossKind::kNone;
+  double scale = 1.0;
+  double information = 1.0;
+  // Of the chain's measurements, the one this is; -1 for other factors.
+  int32_t measurement = -1;
+
+  LossValue Evaluate(double s) const { return EvaluateLoss(loss, scale, s); }
+};
+
+// A user's factor on the states of a problem.
+struct PlacedFactor {
+  std::shared_ptr<const GeneralFactor> factor;
+  std::vector<StateKey> keys;  // of one frame, or of two neighbouring ones
+  Robustness robustness;
+
+  size_t first_frame() const;
+  size_t last_frame() const;
+};
+
+// What `source` says of a frame that is the problem's frame `k`. Throws
+// OptionError for joints or frames that are not there, and where the number of
+// states is not the factor's.
+std::vector<PlacedFactor> PlaceUserFactors(const UserFactorSource& source,
+                                           const UserFrame& frame, size_t k,
+                                           int joint_count);
+
+// A placed factor at states: whitened rows times the root of its weight.
+struct GeneralRows {
+  Eigen::VectorXd residual;
+  std::vector<
+      Eigen::Matrix<double, Eigen::Dynamic, kStateSize, Eigen::RowMajor>>
+      by_states;
+};
+
+// `state_of(key)` gives the state [6]; false where the factor has no value.
+bool LineariseGeneral(
+    const PlacedFactor& placed,
+    const std::function<const double*(const StateKey&)>& state_of,
+    GeneralRows* rows);
 
 // One joint in one view of one frame. All joints of a view in a frame share
 // camera and offset. In an order that leaves no gaps: a recording has millions.

@@ -36,7 +36,7 @@ ConfidenceLearner::ConfidenceLearner(double believed_power,
                                      double frame_rate_hz)
     : believed_power_(believed_power),
       frame_s_(std::max(1.0 / frame_rate_hz, kMemory)),
-      // Share of the information of independent ones (noise_model.h).
+      // Share of the information of independent ones (InformationScale).
       weight_(std::tanh(0.5 * frame_s_ / kMemory)),
       powers_(kPowers.begin(), kPowers.end()) {
   const auto at =

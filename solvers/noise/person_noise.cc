@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "solvers/graph/noise_model.h"
+#include "solvers/graph/assembler.h"
 
 namespace kinegraph {
 namespace {

@@ -9,8 +9,7 @@
 
 #include "solvers/block_tridiagonal/person_system.h"
 #include "solvers/ceres/ceres_solver.h"
-#include "solvers/graph/noise_model.h"
-#include "solvers/graph/schedule.h"
+#include "solvers/graph/assembler.h"
 
 namespace kinegraph {
 namespace {

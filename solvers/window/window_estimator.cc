@@ -13,7 +13,7 @@
 #include "core/tracking/final_poses.h"
 #include "solvers/graph/assembler.h"
 #include "solvers/graph/bone_lengths.h"
-#include "solvers/graph/marginalise_frame.h"
+#include "solvers/graph/marginalise.h"
 #include "solvers/graph/noise_scale.h"
 #include "solvers/graph/outcome.h"
 #include "solvers/noise/bone_spreads.h"

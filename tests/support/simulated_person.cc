@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "core/base/constants.h"
-#include "solvers/graph/noise_model.h"
+#include "solvers/graph/assembler.h"
 
 namespace kinegraph::testing {
 namespace {
@@ -168,7 +168,7 @@ std::vector<std::vector<State>> MotionFromPrior(const SceneModel& scene,
     for (int k = 1; k < frame_count; ++k) {
       const double dt_s =
           ToSeconds(FrameAt(scene, k).time - FrameAt(scene, k - 1).time);
-      // Q = L L' of constant_velocity.h, L = sqrt(q dt) [dt / sqrt 3, 0;
+      // Q = L L' of factors.h, L = sqrt(q dt) [dt / sqrt 3, 0;
       // sqrt 3 / 2, 1 / 2].
       const double root = std::sqrt(options.process_noise[joint_class] * dt_s);
       const Eigen::Vector3d a = NormalVector(random);

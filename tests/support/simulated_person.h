@@ -10,8 +10,8 @@
 
 #include "core/base/random.h"
 #include "core/tracking/estimator.h"
-#include "solvers/factors/state.h"
 #include "solvers/graph/options.h"
+#include "solvers/graph/problem.h"
 
 namespace kinegraph::testing {
 

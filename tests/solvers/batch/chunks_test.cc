@@ -11,7 +11,6 @@
 #include "solvers/graph/assembler.h"
 #include "solvers/graph/noise_scale.h"
 #include "solvers/graph/outcome.h"
-#include "solvers/graph/schedule.h"
 #include "tests/support/simulated_person.h"
 
 namespace kinegraph {

@@ -302,7 +302,7 @@ Estimate EstimateBackwards(const World& world,
 
 TEST_P(PropertiesTest, TimeReversedIsTheSameMotionBackwards) {
   // What is learnt of the motion comes from filters that run forward
-  // (solvers/noise/filter_bank.h): it differs by some per cent between the two
+  // (solvers/noise/motion_level.h): it differs by some per cent between the two
   // directions, and a sigma that is 5 % off moves a joint by 5 % of its
   // deviation of 10 to 20 mm from what the motion leads to.
   constexpr double kMotionLearntBackwardsMetres = 1e-3;

@@ -8,7 +8,7 @@
 
 #include "solvers/batch/batch_estimator.h"
 #include "solvers/ceres/ceres_solver.h"
-#include "solvers/graph/schedule.h"
+#include "solvers/graph/assembler.h"
 #include "solvers/window/window_estimator.h"
 #include "tests/support/simulated_person.h"
 #include "tests/support/solver_problem.h"

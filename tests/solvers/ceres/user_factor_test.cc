@@ -12,7 +12,7 @@
 #include "solvers/block_tridiagonal/person_system.h"
 #include "solvers/ceres/ceres_solver.h"
 #include "solvers/graph/assembler.h"
-#include "solvers/graph/marginalise_frame.h"
+#include "solvers/graph/marginalise.h"
 #include "solvers/window/window_estimator.h"
 #include "tests/support/factor_checks.h"
 #include "tests/support/floor_contact.h"

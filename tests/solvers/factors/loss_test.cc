@@ -6,7 +6,7 @@
 #include <memory>
 
 #include "core/base/random.h"
-#include "solvers/ceres/ceres_loss.h"
+#include "solvers/ceres/ceres_factor.h"
 
 namespace kinegraph {
 namespace {

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "core/base/random.h"
-#include "solvers/filters/segment_filters.h"
+#include "solvers/filters/offline_filter.h"
 #include "tests/support/signals.h"
 
 namespace kinegraph {

@@ -8,7 +8,6 @@
 
 #include "core/base/error.h"
 #include "solvers/factory.h"
-#include "solvers/filters/segment_filters.h"
 #include "tests/support/rig.h"
 #include "tests/support/simulated_person.h"
 

@@ -10,7 +10,6 @@
 
 #include "core/io/tracks/tracks.h"
 #include "core/reconstruction/reconstruction.h"
-#include "solvers/filters/butterworth.h"
 #include "solvers/filters/classical.h"
 #include "solvers/filters/joint_segment.h"
 #include "solvers/filters/kalman.h"

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "solvers/filters/segment_filters.h"
+#include "solvers/filters/offline_filter.h"
 #include "tests/support/signals.h"
 
 namespace kinegraph {

@@ -1,4 +1,4 @@
-#include "solvers/graph/marginalise_frame.h"
+#include "solvers/graph/marginalise.h"
 
 #include <glog/logging.h>
 
@@ -17,7 +17,6 @@
 #include "core/base/lane_buffer.h"
 #include "core/base/pack.h"
 #include "solvers/graph/factor_list.h"
-#include "solvers/graph/marginalise.h"
 
 namespace kinegraph {
 namespace {

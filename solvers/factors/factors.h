@@ -1,0 +1,227 @@
+// The factors, and the list of those of a joint, for one joint and for a pack
+// of joints. Nothing here knows Eigen or allocates (jacobian.h).
+#ifndef KINEGRAPH_SOLVERS_FACTORS_FACTORS_H_
+#define KINEGRAPH_SOLVERS_FACTORS_FACTORS_H_
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/base/pack.h"
+#include "solvers/factors/jacobian.h"
+
+namespace kinegraph {
+
+// A joint's pixel in one view:
+// r = (project(view, p + offset v) - u) / sigma_px                       [2]
+//
+// Key: state [p; v] [m, m/s]. `px` u is a raw pixel, the lens is inside
+// `project`. `offset_s` is the view's own capture time less the frame's time.
+// The sigma is constant: one that depended on the state would reward drifting
+// away. Evaluate is false where the point has no image: behind the camera or
+// outside the lens' region; such a start is gated when a problem is assembled.
+// One view leaves the depth free.
+//
+// View has bool Project(const T* point, T* px, T (*by_point)[3]) const;
+// `by_point`, 2x3 [px/m], may be null.
+template <typename T, typename View>
+struct Reprojection {
+  static constexpr int kResiduals = 2;
+  static constexpr int kKeys = 1;
+  using Jacobian = PointJacobian<kResiduals, T>;
+
+  View view;
+  T px[2];
+  T per_sigma;  // 1/px
+  double offset_s = 0.0;
+
+  bool Evaluate(const T* const (&states)[kKeys], T* residual,
+                Jacobian* by_states) const {
+    T point[3];
+    PointAt(states[0], offset_s, point);
+    T image[2];
+    if (!view.Project(point, image,
+                      by_states == nullptr ? nullptr : by_states->by_point)) {
+      return false;
+    }
+    for (int row = 0; row < kResiduals; ++row) {
+      residual[row] = per_sigma * (image[row] - px[row]);
+    }
+    if (by_states == nullptr) return true;
+    by_states->offset_s = offset_s;
+    for (int row = 0; row < kResiduals; ++row) {
+      for (int i = 0; i < 3; ++i) {
+        by_states->by_point[row][i] = per_sigma * by_states->by_point[row][i];
+      }
+    }
+    return true;
+  }
+};
+
+// How a joint moves between two frames:
+// r = L^-1 [p1 - p0 - dt v0; v1 - v0]                                    [6]
+//
+// L L' = Q(dt) = q [dt^3/3, dt^2/2; dt^2/2, dt] for each axis. Keys: states
+// [p; v] [m, m/s] of one joint in two frames dt apart. White noise on
+// acceleration with power q: Anderson and Barfoot, "Full STEAM ahead" (IROS
+// 2015); Barfoot, State Estimation for Robotics, ch. 11. Holds for any dt, so
+// gaps and dropped frames need no filling. Alone it leaves the common position
+// and velocity of a chain free: a chain needs a prior.
+template <typename T>
+class ConstantVelocity {
+ public:
+  static constexpr int kResiduals = kStateSize;
+  static constexpr int kKeys = 2;
+  using Jacobian = AxisJacobian<T>;
+
+  ConstantVelocity() = default;  // to be assigned to
+  // dt_s > 0 [s], q > 0 [m^2/s^3].
+  ConstantVelocity(double dt_s, T q) : dt_s_(dt_s) {
+    using std::sqrt;
+    // L = sqrt(q dt) [dt / sqrt 3, 0; sqrt 3 / 2, 1 / 2].
+    constexpr double kRootThree = 1.7320508075688772;
+    const T per_root = T(1.0) / sqrt(q * T(dt_s));
+    pp_ = (kRootThree / dt_s) * per_root;
+    vp_ = (-3.0 / dt_s) * per_root;
+    vv_ = 2.0 * per_root;
+  }
+
+  bool Evaluate(const T* const (&states)[kKeys], T* residual,
+                Jacobian* by_states) const {
+    const T* from = states[0];
+    const T* to = states[1];
+    for (int i = 0; i < 3; ++i) {
+      const T position = to[i] - from[i] - dt_s_ * from[i + 3];
+      residual[i] = pp_ * position;
+      residual[i + 3] = vp_ * position + vv_ * (to[i + 3] - from[i + 3]);
+    }
+    if (by_states == nullptr) return true;
+    by_states[0] = {{{-pp_, -dt_s_ * pp_}, {-vp_, -dt_s_ * vp_ - vv_}}};
+    by_states[1] = {{{pp_, T(0.0)}, {vp_, vv_}}};
+    return true;
+  }
+
+ private:
+  double dt_s_;
+  T pp_;  // of L^-1 [1/m], lower triangular
+  T vp_;
+  T vv_;
+};
+
+// The distance of two joints of one bone:
+// r = (|p_a - p_b| - length) / sigma                                     [1]
+//
+// Keys: states [p; v] [m, m/s] of the bone's ends in one frame; length and
+// sigma > 0 [m]. Where the ends coincide the direction is undefined: the
+// residual stands, the Jacobian is zero, and other factors must part them.
+template <typename T>
+struct BoneLength {
+  static constexpr int kResiduals = 1;
+  static constexpr int kKeys = 2;
+  using Jacobian = PointJacobian<kResiduals, T>;
+
+  T length_m;
+  T per_sigma;  // 1/m
+
+  bool Evaluate(const T* const (&states)[kKeys], T* residual,
+                Jacobian* by_states) const {
+    using std::max;
+    using std::sqrt;
+    const T bone[3] = {states[0][0] - states[1][0], states[0][1] - states[1][1],
+                       states[0][2] - states[1][2]};
+    const T length =
+        sqrt(bone[0] * bone[0] + bone[1] * bone[1] + bone[2] * bone[2]);
+    residual[0] = per_sigma * (length - length_m);
+    if (by_states == nullptr) return true;
+    constexpr double kCoincident = 1e-9;  // m
+    const T scale = per_sigma / max(length, T(kCoincident));
+    for (int i = 0; i < 3; ++i) {
+      by_states[0].by_point[0][i] = scale * bone[i];
+      by_states[1].by_point[0][i] = -(scale * bone[i]);
+    }
+    by_states[0].offset_s = by_states[1].offset_s = 0.0;
+    return true;
+  }
+
+  // A stretched bone also resists what turns it, which Gauss-Newton does not
+  // see: with J the Jacobian by one end, half the squared residual has the
+  // second derivative J'J + s (1 / sigma^2 - J'J), s = r sigma / |p_a - p_b|.
+  // Returns s, or 0 for a bone that is too short: there it is negative.
+  T Swing(const T& residual) const {
+    using std::max;
+    const T stretched = max(residual, T(0.0));
+    return stretched / (per_sigma * length_m + stretched);
+  }
+};
+
+// What is known of one state before anything was measured, or from frames that
+// left a window:
+// r = A (x - x0) + b                                                     [6]
+//
+// Key: state x = [p; v] [m, m/s]. A is a square root of the information (A'A),
+// upper triangular, stored column by column; b is the residual at x0. All
+// three are someone else's and outlive the factor.
+template <typename T>
+struct GaussianPrior {
+  static constexpr int kResiduals = kStateSize;
+  static constexpr int kKeys = 1;
+  using Jacobian = DenseJacobian<kResiduals, T>;
+
+  const T* A;
+  const T* x0;
+  const T* b;
+
+  bool Evaluate(const T* const (&states)[kKeys], T* residual,
+                Jacobian* by_states) const {
+    for (int row = 0; row < kStateSize; ++row) {
+      residual[row] = b[row];
+      for (int i = row; i < kStateSize; ++i) {
+        residual[row] =
+            residual[row] + A[kStateSize * i + row] * (states[0][i] - x0[i]);
+      }
+    }
+    if (by_states == nullptr) return true;
+    for (int row = 0; row < kStateSize; ++row) {
+      for (int i = 0; i < kStateSize; ++i) {
+        by_states->by_state[row][i] = A[kStateSize * i + row];
+      }
+    }
+    return true;
+  }
+};
+
+// Who walks the list of a joint's factors hands in a chain, which makes each
+// factor of its own numbers (doubles in solvers/graph/factor_list.h, packs in
+// solvers/block_tridiagonal/chain_kernel.h), and a visitor that takes every one
+// of them: a factor that is listed here and that a chain or a visitor does not
+// know is an error of the compiler.
+//
+// Visits the factors whose earliest state is that of frame k, as
+//   bool visit(const Factor& factor, const Chain::Counting& counting)
+// on the states of frames k .. k + Factor::kKeys - 1; false ends the walk. A
+// chain has
+//   frame_count()
+//   HasPrior(), Prior()           on the state of frame 0
+//   Motion(k)                     from frame k to frame k + 1
+//   PixelsBegin(k), PixelsEnd(k)  the measurements of frame k
+//   IsLeftOut(m), Pixel(m)        of measurement m
+//   Always(), CountingOf(m)       what the visitor is told of how a factor, and
+//                                 measurement m, counts
+template <typename Chain, typename Frame, typename Visit>
+KINEGRAPH_INLINE bool ForEachFactorOfFrame(const Chain& chain, Frame k,
+                                           Visit&& visit) {
+  if (k == 0 && chain.HasPrior() && !visit(chain.Prior(), chain.Always())) {
+    return false;
+  }
+  if (k + 1 < chain.frame_count() && !visit(chain.Motion(k), chain.Always())) {
+    return false;
+  }
+  for (auto m = chain.PixelsBegin(k); m < chain.PixelsEnd(k); ++m) {
+    if (chain.IsLeftOut(m)) continue;
+    if (!visit(chain.Pixel(m), chain.CountingOf(m))) return false;
+  }
+  return true;
+}
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_SOLVERS_FACTORS_FACTORS_H_

@@ -1,0 +1,512 @@
+#include <gtest/gtest.h>
+
+#include <Eigen/LU>
+
+#include "core/base/instruction_set.h"
+#include "core/base/pack.h"
+#include "solvers/batch/batch_estimator.h"
+#include "solvers/block_tridiagonal/bone_solver.h"
+#include "solvers/block_tridiagonal/chain_solver.h"
+#include "solvers/block_tridiagonal/person_system.h"
+#include "solvers/ceres/ceres_factor.h"
+#include "solvers/ceres/ceres_solver.h"
+#include "solvers/graph/assembler.h"
+#include "solvers/graph/factor_list.h"
+#include "solvers/graph/marginalise.h"
+#include "solvers/window/window_estimator.h"
+#include "tests/support/solver_problem.h"
+
+namespace kinegraph {
+namespace {
+
+using testing::SimulatedNoise;
+
+// The whole person's information at the stored weights, frame by frame, inverted
+// densely; observations times `correction`.
+Eigen::MatrixXd DenseCovariance(const PersonProblem& problem,
+                                double correction = 1.0) {
+  const size_t joints = problem.joints.size();
+  const auto place = [&](const StateKey& key) {
+    return static_cast<Eigen::Index>(6 * (joints * key.frame + key.joint));
+  };
+  const auto size =
+      static_cast<Eigen::Index>(6 * joints * problem.times.size());
+  Eigen::MatrixXd information = Eigen::MatrixXd::Zero(size, size);
+  const auto state_of = [&](const StateKey& key) {
+    return problem.joints[key.joint].states[key.frame].data();
+  };
+  const auto add = [&](const auto& factor, const auto& keys,
+                       const Robustness& robustness) {
+    using Factor = std::decay_t<decltype(factor)>;
+    Linearised<Factor> at;
+    if (!LineariseFactor(factor, keys, state_of, &at)) {
+      ADD_FAILURE() << "no image";
+      return false;
+    }
+    Eigen::MatrixXd jacobian = Eigen::MatrixXd::Zero(Factor::kResiduals, size);
+    for (size_t i = 0; i < keys.size(); ++i) {
+      for (int row = 0; row < Factor::kResiduals; ++row) {
+        for (int column = 0; column < kStateSize; ++column) {
+          jacobian(row, place(keys[i]) + column) = at.by_states[i](row, column);
+        }
+      }
+    }
+    const double weight =
+        WeightAtEstimate(problem.joints[keys[0].joint], robustness,
+                         at.squared_norm()) *
+        (robustness.measurement >= 0 ? correction : 1.0);
+    information += robustness.information * weight * jacobian.transpose() *
+                   jacobian;
+    return true;
+  };
+  ForEachFactor(problem, FactorWalk(), add);
+  if (!problem.prior.empty()) {
+    information.topLeftCorner(6 * joints, 6 * joints) +=
+        problem.prior.A.transpose() * problem.prior.A;
+  }
+  return information.inverse();
+}
+
+// Some cameras a little late.
+class ChainSolverTest : public testing::SolverProblemTest {
+ protected:
+  void Make(int cameras, int frames, const SimulatedNoise& noise) {
+    SolverProblemTest::Make({cameras, frames, 17, true, 2'000'000}, noise);
+  }
+};
+
+TEST_F(ChainSolverTest, FindsTheMinimumThatCeresFinds) {
+  SimulatedNoise noise;
+  noise.outliers = 0.1;
+  noise.missing = 0.1;
+  noise.confidence_low = 0.3;
+  Make(5, 40, noise);
+  for (const LossKind loss :
+       {LossKind::kNone, LossKind::kHuber, LossKind::kCauchy,
+        LossKind::kGemanMcClure, LossKind::kTukey}) {
+    const SolveSchedule schedule = Exact(loss, 3.0);
+    SolveSchedule last = schedule;
+    last.stages.erase(last.stages.begin());
+    PersonProblem by_ceres = problem_;
+    SolveWithCeres(schedule, &by_ceres);
+    // Ceres stops where rounding hides the progress of the cost, a part in
+    // 1e16 of about 1e3 under a curvature of 1e3 / m^2 and more: 1e-8 m, and
+    // ten times that where reweighting converges slowly.
+    PersonProblem from_ours = problem_;
+    ChainSolver solver;
+    for (size_t j = 0; j < problem_.joints.size(); ++j) {
+      JointChain chain = problem_.joints[j];
+      const SolveReport report =
+          solver.Solve(problem_.times, schedule, {&chain}).front();
+      EXPECT_TRUE(report.finite);
+      EXPECT_TRUE(report.converged) << report.iterations;
+      for (size_t k = 0; k < chain.states.size(); ++k) {
+        EXPECT_LT(
+            (chain.states[k] - by_ceres.joints[j].states[k]).head<3>().norm(),
+            1e-7)
+            << LossNames()[static_cast<int>(loss)] << " joint " << j
+            << " frame " << k;
+      }
+      for (size_t m = 0; m < chain.measurements.size(); ++m) {
+        EXPECT_NEAR(chain.measurements[m].weight,
+                    by_ceres.joints[j].measurements[m].weight, 1e-5);
+      }
+      from_ours.joints[j] = chain;
+    }
+    // Started at our minimum, Ceres finds nothing better.
+    const PersonProblem ours = from_ours;
+    SolveWithCeres(last, &from_ours);
+    for (size_t j = 0; j < ours.joints.size(); ++j) {
+      for (size_t k = 0; k < ours.times.size(); ++k) {
+        EXPECT_LT((ours.joints[j].states[k] - from_ours.joints[j].states[k])
+                      .head<3>()
+                      .norm(),
+                  1e-8);
+      }
+    }
+  }
+}
+
+// Of all frames of one chain.
+std::vector<Matrix6d> CovariancesOf(const std::vector<TimeNs>& times,
+                                    const JointChain& chain,
+                                    double correction) {
+  return ChainSolver()
+      .Covariances(times, {&chain}, correction, times.size())
+      .front();
+}
+
+TEST_F(ChainSolverTest, CovariancesAreBlocksOfTheDenseInverse) {
+  SimulatedNoise noise;
+  noise.missing = 0.3;
+  Make(3, 25, noise);
+  JointChain& chain = problem_.joints[0];
+  ChainSolver solver;
+  solver.Solve(problem_.times, Exact(LossKind::kGemanMcClure, 3.0), {&chain});
+  const auto covariances = CovariancesOf(problem_.times, chain, 1.1);
+  ASSERT_FALSE(covariances.empty());
+  problem_.joints.resize(1);
+  const Eigen::MatrixXd dense = DenseCovariance(problem_, 1.1);
+  for (size_t k = 0; k < covariances.size(); ++k) {
+    const Matrix6d expected = dense.block<6, 6>(6 * k, 6 * k);
+    // The information's condition is about 1e7: 1e-16 of that, with room.
+    EXPECT_LT((covariances[k] - expected).norm(), 1e-8 * expected.norm());
+  }
+}
+
+TEST_F(ChainSolverTest, FullRankWithNoViewAndWithOne) {
+  for (const int views : {0, 1}) {
+    Make(views == 0 ? 1 : views, 20, SimulatedNoise());
+    JointChain& chain = problem_.joints[0];
+    if (views == 0) {
+      chain.measurements.clear();
+      chain.first.assign(chain.states.size() + 1, 0);
+    }
+    ChainSolver solver;
+    const SolveReport report =
+        solver
+            .Solve(problem_.times, Exact(LossKind::kGemanMcClure, 3.0),
+                   {&chain})
+            .front();
+    EXPECT_TRUE(report.finite);
+    problem_.joints.resize(1);
+    const Eigen::MatrixXd dense = DenseCovariance(problem_);
+    EXPECT_TRUE(dense.allFinite());
+    const auto covariances = CovariancesOf(problem_.times, chain, 1.0);
+    ASSERT_FALSE(covariances.empty());
+    for (size_t k = 0; k < covariances.size(); ++k) {
+      const Matrix6d expected = dense.block<6, 6>(6 * k, 6 * k);
+      EXPECT_LT((covariances[k] - expected).norm(), 1e-7 * expected.norm());
+    }
+    if (views == 0) {
+      // Birth alone: sigma^2 + (3 m/s * t)^2 + q t^3 / 3 along each axis.
+      const double t = ToSeconds(problem_.times.back());
+      EXPECT_NEAR(covariances.back()(0, 0),
+                  1.0 + 9.0 * t * t + chain.process_noise[0] * t * t * t / 3.0,
+                  1e-6);
+    }
+  }
+}
+
+TEST_F(ChainSolverTest, StartsBehindACameraAreGated) {
+  Make(5, 10, SimulatedNoise());
+  JointChain& chain = problem_.joints[0];
+  for (State& state : chain.states) {
+    state.head<3>() = 20.0 * scene_.cameras[0].centre();
+  }
+  GateMeasurements(&chain);
+  int gated = 0;
+  for (const PixelMeasurement& m : chain.measurements) gated += m.gated;
+  EXPECT_GE(gated, 10);
+  ChainSolver solver;
+  const SolveReport report =
+      solver
+          .Solve(problem_.times, Exact(LossKind::kGemanMcClure, 3.0), {&chain})
+          .front();
+  EXPECT_TRUE(report.finite);
+  for (const State& state : chain.states) EXPECT_TRUE(state.allFinite());
+  for (const PixelMeasurement& m : chain.measurements) {
+    EXPECT_TRUE(!m.gated || m.weight == 0.0);
+  }
+}
+
+void ExpectSameBits(const JointChain& a, const JointChain& b) {
+  for (size_t k = 0; k < a.states.size(); ++k) {
+    EXPECT_EQ(a.states[k], b.states[k]);
+  }
+  for (size_t m = 0; m < a.measurements.size(); ++m) {
+    EXPECT_EQ(a.measurements[m].weight, b.measurements[m].weight);
+    EXPECT_EQ(a.measurements[m].gated, b.measurements[m].gated);
+  }
+}
+
+// A joint's result depends neither on the joints beside it nor on how many of
+// them the machine computes at once.
+TEST_F(ChainSolverTest, SameBitsInAnyCompanyAndOnEveryInstructionSet) {
+  SimulatedNoise noise;
+  noise.outliers = 0.1;
+  noise.missing = 0.2;
+  noise.confidence_low = 0.3;
+  Make(5, 30, noise);
+  // Twice the arm: more joints than a group has lanes.
+  std::vector<JointChain> joints = problem_.joints;
+  joints.insert(joints.end(), problem_.joints.begin(), problem_.joints.end());
+  joints.insert(joints.end(), problem_.joints.begin(), problem_.joints.end());
+  ASSERT_GT(joints.size(), static_cast<size_t>(kLaneMultiple));
+  // Some of them unseen, some where no camera sees them.
+  joints[1].measurements.clear();
+  joints[1].first.assign(joints[1].states.size() + 1, 0);
+  for (State& state : joints[4].states) {
+    state.head<3>() = 20.0 * scene_.cameras[0].centre();
+  }
+  SolveSchedule schedule = Exact(LossKind::kGemanMcClure, 3.0);
+  schedule.stages.back().max_iterations = 7;  // not all of them settle
+  UseInstructionSet(InstructionSet::kBaseline);
+  ChainSolver solver;
+  std::vector<JointChain> alone = joints;
+  std::vector<SolveReport> reports;
+  std::vector<std::vector<Matrix6d>> covariances(joints.size());
+  for (size_t j = 0; j < joints.size(); ++j) {
+    reports.push_back(
+        solver.Solve(problem_.times, schedule, {&alone[j]}).front());
+    covariances[j] = CovariancesOf(problem_.times, alone[j], 1.1);
+  }
+  for (const InstructionSet set :
+       {InstructionSet::kBaseline, InstructionSet::kAvx2,
+        InstructionSet::kAvx512}) {
+    SCOPED_TRACE(ToString(set));
+    UseInstructionSet(set);
+    std::vector<JointChain> together = joints;
+    std::vector<JointChain*> chains;
+    for (JointChain& chain : together) chains.push_back(&chain);
+    const auto all = solver.Solve(problem_.times, schedule, chains);
+    const auto blocks = solver.Covariances(
+        problem_.times, {chains.begin(), chains.end()}, 1.1, 30);
+    for (size_t j = 0; j < joints.size(); ++j) {
+      ExpectSameBits(together[j], alone[j]);
+      EXPECT_EQ(all[j].iterations, reports[j].iterations);
+      EXPECT_EQ(all[j].converged, reports[j].converged);
+      EXPECT_EQ(all[j].unsettled, reports[j].unsettled);
+      EXPECT_EQ(blocks[j], covariances[j]);
+    }
+  }
+  UseInstructionSet(InstructionSet::kAvx512);
+}
+
+TEST(StepsToComeTest, SumsAGeometricSeries) {
+  struct Case {
+    double previous, last, cosine, steps;
+  };
+  for (const Case& one : {Case{1.0, 0.8, 1.0, 4.0},      // 0.8 + 0.64 + ...
+                          Case{1.0, 0.8, 0.0, 0.0},      // turns
+                          Case{1.0, 0.8, -1.0, 0.0},     // goes back
+                          Case{1.0, 0.1, 1.0, 0.0},      // is quick
+                          Case{0.0, 0.1, 1.0, 0.0},
+                          Case{1.0, 0.999, 1.0, 19.0},   // never guesses far
+                          Case{1.0, 1.5, 1.0, 19.0}}) {
+    EXPECT_NEAR(StepsToCome(one.previous * one.previous, one.last * one.last,
+                            one.cosine * one.previous * one.last),
+                one.steps, 1e-9)
+        << one.previous << " " << one.last << " " << one.cosine;
+  }
+}
+
+class BoneTest : public testing::SolverProblemTest {
+ protected:
+  void Make(int cameras, int frames, const SimulatedNoise& noise) {
+    SolverProblemTest::Make({cameras, frames, 51, false, 0}, noise);
+    for (const Bone& bone : scene_.skeleton.bones()) {
+      problem_.bones.push_back(
+          {bone.a, bone.b, TrueLength(bone), options_.bone_sigma_m});
+    }
+  }
+
+  double TrueLength(const Bone& bone) const {
+    return (recording_.truth[bone.a][0] - recording_.truth[bone.b][0])
+        .head<3>()
+        .norm();
+  }
+};
+
+void ExpectSameStates(const PersonProblem& a, const PersonProblem& b,
+                      double tolerance_m) {
+  for (size_t j = 0; j < a.joints.size(); ++j) {
+    for (size_t k = 0; k < a.times.size(); ++k) {
+      EXPECT_LT(
+          (a.joints[j].states[k] - b.joints[j].states[k]).head<3>().norm(),
+          tolerance_m)
+          << "joint " << j << " frame " << k;
+    }
+  }
+}
+
+TEST_F(BoneTest, FindsTheMinimumThatCeresFinds) {
+  SimulatedNoise noise;
+  noise.outliers = 0.1;
+  noise.missing = 0.2;
+  Make(4, 30, noise);
+  for (const LossKind loss : {LossKind::kNone, LossKind::kGemanMcClure}) {
+    PersonProblem by_ceres = problem_;
+    PersonProblem own = problem_;
+    const SolveSchedule schedule = Exact(loss);
+    EXPECT_TRUE(SolveWithCeres(schedule, &by_ceres).finite);
+    BoneSolver solver;
+    EXPECT_TRUE(solver.Solve(schedule, &own).finite);
+    // The tolerances are those of the chains above, times three.
+    ExpectSameStates(own, by_ceres, 3e-7);
+    PersonProblem from_ours = own;
+    SolveSchedule last = schedule;
+    last.stages.erase(last.stages.begin());
+    SolveWithCeres(last, &from_ours);
+    ExpectSameStates(own, from_ours, 1e-8);
+  }
+}
+
+// What decides whether Ceres needs a step.
+TEST_F(BoneTest, TheStepThatIsLeftIsZeroAtTheMinimumAlone) {
+  Make(4, 30, SimulatedNoise());
+  const SolveSchedule schedule = Exact(LossKind::kNone);
+  const SolveStage& last = schedule.stages.back();
+  BoneSolver solver;
+  ASSERT_TRUE(solver.Solve(schedule, &problem_).converged);
+  // Its own tolerance is 1e-11 m; rounding of a gradient is a part in 1e16 of
+  // terms of 1e5 / m, under a curvature of 1e3 / m^2 and more.
+  EXPECT_LT(solver.SizeOfStep(problem_, last).length_m, 1e-10);
+  EXPECT_TRUE(solver.IsAtMinimum(problem_, last, 3e-5));
+  // One position is moved: the step that is asked for leads back, but for the
+  // hundredth at which conjugate gradients stop and what is not linear in it.
+  PersonProblem moved = problem_;
+  moved.joints[1].states[15].x() += 1e-3;
+  const BoneSolver::StepSize step = solver.SizeOfStep(moved, last);
+  EXPECT_NEAR(step.length_m, 1e-3, 2e-4);
+  EXPECT_FALSE(solver.IsAtMinimum(moved, last, 3e-5));
+  // Its square is twice the cost that the step takes away: at the minimum the
+  // cost is quadratic.
+  SolveSchedule alone = schedule;
+  alone.stages.assign(1, last);
+  const double decrease = SolveWithCeres(alone, &moved).cost_decrease;
+  EXPECT_NEAR(0.5 * step.decrement * step.decrement, decrease, 0.05 * decrease);
+}
+
+TEST_F(BoneTest, CovariancesAreBlocksOfTheDenseInverse) {
+  // More frames than one stretch of factors holds.
+  Make(3, 70, SimulatedNoise());
+  BoneSolver solver;
+  solver.Solve(Exact(LossKind::kNone), &problem_);
+  std::vector<std::vector<Matrix6d>> covariances;
+  ASSERT_TRUE(PersonCovariances(problem_, 1.0, 70, &covariances));
+  const Eigen::MatrixXd dense = DenseCovariance(problem_);
+  for (size_t j = 0; j < 3; ++j) {
+    for (size_t k = 0; k < 70; ++k) {
+      const Eigen::Index at = 6 * (3 * k + j);
+      const Matrix6d expected = dense.block<6, 6>(at, at);
+      EXPECT_LT((covariances[j][k] - expected).norm(), 1e-7 * expected.norm())
+          << j << " " << k;
+    }
+  }
+}
+
+TEST_F(BoneTest, MarginalisingKeepsValuesAndCovariances) {
+  Make(3, 10, SimulatedNoise());
+  BoneSolver solver;
+  const SolveSchedule schedule = Exact(LossKind::kNone);
+  solver.Solve(schedule, &problem_);
+  const Eigen::MatrixXd before = DenseCovariance(problem_);
+  PersonProblem rest = problem_;
+  for (int dropped = 1; dropped <= 3; ++dropped) {
+    DropFirstFrame(1.0, &rest);
+    const Eigen::MatrixXd after = DenseCovariance(rest);
+    EXPECT_LT(
+        (after - before.bottomRightCorner(after.rows(), after.rows())).norm(),
+        1e-7 * before.norm());
+  }
+  PersonProblem again = rest;
+  solver.Solve(schedule, &again);
+  ExpectSameStates(again, rest, 1e-8);
+  PersonProblem by_ceres = rest;
+  SolveWithCeres(schedule, &by_ceres);
+  ExpectSameStates(by_ceres, rest, 1e-8);
+}
+
+// A joint that nobody sees for long leaves little beside what it is taken from:
+// the motion's information between two frames.
+TEST_F(BoneTest, MarginalisingKeepsAJointThatNobodySees) {
+  constexpr size_t kFrames = 200;
+  constexpr size_t kSeen = 5;
+  Make(3, kFrames, SimulatedNoise());
+  JointChain& unseen = problem_.joints[2];
+  unseen.measurements.resize(unseen.first[kSeen]);
+  std::fill(unseen.first.begin() + kSeen, unseen.first.end(),
+            unseen.first[kSeen]);
+  problem_.bones.resize(1);
+  ASSERT_NE(problem_.bones[0].a, 2);
+  ASSERT_NE(problem_.bones[0].b, 2);
+  BoneSolver solver;
+  solver.Solve(Exact(LossKind::kNone), &problem_);
+  std::vector<std::vector<Matrix6d>> before;
+  ASSERT_TRUE(PersonCovariances(problem_, 1.0, kFrames, &before));
+  PersonProblem rest = problem_;
+  for (size_t dropped = 1; dropped < kFrames; ++dropped) {
+    DropFirstFrame(1.0, &rest);
+    ASSERT_FALSE(rest.prior.empty()) << dropped;
+  }
+  std::vector<std::vector<Matrix6d>> after;
+  ASSERT_TRUE(PersonCovariances(rest, 1.0, 1, &after));
+  // Of white noise q on acceleration two frames dt apart share 12 / (q dt^3),
+  // and after T without a view 3 / (q T^3) is left of a position. A sum of 18
+  // products keeps 18 units of rounding of the former each frame: of 200 frames
+  // at 25 Hz at most 200 * 18 * 2.2e-16 * 4 * 200^3 = 3e-5 of the latter.
+  for (size_t j = 0; j < after.size(); ++j) {
+    const Matrix6d& expected = before[j][kFrames - 1];
+    EXPECT_LT((after[j][0] - expected).norm(), 3e-5 * expected.norm()) << j;
+  }
+}
+
+// What is stated knows the loss' correction also for frames that are gone.
+TEST_F(BoneTest, MarginalisingKeepsStatedCovariances) {
+  constexpr size_t kFrames = 10;
+  constexpr double kCorrection = 1.3;
+  Make(3, kFrames, SimulatedNoise());
+  BoneSolver solver;
+  solver.Solve(Exact(LossKind::kGemanMcClure), &problem_);
+  std::vector<std::vector<Matrix6d>> before;
+  ASSERT_TRUE(PersonCovariances(problem_, kCorrection, kFrames, &before));
+  PersonProblem rest = problem_;
+  for (size_t dropped = 1; dropped <= 3; ++dropped) {
+    DropFirstFrame(kCorrection, &rest);
+    std::vector<std::vector<Matrix6d>> after;
+    ASSERT_TRUE(
+        PersonCovariances(rest, kCorrection, kFrames - dropped, &after));
+    for (size_t j = 0; j < after.size(); ++j) {
+      for (size_t k = 0; k < after[j].size(); ++k) {
+        const Matrix6d& expected = before[j][k + dropped];
+        // Squaring rows loses half of the sixteen digits; the information of
+        // positions over that of velocities is below 1e3.
+        EXPECT_LT((after[j][k] - expected).norm(), 1e-6 * expected.norm())
+            << dropped << " " << j << " " << k;
+      }
+    }
+  }
+}
+
+// Bones steady both estimators: lengths vary less, and errors shrink.
+TEST_F(BoneTest, EstimatorsGainFromBones) {
+  SimulatedNoise noise;
+  noise.correlation_time_s = 0.1;
+  noise.missing = 0.3;
+  Make(3, 250, noise);
+  for (const bool batch : {true, false}) {
+    double rmse_m[2];
+    double spread_m[2];
+    for (const bool bones : {false, true}) {
+      GraphOptions options = testing::FixedNoise();
+      options.bones = bones;
+      const auto estimator = batch ? MakeBatchEstimator(scene_, options)
+                                   : MakeWindowEstimator(scene_, options);
+      const auto finals = testing::Run(estimator.get(), recording_.frames);
+      rmse_m[bones] = testing::RootMeanSquare(recording_.truth, finals, 100);
+      double sum = 0.0;
+      double squares = 0.0;
+      double count = 0.0;
+      for (size_t k = 100; k < finals.size(); ++k) {
+        const PersonPose& person = finals[k].person;
+        if (!person.joints[0].present() || !person.joints[1].present()) {
+          continue;
+        }
+        EXPECT_TRUE(person.covariances[0].has_value());
+        const double length =
+            (person.joints[0].position_m - person.joints[1].position_m).norm();
+        sum += length;
+        squares += length * length;
+        count += 1.0;
+      }
+      spread_m[bones] =
+          std::sqrt(squares / count - sum / count * (sum / count));
+    }
+    EXPECT_LT(rmse_m[1], rmse_m[0]);
+    EXPECT_LT(spread_m[1], 0.7 * spread_m[0]);
+  }
+}
+
+}  // namespace
+}  // namespace kinegraph
