@@ -26,7 +26,7 @@
 #include "core/base/constants.h"
 #include "core/base/stop_check.h"
 #include "core/geometry/lens.h"
-#include "core/io/calibration/writer.h"
+#include "core/io/calibration/format.h"
 #include "core/io/configuration/config.h"
 #include "core/io/conversion.h"
 #include "core/io/detections/format.h"

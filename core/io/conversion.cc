@@ -18,7 +18,6 @@
 #include "core/data/identity_names.h"
 #include "core/io/calibration/calibration.h"
 #include "core/io/calibration/format.h"
-#include "core/io/calibration/writer.h"
 #include "core/io/configuration/config.h"
 #include "core/io/configuration/refinement_record.h"
 #include "core/io/detections/format.h"

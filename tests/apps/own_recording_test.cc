@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "core/io/calibration/calibration.h"
-#include "core/io/calibration/writer.h"
+#include "core/io/calibration/format.h"
 #include "core/io/tracks/tracks.h"
 #include "solvers/session/options.h"
 #include "tests/support/faulty_scene.h"

@@ -7,7 +7,7 @@
 
 #include "core/evaluation/mpjpe.h"
 #include "core/io/calibration/calibration.h"
-#include "core/io/calibration/writer.h"
+#include "core/io/calibration/format.h"
 #include "core/io/tracks/tracks.h"
 #include "tests/support/program.h"
 

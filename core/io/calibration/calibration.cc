@@ -1,6 +1,5 @@
 #include "core/io/calibration/calibration.h"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -9,7 +8,6 @@
 
 #include "core/base/error.h"
 #include "core/io/calibration/format.h"
-#include "core/io/calibration/formats.h"
 
 namespace kinegraph {
 namespace {
@@ -267,27 +265,6 @@ CalibrationUnit UnitOfCalibration(const std::string& path,
                                   const CameraReadOptions& options) {
   const CalibrationFile file = ReadFile(path, options.format);
   return {PerMetre(file, path, options.unit), !file.states_unit};
-}
-
-void ReadImageSize(const JsonField& field, CameraRecord* record) {
-  const std::vector<int64_t> size = field.Integers(2);
-  record->width_px = size[0];
-  record->height_px = size[1];
-}
-
-Eigen::Matrix3d ToMatrix3(const std::vector<double>& row_major) {
-  return Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(
-      row_major.data());
-}
-
-Eigen::Vector3d ToVector3(const std::vector<double>& numbers) {
-  return Eigen::Map<const Eigen::Vector3d>(numbers.data());
-}
-
-Eigen::Matrix3d RotationOf(const Eigen::Vector3d& vector) {
-  const double angle = vector.stableNorm();
-  if (!(angle > 0.0)) return Eigen::Matrix3d::Identity();
-  return Eigen::AngleAxisd(angle, vector / angle).toRotationMatrix();
 }
 
 }  // namespace kinegraph

@@ -17,6 +17,7 @@
 #include <cmath>
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <set>
 
 #include "core/base/error.h"
@@ -24,6 +25,8 @@
 #include "core/io/calibration/write_formats.h"
 #include "core/io/files/atomic_folder.h"
 #include "core/io/files/text_file.h"
+#include "core/io/files/write_text_file.h"
+#include "core/io/text/words.h"
 
 namespace kinegraph {
 namespace {
@@ -35,13 +38,10 @@ constexpr const char* kCameras = "cameras.txt";
 constexpr const char* kImages = "images.txt";
 
 std::vector<std::string> WordsOf(const std::string& line) {
-  constexpr const char* kSpaces = " \t\r";
   std::vector<std::string> words;
-  size_t begin = line.find_first_not_of(kSpaces);
-  while (begin != std::string::npos) {
-    const size_t end = line.find_first_of(kSpaces, begin);
-    words.push_back(line.substr(begin, end - begin));
-    begin = line.find_first_not_of(kSpaces, end);
+  Words rest(line);
+  for (auto word = rest.Next(); !word.empty(); word = rest.Next()) {
+    words.emplace_back(word);
   }
   return words;
 }
@@ -69,33 +69,31 @@ class ModelFile {
   }
 
   double Number(const std::string& word) const {
-    double number = 0.0;
-    const char* end = word.data() + word.size();
-    const auto [stop, error] = std::from_chars(word.data(), end, number);
-    if (error != std::errc() || stop != end || !std::isfinite(number)) {
-      Fail("found '" + Printable(word) + "', expected a finite number");
-    }
-    return number;
+    const auto number = Parsed<double>(word);
+    if (number.has_value() && std::isfinite(*number)) return *number;
+    Fail("found '" + Printable(word) + "', expected a finite number");
   }
 
   int64_t Integer(const std::string& word) const {
-    int64_t number = 0;
-    const char* end = word.data() + word.size();
-    const auto [stop, error] = std::from_chars(word.data(), end, number);
-    if (error != std::errc() || stop != end) {
-      Fail("found '" + Printable(word) + "', expected a whole number");
-    }
-    return number;
+    if (const auto number = Parsed<int64_t>(word)) return *number;
+    Fail("found '" + Printable(word) + "', expected a whole number");
   }
 
  private:
+  template <typename Result>
+  static std::optional<Result> Parsed(const std::string& word) {
+    Result number{};
+    const char* end = word.data() + word.size();
+    const auto [stop, error] = std::from_chars(word.data(), end, number);
+    if (error != std::errc() || stop != end) return std::nullopt;
+    return number;
+  }
+
   const std::string path_;
   const std::string text_;
   size_t at_ = 0;
   int64_t line_ = 0;
 };
-
-// ---- Reading ----
 
 struct ColmapModel {
   const char* name;
@@ -222,6 +220,54 @@ bool IsModelName(const std::string& path) {
   return name == kCameras || name == kImages;
 }
 
+void CheckImageName(const Camera& camera) {
+  if (!camera.name().empty() &&
+      camera.name().find_first_of(" \t\r\n/\\#") == std::string::npos) {
+    return;
+  }
+  throw CannotWrite(camera,
+                    "the name cannot be that of an image of COLMAP's, expected "
+                    "no spaces, '/', '\\' or '#'");
+}
+
+std::string CameraLine(const Camera& camera, size_t id) {
+  if (!HasSize(camera)) {
+    throw CannotWrite(camera,
+                      "COLMAP needs the image size, which the input does not "
+                      "tell (--image_size=W,H)");
+  }
+  const Eigen::Matrix3d& K = camera.K();
+  CheckSkew(camera);
+  std::string model = "PINHOLE";
+  std::string terms;
+  const auto add = [&terms](double term) { terms += fmt::format(" {}", term); };
+  if (IsFisheye(camera)) {
+    model = "OPENCV_FISHEYE";
+    for (const double term : camera.lens()->parameters()) add(term);
+  } else if (camera.lens() != nullptr) {
+    const auto lens = OpenCvCoefficients(camera);
+    const bool is_full = lens[4] != 0.0;
+    model = is_full ? "FULL_OPENCV" : "OPENCV";
+    for (int k = 0; k < (is_full ? 5 : 4); ++k) add(lens[k]);
+    if (is_full) terms += " 0 0 0";
+  }
+  return fmt::format("{} {} {} {} {} {} {} {}{}\n", id, model,
+                     camera.width_px(), camera.height_px(), K(0, 0), K(1, 1),
+                     K(0, 2) + kPixelMiddle, K(1, 2) + kPixelMiddle, terms);
+}
+
+std::string ImageLines(const Camera& camera, size_t id) {
+  Eigen::Quaterniond turn(camera.R());
+  if (turn.w() < 0.0) turn.coeffs() = -turn.coeffs();
+  const Eigen::Vector3d& t = camera.t();
+  // The second line has the image's points.
+  return fmt::format("{} {} {} {} {} {} {} {} {} {}.png\n\n", id, turn.w(),
+                     turn.x(), turn.y(), turn.z(), t.x(), t.y(), t.z(), id,
+                     camera.name());
+}
+
+}  // namespace
+
 CalibrationFile ReadColmap(const CalibrationHead& head) {
   if (!head.is_folder && !IsModelName(head.path)) {
     throw InputError(head.path, "",
@@ -252,54 +298,6 @@ bool RecogniseColmap(const CalibrationHead& head) {
   return head.Is(CalibrationSyntax::kOther) && IsModelName(head.path);
 }
 
-// ---- Writing ----
-
-void CheckImageName(const Camera& camera) {
-  if (!camera.name().empty() &&
-      camera.name().find_first_of(" \t\r\n/\\#") == std::string::npos) {
-    return;
-  }
-  throw CannotWrite(camera,
-                    "the name cannot be that of an image of COLMAP's, expected "
-                    "no spaces, '/', '\\' or '#'");
-}
-
-std::string CameraLine(const Camera& camera, size_t id) {
-  if (!HasSize(camera)) {
-    throw CannotWrite(camera,
-                      "COLMAP needs the image size, which the input does not "
-                      "tell (--image_size=W,H)");
-  }
-  const Eigen::Matrix3d& K = camera.K();
-  CheckSkew(camera);
-  std::string model = "PINHOLE";
-  std::string terms;
-  const auto add = [&terms](double term) { terms += fmt::format(" {}", term); };
-  if (IsFisheye(camera)) {
-    model = "OPENCV_FISHEYE";
-    for (const double term : FisheyeCoefficients(camera)) add(term);
-  } else if (camera.lens() != nullptr) {
-    const auto lens = OpenCvCoefficients(camera);
-    const bool is_full = lens[4] != 0.0;
-    model = is_full ? "FULL_OPENCV" : "OPENCV";
-    for (int k = 0; k < (is_full ? 5 : 4); ++k) add(lens[k]);
-    if (is_full) terms += " 0 0 0";
-  }
-  return fmt::format("{} {} {} {} {} {} {} {}{}\n", id, model,
-                     camera.width_px(), camera.height_px(), K(0, 0), K(1, 1),
-                     K(0, 2) + kPixelMiddle, K(1, 2) + kPixelMiddle, terms);
-}
-
-std::string ImageLines(const Camera& camera, size_t id) {
-  Eigen::Quaterniond turn(camera.R());
-  if (turn.w() < 0.0) turn.coeffs() = -turn.coeffs();
-  const Eigen::Vector3d& t = camera.t();
-  // The second line has the image's points.
-  return fmt::format("{} {} {} {} {} {} {} {} {} {}.png\n\n", id, turn.w(),
-                     turn.x(), turn.y(), turn.z(), t.x(), t.y(), t.z(), id,
-                     camera.name());
-}
-
 void WriteColmap(const std::string& path, const CameraRig& cameras,
                  LostFields* lost_fields) {
   std::string intrinsics = "# CAMERA_ID, MODEL, WIDTH, HEIGHT, PARAMS[]\n";
@@ -312,32 +310,13 @@ void WriteColmap(const std::string& path, const CameraRig& cameras,
     images += ImageLines(cameras[c], c + 1);
   }
   AtomicFolder folder(path);
-  WriteText(folder.PathOf(kCameras), intrinsics);
-  WriteText(folder.PathOf(kImages), images);
-  WriteText(folder.PathOf("points3D.txt"),
-            "# POINT3D_ID, X, Y, Z, R, G, B, ERROR, TRACK[] as (IMAGE_ID, "
-            "POINT2D_IDX)\n");
+  WriteTextFile(folder.PathOf(kCameras), intrinsics);
+  WriteTextFile(folder.PathOf(kImages), images);
+  WriteTextFile(folder.PathOf("points3D.txt"),
+                "# POINT3D_ID, X, Y, Z, R, G, B, ERROR, TRACK[] as (IMAGE_ID, "
+                "POINT2D_IDX)\n");
   folder.Commit();
   NoteSkew(cameras, lost_fields);
-}
-
-}  // namespace
-
-CalibrationFormat ColmapCalibrationFormat() {
-  CalibrationFormat format;
-  format.name = "colmap";
-  format.layout =
-      "COLMAP's text: cameras.txt and images.txt, an image a camera";
-  format.syntax = CalibrationSyntax::kOther;
-  format.recognise = RecogniseColmap;
-  format.read = ReadColmap;
-  format.write = WriteColmap;
-  format.written_as = "folder";
-  format.kept = "everything; R as a quaternion, to 1e-14";
-  format.lost =
-      "lost: a skew that is rounding (0.01 px); refused: a skewed K, unknown "
-      "image sizes, names with spaces or slashes";
-  return format;
 }
 
 }  // namespace kinegraph

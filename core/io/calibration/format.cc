@@ -4,36 +4,35 @@
 #include <filesystem>
 
 #include "core/base/error.h"
-#include "core/io/calibration/yaml.h"
 #include "core/io/files/text_file.h"
 #include "core/io/text/pickle.h"
 #include "core/io/text/toml_file.h"
 #include "core/io/text/words.h"
-
-// One line a format, in the order in which they are listed; no other order
-// matters, as no two recognise the same. Each names the function that makes the
-// format's entry, which its own file defines.
-#define KINEGRAPH_CALIBRATION_FORMATS(FORMAT) \
-  FORMAT(KinegraphCalibrationFormat)          \
-  FORMAT(KrtCalibrationFormat)                \
-  FORMAT(VoxelposeCalibrationFormat)          \
-  FORMAT(LongcwCalibrationFormat)             \
-  FORMAT(PanopticCalibrationFormat)           \
-  FORMAT(Pose2simCalibrationFormat)           \
-  FORMAT(TumCalibrationFormat)                \
-  FORMAT(OpencvCalibrationFormat)             \
-  FORMAT(EasymocapCalibrationFormat)          \
-  FORMAT(ColmapCalibrationFormat)             \
-  FORMAT(QualisysCalibrationFormat)           \
-  FORMAT(ViconCalibrationFormat)              \
-  FORMAT(OptitrackCalibrationFormat)          \
-  FORMAT(OpencapCalibrationFormat)            \
-  FORMAT(BiocvCalibrationFormat)
+#include "core/io/text/yaml_file.h"
 
 namespace kinegraph {
 
-#define KINEGRAPH_DECLARE(make) CalibrationFormat make();
-KINEGRAPH_CALIBRATION_FORMATS(KINEGRAPH_DECLARE)
+// A source of its own, or one of its kind, defines the functions of a format.
+#define KINEGRAPH_DECLARE(Format)                                       \
+  bool Recognise##Format(const CalibrationHead& head);                  \
+  CalibrationFile Read##Format(const CalibrationHead& head);            \
+  void Write##Format(const std::string& path, const CameraRig& cameras, \
+                     LostFields* lost_fields)
+KINEGRAPH_DECLARE(Kinegraph);
+KINEGRAPH_DECLARE(Krt);
+KINEGRAPH_DECLARE(Voxelpose);
+KINEGRAPH_DECLARE(Longcw);
+KINEGRAPH_DECLARE(Panoptic);
+KINEGRAPH_DECLARE(Pose2sim);
+KINEGRAPH_DECLARE(Tum);
+KINEGRAPH_DECLARE(Opencv);
+KINEGRAPH_DECLARE(Easymocap);
+KINEGRAPH_DECLARE(Colmap);
+KINEGRAPH_DECLARE(Qualisys);
+KINEGRAPH_DECLARE(Vicon);
+KINEGRAPH_DECLARE(Optitrack);
+KINEGRAPH_DECLARE(Opencap);
+KINEGRAPH_DECLARE(Biocv);
 #undef KINEGRAPH_DECLARE
 
 namespace {
@@ -75,11 +74,41 @@ Syntax GuessSyntax(const std::string& text, const std::string& path) {
 
 }  // namespace
 
+// In the order in which they are listed; no other order matters, as no two
+// recognise the same.
 const std::vector<CalibrationFormat>& CalibrationFormats() {
-#define KINEGRAPH_MAKE(make) make(),
   static const std::vector<CalibrationFormat> kFormats = {
-      KINEGRAPH_CALIBRATION_FORMATS(KINEGRAPH_MAKE)};
-#undef KINEGRAPH_MAKE
+      {"kinegraph", "cameras.json", Syntax::kJson, RecogniseKinegraph,
+       ReadKinegraph, WriteKinegraph},
+      {"krt", "JSON: K and RT of each camera", Syntax::kJson, RecogniseKrt,
+       ReadKrt, WriteKrt},
+      {"voxelpose", "JSON, mm", Syntax::kJson, RecogniseVoxelpose,
+       ReadVoxelpose, WriteVoxelpose},
+      {"longcw", "JSON, cm", Syntax::kJson, RecogniseLongcw, ReadLongcw,
+       WriteLongcw},
+      {"panoptic", "CMU Panoptic's JSON, cm", Syntax::kJson, RecognisePanoptic,
+       ReadPanoptic, WritePanoptic},
+      {"pose2sim", "TOML: Pose2Sim, Anipose, FreeMoCap, Caliscope",
+       Syntax::kToml, RecognisePose2sim, ReadPose2sim, WritePose2sim},
+      {"tum", "a folder of P0.txt, P1.txt, ...", Syntax::kNumbers, RecogniseTum,
+       ReadTum, WriteTum},
+      {"opencv", "YAML, a file a camera", Syntax::kYaml, RecogniseOpencv,
+       ReadOpencv, WriteOpencv},
+      {"easymocap", "intri.yml and extri.yml", Syntax::kYaml,
+       RecogniseEasymocap, ReadEasymocap, WriteEasymocap},
+      {"colmap", "COLMAP's text: cameras.txt and images.txt, an image a camera",
+       Syntax::kOther, RecogniseColmap, ReadColmap, WriteColmap},
+      {"qualisys", "XML: QTM's .qca.txt, and cal.txt as exported for Theia",
+       Syntax::kXml, RecogniseQualisys, ReadQualisys},
+      {"vicon", "XML: .xcp of Nexus, Shogun or Tracker", Syntax::kXml,
+       RecogniseVicon, ReadVicon},
+      {"optitrack", "XML: .mcal of Motive 3", Syntax::kXml, RecogniseOptitrack,
+       ReadOptitrack},
+      {"opencap",
+       "a session's folder, cameraIntrinsicsExtrinsics.pickle a camera",
+       Syntax::kPickle, RecogniseOpencap, ReadOpencap},
+      {"biocv", "bioCV's .calib, a file a camera", Syntax::kNumbers,
+       RecogniseBiocv, ReadBiocv}};
   return kFormats;
 }
 
@@ -157,6 +186,33 @@ CalibrationHead LookAtCalibration(const std::string& path,
   return head;
 }
 
+bool IsYamlName(const std::string& name) {
+  const std::string extension = fs::path(name).extension().string();
+  return extension == ".yml" || extension == ".yaml";
+}
+
+Json ReadCalibrationYaml(const std::string& path) {
+  // Four thousand cameras; the parser is slow.
+  constexpr size_t kMaxBytes = size_t{4} << 20;
+  return ParseYaml(ReadTextFile(path, kMaxBytes), path);
+}
+
+CalibrationFile ReadFileACamera(const CalibrationHead& head,
+                                const std::vector<std::string>& files,
+                                LengthUnit unit,
+                                CameraRecord (*read)(const std::string& path)) {
+  CalibrationFile calibration;
+  calibration.unit = unit;
+  if (!head.is_folder) {
+    calibration.cameras.push_back(read(head.path));
+    return calibration;
+  }
+  for (const std::string& file : files) {
+    calibration.cameras.push_back(read((fs::path(head.path) / file).string()));
+  }
+  return calibration;
+}
+
 const CalibrationFormat* RecogniseCalibration(const CalibrationHead& head) {
   for (const CalibrationFormat& format : CalibrationFormats()) {
     if (format.recognise(head)) return &format;
@@ -166,13 +222,6 @@ const CalibrationFormat* RecogniseCalibration(const CalibrationHead& head) {
 
 bool IsCalibrationFolder(const std::string& path) {
   return RecogniseCalibration(LookAtFolder(path)) != nullptr;
-}
-
-std::string TableRow(const CalibrationFormat& format) {
-  return "| `" + format.name + "` | yes | " +
-         (format.write == nullptr ? "no" : format.written_as) + " | " +
-         format.kept + (format.kept.empty() ? "| " : " | ") + format.lost +
-         (format.lost.empty() ? "|" : " |");
 }
 
 }  // namespace kinegraph

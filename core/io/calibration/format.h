@@ -1,7 +1,7 @@
 // The formats of calibrations: one entry each, from which follow recognition,
-// the key cameras.format, `convert --formats` and its flags, the formats that
-// the Python module writes, and the table in docs/convert.md. A format joins by
-// a file that defines its entry and by one line in calibration_format.cc.
+// the key cameras.format, `convert --formats` and its flags, and the formats
+// that the Python module writes. A format joins by its functions and by two
+// lines in format.cc.
 #ifndef KINEGRAPH_CORE_IO_CALIBRATION_FORMAT_H_
 #define KINEGRAPH_CORE_IO_CALIBRATION_FORMAT_H_
 
@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "core/geometry/camera.h"
-#include "core/io/calibration/formats.h"
+#include "core/io/calibration/camera_record.h"
 #include "core/io/text/json.h"
 #include "core/io/text/lost_fields.h"
 #include "core/io/text/xml_file.h"
@@ -67,11 +67,6 @@ struct CalibrationFormat {
   Recognise recognise = nullptr;
   Read read = nullptr;
   Write write = nullptr;  // null: read only
-
-  // The row in docs/convert.md.
-  std::string written_as = "file";
-  std::string kept;
-  std::string lost;
 };
 
 const std::vector<CalibrationFormat>& CalibrationFormats();
@@ -88,14 +83,26 @@ const CalibrationFormat* RecogniseCalibration(const CalibrationHead& head);
 // Whether a folder is a calibration by the names of its files.
 bool IsCalibrationFolder(const std::string& path);
 
+// Reads the file that was given, or these of its folder, each of one camera.
+CalibrationFile ReadFileACamera(const CalibrationHead& head,
+                                const std::vector<std::string>& files,
+                                LengthUnit unit,
+                                CameraRecord (*read)(const std::string& path));
+bool IsYamlName(const std::string& name);
+Json ReadCalibrationYaml(const std::string& path);
+// Whether P0.txt, P1.txt, ... are among the names of a folder's files.
+bool HasTumFiles(const std::vector<std::string>& names);
+
 // For recognising: whether the first member of an object is an object with all
 // of these keys; of a whole file without a list of its own, JSON.
 bool FirstMemberHas(const Json& json, const std::vector<const char*>& keys);
 bool FirstMemberHas(const CalibrationHead& head,
                     const std::vector<const char*>& keys);
 
-// "| `krt` | yes | file | what is kept | what is lost |".
-std::string TableRow(const CalibrationFormat& format);
+// Writes a file or a folder in a format of that name. Throws InputError where
+// there is none.
+void WriteCalibration(const std::string& path, const std::string& format,
+                      const CameraRig& cameras, LostFields* lost_fields);
 
 }  // namespace kinegraph
 

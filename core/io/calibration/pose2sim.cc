@@ -23,14 +23,13 @@
 
 #include "core/base/error.h"
 #include "core/io/calibration/format.h"
-#include "core/io/calibration/keys.h"
 #include "core/io/calibration/write_formats.h"
 #include "core/io/files/text_file.h"
+#include "core/io/files/write_text_file.h"
 #include "core/io/text/skeleton_json.h"
 #include "core/io/text/toml_file.h"
 
 namespace kinegraph {
-
 namespace {
 
 namespace fs = std::filesystem;
@@ -63,11 +62,11 @@ bool IsBesideCameras(const std::string& key, const JsonField& field) {
                                               "capture_volume",
                                               "charuco",
                                               "camera_count",
-                                              "fps_sync_stream_processing",
+                                              "creation_date",
                                               "point_estimates",
                                               "fps_recording",
-                                              "save_tracked_points_video",
-                                              "creation_date"};
+                                              "fps_sync_stream_processing",
+                                              "save_tracked_points_video"};
   constexpr const char* kPair = "stereo_";
   const Json& table = field.value();
   if (table.is_object() && table.contains("matrix") &&
@@ -79,24 +78,20 @@ bool IsBesideCameras(const std::string& key, const JsonField& field) {
 
 CameraRecord ReadPose2simCamera(const std::string& name,
                                 const JsonField& field) {
-  CameraRecord record;
-  record.file = field.file();
-  record.name = name;
-  KeyReader camera(field.Named("camera '" + Printable(record.name) + "'"));
-  if (const auto size = camera.Find("size")) ReadImageSize(*size, &record);
-  record.K = ToMatrix3(camera.At("matrix").Matrix(3, 3));
-  camera.ReadLens(&record);
-  record.R = ReadRotation(camera.At("rotation"));
-  record.t = ToVector3(camera.At("translation").Matrix(3, 1));
-  // How Caliscope shows the pictures and what it made the camera from, and the
-  // pose once more, the other way round, as newer FreeMoCap writes it.
-  for (const char* key :
-       {"port", "rotation_count", "exposure", "grid_count", "ignore",
-        "verified_resolutions", "world_orientation", "world_position"}) {
-    camera.Find(key);
-  }
-  camera.RejectUnread();
-  return record;
+  return ReadNamed(field, name, [](KeyReader* camera, CameraRecord* record) {
+    camera->ReadImageSize("size", record);
+    record->K = camera->Matrix3("matrix");
+    camera->ReadLens(record);
+    record->R = ReadRotation(camera->At("rotation"));
+    record->t = camera->Vector3("translation");
+    // How Caliscope shows the pictures and what it made the camera from, and
+    // the pose once more, the other way round, as newer FreeMoCap writes it.
+    for (const char* key :
+         {"port", "rotation_count", "exposure", "grid_count", "ignore",
+          "verified_resolutions", "world_orientation", "world_position"}) {
+      camera->Find(key);
+    }
+  });
 }
 
 // FreeMoCap says how large the squares of its board were: in millimetres,
@@ -136,11 +131,6 @@ fs::path SessionFile(const CalibrationHead& head) {
   return folder / kConfig;
 }
 
-bool RecognisePose2sim(const CalibrationHead& head) {
-  return head.is_folder ? !SessionFile(head).empty()
-                        : head.Is(CalibrationSyntax::kToml);
-}
-
 // A board beside the calibration whose squares are larger than any in metres.
 bool HasBoardInMillimetres(const fs::path& calibration) {
   const fs::path board = calibration.parent_path() / "board.toml";
@@ -173,6 +163,13 @@ CalibrationFile ReadTables(const JsonField& root) {
   return file;
 }
 
+}  // namespace
+
+bool RecognisePose2sim(const CalibrationHead& head) {
+  return head.is_folder ? !SessionFile(head).empty()
+                        : head.Is(CalibrationSyntax::kToml);
+}
+
 CalibrationFile ReadPose2sim(const CalibrationHead& head) {
   if (!head.is_folder) return ReadTables(head.Root());
   const fs::path path = SessionFile(head);
@@ -187,14 +184,6 @@ CalibrationFile ReadPose2sim(const CalibrationHead& head) {
     file.unit = LengthUnit::kMillimetre;
   }
   return file;
-}
-
-// A fisheye lens' four, or OpenCV's: Pose2Sim's own files have four
-// coefficients; OpenCV takes k3 as fifth.
-Eigen::RowVectorXd LensTerms(const Camera& camera) {
-  if (IsFisheye(camera)) return FisheyeCoefficients(camera).transpose();
-  const auto lens = OpenCvCoefficients(camera);
-  return lens.head(lens[4] == 0.0 ? 4 : 5).transpose();
 }
 
 void WritePose2sim(const std::string& path, const CameraRig& cameras,
@@ -213,26 +202,15 @@ void WritePose2sim(const std::string& path, const CameraRig& cameras,
     }
     text += "matrix = [" + DecimalList(K.row(0)) + ", " +
             DecimalList(K.row(1)) + ", " + DecimalList(K.row(2)) + "]\n";
-    text += "distortions = " + DecimalList(LensTerms(camera)) + "\n";
+    // OpenCV's fifth term, k3, only where there is one, as in Pose2Sim's files.
+    Eigen::RowVectorXd terms = LensTerms(camera);
+    if (terms.size() == 5 && terms[4] == 0.0) terms.conservativeResize(4);
+    text += "distortions = " + DecimalList(terms) + "\n";
     text += "rotation = " + DecimalList(RotationVector(camera.R())) + "\n";
     text += "translation = " + DecimalList(camera.t()) + "\n";
     text += IsFisheye(camera) ? "fisheye = true\n\n" : "fisheye = false\n\n";
   }
-  WriteText(path, text + "[metadata]\nadjusted = false\nerror = 0.0\n");
-}
-
-}  // namespace
-
-CalibrationFormat Pose2simCalibrationFormat() {
-  CalibrationFormat format;
-  format.name = "pose2sim";
-  format.layout = "TOML: Pose2Sim, Anipose, FreeMoCap, Caliscope";
-  format.syntax = CalibrationSyntax::kToml;
-  format.recognise = RecognisePose2sim;
-  format.read = ReadPose2sim;
-  format.write = WritePose2sim;
-  format.kept = "everything; R as a rotation vector, to 1e-14";
-  return format;
+  WriteTextFile(path, text + "[metadata]\nadjusted = false\nerror = 0.0\n");
 }
 
 }  // namespace kinegraph

@@ -1,5 +1,4 @@
-// The writers of single calibration formats, and what they share. For core/io
-// alone.
+// What the writers of single calibration formats share. For core/io alone.
 #ifndef KINEGRAPH_CORE_IO_CALIBRATION_WRITE_FORMATS_H_
 #define KINEGRAPH_CORE_IO_CALIBRATION_WRITE_FORMATS_H_
 
@@ -8,8 +7,9 @@
 #include <string>
 
 #include "core/base/error.h"
-#include "core/io/calibration/writer.h"
+#include "core/geometry/camera.h"
 #include "core/io/text/json.h"
+#include "core/io/text/lost_fields.h"
 
 namespace kinegraph {
 
@@ -17,8 +17,6 @@ inline bool HasSize(const Camera& camera) {
   return camera.width_px() > 0 && camera.height_px() > 0;
 }
 
-// Writes a whole file.
-void WriteText(const std::string& path, const std::string& text);
 // Notes that formats simply leave an unknown size out.
 void NoteUnknownSizes(const CameraRig& cameras, LostFields* lost_fields);
 
@@ -32,8 +30,8 @@ void NoteSkew(const CameraRig& cameras, LostFields* lost_fields);
 Eigen::Matrix<double, 5, 1> OpenCvCoefficients(const Camera& camera);
 
 bool IsFisheye(const Camera& camera);
-// k1 k2 k3 k4 of a fisheye lens.
-Eigen::Vector4d FisheyeCoefficients(const Camera& camera);
+// k1 k2 k3 k4 of a fisheye lens, OpenCV's five of another.
+Eigen::RowVectorXd LensTerms(const Camera& camera);
 
 // "camera 'NAME': message".
 InputError CannotWrite(const Camera& camera, const std::string& message);

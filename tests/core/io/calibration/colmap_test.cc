@@ -6,16 +6,17 @@
 #include <string>
 #include <vector>
 
-#include "core/io/calibration/calibration.h"
-#include "tests/core/io/input_error.h"
-#include "tests/support/test_data.h"
+#include "tests/core/io/calibration/calibration_files.h"
 
 namespace kinegraph {
 namespace {
 
 using ::testing::ElementsAre;
+using testing::ExpectIntrinsics;
 using ::testing::HasSubstr;
 using testing::InputErrorOf;
+using testing::LensOf;
+using testing::NamesOf;
 using ::testing::StartsWith;
 using testing::TemporaryFolder;
 
@@ -49,19 +50,14 @@ TEST(ColmapCalibration, IsReadFromFolderAndFile) {
        {path, path + "/cameras.txt", path + "/images.txt"}) {
     const CameraRig cameras = ReadCameras(where);
     ASSERT_EQ(cameras.size(), 3u);
-    EXPECT_EQ(cameras[0].name(), "cam_2");
-    EXPECT_EQ(cameras[1].name(), "left/cam_1");
-    EXPECT_EQ(cameras[0].width_px(), 640);
-    EXPECT_EQ(cameras[1].height_px(), 2304);
     // Pixels are counted from the middle of the first one here.
-    EXPECT_EQ(cameras[0].K()(0, 2), 319.5);
-    EXPECT_EQ(cameras[0].K()(1, 1), 610.0);
+    ExpectIntrinsics(cameras[0], "cam_2", {640, 480},
+                     {600.0, 610.0, 319.5, 239.5});
+    ExpectIntrinsics(cameras[1], "left/cam_1", {3072, 2304},
+                     {2559.81, 2559.81, 1535.5, 1151.5});
     EXPECT_EQ(cameras[0].lens(), nullptr);
     EXPECT_EQ(cameras[0].t(), Eigen::Vector3d(1, 2, 3));
-    EXPECT_EQ(cameras[1].K()(0, 0), 2559.81);
-    EXPECT_EQ(cameras[1].K()(1, 1), 2559.81);
-    EXPECT_EQ(cameras[1].K()(1, 2), 1151.5);
-    EXPECT_THAT(cameras[1].lens()->parameters(),
+    EXPECT_THAT(LensOf(cameras[1]),
                 ElementsAre(-0.0218531, 0.0, 0.0, 0.0, 0.0));
     Eigen::Matrix3d turned;
     turned << 0, -1, 0, 1, 0, 0, 0, 0, 1;
@@ -75,10 +71,7 @@ TEST(ColmapCalibration, FoldersNameTheCamerasWhereEachHasItsOwn) {
   const std::string path = WriteModel(
       folder, "sparse", kCameras,
       "1 1 0 0 0 1 2 3 7 cam_1/0001.jpg\n\n2 1 0 0 0 1 2 4 7 cam_2/0001.jpg\n");
-  const CameraRig cameras = ReadCameras(path);
-  ASSERT_EQ(cameras.size(), 2u);
-  EXPECT_EQ(cameras[0].name(), "cam_1");
-  EXPECT_EQ(cameras[1].name(), "cam_2");
+  EXPECT_THAT(NamesOf(ReadCameras(path)), ElementsAre("cam_1", "cam_2"));
 }
 
 // COLMAP's scale is its own.

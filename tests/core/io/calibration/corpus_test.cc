@@ -1,24 +1,31 @@
-// Broken calibrations: each must end in an InputError that is one line, names
-// the file and says what is wrong.
+// One small valid file of each format, and what becomes of it: a broken one
+// must end in an InputError that is one line, names the file and says what is
+// wrong; the lens is read under any of its names; and no key is passed over
+// that nobody reads.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <filesystem>
 #include <string>
 #include <vector>
 
-#include "core/io/calibration/calibration.h"
-#include "tests/core/io/input_error.h"
-#include "tests/support/test_data.h"
+#include "tests/core/io/calibration/calibration_files.h"
 
 namespace kinegraph {
 namespace {
 
+using testing::CamerasOf;
+using ::testing::ElementsAre;
+using testing::FaultOf;
 using ::testing::HasSubstr;
 using testing::InputErrorOf;
+using testing::LensOf;
 using ::testing::StartsWith;
 using testing::TemporaryFolder;
+using testing::WithReplaced;
 
-// One small valid file of each format.
+// MORE stands where another key of the first camera may stand.
 const std::string kOwn =
     R"({"kinegraph_cameras": 1, "units": {"length": "m"}, "cameras": [
 {"name": "a", "image_size": [640, 480], "model": "opencv5",
@@ -31,84 +38,46 @@ const std::string kOwn =
 ]})";
 const std::string kKrt =
     R"({"0": {"K": [600, 0, 320, 0, 600, 240, 0, 0, 1],
-"RT": [1, 0, 0, 0.5, 0, 1, 0, 0.25, 0, 0, 1, 3], "imgSize": [640, 480]},
+"RT": [1, 0, 0, 0.5, 0, 1, 0, 0.25, 0, 0, 1, 3], "imgSize": [640, 480]MORE},
 "1": {"K": [600, 0, 320, 0, 600, 240, 0, 0, 1],
 "RT": [1, 0, 0, -0.5, 0, 1, 0, 0.25, 0, 0, 1, 3], "imgSize": [640, 480]}})";
 const std::string kVoxelpose =
     R"({"0": {"R": [[1, 0, 0], [0, 1, 0], [0, 0, 1]], "T": [[1], [2], [-3000]],
-"fx": 600, "fy": 601, "cx": 320, "cy": 240,
-"k": [[0], [0], [0]], "p": [[0], [0]]}})";
+"fx": 600, "fy": 601, "cx": 320, "cy": 240MORE}})";
 const std::string kLongcw =
     R"({"cameras": {"Camera0": {"K": [[1.2, 0, 0.5], [0, 1.5, 0.45], [0, 0, 1]],
-"Tw": [[1, 0, 0, 7], [0, 1, 0, 8], [0, 0, 1, 9], [0, 0, 0, 1]],
-"dist_coeffs": [0, 0, 0, 0]}}})";
+"Tw": [[1, 0, 0, 7], [0, 1, 0, 8], [0, 0, 1, 9], [0, 0, 0, 1]]MORE}}})";
 const std::string kPanoptic =
     R"({"cameras": [{"name": "00_01", "type": "hd", "resolution": [640, 480],
 "K": [[600, 0, 320], [0, 600, 240], [0, 0, 1]],
-"distCoef": [0.1, 0, 0, 0, 0], "R": [[1, 0, 0], [0, 1, 0], [0, 0, 1]],
-"t": [[1], [2], [300]]}]})";
+"R": [[1, 0, 0], [0, 1, 0], [0, 0, 1]], "t": [[1], [2], [300]]MORE}]})";
 const std::string kPose2sim = R"([cam_01]
 name = "cam_01"
 size = [ 640.0, 480.0]
 matrix = [ [ 600.0, 0.0, 320.0], [ 0.0, 600.0, 240.0], [ 0.0, 0.0, 1.0]]
-distortions = [ 0.1, 0.0, 0.0, 0.0]
 rotation = [ 0.1, 0.2, 0.3]
 translation = [ 1.0, 2.0, 3.0]
-fisheye = false
-[metadata]
+MORE[metadata]
 adjusted = false
 )";
 const std::string kTum = "600,0,320,1\n0,600,240,2\n0,0,1,3\n";
-const std::string kEasymocap = R"(%YAML:1.0
----
-names:
-  - "1"
-K_1: !!opencv-matrix
-  rows: 3
-  cols: 3
-  dt: d
-  data: [600, 0, 320, 0, 600, 240, 0, 0, 1]
-dist_1: !!opencv-matrix
-  rows: 1
-  cols: 5
-  dt: d
-  data: [0.1, 0, 0, 0, 0]
-Rot_1: !!opencv-matrix
-  rows: 3
-  cols: 3
-  dt: d
-  data: [1, 0, 0, 0, 1, 0, 0, 0, 1]
-T_1: !!opencv-matrix
-  rows: 3
-  cols: 1
-  dt: d
-  data: [1, 2, 3]
-)";
-const std::string kOpencv = R"(%YAML:1.0
----
-image_width: 640
-image_height: 480
-camera_matrix: !!opencv-matrix
-  rows: 3
-  cols: 3
-  dt: d
-  data: [600, 0, 320, 0, 600, 240, 0, 0, 1]
-distortion_coefficients: !!opencv-matrix
-  rows: 5
-  cols: 1
-  dt: d
-  data: [0.1, 0, 0, 0, 0]
-R: !!opencv-matrix
-  rows: 3
-  cols: 3
-  dt: d
-  data: [1, 0, 0, 0, 1, 0, 0, 0, 1]
-T: !!opencv-matrix
-  rows: 3
-  cols: 1
-  dt: d
-  data: [1, 2, 3]
-)";
+// A matrix as OpenCV's programs write it.
+std::string OpencvMatrix(const std::string& key, const std::string& rows,
+                         const std::string& cols, const std::string& data) {
+  return key + ": !!opencv-matrix\n  rows: " + rows + "\n  cols: " + cols +
+         "\n  dt: d\n  data: [" + data + "]\n";
+}
+const std::string kIdentity = "1, 0, 0, 0, 1, 0, 0, 0, 1";
+const std::string kK = "600, 0, 320, 0, 600, 240, 0, 0, 1";
+const std::string kEasymocap = "%YAML:1.0\n---\nnames:\n  - \"1\"\n" +
+                               OpencvMatrix("K_1", "3", "3", kK) + "MORE" +
+                               OpencvMatrix("Rot_1", "3", "3", kIdentity) +
+                               OpencvMatrix("T_1", "3", "1", "1, 2, 3");
+const std::string kOpencv =
+    "%YAML:1.0\n---\nimage_width: 640\nimage_height: 480\n" +
+    OpencvMatrix("camera_matrix", "3", "3", kK) + "MORE" +
+    OpencvMatrix("R", "3", "3", kIdentity) +
+    OpencvMatrix("T", "3", "1", "1, 2, 3");
 
 // A valid file in which one place is changed.
 struct Change {
@@ -119,11 +88,36 @@ struct Change {
   const char* says;
 };
 
+// A key with the value `value` in the syntax of a format.
+using Member = std::string (*)(const std::string& key,
+                               const std::string& value);
+std::string JsonMember(const std::string& key, const std::string& value) {
+  return ", \"" + key + "\": " + value;
+}
+std::string TomlMember(const std::string& key, const std::string& value) {
+  return key + " = " + value + "\n";
+}
+std::string YamlMember(const std::string& key, const std::string& value) {
+  return key + ": " + value + "\n";
+}
+std::string EasymocapMember(const std::string& key, const std::string& value) {
+  return key + "_1: " + value + "\n";
+}
+
 struct Sample {
-  const char* file;
+  std::string file;
   std::string text;
+  std::string lens;         // in the place of MORE
+  Member member = nullptr;  // without it no other keys are tried
   CameraReadOptions options;
   std::vector<Change> changes;
+
+  std::string With(const std::string& more) const {
+    return text.find("MORE") == std::string::npos
+               ? text
+               : WithReplaced(text, "MORE", more);
+  }
+  std::string Text() const { return With(lens); }
 };
 
 CameraReadOptions Sized() {
@@ -132,20 +126,12 @@ CameraReadOptions Sized() {
   return options;
 }
 
-std::string Expected(const std::string& text, const Change& change) {
-  const size_t at = text.find(change.from);
-  if (at == std::string::npos) {
-    ADD_FAILURE() << "the sample has no " << change.from;
-    return text;
-  }
-  std::string broken = text;
-  return broken.replace(at, change.from.size(), change.to);
-}
-
 std::vector<Sample> Samples() {
   return {
       {"own.json",
        kOwn,
+       "",
+       nullptr,
        {},
        {
            {"version", "cameras\": 1", "cameras\": 2", "kinegraph_cameras"},
@@ -192,6 +178,8 @@ std::vector<Sample> Samples() {
        }},
       {"krt.json",
        kKrt,
+       "",
+       JsonMember,
        {},
        {
            {"eight numbers", "[600, 0, 320, 0,", "[600, 0, 320,", "3 x 3"},
@@ -210,6 +198,8 @@ std::vector<Sample> Samples() {
        }},
       {"voxelpose.json",
        kVoxelpose,
+       R"(, "k": [[0], [0], [0]], "p": [[0], [0]])",
+       JsonMember,
        {},
        {
            {"T of two", "[[1], [2], [-3000]]", "[[1], [2]]", "T"},
@@ -223,6 +213,8 @@ std::vector<Sample> Samples() {
        }},
       {"longcw.json",
        kLongcw,
+       R"(, "dist_coeffs": [0, 0, 0, 0])",
+       JsonMember,
        Sized(),
        {
            {"last row", "[0, 0, 0, 1]", "[0, 0, 1, 1]", "0 0 0 1"},
@@ -234,6 +226,8 @@ std::vector<Sample> Samples() {
        }},
       {"panoptic.json",
        kPanoptic,
+       R"(, "distCoef": [0.1, 0, 0, 0, 0])",
+       JsonMember,
        {},
        {
            {"no name", "\"name\"", "\"nom\"", "camera 0"},
@@ -246,6 +240,8 @@ std::vector<Sample> Samples() {
        }},
       {"pose2sim.toml",
        kPose2sim,
+       "distortions = [ 0.1, 0.0, 0.0, 0.0]\nfisheye = false\n",
+       TomlMember,
        {},
        {
            {"nan", "2.0, 3.0]", "nan, 3.0]", "not finite"},
@@ -266,6 +262,8 @@ std::vector<Sample> Samples() {
        }},
       {"P0.txt",
        kTum,
+       "",
+       nullptr,
        {},
        {
            {"nan", "240", "nan", "nan"},
@@ -280,6 +278,8 @@ std::vector<Sample> Samples() {
        }},
       {"easymocap.yml",
        kEasymocap,
+       OpencvMatrix("dist_1", "1", "5", "0.1, 0, 0, 0, 0"),
+       EasymocapMember,
        {},
        {
            {"no K", "K_1", "K_2", "K_1"},
@@ -305,6 +305,8 @@ std::vector<Sample> Samples() {
        }},
       {"opencv.yml",
        kOpencv,
+       OpencvMatrix("distortion_coefficients", "5", "1", "0.1, 0, 0, 0, 0"),
+       YamlMember,
        {},
        {
            {"no pose", "\nR:", "\nQ:", "'rvec' or 'R'"},
@@ -319,38 +321,37 @@ std::vector<Sample> Samples() {
 }
 
 TEST(CalibrationCorpus, SamplesAreValid) {
-  const TemporaryFolder folder;
   for (const Sample& sample : Samples()) {
-    const std::string path = folder.Write(sample.file, sample.text);
-    EXPECT_NO_THROW(EXPECT_GE(ReadCameras(path, sample.options).size(), 1u))
+    EXPECT_NO_THROW(EXPECT_GE(
+        CamerasOf(sample.file, sample.Text(), sample.options).size(), 1u))
         << sample.file;
   }
 }
 
 TEST(CalibrationCorpus, ChangedFilesAreRefused) {
-  const TemporaryFolder folder;
-  int count = 0;
   for (const Sample& sample : Samples()) {
     for (const Change& change : sample.changes) {
-      SCOPED_TRACE(std::string(sample.file) + ": " + change.name);
-      std::string broken = change.from == "]})" ? sample.text + "]})"
-                                                : Expected(sample.text, change);
-      const std::string path = folder.Write(sample.file, broken);
-      const std::string message =
-          InputErrorOf([&] { ReadCameras(path, sample.options); });
-      EXPECT_THAT(message, StartsWith(path));
-      EXPECT_THAT(message, HasSubstr(change.says));
-      ++count;
+      SCOPED_TRACE(sample.file + ": " + change.name);
+      const std::string broken =
+          change.from == "]})"
+              ? sample.Text() + "]})"
+              : WithReplaced(sample.Text(), change.from, change.to);
+      EXPECT_THAT(FaultOf(sample.file, broken, sample.options),
+                  HasSubstr(change.says));
     }
   }
-  RecordProperty("broken_files", count);
+}
+
+std::string Repeated(const std::string& text, int count) {
+  std::string all;
+  for (int i = 0; i < count; ++i) all += text;
+  return all;
 }
 
 TEST(CalibrationCorpus, OddFilesAreRefused) {
   const TemporaryFolder folder;
   const std::string brackets(10 << 20, '[');
-  std::string braces;
-  for (int i = 0; i < 1 << 20; ++i) braces += "{\"a\":";
+  const std::string braces = Repeated("{\"a\":", 1 << 20);
   std::string wide = "{";
   for (int i = 0; i < 5000; ++i) {
     wide += (i == 0 ? "\"" : ",\"") + std::to_string(i) + "\":1";
@@ -397,20 +398,9 @@ TEST(CalibrationCorpus, OddFilesAreRefused) {
       {"dashes.yml", "%YAML:1.0\n" + std::string(100000, '-')},
       {"wide.json", wide + "}"},
       {"aliases.yml", aliases},
-      {"dotted.toml", "[" +
-                          [] {
-                            std::string key = "a";
-                            for (int i = 0; i < 100000; ++i) key += ".a";
-                            return key;
-                          }() +
-                          "]\n"},
+      {"dotted.toml", "[" + Repeated("a.", 100000) + "a]\n"},
       {"spaces.txt", std::string(1000000, ' ')},
-      {"numbers.txt",
-       [] {
-         std::string numbers;
-         for (int i = 0; i < 1000000; ++i) numbers += "1 ";
-         return numbers;
-       }()},
+      {"numbers.txt", Repeated("1 ", 1000000)},
   };
   for (const auto& [name, text] : files) {
     SCOPED_TRACE(name);
@@ -432,9 +422,9 @@ TEST(CalibrationCorpus, OddPathsAreRefused) {
         (folder.path() / "loop").string(), file + "/below",
         (folder.path() / std::string(300, 'x')).string(), std::string("")}) {
     SCOPED_TRACE(path);
-    for (size_t f = 0; f < CalibrationFormatNames().size(); ++f) {
+    for (const std::string& format : CalibrationFormatNames()) {
       CameraReadOptions options;
-      options.format = CalibrationFormatNames()[f];
+      options.format = format;
       InputErrorOf([&] { ReadCameras(path, options); });
     }
   }
@@ -446,11 +436,12 @@ TEST(CalibrationCorpus, OddPathsAreRefused) {
 TEST(CalibrationCorpus, WrongFormatsAreRefused) {
   const TemporaryFolder folder;
   for (const Sample& sample : Samples()) {
-    const std::string path = folder.Write(sample.file, sample.text);
+    const std::string path = folder.Write(sample.file, sample.Text());
     int accepted = 0;
-    for (size_t f = 1; f < CalibrationFormatNames().size(); ++f) {
+    for (const std::string& format : CalibrationFormatNames()) {
+      if (format == "auto") continue;
       CameraReadOptions options = sample.options;
-      options.format = CalibrationFormatNames()[f];
+      options.format = format;
       try {
         ReadCameras(path, options);
         ++accepted;
@@ -460,6 +451,141 @@ TEST(CalibrationCorpus, WrongFormatsAreRefused) {
     }
     EXPECT_EQ(accepted, 1) << sample.file;
   }
+}
+
+// ---- Keys ----
+
+std::vector<Sample> SamplesOfKeys() {
+  std::vector<Sample> samples = Samples();
+  samples.erase(
+      std::remove_if(samples.begin(), samples.end(),
+                     [](const Sample& one) { return one.member == nullptr; }),
+      samples.end());
+  return samples;
+}
+
+Camera Read(const Sample& sample, const std::string& more) {
+  return CamerasOf(sample.file, sample.With(more), sample.options)[0];
+}
+
+std::string Refusal(const Sample& sample, const std::string& more) {
+  return FaultOf(sample.file, sample.With(more), sample.options);
+}
+
+class CalibrationKeys : public ::testing::TestWithParam<Sample> {};
+
+TEST_P(CalibrationKeys, WithoutMoreIsAPinhole) {
+  EXPECT_EQ(Read(GetParam(), "").lens(), nullptr);
+}
+
+TEST_P(CalibrationKeys, TheLensIsReadUnderItsNames) {
+  const Sample& sample = GetParam();
+  for (const char* key :
+       {"distCoeffs", "distCoeff", "distCoef", "dist_coeffs", "dist", "D",
+        "distortion", "distortions", "distortion_coefficients"}) {
+    const Camera camera =
+        Read(sample, sample.member(key, "[-0.2, 0.05, 0.001, -0.002, 0.01]"));
+    EXPECT_THAT(LensOf(camera), ElementsAre(-0.2, 0.05, 0.001, -0.002, 0.01))
+        << key;
+  }
+}
+
+TEST_P(CalibrationKeys, TheLensIsReadTermByTerm) {
+  const Sample& sample = GetParam();
+  const Camera camera = Read(
+      sample, sample.member("k1", "-0.2") + sample.member("k2", "0.05") +
+                  sample.member("k3", "0.01") + sample.member("p1", "0.001") +
+                  sample.member("p2", "-0.002"));
+  EXPECT_THAT(LensOf(camera), ElementsAre(-0.2, 0.05, 0.001, -0.002, 0.01));
+}
+
+TEST_P(CalibrationKeys, TwoLensesMustBeOne) {
+  const Sample& sample = GetParam();
+  const std::string first = sample.member("distCoeffs", "[-0.2, 0.05, 0, 0]");
+  EXPECT_NO_THROW(
+      Read(sample, first + sample.member("dist", "[-0.2, 0.05, 0, 0, 0]")));
+  EXPECT_THAT(Refusal(sample, first + sample.member("dist", "[0.2, 0, 0, 0]")),
+              HasSubstr("states its lens twice"));
+}
+
+TEST_P(CalibrationKeys, AModelThatIsNoPolynomialIsRefused) {
+  const Sample& sample = GetParam();
+  EXPECT_NO_THROW(Read(sample, sample.member("camera_model", "\"pinhole\"")));
+  for (const char* model : {"\"mei\"", "\"double_sphere\"", "\"omni\""}) {
+    EXPECT_THAT(Refusal(sample, sample.member("distortion_model", model)),
+                HasSubstr("distortion_model"));
+  }
+  EXPECT_THAT(Refusal(sample, sample.member("omnidirectional", "1")),
+              HasSubstr("omnidirectional"));
+}
+
+TEST_P(CalibrationKeys, AFisheyeLensIsOneUnderAnyName) {
+  const Sample& sample = GetParam();
+  const std::string list = sample.member("dist", "[0.1, -0.02, 0.003, 0.001]");
+  const std::string terms =
+      sample.member("k1", "0.1") + sample.member("k2", "-0.02") +
+      sample.member("k3", "0.003") + sample.member("k4", "0.001");
+  for (const std::string& more :
+       {sample.member("distortion_model", "\"equidistant\"") + list,
+        sample.member("fisheye_model", "1") + list,
+        sample.member("distortion_model", "\"fisheye\"") + terms}) {
+    const Camera camera = Read(sample, more);
+    ASSERT_NE(camera.lens(), nullptr);
+    EXPECT_EQ(camera.lens()->model(), kFisheyeModel);
+    EXPECT_THAT(LensOf(camera), ElementsAre(0.1, -0.02, 0.003, 0.001));
+  }
+}
+
+TEST_P(CalibrationKeys, AnUnknownKeyIsRefusedByName) {
+  const Sample& sample = GetParam();
+  for (const char* key : {"distorsion", "R_rect", "orientation", "camera_pose",
+                          "extrinsics", "skew", "xi", "thin_prism"}) {
+    const std::string message =
+        Refusal(sample, sample.member(key, "[0.1, 0.2, 0.3]"));
+    EXPECT_THAT(message, HasSubstr(std::string("'") + key)) << message;
+    EXPECT_THAT(message, HasSubstr("could carry lens or pose"));
+  }
+}
+
+TEST_P(CalibrationKeys, WhatProgramsWriteBesideIsPassedOver) {
+  const Sample& sample = GetParam();
+  std::string more;
+  for (const char* key :
+       {"date", "calibration_time", "serialNumber", "rms", "flags", "comment",
+        "avg_reprojection_error", "square_size", "fps", "_note"}) {
+    more += sample.member(key, "\"some text\"");
+  }
+  EXPECT_NO_THROW(Read(sample, more));
+}
+
+INSTANTIATE_TEST_SUITE_P(EachFormat, CalibrationKeys,
+                         ::testing::ValuesIn(SamplesOfKeys()),
+                         [](const ::testing::TestParamInfo<Sample>& sample) {
+                           const std::string file = sample.param.file;
+                           return file.substr(0, file.find('.'));
+                         });
+
+// The unit may stand beside the cameras.
+TEST(CalibrationUnit, IsReadWhereItIsStated) {
+  const std::string text =
+      R"({"0": {"K": [600, 0, 320, 0, 600, 240, 0, 0, 1],
+"RT": [1, 0, 0, 1000, 0, 1, 0, 2000, 0, 0, 1, 3000]}, "unit": "mm"})";
+  EXPECT_EQ(CamerasOf("krt.json", text)[0].t(), Eigen::Vector3d(1.0, 2.0, 3.0));
+  EXPECT_THAT(FaultOf("krt.json", WithReplaced(text, "\"mm\"", "\"ft\"")),
+              HasSubstr("unit: found the text 'ft'"));
+}
+
+// Two ways of writing one pose must say the same.
+TEST(CalibrationPose, TwoSpellingsMustAgree) {
+  const std::string text =
+      "K: [[600, 0, 320], [0, 600, 240], [0, 0, 1]]\n"
+      "rvec: [0, 0, 0]\ntvec: [1, 2, 3]\n"
+      "R: [[1, 0, 0], [0, 1, 0], [0, 0, 1]]\n";
+  CameraReadOptions options;
+  options.format = "opencv";
+  EXPECT_NO_THROW(CamerasOf("a.yml", text + "T: [1, 2, 3]\n", options));
+  EXPECT_THAT(FaultOf("a.yml", text + "T: [1, 2, 4]\n", options),
+              HasSubstr("does not say the same as tvec"));
 }
 
 }  // namespace

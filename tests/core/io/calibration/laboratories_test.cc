@@ -10,27 +10,22 @@
 #include <vector>
 
 #include "core/base/error.h"
-#include "core/io/calibration/calibration.h"
 #include "core/io/calibration/format.h"
-#include "core/io/calibration/writer.h"
-#include "tests/core/io/input_error.h"
-#include "tests/support/test_data.h"
+#include "tests/core/io/calibration/calibration_files.h"
 
 namespace kinegraph {
 namespace {
 
+using testing::CamerasOf;
 using ::testing::ElementsAre;
+using testing::ExpectFaults;
+using testing::ExpectIntrinsics;
+using testing::FaultOf;
 using ::testing::HasSubstr;
 using testing::InputErrorOf;
+using testing::LensOf;
 using testing::TemporaryFolder;
-
-std::string WithReplaced(std::string text, const std::string& from,
-                         const std::string& to) {
-  const size_t at = text.find(from);
-  EXPECT_NE(at, std::string::npos) << from;
-  if (at != std::string::npos) text.replace(at, from.size(), to);
-  return text;
-}
+using testing::WithReplaced;
 
 // ---- Qualisys ----
 
@@ -55,18 +50,11 @@ constexpr const char* kQca =
 )";
 
 TEST(QualisysCalibration, IsReadByHand) {
-  const TemporaryFolder folder;
-  const CameraRig cameras = ReadCameras(folder.Write("lab.qca.txt", kQca));
+  const CameraRig cameras = CamerasOf("lab.qca.txt", kQca);
   ASSERT_EQ(cameras.size(), 1u) << "markers alone, inactive, not calibrated";
   const Camera& camera = cameras.front();
-  EXPECT_EQ(camera.name(), "22707");
-  EXPECT_EQ(camera.width_px(), 960);
-  EXPECT_EQ(camera.height_px(), 768);
-  EXPECT_EQ(camera.K()(0, 0), 1000.0);
-  EXPECT_EQ(camera.K()(1, 1), 1200.0);
-  EXPECT_EQ(camera.K()(0, 2), 960.0 - 512.0);
-  EXPECT_EQ(camera.K()(1, 2), 544.0 - 192.0);
-  EXPECT_EQ(camera.lens()->parameters(),
+  ExpectIntrinsics(camera, "22707", {960, 768}, {1000.0, 1200.0, 448.0, 352.0});
+  EXPECT_EQ(LensOf(camera),
             (std::vector<double>{-0.05, 0.1, 0.001, -0.002, 0.0}));
   EXPECT_LT((camera.centre() - Eigen::Vector3d(-2.0, 0.5, 1.0)).norm(), 1e-15);
   // Four metres ahead, 0.4 m to the left and 0.8 m above: x = -0.1, y = -0.2.
@@ -97,34 +85,28 @@ TEST(QualisysCalibration, ASmallerVideoIsScaled) {
 }
 
 TEST(QualisysCalibration, CamerasOfMarkersAreReadWhereThereAreNoOthers) {
-  const TemporaryFolder folder;
   std::string text = WithReplaced(kQca, "Miqus Video", "Oqus 700+");
   text = WithReplaced(text, "<camera active=\"1\" serial=\"18089\"",
                       "<camera active=\"0\" serial=\"18089\"");
-  EXPECT_EQ(ReadCameras(folder.Write("a.txt", text)).size(), 1u);
+  EXPECT_EQ(CamerasOf("a.txt", text).size(), 1u);
 }
 
 TEST(QualisysCalibration, FaultsAreNamed) {
-  const TemporaryFolder folder;
-  const auto fault = [&](const std::string& text) {
-    const std::string path = folder.Write("cal.txt", text);
-    return InputErrorOf([&] { ReadCameras(path); });
-  };
-  EXPECT_THAT(fault(WithReplaced(kQca, "focalLengthU=\"64000\"", "")),
-              HasSubstr("line 9: <intrinsic> has no attribute focalLengthU"));
-  EXPECT_THAT(fault(WithReplaced(kQca, "r13=\"0\"", "r13=\"zero\"")),
-              HasSubstr("r13: found 'zero'"));
-  EXPECT_THAT(fault(WithReplaced(kQca, "</cameras>", "</camera>")),
-              HasSubstr("is no XML"));
-  EXPECT_THAT(
-      fault(WithReplaced(kQca, "sensorMaxU=\"122879\"", "sensorMaxU=\"1919\"")),
-      HasSubstr("sensorMaxU"));
-  EXPECT_THAT(
-      fault(WithReplaced(kQca, "<camera active=\"1\" calibrated=\"true\"",
-                         "<camera active=\"0\"")),
-      HasSubstr("intrinsic"))
-      << "Oqus, without numbers";
-  EXPECT_THAT(fault("<html></html>"), HasSubstr("no calibration"));
+  ExpectFaults(
+      "cal.txt",
+      {
+          {WithReplaced(kQca, "focalLengthU=\"64000\"", ""),
+           "line 9: <intrinsic> has no attribute focalLengthU"},
+          {WithReplaced(kQca, "r13=\"0\"", "r13=\"zero\""),
+           "r13: found 'zero'"},
+          {WithReplaced(kQca, "</cameras>", "</camera>"), "is no XML"},
+          {WithReplaced(kQca, "sensorMaxU=\"122879\"", "sensorMaxU=\"1919\""),
+           "sensorMaxU"},
+          {WithReplaced(kQca, "<camera active=\"1\" calibrated=\"true\"",
+                        "<camera active=\"0\""),
+           "intrinsic"},  // Oqus, without numbers
+          {"<html></html>", "no calibration"},
+      });
 }
 
 // Points of a room as both see them: the largest distance in the pictures, and
@@ -204,9 +186,7 @@ std::string XcpWith(const std::string& radial) {
 }
 
 TEST(ViconCalibration, IsReadByHand) {
-  const TemporaryFolder folder;
-  const CameraRig cameras =
-      ReadCameras(folder.Write("lab.xcp", XcpWith("0 0 0")));
+  const CameraRig cameras = CamerasOf("lab.xcp", XcpWith("0 0 0"));
   ASSERT_EQ(cameras.size(), 1u);
   const Camera& camera = cameras.front();
   EXPECT_EQ(camera.name(), "2118670");
@@ -221,9 +201,8 @@ TEST(ViconCalibration, IsReadByHand) {
 
 // Terms in px move a raw point to where a pinhole has it.
 TEST(ViconCalibration, RadialTermsFreeARawPointOfDistortion) {
-  const TemporaryFolder folder;
   const std::string text = WithReplaced(XcpWith("3e-8 -4e-15 0"), "1.25", "1");
-  const Camera camera = ReadCameras(folder.Write("lab.xcp", text)).front();
+  const Camera camera = CamerasOf("lab.xcp", text).front();
   for (double r_px = 50.0; r_px < 1100.0; r_px += 50.0) {
     const Eigen::Vector2d offset = r_px * Eigen::Vector2d(0.8, -0.6);
     const double factor = 1.0 + 3e-8 * r_px * r_px - 4e-15 * std::pow(r_px, 4);
@@ -237,25 +216,19 @@ TEST(ViconCalibration, RadialTermsFreeARawPointOfDistortion) {
 
 // As other programs write them; as px they would turn the picture inside out.
 TEST(ViconCalibration, TermsWithoutUnitAreOpenCvs) {
-  const TemporaryFolder folder;
-  const Camera camera =
-      ReadCameras(folder.Write("lab.xcp", XcpWith("-0.1 0.05 0.01"))).front();
-  EXPECT_EQ(camera.lens()->parameters(),
-            (std::vector<double>{-0.1, 0.05, 0.0, 0.0, 0.01}));
+  const Camera camera = CamerasOf("lab.xcp", XcpWith("-0.1 0.05 0.01")).front();
+  EXPECT_EQ(LensOf(camera), (std::vector<double>{-0.1, 0.05, 0.0, 0.0, 0.01}));
 }
 
 TEST(ViconCalibration, FaultsAreNamed) {
-  const TemporaryFolder folder;
-  const auto fault = [&](const std::string& text) {
-    const std::string path = folder.Write("lab.xcp", text);
-    return InputErrorOf([&] { ReadCameras(path); });
-  };
-  EXPECT_THAT(fault(XcpWith("0 0")), HasSubstr("found 4 numbers, expected 5"));
-  EXPECT_THAT(fault(WithReplaced(XcpWith("0 0 0"), "0.70710678118654752 0 0",
-                                 "0.9 0 0")),
-              HasSubstr("no unit quaternion"));
-  EXPECT_THAT(fault(WithReplaced(XcpWith("0 0 0"), "1920 1080", "1920")),
-              HasSubstr("SENSOR_SIZE"));
+  ExpectFaults(
+      "lab.xcp",
+      {
+          {XcpWith("0 0"), "found 4 numbers, expected 5"},
+          {WithReplaced(XcpWith("0 0 0"), "0.70710678118654752 0 0", "0.9 0 0"),
+           "no unit quaternion"},
+          {WithReplaced(XcpWith("0 0 0"), "1920 1080", "1920"), "SENSOR_SIZE"},
+      });
 }
 
 // ---- OptiTrack ----
@@ -280,17 +253,15 @@ std::string Utf16(const std::string& text) {
 }
 
 TEST(OptiTrackCalibration, IsReadInBothEncodings) {
-  const TemporaryFolder folder;
   const std::string plain = WithReplaced(kMcal, "UTF-16", "UTF-8");
   for (const std::string& text : {plain, Utf16(kMcal)}) {
-    const CameraRig cameras = ReadCameras(folder.Write("Cal.mcal", text));
+    const CameraRig cameras = CamerasOf("Cal.mcal", text);
     ASSERT_EQ(cameras.size(), 1u);
     const Camera& camera = cameras.front();
     EXPECT_EQ(camera.name(), "C11764");
     EXPECT_EQ(camera.width_px(), 1920);
     // As the camera of kQca, whose picture is cut.
-    const TemporaryFolder other;
-    const Camera qualisys = ReadCameras(other.Write("a.txt", kQca)).front();
+    const Camera qualisys = CamerasOf("a.txt", kQca).front();
     EXPECT_LT((camera.R() - qualisys.R()).norm(), 1e-15);
     const Eigen::Vector3d point(2.0, 0.9, 1.8);
     EXPECT_LT((*camera.Project(point) - Eigen::Vector2d(512.0, 188.0 + 0.0) -
@@ -301,12 +272,10 @@ TEST(OptiTrackCalibration, IsReadInBothEncodings) {
 }
 
 TEST(OptiTrackCalibration, MotivesOwnLensIsRefused) {
-  const TemporaryFolder folder;
   const std::string text =
       WithReplaced(WithReplaced(kMcal, "UTF-16", "UTF-8"),
                    "IntrinsicStandardCameraModel", "Other");
-  const std::string path = folder.Write("Cal.mcal", text);
-  EXPECT_THAT(InputErrorOf([&] { ReadCameras(path); }),
+  EXPECT_THAT(FaultOf("Cal.mcal", text),
               HasSubstr("IntrinsicStandardCameraModel"));
 }
 
@@ -341,16 +310,12 @@ TEST(BioCvCalibration, IsReadFromFileAndFolder) {
 }
 
 TEST(BioCvCalibration, FaultsAreNamed) {
-  const TemporaryFolder folder;
-  const auto fault = [&](const std::string& text) {
-    const std::string path = folder.Write("a.calib", text);
-    return InputErrorOf([&] { ReadCameras(path); });
-  };
-  EXPECT_THAT(fault(std::string(kCalib) + "7\n"), HasSubstr("33 numbers"));
-  EXPECT_THAT(fault(WithReplaced(kCalib, "0 0 0 1", "0 0 1 1")),
-              HasSubstr("0 0 0 1"));
-  EXPECT_THAT(fault(WithReplaced(kCalib, "1510", "1510.5.5")),
-              HasSubstr("line 4"));
+  ExpectFaults("a.calib",
+               {
+                   {std::string(kCalib) + "7\n", "33 numbers"},
+                   {WithReplaced(kCalib, "0 0 0 1", "0 0 1 1"), "0 0 0 1"},
+                   {WithReplaced(kCalib, "1510", "1510.5.5"), "line 4"},
+               });
 }
 
 // ---- Sessions ----
@@ -472,39 +437,15 @@ TEST(FisheyeCalibration, ColmapsModelsAreRead) {
   for (size_t c = 0; c < 4; ++c) {
     ASSERT_NE(cameras[c].lens(), nullptr);
     EXPECT_EQ(cameras[c].lens()->model(), kFisheyeModel);
-    EXPECT_EQ(cameras[c].lens()->parameters(), terms[c]);
+    EXPECT_EQ(LensOf(cameras[c]), terms[c]);
     EXPECT_EQ(cameras[c].K()(0, 2), 319.5);
   }
 }
 
-TEST(FisheyeCalibration, RosAndNumberedTermsAreRead) {
-  const TemporaryFolder folder;
-  const std::string body =
-      "image_width: 640\nimage_height: 480\n"
-      "camera_matrix: {rows: 3, cols: 3, data: [300, 0, 320, 0, 300, 240, 0, "
-      "0, 1]}\nR: [0.0, 0.0, 0.0]\nT: [0.0, 0.0, 4.0]\n";
-  const std::string list =
-      "distortion_coefficients: {rows: 1, cols: 4, data: [0.1, -0.02, 0.003, "
-      "0.0001]}\n";
-  for (const std::string& lens :
-       {"distortion_model: equidistant\n" + list, "fisheye_model: 1\n" + list,
-        std::string("distortion_model: fisheye\nk1: 0.1\nk2: -0.02\nk3: 0.003\n"
-                    "k4: 0.0001\n")}) {
-    const Camera camera =
-        ReadCameras(folder.Write("a.yml", "%YAML:1.0\n" + body + lens)).front();
-    ASSERT_NE(camera.lens(), nullptr);
-    EXPECT_EQ(camera.lens()->model(), kFisheyeModel);
-    EXPECT_EQ(camera.lens()->parameters(),
-              (std::vector<double>{0.1, -0.02, 0.003, 1e-4}));
-  }
-}
-
 TEST(FisheyeCalibration, FiveTermsAreNoneOfIt) {
-  const TemporaryFolder folder;
-  std::string text = WithReplaced(kTable, "0.0, 0.0,]\nrotation",
-                                  "0.0, 0.2,]\nfisheye = true\nrotation");
-  const std::string path = folder.Write("a.toml", text);
-  EXPECT_THAT(InputErrorOf([&] { ReadCameras(path); }),
+  const std::string text = WithReplaced(kTable, "0.0, 0.0,]\nrotation",
+                                        "0.0, 0.2,]\nfisheye = true\nrotation");
+  EXPECT_THAT(FaultOf("a.toml", text),
               HasSubstr("5 coefficients of a fisheye lens"));
 }
 

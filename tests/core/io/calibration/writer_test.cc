@@ -1,5 +1,3 @@
-#include "core/io/calibration/writer.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -12,8 +10,7 @@
 #include "core/io/calibration/format.h"
 #include "core/io/file_kind.h"
 #include "core/io/files/text_file.h"
-#include "tests/core/io/input_error.h"
-#include "tests/support/test_data.h"
+#include "tests/core/io/calibration/calibration_files.h"
 
 namespace kinegraph {
 namespace {
@@ -21,9 +18,11 @@ namespace {
 namespace fs = std::filesystem;
 using ::testing::Contains;
 using ::testing::ElementsAre;
+using testing::ExpectSameCameras;
 using ::testing::HasSubstr;
 using testing::InputErrorOf;
 using ::testing::IsEmpty;
+using testing::NamesOf;
 using testing::TemporaryFolder;
 
 enum class WithLens { kNo, kYes };
@@ -76,31 +75,6 @@ void SortByFileName(CameraRig* cameras) {
             });
 }
 
-std::vector<double> LensOf(const Camera& camera) {
-  return camera.lens() == nullptr ? std::vector<double>()
-                                  : camera.lens()->parameters();
-}
-
-// `tolerance` is relative to the largest number of K, R and t alike.
-void ExpectSameCameras(const CameraRig& a, const CameraRig& b,
-                       double tolerance) {
-  ASSERT_EQ(a.size(), b.size());
-  for (size_t c = 0; c < a.size(); ++c) {
-    const double K_scale = a[c].K().cwiseAbs().maxCoeff();
-    EXPECT_LE((a[c].K() - b[c].K()).cwiseAbs().maxCoeff(), tolerance * K_scale);
-    EXPECT_LE((a[c].R() - b[c].R()).cwiseAbs().maxCoeff(), tolerance);
-    EXPECT_LE((a[c].t() - b[c].t()).norm(), tolerance * (1.0 + a[c].t().norm()))
-        << a[c].name();
-    EXPECT_EQ(LensOf(a[c]), LensOf(b[c])) << a[c].name();
-  }
-}
-
-std::vector<std::string> CameraNames(const CameraRig& cameras) {
-  std::vector<std::string> names;
-  for (const Camera& camera : cameras) names.push_back(camera.name());
-  return names;
-}
-
 struct Case {
   std::string format;
   double tolerance;
@@ -137,7 +111,7 @@ TEST_P(RoundTrip, ReadsBack) {
     const CameraRig again = ReadCameras(path, options);
     ExpectSameCameras(cameras, again, format.tolerance);
     if (format.format != "tum") {
-      EXPECT_EQ(CameraNames(cameras), CameraNames(again));
+      EXPECT_EQ(NamesOf(cameras), NamesOf(again));
     }
     for (size_t c = 0; c < again.size(); ++c) {
       EXPECT_EQ(again[c].width_px(),
@@ -282,14 +256,6 @@ TEST(CalibrationFormats, EveryResultIsRecognisedByItsOwnFormatAlone) {
     EXPECT_EQ(RecogniseKind(path), FileKind::kCalibration) << written.name;
   }
   EXPECT_EQ(FindCalibrationFormat("auto"), nullptr);
-}
-
-TEST(CalibrationFormats, ThePageHasTheRowOfEachFormat) {
-  const std::string page =
-      ReadTextFile(testing::ProjectFile("docs/convert.md").string());
-  for (const CalibrationFormat& format : CalibrationFormats()) {
-    EXPECT_THAT(page, HasSubstr("\n" + TableRow(format) + "\n"));
-  }
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-#include "core/io/calibration/writer.h"
+#include "core/io/calibration/write_formats.h"
 
 #include <fmt/format.h>
 
@@ -7,8 +7,6 @@
 #include <cmath>
 
 #include "core/io/calibration/format.h"
-#include "core/io/calibration/write_formats.h"
-#include "core/io/files/atomic_file.h"
 
 namespace kinegraph {
 
@@ -25,12 +23,6 @@ void WriteCalibration(const std::string& path, const std::string& format,
                      "', expected one of " + names);
   }
   found->write(path, cameras, lost_fields);
-}
-
-void WriteText(const std::string& path, const std::string& text) {
-  AtomicFile file(path);
-  file.Write(text);
-  file.Commit();
 }
 
 void NoteUnknownSizes(const CameraRig& cameras, LostFields* lost_fields) {
@@ -82,8 +74,9 @@ bool IsFisheye(const Camera& camera) {
   return camera.lens() != nullptr && camera.lens()->model() == kFisheyeModel;
 }
 
-Eigen::Vector4d FisheyeCoefficients(const Camera& camera) {
-  return Eigen::Vector4d(camera.lens()->parameters().data());
+Eigen::RowVectorXd LensTerms(const Camera& camera) {
+  if (!IsFisheye(camera)) return OpenCvCoefficients(camera).transpose();
+  return Eigen::RowVector4d(camera.lens()->parameters().data());
 }
 
 std::string JsonLines(const Json& object) { return DumpJson(object, 1) + "\n"; }

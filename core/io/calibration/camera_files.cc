@@ -1,0 +1,302 @@
+// Calibrations of a file a camera: TUM's projection matrices, bioCV's tables of
+// numbers and OpenCap's pickles.
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <iterator>
+#include <utility>
+
+#include "core/base/error.h"
+#include "core/io/calibration/format.h"
+#include "core/io/calibration/write_formats.h"
+#include "core/io/files/atomic_file.h"
+#include "core/io/files/atomic_folder.h"
+#include "core/io/files/text_file.h"
+#include "core/io/text/names.h"
+#include "core/io/text/pickle.h"
+#include "core/io/text/words.h"
+
+namespace kinegraph {
+namespace {
+
+namespace fs = std::filesystem;
+
+}  // namespace
+
+// ---- TUM ----
+// Projection matrices P0.txt, P1.txt, ... as TUM publishes them for Campus and
+// Shelf: 3x4 numbers separated by spaces or commas, metres. P is known up to
+// scale and sign.
+
+namespace {
+
+// P = s K [R | t] with K upper triangular, its diagonal positive and
+// K(2,2) = 1, and det R = +1, which fixes the sign of s (Hartley and Zisserman,
+// Multiple View Geometry, section 6.2.4). The RQ decomposition comes from the
+// QR decomposition of the matrix with rows and columns reversed.
+void Decompose(const Eigen::Matrix<double, 3, 4>& P, CameraRecord* record) {
+  const Eigen::Matrix3d M = P.leftCols<3>();
+  const double largest = M.cwiseAbs().maxCoeff();
+  const double determinant = (M / largest).determinant();
+  // Pixels per unit of M's last row: a determinant this small is rounding.
+  if (!(largest > 0.0) || !(std::abs(determinant) > 1e-12)) {
+    throw InputError(record->file, "",
+                     "the left 3 x 3 part of the projection is singular");
+  }
+  const double sign = determinant < 0.0 ? -1.0 : 1.0;
+  Eigen::Matrix3d reversal;
+  reversal << 0, 0, 1, 0, 1, 0, 1, 0, 0;
+  const Eigen::Matrix3d flipped = (reversal * (sign * M)).transpose();
+  const Eigen::HouseholderQR<Eigen::Matrix3d> qr(flipped);
+  const Eigen::Matrix3d upper =
+      qr.matrixQR().triangularView<Eigen::Upper>().toDenseMatrix();
+  const Eigen::Matrix3d Q = qr.householderQ();
+  Eigen::Matrix3d K = reversal * upper.transpose() * reversal;
+  Eigen::Matrix3d R = reversal * Q.transpose();
+  for (int i = 0; i < 3; ++i) {
+    if (K(i, i) < 0.0) {
+      K.col(i) = -K.col(i);
+      R.row(i) = -R.row(i);
+    }
+  }
+  record->t = K.triangularView<Eigen::Upper>().solve(sign * P.col(3));
+  record->K = K / K(2, 2);
+  record->R = R;
+}
+
+// "P12.txt" -> 12, as text without leading zeros; empty when it is no such
+// name.
+std::string NumberOf(const std::string& file_name) {
+  constexpr const char* kDigits = "0123456789";
+  const std::string end = ".txt";
+  if (file_name.size() < end.size() + 2 || file_name[0] != 'P' ||
+      file_name.substr(file_name.size() - end.size()) != end) {
+    return {};
+  }
+  std::string number = file_name.substr(1, file_name.size() - 1 - end.size());
+  if (number.find_first_not_of(kDigits) != std::string::npos) return {};
+  number.erase(0, std::min(number.find_first_not_of('0'), number.size() - 1));
+  return number;
+}
+
+CameraRecord ReadTumCamera(const std::string& path) {
+  CameraRecord record;
+  record.file = path;
+  record.name = fs::path(path).stem().string();
+  const std::vector<double> numbers =
+      ReadNumberTable(path, 12, "a 3 x 4 projection matrix");
+  Decompose(Eigen::Map<const Eigen::Matrix<double, 3, 4, Eigen::RowMajor>>(
+                numbers.data()),
+            &record);
+  return record;
+}
+
+// Names of P*.txt among others, by number.
+std::vector<std::string> TumFilesAmong(
+    const std::vector<std::string>& all_names) {
+  std::vector<std::pair<std::string, std::string>> numbered;
+  for (const std::string& name : all_names) {
+    const std::string number = NumberOf(name);
+    if (!number.empty()) numbered.emplace_back(number, name);
+  }
+  std::sort(numbered.begin(), numbered.end(), [](const auto& a, const auto& b) {
+    if (a.first.size() != b.first.size()) {
+      return a.first.size() < b.first.size();
+    }
+    return a < b;
+  });
+  std::vector<std::string> names;
+  for (const auto& entry : numbered) names.push_back(entry.second);
+  return names;
+}
+
+}  // namespace
+
+bool RecogniseTum(const CalibrationHead& head) {
+  return head.is_folder ? HasTumFiles(head.names)
+                        : head.Is(CalibrationSyntax::kNumbers) &&
+                              fs::path(head.path).extension() != ".calib";
+}
+
+CalibrationFile ReadTum(const CalibrationHead& head) {
+  const std::vector<std::string> files = TumFilesAmong(head.names);
+  if (head.is_folder && files.empty()) {
+    throw InputError(head.path, "", "has no files P0.txt, P1.txt, ...");
+  }
+  return ReadFileACamera(head, files, LengthUnit::kMetre, ReadTumCamera);
+}
+
+void WriteTum(const std::string& path, const CameraRig& cameras,
+              LostFields* lost_fields) {
+  AtomicFolder folder(path);
+  bool has_size = false;
+  bool renames = false;
+  for (size_t c = 0; c < cameras.size(); ++c) {
+    const Camera& camera = cameras[c];
+    if (camera.lens() != nullptr) {
+      throw CannotWrite(camera,
+                        "has a lens, which a projection matrix cannot say "
+                        "(cameras.ignore_distortion = true leaves it out)");
+    }
+    const std::string name = "P" + std::to_string(c);
+    AtomicFile file(folder.PathOf(name + ".txt"));
+    for (int r = 0; r < 3; ++r) {
+      for (int k = 0; k < 4; ++k) {
+        file.Write(DecimalText(camera.P()(r, k)) + (k < 3 ? "," : "\n"));
+      }
+    }
+    file.Commit();
+    has_size = has_size || HasSize(camera);
+    renames = renames || camera.name() != name;
+  }
+  folder.Commit();
+  if (has_size) lost_fields->push_back("image sizes are not kept");
+  if (renames) {
+    lost_fields->push_back(
+        "cameras are named P0, P1, ... in the order of the input");
+  }
+}
+
+// ---- bioCV ----
+// bioCV's .calib, a file a camera: numbers separated by spaces and line ends,
+// the image's width and height, K (3x3 px, by rows), the pose (4x4 by rows:
+// x_cam = R X + t, mm) and OpenCV's k1 k2 p1 p2 k3. "00.mp4.calib" is the
+// camera "00".
+
+namespace {
+
+constexpr const char* kExtension = ".calib";
+
+bool IsCalib(const std::string& name) {
+  return fs::path(name).extension() == kExtension;
+}
+
+CameraRecord ReadBiocvCamera(const std::string& path) {
+  const std::vector<double> numbers = ReadNumberTable(
+      path, 2 + 9 + 16 + 5,
+      "32: width, height, K, the pose (4x4) and k1 k2 p1 p2 k3");
+  CameraRecord record;
+  record.file = path;
+  record.name = fs::path(path).stem().stem().string();
+  for (const double side : {numbers[0], numbers[1]}) {
+    if (side >= 0.0 && side <= 1e6 && side == std::floor(side)) continue;
+    throw InputError(path, "", "expected a width and a height in px");
+  }
+  record.width_px = static_cast<int64_t>(numbers[0]);
+  record.height_px = static_cast<int64_t>(numbers[1]);
+  const double* K = &numbers[2];
+  record.K = ToMatrix3({K, K + 9});
+  const Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>> pose(
+      &numbers[11]);
+  if (pose.row(3) != Eigen::RowVector4d(0.0, 0.0, 0.0, 1.0)) {
+    throw InputError(path, "", "the pose's last row is not 0 0 0 1");
+  }
+  record.R = pose.topLeftCorner<3, 3>();
+  record.t = pose.topRightCorner<3, 1>();
+  record.distortion.assign(numbers.end() - 5, numbers.end());
+  return record;
+}
+
+}  // namespace
+
+bool RecogniseBiocv(const CalibrationHead& head) {
+  if (head.is_folder) {
+    return std::any_of(head.names.begin(), head.names.end(), IsCalib) &&
+           !HasTumFiles(head.names);
+  }
+  return IsCalib(head.path) && (head.Is(CalibrationSyntax::kNumbers) ||
+                                head.Is(CalibrationSyntax::kOther));
+}
+
+CalibrationFile ReadBiocv(const CalibrationHead& head) {
+  std::vector<std::string> files;
+  std::copy_if(head.names.begin(), head.names.end(), std::back_inserter(files),
+               IsCalib);
+  std::sort(files.begin(), files.end(), NaturalLess);
+  return ReadFileACamera(head, files, LengthUnit::kMillimetre, ReadBiocvCamera);
+}
+
+// ---- OpenCap ----
+// OpenCap's cameraIntrinsicsExtrinsics.pickle, one a camera in
+// Videos/CAMERA of a session's folder: a dictionary of NumPy arrays
+// intrinsicMat (3x3 px), distortion (OpenCV's five), imageSize (height, width),
+// rotation (3x3) and translation (mm), x_cam = R X + t. The world is that of
+// the calibration board. The camera's name is that of its folder.
+
+namespace {
+
+constexpr const char* kPickle = "cameraIntrinsicsExtrinsics.pickle";
+
+// The pickles of a session, from its folder: of the folders of cameras in
+// Videos, or in `path` itself, or the one that is there.
+std::vector<std::string> FindPickles(const std::string& path) {
+  const fs::path folder = path;
+  if (IsFile((folder / kPickle).string())) return {kPickle};
+  for (const fs::path parent : {"Videos", ""}) {
+    if (!IsFolder((folder / parent).string())) continue;
+    std::vector<std::string> cameras = ListFolder((folder / parent).string());
+    std::sort(cameras.begin(), cameras.end(), NaturalLess);
+    std::vector<std::string> files;
+    for (const std::string& camera : cameras) {
+      const fs::path file = parent / camera / kPickle;
+      if (IsFile((folder / file).string())) files.push_back(file.string());
+    }
+    if (!files.empty()) return files;
+  }
+  return {};
+}
+
+std::string NameOf(const std::string& file) {
+  std::error_code error;
+  const fs::path path = fs::absolute(file, error);
+  const std::string folder = path.parent_path().filename().string();
+  return path.filename() == kPickle && !folder.empty() ? folder
+                                                       : path.stem().string();
+}
+
+CameraRecord ReadOpencapCamera(const std::string& file) {
+  constexpr size_t kMaxBytes = size_t{1} << 20;
+  const Json json = ParsePickle(ReadBytes(file, kMaxBytes), file);
+  CameraRecord record;
+  record.file = file;
+  record.name = NameOf(file);
+  KeyReader camera(JsonField(json, file));
+  record.K = camera.Matrix3("intrinsicMat");
+  camera.ReadLens(&record);
+  const std::vector<double> size = camera.At("imageSize").Matrix(2, 1);
+  record.height_px = static_cast<int64_t>(std::clamp(size[0], 0.0, 1e9));
+  record.width_px = static_cast<int64_t>(std::clamp(size[1], 0.0, 1e9));
+  if (!camera.Find("rotation").has_value()) {
+    camera.object().Fail(std::string("has no rotation: cameraIntrinsics.pickle "
+                                     "has the lens alone, expected ") +
+                         kPickle);
+  }
+  record.R = camera.Matrix3("rotation");
+  record.t = camera.Vector3("translation");
+  camera.Find("rotation_EulerAngles");
+  camera.RejectUnread();
+  return record;
+}
+
+}  // namespace
+
+bool RecogniseOpencap(const CalibrationHead& head) {
+  if (head.is_folder) return !FindPickles(head.path).empty();
+  return head.Is(CalibrationSyntax::kPickle);
+}
+
+CalibrationFile ReadOpencap(const CalibrationHead& head) {
+  std::vector<std::string> files;
+  if (head.is_folder) files = FindPickles(head.path);
+  return ReadFileACamera(head, files, LengthUnit::kMillimetre,
+                         ReadOpencapCamera);
+}
+
+bool HasTumFiles(const std::vector<std::string>& names) {
+  return std::any_of(names.begin(), names.end(), [](const std::string& name) {
+    return !NumberOf(name).empty();
+  });
+}
+
+}  // namespace kinegraph

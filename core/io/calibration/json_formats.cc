@@ -1,0 +1,345 @@
+// Calibrations in JSON: our own, and those of 4D association, VoxelPose, longcw
+// and CMU Panoptic.
+#include "core/base/constants.h"
+#include "core/base/error.h"
+#include "core/io/calibration/format.h"
+#include "core/io/calibration/tracked_cameras.h"
+#include "core/io/calibration/write_formats.h"
+#include "core/io/files/atomic_file.h"
+#include "core/io/files/side_files.h"
+#include "core/io/files/write_text_file.h"
+
+namespace kinegraph {
+
+// ---- Our own ----
+// cameras.json:
+//   {"kinegraph_cameras": 1, "units": {"length": "m"}, "cameras": [
+//     {"name": "cam0", "image_size": [w, h] or null, "model": "opencv5",
+//      "K": 3x3 px, "distortion": [k1, k2, p1, p2, k3],
+//      "cam_from_world": {"R": 3x3, "t": [x, y, z]}}, ...],
+//    "refinement": {...}}  what `track` changed, if it did
+// (refinement_record.h)
+
+namespace {
+
+Json ToJson(const Camera& camera) {
+  const bool has_lens = camera.lens() != nullptr;
+  const Eigen::Vector3d& t = camera.t();
+  Json json;
+  json["name"] = camera.name();
+  json["image_size"] = HasSize(camera)
+                           ? Json({camera.width_px(), camera.height_px()})
+                           : Json(nullptr);
+  json["model"] = has_lens ? camera.lens()->model() : "pinhole";
+  json["K"] = JsonRows(camera.K());
+  json["distortion"] =
+      has_lens ? Json(camera.lens()->parameters()) : Json::array();
+  json["cam_from_world"] = {{"R", JsonRows(camera.R())},
+                            {"t", {t.x(), t.y(), t.z()}}};
+  return json;
+}
+
+void ReadKinegraphCamera(KeyReader* camera, CameraRecord* record) {
+  const auto size = camera->Find("image_size");
+  if (size.has_value() && !size->value().is_null()) {
+    camera->ReadImageSize("image_size", record);
+  }
+  record->K = camera->Matrix3("K");
+  if (const auto model = camera->Find("model")) {
+    record->lens_model = model->Text();
+  }
+  if (const auto lens = camera->Find("distortion")) {
+    record->distortion = lens->Numbers();
+  }
+  KeyReader pose(camera->At("cam_from_world"));
+  record->R = pose.Matrix3("R");
+  record->t = pose.Vector3("t");
+  pose.RejectUnread();
+}
+
+}  // namespace
+
+bool RecogniseKinegraph(const CalibrationHead& head) {
+  return head.HasJsonKey("kinegraph_cameras");
+}
+
+CalibrationFile ReadKinegraph(const CalibrationHead& head) {
+  KeyReader root(head.Root());
+  const JsonField version = root.At("kinegraph_cameras");
+  if (version.Integer() != 1) version.FailExpected("version 1");
+  if (const auto units = root.Find("units")) {
+    const JsonField length = units->At("length");
+    if (length.Text() != "m") length.FailExpected("'m'");
+  }
+  CalibrationFile file;
+  file.states_unit = true;
+  for (const JsonField& camera : root.At("cameras").Elements("camera")) {
+    file.cameras.push_back(
+        ReadNamed(camera, camera.At("name").Text(), ReadKinegraphCamera));
+  }
+  root.Find("refinement");     // how the cameras came about
+  root.Find(kFingerprintKey);  // of the tracks that they came with
+  root.RejectUnread();
+  return file;
+}
+
+void WriteKinegraph(const std::string& path, const CameraRig& cameras,
+                    LostFields* /*losses*/) {
+  WriteCameras(path, cameras);
+}
+
+// ---- 4D association ----
+// {"0": {"K": 3x3 row-major, "RT": 3x4 row-major, "imgSize": [w, h]}, ...} as
+// 4D association writes it: x_cam = R X + t, metres, pixels. It calls a lens
+// "distCoeff"; any name that KeyReader::ReadLens knows will do.
+
+bool RecogniseKrt(const CalibrationHead& head) {
+  return FirstMemberHas(head, {"RT"});
+}
+
+CalibrationFile ReadKrt(const CalibrationHead& head) {
+  const JsonField root = head.Root();
+  CalibrationFile file;
+  KeyReader(root).ReadUnit(&file);
+  ReadMembers(root, &file, [](KeyReader* camera, CameraRecord* record) {
+    record->K = camera->Matrix3("K");
+    const std::vector<double> numbers = camera->At("RT").Matrix(3, 4);
+    const Eigen::Map<const Eigen::Matrix<double, 3, 4, Eigen::RowMajor>> rt(
+        numbers.data());
+    record->R = rt.leftCols<3>();
+    record->t = rt.col(3);
+    camera->ReadImageSize("imgSize", record);
+    camera->ReadLens(record);
+  });
+  return file;
+}
+
+void WriteKrt(const std::string& path, const CameraRig& cameras,
+              LostFields* lost_fields) {
+  NoteUnknownSizes(cameras, lost_fields);
+  Json json = Json::object();
+  for (const Camera& camera : cameras) {
+    Eigen::Matrix<double, 3, 4> rt;
+    rt << camera.R(), camera.t();
+    Json entry = {{"K", JsonFlat(camera.K())}, {"RT", JsonFlat(rt)}};
+    if (HasSize(camera)) {
+      entry["imgSize"] = {camera.width_px(), camera.height_px()};
+    }
+    if (camera.lens() != nullptr) {
+      entry["distCoeff"] = JsonFlat(OpenCvCoefficients(camera));
+    }
+    json[camera.name()] = entry;
+  }
+  WriteTextFile(path, JsonLines(json));
+}
+
+// ---- VoxelPose ----
+// VoxelPose's JSON: {"0": {"R": 3x3, "T": 3x1, "fx", "fy", "cx", "cy",
+// "k": 3x1, "p": 2x1}, ...}, millimetres. T is the camera's centre:
+// x_cam = R (X - T). Radial k1 k2 k3 and tangential p1 p2.
+
+bool RecogniseVoxelpose(const CalibrationHead& head) {
+  return FirstMemberHas(head, {"T", "fx"}) && !FirstMemberHas(head, {"RT"});
+}
+
+CalibrationFile ReadVoxelpose(const CalibrationHead& head) {
+  const JsonField root = head.Root();
+  CalibrationFile file;
+  file.unit = LengthUnit::kMillimetre;
+  KeyReader(root).ReadUnit(&file);
+  ReadMembers(root, &file, [](KeyReader* camera, CameraRecord* record) {
+    // Read before they are put in: Eigen asserts that a list which has begun
+    // comes to its end, also when one of them throws.
+    const double fx = camera->At("fx").Number();
+    const double fy = camera->At("fy").Number();
+    const double cx = camera->At("cx").Number();
+    const double cy = camera->At("cy").Number();
+    record->K << fx, 0.0, cx, 0.0, fy, cy, 0.0, 0.0, 1.0;
+    record->R = camera->Matrix3("R");
+    record->centre = camera->Vector3("T");
+    camera->ReadLens(record);
+  });
+  return file;
+}
+
+void WriteVoxelpose(const std::string& path, const CameraRig& cameras,
+                    LostFields* lost_fields) {
+  Json json = Json::object();
+  bool has_size = false;
+  for (const Camera& camera : cameras) {
+    const Eigen::Matrix3d& K = camera.K();
+    CheckSkew(camera);
+    const auto lens = OpenCvCoefficients(camera);
+    const Eigen::Vector3d radial(lens[0], lens[1], lens[4]);
+    const Eigen::Vector2d tangential(lens[2], lens[3]);
+    const Eigen::Vector3d centre_mm = kMillimetresPerMetre * camera.centre();
+    json[camera.name()] = {{"R", JsonRows(camera.R())},
+                           {"T", JsonRows(centre_mm)},
+                           {"fx", K(0, 0)},
+                           {"fy", K(1, 1)},
+                           {"cx", K(0, 2)},
+                           {"cy", K(1, 2)},
+                           {"k", JsonRows(radial)},
+                           {"p", JsonRows(tangential)}};
+    has_size = has_size || HasSize(camera);
+  }
+  if (has_size) lost_fields->push_back("image sizes are not kept");
+  NoteSkew(cameras, lost_fields);
+  WriteTextFile(path, JsonLines(json));
+}
+
+// ---- longcw ----
+// JSON of longcw's crossview data: {"cameras": {"Camera0": {"K": 3x3,
+// "Tw": 4x4, "dist_coeffs": [k1, k2, p1, p2]}, ...}}. K belongs to coordinates
+// divided by the image's width and height; Tw is world_from_cam, centimetres.
+
+namespace {
+
+// "cameras" of a program that is not ours.
+bool HasOthersCameras(const CalibrationHead& head) {
+  return head.HasJsonKey("cameras") && !head.HasJsonKey("kinegraph_cameras");
+}
+
+}  // namespace
+
+bool RecogniseLongcw(const CalibrationHead& head) {
+  return HasOthersCameras(head) && FirstMemberHas(head.json["cameras"], {"Tw"});
+}
+
+CalibrationFile ReadLongcw(const CalibrationHead& head) {
+  CalibrationFile file;
+  file.unit = LengthUnit::kCentimetre;
+  KeyReader keys(head.Root());
+  keys.ReadUnit(&file);
+  ReadMembers(
+      keys.At("cameras"), &file, [](KeyReader* camera, CameraRecord* record) {
+        record->K = camera->Matrix3("K");
+        record->normalised_K = true;
+        const JsonField pose = camera->At("Tw");
+        const std::vector<double> numbers = pose.Matrix(4, 4);
+        const Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>>
+            world_from_cam(numbers.data());
+        if (world_from_cam.row(3) != Eigen::RowVector4d(0.0, 0.0, 0.0, 1.0)) {
+          pose.Fail("the last row is not 0 0 0 1");
+        }
+        record->R = world_from_cam.topLeftCorner<3, 3>().transpose();
+        record->centre = world_from_cam.topRightCorner<3, 1>();
+        camera->ReadLens(record);
+      });
+  keys.RejectUnread();
+  return file;
+}
+
+// K is divided by the image size, which the file does not tell: a reader is
+// told one size for all cameras.
+void WriteLongcw(const std::string& path, const CameraRig& cameras,
+                 LostFields* lost_fields) {
+  Json members = Json::object();
+  for (const Camera& camera : cameras) {
+    if (!HasSize(camera)) {
+      throw CannotWrite(camera,
+                        "longcw's K is divided by the image size, which the "
+                        "input does not tell (--image_size=W,H)");
+    }
+    if (camera.width_px() != cameras[0].width_px() ||
+        camera.height_px() != cameras[0].height_px()) {
+      throw CannotWrite(camera,
+                        "has another image size than the first camera, which "
+                        "longcw's format cannot say");
+    }
+    Eigen::Matrix3d K = camera.K();
+    K.row(0) /= camera.width_px();
+    K.row(1) /= camera.height_px();
+    Eigen::Matrix4d world_from_cam = Eigen::Matrix4d::Identity();
+    world_from_cam.topLeftCorner<3, 3>() = camera.R().transpose();
+    world_from_cam.topRightCorner<3, 1>() =
+        kCentimetresPerMetre * camera.centre();
+    members[camera.name()] = {
+        {"K", JsonRows(K)},
+        {"Tw", JsonRows(world_from_cam)},
+        {"dist_coeffs", JsonFlat(OpenCvCoefficients(camera))}};
+  }
+  if (!cameras.empty()) {
+    lost_fields->push_back(
+        "the image size is not kept: name it when reading "
+        "(--image_size=" +
+        std::to_string(cameras[0].width_px()) + "," +
+        std::to_string(cameras[0].height_px()) + ")");
+  }
+  WriteTextFile(path, JsonLines(Json{{"cameras", members}}));
+}
+
+// ---- CMU Panoptic ----
+// CMU Panoptic's JSON: {"cameras": [{"name": "00_03", "resolution": [w, h],
+// "K": 3x3, "distCoef": [k1, k2, p1, p2, k3], "R": 3x3, "t": 3x1}, ...]}:
+// x_cam = R X + t, centimetres.
+
+bool RecognisePanoptic(const CalibrationHead& head) {
+  return HasOthersCameras(head) && head.json["cameras"].is_array();
+}
+
+CalibrationFile ReadPanoptic(const CalibrationHead& head) {
+  CalibrationFile file;
+  file.unit = LengthUnit::kCentimetre;
+  KeyReader keys(head.Root());
+  keys.ReadUnit(&file);
+  for (const JsonField& element : keys.At("cameras").Elements("camera")) {
+    file.cameras.push_back(
+        ReadNamed(element, element.At("name").Text(),
+                  [](KeyReader* camera, CameraRecord* record) {
+                    camera->ReadImageSize("resolution", record);
+                    record->K = camera->Matrix3("K");
+                    camera->ReadLens(record);
+                    record->R = camera->Matrix3("R");
+                    record->t = camera->Vector3("t");
+                  }));
+  }
+  keys.RejectUnread();
+  return file;
+}
+
+void WritePanoptic(const std::string& path, const CameraRig& cameras,
+                   LostFields* lost_fields) {
+  NoteUnknownSizes(cameras, lost_fields);
+  Json list = Json::array();
+  for (const Camera& camera : cameras) {
+    const Eigen::Vector3d t_cm = kCentimetresPerMetre * camera.t();
+    Json entry = {{"name", camera.name()}, {"type", "hd"}};
+    if (HasSize(camera)) {
+      entry["resolution"] = {camera.width_px(), camera.height_px()};
+    }
+    entry["K"] = JsonRows(camera.K());
+    entry["distCoef"] = JsonFlat(OpenCvCoefficients(camera));
+    entry["R"] = JsonRows(camera.R());
+    entry["t"] = JsonRows(t_cm);
+    list.push_back(entry);
+  }
+  WriteTextFile(path, JsonLines(Json{{"cameras", list}}));
+}
+
+void WriteCameras(const std::string& path, const CameraRig& cameras,
+                  const std::string& refinement) {
+  WriteTrackedCameras(path, cameras, refinement, "");
+}
+
+void WriteTrackedCameras(const std::string& path, const CameraRig& cameras,
+                         const std::string& refinement,
+                         const std::string& tracks) {
+  AtomicFile file(path);
+  file.Write(
+      WithFingerprint("{\"kinegraph_cameras\": 1, \"units\": "
+                      "{\"length\": \"m\"}, \"cameras\": [",
+                      tracks));
+  const char* separator = "\n";
+  for (const Camera& camera : cameras) {
+    // A name that is not UTF-8 is written with replacement characters.
+    file.Write(separator + DumpJson(ToJson(camera)));
+    separator = ",\n";
+  }
+  file.Write("\n]");
+  if (!refinement.empty()) file.Write(",\n\"refinement\": " + refinement);
+  file.Write("}\n");
+  file.Commit();
+}
+
+}  // namespace kinegraph

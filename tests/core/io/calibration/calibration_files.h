@@ -1,0 +1,89 @@
+// Calibrations from texts, and what is compared of cameras.
+#ifndef KINEGRAPH_TESTS_CORE_IO_CALIBRATION_CALIBRATION_FILES_H_
+#define KINEGRAPH_TESTS_CORE_IO_CALIBRATION_CALIBRATION_FILES_H_
+
+#include <gtest/gtest.h>
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/io/calibration/calibration.h"
+#include "tests/core/io/input_error.h"
+#include "tests/support/test_data.h"
+
+namespace kinegraph::testing {
+
+// The cameras of a file of this name and content.
+inline CameraRig CamerasOf(const std::string& name, const std::string& text,
+                           const CameraReadOptions& options = {}) {
+  const TemporaryFolder folder;
+  return ReadCameras(folder.Write(name, text), options);
+}
+
+// The message with which it is refused, which names the file.
+inline std::string FaultOf(const std::string& name, const std::string& text,
+                           const CameraReadOptions& options = {}) {
+  const std::string message =
+      InputErrorOf([&] { CamerasOf(name, text, options); });
+  EXPECT_NE(message.find(name), std::string::npos) << message;
+  return message;
+}
+
+// Each text is refused with a message that says this.
+inline void ExpectFaults(
+    const std::string& name,
+    const std::vector<std::pair<std::string, std::string>>& faults) {
+  for (const auto& [text, said] : faults) {
+    const std::string message = FaultOf(name, text);
+    EXPECT_NE(message.find(said), std::string::npos) << message;
+  }
+}
+
+inline std::string WithReplaced(std::string text, const std::string& from,
+                                const std::string& to) {
+  const size_t at = text.find(from);
+  EXPECT_NE(at, std::string::npos) << "there is no " << from;
+  return at == std::string::npos ? text : text.replace(at, from.size(), to);
+}
+
+inline std::vector<std::string> NamesOf(const CameraRig& cameras) {
+  std::vector<std::string> names;
+  for (const Camera& camera : cameras) names.push_back(camera.name());
+  return names;
+}
+
+// Of an ideal pinhole, nothing.
+inline std::vector<double> LensOf(const Camera& camera) {
+  return camera.lens() == nullptr ? std::vector<double>()
+                                  : camera.lens()->parameters();
+}
+
+// `K` has fx, fy, cx, cy.
+inline void ExpectIntrinsics(const Camera& camera, const std::string& name,
+                             const std::vector<int>& size_px,
+                             const std::vector<double>& K) {
+  EXPECT_EQ(camera.name(), name);
+  EXPECT_EQ((std::vector<int>{camera.width_px(), camera.height_px()}), size_px);
+  EXPECT_EQ((std::vector<double>{camera.K()(0, 0), camera.K()(1, 1),
+                                 camera.K()(0, 2), camera.K()(1, 2)}),
+            K);
+}
+
+// `tolerance` is relative to the largest number of K, R and t alike.
+inline void ExpectSameCameras(const CameraRig& a, const CameraRig& b,
+                              double tolerance) {
+  ASSERT_EQ(a.size(), b.size());
+  for (size_t c = 0; c < a.size(); ++c) {
+    const double K_scale = a[c].K().cwiseAbs().maxCoeff();
+    EXPECT_LE((a[c].K() - b[c].K()).cwiseAbs().maxCoeff(), tolerance * K_scale);
+    EXPECT_LE((a[c].R() - b[c].R()).cwiseAbs().maxCoeff(), tolerance);
+    EXPECT_LE((a[c].t() - b[c].t()).norm(), tolerance * (1.0 + a[c].t().norm()))
+        << a[c].name();
+    EXPECT_EQ(LensOf(a[c]), LensOf(b[c])) << a[c].name();
+  }
+}
+
+}  // namespace kinegraph::testing
+
+#endif  // KINEGRAPH_TESTS_CORE_IO_CALIBRATION_CALIBRATION_FILES_H_
