@@ -18,13 +18,13 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <tuple>
 #include <utility>
 #include <vector>
 
 #include "core/base/error.h"
 #include "core/base/median.h"
 #include "core/base/time.h"
-#include "core/io/detections/csv_keypoints.h"
 #include "core/io/detections/format.h"
 #include "core/io/detections/formats.h"
 #include "core/io/files/text_file.h"
@@ -118,17 +118,6 @@ std::set<int64_t> UnusedCameras(const std::string& session) {
   return unused;
 }
 
-// ---- Reading ----
-
-int CaliscopePlaceOf(const std::vector<std::string>& header,
-                     const std::vector<const char*>& names) {
-  for (const char* name : names) {
-    const auto at = std::find(header.begin(), header.end(), name);
-    if (at != header.end()) return static_cast<int>(at - header.begin());
-  }
-  return -1;
-}
-
 // Columns by their names in any version.
 struct CaliscopeColumns {
   int sync = -1;
@@ -142,13 +131,18 @@ struct CaliscopeColumns {
 
 CaliscopeColumns FindCaliscopeColumns(const std::vector<std::string>& header) {
   CaliscopeColumns columns;
-  columns.sync = CaliscopePlaceOf(header, {"sync_index"});
-  columns.camera = CaliscopePlaceOf(header, {"cam_id", "port"});
-  columns.object = CaliscopePlaceOf(header, {"object_id"});
-  columns.point = CaliscopePlaceOf(header, {"keypoint_id", "point_id"});
-  columns.x = CaliscopePlaceOf(header, {"img_loc_x"});
-  columns.y = CaliscopePlaceOf(header, {"img_loc_y"});
-  columns.time = CaliscopePlaceOf(header, {"frame_time"});
+  for (const auto& [name, column] : {std::pair{"sync_index", &columns.sync},
+                                     {"port", &columns.camera},
+                                     {"cam_id", &columns.camera},
+                                     {"object_id", &columns.object},
+                                     {"point_id", &columns.point},
+                                     {"keypoint_id", &columns.point},
+                                     {"img_loc_x", &columns.x},
+                                     {"img_loc_y", &columns.y},
+                                     {"frame_time", &columns.time}}) {
+    const auto at = std::find(header.begin(), header.end(), name);
+    if (at != header.end()) *column = static_cast<int>(at - header.begin());
+  }
   return columns;
 }
 
@@ -177,16 +171,11 @@ class Row {
       : header_(header), cells_(cells) {}
 
   double Number(int column) const {
-    const std::string& cell = cells_[static_cast<size_t>(column)];
-    const KeypointColumns one = {column, column, -1};
-    const Detection read =
-        ReadKeypointRow(cells_, {one}, {header_[static_cast<size_t>(column)]},
-                        ZeroConfidence::kPosition);
-    if (!read.joints.front().found) {
-      throw InputError(header_[static_cast<size_t>(column)] + ": found '" +
-                       Printable(cell) + "', expected a number");
-    }
-    return read.joints.front().px.x();
+    const auto at = static_cast<size_t>(column);
+    const auto number =
+        Located(header_[at], [&] { return NumberOfCell(cells_[at]); });
+    if (number.has_value() && std::isfinite(*number)) return *number;
+    Fail(at, "a number");
   }
 
   int64_t Index(int column) const {
@@ -195,28 +184,32 @@ class Row {
         number == std::floor(number)) {
       return static_cast<int64_t>(number);
     }
-    throw InputError(header_[static_cast<size_t>(column)] + ": found '" +
-                     Printable(cells_[static_cast<size_t>(column)]) +
-                     "', expected a whole number from 0");
+    Fail(static_cast<size_t>(column), "a whole number from 0");
   }
 
  private:
+  [[noreturn]] void Fail(size_t at, const std::string& expected) const {
+    throw InputError(header_[at] + ": found '" + Printable(cells_[at]) +
+                     "', expected " + expected);
+  }
+
   const std::vector<std::string>& header_;
   const std::vector<std::string>& cells_;
 };
 
-// Calls `read` with header and cells of each row.
+// Calls `read` with each row and its columns.
 template <typename Read>
 void ForEachRow(const std::string& path, const Read& read) {
-  const std::string text = ReadTextFile(path);
-  CsvRows rows(text);
-  Located(
-      path, [&] { return rows.Place(); },
-      [&] {
-        std::vector<std::string> header;
-        std::vector<std::string> cells;
-        if (!rows.Next(&header)) throw InputError("is empty");
-        while (rows.Next(&cells, header.size())) read(header, cells);
+  std::vector<std::string> names;
+  CaliscopeColumns columns;
+  ReadCsv(
+      path,
+      [&](const std::vector<std::string>& header) {
+        names = header;
+        columns = FindCaliscopeColumns(header);
+      },
+      [&](const std::vector<std::string>& cells) {
+        read(Row(names, cells), columns);
       });
 }
 
@@ -238,11 +231,9 @@ Times ReadTimesBeside(const std::string& table) {
   for (const char* name : {"timestamps.csv", "frame_time_history.csv"}) {
     const std::string path = (folder / name).string();
     if (!IsFile(path)) continue;
-    ForEachRow(path, [&](const std::vector<std::string>& header,
-                         const std::vector<std::string>& cells) {
-      const CaliscopeColumns columns = FindCaliscopeColumns(header);
+    ForEachRow(path, [&](const Row& row, const CaliscopeColumns& columns) {
       if (columns.sync < 0 || columns.camera < 0 || columns.time < 0) return;
-      AddTime(Row(header, cells), columns, &times);
+      AddTime(row, columns, &times);
     });
     if (!times.empty()) break;
   }
@@ -255,15 +246,13 @@ class CaliscopeReader {
       : options_(options), unused_(std::move(unused)) {}
 
   std::unique_ptr<DetectionSource> Read(const std::string& table) {
-    ForEachRow(table, [this](const std::vector<std::string>& header,
-                             const std::vector<std::string>& cells) {
-      const CaliscopeColumns columns = FindCaliscopeColumns(header);
+    ForEachRow(table, [&](const Row& row, const CaliscopeColumns& columns) {
       if (!AreOfPoints(columns)) {
         throw InputError(
             "expected columns sync_index, cam_id, keypoint_id, img_loc_x and "
             "img_loc_y");
       }
-      ReadPoint(Row(header, cells), columns);
+      ReadPoint(row, columns);
     });
     if (times_.empty()) times_ = ReadTimesBeside(table);
     return Located(table, [&] { return Collect(fs::path(table)); });
@@ -328,16 +317,14 @@ class CaliscopeReader {
     SettleSkeleton(table);
     std::map<int64_t, size_t> views;
     for (const Point& point : points_) views[point.camera] = 0;
-    DetectionHeader header;
-    header.skeleton = skeleton_;
-    header.frame_rate_hz =
-        options_.frame_rate_hz > 0.0 ? options_.frame_rate_hz : FrameRate();
+    DetectionHeader header = HeaderOf({}, options_, skeleton_);
+    if (!(header.frame_rate_hz > 0.0)) header.frame_rate_hz = FrameRate();
     for (auto& [camera, place] : views) {
       place = header.view_names.size();
       header.view_names.push_back("cam_" + std::to_string(camera));
     }
     DetectionCollector collector(header);
-    std::map<std::pair<std::pair<int64_t, int64_t>, int64_t>, size_t> people;
+    std::map<std::tuple<int64_t, int64_t, int64_t>, size_t> people;
     for (const Point& point : points_) {
       const auto joint = joints_.find(point.point);
       if (joint == joints_.end()) continue;
@@ -346,10 +333,9 @@ class CaliscopeReader {
       const size_t view = views.at(point.camera);
       ViewDetections& seen = collector.Touch(point.sync)->views[view];
       if (!keypoint.found) continue;
-      const auto [place, is_new] = people.emplace(
-          std::make_pair(std::make_pair(point.sync, point.camera),
-                         point.object),
-          seen.detections.size());
+      const auto [place, is_new] =
+          people.emplace(std::tuple(point.sync, point.camera, point.object),
+                         seen.detections.size());
       if (is_new) {
         collector.Add(point.sync, view)
             ->joints.resize(skeleton_.joints().size());
@@ -404,11 +390,6 @@ class CaliscopeReader {
   std::map<int64_t, int64_t> joints_;  // of a point's number
 };
 
-std::unique_ptr<DetectionSource> OpenCaliscopeFile(
-    const std::string& path, const DetectionReadOptions& options) {
-  return CaliscopeReader(options, UnusedCameras(path)).Read(TableOf(path));
-}
-
 // Only what is a session is searched: folders may hold a million files.
 bool IsSession(const std::string& folder) {
   const std::vector<std::string> names = ListFolder(folder);
@@ -418,27 +399,19 @@ bool IsSession(const std::string& folder) {
   });
 }
 
+}  // namespace
+
+std::unique_ptr<DetectionSource> OpenCaliscope(
+    const std::string& path, const DetectionReadOptions& options) {
+  return CaliscopeReader(options, UnusedCameras(path)).Read(TableOf(path));
+}
+
 bool RecogniseCaliscope(const DetectionHead& head) {
   if (head.is_folder) {
     return IsSession(head.path) && !TablesOf(head.path).empty();
   }
-  CsvRows rows(head.beginning);
-  std::vector<std::string> header;
-  return head.beginning.rfind("sync_index", 0) == 0 && rows.Next(&header) &&
-         AreOfPoints(FindCaliscopeColumns(header));
-}
-
-}  // namespace
-
-DetectionFormat CaliscopeFormat() {
-  DetectionFormat format;
-  format.name = "caliscope";
-  format.layout = "Caliscope's xy_TRACKER.csv, or the folder of its session";
-  format.extension = ".csv";
-  format.files = DetectionFormat::Files::kSession;
-  format.recognise = RecogniseCaliscope;
-  format.open = OpenCaliscopeFile;
-  return format;
+  return head.beginning.rfind("sync_index", 0) == 0 &&
+         AreOfPoints(FindCaliscopeColumns(head.FirstRow()));
 }
 
 }  // namespace kinegraph

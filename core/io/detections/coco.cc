@@ -1,11 +1,11 @@
-// COCO keypoint results: [{"image_id": frame, "keypoints": [x, y, c, ...],
-// ...}, ...], one file a view. Frames need not ascend, so a file is read whole.
-// AlphaPose writes the image's file name instead of a number: then its last
-// integer is the frame.
+// JSON of key points, a file a view: COCO's results and MMPose's predictions.
+// Frames need not ascend, so a file is read whole.
+#include <charconv>
+#include <filesystem>
 #include <memory>
-#include <optional>
 #include <string>
 #include <string_view>
+#include <system_error>
 #include <vector>
 
 #include "core/base/error.h"
@@ -13,84 +13,115 @@
 #include "core/io/detections/formats.h"
 #include "core/io/detections/view_files.h"
 #include "core/io/files/atomic_file.h"
-#include "core/io/files/atomic_folder.h"
+#include "core/io/files/text_file.h"
 #include "core/io/text/bulk_json.h"
 #include "core/io/text/json_output.h"
 #include "core/io/text/names.h"
+#include "core/io/text/skeleton_json.h"
 
 namespace kinegraph {
 namespace {
 
 constexpr const char* kKeypoints = "keypoints";
-constexpr const char* kImageId = "image_id";
 
-class CocoReader {
+// Where no file states the joints, the first person's number of them does.
+void SettleSkeletonByCount(size_t joint_count, DetectionCollector* collector) {
+  if (collector->has_skeleton()) return;
+  collector->set_skeleton(*DetectorSkeletons(joint_count, kKeypoints).front());
+}
+
+// Calls `read` for each entry of a list.
+template <typename Read>
+void ForEachEntry(const std::string& path, const JsonArray& entries,
+                  const char* what, const Read& read) {
+  size_t place = 0;
+  Located(
+      path, [&] { return "entry " + std::to_string(place); },
+      [&] {
+        for (const JsonValue entry : entries) {
+          read(AsObject(entry, what));
+          ++place;
+        }
+      });
+}
+
+// A file that is one list, an entry a line.
+class JsonListFile {
  public:
-  CocoReader(const DetectionHeader& header, const DetectionReadOptions& options)
-      : zero_confidence_(options.zero_confidence), collector_(header) {}
+  explicit JsonListFile(const std::string& path) : file_(path) {}
 
-  void ReadFile(const std::string& path, size_t view_idx) {
-    const JsonValue root = parser_.Parse(path);
-    const JsonArray entries =
-        Located(path, [&] { return AsArray(root, kOutermost); });
-    size_t place = 0;
-    Located(
-        path, [&] { return "entry " + std::to_string(place); },
-        [&] {
-          for (const JsonValue entry : entries) {
-            ReadEntry(AsObject(entry, "a detection"), view_idx);
-            ++place;
-          }
-        });
+  void Commit() {
+    out_.Text(is_first_ ? "[]\n" : "\n]\n");
+    out_.FlushTo(&file_);
+    file_.Commit();
   }
 
-  std::unique_ptr<DetectionSource> Finish() {
-    if (numbers_.empty() && collector_.header().skeleton.joint_count() == 0) {
-      collector_.set_skeleton(Coco17());  // nobody was seen
-    }
-    return collector_.Finish();
+ protected:
+  JsonOutput& Entry() {
+    out_.Text(is_first_ ? "[\n" : ",\n");
+    is_first_ = false;
+    return out_;
   }
+  void Flush() { out_.FlushTo(&file_); }
 
  private:
-  void ReadEntry(const JsonObject& entry, size_t view_idx) {
-    const int64_t frame = FrameOf(Required(entry, kImageId));
-    const JsonArray keypoints =
-        AsArray(Required(entry, kKeypoints), kKeypoints);
-    if (numbers_.empty()) Prepare(keypoints.size());
-    AsNumbers(keypoints, kKeypoints, numbers_.size(), numbers_.data());
-    Detection* detection = collector_.Add(frame, view_idx);
-    detection->joints.reserve(numbers_.size() / 3);
-    for (size_t n = 0; n < numbers_.size(); n += 3) {
-      detection->joints.push_back(MakeKeypoint(
-          numbers_[n], numbers_[n + 1], numbers_[n + 2], zero_confidence_));
-    }
-  }
-
-  // By the first person of the recording, unless the skeleton is given.
-  void Prepare(size_t number_count) {
-    if (collector_.header().skeleton.joint_count() == 0) {
-      collector_.set_skeleton(
-          *DetectorSkeletons((number_count + 2) / 3, kKeypoints).front());
-    }
-    numbers_.resize(
-        3 * static_cast<size_t>(collector_.header().skeleton.joint_count()));
-  }
-
-  static int64_t FrameOf(JsonValue image_id) {
-    if (!image_id.is_string()) return AsFrame(image_id, kImageId);
-    return FrameOfName(AsText(image_id, kImageId));
-  }
-
-  const ZeroConfidence zero_confidence_;
-  std::vector<double> numbers_;  // of one person
-  DetectionCollector collector_;
-  JsonFileParser parser_;
+  AtomicFile file_;
+  JsonOutput out_;
+  bool is_first_ = true;
 };
 
-std::unique_ptr<DetectionSource> OpenCocoFile(
-    const std::string& path, const DetectionReadOptions& options) {
-  return OpenViewFiles<CocoReader>(path, options, ".json");
+// ---- COCO ----
+// [{"image_id": frame, "keypoints": [x, y, c, ...], ...}, ...]. AlphaPose
+// writes the image's file name instead of a number: then its last integer is
+// the frame.
+
+int64_t FrameOf(JsonValue image_id) {
+  if (!image_id.is_string()) return AsFrame(image_id, "image_id");
+  return FrameOfName(AsText(image_id, "image_id"));
 }
+
+void ReadCocoFile(const std::string& path, size_t view_idx,
+                  const DetectionReadOptions& options,
+                  DetectionCollector* collector) {
+  JsonFileParser parser;
+  const JsonValue root = parser.Parse(path);
+  std::vector<double> numbers;  // of one person
+  ForEachEntry(
+      path, Located(path, [&] { return AsArray(root, kOutermost); }),
+      "a detection", [&](const JsonObject& entry) {
+        const int64_t frame = FrameOf(Required(entry, "image_id"));
+        const JsonArray keypoints =
+            AsArray(Required(entry, kKeypoints), kKeypoints);
+        SettleSkeletonByCount((keypoints.size() + 2) / 3, collector);
+        numbers.resize(3 * collector->header().skeleton.joints().size());
+        AsNumbers(keypoints, kKeypoints, numbers.size(), numbers.data());
+        SetKeypoints(numbers, options.zero_confidence,
+                     &collector->Add(frame, view_idx)->joints);
+      });
+}
+
+// The score of a person is the mean confidence of the joints found, the box the
+// one around them.
+class CocoView : public JsonListFile {
+ public:
+  using JsonListFile::JsonListFile;
+
+  void Write(int64_t frame, const std::vector<Detection>& detections) {
+    for (const Detection& detection : detections) {
+      JsonOutput& out = Entry();
+      out.Add("{\"image_id\": ", frame,
+              ", \"category_id\": 1, \"keypoints\": [");
+      WriteKeypoints(detection, &out);
+      const DetectionSummary summary = Summarise(detection);
+      out.Add("], \"score\": ", summary.score, ", \"bbox\": [");
+      WriteBox(summary, &out);
+      out.Text("]}");
+    }
+    Flush();
+  }
+};
+
+}  // namespace
 
 // AlphaPose's files have more keys and the same ones.
 bool RecogniseCoco(const DetectionHead& head) {
@@ -99,73 +130,167 @@ bool RecogniseCoco(const DetectionHead& head) {
          !head.Contains("\"instances\"");
 }
 
-// ---- Writing ----
+std::unique_ptr<DetectionSource> OpenCoco(const std::string& path,
+                                          const DetectionReadOptions& options) {
+  return ReadViews(ListViewFiles(path), options, ReadCocoFile);
+}
 
-class CocoView {
- public:
-  explicit CocoView(const std::string& path) : file_(path) {}
-
-  void Write(int64_t frame, const std::vector<Detection>& detections) {
-    for (const Detection& detection : detections) Write(frame, detection);
-    out_.FlushTo(&file_);
-  }
-
-  void Commit() {
-    out_.Text(is_first_ ? "[]\n" : "\n]\n");
-    out_.FlushTo(&file_);
-    file_.Commit();
-  }
-
- private:
-  void Write(int64_t frame, const Detection& detection) {
-    const DetectionSummary summary = Summarise(detection);
-    const Eigen::Vector2d size_px = summary.high_px - summary.low_px;
-    out_.Text(is_first_ ? "[\n" : ",\n");
-    is_first_ = false;
-    out_.Add("{\"image_id\": ", frame,
-             ", \"category_id\": 1, \"keypoints\": [");
-    out_.Join(detection.joints,
-              [this](const Keypoint& joint) { WriteKeypoint(joint, &out_); });
-    out_.Add("], \"score\": ", summary.score, ", \"bbox\": [");
-    out_.Numbers(
-        {summary.low_px.x(), summary.low_px.y(), size_px.x(), size_px.y()});
-    out_.Text("]}");
-  }
-
-  AtomicFile file_;
-  JsonOutput out_;
-  bool is_first_ = true;
-};
-
-// COCO keypoint results, VIEW.json. The score of a person is the mean
-// confidence of the joints found, the box the one around them.
-void WriteCocoResults(const std::string& path,
-                      const DetectionWriteOptions& /*options*/,
-                      DetectionSource* source, LostFields* lost_fields) {
-  const DetectionHeader header = source->header();
-  AtomicFolder folder(path);
-  RefuseViewTruth(header, "COCO results");
-  const auto files = MakeViewFiles<CocoView>(header, ".json", folder);
-  DetectionLossFinder finder(header);
-  const int64_t empty_frames = WriteViewFiles(files, source, &finder);
-  folder.Commit();
-  finder.Report(IsToldByJointCount(header.skeleton), lost_fields);
+void WriteCoco(const std::string& path, const DetectionWriteOptions&,
+               DetectionSource* source, LostFields* lost_fields) {
+  RefuseViewTruth(source->header(), "COCO results");
+  const int64_t empty_frames = WriteViewFiles<CocoView>(
+      path, ".json", source, IsToldByJointCount(source->header().skeleton),
+      lost_fields);
   NoteEmptyFrames(empty_frames, lost_fields);
 }
 
+// ---- MMPose (RTMPose) ----
+// [{"frame_id": 0, "instances": [{"keypoints": [[x, y], ...],
+// "keypoint_scores": [s, ...]}]}], or the same list as "instance_info" of an
+// object, whose "meta_info" states the joints (keypoint_id2name), bones
+// (skeleton_links) and the skeleton's name (dataset_name). A folder a view with
+// a file an image has the list of instances alone in each.
+
+namespace {
+
+// {"0": "nose", "1": "left_eye", ...}, in any order.
+std::vector<std::string> LabelsOf(const JsonObject& names) {
+  constexpr const char* kKey = "meta_info.keypoint_id2name";
+  std::vector<std::string> labels(names.size());
+  for (const auto& [key, name] : names) {
+    size_t number = 0;
+    const char* end = key.data() + key.size();
+    const auto [stop, error] = std::from_chars(key.data(), end, number);
+    if (error != std::errc() || stop != end || number >= labels.size()) {
+      throw InputError(std::string(kKey) + ": found '" +
+                       Printable(std::string(key)) + "', expected 0 .. " +
+                       std::to_string(labels.size() - 1));
+    }
+    labels[number] = AsText(name, kKey);
+  }
+  return labels;
+}
+
+// By `meta_info`, where there is one that names the joints.
+void SettleMmposeSkeleton(JsonValue root, DetectionCollector* collector) {
+  JsonObject meta;
+  JsonObject names;
+  if (root.at_key("meta_info").get(meta) != simdjson::SUCCESS ||
+      meta["keypoint_id2name"].get(names) != simdjson::SUCCESS) {
+    return;
+  }
+  const std::vector<std::string> labels = LabelsOf(names);
+  std::vector<Bone> bones;
+  JsonValue links;
+  if (meta["skeleton_links"].get(links) == simdjson::SUCCESS) {
+    bones = ReadBones(links, "meta_info.skeleton_links", 0,
+                      static_cast<int>(labels.size()) - 1);
+  }
+  std::string_view name;
+  if (meta["dataset_name"].get(name) != simdjson::SUCCESS) name = "";
+  collector->SettleSkeleton(labels, bones, std::string(name));
+}
+
+void AddInstances(const JsonArray& instances, int64_t frame, size_t view_idx,
+                  const DetectionReadOptions& options,
+                  DetectionCollector* collector) {
+  std::vector<double> scores;
+  collector->Touch(frame);
+  for (const JsonValue value : instances) {
+    const JsonObject instance = AsObject(value, "an instance");
+    const JsonArray points =
+        AsArray(Required(instance, kKeypoints), kKeypoints);
+    const size_t count = points.size();
+    SettleSkeletonByCount(count, collector);
+    const size_t expected = collector->header().skeleton.joints().size();
+    if (count != expected) {
+      throw InputError(std::string(kKeypoints) + ": found " +
+                       std::to_string(count) + " joints, expected " +
+                       std::to_string(expected));
+    }
+    scores.resize(count);
+    AsNumbers(Required(instance, "keypoint_scores"), "keypoint_scores", count,
+              scores.data());
+    AddPoints(points, kKeypoints, scores, options.zero_confidence,
+              collector->Add(frame, view_idx));
+  }
+}
+
+JsonArray FramesOf(JsonValue root) {
+  if (!root.is_object()) return AsArray(root, kOutermost);
+  return AsArray(Required(AsObject(root, kOutermost), "instance_info"),
+                 "instance_info");
+}
+
+// A file with all frames of a view, or a folder with the instances of an image
+// a file.
+void ReadMmposeView(const std::string& path, size_t view_idx,
+                    const DetectionReadOptions& options,
+                    DetectionCollector* collector) {
+  JsonFileParser parser;
+  if (IsFolder(path)) {
+    for (const auto& [name, image] : ListViewFiles(path)) {
+      const JsonValue root = parser.Parse(image);
+      const std::string file = std::filesystem::path(image).filename().string();
+      Located(image, [&] {
+        AddInstances(AsArray(root, kOutermost), FrameOfName(file), view_idx,
+                     options, collector);
+      });
+    }
+    return;
+  }
+  const JsonValue root = parser.Parse(path);
+  Located(path, [&] { SettleMmposeSkeleton(root, collector); });
+  ForEachEntry(path, Located(path, [&] { return FramesOf(root); }), "a frame",
+               [&](const JsonObject& frame) {
+                 AddInstances(
+                     AsArray(Required(frame, "instances"), "instances"),
+                     AsFrame(Required(frame, "frame_id"), "frame_id"), view_idx,
+                     options, collector);
+               });
+}
+
+class MmposeView : public JsonListFile {
+ public:
+  using JsonListFile::JsonListFile;
+
+  void Write(int64_t frame, const std::vector<Detection>& detections) {
+    JsonOutput& out = Entry();
+    out.Add("{\"frame_id\": ", frame, ", \"instances\": [");
+    out.Join(detections, [&out](const Detection& detection) {
+      out.Text("{\"keypoints\": [");
+      WritePoints(detection, &out);
+      out.Text("], \"keypoint_scores\": [");
+      WriteConfidences(detection, &out);
+      out.Text("]}");
+    });
+    out.Text("]}");
+    Flush();
+  }
+};
+
 }  // namespace
 
-DetectionFormat CocoResultsFormat() {
-  DetectionFormat format;
-  format.name = "coco";
-  format.layout = "COCO results, a file a view (AlphaPose too)";
-  format.extension = ".json";
-  format.files = DetectionFormat::Files::kFileAView;
-  format.leaves_out_empty = true;
-  format.recognise = RecogniseCoco;
-  format.open = OpenCocoFile;
-  format.write = WriteCocoResults;
-  return format;
+bool RecogniseMmpose(const DetectionHead& head) {
+  return head.HasKey("instance_info") ||
+         (head.kind == '[' &&
+          (head.Contains("\"keypoint_scores\"") ||
+           head.Contains("\"instances\"") || head.has_folders));
+}
+
+std::unique_ptr<DetectionSource> OpenMmpose(
+    const std::string& path, const DetectionReadOptions& options) {
+  NamedPaths views = ListViewFolders(path);
+  if (views.empty()) views = ListViewFiles(path);
+  return ReadViews(views, options, ReadMmposeView);
+}
+
+void WriteMmpose(const std::string& path, const DetectionWriteOptions&,
+                 DetectionSource* source, LostFields* lost_fields) {
+  RefuseViewTruth(source->header(), "MMPose's files");
+  WriteViewFiles<MmposeView>(path, ".json", source,
+                             IsToldByJointCount(source->header().skeleton),
+                             lost_fields);
 }
 
 }  // namespace kinegraph

@@ -18,7 +18,6 @@
 #include "core/base/error.h"
 #include "core/io/detections/format.h"
 #include "core/io/detections/formats.h"
-#include "core/io/detections/lost_fields.h"
 #include "core/io/detections/view_files.h"
 #include "core/io/files/atomic_file.h"
 #include "core/io/files/atomic_folder.h"
@@ -31,8 +30,6 @@
 
 namespace kinegraph {
 namespace {
-
-// ---- Reading ----
 
 std::optional<std::string> TextOf(const JsonObject& object,
                                   std::initializer_list<const char*> keys) {
@@ -145,9 +142,13 @@ class CocoViewsReader {
   }
 
   DetectionHeader ReadHeader(const JsonObject& root) {
-    DetectionHeader header;
-    header.frame_rate_hz = options_.frame_rate_hz;
     return Located(path_, [&] {
+      JsonValue categories;
+      std::optional<Skeleton> own;
+      if (root["categories"].get(categories) == simdjson::SUCCESS) {
+        own = CocoViewsSkeleton(AsArray(categories, "categories"));
+      }
+      DetectionHeader header = HeaderOf({}, options_, own.value_or(Coco17()));
       JsonObject info;
       JsonValue rate;
       if (header.frame_rate_hz == 0.0 &&
@@ -155,12 +156,6 @@ class CocoViewsReader {
           info["frame_rate"].get(rate) == simdjson::SUCCESS) {
         header.frame_rate_hz = AsFrameRate(rate, "frame_rate");
       }
-      JsonValue categories;
-      std::optional<Skeleton> own;
-      if (root["categories"].get(categories) == simdjson::SUCCESS) {
-        own = CocoViewsSkeleton(AsArray(categories, "categories"));
-      }
-      header.skeleton = options_.skeleton.value_or(own.value_or(Coco17()));
       return header;
     });
   }
@@ -184,7 +179,9 @@ class CocoViewsReader {
       scores_.resize(count);
       AsNumbers(scores, "keypoint_scores", count, scores_.data());
     }
-    std::vector<Keypoint> joints;
+    std::vector<Keypoint>& joints =
+        collector_->Add(image->second.frame, view_idx_[image->second.view])
+            ->joints;
     for (size_t j = 0; j < count; ++j) {
       const double v = numbers_[3 * j + 2];
       Keypoint joint = MakeKeypoint(numbers_[3 * j], numbers_[3 * j + 1],
@@ -195,8 +192,6 @@ class CocoViewsReader {
       }
       joints.push_back(joint);
     }
-    collector_->Add(image->second.frame, view_idx_[image->second.view])
-        ->joints = std::move(joints);
   }
 
   const std::string path_;
@@ -208,20 +203,6 @@ class CocoViewsReader {
   std::vector<double> scores_;
   std::unique_ptr<DetectionCollector> collector_;
 };
-
-std::unique_ptr<DetectionSource> OpenCocoViewsFile(
-    const std::string& path, const DetectionReadOptions& options) {
-  return CocoViewsReader(path, options).Read();
-}
-
-// Tracks in COCO's manner have keypoints_3d and come without cameras.
-bool RecogniseCocoViews(const DetectionHead& head) {
-  return !head.is_folder && head.kind == '{' &&
-         (head.HasKey("images") || head.HasKey("annotations")) &&
-         !head.HasKey("kinegraph_detections") && !head.Contains("keypoints_3d");
-}
-
-// ---- Writing ----
 
 std::string CategoryText(const Skeleton& skeleton) {
   Json bones = Json::array();
@@ -283,14 +264,13 @@ class Writer {
 
   void AddPerson(const Detection& detection) {
     const DetectionSummary summary = Summarise(detection);
-    const Eigen::Vector2d box_px = summary.high_px - summary.low_px;
     out_.Text(++person_count_ > 1 ? ",\n" : "\n");
     out_.Add("{\"id\": ", person_count_, ", \"image_id\": ", image_count_,
              ", \"category_id\": 1, \"iscrowd\": 0, \"num_keypoints\": ",
              summary.found, ", \"score\": ", summary.score,
-             ", \"area\": ", box_px.x() * box_px.y(), ", \"bbox\": [");
-    out_.Numbers(
-        {summary.low_px.x(), summary.low_px.y(), box_px.x(), box_px.y()});
+             ", \"area\": ", summary.size_px.x() * summary.size_px.y(),
+             ", \"bbox\": [");
+    WriteBox(summary, &out_);
     out_.Text("], \"keypoints\": [");
     out_.Join(detection.joints, [this](const Keypoint& joint) {
       out_.Numbers(
@@ -311,6 +291,20 @@ class Writer {
   int64_t person_count_ = 0;
 };
 
+}  // namespace
+
+// Tracks in COCO's manner have keypoints_3d and come without cameras.
+bool RecogniseCocoViews(const DetectionHead& head) {
+  return !head.is_folder && head.kind == '{' &&
+         (head.HasKey("images") || head.HasKey("annotations")) &&
+         !head.HasKey("kinegraph_detections") && !head.Contains("keypoints_3d");
+}
+
+std::unique_ptr<DetectionSource> OpenCocoViews(
+    const std::string& path, const DetectionReadOptions& options) {
+  return CocoViewsReader(path, options).Read();
+}
+
 void WriteCocoViews(const std::string& path,
                     const DetectionWriteOptions& options,
                     DetectionSource* source, LostFields* lost_fields) {
@@ -329,20 +323,6 @@ void WriteCocoViews(const std::string& path,
         "width and height of the images are 0; other programs may need them "
         "(--image_size=W,H)");
   }
-}
-
-}  // namespace
-
-DetectionFormat CocoViewsFormat() {
-  DetectionFormat format;
-  format.name = "coco_views";
-  format.layout = "one COCO file of all cameras: images, annotations";
-  format.extension = ".json";
-  format.recognise = RecogniseCocoViews;
-  format.open = OpenCocoViewsFile;
-  format.write = WriteCocoViews;
-  format.names_image_size = true;
-  return format;
 }
 
 }  // namespace kinegraph

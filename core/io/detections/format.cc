@@ -7,33 +7,36 @@
 
 #include "core/base/error.h"
 #include "core/io/binary/hdf5_file.h"
+#include "core/io/detections/formats.h"
 #include "core/io/files/folder_entry.h"
 #include "core/io/files/text_file.h"
 #include "core/io/text/bulk_json.h"
 #include "core/io/text/csv_rows.h"
 #include "core/io/text/names.h"
 
-// One line a format, in the order in which they are listed. Each names the
-// function that makes the format's entry, which its own file defines.
-#define KINEGRAPH_DETECTION_FORMATS(FORMAT) \
-  FORMAT(KinegraphDetectionFormat)          \
-  FORMAT(CaliscopeFormat)                   \
-  FORMAT(OpenPoseFormat)                    \
-  FORMAT(CocoResultsFormat)                 \
-  FORMAT(CocoViewsFormat)                   \
-  FORMAT(MmposeFormat)                      \
-  FORMAT(MediaPipeCsvFormat)                \
-  FORMAT(DeepLabCutFormat)                  \
-  FORMAT(DeepLabCutH5Format)                \
-  FORMAT(SleapFormat)                       \
-  FORMAT(FreeMoCapFormat)                   \
-  FORMAT(LongcwDetectionFormat)             \
-  FORMAT(SmapFormat)
-
 namespace kinegraph {
 
-#define KINEGRAPH_DECLARE(make) DetectionFormat make();
-KINEGRAPH_DETECTION_FORMATS(KINEGRAPH_DECLARE)
+// A source of its own, or one of its kind, defines the functions of a format.
+#define KINEGRAPH_DECLARE(Format)                                    \
+  bool Recognise##Format(const DetectionHead& head);                 \
+  std::unique_ptr<DetectionSource> Open##Format(                     \
+      const std::string& path, const DetectionReadOptions& options); \
+  void Write##Format(const std::string& path,                        \
+                     const DetectionWriteOptions& options,           \
+                     DetectionSource* source, LostFields* lost_fields)
+KINEGRAPH_DECLARE(Kinegraph);
+KINEGRAPH_DECLARE(Caliscope);
+KINEGRAPH_DECLARE(Openpose);
+KINEGRAPH_DECLARE(Coco);
+KINEGRAPH_DECLARE(CocoViews);
+KINEGRAPH_DECLARE(Mmpose);
+KINEGRAPH_DECLARE(Mediapipe);
+KINEGRAPH_DECLARE(DeepLabCut);
+KINEGRAPH_DECLARE(DeepLabCutH5);
+KINEGRAPH_DECLARE(Sleap);
+KINEGRAPH_DECLARE(Freemocap);
+KINEGRAPH_DECLARE(Longcw);
+KINEGRAPH_DECLARE(Smap);
 #undef KINEGRAPH_DECLARE
 
 namespace {
@@ -64,21 +67,44 @@ std::optional<std::string> FirstFile(const std::string& folder) {
 
 }  // namespace
 
-std::vector<std::string> FoldersIn(const std::string& folder) {
-  std::vector<std::string> folders;
-  for (const std::string& name : ListFolder(folder)) {
-    const std::string inside = folder + "/" + name;
-    if (name.front() != '.' && IsFolder(inside)) folders.push_back(inside);
-  }
-  std::sort(folders.begin(), folders.end(), NaturalLess);
-  return folders;
-}
-
+// In the order in which they are listed.
 const std::vector<DetectionFormat>& DetectionFormats() {
-#define KINEGRAPH_MAKE(make) make(),
+  using Files = DetectionFormat::Files;
   static const std::vector<DetectionFormat> kFormats = {
-      KINEGRAPH_DETECTION_FORMATS(KINEGRAPH_MAKE)};
-#undef KINEGRAPH_MAKE
+      {"kinegraph", "JSON Lines", ".jsonl", Files::kOne, RecogniseKinegraph,
+       OpenKinegraph, WriteKinegraph},
+      {"caliscope", "Caliscope's xy_TRACKER.csv, or the folder of its session",
+       ".csv", Files::kSession, RecogniseCaliscope, OpenCaliscope},
+      {"openpose",
+       "a folder a view, a file a frame (OpenPose, Pose2Sim, Sports2D)",
+       ".json", Files::kFolderAView, RecogniseOpenpose, OpenOpenpose,
+       WriteOpenpose},
+      {"coco", "COCO results, a file a view (AlphaPose too)", ".json",
+       Files::kFileAView, RecogniseCoco, OpenCoco, WriteCoco, false,
+       /*leaves_out_empty=*/true},
+      {"coco_views", "one COCO file of all cameras: images, annotations",
+       ".json", Files::kOne, RecogniseCocoViews, OpenCocoViews, WriteCocoViews,
+       /*names_image_size=*/true},
+      {"mmpose", "JSON, a file a view (MMPose, RTMPose)", ".json",
+       Files::kFileAView, RecogniseMmpose, OpenMmpose, WriteMmpose},
+      {"mediapipe",
+       "CSV, a file a view: frame, NAME_x, NAME_y, NAME_visibility", ".csv",
+       Files::kFileAView, RecogniseMediapipe, OpenMediapipe, WriteMediapipe},
+      {"deeplabcut",
+       "CSV, a file a view (Lightning Pose too); a folder of such folders: "
+       "detectors that are fused",
+       ".csv", Files::kFileAView, RecogniseDeepLabCut, OpenDeepLabCut},
+      {"deeplabcut_h5", "DeepLabCut's HDF5, a file a view", ".h5",
+       Files::kFileAView, RecogniseDeepLabCutH5, OpenDeepLabCutH5},
+      {"sleap",
+       "analysis HDF5, a file a view, or sleap-anipose's folder a camera",
+       ".h5", Files::kFileAView, RecogniseSleap, OpenSleap},
+      {"freemocap", "FreeMoCap's 2D points, one NPY of all cameras", ".npy",
+       Files::kOne, RecogniseFreemocap, OpenFreemocap},
+      {"longcw", "annotation_2d.json", ".json", Files::kOne, RecogniseLongcw,
+       OpenLongcw, WriteLongcw, /*names_image_size=*/true},
+      {"smap", "a file a view", ".json", Files::kFileAView, RecogniseSmap,
+       OpenSmap}};
   return kFormats;
 }
 
@@ -103,10 +129,10 @@ DetectionHead LookAtDetections(const std::string& path) {
   head.is_folder = IsFolder(path);
   head.file = path;
   if (head.is_folder) {
-    const std::vector<std::string> folders = FoldersIn(path);
+    const NamedPaths folders = ListViewFolders(path);
     head.has_folders = !folders.empty();
     std::optional<std::string> file = FirstFile(path);
-    for (const std::string& folder : folders) {
+    for (const auto& [name, folder] : folders) {
       if (!file) file = FirstFile(folder);
     }
     head.file = file.value_or("");
@@ -137,7 +163,7 @@ bool LeavesOutEmptyFrames(const std::string& path,
 
 const DetectionFormat* RecogniseDetections(const DetectionHead& head) {
   for (const DetectionFormat& format : DetectionFormats()) {
-    if (format.recognise != nullptr && format.recognise(head)) return &format;
+    if (format.recognise(head)) return &format;
   }
   return nullptr;
 }

@@ -1,7 +1,6 @@
 // The formats of 2D detections: one entry each, from which follow recognition,
 // the key detections.format, `convert --formats`, its flags and `synthesize
-// --format`. A format joins by a file that defines its entry and by one line in
-// format.cc.
+// --format`. A format joins by its functions and by two lines in format.cc.
 #ifndef KINEGRAPH_CORE_IO_DETECTIONS_FORMAT_H_
 #define KINEGRAPH_CORE_IO_DETECTIONS_FORMAT_H_
 
@@ -53,7 +52,6 @@ struct DetectionFormat {
   using Write = void (*)(const std::string& path,
                          const DetectionWriteOptions& options,
                          DetectionSource* source, LostFields* lost_fields);
-
   enum class Files {
     kOne,          // the whole recording
     kFileAView,    // a folder with a file a view; one alone is a view
@@ -65,20 +63,17 @@ struct DetectionFormat {
   std::string layout;     // one line for people
   std::string extension;  // of its files
   Files files = Files::kOne;
+  Recognise recognise = nullptr;
+  Open open = nullptr;
+  Write write = nullptr;          // null: read only
   bool names_image_size = false;  // what is written does (--image_size)
   // An image in which nobody was found has no entry.
   bool leaves_out_empty = false;
-  Recognise recognise = nullptr;
-  Open open = nullptr;    // null: write only
-  Write write = nullptr;  // null: read only
 };
 
 const std::vector<DetectionFormat>& DetectionFormats();
 // nullptr when there is none of that name.
 const DetectionFormat* FindDetectionFormat(const std::string& name);
-
-// The folders in a folder, hidden ones left out, 2 before 10.
-std::vector<std::string> FoldersIn(const std::string& folder);
 
 // Looks at a path; throws InputError when it cannot be read.
 DetectionHead LookAtDetections(const std::string& path);

@@ -1,17 +1,19 @@
-// What the readers of detections share. Only core/io/detection*.cc includes
-// this header.
+// What the readers of detections share. For core/io/detections alone.
 #ifndef KINEGRAPH_CORE_IO_DETECTIONS_FORMATS_H_
 #define KINEGRAPH_CORE_IO_DETECTIONS_FORMATS_H_
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
 #include "core/io/detections/source.h"
+#include "core/io/text/bulk_json.h"
 
 namespace kinegraph {
 
@@ -23,35 +25,33 @@ namespace kinegraph {
 // missing.
 Keypoint MakeKeypoint(double x_px, double y_px, double confidence,
                       ZeroConfidence zero_confidence);
+// Of three numbers a joint, one joint after the other.
+void SetKeypoints(const std::vector<double>& numbers,
+                  ZeroConfidence zero_confidence,
+                  std::vector<Keypoint>* joints);
+
+// A view's name and the file or folder that has it.
+using NamedPaths = std::vector<std::pair<std::string, std::string>>;
 
 // The view files of a folder in natural order (without truth.json), or the one
-// file that `path` is: pairs of view name (the file name without its extension)
-// and path. Throws InputError when there is none.
-std::vector<std::pair<std::string, std::string>> ListViewFiles(
-    const std::string& path, const std::string& extension = ".json");
+// file that `path` is; a view is named as its file, without the extension.
+// Throws InputError when there is none.
+NamedPaths ListViewFiles(const std::string& path,
+                         const std::string& extension = ".json");
+// The folders in a folder, hidden ones left out, 2 before 10; none of a file.
+NamedPaths ListViewFolders(const std::string& path);
 
-// What the options and the names of view files say of a recording.
-DetectionHeader HeaderOfViews(
-    const std::vector<std::pair<std::string, std::string>>& files,
-    const DetectionReadOptions& options);
-
-// Opens a format with a file a view. A Reader is made from header and options,
-// reads file after file and finishes.
-template <typename Reader>
-std::unique_ptr<DetectionSource> OpenViewFiles(
-    const std::string& path, const DetectionReadOptions& options,
-    const std::string& extension) {
-  const auto files = ListViewFiles(path, extension);
-  Reader reader(HeaderOfViews(files, options), options);
-  for (size_t v = 0; v < files.size(); ++v) reader.ReadFile(files[v].second, v);
-  return reader.Finish();
-}
+// What the options and the names of views say of a recording. `skeleton` holds
+// where the options name none.
+DetectionHeader HeaderOf(std::vector<std::string> view_names,
+                         const DetectionReadOptions& options,
+                         const Skeleton& skeleton = Skeleton());
+std::vector<std::string> NamesOf(const NamedPaths& paths);
 
 // Layouts of detectors with so many joints, the commonest first. Throws
 // InputError without a file, naming `key`, when there is none.
 std::vector<const Skeleton*> DetectorSkeletons(size_t joint_count,
                                                const std::string& key);
-
 // Whether a reader that counts joints takes them for this layout.
 bool IsToldByJointCount(const Skeleton& skeleton);
 
@@ -61,7 +61,9 @@ class DetectionCollector {
  public:
   explicit DetectionCollector(DetectionHeader header)
       : header_(std::move(header)) {}
+
   const DetectionHeader& header() const { return header_; }
+  bool has_skeleton() const { return header_.skeleton.joint_count() > 0; }
   // For files that tell it by their first person.
   void set_skeleton(const Skeleton& skeleton) { header_.skeleton = skeleton; }
   // For files that state it, one after the other (SkeletonOfLabels). The first
@@ -72,6 +74,8 @@ class DetectionCollector {
                       const std::string& name = "");
   // The place of a new detection, its index_in_file set.
   Detection* Add(int64_t frame, size_t view_idx);
+  // The same of joints of which any was found.
+  void AddFound(int64_t frame, size_t view_idx, std::vector<Keypoint> joints);
   // Makes sure that the frame is there even if nobody was seen.
   DetectionFrame* Touch(int64_t frame);
   std::unique_ptr<DetectionSource> Finish();
@@ -81,6 +85,43 @@ class DetectionCollector {
   std::vector<std::string> labels_;  // of the first file that states them
   std::map<int64_t, DetectionFrame> frames_;
 };
+
+// Adds what the file of a view has.
+using ReadView = void (*)(const std::string& path, size_t view_idx,
+                          const DetectionReadOptions& options,
+                          DetectionCollector* collector);
+// Reads a file a view, one after the other. Where neither they nor the options
+// tell the skeleton, nobody was seen, and it is COCO's.
+std::unique_ptr<DetectionSource> ReadViews(const NamedPaths& files,
+                                           const DetectionReadOptions& options,
+                                           ReadView read);
+
+// Adds "[x, y]" of each joint, as many as there are scores.
+void AddPoints(const JsonArray& points, std::string_view key,
+               const std::vector<double>& scores,
+               ZeroConfidence zero_confidence, Detection* detection);
+
+// ---- Tables with a column a coordinate ----
+
+// Reads a table: `header` is given its first row, `row` each of the others,
+// which are as wide. Throws InputError naming file and line.
+void ReadCsv(const std::string& path,
+             const std::function<void(const std::vector<std::string>&)>& header,
+             const std::function<void(const std::vector<std::string>&)>& row);
+
+// Where a joint of a person stands in a row; -1: there is no such column.
+struct KeypointColumns {
+  int x = -1;
+  int y = -1;
+  int confidence = -1;  // without it every joint that is there has 1
+};
+
+// One person of a row, a joint each; an empty cell or "nan" is no measurement.
+// Throws InputError without a file, naming the column by `labels`.
+std::vector<Keypoint> ReadKeypointRow(
+    const std::vector<std::string>& cells,
+    const std::vector<KeypointColumns>& columns,
+    const std::vector<std::string>& labels, ZeroConfidence zero_confidence);
 
 }  // namespace kinegraph
 

@@ -8,14 +8,11 @@
 
 #include "core/base/error.h"
 #include "core/base/split.h"
-#include "core/io/detections/csv_keypoints.h"
 #include "core/io/detections/format.h"
+#include "core/io/detections/formats.h"
 #include "core/io/detections/view_files.h"
 #include "core/io/files/atomic_file.h"
-#include "core/io/files/atomic_folder.h"
-#include "core/io/files/text_file.h"
 #include "core/io/text/bulk_json.h"
-#include "core/io/text/csv_rows.h"
 #include "core/io/text/joint_names.h"
 #include "core/io/text/json_output.h"
 #include "core/io/text/names.h"
@@ -44,15 +41,15 @@ MediapipeColumns FindMediapipeColumns(const std::vector<std::string>& header) {
     const std::string& name = header[c];
     const int place = static_cast<int>(c);
     if (name == "frame") columns.frame = place;
-    if (EndsIn(name, "_x")) {
-      joint_of(name.substr(0, name.size() - 2)).x = place;
-    } else if (EndsIn(name, "_y")) {
-      joint_of(name.substr(0, name.size() - 2)).y = place;
-    }
-    for (const std::string end : {"_visibility", "_confidence", "_score"}) {
-      if (EndsIn(name, end)) {
-        joint_of(name.substr(0, name.size() - end.size())).confidence = place;
-      }
+    for (const auto& [end, column] :
+         {std::pair<std::string, int KeypointColumns::*>{"_x",
+                                                         &KeypointColumns::x},
+          {"_y", &KeypointColumns::y},
+          {"_visibility", &KeypointColumns::confidence},
+          {"_confidence", &KeypointColumns::confidence},
+          {"_score", &KeypointColumns::confidence}}) {
+      if (!EndsIn(name, end)) continue;
+      joint_of(name.substr(0, name.size() - end.size())).*column = place;
     }
   }
   if (columns.frame < 0 || columns.joints.empty()) {
@@ -67,59 +64,25 @@ MediapipeColumns FindMediapipeColumns(const std::vector<std::string>& header) {
   return columns;
 }
 
-class MediapipeReader {
- public:
-  MediapipeReader(const DetectionHeader& header,
-                  const DetectionReadOptions& options)
-      : options_(options), collector_(header) {}
-
-  void ReadFile(const std::string& path, size_t view_idx) {
-    const std::string text = ReadTextFile(path);
-    CsvRows rows(text);
-    Located(
-        path, [&] { return rows.Place(); },
-        [&] {
-          std::vector<std::string> cells;
-          if (!rows.Next(&cells)) throw InputError("is empty");
-          const size_t width = cells.size();
-          const MediapipeColumns columns = FindMediapipeColumns(cells);
-          collector_.SettleSkeleton(columns.labels);
-          while (rows.Next(&cells, width)) ReadRow(cells, columns, view_idx);
-        });
-  }
-
-  std::unique_ptr<DetectionSource> Finish() { return collector_.Finish(); }
-
- private:
-  void ReadRow(const std::vector<std::string>& cells,
-               const MediapipeColumns& columns, size_t view_idx) {
-    const int64_t frame =
-        FrameOfName(cells[static_cast<size_t>(columns.frame)]);
-    Detection detection = ReadKeypointRow(cells, columns.joints, columns.labels,
-                                          options_.zero_confidence);
-    collector_.Touch(frame);
-    if (CountFound(detection) == 0) return;
-    collector_.Add(frame, view_idx)->joints = std::move(detection.joints);
-  }
-
-  const DetectionReadOptions& options_;
-  DetectionCollector collector_;
-};
-
-std::unique_ptr<DetectionSource> OpenMediapipeFile(
-    const std::string& path, const DetectionReadOptions& options) {
-  return OpenViewFiles<MediapipeReader>(path, options, ".csv");
+void ReadMediapipeFile(const std::string& path, size_t view_idx,
+                       const DetectionReadOptions& options,
+                       DetectionCollector* collector) {
+  MediapipeColumns columns;
+  ReadCsv(
+      path,
+      [&](const std::vector<std::string>& header) {
+        columns = FindMediapipeColumns(header);
+        collector->SettleSkeleton(columns.labels);
+      },
+      [&](const std::vector<std::string>& cells) {
+        const int64_t frame =
+            FrameOfName(cells[static_cast<size_t>(columns.frame)]);
+        std::vector<Keypoint> joints = ReadKeypointRow(
+            cells, columns.joints, columns.labels, options.zero_confidence);
+        collector->Touch(frame);
+        collector->AddFound(frame, view_idx, std::move(joints));
+      });
 }
-
-bool RecogniseMediapipe(const DetectionHead& head) {
-  const std::vector<std::string> row = head.FirstRow();
-  return !row.empty() && row.front() == "frame" &&
-         std::any_of(row.begin(), row.end(), [](const std::string& name) {
-           return EndsIn(name, "_x");
-         });
-}
-
-// ---- Writing ----
 
 class MediapipeView {
  public:
@@ -160,33 +123,28 @@ class MediapipeView {
   JsonOutput out_;
 };
 
-void WriteMediapipe(const std::string& path,
-                    const DetectionWriteOptions& /*options*/,
-                    DetectionSource* source, LostFields* lost_fields) {
-  const DetectionHeader header = source->header();
-  AtomicFolder folder(path);
-  const auto files =
-      MakeViewFiles<MediapipeView>(header, ".csv", folder, header.skeleton);
-  DetectionLossFinder finder(header);
-  const int64_t empty_frames = WriteViewFiles(files, source, &finder);
-  folder.Commit();
-  finder.Report(FindSkeletonOf(header.skeleton.joints()) != nullptr,
-                lost_fields);
-  NoteEmptyFrames(empty_frames, lost_fields);
-}
-
 }  // namespace
 
-DetectionFormat MediaPipeCsvFormat() {
-  DetectionFormat format;
-  format.name = "mediapipe";
-  format.layout = "CSV, a file a view: frame, NAME_x, NAME_y, NAME_visibility";
-  format.extension = ".csv";
-  format.files = DetectionFormat::Files::kFileAView;
-  format.recognise = RecogniseMediapipe;
-  format.open = OpenMediapipeFile;
-  format.write = WriteMediapipe;
-  return format;
+bool RecogniseMediapipe(const DetectionHead& head) {
+  const std::vector<std::string> row = head.FirstRow();
+  return !row.empty() && row.front() == "frame" &&
+         std::any_of(row.begin(), row.end(), [](const std::string& name) {
+           return EndsIn(name, "_x");
+         });
+}
+
+std::unique_ptr<DetectionSource> OpenMediapipe(
+    const std::string& path, const DetectionReadOptions& options) {
+  return ReadViews(ListViewFiles(path, ".csv"), options, ReadMediapipeFile);
+}
+
+void WriteMediapipe(const std::string& path, const DetectionWriteOptions&,
+                    DetectionSource* source, LostFields* lost_fields) {
+  const Skeleton& skeleton = source->header().skeleton;
+  const int64_t empty_frames = WriteViewFiles<MediapipeView>(
+      path, ".csv", source, FindSkeletonOf(skeleton.joints()) != nullptr,
+      lost_fields, skeleton);
+  NoteEmptyFrames(empty_frames, lost_fields);
 }
 
 }  // namespace kinegraph

@@ -9,10 +9,8 @@
 #include <utility>
 
 #include "core/base/error.h"
-#include "core/io/detections/export.h"
 #include "core/io/detections/format.h"
 #include "core/io/detections/formats.h"
-#include "core/io/detections/lost_fields.h"
 #include "core/io/detections/skeleton_fit.h"
 #include "core/io/detections/view_files.h"
 #include "core/io/files/atomic_file.h"
@@ -82,18 +80,6 @@ View ListFrames(const std::string& folder) {
   return view;
 }
 
-// Folders of the views in natural order; the folder itself when it has frames
-// and no folders.
-std::vector<std::string> ListViews(const std::string& path) {
-  std::vector<std::string> names;
-  for (const fs::directory_entry& entry : fs::directory_iterator(path)) {
-    const std::string name = entry.path().filename().string();
-    if (name.front() != '.' && entry.is_directory()) names.push_back(name);
-  }
-  std::sort(names.begin(), names.end(), NaturalLess);
-  return names;
-}
-
 // BODY_25 before all others: OpenPose's own.
 std::vector<const Skeleton*> ByNumberCount(size_t number_count) {
   if (number_count % 3 != 0) {
@@ -109,15 +95,13 @@ class OpenPoseSource : public DetectionSource {
   OpenPoseSource(const std::string& path, const DetectionReadOptions& options)
       : options_(options) {
     header_.frame_rate_hz = options.frame_rate_hz;
-    const std::vector<std::string> names = ListViews(path);
-    for (const std::string& name : names) {
-      header_.view_names.push_back(name);
-      views_.push_back(ListFrames((fs::path(path) / name).string()));
+    NamedPaths views = ListViewFolders(path);
+    if (views.empty()) {
+      views.emplace_back(fs::canonical(path).filename().string(), path);
     }
-    if (names.empty()) {
-      const fs::path folder = fs::canonical(path);
-      header_.view_names.push_back(folder.filename().string());
-      views_.push_back(ListFrames(path));
+    for (const auto& [name, folder] : views) {
+      header_.view_names.push_back(name);
+      views_.push_back(ListFrames(folder));
     }
     frame_count_ = CountFrames();
     header_.skeleton = options.skeleton ? *options.skeleton : FindSkeleton();
@@ -258,12 +242,7 @@ class OpenPoseSource : public DetectionSource {
     const JsonArray keypoints = Keypoints(person);
     if (keypoints.begin() == keypoints.end()) return false;
     AsNumbers(keypoints, kOpenposeKeypoints, numbers_.size(), numbers_.data());
-    detection->joints.resize(numbers_.size() / 3);
-    const double* next = numbers_.data();
-    for (Keypoint& joint : detection->joints) {
-      joint = MakeKeypoint(next[0], next[1], next[2], options_.zero_confidence);
-      next += 3;
-    }
+    SetKeypoints(numbers_, options_.zero_confidence, &detection->joints);
     return true;
   }
 
@@ -274,20 +253,6 @@ class OpenPoseSource : public DetectionSource {
   JsonFileParser parser_;
   std::vector<double> numbers_;  // of one person
 };
-
-std::unique_ptr<DetectionSource> OpenOpenposeFile(
-    const std::string& path, const DetectionReadOptions& options) {
-  return std::make_unique<OpenPoseSource>(path, options);
-}
-
-bool RecogniseOpenpose(const DetectionHead& head) {
-  if (!head.is_folder) return false;
-  if (head.HasKey("people")) return true;
-  // Folders of other files than JSON are detectors, not views.
-  return head.has_folders && (head.kind == '{' || head.kind == '\0');
-}
-
-// ---- Writing ----
 
 // Lists that OpenPose always writes, empty when that part is off.
 constexpr const char* kEmptyParts =
@@ -301,8 +266,7 @@ void WritePeople(const std::string& path,
   out->Text("{\"version\": 1.3, \"people\": [");
   out->Join(detections, [out](const Detection& detection) {
     out->Text("{\"person_id\": [-1], \"pose_keypoints_2d\": [");
-    out->Join(detection.joints,
-              [out](const Keypoint& joint) { WriteKeypoint(joint, out); });
+    WriteKeypoints(detection, out);
     out->Add("]", kEmptyParts);
   });
   out->Text("]}\n");
@@ -313,8 +277,21 @@ void WritePeople(const std::string& path,
 
 }  // namespace
 
-void WriteOpenPose(const std::string& path,
-                   const DetectionWriteOptions& /*options*/,
+bool RecogniseOpenpose(const DetectionHead& head) {
+  if (!head.is_folder) return false;
+  if (head.HasKey("people")) return true;
+  // Folders of other files than JSON are detectors, not views.
+  return head.has_folders && (head.kind == '{' || head.kind == '\0');
+}
+
+std::unique_ptr<DetectionSource> OpenOpenpose(
+    const std::string& path, const DetectionReadOptions& options) {
+  return std::make_unique<OpenPoseSource>(path, options);
+}
+
+// VIEW/VIEW_FFFFFFFFFFFF_keypoints.json for every view and frame, also where
+// nobody was seen; a missing joint is 0, 0, 0.
+void WriteOpenpose(const std::string& path, const DetectionWriteOptions&,
                    DetectionSource* source, LostFields* lost_fields) {
   const DetectionHeader header = source->header();
   AtomicFolder folder(path);
@@ -336,19 +313,6 @@ void WriteOpenPose(const std::string& path,
   }
   folder.Commit();
   finder.Report(IsToldByJointCount(header.skeleton), lost_fields);
-}
-
-DetectionFormat OpenPoseFormat() {
-  DetectionFormat format;
-  format.name = "openpose";
-  format.layout =
-      "a folder a view, a file a frame (OpenPose, Pose2Sim, Sports2D)";
-  format.extension = ".json";
-  format.files = DetectionFormat::Files::kFolderAView;
-  format.recognise = RecogniseOpenpose;
-  format.open = OpenOpenposeFile;
-  format.write = WriteOpenPose;
-  return format;
 }
 
 }  // namespace kinegraph

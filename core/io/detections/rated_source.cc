@@ -84,14 +84,10 @@ class RatedSource final : public DetectionSource {
     std::vector<double> rates_hz(names.size(), base_->header().frame_rate_hz);
     std::vector<int64_t> offsets(names.size(), 0);
     for (const auto& [name, rate_hz] : options.view_frame_rate_hz) {
-      const size_t view = ViewOf("input.view_frame_rate.", name);
-      rates_hz[view] = rate_hz;
-      is_rated_[view] = true;
+      rates_hz[Rated("input.view_frame_rate.", name)] = rate_hz;
     }
     for (const auto& [name, offset] : options.view_frame_offset) {
-      const size_t view = ViewOf("input.view_frame_offset.", name);
-      offsets[view] = offset;
-      is_rated_[view] = true;
+      offsets[Rated("input.view_frame_offset.", name)] = offset;
     }
     std::map<std::pair<double, int64_t>, std::vector<size_t>> alike;
     for (size_t v = 0; v < names.size(); ++v) {
@@ -109,9 +105,8 @@ class RatedSource final : public DetectionSource {
     if (waiting_.empty() && !ended_) ReadBase();
     int64_t number = kNone;
     for (const RatedViews& views : rated_) {
-      if (views.has_frame()) {
-        number = std::min(number, views.NextFrameOf(clock_));
-      }
+      if (!views.has_frame()) continue;
+      number = std::min(number, views.NextFrameOf(clock_));
     }
     // Files that count faster go on after the end of the recording.
     if (number == kNone && (ended_ || waiting_.empty())) return false;
@@ -126,13 +121,16 @@ class RatedSource final : public DetectionSource {
   }
 
  private:
-  size_t ViewOf(const std::string& key, const std::string& name) const {
+  // The view of that name, which counts in its own way.
+  size_t Rated(const std::string& key, const std::string& name) {
     const std::vector<std::string>& names = base_->header().view_names;
-    const auto at = std::find(names.begin(), names.end(), name);
-    if (at != names.end()) return static_cast<size_t>(at - names.begin());
     std::string known;
-    for (const std::string& one : names) {
-      known += (known.empty() ? "" : ", ") + Printable(one);
+    for (size_t v = 0; v < names.size(); ++v) {
+      if (names[v] == name) {
+        is_rated_[v] = true;
+        return v;
+      }
+      known += (known.empty() ? "" : ", ") + Printable(names[v]);
     }
     throw InputError(key + Printable(name) +
                      ": the detections have no view of that name, expected "

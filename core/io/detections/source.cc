@@ -1,20 +1,19 @@
 #include "core/io/detections/source.h"
 
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
 #include <algorithm>
-#include <cmath>
 #include <filesystem>
 #include <utility>
 #include <vector>
 
 #include "core/base/error.h"
+#include "core/data/box.h"
 #include "core/io/detections/format.h"
 #include "core/io/detections/formats.h"
-#include "core/io/detections/plausible_pixels.h"
 #include "core/io/detections/rated_source.h"
-#include "core/io/files/folder_entry.h"
 #include "core/io/text/bulk_json.h"
-#include "core/io/text/joint_names.h"
-#include "core/io/text/names.h"
 
 namespace kinegraph {
 namespace {
@@ -24,15 +23,7 @@ namespace fs = std::filesystem;
 std::vector<std::string> FormatNames() {
   std::vector<std::string> names = {"auto"};
   for (const DetectionFormat& format : DetectionFormats()) {
-    if (format.open != nullptr) names.push_back(format.name);
-  }
-  return names;
-}
-
-std::string KnownSkeletons() {
-  std::string names;
-  for (const std::string& name : SkeletonNames()) {
-    names += (names.empty() ? "" : ", ") + name;
+    names.push_back(format.name);
   }
   return names;
 }
@@ -44,21 +35,19 @@ DetectionReadOptions Checked(DetectionReadOptions options) {
   if (options.first_frame < 0 || options.first_frame > kMaxFrame) {
     throw OptionError("detections.first_frame", "expected a frame number >= 0");
   }
-  if (options.max_per_view < 1) {
-    throw OptionError("detections.max_per_view", "expected at least 1");
-  }
-  if (options.max_per_frame < 1) {
-    throw OptionError("detections.max_per_frame", "expected at least 1");
-  }
-  if (options.max_joints < 1) {
-    throw OptionError("detections.max_joints", "expected at least 1");
+  for (const auto& [key, most] :
+       {std::pair{"detections.max_per_view", options.max_per_view},
+        {"detections.max_per_frame", options.max_per_frame},
+        {"detections.max_joints", options.max_joints}}) {
+    if (most < 1) throw OptionError(key, "expected at least 1");
   }
   if (options.skeleton || options.skeleton_name.empty()) return options;
   const Skeleton* skeleton = FindSkeleton(options.skeleton_name);
   if (skeleton == nullptr) {
     throw OptionError("detections.skeleton",
-                      "found '" + Printable(options.skeleton_name) +
-                          "', expected one of " + KnownSkeletons());
+                      fmt::format("found '{}', expected one of {}",
+                                  Printable(options.skeleton_name),
+                                  fmt::join(SkeletonNames(), ", ")));
   }
   options.skeleton = *skeleton;
   return options;
@@ -79,13 +68,12 @@ DetectionReadOptions Checked(DetectionReadOptions options) {
   if (head.HasKey("kinegraph")) {
     throw InputError(path, "", "is a file of tracks, expected detections");
   }
-  std::string names;
-  for (const std::string& name : FormatNames()) {
-    if (name != "auto") names += (names.empty() ? "" : ", ") + name;
-  }
-  throw InputError(path, "",
-                   "is no known detection format, expected one of " + names +
-                       " (`convert --formats` says what they are)");
+  const std::vector<std::string> names = FormatNames();
+  throw InputError(
+      path, "",
+      fmt::format("is no known detection format, expected one of {} (`convert "
+                  "--formats` says what they are)",
+                  fmt::join(names.begin() + 1, names.end(), ", ")));
 }
 
 const DetectionFormat& RecognisedFormat(const std::string& path) {
@@ -107,7 +95,7 @@ std::unique_ptr<DetectionSource> Open(const std::string& path,
                                : options.format;
   const DetectionFormat* format =
       name == "auto" ? &RecognisedFormat(path) : FindDetectionFormat(name);
-  if (format == nullptr || format->open == nullptr) {
+  if (format == nullptr) {
     throw OptionError("detections.format",
                       "found '" + Printable(name) + "', which is not read");
   }
@@ -117,6 +105,110 @@ std::unique_ptr<DetectionSource> Open(const std::string& path,
                           Printable(path) + "' is " + format->name);
   }
   return format->open(path, options);
+}
+
+// ---- Checks of what is read ----
+
+// Joints may leave the image by as much as its size, -1 .. 2 or -3 .. 3.
+constexpr double kMostShare = 3.0;
+// Shares of people spread over some of the image. What a detector writes for
+// joints that it does not see, such as (-1, -1), does not.
+constexpr double kLeastSpread = 0.1;
+constexpr double kLargestImagePx = 65535.0;  // of JPEG; videos have fewer
+// One detection in the corner of an image is no reason to refuse a recording.
+constexpr int64_t kEnoughPeople = 10;
+
+bool CanBeShares(const Eigen::AlignedBox2d& box) {
+  return box.min().minCoeff() >= -kMostShare &&
+         box.max().maxCoeff() <= kMostShare;
+}
+
+bool IsBeyondImages(const Eigen::AlignedBox2d& box) {
+  return box.min().maxCoeff() > kLargestImagePx ||
+         box.max().minCoeff() < -kLargestImagePx;
+}
+
+// Finds views whose positions are shares of the image, 0 .. 1 (MediaPipe,
+// OpenPose with --keypoint_scale 3) or -1 .. 1 (4). Frames are handed in as
+// they are read; one position that can only be pixels settles its view.
+class PlausiblePixels {
+ public:
+  explicit PlausiblePixels(std::vector<std::string> view_names);
+
+  // Throws InputError without a file, naming the view, once enough people show
+  // that its positions are no pixels.
+  void See(const DetectionFrame& frame);
+  // The same for a recording that is too short for that.
+  void SeeEnd() const;
+
+ private:
+  struct View {
+    std::string name;
+    bool has_pixels = false;
+    int64_t shares = 0;       // people who can be shares of the image
+    int64_t far = 0;          // people beyond any image
+    Eigen::AlignedBox2d box;  // of all positions
+  };
+
+  static void Check(const View& view, int64_t enough_people);
+
+  std::vector<View> views_;
+};
+
+PlausiblePixels::PlausiblePixels(std::vector<std::string> view_names)
+    : views_(view_names.size()) {
+  for (size_t v = 0; v < views_.size(); ++v) {
+    views_[v].name = std::move(view_names[v]);
+  }
+}
+
+void PlausiblePixels::See(const DetectionFrame& frame) {
+  for (size_t v = 0; v < views_.size(); ++v) {
+    View& view = views_[v];
+    for (const Detection& detection : frame.views[v].detections) {
+      if (view.has_pixels) break;
+      const Eigen::AlignedBox2d box = BoxAround(detection.joints);
+      if (box.isEmpty()) continue;
+      const bool is_share = CanBeShares(box);
+      const bool is_far = IsBeyondImages(box);
+      view.shares += is_share ? 1 : 0;
+      view.far += is_far ? 1 : 0;
+      view.has_pixels = !is_share && !is_far;
+      view.box.extend(box);
+    }
+    Check(view, kEnoughPeople);
+  }
+}
+
+void PlausiblePixels::SeeEnd() const {
+  const bool has_pixels =
+      std::any_of(views_.begin(), views_.end(),
+                  [](const View& view) { return view.has_pixels; });
+  if (has_pixels) return;
+  for (const View& view : views_) Check(view, 1);
+}
+
+void PlausiblePixels::Check(const View& view, int64_t enough_people) {
+  if (view.has_pixels || view.box.isEmpty()) return;
+  const std::string where = fmt::format(
+      "view '{}': positions are within x {:.3g} .. {:.3g} and y {:.3g} .. "
+      "{:.3g}",
+      Printable(view.name), view.box.min().x(), view.box.max().x(),
+      view.box.min().y(), view.box.max().y());
+  if (view.shares == 0 && view.far >= kEnoughPeople) {
+    throw InputError(where + ", where no image reaches, expected pixels");
+  }
+  if (view.far > 0 || view.shares < enough_people ||
+      view.box.sizes().maxCoeff() < kLeastSpread) {
+    return;
+  }
+  const bool is_signed = view.box.min().minCoeff() < -0.5;
+  throw InputError(where + ", shares of the image, expected pixels: multiply " +
+                   (is_signed ? "(x + 1) / 2" : "x") +
+                   " by the image's width and " +
+                   (is_signed ? "(y + 1) / 2" : "y") +
+                   " by its height (OpenPose: detect without "
+                   "--keypoint_scale)");
 }
 
 // Refuses what would take too long to associate, and what are no pixels.
@@ -219,30 +311,6 @@ class CheckedSource : public DetectionSource {
   PlausiblePixels pixels_;
 };
 
-// Hands out frames that are in memory.
-class CollectedSource : public DetectionSource {
- public:
-  CollectedSource(DetectionHeader header,
-                  std::map<int64_t, DetectionFrame> frames)
-      : header_(std::move(header)), frames_(std::move(frames)) {
-    frame_count_ = static_cast<int64_t>(frames_.size());
-  }
-
-  const DetectionHeader& header() const override { return header_; }
-  bool Next(DetectionFrame* frame) override {
-    if (frames_.empty()) return false;
-    *frame = std::move(frames_.begin()->second);
-    frames_.erase(frames_.begin());
-    return true;
-  }
-  int64_t frame_count() const override { return frame_count_; }
-
- private:
-  DetectionHeader header_;
-  std::map<int64_t, DetectionFrame> frames_;
-  int64_t frame_count_ = 0;
-};
-
 }  // namespace
 
 void DetectionReadOptions::Describe(OptionVisitor& visitor) {
@@ -303,127 +371,6 @@ DetectionSequence ReadDetections(const std::string& path,
   while (source->Next(&frame)) sequence.frames.push_back(std::move(frame));
   sequence.header = source->header();
   return sequence;
-}
-
-Keypoint MakeKeypoint(double x_px, double y_px, double confidence,
-                      ZeroConfidence zero_confidence) {
-  Keypoint joint;
-  if (!std::isfinite(x_px) || !std::isfinite(y_px) ||
-      !std::isfinite(confidence)) {
-    return joint;
-  }
-  joint.px = {x_px, y_px};
-  joint.confidence = confidence;
-  joint.found = zero_confidence == ZeroConfidence::kPosition ||
-                (confidence > 0.0 && (x_px != 0.0 || y_px != 0.0));
-  return joint;
-}
-
-std::vector<std::pair<std::string, std::string>> ListViewFiles(
-    const std::string& path, const std::string& extension) {
-  std::vector<std::pair<std::string, std::string>> files;
-  if (!fs::is_directory(path)) {
-    files.emplace_back(fs::path(path).stem().string(), path);
-    return files;
-  }
-  for (const fs::directory_entry& entry : fs::directory_iterator(path)) {
-    const fs::path& file = entry.path();
-    if (file.extension() != extension || file.filename() == "truth.json" ||
-        file.filename().string().front() == '.' || !IsFileOrFolder(entry)) {
-      continue;
-    }
-    files.emplace_back(file.stem().string(), file.string());
-  }
-  if (files.empty()) {
-    throw InputError(path, "",
-                     "holds no " + extension + " files, expected one a view");
-  }
-  std::sort(files.begin(), files.end(), [](const auto& a, const auto& b) {
-    return NaturalLess(a.first, b.first);
-  });
-  return files;
-}
-
-DetectionHeader HeaderOfViews(
-    const std::vector<std::pair<std::string, std::string>>& files,
-    const DetectionReadOptions& options) {
-  DetectionHeader header;
-  header.skeleton = options.skeleton.value_or(Skeleton());
-  header.frame_rate_hz = options.frame_rate_hz;
-  for (const auto& [view, file] : files) header.view_names.push_back(view);
-  return header;
-}
-
-std::vector<const Skeleton*> DetectorSkeletons(size_t joint_count,
-                                               const std::string& key) {
-  std::vector<const Skeleton*> found;
-  std::string expected;
-  for (const Skeleton* skeleton :
-       {&Coco17(), &Coco18(), &Body25(), &Body25B(), &Halpe26(), &MediaPipe33(),
-        &WholeBody133()}) {
-    const size_t count = skeleton->joints().size();
-    if (count == joint_count) found.push_back(skeleton);
-    expected += (expected.empty() ? "" : ", ") + std::to_string(count) + " (" +
-                skeleton->name() + ")";
-  }
-  if (!found.empty()) return found;
-  throw InputError(key + ": found " + std::to_string(joint_count) +
-                   " joints, expected " + expected +
-                   "; detections.skeleton names other skeletons");
-}
-
-bool IsToldByJointCount(const Skeleton& skeleton) {
-  try {
-    return *DetectorSkeletons(skeleton.joints().size(), "").front() == skeleton;
-  } catch (const InputError&) {
-    return false;
-  }
-}
-
-void DetectionCollector::SettleSkeleton(const std::vector<std::string>& labels,
-                                        const std::vector<Bone>& bones,
-                                        const std::string& name) {
-  const Skeleton& known = header_.skeleton;
-  if (known.joint_count() == 0) {
-    set_skeleton(SkeletonOfLabels(labels, bones, name));
-    labels_ = labels;
-  }
-  if (known.joints().size() != labels.size()) {
-    throw InputError("found " + std::to_string(labels.size()) +
-                     " joints, expected the " +
-                     std::to_string(known.joints().size()) + " of '" +
-                     Printable(known.name()) + "'");
-  }
-  if (labels_.empty()) return;  // the options' skeleton
-  for (size_t j = 0; j < labels.size(); ++j) {
-    if (labels[j] == labels_[j]) continue;
-    throw InputError("joint " + std::to_string(j) + " is '" +
-                     Printable(labels[j]) + "', expected '" +
-                     Printable(labels_[j]) + "' as in the first file");
-  }
-}
-
-DetectionFrame* DetectionCollector::Touch(int64_t frame_number) {
-  DetectionFrame& frame = frames_[frame_number];
-  if (frame.views.empty()) {
-    frame.frame = frame_number;
-    frame.time = TimeOfFrame(frame_number, header_.frame_rate_hz);
-    frame.views.resize(header_.view_names.size());
-    for (ViewDetections& view : frame.views) view.capture_time = frame.time;
-  }
-  return &frame;
-}
-
-Detection* DetectionCollector::Add(int64_t frame, size_t view_idx) {
-  std::vector<Detection>& detections = Touch(frame)->views[view_idx].detections;
-  detections.emplace_back();
-  detections.back().index_in_file = static_cast<int>(detections.size()) - 1;
-  return &detections.back();
-}
-
-std::unique_ptr<DetectionSource> DetectionCollector::Finish() {
-  return std::make_unique<CollectedSource>(std::move(header_),
-                                           std::move(frames_));
 }
 
 }  // namespace kinegraph

@@ -81,26 +81,23 @@ class Boxes {
   Boxes(const Parts& file, std::string_view bytes)
       : file_(file), bytes_(bytes) {}
 
-  // The content of the first box of that name; nullopt: there is none.
-  std::optional<std::string_view> Find(std::string_view name) const {
-    for (std::string_view rest = bytes_; rest.size() >= 8;) {
-      const std::string_view content = ContentOf(rest);
-      if (rest.substr(4, 4) == name) return content;
-      rest.remove_prefix(
-          static_cast<size_t>(content.data() - rest.data() + content.size()));
-    }
-    return std::nullopt;
-  }
-  // The contents of all boxes of that name.
-  std::vector<std::string_view> All(std::string_view name) const {
+  // The contents of the boxes of that name, of so many at the most.
+  std::vector<std::string_view> All(std::string_view name,
+                                    size_t most = SIZE_MAX) const {
     std::vector<std::string_view> found;
-    for (std::string_view rest = bytes_; rest.size() >= 8;) {
+    for (std::string_view rest = bytes_;
+         rest.size() >= 8 && found.size() < most;) {
       const std::string_view content = ContentOf(rest);
       if (rest.substr(4, 4) == name) found.push_back(content);
       rest.remove_prefix(
           static_cast<size_t>(content.data() - rest.data() + content.size()));
     }
     return found;
+  }
+  // The content of the first; nullopt: there is none.
+  std::optional<std::string_view> Find(std::string_view name) const {
+    const std::vector<std::string_view> found = All(name, 1);
+    return found.empty() ? std::nullopt : std::optional(found.front());
   }
   Boxes In(std::string_view name) const {
     return Boxes(file_, Find(name).value_or(std::string_view()));

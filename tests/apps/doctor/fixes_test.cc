@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "core/io/calibration/calibration.h"
-#include "core/io/detections/export.h"
+#include "core/io/detections/format.h"
 #include "solvers/scene/hypothesis.h"
 #include "solvers/session/run.h"
 #include "tests/support/faulty_scene.h"
@@ -119,7 +119,8 @@ struct Files {
     WriteCameras(path + "/cameras.json", scene.cameras);
     MemorySource source(scene.detections);
     LostFields lost_fields;
-    WriteOpenPose(path + "/det", {}, &source, &lost_fields);
+    FindDetectionFormat("openpose")
+        ->write(path + "/det", {}, &source, &lost_fields);
     keys = "detections.skeleton=coco17;input.frame_rate=" +
            std::to_string(scene.detections.header.frame_rate_hz);
   }

@@ -7,9 +7,9 @@ Two people cross a room of three cameras for two minutes, each leaving and
 coming back under a new identity; then nobody is there for half an hour; and so
 on, at 30 Hz. The frames go into `track --detections=-` (the default window,
 solved by sweeps), whose answers are counted as they come. Writes memory.csv
-(hours of the stream, frames answered, resident memory in MB, seconds) and, with
-gnuplot, memory.svg. Fails when a frame is missing or out of order, or when the second
-half of the stream takes more than 4 MB beyond the first.
+(hours of the stream, frames answered, resident memory in MB, seconds). Fails
+when a frame is missing or out of order, or when the second half of the stream
+takes more than 4 MB beyond the first.
 """
 import pathlib
 import shutil
@@ -96,29 +96,12 @@ def run(header, rests, cameras):
     return rows, people
 
 
-def plot():
-    if shutil.which("gnuplot") is None:
-        return
-    subprocess.run(["gnuplot"], check=True, text=True, input=f"""
-set terminal svg size 720,300 font "sans,12" background "white"
-set output "{FOLDER}/memory.svg"
-set datafile separator ","
-set xlabel "hours of stream at {RATE_HZ} Hz"
-set ylabel "resident memory, MB"
-set yrange [0:*]
-set key off
-set grid
-plot "{FOLDER}/memory.csv" every ::1 using 1:3 with lines lw 2
-""")
-
-
 def main():
     FOLDER.mkdir(parents=True, exist_ok=True)
     scene = FOLDER / "scene"
     shutil.rmtree(scene, ignore_errors=True)
     header, rests = synthesize(scene)
     rows, people = run(header, rests, scene / "cameras.json")
-    plot()
     half = len(rows) // 2
     first = max(mb for _, mb in rows[:half])
     second = max(mb for _, mb in rows[half:])

@@ -7,7 +7,7 @@
 
 #include "core/base/error.h"
 #include "core/evaluation/mpjpe.h"
-#include "core/io/detections/export.h"
+#include "core/io/detections/format.h"
 #include "solvers/session/run.h"
 #include "tests/support/faulty_scene.h"
 #include "tests/support/test_data.h"
@@ -52,7 +52,7 @@ std::string WriteFolders(const FaultyScene& scene,
   const std::string path = (folder.path() / "openpose").string();
   MemorySource source(counted);
   LostFields lost_fields;
-  WriteOpenPose(path, {}, &source, &lost_fields);
+  FindDetectionFormat("openpose")->write(path, {}, &source, &lost_fields);
   return path;
 }
 

@@ -11,13 +11,13 @@
 #include <vector>
 
 #include "core/base/error.h"
-#include "tests/support/test_data.h"
+#include "tests/core/io/detections/detection_files.h"
 
 namespace kinegraph {
 namespace {
 
 // Frames 0 .. count - 1 of two views; each detection carries its frame.
-class Counting final : public DetectionSource {
+class Counting : public DetectionSource {
  public:
   Counting(int64_t count_a, int64_t count_b, double rate_hz)
       : count_a_(count_a), count_b_(count_b) {
@@ -48,6 +48,28 @@ class Counting final : public DetectionSource {
   int64_t count_b_;
   int64_t next_ = 0;
 };
+
+// At 25 Hz, and what `edit` makes of each.
+class Edited final : public Counting {
+ public:
+  Edited(int64_t count, void (*edit)(DetectionFrame* frame))
+      : Counting(count, count, 25.0), edit_(edit) {}
+  bool Next(DetectionFrame* frame) override {
+    const bool any = Counting::Next(frame);
+    if (any) edit_(frame);
+    return any;
+  }
+
+ private:
+  void (*edit_)(DetectionFrame* frame);
+};
+
+std::vector<int64_t> NumbersOf(DetectionSource* source) {
+  std::vector<int64_t> numbers;
+  DetectionFrame frame;
+  while (source->Next(&frame)) numbers.push_back(frame.frame);
+  return numbers;
+}
 
 DetectionReadOptions Rates(const std::map<std::string, double>& rates_hz) {
   DetectionReadOptions options;
@@ -134,53 +156,33 @@ TEST(RatedSource, ATakeFasterThanItsViewsLosesNothing) {
 
 // Frames in which nobody is seen are frames, but for those behind the end.
 TEST(RatedSource, EmptyFramesStay) {
-  class Gap final : public DetectionSource {
-   public:
-    Gap() : all_(8, 8, 25.0) {}
-    const DetectionHeader& header() const override { return all_.header(); }
-    bool Next(DetectionFrame* frame) override {
-      if (!all_.Next(frame)) return false;
-      if (frame->frame >= 2 && frame->frame < 5) {
-        for (ViewDetections& view : frame->views) view.detections.clear();
-      }
-      return true;
-    }
-
-   private:
-    Counting all_;
-  };
-  const auto source =
-      OpenRated([] { return std::make_unique<Gap>(); }, Rates({{"b", 50.0}}));
-  std::vector<int64_t> numbers;
-  DetectionFrame frame;
-  while (source->Next(&frame)) numbers.push_back(frame.frame);
-  EXPECT_EQ(numbers, (std::vector<int64_t>{0, 1, 2, 3, 4, 5, 6, 7}));
+  const auto source = OpenRated(
+      [] {
+        return std::make_unique<Edited>(8, [](DetectionFrame* frame) {
+          if (frame->frame < 2 || frame->frame >= 5) return;
+          for (ViewDetections& view : frame->views) view.detections.clear();
+        });
+      },
+      Rates({{"b", 50.0}}));
+  EXPECT_EQ(NumbersOf(source.get()),
+            (std::vector<int64_t>{0, 1, 2, 3, 4, 5, 6, 7}));
 }
 
 // Numbers that only the files of another rate have are no frames of the
 // recording.
 TEST(RatedSource, NumbersBeforeTheFirstFrameAreNone) {
-  class Late final : public DetectionSource {  // 25 Hz from frame 4 on
-   public:
-    Late() : all_(12, 12, 25.0) {}
-    const DetectionHeader& header() const override { return all_.header(); }
-    bool Next(DetectionFrame* frame) override {
-      if (!all_.Next(frame)) return false;
-      if (frame->frame < 4) frame->views[0].detections.clear();
-      if (frame->frame < 8) frame->views[1].detections.clear();
-      return true;
-    }
-
-   private:
-    Counting all_;
-  };
-  // Files of b count at 50 Hz: its 8 is the recording's 4.
-  const auto source =
-      OpenRated([] { return std::make_unique<Late>(); }, Rates({{"b", 50.0}}));
-  std::vector<int64_t> numbers;
-  DetectionFrame frame;
-  while (source->Next(&frame)) numbers.push_back(frame.frame);
-  EXPECT_EQ(numbers, (std::vector<int64_t>{4, 5, 6, 7, 8, 9, 10, 11}));
+  // 25 Hz from frame 4 on. Files of b count at 50 Hz: its 8 is the
+  // recording's 4.
+  const auto source = OpenRated(
+      [] {
+        return std::make_unique<Edited>(12, [](DetectionFrame* frame) {
+          if (frame->frame < 4) frame->views[0].detections.clear();
+          if (frame->frame < 8) frame->views[1].detections.clear();
+        });
+      },
+      Rates({{"b", 50.0}}));
+  EXPECT_EQ(NumbersOf(source.get()),
+            (std::vector<int64_t>{4, 5, 6, 7, 8, 9, 10, 11}));
 }
 
 // Files with times of their own have view_times.

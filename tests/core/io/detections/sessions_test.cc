@@ -6,16 +6,17 @@
 
 #include "core/io/detections/format.h"
 #include "core/io/detections/source.h"
-#include "tests/core/io/input_error.h"
+#include "tests/core/io/detections/detection_files.h"
 #include "tests/support/hdf5_files.h"
-#include "tests/support/test_data.h"
 
 namespace kinegraph {
 namespace {
 
 using ::testing::ElementsAre;
+using testing::FaultOf;
 using ::testing::HasSubstr;
 using testing::InputErrorOf;
+using testing::RecordingIn;
 using testing::TemporaryFolder;
 
 // Two cameras at 20 Hz, the second 4 ms late; camera 1 misses frame 7.
@@ -31,9 +32,7 @@ constexpr const char* kOld =
     "8,1,7,1000.104,0,0,0,,\n";
 
 TEST(CaliscopeDetections, OldTablesAreRead) {
-  const TemporaryFolder folder;
-  const DetectionSequence recording =
-      ReadDetections(folder.Write("xy_HOLISTIC.csv", kOld));
+  const DetectionSequence recording = RecordingIn("xy_HOLISTIC.csv", kOld);
   EXPECT_THAT(recording.header.view_names, ElementsAre("cam_0", "cam_1"));
   EXPECT_EQ(recording.header.skeleton.name(), MediaPipe33().name());
   EXPECT_EQ(recording.header.frame_rate_hz, 20.0);
@@ -74,11 +73,9 @@ TEST(CaliscopeDetections, NewTablesHaveTheirTimesBeside) {
 }
 
 TEST(CaliscopeDetections, AGivenRateWins) {
-  const TemporaryFolder folder;
   DetectionReadOptions options;
   options.frame_rate_hz = 50.0;
-  const DetectionSequence recording =
-      ReadDetections(folder.Write("xy_POSE.csv", kOld), options);
+  const DetectionSequence recording = RecordingIn("xy_POSE.csv", kOld, options);
   EXPECT_EQ(recording.header.frame_rate_hz, 50.0);
   EXPECT_EQ(recording.frames[0].time, 120'000'000);
 }
@@ -117,8 +114,7 @@ TEST(CaliscopeDetections, ViewsOfIgnoredCamerasAreLeftOut) {
 TEST(CaliscopeDetections, FaultsAreNamed) {
   const TemporaryFolder folder;
   const auto fault = [&](const std::string& row) {
-    const std::string path = folder.Write("xy_POSE.csv", kOld + row);
-    return InputErrorOf([&] { ReadDetections(path); });
+    return FaultOf("xy_POSE.csv", kOld + row);
   };
   EXPECT_THAT(fault("9,0,1,1000.2,0,abc,2,,\n"),
               HasSubstr("line 9: img_loc_x: found the text 'abc'"));

@@ -5,10 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "core/io/detections/source.h"
 #include "core/synthetic/noise.h"
 #include "core/synthetic/scene.h"
-#include "tests/support/test_data.h"
 
 namespace kinegraph {
 namespace {
@@ -115,19 +113,6 @@ TEST(SkeletonFitTest, TooFewPeopleLeaveTheFirstCandidate) {
     fit.See(people[i]);
   }
   EXPECT_EQ(fit.Best(), 0u);
-}
-
-TEST(SkeletonFitTest, RecognisesBody25InRealFiles) {
-  KINEGRAPH_DATA_OR_SKIP(path, "shelf/detections/openpose");
-  EXPECT_TRUE(OpenDetections(path)->header().skeleton == Body25());
-}
-
-TEST(SkeletonFitTest, RecognisesBody25BInRealFiles) {
-  KINEGRAPH_DATA_OR_SKIP(path, "pose2sim");
-  for (const std::string trial : {"single", "multi"}) {
-    const auto source = OpenDetections(path + "/" + trial + "/pose");
-    EXPECT_TRUE(source->header().skeleton == Body25B()) << trial;
-  }
 }
 
 }  // namespace

@@ -25,138 +25,122 @@ CameraRig Rig(const std::vector<std::string>& names) {
   return cameras;
 }
 
-std::vector<int> CameraIdx(const std::vector<std::string>& views,
-                           const CameraRig& cameras,
-                           const std::map<std::string, std::string>& map = {}) {
-  return PairViewsWithCameras(views, cameras, map).camera_of_view;
+using Names = std::vector<std::string>;
+using Map = std::map<std::string, std::string>;
+
+std::string ErrorOf(const Names& views, const Names& cameras,
+                    const Map& map = {}) {
+  return InputErrorOf([&] { PairViewsWithCameras(views, Rig(cameras), map); });
 }
 
-PairedBy How(const std::vector<std::string>& views,
-             const std::vector<std::string>& cameras) {
-  return PairViewsWithCameras(views, Rig(cameras)).paired_by;
-}
-
-std::string ErrorOf(const std::vector<std::string>& views,
-                    const std::vector<std::string>& cameras,
-                    const std::map<std::string, std::string>& map = {}) {
-  return InputErrorOf([&] { CameraIdx(views, Rig(cameras), map); });
-}
-
-TEST(ViewPairing, TakesEqualNames) {
-  EXPECT_THAT(CameraIdx({"left", "right"}, Rig({"right", "top", "left"})),
-              ElementsAre(2, 0));
-}
-
-TEST(ViewPairing, TakesEqualLastIntegers) {
-  // Campus: the calibration lists Camera1, Camera2, Camera0.
-  EXPECT_THAT(CameraIdx({"cam0", "cam1", "cam2"},
-                        Rig({"Camera1", "Camera2", "Camera0"})),
-              ElementsAre(2, 0, 1));
-  EXPECT_THAT(CameraIdx({"cam01_json", "v2_007"}, Rig({"P7", "cam_1"})),
-              ElementsAre(1, 0));
-  EXPECT_THAT(CameraIdx({"a00"}, Rig({"0"})), ElementsAre(0));
-}
-
-TEST(ViewPairing, PrefersTheNameToTheNumber) {
-  EXPECT_THAT(CameraIdx({"00_01", "01_01"}, Rig({"01_01", "00_01"})),
-              ElementsAre(1, 0));
+TEST(ViewPairing, TakesTheSurestRuleThatFits) {
+  const std::string big = "123456789012345678901234567890";
+  const std::string fly = "05272019_fly4_0_R1C24_Cam-";
+  const std::string rest = "_rot-ccw-0.06_sec.rng=0";
+  const struct {
+    Names views, cameras;
+    std::vector<int> camera_of_view;
+    PairedBy paired_by;
+  } cases[] = {
+      {{"left", "right"}, {"right", "top", "left"}, {2, 0}, PairedBy::kName},
+      {{"b", "a"}, {"a", "b"}, {1, 0}, PairedBy::kName},
+      // The name comes before the number.
+      {{"00_01", "01_01"}, {"01_01", "00_01"}, {1, 0}, PairedBy::kName},
+      // Campus: the calibration lists Camera1, Camera2, Camera0.
+      {{"cam0", "cam1", "cam2"},
+       {"Camera1", "Camera2", "Camera0"},
+       {2, 0, 1},
+       PairedBy::kNumber},
+      {{"cam01_json", "v2_007"}, {"P7", "cam_1"}, {1, 0}, PairedBy::kNumber},
+      {{"cam02_json", "cam01_json"},
+       {"cam_01", "cam_02"},
+       {1, 0},
+       PairedBy::kNumber},
+      {{"a00"}, {"0"}, {0}, PairedBy::kNumber},
+      {{"cam" + big}, {"x0" + big, "y1"}, {0}, PairedBy::kNumber},
+      // The camera's name within the view's, whatever case and separators.
+      {{fly + "A" + rest, fly + "B" + rest, fly + "C" + rest},
+       {"Cam-C", "Cam-A", "Cam-B"},
+       {1, 2, 0},
+       PairedBy::kWithin},
+      {{"x_cam_a", "x_CAM B", "x_cam-c_2"},
+       {"Cam-C", "Cam-A", "Cam-B"},
+       {1, 2, 0},
+       PairedBy::kWithin},
+      // Not cam1 in cam10, and the longer name wins.
+      {{"rec_cam10_2024", "rec_cam1_2024"},
+       {"cam1", "cam10"},
+       {1, 0},
+       PairedBy::kWithin},
+      {{"left_top", "left"}, {"left", "left_top"}, {1, 0}, PairedBy::kName},
+      {{"a left top 7", "a left 7"},
+       {"left", "left_top"},
+       {1, 0},
+       PairedBy::kWithin},
+      // The other way round.
+      {{"cam2", "cam1"}, {"cam1_4k", "cam2_4k"}, {1, 0}, PairedBy::kWithin},
+      {{"trial_cam2_20240101", "trial_cam1_20240101"},
+       {"Camera1", "Camera02"},
+       {1, 0},
+       PairedBy::kDistinct},
+      // A number is not cut in two: 10 and 11 are no 0 and 1.
+      {{"cam10", "cam11"}, {"cam0", "cam1"}, {0, 1}, PairedBy::kOrder},
+      // Counted from 0 and from 1, and names of two kinds.
+      {{"cam_0", "cam_1", "cam_2"},
+       {"1", "2", "3"},
+       {0, 1, 2},
+       PairedBy::kOrder},
+      {{"cam_2", "cam_1"}, {"26585", "26578"}, {0, 1}, PairedBy::kOrder},
+  };
+  for (const auto& one : cases) {
+    SCOPED_TRACE(one.views.front());
+    const ViewPairing found = PairViewsWithCameras(one.views, Rig(one.cameras));
+    EXPECT_EQ(found.camera_of_view, one.camera_of_view);
+    EXPECT_EQ(found.paired_by, one.paired_by);
+  }
 }
 
 TEST(ViewPairing, PrefersTheMapToTheName) {
-  EXPECT_THAT(CameraIdx({"a", "b"}, Rig({"a", "b"}), {{"a", "b"}, {"b", "a"}}),
-              ElementsAre(1, 0));
-}
-
-TEST(ViewPairing, ComparesNumbersOfAnySize) {
-  const std::string big = "123456789012345678901234567890";
-  EXPECT_THAT(CameraIdx({"cam" + big}, Rig({"x0" + big, "y1"})),
-              ElementsAre(0));
-}
-
-TEST(ViewPairing, RefusesSeveralCandidates) {
-  EXPECT_THAT(ErrorOf({"cam1"}, {"00_01", "01_01"}),
-              HasSubstr("may belong to '00_01', '01_01'"));
-}
-
-TEST(ViewPairing, RefusesTwoViewsOfOneCamera) {
-  const std::string message = ErrorOf({"a1", "b1"}, {"1", "2"});
-  EXPECT_THAT(message, HasSubstr("'a1' and 'b1'"));
-  EXPECT_THAT(message, HasSubstr("cameras.map"));
-  EXPECT_THAT(ErrorOf({"a", "b"}, {"a", "b"}, {{"a", "b"}}),
-              HasSubstr("both belong to camera 'b'"));
-}
-
-TEST(ViewPairing, RefusesAViewWithoutCamera) {
-  EXPECT_THAT(ErrorOf({"cam3"}, {"0", "1"}), HasSubstr("view 'cam3'"));
-  EXPECT_THAT(ErrorOf({"left", "right"}, {"links"}), HasSubstr("'links'"));
-}
-
-TEST(ViewPairing, FindsTheCamerasNameInTheViews) {
-  const std::vector<std::string> cameras = {"Cam-C", "Cam-A", "Cam-B"};
-  EXPECT_THAT(CameraIdx({"05272019_fly4_0_R1C24_Cam-A_rot-ccw-0.06_sec.rng=0",
-                         "05272019_fly4_0_R1C24_Cam-B_rot-ccw-0.06_sec.rng=0",
-                         "05272019_fly4_0_R1C24_Cam-C_rot-ccw-0.06_sec.rng=0"},
-                        Rig(cameras)),
-              ElementsAre(1, 2, 0));
-  EXPECT_EQ(How({"x_cam_a", "x_CAM B", "x_cam-c_2"}, cameras),
-            PairedBy::kWithin);
-  // Not cam1 in cam10, and the longer name wins.
-  EXPECT_THAT(
-      CameraIdx({"rec_cam10_2024", "rec_cam1_2024"}, Rig({"cam1", "cam10"})),
-      ElementsAre(1, 0));
-  EXPECT_THAT(CameraIdx({"left_top", "left"}, Rig({"left", "left_top"})),
-              ElementsAre(1, 0));
-  EXPECT_THAT(
-      CameraIdx({"a left top 7", "a left 7"}, Rig({"left", "left_top"})),
-      ElementsAre(1, 0));
-  // The other way round.
-  EXPECT_THAT(CameraIdx({"cam2", "cam1"}, Rig({"cam1_4k", "cam2_4k"})),
-              ElementsAre(1, 0));
-}
-
-TEST(ViewPairing, LooksAtWhatTellsTheNamesApart) {
-  const std::vector<std::string> views = {"trial_cam2_20240101",
-                                          "trial_cam1_20240101"};
-  EXPECT_THAT(CameraIdx(views, Rig({"Camera1", "Camera02"})),
-              ElementsAre(1, 0));
-  EXPECT_EQ(How(views, {"Camera1", "Camera02"}), PairedBy::kDistinct);
-  // A number is not cut in two: 10 and 11 are no 0 and 1.
-  EXPECT_EQ(How({"cam10", "cam11"}, {"cam0", "cam1"}), PairedBy::kOrder);
-}
-
-TEST(ViewPairing, CountsFromZeroAndFromOne) {
-  const std::vector<std::string> views = {"cam_0", "cam_1", "cam_2"};
-  EXPECT_THAT(CameraIdx(views, Rig({"1", "2", "3"})), ElementsAre(0, 1, 2));
-  EXPECT_EQ(How(views, {"1", "2", "3"}), PairedBy::kOrder);
-  // Who leaves out a view leaves the others their cameras.
-  EXPECT_THAT(PairViewsWithCameras(views, Rig({"1", "2", "3"}), {},
-                                   UnpairedViews::kRefuse, {"cam_0"})
+  EXPECT_THAT(PairViewsWithCameras({"a", "b"}, Rig({"a", "b"}),
+                                   {{"a", "b"}, {"b", "a"}})
                   .camera_of_view,
-              ElementsAre(0, 1, 2));
-  EXPECT_THAT(PairViewsWithCameras(views, Rig({"1", "2"}), {},
-                                   UnpairedViews::kRefuse, {"cam_0"})
-                  .camera_of_view,
-              ElementsAre(-1, 0, 1));
-  EXPECT_THAT(ErrorOf({"cam_2", "cam_3"}, {"1", "2"}),
-              HasSubstr("view 'cam_3' has no camera"));
-  // A number that is missing is no other way of counting.
-  EXPECT_THAT(ErrorOf({"cam_1", "cam_2", "cam_4"}, {"1", "2", "3"}),
-              HasSubstr("view 'cam_4' has no camera"));
+              ElementsAre(1, 0));
 }
 
-TEST(ViewPairing, TakesTheOrderOfNamesOfTwoKinds) {
-  EXPECT_THAT(CameraIdx({"cam_2", "cam_1"}, Rig({"26585", "26578"})),
-              ElementsAre(0, 1));
-  EXPECT_EQ(How({"cam_2", "cam_1"}, {"26585", "26578"}), PairedBy::kOrder);
-  EXPECT_EQ(How({"b", "a"}, {"a", "b"}), PairedBy::kName);
-  EXPECT_EQ(How({"cam1", "cam0"}, {"Camera0", "Camera1"}), PairedBy::kNumber);
-  EXPECT_EQ(How({"cam02_json", "cam01_json"}, {"cam_01", "cam_02"}),
-            PairedBy::kNumber);
+TEST(ViewPairing, WhoLeavesOutAViewLeavesTheOthersTheirCameras) {
+  const auto without_first = [](const Names& cameras) {
+    return PairViewsWithCameras({"cam_0", "cam_1", "cam_2"}, Rig(cameras), {},
+                                UnpairedViews::kRefuse, {"cam_0"})
+        .camera_of_view;
+  };
+  EXPECT_THAT(without_first({"1", "2", "3"}), ElementsAre(0, 1, 2));
+  EXPECT_THAT(without_first({"1", "2"}), ElementsAre(-1, 0, 1));
 }
 
-TEST(ViewPairing, RefusesAMapOfUnknownNames) {
-  EXPECT_THAT(ErrorOf({"a"}, {"a"}, {{"c", "a"}}), HasSubstr("view 'c'"));
-  EXPECT_THAT(ErrorOf({"a"}, {"a"}, {{"a", "z"}}), HasSubstr("camera 'z'"));
+TEST(ViewPairing, RefusesWhatIsNotSure) {
+  const struct {
+    Names views, cameras;
+    Map map;
+    const char* said;
+  } cases[] = {
+      {{"cam1"}, {"00_01", "01_01"}, {}, "may belong to '00_01', '01_01'"},
+      {{"a1", "b1"}, {"1", "2"}, {}, "'a1' and 'b1'"},
+      {{"a1", "b1"}, {"1", "2"}, {}, "cameras.map"},
+      {{"a", "b"}, {"a", "b"}, {{"a", "b"}}, "both belong to camera 'b'"},
+      {{"cam3"}, {"0", "1"}, {}, "view 'cam3'"},
+      {{"left", "right"}, {"links"}, {}, "'links'"},
+      {{"cam_2", "cam_3"}, {"1", "2"}, {}, "view 'cam_3' has no camera"},
+      // A number that is missing is no other way of counting.
+      {{"cam_1", "cam_2", "cam_4"},
+       {"1", "2", "3"},
+       {},
+       "view 'cam_4' has no camera"},
+      {{"a"}, {"a"}, {{"c", "a"}}, "view 'c'"},
+      {{"a"}, {"a"}, {{"a", "z"}}, "camera 'z'"},
+  };
+  for (const auto& one : cases) {
+    EXPECT_THAT(ErrorOf(one.views, one.cameras, one.map), HasSubstr(one.said));
+  }
 }
 
 TEST(ViewPairing, GivesCamerasInTheOrderOfTheViews) {

@@ -13,24 +13,18 @@
 #include "core/io/file_kind.h"
 #include "core/io/files/text_file.h"
 #include "core/io/tracks/tracks.h"
-#include "tests/core/io/input_error.h"
-#include "tests/support/test_data.h"
+#include "tests/core/io/detections/detection_files.h"
 
 namespace kinegraph {
 namespace {
 
 using ::testing::ElementsAre;
+using testing::FaultOf;
 using ::testing::HasSubstr;
 using testing::InputErrorOf;
+using testing::JointOf;
 using testing::TemporaryFolder;
-
-const Keypoint& JointOf(const DetectionSequence& recording, size_t frame,
-                        size_t view, size_t person, size_t joint) {
-  return recording.frames.at(frame)
-      .views.at(view)
-      .detections.at(person)
-      .joints.at(joint);
-}
+using testing::WithReplaced;
 
 // ---- One COCO file of several cameras ----
 
@@ -75,13 +69,8 @@ TEST(CocoViews, CamerasAndFramesComeFromImages) {
 
 TEST(CocoViews, SaysWhatIsWrong) {
   const TemporaryFolder folder;
-  const auto error_of = [&](const std::string& from, const std::string& to) {
-    std::string text = kCoco;
-    const size_t at = text.find(from);
-    EXPECT_NE(at, std::string::npos) << from;
-    text.replace(at, from.size(), to);
-    const std::string path = folder.Write("broken.json", text);
-    return InputErrorOf([&] { ReadDetections(path); });
+  const auto error_of = [](const std::string& from, const std::string& to) {
+    return FaultOf("broken.json", WithReplaced(kCoco, from, to));
   };
   EXPECT_THAT(error_of("\"id\": 12", "\"id\": 11"),
               HasSubstr("broken.json: image 1: id 11 appears twice"));
@@ -146,12 +135,10 @@ TEST(FreeMoCap, BodyIsTheFirstPartOfThePoints) {
 }
 
 TEST(FreeMoCap, SaysWhatIsWrong) {
-  const TemporaryFolder folder;
   DetectionReadOptions options;
   options.format = "freemocap";
   const auto error_of = [&](const std::string& file) {
-    const std::string path = folder.Write("a.npy", file);
-    return InputErrorOf([&] { ReadDetections(path, options); });
+    return FaultOf("a.npy", file, options);
   };
   EXPECT_THAT(error_of(Npy("4, 4", std::vector<double>(16))),
               HasSubstr("has 2 dimensions, expected 4"));

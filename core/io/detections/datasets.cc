@@ -1,8 +1,5 @@
-// annotation_2d.json of longcw's Campus: {"image_wh": [w, h], "frames":
-// {"Camera0/0013.600.jpg": {"camera", "timestamp", "poses": [{"points_2d":
-// [[x, y], ...], "scores": [...]}]}, ...}}, in pixels.
-#include "core/io/text/longcw.h"
-
+// Files of single data sets: longcw's annotations of Campus and SMAP's results
+// on CMU Panoptic.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -12,16 +9,22 @@
 #include "core/base/error.h"
 #include "core/io/detections/format.h"
 #include "core/io/detections/formats.h"
-#include "core/io/detections/lost_fields.h"
 #include "core/io/detections/view_files.h"
 #include "core/io/files/atomic_file.h"
 #include "core/io/text/bulk_json.h"
 #include "core/io/text/json.h"
 #include "core/io/text/json_output.h"
+#include "core/io/text/longcw.h"
 #include "core/io/text/names.h"
 #include "core/io/text/skeleton_json.h"
 
 namespace kinegraph {
+
+// ---- longcw ----
+// annotation_2d.json of longcw's Campus: {"image_wh": [w, h], "frames":
+// {"Camera0/0013.600.jpg": {"camera", "timestamp", "poses": [{"points_2d":
+// [[x, y], ...], "scores": [...]}]}, ...}}, in pixels.
+
 namespace {
 
 std::vector<std::string> ViewNames(const JsonObject& frames) {
@@ -45,24 +48,15 @@ void ReadPose(const JsonObject& pose, ZeroConfidence zero_confidence,
     throw InputError("points_2d: found " + std::to_string(points.size()) +
                      " joints, expected " + std::to_string(count));
   }
-  for (const JsonValue point : points) {
-    double px[2];
-    AsNumbers(point, "points_2d", 2, px);
-    const double score = scores[detection->joints.size()];
-    detection->joints.push_back(
-        MakeKeypoint(px[0], px[1], score, zero_confidence));
-  }
+  AddPoints(points, "points_2d", scores, zero_confidence, detection);
 }
 
 std::unique_ptr<DetectionSource> ReadLongcwFile(
     JsonValue root, const DetectionReadOptions& options, std::string* place) {
   const JsonObject frames =
       AsObject(Required(AsObject(root, kOutermost), "frames"), "frames");
-  DetectionHeader header;
-  header.skeleton = options.skeleton.value_or(Tum14());
-  header.frame_rate_hz =
-      options.frame_rate_hz > 0.0 ? options.frame_rate_hz : kLongcwFrameRateHz;
-  header.view_names = ViewNames(frames);
+  DetectionHeader header = HeaderOf(ViewNames(frames), options, Tum14());
+  if (!(header.frame_rate_hz > 0.0)) header.frame_rate_hz = kLongcwFrameRateHz;
   if (header.view_names.empty()) throw InputError("frames: is empty");
   DetectionCollector collector(header);
   std::set<std::pair<int64_t, size_t>> seen;
@@ -92,22 +86,6 @@ std::unique_ptr<DetectionSource> ReadLongcwFile(
   return collector.Finish();
 }
 
-std::unique_ptr<DetectionSource> OpenLongcwFile(
-    const std::string& path, const DetectionReadOptions& options) {
-  JsonFileParser parser;
-  const JsonValue root = parser.Parse(path);
-  std::string place;
-  return Located(
-      path, [&] { return place; },
-      [&] { return ReadLongcwFile(root, options, &place); });
-}
-
-bool RecogniseLongcw(const DetectionHead& head) {
-  return head.HasKey("frames") && head.HasKey("image_wh");
-}
-
-// ---- Writing ----
-
 void WriteImage(const std::string& name, const ViewDetections& view,
                 JsonOutput* out) {
   const double time_s = ToSeconds(view.capture_time);
@@ -124,11 +102,26 @@ void WriteImage(const std::string& name, const ViewDetections& view,
   out->Text("]}");
 }
 
+}  // namespace
+
+std::unique_ptr<DetectionSource> OpenLongcw(
+    const std::string& path, const DetectionReadOptions& options) {
+  JsonFileParser parser;
+  const JsonValue root = parser.Parse(path);
+  std::string place;
+  return Located(
+      path, [&] { return place; },
+      [&] { return ReadLongcwFile(root, options, &place); });
+}
+
+bool RecogniseLongcw(const DetectionHead& head) {
+  return head.HasKey("frames") && head.HasKey("image_wh");
+}
+
 // longcw's annotation_2d.json, one file. Frames are told by their times alone,
 // so it needs a frame rate; it names the image size, which it must be given.
-void WriteLongcwDetections(const std::string& path,
-                           const DetectionWriteOptions& options,
-                           DetectionSource* source, LostFields* lost_fields) {
+void WriteLongcw(const std::string& path, const DetectionWriteOptions& options,
+                 DetectionSource* source, LostFields* lost_fields) {
   const ImageSize& size = options.image_size;
   const DetectionHeader header = source->header();
   RequireLongcwRate(header.frame_rate_hz);
@@ -161,19 +154,69 @@ void WriteLongcwDetections(const std::string& path,
                 header.frame_rate_hz == kLongcwFrameRateHz);
 }
 
+// ---- SMAP ----
+// SMAP's output on CMU Panoptic, one file a view and frame: {"3d_pairs":
+// {"num", "pred_2d": people x 15 x [x, y, relative depth, score]}}.
+
+namespace {
+
+// Coordinates are those of the network's input: the 1920 x 1080 image scaled
+// to a width of 832 and centred in a height of 512.
+constexpr double kImageWidthPx = 1920.0;
+constexpr double kImageHeightPx = 1080.0;
+constexpr double kInputWidthPx = 832.0;
+constexpr double kInputHeightPx = 512.0;
+constexpr double kScale = kImageWidthPx / kInputWidthPx;
+constexpr double kBarPx = 0.5 * (kInputHeightPx - kImageHeightPx / kScale);
+
+void ReadPerson(JsonValue person, ZeroConfidence zero_confidence,
+                int joint_count, Detection* detection) {
+  for (const JsonValue joint : AsArray(person, "pred_2d")) {
+    double numbers[4];
+    AsNumbers(joint, "pred_2d", 4, numbers);
+    Keypoint point =
+        MakeKeypoint(numbers[0], numbers[1], numbers[3], zero_confidence);
+    point.px = (point.px - Eigen::Vector2d(0.0, kBarPx)) * kScale;
+    detection->joints.push_back(point);
+  }
+  if (detection->joints.size() != static_cast<size_t>(joint_count)) {
+    throw InputError("pred_2d: found " +
+                     std::to_string(detection->joints.size()) +
+                     " joints, expected " + std::to_string(joint_count));
+  }
+}
+
 }  // namespace
 
-DetectionFormat LongcwDetectionFormat() {
-  DetectionFormat format;
-  format.name = "longcw";
-  format.names_image_size = true;
-  format.layout = "annotation_2d.json";
-  format.extension = ".json";
-  format.files = DetectionFormat::Files::kOne;
-  format.recognise = RecogniseLongcw;
-  format.open = OpenLongcwFile;
-  format.write = WriteLongcwDetections;
-  return format;
+std::unique_ptr<DetectionSource> OpenSmap(const std::string& path,
+                                          const DetectionReadOptions& options) {
+  const auto files = ListViewFiles(path);
+  const DetectionHeader header =
+      HeaderOf(NamesOf(files), options, Panoptic15());
+  DetectionCollector collector(header);
+  collector.Touch(options.first_frame);
+  JsonFileParser parser;
+  for (size_t v = 0; v < files.size(); ++v) {
+    const std::string& file = files[v].second;
+    const JsonValue root = parser.Parse(file);
+    Located(
+        file, [] { return "3d_pairs"; },
+        [&] {
+          const JsonObject pairs = AsObject(
+              Required(AsObject(root, kOutermost), "3d_pairs"), "3d_pairs");
+          for (const JsonValue person :
+               AsArray(Required(pairs, "pred_2d"), "pred_2d")) {
+            ReadPerson(person, options.zero_confidence,
+                       header.skeleton.joint_count(),
+                       collector.Add(options.first_frame, v));
+          }
+        });
+  }
+  return collector.Finish();
+}
+
+bool RecogniseSmap(const DetectionHead& head) {
+  return head.HasKey("3d_pairs");
 }
 
 }  // namespace kinegraph

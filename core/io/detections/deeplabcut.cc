@@ -1,0 +1,363 @@
+// DeepLabCut's predictions (Lightning Pose's too), CSV or HDF5: a column a
+// coordinate, named by individual (several animals or people only), bodypart
+// and coord; a file a view. A folder with such a folder a detector (two seeds
+// of Lightning Pose, say) is one recording, in which they are fused.
+#include <algorithm>
+#include <map>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <tuple>
+#include <vector>
+
+#include "core/base/error.h"
+#include "core/data/box.h"
+#include "core/io/binary/hdf5_file.h"
+#include "core/io/detections/format.h"
+#include "core/io/detections/formats.h"
+#include "core/io/files/text_file.h"
+#include "core/io/text/bulk_json.h"
+#include "core/io/text/csv_rows.h"
+#include "core/io/text/names.h"
+#include "core/io/text/pickle.h"
+
+namespace kinegraph {
+namespace {
+
+using Texts = std::vector<std::string>;
+
+// ---- Columns ----
+
+// Where the joints of each individual stand.
+struct DeepLabCutColumns {
+  Texts labels;  // bodyparts
+  std::vector<std::vector<KeypointColumns>> people;
+};
+
+size_t DeepLabCutPlaceOf(const std::string& name, Texts* names) {
+  const auto at = std::find(names->begin(), names->end(), name);
+  const auto place = static_cast<size_t>(at - names->begin());
+  if (at == names->end()) names->push_back(name);
+  return place;
+}
+
+// One name a column; `individuals` may be empty. Columns before `first` are the
+// index. Throws InputError without a file.
+DeepLabCutColumns FindDeepLabCutColumns(const Texts& individuals,
+                                        const Texts& parts, const Texts& coords,
+                                        size_t first) {
+  DeepLabCutColumns columns;
+  Texts people;
+  for (size_t c = first; c < coords.size(); ++c) {
+    const size_t person =
+        DeepLabCutPlaceOf(individuals.empty() ? "" : individuals[c], &people);
+    const size_t joint = DeepLabCutPlaceOf(parts[c], &columns.labels);
+    if (columns.people.size() <= person) columns.people.emplace_back();
+    std::vector<KeypointColumns>& joints = columns.people[person];
+    if (joints.size() <= joint) joints.resize(joint + 1);
+    const int place = static_cast<int>(c);
+    if (coords[c] == "x") joints[joint].x = place;
+    if (coords[c] == "y") joints[joint].y = place;
+    if (coords[c] == "likelihood") joints[joint].confidence = place;
+  }
+  if (columns.people.empty()) throw InputError("expected columns x and y");
+  for (std::vector<KeypointColumns>& joints : columns.people) {
+    joints.resize(columns.labels.size());
+    for (size_t j = 0; j < joints.size(); ++j) {
+      if (joints[j].x >= 0 && joints[j].y >= 0) continue;
+      throw InputError("bodypart '" + Printable(columns.labels[j]) +
+                       "': expected the coords x and y of every individual");
+    }
+  }
+  return columns;
+}
+
+// ---- Several detectors ----
+
+// What each of them says of one person.
+using Said = std::vector<std::vector<Keypoint>>;
+
+Keypoint FuseJoint(const Said& said, size_t j, int detectors, double apart_px) {
+  Keypoint best;
+  Eigen::Vector2d sum_px = Eigen::Vector2d::Zero();
+  double weight_sum = 0.0;
+  for (const std::vector<Keypoint>& joints : said) {
+    const Keypoint& joint = joints[j];
+    if (!joint.found) continue;
+    // Of confidences that are all 0 each counts the same.
+    const double weight = std::max(joint.confidence, 1e-12);
+    sum_px += weight * joint.px;
+    weight_sum += weight;
+    if (!best.found || joint.confidence > best.confidence) best = joint;
+  }
+  if (!best.found) return best;
+  const Eigen::Vector2d mean_px = sum_px / weight_sum;
+  double confidence_sum = 0.0;
+  for (const std::vector<Keypoint>& joints : said) {
+    const Keypoint& joint = joints[j];
+    if (!joint.found) continue;
+    if ((joint.px - best.px).norm() > apart_px) {
+      best.confidence /= detectors;
+      return best;
+    }
+    confidence_sum += joint.confidence;
+  }
+  best.px = mean_px;
+  best.confidence = confidence_sum / detectors;
+  return best;
+}
+
+// The recording as it is read. With several detectors, such as two seeds of one
+// network, each joint of a view is the mean of what they say, weighed by
+// confidence; its confidence is their mean, 0 for one who does not see it.
+// Where they are apart by more than a twentieth of the diagonal of the person's
+// box (some 9 cm on an adult, more than noise), the most confident one is taken
+// and the others count as not seeing the joint.
+class DeepLabCutRecording : public DetectionCollector {
+ public:
+  DeepLabCutRecording(const DetectionHeader& header, int detectors)
+      : DetectionCollector(header), detectors_(detectors) {}
+
+  void AddPerson(int64_t frame, size_t view_idx, size_t person,
+                 std::vector<Keypoint> joints) {
+    if (detectors_ == 1) {
+      AddFound(frame, view_idx, std::move(joints));
+    } else if (std::any_of(joints.begin(), joints.end(),
+                           [](const Keypoint& joint) { return joint.found; })) {
+      waiting_[{frame, view_idx, person}].push_back(std::move(joints));
+    }
+  }
+
+  std::unique_ptr<DetectionSource> FinishAll() {
+    constexpr double kApart = 0.05;
+    for (const auto& [place, said] : waiting_) {
+      const auto& [frame, view_idx, person] = place;
+      Eigen::AlignedBox2d box;  // around all that the detectors found
+      for (const std::vector<Keypoint>& joints : said) {
+        box.extend(BoxAround(joints));
+      }
+      const double apart_px = kApart * DiagonalPx(box);
+      std::vector<Keypoint>& joints = Add(frame, view_idx)->joints;
+      for (size_t j = 0; j < said.front().size(); ++j) {
+        joints.push_back(FuseJoint(said, j, detectors_, apart_px));
+      }
+    }
+    return Finish();
+  }
+
+ private:
+  const int detectors_;
+  // By frame, view and person; with one detector nothing waits here.
+  std::map<std::tuple<int64_t, size_t, size_t>, Said> waiting_;
+};
+
+// Opens a folder with a file a view, one such file, or a folder with such a
+// folder a detector. `read` adds one file to the recording.
+std::unique_ptr<DetectionSource> OpenDetectors(
+    const std::string& path, const DetectionReadOptions& options,
+    const std::string& extension,
+    void (*read)(const std::string& file, size_t view_idx,
+                 const DetectionReadOptions& options,
+                 DeepLabCutRecording* recording)) {
+  NamedPaths detectors = ListViewFolders(path);
+  if (detectors.empty()) detectors = {{"", path}};
+  std::vector<NamedPaths> files;
+  for (const auto& [name, folder] : detectors) {
+    files.push_back(ListViewFiles(folder, extension));
+  }
+  const Texts views = NamesOf(files.front());
+  DeepLabCutRecording recording(HeaderOf(views, options),
+                                static_cast<int>(detectors.size()));
+  for (size_t d = 0; d < files.size(); ++d) {
+    if (NamesOf(files[d]) != views) {
+      throw InputError(detectors[d].second, "",
+                       "has other views than " + detectors.front().second +
+                           ", expected the same ones of every detector");
+    }
+    for (size_t v = 0; v < files[d].size(); ++v) {
+      read(files[d][v].second, v, options, &recording);
+    }
+  }
+  return recording.FinishAll();
+}
+
+// ---- CSV ----
+// Header rows "scorer", "individuals", "bodyparts" and "coords", then a row a
+// frame.
+
+struct DeepLabCutHeader {
+  DeepLabCutColumns columns;
+  size_t first = 0;  // column that holds a coordinate
+  size_t width = 0;
+};
+
+DeepLabCutHeader ReadDeepLabCutHeader(CsvRows* rows) {
+  std::map<std::string, Texts> named = {
+      {"scorer", {}}, {"individuals", {}}, {"bodyparts", {}}, {"coords", {}}};
+  DeepLabCutHeader header;
+  for (Texts cells; rows->Next(&cells, header.width);) {
+    header.width = cells.size();
+    const std::string name = cells.front();
+    if (named.count(name) == 0) break;
+    named[name] = cells;
+    if (name != "coords") continue;
+    if (named["bodyparts"].empty()) {
+      throw InputError("expected a row 'bodyparts'");
+    }
+    while (header.first < header.width && cells[header.first] != "x") {
+      ++header.first;  // the index: a frame, or folders and a file name
+    }
+    header.columns = FindDeepLabCutColumns(
+        named["individuals"], named["bodyparts"], cells, header.first);
+    return header;
+  }
+  throw InputError(
+      "expected the header rows scorer, bodyparts and coords of DeepLabCut");
+}
+
+void ReadDeepLabCutView(const std::string& path, size_t view_idx,
+                        const DetectionReadOptions& options,
+                        DeepLabCutRecording* recording) {
+  const std::string text = ReadTextFile(path);
+  CsvRows rows(text);
+  Located(
+      path, [&] { return rows.Place(); },
+      [&] {
+        const DeepLabCutHeader header = ReadDeepLabCutHeader(&rows);
+        const DeepLabCutColumns& columns = header.columns;
+        recording->SettleSkeleton(columns.labels);
+        for (Texts cells; rows.Next(&cells, header.width);) {
+          const int64_t frame = FrameOfName(cells[header.first - 1]);
+          recording->Touch(frame);
+          for (size_t p = 0; p < columns.people.size(); ++p) {
+            recording->AddPerson(
+                frame, view_idx, p,
+                ReadKeypointRow(cells, columns.people[p], columns.labels,
+                                options.zero_confidence));
+          }
+        }
+      });
+}
+
+// ---- HDF5 ----
+// pandas' table "df_with_missing", whose index is the frame and whose columns
+// are named by scorer, individual, bodypart and coord. The names are a Python
+// list of tuples, pickled by PyTables in protocol 0.
+
+constexpr const char* kTable = "df_with_missing/table";
+constexpr const char* kValues = "values_block_0";
+
+// The names of each column: a list of tuples of texts.
+std::vector<Texts> ColumnNames(const std::string& pickled) {
+  try {
+    return ParseTextPickle(pickled, kTable).get<std::vector<Texts>>();
+  } catch (const InputError&) {
+  } catch (const Json::exception&) {
+  }
+  throw InputError(
+      "expected the names of columns as DeepLabCut's pandas writes them");
+}
+
+// `width`: numbers a frame, a name each.
+DeepLabCutColumns ColumnsOf(const Hdf5File& file, size_t width) {
+  const std::string pickled =
+      file.Attribute(kTable, std::string(kValues) + "_kind");
+  Texts individuals;
+  Texts parts;
+  Texts coords;
+  for (const Texts& names : ColumnNames(pickled)) {
+    // scorer, (individual,) bodypart, coord
+    if (names.size() != 3 && names.size() != 4) {
+      throw InputError("found a column of " + std::to_string(names.size()) +
+                       " names, expected scorer, bodypart and coord");
+    }
+    if (names.size() == 4) individuals.push_back(names[1]);
+    parts.push_back(names[names.size() - 2]);
+    coords.push_back(names.back());
+  }
+  if (!individuals.empty() && individuals.size() != parts.size()) {
+    throw InputError("some columns name an individual and some do not");
+  }
+  if (coords.size() != width) {
+    throw InputError("has " + std::to_string(width) + " numbers a frame, and " +
+                     std::to_string(coords.size()) + " names of columns");
+  }
+  return FindDeepLabCutColumns(individuals, parts, coords, 0);
+}
+
+void AddTable(const DeepLabCutColumns& columns,
+              const std::vector<double>& frames,
+              const std::vector<double>& values, size_t view_idx,
+              const DetectionReadOptions& options,
+              DeepLabCutRecording* recording) {
+  recording->SettleSkeleton(columns.labels);
+  for (size_t r = 0; r < frames.size(); ++r) {
+    const double* row = &values[r * (values.size() / frames.size())];
+    if (!(frames[r] >= 0.0 && frames[r] <= static_cast<double>(kMaxFrame))) {
+      throw InputError("found a frame below 0 or too large");
+    }
+    const auto frame = static_cast<int64_t>(frames[r]);
+    recording->Touch(frame);
+    for (size_t p = 0; p < columns.people.size(); ++p) {
+      std::vector<Keypoint> joints;
+      for (const KeypointColumns& at : columns.people[p]) {
+        const double confidence = at.confidence < 0 ? 1.0 : row[at.confidence];
+        joints.push_back(MakeKeypoint(row[at.x], row[at.y], confidence,
+                                      options.zero_confidence));
+      }
+      recording->AddPerson(frame, view_idx, p, std::move(joints));
+    }
+  }
+}
+
+void ReadDeepLabCutH5View(const std::string& path, size_t view_idx,
+                          const DetectionReadOptions& options,
+                          DeepLabCutRecording* recording) {
+  ReadHdf5(path, [&](const Hdf5File& file) {
+    if (!file.Has("df_with_missing") || !file.Has(kTable)) {
+      throw InputError(path, "",
+                       "has no df_with_missing/table, expected DeepLabCut's "
+                       "predictions as it writes them (pandas' "
+                       "format='table')");
+    }
+    if (file.Attribute(kTable, "index_kind") != "integer") {
+      throw InputError(path, kTable,
+                       "has no frame numbers, expected DeepLabCut's "
+                       "predictions of a video (labels of pictures are CSV)");
+    }
+    size_t width = 0;
+    size_t one = 0;
+    const std::vector<double> frames = file.Field(kTable, "index", &one);
+    const std::vector<double> values = file.Field(kTable, kValues, &width);
+    Located(
+        path, [] { return kTable; },
+        [&] {
+          const DeepLabCutColumns columns = ColumnsOf(file, width);
+          if (one != 1) throw InputError("index: expected one number a frame");
+          AddTable(columns, frames, values, view_idx, options, recording);
+        });
+  });
+}
+
+}  // namespace
+
+bool RecogniseDeepLabCut(const DetectionHead& head) {
+  const Texts row = head.FirstRow();
+  return row.size() > 1 && row.front() == "scorer";
+}
+
+std::unique_ptr<DetectionSource> OpenDeepLabCut(
+    const std::string& path, const DetectionReadOptions& options) {
+  return OpenDetectors(path, options, ".csv", ReadDeepLabCutView);
+}
+
+bool RecogniseDeepLabCutH5(const DetectionHead& head) {
+  return head.HasKey("df_with_missing");
+}
+
+std::unique_ptr<DetectionSource> OpenDeepLabCutH5(
+    const std::string& path, const DetectionReadOptions& options) {
+  return OpenDetectors(path, options, ".h5", ReadDeepLabCutH5View);
+}
+
+}  // namespace kinegraph

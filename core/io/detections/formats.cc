@@ -1,0 +1,372 @@
+#include "core/io/detections/formats.h"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <limits>
+#include <utility>
+
+#include "core/base/error.h"
+#include "core/data/box.h"
+#include "core/io/detections/view_files.h"
+#include "core/io/files/folder_entry.h"
+#include "core/io/files/text_file.h"
+#include "core/io/text/bulk_json.h"
+#include "core/io/text/csv_rows.h"
+#include "core/io/text/joint_names.h"
+#include "core/io/text/names.h"
+
+namespace kinegraph {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Hands out frames that are in memory.
+class CollectedSource : public DetectionSource {
+ public:
+  CollectedSource(DetectionHeader header,
+                  std::map<int64_t, DetectionFrame> frames)
+      : header_(std::move(header)), frames_(std::move(frames)) {
+    frame_count_ = static_cast<int64_t>(frames_.size());
+  }
+
+  const DetectionHeader& header() const override { return header_; }
+  bool Next(DetectionFrame* frame) override {
+    if (frames_.empty()) return false;
+    *frame = std::move(frames_.begin()->second);
+    frames_.erase(frames_.begin());
+    return true;
+  }
+  int64_t frame_count() const override { return frame_count_; }
+
+ private:
+  DetectionHeader header_;
+  std::map<int64_t, DetectionFrame> frames_;
+  int64_t frame_count_ = 0;
+};
+
+void SortByName(NamedPaths* paths) {
+  std::sort(paths->begin(), paths->end(), [](const auto& a, const auto& b) {
+    return NaturalLess(a.first, b.first);
+  });
+}
+
+}  // namespace
+
+Keypoint MakeKeypoint(double x_px, double y_px, double confidence,
+                      ZeroConfidence zero_confidence) {
+  Keypoint joint;
+  if (!std::isfinite(x_px) || !std::isfinite(y_px) ||
+      !std::isfinite(confidence)) {
+    return joint;
+  }
+  joint.px = {x_px, y_px};
+  joint.confidence = confidence;
+  joint.found = zero_confidence == ZeroConfidence::kPosition ||
+                (confidence > 0.0 && (x_px != 0.0 || y_px != 0.0));
+  return joint;
+}
+
+void SetKeypoints(const std::vector<double>& numbers,
+                  ZeroConfidence zero_confidence,
+                  std::vector<Keypoint>* joints) {
+  joints->resize(numbers.size() / 3);
+  const double* next = numbers.data();
+  for (Keypoint& joint : *joints) {
+    joint = MakeKeypoint(next[0], next[1], next[2], zero_confidence);
+    next += 3;
+  }
+}
+
+NamedPaths ListViewFiles(const std::string& path,
+                         const std::string& extension) {
+  if (!fs::is_directory(path)) return {{fs::path(path).stem().string(), path}};
+  NamedPaths files;
+  for (const fs::directory_entry& entry : fs::directory_iterator(path)) {
+    const fs::path& file = entry.path();
+    if (file.extension() != extension || file.filename() == "truth.json" ||
+        file.filename().string().front() == '.' || !IsFileOrFolder(entry)) {
+      continue;
+    }
+    files.emplace_back(file.stem().string(), file.string());
+  }
+  if (files.empty()) {
+    throw InputError(path, "",
+                     "holds no " + extension + " files, expected one a view");
+  }
+  SortByName(&files);
+  return files;
+}
+
+NamedPaths ListViewFolders(const std::string& path) {
+  NamedPaths folders;
+  if (!IsFolder(path)) return folders;
+  for (const std::string& name : ListFolder(path)) {
+    const std::string inside = (fs::path(path) / name).string();
+    if (name.front() != '.' && IsFolder(inside)) {
+      folders.emplace_back(name, inside);
+    }
+  }
+  SortByName(&folders);
+  return folders;
+}
+
+DetectionHeader HeaderOf(std::vector<std::string> view_names,
+                         const DetectionReadOptions& options,
+                         const Skeleton& skeleton) {
+  return {options.skeleton.value_or(skeleton), std::move(view_names),
+          options.frame_rate_hz};
+}
+
+std::vector<std::string> NamesOf(const NamedPaths& paths) {
+  std::vector<std::string> names;
+  for (const auto& [name, path] : paths) names.push_back(name);
+  return names;
+}
+
+std::vector<const Skeleton*> DetectorSkeletons(size_t joint_count,
+                                               const std::string& key) {
+  std::vector<const Skeleton*> found;
+  std::string expected;
+  for (const Skeleton* skeleton :
+       {&Coco17(), &Coco18(), &Body25(), &Body25B(), &Halpe26(), &MediaPipe33(),
+        &WholeBody133()}) {
+    const size_t count = skeleton->joints().size();
+    if (count == joint_count) found.push_back(skeleton);
+    expected += (expected.empty() ? "" : ", ") + std::to_string(count) + " (" +
+                skeleton->name() + ")";
+  }
+  if (!found.empty()) return found;
+  throw InputError(key + ": found " + std::to_string(joint_count) +
+                   " joints, expected " + expected +
+                   "; detections.skeleton names other skeletons");
+}
+
+bool IsToldByJointCount(const Skeleton& skeleton) {
+  try {
+    return *DetectorSkeletons(skeleton.joints().size(), "").front() == skeleton;
+  } catch (const InputError&) {
+    return false;
+  }
+}
+
+void DetectionCollector::SettleSkeleton(const std::vector<std::string>& labels,
+                                        const std::vector<Bone>& bones,
+                                        const std::string& name) {
+  const Skeleton& known = header_.skeleton;
+  if (!has_skeleton()) {
+    set_skeleton(SkeletonOfLabels(labels, bones, name));
+    labels_ = labels;
+  }
+  if (known.joints().size() != labels.size()) {
+    throw InputError("found " + std::to_string(labels.size()) +
+                     " joints, expected the " +
+                     std::to_string(known.joints().size()) + " of '" +
+                     Printable(known.name()) + "'");
+  }
+  if (labels_.empty()) return;  // the options' skeleton
+  for (size_t j = 0; j < labels.size(); ++j) {
+    if (labels[j] == labels_[j]) continue;
+    throw InputError("joint " + std::to_string(j) + " is '" +
+                     Printable(labels[j]) + "', expected '" +
+                     Printable(labels_[j]) + "' as in the first file");
+  }
+}
+
+DetectionFrame* DetectionCollector::Touch(int64_t frame_number) {
+  DetectionFrame& frame = frames_[frame_number];
+  if (frame.views.empty()) {
+    frame.frame = frame_number;
+    frame.time = TimeOfFrame(frame_number, header_.frame_rate_hz);
+    frame.views.resize(header_.view_names.size());
+    for (ViewDetections& view : frame.views) view.capture_time = frame.time;
+  }
+  return &frame;
+}
+
+Detection* DetectionCollector::Add(int64_t frame, size_t view_idx) {
+  std::vector<Detection>& detections = Touch(frame)->views[view_idx].detections;
+  detections.emplace_back();
+  detections.back().index_in_file = static_cast<int>(detections.size()) - 1;
+  return &detections.back();
+}
+
+void DetectionCollector::AddFound(int64_t frame, size_t view_idx,
+                                  std::vector<Keypoint> joints) {
+  if (std::none_of(joints.begin(), joints.end(),
+                   [](const Keypoint& joint) { return joint.found; })) {
+    return;
+  }
+  Add(frame, view_idx)->joints = std::move(joints);
+}
+
+std::unique_ptr<DetectionSource> DetectionCollector::Finish() {
+  return std::make_unique<CollectedSource>(std::move(header_),
+                                           std::move(frames_));
+}
+
+void ReadCsv(const std::string& path,
+             const std::function<void(const std::vector<std::string>&)>& header,
+             const std::function<void(const std::vector<std::string>&)>& row) {
+  const std::string text = ReadTextFile(path);
+  CsvRows rows(text);
+  Located(
+      path, [&] { return rows.Place(); },
+      [&] {
+        std::vector<std::string> cells;
+        if (!rows.Next(&cells)) throw InputError("is empty");
+        header(cells);
+        const size_t width = cells.size();
+        while (rows.Next(&cells, width)) row(cells);
+      });
+}
+
+std::vector<Keypoint> ReadKeypointRow(
+    const std::vector<std::string>& cells,
+    const std::vector<KeypointColumns>& columns,
+    const std::vector<std::string>& labels, ZeroConfidence zero_confidence) {
+  std::vector<Keypoint> joints;
+  joints.reserve(columns.size());
+  for (size_t j = 0; j < columns.size(); ++j) {
+    const auto at = [&](int column) {
+      return Located(labels[j], [&] {
+        return NumberOfCell(cells[static_cast<size_t>(column)])
+            .value_or(std::numeric_limits<double>::quiet_NaN());
+      });
+    };
+    const double confidence =
+        columns[j].confidence < 0 ? 1.0 : at(columns[j].confidence);
+    joints.push_back(MakeKeypoint(at(columns[j].x), at(columns[j].y),
+                                  confidence, zero_confidence));
+  }
+  return joints;
+}
+
+std::unique_ptr<DetectionSource> ReadViews(const NamedPaths& files,
+                                           const DetectionReadOptions& options,
+                                           ReadView read) {
+  DetectionCollector collector(HeaderOf(NamesOf(files), options));
+  for (size_t v = 0; v < files.size(); ++v) {
+    read(files[v].second, v, options, &collector);
+  }
+  if (!collector.has_skeleton()) collector.set_skeleton(Coco17());
+  return collector.Finish();
+}
+
+void AddPoints(const JsonArray& points, std::string_view key,
+               const std::vector<double>& scores,
+               ZeroConfidence zero_confidence, Detection* detection) {
+  detection->joints.reserve(scores.size());
+  for (const JsonValue point : points) {
+    double px[2];
+    AsNumbers(point, key, 2, px);
+    const double score = scores[detection->joints.size()];
+    detection->joints.push_back(
+        MakeKeypoint(px[0], px[1], score, zero_confidence));
+  }
+}
+
+// ---- Writing ----
+
+void WriteKeypoints(const Detection& detection, JsonOutput* out) {
+  out->Join(detection.joints, [out](const Keypoint& joint) {
+    if (!joint.found) return out->Text("0, 0, 0");
+    out->Numbers({joint.px.x(), joint.px.y(), joint.confidence});
+  });
+}
+
+void WritePoints(const Detection& detection, JsonOutput* out) {
+  out->Join(detection.joints, [out](const Keypoint& joint) {
+    out->Text("[");
+    out->Numbers(
+        {joint.found ? joint.px.x() : 0.0, joint.found ? joint.px.y() : 0.0});
+    out->Text("]");
+  });
+}
+
+void WriteConfidences(const Detection& detection, JsonOutput* out) {
+  out->Join(detection.joints, [out](const Keypoint& joint) {
+    out->Number(joint.found ? joint.confidence : 0.0);
+  });
+}
+
+DetectionSummary Summarise(const Detection& detection) {
+  DetectionSummary summary;
+  const Eigen::AlignedBox2d box = BoxAround(detection.joints);
+  if (box.isEmpty()) return summary;
+  for (const Keypoint& joint : detection.joints) {
+    if (!joint.found) continue;
+    ++summary.found;
+    summary.score += joint.confidence;
+  }
+  summary.score /= summary.found;
+  summary.low_px = box.min();
+  summary.size_px = box.sizes();
+  return summary;
+}
+
+void WriteBox(const DetectionSummary& summary, JsonOutput* out) {
+  out->Numbers({summary.low_px.x(), summary.low_px.y(), summary.size_px.x(),
+                summary.size_px.y()});
+}
+
+void DetectionLossFinder::See(const DetectionFrame& frame) {
+  const TimeNs regular = TimeOfFrame(frame.frame, header_.frame_rate_hz);
+  own_times_ = own_times_ || frame.time != regular;
+  for (const ViewDetections& view : frame.views) {
+    own_times_ = own_times_ || view.capture_time != frame.time;
+    int place = 0;
+    for (const Detection& detection : view.detections) {
+      moved_ += detection.index_in_file != place++ ? 1 : 0;
+      zero_confidence_joints_ +=
+          std::count_if(detection.joints.begin(), detection.joints.end(),
+                        [](const Keypoint& joint) {
+                          return joint.found && !(joint.confidence > 0.0);
+                        });
+    }
+  }
+}
+
+void DetectionLossFinder::Report(bool skeleton_told, LostFields* lost_fields,
+                                 bool rate_told) const {
+  if (header_.frame_rate_hz > 0.0 && !rate_told) {
+    lost_fields->push_back("the frame rate is not kept");
+  }
+  if (own_times_) {
+    lost_fields->push_back("times other than frame / frame rate are not kept");
+  }
+  if (!skeleton_told) {
+    lost_fields->push_back("the file does not tell the skeleton '" +
+                           header_.skeleton.name() +
+                           "': name it when reading (detections.skeleton)");
+  }
+  if (zero_confidence_joints_ > 0) {
+    lost_fields->push_back(std::to_string(zero_confidence_joints_) +
+                           " joints with confidence 0 read as missing unless "
+                           "detections.zero_confidence = \"position\"");
+  }
+  if (moved_ > 0) {
+    lost_fields->push_back("people without joints are left out, so that " +
+                           std::to_string(moved_) +
+                           " detections get another index in their frame");
+  }
+  if (!std::is_sorted(header_.view_names.begin(), header_.view_names.end(),
+                      NaturalLess)) {
+    lost_fields->push_back("views are read back in the order of their names");
+  }
+}
+
+void NoteEmptyFrames(int64_t empty_frames, LostFields* lost_fields) {
+  if (empty_frames == 0) return;
+  lost_fields->push_back(std::to_string(empty_frames) +
+                         " frames without any detection are not kept");
+}
+
+void RefuseViewTruth(const DetectionHeader& header, const std::string& format) {
+  for (const std::string& view : header.view_names) {
+    if (view != "truth") continue;
+    throw InputError("the view 'truth' cannot be written as " + format);
+  }
+}
+
+}  // namespace kinegraph
