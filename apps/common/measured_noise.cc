@@ -2,12 +2,39 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
 
 #include "core/base/error.h"
-#include "core/io/configuration/noise_model.h"
+#include "core/io/files/text_file.h"
+#include "core/io/text/json.h"
 
 namespace kinegraph {
 namespace {
+
+// Frame rate at which the file's figures per frame hold [Hz].
+constexpr double kFrameRateHz = 25.0;
+
+double NumberWithin(const JsonField& parent, const std::string& key, double low,
+                    double high) {
+  const JsonField field = parent.At(key);
+  const double value = field.Number();
+  if (value < low || value > high) {
+    field.FailExpected("a number from " + std::to_string(low) + " to " +
+                       std::to_string(high));
+  }
+  return value;
+}
+
+double Share(const JsonField& parent, const std::string& key) {
+  return NumberWithin(parent, key, 0.0, 1.0);
+}
+
+double Size(const JsonField& parent, const std::string& key) {
+  return NumberWithin(parent, key, 0.0, 1e6);
+}
 
 double Scaled(double rate, double factor) {
   return std::min(1.0, rate * factor);
@@ -16,45 +43,78 @@ double Scaled(double rate, double factor) {
 // Mean length of a run that goes on with chance `stays`.
 double RunSeconds(double stays) {
   constexpr double kLongest = 1000.0;  // frames
-  return std::min(kLongest, 1.0 / std::max(1.0 - stays, 1e-9)) /
-         kNoiseModelFrameRate;
+  return std::min(kLongest, 1.0 / std::max(1.0 - stays, 1e-9)) / kFrameRateHz;
 }
 
-// The model's sigma is the scale of a Student core. Its static share is taken
-// as Gaussian, the rest as Student of that scale, whose variance is larger by
-// dof / (dof - 2).
-JointNoise NoiseOf(const NoiseModelGroup& group, const NoiseModel& model,
-                   const NoiseModelOptions& options, double focal_px) {
+// Something that happens to a share of the observations, in runs.
+struct Event {
+  double rate = 0.0;
+  double mean_s = 0.0;
+};
+
+Event ReadEvent(const JsonField& parent, const std::string& rate) {
+  return {Share(parent, rate), Size(parent, "run_length_mean") / kFrameRateHz};
+}
+
+// Of a group of joints. The model's sigma is the scale of a Student core, each
+// axis, at the person's depth. Its static share is taken as Gaussian, the rest
+// as Student of that scale, whose variance is larger by dof / (dof - 2).
+JointNoise ReadGroup(const JsonField& field, const JsonField& missing,
+                     double outlier_on_other, const NoiseModelOptions& options,
+                     double focal_px) {
   JointNoise noise;
-  const double tails = group.student_dof / (group.student_dof - 2.0);
-  const double variance =
-      group.static_share + (1.0 - group.static_share) * tails;
-  const double scale_px = options.noise * group.sigma_m * focal_px;
+  const double sigma_m = Size(field, "sigma_m_per_axis");
+  const double hidden_sigma_m = Size(field, "sigma_if_other_person_in_front");
+  noise.student_dof = NumberWithin(field, "student_t_dof_of_core", 2.01, 1e6);
+  const double static_share = Share(field, "static_share");
+  const double slow_share = Share(field, "slow_share");
+  const double slow_rho = Share(field, "slow_rho_per_frame");
+  const double tails = noise.student_dof / (noise.student_dof - 2.0);
+  const double variance = static_share + (1.0 - static_share) * tails;
+  const double scale_px = options.noise * sigma_m * focal_px;
   noise.sigma_px = scale_px * std::sqrt(variance);
   noise.reference_depth_m = 1.0;  // metres times focal length: px at 1 m
   noise.floor_px = options.floor_px;
-  noise.student_dof = group.student_dof;
-  noise.static_share = group.static_share / variance;
-  const double white =
-      std::max(0.0, 1.0 - group.static_share - group.slow_share);
+  noise.static_share = static_share / variance;
+  const double white = std::max(0.0, 1.0 - static_share - slow_share);
   noise.white_share = white * tails / variance;
-  noise.correlation_time_s =
-      group.slow_rho > 0.0 && group.slow_rho < 1.0
-          ? -1.0 / (kNoiseModelFrameRate * std::log(group.slow_rho))
-          : 0.0;
-  noise.outlier_rate = Scaled(group.outlier_rate, options.outliers);
-  noise.outlier_burst_s = RunSeconds(group.outlier_stays);
+  noise.correlation_time_s = slow_rho > 0.0 && slow_rho < 1.0
+                                 ? -1.0 / (kFrameRateHz * std::log(slow_rho))
+                                 : 0.0;
+  noise.outlier_rate =
+      Scaled(Share(field, "p_outlier_over_4_sigma"), options.outliers);
   // Beyond 4 sigma, with the measured median.
   noise.outlier_min_px = 4.0 * scale_px;
-  noise.outlier_max_px = (2.0 * group.outlier_median_sigma - 4.0) * scale_px;
-  noise.outlier_on_other = model.outlier_on_other;
-  noise.missing_rate = Scaled(group.missing_rate, options.missing);
-  noise.missing_burst_s = RunSeconds(group.missing_stays);
-  noise.hidden_missing_rate =
-      Scaled(group.hidden_missing_rate, options.missing);
-  noise.hidden_noise_factor =
-      group.sigma_m > 0.0 ? group.hidden_sigma_m / group.sigma_m : 1.0;
+  noise.outlier_max_px =
+      (2.0 * NumberWithin(field, "outlier_median_in_sigma", 4.0, 1e3) - 4.0) *
+      scale_px;
+  noise.outlier_burst_s = RunSeconds(Share(field, "p_outlier_stays"));
+  noise.outlier_on_other = outlier_on_other;
+  noise.missing_rate =
+      Scaled(Share(missing, "p_missing_if_not"), options.missing);
+  noise.hidden_missing_rate = Scaled(
+      Share(missing, "p_missing_if_other_person_in_front"), options.missing);
+  noise.missing_burst_s = RunSeconds(Share(missing, "p_stay_missing"));
+  noise.hidden_noise_factor = sigma_m > 0.0 ? hidden_sigma_m / sigma_m : 1.0;
   return noise;
+}
+
+// Joint to the shares in which it is missed less often by the factor. The entry
+// "bins" explains the others.
+std::map<std::string, std::vector<double>> ReadAzimuths(const JsonField& table,
+                                                        double missing) {
+  std::map<std::string, std::vector<double>> found;
+  for (const auto& [joint, field] : table.Members("joint")) {
+    if (joint == "bins") continue;
+    std::vector<double> shares = field.Numbers();
+    if (shares.empty()) field.FailExpected("at least one share");
+    for (double& share : shares) {
+      if (share < 0.0 || share > 1.0) field.FailExpected("shares from 0 to 1");
+      share = 1.0 - Scaled(1.0 - share, missing);
+    }
+    found[joint] = shares;
+  }
+  return found;
 }
 
 // Which measured group stands for a class.
@@ -85,44 +145,57 @@ const char* GroupOf(JointClass joint_class) {
 
 void ApplyNoiseModel(const std::string& path, const NoiseModelOptions& options,
                      double focal_px, NoiseOptions* noise) {
-  const NoiseModel model = ReadNoiseModel(path);
+  const Json json = ParseJson(ReadTextFile(path, kMaxSmallFileBytes), path);
+  const JsonField root(json, path);
+  const JsonField missing = root.At("missing_joint");
+  const double outlier_on_other =
+      Share(root.At("outlier_on_other_persons_same_joint"), "share");
+  std::map<std::string, JointNoise> groups;
+  for (const auto& [name, field] : root.At("noise").Members("group")) {
+    groups[name] =
+        ReadGroup(field, missing.At(name), outlier_on_other, options, focal_px);
+  }
   for (int c = 0; c < kJointClassCount; ++c) {
     const auto joint_class = static_cast<JointClass>(c);
-    const auto group = model.groups.find(GroupOf(joint_class));
-    if (group == model.groups.end()) {
+    const auto group = groups.find(GroupOf(joint_class));
+    if (group == groups.end()) {
       throw InputError(path, "noise",
                        std::string("no group '") + GroupOf(joint_class) + "'");
     }
-    noise->by_class[joint_class] =
-        NoiseOf(group->second, model, options, focal_px);
+    noise->by_class[joint_class] = group->second;
   }
-  noise->found_by_azimuth = model.found_by_azimuth;
-  for (auto& [joint, shares] : noise->found_by_azimuth) {
-    for (double& share : shares) {
-      share = 1.0 - Scaled(1.0 - share, options.missing);
-    }
+  noise->found_by_azimuth =
+      ReadAzimuths(root.At("face_found_by_camera_azimuth"), options.missing);
+  const JsonField confidence = root.At("confidence");
+  const double plain = Share(confidence.At("plain"), "mean");
+  const double hidden = Share(confidence.At("other_person_in_front"), "mean");
+  const double wrong = Share(confidence.At("outlier"), "mean");
+  noise->confidence = plain;
+  noise->confidence_sigma = Share(confidence.At("plain"), "sd");
+  if (plain > 0.0) {
+    noise->hidden_confidence_factor = std::min(1.0, hidden / plain);
+    noise->outlier_confidence_factor = std::min(1.0, wrong / plain);
   }
-  const auto seconds = [](double frames) {
-    return frames / kNoiseModelFrameRate;
-  };
-  noise->confidence = model.confidence;
-  noise->confidence_sigma = model.confidence_sigma;
-  if (model.confidence > 0.0) {
-    noise->hidden_confidence_factor =
-        std::min(1.0, model.hidden_confidence / model.confidence);
-    noise->outlier_confidence_factor =
-        std::min(1.0, model.outlier_confidence / model.confidence);
-  }
-  noise->missed_rate = Scaled(model.missed_person.rate, options.missed);
-  noise->missed_burst_s = seconds(model.missed_person.mean_frames);
-  noise->hidden_missed_rate = Scaled(model.hidden_missed_rate, options.missed);
+  const JsonField missed = root.At("missed_person");
+  const Event one_missed = ReadEvent(missed, "p_missed_if_not");
+  noise->missed_rate = Scaled(one_missed.rate, options.missed);
+  noise->missed_burst_s = one_missed.mean_s;
+  noise->hidden_missed_rate =
+      Scaled(Share(missed, "p_missed_if_mostly_hidden"), options.missed);
   noise->min_joints = 4;  // as in the detections modelled with these figures
-  noise->false_people = model.false_people * options.false_people;
-  noise->swap_whole_rate = Scaled(model.swap_whole.rate, options.swaps);
-  noise->swap_arm_rate = Scaled(model.swap_arm.rate, options.swaps);
-  noise->swap_leg_rate = Scaled(model.swap_leg.rate, options.swaps);
-  noise->swap_burst_s = seconds(model.swap_whole.mean_frames);
-  noise->fragment_rate = Scaled(model.fragment_rate, options.fragments);
+  noise->false_people =
+      Size(root.At("false_positive_person"), "mean_per_image") *
+      options.false_people;
+  const JsonField swaps = root.At("left_right_swap");
+  const Event whole = ReadEvent(swaps.At("whole"), "p");
+  const Event arm = ReadEvent(swaps.At("arm"), "p");
+  const Event leg = ReadEvent(swaps.At("leg"), "p");
+  noise->swap_whole_rate = Scaled(whole.rate, options.swaps);
+  noise->swap_arm_rate = Scaled(arm.rate, options.swaps);
+  noise->swap_leg_rate = Scaled(leg.rate, options.swaps);
+  noise->swap_burst_s = whole.mean_s;
+  noise->fragment_rate = Scaled(
+      Share(root.At("fragment"), "mean_per_person_view"), options.fragments);
 }
 
 void NoiseModelOptions::Describe(OptionVisitor& visitor) {

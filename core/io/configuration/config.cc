@@ -156,12 +156,42 @@ class ConfigFile::Impl {
   Impl(std::string path, toml::table table)
       : path_(std::move(path)), table_(std::move(table)) {}
 
-  void Override(const std::string& assignments, const std::string& source);
+  void Override(const std::string& assignments, const std::string& source) {
+    std::set<std::string> seen;
+    for (const std::string& assignment : Split(assignments, ';')) {
+      const std::string part = Trimmed(assignment);
+      if (part.empty()) continue;
+      const size_t equals = part.find('=');
+      const std::string key =
+          equals == std::string::npos ? "" : Trimmed(part.substr(0, equals));
+      if (key.empty()) {
+        throw InputError(
+            source, "",
+            "found " + Quoted(part) + ", expected key=value;key=value");
+      }
+      if (!seen.insert(key).second) {
+        throw InputError(source, "key " + Quoted(key), "appears twice");
+      }
+      overrides_[key] = {Trimmed(part.substr(equals + 1)), source};
+    }
+  }
 
   // The file's value; nullptr when it has none.
-  const toml::node* Find(const std::string& key) const;
-  const toml::table& table() const { return table_; }
-  const OverrideValue* FindOverride(const std::string& key) const;
+  const toml::node* Find(const std::string& key) const {
+    const toml::node* node = &table_;
+    for (const std::string& part : Split(key, '.')) {
+      const toml::table* table = node->as_table();
+      node = table == nullptr ? nullptr : table->get(part);
+      if (node == nullptr) return nullptr;
+    }
+    return node;
+  }
+
+  const OverrideValue* FindOverride(const std::string& key) const {
+    const auto at = overrides_.find(key);
+    return at == overrides_.end() ? nullptr : &at->second;
+  }
+
   const std::map<std::string, OverrideValue>& overrides() const {
     return overrides_;
   }
@@ -169,7 +199,23 @@ class ConfigFile::Impl {
   void MarkKnown(const std::string& key) { known_.insert(key); }
   // Whatever is below `table` is known.
   void MarkOpen(const std::string& table) { open_.insert(table); }
-  void RejectUnknown() const;
+  void RejectUnknown() const {
+    std::vector<Unknown> unknown;
+    CollectUnknown(table_, "", &unknown);
+    if (!unknown.empty()) {
+      const Unknown& first = *std::min_element(
+          unknown.begin(), unknown.end(), [](const auto& a, const auto& b) {
+            return a.node->source().begin < b.node->source().begin;
+          });
+      Fail(*first.node, first.key, UnknownMessage(first.key));
+    }
+    for (const auto& [key, value] : overrides_) {
+      if (!IsKnownValue(key)) {
+        throw InputError(value.source, "key " + Quoted(key),
+                         UnknownMessage(key));
+      }
+    }
+  }
 
   std::string PlaceOf(const toml::node& node) const {
     const auto line = node.source().begin.line;
@@ -179,7 +225,16 @@ class ConfigFile::Impl {
                          const std::string& message) const {
     throw InputError(PlaceOf(node), "key " + Quoted(key), message);
   }
-  InputError Locate(const OptionError& error) const;
+  InputError Locate(const OptionError& error) const {
+    const std::string where = "key " + Quoted(error.key());
+    if (const OverrideValue* value = FindOverride(error.key())) {
+      return InputError(value->source, where, error.message());
+    }
+    if (const toml::node* node = Find(error.key())) {
+      return InputError(PlaceOf(*node), where, error.message());
+    }
+    return InputError(path_, where, error.message());
+  }
 
  private:
   struct Unknown {
@@ -187,11 +242,47 @@ class ConfigFile::Impl {
     const toml::node* node;
   };
 
-  bool IsKnownTable(const std::string& key) const;
-  bool IsKnownValue(const std::string& key) const;
+  bool IsKnownValue(const std::string& key) const {
+    if (known_.count(key) != 0) return true;
+    for (size_t dot = key.find('.'); dot != std::string::npos;
+         dot = key.find('.', dot + 1)) {
+      if (open_.count(key.substr(0, dot)) != 0) return true;
+    }
+    return false;
+  }
+
   void CollectUnknown(const toml::table& table, const std::string& prefix,
-                      std::vector<Unknown>* unknown) const;
-  std::string UnknownMessage(const std::string& key) const;
+                      std::vector<Unknown>* unknown) const {
+    for (const auto& [name, node] : table) {
+      const std::string key = prefix + std::string(name.str());
+      if (open_.count(key) != 0) continue;
+      const toml::table* inner = node.as_table();
+      if (inner == nullptr) {
+        if (known_.count(key) == 0) unknown->push_back({key, &node});
+      } else if (inner->empty()) {
+        const auto next = known_.lower_bound(key + ".");
+        const bool is_known =
+            next != known_.end() && next->rfind(key + ".", 0) == 0;
+        if (!is_known) unknown->push_back({key, &node});
+      } else {
+        CollectUnknown(*inner, key + ".", unknown);
+      }
+    }
+  }
+
+  std::string UnknownMessage(const std::string& key) const {
+    for (const GoneKey& gone : kGoneKeys) {
+      const std::string name = gone.key;
+      if (key == name || key.rfind(name + ".", 0) == 0) {
+        return std::string("is gone: ") + gone.instead;
+      }
+    }
+    std::set<std::string> all = known_;
+    all.insert(open_.begin(), open_.end());
+    const std::string nearest = Nearest(key, all);
+    return nearest.empty() ? "is not known"
+                           : "is not known; did you mean '" + nearest + "'?";
+  }
 
   std::string path_;
   toml::table table_;
@@ -199,123 +290,6 @@ class ConfigFile::Impl {
   std::set<std::string> known_;
   std::set<std::string> open_;
 };
-
-void ConfigFile::Impl::Override(const std::string& assignments,
-                                const std::string& source) {
-  std::set<std::string> seen;
-  size_t begin = 0;
-  while (begin <= assignments.size()) {
-    const size_t end =
-        std::min(assignments.find(';', begin), assignments.size());
-    const std::string part = Trimmed(assignments.substr(begin, end - begin));
-    begin = end + 1;
-    if (part.empty()) continue;
-    const size_t equals = part.find('=');
-    const std::string key =
-        equals == std::string::npos ? "" : Trimmed(part.substr(0, equals));
-    if (key.empty()) {
-      throw InputError(
-          source, "",
-          "found " + Quoted(part) + ", expected key=value;key=value");
-    }
-    if (!seen.insert(key).second) {
-      throw InputError(source, "key " + Quoted(key), "appears twice");
-    }
-    overrides_[key] = {Trimmed(part.substr(equals + 1)), source};
-  }
-}
-
-const toml::node* ConfigFile::Impl::Find(const std::string& key) const {
-  const toml::table* table = &table_;
-  size_t begin = 0;
-  while (true) {
-    const size_t end = key.find('.', begin);
-    const toml::node* node = table->get(key.substr(begin, end - begin));
-    if (node == nullptr || end == std::string::npos) return node;
-    table = node->as_table();
-    if (table == nullptr) return nullptr;
-    begin = end + 1;
-  }
-}
-
-const OverrideValue* ConfigFile::Impl::FindOverride(
-    const std::string& key) const {
-  const auto at = overrides_.find(key);
-  return at == overrides_.end() ? nullptr : &at->second;
-}
-
-bool ConfigFile::Impl::IsKnownTable(const std::string& key) const {
-  const auto next = known_.lower_bound(key + ".");
-  return next != known_.end() && next->rfind(key + ".", 0) == 0;
-}
-
-bool ConfigFile::Impl::IsKnownValue(const std::string& key) const {
-  if (known_.count(key) != 0) return true;
-  for (size_t dot = key.find('.'); dot != std::string::npos;
-       dot = key.find('.', dot + 1)) {
-    if (open_.count(key.substr(0, dot)) != 0) return true;
-  }
-  return false;
-}
-
-void ConfigFile::Impl::CollectUnknown(const toml::table& table,
-                                      const std::string& prefix,
-                                      std::vector<Unknown>* unknown) const {
-  for (const auto& [name, node] : table) {
-    const std::string key = prefix + std::string(name.str());
-    if (open_.count(key) != 0) continue;
-    const toml::table* inner = node.as_table();
-    if (inner == nullptr) {
-      if (known_.count(key) == 0) unknown->push_back({key, &node});
-    } else if (inner->empty()) {
-      if (!IsKnownTable(key)) unknown->push_back({key, &node});
-    } else {
-      CollectUnknown(*inner, key + ".", unknown);
-    }
-  }
-}
-
-std::string ConfigFile::Impl::UnknownMessage(const std::string& key) const {
-  for (const GoneKey& gone : kGoneKeys) {
-    const std::string name = gone.key;
-    if (key == name || key.rfind(name + ".", 0) == 0) {
-      return std::string("is gone: ") + gone.instead;
-    }
-  }
-  std::set<std::string> all = known_;
-  all.insert(open_.begin(), open_.end());
-  const std::string nearest = Nearest(key, all);
-  return nearest.empty() ? "is not known"
-                         : "is not known; did you mean '" + nearest + "'?";
-}
-
-void ConfigFile::Impl::RejectUnknown() const {
-  std::vector<Unknown> unknown;
-  CollectUnknown(table_, "", &unknown);
-  if (!unknown.empty()) {
-    const Unknown& first = *std::min_element(
-        unknown.begin(), unknown.end(), [](const auto& a, const auto& b) {
-          return a.node->source().begin < b.node->source().begin;
-        });
-    Fail(*first.node, first.key, UnknownMessage(first.key));
-  }
-  for (const auto& [key, value] : overrides_) {
-    if (!IsKnownValue(key)) {
-      throw InputError(value.source, "key " + Quoted(key), UnknownMessage(key));
-    }
-  }
-}
-
-InputError ConfigFile::Impl::Locate(const OptionError& error) const {
-  const std::string where = "key " + Quoted(error.key());
-  if (const OverrideValue* value = FindOverride(error.key())) {
-    return InputError(value->source, where, error.message());
-  }
-  if (const toml::node* node = Find(error.key())) {
-    return InputError(PlaceOf(*node), where, error.message());
-  }
-  return InputError(path_, where, error.message());
-}
 
 // ---- Reading values into options ----
 
@@ -535,44 +509,35 @@ class ConfigFile::Reader : public OptionVisitor {
     return ToText(setting, "expected a text or a number");
   }
 
-  // The same for "[360, 288]", given on a command line.
-  template <typename Visit>
-  void VisitGivenList(const Setting& setting, const std::string& expected,
-                      const Visit& visit) const {
-    const std::string& text = *setting.text;
-    if (text.size() < 2 || text.front() != '[' || text.back() != ']') {
-      setting.Fail(expected + " such as [a, b]");
-    }
-    const std::string inside = Trimmed(text.substr(1, text.size() - 2));
-    size_t index = 0;
-    for (size_t begin = 0; begin <= inside.size() && !inside.empty();) {
-      const size_t end = std::min(inside.find(',', begin), inside.size());
-      const std::string part = Trimmed(inside.substr(begin, end - begin));
-      visit(Setting{config_, setting.key + "[" + std::to_string(index) + "]",
-                    nullptr, &part, setting.source});
-      ++index;
-      begin = end + 1;
-    }
-  }
-
-  // Calls `visit` for each element of a list; false when the key is not set.
+  // Calls `visit` for each element of a list, also of one such as "[360, 288]"
+  // on a command line; false when the key is not set.
   template <typename Visit>
   bool ForEachElement(const std::string& key, const std::string& expected,
                       const Visit& visit) const {
     const Setting setting = StartValue(key);
     if (!setting.present()) return false;
+    size_t index = 0;
+    const auto visit_next = [&](const toml::node* node,
+                                const std::string* text) {
+      visit(Setting{config_, setting.key + "[" + std::to_string(index++) + "]",
+                    node, text, setting.source});
+    };
     if (setting.text != nullptr) {
-      VisitGivenList(setting, expected, visit);
+      const std::string& text = *setting.text;
+      if (text.size() < 2 || text.front() != '[' || text.back() != ']') {
+        setting.Fail(expected + " such as [a, b]");
+      }
+      const std::string inside = Trimmed(text.substr(1, text.size() - 2));
+      if (inside.empty()) return true;
+      for (const std::string& raw : Split(inside, ',')) {
+        const std::string part = Trimmed(raw);
+        visit_next(nullptr, &part);
+      }
       return true;
     }
     const toml::array* array = setting.node->as_array();
     if (array == nullptr) setting.Fail(expected);
-    size_t index = 0;
-    for (const toml::node& node : *array) {
-      visit(Setting{config_, setting.key + "[" + std::to_string(index) + "]",
-                    &node, nullptr, ""});
-      ++index;
-    }
+    for (const toml::node& node : *array) visit_next(&node, nullptr);
     return true;
   }
 

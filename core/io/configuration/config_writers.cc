@@ -9,86 +9,6 @@
 namespace kinegraph {
 namespace {
 
-bool AllAlike(const double* values, size_t count) {
-  return std::all_of(values, values + count,
-                     [&](double value) { return value == *values; });
-}
-
-// ---- Effective values as JSON ----
-
-class JsonWriter : public OptionVisitor {
- public:
-  std::string ToString() const { return DumpJson(root_); }
-
-  void Enter(const std::string& name) override { tables_.push_back(name); }
-  void Leave() override { tables_.pop_back(); }
-  void Number(const std::string& key, double* value, const Limits&,
-              const std::string&, const std::string&) override {
-    Table()[key] = *value;
-  }
-  void Integer(const std::string& key, int64_t* value, const Limits&,
-               const std::string&, const std::string&) override {
-    Table()[key] = *value;
-  }
-  void Boolean(const std::string& key, bool* value,
-               const std::string&) override {
-    Table()[key] = *value;
-  }
-  void Text(const std::string& key, std::string* value,
-            const std::string&) override {
-    Table()[key] = *value;
-  }
-  void TextList(const std::string& key, std::vector<std::string>* value,
-                const std::string&) override {
-    Table()[key] = *value;
-  }
-  void NumberList(const std::string& key, std::vector<double>* value,
-                  const Limits&, const std::string&,
-                  const std::string&) override {
-    Table()[key] = *value;
-  }
-  void NumberTable(const std::string& key, double* values,
-                   const std::vector<std::string>& names, const Limits&,
-                   const std::string&, const std::string&) override {
-    Json& written = Table()[key];
-    if (AllAlike(values, names.size())) {
-      written = *values;
-      return;
-    }
-    for (const std::string& name : names) written[name] = *values++;
-  }
-  void TextMap(const std::string& key,
-               std::map<std::string, std::string>* value,
-               const std::string&) override {
-    Table()[key] = Json(*value);
-  }
-  void ChoiceIndex(const std::string& key, int* value,
-                   const std::vector<std::string>& names,
-                   const std::string&) override {
-    Table()[key] = names.at(static_cast<size_t>(*value));
-  }
-
- private:
-  // The object of the open table; made when the first key is written.
-  Json& Table() {
-    Json* table = &root_;
-    for (const std::string& name : tables_) {
-      table = &(*table)[name];
-      if (table->is_null()) *table = Json::object();
-    }
-    return *table;
-  }
-
-  Json root_ = Json::object();
-  std::vector<std::string> tables_;
-};
-
-// ---- The keys for readers ----
-
-std::string TomlNumber(double value) { return fmt::format("{}", value); }
-
-std::string TomlText(const std::string& text) { return '"' + text + '"'; }
-
 // The parts with a comma between them, between the ends.
 std::string Joined(const std::string& begin,
                    const std::vector<std::string>& parts,
@@ -96,83 +16,94 @@ std::string Joined(const std::string& begin,
   return begin + fmt::format("{}", fmt::join(parts, ", ")) + end;
 }
 
+// A value as TOML has it. Names of numbers stand without quotes, those of texts
+// with them.
+std::string TomlText(const Json& value) {
+  if (value.is_string()) return '"' + value.get<std::string>() + '"';
+  if (value.is_number_float()) return fmt::format("{}", value.get<double>());
+  if (!value.is_structured()) return value.dump();
+  if (value.empty()) return value.is_array() ? "[]" : "{}";
+  std::vector<std::string> parts;
+  for (const auto& [name, part] : value.items()) {
+    const std::string before = value.is_array()   ? ""
+                               : part.is_string() ? TomlText(name) + " = "
+                                                  : name + " = ";
+    parts.push_back(before + TomlText(part));
+  }
+  return value.is_array() ? Joined("[", parts, "]") : Joined("{ ", parts, " }");
+}
+
+// Lists the keys, and gathers their values as nested objects.
 class KeyLister : public OptionVisitor {
  public:
   std::vector<ConfigKey> keys;
+  Json root = Json::object();
 
   void Enter(const std::string& name) override { tables_.push_back(name); }
   void Leave() override { tables_.pop_back(); }
   void Number(const std::string& key, double* value, const Limits& limits,
               const std::string& unit, const std::string& help) override {
-    Add(key, TomlNumber(*value), unit, limits.ToString(), help);
+    Add(key, *value, unit, limits.ToString(), help);
   }
   void Integer(const std::string& key, int64_t* value, const Limits& limits,
                const std::string& unit, const std::string& help) override {
-    Add(key, std::to_string(*value), unit, limits.ToString() + ", whole", help);
+    Add(key, *value, unit, limits.ToString() + ", whole", help);
   }
   void Boolean(const std::string& key, bool* value,
                const std::string& help) override {
-    Add(key, *value ? "true" : "false", "", "true, false", help);
+    Add(key, *value, "", "true, false", help);
   }
   void Text(const std::string& key, std::string* value,
             const std::string& help) override {
-    Add(key, TomlText(*value), "", "text", help);
+    Add(key, *value, "", "text", help);
   }
   void TextList(const std::string& key, std::vector<std::string>* value,
                 const std::string& help) override {
-    std::vector<std::string> texts;
-    for (const std::string& text : *value) texts.push_back(TomlText(text));
-    Add(key, Joined("[", texts, "]"), "", "list of texts", help);
+    Add(key, *value, "", "list of texts", help);
   }
   void NumberList(const std::string& key, std::vector<double>* value,
                   const Limits& limits, const std::string& unit,
                   const std::string& help) override {
-    std::vector<std::string> numbers;
-    for (const double number : *value) numbers.push_back(TomlNumber(number));
-    Add(key, Joined("[", numbers, "]"), unit, "list, each " + limits.ToString(),
-        help);
+    Add(key, *value, unit, "list, each " + limits.ToString(), help);
   }
   void NumberTable(const std::string& key, double* values,
                    const std::vector<std::string>& names, const Limits& limits,
                    const std::string& unit, const std::string& help) override {
-    std::vector<std::string> pairs;
-    for (size_t i = 0; i < names.size(); ++i) {
-      pairs.push_back(names[i] + " = " + TomlNumber(values[i]));
+    Json written = *values;  // of all, where they are alike
+    if (std::any_of(values, values + names.size(),
+                    [&](double value) { return value != *values; })) {
+      written = Json::object();
+      for (size_t i = 0; i < names.size(); ++i) written[names[i]] = values[i];
     }
-    Add(key,
-        AllAlike(values, names.size()) ? TomlNumber(*values)
-                                       : Joined("{ ", pairs, " }"),
-        unit,
-        limits.ToString() + ", for all or by " +
-            fmt::format("{}", fmt::join(names, ", ")),
-        help);
+    Add(key, written, unit,
+        Joined(limits.ToString() + ", for all or by ", names, ""), help);
   }
   void TextMap(const std::string& key,
                std::map<std::string, std::string>* value,
                const std::string& help) override {
-    std::vector<std::string> pairs;
-    for (const auto& [name, text] : *value) {
-      pairs.push_back(TomlText(name) + " = " + TomlText(text));
-    }
-    Add(key, pairs.empty() ? "{}" : Joined("{ ", pairs, " }"), "",
-        "table of texts", help);
+    Add(key, *value, "", "table of texts", help);
   }
   void ChoiceIndex(const std::string& key, int* value,
                    const std::vector<std::string>& names,
                    const std::string& help) override {
     std::vector<std::string> allowed;
     for (const std::string& name : names) allowed.push_back(TomlText(name));
-    Add(key, allowed.at(static_cast<size_t>(*value)), "",
-        Joined("", allowed, ""), help);
+    Add(key, names.at(static_cast<size_t>(*value)), "", Joined("", allowed, ""),
+        help);
   }
 
  private:
-  void Add(const std::string& key, const std::string& value,
-           const std::string& unit, const std::string& allowed,
-           const std::string& help) {
-    std::string table = JoinKey(tables_, "");
-    if (!table.empty()) table.pop_back();  // the dot
-    keys.push_back({table, key, value, unit, allowed, help});
+  void Add(const std::string& key, const Json& value, const std::string& unit,
+           const std::string& allowed, const std::string& help) {
+    std::string path = JoinKey(tables_, "");
+    if (!path.empty()) path.pop_back();  // the dot
+    keys.push_back({path, key, TomlText(value), unit, allowed, help});
+    Json* table = &root;
+    for (const std::string& name : tables_) {
+      table = &(*table)[name];
+      if (table->is_null()) *table = Json::object();
+    }
+    (*table)[key] = value;
   }
 
   std::vector<std::string> tables_;
@@ -191,9 +122,9 @@ std::string Cell(const std::string& text) {
 }  // namespace
 
 std::string ConfigJson(const DescribeOptions& describe) {
-  JsonWriter writer;
-  describe(writer);
-  return writer.ToString();
+  KeyLister lister;
+  describe(lister);
+  return DumpJson(lister.root);
 }
 
 std::vector<ConfigKey> ListKeys(const DescribeOptions& describe) {

@@ -1,5 +1,6 @@
 #include "core/io/configuration/manifest.h"
 
+#include <algorithm>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <set>
@@ -15,6 +16,25 @@ namespace kinegraph {
 namespace {
 
 namespace fs = std::filesystem;
+
+using KeyTexts = std::vector<std::pair<std::string, std::string*>>;
+
+// The keys of a table and where their texts stand.
+KeyTexts TextsOf(ManifestRecording* recording) {
+  return {{"name", &recording->name},
+          {"cameras", &recording->cameras},
+          {"detections", &recording->detections},
+          {"ground_truth", &recording->ground_truth},
+          {"protocol", &recording->protocol},
+          {"frames", &recording->frames},
+          {"set", &recording->set}};
+}
+KeyTexts TextsOf(ManifestConfiguration* one) {
+  return {{"name", &one->name},
+          {"config", &one->config},
+          {"set", &one->set},
+          {"mode", &one->mode}};
+}
 
 class ManifestReader {
  public:
@@ -47,8 +67,6 @@ class ManifestReader {
   }
 
  private:
-  using Texts = std::vector<std::pair<std::string, std::string*>>;
-
   [[noreturn]] void Fail(const std::string& message) const {
     throw InputError(path_, "", message);
   }
@@ -59,27 +77,23 @@ class ManifestReader {
                      "is not known, expected one of " + known);
   }
 
-  // The texts of one table; every key must be among them.
-  void ReadTexts(const JsonField& table, const Texts& texts) const {
+  // The texts of one table; every key must be among them. The first `required`
+  // must be there, and the name is that of a folder.
+  void ReadTexts(const JsonField& table, const KeyTexts& texts, size_t required,
+                 std::set<std::string>* names) const {
     std::string known;
     for (const auto& [key, text] : texts) {
       known += (known.empty() ? "" : ", ") + key;
     }
     for (const JsonField::Member& member : table.Members("key")) {
-      bool is_known = false;
-      for (const auto& [key, text] : texts) {
-        if (key != member.key) continue;
-        is_known = true;
-        *text = member.field.Named(table.where() + ": " + member.key).Text();
-      }
-      if (!is_known) FailKey(member.key, known);
+      const auto at = std::find_if(
+          texts.begin(), texts.end(),
+          [&](const auto& text) { return text.first == member.key; });
+      if (at == texts.end()) FailKey(member.key, known);
+      *at->second =
+          member.field.Named(table.where() + ": " + member.key).Text();
     }
-  }
-
-  // The first texts are required, and the name is that of a folder.
-  void Require(const JsonField& table, const Texts& texts, size_t count,
-               std::set<std::string>* names) const {
-    for (size_t i = 0; i < count; ++i) {
+    for (size_t i = 0; i < required; ++i) {
       if (texts[i].second->empty()) {
         table.Fail("'" + texts[i].first + "' is missing");
       }
@@ -102,15 +116,7 @@ class ManifestReader {
     std::set<std::string> names;
     for (const JsonField& table : recordings.Elements("take")) {
       ManifestRecording recording;
-      const Texts texts = {{"name", &recording.name},
-                           {"cameras", &recording.cameras},
-                           {"detections", &recording.detections},
-                           {"ground_truth", &recording.ground_truth},
-                           {"protocol", &recording.protocol},
-                           {"frames", &recording.frames},
-                           {"set", &recording.set}};
-      ReadTexts(table, texts);
-      Require(table, texts, 3, &names);
+      ReadTexts(table, TextsOf(&recording), 3, &names);
       if (recording.ground_truth.empty() != recording.protocol.empty()) {
         table.Fail("ground_truth and protocol belong together");
       }
@@ -125,12 +131,7 @@ class ManifestReader {
     std::set<std::string> names;
     for (const JsonField& table : tables.Elements("configuration")) {
       ManifestConfiguration one;
-      const Texts texts = {{"name", &one.name},
-                           {"config", &one.config},
-                           {"set", &one.set},
-                           {"mode", &one.mode}};
-      ReadTexts(table, texts);
-      Require(table, texts, 2, &names);
+      ReadTexts(table, TextsOf(&one), 2, &names);
       Place(&one.config);
       manifest->configurations.push_back(std::move(one));
     }
@@ -140,10 +141,14 @@ class ManifestReader {
   const JsonField root_;
 };
 
-// JSON's escapes are TOML's too.
-void AppendText(const char* key, const std::string& value, std::string* text) {
-  if (value.empty()) return;
-  *text += std::string(key) + " = " + JsonText(value) + "\n";
+// JSON's escapes are TOML's too. KeyTexts that are not given are left out.
+template <typename Table>
+std::string TableText(const std::string& heading, Table table) {
+  std::string text = "\n[[" + heading + "]]\n";
+  for (const auto& [key, value] : TextsOf(&table)) {
+    if (!value->empty()) text += key + " = " + JsonText(*value) + "\n";
+  }
+  return text;
 }
 
 }  // namespace
@@ -162,21 +167,10 @@ std::string ManifestText(const Manifest& manifest) {
                      flag("compare", manifest.compare) +
                      flag("report", manifest.report);
   for (const ManifestRecording& recording : manifest.recordings) {
-    text += "\n[[takes]]\n";
-    AppendText("name", recording.name, &text);
-    AppendText("cameras", recording.cameras, &text);
-    AppendText("detections", recording.detections, &text);
-    AppendText("ground_truth", recording.ground_truth, &text);
-    AppendText("protocol", recording.protocol, &text);
-    AppendText("frames", recording.frames, &text);
-    AppendText("set", recording.set, &text);
+    text += TableText("takes", recording);
   }
   for (const ManifestConfiguration& one : manifest.configurations) {
-    text += "\n[[configurations]]\n";
-    AppendText("name", one.name, &text);
-    AppendText("config", one.config, &text);
-    AppendText("set", one.set, &text);
-    AppendText("mode", one.mode, &text);
+    text += TableText("configurations", one);
   }
   return text;
 }

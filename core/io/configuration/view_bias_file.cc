@@ -4,9 +4,9 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
-#include "core/io/files/atomic_file.h"
 #include "core/io/files/side_files.h"
 #include "core/io/files/text_file.h"
+#include "core/io/files/write_text_file.h"
 #include "core/io/text/json.h"
 
 namespace kinegraph {
@@ -49,9 +49,7 @@ void WriteViewBias(const std::string& path, const ViewBias& bias,
                               {"across_m", joint.across_m},
                               {"along_m", joint.along_m}});
   }
-  AtomicFile file(path);
-  file.Write(WithFingerprint(DumpJson(json, 1) + "\n", tracks));
-  file.Commit();
+  WriteTextFile(path, WithFingerprint(DumpJson(json, 1) + "\n", tracks));
 }
 
 ViewBias ReadViewBias(const std::string& path) {
