@@ -9,7 +9,7 @@
 #include "core/evaluation/correspondence.h"
 #include "core/io/configuration/joint_rules_file.h"
 #include "core/io/text/joint_names.h"
-#include "core/io/tracks/force_plates.h"
+#include "core/io/tracks/c3d.h"
 #include "core/kinematics/ground.h"
 #include "core/kinematics/kinematics.h"
 

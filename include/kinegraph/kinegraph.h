@@ -11,7 +11,7 @@
 //   core/io/calibration/calibration.h           ReadCameras, WriteCameras
 //   core/io/detections/source.h      ReadDetections, OpenDetections
 //   core/io/tracks/tracks.h, track_writer.h   ReadTracks, WriteTracks
-//   core/io/tracks/segments.h        ReadSegments: poses of segments (C3D)
+//   core/io/tracks/c3d.h        ReadSegments: poses of segments (C3D)
 //   solvers/session/options.h       RunOptions: what a configuration can say
 //   solvers/session/session.h       Session: a run, frame by frame
 //   solvers/session/run.h           a whole recording at once; frozen matches
@@ -37,7 +37,7 @@
 #include "core/io/calibration/calibration.h"
 #include "core/io/detections/source.h"
 #include "core/io/detections/writer.h"
-#include "core/io/tracks/segments.h"
+#include "core/io/tracks/c3d.h"
 #include "core/io/tracks/tracks.h"
 #include "core/io/tracks/writer.h"
 #include "core/kinematics/angles.h"

@@ -11,8 +11,7 @@
 #include "core/io/text/json_output.h"
 #include "core/io/text/words.h"
 #include "core/io/tracks/format.h"
-#include "core/io/tracks/formats.h"
-#include "core/io/tracks/lost_fields.h"
+#include "core/io/tracks/shared.h"
 
 namespace kinegraph {
 namespace {
@@ -30,13 +29,14 @@ Skeleton FourDAssociationSkeleton(int64_t joint_count,
 
 void ReadPose(Words* words, StoredZeros stored_zeros, Pose3d* pose) {
   std::vector<double> numbers(4 * pose->size());
-  for (double& number : numbers)
+  for (double& number : numbers) {
     number = words->Number("a number: x, y, z or weight");
+  }
   const size_t count = pose->size();
   for (size_t j = 0; j < count; ++j) {
     if (numbers[3 * count + j] > 0.0 || stored_zeros == StoredZeros::kKeep) {
-      (*pose)[j] =
-          ObservedJoint(numbers[j], numbers[count + j], numbers[2 * count + j]);
+      (*pose)[j] = ObservedJoint(
+          {numbers[j], numbers[count + j], numbers[2 * count + j]});
     }
   }
 }
@@ -45,12 +45,11 @@ TrackSequence ReadPeople(Words* words, const TrackReadOptions& options) {
   // Limits only keep a broken file from asking for all memory.
   constexpr int64_t kMaxJoints = 1000;
   constexpr int64_t kMaxFrames = 1 << 30;
-  TrackHeader header;
-  header.mode = "4d_association";
-  header.frame_rate_hz = options.frame_rate_hz;
-  header.skeleton = FourDAssociationSkeleton(
-      words->Integer("the number of joints", 1, kMaxJoints), options);
-  TrackCollector collector(std::move(header));
+  TrackCollector collector(
+      "4d_association",
+      FourDAssociationSkeleton(
+          words->Integer("the number of joints", 1, kMaxJoints), options),
+      options);
   const int64_t frame_count =
       words->Integer("the number of frames", 0, kMaxFrames);
   for (int64_t i = 0; i < frame_count; ++i) {
@@ -117,8 +116,9 @@ void WriteTracks4dAssociation(const std::string& path,
   }
   out.FlushTo(&file);
   file.Commit();
-  NotePositionsOnly(tracks, lost_fields);
-  NoteClock(tracks, lost_fields);
+  const TrackContents contents = ContentsOf(tracks);
+  NotePositionsOnly(contents, lost_fields);
+  NoteClock(contents, lost_fields);
   lost_fields->push_back(
       "the first frame is not kept: name it when reading "
       "(--set=tracks.first_frame=" +
@@ -149,10 +149,6 @@ TrackFormat FourDAssociationTrackFormat() {
   };
   format.read = ReadFourDAssociation;
   format.write = WriteTracks4dAssociation;
-  format.kept = "frame, identity, positions";
-  format.lost =
-      "times, status, covariances; the first frame and the frame rate must be "
-      "named";
   return format;
 }
 

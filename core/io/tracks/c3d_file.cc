@@ -9,7 +9,6 @@
 #include "core/base/utf8.h"
 #include "core/io/files/text_file.h"
 #include "core/io/text/bulk_json.h"
-#include "core/io/tracks/c3d_parameters.h"
 
 namespace kinegraph {
 namespace {
@@ -70,13 +69,6 @@ size_t BlockBegin(double block) {
 }
 
 }  // namespace
-
-// ---- bytes ----
-
-bool C3dBytes::AllZero(size_t begin, size_t end) const {
-  return std::all_of(text_.data() + begin, text_.data() + end,
-                     [](char c) { return c == '\0'; });
-}
 
 void C3dBytes::FailCutOff() { throw InputError("is cut off"); }
 

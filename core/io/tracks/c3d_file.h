@@ -1,7 +1,7 @@
 // The content of a C3D file as c3d.org's user guide has it, by whichever
-// program: integers or floats, Intel, DEC or MIPS order, analog samples passed
-// over; and C-Motion's ROTATION group, a 4x4 matrix a segment and frame. For
-// core/io alone.
+// program: integers or floats, Intel, DEC or MIPS order, analog samples; and
+// C-Motion's ROTATION group, a 4x4 matrix a segment and frame. For core/io
+// alone.
 #ifndef KINEGRAPH_CORE_IO_TRACKS_C3D_FILE_H_
 #define KINEGRAPH_CORE_IO_TRACKS_C3D_FILE_H_
 
@@ -17,7 +17,18 @@
 #include <utility>
 #include <vector>
 
+#include "core/io/tracks/format.h"
+
 namespace kinegraph {
+
+inline constexpr const char* kC3dExtension = ".c3d";
+inline constexpr size_t kC3dBlock = 512;
+
+// Those of laboratories: Z is up.
+inline AxisMap C3dAxes() { return AxisMap::Parse("x,y,z"); }
+
+void WriteTracksC3d(const std::string& path, const TrackSequence& tracks,
+                    const TrackExportOptions& options, LostFields* lost_fields);
 
 // Bytes in one of the three orders; reading beyond the end throws InputError.
 class C3dBytes {
@@ -55,7 +66,9 @@ class C3dBytes {
   bool Has(size_t at, size_t length) const {
     return at <= text_.size() && length <= text_.size() - at;
   }
-  bool AllZero(size_t begin, size_t end) const;
+  bool AllZero(size_t begin, size_t end) const {
+    return text_.find_first_not_of('\0', begin) >= end;
+  }
 
  private:
   int WordThere(size_t at) const {

@@ -1,6 +1,6 @@
-// Our CSV of tracks, one row a joint: columns are found by
-// their names and others passed over, rows may come in any order of frames,
-// those of one person in one frame together.
+// Our CSV of tracks, one row a joint: columns are found by their names and
+// others passed over, rows may come in any order of frames, those of one person
+// in one frame together.
 #include <algorithm>
 #include <array>
 #include <charconv>
@@ -18,9 +18,7 @@
 #include "core/io/text/ids.h"
 #include "core/io/text/json_output.h"
 #include "core/io/tracks/format.h"
-#include "core/io/tracks/formats.h"
-#include "core/io/tracks/lost_fields.h"
-#include "core/io/tracks/person_files.h"
+#include "core/io/tracks/shared.h"
 
 namespace kinegraph {
 namespace {
@@ -64,16 +62,6 @@ int64_t Whole(const std::string& cell, size_t column, int64_t high) {
   return number;
 }
 
-JointStatus StatusOf(const std::string& cell) {
-  for (const JointStatus status :
-       {JointStatus::kMissing, JointStatus::kInferred,
-        JointStatus::kObserved}) {
-    if (cell == ToString(status)) return status;
-  }
-  throw InputError("status: found '" + Printable(cell) +
-                   "', expected observed, inferred or missing");
-}
-
 class CsvTrackReader {
  public:
   CsvTrackReader(std::string_view text, const TrackReadOptions& options)
@@ -82,11 +70,8 @@ class CsvTrackReader {
   std::string Place() const { return rows_.Place(); }
 
   TrackSequence Read() {
-    TrackHeader header;
-    header.mode = "csv";
-    header.frame_rate_hz = options_.frame_rate_hz;
-    header.skeleton = SkeletonOfNames(JointNames(), options_);
-    TrackCollector collector(std::move(header));
+    TrackCollector collector("csv", SkeletonOfNames(JointNames(), options_),
+                             options_);
     ForEachRow([&](const std::vector<std::string>& cells) {
       ReadRow(cells, &collector);
     });
@@ -171,7 +156,7 @@ class CsvTrackReader {
   template <typename Cell>
   void ReadJoint(const Cell& cell, size_t j) {
     Joint3d& joint = person_->joints[j];
-    joint.status = StatusOf(cell(kStatus));
+    joint.status = ParseJointStatus(cell(kStatus));
     for (size_t axis = 0; axis < 3 && joint.present(); ++axis) {
       joint.position_m[static_cast<Eigen::Index>(axis)] =
           Finite(cell(kX + axis), kX + axis);
@@ -237,37 +222,38 @@ TrackSequence ReadTracksCsv(const std::string& path,
 
 // ---- Writing ----
 
-constexpr const char* kCovarianceColumns =
-    ",cov_xx_m2,cov_xy_m2,cov_xz_m2,cov_yy_m2,cov_yz_m2,cov_zz_m2";
-
+// Tidy CSV, one row a joint: frame,time_s,id,joint,x_m,y_m,z_m,status; `views`,
+// the six columns cov_xx_m2 .. cov_zz_m2 and `name` follow when anybody has
+// them. The cells of what is missing are empty, those of times when none is
+// known.
 class CsvWriter {
  public:
-  CsvWriter(const std::string& path, const TrackSequence& tracks,
-            const PersonNames& names)
-      : contents_(ContentsOf(tracks)), file_(path) {
+  CsvWriter(const TrackSequence& tracks, const PersonNames& names)
+      : tracks_(tracks), contents_(ContentsOf(tracks)) {
     for (const auto& [id, name] : names) names_[id] = CsvCell(name);
     for (const std::string& joint : tracks.header.skeleton.joints()) {
       joints_.push_back(CsvCell(joint));
     }
-    out_.Text("frame,time_s,id,joint,x_m,y_m,z_m,status");
-    if (contents_.has_views) out_.Text(",views");
-    if (contents_.has_covariances) out_.Text(kCovarianceColumns);
-    if (!names_.empty()) out_.Text(",name");
-    out_.Text("\n");
   }
 
-  void Write(const TrackFrame& frame) {
-    for (const PersonPose& person : frame.people) {
-      for (size_t j = 0; j < person.joints.size(); ++j) {
-        WriteRow(frame, person, j);
-      }
+  void Write(const std::string& path) {
+    AtomicFile file(path);
+    for (size_t c = 0; c < kColumns.size(); ++c) {
+      if (c == kViews && !contents_.has_views) continue;
+      if (c >= kCovariance && !contents_.has_covariances) continue;
+      out_.Add(c == 0 ? "" : ",", kColumns[c]);
     }
-    out_.FlushTo(&file_);
-  }
-
-  void Commit() {
-    out_.FlushTo(&file_);
-    file_.Commit();
+    out_.Text(names_.empty() ? "\n" : ",name\n");
+    for (const TrackFrame& frame : tracks_.frames) {
+      for (const PersonPose& person : frame.people) {
+        for (size_t j = 0; j < person.joints.size(); ++j) {
+          WriteRow(frame, person, j);
+        }
+      }
+      out_.FlushTo(&file);
+    }
+    out_.FlushTo(&file);
+    file.Commit();
   }
 
   const TrackContents& contents() const { return contents_; }
@@ -290,8 +276,7 @@ class CsvWriter {
     if (contents_.has_covariances) WriteCovariance(person, j);
     if (!names_.empty()) {
       const auto name = names_.find(person.id);
-      out_.Text(",");
-      if (name != names_.end()) out_.Text(name->second);
+      out_.Add(",", name == names_.end() ? "" : name->second);
     }
     out_.Text("\n");
   }
@@ -307,31 +292,23 @@ class CsvWriter {
     }
   }
 
+  const TrackSequence& tracks_;
   const TrackContents contents_;
-  AtomicFile file_;
   JsonOutput out_;
   std::vector<std::string> joints_;  // as cells
   PersonNames names_;                // as cells
 };
 
-// Tidy CSV, one row a joint: frame,time_s,id,joint,x_m,y_m,z_m,status; `views`,
-// the six columns cov_xx_m2 .. cov_zz_m2 and `name` follow when anybody has
-// them. The
-// cells of what is missing are empty, those of times when none is known.
 void WriteTracksCsv(const std::string& path, const TrackSequence& tracks,
                     const TrackExportOptions& options,
                     LostFields* lost_fields) {
-  CsvWriter writer(path, tracks, options.names);
-  for (const TrackFrame& frame : tracks.frames) writer.Write(frame);
-  writer.Commit();
+  CsvWriter writer(tracks, options.names);
+  writer.Write(path);
   lost_fields->push_back("bones, frame rate and configuration are not kept");
   const TrackContents& contents = writer.contents();
   if (!contents.has_clock) lost_fields->push_back(kNoClock);
   if (contents.has_matches) lost_fields->push_back("matches are not kept");
-  if (contents.empty_frames > 0) {
-    lost_fields->push_back(std::to_string(contents.empty_frames) +
-                           " frames with nobody in them are not kept");
-  }
+  NoteEmptyFrames(contents, lost_fields);
 }
 
 }  // namespace
@@ -351,10 +328,6 @@ TrackFormat CsvTrackFormat() {
   format.read_names = ReadCsvNames;
   format.keeps_names = true;
   format.write = WriteTracksCsv;
-  format.kept = "frame, time, identity, status, views, covariances";
-  format.lost =
-      "bones of own skeletons, frame rate, matches, configuration, frames with "
-      "nobody";
   return format;
 }
 

@@ -1,13 +1,12 @@
 #include "core/io/tracks/format.h"
 
 #include <algorithm>
-#include <filesystem>
 
+#include "core/base/error.h"
 #include "core/base/split.h"
 #include "core/io/files/text_file.h"
 #include "core/io/text/bulk_json.h"
 #include "core/io/text/csv_rows.h"
-#include "core/io/tracks/person_files.h"
 
 // One line a format, in the order in which they are listed; no other order
 // matters, as no two recognise the same. Each names the function that makes the
@@ -38,17 +37,25 @@ KINEGRAPH_TRACK_FORMATS(KINEGRAPH_DECLARE)
 
 namespace {
 
-std::string FilesText(const TrackFormat& format) {
-  switch (format.files) {
-    case TrackFormat::Files::kOne:
-      return "file";
-    case TrackFormat::Files::kFileAPerson:
-      return "folder, a file a person; `NAME" + format.person_extension +
-             "`: the file of one person";
-    case TrackFormat::Files::kFileAFrame:
-      return "folder, a file a frame";
+void Check(const TrackReadOptions& options) {
+  if (!(options.frame_rate_hz >= 0.0 && options.frame_rate_hz <= 1e6)) {
+    throw OptionError("frame_rate", "expected above 0 .. 1e6 Hz");
   }
-  return "";
+  if (options.first_frame < 0 || options.first_frame > kMaxFrame) {
+    throw OptionError("first_frame", "expected a frame number >= 0");
+  }
+}
+
+// In another unit than the format's usual one.
+void Scale(double factor, TrackSequence* tracks) {
+  for (TrackFrame& frame : tracks->frames) {
+    for (PersonPose& person : frame.people) {
+      for (Joint3d& joint : person.joints) joint.position_m *= factor;
+      for (auto& covariance : person.covariances) {
+        if (covariance) *covariance *= factor * factor;
+      }
+    }
+  }
 }
 
 }  // namespace
@@ -59,6 +66,15 @@ const std::vector<TrackFormat>& TrackFormats() {
       KINEGRAPH_TRACK_FORMATS(KINEGRAPH_MAKE)};
 #undef KINEGRAPH_MAKE
   return kFormats;
+}
+
+std::string TrackFormatNames(bool (*wanted)(const TrackFormat& format)) {
+  std::string names;
+  for (const TrackFormat& format : TrackFormats()) {
+    if (!wanted(format)) continue;
+    names += (names.empty() ? "" : ", ") + format.name;
+  }
+  return names;
 }
 
 const TrackFormat* FindTrackFormat(const std::string& name) {
@@ -128,12 +144,60 @@ const TrackFormat* RecogniseTracks(const TrackHead& head) {
   return nullptr;
 }
 
-std::string TableRow(const TrackFormat& format) {
-  std::string read = format.read != nullptr ? "yes" : "no";
-  if (!format.read_note.empty()) read += ", " + format.read_note;
-  return "| `" + format.name + "` | " + read + " | " +
-         (format.write == nullptr ? "no" : FilesText(format)) + " | " +
-         format.kept + " | " + format.lost + " |";
+const TrackFormat& FormatOfTracks(const std::string& path,
+                                  const TrackReadOptions& options) {
+  const auto known = [] {
+    return TrackFormatNames(
+        [](const TrackFormat& format) { return format.read != nullptr; });
+  };
+  if (!options.format.empty()) {
+    const TrackFormat* format = FindTrackFormat(options.format);
+    if (format != nullptr && format->read != nullptr) return *format;
+    throw OptionError("format", "found '" + Printable(options.format) +
+                                    "', expected one of " + known());
+  }
+  if (IsPipe(path)) return *FindTrackFormat("kinegraph");
+  const TrackHead head = LookAtTracks(path);
+  const TrackFormat* format = RecogniseTracks(head);
+  if (format != nullptr) return *format;
+  if (head.HasKey("kinegraph_detections")) {
+    throw InputError(path, "", "is a file of detections, expected tracks");
+  }
+  throw InputError(path, "",
+                   "is no known format of tracks, expected one of " + known());
+}
+
+TrackSequence ReadTracks(const std::string& path,
+                         const TrackReadOptions& options) {
+  Check(options);
+  const TrackFormat& format = FormatOfTracks(path, options);
+  const double unit_m = options.unit_m;
+  if (unit_m > 0.0 && !format.unit_m) {
+    throw InputError(
+        path, "",
+        "is " + format.name +
+            ", which tells its unit; --unit belongs to tracks of " +
+            TrackFormatNames([](const TrackFormat& other) {
+              return other.unit_m.has_value();
+            }));
+  }
+  TrackSequence tracks = format.read(path, options);
+  if (unit_m > 0.0 && unit_m != *format.unit_m) {
+    Scale(unit_m / *format.unit_m, &tracks);
+  }
+  return tracks;
+}
+
+double ParseLengthUnit(const std::string& text, const std::string& flag) {
+  for (const auto& [name, length_m] : kLengthUnits) {
+    if (text == name) return length_m;
+  }
+  throw InputError(flag + ": found '" + Printable(text) +
+                   "', expected m, cm or mm");
+}
+
+bool LeavesUnitOpen(const std::string& path, const TrackReadOptions& options) {
+  return FormatOfTracks(path, options).unit_m.has_value();
 }
 
 PersonNames ReadPersonNames(const std::string& path) {

@@ -1,8 +1,7 @@
 // The formats of 3D tracks: one entry each, from which follow recognition,
-// `convert --formats`, what its flags belong to, what `track --out` and
-// `convert --out` make of an extension, and the table in docs/convert.md. A
-// format joins by a file that defines its entry and by one line in
-// format.cc.
+// `convert --formats`, what its flags belong to, and what `track --out` and
+// `convert --out` make of an extension. A format joins by a file that defines
+// its entry and by one line in format.cc.
 #ifndef KINEGRAPH_CORE_IO_TRACKS_FORMAT_H_
 #define KINEGRAPH_CORE_IO_TRACKS_FORMAT_H_
 
@@ -14,10 +13,15 @@
 #include "core/data/pose.h"
 #include "core/io/text/lost_fields.h"
 #include "core/io/tracks/axis_map.h"
-#include "core/io/tracks/export.h"
 #include "core/io/tracks/tracks.h"
 
 namespace kinegraph {
+
+struct TrackExportOptions {
+  // Which world axes the file's X, Y, Z are, instead of the format's own.
+  std::optional<AxisMap> axes;
+  PersonNames names;
+};
 
 // What a path looks like, for recognising its format.
 struct TrackHead {
@@ -75,14 +79,11 @@ struct TrackFormat {
   ReadNames read_names = nullptr;  // of people, if the format keeps them
   bool keeps_names = false;        // what is written holds names of people
   Write write = nullptr;           // null: read only
-
-  // The row in docs/convert.md.
-  std::string read_note;  // beside "yes": "m, cm, mm"
-  std::string kept;
-  std::string lost;
 };
 
 const std::vector<TrackFormat>& TrackFormats();
+// Names of those that have what `wanted` says: "csv, npz".
+std::string TrackFormatNames(bool (*wanted)(const TrackFormat& format));
 // nullptr when there is none of that name.
 const TrackFormat* FindTrackFormat(const std::string& name);
 // The format that the end of the path chooses for writing, or nullptr.
@@ -99,9 +100,6 @@ const TrackFormat* RecogniseTracks(const TrackHead& head);
 // ReadTracks.
 const TrackFormat& FormatOfTracks(const std::string& path,
                                   const TrackReadOptions& options);
-
-// "| `csv` | yes | file | what is kept | what is lost |".
-std::string TableRow(const TrackFormat& format);
 
 // The names that are kept in our JSON Lines ("names" of the header), CSV
 // (column `name`), NPZ (array `names`) and TRC (person_3_Anna.trc); none for

@@ -1,11 +1,8 @@
-#include "core/io/tracks/joint_tree.h"
-
 #include <algorithm>
-#include <cmath>
-#include <map>
 #include <utility>
 
 #include "core/io/text/joint_names.h"
+#include "core/io/tracks/tree_motion.h"
 #include "core/skeleton/body_joints.h"
 
 namespace kinegraph {
@@ -75,16 +72,12 @@ const Part* FindPart(const std::string& ours) {
   return nullptr;
 }
 
-bool IsFinger(const std::string& ours) {
-  return PartOf(ours).rfind("hand_", 0) == 0;
-}
-
 // A joint that is to hang somewhere.
 struct Node {
   std::string name;
   std::string ours;  // its name as we call it
   std::vector<int> sources;
-  bool is_placed = false;
+  int place = -1;  // in the tree, when it hangs there
 };
 
 class TreeMaker {
@@ -93,13 +86,12 @@ class TreeMaker {
       : skeleton_(skeleton), is_seen_(is_seen) {
     const Skeleton named = WithOurNames(skeleton);
     is_human_ = IsHuman(named);
-    for (int j = 0; j < skeleton.joint_count(); ++j) {
-      const auto at = static_cast<size_t>(j);
-      std::string ours = named.joints()[at];
+    for (size_t j = 0; j < skeleton.joints().size(); ++j) {
+      std::string ours = named.joints()[j];
       if (ours == "head_bottom") ours = "neck";
-      nodes_.push_back({skeleton.joints()[at], ours, {j}});
+      nodes_.push_back({skeleton.joints()[j], ours, {static_cast<int>(j)}});
     }
-    by_body_ = is_human_ && !(IsTree() && NodeOf("mid_hip") >= 0);
+    by_body_ = is_human_ && !(IsTree() && NodeOf("mid_hip") != nullptr);
     if (!by_body_) return;
     AddMiddle("mid_hip", "hip");
     AddMiddle("neck", "shoulder");
@@ -109,19 +101,18 @@ class TreeMaker {
     Place(RootNode(), -1);
     while ((by_body_ && PlaceByBody()) || PlaceByBones()) {
     }
-    for (size_t n = 0; n < nodes_.size(); ++n) {
-      if (nodes_[n].is_placed) continue;
+    for (Node& node : nodes_) {
+      if (node.place >= 0) continue;
       // The points of a face hang on the nose.
       const int nose = PlaceOf("nose");
-      const bool is_face = is_human_ && IsHead(nodes_[n]) && nose >= 0;
-      Place(n, is_face ? nose : 0);
+      const bool is_face = is_human_ && IsHead(node) && nose >= 0;
+      Place(&node, is_face ? nose : 0);
       tree_.back().is_held = is_face;
     }
-    for (const auto& [node, place] : place_of_node_) {
-      const std::string& ours = nodes_[static_cast<size_t>(node)].ours;
-      if (SideOf(ours) == 0.0) continue;
-      tree_[static_cast<size_t>(place)].mirror =
-          PlaceOf((SideOf(ours) > 0.0 ? "r_" : "l_") + PartOf(ours));
+    for (const Node& node : nodes_) {
+      if (SideOf(node.ours) == 0.0) continue;
+      tree_[static_cast<size_t>(node.place)].mirror =
+          PlaceOf((SideOf(node.ours) > 0.0 ? "r_" : "l_") + PartOf(node.ours));
     }
     const int left = PlaceOf("l_shoulder");
     const int right = PlaceOf("r_shoulder");
@@ -139,17 +130,17 @@ class TreeMaker {
     return ClassOfJoint(node.ours) == JointClass::kHead;
   }
 
-  int NodeOf(const std::string& ours) const {
-    for (size_t n = 0; n < nodes_.size(); ++n) {
-      if (nodes_[n].ours == ours) return static_cast<int>(n);
+  Node* NodeOf(const std::string& ours) {
+    for (Node& node : nodes_) {
+      if (node.ours == ours) return &node;
     }
-    return -1;
+    return nullptr;
   }
 
   // In the tree; -1 when it is not placed.
-  int PlaceOf(const std::string& ours) const {
-    const auto at = place_of_node_.find(NodeOf(ours));
-    return at == place_of_node_.end() ? -1 : at->second;
+  int PlaceOf(const std::string& ours) {
+    const Node* node = NodeOf(ours);
+    return node == nullptr ? -1 : node->place;
   }
 
   // Whether bones lead from each joint to each other on one way only.
@@ -169,13 +160,10 @@ class TreeMaker {
   }
 
   void AddMiddle(const std::string& name, const std::string& part) {
-    const int left = NodeOf("l_" + part);
-    const int right = NodeOf("r_" + part);
-    if (NodeOf(name) >= 0 || left < 0 || right < 0) return;
-    nodes_.push_back({name,
-                      name,
-                      {nodes_[static_cast<size_t>(left)].sources[0],
-                       nodes_[static_cast<size_t>(right)].sources[0]}});
+    const Node* left = NodeOf("l_" + part);
+    const Node* right = NodeOf("r_" + part);
+    if (NodeOf(name) != nullptr || left == nullptr || right == nullptr) return;
+    nodes_.push_back({name, name, {left->sources[0], right->sources[0]}});
   }
 
   bool IsSeen(const Node& node) const {
@@ -184,14 +172,10 @@ class TreeMaker {
     });
   }
 
-  size_t RootNode() const {
-    if (is_human_) {
-      for (const char* const name : {"mid_hip", "neck"}) {
-        const int node = NodeOf(name);
-        if (node >= 0 && IsSeen(nodes_[static_cast<size_t>(node)])) {
-          return static_cast<size_t>(node);
-        }
-      }
+  Node* RootNode() {
+    for (const char* const name : {"mid_hip", "neck"}) {
+      Node* node = is_human_ ? NodeOf(name) : nullptr;
+      if (node != nullptr && IsSeen(*node)) return node;
     }
     std::vector<int> bones(nodes_.size(), 0);
     for (const Bone& bone : skeleton_.bones()) {
@@ -201,22 +185,20 @@ class TreeMaker {
     for (size_t n = 0; n < nodes_.size(); ++n) {
       if (!IsSeen(nodes_[n])) bones[n] -= static_cast<int>(nodes_.size());
     }
-    return static_cast<size_t>(std::max_element(bones.begin(), bones.end()) -
-                               bones.begin());
+    return &nodes_[static_cast<size_t>(
+        std::max_element(bones.begin(), bones.end()) - bones.begin())];
   }
 
-  void Place(size_t node, int parent) {
-    const int place = static_cast<int>(tree_.size());
-    nodes_[node].is_placed = true;
-    place_of_node_[static_cast<int>(node)] = place;
+  void Place(Node* node, int parent) {
+    node->place = static_cast<int>(tree_.size());
     TreeJoint joint;
-    joint.name = nodes_[node].name;
+    joint.name = node->name;
     joint.parent = parent;
-    joint.sources = nodes_[node].sources;
-    joint.is_head = is_human_ && IsHead(nodes_[node]);
+    joint.sources = node->sources;
+    joint.is_head = is_human_ && IsHead(*node);
     if (parent >= 0) {
-      if (is_human_) AddAnatomy(nodes_[node].ours, &joint);
-      tree_[static_cast<size_t>(parent)].children.push_back(place);
+      if (is_human_) AddAnatomy(node->ours, &joint);
+      tree_[static_cast<size_t>(parent)].children.push_back(tree_.size());
     }
     tree_.push_back(std::move(joint));
   }
@@ -227,7 +209,7 @@ class TreeMaker {
       joint->rest_direction =
           Eigen::Vector3d(side * part->x, part->y, part->z).normalized();
       joint->stature_share = part->stature_share;
-    } else if (IsFinger(ours)) {
+    } else if (PartOf(ours).rfind("hand_", 0) == 0) {
       joint->rest_direction = {side, 0.0, 0.0};
       joint->stature_share = 0.018;  // three bones in half of the hand
     }
@@ -235,16 +217,15 @@ class TreeMaker {
 
   bool PlaceByBody() {
     bool any = false;
-    for (size_t n = 0; n < nodes_.size(); ++n) {
-      if (nodes_[n].is_placed) continue;
-      const std::string& ours = nodes_[n].ours;
-      const Part* part = FindPart(ours);
+    for (Node& node : nodes_) {
+      const Part* part = node.place >= 0 ? nullptr : FindPart(node.ours);
       if (part == nullptr) continue;
-      const std::string side = SideOf(ours) == 0.0 ? "" : ours.substr(0, 2);
+      const std::string side =
+          SideOf(node.ours) == 0.0 ? "" : node.ours.substr(0, 2);
       const int of_side = PlaceOf(side + part->parent);
       const int parent = of_side >= 0 ? of_side : PlaceOf(part->parent);
       if (parent < 0) continue;
-      Place(n, parent);
+      Place(&node, parent);
       any = true;
     }
     return any;
@@ -253,14 +234,11 @@ class TreeMaker {
   // One bone; the body goes first again then.
   bool PlaceByBones() {
     for (const Bone& bone : skeleton_.bones()) {
-      for (const auto& [from, to] :
-           {std::pair{bone.a, bone.b}, std::pair{bone.b, bone.a}}) {
-        if (place_of_node_.count(from) == 0 || place_of_node_.count(to) > 0) {
-          continue;
-        }
-        Place(static_cast<size_t>(to), place_of_node_.at(from));
-        return true;
-      }
+      Node* a = &nodes_[static_cast<size_t>(bone.a)];
+      Node* b = &nodes_[static_cast<size_t>(bone.b)];
+      if ((a->place < 0) == (b->place < 0)) continue;
+      a->place < 0 ? Place(a, b->place) : Place(b, a->place);
+      return true;
     }
     return false;
   }
@@ -270,7 +248,6 @@ class TreeMaker {
   bool is_human_ = false;
   bool by_body_ = false;
   std::vector<Node> nodes_;  // those of the skeleton first
-  std::map<int, int> place_of_node_;
   JointTree tree_;
 };
 
@@ -314,8 +291,7 @@ JointTree WithPivots(const JointTree& tree) {
       joint.mirror = place[static_cast<size_t>(joint.mirror)];
     }
     if (joint.parent < 0) continue;
-    result[static_cast<size_t>(joint.parent)].children.push_back(
-        static_cast<int>(j));
+    result[static_cast<size_t>(joint.parent)].children.push_back(j);
   }
   return result;
 }

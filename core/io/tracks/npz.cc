@@ -14,9 +14,7 @@
 #include "core/io/text/bulk_json.h"
 #include "core/io/text/ids.h"
 #include "core/io/tracks/format.h"
-#include "core/io/tracks/formats.h"
-#include "core/io/tracks/lost_fields.h"
-#include "core/io/tracks/person_files.h"
+#include "core/io/tracks/shared.h"
 
 namespace kinegraph {
 namespace {
@@ -35,15 +33,15 @@ class NpzTrackReader {
     positions_ = file_.Numbers("positions", 4);
     ids_ = Checked("ids", people_, kMaxId);
     numbers_ = Checked("frames", frames_, kMaxFrame);
-    if (file_.Has("status")) status_ = Dense("status");
-    if (file_.Has("views")) views_ = Dense("views");
+    const size_t all = frames_ * people_ * joints_;
+    if (file_.Has("status")) status_ = Fitting(all, "status", 3);
+    if (file_.Has("views")) views_ = Fitting(all, "views", 3);
     if (file_.Has("covariance")) {
       covariances_ = file_.Numbers("covariance", 5);
-      if (covariances_.size() != frames_ * people_ * joints_ * 9) {
-        file_.Fail("covariance", "does not fit the positions");
-      }
+      RequireSize("covariance", covariances_.size(), 9 * all);
     }
-    TrackCollector collector(ReadHeader());
+    const Skeleton skeleton = ReadSkeleton();
+    TrackCollector collector("npz", skeleton, options_, ReadFrameRate());
     for (size_t f = 0; f < frames_; ++f) {
       Located(
           path_, [&] { return "frames[" + std::to_string(f) + "]"; },
@@ -54,23 +52,26 @@ class NpzTrackReader {
   }
 
  private:
+  void RequireSize(const std::string& name, size_t found,
+                   size_t expected) const {
+    if (found != expected) file_.Fail(name, "does not fit the positions");
+  }
+
+  std::vector<int64_t> Fitting(size_t count, const std::string& name,
+                               size_t rank) const {
+    std::vector<int64_t> values = file_.Integers(name, rank);
+    RequireSize(name, values.size(), count);
+    return values;
+  }
+
   std::vector<int64_t> Checked(const std::string& name, size_t count,
                                int64_t high) const {
-    std::vector<int64_t> values = file_.Integers(name, 1);
-    if (values.size() != count) file_.Fail(name, "does not fit the positions");
+    std::vector<int64_t> values = Fitting(count, name, 1);
     for (const int64_t value : values) {
       if (value < 0 || value > high) {
         file_.Fail(name, "found " + std::to_string(value) + ", expected 0 .. " +
                              std::to_string(high));
       }
-    }
-    return values;
-  }
-
-  std::vector<int64_t> Dense(const std::string& name) const {
-    std::vector<int64_t> values = file_.Integers(name, 3);
-    if (values.size() != frames_ * people_ * joints_) {
-      file_.Fail(name, "does not fit the positions");
     }
     return values;
   }
@@ -94,42 +95,33 @@ class NpzTrackReader {
     return bones;
   }
 
-  TrackHeader ReadHeader() const {
-    TrackHeader header;
-    header.mode = "npz";
+  Skeleton ReadSkeleton() const {
     const std::vector<std::string> names = file_.Texts("joints", 1);
-    if (names.size() != joints_) {
-      file_.Fail("joints", "does not fit the positions");
+    RequireSize("joints", names.size(), joints_);
+    if (options_.skeleton.has_value() || !file_.Has("bones") ||
+        !file_.Has("skeleton")) {
+      return Located(path_, [&] { return SkeletonOfNames(names, options_); });
     }
-    if (!options_.skeleton.has_value() && file_.Has("bones") &&
-        file_.Has("skeleton")) {
-      try {
-        header.skeleton =
-            Skeleton(file_.Texts("skeleton", 0).front(), names, ReadBones());
-      } catch (const OptionError& error) {
-        file_.Fail("skeleton", error.message());
-      }
-    } else {
-      header.skeleton =
-          Located(path_, [&] { return SkeletonOfNames(names, options_); });
+    try {
+      return Skeleton(file_.Texts("skeleton", 0).front(), names, ReadBones());
+    } catch (const OptionError& error) {
+      file_.Fail("skeleton", error.message());
     }
-    if (options_.frame_rate_hz > 0.0) {
-      header.frame_rate_hz = options_.frame_rate_hz;
-    } else if (file_.Has("frame_rate")) {
-      const double rate = file_.Numbers("frame_rate", 0).front();
-      if (rate > 1e6 || rate < 0.0) file_.Fail("frame_rate", "expected Hz");
-      if (rate > 0.0) header.frame_rate_hz = rate;
-    }
-    return header;
+  }
+
+  // Of the file, where the options have none; 0 where it is not known.
+  double ReadFrameRate() const {
+    if (options_.frame_rate_hz > 0.0 || !file_.Has("frame_rate")) return 0.0;
+    const double rate = file_.Numbers("frame_rate", 0).front();
+    if (rate > 1e6 || rate < 0.0) file_.Fail("frame_rate", "expected Hz");
+    return rate > 0.0 ? rate : 0.0;
   }
 
   // NaN: not known; then frame / frame rate stays.
   void ReadTimes(TrackCollector* collector) const {
     if (!file_.Has("times")) return;
     const std::vector<double> times_s = file_.Numbers("times", 1);
-    if (times_s.size() != frames_) {
-      file_.Fail("times", "does not fit the positions");
-    }
+    RequireSize("times", times_s.size(), frames_);
     for (size_t f = 0; f < frames_; ++f) {
       if (std::isnan(times_s[f])) continue;
       if (std::abs(times_s[f]) > 1e9) file_.Fail("times", "is beyond 1e9 s");
@@ -183,8 +175,9 @@ class NpzTrackReader {
                        ", expected -1 .. 2");
     }
     if (status <= 0) return {};
-    if (!has_position)
+    if (!has_position) {
       throw InputError("status: a joint has one, but no position");
+    }
     return {{m[0], m[1], m[2]}, static_cast<JointStatus>(status)};
   }
 
@@ -252,17 +245,7 @@ class Arrays {
     constexpr int8_t kAbsent = -1;
     return Dense<int8_t>(1, kAbsent,
                          [](const PersonPose& person, size_t j, int8_t* to) {
-                           switch (person.joints[j].status) {
-                             case JointStatus::kMissing:
-                               *to = 0;
-                               break;
-                             case JointStatus::kInferred:
-                               *to = 1;
-                               break;
-                             case JointStatus::kObserved:
-                               *to = 2;
-                               break;
-                           }
+                           *to = static_cast<int8_t>(person.joints[j].status);
                          });
   }
 
@@ -411,9 +394,6 @@ TrackFormat NpzTrackFormat() {
   format.read_names = ReadNpzNames;
   format.keeps_names = true;
   format.write = WriteTracksNpz;
-  format.read_note = "uncompressed";
-  format.kept = "the same, all frames, frame rate, bones";
-  format.lost = "matches, configuration";
   return format;
 }
 

@@ -17,8 +17,7 @@
 #include "core/io/text/json_output.h"
 #include "core/io/text/names.h"
 #include "core/io/tracks/format.h"
-#include "core/io/tracks/formats.h"
-#include "core/io/tracks/lost_fields.h"
+#include "core/io/tracks/shared.h"
 
 namespace kinegraph {
 namespace {
@@ -26,6 +25,8 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr double kSeenConfidence = 0.1;
+// Of its high-definition cameras.
+constexpr double kHdFrameRateHz = 29.97;
 
 std::vector<std::string> ListFiles(const std::string& path) {
   if (!fs::is_directory(path)) return {path};
@@ -61,9 +62,7 @@ void ReadPanopticFrame(JsonValue root, int64_t frame,
     for (size_t j = 0; j < pose.size(); ++j) {
       const double* cm = &numbers[4 * j];
       if (!(cm[3] > 0.0)) continue;
-      pose[j] = ObservedJoint(cm[0] * kMetresPerCentimetre,
-                              cm[1] * kMetresPerCentimetre,
-                              cm[2] * kMetresPerCentimetre);
+      pose[j] = ObservedJoint(kMetresPerCentimetre * Eigen::Vector3d(cm));
       if (cm[3] <= kSeenConfidence) pose[j].status = JointStatus::kInferred;
     }
   }
@@ -71,12 +70,7 @@ void ReadPanopticFrame(JsonValue root, int64_t frame,
 
 TrackSequence ReadPanoptic(const std::string& path,
                            const TrackReadOptions& options) {
-  TrackHeader header;
-  header.mode = "panoptic";
-  header.skeleton = Panoptic19();
-  header.frame_rate_hz =
-      options.frame_rate_hz > 0.0 ? options.frame_rate_hz : kHdFrameRateHz;
-  TrackCollector collector(std::move(header));
+  TrackCollector collector("panoptic", Panoptic19(), options, kHdFrameRateHz);
   JsonFileParser parser;
   for (const std::string& file : ListFiles(path)) {
     const std::optional<int64_t> frame =
@@ -96,15 +90,12 @@ void WriteBody(const PersonPose& person, const std::vector<int>& map,
                JsonOutput* out) {
   out->Add("{ \"id\": ", person.id.value(), ",\n\"joints19\": [");
   out->Join(map, [&](int j) {
-    const bool is_there =
-        j >= 0 && person.joints[static_cast<size_t>(j)].present();
+    const Joint3d joint =
+        j >= 0 ? person.joints[static_cast<size_t>(j)] : Joint3d();
     Eigen::Vector3d at_cm = Eigen::Vector3d::Zero();
-    if (is_there) {
-      at_cm = kCentimetresPerMetre *
-              person.joints[static_cast<size_t>(j)].position_m;
-    }
+    if (joint.present()) at_cm = kCentimetresPerMetre * joint.position_m;
     out->Numbers({at_cm.x(), at_cm.y(), at_cm.z()});
-    out->Text(is_there ? ", 1" : ", -1");
+    out->Text(joint.present() ? ", 1" : ", -1");
   });
   out->Text("]\n}");
 }
@@ -130,15 +121,15 @@ void WriteTracksPanoptic(const std::string& path, const TrackSequence& tracks,
     file.Commit();
   }
   folder.Commit();
-  NotePositionsOnly(tracks, lost_fields);
+  NotePositionsOnly(ContentsOf(tracks), lost_fields);
   if (tracks.header.frame_rate_hz != kHdFrameRateHz) {
     lost_fields->push_back(
         "times and frame rate are not kept: name the rate when reading, it is "
         "taken for 29.97 Hz");
   }
-  size_t kept = 0;
-  for (const int j : map) kept += j >= 0 ? 1 : 0;
-  const auto joints = static_cast<size_t>(tracks.header.skeleton.joint_count());
+  const auto kept = static_cast<size_t>(
+      std::count_if(map.begin(), map.end(), [](int j) { return j >= 0; }));
+  const size_t joints = tracks.header.skeleton.joints().size();
   if (kept < map.size() || kept < joints) {
     lost_fields->push_back(
         "joints are Panoptic's nineteen by name: " + std::to_string(kept) +
@@ -164,10 +155,6 @@ TrackFormat PanopticTrackFormat() {
   };
   format.read = ReadPanoptic;
   format.write = WriteTracksPanoptic;
-  format.kept = "frame, identity, positions of Panoptic's nineteen joints";
-  format.lost =
-      "other joints, status, covariances; frame rates other than 29.97 Hz must "
-      "be named";
   return format;
 }
 

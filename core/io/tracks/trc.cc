@@ -2,8 +2,8 @@
 // and give the header's values, the fourth names a marker over each three
 // columns, the fifth their coordinates; then a row a frame. Empty cells and NaN
 // are markers without position. One file is one person: the number after
-// "person_" (ours) or "_P" (Pose2Sim) in its name. Rows are
-// frames, from the one on that the first row's time tells.
+// "person_" (ours) or "_P" (Pose2Sim) in its name. Rows are frames, from the
+// one on that the first row's time tells.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -18,15 +18,13 @@
 #include "core/io/text/csv_rows.h"
 #include "core/io/text/json_output.h"
 #include "core/io/tracks/format.h"
-#include "core/io/tracks/formats.h"
-#include "core/io/tracks/lost_fields.h"
-#include "core/io/tracks/person_files.h"
-#include "core/io/tracks/rows.h"
+#include "core/io/tracks/shared.h"
 
 namespace kinegraph {
 namespace {
 
 constexpr std::string_view kTrcMark = "PathFileType";
+constexpr const char* kTrcExtension = ".trc";
 
 // Lines without what ends them, blank ones left out.
 class Lines {
@@ -76,15 +74,6 @@ struct Header {
   std::vector<std::string> markers;
 };
 
-double TrcMetres(std::string_view unit) {
-  for (const auto& [name, metres] :
-       {std::pair{"m", 1.0}, {"cm", 0.01}, {"mm", 0.001}}) {
-    if (unit == name) return metres;
-  }
-  throw InputError("Units: found '" + Printable(std::string(unit)) +
-                   "', expected m, cm or mm");
-}
-
 std::vector<std::string_view> NextOf(Lines* lines) {
   std::vector<std::string_view> cells;
   if (!lines->Next(&cells)) throw InputError("ends in its header");
@@ -118,7 +107,7 @@ Header ReadHeader(Lines* lines) {
     return given;
   };
   header.frame_rate_hz = number("DataRate", 1e6);
-  header.metres = TrcMetres(value("Units"));
+  header.metres = ParseLengthUnit(std::string(value("Units")), "Units");
   header.frames = static_cast<int64_t>(number("NumFrames", kMaxRows));
   header.first_frame =
       static_cast<int64_t>(number("OrigDataStartFrame", kMaxFrame));
@@ -193,13 +182,10 @@ void ReadRows(const Header& header, TrackId id, const AxisMap& axes,
           FirstFrame(header, *time_s, NumberOf(cells[0]).value_or(-1.0));
     }
     const int64_t number = first_frame + row++;
-    TrackFrame* frame = collector->Touch(number);
-    frame->time = FromSeconds(*time_s);
+    collector->Touch(number)->time = FromSeconds(*time_s);
     Pose3d joints(header.markers.size());
     ReadMarkers(cells, header.metres, axes, &joints);
-    // All markers empty: the person is not there.
-    if (CountPresent(joints) == 0) continue;
-    collector->Add(number, id)->joints = std::move(joints);
+    collector->AddIfSeen(number, id, std::move(joints));
   }
   if (row != header.frames) {
     throw InputError("found " + std::to_string(row) + " rows, NumFrames says " +
@@ -211,7 +197,7 @@ TrackSequence ReadTracksTrc(const std::string& path,
                             const TrackReadOptions& options) {
   std::optional<TrackCollector> collector;
   std::vector<std::string> markers;  // of the first file
-  for (const PersonFile& file : ListPersonFiles(path, ".trc")) {
+  for (const PersonFile& file : ListPersonFiles(path, kTrcExtension)) {
     const std::string text = ReadTextFile(file.path);
     Lines lines(text);
     Located(
@@ -219,14 +205,9 @@ TrackSequence ReadTracksTrc(const std::string& path,
         [&] {
           const Header header = ReadHeader(&lines);
           if (!collector.has_value()) {
-            TrackHeader tracks;
-            tracks.mode = "trc";
-            tracks.frame_rate_hz = options.frame_rate_hz > 0.0
-                                       ? options.frame_rate_hz
-                                       : header.frame_rate_hz;
-            tracks.skeleton = SkeletonOfNames(header.markers, options);
             markers = header.markers;
-            collector.emplace(std::move(tracks));
+            collector.emplace("trc", SkeletonOfNames(markers, options), options,
+                              header.frame_rate_hz);
           } else if (markers != header.markers) {
             throw InputError("has other markers than the first file");
           }
@@ -242,8 +223,6 @@ TrackSequence ReadTracksTrc(const std::string& path,
 // The layout is that of the files Pose2Sim writes, but each row ends with a
 // tabulator, as in OpenSim's: its reader counts what follows the last one only
 // where it is not empty, and refuses rows that lack a cell.
-
-constexpr const char* kTrcExtension = ".trc";
 
 void CheckMarkerNames(const Skeleton& skeleton) {
   for (const std::string& joint : skeleton.joints()) {
@@ -296,8 +275,7 @@ void WriteTrcPerson(const std::string& path, TrackId id,
   const std::string name =
       path.substr(slash == std::string::npos ? 0 : slash + 1);
   file.Write(HeaderText(name, tracks, rows.size()));
-  const auto joint_count =
-      static_cast<size_t>(tracks.header.skeleton.joint_count());
+  const size_t joint_count = tracks.header.skeleton.joints().size();
   JsonOutput out;
   for (size_t r = 0; r < rows.size(); ++r) {
     out.Add(r + 1, "\t", rows[r].time_s);
@@ -306,14 +284,6 @@ void WriteTrcPerson(const std::string& path, TrackId id,
     out.FlushTo(&file);
   }
   file.Commit();
-}
-
-void NoteTrcLosses(const TrackSequence& tracks, size_t row_count,
-                   LostFields* lost_fields) {
-  const TrackContents contents = ContentsOf(tracks);
-  lost_fields->push_back("bones and configuration are not kept");
-  NotePlainPositions(contents, lost_fields);
-  NoteAddedRows(tracks, row_count, "have empty rows", lost_fields);
 }
 
 // TRC as OpenSim and Pose2Sim read it, a file a person: PATH/person_ID.trc, or
@@ -334,7 +304,9 @@ void WriteTracksTrc(const std::string& path, const TrackSequence& tracks,
                      WriteTrcPerson(file, id, tracks, rows,
                                     options.axes.value_or(AxisMap()));
                    });
-  NoteTrcLosses(tracks, rows.size(), lost_fields);
+  lost_fields->push_back("bones and configuration are not kept");
+  NotePlainPositions(ContentsOf(tracks), lost_fields);
+  NoteAddedRows(tracks, rows.size(), "have empty rows", lost_fields);
   constexpr int64_t kKeptIds = 1'000'000'000'000'000'000;  // 18 digits
   NoteRenumbering(tracks, kKeptIds, lost_fields);
 }
@@ -345,25 +317,21 @@ TrackFormat TrcTrackFormat() {
   TrackFormat format;
   format.name = "trc";
   format.layout = "a folder, a file a person";
-  format.extensions = {".trc"};
+  format.extensions = {kTrcExtension};
   format.files = TrackFormat::Files::kFileAPerson;
-  format.person_extension = ".trc";
+  format.person_extension = kTrcExtension;
   format.axes = AxisMap();
   format.has_marker_names = true;
   format.recognise = [](const TrackHead& head) {
-    return head.BeginsWith(std::string(kTrcMark)) || head.HasFile(".trc");
+    return head.BeginsWith(std::string(kTrcMark)) ||
+           head.HasFile(kTrcExtension);
   };
   format.read = ReadTracksTrc;
   format.read_names = [](const std::string& path) {
-    return NamesOfPersonFiles(path, ".trc");
+    return NamesOfPersonFiles(path, kTrcExtension);
   };
   format.keeps_names = true;
   format.write = WriteTracksTrc;
-  format.read_note = "m, cm, mm";
-  format.kept = "frame, time, frame rate, identity, positions";
-  format.lost =
-      "status, views, covariances, bones of own skeletons; frames that the "
-      "input leaves out come back with nobody";
   return format;
 }
 

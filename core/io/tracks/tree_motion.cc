@@ -91,17 +91,21 @@ class Solver {
   Solver(const JointTree& tree, const std::vector<const PersonPose*>& poses,
          const AxisMap& axes)
       : tree_(tree), row_count_(poses.size()) {
-    positions_.resize(tree.size());
-    for (size_t j = 0; j < tree.size(); ++j) {
-      for (const PersonPose* pose : poses) {
-        positions_[j].push_back(PositionOf(tree[j], pose, axes));
-      }
+    motion_.rows.resize(row_count_);
+    for (TreeMotion::Row& row : motion_.rows) {
+      row.global.resize(tree.size());
+      row.positions_m.resize(tree.size());
+      row.is_seen.resize(tree.size());
     }
-    is_seen_ = positions_;
-    for (const Known& places : positions_) {
-      is_ever_seen_.push_back(
-          std::any_of(places.begin(), places.end(),
-                      [](const auto& at) { return at.has_value(); }));
+    positions_.assign(tree.size(), Known(row_count_));
+    is_ever_seen_.assign(tree.size(), false);
+    for (size_t j = 0; j < tree.size(); ++j) {
+      for (size_t r = 0; r < row_count_; ++r) {
+        positions_[j][r] = PositionOf(tree[j], poses[r], axes);
+        if (!positions_[j][r]) continue;
+        motion_.rows[r].is_seen[j] = true;
+        is_ever_seen_[j] = true;
+      }
     }
     CountMissing(poses);
     for (size_t j = 1; j < tree.size(); ++j) {
@@ -109,12 +113,6 @@ class Solver {
     }
     motion_.offsets_m.assign(tree.size(), Vector3d::Zero());
     SetLengths();
-    motion_.rows.resize(row_count_);
-    for (TreeMotion::Row& row : motion_.rows) {
-      row.global.resize(tree.size());
-      row.positions_m.resize(tree.size());
-      row.is_seen.resize(tree.size());
-    }
   }
 
   TreeMotion Solve() {
@@ -161,8 +159,7 @@ class Solver {
   // 0 bones where there is none.
   std::pair<size_t, int> SeenBelow(size_t joint) const {
     std::pair<size_t, int> best = {0, 0};
-    for (const int child : tree_[joint].children) {
-      const auto c = static_cast<size_t>(child);
+    for (const size_t c : tree_[joint].children) {
       std::pair<size_t, int> one = {c, 1};
       if (tree_[c].is_pivot || !is_ever_seen_[c]) {
         one = SeenBelow(c);
@@ -249,12 +246,9 @@ class Solver {
   // The ends of the bones that begin at a joint.
   std::vector<size_t> EndsOf(size_t joint) const {
     std::vector<size_t> ends;
-    for (const int child : tree_[joint].children) {
-      auto end = static_cast<size_t>(child);
-      if (tree_[end].is_pivot) {
-        end = static_cast<size_t>(tree_[end].children.front());
-      }
-      ends.push_back(end);
+    for (const size_t child : tree_[joint].children) {
+      ends.push_back(tree_[child].is_pivot ? tree_[child].children.front()
+                                           : child);
     }
     return ends;
   }
@@ -265,10 +259,7 @@ class Solver {
            !(tree_[joint].is_chest && tree_[end].is_head);
   }
 
-  bool FitsSeveral(size_t joint) const {
-    return tree_[joint].children.size() > 1;
-  }
-
+  // Whether the bone to its parent is one of those that turn a joint.
   bool FitsBack(size_t joint) const {
     return tree_[joint].is_chest && tree_[joint].parent >= 0;
   }
@@ -348,7 +339,7 @@ class Solver {
     if (ends.empty()) return;
     const size_t typical = TypicalRow(joint, ends);
     const Quaterniond above = Above(joint, typical);
-    if (!FitsSeveral(joint)) {
+    if (ends.size() == 1) {
       Vector3d& offset_m = motion_.offsets_m[ends.front()];
       const auto bone = BoneAt(ends.front(), typical);
       if (bone && offset_m.isZero()) {
@@ -397,8 +388,8 @@ class Solver {
   // Fit, mean, and again.
   void AverageShape(size_t joint, const std::vector<size_t>& ends) {
     constexpr int kRounds = 3;
-    constexpr size_t kMostRows =
-        500;  // evenly from the recording, but for the last
+    // Evenly from the recording, but in the last round.
+    constexpr size_t kMostRows = 500;
     for (int round = 1; round <= kRounds; ++round) {
       const size_t step = round < kRounds ? 1 + row_count_ / kMostRows : 1;
       std::vector<Vector3d> sums(ends.size() + 1, Vector3d::Zero());
@@ -447,28 +438,26 @@ class Solver {
   // Positions of a joint in all rows, where its parent is known already.
   void Place(size_t joint) {
     const int parent = tree_[joint].parent;
-    for (size_t r = 0; r < row_count_; ++r) {
-      motion_.rows[r].is_seen[joint] = is_seen_[joint][r].has_value();
+    if (parent < 0) {
+      const std::vector<Vector3d> filled =
+          Fill(positions_[joint], motion_.offsets_m[joint]);
+      for (size_t r = 0; r < row_count_; ++r) {
+        motion_.rows[r].positions_m[joint] = filled[r];
+      }
+      return;
     }
+    const auto p = static_cast<size_t>(parent);
     Known in_parent(row_count_);
     for (size_t r = 0; r < row_count_; ++r) {
       const auto& seen = positions_[joint][r];
-      if (!seen) continue;
-      in_parent[r] = *seen;
-      if (parent < 0) continue;
       const TreeMotion::Row& row = motion_.rows[r];
-      const auto p = static_cast<size_t>(parent);
+      if (!seen) continue;
       in_parent[r] = row.global[p].conjugate() * (*seen - row.positions_m[p]);
     }
     const std::vector<Vector3d> filled =
         Fill(in_parent, motion_.offsets_m[joint]);
     for (size_t r = 0; r < row_count_; ++r) {
       TreeMotion::Row& row = motion_.rows[r];
-      if (parent < 0) {
-        row.positions_m[joint] = filled[r];
-        continue;
-      }
-      const auto p = static_cast<size_t>(parent);
       row.positions_m[joint] = positions_[joint][r].value_or(
           row.positions_m[p] + row.global[p] * filled[r]);
     }
@@ -496,7 +485,7 @@ class Solver {
     std::vector<std::vector<Ray>> too_few(row_count_);
     for (size_t r = 0; r < row_count_; ++r) {
       const Quaterniond above = Above(joint, r);
-      if (FitsSeveral(joint)) {
+      if (tree_[joint].children.size() > 1) {
         std::vector<Ray> rays = RaysAt(joint, r);
         if (const auto turn = Fit(rays)) {
           local[r] = above.conjugate() * *turn;
@@ -504,7 +493,7 @@ class Solver {
           too_few[r] = std::move(rays);
         }
       } else if (tree_[joint].children.size() == 1) {
-        const auto end = static_cast<size_t>(tree_[joint].children.front());
+        const size_t end = tree_[joint].children.front();
         const auto bone = BoneAt(end, r);
         if (bone && motion_.offsets_m[end].norm() >= kShortest_m) {
           local[r] = Quaterniond::FromTwoVectors(motion_.offsets_m[end],
@@ -526,13 +515,14 @@ class Solver {
   const JointTree& tree_;
   const size_t row_count_;
   std::vector<Known> positions_;  // [joint][row]
-  std::vector<Known> is_seen_;    // as the tracks have them
   std::vector<bool> is_ever_seen_;
   std::vector<double> lengths_m_;  // of the bones to the joints
   // From the chest to its parent at rest, in the chest's shape.
   Vector3d back_m_ = Vector3d::Zero();
   TreeMotion motion_;
 };
+
+constexpr size_t kMostJointsNamed = 30;
 
 // "l_knee, r_knee and 3 more".
 std::string Listed(const std::vector<std::string>& names, size_t most) {
@@ -548,19 +538,9 @@ std::string Listed(const std::vector<std::string>& names, size_t most) {
 
 }  // namespace
 
-void NoteUnheld(const JointTree& tree, LostFields* lost_fields) {
-  std::vector<std::string> names;
-  for (const TreeJoint& joint : tree) {
-    if (!joint.is_held && !joint.is_pivot) names.push_back(joint.name);
-  }
-  if (names.empty()) return;
-  constexpr size_t kMostNamed = 30;
-  lost_fields->push_back("no bone holds " + Listed(names, kMostNamed) +
-                         ": points that hang on " + tree.front().name);
-}
-
-void NeverSeen::See(const JointTree& tree, const TreeMotion& motion,
-                    const std::string& person) {
+void TreeLosses::See(const JointTree& tree, const TreeMotion& motion,
+                     const std::string& person) {
+  filled_ += motion.filled;
   std::vector<std::string> joints;
   for (const size_t j : motion.never_seen) {
     // The middle of others is nobody's joint.
@@ -568,30 +548,41 @@ void NeverSeen::See(const JointTree& tree, const TreeMotion& motion,
     joints.push_back(tree[j].name);
     by_stature_ = by_stature_ || tree[j].stature_share > 0.0;
   }
-  constexpr size_t kMostNamed = 30;
-  people_[Listed(joints, kMostNamed)].push_back(person);
+  people_[Listed(joints, kMostJointsNamed)].push_back(person);
 }
 
-void NeverSeen::Note(LostFields* lost_fields) const {
+void TreeLosses::Note(const JointTree& tree, LostFields* lost_fields) const {
+  if (filled_ > 0) {
+    lost_fields->push_back(
+        std::to_string(filled_) +
+        " missing joints got a place between their neighbours in time");
+  }
   constexpr size_t kMostLines = 5;
-  constexpr size_t kMostNamed = 10;
+  constexpr size_t kMostPeopleNamed = 10;
   size_t lines = 0;
   for (const auto& [joints, people] : people_) {
     if (joints.empty()) continue;
     if (++lines > kMostLines) {
       lost_fields->push_back(
           "other people lack other joints for the whole recording");
-      return;
+      break;
     }
     lost_fields->push_back(
         "never seen" +
-        (people_.size() == 1 ? "" : " of " + Listed(people, kMostNamed)) +
+        (people_.size() == 1 ? "" : " of " + Listed(people, kMostPeopleNamed)) +
         ": " + joints +
         "; they stand as at rest or on the line to the next joint that is "
         "seen, with the other side's lengths or " +
         (by_stature_ ? "those of the stature (Drillis and Contini, 1966)"
                      : "a fifth of the median bone"));
   }
+  std::vector<std::string> points;
+  for (const TreeJoint& joint : tree) {
+    if (!joint.is_held && !joint.is_pivot) points.push_back(joint.name);
+  }
+  if (points.empty()) return;
+  lost_fields->push_back("no bone holds " + Listed(points, kMostJointsNamed) +
+                         ": points that hang on " + tree.front().name);
 }
 
 TreeMotion SolveTreeMotion(const JointTree& tree,

@@ -1,4 +1,5 @@
-// The motion of one person as rotations of a tree of bones. For core/io alone.
+// A skeleton as a tree of bones, and the motion of one person as their
+// rotations, for formats of animation. For core/io alone.
 #ifndef KINEGRAPH_CORE_IO_TRACKS_TREE_MOTION_H_
 #define KINEGRAPH_CORE_IO_TRACKS_TREE_MOTION_H_
 
@@ -11,9 +12,49 @@
 #include "core/data/pose.h"
 #include "core/io/text/lost_fields.h"
 #include "core/io/tracks/axis_map.h"
-#include "core/io/tracks/joint_tree.h"
+#include "core/skeleton/skeleton.h"
 
 namespace kinegraph {
+
+struct TreeJoint {
+  std::string name;
+  int parent = -1;               // in the tree; parents come before children
+  std::vector<int> sources;      // joints of the skeleton, whose mean it is
+  std::vector<size_t> children;  // in the tree
+  int mirror = -1;               // in the tree: the same on the other side
+  // Unit vector from the parent in the rest pose: a person who stands upright
+  // with the arms stretched out sideways, palms down, x to the person's left, y
+  // up, z to the front. Zero where the name tells none, and for a pivot.
+  Eigen::Vector3d rest_direction = Eigen::Vector3d::Zero();
+  // Length of the bone from the parent as a share of the stature (Drillis and
+  // Contini, 1966, as in Winter, "Biomechanics and Motor Control of Human
+  // Movement", 4th ed., fig. 4.1); 0 where they give none.
+  double stature_share = 0.0;
+  // Lies on its parent and turns one of several bones that begin there.
+  bool is_pivot = false;
+  // Both shoulders hang on it. It turns with the bone to its parent too, but
+  // not with bones of the head.
+  bool is_chest = false;
+  bool is_head = false;
+  // A bone or the body's anatomy joins it to its parent; the others hang on the
+  // root as mere points.
+  bool is_held = true;
+};
+using JointTree = std::vector<TreeJoint>;
+
+// Bones that make a tree are taken as they are. Those of a human that do not,
+// or that know no middle of the hips, are completed by anatomy: the root is
+// mid_hip, the middle of both hips where there is no such joint, neck is the
+// middle of the shoulders in the same way, and limbs hang as in a body. Of all
+// others, whatever a path of bones leads to from the root, the joint with the
+// most bones. `is_seen` says of each joint of the skeleton whether anybody has
+// it: none that nobody has is the root, if it can be helped.
+//
+// With `pivots`, bones that begin where others do get a joint of their own each
+// ("neck_to_l_shoulder"), so that rotations alone can give every bone its
+// direction; but for the last bones of heads, hands and feet, which are rigid.
+JointTree MakeJointTree(const Skeleton& skeleton,
+                        const std::vector<bool>& is_seen, bool pivots);
 
 struct TreeMotion {
   // Of each joint from its parent at rest, where no rotation is left. The bones
@@ -25,8 +66,7 @@ struct TreeMotion {
   // median bone.
   std::vector<Eigen::Vector3d> offsets_m;
   struct Row {
-    std::vector<Eigen::Quaterniond>
-        global;  // of each joint, from the rest pose
+    std::vector<Eigen::Quaterniond> global;    // of each joint, from its rest
     std::vector<Eigen::Vector3d> positions_m;  // filled where they are missing
     std::vector<bool> is_seen;                 // not missing
   };
@@ -57,18 +97,19 @@ TreeMotion SolveTreeMotion(const JointTree& tree,
                            const std::vector<const PersonPose*>& poses,
                            const AxisMap& axes);
 
-// Names the joints that no bone holds.
-void NoteUnheld(const JointTree& tree, LostFields* lost_fields);
-
-// Collects over all people the joints that nobody saw, for a note.
-class NeverSeen {
+// What the trees of all people cannot tell of them, for notes.
+class TreeLosses {
  public:
   void See(const JointTree& tree, const TreeMotion& motion,
            const std::string& person);
-  void Note(LostFields* lost_fields) const;
+  // Joints that got a place between others of their own in time, those that
+  // nobody saw, and those that no bone holds.
+  void Note(const JointTree& tree, LostFields* lost_fields) const;
 
  private:
-  std::map<std::string, std::vector<std::string>> people_;  // by the joints
+  size_t filled_ = 0;
+  // By the joints that were never seen.
+  std::map<std::string, std::vector<std::string>> people_;
   bool by_stature_ = false;
 };
 

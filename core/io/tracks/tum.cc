@@ -4,22 +4,20 @@
 // actor is its place, the frame that of the entry, both from zero.
 #include <matio.h>
 
-#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <memory>
 #include <mutex>
-#include <type_traits>
 #include <vector>
 
+#include "core/base/constants.h"
 #include "core/base/error.h"
 #include "core/io/binary/mat_check.h"
 #include "core/io/files/atomic_file.h"
 #include "core/io/files/text_file.h"
 #include "core/io/text/bulk_json.h"
 #include "core/io/tracks/format.h"
-#include "core/io/tracks/formats.h"
-#include "core/io/tracks/lost_fields.h"
+#include "core/io/tracks/shared.h"
 
 namespace kinegraph {
 namespace {
@@ -97,7 +95,7 @@ class TumReader {
     collector_->Touch(frame);
     const size_t count = EntryCount(entry);
     if (count == 0) return;  // not annotated
-    const size_t joints = collector_->header().skeleton.joints().size();
+    const size_t joints = collector_->joint_count();
     const bool fits = entry.rank == 2 && entry.dims[0] == joints &&
                       entry.dims[1] == 3 && entry.class_type == MAT_C_DOUBLE &&
                       entry.isComplex == 0 && entry.data != nullptr &&
@@ -110,14 +108,12 @@ class TumReader {
     Pose3d& pose = collector_->Add(frame, id)->joints;
     const auto* m = static_cast<const double*>(entry.data);
     for (size_t j = 0; j < joints; ++j) {
-      const double x = m[j];  // columns follow one another
-      const double y = m[joints + j];
-      const double z = m[2 * joints + j];
-      if (std::isinf(x) || std::isinf(y) || std::isinf(z)) {
+      // Columns follow one another; NaN is MATLAB's way to say "none".
+      const Eigen::Vector3d at_m(m[j], m[joints + j], m[2 * joints + j]);
+      if (at_m.array().isInf().any()) {
         throw InputError(path_, name, "holds an infinite number");
       }
-      if (std::isnan(x + y + z)) continue;  // MATLAB's way to say "none"
-      pose[j] = ObservedJoint(x, y, z);
+      pose[j] = ObservedJoint(at_m);
     }
   }
 
@@ -139,11 +135,7 @@ TrackSequence ReadTumTracks(const std::string& path,
   if (actors == nullptr) {
     throw InputError(path, kVariable, "is missing or damaged");
   }
-  TrackHeader header;
-  header.mode = "tum";
-  header.skeleton = options.skeleton.value_or(Tum14());
-  header.frame_rate_hz = options.frame_rate_hz;
-  TrackCollector collector(std::move(header));
+  TrackCollector collector("tum", options.skeleton.value_or(Tum14()), options);
   TumReader(path, &collector).Read(*actors);
   return collector.Finish();
 }
@@ -152,9 +144,6 @@ TrackSequence ReadTumTracks(const std::string& path,
 
 // Byte by byte, by MathWorks' "MAT-File Format", chapter 1 (level 5): matio
 // takes a path, follows links and does not notice a full disk.
-
-static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__,
-              "numbers are written as this machine has them");
 
 // The official file's shape; also keeps a stray id from filling the disk.
 constexpr int64_t kMaxActors = 1000;
@@ -170,12 +159,6 @@ constexpr uint32_t kCellClass = 1;
 constexpr uint32_t kDoubleClass = 6;
 
 constexpr uint64_t kTagBytes = 8;
-
-template <typename Value>
-void AppendNumber(Value value, std::string* bytes) {
-  static_assert(std::is_trivially_copyable_v<Value>);
-  bytes->append(reinterpret_cast<const char*>(&value), sizeof(value));
-}
 
 void AppendTag(uint32_t type, uint64_t length, std::string* bytes) {
   AppendNumber(type, bytes);
@@ -207,9 +190,7 @@ std::string PoseArray(const Pose3d* pose) {
   if (pose != nullptr) {
     for (int axis = 0; axis < 3; ++axis) {
       for (const Joint3d& joint : *pose) {
-        AppendNumber(joint.present() ? joint.position_m[axis]
-                                     : std::numeric_limits<double>::quiet_NaN(),
-                     &numbers);
+        AppendNumber(joint.present() ? joint.position_m[axis] : kNan, &numbers);
       }
     }
   }
@@ -240,9 +221,7 @@ class ActorsFile {
         ++poses_[static_cast<size_t>(person.id.value())];
       }
     }
-    const auto joint_count =
-        static_cast<size_t>(tracks.header.skeleton.joint_count());
-    const Pose3d pose(joint_count);
+    const Pose3d pose(tracks.header.skeleton.joints().size());
     pose_bytes_ = PoseArray(&pose).size();
     nobody_ = PoseArray(nullptr);
   }
@@ -292,11 +271,8 @@ class ActorsFile {
     for (const TrackFrame& frame : tracks_.frames) {
       for (; next < frame.frame; ++next) file->Write(nobody_);
       ++next;
-      const auto person =
-          std::find_if(frame.people.begin(), frame.people.end(),
-                       [id](const PersonPose& one) { return one.id == id; });
-      file->Write(person == frame.people.end() ? nobody_
-                                               : PoseArray(&person->joints));
+      const PersonPose* person = FindPerson(&frame, id);
+      file->Write(person == nullptr ? nobody_ : PoseArray(&person->joints));
     }
   }
 
@@ -312,8 +288,9 @@ void WriteTracksTum(const std::string& path, const TrackSequence& tracks,
                     const TrackExportOptions& /*options*/,
                     LostFields* lost_fields) {
   ActorsFile(tracks).Write(path);
-  NotePositionsOnly(tracks, lost_fields);
-  NoteClock(tracks, lost_fields);
+  const TrackContents contents = ContentsOf(tracks);
+  NotePositionsOnly(contents, lost_fields);
+  NoteClock(contents, lost_fields);
   if (tracks.frames.front().frame > 0 ||
       tracks.frames.back().frame + 1 !=
           static_cast<int64_t>(tracks.frames.size())) {
@@ -335,10 +312,6 @@ TrackFormat TumTrackFormat() {
   format.recognise = [](const TrackHead& head) { return head.kind == 'M'; };
   format.read = ReadTumTracks;
   format.write = WriteTracksTum;
-  format.kept = "frame, identity, positions";
-  format.lost =
-      "times, status, covariances; frames begin at 0; refused: identities "
-      "above 999";
   return format;
 }
 

@@ -4,7 +4,6 @@
 // C3D counts frames from 1: frame 0 of the tracks is its frame 1.
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <limits>
 #include <utility>
 #include <vector>
@@ -12,18 +11,128 @@
 #include "core/base/constants.h"
 #include "core/base/error.h"
 #include "core/io/files/atomic_file.h"
-#include "core/io/tracks/c3d_parameters.h"
-#include "core/io/tracks/format.h"
-#include "core/io/tracks/lost_fields.h"
-#include "core/io/tracks/person_files.h"
-#include "core/io/tracks/read_c3d.h"
-#include "core/io/tracks/rows.h"
+#include "core/io/tracks/c3d_file.h"
+#include "core/io/tracks/shared.h"
 
 namespace kinegraph {
 namespace {
 
 constexpr int64_t kMaxWord = 65535;
 constexpr int kMaskBits = 7;
+
+void AppendWord(int64_t value, std::string* bytes) {
+  AppendNumber(static_cast<uint16_t>(value), bytes);
+}
+
+void AppendFloat(double value, std::string* bytes) {
+  AppendNumber(static_cast<float>(value), bytes);
+}
+
+// The parameter section: groups with their parameters, in the order in which
+// they are added.
+class C3dParameters {
+ public:
+  C3dParameters& Group(const std::string& name) {
+    ++group_;
+    return Record(name, -group_, "");
+  }
+  // Parameters of the last group.
+  C3dParameters& Words(const std::string& name,
+                       const std::vector<size_t>& shape,
+                       const std::vector<int64_t>& values) {
+    std::string data;
+    for (const int64_t value : values) AppendWord(value, &data);
+    return Add(name, 2, shape, data);
+  }
+  C3dParameters& Word(const std::string& name, int64_t value) {
+    return Words(name, {}, {value});
+  }
+  C3dParameters& Floats(const std::string& name,
+                        const std::vector<size_t>& shape,
+                        const std::vector<double>& values) {
+    std::string data;
+    for (const double value : values) AppendFloat(value, &data);
+    return Add(name, 4, shape, data);
+  }
+  C3dParameters& Float(const std::string& name, double value) {
+    return Floats(name, {}, {value});
+  }
+  // As wide as the longest. Beyond 255 they go on in NAME2, NAME3, ..., and
+  // beyond 255 bytes a text is cut.
+  C3dParameters& Texts(const std::string& name,
+                       const std::vector<std::string>& texts);
+
+  // Whole blocks. Throws InputError when they are more than the 255 that a file
+  // can have.
+  std::string Section() const;
+
+ private:
+  C3dParameters& Add(const std::string& name, int type,
+                     const std::vector<size_t>& shape,
+                     const std::string& data) {
+    std::string content = {static_cast<char>(type),
+                           static_cast<char>(shape.size())};
+    for (const size_t side : shape) content += static_cast<char>(side);
+    return Record(name, group_, content + data);
+  }
+  // Length of the name, number of the group (negative: the group itself), name,
+  // the way from here to the next record, and an empty description.
+  C3dParameters& Record(const std::string& name, int id,
+                        const std::string& content) {
+    records_ += static_cast<char>(name.size());
+    records_ += static_cast<char>(id) + name;
+    last_record_ = records_.size();
+    AppendWord(static_cast<int64_t>(content.size() + 3), &records_);
+    records_ += content + '\0';
+    return *this;
+  }
+
+  std::string records_;
+  size_t last_record_ = 0;
+  int group_ = 0;
+};
+
+C3dParameters& C3dParameters::Texts(const std::string& name,
+                                    const std::vector<std::string>& texts) {
+  constexpr size_t kMost = 255;  // a side of an array is a byte
+  for (size_t begin = 0, part = 1; begin == 0 || begin < texts.size();
+       begin += kMost, ++part) {
+    const size_t end = std::min(begin + kMost, texts.size());
+    size_t width = 1;
+    for (size_t t = begin; t < end; ++t) {
+      width = std::max(width, texts[t].size());
+    }
+    width = std::min(width, kMost);
+    std::string data;
+    for (size_t t = begin; t < end; ++t) {
+      data += texts[t].substr(0, width);
+      data.resize((t - begin + 1) * width, ' ');
+    }
+    Add(part == 1 ? name : name + std::to_string(part), -1,
+        {width, end - begin}, data);
+  }
+  return *this;
+}
+
+std::string C3dParameters::Section() const {
+  constexpr size_t kMostBlocks = 255;
+  std::string section(4, '\0');
+  section += records_;
+  // No record comes after the last.
+  section[4 + last_record_] = section[4 + last_record_ + 1] = '\0';
+  const size_t blocks = (section.size() + 2 + kC3dBlock - 1) / kC3dBlock;
+  if (blocks > kMostBlocks) {
+    throw InputError(
+        "the names of all joints of all people are longer than what C3D has "
+        "room for (convert one with --person=N)");
+  }
+  section.resize(blocks * kC3dBlock, '\0');
+  section[0] = 1;
+  section[1] = 0x50;
+  section[2] = static_cast<char>(blocks);
+  section[3] = 84;  // Intel
+  return section;
+}
 
 // RMS distance of the true joint from the estimate [mm]; 0 when not known.
 double UncertaintyMm(const PersonPose& person, size_t joint_idx) {
@@ -74,7 +183,7 @@ class C3dRecording {
         names_(options.names),
         axes_(options.axes.value_or(C3dAxes())),
         rate_hz_(RequireFrameRate(tracks, "C3D")),
-        ids_(PeopleToWrite("", kC3dExtension, tracks)),
+        ids_(RequirePeople(tracks)),
         rows_(MakeTrackRows(tracks, "C3D")),
         joint_count_(tracks.header.skeleton.joints().size()),
         scale_mm_(ScaleMm(tracks)) {
@@ -94,18 +203,23 @@ class C3dRecording {
     }
   }
 
-  const std::vector<int64_t>& ids() const { return ids_; }
   const std::vector<TrackRow>& rows() const { return rows_; }
 
   std::string Header(int data_block) const {
-    BinaryText header;
-    header.Byte(2).Byte(0x50).Word(point_count()).Word(0);
-    header.Word(std::min(first_, kMaxWord)).Word(std::min(last_, kMaxWord));
-    header.Word(0).Float(-scale_mm_).Word(data_block).Word(0).Float(rate_hz_);
-    header.PadTo(2 * 149);
-    header.Word(12345);  // labels of events have four characters
-    header.PadTo(kC3dBlock);
-    return header.text();
+    std::string header = "\x02\x50";
+    for (const int64_t word :
+         {point_count(), int64_t{0}, std::min(first_, kMaxWord),
+          std::min(last_, kMaxWord), int64_t{0}}) {
+      AppendWord(word, &header);
+    }
+    AppendFloat(-scale_mm_, &header);
+    AppendWord(data_block, &header);
+    AppendWord(0, &header);
+    AppendFloat(rate_hz_, &header);
+    header.resize(2 * 149, '\0');
+    AppendWord(12345, &header);  // labels of events have four characters
+    header.resize(kC3dBlock, '\0');
+    return header;
   }
 
   std::string Parameters() const {
@@ -115,23 +229,24 @@ class C3dRecording {
   }
 
   std::string Points(const TrackRow& row) const {
-    BinaryText text;
+    std::string bytes;
     for (const int64_t id : ids_) {
       const PersonPose* person = FindPerson(row.frame, TrackId(id));
       for (size_t j = 0; j < joint_count_; ++j) {
-        if (person == nullptr || !person->joints[j].present()) {
-          text.Float(0.0).Float(0.0).Float(0.0).Float(-1.0);
-          continue;
+        Eigen::Vector4d point(0.0, 0.0, 0.0, -1.0);
+        if (person != nullptr && person->joints[j].present()) {
+          point.head<3>() =
+              kMillimetresPerMetre * axes_.Apply(person->joints[j].position_m);
+          // Exact zeros are read as a missing point, here and elsewhere.
+          if (point.head<3>().isZero(0.0)) {
+            point.x() = std::numeric_limits<float>::min();
+          }
+          point.w() = FourthWord(*person, j);
         }
-        Eigen::Vector3d mm =
-            kMillimetresPerMetre * axes_.Apply(person->joints[j].position_m);
-        // Exact zeros are read as a missing point, here and elsewhere.
-        if (mm.isZero(0.0)) mm.x() = std::numeric_limits<float>::min();
-        text.Float(mm.x()).Float(mm.y()).Float(mm.z());
-        text.Float(FourthWord(*person, j));
+        for (int k = 0; k < 4; ++k) AppendFloat(point[k], &bytes);
       }
     }
-    return text.text();
+    return bytes;
   }
 
  private:
@@ -153,16 +268,12 @@ class C3dRecording {
     return (mask << 8) + residual;
   }
 
-  // "person_3:" before the names of its joints where there are several people.
-  std::string Prefix(int64_t id) const {
-    return "person_" + std::to_string(id) + ":";
-  }
-
   std::vector<std::string> Labels() const {
     std::vector<std::string> labels;
     for (const int64_t id : ids_) {
       for (const std::string& joint : tracks_.header.skeleton.joints()) {
-        labels.push_back((ids_.size() > 1 ? Prefix(id) : "") + joint);
+        labels.push_back((ids_.size() > 1 ? PersonLabel(id) + ":" : "") +
+                         joint);
       }
     }
     return labels;
@@ -175,8 +286,8 @@ class C3dRecording {
     parameters.Float("RATE", rate_hz_);
     parameters.Group("FORCE_PLATFORM").Word("USED", 0);
     parameters.Group("TRIAL")
-        .Words("ACTUAL_START_FIELD", {first_ % 65536, first_ / 65536})
-        .Words("ACTUAL_END_FIELD", {last_ % 65536, last_ / 65536})
+        .Words("ACTUAL_START_FIELD", {2}, {first_ % 65536, first_ / 65536})
+        .Words("ACTUAL_END_FIELD", {2}, {last_ % 65536, last_ / 65536})
         .Float("CAMERA_RATE", rate_hz_);
     AddSubjects(&parameters);
     AddEvents(&parameters);
@@ -200,25 +311,22 @@ class C3dRecording {
 
   // "+Z": where an axis of the world points in the file.
   std::string AxisOf(int of_world) const {
-    std::string text;
-    for (size_t i = 0; i < 3; ++i) {
-      if (axes_.axis[i] != of_world) continue;
-      text = axes_.sign[i] < 0.0 ? "-" : "+";
-      text += static_cast<char>('X' + i);
-    }
-    return text;
+    size_t i = 0;
+    while (axes_.axis[i] != of_world) ++i;
+    return std::string(axes_.sign[i] < 0.0 ? "-" : "+") +
+           static_cast<char>('X' + i);
   }
 
   std::string NameOf(int64_t id) const {
     const auto name = names_.find(TrackId(id));
-    return name != names_.end() ? name->second : "person_" + std::to_string(id);
+    return name != names_.end() ? name->second : PersonLabel(id);
   }
 
   void AddSubjects(C3dParameters* parameters) const {
     std::vector<std::string> prefixes;
     std::vector<std::string> called;
     for (const int64_t id : ids_) {
-      prefixes.push_back(Prefix(id));
+      prefixes.push_back(PersonLabel(id) + ":");
       called.push_back(NameOf(id));
     }
     parameters->Group("SUBJECTS").Word("IS_STATIC", 0);
@@ -235,7 +343,9 @@ class C3dRecording {
     std::vector<double> times;
     for (const int64_t id : ids_) {
       if (labels.size() + 2 > kMostEvents) break;
-      for (const auto& [label, frame] : Presence(TrackId(id))) {
+      const auto [begin, end] = Presence(TrackId(id));
+      for (const auto& [label, frame] :
+           {std::pair{"begin", begin}, {"end", end}}) {
         constexpr double kMinute = 60.0;
         const double time_s = static_cast<double>(frame) / rate_hz_;
         times.push_back(std::floor(time_s / kMinute));
@@ -249,10 +359,10 @@ class C3dRecording {
     parameters->Texts("CONTEXTS", std::vector<std::string>(count, "General"));
     parameters->Texts("LABELS", labels).Texts("SUBJECTS", subjects);
     parameters->Floats("TIMES", {2, count}, times);
-    parameters->Words("ICON_IDS", std::vector<int64_t>(count, 0));
+    parameters->Words("ICON_IDS", {count}, std::vector<int64_t>(count, 0));
   }
 
-  std::vector<std::pair<const char*, int64_t>> Presence(TrackId id) const {
+  std::pair<int64_t, int64_t> Presence(TrackId id) const {
     int64_t begin = -1;
     int64_t end = -1;
     for (const TrackFrame& frame : tracks_.frames) {
@@ -260,7 +370,7 @@ class C3dRecording {
       if (begin < 0) begin = frame.frame;
       end = frame.frame;
     }
-    return {{"begin", begin}, {"end", end}};
+    return {begin, end};
   }
 
   const TrackSequence& tracks_;

@@ -1,6 +1,8 @@
 // C3D of other programs: byte orders, every convention for the number of
 // frames, missing points, people, segments, and what is refused; and that what
 // is written here keeps the same conventions.
+#include "core/io/tracks/c3d.h"
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -17,9 +19,7 @@
 
 #include "core/base/error.h"
 #include "core/io/files/text_file.h"
-#include "core/io/tracks/force_plates.h"
 #include "core/io/tracks/format.h"
-#include "core/io/tracks/segments.h"
 #include "core/io/tracks/tracks.h"
 #include "tests/core/io/input_error.h"
 #include "tests/support/test_data.h"

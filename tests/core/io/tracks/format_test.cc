@@ -9,7 +9,6 @@
 #include "core/base/error.h"
 #include "core/base/random.h"
 #include "core/io/file_kind.h"
-#include "core/io/files/text_file.h"
 #include "tests/support/test_data.h"
 
 namespace kinegraph {
@@ -102,14 +101,6 @@ TEST(TrackFormats, AnUnknownNameIsRefusedWithThoseThereAre) {
   }
   EXPECT_THAT(message, HasSubstr("'trk'"));
   EXPECT_THAT(message, HasSubstr("kinegraph, csv, npz, trc"));
-}
-
-TEST(TrackFormats, ThePageHasTheRowOfEachFormat) {
-  const std::string page =
-      ReadTextFile(testing::ProjectFile("docs/convert.md").string());
-  for (const TrackFormat& format : TrackFormats()) {
-    EXPECT_THAT(page, HasSubstr("\n" + TableRow(format) + "\n"));
-  }
 }
 
 }  // namespace

@@ -1,4 +1,6 @@
 // Bodies as trees of bones: BVH and glTF turn every joint right.
+#include "core/io/tracks/tree_motion.h"
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -15,8 +17,6 @@
 #include "core/io/text/joint_names.h"
 #include "core/io/text/json.h"
 #include "core/io/tracks/format.h"
-#include "core/io/tracks/joint_tree.h"
-#include "core/io/tracks/lost_fields.h"
 #include "core/io/tracks/tracks.h"
 #include "tests/core/io/input_error.h"
 #include "tests/support/base64.h"

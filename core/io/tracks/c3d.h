@@ -1,7 +1,8 @@
-// Poses of body segments, where a file has them: C3D's ROTATION group, which
-// Theia3D, Visual3D and others write.
-#ifndef KINEGRAPH_CORE_IO_TRACKS_SEGMENTS_H_
-#define KINEGRAPH_CORE_IO_TRACKS_SEGMENTS_H_
+// What a C3D file has besides tracks: poses of body segments (its ROTATION
+// group, which Theia3D, Visual3D and others write) and force plates (its
+// FORCE_PLATFORM group and analog samples).
+#ifndef KINEGRAPH_CORE_IO_TRACKS_C3D_H_
+#define KINEGRAPH_CORE_IO_TRACKS_C3D_H_
 
 #include <Eigen/Geometry>
 #include <cstdint>
@@ -9,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "core/data/force_plate.h"
 #include "core/io/tracks/axis_map.h"
 
 namespace kinegraph {
@@ -32,6 +34,12 @@ struct SegmentSequence {
 SegmentSequence ReadSegments(const std::string& path,
                              const std::optional<AxisMap>& axes = {});
 
+// Of types 1 to 4 (c3d.org's user guide); types that are not known are left
+// out. The world's axes are those in which ReadTracks() gives the points.
+// Throws InputError naming the file where it has no plates or their channels
+// are not there.
+std::vector<ForcePlate> ReadForcePlates(const std::string& path);
+
 }  // namespace kinegraph
 
-#endif  // KINEGRAPH_CORE_IO_TRACKS_SEGMENTS_H_
+#endif  // KINEGRAPH_CORE_IO_TRACKS_C3D_H_

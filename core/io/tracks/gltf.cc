@@ -11,7 +11,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstring>
 #include <limits>
 #include <optional>
 #include <vector>
@@ -21,10 +20,7 @@
 #include "core/io/files/atomic_file.h"
 #include "core/io/text/json.h"
 #include "core/io/tracks/format.h"
-#include "core/io/tracks/joint_tree.h"
-#include "core/io/tracks/lost_fields.h"
-#include "core/io/tracks/person_files.h"
-#include "core/io/tracks/rows.h"
+#include "core/io/tracks/shared.h"
 #include "core/io/tracks/tree_motion.h"
 
 namespace kinegraph {
@@ -46,12 +42,6 @@ enum BufferTarget { kNoTarget = 0, kVertices = 34962, kIndices = 34963 };
 
 void PadTo4(char with, std::string* bytes) {
   while (bytes->size() % 4 != 0) *bytes += with;
-}
-
-void AddWord(uint32_t value, std::string* bytes) {
-  char word[4];
-  std::memcpy(word, &value, sizeof(word));  // little-endian, as this machine
-  bytes->append(word, sizeof(word));
 }
 
 std::string Base64(const std::string& bytes) {
@@ -112,18 +102,6 @@ class Buffer {
     }
     return Add(values, width, kFloat, target, bounds);
   }
-  size_t Shorts(const std::vector<uint16_t>& values, size_t width) {
-    return Add(values, width, kUnsignedShort, kVertices);
-  }
-  size_t Indices(const std::vector<uint32_t>& values) {
-    return Add(values, 1, kUnsignedInt, kIndices);
-  }
-
-  const std::string& bytes() const { return bytes_; }
-  std::string views() const { return views_.Text(); }
-  std::string accessors() const { return accessors_.Text(); }
-
- private:
   template <typename Number>
   size_t Add(const std::vector<Number>& values, size_t width,
              ComponentType component, BufferTarget target,
@@ -146,6 +124,11 @@ class Buffer {
         view, +component, values.size() / width, type, bounds));
   }
 
+  const std::string& bytes() const { return bytes_; }
+  std::string views() const { return views_.Text(); }
+  std::string accessors() const { return accessors_.Text(); }
+
+ private:
   std::string bytes_;
   JsonList views_;
   JsonList accessors_;
@@ -198,14 +181,14 @@ class Body {
                    Buffer* buffer) const {
     const size_t positions =
         buffer->Floats(positions_, 3, /*with_bounds=*/true, kVertices);
-    const size_t joints = buffer->Shorts(joints_, 4);
+    const size_t joints = buffer->Add(joints_, 4, kUnsignedShort, kVertices);
     const size_t weights =
         buffer->Floats(weights_, 4, /*with_bounds=*/false, kVertices);
     return fmt::format(
         R"({{"name":{},"primitives":[{{"attributes":{{"POSITION":{},)"
         R"("JOINTS_0":{},"WEIGHTS_0":{}}},"indices":{},"material":{}}}]}})",
-        JsonText(name), positions, joints, weights, buffer->Indices(indices_),
-        material);
+        JsonText(name), positions, joints, weights,
+        buffer->Add(indices_, 1, kUnsignedInt, kIndices), material);
   }
 
  private:
@@ -233,13 +216,8 @@ class Body {
 
   void AddCorner(const Vector3d& at, size_t joint) {
     AppendFloats(at, &positions_);
-    for (const uint16_t j : {static_cast<uint16_t>(joint), uint16_t{0},
-                             uint16_t{0}, uint16_t{0}}) {
-      joints_.push_back(j);
-    }
-    for (const float weight : {1.0F, 0.0F, 0.0F, 0.0F}) {
-      weights_.push_back(weight);
-    }
+    joints_.insert(joints_.end(), {static_cast<uint16_t>(joint), 0, 0, 0});
+    weights_.insert(weights_.end(), {1.0F, 0.0F, 0.0F, 0.0F});
   }
 
   std::vector<float> positions_;
@@ -248,11 +226,12 @@ class Body {
   std::vector<uint32_t> indices_;
 };
 
-// The motion of a person in the rows in which the person is there.
+// The motion of a person, and the rows in which the person is there: those of
+// the recording, and of the motion.
 struct Presence {
-  std::vector<size_t> rows;  // of the recording
-  std::vector<TreeMotion::Row> poses;
-  std::vector<Vector3d> offsets_m;
+  std::vector<size_t> rows;
+  std::vector<size_t> of_motion;
+  TreeMotion motion;
 };
 
 class Scene {
@@ -264,10 +243,7 @@ class Scene {
         tree_(MakeJointTree(tracks.header.skeleton, JointsSeen(tracks),
                             /*pivots=*/false)) {
     rate_hz_ = RequireFrameRate(tracks, "glTF");
-    const std::vector<int64_t> ids = IdsOf(tracks);
-    if (ids.empty()) {
-      throw InputError("the tracks have nobody in them, nothing to write");
-    }
+    const std::vector<int64_t> ids = RequirePeople(tracks);
     const std::vector<std::string> titles = PersonTitles(ids, options.names);
     for (size_t p = 0; p < ids.size(); ++p) {
       // Names of nodes are taken once, which readers count on.
@@ -296,9 +272,7 @@ class Scene {
   void NoteLostFields(LostFields* lost_fields) const {
     lost_fields->push_back(
         "configuration is not kept; positions are 32-bit floats");
-    NoteFilledJoints(filled_, lost_fields);
-    never_seen_.Note(lost_fields);
-    NoteUnheld(tree_, lost_fields);
+    losses_.Note(tree_, lost_fields);
     NotePlainPositions(ContentsOf(tracks_), lost_fields);
     NoteAddedRows(tracks_, rows_.size(), "show nobody", lost_fields);
   }
@@ -311,23 +285,18 @@ class Scene {
 
   Presence Solve(TrackId id, const std::string& name) {
     Presence presence;
-    std::vector<const PersonPose*> poses;
-    size_t first = 0;
+    std::vector<const PersonPose*> poses;  // from the first on
     for (size_t r = 0; r < rows_.size(); ++r) {
       const PersonPose* pose = FindPerson(rows_[r].frame, id);
-      if (pose != nullptr) presence.rows.push_back(r);
-      if (poses.empty() && pose == nullptr) continue;
-      if (poses.empty()) first = r;
-      poses.push_back(pose);
+      if (pose != nullptr) {
+        presence.rows.push_back(r);
+        presence.of_motion.push_back(poses.size());
+      }
+      if (!presence.rows.empty()) poses.push_back(pose);
     }
-    poses.resize(presence.rows.back() - first + 1);
-    TreeMotion motion = SolveTreeMotion(tree_, poses, axes_);
-    filled_ += motion.filled;
-    never_seen_.See(tree_, motion, name);
-    for (const size_t row : presence.rows) {
-      presence.poses.push_back(std::move(motion.rows[row - first]));
-    }
-    presence.offsets_m = std::move(motion.offsets_m);
+    poses.resize(presence.of_motion.back() + 1);
+    presence.motion = SolveTreeMotion(tree_, poses, axes_);
+    losses_.See(tree_, presence.motion, name);
     return presence;
   }
 
@@ -349,11 +318,11 @@ class Scene {
   void AddJoints(const Presence& presence, const std::string& prefix,
                  size_t first_joint) {
     for (size_t j = 0; j < tree_.size(); ++j) {
-      const Vector3d at = LocalPosition(presence.poses[0], j);
-      const Quaterniond turn = LocalTurn(presence.poses[0], j);
+      const Vector3d at = LocalPosition(presence.motion, 0, j);
+      const Quaterniond turn = presence.motion.Local(tree_, 0, j);
       JsonList children;
-      for (const int child : tree_[j].children) {
-        children.Add(std::to_string(first_joint + static_cast<size_t>(child)));
+      for (const size_t child : tree_[j].children) {
+        children.Add(std::to_string(first_joint + child));
       }
       nodes_.Add(fmt::format(
           R"({{"name":{},"translation":[{},{},{}],"rotation":[{},{},{},{}]{}}})",
@@ -371,12 +340,10 @@ class Scene {
     for (size_t j = 0; j < tree_.size(); ++j) {
       if (tree_[j].parent >= 0) {
         rest_m[j] = rest_m[static_cast<size_t>(tree_[j].parent)] +
-                    presence.offsets_m[j];
+                    presence.motion.offsets_m[j];
       }
-      for (const float k : {1.0F, 0.0F, 0.0F, 0.0F, 0.0F, 1.0F, 0.0F, 0.0F,
-                            0.0F, 0.0F, 1.0F, 0.0F}) {
-        inverses.push_back(k);
-      }
+      inverses.insert(inverses.end(), {1.0F, 0.0F, 0.0F, 0.0F, 0.0F, 1.0F, 0.0F,
+                                       0.0F, 0.0F, 0.0F, 1.0F, 0.0F});
       AppendFloats(-rest_m[j], &inverses);
       inverses.push_back(1.0F);
       joints.Add(std::to_string(first_joint + j));
@@ -409,19 +376,14 @@ class Scene {
         JsonText(name), c[0], c[1], c[2]);
   }
 
-  Vector3d LocalPosition(const TreeMotion::Row& pose, size_t joint) const {
+  Vector3d LocalPosition(const TreeMotion& motion, size_t row,
+                         size_t joint) const {
+    const TreeMotion::Row& pose = motion.rows[row];
     const int parent = tree_[joint].parent;
     if (parent < 0) return pose.positions_m[joint];
     const auto p = static_cast<size_t>(parent);
     return pose.global[p].conjugate() *
            (pose.positions_m[joint] - pose.positions_m[p]);
-  }
-
-  Quaterniond LocalTurn(const TreeMotion::Row& pose, size_t joint) const {
-    const int parent = tree_[joint].parent;
-    if (parent < 0) return pose.global[joint];
-    return pose.global[static_cast<size_t>(parent)].conjugate() *
-           pose.global[joint];
   }
 
   void AddMotion(const Presence& presence, size_t person_node,
@@ -433,9 +395,9 @@ class Scene {
       std::vector<float> places;
       std::vector<float> turns;
       Quaterniond last = Quaterniond::Identity();
-      for (const TreeMotion::Row& pose : presence.poses) {
-        AppendFloats(LocalPosition(pose, j), &places);
-        Quaterniond turn = LocalTurn(pose, j);
+      for (const size_t row : presence.of_motion) {
+        AppendFloats(LocalPosition(presence.motion, row, j), &places);
+        Quaterniond turn = presence.motion.Local(tree_, row, j);
         // The nearer of the two that say the same, for what lies between rows.
         if (turn.dot(last) < 0.0) turn.coeffs() *= -1.0;
         last = turn;
@@ -486,8 +448,7 @@ class Scene {
   const std::vector<TrackRow> rows_;
   const JointTree tree_;
   double rate_hz_ = 0.0;
-  size_t filled_ = 0;
-  NeverSeen never_seen_;
+  TreeLosses losses_;
   Buffer buffer_;
   JsonList nodes_;
   JsonList scene_nodes_;
@@ -510,13 +471,13 @@ void WriteBinary(const Scene& scene, AtomicFile* file) {
     throw InputError("the recording is larger than the 4 GB of a .glb file");
   }
   std::string header = "glTF";
-  AddWord(2, &header);
-  AddWord(static_cast<uint32_t>(size), &header);
-  AddWord(static_cast<uint32_t>(text.size()), &header);
+  AppendNumber(uint32_t{2}, &header);
+  AppendNumber(static_cast<uint32_t>(size), &header);
+  AppendNumber(static_cast<uint32_t>(text.size()), &header);
   file->Write(header + "JSON");
   file->Write(text);
   std::string chunk;
-  AddWord(static_cast<uint32_t>(buffer_size), &chunk);
+  AppendNumber(static_cast<uint32_t>(buffer_size), &chunk);
   file->Write(chunk + std::string("BIN\0", 4));
   file->Write(scene.bytes());
   file->Write(padding);
@@ -553,10 +514,6 @@ TrackFormat GltfTrackFormat() {
   format.has_marker_names = true;
   format.keeps_names = true;
   format.write = WriteTracksGltf;
-  format.kept = "time, frame rate, identity, positions (32 bit), bones";
-  format.lost =
-      "missing joints (filled), status, views, covariances; a person who is "
-      "away has scale 0";
   return format;
 }
 

@@ -3,8 +3,6 @@
 // (mediapipe_body_3d_xyz.csv), or an array [frames, points, 3]
 // (mediapipe_body_3d_xyz.npy, mediapipe_skeleton_3d.npy), NaN where a point is
 // not there. Frames count from 0, the person is 0.
-#include <cmath>
-#include <limits>
 #include <string>
 #include <vector>
 
@@ -15,33 +13,20 @@
 #include "core/io/text/bulk_json.h"
 #include "core/io/text/csv_rows.h"
 #include "core/io/tracks/format.h"
-#include "core/io/tracks/formats.h"
+#include "core/io/tracks/shared.h"
 
 namespace kinegraph {
 namespace {
 
-TrackHeader FreemocapHeader(const Skeleton& skeleton,
-                            const TrackReadOptions& options) {
-  TrackHeader header;
-  header.mode = "freemocap";
-  header.frame_rate_hz = options.frame_rate_hz;
-  header.skeleton = skeleton;
-  return header;
-}
+constexpr const char* kMode = "freemocap";
 
 void AddRow(int64_t frame, const double* numbers, TrackCollector* collector) {
-  TrackFrame* written = collector->Touch(frame);
-  written->time = TimeOfFrame(frame, collector->header().frame_rate_hz);
-  Pose3d joints(collector->header().skeleton.joints().size());
+  Pose3d joints(collector->joint_count());
   for (size_t j = 0; j < joints.size(); ++j) {
-    const double* at = numbers + 3 * j;
-    if (!std::isfinite(at[0] + at[1] + at[2])) continue;
-    joints[j] = ObservedJoint(at[0] / kMillimetresPerMetre,
-                              at[1] / kMillimetresPerMetre,
-                              at[2] / kMillimetresPerMetre);
+    joints[j] =
+        ObservedJoint(Eigen::Vector3d(numbers + 3 * j) / kMillimetresPerMetre);
   }
-  if (CountPresent(joints) == 0) return;
-  collector->Add(frame, TrackId(0))->joints = std::move(joints);
+  collector->AddIfSeen(frame, TrackId(0), std::move(joints));
 }
 
 // ---- The table ----
@@ -77,15 +62,14 @@ TrackSequence ReadTable(const std::string& path,
           throw InputError("expected columns NAME_x, NAME_y, NAME_z, ...");
         }
         const size_t width = cells.size();
-        TrackCollector collector(
-            FreemocapHeader(SkeletonOfNames(names, options), options));
+        TrackCollector collector(kMode, SkeletonOfNames(names, options),
+                                 options);
         std::vector<double> numbers;
         int64_t frame = 0;
         while (rows.Next(&cells, width)) {
           numbers.clear();
           for (const std::string& cell : cells) {
-            numbers.push_back(NumberOfCell(cell).value_or(
-                std::numeric_limits<double>::quiet_NaN()));
+            numbers.push_back(NumberOfCell(cell).value_or(kNan));
           }
           AddRow(frame++, numbers.data(), &collector);
         }
@@ -109,7 +93,7 @@ TrackSequence ReadArray(const std::string& path,
                         std::to_string(skeleton.joints().size()) + " of '" +
                         skeleton.name() + "'");
   }
-  TrackCollector collector(FreemocapHeader(skeleton, options));
+  TrackCollector collector(kMode, skeleton, options);
   for (size_t f = 0; f < shape[0]; ++f) {
     AddRow(static_cast<int64_t>(f), &numbers[f * points * 3], &collector);
   }
@@ -134,24 +118,20 @@ bool IsTable(const TrackHead& head) {
          !PointsOf(head.FirstRow()).empty();
 }
 
-TrackSequence ReadFreemocapFile(const std::string& path,
-                                const TrackReadOptions& options) {
-  return BeginningOf(path, 6) == "\x93NUMPY" ? ReadArray(path, options)
-                                             : ReadTable(path, options);
-}
-
 }  // namespace
 
 TrackFormat FreeMoCapTrackFormat() {
   TrackFormat format;
-  format.name = "freemocap";
+  format.name = kMode;
   format.layout = "FreeMoCap's 3D points: CSV NAME_x, NAME_y, NAME_z; NPY";
   format.unit_m = 0.001;
   format.recognise = [](const TrackHead& head) {
     return IsArray(head) || IsTable(head);
   };
-  format.read = ReadFreemocapFile;
-  format.read_note = "mm";
+  format.read = [](const std::string& path, const TrackReadOptions& options) {
+    return BeginningOf(path, 6) == "\x93NUMPY" ? ReadArray(path, options)
+                                               : ReadTable(path, options);
+  };
   return format;
 }
 

@@ -3,14 +3,11 @@
 // joint, then the rotation M_00 .. M_22 and the centre by which Anipose turned
 // the points (none here), and the frame's number. A file is one person.
 #include "core/base/constants.h"
-#include "core/base/error.h"
 #include "core/io/files/atomic_file.h"
 #include "core/io/text/csv_rows.h"
 #include "core/io/text/json_output.h"
 #include "core/io/tracks/format.h"
-#include "core/io/tracks/lost_fields.h"
-#include "core/io/tracks/person_files.h"
-#include "core/io/tracks/rows.h"
+#include "core/io/tracks/shared.h"
 
 namespace kinegraph {
 namespace {
@@ -25,11 +22,9 @@ std::string TitleRow(const Skeleton& skeleton) {
       text += CsvCell(joint + column) + ",";
     }
   }
-  for (const char* entry : {"M_00", "M_01", "M_02", "M_10", "M_11", "M_12",
-                            "M_20", "M_21", "M_22"}) {
-    text += std::string(entry) + ",";
-  }
-  return text + "center_0,center_1,center_2,fnum\n";
+  return text +
+         "M_00,M_01,M_02,M_10,M_11,M_12,M_20,M_21,M_22,"
+         "center_0,center_1,center_2,fnum\n";
 }
 
 // Empty cells are NaN for those who read them.
@@ -84,8 +79,9 @@ void WriteTracksAnipose(const std::string& path, const TrackSequence& tracks,
   if (contents.has_inferred) {
     lost_fields->push_back("inferred joints are written like observed ones");
   }
-  if (contents.has_covariances)
+  if (contents.has_covariances) {
     lost_fields->push_back("covariances are not kept");
+  }
   NoteAddedRows(tracks, rows.size(), "have empty cells", lost_fields);
 }
 
@@ -100,10 +96,6 @@ TrackFormat AniposeTrackFormat() {
   format.has_marker_names = true;
   format.keeps_names = true;
   format.write = WriteTracksAnipose;
-  format.kept = "frame, identity, positions, views";
-  format.lost =
-      "times, frame rate, status, covariances, bones; its errors and scores "
-      "are empty";
   return format;
 }
 

@@ -1,7 +1,7 @@
 // Tracks of a C3D file. A label "Anna:l_knee" is of person Anna; without such
 // names all points are one person. A file without points is of segments, whose
 // origins are the joints.
-#include "core/io/tracks/read_c3d.h"
+#include "core/io/tracks/c3d.h"
 
 #include <algorithm>
 #include <map>
@@ -16,11 +16,7 @@
 #include "core/io/text/bulk_json.h"
 #include "core/io/text/ids.h"
 #include "core/io/tracks/c3d_file.h"
-#include "core/io/tracks/c3d_parameters.h"
-#include "core/io/tracks/format.h"
-#include "core/io/tracks/formats.h"
-#include "core/io/tracks/person_files.h"
-#include "core/io/tracks/segments.h"
+#include "core/io/tracks/shared.h"
 
 namespace kinegraph {
 namespace {
@@ -238,16 +234,13 @@ TrackSequence ReadC3dFile(const std::string& path,
   const Contents contents = ContentsOf(file);
   const bool has_points = file.points().width > 0;
   const C3dFrames& frames = has_points ? file.points() : file.segments();
-  TrackHeader header;
-  header.mode = "c3d";
-  header.frame_rate_hz =
-      options.frame_rate_hz > 0.0 ? options.frame_rate_hz : frames.rate_hz;
   // A segment's origin keeps the segment's name: that of a head is no top of
   // it.
-  header.skeleton = has_points || options.skeleton.has_value()
-                        ? SkeletonOfNames(contents.joints, options)
-                        : Skeleton("custom", contents.joints, {});
-  TrackCollector collector(std::move(header));
+  TrackCollector collector("c3d",
+                           has_points || options.skeleton.has_value()
+                               ? SkeletonOfNames(contents.joints, options)
+                               : Skeleton("custom", contents.joints, {}),
+                           options, frames.rate_hz);
   const AxisMap axes = options.axes.value_or(C3dAxes());
   const auto at_m = [&](int64_t f, size_t i) -> std::optional<Eigen::Vector3d> {
     if (has_points) return file.Point(f, i);
@@ -256,8 +249,6 @@ TrackSequence ReadC3dFile(const std::string& path,
     return pose->translation();
   };
   for (int64_t f = 0; f < frames.count; ++f) {
-    const int64_t number = frames.first + f;
-    collector.Touch(number);
     std::vector<Pose3d> poses(contents.ids.size(),
                               Pose3d(contents.joints.size()));
     for (const Point& point : contents.points) {
@@ -266,21 +257,13 @@ TrackSequence ReadC3dFile(const std::string& path,
       poses[point.person][point.joint] = {axes.Invert(*position_m),
                                           JointStatus::kObserved};
     }
+    collector.Touch(frames.first + f);
     for (size_t p = 0; p < poses.size(); ++p) {
-      if (CountPresent(poses[p]) == 0) continue;
-      collector.Add(number, contents.ids[p])->joints = std::move(poses[p]);
+      collector.AddIfSeen(frames.first + f, contents.ids[p],
+                          std::move(poses[p]));
     }
   }
   return collector.Finish();
-}
-
-TrackSequence ReadTracksC3d(const std::string& path,
-                            const TrackReadOptions& options) {
-  return Located(path, [&] { return ReadC3dFile(path, options); });
-}
-
-PersonNames ReadC3dNames(const std::string& path) {
-  return Located(path, [&] { return ContentsOf(C3dFile(path)).names; });
 }
 
 SegmentSequence ReadSegmentsOf(const std::string& path, const AxisMap& axes) {
@@ -310,12 +293,109 @@ SegmentSequence ReadSegmentsOf(const std::string& path, const AxisMap& axes) {
   return sequence;
 }
 
+// ---- Force plates ----
+
+double PlateNumber(const C3dValues& values, const std::string& name,
+                   size_t index, double otherwise = 0.0) {
+  return values.Number("FORCE_PLATFORM:" + name, index).value_or(otherwise);
+}
+
+// Weights of the plate's channels whose sum is the load across it.
+std::vector<double> LoadWeights(const C3dValues& values, size_t plate) {
+  switch (static_cast<int>(PlateNumber(values, "TYPE", plate))) {
+    case 1:
+    case 2:
+      return {0.0, 0.0, 1.0, 0.0, 0.0, 0.0};
+    case 3:  // four corners
+      return {0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0};
+    case 4: {  // by columns: the row of the third force
+      std::vector<double> weights;
+      for (size_t c = 0; c < 6; ++c) {
+        weights.push_back(PlateNumber(
+            values, "CAL_MATRIX", 36 * plate + 6 * c + 2, c == 2 ? 1.0 : 0.0));
+      }
+      return weights;
+    }
+    default:
+      return {};
+  }
+}
+
+ForcePlate ReadPlate(const C3dFile& file, size_t plate, size_t row_length,
+                     const std::vector<double>& weights) {
+  const C3dValues& values = file.values();
+  ForcePlate result;
+  for (size_t corner = 0; corner < 4; ++corner) {
+    for (size_t axis = 0; axis < 3; ++axis) {
+      result.centre_m[static_cast<Eigen::Index>(axis)] +=
+          0.25 * file.unit_m() *
+          PlateNumber(values, "CORNERS", 12 * plate + 3 * corner + axis);
+    }
+  }
+  result.centre_m = C3dAxes().Invert(result.centre_m);
+  const C3dAnalog& analog = file.analog();
+  std::vector<size_t> channels;
+  for (size_t c = 0; c < weights.size(); ++c) {
+    const double channel =
+        PlateNumber(values, "CHANNEL", row_length * plate + c);
+    if (!(channel >= 1.0 && channel <= static_cast<double>(analog.channels))) {
+      throw InputError("FORCE_PLATFORM:CHANNEL: plate " +
+                       std::to_string(plate + 1) + " has no channel " +
+                       std::to_string(c + 1) + " among the " +
+                       std::to_string(analog.channels) + " analog ones");
+    }
+    channels.push_back(static_cast<size_t>(channel) - 1);
+  }
+  const C3dFrames& points = file.points();
+  result.rate_hz = points.rate_hz * static_cast<double>(analog.per_frame);
+  result.first_s = static_cast<double>(points.first) / points.rate_hz;
+  double mean = 0.0;
+  for (int64_t frame = 0; frame < points.count; ++frame) {
+    for (size_t sample = 0; sample < analog.per_frame; ++sample) {
+      double load_n = 0.0;
+      for (size_t c = 0; c < channels.size(); ++c) {
+        if (weights[c] == 0.0) continue;
+        load_n += weights[c] * file.Analog(frame, sample, channels[c]);
+      }
+      result.load_n.push_back(load_n);
+      mean += load_n;
+    }
+  }
+  // Its own axes point up or down, and force or reaction is meant.
+  if (mean < 0.0) {
+    for (double& load_n : result.load_n) load_n = -load_n;
+  }
+  return result;
+}
+
 }  // namespace
 
 SegmentSequence ReadSegments(const std::string& path,
                              const std::optional<AxisMap>& axes) {
   return Located(
       path, [&] { return ReadSegmentsOf(path, axes.value_or(C3dAxes())); });
+}
+
+std::vector<ForcePlate> ReadForcePlates(const std::string& path) {
+  return Located(path, [&] {
+    const C3dFile file(path);
+    const double used = PlateNumber(file.values(), "USED", 0);
+    std::vector<std::vector<double>> weights;
+    for (size_t plate = 0; static_cast<double>(plate) < used; ++plate) {
+      weights.push_back(LoadWeights(file.values(), plate));
+    }
+    // As long as the longest plate's, of this file or of what wrote it.
+    const size_t row_length = file.values().RowLength("FORCE_PLATFORM:CHANNEL");
+    std::vector<ForcePlate> plates;
+    for (size_t plate = 0; plate < weights.size(); ++plate) {
+      if (weights[plate].empty()) continue;
+      plates.push_back(ReadPlate(file, plate, row_length, weights[plate]));
+    }
+    if (plates.empty() || file.analog().per_frame == 0) {
+      throw InputError("has no force plates of types 1 to 4 with samples");
+    }
+    return plates;
+  });
 }
 
 TrackFormat C3dTrackFormat() {
@@ -331,21 +411,14 @@ TrackFormat C3dTrackFormat() {
            !head.BeginsWith("PK") && head.beginning[0] > 0 &&
            head.beginning[0] < ' ';
   };
-  format.read = ReadTracksC3d;
-  format.read_names = ReadC3dNames;
+  format.read = [](const std::string& path, const TrackReadOptions& options) {
+    return Located(path, [&] { return ReadC3dFile(path, options); });
+  };
+  format.read_names = [](const std::string& path) {
+    return Located(path, [&] { return ContentsOf(C3dFile(path)).names; });
+  };
   format.keeps_names = true;
   format.write = WriteTracksC3d;
-  format.read_note =
-      "integers and floats of all byte orders; m, cm, mm; segments (ROTATION) "
-      "by their origins";
-  format.kept =
-      "frame, frame rate, identity, positions (32 bit); written also the size "
-      "of the covariance (residual) and which of the first seven views "
-      "measured a joint (camera mask)";
-  format.lost =
-      "times of their own, status, views, bones of own skeletons; read, analog "
-      "samples, rotations of segments, and points without labels beside those "
-      "that have some; refused: above 65535 points";
   return format;
 }
 

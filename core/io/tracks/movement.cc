@@ -5,12 +5,10 @@
 #include <vector>
 
 #include "core/base/constants.h"
-#include "core/base/error.h"
 #include "core/geometry/ball_probability.h"
 #include "core/io/binary/netcdf_file.h"
 #include "core/io/tracks/format.h"
-#include "core/io/tracks/lost_fields.h"
-#include "core/io/tracks/person_files.h"
+#include "core/io/tracks/shared.h"
 
 namespace kinegraph {
 namespace {
@@ -22,7 +20,7 @@ class MovementRecording {
   MovementRecording(const TrackSequence& tracks, const PersonNames& names)
       : tracks_(tracks),
         contents_(ContentsOf(tracks)),
-        ids_(IdsOf(tracks)),
+        ids_(RequirePeople(tracks)),
         joint_count_(tracks.header.skeleton.joints().size()),
         individuals_(PersonTitles(ids_, names)) {
     people_.resize(tracks.frames.size() * ids_.size(), nullptr);
@@ -139,15 +137,7 @@ class MovementRecording {
   int8_t Status(size_t i) const {
     const Cell cell = CellOf(i);
     if (cell.person == nullptr) return 0;
-    switch (cell.person->joints[cell.joint_idx].status) {
-      case JointStatus::kObserved:
-        return 2;
-      case JointStatus::kInferred:
-        return 1;
-      case JointStatus::kMissing:
-        break;
-    }
-    return 0;
+    return static_cast<int8_t>(cell.person->joints[cell.joint_idx].status);
   }
 
   const TrackSequence& tracks_;
@@ -161,9 +151,6 @@ class MovementRecording {
 void WriteTracksMovement(const std::string& path, const TrackSequence& tracks,
                          const TrackExportOptions& options,
                          LostFields* lost_fields) {
-  if (IdsOf(tracks).empty()) {
-    throw InputError("the tracks have nobody in them, nothing to write");
-  }
   const MovementRecording recording(tracks, options.names);
   recording.Write(path);
   lost_fields->push_back("bones, views and configuration are not kept");
@@ -188,10 +175,6 @@ TrackFormat MovementTrackFormat() {
   format.has_marker_names = true;
   format.keeps_names = true;
   format.write = WriteTracksMovement;
-  format.kept =
-      "frame, time, frame rate, identity, positions, status, sigma of each "
-      "axis; confidence is the probability of an error below 50 mm";
-  format.lost = "bones, views, correlations of the covariances, configuration";
   return format;
 }
 

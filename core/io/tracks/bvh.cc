@@ -1,0 +1,567 @@
+// Biovision's BVH: a hierarchy with offsets at rest, then a row a frame with a
+// value for each channel, in centimetres and degrees. A file is one person.
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <optional>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "core/base/constants.h"
+#include "core/base/error.h"
+#include "core/io/files/atomic_file.h"
+#include "core/io/files/text_file.h"
+#include "core/io/text/bulk_json.h"
+#include "core/io/text/words.h"
+#include "core/io/tracks/format.h"
+#include "core/io/tracks/shared.h"
+#include "core/io/tracks/tree_motion.h"
+
+namespace kinegraph {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+constexpr const char* kBvhExtension = ".bvh";
+constexpr double kBvhCentimetre_m = 0.01;
+
+// x, z up, -y: Blender, which turns Y up into Z up, then shows our world.
+AxisMap BvhAxes() { return AxisMap::Parse("x,z,-y"); }
+
+// ---- Reading: files by whichever program ----
+//
+// Channels in any order, several roots. Places of joints follow from offsets
+// and angles; a joint that lies on its parent in every frame is a pivot and
+// left out. Frames count from 0.
+
+struct Channel {
+  bool is_position = false;
+  int axis = 0;
+};
+
+struct BvhNode {
+  std::string name;
+  int parent = -1;
+  Vector3d offset = Vector3d::Zero();
+  std::vector<Channel> channels;
+};
+
+struct Hierarchy {
+  std::vector<BvhNode> nodes;
+  size_t channel_count = 0;
+};
+
+// Channels, joints and end sites up to the closing brackets.
+class HierarchyReader {
+ public:
+  explicit HierarchyReader(Words* words) : words_(*words) {}
+
+  // "MOTION" is the word after the hierarchy.
+  Hierarchy Read() {
+    words_.Expect("HIERARCHY");
+    std::string_view word = words_.Need("ROOT");
+    while (word == "ROOT") {
+      Open();
+      while (!open_.empty()) Inside();
+      word = words_.Need("MOTION");
+    }
+    if (word != "MOTION") Words::Fail(word, "ROOT or MOTION");
+    return std::move(hierarchy_);
+  }
+
+ private:
+  void Open() {
+    BvhNode node;
+    node.name = std::string(words_.Need("the name of a joint"));
+    node.parent = open_.empty() ? -1 : open_.back();
+    words_.Expect("{");
+    constexpr size_t kMostJoints = 10000;
+    if (hierarchy_.nodes.size() >= kMostJoints) {
+      throw InputError("has too many joints");
+    }
+    open_.push_back(static_cast<int>(hierarchy_.nodes.size()));
+    hierarchy_.nodes.push_back(std::move(node));
+  }
+
+  void Inside() {
+    BvhNode& node = hierarchy_.nodes[static_cast<size_t>(open_.back())];
+    const std::string_view word = words_.Need("}");
+    if (word == "}") {
+      open_.pop_back();
+    } else if (word == "OFFSET") {
+      for (int axis = 0; axis < 3; ++axis) {
+        node.offset[axis] = words_.Number("an offset");
+      }
+    } else if (word == "CHANNELS") {
+      ReadChannels(&node);
+    } else if (word == "JOINT") {
+      Open();
+    } else if (word == "End") {
+      words_.Expect("Site");
+      words_.Expect("{");
+      words_.Expect("OFFSET");
+      for (int axis = 0; axis < 3; ++axis) words_.Number("an offset");
+      words_.Expect("}");
+    } else {
+      Words::Fail(word, "OFFSET, CHANNELS, JOINT, End Site or }");
+    }
+  }
+
+  void ReadChannels(BvhNode* node) {
+    constexpr double kMostChannels = 6.0;
+    const double count = words_.Number("a number of channels");
+    if (!(count >= 0.0 && count <= kMostChannels) || !node->channels.empty()) {
+      throw InputError("CHANNELS: expected 0 .. 6, once a joint");
+    }
+    for (int c = 0; c < static_cast<int>(count); ++c) {
+      const std::string_view word = words_.Need("a channel");
+      const std::string_view kind = word.substr(1);
+      if (word[0] < 'X' || word[0] > 'Z' ||
+          (kind != "position" && kind != "rotation")) {
+        Words::Fail(word, "Xposition .. Zrotation");
+      }
+      node->channels.push_back({kind == "position", word[0] - 'X'});
+      ++hierarchy_.channel_count;
+    }
+  }
+
+  Words& words_;
+  Hierarchy hierarchy_;
+  std::vector<int> open_;
+};
+
+// Places of all nodes in a frame. A channel of position takes the offset's
+// place, as MotionBuilder and Blender have it; rotations apply in the order of
+// their channels, the first outermost.
+std::vector<Vector3d> PlacesOf(const Hierarchy& hierarchy,
+                               const std::vector<double>& values) {
+  constexpr double kRadians = kPi / 180.0;
+  std::vector<Vector3d> places(hierarchy.nodes.size());
+  std::vector<Matrix3d> turns(hierarchy.nodes.size());
+  size_t next = 0;
+  for (size_t n = 0; n < hierarchy.nodes.size(); ++n) {
+    const BvhNode& node = hierarchy.nodes[n];
+    Vector3d local = node.offset;
+    Matrix3d turn = Matrix3d::Identity();
+    for (const Channel& channel : node.channels) {
+      const double value = values[next++];
+      if (channel.is_position) {
+        local[channel.axis] = value;
+      } else {
+        turn *=
+            Eigen::AngleAxisd(value * kRadians, Vector3d::Unit(channel.axis))
+                .toRotationMatrix();
+      }
+    }
+    if (node.parent < 0) {
+      places[n] = local;
+      turns[n] = turn;
+    } else {
+      const auto parent = static_cast<size_t>(node.parent);
+      places[n] = places[parent] + turns[parent] * local;
+      turns[n] = turns[parent] * turn;
+    }
+  }
+  return places;
+}
+
+// The names that CMU's and Mixamo's skeletons give to our joints: a segment is
+// called there, which begins at the joint.
+std::string BodyName(const std::string& label) {
+  static const std::map<std::string, std::string> kNames = {
+      {"Hips", "mid_hip"},          {"Neck", "neck"},
+      {"Head", "head_base"},  // not its top, as other files have it
+      {"LeftUpLeg", "l_hip"},       {"RightUpLeg", "r_hip"},
+      {"LeftLeg", "l_knee"},        {"RightLeg", "r_knee"},
+      {"LeftFoot", "l_ankle"},      {"RightFoot", "r_ankle"},
+      {"LeftToeBase", "l_big_toe"}, {"RightToeBase", "r_big_toe"},
+      {"LeftArm", "l_shoulder"},    {"RightArm", "r_shoulder"},
+      {"LeftForeArm", "l_elbow"},   {"RightForeArm", "r_elbow"},
+      {"LeftHand", "l_wrist"},      {"RightHand", "r_wrist"}};
+  const size_t colon = label.find_last_of(':');  // "mixamorig:Hips"
+  const auto found =
+      kNames.find(colon == std::string::npos ? label : label.substr(colon + 1));
+  return found == kNames.end() ? label : found->second;
+}
+
+// The nodes that are joints, with their names and bones.
+struct BvhJoints {
+  std::vector<size_t> nodes;
+  std::vector<std::string> names;
+  std::vector<Bone> bones;
+};
+
+BvhJoints JointsOf(const Hierarchy& hierarchy) {
+  BvhJoints joints;
+  std::vector<int> joint_of(hierarchy.nodes.size(), -1);
+  std::map<std::string, int> counts;
+  for (const BvhNode& node : hierarchy.nodes) ++counts[BodyName(node.name)];
+  for (size_t n = 0; n < hierarchy.nodes.size(); ++n) {
+    const BvhNode& node = hierarchy.nodes[n];
+    const int above =
+        node.parent < 0 ? -1 : joint_of[static_cast<size_t>(node.parent)];
+    const bool moves =
+        std::any_of(node.channels.begin(), node.channels.end(),
+                    [](const Channel& channel) { return channel.is_position; });
+    if (above >= 0 && node.offset.isZero() && !moves) {
+      joint_of[n] = above;  // a pivot
+      continue;
+    }
+    joint_of[n] = static_cast<int>(joints.nodes.size());
+    if (above >= 0) joints.bones.push_back({above, joint_of[n]});
+    joints.nodes.push_back(n);
+    const std::string name = BodyName(node.name);
+    joints.names.push_back(counts[name] == 1 ? name : node.name);
+  }
+  return joints;
+}
+
+struct Motion {
+  int64_t frames = 0;
+  double rate_hz = 0.0;
+};
+
+Motion ReadMotion(Words* words) {
+  constexpr double kMostBvhFrames = 1e7;
+  words->Expect("Frames:");
+  const double frames = words->Number("a number of frames");
+  words->Expect("Frame");
+  words->Expect("Time:");
+  const double step_s = words->Number("seconds");
+  if (!(frames >= 0.0 && frames <= kMostBvhFrames)) {
+    throw InputError("Frames: expected 0 .. 10000000");
+  }
+  if (!(step_s >= 1e-6 && step_s <= 1e6)) {
+    throw InputError("Frame Time: expected 1e-6 .. 1e6 s");
+  }
+  return {static_cast<int64_t>(frames), 1.0 / step_s};
+}
+
+// The rate that a rounded time means: 0.033333 s are 30 Hz.
+double NearWhole(double rate_hz) {
+  constexpr double kNear = 5e-4;  // a thousandth away is the next NTSC rate
+  const double whole = std::round(rate_hz);
+  return std::abs(rate_hz - whole) < kNear * whole ? whole : rate_hz;
+}
+
+class BvhReader {
+ public:
+  explicit BvhReader(const TrackReadOptions& options) : options_(options) {}
+
+  void Read(Words* words, TrackId id) {
+    const Hierarchy hierarchy = HierarchyReader(words).Read();
+    const BvhJoints joints = JointsOf(hierarchy);
+    const Motion motion = ReadMotion(words);
+    Prepare(joints, motion);
+    const AxisMap axes = options_.axes.value_or(BvhAxes());
+    std::vector<double> values(hierarchy.channel_count);
+    for (int64_t f = 0; f < motion.frames; ++f) {
+      for (double& value : values) value = words->Number("a channel's value");
+      const std::vector<Vector3d> places = PlacesOf(hierarchy, values);
+      Pose3d& pose = collector_->Add(f, id)->joints;
+      for (size_t j = 0; j < joints.nodes.size(); ++j) {
+        pose[j] = {axes.Invert(kBvhCentimetre_m * places[joints.nodes[j]]),
+                   JointStatus::kObserved};
+        if (!pose[j].position_m.allFinite()) {
+          throw InputError("a joint is beyond all numbers");
+        }
+      }
+    }
+    const std::string_view rest = words->Next();
+    if (!rest.empty()) Words::Fail(rest, "the end of the file");
+  }
+
+  TrackSequence Finish() { return collector_->Finish(); }
+
+ private:
+  void Prepare(const BvhJoints& joints, const Motion& motion) {
+    if (collector_.has_value()) {
+      if (joints.names != names_) {
+        throw InputError("has other joints than the first file");
+      }
+      return;
+    }
+    names_ = joints.names;
+    collector_.emplace("bvh",
+                       SkeletonOfNames(joints.names, options_, joints.bones),
+                       options_, NearWhole(motion.rate_hz));
+  }
+
+  const TrackReadOptions& options_;
+  std::optional<TrackCollector> collector_;
+  std::vector<std::string> names_;
+};
+
+TrackSequence ReadTracksBvh(const std::string& path,
+                            const TrackReadOptions& options) {
+  BvhReader reader(options);
+  for (const PersonFile& file : ListPersonFiles(path, kBvhExtension)) {
+    const std::string text = ReadTextFile(file.path);
+    Words words(text);
+    Located(
+        file.path, [&] { return words.Place(); },
+        [&] { reader.Read(&words, file.id); });
+  }
+  return reader.Finish();
+}
+
+// ---- Writing ----
+//
+// The root has its place and three angles, the other joints angles alone, which
+// stand as Zrotation Xrotation Yrotation: a joint is turned by Rz Rx Ry. Y is
+// up.
+
+constexpr double kDegrees = 180.0 / kPi;
+
+// Angles about z, x and y [rad]: of the two triples that give the rotation the
+// one nearer to the last row's, so that a curve has no jumps.
+Vector3d AnglesOf(const Eigen::Quaterniond& rotation, const Vector3d& last) {
+  const Matrix3d r = rotation.toRotationMatrix();
+  constexpr double kUpright = 1.0 - 1e-12;
+  const double x = std::asin(std::clamp(r(2, 1), -1.0, 1.0));
+  double y = 0.0;
+  double z = 0.0;
+  if (std::abs(r(2, 1)) < kUpright) {
+    y = std::atan2(-r(2, 0), r(2, 2));
+    z = std::atan2(-r(0, 1), r(1, 1));
+  } else {  // only the sum of the other two is told
+    z = std::atan2(r(1, 0), r(0, 0));
+  }
+  // The turns nearest to the last that lead to the same angles.
+  const auto unwound = [&last](Vector3d angles) {
+    for (int k = 0; k < 3; ++k) {
+      angles[k] += 2.0 * kPi * std::round((last[k] - angles[k]) / (2.0 * kPi));
+    }
+    return angles;
+  };
+  const Vector3d a = unwound({z, x, y});
+  const Vector3d b = unwound({z + kPi, kPi - x, y + kPi});
+  const auto distance = [&last](const Vector3d& angles) {
+    return std::abs(angles[0] - last[0]) + std::abs(angles[1] - last[1]) +
+           std::abs(angles[2] - last[2]);
+  };
+  return distance(a) <= distance(b) ? a : b;
+}
+
+std::string Offset(const Vector3d& offset_m, const std::string& indent) {
+  const Vector3d cm = 1.0 / kBvhCentimetre_m * offset_m;
+  return fmt::format("{}OFFSET {:.6f} {:.6f} {:.6f}\n", indent, cm.x(), cm.y(),
+                     cm.z());
+}
+
+void WriteBvhJoint(const JointTree& tree, const TreeMotion& motion,
+                   size_t joint, int depth, std::string* text) {
+  const std::string indent(static_cast<size_t>(depth), '\t');
+  const std::string inside = indent + "\t";
+  const bool is_root = tree[joint].parent < 0;
+  std::string name = tree[joint].name;
+  for (char& c : name) {
+    if (static_cast<unsigned char>(c) <= ' ') c = '_';
+  }
+  *text += indent + (is_root ? "ROOT " : "JOINT ") + name + "\n" + indent +
+           "{\n" + Offset(motion.offsets_m[joint], inside);
+  *text +=
+      inside +
+      (is_root ? "CHANNELS 6 Xposition Yposition Zposition " : "CHANNELS 3 ") +
+      "Zrotation Xrotation Yrotation\n";
+  for (const size_t child : tree[joint].children) {
+    WriteBvhJoint(tree, motion, child, depth + 1, text);
+  }
+  if (tree[joint].children.empty()) {
+    // Straight on; a joint alone has something to be seen, too.
+    constexpr double kShare = 0.3;
+    const Vector3d end_m = motion.offsets_m[joint].isZero()
+                               ? Vector3d(0.05 * Vector3d::UnitY())
+                               : Vector3d(kShare * motion.offsets_m[joint]);
+    *text += inside + "End Site\n" + inside + "{\n" +
+             Offset(end_m, inside + "\t") + inside + "}\n";
+  }
+  *text += indent + "}\n";
+}
+
+// Joints as the hierarchy names them, each before those that hang on it: the
+// order of a row's angles.
+void AddInOrder(const JointTree& tree, size_t joint,
+                std::vector<size_t>* order) {
+  order->push_back(joint);
+  for (const size_t child : tree[joint].children) {
+    AddInOrder(tree, child, order);
+  }
+}
+
+class BvhWriter {
+ public:
+  BvhWriter(const TrackSequence& tracks, const std::vector<TrackRow>& rows,
+            const TrackExportOptions& options)
+      : tracks_(tracks),
+        rows_(rows),
+        axes_(options.axes.value_or(BvhAxes())),
+        tree_(MakeJointTree(tracks.header.skeleton, JointsSeen(tracks),
+                            /*pivots=*/true)) {
+    RequireBones();
+    AddInOrder(tree_, 0, &order_);
+    for (size_t r = 0; r < rows.size(); ++r) {
+      if (rows[r].frame == nullptr) continue;
+      for (const PersonPose& person : rows[r].frame->people) {
+        const auto [at, is_new] = spans_.try_emplace(person.id.value());
+        if (is_new) at->second.first = r;
+        at->second.count = r + 1 - at->second.first;
+      }
+    }
+    size_t there = 0;
+    for (const auto& [id, span] : spans_) there += span.count;
+    // Many who come and go would be files of people who stand still.
+    constexpr size_t kMostRows = 200'000;
+    constexpr size_t kMostTimes = 5;
+    const size_t all = rows.size() * spans_.size();
+    on_one_clock_ = all <= std::max(kMostRows, kMostTimes * there);
+  }
+
+  void WritePerson(const std::string& path, TrackId id) {
+    const Span span = spans_.at(id.value());
+    std::vector<const PersonPose*> poses;
+    for (size_t r = span.first; r < span.first + span.count; ++r) {
+      poses.push_back(FindPerson(rows_[r].frame, id));
+    }
+    const TreeMotion motion = SolveTreeMotion(tree_, poses, axes_);
+    losses_.See(tree_, motion, PersonLabel(id.value()));
+    // Before and after the person the first and the last pose stand.
+    const size_t before = on_one_clock_ ? span.first : 0;
+    const size_t after =
+        on_one_clock_ ? rows_.size() - span.first - span.count : 0;
+    AtomicFile file(path);
+    std::string text = "HIERARCHY\n";
+    WriteBvhJoint(tree_, motion, 0, 0, &text);
+    file.Write(text + fmt::format("MOTION\nFrames: {}\nFrame Time: {}\n",
+                                  before + span.count + after,
+                                  1.0 / tracks_.header.frame_rate_hz));
+    std::vector<Vector3d> last(tree_.size(), Vector3d::Zero());
+    for (size_t r = 0; r < span.count; ++r) {
+      const std::string line = Line(motion, r, &last);
+      const size_t times =
+          1 + (r == 0 ? before : 0) + (r + 1 == span.count ? after : 0);
+      for (size_t i = 0; i < times; ++i) file.Write(line);
+    }
+    file.Commit();
+  }
+
+  void NoteLostFields(LostFields* lost_fields) const {
+    lost_fields->push_back(
+        "frame numbers, times of their own and configuration are not kept");
+    if (!on_one_clock_) {
+      lost_fields->push_back(fmt::format(
+          "{} people in each of {} frames would be files of people who stand "
+          "still: each file begins and ends with its person (--person=N writes "
+          "one in all frames)",
+          spans_.size(), rows_.size()));
+    }
+    const double rms_m =
+        misfits_ > 0 ? std::sqrt(misfit_m2_ / static_cast<double>(misfits_))
+                     : 0.0;
+    lost_fields->push_back(fmt::format(
+        "bones have the median of their lengths: joints lie {:.1f} mm (RMS) "
+        "and at most {:.1f} mm from the tracks",
+        1000.0 * rms_m, 1000.0 * largest_misfit_m_));
+    losses_.Note(tree_, lost_fields);
+    NotePlainPositions(ContentsOf(tracks_), lost_fields);
+  }
+
+ private:
+  // The rows of a person, from the first to the last that has him.
+  struct Span {
+    size_t first = 0;
+    size_t count = 0;
+  };
+
+  // Rotations turn bones; of points alone nothing would be left.
+  void RequireBones() const {
+    const bool has_bones =
+        std::any_of(tree_.begin() + 1, tree_.end(), [](const TreeJoint& joint) {
+          return joint.is_held && !joint.is_pivot;
+        });
+    if (has_bones || tree_.size() == 1) return;
+    throw InputError("BVH is made of bones, and the skeleton '" +
+                     Printable(tracks_.header.skeleton.name()) +
+                     "' has none; C3D, TRC and glTF hold points");
+  }
+
+  std::string Line(const TreeMotion& motion, size_t row,
+                   std::vector<Vector3d>* last) {
+    const std::vector<Vector3d> rigid_m = motion.Rigid(tree_, row);
+    for (size_t j = 0; j < tree_.size(); ++j) {
+      if (!motion.rows[row].is_seen[j] || tree_[j].is_pivot) continue;
+      const double m = (rigid_m[j] - motion.rows[row].positions_m[j]).norm();
+      misfit_m2_ += m * m;
+      largest_misfit_m_ = std::max(largest_misfit_m_, m);
+      ++misfits_;
+    }
+    const Vector3d cm = 1.0 / kBvhCentimetre_m * rigid_m[0];
+    std::string text =
+        fmt::format("{:.6f} {:.6f} {:.6f}", cm.x(), cm.y(), cm.z());
+    for (const size_t j : order_) {
+      Vector3d& angles = (*last)[j];
+      angles = AnglesOf(motion.Local(tree_, row, j), angles);
+      text += fmt::format(" {:.6f} {:.6f} {:.6f}", kDegrees * angles[0],
+                          kDegrees * angles[1], kDegrees * angles[2]);
+    }
+    return text + "\n";
+  }
+
+  const TrackSequence& tracks_;
+  const std::vector<TrackRow>& rows_;
+  const AxisMap axes_;
+  const JointTree tree_;
+  std::vector<size_t> order_;
+  std::map<int64_t, Span> spans_;  // by identity
+  bool on_one_clock_ = true;
+  // How far the rigid skeleton lies from the tracks.
+  double misfit_m2_ = 0.0;
+  double largest_misfit_m_ = 0.0;
+  int64_t misfits_ = 0;
+  TreeLosses losses_;
+};
+
+void WriteTracksBvh(const std::string& path, const TrackSequence& tracks,
+                    const TrackExportOptions& options,
+                    LostFields* lost_fields) {
+  RequireFrameRate(tracks, "BVH");
+  const std::vector<int64_t> ids = PeopleToWrite(path, kBvhExtension, tracks);
+  const std::vector<TrackRow> rows = MakeTrackRows(tracks, "BVH");
+  BvhWriter writer(tracks, rows, options);
+  WritePersonFiles(path, kBvhExtension, ids, options.names,
+                   [&writer](const std::string& file, TrackId id) {
+                     writer.WritePerson(file, id);
+                   });
+  writer.NoteLostFields(lost_fields);
+}
+
+}  // namespace
+
+TrackFormat BvhTrackFormat() {
+  TrackFormat format;
+  format.name = "bvh";
+  format.layout = "a skeleton and its angles, cm, a file a person";
+  format.extensions = {kBvhExtension};
+  format.files = TrackFormat::Files::kFileAPerson;
+  format.person_extension = kBvhExtension;
+  format.axes = BvhAxes();
+  format.unit_m = kBvhCentimetre_m;
+  format.has_marker_names = true;
+  format.keeps_names = true;
+  format.recognise = [](const TrackHead& head) {
+    return head.BeginsWith("HIERARCHY") || head.HasFile(kBvhExtension);
+  };
+  format.read = ReadTracksBvh;
+  format.read_names = [](const std::string& path) {
+    return NamesOfPersonFiles(path, kBvhExtension);
+  };
+  format.write = WriteTracksBvh;
+  return format;
+}
+
+}  // namespace kinegraph

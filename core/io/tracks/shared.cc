@@ -1,0 +1,391 @@
+#include "core/io/tracks/shared.h"
+
+#include <algorithm>
+#include <cctype>
+#include <charconv>
+#include <filesystem>
+#include <set>
+#include <utility>
+
+#include "core/base/error.h"
+#include "core/base/split.h"
+#include "core/io/files/atomic_folder.h"
+#include "core/io/files/text_file.h"
+#include "core/io/text/bulk_json.h"
+#include "core/io/text/joint_names.h"
+#include "core/io/text/names.h"
+
+namespace kinegraph {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::string_view kBegin = "person_";
+
+// The number after the last "person_" or "_P" in a file's name.
+std::optional<int64_t> PersonOf(const std::string& name) {
+  for (const std::string mark : {"person_", "_P"}) {
+    for (size_t at = name.rfind(mark); at != std::string::npos;
+         at = at == 0 ? std::string::npos : name.rfind(mark, at - 1)) {
+      const size_t begin = at + mark.size();
+      size_t end = begin;
+      while (end < name.size() && name[end] >= '0' && name[end] <= '9') ++end;
+      if (end > begin) return LastInteger(name.substr(begin, end - begin));
+    }
+  }
+  return std::nullopt;
+}
+
+// The files of that extension in a folder, or the one file that `path` is.
+std::vector<std::string> FilesOf(const std::string& path,
+                                 const std::string& extension) {
+  if (!IsFolder(path)) return {path};
+  std::vector<std::string> files;
+  for (const std::string& name : ListFolder(path)) {
+    if (name.front() != '.' && fs::path(name).extension() == extension) {
+      files.push_back(path + "/" + name);
+    }
+  }
+  return files;
+}
+
+// "person_3_Anna-Lena".
+std::string FileStem(int64_t id, const PersonNames& names) {
+  const auto name = names.find(TrackId(id));
+  if (name == names.end()) return PersonLabel(id);
+  constexpr size_t kMaxBytes = 100;
+  std::string letters = name->second.substr(0, kMaxBytes);
+  // Not in the middle of a letter of UTF-8.
+  if (name->second.size() > kMaxBytes) {
+    while (!letters.empty() && (letters.back() & 0x80) != 0) {
+      letters.pop_back();
+    }
+  }
+  for (char& c : letters) {
+    const auto byte = static_cast<unsigned char>(c);
+    if (byte < 0x80 && std::isalnum(byte) == 0) c = '-';
+  }
+  return PersonLabel(id) + "_" + letters;
+}
+
+}  // namespace
+
+// ---- Reading ----
+
+Skeleton SkeletonOfNames(const std::vector<std::string>& joints,
+                         const TrackReadOptions& options,
+                         const std::vector<Bone>& bones) {
+  if (!options.skeleton.has_value()) return SkeletonOfLabels(joints, bones);
+  if (options.skeleton->joints() != joints &&
+      options.skeleton->joints() != SkeletonOfLabels(joints).joints()) {
+    throw InputError("the joints are not those of '" +
+                     Printable(options.skeleton->name()) + "'");
+  }
+  return *options.skeleton;
+}
+
+JointStatus ParseJointStatus(std::string_view text) {
+  for (const JointStatus status :
+       {JointStatus::kMissing, JointStatus::kInferred,
+        JointStatus::kObserved}) {
+    if (text == ToString(status)) return status;
+  }
+  throw InputError("status: found '" + Printable(std::string(text)) +
+                   "', expected observed, inferred or missing");
+}
+
+TrackCollector::TrackCollector(const std::string& mode,
+                               const Skeleton& skeleton,
+                               const TrackReadOptions& options,
+                               double told_hz) {
+  header_.mode = mode;
+  header_.skeleton = skeleton;
+  header_.frame_rate_hz =
+      options.frame_rate_hz > 0.0 ? options.frame_rate_hz : told_hz;
+}
+
+TrackFrame* TrackCollector::Touch(int64_t frame_number) {
+  const auto [at, is_new] = frames_.try_emplace(frame_number);
+  if (is_new) {
+    at->second.frame = frame_number;
+    at->second.time = TimeOfFrame(frame_number, header_.frame_rate_hz);
+  }
+  return &at->second;
+}
+
+PersonPose* TrackCollector::Add(int64_t frame, TrackId id) {
+  TrackFrame* at = Touch(frame);
+  if (FindPerson(at, id) != nullptr) {
+    throw InputError("frame " + std::to_string(frame) + ": person " +
+                     std::to_string(id.value()) + " stands there twice");
+  }
+  PersonPose& person = at->people.emplace_back();
+  person.id = id;
+  person.joints.resize(joint_count());
+  return &person;
+}
+
+void TrackCollector::AddIfSeen(int64_t frame, TrackId id, Pose3d joints) {
+  Touch(frame);
+  if (CountPresent(joints) == 0) return;
+  Add(frame, id)->joints = std::move(joints);
+}
+
+TrackSequence TrackCollector::Finish() {
+  TrackSequence sequence;
+  sequence.header = std::move(header_);
+  sequence.frames.reserve(frames_.size());
+  for (auto& [number, frame] : frames_) {
+    sequence.frames.push_back(std::move(frame));
+  }
+  return sequence;
+}
+
+// ---- Rows ----
+
+std::vector<TrackRow> MakeTrackRows(const TrackSequence& tracks,
+                                    const std::string& format) {
+  constexpr int64_t kMaxRows = 10'000'000;
+  std::vector<TrackRow> rows;
+  if (tracks.frames.empty()) return rows;
+  const int64_t first = tracks.frames.front().frame;
+  const int64_t count = tracks.frames.back().frame - first + 1;
+  if (count > kMaxRows) {
+    throw InputError("the tracks span " + std::to_string(count) +
+                     " frames, a " + format + " file may have " +
+                     std::to_string(kMaxRows));
+  }
+  rows.resize(static_cast<size_t>(count));
+  size_t last = 0;
+  for (const TrackFrame& frame : tracks.frames) {
+    const auto row = static_cast<size_t>(frame.frame - first);
+    rows[row] = {ToSeconds(frame.time), &frame};
+    for (size_t r = last + 1; r < row; ++r) {
+      const double share =
+          static_cast<double>(r - last) / static_cast<double>(row - last);
+      rows[r].time_s =
+          rows[last].time_s + share * (rows[row].time_s - rows[last].time_s);
+    }
+    last = row;
+  }
+  return rows;
+}
+
+const PersonPose* FindPerson(const TrackFrame* frame, TrackId id) {
+  if (frame == nullptr) return nullptr;
+  for (const PersonPose& person : frame->people) {
+    if (person.id == id) return &person;
+  }
+  return nullptr;
+}
+
+double RequireFrameRate(const TrackSequence& tracks,
+                        const std::string& format) {
+  if (tracks.header.frame_rate_hz > 0.0) return tracks.header.frame_rate_hz;
+  throw InputError(format +
+                   " needs a frame rate, which the input does not tell "
+                   "(--frame_rate=HZ)");
+}
+
+// ---- People ----
+
+std::vector<int64_t> IdsOf(const TrackSequence& tracks) {
+  std::set<int64_t> ids;
+  for (const TrackFrame& frame : tracks.frames) {
+    for (const PersonPose& person : frame.people) ids.insert(person.id.value());
+  }
+  return {ids.begin(), ids.end()};
+}
+
+std::vector<int64_t> RequirePeople(const TrackSequence& tracks) {
+  std::vector<int64_t> ids = IdsOf(tracks);
+  if (!ids.empty()) return ids;
+  throw InputError("the tracks have nobody in them, nothing to write");
+}
+
+std::optional<TrackId> PersonIdOf(std::string_view text) {
+  int64_t id = -1;
+  const char* end = text.data() + text.size();
+  const auto [stop, error] = std::from_chars(text.data(), end, id);
+  if (error != std::errc() || stop != end || id < 0) return std::nullopt;
+  return TrackId(id);
+}
+
+std::string PersonLabel(int64_t id) {
+  return std::string(kBegin) + std::to_string(id);
+}
+
+std::vector<std::string> PersonTitles(const std::vector<int64_t>& ids,
+                                      const PersonNames& names) {
+  std::vector<std::string> titles;
+  for (const int64_t id : ids) {
+    titles.push_back(PersonLabel(id));
+    const auto name = names.find(TrackId(id));
+    if (name == names.end()) continue;
+    const auto count = std::count_if(
+        names.begin(), names.end(),
+        [&](const auto& other) { return other.second == name->second; });
+    titles.back() =
+        count > 1 ? name->second + "_" + titles.back() : name->second;
+  }
+  return titles;
+}
+
+std::vector<PersonFile> ListPersonFiles(const std::string& path,
+                                        const std::string& extension) {
+  std::vector<PersonFile> files;
+  std::set<int64_t> ids;
+  for (const std::string& file : FilesOf(path, extension)) {
+    const auto id = PersonOf(fs::path(file).filename().string());
+    if (id.has_value()) ids.insert(*id);
+    files.push_back({file, TrackId(id.value_or(0))});
+  }
+  if (files.empty()) {
+    throw InputError(path, "", "has no " + extension + " files");
+  }
+  if (ids.size() == files.size()) return files;
+  for (size_t i = 0; i < files.size(); ++i) {
+    files[i].id = TrackId(static_cast<int64_t>(i));
+  }
+  return files;
+}
+
+PersonNames NamesOfPersonFiles(const std::string& path,
+                               const std::string& extension) {
+  PersonNames names;
+  for (const std::string& file : FilesOf(path, extension)) {
+    const std::string stem = fs::path(file).stem().string();
+    const size_t end = stem.find('_', kBegin.size());
+    if (stem.compare(0, kBegin.size(), kBegin) != 0 ||
+        end == std::string::npos || end + 1 == stem.size()) {
+      continue;
+    }
+    const std::optional<TrackId> id = PersonIdOf(
+        std::string_view(stem).substr(kBegin.size(), end - kBegin.size()));
+    if (id.has_value()) names[*id] = stem.substr(end + 1);
+  }
+  return names;
+}
+
+std::vector<int64_t> PeopleToWrite(const std::string& path,
+                                   const std::string& extension,
+                                   const TrackSequence& tracks) {
+  std::vector<int64_t> ids = RequirePeople(tracks);
+  if (EndsIn(path, extension) && ids.size() > 1) {
+    throw InputError("a " + extension + " file holds one person, the tracks " +
+                     "have " + std::to_string(ids.size()));
+  }
+  return ids;
+}
+
+void WritePersonFiles(const std::string& path, const std::string& extension,
+                      const std::vector<int64_t>& ids, const PersonNames& names,
+                      const std::function<void(const std::string& file,
+                                               TrackId id)>& write_file) {
+  if (EndsIn(path, extension)) return write_file(path, TrackId(ids.front()));
+  AtomicFolder folder(path);
+  for (const int64_t id : ids) {
+    write_file(folder.PathOf(FileStem(id, names) + extension), TrackId(id));
+  }
+  folder.Commit();
+}
+
+// ---- What a format leaves out ----
+
+TrackContents ContentsOf(const TrackSequence& tracks) {
+  TrackContents contents;
+  contents.has_clock = tracks.header.frame_rate_hz > 0.0;
+  for (const TrackFrame& frame : tracks.frames) {
+    if (frame.people.empty()) ++contents.empty_frames;
+    if (frame.time != 0) contents.has_clock = true;
+    for (const PersonPose& person : frame.people) {
+      if (!person.inlier_views.empty()) contents.has_views = true;
+      if (!person.matches.empty()) contents.has_matches = true;
+      for (const auto& covariance : person.covariances) {
+        if (covariance.has_value()) contents.has_covariances = true;
+      }
+      for (const Joint3d& joint : person.joints) {
+        if (joint.status == JointStatus::kInferred) {
+          contents.has_inferred = true;
+        }
+      }
+    }
+  }
+  return contents;
+}
+
+std::vector<bool> JointsSeen(const TrackSequence& tracks) {
+  std::vector<bool> is_seen(tracks.header.skeleton.joints().size(), false);
+  for (const TrackFrame& frame : tracks.frames) {
+    for (const PersonPose& person : frame.people) {
+      for (size_t j = 0; j < is_seen.size(); ++j) {
+        if (person.joints[j].present()) is_seen[j] = true;
+      }
+    }
+  }
+  return is_seen;
+}
+
+void NoteStatistics(const TrackContents& contents, LostFields* lost_fields) {
+  if (contents.has_covariances) {
+    lost_fields->push_back("covariances are not kept");
+  }
+  if (contents.has_views || contents.has_matches) {
+    lost_fields->push_back("counts of views and matches are not kept");
+  }
+}
+
+void NotePlainPositions(const TrackContents& contents,
+                        LostFields* lost_fields) {
+  if (contents.has_inferred) {
+    lost_fields->push_back("inferred joints are written like observed ones");
+  }
+  NoteStatistics(contents, lost_fields);
+}
+
+void NotePositionsOnly(const TrackContents& contents, LostFields* lost_fields) {
+  lost_fields->push_back(
+      "bones, names of joints and configuration are not kept");
+  if (contents.has_inferred) {
+    lost_fields->push_back("inferred joints read back as observed");
+  }
+  NoteStatistics(contents, lost_fields);
+}
+
+void NoteEmptyFrames(const TrackContents& contents, LostFields* lost_fields) {
+  if (contents.empty_frames == 0) return;
+  lost_fields->push_back(std::to_string(contents.empty_frames) +
+                         " frames with nobody in them are not kept");
+}
+
+void NoteClock(const TrackContents& contents, LostFields* lost_fields) {
+  if (!contents.has_clock) return;
+  lost_fields->push_back(
+      "times and frame rate are not kept: name the rate when reading "
+      "(--frame_rate=HZ)");
+}
+
+void NoteAddedRows(const TrackSequence& tracks, size_t row_count,
+                   const std::string& what, LostFields* lost_fields) {
+  if (row_count <= tracks.frames.size()) return;
+  lost_fields->push_back(std::to_string(row_count - tracks.frames.size()) +
+                         " frames that the input leaves out " + what);
+}
+
+void NoteRenumbering(const TrackSequence& tracks, int64_t first_lost,
+                     LostFields* lost_fields) {
+  const std::vector<int64_t> ids = IdsOf(tracks);
+  if (ids.empty() || ids.back() < first_lost) return;
+  lost_fields->push_back(
+      "ids of " + std::to_string(first_lost) +
+      " and above are too large: people are numbered anew, from "
+      "0, when the result is read");
+}
+
+void NoteSkeleton(const TrackSequence& tracks, LostFields* lost_fields) {
+  lost_fields->push_back("the file does not tell the skeleton '" +
+                         tracks.header.skeleton.name() +
+                         "': name it when reading (--skeleton)");
+}
+
+}  // namespace kinegraph

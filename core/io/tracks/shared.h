@@ -1,0 +1,181 @@
+// What readers and writers of track formats share. For core/io alone.
+#ifndef KINEGRAPH_CORE_IO_TRACKS_SHARED_H_
+#define KINEGRAPH_CORE_IO_TRACKS_SHARED_H_
+
+#include <cmath>
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <type_traits>
+#include <vector>
+
+#include "core/data/person_names.h"
+#include "core/io/text/lost_fields.h"
+#include "core/io/tracks/tracks.h"
+
+namespace kinegraph {
+
+// ---- Reading ----
+
+// The skeleton of a file that names its joints, and perhaps bones: the
+// option's, else SkeletonOfLabels'. Throws InputError without a file when the
+// option's has other joints.
+Skeleton SkeletonOfNames(const std::vector<std::string>& joints,
+                         const TrackReadOptions& options,
+                         const std::vector<Bone>& bones = {});
+
+// What a file gives as a position; missing where a number is none.
+inline Joint3d ObservedJoint(const Eigen::Vector3d& position_m) {
+  if (!std::isfinite(position_m.sum())) return {};
+  return {position_m, JointStatus::kObserved};
+}
+
+// "observed", "inferred" or "missing"; throws InputError without a file.
+JointStatus ParseJointStatus(std::string_view text);
+
+// Collects people in any order of frames.
+class TrackCollector {
+ public:
+  // `mode` names the format. The frame rate is the option's, else `told_hz`.
+  TrackCollector(const std::string& mode, const Skeleton& skeleton,
+                 const TrackReadOptions& options, double told_hz = 0.0);
+  const TrackHeader& header() const { return header_; }
+  size_t joint_count() const { return header_.skeleton.joints().size(); }
+  // Makes sure that the frame is there even if nobody is in it.
+  TrackFrame* Touch(int64_t frame);
+  // Throws InputError without a file when the frame has this person already.
+  PersonPose* Add(int64_t frame, TrackId id);
+  // Adds who has a joint at all; the frame is there in any case.
+  void AddIfSeen(int64_t frame, TrackId id, Pose3d joints);
+  TrackSequence Finish();
+
+ private:
+  TrackHeader header_;
+  std::map<int64_t, TrackFrame> frames_;
+};
+
+// ---- Rows: formats with a row for every frame ----
+
+struct TrackRow {
+  double time_s = 0.0;
+  const TrackFrame* frame = nullptr;  // null: the tracks do not have it
+};
+
+// A row for every frame number from the first to the last. The times of frames
+// that the tracks do not have lie evenly between their neighbours'. Throws
+// InputError naming the format for more than ten million.
+std::vector<TrackRow> MakeTrackRows(const TrackSequence& tracks,
+                                    const std::string& format);
+
+// nullptr when the person is not there.
+const PersonPose* FindPerson(const TrackFrame* frame, TrackId id);
+
+// Frame rate of the tracks [Hz]. Throws InputError naming the format when they
+// do not tell it.
+double RequireFrameRate(const TrackSequence& tracks, const std::string& format);
+
+// ---- People ----
+
+// Everybody in the recording, ascending.
+std::vector<int64_t> IdsOf(const TrackSequence& tracks);
+// The same; throws InputError when there is nobody.
+std::vector<int64_t> RequirePeople(const TrackSequence& tracks);
+
+// A number that can be an identity.
+std::optional<TrackId> PersonIdOf(std::string_view text);
+
+// "person_3", as a person without a name is called.
+std::string PersonLabel(int64_t id);
+
+// What each is called: the name, else "person_3"; people of one name get their
+// identity too, so that all are told apart.
+std::vector<std::string> PersonTitles(const std::vector<int64_t>& ids,
+                                      const PersonNames& names);
+
+// Formats with a file a person: a folder of person_3.trc, person_4_Anna.trc.
+struct PersonFile {
+  std::string path;
+  TrackId id;
+};
+
+// The one file that `path` is, or those of that extension in a folder, whose
+// ids are the numbers after the last "person_" (ours) or "_P" (Pose2Sim) of
+// their names where every name has its own, else 0, 1, 2 in the order of the
+// names. Throws InputError for a folder without such files.
+std::vector<PersonFile> ListPersonFiles(const std::string& path,
+                                        const std::string& extension);
+
+// The names that stand in the files' names: "person_3_Anna.trc" is Anna's.
+PersonNames NamesOfPersonFiles(const std::string& path,
+                               const std::string& extension);
+
+// Everybody of whom a file is to be written: one person alone when `path` ends
+// in the extension. Throws InputError when there is nobody, or are several.
+std::vector<int64_t> PeopleToWrite(const std::string& path,
+                                   const std::string& extension,
+                                   const TrackSequence& tracks);
+
+// Calls `write_file` for everybody: with `path` itself when it ends in the
+// extension, else with files in the folder `path`, which appears when all are
+// there. What may not stand in the name of a file, and the underscore, which
+// parts it, are hyphens in people's names.
+void WritePersonFiles(
+    const std::string& path, const std::string& extension,
+    const std::vector<int64_t>& ids, const PersonNames& names,
+    const std::function<void(const std::string& file, TrackId id)>& write_file);
+
+// ---- Bytes ----
+
+// As this machine has the number: little-endian.
+template <typename Value>
+void AppendNumber(Value value, std::string* bytes) {
+  static_assert(std::is_trivially_copyable_v<Value> &&
+                __BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__);
+  bytes->append(reinterpret_cast<const char*>(&value), sizeof(value));
+}
+
+// ---- What a format leaves out ----
+
+// What a recording has besides positions.
+struct TrackContents {
+  bool has_covariances = false;
+  bool has_views = false;     // counts of inlier views
+  bool has_matches = false;   // matches, weights and scores
+  bool has_inferred = false;  // joints with that status
+  // Some frame has another time than 0, or the frame rate is known.
+  bool has_clock = false;
+  int64_t empty_frames = 0;  // nobody in them
+};
+TrackContents ContentsOf(const TrackSequence& tracks);
+
+// Of each joint of the skeleton, whether anybody has it in some frame.
+std::vector<bool> JointsSeen(const TrackSequence& tracks);
+
+inline constexpr const char* kNoClock =
+    "times are not known and left out (--frame_rate=HZ)";
+
+// That covariances, views and matches are lost, as far as there are any.
+void NoteStatistics(const TrackContents& contents, LostFields* lost_fields);
+// The same, where the status of joints is lost as well.
+void NotePlainPositions(const TrackContents& contents, LostFields* lost_fields);
+// What every format loses that keeps frames, identities and positions alone.
+void NotePositionsOnly(const TrackContents& contents, LostFields* lost_fields);
+void NoteEmptyFrames(const TrackContents& contents, LostFields* lost_fields);
+// That times and frame rate are lost, when there are any.
+void NoteClock(const TrackContents& contents, LostFields* lost_fields);
+// That rows were made for frames that the input leaves out.
+void NoteAddedRows(const TrackSequence& tracks, size_t row_count,
+                   const std::string& what, LostFields* lost_fields);
+// That identities from `first_lost` on, and all others with them, are counted
+// anew by the format's readers.
+void NoteRenumbering(const TrackSequence& tracks, int64_t first_lost,
+                     LostFields* lost_fields);
+// That the file does not tell the skeleton.
+void NoteSkeleton(const TrackSequence& tracks, LostFields* lost_fields);
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_CORE_IO_TRACKS_SHARED_H_
