@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <charconv>
 #include <cstdlib>
-#include <functional>
 #include <memory>
 #include <optional>
 #include <set>
@@ -29,6 +28,7 @@
 #include "core/io/tracks/format.h"
 #include "core/io/tracks/identity_edits.h"
 #include "core/io/tracks/reading_notes.h"
+#include "core/io/tracks/shared.h"
 #include "core/io/tracks/tracks.h"
 
 namespace kinegraph {
@@ -59,7 +59,7 @@ std::string LayoutOf(const TrackFormat& format) {
 }
 
 // They follow from the three registries.
-std::vector<Format> MakeFormats() {
+std::vector<Format> Formats() {
   std::vector<Format> formats;
   for (const CalibrationFormat& format : CalibrationFormats()) {
     formats.push_back({kCalibration, format.name, /*readable=*/true,
@@ -76,35 +76,8 @@ std::vector<Format> MakeFormats() {
   return formats;
 }
 
-const std::vector<Format>& Formats() {
-  static const std::vector<Format> kFormats = MakeFormats();
-  return kFormats;
-}
-
-using Wanted = std::function<bool(const Format&)>;
-
-bool IsReadable(const Format& format) { return format.readable; }
-bool IsWritable(const Format& format) { return format.writable; }
-
-// The kinds in which a format of that name is there.
-std::vector<FileKind> KindsOf(const std::string& name, const Wanted& wanted) {
-  std::vector<FileKind> kinds;
-  for (const Format& format : Formats()) {
-    if (format.name == name && wanted(format)) kinds.push_back(format.kind);
-  }
-  return kinds;
-}
-
-std::string NamesOf(const Wanted& wanted) {
-  std::vector<std::string> names;
-  std::string text;
-  for (const Format& format : Formats()) {
-    if (!wanted(format)) continue;
-    if (std::count(names.begin(), names.end(), format.name) > 0) continue;
-    names.push_back(format.name);
-    text += (text.empty() ? "" : ", ") + names.back();
-  }
-  return text;
+bool Contains(const std::vector<FileKind>& kinds, FileKind kind) {
+  return std::count(kinds.begin(), kinds.end(), kind) > 0;
 }
 
 std::string TextOf(const std::vector<FileKind>& kinds) {
@@ -117,53 +90,53 @@ std::string TextOf(const std::vector<FileKind>& kinds) {
 
 // Kinds of the format that --`flag` names; throws when nothing of that name can
 // be read or written (`verb`).
-std::vector<FileKind> RequireKinds(const std::string& flag,
-                                   const std::string& name,
-                                   const std::string& verb,
-                                   const Wanted& wanted) {
-  const std::vector<FileKind> kinds = KindsOf(name, wanted);
+std::vector<FileKind> KindsOf(const std::string& flag, const std::string& name,
+                              const std::string& verb, bool Format::*can) {
+  std::vector<FileKind> kinds;
+  bool is_known = false;
+  std::set<std::string> listed;
+  std::string names;
+  for (const Format& format : Formats()) {
+    is_known = is_known || format.name == name;
+    if (!(format.*can)) continue;
+    if (format.name == name) kinds.push_back(format.kind);
+    if (!listed.insert(format.name).second) continue;
+    names += (names.empty() ? "" : ", ") + format.name;
+  }
   if (!kinds.empty()) return kinds;
-  const bool known = !KindsOf(name, [](const Format&) { return true; }).empty();
   throw InputError("--" + flag + ": '" + Printable(name) + "' " +
-                   (known ? "cannot be " + verb : "is no format") +
-                   ", expected " + (flag == "from" ? "auto, " : "") +
-                   NamesOf(wanted));
+                   (is_known ? "cannot be " + verb : "is no format") +
+                   ", expected " + (flag == "from" ? "auto, " : "") + names);
 }
 
 // What is to be converted: it follows from the two formats, and from the
 // input's content where several kinds are left.
 FileKind ChooseKind(const ConversionOptions& flags) {
   const std::vector<FileKind> to =
-      RequireKinds("to", flags.to, "written", IsWritable);
+      KindsOf("to", flags.to, "written", &Format::writable);
   std::vector<FileKind> from = {kCalibration, kDetections, kTracks};
   if (flags.from != "auto") {
-    from = RequireKinds("from", flags.from, "read", IsReadable);
+    from = KindsOf("from", flags.from, "read", &Format::readable);
   }
   std::vector<FileKind> both;
-  std::copy_if(from.begin(), from.end(), std::back_inserter(both),
-               [&to](FileKind kind) {
-                 return std::count(to.begin(), to.end(), kind) > 0;
-               });
+  for (const FileKind kind : from) {
+    if (Contains(to, kind)) both.push_back(kind);
+  }
   if (both.size() == 1 && flags.from != "auto") return both.front();
   if (both.empty()) {
     throw InputError("--from=" + flags.from + " is of " + TextOf(from) +
                      ", --to=" + flags.to + " of " + TextOf(to));
   }
   const FileKind kind = RecogniseKind(flags.in);
-  const auto wants = [&both](FileKind one) {
-    return std::count(both.begin(), both.end(), one) > 0;
-  };
+  if (Contains(both, kind)) return kind;
   // A session's folder holds cameras and detections.
-  if (!wants(kind) && wants(kDetections) && IsFolder(flags.in) &&
+  if (Contains(both, kDetections) && IsFolder(flags.in) &&
       RecogniseDetections(LookAtDetections(flags.in)) != nullptr) {
     return kDetections;
   }
-  if (!wants(kind)) {
-    throw InputError(flags.in, "",
-                     "holds " + std::string(ToString(kind)) +
-                         ", --to=" + flags.to + " is of " + TextOf(both));
-  }
-  return kind;
+  throw InputError(flags.in, "",
+                   "holds " + std::string(ToString(kind)) +
+                       ", --to=" + flags.to + " is of " + TextOf(both));
 }
 
 // Everything that reading can be told.
@@ -187,33 +160,30 @@ struct ConvertOptions {
 };
 
 // Flags that mean nothing for what is converted are a mistake.
-void RefuseFlag(const char* name, bool given, const char* belongs_to,
-                FileKind kind) {
-  if (!given) return;
-  throw InputError("--" + std::string(name) + " belongs to " + belongs_to +
-                   ", the input holds " + ToString(kind));
-}
-
 void CheckFlags(const ConversionOptions& flags, FileKind kind) {
-  const bool is_calibration = kind == kCalibration;
-  if (!is_calibration) {
-    if (kind == kDetections) {
-      RefuseFlag("unit", !flags.unit.empty(), "calibrations and tracks", kind);
-    }
-    if (kind != kDetections ||
-        !FindDetectionFormat(flags.to)->names_image_size) {
-      RefuseFlag("image_size", !flags.image_size.empty(), "calibrations", kind);
-    }
-  } else {
-    RefuseFlag("skeleton", !flags.skeleton.empty(), "detections and tracks",
-               kind);
-    RefuseFlag("frame_rate", flags.frame_rate_hz != 0.0,
-               "detections and tracks", kind);
+  const auto refuse = [kind](const char* name, bool given,
+                             const char* belongs_to) {
+    if (!given) return;
+    throw InputError("--" + std::string(name) + " belongs to " + belongs_to +
+                     ", the input holds " + ToString(kind));
+  };
+  if (kind == kDetections) {
+    refuse("unit", !flags.unit.empty(), "calibrations and tracks");
+  }
+  const bool takes_image_size =
+      kind == kCalibration ||
+      (kind == kDetections && FindDetectionFormat(flags.to)->names_image_size);
+  if (!takes_image_size) {
+    refuse("image_size", !flags.image_size.empty(), "calibrations");
+  }
+  if (kind == kCalibration) {
+    refuse("skeleton", !flags.skeleton.empty(), "detections and tracks");
+    refuse("frame_rate", flags.frame_rate_hz != 0.0, "detections and tracks");
   }
   if (kind != kTracks) {
-    RefuseFlag("axes", !flags.axes.empty(), "tracks", kind);
-    RefuseFlag("person", !flags.person.empty(), "tracks", kind);
-    RefuseFlag("markers", flags.markers != "ours", "tracks", kind);
+    refuse("axes", !flags.axes.empty(), "tracks");
+    refuse("person", !flags.person.empty(), "tracks");
+    refuse("markers", flags.markers != "ours", "tracks");
   }
   if (!(flags.frame_rate_hz >= 0.0 && flags.frame_rate_hz <= 1e6)) {
     throw InputError("--frame_rate: expected above 0 .. 1e6 Hz");
@@ -247,10 +217,6 @@ Skeleton SkeletonFlag(const ConversionOptions& flags) {
   }
 }
 
-std::string Count(size_t count, const std::string& what) {
-  return std::to_string(count) + " " + what;
-}
-
 // ---- One kind each: reads, writes, and says how much there was ----
 
 std::string ConvertCalibration(const ConversionOptions& flags,
@@ -262,15 +228,15 @@ std::string ConvertCalibration(const ConversionOptions& flags,
   const std::string refinement = RefinementText(flags.in);
   if (!refinement.empty() && flags.to == "kinegraph") {
     WriteCameras(flags.out, cameras, refinement);
-    return Count(cameras.size(), "cameras");
+  } else {
+    WriteCalibration(flags.out, flags.to, cameras, lost_fields);
+    if (!refinement.empty()) {
+      lost_fields->push_back(
+          "how the cameras were refined, their clocks and uncertainty are not "
+          "kept");
+    }
   }
-  WriteCalibration(flags.out, flags.to, cameras, lost_fields);
-  if (!refinement.empty()) {
-    lost_fields->push_back(
-        "how the cameras were refined, their clocks and uncertainty are not "
-        "kept");
-  }
-  return Count(cameras.size(), "cameras");
+  return fmt::format("{} cameras", cameras.size());
 }
 
 // Counts the frames that pass through.
@@ -315,20 +281,18 @@ std::string ConvertDetections(const ConversionOptions& flags,
   CountingSource source(OpenDetections(flags.in, read));
   FindDetectionFormat(flags.to)->write(
       flags.out, DetectionWriteOptionsOf(flags, options), &source, lost_fields);
-  return Count(source.frames(), "frames of ") +
-         Count(source.header().view_names.size(), "views");
+  return fmt::format("{} frames of {} views", source.frames(),
+                     source.header().view_names.size());
 }
 
 // "0, 3, 7": the identities that there are.
-std::string KnownPeople(const std::set<int64_t>& ids) {
+std::string KnownPeople(const std::vector<int64_t>& ids) {
   constexpr size_t kMostShown = 30;
   std::string text;
-  size_t shown = 0;
-  for (const int64_t id : ids) {
-    if (++shown > kMostShown) return text + ", ...";
-    text += (text.empty() ? "" : ", ") + std::to_string(id);
+  for (size_t i = 0; i < std::min(ids.size(), kMostShown); ++i) {
+    text += (i == 0 ? "" : ", ") + std::to_string(ids[i]);
   }
-  return text;
+  return text + (ids.size() > kMostShown ? ", ..." : "");
 }
 
 // What people of the tracks are called, in the file itself or beside it.
@@ -341,17 +305,20 @@ PersonNames NamesIn(const std::string& path, std::vector<std::string>* notes) {
 
 // The identity that --person asks for.
 int64_t WantedPerson(const ConversionOptions& flags,
-                     const std::set<int64_t>& ids) {
+                     const std::vector<int64_t>& ids) {
+  const auto is_there = [&ids](int64_t id) {
+    return std::binary_search(ids.begin(), ids.end(), id);
+  };
   int64_t number = 0;
   const char* end = flags.person.data() + flags.person.size();
   const auto [stop, error] = std::from_chars(flags.person.data(), end, number);
   std::string known = KnownPeople(ids);
   std::vector<std::string> notes;
   if (error == std::errc() && stop == end) {
-    if (ids.count(number) > 0) return number;
+    if (is_there(number)) return number;
   } else {
     for (const auto& [id, name] : NamesIn(flags.in, &notes)) {
-      if (ids.count(id.value()) == 0) continue;
+      if (!is_there(id.value())) continue;
       if (name == flags.person) return id.value();
       known += ", '" + Printable(name) + "'";
     }
@@ -364,10 +331,7 @@ int64_t WantedPerson(const ConversionOptions& flags,
 // Leaves the person of --person alone in the tracks.
 void KeepPerson(const ConversionOptions& flags, const TrackFormat& to,
                 TrackSequence* tracks) {
-  std::set<int64_t> ids;
-  for (const TrackFrame& frame : tracks->frames) {
-    for (const PersonPose& person : frame.people) ids.insert(person.id.value());
-  }
+  const std::vector<int64_t> ids = IdsOf(*tracks);
   const bool one_file = to.files == TrackFormat::Files::kFileAPerson &&
                         EndsIn(flags.out, to.person_extension);
   if (flags.person.empty()) {
@@ -380,22 +344,13 @@ void KeepPerson(const ConversionOptions& flags, const TrackFormat& to,
   }
   const TrackId wanted(WantedPerson(flags, ids));
   for (TrackFrame& frame : tracks->frames) {
-    std::vector<PersonPose> kept;
-    for (PersonPose& person : frame.people) {
-      if (person.id == wanted) kept.push_back(std::move(person));
-    }
-    frame.people = std::move(kept);
+    std::vector<PersonPose>& people = frame.people;
+    people.erase(std::remove_if(people.begin(), people.end(),
+                                [wanted](const PersonPose& person) {
+                                  return person.id != wanted;
+                                }),
+                 people.end());
   }
-}
-
-// The formats that are written and have what `wanted` says, for messages.
-std::string TrackFormatsWith(bool (*wanted)(const TrackFormat&)) {
-  std::string names;
-  for (const TrackFormat& format : TrackFormats()) {
-    if (!wanted(format)) continue;
-    names += (names.empty() ? "" : ", ") + format.name;
-  }
-  return names;
 }
 
 void RenameMarkers(const ConversionOptions& flags, const TrackFormat& to,
@@ -408,7 +363,7 @@ void RenameMarkers(const ConversionOptions& flags, const TrackFormat& to,
   if (*names == MarkerNames::kOurs) return;
   if (!to.has_marker_names) {
     throw InputError("--markers belongs to --to=" +
-                     TrackFormatsWith([](const TrackFormat& format) {
+                     TrackFormatNames([](const TrackFormat& format) {
                        return format.has_marker_names;
                      }));
   }
@@ -422,7 +377,7 @@ std::optional<AxisMap> AxesFlag(const ConversionOptions& flags,
   if (flags.axes.empty()) return std::nullopt;
   if (!to.axes.has_value() && !from.axes.has_value()) {
     throw InputError("--axes belongs to files of " +
-                     TrackFormatsWith([](const TrackFormat& format) {
+                     TrackFormatNames([](const TrackFormat& format) {
                        return format.axes.has_value();
                      }));
   }
@@ -502,7 +457,7 @@ std::string ConvertTracks(const ConversionOptions& flags,
     lost_fields->push_back("names of people are not kept");
   }
   to.write(flags.out, tracks, write, lost_fields);
-  return Count(tracks.frames.size(), "frames");
+  return fmt::format("{} frames", tracks.frames.size());
 }
 
 }  // namespace

@@ -63,15 +63,10 @@ FileKind KindOfObject(const JsonHead& head) {
 // A projection matrix has twelve numbers, 4D association's files far more.
 FileKind KindOfNumbers(const std::string& path) {
   const std::string text = Beginning(path);
-  int words = 0;
-  bool inside = false;
-  for (const char c : text) {
-    const bool separates =
-        c == ',' || c == ';' || std::isspace(static_cast<unsigned char>(c));
-    words += !separates && !inside ? 1 : 0;
-    inside = !separates;
-  }
-  return words == 12 ? FileKind::kCalibration : FileKind::kTracks;
+  Words words(text, WordBreak::kSpaceOrCommas);
+  int count = 0;
+  while (!words.Next().empty()) ++count;
+  return count == 12 ? FileKind::kCalibration : FileKind::kTracks;
 }
 
 // TOML or YAML: a comment, a directive, or the name of a table, which no array

@@ -48,6 +48,14 @@ Outcome Convert(const TemporaryFolder& folder, const std::string& arguments) {
   return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, ReadTextFile(errors)};
 }
 
+// What is printed where it must succeed.
+std::string Converted(const TemporaryFolder& folder,
+                      const std::string& arguments) {
+  const Outcome outcome = Convert(folder, arguments);
+  EXPECT_EQ(outcome.exit_code, 0) << arguments << ": " << outcome.errors;
+  return outcome.errors;
+}
+
 // A small take in our own formats.
 struct Take {
   explicit Take(const TemporaryFolder& folder)
@@ -100,9 +108,7 @@ TEST(Convert, OwnFormatsComeBackByteForByte) {
   for (const std::string& in :
        {recording.cameras, recording.detections, recording.tracks}) {
     const std::string out = in + ".again";
-    ASSERT_EQ(Convert(folder, "--to=kinegraph --in=" + in + " --out=" + out)
-                  .exit_code,
-              0);
+    Converted(folder, "--to=kinegraph --in=" + in + " --out=" + out);
     EXPECT_EQ(ReadTextFile(in), ReadTextFile(out));
   }
 }
@@ -117,13 +123,10 @@ TEST(Convert, RefinedCamerasKeepTheirRecordOrSaySo) {
   const std::string refined = folder.path() / "refined.cameras.json";
   WriteCameras(refined, ReadCameras(recording.cameras), refinement);
   const std::string in = "--in=" + refined + " --out=" + folder.path().string();
-  const Outcome own = Convert(folder, in + "/own.json --to=kinegraph");
-  EXPECT_EQ(own.exit_code, 0);
-  EXPECT_EQ(own.errors, "");
+  EXPECT_EQ(Converted(folder, in + "/own.json --to=kinegraph"), "");
   EXPECT_EQ(ReadTextFile(folder.path() / "own.json"), ReadTextFile(refined));
-  const Outcome other = Convert(folder, in + "/other.toml --to=pose2sim");
-  EXPECT_EQ(other.exit_code, 0);
-  EXPECT_THAT(other.errors, HasSubstr("clocks and uncertainty are not kept"));
+  EXPECT_THAT(Converted(folder, in + "/other.toml --to=pose2sim"),
+              HasSubstr("clocks and uncertainty are not kept"));
   // A broken one is not handed on.
   WriteCameras(refined, ReadCameras(recording.cameras), "{\"cameras\": 3}");
   const Outcome broken = Convert(folder, in + "/broken.json --to=kinegraph");
@@ -139,27 +142,20 @@ TEST(Convert, FlagsTellWhatTheInputDoesNot) {
                    R"({"a": {"K": [500,0,320,0,500,240,0,0,1],
                 "RT": [1,0,0,100,0,1,0,0,0,0,1,300]}})");
   const std::string cameras = folder.path() / "cameras.json";
-  ASSERT_EQ(Convert(folder,
-                    "--from=krt --to=kinegraph --unit=cm "
-                    "--image_size=640,480 --in=" +
-                        krt + " --out=" + cameras)
-                .exit_code,
-            0);
+  Converted(folder,
+            "--from=krt --to=kinegraph --unit=cm --image_size=640,480 --in=" +
+                krt + " --out=" + cameras);
   const CameraRig rig = ReadCameras(cameras);
   EXPECT_EQ(rig[0].t(), Eigen::Vector3d(1, 0, 3));
   EXPECT_EQ(rig[0].width_px(), 640);
   EXPECT_EQ(rig[0].height_px(), 480);
   const Take recording(folder);
   const std::string coco = folder.path() / "coco";
-  ASSERT_EQ(Convert(folder,
-                    "--to=coco --in=" + recording.detections + " --out=" + coco)
-                .exit_code,
-            0);
+  Converted(folder,
+            "--to=coco --in=" + recording.detections + " --out=" + coco);
   const std::string own = folder.path() / "own.jsonl";
-  ASSERT_EQ(Convert(folder, "--to=kinegraph --frame_rate=50 --in=" + coco +
-                                " --out=" + own)
-                .exit_code,
-            0);
+  Converted(folder,
+            "--to=kinegraph --frame_rate=50 --in=" + coco + " --out=" + own);
   EXPECT_EQ(ReadDetections(own).header.frame_rate_hz, 50.0);
 }
 
@@ -167,11 +163,10 @@ TEST(Convert, FirstFrameOf4DAssociation) {
   const TemporaryFolder folder;
   const std::string in = folder.Write("skel.txt", "15 2\n0\n0\n");
   const std::string out = folder.path() / "own.jsonl";
-  const Outcome outcome = Convert(folder,
-                                  "--from=4da --to=kinegraph --frame_rate=25 "
-                                  "--set=tracks.first_frame=7 --in=" +
-                                      in + " --out=" + out);
-  ASSERT_EQ(outcome.exit_code, 0) << outcome.errors;
+  Converted(folder,
+            "--from=4da --to=kinegraph --frame_rate=25 "
+            "--set=tracks.first_frame=7 --in=" +
+                in + " --out=" + out);
   const TrackSequence tracks = ReadTracks(out);
   ASSERT_EQ(tracks.frames.size(), 2u);
   EXPECT_EQ(tracks.frames[0].frame, 7);
@@ -187,49 +182,50 @@ TEST(Convert, BadUsageIsOneLineAndExitTwo) {
       "lens.json",
       R"({"a": {"K": [500,0,320,0,500,240,0,0,1], "distCoeff": [0.1,0,0,0,0],
                 "RT": [1,0,0,0,0,1,0,0,0,0,1,3]}})");
-  const std::multimap<std::string, std::string> cases = {
-      {"--in=" + recording.tracks + " --out=" + out, "--to is missing"},
-      {"--to=csv --out=" + out, "--in is required"},
-      {"--to=csv --in=" + recording.tracks, "--out is required"},
-      {"--to=fbx --in=" + recording.tracks + " --out=" + out, "is no format"},
-      {"--to=smap --in=" + recording.tracks + " --out=" + out,
-       "'smap' cannot be written"},
-      {"--from=csv --to=kinegraph --in=" + recording.tracks + " --out=" + out,
-       "has no column 'frame'"},
-      {"--to=longcw --in=" + recording.detections + " --out=" + out,
-       "--image_size"},
-      {"--from=openpose --to=trc --in=" + recording.tracks + " --out=" + out,
-       "--from=openpose is of detections, --to=trc of tracks"},
-      {"--to=csv --in=" + recording.cameras + " --out=" + out,
-       "holds calibrations, --to=csv is of tracks"},
-      {"--to=krt --in=" + recording.tracks + " --out=" + out,
-       "holds tracks, --to=krt is of calibrations"},
-      {"--to=kinegraph --in=" + scrap + " --out=" + out, "scrap.bin"},
-      {"--to=kinegraph --in=missing.json --out=" + out, "missing.json"},
-      {"--from=krt --to=tum --in=" + lens + " --out=" + out, "has a lens"},
-      {"--to=csv --unit=cm --in=" + recording.tracks + " --out=" + out,
-       "tells its unit; --unit belongs to tracks of"},
-      {"--to=krt --skeleton=coco17 --in=" + recording.cameras + " --out=" + out,
-       "--skeleton belongs to"},
-      {"--to=csv --frame_rate=61 --in=" + recording.tracks + " --out=" + out,
-       "--frame_rate=61 is for input that does not tell its rate"},
-      {"--to=csv --axes=x,y,z --in=" + recording.tracks + " --out=" + out,
-       "--axes belongs to"},
-      {"--to=trc --axes=x,z,y --in=" + recording.tracks + " --out=" + out,
-       "mirror image"},
-      {"--to=poses --skeleton=octopus --in=" + recording.tracks +
-           " --out=" + out,
-       "--skeleton"},
-      {"--to=krt --set=cameras.unitt=cm --in=" + recording.cameras +
-           " --out=" + out,
-       "cameras.unit"},
-      {"--to=krt --image_size=640 --in=" + recording.cameras + " --out=" + out,
-       "image_size"},
-      {"--to=csv --in=" + recording.tracks + " --out=/dev/null/out",
-       "/dev/null"},
-      {"--to=trc --in=" + recording.tracks + " --out=" + folder.path().string(),
-       "is there already"}};
-  for (const auto& [arguments, expected] : cases) {
+  const std::string& cameras = recording.cameras;
+  const std::string& detections = recording.detections;
+  const std::string& tracks = recording.tracks;
+  const std::string to_out = " --out=" + out;
+  struct Case {
+    std::string flags;
+    std::string in;
+    std::string out;
+    std::string expected;
+  };
+  for (const auto& [flags, in, to, expected] : std::vector<Case>{
+           {"", tracks, to_out, "--to is missing"},
+           {"--to=csv", tracks, "", "--out is required"},
+           {"--to=fbx", tracks, to_out, "is no format"},
+           {"--to=smap", tracks, to_out, "'smap' cannot be written"},
+           {"--from=csv --to=kinegraph", tracks, to_out,
+            "has no column 'frame'"},
+           {"--to=longcw", detections, to_out, "--image_size"},
+           {"--from=openpose --to=trc", tracks, to_out,
+            "--from=openpose is of detections, --to=trc of tracks"},
+           {"--to=csv", cameras, to_out,
+            "holds calibrations, --to=csv is of tracks"},
+           {"--to=krt", tracks, to_out,
+            "holds tracks, --to=krt is of calibrations"},
+           {"--to=kinegraph", scrap, to_out, "scrap.bin"},
+           {"--to=kinegraph", "missing.json", to_out, "missing.json"},
+           {"--from=krt --to=tum", lens, to_out, "has a lens"},
+           {"--to=csv --unit=cm", tracks, to_out,
+            "tells its unit; --unit belongs to tracks of"},
+           {"--to=krt --skeleton=coco17", cameras, to_out,
+            "--skeleton belongs to"},
+           {"--to=csv --frame_rate=61", tracks, to_out,
+            "--frame_rate=61 is for input that does not tell its rate"},
+           {"--to=csv --axes=x,y,z", tracks, to_out, "--axes belongs to"},
+           {"--to=trc --axes=x,z,y", tracks, to_out, "mirror image"},
+           {"--to=poses --skeleton=octopus", tracks, to_out, "--skeleton"},
+           {"--to=krt --set=cameras.unitt=cm", cameras, to_out, "cameras.unit"},
+           {"--to=krt --image_size=640", cameras, to_out, "image_size"},
+           {"--to=csv", tracks, " --out=/dev/null/out", "/dev/null"},
+           {"--to=trc", tracks, " --out=" + folder.path().string(),
+            "is there already"},
+           {"--to=csv", "", to_out, "--in is required"}}) {
+    const std::string arguments =
+        flags + (in.empty() ? "" : " --in=" + in) + to;
     const Outcome outcome = Convert(folder, arguments);
     EXPECT_EQ(outcome.exit_code, 2) << arguments;
     EXPECT_THAT(outcome.errors, HasSubstr(expected)) << arguments;
@@ -262,11 +258,8 @@ TEST(Convert, PeopleOnTheirSideAndTheWayUp) {
   WriteTracks(tracks, found);
   const auto convert = [&](const std::string& in, const std::string& out,
                            const std::string& more) {
-    const Outcome outcome =
-        Convert(folder, more + " --in=" + in +
-                            " --out=" + folder.path().string() + "/" + out);
-    EXPECT_EQ(outcome.exit_code, 0) << outcome.errors;
-    return outcome.errors;
+    return Converted(folder, more + " --in=" + in + " --out=" +
+                                 folder.path().string() + "/" + out);
   };
   const auto stands = Not(HasSubstr("people stand"));
   EXPECT_THAT(convert(tracks, "up.trc", ""), stands);
@@ -320,10 +313,8 @@ TEST(Convert, MarkersAreNamedAsOthersNameThem) {
         Case{"opensim", {"\tmidHip\t", "\tLBigToe\t"}},
         Case{"ours", {"\tmid_hip\t", "\tl_big_toe\t"}}}) {
     const std::string out = folder.path() / ("new/" + one.names + ".trc");
-    const Outcome outcome =
-        Convert(folder, "--to=trc --person=Anna --markers=" + one.names +
-                            " --in=" + tracks + " --out=" + out);
-    ASSERT_EQ(outcome.exit_code, 0) << outcome.errors;
+    Converted(folder, "--to=trc --person=Anna --markers=" + one.names +
+                          " --in=" + tracks + " --out=" + out);
     for (const std::string& marker : one.expected) {
       EXPECT_THAT(FourthLineOf(out), HasSubstr(marker)) << one.names;
     }
@@ -335,26 +326,19 @@ TEST(Convert, MarkersAreNamedAsOthersNameThem) {
     EXPECT_NEAR(back.frames[0].people[0].joints[0].position_m.x(), 8.0, 1e-12);
   }
   // Both people: a folder; one of them alone by the number.
-  EXPECT_EQ(Convert(folder, "--to=trc --in=" + tracks +
-                                " --out=" + (folder.path() / "both").string())
-                .exit_code,
-            0);
-  const std::string csv = folder.path() / "three.csv";
-  EXPECT_EQ(
-      Convert(folder, "--to=csv --person=3 --in=" + tracks + " --out=" + csv)
-          .exit_code,
-      0);
-  EXPECT_EQ(ReadTracks(csv).frames.at(0).people.at(0).id, TrackId(3));
+  Converted(folder, "--to=trc --in=" + tracks +
+                        " --out=" + (folder.path() / "both").string());
+  const std::string csv = folder.path() / "one.csv";
+  const auto chosen = [&](const std::string& person, const std::string& in) {
+    Converted(folder,
+              "--to=csv --person=" + person + " --in=" + in + " --out=" + csv);
+    return ReadTracks(csv).frames.at(0).people.at(0).id;
+  };
+  EXPECT_EQ(chosen("3", tracks), TrackId(3));
   // Names in the tracks themselves count, too.
   std::string named = ReadTextFile(tracks);
   named.insert(1, R"("names":{"3":"Carl"},)");
-  const std::string own = folder.Write("own.jsonl", named);
-  const std::string carl = folder.path() / "carl.csv";
-  EXPECT_EQ(
-      Convert(folder, "--to=csv --person=Carl --in=" + own + " --out=" + carl)
-          .exit_code,
-      0);
-  EXPECT_EQ(ReadTracks(carl).frames.at(0).people.at(0).id, TrackId(3));
+  EXPECT_EQ(chosen("Carl", folder.Write("own.jsonl", named)), TrackId(3));
   // The last name that somebody was given counts.
   folder.Write("take.identity.jsonl",
                of_tracks + R"({"op": "name", "persons": [3], "name": "Anna"})"
@@ -363,11 +347,7 @@ TEST(Convert, MarkersAreNamedAsOthersNameThem) {
                            "\n"
                            R"({"op": "name", "persons": [8], "name": "Anna"})"
                            "\n");
-  EXPECT_EQ(
-      Convert(folder, "--to=csv --person=Anna --in=" + tracks + " --out=" + csv)
-          .exit_code,
-      0);
-  EXPECT_EQ(ReadTracks(csv).frames.at(0).people.at(0).id, TrackId(8));
+  EXPECT_EQ(chosen("Anna", tracks), TrackId(8));
   const std::multimap<std::string, std::string> wrong = {
       {"--to=trc --out=" + (folder.path() / "x.trc").string(),
        "one person, the tracks have 3, 8; choose one with --person"},

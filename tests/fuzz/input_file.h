@@ -18,41 +18,49 @@
 
 namespace kinegraph::testing {
 
-// A file among the temporary ones (TMPDIR): HDF5 opens none without a name, as
-// memfd_create's are.
-class InputFile {
+// A name among the temporary ones (TMPDIR); what stands there is gone when the
+// object dies.
+class TemporaryPath {
  public:
-  InputFile(const uint8_t* bytes, size_t size)
+  explicit TemporaryPath(const std::string& end)
       : path_(std::filesystem::temp_directory_path() /
-              ("kinegraph_fuzz_" + std::to_string(getpid()))) {
-    std::ofstream file(path_, std::ios::binary | std::ios::trunc);
+              ("kinegraph_fuzz_" + std::to_string(getpid()) + end)) {
+    Remove();
+  }
+  ~TemporaryPath() { Remove(); }
+  TemporaryPath(const TemporaryPath&) = delete;
+  TemporaryPath& operator=(const TemporaryPath&) = delete;
+
+  const std::filesystem::path& path() const { return path_; }
+
+ private:
+  void Remove() const {
+    std::error_code ignored;
+    std::filesystem::remove_all(path_, ignored);
+  }
+
+  const std::filesystem::path path_;
+};
+
+// A file: HDF5 opens none without a name, as memfd_create's are.
+class InputFile : public TemporaryPath {
+ public:
+  InputFile(const uint8_t* bytes, size_t size) : TemporaryPath("_file") {
+    std::ofstream file(path(), std::ios::binary);
     file.write(reinterpret_cast<const char*>(bytes),
                static_cast<std::streamsize>(size));
     if (!file.flush()) std::abort();
   }
-  ~InputFile() {
-    std::error_code ignored;
-    std::filesystem::remove(path_, ignored);
-  }
-  InputFile(const InputFile&) = delete;
-  InputFile& operator=(const InputFile&) = delete;
-
-  std::string path() const { return path_; }
-
- private:
-  const std::filesystem::path path_;
 };
 
-// A folder among the temporary ones with the files that the bytes list: each
-// begins with a line "=== NAME". Names lead to no place outside.
-class InputFolder {
+// A folder with the files that the bytes list: each begins with a line
+// "=== NAME". Names lead to no place outside.
+class InputFolder : public TemporaryPath {
  public:
   static constexpr const char* kFileMark = "=== ";
 
-  InputFolder(const uint8_t* bytes, size_t size)
-      : path_(std::filesystem::temp_directory_path() /
-              ("kinegraph_fuzz_" + std::to_string(getpid()) + "_folder")) {
-    std::filesystem::create_directory(path_);
+  InputFolder(const uint8_t* bytes, size_t size) : TemporaryPath("_folder") {
+    std::filesystem::create_directory(path());
     std::istringstream lines(
         std::string(reinterpret_cast<const char*>(bytes), size));
     std::ofstream file;
@@ -62,22 +70,14 @@ class InputFolder {
         const std::string name = line.substr(std::strlen(kFileMark));
         if (!IsWithin(name)) continue;
         std::error_code ignored;
-        std::filesystem::create_directories((path_ / name).parent_path(),
+        std::filesystem::create_directories((path() / name).parent_path(),
                                             ignored);
-        file.open(path_ / name, std::ios::binary | std::ios::trunc);
+        file.open(path() / name, std::ios::binary | std::ios::trunc);
       } else if (file.is_open()) {
         file << line << '\n';
       }
     }
   }
-  ~InputFolder() {
-    std::error_code ignored;
-    std::filesystem::remove_all(path_, ignored);
-  }
-  InputFolder(const InputFolder&) = delete;
-  InputFolder& operator=(const InputFolder&) = delete;
-
-  std::string path() const { return path_; }
 
  private:
   static bool IsWithin(const std::string& name) {
@@ -88,17 +88,14 @@ class InputFolder {
                "ABCDEFGHIJKLMNOPQRSTUVWXYZ"
                "0123456789_-./") == std::string::npos;
   }
-
-  const std::filesystem::path path_;
 };
 
-// Runs `read` on a file with these bytes, or on a folder; false where it
-// refuses them. Only what a user is told may be thrown, in one line.
-template <typename Input = InputFile, typename Read>
-bool Reading(const uint8_t* bytes, size_t size, const Read& read) {
-  const Input input(bytes, size);
+// Runs `act`; false where it refuses its input. Only what a user is told may be
+// thrown, in one line.
+template <typename Act>
+bool Accepts(const Act& act) {
   try {
-    read(input.path());
+    act();
     return true;
   } catch (const InputError& error) {
     if (std::strchr(error.what(), '\n') != nullptr) std::abort();
@@ -106,6 +103,13 @@ bool Reading(const uint8_t* bytes, size_t size, const Read& read) {
     if (std::strchr(error.what(), '\n') != nullptr) std::abort();
   }
   return false;
+}
+
+// Runs `read` on a file with these bytes, or on a folder.
+template <typename Input = InputFile, typename Read>
+bool Reading(const uint8_t* bytes, size_t size, const Read& read) {
+  const Input input(bytes, size);
+  return Accepts([&] { read(input.path().string()); });
 }
 
 }  // namespace kinegraph::testing

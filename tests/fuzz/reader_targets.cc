@@ -1,5 +1,3 @@
-#include <cstring>
-#include <filesystem>
 #include <functional>
 
 #include "core/io/calibration/calibration.h"
@@ -62,39 +60,6 @@ bool FuzzTracks(const std::string& format, const uint8_t* bytes, size_t size) {
   });
 }
 
-// Where a format is written to; gone when the object dies.
-class Result {
- public:
-  Result()
-      : path_(std::filesystem::temp_directory_path() /
-              ("kinegraph_fuzz_" + std::to_string(getpid()) + "_result")) {
-    Remove();
-  }
-  ~Result() { Remove(); }
-  Result(const Result&) = delete;
-  Result& operator=(const Result&) = delete;
-  std::string path() const { return path_; }
-
- private:
-  void Remove() const {
-    std::error_code ignored;
-    std::filesystem::remove_all(path_, ignored);
-  }
-  const std::filesystem::path path_;
-};
-
-// `write` may refuse what does not fit its format. False where it does.
-template <typename Write>
-bool Accepts(const Write& write) {
-  try {
-    write();
-    return true;
-  } catch (const InputError& error) {
-    if (std::strchr(error.what(), '\n') != nullptr) std::abort();
-  }
-  return false;
-}
-
 // What is read is written in every format. Whatever our own recordings, it
 // reads again, and nothing is lost.
 bool FuzzRewrittenTracks(const uint8_t* bytes, size_t size) {
@@ -102,12 +67,13 @@ bool FuzzRewrittenTracks(const uint8_t* bytes, size_t size) {
     const TrackSequence tracks = ReadTracks(path);
     for (const TrackFormat& format : TrackFormats()) {
       if (format.write == nullptr) continue;
-      const Result result;
+      const TemporaryPath result("_result");
       LostFields lost_fields;
-      const bool is_written = Accepts(
-          [&] { format.write(result.path(), tracks, {}, &lost_fields); });
+      const bool is_written = Accepts([&] {
+        format.write(result.path().string(), tracks, {}, &lost_fields);
+      });
       if (!is_written || format.name != "kinegraph") continue;
-      const TrackSequence again = ReadTracks(result.path());
+      const TrackSequence again = ReadTracks(result.path().string());
       if (again.frames.size() != tracks.frames.size()) std::abort();
     }
   });
@@ -117,13 +83,14 @@ bool FuzzRewrittenDetections(const uint8_t* bytes, size_t size) {
   return Reading(bytes, size, [](const std::string& path) {
     for (const DetectionFormat& format : DetectionFormats()) {
       if (format.write == nullptr) continue;
-      const Result result;
+      const TemporaryPath result("_result");
       LostFields lost_fields;
       DetectionWriteOptions options;
       options.image_size = {1280, 720};
       const auto source = OpenDetections(path, {});
       Accepts([&] {
-        format.write(result.path(), options, source.get(), &lost_fields);
+        format.write(result.path().string(), options, source.get(),
+                     &lost_fields);
       });
     }
   });
@@ -136,46 +103,23 @@ bool FuzzRewrittenCalibration(const uint8_t* bytes, size_t size) {
     const CameraRig cameras = ReadCameras(path, options);
     for (const CalibrationFormat& format : CalibrationFormats()) {
       if (format.write == nullptr) continue;
-      const Result result;
+      const TemporaryPath result("_result");
       LostFields lost_fields;
-      const bool is_written =
-          Accepts([&] { format.write(result.path(), cameras, &lost_fields); });
+      const bool is_written = Accepts(
+          [&] { format.write(result.path().string(), cameras, &lost_fields); });
       if (!is_written || format.name != "kinegraph") continue;
-      if (ReadCameras(result.path()).size() != cameras.size()) std::abort();
+      if (ReadCameras(result.path().string()).size() != cameras.size())
+        std::abort();
     }
   });
 }
 
-bool FuzzManifest(const uint8_t* bytes, size_t size) {
-  return Reading(bytes, size,
-                 [](const std::string& path) { ReadManifest(path); });
-}
-
-bool FuzzHeldOutSet(const uint8_t* bytes, size_t size) {
-  return Reading(bytes, size,
-                 [](const std::string& path) { ReadHeldOutSet(path); });
-}
-
-bool FuzzCorrections(const uint8_t* bytes, size_t size) {
-  return Reading(bytes, size,
-                 [](const std::string& path) { ReadIdentityEdits(path); });
-}
-
-bool FuzzBias(const uint8_t* bytes, size_t size) {
-  return Reading(bytes, size,
-                 [](const std::string& path) { ReadViewBias(path); });
-}
-
-bool FuzzRefinement(const uint8_t* bytes, size_t size) {
-  return Reading(bytes, size, [](const std::string& path) {
-    ReadRefinementRecord(path);
-    RefinementText(path);
-  });
-}
-
-bool FuzzVideoTimes(const uint8_t* bytes, size_t size) {
-  return Reading(bytes, size,
-                 [](const std::string& path) { ReadVideoTimes(path); });
+// Of a reader of one file.
+FuzzTarget OfReader(const std::string& name,
+                    void (*read)(const std::string& path)) {
+  return {name, [read](const uint8_t* bytes, size_t size) {
+            return Reading(bytes, size, read);
+          }};
 }
 
 }  // namespace
@@ -186,12 +130,19 @@ std::vector<FuzzTarget> ReaderTargets() {
       {"calibration", std::bind(FuzzCalibration<InputFile>, "", _1, _2)},
       {"calibration_folder",
        std::bind(FuzzCalibration<InputFolder>, "", _1, _2)},
-      {"manifest", FuzzManifest},
-      {"held_out_set", FuzzHeldOutSet},
-      {"corrections", FuzzCorrections},
-      {"bias", FuzzBias},
-      {"refinement", FuzzRefinement},
-      {"video_times", FuzzVideoTimes},
+      OfReader("manifest", [](const std::string& path) { ReadManifest(path); }),
+      OfReader("held_out_set",
+               [](const std::string& path) { ReadHeldOutSet(path); }),
+      OfReader("corrections",
+               [](const std::string& path) { ReadIdentityEdits(path); }),
+      OfReader("bias", [](const std::string& path) { ReadViewBias(path); }),
+      OfReader("refinement",
+               [](const std::string& path) {
+                 ReadRefinementRecord(path);
+                 RefinementText(path);
+               }),
+      OfReader("video_times",
+               [](const std::string& path) { ReadVideoTimes(path); }),
       {"rewritten_calibration", FuzzRewrittenCalibration},
       {"rewritten_detections", FuzzRewrittenDetections},
       {"rewritten_tracks", FuzzRewrittenTracks},

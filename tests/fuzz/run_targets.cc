@@ -1,6 +1,5 @@
 #include <cmath>
 #include <cstdlib>
-#include <cstring>
 #include <nlohmann/json.hpp>
 
 #include "apps/report/page_data.h"
@@ -64,8 +63,16 @@ bool FuzzScene(const uint8_t* bytes, size_t size) {
   return true;
 }
 
-// A few frames of people with names and places of any kind; the data must be
-// JSON that cannot end the script it stands in.
+// The data must be JSON that cannot end the script it stands in.
+bool MakesPage(const PageInput& input) {
+  return Accepts([&] {
+    const PageData data = MakePageData(input);
+    if (!nlohmann::json::accept(data.json)) std::abort();
+    if (data.json.find("</") != std::string::npos) std::abort();
+  });
+}
+
+// A few frames of people with names and places of any kind.
 bool FuzzPage(const uint8_t* bytes, size_t size) {
   size_t at = 0;
   const auto byte = [&] { return at < size ? bytes[at++] : uint8_t{0}; };
@@ -102,34 +109,18 @@ bool FuzzPage(const uint8_t* bytes, size_t size) {
       for (int k = 0; k < 3; ++k) joint.position_m[k] = number();
     }
   }
-  try {
-    const PageData data = MakePageData(input);
-    if (!nlohmann::json::accept(data.json)) std::abort();
-    if (data.json.find("</") != std::string::npos) std::abort();
-    return true;
-  } catch (const InputError& error) {
-    if (std::strchr(error.what(), '\n') != nullptr) std::abort();
-  }
-  return false;
+  return MakesPage(input);
 }
 
-// A page of one result beside which such a file lies.
-bool MakesPage(const std::string& summary, const std::string& doctor) {
+// A page of one result beside which such files lie.
+bool FuzzSideFiles(const std::string& summary, const std::string& doctor) {
   PageInput input;
   PageResult& result = input.results.emplace_back();
   result.tracks.header.skeleton = Skeleton("one", {"nose"}, {});
   result.tracks.frames.emplace_back();
   result.summary_json = summary;
   input.doctor_json = doctor;
-  try {
-    const PageData data = MakePageData(input);
-    if (!nlohmann::json::accept(data.json)) std::abort();
-    if (data.json.find("</") != std::string::npos) std::abort();
-    return true;
-  } catch (const InputError& error) {
-    if (std::strchr(error.what(), '\n') != nullptr) std::abort();
-  }
-  return false;
+  return MakesPage(input);
 }
 
 std::string TextOf(const uint8_t* bytes, size_t size) {
@@ -137,11 +128,11 @@ std::string TextOf(const uint8_t* bytes, size_t size) {
 }
 
 bool FuzzSummary(const uint8_t* bytes, size_t size) {
-  return MakesPage(TextOf(bytes, size), "");
+  return FuzzSideFiles(TextOf(bytes, size), "");
 }
 
 bool FuzzDoctor(const uint8_t* bytes, size_t size) {
-  return MakesPage("", TextOf(bytes, size));
+  return FuzzSideFiles("", TextOf(bytes, size));
 }
 
 bool FuzzPicture(const uint8_t* bytes, size_t size) {

@@ -1,5 +1,3 @@
-#include <unistd.h>
-
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -21,23 +19,6 @@ namespace kinegraph::testing {
 namespace {
 
 namespace fs = std::filesystem;
-
-// Of its own, so that the fuzzers need no library of the tests.
-class SeedFolder {
- public:
-  SeedFolder()
-      : path_(fs::temp_directory_path() /
-              ("kinegraph_seeds_" + std::to_string(getpid()))) {
-    fs::create_directory(path_);
-  }
-  ~SeedFolder() { fs::remove_all(path_); }
-  SeedFolder(const SeedFolder&) = delete;
-  SeedFolder& operator=(const SeedFolder&) = delete;
-  const fs::path& path() const { return path_; }
-
- private:
-  const fs::path path_;
-};
 
 std::string BytesOf(const fs::path& path) {
   std::ifstream file(path, std::ios::binary);
@@ -120,8 +101,8 @@ std::string WholeFolder(const fs::path& folder) {
 
 std::vector<std::string> WrittenTracks(const TrackFormat& format) {
   if (format.write == nullptr) return {};
-  const SeedFolder folder;
-  const std::string path = (folder.path() / "seed").string();
+  const TemporaryPath seed("_seed");
+  const std::string path = seed.path().string();
   LostFields lost_fields;
   format.write(path, SampleFor(format.name).tracks, {}, &lost_fields);
   return {format.files == TrackFormat::Files::kFileAFrame ? WholeFolder(path)
@@ -130,8 +111,8 @@ std::vector<std::string> WrittenTracks(const TrackFormat& format) {
 
 std::vector<std::string> WrittenDetections(const DetectionFormat& format) {
   if (format.write == nullptr) return {};
-  const SeedFolder folder;
-  const std::string path = (folder.path() / "seed").string();
+  const TemporaryPath seed("_seed");
+  const std::string path = seed.path().string();
   LostFields lost_fields;
   DetectionWriteOptions options;
   options.image_size = {1280, 720};
@@ -147,8 +128,8 @@ std::vector<std::string> WrittenCalibrations(bool folders) {
   std::vector<std::string> seeds;
   for (const CalibrationFormat& format : CalibrationFormats()) {
     if (format.write == nullptr) continue;
-    const SeedFolder folder;
-    const std::string path = (folder.path() / "seed").string();
+    const TemporaryPath seed("_seed");
+    const std::string path = seed.path().string();
     LostFields lost_fields;
     format.write(path, SampleFor(format.name).scene.cameras, &lost_fields);
     if (fs::is_directory(path) != folders) continue;

@@ -65,10 +65,8 @@ void WriteAniposePerson(const std::string& path, TrackId id,
 void WriteTracksAnipose(const std::string& path, const TrackSequence& tracks,
                         const TrackExportOptions& options,
                         LostFields* lost_fields) {
-  const std::vector<int64_t> ids =
-      PeopleToWrite(path, kAniposeExtension, tracks);
   const std::vector<TrackRow> rows = MakeTrackRows(tracks, "Anipose");
-  WritePersonFiles(path, kAniposeExtension, ids, options.names,
+  WritePersonFiles(path, kAniposeExtension, tracks, options.names,
                    [&](const std::string& file, TrackId id) {
                      WriteAniposePerson(file, id, tracks, rows);
                    });

@@ -530,10 +530,10 @@ void WriteTracksBvh(const std::string& path, const TrackSequence& tracks,
                     const TrackExportOptions& options,
                     LostFields* lost_fields) {
   RequireFrameRate(tracks, "BVH");
-  const std::vector<int64_t> ids = PeopleToWrite(path, kBvhExtension, tracks);
+  RequirePeople(tracks);
   const std::vector<TrackRow> rows = MakeTrackRows(tracks, "BVH");
   BvhWriter writer(tracks, rows, options);
-  WritePersonFiles(path, kBvhExtension, ids, options.names,
+  WritePersonFiles(path, kBvhExtension, tracks, options.names,
                    [&writer](const std::string& file, TrackId id) {
                      writer.WritePerson(file, id);
                    });

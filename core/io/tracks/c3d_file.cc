@@ -189,9 +189,11 @@ size_t C3dFile::OpenParameters() {
 }
 
 // Two words, or a number of another type.
-int64_t C3dFile::FrameNumber(const char* name, double low, double high) const {
+int64_t C3dFile::FrameNumber(const std::string& name) const {
+  const double low = values_.Number(name).value_or(0.0);
+  const double high = values_.Number(name, 1).value_or(0.0);
   if (!(low >= 0.0 && low <= kMostFrames && high >= 0.0 && high < kWords)) {
-    throw InputError(std::string(name) + ": expected the number of a frame");
+    throw InputError(name + ": expected the number of a frame");
   }
   return static_cast<int64_t>(low) + kWords * static_cast<int64_t>(high);
 }
@@ -204,16 +206,11 @@ void C3dFile::FindRange() {
     if (count > 0) stated_.push_back({where, count, is_word, first});
   };
   first_ = bytes_.Word(6);
-  const auto start = values_.Number("TRIAL:ACTUAL_START_FIELD");
-  const auto stop = values_.Number("TRIAL:ACTUAL_END_FIELD");
-  if (start && stop) {
-    const auto high = [&](const char* name) {
-      return values_.Number(name, 1).value_or(0.0);
-    };
-    const int64_t begin = FrameNumber("TRIAL:ACTUAL_START_FIELD", *start,
-                                      high("TRIAL:ACTUAL_START_FIELD"));
-    const int64_t end = FrameNumber("TRIAL:ACTUAL_END_FIELD", *stop,
-                                    high("TRIAL:ACTUAL_END_FIELD"));
+  const std::string start = "TRIAL:ACTUAL_START_FIELD";
+  const std::string stop = "TRIAL:ACTUAL_END_FIELD";
+  if (values_.Number(start) && values_.Number(stop)) {
+    const int64_t begin = FrameNumber(start);
+    const int64_t end = FrameNumber(stop);
     if (end >= begin && end > 0) first_ = begin;
     if (end == kFull) {
       at_least_ = std::max(at_least_, end - begin + 1);

@@ -170,7 +170,7 @@ class C3dFile {
   void FindPoints();
   void FindSegments();
   void FindAnalog();
-  int64_t FrameNumber(const char* name, double low, double high) const;
+  int64_t FrameNumber(const std::string& name) const;
   std::optional<int64_t> FittingCount(const C3dFrames& frames,
                                       size_t end) const;
   int64_t FirstOf(int64_t count) const;

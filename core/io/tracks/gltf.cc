@@ -87,18 +87,15 @@ class Buffer {
                 bool with_bounds = false, BufferTarget target = kNoTarget) {
     std::string bounds;
     if (with_bounds) {
-      for (const bool is_min : {true, false}) {
-        JsonList numbers;
-        for (size_t k = 0; k < width; ++k) {
-          float found = values[k];
-          for (size_t i = k; i < values.size(); i += width) {
-            found = is_min ? std::min(found, values[i])
-                           : std::max(found, values[i]);
-          }
-          numbers.Add(fmt::format("{}", found));
-        }
-        bounds += (is_min ? ",\"min\":" : ",\"max\":") + numbers.Text();
+      std::vector<float> low(values.begin(),
+                             values.begin() + static_cast<long>(width));
+      std::vector<float> high = low;
+      for (size_t i = width; i < values.size(); ++i) {
+        low[i % width] = std::min(low[i % width], values[i]);
+        high[i % width] = std::max(high[i % width], values[i]);
       }
+      bounds = fmt::format(R"(,"min":[{}],"max":[{}])", fmt::join(low, ","),
+                           fmt::join(high, ","));
     }
     return Add(values, width, kFloat, target, bounds);
   }
@@ -320,15 +317,15 @@ class Scene {
     for (size_t j = 0; j < tree_.size(); ++j) {
       const Vector3d at = LocalPosition(presence.motion, 0, j);
       const Quaterniond turn = presence.motion.Local(tree_, 0, j);
-      JsonList children;
-      for (const size_t child : tree_[j].children) {
-        children.Add(std::to_string(first_joint + child));
-      }
+      std::vector<size_t> children = tree_[j].children;
+      for (size_t& child : children) child += first_joint;
       nodes_.Add(fmt::format(
           R"({{"name":{},"translation":[{},{},{}],"rotation":[{},{},{},{}]{}}})",
           JsonText(prefix + tree_[j].name), at.x(), at.y(), at.z(), turn.x(),
           turn.y(), turn.z(), turn.w(),
-          children.size() == 0 ? "" : ",\"children\":" + children.Text()));
+          children.empty()
+              ? ""
+              : fmt::format(",\"children\":[{}]", fmt::join(children, ","))));
     }
   }
 
@@ -336,7 +333,7 @@ class Scene {
                size_t person_idx, size_t first_joint) {
     std::vector<Vector3d> rest_m(tree_.size(), Vector3d::Zero());
     std::vector<float> inverses;
-    JsonList joints;
+    std::vector<size_t> joints;
     for (size_t j = 0; j < tree_.size(); ++j) {
       if (tree_[j].parent >= 0) {
         rest_m[j] = rest_m[static_cast<size_t>(tree_[j].parent)] +
@@ -346,12 +343,12 @@ class Scene {
                                        0.0F, 0.0F, 0.0F, 1.0F, 0.0F});
       AppendFloats(-rest_m[j], &inverses);
       inverses.push_back(1.0F);
-      joints.Add(std::to_string(first_joint + j));
+      joints.push_back(first_joint + j);
     }
     const size_t index = skins_.Add(fmt::format(
-        R"({{"name":{},"inverseBindMatrices":{},"skeleton":{},"joints":{}}})",
+        R"({{"name":{},"inverseBindMatrices":{},"skeleton":{},"joints":[{}]}})",
         JsonText(name), buffer_.Floats(inverses, 16), first_joint,
-        joints.Text()));
+        fmt::join(joints, ",")));
     materials_.Add(Material(name, person_idx));
     meshes_.Add(Body(tree_, rest_m).Mesh(name, index, &buffer_));
     scene_nodes_.Add(std::to_string(nodes_.size()));

@@ -215,82 +215,26 @@ TrackSequence ReadTracksNpz(const std::string& path,
 
 // ---- Writing ----
 
-// The arrays of one recording. Each is made, written and forgotten in turn.
-class Arrays {
- public:
-  explicit Arrays(const TrackSequence& tracks)
-      : tracks_(tracks),
-        ids_(IdsOf(tracks)),
-        frames_(tracks.frames.size()),
-        joints_(tracks.header.skeleton.joints().size()) {}
-
-  std::vector<size_t> Shape(std::vector<size_t> more = {}) const {
-    std::vector<size_t> shape = {frames_, ids_.size(), joints_};
-    shape.insert(shape.end(), more.begin(), more.end());
-    return shape;
-  }
-
-  const std::vector<int64_t>& ids() const { return ids_; }
-
-  std::vector<double> Positions() const {
-    return Dense<double>(3, kNan,
-                         [](const PersonPose& person, size_t j, double* to) {
-                           const Joint3d& joint = person.joints[j];
-                           if (joint.present())
-                             std::copy_n(joint.position_m.data(), 3, to);
-                         });
-  }
-
-  std::vector<int8_t> Status() const {
-    constexpr int8_t kAbsent = -1;
-    return Dense<int8_t>(1, kAbsent,
-                         [](const PersonPose& person, size_t j, int8_t* to) {
-                           *to = static_cast<int8_t>(person.joints[j].status);
-                         });
-  }
-
-  std::vector<int16_t> Views() const {
-    constexpr int16_t kUnknown = -1;
-    return Dense<int16_t>(
-        1, kUnknown, [](const PersonPose& person, size_t j, int16_t* to) {
-          if (person.inlier_views.empty()) return;
-          *to = static_cast<int16_t>(std::min<int>(
-              person.inlier_views[j], std::numeric_limits<int16_t>::max()));
-        });
-  }
-
-  std::vector<double> Covariances() const {
-    return Dense<double>(
-        9, kNan, [](const PersonPose& person, size_t j, double* to) {
-          if (person.covariances.empty() || !person.covariances[j]) return;
-          std::copy_n(person.covariances[j]->data(), 9, to);  // symmetric
-        });
-  }
-
- private:
-  // `fill` writes the `width` numbers of one joint.
-  template <typename Value, typename Fill>
-  std::vector<Value> Dense(size_t width, Value empty, const Fill& fill) const {
-    std::vector<Value> values(frames_ * ids_.size() * joints_ * width, empty);
-    for (size_t f = 0; f < frames_; ++f) {
-      for (const PersonPose& person : tracks_.frames[f].people) {
-        const auto at =
-            std::lower_bound(ids_.begin(), ids_.end(), person.id.value());
-        const auto p = static_cast<size_t>(at - ids_.begin());
-        Value* to = values.data() + (f * ids_.size() + p) * joints_ * width;
-        for (size_t j = 0; j < joints_; ++j) {
-          fill(person, j, to + j * width);
-        }
-      }
+// An array over frames, people and joints with `width` values each, which
+// `fill` writes where a person is there.
+template <typename Value, typename Fill>
+std::vector<Value> Dense(const TrackSequence& tracks,
+                         const std::vector<int64_t>& ids, size_t width,
+                         Value empty, const Fill& fill) {
+  const size_t joints = tracks.header.skeleton.joints().size();
+  std::vector<Value> values(tracks.frames.size() * ids.size() * joints * width,
+                            empty);
+  for (size_t f = 0; f < tracks.frames.size(); ++f) {
+    for (const PersonPose& person : tracks.frames[f].people) {
+      const auto at =
+          std::lower_bound(ids.begin(), ids.end(), person.id.value());
+      const auto p = static_cast<size_t>(at - ids.begin());
+      Value* to = values.data() + (f * ids.size() + p) * joints * width;
+      for (size_t j = 0; j < joints; ++j) fill(person, j, to + j * width);
     }
-    return values;
   }
-
-  const TrackSequence& tracks_;
-  const std::vector<int64_t> ids_;
-  const size_t frames_;
-  const size_t joints_;
-};
+  return values;
+}
 
 // Before gigabytes are filled that no file can take.
 void CheckSize(const std::string& path, const std::vector<size_t>& shape,
@@ -359,17 +303,44 @@ void WriteTracksNpz(const std::string& path, const TrackSequence& tracks,
                     const TrackExportOptions& options,
                     LostFields* lost_fields) {
   const TrackContents contents = ContentsOf(tracks);
-  const Arrays arrays(tracks);
-  CheckSize(path, arrays.Shape(), contents.has_covariances);
+  const std::vector<int64_t> ids = IdsOf(tracks);
+  const size_t frames = tracks.frames.size();
+  const size_t joints = tracks.header.skeleton.joints().size();
+  CheckSize(path, {frames, ids.size(), joints}, contents.has_covariances);
   NpzFile file(path);
-  file.Add("positions", arrays.Shape({3}), arrays.Positions());
-  file.Add("status", arrays.Shape(), arrays.Status());
-  if (contents.has_views) file.Add("views", arrays.Shape(), arrays.Views());
-  if (contents.has_covariances) {
-    file.Add("covariance", arrays.Shape({3, 3}), arrays.Covariances());
+  // Each array is made, written and forgotten in turn.
+  file.Add("positions", {frames, ids.size(), joints, 3},
+           Dense(tracks, ids, 3, kNan,
+                 [](const PersonPose& person, size_t j, double* to) {
+                   const Joint3d& at = person.joints[j];
+                   if (at.present()) std::copy_n(at.position_m.data(), 3, to);
+                 }));
+  file.Add("status", {frames, ids.size(), joints},
+           Dense(tracks, ids, 1, int8_t{-1},
+                 [](const PersonPose& person, size_t j, int8_t* to) {
+                   *to = static_cast<int8_t>(person.joints[j].status);
+                 }));
+  if (contents.has_views) {
+    file.Add("views", {frames, ids.size(), joints},
+             Dense(tracks, ids, 1, int16_t{-1},
+                   [](const PersonPose& person, size_t j, int16_t* to) {
+                     if (person.inlier_views.empty()) return;
+                     constexpr int kMost = std::numeric_limits<int16_t>::max();
+                     *to = static_cast<int16_t>(
+                         std::min(person.inlier_views[j], kMost));
+                   }));
   }
-  file.Add("ids", {arrays.ids().size()}, arrays.ids());
-  AddNames(options.names, arrays.ids(), &file);
+  if (contents.has_covariances) {
+    file.Add("covariance", {frames, ids.size(), joints, 3, 3},
+             Dense(tracks, ids, 9, kNan,
+                   [](const PersonPose& person, size_t j, double* to) {
+                     if (person.covariances.empty()) return;
+                     const auto& covariance = person.covariances[j];
+                     if (covariance) std::copy_n(covariance->data(), 9, to);
+                   }));
+  }
+  file.Add("ids", {ids.size()}, ids);
+  AddNames(options.names, ids, &file);
   AddClock(tracks, contents.has_clock, &file);
   AddSkeleton(tracks.header.skeleton, &file);
   file.Commit();

@@ -12,7 +12,7 @@
 #include "core/base/error.h"
 #include "core/io/files/atomic_file.h"
 #include "core/io/files/atomic_folder.h"
-#include "core/io/files/folder_entry.h"
+#include "core/io/files/text_file.h"
 #include "core/io/text/bulk_json.h"
 #include "core/io/text/json_output.h"
 #include "core/io/text/names.h"
@@ -28,20 +28,21 @@ constexpr double kSeenConfidence = 0.1;
 // Of its high-definition cameras.
 constexpr double kHdFrameRateHz = 29.97;
 
-std::vector<std::string> ListFiles(const std::string& path) {
-  if (!fs::is_directory(path)) return {path};
+bool IsSceneFile(const std::string& name) {
+  return name.rfind("body3DScene_", 0) == 0;
+}
+
+std::vector<std::string> ListScenes(const std::string& path) {
+  if (!IsFolder(path)) return {path};
   std::vector<std::string> files;
-  for (const fs::directory_entry& entry : fs::directory_iterator(path)) {
-    const std::string name = entry.path().filename().string();
-    if (name.rfind("body3DScene_", 0) == 0 &&
-        entry.path().extension() == ".json" && IsFileOrFolder(entry)) {
-      files.push_back(entry.path().string());
+  for (const std::string& name : ListFolder(path)) {
+    if (IsSceneFile(name) && fs::path(name).extension() == ".json") {
+      files.push_back((fs::path(path) / name).string());
     }
   }
   if (files.empty()) {
     throw InputError(path, "", "holds no body3DScene_*.json files");
   }
-  std::sort(files.begin(), files.end());
   return files;
 }
 
@@ -72,7 +73,7 @@ TrackSequence ReadPanoptic(const std::string& path,
                            const TrackReadOptions& options) {
   TrackCollector collector("panoptic", Panoptic19(), options, kHdFrameRateHz);
   JsonFileParser parser;
-  for (const std::string& file : ListFiles(path)) {
+  for (const std::string& file : ListScenes(path)) {
     const std::optional<int64_t> frame =
         FrameOfFileName(fs::path(file).filename().string());
     if (!frame || *frame > kMaxFrame) {
@@ -148,10 +149,7 @@ TrackFormat PanopticTrackFormat() {
   format.files = TrackFormat::Files::kFileAFrame;
   format.recognise = [](const TrackHead& head) {
     return head.HasKey("bodies") ||
-           std::any_of(head.names.begin(), head.names.end(),
-                       [](const std::string& name) {
-                         return name.rfind("body3DScene_", 0) == 0;
-                       });
+           std::any_of(head.names.begin(), head.names.end(), IsSceneFile);
   };
   format.read = ReadPanoptic;
   format.write = WriteTracksPanoptic;

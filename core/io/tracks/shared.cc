@@ -267,22 +267,19 @@ PersonNames NamesOfPersonFiles(const std::string& path,
   return names;
 }
 
-std::vector<int64_t> PeopleToWrite(const std::string& path,
-                                   const std::string& extension,
-                                   const TrackSequence& tracks) {
-  std::vector<int64_t> ids = RequirePeople(tracks);
-  if (EndsIn(path, extension) && ids.size() > 1) {
-    throw InputError("a " + extension + " file holds one person, the tracks " +
-                     "have " + std::to_string(ids.size()));
-  }
-  return ids;
-}
-
 void WritePersonFiles(const std::string& path, const std::string& extension,
-                      const std::vector<int64_t>& ids, const PersonNames& names,
+                      const TrackSequence& tracks, const PersonNames& names,
                       const std::function<void(const std::string& file,
                                                TrackId id)>& write_file) {
-  if (EndsIn(path, extension)) return write_file(path, TrackId(ids.front()));
+  const std::vector<int64_t> ids = RequirePeople(tracks);
+  if (EndsIn(path, extension)) {
+    if (ids.size() > 1) {
+      throw InputError("a " + extension +
+                       " file holds one person, the tracks " + "have " +
+                       std::to_string(ids.size()));
+    }
+    return write_file(path, TrackId(ids.front()));
+  }
   AtomicFolder folder(path);
   for (const int64_t id : ids) {
     write_file(folder.PathOf(FileStem(id, names) + extension), TrackId(id));

@@ -112,19 +112,14 @@ std::vector<PersonFile> ListPersonFiles(const std::string& path,
 PersonNames NamesOfPersonFiles(const std::string& path,
                                const std::string& extension);
 
-// Everybody of whom a file is to be written: one person alone when `path` ends
-// in the extension. Throws InputError when there is nobody, or are several.
-std::vector<int64_t> PeopleToWrite(const std::string& path,
-                                   const std::string& extension,
-                                   const TrackSequence& tracks);
-
 // Calls `write_file` for everybody: with `path` itself when it ends in the
 // extension, else with files in the folder `path`, which appears when all are
 // there. What may not stand in the name of a file, and the underscore, which
-// parts it, are hyphens in people's names.
+// parts it, are hyphens in people's names. Throws InputError when there is
+// nobody, or are several for one file.
 void WritePersonFiles(
     const std::string& path, const std::string& extension,
-    const std::vector<int64_t>& ids, const PersonNames& names,
+    const TrackSequence& tracks, const PersonNames& names,
     const std::function<void(const std::string& file, TrackId id)>& write_file);
 
 // ---- Bytes ----

@@ -297,9 +297,8 @@ void WriteTracksTrc(const std::string& path, const TrackSequence& tracks,
                     LostFields* lost_fields) {
   RequireFrameRate(tracks, "TRC");
   CheckMarkerNames(tracks.header.skeleton);
-  const std::vector<int64_t> ids = PeopleToWrite(path, kTrcExtension, tracks);
   const std::vector<TrackRow> rows = MakeTrackRows(tracks, "TRC");
-  WritePersonFiles(path, kTrcExtension, ids, options.names,
+  WritePersonFiles(path, kTrcExtension, tracks, options.names,
                    [&](const std::string& file, TrackId id) {
                      WriteTrcPerson(file, id, tracks, rows,
                                     options.axes.value_or(AxisMap()));

@@ -253,31 +253,43 @@ class Solver {
     return ends;
   }
 
-  // Whether the bone to `end` turns the joint where it begins.
-  bool Turns(size_t joint, size_t end) const {
-    return tree_[end].is_held && lengths_m_[end] >= kShortest_m &&
-           !(tree_[joint].is_chest && tree_[end].is_head);
-  }
-
-  // Whether the bone to its parent is one of those that turn a joint.
-  bool FitsBack(size_t joint) const {
-    return tree_[joint].is_chest && tree_[joint].parent >= 0;
+  // A bone at a joint: one that begins there, or, of a chest, the one to its
+  // parent.
+  struct Spoke {
+    size_t bone;       // is the bone to this joint
+    size_t other;      // the joint at its other end
+    double length_m;   // negative where it leads to the parent
+    Vector3d* rest_m;  // from the joint to the other, at rest
+    bool turns;        // the joint
+    bool is_back;
+  };
+  std::vector<Spoke> SpokesOf(size_t joint) {
+    std::vector<Spoke> spokes;
+    for (const size_t end : EndsOf(joint)) {
+      const bool turns = tree_[end].is_held && lengths_m_[end] >= kShortest_m &&
+                         !(tree_[joint].is_chest && tree_[end].is_head);
+      spokes.push_back({end, end, lengths_m_[end], &motion_.offsets_m[end],
+                        turns, /*is_back=*/false});
+    }
+    if (tree_[joint].is_chest && tree_[joint].parent >= 0) {
+      spokes.push_back({joint, static_cast<size_t>(tree_[joint].parent),
+                        -lengths_m_[joint], &back_m_, /*turns=*/true,
+                        /*is_back=*/true});
+    }
+    return spokes;
   }
 
   // What a joint where several bones begin is fitted to. Where it is missing
   // itself, its neighbours among each other.
-  std::vector<Ray> RaysAt(size_t joint, size_t row) const {
+  std::vector<Ray> RaysAt(size_t joint, const std::vector<Spoke>& spokes,
+                          size_t row) const {
     std::vector<Ray> points;
-    const auto add = [&](const Vector3d& at_rest_m, size_t other) {
-      const auto& at = positions_[other][row];
-      if (at && at_rest_m.norm() >= kShortest_m) {
-        points.push_back({at_rest_m, *at});
+    for (const Spoke& spoke : spokes) {
+      const auto& at = positions_[spoke.other][row];
+      if (spoke.turns && at && spoke.rest_m->norm() >= kShortest_m) {
+        points.push_back({*spoke.rest_m, *at});
       }
-    };
-    for (const size_t end : EndsOf(joint)) {
-      if (Turns(joint, end)) add(motion_.offsets_m[end], end);
     }
-    if (FitsBack(joint)) add(back_m_, static_cast<size_t>(tree_[joint].parent));
     Ray centre = {Vector3d::Zero(), Vector3d::Zero()};
     if (positions_[joint][row]) {
       centre.seen_m = *positions_[joint][row];
@@ -301,21 +313,19 @@ class Solver {
 
   // The row that shows the most bones of a joint and, of these, has them
   // nearest to their lengths: no outlier.
-  size_t TypicalRow(size_t joint, const std::vector<size_t>& ends) const {
+  size_t TypicalRow(const std::vector<Spoke>& spokes) const {
     size_t best = 0;
     size_t most = 0;
     double least_m = 0.0;
     for (size_t r = 0; r < row_count_; ++r) {
       size_t count = 0;
       double off_m = 0.0;
-      const auto see = [&](size_t end) {
-        const auto bone = BoneAt(end, r);
-        if (!bone) return;
+      for (const Spoke& spoke : spokes) {
+        const auto bone = BoneAt(spoke.bone, r);
+        if (!bone) continue;
         ++count;
-        off_m += std::abs(bone->norm() - lengths_m_[end]);
-      };
-      for (const size_t end : ends) see(end);
-      if (FitsBack(joint)) see(joint);
+        off_m += std::abs(bone->norm() - std::abs(spoke.length_m));
+      }
       if (count > most || (count == most && count > 0 && off_m < least_m)) {
         best = r;
         most = count;
@@ -333,106 +343,84 @@ class Solver {
 
   // The directions at rest of the bones that begin at a joint: of one alone as
   // its name tells or as it stands to the joint's parent in a typical row; of
-  // several their mean shape, turned to what the names tell.
+  // several their mean shape, turned to what the names tell. Those of which
+  // neither tells a direction go straight on.
   void Shape(size_t joint) {
-    const std::vector<size_t> ends = EndsOf(joint);
-    if (ends.empty()) return;
-    const size_t typical = TypicalRow(joint, ends);
+    if (tree_[joint].children.empty()) return;
+    const std::vector<Spoke> spokes = SpokesOf(joint);
+    const size_t typical = TypicalRow(spokes);
     const Quaterniond above = Above(joint, typical);
-    if (ends.size() == 1) {
-      Vector3d& offset_m = motion_.offsets_m[ends.front()];
-      const auto bone = BoneAt(ends.front(), typical);
-      if (bone && offset_m.isZero()) {
-        offset_m =
-            lengths_m_[ends.front()] * (above.conjugate() * *bone).normalized();
+    if (tree_[joint].children.size() > 1) {
+      ShapeSeveral(joint, spokes, typical, above.conjugate());
+    } else {
+      const Spoke& spoke = spokes.front();
+      const auto bone = BoneAt(spoke.bone, typical);
+      if (bone && spoke.rest_m->isZero()) {
+        *spoke.rest_m =
+            spoke.length_m * (above.conjugate() * *bone).normalized();
       }
-      GoStraightOn(joint, ends);
-      return;
     }
-    // As the names tell, before the shape takes their places.
-    std::vector<Vector3d> named;
-    for (const size_t end : ends) named.push_back(motion_.offsets_m[end]);
-    const Vector3d named_back = FitsBack(joint)
-                                    ? Vector3d(-motion_.offsets_m[joint])
-                                    : Vector3d::Zero();
-    for (const size_t end : ends) {
-      const auto bone = BoneAt(end, typical);
-      motion_.offsets_m[end] =
-          bone ? Vector3d(lengths_m_[end] * bone->normalized())
-               : Vector3d::Zero();
-    }
-    if (FitsBack(joint)) {
-      const auto bone = BoneAt(joint, typical);
-      back_m_ = bone ? Vector3d(-lengths_m_[joint] * bone->normalized())
-                     : Vector3d::Zero();
-    }
-    AverageShape(joint, ends);
-    TurnShape(joint, ends, named, named_back, above.conjugate());
-    GoStraightOn(joint, ends);
-  }
-
-  // Bones of which neither the recording nor their names tell a direction.
-  void GoStraightOn(size_t joint, const std::vector<size_t>& ends) {
     const size_t from = tree_[joint].is_pivot
                             ? static_cast<size_t>(tree_[joint].parent)
                             : joint;
     const Vector3d along = motion_.offsets_m[from];
-    for (const size_t end : ends) {
-      Vector3d& offset_m = motion_.offsets_m[end];
-      if (!offset_m.isZero()) continue;
-      offset_m = lengths_m_[end] *
-                 (along.isZero() ? Vector3d::UnitY() : along.normalized());
+    for (const Spoke& spoke : spokes) {
+      if (spoke.is_back || !spoke.rest_m->isZero()) continue;
+      *spoke.rest_m = spoke.length_m *
+                      (along.isZero() ? Vector3d::UnitY() : along.normalized());
+    }
+  }
+
+  // Where the names leave a turn open, the shape is turned as it stood to the
+  // joint's parent in the typical row.
+  void ShapeSeveral(size_t joint, const std::vector<Spoke>& spokes,
+                    size_t typical, const Quaterniond& as_seen) {
+    // As the names tell, before the shape takes their places.
+    std::vector<Vector3d> named;
+    for (const Spoke& spoke : spokes) {
+      named.push_back(spoke.is_back ? Vector3d(-motion_.offsets_m[joint])
+                                    : *spoke.rest_m);
+      const auto bone = BoneAt(spoke.bone, typical);
+      *spoke.rest_m = bone ? Vector3d(spoke.length_m * bone->normalized())
+                           : Vector3d::Zero();
+    }
+    AverageShape(joint, spokes);
+    std::vector<Ray> rays;
+    for (size_t s = 0; s < spokes.size(); ++s) {
+      if (spokes[s].turns && spokes[s].rest_m->norm() >= kShortest_m &&
+          named[s].norm() >= kShortest_m) {
+        rays.push_back({*spokes[s].rest_m, named[s]});
+      }
+    }
+    const Quaterniond turn = *Fit(rays, &as_seen);
+    for (size_t s = 0; s < spokes.size(); ++s) {
+      Vector3d& rest_m = *spokes[s].rest_m;
+      const bool is_unseen = !spokes[s].is_back && rest_m.isZero();
+      rest_m = is_unseen ? named[s] : Vector3d(turn * rest_m);
     }
   }
 
   // Fit, mean, and again.
-  void AverageShape(size_t joint, const std::vector<size_t>& ends) {
+  void AverageShape(size_t joint, const std::vector<Spoke>& spokes) {
     constexpr int kRounds = 3;
     // Evenly from the recording, but in the last round.
     constexpr size_t kMostRows = 500;
     for (int round = 1; round <= kRounds; ++round) {
       const size_t step = round < kRounds ? 1 + row_count_ / kMostRows : 1;
-      std::vector<Vector3d> sums(ends.size() + 1, Vector3d::Zero());
+      std::vector<Vector3d> sums(spokes.size(), Vector3d::Zero());
       for (size_t r = 0; r < row_count_; r += step) {
-        const auto turn = Fit(RaysAt(joint, r));
+        const auto turn = Fit(RaysAt(joint, spokes, r));
         if (!turn) continue;
-        const auto add = [&](size_t end, Vector3d* sum) {
-          const auto bone = BoneAt(end, r);
-          if (bone) *sum += turn->conjugate() * bone->normalized();
-        };
-        for (size_t e = 0; e < ends.size(); ++e) add(ends[e], &sums[e]);
-        if (FitsBack(joint)) add(joint, &sums.back());
+        for (size_t s = 0; s < spokes.size(); ++s) {
+          const auto bone = BoneAt(spokes[s].bone, r);
+          if (bone) sums[s] += turn->conjugate() * bone->normalized();
+        }
       }
-      for (size_t e = 0; e < ends.size(); ++e) {
-        if (sums[e].norm() < kShortest_m) continue;
-        motion_.offsets_m[ends[e]] = lengths_m_[ends[e]] * sums[e].normalized();
-      }
-      if (sums.back().norm() >= kShortest_m) {
-        back_m_ = -lengths_m_[joint] * sums.back().normalized();
+      for (size_t s = 0; s < spokes.size(); ++s) {
+        if (sums[s].norm() < kShortest_m) continue;
+        *spokes[s].rest_m = spokes[s].length_m * sums[s].normalized();
       }
     }
-  }
-
-  // Turns the shape to the directions that names tell; where they leave a turn
-  // open, as it stood to the joint's parent in the row that it is from.
-  void TurnShape(size_t joint, const std::vector<size_t>& ends,
-                 const std::vector<Vector3d>& named, const Vector3d& named_back,
-                 const Quaterniond& as_seen) {
-    std::vector<Ray> rays;
-    const auto add = [&rays](const Vector3d& shape, const Vector3d& name) {
-      if (shape.norm() < kShortest_m || name.norm() < kShortest_m) return;
-      rays.push_back({shape, name});
-    };
-    for (size_t e = 0; e < ends.size(); ++e) {
-      if (Turns(joint, ends[e])) add(motion_.offsets_m[ends[e]], named[e]);
-    }
-    if (FitsBack(joint)) add(back_m_, named_back);
-    const Quaterniond turn = *Fit(rays, &as_seen);
-    for (size_t e = 0; e < ends.size(); ++e) {
-      Vector3d& offset_m = motion_.offsets_m[ends[e]];
-      offset_m = offset_m.isZero() ? named[e] : turn * offset_m;
-    }
-    if (FitsBack(joint)) back_m_ = turn * back_m_;
   }
 
   // Positions of a joint in all rows, where its parent is known already.
@@ -483,10 +471,11 @@ class Solver {
   void Turn(size_t joint) {
     std::vector<std::optional<Quaterniond>> local(row_count_);
     std::vector<std::vector<Ray>> too_few(row_count_);
+    const std::vector<Spoke> spokes = SpokesOf(joint);
     for (size_t r = 0; r < row_count_; ++r) {
       const Quaterniond above = Above(joint, r);
       if (tree_[joint].children.size() > 1) {
-        std::vector<Ray> rays = RaysAt(joint, r);
+        std::vector<Ray> rays = RaysAt(joint, spokes, r);
         if (const auto turn = Fit(rays)) {
           local[r] = above.conjugate() * *turn;
         } else {

@@ -201,93 +201,71 @@ std::string PoseArray(const Pose3d* pose) {
   return array + numbers;
 }
 
-class ActorsFile {
- public:
-  explicit ActorsFile(const TrackSequence& tracks) : tracks_(tracks) {
-    const std::vector<int64_t> ids = IdsOf(tracks);
-    if (ids.empty()) throw InputError("the tracks have nobody in them");
-    frames_ = tracks.frames.back().frame + 1;
-    if (ids.back() >= kMaxActors || frames_ > kMaxFrames) {
-      throw InputError(
-          "an actor's number is its place in actorsGT.mat, a frame's too: the "
-          "largest id is " +
-          std::to_string(ids.back()) +
-          ", expected below 1000; the last frame " +
-          std::to_string(frames_ - 1) + ", expected below 1000000");
-    }
-    poses_.resize(static_cast<size_t>(ids.back()) + 1, 0);
-    for (const TrackFrame& frame : tracks.frames) {
-      for (const PersonPose& person : frame.people) {
-        ++poses_[static_cast<size_t>(person.id.value())];
-      }
-    }
-    const Pose3d pose(tracks.header.skeleton.joints().size());
-    pose_bytes_ = PoseArray(&pose).size();
-    nobody_ = PoseArray(nullptr);
-  }
+// A text without the date: the same tracks shall give the same bytes. Then
+// version and byte order.
+std::string FileHeader() {
+  std::string header = "MATLAB 5.0 MAT-file, by kinegraph";
+  header.resize(124, ' ');
+  AppendNumber(uint16_t{0x0100}, &header);
+  return header + "IM";
+}
 
-  void Write(const std::string& path) const {
-    uint64_t bytes = 0;
-    for (size_t a = 0; a < poses_.size(); ++a) {
-      bytes += ActorHeader(a).size() + ActorBytes(a);
+void WriteActors(const std::string& path, const TrackSequence& tracks) {
+  const std::vector<int64_t> ids = IdsOf(tracks);
+  if (ids.empty()) throw InputError("the tracks have nobody in them");
+  const int64_t last = tracks.frames.back().frame;
+  if (ids.back() >= kMaxActors || last >= kMaxFrames) {
+    throw InputError(
+        "an actor's number is its place in actorsGT.mat, a frame's too: the "
+        "largest id is " +
+        std::to_string(ids.back()) + ", expected below 1000; the last frame " +
+        std::to_string(last) + ", expected below 1000000");
+  }
+  const auto frames = static_cast<uint64_t>(last) + 1;
+  std::vector<uint64_t> poses(static_cast<size_t>(ids.back()) + 1, 0);
+  for (const TrackFrame& frame : tracks.frames) {
+    for (const PersonPose& person : frame.people) {
+      ++poses[static_cast<size_t>(person.id.value())];
     }
-    if (bytes > std::numeric_limits<uint32_t>::max() - 1000) {
-      throw InputError(path, "",
-                       "would have more than 4 GB, which this format does not "
-                       "hold; take fewer frames");
-    }
-    AtomicFile file(path);
-    file.Write(FileHeader());
-    file.Write(ArrayHeader(kCellClass, 1, poses_.size(), "actor3D", bytes));
-    for (size_t a = 0; a < poses_.size(); ++a) {
-      file.Write(ActorHeader(a));
-      WriteActor(TrackId(static_cast<int64_t>(a)), &file);
-    }
-    file.Commit();
   }
-
- private:
-  // A text without the date: the same tracks shall give the same bytes. Then
-  // version and byte order.
-  static std::string FileHeader() {
-    std::string header = "MATLAB 5.0 MAT-file, by kinegraph";
-    header.resize(124, ' ');
-    AppendNumber(uint16_t{0x0100}, &header);
-    return header + "IM";
+  const Pose3d pose(tracks.header.skeleton.joints().size());
+  const uint64_t pose_bytes = PoseArray(&pose).size();
+  const std::string nobody = PoseArray(nullptr);
+  std::vector<std::string> headers;  // by actor
+  uint64_t bytes = 0;
+  for (const uint64_t count : poses) {
+    const uint64_t content =
+        count * pose_bytes + (frames - count) * nobody.size();
+    headers.push_back(ArrayHeader(kCellClass, frames, 1, "", content));
+    bytes += headers.back().size() + content;
   }
-
-  uint64_t ActorBytes(size_t actor) const {
-    return poses_[actor] * pose_bytes_ +
-           (static_cast<uint64_t>(frames_) - poses_[actor]) * nobody_.size();
+  if (bytes > std::numeric_limits<uint32_t>::max() - 1000) {
+    throw InputError(path, "",
+                     "would have more than 4 GB, which this format does not "
+                     "hold; take fewer frames");
   }
-
-  std::string ActorHeader(size_t actor) const {
-    return ArrayHeader(kCellClass, static_cast<uint64_t>(frames_), 1, "",
-                       ActorBytes(actor));
-  }
-
-  void WriteActor(TrackId id, AtomicFile* file) const {
+  AtomicFile file(path);
+  file.Write(FileHeader());
+  file.Write(ArrayHeader(kCellClass, 1, headers.size(), kVariable, bytes));
+  for (size_t a = 0; a < headers.size(); ++a) {
+    file.Write(headers[a]);
     int64_t next = 0;
-    for (const TrackFrame& frame : tracks_.frames) {
-      for (; next < frame.frame; ++next) file->Write(nobody_);
+    for (const TrackFrame& frame : tracks.frames) {
+      for (; next < frame.frame; ++next) file.Write(nobody);
       ++next;
-      const PersonPose* person = FindPerson(&frame, id);
-      file->Write(person == nullptr ? nobody_ : PoseArray(&person->joints));
+      const PersonPose* person =
+          FindPerson(&frame, TrackId(static_cast<int64_t>(a)));
+      file.Write(person == nullptr ? nobody : PoseArray(&person->joints));
     }
   }
-
-  const TrackSequence& tracks_;
-  int64_t frames_ = 0;
-  std::vector<uint64_t> poses_;  // by actor
-  uint64_t pose_bytes_ = 0;
-  std::string nobody_;
-};
+  file.Commit();
+}
 
 // TUM's actorsGT.mat; the id of a person is the place of the actor.
 void WriteTracksTum(const std::string& path, const TrackSequence& tracks,
                     const TrackExportOptions& /*options*/,
                     LostFields* lost_fields) {
-  ActorsFile(tracks).Write(path);
+  WriteActors(path, tracks);
   const TrackContents contents = ContentsOf(tracks);
   NotePositionsOnly(contents, lost_fields);
   NoteClock(contents, lost_fields);

@@ -17,11 +17,9 @@
 #include <utility>
 #include <vector>
 
-#include "core/base/error.h"
 #include "core/io/files/text_file.h"
-#include "core/io/tracks/format.h"
-#include "core/io/tracks/tracks.h"
 #include "tests/core/io/input_error.h"
+#include "tests/core/io/tracks/recordings.h"
 #include "tests/support/test_data.h"
 
 namespace kinegraph {
@@ -48,39 +46,40 @@ class C3dMaker {
     last_ = last;
     return *this;
   }
-  C3dMaker& Analog(int samples) { return Set(&analog_, samples); }
-  // Of each channel in a frame.
-  C3dMaker& Samples(int count) { return Set(&samples_, count); }
-  C3dMaker& Rate(double hz) { return Set(&rate_hz_, hz); }
-  C3dMaker& Scale(double scale) { return Set(&scale_, scale); }
-  C3dMaker& Words(const std::string& name, const std::vector<int>& values) {
-    std::string content = Sides(2, values.size());
-    for (const int value : values) content += Word(value);
-    return Add(name, content);
+  // Values in a frame, in so many samples of each channel.
+  C3dMaker& Analog(int values, int samples = 0) {
+    analog_ = values;
+    samples_ = samples;
+    return *this;
   }
-  C3dMaker& Rows(const std::string& name, int length,
-                 const std::vector<int>& values) {
-    std::string content = {'\x02', '\x02', static_cast<char>(length),
-                           static_cast<char>(values.size() / length)};
-    for (const int value : values) content += Word(value);
-    return Add(name, content);
+  C3dMaker& Rate(double hz) {
+    rate_hz_ = hz;
+    return *this;
   }
-  C3dMaker& Floats(const std::string& name, const std::vector<double>& values) {
-    std::string content = Sides(4, values.size());
-    for (const double value : values) content += Float(value);
-    return Add(name, content);
+  C3dMaker& Scale(double scale) {
+    scale_ = scale;
+    return *this;
+  }
+  C3dMaker& Words(const std::string& name, const std::vector<int>& values,
+                  std::vector<size_t> sides = {}) {
+    std::string data;
+    for (const int value : values) data += Word(value);
+    if (sides.empty() && values.size() > 1) sides = {values.size()};
+    return Add(name, '\x02', sides, data);
+  }
+  C3dMaker& Number(const std::string& name, double value) {
+    return Add(name, '\x04', {}, Float(value));
   }
   C3dMaker& Texts(const std::string& name,
                   const std::vector<std::string>& texts) {
     size_t width = 1;
     for (const std::string& text : texts) width = std::max(width, text.size());
-    std::string content = {'\xFF', '\x02', static_cast<char>(width),
-                           static_cast<char>(texts.size())};
+    std::string data;
     for (std::string text : texts) {
       text.resize(width, ' ');
-      content += text;
+      data += text;
     }
-    return Add(name, content);
+    return Add(name, '\xFF', {width, texts.size()}, data);
   }
   C3dMaker& Labels(const std::vector<std::string>& labels) {
     return Texts("POINT:LABELS", labels);
@@ -135,18 +134,12 @@ class C3dMaker {
  private:
   static constexpr int kDataBlock = 4;
 
-  template <typename T>
-  C3dMaker& Set(T* place, T value) {
-    *place = value;
+  C3dMaker& Add(const std::string& name, char type,
+                const std::vector<size_t>& sides, const std::string& data) {
+    std::string content = {type, static_cast<char>(sides.size())};
+    for (const size_t side : sides) content += static_cast<char>(side);
+    parameters_.emplace_back(name, content + data + '\0');
     return *this;
-  }
-  C3dMaker& Add(const std::string& name, const std::string& content) {
-    parameters_.emplace_back(name, content + '\0');
-    return *this;
-  }
-  static std::string Sides(char type, size_t count) {
-    if (count == 1) return {type, '\0'};
-    return {type, '\x01', static_cast<char>(count)};
   }
   std::string Word(int value) const {
     const char low = static_cast<char>(value & 255);
@@ -190,6 +183,12 @@ C3dMaker OnePoint(int first, int last, int count) {
   return maker;
 }
 
+// By two words each: the frames from `start` to `end`.
+C3dMaker Trial(C3dMaker maker, int start, int end) {
+  return maker.Words("TRIAL:ACTUAL_START_FIELD", {start & 0xFFFF, start >> 16})
+      .Words("TRIAL:ACTUAL_END_FIELD", {end & 0xFFFF, end >> 16});
+}
+
 class TracksC3d : public ::testing::Test {
  protected:
   std::string Put(const std::string& bytes) const {
@@ -199,6 +198,12 @@ class TracksC3d : public ::testing::Test {
   }
   TrackSequence Read(const C3dMaker& maker) const {
     return ReadTracks(Put(maker.Make()));
+  }
+  size_t Count(const C3dMaker& maker) const {
+    return Read(maker).frames.size();
+  }
+  int64_t First(const C3dMaker& maker) const {
+    return Read(maker).frames.front().frame;
   }
   std::string ErrorOf(const C3dMaker& maker) const {
     return InputErrorOf([&] { Read(maker); });
@@ -259,11 +264,8 @@ TEST_F(TracksC3d, UnitsAxesAndErrors) {
   }
   TrackReadOptions options;
   options.axes = AxisMap::Parse("x,z,-y");
-  EXPECT_EQ(ReadTracks(Put(in("m").Make()), options)
-                .frames[0]
-                .people[0]
-                .joints[0]
-                .position_m,
+  const TrackSequence turned = ReadTracks(Put(in("m").Make()), options);
+  EXPECT_EQ(turned.frames[0].people[0].joints[0].position_m,
             Vector3d(1.0, -30.0, 20.0));
   EXPECT_THAT(ErrorOf(in("inch")),
               HasSubstr("walk.c3d: POINT:UNITS: found 'inch'"));
@@ -283,34 +285,23 @@ TEST_F(TracksC3d, UnitsAxesAndErrors) {
 
 TEST_F(TracksC3d, EveryConventionForLongFiles) {
   constexpr int kLong = 66'000;
+  constexpr int kRunOver = kLong - 65536;
   const C3dMaker full = OnePoint(1, 65535, kLong);
-  const auto words = [](int value) {
-    return std::vector<int>{value & 0xFFFF, value >> 16};
+  const C3dMaker over =
+      OnePoint(1, kRunOver, kLong).Words("POINT:FRAMES", {kRunOver});
+  const auto frames = [&](int words) {
+    return C3dMaker(full).Words("POINT:FRAMES", {words});
   };
-  std::map<std::string, C3dMaker> files;
-  files.emplace("header alone", full);
-  files.emplace("-1", C3dMaker(full).Words("POINT:FRAMES", {-1}));
-  files.emplace("-1 as float", C3dMaker(full).Floats("POINT:FRAMES", {-1.0}));
-  files.emplace(
-      "run over",
-      OnePoint(1, kLong - 65536, kLong).Words("POINT:FRAMES", {kLong - 65536}));
-  files.emplace("float", C3dMaker(full).Floats("POINT:FRAMES", {kLong}));
-  files.emplace("LONG_FRAMES", C3dMaker(full)
-                                   .Words("POINT:FRAMES", {65535})
-                                   .Floats("POINT:LONG_FRAMES", {kLong}));
-  files.emplace("TRIAL", C3dMaker(full)
-                             .Words("POINT:FRAMES", {65535})
-                             .Words("TRIAL:ACTUAL_START_FIELD", {1, 0})
-                             .Words("TRIAL:ACTUAL_END_FIELD", words(kLong)));
-  files.emplace("TRIAL full, too",
-                C3dMaker(full)
-                    .Words("TRIAL:ACTUAL_START_FIELD", {1, 0})
-                    .Words("TRIAL:ACTUAL_END_FIELD", {65535, 0}));
-  files.emplace("TRIAL beside words that ran over",
-                OnePoint(1, kLong - 65536, kLong)
-                    .Words("POINT:FRAMES", {kLong - 65536})
-                    .Words("TRIAL:ACTUAL_START_FIELD", {1, 0})
-                    .Words("TRIAL:ACTUAL_END_FIELD", words(kLong)));
+  std::map<std::string, C3dMaker> files = {
+      {"header alone", full},
+      {"-1", frames(-1)},
+      {"-1 as float", C3dMaker(full).Number("POINT:FRAMES", -1.0)},
+      {"run over", over},
+      {"float", C3dMaker(full).Number("POINT:FRAMES", kLong)},
+      {"LONG_FRAMES", frames(65535).Number("POINT:LONG_FRAMES", kLong)},
+      {"TRIAL", Trial(frames(65535), 1, kLong)},
+      {"TRIAL full, too", Trial(full, 1, 65535)},
+      {"TRIAL beside words that ran over", Trial(over, 1, kLong)}};
   for (auto& [name, maker] : files) {
     for (const bool is_padded : {false, true}) {
       if (is_padded) maker.Pad();
@@ -329,41 +320,29 @@ TEST_F(TracksC3d, AsManyAsAWordHoldsAndOneMore) {
     const int last = std::min(count, 65535);
     C3dMaker maker = OnePoint(1, last, count);
     maker.Words("POINT:FRAMES", {last});
-    EXPECT_EQ(Read(maker).frames.size(), static_cast<size_t>(count));
-    EXPECT_EQ(Read(maker.Pad()).frames.size(), static_cast<size_t>(count));
+    EXPECT_EQ(Count(maker), static_cast<size_t>(count));
+    EXPECT_EQ(Count(maker.Pad()), static_cast<size_t>(count));
   }
   EXPECT_THAT(ErrorOf(OnePoint(1, 65535, 60'000)), HasSubstr("is cut off"))
       << "a full word says 65535 or more";
 }
 
 TEST_F(TracksC3d, TheSizeDecidesWhereTheFileContradictsItself) {
+  const auto frames = [](int first, int last, int words) {
+    return OnePoint(first, last, 90).Words("POINT:FRAMES", {words}).Pad();
+  };
   // The header has nothing: parameters say it.
-  EXPECT_EQ(
-      Read(OnePoint(0, 0, 90).Words("POINT:FRAMES", {90}).Pad()).frames.size(),
-      90u);
-  EXPECT_EQ(Read(OnePoint(5, 0, 90).Words("POINT:FRAMES", {90}).Pad())
-                .frames.front()
-                .frame,
-            4);
+  EXPECT_EQ(Count(frames(0, 0, 90)), 90u);
+  EXPECT_EQ(First(frames(5, 0, 90)), 4);
   // FRAMES = 0: the header says it.
-  EXPECT_EQ(
-      Read(OnePoint(1, 90, 90).Words("POINT:FRAMES", {0}).Pad()).frames.size(),
-      90u);
+  EXPECT_EQ(Count(frames(1, 90, 0)), 90u);
   // Neither: to the end.
-  EXPECT_EQ(Read(OnePoint(0, 0, 90)).frames.size(), 90u);
-  // The header keeps the numbers of the recording that was cut.
-  for (const int in_parameters : {90, 500}) {
-    const int in_header = in_parameters == 90 ? 500 : 90;
-    EXPECT_EQ(Read(OnePoint(1, in_header, 90)
-                       .Words("POINT:FRAMES", {in_parameters})
-                       .Pad())
-                  .frames.size(),
-              90u);
-  }
+  EXPECT_EQ(Count(OnePoint(0, 0, 90)), 90u);
+  // The header keeps the numbers of the recording that was cut, or FRAMES does.
+  EXPECT_EQ(Count(frames(1, 500, 90)), 90u);
+  EXPECT_EQ(Count(frames(1, 90, 500)), 90u);
   // One block more than a statement needs is no contradiction.
-  EXPECT_EQ(
-      Read(OnePoint(1, 90, 90).Pad().Raw(std::string(512, '\7'))).frames.size(),
-      90u);
+  EXPECT_EQ(Count(OnePoint(1, 90, 90).Pad().Raw(std::string(512, '\7'))), 90u);
   EXPECT_THAT(ErrorOf(OnePoint(1, 200, 90).Words("POINT:FRAMES", {300})),
               HasSubstr("is of 300 frames (POINT:FRAMES) or 200 (the header), "
                         "and has room for 90"));
@@ -372,44 +351,27 @@ TEST_F(TracksC3d, TheSizeDecidesWhereTheFileContradictsItself) {
 }
 
 TEST_F(TracksC3d, TheFirstFrame) {
-  const auto first = [&](const C3dMaker& maker) {
-    return Read(maker).frames.front().frame;
-  };
-  EXPECT_EQ(first(OnePoint(101, 150, 50)), 100) << "a file that was trimmed";
-  EXPECT_EQ(first(OnePoint(0, 49, 50)), 0) << "a writer that counts from 0";
-  EXPECT_EQ(first(OnePoint(1, 50, 50)
-                      .Words("TRIAL:ACTUAL_START_FIELD", {101, 0})
-                      .Words("TRIAL:ACTUAL_END_FIELD", {150, 0})),
-            100);
-  EXPECT_EQ(first(OnePoint(65535, 65535, 50)
-                      .Words("POINT:FRAMES", {50})
-                      .Words("TRIAL:ACTUAL_START_FIELD", {4465, 1})
-                      .Words("TRIAL:ACTUAL_END_FIELD", {4514, 1})),
+  EXPECT_EQ(First(OnePoint(101, 150, 50)), 100) << "a file that was trimmed";
+  EXPECT_EQ(First(OnePoint(0, 49, 50)), 0) << "a writer that counts from 0";
+  EXPECT_EQ(First(Trial(OnePoint(1, 50, 50), 101, 150)), 100);
+  EXPECT_EQ(First(Trial(OnePoint(65535, 65535, 50).Words("POINT:FRAMES", {50}),
+                        70'001, 70'050)),
             70'000);
-}
-
-// What was not trimmed with the file says another count.
-TEST_F(TracksC3d, TheFirstFrameOfATrimmedFile) {
-  const auto trimmed = [](int first, int last, int start, int end) {
-    return OnePoint(first, last, 50)
-        .Words("TRIAL:ACTUAL_START_FIELD", {start, 0})
-        .Words("TRIAL:ACTUAL_END_FIELD", {end, 0});
-  };
-  for (const C3dMaker& maker :
-       {trimmed(101, 150, 1, 500), trimmed(1, 500, 101, 150)}) {
-    const TrackSequence tracks = Read(maker);
-    EXPECT_EQ(tracks.frames.size(), 50u);
-    EXPECT_EQ(tracks.frames.front().frame, 100);
+  // What was not trimmed with the file says another count.
+  for (const C3dMaker& maker : {Trial(OnePoint(101, 150, 50), 1, 500),
+                                Trial(OnePoint(1, 500, 50), 101, 150)}) {
+    EXPECT_EQ(Count(maker), 50u);
+    EXPECT_EQ(First(maker), 100);
   }
 }
 
 TEST_F(TracksC3d, AFrameIsANumber) {
   for (const double number : {1.0, static_cast<double>(NAN), -1.0, 1e30}) {
     C3dMaker maker = OnePoint(1, 90, 90);
-    maker.Floats("TRIAL:ACTUAL_START_FIELD", {number});
-    maker.Floats("TRIAL:ACTUAL_END_FIELD", {90.0});
+    maker.Number("TRIAL:ACTUAL_START_FIELD", number);
+    maker.Number("TRIAL:ACTUAL_END_FIELD", 90.0);
     if (number == 1.0) {
-      EXPECT_EQ(Read(maker).frames.size(), 90u);
+      EXPECT_EQ(Count(maker), 90u);
       continue;
     }
     EXPECT_THAT(
@@ -419,28 +381,26 @@ TEST_F(TracksC3d, AFrameIsANumber) {
 }
 
 TEST_F(TracksC3d, RateScaleAndPointsFromTheOtherPlace) {
-  EXPECT_EQ(Read(OnePoint(1, 9, 9).Rate(0.0).Floats("POINT:RATE", {59.94}))
-                .header.frame_rate_hz,
+  const auto rate = [&](const C3dMaker& maker) {
+    return Read(maker).header.frame_rate_hz;
+  };
+  EXPECT_EQ(rate(OnePoint(1, 9, 9).Rate(0.0).Number("POINT:RATE", 59.94)),
             static_cast<double>(59.94F));
-  EXPECT_EQ(Read(OnePoint(1, 9, 9).Rate(0.0)).header.frame_rate_hz, 0.0)
-      << "not known, as in other formats";
-  EXPECT_EQ(Read(OnePoint(1, 9, 9).Scale(0.0).Floats("POINT:SCALE", {-1.0}))
-                .frames.size(),
-            9u);
-  EXPECT_THAT(ErrorOf(OnePoint(1, 9, 9).Scale(0.0)), HasSubstr("POINT:SCALE"));
+  EXPECT_EQ(rate(OnePoint(1, 9, 9).Rate(0.0)), 0.0) << "as other formats";
+  const C3dMaker unscaled = OnePoint(1, 9, 9).Scale(0.0);
+  EXPECT_EQ(Count(C3dMaker(unscaled).Number("POINT:SCALE", -1.0)), 9u);
+  EXPECT_THAT(ErrorOf(unscaled), HasSubstr("POINT:SCALE"));
   // The data are floats, whatever the scale's sign says.
   const TrackSequence floats = Read(OnePoint(1, 90, 90).Scale(0.5).Pad());
   ASSERT_EQ(floats.frames.size(), 90u);
   EXPECT_EQ(floats.frames[89].people[0].joints[0].position_m,
             0.001 * Vector3d(90.0, 20.0, 30.0));
-  EXPECT_EQ(Read(OnePoint(1, 90, 90).Header(0, 1, 90).Words("POINT:USED", {1}))
-                .frames.size(),
-            90u);
-  EXPECT_EQ(Read(OnePoint(1, 90, 90).Words("POINT:USED", {0})).frames.size(),
-            90u);
-  EXPECT_EQ(
-      Read(OnePoint(1, 90, 90).Words("POINT:USED", {7}).Pad()).frames.size(),
-      90u);
+  const auto used = [](int points) {
+    return OnePoint(1, 90, 90).Words("POINT:USED", {points});
+  };
+  EXPECT_EQ(Count(used(1).Header(0, 1, 90)), 90u);
+  EXPECT_EQ(Count(used(0)), 90u);
+  EXPECT_EQ(Count(used(7).Pad()), 90u);
   EXPECT_THAT(ErrorOf(C3dMaker().Header(0, 1, 90).Analog(4)),
               HasSubstr("has no points"));
 }
@@ -512,7 +472,7 @@ TEST_F(TracksC3d, WhatAModelComputedIsNoJoint) {
   const C3dMaker maker = C3dMaker()
                              .Texts("POINT:ANGLES", {"LHipAngles"})
                              .Texts("POINT:POWERS", {"LHipPower"})
-                             .Floats("POINT:FORCES", {1.0});
+                             .Number("POINT:FORCES", 1.0);
   EXPECT_EQ(ReadLabels(folder_, maker, {"LHipAngles", "LKNE", "LHipPower"})
                 .header.skeleton.joints(),
             Names{"LKNE"});
@@ -584,16 +544,12 @@ TEST_F(TracksC3d, PeopleByPrefixes) {
                    {"A_C7", "B_C7"}),
             "0: C7; 1: C7; Anna Ben ");
   // A file that says that it has none, and a colon in a joint's name.
-  EXPECT_EQ(people(C3dMaker()
-                       .Texts("SUBJECTS:NAMES", {"Anna"})
-                       .Words("SUBJECTS:USES_PREFIXES", {0}),
-                   {"rig:Hips", "rig:Head"}),
+  const C3dMaker anna = C3dMaker()
+                            .Texts("SUBJECTS:NAMES", {"Anna"})
+                            .Words("SUBJECTS:USES_PREFIXES", {0});
+  EXPECT_EQ(people(anna, {"rig:Hips", "rig:Head"}),
             "0: rig:Hips rig:Head; Anna ");
-  EXPECT_EQ(people(C3dMaker()
-                       .Texts("SUBJECTS:NAMES", {"Anna"})
-                       .Words("SUBJECTS:USES_PREFIXES", {0}),
-                   {"Anna:Hips"}),
-            "0: Hips; Anna ");
+  EXPECT_EQ(people(anna, {"Anna:Hips"}), "0: Hips; Anna ");
   // The same labels for everybody.
   EXPECT_EQ(people(C3dMaker(), {"C7", "L", "C7", "L"}), "0: C7 L; 1: C7 L; ");
   EXPECT_EQ(people(C3dMaker().Texts("SUBJECTS:NAMES", {"Anna", "Ben"}),
@@ -615,7 +571,7 @@ TEST_F(TracksC3d, SegmentsHavePosesAndTheirOriginsAreJoints) {
       C3dMaker maker(order);
       maker.Header(0, 11, 12).Words("POINT:USED", {0});
       maker.Words("ROTATION:USED", {2}).Words("ROTATION:DATA_START", {4});
-      maker.Floats("ROTATION:RATE", {100.0 * ratio});
+      maker.Number("ROTATION:RATE", 100.0 * ratio);
       maker.Words("ROTATION:RATIO", {ratio});
       maker.Texts("ROTATION:LABELS", {"worldbody_4X4", "l_shank_4X4"});
       for (int f = 0; f < 2 * ratio; ++f) {
@@ -662,10 +618,10 @@ TEST_F(TracksC3d, ForcePlatesOfEveryType) {
   for (int c = 1; c <= 16; ++c) channels.push_back(c);
   for (const auto& [type, load_n] : loads) {
     C3dMaker maker;
-    maker.Header(1, 1, 2).Analog(16).Samples(1).Labels({"nose"});
+    maker.Header(1, 1, 2).Analog(16, 1).Labels({"nose"});
     maker.Words("FORCE_PLATFORM:USED", {2})
         .Words("FORCE_PLATFORM:TYPE", {type, type})
-        .Rows("FORCE_PLATFORM:CHANNEL", 8, channels);
+        .Words("FORCE_PLATFORM:CHANNEL", channels, {8, 2});
     for (int frame = 0; frame < 2; ++frame) {
       maker.Point(10.0, 20.0, 30.0);
       for (const int c : channels) maker.Value(c);
@@ -759,10 +715,10 @@ TrackSequence NosesAt(const std::vector<Vector3d>& positions_m) {
 TEST_F(TracksC3d, WritesMoreFramesThanAWordCounts) {
   const std::string path = folder_.path() / "long.c3d";
   for (const size_t count : {size_t{65534}, size_t{65535}, size_t{65600}}) {
-    LostFields lost_fields;
-    FindTrackFormat("c3d")->write(
-        path, NosesAt(std::vector<Vector3d>(count, Vector3d(0.5, 0.25, 1.0))),
-        {{}, {{TrackId(4), "Anna"}}}, &lost_fields);
+    testing::WriteAs(
+        "c3d", path,
+        NosesAt(std::vector<Vector3d>(count, Vector3d(0.5, 0.25, 1.0))),
+        {{}, {{TrackId(4), "Anna"}}});
     std::string bytes = ReadTextFile(path);
     EXPECT_EQ(bytes.find("LONG_FRAMES") != std::string::npos, count >= 65535);
     // SUBJECTS:NAMES, and EVENT:SUBJECTS of the first and the last frame.
@@ -787,10 +743,8 @@ TEST_F(TracksC3d, WritesMoreFramesThanAWordCounts) {
 
 TEST_F(TracksC3d, AJointAtTheOriginIsNoMissingPoint) {
   const std::string path = folder_.path() / "origin.c3d";
-  LostFields lost_fields;
-  FindTrackFormat("c3d")->write(
-      path, NosesAt({Vector3d::Zero(), Vector3d(0.0, 0.0, 0.5)}), {},
-      &lost_fields);
+  testing::WriteAs("c3d", path,
+                   NosesAt({Vector3d::Zero(), Vector3d(0.0, 0.0, 0.5)}));
   const TrackSequence tracks = ReadTracks(path);
   ASSERT_EQ(tracks.frames[0].people.size(), 1u);
   EXPECT_LT(tracks.frames[0].people[0].joints[0].position_m.norm(), 1e-40);

@@ -2,66 +2,23 @@
 #include <gtest/gtest.h>
 
 #include <cstdlib>
-#include <filesystem>
 #include <string>
 
-#include "core/base/random.h"
 #include "core/io/binary/npz_file.h"
 #include "core/io/files/text_file.h"
-#include "core/io/tracks/format.h"
 #include "tests/core/io/input_error.h"
+#include "tests/core/io/tracks/recordings.h"
 #include "tests/support/test_data.h"
 
 namespace kinegraph {
 namespace {
 
-namespace fs = std::filesystem;
 using ::testing::HasSubstr;
 using testing::InputErrorOf;
 using ::testing::IsEmpty;
+using testing::RandomTracks;
 using testing::TemporaryFolder;
-
-// Two people who come and go, numbers of all digits, a dropped frame.
-TrackSequence TracksToExport(bool with_covariances) {
-  Random random(5);
-  TrackSequence tracks;
-  tracks.header.skeleton = Coco17();
-  tracks.header.mode = "graph";
-  tracks.header.frame_rate_hz = 25.0;
-  for (const int64_t f : {300, 301, 302, 304, 305}) {
-    TrackFrame frame;
-    frame.frame = f;
-    frame.time = f * 40'000'000;
-    for (const int64_t id : {7, 2}) {
-      if (f == 300 || (f == 302 && id == 7)) continue;
-      PersonPose person;
-      person.id = TrackId(id);
-      for (int j = 0; j < 17; ++j) {
-        Joint3d joint;
-        joint.status = static_cast<JointStatus>(random.Index(3));
-        if (joint.present()) {
-          joint.position_m = {random.Normal() / 3.0, random.Normal() * 1e-7,
-                              -random.Uniform()};
-        }
-        person.joints.push_back(joint);
-        person.inlier_views.push_back(static_cast<int>(random.Index(5)));
-        person.covariances.emplace_back();
-        if (with_covariances && joint.present() && random.Chance(0.7)) {
-          Eigen::Matrix3d c;
-          for (int r = 0; r < 3; ++r) {
-            for (int k = r; k < 3; ++k) {
-              c(r, k) = c(k, r) = 1e-4 * random.Normal();
-            }
-          }
-          person.covariances.back() = c;
-        }
-      }
-      frame.people.push_back(person);
-    }
-    tracks.frames.push_back(frame);
-  }
-  return tracks;
-}
+using testing::WriteAs;
 
 // ---- CSV ----
 
@@ -75,8 +32,7 @@ TEST(TrackExport, CsvQuotesJointNames) {
   tracks.frames = {frame};
   const TemporaryFolder folder;
   const std::string path = folder.path() / "tracks.csv";
-  LostFields lost_fields;
-  FindTrackFormat("csv")->write(path, tracks, {}, &lost_fields);
+  WriteAs("csv", path, tracks);
   EXPECT_EQ(ReadTextFile(path),
             "frame,time_s,id,joint,x_m,y_m,z_m,status\n"
             "0,,1,\"a,b\",,,,missing\n0,,1,\"c\"\"d\",,,,missing\n");
@@ -100,19 +56,15 @@ TEST(TrackExport, TrcAxesKeepLeftAndRightApart) {
 TEST(TrackExport, TrcRefusesWhatItCannotHold) {
   const TemporaryFolder folder;
   const auto error_of = [&](const TrackSequence& tracks) {
-    LostFields lost_fields;
-    return InputErrorOf([&] {
-      FindTrackFormat("trc")->write(folder.path() / "trc", tracks, {},
-                                    &lost_fields);
-    });
+    return InputErrorOf([&] { WriteAs("trc", folder.path() / "trc", tracks); });
   };
-  TrackSequence tracks = TracksToExport(false);
+  TrackSequence tracks = RandomTracks(Coco17());
   tracks.header.frame_rate_hz = 0.0;
   EXPECT_THAT(error_of(tracks), HasSubstr("frame rate"));
-  tracks = TracksToExport(false);
+  tracks = RandomTracks(Coco17());
   tracks.frames.back().frame = int64_t{1} << 40;
   EXPECT_THAT(error_of(tracks), HasSubstr("span"));
-  tracks = TracksToExport(false);
+  tracks = RandomTracks(Coco17());
   for (TrackFrame& frame : tracks.frames) frame.people.clear();
   EXPECT_THAT(error_of(tracks), HasSubstr("nobody"));
   EXPECT_THAT(ListFolder(folder.path().string()), IsEmpty());
@@ -126,11 +78,6 @@ TEST(NpzFile, CrcIsThatOfZip) {
   EXPECT_EQ(Crc32(""), 0u);
 }
 
-bool HasNumpy() {
-  return std::system("/usr/bin/python3 -c 'import numpy' > /dev/null 2>&1") ==
-         0;
-}
-
 // Runs Python, which fails with an assertion's message.
 void ExpectPython(const TemporaryFolder& folder, const std::string& script) {
   const std::string path = folder.Write("check.py", script);
@@ -141,15 +88,14 @@ void ExpectPython(const TemporaryFolder& folder, const std::string& script) {
 }
 
 TEST(TrackExport, NumpyReadsTheArrays) {
-  if (!HasNumpy()) GTEST_SKIP() << "needs numpy of /usr/bin/python3";
-  const TrackSequence tracks = TracksToExport(true);
+  if (!testing::HasNumpy()) GTEST_SKIP() << "needs numpy of /usr/bin/python3";
+  const TrackSequence tracks = RandomTracks(Coco17());
   const TemporaryFolder folder;
   const std::string npz = folder.path() / "tracks.npz";
   const std::string csv = folder.path() / "tracks.csv";
-  LostFields lost_fields;
-  FindTrackFormat("npz")->write(npz, tracks, {}, &lost_fields);
-  // The table holds the same bits (above), so it is what to compare with.
-  FindTrackFormat("csv")->write(csv, tracks, {}, &lost_fields);
+  WriteAs("npz", npz, tracks);
+  // The table holds the same bits, so it is what to compare with.
+  WriteAs("csv", csv, tracks);
   ExpectPython(folder, R"(
 import csv, zipfile, numpy as np
 npz, table = ')" + npz + "', '" +
@@ -158,17 +104,17 @@ assert zipfile.ZipFile(npz).testzip() is None
 a = np.load(npz, allow_pickle=False)
 assert sorted(a.files) == ['bones', 'covariance', 'frame_rate', 'frames', 'ids',
     'joints', 'positions', 'skeleton', 'status', 'times', 'views'], a.files
-assert a['positions'].shape == (5, 2, 17, 3), a['positions'].shape
+assert a['positions'].shape == (10, 3, 17, 3), a['positions'].shape
 assert a['positions'].dtype == np.float64 and a['status'].dtype == np.int8
-assert a['covariance'].shape == (5, 2, 17, 3, 3)
-assert a['ids'].tolist() == [2, 7]
-assert a['frames'].tolist() == [300, 301, 302, 304, 305]
+assert a['covariance'].shape == (10, 3, 17, 3, 3)
+assert a['ids'].tolist() == [0, 2, 5]
+assert a['frames'].tolist() == list(range(300, 310))
 assert a['frame_rate'] == 25.0 and str(a['skeleton']) == 'coco17'
 assert a['bones'].shape[1] == 2 and a['bones'].max() < 17
 joints = a['joints'].tolist()
 assert joints[0] == 'nose' and len(joints) == 17
 names = {'missing': 0, 'inferred': 1, 'observed': 2}
-seen = np.full((5, 2, 17), False)
+seen = np.full((10, 3, 17), False)
 upper = [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)]
 for row in csv.DictReader(open(table)):
     f = a['frames'].tolist().index(int(row['frame']))
@@ -185,14 +131,14 @@ for row in csv.DictReader(open(table)):
         text = row['cov_' + key + '_m2']
         for value in (a['covariance'][f, p, j, r, c], a['covariance'][f, p, j, c, r]):
             assert np.isnan(value) if text == '' else value == float(text)
-assert seen.sum() == 17 * 7
+assert seen.sum() == 17 * 24
 assert (a['status'][~seen] == -1).all() and (a['views'][~seen] == -1).all()
 assert np.isnan(a['positions'][~seen]).all()
 )");
 }
 
 TEST(TrackExport, NumpyReadsOddNamesAndNoPeople) {
-  if (!HasNumpy()) GTEST_SKIP() << "needs numpy of /usr/bin/python3";
+  if (!testing::HasNumpy()) GTEST_SKIP() << "needs numpy of /usr/bin/python3";
   TrackSequence tracks;
   tracks.header.skeleton = Skeleton(
       "k\xC3\xB6rper", {"\xE8\x86\x9D", "\xF0\x9F\x99\x82 b", "\xFF"}, {});
@@ -200,8 +146,7 @@ TEST(TrackExport, NumpyReadsOddNamesAndNoPeople) {
   tracks.frames[1].frame = 1;
   const TemporaryFolder folder;
   const std::string npz = folder.path() / "tracks.npz";
-  LostFields lost_fields;
-  FindTrackFormat("npz")->write(npz, tracks, {}, &lost_fields);
+  WriteAs("npz", npz, tracks);
   ExpectPython(folder, R"(
 import numpy as np
 a = np.load(')" + npz + R"(', allow_pickle=False)

@@ -2,12 +2,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <cmath>
 #include <string>
-#include <utility>
 #include <vector>
 
-#include "core/io/tracks/format.h"
 #include "core/io/tracks/tracks.h"
 #include "tests/core/io/input_error.h"
 #include "tests/support/test_data.h"
@@ -96,55 +93,6 @@ TEST(TracksBvh, RatesOfRoundedTimes) {
   EXPECT_EQ(rate_of("0.00833"), 120.0);
   EXPECT_NEAR(rate_of("0.03336666666666667"), 30000.0 / 1001.0, 1e-9);
   EXPECT_NEAR(rate_of("0.016683333333333335"), 60000.0 / 1001.0, 1e-9);
-}
-
-// What is written reads back where the rigid skeleton stands.
-TEST(TracksBvh, OwnFilesComeBack) {
-  TrackSequence tracks;
-  tracks.header.skeleton = Coco17();
-  tracks.header.frame_rate_hz = 25.0;
-  for (int64_t f = 0; f < 20; ++f) {
-    TrackFrame frame;
-    frame.frame = f;
-    PersonPose person;
-    person.id = TrackId(4);
-    const double turn = 0.1 * static_cast<double>(f);
-    for (size_t j = 0; j < 17; ++j) {
-      // A rigid body that turns and walks.
-      const double angle = 2.0 * static_cast<double>(j);
-      const Vector3d still(std::cos(angle), std::sin(1.3 * angle),
-                           0.1 * static_cast<double>(j));
-      person.joints.push_back(
-          {{turn + std::cos(turn) * still.x() - std::sin(turn) * still.y(),
-            std::sin(turn) * still.x() + std::cos(turn) * still.y(), still.z()},
-           JointStatus::kObserved});
-    }
-    frame.people = {person};
-    tracks.frames.push_back(frame);
-  }
-  const TemporaryFolder folder;
-  LostFields lost_fields;
-  FindTrackFormat("bvh")->write(folder.path() / "bvh", tracks,
-                                {{}, {{TrackId(4), "Anna"}}}, &lost_fields);
-  EXPECT_THAT(lost_fields, ::testing::Contains(HasSubstr(
-                               "joints lie 0.0 mm (RMS) and at most 0.0 mm")));
-  const std::string path = folder.path() / "bvh";
-  EXPECT_EQ(ReadPersonNames(path), (PersonNames{{TrackId(4), "Anna"}}));
-  const TrackSequence read = ReadTracks(path);
-  ASSERT_EQ(read.frames.size(), 20u);
-  for (size_t f = 0; f < 20; ++f) {
-    const PersonPose& person = read.frames[f].people.at(0);
-    EXPECT_EQ(person.id, TrackId(4));
-    for (size_t j = 0; j < 17; ++j) {
-      const int at = read.header.skeleton.IndexOf(Coco17().joints()[j]);
-      ASSERT_GE(at, 0) << Coco17().joints()[j];
-      // Six digits of centimetres and degrees along four bones of a metre.
-      EXPECT_LT((person.joints[static_cast<size_t>(at)].position_m -
-                 tracks.frames[f].people[0].joints[j].position_m)
-                    .norm(),
-                5e-7);
-    }
-  }
 }
 
 }  // namespace

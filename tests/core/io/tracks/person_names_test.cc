@@ -1,12 +1,9 @@
-
 #include <gtest/gtest.h>
 
 #include <string>
 
 #include "core/base/error.h"
-#include "core/io/tracks/format.h"
-#include "core/io/tracks/tracks.h"
-#include "core/io/tracks/writer.h"
+#include "tests/core/io/tracks/recordings.h"
 #include "tests/support/opensim_trc.h"
 #include "tests/support/rig.h"
 #include "tests/support/test_data.h"
@@ -15,6 +12,7 @@ namespace kinegraph {
 namespace {
 
 using testing::TemporaryFolder;
+using testing::WriteAs;
 
 // Persons 3 and 12, who stand for two frames.
 TrackSequence Tracks() {
@@ -39,56 +37,39 @@ TrackSequence Tracks() {
 const PersonNames kNames = {{TrackId(12), "=Anna, \"A\" Ö_2"}};
 
 TEST(PersonNames, AreKeptInJsonLinesCsvAndNpz) {
-  const TemporaryFolder folder;
-  const TrackSequence tracks = Tracks();
-  LostFields lost_fields;
-  const std::string jsonl = folder.path() / "tracks.jsonl";
-  WriteTracks(jsonl, tracks, {false, kNames});
-  const std::string csv = folder.path() / "tracks.csv";
-  FindTrackFormat("csv")->write(csv, tracks, {std::nullopt, kNames},
-                                &lost_fields);
-  const std::string npz = folder.path() / "tracks.npz";
-  FindTrackFormat("npz")->write(npz, tracks, {std::nullopt, kNames},
-                                &lost_fields);
-  for (const std::string& path : {jsonl, csv, npz}) {
-    EXPECT_EQ(ReadPersonNames(path), kNames) << path;
-    // Who reads no names reads the tracks all the same.
-    const TrackSequence read = ReadTracks(path);
-    ASSERT_EQ(read.frames.size(), 2u) << path;
-    ASSERT_EQ(read.frames[1].people.size(), 2u) << path;
-    EXPECT_EQ(read.frames[1].people[1].id, TrackId(12)) << path;
+  for (const PersonNames& names : {kNames, PersonNames()}) {
+    for (const std::string format : {"kinegraph", "csv", "npz"}) {
+      const TemporaryFolder folder;
+      const std::string path = folder.path() / "tracks";
+      WriteAs(format, path, Tracks(), {std::nullopt, names});
+      EXPECT_EQ(ReadPersonNames(path), names) << format;
+      // Who reads no names reads the tracks all the same.
+      const TrackSequence read = ReadTracks(path);
+      ASSERT_EQ(read.frames.size(), 2u) << format;
+      ASSERT_EQ(read.frames[1].people.size(), 2u) << format;
+      EXPECT_EQ(read.frames[1].people[1].id, TrackId(12)) << format;
+    }
   }
+  const TemporaryFolder folder;
+  EXPECT_TRUE(ReadPersonNames(folder.Write("text.txt", "nothing\n")).empty());
 }
 
-TEST(PersonNames, OfTrcStandInTheFilesNames) {
+TEST(PersonNames, StandInTheNamesOfPeoplesFiles) {
   const TemporaryFolder folder;
-  const std::string path = folder.path() / "trc";
-  LostFields lost_fields;
-  FindTrackFormat("trc")->write(
-      path, Tracks(), {AxisMap::Parse("x,y,z"), {{TrackId(12), "Anna P_7/Ö"}}},
-      &lost_fields);
-  EXPECT_TRUE(testing::OpenSimReads(path));
-  EXPECT_EQ(ReadPersonNames(path), (PersonNames{{TrackId(12), "Anna-P-7-Ö"}}));
-  const TrackSequence read = ReadTracks(path);
-  // In the order of the files' names.
-  ASSERT_EQ(read.frames[0].people.size(), 2u);
-  EXPECT_EQ(read.frames[0].people[0].id, TrackId(12));
-  EXPECT_EQ(read.frames[0].people[1].id, TrackId(3));
-}
-
-TEST(PersonNames, FilesWithoutNamesHaveNone) {
-  const TemporaryFolder folder;
-  const TrackSequence tracks = Tracks();
-  LostFields lost_fields;
-  const std::string jsonl = folder.path() / "tracks.jsonl";
-  WriteTracks(jsonl, tracks);
-  const std::string csv = folder.path() / "tracks.csv";
-  FindTrackFormat("csv")->write(csv, tracks, {}, &lost_fields);
-  const std::string npz = folder.path() / "tracks.npz";
-  FindTrackFormat("npz")->write(npz, tracks, {}, &lost_fields);
-  const std::string text = folder.Write("text.txt", "nothing\n");
-  for (const std::string& path : {jsonl, csv, npz, text}) {
-    EXPECT_TRUE(ReadPersonNames(path).empty()) << path;
+  for (const std::string format : {"trc", "bvh"}) {
+    const std::string path = folder.path() / format;
+    WriteAs(format, path, Tracks(),
+            {AxisMap::Parse("x,y,z"), {{TrackId(12), "Anna P_7/Ö"}}});
+    if (format == "trc") {
+      EXPECT_TRUE(testing::OpenSimReads(path));
+    }
+    EXPECT_EQ(ReadPersonNames(path),
+              (PersonNames{{TrackId(12), "Anna-P-7-Ö"}}));
+    const TrackSequence read = ReadTracks(path);
+    // In the order of the files' names.
+    ASSERT_EQ(read.frames[0].people.size(), 2u);
+    EXPECT_EQ(read.frames[0].people[0].id, TrackId(12));
+    EXPECT_EQ(read.frames[0].people[1].id, TrackId(3));
   }
 }
 

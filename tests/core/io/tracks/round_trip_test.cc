@@ -9,12 +9,11 @@
 #include <string>
 #include <vector>
 
-#include "core/base/random.h"
 #include "core/io/files/text_file.h"
 #include "core/io/tracks/format.h"
 #include "core/io/tracks/tracks.h"
-#include "core/io/tracks/writer.h"
 #include "tests/core/io/input_error.h"
+#include "tests/core/io/tracks/recordings.h"
 #include "tests/support/opensim_trc.h"
 #include "tests/support/test_data.h"
 
@@ -25,47 +24,9 @@ namespace fs = std::filesystem;
 using ::testing::Contains;
 using ::testing::HasSubstr;
 using testing::InputErrorOf;
+using testing::RandomTracks;
 using testing::TemporaryFolder;
-
-// Three people who come and go, among them nobody for a frame, numbers of all
-// digits, every status. Frames have no gaps.
-TrackSequence RandomTracks(const Skeleton& skeleton) {
-  Random random(11);
-  TrackSequence tracks;
-  tracks.header.skeleton = skeleton;
-  tracks.header.frame_rate_hz = 25.0;
-  for (int64_t f = 300; f < 310; ++f) {
-    TrackFrame frame;
-    frame.frame = f;
-    frame.time = FrameClock(25.0).TimeOf(f);
-    for (const int64_t id : {0, 2, 5}) {
-      if (f == 304 || (id == 2 && f < 303)) continue;
-      PersonPose person;
-      person.id = TrackId(id);
-      for (int j = 0; j < skeleton.joint_count(); ++j) {
-        Joint3d joint;
-        // Somebody without any joint would not be there in most formats.
-        joint.status = j == 0 ? JointStatus::kObserved
-                              : static_cast<JointStatus>(random.Index(3));
-        if (joint.present()) {
-          joint.position_m = {random.Normal() / 3.0, random.Normal() * 1e-7,
-                              -random.Uniform()};
-        }
-        person.joints.push_back(joint);
-        person.inlier_views.push_back(static_cast<int>(random.Index(5)));
-        person.covariances.emplace_back();
-        if (joint.present() && random.Chance(0.7)) {
-          Eigen::Matrix3d c = Eigen::Matrix3d::Identity() * random.Uniform();
-          c(0, 1) = c(1, 0) = 1e-3 * random.Normal();
-          person.covariances.back() = c;
-        }
-      }
-      frame.people.push_back(person);
-    }
-    tracks.frames.push_back(frame);
-  }
-  return tracks;
-}
+using testing::WriteAs;
 
 struct Case {
   std::string format;
@@ -80,15 +41,6 @@ struct Case {
 
 constexpr double kUnit = 4e-16;
 constexpr double kFloat = 1.2e-7;  // to 32 bits and back: half of 2^-23, twice
-
-// By the registry's entry.
-void Write(const Case& format, const std::string& path,
-           const TrackSequence& tracks, LostFields* lost_fields) {
-  FindTrackFormat(format.format)->write(path, tracks, {}, lost_fields);
-  if (format.format == "trc") {
-    EXPECT_TRUE(testing::OpenSimReads(path));
-  }
-}
 
 class TrackRoundTrip : public ::testing::TestWithParam<Case> {};
 
@@ -123,8 +75,10 @@ TEST_P(TrackRoundTrip, ReadsBack) {
   const TrackSequence tracks = RandomTracks(*format.skeleton);
   const TemporaryFolder folder;
   const std::string path = folder.path() / "result";
-  LostFields lost_fields;
-  Write(format, path, tracks, &lost_fields);
+  const LostFields lost_fields = WriteAs(format.format, path, tracks);
+  if (format.format == "trc") {
+    EXPECT_TRUE(testing::OpenSimReads(path));
+  }
   EXPECT_EQ(ListFolder(folder.path().string()).size(), 1u)
       << "nothing is left beside the result";
   for (const std::string& read : {std::string(), format.format}) {
@@ -203,8 +157,7 @@ TEST(TracksTrc, Pose2SimsOwnFilesReadAndComeBack) {
               person.joints[static_cast<size_t>(ankle)].position_m.z() + 1.0)
         << "z is up again";
     const TemporaryFolder folder;
-    LostFields lost_fields;
-    FindTrackFormat("trc")->write(folder.path() / "trc", own, {}, &lost_fields);
+    WriteAs("trc", folder.path() / "trc", own);
     EXPECT_TRUE(testing::OpenSimReads(folder.path() / "trc"));
     const TrackSequence again = ReadTracks(folder.path() / "trc");
     ASSERT_EQ(again.frames.size(), own.frames.size());
@@ -406,14 +359,9 @@ TEST(TracksCsv, ErrorsNameFileAndLine) {
               HasSubstr("person 0 stands there twice"));
 }
 
-bool FindsNumpy() {
-  return std::system("/usr/bin/python3 -c 'import numpy' > /dev/null 2>&1") ==
-         0;
-}
-
 // Arrays as NumPy itself writes them, with its own choices in the archive.
 TEST(TracksNpz, ReadsWhatNumpyWrites) {
-  if (!FindsNumpy()) GTEST_SKIP() << "needs numpy of /usr/bin/python3";
+  if (!testing::HasNumpy()) GTEST_SKIP() << "needs numpy of /usr/bin/python3";
   const TemporaryFolder folder;
   const std::string path = folder.path() / "numpy.npz";
   const auto write = [&](const std::string& function) {
@@ -444,10 +392,7 @@ TEST(TracksNpz, ReadsWhatNumpyWrites) {
 TEST(TracksPanoptic, JointsAreTakenOverByName) {
   const TrackSequence tracks = RandomTracks(Coco17());
   const TemporaryFolder folder;
-  LostFields lost_fields;
-  FindTrackFormat("panoptic")
-      ->write(folder.path() / "scene", tracks, {}, &lost_fields);
-  EXPECT_THAT(lost_fields,
+  EXPECT_THAT(WriteAs("panoptic", folder.path() / "scene", tracks),
               Contains(HasSubstr("17 of the input's 17 are kept")));
   const TrackSequence again = ReadTracks(folder.path() / "scene");
   const auto at = static_cast<size_t>(Panoptic19().IndexOf("l_wrist"));
@@ -462,29 +407,18 @@ TEST(TracksPanoptic, JointsAreTakenOverByName) {
 TEST(TrackExport, FormatsOfTimesAndPlacesRefuseWhatTheyCannotSay) {
   const TemporaryFolder folder;
   const std::string path = folder.path() / "result";
-  LostFields lost_fields;
+  const auto error = [](const std::string& format, const std::string& to,
+                        const TrackSequence& tracks) {
+    return InputErrorOf([&] { WriteAs(format, to, tracks); });
+  };
   TrackSequence tracks = RandomTracks(Tum14());
   tracks.frames[3].time += 30'000'000;
-  EXPECT_THAT(InputErrorOf([&] {
-                FindTrackFormat("longcw")->write(path, tracks, {},
-                                                 &lost_fields);
-              }),
-              HasSubstr("frame 303"));
+  EXPECT_THAT(error("longcw", path, tracks), HasSubstr("frame 303"));
   tracks.header.frame_rate_hz = 0.0;
-  EXPECT_THAT(InputErrorOf([&] {
-                FindTrackFormat("longcw")->write(path, tracks, {},
-                                                 &lost_fields);
-              }),
-              HasSubstr("--frame_rate"));
+  EXPECT_THAT(error("longcw", path, tracks), HasSubstr("--frame_rate"));
   tracks.frames[0].people[0].id = TrackId(123456);
-  EXPECT_THAT(InputErrorOf([&] {
-                FindTrackFormat("tum")->write(path, tracks, {}, &lost_fields);
-              }),
-              HasSubstr("the largest id is 123456"));
-  EXPECT_THAT(InputErrorOf([&] {
-                FindTrackFormat("tum")->write(
-                    "/nowhere/x.mat", RandomTracks(Tum14()), {}, &lost_fields);
-              }),
+  EXPECT_THAT(error("tum", path, tracks), HasSubstr("largest id is 123456"));
+  EXPECT_THAT(error("tum", "/nowhere/x.mat", RandomTracks(Tum14())),
               HasSubstr("/nowhere/x.mat"));
   EXPECT_TRUE(ListFolder(folder.path().string()).empty());
 }

@@ -16,9 +16,9 @@
 #include "core/io/files/text_file.h"
 #include "core/io/text/joint_names.h"
 #include "core/io/text/json.h"
-#include "core/io/tracks/format.h"
 #include "core/io/tracks/tracks.h"
 #include "tests/core/io/input_error.h"
+#include "tests/core/io/tracks/recordings.h"
 #include "tests/support/base64.h"
 #include "tests/support/test_data.h"
 
@@ -30,9 +30,9 @@ using Eigen::Vector3d;
 using ::testing::Contains;
 using ::testing::HasSubstr;
 using testing::InputErrorOf;
-using ::testing::IsEmpty;
 using ::testing::Not;
 using testing::TemporaryFolder;
+using testing::WriteAs;
 
 JointTree TreeOf(const Skeleton& skeleton) {
   return MakeJointTree(skeleton,
@@ -107,13 +107,6 @@ TrackSequence RigidTruth(const Skeleton& skeleton, int64_t frames,
     }
   }
   return tracks;
-}
-
-LostFields WriteTo(const std::string& format, const std::string& path,
-                   const TrackSequence& tracks) {
-  LostFields lost_fields;
-  FindTrackFormat(format)->write(path, tracks, {}, &lost_fields);
-  return lost_fields;
 }
 
 // The largest distance of joints that BVH's reader finds, by its own forward
@@ -224,28 +217,28 @@ class GltfFile {
   std::string bytes_;
 };
 
+// Pairs of joints, one after the other.
+std::vector<Bone> Bones(const std::vector<int>& ends) {
+  std::vector<Bone> bones;
+  for (size_t i = 0; i < ends.size(); i += 2) {
+    bones.push_back({ends[i], ends[i + 1]});
+  }
+  return bones;
+}
+
 // A mouse, as SLEAP's users draw it, and a fly, of which all hangs on one
 // joint.
 const std::vector<Skeleton>& Animals() {
   static const std::vector<Skeleton> kAnimals = {
-      Skeleton(
-          "mouse",
-          {"snout", "ear_l", "ear_r", "neck", "hips", "tail_base", "tail_tip",
-           "paw_l", "paw_r"},
-          {{0, 3}, {1, 3}, {2, 3}, {3, 4}, {4, 5}, {5, 6}, {4, 7}, {4, 8}}),
+      Skeleton("mouse",
+               {"snout", "ear_l", "ear_r", "neck", "hips", "tail_base",
+                "tail_tip", "paw_l", "paw_r"},
+               Bones({0, 3, 1, 3, 2, 3, 3, 4, 4, 5, 5, 6, 4, 7, 4, 8})),
       Skeleton("fly",
                {"head", "thorax", "abdomen", "wing_l", "wing_r", "leg_1",
                 "leg_2", "tip_1", "tip_2", "eye_l", "eye_r"},
-               {{1, 0},
-                {1, 2},
-                {1, 3},
-                {1, 4},
-                {1, 5},
-                {1, 6},
-                {5, 7},
-                {6, 8},
-                {0, 9},
-                {0, 10}})};
+               Bones({1, 0, 1, 2, 1, 3, 1, 4, 1, 5,
+                      1, 6, 5, 7, 6, 8, 0, 9, 0, 10}))};
   return kAnimals;
 }
 
@@ -257,29 +250,32 @@ std::vector<Skeleton> AllSkeletons() {
   return all;
 }
 
+class TreeMotion : public ::testing::Test {
+ protected:
+  const TemporaryFolder folder_;
+  const std::string bvh_ = folder_.path() / "person_0.bvh";
+  const std::string gltf_ = folder_.path() / "take.gltf";
+};
+
 // Six digits of centimetres and degrees along at most ten bones of 0.25 m.
 constexpr double kBvhDigits_m = 1e-6;
 
-TEST(TreeMotion, BvhPutsEveryJointOfARigidBodyWhereItIs) {
+TEST_F(TreeMotion, BvhPutsEveryJointOfARigidBodyWhereItIs) {
   for (const Skeleton& skeleton : AllSkeletons()) {
-    const TemporaryFolder folder;
-    const std::string path = folder.path() / "person_0.bvh";
     const TrackSequence truth = RigidTruth(skeleton, 40);
-    const LostFields lost_fields = WriteTo("bvh", path, truth);
+    const LostFields lost_fields = WriteAs("bvh", bvh_, truth);
     EXPECT_THAT(lost_fields,
                 Contains(HasSubstr("lie 0.0 mm (RMS) and at most 0.0 mm")))
         << skeleton.name();
-    EXPECT_LT(WorstInBvh(path, truth), kBvhDigits_m) << skeleton.name();
+    EXPECT_LT(WorstInBvh(bvh_, truth), kBvhDigits_m) << skeleton.name();
   }
 }
 
-TEST(TreeMotion, GltfTurnsEveryJointOfARigidBodyFromItsRest) {
+TEST_F(TreeMotion, GltfTurnsEveryJointOfARigidBodyFromItsRest) {
   for (const Skeleton& skeleton : AllSkeletons()) {
-    const TemporaryFolder folder;
-    const std::string path = folder.path() / "take.gltf";
     const TrackSequence truth = RigidTruth(skeleton, 40);
-    WriteTo("gltf", path, truth);
-    const GltfFile file(path);
+    WriteAs("gltf", gltf_, truth);
+    const GltfFile file(gltf_);
     double worst_m = 0.0;
     for (const size_t f : {0u, 17u, 39u}) {
       const std::map<std::string, Vector3d> found = file.ByRotations(f);
@@ -299,25 +295,23 @@ TEST(TreeMotion, GltfTurnsEveryJointOfARigidBodyFromItsRest) {
 }
 
 // One frame is its own shape; a mirror image is as rigid as its person.
-TEST(TreeMotion, OneFrameAndMirrorImages) {
+TEST_F(TreeMotion, OneFrameAndMirrorImages) {
   for (const Skeleton* skeleton : {&MediaPipe33(), &Halpe26()}) {
     TrackSequence truth = RigidTruth(*skeleton, 1);
-    const TemporaryFolder folder;
-    const std::string path = folder.path() / "person_0.bvh";
-    WriteTo("bvh", path, truth);
-    EXPECT_LT(WorstInBvh(path, truth), kBvhDigits_m);
+    WriteAs("bvh", bvh_, truth);
+    EXPECT_LT(WorstInBvh(bvh_, truth), kBvhDigits_m);
     truth = RigidTruth(*skeleton, 30);
     for (TrackFrame& frame : truth.frames) {
       for (Joint3d& joint : frame.people[0].joints) joint.position_m.x() *= -1;
     }
-    WriteTo("bvh", path, truth);
-    EXPECT_LT(WorstInBvh(path, truth), kBvhDigits_m);
+    WriteAs("bvh", bvh_, truth);
+    EXPECT_LT(WorstInBvh(bvh_, truth), kBvhDigits_m);
   }
 }
 
 // What is missing in some frames does not spoil what is seen there: hips, of
 // which the root is the middle, and all but one joint of a hand.
-TEST(TreeMotion, JointsThatAreMissingInSomeFrames) {
+TEST_F(TreeMotion, JointsThatAreMissingInSomeFrames) {
   TrackSequence truth = RigidTruth(MediaPipe33(), 40);
   for (size_t f = 10; f < 20; ++f) {
     Pose3d& pose = truth.frames[f].people[0].joints;
@@ -325,12 +319,10 @@ TEST(TreeMotion, JointsThatAreMissingInSomeFrames) {
       pose[static_cast<size_t>(MediaPipe33().IndexOf(joint))] = {};
     }
   }
-  const TemporaryFolder folder;
-  const std::string path = folder.path() / "person_0.bvh";
-  const LostFields lost_fields = WriteTo("bvh", path, truth);
+  const LostFields lost_fields = WriteAs("bvh", bvh_, truth);
   // Ten frames of four joints; the middle of the hips is nobody's joint.
   EXPECT_THAT(lost_fields, Contains(HasSubstr("40 missing joints")));
-  const TrackSequence read = ReadTracks(path);
+  const TrackSequence read = ReadTracks(bvh_);
   const auto at = [&](size_t frame, const std::string& joint) {
     return read.frames[frame]
         .people[0]
@@ -381,20 +373,18 @@ std::map<std::string, double> OffsetLengths(const std::string& bvh) {
   return lengths;
 }
 
-TEST(TreeMotion, LegsNeverSeenHaveLengthsByStature) {
+TEST_F(TreeMotion, LegsNeverSeenHaveLengthsByStature) {
   const std::vector<std::string> legs = {
       "l_knee", "r_knee",    "l_ankle",     "r_ankle", "l_big_toe",
       "l_heel", "r_big_toe", "l_small_toe", "r_heel",  "r_small_toe"};
   TrackSequence tracks = WithoutJoints(Halpe26(), legs);
-  const TemporaryFolder folder;
-  const std::string path = folder.path() / "person_0.bvh";
-  const LostFields lost_fields = WriteTo("bvh", path, tracks);
+  const LostFields lost_fields = WriteAs("bvh", bvh_, tracks);
   EXPECT_THAT(lost_fields,
               Contains(HasSubstr("never seen: l_knee, l_ankle, r_knee, ")));
   EXPECT_THAT(lost_fields, Contains(HasSubstr("Drillis and Contini")));
   EXPECT_THAT(lost_fields,
               Not(Contains(HasSubstr("missing joints got a place"))));
-  const auto lengths = OffsetLengths(ReadTextFile(path));
+  const auto lengths = OffsetLengths(ReadTextFile(bvh_));
   for (const auto& [joint, length_cm] : lengths) {
     EXPECT_GT(length_cm, 0.1) << joint;
   }
@@ -404,59 +394,50 @@ TEST(TreeMotion, LegsNeverSeenHaveLengthsByStature) {
   EXPECT_EQ(lengths.at("l_knee"), lengths.at("r_knee"));
 }
 
-TEST(TreeMotion, TheOtherSideTellsALengthBeforeTheStatureDoes) {
+TEST_F(TreeMotion, TheOtherSideTellsALengthBeforeTheStatureDoes) {
   const TrackSequence tracks = WithoutJoints(
       Halpe26(), {"l_knee", "l_ankle", "l_heel", "l_big_toe", "l_small_toe"});
-  const TemporaryFolder folder;
-  const std::string path = folder.path() / "person_0.bvh";
-  WriteTo("bvh", path, tracks);
-  const auto lengths = OffsetLengths(ReadTextFile(path));
+  WriteAs("bvh", bvh_, tracks);
+  const auto lengths = OffsetLengths(ReadTextFile(bvh_));
   EXPECT_NEAR(lengths.at("l_knee"), lengths.at("r_knee"), 1e-5);
 }
 
 // At a desk: the root is the chest then, so that hips and legs turn with it.
-TEST(TreeMotion, HipsNeverSeen) {
+TEST_F(TreeMotion, HipsNeverSeen) {
   const std::vector<std::string> below = {"l_hip",  "r_hip",   "l_knee",
                                           "r_knee", "l_ankle", "r_ankle"};
   const TrackSequence tracks = WithoutJoints(Coco17(), below);
-  const TemporaryFolder folder;
-  const std::string path = folder.path() / "person_0.bvh";
-  const LostFields lost_fields = WriteTo("bvh", path, tracks);
+  const LostFields lost_fields = WriteAs("bvh", bvh_, tracks);
   EXPECT_THAT(lost_fields,
               Contains(HasSubstr("never seen: l_hip, r_hip, l_knee, r_knee, "
                                  "l_ankle, r_ankle;")));
-  EXPECT_LT(WorstInBvh(path, tracks), kBvhDigits_m);
-  EXPECT_THAT(ReadTextFile(path), HasSubstr("ROOT neck"));
-  for (const auto& [joint, length_cm] : OffsetLengths(ReadTextFile(path))) {
+  EXPECT_LT(WorstInBvh(bvh_, tracks), kBvhDigits_m);
+  EXPECT_THAT(ReadTextFile(bvh_), HasSubstr("ROOT neck"));
+  for (const auto& [joint, length_cm] : OffsetLengths(ReadTextFile(bvh_))) {
     EXPECT_GT(length_cm, 0.1) << joint;
   }
 }
 
 // An elbow that nobody saw lies between shoulder and wrist.
-TEST(TreeMotion, AJointNeverSeenBetweenTwoThatAre) {
+TEST_F(TreeMotion, AJointNeverSeenBetweenTwoThatAre) {
   const TrackSequence tracks = WithoutJoints(Coco17(), {"l_elbow"});
-  const TemporaryFolder folder;
-  const std::string path = folder.path() / "take.gltf";
-  const LostFields lost_fields = WriteTo("gltf", path, tracks);
+  const LostFields lost_fields = WriteAs("gltf", gltf_, tracks);
   EXPECT_THAT(lost_fields, Contains(HasSubstr("never seen: l_elbow;")));
-  EXPECT_EQ(GltfFile(path).ByRotations(3).count("l_elbow"), 1u);
+  EXPECT_EQ(GltfFile(gltf_).ByRotations(3).count("l_elbow"), 1u);
 }
 
-TEST(TreeMotion, PointsWithoutBones) {
+TEST_F(TreeMotion, PointsWithoutBones) {
   const Skeleton points("markers", {"C7", "STRN", "CLAV"}, {});
   TrackSequence tracks = RigidTruth(points, 5);
-  const TemporaryFolder folder;
   EXPECT_THAT(
-      InputErrorOf(
-          [&] { WriteTo("bvh", folder.path() / "person_0.bvh", tracks); }),
+      InputErrorOf([&] { WriteAs("bvh", bvh_, tracks); }),
       HasSubstr("the skeleton 'markers' has none; C3D, TRC and glTF hold"));
-  const std::string path = folder.path() / "take.gltf";
-  EXPECT_THAT(WriteTo("gltf", path, tracks),
+  EXPECT_THAT(WriteAs("gltf", gltf_, tracks),
               Contains("no bone holds STRN, CLAV: points that hang on C7"));
-  EXPECT_EQ(GltfFile(path).ByRotations(0).size(), 3u);
+  EXPECT_EQ(GltfFile(gltf_).ByRotations(0).size(), 3u);
 }
 
-TEST(TreeMotion, BonesOfTheFileMakeTheTree) {
+TEST_F(TreeMotion, BonesOfTheFileMakeTheTree) {
   // Human 3.6M's: the neck hangs on the thorax, which anatomy by names does
   // not know.
   const Skeleton h36m(
@@ -464,22 +445,8 @@ TEST(TreeMotion, BonesOfTheFileMakeTheTree) {
       {"mid_hip", "r_hip", "r_knee", "r_ankle", "l_hip", "l_knee", "l_ankle",
        "spine", "thorax", "neck", "head_top", "l_shoulder", "l_elbow",
        "l_wrist", "r_shoulder", "r_elbow", "r_wrist"},
-      {{0, 1},
-       {1, 2},
-       {2, 3},
-       {0, 4},
-       {4, 5},
-       {5, 6},
-       {0, 7},
-       {7, 8},
-       {8, 9},
-       {9, 10},
-       {8, 11},
-       {11, 12},
-       {12, 13},
-       {8, 14},
-       {14, 15},
-       {15, 16}});
+      Bones({0, 1, 1, 2,  2, 3,  0,  4,  4,  5,  5, 6,  0,  7,  7,  8,
+             8, 9, 9, 10, 8, 11, 11, 12, 12, 13, 8, 14, 14, 15, 15, 16}));
   const JointTree tree = TreeOf(h36m);
   EXPECT_EQ(tree[0].name, "mid_hip");
   for (const TreeJoint& joint : tree) {
@@ -498,7 +465,7 @@ TEST(TreeMotion, BonesOfTheFileMakeTheTree) {
 }
 
 // Many who come and go are not written as people who stand still.
-TEST(TreeMotion, BvhOfManyWhoComeAndGo) {
+TEST_F(TreeMotion, BvhOfManyWhoComeAndGo) {
   const TrackSequence one = RigidTruth(Coco17(), 3);
   TrackSequence tracks;
   tracks.header = one.header;
@@ -509,25 +476,21 @@ TEST(TreeMotion, BvhOfManyWhoComeAndGo) {
     frame.people = one.frames[0].people;
     frame.people[0].id = TrackId(f);
   }
-  const TemporaryFolder folder;
-  EXPECT_THAT(WriteTo("bvh", folder.path() / "bvh", tracks),
+  EXPECT_THAT(WriteAs("bvh", folder_.path() / "bvh", tracks),
               Contains(HasSubstr("each file begins and ends with its person")));
-  EXPECT_THAT(ReadTextFile(folder.path() / "bvh" / "person_7.bvh"),
+  EXPECT_THAT(ReadTextFile(folder_.path() / "bvh" / "person_7.bvh"),
               HasSubstr("Frames: 1\n"));
   tracks.frames.resize(400);  // 160,000 rows
-  EXPECT_THAT(WriteTo("bvh", folder.path() / "few", tracks),
+  EXPECT_THAT(WriteAs("bvh", folder_.path() / "few", tracks),
               Not(Contains(HasSubstr("begins and ends"))));
-  EXPECT_THAT(ReadTextFile(folder.path() / "few" / "person_7.bvh"),
+  EXPECT_THAT(ReadTextFile(folder_.path() / "few" / "person_7.bvh"),
               HasSubstr("Frames: 400\n"));
 }
 
-TEST(TreeMotion, GltfRefusesWhatNoFloatHolds) {
+TEST_F(TreeMotion, GltfRefusesWhatNoFloatHolds) {
   TrackSequence tracks = RigidTruth(Coco17(), 2);
   tracks.frames[1].people[0].joints[3].position_m.x() = 1e300;
-  const TemporaryFolder folder;
-  EXPECT_THAT(InputErrorOf([&] {
-                WriteTo("gltf", folder.path() / "take.gltf", tracks);
-              }),
+  EXPECT_THAT(InputErrorOf([&] { WriteAs("gltf", gltf_, tracks); }),
               HasSubstr("32-bit float"));
 }
 

@@ -4,12 +4,11 @@
 
 #include <cmath>
 #include <filesystem>
-#include <fstream>
-#include <sstream>
 #include <stdexcept>
 #include <string>
 
 #include "core/base/random.h"
+#include "core/io/files/text_file.h"
 #include "core/io/tracks/tracks.h"
 #include "tests/support/test_data.h"
 
@@ -17,12 +16,6 @@ namespace kinegraph {
 namespace {
 
 using testing::TemporaryFolder;
-
-std::string Slurp(const std::string& path) {
-  std::ostringstream text;
-  text << std::ifstream(path, std::ios::binary).rdbuf();
-  return text.str();
-}
 
 // Numbers of every size, with all digits.
 double Wild(Random* random) {
@@ -168,7 +161,7 @@ TEST(TrackWriter, WritesTheFieldsOfTheContract) {
   const TemporaryFolder folder;
   const std::string path = folder.path() / "tracks.jsonl";
   WriteTracks(path, sequence);
-  EXPECT_EQ(Slurp(path), header + start + "}]}\n");
+  EXPECT_EQ(ReadTextFile(path), header + start + "}]}\n");
 
   PersonPose& full = sequence.frames[0].people[0];
   full.inlier_views = {3, 0};
@@ -177,7 +170,7 @@ TEST(TrackWriter, WritesTheFieldsOfTheContract) {
   full.matches.push_back({0, 2, {0.93, std::nullopt}});
   full.score = 0.5;
   WriteTracks(path, sequence, {true});
-  const std::string written = Slurp(path);
+  const std::string written = ReadTextFile(path);
   EXPECT_NE(written.find(R"("views": ["cam0"], "config")"), std::string::npos);
   EXPECT_NE(
       written.find(
@@ -211,32 +204,31 @@ TEST(TrackWriter, RefusesWhatNobodyCouldRead) {
   const TrackSequence good = RandomSequence();
   const TemporaryFolder folder;
   const std::string path = folder.path() / "tracks.jsonl";
-  const auto write = [&](const auto& spoil, bool observations) {
+  const auto write = [&](const auto& spoil, bool observations = false) {
     TrackSequence sequence = good;
     spoil(&sequence);
     WriteTracks(path, sequence, {observations});
   };
-  EXPECT_THROW(write([](auto* s) { s->frames[3].frame = 6; }, false),
-               std::logic_error);
-  EXPECT_THROW(write([](auto* s) { s->header.config_json = "{} {}"; }, false),
-               std::logic_error);
-  EXPECT_THROW(write([](auto* s) { s->header.config_json = "[1]"; }, false),
-               std::logic_error);
-  EXPECT_THROW(
-      write([](auto* s) { s->frames[1].people[0].joints.pop_back(); }, false),
-      std::logic_error);
-  const auto match_of_unknown_view = [](auto* s) {
+  const auto unknown_view = [](auto* s) {
     s->frames[1].people[0].matches[0].view_idx = 3;
   };
-  EXPECT_NO_THROW(write(match_of_unknown_view, false));
-  EXPECT_THROW(write(match_of_unknown_view, true), std::logic_error);
-  EXPECT_THROW(write(
-                   [](auto* s) {
-                     s->frames[1].people[0].joints[0] = {
-                         {0.0, INFINITY, 0.0}, JointStatus::kObserved};
-                   },
-                   false),
+  const auto endless = [](auto* s) {
+    s->frames[1].people[0].joints[0] = {{0.0, INFINITY, 0.0},
+                                        JointStatus::kObserved};
+  };
+  const auto short_of_a_joint = [](auto* s) {
+    s->frames[1].people[0].joints.pop_back();
+  };
+  EXPECT_THROW(write([](auto* s) { s->frames[3].frame = 6; }),
                std::logic_error);
+  for (const char* config : {"{} {}", "[1]"}) {
+    EXPECT_THROW(write([&](auto* s) { s->header.config_json = config; }),
+                 std::logic_error);
+  }
+  EXPECT_THROW(write(short_of_a_joint), std::logic_error);
+  EXPECT_NO_THROW(write(unknown_view));
+  EXPECT_THROW(write(unknown_view, true), std::logic_error);
+  EXPECT_THROW(write(endless), std::logic_error);
 }
 
 TEST(ReadTracks, UnknownKeysAreIgnored) {
