@@ -56,7 +56,7 @@ std::string Convert(const TemporaryFolder& folder,
   return ConvertFile(in, folder.path() / name, more);
 }
 
-void Run(const std::string& command) {
+void RunCommand(const std::string& command) {
   EXPECT_EQ(std::system(command.c_str()), 0) << command;
 }
 
@@ -70,7 +70,7 @@ std::string Python(const std::string& script, const fs::path& argument) {
 Json RunPython(const TemporaryFolder& folder, const std::string& script,
                const std::string& file) {
   const std::string out = folder.path() / "read.json";
-  Run(Python(script, file) + " > '" + out + "'");
+  RunCommand(Python(script, file) + " > '" + out + "'");
   return Json::parse(ReadTextFile(out));
 }
 
@@ -214,7 +214,7 @@ bool HasThree() {
 std::string PageWith(const TemporaryFolder& folder, const std::string& loader,
                      const std::string& file, const std::string& script) {
   const std::string base64 = folder.path() / "base64.txt";
-  Run("base64 -w0 '" + file + "' > '" + base64 + "'");
+  RunCommand("base64 -w0 '" + file + "' > '" + base64 + "'");
   std::string html = "<!doctype html><meta charset=utf-8>";
   for (const std::string& source :
        {std::string("three.js"), "examples/js/loaders/" + loader}) {
@@ -538,13 +538,13 @@ TEST(FormatReaders, SleapsHdf5) {
   const TemporaryFolder folder;
   const fs::path views = folder.path() / "views";
   fs::create_directory(views);
-  Run(Python("sleap_writer.py", views));
+  RunCommand(Python("sleap_writer.py", views));
   ExpectAnimals(views, "sleap", 2, true);
   EXPECT_EQ(ReadDetections(views).header.skeleton.bones().size(), 2u);
   // A bone that no int holds.
   const fs::path cam0 = views / "cam0.h5";  // tells the skeleton
-  Run("/usr/bin/python3 -c \"import h5py; h5py.File('" + cam0.string() +
-      "', 'a')['edge_inds'][0, 1] = 127777777777\"");
+  RunCommand("/usr/bin/python3 -c \"import h5py; h5py.File('" + cam0.string() +
+             "', 'a')['edge_inds'][0, 1] = 127777777777\"");
   EXPECT_THAT(testing::InputErrorOf([&] { ReadDetections(views); }),
               HasSubstr("edge_inds: found 127777777777, expected 0 .. 2"));
 }
@@ -557,7 +557,7 @@ TEST(FormatReaders, DeepLabCutsHdf5) {
   for (const char* name : {"one", "two"}) {
     fs::create_directory(folder.path() / name);
   }
-  Run(Python("deeplabcut_writer.py", folder.path()));
+  RunCommand(Python("deeplabcut_writer.py", folder.path()));
   ExpectAnimals(folder.path() / "one", "deeplabcut_h5", 1, false);
   ExpectAnimals(folder.path() / "two", "deeplabcut_h5", 2, false);
 }
@@ -636,8 +636,9 @@ TEST(FormatReaders, ColmapReadsItsModel) {
     const std::string theirs = folder.path() / "theirs";
     ConvertFile(in, ours, "--to=colmap");
     fs::create_directory(theirs);
-    Run("colmap model_converter --input_path '" + ours + "' --output_path '" +
-        theirs + "' --output_type TXT > /dev/null 2>&1");
+    RunCommand("colmap model_converter --input_path '" + ours +
+               "' --output_path '" + theirs +
+               "' --output_type TXT > /dev/null 2>&1");
     const CameraRig rig = ReadCameras(in);
     CameraReadOptions options;
     for (const Camera& camera : rig) options.use.push_back(camera.name());
