@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "core/base/error.h"
+#include "core/base/split.h"
 #include "core/io/calibration/format.h"
 #include "core/io/calibration/write_formats.h"
 #include "core/io/files/atomic_file.h"
@@ -65,19 +66,19 @@ void Decompose(const Eigen::Matrix<double, 3, 4>& P, CameraRecord* record) {
   record->R = R;
 }
 
-// "P12.txt" -> 12, as text without leading zeros; empty when it is no such
-// name.
-std::string NumberOf(const std::string& file_name) {
-  constexpr const char* kDigits = "0123456789";
-  const std::string end = ".txt";
-  if (file_name.size() < end.size() + 2 || file_name[0] != 'P' ||
-      file_name.substr(file_name.size() - end.size()) != end) {
-    return {};
-  }
-  std::string number = file_name.substr(1, file_name.size() - 1 - end.size());
-  if (number.find_first_not_of(kDigits) != std::string::npos) return {};
-  number.erase(0, std::min(number.find_first_not_of('0'), number.size() - 1));
-  return number;
+// "P12.txt".
+bool IsTumName(const std::string& name) {
+  return name.size() > 5 && name[0] == 'P' && EndsIn(name, ".txt") &&
+         name.find_first_not_of("0123456789", 1) == name.size() - 4;
+}
+
+// The names that `is_one` takes, 2 before 10.
+std::vector<std::string> Sorted(const std::vector<std::string>& names,
+                                bool (*is_one)(const std::string& name)) {
+  std::vector<std::string> files;
+  std::copy_if(names.begin(), names.end(), std::back_inserter(files), is_one);
+  std::sort(files.begin(), files.end(), NaturalLess);
+  return files;
 }
 
 CameraRecord ReadTumCamera(const std::string& path) {
@@ -92,25 +93,6 @@ CameraRecord ReadTumCamera(const std::string& path) {
   return record;
 }
 
-// Names of P*.txt among others, by number.
-std::vector<std::string> TumFilesAmong(
-    const std::vector<std::string>& all_names) {
-  std::vector<std::pair<std::string, std::string>> numbered;
-  for (const std::string& name : all_names) {
-    const std::string number = NumberOf(name);
-    if (!number.empty()) numbered.emplace_back(number, name);
-  }
-  std::sort(numbered.begin(), numbered.end(), [](const auto& a, const auto& b) {
-    if (a.first.size() != b.first.size()) {
-      return a.first.size() < b.first.size();
-    }
-    return a < b;
-  });
-  std::vector<std::string> names;
-  for (const auto& entry : numbered) names.push_back(entry.second);
-  return names;
-}
-
 }  // namespace
 
 bool RecogniseTum(const CalibrationHead& head) {
@@ -120,7 +102,7 @@ bool RecogniseTum(const CalibrationHead& head) {
 }
 
 CalibrationFile ReadTum(const CalibrationHead& head) {
-  const std::vector<std::string> files = TumFilesAmong(head.names);
+  const std::vector<std::string> files = Sorted(head.names, IsTumName);
   if (head.is_folder && files.empty()) {
     throw InputError(head.path, "", "has no files P0.txt, P1.txt, ...");
   }
@@ -210,11 +192,8 @@ bool RecogniseBiocv(const CalibrationHead& head) {
 }
 
 CalibrationFile ReadBiocv(const CalibrationHead& head) {
-  std::vector<std::string> files;
-  std::copy_if(head.names.begin(), head.names.end(), std::back_inserter(files),
-               IsCalib);
-  std::sort(files.begin(), files.end(), NaturalLess);
-  return ReadFileACamera(head, files, LengthUnit::kMillimetre, ReadBiocvCamera);
+  return ReadFileACamera(head, Sorted(head.names, IsCalib),
+                         LengthUnit::kMillimetre, ReadBiocvCamera);
 }
 
 // ---- OpenCap ----
@@ -294,9 +273,7 @@ CalibrationFile ReadOpencap(const CalibrationHead& head) {
 }
 
 bool HasTumFiles(const std::vector<std::string>& names) {
-  return std::any_of(names.begin(), names.end(), [](const std::string& name) {
-    return !NumberOf(name).empty();
-  });
+  return std::any_of(names.begin(), names.end(), IsTumName);
 }
 
 }  // namespace kinegraph

@@ -132,21 +132,6 @@ bool CalibrationHead::HasFile(const std::string& name) const {
   return std::binary_search(names.begin(), names.end(), name);
 }
 
-bool FirstMemberHas(const Json& json, const std::vector<const char*>& keys) {
-  if (!json.is_object() || json.empty()) return false;
-  const Json& first = json.front();
-  return std::all_of(keys.begin(), keys.end(), [&first](const char* key) {
-    return first.is_object() && first.contains(key);
-  });
-}
-
-bool FirstMemberHas(const CalibrationHead& head,
-                    const std::vector<const char*>& keys) {
-  return head.Is(Syntax::kJson) && !head.HasJsonKey("cameras") &&
-         !head.HasJsonKey("kinegraph_cameras") &&
-         FirstMemberHas(head.json, keys);
-}
-
 CalibrationHead LookAtCalibration(const std::string& path) {
   if (IsFolder(path)) return LookAtFolder(path);
   CalibrationHead head;

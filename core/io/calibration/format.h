@@ -93,12 +93,6 @@ Json ReadCalibrationYaml(const std::string& path);
 // Whether P0.txt, P1.txt, ... are among the names of a folder's files.
 bool HasTumFiles(const std::vector<std::string>& names);
 
-// For recognising: whether the first member of an object is an object with all
-// of these keys; of a whole file without a list of its own, JSON.
-bool FirstMemberHas(const Json& json, const std::vector<const char*>& keys);
-bool FirstMemberHas(const CalibrationHead& head,
-                    const std::vector<const char*>& keys);
-
 // Writes a file or a folder in a format of that name. Throws InputError where
 // there is none.
 void WriteCalibration(const std::string& path, const std::string& format,

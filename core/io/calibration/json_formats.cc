@@ -1,5 +1,9 @@
 // Calibrations in JSON: our own, and those of 4D association, VoxelPose, longcw
 // and CMU Panoptic.
+#include <algorithm>
+#include <string>
+#include <vector>
+
 #include "core/base/constants.h"
 #include "core/base/error.h"
 #include "core/io/calibration/format.h"
@@ -10,6 +14,31 @@
 #include "core/io/files/write_text_file.h"
 
 namespace kinegraph {
+namespace {
+
+// Whether the first member of an object is an object with all of these keys; of
+// a whole file without a list of its own, JSON.
+bool FirstMemberHas(const Json& json, const std::vector<const char*>& keys) {
+  if (!json.is_object() || json.empty()) return false;
+  const Json& first = json.front();
+  return std::all_of(keys.begin(), keys.end(), [&first](const char* key) {
+    return first.is_object() && first.contains(key);
+  });
+}
+
+bool FirstMemberHas(const CalibrationHead& head,
+                    const std::vector<const char*>& keys) {
+  return head.Is(CalibrationSyntax::kJson) && !head.HasJsonKey("cameras") &&
+         !head.HasJsonKey("kinegraph_cameras") &&
+         FirstMemberHas(head.json, keys);
+}
+
+// "cameras" of a program that is not ours.
+bool HasOthersCameras(const CalibrationHead& head) {
+  return head.HasJsonKey("cameras") && !head.HasJsonKey("kinegraph_cameras");
+}
+
+}  // namespace
 
 // ---- Our own ----
 // cameras.json:
@@ -192,15 +221,6 @@ void WriteVoxelpose(const std::string& path, const CameraRig& cameras,
 // JSON of longcw's crossview data: {"cameras": {"Camera0": {"K": 3x3,
 // "Tw": 4x4, "dist_coeffs": [k1, k2, p1, p2]}, ...}}. K belongs to coordinates
 // divided by the image's width and height; Tw is world_from_cam, centimetres.
-
-namespace {
-
-// "cameras" of a program that is not ours.
-bool HasOthersCameras(const CalibrationHead& head) {
-  return head.HasJsonKey("cameras") && !head.HasJsonKey("kinegraph_cameras");
-}
-
-}  // namespace
 
 bool RecogniseLongcw(const CalibrationHead& head) {
   return HasOthersCameras(head) && FirstMemberHas(head.json["cameras"], {"Tw"});

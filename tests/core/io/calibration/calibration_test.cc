@@ -18,7 +18,6 @@ namespace {
 using testing::CamerasOf;
 using ::testing::ElementsAre;
 using testing::ExpectIntrinsics;
-using testing::ExpectSameCameras;
 using testing::FaultOf;
 using ::testing::HasSubstr;
 using testing::InputErrorOf;
@@ -182,40 +181,6 @@ TEST(Calibration, UsePicksCamerasInItsOrder) {
               HasSubstr("has no camera '00_99'"));
 }
 
-// ---- Our own ----
-
-Eigen::Matrix3d RandomRotation(Random* random) {
-  Eigen::Quaterniond q(random->Normal(), random->Normal(), random->Normal(),
-                       random->Normal());
-  return q.normalized().toRotationMatrix();
-}
-
-CameraRig RandomRig(int count) {
-  Random random(7);
-  CameraRig cameras;
-  for (int c = 0; c < count; ++c) {
-    CameraParameters p;
-    p.name =
-        "cam \"" + std::to_string(c) + "\"\t\xC3\xA9";  // awkward on purpose
-    if (c % 2 == 0) {
-      p.width_px = 1920;
-      p.height_px = 1080;
-    }
-    p.K << random.Uniform(500, 2000), random.Uniform(-1, 1),
-        random.Uniform(0, 2000), 0.0, random.Uniform(500, 2000),
-        random.Uniform(0, 1000), 0.0, 0.0, 1.0;
-    if (c % 3 != 0) {
-      p.lens = MakeLens(
-          "opencv5", {random.Normal(0, 0.1), random.Normal(0, 0.1),
-                      random.Normal(0, 1e-3), random.Normal(0, 1e-3), 1e-300});
-    }
-    p.R = RandomRotation(&random);
-    p.t << random.Normal(0, 5), random.Normal(0, 1e-9), -0.0;
-    cameras.emplace_back(p);
-  }
-  return cameras;
-}
-
 // A quarter turn about the optical axis, as a vector and as a matrix.
 constexpr const char* kCaliscopeArray =
     "[cameras.0]\ncam_id = 0\nrotation_count = 0\nerror = 0.4\n"
@@ -299,32 +264,6 @@ TEST(Calibration, ReadsFreeMoCapInMillimetres) {
             Eigen::Vector3d(1.0, -2.0, 7.0));
 }
 
-TEST(Calibration, OwnFormatReadsBackToTheBit) {
-  const TemporaryFolder folder;
-  const std::string path = (folder.path() / "cameras.json").string();
-  const CameraRig cameras = RandomRig(7);
-  WriteCameras(path, cameras);
-  const CameraRig read = ReadCameras(path);
-  ASSERT_EQ(NamesOf(read), NamesOf(cameras));
-  ExpectSameCameras(read, cameras, 0.0);
-  for (size_t c = 0; c < cameras.size(); ++c) {
-    EXPECT_EQ(read[c].P(), cameras[c].P());
-    EXPECT_EQ(read[c].width_px(), cameras[c].width_px());
-    EXPECT_EQ(read[c].height_px(), cameras[c].height_px());
-  }
-}
-
-TEST(Calibration, OwnFormatIsNotWrittenHalf) {
-  const TemporaryFolder folder;
-  EXPECT_THROW(WriteCameras((folder.path() / "none" / "c.json").string(), {}),
-               InputError);
-  EXPECT_THAT(InputErrorOf([&] {
-                WriteCameras((folder.path() / "c.json").string(), {});
-                ReadCameras((folder.path() / "c.json").string());
-              }),
-              HasSubstr("has no cameras"));
-}
-
 // ---- Samples of our own making ----
 
 constexpr const char* kIntri =
@@ -396,6 +335,12 @@ TEST(Calibration, OpencvFilesNameTheirCameras) {
   EXPECT_THAT(NamesOf(ReadCameras(left)), ElementsAre("left"));
 }
 
+Eigen::Matrix3d RandomRotation(Random* random) {
+  Eigen::Quaterniond q(random->Normal(), random->Normal(), random->Normal(),
+                       random->Normal());
+  return q.normalized().toRotationMatrix();
+}
+
 // P = s K [R | t] with a negative scale and a skewed K.
 TEST(Calibration, ProjectionMatricesOfAnySignAndScale) {
   Random random(3);
@@ -455,18 +400,6 @@ TEST(Calibration, UnitAndSizeOptions) {
     options.image_size = size;
     EXPECT_THROW(ReadCameras(path, options), OptionError);
   }
-}
-
-TEST(Calibration, OwnFormatIsInMetres) {
-  const TemporaryFolder folder;
-  const std::string path = (folder.path() / "c.json").string();
-  WriteCameras(path, RandomRig(1));
-  CameraReadOptions options;
-  options.unit = LengthUnit::kMetre;
-  EXPECT_EQ(ReadCameras(path, options).size(), 1u);
-  options.unit = LengthUnit::kMillimetre;
-  EXPECT_THAT(InputErrorOf([&] { ReadCameras(path, options); }),
-              HasSubstr("cameras.unit"));
 }
 
 TEST(Calibration, LongModelsWithoutFurtherTermsAreFiveCoefficients) {

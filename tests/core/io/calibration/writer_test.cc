@@ -90,6 +90,49 @@ constexpr double kUnit = 4e-16;
 constexpr double kRotated = 1e-14;
 constexpr double kDecomposed = 1e-11;
 
+// What the others cannot all say: any name, no size, a skew, -0, tiny terms.
+TEST(OwnCalibration, ReadsBackToTheBit) {
+  CameraRig cameras;
+  for (const Camera& camera : RigWith(WithLens::kYes)) {
+    CameraParameters p = camera.parameters();
+    p.name += " \"x\"\t\xC3\xA9";
+    p.K(0, 1) = -0.3;
+    p.t.z() = -0.0;
+    if (cameras.size() % 2 == 0) p.width_px = p.height_px = 0;
+    if (cameras.size() % 3 == 0) p.lens = nullptr;
+    if (cameras.size() % 3 == 1)
+      p.lens = MakeLens("opencv5", {0, 0, 0, 0, 1e-300});
+    cameras.emplace_back(p);
+  }
+  const TemporaryFolder folder;
+  const std::string path = (folder.path() / "cameras.json").string();
+  WriteCameras(path, cameras);
+  const CameraRig read = ReadCameras(path);
+  ASSERT_EQ(NamesOf(read), NamesOf(cameras));
+  ExpectSameCameras(read, cameras, kExact);
+  for (size_t c = 0; c < cameras.size(); ++c) {
+    EXPECT_EQ(read[c].P(), cameras[c].P());
+    EXPECT_EQ(read[c].width_px(), cameras[c].width_px());
+    EXPECT_EQ(read[c].height_px(), cameras[c].height_px());
+  }
+  CameraReadOptions options;
+  options.unit = LengthUnit::kMetre;
+  EXPECT_EQ(ReadCameras(path, options).size(), cameras.size());
+  options.unit = LengthUnit::kMillimetre;
+  EXPECT_THAT(InputErrorOf([&] { ReadCameras(path, options); }),
+              HasSubstr("cameras.unit"));
+}
+
+TEST(OwnCalibration, IsNotWrittenHalf) {
+  const TemporaryFolder folder;
+  EXPECT_THROW(WriteCameras((folder.path() / "none" / "c.json").string(), {}),
+               InputError);
+  const std::string path = (folder.path() / "c.json").string();
+  WriteCameras(path, {});
+  EXPECT_THAT(InputErrorOf([&] { ReadCameras(path); }),
+              HasSubstr("has no cameras"));
+}
+
 class RoundTrip : public ::testing::TestWithParam<Case> {};
 
 TEST_P(RoundTrip, ReadsBack) {

@@ -1,17 +1,45 @@
-#include "core/io/configuration/view_bias_file.h"
-
+// Small files that stand beside a recording's.
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <string>
 
+#include "core/io/configuration/held_out_set.h"
+#include "core/io/configuration/view_bias_file.h"
 #include "tests/core/io/input_error.h"
 #include "tests/support/test_data.h"
 
 namespace kinegraph {
 namespace {
 
+using ::testing::HasSubstr;
 using testing::InputErrorOf;
 using testing::TemporaryFolder;
+
+TEST(ReadHeldOutSet, CamerasBecomeViews) {
+  const TemporaryFolder folder;
+  const auto write = [&](const std::string& camera) {
+    return folder.Write("set.json",
+                        R"({"confidence_at_least": 0.3, "cap_px": 100, )"
+                        R"("pairing_gate_m": 0.5, "set": [{"camera": )" +
+                            camera +
+                            R"(, "frame": 1, "detection": 0, "person": 0}]})");
+  };
+  const auto view = [&](const std::string& camera,
+                        const std::vector<std::string>& views) {
+    return ReadHeldOutSet(write(camera), views).detections[0].view_name;
+  };
+  EXPECT_EQ(view("4", {}), "4");
+  EXPECT_EQ(view("\"left\"", {}), "left");
+  EXPECT_EQ(view("4", {"cam4", "cam14"}), "cam4");
+  EXPECT_EQ(view("4", {"cam04", "4"}), "4");
+  EXPECT_EQ(view("\"left\"", {"right", "left"}), "left");
+  EXPECT_THROW(view("4", {"cam04", "cam4"}), InputError);
+  EXPECT_THROW(view("5", {"cam4"}), InputError);
+  EXPECT_THROW(view("\"left\"", {"right"}), InputError);
+  EXPECT_THROW(view("-1", {}), InputError);
+  EXPECT_THROW(view("null", {}), InputError);
+}
 
 TEST(ViewBiasFileTest, RoundTrip) {
   ViewBias bias;
@@ -45,17 +73,15 @@ TEST(ViewBiasFileTest, WrongFilesAreNamed) {
     const std::string path = folder.Write("take.bias.json", text);
     return InputErrorOf([&] { ReadViewBias(path); });
   };
-  EXPECT_NE(message("{\"kinegraph_bias\": 2}").find("expected 1"),
-            std::string::npos);
-  EXPECT_NE(
-      message("{\"kinegraph_bias\": 1, \"azimuth_deg\": 1}").find("joints"),
-      std::string::npos);
+  EXPECT_THAT(message("{\"kinegraph_bias\": 2}"), HasSubstr("expected 1"));
+  EXPECT_THAT(message("{\"kinegraph_bias\": 1, \"azimuth_deg\": 1}"),
+              HasSubstr("joints"));
   const std::string few = message(
       "{\"kinegraph_bias\": 1, \"azimuth_deg\": 1, \"joints\": [{\"joint\": "
       "\"hip\", \"used\": true, \"observations\": 1, \"gain\": 0, "
       "\"gain_error\": 0, \"across_m\": [1, 2], \"along_m\": []}]}");
-  EXPECT_NE(few.find("expected 10 numbers"), std::string::npos) << few;
-  EXPECT_NE(few.find("take.bias.json"), std::string::npos) << few;
+  EXPECT_THAT(few, HasSubstr("expected 10 numbers"));
+  EXPECT_THAT(few, HasSubstr("take.bias.json"));
 }
 
 }  // namespace
