@@ -326,8 +326,8 @@ void RunMpjpe() {
   }
   EvaluationOutput output =
       DescribeMpjpe(EvaluateMpjpe(compared.truth, compared.tracks, options));
-  const EvaluationOutput consistency = DescribeConsistency(EvaluateConsistency(
-      compared.truth, compared.tracks, {options.frames, options.gate_m}));
+  const EvaluationOutput consistency = DescribeConsistency(
+      EvaluateConsistency(compared.truth, compared.tracks, options.frames));
   output.text += consistency.text;
   output.json["covariances"] = consistency.json;
   AppendMotion(compared, options.frames, &output);

@@ -17,8 +17,8 @@
 #include "core/data/pose.h"
 #include "core/evaluation/covariance_calibration.h"
 #include "core/evaluation/held_out.h"
+#include "core/evaluation/motion.h"
 #include "core/evaluation/pcp.h"
-#include "core/evaluation/smoothness.h"
 #include "core/tracking/replay.h"
 #include "solvers/session/run.h"
 

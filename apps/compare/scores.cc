@@ -9,7 +9,6 @@
 #include "core/base/error.h"
 #include "core/base/parallel.h"
 #include "core/evaluation/correspondence.h"
-#include "core/evaluation/lag.h"
 #include "core/evaluation/motion.h"
 #include "core/evaluation/mpjpe.h"
 #include "core/evaluation/statistics.h"
@@ -63,7 +62,7 @@ void AddTruth(const Comparison& comparison, const BootstrapOptions& bootstrap,
   scores->mpjpe_bias_removed =
       ErrorSeries(mpjpe.people, &PersonError::bias_removed_m);
   scores->truth_consistency =
-      EvaluateConsistency(*comparison.truth, tracks, {options.frames}).all;
+      EvaluateConsistency(*comparison.truth, tracks, options.frames).all;
   if (comparison.protocol.has_value()) {
     scores->pcp = EvaluatePcp(*comparison.truth, tracks, *comparison.protocol);
   }
@@ -238,13 +237,12 @@ void AddLags(const Comparison& comparison, const TrackSequence& reference,
              StrategyScores* scores) {
   if (!scores->refused.empty()) return;
   const TrackSequence& tracks = scores->run.alike;
-  LagOptions options;
-  options.frames = comparison.scored_frames();
+  const std::vector<FrameRange> frames = comparison.scored_frames();
   scores->lag_to_batch_s =
-      EstimateLag(reference, tracks, comparison.rate_hz(), options);
+      EstimateLag(reference, tracks, comparison.rate_hz(), frames);
   if (!comparison.truth.has_value()) return;
   scores->lag_to_truth_s =
-      EstimateLag(*comparison.truth, tracks, comparison.rate_hz(), options);
+      EstimateLag(*comparison.truth, tracks, comparison.rate_hz(), frames);
 }
 
 }  // namespace kinegraph

@@ -11,8 +11,8 @@
 #include "apps/compare/comparison.h"
 #include "core/evaluation/covariance_calibration.h"
 #include "core/evaluation/held_out.h"
+#include "core/evaluation/motion.h"
 #include "core/evaluation/pcp.h"
-#include "core/evaluation/smoothness.h"
 
 namespace kinegraph {
 

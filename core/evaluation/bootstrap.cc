@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <numeric>
 
+#include "core/base/constants.h"
 #include "core/base/error.h"
 #include "core/base/random.h"
 #include "core/evaluation/statistics.h"
@@ -30,58 +31,73 @@ void DrawSeries(int64_t length, int64_t block_length, Random& random,
 
 std::vector<int64_t> Lengths(const std::vector<RatioSeries>& series) {
   std::vector<int64_t> lengths;
-  lengths.reserve(series.size());
   for (const RatioSeries& units : series) {
     lengths.push_back(static_cast<int64_t>(units.size()));
   }
   return lengths;
 }
 
-double MeanOfRatios(const std::vector<RatioSeries>& series,
-                    const DrawCounts& counts) {
+// A score of a draw of units; without counts of each unit once.
+using Score = double (*)(const std::vector<RatioSeries>& series,
+                         const DrawCounts* counts);
+
+// Adds the units of a series; `next` is the place of its first in the counts.
+void AddUnits(const RatioSeries& units, const DrawCounts* counts, size_t* next,
+              RatioUnit* sum) {
+  for (const RatioUnit& unit : units) {
+    const double times =
+        counts == nullptr ? 1.0 : static_cast<double>((*counts)[(*next)++]);
+    sum->sum += times * unit.sum;
+    sum->weight += times * unit.weight;
+  }
+}
+
+double MeanOfRatiosOf(const std::vector<RatioSeries>& series,
+                      const DrawCounts* counts) {
   double total = 0.0;
   int with_weight = 0;
   size_t next = 0;
   for (const RatioSeries& units : series) {
     RatioUnit pooled;
-    for (const RatioUnit& unit : units) {
-      const double times = static_cast<double>(counts[next++]);
-      pooled.sum += times * unit.sum;
-      pooled.weight += times * unit.weight;
-    }
+    AddUnits(units, counts, &next, &pooled);
     if (pooled.weight <= 0.0) continue;
     total += pooled.sum / pooled.weight;
     ++with_weight;
   }
-  if (with_weight == 0) return std::numeric_limits<double>::quiet_NaN();
-  return total / with_weight;
+  return with_weight == 0 ? kNan : total / with_weight;
 }
 
-double PooledRatio(const std::vector<RatioSeries>& series,
-                   const DrawCounts& counts) {
+double PooledRatioOf(const std::vector<RatioSeries>& series,
+                     const DrawCounts* counts) {
   RatioUnit pooled;
   size_t next = 0;
-  for (const RatioSeries& one : series) {
-    for (const RatioUnit& unit : one) {
-      const auto times = static_cast<double>(counts[next++]);
-      pooled.sum += times * unit.sum;
-      pooled.weight += times * unit.weight;
-    }
+  for (const RatioSeries& units : series) {
+    AddUnits(units, counts, &next, &pooled);
   }
   return pooled.sum / pooled.weight;  // NaN for 0 / 0
 }
 
-size_t CountUnits(const std::vector<RatioSeries>& series) {
-  size_t units = 0;
-  for (const RatioSeries& one : series) units += one.size();
-  return units;
+Interval IntervalOf(Score score, const std::vector<RatioSeries>& series,
+                    const BootstrapOptions& options) {
+  return BlockBootstrap(
+      Lengths(series),
+      [&](const DrawCounts& counts) { return score(series, &counts); },
+      options);
 }
 
-void RequireSameShape(const std::vector<RatioSeries>& a,
-                      const std::vector<RatioSeries>& b) {
-  if (Lengths(a) == Lengths(b)) return;
-  throw OptionError("paired difference",
-                    "the two results were not scored on the same frames");
+Interval DifferenceOf(Score score, const std::vector<RatioSeries>& a,
+                      const std::vector<RatioSeries>& b,
+                      const BootstrapOptions& options) {
+  if (Lengths(a) != Lengths(b)) {
+    throw OptionError("paired difference",
+                      "the two results were not scored on the same frames");
+  }
+  return BlockBootstrap(
+      Lengths(a),
+      [&](const DrawCounts& counts) {
+        return score(a, &counts) - score(b, &counts);
+      },
+      options);
 }
 
 }  // namespace
@@ -128,61 +144,34 @@ std::vector<Interval> BlockBootstrapAll(
   return intervals;
 }
 
-namespace {
-
-// A score of a draw of units.
-using Score = double (*)(const std::vector<RatioSeries>& series,
-                         const DrawCounts& counts);
-
-Interval IntervalOf(Score score, const std::vector<RatioSeries>& series,
-                    const BootstrapOptions& options) {
-  return BlockBootstrap(
-      Lengths(series),
-      [&](const DrawCounts& counts) { return score(series, counts); }, options);
-}
-
-Interval DifferenceOf(Score score, const std::vector<RatioSeries>& a,
-                      const std::vector<RatioSeries>& b,
-                      const BootstrapOptions& options) {
-  RequireSameShape(a, b);
-  return BlockBootstrap(
-      Lengths(a),
-      [&](const DrawCounts& counts) {
-        return score(a, counts) - score(b, counts);
-      },
-      options);
-}
-
-}  // namespace
-
 double MeanOfRatios(const std::vector<RatioSeries>& series) {
-  return MeanOfRatios(series, DrawCounts(CountUnits(series), 1));
+  return MeanOfRatiosOf(series, nullptr);
 }
 
 Interval MeanOfRatiosInterval(const std::vector<RatioSeries>& series,
                               const BootstrapOptions& options) {
-  return IntervalOf(MeanOfRatios, series, options);
+  return IntervalOf(MeanOfRatiosOf, series, options);
 }
 
 Interval PairedDifferenceInterval(const std::vector<RatioSeries>& a,
                                   const std::vector<RatioSeries>& b,
                                   const BootstrapOptions& options) {
-  return DifferenceOf(MeanOfRatios, a, b, options);
+  return DifferenceOf(MeanOfRatiosOf, a, b, options);
 }
 
 double PooledRatio(const std::vector<RatioSeries>& series) {
-  return PooledRatio(series, DrawCounts(CountUnits(series), 1));
+  return PooledRatioOf(series, nullptr);
 }
 
 Interval PooledRatioInterval(const std::vector<RatioSeries>& series,
                              const BootstrapOptions& options) {
-  return IntervalOf(PooledRatio, series, options);
+  return IntervalOf(PooledRatioOf, series, options);
 }
 
 Interval PairedPooledInterval(const std::vector<RatioSeries>& a,
                               const std::vector<RatioSeries>& b,
                               const BootstrapOptions& options) {
-  return DifferenceOf(PooledRatio, a, b, options);
+  return DifferenceOf(PooledRatioOf, a, b, options);
 }
 
 }  // namespace kinegraph

@@ -3,21 +3,14 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
-#include <iterator>
 
 #include "core/assignment/hungarian.h"
+#include "core/base/constants.h"
 #include "core/base/error.h"
 #include "core/skeleton/body_joints.h"
 
 namespace kinegraph {
 namespace {
-
-template <typename Value, typename Key>
-auto LowerBound(const TrackSequence& tracks, Value value, Key key) {
-  return std::lower_bound(
-      tracks.frames.begin(), tracks.frames.end(), value,
-      [key](const TrackFrame& frame, Value v) { return frame.*key < v; });
-}
 
 // The first names of a list, for a message.
 std::string Listed(const std::vector<std::string>& names) {
@@ -32,25 +25,11 @@ std::string Listed(const std::vector<std::string>& names) {
 }  // namespace
 
 const TrackFrame* FindFrame(const TrackSequence& tracks, int64_t frame) {
-  const auto at = LowerBound(tracks, frame, &TrackFrame::frame);
+  const auto at = std::lower_bound(
+      tracks.frames.begin(), tracks.frames.end(), frame,
+      [](const TrackFrame& one, int64_t number) { return one.frame < number; });
   if (at == tracks.frames.end() || at->frame != frame) return nullptr;
   return &*at;
-}
-
-const TrackFrame* FindNearestInTime(const TrackSequence& tracks, TimeNs time,
-                                    TimeNs max_gap) {
-  const auto later = LowerBound(tracks, time, &TrackFrame::time);
-  const TrackFrame* nearest = nullptr;
-  TimeNs least_gap = max_gap;
-  const auto consider = [&](const TrackFrame& frame) {
-    const TimeNs gap = std::abs(frame.time - time);
-    if (gap > least_gap || (nearest != nullptr && gap == least_gap)) return;
-    nearest = &frame;
-    least_gap = gap;
-  };
-  if (later != tracks.frames.begin()) consider(*std::prev(later));
-  if (later != tracks.frames.end()) consider(*later);
-  return nearest;
 }
 
 JointPairs CommonJoints(const Skeleton& a, const Skeleton& b) {
@@ -104,17 +83,15 @@ std::vector<CostPair> MatchOneToOne(const Eigen::MatrixXd& cost, double gate) {
   // One forbidden pair costs more than all allowed ones together can differ,
   // so a best assignment holds as few forbidden pairs as possible.
   double forbidden = 1.0;
+  std::vector<double> entries;
   for (int r = 0; r < rows; ++r) {
     for (int c = 0; c < columns; ++c) {
       if (allowed(r, c)) forbidden += std::abs(cost(r, c));
+      entries.push_back(allowed(r, c) ? cost(r, c) : kNan);
     }
   }
-  std::vector<double> entries;
-  entries.reserve(static_cast<size_t>(rows) * columns);
-  for (int r = 0; r < rows; ++r) {
-    for (int c = 0; c < columns; ++c) {
-      entries.push_back(allowed(r, c) ? cost(r, c) : forbidden);
-    }
+  for (double& entry : entries) {
+    if (std::isnan(entry)) entry = forbidden;
   }
   std::vector<int> column_of_row;
   HungarianSolver().Minimise(entries, rows, columns, &column_of_row);
@@ -132,8 +109,8 @@ Eigen::MatrixXd PersonDistances(const std::vector<PersonPose>& a,
   Eigen::MatrixXd distances(a.size(), b.size());
   for (size_t i = 0; i < a.size(); ++i) {
     for (size_t k = 0; k < b.size(); ++k) {
-      distances(i, k) = MeanDistance(a[i].joints, b[k].joints, joints)
-                            .value_or(std::numeric_limits<double>::quiet_NaN());
+      distances(i, k) =
+          MeanDistance(a[i].joints, b[k].joints, joints).value_or(kNan);
     }
   }
   return distances;

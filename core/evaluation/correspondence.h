@@ -11,7 +11,6 @@
 #include <vector>
 
 #include "core/base/frame_range.h"
-#include "core/base/time.h"
 #include "core/data/pose.h"
 #include "core/skeleton/skeleton.h"
 
@@ -24,10 +23,6 @@ inline constexpr double kNoGate = std::numeric_limits<double>::infinity();
 
 // nullptr when there is no such frame.
 const TrackFrame* FindFrame(const TrackSequence& tracks, int64_t frame);
-// The frame nearest in time, the earlier one of two equally near; nullptr when
-// it is more than `max_gap` away.
-const TrackFrame* FindNearestInTime(const TrackSequence& tracks, TimeNs time,
-                                    TimeNs max_gap);
 
 // The same joint in two skeletons.
 struct JointPair {

@@ -3,8 +3,9 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
 #include <cmath>
-#include <limits>
 #include <optional>
+
+#include "core/base/constants.h"
 
 namespace kinegraph {
 namespace {
@@ -46,16 +47,15 @@ struct Sums {
   }
 
   ConsistencyRow Row(JointStatus status) const {
-    constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
     ConsistencyRow row;
     row.status = status;
     row.count = count;
     row.rmse_m =
-        count > 0 ? std::sqrt(squared_m2 / static_cast<double>(count)) : kNone;
+        count > 0 ? std::sqrt(squared_m2 / static_cast<double>(count)) : kNan;
     row.stated = Stated();
     row.stated_rms_m = definite > 0
                            ? std::sqrt(trace_m2 / static_cast<double>(definite))
-                           : kNone;
+                           : kNan;
     return row;
   }
 };
@@ -64,13 +64,13 @@ struct Sums {
 
 ConsistencyResult EvaluateConsistency(const TrackSequence& truth,
                                       const TrackSequence& tracks,
-                                      const ConsistencyOptions& options) {
+                                      const std::vector<FrameRange>& frames) {
   const JointPairs joints =
       CommonJoints(truth.header.skeleton, tracks.header.skeleton);
   Sums observed;
   Sums inferred;
   for (const PersonPair& pair :
-       PairPeople(truth, tracks, joints, options.gate_m, options.frames)) {
+       PairPeople(truth, tracks, joints, kPersonGateM, frames)) {
     if (pair.found == nullptr) continue;
     for (const JointPair& joint : joints) {
       const Joint3d& expected = pair.truth->joints[joint.a];

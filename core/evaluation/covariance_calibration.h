@@ -29,11 +29,6 @@ struct Consistency {
   double nees_per_dof = 0.0;
 };
 
-struct ConsistencyOptions {
-  std::vector<FrameRange> frames;  // of the ground truth; none: all
-  double gate_m = kPersonGateM;    // one-to-one, by mean distance
-};
-
 // Of the joints with one status.
 struct ConsistencyRow {
   JointStatus status = JointStatus::kObserved;
@@ -50,10 +45,11 @@ struct ConsistencyResult {
   Consistency all;  // both together
 };
 
-// Joints are compared by name, people as EvaluateMpjpe pairs them.
-ConsistencyResult EvaluateConsistency(const TrackSequence& truth,
-                                      const TrackSequence& tracks,
-                                      const ConsistencyOptions& options = {});
+// Joints are compared by name, people as EvaluateMpjpe pairs them. `frames` are
+// those of the ground truth; none: all.
+ConsistencyResult EvaluateConsistency(
+    const TrackSequence& truth, const TrackSequence& tracks,
+    const std::vector<FrameRange>& frames = {});
 
 // The normalised residuals of held-out cameras.
 Consistency HeldOutConsistency(const HeldOutScores& scores);

@@ -3,18 +3,16 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <map>
-#include <numeric>
 #include <optional>
+#include <utility>
 
+#include "core/base/constants.h"
 #include "core/base/error.h"
 #include "core/evaluation/correspondence.h"
 
 namespace kinegraph {
 namespace {
-
-using Figures = std::vector<double>;
 
 std::string Describe(const HeldOutDetection& item) {
   return "view '" + Printable(item.view_name) + "', frame " +
@@ -34,66 +32,34 @@ const Detection& FindDetection(const DetectionSequence& detections,
                    ": no such detection in the detections given");
 }
 
-// Which person of the run stands for each person of the reference, per frame.
-class PeopleOfRun {
- public:
-  PeopleOfRun(const TrackSequence& reference, const TrackSequence& run,
-              double gate_m, HeldOutRules::Pairing pairing)
-      : reference_(reference),
-        pairing_(pairing),
-        run_(run),
-        joints_(
-            CommonBodyJoints(reference.header.skeleton, run.header.skeleton)),
-        gate_m_(gate_m) {}
+// Which person of the run (nullptr: none) stands for each person of the
+// reference in a frame.
+using PeopleOfRun = std::map<TrackId, const PersonPose*>;
 
-  // nullptr when the run has nobody for this person.
-  const PersonPose* Find(const HeldOutDetection& item) {
-    if (!at_ || *at_ != item.frame) Pair(item);
-    const auto found = run_of_reference_.find(item.person);
-    if (found == run_of_reference_.end()) {
-      throw InputError(
-          "held-out set: " + Describe(item) + ": person " +
-          std::to_string(item.person.value()) +
-          " is not in this frame of the reference tracks, expected "
-          "the tracks that the set was made from");
+PeopleOfRun PairFrame(const TrackSequence& reference, const TrackSequence& run,
+                      int64_t frame, double gate_m,
+                      HeldOutRules::Pairing pairing) {
+  PeopleOfRun pairs;
+  const TrackFrame* expected = FindFrame(reference, frame);
+  if (expected == nullptr) return pairs;
+  for (const PersonPose& person : expected->people) pairs[person.id] = nullptr;
+  const TrackFrame* found = FindFrame(run, frame);
+  if (found == nullptr) return pairs;
+  if (pairing == HeldOutRules::Pairing::kById) {
+    for (const PersonPose& person : found->people) {
+      const auto at = pairs.find(person.id);
+      if (at != pairs.end()) at->second = &person;
     }
-    return found->second;
+    return pairs;
   }
-
- private:
-  void Pair(const HeldOutDetection& item) {
-    at_ = item.frame;
-    run_of_reference_.clear();
-    const TrackFrame* expected = FindFrame(reference_, item.frame);
-    if (expected == nullptr) return;
-    for (const PersonPose& person : expected->people) {
-      run_of_reference_[person.id] = nullptr;
-    }
-    const TrackFrame* found = FindFrame(run_, item.frame);
-    if (found == nullptr) return;
-    if (pairing_ == HeldOutRules::Pairing::kById) {
-      for (const PersonPose& person : found->people) {
-        const auto at = run_of_reference_.find(person.id);
-        if (at != run_of_reference_.end()) at->second = &person;
-      }
-      return;
-    }
-    for (const CostPair& pair : MatchOneToOne(
-             PersonDistances(expected->people, found->people, joints_),
-             gate_m_)) {
-      run_of_reference_[expected->people[pair.row].id] =
-          &found->people[pair.column];
-    }
+  const JointPairs joints =
+      CommonBodyJoints(reference.header.skeleton, run.header.skeleton);
+  for (const CostPair& pair : MatchOneToOne(
+           PersonDistances(expected->people, found->people, joints), gate_m)) {
+    pairs[expected->people[pair.row].id] = &found->people[pair.column];
   }
-
-  const TrackSequence& reference_;
-  HeldOutRules::Pairing pairing_;
-  const TrackSequence& run_;
-  JointPairs joints_;
-  double gate_m_;
-  std::optional<int64_t> at_;
-  std::map<TrackId, const PersonPose*> run_of_reference_;
-};
+  return pairs;
+}
 
 // Projection of a joint of `person`; nullopt without a person, a joint or a
 // pixel.
@@ -126,14 +92,9 @@ std::optional<double> NormalisedSquared(const PersonPose& person, int joint,
   return residual.dot(predicted.inverse() * residual);
 }
 
-// Joints of `detections` that `reference` names too.
-std::vector<int> ScoredJoints(const Skeleton& detections,
-                              const Skeleton& reference) {
-  std::vector<int> joints;
-  for (const JointPair& pair : CommonJoints(detections, reference)) {
-    joints.push_back(pair.a);
-  }
-  return joints;
+size_t UnitOf(const std::vector<int64_t>& frames, int64_t frame) {
+  return static_cast<size_t>(
+      std::lower_bound(frames.begin(), frames.end(), frame) - frames.begin());
 }
 
 // The selected joints by ascending error, and how many of each error a set of
@@ -146,9 +107,7 @@ class SortedErrors {
     for (const HeldOutJoint& joint : scores.joints) {
       const HeldOutPerson& person = scores.people[joint.person_idx];
       if (!filter(person, joint)) continue;
-      const auto at =
-          std::lower_bound(frames.begin(), frames.end(), person.frame);
-      sorted.emplace_back(joint.error_px, at - frames.begin());
+      sorted.emplace_back(joint.error_px, UnitOf(frames, person.frame));
     }
     std::sort(sorted.begin(), sorted.end());
     for (const auto& [error, unit] : sorted) {
@@ -157,7 +116,7 @@ class SortedErrors {
     }
   }
 
-  Figures Compute(const DrawCounts& counts) const {
+  std::vector<double> Figures(const DrawCounts& counts) const {
     std::vector<int64_t> upto(errors_px_.size());
     int64_t total = 0;
     double sum = 0.0;
@@ -168,29 +127,16 @@ class SortedErrors {
       sum += static_cast<double>(times) *
              std::min(errors_px_[i], kHeldOutTruncationPx);
     }
-    const double mean = total == 0 ? std::numeric_limits<double>::quiet_NaN()
-                                   : sum / static_cast<double>(total);
     return {QuantileOfRepeated(errors_px_, upto, 0.5),
             QuantileOfRepeated(errors_px_, upto, 0.9),
-            QuantileOfRepeated(errors_px_, upto, 0.97), mean};
+            QuantileOfRepeated(errors_px_, upto, 0.97),
+            total == 0 ? kNan : sum / static_cast<double>(total)};
   }
 
  private:
   std::vector<double> errors_px_;
   std::vector<size_t> units_;
 };
-
-bool SameJoints(const HeldOutScores& a, const HeldOutScores& b) {
-  return std::equal(
-      a.joints.begin(), a.joints.end(), b.joints.begin(), b.joints.end(),
-      [&](const HeldOutJoint& one, const HeldOutJoint& other) {
-        const HeldOutPerson& of_one = a.people[one.person_idx];
-        const HeldOutPerson& of_other = b.people[other.person_idx];
-        return of_one.frame == of_other.frame &&
-               of_one.view_idx == of_other.view_idx &&
-               one.joint_class == other.joint_class;
-      });
-}
 
 }  // namespace
 
@@ -216,16 +162,28 @@ void ScoreHeldOutCamera(const HeldOutSet& set,
                         const HeldOutRules& rules) {
   const Skeleton& detected = detections.header.skeleton;
   const std::string& view_name = detections.header.view_names[view_idx];
-  const std::vector<int> scored =
-      ScoredJoints(detected, reference.header.skeleton);
+  const JointPairs scored = CommonJoints(detected, reference.header.skeleton);
   const std::vector<int> run_joint = MapByName(run.header.skeleton, detected);
-  PeopleOfRun people(reference, run, set.pairing_gate_m, rules.pairing);
+  std::map<int64_t, PeopleOfRun> people;  // by frame
   for (const HeldOutDetection& item : set.detections) {
     if (item.view_name != view_name) continue;
     const Detection& detection = FindDetection(detections, view_idx, item);
-    const PersonPose* person = people.Find(item);
+    const auto [in_frame, is_new] = people.try_emplace(item.frame);
+    if (is_new) {
+      in_frame->second = PairFrame(reference, run, item.frame,
+                                   set.pairing_gate_m, rules.pairing);
+    }
+    const auto found = in_frame->second.find(item.person);
+    if (found == in_frame->second.end()) {
+      throw InputError(
+          "held-out set: " + Describe(item) + ": person " +
+          std::to_string(item.person.value()) +
+          " is not in this frame of the reference tracks, expected "
+          "the tracks that the set was made from");
+    }
+    const PersonPose* person = found->second;
     scores->people.push_back({item.frame, view_idx, person != nullptr});
-    for (const int joint : scored) {
+    for (const auto& [joint, of_reference] : scored) {
       const Keypoint& keypoint = detection.joints[joint];
       if (!keypoint.found || keypoint.confidence < set.min_confidence) continue;
       HeldOutJoint score;
@@ -285,36 +243,17 @@ HeldOutSummary SummariseHeldOut(const HeldOutScores& scores,
   }
   const std::vector<int64_t> frames = FramesOf(scores);
   const SortedErrors errors(scores, filter, frames);
-  const Figures figures = errors.Compute(DrawCounts(frames.size(), 1));
+  const std::vector<double> figures =
+      errors.Figures(DrawCounts(frames.size(), 1));
   const std::vector<Interval> intervals = BlockBootstrapAll(
       {static_cast<int64_t>(frames.size())}, kHeldOutFigureCount,
-      [&errors](const DrawCounts& counts) { return errors.Compute(counts); },
+      [&errors](const DrawCounts& counts) { return errors.Figures(counts); },
       options);
   for (int i = 0; i < kHeldOutFigureCount; ++i) {
     summary.figures_px[i] = figures[i];
     summary.intervals_px[i] = intervals[i];
   }
   return summary;
-}
-
-Interval HeldOutRatioInterval(const HeldOutScores& a, const HeldOutScores& b,
-                              HeldOutFigure figure,
-                              const BootstrapOptions& options) {
-  if (!SameJoints(a, b)) {
-    throw OptionError("paired difference",
-                      "the two runs were not scored on the same joints");
-  }
-  const std::vector<int64_t> frames = FramesOf(a);
-  const SortedErrors errors_a(a, AllJoints(), frames);
-  const SortedErrors errors_b(b, AllJoints(), frames);
-  const auto index = static_cast<size_t>(figure);
-  return BlockBootstrap(
-      {static_cast<int64_t>(frames.size())},
-      [&](const DrawCounts& counts) {
-        return errors_a.Compute(counts)[index] /
-               errors_b.Compute(counts)[index];
-      },
-      options);
 }
 
 // The units of the bootstrap.
@@ -335,9 +274,7 @@ RatioSeries TruncatedErrors(const HeldOutScores& scores,
   for (const HeldOutJoint& joint : scores.joints) {
     const HeldOutPerson& person = scores.people[joint.person_idx];
     if (!filter(person, joint)) continue;
-    const auto at =
-        std::lower_bound(frames.begin(), frames.end(), person.frame);
-    RatioUnit& unit = units[static_cast<size_t>(at - frames.begin())];
+    RatioUnit& unit = units[UnitOf(frames, person.frame)];
     unit.sum += std::min(joint.error_px, kHeldOutTruncationPx);
     unit.weight += 1.0;
   }

@@ -112,12 +112,6 @@ HeldOutSummary SummariseHeldOut(const HeldOutScores& scores,
                                 const HeldOutFilter& filter,
                                 const BootstrapOptions& options = {});
 
-// Interval of figure(a) / figure(b), the same frames drawn of both. Throws
-// OptionError when the two were not scored on the same joints.
-Interval HeldOutRatioInterval(const HeldOutScores& a, const HeldOutScores& b,
-                              HeldOutFigure figure,
-                              const BootstrapOptions& options = {});
-
 // Sum and number of min(error, 30 px) of each frame that the scores have,
 // ascending: their pooled ratio is kMeanTruncated.
 RatioSeries TruncatedErrors(const HeldOutScores& scores,

@@ -22,46 +22,30 @@ struct PersonState {
 };
 
 // Matches of one frame: people that stay together first, then the rest.
-class FrameMatcher {
- public:
-  FrameMatcher(const std::vector<PersonPose>& truth,
-               const std::vector<PersonPose>& found, const JointPairs& joints,
-               double gate_m)
-      : truth_(truth),
-        found_(found),
-        distances_(PersonDistances(truth, found, joints)),
-        gate_m_(gate_m) {}
-
-  const Eigen::MatrixXd& distances() const { return distances_; }
-
-  std::vector<CostPair> Match(const std::map<TrackId, PersonState>& states) {
-    std::vector<CostPair> pairs;
-    Eigen::MatrixXd open = distances_;
-    for (size_t i = 0; i < truth_.size(); ++i) {
-      const auto state = states.find(truth_[i].id);
-      if (state == states.end() || !state->second.holds_match) continue;
-      for (size_t k = 0; k < found_.size(); ++k) {
-        if (found_[k].id != state->second.last_match ||
-            !(open(i, k) <= gate_m_)) {
-          continue;
-        }
-        pairs.push_back({static_cast<int>(i), static_cast<int>(k), open(i, k)});
-        open.row(i).setConstant(kNan);
-        open.col(k).setConstant(kNan);
+std::vector<CostPair> MatchFrame(const std::vector<PersonPose>& truth,
+                                 const std::vector<PersonPose>& found,
+                                 const Eigen::MatrixXd& distances,
+                                 const std::map<TrackId, PersonState>& states) {
+  std::vector<CostPair> pairs;
+  Eigen::MatrixXd open = distances;
+  for (int i = 0; i < open.rows(); ++i) {
+    const auto state = states.find(truth[i].id);
+    if (state == states.end() || !state->second.holds_match) continue;
+    for (int k = 0; k < open.cols(); ++k) {
+      if (found[k].id != state->second.last_match ||
+          !(open(i, k) <= kPersonGateM)) {
+        continue;
       }
+      pairs.push_back({i, k, open(i, k)});
+      open.row(i).setConstant(kNan);
+      open.col(k).setConstant(kNan);
     }
-    for (const CostPair& pair : MatchOneToOne(open, gate_m_)) {
-      pairs.push_back(pair);
-    }
-    return pairs;
   }
-
- private:
-  const std::vector<PersonPose>& truth_;
-  const std::vector<PersonPose>& found_;
-  Eigen::MatrixXd distances_;
-  double gate_m_;
-};
+  for (const CostPair& pair : MatchOneToOne(open, kPersonGateM)) {
+    pairs.push_back(pair);
+  }
+  return pairs;
+}
 
 // How many frames each true person and each identity were together.
 class TogetherCounter {
@@ -92,17 +76,6 @@ class TogetherCounter {
  private:
   std::map<std::pair<TrackId, TrackId>, int64_t> counts_;
 };
-
-void CountTogether(const std::vector<PersonPose>& truth,
-                   const std::vector<PersonPose>& found,
-                   const Eigen::MatrixXd& distances, double gate_m,
-                   TogetherCounter* together) {
-  for (size_t i = 0; i < truth.size(); ++i) {
-    for (size_t k = 0; k < found.size(); ++k) {
-      if (distances(i, k) <= gate_m) together->Add(truth[i].id, found[k].id);
-    }
-  }
-}
 
 void AddFrame(const std::vector<PersonPose>& truth,
               const std::vector<PersonPose>& found,
@@ -145,7 +118,6 @@ struct ScoredFrame {
   Eigen::MatrixXd distances;
 };
 
-// Keeps the rows or columns listed.
 Eigen::MatrixXd KeepColumns(const Eigen::MatrixXd& matrix,
                             const std::vector<int>& columns) {
   Eigen::MatrixXd kept(matrix.rows(), columns.size());
@@ -170,11 +142,10 @@ std::vector<int> Unmatched(size_t found, const std::vector<CostPair>& pairs) {
 void MarkOnHidden(const std::vector<PersonPose>& hidden,
                   const std::vector<PersonPose>& found,
                   const std::vector<int>& unmatched, const JointPairs& joints,
-                  double gate_m, std::vector<bool>* ignored,
-                  IdentityResult* result) {
+                  std::vector<bool>* ignored, IdentityResult* result) {
   const Eigen::MatrixXd distances =
       KeepColumns(PersonDistances(hidden, found, joints), unmatched);
-  for (const CostPair& pair : MatchOneToOne(distances, gate_m)) {
+  for (const CostPair& pair : MatchOneToOne(distances, kPersonGateM)) {
     (*ignored)[unmatched[pair.column]] = true;
     ++result->on_hidden_people;
   }
@@ -182,15 +153,11 @@ void MarkOnHidden(const std::vector<PersonPose>& hidden,
 
 // Marks found people who are far from every annotated person.
 void MarkBeside(const Eigen::MatrixXd& distances,
-                const std::vector<int>& unmatched, double gate_m,
-                std::vector<bool>* ignored, IdentityResult* result) {
+                const std::vector<int>& unmatched, std::vector<bool>* ignored,
+                IdentityResult* result) {
   for (const int k : unmatched) {
     if ((*ignored)[k]) continue;
-    bool near = false;
-    for (int i = 0; i < distances.rows(); ++i) {
-      near = near || distances(i, k) <= gate_m;
-    }
-    if (near) continue;
+    if ((distances.col(k).array() <= kPersonGateM).any()) continue;
     (*ignored)[k] = true;
     ++result->beside_annotations;
   }
@@ -200,8 +167,6 @@ void MarkBeside(const Eigen::MatrixXd& distances,
 // people that are similar over the recording are preferred.
 class HotaCounter {
  public:
-  explicit HotaCounter(double gate_m) : zero_distance_m_(2.0 * gate_m) {}
-
   void Add(const ScoredFrame& frame) {
     Similarities& similarities = frames_.emplace_back();
     for (const PersonPose& person : frame.truth) {
@@ -211,7 +176,7 @@ class HotaCounter {
       similarities.found.push_back(IndexOf(person.id, &found_index_));
     }
     similarities.values = frame.distances.unaryExpr([&](double distance_m) {
-      const double similarity = 1.0 - distance_m / zero_distance_m_;
+      const double similarity = 1.0 - distance_m / (2.0 * kPersonGateM);
       return similarity > 0.0 ? similarity : 0.0;  // also of NaN
     });
   }
@@ -332,7 +297,6 @@ class HotaCounter {
     return scores;
   }
 
-  double zero_distance_m_;
   std::map<TrackId, int> truth_index_;
   std::map<TrackId, int> found_index_;
   std::vector<Similarities> frames_;
@@ -375,7 +339,7 @@ IdentityResult EvaluateIdentity(const TrackSequence& truth,
   std::map<TrackId, PersonState> states;
   std::set<TrackId> identities;
   TogetherCounter together;
-  HotaCounter hota(options.gate_m);
+  HotaCounter hota;
   for (const TrackFrame& true_frame : truth.frames) {
     if (!ContainsFrame(options.frames, true_frame.frame)) continue;
     ScoredFrame scored;
@@ -387,14 +351,15 @@ IdentityResult EvaluateIdentity(const TrackSequence& truth,
     const TrackFrame* found_frame = FindFrame(tracks, true_frame.frame);
     if (found_frame != nullptr) scored.found = found_frame->people;
 
-    FrameMatcher matcher(scored.truth, scored.found, joints, options.gate_m);
-    std::vector<CostPair> pairs = matcher.Match(states);
+    const Eigen::MatrixXd distances =
+        PersonDistances(scored.truth, scored.found, joints);
+    std::vector<CostPair> pairs =
+        MatchFrame(scored.truth, scored.found, distances, states);
     const std::vector<int> rest = Unmatched(scored.found.size(), pairs);
     std::vector<bool> ignored(scored.found.size(), false);
-    MarkOnHidden(hidden, scored.found, rest, joints, options.gate_m, &ignored,
-                 &result);
+    MarkOnHidden(hidden, scored.found, rest, joints, &ignored, &result);
     if (options.annotated == Annotated::kSome) {
-      MarkBeside(matcher.distances(), rest, options.gate_m, &ignored, &result);
+      MarkBeside(distances, rest, &ignored, &result);
     }
     std::vector<int> kept;
     std::vector<int> kept_index(scored.found.size(), -1);
@@ -406,12 +371,17 @@ IdentityResult EvaluateIdentity(const TrackSequence& truth,
       kept_people.push_back(scored.found[k]);
     }
     for (CostPair& pair : pairs) pair.column = kept_index[pair.column];
-    scored.distances = KeepColumns(matcher.distances(), kept);
+    scored.distances = KeepColumns(distances, kept);
     scored.found = std::move(kept_people);
 
     AddFrame(scored.truth, scored.found, pairs, &states, &result);
-    CountTogether(scored.truth, scored.found, scored.distances, options.gate_m,
-                  &together);
+    for (size_t i = 0; i < scored.truth.size(); ++i) {
+      for (size_t k = 0; k < scored.found.size(); ++k) {
+        if (scored.distances(i, k) <= kPersonGateM) {
+          together.Add(scored.truth[i].id, scored.found[k].id);
+        }
+      }
+    }
     hota.Add(scored);
     for (const PersonPose& person : scored.found) identities.insert(person.id);
   }

@@ -21,7 +21,6 @@ enum class Annotated {
 
 struct IdentityOptions {
   std::vector<FrameRange> frames;  // none: all of the truth
-  double gate_m = kPersonGateM;    // mean distance over joints of the same name
   Annotated annotated = Annotated::kEverybody;
 };
 
@@ -67,6 +66,8 @@ struct IdentityResult {
   HotaScores Hota() const;  // means over the thresholds
 };
 
+// The gate is kPersonGateM, of the mean distance over joints of the same name.
+//
 // In each frame a true person keeps the identity it had while the two stay
 // within the gate and nobody else has had it since; the others are matched
 // one-to-one.

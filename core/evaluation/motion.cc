@@ -1,20 +1,19 @@
 #include "core/evaluation/motion.h"
 
+#include <Eigen/Core>
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <map>
+#include <string>
 #include <utility>
 
+#include "core/base/constants.h"
 #include "core/base/error.h"
 #include "core/evaluation/correspondence.h"
 
 namespace kinegraph {
 namespace {
-
-// The joints and bones that are scored, as indices.
-struct Scope {
-  std::vector<int> joints;
-  std::vector<Bone> bones;
-};
 
 // Limbs, girdles and sides.
 constexpr std::array<std::pair<const char*, const char*>, 12> kBodyBones = {{
@@ -32,40 +31,40 @@ constexpr std::array<std::pair<const char*, const char*>, 12> kBodyBones = {{
     {"r_shoulder", "r_hip"},
 }};
 
-Scope MakeScope(const Skeleton& skeleton, MotionScope wanted) {
-  Scope scope;
-  if (wanted == MotionScope::kBody) {
-    for (const JointPair& pair : CommonBodyJoints(skeleton, skeleton)) {
-      scope.joints.push_back(pair.a);
-    }
-    for (const auto& [a, b] : kBodyBones) {
-      const Bone bone = {skeleton.IndexOf(a), skeleton.IndexOf(b)};
-      if (bone.a >= 0 && bone.b >= 0) scope.bones.push_back(bone);
-    }
-    return scope;
+std::vector<int> BodyJoints(const Skeleton& skeleton) {
+  std::vector<int> joints;
+  for (const JointPair& pair : CommonBodyJoints(skeleton, skeleton)) {
+    joints.push_back(pair.a);
   }
-  for (int j = 0; j < skeleton.joint_count(); ++j) scope.joints.push_back(j);
-  scope.bones = skeleton.bones();
-  return scope;
+  return joints;
 }
 
-struct PersonAt {
-  int64_t frame = 0;
-  const Pose3d* pose = nullptr;
-};
-using People = std::map<TrackId, std::vector<PersonAt>>;
+void RequireRate(double rate_hz, const char* what) {
+  if (rate_hz > 0.0) return;
+  throw OptionError("frame rate", std::string("must be known for ") + what);
+}
 
-People ByIdentity(const TrackSequence& tracks,
-                  const std::vector<FrameRange>& frames) {
-  People people;
+using Poses = std::map<int64_t, const Pose3d*>;  // of a person, by frame
+
+std::map<TrackId, Poses> PosesByIdentity(
+    const TrackSequence& tracks, const std::vector<FrameRange>& frames = {}) {
+  std::map<TrackId, Poses> people;
   for (const TrackFrame& frame : tracks.frames) {
     if (!ContainsFrame(frames, frame.frame)) continue;
     for (const PersonPose& person : frame.people) {
-      people[person.id].push_back({frame.frame, &person.joints});
+      people[person.id][frame.frame] = &person.joints;
     }
   }
   return people;
 }
+
+// nullptr: none.
+const Pose3d* PoseAt(const Poses& poses, int64_t frame) {
+  const auto at = poses.find(frame);
+  return at == poses.end() ? nullptr : at->second;
+}
+
+// ---- Jitter and constancy ---------------------------------------------------
 
 // Sum over the joints of the second differences [m], and their number.
 RatioUnit SecondDifferences(const Pose3d& before, const Pose3d& now,
@@ -87,29 +86,19 @@ RatioUnit SecondDifferences(const Pose3d& before, const Pose3d& now,
   return unit;
 }
 
-RatioSeries Accelerations(const std::vector<PersonAt>& person,
-                          const std::vector<int>& joints, double scale) {
-  RatioSeries series;
-  for (size_t k = 1; k + 1 < person.size(); ++k) {
-    if (person[k].frame - person[k - 1].frame != 1 ||
-        person[k + 1].frame - person[k].frame != 1) {
-      continue;
-    }
-    RatioUnit unit = SecondDifferences(*person[k - 1].pose, *person[k].pose,
-                                       *person[k + 1].pose, joints);
-    unit.sum *= scale;
-    series.push_back(unit);
-  }
-  return series;
-}
-
-void AddAcceleration(const People& people, const std::vector<int>& joints,
-                     double frame_rate_hz, const BootstrapOptions& options,
-                     MotionResult* result) {
+void AddAcceleration(const std::map<TrackId, Poses>& people,
+                     const std::vector<int>& joints, double frame_rate_hz,
+                     const BootstrapOptions& options, MotionResult* result) {
   std::vector<RatioSeries> all;
-  for (const auto& [id, person] : people) {
-    all.push_back(Accelerations(person, joints, frame_rate_hz * frame_rate_hz));
-    for (const RatioUnit& unit : all.back()) {
+  for (const auto& [id, poses] : people) {
+    RatioSeries& series = all.emplace_back();
+    for (const auto& [frame, pose] : poses) {
+      const Pose3d* before = PoseAt(poses, frame - 1);
+      const Pose3d* after = PoseAt(poses, frame + 1);
+      if (before == nullptr || after == nullptr) continue;
+      RatioUnit unit = SecondDifferences(*before, *pose, *after, joints);
+      unit.sum *= frame_rate_hz * frame_rate_hz;
+      series.push_back(unit);
       result->acceleration_count += static_cast<int64_t>(unit.weight);
     }
   }
@@ -117,17 +106,19 @@ void AddAcceleration(const People& people, const std::vector<int>& joints,
   result->acceleration_interval = PooledRatioInterval(all, options);
 }
 
-void AddBoneSpread(const People& people, const std::vector<Bone>& bones,
-                   MotionResult* result) {
+void AddBoneSpread(const std::map<TrackId, Poses>& people,
+                   const Skeleton& skeleton, MotionResult* result) {
   std::vector<double> spreads;
-  for (const auto& [id, person] : people) {
-    for (const Bone& bone : bones) {
+  for (const auto& [id, poses] : people) {
+    for (const auto& [name_a, name_b] : kBodyBones) {
+      const int a = skeleton.IndexOf(name_a);
+      const int b = skeleton.IndexOf(name_b);
+      if (a < 0 || b < 0) continue;
       std::vector<double> lengths;
-      for (const PersonAt& at : person) {
-        const Joint3d& a = (*at.pose)[bone.a];
-        const Joint3d& b = (*at.pose)[bone.b];
-        if (!a.present() || !b.present()) continue;
-        lengths.push_back((a.position_m - b.position_m).norm());
+      for (const auto& [frame, pose] : poses) {
+        if (!(*pose)[a].present() || !(*pose)[b].present()) continue;
+        lengths.push_back(
+            ((*pose)[a].position_m - (*pose)[b].position_m).norm());
       }
       if (lengths.size() >= 2) spreads.push_back(StandardDeviation(lengths));
     }
@@ -136,19 +127,148 @@ void AddBoneSpread(const People& people, const std::vector<Bone>& bones,
   result->bone_length_spread_m = Mean(spreads);
 }
 
+// ---- Smoothness -------------------------------------------------------------
+
+// The poses of each person's frames; null where the tracks have none.
+std::vector<std::vector<const Pose3d*>> PosesOf(
+    const TrackSequence& tracks, const std::vector<PersonFrames>& people) {
+  std::map<TrackId, Poses> by_identity = PosesByIdentity(tracks);
+  std::vector<std::vector<const Pose3d*>> poses;
+  for (const PersonFrames& person : people) {
+    poses.emplace_back();
+    for (const int64_t frame : person.frames) {
+      poses.back().push_back(PoseAt(by_identity[person.id], frame));
+    }
+  }
+  return poses;
+}
+
+// Whether `count` frames from `first` on follow each other without a gap.
+bool Consecutive(const std::vector<int64_t>& frames, size_t first,
+                 size_t count) {
+  return first + count <= frames.size() &&
+         frames[first + count - 1] - frames[first] ==
+             static_cast<int64_t>(count) - 1;
+}
+
+// 1, -2, 1 for order 2, up to the sign.
+std::vector<double> DifferenceWeights(int order) {
+  std::vector<double> weights = {1.0};
+  for (int i = 0; i < order; ++i) {
+    std::vector<double> next(weights.size() + 1, 0.0);
+    for (size_t k = 0; k < weights.size(); ++k) {
+      next[k] += weights[k];
+      next[k + 1] -= weights[k];
+    }
+    weights = next;
+  }
+  return weights;
+}
+
+// Power above a frequency of signals of one length.
+class HighPassPower {
+ public:
+  HighPassPower(int length, double rate_hz, double cutoff_hz)
+      : window_(length), trend_(length) {
+    for (int i = 0; i < length; ++i) {
+      window_[i] = 0.5 - 0.5 * std::cos(2.0 * kPi * (i + 0.5) / length);
+      trend_[i] = i - 0.5 * (length - 1);
+    }
+    // The discrete Fourier transform, bins above the cut-off alone.
+    const int first =
+        static_cast<int>(std::floor(cutoff_hz * length / rate_hz)) + 1;
+    const int last = length / 2;
+    const int bins = std::max(0, last - first + 1);
+    cosine_.resize(bins, length);
+    sine_.resize(bins, length);
+    bin_weight_.resize(bins);
+    for (int b = 0; b < bins; ++b) {
+      const int bin = first + b;
+      // Two-sided power, folded; the bin at half the rate is there once.
+      bin_weight_[b] = 2 * bin == length ? 1.0 : 2.0;
+      for (int i = 0; i < length; ++i) {
+        const double angle = 2.0 * kPi * bin * i / length;
+        cosine_(b, i) = std::cos(angle);
+        sine_(b, i) = std::sin(angle);
+      }
+    }
+    scale_ = 1.0 / (length * window_.squaredNorm());
+  }
+
+  // Of one coordinate, in its unit squared.
+  double operator()(const Eigen::VectorXd& signal) const {
+    Eigen::VectorXd rest = signal.array() - signal.mean();
+    rest -= trend_ * (trend_.dot(rest) / trend_.squaredNorm());
+    rest = rest.cwiseProduct(window_);
+    const Eigen::VectorXd real = cosine_ * rest;
+    const Eigen::VectorXd imaginary = sine_ * rest;
+    return scale_ * bin_weight_.dot(real.cwiseAbs2() + imaginary.cwiseAbs2());
+  }
+
+ private:
+  Eigen::VectorXd window_, trend_, bin_weight_;
+  Eigen::MatrixXd cosine_, sine_;
+  double scale_ = 0.0;
+};
+
+// Power of one joint over a segment; false when a position is missing.
+bool SegmentPower(const std::vector<const Pose3d*>& poses, size_t first,
+                  int length, int joint, const HighPassPower& power,
+                  double* sum) {
+  Eigen::MatrixXd positions(length, 3);
+  for (int i = 0; i < length; ++i) {
+    const Pose3d* pose = poses[first + i];
+    if (pose == nullptr || !(*pose)[joint].present()) return false;
+    positions.row(i) = (*pose)[joint].position_m.transpose();
+  }
+  *sum = 0.0;
+  for (int axis = 0; axis < 3; ++axis) *sum += power(positions.col(axis));
+  return true;
+}
+
+// ---- Delay ------------------------------------------------------------------
+
+// Position after minus position before a frame; nullopt where one is missing.
+std::optional<Eigen::Vector3d> MotionAt(const Poses& poses, int64_t frame,
+                                        int joint) {
+  const Pose3d* a = PoseAt(poses, frame - 1);
+  const Pose3d* b = PoseAt(poses, frame + 1);
+  if (a == nullptr || b == nullptr) return std::nullopt;
+  if (!(*a)[joint].present() || !(*b)[joint].present()) return std::nullopt;
+  return (*b)[joint].position_m - (*a)[joint].position_m;
+}
+
+// Sums for shifts of -reach .. reach frames, over the same places for all.
+struct Correlation {
+  std::vector<double> product;  // reference at t, tracks at t + shift
+  std::vector<double> energy;   // of the tracks there
+
+  explicit Correlation(int reach)
+      : product(2 * reach + 1, 0.0), energy(2 * reach + 1, 0.0) {}
+
+  void Add(const Eigen::Vector3d& reference,
+           const std::vector<Eigen::Vector3d>& shifted) {
+    for (size_t i = 0; i < shifted.size(); ++i) {
+      product[i] += reference.dot(shifted[i]);
+      energy[i] += shifted[i].squaredNorm();
+    }
+  }
+  double At(size_t i) const {
+    return energy[i] > 0.0 ? product[i] / std::sqrt(energy[i]) : 0.0;
+  }
+};
+
 }  // namespace
 
 MotionResult EvaluateMotion(const TrackSequence& tracks, double frame_rate_hz,
                             const MotionOptions& options,
                             const BootstrapOptions& bootstrap) {
-  if (!(frame_rate_hz > 0.0)) {
-    throw OptionError("frame rate", "must be known for an acceleration");
-  }
-  const Scope scope = MakeScope(tracks.header.skeleton, options.scope);
-  const People people = ByIdentity(tracks, options.frames);
+  RequireRate(frame_rate_hz, "an acceleration");
+  const auto people = PosesByIdentity(tracks, options.frames);
   MotionResult result;
-  AddAcceleration(people, scope.joints, frame_rate_hz, bootstrap, &result);
-  AddBoneSpread(people, scope.bones, &result);
+  AddAcceleration(people, BodyJoints(tracks.header.skeleton), frame_rate_hz,
+                  bootstrap, &result);
+  AddBoneSpread(people, tracks.header.skeleton, &result);
   return result;
 }
 
@@ -171,6 +291,140 @@ Share EvaluateCoverage(const TrackSequence& truth, const TrackSequence& tracks,
     }
   }
   return covered;
+}
+
+std::vector<PersonFrames> PersonFramesOf(const TrackSequence& tracks) {
+  std::vector<PersonFrames> people;
+  for (const auto& [id, poses] : PosesByIdentity(tracks)) {
+    people.push_back({id, {}});
+    for (const auto& [frame, pose] : poses) {
+      people.back().frames.push_back(frame);
+    }
+  }
+  return people;
+}
+
+std::vector<RatioSeries> DifferenceSeries(
+    const TrackSequence& tracks, const std::vector<PersonFrames>& people,
+    int order, double rate_hz) {
+  const std::vector<int> joints = BodyJoints(tracks.header.skeleton);
+  const std::vector<double> weights = DifferenceWeights(order);
+  const double scale = std::pow(rate_hz, order);
+  const auto poses_of = PosesOf(tracks, people);
+  std::vector<RatioSeries> all;
+  for (size_t p = 0; p < people.size(); ++p) {
+    const PersonFrames& person = people[p];
+    const std::vector<const Pose3d*>& poses = poses_of[p];
+    RatioSeries series(person.frames.size());
+    for (size_t k = 0; k < series.size(); ++k) {
+      if (!Consecutive(person.frames, k, weights.size())) continue;
+      for (const int j : joints) {
+        Eigen::Vector3d difference = Eigen::Vector3d::Zero();
+        bool observed = true;
+        for (size_t i = 0; observed && i < weights.size(); ++i) {
+          const Pose3d* pose = poses[k + i];
+          observed =
+              pose != nullptr && (*pose)[j].status == JointStatus::kObserved;
+          if (observed) difference += weights[i] * (*pose)[j].position_m;
+        }
+        if (!observed) continue;
+        series[k].sum += scale * difference.norm();
+        series[k].weight += 1.0;
+      }
+    }
+    all.push_back(std::move(series));
+  }
+  return all;
+}
+
+std::vector<RatioSeries> PowerSeries(const TrackSequence& tracks,
+                                     const std::vector<PersonFrames>& people,
+                                     double rate_hz) {
+  constexpr double kCutoffHz = 6.0;  // voluntary movement has little above
+  constexpr double kSegmentS = 2.0;  // frequency resolution: 1 / kSegmentS
+  std::vector<RatioSeries> all(people.size());
+  if (rate_hz <= 2.0 * kCutoffHz) return all;
+  // Even, so that segments overlap by exactly half.
+  const int half =
+      std::max(2, static_cast<int>(std::lround(0.5 * kSegmentS * rate_hz)));
+  const int length = 2 * half;
+  const std::vector<int> joints = BodyJoints(tracks.header.skeleton);
+  const auto poses_of = PosesOf(tracks, people);
+  const HighPassPower power(length, rate_hz, kCutoffHz);
+  for (size_t p = 0; p < people.size(); ++p) {
+    const PersonFrames& person = people[p];
+    const std::vector<const Pose3d*>& poses = poses_of[p];
+    size_t first = 0;
+    while (first + static_cast<size_t>(length) <= person.frames.size()) {
+      if (!Consecutive(person.frames, first, static_cast<size_t>(length))) {
+        ++first;
+        continue;
+      }
+      RatioUnit unit;
+      for (const int j : joints) {
+        double sum = 0.0;
+        if (!SegmentPower(poses, first, length, j, power, &sum)) continue;
+        unit.sum += sum;
+        unit.weight += 1.0;
+      }
+      all[p].push_back(unit);
+      first += static_cast<size_t>(half);
+    }
+  }
+  return all;
+}
+
+std::optional<double> EstimateLag(const TrackSequence& reference,
+                                  const TrackSequence& tracks, double rate_hz,
+                                  const std::vector<FrameRange>& frames) {
+  constexpr double kMaxLagS = 0.4;
+  RequireRate(rate_hz, "a lag");
+  const int reach =
+      std::max(2, static_cast<int>(std::ceil(kMaxLagS * rate_hz)));
+  const JointPairs joints =
+      CommonBodyJoints(reference.header.skeleton, tracks.header.skeleton);
+  const auto true_people = PosesByIdentity(reference);
+  const auto found_people = PosesByIdentity(tracks);
+  Correlation correlation(reach);
+  std::vector<Eigen::Vector3d> shifted;
+  for (const TrackFrame& frame : reference.frames) {
+    if (!ContainsFrame(frames, frame.frame)) continue;
+    const TrackFrame* found = FindFrame(tracks, frame.frame);
+    if (found == nullptr) continue;
+    for (const CostPair& pair :
+         MatchOneToOne(PersonDistances(frame.people, found->people, joints),
+                       kPersonGateM)) {
+      const Poses& truth = true_people.at(frame.people[pair.row].id);
+      const Poses& poses = found_people.at(found->people[pair.column].id);
+      for (const JointPair& joint : joints) {
+        const auto expected = MotionAt(truth, frame.frame, joint.a);
+        if (!expected.has_value()) continue;
+        shifted.clear();
+        for (int k = -reach; k <= reach; ++k) {
+          const auto motion = MotionAt(poses, frame.frame + k, joint.b);
+          if (!motion.has_value()) break;
+          shifted.push_back(*motion);
+        }
+        if (static_cast<int>(shifted.size()) != 2 * reach + 1) continue;
+        correlation.Add(*expected, shifted);
+      }
+    }
+  }
+  size_t best = 0;
+  const size_t count = correlation.product.size();
+  for (size_t i = 1; i < count; ++i) {
+    if (correlation.At(i) > correlation.At(best)) best = i;
+  }
+  // At an end there is no maximum.
+  if (best == 0 || best + 1 == count || !(correlation.At(best) > 0.0)) {
+    return std::nullopt;
+  }
+  const double before = correlation.At(best - 1);
+  const double at = correlation.At(best);
+  const double after = correlation.At(best + 1);
+  const double bend = before - 2.0 * at + after;
+  const double fraction = bend < 0.0 ? 0.5 * (before - after) / bend : 0.0;
+  return (static_cast<double>(best) - reach + fraction) / rate_hz;
 }
 
 }  // namespace kinegraph

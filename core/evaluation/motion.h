@@ -1,33 +1,29 @@
-// What a motion looks like without a ground truth (jitter, constancy of the
-// body), and how much of the true people it has.
+// What a motion looks like without a ground truth (jitter, smoothness,
+// constancy of the body), how much of the true people it has, and how late it
+// is.
 #ifndef KINEGRAPH_CORE_EVALUATION_MOTION_H_
 #define KINEGRAPH_CORE_EVALUATION_MOTION_H_
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "core/base/frame_range.h"
+#include "core/base/ids.h"
 #include "core/data/pose.h"
 #include "core/evaluation/bootstrap.h"
 #include "core/evaluation/statistics.h"
 
 namespace kinegraph {
 
-// Of which joints and bones a motion is judged.
-enum class MotionScope {
-  // Shoulders, elbows, wrists, hips, knees and ankles, and the twelve bones
-  // between them: the same for every skeleton that has them.
-  kBody,
-  // All joints and bones of the skeleton, face and feet too.
-  kAll,
-};
-
 struct MotionOptions {
-  MotionScope scope = MotionScope::kBody;
   std::vector<FrameRange> frames;  // none: all
 };
 
 struct MotionResult {
+  // Of shoulders, elbows, wrists, hips, knees and ankles, and the twelve bones
+  // between them: the same for every skeleton that has them.
+  //
   // Mean of |p(k+1) - 2 p(k) + p(k-1)| rate^2 over joints that are observed in
   // three frames of consecutive numbers [m/s^2]; NaN when there are none.
   double acceleration_m_s2 = 0.0;
@@ -48,6 +44,47 @@ MotionResult EvaluateMotion(const TrackSequence& tracks, double frame_rate_hz,
 // the joints of the same name).
 Share EvaluateCoverage(const TrackSequence& truth, const TrackSequence& tracks,
                        const std::vector<FrameRange>& frames = {});
+
+// ---- Smoothness. Units are laid out over person-frames that the caller fixes,
+// so that several results can be compared frame by frame.
+
+// The frames of a person, ascending.
+struct PersonFrames {
+  TrackId id;
+  std::vector<int64_t> frames;
+};
+// Of everyone in the tracks, by ascending id.
+std::vector<PersonFrames> PersonFramesOf(const TrackSequence& tracks);
+
+// |difference of order `order` of the position| rate^order, summed over the
+// twelve body joints that are observed in order + 1 consecutive frames: mean
+// acceleration [m/s^2] for 2, jerk [m/s^3] for 3. One series a person, one unit
+// for each of their frames; the pooled ratio is the mean over joints.
+std::vector<RatioSeries> DifferenceSeries(
+    const TrackSequence& tracks, const std::vector<PersonFrames>& people,
+    int order, double rate_hz);
+
+// Power of a body joint's position above 6 Hz [m^2], x, y and z together
+// (the mean square of that part of the motion). Welch (1967): segments of two
+// seconds that overlap by half, each freed of its straight line and tapered by
+// a Hann window. A joint takes part in a segment when it has a position,
+// observed or inferred, in all its frames. One series a person, one unit a
+// segment (whether any joint takes part or not). Empty series when the rate is
+// too low for the cut-off.
+std::vector<RatioSeries> PowerSeries(const TrackSequence& tracks,
+                                     const std::vector<PersonFrames>& people,
+                                     double rate_hz);
+
+// The delay of `tracks` behind `reference` [s] that maximises the
+// cross-correlation of their velocities within 0.4 s (Knapp and Carter 1976,
+// without weighting), all common body joints and axes together; a parabola
+// through the greatest value and its neighbours gives fractions of a frame.
+// `frames` are of the reference; none: all. People are paired frame by frame
+// within 0.5 m. Negative: too early. nullopt when too little of the two
+// overlaps or nobody moves.
+std::optional<double> EstimateLag(const TrackSequence& reference,
+                                  const TrackSequence& tracks, double rate_hz,
+                                  const std::vector<FrameRange>& frames = {});
 
 }  // namespace kinegraph
 

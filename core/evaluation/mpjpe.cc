@@ -90,23 +90,13 @@ double Divide(double sum, int64_t count) {
 Interval PersonInterval(const std::vector<PersonError>& people,
                         double PersonError::*error,
                         const BootstrapOptions& options) {
-  std::vector<int64_t> lengths;
+  std::vector<RatioSeries> series;  // one an actor
   for (size_t i = 0; i < people.size(); ++i) {
-    if (i == 0 || people[i].actor != people[i - 1].actor) lengths.push_back(0);
-    ++lengths.back();
+    if (i == 0 || people[i].actor != people[i - 1].actor) series.emplace_back();
+    series.back().push_back(
+        {people[i].*error, static_cast<double>(people[i].joint_count)});
   }
-  return BlockBootstrap(
-      lengths,
-      [&](const DrawCounts& counts) {
-        double sum = 0.0;
-        int64_t joints = 0;
-        for (size_t i = 0; i < people.size(); ++i) {
-          sum += static_cast<double>(counts[i]) * people[i].*error;
-          joints += counts[i] * people[i].joint_count;
-        }
-        return Divide(sum, joints);
-      },
-      options);
+  return PooledRatioInterval(series, options);
 }
 
 }  // namespace
@@ -135,7 +125,7 @@ MpjpeResult EvaluateMpjpe(const TrackSequence& truth,
   const JointPairs joints = CommonJoints(skeleton, tracks.header.skeleton);
   MpjpeResult result;
   const std::vector<PersonPair> pairs =
-      PairPeople(truth, tracks, joints, options.gate_m, options.frames);
+      PairPeople(truth, tracks, joints, kPersonGateM, options.frames);
   const std::vector<Residual> residuals =
       Residuals(pairs, joints, skeleton, options.up, &result);
   const std::vector<Vector3d> offsets = Offsets(residuals, joints.size());

@@ -24,7 +24,6 @@ namespace kinegraph {
 
 struct MpjpeOptions {
   std::vector<FrameRange> frames;  // of the ground truth; none: all
-  double gate_m = kPersonGateM;    // one-to-one, by mean distance
   Eigen::Vector3d up = Eigen::Vector3d::UnitZ();  // in the world
 };
 
@@ -64,8 +63,8 @@ std::optional<Eigen::Matrix3d> BodyFrame(const Pose3d& pose,
                                          const Skeleton& skeleton,
                                          const Eigen::Vector3d& up);
 
-// Joints are compared by name. A true person without a body frame counts raw
-// only.
+// Joints are compared by name, people one-to-one within kPersonGateM. A true
+// person without a body frame counts raw only.
 MpjpeResult EvaluateMpjpe(const TrackSequence& truth,
                           const TrackSequence& tracks,
                           const MpjpeOptions& options = {},

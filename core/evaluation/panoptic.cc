@@ -5,7 +5,7 @@
 #include <optional>
 
 #include "core/evaluation/correspondence.h"
-#include "core/evaluation/head_conversion.h"
+#include "core/evaluation/pcp.h"
 
 namespace kinegraph {
 namespace {
@@ -87,9 +87,9 @@ std::vector<bool> FirstWithin(const std::vector<Candidate>& candidates,
   std::vector<bool> taken(static_cast<size_t>(true_people), false);
   std::vector<bool> first;
   for (const Candidate& candidate : candidates) {
-    const bool is_first = candidate.error_m < threshold_m &&
-                          !taken[static_cast<size_t>(candidate.true_person)];
-    if (is_first) taken[static_cast<size_t>(candidate.true_person)] = true;
+    const bool is_first =
+        candidate.error_m < threshold_m && !taken[candidate.true_person];
+    if (is_first) taken[candidate.true_person] = true;
     first.push_back(is_first);
   }
   return first;

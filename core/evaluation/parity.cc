@@ -1,5 +1,6 @@
 #include "core/evaluation/parity.h"
 
+#include <algorithm>
 #include <map>
 #include <set>
 
@@ -9,25 +10,13 @@ namespace kinegraph {
 namespace {
 
 // Which identities of the one stood for which of the other.
-class IdentityMap {
- public:
-  void Add(TrackId a, TrackId b) {
-    b_of_a_[a].insert(b);
-    a_of_b_[b].insert(a);
-  }
-  bool OneToOne() const { return Unique(b_of_a_) && Unique(a_of_b_); }
+using IdentityMap = std::map<TrackId, std::set<TrackId>>;
 
- private:
-  using Map = std::map<TrackId, std::set<TrackId>>;
-  static bool Unique(const Map& map) {
-    for (const auto& [id, others] : map) {
-      if (others.size() > 1) return false;
-    }
-    return true;
-  }
-  Map b_of_a_;
-  Map a_of_b_;
-};
+bool IsUnique(const IdentityMap& map) {
+  return std::all_of(map.begin(), map.end(), [](const auto& entry) {
+    return entry.second.size() == 1;
+  });
+}
 
 // Adds the joints of a pair of people; nullptr stands for nobody.
 void AddJoints(int64_t frame, const PersonPose* reference,
@@ -55,53 +44,6 @@ void AddJoints(int64_t frame, const PersonPose* reference,
   }
 }
 
-void CompareFrame(const TrackFrame& reference, const TrackFrame& tracks,
-                  const JointPairs& joints, const ParityOptions& options,
-                  IdentityMap* identities, ParityResult* result) {
-  std::vector<bool> reference_paired(reference.people.size());
-  std::vector<bool> person_paired(tracks.people.size());
-  for (const CostPair& pair : MatchOneToOne(
-           PersonDistances(reference.people, tracks.people, joints), kNoGate)) {
-    const PersonPose& expected = reference.people[pair.row];
-    const PersonPose& found = tracks.people[pair.column];
-    reference_paired[pair.row] = true;
-    person_paired[pair.column] = true;
-    ++result->paired_person_frames;
-    identities->Add(expected.id, found.id);
-    AddJoints(reference.frame, &expected, &found, joints, options, result);
-  }
-  for (size_t i = 0; i < reference.people.size(); ++i) {
-    if (reference_paired[i]) continue;
-    AddJoints(reference.frame, &reference.people[i], nullptr, joints, options,
-              result);
-  }
-  for (size_t i = 0; i < tracks.people.size(); ++i) {
-    if (person_paired[i]) continue;
-    AddJoints(tracks.frame, nullptr, &tracks.people[i], joints, options,
-              result);
-  }
-}
-
-struct Census {
-  int64_t identities = 0;
-  int64_t person_frames = 0;
-};
-
-Census CountPeople(const TrackSequence& tracks,
-                   const std::vector<FrameRange>& ranges) {
-  std::set<TrackId> ids;
-  Census census;
-  for (const TrackFrame& frame : tracks.frames) {
-    if (!ContainsFrame(ranges, frame.frame)) continue;
-    for (const PersonPose& person : frame.people) {
-      ids.insert(person.id);
-      ++census.person_frames;
-    }
-  }
-  census.identities = static_cast<int64_t>(ids.size());
-  return census;
-}
-
 }  // namespace
 
 ParityResult EvaluateParity(const TrackSequence& reference,
@@ -110,26 +52,46 @@ ParityResult EvaluateParity(const TrackSequence& reference,
   const JointPairs joints =
       CommonJoints(reference.header.skeleton, tracks.header.skeleton);
   ParityResult result;
-  IdentityMap identities;
+  IdentityMap found_of, expected_of;
+  std::set<TrackId> identities, reference_identities;
   std::set<int64_t> frames;
   for (const TrackSequence* sequence : {&reference, &tracks}) {
     for (const TrackFrame& frame : sequence->frames) frames.insert(frame.frame);
   }
-  const TrackFrame nobody;
+  const std::vector<PersonPose> nobody;
   for (const int64_t frame : frames) {
     if (!ContainsFrame(options.frames, frame)) continue;
-    const TrackFrame* expected = FindFrame(reference, frame);
-    const TrackFrame* found = FindFrame(tracks, frame);
-    CompareFrame(expected ? *expected : nobody, found ? *found : nobody, joints,
-                 options, &identities, &result);
+    const TrackFrame* in_reference = FindFrame(reference, frame);
+    const TrackFrame* in_tracks = FindFrame(tracks, frame);
+    const auto& expected = in_reference ? in_reference->people : nobody;
+    const auto& found = in_tracks ? in_tracks->people : nobody;
+    std::vector<const PersonPose*> match(expected.size(), nullptr);
+    std::vector<bool> is_paired(found.size());
+    for (const CostPair& pair :
+         MatchOneToOne(PersonDistances(expected, found, joints), kNoGate)) {
+      match[pair.row] = &found[pair.column];
+      is_paired[pair.column] = true;
+      ++result.paired_person_frames;
+      found_of[expected[pair.row].id].insert(found[pair.column].id);
+      expected_of[found[pair.column].id].insert(expected[pair.row].id);
+    }
+    for (size_t i = 0; i < expected.size(); ++i) {
+      AddJoints(frame, &expected[i], match[i], joints, options, &result);
+      reference_identities.insert(expected[i].id);
+      ++result.reference_person_frames;
+    }
+    for (size_t i = 0; i < found.size(); ++i) {
+      if (!is_paired[i]) {
+        AddJoints(frame, nullptr, &found[i], joints, options, &result);
+      }
+      identities.insert(found[i].id);
+      ++result.person_frames;
+    }
   }
-  result.identities_one_to_one = identities.OneToOne();
-  const Census expected = CountPeople(reference, options.frames);
-  const Census found = CountPeople(tracks, options.frames);
-  result.reference_identities = expected.identities;
-  result.reference_person_frames = expected.person_frames;
-  result.identities = found.identities;
-  result.person_frames = found.person_frames;
+  result.identities_one_to_one = IsUnique(found_of) && IsUnique(expected_of);
+  result.reference_identities =
+      static_cast<int64_t>(reference_identities.size());
+  result.identities = static_cast<int64_t>(identities.size());
   return result;
 }
 

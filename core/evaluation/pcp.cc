@@ -1,10 +1,12 @@
 #include "core/evaluation/pcp.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <initializer_list>
 #include <limits>
-#include <map>
 #include <set>
+#include <tuple>
 
 #include "core/base/error.h"
 #include "core/base/time.h"
@@ -12,13 +14,63 @@
 namespace kinegraph {
 namespace {
 
+using Eigen::Vector3d;
+
+// ---- Heads
+// -------------------------------------------------------------------
+
+constexpr double kFaceForwardM = 0.125;  // k4d
+constexpr double kFaceUpM = 0.145;
+constexpr double kMvposeShare = 0.75;  // kVoxelposeShelf
+
+// What a head is made from.
+enum HeadSource {
+  kNose,
+  kLeftEar,
+  kRightEar,
+  kLeftShoulder,
+  kRightShoulder,
+  kLeftHip,
+  kRightHip,
+  kNeck,
+  kMidHip
+};
+const Skeleton& HeadSources() {
+  static const Skeleton kSources(
+      "head",
+      {"nose", "l_ear", "r_ear", "l_shoulder", "r_shoulder", "l_hip", "r_hip",
+       "neck", "mid_hip"},
+      {});
+  return kSources;
+}
+
+JointStatus Worst(std::initializer_list<const Joint3d*> joints) {
+  JointStatus worst = JointStatus::kObserved;
+  for (const Joint3d* joint : joints) worst = std::min(worst, joint->status);
+  return worst;
+}
+
+const Joint3d& At(const Pose3d& pose, int joint) {
+  static const Joint3d kMissing;
+  return joint < 0 ? kMissing : pose[joint];
+}
+
+// From m towards the nose n, each world axis with its own factor.
+Vector3d Towards(const Vector3d& m, const Vector3d& n, double x, double y,
+                 double z) {
+  return m + (n - m).cwiseProduct(Vector3d(x, y, z));
+}
+
+// ---- Parts
+// -------------------------------------------------------------------
+
 // Index of the middle of the hips, appended to the joints of Tum14.
-constexpr int kMidHip = 14;
+constexpr int kTorsoEnd = 14;
 
 struct PartDefinition {
   const char* name;
   PcpGroup group;
-  int first;  // joints of Tum14, or kMidHip
+  int first;  // joints of Tum14, or kTorsoEnd
   int second;
 };
 
@@ -32,7 +84,7 @@ constexpr std::array<PartDefinition, kPcpPartCount> kParts = {{
     {"l_upper_arm", PcpGroup::kUpperArms, 10, 9},
     {"l_lower_arm", PcpGroup::kLowerArms, 11, 10},
     {"head", PcpGroup::kHead, 12, 13},
-    {"torso", PcpGroup::kTorso, kMidHip, 12},
+    {"torso", PcpGroup::kTorso, kTorsoEnd, 12},
 }};
 
 bool InGroup(int part, PcpGroup group) {
@@ -48,12 +100,12 @@ class PcpPoseMaker {
   }
 
   Pose3d operator()(const Pose3d& pose) const {
-    static const int kRightHip = Tum14().IndexOf("r_hip");
-    static const int kLeftHip = Tum14().IndexOf("l_hip");
+    static const int kRight = Tum14().IndexOf("r_hip");
+    static const int kLeft = Tum14().IndexOf("l_hip");
     Pose3d converted = to_tum14_(pose);
-    converted.push_back(
-        mid_hip_ >= 0 ? pose[mid_hip_]
-                      : Middle(converted[kRightHip], converted[kLeftHip]));
+    converted.push_back(mid_hip_ >= 0
+                            ? pose[mid_hip_]
+                            : Middle(converted[kRight], converted[kLeft]));
     return converted;
   }
 
@@ -78,7 +130,7 @@ std::vector<PersonPose> ConvertPeople(const std::vector<PersonPose>& people,
 // The joints by which people are matched.
 JointPairs MatchingJoints(const PcpProtocol& protocol) {
   JointPairs joints;
-  const int count = protocol.mid_hip_is_a_joint ? kMidHip + 1 : kMidHip;
+  const int count = protocol.mid_hip_is_a_joint ? kTorsoEnd + 1 : kTorsoEnd;
   for (int joint = 0; joint < count; ++joint) joints.push_back({joint, joint});
   return joints;
 }
@@ -193,6 +245,24 @@ PcpPersonFrame ScorePerson(int64_t frame, const PersonPose& truth,
   return scored;
 }
 
+// The frame of a result that is scored in a frame of the ground truth, else the
+// one nearest in time, the earlier of two equally near; nullptr: nobody was
+// found.
+const TrackFrame* FindPredictedFrame(const TrackSequence& tracks,
+                                     const TrackFrame& true_frame,
+                                     const PcpProtocol& protocol) {
+  const TrackFrame* nearest = FindFrame(tracks, true_frame.frame);
+  if (nearest != nullptr || protocol.max_time_gap_s <= 0.0) return nearest;
+  TimeNs least_gap = FromSeconds(protocol.max_time_gap_s) + 1;
+  for (const TrackFrame& frame : tracks.frames) {
+    const TimeNs gap = std::abs(frame.time - true_frame.time);
+    if (gap >= least_gap) continue;
+    nearest = &frame;
+    least_gap = gap;
+  }
+  return nearest;
+}
+
 template <typename T>
 void SortByActorAndFrame(std::vector<T>* values) {
   std::stable_sort(values->begin(), values->end(), [](const T& a, const T& b) {
@@ -217,6 +287,101 @@ std::vector<RatioSeries> Series(const PcpResult& result,
 }
 
 }  // namespace
+
+const char* ToString(HeadConversion conversion) {
+  static constexpr const char* kNames[] = {
+      "chu", "mvpose", "voxelpose_campus", "voxelpose_shelf", "4d", "raw"};
+  return kNames[static_cast<size_t>(conversion)];
+}
+
+std::optional<HeadConversion> HeadConversionByName(const std::string& name,
+                                                   bool campus) {
+  if (name == "voxelpose") {
+    return campus ? HeadConversion::kVoxelposeCampus
+                  : HeadConversion::kVoxelposeShelf;
+  }
+  for (const HeadConversion conversion :
+       {HeadConversion::kChu, HeadConversion::kMvpose, HeadConversion::k4d,
+        HeadConversion::kRaw}) {
+    if (name == ToString(conversion)) return conversion;
+  }
+  return std::nullopt;
+}
+
+Joint3d Middle(const Joint3d& a, const Joint3d& b) {
+  return {0.5 * (a.position_m + b.position_m), Worst({&a, &b})};
+}
+
+Tum14Converter::Tum14Converter(const Skeleton& from, HeadConversion conversion)
+    : conversion_(conversion),
+      source_(MapByName(from, Tum14())),
+      head_source_(MapByName(from, HeadSources())) {}
+
+Pose3d Tum14Converter::operator()(const Pose3d& pose) const {
+  static const int kBottom = Tum14().IndexOf("head_bottom");
+  static const int kTop = Tum14().IndexOf("head_top");
+  Pose3d converted;
+  converted.reserve(source_.size());
+  for (const int joint : source_) converted.push_back(At(pose, joint));
+  if (source_[kBottom] < 0 || source_[kTop] < 0) {
+    std::tie(converted[kBottom], converted[kTop]) = Head(pose);
+  }
+  return converted;
+}
+
+std::pair<Joint3d, Joint3d> Tum14Converter::Head(const Pose3d& pose) const {
+  const auto at = [&](HeadSource source) -> const Joint3d& {
+    return At(pose, head_source_[source]);
+  };
+  const Joint3d& l_shoulder = at(kLeftShoulder);
+  const Joint3d& r_shoulder = at(kRightShoulder);
+  const Joint3d shoulders = Middle(l_shoulder, r_shoulder);
+  const Joint3d ears = Middle(at(kLeftEar), at(kRightEar));
+  const Joint3d& nose = at(kNose);
+  const Vector3d& m = shoulders.position_m;
+  const Vector3d& n = nose.position_m;
+  const Vector3d& e = ears.position_m;
+  const JointStatus by_nose = Worst({&shoulders, &nose});
+  const JointStatus by_ears = Worst({&shoulders, &ears});
+
+  const Vector3d by_ears_m = 0.5 * (m + e);
+  switch (conversion_) {
+    case HeadConversion::kChu:
+      return {{Towards(m, n, 0.3, 0.4, 0.6), by_nose},
+              {Towards(m, n, 0.78, 0.5, 1.5), by_nose}};
+    case HeadConversion::kMvpose:
+      return {{Towards(m, n, 0.5, 0.5, 0.5), by_nose},
+              {Towards(m, n, 0.75, 0.75, 1.5), by_nose}};
+    case HeadConversion::kVoxelposeCampus:
+      return {{by_ears_m, by_ears}, {2.0 * e - by_ears_m, by_ears}};
+    case HeadConversion::kVoxelposeShelf: {
+      const Vector3d top = 2.0 * e - by_ears_m;
+      const JointStatus status = Worst({&shoulders, &nose, &ears});
+      return {{kMvposeShare * Towards(m, n, 0.5, 0.5, 0.5) +
+                   (1.0 - kMvposeShare) * by_ears_m,
+               status},
+              {kMvposeShare * Towards(m, n, 0.75, 0.75, 1.5) +
+                   (1.0 - kMvposeShare) * top,
+               status}};
+    }
+    case HeadConversion::k4d: {
+      const Joint3d neck = at(kNeck).present() ? at(kNeck) : shoulders;
+      const Joint3d hips = at(kMidHip).present()
+                               ? at(kMidHip)
+                               : Middle(at(kLeftHip), at(kRightHip));
+      const Vector3d face =
+          (neck.position_m - hips.position_m)
+              .cross(r_shoulder.position_m - l_shoulder.position_m)
+              .normalized();
+      return {{by_ears_m, by_ears},
+              {by_ears_m + kFaceForwardM * face + kFaceUpM * Vector3d::UnitZ(),
+               Worst({&shoulders, &ears, &neck, &hips})}};
+    }
+    case HeadConversion::kRaw:
+      break;
+  }
+  return {{m, shoulders.status}, {n, nose.status}};
+}
 
 const char* PcpPartName(int part) { return kParts[part].name; }
 
@@ -325,15 +490,6 @@ std::vector<int64_t> PcpResult::HeadlineActors() const {
     }
   }
   return actors;
-}
-
-const TrackFrame* FindPredictedFrame(const TrackSequence& tracks,
-                                     const TrackFrame& true_frame,
-                                     const PcpProtocol& protocol) {
-  const TrackFrame* same = FindFrame(tracks, true_frame.frame);
-  if (same != nullptr || protocol.max_time_gap_s <= 0.0) return same;
-  return FindNearestInTime(tracks, true_frame.time,
-                           FromSeconds(protocol.max_time_gap_s));
 }
 
 PcpResult EvaluatePcp(const TrackSequence& truth, const TrackSequence& tracks,

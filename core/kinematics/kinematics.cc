@@ -7,12 +7,65 @@
 #include "core/base/constants.h"
 #include "core/kinematics/angles.h"
 #include "core/kinematics/ground.h"
-#include "core/kinematics/mass.h"
 
 namespace kinegraph {
 namespace {
 
 using MaybePoint = std::optional<Eigen::Vector3d>;
+
+// A segment of one side: its share of the mass, and how far from its first to
+// its second joint its centre lies, as a share of its length.
+struct BodySegment {
+  const char* from;
+  const char* to;
+  double mass;
+  double centre;
+};
+
+// The trunk with head and neck (0.578) runs from hip to shoulder, half of it on
+// each side.
+constexpr BodySegment kSegments[] = {{"hip", "shoulder", 0.5 * 0.578, 0.66},
+                                     {"shoulder", "elbow", 0.028, 0.436},
+                                     {"elbow", "wrist", 0.022, 0.682},
+                                     {"hip", "knee", 0.100, 0.433},
+                                     {"knee", "ankle", 0.061, 0.606}};
+
+// Weights of the joints whose sum is the centre of mass, by the segments of
+// Winter, "Biomechanics and Motor Control of Human Movement" (4th ed., table
+// 4.1): trunk with head and neck, upper arms, forearms with hands, thighs,
+// shanks with feet. They sum to 1. Empty when the skeleton lacks one of the
+// twelve joints.
+using MassWeights = std::vector<std::pair<int, double>>;
+MassWeights MassWeightsOf(const Skeleton& skeleton) {
+  std::vector<double> weights(static_cast<size_t>(skeleton.joint_count()));
+  for (const std::string side : {"l_", "r_"}) {
+    for (const BodySegment& segment : kSegments) {
+      const int from = skeleton.IndexOf(side + segment.from);
+      const int to = skeleton.IndexOf(side + segment.to);
+      if (from < 0 || to < 0) return {};
+      weights[from] += segment.mass * (1.0 - segment.centre);
+      weights[to] += segment.mass * segment.centre;
+    }
+  }
+  MassWeights result;
+  for (size_t j = 0; j < weights.size(); ++j) {
+    if (weights[j] > 0.0) result.emplace_back(static_cast<int>(j), weights[j]);
+  }
+  return result;
+}
+
+// Of the joints with these weights [m]; nullopt without weights or when one of
+// the joints is missing.
+MaybePoint CentreOf(const MassWeights& weights, const Pose3d& pose) {
+  if (weights.empty()) return std::nullopt;
+  Eigen::Vector3d centre = Eigen::Vector3d::Zero();
+  for (const auto& [joint_idx, weight] : weights) {
+    const Joint3d& joint = pose[joint_idx];
+    if (!joint.present()) return std::nullopt;
+    centre += weight * joint.position_m;
+  }
+  return centre;
+}
 
 // Joints that get a column of speeds: all but those of fingers and face, except
 // the nose.
@@ -20,7 +73,7 @@ bool HasSpeed(const Skeleton& skeleton, int joint_idx) {
   const JointClass joint_class = skeleton.joint_class(joint_idx);
   if (joint_class == JointClass::kOther) return false;
   return joint_class != JointClass::kHead ||
-         skeleton.joints()[static_cast<size_t>(joint_idx)] == "nose";
+         skeleton.joints()[joint_idx] == "nose";
 }
 
 bool HasCovariances(const TrackSequence& tracks) {
@@ -49,11 +102,11 @@ TimeNs FrameTime(const TrackSequence& tracks) {
 // A point with a speed, and whether only its motion along the floor counts.
 struct MovingPoint {
   std::string name;
-  std::vector<std::pair<int, double>> weights;  // of joints
+  MassWeights weights;
   bool along_floor = false;
 
   MaybePoint Of(const PersonPose& person, const Eigen::Vector3d& up) const {
-    MaybePoint point = CentreOfMass(weights, person.joints);
+    MaybePoint point = CentreOf(weights, person.joints);
     if (point && along_floor) *point -= up.dot(*point) * up;
     return point;
   }
@@ -69,8 +122,7 @@ std::vector<MovingPoint> MovingPoints(const Skeleton& skeleton) {
   if (!mass.empty()) points.push_back({"com", mass, false});
   for (int j = 0; j < skeleton.joint_count(); ++j) {
     if (!HasSpeed(skeleton, j)) continue;
-    points.push_back(
-        {skeleton.joints()[static_cast<size_t>(j)], {{j, 1.0}}, false});
+    points.push_back({skeleton.joints()[j], {{j, 1.0}}, false});
   }
   return points;
 }
@@ -139,7 +191,7 @@ class Measurement {
       row.values.push_back(estimate ? estimate->high_deg.value_or(kNan) : kNan);
     }
     if (!mass_.empty()) {
-      const MaybePoint com = CentreOfMass(mass_, person.joints);
+      const MaybePoint com = CentreOf(mass_, person.joints);
       for (Eigen::Index axis = 0; axis < 3; ++axis) {
         row.values.push_back(com ? (*com)[axis] : kNan);
       }

@@ -4,7 +4,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <numeric>
+#include <optional>
 #include <utility>
 
 #include "core/base/constants.h"
@@ -24,13 +24,13 @@ Skeleton SkeletonOf(const Skeleton& from, const JointPairs& joints) {
   std::vector<std::string> names;
   std::vector<int> place(static_cast<size_t>(from.joint_count()), -1);
   for (const JointPair& pair : joints) {
-    place[static_cast<size_t>(pair.a)] = static_cast<int>(names.size());
-    names.push_back(from.joints()[static_cast<size_t>(pair.a)]);
+    place[pair.a] = static_cast<int>(names.size());
+    names.push_back(from.joints()[pair.a]);
   }
   std::vector<Bone> bones;
   for (const Bone& bone : from.bones()) {
-    const int a = place[static_cast<size_t>(bone.a)];
-    const int b = place[static_cast<size_t>(bone.b)];
+    const int a = place[bone.a];
+    const int b = place[bone.b];
     if (a >= 0 && b >= 0) bones.push_back({a, b});
   }
   return {"common", std::move(names), std::move(bones)};
@@ -43,43 +43,45 @@ PersonPose Moved(const PersonPose& person, const JointPairs& joints,
   moved.id = TrackId(0);
   const Matrix3d turn = motion.linear();
   for (const JointPair& pair : joints) {
-    Joint3d joint = person.joints[static_cast<size_t>(pair.b)];
+    Joint3d joint = person.joints[pair.b];
     joint.position_m = motion * joint.position_m;
     moved.joints.push_back(joint);
     if (person.covariances.empty()) continue;
-    auto covariance = person.covariances[static_cast<size_t>(pair.b)];
+    auto covariance = person.covariances[pair.b];
     if (covariance) covariance = turn * *covariance * turn.transpose();
     moved.covariances.push_back(covariance);
   }
   return moved;
 }
 
-// The person of the frame to compare; nullptr: none.
-const PersonPose* Choose(const TrackFrame& frame, TrackId person, bool only,
-                         const Pose3d& truth, const JointPairs& joints,
-                         const WorldFit& world) {
-  for (const PersonPose& pose : frame.people) {
-    if (pose.id == person) return &pose;
-  }
-  if (only) return nullptr;
-  const PersonPose* nearest = nullptr;
+// Who is to compare with `truth`, in its world; nullopt: nobody.
+std::optional<PersonPose> Choose(const TrackFrame& frame, TrackId person,
+                                 bool only, const Pose3d& truth,
+                                 const JointPairs& joints,
+                                 const WorldFit& world) {
+  JointPairs all;
+  for (int j = 0; j < static_cast<int>(joints.size()); ++j)
+    all.push_back({j, j});
+  std::optional<PersonPose> nearest;
   double least_m = kPersonGateM;
   for (const PersonPose& pose : frame.people) {
-    double sum_m = 0.0;
-    int count = 0;
-    for (size_t j = 0; j < joints.size(); ++j) {
-      const Joint3d& joint = pose.joints[static_cast<size_t>(joints[j].b)];
-      if (!joint.present() || !truth[j].present()) continue;
-      sum_m +=
-          (world.truth_from_tracks * joint.position_m - truth[j].position_m)
-              .norm();
-      ++count;
-    }
-    if (count == 0 || !(sum_m / count <= least_m)) continue;
-    least_m = sum_m / count;
-    nearest = &pose;
+    if (only && pose.id != person) continue;
+    PersonPose moved = Moved(pose, joints, world.truth_from_tracks);
+    if (pose.id == person) return moved;
+    const auto distance_m = MeanDistance(truth, moved.joints, all);
+    if (!distance_m || !(*distance_m <= least_m)) continue;
+    least_m = *distance_m;
+    nearest = std::move(moved);
   }
   return nearest;
+}
+
+// Probability that a normal error in three dimensions has a squared Mahalanobis
+// distance of at most `squared` >= 0 (chi-square, three degrees of freedom).
+double ChiSquareCdf3(double squared) {
+  constexpr double kTwoOverPi = 0.6366197723675814;
+  return std::erf(std::sqrt(0.5 * squared)) -
+         std::sqrt(kTwoOverPi * squared) * std::exp(-0.5 * squared);
 }
 
 // ---- Scores -----------------------------------------------------------------
@@ -216,7 +218,7 @@ JointAgreement Summarise(const std::string& joint,
     freed_m.push_back(freed[i].norm());
     squared += error.world_m.squaredNorm();
     for (int axis = 0; axis < 3 && error.body_m; ++axis) {
-      axes[static_cast<size_t>(axis)].push_back((*error.body_m)[axis]);
+      axes[axis].push_back((*error.body_m)[axis]);
     }
     if (error.covariance) {
       result.calibration.Add(error.world_m, *error.covariance);
@@ -242,29 +244,35 @@ JointAgreement Summarise(const std::string& joint,
 
 // ---- Published protocols ----------------------------------------------------
 
+// Procrustes' similarity of `found` to `truth` applied to `found`; nullopt for
+// fewer than three points. The columns belong together.
+std::optional<Matrix3Xd> ProcrustesAligned(const Matrix3Xd& found,
+                                           const Matrix3Xd& truth) {
+  constexpr Eigen::Index kLeastPoints = 3;
+  if (found.cols() < kLeastPoints) return std::nullopt;
+  const Eigen::Matrix4d similarity = Eigen::umeyama(found, truth, true);
+  return Matrix3Xd((similarity.topLeftCorner<3, 3>() * found).colwise() +
+                   similarity.topRightCorner<3, 1>());
+}
+
 // The joints that both have in a frame, one a column.
 std::pair<Matrix3Xd, Matrix3Xd> CommonPoints(const PersonPose& truth,
                                              const PersonPose& found) {
-  std::vector<size_t> common;
+  Matrix3Xd a(3, truth.joints.size()), b(3, truth.joints.size());
+  Eigen::Index count = 0;
   for (size_t j = 0; j < truth.joints.size(); ++j) {
-    if (truth.joints[j].present() && found.joints[j].present()) {
-      common.push_back(j);
-    }
+    if (!truth.joints[j].present() || !found.joints[j].present()) continue;
+    a.col(count) = truth.joints[j].position_m;
+    b.col(count++) = found.joints[j].position_m;
   }
-  const auto count = static_cast<Eigen::Index>(common.size());
-  Matrix3Xd a(3, count), b(3, count);
-  for (Eigen::Index i = 0; i < count; ++i) {
-    a.col(i) = truth.joints[common[static_cast<size_t>(i)]].position_m;
-    b.col(i) = found.joints[common[static_cast<size_t>(i)]].position_m;
-  }
-  return {a, b};
+  return {a.leftCols(count), b.leftCols(count)};
 }
 
 std::optional<Vector3d> MidHip(const PersonPose& person,
                                const Skeleton& skeleton) {
   const int mid = skeleton.IndexOf("mid_hip");
   const int left = skeleton.IndexOf("l_hip"), right = skeleton.IndexOf("r_hip");
-  const auto at = [&](int j) { return person.joints[static_cast<size_t>(j)]; };
+  const auto at = [&](int j) { return person.joints[j]; };
   if (left >= 0 && right >= 0 && at(left).present() && at(right).present()) {
     return Vector3d(0.5 * (at(left).position_m + at(right).position_m));
   }
@@ -333,21 +341,13 @@ PairedMotion PairMotion(const TrackSequence& truth, const JointPaths& paths,
                                      : Joint3d{});
     }
     if (CountPresent(expected.joints) == 0) continue;
-    const PersonPose* found =
-        Choose(frame, person, only, expected.joints, joints, world);
-    if (found == nullptr) continue;
+    auto found = Choose(frame, person, only, expected.joints, joints, world);
+    if (!found) continue;
     const TimeNs time = FromSeconds(at_s);
     motion.truth.frames.push_back({frame.frame, time, {std::move(expected)}});
-    motion.tracks.frames.push_back(
-        {frame.frame, time, {Moved(*found, joints, world.truth_from_tracks)}});
+    motion.tracks.frames.push_back({frame.frame, time, {std::move(*found)}});
   }
   return motion;
-}
-
-double ChiSquareCdf3(double squared) {
-  constexpr double kTwoOverPi = 0.6366197723675814;
-  return std::erf(std::sqrt(0.5 * squared)) -
-         std::sqrt(kTwoOverPi * squared) * std::exp(-0.5 * squared);
 }
 
 void Calibration::Add(const Vector3d& error_m, const Matrix3d& covariance) {
@@ -361,7 +361,7 @@ void Calibration::Add(const Vector3d& error_m, const Matrix3d& covariance) {
   const double share = ChiSquareCdf3(squared);
   for (int level = 0; level < kLevels; ++level) {
     if (share <= (level + 1) / static_cast<double>(kLevels + 1)) {
-      ++within_[static_cast<size_t>(level)];
+      ++within_[level];
     }
   }
   ++definite_;
@@ -475,15 +475,6 @@ ValueAgreement CompareValues(const std::vector<PairedValue>& values,
   result.rms = std::sqrt(squared / count);
   result.after_offset_rms = std::sqrt(freed_squared / count);
   return result;
-}
-
-std::optional<Matrix3Xd> ProcrustesAligned(const Matrix3Xd& found,
-                                           const Matrix3Xd& truth) {
-  constexpr Eigen::Index kLeastPoints = 3;
-  if (found.cols() < kLeastPoints) return std::nullopt;
-  const Eigen::Matrix4d similarity = Eigen::umeyama(found, truth, true);
-  return Matrix3Xd((similarity.topLeftCorner<3, 3>() * found).colwise() +
-                   similarity.topRightCorner<3, 1>());
 }
 
 }  // namespace kinegraph

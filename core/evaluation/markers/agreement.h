@@ -7,7 +7,6 @@
 #include <Eigen/Core>
 #include <array>
 #include <cstdint>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -34,10 +33,6 @@ PairedMotion PairMotion(const TrackSequence& truth, const JointPaths& paths,
                         const TrackSequence& tracks, TrackId person, bool only,
                         const JointPairs& joints, const ClockFit& clock,
                         const WorldFit& world);
-
-// Probability that a normal error in three dimensions has a squared Mahalanobis
-// distance of at most `squared` >= 0 (chi-square, three degrees of freedom).
-double ChiSquareCdf3(double squared);
 
 // Stated covariances against the errors that were made.
 class Calibration {
@@ -124,11 +119,6 @@ struct ValueAgreement {
 // Values in the order of time. `period` > 0: they go round, as angles do.
 ValueAgreement CompareValues(const std::vector<PairedValue>& values,
                              double period);
-
-// Procrustes' similarity of `found` to `truth` applied to `found`; nullopt for
-// fewer than three points. The columns belong together.
-std::optional<Eigen::Matrix3Xd> ProcrustesAligned(
-    const Eigen::Matrix3Xd& found, const Eigen::Matrix3Xd& truth);
 
 }  // namespace kinegraph
 

@@ -90,7 +90,7 @@ double Correlation(const SpeedGrid& a, const SpeedGrid& b, int64_t shift,
 // Speeds vary over time by this much where somebody moves [m/s].
 void RequireMotion(const JointPaths& paths, double half_s, const char* whose) {
   constexpr double kLeastM_S = 0.05;
-  std::vector<double> deviations;
+  std::vector<double> deviations = {0.0};
   for (size_t j = 0; j < paths.joint_count(); ++j) {
     std::vector<double> speeds;
     for (const double time_s : paths.times_s()) {
@@ -100,9 +100,7 @@ void RequireMotion(const JointPaths& paths, double half_s, const char* whose) {
     }
     if (!speeds.empty()) deviations.push_back(StandardDeviation(speeds));
   }
-  const double most = deviations.empty() ? 0.0
-                                         : *std::max_element(deviations.begin(),
-                                                             deviations.end());
+  const double most = *std::max_element(deviations.begin(), deviations.end());
   if (most >= kLeastM_S) return;
   throw InputError(
       std::string("no motion to align the clocks by: no joint of ") + whose +
@@ -220,14 +218,12 @@ ClockSums SumClock(const JointPaths& truth, const JointPaths& tracks,
       sums.count += 1.0;
       sums.information += weight * row * row.transpose();
       sums.gradient += gradient;
-      sums.of_second[static_cast<size_t>(time_s - begin_s)] += gradient;
+      sums.of_second[time_s - begin_s] += gradient;
       sums.of_joint[j] += gradient;
     }
   }
   return sums;
 }
-
-}  // namespace
 
 ClockFit FitClock(const JointPaths& truth, const JointPaths& tracks,
                   bool with_drift) {
@@ -265,8 +261,6 @@ ClockFit FitClock(const JointPaths& truth, const JointPaths& tracks,
 }
 
 // ---- World ------------------------------------------------------------------
-
-namespace {
 
 struct PointPair {
   Vector3d truth_m;
@@ -401,12 +395,6 @@ class MirroredAxes : public InputError {
   using InputError::InputError;
 };
 
-}  // namespace
-
-double WorldFit::rotation_deg() const {
-  return kDegPerRad * Eigen::AngleAxisd(truth_from_tracks.linear()).angle();
-}
-
 WorldFit FitWorld(const JointPaths& truth, const JointPaths& tracks,
                   const ClockFit& clock, const std::vector<bool>& use) {
   // A mirror image that fits so much better is no chance.
@@ -437,73 +425,10 @@ WorldFit FitWorld(const JointPaths& truth, const JointPaths& tracks,
   return world;
 }
 
-// ---- Paths ------------------------------------------------------------------
+// ---- Both -------------------------------------------------------------------
 
-JointPaths::JointPaths(const TrackSequence& tracks, TrackId person,
-                       const std::vector<int>& joints)
-    : joint_count_(joints.size()) {
-  for (const TrackFrame& frame : tracks.frames) {
-    for (const PersonPose& pose : frame.people) {
-      if (pose.id != person) continue;
-      times_s_.push_back(ToSeconds(frame.time));
-      for (const int joint : joints) {
-        samples_.push_back(pose.joints[static_cast<size_t>(joint)]);
-      }
-    }
-  }
-  std::vector<double> steps_s;
-  for (size_t i = 1; i < times_s_.size(); ++i) {
-    steps_s.push_back(times_s_[i] - times_s_[i - 1]);
-  }
-  frame_s_ = steps_s.empty() ? 0.0 : Quantile(steps_s, 0.5);
-}
-
-std::optional<Vector3d> JointPaths::At(double time_s, size_t joint) const {
-  // Times are rounded to a nanosecond.
-  constexpr double kSameS = 2e-9;
-  const auto next =
-      std::lower_bound(times_s_.begin(), times_s_.end(), time_s - kSameS);
-  if (next == times_s_.end()) return std::nullopt;
-  const auto k = static_cast<size_t>(next - times_s_.begin());
-  const Joint3d& right = Sample(k, joint);
-  if (!right.present()) return std::nullopt;
-  if (*next - time_s <= kSameS) return right.position_m;
-  if (k == 0) return std::nullopt;
-  const Joint3d& left = Sample(k - 1, joint);
-  const double step_s = times_s_[k] - times_s_[k - 1];
-  if (!left.present() || step_s > 1.5 * frame_s_) return std::nullopt;
-  const double u = (time_s - times_s_[k - 1]) / step_s;
-  const auto tangent = [&](size_t at, size_t before,
-                           size_t after) -> std::optional<Vector3d> {
-    if (!Sample(before, joint).present() || !Sample(after, joint).present()) {
-      return std::nullopt;
-    }
-    const double span_s = times_s_[after] - times_s_[before];
-    if (span_s > 2.5 * frame_s_ || at >= times_s_.size()) return std::nullopt;
-    return Vector3d(
-        (Sample(after, joint).position_m - Sample(before, joint).position_m) *
-        (step_s / span_s));
-  };
-  std::optional<Vector3d> m0, m1;
-  if (k >= 2) m0 = tangent(k - 1, k - 2, k);
-  if (k + 1 < times_s_.size()) m1 = tangent(k, k - 1, k + 1);
-  const Vector3d chord = right.position_m - left.position_m;
-  if (!m0 || !m1) return Vector3d(left.position_m + u * chord);
-  // Hermite's cubic.
-  return Vector3d(left.position_m + u * *m0 +
-                  u * u * (3.0 * chord - 2.0 * *m0 - *m1) +
-                  u * u * u * (*m0 + *m1 - 2.0 * chord));
-}
-
-std::optional<double> JointPaths::Speed(double time_s, size_t joint,
-                                        double half_s) const {
-  const auto before = At(time_s - half_s, joint);
-  if (!before) return std::nullopt;
-  const auto after = At(time_s + half_s, joint);
-  if (!after) return std::nullopt;
-  return (*after - *before).norm() / (2.0 * half_s);
-}
-
+// Root mean square distance of the joints from their middle, the median over
+// the frames [m]; 0 without frames.
 double BodySize(const JointPaths& paths) {
   std::vector<double> sizes_m;
   for (const double time_s : paths.times_s()) {
@@ -512,12 +437,13 @@ double BodySize(const JointPaths& paths) {
       if (const auto at = paths.At(time_s, j)) points.push_back(*at);
     }
     if (points.size() < paths.joint_count() || points.size() < 2) continue;
+    const auto count = static_cast<double>(points.size());
     Vector3d middle = Vector3d::Zero();
     for (const Vector3d& point : points) middle += point;
-    middle /= static_cast<double>(points.size());
+    middle /= count;
     double sum = 0.0;
     for (const Vector3d& point : points) sum += (point - middle).squaredNorm();
-    sizes_m.push_back(std::sqrt(sum / static_cast<double>(points.size())));
+    sizes_m.push_back(std::sqrt(sum / count));
   }
   return sizes_m.empty() ? 0.0 : Quantile(sizes_m, 0.5);
 }
@@ -536,6 +462,7 @@ void RequireSameUnits(const JointPaths& truth, const JointPaths& tracks) {
       " m from its middle); one file states a wrong unit");
 }
 
+// Median distance of all joints, all frames of the tracks [m]; NaN: none.
 double MedianDistance(const JointPaths& truth, const JointPaths& tracks,
                       const ClockFit& clock, const WorldFit& world) {
   std::vector<double> distances_m;
@@ -546,10 +473,6 @@ double MedianDistance(const JointPaths& truth, const JointPaths& tracks,
   }
   return Quantile(distances_m, 0.5);
 }
-
-// ---- Both -------------------------------------------------------------------
-
-namespace {
 
 // Those who are there for a quarter of the frames that the longest is, longest
 // first.
@@ -631,6 +554,75 @@ std::vector<int> Column(const JointPairs& joints, int JointPair::*side) {
 
 }  // namespace
 
+JointPaths::JointPaths(const TrackSequence& tracks, TrackId person,
+                       const std::vector<int>& joints)
+    : joint_count_(joints.size()) {
+  for (const TrackFrame& frame : tracks.frames) {
+    for (const PersonPose& pose : frame.people) {
+      if (pose.id != person) continue;
+      times_s_.push_back(ToSeconds(frame.time));
+      for (const int joint : joints) {
+        samples_.push_back(pose.joints[joint]);
+      }
+    }
+  }
+  std::vector<double> steps_s;
+  for (size_t i = 1; i < times_s_.size(); ++i) {
+    steps_s.push_back(times_s_[i] - times_s_[i - 1]);
+  }
+  frame_s_ = steps_s.empty() ? 0.0 : Quantile(steps_s, 0.5);
+}
+
+std::optional<Vector3d> JointPaths::At(double time_s, size_t joint) const {
+  // Times are rounded to a nanosecond.
+  constexpr double kSameS = 2e-9;
+  const auto next =
+      std::lower_bound(times_s_.begin(), times_s_.end(), time_s - kSameS);
+  if (next == times_s_.end()) return std::nullopt;
+  const auto k = static_cast<size_t>(next - times_s_.begin());
+  const Joint3d& right = Sample(k, joint);
+  if (!right.present()) return std::nullopt;
+  if (*next - time_s <= kSameS) return right.position_m;
+  if (k == 0) return std::nullopt;
+  const Joint3d& left = Sample(k - 1, joint);
+  const double step_s = times_s_[k] - times_s_[k - 1];
+  if (!left.present() || step_s > 1.5 * frame_s_) return std::nullopt;
+  const double u = (time_s - times_s_[k - 1]) / step_s;
+  const auto tangent = [&](size_t at, size_t before,
+                           size_t after) -> std::optional<Vector3d> {
+    if (!Sample(before, joint).present() || !Sample(after, joint).present()) {
+      return std::nullopt;
+    }
+    const double span_s = times_s_[after] - times_s_[before];
+    if (span_s > 2.5 * frame_s_ || at >= times_s_.size()) return std::nullopt;
+    return Vector3d(
+        (Sample(after, joint).position_m - Sample(before, joint).position_m) *
+        (step_s / span_s));
+  };
+  std::optional<Vector3d> m0, m1;
+  if (k >= 2) m0 = tangent(k - 1, k - 2, k);
+  if (k + 1 < times_s_.size()) m1 = tangent(k, k - 1, k + 1);
+  const Vector3d chord = right.position_m - left.position_m;
+  if (!m0 || !m1) return Vector3d(left.position_m + u * chord);
+  // Hermite's cubic.
+  return Vector3d(left.position_m + u * *m0 +
+                  u * u * (3.0 * chord - 2.0 * *m0 - *m1) +
+                  u * u * u * (*m0 + *m1 - 2.0 * chord));
+}
+
+std::optional<double> JointPaths::Speed(double time_s, size_t joint,
+                                        double half_s) const {
+  const auto before = At(time_s - half_s, joint);
+  if (!before) return std::nullopt;
+  const auto after = At(time_s + half_s, joint);
+  if (!after) return std::nullopt;
+  return (*after - *before).norm() / (2.0 * half_s);
+}
+
+double WorldFit::rotation_deg() const {
+  return kDegPerRad * Eigen::AngleAxisd(truth_from_tracks.linear()).angle();
+}
+
 TrackId OnlyPerson(const TrackSequence& tracks) {
   std::optional<TrackId> only;
   for (const TrackFrame& frame : tracks.frames) {
@@ -665,7 +657,7 @@ Alignment AlignRecordings(const TrackSequence& truth,
   const JointPaths body_truth = TruthPaths(truth, by_body);
   std::vector<bool> use;
   for (const JointPair& pair : joints) {
-    use.push_back(is_centre[static_cast<size_t>(pair.a)]);
+    use.push_back(is_centre[pair.a]);
   }
   if (std::count(use.begin(), use.end(), true) < kLeastCentres) {
     use.assign(use.size(), true);

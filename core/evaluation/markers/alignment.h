@@ -55,13 +55,6 @@ struct ClockFit {
   }
 };
 
-// Speeds of all joints, which no turn of the world changes, are laid over each
-// other: by their correlation at any shift, then by robust least squares.
-// Uncertain by how its gradient varies from second to second. Throws InputError
-// without a file when nobody moves or the motions are not alike.
-ClockFit FitClock(const JointPaths& truth, const JointPaths& tracks,
-                  bool with_drift);
-
 struct WorldFit {
   Eigen::Isometry3d truth_from_tracks = Eigen::Isometry3d::Identity();
   // One standard deviation, by how joints disagree.
@@ -70,23 +63,6 @@ struct WorldFit {
 
   double rotation_deg() const;
 };
-
-// Rigid, of the joints to `use`, by least squares with Huber's loss at one and
-// a half median residuals. Throws InputError without a file when the points fix
-// no rotation, when the bodies' sizes differ by more than half, or when a
-// mirror image fits far better.
-WorldFit FitWorld(const JointPaths& truth, const JointPaths& tracks,
-                  const ClockFit& clock, const std::vector<bool>& use);
-
-// Root mean square distance of the joints from their middle, the median over
-// the frames [m]; 0 without frames.
-double BodySize(const JointPaths& paths);
-// Throws InputError without a file when one is more than twice the other.
-void RequireSameUnits(const JointPaths& truth, const JointPaths& tracks);
-
-// Median distance of all joints, all frames of the tracks [m]; NaN: none.
-double MedianDistance(const JointPaths& truth, const JointPaths& tracks,
-                      const ClockFit& clock, const WorldFit& world);
 
 enum class Align { kNone, kClock, kWorld, kBoth };
 
@@ -108,9 +84,16 @@ struct AlignRequest {
   std::optional<TrackId> person;  // of the tracks; nullopt: who fits best
 };
 
+// The clock: speeds of all joints, which no turn of the world changes, are laid
+// over each other, by their correlation at any shift, then by robust least
+// squares. Uncertain by how its gradient varies from second to second. The
+// world: rigid, by least squares with Huber's loss at one and a half median
+// residuals.
+//
 // `truth` is of one person. `is_centre`, one a joint of the truth: the world is
 // fitted to these where they are three or more. Throws InputError without a
-// file.
+// file when nobody moves or the motions are not alike, when the points fix no
+// rotation, when units differ, or when a mirror image fits far better.
 Alignment AlignRecordings(const TrackSequence& truth,
                           const std::vector<bool>& is_centre,
                           const TrackSequence& tracks,

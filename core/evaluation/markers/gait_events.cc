@@ -26,13 +26,11 @@ class Points {
     std::vector<Vector3d> points;
     const int at = motion_.header.skeleton.IndexOf(joint);
     for (const TrackFrame& frame : motion_.frames) {
-      const bool there =
-          at >= 0 && !frame.people.empty() &&
-          frame.people.front().joints[static_cast<size_t>(at)].present();
-      points.push_back(
-          there
-              ? frame.people.front().joints[static_cast<size_t>(at)].position_m
-              : Vector3d::Constant(kNan));
+      const Joint3d here = at >= 0 && !frame.people.empty()
+                               ? frame.people.front().joints[at]
+                               : Joint3d{};
+      points.push_back(here.present() ? here.position_m
+                                      : Vector3d::Constant(kNan));
     }
     return points;
   }

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "core/evaluation/head_conversion.h"
+#include "core/evaluation/pcp.h"
 #include "core/io/files/text_file.h"
 #include "core/io/text/json.h"
 #include "tests/support/mat_file.h"

@@ -24,23 +24,6 @@ TEST(FindFrameTest, FindsByNumber) {
   EXPECT_EQ(FindFrame(Tracks({}), 3), nullptr);
 }
 
-TEST(FindNearestInTimeTest, TakesTheEarlierOfTwoEquallyNear) {
-  const TrackSequence tracks =
-      Tracks({{0, 100, {}}, {1, 200, {}}, {2, 260, {}}});
-  const auto index = [&](TimeNs time, TimeNs gap) {
-    const TrackFrame* frame = FindNearestInTime(tracks, time, gap);
-    return frame == nullptr ? -1 : static_cast<int>(frame->frame);
-  };
-  EXPECT_EQ(index(150, 50), 0);
-  EXPECT_EQ(index(151, 50), 1);
-  EXPECT_EQ(index(200, 0), 1);
-  EXPECT_EQ(index(231, 100), 2);
-  EXPECT_EQ(index(300, 40), 2);
-  EXPECT_EQ(index(301, 40), -1);
-  EXPECT_EQ(index(59, 40), -1);
-  EXPECT_EQ(FindNearestInTime(Tracks({}), 0, 1000), nullptr);
-}
-
 TEST(CommonJointsTest, GoByName) {
   EXPECT_EQ(CommonJoints(Tum14(), Coco17()).size(), 12u);
   EXPECT_EQ(CommonJoints(Coco17(), Body25()).size(), 17u);

@@ -1,9 +1,8 @@
-#include "core/evaluation/head_conversion.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 
+#include "core/evaluation/pcp.h"
 #include "tests/core/evaluation/people.h"
 
 namespace kinegraph {

@@ -204,20 +204,6 @@ TEST(HeldOutTest, FiltersByClassAndView) {
   EXPECT_TRUE(std::isnan(nothing.intervals_px[0].low));
 }
 
-TEST(HeldOutTest, RatioOfTwoRuns) {
-  Scene scene;
-  const HeldOutScores good = scene.Score(BothFrames(StandingTum14(0.125)));
-  const HeldOutScores bad = scene.Score(BothFrames(StandingTum14(0.25)));
-  const Interval ratio =
-      HeldOutRatioInterval(good, bad, HeldOutFigure::kMeanTruncated);
-  // 12.5 px against 25 px in both frames, whatever is drawn.
-  EXPECT_NEAR(ratio.low, 0.5, 1e-12);
-  EXPECT_NEAR(ratio.high, 0.5, 1e-12);
-  EXPECT_THROW(
-      HeldOutRatioInterval(good, HeldOutScores{}, HeldOutFigure::kMedian),
-      OptionError);
-}
-
 TEST(HeldOutTest, SetFromTheMatchesOfTracks) {
   TrackSequence reference = Tracks({Frame(5, {Person(3, StandingTum14())})});
   reference.header.view_names = {"a", "b"};

@@ -3,7 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <functional>
 
+#include "core/base/constants.h"
 #include "core/base/error.h"
 #include "tests/core/evaluation/people.h"
 
@@ -27,12 +29,9 @@ TEST(MotionTest, UniformMotionHasNoAcceleration) {
   EXPECT_EQ(result.acceleration_count, 3 * 12);
   EXPECT_EQ(result.bone_length_spread_m, 0.0);
   EXPECT_EQ(result.bone_count, 12);
-  MotionOptions all;
-  all.scope = MotionScope::kAll;
-  EXPECT_EQ(EvaluateMotion(Tracks(frames), 25.0, all).acceleration_count,
-            3 * 14);
-  all.frames = {{0, 3}};
-  EXPECT_EQ(EvaluateMotion(Tracks(frames), 25.0, all).acceleration_count, 14);
+  MotionOptions first;
+  first.frames = {{0, 3}};
+  EXPECT_EQ(EvaluateMotion(Tracks(frames), 25.0, first).acceleration_count, 12);
 }
 
 TEST(MotionTest, ConstantAccelerationIsFound) {
@@ -60,28 +59,28 @@ TEST(MotionTest, NeedsThreeConsecutiveObservedFramesOfOnePerson) {
 }
 
 TEST(MotionTest, BoneSpreadIsTheMeanOfDeviations) {
-  const Skeleton stick("stick", {"a", "b", "c"}, {{0, 1}, {1, 2}});
-  // Bone a-b: 1 and 2 m, deviation 0.5; bone b-c: always 1 m. The third frame
-  // lacks a; the second person has one frame only.
-  MotionOptions options;
-  options.scope = MotionScope::kAll;
+  const Skeleton arm("arm", {"l_shoulder", "l_elbow", "l_wrist"}, {});
+  // The upper arm: 1 and 2 m, deviation 0.5; the forearm: always 1 m. The third
+  // frame lacks the shoulder; the second person has one frame only.
+  const auto pose = [](double shoulder, double elbow) {
+    return Pose3d{Observed(shoulder, 0, 0), Observed(elbow, 0, 0),
+                  Observed(elbow + 1, 0, 0)};
+  };
+  Pose3d lacking = pose(0, 2);
+  lacking[0] = Joint3d{};
   const MotionResult result = EvaluateMotion(
-      Tracks({Frame(0, {Person(0, {Observed(0, 0, 0), Observed(1, 0, 0),
-                                   Observed(2, 0, 0)})}),
-              Frame(1, {Person(0, {Observed(0, 0, 0), Observed(2, 0, 0),
-                                   Observed(3, 0, 0)})}),
-              Frame(2, {Person(0, {Joint3d{}, Observed(2, 0, 0),
-                                   Observed(3, 0, 0)}),
-                        Person(1, {Observed(0, 0, 0), Observed(7, 0, 0),
-                                   Observed(2, 0, 0)})})},
-             stick),
-      25.0, options);
+      Tracks(
+          {Frame(0, {Person(0, pose(0, 1))}), Frame(1, {Person(0, pose(0, 2))}),
+           Frame(2, {Person(0, lacking), Person(1, pose(0, 7))})},
+          arm),
+      25.0);
   EXPECT_EQ(result.bone_count, 2);
   EXPECT_DOUBLE_EQ(result.bone_length_spread_m, 0.25);
 }
 
 TEST(MotionTest, WantsAFrameRate) {
   EXPECT_THROW(EvaluateMotion(Tracks({}), 0.0), OptionError);
+  EXPECT_THROW(EstimateLag(Tracks({}), Tracks({}), 0.0), OptionError);
 }
 
 TEST(CoverageTest, CountsTruePeopleWithAPoseNearby) {
@@ -95,6 +94,130 @@ TEST(CoverageTest, CountsTruePeopleWithAPoseNearby) {
   EXPECT_EQ(covered.count, 1);
   EXPECT_EQ(covered.total, 3);
   EXPECT_EQ(EvaluateCoverage(truth, tracks, {{1, 2}}).total, 1);
+}
+
+// One person who moves along x as `motion` says [m] at times k / rate.
+TrackSequence Moving(int frames, double rate_hz,
+                     const std::function<double(double)>& motion) {
+  std::vector<TrackFrame> all;
+  for (int k = 0; k < frames; ++k) {
+    all.push_back(
+        Frame(k, {Person(1, Moved(StandingTum14(), motion(k / rate_hz)))}));
+  }
+  return Tracks(all);
+}
+
+TEST(Smoothness, DifferencesOfAPolynomialAreItsDerivatives) {
+  // Second and third differences of a cubic are exact: 2 b + 6 c t_mid, 6 c.
+  const double rate_hz = 25.0;
+  const auto parabola = [](double t) { return 0.3 * t * t; };
+  const auto cubic = [](double t) { return 0.5 * t * t * t; };
+  const TrackSequence bent = Moving(10, rate_hz, parabola);
+  const TrackSequence jerky = Moving(10, rate_hz, cubic);
+  // Positions of metres carry 1e-16 m, times 25^3.
+  EXPECT_NEAR(
+      PooledRatio(DifferenceSeries(bent, PersonFramesOf(bent), 2, rate_hz)),
+      0.6, 1e-9);
+  EXPECT_NEAR(
+      PooledRatio(DifferenceSeries(jerky, PersonFramesOf(jerky), 3, rate_hz)),
+      3.0, 1e-9);
+}
+
+TEST(Smoothness, UnitsFollowTheGivenFramesNotTheTracks) {
+  TrackSequence tracks = Moving(10, 25.0, [](double t) { return t; });
+  const std::vector<PersonFrames> people = PersonFramesOf(tracks);
+  tracks.frames[4].people.clear();
+  const auto series = DifferenceSeries(tracks, people, 2, 25.0);
+  ASSERT_EQ(series.size(), 1u);
+  ASSERT_EQ(series[0].size(), 10u);
+  // Frames 2, 3, 4 lack a neighbour or themselves, 8 and 9 have no successors.
+  for (const size_t k : {2u, 3u, 4u, 8u, 9u}) {
+    EXPECT_EQ(series[0][k].weight, 0.0) << k;
+  }
+  for (const size_t k : {0u, 1u, 5u, 6u, 7u}) {
+    EXPECT_EQ(series[0][k].weight, 12.0) << k;
+  }
+}
+
+TEST(Smoothness, InferredJointsAreNotJudgedByDifferences) {
+  TrackSequence tracks = Moving(3, 25.0, [](double t) { return t; });
+  tracks.frames[1].people[0].joints[0].status = JointStatus::kInferred;
+  const auto series = DifferenceSeries(tracks, PersonFramesOf(tracks), 2, 25.0);
+  EXPECT_EQ(series[0][0].weight, 11.0);
+}
+
+double Power(const TrackSequence& tracks, double rate_hz) {
+  return PooledRatio(PowerSeries(tracks, PersonFramesOf(tracks), rate_hz));
+}
+
+TEST(Power, OfASineIsHalfItsSquaredAmplitudeAboveTheCutoffAlone) {
+  const double rate_hz = 50.0;
+  const double amplitude_m = 0.02;
+  const auto sine = [&](double frequency_hz) {
+    return Moving(400, rate_hz, [=](double t) {
+      return 0.7 * t + amplitude_m * std::sin(2.0 * kPi * frequency_hz * t);
+    });
+  };
+  const double expected = 0.5 * amplitude_m * amplitude_m;
+  // A Hann window leaks beyond two bins (1 Hz) with less than 1e-3 in power,
+  // and taking out the line takes a little of the sine with it.
+  EXPECT_NEAR(Power(sine(9.0), rate_hz) / expected, 1.0, 0.01);
+  EXPECT_NEAR(Power(sine(3.0), rate_hz) / expected, 0.0, 1e-3);
+}
+
+TEST(Power, OfWhiteNoiseIsItsVarianceTimesTheShareOfFrequencies) {
+  const double rate_hz = 60.0;
+  uint64_t state = 7;
+  const auto uniform = [&state] {  // Knuth's 64-bit linear congruence
+    state = state * 6364136223846793005ULL + 1442695040888963407ULL;
+    return static_cast<double>(state >> 11) / 9007199254740992.0 - 0.5;
+  };
+  const TrackSequence noise =
+      Moving(6000, rate_hz, [&](double) { return uniform(); });
+  // Variance 1/12; 24 of 30 Hz lie above 6 Hz. All joints move alike, so there
+  // are about 6000 / 120 * 2 * 48 bins: 1.5 % of standard error.
+  EXPECT_NEAR(Power(noise, rate_hz), 24.0 / 30.0 / 12.0, 0.06 / 12.0);
+}
+
+TEST(Power, NeedsARateThatCanShowIt) {
+  const TrackSequence tracks = Moving(100, 12.0, [](double t) { return t; });
+  EXPECT_TRUE(std::isnan(Power(tracks, 12.0)));
+}
+
+constexpr double kRate = 50.0;
+
+// Two people who sway at different frequencies, `delay_s` late.
+TrackSequence Swaying(double delay_s, int64_t first_id = 1) {
+  std::vector<TrackFrame> all;
+  for (int k = 0; k < 300; ++k) {
+    const double t = k / kRate - delay_s;
+    const Pose3d one = Moved(StandingTum14(), 0.2 * std::sin(5.0 * t),
+                             0.1 * std::cos(3.0 * t));
+    const Pose3d two =
+        Moved(StandingTum14(), 3.0, 0.15 * std::sin(4.0 * t + 1.0));
+    all.push_back(Frame(k, {Person(first_id, one), Person(first_id + 1, two)}));
+  }
+  return Tracks(all);
+}
+
+TEST(Lag, IsThatOfADelayedMotionAlsoBetweenFrames) {
+  const TrackSequence reference = Swaying(0.0);
+  for (const double delay_s : {0.0, 0.04, 0.051, 0.13, -0.033}) {
+    const auto lag = EstimateLag(reference, Swaying(delay_s, 10), kRate);
+    ASSERT_TRUE(lag.has_value()) << delay_s;
+    // The parabola through a cosine whose samples are 0.1 rad apart is right
+    // to a few thousandths of a sample (0.02 s).
+    EXPECT_NEAR(*lag, delay_s, 2e-4) << delay_s;
+  }
+}
+
+TEST(Lag, DoesNotExistWhereNobodyMovesOrNothingOverlaps) {
+  std::vector<TrackFrame> still;
+  for (int k = 0; k < 100; ++k) {
+    still.push_back(Frame(k, {Person(1, StandingTum14())}));
+  }
+  EXPECT_FALSE(EstimateLag(Tracks(still), Tracks(still), kRate).has_value());
+  EXPECT_FALSE(EstimateLag(Swaying(0.0), Tracks({}), kRate).has_value());
 }
 
 }  // namespace

@@ -234,13 +234,19 @@ TEST(PcpTest, HeadlineIsThePlainMeanOfItsActors) {
 
 TEST(PcpTest, TimeGapPicksTheNearestFrame) {
   const TrackSequence truth = Tracks({Frame(10, {Person(0, StandingTum14())})});
-  const TrackSequence tracks = Tracks({Frame(8, {Person(0, StandingTum14())})});
-  EXPECT_EQ(EvaluatePcp(truth, tracks, Plain()).lost.size(), 10u);
-  PcpProtocol in_time = Plain();
-  in_time.max_time_gap_s = 0.1;  // two frames of 25 Hz are 0.08 s
-  EXPECT_TRUE(EvaluatePcp(truth, tracks, in_time).lost.empty());
-  in_time.max_time_gap_s = 0.07;
-  EXPECT_EQ(EvaluatePcp(truth, tracks, in_time).lost.size(), 10u);
+  // Frames of 25 Hz: 0.08 s before and after, of which the earlier counts.
+  const TrackSequence tracks =
+      Tracks({Frame(7, {}), Frame(8, {Person(4, StandingTum14())}),
+              Frame(12, {Person(5, StandingTum14())})});
+  const auto predicted = [&](double max_time_gap_s) {
+    PcpProtocol protocol = Plain();
+    protocol.max_time_gap_s = max_time_gap_s;
+    return EvaluatePcp(truth, tracks, protocol).person_frames[0].predicted;
+  };
+  EXPECT_EQ(predicted(0.0), std::nullopt);
+  EXPECT_EQ(predicted(0.079), std::nullopt);
+  EXPECT_EQ(predicted(0.08), TrackId(4));
+  EXPECT_EQ(predicted(1.0), TrackId(4));
 }
 
 TEST(PcpTest, OnlyTheProtocolsFramesCount) {

@@ -5,7 +5,6 @@
 
 #include <cmath>
 
-#include "core/kinematics/mass.h"
 #include "tests/support/standing_person.h"
 
 namespace kinegraph {
@@ -148,19 +147,14 @@ TEST(Kinematics, WhatCannotBeGivenIsSaid) {
 // 1.5 - 0.436 0.3 = 1.3692, forearms 1.2 - 0.682 0.25 = 1.0295, thighs
 // 1 - 0.433 0.5 = 0.7835, shanks 0.5 - 0.606 0.4 = 0.2576. Times 0.578, 0.056,
 // 0.044, 0.2, 0.122: 0.76874 + 0.0766752 + 0.045298 + 0.1567 + 0.0314272.
-TEST(CentreOfMass, ByHand) {
-  const MassWeights weights = MassWeightsOf(Body25());
-  double sum = 0.0;
-  for (const auto& [joint, weight] : weights) sum += weight;
-  EXPECT_NEAR(sum, 1.0, kMetreRounding);
-  PosedPerson person;
-  const auto centre = CentreOfMass(weights, person.pose().joints);
-  ASSERT_TRUE(centre.has_value());
-  EXPECT_NEAR(centre->z(), 1.0788404, kMetreRounding);
-  EXPECT_NEAR(centre->y(), 0.0, kMetreRounding);
-  person.Remove("r_wrist");
-  EXPECT_FALSE(CentreOfMass(weights, person.pose().joints).has_value());
-  EXPECT_TRUE(MassWeightsOf(Skeleton("hand", {"a", "b"}, {})).empty());
+TEST(Kinematics, CentreOfMassByHand) {
+  const KinematicsTable table = MeasureKinematics(Walk(1));
+  EXPECT_NEAR(ValueAt(table, 0, "com_z_m"), 1.0788404, kMetreRounding);
+  EXPECT_NEAR(ValueAt(table, 0, "com_y_m"), 0.0, kMetreRounding);
+  TrackSequence hand = Walk(1);
+  hand.header.skeleton = Skeleton("hand", {"a", "b"}, {});
+  hand.frames[0].people[0].joints.resize(2);
+  EXPECT_EQ(MeasureKinematics(hand).IndexOf("com_z_m"), -1);
 }
 
 }  // namespace

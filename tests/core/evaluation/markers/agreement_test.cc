@@ -68,13 +68,6 @@ TEST(Agreement, OnlyCentresArePooled) {
   EXPECT_NEAR(result.pooled.mean_m, 0.0, 1e-12);
 }
 
-TEST(Agreement, ChiSquareOfThree) {
-  // Quantiles of tables.
-  EXPECT_NEAR(ChiSquareCdf3(2.36597), 0.50, 1e-5);
-  EXPECT_NEAR(ChiSquareCdf3(7.81473), 0.95, 1e-5);
-  EXPECT_EQ(ChiSquareCdf3(0.0), 0.0);
-}
-
 TEST(Agreement, CalibrationByHand) {
   const Matrix3d covariance = 1e-6 * Matrix3d::Identity();  // 1 mm
   Calibration calibration;
@@ -84,6 +77,12 @@ TEST(Agreement, CalibrationByHand) {
   // -log of the density at the middle, in mm: 1.5 log(2 pi).
   EXPECT_NEAR(calibration.LogScore(), 2.756816, 1e-6);
   EXPECT_NEAR(calibration.StatedRms(), std::sqrt(3.0) * 1e-3, 1e-12);
+  // The quantile 0.5 of chi-square with three degrees of freedom (tables).
+  for (const double squared : {2.3659, 2.3661}) {
+    Calibration at;
+    at.Add({1e-3 * std::sqrt(squared), 0.0, 0.0}, covariance);
+    EXPECT_EQ(at.Covered(0.50), squared < 2.366 ? 1.0 : 0.0);
+  }
   // A second one that none holds: half at each level, mean |0.5 - level| of
   // 0.05 .. 0.95 is 4.5 / 19.
   calibration.Add(Vector3d(1.0, 0.0, 0.0), covariance);
@@ -128,14 +127,20 @@ TEST(Agreement, PckAndItsAreaByHand) {
 TEST(Agreement, ProcrustesByHand) {
   // A square against a rectangle of 1 x 3: no turn, scale (1 + 3) / (1 + 9) =
   // 0.4, so two corners are 0.6 and two 0.2 away: 0.4 in the mean.
-  Eigen::Matrix3Xd truth(3, 4), found(3, 4);
-  truth << 1, -1, 0, 0, 0, 0, 1, -1, 0, 0, 0, 0;
-  found << 1, -1, 0, 0, 0, 0, 3, -3, 5, 5, 5, 5;
-  const auto aligned = ProcrustesAligned(found, truth);
-  ASSERT_TRUE(aligned.has_value());
-  EXPECT_NEAR((*aligned - truth).colwise().norm().mean(), 0.4, 1e-9);
-  EXPECT_FALSE(
-      ProcrustesAligned(found.leftCols(2), truth.leftCols(2)).has_value());
+  const auto corners = [](double long_m, double z) {
+    return Pose3d{testing::Observed(1, 0, z), testing::Observed(-1, 0, z),
+                  testing::Observed(0, long_m, z),
+                  testing::Observed(0, -long_m, z)};
+  };
+  PairedMotion motion = Paired({corners(1.0, 0.0)}, {corners(3.0, 5.0)});
+  const Skeleton four("four", {"a", "b", "c", "d"}, {});
+  motion.truth.header.skeleton = motion.tracks.header.skeleton = four;
+  const auto pa_mpjpe_m = [&] {
+    return CompareMotion(motion, Vector3d::UnitZ(), 1.0).pa_mpjpe_m;
+  };
+  EXPECT_NEAR(pa_mpjpe_m(), 0.4, 1e-9);
+  for (size_t j : {0, 1}) motion.tracks.frames[0].people[0].joints[j] = {};
+  EXPECT_TRUE(std::isnan(pa_mpjpe_m())) << "two points";
 }
 
 TEST(Agreement, ValuesAndTheirIntervalsByHand) {
