@@ -7,14 +7,8 @@
 #include "core/base/constants.h"
 #include "tests/core/evaluation/people.h"
 
-namespace kinegraph {
+namespace kinegraph::testing {
 namespace {
-
-using testing::Frame;
-using testing::Moved;
-using testing::Person;
-using testing::StandingTum14;
-using testing::Tracks;
 
 TEST(FindFrameTest, FindsByNumber) {
   const TrackSequence tracks = Tracks({Frame(3, {}), Frame(7, {})});
@@ -93,4 +87,4 @@ TEST(PairPeopleTest, KeepsTruePeopleWithoutCounterpart) {
 }
 
 }  // namespace
-}  // namespace kinegraph
+}  // namespace kinegraph::testing

@@ -7,13 +7,8 @@
 #include "core/base/random.h"
 #include "tests/core/evaluation/people.h"
 
-namespace kinegraph {
+namespace kinegraph::testing {
 namespace {
-
-using testing::Frame;
-using testing::Person;
-using testing::StandingTum14;
-using testing::Tracks;
 
 PersonPose Stated(Pose3d joints, const Eigen::Matrix3d& covariance) {
   PersonPose person = Person(0, std::move(joints));
@@ -29,9 +24,8 @@ TEST(ConsistencyTest, WorkedByHand) {
   moved[3].status = JointStatus::kMissing;
   const Eigen::Matrix3d covariance =
       Eigen::Vector3d(1e-4, 9e-4, 1e-4).asDiagonal();
-  const ConsistencyResult result =
-      EvaluateConsistency(Tracks({Frame(0, {Person(0, StandingTum14())})}),
-                          Tracks({Frame(0, {Stated(moved, covariance)})}));
+  const ConsistencyResult result = EvaluateConsistency(
+      Alone(), Tracks({Frame(0, {Stated(moved, covariance)})}));
   EXPECT_EQ(result.observed.count, 12);
   EXPECT_EQ(result.observed.stated.covered.count, 11);
   EXPECT_EQ(result.observed.stated.covered.total, 12);
@@ -47,7 +41,7 @@ TEST(ConsistencyTest, WorkedByHand) {
 }
 
 TEST(ConsistencyTest, NothingStatedOrNothingDefiniteIsNoCover) {
-  const TrackSequence truth = Tracks({Frame(0, {Person(0, StandingTum14())})});
+  const TrackSequence truth = Alone();
   const ConsistencyResult without = EvaluateConsistency(truth, truth);
   EXPECT_EQ(without.observed.count, 14);
   EXPECT_EQ(without.observed.rmse_m, 0.0);
@@ -91,4 +85,4 @@ TEST(ConsistencyTest, RightCovariancesCoverWhatTheySay) {
 }
 
 }  // namespace
-}  // namespace kinegraph
+}  // namespace kinegraph::testing

@@ -7,15 +7,10 @@
 #include "core/base/error.h"
 #include "tests/core/evaluation/people.h"
 
-namespace kinegraph {
+namespace kinegraph::testing {
 namespace {
 
 using Eigen::Vector3d;
-using testing::Frame;
-using testing::Moved;
-using testing::Person;
-using testing::StandingTum14;
-using testing::Tracks;
 
 // Looks along +y from 4 m behind the origin: 100 px a metre at the origin.
 Camera MakeCamera() {
@@ -53,8 +48,7 @@ struct Scene {
       detections.frames.push_back(one);
       set.detections.push_back({frame, "cam0", 0, TrackId(3)});
     }
-    reference = Tracks({Frame(0, {Person(3, StandingTum14())}),
-                        Frame(1, {Person(3, StandingTum14())})});
+    reference = Alone(StandingTum14(), 3, 2);
   }
 
   HeldOutScores Score(const TrackSequence& run) const {
@@ -279,4 +273,4 @@ TEST(HeldOutTest, NormalisesResidualsByPredictionAndDetector) {
 }
 
 }  // namespace
-}  // namespace kinegraph
+}  // namespace kinegraph::testing

@@ -9,15 +9,8 @@
 #include "core/base/error.h"
 #include "tests/core/evaluation/people.h"
 
-namespace kinegraph {
+namespace kinegraph::testing {
 namespace {
-
-using testing::Frame;
-using testing::Moved;
-using testing::Observed;
-using testing::Person;
-using testing::StandingTum14;
-using testing::Tracks;
 
 TEST(MotionTest, UniformMotionHasNoAcceleration) {
   std::vector<TrackFrame> frames;
@@ -221,4 +214,4 @@ TEST(Lag, DoesNotExistWhereNobodyMovesOrNothingOverlaps) {
 }
 
 }  // namespace
-}  // namespace kinegraph
+}  // namespace kinegraph::testing

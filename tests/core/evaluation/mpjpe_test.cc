@@ -7,15 +7,10 @@
 
 #include "tests/core/evaluation/people.h"
 
-namespace kinegraph {
+namespace kinegraph::testing {
 namespace {
 
 using Eigen::Vector3d;
-using testing::Frame;
-using testing::Moved;
-using testing::Person;
-using testing::StandingTum14;
-using testing::Tracks;
 
 Pose3d Turned(Pose3d pose, double angle_rad) {
   const Eigen::AngleAxisd turn(angle_rad, Vector3d::UnitZ());
@@ -38,11 +33,10 @@ TEST(BodyFrameTest, IsRightForwardUp) {
 }
 
 TEST(MpjpeTest, RawIsTheMeanDistance) {
-  const TrackSequence truth = Tracks({Frame(0, {Person(0, StandingTum14())})});
+  const TrackSequence truth = Alone();
   Pose3d pose = StandingTum14();
   pose[0].position_m.y() += 0.7;
-  const MpjpeResult result =
-      EvaluateMpjpe(truth, Tracks({Frame(0, {Person(4, pose)})}));
+  const MpjpeResult result = EvaluateMpjpe(truth, Alone(pose, 4));
   EXPECT_NEAR(result.raw_m, 0.7 / 14, 1e-15);
   EXPECT_NEAR(result.joints[0].raw_m, 0.7, 1e-15);
   EXPECT_EQ(result.joints[0].joint, "r_ankle");
@@ -79,8 +73,7 @@ TEST(MpjpeTest, LostPeopleAndJointsAreCountedNotAveraged) {
        Frame(1, {Person(0, StandingTum14())})});
   Pose3d pose = StandingTum14();
   pose[6] = Joint3d{};
-  const MpjpeResult result =
-      EvaluateMpjpe(truth, Tracks({Frame(0, {Person(8, pose)})}));
+  const MpjpeResult result = EvaluateMpjpe(truth, Alone(pose, 8));
   EXPECT_EQ(result.raw_m, 0.0);
   EXPECT_EQ(result.found.count, 1);
   EXPECT_EQ(result.found.total, 3);
@@ -94,12 +87,11 @@ TEST(MpjpeTest, LostPeopleAndJointsAreCountedNotAveraged) {
 
 TEST(MpjpeTest, NothingToCompare) {
   EXPECT_TRUE(std::isnan(EvaluateMpjpe(Tracks({}), Tracks({})).raw_m));
-  const MpjpeResult result =
-      EvaluateMpjpe(Tracks({Frame(0, {Person(0, StandingTum14())})}),
-                    Tracks({Frame(0, {Person(0, StandingTum14(9.0))})}));
+  const MpjpeResult result = EvaluateMpjpe(
+      Alone(), Tracks({Frame(0, {Person(0, StandingTum14(9.0))})}));
   EXPECT_TRUE(std::isnan(result.bias_removed_m));
   EXPECT_EQ(result.found.total, 1);
 }
 
 }  // namespace
-}  // namespace kinegraph
+}  // namespace kinegraph::testing

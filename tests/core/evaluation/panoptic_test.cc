@@ -6,13 +6,8 @@
 
 #include "tests/core/evaluation/people.h"
 
-namespace kinegraph {
+namespace kinegraph::testing {
 namespace {
-
-using testing::Frame;
-using testing::Observed;
-using testing::Person;
-using testing::Tracks;
 
 // Fifteen joints along a line.
 Pose3d Line(double x) {
@@ -153,4 +148,4 @@ TEST(PanopticTest, NobodyAnywhere) {
 }
 
 }  // namespace
-}  // namespace kinegraph
+}  // namespace kinegraph::testing

@@ -4,14 +4,8 @@
 
 #include "tests/core/evaluation/people.h"
 
-namespace kinegraph {
+namespace kinegraph::testing {
 namespace {
-
-using testing::Frame;
-using testing::Moved;
-using testing::Person;
-using testing::StandingTum14;
-using testing::Tracks;
 
 TEST(ParityTest, AResultEqualsItself) {
   const TrackSequence tracks = Tracks(
@@ -60,13 +54,8 @@ TEST(ParityTest, LeavingOutIsNotFree) {
 }
 
 TEST(ParityTest, NumbersOfIdentitiesMayDifferButMustNotChange) {
-  const auto reference = [] {
-    return Tracks({Frame(0, {Person(0, StandingTum14())}),
-                   Frame(1, {Person(0, StandingTum14())})});
-  };
-  const TrackSequence renamed =
-      Tracks({Frame(0, {Person(5, StandingTum14())}),
-              Frame(1, {Person(5, StandingTum14())})});
+  const auto reference = [] { return Alone(StandingTum14(), 0, 2); };
+  const TrackSequence renamed = Alone(StandingTum14(), 5, 2);
   const TrackSequence broken = Tracks({Frame(0, {Person(5, StandingTum14())}),
                                        Frame(1, {Person(6, StandingTum14())})});
   EXPECT_TRUE(EvaluateParity(reference(), renamed).identities_one_to_one);
@@ -76,8 +65,7 @@ TEST(ParityTest, NumbersOfIdentitiesMayDifferButMustNotChange) {
 }
 
 TEST(ParityTest, OnlyTheAskedFrames) {
-  const TrackSequence tracks = Tracks({Frame(0, {Person(0, StandingTum14())}),
-                                       Frame(1, {Person(0, StandingTum14())})});
+  const TrackSequence tracks = Alone(StandingTum14(), 0, 2);
   ParityOptions options;
   options.frames = {{1, 2}};
   EXPECT_EQ(EvaluateParity(tracks, tracks, options).near.total, 14);
@@ -90,4 +78,4 @@ TEST(ParityTest, NothingAtAll) {
 }
 
 }  // namespace
-}  // namespace kinegraph
+}  // namespace kinegraph::testing

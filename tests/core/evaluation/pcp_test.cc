@@ -2,24 +2,21 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <string>
+#include <vector>
 
 #include "core/base/error.h"
 #include "tests/core/evaluation/people.h"
 
-namespace kinegraph {
+namespace kinegraph::testing {
 namespace {
 
-using testing::Frame;
-using testing::Moved;
-using testing::Observed;
-using testing::Person;
-using testing::StandingTum14;
-using testing::Tracks;
+using Eigen::Vector3d;
 
 constexpr int kAnkle = 0;
 constexpr int kKnee = 1;
-constexpr int kRightLowerLeg = 0;
 
 PcpProtocol Plain() {
   PcpProtocol protocol;
@@ -28,8 +25,31 @@ PcpProtocol Plain() {
 }
 
 PcpResult Evaluate(const Pose3d& found, const PcpProtocol& protocol) {
-  return EvaluatePcp(Tracks({Frame(0, {Person(0, StandingTum14())})}),
-                     Tracks({Frame(0, {Person(7, found)})}), protocol);
+  return EvaluatePcp(Alone(), Alone(found, 7), protocol);
+}
+
+// Names of the parts that are lost.
+std::vector<std::string> Lost(const Pose3d& found,
+                              const PcpProtocol& protocol = Plain()) {
+  std::vector<std::string> names;
+  for (const LostPart& part : Evaluate(found, protocol).lost) {
+    names.push_back(PcpPartName(part.part));
+  }
+  return names;
+}
+using Names = std::vector<std::string>;
+
+// A standing person, one joint forward by so much [m].
+Pose3d Forward(int joint, double by_m) {
+  Pose3d pose = StandingTum14();
+  pose[joint].position_m.y() += by_m;
+  return pose;
+}
+
+Pose3d Without(int joint) {
+  Pose3d pose = StandingTum14();
+  pose[joint] = Joint3d{};
+  return pose;
 }
 
 TEST(PcpTest, PerfectPredictionIsAllRight) {
@@ -43,58 +63,40 @@ TEST(PcpTest, PerfectPredictionIsAllRight) {
 }
 
 // The lower leg is 0.5 m long: its limit is 0.25 m.
-TEST(PcpTest, MeanRuleCountsTheMeanOfBothEnds) {
-  Pose3d found = StandingTum14();
-  found[kAnkle].position_m.y() += 0.5;  // mean 0.25, exactly the limit
-  PcpProtocol protocol = Plain();
-  EXPECT_TRUE(Evaluate(found, protocol).lost.empty());
-  protocol.strictly_less = true;
-  ASSERT_EQ(Evaluate(found, protocol).lost.size(), 1u);
-  protocol.strictly_less = false;
-  found[kAnkle].position_m.y() += 0x1p-20;
-  EXPECT_EQ(Evaluate(found, protocol).lost.size(), 1u);
-}
-
-TEST(PcpTest, EachRuleWantsBothEndsWithin) {
-  PcpProtocol protocol = Plain();
-  protocol.endpoints = EndpointRule::kEach;
-  Pose3d found = StandingTum14();
-  found[kAnkle].position_m.y() += 0.25;  // exactly the limit
-  EXPECT_TRUE(Evaluate(found, protocol).lost.empty());
-  protocol.strictly_less = true;
-  EXPECT_EQ(Evaluate(found, protocol).lost.size(), 1u);
-  protocol.strictly_less = false;
-  found[kAnkle].position_m.y() = 0.3125;  // right by the mean, not by each
-  EXPECT_EQ(Evaluate(found, protocol).lost.size(), 1u);
-  EXPECT_TRUE(Evaluate(found, Plain()).lost.empty());
+TEST(PcpTest, LimitsOfTheRules) {
+  const Names leg = {"r_lower_leg"};
+  PcpProtocol mean = Plain(), each = Plain();
+  each.endpoints = EndpointRule::kEach;
+  EXPECT_EQ(Lost(Forward(kAnkle, 0.5), mean), Names()) << "the limit itself";
+  EXPECT_EQ(Lost(Forward(kAnkle, 0.5 + 0x1p-20), mean), leg);
+  EXPECT_EQ(Lost(Forward(kAnkle, 0.25), each), Names());
+  EXPECT_EQ(Lost(Forward(kAnkle, 0.3125), each), leg) << "right by the mean";
+  mean.strictly_less = each.strictly_less = true;
+  EXPECT_EQ(Lost(Forward(kAnkle, 0.5), mean), leg);
+  EXPECT_EQ(Lost(Forward(kAnkle, 0.25), each), leg);
 }
 
 TEST(PcpTest, LostPartsSayWhy) {
-  const TrackSequence truth = Tracks({Frame(0, {Person(0, StandingTum14())})});
-  const auto reason = [&](const std::vector<PersonPose>& found) {
-    const PcpResult result =
-        EvaluatePcp(truth, Tracks({Frame(0, found)}), Plain());
-    EXPECT_FALSE(result.lost.empty());
-    return result.lost.front().reason();
+  const auto reason = [](const std::vector<PersonPose>& found) {
+    return EvaluatePcp(Alone(), Tracks({Frame(0, found)}), Plain())
+        .lost.at(0)
+        .reason();
   };
   EXPECT_EQ(reason({}), LossReason::kNobody);
+  EXPECT_EQ(reason({Person(0, Pose3d(14))}), LossReason::kNobody);
   EXPECT_EQ(reason({Person(0, Moved(StandingTum14(), 0.0, 0.75))}),
             LossReason::kElsewhere);
-  Pose3d found = StandingTum14();
-  found[kAnkle].position_m.y() += 1.0;  // the mean over 14 joints stays small
-  EXPECT_EQ(reason({Person(0, found)}), LossReason::kTooFar);
-  found[kAnkle].status = JointStatus::kMissing;
-  EXPECT_EQ(reason({Person(0, found)}), LossReason::kNoJoint);
+  // The mean over 14 joints stays small.
+  EXPECT_EQ(reason({Person(0, Forward(kAnkle, 1.0))}), LossReason::kTooFar);
+  EXPECT_EQ(reason({Person(0, Without(kAnkle))}), LossReason::kNoJoint);
 }
 
 TEST(PcpTest, LostPartsSayByHowMuch) {
-  Pose3d found = StandingTum14();
-  found[kAnkle].position_m.y() += 1.0;
+  Pose3d found = Forward(kAnkle, 1.0);
   found[kKnee].position_m.y() += 0.125;
   const PcpResult result = Evaluate(found, Plain());
   ASSERT_EQ(result.lost.size(), 1u);
   const LostPart& lost = result.lost[0];
-  EXPECT_EQ(lost.part, kRightLowerLeg);
   EXPECT_STREQ(PcpPartName(lost.part), "r_lower_leg");
   EXPECT_EQ(lost.predicted, TrackId(7));
   EXPECT_EQ(lost.length_m, 0.5);
@@ -102,117 +104,79 @@ TEST(PcpTest, LostPartsSayByHowMuch) {
   EXPECT_EQ(lost.second_error_m, 0.125);
 }
 
-TEST(PcpTest, MissingJointMakesItsPartsWrong) {
-  Pose3d found = StandingTum14();
-  found[kKnee] = Joint3d{};
-  const PcpResult result = Evaluate(found, Plain());
-  ASSERT_EQ(result.lost.size(), 2u);  // both parts that end at the knee
+TEST(PcpTest, MissingJointsMakeTheirPartsWrong) {
+  EXPECT_EQ(Lost(Without(kKnee)), (Names{"r_lower_leg", "r_upper_leg"}));
+  EXPECT_EQ(Lost(Without(12)), (Names{"head", "torso"}));
+  const PcpResult result = Evaluate(Without(kKnee), Plain());
   EXPECT_EQ(result.lost[0].first_error_m, 0.0);
   EXPECT_FALSE(result.lost[0].second_error_m.has_value());
-}
-
-TEST(PcpTest, HeadWithoutSourceLosesHeadAndTorso) {
-  Pose3d found = StandingTum14();
-  found[12] = Joint3d{};
-  const PcpResult result = Evaluate(found, Plain());
-  ASSERT_EQ(result.lost.size(), 2u);
-  EXPECT_STREQ(PcpPartName(result.lost[0].part), "head");
-  EXPECT_STREQ(PcpPartName(result.lost[1].part), "torso");
+  // Without ground truth a part is not counted.
+  const PcpResult other = EvaluatePcp(Alone(Without(kAnkle)), Alone(), Plain());
+  EXPECT_EQ(CountParts(other, 0, PcpGroup::kTotal).total, 9);
+  EXPECT_EQ(CountParts(other, 0, PcpGroup::kLowerLegs).total, 1);
 }
 
 TEST(PcpTest, TorsoEndsAtTheMiddleOfTheHips) {
   // The torso is 0.5 m long. One hip off by 1 moves the middle by 0.5, whose
   // mean with a perfect head bottom is 0.25: the limit. Upper legs: 0.5.
-  Pose3d found = StandingTum14();
-  found[2].position_m.y() += 1.0;
-  PcpResult result = Evaluate(found, Plain());
-  ASSERT_EQ(result.lost.size(), 1u);
-  EXPECT_STREQ(PcpPartName(result.lost[0].part), "r_upper_leg");
-  found[2].position_m.y() += 0x1p-10;
-  EXPECT_EQ(Evaluate(found, Plain()).lost.size(), 2u);
+  EXPECT_EQ(Lost(Forward(2, 1.0)), Names{"r_upper_leg"});
+  EXPECT_EQ(Lost(Forward(2, 1.0 + 0x1p-10)), (Names{"r_upper_leg", "torso"}));
 }
 
 TEST(PcpTest, NoPredictionLosesAllParts) {
-  const TrackSequence truth = Tracks({Frame(0, {Person(0, StandingTum14())}),
-                                      Frame(1, {Person(0, StandingTum14())})});
+  const TrackSequence truth = Alone(StandingTum14(), 0, 2);
   const TrackSequence tracks = Tracks({Frame(0, {})});  // frame 1 not there
   const PcpResult result = EvaluatePcp(truth, tracks, Plain());
   EXPECT_EQ(CountParts(result, 0, PcpGroup::kTotal).total, 20);
   EXPECT_EQ(CountParts(result, 0, PcpGroup::kTotal).count, 0);
   ASSERT_EQ(result.lost.size(), 20u);
   EXPECT_FALSE(result.lost[0].predicted.has_value());
-
   PcpProtocol skipping = Plain();
   skipping.skip_unmatched = true;
   EXPECT_TRUE(EvaluatePcp(truth, tracks, skipping).person_frames.empty());
 }
 
-TEST(PcpTest, APersonWithoutJointsIsNoPrediction) {
-  const PcpResult result = Evaluate(Pose3d(14), Plain());
-  EXPECT_EQ(result.lost.size(), 10u);
-  EXPECT_FALSE(result.person_frames[0].predicted.has_value());
-}
-
-TEST(PcpTest, NearestIsNotExclusiveAndHasNoGate) {
-  const TrackSequence truth = Tracks(
-      {Frame(0, {Person(0, StandingTum14()), Person(1, StandingTum14(0.5)),
-                 Person(2, StandingTum14(50.0))})});
-  const TrackSequence tracks =
-      Tracks({Frame(0, {Person(4, StandingTum14(0.25))})});
-  PcpResult result = EvaluatePcp(truth, tracks, Plain());
-  for (const PcpPersonFrame& person : result.person_frames) {
-    EXPECT_EQ(person.predicted, TrackId(4));
+// Who was taken for each true person; -1: nobody.
+std::vector<int64_t> Taken(const std::vector<PersonPose>& truth,
+                           const std::vector<PersonPose>& found,
+                           PersonMatching matching) {
+  PcpProtocol protocol = Plain();
+  protocol.matching = matching;
+  std::vector<int64_t> taken;
+  for (const PcpPersonFrame& person :
+       EvaluatePcp(Tracks({Frame(0, truth)}), Tracks({Frame(0, found)}),
+                   protocol)
+           .person_frames) {
+    taken.push_back(person.predicted ? person.predicted->value() : -1);
   }
-  PcpProtocol one_to_one = Plain();
-  one_to_one.matching = PersonMatching::kOneToOne;
-  result = EvaluatePcp(truth, tracks, one_to_one);
-  int predicted = 0;
-  for (const PcpPersonFrame& person : result.person_frames) {
-    predicted += person.predicted.has_value() ? 1 : 0;
-  }
-  EXPECT_EQ(predicted, 1);
-  EXPECT_FALSE(result.person_frames[2].predicted.has_value());
+  return taken;
 }
 
-TEST(PcpTest, OneToOneKeepsItsGate) {
-  PcpProtocol one_to_one = Plain();
-  one_to_one.matching = PersonMatching::kOneToOne;
-  EXPECT_TRUE(Evaluate(StandingTum14(0.5), one_to_one)
-                  .person_frames[0]
-                  .predicted.has_value());
-  EXPECT_FALSE(Evaluate(StandingTum14(0.5625), one_to_one)
-                   .person_frames[0]
-                   .predicted.has_value());
-}
-
-TEST(PcpTest, NearestTakesTheMeanOverPresentJoints) {
-  // Person 4 has one joint, 1 m off; person 5 all of them, each 0.5 m off. The
-  // sums of squares are 1 and 3.5, the means 1 and 0.25.
+TEST(PcpTest, PeopleAreMatchedAsTheProtocolSays) {
+  using Ids = std::vector<int64_t>;
+  constexpr auto kNearest = PersonMatching::kNearest;
+  constexpr auto kOneToOne = PersonMatching::kOneToOne;
+  const auto at = [](int64_t id, double x) {
+    return Person(id, StandingTum14(x));
+  };
+  // Nearest is not exclusive and has no gate.
+  EXPECT_EQ(Taken({at(0, 0), at(1, 0.5), at(2, 50)}, {at(4, 0.25)}, kNearest),
+            (Ids{4, 4, 4}));
+  const Ids one =
+      Taken({at(0, 0), at(1, 0.5), at(2, 50)}, {at(4, 0.25)}, kOneToOne);
+  EXPECT_EQ(std::count(one.begin(), one.end(), 4), 1);
+  EXPECT_EQ(one[2], -1);
+  // The gate includes its limit.
+  EXPECT_EQ(Taken({at(0, 0)}, {at(7, 0.5)}, kOneToOne), Ids{7});
+  EXPECT_EQ(Taken({at(0, 0)}, {at(7, 0.5625)}, kOneToOne), Ids{-1});
+  // Of two equally near the first counts.
+  EXPECT_EQ(Taken({at(0, 0)}, {at(8, 0.25), at(3, -0.25)}, kNearest), Ids{8});
+  // The mean over joints that are there: person 4 has one joint, 1 m off;
+  // person 5 all of them, each 0.5 m off. The sums of squares are 1 and 3.5,
+  // the means 1 and 0.25.
   Pose3d few(14);
-  few[0] = Observed(0.125, 1.0, 0.0);  // 1 m off
-  const TrackSequence truth = Tracks({Frame(0, {Person(0, StandingTum14())})});
-  const TrackSequence tracks = Tracks(
-      {Frame(0, {Person(4, few), Person(5, Moved(StandingTum14(), 0.5))})});
-  EXPECT_EQ(EvaluatePcp(truth, tracks, Plain()).person_frames[0].predicted,
-            TrackId(5));
-}
-
-TEST(PcpTest, OfTwoEquallyNearTheFirstCounts) {
-  const TrackSequence truth = Tracks({Frame(0, {Person(0, StandingTum14())})});
-  const TrackSequence tracks = Tracks({Frame(
-      0, {Person(8, StandingTum14(0.25)), Person(3, StandingTum14(-0.25))})});
-  EXPECT_EQ(EvaluatePcp(truth, tracks, Plain()).person_frames[0].predicted,
-            TrackId(8));
-}
-
-TEST(PcpTest, PartsWithoutGroundTruthAreNotCounted) {
-  Pose3d truth = StandingTum14();
-  truth[kAnkle] = Joint3d{};
-  const PcpResult result =
-      EvaluatePcp(Tracks({Frame(0, {Person(0, truth)})}),
-                  Tracks({Frame(0, {Person(0, StandingTum14())})}), Plain());
-  EXPECT_EQ(CountParts(result, 0, PcpGroup::kTotal).total, 9);
-  EXPECT_EQ(CountParts(result, 0, PcpGroup::kLowerLegs).total, 1);
+  few[0] = Observed(0.125, 1.0, 0.0);
+  EXPECT_EQ(Taken({at(0, 0)}, {Person(4, few), at(5, 0.5)}, kNearest), Ids{5});
 }
 
 TEST(PcpTest, HeadlineIsThePlainMeanOfItsActors) {
@@ -220,16 +184,14 @@ TEST(PcpTest, HeadlineIsThePlainMeanOfItsActors) {
   const TrackSequence truth = Tracks(
       {Frame(0, {Person(0, StandingTum14()), Person(1, StandingTum14(9.0))}),
        Frame(1, {Person(0, StandingTum14()), Person(3, StandingTum14(5.0))})});
-  const TrackSequence tracks = Tracks({Frame(0, {Person(0, StandingTum14())}),
-                                       Frame(1, {Person(0, StandingTum14())})});
   PcpProtocol protocol;  // actors 0, 1, 2
-  const PcpResult result = EvaluatePcp(truth, tracks, protocol);
+  const PcpResult result =
+      EvaluatePcp(truth, Alone(StandingTum14(), 0, 2), protocol);
   EXPECT_EQ(result.HeadlineActors(), (std::vector<int64_t>{0, 1}));
   EXPECT_EQ(result.Actors(), (std::vector<int64_t>{0, 1, 3}));
   EXPECT_DOUBLE_EQ(MeanOfActors(result, PcpGroup::kTotal), 50.0);
-  const Share pooled = PooledParts(result, PcpGroup::kTotal);
-  EXPECT_EQ(pooled.count, 20);
-  EXPECT_EQ(pooled.total, 30);
+  EXPECT_EQ(PooledParts(result, PcpGroup::kTotal).count, 20);
+  EXPECT_EQ(PooledParts(result, PcpGroup::kTotal).total, 30);
 }
 
 TEST(PcpTest, TimeGapPicksTheNearestFrame) {
@@ -252,35 +214,25 @@ TEST(PcpTest, TimeGapPicksTheNearestFrame) {
 TEST(PcpTest, OnlyTheProtocolsFramesCount) {
   PcpProtocol protocol = Plain();
   protocol.frames = {{1, 2}, {5, 6}};
-  std::vector<TrackFrame> frames;
-  for (int frame = 0; frame < 8; ++frame) {
-    frames.push_back(Frame(frame, {Person(0, StandingTum14())}));
-  }
-  const PcpResult result =
-      EvaluatePcp(Tracks(frames), Tracks(frames), protocol);
+  const TrackSequence eight = Alone(StandingTum14(), 0, 8);
+  const PcpResult result = EvaluatePcp(eight, eight, protocol);
   ASSERT_EQ(result.person_frames.size(), 2u);
   EXPECT_EQ(result.person_frames[0].frame, 1);
   EXPECT_EQ(result.person_frames[1].frame, 5);
-}
-
-TEST(PcpTest, NothingToScore) {
-  const PcpResult result = EvaluatePcp(Tracks({}), Tracks({}), Plain());
-  EXPECT_TRUE(result.person_frames.empty());
-  EXPECT_TRUE(std::isnan(MeanOfActors(result, PcpGroup::kTotal)));
-  EXPECT_TRUE(std::isnan(MeanOfActorsInterval(result, PcpGroup::kTotal).low));
+  const PcpResult nothing = EvaluatePcp(Tracks({}), Tracks({}), Plain());
+  EXPECT_TRUE(nothing.person_frames.empty());
+  EXPECT_TRUE(std::isnan(MeanOfActors(nothing, PcpGroup::kTotal)));
+  EXPECT_TRUE(std::isnan(MeanOfActorsInterval(nothing, PcpGroup::kTotal).low));
 }
 
 TEST(PcpTest, IntervalHoldsTheScore) {
-  std::vector<TrackFrame> truth;
-  std::vector<TrackFrame> tracks;
-  for (int frame = 0; frame < 100; ++frame) {
-    truth.push_back(Frame(frame, {Person(0, StandingTum14())}));
-    Pose3d found = StandingTum14();
-    if (frame % 2 == 0) found[kAnkle].position_m.y() += 2.0;
-    tracks.push_back(Frame(frame, {Person(0, found)}));
+  const TrackSequence truth = Alone(StandingTum14(), 0, 100);
+  TrackSequence tracks = truth;
+  for (size_t f = 0; f < 100; f += 2) {
+    tracks.frames[f].people[0].joints = Forward(kAnkle, 2.0);
   }
-  const PcpResult worse = EvaluatePcp(Tracks(truth), Tracks(tracks), Plain());
-  const PcpResult best = EvaluatePcp(Tracks(truth), Tracks(truth), Plain());
+  const PcpResult worse = EvaluatePcp(truth, tracks, Plain());
+  const PcpResult best = EvaluatePcp(truth, truth, Plain());
   EXPECT_DOUBLE_EQ(MeanOfActors(worse, PcpGroup::kTotal), 95.0);
   const Interval interval = ActorInterval(worse, 0, PcpGroup::kTotal);
   EXPECT_LT(interval.low, 95.0);
@@ -291,9 +243,8 @@ TEST(PcpTest, IntervalHoldsTheScore) {
   EXPECT_LT(difference.high, 6.0);
   PcpProtocol fewer = Plain();
   fewer.frames = {{0, 50}};
-  EXPECT_THROW(MeanOfActorsDifference(
-                   best, EvaluatePcp(Tracks(truth), Tracks(tracks), fewer),
-                   PcpGroup::kTotal),
+  EXPECT_THROW(MeanOfActorsDifference(best, EvaluatePcp(truth, tracks, fewer),
+                                      PcpGroup::kTotal),
                OptionError);
 }
 
@@ -305,5 +256,140 @@ TEST(PcpProtocolTest, ByName) {
   EXPECT_FALSE(PcpProtocolByName("mall").has_value());
 }
 
+// ---- Heads
+
+constexpr int kBottom = 12;
+constexpr int kTop = 13;
+
+// Facing +y. m = (0, 0, 1.5), n = (0, 0.2, 1.7), e = (0, 0.1, 1.7).
+Pose3d CocoPerson() {
+  Pose3d pose(17);
+  const std::vector<int> coco_of_tum = {16, 14, 12, 11, 13, 15,
+                                        10, 8,  6,  5,  7,  9};
+  const Pose3d body = StandingTum14();
+  for (int j = 0; j < 12; ++j) pose[coco_of_tum[j]] = body[j];
+  pose[0] = Observed(0.0, 0.2, 1.7);
+  pose[1] = Observed(-0.03, 0.18, 1.75);
+  pose[2] = Observed(0.03, 0.18, 1.75);
+  pose[3] = Observed(-0.08, 0.1, 1.7);
+  pose[4] = Observed(0.08, 0.1, 1.7);
+  return pose;
+}
+
+void ExpectNear(const Vector3d& found, const Vector3d& expected) {
+  // A handful of roundings of numbers below 2.
+  EXPECT_LT((found - expected).norm(), 1e-14)
+      << found.transpose() << " instead of " << expected.transpose();
+}
+
+TEST(HeadConversionTest, ValuesByHand) {
+  // Face direction of 4d: (0, 0, 1.5 - 1) x (0.5, 0, 0) points along +y.
+  struct Head {
+    HeadConversion conversion;
+    Vector3d bottom, top;
+  };
+  for (const auto& [conversion, bottom, top] :
+       {Head{HeadConversion::kChu, {0, 0.08, 1.62}, {0, 0.1, 1.8}},
+        Head{HeadConversion::kMvpose, {0, 0.1, 1.6}, {0, 0.15, 1.8}},
+        Head{HeadConversion::kVoxelposeCampus, {0, 0.05, 1.6}, {0, 0.15, 1.8}},
+        Head{HeadConversion::kVoxelposeShelf, {0, 0.0875, 1.6}, {0, 0.15, 1.8}},
+        Head{HeadConversion::k4d, {0, 0.05, 1.6}, {0, 0.175, 1.745}},
+        Head{HeadConversion::kRaw, {0, 0, 1.5}, {0, 0.2, 1.7}}}) {
+    SCOPED_TRACE(ToString(conversion));
+    const Pose3d pose = Tum14Converter(Coco17(), conversion)(CocoPerson());
+    ASSERT_EQ(pose.size(), 14u);
+    ExpectNear(pose[kBottom].position_m, bottom);
+    ExpectNear(pose[kTop].position_m, top);
+    for (int j = 0; j < 12; ++j) {
+      EXPECT_EQ(pose[j].position_m, StandingTum14()[j].position_m);
+      EXPECT_TRUE(pose[j].present());
+    }
+  }
+}
+
+TEST(HeadConversionTest, WeightsAreOfWorldAxes) {
+  // The same head turned to +x gets other factors: 0.78 instead of 0.5.
+  Pose3d pose = CocoPerson();
+  pose[0] = Observed(0.2, 0.0, 1.7);
+  const Pose3d converted = Tum14Converter(Coco17(), HeadConversion::kChu)(pose);
+  ExpectNear(converted[kTop].position_m, {0.156, 0, 1.8});
+  ExpectNear(converted[kBottom].position_m, {0.06, 0, 1.62});
+}
+
+TEST(HeadConversionTest, FourDUsesThePosesOwnNeckAndMidHip) {
+  Pose3d pose(FourDA19().joint_count());
+  const std::vector<int> coco = MapByName(Coco17(), FourDA19());
+  for (int j = 0; j < FourDA19().joint_count(); ++j) {
+    if (coco[j] >= 0) pose[j] = CocoPerson()[coco[j]];
+  }
+  const int neck = FourDA19().IndexOf("neck");
+  const int mid_hip = FourDA19().IndexOf("mid_hip");
+  const Tum14Converter convert(FourDA19(), HeadConversion::k4d);
+  ExpectNear(convert(pose)[kTop].position_m, {0, 0.175, 1.745});  // from m
+  // A trunk leaning back to 3:4 turns the face up: (0, -0.3, 0.4) x (1, 0, 0)
+  // = (0, 0.4, 0.3), of length 0.5.
+  pose[mid_hip] = Observed(0.0, 0.0, 1.0);
+  pose[neck] = Observed(0.0, -0.3, 1.4);
+  ExpectNear(convert(pose)[kTop].position_m,
+             {0, 0.05 + 0.125 * 0.8, 1.6 + 0.125 * 0.6 + 0.145});
+}
+
+TEST(HeadConversionTest, MissingJointsStayMissing) {
+  Pose3d pose = CocoPerson();
+  pose[0] = Joint3d{};   // nose
+  pose[15] = Joint3d{};  // l_ankle
+  const auto convert = [&](HeadConversion conversion) {
+    return Tum14Converter(Coco17(), conversion)(pose);
+  };
+  for (const HeadConversion conversion :
+       {HeadConversion::kChu, HeadConversion::kMvpose,
+        HeadConversion::kVoxelposeShelf}) {
+    EXPECT_FALSE(convert(conversion)[kBottom].present());
+    EXPECT_FALSE(convert(conversion)[kTop].present());
+    EXPECT_FALSE(convert(conversion)[5].present());
+    EXPECT_TRUE(convert(conversion)[4].present());
+  }
+  EXPECT_TRUE(convert(HeadConversion::k4d)[kTop].present());
+  EXPECT_TRUE(convert(HeadConversion::kRaw)[kBottom].present());
+  EXPECT_FALSE(convert(HeadConversion::kRaw)[kTop].present());
+}
+
+TEST(HeadConversionTest, AComputedJointIsAsGoodAsItsWorstSource) {
+  Pose3d pose = CocoPerson();
+  pose[5].status = JointStatus::kInferred;  // l_shoulder
+  const Pose3d converted = Tum14Converter(Coco17(), HeadConversion::kChu)(pose);
+  EXPECT_EQ(converted[kTop].status, JointStatus::kInferred);
+  EXPECT_EQ(converted[8].status, JointStatus::kObserved);
+}
+
+TEST(HeadConversionTest, SkeletonWithoutEarsHasNoEarHead) {
+  const Skeleton body("body", {"nose", "l_shoulder", "r_shoulder"}, {});
+  const Pose3d pose = {Observed(0, 0.2, 1.7), Observed(-0.2, 0, 1.5),
+                       Observed(0.2, 0, 1.5)};
+  const auto convert = [&](HeadConversion conversion) {
+    return Tum14Converter(body, conversion)(pose);
+  };
+  EXPECT_FALSE(convert(HeadConversion::kVoxelposeCampus)[kTop].present());
+  EXPECT_FALSE(convert(HeadConversion::k4d)[kTop].present());
+  EXPECT_TRUE(convert(HeadConversion::kChu)[kTop].present());
+  EXPECT_FALSE(convert(HeadConversion::kChu)[0].present());
+}
+
+TEST(HeadConversionTest, GroundTruthKeepsItsOwnHead) {
+  const Pose3d pose =
+      Tum14Converter(Tum14(), HeadConversion::kChu)(StandingTum14());
+  EXPECT_EQ(pose[kBottom].position_m, Vector3d(0, 0, 1.5));
+  EXPECT_EQ(pose[kTop].position_m, Vector3d(0, 0, 1.75));
+}
+
+TEST(HeadConversionTest, ByName) {
+  EXPECT_EQ(HeadConversionByName("voxelpose", true),
+            HeadConversion::kVoxelposeCampus);
+  EXPECT_EQ(HeadConversionByName("voxelpose", false),
+            HeadConversion::kVoxelposeShelf);
+  EXPECT_EQ(HeadConversionByName("4d", false), HeadConversion::k4d);
+  EXPECT_FALSE(HeadConversionByName("nose", false).has_value());
+}
+
 }  // namespace
-}  // namespace kinegraph
+}  // namespace kinegraph::testing

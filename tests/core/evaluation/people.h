@@ -60,6 +60,16 @@ inline TrackSequence Tracks(std::vector<TrackFrame> frames,
   return tracks;
 }
 
+// One person in frames 0, 1, ..., always the same.
+inline TrackSequence Alone(const Pose3d& pose = StandingTum14(), int64_t id = 0,
+                           int64_t frames = 1) {
+  TrackSequence tracks = Tracks({});
+  for (int64_t frame = 0; frame < frames; ++frame) {
+    tracks.frames.push_back(Frame(frame, {Person(id, pose)}));
+  }
+  return tracks;
+}
+
 // `pose` with all joints moved.
 inline Pose3d Moved(Pose3d pose, double x, double y = 0.0, double z = 0.0) {
   for (Joint3d& joint : pose) joint.position_m += Eigen::Vector3d(x, y, z);

@@ -67,6 +67,14 @@ struct Sample {
   const DetectionTruth* label;
   const std::vector<Pose3d>* poses;  // of all people in this frame
 
+  std::array<size_t, 4> key() const {
+    return {frame, view, static_cast<size_t>(person),
+            static_cast<size_t>(joint)};
+  }
+  bool is_outlier() const {
+    return label != nullptr && std::count(label->outliers.begin(),
+                                          label->outliers.end(), joint) > 0;
+  }
   const Pose3d& pose() const { return (*poses)[static_cast<size_t>(person)]; }
 };
 
@@ -147,9 +155,8 @@ TEST(Noise, WithoutAnyItIsTheExactProjectionOfAllJointsInTheImages) {
 }
 
 TEST(Noise, OrderOfDetectionsIsShuffledAndIndexed) {
-  const DetectionSequence seen = Observe(TestScene(), NoiseOptions(), nullptr);
   ObservationTruth truth;
-  Observe(TestScene(), NoiseOptions(), &truth);
+  const DetectionSequence seen = Observe(TestScene(), NoiseOptions(), &truth);
   int first_is_zero = 0;
   int full = 0;
   for (size_t f = 0; f < seen.frames.size(); ++f) {
@@ -173,31 +180,40 @@ TEST(Noise, OrderOfDetectionsIsShuffledAndIndexed) {
   EXPECT_LT(first_is_zero, full / 3.0 + 5.0 * std::sqrt(0.23 * full));
 }
 
-bool Equal(const DetectionSequence& a, const DetectionSequence& b) {
-  if (a.frames.size() != b.frames.size()) return false;
-  for (size_t f = 0; f < a.frames.size(); ++f) {
-    if (a.frames[f].frame != b.frames[f].frame ||
-        a.frames[f].time != b.frames[f].time) {
-      return false;
-    }
-    for (size_t v = 0; v < a.frames[f].views.size(); ++v) {
-      const auto& da = a.frames[f].views[v].detections;
-      const auto& db = b.frames[f].views[v].detections;
-      if (da.size() != db.size()) return false;
-      for (size_t d = 0; d < da.size(); ++d) {
-        for (size_t j = 0; j < da[d].joints.size(); ++j) {
-          const Keypoint& ja = da[d].joints[j];
-          const Keypoint& jb = db[d].joints[j];
-          if (ja.found != jb.found) return false;
-          if (ja.found && (ja.px != jb.px || ja.confidence != jb.confidence)) {
-            return false;
-          }
+// All that detections say, as one list of numbers.
+std::vector<double> NumbersOf(const DetectionSequence& seen) {
+  std::vector<double> numbers;
+  for (const DetectionFrame& frame : seen.frames) {
+    numbers.push_back(static_cast<double>(frame.frame));
+    numbers.push_back(ToSeconds(frame.time));
+    for (const ViewDetections& view : frame.views) {
+      for (const Detection& detection : view.detections) {
+        for (const Keypoint& joint : detection.joints) {
+          if (!joint.found) continue;
+          numbers.insert(numbers.end(),
+                         {joint.px.x(), joint.px.y(), joint.confidence});
         }
       }
     }
   }
-  return true;
+  return numbers;
 }
+
+// The mean square of errors against the variance that they should have.
+struct Spread {
+  double squares = 0.0;
+  double n = 0.0;
+
+  void Add(const Vector2d& error) {
+    squares += error.squaredNorm();
+    n += 2.0;
+  }
+  // The variance of n squares of a Gaussian is 2 sigma^4 / n; five standard
+  // deviations.
+  void ExpectVariance(double variance) const {
+    EXPECT_NEAR(squares / n, variance, 5.0 * variance * std::sqrt(2.0 / n));
+  }
+};
 
 NoiseOptions Everything() {
   NoiseOptions options;
@@ -234,10 +250,13 @@ NoiseOptions Everything() {
 
 TEST(Noise, SameSeedSameBitsOtherSeedOthers) {
   NoiseOptions options = Everything();
-  const DetectionSequence a = Observe(TestScene(), options, nullptr);
-  EXPECT_TRUE(Equal(a, Observe(TestScene(), options, nullptr)));
+  const auto numbers = [&options] {
+    return NumbersOf(Observe(TestScene(), options, nullptr));
+  };
+  const std::vector<double> once = numbers();
+  EXPECT_EQ(once, numbers());
   options.seed = 2;
-  EXPECT_FALSE(Equal(a, Observe(TestScene(), options, nullptr)));
+  EXPECT_NE(once, numbers());
 }
 
 // What one kind of noise draws does not depend on the others: outliers added
@@ -246,31 +265,20 @@ TEST(Noise, KindsOfNoiseDoNotDisturbEachOther) {
   NoiseOptions options;
   options.joints.sigma_px = 2.0;
   options.joints.missing_rate = 0.1;
-  ObservationTruth truth;
-  const DetectionSequence plain = Observe(TestScene(), options, &truth);
+  std::map<std::array<size_t, 4>, Vector2d> plain;
+  ForEachJoint(TestScene(), options, [&](const Sample& sample) {
+    if (sample.found != nullptr) plain[sample.key()] = sample.found->px;
+  });
   options.joints.outlier_rate = 0.1;
-  ObservationTruth with_truth;
-  const DetectionSequence with = Observe(TestScene(), options, &with_truth);
   int64_t same = 0;
   int64_t wrong = 0;
-  for (size_t f = 0; f < plain.frames.size(); ++f) {
-    for (size_t v = 0; v < plain.frames[f].views.size(); ++v) {
-      const auto& a = plain.frames[f].views[v].detections;
-      const auto& b = with.frames[f].views[v].detections;
-      ASSERT_EQ(a.size(), b.size());
-      for (size_t d = 0; d < a.size(); ++d) {
-        const auto& outliers = with_truth.frames[f][v][d].outliers;
-        for (size_t j = 0; j < a[d].joints.size(); ++j) {
-          ASSERT_EQ(a[d].joints[j].found, b[d].joints[j].found);
-          if (!a[d].joints[j].found) continue;
-          const bool outlier = std::count(outliers.begin(), outliers.end(),
-                                          static_cast<int>(j)) > 0;
-          ASSERT_EQ(a[d].joints[j].px != b[d].joints[j].px, outlier);
-          (outlier ? wrong : same) += 1;
-        }
-      }
-    }
-  }
+  ForEachJoint(TestScene(), options, [&](const Sample& sample) {
+    const auto at = plain.find(sample.key());
+    ASSERT_EQ(sample.found != nullptr, at != plain.end());
+    if (sample.found == nullptr) return;
+    ASSERT_EQ(sample.found->px != at->second, sample.is_outlier());
+    (sample.is_outlier() ? wrong : same) += 1;
+  });
   EXPECT_GT(same, 0);
   EXPECT_GT(wrong, 0);
 }
@@ -293,20 +301,17 @@ Series ErrorSeries(const Scene& scene, const NoiseOptions& options) {
 TEST(Noise, WhitePixelNoiseHasItsSigma) {
   NoiseOptions options;
   options.joints.sigma_px = 4.0;
-  double squares = 0.0;
+  Spread spread;
   double products = 0.0;
-  double n = 0.0;
   for (const auto& [key, errors] : ErrorSeries(TestScene(), options)) {
     for (size_t k = 0; k < errors.size(); ++k) {
-      squares += errors[k].squaredNorm();
-      n += 2.0;
+      spread.Add(errors[k]);
       if (k > 0) products += errors[k].dot(errors[k - 1]);
     }
   }
-  // The variance of n squares of a Gaussian is 2 sigma^4 / n, that of n
-  // products of independent ones sigma^4 / n. Five standard deviations.
-  EXPECT_NEAR(squares / n, 16.0, 5.0 * 16.0 * std::sqrt(2.0 / n));
-  EXPECT_NEAR(products / n, 0.0, 5.0 * 16.0 / std::sqrt(n));
+  spread.ExpectVariance(16.0);
+  // The variance of n products of independent ones is sigma^4 / n.
+  EXPECT_NEAR(products / spread.n, 0.0, 5.0 * 16.0 / std::sqrt(spread.n));
 }
 
 TEST(Noise, PixelNoiseFallsWithDepth) {
@@ -314,18 +319,14 @@ TEST(Noise, PixelNoiseFallsWithDepth) {
   options.joints.sigma_px = 5.0;
   options.joints.reference_depth_m = 4.0;
   const Scene& scene = TestScene();
-  double normalised = 0.0;
-  double n = 0.0;
+  Spread normalised;
   ForEachJoint(scene, options, [&](const Sample& sample) {
     if (sample.found == nullptr) return;
-    const Pose3d& pose = sample.pose();
-    const double depth =
-        scene.cameras[sample.view].Depth(pose[sample.joint].position_m);
-    normalised +=
-        ((sample.found->px - sample.truth) * depth / (4.0 * 5.0)).squaredNorm();
-    n += 2.0;
+    const double depth = scene.cameras[sample.view].Depth(
+        sample.pose()[sample.joint].position_m);
+    normalised.Add((sample.found->px - sample.truth) * depth / (4.0 * 5.0));
   });
-  EXPECT_NEAR(normalised / n, 1.0, 5.0 * std::sqrt(2.0 / n));
+  normalised.ExpectVariance(1.0);
 }
 
 // Correlation at lag k: static + slow exp(-k dt / tau).
@@ -405,9 +406,7 @@ TEST(Noise, OutliersHaveTheirRateSizeAndFlag) {
     int64_t far = 0;
     ForEachJoint(scene, options, [&](const Sample& sample) {
       ASSERT_NE(sample.found, nullptr);
-      const auto& outliers = sample.label->outliers;
-      const bool flagged =
-          std::count(outliers.begin(), outliers.end(), sample.joint) > 0;
+      const bool flagged = sample.is_outlier();
       const double error = (sample.found->px - sample.truth).norm();
       // Gaussian noise of 1 px beside it: below 7 px in all but 2e-11.
       ASSERT_EQ(error > 15.0, flagged);
@@ -430,7 +429,8 @@ TEST(Noise, OutlierBurstsLastFiveFramesAtTheSamePlace) {
   options.joints.outlier_rate = 0.1;
   options.joints.outlier_burst_s = 0.2;
   const Series series = ErrorSeries(StandingScene(), options);
-  std::map<int, int> lengths;
+  int five = 0;
+  int all = 0;
   for (const auto& [key, errors] : series) {
     int run = 0;
     for (size_t k = 1; k < errors.size(); ++k) {
@@ -440,16 +440,11 @@ TEST(Noise, OutlierBurstsLastFiveFramesAtTheSamePlace) {
           errors[k].norm() > 1.0 && (errors[k] - errors[k - 1]).norm() < 1e-6;
       if (same) ++run;
       if (!same && run > 0) {
-        ++lengths[run + 1];
+        ++all;
+        five += run + 1 == 5 ? 1 : 0;
         run = 0;
       }
     }
-  }
-  int five = 0;
-  int all = 0;
-  for (const auto& [length, count] : lengths) {
-    all += count;
-    if (length == 5) five += count;
   }
   // Others: cut by the ends of the recording or by the border.
   ASSERT_GT(all, 1000);
@@ -464,8 +459,7 @@ TEST(Noise, OutliersOnAnotherPersonLieThere) {
   int64_t on_other = 0;
   int64_t outliers = 0;
   ForEachJoint(scene, options, [&](const Sample& sample) {
-    const auto& flagged = sample.label->outliers;
-    if (std::count(flagged.begin(), flagged.end(), sample.joint) == 0) return;
+    if (!sample.is_outlier()) return;
     ++outliers;
     const auto& poses = *sample.poses;
     for (size_t i = 0; i < poses.size(); ++i) {
@@ -505,18 +499,11 @@ TEST(Noise, HiddenJointsAreMissingAndNoisier) {
   // rest is found.
   NoiseOptions hide;
   hide.joints.hidden_missing_rate = 1.0;
-  ObservationTruth truth;
-  const Scene& scene = TestScene();
-  const DetectionSequence seen = Observe(scene, hide, &truth);
   std::set<std::array<size_t, 4>> hidden;
   int64_t all = 0;
-  ForEachJoint(scene, seen, truth, [&](const Sample& sample) {
+  ForEachJoint(TestScene(), hide, [&](const Sample& sample) {
     ++all;
-    if (sample.found == nullptr) {
-      hidden.insert({sample.frame, sample.view,
-                     static_cast<size_t>(sample.person),
-                     static_cast<size_t>(sample.joint)});
-    }
+    if (sample.found == nullptr) hidden.insert(sample.key());
   });
   const double share =
       static_cast<double>(hidden.size()) / static_cast<double>(all);
@@ -527,20 +514,15 @@ TEST(Noise, HiddenJointsAreMissingAndNoisier) {
   NoiseOptions blur;
   blur.joints.sigma_px = 2.0;
   blur.joints.hidden_noise_factor = 5.0;
-  const DetectionSequence blurred = Observe(scene, blur, &truth);
-  double squares[2] = {0.0, 0.0};
-  double n[2] = {0.0, 0.0};
-  ForEachJoint(scene, blurred, truth, [&](const Sample& sample) {
+  Spread seen, behind;
+  ForEachJoint(TestScene(), blur, [&](const Sample& sample) {
     ASSERT_NE(sample.found, nullptr);
-    const bool behind = hidden.count({sample.frame, sample.view,
-                                      static_cast<size_t>(sample.person),
-                                      static_cast<size_t>(sample.joint)}) > 0;
-    squares[behind] += (sample.found->px - sample.truth).squaredNorm();
-    n[behind] += 2.0;
-    ASSERT_EQ(sample.found->confidence, behind ? 0.9 : 1.0);
+    const bool is_behind = hidden.count(sample.key()) > 0;
+    (is_behind ? behind : seen).Add(sample.found->px - sample.truth);
+    ASSERT_EQ(sample.found->confidence, is_behind ? 0.9 : 1.0);
   });
-  EXPECT_NEAR(squares[0] / n[0], 4.0, 5.0 * 4.0 * std::sqrt(2.0 / n[0]));
-  EXPECT_NEAR(squares[1] / n[1], 100.0, 5.0 * 100.0 * std::sqrt(2.0 / n[1]));
+  seen.ExpectVariance(4.0);
+  behind.ExpectVariance(100.0);
 }
 
 TEST(Noise, JointsAreFoundByAzimuth) {
@@ -579,27 +561,21 @@ TEST(Noise, ConfidenceTellsTheNoise) {
   options.joints.sigma_px = 3.0;
   options.confidence = 0.4;
   options.noise_spread = 0.3;
-  const Scene& scene = TestScene();
-  double normalised = 0.0;
-  double squares = 0.0;
-  double n = 0.0;
-  double all = 0.0;
-  ForEachJoint(scene, options, [&](const Sample& sample) {
+  Spread normalised, all;
+  ForEachJoint(TestScene(), options, [&](const Sample& sample) {
     const double c = sample.found->confidence;
-    squares += (sample.found->px - sample.truth).squaredNorm();
-    all += 2.0;
-    if (c >= 1.0 || c <= 0.05) return;  // clamped
-    // sigma^2 = 9 * 0.4 / c.
-    normalised +=
-        (sample.found->px - sample.truth).squaredNorm() * c / (9.0 * 0.4);
-    n += 2.0;
+    const Vector2d error = sample.found->px - sample.truth;
+    all.Add(error);
+    // sigma^2 = 9 * 0.4 / c, but where it is clamped.
+    if (c < 1.0 && c > 0.05) normalised.Add(error * std::sqrt(c / (9.0 * 0.4)));
   });
-  EXPECT_NEAR(normalised / n, 1.0, 5.0 * std::sqrt(2.0 / n));
+  normalised.ExpectVariance(1.0);
   // The mean square stays that of sigma_px. Its spread: E f^4 = exp(4 s^2) for
   // the factor f, so the variance of a squared error is 3 exp(4 s^2) - 1; both
   // axes share f, hence twice that.
   const double variance = 2.0 * (3.0 * std::exp(4.0 * 0.09) - 1.0);
-  EXPECT_NEAR(squares / all, 9.0, 5.0 * 9.0 * std::sqrt(variance / all));
+  EXPECT_NEAR(all.squares / all.n, 9.0,
+              5.0 * 9.0 * std::sqrt(variance / all.n));
 }
 
 TEST(Noise, MissedPeopleFalsePeopleFragmentsAndDoublesAreTold) {
@@ -760,24 +736,13 @@ TEST(Noise, DroppedFramesAreAbsentAndTheOthersKeepTheirTimes) {
   const double q = 1.0 / (3.0 * 0.8);
   EXPECT_NEAR(static_cast<double>(seen.frames.size()) / n, 0.8,
               5.0 * std::sqrt(0.16 / n * (2.0 - q) / q));
-  int64_t last = -1;
+  // What is left is what it was without drops.
+  DetectionSequence kept = all;
+  kept.frames.clear();
   for (const DetectionFrame& frame : seen.frames) {
-    EXPECT_GT(frame.frame, last);
-    last = frame.frame;
-    const auto index = static_cast<size_t>(frame.frame);
-    EXPECT_EQ(frame.time, scene.times[index]);
-    // What is left is what it was without drops.
-    for (size_t v = 0; v < frame.views.size(); ++v) {
-      const auto& a = frame.views[v].detections;
-      const auto& b = all.frames[index].views[v].detections;
-      ASSERT_EQ(a.size(), b.size());
-      for (size_t d = 0; d < a.size(); ++d) {
-        for (size_t j = 0; j < a[d].joints.size(); ++j) {
-          ASSERT_EQ(a[d].joints[j].px, b[d].joints[j].px);
-        }
-      }
-    }
+    kept.frames.push_back(all.frames[static_cast<size_t>(frame.frame)]);
   }
+  EXPECT_EQ(NumbersOf(seen), NumbersOf(kept));
   const TrackSequence tracks = TruthFor(scene, seen);
   ASSERT_EQ(tracks.frames.size(), seen.frames.size());
   EXPECT_EQ(tracks.frames.back().frame, seen.frames.back().frame);
@@ -838,43 +803,34 @@ TEST(Noise, ClassesHaveFiguresOfTheirOwn) {
   options.joints.sigma_px = 1.0;
   options.by_class[JointClass::kWrist].sigma_px = 6.0;
   const Scene& scene = TestScene();
-  double squares[2] = {0.0, 0.0};
-  double n[2] = {0.0, 0.0};
+  Spread wrists, others;
   ForEachJoint(scene, options, [&](const Sample& sample) {
-    const bool wrist =
+    const bool is_wrist =
         scene.skeleton.joint_class(sample.joint) == JointClass::kWrist;
-    squares[wrist] += (sample.found->px - sample.truth).squaredNorm();
-    n[wrist] += 2.0;
+    (is_wrist ? wrists : others).Add(sample.found->px - sample.truth);
   });
-  EXPECT_NEAR(squares[0] / n[0], 1.0, 5.0 * std::sqrt(2.0 / n[0]));
-  EXPECT_NEAR(squares[1] / n[1], 36.0, 5.0 * 36.0 * std::sqrt(2.0 / n[1]));
+  others.ExpectVariance(1.0);
+  wrists.ExpectVariance(36.0);
 }
 
 TEST(Noise, SayWhatIsWrongWithOptions) {
-  const auto message = [](const NoiseOptions& options) -> std::string {
+  const auto expect = [](const char* key, auto set) {
+    NoiseOptions options;
+    set(&options);
     try {
       Observe(TestScene(), options, nullptr);
+      ADD_FAILURE() << key;
     } catch (const OptionError& error) {
-      return error.what();
+      EXPECT_THAT(error.what(), ::testing::HasSubstr(key));
     }
-    return "no error";
   };
-  NoiseOptions options;
-  options.joints.static_share = 0.7;
-  options.joints.white_share = 0.7;
-  EXPECT_THAT(message(options), ::testing::HasSubstr("static_share"));
-  options = NoiseOptions();
-  options.joints.student_dof = 1.5;
-  EXPECT_THAT(message(options), ::testing::HasSubstr("student_dof"));
-  options = NoiseOptions();
-  options.clock_offset_s.assign(6, 0.0);
-  EXPECT_THAT(message(options), ::testing::HasSubstr("clock_offset"));
-  options = NoiseOptions();
-  options.missed_rate = 1.5;
-  EXPECT_THAT(message(options), ::testing::HasSubstr("missed_rate"));
-  options = NoiseOptions();
-  options.joints.outlier_min_px = 300.0;
-  EXPECT_THAT(message(options), ::testing::HasSubstr("outlier_min"));
+  expect("static_share", [](NoiseOptions* options) {
+    options->joints.static_share = options->joints.white_share = 0.7;
+  });
+  expect("student_dof", [](auto* o) { o->joints.student_dof = 1.5; });
+  expect("clock_offset", [](auto* o) { o->clock_offset_s.assign(6, 0.0); });
+  expect("missed_rate", [](auto* o) { o->missed_rate = 1.5; });
+  expect("outlier_min", [](auto* o) { o->joints.outlier_min_px = 300.0; });
 }
 
 }  // namespace

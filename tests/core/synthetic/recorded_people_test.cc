@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <limits>
 
 #include "core/base/error.h"
 #include "core/synthetic/scene.h"
@@ -35,22 +34,20 @@ MotionClip Walk(int people = 1, double rate_hz = 30.0) {
   return clip;
 }
 
-std::vector<double> BoneLengths(const Pose3d& pose) {
-  std::vector<double> lengths;
-  for (const Bone& bone : Coco17().bones()) {
-    lengths.push_back(
-        (pose[bone.a].position_m - pose[bone.b].position_m).norm());
-  }
-  return lengths;
-}
-
-double LargestChange(const std::vector<double>& a,
-                     const std::vector<double>& b) {
+// Largest difference of the length of any bone.
+double BoneChange(const Pose3d& a, const Pose3d& b) {
+  const auto length = [](const Pose3d& pose, const Bone& bone) {
+    return (pose[bone.a].position_m - pose[bone.b].position_m).norm();
+  };
   double worst = 0.0;
-  for (size_t i = 0; i < a.size(); ++i) {
-    worst = std::max(worst, std::abs(a[i] - b[i]));
+  for (const Bone& bone : Coco17().bones()) {
+    worst = std::max(worst, std::abs(length(a, bone) - length(b, bone)));
   }
   return worst;
+}
+
+double Apart(const Joint3d& a, const Joint3d& b) {
+  return (a.position_m - b.position_m).norm();
 }
 
 People Make(const RecordedPeopleOptions& options,
@@ -94,11 +91,9 @@ TEST(RecordedPeople, BonesKeepTheirLengthBetweenTheFrames) {
   // h = 1/30 s; a bone has two ends.
   const MotionClip clip = Walk();
   const People people = Make(InPlace(1), {clip});
-  const std::vector<double> recorded =
-      BoneLengths(clip.tracks.frames[0].people[0].joints);
+  const Pose3d& recorded = clip.tracks.frames[0].people[0].joints;
   for (double t = 0.0; t < 3.96; t += 0.007) {
-    EXPECT_LT(LargestChange(BoneLengths(people[0]->PoseAt(t)), recorded), 4e-4)
-        << t;
+    EXPECT_LT(BoneChange(people[0]->PoseAt(t), recorded), 4e-4) << t;
   }
 }
 
@@ -200,12 +195,8 @@ TEST(RecordedPeople, PeopleOfOneFileKeepTheirPlacesAmongEachOther) {
   const TrackFrame& frame = clip.tracks.frames[50];
   const double t = ToSeconds(frame.time);
   for (size_t i = 1; i < 3; ++i) {
-    EXPECT_NEAR((people[i]->PoseAt(t)[5].position_m -
-                 people[0]->PoseAt(t)[5].position_m)
-                    .norm(),
-                (frame.people[i].joints[5].position_m -
-                 frame.people[0].joints[5].position_m)
-                    .norm(),
+    EXPECT_NEAR(Apart(people[i]->PoseAt(t)[5], people[0]->PoseAt(t)[5]),
+                Apart(frame.people[i].joints[5], frame.people[0].joints[5]),
                 1e-9);
     EXPECT_EQ(people[i]->Facts().clip_id, frame.people[i].id);
   }
@@ -228,13 +219,12 @@ TEST(RecordedPeople, AHeldPoseSwaysAndThenMovesWithoutAJump) {
   int count = 0;
   for (double t = 0.0; t < 19.0; t += 0.05, ++count) {
     const Pose3d pose = people[0]->PoseAt(t);
-    EXPECT_LT(LargestChange(BoneLengths(pose), BoneLengths(first)), 1e-12)
-        << "the body sways as one piece";
+    EXPECT_LT(BoneChange(pose, first), 1e-12) << "the body sways as one piece";
     EXPECT_EQ(still[0]->PoseAt(t)[shoulder].position_m,
               first[shoulder].position_m);
     // Feet stay: half a step from the middle of the ankles, which turns by
     // 6 mm/m times three, moves by 1 cm at the very most.
-    EXPECT_LT((pose[ankle].position_m - first[ankle].position_m).norm(), 0.01);
+    EXPECT_LT(Apart(pose[ankle], first[ankle]), 0.01);
     square +=
         (pose[shoulder].position_m - first[shoulder].position_m).squaredNorm();
   }
@@ -257,9 +247,8 @@ TEST(RecordedPeople, AHeldPoseSwaysAndThenMovesWithoutAJump) {
   // And then it is the clip.
   const double t = 22.0;
   const People alone = Make(InPlace(1), {clip});
-  EXPECT_LT((people[0]->PoseAt(t)[3].position_m -
-             alone[0]->PoseAt(t - 20.0 - 0.5 * kStartRamp)[3].position_m)
-                .norm(),
+  EXPECT_LT(Apart(people[0]->PoseAt(t)[3],
+                  alone[0]->PoseAt(t - 20.0 - 0.5 * kStartRamp)[3]),
             1e-9);
 }
 
@@ -274,8 +263,7 @@ TEST(RecordedPeople, JointCentresMoveWithTheAngleOfTheJoint) {
     const Pose3d a = rigid[0]->PoseAt(t);
     const Pose3d b = swaying[0]->PoseAt(t);
     for (size_t j = 0; j < a.size(); ++j) {
-      largest[j] =
-          std::max(largest[j], (a[j].position_m - b[j].position_m).norm());
+      largest[j] = std::max(largest[j], Apart(a[j], b[j]));
     }
   }
   for (size_t j = 0; j < 5; ++j) EXPECT_EQ(largest[j], 0.0) << "the face";
@@ -286,8 +274,7 @@ TEST(RecordedPeople, JointCentresMoveWithTheAngleOfTheJoint) {
   }
   const int knee = Coco17().IndexOf("l_knee");
   EXPECT_GT(largest[static_cast<size_t>(knee)], 0.0045) << "walking bends it";
-  EXPECT_GT(LargestChange(BoneLengths(swaying[0]->PoseAt(0.5)),
-                          BoneLengths(swaying[0]->PoseAt(0.9))),
+  EXPECT_GT(BoneChange(swaying[0]->PoseAt(0.5), swaying[0]->PoseAt(0.9)),
             0.001);
 }
 
@@ -332,51 +319,41 @@ TEST(RecordedPeople, LongGapsEmptyTheSceneAndShortOnesAreBridged) {
 }
 
 TEST(RecordedPeople, BadClipsAreNamed) {
-  const auto message = [](const std::function<void(MotionClip*)>& spoil) {
+  const auto expect = [](const std::string& text, auto spoil) {
     MotionClip clip = Walk();
-    spoil(&clip);
+    spoil(&clip.tracks);
+    std::string message;
     try {
       Make(RecordedPeopleOptions(), {clip});
     } catch (const InputError& error) {
-      return std::string(error.what());
+      message = error.what();
     } catch (const OptionError& error) {
-      return error.key() + ": " + error.message();
+      message = error.key() + ": " + error.message();
     }
-    return std::string("none");
+    EXPECT_THAT(message, HasSubstr(text));
   };
-  EXPECT_THAT(message([](MotionClip* c) { c->tracks.frames.clear(); }),
-              HasSubstr("walk.jsonl: no frames"));
-  EXPECT_THAT(message([](MotionClip* c) {
-                for (auto& f : c->tracks.frames) f.people.clear();
-              }),
-              HasSubstr("walk.jsonl: no people"));
-  EXPECT_THAT(message([](MotionClip* c) { c->tracks.frames.resize(1); }),
-              HasSubstr("two frames"));
-  EXPECT_THAT(
-      message([](MotionClip* c) {
-        c->tracks.frames[7].people[0].joints[9].status = JointStatus::kMissing;
-      }),
-      HasSubstr("walk.jsonl: frame 7: joint 'l_wrist' has no position"));
-  EXPECT_THAT(message([](MotionClip* c) {
-                c->tracks.frames[8].people[0].joints[9].position_m.x() =
-                    std::numeric_limits<double>::quiet_NaN();
-              }),
-              HasSubstr("walk.jsonl: frame 8: joint 'l_wrist' is not finite"));
-  EXPECT_THAT(message([](MotionClip* c) {
-                for (auto& f : c->tracks.frames) f.time = 0;
-              }),
-              HasSubstr("frame 1: its time is not after"));
-  EXPECT_THAT(
-      message([](MotionClip* c) { c->tracks.header.skeleton = Tum14(); }),
-      HasSubstr("has no joint 'nose'"));
-  EXPECT_THAT(message([](MotionClip* c) {
-                for (auto& f : c->tracks.frames) {
-                  for (auto& joint : f.people[0].joints) {
-                    joint.position_m = Vector3d(1, 2, 3);
-                  }
-                }
-              }),
-              HasSubstr("clips: walk.jsonl: shoulders and hips coincide"));
+  expect("walk.jsonl: no frames", [](auto* t) { t->frames.clear(); });
+  expect("walk.jsonl: no people", [](auto* t) {
+    for (TrackFrame& frame : t->frames) frame.people.clear();
+  });
+  expect("two frames", [](auto* t) { t->frames.resize(1); });
+  expect("walk.jsonl: frame 7: joint 'l_wrist' has no position", [](auto* t) {
+    t->frames[7].people[0].joints[9].status = JointStatus::kMissing;
+  });
+  expect("walk.jsonl: frame 8: joint 'l_wrist' is not finite", [](auto* t) {
+    t->frames[8].people[0].joints[9].position_m.x() = NAN;
+  });
+  expect("frame 1: its time is not after", [](auto* t) {
+    for (TrackFrame& frame : t->frames) frame.time = 0;
+  });
+  expect("has no joint 'nose'", [](auto* t) { t->header.skeleton = Tum14(); });
+  expect("clips: walk.jsonl: shoulders and hips coincide", [](auto* t) {
+    for (TrackFrame& frame : t->frames) {
+      for (Joint3d& joint : frame.people[0].joints) {
+        joint.position_m = Vector3d(1, 2, 3);
+      }
+    }
+  });
 }
 
 TEST(RecordedPeople, OptionsThatDoNotFitTheClipsAreNamed) {

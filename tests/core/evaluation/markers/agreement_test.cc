@@ -6,16 +6,11 @@
 
 #include "tests/core/evaluation/markers/moving_person.h"
 
-namespace kinegraph {
+namespace kinegraph::testing {
 namespace {
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
-using testing::Frame;
-using testing::Moved;
-using testing::Person;
-using testing::StandingTum14;
-using testing::Tracks;
 
 PairedMotion Paired(const std::vector<Pose3d>& truth,
                     const std::vector<Pose3d>& found) {
@@ -110,7 +105,7 @@ TEST(Agreement, PckAndItsAreaByHand) {
   // of 31 thresholds; 200 mm within none.
   PairedMotion motion;
   const Skeleton two("two", {"l_wrist", "r_wrist"}, {});
-  const Pose3d truth = {testing::Observed(0, 0, 0), testing::Observed(1, 0, 0)};
+  const Pose3d truth = {Observed(0, 0, 0), Observed(1, 0, 0)};
   Pose3d found = truth;
   found[0].position_m.z() += 0.100 - 1e-12;
   found[1].position_m.z() += 0.200;
@@ -128,9 +123,8 @@ TEST(Agreement, ProcrustesByHand) {
   // A square against a rectangle of 1 x 3: no turn, scale (1 + 3) / (1 + 9) =
   // 0.4, so two corners are 0.6 and two 0.2 away: 0.4 in the mean.
   const auto corners = [](double long_m, double z) {
-    return Pose3d{testing::Observed(1, 0, z), testing::Observed(-1, 0, z),
-                  testing::Observed(0, long_m, z),
-                  testing::Observed(0, -long_m, z)};
+    return Pose3d{Observed(1, 0, z), Observed(-1, 0, z), Observed(0, long_m, z),
+                  Observed(0, -long_m, z)};
   };
   PairedMotion motion = Paired({corners(1.0, 0.0)}, {corners(3.0, 5.0)});
   const Skeleton four("four", {"a", "b", "c", "d"}, {});
@@ -166,4 +160,4 @@ TEST(Agreement, ValuesAndTheirIntervalsByHand) {
 }
 
 }  // namespace
-}  // namespace kinegraph
+}  // namespace kinegraph::testing

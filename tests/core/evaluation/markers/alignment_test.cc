@@ -9,12 +9,10 @@
 #include "core/base/error.h"
 #include "tests/core/evaluation/markers/moving_person.h"
 
-namespace kinegraph {
+namespace kinegraph::testing {
 namespace {
 
 using ::testing::HasSubstr;
-using testing::LeaveOut;
-using testing::Recorded;
 
 const std::vector<bool> kAll(14, true);
 
@@ -173,4 +171,4 @@ TEST(Alignment, TakesThePersonWhoMovesAlike) {
 }
 
 }  // namespace
-}  // namespace kinegraph
+}  // namespace kinegraph::testing

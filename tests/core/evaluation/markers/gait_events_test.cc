@@ -6,22 +6,18 @@
 
 #include "tests/core/evaluation/people.h"
 
-namespace kinegraph {
+namespace kinegraph::testing {
 namespace {
-
-using testing::Frame;
-using testing::Observed;
-using testing::Person;
 
 constexpr double kRate = 100.0;
 constexpr double kPi = 3.141592653589793;
 
 TrackSequence Feet(const std::vector<Pose3d>& poses) {
-  TrackSequence tracks = testing::Tracks(
-      {}, Skeleton("feet",
-                   {"l_hip", "r_hip", "l_ankle", "r_ankle", "l_heel", "r_heel",
-                    "l_big_toe", "r_big_toe"},
-                   {}));
+  TrackSequence tracks =
+      Tracks({}, Skeleton("feet",
+                          {"l_hip", "r_hip", "l_ankle", "r_ankle", "l_heel",
+                           "r_heel", "l_big_toe", "r_big_toe"},
+                          {}));
   for (size_t f = 0; f < poses.size(); ++f) {
     tracks.frames.push_back({static_cast<int64_t>(f),
                              FromSeconds(static_cast<double>(f) / kRate),
@@ -97,4 +93,4 @@ TEST(GaitEvents, AJumpByVerticalSpeedAndPlates) {
 }
 
 }  // namespace
-}  // namespace kinegraph
+}  // namespace kinegraph::testing

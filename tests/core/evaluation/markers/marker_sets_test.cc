@@ -14,14 +14,12 @@
 #include "core/base/error.h"
 #include "tests/core/evaluation/people.h"
 
-namespace kinegraph {
+namespace kinegraph::testing {
 namespace {
 
 using Eigen::Vector3d;
 using ::testing::Contains;
-using testing::Frame;
 using ::testing::HasSubstr;
-using testing::Person;
 
 using Markers = std::map<std::string, Vector3d>;
 
@@ -32,8 +30,7 @@ TrackSequence OneFrame(const Markers& markers) {
     labels.push_back(label);
     pose.push_back({at_m, JointStatus::kObserved});
   }
-  return testing::Tracks({Frame(0, {Person(0, pose)})},
-                         Skeleton("markers", labels, {}));
+  return Tracks({Frame(0, {Person(0, pose)})}, Skeleton("markers", labels, {}));
 }
 
 Vector3d JointOf(const MarkerJoints& joints, const std::string& joint) {
@@ -258,4 +255,4 @@ TEST(MarkerSets, AFunctionalHipIsWhereTheThighTurns) {
 }
 
 }  // namespace
-}  // namespace kinegraph
+}  // namespace kinegraph::testing
