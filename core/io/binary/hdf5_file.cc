@@ -36,6 +36,32 @@ class Handle {
   herr_t (*const close_)(hid_t);
 };
 
+// A data set that is open, its shape and type.
+struct DataSet {
+  DataSet(hid_t file, const std::string& name)
+      : set(H5Dopen2(file, name.c_str(), H5P_DEFAULT), H5Dclose),
+        space(set.is_valid() ? H5Dget_space(set.get()) : -1, H5Sclose),
+        type(set.is_valid() ? H5Dget_type(set.get()) : -1, H5Tclose) {
+    if (!set.is_valid()) throw InputError("is missing");
+  }
+
+  const Handle set;
+  const Handle space;
+  const Handle type;
+};
+
+// What `read` gives of a data set. The file and `label` stand in front of what
+// is thrown.
+template <typename Read>
+auto ReadSet(const std::string& path, hid_t file, const std::string& name,
+             const std::string& label, const Read& read) {
+  try {
+    return read(DataSet(file, name));
+  } catch (const InputError& error) {
+    throw InputError(path, label, error.what());
+  }
+}
+
 // Numbers as processors have them. Others the library converts bit by bit, as
 // their description says, which may be damaged.
 bool IsPlainNumber(hid_t type) {
@@ -92,7 +118,9 @@ void CheckHeld(size_t count, hid_t type, hsize_t stored_bytes) {
 }
 
 // Elements of a data set, all of which the file itself holds.
-size_t HeldCount(hid_t file, hid_t set, hid_t type, hid_t space) {
+size_t HeldCount(hid_t file, const DataSet& of) {
+  const hid_t set = of.set.get();
+  const hid_t type = of.type.get();
   const Handle settings(H5Dget_create_plist(set), H5Pclose);
   const H5D_layout_t layout = H5Pget_layout(settings.get());
   if ((layout != H5D_COMPACT && layout != H5D_CONTIGUOUS &&
@@ -103,7 +131,7 @@ size_t HeldCount(hid_t file, hid_t set, hid_t type, hid_t space) {
   hsize_t file_bytes = 0;
   H5Fget_filesize(file, &file_bytes);
   const hsize_t stored = std::min(H5Dget_storage_size(set), file_bytes);
-  const size_t count = CountOf(ShapeOf(space));
+  const size_t count = CountOf(ShapeOf(of.space.get()));
   CheckHeld(count, type, stored);
   // In one piece; in the file's own types, so texts of variable length aside.
   if (layout != H5D_CHUNKED && H5Tis_variable_str(type) <= 0 &&
@@ -118,6 +146,49 @@ size_t HeldCount(hid_t file, hid_t set, hid_t type, hid_t space) {
     CheckHeld(CountOf({sides.begin(), sides.begin() + rank}), type, file_bytes);
   }
   return count;
+}
+
+// Reads `count` numbers, which lie in memory as `memory_type` says.
+std::vector<double> NumbersOf(const DataSet& of, hid_t memory_type,
+                              size_t count) {
+  std::vector<double> numbers(count);
+  if (!numbers.empty() && H5Dread(of.set.get(), memory_type, H5S_ALL, H5S_ALL,
+                                  H5P_DEFAULT, numbers.data()) < 0) {
+    throw InputError(kUnreadable);
+  }
+  return numbers;
+}
+
+// Numbers of one field of `of`, a data set of records; `*width` in each.
+std::vector<double> FieldOf(hid_t file, const DataSet& of,
+                            const std::string& field, size_t* width) {
+  const hid_t type = of.type.get();
+  const int place = H5Tget_class(type) == H5T_COMPOUND
+                        ? H5Tget_member_index(type, field.c_str())
+                        : -1;
+  if (place < 0) throw InputError("has no field " + field);
+  if (!HoldsItsFields(type)) throw InputError("is damaged");
+  const Handle member(H5Tget_member_type(type, static_cast<unsigned>(place)),
+                      H5Tclose);
+  const bool is_array = H5Tget_class(member.get()) == H5T_ARRAY;
+  const Handle element(
+      is_array ? H5Tget_super(member.get()) : H5Tcopy(member.get()), H5Tclose);
+  if (!IsPlainNumber(element.get()) ||
+      (is_array && H5Tget_array_ndims(member.get()) != 1)) {
+    throw InputError("field " + field + ": expected numbers");
+  }
+  hsize_t side = 1;
+  if (is_array) H5Tget_array_dims2(member.get(), &side);
+  if (H5Tget_size(member.get()) / H5Tget_size(element.get()) != side) {
+    throw InputError("field " + field + ": is damaged");
+  }
+  *width = side;
+  const Handle numbers(is_array ? H5Tarray_create2(H5T_NATIVE_DOUBLE, 1, &side)
+                                : H5Tcopy(H5T_NATIVE_DOUBLE),
+                       H5Tclose);
+  const Handle record(H5Tcreate(H5T_COMPOUND, side * sizeof(double)), H5Tclose);
+  H5Tinsert(record.get(), field.c_str(), 0, numbers.get());
+  return NumbersOf(of, record.get(), CountOf({HeldCount(file, of), side}));
 }
 
 // Reads `count` texts of a type by `read`, which fills a buffer.
@@ -163,10 +234,6 @@ Hdf5File::Hdf5File(const std::string& path) : path_(path) {
 
 Hdf5File::~Hdf5File() { H5Fclose(file_); }
 
-void Hdf5File::Fail(const std::string& name, const std::string& message) const {
-  throw InputError(path_, name, message);
-}
-
 bool Hdf5File::Has(const std::string& name) const {
   return H5Lexists(file_, name.c_str(), H5P_DEFAULT) > 0;
 }
@@ -179,129 +246,66 @@ std::vector<std::string> Hdf5File::Names() const {
     return 0;
   };
   if (H5Literate(file_, H5_INDEX_NAME, H5_ITER_INC, nullptr, add, &names) < 0) {
-    Fail("", "is damaged");
+    throw InputError(path_, "", "is damaged");
   }
   return names;
 }
 
 std::vector<size_t> Hdf5File::Shape(const std::string& name) const {
-  const Handle set(H5Dopen2(file_, name.c_str(), H5P_DEFAULT), H5Dclose);
-  if (!set.is_valid()) Fail(name, "is missing");
-  const Handle space(H5Dget_space(set.get()), H5Sclose);
-  return ShapeOf(space.get());
+  return ReadSet(path_, file_, name, name,
+                 [](const DataSet& of) { return ShapeOf(of.space.get()); });
 }
 
 std::vector<double> Hdf5File::Numbers(const std::string& name) const {
-  const Handle set(H5Dopen2(file_, name.c_str(), H5P_DEFAULT), H5Dclose);
-  if (!set.is_valid()) Fail(name, "is missing");
-  const Handle space(H5Dget_space(set.get()), H5Sclose);
-  const Handle type(H5Dget_type(set.get()), H5Tclose);
-  if (!IsPlainNumber(type.get())) Fail(name, "expected numbers");
-  try {
-    std::vector<double> numbers(
-        HeldCount(file_, set.get(), type.get(), space.get()));
-    if (!numbers.empty() && H5Dread(set.get(), H5T_NATIVE_DOUBLE, H5S_ALL,
-                                    H5S_ALL, H5P_DEFAULT, numbers.data()) < 0) {
-      throw InputError(kUnreadable);
-    }
-    return numbers;
-  } catch (const InputError& error) {
-    Fail(name, error.what());
-  }
+  return ReadSet(path_, file_, name, name, [this](const DataSet& of) {
+    if (!IsPlainNumber(of.type.get())) throw InputError("expected numbers");
+    return NumbersOf(of, H5T_NATIVE_DOUBLE, HeldCount(file_, of));
+  });
 }
 
 std::vector<std::string> Hdf5File::Texts(const std::string& name) const {
-  const Handle set(H5Dopen2(file_, name.c_str(), H5P_DEFAULT), H5Dclose);
-  if (!set.is_valid()) Fail(name, "is missing");
-  const Handle space(H5Dget_space(set.get()), H5Sclose);
-  const Handle type(H5Dget_type(set.get()), H5Tclose);
-  try {
-    const size_t count = HeldCount(file_, set.get(), type.get(), space.get());
-    return TextsOf(type.get(), space.get(), count,
-                   [&](hid_t memory_type, void* to) {
-                     // Several may be one text of the file.
-                     hsize_t bytes = 0;
-                     if (H5Tis_variable_str(memory_type) > 0 &&
-                         H5Dvlen_get_buf_size(set.get(), memory_type,
-                                              space.get(), &bytes) >= 0 &&
-                         bytes > kMaxSmallFileBytes) {
-                       throw InputError("is too large");
-                     }
-                     return H5Dread(set.get(), memory_type, H5S_ALL, H5S_ALL,
-                                    H5P_DEFAULT, to);
-                   });
-  } catch (const InputError& error) {
-    Fail(name, error.what());
-  }
+  return ReadSet(path_, file_, name, name, [this](const DataSet& of) {
+    const auto read = [&of](hid_t memory_type, void* to) {
+      // Several may be one text of the file.
+      hsize_t bytes = 0;
+      if (H5Tis_variable_str(memory_type) > 0 &&
+          H5Dvlen_get_buf_size(of.set.get(), memory_type, of.space.get(),
+                               &bytes) >= 0 &&
+          bytes > kMaxSmallFileBytes) {
+        throw InputError("is too large");
+      }
+      return H5Dread(of.set.get(), memory_type, H5S_ALL, H5S_ALL, H5P_DEFAULT,
+                     to);
+    };
+    return TextsOf(of.type.get(), of.space.get(), HeldCount(file_, of), read);
+  });
 }
 
 std::vector<double> Hdf5File::Field(const std::string& name,
                                     const std::string& field,
                                     size_t* width) const {
-  const Handle set(H5Dopen2(file_, name.c_str(), H5P_DEFAULT), H5Dclose);
-  if (!set.is_valid()) Fail(name, "is missing");
-  const Handle type(H5Dget_type(set.get()), H5Tclose);
-  const int place = H5Tget_class(type.get()) == H5T_COMPOUND
-                        ? H5Tget_member_index(type.get(), field.c_str())
-                        : -1;
-  if (place < 0) Fail(name, "has no field " + field);
-  if (!HoldsItsFields(type.get())) Fail(name, "is damaged");
-  const Handle member(
-      H5Tget_member_type(type.get(), static_cast<unsigned>(place)), H5Tclose);
-  const bool is_array = H5Tget_class(member.get()) == H5T_ARRAY;
-  const Handle element(
-      is_array ? H5Tget_super(member.get()) : H5Tcopy(member.get()), H5Tclose);
-  if (!IsPlainNumber(element.get()) ||
-      (is_array && H5Tget_array_ndims(member.get()) != 1)) {
-    Fail(name, "field " + field + ": expected numbers");
-  }
-  hsize_t side = 1;
-  if (is_array) H5Tget_array_dims2(member.get(), &side);
-  const size_t number_bytes = H5Tget_size(element.get());
-  if (H5Tget_size(member.get()) / number_bytes != side) {
-    Fail(name, "field " + field + ": is damaged");
-  }
-  *width = side;
-  const Handle numbers_type(is_array
-                                ? H5Tarray_create2(H5T_NATIVE_DOUBLE, 1, &side)
-                                : H5Tcopy(H5T_NATIVE_DOUBLE),
-                            H5Tclose);
-  const Handle record(H5Tcreate(H5T_COMPOUND, side * sizeof(double)), H5Tclose);
-  H5Tinsert(record.get(), field.c_str(), 0, numbers_type.get());
-  const Handle space(H5Dget_space(set.get()), H5Sclose);
-  try {
-    const size_t count = HeldCount(file_, set.get(), type.get(), space.get());
-    std::vector<double> numbers(CountOf({count, side}));
-    if (!numbers.empty() && H5Dread(set.get(), record.get(), H5S_ALL, H5S_ALL,
-                                    H5P_DEFAULT, numbers.data()) < 0) {
-      throw InputError(kUnreadable);
-    }
-    return numbers;
-  } catch (const InputError& error) {
-    Fail(name, error.what());
-  }
+  return ReadSet(path_, file_, name, name, [&](const DataSet& of) {
+    return FieldOf(file_, of, field, width);
+  });
 }
 
 std::string Hdf5File::Attribute(const std::string& name,
                                 const std::string& attribute) const {
-  const Handle set(H5Dopen2(file_, name.c_str(), H5P_DEFAULT), H5Dclose);
-  if (!set.is_valid()) Fail(name, "is missing");
-  if (H5Aexists(set.get(), attribute.c_str()) <= 0) return "";
-  const Handle value(H5Aopen(set.get(), attribute.c_str(), H5P_DEFAULT),
-                     H5Aclose);
-  const Handle space(H5Aget_space(value.get()), H5Sclose);
-  const Handle type(H5Aget_type(value.get()), H5Tclose);
-  try {
+  const std::string label = name + "." + attribute;
+  return ReadSet(path_, file_, name, label, [&](const DataSet& of) {
+    if (H5Aexists(of.set.get(), attribute.c_str()) <= 0) return std::string();
+    const Handle value(H5Aopen(of.set.get(), attribute.c_str(), H5P_DEFAULT),
+                       H5Aclose);
+    const Handle space(H5Aget_space(value.get()), H5Sclose);
+    const Handle type(H5Aget_type(value.get()), H5Tclose);
     const size_t count = CountOf(ShapeOf(space.get()));
     if (count > 1) throw InputError("expected one text");
     const std::vector<std::string> texts = TextsOf(
         type.get(), space.get(), count, [&](hid_t memory_type, void* to) {
           return H5Aread(value.get(), memory_type, to);
         });
-    return texts.empty() ? "" : texts.front();
-  } catch (const InputError& error) {
-    Fail(name + "." + attribute, error.what());
-  }
+    return texts.empty() ? std::string() : texts.front();
+  });
 }
 
 bool IsHdf5(const std::string& path) {

@@ -38,9 +38,6 @@ class Hdf5File {
                         const std::string& attribute) const;
 
  private:
-  [[noreturn]] void Fail(const std::string& name,
-                         const std::string& message) const;
-
   const std::string path_;
   int64_t file_ = -1;
 };

@@ -1,5 +1,5 @@
-// NumPy's .npz: an uncompressed zip archive of .npy arrays, written without
-// either library. For core/io alone.
+// NumPy's .npz: an uncompressed zip archive of .npy arrays, written and read
+// without either library. For core/io alone.
 //
 // Zip: PKWARE's APPNOTE.TXT, sections 4.3.7 (local header), 4.3.12 (central
 // directory), 4.3.16 (end). Arrays: NumPy's format description, version 1.0.
@@ -7,8 +7,10 @@
 #define KINEGRAPH_CORE_IO_BINARY_NPZ_FILE_H_
 
 #include <cstdint>
+#include <map>
 #include <string>
 #include <string_view>
+#include <type_traits>
 #include <vector>
 
 #include "core/io/files/atomic_file.h"
@@ -18,22 +20,30 @@ namespace kinegraph {
 // CRC-32 of zip (reflected polynomial 0xEDB88320).
 uint32_t Crc32(std::string_view bytes);
 
+// A type of numbers as NumPy writes it: "<f8".
+template <typename Value>
+std::string NpyType() {
+  static_assert(std::is_arithmetic_v<Value>);
+  return std::string(sizeof(Value) == 1 ? "|" : "<") +
+         (std::is_floating_point_v<Value> ? 'f'
+          : std::is_signed_v<Value>       ? 'i'
+                                          : 'u') +
+         std::to_string(sizeof(Value));
+}
+
 class NpzFile {
  public:
   explicit NpzFile(const std::string& path) : file_(path) {}
 
   // Arrays in C order; `shape` without entries is a single value. Their bytes
   // are those of this machine, which must be little-endian.
+  template <typename Value>
   void Add(const std::string& name, const std::vector<size_t>& shape,
-           const std::vector<double>& values);
-  void Add(const std::string& name, const std::vector<size_t>& shape,
-           const std::vector<int64_t>& values);
-  void Add(const std::string& name, const std::vector<size_t>& shape,
-           const std::vector<int32_t>& values);
-  void Add(const std::string& name, const std::vector<size_t>& shape,
-           const std::vector<int16_t>& values);
-  void Add(const std::string& name, const std::vector<size_t>& shape,
-           const std::vector<int8_t>& values);
+           const std::vector<Value>& values) {
+    AddBytes(name, NpyType<Value>(), shape,
+             {reinterpret_cast<const char*>(values.data()),
+              values.size() * sizeof(Value)});
+  }
   // UTF-8 texts as fixed-width unicode.
   void AddTexts(const std::string& name, const std::vector<size_t>& shape,
                 const std::vector<std::string>& texts);
@@ -57,6 +67,48 @@ class NpzFile {
   AtomicFile file_;
   uint64_t offset_ = 0;
   std::vector<Entry> entries_;
+};
+
+// One array: type as NumPy writes it ("<f8"), and its bytes in C order.
+struct NpyArray {
+  std::string type;
+  std::vector<size_t> shape;
+  std::string_view bytes;
+
+  size_t Count() const;  // of elements
+};
+
+// Archives that are not compressed (numpy.savez), and .npy files, which are one
+// array of no name.
+class NpzReader {
+ public:
+  // Reads the whole file. All functions throw InputError naming file and array.
+  explicit NpzReader(const std::string& path);
+  NpzReader(const NpzReader&) = delete;
+  NpzReader& operator=(const NpzReader&) = delete;
+
+  bool Has(const std::string& name) const { return arrays_.count(name) > 0; }
+  // The array, which must be there with that many dimensions.
+  const NpyArray& At(const std::string& name, size_t dimensions) const;
+  // Numbers of any real type of NumPy's; whole numbers must be of one of its
+  // integer types.
+  std::vector<double> Numbers(const std::string& name, size_t dimensions) const;
+  std::vector<int64_t> Integers(const std::string& name,
+                                size_t dimensions) const;
+  // Fixed-width unicode as UTF-8.
+  std::vector<std::string> Texts(const std::string& name,
+                                 size_t dimensions) const;
+
+  [[noreturn]] void Fail(const std::string& name,
+                         const std::string& message) const;
+
+ private:
+  void ReadDirectory();
+  NpyArray Parse(const std::string& name, std::string_view file) const;
+
+  const std::string path_;
+  const std::string text_;
+  std::map<std::string, NpyArray> arrays_;
 };
 
 }  // namespace kinegraph

@@ -8,7 +8,7 @@
 
 #include "core/base/constants.h"
 #include "core/base/error.h"
-#include "core/io/binary/npz_reader.h"
+#include "core/io/binary/npz_file.h"
 #include "core/io/files/text_file.h"
 #include "core/io/text/bulk_json.h"
 #include "core/io/text/csv_rows.h"
