@@ -15,9 +15,8 @@
 #include "apps/common/app.h"
 #include "core/base/error.h"
 #include "core/io/configuration/manifest.h"
-#include "core/io/files/atomic_folder.h"
+#include "core/io/files/atomic_file.h"
 #include "core/io/files/text_file.h"
-#include "core/io/files/write_text_file.h"
 
 DEFINE_string(manifest, "",
               "recordings and configurations (TOML, docs/batch.md)");

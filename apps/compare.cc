@@ -28,9 +28,8 @@
 #include "core/evaluation/correspondence.h"
 #include "core/io/configuration/held_out_set.h"
 #include "core/io/configuration/manifest.h"
-#include "core/io/files/atomic_folder.h"
+#include "core/io/files/atomic_file.h"
 #include "core/io/files/text_file.h"
-#include "core/io/files/write_text_file.h"
 #include "core/io/text/joint_names.h"
 #include "core/io/tracks/tracks.h"
 

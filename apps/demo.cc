@@ -22,7 +22,7 @@
 #include "core/evaluation/motion.h"
 #include "core/evaluation/mpjpe.h"
 #include "core/evaluation/parity.h"
-#include "core/io/files/write_text_file.h"
+#include "core/io/files/atomic_file.h"
 #include "core/io/tracks/writer.h"
 #include "solvers/session/run.h"
 

@@ -23,9 +23,8 @@
 #include "apps/tables/runtime.h"
 #include "apps/tables/sensitivity.h"
 #include "core/base/error.h"
-#include "core/io/files/atomic_folder.h"
+#include "core/io/files/atomic_file.h"
 #include "core/io/files/text_file.h"
-#include "core/io/files/write_text_file.h"
 
 DEFINE_string(data, "",
               "folder of the datasets: the developers' (data/README.md) or "

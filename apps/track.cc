@@ -26,7 +26,6 @@
 #include "core/io/detections/format.h"
 #include "core/io/detections/source.h"
 #include "core/io/files/atomic_file.h"
-#include "core/io/files/commit_together.h"
 #include "core/io/files/input_files.h"
 #include "core/io/files/side_files.h"
 #include "core/io/files/text_file.h"

@@ -11,8 +11,8 @@
 #include "apps/common/table.h"
 #include "core/base/error.h"
 #include "core/base/random.h"
+#include "core/io/files/atomic_file.h"
 #include "core/io/files/text_file.h"
-#include "core/io/files/write_text_file.h"
 
 namespace kinegraph {
 namespace {

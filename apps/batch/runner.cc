@@ -12,10 +12,9 @@
 
 #include "apps/common/machine.h"
 #include "core/base/error.h"
-#include "core/io/files/atomic_folder.h"
+#include "core/io/files/atomic_file.h"
 #include "core/io/files/input_files.h"
 #include "core/io/files/text_file.h"
-#include "core/io/files/write_text_file.h"
 #include "core/io/text/json.h"
 #include "core/system/file.h"
 #include "core/system/process.h"

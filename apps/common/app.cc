@@ -23,8 +23,8 @@
 #include "core/base/edit_distance.h"
 #include "core/base/error.h"
 #include "core/base/split.h"
+#include "core/io/files/atomic_file.h"
 #include "core/io/files/input_files.h"
-#include "core/io/files/partial_files.h"
 #include "core/io/files/text_file.h"
 #include "core/system/file.h"
 #include "core/system/process.h"
@@ -189,7 +189,7 @@ class CommandLineParser {
 // The attribute, not the keyword: Clang makes it part of the type, and glog
 // asks for it.
 __attribute__((noreturn)) void LeaveAfterFailedCheck() {
-  PartialFiles::RemoveAllForGood();
+  RemovePartialFilesForGood();
   std::_Exit(kExitFailure);
 }
 #endif

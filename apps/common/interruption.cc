@@ -3,8 +3,8 @@
 #include <atomic>
 #include <mutex>
 
-#include "core/io/files/input_stop.h"
-#include "core/io/files/partial_files.h"
+#include "core/io/files/atomic_file.h"
+#include "core/io/files/input_files.h"
 #include "core/system/file.h"
 #include "core/system/signals.h"
 #include "core/system/streams.h"
@@ -30,7 +30,7 @@ void WaitAndEnd(const std::string& program) {
     number = NextSignal();
   }
   if (number == 0) return;
-  PartialFiles::RemoveAllForGood();
+  RemovePartialFilesForGood();
   Say(program + ": stopped by " + SignalName(number) +
       "; what was half-written is removed");
   EndBySignal(number);

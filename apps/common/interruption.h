@@ -7,7 +7,7 @@
 namespace kinegraph {
 
 // From now on SIGINT, SIGTERM and SIGHUP remove what is half-written
-// (core/io/files/partial_files.h), say one line on stderr, and end the program
+// (core/io/files/atomic_file.h), say one line on stderr, and end the program
 // as the signal would have: a shell sees 130, 143 or 129. A signal that is
 // ignored already stays so (nohup, a job in the background). A file that grows
 // beyond the limit of the shell (ulimit -f) becomes an ordinary error of
@@ -15,7 +15,7 @@ namespace kinegraph {
 void HandleInterruptions(const std::string& program);
 
 // For a stream without an end: from now on the first such signal only ends the
-// input (core/io/files/input_stop.h), so that what was read is finished and
+// input (core/io/files/input_files.h), so that what was read is finished and
 // kept; the second does as above. After HandleInterruptions.
 void EndInputOnInterruption();
 

@@ -10,7 +10,7 @@
 #include <thread>
 
 #include "apps/common/app.h"
-#include "core/io/files/partial_files.h"
+#include "core/io/files/atomic_file.h"
 
 namespace kinegraph {
 namespace {
@@ -27,7 +27,7 @@ std::terminate_handler usual_terminate = nullptr;
   try {
     std::cout.flush();  // what was printed before comes before
     std::fflush(stdout);
-    PartialFiles::RemoveAllForGood();
+    RemovePartialFilesForGood();
   } catch (...) {
     // Not even that much: some of it stays.
   }

@@ -11,7 +11,7 @@
 #include <stdexcept>
 
 #include "core/base/error.h"
-#include "core/io/files/write_text_file.h"
+#include "core/io/files/atomic_file.h"
 #include "core/system/process.h"
 
 namespace kinegraph {

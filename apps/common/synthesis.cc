@@ -11,7 +11,6 @@
 #include "core/io/configuration/config.h"
 #include "core/io/detections/writer.h"
 #include "core/io/files/atomic_file.h"
-#include "core/io/files/atomic_folder.h"
 #include "core/io/files/text_file.h"
 #include "core/io/text/json.h"
 #include "core/io/tracks/tracks.h"

@@ -14,7 +14,7 @@
 #include "core/base/error.h"
 #include "core/base/parallel.h"
 #include "core/io/configuration/config.h"
-#include "core/io/files/write_text_file.h"
+#include "core/io/files/atomic_file.h"
 #include "core/system/clock.h"
 
 namespace kinegraph {

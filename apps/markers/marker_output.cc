@@ -12,8 +12,7 @@
 #include "apps/markers/marker_plots.h"
 #include "apps/report/page.h"
 #include "apps/report/page_data.h"
-#include "core/io/files/atomic_folder.h"
-#include "core/io/files/write_text_file.h"
+#include "core/io/files/atomic_file.h"
 
 namespace kinegraph {
 namespace {

@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "core/base/error.h"
-#include "core/io/files/atomic_folder.h"
+#include "core/io/files/atomic_file.h"
 #include "core/io/files/text_file.h"
 #include "core/io/text/json.h"
 #include "core/io/text/toml_file.h"

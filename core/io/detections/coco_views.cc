@@ -20,7 +20,6 @@
 #include "core/io/detections/formats.h"
 #include "core/io/detections/view_files.h"
 #include "core/io/files/atomic_file.h"
-#include "core/io/files/atomic_folder.h"
 #include "core/io/text/bulk_json.h"
 #include "core/io/text/joint_names.h"
 #include "core/io/text/json.h"

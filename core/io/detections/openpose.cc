@@ -14,7 +14,6 @@
 #include "core/io/detections/skeleton_fit.h"
 #include "core/io/detections/view_files.h"
 #include "core/io/files/atomic_file.h"
-#include "core/io/files/atomic_folder.h"
 #include "core/io/files/folder_entry.h"
 #include "core/io/files/text_file.h"
 #include "core/io/text/bulk_json.h"

@@ -9,7 +9,7 @@
 
 #include "core/data/detection.h"
 #include "core/io/detections/source.h"
-#include "core/io/files/atomic_folder.h"
+#include "core/io/files/atomic_file.h"
 #include "core/io/text/json_output.h"
 #include "core/io/text/lost_fields.h"
 

@@ -1,9 +1,13 @@
-// A file that appears under its name only when it is complete.
+// Files and folders that appear under their names only when they are complete.
 #ifndef KINEGRAPH_CORE_IO_FILES_ATOMIC_FILE_H_
 #define KINEGRAPH_CORE_IO_FILES_ATOMIC_FILE_H_
 
 #include <cstdio>
+#include <memory>
 #include <string>
+#include <vector>
+
+#include "core/system/file.h"
 
 namespace kinegraph {
 
@@ -45,7 +49,6 @@ class AtomicFile {
   const std::string& path() const { return path_; }
 
  private:
-  [[noreturn]] void Fail() const;
   void RefuseInput() const;
 
   std::string path_;       // as the caller named it, for messages
@@ -54,6 +57,9 @@ class AtomicFile {
   std::FILE* file_ = nullptr;
 };
 
+// A whole text as a file. Throws as AtomicFile does.
+void WriteTextFile(const std::string& path, const std::string& text);
+
 // Whether what is written to `path` arrives on standard output, where nothing
 // else may then be printed.
 bool IsStandardOutput(const std::string& path);
@@ -61,6 +67,112 @@ bool IsStandardOutput(const std::string& path);
 // Whether `path` leads to standard output, a pipe or a device, beside which no
 // other file can stand.
 bool IsStream(const std::string& path);
+
+// Files are written into a folder beside the final name, which Commit()
+// renames. Destroyed without Commit(), it leaves nothing. A folder that holds
+// files already is never replaced: who knows what else is in it.
+//
+//   AtomicFolder folder(path);
+//   WriteSomething(folder.PathOf("a.txt"));
+//   folder.Commit();
+class AtomicFolder {
+ public:
+  // Throws InputError when `path` is there and is no empty folder, or when no
+  // folder can be made beside it.
+  explicit AtomicFolder(const std::string& path);
+  ~AtomicFolder();
+  AtomicFolder(const AtomicFolder&) = delete;
+  AtomicFolder& operator=(const AtomicFolder&) = delete;
+
+  // Where a file or folder of the result is to be written.
+  std::string PathOf(const std::string& name) const {
+    return temporary_ + "/" + name;
+  }
+
+  // Makes the folder appear. Throws std::runtime_error when it cannot.
+  void Commit();
+
+ private:
+  std::string target_;
+  std::string temporary_;
+  std::unique_ptr<Descriptor> lock_;  // on it, while it is written
+  bool committed_ = false;
+};
+
+// A folder that is filled file by file and may be there already, with other
+// things in it. Of the folders that had to be made, those in which nothing was
+// put are gone when the object dies.
+class OutputFolder {
+ public:
+  // Makes the folder and those above it. Throws InputError naming `path`.
+  explicit OutputFolder(const std::string& path);
+  ~OutputFolder();
+  OutputFolder(const OutputFolder&) = delete;
+  OutputFolder& operator=(const OutputFolder&) = delete;
+
+  std::string PathOf(const std::string& name) const {
+    return path_ + "/" + name;
+  }
+
+ private:
+  void RemoveEmpty();
+
+  const std::string path_;
+  std::vector<std::string> made_;  // from the outermost on
+};
+
+// Throws InputError naming `what` ("view") when `name` cannot be the name of a
+// file: empty, hidden, with a slash or a control character, or too long.
+void CheckFileName(const std::string& name, const std::string& what);
+
+// Several files that appear as one result. While it lives, files and folders
+// that this thread commits (AtomicFile, AtomicFolder) wait beside their names.
+// Commit() renames them, the first one last: whoever finds that one has all of
+// them. Destroyed without Commit(), it leaves nothing of them.
+//
+//   CommitTogether together;
+//   WriteTracks(path, ...);
+//   WriteSummary(beside, FingerprintOfTracks(together.WaitingAt(path)));
+//   together.Commit();
+class CommitTogether {
+ public:
+  CommitTogether();
+  ~CommitTogether();
+  CommitTogether(const CommitTogether&) = delete;
+  CommitTogether& operator=(const CommitTogether&) = delete;
+
+  // Where a file or folder that waits can be read; `path` itself where none
+  // does.
+  std::string WaitingAt(const std::string& path) const;
+  // A file of an earlier result, which goes when this one appears.
+  void RemoveOld(const std::string& path) { old_.push_back(path); }
+  // Throws std::runtime_error, and takes back what it did, when the system
+  // refuses.
+  void Commit();
+
+  // For AtomicFile and AtomicFolder: gives `temporary` its final name, or keeps
+  // it waiting for one that lives. `path` as the caller named it. -1 and errno
+  // when the system refuses.
+  static int Appear(const std::string& path, const std::string& temporary,
+                    const std::string& target);
+
+ private:
+  struct Waiting {
+    std::string path;
+    std::string temporary;
+    std::string target;
+  };
+  void TakeBack(size_t renamed);
+
+  CommitTogether* const outer_;
+  std::vector<Waiting> waiting_;
+  std::vector<std::string> old_;
+};
+
+// For a program that must end now: removes all that is being written and does
+// not have its final name yet. No file is made or renamed any more; who tries
+// waits for ever.
+void RemovePartialFilesForGood();
 
 }  // namespace kinegraph
 

@@ -7,6 +7,7 @@
 
 #include "core/base/error.h"
 #include "core/system/file.h"
+#include "core/system/streams.h"
 
 namespace kinegraph {
 namespace {
@@ -32,6 +33,8 @@ Inputs& TheInputs() {
   static Inputs* const inputs = new Inputs;  // outlives every reader
   return *inputs;
 }
+
+std::atomic<int> stop_descriptor{-1};
 
 }  // namespace
 
@@ -75,6 +78,18 @@ bool InputFiles::Has(const std::string& path) {
   if (!status.has_value()) return false;
   const std::lock_guard<std::mutex> lock(inputs.mutex);
   return inputs.files.count(status->number) > 0;
+}
+
+void InputStop::ListenTo(int descriptor) { stop_descriptor = descriptor; }
+
+bool InputStop::WaitForInput(int descriptor) {
+  const int stop = stop_descriptor;
+  return stop < 0 || kinegraph::WaitForInput(descriptor, stop);
+}
+
+bool InputStop::HasHappened() {
+  const int stop = stop_descriptor;
+  return stop >= 0 && HasInput(stop);
 }
 
 }  // namespace kinegraph

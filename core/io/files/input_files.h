@@ -1,5 +1,6 @@
 // Which files a command has read, so that it does not write over one of them,
-// and notices when one changes while it is at work.
+// and notices when one changes while it is at work; and ending a stream of
+// input that has no end of its own.
 #ifndef KINEGRAPH_CORE_IO_FILES_INPUT_FILES_H_
 #define KINEGRAPH_CORE_IO_FILES_INPUT_FILES_H_
 
@@ -29,6 +30,21 @@ class InputFiles {
 
   // Whether the path leads to a file that was noted.
   static bool Has(const std::string& path);
+};
+
+class InputStop {
+ public:
+  // Input counts as ended once there is anything to read from `descriptor`,
+  // which somebody else (a handler of signals) writes to. At most one a
+  // process; -1 takes it back.
+  static void ListenTo(int descriptor);
+
+  // Waits until `descriptor` has something to read or is at its end; false
+  // when the input is to count as ended. True at once where nobody listens.
+  static bool WaitForInput(int descriptor);
+
+  // Whether the input counts as ended; what stands before it may be cut short.
+  static bool HasHappened();
 };
 
 }  // namespace kinegraph

@@ -80,15 +80,13 @@ std::string ReadBytes(const std::string& path, size_t max_bytes) {
     refuse();
   }
   InputFiles::Note(file.get(), path);
-  // The size is a hint only: pipes have none, and files grow.
-  constexpr size_t kStep = 1 << 16;
-  std::string text;
-  if (status->size > 0) {
-    text.reserve(static_cast<size_t>(status->size) + 1);
-  }
+  // The size is a hint only: pipes have none, and files grow. A little more
+  // shows the end.
+  constexpr size_t kMore = 1 << 12;
+  std::string text(static_cast<size_t>(status->size) + kMore, '\0');
   size_t length = 0;
   while (true) {
-    text.resize(std::max(text.capacity(), length + kStep));
+    if (length == text.size()) text.resize(2 * length);
     const int64_t got =
         ReadSome(file.get(), text.data() + length, text.size() - length);
     if (got < 0) FailToRead(path);
@@ -117,6 +115,12 @@ bool IsFile(const std::string& path) {
   const fs::file_type type = TypeAt(path);
   return type != fs::file_type::none && type != fs::file_type::not_found &&
          type != fs::file_type::directory;
+}
+
+bool IsPipe(const std::string& path) {
+  const auto status = StatusOf(path);
+  return status.has_value() && status->kind != FileType::kRegular &&
+         status->kind != FileType::kFolder;
 }
 
 std::string RelativeToFile(const std::string& path, const std::string& file) {

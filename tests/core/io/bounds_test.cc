@@ -20,9 +20,7 @@
 #include "core/io/detections/format.h"
 #include "core/io/detections/source.h"
 #include "core/io/files/atomic_file.h"
-#include "core/io/files/atomic_folder.h"
 #include "core/io/files/input_files.h"
-#include "core/io/files/partial_files.h"
 #include "core/io/files/text_file.h"
 #include "core/io/text/csv_rows.h"
 #include "core/io/tracks/format.h"
@@ -429,23 +427,6 @@ TEST(AtomicFileBounds, LinksInACircleAreSaid) {
   EXPECT_THAT(
       InputErrorOf([&] { AtomicFile file((folder.path() / "a").string()); }),
       HasSubstr("symbolic links"));
-}
-
-TEST(PartialFilesTest, KnowsWhatIsUnfinished) {
-  const TemporaryFolder folder;
-  const std::string tree = (folder.path() / "tree").string();
-  ASSERT_EQ(PartialFiles::MakeFolder(tree), 0);
-  EXPECT_TRUE(PartialFiles::IsInsideFolder(tree + "/a/b"));
-  EXPECT_FALSE(PartialFiles::IsInsideFolder(tree));
-  EXPECT_FALSE(PartialFiles::IsInsideFolder(tree + "a"));
-  std::ofstream(tree + "/file") << "content";
-  PartialFiles::Remove(tree);
-  EXPECT_FALSE(fs::exists(tree));
-  EXPECT_FALSE(PartialFiles::IsInsideFolder(tree + "/a/b"));
-  // What is not on the list is not touched.
-  const std::string other = folder.Write("other", "x");
-  PartialFiles::Remove(other);
-  EXPECT_TRUE(fs::exists(other));
 }
 
 TEST(OutputFolderTest, GoesWhenNothingWasPutIn) {

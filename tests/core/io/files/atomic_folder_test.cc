@@ -1,5 +1,3 @@
-#include "core/io/files/atomic_folder.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

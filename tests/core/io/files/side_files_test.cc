@@ -9,7 +9,6 @@
 
 #include "core/base/error.h"
 #include "core/io/files/atomic_file.h"
-#include "core/io/files/commit_together.h"
 #include "tests/support/test_data.h"
 
 namespace kinegraph {
