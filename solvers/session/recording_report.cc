@@ -2,11 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <utility>
 
 #include "core/data/box.h"
-#include "core/io/text/json_value.h"
+#include "core/io/text/json.h"
 #include "core/skeleton/body_joints.h"
 #include "core/tracking/gates.h"
 #include "core/tracking/look_rhythm.h"

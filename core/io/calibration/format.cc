@@ -5,7 +5,7 @@
 
 #include "core/base/error.h"
 #include "core/io/files/text_file.h"
-#include "core/io/text/pickle.h"
+#include "core/io/text/json.h"
 #include "core/io/text/toml_file.h"
 #include "core/io/text/words.h"
 #include "core/io/text/yaml_file.h"

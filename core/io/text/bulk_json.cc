@@ -8,10 +8,8 @@
 #include <new>
 
 #include "core/io/files/input_files.h"
-#include "core/io/files/input_stop.h"
 #include "core/io/files/text_file.h"
-#include "core/io/text/ids.h"
-#include "core/io/text/not_a_number.h"
+#include "core/io/text/json.h"
 #include "core/system/file.h"
 
 namespace kinegraph {
@@ -293,49 +291,25 @@ TimeNs TimeOfFrame(int64_t frame, double frame_rate_hz) {
 }
 
 JsonValue JsonFileParser::Parse(const std::string& path) {
-  const Descriptor file(OpenOrFail(path));
-  const auto status = StatusOf(file.get());
-  if (!status.has_value()) FailToRead(path);
-  if (status->kind == FileType::kFolder) {
-    throw InputError(path, "", "is a folder, expected a file");
-  }
-  const auto refuse = [&path] {
-    throw InputError(path, "", "is larger than 2 GiB");
-  };
-  if (status->size > static_cast<int64_t>(kMaxFileBytes)) refuse();
-  InputFiles::Note(file.get(), path);
-  // The size is a hint only: pipes have none, and files grow. One byte more
-  // than the size shows the end without another read.
-  size_t capacity = static_cast<size_t>(status->size) + 1;
-  size_t length = 0;
-  while (true) {
-    if (buffer_.size() < capacity + kPadding) {
-      buffer_.resize(capacity + kPadding);
-    }
-    length +=
-        ReadFully(path, file.get(), buffer_.data() + length, capacity - length);
-    if (length < capacity) break;
-    if (length > kMaxFileBytes) refuse();
-    capacity *= 2;
-  }
+  std::string text = ReadBytes(path, kMaxFileBytes);
+  text.reserve(text.size() + kPadding);
+  std::string_view content = text;
   // Some editors put a byte order mark in front.
-  const std::string_view text(buffer_.data(), length);
-  const size_t mark = text.substr(0, 3) == kByteOrderMark ? 3 : 0;
+  if (content.substr(0, 3) == kByteOrderMark) content.remove_prefix(3);
   JsonValue value;
-  const simdjson::error_code error =
-      ParseBulk(text.substr(mark), &parser_, &value);
+  const simdjson::error_code error = ParseBulk(content, &parser_, &value);
   if (error) throw InputError(path, "", Explain(error));
   return value;
 }
 
-JsonLineReader::JsonLineReader(const std::string& path)
+OwnLines::OwnLines(const std::string& path)
     : path_(path), file_(std::fopen(path.c_str(), "rbe")) {
   if (file_ == nullptr) FailToRead(path);
   InputFiles::Note(DescriptorOf(file_.get()), path);
   buffer_.resize((size_t{1} << 16) + kPadding);
 }
 
-bool JsonLineReader::Fill() {
+bool OwnLines::Fill() {
   if (begin_ > 0) {  // move what is not read yet to the front
     std::memmove(buffer_.data(), buffer_.data() + begin_, end_ - begin_);
     end_ -= begin_;
@@ -363,7 +337,7 @@ bool JsonLineReader::Fill() {
   return got > 0;
 }
 
-bool JsonLineReader::NextLine() {
+bool OwnLines::NextLine() {
   begin_ = next_;
   ++line_number_;
   size_t searched = begin_;
@@ -386,7 +360,7 @@ bool JsonLineReader::NextLine() {
   return length_ > 0;
 }
 
-bool JsonLineReader::Next(JsonValue* value) {
+bool OwnLines::Next(JsonValue* value) {
   while (NextLine()) {
     if (line_number_ == 1 && line().substr(0, 3) == kByteOrderMark) {
       begin_ += kByteOrderMark.size();
@@ -401,7 +375,16 @@ bool JsonLineReader::Next(JsonValue* value) {
   return false;
 }
 
-int64_t JsonLineReader::CountLines() const {
+void OwnLines::CheckFrame(int64_t frame) {
+  if (frame <= last_frame_) {
+    throw InputError("frame: found " + std::to_string(frame) + " after " +
+                     std::to_string(last_frame_) +
+                     ", expected frames to ascend");
+  }
+  last_frame_ = frame;
+}
+
+int64_t OwnLines::CountFrames() const {
   const Descriptor file(OpenOrFail(path_));
   const auto status = StatusOf(file.get());
   if (!status.has_value() || status->kind != FileType::kRegular) return -1;
@@ -414,7 +397,8 @@ int64_t JsonLineReader::CountLines() const {
     count += std::count(text.begin(), end, '\n');
     last = *(end - 1);
   }
-  return count + (last == '\n' ? 0 : 1);  // the last may lack its newline
+  if (last != '\n') ++count;  // the last may lack its newline
+  return count - 1;           // without the header
 }
 
 bool JsonHead::Has(std::string_view key) const {
@@ -436,12 +420,6 @@ JsonHead PeekJson(const std::string& path) {
     if (head.kind == '{') head.keys = std::move(keys);
   }
   return head;
-}
-
-bool IsPipe(const std::string& path) {
-  const auto status = StatusOf(path);
-  return status.has_value() && status->kind != FileType::kRegular &&
-         status->kind != FileType::kFolder;
 }
 
 std::string RawObject(std::string_view line, std::string_view key) {

@@ -14,6 +14,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstdio>
+#include <limits>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -50,9 +51,11 @@ inline constexpr std::string_view kOutermost = "the outermost value";
 // "an object", "an array", "null", ... for messages.
 const char* TypeName(JsonValue value);
 
-// Frame numbers and identities. Large enough for any recording, small enough
-// that no arithmetic on them overflows.
+// Frame numbers: large enough for any recording, small enough that no
+// arithmetic on them overflows. Identities: every reader takes what every
+// writer may write, and nobody computes with them.
 inline constexpr int64_t kMaxFrame = int64_t{1} << 50;
+inline constexpr int64_t kMaxId = std::numeric_limits<int64_t>::max();
 int64_t AsFrame(JsonValue value, std::string_view key);
 int64_t AsId(JsonValue value, std::string_view key);
 // A number of seconds that fits TimeNs.
@@ -124,28 +127,54 @@ class JsonFileParser {
   JsonValue Parse(const std::string& path);
 
  private:
-  std::vector<char> buffer_;
   simdjson::dom::parser parser_;
 };
 
-// One JSON value a line; blank lines are passed over.
-class JsonLineReader {
+// The lines of our own formats, detections and tracks: a header, then a line a
+// frame; blank ones are passed over.
+class OwnLines {
  public:
   // Throws InputError when the file cannot be read.
-  explicit JsonLineReader(const std::string& path);
+  explicit OwnLines(const std::string& path);
 
-  // The next line, valid until the next call; false at the end.
-  bool Next(JsonValue* value);
-  // Text of the line that Next() gave.
+  // `read` gets the object that the next line holds; file and line stand in
+  // front of what it throws. Throws InputError where there is no line.
+  template <typename Read>
+  void ReadHeader(const Read& read) {
+    if (!ReadLine("the header", read)) {
+      throw InputError(path_, "", "is empty, expected a header line");
+    }
+  }
+
+  // The same for the lines after it; false at the end.
+  template <typename Read>
+  bool ReadFrame(const Read& read) {
+    return ReadLine("the frame", read);
+  }
+
+  // Throws InputError unless frames ascend.
+  void CheckFrame(int64_t frame);
+
+  // Text of the line that is being read.
   std::string_view line() const { return {buffer_.data() + begin_, length_}; }
-  std::string Place() const { return "line " + std::to_string(line_number_); }
-  const std::string& path() const { return path_; }
-  // Lines of the whole file, read once more; -1 when it is a pipe.
-  int64_t CountLines() const;
+  // Of the whole file, read once more; -1 when it is a pipe.
+  int64_t CountFrames() const;
 
  private:
+  std::string Place() const { return "line " + std::to_string(line_number_); }
+  // The next line, valid until the next call; false at the end.
+  bool Next(JsonValue* value);
   bool NextLine();
   bool Fill();
+
+  template <typename Read>
+  bool ReadLine(std::string_view what, const Read& read) {
+    JsonValue value;
+    if (!Next(&value)) return false;
+    Located(
+        path_, [&] { return Place(); }, [&] { read(AsObject(value, what)); });
+    return true;
+  }
 
   struct Closer {
     void operator()(std::FILE* file) const { std::fclose(file); }
@@ -159,6 +188,7 @@ class JsonLineReader {
   size_t next_ = 0;  // where the unread text begins and ends
   size_t end_ = 0;
   int64_t line_number_ = 0;
+  int64_t last_frame_ = -1;
   simdjson::dom::parser parser_;
 };
 

@@ -8,7 +8,6 @@
 #include <utility>
 
 #include "core/base/error.h"
-#include "core/io/text/not_a_number.h"
 
 namespace kinegraph {
 namespace {
@@ -141,6 +140,13 @@ Json ParseJson(const std::string& text, const std::string& file) {
   Builder builder(text, file);
   Json::sax_parse(text, &builder);
   return builder.Take();
+}
+
+std::string_view NotANumberAt(std::string_view text) {
+  for (const std::string_view name : {"NaN", "Infinity", "-Infinity"}) {
+    if (text.substr(0, name.size()) == name) return text.substr(0, name.size());
+  }
+  return {};
 }
 
 std::string DumpJson(const Json& value, int indent) {

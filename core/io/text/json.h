@@ -7,6 +7,7 @@
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace kinegraph {
@@ -25,6 +26,31 @@ inline constexpr size_t kMaxJsonValues = 1'000'000;
 // for a syntax error, NaN, an unrepresentable number (1e400), a repeated key,
 // and what exceeds the bounds above.
 Json ParseJson(const std::string& text, const std::string& file);
+
+// The same values of other texts.
+//
+// YAML as OpenCV's FileStorage writes it, one document. A map of rows, cols and
+// data (OpenCV's !!opencv-matrix) becomes an array of rows. Unquoted scalars
+// that are numbers become numbers, all others texts. Throws InputError naming
+// `file` and line for a syntax error, a repeated key, deep nesting or more than
+// 200,000 values.
+Json ParseYaml(const std::string& text, const std::string& file);
+
+// Python's pickle of numbers, texts, lists, dictionaries and NumPy arrays
+// (protocols 2 to 5), an array as rows of rows. A pickle is a program: of its
+// instructions only those are followed that build such values, and of the
+// functions that it may call only the four with which Python and NumPy store an
+// array. Anything else is refused by its name; nothing is executed. Throws
+// InputError naming `file`.
+Json ParsePickle(const std::string& bytes, const std::string& file);
+// Whether bytes begin as such a pickle does.
+bool IsPickle(const std::string& bytes);
+// The same of protocol 0, which has no mark to know it by.
+Json ParseTextPickle(const std::string& bytes, const std::string& file);
+
+// NaN or an infinity as Python writes them into JSON, which knows neither: the
+// one that `text` begins with; empty where it begins with none.
+std::string_view NotANumberAt(std::string_view text);
 
 // The text of a value, on one line or with lines indented by `indent`. Bytes
 // that are no UTF-8, as file names and labels may hold, become U+FFFD. Texts

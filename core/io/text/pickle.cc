@@ -1,14 +1,15 @@
-#include "core/io/text/pickle.h"
-
+#include <algorithm>
 #include <charconv>
 #include <cstring>
 #include <deque>
+#include <iterator>
 #include <nlohmann/json.hpp>
 #include <unordered_map>
 #include <utility>
 #include <vector>
 
 #include "core/base/error.h"
+#include "core/io/text/json.h"
 
 namespace kinegraph {
 namespace {
@@ -83,21 +84,7 @@ class PickleReader {
   PickleReader(const std::string& bytes, const std::string& file)
       : bytes_(bytes), file_(file) {}
 
-  Json Read() {
-    while (true) {
-      const size_t place = at_;
-      const auto code = static_cast<unsigned char>(Take(1)[0]);
-      if (code == '.') break;
-      if (!Build(code) && !BuildNumber(code) && !BuildText(code) &&
-          !Remember(code)) {
-        Fail("byte " + std::to_string(place) + ": found the instruction " +
-             std::to_string(code) +
-             ", which no pickle of numbers and NumPy arrays needs");
-      }
-    }
-    size_t budget = kMaxPickled;
-    return ToJson(*Pop(), 0, &budget);
-  }
+  Json Read();
 
  private:
   [[noreturn]] void Fail(const std::string& message) const {
@@ -157,6 +144,10 @@ class PickleReader {
   void PushText(Kind kind, std::string text) {
     Push(kind)->text = std::move(text);
   }
+  // Of a length of so many bytes, and then the text itself.
+  void PushBytes(Kind kind, size_t width) {
+    PushText(kind, ReadBytes(ReadCount(width)));
+  }
 
   Value* Pop() {
     if (stack_.empty()) Fail("takes more values than it has made");
@@ -180,10 +171,9 @@ class PickleReader {
     return {items.rbegin(), items.rend()};
   }
 
-  void PushItems(Kind kind, std::vector<Value*> items) {
-    if (kind == Kind::kDict && items.size() % 2 != 0)
-      Fail("a key lacks a value");
-    Push(kind)->items = std::move(items);
+  void PushItems(Kind kind, const std::vector<Value*>& items) {
+    Push(kind);
+    Append(kind, items);
   }
 
   // Adds to the list or dictionary on the stack.
@@ -201,191 +191,51 @@ class PickleReader {
     return items;
   }
 
-  // ---- Instructions (Python's pickletools names them) ----
+  // ---- Instructions ----
 
-  bool Build(unsigned char code) {
-    switch (code) {
-      case 0x80:  // PROTO
-        ReadCount(1);
-        return true;
-      case 0x95:  // FRAME
-        ReadCount(8);
-        return true;
-      case '(':
-        Push(Kind::kMark);
-        return true;
-      case '0':  // POP
-        Pop();
-        return true;
-      case '1':  // POP_MARK
-        PopToMark();
-        return true;
-      case ')':
-        PushItems(Kind::kTuple, {});
-        return true;
-      case 0x85:  // TUPLE1 .. TUPLE3
-      case 0x86:
-      case 0x87:
-        PushItems(Kind::kTuple, PopMany(code - 0x84));
-        return true;
-      case 't':
-        PushItems(Kind::kTuple, PopToMark());
-        return true;
-      case ']':
-        PushItems(Kind::kList, {});
-        return true;
-      case 'l':
-        PushItems(Kind::kList, PopToMark());
-        return true;
-      case '}':
-        PushItems(Kind::kDict, {});
-        return true;
-      case 'd':
-        PushItems(Kind::kDict, PopToMark());
-        return true;
-      default:
-        return Fill(code);
-    }
+  struct Instruction {
+    unsigned char code;
+    void (*run)(PickleReader* reader);
+  };
+  static const Instruction kInstructions[];
+
+  void PushInteger(int64_t integer) { Push(Kind::kInteger)->integer = integer; }
+  void PushInteger(uint64_t integer) {
+    PushInteger(static_cast<int64_t>(integer));
   }
 
-  bool Fill(unsigned char code) {
-    switch (code) {
-      case 'a':  // APPEND
-        Append(Kind::kList, PopMany(1));
-        return true;
-      case 'e':  // APPENDS
-        Append(Kind::kList, PopToMark());
-        return true;
-      case 's':  // SETITEM
-        Append(Kind::kDict, PopMany(2));
-        return true;
-      case 'u':  // SETITEMS
-        Append(Kind::kDict, PopToMark());
-        return true;
-      case 'c': {  // GLOBAL
-        const std::string module = ReadLine();
-        PushText(Kind::kGlobal, module + "." + ReadLine());
-        return true;
-      }
-      case 0x93: {  // STACK_GLOBAL
-        const std::string name = Pop(Kind::kText, "a text")->text;
-        PushText(Kind::kGlobal, Pop(Kind::kText, "a text")->text + "." + name);
-        return true;
-      }
-      case 'R': {  // REDUCE
-        const Value* arguments = Pop(Kind::kTuple, "a tuple");
-        Call(Pop(Kind::kGlobal, "a name")->text, arguments->items);
-        return true;
-      }
-      case 'b': {  // BUILD
-        const Value* state = Pop(Kind::kTuple, "a tuple");
-        SetState(Pop(), state->items);
-        return true;
-      }
-      default:
-        return false;
-    }
+  // Of up to eight bytes, with sign.
+  int64_t ReadLong() {
+    const size_t width = ReadCount(1);
+    if (width > 8) Fail("has an integer of more than 64 bits");
+    uint64_t bits = ReadCount(width);
+    const bool negative = width > 0 && ((bits >> (8 * width - 1)) & 1) != 0;
+    if (negative && width < 8) bits |= ~uint64_t{0} << (8 * width);
+    return static_cast<int64_t>(bits);
   }
 
-  bool BuildNumber(unsigned char code) {
-    switch (code) {
-      case 'N':
-        Push(Kind::kNone);
-        return true;
-      case 0x88:  // NEWTRUE
-      case 0x89:  // NEWFALSE
-        Push(Kind::kBoolean)->integer = code == 0x88 ? 1 : 0;
-        return true;
-      case 'K':  // BININT1
-        Push(Kind::kInteger)->integer = static_cast<int64_t>(ReadCount(1));
-        return true;
-      case 'M':  // BININT2
-        Push(Kind::kInteger)->integer = static_cast<int64_t>(ReadCount(2));
-        return true;
-      case 'J':  // BININT
-        Push(Kind::kInteger)->integer = static_cast<int32_t>(ReadCount(4));
-        return true;
-      case 0x8a: {  // LONG1
-        const size_t width = ReadCount(1);
-        if (width > 8) Fail("has an integer of more than 64 bits");
-        uint64_t bits = ReadCount(width);
-        const bool negative = width > 0 && ((bits >> (8 * width - 1)) & 1) != 0;
-        if (negative && width < 8) bits |= ~uint64_t{0} << (8 * width);
-        Push(Kind::kInteger)->integer = static_cast<int64_t>(bits);
-        return true;
-      }
-      case 'G':  // BINFLOAT, the one that is big-endian
-        Push(Kind::kNumber)->number = Load<double>(Take(8), true);
-        return true;
-      default:
-        return false;
-    }
+  void PushGlobal(const std::string& module, const std::string& name) {
+    PushText(Kind::kGlobal, module + "." + name);
+  }
+  void PushGlobalLines() {
+    const std::string module = ReadLine();
+    PushGlobal(module, ReadLine());
+  }
+  void PushGlobalOfStack() {
+    const std::string name = Pop(Kind::kText, "a text")->text;
+    PushGlobal(Pop(Kind::kText, "a text")->text, name);
   }
 
-  bool BuildText(unsigned char code) {
-    switch (code) {
-      case 0x8c:  // SHORT_BINUNICODE
-        PushText(Kind::kText, ReadBytes(ReadCount(1)));
-        return true;
-      case 'X':  // BINUNICODE
-        PushText(Kind::kText, ReadBytes(ReadCount(4)));
-        return true;
-      case 0x8d:  // BINUNICODE8
-        PushText(Kind::kText, ReadBytes(ReadCount(8)));
-        return true;
-      case 'V':  // UNICODE, of protocol 0
-        PushText(Kind::kText, ReadLine());
-        return true;
-      // Python 2's texts are bytes.
-      case 'U':  // SHORT_BINSTRING
-        PushText(Kind::kText, ReadBytes(ReadCount(1)));
-        return true;
-      case 'T':  // BINSTRING
-        PushText(Kind::kText, ReadBytes(ReadCount(4)));
-        return true;
-      case 'C':  // SHORT_BINBYTES
-        PushText(Kind::kBytes, ReadBytes(ReadCount(1)));
-        return true;
-      case 'B':  // BINBYTES
-        PushText(Kind::kBytes, ReadBytes(ReadCount(4)));
-        return true;
-      case 0x8e:  // BINBYTES8
-      case 0x96:  // BYTEARRAY8
-        PushText(Kind::kBytes, ReadBytes(ReadCount(8)));
-        return true;
-      default:
-        return false;
-    }
+  void Reduce() {
+    const Value* arguments = Pop(Kind::kTuple, "a tuple");
+    Call(Pop(Kind::kGlobal, "a name")->text, arguments->items);
+  }
+  void Build() {
+    const Value* state = Pop(Kind::kTuple, "a tuple");
+    SetState(Pop(), state->items);
   }
 
-  bool Remember(unsigned char code) {
-    switch (code) {
-      case 0x94:  // MEMOIZE
-        memory_[memory_.size()] = Top();
-        return true;
-      case 'q':  // BINPUT
-        memory_[ReadCount(1)] = Top();
-        return true;
-      case 'r':  // LONG_BINPUT
-        memory_[ReadCount(4)] = Top();
-        return true;
-      case 'p':  // PUT and GET, of protocol 0
-        memory_[ReadNumberLine()] = Top();
-        return true;
-      case 'g':
-        Recall(ReadNumberLine());
-        return true;
-      case 'h':  // BINGET
-        Recall(ReadCount(1));
-        return true;
-      case 'j':  // LONG_BINGET
-        Recall(ReadCount(4));
-        return true;
-      default:
-        return false;
-    }
-  }
-
+  void Remember(uint64_t place) { memory_[place] = Top(); }
   Value* Top() {
     if (stack_.empty()) Fail("takes more values than it has made");
     return stack_.back();
@@ -584,6 +434,92 @@ class PickleReader {
   std::vector<Value*> stack_;
   std::unordered_map<uint64_t, Value*> memory_;
 };
+
+// As Python's pickletools names them.
+const PickleReader::Instruction PickleReader::kInstructions[] = {
+    {0x80, [](PickleReader* r) { r->ReadCount(1); }},    // PROTO
+    {0x95, [](PickleReader* r) { r->ReadCount(8); }},    // FRAME
+    {'(', [](PickleReader* r) { r->Push(Kind::kMark); }},
+    {'0', [](PickleReader* r) { r->Pop(); }},
+    {'1', [](PickleReader* r) { r->PopToMark(); }},
+    {')', [](PickleReader* r) { r->PushItems(Kind::kTuple, {}); }},
+    // TUPLE1 .. TUPLE3
+    {0x85, [](PickleReader* r) { r->PushItems(Kind::kTuple, r->PopMany(1)); }},
+    {0x86, [](PickleReader* r) { r->PushItems(Kind::kTuple, r->PopMany(2)); }},
+    {0x87, [](PickleReader* r) { r->PushItems(Kind::kTuple, r->PopMany(3)); }},
+    {'t', [](PickleReader* r) { r->PushItems(Kind::kTuple, r->PopToMark()); }},
+    {']', [](PickleReader* r) { r->PushItems(Kind::kList, {}); }},
+    {'l', [](PickleReader* r) { r->PushItems(Kind::kList, r->PopToMark()); }},
+    {'}', [](PickleReader* r) { r->PushItems(Kind::kDict, {}); }},
+    {'d', [](PickleReader* r) { r->PushItems(Kind::kDict, r->PopToMark()); }},
+    // APPEND, APPENDS, SETITEM, SETITEMS
+    {'a', [](PickleReader* r) { r->Append(Kind::kList, r->PopMany(1)); }},
+    {'e', [](PickleReader* r) { r->Append(Kind::kList, r->PopToMark()); }},
+    {'s', [](PickleReader* r) { r->Append(Kind::kDict, r->PopMany(2)); }},
+    {'u', [](PickleReader* r) { r->Append(Kind::kDict, r->PopToMark()); }},
+    // GLOBAL, STACK_GLOBAL
+    {'c', [](PickleReader* r) { r->PushGlobalLines(); }},
+    {0x93, [](PickleReader* r) { r->PushGlobalOfStack(); }},
+    {'R', [](PickleReader* r) { r->Reduce(); }},
+    {'b', [](PickleReader* r) { r->Build(); }},
+    {'N', [](PickleReader* r) { r->Push(Kind::kNone); }},
+    // NEWTRUE, NEWFALSE
+    {0x88, [](PickleReader* r) { r->Push(Kind::kBoolean)->integer = 1; }},
+    {0x89, [](PickleReader* r) { r->Push(Kind::kBoolean)->integer = 0; }},
+    // BININT1, BININT2, BININT, LONG1
+    {'K', [](PickleReader* r) { r->PushInteger(r->ReadCount(1)); }},
+    {'M', [](PickleReader* r) { r->PushInteger(r->ReadCount(2)); }},
+    {'J',
+     [](PickleReader* r) {
+       r->PushInteger(int64_t{static_cast<int32_t>(r->ReadCount(4))});
+     }},
+    {0x8a, [](PickleReader* r) { r->PushInteger(r->ReadLong()); }},
+    // BINFLOAT, the one that is big-endian
+    {'G',
+     [](PickleReader* r) {
+       r->Push(Kind::kNumber)->number = Load<double>(r->Take(8), true);
+     }},
+    // SHORT_BINUNICODE, BINUNICODE, BINUNICODE8; UNICODE, of protocol 0
+    {0x8c, [](PickleReader* r) { r->PushBytes(Kind::kText, 1); }},
+    {'X', [](PickleReader* r) { r->PushBytes(Kind::kText, 4); }},
+    {0x8d, [](PickleReader* r) { r->PushBytes(Kind::kText, 8); }},
+    {'V', [](PickleReader* r) { r->PushText(Kind::kText, r->ReadLine()); }},
+    // SHORT_BINSTRING, BINSTRING: Python 2's texts are bytes
+    {'U', [](PickleReader* r) { r->PushBytes(Kind::kText, 1); }},
+    {'T', [](PickleReader* r) { r->PushBytes(Kind::kText, 4); }},
+    // SHORT_BINBYTES, BINBYTES, BINBYTES8, BYTEARRAY8
+    {'C', [](PickleReader* r) { r->PushBytes(Kind::kBytes, 1); }},
+    {'B', [](PickleReader* r) { r->PushBytes(Kind::kBytes, 4); }},
+    {0x8e, [](PickleReader* r) { r->PushBytes(Kind::kBytes, 8); }},
+    {0x96, [](PickleReader* r) { r->PushBytes(Kind::kBytes, 8); }},
+    // MEMOIZE, BINPUT, LONG_BINPUT; PUT, of protocol 0
+    {0x94, [](PickleReader* r) { r->Remember(r->memory_.size()); }},
+    {'q', [](PickleReader* r) { r->Remember(r->ReadCount(1)); }},
+    {'r', [](PickleReader* r) { r->Remember(r->ReadCount(4)); }},
+    {'p', [](PickleReader* r) { r->Remember(r->ReadNumberLine()); }},
+    // GET, of protocol 0; BINGET, LONG_BINGET
+    {'g', [](PickleReader* r) { r->Recall(r->ReadNumberLine()); }},
+    {'h', [](PickleReader* r) { r->Recall(r->ReadCount(1)); }},
+    {'j', [](PickleReader* r) { r->Recall(r->ReadCount(4)); }}};
+
+Json PickleReader::Read() {
+  while (true) {
+    const size_t place = at_;
+    const auto code = static_cast<unsigned char>(Take(1)[0]);
+    if (code == '.') break;
+    const auto* const at = std::find_if(
+        std::begin(kInstructions), std::end(kInstructions),
+        [code](const Instruction& one) { return one.code == code; });
+    if (at == std::end(kInstructions)) {
+      Fail("byte " + std::to_string(place) + ": found the instruction " +
+           std::to_string(code) +
+           ", which no pickle of numbers and NumPy arrays needs");
+    }
+    at->run(this);
+  }
+  size_t budget = kMaxPickled;
+  return ToJson(*Pop(), 0, &budget);
+}
 
 }  // namespace
 

@@ -7,7 +7,6 @@
 #include "core/io/files/atomic_file.h"
 #include "core/io/files/text_file.h"
 #include "core/io/text/bulk_json.h"
-#include "core/io/text/ids.h"
 #include "core/io/text/json_output.h"
 #include "core/io/text/words.h"
 #include "core/io/tracks/format.h"

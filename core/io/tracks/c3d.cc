@@ -14,7 +14,6 @@
 #include "core/base/error.h"
 #include "core/base/split.h"
 #include "core/io/text/bulk_json.h"
-#include "core/io/text/ids.h"
 #include "core/io/tracks/c3d_file.h"
 #include "core/io/tracks/shared.h"
 

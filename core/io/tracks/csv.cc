@@ -15,7 +15,6 @@
 #include "core/io/files/text_file.h"
 #include "core/io/text/bulk_json.h"
 #include "core/io/text/csv_rows.h"
-#include "core/io/text/ids.h"
 #include "core/io/text/json_output.h"
 #include "core/io/tracks/format.h"
 #include "core/io/tracks/shared.h"

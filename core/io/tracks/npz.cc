@@ -10,9 +10,7 @@
 #include "core/base/constants.h"
 #include "core/base/error.h"
 #include "core/io/binary/npz_file.h"
-#include "core/io/binary/npz_reader.h"
 #include "core/io/text/bulk_json.h"
-#include "core/io/text/ids.h"
 #include "core/io/tracks/format.h"
 #include "core/io/tracks/shared.h"
 

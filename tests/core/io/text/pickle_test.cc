@@ -1,5 +1,3 @@
-#include "core/io/text/pickle.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -7,6 +5,7 @@
 #include <string>
 
 #include "core/io/calibration/calibration.h"
+#include "core/io/text/json.h"
 #include "tests/core/io/input_error.h"
 #include "tests/support/base64.h"
 #include "tests/support/test_data.h"

@@ -1,5 +1,3 @@
-#include "core/io/text/yaml_file.h"
-
 #include <yaml-cpp/eventhandler.h>
 #include <yaml-cpp/yaml.h>
 
@@ -9,6 +7,7 @@
 #include <utility>
 
 #include "core/base/error.h"
+#include "core/io/text/json.h"
 
 namespace kinegraph {
 namespace {
