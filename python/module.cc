@@ -45,6 +45,23 @@ namespace {
 
 using Array = py::array_t<double, py::array::c_style | py::array::forcecast>;
 
+// (N,) of what `get` gives of each of N items.
+template <typename Number, typename Items, typename Get>
+py::array_t<Number> ArrayOver(const Items& items, const Get& get) {
+  py::array_t<Number> numbers(static_cast<py::ssize_t>(items.size()));
+  Number* out = numbers.mutable_data();
+  for (const auto& item : items) *out++ = get(item);
+  return numbers;
+}
+
+[[noreturn]] void FailUnknown(const std::string& key, const std::string& found,
+                              const std::vector<std::string>& known) {
+  std::string names;
+  for (const std::string& name : known) names += " " + name;
+  throw InputError(key + ": found '" + Printable(found) + "', expected one of" +
+                   names);
+}
+
 // ---- Skeletons and cameras --------------------------------------------------
 
 Skeleton NamedSkeleton(const std::string& name) {
@@ -186,96 +203,86 @@ DetectionSequence SequenceOf(const std::vector<std::vector<Array>>& frames,
 
 // ---- Tracks -----------------------------------------------------------------
 
-// Everyone in every frame as arrays; people by ascending id.
-class TrackArrays {
- public:
-  explicit TrackArrays(const TrackSequence& tracks) : tracks_(tracks) {
-    for (const TrackFrame& frame : tracks.frames) {
-      for (const PersonPose& person : frame.people) {
-        index_.emplace(person.id.value(), 0);
+// The column of each person: by ascending id.
+std::map<int64_t, py::ssize_t> ColumnsOf(const TrackSequence& tracks) {
+  std::map<int64_t, py::ssize_t> columns;
+  for (const TrackFrame& frame : tracks.frames) {
+    for (const PersonPose& person : frame.people) {
+      columns.emplace(person.id.value(), 0);
+    }
+  }
+  py::ssize_t next = 0;
+  for (auto& [id, column] : columns) column = next++;
+  return columns;
+}
+
+py::array_t<int64_t> IdsOf(const TrackSequence& tracks) {
+  return ArrayOver<int64_t>(ColumnsOf(tracks),
+                            [](const auto& column) { return column.first; });
+}
+
+// (F, P, J, ...) of what `put(person, j, out)` writes of the joints of
+// everybody who is there, `tail` numbers each; `fill` elsewhere.
+template <typename Number, typename Put>
+py::array_t<Number> JointArray(const TrackSequence& tracks,
+                               const std::vector<py::ssize_t>& tail,
+                               Number fill, const Put& put) {
+  const auto columns = ColumnsOf(tracks);
+  const auto people = static_cast<py::ssize_t>(columns.size());
+  const py::ssize_t joints = tracks.header.skeleton.joint_count();
+  std::vector<py::ssize_t> shape = {
+      static_cast<py::ssize_t>(tracks.frames.size()), people, joints};
+  py::ssize_t size = 1;
+  for (const py::ssize_t side : tail) {
+    shape.push_back(side);
+    size *= side;
+  }
+  py::array_t<Number> array(shape);
+  Number* const out = array.mutable_data();
+  std::fill_n(out, array.size(), fill);
+  py::ssize_t row = 0;
+  for (const TrackFrame& frame : tracks.frames) {
+    for (const PersonPose& person : frame.people) {
+      const py::ssize_t place = row * people + columns.at(person.id.value());
+      for (py::ssize_t j = 0; j < joints; ++j) {
+        put(person, static_cast<size_t>(j), out + (place * joints + j) * size);
       }
     }
-    py::ssize_t next = 0;
-    for (auto& [id, index] : index_) index = next++;
+    ++row;
   }
+  return array;
+}
 
-  py::array_t<int64_t> Ids() const {
-    py::array_t<int64_t> ids(People());
-    for (const auto& [id, index] : index_) ids.mutable_at(index) = id;
-    return ids;
-  }
+Array PositionsOf(const TrackSequence& tracks) {
+  return JointArray<double>(
+      tracks, {3}, kNan, [](const PersonPose& person, size_t j, double* out) {
+        if (!person.joints[j].present()) return;
+        for (int i = 0; i < 3; ++i) out[i] = person.joints[j].position_m[i];
+      });
+}
 
-  Array Positions() const {
-    Array positions({Frames(), People(), Joints(), py::ssize_t{3}});
-    Fill(&positions);
-    auto out = positions.mutable_unchecked<4>();
-    ForEach([&](py::ssize_t k, py::ssize_t p, const PersonPose& person) {
-      for (py::ssize_t j = 0; j < Joints(); ++j) {
-        const Joint3d& joint = person.joints[static_cast<size_t>(j)];
-        if (!joint.present()) continue;
-        for (int i = 0; i < 3; ++i) out(k, p, j, i) = joint.position_m[i];
-      }
-    });
-    return positions;
-  }
+py::array_t<uint8_t> StatusesOf(const TrackSequence& tracks) {
+  return JointArray<uint8_t>(
+      tracks, {}, 0, [](const PersonPose& person, size_t j, uint8_t* out) {
+        *out = static_cast<uint8_t>(person.joints[j].status);
+      });
+}
 
-  py::array_t<uint8_t> Status() const {
-    py::array_t<uint8_t> status({Frames(), People(), Joints()});
-    std::fill_n(status.mutable_data(), status.size(), uint8_t{0});
-    auto out = status.mutable_unchecked<3>();
-    ForEach([&](py::ssize_t k, py::ssize_t p, const PersonPose& person) {
-      for (py::ssize_t j = 0; j < Joints(); ++j) {
-        out(k, p, j) =
-            static_cast<uint8_t>(person.joints[static_cast<size_t>(j)].status);
-      }
-    });
-    return status;
-  }
-
-  Array Covariances() const {
-    Array covariances(
-        {Frames(), People(), Joints(), py::ssize_t{3}, py::ssize_t{3}});
-    Fill(&covariances);
-    auto out = covariances.mutable_unchecked<5>();
-    ForEach([&](py::ssize_t k, py::ssize_t p, const PersonPose& person) {
-      for (size_t j = 0; j < person.covariances.size(); ++j) {
-        if (!person.covariances[j].has_value()) continue;
+Array CovariancesOf(const TrackSequence& tracks) {
+  return JointArray<double>(
+      tracks, {3, 3}, kNan,
+      [](const PersonPose& person, size_t j, double* out) {
+        if (j >= person.covariances.size()) return;
+        const auto& covariance = person.covariances[j];
+        if (!covariance.has_value()) return;
         // As files have it: the upper triangle, mirrored.
         for (int a = 0; a < 3; ++a) {
           for (int b = 0; b < 3; ++b) {
-            out(k, p, static_cast<py::ssize_t>(j), a, b) =
-                (*person.covariances[j])(std::min(a, b), std::max(a, b));
+            *out++ = (*covariance)(std::min(a, b), std::max(a, b));
           }
         }
-      }
-    });
-    return covariances;
-  }
-
- private:
-  py::ssize_t Frames() const {
-    return static_cast<py::ssize_t>(tracks_.frames.size());
-  }
-  py::ssize_t People() const { return static_cast<py::ssize_t>(index_.size()); }
-  py::ssize_t Joints() const { return tracks_.header.skeleton.joint_count(); }
-
-  static void Fill(Array* array) {
-    std::fill_n(array->mutable_data(), array->size(), kNan);
-  }
-
-  template <typename Visit>
-  void ForEach(const Visit& visit) const {
-    for (size_t k = 0; k < tracks_.frames.size(); ++k) {
-      for (const PersonPose& person : tracks_.frames[k].people) {
-        visit(static_cast<py::ssize_t>(k), index_.at(person.id.value()),
-              person);
-      }
-    }
-  }
-
-  const TrackSequence& tracks_;
-  std::map<int64_t, py::ssize_t> index_;
-};
+      });
+}
 
 // ---- Runs -------------------------------------------------------------------
 
@@ -345,26 +352,6 @@ auto Interruptible(const Work& work) {
   }
 }
 
-// Tells `progress` how far the run is.
-// the interpreter's lock.
-class ProgressCall {
- public:
-  ProgressCall(py::object progress, int64_t total)
-      : progress_(std::move(progress)), total_(total) {}
-
-  void operator()(int64_t frames_read) const {
-    constexpr int64_t kStride = 16;  // frames; taking the lock costs more
-    if (progress_.is_none()) return;
-    if (frames_read % kStride != 0 && frames_read != total_) return;
-    const py::gil_scoped_acquire lock;
-    progress_(frames_read, total_);
-  }
-
- private:
-  py::object progress_;
-  int64_t total_;
-};
-
 TrackSequence Track(const std::vector<Camera>& cameras,
                     const DetectionSequence& given, const std::string& config,
                     const std::string& set, const std::string& mode,
@@ -376,14 +363,17 @@ TrackSequence Track(const std::vector<Camera>& cameras,
       RequestOf(cameras, frames, without_cameras, threads);
   const auto total =
       static_cast<int64_t>(given.frames.size()) * PassCount(options);
-  const ProgressCall call(progress, total);
-  return Interruptible([&] {
-    return TrackSequenceOf(options, request, given, nullptr,
-                           [&call](int64_t read) {
-                             CheckStop();
-                             call(read);
-                           });
-  });
+  // How far the run is. Taking the interpreter's lock costs more than a frame.
+  const auto tell = [&progress, total](int64_t frames_read) {
+    constexpr int64_t kStride = 16;  // frames
+    CheckStop();
+    if (progress.is_none()) return;
+    if (frames_read % kStride != 0 && frames_read != total) return;
+    const py::gil_scoped_acquire lock;
+    progress(frames_read, total);
+  };
+  return Interruptible(
+      [&] { return TrackSequenceOf(options, request, given, nullptr, tell); });
 }
 
 // The matches of a run, frozen, to be smoothed again and again.
@@ -409,12 +399,7 @@ class Frozen {
     const std::vector<std::string>& names = OutputNames();
     size_t kind = 0;
     while (kind < names.size() && names[kind] != strategy) ++kind;
-    if (kind == names.size()) {
-      std::string known;
-      for (const std::string& name : names) known += " " + name;
-      throw InputError("strategy: found '" + Printable(strategy) +
-                       "', expected one of" + known);
-    }
+    if (kind == names.size()) FailUnknown("strategy", strategy, names);
     const EstimatorFactory estimator =
         MakeOutput(static_cast<OutputKind>(kind), options_.estimators);
     std::vector<ReplayOutcome> outcomes;
@@ -549,28 +534,35 @@ KinematicsTable Kinematics(const TrackSequence& tracks, const std::string& up,
 Array ColumnOf(const KinematicsTable& table, const std::string& column) {
   const int at = table.IndexOf(column);
   if (at < 0) throw py::key_error("no column '" + column + "'");
-  Array values(static_cast<py::ssize_t>(table.rows.size()));
-  for (size_t k = 0; k < table.rows.size(); ++k) {
-    values.mutable_at(static_cast<py::ssize_t>(k)) =
-        table.rows[k].values[static_cast<size_t>(at)];
-  }
-  return values;
-}
-
-// One number of each row.
-template <typename Number, typename Get>
-py::array_t<Number> RowNumbers(const KinematicsTable& table, const Get& get) {
-  py::array_t<Number> numbers(static_cast<py::ssize_t>(table.rows.size()));
-  for (size_t k = 0; k < table.rows.size(); ++k) {
-    numbers.mutable_at(static_cast<py::ssize_t>(k)) = get(table.rows[k]);
-  }
-  return numbers;
+  return ArrayOver<double>(table.rows, [at](const KinematicsRow& row) {
+    return row.values[static_cast<size_t>(at)];
+  });
 }
 
 // ---- Files ------------------------------------------------------------------
 
 // str, bytes or os.PathLike; names that are no UTF-8 as Python holds them.
 using Path = std::filesystem::path;
+
+// `found`, of that name, which must be written, too.
+template <typename Format>
+const Format& WrittenFormat(const Format* found, const std::string& name,
+                            const std::vector<Format>& formats) {
+  if (found != nullptr && found->write != nullptr) return *found;
+  std::vector<std::string> known;
+  for (const Format& one : formats) {
+    if (one.write != nullptr) known.push_back(one.name);
+  }
+  FailUnknown("format", name, known);
+}
+
+template <typename Options>
+Options ReadOptionsOf(const std::string& skeleton, double frame_rate_hz) {
+  Options options;
+  if (!skeleton.empty()) options.skeleton = NamedSkeleton(skeleton);
+  options.frame_rate_hz = frame_rate_hz;
+  return options;
+}
 
 LostFields WriteCamerasAs(const Path& path, const std::vector<Camera>& cameras,
                           const std::string& format) {
@@ -594,31 +586,22 @@ bool HasMatches(const TrackSequence& tracks) {
 LostFields WriteTracksAs(const Path& file, const TrackSequence& tracks,
                          const std::string& format, const Path& names_of) {
   const std::string path = file.string();
-  const TrackFormat* found =
+  const TrackFormat* named =
       format.empty() ? TrackFormatOfExtension(path) : FindTrackFormat(format);
-  if (format.empty() && found == nullptr) {
-    found = FindTrackFormat("kinegraph");
-  }
-  if (found == nullptr || found->write == nullptr) {
-    std::string known;
-    for (const TrackFormat& one : TrackFormats()) {
-      if (one.write != nullptr) known += " " + one.name;
-    }
-    throw InputError("format: found '" + Printable(format) +
-                     "', expected one of" + known);
-  }
+  if (format.empty() && named == nullptr) named = FindTrackFormat("kinegraph");
+  const TrackFormat& found = WrittenFormat(named, format, TrackFormats());
   const py::gil_scoped_release unlocked;
   TrackExportOptions options;
   if (!names_of.empty()) options.names = ReadPersonNames(names_of.string());
   LostFields lost_fields;
-  if (!options.names.empty() && !found->keeps_names) {
+  if (!options.names.empty() && !found.keeps_names) {
     lost_fields.push_back("names of people are not kept");
   }
-  if (found->name == "kinegraph") {
+  if (found.name == "kinegraph") {
     // Observations are written where the tracks have some, as `track` does.
     WriteTracks(path, tracks, {HasMatches(tracks), options.names});
   } else {
-    found->write(path, tracks, options, &lost_fields);
+    found.write(path, tracks, options, &lost_fields);
   }
   return lost_fields;
 }
@@ -627,21 +610,14 @@ LostFields WriteDetectionsAs(const Path& path,
                              const DetectionSequence& detections,
                              const std::string& format,
                              const std::pair<int, int>& image_size) {
-  const DetectionFormat* found = FindDetectionFormat(format);
-  if (found == nullptr || found->write == nullptr) {
-    std::string known;
-    for (const DetectionFormat& one : DetectionFormats()) {
-      if (one.write != nullptr) known += " " + one.name;
-    }
-    throw InputError("format: found '" + Printable(format) +
-                     "', expected one of" + known);
-  }
+  const DetectionFormat& found =
+      WrittenFormat(FindDetectionFormat(format), format, DetectionFormats());
   const py::gil_scoped_release unlocked;
   DetectionWriteOptions options;
   options.image_size = {image_size.first, image_size.second};
   MemorySource source(detections);
   LostFields lost_fields;
-  found->write(path.string(), options, &source, &lost_fields);
+  found.write(path.string(), options, &source, &lost_fields);
   return lost_fields;
 }
 
@@ -784,53 +760,8 @@ void BindDetections(py::module_& m) {
 }
 
 // F frames, P people, J joints.
-void BindTrackArrays(py::class_<TrackSequence>* tracks) {
-  (*tracks)
-      .def_property_readonly(
-          "frames",
-          [](const TrackSequence& t) {
-            py::array_t<int64_t> numbers(
-                static_cast<py::ssize_t>(t.frames.size()));
-            for (size_t k = 0; k < t.frames.size(); ++k) {
-              numbers.mutable_at(static_cast<py::ssize_t>(k)) =
-                  t.frames[k].frame;
-            }
-            return numbers;
-          },
-          "Frame numbers, (F,) int64.")
-      .def_property_readonly(
-          "times_s",
-          [](const TrackSequence& t) {
-            Array times(static_cast<py::ssize_t>(t.frames.size()));
-            for (size_t k = 0; k < t.frames.size(); ++k) {
-              times.mutable_at(static_cast<py::ssize_t>(k)) =
-                  ToSeconds(t.frames[k].time);
-            }
-            return times;
-          },
-          "Times of the frames, (F,) [s].")
-      .def_property_readonly(
-          "ids", [](const TrackSequence& t) { return TrackArrays(t).Ids(); },
-          "Identities, ascending, (P,) int64.")
-      .def_property_readonly(
-          "positions_m",
-          [](const TrackSequence& t) { return TrackArrays(t).Positions(); },
-          "(F, P, J, 3) in the world [m]; NaN where a joint is missing. Made\n"
-          "anew at each access.")
-      .def_property_readonly(
-          "status",
-          [](const TrackSequence& t) { return TrackArrays(t).Status(); },
-          "(F, P, J) uint8: MISSING, INFERRED or OBSERVED.")
-      .def_property_readonly(
-          "covariance_m2",
-          [](const TrackSequence& t) { return TrackArrays(t).Covariances(); },
-          "(F, P, J, 3, 3) [m^2]; NaN where there is none.");
-}
-
 void BindTracks(py::module_& m) {
-  py::class_<TrackSequence> tracks(m, "Tracks",
-                                   "3D poses of a recording, as arrays.");
-  tracks
+  py::class_<TrackSequence>(m, "Tracks", "3D poses of a recording, as arrays.")
       .def(
           "__len__", [](const TrackSequence& t) { return t.frames.size(); },
           "Number of frames, F.")
@@ -848,12 +779,37 @@ void BindTracks(py::module_& m) {
           "config_json",
           [](const TrackSequence& t) { return t.header.config_json; },
           "The effective configuration.")
-      .def("__repr__", [](const TrackSequence& t) {
-        return "<kinegraph.Tracks of " + std::to_string(t.frames.size()) +
-               " frames, " + std::to_string(TrackArrays(t).Ids().size()) +
-               " people>";
-      });
-  BindTrackArrays(&tracks);
+      .def("__repr__",
+           [](const TrackSequence& t) {
+             return "<kinegraph.Tracks of " + std::to_string(t.frames.size()) +
+                    " frames, " + std::to_string(ColumnsOf(t).size()) +
+                    " people>";
+           })
+      .def_property_readonly(
+          "frames",
+          [](const TrackSequence& t) {
+            return ArrayOver<int64_t>(
+                t.frames, [](const TrackFrame& frame) { return frame.frame; });
+          },
+          "Frame numbers, (F,) int64.")
+      .def_property_readonly(
+          "times_s",
+          [](const TrackSequence& t) {
+            return ArrayOver<double>(t.frames, [](const TrackFrame& frame) {
+              return ToSeconds(frame.time);
+            });
+          },
+          "Times of the frames, (F,) [s].")
+      .def_property_readonly("ids", &IdsOf,
+                             "Identities, ascending, (P,) int64.")
+      .def_property_readonly(
+          "positions_m", &PositionsOf,
+          "(F, P, J, 3) in the world [m]; NaN where a joint is missing. Made\n"
+          "anew at each access.")
+      .def_property_readonly("status", &StatusesOf,
+                             "(F, P, J) uint8: MISSING, INFERRED or OBSERVED.")
+      .def_property_readonly("covariance_m2", &CovariancesOf,
+                             "(F, P, J, 3, 3) [m^2]; NaN where there is none.");
 }
 
 void BindKinematics(py::module_& m) {
@@ -877,14 +833,14 @@ void BindKinematics(py::module_& m) {
       .def_property_readonly(
           "frames",
           [](const KinematicsTable& t) {
-            return RowNumbers<int64_t>(
-                t, [](const KinematicsRow& row) { return row.frame; });
+            return ArrayOver<int64_t>(
+                t.rows, [](const KinematicsRow& row) { return row.frame; });
           },
           "Frame numbers, (R,) int64.")
       .def_property_readonly(
           "times_s",
           [](const KinematicsTable& t) {
-            return RowNumbers<double>(t, [&t](const KinematicsRow& row) {
+            return ArrayOver<double>(t.rows, [&t](const KinematicsRow& row) {
               return t.has_times ? ToSeconds(row.time) : kNan;
             });
           },
@@ -892,18 +848,11 @@ void BindKinematics(py::module_& m) {
       .def_property_readonly(
           "ids",
           [](const KinematicsTable& t) {
-            return RowNumbers<int64_t>(
-                t, [](const KinematicsRow& row) { return row.id.value(); });
+            return ArrayOver<int64_t>(t.rows, [](const KinematicsRow& row) {
+              return row.id.value();
+            });
           },
           "Identities, (R,) int64.");
-}
-
-void BindData(py::module_& m) {
-  BindSkeleton(m);
-  BindCamera(m);
-  BindDetections(m);
-  BindTracks(m);
-  BindKinematics(m);
 }
 
 void BindRuns(py::module_& m) {
@@ -957,10 +906,9 @@ void BindFiles(py::module_& m) {
   m.def(
       "read_detections",
       [](const Path& path, const std::string& skeleton, double frame_rate_hz) {
-        DetectionReadOptions options;
-        if (!skeleton.empty()) options.skeleton = NamedSkeleton(skeleton);
-        options.frame_rate_hz = frame_rate_hz;
-        return ReadDetections(path.string(), options);
+        return ReadDetections(
+            path.string(),
+            ReadOptionsOf<DetectionReadOptions>(skeleton, frame_rate_hz));
       },
       "path"_a, "skeleton"_a = "", "frame_rate_hz"_a = 0.0, Unlocked(),
       "Reads 2D detections in any known format. skeleton and frame_rate_hz\n"
@@ -968,10 +916,8 @@ void BindFiles(py::module_& m) {
   m.def(
       "read_tracks",
       [](const Path& path, const std::string& skeleton, double frame_rate_hz) {
-        TrackReadOptions options;
-        if (!skeleton.empty()) options.skeleton = NamedSkeleton(skeleton);
-        options.frame_rate_hz = frame_rate_hz;
-        return ReadTracks(path.string(), options);
+        return ReadTracks(path.string(), ReadOptionsOf<TrackReadOptions>(
+                                             skeleton, frame_rate_hz));
       },
       "path"_a, "skeleton"_a = "", "frame_rate_hz"_a = 0.0, Unlocked(),
       "Reads 3D results or a ground truth in any known format. skeleton and\n"
@@ -1013,7 +959,11 @@ PYBIND11_MODULE(_kinegraph, m) {
   m.attr("MISSING") = static_cast<int>(JointStatus::kMissing);
   m.attr("INFERRED") = static_cast<int>(JointStatus::kInferred);
   m.attr("OBSERVED") = static_cast<int>(JointStatus::kObserved);
-  BindData(m);
+  BindSkeleton(m);
+  BindCamera(m);
+  BindDetections(m);
+  BindTracks(m);
+  BindKinematics(m);
   BindRuns(m);
   BindFiles(m);
   m.def("_mpjpe", &Mpjpe, "tracks"_a, "truth"_a);

@@ -1,5 +1,5 @@
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any, Union
 
 import numpy as np
@@ -112,17 +112,10 @@ class Kinematics:
     @property
     def ids(self) -> NDArray[np.int64]: ...
 
+# What Session, Frozen, track and convert of kinegraph/__init__.py call: their
+# arguments are typed there.
 class Session:
-    def __init__(
-        self,
-        cameras: Sequence[Camera],
-        skeleton: str,
-        views: Sequence[str],
-        frame_rate_hz: float,
-        config: str = ...,
-        set: str = ...,
-        mode: str = ...,
-    ) -> None: ...
+    def __init__(self, *arguments: Any) -> None: ...
     def process(
         self,
         frame: int,
@@ -132,28 +125,12 @@ class Session:
     def finish(self) -> Tracks: ...
 
 class Frozen:
-    def __init__(
-        self,
-        cameras: Sequence[Camera],
-        detections: Detections,
-        config: str = ...,
-        set: str = ...,
-    ) -> None: ...
+    def __init__(self, *arguments: Any) -> None: ...
     @property
     def tracks(self) -> Tracks: ...
     def smooth(self, strategy: str) -> Tracks: ...
 
-def track(
-    cameras: Sequence[Camera],
-    detections: Detections,
-    config: str = ...,
-    set: str = ...,
-    mode: str = ...,
-    frames: Sequence[tuple[int, int]] = ...,
-    without_cameras: Sequence[str] = ...,
-    threads: int = ...,
-    progress: Callable[[int, int], object] | None = ...,
-) -> Tracks: ...
+def track(*arguments: Any) -> Tracks: ...
 def kinematics(
     tracks: Tracks, up: str = ..., observed_only: bool = ...
 ) -> Kinematics: ...
@@ -179,19 +156,6 @@ def write_detections(
 def write_tracks(
     path: _Path, tracks: Tracks, format: str = ..., names_of: _Path = ...
 ) -> list[str]: ...
-def _convert(
-    source: _Path,
-    target: _Path,
-    to: str,
-    from_: str,
-    skeleton: str,
-    frame_rate_hz: float,
-    image_size: str,
-    unit: str,
-    axes: str,
-    markers: str,
-    person: str,
-    set: str,
-) -> list[str]: ...
+def _convert(*arguments: Any) -> list[str]: ...
 def _mpjpe(tracks: Tracks, truth: Tracks) -> dict[str, Any]: ...
 def _identity(tracks: Tracks, truth: Tracks) -> dict[str, Any]: ...

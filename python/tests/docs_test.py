@@ -4,12 +4,11 @@ import contextlib
 import io
 import os
 import re
-import subprocess
 import tempfile
 import unittest
 
-SOURCE = os.environ["KINEGRAPH_SOURCE"]
-APPS = os.environ["KINEGRAPH_APPS"]
+from support import SOURCE, synthesize
+
 NUMBER = re.compile(r"\d+(?:\.\d+)?")
 
 
@@ -40,22 +39,13 @@ def code_of(page):
 
 
 @contextlib.contextmanager
-def scene(*flags):
+def scene(*settings):
     """In a folder with the demo's scene in out/scene."""
     before = os.getcwd()
     with tempfile.TemporaryDirectory() as folder:
         os.chdir(folder)
         try:
-            subprocess.run(
-                [
-                    os.path.join(APPS, "kinegraph-synthesize"),
-                    "--config=" + SOURCE + "/configs/synthetic/demo.toml",
-                    "--out=out/scene",
-                    *flags,
-                ],
-                check=True,
-                stdout=subprocess.DEVNULL,
-            )
+            synthesize("out/scene", *settings)
             yield
         finally:
             os.chdir(before)
@@ -82,7 +72,7 @@ class Session(unittest.TestCase):
 
     def test_readme(self):
         names = {}
-        with scene("--set=scene.duration=2"):
+        with scene("scene.duration=2"):
             os.rename("out/scene/cameras.json", "calibration.json")
             os.rename("out/scene/detections.jsonl", "detections.jsonl")
             exec(compile(code_of("README.md"), "README.md", "exec"), names)

@@ -8,8 +8,7 @@ import tempfile
 import unittest
 import xml.etree.ElementTree as ET
 
-SOURCE = os.environ["KINEGRAPH_SOURCE"]
-APPS = os.environ["KINEGRAPH_APPS"]
+from support import SOURCE, run, synthesize
 
 
 def example(name, *arguments):
@@ -26,16 +25,7 @@ class Examples(unittest.TestCase):
     def setUpClass(cls):
         cls.folder = tempfile.TemporaryDirectory()
         cls.take = os.path.join(cls.folder.name, "take")
-        subprocess.run(
-            [
-                os.path.join(APPS, "kinegraph-synthesize"),
-                "--config=" + SOURCE + "/configs/synthetic/demo.toml",
-                "--set=scene.duration=6;scene.people=3",
-                "--out=" + cls.take,
-            ],
-            check=True,
-            stdout=subprocess.DEVNULL,
-        )
+        synthesize(cls.take, "scene.duration=6", "scene.people=3")
 
     @classmethod
     def tearDownClass(cls):
@@ -101,29 +91,16 @@ class OpenSim(unittest.TestCase):
 
     def setup_of(self, skeleton, folder):
         take = os.path.join(folder, "take")
-        subprocess.run(
-            [
-                os.path.join(APPS, "kinegraph-synthesize"),
-                "--config=" + SOURCE + "/configs/synthetic/demo.toml",
-                "--set=scene.duration=1;scene.people=1;scene.motion.visitors=0;"
-                f"scene.skeleton={skeleton}",
-                "--out=" + take,
-            ],
-            check=True,
-            stdout=subprocess.DEVNULL,
+        synthesize(
+            take,
+            "scene.duration=1",
+            "scene.people=1",
+            "scene.motion.visitors=0",
+            "scene.skeleton=" + skeleton,
         )
         trc = os.path.join(folder, "person.trc")
-        subprocess.run(
-            [
-                os.path.join(APPS, "kinegraph-convert"),
-                "--to=trc",
-                "--markers=opensim",
-                "--in=" + os.path.join(take, "truth.jsonl"),
-                "--out=" + trc,
-            ],
-            check=True,
-            capture_output=True,
-        )
+        truth = os.path.join(take, "truth.jsonl")
+        run("convert", "--to=trc", "--markers=opensim", "--in=" + truth, "--out=" + trc)
         out = os.path.join(folder, "opensim")
         example("opensim/make_setup.py", trc, "model.osim", out)
         with open(trc, encoding="utf-8") as file:

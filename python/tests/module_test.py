@@ -18,50 +18,45 @@ import kinegraph as kg
 import numpy as np
 from kinegraph import _kinegraph
 
-APPS = os.environ["KINEGRAPH_APPS"]
-SOURCE = os.environ["KINEGRAPH_SOURCE"]
-DEMO = os.path.join(SOURCE, "configs", "synthetic", "demo.toml")
-WINDOW = os.path.join(SOURCE, "configs", "synthetic", "track_window.toml")
-BATCH = os.path.join(SOURCE, "configs", "synthetic", "track_batch.toml")
+from support import CONFIGS, DEMO, run, synthesize
 
-
-def run(command, *flags):
-    return subprocess.run(
-        [os.path.join(APPS, "kinegraph-" + command), *flags],
-        check=True,
-        capture_output=True,
-        text=True,
-    )
+WINDOW = os.path.join(CONFIGS, "track_window.toml")
+BATCH = os.path.join(CONFIGS, "track_batch.toml")
 
 
 class Module(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         cls.folder = tempfile.TemporaryDirectory()
+        cls.addClassCleanup(cls.folder.cleanup)
         cls.take = os.path.join(cls.folder.name, "take")
-        run(
-            "synthesize",
-            "--config=" + DEMO,
-            "--set=scene.duration=4;scene.people=3",
-            "--out=" + cls.take,
-        )
+        synthesize(cls.take, "scene.duration=4", "scene.people=3")
         cls.cameras = kg.read_cameras(os.path.join(cls.take, "cameras.json"))
         cls.detections = kg.read_detections(
             os.path.join(cls.take, "detections.jsonl")
         )
         cls.truth = kg.read_tracks(os.path.join(cls.take, "truth.jsonl"))
 
-    @classmethod
-    def tearDownClass(cls):
-        cls.folder.cleanup()
+    def in_take(self, name):
+        return os.path.join(self.take, name)
+
+    def in_folder(self, name):
+        return os.path.join(self.folder.name, name)
+
+    def views_of(self, k):
+        """The arrays of a frame, one a view."""
+        return [self.detections.view(k, v) for v in range(len(self.cameras))]
+
+    def window(self, **changes):
+        return kg.track(self.cameras, self.detections, config=WINDOW, **changes)
 
     def by_command(self, config=None, *flags):
-        out = os.path.join(self.folder.name, "tracks.jsonl")
+        out = self.in_folder("tracks.jsonl")
         if not any(flag.startswith("--cameras=") for flag in flags):
-            flags += ("--cameras=" + os.path.join(self.take, "cameras.json"),)
+            flags += ("--cameras=" + self.in_take("cameras.json"),)
         run(
             "track",
-            "--detections=" + os.path.join(self.take, "detections.jsonl"),
+            "--detections=" + self.in_take("detections.jsonl"),
             *(["--config=" + config] if config else []),
             "--out=" + out,
             *flags,
@@ -96,7 +91,7 @@ class Module(unittest.TestCase):
     def test_cameras_are_refined_as_the_command_refines_them(self):
         # A principal point that is 12 px off is found.
         path = os.path.join(self.take, "shifted.json")
-        with open(os.path.join(self.take, "cameras.json")) as file:
+        with open(self.in_take("cameras.json")) as file:
             stated = json.load(file)
         stated["cameras"][0]["K"][0][2] += 12.0
         with open(path, "w") as file:
@@ -118,9 +113,9 @@ class Module(unittest.TestCase):
         )
 
     def test_kinematics_equals_the_command_to_the_last_bit(self):
-        tracks = kg.track(self.cameras, self.detections, config=WINDOW)
-        path = os.path.join(self.folder.name, "own.jsonl")
-        out = os.path.join(self.folder.name, "angles.csv")
+        tracks = self.window()
+        path = self.in_folder("own.jsonl")
+        out = self.in_folder("angles.csv")
         kg.write_tracks(path, tracks)
         run("kinematics", "--tracks=" + path, "--out=" + out)
         table = kg.kinematics(tracks)
@@ -144,70 +139,74 @@ class Module(unittest.TestCase):
         with self.assertRaisesRegex(kg.InputError, "^up: found 'w'"):
             kg.kinematics(tracks, up="w")
 
+    def assert_as_convert(self, source, own, *flags):
+        """`own` has the bytes that the command writes; a TRC names itself."""
+        out = self.in_folder("new/command" + os.path.splitext(own)[1])
+        told = run("convert", "--in=" + self.in_take(source), "--out=" + out, *flags)
+        with open(own, "rb") as a, open(out, "rb") as b:
+            name = os.path.basename(own).encode()
+            self.assertEqual(a.read().replace(name, b"command.trc"), b.read(), own)
+        return told.stderr.count("note: ")
+
     def test_files_are_written_as_convert_writes_them(self):
-        for kind, value, write, formats in (
-            ("cameras.json", self.cameras, kg.write_cameras, ("krt", "longcw")),
-            (
-                "detections.jsonl",
-                self.detections,
-                kg.write_detections,
-                ("kinegraph",),
-            ),
+        for source, value, write, name in (
+            ("cameras.json", self.cameras, kg.write_cameras, "krt"),
+            ("cameras.json", self.cameras, kg.write_cameras, "longcw"),
+            ("detections.jsonl", self.detections, kg.write_detections, "kinegraph"),
+            ("truth.jsonl", self.truth, kg.write_tracks, "csv"),
         ):
-            for name in formats:
-                own = os.path.join(self.folder.name, "own_" + name)
-                out = os.path.join(self.folder.name, "convert_" + name)
-                losses = write(own, value, format=name)
-                self.assertIsInstance(losses, list)
-                run(
-                    "convert",
-                    "--to=" + name,
-                    "--in=" + os.path.join(self.take, kind),
-                    "--out=" + out,
-                )
-                self.assert_same_bytes(own, out)
-        self.assertEqual(
-            kg.file_kind(os.path.join(self.take, "detections.jsonl")),
-            "detections",
-        )
+            own = self.in_folder("own_" + name)
+            self.assertIsInstance(write(own, value, format=name), list)
+            self.assert_as_convert(source, own, "--to=" + name)
+        own = self.in_folder("the_extension_chooses.csv")
+        kg.write_tracks(own, self.truth)
+        self.assert_as_convert("truth.jsonl", own)
+        kind = kg.file_kind(self.in_take("detections.jsonl"))
+        self.assertEqual(kind, "detections")
         with self.assertRaisesRegex(kg.InputError, "format: found 'bvh'"):
             kg.write_cameras("out.bvh", self.cameras, format="bvh")
         with self.assertRaisesRegex(kg.InputError, "format: found 'smap'"):
             kg.write_detections("out", self.detections, format="smap")
 
-    def assert_same_bytes(self, own, other):
-        with open(own, "rb") as a, open(other, "rb") as b:
-            self.assertEqual(a.read(), b.read(), own)
-
     def test_convert_gives_the_commands_bytes(self):
-        truth = os.path.join(self.take, "truth.jsonl")
-        for source, name, extension in (
-            ("truth.jsonl", "csv", ".csv"),
-            ("truth.jsonl", "npz", ".npz"),
-            ("truth.jsonl", "c3d", ".c3d"),
-            ("truth.jsonl", "poses", ".json"),
-            ("cameras.json", "pose2sim", ".toml"),
-            ("detections.jsonl", "kinegraph", ".jsonl"),
+        zero = "detections.zero_confidence"
+        for source, extension, options, flags in (
+            ("truth.jsonl", ".csv", {"to": "csv"}, "--to=csv"),
+            ("truth.jsonl", ".npz", {"to": "npz"}, "--to=npz"),
+            ("truth.jsonl", ".c3d", {"to": "c3d"}, "--to=c3d"),
+            ("truth.jsonl", ".json", {"to": "poses"}, "--to=poses"),
+            ("cameras.json", ".toml", {"to": "pose2sim"}, "--to=pose2sim"),
+            ("detections.jsonl", ".jsonl", {"to": "kinegraph"}, "--to=kinegraph"),
+            (
+                "truth.jsonl",
+                ".trc",
+                {"person": 1, "markers": "opensim", "axes": "x,-z,y"},
+                "--person=1 --markers=opensim --axes=x,-z,y",
+            ),
+            (
+                "cameras.json",
+                ".json",
+                {"to": "voxelpose", "from_": "kinegraph"},
+                "--to=voxelpose --from=kinegraph",
+            ),
+            (
+                "detections.jsonl",
+                ".json",
+                {"to": "coco_views", "image_size": (640, 480), "set": {zero: "position"}},
+                f"--to=coco_views --image_size=640,480 --set={zero}=position",
+            ),
         ):
-            given = os.path.join(self.take, source)
-            own = os.path.join(self.folder.name, "own_" + name + extension)
-            out = os.path.join(self.folder.name, "command_" + name + extension)
-            losses = kg.convert(given, own, name)
-            told = run(
-                "convert", "--to=" + name, "--in=" + given, "--out=" + out
-            ).stderr
-            self.assertEqual(told.count("note: "), len(losses), told)
-            self.assert_same_bytes(own, out)
-        # The extension chooses.
-        by_name = os.path.join(self.folder.name, "by_name.csv")
-        kg.write_tracks(by_name, kg.read_tracks(truth))
-        self.assert_same_bytes(
-            by_name, os.path.join(self.folder.name, "own_csv.csv")
-        )
-        with self.assertRaisesRegex(kg.InputError, "--to: 'docx' is no format"):
-            kg.convert(truth, "out.docx", "docx")
-        with self.assertRaisesRegex(kg.InputError, "--to is missing"):
-            kg.convert(truth, "out.docx")
+            own = self.in_folder("new/own" + extension)
+            losses = kg.convert(self.in_take(source), own, **options)
+            told = self.assert_as_convert(source, own, *flags.split())
+            self.assertEqual(told, len(losses), flags)
+        for error, source, options in (
+            ("--to: 'docx' is no format", "truth.jsonl", {"to": "docx"}),
+            ("--to is missing", "truth.jsonl", {}),
+            ("--axes belongs to tracks", "cameras.json", {"to": "krt", "axes": "x,y,z"}),
+        ):
+            with self.assertRaisesRegex(kg.InputError, error):
+                kg.convert(self.in_take(source), self.in_folder("out.docx"), **options)
 
     def test_paths_may_be_pathlibs_and_names_no_utf8(self):
         folder = pathlib.Path(self.folder.name) / os.fsdecode(b"Ren\xe9")
@@ -225,63 +224,9 @@ class Module(unittest.TestCase):
         self.assertEqual(kg.file_kind(folder / "t.csv"), "tracks")
         self.assertEqual(len(kg.read_cameras(folder / "c.json")), len(self.cameras))
 
-    def test_convert_takes_the_commands_options(self):
-        for source, extension, own_options, flags in (
-            (
-                "truth.jsonl",
-                ".trc",
-                {"person": 1, "markers": "opensim", "axes": "x,-z,y"},
-                ["--person=1", "--markers=opensim", "--axes=x,-z,y"],
-            ),
-            (
-                "cameras.json",
-                ".json",
-                {"to": "voxelpose", "from_": "kinegraph"},
-                ["--to=voxelpose", "--from=kinegraph"],
-            ),
-            (
-                "detections.jsonl",
-                ".json",
-                {
-                    "to": "coco_views",
-                    "image_size": (640, 480),
-                    "set": {"detections.zero_confidence": "position"},
-                },
-                [
-                    "--to=coco_views",
-                    "--image_size=640,480",
-                    "--set=detections.zero_confidence=position",
-                ],
-            ),
-        ):
-            given = os.path.join(self.take, source)
-            own = os.path.join(self.folder.name, "new", "own" + extension)
-            out = os.path.join(self.folder.name, "new", "command" + extension)
-            kg.convert(given, own, **own_options)
-            run("convert", "--in=" + given, "--out=" + out, *flags)
-            if extension != ".trc":  # which names itself
-                self.assert_same_bytes(own, out)
-                continue
-            with open(own, encoding="utf-8") as a:
-                with open(out, encoding="utf-8") as b:
-                    self.assertEqual(
-                        a.read().replace("own.trc", "command.trc"), b.read()
-                    )
-        with self.assertRaisesRegex(kg.InputError, "--axes belongs to tracks"):
-            kg.convert(
-                os.path.join(self.take, "cameras.json"),
-                os.path.join(self.folder.name, "no.json"),
-                to="krt",
-                axes="x,y,z",
-            )
-
     def test_arrays_in_give_what_files_give(self):
-        frames = [
-            [self.detections.view(k, v) for v in range(len(self.cameras))]
-            for k in range(len(self.detections))
-        ]
         own = kg.Detections(
-            frames,
+            [self.views_of(k) for k in range(len(self.detections))],
             self.detections.skeleton.name,
             self.detections.views,
             self.detections.frame_rate_hz,
@@ -293,10 +238,7 @@ class Module(unittest.TestCase):
             )
             for c in self.cameras
         ]
-        self.assert_same(
-            kg.track(rig, own, config=WINDOW),
-            kg.track(self.cameras, self.detections, config=WINDOW),
-        )
+        self.assert_same(kg.track(rig, own, config=WINDOW), self.window())
 
     def test_session_gives_frames_as_they_become_final(self):
         session = kg.Session(
@@ -309,16 +251,13 @@ class Module(unittest.TestCase):
         positions = {}
         before_the_end = 0
         for k, number in enumerate(self.detections.frame_numbers()):
-            views = [
-                self.detections.view(k, v) for v in range(len(self.cameras))
-            ]
-            done = session.process(number, views)
+            done = session.process(number, self.views_of(k))
             before_the_end += len(done)
             positions.update(zip(done.frames, done.positions_m))
         rest = session.finish()
         positions.update(zip(rest.frames, rest.positions_m))
         self.assertGreater(before_the_end, len(self.detections) // 2)
-        whole = kg.track(self.cameras, self.detections, config=WINDOW)
+        whole = self.window()
         self.assertEqual(sorted(positions), list(whole.frames))
         for number, expected in zip(whole.frames, whole.positions_m):
             # People absent from a part have no column there.
@@ -328,7 +267,7 @@ class Module(unittest.TestCase):
             )
 
     def test_shapes_and_meaning(self):
-        tracks = kg.track(self.cameras, self.detections, config=WINDOW)
+        tracks = self.window()
         f, p, j = len(tracks), len(tracks.ids), len(tracks.skeleton.joints)
         self.assertEqual(tracks.positions_m.shape, (f, p, j, 3))
         self.assertEqual(tracks.covariance_m2.shape, (f, p, j, 3, 3))
@@ -348,7 +287,7 @@ class Module(unittest.TestCase):
             frozen.smooth("kalmann")
 
     def test_evaluate(self):
-        tracks = kg.track(self.cameras, self.detections, config=WINDOW)
+        tracks = self.window()
         perfect = kg.evaluate(self.truth, self.truth)
         self.assertEqual(perfect["mpjpe_m"], 0.0)
         self.assertGreater(kg.evaluate(tracks, self.truth)["mpjpe_m"], 0.0)
@@ -388,12 +327,7 @@ class Module(unittest.TestCase):
 
         thread = threading.Thread(target=tick)
         thread.start()
-        kg.track(
-            self.cameras,
-            self.detections,
-            config=WINDOW,
-            progress=lambda read, total: seen.append((read, total)),
-        )
+        self.window(progress=lambda read, total: seen.append((read, total)))
         stop.set()
         thread.join()
         self.assertGreater(len(ticks), 0)

@@ -1,0 +1,23 @@
+"""What the tests share: the commands that were built beside the module."""
+
+import os
+import subprocess
+
+SOURCE = os.environ["KINEGRAPH_SOURCE"]
+APPS = os.environ["KINEGRAPH_APPS"]
+CONFIGS = os.path.join(SOURCE, "configs", "synthetic")
+DEMO = os.path.join(CONFIGS, "demo.toml")
+
+
+def run(command, *flags):
+    return subprocess.run(
+        [os.path.join(APPS, "kinegraph-" + command), *flags],
+        check=True,
+        capture_output=True,
+        text=True,
+    )
+
+
+def synthesize(out, *settings):
+    """The demo's scene in a new folder; settings: "scene.people=3"."""
+    run("synthesize", "--config=" + DEMO, "--set=" + ";".join(settings), "--out=" + out)
