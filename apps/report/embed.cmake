@@ -23,7 +23,7 @@ function(embed_text name content)
 endfunction()
 
 file(WRITE ${OUT}.part "// Made by apps/report/embed.cmake.
-#include \"apps/report/assets.h\"
+#include \"apps/report/page.h\"
 
 namespace kinegraph::assets {
 

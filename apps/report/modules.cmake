@@ -1,7 +1,6 @@
 # The modules of the page's script, each after those that it uses: values and
 # events below, drawing above them, the page on top.
-set(page_modules data playback scene labels pictures panels series charts summary
-  identity moments keep page)
+set(page_modules data playback scene pictures panels charts summary identity keep page)
 
 # Joins them into one script: a browser loads no module from a page on disk. Their
 # names share one scope then, so what `import` and `export` say is checked by a

@@ -15,6 +15,10 @@ constexpr double kApartSeconds = 0.5;
 constexpr double kMaxStepSeconds = 0.25;
 constexpr double kSamePersonM = 1.0;
 
+Moment At(MomentKind kind, const TrackFrame& frame, TrackId id) {
+  return {kind, frame.frame, frame.time, id, 0.0, ""};
+}
+
 struct Step {
   const Pose3d* pose = nullptr;
   TimeNs time = 0;
@@ -80,21 +84,9 @@ double MeanDistance(const Pose3d& a, const Pose3d& b,
 }  // namespace
 
 const char* ToString(MomentKind kind) {
-  switch (kind) {
-    case MomentKind::kResidual:
-      return "residual";
-    case MomentKind::kSpeedJump:
-      return "speed";
-    case MomentKind::kBone:
-      return "bone";
-    case MomentKind::kDifference:
-      return "difference";
-    case MomentKind::kStart:
-      return "start";
-    case MomentKind::kEnd:
-      break;
-  }
-  return "end";
+  constexpr const char* kNames[] = {"residual",   "speed", "bone",
+                                    "difference", "start", "end"};
+  return kNames[static_cast<int>(kind)];
 }
 
 std::vector<Moment> Largest(std::vector<Moment> moments, size_t count) {
@@ -127,12 +119,7 @@ std::vector<Moment> SpeedJumps(const TrackSequence& tracks) {
       const double dt_s = ToSeconds(frame.time - before.time);
       if (before.pose != nullptr && dt_s > 0.0 && dt_s <= kMaxStepSeconds) {
         now.velocity = VelocityOf(person.joints, *before.pose, dt_s);
-        Moment moment{MomentKind::kSpeedJump,
-                      frame.frame,
-                      frame.time,
-                      person.id,
-                      0.0,
-                      ""};
+        Moment moment = At(MomentKind::kSpeedJump, frame, person.id);
         for (size_t j = 0; j < before.velocity.size(); ++j) {
           const double jump = (now.velocity[j] - before.velocity[j]).norm();
           if (!(jump > moment.value)) continue;  // NaN is no jump
@@ -153,8 +140,7 @@ std::vector<Moment> BoneDeviations(const TrackSequence& tracks) {
   std::vector<Moment> moments;
   for (const TrackFrame& frame : tracks.frames) {
     for (const PersonPose& person : frame.people) {
-      Moment moment{MomentKind::kBone, frame.frame, frame.time,
-                    person.id,         0.0,         ""};
+      Moment moment = At(MomentKind::kBone, frame, person.id);
       for (size_t b = 0; b < skeleton.bones().size(); ++b) {
         const Bone& bone = skeleton.bones()[b];
         const double deviation = std::abs(BoneLength(person.joints, bone) -
@@ -186,12 +172,10 @@ std::vector<Moment> StartsAndEnds(const TrackSequence& tracks) {
   std::vector<Moment> moments;
   for (const auto& [id, life] : lives) {
     if (life.first != &tracks.frames.front()) {
-      moments.push_back({MomentKind::kStart, life.first->frame,
-                         life.first->time, id, 0.0, ""});
+      moments.push_back(At(MomentKind::kStart, *life.first, id));
     }
     if (life.last != &tracks.frames.back()) {
-      moments.push_back(
-          {MomentKind::kEnd, life.last->frame, life.last->time, id, 0.0, ""});
+      moments.push_back(At(MomentKind::kEnd, *life.last, id));
     }
   }
   std::stable_sort(

@@ -2,14 +2,59 @@
 
 #include <glog/logging.h>
 
+#include <initializer_list>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string_view>
 #include <utility>
-#include <vector>
 
-#include "apps/report/assets.h"
-#include "apps/report/encoding.h"
-#include "core/io/files/write_text_file.h"
+#include "core/io/files/atomic_file.h"
 
 namespace kinegraph {
+namespace {
+
+// Text as HTML shows it, for elements and quoted attributes.
+std::string HtmlText(const std::string& text) {
+  std::string html;
+  for (const char c : text) {
+    const std::string_view escaped = c == '&'    ? "&amp;"
+                                     : c == '<'  ? "&lt;"
+                                     : c == '>'  ? "&gt;"
+                                     : c == '"'  ? "&quot;"
+                                     : c == '\'' ? "&#39;"
+                                                 : std::string_view(&c, 1);
+    html += escaped;
+  }
+  return html;
+}
+
+using Keys = std::initializer_list<const char*>;
+
+void ExpectNumbers(const JsonField& object, Keys keys) {
+  for (const char* key : keys) object.At(key).Number();
+}
+
+void ExpectTexts(const JsonField& object, Keys keys) {
+  for (const char* key : keys) object.At(key).Text();
+}
+
+// Where there is no value, the page leaves its line out.
+void ExpectNumberIfAny(const JsonField& object, const char* key) {
+  const std::optional<JsonField> field = object.Find(key);
+  if (field.has_value() && !field->value().is_null()) field->Number();
+}
+
+void CheckNoise(const JsonField& noise) {
+  ExpectNumberIfAny(noise, "error_time_s");
+  ExpectNumberIfAny(noise, "confidence_power");
+  const std::optional<JsonField> classes = noise.Find("classes");
+  if (!classes.has_value()) return;
+  for (const JsonField::Member& one : classes->Members("class")) {
+    ExpectNumbers(one.field, {"sigma_px", "process_noise"});
+  }
+}
+
+}  // namespace
 
 // Walks the template once, so that nothing inserted is read as a place again.
 std::string MakePage(const std::string& title, const std::string& data_json) {
@@ -39,6 +84,74 @@ size_t WritePage(const std::string& title, const std::string& data_json,
   const std::string page = MakePage(title, data_json);
   WriteTextFile(path, page);
   return page.size();
+}
+
+std::string Base64(std::string_view bytes) {
+  static constexpr char kAlphabet[] =
+      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  const size_t size = bytes.size();
+  const auto byte = [&](size_t i) {
+    return i < size ? static_cast<unsigned char>(bytes[i]) : 0U;
+  };
+  std::string text;
+  text.reserve((size + 2) / 3 * 4);
+  for (size_t i = 0; i < size; i += 3) {
+    const unsigned group = byte(i) << 16 | byte(i + 1) << 8 | byte(i + 2);
+    text += kAlphabet[group >> 18];
+    text += kAlphabet[(group >> 12) & 63];
+    text += i + 1 < size ? kAlphabet[(group >> 6) & 63] : '=';
+    text += i + 2 < size ? kAlphabet[group & 63] : '=';
+  }
+  return text;
+}
+
+std::string WithoutAngleBrackets(const std::string& json) {
+  std::string safe;
+  safe.reserve(json.size());
+  for (const char c : json) {
+    safe += c == '<' ? "\\u003c" : std::string_view(&c, 1);
+  }
+  return safe;
+}
+
+Json ReadSummaryJson(const std::string& text, const std::string& file) {
+  Json json = ParseJson(text, file);
+  const JsonField root(json, file);
+  for (const JsonField& camera : root.At("cameras").Elements("camera")) {
+    ExpectTexts(camera, {"view"});
+    ExpectNumbers(camera, {"matched_share", "median_px", "p90_px"});
+  }
+  for (const JsonField& person : root.At("people").Elements("person")) {
+    ExpectNumbers(person, {"frames"});
+    ExpectNumberIfAny(person, "height_m");
+  }
+  ExpectNumbers(root, {"most_people_in_a_view"});
+  for (const JsonField& warning : root.At("warnings").Elements("warning")) {
+    ExpectTexts(warning, {"text", "try"});
+  }
+  if (const auto solver = root.Find("solver")) {
+    ExpectTexts(*solver, {"name"});
+    ExpectNumbers(*solver, {"solves", "not_converged", "failed"});
+  }
+  if (const auto noise = root.Find("noise")) CheckNoise(*noise);
+  return json;
+}
+
+Json ReadDoctorJson(const std::string& text, const std::string& file) {
+  Json json = ParseJson(text, file);
+  const JsonField root(json, file);
+  ExpectTexts(root, {"verdict"});
+  for (const JsonField& finding : root.At("findings").Elements("finding")) {
+    ExpectTexts(finding, {"kind", "fix"});
+    ExpectNumbers(finding, {"confidence"});
+    ExpectNumberIfAny(finding, "before_px");
+    ExpectNumberIfAny(finding, "after_px");
+    for (const char* key : {"camera", "evidence"}) {
+      const std::optional<JsonField> field = finding.Find(key);
+      if (field.has_value() && !field->value().is_null()) field->Text();
+    }
+  }
+  return json;
 }
 
 }  // namespace kinegraph

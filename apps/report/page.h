@@ -1,9 +1,17 @@
-// The page itself: markup, style, scripts and data in one file.
+// The page itself: markup, style, scripts and data in one file, and how bytes,
+// numbers and files of others may stand inside it.
 #ifndef KINEGRAPH_APPS_REPORT_PAGE_H_
 #define KINEGRAPH_APPS_REPORT_PAGE_H_
 
+#include <algorithm>
+#include <cmath>
 #include <cstddef>
+#include <limits>
 #include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/io/text/json.h"
 
 namespace kinegraph {
 
@@ -14,6 +22,45 @@ std::string MakePage(const std::string& title, const std::string& data_json);
 // InputError when the file cannot be written.
 size_t WritePage(const std::string& title, const std::string& data_json,
                  const std::string& path);
+
+std::string Base64(std::string_view bytes);
+
+// The numbers as they lie in memory. Pages read them as little-endian, which
+// is what every machine is that we build on.
+template <typename Number>
+std::string Base64(const std::vector<Number>& numbers) {
+  return Base64(std::string_view(reinterpret_cast<const char*>(numbers.data()),
+                                 numbers.size() * sizeof(Number)));
+}
+
+// The nearest whole multiple of `quantum`, kept inside the type.
+template <typename Integer>
+Integer Quantise(double value, double quantum) {
+  const double scaled = std::round(value / quantum);
+  const double low = std::numeric_limits<Integer>::min();
+  const double high = std::numeric_limits<Integer>::max();
+  return static_cast<Integer>(std::clamp(scaled, low, high));
+}
+
+// JSON text without any "<": no tag and no comment can begin or end in it.
+std::string WithoutAngleBrackets(const std::string& json);
+
+// Files beside tracks that the page shows, checked so that no script there
+// meets what it does not expect: NAME.summary.json of `track`, doctor.json of
+// `doctor`. Both throw InputError naming `file` and the place for what is none.
+Json ReadSummaryJson(const std::string& text, const std::string& file);
+Json ReadDoctorJson(const std::string& text, const std::string& file);
+
+// The page's sources, put into the program by embed.cmake.
+namespace assets {
+
+extern const char* const kPageHtml;
+extern const char* const kPageCss;
+extern const char* const kPageJs;
+extern const char* const kThreeJs;
+extern const char* const kOrbitControlsJs;
+
+}  // namespace assets
 
 }  // namespace kinegraph
 

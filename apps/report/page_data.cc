@@ -8,11 +8,9 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
-#include "apps/report/colours.h"
-#include "apps/report/encoding.h"
 #include "apps/report/moments.h"
+#include "apps/report/page.h"
 #include "apps/report/pairing.h"
-#include "apps/report/side_files.h"
 #include "core/base/error.h"
 #include "core/io/text/json.h"
 #include "core/kinematics/ground.h"
@@ -133,13 +131,6 @@ Moment WorstView(const TrackFrame& frame, const PersonPose& person, TimeNs time,
     worst.detail = view_names[v];
   }
   return worst;
-}
-
-uint16_t QuantisedResidual(const ViewPair& pair) {
-  if (!pair.residual_px.has_value()) return kNoValue16;
-  return std::min<uint16_t>(
-      Quantise<uint16_t>(*pair.residual_px, kResidualQuantumPx),
-      kNoValue16 - 1);
 }
 
 double LargestReach(const TrackSequence& tracks) {
@@ -425,7 +416,12 @@ void PageMaker::AddKept(const PersonPose& person, uint32_t clock_idx,
   arrays.person.push_back(work->person_of.at(person.id));
   if (work->pairing.has_value()) {
     for (const ViewPair& pair : pairs) {
-      arrays.residual.push_back(QuantisedResidual(pair));
+      arrays.residual.push_back(
+          !pair.residual_px.has_value()
+              ? kNoValue16
+              : std::min<uint16_t>(
+                    Quantise<uint16_t>(*pair.residual_px, kResidualQuantumPx),
+                    kNoValue16 - 1));
     }
   }
   if (difference != nullptr) {
@@ -641,8 +637,7 @@ Json PageMaker::PicturesJson(const std::map<int64_t, std::string>& pictures) {
     const auto at = index_.find(number);
     if (at == index_.end()) continue;
     json["at"].push_back(at->second);
-    json["jpeg"].push_back(Base64(
-        reinterpret_cast<const unsigned char*>(jpeg.data()), jpeg.size()));
+    json["jpeg"].push_back(Base64(jpeg));
     data_.picture_bytes += json["jpeg"].back().get_ref<std::string&>().size();
   }
   return json;
@@ -665,9 +660,7 @@ Json PageMaker::VideoJson(const PageVideo& video) {
     json["source"] = video.source;
     return json;
   }
-  json["data"] =
-      Base64(reinterpret_cast<const unsigned char*>(video.bytes.data()),
-             video.bytes.size());
+  json["data"] = Base64(video.bytes);
   data_.picture_bytes += json["data"].get_ref<std::string&>().size();
   return json;
 }

@@ -1,7 +1,10 @@
-// Which detections a result's people belong to, and how far off they are.
+// Who is who on the page: which detections a result's people belong to and how
+// far off they are, and the colour by which people of several results are
+// known.
 #ifndef KINEGRAPH_APPS_REPORT_PAIRING_H_
 #define KINEGRAPH_APPS_REPORT_PAIRING_H_
 
+#include <map>
 #include <optional>
 #include <vector>
 
@@ -41,6 +44,29 @@ class DetectionPairing {
   const CameraRig& cameras_;
   std::vector<int> joint_map_;  // the tracks' joint -> the detections'
   std::vector<int> view_of_track_view_;
+};
+
+// Colours by identity: 0, 1, 2 in order of first appearance; an identity of a
+// later result takes the colour of the one that it is nearest to most often.
+class Colours {
+ public:
+  // `lead` is null for the result that leads.
+  Colours(const TrackSequence& tracks, const TrackSequence* lead,
+          const Colours* lead_colours);
+
+  const std::vector<TrackId>& ids() const { return ids_; }
+  int ColourOf(TrackId id) const { return colour_.at(id); }
+  std::optional<int> Find(TrackId id) const {
+    const auto at = colour_.find(id);
+    return at == colour_.end() ? std::nullopt : std::optional<int>(at->second);
+  }
+
+ private:
+  static std::map<TrackId, std::map<TrackId, int>> Votes(
+      const TrackSequence& tracks, const TrackSequence& lead);
+
+  std::vector<TrackId> ids_;  // in order of first appearance
+  std::map<TrackId, int> colour_;
 };
 
 }  // namespace kinegraph

@@ -1,13 +1,19 @@
 #include "apps/report/view_images.h"
 
 #include <algorithm>
+#include <array>
 #include <cctype>
-#include <cstdint>
+#include <cmath>
+#include <cstdlib>
+#include <map>
+#include <set>
 #include <utility>
 
-#include "apps/report/frame_pictures.h"
+#include "apps/report/pairing.h"
+#include "apps/report/picture.h"
 #include "core/base/error.h"
 #include "core/io/detections/video_times.h"
+#include "core/io/files/atomic_file.h"
 #include "core/io/files/text_file.h"
 
 namespace kinegraph {
@@ -192,6 +198,311 @@ size_t AddVideos(const ViewImages& images, const std::string& page_path,
     bytes += (shown.bytes.size() + 2) / 3 * 4;
   }
   return bytes;
+}
+
+// ---- Pictures into the page, and a series of its own ----
+
+namespace {
+
+constexpr int kQuality = 70;                // of pictures inside the page
+constexpr int kQualityOfFrames = 88;        // of those that are written
+constexpr double kTextOfBytes = 4.0 / 3.0;  // Base64
+constexpr std::array<int, 4> kWidths = {640, 480, 320, 240};  // px
+
+// As the page's.
+constexpr std::array<Colour, 8> kPalette = {{{0x00, 0x72, 0xb2},
+                                             {0xe6, 0x9f, 0x00},
+                                             {0x00, 0x9e, 0x73},
+                                             {0xd5, 0x5e, 0x00},
+                                             {0x56, 0xb4, 0xe9},
+                                             {0xcc, 0x79, 0xa7},
+                                             {0x88, 0x33, 0xff},
+                                             {0x77, 0x44, 0x22}}};
+constexpr Colour kGround = {0xe9, 0xed, 0xf2};
+constexpr Colour kInk = {0x1b, 0x24, 0x30};
+constexpr Colour kWhite = {0xff, 0xff, 0xff};
+
+std::vector<int64_t> FramesOf(const PageInput& input) {
+  std::vector<int64_t> frames;
+  for (const TrackFrame& frame : input.results.front().tracks.frames) {
+    frames.push_back(frame.frame);
+  }
+  return frames;
+}
+
+// What all pictures would take at a width, by the first, middle and last frame
+// of each view [bytes of text].
+double EstimateBytes(const std::vector<std::string>& patterns,
+                     const std::vector<int64_t>& frames, int width) {
+  double bytes = 0.0;
+  int samples = 0;
+  size_t pictures = 0;
+  for (const std::string& pattern : patterns) {
+    if (pattern.empty()) continue;
+    pictures += frames.size();
+    for (const size_t at : {size_t{0}, frames.size() / 2, frames.size() - 1}) {
+      const std::string path = PicturePath(pattern, frames[at]);
+      if (!IsFile(path)) continue;
+      bytes += kTextOfBytes *
+               static_cast<double>(
+                   EncodeJpeg(ScaledDown(ReadPicture(path), width), kQuality)
+                       .size());
+      ++samples;
+    }
+  }
+  return samples == 0 ? 0.0 : bytes / samples * static_cast<double>(pictures);
+}
+
+// Drops every second of the frames that are left until the text is small
+// enough.
+void ThinOut(size_t max_bytes, const std::vector<int64_t>& frames,
+             EmbeddedPictures* embedded, PageInput* input) {
+  while (embedded->bytes > max_bytes && embedded->count > 0) {
+    embedded->stride *= 2;
+    std::set<int64_t> kept;
+    for (size_t f = 0; f < frames.size();
+         f += static_cast<size_t>(embedded->stride)) {
+      kept.insert(frames[f]);
+    }
+    embedded->bytes = embedded->count = 0;
+    for (auto& pictures : input->pictures) {
+      for (auto at = pictures.begin(); at != pictures.end();) {
+        if (kept.count(at->first) == 0) {
+          at = pictures.erase(at);
+          continue;
+        }
+        ++embedded->count;
+        embedded->bytes += static_cast<size_t>(
+            kTextOfBytes * static_cast<double>(at->second.size()));
+        ++at;
+      }
+    }
+    if (embedded->stride > static_cast<int>(frames.size())) return;
+  }
+}
+
+class FrameArtist {
+ public:
+  explicit FrameArtist(const PageInput& input)
+      : input_(input),
+        colours_(input.results.front().tracks, nullptr, nullptr) {}
+
+  Picture Draw(const std::string& pattern, size_t view, int64_t frame) const {
+    Picture picture = Ground(pattern, view, frame);
+    // A picture may be a smaller copy of what the camera saw.
+    const int width = input_.cameras[view].width_px();
+    const Canvas canvas = {view, frame,
+                           width > 0 ? picture.width / double(width) : 1.0,
+                           std::max(1.0, picture.width / 960.0)};
+    Pen pen(&picture);
+    for (size_t r = 0; r < input_.results.size(); ++r) {
+      DrawPoses(r, canvas, &pen);
+    }
+    DrawDetections(canvas, &pen);
+    return picture;
+  }
+
+ private:
+  struct Canvas {
+    size_t view = 0;
+    int64_t frame = 0;
+    double scale = 1.0;  // picture pixels in a camera's pixel
+    double unit = 1.0;   // px, of lines
+  };
+
+  std::optional<Eigen::Vector2d> Project(const Canvas& canvas,
+                                         const Joint3d& joint) const {
+    if (!joint.present()) return std::nullopt;
+    const auto px = input_.cameras[canvas.view].Project(joint.position_m);
+    if (!px.has_value()) return std::nullopt;
+    return Eigen::Vector2d(canvas.scale * *px);
+  }
+
+  Picture Ground(const std::string& pattern, size_t view, int64_t frame) const {
+    const std::string path = pattern.empty() ? "" : PicturePath(pattern, frame);
+    if (!path.empty() && IsFile(path)) return ReadPicture(path);
+    const Camera& camera = input_.cameras[view];
+    const CameraParameters& own = camera.parameters();
+    const auto side = [](int told, double middle) {
+      return told > 0 ? told
+                      : std::clamp(static_cast<int>(std::lround(2.0 * middle)),
+                                   16, 8000);
+    };
+    return MakePicture(side(camera.width_px(), own.K(0, 2)),
+                       side(camera.height_px(), own.K(1, 2)), kGround);
+  }
+
+  Colour ColourOf(TrackId id) const {
+    const std::optional<int> colour = colours_.Find(id);
+    if (!colour.has_value()) return kInk;
+    return kPalette[static_cast<size_t>(*colour) % kPalette.size()];
+  }
+
+  void DrawPoses(size_t result, const Canvas& canvas, Pen* pen) const {
+    const PageResult& shown = input_.results[result];
+    const auto& frames = shown.tracks.frames;
+    const auto at = std::lower_bound(frames.begin(), frames.end(), canvas.frame,
+                                     [](const TrackFrame& one, int64_t number) {
+                                       return one.frame < number;
+                                     });
+    if (at == frames.end() || at->frame != canvas.frame) return;
+    const bool truth = shown.role == ResultRole::kGroundTruth;
+    for (const PersonPose& person : at->people) {
+      const Colour colour = truth ? kInk : ColourOf(person.id);
+      const double width_px = (result == 0 ? 4.0 : 1.8) * canvas.unit;
+      DrawPose(shown.tracks.header.skeleton, person, canvas,
+               {colour, width_px, 0.85}, pen);
+      if (result == 0) DrawName(person, canvas, pen);
+    }
+  }
+
+  void DrawPose(const Skeleton& skeleton, const PersonPose& person,
+                const Canvas& canvas, const Stroke& stroke, Pen* pen) const {
+    for (const Bone& bone : skeleton.bones()) {
+      const Joint3d& a = person.joints[static_cast<size_t>(bone.a)];
+      const Joint3d& b = person.joints[static_cast<size_t>(bone.b)];
+      const auto from = Project(canvas, a);
+      const auto to = Project(canvas, b);
+      if (!from.has_value() || !to.has_value()) continue;
+      Stroke own = stroke;
+      if (a.status == JointStatus::kInferred ||
+          b.status == JointStatus::kInferred) {
+        own.opacity *= 0.4;
+      }
+      pen->Line(*from, *to, own);
+    }
+    for (int j = 0; j < skeleton.joint_count(); ++j) {
+      const auto touches = [j](const Bone& bone) {
+        return bone.a == j || bone.b == j;
+      };
+      const std::vector<Bone>& bones = skeleton.bones();
+      if (std::any_of(bones.begin(), bones.end(), touches)) continue;
+      const auto px = Project(canvas, person.joints[static_cast<size_t>(j)]);
+      if (px.has_value()) pen->Disc(*px, stroke.width_px, stroke.colour);
+    }
+  }
+
+  void DrawName(const PersonPose& person, const Canvas& canvas,
+                Pen* pen) const {
+    std::optional<Eigen::Vector2d> top;
+    for (const Joint3d& joint : person.joints) {
+      const auto px = Project(canvas, joint);
+      if (px.has_value() && (!top.has_value() || px->y() < top->y())) top = px;
+    }
+    if (!top.has_value()) return;
+    const Eigen::Vector2d above(0.0, -10.0 * canvas.unit);
+    pen->Number(person.id.value(), *top + above, 15.0 * canvas.unit, kWhite,
+                ColourOf(person.id));
+  }
+
+  void DrawDetections(const Canvas& canvas, Pen* pen) const {
+    const DetectionFrame* seen =
+        FindDetectionFrame(*input_.detections, canvas.frame);
+    if (seen == nullptr) return;
+    const Skeleton& skeleton = input_.detections->header.skeleton;
+    const Stroke thin = {kInk, 1.2 * canvas.unit, 0.8};
+    for (const Detection& detection : seen->views[canvas.view].detections) {
+      for (const Bone& bone : skeleton.bones()) {
+        const Keypoint& a = detection.joints[static_cast<size_t>(bone.a)];
+        const Keypoint& b = detection.joints[static_cast<size_t>(bone.b)];
+        if (!a.found || !b.found) continue;
+        pen->Line(canvas.scale * a.px, canvas.scale * b.px, thin);
+      }
+      for (const Keypoint& joint : detection.joints) {
+        if (!joint.found) continue;
+        pen->Disc(canvas.scale * joint.px, 2.0 * canvas.unit, kInk);
+      }
+    }
+  }
+
+  const PageInput& input_;
+  const Colours colours_;
+};
+
+}  // namespace
+
+std::string PicturePath(const std::string& pattern, int64_t frame) {
+  const size_t begin = pattern.find('%');
+  size_t end = begin == std::string::npos ? begin : begin + 1;
+  while (end < pattern.size() && std::isdigit(pattern[end]) != 0) ++end;
+  const bool is_number = end < pattern.size() && pattern[end] == 'd' &&
+                         pattern.find('%', end) == std::string::npos;
+  if (!is_number) {
+    throw InputError("--images: found '" + Printable(pattern) +
+                     "', expected one number such as %06d in it, or a video "
+                     "(.mp4, .mov, .webm, .mkv)");
+  }
+  std::string number = std::to_string(frame);
+  const size_t width = std::strtoul(pattern.c_str() + begin + 1, nullptr, 10);
+  if (number.size() < width && width < 30) {
+    number.insert(0, width - number.size(), '0');
+  }
+  return pattern.substr(0, begin) + number + pattern.substr(end + 1);
+}
+
+EmbeddedPictures EmbedPictures(const std::vector<std::string>& patterns,
+                               size_t max_bytes,
+                               const std::function<void()>& step,
+                               PageInput* input) {
+  EmbeddedPictures embedded;
+  input->pictures.assign(input->cameras.size(), {});
+  const std::vector<int64_t> frames = FramesOf(*input);
+  if (frames.empty()) return embedded;
+  double expected = 0.0;
+  for (const int width : kWidths) {
+    embedded.width = width;
+    expected = EstimateBytes(patterns, frames, width);
+    if (expected <= static_cast<double>(max_bytes)) break;
+  }
+  embedded.stride = std::max(1, static_cast<int>(std::ceil(std::min(
+                                    expected / static_cast<double>(max_bytes),
+                                    static_cast<double>(frames.size())))));
+  for (size_t f = 0; f < frames.size();
+       f += static_cast<size_t>(embedded.stride)) {
+    for (size_t view = 0; view < patterns.size(); ++view) {
+      if (patterns[view].empty()) continue;
+      const std::string path = PicturePath(patterns[view], frames[f]);
+      if (!IsFile(path)) continue;
+      std::string jpeg =
+          EncodeJpeg(ScaledDown(ReadPicture(path), embedded.width), kQuality);
+      ++embedded.count;
+      embedded.bytes +=
+          static_cast<size_t>(kTextOfBytes * static_cast<double>(jpeg.size()));
+      input->pictures[view][frames[f]] = std::move(jpeg);
+    }
+    step();
+  }
+  ThinOut(max_bytes, frames, &embedded, input);
+  return embedded;
+}
+
+size_t WriteAnnotatedFrames(const PageInput& input,
+                            const std::vector<std::string>& patterns,
+                            const std::string& folder,
+                            const std::function<void()>& step) {
+  const std::vector<std::string>& views = input.detections->header.view_names;
+  AtomicFolder whole(folder);
+  for (const std::string& view : views) {
+    CheckFileName(view, "view");
+    MakeFolder(whole.PathOf(view));
+  }
+  const FrameArtist artist(input);
+  size_t files = 0;
+  for (const int64_t frame : FramesOf(input)) {
+    for (size_t view = 0; view < views.size(); ++view) {
+      const std::string pattern =
+          view < patterns.size() ? patterns[view] : std::string();
+      AtomicFile file(
+          whole.PathOf(views[view] + "/" + PicturePath("%06d.jpg", frame)));
+      file.Write(
+          EncodeJpeg(artist.Draw(pattern, view, frame), kQualityOfFrames));
+      file.Commit();
+      ++files;
+    }
+    step();
+  }
+  whole.Commit();
+  return files;
 }
 
 }  // namespace kinegraph

@@ -1,6 +1,5 @@
-// The timelines.
-import { LENGTH, NO_ANGLE, NO_VALUE, SPEED, byId, colourOf, dark, decode, element, frameCount, nameOf, results, times } from './data.js';
-import { boneLengthOf, meanViews, perPerson, residualSeries, speedOf } from './series.js';
+// The timelines and their series.
+import { LENGTH, MISSING, NO_ANGLE, NO_VALUE, PALETTE, SPEED, byId, colourOf, dark, data, decode, element, frameCount, nameOf, results, times, viewCount } from './data.js';
 import { onFrame, pause, setFrame } from './playback.js';
 
 // Width left of a plot for names and for the axis' numbers.
@@ -230,8 +229,7 @@ export function makeCharts(drawMarks) {
     legend(lineChart('Distance to ' + referenceName(), LENGTH.unit, 80, () => series), series);
   }
   const speed = [].concat(...results.map((result) => perPerson(result, speedOf(result))));
-  const speedChart = lineChart('Mean speed of joints', SPEED.unit, 80, () => speed);
-  legend(speedChart, speed);
+  legend(lineChart('Mean speed of joints', SPEED.unit, 80, () => speed), speed);
   angleChart();
   if (lead.bones.length === 0) return;
   let bones = [];
@@ -239,17 +237,22 @@ export function makeCharts(drawMarks) {
     const names = lead.bones[b].map((j) => lead.joints[j]);
     bones = [].concat(...results.map((result) => {
       const own = names.map((name) => result.joints.indexOf(name));
-      return own.includes(-1) ? [] : perPerson(result, boneLengthOf(result, own));
+      return own.includes(-1) ? [] : perPerson(result, (p) => LENGTH.per * jointDistance(result, p, own[0], p, own[1]));
     }));
   };
   choose(0);
   const boneChart = lineChart('Bone length', LENGTH.unit, 80, () => bones);
   boneChart.fromZero = false;
-  const select = element('select', { id: 'bone' });
-  select.setAttribute('aria-label', 'Bone');
-  lead.bones.forEach((bone, b) => select.append(element('option', { value: b, textContent: jointName(lead.joints[bone[0]]) + ' to ' + jointName(lead.joints[bone[1]]) })));
-  select.addEventListener('change', () => { choose(Number(select.value)); boneChart.draw(); });
-  boneChart.head.append(select);
+  addChoice(boneChart, 'bone', 'Bone', lead.bones.map(([a, b], i) => [i, jointName(lead.joints[a]) + ' to ' + jointName(lead.joints[b])]), choose);
+}
+
+// A list in the head of a chart, which `choose(value)` and drawing anew follow.
+function addChoice(chart, id, label, options, choose) {
+  const select = element('select', { id: id });
+  select.setAttribute('aria-label', label);
+  options.forEach(([value, text]) => select.append(element('option', { value: value, textContent: text })));
+  select.addEventListener('change', () => { choose(select.value); chart.draw(); });
+  chart.head.append(select);
 }
 
 // Degrees of one angle, with its interval where the page has covariances.
@@ -270,10 +273,6 @@ function angleSeries(result, name) {
   return series;
 }
 
-function angleName(name) {
-  return jointName(name.replace(/^([lr]_[a-z]+)_/, '$1 '));
-}
-
 function angleChart() {
   const names = [];
   results.forEach((result) => (result.angles ? result.angles.names : []).forEach((name) => { if (!names.includes(name)) names.push(name); }));
@@ -283,15 +282,64 @@ function angleChart() {
   choose(names[0]);
   const chart = lineChart('Joint angle', '\u00b0', 90, () => angles);
   chart.fromZero = null;
-  const select = element('select', { id: 'angle' });
-  select.setAttribute('aria-label', 'Joint angle');
-  names.forEach((name) => select.append(element('option', { value: name, textContent: angleName(name) })));
-  select.addEventListener('change', () => { choose(select.value); chart.draw(); });
-  chart.head.append(select);
+  addChoice(chart, 'angle', 'Joint angle', names.map((name) => [name, jointName(name.replace(/^([lr]_[a-z]+)_/, '$1 '))]), choose);
   if (angles.some((one) => one.low)) chart.head.append(element('span', { className: 'key', textContent: 'bands: 95 % intervals' }));
 }
 
 // What distances are measured to.
 export function referenceName() {
   return results.some((result) => result.truth) ? 'the truth' : results[1].label;
+}
+
+// From joint j of pose p to joint k of pose q.
+function jointDistance(result, p, j, q, k) {
+  const J = result.joints.length, a = (p * J + j) * 3, b = (q * J + k) * 3, xyz = result.xyz;
+  if ((result.status[p * J + j] & 3) === MISSING || (result.status[q * J + k] & 3) === MISSING) return NaN;
+  return Math.hypot(xyz[a] - xyz[b], xyz[a + 1] - xyz[b + 1], xyz[a + 2] - xyz[b + 2]);
+}
+
+function perPerson(result, valueOf) {
+  return result.ids.map((id, person) => {
+    const values = new Float32Array(frameCount).fill(NaN);
+    result.ofPerson[person].forEach((p, i) => { values[result.frame[p]] = valueOf(p, i, result.ofPerson[person]); });
+    return { name: nameOf(result, person), colour: () => colourOf(result, person), values: values, thin: result.index > 0, source: result.label };
+  });
+}
+
+function speedOf(result) {
+  return (p, i, list) => {
+    if (i === 0) return NaN;
+    const q = list[i - 1], dt = times[result.frame[p]] - times[result.frame[q]];
+    if (!(dt > 0) || dt > 0.25) return NaN;
+    let sum = 0, n = 0;
+    for (let j = 0; j < result.joints.length; ++j) {
+      const distance = jointDistance(result, p, j, q, j);
+      if (distance === distance) { sum += distance; ++n; }
+    }
+    return n ? SPEED.per * sum / n / dt : NaN;
+  };
+}
+
+function meanViews(result, p) {
+  const J = result.joints.length;
+  let sum = 0, n = 0;
+  for (let j = 0; j < J; ++j) {
+    if ((result.status[p * J + j] & 3) !== MISSING) { sum += result.status[p * J + j] >> 2; ++n; }
+  }
+  return n ? sum / n : 0;
+}
+
+function residualSeries(result) {
+  return data.cameras.map((camera, v) => {
+    const values = new Float32Array(frameCount).fill(NaN);
+    for (let f = 0; f < frameCount; ++f) {
+      let sum = 0, n = 0;
+      for (let p = result.start[f]; p < result.start[f + 1]; ++p) {
+        const value = result.residual[p * viewCount + v];
+        if (value !== NO_VALUE) { sum += value * 0.1; ++n; }
+      }
+      if (n) values[f] = sum / n;
+    }
+    return { name: camera.view, colour: () => PALETTE[v % PALETTE.length], values: values, thin: false };
+  });
 }

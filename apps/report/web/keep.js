@@ -1,7 +1,6 @@
 // A picture to keep, as SVG and PNG.
 import { INFERRED, MISSING, colourOf, dark, data, element, frameNumbers, nameOf, results, times } from './data.js';
-import { reach, scratch, show, up } from './scene.js';
-import { headOf } from './labels.js';
+import { headOf, reach, scratch, show, up } from './scene.js';
 import { paintPanel, panels } from './panels.js';
 import { state } from './playback.js';
 

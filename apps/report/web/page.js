@@ -1,12 +1,10 @@
 // The page put together.
 import { PALETTE, byId, dark, data, element, frameCount, results, times } from './data.js';
 import { Scene, show } from './scene.js';
-import { placeLabels } from './labels.js';
 import { drawPanel, makePanels, panels, sizePanels } from './panels.js';
 import { charts, makeCharts } from './charts.js';
-import { makeFindings, makeSummary } from './summary.js';
+import { listMoments, makeFindings, makeMoments, makeSummary } from './summary.js';
 import { corrections, correctionsText, drawEdits, makeIdentity } from './identity.js';
-import { listMoments, makeMoments } from './moments.js';
 import { SPEEDS, onFrame, onKey, pause, play, setFrame, state, tick, update } from './playback.js';
 import { pngUrl, savePng, saveSvg, svgPicture } from './keep.js';
 
@@ -79,7 +77,7 @@ function connect() {
 document.documentElement.classList.toggle('dark', window.matchMedia('(prefers-color-scheme: dark)').matches);
 makeHeader();
 try {
-  state.scene = new Scene(byId('scene'), placeLabels);
+  state.scene = new Scene(byId('scene'));
   onFrame((f) => state.scene.setFrame(f));
 } catch (error) {
   byId('no-webgl').hidden = false;

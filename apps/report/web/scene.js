@@ -1,5 +1,6 @@
-// The 3D view.
-import { INFERRED, MISSING, OBSERVED, colourOf, data, lowerBound, results, times } from './data.js';
+// The 3D view, and the names and cameras over it.
+import { INFERRED, MISSING, OBSERVED, byId, colourOf, data, lowerBound, nameOf, results, times } from './data.js';
+import { state } from './playback.js';
 
 export const up = new THREE.Vector3().fromArray(data.up);
 export const scratch = {
@@ -27,10 +28,8 @@ const middle = people.getCenter(new THREE.Vector3());
 export const reach = Math.min(30, Math.max(2, people.getSize(new THREE.Vector3()).length() / 2));
 
 export class Scene {
-  // `onRender(this)` follows each picture.
-  constructor(canvas, onRender) {
+  constructor(canvas) {
     this.canvas = canvas;
-    this.onRender = onRender;
     const context = canvas.getContext('webgl2', { antialias: true, alpha: true });
     if (!context) throw new Error('no WebGL 2');
     this.renderer = new THREE.WebGLRenderer({ canvas: canvas, context: context, antialias: true, alpha: true });
@@ -265,7 +264,7 @@ export class Scene {
     this.dirty = false;
     this.light.position.copy(this.camera.position).addScaledVector(up, reach);
     this.renderer.render(this.scene, this.camera);
-    this.onRender(this);
+    placeLabels(this);
   }
 }
 
@@ -288,4 +287,43 @@ function footOf(result, p) {
   const drop = data.floor + 0.01 - (x * up.x + y * up.y + z * up.z);
   footBuffer[0] = x + drop * up.x; footBuffer[1] = y + drop * up.y; footBuffer[2] = z + drop * up.z;
   return footBuffer;
+}
+
+const labelPool = [];
+function placeLabels(view) {
+  let used = 0;
+  const width = view.width, height = view.height;
+  const put = (point, text, colour, className) => {
+    scratch.b.copy(point).project(view.camera);
+    if (scratch.b.z > 1 || Math.abs(scratch.b.x) > 1 || Math.abs(scratch.b.y) > 1) return;
+    if (!labelPool[used]) labelPool.push(byId('labels').appendChild(document.createElement('span')));
+    const label = labelPool[used++];
+    if (label.textContent !== text) label.textContent = text;
+    label.className = className;
+    label.style.borderColor = colour || 'transparent';
+    label.style.transform = 'translate(-50%, -100%) translate(' + ((scratch.b.x + 1) / 2 * width).toFixed(1) + 'px,' + ((1 - scratch.b.y) / 2 * height).toFixed(1) + 'px)';
+    label.hidden = false;
+  };
+  if (show.labels) {
+    if (show.cameras) data.cameras.forEach((camera, c) => put(view.frusta[c], camera.view, '', 'camera'));
+    const result = results.find((r) => r.visible);
+    if (result) {
+      for (let p = result.start[state.frame]; p < result.start[state.frame + 1]; ++p) {
+        put(headOf(result, p), nameOf(result, result.person[p]), colourOf(result, result.person[p]), '');
+      }
+    }
+  }
+  for (let i = used; i < labelPool.length; ++i) labelPool[i].hidden = true;
+}
+
+export function headOf(result, p) {
+  const J = result.joints.length;
+  let best = -Infinity;
+  for (let j = 0; j < J; ++j) {
+    if ((result.status[p * J + j] & 3) === MISSING) continue;
+    scratch.b.fromArray(result.xyz, (p * J + j) * 3);
+    const height = scratch.b.dot(up);
+    if (height > best) { best = height; scratch.a.copy(scratch.b); }
+  }
+  return scratch.a.addScaledVector(up, 0.14);
 }

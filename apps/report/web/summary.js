@@ -1,6 +1,7 @@
-// What the tracker said of the take.
-import { LENGTH, NO_VALUE, byId, data, element, results } from './data.js';
-import { human, referenceName } from './charts.js';
+// What stands beside the 3D view: findings, the summary, the worst moments.
+import { LENGTH, NO_VALUE, SPEED, byId, colourOf, data, element, nameOf, results } from './data.js';
+import { pause, setFrame } from './playback.js';
+import { human, jointName, referenceName } from './charts.js';
 
 function medianOf(values) {
   const sorted = Array.from(values).filter((v) => v === v).sort((a, b) => a - b);
@@ -86,4 +87,39 @@ export function makeSummary() {
   });
   if (data.doctor) line('Doctor: ' + data.doctor.verdict + (data.doctor.findings.length ? ', see the top of the page' : ''), data.doctor.findings.length ? 'warning' : '');
   byId('summary-card').hidden = !box.firstChild;
+}
+
+const KINDS = {
+  residual: ['largest residual', (m) => ': ' + human(m.value) + ' px off the detection in ' + m.detail],
+  speed: ['speed jump', (m) => ', ' + jointName(m.detail) + ': velocity jumps by ' + human(SPEED.per * m.value) + ' ' + SPEED.unit],
+  bone: ['bone length jump', (m) => ', ' + jointName(m.detail) + ': length jumps by ' + human(LENGTH.per * m.value) + ' ' + LENGTH.unit],
+  difference: [results.some((r) => r.truth) ? 'far from the truth' : 'results differ', (m) => ': ' + human(LENGTH.per * m.value) + ' ' + LENGTH.unit + ' from ' + referenceName()],
+  start: ['identity appears', () => ' appears'],
+  end: ['identity is lost', () => ' is lost']
+};
+
+export function makeMoments() {
+  const select = byId('moment-kind');
+  select.append(element('option', { value: '', textContent: 'all kinds' }));
+  Object.keys(KINDS).filter((kind) => data.moments.some((m) => m.kind === kind))
+    .forEach((kind) => select.append(element('option', { value: kind, textContent: KINDS[kind][0] })));
+  select.addEventListener('change', listMoments);
+  listMoments();
+}
+
+export function listMoments() {
+  const kind = byId('moment-kind').value, list = byId('moments');
+  list.textContent = '';
+  data.moments.filter((m) => !kind || m.kind === kind).forEach((moment) => {
+    const result = results[moment.result], person = result.ids.indexOf(moment.id);
+    const dot = element('span', { className: 'dot' });
+    dot.style.background = colourOf(result, person);
+    const what = data.who + ' ' + nameOf(result, person) + KINDS[moment.kind][1](moment) + (result.index > 0 ? ' (' + result.label + ')' : '');
+    const button = element('button', { type: 'button' }, [dot, element('span', { className: 'what', textContent: what }), element('span', { className: 'when', textContent: String(moment.frame) })]);
+    button.title = KINDS[moment.kind][0];
+    button.dataset.at = moment.at;
+    button.addEventListener('click', () => { pause(); setFrame(moment.at); });
+    list.append(element('li', {}, [button]));
+  });
+  if (!list.firstChild) list.append(element('li', { textContent: 'none' }));
 }

@@ -158,6 +158,19 @@ class PageInBrowser : public ::testing::Test {
 
   int Frame() { return browser_->Evaluate("kinegraph.state.frame"); }
 
+  // The text of the first element that a selector finds.
+  std::string TextOf(const std::string& selector) {
+    return browser_->Evaluate("document.querySelector('" + selector +
+                              "').textContent");
+  }
+
+  // Chooses from a list as a user does.
+  void Choose(const std::string& id, const std::string& value) {
+    browser_->Evaluate("(() => { const list = document.getElementById('" + id +
+                       "'); list.value = '" + value +
+                       "'; list.dispatchEvent(new Event('change')); })()");
+  }
+
   // The frame that the state, the slider, the clock, the bodies in 3D and the
   // panels all show; -1 when they disagree.
   int FrameEverywhere() {
@@ -269,8 +282,7 @@ TEST_F(PageInBrowser, PlaybackKeepsTimeAndStopsAtTheEnd) {
   browser.Press("+");
   ASSERT_TRUE(browser.WaitFor("!kinegraph.state.playing"));
   EXPECT_EQ(FrameEverywhere(), 99);
-  EXPECT_EQ(browser.Evaluate("document.getElementById('play').textContent"),
-            "Play");
+  EXPECT_EQ(TextOf("#play"), "Play");
   // From the end it begins again.
   browser.Click("#play");
   EXPECT_LT(Frame(), 90);
@@ -279,19 +291,11 @@ TEST_F(PageInBrowser, PlaybackKeepsTimeAndStopsAtTheEnd) {
 TEST_F(PageInBrowser, ClickOnAWorstMomentJumps) {
   Browser& browser = Open(kDesk);
   // The largest change of velocity is the way back, a frame after the jump.
-  browser.Evaluate(
-      "(() => { const kind = document.getElementById('moment-kind');"
-      "kind.value = 'speed'; kind.dispatchEvent(new Event('change')); })()");
-  EXPECT_THAT(browser
-                  .Evaluate("document.querySelector('#moments button')"
-                            ".textContent")
-                  .get<std::string>(),
-              HasSubstr("left wrist"));
+  Choose("moment-kind", "speed");
+  EXPECT_THAT(TextOf("#moments button"), HasSubstr("left wrist"));
   browser.Click("#moments button");
   EXPECT_EQ(FrameEverywhere(), kJumpFrame + 1 - kFirstFrame);
-  browser.Evaluate(
-      "(() => { const kind = document.getElementById('moment-kind');"
-      "kind.value = 'end'; kind.dispatchEvent(new Event('change')); })()");
+  Choose("moment-kind", "end");
   browser.Click("#moments button");
   EXPECT_EQ(FrameEverywhere(), 59) << "person 2 is lost";
 }
@@ -299,14 +303,9 @@ TEST_F(PageInBrowser, ClickOnAWorstMomentJumps) {
 TEST_F(PageInBrowser, HostileNamesStayText) {
   Browser& browser = Open(kDesk);
   EXPECT_EQ(browser.Evaluate("document.title"), kHostile);
-  EXPECT_EQ(browser.Evaluate("document.getElementById('title').textContent"),
-            kHostile);
-  EXPECT_EQ(browser.Evaluate("document.querySelector('figcaption b')"
-                             ".textContent"),
-            kHostile);
-  EXPECT_THAT(browser.Evaluate("document.getElementById('results').textContent")
-                  .get<std::string>(),
-              HasSubstr(kHostile));
+  EXPECT_EQ(TextOf("#title"), kHostile);
+  EXPECT_EQ(TextOf("figcaption b"), kHostile);
+  EXPECT_THAT(TextOf("#results"), HasSubstr(kHostile));
   browser.Press("End");
   EXPECT_EQ(browser.Evaluate("document.querySelectorAll('img').length"), 0);
   EXPECT_EQ(browser.Evaluate("typeof hacked"), "undefined");
@@ -329,31 +328,29 @@ TEST_F(PageInBrowser, PanelsShowWhatWasMatchedRejectedAndMissing) {
   Browser& browser = Open(kDesk);
   browser.MiddleOf("#panels");
   browser.Press("Home");
-  const auto caption = [&](int view) {
-    return browser.Evaluate("document.querySelectorAll('figcaption span')[" +
-                            std::to_string(view) + "].textContent");
-  };
-  EXPECT_EQ(caption(0),
-            "detections 4, matched 3; joints rejected 1, not found 1");
-  EXPECT_EQ(caption(1),
-            "detections 2, matched 2; joints rejected 0, not found 0");
-  EXPECT_EQ(caption(2),
-            "detections 3, matched 3; joints rejected 0, not found 0");
+  for (const auto& [figure, caption] :
+       {std::pair{1, "detections 4, matched 3; joints rejected 1, not found 1"},
+        {2, "detections 2, matched 2; joints rejected 0, not found 0"},
+        {3, "detections 3, matched 3; joints rejected 0, not found 0"}}) {
+    EXPECT_EQ(TextOf("figure:nth-child(" + std::to_string(figure) +
+                     ") figcaption span"),
+              caption);
+  }
 
-  const auto expect_colour = [&](const Json& pixel, int r, int g, int b,
-                                 const char* what) {
-    EXPECT_NEAR(pixel[0].get<int>(), r, 12) << what << pixel;
-    EXPECT_NEAR(pixel[1].get<int>(), g, 12) << what << pixel;
-    EXPECT_NEAR(pixel[2].get<int>(), b, 12) << what << pixel;
-    EXPECT_GT(pixel[3].get<int>(), 150) << what << pixel;
+  const auto expect_colour = [&](int view, const Eigen::Vector2d& px,
+                                 const std::vector<int>& rgb) {
+    const Json pixel = browser.Evaluate(PixelAt(view, px));
+    for (size_t c = 0; c < 3; ++c) {
+      EXPECT_NEAR(pixel[c].get<int>(), rgb[c], 12) << pixel;
+    }
+    EXPECT_GT(pixel[3].get<int>(), 150) << pixel;
   };
   const std::vector<PersonPose>& people = recording_.tracks.frames[0].people;
   // The rejected wrist has its cross where the detection is.
   const auto wrist =
       recording_.cameras[0].Project(people[0].joints[kLeftWrist].position_m);
   ASSERT_TRUE(wrist.has_value());
-  expect_colour(browser.Evaluate(PixelAt(0, *wrist + kShiftPx)), 0xb3, 0x33,
-                0x0c, "cross");
+  expect_colour(0, *wrist + kShiftPx, {0xb3, 0x33, 0x0c});
   // Only the second result's person 2 has no detection over it in view 1; hide
   // what else is drawn there, then the thick line has that person's colour.
   browser.Evaluate(
@@ -363,8 +360,7 @@ TEST_F(PageInBrowser, PanelsShowWhatWasMatchedRejectedAndMissing) {
       recording_.cameras[1].Project(0.5 * (people[2].joints[13].position_m +
                                            people[2].joints[15].position_m));
   ASSERT_TRUE(knee.has_value());
-  expect_colour(browser.Evaluate(PixelAt(1, *knee)), 0x00, 0x9e, 0x73,
-                "reprojected shin");
+  expect_colour(1, *knee, {0x00, 0x9e, 0x73});
   // Who a detection belongs to stands over it; nobody's has no name.
   browser.Evaluate(
       "window.names = []; window.plain = CanvasRenderingContext2D.prototype"
@@ -375,59 +371,49 @@ TEST_F(PageInBrowser, PanelsShowWhatWasMatchedRejectedAndMissing) {
   EXPECT_EQ(browser.Evaluate("names"), Json::array({"0", "1", "2"}));
 }
 
-TEST_F(PageInBrowser, EllipsoidsOnDemandHaveTwoSigma) {
+TEST_F(PageInBrowser, TheSceneShowsWhatIsAskedFor) {
   Browser& browser = Open(kDesk);
-  const std::string ellipsoids = "kinegraph.scene.bodies[0][0].ellipsoids";
-  EXPECT_EQ(browser.Evaluate(ellipsoids + " === null"), true);
+  const auto of = [&](const std::string& what) {
+    return browser.Evaluate("kinegraph.scene." + what);
+  };
+  // Inferred joints are faint: joint 3, an ear, and the bones that end in it,
+  // l_eye to l_ear and l_ear to l_shoulder.
+  EXPECT_EQ(of("bodies[0][0].joints.count"), 16);
+  EXPECT_EQ(of("bodies[0][0].inferredJoints.count"), 1);
+  EXPECT_EQ(of("bodies[0][0].joints.material.opacity"), 1.0);
+  EXPECT_LT(of("bodies[0][0].inferredJoints.material.opacity").get<double>(),
+            0.5);
+  EXPECT_EQ(of("bodies[0][0].inferredBones.count"), 2);
+  EXPECT_EQ(of("bodies[0][0].bones.count"), Coco17().bones().size() - 2);
+  // Ellipsoids have two sigma.
+  EXPECT_EQ(of("bodies[0][0].ellipsoids === null"), true);
   browser.Click("#show-ellipsoids");
-  EXPECT_EQ(browser.Evaluate(ellipsoids + ".visible"), true);
-  EXPECT_EQ(browser.Evaluate(ellipsoids + ".count"), 17);
+  EXPECT_EQ(of("bodies[0][0].ellipsoids.visible"), true);
+  EXPECT_EQ(of("bodies[0][0].ellipsoids.count"), 17);
   const Json axes = browser.Evaluate(
-      "(() => { const m = new THREE.Matrix4();" + ellipsoids +
-      ".getMatrixAt(0, m); return [0, 5, 10].map((i) => m.elements[i]); })()");
+      "(() => { const m = new THREE.Matrix4();"
+      "kinegraph.scene.bodies[0][0].ellipsoids.getMatrixAt(0, m);"
+      "return [0, 5, 10].map((i) => m.elements[i]); })()");
   for (int k = 0; k < 3; ++k) {
     // The factors are kept to 0.1 mm, so two sigma to 0.1 mm (half up or down).
     EXPECT_NEAR(axes[static_cast<size_t>(k)].get<double>(), 2.0 * kSigmaM[k],
                 1.01e-4);
   }
   browser.Click("#show-ellipsoids");
-  EXPECT_EQ(browser.Evaluate(ellipsoids + ".visible"), false);
-}
-
-TEST_F(PageInBrowser, ResultsAndLayersCanBeHidden) {
-  Browser& browser = Open(kDesk);
-  EXPECT_EQ(browser.Evaluate("kinegraph.scene.bodies[1][0].joints.visible"),
-            true);
+  EXPECT_EQ(of("bodies[0][0].ellipsoids.visible"), false);
+  // A result and layers can be hidden.
+  EXPECT_EQ(of("bodies[1][0].joints.visible"), true);
   browser.Click("#results label:nth-child(2) input");
-  EXPECT_EQ(browser.Evaluate("kinegraph.scene.bodies[1][0].joints.visible"),
-            false);
+  EXPECT_EQ(of("bodies[1][0].joints.visible"), false);
   // Each frame draws again, so the checks wait for one.
   for (const char* layer : {"floor", "cameras", "labels", "trails"}) {
     browser.Click(std::string("#show-") + layer);
   }
-  EXPECT_EQ(browser.Evaluate("kinegraph.scene.floor.visible"), false);
-  EXPECT_EQ(browser.Evaluate("kinegraph.scene.cameraGroup.visible"), false);
-  EXPECT_EQ(browser.Evaluate("kinegraph.scene.bodies[0][0].trail.visible"),
-            false);
+  for (const char* what : {"floor", "cameraGroup", "bodies[0][0].trail"}) {
+    EXPECT_EQ(of(std::string(what) + ".visible"), false) << what;
+  }
   EXPECT_TRUE(
       browser.WaitFor("!document.querySelector('#labels span:not([hidden])')"));
-}
-
-TEST_F(PageInBrowser, InferredJointsAreFaint) {
-  Browser& browser = Open(kDesk);
-  const Json drawn = browser.Evaluate(
-      "(() => { const body = kinegraph.scene.bodies[0][0]; return"
-      "[body.joints.count, body.inferredJoints.count,"
-      "body.joints.material.opacity, body.inferredJoints.material.opacity,"
-      "body.bones.count, body.inferredBones.count]; })()");
-  EXPECT_EQ(drawn[0], 16);
-  EXPECT_EQ(drawn[1], 1) << "joint 3, an ear";
-  EXPECT_EQ(drawn[2], 1.0);
-  EXPECT_LT(drawn[3].get<double>(), 0.5);
-  // Bones that end in it: l_eye to l_ear, l_ear to l_shoulder.
-  EXPECT_EQ(drawn[5], 2);
-  EXPECT_EQ(drawn[4].get<int>() + drawn[5].get<int>(),
-            static_cast<int>(Coco17().bones().size()));
 }
 
 TEST_F(PageInBrowser, TimelinesAreDrawn) {
@@ -515,12 +501,7 @@ TEST_F(PageInBrowser, WhatIsWrongStandsFirst) {
                 ".bottom <= document.getElementById('stage')"
                 ".getBoundingClientRect().top"),
             true);
-  EXPECT_THAT(
-      browser_->Evaluate("document.getElementById('summary').textContent")
-          .get<std::string>(),
-      HasSubstr("Doctor: suspect"));
-  input.doctor_json = "[]";
-  EXPECT_THROW(MakePageData(input), InputError);
+  EXPECT_THAT(TextOf("#summary"), HasSubstr("Doctor: suspect"));
 }
 
 // What is saved is what is shown: as a drawing and as a picture.
@@ -724,6 +705,13 @@ constexpr const char* kPaleTexts = R"((() => {
   return pale;
 })())";
 
+// What is too small to tap: 24 CSS pixels is the least that WCAG 2.2 (2.5.8)
+// allows.
+constexpr const char* kSmallTargets = R"(
+  Array.from(document.querySelectorAll('button, select, label, #scrub'))
+    .filter((node) => { const height = node.getBoundingClientRect().height; return !node.hidden && height > 0 && height < 24; })
+    .map((node) => node.id || node.textContent))";
+
 struct LayoutCase {
   const char* name;
   Screen screen;
@@ -744,6 +732,9 @@ TEST_P(PageLayout, NothingOverlapsInBothThemes) {
       EXPECT_EQ(browser.Evaluate(kFaults), Json::array());
       EXPECT_EQ(browser.Evaluate(kPaleTexts), Json::array());
       browser.Click("#theme");
+    }
+    if (GetParam().screen.width < 760) {  // a phone, upright
+      EXPECT_EQ(browser.Evaluate(kSmallTargets), Json::array());
     }
     browser.Click("#help-button");
     EXPECT_EQ(browser.Evaluate(kFaults), Json::array()) << "with help";
@@ -779,18 +770,6 @@ TEST_F(PageInBrowser, FaultsAreSeen) {
   browser.Evaluate("fetch('http://127.0.0.1:9/').catch(() => 'refused')");
   EXPECT_GE(browser.problems().size(), 3u) << "the policy refuses any request";
   browser_.reset();  // with the problems that TearDown() would complain about
-}
-
-TEST_F(PageInBrowser, ThingsToTapAreLargeEnoughOnAPhone) {
-  Browser& browser = Open(kPhone);
-  // 24 CSS pixels is the least that WCAG 2.2 (2.5.8) allows.
-  EXPECT_EQ(browser.Evaluate(
-                "Array.from(document.querySelectorAll('button, select, label,"
-                "#scrub')).filter((node) => !node.hidden &&"
-                "node.getBoundingClientRect().height < 24 &&"
-                "node.getBoundingClientRect().height > 0)"
-                ".map((node) => node.id || node.textContent)"),
-            Json::array());
 }
 
 }  // namespace

@@ -9,7 +9,6 @@
 #include <string>
 #include <vector>
 
-#include "apps/report/encoding.h"
 #include "apps/report/moments.h"
 #include "apps/report/page.h"
 #include "core/base/error.h"
@@ -55,6 +54,8 @@ PageInput InputOf(TrackSequence tracks) {
   return input;
 }
 
+Json PageOf(const PageInput& input) { return PageOf(input); }
+
 template <typename Number>
 std::vector<Number> Decode(const std::string& text) {
   const std::string bytes = testing::FromBase64(text);
@@ -64,21 +65,17 @@ std::vector<Number> Decode(const std::string& text) {
 }
 
 TEST(Encoding, Base64OfKnownTexts) {
-  const auto encode = [](const std::string& text) {
-    return Base64(reinterpret_cast<const unsigned char*>(text.data()),
-                  text.size());
-  };
   // RFC 4648, section 10.
-  EXPECT_EQ(encode(""), "");
-  EXPECT_EQ(encode("f"), "Zg==");
-  EXPECT_EQ(encode("fo"), "Zm8=");
-  EXPECT_EQ(encode("foobar"), "Zm9vYmFy");
+  EXPECT_EQ(Base64(""), "");
+  EXPECT_EQ(Base64("f"), "Zg==");
+  EXPECT_EQ(Base64("fo"), "Zm8=");
+  EXPECT_EQ(Base64("foobar"), "Zm9vYmFy");
 }
 
 TEST(PageData, FrameNumbersAreWhole) {
   TrackSequence tracks = Walk(3, 1, 25.0);
   for (TrackFrame& frame : tracks.frames) frame.frame += int64_t{1} << 50;
-  const Json page = ParseJson(MakePageData(InputOf(tracks)).json, "page");
+  const Json page = PageOf(InputOf(tracks));
   EXPECT_THAT(Decode<double>(page["frames"]),
               ::testing::ElementsAre(0x1p50, 0x1p50 + 1, 0x1p50 + 2));
 }
@@ -316,7 +313,7 @@ TEST(PageData, TwoResultsAreMeasuredAgainstTheTruth) {
     input.results.push_back({"other", ResultRole::kTracks, std::move(other)});
   }
   input.results[2].role = ResultRole::kGroundTruth;
-  const Json page = ParseJson(MakePageData(input).json, "page");
+  const Json page = PageOf(input);
   const auto differences = [&](int r) {
     return Decode<uint16_t>(page["results"][r]["difference"]);
   };
@@ -325,7 +322,7 @@ TEST(PageData, TwoResultsAreMeasuredAgainstTheTruth) {
   EXPECT_FALSE(page["results"][2].contains("difference"));
   // The same without truth: each is measured against the other.
   input.results.pop_back();
-  const Json pair = ParseJson(MakePageData(input).json, "page");
+  const Json pair = PageOf(input);
   EXPECT_EQ(Decode<uint16_t>(pair["results"][0]["difference"]),
             std::vector<uint16_t>(5 * 2, 100));
   EXPECT_EQ(Decode<uint16_t>(pair["results"][1]["difference"]),
@@ -334,9 +331,9 @@ TEST(PageData, TwoResultsAreMeasuredAgainstTheTruth) {
 
 TEST(PageData, AssumedRateIsSaid) {
   PageInput input = InputOf(Walk(5, 1, 25.0));
-  EXPECT_EQ(ParseJson(MakePageData(input).json, "page")["assumedRate"], 0.0);
+  EXPECT_EQ(PageOf(input)["assumedRate"], 0.0);
   for (TrackFrame& frame : input.results[0].tracks.frames) frame.time = 0;
-  const Json page = ParseJson(MakePageData(input).json, "page");
+  const Json page = PageOf(input);
   EXPECT_EQ(page["assumedRate"], 25.0);
   EXPECT_EQ(Decode<double>(page["times"])[4], 0.16);
 }

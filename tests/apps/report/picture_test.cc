@@ -7,8 +7,7 @@
 #include <cstdlib>
 #include <string>
 
-#include "apps/report/frame_pictures.h"
-#include "apps/report/pen.h"
+#include "apps/report/view_images.h"
 #include "core/base/error.h"
 #include "tests/support/test_data.h"
 
