@@ -70,24 +70,21 @@ struct Meaning {
   int vagueness = 0;  // the more, the vaguer
 };
 
+// What a label means whose squeezed name is one of `parts`.
 template <size_t kCount>
-const Part* Find(const std::array<Part, kCount>& parts,
-                 const std::string& squeezed) {
-  for (const Part& part : parts) {
-    if (squeezed == part.squeezed) return &part;
+std::optional<Meaning> MeaningAmong(const std::array<Part, kCount>& parts,
+                                    const std::string& squeezed,
+                                    const std::string& side,
+                                    const std::string& label) {
+  for (size_t i = 0; i < kCount; ++i) {
+    if (squeezed != parts[i].squeezed) continue;
+    const std::string joint = side + parts[i].joint;
+    const std::string own = side + parts[i].own;
+    // Our spelling comes before any other.
+    return Meaning{joint == own ? Meaning::Kind::kExact : Meaning::Kind::kVague,
+                   joint, own, label == joint ? -1 : static_cast<int>(i)};
   }
-  return nullptr;
-}
-
-template <size_t kCount>
-Meaning MeaningOf(const std::array<Part, kCount>& parts, const Part& part,
-                  const std::string& side, const std::string& label) {
-  const std::string joint = side + part.joint;
-  const std::string own = side + part.own;
-  // Our spelling comes before any other.
-  const int place = static_cast<int>(&part - parts.data());
-  return {joint == own ? Meaning::Kind::kExact : Meaning::Kind::kVague, joint,
-          own, label == joint ? -1 : place};
+  return std::nullopt;
 }
 
 // "LAnkle (mm)" -> "LAnkle".
@@ -128,8 +125,8 @@ bool Strip(const std::string& text, const std::string& end, bool at_front,
 
 Meaning MeaningOf(const std::string& label) {
   const std::string squeezed = Squeezed(label);
-  if (const Part* part = Find(kCentral, squeezed)) {
-    return MeaningOf(kCentral, *part, "", label);
+  if (auto meaning = MeaningAmong(kCentral, squeezed, "", label)) {
+    return *meaning;
   }
   std::string rest;
   // Whole words first: "left_ear" must not become "l" and "eftear".
@@ -137,8 +134,8 @@ Meaning MeaningOf(const std::string& label) {
        {std::pair{"left", "l_"}, {"right", "r_"}, {"l", "l_"}, {"r", "r_"}}) {
     for (const bool at_front : {true, false}) {
       if (!Strip(squeezed, word, at_front, &rest)) continue;
-      if (const Part* part = Find(kSided, rest)) {
-        return MeaningOf(kSided, *part, side, label);
+      if (auto meaning = MeaningAmong(kSided, rest, side, label)) {
+        return *meaning;
       }
     }
   }
