@@ -115,41 +115,30 @@ simdjson::error_code ParseBulk(std::string_view text,
   return parser->parse(mended).get(*value);
 }
 
-// Collects the outermost keys of (the beginning of) an object.
-class KeyScanner {
- public:
-  explicit KeyScanner(std::string_view text) : text_(text) {}
-
-  std::vector<std::string> Scan(const std::string& path) {
-    std::vector<std::string> keys;
-    int depth = 0;
-    for (size_t i = 0; i < text_.size(); ++i) {
-      const char c = text_[i];
-      if (c == '{' || c == '[') {
-        if (++depth > kMaxPeekDepth) {
-          throw InputError(path, "", Explain(simdjson::DEPTH_ERROR));
-        }
-      } else if (c == '}' || c == ']') {
-        if (--depth == 0) break;
-      } else if (c == '"') {
-        const size_t end = EndOfText(text_, i);
-        if (depth == 1 && ColonFollows(end)) {
-          keys.emplace_back(text_.substr(i + 1, end - i - 1));
-        }
-        i = end;
+// The outermost keys of (the beginning of) an object.
+std::vector<std::string> ScanKeys(std::string_view text,
+                                  const std::string& path) {
+  std::vector<std::string> keys;
+  int depth = 0;
+  for (size_t i = 0; i < text.size(); ++i) {
+    const char c = text[i];
+    if (c == '{' || c == '[') {
+      if (++depth > kMaxPeekDepth) {
+        throw InputError(path, "", Explain(simdjson::DEPTH_ERROR));
       }
+    } else if (c == '}' || c == ']') {
+      if (--depth == 0) break;
+    } else if (c == '"') {
+      const size_t end = EndOfText(text, i);
+      const size_t next = text.find_first_not_of(" \t\r\n", end + 1);
+      const bool is_key = next != std::string_view::npos && text[next] == ':';
+      if (depth == 1 && is_key)
+        keys.emplace_back(text.substr(i + 1, end - i - 1));
+      i = end;
     }
-    return keys;
   }
-
- private:
-  bool ColonFollows(size_t end) const {
-    const size_t next = text_.find_first_not_of(" \t\r\n", end + 1);
-    return next != std::string_view::npos && text_[next] == ':';
-  }
-
-  std::string_view text_;
-};
+  return keys;
+}
 
 }  // namespace
 
@@ -414,10 +403,9 @@ JsonHead PeekJson(const std::string& path) {
   JsonHead head;
   if (first == std::string::npos) return head;
   head.kind = text[first];
-  KeyScanner scanner(std::string_view(text).substr(first));
   if (head.kind == '{' || head.kind == '[') {
-    std::vector<std::string> keys = scanner.Scan(path);
-    if (head.kind == '{') head.keys = std::move(keys);
+    head.keys = ScanKeys(std::string_view(text).substr(first), path);
+    if (head.kind == '[') head.keys.clear();
   }
   return head;
 }

@@ -54,7 +54,9 @@ PageInput InputOf(TrackSequence tracks) {
   return input;
 }
 
-Json PageOf(const PageInput& input) { return PageOf(input); }
+Json PageOf(const PageInput& input) {
+  return ParseJson(MakePageData(input).json, "page");
+}
 
 template <typename Number>
 std::vector<Number> Decode(const std::string& text) {
