@@ -19,9 +19,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
+std::string TextOf(const std::string& name) {
+  return ReadTextFile(testing::ProjectFile(name).string());
+}
+
 TEST(DocsTest, ConfigurationPageListsEveryKey) {
-  const std::string page =
-      ReadTextFile(testing::ProjectFile("docs/configuration.md").string());
+  const std::string page = TextOf("docs/configuration.md");
   EXPECT_NE(page.find(KeyTables(KeysOf<RunOptions>())), std::string::npos)
       << "remake the tables with: ./kinegraph track --keys";
 }
@@ -49,8 +52,7 @@ TEST(DocsTest, TheDefaultConfigurationIsWhatItSetsWithComments) {
 }
 
 TEST(DocsTest, SynthesisPageListsEveryKey) {
-  const std::string page =
-      ReadTextFile(testing::ProjectFile("docs/synthesize.md").string());
+  const std::string page = TextOf("docs/synthesize.md");
   EXPECT_NE(page.find(KeyTable(KeysOf<SynthesisOptions>())), std::string::npos)
       << "remake the table with: ./kinegraph synthesize --keys";
 }
@@ -199,8 +201,7 @@ TEST(DocsTest, PagesNameOnlyFilesThatExist) {
 
 // What a key means is said in one phrase, without a full stop.
 TEST(DocsTest, KeysAreExplainedInPhrases) {
-  const std::string page =
-      ReadTextFile(testing::ProjectFile("docs/configuration.md").string());
+  const std::string page = TextOf("docs/configuration.md");
   const std::vector<std::string> phrases =
       Matches(page, "\n\\| `[^\n]*\\| ([^|\n]+) \\|");
   EXPECT_GT(phrases.size(), 100u);
@@ -214,8 +215,7 @@ TEST(DocsTest, KeysAreExplainedInPhrases) {
 // stands above it.
 TEST(DocsTest, OneVersion) {
   const auto first = [](const char* file, const char* pattern) {
-    const std::vector<std::string> found =
-        Matches(ReadTextFile(testing::ProjectFile(file).string()), pattern);
+    const std::vector<std::string> found = Matches(TextOf(file), pattern);
     return found.empty() ? std::string() : found.front();
   };
   const std::string version =

@@ -1,61 +1,139 @@
 #include "core/io/files/atomic_file.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
 #include <filesystem>
-#include <iterator>
+#include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "core/base/error.h"
+#include "core/io/files/side_files.h"
 #include "core/io/files/text_file.h"
+#include "tests/core/io/input_error.h"
 #include "tests/support/test_data.h"
 
 namespace kinegraph {
 namespace {
 
 namespace fs = std::filesystem;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using testing::InputErrorOf;
+using ::testing::IsEmpty;
 
-int FilesIn(const fs::path& folder) {
-  return static_cast<int>(
-      std::distance(fs::directory_iterator(folder), fs::directory_iterator()));
+class AtomicFiles : public ::testing::Test {
+ protected:
+  std::string Path(const std::string& name) const {
+    return (folder_.path() / name).string();
+  }
+  std::vector<std::string> Names() const {
+    return ListFolder(folder_.path().string());
+  }
+
+  const testing::TemporaryFolder folder_;
+};
+
+TEST_F(AtomicFiles, AppearOnlyWhenCommitted) {
+  {
+    AtomicFile file(Path("out.txt"));
+    file.Write("first ");
+    file.Write("second");
+    EXPECT_FALSE(fs::exists(Path("out.txt")));
+    file.Commit();
+    AtomicFile(Path("lost.txt")).Write("half");
+  }
+  EXPECT_EQ(ReadTextFile(Path("out.txt")), "first second");
+  EXPECT_THAT(Names(), ElementsAre("out.txt"));
 }
 
-TEST(AtomicFile, AppearsOnlyWhenCommitted) {
-  const testing::TemporaryFolder folder;
-  const std::string path = (folder.path() / "out.txt").string();
-  AtomicFile file(path);
-  file.Write("first ");
-  file.Write("second");
-  EXPECT_FALSE(fs::exists(path));
-  file.Commit();
-  EXPECT_EQ(ReadTextFile(path), "first second");
-  EXPECT_EQ(FilesIn(folder.path()), 1);
-}
-
-TEST(AtomicFile, LeavesNothingWithoutCommit) {
-  const testing::TemporaryFolder folder;
-  { AtomicFile((folder.path() / "out.txt").string()).Write("half"); }
-  EXPECT_EQ(FilesIn(folder.path()), 0);
-}
-
-TEST(AtomicFile, HasThePermissionsOfTheUmask) {
-  const testing::TemporaryFolder folder;
-  const std::string path = (folder.path() / "out.txt").string();
+TEST_F(AtomicFiles, HaveThePermissionsOfTheUmask) {
   const mode_t before = umask(022);
-  AtomicFile file(path);
-  file.Commit();
+  WriteTextFile(Path("out.txt"), "");
   umask(before);
-  EXPECT_EQ(fs::status(path).permissions(), static_cast<fs::perms>(0644));
+  EXPECT_EQ(fs::status(Path("out.txt")).permissions(),
+            static_cast<fs::perms>(0644));
 }
 
-TEST(AtomicFile, RefusesFoldersAndMissingFolders) {
-  const testing::TemporaryFolder folder;
-  EXPECT_THROW(AtomicFile(folder.path().string()), InputError);
-  EXPECT_THROW(AtomicFile((folder.path() / "none" / "out.txt").string()),
-               InputError);
-  EXPECT_THROW(AtomicFile(""), InputError);
+TEST_F(AtomicFiles, AreNoFoldersAndNeedAFolder) {
+  for (const std::string& path :
+       {Path(""), Path("none/out.txt"), std::string()}) {
+    EXPECT_THROW(AtomicFile{path}, InputError) << path;
+  }
+}
+
+// A folder appears as a whole, and takes the place of an empty one alone.
+TEST_F(AtomicFiles, AFolderAppearsWhenCommitted) {
+  const auto write_in = [](const AtomicFolder& folder) {
+    WriteTextFile(folder.PathOf("a.txt"), "text");
+  };
+  const std::string path = Path("result");
+  fs::create_directory(path);
+  {
+    AtomicFolder folder(path + "//");
+    write_in(folder);
+    EXPECT_THAT(ListFolder(path), IsEmpty());
+    folder.Commit();
+    AtomicFolder lost(Path("lost"));
+    write_in(lost);
+  }
+  EXPECT_THAT(Names(), ElementsAre("result"));
+  EXPECT_THAT(ListFolder(path), ElementsAre("a.txt"));
+  for (const auto& [name, says] :
+       {std::pair<std::string, const char*>{path, "is there already"},
+        {path + "/a.txt", "is there already"},
+        {path + "/no/where", "cannot be made"},
+        {"", "empty name"}}) {
+    EXPECT_THAT(InputErrorOf([&name = name] { AtomicFolder folder(name); }),
+                HasSubstr(says));
+  }
+  EXPECT_THAT(ListFolder(path), ElementsAre("a.txt"));
+}
+
+TEST_F(AtomicFiles, ACommitOfSeveralShowsAllOrNothing) {
+  {
+    CommitTogether together;
+    WriteTextFile(Path("a.jsonl"), "tracks");
+    WriteTextFile(Path("a.summary.json"), "{}");
+    EXPECT_FALSE(fs::exists(Path("a.jsonl")));
+    EXPECT_EQ(FingerprintOfTracks(together.WaitingAt(Path("a.jsonl"))),
+              FingerprintOfTracks(folder_.Write("same", "tracks")));
+  }
+  EXPECT_THAT(Names(), ElementsAre("same"));
+  folder_.Write("a.bias.json", "of an older run");
+  CommitTogether together;
+  WriteTextFile(Path("a.jsonl"), "tracks");
+  WriteTextFile(Path("a.summary.json"), "{}");
+  together.RemoveOld(Path("a.bias.json"));
+  together.Commit();
+  EXPECT_TRUE(fs::exists(Path("a.jsonl")));
+  EXPECT_TRUE(fs::exists(Path("a.summary.json")));
+  EXPECT_FALSE(fs::exists(Path("a.bias.json")));
+}
+
+TEST_F(AtomicFiles, WhatCannotBeRenamedTakesTheRestBack) {
+  CommitTogether together;
+  WriteTextFile(Path("a.jsonl"), "tracks");
+  WriteTextFile(Path("a.summary.json"), "{}");
+  // A folder of that name has appeared meanwhile.
+  fs::create_directories(Path("a.jsonl/in"));
+  EXPECT_THROW(together.Commit(), std::runtime_error);
+  EXPECT_FALSE(fs::exists(Path("a.summary.json")));
+}
+
+TEST_F(AtomicFiles, LeftoversOfProcessesThatAreNoMoreAreSwept) {
+  // No process has this number: Linux stops at 4,194,304.
+  folder_.Write("a.jsonl.partial-5000000-0", "half");
+  folder_.Write("b.jsonl.partial-5000000-0", "of another result");
+  const std::string mine = "a.jsonl.partial-1-0";  // of a process that runs
+  folder_.Write(mine, "being written");
+  WriteTextFile(Path("a.jsonl"), "tracks");
+  EXPECT_FALSE(fs::exists(Path("a.jsonl.partial-5000000-0")));
+  EXPECT_TRUE(fs::exists(Path("b.jsonl.partial-5000000-0")));
+  EXPECT_TRUE(fs::exists(Path(mine)));
 }
 
 TEST(ReadBytes, GivesEveryByte) {

@@ -7,8 +7,6 @@
 #include <string>
 #include <vector>
 
-#include "core/base/error.h"
-#include "core/io/files/atomic_file.h"
 #include "tests/support/test_data.h"
 
 namespace kinegraph {
@@ -20,15 +18,6 @@ class SideFilesTest : public ::testing::Test {
  protected:
   std::string Path(const std::string& name) const {
     return (folder_.path() / name).string();
-  }
-  size_t FileCount() const {
-    return static_cast<size_t>(
-        std::distance(fs::directory_iterator(folder_.path()), {}));
-  }
-  static void Write(const std::string& path, const std::string& text) {
-    AtomicFile file(path);
-    file.Write(text);
-    file.Commit();
   }
 
   testing::TemporaryFolder folder_;
@@ -78,49 +67,6 @@ TEST_F(SideFilesTest, OfAFolderCountsNamesAndBytes) {
   EXPECT_EQ(of("person_0.trc", "x"), one);
   EXPECT_NE(of("person_1.trc", "x"), one);
   EXPECT_NE(of("person_0.trc", "y"), one);
-}
-
-TEST_F(SideFilesTest, ACommitOfSeveralShowsAllOrNothing) {
-  {
-    CommitTogether together;
-    Write(Path("a.jsonl"), "tracks");
-    Write(Path("a.summary.json"), "{}");
-    EXPECT_FALSE(fs::exists(Path("a.jsonl")));
-    EXPECT_EQ(FingerprintOfTracks(together.WaitingAt(Path("a.jsonl"))),
-              FingerprintOfTracks(folder_.Write("same", "tracks")));
-  }
-  EXPECT_EQ(FileCount(), 1u) << "nothing but the file to compare with";
-  folder_.Write("a.bias.json", "of an older run");
-  CommitTogether together;
-  Write(Path("a.jsonl"), "tracks");
-  Write(Path("a.summary.json"), "{}");
-  together.RemoveOld(Path("a.bias.json"));
-  together.Commit();
-  EXPECT_TRUE(fs::exists(Path("a.jsonl")));
-  EXPECT_TRUE(fs::exists(Path("a.summary.json")));
-  EXPECT_FALSE(fs::exists(Path("a.bias.json")));
-}
-
-TEST_F(SideFilesTest, WhatCannotBeRenamedTakesTheRestBack) {
-  CommitTogether together;
-  Write(Path("a.jsonl"), "tracks");
-  Write(Path("a.summary.json"), "{}");
-  // A folder of that name has appeared meanwhile.
-  fs::create_directories(Path("a.jsonl/in"));
-  EXPECT_THROW(together.Commit(), std::runtime_error);
-  EXPECT_FALSE(fs::exists(Path("a.summary.json")));
-}
-
-TEST_F(SideFilesTest, LeftoversOfProcessesThatAreNoMoreAreSwept) {
-  // No process has this number: Linux stops at 4,194,304.
-  folder_.Write("a.jsonl.partial-5000000-0", "half");
-  folder_.Write("b.jsonl.partial-5000000-0", "of another result");
-  const std::string mine = "a.jsonl.partial-1-0";  // of a process that runs
-  folder_.Write(mine, "being written");
-  Write(Path("a.jsonl"), "tracks");
-  EXPECT_FALSE(fs::exists(Path("a.jsonl.partial-5000000-0")));
-  EXPECT_TRUE(fs::exists(Path("b.jsonl.partial-5000000-0")));
-  EXPECT_TRUE(fs::exists(Path(mine)));
 }
 
 }  // namespace
