@@ -12,10 +12,9 @@
 #include "core/io/calibration/format.h"
 #include "core/io/calibration/write_formats.h"
 #include "core/io/files/atomic_file.h"
-#include "core/io/files/atomic_folder.h"
 #include "core/io/files/text_file.h"
+#include "core/io/text/json.h"
 #include "core/io/text/names.h"
-#include "core/io/text/pickle.h"
 #include "core/io/text/words.h"
 
 namespace kinegraph {

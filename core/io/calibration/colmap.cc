@@ -25,7 +25,6 @@
 #include "core/io/calibration/write_formats.h"
 #include "core/io/files/atomic_file.h"
 #include "core/io/files/text_file.h"
-#include "core/io/files/write_text_file.h"
 #include "core/io/text/words.h"
 
 namespace kinegraph {

@@ -8,7 +8,6 @@
 #include "core/io/text/json.h"
 #include "core/io/text/toml_file.h"
 #include "core/io/text/words.h"
-#include "core/io/text/yaml_file.h"
 
 namespace kinegraph {
 

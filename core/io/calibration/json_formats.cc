@@ -11,7 +11,6 @@
 #include "core/io/calibration/write_formats.h"
 #include "core/io/files/atomic_file.h"
 #include "core/io/files/side_files.h"
-#include "core/io/files/write_text_file.h"
 
 namespace kinegraph {
 namespace {

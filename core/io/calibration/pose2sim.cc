@@ -24,8 +24,8 @@
 #include "core/base/error.h"
 #include "core/io/calibration/format.h"
 #include "core/io/calibration/write_formats.h"
+#include "core/io/files/atomic_file.h"
 #include "core/io/files/text_file.h"
-#include "core/io/files/write_text_file.h"
 #include "core/io/text/skeleton_json.h"
 #include "core/io/text/toml_file.h"
 

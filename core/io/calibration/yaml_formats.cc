@@ -7,9 +7,8 @@
 #include "core/base/split.h"
 #include "core/io/calibration/format.h"
 #include "core/io/calibration/write_formats.h"
-#include "core/io/files/atomic_folder.h"
+#include "core/io/files/atomic_file.h"
 #include "core/io/files/text_file.h"
-#include "core/io/files/write_text_file.h"
 
 namespace kinegraph {
 namespace {

@@ -4,9 +4,9 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
+#include "core/io/files/atomic_file.h"
 #include "core/io/files/side_files.h"
 #include "core/io/files/text_file.h"
-#include "core/io/files/write_text_file.h"
 #include "core/io/text/json.h"
 
 namespace kinegraph {

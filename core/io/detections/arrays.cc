@@ -12,7 +12,7 @@
 
 #include "core/base/error.h"
 #include "core/io/binary/hdf5_file.h"
-#include "core/io/binary/npz_reader.h"
+#include "core/io/binary/npz_file.h"
 #include "core/io/detections/format.h"
 #include "core/io/detections/formats.h"
 #include "core/io/files/text_file.h"

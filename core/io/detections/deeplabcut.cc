@@ -18,8 +18,8 @@
 #include "core/io/files/text_file.h"
 #include "core/io/text/bulk_json.h"
 #include "core/io/text/csv_rows.h"
+#include "core/io/text/json.h"
 #include "core/io/text/names.h"
-#include "core/io/text/pickle.h"
 
 namespace kinegraph {
 namespace {

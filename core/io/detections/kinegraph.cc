@@ -18,7 +18,6 @@
 #include "core/io/text/bulk_json.h"
 #include "core/io/text/json.h"
 #include "core/io/text/json_output.h"
-#include "core/io/text/own_lines.h"
 #include "core/io/text/skeleton_json.h"
 
 namespace kinegraph {

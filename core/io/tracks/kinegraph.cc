@@ -13,7 +13,6 @@
 #include "core/io/text/bulk_json.h"
 #include "core/io/text/json.h"
 #include "core/io/text/json_output.h"
-#include "core/io/text/own_lines.h"
 #include "core/io/text/skeleton_json.h"
 #include "core/io/tracks/format.h"
 #include "core/io/tracks/shared.h"

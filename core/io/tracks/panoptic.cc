@@ -11,7 +11,6 @@
 #include "core/base/constants.h"
 #include "core/base/error.h"
 #include "core/io/files/atomic_file.h"
-#include "core/io/files/atomic_folder.h"
 #include "core/io/files/text_file.h"
 #include "core/io/text/bulk_json.h"
 #include "core/io/text/json_output.h"

@@ -9,7 +9,7 @@
 
 #include "core/base/error.h"
 #include "core/base/split.h"
-#include "core/io/files/atomic_folder.h"
+#include "core/io/files/atomic_file.h"
 #include "core/io/files/text_file.h"
 #include "core/io/text/bulk_json.h"
 #include "core/io/text/joint_names.h"
