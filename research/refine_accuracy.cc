@@ -27,7 +27,6 @@
 
 #include "apps/common/config_folder.h"
 #include "core/base/random.h"
-#include "core/evaluation/covariance_calibration.h"
 #include "core/evaluation/mpjpe.h"
 #include "research/arguments.h"
 #include "solvers/session/refine_recording.h"

@@ -6,7 +6,6 @@
 #include <string>
 #include <vector>
 
-#include "core/evaluation/covariance_calibration.h"
 #include "core/evaluation/held_out.h"
 #include "core/evaluation/identity.h"
 #include "core/evaluation/motion.h"

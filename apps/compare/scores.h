@@ -9,9 +9,9 @@
 #include <vector>
 
 #include "apps/compare/comparison.h"
-#include "core/evaluation/covariance_calibration.h"
 #include "core/evaluation/held_out.h"
 #include "core/evaluation/motion.h"
+#include "core/evaluation/mpjpe.h"
 #include "core/evaluation/pcp.h"
 
 namespace kinegraph {

@@ -14,6 +14,11 @@
 namespace kinegraph {
 namespace {
 
+using Eigen::Matrix2d;
+using Eigen::Matrix3d;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
 std::string Describe(const HeldOutDetection& item) {
   return "view '" + Printable(item.view_name) + "', frame " +
          std::to_string(item.frame) + ", detection " +
@@ -63,8 +68,8 @@ PeopleOfRun PairFrame(const TrackSequence& reference, const TrackSequence& run,
 
 // Projection of a joint of `person`; nullopt without a person, a joint or a
 // pixel.
-std::optional<Eigen::Vector2d> Predict(const PersonPose* person, int joint,
-                                       const Camera& camera) {
+std::optional<Vector2d> Predict(const PersonPose* person, int joint,
+                                const Camera& camera) {
   if (person == nullptr || joint < 0) return std::nullopt;
   if (!person->joints[joint].present()) return std::nullopt;
   return camera.Project(person->joints[joint].position_m);
@@ -77,18 +82,17 @@ std::optional<double> NormalisedSquared(const PersonPose& person, int joint,
                                         const Camera& camera,
                                         const DetectorSigma& sigma_px) {
   if (!sigma_px || person.covariances.empty()) return std::nullopt;
-  const std::optional<Eigen::Matrix3d>& covariance = person.covariances[joint];
+  const std::optional<Matrix3d>& covariance = person.covariances[joint];
   if (!covariance.has_value()) return std::nullopt;
-  const Eigen::Vector3d& point_m = person.joints[joint].position_m;
+  const Vector3d& point_m = person.joints[joint].position_m;
   Matrix23d jacobian;
   const auto pixel = camera.Project(point_m, &jacobian);
   if (!pixel.has_value()) return std::nullopt;
   const double sigma = sigma_px(joint_class, seen.confidence,
                                 camera.Depth(point_m), camera.focal_px());
-  const Eigen::Matrix2d predicted =
-      jacobian * *covariance * jacobian.transpose() +
-      sigma * sigma * Eigen::Matrix2d::Identity();
-  const Eigen::Vector2d residual = seen.px - *pixel;
+  const Matrix2d predicted = jacobian * *covariance * jacobian.transpose() +
+                             sigma * sigma * Matrix2d::Identity();
+  const Vector2d residual = seen.px - *pixel;
   return residual.dot(predicted.inverse() * residual);
 }
 
@@ -279,6 +283,21 @@ RatioSeries TruncatedErrors(const HeldOutScores& scores,
     unit.weight += 1.0;
   }
   return units;
+}
+
+Consistency HeldOutConsistency(const HeldOutScores& scores) {
+  // Within which 95 % of normal residuals lie: the quantile of chi-square with
+  // two degrees of freedom.
+  constexpr double kChiSquare95Of2 = 5.991464547107979;
+  Consistency consistency;
+  std::vector<double> squared;
+  for (const HeldOutJoint& joint : scores.joints) {
+    if (!joint.normalised_squared.has_value()) continue;
+    squared.push_back(*joint.normalised_squared);
+    consistency.covered.Add(squared.back() <= kChiSquare95Of2);
+  }
+  consistency.nees_per_dof = Mean(squared) / 2.0;
+  return consistency;
 }
 
 }  // namespace kinegraph

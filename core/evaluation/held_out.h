@@ -14,6 +14,7 @@
 #include "core/data/held_out.h"
 #include "core/data/pose.h"
 #include "core/evaluation/bootstrap.h"
+#include "core/evaluation/mpjpe.h"
 #include "core/evaluation/statistics.h"
 #include "core/geometry/camera.h"
 #include "core/skeleton/skeleton.h"
@@ -118,6 +119,9 @@ RatioSeries TruncatedErrors(const HeldOutScores& scores,
                             const HeldOutFilter& filter);
 // The frames of those units.
 std::vector<int64_t> FramesOf(const HeldOutScores& scores);
+
+// The normalised residuals of held-out cameras.
+Consistency HeldOutConsistency(const HeldOutScores& scores);
 
 }  // namespace kinegraph
 

@@ -13,6 +13,9 @@
 namespace kinegraph {
 namespace {
 
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
 // State of a true person while the frames are read.
 struct PersonState {
   TrackId last_match;
@@ -24,10 +27,10 @@ struct PersonState {
 // Matches of one frame: people that stay together first, then the rest.
 std::vector<CostPair> MatchFrame(const std::vector<PersonPose>& truth,
                                  const std::vector<PersonPose>& found,
-                                 const Eigen::MatrixXd& distances,
+                                 const MatrixXd& distances,
                                  const std::map<TrackId, PersonState>& states) {
   std::vector<CostPair> pairs;
-  Eigen::MatrixXd open = distances;
+  MatrixXd open = distances;
   for (int i = 0; i < open.rows(); ++i) {
     const auto state = states.find(truth[i].id);
     if (state == states.end() || !state->second.holds_match) continue;
@@ -62,7 +65,7 @@ class TogetherCounter {
     }
     // The gain as a negative cost. A pair that was never together gains 0 and
     // may be chosen, so that the number of pairs does not matter.
-    Eigen::MatrixXd cost = Eigen::MatrixXd::Zero(rows.size(), columns.size());
+    MatrixXd cost = MatrixXd::Zero(rows.size(), columns.size());
     for (const auto& [ids, count] : counts_) {
       cost(rows[ids.first], columns[ids.second]) = -static_cast<double>(count);
     }
@@ -115,12 +118,11 @@ bool IsHidden(const PersonPose& person) {
 struct ScoredFrame {
   std::vector<PersonPose> truth;
   std::vector<PersonPose> found;
-  Eigen::MatrixXd distances;
+  MatrixXd distances;
 };
 
-Eigen::MatrixXd KeepColumns(const Eigen::MatrixXd& matrix,
-                            const std::vector<int>& columns) {
-  Eigen::MatrixXd kept(matrix.rows(), columns.size());
+MatrixXd KeepColumns(const MatrixXd& matrix, const std::vector<int>& columns) {
+  MatrixXd kept(matrix.rows(), columns.size());
   for (size_t i = 0; i < columns.size(); ++i) {
     kept.col(i) = matrix.col(columns[i]);
   }
@@ -143,7 +145,7 @@ void MarkOnHidden(const std::vector<PersonPose>& hidden,
                   const std::vector<PersonPose>& found,
                   const std::vector<int>& unmatched, const JointPairs& joints,
                   std::vector<bool>* ignored, IdentityResult* result) {
-  const Eigen::MatrixXd distances =
+  const MatrixXd distances =
       KeepColumns(PersonDistances(hidden, found, joints), unmatched);
   for (const CostPair& pair : MatchOneToOne(distances, kPersonGateM)) {
     (*ignored)[unmatched[pair.column]] = true;
@@ -152,9 +154,8 @@ void MarkOnHidden(const std::vector<PersonPose>& hidden,
 }
 
 // Marks found people who are far from every annotated person.
-void MarkBeside(const Eigen::MatrixXd& distances,
-                const std::vector<int>& unmatched, std::vector<bool>* ignored,
-                IdentityResult* result) {
+void MarkBeside(const MatrixXd& distances, const std::vector<int>& unmatched,
+                std::vector<bool>* ignored, IdentityResult* result) {
   for (const int k : unmatched) {
     if ((*ignored)[k]) continue;
     if ((distances.col(k).array() <= kPersonGateM).any()) continue;
@@ -184,9 +185,8 @@ class HotaCounter {
   std::array<HotaScores, kHotaThresholdCount> Scores() const {
     const Totals totals = Count();
     std::array<std::vector<double>, kHotaThresholdCount> matched;
-    std::array<Eigen::MatrixXd, kHotaThresholdCount> together;
-    together.fill(
-        Eigen::MatrixXd::Zero(truth_index_.size(), found_index_.size()));
+    std::array<MatrixXd, kHotaThresholdCount> together;
+    together.fill(MatrixXd::Zero(truth_index_.size(), found_index_.size()));
     HungarianSolver solver;
     std::vector<int> column_of_row;
     for (const Similarities& frame : frames_) {
@@ -216,12 +216,12 @@ class HotaCounter {
   struct Similarities {
     std::vector<int> truth;
     std::vector<int> found;
-    Eigen::MatrixXd values;
+    MatrixXd values;
   };
   struct Totals {
-    Eigen::VectorXd truth;      // person-frames of each true person
-    Eigen::VectorXd found;      // and of each identity
-    Eigen::MatrixXd alignment;  // how much two of them go together
+    VectorXd truth;      // person-frames of each true person
+    VectorXd found;      // and of each identity
+    MatrixXd alignment;  // how much two of them go together
   };
 
   static int IndexOf(TrackId id, std::map<TrackId, int>* index) {
@@ -230,16 +230,15 @@ class HotaCounter {
 
   Totals Count() const {
     Totals totals;
-    totals.truth = Eigen::VectorXd::Zero(truth_index_.size());
-    totals.found = Eigen::VectorXd::Zero(found_index_.size());
-    totals.alignment =
-        Eigen::MatrixXd::Zero(truth_index_.size(), found_index_.size());
+    totals.truth = VectorXd::Zero(truth_index_.size());
+    totals.found = VectorXd::Zero(found_index_.size());
+    totals.alignment = MatrixXd::Zero(truth_index_.size(), found_index_.size());
     for (const Similarities& frame : frames_) {
       for (const int i : frame.truth) totals.truth(i) += 1.0;
       for (const int k : frame.found) totals.found(k) += 1.0;
       // With no people on one side Eigen's sums would read no memory.
       if (frame.values.size() == 0) continue;
-      const Eigen::VectorXd rows = frame.values.rowwise().sum();
+      const VectorXd rows = frame.values.rowwise().sum();
       const Eigen::RowVectorXd columns = frame.values.colwise().sum();
       for (int i = 0; i < frame.values.rows(); ++i) {
         for (int k = 0; k < frame.values.cols(); ++k) {
@@ -259,7 +258,7 @@ class HotaCounter {
     return totals;
   }
 
-  static void Match(const Similarities& frame, const Eigen::MatrixXd& alignment,
+  static void Match(const Similarities& frame, const MatrixXd& alignment,
                     HungarianSolver* solver, std::vector<int>* column_of_row) {
     std::vector<double> gains;
     for (size_t i = 0; i < frame.truth.size(); ++i) {
@@ -274,7 +273,7 @@ class HotaCounter {
 
   static HotaScores ScoresAt(const Totals& totals,
                              const std::vector<double>& matched,
-                             const Eigen::MatrixXd& together) {
+                             const MatrixXd& together) {
     const double pairs = static_cast<double>(matched.size());
     const double people = totals.truth.sum() + totals.found.sum() - pairs;
     if (people == 0.0) return {kNan, kNan, kNan, kNan};
@@ -351,7 +350,7 @@ IdentityResult EvaluateIdentity(const TrackSequence& truth,
     const TrackFrame* found_frame = FindFrame(tracks, true_frame.frame);
     if (found_frame != nullptr) scored.found = found_frame->people;
 
-    const Eigen::MatrixXd distances =
+    const MatrixXd distances =
         PersonDistances(scored.truth, scored.found, joints);
     std::vector<CostPair> pairs =
         MatchFrame(scored.truth, scored.found, distances, states);

@@ -15,6 +15,10 @@
 namespace kinegraph {
 namespace {
 
+using Eigen::MatrixXd;
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+
 // Limbs, girdles and sides.
 constexpr std::array<std::pair<const char*, const char*>, 12> kBodyBones = {{
     {"l_shoulder", "l_elbow"},
@@ -196,18 +200,18 @@ class HighPassPower {
   }
 
   // Of one coordinate, in its unit squared.
-  double operator()(const Eigen::VectorXd& signal) const {
-    Eigen::VectorXd rest = signal.array() - signal.mean();
+  double operator()(const VectorXd& signal) const {
+    VectorXd rest = signal.array() - signal.mean();
     rest -= trend_ * (trend_.dot(rest) / trend_.squaredNorm());
     rest = rest.cwiseProduct(window_);
-    const Eigen::VectorXd real = cosine_ * rest;
-    const Eigen::VectorXd imaginary = sine_ * rest;
+    const VectorXd real = cosine_ * rest;
+    const VectorXd imaginary = sine_ * rest;
     return scale_ * bin_weight_.dot(real.cwiseAbs2() + imaginary.cwiseAbs2());
   }
 
  private:
-  Eigen::VectorXd window_, trend_, bin_weight_;
-  Eigen::MatrixXd cosine_, sine_;
+  VectorXd window_, trend_, bin_weight_;
+  MatrixXd cosine_, sine_;
   double scale_ = 0.0;
 };
 
@@ -215,7 +219,7 @@ class HighPassPower {
 bool SegmentPower(const std::vector<const Pose3d*>& poses, size_t first,
                   int length, int joint, const HighPassPower& power,
                   double* sum) {
-  Eigen::MatrixXd positions(length, 3);
+  MatrixXd positions(length, 3);
   for (int i = 0; i < length; ++i) {
     const Pose3d* pose = poses[first + i];
     if (pose == nullptr || !(*pose)[joint].present()) return false;
@@ -229,8 +233,7 @@ bool SegmentPower(const std::vector<const Pose3d*>& poses, size_t first,
 // ---- Delay ------------------------------------------------------------------
 
 // Position after minus position before a frame; nullopt where one is missing.
-std::optional<Eigen::Vector3d> MotionAt(const Poses& poses, int64_t frame,
-                                        int joint) {
+std::optional<Vector3d> MotionAt(const Poses& poses, int64_t frame, int joint) {
   const Pose3d* a = PoseAt(poses, frame - 1);
   const Pose3d* b = PoseAt(poses, frame + 1);
   if (a == nullptr || b == nullptr) return std::nullopt;
@@ -246,8 +249,7 @@ struct Correlation {
   explicit Correlation(int reach)
       : product(2 * reach + 1, 0.0), energy(2 * reach + 1, 0.0) {}
 
-  void Add(const Eigen::Vector3d& reference,
-           const std::vector<Eigen::Vector3d>& shifted) {
+  void Add(const Vector3d& reference, const std::vector<Vector3d>& shifted) {
     for (size_t i = 0; i < shifted.size(); ++i) {
       product[i] += reference.dot(shifted[i]);
       energy[i] += shifted[i].squaredNorm();
@@ -280,14 +282,11 @@ Share EvaluateCoverage(const TrackSequence& truth, const TrackSequence& tracks,
   for (const TrackFrame& true_frame : truth.frames) {
     if (!ContainsFrame(frames, true_frame.frame)) continue;
     const TrackFrame* frame = FindFrame(tracks, true_frame.frame);
-    for (const PersonPose& person : true_frame.people) {
-      bool found = false;
-      for (size_t i = 0; frame != nullptr && i < frame->people.size(); ++i) {
-        const auto distance =
-            MeanDistance(person.joints, frame->people[i].joints, joints);
-        found = found || (distance && *distance <= kPersonGateM);
-      }
-      covered.Add(found);
+    const MatrixXd distances_m = PersonDistances(
+        true_frame.people,
+        frame == nullptr ? std::vector<PersonPose>() : frame->people, joints);
+    for (int i = 0; i < distances_m.rows(); ++i) {
+      covered.Add((distances_m.row(i).array() <= kPersonGateM).any());
     }
   }
   return covered;
@@ -319,7 +318,7 @@ std::vector<RatioSeries> DifferenceSeries(
     for (size_t k = 0; k < series.size(); ++k) {
       if (!Consecutive(person.frames, k, weights.size())) continue;
       for (const int j : joints) {
-        Eigen::Vector3d difference = Eigen::Vector3d::Zero();
+        Vector3d difference = Vector3d::Zero();
         bool observed = true;
         for (size_t i = 0; observed && i < weights.size(); ++i) {
           const Pose3d* pose = poses[k + i];
@@ -386,28 +385,23 @@ std::optional<double> EstimateLag(const TrackSequence& reference,
   const auto true_people = PosesByIdentity(reference);
   const auto found_people = PosesByIdentity(tracks);
   Correlation correlation(reach);
-  std::vector<Eigen::Vector3d> shifted;
-  for (const TrackFrame& frame : reference.frames) {
-    if (!ContainsFrame(frames, frame.frame)) continue;
-    const TrackFrame* found = FindFrame(tracks, frame.frame);
-    if (found == nullptr) continue;
-    for (const CostPair& pair :
-         MatchOneToOne(PersonDistances(frame.people, found->people, joints),
-                       kPersonGateM)) {
-      const Poses& truth = true_people.at(frame.people[pair.row].id);
-      const Poses& poses = found_people.at(found->people[pair.column].id);
-      for (const JointPair& joint : joints) {
-        const auto expected = MotionAt(truth, frame.frame, joint.a);
-        if (!expected.has_value()) continue;
-        shifted.clear();
-        for (int k = -reach; k <= reach; ++k) {
-          const auto motion = MotionAt(poses, frame.frame + k, joint.b);
-          if (!motion.has_value()) break;
-          shifted.push_back(*motion);
-        }
-        if (static_cast<int>(shifted.size()) != 2 * reach + 1) continue;
-        correlation.Add(*expected, shifted);
+  std::vector<Vector3d> shifted;
+  for (const PersonPair& pair :
+       PairPeople(reference, tracks, joints, kPersonGateM, frames)) {
+    if (pair.found == nullptr) continue;
+    const Poses& truth = true_people.at(pair.truth->id);
+    const Poses& poses = found_people.at(pair.found->id);
+    for (const JointPair& joint : joints) {
+      const auto expected = MotionAt(truth, pair.frame, joint.a);
+      if (!expected.has_value()) continue;
+      shifted.clear();
+      for (int k = -reach; k <= reach; ++k) {
+        const auto motion = MotionAt(poses, pair.frame + k, joint.b);
+        if (!motion.has_value()) break;
+        shifted.push_back(*motion);
       }
+      if (static_cast<int>(shifted.size()) != 2 * reach + 1) continue;
+      correlation.Add(*expected, shifted);
     }
   }
   size_t best = 0;

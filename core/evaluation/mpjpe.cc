@@ -1,9 +1,11 @@
 #include "core/evaluation/mpjpe.h"
 
+#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <limits>
-#include <map>
+#include <cmath>
+
+#include "core/base/constants.h"
 
 namespace kinegraph {
 namespace {
@@ -83,7 +85,7 @@ struct ErrorSum {
 };
 
 double Divide(double sum, int64_t count) {
-  if (count == 0) return std::numeric_limits<double>::quiet_NaN();
+  if (count == 0) return kNan;
   return sum / static_cast<double>(count);
 }
 
@@ -98,6 +100,59 @@ Interval PersonInterval(const std::vector<PersonError>& people,
   }
   return PooledRatioInterval(series, options);
 }
+
+// Squared Mahalanobis distance within which 95 % of normal errors lie: the
+// quantile of chi-square with three degrees of freedom.
+constexpr double kChiSquare95Of3 = 7.814727903251179;
+
+struct ConsistencySums {
+  int64_t count = 0;
+  double squared_m2 = 0.0;
+  Share covered;
+  double nees = 0.0;
+  double trace_m2 = 0.0;
+  int64_t definite = 0;
+
+  void Add(const Vector3d& error_m, const std::optional<Matrix3d>& covariance) {
+    ++count;
+    squared_m2 += error_m.squaredNorm();
+    if (!covariance.has_value()) return;
+    const Eigen::LLT<Matrix3d> root(*covariance);
+    if (root.info() != Eigen::Success) {
+      covered.Add(false);
+      return;
+    }
+    const double distance = root.matrixL().solve(error_m).squaredNorm();
+    covered.Add(distance <= kChiSquare95Of3);
+    nees += distance / 3.0;
+    trace_m2 += covariance->trace();
+    ++definite;
+  }
+
+  ConsistencySums& operator+=(const ConsistencySums& other) {
+    covered += other.covered;
+    nees += other.nees;
+    definite += other.definite;
+    return *this;
+  }
+
+  Consistency Stated() const {
+    return {covered, nees / static_cast<double>(definite)};
+  }
+
+  ConsistencyRow Row(JointStatus status) const {
+    ConsistencyRow row;
+    row.status = status;
+    row.count = count;
+    row.rmse_m =
+        count > 0 ? std::sqrt(squared_m2 / static_cast<double>(count)) : kNan;
+    row.stated = Stated();
+    row.stated_rms_m = definite > 0
+                           ? std::sqrt(trace_m2 / static_cast<double>(definite))
+                           : kNan;
+    return row;
+  }
+};
 
 }  // namespace
 
@@ -169,6 +224,34 @@ MpjpeResult EvaluateMpjpe(const TrackSequence& truth,
   result.bias_removed_interval =
       PersonInterval(result.people, &PersonError::bias_removed_m, bootstrap);
   return result;
+}
+
+ConsistencyResult EvaluateConsistency(const TrackSequence& truth,
+                                      const TrackSequence& tracks,
+                                      const std::vector<FrameRange>& frames) {
+  const JointPairs joints =
+      CommonJoints(truth.header.skeleton, tracks.header.skeleton);
+  ConsistencySums observed;
+  ConsistencySums inferred;
+  for (const PersonPair& pair :
+       PairPeople(truth, tracks, joints, kPersonGateM, frames)) {
+    if (pair.found == nullptr) continue;
+    for (const JointPair& joint : joints) {
+      const Joint3d& expected = pair.truth->joints[joint.a];
+      const Joint3d& found = pair.found->joints[joint.b];
+      if (!expected.present() || !found.present()) continue;
+      const std::vector<std::optional<Eigen::Matrix3d>>& stated =
+          pair.found->covariances;
+      ConsistencySums& sums =
+          found.status == JointStatus::kObserved ? observed : inferred;
+      sums.Add(found.position_m - expected.position_m,
+               stated.empty() ? std::nullopt : stated[joint.b]);
+    }
+  }
+  ConsistencySums all = observed;
+  all += inferred;
+  return {observed.Row(JointStatus::kObserved),
+          inferred.Row(JointStatus::kInferred), all.Stated()};
 }
 
 }  // namespace kinegraph

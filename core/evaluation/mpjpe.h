@@ -70,6 +70,41 @@ MpjpeResult EvaluateMpjpe(const TrackSequence& truth,
                           const MpjpeOptions& options = {},
                           const BootstrapOptions& bootstrap = {});
 
+// ---- Stated covariances against the errors that were made
+
+struct Consistency {
+  // Within the 95 % ellipse or ellipsoid. A covariance that is not positive
+  // definite covers nothing.
+  Share covered;
+  // Normalised estimation error squared, mean per degree of freedom: 1 when the
+  // covariances are right, larger when they are too sure (Bar-Shalom, Li,
+  // Kirubarajan, Estimation with Applications to Tracking and Navigation,
+  // section 5.4). NaN: no covariances.
+  double nees_per_dof = 0.0;
+};
+
+// Of the joints with one status.
+struct ConsistencyRow {
+  JointStatus status = JointStatus::kObserved;
+  // Errors of joints with a position, stated or not.
+  int64_t count = 0;
+  double rmse_m = 0.0;        // NaN: none
+  Consistency stated;         // of those with a covariance
+  double stated_rms_m = 0.0;  // square root of the covariances' mean trace
+};
+
+struct ConsistencyResult {
+  ConsistencyRow observed;
+  ConsistencyRow inferred;
+  Consistency all;  // both together
+};
+
+// Joints are compared by name, people as EvaluateMpjpe pairs them. `frames` are
+// those of the ground truth; none: all.
+ConsistencyResult EvaluateConsistency(
+    const TrackSequence& truth, const TrackSequence& tracks,
+    const std::vector<FrameRange>& frames = {});
+
 }  // namespace kinegraph
 
 #endif  // KINEGRAPH_CORE_EVALUATION_MPJPE_H_

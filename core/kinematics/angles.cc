@@ -11,65 +11,65 @@
 namespace kinegraph {
 namespace {
 
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
 constexpr double kDegrees = 180.0 / kPi;
 constexpr double kSigmas = 1.959964;       // 95 % of one dimension
 constexpr double kDiscSigmas = 2.447747;   // 95 % of two
 constexpr double kShortest = 1e-6;         // m; below it is no direction
 constexpr double kLeastSine = 0.17364818;  // of 10 degrees
 
-using Points = std::vector<Eigen::Vector3d>;
+using Points = std::vector<Vector3d>;
 
 // ---- Frames of the body -----------------------------------------------------
 
 // Forward, up, right: X, Y, Z of the ISB.
 struct Axes {
-  Eigen::Vector3d x, y, z;
+  Vector3d x, y, z;
 
-  Eigen::Vector3d In(const Eigen::Vector3d& direction) const {
+  Vector3d In(const Vector3d& direction) const {
     return {x.dot(direction), y.dot(direction), z.dot(direction)};
   }
 };
 
-std::optional<Eigen::Vector3d> Unit(const Eigen::Vector3d& vector) {
+std::optional<Vector3d> Unit(const Vector3d& vector) {
   const double norm = vector.norm();
   if (!(norm > kShortest)) return std::nullopt;
   return vector / norm;
 }
 
 // Two directions that lie nearly on one line span no plane.
-std::optional<Eigen::Vector3d> Normal(const Eigen::Vector3d& a,
-                                      const Eigen::Vector3d& b) {
+std::optional<Vector3d> Normal(const Vector3d& a, const Vector3d& b) {
   const auto unit_a = Unit(a);
   const auto unit_b = Unit(b);
   if (!unit_a || !unit_b) return std::nullopt;
-  const Eigen::Vector3d normal = unit_a->cross(*unit_b);
+  const Vector3d normal = unit_a->cross(*unit_b);
   if (normal.norm() < kLeastSine) return std::nullopt;
   return normal.normalized();
 }
 
 // Y is kept, Z turned to be at right angles to it.
-std::optional<Axes> AxesByUp(const Eigen::Vector3d& up,
-                             const Eigen::Vector3d& right) {
+std::optional<Axes> AxesByUp(const Vector3d& up, const Vector3d& right) {
   const auto forward = Normal(up, right);
   if (!forward) return std::nullopt;
-  const Eigen::Vector3d y = up.normalized();
+  const Vector3d y = up.normalized();
   return Axes{*forward, y, forward->cross(y)};
 }
 
 // Z is kept, Y turned.
-std::optional<Axes> AxesByRight(const Eigen::Vector3d& up,
-                                const Eigen::Vector3d& right) {
+std::optional<Axes> AxesByRight(const Vector3d& up, const Vector3d& right) {
   const auto forward = Normal(up, right);
   if (!forward) return std::nullopt;
-  const Eigen::Vector3d z = right.normalized();
+  const Vector3d z = right.normalized();
   return Axes{*forward, z.cross(*forward), z};
 }
 
 // Points of what follows: l_hip, r_hip, l_shoulder, r_shoulder, then the knee
 // or elbow of the limb; `side` says which hip or shoulder is the limb's.
-Eigen::Vector3d Hips(const Points& p) { return p[1] - p[0]; }
-Eigen::Vector3d Shoulders(const Points& p) { return p[3] - p[2]; }
-Eigen::Vector3d Trunk(const Points& p) {
+Vector3d Hips(const Points& p) { return p[1] - p[0]; }
+Vector3d Shoulders(const Points& p) { return p[3] - p[2]; }
+Vector3d Trunk(const Points& p) {
   return 0.5 * (p[2] + p[3]) - 0.5 * (p[0] + p[1]);
 }
 size_t HipOf(double side) { return side > 0.0 ? 1 : 0; }
@@ -85,7 +85,7 @@ std::optional<double> Around(double sine, double cosine) {
 double Tilt(double sine) { return std::asin(std::clamp(sine, -1.0, 1.0)); }
 
 // The thigh, from the knee up to the hip, in the frame of the hips.
-std::optional<Eigen::Vector3d> Thigh(const Points& p, double side) {
+std::optional<Vector3d> Thigh(const Points& p, double side) {
   const auto pelvis = AxesByRight(Trunk(p), Hips(p));
   const auto thigh = Unit(p[HipOf(side)] - p[4]);
   if (!pelvis || !thigh) return std::nullopt;
@@ -93,65 +93,62 @@ std::optional<Eigen::Vector3d> Thigh(const Points& p, double side) {
 }
 
 // Rz(flexion) Rx(adduction) y is the thigh.
-std::optional<double> HipFlexion(const Points& p, const Eigen::Vector3d&,
+std::optional<double> HipFlexion(const Points& p, const Vector3d&,
                                  double side) {
   const auto thigh = Thigh(p, side);
   if (!thigh) return std::nullopt;
   return Around(-thigh->x(), thigh->y());
 }
 
-std::optional<double> HipAdduction(const Points& p, const Eigen::Vector3d&,
+std::optional<double> HipAdduction(const Points& p, const Vector3d&,
                                    double side) {
   const auto thigh = Thigh(p, side);
   if (!thigh) return std::nullopt;
   return Tilt(side * thigh->z());
 }
 
-std::optional<double> ShoulderPlane(const Points& p, const Eigen::Vector3d&,
+std::optional<double> ShoulderPlane(const Points& p, const Vector3d&,
                                     double side) {
   const auto thorax = AxesByUp(Trunk(p), Shoulders(p));
   const auto arm = Unit(p[4] - p[ShoulderOf(side)]);
   if (!thorax || !arm) return std::nullopt;
-  const Eigen::Vector3d in_thorax = thorax->In(*arm);
+  const Vector3d in_thorax = thorax->In(*arm);
   return Around(in_thorax.x(), side * in_thorax.z());
 }
 
 // The trunk in the frame of up and the hips' heading.
-std::optional<Eigen::Vector3d> Lean(const Points& p,
-                                    const Eigen::Vector3d& up) {
+std::optional<Vector3d> Lean(const Points& p, const Vector3d& up) {
   const auto heading = AxesByUp(up, Hips(p));
   const auto trunk = Unit(Trunk(p));
   if (!heading || !trunk) return std::nullopt;
   return heading->In(*trunk);
 }
 
-std::optional<double> TrunkForward(const Points& p, const Eigen::Vector3d& up,
+std::optional<double> TrunkForward(const Points& p, const Vector3d& up,
                                    double) {
   const auto lean = Lean(p, up);
   if (!lean) return std::nullopt;
   return Around(lean->x(), lean->y());
 }
 
-std::optional<double> TrunkRight(const Points& p, const Eigen::Vector3d& up,
-                                 double) {
+std::optional<double> TrunkRight(const Points& p, const Vector3d& up, double) {
   const auto lean = Lean(p, up);
   if (!lean) return std::nullopt;
   return Tilt(lean->z());
 }
 
 // From the hips to the shoulders, about the trunk's axis.
-std::optional<double> TrunkTurn(const Points& p, const Eigen::Vector3d&,
-                                double) {
+std::optional<double> TrunkTurn(const Points& p, const Vector3d&, double) {
   const auto hips = AxesByUp(Trunk(p), Hips(p));
   const auto shoulders = Unit(Shoulders(p));
   if (!hips || !shoulders) return std::nullopt;
-  const Eigen::Vector3d in_hips = hips->In(*shoulders);
+  const Vector3d in_hips = hips->In(*shoulders);
   return Around(in_hips.x(), in_hips.z());
 }
 
 // Points: l_hip, r_hip.
-std::optional<double> PelvisObliquity(const Points& p,
-                                      const Eigen::Vector3d& up, double) {
+std::optional<double> PelvisObliquity(const Points& p, const Vector3d& up,
+                                      double) {
   const auto hips = Unit(Hips(p));
   if (!hips) return std::nullopt;
   return Tilt(up.dot(*hips));
@@ -164,12 +161,12 @@ double Wrapped(double rad) { return std::remainder(rad, 2.0 * kPi); }
 // Standard deviation [rad], by central differences. A step of a micrometre in
 // angles of about 3 rad/m leaves ten digits.
 std::optional<double> SigmaOf(const AngleInFrame& rule, Points points,
-                              const std::vector<Eigen::Matrix3d>& covariances,
-                              const Eigen::Vector3d& up) {
+                              const std::vector<Matrix3d>& covariances,
+                              const Vector3d& up) {
   constexpr double kStep = 1e-6;  // m
   double variance = 0.0;
   for (size_t i = 0; i < points.size(); ++i) {
-    Eigen::Vector3d gradient;
+    Vector3d gradient;
     for (Eigen::Index axis = 0; axis < 3; ++axis) {
       const double at = points[i][axis];
       points[i][axis] = at + kStep;
@@ -186,8 +183,8 @@ std::optional<double> SigmaOf(const AngleInFrame& rule, Points points,
 }
 
 void AddInterval(const AngleInFrame& rule, const Points& points,
-                 const std::vector<Eigen::Matrix3d>& covariances,
-                 const Eigen::Vector3d& up, AngleEstimate* estimate) {
+                 const std::vector<Matrix3d>& covariances, const Vector3d& up,
+                 AngleEstimate* estimate) {
   const auto sigma = SigmaOf(rule, points, covariances, up);
   if (!sigma) return;
   const double half_deg = kSigmas * *sigma * kDegrees;
@@ -198,22 +195,22 @@ void AddInterval(const AngleInFrame& rule, const Points& points,
   estimate->high_deg = std::min(*estimate->high_deg, rule.high_deg);
 }
 
-Eigen::Vector3d Sum(const std::vector<double>& weights, const Points& points) {
-  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+Vector3d Sum(const std::vector<double>& weights, const Points& points) {
+  Vector3d sum = Vector3d::Zero();
   for (size_t i = 0; i < points.size(); ++i) sum += weights[i] * points[i];
   return sum;
 }
 
 // Two directions with the angle between them.
 struct Pair {
-  Eigen::Vector3d from, to;  // unit
+  Vector3d from, to;  // unit
   double from_m = 0.0, to_m = 0.0;
   double rad = 0.0;
 
   static std::optional<Pair> Of(const AngleBetween& rule,
                                 const Points& points) {
-    const Eigen::Vector3d from = Sum(rule.from, points);
-    const Eigen::Vector3d to = Sum(rule.to, points);
+    const Vector3d from = Sum(rule.from, points);
+    const Vector3d to = Sum(rule.to, points);
     const auto unit_from = Unit(from);
     const auto unit_to = Unit(to);
     if (!unit_from || !unit_to) return std::nullopt;
@@ -226,16 +223,15 @@ struct Pair {
 
 // Covariance [rad^2] of the error in the plane of the two directions, which is
 // the error of the angle, and of that across it.
-Eigen::Matrix2d PlaneCovariance(
-    const AngleBetween& rule, const Pair& pair,
-    const std::vector<Eigen::Matrix3d>& covariances) {
+Eigen::Matrix2d PlaneCovariance(const AngleBetween& rule, const Pair& pair,
+                                const std::vector<Matrix3d>& covariances) {
   // On one line, any plane through it will do.
-  Eigen::Vector3d across = pair.from.cross(pair.to);
+  Vector3d across = pair.from.cross(pair.to);
   if (across.norm() < 1e-9) across = pair.from.unitOrthogonal();
   across.normalize();
   // How the angle grows when either direction moves.
-  const Eigen::Vector3d by_from = -across.cross(pair.from);
-  const Eigen::Vector3d by_to = across.cross(pair.to);
+  const Vector3d by_from = -across.cross(pair.from);
+  const Vector3d by_to = across.cross(pair.to);
   // Across the plane, the directions part (or, pointing apart, meet).
   const double apart = pair.rad < kPi / 2.0 ? 1.0 : -1.0;
   Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();
@@ -253,7 +249,7 @@ Eigen::Matrix2d PlaneCovariance(
 // An angle between two directions is never below 0: near the line, the error
 // across the plane adds to it, and the interval is the radius of a disc.
 void AddInterval(const AngleBetween& rule, const Pair& pair,
-                 const std::vector<Eigen::Matrix3d>& covariances,
+                 const std::vector<Matrix3d>& covariances,
                  AngleEstimate* estimate) {
   const Eigen::Matrix2d covariance = PlaneCovariance(rule, pair, covariances);
   const double mean = 0.5 * covariance.trace();
@@ -356,9 +352,9 @@ std::vector<JointAngle> AnglesOf(const Skeleton& skeleton) {
 
 std::optional<AngleEstimate> MeasureAngle(const JointAngle& angle,
                                           const PersonPose& person,
-                                          const Eigen::Vector3d& up) {
+                                          const Vector3d& up) {
   Points points;
-  std::vector<Eigen::Matrix3d> covariances;
+  std::vector<Matrix3d> covariances;
   AngleEstimate estimate;
   estimate.observed = true;
   for (const int idx : angle.joints) {

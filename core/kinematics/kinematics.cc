@@ -11,7 +11,9 @@
 namespace kinegraph {
 namespace {
 
-using MaybePoint = std::optional<Eigen::Vector3d>;
+using Eigen::Vector3d;
+
+using MaybePoint = std::optional<Vector3d>;
 
 // A segment of one side: its share of the mass, and how far from its first to
 // its second joint its centre lies, as a share of its length.
@@ -58,7 +60,7 @@ MassWeights MassWeightsOf(const Skeleton& skeleton) {
 // the joints is missing.
 MaybePoint CentreOf(const MassWeights& weights, const Pose3d& pose) {
   if (weights.empty()) return std::nullopt;
-  Eigen::Vector3d centre = Eigen::Vector3d::Zero();
+  Vector3d centre = Vector3d::Zero();
   for (const auto& [joint_idx, weight] : weights) {
     const Joint3d& joint = pose[joint_idx];
     if (!joint.present()) return std::nullopt;
@@ -105,7 +107,7 @@ struct MovingPoint {
   MassWeights weights;
   bool along_floor = false;
 
-  MaybePoint Of(const PersonPose& person, const Eigen::Vector3d& up) const {
+  MaybePoint Of(const PersonPose& person, const Vector3d& up) const {
     MaybePoint point = CentreOf(weights, person.joints);
     if (point && along_floor) *point -= up.dot(*point) * up;
     return point;

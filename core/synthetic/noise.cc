@@ -62,6 +62,8 @@ bool HiddenMatters(const NoiseOptions& options) {
 }  // namespace
 
 void JointNoise::Describe(OptionVisitor& visitor) {
+  const Limits share = Between(0.0, 1.0);
+  const Limits length = Between(0.0, 1e6);
   visitor.Number("sigma", &sigma_px, NonNegative(), "px",
                  "standard deviation of each pixel coordinate");
   visitor.Number("reference_depth", &reference_depth_m, NonNegative(), "m",
@@ -71,28 +73,28 @@ void JointNoise::Describe(OptionVisitor& visitor) {
                  "white noise added at every depth");
   visitor.Number("student_dof", &student_dof, Between(0.0, 1e6), "",
                  "degrees of freedom of Student-t tails, above 2; 0: Gaussian");
-  visitor.Number("static_share", &static_share, Between(0.0, 1.0), "",
+  visitor.Number("static_share", &static_share, share, "",
                  "of the variance: constant over the recording");
-  visitor.Number("white_share", &white_share, Between(0.0, 1.0), "",
+  visitor.Number("white_share", &white_share, share, "",
                  "of the variance: independent from frame to frame");
-  visitor.Number("correlation_time", &correlation_time_s, Between(0.0, 1e6),
-                 "s", "of the rest of the variance; 0: white too");
-  visitor.Number("outlier_rate", &outlier_rate, Between(0.0, 1.0), "",
+  visitor.Number("correlation_time", &correlation_time_s, length, "s",
+                 "of the rest of the variance; 0: white too");
+  visitor.Number("outlier_rate", &outlier_rate, share, "",
                  "share of joints that lie far off");
-  visitor.Number("outlier_burst", &outlier_burst_s, Between(0.0, 1e6), "s",
+  visitor.Number("outlier_burst", &outlier_burst_s, length, "s",
                  "exact length of a run of outliers; 0: each by itself");
   visitor.Number("outlier_min", &outlier_min_px, NonNegative(), "px",
                  "least distance of an outlier");
   visitor.Number("outlier_max", &outlier_max_px, NonNegative(), "px",
                  "greatest distance of an outlier");
-  visitor.Number("outlier_on_other", &outlier_on_other, Between(0.0, 1.0), "",
+  visitor.Number("outlier_on_other", &outlier_on_other, share, "",
                  "share of outliers on the same joint of a person nearby");
-  visitor.Number("missing_rate", &missing_rate, Between(0.0, 1.0), "",
+  visitor.Number("missing_rate", &missing_rate, share, "",
                  "share of joints that are not found");
-  visitor.Number("missing_burst", &missing_burst_s, Between(0.0, 1e6), "s",
+  visitor.Number("missing_burst", &missing_burst_s, length, "s",
                  "mean length of a gap; 0: each frame by itself");
-  visitor.Number("hidden_missing_rate", &hidden_missing_rate, Between(0.0, 1.0),
-                 "", "share not found where another body is in front");
+  visitor.Number("hidden_missing_rate", &hidden_missing_rate, share, "",
+                 "share not found where another body is in front");
   visitor.Number("hidden_noise_factor", &hidden_noise_factor,
                  Between(0.0, 100.0), "",
                  "on sigma where another body is in front");

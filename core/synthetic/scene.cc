@@ -8,8 +8,9 @@
 
 #include "core/base/constants.h"
 #include "core/base/error.h"
-#include "core/base/random.h"
-#include "core/synthetic/simulated_actor.h"
+#include "core/synthetic/actor.h"
+#include "core/synthetic/crowd.h"
+#include "core/synthetic/simulated_people.h"
 
 namespace kinegraph {
 namespace {
@@ -50,15 +51,6 @@ const Skeleton& SkeletonNamed(const std::string& name) {
                     "found '" + Printable(name) + "', known are " + known);
 }
 
-BodyShape RandomShape(const SceneOptions& options, Random* random) {
-  const double stature =
-      std::clamp(random->Normal(options.stature_m, options.stature_sigma_m),
-                 options.stature_m - 2.5 * options.stature_sigma_m,
-                 options.stature_m + 2.5 * options.stature_sigma_m);
-  const double leg_share = std::clamp(random->Normal(1.0, 0.015), 0.96, 1.04);
-  return MakeBodyShape(stature, leg_share);
-}
-
 PersonPose TruePerson(int id, Pose3d joints, size_t views) {
   PersonPose person;
   person.id = TrackId(id);
@@ -69,21 +61,6 @@ PersonPose TruePerson(int id, Pose3d joints, size_t views) {
 }
 
 using People = std::vector<std::shared_ptr<const Actor>>;
-
-People SimulatePeople(const SceneOptions& options, const Skeleton& skeleton) {
-  Random random(static_cast<uint64_t>(options.seed));
-  const TimeSpan span = {-kSceneMargin, options.duration_s + kSceneMargin};
-  std::vector<Itinerary> itineraries = SimulateCrowd(
-      options.motion, static_cast<int>(options.people), span, random.Fork());
-  People people;
-  for (Itinerary& itinerary : itineraries) {
-    const BodyShape shape = RandomShape(options, &random);
-    people.push_back(std::make_shared<SimulatedActor>(
-        shape, skeleton, std::move(itinerary), span, options.trunk_flexibility,
-        random.Fork()));
-  }
-  return people;
-}
 
 Scene FilledScene(const SceneOptions& options, const Skeleton& skeleton,
                   People people) {

@@ -1,18 +1,21 @@
 // A new user's way with a recording of their own: init, track, report, without
 // any configuration written by hand. The recordings are synthetic, their
 // detector is modelled noise.
-#include "tests/support/own_recording.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <sstream>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
+#include "core/evaluation/identity.h"
+#include "core/evaluation/mpjpe.h"
 #include "core/io/calibration/calibration.h"
 #include "core/io/calibration/format.h"
 #include "core/io/tracks/tracks.h"
@@ -22,16 +25,187 @@
 #include "tests/support/program.h"
 #include "tests/support/test_data.h"
 
-namespace kinegraph {
+namespace kinegraph::testing {
 namespace {
 
-using testing::ContentOf;
 using ::testing::HasSubstr;
-using testing::OwnRecording;
-using testing::ProgramOutcome;
-using testing::ProjectFile;
-using testing::RunProgram;
-using testing::TemporaryFolder;
+
+struct OwnRecording {
+  std::string format;
+  std::string skeleton;
+  double frame_rate_hz = 25.0;
+  double focal_px = 800.0;
+  double unit_per_m = 1.0;  // of the calibration's lengths
+  int people = 2;
+  double duration_s = 2.5;
+
+  // Of the cameras' ring: the longer the lens, the farther.
+  double radius_m() const;
+  std::string unit() const;  // that init must find
+  std::string name() const;  // "body25_25hz_800px_m"
+};
+
+struct Detector {
+  const char* format;
+  const char* skeleton;
+  int people;
+};
+
+// MediaPipe finds one person.
+constexpr std::array<Detector, 5> kDetectors = {
+    {{"openpose", "body25", 2},
+     {"openpose", "body25b", 2},
+     {"mmpose", "halpe26", 2},
+     {"coco", "coco17", 2},
+     {"mediapipe", "mediapipe33", 1}}};
+constexpr std::array<double, 3> kRatesHz = {25.0, 60.0, 120.0};
+constexpr std::array<double, 2> kUnitsPerM = {1.0, 1000.0};
+constexpr std::array<double, 4> kFocalsPx = {500.0, 1000.0, 1700.0, 3000.0};
+
+std::string Text(double value) { return std::to_string(value); }
+
+std::string SceneKeys(const OwnRecording& recording) {
+  const int width = static_cast<int>(1.6 * recording.focal_px);
+  return "scene.skeleton=" + recording.skeleton +
+         ";scene.frame_rate=" + Text(recording.frame_rate_hz) +
+         ";scene.duration=" + Text(recording.duration_s) +
+         ";scene.people=" + std::to_string(recording.people) +
+         ";scene.motion.visitors=0;scene.motion.area_radius=1.5"
+         ";scene.cameras.count=4;scene.cameras.focal=" +
+         Text(recording.focal_px) +
+         ";scene.cameras.radius=" + Text(recording.radius_m()) +
+         ";scene.cameras.image_width=" + std::to_string(width) +
+         ";scene.cameras.image_height=" + std::to_string(width * 9 / 16);
+}
+
+// Noise that is the same share of a person's size in every image: 4 px at
+// 800 px and 6.5 m.
+std::string SceneToml(const OwnRecording& recording) {
+  return "[scene]\nseed = 8\n[noise]\nseed = 7\nsigma = " +
+         Text(4.0 * recording.focal_px / 800.0) +
+         "\nreference_depth = 6.5\ncorrelation_time = 0.1\nwhite_share = 0.5\n"
+         "missing_rate = 0.03\nconfidence = 0.8\n";
+}
+
+// Appends to `failed` what did not end well.
+std::string Run(const std::string& command, const std::string& arguments,
+                std::string* failed) {
+  const ProgramOutcome outcome = RunProgram(command, arguments);
+  if (outcome.exit_code != 0) *failed += command + ": " + outcome.errors;
+  return outcome.output;
+}
+
+double ErrorOf(const std::string& tracks, const std::string& truth) {
+  return EvaluateMpjpe(ReadTracks(truth), ReadTracks(tracks)).raw_m;
+}
+
+double OwnRecording::radius_m() const { return 4.0 + focal_px / 750.0; }
+
+std::string OwnRecording::unit() const {
+  return unit_per_m == 1000.0 ? "mm" : "the calibration's own";
+}
+
+std::string OwnRecording::name() const {
+  const auto whole = [](double value) {
+    return std::to_string(std::lround(value));
+  };
+  return skeleton + "_" + whole(frame_rate_hz) + "hz_" + whole(focal_px) +
+         "px_" + (unit_per_m == 1000.0 ? "mm" : "m");
+}
+
+// Every detector with every other value at least once, and every two values of
+// two of the four: formats, rates, units, focal lengths of 500 to 3000 px.
+// Twenty pairs of detector and focal length; rate and unit go round so that
+// each meets every detector and every focal length, and the other.
+std::vector<OwnRecording> CoveringRecordings() {
+  std::vector<OwnRecording> recordings;
+  for (size_t d = 0; d < kDetectors.size(); ++d) {
+    for (size_t f = 0; f < kFocalsPx.size(); ++f) {
+      recordings.push_back({kDetectors[d].format, kDetectors[d].skeleton,
+                            kRatesHz[(d + f) % 3], kFocalsPx[f],
+                            kUnitsPerM[(d + f / 2) % 2], kDetectors[d].people});
+    }
+  }
+  return recordings;
+}
+
+// The scene in the folder: detections in the detector's format, and
+// calibration.json, a format that states no unit.
+void MakeOwnRecording(const OwnRecording& recording,
+                      const std::string& folder) {
+  const std::string scene = folder + "/scene.toml";
+  std::ofstream(scene) << SceneToml(recording);
+  std::string failed;
+  Run("synthesize",
+      "--config='" + scene + "' --set='" + SceneKeys(recording) +
+          "' --format=" + recording.format + " --out='" + folder + "'",
+      &failed);
+  if (!failed.empty()) throw std::runtime_error(failed);
+  CameraRig cameras;
+  for (const Camera& camera : ReadCameras(folder + "/cameras.json")) {
+    CameraParameters parameters = camera.parameters();
+    parameters.t *= recording.unit_per_m;
+    cameras.emplace_back(parameters);
+  }
+  LostFields lost_fields;
+  WriteCalibration(folder + "/calibration.json", "krt", cameras, &lost_fields);
+}
+
+std::string InputsOf(const OwnRecording& recording, const std::string& folder) {
+  return "--cameras='" + folder + "/calibration.json' --detections='" + folder +
+         "/detections_" + recording.format + "' ";
+}
+
+// Changes of a hand-made configuration: gates in pixels by the rule of
+// configs/paper/pose2sim.toml, with the focal length over the distance; 310
+// px/m are Shelf's.
+std::string HandMadeKeys(const OwnRecording& recording) {
+  const double scale = recording.focal_px / recording.radius_m() / 310.0;
+  return "gates.units=pixels;association.alpha_2d=" + Text(70 * scale) +
+         ";reconstruction.alpha_epi=" + Text(60 * scale) +
+         ";initialisation.alpha_group=" + Text(60 * scale) +
+         ";initialisation.alpha_filter=" + Text(60 * scale);
+}
+
+struct OwnRecordingOutcome {
+  std::string failed;  // command and its error; empty: all came to their end
+  std::string init;    // what was said
+  std::string track;
+  double error_m = 0.0;  // mean over joints
+  double by_hand_error_m = 0.0;
+  IdentityResult identity;
+};
+
+// The five steps, and once more with the hand-made gates.
+OwnRecordingOutcome WalkFiveSteps(const OwnRecording& recording,
+                                  const std::string& folder) {
+  OwnRecordingOutcome outcome;
+  MakeOwnRecording(recording, folder);
+  const std::string inputs = InputsOf(recording, folder);
+  const std::string config = " --config='" + folder + "/new/my.toml' ";
+  outcome.init = Run("init",
+                     inputs + "--frame_rate=" + Text(recording.frame_rate_hz) +
+                         " --out='" + folder + "/new/my.toml'",
+                     &outcome.failed);
+  outcome.track =
+      Run("track", inputs + config + "--out='" + folder + "/take.jsonl'",
+          &outcome.failed);
+  Run("report",
+      "--tracks='" + folder + "/take.jsonl' " + inputs + config + "--out='" +
+          folder + "/page/take.html'",
+      &outcome.failed);
+  Run("track",
+      inputs + config + "--set='" + HandMadeKeys(recording) + "' --out='" +
+          folder + "/by_hand.jsonl'",
+      &outcome.failed);
+  if (!outcome.failed.empty()) return outcome;
+  const std::string truth = folder + "/truth.jsonl";
+  outcome.error_m = ErrorOf(folder + "/take.jsonl", truth);
+  outcome.by_hand_error_m = ErrorOf(folder + "/by_hand.jsonl", truth);
+  outcome.identity =
+      EvaluateIdentity(ReadTracks(truth), ReadTracks(folder + "/take.jsonl"));
+  return outcome;
+}
 
 ProgramOutcome Expect0(const std::string& command,
                        const std::string& arguments) {
@@ -45,8 +219,8 @@ class OwnRecordings : public ::testing::TestWithParam<OwnRecording> {};
 TEST_P(OwnRecordings, NeedNoConfigurationByHand) {
   const OwnRecording& recording = GetParam();
   const TemporaryFolder folder;
-  const testing::OwnRecordingOutcome outcome =
-      testing::WalkFiveSteps(recording, folder.path().string());
+  const OwnRecordingOutcome outcome =
+      WalkFiveSteps(recording, folder.path().string());
   ASSERT_EQ(outcome.failed, "");
   EXPECT_THAT(outcome.init,
               HasSubstr("skeleton    " + recording.skeleton + ","));
@@ -67,8 +241,7 @@ TEST_P(OwnRecordings, NeedNoConfigurationByHand) {
 }
 
 INSTANTIATE_TEST_SUITE_P(
-    FiveSteps, OwnRecordings,
-    ::testing::ValuesIn(testing::CoveringRecordings()),
+    FiveSteps, OwnRecordings, ::testing::ValuesIn(CoveringRecordings()),
     [](const ::testing::TestParamInfo<OwnRecording>& test) {
       return test.param.name();
     });
@@ -87,7 +260,7 @@ TEST(OwnRecording, TellsWhatIsMissingOrWrong) {
   const TemporaryFolder folder;
   const std::string in = folder.path().string();
   const OwnRecording recording = SmallRecording("openpose", "body25");
-  testing::MakeOwnRecording(recording, in);
+  MakeOwnRecording(recording, in);
   const std::string what = "--cameras='" + in + "/cameras.json' " +
                            "--detections='" + in + "/detections_openpose' ";
   const ProgramOutcome no_rate =
@@ -110,7 +283,7 @@ TEST(OwnRecording, InitKeepsWhatItIsTold) {
   const TemporaryFolder folder;
   const std::string in = folder.path().string();
   const OwnRecording recording = SmallRecording("coco", "coco17");
-  testing::MakeOwnRecording(recording, in);
+  MakeOwnRecording(recording, in);
   Expect0("init",
           "--cameras='" + in + "/cameras.json' --detections='" + in +
               "/detections.jsonl' --set='cameras.ignore_distortion=true; "
@@ -160,10 +333,10 @@ TEST(OwnRecording, InitHasWhatIsOffRefined) {
   OwnRecording recording = SmallRecording("coco", "coco17");
   recording.people = 3;
   recording.duration_s = 6.0;
-  testing::MakeOwnRecording(recording, in);
+  MakeOwnRecording(recording, in);
   CameraRig turned;
   for (const Camera& camera : ReadCameras(in + "/cameras.json")) {
-    turned.push_back(testing::Turned(camera, 0.7, 21 + turned.size()));
+    turned.push_back(Turned(camera, 0.7, 21 + turned.size()));
   }
   LostFields lost_fields;
   WriteCalibration(in + "/turned.json", "krt", turned, &lost_fields);
@@ -205,7 +378,7 @@ TEST(OwnRecording, TheExtensionChoosesTheFormat) {
   const TemporaryFolder folder;
   const std::string in = folder.path().string();
   const OwnRecording recording = SmallRecording("coco", "coco17");
-  testing::MakeOwnRecording(recording, in);
+  MakeOwnRecording(recording, in);
   const std::string what = "--cameras='" + in + "/cameras.json' " +
                            "--detections='" + in + "/detections.jsonl' ";
   size_t frames = 0;
@@ -218,11 +391,11 @@ TEST(OwnRecording, TheExtensionChoosesTheFormat) {
   }
   Expect0("track", what + "--out='" + in + "/sub/people.trc'");
   EXPECT_GT(ReadTracks(in + "/sub/people").frames.size(), 50u);
-  EXPECT_TRUE(testing::OpenSimReads(in + "/sub/people"));
+  EXPECT_TRUE(OpenSimReads(in + "/sub/people"));
   EXPECT_THAT(ContentOf(folder.path() / "sub/people/person_0.trc"),
               HasSubstr("l_hip"));
   Expect0("track", what + "--markers=opensim --out='" + in + "/osim.trc'");
-  EXPECT_TRUE(testing::OpenSimReads(in + "/osim"));
+  EXPECT_TRUE(OpenSimReads(in + "/osim"));
   EXPECT_THAT(ContentOf(folder.path() / "osim/person_0.trc"),
               HasSubstr("LHip"));
   const ProgramOutcome markers = RunProgram(
@@ -240,4 +413,4 @@ TEST(OwnRecording, AnUnknownConfigurationIsAnsweredWithTheKnownOnes) {
 }
 
 }  // namespace
-}  // namespace kinegraph
+}  // namespace kinegraph::testing

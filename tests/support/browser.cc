@@ -179,10 +179,6 @@ void Browser::Note(const Json& event) {
   const std::string method = event["method"];
   const Json& parameters = event["params"];
   if (method == "Page.loadEventFired") loaded_ = true;
-  if (method == "Tracing.tracingComplete") traced_ = true;
-  if (method == "Tracing.dataCollected") {
-    for (const Json& one : parameters["value"]) trace_.push_back(one);
-  }
   if (method == "Network.requestWillBeSent") {
     requests_.push_back(parameters["request"]["url"]);
   }
@@ -197,8 +193,6 @@ void Browser::Note(const Json& event) {
     problems_.push_back(parameters["entry"].dump());
   }
 }
-
-std::string Browser::Version() { return Call("Browser.getVersion")["product"]; }
 
 void Browser::PreferDark(bool dark) {
   Call("Emulation.setEmulatedMedia",
@@ -327,22 +321,6 @@ void Browser::Tap(PagePoint at) {
     if (WaitFor("window.tapped", 3.0)) return;
   }
   Fail("no click came of five taps");
-}
-
-void Browser::StartTrace(const std::string& categories) {
-  trace_ = Json::array();
-  Call("Tracing.start",
-       {{"categories", categories}, {"transferMode", "ReportEvents"}});
-}
-
-Json Browser::StopTrace() {
-  traced_ = false;
-  Call("Tracing.end");
-  while (!traced_) {
-    const Json event = Receive();
-    if (event.contains("method")) Note(event);
-  }
-  return trace_;
 }
 
 void Browser::SaveScreenshot(const std::string& path) {

@@ -39,8 +39,6 @@ class Browser {
   Browser(const Browser&) = delete;
   Browser& operator=(const Browser&) = delete;
 
-  // "Chrome/NNN.N.N.N".
-  std::string Version();
   // Before Open(): what the page finds as prefers-color-scheme.
   void PreferDark(bool dark);
   // Opens a file and waits until it has loaded.
@@ -69,13 +67,6 @@ class Browser {
   void Tap(PagePoint at);
   void Tap(const std::string& selector) { Tap(MiddleOf(selector)); }
 
-  // Records events of Chromium's own work, comma-separated categories; Stop
-  // gives them as in the Trace Event Format. An event of kind "X" has "dur",
-  // its time on the clock, and "tdur", its thread's processor time, both in
-  // microseconds.
-  void StartTrace(const std::string& categories);
-  Json StopTrace();
-
   // The viewport as a PNG file.
   void SaveScreenshot(const std::string& path);
 
@@ -103,8 +94,6 @@ class Browser {
   std::string session_;
   int last_id_ = 0;
   bool loaded_ = false;
-  bool traced_ = false;
-  Json trace_ = Json::array();
   std::vector<std::string> problems_;
   std::vector<std::string> requests_;
 };

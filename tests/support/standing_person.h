@@ -37,9 +37,6 @@ class PosedPerson {
   void Put(const std::string& joint, const Eigen::Vector3d& position_m) {
     pose_.joints[Index(joint)] = {position_m, JointStatus::kObserved};
   }
-  void Move(const std::string& joint, const Eigen::Vector3d& by_m) {
-    Put(joint, At(joint) + by_m);
-  }
   void Remove(const std::string& joint) { pose_.joints[Index(joint)] = {}; }
 
   // Turns joints about an axis through the first of them, by the right hand.

@@ -44,7 +44,7 @@ double HuberWeight(double residual, double limit) {
 // Speeds of all joints at even times; NaN where there is none.
 struct SpeedGrid {
   SpeedGrid(const JointPaths& paths, double step_s, double half_s)
-      : joints(paths.joint_count()) {
+      : joints(paths.joint_count()), is_seen(joints) {
     const double begin = paths.times_s().front();
     const double length_s = paths.times_s().back() - begin;
     count = static_cast<int64_t>(length_s / step_s) + 1;
@@ -53,11 +53,13 @@ struct SpeedGrid {
       const double time_s = begin + step_s * static_cast<double>(i);
       for (size_t j = 0; j < joints; ++j) {
         speeds.push_back(paths.Speed(time_s, j, half_s).value_or(kNan));
+        is_seen[j] = is_seen[j] || !std::isnan(speeds.back());
       }
     }
   }
 
   size_t joints;
+  std::vector<bool> is_seen;  // the joint ever has a speed
   int64_t count = 0;
   std::vector<double> speeds;
 };
@@ -108,21 +110,6 @@ void RequireMotion(const JointPaths& paths, double half_s, const char* whose) {
       " m/s; --align=world or none");
 }
 
-// Joints that ever have a speed in both.
-double JointsOfBoth(const SpeedGrid& a, const SpeedGrid& b) {
-  const auto seen = [](const SpeedGrid& grid, size_t joint) {
-    for (size_t i = joint; i < grid.speeds.size(); i += grid.joints) {
-      if (!std::isnan(grid.speeds[i])) return true;
-    }
-    return false;
-  };
-  double count = 0.0;
-  for (size_t j = 0; j < a.joints; ++j) {
-    if (seen(a, j) && seen(b, j)) count += 1.0;
-  }
-  return count;
-}
-
 // The shift at which the speeds correlate best, to a step.
 double CoarseOffset(const JointPaths& truth, const JointPaths& tracks,
                     double half_s) {
@@ -140,7 +127,10 @@ double CoarseOffset(const JointPaths& truth, const JointPaths& tracks,
   const auto reach = static_cast<int64_t>(kMostWork / std::max(1.0, pass));
   double best = 0.0, best_correlation = 0.0;
   int64_t best_shift = 0;
-  const double joints = JointsOfBoth(a, b);
+  double joints = 0.0;  // that have a speed in both
+  for (size_t j = 0; j < a.joints; ++j) {
+    if (a.is_seen[j] && b.is_seen[j]) joints += 1.0;
+  }
   for (int64_t shift = std::max(-b.count, -reach);
        shift <= std::min(a.count, reach); ++shift) {
     const double correlation =
@@ -243,11 +233,8 @@ ClockFit FitClock(const JointPaths& truth, const JointPaths& tracks,
     const ClockSums sums = SumClock(truth, tracks, clock, half_s, limit);
     limit = kClockHuberRms * std::sqrt(sums.squared / sums.count);
     Matrix2d inverse = Matrix2d::Zero();
-    if (with_drift) {
-      inverse = sums.information.inverse();
-    } else {
-      inverse(0, 0) = 1.0 / sums.information(0, 0);
-    }
+    inverse(0, 0) = 1.0 / sums.information(0, 0);
+    if (with_drift) inverse = sums.information.inverse();
     const Vector2d step = -inverse * sums.gradient;
     if (!step.allFinite()) break;
     clock.offset_s += step[0];

@@ -18,46 +18,32 @@ using Eigen::Vector3d;
 constexpr double kWindowS = 0.2;
 
 // A joint's positions, NaN where it is missing.
-class Points {
- public:
-  explicit Points(const TrackSequence& motion) : motion_(motion) {}
-
-  std::vector<Vector3d> Of(const std::string& joint) const {
-    std::vector<Vector3d> points;
-    const int at = motion_.header.skeleton.IndexOf(joint);
-    for (const TrackFrame& frame : motion_.frames) {
-      const Joint3d here = at >= 0 && !frame.people.empty()
-                               ? frame.people.front().joints[at]
-                               : Joint3d{};
-      points.push_back(here.present() ? here.position_m
-                                      : Vector3d::Constant(kNan));
-    }
-    return points;
+std::vector<Vector3d> PointsOf(const TrackSequence& motion,
+                               const std::string& joint) {
+  std::vector<Vector3d> points;
+  const int at = motion.header.skeleton.IndexOf(joint);
+  for (const TrackFrame& frame : motion.frames) {
+    const Joint3d here = at >= 0 && !frame.people.empty()
+                             ? frame.people.front().joints[at]
+                             : Joint3d{};
+    points.push_back(here.present() ? here.position_m
+                                    : Vector3d::Constant(kNan));
   }
-  // The first of these that the skeleton has.
-  std::vector<Vector3d> OfFirst(const std::vector<std::string>& joints) const {
-    for (const std::string& joint : joints) {
-      if (motion_.header.skeleton.IndexOf(joint) >= 0) return Of(joint);
-    }
-    return Of("");
-  }
-
- private:
-  const TrackSequence& motion_;
-};
+  return points;
+}
 
 std::string SideOf(Foot foot) { return foot == Foot::kLeft ? "l_" : "r_"; }
 
 class Finder {
  public:
   Finder(const TrackSequence& motion, const Vector3d& up)
-      : points_(motion), up_(up) {
+      : motion_(motion), up_(up) {
     for (const TrackFrame& frame : motion.frames) {
       times_s_.push_back(ToSeconds(frame.time));
     }
-    const std::vector<Vector3d> left = points_.Of("l_hip");
-    const std::vector<Vector3d> right = points_.Of("r_hip");
-    pelvis_ = points_.Of("mid_hip");
+    const std::vector<Vector3d> left = PointsOf(motion_, "l_hip");
+    const std::vector<Vector3d> right = PointsOf(motion_, "r_hip");
+    pelvis_ = PointsOf(motion_, "mid_hip");
     for (size_t i = 0; i < pelvis_.size(); ++i) {
       const Vector3d middle = 0.5 * (left[i] + right[i]);
       if (middle.allFinite()) pelvis_[i] = middle;
@@ -71,7 +57,9 @@ class Finder {
     for (const Foot foot : {Foot::kLeft, Foot::kRight}) {
       heels.push_back(Ahead(foot, {"heel", "ankle"}));
       toes.push_back(Ahead(foot, {"big_toe", "small_toe", "ankle"}));
-      swing_m = std::min(swing_m, Swing(heels.back()));
+      const auto [low_m, high_m] = RangeOf(heels.back());
+      // NaN where nothing of the foot is there.
+      swing_m = high_m >= low_m ? std::min(swing_m, high_m - low_m) : 0.0;
     }
     // Both heels swing by more than a squat or a jump moves them.
     constexpr double kLeastSwingM = 0.3;
@@ -93,9 +81,16 @@ class Finder {
   }
 
  private:
-  std::vector<Vector3d> Part(Foot foot, std::vector<std::string> names) const {
-    for (std::string& name : names) name = SideOf(foot) + name;
-    return points_.OfFirst(names);
+  // The first of these that the skeleton has.
+  std::vector<Vector3d> Part(Foot foot,
+                             const std::vector<std::string>& names) const {
+    for (const std::string& name : names) {
+      const std::string joint = SideOf(foot) + name;
+      if (motion_.header.skeleton.IndexOf(joint) >= 0) {
+        return PointsOf(motion_, joint);
+      }
+    }
+    return PointsOf(motion_, "");
   }
 
   // How far ahead of the pelvis it is, along the feet [m].
@@ -128,12 +123,12 @@ class Finder {
     return way - way.dot(up_) * up_;
   }
 
-  static double Swing(std::vector<double> ahead) {
-    ahead.erase(std::remove_if(ahead.begin(), ahead.end(),
-                               [](double value) { return std::isnan(value); }),
-                ahead.end());
-    if (ahead.empty()) return 0.0;
-    return Quantile(ahead, 0.95) - Quantile(ahead, 0.05);
+  // What nearly all of the values lie between, 5 % at either end apart.
+  static std::pair<double, double> RangeOf(std::vector<double> values) {
+    values.erase(std::remove_if(values.begin(), values.end(),
+                                [](double value) { return std::isnan(value); }),
+                 values.end());
+    return {Quantile(values, 0.05), Quantile(values, 0.95)};
   }
 
   // Whether it is the greatest within the window, of which it is no end.
@@ -158,11 +153,8 @@ class Finder {
   void AddExtremes(Foot foot, bool is_contact,
                    const std::vector<double>& values, double sign,
                    std::vector<FootEvent>* events) const {
-    std::vector<double> there;
-    for (const double value : values) {
-      if (!std::isnan(value)) there.push_back(value);
-    }
-    const double middle = 0.5 * (Quantile(there, 0.05) + Quantile(there, 0.95));
+    const auto [low, high] = RangeOf(values);
+    const double middle = 0.5 * (low + high);
     for (size_t i = 1; i + 1 < values.size(); ++i) {
       if (sign * (values[i] - middle) <= 0.0 || !IsPeak(values, i, sign)) {
         continue;
@@ -213,7 +205,7 @@ class Finder {
     }
   }
 
-  const Points points_;
+  const TrackSequence& motion_;
   const Vector3d up_;
   std::vector<double> times_s_;
   std::vector<Vector3d> pelvis_;
@@ -264,9 +256,8 @@ std::vector<TimedEvent> CompareWithPlates(const std::vector<ForcePlate>& plates,
                                           const TrackSequence& motion,
                                           const Vector3d& up) {
   constexpr double kNearS = 0.15;
-  const Points points(motion);
-  const std::vector<Vector3d> ankles[] = {points.Of("l_ankle"),
-                                          points.Of("r_ankle")};
+  const std::vector<Vector3d> ankles[] = {PointsOf(motion, "l_ankle"),
+                                          PointsOf(motion, "r_ankle")};
   std::vector<TimedEvent> timed;
   for (const ForcePlate& plate : plates) {
     for (const auto& [time_s, loaded] : Crossings(plate)) {

@@ -14,11 +14,68 @@
 #include "core/evaluation/motion.h"
 #include "core/evaluation/mpjpe.h"
 #include "core/evaluation/pcp.h"
-#include "tests/support/shelf.h"
+#include "core/io/calibration/calibration.h"
+#include "core/io/configuration/held_out_set.h"
+#include "core/io/detections/source.h"
+#include "core/io/detections/view_pairing.h"
+#include "core/io/tracks/tracks.h"
+#include "solvers/session/run.h"
 #include "tests/support/test_data.h"
 
 namespace kinegraph {
 namespace {
+
+struct ShelfRecording {
+  DetectionSequence detections;  // OpenPose as it is
+  CameraRig cameras;             // in the order of the views
+  TrackSequence truth;
+  HeldOutSet set;
+  TrackSequence reference;  // names the people of the set
+};
+
+// Throws InputError naming what is missing below `data_folder`.
+ShelfRecording LoadRawShelf(const std::string& data_folder) {
+  const std::string shelf = data_folder + "/shelf/";
+  // What the files are does not depend on how they are tracked.
+  const RunOptions options =
+      ReadRunOptions(ProjectConfig("paper/shelf.toml"), "", "");
+  ShelfRecording recording;
+  recording.detections = ReadDetections(shelf + "detections/openpose",
+                                        DetectionOptionsOf(options));
+  const std::vector<std::string>& views =
+      recording.detections.header.view_names;
+  recording.cameras = CamerasOfViews(
+      views, ReadCameras(shelf + "calibration.json", options.cameras), {});
+  recording.truth = ReadTracks(shelf + "tum/actorsGT.mat");
+  recording.set = ReadHeldOutSet(shelf + "reference/held_out_set.json", views);
+  recording.reference =
+      ReadTracks(shelf + "reference/paper_code_shelf_warm3.json");
+  return recording;
+}
+
+// Tracks with all cameras.
+TrackSequence Track(const ShelfRecording& recording,
+                    const RunOptions& options) {
+  RunRequest request;
+  request.cameras = recording.cameras;
+  return TrackSequenceOf(options, request, recording.detections);
+}
+
+// Tracks once without each camera and scores what that camera saw.
+HeldOutScores ScoreHeldOutCameras(const ShelfRecording& recording,
+                                  const RunOptions& options) {
+  HeldOutScores scores;
+  for (size_t view = 0; view < recording.cameras.size(); ++view) {
+    RunRequest request;
+    request.cameras = recording.cameras;
+    request.without_cameras = {recording.detections.header.view_names[view]};
+    ScoreHeldOutCamera(
+        recording.set, recording.detections, static_cast<int>(view),
+        recording.cameras[view], recording.reference,
+        TrackSequenceOf(options, request, recording.detections), &scores);
+  }
+  return scores;
+}
 
 RunOptions Paper() {
   return ReadRunOptions(ProjectConfig("paper/shelf.toml"), "", "");
@@ -60,11 +117,10 @@ std::array<double, 2> FiguresOf(const HeldOutScores& scores,
 // docs/results.md has the figures.
 TEST(GraphModeTest, PredictsHeldOutCamerasBetterThanPaperMode) {
   KINEGRAPH_DATA_OR_SKIP(data, "shelf/detections/openpose");
-  const testing::ShelfRecording recording =
-      testing::LoadRawShelf(testing::FindData("")->string());
-  const HeldOutScores paper = testing::ScoreHeldOutCameras(recording, Paper());
-  const HeldOutScores graph =
-      testing::ScoreHeldOutCameras(recording, Offline());
+  const ShelfRecording recording =
+      LoadRawShelf(testing::FindData("")->string());
+  const HeldOutScores paper = ScoreHeldOutCameras(recording, Paper());
+  const HeldOutScores graph = ScoreHeldOutCameras(recording, Offline());
   const HeldOutSummary of_paper = SummariseHeldOut(paper, AllJoints());
   const HeldOutSummary of_graph = SummariseHeldOut(graph, AllJoints());
   const auto ratio = [&](HeldOutFigure figure) {
@@ -93,10 +149,10 @@ TEST(GraphModeTest, PredictsHeldOutCamerasBetterThanPaperMode) {
 
 TEST(GraphModeTest, MovesSmoothlyAndKeepsWhatTheAnnotationSays) {
   KINEGRAPH_DATA_OR_SKIP(data, "shelf/detections/openpose");
-  const testing::ShelfRecording recording =
-      testing::LoadRawShelf(testing::FindData("")->string());
-  const TrackSequence paper = testing::Track(recording, Paper());
-  const TrackSequence graph = testing::Track(recording, Offline());
+  const ShelfRecording recording =
+      LoadRawShelf(testing::FindData("")->string());
+  const TrackSequence paper = Track(recording, Paper());
+  const TrackSequence graph = Track(recording, Offline());
 
   MotionOptions motion;
   motion.frames = ShelfProtocol().frames;

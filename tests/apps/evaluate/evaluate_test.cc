@@ -1,10 +1,8 @@
 // The program kinegraph-evaluate as its users meet it.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <sys/wait.h>
 
-#include <cstdio>
-#include <fstream>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <string>
@@ -13,6 +11,7 @@
 
 #include "core/io/text/json.h"
 #include "core/skeleton/skeleton.h"
+#include "tests/support/program.h"
 #include "tests/support/test_data.h"
 
 namespace kinegraph::testing {
@@ -20,32 +19,27 @@ namespace {
 
 using ::testing::HasSubstr;
 
-struct Outcome {
-  int exit_code = -1;
-  std::string output;  // stdout and stderr
-};
-
-Outcome Evaluate(const std::string& flags) {
-  const std::string command = "'" +
-                              BuildFile("apps/kinegraph-evaluate").string() +
-                              "' " + flags + " 2>&1";
-  Outcome outcome;
-  std::FILE* pipe = popen(command.c_str(), "r");
-  if (pipe == nullptr) return outcome;
-  char buffer[4096];
-  while (const size_t count = std::fread(buffer, 1, sizeof(buffer), pipe)) {
-    outcome.output.append(buffer, count);
-  }
-  const int status = pclose(pipe);
-  if (WIFEXITED(status)) outcome.exit_code = WEXITSTATUS(status);
-  return outcome;
+ProgramOutcome Evaluate(const std::string& flags) {
+  return RunProgram("evaluate", flags);
 }
 
-Json ReadJson(const std::string& path) {
-  std::ifstream stream(path);
-  std::ostringstream text;
-  text << stream.rdbuf();
-  return ParseJson(text.str(), path);
+// That it ends well and prints these.
+void ExpectPrinted(const std::string& flags,
+                   const std::vector<std::string>& texts) {
+  SCOPED_TRACE(flags);
+  const ProgramOutcome outcome = Evaluate(flags);
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.errors;
+  for (const std::string& text : texts) {
+    EXPECT_THAT(outcome.output, HasSubstr(text));
+  }
+}
+
+void ExpectRefused(const std::string& flags, const std::string& message) {
+  SCOPED_TRACE(flags);
+  const ProgramOutcome outcome = Evaluate(flags);
+  EXPECT_EQ(outcome.exit_code, 2);
+  EXPECT_THAT(outcome.errors, HasSubstr(message));
+  EXPECT_THAT(outcome.errors, HasSubstr("kinegraph-evaluate: error: "));
 }
 
 // One person of tum14 in frames 300 and 301; `lift` moves one ankle up [m].
@@ -87,13 +81,10 @@ class EvaluateProgramTest : public ::testing::Test {
 
 TEST_F(EvaluateProgramTest, PcpAsTextAndJson) {
   const std::string json = (folder_.path() / "result.json").string();
-  const Outcome outcome = Evaluate(
-      "--protocol=shelf" + Against(found_, truth_) + " --json='" + json + "'");
-  ASSERT_EQ(outcome.exit_code, 0) << outcome.output;
-  EXPECT_THAT(outcome.output, HasSubstr("90.00 (18/20)"));
-  EXPECT_THAT(outcome.output, HasSubstr("frames 300:601"));
-  EXPECT_THAT(outcome.output, HasSubstr("covered, %: 100.00 (2/2)"));
-  const Json result = ReadJson(json)["result"];
+  ExpectPrinted(
+      "--protocol=shelf" + Against(found_, truth_) + " --json='" + json + "'",
+      {"90.00 (18/20)", "frames 300:601", "covered, %: 100.00 (2/2)"});
+  const Json result = ParseJson(ContentOf(json), json)["result"];
   EXPECT_EQ(result["actors"][0]["parts"]["total"]["count"], 18);
   EXPECT_EQ(result["lost"].size(), 2u);
   EXPECT_EQ(result["lost"][0]["part"], "r_lower_leg");
@@ -103,40 +94,25 @@ TEST_F(EvaluateProgramTest, PcpAsTextAndJson) {
 }
 
 TEST_F(EvaluateProgramTest, FlagsOverrideTheProtocol) {
-  const Outcome outcome = Evaluate(
+  ExpectPrinted(
       "--protocol=shelf --head=mvpose --endpoints=each --matching=one_to_one "
       "--frames=300:301,500:501 --lost" +
-      Against(found_, truth_));
-  ASSERT_EQ(outcome.exit_code, 0) << outcome.output;
-  EXPECT_THAT(outcome.output,
-              HasSubstr("head mvpose, endpoints each, matching one_to_one, "
-                        "frames 300:301,500:501"));
-  EXPECT_THAT(outcome.output, HasSubstr("90.00 (9/10)"));
-  EXPECT_THAT(outcome.output, HasSubstr("error of first end m"));
-}
-
-TEST_F(EvaluateProgramTest, Parity) {
-  Outcome outcome = Evaluate("--protocol=parity" + Against(truth_, truth_));
-  ASSERT_EQ(outcome.exit_code, 0) << outcome.output;
-  EXPECT_THAT(outcome.output, HasSubstr("100.0000 (28/28)"));
-  outcome = Evaluate("--protocol=parity" + Against(found_, truth_));
-  EXPECT_THAT(outcome.output, HasSubstr("(26/28)"));
-  EXPECT_THAT(outcome.output, HasSubstr("600.0000 (r_ankle, person 0, frame"));
+          Against(found_, truth_),
+      {"head mvpose, endpoints each, matching one_to_one, frames "
+       "300:301,500:501",
+       "90.00 (9/10)", "error of first end m"});
 }
 
 TEST_F(EvaluateProgramTest, OtherProtocols) {
+  const std::string against = Against(found_, truth_);
+  ExpectPrinted("--protocol=parity" + Against(truth_, truth_),
+                {"100.0000 (28/28)"});
+  ExpectPrinted("--protocol=parity" + against,
+                {"(26/28)", "600.0000 (r_ankle, person 0, frame"});
   // One of 14 joints is 600 mm off.
-  const Outcome mpjpe = Evaluate("--protocol=mpjpe" + Against(found_, truth_));
-  ASSERT_EQ(mpjpe.exit_code, 0) << mpjpe.output;
-  EXPECT_THAT(mpjpe.output, HasSubstr("42.9"));
-  const Outcome identity =
-      Evaluate("--protocol=identity" + Against(found_, truth_));
-  ASSERT_EQ(identity.exit_code, 0) << identity.output;
-  EXPECT_THAT(identity.output, HasSubstr("MOTA, %"));
-  const Outcome panoptic =
-      Evaluate("--protocol=panoptic" + Against(found_, truth_));
-  ASSERT_EQ(panoptic.exit_code, 0) << panoptic.output;
-  EXPECT_THAT(panoptic.output, HasSubstr("AP, %"));
+  ExpectPrinted("--protocol=mpjpe" + against, {"42.9"});
+  ExpectPrinted("--protocol=identity" + against, {"MOTA, %"});
+  ExpectPrinted("--protocol=panoptic" + against, {"AP, %"});
 }
 
 // Some names are another program's, some nobody's: each that is known counts.
@@ -155,9 +131,7 @@ TEST_F(EvaluateProgramTest, JointsUnderOtherNames) {
       renamed(
           {{"tum14", "mine"}, {"r_ankle", "RAnkle"}, {"r_knee", "patella"}}));
   // 600 mm in one of 13 joints.
-  const Outcome mpjpe = Evaluate("--protocol=mpjpe" + Against(some, truth_));
-  ASSERT_EQ(mpjpe.exit_code, 0) << mpjpe.output;
-  EXPECT_THAT(mpjpe.output, HasSubstr("46.2"));
+  ExpectPrinted("--protocol=mpjpe" + Against(some, truth_), {"46.2"});
   std::vector<std::pair<std::string, std::string>> all = {{"tum14", "mine"}};
   for (const std::string& joint : Tum14().joints()) {
     all.emplace_back(joint, "p" + std::to_string(all.size()));
@@ -165,47 +139,36 @@ TEST_F(EvaluateProgramTest, JointsUnderOtherNames) {
   const std::string none = folder_.Write("none.jsonl", renamed(all));
   for (const char* protocol :
        {"mpjpe", "identity", "parity", "shelf", "panoptic"}) {
-    const Outcome outcome =
-        Evaluate(std::string("--protocol=") + protocol + Against(none, truth_));
-    EXPECT_EQ(outcome.exit_code, 2) << protocol;
-    EXPECT_THAT(outcome.output, HasSubstr("none.jsonl: has no joint in common"))
-        << protocol;
+    ExpectRefused(std::string("--protocol=") + protocol + Against(none, truth_),
+                  "none.jsonl: has no joint in common");
   }
 }
 
-struct BadUsage {
-  std::string flags;
-  std::string message;
-};
-
 TEST_F(EvaluateProgramTest, BadUsageIsOneLineAndTwo) {
   const std::string both = Against(found_, truth_);
-  const std::vector<BadUsage> all = {
-      {"", "--protocol is required"},
-      {"--protocol=shelf", "--tracks is required"},
-      {"--protocol=shelf --tracks='" + truth_ + "'",
-       "--ground_truth is required"},
-      {"--protocol=mall" + both, "found 'mall', expected shelf"},
-      {"--protocol=shelf --head=ear" + both, "--head: found 'ear'"},
-      {"--protocol=shelf --endpoints=x" + both, "--endpoints: found 'x'"},
-      {"--protocol=shelf --matching=x" + both, "--matching: found 'x'"},
-      {"--protocol=shelf --frames=5:3" + both, "--frames: found '5:3'"},
-      {"--protocol=shelf --frames=1:3" + both, "nobody is annotated"},
-      {"--protocol=parity --head=chu" + both, "--head has no meaning"},
-      {"--protocol=mpjpe --lost" + both, "--lost has no meaning"},
-      {"--protocol=shelf --cameras=x" + both, "--cameras has no meaning"},
-      {"--protocol=held_out_camera" + both, "--tracks has no meaning"},
-      {"--protocol=held_out_camera --cameras=x", "--detections is required"},
-      {"--protocol=shelf --tracks=/nowhere --ground_truth='" + truth_ + "'",
-       "/nowhere"},
-      {"--protocol=shelf --json=/dev/null/x.json" + both, "/dev/null"},
-  };
-  for (const BadUsage& bad : all) {
-    SCOPED_TRACE(bad.flags);
-    const Outcome outcome = Evaluate(bad.flags);
-    EXPECT_EQ(outcome.exit_code, 2);
-    EXPECT_THAT(outcome.output, HasSubstr(bad.message));
-    EXPECT_THAT(outcome.output, HasSubstr("kinegraph-evaluate: error: "));
+  for (const auto& [flags, message] : std::map<std::string, std::string>{
+           {"", "--protocol is required"},
+           {"--protocol=shelf", "--tracks is required"},
+           {"--protocol=shelf --tracks='" + truth_ + "'",
+            "--ground_truth is required"},
+           {"--protocol=mall" + both, "found 'mall', expected shelf"},
+           {"--protocol=shelf --head=ear" + both, "--head: found 'ear'"},
+           {"--protocol=shelf --endpoints=x" + both, "--endpoints: found 'x'"},
+           {"--protocol=shelf --matching=x" + both, "--matching: found 'x'"},
+           {"--protocol=shelf --frames=5:3" + both, "--frames: found '5:3'"},
+           {"--protocol=shelf --frames=1:3" + both, "nobody is annotated"},
+           {"--protocol=parity --head=chu" + both, "--head has no meaning"},
+           {"--protocol=mpjpe --lost" + both, "--lost has no meaning"},
+           {"--protocol=shelf --cameras=x" + both, "--cameras has no meaning"},
+           {"--protocol=held_out_camera" + both, "--tracks has no meaning"},
+           {"--protocol=held_out_camera --cameras=x",
+            "--detections is required"},
+           {"--protocol=shelf --tracks=/nowhere --ground_truth='" + truth_ +
+                "'",
+            "/nowhere"},
+           {"--protocol=shelf --json=/dev/null/x.json" + both, "/dev/null"},
+       }) {
+    ExpectRefused(flags, message);
   }
 }
 
@@ -221,19 +184,13 @@ TEST(EvaluateProgramOnShelfTest, HeldOutCamerasOfGivenRuns) {
       "--protocol=held_out_camera --cameras=" + shelf +
       "/calibration.json --detections=" + shelf + "/detections/openpose" +
       " --held_out_set=" + reference + "held_out_set.json";
-  const Outcome outcome =
-      Evaluate(scoring + " --reference=" + reference +
-               "paper_code_shelf_warm3.json --runs=" + runs);
-  ASSERT_EQ(outcome.exit_code, 0) << outcome.output;
-  for (const char* known : {"11.01 [", "45.69 [", "13.77 [",
-                            "93.05 (46146/49594)", "93.93 (3421/3642)"}) {
-    EXPECT_THAT(outcome.output, HasSubstr(known));
-  }
+  ExpectPrinted(scoring + " --reference=" + reference +
+                    "paper_code_shelf_warm3.json --runs=" + runs,
+                {"11.01 [", "45.69 [", "13.77 [", "93.05 (46146/49594)",
+                 "93.93 (3421/3642)"});
   EXPECT_EQ(Evaluate(scoring + " --runs=" + runs).exit_code, 2);  // whose set?
-  const Outcome too_few =
-      Evaluate(scoring + " --runs=" + runs.substr(0, runs.find(',')));
-  EXPECT_EQ(too_few.exit_code, 2);
-  EXPECT_THAT(too_few.output, HasSubstr("expected one for each of the 5"));
+  ExpectRefused(scoring + " --runs=" + runs.substr(0, runs.find(',')),
+                "expected one for each of the 5");
 }
 
 }  // namespace

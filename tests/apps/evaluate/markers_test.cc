@@ -28,7 +28,12 @@ namespace {
 
 using ::testing::HasSubstr;
 
-constexpr char kFolder[] = "markers/qualisys_theia";
+// Sets the folder of Theia3D's segments and the markers, and their two files of
+// a jump, or skips the test.
+#define MARKERS_OR_SKIP()                                  \
+  KINEGRAPH_DATA_OR_SKIP(data, "markers/qualisys_theia");  \
+  const std::string theia = data + "/dynamic_1_theia.c3d"; \
+  const std::string markers = data + "/dynamic_1_markers.c3d"
 
 class MarkersProgramTest : public ::testing::Test {
  protected:
@@ -71,34 +76,36 @@ class MarkersProgramTest : public ::testing::Test {
     return moved;
   }
 
+  // A number of the result, by its place: "/joints/l_knee/median_mm".
+  double Number(const std::string& place) const {
+    return json_.at(Json::json_pointer(place)).get<double>();
+  }
+
   TemporaryFolder folder_;
   Json json_;
 };
 
 TEST_F(MarkersProgramTest, TheiaAgainstMarkersAsAnIndependentScriptHasIt) {
-  KINEGRAPH_DATA_OR_SKIP(data, kFolder);
-  const ProgramOutcome outcome =
-      Run(data + "/dynamic_1_theia.c3d", data + "/dynamic_1_markers.c3d",
-          "--align=none --plates");
+  MARKERS_OR_SKIP();
+  const ProgramOutcome outcome = Run(theia, markers, "--align=none --plates");
   ASSERT_EQ(outcome.exit_code, 0) << outcome.errors;
   const std::pair<const char*, double> known[] = {
       {"l_knee", 14.3},  {"r_knee", 12.5},  {"l_elbow", 23.7},
       {"r_elbow", 21.0}, {"l_wrist", 10.2}, {"r_wrist", 14.9}};
   for (const auto& [joint, median_mm] : known) {
     // Half of the last digit given.
-    EXPECT_NEAR(json_["joints"][joint]["median_mm"].get<double>(), median_mm,
-                0.05)
+    EXPECT_NEAR(Number("/joints/" + std::string(joint) + "/median_mm"),
+                median_mm, 0.05)
         << joint;
   }
-  EXPECT_NEAR(json_["pooled"]["mean_of_medians_mm"].get<double>(), 16.1, 0.05);
-  EXPECT_EQ(json_["clock_s"].get<double>(), 0.0);
-  EXPECT_EQ(json_["rotation_deg"].get<double>(), 0.0);
+  EXPECT_NEAR(Number("/pooled/mean_of_medians_mm"), 16.1, 0.05);
+  EXPECT_EQ(Number("/clock_s"), 0.0);
+  EXPECT_EQ(Number("/rotation_deg"), 0.0);
   // A jump: both feet leave and land. Theia's filter (20 Hz) smears landings
   // over some 20 ms; the markers' own events are good to a sample of 5 ms.
-  const Json& plates = json_["plates"];
-  EXPECT_EQ(plates["tracks"]["events"].size(), 4u);
-  EXPECT_LT(plates["ground_truth"]["mean_size_ms"].get<double>(), 5.0);
-  EXPECT_LT(plates["tracks"]["mean_size_ms"].get<double>(), 20.0);
+  EXPECT_EQ(json_["plates"]["tracks"]["events"].size(), 4u);
+  EXPECT_LT(Number("/plates/ground_truth/mean_size_ms"), 5.0);
+  EXPECT_LT(Number("/plates/tracks/mean_size_ms"), 20.0);
   std::istringstream lines(outcome.output);
   for (std::string line; std::getline(lines, line);) {
     EXPECT_LE(line.size(), 100u) << line;
@@ -106,9 +113,7 @@ TEST_F(MarkersProgramTest, TheiaAgainstMarkersAsAnIndependentScriptHasIt) {
 }
 
 TEST_F(MarkersProgramTest, AShiftAndATurnAreTakenOff) {
-  KINEGRAPH_DATA_OR_SKIP(data, kFolder);
-  const std::string theia = data + "/dynamic_1_theia.c3d";
-  const std::string markers = data + "/dynamic_1_markers.c3d";
+  MARKERS_OR_SKIP();
   ASSERT_EQ(Run(theia, markers, "").exit_code, 0);
   const Json before = json_;
   // Nobody knows the laboratory's clock to better than a third of a frame.
@@ -119,11 +124,10 @@ TEST_F(MarkersProgramTest, AShiftAndATurnAreTakenOff) {
     motion.linear() = Eigen::AngleAxisd(40.0 * M_PI / 180.0, axis.normalized())
                           .toRotationMatrix();
     ASSERT_EQ(Run(Moved(theia, -0.137, motion), markers, "").exit_code, 0);
-    EXPECT_NEAR(
-        json_["clock_s"].get<double>() - before["clock_s"].get<double>(), 0.137,
-        1e-4);
+    EXPECT_NEAR(Number("/clock_s") - before["clock_s"].get<double>(), 0.137,
+                1e-4);
     for (const auto& [joint, scores] : before["joints"].items()) {
-      EXPECT_NEAR(json_["joints"][joint]["median_mm"].get<double>(),
+      EXPECT_NEAR(Number("/joints/" + std::string(joint) + "/median_mm"),
                   scores["median_mm"].get<double>(), 0.05)
           << joint;
     }
@@ -141,17 +145,15 @@ TEST_F(MarkersProgramTest, AShiftAndATurnAreTakenOff) {
     // joints differ.
     EXPECT_NEAR(Eigen::AngleAxisd(is.transpose() * was).angle(),
                 40.0 * M_PI / 180.0, 0.1 * M_PI / 180.0);
-    EXPECT_NEAR(json_["rotation_deg"].get<double>(), 40.0,
+    EXPECT_NEAR(Number("/rotation_deg"), 40.0,
                 before["rotation_deg"].get<double>() + 0.1);
   }
 }
 
 TEST_F(MarkersProgramTest, AFolderWithTablesPlotsAndPage) {
-  KINEGRAPH_DATA_OR_SKIP(data, kFolder);
+  MARKERS_OR_SKIP();
   const std::string out = (folder_.path() / "out").string();
-  const ProgramOutcome outcome =
-      Run(data + "/dynamic_1_theia.c3d", data + "/dynamic_1_markers.c3d",
-          "--out='" + out + "'");
+  const ProgramOutcome outcome = Run(theia, markers, "--out='" + out + "'");
   ASSERT_EQ(outcome.exit_code, 0) << outcome.errors;
   for (const char* name : {"markers.json", "markers.md", "bland_altman.svg",
                            "errors.svg", "page.html"}) {
@@ -252,7 +254,7 @@ class MarkersFromPixelsTest : public MarkersProgramTest {
 // A jump of 3 s holds some thirty stretches of a noise that lasts for 0.1 s:
 // the share covered of one seed is sure to 0.04, that of four to 0.02.
 TEST_F(MarkersFromPixelsTest, StatedEllipsoidsHoldWhatTheyPromise) {
-  KINEGRAPH_DATA_OR_SKIP(data, kFolder);
+  KINEGRAPH_DATA_OR_SKIP(data, "markers/qualisys_theia");
   constexpr int kSeeds = 4;
   for (const auto& [white_px, lasting_px] : {std::pair{2.0, 0.0}, {0.0, 4.0}}) {
     double calibration_error = 0.0, covered_95 = 0.0, angles = 0.0;
@@ -277,15 +279,15 @@ TEST_F(MarkersFromPixelsTest, StatedEllipsoidsHoldWhatTheyPromise) {
 }
 
 TEST_F(MarkersFromPixelsTest, ThePageSaysWhatIntervalsDoNotPromise) {
-  KINEGRAPH_DATA_OR_SKIP(data, kFolder);
+  KINEGRAPH_DATA_OR_SKIP(data, "markers/qualisys_theia");
   Score(data, {2.0, 0.0, 0.025, 1});
   EXPECT_THAT(page_.output, HasSubstr("constant offset is no part"));
-  EXPECT_GT(json_["pooled"]["median_mm"].get<double>(),
-            json_["pooled"]["after_offset_median_mm"].get<double>());
+  EXPECT_GT(Number("/pooled/median_mm"),
+            Number("/pooled/after_offset_median_mm"));
 }
 
 TEST_F(MarkersProgramTest, OwnRulesSayWhatAJointIs) {
-  KINEGRAPH_DATA_OR_SKIP(data, kFolder);
+  MARKERS_OR_SKIP();
   const std::string rules =
       folder_.Write("joints.toml",
                     "[joints.l_knee]\n"
@@ -298,13 +300,11 @@ TEST_F(MarkersProgramTest, OwnRulesSayWhatAJointIs) {
                     "regression = \"bell\"\n"
                     "asis = [\"WaistLFront\", \"WaistRFront\"]\n"
                     "psis = [\"WaistBack\"]\n");
-  const std::string theia = data + "/dynamic_1_theia.c3d";
-  const std::string markers = data + "/dynamic_1_markers.c3d";
   const ProgramOutcome outcome =
       Run(theia, markers, "--align=none --joints='" + rules + "'");
   ASSERT_EQ(outcome.exit_code, 0) << outcome.errors;
   EXPECT_EQ(json_["joints"].size(), 3u);
-  EXPECT_NEAR(json_["joints"]["l_knee"]["median_mm"].get<double>(), 14.3, 0.05);
+  EXPECT_NEAR(Number("/joints/l_knee/median_mm"), 14.3, 0.05);
   const std::string wrong = folder_.Write(
       "wrong.toml", "[joints.l_knee]\nmiddle_of = [\"LKneeMiddle\"]\n");
   ExpectRefused(Run(theia, markers, "--joints='" + wrong + "'"), "no marker");
@@ -314,9 +314,7 @@ TEST_F(MarkersProgramTest, OwnRulesSayWhatAJointIs) {
 }
 
 TEST_F(MarkersProgramTest, RefusesWithItsCause) {
-  KINEGRAPH_DATA_OR_SKIP(data, kFolder);
-  const std::string theia = data + "/dynamic_1_theia.c3d";
-  const std::string markers = data + "/dynamic_1_markers.c3d";
+  MARKERS_OR_SKIP();
   ExpectRefused(
       Run(data + "/static_1_theia.c3d", data + "/static_1_markers.c3d", ""),
       "no motion to align");

@@ -8,6 +8,7 @@
 
 #include "core/base/error.h"
 #include "core/base/random.h"
+#include "core/evaluation/statistics.h"
 
 namespace kinegraph {
 namespace {
@@ -30,14 +31,6 @@ std::vector<double> CorrelatedSeries(int count, double rho, uint64_t seed) {
   return values;
 }
 
-double Spread(const std::vector<double>& values) {
-  const double n = static_cast<double>(values.size());
-  const double mean = std::accumulate(values.begin(), values.end(), 0.0) / n;
-  double sum = 0.0;
-  for (const double value : values) sum += (value - mean) * (value - mean);
-  return std::sqrt(sum / n);
-}
-
 TEST(BootstrapTest, IndependentValuesGiveTheTextbookError) {
   const std::vector<double> values = CorrelatedSeries(400, 0.0, 7);
   BootstrapOptions options;
@@ -46,7 +39,7 @@ TEST(BootstrapTest, IndependentValuesGiveTheTextbookError) {
   const Interval interval = MeanOfRatiosInterval({Series(values)}, options);
   // Drawn singly, the standard error is exactly s / sqrt(n) but for the
   // resamples' own chance: 1 / sqrt(2 * 4000) = 1.1 %; five of those.
-  const double expected = Spread(values) / std::sqrt(400.0);
+  const double expected = StandardDeviation(values) / std::sqrt(400.0);
   EXPECT_NEAR(interval.standard_error / expected, 1.0, 0.056);
   // A 95 % interval of a normal mean is +-1.96 standard errors. A quantile at
   // 2.5 % from 4000 draws has an error of sqrt(.025 * .975 / 4000) / density
@@ -114,9 +107,9 @@ TEST(BootstrapTest, DrawsEveryUnitEquallyOften) {
 }
 
 TEST(BootstrapTest, ShortSeriesAreNotCertain) {
-  std::vector<double> values(20, 0.0);
-  std::fill(values.begin(), values.begin() + 10, 1.0);
-  EXPECT_GT(MeanOfRatiosInterval({Series(values)}).standard_error, 0.1);
+  RatioSeries series(20, {0.0, 1.0});
+  for (size_t i = 0; i < 10; ++i) series[i].sum = 1.0;
+  EXPECT_GT(MeanOfRatiosInterval({series}).standard_error, 0.1);
 }
 
 TEST(BootstrapTest, SameSeedSameInterval) {

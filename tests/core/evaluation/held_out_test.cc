@@ -58,9 +58,7 @@ struct Scene {
   }
 };
 
-TrackSequence BothFrames(const Pose3d& pose) {
-  return Tracks({Frame(0, {Person(8, pose)}), Frame(1, {Person(8, pose)})});
-}
+TrackSequence BothFrames(const Pose3d& pose) { return Alone(pose, 8, 2); }
 
 HeldOutSummary Summarise(const HeldOutScores& scores) {
   return SummariseHeldOut(scores, AllJoints());
@@ -120,27 +118,23 @@ TEST(HeldOutTest, MissingJointsAndJointsOfOtherSkeletonsCostTheCap) {
 }
 
 TEST(HeldOutTest, BehindTheCameraIsNoPrediction) {
-  Scene scene;
   Pose3d pose = StandingTum14();
   pose[0].position_m.y() = -5.0;
-  const HeldOutScores scores = scene.Score(BothFrames(pose));
+  const HeldOutScores scores = Scene().Score(BothFrames(pose));
   EXPECT_FALSE(scores.joints[0].predicted);
   EXPECT_EQ(scores.joints[0].error_px, 100.0);
 }
 
-TEST(HeldOutTest, PairsWithinTheGateOnly) {
-  Scene scene;
+TEST(HeldOutTest, PairsWithinTheGateByTheBodyNotTheHead) {
+  const auto is_paired = [](const Pose3d& pose) {
+    return Scene().Score(BothFrames(pose)).people[0].paired;
+  };
   // Exact in binary, so that the mean distance is the gate itself.
-  EXPECT_TRUE(
-      scene.Score(BothFrames(StandingTum14(0.0, 0.5))).people[0].paired);
-  EXPECT_FALSE(
-      scene.Score(BothFrames(StandingTum14(0.0, 0.5625))).people[0].paired);
-}
-
-TEST(HeldOutTest, PairsByTheBodyNotTheHead) {
+  EXPECT_TRUE(is_paired(StandingTum14(0.0, 0.5)));
+  EXPECT_FALSE(is_paired(StandingTum14(0.0, 0.5625)));
   Pose3d pose = StandingTum14();
   pose[12].position_m.x() += 50.0;  // would move the mean of 14 by 3.6 m
-  EXPECT_TRUE(Scene().Score(BothFrames(pose)).people[0].paired);
+  EXPECT_TRUE(is_paired(pose));
 }
 
 TEST(HeldOutTest, PairsOneToOne) {
@@ -173,15 +167,15 @@ TEST(HeldOutTest, JointsThatTheReferenceDoesNotNameAreNotScored) {
 }
 
 TEST(HeldOutTest, ASetThatDoesNotFitIsRefused) {
-  Scene scene;
-  scene.set.detections[1].detection_idx = 1;
-  EXPECT_THROW(scene.Score(BothFrames(StandingTum14())), InputError);
-  scene.set.detections[1] = {1, "cam0", 0, TrackId(77)};
-  EXPECT_THROW(scene.Score(BothFrames(StandingTum14())), InputError);
-  scene.set.detections[1] = {99, "cam0", 0, TrackId(3)};
-  EXPECT_THROW(scene.Score(BothFrames(StandingTum14())), InputError);
-  scene.set.detections[1] = {99, "cam1", 0, TrackId(3)};  // another camera's
-  EXPECT_NO_THROW(scene.Score(BothFrames(StandingTum14())));
+  const auto score = [](const HeldOutDetection& second) {
+    Scene scene;
+    scene.set.detections[1] = second;
+    scene.Score(BothFrames(StandingTum14()));
+  };
+  EXPECT_THROW(score({1, "cam0", 1, TrackId(3)}), InputError);
+  EXPECT_THROW(score({1, "cam0", 0, TrackId(77)}), InputError);
+  EXPECT_THROW(score({99, "cam0", 0, TrackId(3)}), InputError);
+  EXPECT_NO_THROW(score({99, "cam1", 0, TrackId(3)}));  // another camera's
 }
 
 TEST(HeldOutTest, FiltersByClassAndView) {

@@ -36,46 +36,29 @@ struct Row {
   double strict_mean;
 };
 
-struct Table {
-  const char* file;
-  std::vector<Row> rows;
-};
-
 constexpr auto kChu = HeadConversion::kChu;
 constexpr auto kMvpose = HeadConversion::kMvpose;
 constexpr auto kVoxelpose = HeadConversion::kVoxelposeShelf;
 constexpr auto kRaw = HeadConversion::kRaw;
 
 // data/shelf/reference/README.md.
-const std::vector<Table>& ReferenceTables() {
-  static const std::vector<Table> kTables = {
-      {"paper_code_shelf_warm3.json",
-       {{kChu, PcpGroup::kHead, {99.28, 100, 96.89, 84.85}, 98.73, kNone},
-        {kChu, PcpGroup::kTorso, {100, 100, 100, 87.88}, 100, kNone},
-        {kChu, PcpGroup::kUpperArms, {99.82, 100, 93.79, 86.36}, 97.87, kNone},
-        {kChu,
-         PcpGroup::kLowerArms,
-         {99.10, 71.62, 95.96, 66.67},
-         88.90,
-         kNone},
-        {kChu, PcpGroup::kUpperLegs, {100, 100, 100, 87.88}, 100, kNone},
-        {kChu, PcpGroup::kLowerLegs, {100, 100, 100, 81.82}, 100, kNone},
-        {kChu, PcpGroup::kTotal, {99.71, 94.32, 97.64, 81.82}, 97.23, 93.14},
-        {kMvpose, PcpGroup::kHead, {88.17, 91.89, 98.14, 81.82}, 92.73, kNone},
-        {kMvpose, PcpGroup::kTotal, {98.60, 93.51, 97.76, 81.52}, 96.63, 92.80},
-        {kVoxelpose,
-         PcpGroup::kHead,
-         {91.04, 89.19, 98.76, 75.76},
-         93.00,
-         kNone},
-        {kVoxelpose,
-         PcpGroup::kTotal,
-         {98.89, 93.24, 97.83, 80.91},
-         96.65,
-         92.29},
-        {kRaw, PcpGroup::kHead, {6.09, 0.00, 11.18, 15.15}, 5.76, kNone},
-        {kRaw, PcpGroup::kTotal, {90.39, 84.32, 89.07, 74.85}, 87.93, 84.89}}}};
-  return kTables;
+const std::vector<Row>& ReferenceRows() {
+  using G = PcpGroup;
+  static const std::vector<Row> kRows = {
+      {kChu, G::kHead, {99.28, 100, 96.89, 84.85}, 98.73, kNone},
+      {kChu, G::kTorso, {100, 100, 100, 87.88}, 100, kNone},
+      {kChu, G::kUpperArms, {99.82, 100, 93.79, 86.36}, 97.87, kNone},
+      {kChu, G::kLowerArms, {99.10, 71.62, 95.96, 66.67}, 88.90, kNone},
+      {kChu, G::kUpperLegs, {100, 100, 100, 87.88}, 100, kNone},
+      {kChu, G::kLowerLegs, {100, 100, 100, 81.82}, 100, kNone},
+      {kChu, G::kTotal, {99.71, 94.32, 97.64, 81.82}, 97.23, 93.14},
+      {kMvpose, G::kHead, {88.17, 91.89, 98.14, 81.82}, 92.73, kNone},
+      {kMvpose, G::kTotal, {98.60, 93.51, 97.76, 81.52}, 96.63, 92.80},
+      {kVoxelpose, G::kHead, {91.04, 89.19, 98.76, 75.76}, 93.00, kNone},
+      {kVoxelpose, G::kTotal, {98.89, 93.24, 97.83, 80.91}, 96.65, 92.29},
+      {kRaw, G::kHead, {6.09, 0.00, 11.18, 15.15}, 5.76, kNone},
+      {kRaw, G::kTotal, {90.39, 84.32, 89.07, 74.85}, 87.93, 84.89}};
+  return kRows;
 }
 
 PcpResult Evaluate(const TrackSequence& truth, const TrackSequence& tracks,
@@ -107,22 +90,17 @@ void ExpectRow(const TrackSequence& truth, const TrackSequence& tracks,
 TEST(KnownAnswersTest, AuthorsCodeOnShelf) {
   KINEGRAPH_DATA_OR_SKIP(folder, "shelf");
   const TrackSequence truth = ReadTracks(folder + "/raw/gt.txt");
-  for (const Table& table : ReferenceTables()) {
-    SCOPED_TRACE(table.file);
-    const TrackSequence tracks =
-        ReadTracks(folder + "/reference/" + table.file);
-    for (const Row& row : table.rows) ExpectRow(truth, tracks, row);
-    // "Under the other conventions the parts other than head are the same."
-    for (const HeadConversion head : {kMvpose, kVoxelpose, kRaw}) {
-      const PcpResult chu = Evaluate(truth, tracks, kChu, EndpointRule::kMean);
-      const PcpResult other =
-          Evaluate(truth, tracks, head, EndpointRule::kMean);
-      for (const PcpGroup group :
-           {PcpGroup::kTorso, PcpGroup::kUpperArms, PcpGroup::kLowerArms,
-            PcpGroup::kUpperLegs, PcpGroup::kLowerLegs}) {
-        EXPECT_EQ(PooledParts(chu, group).count,
-                  PooledParts(other, group).count);
-      }
+  const TrackSequence tracks =
+      ReadTracks(folder + "/reference/paper_code_shelf_warm3.json");
+  for (const Row& row : ReferenceRows()) ExpectRow(truth, tracks, row);
+  // "Under the other conventions the parts other than head are the same."
+  const PcpResult chu = Evaluate(truth, tracks, kChu, EndpointRule::kMean);
+  for (const HeadConversion head : {kMvpose, kVoxelpose, kRaw}) {
+    const PcpResult other = Evaluate(truth, tracks, head, EndpointRule::kMean);
+    for (const PcpGroup group :
+         {PcpGroup::kTorso, PcpGroup::kUpperArms, PcpGroup::kLowerArms,
+          PcpGroup::kUpperLegs, PcpGroup::kLowerLegs}) {
+      EXPECT_EQ(PooledParts(chu, group).count, PooledParts(other, group).count);
     }
   }
 }
@@ -133,10 +111,10 @@ TEST(KnownAnswersTest, ShelfHasTheAnnotatedFramesOfItsPublications) {
     SCOPED_TRACE(file);
     const TrackSequence truth = ReadTracks(folder + file);
     const PcpResult result = Evaluate(truth, truth, kChu, EndpointRule::kMean);
-    EXPECT_EQ(CountParts(result, 0, PcpGroup::kTotal).total, 2790);
-    EXPECT_EQ(CountParts(result, 1, PcpGroup::kTotal).total, 370);
-    EXPECT_EQ(CountParts(result, 2, PcpGroup::kTotal).total, 1610);
-    EXPECT_EQ(CountParts(result, 3, PcpGroup::kTotal).total, 330);
+    int actor = 0;
+    for (const int64_t parts : {2790, 370, 1610, 330}) {
+      EXPECT_EQ(CountParts(result, actor++, PcpGroup::kTotal).total, parts);
+    }
     EXPECT_EQ(MeanOfActors(result, PcpGroup::kTotal), 100.0);
   }
 }
@@ -259,33 +237,30 @@ TEST(KnownAnswersTest, SinglePersonPeersOnShelf) {
   }
 }
 
-class HeldOutKnownAnswersTest : public ::testing::Test {
- protected:
-  // The authors' five runs, each without one camera.
-  HeldOutScores ScoreAuthors(const std::string& folder) {
-    const std::string reference_folder = folder + "/reference/";
-    const TrackSequence reference =
-        ReadTracks(reference_folder + "paper_code_shelf_warm3.json");
-    const DetectionSequence detections =
-        ReadDetections(folder + "/detections/openpose");
-    const std::vector<std::string>& views = detections.header.view_names;
-    const CameraRig cameras =
-        CamerasOfViews(views, ReadCameras(folder + "/calibration.json"));
-    const HeldOutSet set =
-        ReadHeldOutSet(reference_folder + "held_out_set.json", views);
-    HeldOutScores scores;
-    for (int view = 0; view < 5; ++view) {
-      const TrackSequence run =
-          ReadTracks(reference_folder + "paper_code_shelf_without_cam" +
-                     std::to_string(view) + ".json");
-      ScoreHeldOutCamera(set, detections, view, cameras[view], reference, run,
-                         &scores);
-    }
-    return scores;
+// The authors' five runs, each without one camera.
+HeldOutScores ScoreAuthors(const std::string& folder) {
+  const std::string reference_folder = folder + "/reference/";
+  const TrackSequence reference =
+      ReadTracks(reference_folder + "paper_code_shelf_warm3.json");
+  const DetectionSequence detections =
+      ReadDetections(folder + "/detections/openpose");
+  const std::vector<std::string>& views = detections.header.view_names;
+  const CameraRig cameras =
+      CamerasOfViews(views, ReadCameras(folder + "/calibration.json"));
+  const HeldOutSet set =
+      ReadHeldOutSet(reference_folder + "held_out_set.json", views);
+  HeldOutScores scores;
+  for (int view = 0; view < 5; ++view) {
+    const TrackSequence run =
+        ReadTracks(reference_folder + "paper_code_shelf_without_cam" +
+                   std::to_string(view) + ".json");
+    ScoreHeldOutCamera(set, detections, view, cameras[view], reference, run,
+                       &scores);
   }
-};
+  return scores;
+}
 
-TEST_F(HeldOutKnownAnswersTest, AuthorsRuns) {
+TEST(KnownAnswersTest, HeldOutCamerasOfTheAuthorsRuns) {
   KINEGRAPH_DATA_OR_SKIP(folder, "shelf");
   const HeldOutScores scores = ScoreAuthors(folder);
   EXPECT_EQ(scores.people.size(), 3642u);

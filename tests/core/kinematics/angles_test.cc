@@ -30,10 +30,36 @@ std::map<std::string, AngleEstimate> AnglesAt(const PersonPose& pose,
   return angles;
 }
 
-double AngleAt(const PosedPerson& person, const std::string& name) {
+void ExpectAngles(const PosedPerson& person,
+                  const std::map<std::string, double>& expected_deg) {
   const auto angles = AnglesAt(person.pose());
-  const auto at = angles.find(name);
-  return at == angles.end() ? std::nan("") : at->second.deg;
+  for (const auto& [name, deg] : expected_deg) {
+    ASSERT_EQ(angles.count(name), 1u) << name;
+    EXPECT_NEAR(angles.at(name).deg, deg, kRounding) << name;
+  }
+}
+
+// These have no meaning.
+void ExpectNone(const PosedPerson& person,
+                const std::vector<std::string>& names) {
+  const auto angles = AnglesAt(person.pose());
+  for (const std::string& name : names)
+    EXPECT_EQ(angles.count(name), 0u) << name;
+}
+
+// Who stands but for this turn about the first joint.
+PosedPerson Turned(const std::vector<std::string>& joints, double deg,
+                   const Vec& axis) {
+  PosedPerson person;
+  person.Turn(joints, deg, axis);
+  return person;
+}
+
+PosedPerson TurnedAboutHips(const std::vector<std::string>& joints, double deg,
+                            const Vec& axis) {
+  PosedPerson person;
+  person.TurnAbout({0.0, 0.0, 1.0}, joints, deg, axis);
+  return person;
 }
 
 TEST(JointAngles, StandingIsZero) {
@@ -48,95 +74,60 @@ TEST(JointAngles, StandingIsZero) {
   EXPECT_EQ(angles.count("l_shoulder_plane"), 0u) << "hanging arms have none";
 }
 
-TEST(JointAngles, KneeAndElbowBend) {
+// y points left: a turn of a hanging limb about it is backwards.
+TEST(JointAngles, OfLimbsByHand) {
   for (const std::string s : {"l_", "r_"}) {
-    PosedPerson person;
-    // The heel comes up behind: y points left, so x turns away from z.
-    person.Turn({s + "knee", s + "ankle"}, 90.0, kY);
-    EXPECT_NEAR(AngleAt(person, s + "knee_flexion"), 90.0, kRounding);
-    EXPECT_LT(person.At(s + "ankle").x(), -0.3);
-    person.Turn({s + "elbow", s + "wrist"}, -135.0, kY);
-    EXPECT_NEAR(AngleAt(person, s + "elbow_flexion"), 135.0, kRounding);
+    SCOPED_TRACE(s);
     const std::string other = s == "l_" ? "r_" : "l_";
-    EXPECT_NEAR(AngleAt(person, other + "knee_flexion"), 0.0, kRounding);
-    EXPECT_NEAR(AngleAt(person, other + "elbow_flexion"), 0.0, kRounding);
-  }
-}
-
-TEST(JointAngles, HipFlexionIsForwardAndAdductionIsInward) {
-  for (const std::string s : {"l_", "r_"}) {
     const double outward = s == "l_" ? 1.0 : -1.0;
-    PosedPerson person;
-    person.Turn({s + "hip", s + "knee"}, -90.0, kY);
-    EXPECT_NEAR(person.At(s + "knee").x(), 0.5, kRounding);
-    EXPECT_NEAR(AngleAt(person, s + "hip_flexion"), 90.0, kRounding);
-    EXPECT_NEAR(AngleAt(person, s + "hip_adduction"), 0.0, kRounding);
-    person = PosedPerson();
-    person.Turn({s + "hip", s + "knee"}, 20.0, kY);
-    EXPECT_NEAR(AngleAt(person, s + "hip_flexion"), -20.0, kRounding);
-    person = PosedPerson();
-    person.Turn({s + "hip", s + "knee"}, 30.0 * outward, kX);
+    // The heel comes up behind, the hand before.
+    ExpectAngles(Turned({s + "knee", s + "ankle"}, 90, kY),
+                 {{s + "knee_flexion", 90}, {other + "knee_flexion", 0}});
+    ExpectAngles(Turned({s + "elbow", s + "wrist"}, -135, kY),
+                 {{s + "elbow_flexion", 135}, {other + "elbow_flexion", 0}});
+    // Hips: forward is flexion, inward adduction.
+    const std::vector<std::string> thigh = {s + "hip", s + "knee"};
+    ExpectAngles(Turned(thigh, -90, kY),
+                 {{s + "hip_flexion", 90}, {s + "hip_adduction", 0}});
+    ExpectAngles(Turned(thigh, 20, kY), {{s + "hip_flexion", -20}});
+    PosedPerson person = Turned(thigh, 30 * outward, kX);
     EXPECT_GT(outward * person.At(s + "knee").y(), 0.3) << "away from the body";
-    EXPECT_NEAR(AngleAt(person, s + "hip_adduction"), -30.0, kRounding);
-    EXPECT_NEAR(AngleAt(person, s + "hip_flexion"), 0.0, kRounding);
+    ExpectAngles(person, {{s + "hip_adduction", -30}, {s + "hip_flexion", 0}});
     // First flexion, then adduction about the axis that flexion turned.
-    person.Turn({s + "hip", s + "knee"}, -40.0, kY);
-    EXPECT_NEAR(AngleAt(person, s + "hip_flexion"), 40.0, kRounding);
-    EXPECT_NEAR(AngleAt(person, s + "hip_adduction"), -30.0, kRounding);
-  }
-}
-
-TEST(JointAngles, AnkleDorsiflexionIsToesUp) {
-  PosedPerson person;
-  person.Turn({"l_heel", "l_big_toe"}, -20.0, kY);
-  EXPECT_GT(person.At("l_big_toe").z(), person.At("l_heel").z());
-  EXPECT_NEAR(AngleAt(person, "l_ankle_dorsiflexion"), 20.0, kRounding);
-  person.Turn({"l_heel", "l_big_toe"}, 65.0, kY);
-  EXPECT_NEAR(AngleAt(person, "l_ankle_dorsiflexion"), -45.0, kRounding);
-  EXPECT_NEAR(AngleAt(person, "r_ankle_dorsiflexion"), 0.0, kRounding);
-}
-
-TEST(JointAngles, ShoulderElevationAndItsPlane) {
-  for (const std::string s : {"l_", "r_"}) {
-    const double outward = s == "l_" ? 1.0 : -1.0;
-    PosedPerson person;
-    person.Turn({s + "shoulder", s + "elbow"}, 90.0 * outward, kX);
-    EXPECT_NEAR(AngleAt(person, s + "shoulder_elevation"), 90.0, kRounding);
-    EXPECT_NEAR(AngleAt(person, s + "shoulder_plane"), 0.0, kRounding);
-    person = PosedPerson();
-    person.Turn({s + "shoulder", s + "elbow"}, -60.0, kY);
-    EXPECT_NEAR(AngleAt(person, s + "shoulder_elevation"), 60.0, kRounding);
-    EXPECT_NEAR(AngleAt(person, s + "shoulder_plane"), 90.0, kRounding)
-        << "forward";
-    person.Turn({s + "shoulder", s + "elbow"}, 100.0, kY);
-    EXPECT_NEAR(AngleAt(person, s + "shoulder_elevation"), 40.0, kRounding);
-    EXPECT_NEAR(AngleAt(person, s + "shoulder_plane"), -90.0, kRounding)
-        << "backward";
+    person.Turn(thigh, -40, kY);
+    ExpectAngles(person, {{s + "hip_flexion", 40}, {s + "hip_adduction", -30}});
+    // Shoulders: aside, forward, backward.
+    const std::vector<std::string> arm = {s + "shoulder", s + "elbow"};
+    const std::string up = s + "shoulder_elevation",
+                      plane = s + "shoulder_plane";
+    ExpectAngles(Turned(arm, 90 * outward, kX), {{up, 90}, {plane, 0}});
+    ExpectAngles(Turned(arm, -60, kY), {{up, 60}, {plane, 90}});
+    ExpectAngles(Turned(arm, 40, kY), {{up, 40}, {plane, -90}});
+    // Ankles: toes up.
+    const std::vector<std::string> foot = {s + "heel", s + "big_toe"};
+    const std::string ankle = s + "ankle_dorsiflexion";
+    person = Turned(foot, -20, kY);
+    EXPECT_GT(person.At(foot[1]).z(), person.At(foot[0]).z());
+    ExpectAngles(person, {{ankle, 20}, {other + "ankle_dorsiflexion", 0}});
+    ExpectAngles(Turned(foot, 45, kY), {{ankle, -45}});
   }
 }
 
 TEST(JointAngles, TrunkLeansAndTurns) {
   const std::vector<std::string> shoulders = {"l_shoulder", "r_shoulder"};
-  const Vec hips = {0.0, 0.0, 1.0};
-  PosedPerson person;
-  person.TurnAbout(hips, shoulders, 30.0, kY);
-  EXPECT_NEAR(AngleAt(person, "trunk_forward"), 30.0, kRounding);
-  EXPECT_NEAR(AngleAt(person, "trunk_right"), 0.0, kRounding);
   // The hip's frame leans with the trunk: the standing thigh is bent in it.
-  EXPECT_NEAR(AngleAt(person, "l_hip_flexion"), 30.0, kRounding);
-  person = PosedPerson();
-  person.TurnAbout(hips, shoulders, 20.0, kX);
-  EXPECT_LT(person.At("l_shoulder").y(), 0.2) << "to the right";
-  EXPECT_NEAR(AngleAt(person, "trunk_right"), 20.0, kRounding);
-  EXPECT_NEAR(AngleAt(person, "trunk_forward"), 0.0, kRounding);
-  person = PosedPerson();
-  person.TurnAbout(hips, shoulders, 40.0, kZ);
-  EXPECT_NEAR(AngleAt(person, "trunk_turn"), 40.0, kRounding) << "to the left";
-  EXPECT_NEAR(AngleAt(person, "trunk_forward"), 0.0, kRounding);
-  person = PosedPerson();
-  person.TurnAbout(hips, {"l_hip", "r_hip"}, 10.0, -kX);
-  EXPECT_GT(person.At("r_hip").z(), 1.0);
-  EXPECT_NEAR(AngleAt(person, "pelvis_obliquity"), 10.0, kRounding);
+  ExpectAngles(
+      TurnedAboutHips(shoulders, 30, kY),
+      {{"trunk_forward", 30}, {"trunk_right", 0}, {"l_hip_flexion", 30}});
+  const PosedPerson right = TurnedAboutHips(shoulders, 20, kX);
+  EXPECT_LT(right.At("l_shoulder").y(), 0.2) << "to the right";
+  ExpectAngles(right, {{"trunk_right", 20}, {"trunk_forward", 0}});
+  // To the left.
+  ExpectAngles(TurnedAboutHips(shoulders, 40, kZ),
+               {{"trunk_turn", 40}, {"trunk_forward", 0}});
+  const PosedPerson oblique = TurnedAboutHips({"l_hip", "r_hip"}, 10, -kX);
+  EXPECT_GT(oblique.At("r_hip").z(), 1.0);
+  ExpectAngles(oblique, {{"pelvis_obliquity", 10}});
 }
 
 PosedPerson Sprinter() {
@@ -199,19 +190,16 @@ TEST(JointAngles, AMirrorExchangesTheSides) {
 TEST(JointAngles, NothingIsMadeUp) {
   PosedPerson person;
   person.Remove("l_knee");
-  EXPECT_TRUE(std::isnan(AngleAt(person, "l_knee_flexion")));
-  EXPECT_TRUE(std::isnan(AngleAt(person, "l_hip_flexion")));
-  EXPECT_TRUE(std::isnan(AngleAt(person, "l_ankle_dorsiflexion")));
-  EXPECT_NEAR(AngleAt(person, "r_knee_flexion"), 0.0, kRounding);
+  ExpectNone(person,
+             {"l_knee_flexion", "l_hip_flexion", "l_ankle_dorsiflexion"});
+  ExpectAngles(person, {{"r_knee_flexion", 0}});
   person = PosedPerson();
   person.Put("l_knee", person.At("l_hip"));
-  EXPECT_TRUE(std::isnan(AngleAt(person, "l_knee_flexion")));
-  EXPECT_TRUE(std::isnan(AngleAt(person, "l_hip_flexion")));
+  ExpectNone(person, {"l_knee_flexion", "l_hip_flexion"});
   // A thigh along the axis of flexion says nothing of flexion.
-  person = PosedPerson();
-  person.Turn({"l_hip", "l_knee"}, 85.0, kX);
-  EXPECT_TRUE(std::isnan(AngleAt(person, "l_hip_flexion")));
-  EXPECT_NEAR(AngleAt(person, "l_hip_adduction"), -85.0, kRounding);
+  person = Turned({"l_hip", "l_knee"}, 85, kX);
+  ExpectNone(person, {"l_hip_flexion"});
+  ExpectAngles(person, {{"l_hip_adduction", -85}});
   // Who lies on the side has no heading.
   person = PosedPerson();
   EXPECT_EQ(AnglesAt(person.pose(), kY).count("trunk_forward"), 0u);

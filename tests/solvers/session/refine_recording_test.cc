@@ -7,7 +7,6 @@
 
 #include "apps/common/refinement.h"
 #include "core/base/error.h"
-#include "core/evaluation/covariance_calibration.h"
 #include "core/evaluation/mpjpe.h"
 #include "core/io/calibration/calibration.h"
 #include "solvers/session/ready_recording.h"

@@ -33,47 +33,51 @@ Eigen::Isometry3d Turned(double deg, const Eigen::Vector3d& axis) {
   return motion;
 }
 
+Alignment Aligned(const TrackSequence& truth, const TrackSequence& tracks,
+                  Align align = Align::kBoth, bool with_drift = false) {
+  return AlignRecordings(truth, kAll, tracks, {align, with_drift, {}});
+}
+
 std::string ErrorOf(const TrackSequence& truth, const TrackSequence& tracks,
                     Align align = Align::kBoth) {
   try {
-    AlignRecordings(truth, kAll, tracks, {align, false, {}});
+    Aligned(truth, tracks, align);
   } catch (const InputError& error) {
     return error.what();
   }
   return "";
 }
 
+double Same(double t) { return t; }
+
 // Two rates, a clock that runs 100 ppm fast and begins 137 ms late, and gaps in
 // a fifth of each joint.
 TEST(Alignment, FindsClockAndDriftAcrossRatesAndGaps) {
-  TrackSequence truth = Recorded(200.0, 60.0, [](double t) { return t; });
+  TrackSequence truth = Recorded(200.0, 60.0, Same);
   TrackSequence tracks = Recorded(
       60.0, 59.0, [](double t) { return t + 0.137 + 100e-6 * (t - 29.5); });
   LeaveOut(0.2, &truth);
   LeaveOut(0.2, &tracks);
-  const Alignment found =
-      AlignRecordings(truth, kAll, tracks, {Align::kBoth, true, {}});
+  const Alignment found = Aligned(truth, tracks, Align::kBoth, true);
   // What is left is the cubic between samples of 60 Hz, which keeps a swing of
   // 1 Hz to 1e-4 of itself: some 0.1 ms.
   EXPECT_NEAR(found.clock.offset_s, 0.137, 2e-4);
   EXPECT_NEAR(found.clock.drift, 100e-6, 10e-6);
   EXPECT_LT(found.median_both_m, 5e-4);
-  const Alignment without =
-      AlignRecordings(truth, kAll, tracks, {Align::kBoth, false, {}});
+  const Alignment without = Aligned(truth, tracks);
   EXPECT_NEAR(without.clock.offset_s, 0.137, 2e-3);
   EXPECT_EQ(without.clock.drift, 0.0);
 }
 
 TEST(Alignment, FindsTheTurnAboutAnyAxis) {
-  const TrackSequence truth = Recorded(100.0, 5.0, [](double t) { return t; });
+  const TrackSequence truth = Recorded(100.0, 5.0, Same);
   for (const Eigen::Vector3d& axis :
        {Eigen::Vector3d(1, 0, 0), Eigen::Vector3d(0, 1, 0),
         Eigen::Vector3d(0, 0, 1), Eigen::Vector3d(1, -2, 0.5)}) {
     TrackSequence tracks = truth;
     const Eigen::Isometry3d motion = Turned(40.0, axis);
     Move(motion, &tracks);
-    const Alignment found =
-        AlignRecordings(truth, kAll, tracks, {Align::kBoth, false, {}});
+    const Alignment found = Aligned(truth, tracks);
     EXPECT_NEAR(found.world.rotation_deg(), 40.0, 1e-6);
     EXPECT_TRUE((found.world.truth_from_tracks * motion)
                     .isApprox(Eigen::Isometry3d::Identity(), 1e-6));
@@ -84,23 +88,21 @@ TEST(Alignment, FindsTheTurnAboutAnyAxis) {
 }
 
 TEST(Alignment, NoneAndPartsOfItAreLeftAlone) {
-  const TrackSequence truth = Recorded(100.0, 5.0, [](double t) { return t; });
+  const TrackSequence truth = Recorded(100.0, 5.0, Same);
   TrackSequence tracks = Recorded(100.0, 5.0, [](double t) { return t + 0.1; });
   Move(Turned(10.0, {0, 0, 1}), &tracks);
-  const Alignment none =
-      AlignRecordings(truth, kAll, tracks, {Align::kNone, false, {}});
+  const Alignment none = Aligned(truth, tracks, Align::kNone);
   EXPECT_EQ(none.clock.offset_s, 0.0);
   EXPECT_EQ(none.world.rotation_deg(), 0.0);
   EXPECT_LT(none.median_both_m, 1e-3);  // told, not taken off
-  const Alignment clock =
-      AlignRecordings(truth, kAll, tracks, {Align::kClock, false, {}});
+  const Alignment clock = Aligned(truth, tracks, Align::kClock);
   EXPECT_NEAR(clock.clock.offset_s, 0.1, 1e-4);
   EXPECT_EQ(clock.world.rotation_deg(), 0.0);
 }
 
 // Gaps of whole joints do not make motions unlike.
 TEST(Alignment, OneJointOfManyTellsTheClock) {
-  const TrackSequence truth = Recorded(100.0, 5.0, [](double t) { return t; });
+  const TrackSequence truth = Recorded(100.0, 5.0, Same);
   TrackSequence tracks =
       Recorded(60.0, 4.0, [](double t) { return t + 0.137; });
   for (TrackFrame& frame : tracks.frames) {
@@ -109,15 +111,13 @@ TEST(Alignment, OneJointOfManyTellsTheClock) {
       if (j != 6) joints[j] = Joint3d{};
     }
   }
-  const Alignment clock =
-      AlignRecordings(truth, kAll, tracks, {Align::kClock, false, {}});
+  const Alignment clock = Aligned(truth, tracks, Align::kClock);
   // Between its samples the truth is known to a tenth of a millimetre.
   EXPECT_NEAR(clock.clock.offset_s, 0.137, 5e-4);
 }
 
 TEST(Alignment, ErrorsNameTheCause) {
-  const auto same = [](double t) { return t; };
-  const TrackSequence truth = Recorded(100.0, 5.0, same);
+  const TrackSequence truth = Recorded(100.0, 5.0, Same);
   TrackSequence still = Recorded(100.0, 5.0, [](double) { return 1.0; });
   EXPECT_THAT(ErrorOf(truth, still), HasSubstr("no motion to align"));
   TrackSequence later = truth;
@@ -156,7 +156,7 @@ TEST(Alignment, ErrorsNameTheCause) {
 }
 
 TEST(Alignment, TakesThePersonWhoMovesAlike) {
-  const TrackSequence truth = Recorded(100.0, 5.0, [](double t) { return t; });
+  const TrackSequence truth = Recorded(100.0, 5.0, Same);
   TrackSequence tracks = Recorded(100.0, 5.0, [](double t) { return t + 9.0; });
   for (size_t f = 0; f < tracks.frames.size(); ++f) {
     PersonPose other = truth.frames[f].people.front();
