@@ -255,7 +255,10 @@ void SecondPass::Remember(Recent now) {
 void SecondPass::PackBefore(size_t end) {
   for (; packed_end_ < end; ++packed_end_) {
     for (PersonPose& person : frames_[packed_end_].people) {
-      packed_[person.id].Push(&person);
+      packed_[person.id].Push(person);
+      PersonPose nobody;
+      nobody.id = person.id;
+      person = std::move(nobody);
     }
   }
 }
@@ -318,12 +321,9 @@ void SecondPass::WritePerson(TrackId id, std::vector<FinalPose> finals) {
         std::find_if(at->people.begin(), at->people.end(),
                      [&](const PersonPose& one) { return one.id == id; });
     CHECK(person != at->people.end() && !first_pass.empty());
-    if (is_empty) {
-      first_pass.RestoreFront(&*person);
-    } else {
-      *person = std::move(final_pose.person);
-    }
-    first_pass.Pop();
+    *person = first_pass.Pop();
+    person->id = id;
+    if (!is_empty) *person = std::move(final_pose.person);
   }
 }
 

@@ -11,13 +11,13 @@
 
 #include "core/association/view_matching.h"
 #include "core/data/detection.h"
-#include "core/data/packed_poses.h"
 #include "core/data/pose.h"
 #include "core/geometry/epipolar.h"
 #include "core/tracking/estimator.h"
 #include "core/tracking/evidence.h"
 #include "core/tracking/frame_observations.h"
 #include "core/tracking/options.h"
+#include "core/tracking/packed_queue.h"
 #include "core/tracking/track_ends.h"
 
 namespace kinegraph {

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "core/tracking/final_poses.h"
-#include "core/tracking/packed_frames.h"
+#include "core/tracking/packed_queue.h"
 #include "solvers/batch/chunks.h"
 #include "solvers/batch/recording_solver.h"
 #include "solvers/graph/assembler.h"
@@ -201,10 +201,8 @@ void BatchEstimator::Assemble() {
   Assembler assembler(scene_, options_);
   recording_ = assembler.EmptyProblem();
   records_.reserve(frames_.size());
-  EstimatorFrame frame;
   while (!frames_.empty()) {
-    frames_.Pop(&frame);
-    records_.push_back(assembler.Append(frame, &recording_));
+    records_.push_back(assembler.Append(frames_.Pop(), &recording_));
   }
   for (int j = 0; j < joint_count(); ++j) {
     InterpolateStarts(records_, j, recording_.times, &recording_.joints[j]);
