@@ -13,7 +13,7 @@
 #include "apps/common/config_folder.h"
 #include "apps/common/recording_output.h"
 #include "core/base/error.h"
-#include "core/base/split.h"
+#include "core/base/text.h"
 #include "core/evaluation/statistics.h"
 #include "core/io/configuration/config.h"
 #include "core/io/detections/source.h"
@@ -23,7 +23,7 @@
 #include "core/io/tracks/format.h"
 #include "core/io/tracks/reading_notes.h"
 #include "core/skeleton/body_joints.h"
-#include "core/tracking/gates.h"
+#include "core/tracking/options.h"
 #include "solvers/session/survey.h"
 
 DEFINE_string(cameras, "", "calibration file or folder");

@@ -16,7 +16,7 @@
 #include "apps/common/table.h"
 #include "apps/common/track_input.h"
 #include "core/base/error.h"
-#include "core/base/split.h"
+#include "core/base/text.h"
 #include "core/io/configuration/config.h"
 #include "core/io/files/atomic_file.h"
 #include "core/io/text/csv_rows.h"

@@ -18,7 +18,7 @@
 #include "apps/common/summary.h"
 #include "apps/common/track_output.h"
 #include "core/base/error.h"
-#include "core/data/identity_names.h"
+#include "core/data/identity_edit.h"
 #include "core/io/calibration/calibration.h"
 #include "core/io/calibration/tracked_cameras.h"
 #include "core/io/configuration/refinement_record.h"

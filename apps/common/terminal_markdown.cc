@@ -4,7 +4,7 @@
 #include <sstream>
 #include <vector>
 
-#include "core/base/split.h"
+#include "core/base/text.h"
 
 namespace kinegraph {
 namespace {

@@ -6,7 +6,7 @@
 #include <optional>
 #include <string>
 
-#include "core/data/person_names.h"
+#include "core/data/identity_edit.h"
 #include "core/data/pose.h"
 #include "core/geometry/camera.h"
 #include "core/io/text/joint_names.h"

@@ -13,7 +13,6 @@
 
 #include "core/data/detection.h"
 #include "core/data/identity_edit.h"
-#include "core/data/person_names.h"
 #include "core/data/pose.h"
 #include "core/geometry/camera.h"
 

@@ -4,6 +4,7 @@
 #define KINEGRAPH_CORE_DATA_IDENTITY_EDIT_H_
 
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <string>
 #include <utility>
@@ -46,6 +47,14 @@ struct IdentityEdit {
   std::string name;   // kName
   std::string place;  // "file: line 3" of a correction, for messages
 };
+
+// What people are called who were given a name, by identity. Kept beside the
+// tracks: the tracker knows of none.
+using PersonNames = std::map<TrackId, std::string>;
+
+// What people are called after these edits: `name` gives a name, and who is
+// joined to somebody without one brings theirs along.
+PersonNames NamesAfter(const std::vector<IdentityEdit>& edits);
 
 }  // namespace kinegraph
 

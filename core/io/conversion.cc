@@ -12,9 +12,9 @@
 #include <vector>
 
 #include "core/base/error.h"
-#include "core/base/split.h"
+#include "core/base/text.h"
 #include "core/base/time.h"
-#include "core/data/identity_names.h"
+#include "core/data/identity_edit.h"
 #include "core/io/calibration/calibration.h"
 #include "core/io/calibration/format.h"
 #include "core/io/configuration/config.h"

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <algorithm>
+#include <iterator>
 #include <limits>
 #include <vector>
 
@@ -72,6 +73,18 @@ void DescribeViews(const EstimatorFrame& frame, KeptMatches kept,
     person->matches.push_back(std::move(match));
   }
   if (measured > 0) person->score = confidence_sum / measured;
+}
+
+void MoveFinals(std::vector<FinalPose>* from, std::vector<FinalPose>* to) {
+  std::move(from->begin(), from->end(), std::back_inserter(*to));
+  from->clear();
+}
+
+void ExpectUnmoved(const Pose3d& last, Pose3d* pose) {
+  *pose = last;
+  for (Joint3d& joint : *pose) {
+    if (joint.present()) joint.status = JointStatus::kInferred;
+  }
 }
 
 }  // namespace kinegraph

@@ -103,6 +103,13 @@ void DescribeViews(const EstimatorFrame& frame, KeptMatches kept,
 using EstimatorFactory =
     std::function<std::unique_ptr<Estimator>(const SceneModel& scene)>;
 
+// Moves all of `from` to the end of `to`: Estimator::ExtractFinals.
+void MoveFinals(std::vector<FinalPose>* from, std::vector<FinalPose>* to);
+
+// The pose `last` as what is expected later of somebody who stays: its joints
+// are inferred.
+void ExpectUnmoved(const Pose3d& last, Pose3d* pose);
+
 }  // namespace kinegraph
 
 #endif  // KINEGRAPH_CORE_TRACKING_ESTIMATOR_H_

@@ -9,7 +9,7 @@
 #include <set>
 #include <vector>
 
-#include "core/association/view_matching.h"
+#include "core/association/affinity.h"
 #include "core/data/detection.h"
 #include "core/data/pose.h"
 #include "core/geometry/epipolar.h"

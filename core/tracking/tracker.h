@@ -6,11 +6,14 @@
 #ifndef KINEGRAPH_CORE_TRACKING_TRACKER_H_
 #define KINEGRAPH_CORE_TRACKING_TRACKER_H_
 
+#include <cstdint>
+#include <deque>
 #include <memory>
 #include <optional>
 #include <vector>
 
-#include "core/association/view_matching.h"
+#include "core/association/affinity.h"
+#include "core/base/ids.h"
 #include "core/data/detection.h"
 #include "core/data/pose.h"
 #include "core/data/succession.h"
@@ -19,13 +22,34 @@
 #include "core/tracking/association_policy.h"
 #include "core/tracking/estimator.h"
 #include "core/tracking/evidence.h"
-#include "core/tracking/frame_assembler.h"
 #include "core/tracking/frame_observations.h"
 #include "core/tracking/look_rhythm.h"
 #include "core/tracking/options.h"
 #include "core/tracking/track.h"
 
 namespace kinegraph {
+
+// A frame leaves when every track that lived in it has said its last word on
+// it. Tracks speak in ascending frames, each frame of their life once.
+class FrameAssembler {
+ public:
+  // The next frame; ascending. People that live in it follow by Join.
+  void BeginFrame(int64_t frame, TimeNs time);
+  // The newest frame waits for a word of this track.
+  void Join() { ++open_.back().waiting; }
+  // A track's word on a frame; `person` is null when it is not written.
+  void Resolve(int64_t frame, PersonPose* person);
+
+  // Moves out the frames that are complete, people by ascending id.
+  void ExtractComplete(std::vector<TrackFrame>* frames);
+
+ private:
+  struct OpenFrame {
+    TrackFrame content;
+    int waiting = 0;
+  };
+  std::deque<OpenFrame> open_;
+};
 
 // Processor time that the calling thread spent in each stage since the object
 // was made [ns]; the stages are those of the paper's table of runtimes.

@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/tracking/final_poses.h"
+#include "core/tracking/estimator.h"
 #include "core/tracking/packed_queue.h"
 #include "solvers/batch/chunks.h"
 #include "solvers/batch/recording_solver.h"

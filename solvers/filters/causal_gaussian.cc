@@ -7,7 +7,7 @@
 #include <deque>
 #include <utility>
 
-#include "core/tracking/final_poses.h"
+#include "core/tracking/estimator.h"
 
 namespace kinegraph {
 namespace {

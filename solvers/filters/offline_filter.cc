@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "core/base/error.h"
-#include "core/tracking/final_poses.h"
+#include "core/tracking/estimator.h"
 #include "solvers/filters/classical.h"
 #include "solvers/filters/kalman.h"
 #include "solvers/filters/smoothing_spline.h"

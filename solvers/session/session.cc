@@ -10,8 +10,7 @@
 #include <utility>
 
 #include "core/base/error.h"
-#include "core/data/detection_check.h"
-#include "core/data/pose_check.h"
+#include "core/data/checks.h"
 #include "core/identity/edits.h"
 #include "core/identity/linking.h"
 #include "core/tracking/second_pass.h"

@@ -11,7 +11,7 @@
 #include "core/io/detections/format.h"
 #include "core/io/detections/view_pairing.h"
 #include "core/skeleton/body_joints.h"
-#include "core/tracking/gates.h"
+#include "core/tracking/options.h"
 #include "solvers/scene/plausible.h"
 #include "solvers/session/ready_recording.h"
 #include "solvers/session/recording_warnings.h"

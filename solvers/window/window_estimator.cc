@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/tracking/final_poses.h"
+#include "core/tracking/estimator.h"
 #include "solvers/graph/assembler.h"
 #include "solvers/graph/bone_lengths.h"
 #include "solvers/graph/marginalise.h"

@@ -6,8 +6,7 @@
 #include <cstring>
 
 #include "core/base/error.h"
-#include "core/base/split.h"
-#include "core/base/utf8.h"
+#include "core/base/text.h"
 #include "core/io/files/text_file.h"
 
 namespace kinegraph {

@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "core/base/error.h"
-#include "core/base/split.h"
+#include "core/base/text.h"
 #include "core/io/calibration/format.h"
 #include "core/io/calibration/write_formats.h"
 #include "core/io/files/atomic_file.h"

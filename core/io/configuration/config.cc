@@ -11,8 +11,7 @@
 #include <set>
 #include <utility>
 
-#include "core/base/edit_distance.h"
-#include "core/base/split.h"
+#include "core/base/text.h"
 #include "core/io/files/text_file.h"
 #include "core/io/text/toml_file.h"
 

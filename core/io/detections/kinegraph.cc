@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "core/base/error.h"
-#include "core/data/detection_check.h"
+#include "core/data/checks.h"
 #include "core/io/detections/format.h"
 #include "core/io/detections/formats.h"
 #include "core/io/detections/writer.h"

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "core/base/error.h"
-#include "core/base/split.h"
+#include "core/base/text.h"
 #include "core/io/detections/format.h"
 #include "core/io/detections/formats.h"
 #include "core/io/detections/view_files.h"

@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "core/base/error.h"
-#include "core/base/split.h"
+#include "core/base/text.h"
 #include "core/io/text/bulk_json.h"
 #include "core/io/tracks/c3d_file.h"
 #include "core/io/tracks/shared.h"

@@ -6,7 +6,7 @@
 #include <string_view>
 
 #include "core/base/error.h"
-#include "core/base/utf8.h"
+#include "core/base/text.h"
 #include "core/io/files/text_file.h"
 #include "core/io/text/bulk_json.h"
 
@@ -24,7 +24,7 @@ std::string Upper(std::string text) {
   return text;
 }
 
-std::string Trimmed(const std::string& text) {
+std::string WithoutFill(const std::string& text) {
   const size_t end = text.find_last_not_of(std::string(" \0", 2));
   return end == std::string::npos ? "" : text.substr(0, end + 1);
 }
@@ -93,7 +93,7 @@ C3dValues::C3dValues(const C3dBytes& bytes, size_t begin) : bytes_(bytes) {
         static_cast<size_t>(std::abs(static_cast<signed char>(bytes.Byte(at))));
     const int group = static_cast<signed char>(bytes.Byte(at + 1));
     if (length == 0 || group == 0) break;
-    const std::string name = Upper(Trimmed(bytes.Text(at + 2, length)));
+    const std::string name = Upper(WithoutFill(bytes.Text(at + 2, length)));
     const size_t here = at + 2 + length;
     const auto step = static_cast<size_t>(bytes.Word(here));
     if (group < 0) {
@@ -154,7 +154,7 @@ std::vector<std::string> C3dValues::Texts(const std::string& name) const {
     const size_t width = place.shape.empty() ? 1 : place.shape[0];
     if (width == 0) continue;
     for (size_t i = 0; i + width <= place.count(); i += width) {
-      texts.push_back(AsUtf8(Trimmed(bytes_.Text(place.at + i, width))));
+      texts.push_back(AsUtf8(WithoutFill(bytes_.Text(place.at + i, width))));
     }
   }
 }

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "core/data/person_names.h"
+#include "core/data/identity_edit.h"
 #include "core/data/pose.h"
 #include "core/io/text/lost_fields.h"
 #include "core/io/tracks/axis_map.h"

@@ -12,7 +12,7 @@
 #include <type_traits>
 #include <vector>
 
-#include "core/data/person_names.h"
+#include "core/data/identity_edit.h"
 #include "core/io/text/lost_fields.h"
 #include "core/io/tracks/tracks.h"
 

@@ -5,7 +5,7 @@
 #include <memory>
 #include <string>
 
-#include "core/data/person_names.h"
+#include "core/data/identity_edit.h"
 #include "core/data/pose.h"
 
 namespace kinegraph {

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <vector>
 
-#include "core/association/view_matching.h"
 #include "tests/support/rig.h"
 
 namespace kinegraph {

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "core/data/identity_names.h"
+#include "core/data/identity_edit.h"
 #include "tests/core/identity/crowd.h"
 
 namespace kinegraph {

@@ -1,9 +1,8 @@
-#include "core/reconstruction/joints_filter.h"
-
 #include <gtest/gtest.h>
 
 #include <vector>
 
+#include "core/reconstruction/reconstruction.h"
 #include "tests/support/rig.h"
 
 namespace kinegraph {

@@ -1,8 +1,8 @@
-#include "core/tracking/frame_assembler.h"
-
 #include <gtest/gtest.h>
 
 #include <vector>
+
+#include "core/tracking/tracker.h"
 
 namespace kinegraph {
 namespace {

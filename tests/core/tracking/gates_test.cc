@@ -1,4 +1,3 @@
-#include "core/tracking/gates.h"
 
 #include <gtest/gtest.h>
 

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "core/base/random.h"
-#include "core/tracking/final_poses.h"
+#include "core/tracking/estimator.h"
 #include "solvers/filters/causal_gaussian.h"
 #include "tests/support/rig.h"
 

@@ -1,4 +1,3 @@
-#include "core/tracking/duplicate_suppression.h"
 
 #include <gtest/gtest.h>
 
