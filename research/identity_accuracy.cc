@@ -431,24 +431,6 @@ void PrintPieces(const char* mode, const TrackSequence& truth,
   }
 }
 
-// Whether those who began with another's detections are that one.
-void PrintSuccessions(const TrackSequence& truth, const TrackSequence& tracks,
-                      const std::vector<Succession>& successions) {
-  const TrueNames names(truth, tracks);
-  constexpr int64_t kEnd = std::numeric_limits<int64_t>::max();
-  for (const Succession& one : successions) {
-    const double rate_hz = truth.header.frame_rate_hz;
-    std::printf(
-        "#   succession %lld %lld truth %lld %lld views %d\n",
-        static_cast<long long>(one.from.value()),
-        static_cast<long long>(one.to.value()),
-        static_cast<long long>(
-            NameAt(names, one.from, kEnd, false, rate_hz).value()),
-        static_cast<long long>(NameAt(names, one.to, 0, true, rate_hz).value()),
-        one.views);
-  }
-}
-
 using Key = std::pair<std::string, std::string>;  // scene, mode
 
 const char* const kModes[] = {"paper", "graph", "graph, linked",
@@ -571,28 +553,6 @@ std::map<Key, Counts> ReadLines(const std::string& path) {
   return table;
 }
 
-void WriteSuccessions(const std::string& path,
-                      const std::vector<Succession>& successions) {
-  std::ofstream file(path);
-  for (const Succession& one : successions) {
-    file << one.from.value() << ' ' << one.to.value() << ' ' << one.views << ' '
-         << one.since << '\n';
-  }
-}
-
-std::vector<Succession> ReadSuccessions(const std::string& path) {
-  std::vector<Succession> successions;
-  std::ifstream file(path);
-  int64_t from = 0;
-  int64_t to = 0;
-  int views = 0;
-  TimeNs since = 0;
-  while (file >> from >> to >> views >> since) {
-    successions.push_back({TrackId(from), TrackId(to), views, since});
-  }
-  return successions;
-}
-
 struct Arguments {
   std::vector<std::string> scenes;
   int first_seed = 1;
@@ -635,13 +595,12 @@ class Benchmark {
           CountsOf(recording.truth,
                    TrackSequenceOf(paper_, request, recording.detections)));
     }
-    const auto [tracks, successions] =
-        FirstPass(layout, seed, recording, graph_);
+    const TrackSequence tracks = FirstPass(layout, seed, recording, graph_);
     add("graph", CountsOf(recording.truth, tracks));
     TrackSequence linked = tracks;
     const std::vector<IdentityEdit> edits =
         LinkIdentities(tracks.header.skeleton, tracks.header.frame_rate_hz,
-                       whole_.identity, &linked.frames, nullptr, successions);
+                       whole_.identity, &linked.frames);
     Counts counts = CountsOf(recording.truth, linked);
     CountJoins(recording.truth, tracks, edits, arguments_.details, &counts);
     add("graph, linked", counts);
@@ -653,7 +612,6 @@ class Benchmark {
                    TrackSequenceOf(whole_, request, recording.detections)));
     }
     if (!arguments_.details) return;
-    PrintSuccessions(recording.truth, tracks, successions);
     PrintPieces("graph", recording.truth, tracks);
     PrintPieces("linked", recording.truth, linked);
   }
@@ -701,13 +659,13 @@ class Benchmark {
     Hide(layout, seed, &recording);
     RunOptions options = graph_;
     options.estimators.output = OutputKind::kGaussian;
-    const auto [tracks, successions] =
+    const TrackSequence tracks =
         FirstPass(layout, seed, recording, options, "_ten_minutes");
     TrackSequence linked = tracks;
     const std::clock_t begin = std::clock();
     const std::vector<IdentityEdit> edits =
         LinkIdentities(tracks.header.skeleton, tracks.header.frame_rate_hz,
-                       whole_.identity, &linked.frames, nullptr, successions);
+                       whole_.identity, &linked.frames);
     const double seconds =
         static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
     Counts counts;
@@ -749,38 +707,27 @@ class Benchmark {
     return recording;
   }
 
-  struct Tracked {
-    TrackSequence tracks;
-    std::vector<Succession> successions;
-  };
-
   // The tracks of graph mode, from their file if they are there.
-  Tracked FirstPass(const Layout& layout, int seed,
-                    const SyntheticRecording& recording,
-                    const RunOptions& options,
-                    const std::string& what = "") const {
+  TrackSequence FirstPass(const Layout& layout, int seed,
+                          const SyntheticRecording& recording,
+                          const RunOptions& options,
+                          const std::string& what = "") const {
     const std::string path = arguments_.tracks + "/" + layout.name + "_" +
                              std::to_string(seed) + what + ".jsonl";
-    Tracked tracked;
     if (!arguments_.tracks.empty() && std::filesystem::exists(path)) {
-      tracked.tracks = ReadTracks(path);
-      tracked.successions = ReadSuccessions(path + ".successions");
-      return tracked;
+      return ReadTracks(path);
     }
+    TrackSequence tracks;
     RunRequest request;
     request.cameras = recording.scene.cameras;
     MemorySource source(recording.detections);
     Session session(options, request, recording.detections.header);
-    tracked.tracks.header = session.scene().header;
+    tracks.header = session.scene().header;
     TrackAll(&source, &session, [&](TrackFrame&& frame) {
-      tracked.tracks.frames.push_back(std::move(frame));
+      tracks.frames.push_back(std::move(frame));
     });
-    tracked.successions = session.successions();
-    if (!arguments_.tracks.empty()) {
-      WriteTracks(path, tracked.tracks);
-      WriteSuccessions(path + ".successions", tracked.successions);
-    }
-    return tracked;
+    if (!arguments_.tracks.empty()) WriteTracks(path, tracks);
+    return tracks;
   }
 
   void Add(const Layout& layout, int seed, const char* mode, Counts counts) {

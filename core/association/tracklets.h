@@ -35,10 +35,6 @@ class ViewTracklets {
   // Of the detections of that frame, by their index: the track to which the
   // tracklet belongs.
   std::optional<TrackId> OwnerOf(size_t observation_idx) const;
-  // Since when it has been given to that track without a break.
-  TimeNs OwnedSince(size_t observation_idx) const {
-    return tracklets_[tracklet_of_[observation_idx]].since;
-  }
   // The detection was given to a track, and that fitted.
   void Claim(size_t observation_idx, TrackId track);
 

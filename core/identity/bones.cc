@@ -176,25 +176,6 @@ BoneSamples BoneModel::Measure(const Tracklet& tracklet) const {
   return samples;
 }
 
-std::vector<std::vector<double>> BoneModel::LogLengths(
-    const Tracklet& tracklet) const {
-  std::vector<std::vector<double>> lengths(bones_.size());
-  for (size_t k = tracklet.clean_begin(); k < tracklet.clean_end(); ++k) {
-    const Pose3d& pose = tracklet.frames[k].pose->joints;
-    for (size_t g = 0; g < bones_.size(); ++g) {
-      const Bone& bone = bones_[g].bone;
-      const Joint3d& a = pose[bone.a];
-      const Joint3d& b = pose[bone.b];
-      const double length_m = (a.position_m - b.position_m).norm();
-      if (a.status == JointStatus::kObserved &&
-          b.status == JointStatus::kObserved && length_m > 0.0) {
-        lengths[g].push_back(std::log(length_m));
-      }
-    }
-  }
-  return lengths;
-}
-
 void BoneModel::Learn(const std::vector<BoneSamples>& tracklets) {
   for (size_t g = 0; g < bones_.size(); ++g) {
     std::vector<double> deviations;

@@ -34,8 +34,6 @@ class BoneModel {
 
   // From the clean frames, joints observed by two views alone.
   BoneSamples Measure(const Tracklet& tracklet) const;
-  // Logarithms of all lengths of the same frames, [bone][].
-  std::vector<std::vector<double>> LogLengths(const Tracklet& tracklet) const;
   // Learns from all tracklets how much the pieces of one body differ.
   void Learn(const std::vector<BoneSamples>& tracklets);
   // Learns from pairs that are certainly two people (seen at once) how often

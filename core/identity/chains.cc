@@ -8,7 +8,6 @@
 #include <utility>
 
 #include "core/assignment/hungarian.h"
-#include "core/identity/duplicate_tracks.h"
 #include "core/identity/motion.h"
 
 namespace kinegraph {
@@ -24,9 +23,6 @@ constexpr double kKnownRather = 3.0;  // nats
 constexpr double kShortAbsence = 0.2;
 constexpr double kUsualAbsence = 3.0;
 constexpr double kLongAbsence = 30.0;
-// Evidence that a view continued with the same person (core/association): wrong
-// once in 20 times. More views add little, since they see the same contact.
-constexpr double kSucceeds = 3.0;    // nats
 constexpr double kMaxOverlap = 0.5;  // s, of a dying track and its successor
 constexpr double kSeenAtOnce = 2.0;  // s, by two who are certainly two
 // With up to this many chains the margin is exact: the second best assignment
@@ -47,8 +43,8 @@ size_t MostAtOnce(const std::vector<Tracklet>& tracks) {
 
 // A chain put into a gap of another.
 struct Insertion {
-  int guest = -1;  // chains
-  int host = -1;
+  size_t guest = 0;  // chains
+  size_t host = 0;
   size_t after = 0;  // index in the host's pieces
   double bones = 0.0;
   double motion = 0.0;
@@ -59,13 +55,11 @@ struct Insertion {
 class Linker {
  public:
   Linker(const Skeleton& skeleton, double frame_rate_hz,
-         const LinkOptions& options, const std::vector<Tracklet>& tracks,
-         const std::vector<Succession>& successions)
+         const LinkOptions& options, const std::vector<Tracklet>& tracks)
       : options_(options),
-        successions_(successions),
         frame_s_(1.0 / frame_rate_hz),
         bones_(skeleton),
-        motion_(UsedSpace(tracks), options.entries.empty(), tracks),
+        motion_(tracks),
         pieces_(CutAtContacts(tracks)) {
     std::vector<BoneSamples> samples;
     for (const Tracklet& piece : pieces_.tracklets) {
@@ -124,7 +118,9 @@ class Linker {
       return false;
     }
     if (gap_s > -kMaxOverlap) return true;
-    return StandTogether(from, to);
+    const Together together = Compare(from, to);
+    return together.frames > 0 &&
+           together.OfNearlyAll(static_cast<size_t>(together.frames));
   }
 
   // Learns from people who are seen at once for long.
@@ -172,34 +168,6 @@ class Linker {
                                                kShortAbsence, kLongAbsence));
   }
 
-  // Log odds [nats] that the tracker continued correctly after a piece.
-  double Continuity(size_t piece) const {
-    // While no view sees the person, the tracker's continuation is worth half,
-    // less what the motion across an unseen hop says against it.
-    double nats = (pieces_.blind[piece] ? 0.5 : 1.0) * options_.continuity;
-    for (const auto& [before, after] : pieces_.hops[piece]) {
-      nats += std::min(0.0, motion_.LogRatio(before, after, frame_s_));
-    }
-    return nats;
-  }
-
-  // Whether a view that saw how one track was lost saw the other begin with
-  // the same person.
-  bool Succeeds(size_t from, size_t to) const {
-    const std::vector<Tracklet>& all = pieces_.tracklets;
-    const bool ends = pieces_.next[from] < 0;
-    const bool begins = to == 0 || all[to - 1].id != all[to].id;
-    // The frames at the end of a contact are no evidence of who came out of it.
-    const Tracklet& piece = all[from];
-    const TimeNs clean = piece.frames[piece.clean_end() - 1].time;
-    return ends && begins &&
-           std::any_of(successions_.begin(), successions_.end(),
-                       [&](const Succession& one) {
-                         return one.since <= clean && one.from == piece.id &&
-                                one.to == all[to].id;
-                       });
-  }
-
   Evidence Weigh(size_t one, size_t other) const {
     const Chain& from = chains_[one];
     const Chain& to = chains_[other];
@@ -216,9 +184,13 @@ class Linker {
     evidence.motion = motion_.LogRatio(
         at_once ? StateUpTo(Last(from), begin.time) : end, begin, frame_s_);
     evidence.other = kKnownRather + Absence(end, begin);
-    if (pieces_.next[last] == first) evidence.other += Continuity(last);
-    if (Succeeds(last, static_cast<size_t>(first))) {
-      evidence.other += kSucceeds;
+    if (pieces_.next[last] == first) {
+      // Less what the motion across an unseen hop says against it.
+      double continuity = options_.continuity;
+      for (const auto& [before, after] : pieces_.hops[last]) {
+        continuity += std::min(0.0, motion_.LogRatio(before, after, frame_s_));
+      }
+      evidence.other += continuity;
     }
     if (!IsEntry(end)) evidence.other += options_.entry_penalty;
     if (!IsEntry(begin)) evidence.other += options_.entry_penalty;
@@ -457,8 +429,8 @@ class Linker {
       const auto first = static_cast<size_t>(one.pieces.front());
       const auto last = static_cast<size_t>(one.pieces.back());
       Insertion insertion;
-      insertion.guest = static_cast<int>(guest);
-      insertion.host = static_cast<int>(host);
+      insertion.guest = guest;
+      insertion.host = host;
       insertion.after = k;
       insertion.bones = BonesOf(host, guest);
       insertion.motion =
@@ -499,22 +471,20 @@ class Linker {
       }
     }
     for (Insertion& one : all) {
-      const auto guest = static_cast<size_t>(one.guest);
-      const auto host = static_cast<size_t>(one.host);
       double rival = 0.0;  // nobody
       for (const Insertion& other : all) {
-        const bool same_guest =
-            other.guest == one.guest && other.host != one.host &&
-            !MayBeOne(static_cast<size_t>(other.host), host);
-        const bool same_place =
-            other.host == one.host && other.guest != one.guest &&
-            !MayBeOne(static_cast<size_t>(other.guest), guest);
+        const bool same_guest = other.guest == one.guest &&
+                                other.host != one.host &&
+                                !MayBeOne(other.host, one.host);
+        const bool same_place = other.host == one.host &&
+                                other.guest != one.guest &&
+                                !MayBeOne(other.guest, one.guest);
         if (same_guest || same_place) rival = std::max(rival, other.gain);
       }
       for (size_t c = 0; c < chains_.size(); ++c) {
-        if (c == guest || c == host || MayBeOne(c, host)) continue;
+        if (c == one.guest || c == one.host || MayBeOne(c, one.host)) continue;
         for (const Evidence& other :
-             {evidence_[guest][c], evidence_[c][guest]}) {
+             {evidence_[one.guest][c], evidence_[c][one.guest]}) {
           if (other.allowed) rival = std::max(rival, other.total());
         }
       }
@@ -524,8 +494,8 @@ class Linker {
   }
 
   void Insert(const Insertion& insertion) {
-    Chain& host = chains_[static_cast<size_t>(insertion.host)];
-    const Chain& guest = chains_[static_cast<size_t>(insertion.guest)];
+    Chain& host = chains_[insertion.host];
+    const Chain& guest = chains_[insertion.guest];
     const int before = host.pieces[insertion.after];
     const Tracklet& last = pieces_.tracklets[static_cast<size_t>(before)];
     Link link;
@@ -542,7 +512,7 @@ class Linker {
         guest.pieces.begin(), guest.pieces.end());
     host.bones.Append(guest.bones);
     host.number = next_number_++;
-    chains_.erase(chains_.begin() + insertion.guest);
+    chains_.erase(chains_.begin() + static_cast<long>(insertion.guest));
   }
 
   // `joins` are a one-to-one choice without cycles: a chain follows one that
@@ -625,7 +595,6 @@ class Linker {
   }
 
   LinkOptions options_;
-  const std::vector<Succession>& successions_;
   double frame_s_;
   BoneModel bones_;
   IdentityMotion motion_;
@@ -649,9 +618,8 @@ class Linker {
 
 LinkedPieces JoinPieces(const Skeleton& skeleton, double frame_rate_hz,
                         const LinkOptions& options,
-                        const std::vector<Tracklet>& tracks,
-                        const std::vector<Succession>& successions) {
-  Linker linker(skeleton, frame_rate_hz, options, tracks, successions);
+                        const std::vector<Tracklet>& tracks) {
+  Linker linker(skeleton, frame_rate_hz, options, tracks);
   linker.Run();
   return linker.Take();
 }

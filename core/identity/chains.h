@@ -4,9 +4,7 @@
 
 #include <vector>
 
-#include "core/data/succession.h"
 #include "core/identity/bones.h"
-#include "core/identity/contacts.h"
 #include "core/identity/options.h"
 #include "core/identity/tracklet.h"
 #include "core/skeleton/skeleton.h"
@@ -51,8 +49,7 @@ struct LinkedPieces {
 // one assignment over all of them, again and again until nothing new is clear.
 LinkedPieces JoinPieces(const Skeleton& skeleton, double frame_rate_hz,
                         const LinkOptions& options,
-                        const std::vector<Tracklet>& tracks,
-                        const std::vector<Succession>& successions = {});
+                        const std::vector<Tracklet>& tracks);
 
 }  // namespace kinegraph
 

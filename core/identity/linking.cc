@@ -8,13 +8,44 @@
 
 #include "core/base/error.h"
 #include "core/identity/chains.h"
-#include "core/identity/duplicate_tracks.h"
 #include "core/identity/edits.h"
-#include "core/identity/false_positives.h"
 #include "core/identity/tracklet.h"
 
 namespace kinegraph {
 namespace {
+
+// Removals of tracks that stand where a longer one stands nearly all their
+// life.
+std::vector<IdentityEdit> FindDuplicates(const std::vector<Tracklet>& tracks) {
+  std::vector<IdentityEdit> edits;
+  for (size_t i = 0; i < tracks.size(); ++i) {
+    for (size_t k = 0; k < tracks.size(); ++k) {
+      const Tracklet& one = tracks[i];
+      const Tracklet& other = tracks[k];
+      const auto length = [](const Tracklet& t) { return t.frames.size(); };
+      if (i == k || length(one) > length(other) ||
+          (length(one) == length(other) && i < k)) {
+        continue;
+      }
+      if (one.last().frame < other.first().frame ||
+          other.last().frame < one.first().frame) {
+        continue;
+      }
+      const Together together = Compare(one, other);
+      if (!together.OfNearlyAll(length(one))) continue;
+      IdentityEdit edit;
+      edit.op = EditOp::kDelete;
+      edit.persons = {one.id};
+      edit.frames = FrameSpan{one.first().frame, one.last().frame};
+      edit.evidence = {{"double_of", static_cast<double>(other.id.value())},
+                       {"share", together.ShareOf(length(one))},
+                       {"distance_m", together.distance_m}};
+      edits.push_back(std::move(edit));
+      break;
+    }
+  }
+  return edits;
+}
 
 // The edits that give the tracks that were cut into pieces one number a chain,
 // and those that stay undecided.
@@ -48,57 +79,58 @@ class EditWriter {
     for (const int piece : order) Settle(piece);
     for (const Link& link : linked_.undecided) {
       if (label_[link.from] == label_[link.to]) continue;
-      IdentityEdit edit = EditOf(EditOp::kUndecided, link);
-      edit.persons = {label_[link.from], label_[link.to]};
-      edits_.push_back(std::move(edit));
+      edits_.push_back(EditOf(EditOp::kUndecided,
+                              {label_[link.from], label_[link.to]},
+                              Between(link.from, link.to), &link));
     }
     return std::move(edits_);
   }
 
  private:
-  // The piece before `piece` that has its label now; -1 without one.
-  int Earlier(int piece) const {
-    int earlier = -1;
+  // The nearest piece before or after the beginning of `piece`, not `but`, that
+  // has its label now; -1 without one.
+  int Neighbour(int piece, bool after, int but = -1) const {
+    const auto first = [&](int p) { return tracklets_[p].first().frame; };
+    const auto precedes = [&](int a, int b) {
+      return after ? first(a) < first(b) : first(a) > first(b);
+    };
+    int nearest = -1;
     for (int p = 0; p < static_cast<int>(label_.size()); ++p) {
-      if (p == piece || label_[p] != label_[piece] ||
-          tracklets_[p].first().frame >= tracklets_[piece].first().frame) {
+      if (p == but || label_[p] != label_[piece] || !precedes(piece, p)) {
         continue;
       }
-      if (earlier < 0 ||
-          tracklets_[p].first().frame > tracklets_[earlier].first().frame) {
-        earlier = p;
-      }
+      if (nearest < 0 || precedes(p, nearest)) nearest = p;
     }
-    return earlier;
+    return nearest;
   }
-  // The piece after the end of `piece`, not `but`, that has its label.
+  int Earlier(int piece) const { return Neighbour(piece, /*after=*/false); }
   int Later(int piece, int but) const {
-    int later = -1;
-    for (int p = 0; p < static_cast<int>(label_.size()); ++p) {
-      if (p == piece || p == but || label_[p] != label_[piece] ||
-          tracklets_[p].first().frame <= tracklets_[piece].first().frame) {
-        continue;
-      }
-      if (later < 0 ||
-          tracklets_[p].first().frame < tracklets_[later].first().frame) {
-        later = p;
-      }
-    }
-    return later;
+    return Neighbour(piece, /*after=*/true, but);
   }
 
-  IdentityEdit EditOf(EditOp op, const Link& link) const {
+  // With what speaks for it; null: nothing of its own.
+  static IdentityEdit EditOf(EditOp op, std::vector<TrackId> persons,
+                             const FrameSpan& frames, const Link* link) {
     IdentityEdit edit;
     edit.op = op;
-    edit.frames = FrameSpan{tracklets_[link.from].last().frame,
-                            tracklets_[link.to].first().frame};
-    edit.evidence = {{"bones", link.evidence.bones},
-                     {"motion", link.evidence.motion},
-                     {"other", link.evidence.other},
-                     {"gap_s", link.gap_s},
-                     {"bone_difference_m", link.bone_difference_m}};
-    edit.margin = link.margin;
+    edit.persons = std::move(persons);
+    edit.frames = frames;
+    if (link == nullptr) return edit;
+    edit.evidence = {{"bones", link->evidence.bones},
+                     {"motion", link->evidence.motion},
+                     {"other", link->evidence.other},
+                     {"gap_s", link->gap_s},
+                     {"bone_difference_m", link->bone_difference_m}};
+    edit.margin = link->margin;
     return edit;
+  }
+  // From the end of one piece to the beginning of another.
+  FrameSpan Between(int from, int to) const {
+    return {tracklets_[from].last().frame, tracklets_[to].first().frame};
+  }
+  const Link* LinkTo(int piece) const {
+    const auto link = evidence_.find(piece);
+    return link == evidence_.end() ? nullptr : link->second;
   }
 
   // Gives `piece` and all later ones of its label another one.
@@ -113,14 +145,11 @@ class EditWriter {
 
   // From `piece` on, its label becomes a new identity.
   void CutBefore(int piece, const Link* link) {
-    IdentityEdit edit;
-    if (link != nullptr) edit = EditOf(EditOp::kCut, *link);
-    edit.op = EditOp::kCut;
     const TrackId old = label_[piece];
     const TrackId fresh(next_id_++);
-    edit.persons = {old, fresh};
-    edit.frames = FrameSpan{tracklets_[piece].first().frame, last_frame_};
-    edits_.push_back(std::move(edit));
+    edits_.push_back(EditOf(EditOp::kCut, {old, fresh},
+                            {tracklets_[piece].first().frame, last_frame_},
+                            link));
     Relabel(piece, old, fresh);
   }
 
@@ -132,18 +161,12 @@ class EditWriter {
         after_[wanted] != piece) {
       return false;
     }
-    IdentityEdit edit;
-    if (evidence_.count(piece)) {
-      edit = EditOf(EditOp::kSwap, *evidence_.at(piece));
-    }
-    edit.op = EditOp::kSwap;
     const TrackId one = label_[wanted];
     const TrackId other = label_[piece];
-    edit.persons = {one, other};
     const int64_t from = std::min(tracklets_[piece].first().frame,
                                   tracklets_[rival].first().frame);
-    edit.frames = FrameSpan{from, last_frame_};
-    edits_.push_back(std::move(edit));
+    edits_.push_back(EditOf(EditOp::kSwap, {one, other}, {from, last_frame_},
+                            LinkTo(piece)));
     for (size_t p = 0; p < label_.size(); ++p) {
       if (tracklets_[p].first().frame < from) continue;
       if (label_[p] == one) {
@@ -159,7 +182,7 @@ class EditWriter {
   void Settle(int piece) {
     const int wanted = before_[piece];
     const int earlier = Earlier(piece);
-    const Link* link = evidence_.count(piece) ? evidence_.at(piece) : nullptr;
+    const Link* link = LinkTo(piece);
     if (wanted < 0) {
       if (earlier >= 0) CutBefore(piece, nullptr);
       return;
@@ -170,15 +193,10 @@ class EditWriter {
     const int rival = Later(wanted, piece);
     if (rival >= 0) CutBefore(rival, nullptr);
     Trim(wanted, piece);
-    IdentityEdit edit;
-    if (link != nullptr) edit = EditOf(EditOp::kJoin, *link);
-    edit.op = EditOp::kJoin;
-    edit.frames = FrameSpan{tracklets_[wanted].last().frame,
-                            tracklets_[piece].first().frame};
     const TrackId one = label_[wanted];
     const TrackId other = label_[piece];
-    edit.persons = {one, other};
-    edits_.push_back(std::move(edit));
+    edits_.push_back(
+        EditOf(EditOp::kJoin, {one, other}, Between(wanted, piece), link));
     for (TrackId& label : label_) {
       if (label == other) label = one;
     }
@@ -186,13 +204,10 @@ class EditWriter {
 
   // Where both are present, the end of the track that dies is removed.
   void Trim(int from, int to) {
-    const int64_t first = tracklets_[to].first().frame;
-    const int64_t last = tracklets_[from].last().frame;
-    if (last < first) return;
-    IdentityEdit edit;
-    edit.op = EditOp::kDelete;
-    edit.persons = {label_[from]};
-    edit.frames = FrameSpan{first, last};
+    const FrameSpan both = {tracklets_[to].first().frame,
+                            tracklets_[from].last().frame};
+    if (both.last < both.first) return;
+    IdentityEdit edit = EditOf(EditOp::kDelete, {label_[from]}, both, nullptr);
     edit.evidence = {{"double_of", static_cast<double>(label_[to].value())}};
     edits_.push_back(std::move(edit));
   }
@@ -210,6 +225,20 @@ class EditWriter {
 
 }  // namespace
 
+void LinkOptions::Describe(OptionVisitor& visitor) {
+  visitor.Boolean("link", &link,
+                  "graph mode: join tracks over the whole recording");
+  visitor.Number("min_margin", &min_margin, NonNegative(), "nats",
+                 "advantage over the second best that a change needs");
+  visitor.Number("max_absence", &max_absence_s, NonNegative(), "s",
+                 "longest absence that is joined; 0: any");
+  visitor.Integer("people", &people, Between(0, 10000), "people",
+                  "hint: people in the recording; 0: not known");
+  visitor.NumberList("entries", &entries, Between(-1e6, 1e6), "m",
+                     "hint: spheres where people come and go: x, y, z, radius "
+                     "of each");
+}
+
 void CheckLinkOptions(const LinkOptions& options) {
   CheckOptions(options);
   if (options.entries.size() % 4 == 0) return;
@@ -218,10 +247,11 @@ void CheckLinkOptions(const LinkOptions& options) {
                         " numbers, expected four a sphere: x, y, z, radius");
 }
 
-std::vector<IdentityEdit> LinkIdentities(
-    const Skeleton& skeleton, double frame_rate_hz, const LinkOptions& options,
-    std::vector<TrackFrame>* frames, std::vector<std::string>* left_out,
-    const std::vector<Succession>& successions) {
+std::vector<IdentityEdit> LinkIdentities(const Skeleton& skeleton,
+                                         double frame_rate_hz,
+                                         const LinkOptions& options,
+                                         std::vector<TrackFrame>* frames,
+                                         std::vector<std::string>* left_out) {
   CheckLinkOptions(options);
   std::vector<IdentityEdit> edits;
   const auto apply = [&](std::vector<IdentityEdit> more) {
@@ -231,12 +261,10 @@ std::vector<IdentityEdit> LinkIdentities(
   };
   if (frames->empty()) return edits;
   apply(FindDuplicates(CollectTracklets(*frames, skeleton)));
-  apply(FindFalsePositives(skeleton, options.min_margin,
-                           CollectTracklets(*frames, skeleton)));
   const std::vector<Tracklet> tracks = CollectTracklets(*frames, skeleton);
   if (tracks.empty()) return edits;
   const LinkedPieces linked =
-      JoinPieces(skeleton, frame_rate_hz, options, tracks, successions);
+      JoinPieces(skeleton, frame_rate_hz, options, tracks);
   apply(EditWriter(linked, frames->back().frame).Write());
   return edits;
 }

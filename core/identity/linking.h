@@ -8,7 +8,6 @@
 
 #include "core/data/identity_edit.h"
 #include "core/data/pose.h"
-#include "core/data/succession.h"
 #include "core/identity/options.h"
 #include "core/skeleton/skeleton.h"
 
@@ -17,10 +16,10 @@ namespace kinegraph {
 // Decides and changes `frames` (ascending); returns what was done, in order.
 // The same edits applied to the same frames give the same result (ApplyEdit).
 // What was decided and does not fit is left out, with a line each in `left_out`
-// (ApplyEdits). `successions` are what the tracker saw of who began as whom.
+// (ApplyEdits).
 //
 // Tracks are cut where they may have gone on with the wrong person
-// (contacts.h). The pieces are then put together again as the assignment of
+// (tracklet.h). The pieces are then put together again as the assignment of
 // each piece to the one before it, or to nobody, that has the greatest sum of
 // log likelihood ratios: of bone lengths, of the motion across the gap, of
 // going on as tracked (after Zhang, Li and Nevatia 2008, whose minimum-cost
@@ -31,8 +30,7 @@ namespace kinegraph {
 std::vector<IdentityEdit> LinkIdentities(
     const Skeleton& skeleton, double frame_rate_hz, const LinkOptions& options,
     std::vector<TrackFrame>* frames,
-    std::vector<std::string>* left_out = nullptr,
-    const std::vector<Succession>& successions = {});
+    std::vector<std::string>* left_out = nullptr);
 
 // Throws OptionError for a value out of range or entries that are no spheres.
 void CheckLinkOptions(const LinkOptions& options);

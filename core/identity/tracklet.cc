@@ -1,10 +1,9 @@
 #include "core/identity/tracklet.h"
 
+#include <algorithm>
 #include <map>
 #include <optional>
 #include <utility>
-
-#include "core/skeleton/body_joints.h"
 
 namespace kinegraph {
 namespace {
@@ -39,15 +38,93 @@ Eigen::Vector3d Across(const Pose3d& pose, const Skeleton& skeleton,
                                         : Eigen::Vector3d(sum / count);
 }
 
+// Mean distance of the joints that both have [m].
+std::optional<double> Distance(const Pose3d& a, const Pose3d& b) {
+  double sum = 0.0;
+  int count = 0;
+  for (size_t j = 0; j < a.size(); ++j) {
+    if (!a[j].present() || !b[j].present()) continue;
+    sum += (a[j].position_m - b[j].position_m).norm();
+    ++count;
+  }
+  if (count == 0) return std::nullopt;
+  return sum / count;
+}
+
+constexpr double kStateSeconds = 0.3;
+
+MotionState FitState(const Tracklet& tracklet, size_t begin, size_t end,
+                     TimeNs at) {
+  double mean_s = 0.0;
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+  const auto count = static_cast<double>(end - begin);
+  for (size_t k = begin; k < end; ++k) {
+    mean_s += ToSeconds(tracklet.frames[k].time - at) / count;
+    mean += tracklet.frames[k].centre_m / count;
+  }
+  double spread = 0.0;
+  Eigen::Vector3d moment = Eigen::Vector3d::Zero();
+  Eigen::Vector3d across = Eigen::Vector3d::Zero();
+  for (size_t k = begin; k < end; ++k) {
+    const double time_s = ToSeconds(tracklet.frames[k].time - at) - mean_s;
+    spread += time_s * time_s;
+    moment += time_s * (tracklet.frames[k].centre_m - mean);
+    across += tracklet.frames[k].across_m / count;
+  }
+  // Shrunk towards rest where the frames span too little time to tell a
+  // velocity.
+  constexpr double kUsualSpeed = 0.9;  // m/s
+  const double rest = count * kStateSigma_m * kStateSigma_m /
+                      (12.0 * kUsualSpeed * kUsualSpeed);
+  MotionState state;
+  state.time = at;
+  state.velocity_mps = moment / (spread + rest);
+  state.position_m = mean - mean_s * state.velocity_mps;
+  state.across_m = across;
+  return state;
+}
+
+// Of the frames begin .. end - 1 the last.
+MotionState StateBefore(const Tracklet& tracklet, size_t begin, size_t end) {
+  const TimeNs at = tracklet.frames[end - 1].time;
+  size_t from = end - 1;
+  while (from > begin &&
+         ToSeconds(at - tracklet.frames[from - 1].time) <= kStateSeconds) {
+    --from;
+  }
+  return FitState(tracklet, from, end, at);
+}
+
 }  // namespace
+
+MotionState StateAtBegin(const Tracklet& tracklet) {
+  const size_t begin = tracklet.clean_begin();
+  const TimeNs at = tracklet.frames[begin].time;
+  size_t end = begin + 1;
+  while (end < tracklet.clean_end() &&
+         ToSeconds(tracklet.frames[end].time - at) <= kStateSeconds) {
+    ++end;
+  }
+  return FitState(tracklet, begin, end, at);
+}
+
+MotionState StateAtEnd(const Tracklet& tracklet) {
+  return StateBefore(tracklet, tracklet.clean_begin(), tracklet.clean_end());
+}
+
+MotionState StateUpTo(const Tracklet& tracklet, TimeNs time) {
+  const auto end = std::upper_bound(
+      tracklet.frames.begin() + 1, tracklet.frames.end(), time,
+      [](TimeNs t, const TrackletFrame& frame) { return t < frame.time; });
+  return StateBefore(tracklet, 0,
+                     static_cast<size_t>(end - tracklet.frames.begin()));
+}
 
 std::vector<Tracklet> CollectTracklets(const std::vector<TrackFrame>& frames,
                                        const Skeleton& skeleton) {
   std::vector<int> trunk;
-  std::vector<int> body_joints;
   for (int j = 0; j < skeleton.joint_count(); ++j) {
     const JointClass joint_class = skeleton.joint_class(j);
-    if (IsBodyJoint(joint_class)) body_joints.push_back(j);
     if (joint_class == JointClass::kHip ||
         joint_class == JointClass::kShoulder) {
       trunk.push_back(j);
@@ -67,10 +144,314 @@ std::vector<Tracklet> CollectTracklets(const std::vector<TrackFrame>& frames,
   std::vector<Tracklet> tracklets;
   for (auto& [id, tracklet] : people) {
     tracklet.id = id;
-    tracklet.body_joints = body_joints;
     tracklets.push_back(std::move(tracklet));
   }
   return tracklets;
+}
+
+namespace {
+
+// People pass each other with about half a metre between their centres. A
+// person lost or found within a metre may be the one the other track follows.
+constexpr double kNear = 1.0;          // m
+constexpr double kTouching = 0.4;      // m
+constexpr double kMayExchange = 1.5;   // m
+constexpr double kExchangeTime = 0.4;  // s, in which an exchange shows
+constexpr double kBefore = 0.4;        // s, a track is bad before it is lost
+constexpr double kAfter = 0.2;         // s
+constexpr double kLeast = 1.0;         // s of clean frames that make a piece
+constexpr double kMerge = kLeast;      // contacts nearer than this are one
+// A track that no view sees for this long may be found again on another person.
+constexpr double kBlind = 0.12;       // s
+constexpr double kAroundBlind = 0.1;  // s, bent by what is not seen
+
+struct Interval {
+  TimeNs begin = 0;
+  TimeNs end = 0;
+  bool blind = false;  // no other person is near
+  std::vector<Pieces::Hop> hops;
+};
+
+// Who is there in each frame, and quick access to where.
+class Crowd {
+ public:
+  explicit Crowd(const std::vector<Tracklet>& tracks) : tracks_(tracks) {
+    for (size_t t = 0; t < tracks.size(); ++t) {
+      for (size_t k = 0; k < tracks[t].frames.size(); ++k) {
+        present_[tracks[t].frames[k].frame].push_back({t, k});
+        begin_ = std::min(begin_, tracks[t].first().time);
+        end_ = std::max(end_, tracks[t].last().time);
+      }
+    }
+  }
+
+  struct Place {
+    size_t track;
+    size_t index;
+  };
+  const std::map<int64_t, std::vector<Place>>& present() const {
+    return present_;
+  }
+  TimeNs begin() const { return begin_; }
+  TimeNs end() const { return end_; }
+
+ private:
+  const std::vector<Tracklet>& tracks_;
+  std::map<int64_t, std::vector<Place>> present_;
+  TimeNs begin_ = INT64_MAX;
+  TimeNs end_ = INT64_MIN;
+};
+
+// The index of the last frame not later than `time`; -1 before the first.
+long IndexAt(const Tracklet& track, TimeNs time) {
+  const auto later = std::upper_bound(
+      track.frames.begin(), track.frames.end(), time,
+      [](TimeNs t, const TrackletFrame& frame) { return t < frame.time; });
+  return static_cast<long>(later - track.frames.begin()) - 1;
+}
+
+// Whether the two seem to have changed places within kExchangeTime after these
+// frames: each is nearer to where the other would have gone.
+bool SeemExchanged(const Tracklet& a, size_t ka, const Tracklet& b, size_t kb) {
+  const TimeNs now = a.frames[ka].time;
+  const TimeNs earlier = now - FromSeconds(0.5 * kExchangeTime);
+  const TimeNs later = now + FromSeconds(kExchangeTime);
+  const auto expected = [&](const Tracklet& track, size_t k,
+                            Eigen::Vector3d* to, Eigen::Vector3d* is) {
+    const long before = IndexAt(track, earlier);
+    const long after = IndexAt(track, later);
+    if (before < 0 || static_cast<size_t>(after) == k) return false;
+    const TrackletFrame& from = track.frames[static_cast<size_t>(before)];
+    const TrackletFrame& there = track.frames[static_cast<size_t>(after)];
+    const TrackletFrame& here = track.frames[k];
+    if (here.time - from.time > FromSeconds(kExchangeTime) ||
+        later - there.time > FromSeconds(0.5 * kExchangeTime) ||
+        here.time == from.time) {
+      return false;
+    }
+    const Eigen::Vector3d velocity =
+        (here.centre_m - from.centre_m) / ToSeconds(here.time - from.time);
+    *to = here.centre_m + velocity * ToSeconds(there.time - here.time);
+    *is = there.centre_m;
+    return true;
+  };
+  Eigen::Vector3d a_to, a_is, b_to, b_is;
+  if (!expected(a, ka, &a_to, &a_is) || !expected(b, kb, &b_to, &b_is)) {
+    return false;
+  }
+  return (a_is - b_to).squaredNorm() + (b_is - a_to).squaredNorm() <
+         (a_is - a_to).squaredNorm() + (b_is - b_to).squaredNorm();
+}
+
+using Intervals = std::vector<std::vector<Interval>>;  // [track]
+
+// Contacts of others with a track that begins or ends at `at` in the recording.
+void AddEnd(const Crowd& crowd, const std::vector<Tracklet>& tracks, size_t of,
+            const TrackletFrame& at, Intervals* intervals) {
+  for (const Crowd::Place& place : crowd.present().at(at.frame)) {
+    const Tracklet& other = tracks[place.track];
+    if (place.track == of) continue;
+    if ((other.frames[place.index].centre_m - at.centre_m).norm() >= kNear) {
+      continue;
+    }
+    (*intervals)[place.track].push_back({at.time - FromSeconds(kBefore),
+                                         at.time + FromSeconds(kAfter),
+                                         /*blind=*/false,
+                                         {}});
+  }
+}
+
+void AddEnds(const Crowd& crowd, const std::vector<Tracklet>& tracks,
+             Intervals* intervals) {
+  const TimeNs margin = FromSeconds(kAfter);
+  for (size_t t = 0; t < tracks.size(); ++t) {
+    if (tracks[t].first().time > crowd.begin() + margin) {
+      AddEnd(crowd, tracks, t, tracks[t].first(), intervals);
+    }
+    if (tracks[t].last().time < crowd.end() - margin) {
+      AddEnd(crowd, tracks, t, tracks[t].last(), intervals);
+    }
+  }
+}
+
+void AddMeetings(const Crowd& crowd, const std::vector<Tracklet>& tracks,
+                 Intervals* intervals) {
+  for (const auto& [frame, places] : crowd.present()) {
+    for (size_t i = 0; i < places.size(); ++i) {
+      for (size_t k = i + 1; k < places.size(); ++k) {
+        const Tracklet& a = tracks[places[i].track];
+        const Tracklet& b = tracks[places[k].track];
+        const TrackletFrame& at = a.frames[places[i].index];
+        const double distance_m =
+            (at.centre_m - b.frames[places[k].index].centre_m).norm();
+        if (distance_m >= kMayExchange) continue;
+        Interval interval{at.time, at.time, /*blind=*/false, {}};
+        if (distance_m >= kTouching) {
+          if (!SeemExchanged(a, places[i].index, b, places[k].index)) continue;
+          interval.end += FromSeconds(kExchangeTime);
+        }
+        (*intervals)[places[i].track].push_back(interval);
+        (*intervals)[places[k].track].push_back(interval);
+      }
+    }
+  }
+}
+
+bool IsSeen(const PersonPose& person) {
+  return std::any_of(person.inlier_views.begin(), person.inlier_views.end(),
+                     [](int views) { return views > 0; });
+}
+
+// From the last frame in which a track is seen to the next.
+Pieces::Hop HopOf(const Tracklet& track, size_t from, size_t to) {
+  // A state reads less than a second.
+  const long enough = IndexAt(track, track.frames[to].time + FromSeconds(1.0));
+  Tracklet after;
+  after.frames.assign(track.frames.begin() + static_cast<long>(to),
+                      track.frames.begin() + enough + 1);
+  return {StateUpTo(track, track.frames[from].time), StateAtBegin(after)};
+}
+
+// Adds the intervals in which no view sees a track.
+void AddBlind(const std::vector<Tracklet>& tracks, Intervals* intervals) {
+  for (size_t t = 0; t < tracks.size(); ++t) {
+    const std::vector<TrackletFrame>& frames = tracks[t].frames;
+    size_t seen = 0;
+    for (size_t k = 0; k < frames.size(); ++k) {
+      const PersonPose& pose = *frames[k].pose;
+      // Without counts of views, every pose counts as seen.
+      if (!pose.inlier_views.empty() && !IsSeen(pose)) continue;
+      if (frames[k].time - frames[seen].time >= FromSeconds(kBlind)) {
+        (*intervals)[t].push_back(
+            {frames[seen].time - FromSeconds(kAroundBlind),
+             frames[k].time + FromSeconds(kAroundBlind),
+             /*blind=*/true,
+             {HopOf(tracks[t], seen, k)}});
+      }
+      seen = k;
+    }
+  }
+}
+
+std::vector<Interval> Merged(std::vector<Interval> intervals) {
+  std::sort(intervals.begin(), intervals.end(),
+            [](const Interval& a, const Interval& b) {
+              return std::make_pair(a.begin, a.end) <
+                     std::make_pair(b.begin, b.end);
+            });
+  std::vector<Interval> merged;
+  for (const Interval& interval : intervals) {
+    if (merged.empty() ||
+        interval.begin - merged.back().end > FromSeconds(kMerge)) {
+      merged.push_back(interval);
+    } else {
+      merged.back().end = std::max(merged.back().end, interval.end);
+      merged.back().blind = merged.back().blind && interval.blind;
+      merged.back().hops.insert(merged.back().hops.end(), interval.hops.begin(),
+                                interval.hops.end());
+    }
+  }
+  return merged;
+}
+
+// The first frame of the piece after a contact with frames begin .. end - 1:
+// after the fastest movement, where an exchange shows.
+size_t CutOf(const Tracklet& track, size_t begin, size_t end) {
+  size_t fastest = begin;
+  double most = -1.0;
+  for (size_t k = begin; k < std::max(end, begin + 1); ++k) {
+    const double seconds =
+        ToSeconds(track.frames[k].time - track.frames[k - 1].time);
+    const double speed =
+        (track.frames[k].centre_m - track.frames[k - 1].centre_m).norm() /
+        seconds;
+    if (speed > most) {
+      most = speed;
+      fastest = k;
+    }
+  }
+  return fastest;
+}
+
+void CutTrack(const Tracklet& track, const std::vector<Interval>& contacts,
+              Pieces* pieces) {
+  Tracklet rest = track;
+  const auto add = [&](Tracklet piece, bool goes_on, const Interval& contact) {
+    pieces->tracklets.push_back(std::move(piece));
+    // Of a blind contact alone the pieces' own states tell.
+    pieces->hops.push_back(contact.blind ? std::vector<Pieces::Hop>()
+                                         : contact.hops);
+    pieces->next.push_back(goes_on ? static_cast<int>(pieces->tracklets.size())
+                                   : -1);
+  };
+  for (const Interval& contact : contacts) {
+    const size_t size = rest.frames.size();
+    // Frames up to `begin` and from `end` on are clean.
+    const auto begin =
+        static_cast<size_t>(std::max(0L, IndexAt(rest, contact.begin - 1) + 1));
+    const auto end = static_cast<size_t>(IndexAt(rest, contact.end) + 1);
+    const TimeNs least = FromSeconds(kLeast);
+    const bool starts_with = contact.begin < rest.first().time + least;
+    const bool ends_with = contact.end > rest.last().time - least;
+    if (starts_with && ends_with) continue;
+    if (starts_with) {
+      rest.dirty_begin = std::max(rest.dirty_begin, end);
+      continue;
+    }
+    if (ends_with) {
+      rest.dirty_end = std::max(rest.dirty_end, size - begin);
+      continue;
+    }
+    const size_t cut = CutOf(rest, begin, end);
+    Tracklet before;
+    before.id = rest.id;
+    before.dirty_begin = rest.dirty_begin;
+    before.frames.assign(rest.frames.begin(),
+                         rest.frames.begin() + static_cast<long>(cut));
+    before.dirty_end = cut > begin ? cut - begin : 0;
+    rest.frames.erase(rest.frames.begin(),
+                      rest.frames.begin() + static_cast<long>(cut));
+    rest.dirty_begin = end > cut ? end - cut : 0;
+    add(std::move(before), /*goes_on=*/true, contact);
+  }
+  add(std::move(rest), /*goes_on=*/false, {});
+}
+
+}  // namespace
+
+Pieces CutAtContacts(const std::vector<Tracklet>& tracks) {
+  Pieces pieces;
+  if (tracks.empty()) return pieces;
+  const Crowd crowd(tracks);
+  Intervals intervals(tracks.size());
+  AddEnds(crowd, tracks, &intervals);
+  AddMeetings(crowd, tracks, &intervals);
+  AddBlind(tracks, &intervals);
+  for (size_t t = 0; t < tracks.size(); ++t) {
+    CutTrack(tracks[t], Merged(std::move(intervals[t])), &pieces);
+  }
+  return pieces;
+}
+
+Together Compare(const Tracklet& a, const Tracklet& b) {
+  constexpr double kSamePlace = 0.35;  // m, people are never nearer for long
+  Together together;
+  size_t k = 0;
+  for (const TrackletFrame& frame : a.frames) {
+    while (k < b.frames.size() && b.frames[k].frame < frame.frame) ++k;
+    if (k == b.frames.size()) break;
+    if (b.frames[k].frame != frame.frame) continue;
+    ++together.frames;
+    const std::optional<double> distance_m =
+        Distance(frame.pose->joints, b.frames[k].pose->joints);
+    if (!distance_m.has_value() || *distance_m > kSamePlace) continue;
+    ++together.same_place;
+    together.distance_m += *distance_m;
+  }
+  if (together.same_place > 0) {
+    together.distance_m /= static_cast<double>(together.same_place);
+  }
+  return together;
 }
 
 }  // namespace kinegraph

@@ -8,10 +8,8 @@
 #include <vector>
 
 #include "core/base/time.h"
-#include "core/data/succession.h"
 #include "core/reconstruction/initialisation.h"
 #include "core/tracking/frame_observations.h"
-#include "core/tracking/look_rhythm.h"
 #include "core/tracking/options.h"
 #include "core/tracking/track.h"
 
@@ -58,12 +56,6 @@ class AssociationPolicy {
   virtual bool Counts(const Track&) const { return true; }
   virtual bool MayBegin(const NewPerson&) const { return true; }
   virtual void LearnBeginning(const NewPerson&, TrackId) {}
-
-  // Tracks that go on from what others left, so far.
-  const std::vector<Succession>& successions() const { return successions_; }
-
- protected:
-  std::vector<Succession> successions_;
 };
 
 // That of `rules`; `state` must outlive it.

@@ -23,7 +23,6 @@
 
 #include "core/association/tracklets.h"
 #include "core/tracking/association_policy.h"
-#include "core/tracking/track_ends.h"
 
 namespace kinegraph {
 namespace {
@@ -41,6 +40,24 @@ std::vector<size_t> AgreeingViews(const EstimatorFrame& frame) {
     }
   }
   return views;
+}
+
+// Whether most of the joints that both have seen (kObserved), three or more,
+// are nearer than `within_m`. Where the others are is a prediction's word, and
+// of two views one joint may be triangulated metres off.
+bool SeenAtOnePlace(const Pose3d& a, const Pose3d& b, double within_m) {
+  constexpr int kABody = 3;  // joints that tell where it is and how it stands
+  int seen = 0;
+  int near = 0;
+  for (size_t j = 0; j < a.size() && j < b.size(); ++j) {
+    if (a[j].status != JointStatus::kObserved ||
+        b[j].status != JointStatus::kObserved) {
+      continue;
+    }
+    ++seen;
+    near += (a[j].position_m - b[j].position_m).norm() < within_m;
+  }
+  return seen >= kABody && 2 * near > seen;
 }
 
 class GraphAssociation final : public AssociationPolicy {
@@ -142,22 +159,10 @@ class GraphAssociation final : public AssociationPolicy {
   }
 
   void LearnBeginning(const NewPerson& person, TrackId track) override {
-    Succession succession;
-    succession.to = track;
     for (const Observation* member : person.members) {
-      const auto view_idx = static_cast<size_t>(member->view_idx);
-      const size_t index = IndexOf(*member);
-      const std::optional<TrackId> owner = LostOwner(view_idx, index);
-      if (owner.has_value()) {
-        const TimeNs since = tracklets_[view_idx].OwnedSince(index);
-        succession.from = *owner;
-        succession.since =
-            succession.views == 0 ? since : std::min(succession.since, since);
-        ++succession.views;
-      }
-      tracklets_[view_idx].Claim(index, track);
+      tracklets_[static_cast<size_t>(member->view_idx)].Claim(IndexOf(*member),
+                                                              track);
     }
-    if (succession.views > 0) successions_.push_back(succession);
   }
 
  private:

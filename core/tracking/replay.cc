@@ -8,7 +8,7 @@
 
 #include "core/base/error.h"
 #include "core/base/parallel.h"
-#include "core/system/clock.h"
+#include "core/system/process.h"
 #include "core/tracking/evidence.h"
 #include "core/tracking/frame_observations.h"
 #include "core/tracking/track.h"
@@ -71,18 +71,6 @@ void DecideWritten(const TrackLifeOptions& options, const FrameClock& clock,
   }
 }
 
-const DetectionFrame& FindDetections(const DetectionSequence& detections,
-                                     int64_t frame) {
-  const auto at = std::lower_bound(
-      detections.frames.begin(), detections.frames.end(), frame,
-      [](const DetectionFrame& one, int64_t f) { return one.frame < f; });
-  if (at == detections.frames.end() || at->frame != frame) {
-    throw InputError("frozen matches: frame " + std::to_string(frame) +
-                     " is not among the detections");
-  }
-  return *at;
-}
-
 const Observation& FindObservation(const FrameObservations& observations,
                                    const FrozenDetection& wanted,
                                    int64_t frame) {
@@ -132,41 +120,35 @@ Replay::Replay(SceneModel scene, const DetectionSequence& detections,
   FrameObservations observations(
       scene_.cameras, detections.header.skeleton, scene_.skeleton,
       options_.life.min_found_joints, options_.suppresses_duplicates());
-  // Frame by frame, so that each detection is made ready once.
-  struct Place {
-    int64_t frame;
-    size_t person, index;
-  };
-  std::vector<Place> places;
-  seen_.resize(matches_.people.size());
-  for (size_t p = 0; p < matches_.people.size(); ++p) {
-    const std::vector<FrozenFrame>& frames = matches_.people[p].frames;
-    seen_[p].resize(frames.size());
-    for (size_t k = 0; k < frames.size(); ++k) {
-      places.push_back({frames[k].frame, p, k});
-    }
+  for (const FrozenPerson& person : matches_.people) {
+    seen_.emplace_back(person.frames.size());
   }
-  std::stable_sort(
-      places.begin(), places.end(),
-      [](const Place& a, const Place& b) { return a.frame < b.frame; });
-  const DetectionFrame* prepared = nullptr;
-  for (const Place& place : places) {
-    const FrozenFrame& frozen =
-        matches_.people[place.person].frames[place.index];
-    if (frozen.detections.empty()) continue;
-    if (prepared == nullptr || prepared->frame != frozen.frame) {
-      prepared = &FindDetections(detections, frozen.frame);
-      observations.Prepare(*prepared);
-    }
-    for (const FrozenDetection& detection : frozen.detections) {
-      seen_[place.person][place.index].observations.push_back(
-          FindObservation(observations, detection, frozen.frame));
-    }
-  }
+  std::vector<size_t> next(seen_.size(), 0);  // one a person
   for (const DetectionFrame& frame : detections.frames) {
-    TrackFrame& empty = frames_.emplace_back();
-    empty.frame = frame.frame;
-    empty.time = frame.time;
+    frames_.push_back({frame.frame, frame.time, {}});
+    bool is_prepared = false;
+    for (size_t p = 0; p < seen_.size(); ++p) {
+      const std::vector<FrozenFrame>& frozen = matches_.people[p].frames;
+      size_t& k = next[p];
+      while (k < frozen.size() && frozen[k].detections.empty()) ++k;
+      if (k == frozen.size() || frozen[k].frame != frame.frame) continue;
+      if (!is_prepared) observations.Prepare(frame);
+      is_prepared = true;
+      for (const FrozenDetection& detection : frozen[k].detections) {
+        seen_[p][k].push_back(
+            FindObservation(observations, detection, frame.frame));
+      }
+      ++k;
+    }
+  }
+  for (size_t p = 0; p < seen_.size(); ++p) {
+    const std::vector<FrozenFrame>& frozen = matches_.people[p].frames;
+    size_t k = next[p];
+    while (k < frozen.size() && frozen[k].detections.empty()) ++k;
+    if (k == frozen.size()) continue;
+    throw InputError("frozen matches: frame " +
+                     std::to_string(frozen[k].frame) +
+                     " is not among the detections");
   }
 }
 
@@ -183,7 +165,7 @@ ReplayedPerson Replay::PreparePerson(size_t person_idx,
   for (size_t k = 0; k < frozen.frames.size(); ++k) {
     const FrozenFrame& frame = frozen.frames[k];
     views.clear();
-    for (const Observation& seen : seen_[person_idx][k].observations) {
+    for (const Observation& seen : seen_[person_idx][k]) {
       if (seen.view_idx != without_view) views.push_back({&seen, 0.0});
     }
     EstimatorFrame work;

@@ -111,10 +111,6 @@ class Replay {
   const std::vector<TrackFrame>& empty_frames() const { return frames_; }
 
  private:
-  struct SeenFrame {
-    std::vector<Observation> observations;  // as FrozenFrame::detections
-  };
-
   ReplayedPerson PreparePerson(size_t person_idx, int without_view) const;
 
   SceneModel scene_;
@@ -122,8 +118,9 @@ class Replay {
   TrackerOptions options_;
   EstimatorFactory make_feedback_;
   EpipolarGeometry epipolar_;
-  std::vector<std::vector<SeenFrame>> seen_;  // [person][frame]
-  std::vector<TrackFrame> frames_;            // numbers and times
+  // [person][frame], as FrozenFrame::detections.
+  std::vector<std::vector<std::vector<Observation>>> seen_;
+  std::vector<TrackFrame> frames_;  // numbers and times
 };
 
 // Runs an estimator over one person.

@@ -3,12 +3,112 @@
 #include <glog/logging.h>
 
 #include <algorithm>
+#include <cmath>
 #include <mutex>
+#include <optional>
 #include <utility>
 
 #include "core/base/parallel.h"
 
 namespace kinegraph {
+namespace {
+
+constexpr double kVelocitySeconds = 0.2;  // over which an end's is taken
+constexpr double kFades = 0.5;            // s
+constexpr double kNewShare = 0.3;         // of a velocity that was just seen
+
+struct Place {
+  int64_t index;  // of the frame
+  int64_t frame;
+  TimeNs time;
+  Eigen::Vector3d centre_m;
+};
+
+// Mean movement of the joints that both poses have.
+std::optional<Eigen::Vector3d> Shift(const Pose3d& from, const Pose3d& to) {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  int count = 0;
+  for (size_t j = 0; j < from.size(); ++j) {
+    if (!from[j].present() || !to[j].present()) continue;
+    sum += to[j].position_m - from[j].position_m;
+    ++count;
+  }
+  if (count == 0) return std::nullopt;
+  return Eigen::Vector3d(sum / count);
+}
+
+// From the place at `end` towards the inside of places [begin, stop).
+Eigen::Vector3d VelocityAt(const std::vector<Place>& places, size_t end,
+                           size_t begin, size_t stop) {
+  size_t inside = end;
+  const auto step = [&](size_t k) { return end == begin ? k + 1 : k - 1; };
+  while (inside != (end == begin ? stop - 1 : begin) &&
+         std::abs(ToSeconds(places[step(inside)].time - places[end].time)) <=
+             kVelocitySeconds) {
+    inside = step(inside);
+  }
+  const double seconds = ToSeconds(places[inside].time - places[end].time);
+  if (seconds == 0.0) return Eigen::Vector3d::Zero();
+  return (places[inside].centre_m - places[end].centre_m) / seconds;
+}
+
+std::vector<TrackRun> RunsOf(const std::vector<Place>& places) {
+  std::vector<TrackRun> runs;
+  for (size_t begin = 0, stop = 0; begin < places.size(); begin = stop) {
+    stop = begin + 1;
+    while (stop < places.size() &&
+           places[stop].index == places[stop - 1].index + 1) {
+      ++stop;
+    }
+    runs.push_back({places[begin].frame, places[stop - 1].frame,
+                    VelocityAt(places, begin, begin, stop),
+                    VelocityAt(places, stop - 1, begin, stop)});
+  }
+  return runs;
+}
+
+}  // namespace
+
+std::map<TrackId, std::vector<TrackRun>> FindRuns(
+    const std::vector<TrackFrame>& frames) {
+  std::map<TrackId, std::vector<Place>> places;
+  for (size_t f = 0; f < frames.size(); ++f) {
+    for (const PersonPose& person : frames[f].people) {
+      const auto centre = MeanPosition(person.joints);
+      if (!centre.has_value()) continue;
+      places[person.id].push_back(
+          {static_cast<int64_t>(f), frames[f].frame, frames[f].time, *centre});
+    }
+  }
+  std::map<TrackId, std::vector<TrackRun>> runs;
+  for (const auto& [id, of_person] : places) runs[id] = RunsOf(of_person);
+  return runs;
+}
+
+EndFollower::EndFollower(Pose3d pose, TimeNs time, Eigen::Vector3d velocity_mps)
+    : pose_(std::move(pose)),
+      time_(time),
+      velocity_mps_(std::move(velocity_mps)) {}
+
+Pose3d EndFollower::At(TimeNs time) const {
+  const double seconds = ToSeconds(time - time_);
+  const double moved_s =
+      std::copysign(kFades * -std::expm1(-std::abs(seconds) / kFades), seconds);
+  Pose3d pose = pose_;
+  for (Joint3d& joint : pose) joint.position_m += moved_s * velocity_mps_;
+  return pose;
+}
+
+void EndFollower::Agree(const Pose3d& pose, TimeNs time) {
+  const double seconds = ToSeconds(time - time_);
+  const std::optional<Eigen::Vector3d> shift = Shift(pose_, pose);
+  if (seconds != 0.0 && shift.has_value()) {
+    velocity_mps_ += kNewShare * (*shift / seconds - velocity_mps_);
+  }
+  pose_ = pose;
+  time_ = time;
+}
+
 namespace {
 
 // How far back somebody is followed who appears.
@@ -28,6 +128,24 @@ bool IsSure(const PersonPose& person) {
     ++count;
   }
   return count > 0 && sum_m2 < count * kSureSigma * kSureSigma;
+}
+
+// Whether somebody of `people` stands where `pose` is: joints within 0.3 m on
+// average, which is nearer than two people ever are for long.
+bool IsTaken(const Pose3d& pose, const std::vector<PersonPose>& people) {
+  constexpr double kSamePlace = 0.3;  // m
+  return std::any_of(
+      people.begin(), people.end(), [&](const PersonPose& person) {
+        double sum_m = 0.0;
+        int count = 0;
+        for (size_t j = 0; j < pose.size() && j < person.joints.size(); ++j) {
+          const Joint3d& other = person.joints[j];
+          if (!pose[j].present() || !other.present()) continue;
+          sum_m += (pose[j].position_m - other.position_m).norm();
+          ++count;
+        }
+        return count > 0 && sum_m / count < kSamePlace;
+      });
 }
 
 }  // namespace
@@ -81,7 +199,7 @@ void SecondPass::Process(const DetectionFrame& frame, TrackFrame first_pass) {
   }
   for (size_t t = 0; t < targets_.size(); ++t) {
     const PersonPose& person = people[t];
-    const TrackRun* run = RunThatBegins(person.id, frame.frame);
+    const TrackRun* run = FindRun(person.id, &TrackRun::first, frame.frame);
     if (run != nullptr) ExtendBack(person, frame.time, *run);
     used_views_.clear();
     for (size_t v = 0; v < matches_.size(); ++v) {
@@ -99,7 +217,7 @@ void SecondPass::Process(const DetectionFrame& frame, TrackFrame first_pass) {
   now.detections = frame;
   ExtendOn(&now);
   for (const PersonPose& person : people) {
-    const TrackRun* run = RunThatEnds(person.id, frame.frame);
+    const TrackRun* run = FindRun(person.id, &TrackRun::last, frame.frame);
     if (run == nullptr) continue;
     followers_.emplace(person.id, EndFollower(person.joints, frame.time,
                                               run->last_velocity_mps));
@@ -124,20 +242,12 @@ void SecondPass::AddFrame(int64_t frame, TimeNs time, TrackId id,
   estimator->Add(work_);
 }
 
-const TrackRun* SecondPass::RunThatBegins(TrackId id, int64_t frame) const {
+const TrackRun* SecondPass::FindRun(TrackId id, int64_t TrackRun::*end,
+                                    int64_t frame) const {
   const auto runs = runs_.find(id);
   if (runs == runs_.end()) return nullptr;
   for (const TrackRun& run : runs->second) {
-    if (run.first == frame) return &run;
-  }
-  return nullptr;
-}
-
-const TrackRun* SecondPass::RunThatEnds(TrackId id, int64_t frame) const {
-  const auto runs = runs_.find(id);
-  if (runs == runs_.end()) return nullptr;
-  for (const TrackRun& run : runs->second) {
-    if (run.last == frame) return &run;
+    if (run.*end == frame) return &run;
   }
   return nullptr;
 }

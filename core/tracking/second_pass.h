@@ -3,6 +3,8 @@
 #ifndef KINEGRAPH_CORE_TRACKING_SECOND_PASS_H_
 #define KINEGRAPH_CORE_TRACKING_SECOND_PASS_H_
 
+#include <Eigen/Core>
+#include <cstdint>
 #include <deque>
 #include <map>
 #include <memory>
@@ -10,6 +12,7 @@
 #include <vector>
 
 #include "core/association/affinity.h"
+#include "core/base/time.h"
 #include "core/data/detection.h"
 #include "core/data/pose.h"
 #include "core/geometry/epipolar.h"
@@ -18,9 +21,39 @@
 #include "core/tracking/frame_observations.h"
 #include "core/tracking/options.h"
 #include "core/tracking/packed_queue.h"
-#include "core/tracking/track_ends.h"
 
 namespace kinegraph {
+
+// Frames that follow each other, in all of which a person is there; how they
+// move at both ends.
+struct TrackRun {
+  int64_t first = 0;
+  int64_t last = 0;
+  Eigen::Vector3d first_velocity_mps = Eigen::Vector3d::Zero();
+  Eigen::Vector3d last_velocity_mps = Eigen::Vector3d::Zero();
+};
+
+// Of each person, ascending. `frames` ascend.
+std::map<TrackId, std::vector<TrackRun>> FindRuns(
+    const std::vector<TrackFrame>& frames);
+
+// Somebody who is followed beyond an end, forward or backward in time.
+class EndFollower {
+ public:
+  EndFollower(Pose3d pose, TimeNs time, Eigen::Vector3d velocity_mps);
+
+  // The whole body moved on; the velocity fades within half a second.
+  Pose3d At(TimeNs time) const;
+  // Views agreed on this pose.
+  void Agree(const Pose3d& pose, TimeNs time);
+  // When they last did, or the end of the track.
+  TimeNs agreed() const { return time_; }
+
+ private:
+  Pose3d pose_;
+  TimeNs time_;
+  Eigen::Vector3d velocity_mps_;
+};
 
 // The first pass associates with what it knows of the past; the smoothed tracks
 // know the frame itself and what follows. Each frame's detections are matched
@@ -72,8 +105,9 @@ class SecondPass {
 
   // Gives used_views_ to the estimator of a person.
   void AddFrame(int64_t frame, TimeNs time, TrackId id, const Pose3d& start);
-  const TrackRun* RunThatBegins(TrackId id, int64_t frame) const;
-  const TrackRun* RunThatEnds(TrackId id, int64_t frame) const;
+  // The one of the person that begins or ends, as `end` says, in the frame.
+  const TrackRun* FindRun(TrackId id, int64_t TrackRun::*end,
+                          int64_t frame) const;
   // Looks for somebody among what nobody took, fills used_views_ with their
   // places; evidence_ then knows on what they agree.
   Seen Look(const Pose3d& expected, const Recent& recent,

@@ -9,11 +9,44 @@
 #include "core/association/affinity.h"
 #include "core/base/ids.h"
 #include "core/base/time.h"
+#include "core/data/detection.h"
 #include "core/data/observation.h"
 #include "core/tracking/estimator.h"
 #include "core/tracking/options.h"
 
 namespace kinegraph {
+
+bool ShowsSomebody(const DetectionFrame& frame);
+
+// A detector may run in every third frame of a video, or a file of 120 Hz may
+// hold what was detected at 30: frames in between show nobody in any view, and
+// nobody is missed there. The times between frames that show somebody tell such
+// frames from those in which everybody has gone.
+class LookRhythm {
+ public:
+  explicit LookRhythm(const FrameClock& clock) : clock_(clock) {}
+
+  // The next frame. Whether somebody would have been seen in it: a view shows
+  // somebody, or none has for longer than the detector has lately paused.
+  bool IsLook(const DetectionFrame& frame);
+
+  // Usual time from one frame that shows somebody to the next [frames], 1 or
+  // more: the third quartile of the last ones.
+  double usual_frames() const { return usual_frames_; }
+  // How many frames the newest one that shows somebody stands for: those since
+  // the one before, but no more than usual.
+  double newest_frames() const { return newest_frames_; }
+
+ private:
+  void Note(double frames);
+
+  FrameClock clock_;
+  bool begun_ = false;
+  TimeNs last_ = 0;            // frame that showed somebody
+  std::deque<double> pauses_;  // [frames], the newest last
+  double usual_frames_ = 1.0;
+  double newest_frames_ = 1.0;
+};
 
 // The newest 2D poses of each view, in the order in which views first joined
 // the track. A view keeps its place when it is matched again or back after a
@@ -42,7 +75,7 @@ enum class TrackState { kTentative, kConfirmed, kDeleted };
 // Track life, after the authors' code (the paper is silent): confirmed at a
 // number of hits; a tentative track without a match is deleted at once, any
 // track when its last update is too old. Misses do not reset hits. Where a
-// detector does not look in every frame (look_rhythm.h), a hit counts as the
+// detector does not look in every frame (LookRhythm), a hit counts as the
 // frames that it stands for, and two are enough.
 class TrackLife {
  public:
@@ -65,7 +98,6 @@ class TrackLife {
   void End() { state_ = TrackState::kDeleted; }
 
   TrackState state() const { return state_; }
-  int64_t hits() const { return hits_; }
   TimeNs last_update() const { return last_update_; }
 
  private:

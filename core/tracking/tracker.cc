@@ -9,8 +9,7 @@
 
 #include "core/base/error.h"
 #include "core/base/parallel.h"
-#include "core/system/clock.h"
-#include "core/tracking/track_ends.h"
+#include "core/system/process.h"
 
 namespace kinegraph {
 
@@ -123,7 +122,10 @@ void Tracker::Process(const DetectionFrame& frame,
   last_time_ = frame.time;
   const bool is_look = !goes_by_looks_ || rhythm_.IsLook(frame);
   ForgetStale(frame.time);
-  Prepare(frame);
+  {
+    const StageTimer timer(stage_times_, &StageTimes::preparation_ns);
+    observations_.Prepare(frame);
+  }
   Associate(frame);
   Reconstruct(frame);
   FindNewPeople(frame);
@@ -168,11 +170,6 @@ void Tracker::StartAnew() {
   rhythm_ = LookRhythm(clock_);
 }
 
-void Tracker::Prepare(const DetectionFrame& frame) {
-  const StageTimer timer(stage_times_, &StageTimes::preparation_ns);
-  observations_.Prepare(frame);
-}
-
 void Tracker::SetTargets(const DetectionFrame& frame) {
   targets_.clear();
   for (const auto& track : tracks_) {
@@ -210,12 +207,6 @@ void Tracker::SetLastSeen(const DetectionFrame& frame, int view_idx) {
   }
 }
 
-// The track's expected pose with the view that was matched just now.
-void Tracker::UpdateExpected(Track* track, TimeNs time) {
-  evidence_.Look(evidence_.YoungViews(track->memory, time), track->expected);
-  track->expected = evidence_.reconstruction().pose;
-}
-
 void Tracker::Associate(const DetectionFrame& frame) {
   const StageTimer timer(stage_times_, &StageTimes::association_ns);
   SetTargets(frame);
@@ -251,7 +242,9 @@ void Tracker::Assign(size_t view_idx, size_t observation_idx, size_t target,
   track.memory.Store(observations_.OfView(view_idx)[observation_idx], time);
   matches_[view_idx][target] = static_cast<int>(observation_idx);
   if (!cross_view_ || !options_.reconstruction.incremental) return;
-  UpdateExpected(&track, time);
+  // Expected is the pose with the view that was matched just now.
+  evidence_.Look(evidence_.YoungViews(track.memory, time), track.expected);
+  track.expected = evidence_.reconstruction().pose;
   targets_[target].expected_age_frames = 0.0;
 }
 

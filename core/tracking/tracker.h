@@ -16,14 +16,12 @@
 #include "core/base/ids.h"
 #include "core/data/detection.h"
 #include "core/data/pose.h"
-#include "core/data/succession.h"
 #include "core/reconstruction/initialisation.h"
 #include "core/reconstruction/reconstruction.h"
 #include "core/tracking/association_policy.h"
 #include "core/tracking/estimator.h"
 #include "core/tracking/evidence.h"
 #include "core/tracking/frame_observations.h"
-#include "core/tracking/look_rhythm.h"
 #include "core/tracking/options.h"
 #include "core/tracking/track.h"
 
@@ -87,10 +85,6 @@ class Tracker {
   // People known now, tentative ones included.
   size_t track_count() const { return tracks_.size(); }
   int64_t people_so_far() const { return next_id_; }
-  // Who began with whose detections, so far; graph mode.
-  const std::vector<Succession>& successions() const {
-    return policy_->successions();
-  }
   // Null (the default) to measure nothing.
   void set_stage_times(StageTimes* times) { stage_times_ = times; }
   // Threads for the estimators; results do not depend on it.
@@ -99,11 +93,9 @@ class Tracker {
  private:
   void CheckFrame(const DetectionFrame& frame) const;
   void ForgetStale(TimeNs time);
-  void Prepare(const DetectionFrame& frame);
   void Associate(const DetectionFrame& frame);
   void SetTargets(const DetectionFrame& frame);
   void SetLastSeen(const DetectionFrame& frame, int view_idx);
-  void UpdateExpected(Track* track, TimeNs time);
   void MatchView(size_t view_idx, TimeNs time);
   void Assign(size_t view_idx, size_t observation_idx, size_t target,
               TimeNs time);

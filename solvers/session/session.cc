@@ -139,9 +139,6 @@ class Session::Impl {
   const RunSummary& summary() const { return summary_; }
   const std::vector<IdentityEdit>& identity_edits() const { return edits_; }
   const std::vector<std::string>& left_out() const { return left_out_; }
-  const std::vector<Succession>& successions() const {
-    return tracker_->successions();
-  }
   const RecordingNotes* notes() const { return notes_.get(); }
   const SubjectScale& scale() const { return scale_; }
 
@@ -227,8 +224,7 @@ class Session::Impl {
   void DecideIdentities() {
     if (options_.identity.link) {
       edits_ = LinkIdentities(scene_.model.skeleton, scene_.model.frame_rate_hz,
-                              options_.identity, &first_pass_, &left_out_,
-                              tracker_->successions());
+                              options_.identity, &first_pass_, &left_out_);
     }
     const size_t automatic = edits_.size();
     for (IdentityEdit edit : request_.corrections) {
@@ -431,10 +427,6 @@ const SubjectScale& Session::scale() const { return impl_->scale(); }
 
 const std::vector<IdentityEdit>& Session::identity_edits() const {
   return impl_->identity_edits();
-}
-
-const std::vector<Succession>& Session::successions() const {
-  return impl_->successions();
 }
 
 const std::vector<std::string>& Session::linking_left_out() const {

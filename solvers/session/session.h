@@ -33,7 +33,6 @@
 namespace kinegraph {
 
 struct StageTimes;  // core/tracking/tracker.h
-struct Succession;  // core/data/succession.h
 
 // Opens the detections of a run from their beginning, once for each pass.
 using SourceOpener = std::function<std::unique_ptr<DetectionSource>()>;
@@ -118,8 +117,6 @@ class Session {
   const std::vector<IdentityEdit>& identity_edits() const;
   // Lines for what linking decided and could not do; none in a sound recording.
   const std::vector<std::string>& linking_left_out() const;
-  // Who began with whose detections, so far: what linking is told.
-  const std::vector<Succession>& successions() const;
 
  private:
   class Impl;

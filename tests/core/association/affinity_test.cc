@@ -12,157 +12,96 @@ namespace {
 
 std::vector<int> AllJoints() { return Coco17().association_joints(); }
 
-// A projected pose with every joint at the origin of the image.
-ProjectedPose AtOrigin(int joints = 17) {
-  ProjectedPose projected;
-  projected.px.assign(joints, Eigen::Vector2d::Zero());
-  projected.valid.assign(joints, 1);
-  return projected;
-}
-
-// An observation whose joint j lies distances[j] px to the right of it.
-Observation AtDistances(const std::vector<double>& distances_px) {
-  Observation observation;
-  for (const double d : distances_px) {
-    Keypoint joint;
-    joint.px = {d, 0.0};
-    joint.confidence = 1.0;
-    joint.found = true;
-    observation.joints.push_back(joint);
-  }
-  return observation;
-}
-
-AssociationOptions Options() {
+AssociationOptions Options(AffinityKind kind = AffinityKind::kPart) {
   AssociationOptions options;
+  options.affinity = kind;
   options.alpha_2d_px_per_frame = 70.0;
   options.lambda_a_per_frame = 3.0;
   options.epsilon_joints = 11.0;
   return options;
 }
 
-TEST(AffinityTest, MeanOverPositiveJointsByHand) {
-  // Eleven joints at 35 px (g = 0.5), six far away.
-  std::vector<double> distances(17, 35.0);
-  for (int j = 11; j < 17; ++j) distances[j] = 500.0;
-  EXPECT_DOUBLE_EQ(
-      Affinity(AtDistances(distances), AtOrigin(), 1.0, AllJoints(), Options()),
-      0.5 * std::exp(-3.0));
-}
+// Eq. 1 of a projected pose with every joint at the origin of the image, and an
+// observation whose first joints lie `near_px` to the right of it, the others
+// `far_px`; `found` of all.
+struct Pair {
+  int near;
+  double near_px, far_px;
+  int found;
+  double age_frames;
+  AffinityKind kind;
+  double expected;
+};
 
-TEST(AffinityTest, FewerThanEpsilonIsNoMatch) {
-  std::vector<double> distances(17, 35.0);
-  for (int j = 10; j < 17; ++j) distances[j] = 500.0;
-  EXPECT_EQ(
-      Affinity(AtDistances(distances), AtOrigin(), 1.0, AllJoints(), Options()),
-      0.0);
-}
-
-TEST(AffinityTest, ADistanceOfExactlyAlphaIsNotPositive) {
-  std::vector<double> distances(17, 0.0);
-  for (int j = 10; j < 17; ++j) distances[j] = 70.0;
-  EXPECT_EQ(
-      Affinity(AtDistances(distances), AtOrigin(), 1.0, AllJoints(), Options()),
-      0.0);
-}
-
-TEST(AffinityTest, TheGateGrowsWithTheAgeAndLambdaOnlyScales) {
-  const std::vector<double> distances(17, 105.0);
-  const Observation observation = AtDistances(distances);
-  EXPECT_EQ(Affinity(observation, AtOrigin(), 1.0, AllJoints(), Options()),
-            0.0);
-  // 105 px of 2 * 70 px leave a quarter.
-  EXPECT_DOUBLE_EQ(
-      Affinity(observation, AtOrigin(), 2.0, AllJoints(), Options()),
-      0.25 * std::exp(-6.0));
-  AssociationOptions mild = Options();
-  mild.lambda_a_per_frame = 0.0;
-  EXPECT_DOUBLE_EQ(Affinity(observation, AtOrigin(), 2.0, AllJoints(), mild),
-                   0.25);
-}
-
-TEST(AffinityTest, MissingJointsTakeNoPart) {
-  // Nine joints are common: ceil(11 / 17 * 9) = 6 must be positive.
-  std::vector<double> distances(17, 35.0);
-  for (int j = 6; j < 17; ++j) distances[j] = 500.0;
-  Observation observation = AtDistances(distances);
-  for (int j = 9; j < 17; ++j) observation.joints[j].found = false;
-  EXPECT_DOUBLE_EQ(
-      Affinity(observation, AtOrigin(), 1.0, AllJoints(), Options()),
-      0.5 * std::exp(-3.0));
-  observation.joints[5].px.x() = 500.0;  // five positive of nine
-  EXPECT_EQ(Affinity(observation, AtOrigin(), 1.0, AllJoints(), Options()),
-            0.0);
-}
-
-TEST(AffinityTest, TooFewCommonJointsAreNoMatch) {
-  Observation observation = AtDistances(std::vector<double>(17, 0.0));
-  for (int j = 5; j < 17; ++j) observation.joints[j].found = false;
-  EXPECT_EQ(Affinity(observation, AtOrigin(), 1.0, AllJoints(), Options()),
-            0.0);
-}
-
-TEST(AffinityTest, BodyAwareIsTheMeanOverAllJoints) {
-  AssociationOptions options = Options();
-  options.affinity = AffinityKind::kBody;
-  std::vector<double> distances(17, 0.0);
-  distances[0] = 70.0 * 18.0;  // g = -17: the mean is (16 - 17) / 17
-  EXPECT_NEAR(
-      Affinity(AtDistances(distances), AtOrigin(), 1.0, AllJoints(), options),
-      -1.0 / 17.0 * std::exp(-3.0), 1e-16);
+TEST(AffinityTest, IsWorkedOutByHand) {
+  constexpr AffinityKind kPart = AffinityKind::kPart;
+  const double e3 = std::exp(-3.0);
+  for (const Pair& pair :
+       {// The mean over the positive joints, eleven or more.
+        Pair{11, 35.0, 500.0, 17, 1.0, kPart, 0.5 * e3},
+        {10, 35.0, 500.0, 17, 1.0, kPart, 0.0},
+        // A distance of exactly alpha is not positive.
+        {10, 0.0, 70.0, 17, 1.0, kPart, 0.0},
+        // The gate grows with the age: 105 px of 2 * 70 px leave a quarter.
+        {17, 105.0, 0.0, 17, 1.0, kPart, 0.0},
+        {17, 105.0, 0.0, 17, 2.0, kPart, 0.25 * std::exp(-6.0)},
+        // Of nine common joints ceil(11 / 17 * 9) = 6 must be positive.
+        {6, 35.0, 500.0, 9, 1.0, kPart, 0.5 * e3},
+        {5, 35.0, 500.0, 9, 1.0, kPart, 0.0},
+        // Fewer than six common joints are no match.
+        {17, 0.0, 0.0, 5, 1.0, kPart, 0.0},
+        // Over all joints: (16 - 17) / 17 with one at g = -17.
+        {1, 1260.0, 0.0, 17, 1.0, AffinityKind::kBody, -e3 / 17.0}}) {
+    Observation observation;
+    for (int j = 0; j < 17; ++j) {
+      observation.joints.push_back(
+          {{j < pair.near ? pair.near_px : pair.far_px, 0.0},
+           1.0,
+           j < pair.found});
+    }
+    const ProjectedPose origin = {
+        std::vector<Eigen::Vector2d>(17, Eigen::Vector2d::Zero()),
+        std::vector<char>(17, 1)};
+    EXPECT_NEAR(
+        Affinity(observation, origin, pair.age_frames, 70.0 * pair.age_frames,
+                 AllJoints(), Options(pair.kind)),
+        pair.expected, 1e-16)
+        << pair.near << " joints at " << pair.near_px << " px";
+  }
 }
 
 class ViewMatcherTest : public ::testing::Test {
  protected:
+  std::vector<int> Match(const std::vector<AssociationTarget>& targets,
+                         const std::vector<Pose3d>& seen) {
+    std::vector<Observation> observations;
+    for (const Pose3d& pose : seen) {
+      observations.push_back(testing::Observe(pose, cameras_, 0));
+    }
+    std::vector<int> match;
+    matcher_.Match(targets, observations, cameras_[0], &match);
+    return match;
+  }
+
   CameraRig cameras_ = testing::RingOfCameras(1, 6.0);
   ViewMatcher matcher_{Options(), AllJoints()};
+  const Pose3d left_ = testing::StandingPerson(-1.0, 1.0);
+  const Pose3d right_ = testing::StandingPerson(1.0, -1.0);
 };
 
 TEST_F(ViewMatcherTest, GivesEachPersonTheirDetection) {
-  const Pose3d left = testing::StandingPerson(-1.0, 1.0);
-  const Pose3d right = testing::StandingPerson(1.0, -1.0);
-  const std::vector<Observation> seen = {
-      testing::Observe(right, cameras_, 0, 0),
-      testing::Observe(left, cameras_, 0, 1)};
-  std::vector<int> match;
-  matcher_.Match({{&left, 1.0}, {&right, 1.0}}, seen, cameras_[0], &match);
-  EXPECT_EQ(match, (std::vector<int>{1, 0}));
-}
-
-TEST_F(ViewMatcherTest, AFaintAffinityIsStillAMatch) {
+  EXPECT_EQ(Match({{&left_, 1.0}, {&right_, 1.0}}, {right_, left_}),
+            (std::vector<int>{1, 0}));
+  // A fresh track goes before a stale one.
+  EXPECT_EQ(Match({{&left_, 4.0}, {&left_, 1.0}}, {left_}),
+            (std::vector<int>{-1, 0}));
   // Ten missed frames: the factor is e^-30 = 1e-13, and it must count.
-  const Pose3d pose = testing::StandingPerson(0.0, 0.0);
-  const std::vector<Observation> seen = {testing::Observe(pose, cameras_, 0)};
-  std::vector<int> match;
-  matcher_.Match({{&pose, 10.0}}, seen, cameras_[0], &match);
+  EXPECT_EQ(Match({{&left_, 10.0}}, {left_}), (std::vector<int>{0}));
   EXPECT_LT(matcher_.affinities()[0], 1e-12);
-  EXPECT_EQ(match, (std::vector<int>{0}));
-}
-
-TEST_F(ViewMatcherTest, AFreshTrackGoesBeforeAStaleOne) {
-  const Pose3d pose = testing::StandingPerson(0.0, 0.0);
-  const std::vector<Observation> seen = {testing::Observe(pose, cameras_, 0)};
-  std::vector<int> match;
-  matcher_.Match({{&pose, 4.0}, {&pose, 1.0}}, seen, cameras_[0], &match);
-  EXPECT_EQ(match, (std::vector<int>{-1, 0}));
-}
-
-TEST_F(ViewMatcherTest, NobodyAndNothing) {
-  const Pose3d pose = testing::StandingPerson(0.0, 0.0);
-  std::vector<int> match;
-  matcher_.Match({}, {}, cameras_[0], &match);
-  EXPECT_TRUE(match.empty());
-  matcher_.Match({{&pose, 1.0}}, {}, cameras_[0], &match);
-  EXPECT_EQ(match, (std::vector<int>{-1}));
-}
-
-TEST_F(ViewMatcherTest, APersonBehindTheCameraMatchesNothing) {
-  const Pose3d pose = testing::StandingPerson(0.0, 0.0);
-  const Pose3d behind = testing::StandingPerson(40.0, 0.0);
-  const std::vector<Observation> seen = {testing::Observe(pose, cameras_, 0)};
-  std::vector<int> match;
-  matcher_.Match({{&behind, 1.0}}, seen, cameras_[0], &match);
-  EXPECT_EQ(match, (std::vector<int>{-1}));
+  const Pose3d behind = testing::StandingPerson(40.0, 0.0);  // the camera
+  EXPECT_EQ(Match({{&behind, 1.0}}, {left_}), (std::vector<int>{-1}));
+  EXPECT_EQ(Match({{&left_, 1.0}}, {}), (std::vector<int>{-1}));
+  EXPECT_TRUE(Match({}, {}).empty());
 }
 
 // A camera at the origin that looks along z with a focal length of 1000 px.
@@ -172,32 +111,122 @@ Camera FrontalCamera() {
   return Camera(parameters);
 }
 
-TEST(GateTest, ThePapersGateGrowsWithEveryFrame) {
-  const Pose3d pose(17, {{0.0, 0.0, 5.0}, JointStatus::kObserved});
-  AssociationOptions options;
-  EXPECT_EQ(GatePx(pose, 1.0, FrontalCamera(), options), 70.0);
-  EXPECT_EQ(GatePx(pose, 10.0, FrontalCamera(), options), 700.0);
-  EXPECT_EQ(GatePx(pose, 0.1, FrontalCamera(), options), 7.0);
-}
-
-// Half a millisecond after the last frame a detector errs no less.
-TEST(GateTest, FramesOffTheBeatDoNotNarrowIt) {
-  const Pose3d pose(17, {{0.0, 0.0, 5.0}, JointStatus::kObserved});
-  AssociationOptions options;
-  options.reach_m_per_frame = 0.125;
-  EXPECT_EQ(GatePx(pose, 0.1, FrontalCamera(), options), 70.0);
-}
-
-TEST(GateTest, ALostPersonIsLookedForWhereTheyMayHaveGone) {
-  const Pose3d pose(17, {{0.0, 0.0, 5.0}, JointStatus::kObserved});
-  AssociationOptions options;
-  options.reach_m_per_frame = 0.125;
+TEST(GateTest, GrowsWithEveryFrameOrAsFarAsPeopleGo) {
+  const auto gate_px = [](double reach_m, double age_frames, double depth_m) {
+    const Pose3d pose(17, {{0.0, 0.0, depth_m}, JointStatus::kObserved});
+    AssociationOptions options = Options();
+    options.reach_m_per_frame = reach_m;
+    return GatePx(pose, age_frames, FrontalCamera(), options);
+  };
+  EXPECT_EQ(gate_px(0.0, 1.0, 5.0), 70.0);  // the paper's
+  EXPECT_EQ(gate_px(0.0, 10.0, 5.0), 700.0);
+  EXPECT_EQ(gate_px(0.0, 0.1, 5.0), 7.0);
   // As the paper's in the next frame, then 0.125 m, 25 px at 5 m, a frame.
-  EXPECT_EQ(GatePx(pose, 1.0, FrontalCamera(), options), 70.0);
-  EXPECT_EQ(GatePx(pose, 9.0, FrontalCamera(), options), 270.0);
+  EXPECT_EQ(gate_px(0.125, 1.0, 5.0), 70.0);
+  EXPECT_EQ(gate_px(0.125, 9.0, 5.0), 270.0);
   // Never more than the paper's: 1 m away, 125 px a frame.
-  const Pose3d near(17, {{0.0, 0.0, 1.0}, JointStatus::kObserved});
-  EXPECT_EQ(GatePx(near, 9.0, FrontalCamera(), options), 630.0);
+  EXPECT_EQ(gate_px(0.125, 9.0, 1.0), 630.0);
+  // Soon after the last frame a detector errs no less.
+  EXPECT_EQ(gate_px(0.125, 0.1, 5.0), 70.0);
+}
+
+// The affinity of Chen et al. (2020).
+class CrossViewAffinityTest : public ::testing::Test {
+ protected:
+  CrossViewAffinityTest() : camera_(Parameters()) {
+    options_.affinity = AffinityKind::kCrossView;
+    options_.alpha_2d_px_per_frame = 60.0;
+    options_.alpha_3d_m = 0.15;
+    options_.lambda_a_per_frame = 5.0;
+    options_.min_common_joints = 0.0;
+    // The pixel (370, 240) is the ray along (0.1, 0, 1).
+    observation_.joints.assign(17, {{370.0, 240.0}, 1.0, true});
+    observation_.ideal_px.assign(17, {370.0, 240.0});
+    // 6 cm above the ray: 1 - 0.06 / 0.15 = 0.6.
+    expected_.assign(17, {{0.5, 0.06, 5.0}, JointStatus::kObserved});
+    // 12 px away: 1 - 12 / 60 = 0.8 after one frame.
+    last_seen_.assign(17, {true, {370.0, 252.0}, 1.0});
+  }
+
+  static CameraParameters Parameters() {
+    CameraParameters parameters;
+    parameters.K << 500, 0, 320, 0, 500, 240, 0, 0, 1;
+    return parameters;
+  }
+
+  double Affinity(double expected_age_frames) const {
+    return CrossViewAffinity(observation_, last_seen_, expected_,
+                             expected_age_frames, camera_, AllJoints(),
+                             options_);
+  }
+
+  static constexpr double kRounding = 1e-12;  // of 34 terms of order one
+  Camera camera_;
+  AssociationOptions options_;
+  Observation observation_;
+  Pose3d expected_;
+  std::vector<LastSeenJoint> last_seen_;
+};
+
+TEST_F(CrossViewAffinityTest, SumsBothTermsOverTheJoints) {
+  // 17 (0.4 * 0.8 + 0.6 * 0.6) e^-5.
+  EXPECT_NEAR(Affinity(1.0), 17.0 * 0.68 * std::exp(-5.0), kRounding);
+  // What this frame saw does not decay.
+  EXPECT_NEAR(Affinity(0.0), 17.0 * (0.32 * std::exp(-5.0) + 0.36), kRounding);
+  // The image's term has its own age: 12 px of 2 * 60 px.
+  for (LastSeenJoint& joint : last_seen_) joint.age_frames = 2.0;
+  EXPECT_NEAR(Affinity(1.0),
+              17.0 * (0.4 * 0.9 * std::exp(-10.0) + 0.36 * std::exp(-5.0)),
+              kRounding);
+}
+
+TEST_F(CrossViewAffinityTest, ATermWithoutItsJointIsZero) {
+  last_seen_.clear();  // never matched in this view
+  EXPECT_NEAR(Affinity(1.0), 17.0 * 0.36 * std::exp(-5.0), kRounding);
+  // The sum is not part-aware: one far joint outweighs the rest, 16 joints of
+  // 0.36 and one of 0.6 (1 - 2.0 / 0.15) = -7.4.
+  expected_[0].position_m.y() = 2.0;
+  EXPECT_NEAR(Affinity(0.0), 16.0 * 0.36 + 0.6 * (1.0 - 2.0 / 0.15), kRounding);
+  expected_[0].position_m.y() = 0.06;
+  for (int j = 1; j < 17; ++j) expected_[j].status = JointStatus::kMissing;
+  EXPECT_NEAR(Affinity(1.0), 0.36 * std::exp(-5.0), kRounding);
+  expected_[0].position_m *= -1.0;  // on the line, behind the camera
+  EXPECT_EQ(Affinity(1.0), 0.0);
+}
+
+TEST_F(CrossViewAffinityTest, TooFewJointsAreNoMatch) {
+  options_.min_common_joints = 6.0;
+  for (int j = 5; j < 17; ++j) observation_.joints[j].found = false;
+  EXPECT_EQ(Affinity(1.0), 0.0);
+  observation_.joints[5].found = true;
+  EXPECT_GT(Affinity(1.0), 0.0);
+}
+
+// (0.5, 0.06, 5) projects to (370, 246): 6 px away.
+TEST_F(CrossViewAffinityTest, AViewMatcherUsesIt) {
+  AssociationTarget target;
+  target.pose = &expected_;
+  target.age_frames = 1.0;
+  target.last_seen = &last_seen_;
+  const auto matched = [&](Target2d target_2d) {
+    options_.target_2d = target_2d;
+    ViewMatcher matcher(options_, AllJoints());
+    std::vector<int> match;
+    matcher.Match({target}, std::vector<Observation>{observation_}, camera_,
+                  &match);
+    return matcher.affinities()[0];
+  };
+  EXPECT_NEAR(matched(Target2d::kMatched), 17.0 * 0.68 * std::exp(-5.0),
+              kRounding);
+  EXPECT_NEAR(matched(Target2d::kProjected),
+              17.0 * (0.4 * 0.9 + 0.36) * std::exp(-5.0), kRounding);
+  // What is remembered does not matter then; what is expected does.
+  Pose3d nearer = expected_;
+  for (Joint3d& joint : nearer) joint.position_m.y() = 0.0;
+  target.expected = &nearer;
+  target.expected_age_frames = 0.0;
+  EXPECT_NEAR(matched(Target2d::kProjected),
+              17.0 * (0.4 * 0.9 * std::exp(-5.0) + 0.6), kRounding);
 }
 
 }  // namespace

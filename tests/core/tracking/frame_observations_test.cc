@@ -1,3 +1,4 @@
+#include "core/tracking/frame_observations.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +8,6 @@
 #include "core/io/detections/source.h"
 #include "core/synthetic/noise.h"
 #include "core/synthetic/scene.h"
-#include "core/tracking/frame_observations.h"
 #include "tests/support/rig.h"
 #include "tests/support/test_data.h"
 

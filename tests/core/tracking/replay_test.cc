@@ -147,22 +147,13 @@ TEST(Replay, GivesTheRunAgain) {
     const FrozenRecording frozen = Freeze(recording, options, estimators);
     const Replay replay(recording.model(), recording.detections, frozen.matches,
                         options, estimators.feedback);
+    // However many threads there are.
     ExpectEqual(
         frozen.frames,
         ReplayAll(replay, -1,
-                  estimators.output ? estimators.output : estimators.feedback));
+                  estimators.output ? estimators.output : estimators.feedback,
+                  /*threads=*/3));
   }
-}
-
-TEST(Replay, DoesNotDependOnThreads) {
-  const Take recording = MakeRecording();
-  const TrackerOptions options;
-  const EstimatorPair estimators = MakeEstimators(Paper());
-  const FrozenRecording frozen = Freeze(recording, options, estimators);
-  const Replay replay(recording.model(), recording.detections, frozen.matches,
-                      options, estimators.feedback);
-  ExpectEqual(ReplayAll(replay, 1, estimators.feedback, 1),
-              ReplayAll(replay, 1, estimators.feedback, 3));
 }
 
 // What a camera saw must not reach a replay without it, whatever it saw.

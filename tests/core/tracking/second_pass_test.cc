@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <memory>
 #include <set>
 #include <vector>
@@ -245,6 +246,68 @@ TEST_F(SecondPassTest, FramesWithoutPeopleAreWrittenEmpty) {
   const std::vector<TrackFrame> frames = pass.Finish(1);
   ASSERT_EQ(frames.size(), 1u);
   EXPECT_TRUE(frames[0].people.empty());
+}
+
+TimeNs TimeOf(int64_t frame) { return FrameClock(kRateHz).TimeOf(frame); }
+
+TrackFrame FrameOf(int64_t number, const std::vector<double>& x_m) {
+  TrackFrame frame;
+  frame.frame = number;
+  frame.time = TimeOf(number);
+  for (size_t p = 0; p < x_m.size(); ++p) {
+    if (std::isnan(x_m[p])) continue;
+    PersonPose& person = frame.people.emplace_back();
+    person.id = TrackId(static_cast<int64_t>(p));
+    person.joints = testing::StandingPerson(x_m[p], 0.0);
+  }
+  return frame;
+}
+
+TEST(FindRunsTest, RunsEndWhereAFrameLacksThePerson) {
+  // Person 0 walks at 1 m/s but for frame 4; person 1 is there once.
+  std::vector<TrackFrame> frames;
+  for (int64_t f = 0; f < 10; ++f) {
+    const double x_m = f == 4 ? NAN : 0.04 * static_cast<double>(f);
+    frames.push_back(FrameOf(f, {x_m, f == 7 ? 3.0 : NAN}));
+  }
+  const auto runs = FindRuns(frames);
+  ASSERT_EQ(runs.at(TrackId(0)).size(), 2u);
+  const TrackRun& first = runs.at(TrackId(0))[0];
+  EXPECT_EQ(first.first, 0);
+  EXPECT_EQ(first.last, 3);
+  EXPECT_NEAR(first.first_velocity_mps.x(), 1.0, 1e-9);
+  EXPECT_NEAR(first.last_velocity_mps.x(), 1.0, 1e-9);
+  EXPECT_EQ(runs.at(TrackId(0))[1].first, 5);
+  EXPECT_EQ(runs.at(TrackId(0))[1].last, 9);
+  ASSERT_EQ(runs.at(TrackId(1)).size(), 1u);
+  EXPECT_EQ(runs.at(TrackId(1))[0].last_velocity_mps.norm(), 0.0);
+}
+
+TEST(EndFollowerTest, GoesOnAndFadesBothWays) {
+  const Pose3d pose = testing::StandingPerson(0.0, 0.0);
+  const EndFollower follower(pose, TimeOf(50), {1.0, 0.0, 0.0});
+  const auto moved_m = [&](int64_t frame) {
+    return follower.At(TimeOf(frame))[0].position_m.x() -
+           pose[0].position_m.x();
+  };
+  // 0.5 s (1 - exp(-t / 0.5 s)): one frame on, and never beyond 0.5 m.
+  EXPECT_NEAR(moved_m(51), 0.5 * (1.0 - std::exp(-0.08)), 1e-9);
+  EXPECT_NEAR(moved_m(49), -moved_m(51), 1e-12);
+  EXPECT_NEAR(moved_m(5000), 0.5, 1e-9);
+}
+
+TEST(EndFollowerTest, LearnsFromWhatViewsAgreeOn) {
+  EndFollower follower(testing::StandingPerson(0.0, 0.0), TimeOf(0),
+                       Eigen::Vector3d::Zero());
+  for (int64_t f = 1; f <= 20; ++f) {
+    follower.Agree(testing::StandingPerson(0.04 * static_cast<double>(f), 0.0),
+                   TimeOf(f));
+  }
+  EXPECT_EQ(follower.agreed(), TimeOf(20));
+  // 1 m/s within 0.7^20, faded over one frame.
+  const double step_m = follower.At(TimeOf(21))[0].position_m.x() -
+                        testing::StandingPerson(0.8, 0.0)[0].position_m.x();
+  EXPECT_NEAR(step_m, 0.5 * (1.0 - std::exp(-0.08)), 1e-4);
 }
 
 }  // namespace

@@ -19,20 +19,10 @@ TrackLife Born(const TrackLifeOptions& options = {}) {
 
 TEST(TrackLifeTest, ConfirmedAtTheThirdHit) {
   TrackLife life = Born();
-  EXPECT_EQ(life.state(), TrackState::kTentative);
-  life.Step(1 * kFrame, true, true);
-  EXPECT_EQ(life.state(), TrackState::kTentative);
-  life.Step(2 * kFrame, true, true);
-  EXPECT_EQ(life.state(), TrackState::kConfirmed);
-  EXPECT_EQ(life.hits(), 3);
-}
-
-TEST(TrackLifeTest, MissesDoNotResetHits) {
-  TrackLife life = Born();
   life.Step(1 * kFrame, true, true);
   life.Step(2 * kFrame, true, false);  // matched, but the update failed
   EXPECT_EQ(life.state(), TrackState::kTentative);
-  life.Step(3 * kFrame, true, true);
+  life.Step(3 * kFrame, true, true);  // the miss does not reset the hits
   EXPECT_EQ(life.state(), TrackState::kConfirmed);
 }
 
@@ -107,28 +97,24 @@ TEST(TrackLifeTest, MayBeMatchedUntilTheNextLookIsDue) {
   EXPECT_EQ(life.state(), TrackState::kDeleted);
 }
 
-TEST(LifeInFramesTest, PaperModeCountsFrames) {
-  const TrackLifeOptions life = LifeInFrames({}, 120.0);
-  EXPECT_EQ(life.confirm_hits, 3);
-  EXPECT_EQ(life.max_age_frames, 10.0);
-  EXPECT_EQ(life.max_gap_frames, 0.0);
-}
-
-TEST(LifeInFramesTest, SecondsAreThePapersFramesAt25Hz) {
-  const TrackLifeOptions life = InSeconds(25.0);
-  EXPECT_EQ(life.confirm_hits, 3);
-  EXPECT_DOUBLE_EQ(life.max_age_frames, 10.0);
-  EXPECT_DOUBLE_EQ(life.max_gap_frames, 10.0);
-}
-
-TEST(LifeInFramesTest, SecondsLastAtEveryRate) {
-  EXPECT_EQ(InSeconds(120.0).confirm_hits, 11);  // 0.08 s are 9.6 frames
-  EXPECT_DOUBLE_EQ(InSeconds(120.0).max_age_frames, 48.0);
-  EXPECT_EQ(InSeconds(10.0).confirm_hits, 2);
-  EXPECT_DOUBLE_EQ(InSeconds(10.0).max_age_frames, 4.0);
-  // At 2 Hz a track can miss nothing: a false positive cannot be told by its
-  // age.
-  EXPECT_EQ(InSeconds(2.0).confirm_hits, 1);
+TEST(LifeInFramesTest, SecondsLastAtEveryRateAndPaperModeCountsFrames) {
+  struct Case {
+    TrackLifeOptions life;
+    int64_t confirm_hits;
+    double max_age_frames, max_gap_frames;
+  };
+  for (const Case& one :
+       {Case{LifeInFrames({}, 120.0), 3, 10.0, 0.0},  // paper mode
+        {InSeconds(25.0), 3, 10.0, 10.0},             // the paper's
+        {InSeconds(120.0), 11, 48.0, 48.0},           // 0.08 s are 9.6 frames
+        {InSeconds(10.0), 2, 4.0, 4.0},
+        // A track can miss nothing: a false positive cannot be told by its
+        // age.
+        {InSeconds(2.0), 1, 0.8, 0.8}}) {
+    EXPECT_EQ(one.life.confirm_hits, one.confirm_hits);
+    EXPECT_DOUBLE_EQ(one.life.max_age_frames, one.max_age_frames);
+    EXPECT_DOUBLE_EQ(one.life.max_gap_frames, one.max_gap_frames);
+  }
 }
 
 // Steps a gate through a life: 'u' updated, 'm' matched without update, '.'
@@ -210,6 +196,55 @@ TEST(ViewMemoryTest, KeepsSeveralPosesOfAViewTheNewestFirst) {
   EXPECT_EQ(detections, (std::vector<int>{3, 2, 4, 1}));
   EXPECT_EQ(memory.entries()[0].frame_time, 2 * kFrame);
   EXPECT_EQ(memory.entries()[1].frame_time, 1 * kFrame);
+}
+
+constexpr double kCameraRate = 25.0;
+
+class LookRhythmTest : public ::testing::Test {
+ protected:
+  // The next frame, with or without somebody in one of two views.
+  bool See(bool somebody) {
+    DetectionFrame frame;
+    frame.frame = next_;
+    frame.time = FrameClock(kCameraRate).TimeOf(next_++);
+    frame.views.resize(2);
+    if (somebody) frame.views[1].detections.emplace_back();
+    return rhythm_.IsLook(frame);
+  }
+
+  LookRhythm rhythm_{FrameClock(kCameraRate)};
+  int next_ = 0;
+};
+
+TEST_F(LookRhythmTest, OfEveryFrameAnEmptyOneIsAMiss) {
+  for (int k = 0; k < 20; ++k) EXPECT_TRUE(See(true));
+  EXPECT_TRUE(See(false));
+  EXPECT_EQ(rhythm_.usual_frames(), 1.0);
+}
+
+TEST_F(LookRhythmTest, EveryThirdFrameTellsTheTwoBetween) {
+  for (int k = 0; k < 20; ++k) {
+    EXPECT_TRUE(See(true));
+    EXPECT_FALSE(See(false));
+    EXPECT_FALSE(See(false));
+  }
+  EXPECT_EQ(rhythm_.usual_frames(), 3.0);
+  EXPECT_EQ(rhythm_.newest_frames(), 3.0);
+  EXPECT_TRUE(See(false)) << "everybody has gone";
+}
+
+TEST_F(LookRhythmTest, AHoleInTheRecordingIsNotUsual) {
+  for (int k = 0; k < 20; ++k) See(true);
+  next_ += 1000;
+  EXPECT_TRUE(See(true));
+  EXPECT_EQ(rhythm_.usual_frames(), 1.0);
+  EXPECT_EQ(rhythm_.newest_frames(), 1.0) << "one frame is no evidence of 1000";
+}
+
+TEST_F(LookRhythmTest, WithoutARhythmNothingIsMissed) {
+  EXPECT_FALSE(See(false));
+  EXPECT_TRUE(See(true));
+  EXPECT_FALSE(See(false));
 }
 
 }  // namespace

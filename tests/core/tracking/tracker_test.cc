@@ -2,7 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <set>
 #include <utility>
 #include <vector>
 
@@ -55,24 +54,6 @@ class TrackerTest : public ::testing::Test {
   CameraRig cameras_ = testing::RingOfCameras(5);
   double rate_hz_ = kFrameRate;
 };
-
-TEST_F(TrackerTest, IdentitiesAreNotUsedAgain) {
-  const auto tracker = Make();
-  std::vector<TrackFrame> frames;
-  std::set<TrackId> ids;
-  int f = 0;
-  for (int visit = 0; visit < 2; ++visit) {
-    for (int k = 0; k < 6; ++k)
-      tracker->Process(See(f++, {Stander()}), &frames);
-    for (int k = 0; k < 15; ++k) tracker->Process(See(f++, {}), &frames);
-    EXPECT_EQ(tracker->track_count(), 0u);
-  }
-  tracker->Finish(&frames);
-  for (const TrackFrame& frame : frames) {
-    for (const PersonPose& person : frame.people) ids.insert(person.id);
-  }
-  EXPECT_EQ(ids, (std::set<TrackId>{TrackId(0), TrackId(1)}));
-}
 
 TEST_F(TrackerTest, ATrackSurvivesNineMissedFramesNotTen) {
   for (const int missed : {9, 10}) {
@@ -372,37 +353,6 @@ TEST_F(TrackerTest, WhoIsLostIsNotTakenForSomebodyElse) {
   }
 }
 
-// Somebody whom one of two cameras loses for a second comes back as somebody
-// new: the other camera had them all the time and says so.
-TEST_F(TrackerTest, AViewThatSawSomebodyGoOnSaysSo) {
-  const Pose3d person = testing::StandingPerson(0.0, 0.0);
-  cameras_ = testing::RingOfCameras(4);
-  cameras_ = {cameras_[0], cameras_[1]};
-  for (const AssociationRules rules :
-       {AssociationRules::kPaper, AssociationRules::kGraph}) {
-    TrackerOptions options;
-    options.rules = rules;
-    const auto tracker = Make(options);
-    std::vector<TrackFrame> frames;
-    for (int f = 0; f < 60; ++f) {
-      DetectionFrame seen = See(f, {person});
-      if (f >= 20 && f < 45) seen.views[0].detections.clear();
-      tracker->Process(seen, &frames);
-    }
-    EXPECT_EQ(tracker->people_so_far(), 2);
-    if (rules == AssociationRules::kPaper) {
-      EXPECT_TRUE(tracker->successions().empty());
-      continue;
-    }
-    ASSERT_EQ(tracker->successions().size(), 1u);
-    const Succession& one = tracker->successions().front();
-    EXPECT_EQ(one.from, TrackId(0));
-    EXPECT_EQ(one.to, TrackId(1));
-    EXPECT_EQ(one.views, 1);
-    EXPECT_EQ(one.since, 0);
-  }
-}
-
 // After a tenth of a second without a detection the body has gone on by 0.6 m;
 // 0.2 s on it is expected to stay.
 TEST_F(TrackerTest, NobodyIsExpectedToGoOnForLong) {
@@ -446,13 +396,33 @@ TEST_F(TrackerTest, FragmentsAreNoise) {
   EXPECT_EQ(tracker->people_so_far(), 0);
 }
 
-TEST_F(TrackerTest, AFrameWithoutAnythingIsWrittenEmpty) {
-  const auto tracker = Make();
+TEST(FrameAssemblerTest, AFrameWaitsForEveryTrackAndOrderIsKept) {
+  FrameAssembler assembler;
   std::vector<TrackFrame> frames;
-  tracker->Process(See(3, {}), &frames);
-  ASSERT_EQ(frames.size(), 1u);
-  EXPECT_EQ(frames[0].frame, 3);
-  EXPECT_TRUE(frames[0].people.empty());
+  assembler.BeginFrame(0, 0);
+  assembler.ExtractComplete(&frames);
+  ASSERT_EQ(frames.size(), 1u) << "an empty frame leaves at once";
+  const auto resolve = [&](int64_t frame, int64_t id) {
+    PersonPose person;
+    person.id = TrackId(id);
+    assembler.Resolve(frame, id < 0 ? nullptr : &person);
+    frames.clear();
+    assembler.ExtractComplete(&frames);
+  };
+  assembler.BeginFrame(1, 0);
+  assembler.Join();
+  assembler.Join();
+  assembler.BeginFrame(2, 40);
+  assembler.Join();
+  resolve(1, 5);
+  resolve(2, -1);  // not written
+  EXPECT_TRUE(frames.empty()) << "frame 1 still waits";
+  resolve(1, 3);
+  ASSERT_EQ(frames.size(), 2u);
+  EXPECT_EQ(frames[0].people[0].id, TrackId(3)) << "by ascending id";
+  EXPECT_EQ(frames[0].people[1].id, TrackId(5));
+  EXPECT_EQ(frames[1].time, 40);
+  EXPECT_TRUE(frames[1].people.empty());
 }
 
 TEST_F(TrackerTest, ThreadsDoNotChangeABit) {

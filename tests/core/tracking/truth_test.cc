@@ -139,31 +139,6 @@ TEST(TruthTest, ExactDetectionsOfDistortingCamerasGiveTheSceneBack) {
   EXPECT_LT(worst_m, 1e-6);
 }
 
-TEST(TruthTest, DroppedFramesAndJitterEndUpInTheTimes) {
-  const Scene scene = SmallScene(Distortion());
-  NoiseOptions noise;
-  noise.dropped_frame_rate = 0.15;
-  noise.time_jitter_s = 0.004;
-  const DetectionSequence detections = Observe(scene, noise, nullptr);
-  ASSERT_LT(detections.frames.size(), scene.times.size());
-  const std::vector<TrackFrame> tracks = TrackAll(scene, detections, {});
-  ASSERT_EQ(tracks.size(), detections.frames.size());
-  int off_beat = 0;
-  for (size_t f = 0; f < tracks.size(); ++f) {
-    EXPECT_EQ(tracks[f].frame, detections.frames[f].frame);
-    EXPECT_EQ(tracks[f].time, detections.frames[f].time);
-    off_beat +=
-        tracks[f].time != scene.times[static_cast<size_t>(tracks[f].frame)];
-  }
-  EXPECT_GT(off_beat, static_cast<int>(tracks.size() / 2));
-  // At those very times the poses are exact.
-  const std::vector<JointError> errors = ErrorsOf(scene, detections, tracks);
-  ASSERT_GT(errors.size(), 5000u);
-  for (const JointError& joint : errors) {
-    ASSERT_LT(joint.error_m.norm(), 1e-6);
-  }
-}
-
 // Cameras that look 20 ms before or after the beat: a pose belongs to its
 // `time` if the detections tell when each camera looked.
 TEST(TruthTest, ToldClockOffsetsAreUndoneAtTheFramesTime) {
