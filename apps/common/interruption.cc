@@ -6,7 +6,7 @@
 #include "core/io/files/atomic_file.h"
 #include "core/io/files/input_files.h"
 #include "core/system/file.h"
-#include "core/system/signals.h"
+#include "core/system/process.h"
 #include "core/system/streams.h"
 
 namespace kinegraph {

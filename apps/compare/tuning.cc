@@ -15,7 +15,7 @@
 #include "core/base/parallel.h"
 #include "core/io/configuration/config.h"
 #include "core/io/files/atomic_file.h"
-#include "core/system/clock.h"
+#include "core/system/process.h"
 
 namespace kinegraph {
 namespace {

@@ -9,7 +9,7 @@
 
 #include "apps/common/table.h"
 #include "core/evaluation/statistics.h"
-#include "core/system/clock.h"
+#include "core/system/process.h"
 #include "core/tracking/tracker.h"
 
 namespace kinegraph {

@@ -100,13 +100,6 @@ double Affinity(const Observation& observation, const ProjectedPose& projected,
   return positive_sum / positive * decay;
 }
 
-double Affinity(const Observation& observation, const ProjectedPose& projected,
-                double age_frames, const std::vector<int>& joints,
-                const AssociationOptions& options) {
-  return Affinity(observation, projected, age_frames,
-                  options.alpha_2d_px_per_frame * age_frames, joints, options);
-}
-
 double CrossViewAffinity(const Observation& observation,
                          const std::vector<LastSeenJoint>& last_seen,
                          const Pose3d& expected, double expected_age_frames,
@@ -143,6 +136,23 @@ double CrossViewAffinity(const Observation& observation,
   }
   return sum;
 }
+
+// One of them, ready for one person after another. Keeps its memory between
+// calls.
+class AffinityMeasure {
+ public:
+  virtual ~AffinityMeasure() = default;
+  // Whom the calls of Of() that follow are about, in the view of `camera`.
+  // What `target` points at must not change before the last of them.
+  virtual void SetTarget(const AssociationTarget& target,
+                         const Camera& camera) = 0;
+  // Whether an observation whose joints lie in `box` may have one above zero.
+  virtual bool MayMatch(const Eigen::AlignedBox2d& /*box*/) const {
+    return true;
+  }
+  // > 0: may be matched, the greater the better.
+  virtual double Of(const Observation& observation) const = 0;
+};
 
 namespace {
 
@@ -224,13 +234,16 @@ class CrossViewMeasure final : public AffinityMeasure {
 
 }  // namespace
 
-std::unique_ptr<AffinityMeasure> MakeAffinityMeasure(
-    const AssociationOptions& options, std::vector<int> joints) {
+ViewMatcher::ViewMatcher(const AssociationOptions& options,
+                         std::vector<int> joints) {
   if (options.affinity == AffinityKind::kCrossView) {
-    return std::make_unique<CrossViewMeasure>(options, std::move(joints));
+    measure_ = std::make_unique<CrossViewMeasure>(options, std::move(joints));
+  } else {
+    measure_ = std::make_unique<ProjectionMeasure>(options, std::move(joints));
   }
-  return std::make_unique<ProjectionMeasure>(options, std::move(joints));
 }
+
+ViewMatcher::~ViewMatcher() = default;
 
 void ViewMatcher::Match(const std::vector<AssociationTarget>& targets,
                         Span<Observation> observations, const Camera& camera,

@@ -7,7 +7,6 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <memory>
-#include <utility>
 #include <vector>
 
 #include "core/assignment/hungarian.h"
@@ -58,10 +57,6 @@ double Affinity(const Observation& observation, const ProjectedPose& projected,
                 double age_frames, double gate_px,
                 const std::vector<int>& joints,
                 const AssociationOptions& options);
-// The same with the paper's gate, alpha_2d a frame.
-double Affinity(const Observation& observation, const ProjectedPose& projected,
-                double age_frames, const std::vector<int>& joints,
-                const AssociationOptions& options);
 
 // The gate of a person whose pose is `age_frames` old: alpha_2d a frame; with
 // reach_m_per_frame not less than alpha_2d, and not more than that and what a
@@ -81,32 +76,12 @@ double CrossViewAffinity(const Observation& observation,
                          const Camera& camera, const std::vector<int>& joints,
                          const AssociationOptions& options);
 
-// One of them, ready for one person after another. Keeps its memory between
-// calls.
-class AffinityMeasure {
- public:
-  virtual ~AffinityMeasure() = default;
-  // Whom the calls of Of() that follow are about, in the view of `camera`.
-  // What `target` points at must not change before the last of them.
-  virtual void SetTarget(const AssociationTarget& target,
-                         const Camera& camera) = 0;
-  // Whether an observation whose joints lie in `box` may have one above zero.
-  virtual bool MayMatch(const Eigen::AlignedBox2d& /*box*/) const {
-    return true;
-  }
-  // > 0: may be matched, the greater the better.
-  virtual double Of(const Observation& observation) const = 0;
-};
-
-std::unique_ptr<AffinityMeasure> MakeAffinityMeasure(
-    const AssociationOptions& options, std::vector<int> joints);
-
 // Matches the observations of one view with targets: an affinity matrix and
 // the assignment of the largest total. Keeps its memory between calls.
 class ViewMatcher {
  public:
-  ViewMatcher(const AssociationOptions& options, std::vector<int> joints)
-      : measure_(MakeAffinityMeasure(options, std::move(joints))) {}
+  ViewMatcher(const AssociationOptions& options, std::vector<int> joints);
+  ~ViewMatcher();
 
   // (*match)[target] is the index of its observation, or -1. A pair is a match
   // only if its affinity is > 0, with no tolerance. Pairs that are `barred`
@@ -124,7 +99,7 @@ class ViewMatcher {
   const std::vector<double>& affinities() const { return affinities_; }
 
  private:
-  std::unique_ptr<AffinityMeasure> measure_;
+  std::unique_ptr<class AffinityMeasure> measure_;
   HungarianSolver solver_;
   std::vector<double> affinities_;
   std::vector<Eigen::AlignedBox2d> boxes_;  // of the observations

@@ -173,6 +173,10 @@ bool EliminateDenseWith(const DenseElimination& blocks) {
   return DenseEliminator<T>(blocks).Run();
 }
 
+// The same by instruction set, for the dispatch of EliminateDense alone.
+bool EliminateDenseAvx2(const DenseElimination& blocks);
+bool EliminateDenseAvx512(const DenseElimination& blocks);
+
 }  // namespace kinegraph
 
 #endif  // KINEGRAPH_CORE_BASE_DENSE_KERNEL_H_

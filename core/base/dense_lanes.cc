@@ -1,7 +1,6 @@
 #include "core/base/dense_lanes.h"
 
 #include "core/base/dense_kernel.h"
-#include "core/base/dense_lanes_wide.h"
 #include "core/base/instruction_set.h"
 
 namespace kinegraph {

@@ -5,7 +5,6 @@
 #endif
 
 #include "core/base/dense_kernel.h"
-#include "core/base/dense_lanes_wide.h"
 
 namespace kinegraph {
 

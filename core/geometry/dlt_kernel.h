@@ -282,6 +282,18 @@ void MarkConflictsWith(const LaneView& a, const LaneView& b, const double* f,
   }
 }
 
+// The same by instruction set, for the dispatch of dlt_lanes.h alone.
+#define KINEGRAPH_DLT_LANES(Set)                                               \
+  void TriangulateLanes##Set(const LaneView* views, int view_count, int lanes, \
+                             const DltLanesOptions& options,                   \
+                             const LanePoints& points);                        \
+  void MarkConflicts##Set(const LaneView& a, const LaneView& b,                \
+                          const double* fundamental, double alpha_px,          \
+                          int lanes, double* conflict);
+KINEGRAPH_DLT_LANES(Avx2)
+KINEGRAPH_DLT_LANES(Avx512)
+#undef KINEGRAPH_DLT_LANES
+
 }  // namespace kinegraph
 
 #endif  // KINEGRAPH_CORE_GEOMETRY_DLT_KERNEL_H_

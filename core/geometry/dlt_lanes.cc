@@ -2,7 +2,6 @@
 
 #include "core/base/instruction_set.h"
 #include "core/geometry/dlt_kernel.h"
-#include "core/geometry/dlt_lanes_wide.h"
 
 namespace kinegraph {
 

@@ -5,7 +5,6 @@
 #endif
 
 #include "core/geometry/dlt_kernel.h"
-#include "core/geometry/dlt_lanes_wide.h"
 
 namespace kinegraph {
 

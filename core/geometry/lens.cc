@@ -10,6 +10,16 @@
 namespace kinegraph {
 namespace {
 
+// By bisection, where `slope` is positive at `low` and not at `high`.
+template <typename Slope>
+double WhereZero(const Slope& slope, double low, double high) {
+  for (int step = 0; step < 60; ++step) {
+    const double middle = 0.5 * (low + high);
+    (slope(middle) > 0.0 ? low : high) = middle;
+  }
+  return low;
+}
+
 // Smallest s = r^2 > 0 where d(r + k1 r^3 + k2 r^5 + k3 r^7)/dr
 // = 1 + 3 k1 s + 5 k2 s^2 + 7 k3 s^3 falls to zero. Beyond it the radial model
 // folds back. Scans outwards and bisects; infinite when it never folds within
@@ -21,13 +31,7 @@ double FirstFold(double k1, double k2, double k3) {
   constexpr double kEnd = 100.0;
   double low = 0.0;
   for (double high = 1e-3; high < kEnd; high *= 1.02) {
-    if (slope(high) <= 0.0) {
-      for (int step = 0; step < 60; ++step) {
-        const double middle = 0.5 * (low + high);
-        (slope(middle) > 0.0 ? low : high) = middle;
-      }
-      return low;
-    }
+    if (slope(high) <= 0.0) return WhereZero(slope, low, high);
     low = high;
   }
   return std::numeric_limits<double>::infinity();
@@ -74,16 +78,11 @@ FisheyeRadius RadiusAt(const LensModel& lens, double angle) {
 double FirstFisheyeFold(const LensModel& lens) {
   constexpr double kRightAngle = 1.57079632679489662;
   constexpr int kSteps = 2000;
+  const auto slope = [&](double angle) { return RadiusAt(lens, angle).slope; };
   double low = 0.0;
   for (int i = 1; i <= kSteps; ++i) {
-    double high = kRightAngle * i / kSteps;
-    if (RadiusAt(lens, high).slope <= 0.0) {
-      for (int step = 0; step < 60; ++step) {
-        const double middle = 0.5 * (low + high);
-        (RadiusAt(lens, middle).slope > 0.0 ? low : high) = middle;
-      }
-      return low;
-    }
+    const double high = kRightAngle * i / kSteps;
+    if (slope(high) <= 0.0) return WhereZero(slope, low, high);
     low = high;
   }
   return kRightAngle;

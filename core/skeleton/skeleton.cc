@@ -3,75 +3,70 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 #include <utility>
 
 #include "core/base/error.h"
+#include "core/base/text.h"
 #include "core/skeleton/body_joints.h"
 
 namespace kinegraph {
 namespace {
 
 using Names = std::vector<std::string>;
-using NamedBones = std::vector<std::pair<std::string, std::string>>;
+
+// A built-in skeleton: its joints in their published order, and its bones, each
+// of two joints.
+struct Layout {
+  const char* name;
+  const char* joints;
+  const char* bones;
+};
+
+// The words of a text; a word that names a group stands for the words of that.
+Names Words(const std::string& text) {
+  static const std::map<std::string, std::string> kGroups = {
+      {"coco17",
+       "nose l_eye r_eye l_ear r_ear l_shoulder r_shoulder l_elbow r_elbow "
+       "l_wrist r_wrist l_hip r_hip l_knee r_knee l_ankle r_ankle"},
+      {"limbs",
+       "l_shoulder-l_elbow l_elbow-l_wrist l_hip-l_knee l_knee-l_ankle "
+       "r_shoulder-r_elbow r_elbow-r_wrist r_hip-r_knee r_knee-r_ankle"},
+      {"girdles",
+       "l_shoulder-r_shoulder l_hip-r_hip l_shoulder-l_hip r_shoulder-r_hip"},
+      {"face", "nose-l_eye nose-r_eye l_eye-l_ear r_eye-r_ear"},
+      // The trunk of skeletons that have a neck and the middle of the hips.
+      {"spine",
+       "neck-l_shoulder neck-r_shoulder neck-mid_hip mid_hip-l_hip "
+       "mid_hip-r_hip neck-nose"},
+      {"feet",
+       "l_ankle-l_big_toe l_ankle-l_small_toe l_ankle-l_heel "
+       "r_ankle-r_big_toe r_ankle-r_small_toe r_ankle-r_heel"}};
+  Names words;
+  for (const std::string& word : Split(text, ' ')) {
+    const auto group = kGroups.find(word);
+    if (group == kGroups.end()) {
+      words.push_back(word);
+    } else {
+      const Names more = Split(group->second, ' ');
+      words.insert(words.end(), more.begin(), more.end());
+    }
+  }
+  return words;
+}
 
 Skeleton Make(const std::string& name, const Names& joints,
-              const NamedBones& named_bones) {
-  std::vector<Bone> bones;
-  for (const auto& [a, b] : named_bones) {
-    const auto a_at = std::find(joints.begin(), joints.end(), a);
-    const auto b_at = std::find(joints.begin(), joints.end(), b);
-    bones.push_back({static_cast<int>(a_at - joints.begin()),
-                     static_cast<int>(b_at - joints.begin())});
+              const std::string& bones) {
+  std::vector<Bone> found;
+  for (const std::string& bone : Words(bones)) {
+    Bone& ends = found.emplace_back();
+    for (int* end : {&ends.a, &ends.b}) {
+      const std::string joint = Split(bone, '-')[end == &ends.a ? 0 : 1];
+      *end = static_cast<int>(std::find(joints.begin(), joints.end(), joint) -
+                              joints.begin());
+    }
   }
-  return Skeleton(name, joints, std::move(bones));
-}
-
-NamedBones Limbs() {
-  NamedBones bones;
-  for (const std::string side : {"l_", "r_"}) {
-    bones.emplace_back(side + "shoulder", side + "elbow");
-    bones.emplace_back(side + "elbow", side + "wrist");
-    bones.emplace_back(side + "hip", side + "knee");
-    bones.emplace_back(side + "knee", side + "ankle");
-  }
-  return bones;
-}
-
-NamedBones Join(NamedBones bones, const NamedBones& more) {
-  bones.insert(bones.end(), more.begin(), more.end());
-  return bones;
-}
-
-const NamedBones& Girdles() {
-  static const NamedBones kBones = {{"l_shoulder", "r_shoulder"},
-                                    {"l_hip", "r_hip"},
-                                    {"l_shoulder", "l_hip"},
-                                    {"r_shoulder", "r_hip"}};
-  return kBones;
-}
-
-const NamedBones& Face() {
-  static const NamedBones kBones = {{"nose", "l_eye"},
-                                    {"nose", "r_eye"},
-                                    {"l_eye", "l_ear"},
-                                    {"r_eye", "r_ear"}};
-  return kBones;
-}
-
-// Trunk of skeletons that have a neck and the middle of the hips.
-const NamedBones& Spine() {
-  static const NamedBones kBones = {
-      {"neck", "l_shoulder"}, {"neck", "r_shoulder"}, {"neck", "mid_hip"},
-      {"mid_hip", "l_hip"},   {"mid_hip", "r_hip"},   {"neck", "nose"}};
-  return kBones;
-}
-
-const NamedBones& Feet() {
-  static const NamedBones kBones = {
-      {"l_ankle", "l_big_toe"},   {"l_ankle", "l_small_toe"},
-      {"l_ankle", "l_heel"},      {"r_ankle", "r_big_toe"},
-      {"r_ankle", "r_small_toe"}, {"r_ankle", "r_heel"}};
-  return kBones;
+  return Skeleton(name, joints, std::move(found));
 }
 
 bool StartsWith(const std::string& text, const std::string& start) {
@@ -79,10 +74,7 @@ bool StartsWith(const std::string& text, const std::string& start) {
 }
 
 const Names& Coco17Joints() {
-  static const Names kJoints = {
-      "nose",       "l_eye",   "r_eye",   "l_ear",   "r_ear",   "l_shoulder",
-      "r_shoulder", "l_elbow", "r_elbow", "l_wrist", "r_wrist", "l_hip",
-      "r_hip",      "l_knee",  "r_knee",  "l_ankle", "r_ankle"};
+  static const Names kJoints = Words("coco17");
   return kJoints;
 }
 
@@ -183,171 +175,6 @@ bool operator==(const Skeleton& a, const Skeleton& b) {
   return a.name() == b.name() && a.joints() == b.joints();
 }
 
-const Skeleton& Coco17() {
-  static const Skeleton kSkeleton =
-      Make("coco17", Coco17Joints(),
-           Join(Join(Join(Limbs(), Girdles()), Face()),
-                {{"l_ear", "l_shoulder"}, {"r_ear", "r_shoulder"}}));
-  return kSkeleton;
-}
-
-const Skeleton& Body25() {
-  static const Skeleton kSkeleton =
-      Make("body25",
-           {"nose",        "neck",    "r_shoulder", "r_elbow",     "r_wrist",
-            "l_shoulder",  "l_elbow", "l_wrist",    "mid_hip",     "r_hip",
-            "r_knee",      "r_ankle", "l_hip",      "l_knee",      "l_ankle",
-            "r_eye",       "l_eye",   "r_ear",      "l_ear",       "l_big_toe",
-            "l_small_toe", "l_heel",  "r_big_toe",  "r_small_toe", "r_heel"},
-           Join(Join(Join(Limbs(), Spine()), Face()), Feet()));
-  return kSkeleton;
-}
-
-const Skeleton& Body25B() {
-  static const Skeleton kSkeleton = [] {
-    Names joints = Coco17Joints();
-    for (const char* joint : {"neck", "head_top", "l_big_toe", "l_small_toe",
-                              "l_heel", "r_big_toe", "r_small_toe", "r_heel"}) {
-      joints.emplace_back(joint);
-    }
-    return Make("body25b", joints,
-                Join(Join(Join(Join(Limbs(), Girdles()), Face()), Feet()),
-                     {{"neck", "head_top"}, {"neck", "nose"}}));
-  }();
-  return kSkeleton;
-}
-
-const Skeleton& Coco18() {
-  static const Skeleton kSkeleton =
-      Make("coco18",
-           {"nose", "neck", "r_shoulder", "r_elbow", "r_wrist", "l_shoulder",
-            "l_elbow", "l_wrist", "r_hip", "r_knee", "r_ankle", "l_hip",
-            "l_knee", "l_ankle", "r_eye", "l_eye", "r_ear", "l_ear"},
-           Join(Join(Limbs(), Face()), {{"neck", "l_shoulder"},
-                                        {"neck", "r_shoulder"},
-                                        {"neck", "l_hip"},
-                                        {"neck", "r_hip"},
-                                        {"neck", "nose"}}));
-  return kSkeleton;
-}
-
-namespace {
-
-Names Tum14Joints() {
-  return {"r_ankle", "r_knee",  "r_hip",       "l_hip",      "l_knee",
-          "l_ankle", "r_wrist", "r_elbow",     "r_shoulder", "l_shoulder",
-          "l_elbow", "l_wrist", "head_bottom", "head_top"};
-}
-
-NamedBones Tum14Bones() {
-  return Join(Join(Limbs(), Girdles()), {{"head_bottom", "head_top"},
-                                         {"head_bottom", "l_shoulder"},
-                                         {"head_bottom", "r_shoulder"}});
-}
-
-Names Panoptic15Joints() {
-  return {"neck",    "nose",    "mid_hip", "l_shoulder", "l_elbow",
-          "l_wrist", "l_hip",   "l_knee",  "l_ankle",    "r_shoulder",
-          "r_elbow", "r_wrist", "r_hip",   "r_knee",     "r_ankle"};
-}
-
-}  // namespace
-
-const Skeleton& Tum14() {
-  static const Skeleton kSkeleton = Make("tum14", Tum14Joints(), Tum14Bones());
-  return kSkeleton;
-}
-
-const Skeleton& Tum15() {
-  static const Skeleton kSkeleton = [] {
-    Names joints = Tum14Joints();
-    joints.emplace_back("mid_hip");
-    return Make(
-        "tum15", joints,
-        Join(Tum14Bones(), {{"mid_hip", "l_hip"}, {"mid_hip", "r_hip"}}));
-  }();
-  return kSkeleton;
-}
-
-const Skeleton& Panoptic15() {
-  static const Skeleton kSkeleton =
-      Make("panoptic15", Panoptic15Joints(), Join(Limbs(), Spine()));
-  return kSkeleton;
-}
-
-const Skeleton& Panoptic19() {
-  static const Skeleton kSkeleton = [] {
-    Names joints = Panoptic15Joints();
-    for (const char* joint : {"l_eye", "l_ear", "r_eye", "r_ear"}) {
-      joints.emplace_back(joint);
-    }
-    return Make("panoptic19", joints, Join(Join(Limbs(), Spine()), Face()));
-  }();
-  return kSkeleton;
-}
-
-const Skeleton& FourDA19() {
-  static const Skeleton kSkeleton = Make(
-      "4da19",
-      {"mid_hip", "neck", "r_hip", "l_hip", "nose", "r_shoulder", "l_shoulder",
-       "r_knee", "l_knee", "r_ear", "l_ear", "r_elbow", "l_elbow", "r_ankle",
-       "l_ankle", "r_wrist", "l_wrist", "l_big_toe", "r_big_toe"},
-      Join(Join(Limbs(), Spine()), {{"nose", "l_ear"},
-                                    {"nose", "r_ear"},
-                                    {"l_ankle", "l_big_toe"},
-                                    {"r_ankle", "r_big_toe"}}));
-  return kSkeleton;
-}
-
-const Skeleton& Halpe26() {
-  static const Skeleton kSkeleton = [] {
-    Names joints = Coco17Joints();
-    for (const char* joint :
-         {"head_top", "neck", "mid_hip", "l_big_toe", "r_big_toe",
-          "l_small_toe", "r_small_toe", "l_heel", "r_heel"}) {
-      joints.emplace_back(joint);
-    }
-    return Make("halpe26", joints,
-                Join(Join(Join(Join(Limbs(), Spine()), Face()), Feet()),
-                     {{"neck", "head_top"}}));
-  }();
-  return kSkeleton;
-}
-
-const Skeleton& MediaPipe33() {
-  static const Skeleton kSkeleton = [] {
-    Names joints = {"nose"};
-    for (const char* joint : {"l_eye_inner", "l_eye", "l_eye_outer",
-                              "r_eye_inner", "r_eye", "r_eye_outer"}) {
-      joints.emplace_back(joint);
-    }
-    NamedBones bones = Join(Limbs(), Girdles());
-    for (const char* part :
-         {"ear", "mouth", "shoulder", "elbow", "wrist", "pinky", "index",
-          "thumb", "hip", "knee", "ankle", "heel", "foot_index"}) {
-      for (const std::string side : {"l_", "r_"}) joints.push_back(side + part);
-    }
-    for (const std::string side : {"l_", "r_"}) {
-      for (const auto& [a, b] : NamedBones{{"eye_inner", "eye"},
-                                           {"eye", "eye_outer"},
-                                           {"eye_outer", "ear"},
-                                           {"wrist", "pinky"},
-                                           {"wrist", "index"},
-                                           {"wrist", "thumb"},
-                                           {"pinky", "index"},
-                                           {"ankle", "heel"},
-                                           {"heel", "foot_index"},
-                                           {"ankle", "foot_index"}}) {
-        bones.emplace_back(side + a, side + b);
-      }
-      bones.emplace_back("nose", side + "eye_inner");
-    }
-    bones.emplace_back("l_mouth", "r_mouth");
-    return Make("mediapipe33", joints, bones);
-  }();
-  return kSkeleton;
-}
-
 namespace {
 
 // Name of iBUG's face point `point` of 68. Points of a pair share the number of
@@ -375,69 +202,139 @@ std::string FacePoint(int point) {
          std::to_string(right ? point : partner);
 }
 
-}  // namespace
-
-const Skeleton& WholeBody133() {
-  static const Skeleton kSkeleton = [] {
-    Names joints = Coco17Joints();
-    for (const std::string side : {"l_", "r_"}) {
-      for (const char* part : {"big_toe", "small_toe", "heel"}) {
-        joints.push_back(side + part);
-      }
+// COCO-WholeBody's joints behind COCO-17's, and its fingers' bones.
+Skeleton MakeWholeBody133() {
+  Names joints = Coco17Joints();
+  for (const std::string side : {"l_", "r_"}) {
+    for (const char* part : {"big_toe", "small_toe", "heel"}) {
+      joints.push_back(side + part);
     }
-    for (int point = 0; point < 68; ++point) joints.push_back(FacePoint(point));
-    NamedBones bones = Join(Join(Join(Limbs(), Girdles()), Face()), Feet());
-    for (const std::string side : {"l_", "r_"}) {
-      const std::string hand = side + "hand_";
-      bones.emplace_back(side + "wrist", hand + "0");
-      for (int point = 0; point < 21; ++point) {
-        joints.push_back(hand + std::to_string(point));
-        if (point == 0) continue;
-        const int before = point % 4 == 1 ? 0 : point - 1;
-        bones.emplace_back(hand + std::to_string(before), joints.back());
-      }
+  }
+  for (int point = 0; point < 68; ++point) joints.push_back(FacePoint(point));
+  std::string bones = "limbs girdles face feet";
+  for (const std::string side : {"l_", "r_"}) {
+    const std::string hand = side + "hand_";
+    bones += " " + side + "wrist-" + hand + "0";
+    for (int point = 0; point < 21; ++point) {
+      joints.push_back(hand + std::to_string(point));
+      if (point == 0) continue;
+      const int before = point % 4 == 1 ? 0 : point - 1;
+      bones += " " + hand + std::to_string(before) + "-" + joints.back();
     }
-    return Make("wholebody133", joints, bones);
-  }();
-  return kSkeleton;
+  }
+  return Make("wholebody133", joints, bones);
 }
 
-namespace {
+// Of those with as many joints the commonest first.
+constexpr Layout kLayouts[] = {
+    {"coco17", "coco17",
+     "limbs girdles face l_ear-l_shoulder r_ear-r_shoulder"},
+    {"body25",
+     "nose neck r_shoulder r_elbow r_wrist l_shoulder l_elbow l_wrist mid_hip "
+     "r_hip r_knee r_ankle l_hip l_knee l_ankle r_eye l_eye r_ear l_ear "
+     "l_big_toe l_small_toe l_heel r_big_toe r_small_toe r_heel",
+     "limbs spine face feet"},
+    {"body25b",
+     "coco17 neck head_top l_big_toe l_small_toe l_heel r_big_toe r_small_toe "
+     "r_heel",
+     "limbs girdles face feet neck-head_top neck-nose"},
+    {"halpe26",
+     "coco17 head_top neck mid_hip l_big_toe r_big_toe l_small_toe r_small_toe "
+     "l_heel r_heel",
+     "limbs spine face feet neck-head_top"},
+    {"mediapipe33",
+     "nose l_eye_inner l_eye l_eye_outer r_eye_inner r_eye r_eye_outer l_ear "
+     "r_ear l_mouth r_mouth l_shoulder r_shoulder l_elbow r_elbow l_wrist "
+     "r_wrist l_pinky r_pinky l_index r_index l_thumb r_thumb l_hip r_hip "
+     "l_knee r_knee l_ankle r_ankle l_heel r_heel l_foot_index r_foot_index",
+     "limbs girdles l_eye_inner-l_eye l_eye-l_eye_outer l_eye_outer-l_ear "
+     "l_wrist-l_pinky l_wrist-l_index l_wrist-l_thumb l_pinky-l_index "
+     "l_ankle-l_heel l_heel-l_foot_index l_ankle-l_foot_index nose-l_eye_inner "
+     "r_eye_inner-r_eye r_eye-r_eye_outer r_eye_outer-r_ear r_wrist-r_pinky "
+     "r_wrist-r_index r_wrist-r_thumb r_pinky-r_index r_ankle-r_heel "
+     "r_heel-r_foot_index r_ankle-r_foot_index nose-r_eye_inner "
+     "l_mouth-r_mouth"},
+    {"coco18",
+     "nose neck r_shoulder r_elbow r_wrist l_shoulder l_elbow l_wrist r_hip "
+     "r_knee r_ankle l_hip l_knee l_ankle r_eye l_eye r_ear l_ear",
+     "limbs face neck-l_shoulder neck-r_shoulder neck-l_hip neck-r_hip "
+     "neck-nose"},
+    {"tum14",
+     "r_ankle r_knee r_hip l_hip l_knee l_ankle r_wrist r_elbow r_shoulder "
+     "l_shoulder l_elbow l_wrist head_bottom head_top",
+     "limbs girdles head_bottom-head_top head_bottom-l_shoulder "
+     "head_bottom-r_shoulder"},
+    {"tum15",
+     "r_ankle r_knee r_hip l_hip l_knee l_ankle r_wrist r_elbow r_shoulder "
+     "l_shoulder l_elbow l_wrist head_bottom head_top mid_hip",
+     "limbs girdles head_bottom-head_top head_bottom-l_shoulder "
+     "head_bottom-r_shoulder mid_hip-l_hip mid_hip-r_hip"},
+    {"panoptic15",
+     "neck nose mid_hip l_shoulder l_elbow l_wrist l_hip l_knee l_ankle "
+     "r_shoulder r_elbow r_wrist r_hip r_knee r_ankle",
+     "limbs spine"},
+    {"panoptic19",
+     "neck nose mid_hip l_shoulder l_elbow l_wrist l_hip l_knee l_ankle "
+     "r_shoulder r_elbow r_wrist r_hip r_knee r_ankle l_eye l_ear r_eye r_ear",
+     "limbs spine face"},
+    {"4da19",
+     "mid_hip neck r_hip l_hip nose r_shoulder l_shoulder r_knee l_knee r_ear "
+     "l_ear r_elbow l_elbow r_ankle l_ankle r_wrist l_wrist l_big_toe "
+     "r_big_toe",
+     "limbs spine nose-l_ear nose-r_ear l_ankle-l_big_toe r_ankle-r_big_toe"},
+};
 
-const std::vector<const Skeleton*>& BuiltIn() {
-  static const std::vector<const Skeleton*> kAll = {
-      &Coco17(),      &Body25(),     &Body25B(),  &Halpe26(),
-      &MediaPipe33(), &Coco18(),     &Tum14(),    &Tum15(),
-      &Panoptic15(),  &Panoptic19(), &FourDA19(), &WholeBody133()};
+const std::vector<Skeleton>& BuiltIn() {
+  static const std::vector<Skeleton> kAll = [] {
+    std::vector<Skeleton> all;
+    for (const Layout& layout : kLayouts) {
+      all.push_back(Make(layout.name, Words(layout.joints), layout.bones));
+    }
+    all.push_back(MakeWholeBody133());
+    return all;
+  }();
   return kAll;
 }
 
 }  // namespace
 
+const Skeleton& Coco17() { return BuiltIn()[0]; }
+const Skeleton& Body25() { return BuiltIn()[1]; }
+const Skeleton& Body25B() { return BuiltIn()[2]; }
+const Skeleton& Halpe26() { return BuiltIn()[3]; }
+const Skeleton& MediaPipe33() { return BuiltIn()[4]; }
+const Skeleton& Coco18() { return BuiltIn()[5]; }
+const Skeleton& Tum14() { return BuiltIn()[6]; }
+const Skeleton& Tum15() { return BuiltIn()[7]; }
+const Skeleton& Panoptic15() { return BuiltIn()[8]; }
+const Skeleton& Panoptic19() { return BuiltIn()[9]; }
+const Skeleton& FourDA19() { return BuiltIn()[10]; }
+const Skeleton& WholeBody133() { return BuiltIn()[11]; }
+
 const Skeleton* FindSkeleton(const std::string& name) {
-  for (const Skeleton* skeleton : BuiltIn()) {
-    if (skeleton->name() == name) return skeleton;
+  for (const Skeleton& skeleton : BuiltIn()) {
+    if (skeleton.name() == name) return &skeleton;
   }
   return nullptr;
 }
 
 std::vector<std::string> SkeletonNames() {
   std::vector<std::string> names;
-  for (const Skeleton* skeleton : BuiltIn()) names.push_back(skeleton->name());
+  for (const Skeleton& skeleton : BuiltIn()) names.push_back(skeleton.name());
   return names;
 }
 
 const Skeleton* FindSkeletonOf(const std::vector<std::string>& joints) {
-  for (const Skeleton* skeleton : BuiltIn()) {
-    if (skeleton->joints() == joints) return skeleton;
+  for (const Skeleton& skeleton : BuiltIn()) {
+    if (skeleton.joints() == joints) return &skeleton;
   }
   return nullptr;
 }
 
 std::vector<const Skeleton*> SkeletonsOfSize(size_t joint_count) {
   std::vector<const Skeleton*> found;
-  for (const Skeleton* skeleton : BuiltIn()) {
-    if (skeleton->joints().size() == joint_count) found.push_back(skeleton);
+  for (const Skeleton& skeleton : BuiltIn()) {
+    if (skeleton.joints().size() == joint_count) found.push_back(&skeleton);
   }
   return found;
 }

@@ -1,4 +1,4 @@
-// This process and those that it starts.
+// This process, its clock and signals, and processes that it starts.
 #ifndef KINEGRAPH_CORE_SYSTEM_PROCESS_H_
 #define KINEGRAPH_CORE_SYSTEM_PROCESS_H_
 
@@ -56,6 +56,20 @@ void KeepFreedMemory();
 // that need not be there.
 inline constexpr const char* kProcessorFile = "/proc/cpuinfo";
 inline constexpr const char* kSystemFile = "/etc/os-release";
+
+// Processor time of this thread [ns]: what other programs do does not count.
+int64_t ThreadCpuNs();
+
+// From now on SIGINT, SIGTERM and SIGHUP wake `thread`, which runs beside the
+// program; one that is ignored already stays so. A file that grows beyond the
+// limit of the shell becomes an ordinary error of writing. Once a process.
+void CatchSignals(const std::function<void()>& thread);
+
+// For that thread: waits for the next signal; 0 when there can be none.
+int NextSignal();
+const char* SignalName(int number);
+// Ends the program as the signal would have.
+[[noreturn]] void EndBySignal(int number);
 
 }  // namespace kinegraph
 

@@ -87,61 +87,41 @@ TEST(HungarianTest, EqualsBruteForceOnRandomRectangles) {
   }
 }
 
-TEST(HungarianTest, SmallExampleByHand) {
-  // The diagonal costs 1 + 3 = 4; crossing costs 2 + 0 = 2.
-  HungarianSolver solver;
-  std::vector<int> result;
-  solver.Minimise(std::vector<double>{1, 2, 0, 3}, 2, 2, &result);
-  EXPECT_EQ(result, (std::vector<int>{1, 0}));
-}
-
-TEST(HungarianTest, AllTiesGoToTheLowestIndices) {
-  HungarianSolver solver;
-  std::vector<int> result;
-  solver.Minimise(std::vector<double>(9, 1.0), 3, 3, &result);
-  EXPECT_EQ(result, (std::vector<int>{0, 1, 2}));
-}
-
-TEST(HungarianTest, EmptySides) {
+TEST(HungarianTest, SmallOnesByHandAndWhatIsNoProblem) {
   HungarianSolver solver;
   std::vector<int> result = {5};
+  // The diagonal costs 1 + 3 = 4; crossing costs 2 + 0 = 2.
+  solver.Minimise(std::vector<double>{1, 2, 0, 3}, 2, 2, &result);
+  EXPECT_EQ(result, (std::vector<int>{1, 0}));
+  // Ties go to the lowest indices.
+  solver.Minimise(std::vector<double>(9, 1.0), 3, 3, &result);
+  EXPECT_EQ(result, (std::vector<int>{0, 1, 2}));
   solver.Minimise({}, 0, 4, &result);
   EXPECT_TRUE(result.empty());
   solver.Minimise({}, 2, 0, &result);
   EXPECT_EQ(result, (std::vector<int>{-1, -1}));
-}
-
-TEST(HungarianTest, RefusesWhatIsNotAMatrixOfNumbers) {
-  HungarianSolver solver;
-  std::vector<int> result;
-  const double nan = std::nan("");
-  EXPECT_THROW(solver.Minimise(std::vector<double>{1, nan}, 1, 2, &result),
-               std::invalid_argument);
-  EXPECT_THROW(solver.Minimise(std::vector<double>{1, 2, 3}, 2, 2, &result),
-               std::invalid_argument);
+  for (const std::vector<double>& cost :
+       {std::vector<double>{1, std::nan("")}, {1, 2, 3}}) {
+    EXPECT_THROW(solver.Minimise(cost, 1, 2, &result), std::invalid_argument);
+  }
 }
 
 TEST(HungarianTest, LargeProblemMeetsItsDualBound) {
-  // A feasible dual (reduced costs not negative) with equal value proves the
-  // optimum; here the optimum is known by construction: c_ij = u_i + v_j +
-  // slack, slack 0 on one permutation.
+  // c_ij = u_i + v_j + slack, slack 0 on one permutation, which is the optimum:
+  // the reduced costs of this dual are not negative.
   constexpr int kSize = 120;
   Random random(11);
   std::vector<int> permutation(kSize);
-  std::iota(permutation.begin(), permutation.end(), 0);
-  for (int i = kSize - 1; i > 0; --i) {
-    std::swap(permutation[i], permutation[random.Index(i + 1)]);
+  std::vector<double> u(kSize), v(kSize), cost(kSize * kSize);
+  for (int i = 0; i < kSize; ++i) {
+    permutation[i] = i * 7 % kSize;
+    u[i] = random.Uniform(-10, 10);
+    v[i] = random.Uniform(-10, 10);
   }
-  std::vector<double> u(kSize);
-  std::vector<double> v(kSize);
-  for (double& x : u) x = random.Uniform(-10, 10);
-  for (double& x : v) x = random.Uniform(-10, 10);
-  std::vector<double> cost(kSize * kSize);
-  for (int r = 0; r < kSize; ++r) {
-    for (int c = 0; c < kSize; ++c) {
-      const double slack = permutation[r] == c ? 0.0 : random.Uniform(0.1, 5.0);
-      cost[r * kSize + c] = u[r] + v[c] + slack;
-    }
+  for (int i = 0; i < kSize * kSize; ++i) {
+    const int r = i / kSize, c = i % kSize;
+    const double slack = permutation[r] == c ? 0.0 : random.Uniform(0.1, 5.0);
+    cost[i] = u[r] + v[c] + slack;
   }
   HungarianSolver solver;
   std::vector<int> result;

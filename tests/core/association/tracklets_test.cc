@@ -46,7 +46,6 @@ TEST_F(TrackletsTest, WhoHadItHoldsWhatGoesOn) {
   See({0.8, -0.8});  // the order in the file says nothing
   EXPECT_EQ(tracklets_.OwnerOf(0), TrackId(2));
   EXPECT_EQ(tracklets_.OwnerOf(1), TrackId(1));
-  EXPECT_EQ(tracklets_.OwnedSince(1), 0);
 }
 
 TEST_F(TrackletsTest, ADetectorMayMissSomebodyForAWhile) {

@@ -58,53 +58,38 @@ TEST(TriangulationTest, ExactMeasurementsGiveThePoint) {
   }
 }
 
-TEST(TriangulationTest, EqualsSingularValueDecompositionUnderNoise) {
+// Any noise, any weights, and so many views that their rows are reduced in
+// portions: one that took no part would move the point by millimetres.
+TEST(TriangulationTest, EqualsSingularValueDecomposition) {
   Random random(2);
-  for (const double noise_px : {0.5, 5.0, 50.0}) {
-    for (int round = 0; round < 200; ++round) {
-      const int views = 2 + static_cast<int>(random.Index(5));
-      const CameraRig cameras = testing::RingOfCameras(views, 4.0);
-      const Eigen::Vector3d point(random.Uniform(-1, 1), random.Uniform(-1, 1),
-                                  random.Uniform(0, 2));
-      auto measurements = Measure(cameras, point, noise_px, &random);
-      for (PointMeasurement& m : measurements) {
-        m.weight = random.Uniform(0.2, 1.0);
-      }
-      const Eigen::Vector3d expected = BySvd(measurements);
-      const auto result = TriangulateDlt(measurements, {0.0, false});
-      ASSERT_TRUE(result.ok());
-      EXPECT_LT((result.point_m - expected).norm(), 1e-8 * expected.norm());
-    }
-  }
-}
-
-TEST(TriangulationTest, NoViewIsLostAmongMany) {
-  // Noise tells the views apart: one that took no part would move the point by
-  // a share of it, millimetres.
-  Random random(6);
-  for (const int views : {15, 16, 17, 30, 31, 32, 33, 64, 65, 100}) {
+  for (const int views :
+       {2, 3, 4, 5, 6, 15, 16, 17, 30, 31, 32, 33, 64, 65, 100}) {
     const CameraRig cameras = testing::RingOfCameras(views, 4.0);
-    const auto measurements = Measure(cameras, {0.3, 0.2, 1.1}, 20.0, &random);
-    const auto result = TriangulateDlt(measurements);
-    ASSERT_TRUE(result.ok()) << views << " views";
-    EXPECT_LT((result.point_m - BySvd(measurements)).norm(), 1e-9)
-        << views << " views";
-  }
-}
-
-TEST(TriangulationTest, KeepsItsDigitsWithOneFreshAndOneOldView) {
-  // Weights 1 and exp(-15): the squared condition would leave three digits.
-  Random random(3);
-  const CameraRig cameras = testing::RingOfCameras(3, 4.0);
-  const Eigen::Vector3d point(0.4, -0.3, 1.2);
-  for (int round = 0; round < 50; ++round) {
-    auto measurements = Measure(cameras, point, 3.0, &random);
-    measurements.resize(2);
-    measurements[1].weight = std::exp(-15.0);
-    const auto result = TriangulateDlt(measurements);
-    ASSERT_TRUE(result.ok());
-    // Rounding 1e-16 over exp(-15) = 3e-7, with two digits to spare.
-    EXPECT_LT((result.point_m - BySvd(measurements)).norm(), 1e-7);
+    for (const double noise_px : {0.5, 5.0, 50.0}) {
+      for (int round = 0; round < 15; ++round) {
+        const Eigen::Vector3d point(
+            random.Uniform(-1, 1), random.Uniform(-1, 1), random.Uniform(0, 2));
+        auto measurements = Measure(cameras, point, noise_px, &random);
+        for (PointMeasurement& m : measurements) {
+          m.weight = random.Uniform(0.2, 1.0);
+        }
+        const Eigen::Vector3d expected = BySvd(measurements);
+        const auto result = TriangulateDlt(measurements, {0.0, false});
+        ASSERT_TRUE(result.ok());
+        EXPECT_LT((result.point_m - expected).norm(), 1e-8 * expected.norm())
+            << views << " views";
+        // Weights of 1 and exp(-15), a view three frames old: rounding 1e-16
+        // over 3e-7, with two digits to spare; the squared condition of the
+        // normal equations would leave three digits.
+        if (views != 3 || noise_px > 5.0) continue;
+        measurements.resize(2);
+        measurements[0].weight = 1.0;
+        measurements[1].weight = std::exp(-15.0);
+        EXPECT_LT(
+            (TriangulateDlt(measurements).point_m - BySvd(measurements)).norm(),
+            1e-7);
+      }
+    }
   }
 }
 
