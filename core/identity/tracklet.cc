@@ -51,7 +51,7 @@ std::optional<double> Distance(const Pose3d& a, const Pose3d& b) {
   return sum / count;
 }
 
-constexpr double kStateSeconds = 0.3;
+constexpr double kStateSeconds = 0.3;  // at an end, of which a state is told
 
 MotionState FitState(const Tracklet& tracklet, size_t begin, size_t end,
                      TimeNs at) {
@@ -172,16 +172,15 @@ struct Interval {
   std::vector<Pieces::Hop> hops;
 };
 
-// Who is there in each frame, and quick access to where.
-class Crowd {
- public:
-  explicit Crowd(const std::vector<Tracklet>& tracks) : tracks_(tracks) {
+// Who is there in each frame, and where in their tracks.
+struct Crowd {
+  explicit Crowd(const std::vector<Tracklet>& tracks) {
     for (size_t t = 0; t < tracks.size(); ++t) {
       for (size_t k = 0; k < tracks[t].frames.size(); ++k) {
-        present_[tracks[t].frames[k].frame].push_back({t, k});
-        begin_ = std::min(begin_, tracks[t].first().time);
-        end_ = std::max(end_, tracks[t].last().time);
+        present[tracks[t].frames[k].frame].push_back({t, k});
       }
+      begin = std::min(begin, tracks[t].first().time);
+      end = std::max(end, tracks[t].last().time);
     }
   }
 
@@ -189,17 +188,9 @@ class Crowd {
     size_t track;
     size_t index;
   };
-  const std::map<int64_t, std::vector<Place>>& present() const {
-    return present_;
-  }
-  TimeNs begin() const { return begin_; }
-  TimeNs end() const { return end_; }
-
- private:
-  const std::vector<Tracklet>& tracks_;
-  std::map<int64_t, std::vector<Place>> present_;
-  TimeNs begin_ = INT64_MAX;
-  TimeNs end_ = INT64_MIN;
+  std::map<int64_t, std::vector<Place>> present;
+  TimeNs begin = INT64_MAX;  // of the recording
+  TimeNs end = INT64_MIN;
 };
 
 // The index of the last frame not later than `time`; -1 before the first.
@@ -248,7 +239,7 @@ using Intervals = std::vector<std::vector<Interval>>;  // [track]
 // Contacts of others with a track that begins or ends at `at` in the recording.
 void AddEnd(const Crowd& crowd, const std::vector<Tracklet>& tracks, size_t of,
             const TrackletFrame& at, Intervals* intervals) {
-  for (const Crowd::Place& place : crowd.present().at(at.frame)) {
+  for (const Crowd::Place& place : crowd.present.at(at.frame)) {
     const Tracklet& other = tracks[place.track];
     if (place.track == of) continue;
     if ((other.frames[place.index].centre_m - at.centre_m).norm() >= kNear) {
@@ -265,10 +256,10 @@ void AddEnds(const Crowd& crowd, const std::vector<Tracklet>& tracks,
              Intervals* intervals) {
   const TimeNs margin = FromSeconds(kAfter);
   for (size_t t = 0; t < tracks.size(); ++t) {
-    if (tracks[t].first().time > crowd.begin() + margin) {
+    if (tracks[t].first().time > crowd.begin + margin) {
       AddEnd(crowd, tracks, t, tracks[t].first(), intervals);
     }
-    if (tracks[t].last().time < crowd.end() - margin) {
+    if (tracks[t].last().time < crowd.end - margin) {
       AddEnd(crowd, tracks, t, tracks[t].last(), intervals);
     }
   }
@@ -276,7 +267,7 @@ void AddEnds(const Crowd& crowd, const std::vector<Tracklet>& tracks,
 
 void AddMeetings(const Crowd& crowd, const std::vector<Tracklet>& tracks,
                  Intervals* intervals) {
-  for (const auto& [frame, places] : crowd.present()) {
+  for (const auto& [frame, places] : crowd.present) {
     for (size_t i = 0; i < places.size(); ++i) {
       for (size_t k = i + 1; k < places.size(); ++k) {
         const Tracklet& a = tracks[places[i].track];
