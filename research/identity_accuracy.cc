@@ -8,8 +8,6 @@
 //     [--second_pass] [--linking_only] [--details] [--lines=FILE]
 //     [--tracks=FOLDER] [--json=FILE]
 //   identity_accuracy --table=FILE [--json=FILE]
-//   identity_accuracy --single_frames [--scenes=A,B] [--seeds=FIRST:END]
-//   identity_accuracy --ten_minutes [--scenes=A] [--seeds=FIRST:END]
 //
 // A scene is a name of the table below (default: all); several share a
 // beginning, "6p_5c". What was counted in each recording is appended to FILE,
@@ -26,7 +24,6 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
-#include <ctime>
 #include <filesystem>
 #include <fstream>
 #include <limits>
@@ -483,57 +480,6 @@ void WriteJson(const std::string& path, std::map<Key, Counts> table) {
   file << "\n}\n";
 }
 
-// Keeps one frame of `step`.
-void Thin(size_t step, SyntheticRecording* recording) {
-  const auto thin = [&](auto* frames) {
-    size_t kept = 0;
-    for (size_t f = 0; f < frames->size(); f += step) {
-      if (kept != f) (*frames)[kept] = std::move((*frames)[f]);
-      ++kept;
-    }
-    frames->resize(kept);
-  };
-  thin(&recording->detections.frames);
-  thin(&recording->labels.frames);
-  thin(&recording->truth.frames);
-}
-
-// Person-frames of the truth, and how many of them were found.
-struct Found {
-  int64_t by_truth = 0;  // two views or more have a detection of them
-  int64_t found = 0;
-  int64_t false_people = 0;
-};
-
-Found FoundIn(const SyntheticRecording& recording,
-              const TrackSequence& tracks) {
-  Found counts;
-  std::map<std::pair<int64_t, int64_t>, int> views;  // by frame and person
-  for (size_t f = 0; f < recording.labels.frames.size(); ++f) {
-    for (const auto& view : recording.labels.frames[f]) {
-      std::set<int> seen;
-      for (const DetectionTruth& truth : view) {
-        const bool whole = truth.kind == DetectionKind::kPerson;
-        if (truth.person >= 0 && whole) seen.insert(truth.person);
-      }
-      for (const int person : seen) {
-        ++views[{recording.detections.frames[f].frame, person}];
-      }
-    }
-  }
-  const JointPairs joints =
-      CommonJoints(recording.truth.header.skeleton, tracks.header.skeleton);
-  for (const PersonPair& pair :
-       PairPeople(recording.truth, tracks, joints, kGateM, {})) {
-    if (views[{pair.frame, pair.truth->id.value()}] < 2) continue;
-    ++counts.by_truth;
-    if (pair.found != nullptr) ++counts.found;
-  }
-  counts.false_people =
-      EvaluateIdentity(recording.truth, tracks).false_positives;
-  return counts;
-}
-
 std::map<Key, Counts> ReadLines(const std::string& path) {
   std::map<Key, Counts> table;
   std::ifstream file(path);
@@ -561,8 +507,6 @@ struct Arguments {
   bool second_pass = false;
   bool linking_only = false;
   bool details = false;
-  bool single_frames = false;
-  bool ten_minutes = false;
   std::string lines;
   std::string tracks;
   std::string table;
@@ -616,76 +560,6 @@ class Benchmark {
     PrintPieces("linked", recording.truth, linked);
   }
 
-  // Frames a minute apart.
-  void RunSingleFrames(const Layout& layout, int first_seed, int end_seed) {
-    constexpr double kMinutes = 100.0;
-    std::map<bool, Found> sums;  // by whether there is a second pass
-    for (int seed = first_seed; seed < end_seed; ++seed) {
-      SyntheticRecording recording =
-          MakeRecording(ProjectConfig("synthetic/demo.toml"),
-                        Overrides(layout, seed, 1.0, 60.0 * kMinutes));
-      Thin(60, &recording);
-      RunRequest request;
-      request.cameras = recording.scene.cameras;
-      for (const bool twice : {false, true}) {
-        RunOptions options = whole_;
-        options.input.independent_frames = true;
-        options.tracker.life.second_pass = twice;
-        const Found one = FoundIn(
-            recording, TrackSequenceOf(options, request, recording.detections));
-        sums[twice].by_truth += one.by_truth;
-        sums[twice].found += one.found;
-        sums[twice].false_people += one.false_people;
-      }
-    }
-    for (const auto& [twice, sum] : sums) {
-      std::printf("| %s | %s | %d | %lld | %lld | %.2f | %lld |\n", layout.name,
-                  twice ? "batch, second pass" : "batch", end_seed - first_seed,
-                  static_cast<long long>(sum.by_truth),
-                  static_cast<long long>(sum.found),
-                  100.0 * static_cast<double>(sum.found) /
-                      static_cast<double>(sum.by_truth),
-                  static_cast<long long>(sum.false_people));
-    }
-    std::fflush(stdout);
-  }
-
-  // What linking costs; the poses are the causal Gaussian's, which breaks
-  // tracks no less often.
-  void RunTenMinutes(const Layout& layout, int seed) {
-    SyntheticRecording recording =
-        MakeRecording(ProjectConfig("synthetic/demo.toml"),
-                      Overrides(layout, seed, layout.rate_hz, 600.0));
-    Hide(layout, seed, &recording);
-    RunOptions options = graph_;
-    options.estimators.output = OutputKind::kGaussian;
-    const TrackSequence tracks =
-        FirstPass(layout, seed, recording, options, "_ten_minutes");
-    TrackSequence linked = tracks;
-    const std::clock_t begin = std::clock();
-    const std::vector<IdentityEdit> edits =
-        LinkIdentities(tracks.header.skeleton, tracks.header.frame_rate_hz,
-                       whole_.identity, &linked.frames);
-    const double seconds =
-        static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
-    Counts counts;
-    CountJoins(recording.truth, tracks, edits, arguments_.details, &counts);
-    const IdentityResult before = EvaluateIdentity(recording.truth, tracks);
-    const IdentityResult after = EvaluateIdentity(recording.truth, linked);
-    const IdentityResult by_truth = EvaluateIdentity(
-        recording.truth, JoinedByTruth(recording.truth, tracks));
-    std::printf(
-        "%s, seed %d: %zu frames, %lld tracks, %lld after linking, %.0f joins, "
-        "%.0f wrong, IDF1 %.2f, linked %.2f, joined by truth %.2f, %.2f s of "
-        "processor time\n",
-        layout.name, seed, tracks.frames.size(),
-        static_cast<long long>(before.identities),
-        static_cast<long long>(after.identities), counts.joins,
-        counts.wrong_joins, 100.0 * before.Idf1(), 100.0 * after.Idf1(),
-        100.0 * by_truth.Idf1(), seconds);
-    std::fflush(stdout);
-  }
-
   const std::map<Key, Counts>& table() const { return table_; }
 
  private:
@@ -710,10 +584,9 @@ class Benchmark {
   // The tracks of graph mode, from their file if they are there.
   TrackSequence FirstPass(const Layout& layout, int seed,
                           const SyntheticRecording& recording,
-                          const RunOptions& options,
-                          const std::string& what = "") const {
+                          const RunOptions& options) const {
     const std::string path = arguments_.tracks + "/" + layout.name + "_" +
-                             std::to_string(seed) + what + ".jsonl";
+                             std::to_string(seed) + ".jsonl";
     if (!arguments_.tracks.empty() && std::filesystem::exists(path)) {
       return ReadTracks(path);
     }
@@ -781,10 +654,6 @@ bool Parse(const std::string& argument, Arguments* arguments) {
     arguments->linking_only = true;
   } else if (key == "--details") {
     arguments->details = true;
-  } else if (key == "--single_frames") {
-    arguments->single_frames = true;
-  } else if (key == "--ten_minutes") {
-    arguments->ten_minutes = true;
   } else if (key == "--lines") {
     arguments->lines = value;
   } else if (key == "--tracks") {
@@ -814,27 +683,12 @@ int Main(int argc, char** argv) {
     return 0;
   }
   Benchmark benchmark(arguments);
-  if (arguments.single_frames) {
-    std::printf(
-        "| scene | way | takes | whom two views see | found | %% | false |\n"
-        "|---|---|---|---|---|---|---|\n");
-  }
   for (const Layout& layout : kLayouts) {
     if (!IsAsked(arguments, layout.name)) continue;
-    if (arguments.single_frames) {
-      benchmark.RunSingleFrames(layout, arguments.first_seed,
-                                arguments.end_seed);
-      continue;
-    }
     for (int seed = arguments.first_seed; seed < arguments.end_seed; ++seed) {
-      if (arguments.ten_minutes) {
-        benchmark.RunTenMinutes(layout, seed);
-      } else {
-        benchmark.Run(layout, seed);
-      }
+      benchmark.Run(layout, seed);
     }
   }
-  if (arguments.single_frames || arguments.ten_minutes) return 0;
   PrintTable(benchmark.table());
   if (!arguments.json.empty()) WriteJson(arguments.json, benchmark.table());
   return 0;

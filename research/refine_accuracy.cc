@@ -9,11 +9,6 @@
 // share of joints in their 95 % ellipsoids after refinement, rms error of what
 // was refined (degrees, px, per cent or ms) with the rms that the covariance
 // states, how often the refinement was taken, and its processor time [s].
-//
-//   refine_accuracy drift [SEED]
-//
-// A recording of ten minutes (3 people, 5 cameras, 25 Hz, 2 px), one clock of
-// which runs 100 ppm too fast: what is found, and the time it takes.
 #include <Eigen/Geometry>
 #include <cmath>
 #include <cstdio>
@@ -342,44 +337,6 @@ nlohmann::json Run(int seeds, uint64_t first_seed, const std::string& only) {
   return rows;
 }
 
-// The clock of view 3 gains 100 us a second; it is right in the middle.
-void RunDrift(uint64_t seed) {
-  constexpr double kDrift = 1e-4;
-  constexpr int kSteps = 20;  // of 3 ms
-  FaultySceneOptions options;
-  options.seed = seed;
-  options.people = 3;
-  options.duration_s = 600.0;
-  FaultyScene scene = MakeFaultyScene(options);
-  const size_t count = scene.detections.frames.size();
-  for (int step = 0; step < kSteps; ++step) {
-    const double middle_s = options.duration_s * ((step + 0.5) / kSteps - 0.5);
-    FaultySceneOptions late = options;
-    late.clock_offset_s = {0.0, 0.0, 0.0, kDrift * middle_s, 0.0};
-    const FaultyScene moved = MakeFaultyScene(late);
-    for (size_t k = count * static_cast<size_t>(step) / kSteps;
-         k < count * static_cast<size_t>(step + 1) / kSteps; ++k) {
-      scene.detections.frames[k].views[3] = moved.detections.frames[k].views[3];
-    }
-  }
-  const RunOptions run = ReadRunOptions(ProjectConfig("default.toml"),
-                                        "cameras.refine_clock=true", "");
-  RunRequest request;
-  request.cameras = scene.cameras;
-  const double start_s = ProcessorSeconds();
-  const RefinedRecording refined =
-      RefineRecording(run, request, scene.detections);
-  std::printf("ten minutes, %zu frames: %.1f s of processor time\n", count,
-              ProcessorSeconds() - start_s);
-  for (size_t v = 0; v < 5; ++v) {
-    const CameraChange& change = refined.refinement.changes[v];
-    const CameraChange& sigma = refined.refinement.sigmas[v];
-    std::printf("view %zu: offset %+.3f +- %.3f ms, drift %+.2f +- %.2f ppm\n",
-                v, 1e3 * change[kOffsetAt], 1e3 * sigma[kOffsetAt],
-                1e6 * change[kDriftAt], 1e6 * sigma[kDriftAt]);
-  }
-}
-
 }  // namespace
 }  // namespace kinegraph::testing
 
@@ -390,10 +347,6 @@ int main(int argc, char** argv) {
   arguments.resize(3);
   const uint64_t seed =
       arguments[1].empty() ? 70001 : std::stoull(arguments[1]);
-  if (arguments[0] == "drift") {
-    kinegraph::testing::RunDrift(seed);
-    return 0;
-  }
   const int seeds = arguments[0].empty() ? 3 : std::stoi(arguments[0]);
   const nlohmann::json rows =
       kinegraph::testing::Run(seeds, seed, arguments[2]);
