@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <optional>
 #include <set>
 #include <utility>
 
@@ -49,36 +48,6 @@ std::vector<CostPair> MatchFrame(const std::vector<PersonPose>& truth,
   }
   return pairs;
 }
-
-// How many frames each true person and each identity were together.
-class TogetherCounter {
- public:
-  void Add(TrackId truth, TrackId found) { ++counts_[{truth, found}]; }
-
-  // The most frames a one-to-one choice of identities explains.
-  int64_t Best() const {
-    std::map<TrackId, int> rows;
-    std::map<TrackId, int> columns;
-    for (const auto& [ids, count] : counts_) {
-      rows.emplace(ids.first, static_cast<int>(rows.size()));
-      columns.emplace(ids.second, static_cast<int>(columns.size()));
-    }
-    // The gain as a negative cost. A pair that was never together gains 0 and
-    // may be chosen, so that the number of pairs does not matter.
-    MatrixXd cost = MatrixXd::Zero(rows.size(), columns.size());
-    for (const auto& [ids, count] : counts_) {
-      cost(rows[ids.first], columns[ids.second]) = -static_cast<double>(count);
-    }
-    double best = 0.0;
-    for (const CostPair& pair : MatchOneToOne(cost, kNoGate)) {
-      best -= pair.cost;
-    }
-    return std::llround(best);
-  }
-
- private:
-  std::map<std::pair<TrackId, TrackId>, int64_t> counts_;
-};
 
 void AddFrame(const std::vector<PersonPose>& truth,
               const std::vector<PersonPose>& found,
@@ -164,9 +133,9 @@ void MarkBeside(const MatrixXd& distances, const std::vector<int>& unmatched,
   }
 }
 
-// HOTA, which needs the whole recording before it can match a frame: pairs of
-// people that are similar over the recording are preferred.
-class HotaCounter {
+// What needs the whole recording: IDF1's choice of identities, and HOTA, which
+// prefers pairs of people that are similar over the recording.
+class WholeRecording {
  public:
   void Add(const ScoredFrame& frame) {
     Similarities& similarities = frames_.emplace_back();
@@ -176,13 +145,31 @@ class HotaCounter {
     for (const PersonPose& person : frame.found) {
       similarities.found.push_back(IndexOf(person.id, &found_index_));
     }
-    similarities.values = frame.distances.unaryExpr([&](double distance_m) {
+    similarities.are_near = frame.distances.array() <= kPersonGateM;
+    similarities.values = frame.distances.unaryExpr([](double distance_m) {
       const double similarity = 1.0 - distance_m / (2.0 * kPersonGateM);
       return similarity > 0.0 ? similarity : 0.0;  // also of NaN
     });
   }
 
-  std::array<HotaScores, kHotaThresholdCount> Scores() const {
+  // The most frames that a one-to-one choice of identities explains.
+  int64_t IdentityTruePositives() const {
+    // The gain as a negative cost. A pair that was never together gains 0 and
+    // may be chosen, so that the number of pairs does not matter.
+    MatrixXd cost = MatrixXd::Zero(truth_index_.size(), found_index_.size());
+    for (const Similarities& frame : frames_) {
+      for (size_t i = 0; i < frame.truth.size(); ++i) {
+        for (size_t k = 0; k < frame.found.size(); ++k) {
+          if (frame.are_near(i, k)) cost(frame.truth[i], frame.found[k]) -= 1.0;
+        }
+      }
+    }
+    double best = 0.0;
+    for (const CostPair& pair : MatchOneToOne(cost, kNoGate)) best -= pair.cost;
+    return std::llround(best);
+  }
+
+  std::array<HotaScores, kHotaThresholdCount> Hota() const {
     const Totals totals = Count();
     std::array<std::vector<double>, kHotaThresholdCount> matched;
     std::array<MatrixXd, kHotaThresholdCount> together;
@@ -216,6 +203,7 @@ class HotaCounter {
   struct Similarities {
     std::vector<int> truth;
     std::vector<int> found;
+    Eigen::Array<bool, Eigen::Dynamic, Eigen::Dynamic> are_near;
     MatrixXd values;
   };
   struct Totals {
@@ -337,8 +325,7 @@ IdentityResult EvaluateIdentity(const TrackSequence& truth,
   IdentityResult result;
   std::map<TrackId, PersonState> states;
   std::set<TrackId> identities;
-  TogetherCounter together;
-  HotaCounter hota;
+  WholeRecording recording;
   for (const TrackFrame& true_frame : truth.frames) {
     if (!ContainsFrame(options.frames, true_frame.frame)) continue;
     ScoredFrame scored;
@@ -374,22 +361,15 @@ IdentityResult EvaluateIdentity(const TrackSequence& truth,
     scored.found = std::move(kept_people);
 
     AddFrame(scored.truth, scored.found, pairs, &states, &result);
-    for (size_t i = 0; i < scored.truth.size(); ++i) {
-      for (size_t k = 0; k < scored.found.size(); ++k) {
-        if (scored.distances(i, k) <= kPersonGateM) {
-          together.Add(scored.truth[i].id, scored.found[k].id);
-        }
-      }
-    }
-    hota.Add(scored);
+    recording.Add(scored);
     for (const PersonPose& person : scored.found) identities.insert(person.id);
   }
   result.true_people = static_cast<int64_t>(states.size());
   result.identities = static_cast<int64_t>(identities.size());
   result.misses = result.true_person_frames - result.matches;
   result.false_positives = result.found_person_frames - result.matches;
-  result.identity_true_positives = together.Best();
-  result.hota_at = hota.Scores();
+  result.identity_true_positives = recording.IdentityTruePositives();
+  result.hota_at = recording.Hota();
   return result;
 }
 

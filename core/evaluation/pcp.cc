@@ -116,13 +116,10 @@ class PcpPoseMaker {
 
 std::vector<PersonPose> ConvertPeople(const std::vector<PersonPose>& people,
                                       const PcpPoseMaker& make_pose) {
-  std::vector<PersonPose> converted;
-  converted.reserve(people.size());
-  for (const PersonPose& person : people) {
-    PersonPose one;
-    one.id = person.id;
-    one.joints = make_pose(person.joints);
-    converted.push_back(std::move(one));
+  std::vector<PersonPose> converted(people.size());
+  for (size_t i = 0; i < people.size(); ++i) {
+    converted[i].id = people[i].id;
+    converted[i].joints = make_pose(people[i].joints);
   }
   return converted;
 }
@@ -211,36 +208,31 @@ PcpPersonFrame ScorePerson(int64_t frame, const PersonPose& truth,
   PcpPersonFrame scored;
   scored.frame = frame;
   scored.actor = truth.id.value();
-  if (found != nullptr) scored.predicted = found->id;
   const Pose3d* pose = found == nullptr ? nullptr : &found->joints;
-  const std::optional<double> person_distance_m =
-      pose == nullptr
-          ? std::nullopt
-          : MeanDistance(truth.joints, *pose, MatchingJoints(protocol));
-  for (int part = 0; part < kPcpPartCount; ++part) {
-    const int first = kParts[part].first;
-    const int second = kParts[part].second;
+  LostPart part;  // of which the next is written over the one before
+  part.frame = frame;
+  part.actor = scored.actor;
+  if (found != nullptr) {
+    scored.predicted = part.predicted = found->id;
+    part.person_distance_m =
+        MeanDistance(truth.joints, *pose, MatchingJoints(protocol));
+  }
+  for (part.part = 0; part.part < kPcpPartCount; ++part.part) {
+    const int first = kParts[part.part].first;
+    const int second = kParts[part.part].second;
     if (!truth.joints[first].present() || !truth.joints[second].present()) {
       continue;
     }
-    LostPart maybe_lost;
-    maybe_lost.frame = frame;
-    maybe_lost.actor = scored.actor;
-    maybe_lost.part = part;
-    maybe_lost.predicted = scored.predicted;
-    maybe_lost.person_distance_m = person_distance_m;
-    maybe_lost.length_m =
+    part.length_m =
         (truth.joints[first].position_m - truth.joints[second].position_m)
             .norm();
-    maybe_lost.first_error_m = JointError(truth.joints, pose, first);
-    maybe_lost.second_error_m = JointError(truth.joints, pose, second);
-    if (IsRight(maybe_lost.first_error_m, maybe_lost.second_error_m,
-                maybe_lost.length_m, protocol)) {
-      scored.parts[part] = PartVerdict::kRight;
-    } else {
-      scored.parts[part] = PartVerdict::kWrong;
-      lost->push_back(maybe_lost);
-    }
+    part.first_error_m = JointError(truth.joints, pose, first);
+    part.second_error_m = JointError(truth.joints, pose, second);
+    const bool is_right = IsRight(part.first_error_m, part.second_error_m,
+                                  part.length_m, protocol);
+    scored.parts[part.part] =
+        is_right ? PartVerdict::kRight : PartVerdict::kWrong;
+    if (!is_right) lost->push_back(part);
   }
   return scored;
 }
@@ -481,14 +473,14 @@ std::vector<int64_t> PcpResult::Actors() const {
 }
 
 std::vector<int64_t> PcpResult::HeadlineActors() const {
+  std::vector<int64_t> actors = Actors();
   const std::vector<int64_t>& wanted = protocol.headline_actors;
-  if (wanted.empty()) return Actors();
-  std::vector<int64_t> actors;
-  for (const int64_t actor : Actors()) {
-    if (std::find(wanted.begin(), wanted.end(), actor) != wanted.end()) {
-      actors.push_back(actor);
-    }
-  }
+  if (wanted.empty()) return actors;
+  const auto is_asked = [&](int64_t actor) {
+    return std::find(wanted.begin(), wanted.end(), actor) != wanted.end();
+  };
+  actors.erase(std::stable_partition(actors.begin(), actors.end(), is_asked),
+               actors.end());
   return actors;
 }
 

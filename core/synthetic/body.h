@@ -7,7 +7,6 @@
 
 #include <Eigen/Core>
 #include <array>
-#include <string>
 #include <vector>
 
 #include "core/skeleton/skeleton.h"

@@ -1,8 +1,5 @@
 #include "core/synthetic/spline.h"
 
-#include <algorithm>
-#include <utility>
-
 namespace kinegraph {
 namespace {
 

@@ -5,7 +5,6 @@
 #include <Eigen/Geometry>
 #include <cstddef>
 #include <optional>
-#include <string>
 #include <vector>
 
 #include "core/data/pose.h"

@@ -34,10 +34,9 @@ std::string Squeezed(const std::string& label) {
     }
   }
   const std::string study = "study";  // of OpenCap's augmented markers
-  if (squeezed.size() > study.size() &&
-      squeezed.compare(squeezed.size() - study.size(), study.size(), study) ==
-          0) {
-    squeezed.resize(squeezed.size() - study.size());
+  const size_t end = squeezed.size() - study.size();
+  if (squeezed.size() > study.size() && squeezed.find(study, end) == end) {
+    squeezed.resize(end);
   }
   return squeezed;
 }
@@ -45,11 +44,12 @@ std::string Squeezed(const std::string& label) {
 // What nearly all labels begin with, as "Anna_" or "Q_": a subject's or a set's
 // name. Not a side, "L_".
 std::string PrefixOf(const Names& labels) {
-  const size_t end = labels.empty() ? 0 : labels.front().find('_') + 1;
-  const std::string prefix =
-      labels.empty() ? "" : labels.front().substr(0, end);
-  if (prefix.size() < 2 || Squeezed(prefix) == "l" || Squeezed(prefix) == "r")
+  if (labels.empty()) return "";
+  const std::string& first = labels.front();
+  const std::string prefix = first.substr(0, first.find('_') + 1);
+  if (prefix.size() < 2 || Squeezed(prefix) == "l" || Squeezed(prefix) == "r") {
     return "";
+  }
   const auto count = std::count_if(
       labels.begin(), labels.end(), [&](const std::string& label) {
         return label.compare(0, prefix.size(), prefix) == 0;
@@ -397,13 +397,17 @@ std::vector<Placed> Place(const MarkerSet& set, const Names& labels,
 }
 
 std::vector<Bone> BonesOf(const Names& joints) {
-  const auto place = [&](const std::string& joint) {
-    const auto at = std::find(joints.begin(), joints.end(), joint);
-    return at == joints.end() ? -1 : static_cast<int>(at - joints.begin());
+  std::vector<Bone> bones;
+  const auto add = [&](const std::string& a, const std::string& b) {
+    const auto at_a = std::find(joints.begin(), joints.end(), a);
+    const auto at_b = std::find(joints.begin(), joints.end(), b);
+    if (at_a == joints.end() || at_b == joints.end()) return;
+    bones.push_back({static_cast<int>(at_a - joints.begin()),
+                     static_cast<int>(at_b - joints.begin())});
   };
-  std::vector<std::pair<std::string, std::string>> pairs = {
-      {"l_shoulder", "r_shoulder"}, {"l_hip", "r_hip"}};
-  for (const char* side : {"l_", "r_"}) {
+  add("l_shoulder", "r_shoulder");
+  add("l_hip", "r_hip");
+  for (const std::string side : {"l_", "r_"}) {
     for (const auto& [a, b] : {std::pair{"shoulder", "elbow"},
                                {"elbow", "wrist"},
                                {"shoulder", "hip"},
@@ -412,12 +416,8 @@ std::vector<Bone> BonesOf(const Names& joints) {
                                {"ankle", "heel"},
                                {"ankle", "big_toe"},
                                {"ankle", "small_toe"}}) {
-      pairs.push_back({side + std::string(a), side + std::string(b)});
+      add(side + a, side + b);
     }
-  }
-  std::vector<Bone> bones;
-  for (const auto& [a, b] : pairs) {
-    if (place(a) >= 0 && place(b) >= 0) bones.push_back({place(a), place(b)});
   }
   return bones;
 }

@@ -2,7 +2,6 @@
 #ifndef KINEGRAPH_CORE_EVALUATION_MARKERS_MARKER_SETS_H_
 #define KINEGRAPH_CORE_EVALUATION_MARKERS_MARKER_SETS_H_
 
-#include <optional>
 #include <string>
 #include <vector>
 

@@ -141,17 +141,18 @@ TEST(PairedDifferenceTest, ConstantAdvantageIsCertain) {
   const std::vector<double> b = CorrelatedSeries(200, 0.8, 10);
   std::vector<double> a = b;
   for (double& value : a) value += 0.25;
-  const Interval interval = PairedDifferenceInterval({Series(a)}, {Series(b)});
-  // Whatever is drawn, the difference is 0.25 up to rounding of sums of 200.
-  EXPECT_NEAR(interval.low, 0.25, 1e-12);
-  EXPECT_NEAR(interval.high, 0.25, 1e-12);
+  // One series each: the mean of ratios is the pooled ratio.
+  for (const auto interval_of :
+       {PairedDifferenceInterval, PairedPooledInterval}) {
+    const Interval interval = interval_of({Series(a)}, {Series(b)}, {});
+    // Whatever is drawn, the difference is 0.25 up to rounding of sums of 200.
+    EXPECT_NEAR(interval.low, 0.25, 1e-12);
+    EXPECT_NEAR(interval.high, 0.25, 1e-12);
+    EXPECT_THROW(interval_of({Series({1.0})}, {Series({1.0, 2.0})}, {}),
+                 OptionError);
+  }
   // Unpaired, neither mean is that sure.
   EXPECT_GT(MeanOfRatiosInterval({Series(b)}).standard_error, 0.1);
-}
-
-TEST(PairedDifferenceTest, WantsTheSameFrames) {
-  EXPECT_THROW(PairedDifferenceInterval({Series({1.0})}, {Series({1.0, 2.0})}),
-               OptionError);
 }
 
 TEST(PooledRatio, AddsUpUnitsOfAllSeries) {
@@ -159,20 +160,6 @@ TEST(PooledRatio, AddsUpUnitsOfAllSeries) {
                                            {{0.0, 0.0}, {4.0, 1.0}}};
   EXPECT_DOUBLE_EQ(PooledRatio(series), 10.0 / 4.0);
   EXPECT_TRUE(std::isnan(PooledRatio({})));
-}
-
-TEST(PooledRatio, PairedIntervalOfAConstantDifferenceIsThatDifference) {
-  std::vector<RatioSeries> a(1), b(1);
-  for (int k = 0; k < 200; ++k) {
-    const double value = std::sin(0.1 * k);  // far larger than the difference
-    a[0].push_back({value + 0.01, 1.0});
-    b[0].push_back({value, 1.0});
-  }
-  const Interval paired = PairedPooledInterval(a, b);
-  EXPECT_NEAR(paired.low, 0.01, 1e-12);
-  EXPECT_NEAR(paired.high, 0.01, 1e-12);
-  b[0].pop_back();
-  EXPECT_THROW(PairedPooledInterval(a, b), OptionError);
 }
 
 }  // namespace

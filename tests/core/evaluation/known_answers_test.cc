@@ -161,39 +161,9 @@ TEST(KnownAnswersTest, CrossViewTrackingOnCampus) {
   }
 }
 
-// data/shelf/peers/README.md: PCP mean (actors) and strict mean.
-TEST(KnownAnswersTest, PeersOnShelf) {
-  KINEGRAPH_DATA_OR_SKIP(folder, "shelf");
-  const TrackSequence truth = ReadTracks(folder + "/raw/gt.txt");
-  struct Peer {
-    const char* file;
-    std::array<double, 3> actors;
-    double mean;
-    double strict;  // one decimal
-  };
-  // The table gives no strict figure for Pose2Sim.
-  for (const Peer& peer :
-       {Peer{"4da_linux_O3_SKEL19.json", {98.75, 94.86, 98.45}, 97.35, 92.1},
-        Peer{"p2s_multi.json", {98.39, 93.51, 98.39}, 96.76, kNone}}) {
-    SCOPED_TRACE(peer.file);
-    const TrackSequence tracks = ReadTracks(folder + "/peers/" + peer.file);
-    const PcpResult result = Evaluate(truth, tracks, kChu, EndpointRule::kMean);
-    for (int actor = 0; actor < 3; ++actor) {
-      EXPECT_NEAR(CountParts(result, actor, PcpGroup::kTotal).percent(),
-                  peer.actors[actor], kTwoDecimals);
-    }
-    EXPECT_NEAR(MeanOfActors(result, PcpGroup::kTotal), peer.mean,
-                kTwoDecimals);
-    if (peer.strict == kNone) continue;
-    EXPECT_NEAR(MeanOfActors(Evaluate(truth, tracks, kChu, EndpointRule::kEach),
-                             PcpGroup::kTotal),
-                peer.strict, kOneDecimal);
-  }
-}
-
-// The tools for one person, on actor 0: PCP of both rules with two decimals,
-// acceleration [mm/frame^2] with the decimals given, bone spread and error [mm]
-// with one.
+// data/shelf/peers/README.md: the tools for one person, on actor 0: PCP of both
+// rules with two decimals, acceleration [mm/frame^2] with the decimals given,
+// bone spread and error [mm] with one.
 TEST(KnownAnswersTest, SinglePersonPeersOnShelf) {
   KINEGRAPH_DATA_OR_SKIP(folder, "shelf");
   const TrackSequence truth = ReadTracks(folder + "/raw/gt.txt");

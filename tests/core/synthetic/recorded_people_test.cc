@@ -110,23 +110,6 @@ TEST(RecordedPeople, AreThereExactlyAsLongAsTheClip) {
   EXPECT_NEAR(EndOf(people), 1.5 + length, 1e-9);
 }
 
-TEST(RecordedPeople, ARateOfOnesOwnSeesTheSameMotion) {
-  SceneOptions options;
-  options.frame_rate_hz = 120.0;
-  options.duration_s = 3.9;
-  const MotionClip clip = Walk(1, 30.0);
-  const Scene fast = MakeScene(options, Coco17(), Make(InPlace(1), {clip}));
-  const Vector3d moved = fast.poses[0][0][0].position_m -
-                         clip.tracks.frames[0].people[0].joints[0].position_m;
-  for (size_t f = 0; f < 100; ++f) {
-    EXPECT_LT((fast.poses[4 * f][0][9].position_m - moved -
-               clip.tracks.frames[f].people[0].joints[9].position_m)
-                  .norm(),
-              1e-7)
-        << "times in nanoseconds, joints below 10 m/s";
-  }
-}
-
 TEST(RecordedPeople, APlaceIsTheMiddleOfTheWayAndATurnTurnsIt) {
   RecordedPeopleOptions options = InPlace(1);
   const MotionClip clip = Walk();

@@ -74,22 +74,6 @@ TEST(Scene, FlexibleTrunkMovesOnlyWhatCrossesSpineAndNeck) {
   EXPECT_LT(spread, 0.15);
 }
 
-TEST(Scene, SidesAreEqual) {
-  const Scene scene = MakeScene(Options(5, 3));
-  const Skeleton& s = scene.skeleton;
-  auto length = [&](const Pose3d& pose, const char* a, const char* b) {
-    return (pose[s.IndexOf(a)].position_m - pose[s.IndexOf(b)].position_m)
-        .norm();
-  };
-  for (const Pose3d& pose : scene.poses[0]) {
-    if (pose.empty()) continue;
-    EXPECT_NEAR(length(pose, "l_hip", "l_knee"),
-                length(pose, "r_hip", "r_knee"), 1e-12);
-    EXPECT_NEAR(length(pose, "l_elbow", "l_wrist"),
-                length(pose, "r_elbow", "r_wrist"), 1e-12);
-  }
-}
-
 // Greatest speed and acceleration by joint class, at 100 Hz.
 TEST(Scene, MovesWithinHumanLimits) {
   // Walking and gestures. Trunk: a walker's centre of mass stays below 2 m/s^2
