@@ -83,15 +83,19 @@ std::optional<double> Around(double sine, double cosine) {
 
 double Tilt(double sine) { return std::asin(std::clamp(sine, -1.0, 1.0)); }
 
-// The thigh, from the knee up to the hip, in the frame of the hips.
-std::optional<Vector3d> Thigh(const Points& p, double side) {
-  const auto pelvis = AxesByRight(Trunk(p), Hips(p));
-  const auto thigh = Unit(p[HipOf(side)] - p[4]);
-  if (!pelvis || !thigh) return std::nullopt;
-  return pelvis->In(*thigh);
+// A direction in a frame; nullopt where one of them is undetermined.
+std::optional<Vector3d> In(const std::optional<Axes>& axes,
+                           const std::optional<Vector3d>& direction) {
+  if (!axes || !direction) return std::nullopt;
+  return axes->In(*direction);
 }
 
-// Rz(flexion) Rx(adduction) y is the thigh.
+// The thigh, from the knee up to the hip, in the frame of the hips:
+// Rz(flexion) Rx(adduction) y.
+std::optional<Vector3d> Thigh(const Points& p, double side) {
+  return In(AxesByRight(Trunk(p), Hips(p)), Unit(p[HipOf(side)] - p[4]));
+}
+
 std::optional<double> HipFlexion(const Points& p, const Vector3d&,
                                  double side) {
   const auto thigh = Thigh(p, side);
@@ -108,19 +112,15 @@ std::optional<double> HipAdduction(const Points& p, const Vector3d&,
 
 std::optional<double> ShoulderPlane(const Points& p, const Vector3d&,
                                     double side) {
-  const auto thorax = AxesByUp(Trunk(p), Shoulders(p));
-  const auto arm = Unit(p[4] - p[ShoulderOf(side)]);
-  if (!thorax || !arm) return std::nullopt;
-  const Vector3d in_thorax = thorax->In(*arm);
-  return Around(in_thorax.x(), side * in_thorax.z());
+  const auto arm =
+      In(AxesByUp(Trunk(p), Shoulders(p)), Unit(p[4] - p[ShoulderOf(side)]));
+  if (!arm) return std::nullopt;
+  return Around(arm->x(), side * arm->z());
 }
 
 // The trunk in the frame of up and the hips' heading.
 std::optional<Vector3d> Lean(const Points& p, const Vector3d& up) {
-  const auto heading = AxesByUp(up, Hips(p));
-  const auto trunk = Unit(Trunk(p));
-  if (!heading || !trunk) return std::nullopt;
-  return heading->In(*trunk);
+  return In(AxesByUp(up, Hips(p)), Unit(Trunk(p)));
 }
 
 std::optional<double> TrunkForward(const Points& p, const Vector3d& up,
@@ -138,11 +138,9 @@ std::optional<double> TrunkRight(const Points& p, const Vector3d& up, double) {
 
 // From the hips to the shoulders, about the trunk's axis.
 std::optional<double> TrunkTurn(const Points& p, const Vector3d&, double) {
-  const auto hips = AxesByUp(Trunk(p), Hips(p));
-  const auto shoulders = Unit(Shoulders(p));
-  if (!hips || !shoulders) return std::nullopt;
-  const Vector3d in_hips = hips->In(*shoulders);
-  return Around(in_hips.x(), in_hips.z());
+  const auto shoulders = In(AxesByUp(Trunk(p), Hips(p)), Unit(Shoulders(p)));
+  if (!shoulders) return std::nullopt;
+  return Around(shoulders->x(), shoulders->z());
 }
 
 // Points: l_hip, r_hip.
