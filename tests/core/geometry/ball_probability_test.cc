@@ -21,8 +21,9 @@ Eigen::Matrix3d Covariance(double a_mm, double b_mm, double c_mm) {
   return turn * sigma_m.cwiseAbs2().asDiagonal() * turn.transpose();
 }
 
-// The same in all directions: the distribution of Maxwell.
-TEST(BallProbability, OfABallIsMaxwells) {
+// The same in all directions: the distribution of Maxwell. One long axis: the
+// Gaussian's along it.
+TEST(BallProbability, OfABallIsMaxwellsAndOfALineTheErrorFunction) {
   for (const double sigma_mm : {10.0, 20.0, 24.02, 30.0, 50.0, 100.0, 1000.0}) {
     const double r = 1e3 * kRadius_m / sigma_mm;
     const double expected = std::erf(r / std::sqrt(2.0)) -
@@ -30,17 +31,11 @@ TEST(BallProbability, OfABallIsMaxwells) {
     EXPECT_NEAR(
         ProbabilityWithin(kRadius_m, Covariance(sigma_mm, sigma_mm, sigma_mm)),
         expected, 1e-5);
+    EXPECT_NEAR(ProbabilityWithin(kRadius_m, Covariance(0, sigma_mm, 0)),
+                std::erf(r / std::sqrt(2.0)), 1e-5);
   }
   EXPECT_EQ(ProbabilityWithin(kRadius_m, Covariance(1, 1, 1)), 1.0);
   EXPECT_EQ(ProbabilityWithin(kRadius_m, Eigen::Matrix3d::Zero()), 1.0);
-}
-
-// One long axis: the Gaussian's along it.
-TEST(BallProbability, OfALineIsTheErrorFunction) {
-  for (const double sigma_mm : {10.0, 30.0, 100.0, 1000.0}) {
-    EXPECT_NEAR(ProbabilityWithin(kRadius_m, Covariance(0, sigma_mm, 0)),
-                std::erf(1e3 * kRadius_m / sigma_mm / std::sqrt(2.0)), 1e-5);
-  }
 }
 
 // Against draws: 4 standard deviations of a share of 200,000.

@@ -26,7 +26,9 @@ class TrackerTest : public ::testing::Test {
     return {cameras_, Coco17(), rate_hz_, KeptMatches::kNone};
   }
 
-  std::unique_ptr<Tracker> Make(const TrackerOptions& options = {}) const {
+  // Frames that it finishes go to frames_, which are none yet.
+  std::unique_ptr<Tracker> Make(const TrackerOptions& options = {}) {
+    frames_.clear();
     CausalGaussianOptions gaussian;
     gaussian.smooth = false;
     return std::make_unique<Tracker>(
@@ -53,16 +55,17 @@ class TrackerTest : public ::testing::Test {
 
   CameraRig cameras_ = testing::RingOfCameras(5);
   double rate_hz_ = kFrameRate;
+  std::vector<TrackFrame> frames_;
 };
 
 TEST_F(TrackerTest, ATrackSurvivesNineMissedFramesNotTen) {
   for (const int missed : {9, 10}) {
     const auto tracker = Make();
-    std::vector<TrackFrame> frames;
     int f = 0;
-    for (; f < 5; ++f) tracker->Process(See(f, {Stander()}), &frames);
-    for (int k = 0; k < missed; ++k, ++f) tracker->Process(See(f, {}), &frames);
-    tracker->Process(See(f, {Stander()}), &frames);
+    for (; f < 5; ++f) tracker->Process(See(f, {Stander()}), &frames_);
+    for (int k = 0; k < missed; ++k, ++f)
+      tracker->Process(See(f, {}), &frames_);
+    tracker->Process(See(f, {Stander()}), &frames_);
     EXPECT_EQ(tracker->people_so_far(), missed == 9 ? 1 : 2);
   }
 }
@@ -72,17 +75,16 @@ TEST_F(TrackerTest, ADroppedStretchLongerThanALifeEndsEveryTrack) {
   // an older one not, although its gate has grown past the whole image.
   for (const int age : {10, 11, 200}) {
     const auto tracker = Make();
-    std::vector<TrackFrame> frames;
-    for (int f = 0; f < 5; ++f) tracker->Process(See(f, {Stander()}), &frames);
+    for (int f = 0; f < 5; ++f) tracker->Process(See(f, {Stander()}), &frames_);
     const Pose3d elsewhere = testing::StandingPerson(-1.0, -0.8);
     tracker->Process(See(4 + age, {age == 10 ? Stander() : elsewhere}),
-                     &frames);
-    tracker->Finish(&frames);
-    ASSERT_EQ(frames.size(), 6u);
+                     &frames_);
+    tracker->Finish(&frames_);
+    ASSERT_EQ(frames_.size(), 6u);
     EXPECT_EQ(tracker->people_so_far(), age == 10 ? 1 : 2) << "age " << age;
-    EXPECT_EQ(frames[4].people.size(), 1u);
+    EXPECT_EQ(frames_[4].people.size(), 1u);
     // Somebody new is not confirmed yet.
-    EXPECT_EQ(frames[5].people.size(), age == 10 ? 1u : 0u) << "age " << age;
+    EXPECT_EQ(frames_[5].people.size(), age == 10 ? 1u : 0u) << "age " << age;
   }
 }
 
@@ -101,25 +103,22 @@ TEST_F(TrackerTest, AMatchedDetectionStartsNobodyEvenIfTheUpdateFails) {
     }
     return seen;
   };
-  std::vector<TrackFrame> frames;
   const auto nobody_known = Make(options);
-  nobody_known->Process(contradiction(8), &frames);
+  nobody_known->Process(contradiction(8), &frames_);
   EXPECT_EQ(nobody_known->people_so_far(), 1) << "they could start somebody";
 
-  frames.clear();
   const auto tracker = Make(options);
-  for (int f = 0; f < 5; ++f) tracker->Process(See(f, {Stander()}), &frames);
-  for (int f = 5; f < 8; ++f) tracker->Process(See(f, {}), &frames);
-  tracker->Process(contradiction(8), &frames);
-  tracker->Finish(&frames);
-  EXPECT_TRUE(frames[8].people.empty()) << "the update failed";
+  for (int f = 0; f < 5; ++f) tracker->Process(See(f, {Stander()}), &frames_);
+  for (int f = 5; f < 8; ++f) tracker->Process(See(f, {}), &frames_);
+  tracker->Process(contradiction(8), &frames_);
+  tracker->Finish(&frames_);
+  EXPECT_TRUE(frames_[8].people.empty()) << "the update failed";
   EXPECT_EQ(tracker->people_so_far(), 1);
 }
 
 TEST_F(TrackerTest, OneViewGoesOnWhileOlderOnesCount) {
   const auto tracker = Make();
-  std::vector<TrackFrame> frames;
-  for (int f = 0; f < 5; ++f) tracker->Process(See(f, {Stander()}), &frames);
+  for (int f = 0; f < 5; ++f) tracker->Process(See(f, {Stander()}), &frames_);
   // Only one view sees the person, for four frames: older views are too old
   // by then and the update fails.
   for (int f = 5; f < 9; ++f) {
@@ -127,15 +126,15 @@ TEST_F(TrackerTest, OneViewGoesOnWhileOlderOnesCount) {
     for (size_t v = 1; v < seen.views.size(); ++v) {
       seen.views[v].detections.clear();
     }
-    tracker->Process(seen, &frames);
+    tracker->Process(seen, &frames_);
   }
-  tracker->Finish(&frames);
+  tracker->Finish(&frames_);
   EXPECT_EQ(tracker->people_so_far(), 1);
   // Ages 0..2 count: frames 5 and 6 still find older views.
-  EXPECT_EQ(frames[5].people.size(), 1u);
-  EXPECT_EQ(frames[6].people.size(), 1u);
-  EXPECT_EQ(frames[7].people.size(), 0u);
-  for (const Joint3d& joint : frames[5].people[0].joints) {
+  EXPECT_EQ(frames_[5].people.size(), 1u);
+  EXPECT_EQ(frames_[6].people.size(), 1u);
+  EXPECT_EQ(frames_[7].people.size(), 0u);
+  for (const Joint3d& joint : frames_[5].people[0].joints) {
     EXPECT_EQ(joint.status, JointStatus::kInferred)
         << "one view of the frame is no observation";
   }
@@ -151,12 +150,11 @@ TEST_F(TrackerTest, WhoRunsIsExpectedFartherOn) {
     options.association.alpha_2d_px_per_frame = 20.0;
     options.association.prediction_s = prediction_s;
     const auto tracker = Make(options);
-    std::vector<TrackFrame> frames;
     for (int f = 0; f < 20; ++f) {
       const double time_s = f / kFrameRate;
       const Pose3d runner =
           testing::StandingPerson(-1.5 + 5.0 * time_s * time_s, 0.0);
-      tracker->Process(See(f, {runner}), &frames);
+      tracker->Process(See(f, {runner}), &frames_);
     }
     if (prediction_s > 0.0) {
       EXPECT_EQ(tracker->people_so_far(), 1);
@@ -175,11 +173,10 @@ TEST_F(TrackerTest, ViewsThatLoseSomebodyStartNoDouble) {
     options.rules = rules;
     options.association.alpha_2d_px_per_frame = 20.0;
     const auto tracker = Make(options);
-    std::vector<TrackFrame> frames;
     for (int f = 0; f < 10; ++f) {
       const Pose3d hopper =
           testing::StandingPerson(f < 5 ? 0.0 : 0.15, f < 5 ? 0.0 : 0.05);
-      tracker->Process(See(f, {hopper}), &frames);
+      tracker->Process(See(f, {hopper}), &frames_);
     }
     EXPECT_EQ(tracker->people_so_far(),
               rules == AssociationRules::kPaper ? 2 : 1);
@@ -212,8 +209,7 @@ TEST_F(TrackerTest, WhomTwoViewsOfFiveShowAmongStraysIsNobody) {
     TrackerOptions options;
     options.rules = rules;
     const auto tracker = Make(options);
-    std::vector<TrackFrame> frames;
-    tracker->Process(AmongStrays(See(0, {Stander()}), views, strays), &frames);
+    tracker->Process(AmongStrays(See(0, {Stander()}), views, strays), &frames_);
     return tracker->track_count();
   };
   EXPECT_EQ(count(AssociationRules::kGraph, 2, 0), 1u);
@@ -232,14 +228,13 @@ TEST_F(TrackerTest, WhoIsHardlySeenAmongStraysDiesAsIfUnseen) {
     options.life.in_seconds = true;
     options.association.alpha_2d_px_per_frame = 20.0;
     const auto tracker = Make(options);
-    std::vector<TrackFrame> frames;
-    for (int f = 0; f < 5; ++f) tracker->Process(See(f, {Stander()}), &frames);
+    for (int f = 0; f < 5; ++f) tracker->Process(See(f, {Stander()}), &frames_);
     for (int f = 5; f < 20; ++f) {
       DetectionFrame seen = AmongStrays(See(f, {Stander()}), 2, strays);
       std::vector<Keypoint>& half = seen.views[1].detections[0].joints;
       std::fill(half.begin() + static_cast<long>(joints), half.end(),
                 Keypoint());
-      tracker->Process(seen, &frames);
+      tracker->Process(seen, &frames_);
     }
     EXPECT_EQ(tracker->people_so_far(), 1);
     return tracker->track_count();
@@ -270,11 +265,10 @@ TEST_F(TrackerTest, ViewsOfOnePersonAreNotSharedByTwo) {
       options.rules = rules;
       options.association.alpha_2d_px_per_frame = 20.0;
       const auto tracker = Make(options);
-      std::vector<TrackFrame> frames;
       for (int f = 0; f < 5; ++f) {
-        tracker->Process(See(f, {Stander()}), &frames);
+        tracker->Process(See(f, {Stander()}), &frames_);
       }
-      for (int f = 5; f < 5 + lost; ++f) tracker->Process(See(f, {}), &frames);
+      for (int f = 5; f < 5 + lost; ++f) tracker->Process(See(f, {}), &frames_);
       for (int f = 5 + lost; f < 15; ++f) {
         DetectionFrame seen = See(f, {leaper});
         for (size_t v = 0; v < 2; ++v) {
@@ -283,14 +277,14 @@ TEST_F(TrackerTest, ViewsOfOnePersonAreNotSharedByTwo) {
             if (leaps(j)) joints[j] = Keypoint();
           }
         }
-        tracker->Process(seen, &frames);
+        tracker->Process(seen, &frames_);
       }
       const bool kept = rules == AssociationRules::kPaper;
       EXPECT_EQ(tracker->track_count(), kept ? 2u : 1u);
       EXPECT_EQ(tracker->people_so_far(), kept || lost > 0 ? 2 : 1);
-      tracker->Finish(&frames);
+      tracker->Finish(&frames_);
       if (kept || lost == 0) continue;
-      for (const TrackFrame& frame : frames) {
+      for (const TrackFrame& frame : frames_) {
         const bool written = frame.frame >= 2 && frame.frame < 5;
         const bool anew = frame.frame >= 11;  // at the third hit
         ASSERT_EQ(frame.people.size(), written || anew ? 1u : 0u)
@@ -325,18 +319,18 @@ TEST_F(TrackerTest, WhoIsLostIsNotTakenForSomebodyElse) {
     Tracker tracker(scene, Coco17(), options, [gaussian](const SceneModel& of) {
       return MakeCausalGaussian(of, gaussian);
     });
-    std::vector<TrackFrame> frames;
+    frames_.clear();
     for (int f = 0; f < 50; ++f) {
       DetectionFrame seen = See(f, {hind, front});
       auto& first = seen.views[0].detections;
       auto& second = seen.views[1].detections;
       if (f >= 20) first.erase(first.begin());
       if (f >= 35 && f < 40) second.erase(second.begin() + 1);
-      tracker.Process(seen, &frames);
+      tracker.Process(seen, &frames_);
     }
-    tracker.Finish(&frames);
+    tracker.Finish(&frames_);
     int taken = 0;
-    for (const TrackFrame& frame : frames) {
+    for (const TrackFrame& frame : frames_) {
       for (const PersonPose& person : frame.people) {
         if (person.id != TrackId(1)) continue;
         for (const ViewMatch& match : person.matches) {
@@ -387,12 +381,11 @@ TEST_F(TrackerTest, NobodyIsExpectedToGoOnForLong) {
 
 TEST_F(TrackerTest, FragmentsAreNoise) {
   const auto tracker = Make();
-  std::vector<TrackFrame> frames;
   DetectionFrame seen = See(0, {Stander()});
   for (ViewDetections& view : seen.views) {
     for (size_t j = 4; j < 17; ++j) view.detections[0].joints[j].found = false;
   }
-  tracker->Process(seen, &frames);
+  tracker->Process(seen, &frames_);
   EXPECT_EQ(tracker->people_so_far(), 0);
 }
 
@@ -513,19 +506,17 @@ TEST_F(TrackerTest, RefusesWhatDoesNotFit) {
   const auto tracker = Make();
   DetectionFrame frame = See(1, {});
   frame.views.pop_back();
-  std::vector<TrackFrame> frames;
-  EXPECT_THROW(tracker->Process(frame, &frames), OptionError);
+  EXPECT_THROW(tracker->Process(frame, &frames_), OptionError);
 }
 
 TEST_F(TrackerTest, RefusesFramesAndTimesThatDoNotAscend) {
   const auto tracker = Make();
-  std::vector<TrackFrame> frames;
-  tracker->Process(See(5, {Stander()}), &frames);
-  EXPECT_THROW(tracker->Process(See(5, {}), &frames), InputError);
+  tracker->Process(See(5, {Stander()}), &frames_);
+  EXPECT_THROW(tracker->Process(See(5, {}), &frames_), InputError);
   DetectionFrame same_time = See(6, {Stander()});
   same_time.time = FrameClock(kFrameRate).TimeOf(5);
-  EXPECT_THROW(tracker->Process(same_time, &frames), InputError);
-  EXPECT_NO_THROW(tracker->Process(See(6, {Stander()}), &frames));
+  EXPECT_THROW(tracker->Process(same_time, &frames_), InputError);
+  EXPECT_NO_THROW(tracker->Process(See(6, {Stander()}), &frames_));
 }
 
 TrackerOptions ChenOptions() {
@@ -543,16 +534,15 @@ TrackerOptions ChenOptions() {
 
 TEST_F(TrackerTest, TheFrontEndOfChenFollowsExactDetections) {
   const auto tracker = Make(ChenOptions());
-  std::vector<TrackFrame> frames;
   for (int f = 0; f < 40; ++f) {
-    tracker->Process(See(f, {Walker(f), Stander()}), &frames);
+    tracker->Process(See(f, {Walker(f), Stander()}), &frames_);
   }
-  tracker->Finish(&frames);
-  ASSERT_EQ(frames.size(), 40u);
+  tracker->Finish(&frames_);
+  ASSERT_EQ(frames_.size(), 40u);
   EXPECT_EQ(tracker->people_so_far(), 2);
   for (int f = 2; f < 40; ++f) {
-    ASSERT_EQ(frames[f].people.size(), 2u) << "frame " << f;
-    for (const PersonPose& person : frames[f].people) {
+    ASSERT_EQ(frames_[f].people.size(), 2u) << "frame " << f;
+    for (const PersonPose& person : frames_[f].people) {
       const bool walks = person.joints[0].position_m.x() < 0.0;
       const Pose3d truth = walks ? Walker(f) : Stander();
       for (int j = 0; j < 17; ++j) {
@@ -577,17 +567,16 @@ TEST_F(TrackerTest, IncrementalUpdatesHelpTheViewsThatFollow) {
     options.association.alpha_2d_px_per_frame = 600.0;
     options.association.weight_3d = 0.1;
     const auto tracker = Make(options);
-    std::vector<TrackFrame> frames;
     for (int f = 0; f < 5; ++f) {
       DetectionFrame seen = See(f, {testing::StandingPerson(0.0, 0.0)});
       seen.views[2].detections.clear();
-      tracker->Process(seen, &frames);
+      tracker->Process(seen, &frames_);
     }
     tracker->Process(See(5, {testing::StandingPerson(aside.x(), aside.y())}),
-                     &frames);
-    tracker->Finish(&frames);
-    ASSERT_EQ(frames.back().people.size(), 1u);
-    EXPECT_EQ(frames.back().people[0].inlier_views[0], incremental ? 4 : 3);
+                     &frames_);
+    tracker->Finish(&frames_);
+    ASSERT_EQ(frames_.back().people.size(), 1u);
+    EXPECT_EQ(frames_.back().people[0].inlier_views[0], incremental ? 4 : 3);
   }
 }
 
