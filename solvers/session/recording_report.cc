@@ -2,12 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <utility>
 
 #include "core/data/box.h"
-#include "core/io/text/json.h"
+#include "core/io/text/json_value.h"
 #include "core/skeleton/body_joints.h"
 #include "core/tracking/options.h"
 #include "core/tracking/track.h"

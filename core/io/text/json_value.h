@@ -1,0 +1,9 @@
+// JSON's classes, for the few sources outside of core/io that hold a value.
+#ifndef KINEGRAPH_CORE_IO_TEXT_JSON_VALUE_H_
+#define KINEGRAPH_CORE_IO_TEXT_JSON_VALUE_H_
+
+#include <nlohmann/json.hpp>
+
+#include "core/io/text/json.h"
+
+#endif  // KINEGRAPH_CORE_IO_TEXT_JSON_VALUE_H_
