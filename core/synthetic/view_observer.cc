@@ -49,24 +49,26 @@ double AzimuthOf(const Camera& camera, const SegmentPose& trunk) {
 // One entry a person.
 std::vector<PersonSight> Sights(const Camera& camera, const SceneMoment& moment,
                                 int joint_count) {
-  std::vector<PersonSight> sights(moment.poses.size());
+  std::vector<PersonSight> sights(moment.people.size());
   for (size_t i = 0; i < sights.size(); ++i) {
+    const PersonMoment& person = moment.people[i];
     PersonSight& sight = sights[i];
     sight.joints.resize(static_cast<size_t>(joint_count));
-    sight.present = !moment.poses[i].empty();
+    sight.present = !person.pose.empty();
     if (!sight.present) continue;
-    sight.azimuth_deg = AzimuthOf(camera, moment.trunks[i]);
+    sight.azimuth_deg = AzimuthOf(camera, person.trunk);
     for (int j = 0; j < joint_count; ++j) {
       JointSight& joint = sight.joints[j];
-      const Vector3d& point = moment.poses[i][j].position_m;
+      const Vector3d& point = person.pose[j].position_m;
       const std::optional<Vector2d> px = camera.Project(point);
       joint.in_image = px.has_value() && IsInImage(camera, *px);
       if (!joint.in_image) continue;
       joint.px = *px;
       joint.depth_m = camera.Depth(point);
-      for (size_t k = 0; k < moment.obstacles.size() && !joint.hidden; ++k) {
-        joint.hidden = k != i && moment.obstacles[k].has_value() &&
-                       moment.obstacles[k]->Hides(camera.centre(), point);
+      for (size_t k = 0; k < moment.people.size() && !joint.hidden; ++k) {
+        const std::optional<Obstacle>& body = moment.people[k].obstacle;
+        joint.hidden =
+            k != i && body.has_value() && body->Hides(camera.centre(), point);
       }
     }
   }
@@ -617,14 +619,12 @@ uint64_t StreamSeed(int64_t seed, Stream stream, int a, int b) {
 SceneMoment LookAtScene(const Scene& scene, TimeNs time, bool with_obstacles) {
   SceneMoment moment;
   moment.time = time;
-  const double time_s = ToSeconds(time);
   for (const auto& person : scene.people) {
-    moment.poses.push_back(PersonAt(*person, time));
-    const bool present = !moment.poses.back().empty();
-    moment.trunks.push_back(present ? person->TrunkAt(time_s) : SegmentPose());
-    if (!with_obstacles) continue;
-    moment.obstacles.emplace_back();
-    if (present) moment.obstacles.back() = person->ObstacleAt(time_s);
+    PersonMoment& now = moment.people.emplace_back();
+    now.pose = PersonAt(*person, time);
+    if (now.pose.empty()) continue;
+    now.trunk = person->TrunkAt(ToSeconds(time));
+    if (with_obstacles) now.obstacle = person->ObstacleAt(ToSeconds(time));
   }
   return moment;
 }

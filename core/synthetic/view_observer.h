@@ -36,12 +36,15 @@ struct LabelledDetection {
   DetectionTruth truth;
 };
 
-// The scene at one moment.
+// A person of the scene at one moment.
+struct PersonMoment {
+  Pose3d pose;  // empty: not there, and what follows says nothing
+  SegmentPose trunk;
+  std::optional<Obstacle> obstacle;  // where hiding matters
+};
 struct SceneMoment {
   TimeNs time = 0;
-  std::vector<Pose3d> poses;        // by person; empty: not there
-  std::vector<SegmentPose> trunks;  // meaningless where not there
-  std::vector<std::optional<Obstacle>> obstacles;  // empty: do not matter
+  std::vector<PersonMoment> people;
 };
 
 SceneMoment LookAtScene(const Scene& scene, TimeNs time, bool with_obstacles);
