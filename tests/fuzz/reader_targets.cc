@@ -1,4 +1,5 @@
 #include <functional>
+#include <stdexcept>
 
 #include "core/io/calibration/calibration.h"
 #include "core/io/calibration/format.h"
@@ -122,8 +123,6 @@ FuzzTarget OfReader(const std::string& name,
           }};
 }
 
-}  // namespace
-
 std::vector<FuzzTarget> ReaderTargets() {
   using namespace std::placeholders;  // NOLINT
   std::vector<FuzzTarget> targets = {
@@ -172,6 +171,28 @@ std::vector<FuzzTarget> ReaderTargets() {
         {"tracks_" + format.name, std::bind(fuzz, format.name, _1, _2)});
   }
   return targets;
+}
+
+}  // namespace
+
+const std::vector<FuzzTarget>& FuzzTargets() {
+  static const std::vector<FuzzTarget> kTargets = [] {
+    std::vector<FuzzTarget> targets = ReaderTargets();
+#ifndef KINEGRAPH_FUZZ_READERS_ONLY
+    for (FuzzTarget& target : RunTargets()) {
+      targets.push_back(std::move(target));
+    }
+#endif
+    return targets;
+  }();
+  return kTargets;
+}
+
+const FuzzTarget& FindFuzzTarget(const std::string& name) {
+  for (const FuzzTarget& target : FuzzTargets()) {
+    if (name == target.name) return target;
+  }
+  throw std::out_of_range("no fuzz target '" + name + "'");
 }
 
 }  // namespace kinegraph::testing

@@ -21,8 +21,7 @@ struct FuzzTarget {
 };
 
 const std::vector<FuzzTarget>& FuzzTargets();
-// Those that need core/io alone, and the others.
-std::vector<FuzzTarget> ReaderTargets();
+// Those among them that need more than core/io.
 std::vector<FuzzTarget> RunTargets();
 
 // Throws std::out_of_range for an unknown name.

@@ -41,17 +41,6 @@ double MedianExtent(const TrackSequence& tracks) {
 // From a newborn to a giant with raised arms.
 bool IsPlausible(double extent_m) { return extent_m > 0.3 && extent_m < 5.0; }
 
-bool IsHumanByAnyName(const Skeleton& skeleton) {
-  return IsHuman(WithOurNames(skeleton));
-}
-
-// The axis of a file that shows the world's z as up, X being 0.
-size_t UpAxisOf(const AxisMap& own) {
-  size_t up = 0;
-  while (own.axis[up] != 2) ++up;
-  return up;
-}
-
 // "-y", or "(0.1, -0.7, 0.7)" where it is near to no axis.
 std::string DirectionText(const Vector3d& direction) {
   const auto axis = NearestAxis(direction, kNear_deg);
@@ -72,7 +61,7 @@ std::string UnitNote(const std::string& path, const TrackReadOptions& options,
                      const TrackSequence& tracks) {
   const TrackFormat& format = FormatOfTracks(path, options);
   if (!format.unit_m.has_value()) return "";
-  if (!IsHumanByAnyName(tracks.header.skeleton)) return "";
+  if (!IsHuman(WithOurNames(tracks.header.skeleton))) return "";
   const double extent_m = MedianExtent(tracks);
   if (extent_m == 0.0 || IsPlausible(extent_m)) return "";
   const double unit_m = options.unit_m > 0.0 ? options.unit_m : *format.unit_m;
@@ -101,7 +90,9 @@ std::optional<AxesNote> FindAxesNote(const Stance& stance,
                                      const std::optional<AxisMap>& axes) {
   if (!format.axes.has_value()) return std::nullopt;
   const AxisMap used = axes.value_or(*format.axes);
-  const size_t file_axis = UpAxisOf(*format.axes);
+  // That of the file which shows the world's z as up, X being 0.
+  size_t file_axis = 0;
+  while (format.axes->axis[file_axis] != 2) ++file_axis;
   const Vector3d shown =
       used.sign[file_axis] * Vector3d::Unit(used.axis[file_axis]);
   const auto up = stance.UpUnlike(shown, cameras);

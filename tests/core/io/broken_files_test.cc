@@ -8,10 +8,10 @@
 #include <string>
 #include <vector>
 
-#include "core/base/error.h"
 #include "core/io/configuration/held_out_set.h"
 #include "core/io/detections/source.h"
 #include "core/io/tracks/tracks.h"
+#include "tests/core/io/input_error.h"
 #include "tests/support/mat_file.h"
 #include "tests/support/test_data.h"
 
@@ -19,41 +19,26 @@ namespace kinegraph {
 namespace {
 
 using ::testing::HasSubstr;
+using testing::InputErrorOf;
 using testing::MatCell;
 using testing::MatFile;
 using testing::MatNumbers;
-using ::testing::Not;
 using testing::TemporaryFolder;
 
 // Name (with folders) and content of each file.
 using Files = std::map<std::string, std::string>;
 
-enum class Kind { kDetections, kTracks, kHeldOut };
+using Reader = void (*)(const std::string& path);
+constexpr Reader kDetections = [](const std::string& path) {
+  ReadDetections(path);
+};
+constexpr Reader kTracks = [](const std::string& path) { ReadTracks(path); };
+constexpr Reader kHeldOut = [](const std::string& path) {
+  ReadHeldOutSet(path);
+};
 
-void ReadAs(Kind kind, const std::string& path) {
-  switch (kind) {
-    case Kind::kDetections:
-      ReadDetections(path);
-      break;
-    case Kind::kTracks:
-      ReadTracks(path);
-      break;
-    case Kind::kHeldOut:
-      ReadHeldOutSet(path);
-      break;
-  }
-}
-
-// The message of the InputError, or what else happened.
-std::string ErrorOf(Kind kind, const std::string& path) {
-  try {
-    ReadAs(kind, path);
-  } catch (const InputError& error) {
-    return error.what();
-  } catch (const std::exception& error) {
-    return std::string("NOT AN INPUT ERROR: ") + error.what();
-  }
-  return "NO ERROR";
+std::string ErrorOf(Reader read, const std::string& path) {
+  return InputErrorOf([&] { read(path); });
 }
 
 std::string Repeat(const std::string& text, int count,
@@ -159,23 +144,23 @@ std::string HeldOut() {
 }
 
 struct Sample {
-  Kind kind;
+  Reader read;
   std::string name;
   std::string content;
 };
 
 std::vector<Sample> Samples() {
-  return {{Kind::kDetections, "take/cam0/a_3_keypoints.json", OpenPose(75)},
-          {Kind::kDetections, "coco.json", Coco()},
-          {Kind::kDetections, "longcw.json", Longcw2d()},
-          {Kind::kDetections, "smap.json", Smap()},
-          {Kind::kDetections, "ours.jsonl", Detections()},
-          {Kind::kTracks, "ours.jsonl", Tracks()},
-          {Kind::kTracks, "gt.txt", FourDAssociation()},
-          {Kind::kTracks, "longcw.json", Longcw3d()},
-          {Kind::kTracks, "poses.json", Poses()},
-          {Kind::kTracks, "body3DScene_3.json", Panoptic()},
-          {Kind::kHeldOut, "set.json", HeldOut()}};
+  return {{kDetections, "take/cam0/a_3_keypoints.json", OpenPose(75)},
+          {kDetections, "coco.json", Coco()},
+          {kDetections, "longcw.json", Longcw2d()},
+          {kDetections, "smap.json", Smap()},
+          {kDetections, "ours.jsonl", Detections()},
+          {kTracks, "ours.jsonl", Tracks()},
+          {kTracks, "gt.txt", FourDAssociation()},
+          {kTracks, "longcw.json", Longcw3d()},
+          {kTracks, "poses.json", Poses()},
+          {kTracks, "body3DScene_3.json", Panoptic()},
+          {kHeldOut, "set.json", HeldOut()}};
 }
 
 // What to open: OpenPose's is the folder of the recording.
@@ -187,8 +172,7 @@ TEST(BrokenFiles, SamplesAreGood) {
   for (const Sample& sample : Samples()) {
     const TemporaryFolder folder;
     folder.Write(sample.name, sample.content);
-    EXPECT_EQ(ErrorOf(sample.kind, PathOf(folder, sample.name)), "NO ERROR")
-        << sample.name;
+    EXPECT_NO_THROW(sample.read(PathOf(folder, sample.name))) << sample.name;
   }
 }
 
@@ -200,17 +184,15 @@ struct Case {
   std::string file = "f.json";  // its name
 };
 
-void Check(Kind kind, const Files& files, const std::string& open,
+void Check(Reader read, const Files& files, const std::string& open,
            const std::string& expected) {
   SCOPED_TRACE(expected);
   const TemporaryFolder folder;
   for (const auto& [name, content] : files) folder.Write(name, content);
   const std::string path = folder.path() / open;
-  const std::string message = ErrorOf(kind, path);
+  const std::string message = ErrorOf(read, path);
   EXPECT_THAT(message, HasSubstr(path));
   EXPECT_THAT(message, HasSubstr(expected));
-  EXPECT_THAT(message, Not(HasSubstr("\n")));
-  EXPECT_THAT(message, Not(HasSubstr("NOT AN INPUT ERROR")));
 }
 
 TEST(BrokenFiles, OpenPose) {
@@ -239,7 +221,7 @@ TEST(BrokenFiles, OpenPose) {
            {std::string(5000, '[') + std::string(5000, ']'),
             "nested too deeply"},
        }) {
-    Check(Kind::kDetections,
+    Check(kDetections,
           {{"take/cam0/a_1_keypoints.json", OpenPose(75)},
            {"take/cam0/a_2_keypoints.json", broken.content}},
           "take", broken.expected);
@@ -247,23 +229,21 @@ TEST(BrokenFiles, OpenPose) {
 }
 
 TEST(BrokenFiles, FoldersOfDetections) {
-  Check(Kind::kDetections, {}, "nowhere", "No such file");
-  Check(Kind::kDetections, {{"x/y", ""}}, "x", "without detections");
-  Check(Kind::kDetections, {{"t/cam0/readme", ""}}, "t", "no .json");
-  Check(Kind::kDetections, {{"t/cam0/meta.json", OpenPose(75)}}, "t",
-        "frame number");
-  Check(Kind::kDetections,
+  Check(kDetections, {}, "nowhere", "No such file");
+  Check(kDetections, {{"x/y", ""}}, "x", "without detections");
+  Check(kDetections, {{"t/cam0/readme", ""}}, "t", "no .json");
+  Check(kDetections, {{"t/cam0/meta.json", OpenPose(75)}}, "t", "frame number");
+  Check(kDetections,
         {{"t/cam0/99999999999999999999_keypoints.json", OpenPose(75)}}, "t",
         "frame number");
-  Check(Kind::kDetections,
+  Check(kDetections,
         {{"t/cam0/a_1_keypoints.json", OpenPose(75)},
          {"t/cam0/b_01_keypoints.json", OpenPose(75)}},
         "t", "frame 1: stands there twice");
-  Check(Kind::kDetections, {{"a_1_keypoints.json", OpenPose(75)}},
+  Check(kDetections, {{"a_1_keypoints.json", OpenPose(75)}},
         "a_1_keypoints.json", "one OpenPose frame");
-  Check(Kind::kDetections, {{"t/ours.json", Detections()}}, "t",
-        "whole recording");
-  Check(Kind::kDetections, {{"t/cam0/a_1_keypoints.json", OpenPose(81)}}, "t",
+  Check(kDetections, {{"t/ours.json", Detections()}}, "t", "whole recording");
+  Check(kDetections, {{"t/cam0/a_1_keypoints.json", OpenPose(81)}}, "t",
         "detections.skeleton");
 }
 
@@ -348,7 +328,7 @@ TEST(BrokenFiles, Detections) {
            {Detections() + "{\"frame\": 2, \"views\": {}} 7", "line 3: "},
            {DetectionHeaderLine() + "7", "line 2: the frame: found a number"},
        }) {
-    Check(Kind::kDetections, {{broken.file, broken.content}}, broken.file,
+    Check(kDetections, {{broken.file, broken.content}}, broken.file,
           broken.expected);
   }
 }
@@ -363,8 +343,8 @@ TEST(BrokenFiles, Tracks) {
   const auto gt = [](const char* what, const std::string& with) {
     return Replaced(FourDAssociation(), what, with);
   };
-  Check(Kind::kTracks, {}, "nowhere", "No such file");
-  Check(Kind::kTracks, {{"x/y", ""}}, "x", "is no known format of tracks");
+  Check(kTracks, {}, "nowhere", "No such file");
+  Check(kTracks, {{"x/y", ""}}, "x", "is no known format of tracks");
   for (const Case& broken : std::vector<Case>{
            {"", "no known format"},
            {"{\"x\": 1}", "no known format"},
@@ -458,7 +438,7 @@ TEST(BrokenFiles, Tracks) {
                      std::string(5000, '[') + std::string(5000, ']')),
             "nested too deeply"},
        }) {
-    Check(Kind::kTracks, {{broken.file, broken.content}}, broken.file,
+    Check(kTracks, {{broken.file, broken.content}}, broken.file,
           broken.expected);
   }
 }
@@ -467,8 +447,8 @@ TEST(BrokenFiles, HeldOutSets) {
   const auto set = [](const char* what, const std::string& with) {
     return Replaced(HeldOut(), what, with);
   };
-  Check(Kind::kHeldOut, {}, "nowhere", "No such file");
-  Check(Kind::kHeldOut, {{"x/y", ""}}, "x", "is a folder");
+  Check(kHeldOut, {}, "nowhere", "No such file");
+  Check(kHeldOut, {{"x/y", ""}}, "x", "is a folder");
   for (const Case& broken : std::vector<Case>{
            {set("\"set\"", "\"sets\""), "set: is missing"},
            {set("pairing_gate_m", "gate"), "pairing_gate_m: is missing"},
@@ -478,7 +458,7 @@ TEST(BrokenFiles, HeldOutSets) {
            {set("\"detection\": 1", "\"detection\": 9999999999"), "detection"},
            {set("\"person\"", "\"who\""), "person: is missing"},
        }) {
-    Check(Kind::kHeldOut, {{broken.file, broken.content}}, broken.file,
+    Check(kHeldOut, {{broken.file, broken.content}}, broken.file,
           broken.expected);
   }
 }
@@ -521,11 +501,11 @@ TEST(BrokenFiles, HundredMegabytesOfBrackets) {
   const TemporaryFolder folder;
   const std::string brackets(size_t{100} << 20, '[');
   const std::string array = folder.Write("a.json", brackets);
-  EXPECT_THAT(ErrorOf(Kind::kDetections, array), HasSubstr("too deeply"));
-  EXPECT_THAT(ErrorOf(Kind::kTracks, array), HasSubstr("too deeply"));
+  EXPECT_THAT(ErrorOf(kDetections, array), HasSubstr("too deeply"));
+  EXPECT_THAT(ErrorOf(kTracks, array), HasSubstr("too deeply"));
   const std::string line =
       folder.Write("line.jsonl", DetectionHeaderLine() + brackets);
-  EXPECT_THAT(ErrorOf(Kind::kDetections, line),
+  EXPECT_THAT(ErrorOf(kDetections, line),
               HasSubstr("line 2: is longer than 64 MiB"));
 }
 
@@ -559,7 +539,7 @@ TEST(BrokenFiles, MatOfWrongShapes) {
   const auto error = [](const std::string& variable,
                         const std::vector<std::string>& actors) {
     const TemporaryFolder folder;
-    return ErrorOf(Kind::kTracks, WriteMat(folder, variable, actors));
+    return ErrorOf(kTracks, WriteMat(folder, variable, actors));
   };
   EXPECT_THAT(error("actor2D", TwoActors(MatNumbers(14, 3, 0))),
               HasSubstr("actor3D: is missing"));

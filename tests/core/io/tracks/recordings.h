@@ -2,11 +2,16 @@
 #ifndef KINEGRAPH_TESTS_CORE_IO_TRACKS_RECORDINGS_H_
 #define KINEGRAPH_TESTS_CORE_IO_TRACKS_RECORDINGS_H_
 
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
 #include <cstdlib>
 #include <string>
+#include <vector>
 
 #include "core/base/random.h"
 #include "core/io/tracks/format.h"
+#include "core/io/tracks/tree_motion.h"
 
 namespace kinegraph::testing {
 
@@ -55,6 +60,85 @@ inline TrackSequence RandomTracks(const Skeleton& skeleton) {
           (*covariance)(0, 1) = (*covariance)(1, 0) = 1e-3 * random.Normal();
         }
       }
+    }
+  }
+  return tracks;
+}
+
+// ---- Bodies that are rigid, for formats of animation ----
+
+inline JointTree TreeOf(const Skeleton& skeleton) {
+  return MakeJointTree(skeleton,
+                       std::vector<bool>(skeleton.joints().size(), true),
+                       /*pivots=*/false);
+}
+
+// A rotation that swings with the frame, by up to 60 degrees, about an axis of
+// the joint's own.
+inline Eigen::Quaterniond Swing(size_t joint, int64_t frame) {
+  const double phase = 1.7 * static_cast<double>(joint);
+  const Eigen::Vector3d axis(std::sin(phase), std::cos(2.3 * phase),
+                             std::sin(1.0 + 3.1 * phase));
+  return Eigen::Quaterniond(Eigen::AngleAxisd(
+      std::sin(0.3 * static_cast<double>(frame) + phase), axis.normalized()));
+}
+
+// Offsets of a body without symmetry but where a joint is the middle of two.
+inline std::vector<Eigen::Vector3d> OffsetsOf(const JointTree& tree,
+                                              double size_m) {
+  std::vector<Eigen::Vector3d> offsets_m(tree.size(), Eigen::Vector3d::Zero());
+  const auto place_of = [&](const std::string& name) {
+    for (size_t j = 0; j < tree.size(); ++j) {
+      if (tree[j].name == name) return j;
+    }
+    return tree.size();
+  };
+  for (size_t j = 1; j < tree.size(); ++j) {
+    const double phase = 2.1 * static_cast<double>(j);
+    offsets_m[j] =
+        size_m * (0.6 + 0.4 * std::sin(5.0 * phase)) *
+        Eigen::Vector3d(std::cos(phase), std::sin(phase), std::sin(1.9 * phase))
+            .normalized();
+  }
+  for (const std::string part : {"hip", "shoulder"}) {
+    const size_t left = place_of("l_" + part);
+    const size_t right = place_of("r_" + part);
+    if (left < tree.size() && right < tree.size()) {
+      offsets_m[right] = -offsets_m[left];
+    }
+  }
+  return offsets_m;
+}
+
+// A person whose joints turn about each other without changing any length:
+// joints that hang on one joint keep their shape. The chest does not bend
+// against the spine, which is one of the bones that turn it.
+inline TrackSequence RigidTruth(const Skeleton& skeleton, int64_t frames,
+                                double size_m = 0.25) {
+  const JointTree tree = TreeOf(skeleton);
+  const std::vector<Eigen::Vector3d> offsets_m = OffsetsOf(tree, size_m);
+  TrackSequence tracks;
+  tracks.header.skeleton = skeleton;
+  tracks.header.frame_rate_hz = 30.0;
+  for (int64_t f = 0; f < frames; ++f) {
+    TrackFrame& frame = tracks.frames.emplace_back();
+    frame.frame = f;
+    PersonPose& person = frame.people.emplace_back();
+    person.id = TrackId(0);
+    person.joints.resize(skeleton.joints().size());
+    std::vector<Eigen::Quaterniond> turns(tree.size());
+    std::vector<Eigen::Vector3d> places(tree.size());
+    for (size_t j = 0; j < tree.size(); ++j) {
+      const auto p = static_cast<size_t>(std::max(0, tree[j].parent));
+      turns[j] = j == 0             ? Swing(j, f)
+                 : tree[j].is_chest ? turns[p]
+                                    : turns[p] * Swing(j, f);
+      places[j] = j == 0
+                      ? Eigen::Vector3d(0.02 * static_cast<double>(f), 0.1, 1.0)
+                      : Eigen::Vector3d(places[p] + turns[p] * offsets_m[j]);
+      if (tree[j].sources.size() > 1) continue;
+      person.joints[static_cast<size_t>(tree[j].sources[0])] = {
+          places[j], JointStatus::kObserved};
     }
   }
   return tracks;

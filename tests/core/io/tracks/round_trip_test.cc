@@ -7,6 +7,7 @@
 #include <cmath>
 #include <filesystem>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/io/files/text_file.h"
@@ -275,22 +276,28 @@ TEST(TracksTrc, MarksAndLineEndsOfOtherSystems) {
   }
 }
 
-TEST(TracksTrc, ErrorsNameFileAndLine) {
+using Broken = std::vector<std::pair<std::string, std::string>>;
+
+// Rows behind a header, and what is said of them.
+void ExpectErrors(const std::string& name, const std::string& header,
+                  const Broken& broken) {
   const TemporaryFolder folder;
-  const auto error_of = [&](const std::string& rows) {
-    const std::string path = folder.Write("walk.trc", kTrcHeader + rows);
-    return InputErrorOf([&] { ReadTracks(path); });
-  };
-  EXPECT_THAT(error_of("1\t0.0\t1\t2\t3\n"), HasSubstr("NumFrames says 2"));
-  EXPECT_THAT(error_of("1\t0.0\t1\t2\n"),
-              HasSubstr("walk.trc: line 6: found 4 cells, expected 5"));
-  EXPECT_THAT(error_of("1\t0.0\t1\t2\tx\n"),
-              HasSubstr("line 6: found the text 'x', expected a number"));
-  EXPECT_THAT(error_of("1\t0,0\t1\t2\t3\n"),
-              HasSubstr("found the text '0,0', expected a number with a "
-                        "decimal point"));
-  EXPECT_THAT(error_of("1\t0.0\t1\t2\t\n"), HasSubstr("some coordinates"));
-  EXPECT_THAT(error_of("1\t\t1\t2\t3\n"), HasSubstr("Time"));
+  for (const auto& [rows, expected] : broken) {
+    const std::string path = folder.Write(name, header + rows);
+    EXPECT_THAT(InputErrorOf([&] { ReadTracks(path); }), HasSubstr(expected));
+  }
+}
+
+TEST(TracksTrc, ErrorsNameFileAndLine) {
+  ExpectErrors(
+      "walk.trc", kTrcHeader,
+      {{"1\t0.0\t1\t2\t3\n", "NumFrames says 2"},
+       {"1\t0.0\t1\t2\n", "walk.trc: line 6: found 4 cells, expected 5"},
+       {"1\t0.0\t1\t2\tx\n", "line 6: found the text 'x', expected a number"},
+       {"1\t0,0\t1\t2\t3\n",
+        "found the text '0,0', expected a number with a decimal point"},
+       {"1\t0.0\t1\t2\t\n", "some coordinates"},
+       {"1\t\t1\t2\t3\n", "Time"}});
 }
 
 // As Excel saves a table where numbers have decimal commas.
@@ -339,24 +346,18 @@ TEST(TracksCsv, ColumnsInAnyOrderAndQuotedNames) {
 }
 
 TEST(TracksCsv, ErrorsNameFileAndLine) {
-  const TemporaryFolder folder;
-  const auto error_of = [&](const std::string& rows) {
-    const std::string path = folder.Write(
-        "own.csv", "frame,time_s,id,joint,x_m,y_m,z_m,status\n" + rows);
-    return InputErrorOf([&] { ReadTracks(path); });
-  };
-  EXPECT_THAT(error_of("1,0,0,a,1,2,observed\n"),
-              HasSubstr("own.csv: line 2: found 7 cells, expected 8"));
-  EXPECT_THAT(error_of("1,0,0,a,1,2,,observed\n"), HasSubstr("z_m: found ''"));
-  EXPECT_THAT(error_of("1,0,0,a,1,2,inf,observed\n"),
-              HasSubstr("z_m: found 'inf', expected a number"));
-  EXPECT_THAT(error_of("1,0,0,a,1,2,3,seen\n"), HasSubstr("status: found"));
-  EXPECT_THAT(error_of("1.5,0,0,a,1,2,3,observed\n"), HasSubstr("frame: fou"));
-  EXPECT_THAT(error_of("1,0,-1,a,1,2,3,observed\n"), HasSubstr("id: found"));
   const std::string row = "1,0,0,a,1,2,3,observed\n";
-  EXPECT_THAT(error_of(row + row), HasSubstr("line 3: joint 'a' stands there"));
-  EXPECT_THAT(error_of(row + "1,0,1,a,1,2,3,observed\n" + row),
-              HasSubstr("person 0 stands there twice"));
+  ExpectErrors(
+      "own.csv", "frame,time_s,id,joint,x_m,y_m,z_m,status\n",
+      {{"1,0,0,a,1,2,observed\n", "own.csv: line 2: found 7 cells, expected 8"},
+       {"1,0,0,a,1,2,,observed\n", "z_m: found ''"},
+       {"1,0,0,a,1,2,inf,observed\n", "z_m: found 'inf', expected a number"},
+       {"1,0,0,a,1,2,3,seen\n", "status: found"},
+       {"1.5,0,0,a,1,2,3,observed\n", "frame: found"},
+       {"1,0,-1,a,1,2,3,observed\n", "id: found"},
+       {row + row, "line 3: joint 'a' stands there"},
+       {row + "1,0,1,a,1,2,3,observed\n" + row,
+        "person 0 stands there twice"}});
 }
 
 // Arrays as NumPy itself writes them, with its own choices in the archive.

@@ -5,6 +5,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <map>
 #include <string>
 
@@ -46,13 +47,6 @@ std::map<int64_t, int> CountById(const TrackSequence& sequence, int64_t first,
   return counts;
 }
 
-const PersonPose* Find(const TrackFrame& frame, TrackId id) {
-  for (const PersonPose& person : frame.people) {
-    if (person.id == id) return &person;
-  }
-  return nullptr;
-}
-
 TEST(ReadTracks, TumAnnotation) {
   KINEGRAPH_DATA_OR_SKIP(path, "shelf/tum/actorsGT.mat");
   const TrackSequence truth = ReadTracks(path);
@@ -82,8 +76,10 @@ TEST(ReadTracks, FourDAssociationTruthIsTums) {
     const TrackFrame& same = truth.frames[static_cast<size_t>(frame.frame)];
     ASSERT_EQ(frame.people.size(), same.people.size()) << frame.frame;
     for (const PersonPose& person : frame.people) {
-      const PersonPose* original = Find(same, person.id);
-      ASSERT_NE(original, nullptr) << frame.frame;
+      const auto original = std::find_if(
+          same.people.begin(), same.people.end(),
+          [&](const PersonPose& one) { return one.id == person.id; });
+      ASSERT_NE(original, same.people.end()) << frame.frame;
       for (size_t j = 0; j < original->joints.size(); ++j) {
         worst_m = std::max(worst_m, (person.joints[j].position_m -
                                      original->joints[j].position_m)

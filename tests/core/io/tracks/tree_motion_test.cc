@@ -31,83 +31,10 @@ using ::testing::Contains;
 using ::testing::HasSubstr;
 using testing::InputErrorOf;
 using ::testing::Not;
+using testing::RigidTruth;
 using testing::TemporaryFolder;
+using testing::TreeOf;
 using testing::WriteAs;
-
-JointTree TreeOf(const Skeleton& skeleton) {
-  return MakeJointTree(skeleton,
-                       std::vector<bool>(skeleton.joints().size(), true),
-                       /*pivots=*/false);
-}
-
-// A rotation that swings with the frame, by up to 60 degrees, about an axis of
-// the joint's own.
-Quaterniond Swing(size_t joint, int64_t frame) {
-  const double phase = 1.7 * static_cast<double>(joint);
-  const Vector3d axis(std::sin(phase), std::cos(2.3 * phase),
-                      std::sin(1.0 + 3.1 * phase));
-  return Quaterniond(Eigen::AngleAxisd(
-      std::sin(0.3 * static_cast<double>(frame) + phase), axis.normalized()));
-}
-
-// Offsets of a body without symmetry but where a joint is the middle of two.
-std::vector<Vector3d> OffsetsOf(const JointTree& tree, double size_m) {
-  std::vector<Vector3d> offsets_m(tree.size(), Vector3d::Zero());
-  const auto place_of = [&](const std::string& name) {
-    for (size_t j = 0; j < tree.size(); ++j) {
-      if (tree[j].name == name) return j;
-    }
-    return tree.size();
-  };
-  for (size_t j = 1; j < tree.size(); ++j) {
-    const double phase = 2.1 * static_cast<double>(j);
-    offsets_m[j] =
-        size_m * (0.6 + 0.4 * std::sin(5.0 * phase)) *
-        Vector3d(std::cos(phase), std::sin(phase), std::sin(1.9 * phase))
-            .normalized();
-  }
-  for (const std::string part : {"hip", "shoulder"}) {
-    const size_t left = place_of("l_" + part);
-    const size_t right = place_of("r_" + part);
-    if (left < tree.size() && right < tree.size()) {
-      offsets_m[right] = -offsets_m[left];
-    }
-  }
-  return offsets_m;
-}
-
-// A person whose joints turn about each other without changing any length:
-// joints that hang on one joint keep their shape. The chest does not bend
-// against the spine, which is one of the bones that turn it.
-TrackSequence RigidTruth(const Skeleton& skeleton, int64_t frames,
-                         double size_m = 0.25) {
-  const JointTree tree = TreeOf(skeleton);
-  const std::vector<Vector3d> offsets_m = OffsetsOf(tree, size_m);
-  TrackSequence tracks;
-  tracks.header.skeleton = skeleton;
-  tracks.header.frame_rate_hz = 30.0;
-  for (int64_t f = 0; f < frames; ++f) {
-    TrackFrame& frame = tracks.frames.emplace_back();
-    frame.frame = f;
-    PersonPose& person = frame.people.emplace_back();
-    person.id = TrackId(0);
-    person.joints.resize(skeleton.joints().size());
-    std::vector<Quaterniond> turns(tree.size());
-    std::vector<Vector3d> places(tree.size());
-    for (size_t j = 0; j < tree.size(); ++j) {
-      const auto p = static_cast<size_t>(std::max(0, tree[j].parent));
-      turns[j] = j == 0             ? Swing(j, f)
-                 : tree[j].is_chest ? turns[p]
-                                    : turns[p] * Swing(j, f);
-      places[j] = j == 0 ? Vector3d(0.02 * static_cast<double>(f), 0.1, 1.0)
-                         : Vector3d(places[p] + turns[p] * offsets_m[j]);
-      if (tree[j].sources.size() > 1) continue;
-      person.joints[static_cast<size_t>(tree[j].sources[0])] = {
-          places[j], JointStatus::kObserved};
-    }
-  }
-  return tracks;
-}
 
 // The largest distance of joints that BVH's reader finds, by its own forward
 // kinematics, from those of the tracks [m].
@@ -492,6 +419,86 @@ TEST_F(TreeMotion, GltfRefusesWhatNoFloatHolds) {
   tracks.frames[1].people[0].joints[3].position_m.x() = 1e300;
   EXPECT_THAT(InputErrorOf([&] { WriteAs("gltf", gltf_, tracks); }),
               HasSubstr("32-bit float"));
+}
+
+// ---- BVH of other programs ----
+
+constexpr const char* kBvh =
+    "HIERARCHY\r\n"
+    "ROOT mixamorig:Hips\n{\n  OFFSET 1 2 3\n"
+    "  CHANNELS 6 Xposition Yposition Zposition Yrotation Xrotation Zrotation\n"
+    "  JOINT LeftUpLeg\n  {\n    OFFSET 10 0 0\n"
+    "    CHANNELS 3 Zrotation Yrotation Xrotation\n"
+    "    JOINT LeftLeg\n    {\n      OFFSET 0 -40 0\n"
+    "      CHANNELS 3 Zrotation Yrotation Xrotation\n"
+    "      End Site\n      {\n        OFFSET 0 -40 0\n      }\n    }\n  }\n"
+    "  JOINT twist\n  {\n    OFFSET 0 0 0\n    CHANNELS 1 Yrotation\n"
+    "    JOINT Neck\n    {\n      OFFSET 0 50 0\n      CHANNELS 0\n"
+    "      End Site { OFFSET 0 1 0 }\n    }\n  }\n}\n"
+    "MOTION\nFrames: 2\nFrame Time: 0.0333333\n";
+
+TEST(TracksBvh, OtherProgramsChannelsAndNames) {
+  const TemporaryFolder folder;
+  const std::string path =
+      folder.Write("dance.bvh", std::string(kBvh) +
+                                    "0 100 0  90 0 0  0 0 0  0 0 0  0\n"
+                                    "0 100 0  0 0 0  90 0 0  0 0 0  45\n");
+  TrackReadOptions options;
+  options.axes = AxisMap::Parse("x,y,z");
+  const TrackSequence tracks = ReadTracks(path, options);
+  EXPECT_EQ(tracks.header.frame_rate_hz, 30.0);
+  EXPECT_EQ(tracks.header.skeleton.joints(),
+            (std::vector<std::string>{"mid_hip", "l_hip", "l_knee", "neck"}));
+  ASSERT_EQ(tracks.header.skeleton.bones().size(), 3u);
+  EXPECT_EQ(tracks.header.skeleton.bones()[2].a, 0) << "past the pivot";
+  ASSERT_EQ(tracks.frames.size(), 2u);
+  const auto at = [&](size_t frame, size_t joint) {
+    return tracks.frames[frame].people.at(0).joints.at(joint).position_m;
+  };
+  // The place takes the offset's place.
+  EXPECT_LT((at(0, 0) - Vector3d(0.0, 1.0, 0.0)).norm(), 1e-12);
+  // Turned about Y by 90 degrees, X points to -Z.
+  EXPECT_LT((at(0, 1) - Vector3d(0.0, 1.0, -0.1)).norm(), 1e-12);
+  EXPECT_LT((at(0, 2) - Vector3d(0.0, 0.6, -0.1)).norm(), 1e-12);
+  // The thigh turned about Z by 90 degrees: -Y becomes X.
+  EXPECT_LT((at(1, 2) - Vector3d(0.5, 1.0, 0.0)).norm(), 1e-12);
+  EXPECT_LT((at(1, 3) - Vector3d(0.0, 1.5, 0.0)).norm(), 1e-12);
+}
+
+TEST(TracksBvh, ErrorsNameFileAndLine) {
+  const TemporaryFolder folder;
+  const auto error = [&](const std::string& content) {
+    const std::string path = folder.Write("dance.bvh", content);
+    return InputErrorOf([&] { ReadTracks(path); });
+  };
+  EXPECT_THAT(error(std::string(kBvh) + "0 1 2 3"),
+              HasSubstr("dance.bvh: line 35: ends before a channel's value"));
+  EXPECT_THAT(error("HIERARCHY\nROOT Hips\n{\nCHANNELS 2 Xposition Xscale"),
+              HasSubstr("found 'Xscale', expected Xposition .. Zrotation"));
+  EXPECT_THAT(error("HIERARCHY\nROOT Hips\n{\nOFFSET 0 nan 0"),
+              HasSubstr("line 4: found 'nan'"));
+  EXPECT_THAT(error("HIERARCHY\nROOT Hips\n{\n}\nMOTION\nFrames: 1e9\n"
+                    "Frame Time: 0.01\n"),
+              HasSubstr("Frames: expected 0 .. 10000000"));
+}
+
+// A rounded time means a whole rate; that of NTSC is a thousandth below.
+TEST(TracksBvh, RatesOfRoundedTimes) {
+  const TemporaryFolder folder;
+  const auto rate_of = [&](const std::string& step_s) {
+    return ReadTracks(folder.Write("a.bvh",
+                                   "HIERARCHY\nROOT Hips\n{\nOFFSET 0 0 0\n"
+                                   "CHANNELS 3 Xposition Yposition Zposition\n"
+                                   "End Site\n{\nOFFSET 0 1 0\n}\n}\nMOTION\n"
+                                   "Frames: 1\nFrame Time: " +
+                                       step_s + "\n0 0 0\n"))
+        .header.frame_rate_hz;
+  };
+  EXPECT_EQ(rate_of("0.0333333"), 30.0);
+  EXPECT_EQ(rate_of("0.033333"), 30.0);
+  EXPECT_EQ(rate_of("0.00833"), 120.0);
+  EXPECT_NEAR(rate_of("0.03336666666666667"), 30000.0 / 1001.0, 1e-9);
+  EXPECT_NEAR(rate_of("0.016683333333333335"), 60000.0 / 1001.0, 1e-9);
 }
 
 }  // namespace
