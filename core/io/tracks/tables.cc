@@ -1,16 +1,17 @@
-// Our CSV of tracks, one row a joint: columns are found by their names and
-// others passed over, rows may come in any order of frames, those of one person
-// in one frame together.
+// Tables: our own, FreeMoCap's and Anipose's.
 #include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>
 #include <optional>
+#include <string>
 #include <string_view>
 #include <unordered_set>
 #include <vector>
 
+#include "core/base/constants.h"
 #include "core/base/error.h"
+#include "core/io/binary/npz_file.h"
 #include "core/io/files/atomic_file.h"
 #include "core/io/files/text_file.h"
 #include "core/io/text/bulk_json.h"
@@ -21,6 +22,12 @@
 
 namespace kinegraph {
 namespace {
+
+// ---- Ours ----
+//
+// Our CSV of tracks, one row a joint: columns are found by their names and
+// others passed over, rows may come in any order of frames, those of one person
+// in one frame together.
 
 constexpr std::array<const char*, 15> kColumns = {
     "frame",     "time_s",    "id",        "joint",     "x_m",
@@ -219,8 +226,6 @@ TrackSequence ReadTracksCsv(const std::string& path,
       path, [&] { return reader.Place(); }, [&] { return reader.Read(); });
 }
 
-// ---- Writing ----
-
 // Tidy CSV, one row a joint: frame,time_s,id,joint,x_m,y_m,z_m,status; `views`,
 // the six columns cov_xx_m2 .. cov_zz_m2 and `name` follow when anybody has
 // them. The cells of what is missing are empty, those of times when none is
@@ -310,6 +315,188 @@ void WriteTracksCsv(const std::string& path, const TrackSequence& tracks,
   NoteEmptyFrames(contents, lost_fields);
 }
 
+// ---- FreeMoCap's ----
+//
+// FreeMoCap's 3D points of one person, in millimetres: a table NAME_x, NAME_y,
+// NAME_z, ... with a row a frame and no number of it
+// (mediapipe_body_3d_xyz.csv), or an array [frames, points, 3]
+// (mediapipe_body_3d_xyz.npy, mediapipe_skeleton_3d.npy), NaN where a point is
+// not there. Frames count from 0, the person is 0.
+
+constexpr const char* kMode = "freemocap";
+
+void AddRow(int64_t frame, const double* numbers, TrackCollector* collector) {
+  Pose3d joints(collector->joint_count());
+  for (size_t j = 0; j < joints.size(); ++j) {
+    joints[j] =
+        ObservedJoint(Eigen::Vector3d(numbers + 3 * j) / kMillimetresPerMetre);
+  }
+  collector->AddIfSeen(frame, TrackId(0), std::move(joints));
+}
+
+// Names of the points; empty when a column is none of NAME_x, NAME_y, NAME_z in
+// this order.
+std::vector<std::string> PointsOf(const std::vector<std::string>& cells) {
+  std::vector<std::string> names;
+  for (size_t c = 0; c + 2 < cells.size(); c += 3) {
+    const std::string& first = cells[c];
+    if (first.size() < 3) return {};
+    const std::string name = first.substr(0, first.size() - 2);
+    if (first != name + "_x" || cells[c + 1] != name + "_y" ||
+        cells[c + 2] != name + "_z") {
+      return {};
+    }
+    names.push_back(name);
+  }
+  return cells.size() % 3 == 0 ? names : std::vector<std::string>();
+}
+
+TrackSequence ReadTable(const std::string& path,
+                        const TrackReadOptions& options) {
+  const std::string text = ReadTextFile(path);
+  CsvRows rows(text);
+  return Located(
+      path, [&] { return rows.Place(); },
+      [&] {
+        std::vector<std::string> cells;
+        std::vector<std::string> names;
+        if (rows.Next(&cells)) names = PointsOf(cells);
+        if (names.empty()) {
+          throw InputError("expected columns NAME_x, NAME_y, NAME_z, ...");
+        }
+        const size_t width = cells.size();
+        TrackCollector collector(kMode, SkeletonOfNames(names, options),
+                                 options);
+        std::vector<double> numbers;
+        int64_t frame = 0;
+        while (rows.Next(&cells, width)) {
+          numbers.clear();
+          for (const std::string& cell : cells) {
+            numbers.push_back(NumberOfCell(cell).value_or(kNan));
+          }
+          AddRow(frame++, numbers.data(), &collector);
+        }
+        return collector.Finish();
+      });
+}
+
+TrackSequence ReadArray(const std::string& path,
+                        const TrackReadOptions& options) {
+  const NpzReader reader(path);
+  const std::vector<size_t> shape = reader.At("", 3).shape;
+  const std::vector<double> numbers = reader.Numbers("", 3);
+  if (shape[2] != 3) reader.Fail("", "expected the shape [frames, points, 3]");
+  const Skeleton skeleton = options.skeleton.value_or(MediaPipe33());
+  const size_t points = shape[1];
+  if (points < skeleton.joints().size()) {
+    reader.Fail("", "has " + std::to_string(points) +
+                        " points, expected at least the " +
+                        std::to_string(skeleton.joints().size()) + " of '" +
+                        skeleton.name() + "'");
+  }
+  TrackCollector collector(kMode, skeleton, options);
+  for (size_t f = 0; f < shape[0]; ++f) {
+    AddRow(static_cast<int64_t>(f), &numbers[f * points * 3], &collector);
+  }
+  return collector.Finish();
+}
+
+bool IsArray(const TrackHead& head) {
+  if (head.is_folder || !head.BeginsWith("\x93NUMPY")) return false;
+  const size_t begin = head.beginning.find("'shape': (");
+  const size_t end = head.beginning.find(", 3)", begin);
+  if (begin == std::string::npos || end == std::string::npos) return false;
+  // [frames, points, 3]
+  size_t commas = 0;
+  for (size_t at = begin + 10; at < end; ++at) {
+    commas += head.beginning[at] == ',' ? 1 : 0;
+  }
+  return commas == 1 && end - begin < 60;
+}
+
+bool IsTable(const TrackHead& head) {
+  return !head.is_folder && head.beginning.find('\n') != std::string::npos &&
+         !PointsOf(head.FirstRow()).empty();
+}
+
+// ---- Anipose's ----
+//
+// The table that Anipose's `triangulate` writes (pose-3d): a row a frame;
+// NAME_x, NAME_y, NAME_z [mm], NAME_error, NAME_ncams and NAME_score of each
+// joint, then the rotation M_00 .. M_22 and the centre by which Anipose turned
+// the points (none here), and the frame's number. A file is one person.
+
+constexpr const char* kAniposeExtension = ".csv";
+
+std::string TitleRow(const Skeleton& skeleton) {
+  std::string text;
+  for (const std::string& joint : skeleton.joints()) {
+    for (const char* column :
+         {"_x", "_y", "_z", "_error", "_ncams", "_score"}) {
+      text += CsvCell(joint + column) + ",";
+    }
+  }
+  return text +
+         "M_00,M_01,M_02,M_10,M_11,M_12,M_20,M_21,M_22,"
+         "center_0,center_1,center_2,fnum\n";
+}
+
+// Empty cells are NaN for those who read them.
+void WriteAniposeJoint(const PersonPose* person, size_t joint_idx,
+                       JsonOutput* out) {
+  if (person == nullptr || !person->joints[joint_idx].present()) {
+    out->Text(",,,,,,");
+    return;
+  }
+  for (int axis = 0; axis < 3; ++axis) {
+    out->Add(kMillimetresPerMetre * person->joints[joint_idx].position_m[axis],
+             ",");
+  }
+  out->Text(",");  // the reprojection error is not in the tracks
+  if (!person->inlier_views.empty()) {
+    out->Integer(person->inlier_views[joint_idx]);
+  }
+  out->Text(",,");
+}
+
+void WriteAniposePerson(const std::string& path, TrackId id,
+                        const TrackSequence& tracks,
+                        const std::vector<TrackRow>& rows) {
+  AtomicFile file(path);
+  file.Write(TitleRow(tracks.header.skeleton));
+  const size_t joint_count = tracks.header.skeleton.joints().size();
+  int64_t number = tracks.frames.front().frame;
+  JsonOutput out;
+  for (const TrackRow& row : rows) {
+    const PersonPose* person = FindPerson(row.frame, id);
+    for (size_t j = 0; j < joint_count; ++j) WriteAniposeJoint(person, j, &out);
+    out.Add("1,0,0,0,1,0,0,0,1,0,0,0,", number++, "\n");
+    out.FlushTo(&file);
+  }
+  file.Commit();
+}
+
+void WriteTracksAnipose(const std::string& path, const TrackSequence& tracks,
+                        const TrackExportOptions& options,
+                        LostFields* lost_fields) {
+  const std::vector<TrackRow> rows = MakeTrackRows(tracks, "Anipose");
+  WritePersonFiles(path, kAniposeExtension, tracks, options.names,
+                   [&](const std::string& file, TrackId id) {
+                     WriteAniposePerson(file, id, tracks, rows);
+                   });
+  const TrackContents contents = ContentsOf(tracks);
+  lost_fields->push_back(
+      "bones, times, frame rate and configuration are not kept; errors and "
+      "scores are empty");
+  if (contents.has_inferred) {
+    lost_fields->push_back("inferred joints are written like observed ones");
+  }
+  if (contents.has_covariances) {
+    lost_fields->push_back("covariances are not kept");
+  }
+  NoteAddedRows(tracks, rows.size(), "have empty cells", lost_fields);
+}
+
 }  // namespace
 
 TrackFormat CsvTrackFormat() {
@@ -327,6 +514,33 @@ TrackFormat CsvTrackFormat() {
   format.read_names = ReadCsvNames;
   format.keeps_names = true;
   format.write = WriteTracksCsv;
+  return format;
+}
+
+TrackFormat FreeMoCapTrackFormat() {
+  TrackFormat format;
+  format.name = kMode;
+  format.layout = "FreeMoCap's 3D points: CSV NAME_x, NAME_y, NAME_z; NPY";
+  format.unit_m = 0.001;
+  format.recognise = [](const TrackHead& head) {
+    return IsArray(head) || IsTable(head);
+  };
+  format.read = [](const std::string& path, const TrackReadOptions& options) {
+    return BeginningOf(path, 6) == "\x93NUMPY" ? ReadArray(path, options)
+                                               : ReadTable(path, options);
+  };
+  return format;
+}
+
+TrackFormat AniposeTrackFormat() {
+  TrackFormat format;
+  format.name = "anipose";
+  format.layout = "Anipose's table of 3D points, mm, a file a person";
+  format.files = TrackFormat::Files::kFileAPerson;
+  format.person_extension = kAniposeExtension;
+  format.has_marker_names = true;
+  format.keeps_names = true;
+  format.write = WriteTracksAnipose;
   return format;
 }
 
