@@ -82,24 +82,27 @@ class CameraBuilder {
       : record_(record), per_metre_(per_metre), options_(options) {}
 
   Camera Build() const {
+    const ImageSize size = ChooseSize();
     CameraParameters parameters;
     parameters.name = record_.name;
-    const ImageSize size = ChooseSize();
     parameters.width_px = static_cast<int>(size.width_px);
     parameters.height_px = static_cast<int>(size.height_px);
-    parameters.K = record_.K;
-    if (record_.normalised_K) ScaleK(size, &parameters.K);
-    ShrinkK(size, &parameters.K);
+    parameters.K = ChooseK(size);
     try {
       parameters.lens = ChooseLens();
       parameters.R = record_.R;
-      if (!record_.centre.has_value()) parameters.t = record_.t / per_metre_;
+      if (record_.centre.has_value()) {
+        // The rotation is made exact first, so that the centre stays in place.
+        parameters.R = Camera(parameters).R();
+        parameters.t = -(parameters.R * (*record_.centre / per_metre_));
+      } else {
+        parameters.t = record_.t / per_metre_;
+      }
       Camera camera(parameters);
-      if (!record_.centre.has_value()) return Checked(camera);
-      // The rotation is made exact first, so that the centre stays in place.
-      parameters.R = camera.R();
-      parameters.t = -(camera.R() * (*record_.centre / per_metre_));
-      return Checked(Camera(parameters));
+      if (!camera.P().allFinite() || !camera.centre().allFinite()) {
+        Fail("the numbers are too large to project with");
+      }
+      return camera;
     } catch (const OptionError& error) {
       Fail(error.what());
     }
@@ -139,26 +142,28 @@ class CameraBuilder {
     return std::abs(high - static_cast<double>(picture.height_px)) < 1.0;
   }
 
-  // The middle of the first pixel is (0, 0) in both resolutions.
-  void ShrinkK(const ImageSize& size, Eigen::Matrix3d* K) const {
-    if (record_.width_px == 0 || size.width_px == record_.width_px) return;
-    const auto scale = [](int64_t to, int64_t from) {
-      return static_cast<double>(to) / static_cast<double>(from);
-    };
-    K->row(0) *= scale(size.width_px, record_.width_px);
-    K->row(1) *= scale(size.height_px, record_.height_px);
-    (*K)(0, 2) += 0.5 * scale(size.width_px, record_.width_px) - 0.5;
-    (*K)(1, 2) += 0.5 * scale(size.height_px, record_.height_px) - 0.5;
-  }
-
-  void ScaleK(const ImageSize& size, Eigen::Matrix3d* K) const {
-    if (size.width_px == 0) {
-      Fail(
-          "K belongs to coordinates divided by the image size; "
-          "cameras.image_size must give it");
+  Eigen::Matrix3d ChooseK(const ImageSize& size) const {
+    Eigen::Matrix3d K = record_.K;
+    if (record_.normalised_K) {
+      if (size.width_px == 0) {
+        Fail(
+            "K belongs to coordinates divided by the image size; "
+            "cameras.image_size must give it");
+      }
+      K.row(0) *= static_cast<double>(size.width_px);
+      K.row(1) *= static_cast<double>(size.height_px);
     }
-    K->row(0) *= static_cast<double>(size.width_px);
-    K->row(1) *= static_cast<double>(size.height_px);
+    if (record_.width_px == 0 || size.width_px == record_.width_px) return K;
+    const Eigen::Vector2d scale(static_cast<double>(size.width_px) /
+                                    static_cast<double>(record_.width_px),
+                                static_cast<double>(size.height_px) /
+                                    static_cast<double>(record_.height_px));
+    // The middle of the first pixel is (0, 0) in both resolutions.
+    for (int i = 0; i < 2; ++i) {
+      K.row(i) *= scale[i];
+      K(i, 2) += 0.5 * scale[i] - 0.5;
+    }
+    return K;
   }
 
   std::shared_ptr<const Lens> ChooseLens() const {
@@ -170,13 +175,6 @@ class CameraBuilder {
       coefficients.pop_back();
     }
     return MakeLens(record_.lens_model, coefficients);
-  }
-
-  const Camera& Checked(const Camera& camera) const {
-    if (!camera.P().allFinite() || !camera.centre().allFinite()) {
-      Fail("the numbers are too large to project with");
-    }
-    return camera;
   }
 
   const CameraRecord& record_;

@@ -118,37 +118,27 @@ std::set<int64_t> UnusedCameras(const std::string& session) {
   return unused;
 }
 
-// Columns by their names in any version.
-struct CaliscopeColumns {
-  int sync = -1;
-  int camera = -1;
-  int object = -1;
-  int point = -1;
-  int x = -1;
-  int y = -1;
-  int time = -1;
-};
+// Where the columns stand, by their names in newer versions.
+using Places = std::map<std::string, size_t>;
 
-CaliscopeColumns FindCaliscopeColumns(const std::vector<std::string>& header) {
-  CaliscopeColumns columns;
-  for (const auto& [name, column] : {std::pair{"sync_index", &columns.sync},
-                                     {"port", &columns.camera},
-                                     {"cam_id", &columns.camera},
-                                     {"object_id", &columns.object},
-                                     {"point_id", &columns.point},
-                                     {"keypoint_id", &columns.point},
-                                     {"img_loc_x", &columns.x},
-                                     {"img_loc_y", &columns.y},
-                                     {"frame_time", &columns.time}}) {
-    const auto at = std::find(header.begin(), header.end(), name);
-    if (at != header.end()) *column = static_cast<int>(at - header.begin());
+Places PlacesOf(const std::vector<std::string>& header) {
+  Places places;
+  for (size_t c = 0; c < header.size(); ++c) places.emplace(header[c], c);
+  for (const auto& [old, now] :
+       {std::pair{"port", "cam_id"}, {"point_id", "keypoint_id"}}) {
+    if (places.count(old) > 0) places.emplace(now, places[old]);
   }
-  return columns;
+  return places;
 }
 
-bool AreOfPoints(const CaliscopeColumns& columns) {
-  return columns.sync >= 0 && columns.camera >= 0 && columns.point >= 0 &&
-         columns.x >= 0 && columns.y >= 0;
+bool HasAll(const Places& places, std::initializer_list<const char*> names) {
+  return std::all_of(names.begin(), names.end(),
+                     [&](const char* name) { return places.count(name) > 0; });
+}
+
+bool AreOfPoints(const Places& places) {
+  return HasAll(places, {"sync_index", "cam_id", "keypoint_id", "img_loc_x",
+                         "img_loc_y"});
 }
 
 struct Point {
@@ -166,62 +156,63 @@ using Times = std::map<std::pair<int64_t, int64_t>, double>;
 // Cells of one row, with what is wrong with them.
 class Row {
  public:
-  Row(const std::vector<std::string>& header,
+  Row(const std::vector<std::string>& header, const Places& places,
       const std::vector<std::string>& cells)
-      : header_(header), cells_(cells) {}
+      : header_(header), places_(places), cells_(cells) {}
 
-  double Number(int column) const {
-    const auto at = static_cast<size_t>(column);
+  const Places& places() const { return places_; }
+  double Number(const char* name) const {
+    const size_t at = places_.at(name);
     const auto number =
         Located(header_[at], [&] { return NumberOfCell(cells_[at]); });
     if (number.has_value() && std::isfinite(*number)) return *number;
-    Fail(at, "a number");
+    Fail(name, "a number");
   }
 
-  int64_t Index(int column) const {
-    const double number = Number(column);
+  int64_t Index(const char* name) const {
+    const double number = Number(name);
     if (number >= 0.0 && number <= static_cast<double>(kMaxFrame) &&
         number == std::floor(number)) {
       return static_cast<int64_t>(number);
     }
-    Fail(static_cast<size_t>(column), "a whole number from 0");
+    Fail(name, "a whole number from 0");
   }
 
  private:
-  [[noreturn]] void Fail(size_t at, const std::string& expected) const {
+  [[noreturn]] void Fail(const char* name, const char* expected) const {
+    const size_t at = places_.at(name);
     throw InputError(header_[at] + ": found '" + Printable(cells_[at]) +
                      "', expected " + expected);
   }
 
   const std::vector<std::string>& header_;
+  const Places& places_;
   const std::vector<std::string>& cells_;
 };
 
-// Calls `read` with each row and its columns.
 template <typename Read>
 void ForEachRow(const std::string& path, const Read& read) {
-  std::vector<std::string> names;
-  CaliscopeColumns columns;
+  std::vector<std::string> header;
+  Places places;
   ReadCsv(
       path,
-      [&](const std::vector<std::string>& header) {
-        names = header;
-        columns = FindCaliscopeColumns(header);
+      [&](const std::vector<std::string>& names) {
+        header = names;
+        places = PlacesOf(names);
       },
       [&](const std::vector<std::string>& cells) {
-        read(Row(names, cells), columns);
+        read(Row(header, places, cells));
       });
 }
 
-void AddTime(const Row& row, const CaliscopeColumns& columns, Times* times) {
-  const double time_s = row.Number(columns.time);
+void AddTime(const Row& row, Times* times) {
+  const double time_s = row.Number("frame_time");
   if (!(std::abs(time_s) < 1e9)) {
     throw InputError("frame_time: found " + std::to_string(time_s) +
                      ", expected seconds");
   }
-  times->emplace(
-      std::make_pair(row.Index(columns.sync), row.Index(columns.camera)),
-      time_s);
+  times->emplace(std::make_pair(row.Index("sync_index"), row.Index("cam_id")),
+                 time_s);
 }
 
 // Of the tables of times beside the points.
@@ -231,9 +222,9 @@ Times ReadTimesBeside(const std::string& table) {
   for (const char* name : {"timestamps.csv", "frame_time_history.csv"}) {
     const std::string path = (folder / name).string();
     if (!IsFile(path)) continue;
-    ForEachRow(path, [&](const Row& row, const CaliscopeColumns& columns) {
-      if (columns.sync < 0 || columns.camera < 0 || columns.time < 0) return;
-      AddTime(row, columns, &times);
+    ForEachRow(path, [&](const Row& row) {
+      if (!HasAll(row.places(), {"sync_index", "cam_id", "frame_time"})) return;
+      AddTime(row, &times);
     });
     if (!times.empty()) break;
   }
@@ -246,30 +237,31 @@ class CaliscopeReader {
       : options_(options), unused_(std::move(unused)) {}
 
   std::unique_ptr<DetectionSource> Read(const std::string& table) {
-    ForEachRow(table, [&](const Row& row, const CaliscopeColumns& columns) {
-      if (!AreOfPoints(columns)) {
+    ForEachRow(table, [&](const Row& row) {
+      if (!AreOfPoints(row.places())) {
         throw InputError(
             "expected columns sync_index, cam_id, keypoint_id, img_loc_x and "
             "img_loc_y");
       }
-      ReadPoint(row, columns);
+      ReadPoint(row);
     });
     if (times_.empty()) times_ = ReadTimesBeside(table);
     return Located(table, [&] { return Collect(fs::path(table)); });
   }
 
  private:
-  void ReadPoint(const Row& row, const CaliscopeColumns& columns) {
+  void ReadPoint(const Row& row) {
     Point point;
-    point.sync = row.Index(columns.sync);
-    point.camera = row.Index(columns.camera);
-    point.object = columns.object < 0 ? 0 : row.Index(columns.object);
-    point.point = row.Index(columns.point);
-    point.x_px = row.Number(columns.x);
-    point.y_px = row.Number(columns.y);
+    point.sync = row.Index("sync_index");
+    point.camera = row.Index("cam_id");
+    const bool has_objects = row.places().count("object_id") > 0;
+    point.object = has_objects ? row.Index("object_id") : 0;
+    point.point = row.Index("keypoint_id");
+    point.x_px = row.Number("img_loc_x");
+    point.y_px = row.Number("img_loc_y");
     if (unused_.count(point.camera) > 0) return;
     points_.push_back(point);
-    if (columns.time >= 0) AddTime(row, columns, &times_);
+    if (row.places().count("frame_time") > 0) AddTime(row, &times_);
   }
 
   // Joints by the points' numbers.
@@ -411,7 +403,7 @@ bool RecogniseCaliscope(const DetectionHead& head) {
     return IsSession(head.path) && !TablesOf(head.path).empty();
   }
   return head.beginning.rfind("sync_index", 0) == 0 &&
-         AreOfPoints(FindCaliscopeColumns(head.FirstRow()));
+         AreOfPoints(PlacesOf(head.FirstRow()));
 }
 
 }  // namespace kinegraph

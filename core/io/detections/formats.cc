@@ -21,30 +21,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Hands out frames that are in memory.
-class CollectedSource : public DetectionSource {
- public:
-  CollectedSource(DetectionHeader header,
-                  std::map<int64_t, DetectionFrame> frames)
-      : header_(std::move(header)), frames_(std::move(frames)) {
-    frame_count_ = static_cast<int64_t>(frames_.size());
-  }
-
-  const DetectionHeader& header() const override { return header_; }
-  bool Next(DetectionFrame* frame) override {
-    if (frames_.empty()) return false;
-    *frame = std::move(frames_.begin()->second);
-    frames_.erase(frames_.begin());
-    return true;
-  }
-  int64_t frame_count() const override { return frame_count_; }
-
- private:
-  DetectionHeader header_;
-  std::map<int64_t, DetectionFrame> frames_;
-  int64_t frame_count_ = 0;
-};
-
 void SortByName(NamedPaths* paths) {
   std::sort(paths->begin(), paths->end(), [](const auto& a, const auto& b) {
     return NaturalLess(a.first, b.first);
@@ -200,46 +176,16 @@ void DetectionCollector::AddFound(int64_t frame, size_t view_idx,
   Add(frame, view_idx)->joints = std::move(joints);
 }
 
+bool DetectionCollector::Next(DetectionFrame* frame) {
+  if (frames_.empty()) return false;
+  *frame = std::move(frames_.begin()->second);
+  frames_.erase(frames_.begin());
+  return true;
+}
+
 std::unique_ptr<DetectionSource> DetectionCollector::Finish() {
-  return std::make_unique<CollectedSource>(std::move(header_),
-                                           std::move(frames_));
-}
-
-void ReadCsv(const std::string& path,
-             const std::function<void(const std::vector<std::string>&)>& header,
-             const std::function<void(const std::vector<std::string>&)>& row) {
-  const std::string text = ReadTextFile(path);
-  CsvRows rows(text);
-  Located(
-      path, [&] { return rows.Place(); },
-      [&] {
-        std::vector<std::string> cells;
-        if (!rows.Next(&cells)) throw InputError("is empty");
-        header(cells);
-        const size_t width = cells.size();
-        while (rows.Next(&cells, width)) row(cells);
-      });
-}
-
-std::vector<Keypoint> ReadKeypointRow(
-    const std::vector<std::string>& cells,
-    const std::vector<KeypointColumns>& columns,
-    const std::vector<std::string>& labels, ZeroConfidence zero_confidence) {
-  std::vector<Keypoint> joints;
-  joints.reserve(columns.size());
-  for (size_t j = 0; j < columns.size(); ++j) {
-    const auto at = [&](int column) {
-      return Located(labels[j], [&] {
-        return NumberOfCell(cells[static_cast<size_t>(column)])
-            .value_or(std::numeric_limits<double>::quiet_NaN());
-      });
-    };
-    const double confidence =
-        columns[j].confidence < 0 ? 1.0 : at(columns[j].confidence);
-    joints.push_back(MakeKeypoint(at(columns[j].x), at(columns[j].y),
-                                  confidence, zero_confidence));
-  }
-  return joints;
+  frame_count_ = static_cast<int64_t>(frames_.size());
+  return std::make_unique<DetectionCollector>(std::move(*this));
 }
 
 std::unique_ptr<DetectionSource> ReadViews(const NamedPaths& files,

@@ -57,12 +57,15 @@ bool IsToldByJointCount(const Skeleton& skeleton);
 
 // Collects detections of formats whose files hold a whole recording, in any
 // order of frames, and hands them out frame by frame.
-class DetectionCollector {
+class DetectionCollector : public DetectionSource {
  public:
   explicit DetectionCollector(DetectionHeader header)
       : header_(std::move(header)) {}
 
-  const DetectionHeader& header() const { return header_; }
+  const DetectionHeader& header() const override { return header_; }
+  int64_t frame_count() const override { return frame_count_; }
+  bool Next(DetectionFrame* frame) override;
+
   bool has_skeleton() const { return header_.skeleton.joint_count() > 0; }
   // For files that tell it by their first person.
   void set_skeleton(const Skeleton& skeleton) { header_.skeleton = skeleton; }
@@ -78,10 +81,15 @@ class DetectionCollector {
   void AddFound(int64_t frame, size_t view_idx, std::vector<Keypoint> joints);
   // Makes sure that the frame is there even if nobody was seen.
   DetectionFrame* Touch(int64_t frame);
+  void DropAfter(int64_t frame) {
+    frames_.erase(frames_.upper_bound(frame), frames_.end());
+  }
+  // Itself as a source, when everything is there.
   std::unique_ptr<DetectionSource> Finish();
 
  private:
   DetectionHeader header_;
+  int64_t frame_count_ = 0;
   std::vector<std::string> labels_;  // of the first file that states them
   std::map<int64_t, DetectionFrame> frames_;
 };

@@ -3,9 +3,10 @@
 // with frames in it is a recording of one view.
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <filesystem>
+#include <map>
 #include <optional>
+#include <set>
 #include <utility>
 
 #include "core/base/error.h"
@@ -31,52 +32,30 @@ constexpr const char* kOpenposeKeypoints = "pose_keypoints_2d";
 constexpr size_t kPeopleToRecogniseBy = 200;
 constexpr size_t kFilesAView = 40;
 
-struct FrameFile {
-  int64_t frame = 0;
-  std::string name;
-};
+// The files of a view by their frames.
+using ViewFiles = std::map<int64_t, std::string>;
 
-struct View {
-  std::string folder;
-  std::vector<FrameFile> files;  // ascending
-  size_t next = 0;
-
-  bool Has(int64_t frame) const {
-    return next < files.size() && files[next].frame == frame;
-  }
-  std::string Path(size_t file_idx) const {
-    return folder + "/" + files[file_idx].name;
-  }
-};
-
-View ListFrames(const std::string& folder) {
-  View view;
-  view.folder = folder;
+ViewFiles ListFrames(const std::string& folder) {
+  std::map<int64_t, std::set<std::string>> names_of;
   for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
     const std::string name = entry.path().filename().string();
     if (name.front() == '.' || entry.path().extension() != ".json") continue;
     if (!IsFileOrFolder(entry)) continue;
-    view.files.push_back(
-        {Located(folder, [&] { return FrameOfName(name); }), name});
+    names_of[Located(folder, [&] { return FrameOfName(name); })].insert(name);
   }
-  if (view.files.empty()) {
+  if (names_of.empty()) {
     throw InputError(folder, "", "holds no .json files, expected one a frame");
   }
-  std::sort(view.files.begin(), view.files.end(),
-            [](const FrameFile& a, const FrameFile& b) {
-              return std::tie(a.frame, a.name) < std::tie(b.frame, b.name);
-            });
-  const auto twice =
-      std::adjacent_find(view.files.begin(), view.files.end(),
-                         [](const FrameFile& a, const FrameFile& b) {
-                           return a.frame == b.frame;
-                         });
-  if (twice != view.files.end()) {
-    throw InputError(
-        folder, "frame " + std::to_string(twice->frame),
-        "stands there twice: " + twice->name + ", " + std::next(twice)->name);
+  ViewFiles files;
+  for (const auto& [frame, names] : names_of) {
+    if (names.size() > 1) {
+      throw InputError(folder, "frame " + std::to_string(frame),
+                       "stands there twice: " + *names.begin() + ", " +
+                           *std::next(names.begin()));
+    }
+    files[frame] = folder + "/" + *names.begin();
   }
-  return view;
+  return files;
 }
 
 // BODY_25 before all others: OpenPose's own.
@@ -101,25 +80,28 @@ class OpenPoseSource : public DetectionSource {
     for (const auto& [name, folder] : views) {
       header_.view_names.push_back(name);
       views_.push_back(ListFrames(folder));
+      for (const auto& [frame, file] : views_.back()) frames_.insert(frame);
     }
-    frame_count_ = CountFrames();
+    next_ = frames_.begin();
     header_.skeleton = options.skeleton ? *options.skeleton : FindSkeleton();
     numbers_.resize(3 * static_cast<size_t>(header_.skeleton.joint_count()));
   }
 
   const DetectionHeader& header() const override { return header_; }
-  int64_t frame_count() const override { return frame_count_; }
+  int64_t frame_count() const override {
+    return static_cast<int64_t>(frames_.size());
+  }
 
   bool Next(DetectionFrame* frame) override {
-    const std::optional<int64_t> number = NextFrame();
-    if (!number) return false;
-    frame->frame = *number;
-    frame->time = TimeOfFrame(*number, header_.frame_rate_hz);
+    if (next_ == frames_.end()) return false;
+    frame->frame = *next_++;
+    frame->time = TimeOfFrame(frame->frame, header_.frame_rate_hz);
     frame->views.resize(views_.size());
     for (size_t v = 0; v < views_.size(); ++v) {
       frame->views[v].capture_time = frame->time;
-      if (views_[v].Has(*number)) {
-        ReadView(views_[v].Path(views_[v].next++), &frame->views[v].detections);
+      const auto file = views_[v].find(frame->frame);
+      if (file != views_[v].end()) {
+        ReadView(file->second, &frame->views[v].detections);
       } else {
         frame->views[v].detections.clear();
       }
@@ -128,26 +110,6 @@ class OpenPoseSource : public DetectionSource {
   }
 
  private:
-  // The smallest frame that a view still has.
-  std::optional<int64_t> NextFrame() const {
-    std::optional<int64_t> smallest;
-    for (const View& view : views_) {
-      if (view.next == view.files.size()) continue;
-      const int64_t frame = view.files[view.next].frame;
-      if (!smallest || frame < *smallest) smallest = frame;
-    }
-    return smallest;
-  }
-
-  int64_t CountFrames() const {
-    std::vector<int64_t> frames;
-    for (const View& view : views_) {
-      for (const FrameFile& file : view.files) frames.push_back(file.frame);
-    }
-    std::sort(frames.begin(), frames.end());
-    return std::unique(frames.begin(), frames.end()) - frames.begin();
-  }
-
   // By the number of joints, and by the people's bones where several layouts
   // have as many (skeleton_fit.h); BODY_25 where there is nobody.
   Skeleton FindSkeleton() {
@@ -189,16 +151,19 @@ class OpenPoseSource : public DetectionSource {
   // Files to recognise the layout by: of every view some that are spread over
   // the recording, then the others, in case nobody is in the former.
   std::vector<std::string> SampleFiles() const {
+    std::vector<std::vector<std::string>> views(views_.size());
+    for (size_t v = 0; v < views_.size(); ++v) {
+      for (const auto& [frame, file] : views_[v]) views[v].push_back(file);
+    }
     std::vector<std::string> paths;
     for (const bool spread : {true, false}) {
       for (size_t i = 0; i < kFilesAView || !spread; ++i) {
         bool any = false;
-        for (const View& view : views_) {
-          const size_t count = view.files.size();
-          const size_t at = spread ? i * count / kFilesAView : i;
-          if (at >= count) continue;
+        for (const std::vector<std::string>& files : views) {
+          const size_t at = spread ? i * files.size() / kFilesAView : i;
+          if (at >= files.size()) continue;
           any = true;
-          paths.push_back(view.Path(at));
+          paths.push_back(files[at]);
         }
         if (!any) break;
       }
@@ -247,8 +212,9 @@ class OpenPoseSource : public DetectionSource {
 
   const DetectionReadOptions options_;
   DetectionHeader header_;
-  std::vector<View> views_;
-  int64_t frame_count_ = 0;
+  std::vector<ViewFiles> views_;
+  std::set<int64_t> frames_;  // of all views
+  std::set<int64_t>::const_iterator next_;
   JsonFileParser parser_;
   std::vector<double> numbers_;  // of one person
 };

@@ -11,109 +11,125 @@ namespace kinegraph::testing {
 namespace {
 
 namespace fs = std::filesystem;
-using ::testing::ElementsAre;
+using ::testing::EndsWith;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::StartsWith;
 
 const std::string& Scene() { return DemoScene("0.4"); }
 
-std::string TrackArguments(const std::string& detections) {
-  return "--cameras=" + Scene() + "/cameras.json --detections=" + detections +
-         " --config=" +
-         ProjectFile("configs/synthetic/track_paper.toml").string();
+std::string TrackCommand(
+    const std::string& detections, const std::string& out,
+    const std::string& scene = Scene(),
+    const std::string& config = "configs/synthetic/track_paper.toml") {
+  return ProgramPath("track") + " --cameras=" + scene +
+         "/cameras.json --detections=" + detections +
+         " --config=" + ProjectFile(config).string() + " --out=" + out;
 }
 
-// What a program does that reads a pipe, has begun to write and is told to
-// stop.
-void StopInTheMiddle(const std::vector<std::string>& arguments, int signal,
-                     const char* name) {
-  const TemporaryFolder folder;
-  const std::string pipe = (folder.path() / "pipe").string();
-  ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
-  const fs::path out = folder.path() / "out";
-  fs::create_directory(out);
-  const std::string errors = (folder.path() / "errors").string();
-  std::vector<std::string> line = arguments;
-  for (std::string& argument : line) {
-    const size_t at = argument.find("PIPE");
-    if (at != std::string::npos) argument.replace(at, 4, pipe);
+RunningProgram Started(const std::string& line, const std::string& errors,
+                       const std::string& input = "/dev/null",
+                       const std::string& output = "/dev/null") {
+  return RunningProgram({"/bin/bash", "-c", "exec " + line}, errors, input,
+                        output);
+}
+
+// A program that reads a pipe and writes into a folder.
+class PipeTest : public ::testing::Test {
+ protected:
+  PipeTest() {
+    mkfifo(pipe_.c_str(), 0600);
+    fs::create_directory(out_);
   }
-  line.push_back("--out=" + (out / "result.jsonl").string());
-  RunningProgram program(line, errors);
-  std::ofstream input = OpenPipe(pipe);
-  ASSERT_TRUE(input.is_open());
-  input << ContentOf(Scene() + "/detections.jsonl") << std::flush;
-  ASSERT_TRUE(WaitUntil([&] { return HasPartial(out); }));
-  program.Signal(signal);
-  const int status = program.Wait();
-  EXPECT_TRUE(WIFSIGNALED(status) && WTERMSIG(status) == signal);
-  EXPECT_THAT(NamesIn(out), IsEmpty());
-  EXPECT_EQ(ContentOf(errors), fs::path(line[0]).filename().string() +
-                                   ": stopped by " + name +
-                                   "; what was half-written is removed\n");
+
+  // Hands it the scene and waits until it has begun to write; the pipe ends
+  // with the stream.
+  std::ofstream BeginInput() const {
+    std::ofstream input = OpenPipe(pipe_);
+    EXPECT_TRUE(input.is_open());
+    input << ContentOf(Scene() + "/detections.jsonl") << std::flush;
+    EXPECT_TRUE(WaitUntil([&] { return HasPartial(out_); }));
+    return input;
+  }
+
+  // What a program leaves that has begun to write and is told to stop.
+  void StopInTheMiddle(const std::string& line, int signal, const char* name) {
+    RunningProgram program = Started(line, errors_);
+    const std::ofstream input = BeginInput();
+    program.Signal(signal);
+    const int status = program.Wait();
+    EXPECT_TRUE(WIFSIGNALED(status) && WTERMSIG(status) == signal);
+    EXPECT_THAT(NamesIn(out_), IsEmpty());
+    EXPECT_THAT(ContentOf(errors_),
+                EndsWith(": stopped by " + std::string(name) +
+                         "; what was half-written is removed\n"));
+  }
+
+  const TemporaryFolder folder_;
+  const std::string pipe_ = (folder_.path() / "pipe").string();
+  const fs::path out_ = folder_.path() / "out";
+  const std::string result_ = (out_ / "result.jsonl").string();
+  const std::string errors_ = (folder_.path() / "errors").string();
+};
+
+TEST_F(PipeTest, ASignalLeavesNothingOfTrack) {
+  StopInTheMiddle(TrackCommand(pipe_, result_), SIGINT, "SIGINT");
+  StopInTheMiddle(TrackCommand(pipe_, result_), SIGTERM, "SIGTERM");
+  StopInTheMiddle(TrackCommand(pipe_, result_), SIGHUP, "SIGHUP");
 }
 
-TEST(SignalTest, TrackLeavesNothing) {
-  std::vector<std::string> line = {
-      ProgramPath("track"), "--cameras=" + Scene() + "/cameras.json",
-      "--detections=PIPE",
-      "--config=" + ProjectFile("configs/synthetic/track_paper.toml").string()};
-  StopInTheMiddle(line, SIGINT, "SIGINT");
-  StopInTheMiddle(line, SIGTERM, "SIGTERM");
-  StopInTheMiddle(line, SIGHUP, "SIGHUP");
-}
-
-TEST(SignalTest, ConvertLeavesNoFolderOfManyFiles) {
-  StopInTheMiddle({ProgramPath("convert"), "--from=kinegraph", "--to=openpose",
-                   "--in=PIPE"},
+TEST_F(PipeTest, ASignalLeavesNoFolderOfManyFilesOfConvert) {
+  StopInTheMiddle(ProgramPath("convert") + " --from=kinegraph --to=openpose" +
+                      " --in=" + pipe_ + " --out=" + result_,
                   SIGTERM, "SIGTERM");
 }
 
-TEST(SignalTest, AnIgnoredSignalStaysIgnored) {
-  const TemporaryFolder folder;
-  const std::string pipe = (folder.path() / "pipe").string();
-  ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
-  const std::string out = (folder.path() / "out.jsonl").string();
-  const std::string script =
-      folder.Write("script", "trap '' HUP\nexec " + ProgramPath("track") + " " +
-                                 TrackArguments(pipe) + " --out=" + out + "\n");
-  RunningProgram program({"/bin/bash", script},
-                         (folder.path() / "errors").string());
+TEST_F(PipeTest, AnIgnoredSignalStaysIgnored) {
+  const std::string script = folder_.Write(
+      "script", "trap '' HUP\nexec " + TrackCommand(pipe_, result_) + "\n");
+  RunningProgram program({"/bin/bash", script}, errors_);
   {
-    std::ofstream input = OpenPipe(pipe);
-    ASSERT_TRUE(input.is_open());
-    input << ContentOf(Scene() + "/detections.jsonl") << std::flush;
-    ASSERT_TRUE(WaitUntil([&] { return HasPartial(folder.path()); }));
+    const std::ofstream input = BeginInput();
     program.Signal(SIGHUP);
   }
   EXPECT_EQ(program.Wait(), 0);
-  EXPECT_TRUE(fs::exists(out));
+  EXPECT_TRUE(fs::exists(result_));
+}
+
+TEST_F(PipeTest, AFolderThatDisappearsIsSaid) {
+  RunningProgram program = Started(TrackCommand(pipe_, result_), errors_);
+  {
+    const std::ofstream input = BeginInput();
+    fs::remove_all(out_);
+  }
+  const int status = program.Wait();
+  EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 1);
+  EXPECT_THAT(ContentOf(errors_), HasSubstr("No such file or directory"));
 }
 
 TEST(StreamTest, ResultsOnStandardOutputAreAlone) {
-  const std::string line = ProgramPath("track") + " " +
-                           TrackArguments(Scene() + "/detections.jsonl");
+  const auto line = [](const std::string& out) {
+    return TrackCommand(Scene() + "/detections.jsonl", out);
+  };
   const TemporaryFolder folder;
   const std::string file = (folder.path() / "file.jsonl").string();
-  ASSERT_EQ(RunShell(line + " --out=" + file).exit_code, 0);
+  ASSERT_EQ(RunShell(line(file)).exit_code, 0);
   const std::string expected = ContentOf(file);
   for (const char* out : {"/dev/stdout", "/dev/fd/1", "/proc/self/fd/1"}) {
-    const ProgramOutcome piped = RunShell(line + " --out=" + out + " | cat");
+    const ProgramOutcome piped = RunShell(line(out) + " | cat");
     EXPECT_EQ(piped.output, expected) << out;
     EXPECT_THAT(piped.errors, StartsWith("10 frames, ")) << out;
   }
   // Behind >> what was there stays.
   const std::string log = folder.Write("log", "before\n");
-  ASSERT_EQ(RunShell(line + " --out=/dev/stdout >> " + log).exit_code, 0);
+  ASSERT_EQ(RunShell(line("/dev/stdout") + " >> " + log).exit_code, 0);
   EXPECT_EQ(ContentOf(log), "before\n" + expected);
 }
 
 TEST(StreamTest, AReaderThatLeavesIsSaid) {
-  const ProgramOutcome outcome =
-      RunShell("set -o pipefail\n" + ProgramPath("track") + " " +
-               TrackArguments(Scene() + "/detections.jsonl") +
-               " --out=/dev/stdout | true");
+  const ProgramOutcome outcome = RunShell(
+      "set -o pipefail\n" +
+      TrackCommand(Scene() + "/detections.jsonl", "/dev/stdout") + " | true");
   EXPECT_EQ(outcome.exit_code, 1);
   EXPECT_THAT(outcome.errors, HasSubstr("Broken pipe"));
 }
@@ -142,33 +158,27 @@ struct LiveCase {
   int lag;  // frames
 };
 
-class LiveTest : public ::testing::TestWithParam<LiveCase> {
+class LiveTest : public PipeTest,
+                 public ::testing::WithParamInterface<LiveCase> {
  protected:
   LiveTest() {
     lines_ = LongRecording(recording_);
     EXPECT_GT(lines_.size(), 90u);
-    mkfifo(pipe_.c_str(), 0600);
   }
 
-  std::vector<std::string> Command(const std::string& detections,
-                                   const std::string& out) const {
-    return {ProgramPath("track"), "--cameras=" + recording_ + "/cameras.json",
-            "--detections=" + detections,
-            "--config=" + ProjectFile(GetParam().config).string(),
-            "--out=" + out};
+  std::string Command(const std::string& detections,
+                      const std::string& out) const {
+    return TrackCommand(detections, out, recording_, GetParam().config);
   }
 
-  TemporaryFolder folder_;
   const std::string recording_ = (folder_.path() / "take").string();
-  const std::string pipe_ = (folder_.path() / "pipe").string();
-  const std::string result_ = (folder_.path() / "result.jsonl").string();
   const std::string recorded_ = (folder_.path() / "recorded.jsonl").string();
-  const std::string errors_ = (folder_.path() / "errors").string();
   std::vector<std::string> lines_;
 };
 
 TEST_P(LiveTest, AnswersWithinTheLagAndAsTheWholeTake) {
-  RunningProgram program(Command("-", "/dev/stdout"), errors_, pipe_, result_);
+  RunningProgram program =
+      Started(Command("-", "/dev/stdout"), errors_, pipe_, result_);
   {
     std::ofstream input = OpenPipe(pipe_);
     ASSERT_TRUE(input.is_open());
@@ -185,22 +195,19 @@ TEST_P(LiveTest, AnswersWithinTheLagAndAsTheWholeTake) {
   }
   EXPECT_EQ(program.Wait(), 0) << ContentOf(errors_);
   // The recorded recording gives the same bytes.
-  std::string recorded;
-  for (const std::string& word :
-       Command(recording_ + "/detections.jsonl", recorded_)) {
-    recorded += word + " ";
-  }
-  ASSERT_EQ(RunShell(recorded).exit_code, 0);
+  ASSERT_EQ(
+      RunShell(Command(recording_ + "/detections.jsonl", recorded_)).exit_code,
+      0);
   EXPECT_EQ(ContentOf(result_), ContentOf(recorded_));
 }
 
 TEST_P(LiveTest, ASignalEndsTheInputAndKeepsTheResult) {
-  RunningProgram program(Command("-", result_), errors_, pipe_);
+  RunningProgram program = Started(Command("-", result_), errors_, pipe_);
   std::ofstream input = OpenPipe(pipe_);
   ASSERT_TRUE(input.is_open());
   for (const std::string& line : lines_) input << line << "\n";
   input << std::flush;
-  ASSERT_TRUE(WaitUntil([&] { return HasPartial(folder_.path()); }));
+  ASSERT_TRUE(WaitUntil([&] { return HasPartial(out_); }));
   program.Signal(SIGINT);
   EXPECT_EQ(program.Wait(), 0);
   EXPECT_GT(LinesOf(result_), 1);
@@ -219,9 +226,8 @@ INSTANTIATE_TEST_SUITE_P(
 TEST(LiveOptionsTest, WhatNeedsTheWholeTakeIsRefused) {
   for (const char* set : {"mode=graph;output.estimator=batch",
                           "mode=graph;tracking.second_pass=true"}) {
-    const ProgramOutcome outcome =
-        RunProgram("track", TrackArguments("-") + " --set='" + set +
-                                "' --out=/dev/null < /dev/null");
+    const ProgramOutcome outcome = RunShell(TrackCommand("-", "/dev/null") +
+                                            " --set='" + set + "' < /dev/null");
     EXPECT_EQ(outcome.exit_code, 2);
     EXPECT_THAT(outcome.errors, HasSubstr("stream"));
   }
@@ -240,9 +246,9 @@ TEST(FolderTest, PipesInFoldersAreLeftOut) {
       0);
   ASSERT_EQ(mkfifo((poses + "/a.json").c_str(), 0600), 0);
   const ProgramOutcome outcome =
-      RunShell("timeout 60 " + ProgramPath("track") + " " +
-               TrackArguments(poses) + " --set='input.frame_rate=25' --out=" +
-               (folder.path() / "out.jsonl").string());
+      RunShell("timeout 60 " +
+               TrackCommand(poses, (folder.path() / "out.jsonl").string()) +
+               " --set='input.frame_rate=25'");
   EXPECT_EQ(outcome.exit_code, 0) << outcome.errors;
 }
 
@@ -261,31 +267,6 @@ TEST(FolderTest, EmptyFoldersAreNotLeft) {
                                   " --out=" + out);
   EXPECT_EQ(reproduce.exit_code, 2) << reproduce.errors;
   EXPECT_THAT(NamesIn(folder.path()), IsEmpty());
-}
-
-TEST(FolderTest, AFolderThatDisappearsIsSaid) {
-  const TemporaryFolder folder;
-  const std::string pipe = (folder.path() / "pipe").string();
-  ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
-  const fs::path out = folder.path() / "out";
-  fs::create_directory(out);
-  const std::string errors = (folder.path() / "errors").string();
-  RunningProgram program(
-      {ProgramPath("track"), "--cameras=" + Scene() + "/cameras.json",
-       "--detections=" + pipe,
-       "--config=" + ProjectFile("configs/synthetic/track_paper.toml").string(),
-       "--out=" + (out / "result.jsonl").string()},
-      errors);
-  {
-    std::ofstream input = OpenPipe(pipe);
-    ASSERT_TRUE(input.is_open());
-    input << ContentOf(Scene() + "/detections.jsonl") << std::flush;
-    ASSERT_TRUE(WaitUntil([&] { return HasPartial(out); }));
-    fs::remove_all(out);
-  }
-  const int status = program.Wait();
-  EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 1);
-  EXPECT_THAT(ContentOf(errors), HasSubstr("No such file or directory"));
 }
 
 TEST(FolderTest, ReadOnlyFilesAndFoldersAreSaid) {
@@ -321,34 +302,30 @@ std::string ViewOf(const std::string& name, int count) {
 }
 
 // Refused in these words, and not with this key.
-void ExpectLimit(const std::string& command, const std::string& line,
-                 const std::string& says, const std::string& set) {
-  const ProgramOutcome refused = RunProgram(command, line);
+void ExpectLimit(const std::string& line, const std::string& says,
+                 const std::string& set) {
+  const ProgramOutcome refused = RunShell(line);
   EXPECT_EQ(refused.exit_code, 2);
   EXPECT_THAT(refused.errors, HasSubstr(says));
   if (set.empty()) return;
   EXPECT_THAT(refused.errors, HasSubstr(set.substr(0, set.find('='))));
-  const ProgramOutcome allowed =
-      RunProgram(command, line + " --set='" + set + "'");
+  const ProgramOutcome allowed = RunShell(line + " --set='" + set + "'");
   EXPECT_EQ(allowed.exit_code, 0) << allowed.errors;
 }
 
 TEST(LimitTest, TooManyOfAnythingAreRefusedUntilTheKeyAllowsThem) {
   const TemporaryFolder folder;
-  const std::string out = " --out=" + (folder.path() / "out.jsonl").string();
+  const std::string out = (folder.path() / "out.jsonl").string();
   const auto track = [&](const std::string& text) {
-    return TrackArguments(folder.Write("detections.jsonl", text)) + out;
+    return TrackCommand(folder.Write("detections.jsonl", text), out);
   };
   for (const int joints : {10001, 100000}) {
-    ExpectLimit("track", track(DetectionsOf(joints, "")),
-                "expected at most 10000", "");
+    ExpectLimit(track(DetectionsOf(joints, "")), "expected at most 10000", "");
   }
-  ExpectLimit("track",
-              track(DetectionsOf(1001, "{\"frame\": 0, \"views\": {}}\n")),
+  ExpectLimit(track(DetectionsOf(1001, "{\"frame\": 0, \"views\": {}}\n")),
               "has 1001 joints, more than 1000", "detections.max_joints=1001");
   const std::string begin = R"({"frame": 0, "views": {)";
-  ExpectLimit("track",
-              track(DetectionsOf(1, begin + ViewOf("cam0", 301) + "}}\n")),
+  ExpectLimit(track(DetectionsOf(1, begin + ViewOf("cam0", 301) + "}}\n")),
               "frame 0, view 'cam0': has 301 detections",
               "detections.max_per_view=301");
   // Of all views together, whatever a view alone may have.
@@ -357,10 +334,11 @@ TEST(LimitTest, TooManyOfAnythingAreRefusedUntilTheKeyAllowsThem) {
   const std::string many = folder.Write(
       "many.jsonl",
       DetectionsOf(1, begin + views + "}}\n", R"("a", "b", "c", "d")"));
-  ExpectLimit("convert", "--in=" + many + " --to=kinegraph" + out,
-              "frame 0: has 1200 detections, more than 1000; "
-              "detections.max_per_frame raises the limit",
-              "detections.max_per_frame=1200");
+  ExpectLimit(
+      ProgramPath("convert") + " --in=" + many + " --to=kinegraph --out=" + out,
+      "frame 0: has 1200 detections, more than 1000; "
+      "detections.max_per_frame raises the limit",
+      "detections.max_per_frame=1200");
 }
 
 // A clock that was set in the middle: time and memory are those of the frames.
@@ -376,19 +354,18 @@ TEST(LimitTest, AJumpOfTheClockTakesNoMemory) {
     shifted += line + "\n";
   }
   const std::string detections = folder.Write("detections.jsonl", shifted);
-  const ProgramOutcome outcome =
-      RunShell("ulimit -v 2000000; '" + ProgramPath("doctor") + "' " +
-               TrackArguments(detections) +
-               " --out=" + (folder.path() / "doctor").string());
+  const ProgramOutcome outcome = RunShell(
+      "ulimit -v 2000000; " + ProgramPath("doctor") + " --cameras=" + Scene() +
+      "/cameras.json --detections=" + detections + " --config=" +
+      ProjectFile("configs/synthetic/track_paper.toml").string() +
+      " --out=" + (folder.path() / "doctor").string());
   EXPECT_EQ(outcome.exit_code, 0) << outcome.errors;
 }
 
-// A recording of which people are solved at the end, for a second or more, in
-// lines that lack --out.
-std::vector<std::string> OfflineLine(const std::string& detections) {
-  return {ProgramPath("track"), "--cameras=" + DemoScene("8") + "/cameras.json",
-          "--detections=" + detections,
-          "--config=" + ProjectFile("configs/offline.toml").string()};
+// Of which people are solved at the end, for a second or more.
+std::string OfflineCommand(const std::string& detections, const fs::path& out) {
+  return TrackCommand(detections, (out / "tracks.jsonl").string(),
+                      DemoScene("8"), "configs/offline.toml");
 }
 
 // Ctrl-C while people are being solved: at once, in one line.
@@ -396,15 +373,14 @@ TEST(SignalTest, ASolveIsLeftAtOnce) {
   const TemporaryFolder folder;
   const std::string errors = (folder.path() / "errors").string();
   const fs::path out = folder.path() / "out";
-  std::vector<std::string> line =
-      OfflineLine(DemoScene("8") + "/detections.jsonl");
-  line.push_back("--out=" + (out / "tracks.jsonl").string());
+  const std::string line =
+      OfflineCommand(DemoScene("8") + "/detections.jsonl", out);
   const auto clock = std::chrono::steady_clock::now;
   const auto begin = clock();
-  ASSERT_EQ(RunningProgram(line, errors).Wait(), 0) << ContentOf(errors);
+  ASSERT_EQ(Started(line, errors).Wait(), 0) << ContentOf(errors);
   const auto whole = clock() - begin;
   fs::remove_all(out);
-  RunningProgram program(line, errors);
+  RunningProgram program = Started(line, errors);
   std::this_thread::sleep_for(whole / 2);
   program.Signal(SIGINT);
   const auto signal = clock();
@@ -427,12 +403,11 @@ TEST(InputTest, AChangeUnderneathIsNoHarm) {
   const fs::path out = folder.path() / "out";
   const std::string detections = folder.Write(
       "detections.jsonl", ContentOf(DemoScene("8") + "/detections.jsonl"));
-  std::vector<std::string> line = OfflineLine(detections);
-  line.push_back("--out=" + (out / "tracks.jsonl").string());
-  ASSERT_EQ(RunningProgram(line, errors).Wait(), 0) << ContentOf(errors);
+  const std::string line = OfflineCommand(detections, out);
+  ASSERT_EQ(Started(line, errors).Wait(), 0) << ContentOf(errors);
   const std::string whole = ContentOf(out / "tracks.jsonl");
   fs::remove_all(out);
-  RunningProgram program(line, errors);
+  RunningProgram program = Started(line, errors);
   // The first reading is over.
   ASSERT_TRUE(WaitUntil([&] { return fs::exists(out) && HasPartial(out); }));
   fs::resize_file(detections, fs::file_size(detections) / 2);

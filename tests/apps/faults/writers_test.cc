@@ -4,6 +4,10 @@
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
+#include <algorithm>
+#include <string>
+#include <vector>
+
 #include "tests/support/faulty_runs.h"
 
 namespace kinegraph::testing {
@@ -14,28 +18,8 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::Not;
 
-// A small recording that every writer takes.
-struct Take {
-  TemporaryFolder folder;
-  std::string cameras, detections, truth;
-
-  Take() {
-    const std::string scene = (folder.path() / "scene").string();
-    const ProgramOutcome made = RunProgram(
-        "synthesize",
-        "--config=" + ProjectFile("configs/synthetic/demo.toml").string() +
-            " --set='scene.duration=0.4' --out=" + scene);
-    EXPECT_EQ(made.exit_code, 0) << made.errors;
-    cameras = scene + "/cameras.json";
-    detections = scene + "/detections.jsonl";
-    truth = scene + "/truth.jsonl";
-  }
-};
-
-const Take& TheRecording() {
-  static const Take* const recording = new Take;
-  return *recording;
-}
+// A file of a small recording that every writer takes.
+std::string Input(const char* name) { return DemoScene("0.4") + "/" + name; }
 
 // A writer: what runs it, with OUT where the result's name stands.
 struct Writer {
@@ -56,9 +40,9 @@ std::string Replaced(std::string text, const std::string& word,
 
 std::string CommandOf(const Writer& writer, const std::string& out) {
   std::string line = ProgramPath(writer.command) + " " + writer.arguments;
-  line = Replaced(line, "CAMERAS", TheRecording().cameras);
-  line = Replaced(line, "DETECTIONS", TheRecording().detections);
-  line = Replaced(line, "TRUTH", TheRecording().truth);
+  line = Replaced(line, "CAMERAS", Input("cameras.json"));
+  line = Replaced(line, "DETECTIONS", Input("detections.jsonl"));
+  line = Replaced(line, "TRUTH", Input("truth.jsonl"));
   line = Replaced(line, "CONFIG",
                   ProjectFile("configs/synthetic/track_paper.toml").string());
   line = Replaced(line, "SCENE",
@@ -103,75 +87,81 @@ std::vector<Writer> Writers() {
   return writers;
 }
 
+std::vector<Writer> FileWriters() {
+  std::vector<Writer> writers = Writers();
+  writers.erase(std::remove_if(writers.begin(), writers.end(),
+                               [](const Writer& one) { return one.is_folder; }),
+                writers.end());
+  return writers;
+}
+
 class WriterTest : public ::testing::TestWithParam<Writer> {
  protected:
+  ProgramOutcome Run(const std::string& out) const {
+    return RunShell(CommandOf(GetParam(), out));
+  }
   // One line on standard error, that of an error.
   static void ExpectOneLine(const ProgramOutcome& outcome) {
     EXPECT_EQ(std::count(outcome.errors.begin(), outcome.errors.end(), '\n'), 1)
         << outcome.errors;
     EXPECT_THAT(outcome.errors, HasSubstr(": error: "));
   }
+
+  const TemporaryFolder folder_;
+  const std::string out_ = (folder_.path() / "result.jsonl").string();
 };
 
+// Of writers of one file.
+class FileWriterTest : public WriterTest {};
+
 TEST_P(WriterTest, WritesWhatItShould) {
-  const TemporaryFolder folder;
-  const std::string out = (folder.path() / "result.jsonl").string();
-  const ProgramOutcome outcome = RunShell(CommandOf(GetParam(), out));
+  const ProgramOutcome outcome = Run(out_);
   ASSERT_EQ(outcome.exit_code, 0) << outcome.errors;
-  EXPECT_EQ(fs::is_directory(out), GetParam().is_folder);
-  EXPECT_FALSE(HasPartial(folder.path()));
+  EXPECT_EQ(fs::is_directory(out_), GetParam().is_folder);
+  EXPECT_FALSE(HasPartial(folder_.path()));
 }
 
 TEST_P(WriterTest, LeavesNothingOnAFullDisk) {
   if (!CanMount()) GTEST_SKIP() << "needs the right to mount (root)";
-  const TemporaryFolder folder;
-  const std::string out = (folder.path() / "result.jsonl").string();
   const ProgramOutcome outcome =
-      RunOnFullDisk(folder.path().string(), CommandOf(GetParam(), out));
+      RunOnFullDisk(folder_.path().string(), CommandOf(GetParam(), out_));
   EXPECT_EQ(outcome.exit_code, 1) << outcome.errors;
   EXPECT_THAT(outcome.output, IsEmpty());  // the names that are left
   ExpectOneLine(outcome);
   EXPECT_THAT(outcome.errors, HasSubstr("No space left on device"));
 }
 
-TEST_P(WriterTest, KeepsTheOldFileOnAFullDisk) {
-  if (GetParam().is_folder) return;
-  const TemporaryFolder folder;
-  const std::string out = folder.Write("result.jsonl", "old");
+TEST_P(FileWriterTest, KeepsTheOldFileOnAFullDisk) {
+  folder_.Write("result.jsonl", "old");
   // A limit of the shell stands for the disk: it needs no rights.
   const ProgramOutcome outcome =
-      RunShell("ulimit -f 1\n" + CommandOf(GetParam(), out) + " > /dev/null");
+      RunShell("ulimit -f 1\n" + CommandOf(GetParam(), out_) + " > /dev/null");
   EXPECT_EQ(outcome.exit_code, 1) << outcome.errors;
-  EXPECT_EQ(ContentOf(out), "old");
-  EXPECT_THAT(NamesIn(folder.path()), ::testing::ElementsAre("result.jsonl"));
+  EXPECT_EQ(ContentOf(out_), "old");
+  EXPECT_THAT(NamesIn(folder_.path()), ::testing::ElementsAre("result.jsonl"));
   ExpectOneLine(outcome);
 }
 
-TEST_P(WriterTest, ReplacesAFileAndFollowsALink) {
-  if (GetParam().is_folder) return;
-  const TemporaryFolder folder;
-  const std::string out = folder.Write("result.jsonl", "old");
-  chmod(out.c_str(), 0600);
-  fs::create_symlink("result.jsonl", folder.path() / "link.jsonl");
-  fs::create_symlink("made", folder.path() / "dangling.jsonl");
+TEST_P(FileWriterTest, ReplacesAFileAndFollowsALink) {
+  folder_.Write("result.jsonl", "old");
+  chmod(out_.c_str(), 0600);
+  fs::create_symlink("result.jsonl", folder_.path() / "link.jsonl");
+  fs::create_symlink("made", folder_.path() / "dangling.jsonl");
   for (const char* name : {"link.jsonl", "dangling.jsonl"}) {
-    const ProgramOutcome outcome =
-        RunShell(CommandOf(GetParam(), (folder.path() / name).string()));
+    const ProgramOutcome outcome = Run((folder_.path() / name).string());
     ASSERT_EQ(outcome.exit_code, 0) << outcome.errors;
-    EXPECT_TRUE(fs::is_symlink(folder.path() / name));
+    EXPECT_TRUE(fs::is_symlink(folder_.path() / name));
   }
-  EXPECT_THAT(ContentOf(out), Not("old"));
-  EXPECT_EQ(fs::status(out).permissions(),
+  EXPECT_THAT(ContentOf(out_), Not("old"));
+  EXPECT_EQ(fs::status(out_).permissions(),
             fs::perms::owner_read | fs::perms::owner_write);
-  EXPECT_TRUE(fs::is_regular_file(folder.path() / "made"));
-  EXPECT_FALSE(HasPartial(folder.path()));
+  EXPECT_TRUE(fs::is_regular_file(folder_.path() / "made"));
+  EXPECT_FALSE(HasPartial(folder_.path()));
 }
 
-TEST_P(WriterTest, TakesDevicesAsTheyAre) {
-  if (GetParam().is_folder) return;
+TEST_P(FileWriterTest, TakesDevicesAsTheyAre) {
   // A device of the test's own, with the numbers of /dev/null.
-  const TemporaryFolder folder;
-  const std::string null = (folder.path() / "null").string();
+  const std::string null = (folder_.path() / "null").string();
   const ProgramOutcome outcome = RunShell(
       "mknod '" + null + "' c 1 3 || exit 99\n" + CommandOf(GetParam(), null));
   if (outcome.exit_code == 99) GTEST_SKIP() << "needs the right to mknod";
@@ -179,21 +169,20 @@ TEST_P(WriterTest, TakesDevicesAsTheyAre) {
   EXPECT_TRUE(fs::is_character_file(null));
 }
 
-TEST_P(WriterTest, NeverWritesOverAnInput) {
-  if (GetParam().is_folder) return;
-  const std::string& input =
+TEST_P(FileWriterTest, NeverWritesOverAnInput) {
+  const std::string input =
       GetParam().arguments.find("TRUTH") != std::string::npos
-          ? TheRecording().truth
+          ? Input("truth.jsonl")
       : GetParam().arguments.find("DETECTIONS") != std::string::npos
-          ? TheRecording().detections
-          : TheRecording().cameras;
+          ? Input("detections.jsonl")
+          : Input("cameras.json");
   const std::string before = ContentOf(input);
-  const TemporaryFolder folder;
-  fs::create_symlink(input, folder.path() / "link.jsonl");
-  fs::create_hard_link(input, folder.path() / "hard.jsonl");
-  for (const std::string& out : {input, (folder.path() / "link.jsonl").string(),
-                                 (folder.path() / "hard.jsonl").string()}) {
-    const ProgramOutcome outcome = RunShell(CommandOf(GetParam(), out));
+  fs::create_symlink(input, folder_.path() / "link.jsonl");
+  fs::create_hard_link(input, folder_.path() / "hard.jsonl");
+  for (const std::string& out :
+       {input, (folder_.path() / "link.jsonl").string(),
+        (folder_.path() / "hard.jsonl").string()}) {
+    const ProgramOutcome outcome = Run(out);
     EXPECT_EQ(outcome.exit_code, 2) << outcome.errors;
     EXPECT_THAT(outcome.errors, HasSubstr("is an input of this command"));
     EXPECT_EQ(ContentOf(input), before);
@@ -201,9 +190,7 @@ TEST_P(WriterTest, NeverWritesOverAnInput) {
 }
 
 TEST_P(WriterTest, TwoAtOnceBothSucceedOrOneSaysWhy) {
-  const TemporaryFolder folder;
-  const std::string out = (folder.path() / "result.jsonl").string();
-  const std::string line = CommandOf(GetParam(), out);
+  const std::string line = CommandOf(GetParam(), out_);
   const ProgramOutcome outcome =
       RunShell(line + " > /dev/null & " + line +
                " > /dev/null; second=$?; wait $!; echo $? $second");
@@ -214,31 +201,31 @@ TEST_P(WriterTest, TwoAtOnceBothSucceedOrOneSaysWhy) {
   } else {
     EXPECT_EQ(outcome.output, "0 0\n") << outcome.errors;
   }
-  EXPECT_THAT(NamesIn(folder.path()),
+  EXPECT_THAT(NamesIn(folder_.path()),
               ::testing::IsSubsetOf({"result.jsonl", "result.summary.json"}));
 }
 
-TEST_P(WriterTest, PlantedLinksAreNotFollowed) {
+TEST_P(FileWriterTest, PlantedLinksAreNotFollowed) {
   // Whoever can guess the name of the file aside could have a victim's file
   // overwritten.
-  if (GetParam().is_folder) return;
-  const TemporaryFolder folder;
-  const std::string victim = folder.Write("victim", "precious");
-  const std::string out = (folder.path() / "result.jsonl").string();
-  fs::create_symlink("victim", out + ".partial");
+  const std::string victim = folder_.Write("victim", "precious");
+  fs::create_symlink("victim", out_ + ".partial");
   // The shell's own number becomes the program's.
   const ProgramOutcome outcome =
-      RunShell("for i in 0 1 2; do ln -s victim '" + out +
-               "'.partial-$$-$i; done\nexec " + CommandOf(GetParam(), out));
+      RunShell("for i in 0 1 2; do ln -s victim '" + out_ +
+               "'.partial-$$-$i; done\nexec " + CommandOf(GetParam(), out_));
   EXPECT_EQ(outcome.exit_code, 0) << outcome.errors;
   EXPECT_EQ(ContentOf(victim), "precious");
-  EXPECT_TRUE(fs::is_regular_file(fs::symlink_status(out)));
+  EXPECT_TRUE(fs::is_regular_file(fs::symlink_status(out_)));
 }
 
+std::string NameOf(const ::testing::TestParamInfo<Writer>& test) {
+  return test.param.name;
+}
 INSTANTIATE_TEST_SUITE_P(Every, WriterTest, ::testing::ValuesIn(Writers()),
-                         [](const ::testing::TestParamInfo<Writer>& test) {
-                           return test.param.name;
-                         });
+                         NameOf);
+INSTANTIATE_TEST_SUITE_P(Every, FileWriterTest,
+                         ::testing::ValuesIn(FileWriters()), NameOf);
 
 }  // namespace
 }  // namespace kinegraph::testing

@@ -11,7 +11,6 @@
 #include <vector>
 
 #include "core/base/random.h"
-#include "core/io/calibration/calibration.h"
 #include "tests/core/io/input_error.h"
 #include "tests/support/test_data.h"
 
@@ -319,33 +318,6 @@ TEST(Config, TellsWhatIsSetAndWhere) {
                "--set: key 'c': is bad");
   EXPECT_STREQ(config.Locate(OptionError("d", "is bad")).what(),
                "a.toml: key 'd': is bad");
-}
-
-TEST(Config, ReadsTheContractsCameraKeys) {
-  struct Cameras {
-    CameraReadOptions cameras;
-    void Describe(OptionVisitor& visitor) {
-      visitor.Enter("cameras");
-      cameras.Describe(visitor);
-      visitor.Leave();
-    }
-  } options;
-  ConfigFile config = ConfigFile::Parse(R"([cameras]
-format = "longcw"
-unit = "cm"
-image_size = [360, 288]
-ignore_distortion = true
-use = ["Camera0"]
-map.cam0 = "Camera0"
-)",
-                                        "campus.toml");
-  config.Apply(&options);
-  config.RejectUnknown();
-  EXPECT_EQ(options.cameras.format, "longcw");
-  EXPECT_EQ(options.cameras.unit, LengthUnit::kCentimetre);
-  EXPECT_THAT(options.cameras.image_size, ElementsAre(360.0, 288.0));
-  EXPECT_TRUE(options.cameras.ignore_distortion);
-  EXPECT_EQ(options.cameras.map.at("cam0"), "Camera0");
 }
 
 // ---- Skeletons ----
