@@ -127,13 +127,11 @@ class Table {
       : columns_(columns) {
     if (!box.has_value()) return;
     if (box->size() < 8) file.Fail("holds a broken box");
-    version_ = static_cast<unsigned char>((*box)[0]);
     rows_ = BigEndian(box->substr(4, 4));
     bytes_ = box->substr(8);
     if (rows_ > bytes_.size() / (4 * columns)) file.Fail("ends in the middle");
   }
   size_t rows() const { return rows_; }
-  int version() const { return version_; }
   uint32_t At(size_t row, size_t column) const {
     return static_cast<uint32_t>(
         BigEndian(bytes_.substr(4 * (row * columns_ + column), 4)));
@@ -142,7 +140,6 @@ class Table {
  private:
   size_t columns_;
   size_t rows_ = 0;
-  int version_ = 0;
   std::string_view bytes_;
 };
 

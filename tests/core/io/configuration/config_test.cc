@@ -56,6 +56,16 @@ struct SampleOptions {
   }
 };
 
+// More keys of one of its tables.
+struct MoreOptions {
+  int64_t window = 10;
+  void Describe(OptionVisitor& visitor) {
+    visitor.Enter("association");
+    visitor.Integer("window", &window, Positive(), "frames", "Length.");
+    visitor.Leave();
+  }
+};
+
 SampleOptions Applied(const std::string& text, const std::string& set = "") {
   ConfigFile config = ConfigFile::Parse(text, "sample.toml");
   config.Override(set, "--set");
@@ -283,17 +293,9 @@ TEST(Config, AnOverrideStatesAList) {
 }
 
 TEST(Config, SeveralStructsShareAFile) {
-  struct More {
-    int64_t window = 10;
-    void Describe(OptionVisitor& visitor) {
-      visitor.Enter("association");
-      visitor.Integer("window", &window, Positive(), "frames", "Length.");
-      visitor.Leave();
-    }
-  };
   ConfigFile config =
       ConfigFile::Parse("[association]\nwindow = 3\nepsilon = 4\n", "a.toml");
-  More more;
+  MoreOptions more;
   config.Apply(&more);
   EXPECT_THAT(InputErrorOf([&] { config.RejectUnknown(); }),
               HasSubstr("association.epsilon"));
@@ -404,18 +406,10 @@ TEST(ConfigJson, NumbersReadBackToTheBit) {
 }
 
 TEST(ConfigJson, MergesStructsOfOneTable) {
-  struct More {
-    double gate_m = 0.5;
-    void Describe(OptionVisitor& visitor) {
-      visitor.Enter("association");
-      visitor.Number("gate_m", &gate_m, Positive(), "m", "Gate.");
-      visitor.Leave();
-    }
-  };
-  const auto json =
-      nlohmann::json::parse(EffectiveConfigJson(SampleOptions(), More()));
+  const auto json = nlohmann::json::parse(
+      EffectiveConfigJson(SampleOptions(), MoreOptions()));
   EXPECT_EQ(json["association"]["epsilon"], 10);
-  EXPECT_EQ(json["association"]["gate_m"], 0.5);
+  EXPECT_EQ(json["association"]["window"], 10);
 }
 
 TEST(KeyTable, ListsEveryKey) {

@@ -13,6 +13,23 @@
 
 namespace kinegraph::testing {
 
+// Hands out a recording that is in memory.
+class SequenceSource final : public DetectionSource {
+ public:
+  explicit SequenceSource(const DetectionSequence& sequence)
+      : sequence_(sequence) {}
+  const DetectionHeader& header() const override { return sequence_.header; }
+  bool Next(DetectionFrame* frame) override {
+    if (next_ == sequence_.frames.size()) return false;
+    *frame = sequence_.frames[next_++];
+    return true;
+  }
+
+ private:
+  const DetectionSequence& sequence_;
+  size_t next_ = 0;
+};
+
 // The recording in a file of this name and content.
 inline DetectionSequence RecordingIn(const std::string& name,
                                      const std::string& text,

@@ -22,23 +22,8 @@ using testing::ExpectSameDetections;
 using ::testing::HasSubstr;
 using testing::InputErrorOf;
 using ::testing::IsEmpty;
+using testing::SequenceSource;
 using testing::TemporaryFolder;
-
-class SequenceSource final : public DetectionSource {
- public:
-  explicit SequenceSource(const DetectionSequence& sequence)
-      : sequence_(sequence) {}
-  const DetectionHeader& header() const override { return sequence_.header; }
-  bool Next(DetectionFrame* frame) override {
-    if (next_ == sequence_.frames.size()) return false;
-    *frame = sequence_.frames[next_++];
-    return true;
-  }
-
- private:
-  const DetectionSequence& sequence_;
-  size_t next_ = 0;
-};
 
 using Writer =
     std::function<void(const std::string&, const DetectionWriteOptions&,

@@ -17,58 +17,23 @@ namespace kinegraph {
 namespace {
 
 // Frames 0 .. count - 1 of two views; each detection carries its frame.
-class Counting : public DetectionSource {
- public:
-  Counting(int64_t count_a, int64_t count_b, double rate_hz)
-      : count_a_(count_a), count_b_(count_b) {
-    header_.skeleton = Coco17();
-    header_.view_names = {"a", "b"};
-    header_.frame_rate_hz = rate_hz;
-  }
-  const DetectionHeader& header() const override { return header_; }
-  bool Next(DetectionFrame* frame) override {
-    if (next_ >= std::max(count_a_, count_b_)) return false;
-    *frame = DetectionFrame();
-    frame->frame = next_;
-    frame->time = FrameClock(header_.frame_rate_hz).TimeOf(next_);
-    frame->views.resize(2);
-    for (int v = 0; v < 2; ++v) {
-      frame->views[v].capture_time = frame->time;
-      if (next_ >= (v == 0 ? count_a_ : count_b_)) continue;
-      frame->views[v].detections.resize(1);
-      frame->views[v].detections[0].index_in_file = static_cast<int>(next_);
+DetectionSequence Counting(int64_t count_a, int64_t count_b,
+                           double rate_hz = 25.0) {
+  DetectionSequence sequence;
+  sequence.header = {Coco17(), {"a", "b"}, rate_hz};
+  for (int64_t n = 0; n < std::max(count_a, count_b); ++n) {
+    DetectionFrame& frame = sequence.frames.emplace_back();
+    frame.frame = n;
+    frame.time = FrameClock(rate_hz).TimeOf(n);
+    for (const int64_t count : {count_a, count_b}) {
+      ViewDetections& view = frame.views.emplace_back();
+      view.capture_time = frame.time;
+      if (n >= count) continue;
+      view.detections.resize(1);
+      view.detections[0].index_in_file = static_cast<int>(n);
     }
-    ++next_;
-    return true;
   }
-
- private:
-  DetectionHeader header_;
-  int64_t count_a_;
-  int64_t count_b_;
-  int64_t next_ = 0;
-};
-
-// At 25 Hz, and what `edit` makes of each.
-class Edited final : public Counting {
- public:
-  Edited(int64_t count, void (*edit)(DetectionFrame* frame))
-      : Counting(count, count, 25.0), edit_(edit) {}
-  bool Next(DetectionFrame* frame) override {
-    const bool any = Counting::Next(frame);
-    if (any) edit_(frame);
-    return any;
-  }
-
- private:
-  void (*edit_)(DetectionFrame* frame);
-};
-
-std::vector<int64_t> NumbersOf(DetectionSource* source) {
-  std::vector<int64_t> numbers;
-  DetectionFrame frame;
-  while (source->Next(&frame)) numbers.push_back(frame.frame);
-  return numbers;
+  return sequence;
 }
 
 DetectionReadOptions Rates(const std::map<std::string, double>& rates_hz) {
@@ -77,22 +42,29 @@ DetectionReadOptions Rates(const std::map<std::string, double>& rates_hz) {
   return options;
 }
 
-std::vector<DetectionFrame> Read(int64_t count_a, int64_t count_b,
-                                 const std::map<std::string, double>& rates_hz,
-                                 double recording_hz = 25.0) {
+std::vector<DetectionFrame> Read(const DetectionSequence& sequence,
+                                 const DetectionReadOptions& options) {
   const auto source = OpenRated(
-      [=] {
-        return std::make_unique<Counting>(count_a, count_b, recording_hz);
-      },
-      Rates(rates_hz));
+      [&] { return std::make_unique<testing::SequenceSource>(sequence); },
+      options);
   std::vector<DetectionFrame> frames;
   DetectionFrame frame;
   while (source->Next(&frame)) frames.push_back(frame);
   return frames;
 }
 
+std::vector<int64_t> NumbersOf(const DetectionSequence& sequence,
+                               const DetectionReadOptions& options) {
+  std::vector<int64_t> numbers;
+  for (const DetectionFrame& frame : Read(sequence, options)) {
+    numbers.push_back(frame.frame);
+  }
+  return numbers;
+}
+
 TEST(RatedSource, AViewTwiceAsFastGivesEverySecondFrame) {
-  const std::vector<DetectionFrame> frames = Read(10, 20, {{"b", 50.0}});
+  const std::vector<DetectionFrame> frames =
+      Read(Counting(10, 20), Rates({{"b", 50.0}}));
   ASSERT_EQ(frames.size(), 10u);
   for (int k = 0; k < 10; ++k) {
     ASSERT_EQ(frames[k].views[1].detections.size(), 1u);
@@ -122,7 +94,8 @@ TEST(RatedSource, LimitsHold) {
 
 TEST(RatedSource, ASlowViewLeavesFramesOut) {
   // 10 Hz at 25 Hz: its frames are 2.5 of the recording's apart.
-  const std::vector<DetectionFrame> frames = Read(10, 4, {{"b", 10.0}});
+  const std::vector<DetectionFrame> frames =
+      Read(Counting(10, 4), Rates({{"b", 10.0}}));
   ASSERT_EQ(frames.size(), 10u);
   std::vector<int> found;
   for (const DetectionFrame& frame : frames) {
@@ -141,7 +114,7 @@ TEST(RatedSource, ASlowViewLeavesFramesOut) {
 // end of both; what the base counts at its own rate would end after half.
 TEST(RatedSource, ATakeFasterThanItsViewsLosesNothing) {
   const std::vector<DetectionFrame> frames =
-      Read(20, 10, {{"a", 50.0}, {"b", 25.0}}, 100.0);
+      Read(Counting(20, 10, 100.0), Rates({{"a", 50.0}, {"b", 25.0}}));
   std::map<int64_t, std::vector<size_t>> seen;  // by frame
   for (const DetectionFrame& frame : frames) {
     EXPECT_EQ(frame.time, FrameClock(100.0).TimeOf(frame.frame));
@@ -156,15 +129,11 @@ TEST(RatedSource, ATakeFasterThanItsViewsLosesNothing) {
 
 // Frames in which nobody is seen are frames, but for those behind the end.
 TEST(RatedSource, EmptyFramesStay) {
-  const auto source = OpenRated(
-      [] {
-        return std::make_unique<Edited>(8, [](DetectionFrame* frame) {
-          if (frame->frame < 2 || frame->frame >= 5) return;
-          for (ViewDetections& view : frame->views) view.detections.clear();
-        });
-      },
-      Rates({{"b", 50.0}}));
-  EXPECT_EQ(NumbersOf(source.get()),
+  DetectionSequence sequence = Counting(8, 8);
+  for (size_t f = 2; f < 5; ++f) {
+    for (auto& view : sequence.frames[f].views) view.detections.clear();
+  }
+  EXPECT_EQ(NumbersOf(sequence, Rates({{"b", 50.0}})),
             (std::vector<int64_t>{0, 1, 2, 3, 4, 5, 6, 7}));
 }
 
@@ -173,15 +142,12 @@ TEST(RatedSource, EmptyFramesStay) {
 TEST(RatedSource, NumbersBeforeTheFirstFrameAreNone) {
   // 25 Hz from frame 4 on. Files of b count at 50 Hz: its 8 is the
   // recording's 4.
-  const auto source = OpenRated(
-      [] {
-        return std::make_unique<Edited>(12, [](DetectionFrame* frame) {
-          if (frame->frame < 4) frame->views[0].detections.clear();
-          if (frame->frame < 8) frame->views[1].detections.clear();
-        });
-      },
-      Rates({{"b", 50.0}}));
-  EXPECT_EQ(NumbersOf(source.get()),
+  DetectionSequence sequence = Counting(12, 12);
+  for (size_t f = 0; f < 8; ++f) {
+    if (f < 4) sequence.frames[f].views[0].detections.clear();
+    sequence.frames[f].views[1].detections.clear();
+  }
+  EXPECT_EQ(NumbersOf(sequence, Rates({{"b", 50.0}})),
             (std::vector<int64_t>{4, 5, 6, 7, 8, 9, 10, 11}));
 }
 
@@ -200,11 +166,10 @@ TEST(RatedSource, FilesThatTellTimesAreRefused) {
 }
 
 TEST(RatedSource, UnknownViewsAndUnknownRatesAreRefused) {
-  const auto open = [] { return std::make_unique<Counting>(2, 2, 25.0); };
-  EXPECT_THROW(OpenRated(open, Rates({{"c", 25.0}})), InputError);
-  EXPECT_THROW(OpenRated([] { return std::make_unique<Counting>(2, 2, 0.0); },
-                         Rates({{"b", 25.0}})),
-               OptionError);
+  DetectionSequence sequence = Counting(2, 2);
+  EXPECT_THROW(Read(sequence, Rates({{"c", 25.0}})), InputError);
+  sequence.header.frame_rate_hz = 0.0;
+  EXPECT_THROW(Read(sequence, Rates({{"b", 25.0}})), OptionError);
 }
 
 // "view_times" is another word for "capture_times".
@@ -232,11 +197,8 @@ TEST(ViewTimes, AreTimesOfCapture) {
 TEST(RatedSource, OffsetsAreTakenFromTheNumbersOfAView) {
   DetectionReadOptions options;
   options.view_frame_offset["b"] = 2;
-  const auto source =
-      OpenRated([] { return std::make_unique<Counting>(6, 6, 25.0); }, options);
-  DetectionFrame frame;
   int64_t both = 0;
-  while (source->Next(&frame)) {
+  for (const DetectionFrame& frame : Read(Counting(6, 6), options)) {
     const auto& views = frame.views;
     if (views[0].detections.empty() || views[1].detections.empty()) continue;
     ++both;

@@ -25,6 +25,19 @@ using testing::ExpectSameDetections;
 using testing::JointOf;
 using testing::TemporaryFolder;
 
+// Calls `visit` with each person and the number of the view.
+template <typename Visit>
+void ForEachPerson(const DetectionSequence& sequence, const Visit& visit) {
+  for (const DetectionFrame& frame : sequence.frames) {
+    ASSERT_EQ(frame.views.size(), sequence.header.view_names.size());
+    for (size_t v = 0; v < frame.views.size(); ++v) {
+      for (const Detection& person : frame.views[v].detections) {
+        visit(person, v);
+      }
+    }
+  }
+}
+
 struct Counts {
   int people = 0;
   int missing_joints = 0;
@@ -34,30 +47,21 @@ struct Counts {
 Counts Count(const DetectionSequence& sequence) {
   Counts counts;
   counts.people_of_view.resize(sequence.header.view_names.size());
-  for (const DetectionFrame& frame : sequence.frames) {
-    EXPECT_EQ(frame.views.size(), counts.people_of_view.size());
-    for (size_t v = 0; v < frame.views.size(); ++v) {
-      for (const Detection& detection : frame.views[v].detections) {
-        ++counts.people;
-        ++counts.people_of_view[v];
-        counts.missing_joints +=
-            sequence.header.skeleton.joint_count() - CountFound(detection);
-      }
-    }
-  }
+  ForEachPerson(sequence, [&](const Detection& person, size_t v) {
+    ++counts.people;
+    ++counts.people_of_view[v];
+    counts.missing_joints +=
+        sequence.header.skeleton.joint_count() - CountFound(person);
+  });
   return counts;
 }
 
 int CountMissing(const DetectionSequence& sequence, const std::string& joint) {
   const int index = sequence.header.skeleton.IndexOf(joint);
   int missing = 0;
-  for (const DetectionFrame& frame : sequence.frames) {
-    for (const ViewDetections& view : frame.views) {
-      for (const Detection& detection : view.detections) {
-        missing += detection.joints[index].found ? 0 : 1;
-      }
-    }
-  }
+  ForEachPerson(sequence, [&](const Detection& person, size_t) {
+    missing += person.joints[index].found ? 0 : 1;
+  });
   return missing;
 }
 
@@ -220,13 +224,11 @@ TEST(ReadDetections, SmapsPixelsAreThoseOfTheNetwork) {
   EXPECT_NEAR(neck.px.x(), 686.5302734375 * 1920 / 832, 1e-9);
   EXPECT_NEAR(neck.px.y(), (241.8433837890625 - 22) * 1920 / 832, 1e-9);
   double best = 0.0;
-  for (const ViewDetections& view : sequence.frames[0].views) {
-    for (const Detection& detection : view.detections) {
-      for (const Keypoint& joint : detection.joints) {
-        best = std::max(best, joint.confidence);
-      }
+  ForEachPerson(sequence, [&](const Detection& person, size_t) {
+    for (const Keypoint& joint : person.joints) {
+      best = std::max(best, joint.confidence);
     }
-  }
+  });
   EXPECT_NEAR(best, 4.637, 5e-4);
 }
 
