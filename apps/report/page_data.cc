@@ -1,6 +1,5 @@
 #include "apps/report/page_data.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -11,6 +10,7 @@
 #include "apps/report/moments.h"
 #include "apps/report/page.h"
 #include "apps/report/pairing.h"
+#include "apps/report/pose_arrays.h"
 #include "core/base/error.h"
 #include "core/io/text/json.h"
 #include "core/kinematics/ground.h"
@@ -22,14 +22,8 @@
 namespace kinegraph {
 namespace {
 
-constexpr double kQuantumM = 1e-4;
-constexpr double kResidualQuantumPx = 0.1;
-constexpr double kDifferenceQuantumM = 1e-3;
 constexpr double kAngleQuantumDeg = 0.1;
 constexpr int16_t kNoAngle = -32768;
-constexpr uint16_t kNoValue16 = 65535;
-constexpr uint8_t kNoWeight = 255;
-constexpr double kWeightSteps = 200.0;
 constexpr size_t kMomentsOfAKind = 8;
 constexpr size_t kMaxStartsAndEnds = 60;
 constexpr int kMaxExtrasStride = 64;
@@ -93,28 +87,12 @@ Json ToJson(const Camera& camera, const std::string& view) {
   return json;
 }
 
-// The arrays of one result. "Extras" are there only for frames on the extras'
-// stride: matches with weights, and covariances.
-struct ResultArrays {
-  std::vector<uint32_t> frame;       // on the page's clock
-  std::vector<uint16_t> person;      // index into the ids
-  std::vector<int32_t> root;         // 3 a pose, quanta
-  std::vector<int16_t> joints;       // 3 a joint, quanta from the root
-  std::vector<uint8_t> status;       // a joint: status + 4 * inlier views
-  std::vector<uint16_t> residual;    // a view
-  std::vector<uint16_t> difference;  // a pose
-  std::vector<int16_t> match;        // a view (extras)
-  std::vector<uint8_t> weight;       // a joint of a view (extras)
-  std::vector<int16_t> covariance;   // 6 a joint (extras)
-};
-
 // What the poses of one result are made with, and what they leave.
 struct ResultWork {
-  double quantum = 0.0;                          // of the joints [m]
   std::map<TrackId, uint16_t> person_of;         // index into the page's ids
   std::optional<DetectionPairing> pairing;       // tracks beside detections
   std::vector<std::vector<double>> differences;  // [frame][person], < 0: none
-  ResultArrays arrays;
+  PoseArrays arrays;
   std::vector<Moment> residuals;
   std::vector<Moment> apart;
 };
@@ -131,22 +109,6 @@ Moment WorstView(const TrackFrame& frame, const PersonPose& person, TimeNs time,
     worst.detail = view_names[v];
   }
   return worst;
-}
-
-double LargestReach(const TrackSequence& tracks) {
-  double reach = 0.0;
-  for (const TrackFrame& frame : tracks.frames) {
-    for (const PersonPose& person : frame.people) {
-      const auto middle = MeanPosition(person.joints);
-      if (!middle.has_value()) continue;
-      for (const Joint3d& joint : person.joints) {
-        if (!joint.present()) continue;
-        reach =
-            std::max(reach, (joint.position_m - *middle).cwiseAbs().maxCoeff());
-      }
-    }
-  }
-  return reach;
 }
 
 // Bytes of the members that hold encoded arrays.
@@ -222,18 +184,8 @@ class PageMaker {
   ResultWork WorkOf(size_t r) const;
   void AddFrame(const TrackFrame& frame, const std::vector<double>* differences,
                 ResultWork* work);
-  void AddKept(const PersonPose& person, uint32_t clock_idx,
-               const std::vector<ViewPair>& pairs, const double* difference,
-               ResultWork* work) const;
   void AddResultMoments(size_t r, ResultWork* work);
-  void AddArrays(const ResultArrays& arrays, Json* json);
   void AddAngles(const TrackSequence& tracks, Json* json);
-  void AddPose(const PersonPose& person, uint32_t clock_idx, double quantum,
-               ResultArrays* arrays) const;
-  void AddExtras(const PersonPose& person, const std::vector<ViewPair>& pairs,
-                 const DetectionPairing* pairing, ResultArrays* arrays) const;
-  void AddCovariances(const PersonPose& person, double quantum,
-                      ResultArrays* arrays) const;
   void AddMoments(size_t r, std::vector<Moment> moments);
   Json DetectionsJson() const;
   // With the pictures and videos that go with them.
@@ -292,73 +244,6 @@ void PageMaker::ChooseStrides() {
       static_cast<int>(std::max(1.0, std::ceil(rest / budget)));
 }
 
-void PageMaker::AddPose(const PersonPose& person, uint32_t clock_idx,
-                        double quantum, ResultArrays* arrays) const {
-  const Eigen::Vector3d middle =
-      MeanPosition(person.joints).value_or(Eigen::Vector3d::Zero());
-  Eigen::Vector3d root_m;
-  for (int k = 0; k < 3; ++k) {
-    const auto root = Quantise<int32_t>(middle[k], kQuantumM);
-    arrays->root.push_back(root);
-    root_m[k] = root * kQuantumM;
-  }
-  arrays->frame.push_back(clock_idx);
-  for (size_t j = 0; j < person.joints.size(); ++j) {
-    const Joint3d& joint = person.joints[j];
-    const Eigen::Vector3d offset =
-        joint.present() ? Eigen::Vector3d(joint.position_m - root_m)
-                        : Eigen::Vector3d::Zero();
-    for (int k = 0; k < 3; ++k) {
-      arrays->joints.push_back(Quantise<int16_t>(offset[k], quantum));
-    }
-    const int views = j < person.inlier_views.size()
-                          ? std::min(person.inlier_views[j], 63)
-                          : 0;
-    arrays->status.push_back(
-        static_cast<uint8_t>(static_cast<int>(joint.status) + 4 * views));
-  }
-}
-
-void PageMaker::AddExtras(const PersonPose& person,
-                          const std::vector<ViewPair>& pairs,
-                          const DetectionPairing* pairing,
-                          ResultArrays* arrays) const {
-  const size_t joint_count = person.joints.size();
-  const size_t at = arrays->weight.size();
-  arrays->weight.resize(at + view_count() * joint_count, kNoWeight);
-  for (const ViewPair& pair : pairs) {
-    arrays->match.push_back(static_cast<int16_t>(pair.detection));
-  }
-  for (const ViewMatch& match : person.matches) {
-    const int view = pairing->ViewOf(match.view_idx);
-    if (view < 0) continue;
-    for (size_t j = 0; j < match.weights.size(); ++j) {
-      if (!match.weights[j].has_value()) continue;
-      const double weight = std::clamp(*match.weights[j], 0.0, 1.0);
-      // A weight that is small but above zero must not be shown as rejected.
-      arrays->weight[at + static_cast<size_t>(view) * joint_count + j] =
-          static_cast<uint8_t>(std::ceil(weight * kWeightSteps));
-    }
-  }
-}
-
-// The lower Cholesky factor maps the unit sphere to the one-sigma ellipsoid.
-void PageMaker::AddCovariances(const PersonPose& person, double quantum,
-                               ResultArrays* arrays) const {
-  for (size_t j = 0; j < person.joints.size(); ++j) {
-    Eigen::Matrix3d factor = Eigen::Matrix3d::Zero();
-    if (j < person.covariances.size() && person.covariances[j].has_value()) {
-      const Eigen::LLT<Eigen::Matrix3d> llt(*person.covariances[j]);
-      if (llt.info() == Eigen::Success) factor = llt.matrixL();
-    }
-    for (const auto& [row, column] :
-         {std::pair{0, 0}, {1, 0}, {1, 1}, {2, 0}, {2, 1}, {2, 2}}) {
-      arrays->covariance.push_back(
-          Quantise<int16_t>(factor(row, column), quantum));
-    }
-  }
-}
-
 // A moment is shown on the kept frame nearest before it.
 void PageMaker::AddMoments(size_t r, std::vector<Moment> moments) {
   for (const Moment& moment : moments) {
@@ -388,12 +273,11 @@ std::optional<size_t> PageMaker::ReferenceOf(size_t r) const {
 
 ResultWork PageMaker::WorkOf(size_t r) const {
   const PageResult& result = input_.results[r];
-  ResultWork work;
+  ResultWork work{{}, {}, {}, PoseArrays(result.tracks, view_count()), {}, {}};
   for (const TrackId id : colours_[r].ids()) {
     const auto index = static_cast<uint16_t>(work.person_of.size());
     work.person_of[id] = index;
   }
-  work.quantum = std::max(kQuantumM, LargestReach(result.tracks) / 32000.0);
   // The truth has no matches.
   if (input_.detections.has_value() && result.role == ResultRole::kTracks) {
     work.pairing.emplace(result.tracks.header, input_.detections->header,
@@ -404,37 +288,6 @@ ResultWork PageMaker::WorkOf(size_t r) const {
         DifferencesTo(input_.results[*reference].tracks, result.tracks);
   }
   return work;
-}
-
-// A pose of a frame that the page keeps. `difference` is null where nothing is
-// compared.
-void PageMaker::AddKept(const PersonPose& person, uint32_t clock_idx,
-                        const std::vector<ViewPair>& pairs,
-                        const double* difference, ResultWork* work) const {
-  ResultArrays& arrays = work->arrays;
-  AddPose(person, clock_idx, work->quantum, &arrays);
-  arrays.person.push_back(work->person_of.at(person.id));
-  if (work->pairing.has_value()) {
-    for (const ViewPair& pair : pairs) {
-      arrays.residual.push_back(
-          !pair.residual_px.has_value()
-              ? kNoValue16
-              : std::min<uint16_t>(
-                    Quantise<uint16_t>(*pair.residual_px, kResidualQuantumPx),
-                    kNoValue16 - 1));
-    }
-  }
-  if (difference != nullptr) {
-    arrays.difference.push_back(
-        *difference < 0.0
-            ? kNoValue16
-            : Quantise<uint16_t>(*difference, kDifferenceQuantumM));
-  }
-  if (!HasExtras(clock_idx)) return;
-  if (work->pairing.has_value()) {
-    AddExtras(person, pairs, &*work->pairing, &arrays);
-  }
-  if (options_.with_covariance) AddCovariances(person, kQuantumM, &arrays);
 }
 
 // Worst moments are looked for in every frame, kept or not.
@@ -463,9 +316,16 @@ void PageMaker::AddFrame(const TrackFrame& frame,
       work->apart.push_back({MomentKind::kDifference, frame.frame,
                              clock_at->second, person.id, *difference, ""});
     }
-    if (kept != index_.end()) {
-      AddKept(person, kept->second, pairs[p], difference, work);
+    if (kept == index_.end()) continue;
+    PoseArrays& arrays = work->arrays;
+    arrays.Add(person, kept->second, work->person_of.at(person.id));
+    if (work->pairing.has_value()) arrays.AddResiduals(pairs[p]);
+    if (difference != nullptr) arrays.AddDifference(*difference);
+    if (!HasExtras(kept->second)) continue;
+    if (work->pairing.has_value()) {
+      arrays.AddMatches(person, pairs[p], *work->pairing);
     }
+    if (options_.with_covariance) arrays.AddCovariances(person);
   }
 }
 
@@ -478,25 +338,6 @@ void PageMaker::AddResultMoments(size_t r, ResultWork* work) {
   if (lives.size() > kMaxStartsAndEnds) lives.resize(kMaxStartsAndEnds);
   AddMoments(r, std::move(lives));
   AddMoments(r, Largest(std::move(work->apart), kMomentsOfAKind));
-}
-
-void PageMaker::AddArrays(const ResultArrays& arrays, Json* json) {
-  if (!arrays.residual.empty()) (*json)["residual"] = Base64(arrays.residual);
-  if (!arrays.difference.empty()) {
-    (*json)["difference"] = Base64(arrays.difference);
-  }
-  if (!arrays.match.empty()) {
-    (*json)["match"] = Base64(arrays.match);
-    (*json)["weight"] = Base64(arrays.weight);
-    data_.detection_bytes += TextBytes(*json, {"match", "weight", "residual"});
-  }
-  const bool has_covariance =
-      std::any_of(arrays.covariance.begin(), arrays.covariance.end(),
-                  [](int16_t value) { return value != 0; });
-  if (has_covariance) {
-    (*json)["covariance"] = Base64(arrays.covariance);
-    data_.covariance_bytes += TextBytes(*json, {"covariance"});
-  }
 }
 
 Json PageMaker::ResultJson(size_t r) {
@@ -516,7 +357,7 @@ Json PageMaker::ResultJson(size_t r) {
     AddFrame(result.tracks.frames[f],
              work.differences.empty() ? nullptr : &work.differences[f], &work);
   }
-  data_.poses += work.arrays.frame.size();
+  data_.poses += work.arrays.count();
   if (is_tracks) AddResultMoments(r, &work);
 
   Json json = {{"label", result.label},
@@ -524,14 +365,8 @@ Json PageMaker::ResultJson(size_t r) {
                {"mode", result.tracks.header.mode},
                {"skeleton", ToJson(result.tracks.header.skeleton)},
                {"ids", ids},
-               {"colours", colour_list},
-               {"rootQuantum", kQuantumM},
-               {"quantum", work.quantum},
-               {"frame", Base64(work.arrays.frame)},
-               {"person", Base64(work.arrays.person)},
-               {"root", Base64(work.arrays.root)},
-               {"joints", Base64(work.arrays.joints)},
-               {"status", Base64(work.arrays.status)}};
+               {"colours", colour_list}};
+  work.arrays.PosesTo(&json);
   for (const auto& [id, name] : result.names) {
     json["names"][std::to_string(id.value())] = name;
   }
@@ -545,7 +380,7 @@ Json PageMaker::ResultJson(size_t r) {
       data_.notes.push_back("left out: " + std::string(error.what()));
     }
   }
-  AddArrays(work.arrays, &json);
+  work.arrays.DetailsTo(&json, &data_);
   AddAngles(result.tracks, &json);
   return json;
 }

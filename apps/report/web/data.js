@@ -31,7 +31,7 @@ export const SPEED = metre > 0.03 ? told('m/s', 1) : told('mm/s', 1e3);
 
 function loadResult(source, index) {
   const result = {
-    index: index, label: source.label, truth: source.role === 'truth', mode: source.mode,
+    index: index, label: source.label, truth: source.role === 'truth',
     ids: source.ids, colours: source.colours, joints: source.skeleton.joints, bones: source.skeleton.bones,
     frame: decode(source.frame, Uint32Array), person: decode(source.person, Uint16Array),
     status: decode(source.status, Uint8Array),
