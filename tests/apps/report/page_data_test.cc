@@ -198,24 +198,15 @@ TEST(PageData, LongRecordingStaysSmall) {
 // Exact detections of everybody in every view.
 DetectionSequence SeenBy(const CameraRig& cameras,
                          const TrackSequence& tracks) {
-  DetectionSequence seen;
-  seen.header.skeleton = Coco17();
-  for (const Camera& camera : cameras) {
-    seen.header.view_names.push_back(camera.name());
-  }
-  for (const TrackFrame& frame : tracks.frames) {
-    DetectionFrame in_frame;
-    in_frame.frame = frame.frame;
-    for (const Camera& camera : cameras) {
-      in_frame.views.emplace_back();
-      for (const PersonPose& person : frame.people) {
-        in_frame.views.back().detections.push_back(
-            testing::Project(person.joints, camera));
-      }
-    }
-    seen.frames.push_back(in_frame);
-  }
-  return seen;
+  return testing::SeenBy(cameras, static_cast<int>(tracks.frames.size()),
+                         [&](int f) {
+                           std::vector<Pose3d> poses;
+                           for (const auto& person :
+                                tracks.frames[static_cast<size_t>(f)].people) {
+                             poses.push_back(person.joints);
+                           }
+                           return poses;
+                         });
 }
 
 // A recording with everything that can be asked for.

@@ -7,6 +7,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <vector>
 
 #include "apps/report/page.h"
 #include "apps/report/page_data.h"
@@ -36,22 +37,17 @@ PageInput EmptyRecording() {
   tracks.header.skeleton = Coco17();
   tracks.header.view_names = {"one", "two"};
   tracks.header.frame_rate_hz = 30.0;
-  DetectionSequence seen;
-  seen.header.skeleton = Coco17();
-  seen.header.view_names = tracks.header.view_names;
   for (int f = 0; f < kPictures; ++f) {
     TrackFrame frame;
     frame.frame = kFirstPicture + f;
     // 30 Hz, as people say of 29.97.
     frame.time = FrameClock(30.0).TimeOf(frame.frame);
     tracks.frames.push_back(frame);
-    DetectionFrame in_frame;
-    in_frame.frame = frame.frame;
-    in_frame.views.resize(2);
-    seen.frames.push_back(in_frame);
   }
   input.results.push_back({"take", ResultRole::kTracks, tracks});
-  input.detections = seen;
+  input.detections = testing::SeenBy(input.cameras, 0,
+                                     [](int) { return std::vector<Pose3d>(); });
+  input.detections->header.view_names = {"one", "two"};
   return input;
 }
 
