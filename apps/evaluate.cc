@@ -13,7 +13,7 @@
 #include "apps/common/evaluation_output.h"
 #include "apps/common/held_out_cameras.h"
 #include "apps/common/summary.h"
-#include "apps/common/terminal_markdown.h"
+#include "apps/common/table.h"
 #include "apps/common/track_input.h"
 #include "apps/common/track_output.h"
 #include "apps/markers/marker_output.h"

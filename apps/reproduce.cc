@@ -1,13 +1,14 @@
 // kinegraph-reproduce: the paper's tables beside what is measured here.
+#include <fmt/format.h>
 #include <gflags/gflags.h>
 
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <ctime>
-#include <memory>
-#include <optional>
+#include <iterator>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "apps/common/app.h"
@@ -15,16 +16,11 @@
 #include "apps/common/plot.h"
 #include "apps/common/progress.h"
 #include "apps/common/table.h"
-#include "apps/common/terminal_markdown.h"
-#include "apps/tables/ablation.h"
-#include "apps/tables/benchmark.h"
+#include "apps/tables/dataset.h"
 #include "apps/tables/pcp_tables.h"
-#include "apps/tables/rows.h"
-#include "apps/tables/runtime.h"
-#include "apps/tables/sensitivity.h"
+#include "apps/tables/variants.h"
 #include "core/base/error.h"
 #include "core/io/files/atomic_file.h"
-#include "core/io/files/text_file.h"
 
 DEFINE_string(data, "",
               "folder of the datasets: the developers' (data/README.md) or "
@@ -51,14 +47,13 @@ bool Wanted(const std::string& table) {
 }
 
 void CheckTable() {
-  if (FLAGS_table.empty()) return;
-  std::string known;
-  for (const char* table : kTables) {
-    if (FLAGS_table == table) return;
-    known += (known.empty() ? "" : ", ") + std::string(table);
+  if (FLAGS_table.empty() ||
+      std::count(std::begin(kTables), std::end(kTables), FLAGS_table) > 0) {
+    return;
   }
-  throw InputError("--table: found '" + Printable(FLAGS_table) +
-                   "', expected one of " + known);
+  throw InputError(fmt::format("--table: found '{}', expected one of {}",
+                               Printable(FLAGS_table),
+                               fmt::join(kTables, ", ")));
 }
 
 // The report as it grows.
@@ -76,22 +71,27 @@ struct Report {
   }
 };
 
-void AddActorTables(const TrackedBenchmark& tracked, Report* report) {
-  if (tracked.benchmark.set == BenchmarkSet::kShelf) {
-    if (Wanted("shelf")) {
-      report->Add("shelf", ActorTable("Shelf", PublishedShelf(), tracked,
-                                      ShelfProtocol()));
+void AddActorTables(const std::vector<TrackedBenchmark>& all, Report* report) {
+  const struct {
+    const char* key;
+    const char* title;
+    BenchmarkSet set;
+    PublishedTable published;
+    PcpProtocol protocol;
+  } kActorTables[] = {
+      {"campus", "Campus", BenchmarkSet::kCampus, PublishedCampus(),
+       CampusProtocol()},
+      {"campus_extended", "Campus extended", BenchmarkSet::kCampus,
+       PublishedCampusExtended(), CampusExtendedProtocol()},
+      {"shelf", "Shelf", BenchmarkSet::kShelf, PublishedShelf(),
+       ShelfProtocol()}};
+  for (const auto& table : kActorTables) {  // the paper's order
+    if (!Wanted(table.key)) continue;
+    for (const TrackedBenchmark& tracked : all) {
+      if (tracked.benchmark.set != table.set) continue;
+      report->Add(table.key, ActorTable(table.title, table.published, tracked,
+                                        table.protocol));
     }
-    return;
-  }
-  if (Wanted("campus")) {
-    report->Add("campus", ActorTable("Campus", PublishedCampus(), tracked,
-                                     CampusProtocol()));
-  }
-  if (Wanted("campus_extended")) {
-    report->Add("campus_extended",
-                ActorTable("Campus extended", PublishedCampusExtended(),
-                           tracked, CampusExtendedProtocol()));
   }
 }
 
@@ -99,7 +99,7 @@ void AddParts(const std::vector<TrackedBenchmark>& all, Report* report) {
   TableOutput parts;
   parts.markdown = "## Body parts\n\n";
   for (const TrackedBenchmark& tracked : all) {
-    const bool shelf = tracked.benchmark.set == BenchmarkSet::kShelf;
+    const bool shelf = tracked.benchmark.is_shelf();
     TableOutput one = shelf ? PartsTable("Shelf", PublishedShelfParts(),
                                          tracked, ShelfProtocol())
                             : PartsTable("Campus", PublishedCampusParts(),
@@ -110,119 +110,20 @@ void AddParts(const std::vector<TrackedBenchmark>& all, Report* report) {
   report->Add("parts", std::move(parts));
 }
 
-void AddAblation(const BenchmarkData& data, Report* report) {
-  const TableOutput printed = PrintedTable(PublishedAblation());
-  TableOutput ablation;
-  ablation.markdown =
-      "## Ablation\n\nPrinted: " + PublishedAblation().caption + ".\n\n" +
-      printed.markdown +
-      "\nTheir detections (HRNet) are not public; those below are other "
-      "detections, so absolute figures are expected to differ. `against the "
-      "baseline`: paired on the same frames, moving blocks of 25 frames within "
-      "an actor.\n\n";
-  ablation.json["printed"] = printed.json;
-  int64_t recordings = 0;
-  for (const Benchmark& benchmark : data.benchmarks) {
-    recordings += static_cast<int64_t>(benchmark.recordings.size());
-  }
-  Progress progress("ablation", recordings);
-  const OutputFolder images(FLAGS_out + "/images");
-  const std::string figure = "images/ablation.svg";
-  std::vector<AblatedRecording> ablated;
-  std::vector<FilterInChen> in_chen;
-  for (const Benchmark& benchmark : data.benchmarks) {
-    for (const BenchmarkRecording& recording : benchmark.recordings) {
-      Dataset dataset = recording.dataset;
-      dataset.set = JoinSets(dataset.set, FLAGS_set);
-      const LoadedDataset loaded = LoadDataset(dataset, data.folder);
-      std::vector<AblationCell> cells = RunAblation(loaded);
-      ablation.markdown += AblationMarkdown(loaded, cells);
-      ablation.json["measured"].push_back(AblationJson(loaded, cells));
-      ablated.push_back({recording.dataset.name, std::move(cells)});
-      if (auto pair = RunFilterInChen(recording, data.folder, FLAGS_set)) {
-        in_chen.push_back(*std::move(pair));
-      }
-      progress.Advance();
-    }
-  }
-  WritePlot(AblationPlots(ablated), FLAGS_out + "/" + figure, {1350, 520, 2});
-  ablation.markdown +=
-      "![What each ingredient adds to the baseline](" + figure + ")\n\n";
-  if (!in_chen.empty()) {
-    TableOutput table = FilterInChenTable(in_chen);
-    ablation.markdown += table.markdown;
-    ablation.json["filter_in_chen"] = std::move(table.json);
-  }
-  report->Add("ablation", std::move(ablation));
-}
-
-void AddRuntime(const BenchmarkData& data, Report* report) {
-  Progress progress("runtime", RuntimeRowCount(data.benchmarks));
-  report->Add("runtime", RuntimeTable(data.benchmarks, data.folder, FLAGS_set,
-                                      {}, [&progress] { progress.Advance(); }));
-}
-
-void AddSensitivity(const BenchmarkData& data, Report* report) {
-  TableOutput all;
-  all.markdown = "## Sensitivity\n\n";
-  const OutputFolder images(FLAGS_out + "/images");
-  int64_t sweeps = 0;
-  for (const Benchmark& benchmark : data.benchmarks) {
-    sweeps += SweepCount(benchmark);
-  }
-  Progress progress("sensitivity", sweeps);
-  for (const Benchmark& benchmark : data.benchmarks) {
-    const bool shelf = benchmark.set == BenchmarkSet::kShelf;
-    const std::string name = shelf ? "shelf" : "campus";
-    const std::string figure = "images/sensitivity_" + name + ".svg";
-    const std::vector<Sweep> swept = RunSensitivity(
-        benchmark, data.folder, FLAGS_set, [&progress] { progress.Advance(); });
-    WritePlot(SensitivityPlots(swept), FLAGS_out + "/" + figure,
-              {1350, 760, 3});
-    TableOutput one =
-        SensitivityTable(shelf ? "Shelf" : "Campus", swept, figure);
-    all.markdown += one.markdown;
-    all.json[name] = std::move(one.json);
-  }
-  report->Add("sensitivity", std::move(all));
-}
-
 // Whether a table wants the tracks of a benchmark.
 bool NeedsTracks(const Benchmark& benchmark) {
   if (Wanted("parts")) return true;
-  return benchmark.set == BenchmarkSet::kShelf
-             ? Wanted("shelf")
-             : Wanted("campus") || Wanted("campus_extended");
+  return benchmark.is_shelf() ? Wanted("shelf")
+                              : Wanted("campus") || Wanted("campus_extended");
 }
 
-// What the whole run took.
-struct Spent {
-  double wall_s = 0.0;
-  double processor_s = 0.0;
-};
-
-class Stopwatch {
- public:
-  Spent Read() const {
-    const std::chrono::duration<double> wall =
-        std::chrono::steady_clock::now() - start_;
-    return {wall.count(),
-            static_cast<double>(std::clock() - start_clock_) / CLOCKS_PER_SEC};
-  }
-
- private:
-  std::chrono::steady_clock::time_point start_ =
-      std::chrono::steady_clock::now();
-  std::clock_t start_clock_ = std::clock();
-};
-
-std::string Heading(const Machine& machine, const Spent& spent) {
+std::string Heading(const Machine& machine, double processor_s, double wall_s) {
   return "# The paper's tables beside what was measured\n\nMade by "
          "`kinegraph-reproduce` of commit " +
          machine.commit + " on " + machine.processor + " (" +
          std::to_string(machine.threads) + " processors), " + machine.system +
-         ", " + machine.compiler + ", in " + Fixed(spent.processor_s, 0) +
-         " s of processor time (" + Fixed(spent.wall_s, 0) +
+         ", " + machine.compiler + ", in " + Fixed(processor_s, 0) +
+         " s of processor time (" + Fixed(wall_s, 0) +
          " s on the clock, one thread). Rows \"as printed in the paper\" are "
          "Chu et al. (2021), "
          "Part-aware Measurement for Robust Multi-View Multi-Human 3D Pose "
@@ -239,10 +140,10 @@ void RunReproduce() {
   if (Wanted("sensitivity") || Wanted("ablation")) RequirePlotTool();
   // Before the work, so that a wrong place costs none.
   const OutputFolder folder(FLAGS_out);
-  const BenchmarkData data = FindBenchmarks(FLAGS_data);
+  const BenchmarkData data = FindBenchmarks(FLAGS_data, FLAGS_set);
   const Machine machine = ThisMachine();
   Report report;
-  const Stopwatch stopwatch;
+  const auto start = std::chrono::steady_clock::now();
   report.json["machine"] = {{"commit", machine.commit},
                             {"processor", machine.processor},
                             {"processors", machine.threads},
@@ -257,32 +158,33 @@ void RunReproduce() {
     Progress progress("tracking", rows);
     for (const Benchmark& benchmark : data.benchmarks) {
       if (!NeedsTracks(benchmark)) continue;
-      tracked.push_back(TrackBenchmark(benchmark, data.folder, FLAGS_set,
-                                       [&progress] { progress.Advance(); }));
+      tracked.push_back(TrackBenchmark(data, benchmark, &progress));
     }
   }
-  // The paper's order.
-  for (const BenchmarkSet set : {BenchmarkSet::kCampus, BenchmarkSet::kShelf}) {
-    for (const TrackedBenchmark& one : tracked) {
-      if (one.benchmark.set == set) AddActorTables(one, &report);
-    }
-  }
+  AddActorTables(tracked, &report);
   if (Wanted("parts")) AddParts(tracked, &report);
-  if (Wanted("ablation")) AddAblation(data, &report);
-  if (Wanted("runtime")) AddRuntime(data, &report);
-  if (Wanted("sensitivity")) AddSensitivity(data, &report);
-  const Spent spent = stopwatch.Read();
-  report.json["machine"]["processor_s"] = spent.processor_s;
-  report.json["machine"]["wall_s"] = spent.wall_s;
-  report.markdown = Heading(machine, spent) + report.markdown;
+  if (Wanted("ablation")) {
+    report.Add("ablation", AblationTable(data, FLAGS_out));
+  }
+  if (Wanted("runtime")) report.Add("runtime", RuntimeTable(data));
+  if (Wanted("sensitivity")) {
+    report.Add("sensitivity", SensitivityTable(data, FLAGS_out));
+  }
+  const double processor_s = static_cast<double>(std::clock()) / CLOCKS_PER_SEC;
+  const std::chrono::duration<double> wall =
+      std::chrono::steady_clock::now() - start;
+  report.json["machine"]["processor_s"] = processor_s;
+  report.json["machine"]["wall_s"] = wall.count();
+  report.markdown =
+      Heading(machine, processor_s, wall.count()) + report.markdown;
   WriteTextFile(FLAGS_out + "/reproduce.json", DumpJson(report.json, 1) + "\n");
   WriteTextFile(FLAGS_out + "/reproduce.md", report.markdown);
   if (!report.details.empty()) {
     WriteTextFile(FLAGS_out + "/details.md", kDetailsHeading + report.details);
   }
-  constexpr size_t kColumns = 100;
   const std::string where = FLAGS_out + "/reproduce.md";
-  std::fputs(ForTerminal(report.markdown, kColumns, where).c_str(), stdout);
+  std::fputs(ForTerminal(report.markdown, kTerminalColumns, where).c_str(),
+             stdout);
   std::printf("\nall columns and intervals: %s\n", where.c_str());
 }
 

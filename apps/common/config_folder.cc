@@ -77,14 +77,16 @@ RunOptions DefaultOptions(double frame_rate_hz, const std::string& skeleton,
   if (!(frame_rate_hz >= 0.0 && frame_rate_hz <= 1e5)) {
     throw InputError("--frame_rate: expected above 0 .. 1e5 Hz");
   }
-  const auto add = [&set](const std::string& change) {
-    set += (set.empty() ? "" : ";") + change;
-  };
   if (frame_rate_hz > 0.0) {
-    add(fmt::format("input.frame_rate={:.17g}", frame_rate_hz));
+    set = JoinSets(set, fmt::format("input.frame_rate={:.17g}", frame_rate_hz));
   }
-  if (!skeleton.empty()) add("detections.skeleton=" + skeleton);
+  if (!skeleton.empty()) set = JoinSets(set, "detections.skeleton=" + skeleton);
   return ReadRunOptions(ProjectConfig("default.toml"), set, "");
+}
+
+std::string JoinSets(const std::string& first, const std::string& second) {
+  return first.empty() || second.empty() ? first + second
+                                         : first + ";" + second;
 }
 
 std::string DriverName() {

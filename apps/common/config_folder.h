@@ -24,6 +24,9 @@ std::string FindConfig(const std::string& path);
 RunOptions DefaultOptions(double frame_rate_hz, const std::string& skeleton,
                           std::string set);
 
+// Two lists of --set after one another; either may be empty.
+std::string JoinSets(const std::string& first, const std::string& second);
+
 // How one types the commands: "kinegraph" where it lies beside this program,
 // else "./kinegraph", the driver of the sources.
 std::string DriverName();

@@ -1,5 +1,7 @@
 #include "apps/common/evaluation_output.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -14,6 +16,8 @@ namespace {
 
 constexpr double kMmPerM = 1000.0;
 
+std::string Count(int64_t value) { return std::to_string(value); }
+
 Json ToJson(const Share& share) {
   return {{"count", share.count},
           {"total", share.total},
@@ -27,28 +31,6 @@ Json ToJson(const std::optional<Number>& value) {
 
 Json IdToJson(const std::optional<TrackId>& id) {
   return id ? Json(id->value()) : Json(nullptr);
-}
-
-std::string ActorList(const std::vector<int64_t>& actors) {
-  std::string list;
-  for (const int64_t actor : actors) {
-    list += (list.empty() ? "" : ", ") + std::to_string(actor);
-  }
-  return list;
-}
-
-std::string FramesText(const std::vector<FrameRange>& ranges) {
-  if (ranges.empty()) return "all";
-  std::string text;
-  for (const FrameRange& range : ranges) {
-    text += (text.empty() ? "" : ",") + std::to_string(range.begin) + ":" +
-            std::to_string(range.end);
-  }
-  return text;
-}
-
-std::string WithInterval(double value, const Interval& interval, int decimals) {
-  return Fixed(value, decimals) + " " + IntervalCell(interval, decimals);
 }
 
 // ---- PCP
@@ -69,41 +51,39 @@ Json ToJson(const PcpProtocol& protocol) {
 }
 
 std::string PcpHeading(const PcpProtocol& protocol) {
-  return "PCP, protocol " + protocol.name + ": head " +
-         ToString(protocol.head) + ", endpoints " +
-         ToString(protocol.endpoints) +
-         (protocol.strictly_less ? " (strictly less)" : "") + ", matching " +
-         ToString(protocol.matching) + ", frames " +
-         FramesText(protocol.frames) + "\n";
+  const Cells frames = CellsOf(protocol.frames, [](const FrameRange& range) {
+    return fmt::format("{}:{}", range.begin, range.end);
+  });
+  return fmt::format(
+      "PCP, protocol {}: head {}, endpoints {}{}, matching {}, frames {}\n",
+      protocol.name, ToString(protocol.head), ToString(protocol.endpoints),
+      protocol.strictly_less ? " (strictly less)" : "",
+      ToString(protocol.matching),
+      frames.empty() ? "all" : fmt::format("{}", fmt::join(frames, ",")));
 }
 
 std::string PcpTable(const PcpResult& result,
                      const std::map<PcpGroup, Interval>& mean_intervals,
                      const std::map<int64_t, Interval>& actor_intervals) {
   const std::vector<int64_t> actors = result.Actors();
-  const std::string headline = ActorList(result.HeadlineActors());
-  std::vector<std::string> header = {"part, % (right/all)"};
-  for (const int64_t actor : actors) {
-    header.push_back("actor " + std::to_string(actor));
-  }
-  header.push_back("mean of " + headline + " [interval]");
-  header.push_back("pooled " + headline);
-  Table table(header);
+  const std::string headline =
+      fmt::format("{}", fmt::join(result.HeadlineActors(), ", "));
+  Table table(RowOf("part, % (right/all)", CellsOf(actors, ActorName),
+                    "mean of " + headline + " [interval]",
+                    "pooled " + headline));
   for (const PcpGroup group : kPcpGroups) {
-    std::vector<std::string> row = {ToString(group)};
-    for (const int64_t actor : actors) {
-      row.push_back(PercentCell(CountParts(result, actor, group)));
-    }
-    row.push_back(
-        WithInterval(MeanOfActors(result, group), mean_intervals.at(group), 2));
-    row.push_back(PercentCell(PooledParts(result, group)));
-    table.AddRow(row);
+    const auto count = [&](int64_t actor) {
+      return PercentCell(CountParts(result, actor, group));
+    };
+    table.AddRow(RowOf(
+        ToString(group), CellsOf(actors, count),
+        WithInterval(MeanOfActors(result, group), mean_intervals.at(group), 2),
+        PercentCell(PooledParts(result, group))));
   }
-  std::vector<std::string> row = {"interval of total"};
-  for (const int64_t actor : actors) {
-    row.push_back(IntervalCell(actor_intervals.at(actor), 2));
-  }
-  table.AddRow(row);
+  const auto interval = [&](int64_t actor) {
+    return IntervalCell(actor_intervals.at(actor), 2);
+  };
+  table.AddRow(RowOf("interval of total", CellsOf(actors, interval)));
   return table.ToString();
 }
 
@@ -116,23 +96,17 @@ std::string LostTally(const PcpResult& result) {
     ++lost[{part.part, part.actor}];
     if (!part.predicted) ++without_prediction[part.actor];
   }
-  std::vector<std::string> header = {"lost parts"};
-  for (const int64_t actor : actors) {
-    header.push_back("actor " + std::to_string(actor));
-  }
-  Table table(header);
+  Table table(RowOf("lost parts", CellsOf(actors, ActorName)));
   for (int part = 0; part < kPcpPartCount; ++part) {
-    std::vector<std::string> row = {PcpPartName(part)};
-    for (const int64_t actor : actors) {
-      row.push_back(std::to_string(lost[{part, actor}]));
-    }
-    table.AddRow(row);
+    const auto count = [&](int64_t actor) {
+      return Count(lost[{part, actor}]);
+    };
+    table.AddRow(RowOf(PcpPartName(part), CellsOf(actors, count)));
   }
-  std::vector<std::string> row = {"of these, nobody found"};
-  for (const int64_t actor : actors) {
-    row.push_back(std::to_string(without_prediction[actor]));
-  }
-  table.AddRow(row);
+  const auto nobody = [&](int64_t actor) {
+    return Count(without_prediction[actor]);
+  };
+  table.AddRow(RowOf("of these, nobody found", CellsOf(actors, nobody)));
   return table.ToString();
 }
 
@@ -143,13 +117,11 @@ std::string LostList(const PcpResult& result) {
     return value ? Fixed(*value, 3) : std::string("-");
   };
   for (const LostPart& lost : result.lost) {
-    table.AddRow(
-        {PcpPartName(lost.part), std::to_string(lost.actor),
-         std::to_string(lost.frame),
-         lost.predicted ? std::to_string(lost.predicted->value()) : "nobody",
-         Fixed(lost.length_m, 3),
-         Fixed(result.protocol.tolerance * lost.length_m, 3),
-         error(lost.first_error_m), error(lost.second_error_m)});
+    table.AddRow({PcpPartName(lost.part), Count(lost.actor), Count(lost.frame),
+                  lost.predicted ? Count(lost.predicted->value()) : "nobody",
+                  Fixed(lost.length_m, 3),
+                  Fixed(result.protocol.tolerance * lost.length_m, 3),
+                  error(lost.first_error_m), error(lost.second_error_m)});
   }
   return table.ToString();
 }
@@ -236,18 +208,13 @@ Json ToJson(const HeldOutRow& row, const HeldOutSummary& summary) {
   return json;
 }
 
-std::string Count(int64_t value) { return std::to_string(value); }
-
 }  // namespace
 
-std::string PercentCell(const Share& share) {
-  return Fixed(share.percent(), 2) + " (" + std::to_string(share.count) + "/" +
-         std::to_string(share.total) + ")";
-}
+std::string ActorName(int64_t actor) { return "actor " + Count(actor); }
 
-std::string IntervalCell(const Interval& interval, int decimals) {
-  return "[" + Fixed(interval.low, decimals) + ", " +
-         Fixed(interval.high, decimals) + "]";
+std::string PercentCell(const Share& share) {
+  return fmt::format("{} ({}/{})", Fixed(share.percent(), 2), share.count,
+                     share.total);
 }
 
 Json ToJson(const Interval& interval) {
@@ -288,38 +255,32 @@ EvaluationOutput DescribeParity(const ParityResult& result,
     return "joints within " + Fixed(distance_m * kMmPerM, 2) + " mm, %";
   };
   const auto exactly = [](const Share& share) {  // 99.99 matters here
-    return Fixed(share.percent(), 4) + " (" + Count(share.count) + "/" +
-           Count(share.total) + ")";
+    return fmt::format("{} ({}/{})", Fixed(share.percent(), 4), share.count,
+                       share.total);
   };
   table.AddRow({within(options.near_m), exactly(result.near)});
   table.AddRow({within(options.very_near_m), exactly(result.very_near)});
   table.AddRow({"joints missing", Count(result.joints_missing)});
   table.AddRow({"joints too many", Count(result.joints_extra)});
-  const std::string worst_joint =
-      result.worst.distance_m > 0.0
-          ? reference_skeleton.joints()[result.worst.joint]
-          : "";
-  table.AddRow({"worst distance, mm",
-                Fixed(result.worst.distance_m * kMmPerM, 4) +
-                    (worst_joint.empty()
-                         ? ""
-                         : " (" + worst_joint + ", person " +
-                               Count(result.worst.id.value()) + ", frame " +
-                               Count(result.worst.frame) + ")")});
-  table.AddRow(
-      {"identities one-to-one", result.identities_one_to_one ? "yes" : "no"});
-  table.AddRow({"identities", Count(result.identities) + " against " +
-                                  Count(result.reference_identities)});
-  table.AddRow({"person-frames", Count(result.person_frames) + " against " +
-                                     Count(result.reference_person_frames) +
-                                     ", paired " +
-                                     Count(result.paired_person_frames)});
+  std::string worst_cell = Fixed(result.worst.distance_m * kMmPerM, 4);
   Json worst = {{"distance_m", result.worst.distance_m}};
-  if (!worst_joint.empty()) {
-    worst["joint"] = worst_joint;
+  if (result.worst.distance_m > 0.0) {
+    const std::string& joint = reference_skeleton.joints()[result.worst.joint];
+    worst_cell += fmt::format(" ({}, person {}, frame {})", joint,
+                              result.worst.id.value(), result.worst.frame);
+    worst["joint"] = joint;
     worst["person"] = result.worst.id.value();
     worst["frame"] = result.worst.frame;
   }
+  table.AddRow({"worst distance, mm", worst_cell});
+  table.AddRow(
+      {"identities one-to-one", result.identities_one_to_one ? "yes" : "no"});
+  table.AddRow({"identities", fmt::format("{} against {}", result.identities,
+                                          result.reference_identities)});
+  table.AddRow({"person-frames",
+                fmt::format("{} against {}, paired {}", result.person_frames,
+                            result.reference_person_frames,
+                            result.paired_person_frames)});
   return {table.ToString(),
           {{"near_m", options.near_m},
            {"near", ToJson(result.near)},
@@ -375,30 +336,36 @@ EvaluationOutput DescribeMpjpe(const MpjpeResult& result) {
 }
 
 EvaluationOutput DescribeIdentity(const IdentityResult& result) {
-  Table table({"identity", "value"});
-  table.AddRow({"switches", Count(result.switches)});
-  table.AddRow({"fragments", Count(result.fragments)});
-  table.AddRow({"MOTA, %", Fixed(100.0 * result.Mota(), 2)});
-  table.AddRow({"IDF1, %", Fixed(100.0 * result.Idf1(), 2)});
   const HotaScores hota = result.Hota();
-  table.AddRow({"HOTA, %", Fixed(100.0 * hota.hota, 2)});
-  table.AddRow({"  DetA, %", Fixed(100.0 * hota.detection, 2)});
-  table.AddRow({"  AssA, %", Fixed(100.0 * hota.association, 2)});
-  table.AddRow({"  LocA, %", Fixed(100.0 * hota.localisation, 2)});
-  table.AddRow({"misses", Count(result.misses)});
-  table.AddRow({"false positives", Count(result.false_positives)});
-  table.AddRow({"matches", Count(result.matches)});
-  table.AddRow({"identities", Count(result.identities) + " for " +
-                                  Count(result.true_people) + " people"});
-  table.AddRow({"person-frames", Count(result.found_person_frames) + " for " +
-                                     Count(result.true_person_frames)});
+  Table table({"identity", "value"});
+  const auto percent = [&](const char* label, double share) {
+    table.AddRow({label, Fixed(100.0 * share, 2)});
+  };
+  const auto count = [&](const char* label, int64_t value) {
+    table.AddRow({label, Count(value)});
+  };
+  count("switches", result.switches);
+  count("fragments", result.fragments);
+  percent("MOTA, %", result.Mota());
+  percent("IDF1, %", result.Idf1());
+  percent("HOTA, %", hota.hota);
+  percent("  DetA, %", hota.detection);
+  percent("  AssA, %", hota.association);
+  percent("  LocA, %", hota.localisation);
+  count("misses", result.misses);
+  count("false positives", result.false_positives);
+  count("matches", result.matches);
+  table.AddRow({"identities", fmt::format("{} for {} people", result.identities,
+                                          result.true_people)});
+  table.AddRow(
+      {"person-frames", fmt::format("{} for {}", result.found_person_frames,
+                                    result.true_person_frames)});
   if (result.hidden_person_frames > 0) {
-    table.AddRow({"hidden in truth", Count(result.hidden_person_frames)});
-    table.AddRow({"  not counted there", Count(result.on_hidden_people)});
+    count("hidden in truth", result.hidden_person_frames);
+    count("  not counted there", result.on_hidden_people);
   }
   if (result.beside_annotations > 0) {
-    table.AddRow(
-        {"beside annotations, not counted", Count(result.beside_annotations)});
+    count("beside annotations, not counted", result.beside_annotations);
   }
   return {table.ToString(),
           {{"hota", hota.hota},

@@ -45,8 +45,8 @@ EvaluationOutput DescribeHeldOut(const HeldOutScores& scores,
                                  const BootstrapOptions& bootstrap = {});
 
 // Pieces that other tables share.
+std::string ActorName(int64_t actor);         // "actor 0"
 std::string PercentCell(const Share& share);  // "99.71 (2782/2790)"
-std::string IntervalCell(const Interval& interval, int decimals);  // "[1, 2]"
 Json ToJson(const Interval& interval);
 
 }  // namespace kinegraph

@@ -17,6 +17,8 @@
 #include <string>
 #include <vector>
 
+#include "core/evaluation/bootstrap.h"
+
 namespace kinegraph {
 
 enum class PlotStyle {
@@ -38,6 +40,17 @@ struct PlotSeries {
   std::vector<std::string> labels;  // beside the points
   std::optional<int> colour;        // index; else in order of the series
   bool dashed = false;
+
+  void Add(double x_value, double y_value) {
+    x.push_back(x_value);
+    y.push_back(y_value);
+  }
+  // With the ends of its error bar in y.
+  void Add(double x_value, double y_value, const Interval& interval) {
+    Add(x_value, y_value);
+    y_low.push_back(interval.low);
+    y_high.push_back(interval.high);
+  }
 };
 
 struct PlotAxis {

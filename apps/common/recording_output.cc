@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "apps/common/terminal_markdown.h"
+#include "apps/common/table.h"
 #include "core/base/error.h"
 #include "core/io/detections/view_pairing.h"
 #include "core/io/text/json.h"

@@ -7,61 +7,69 @@
 #include <cmath>
 #include <cstdio>
 #include <cstring>
+#include <sstream>
 #include <utility>
 
+#include "core/base/split.h"
 #include "core/io/text/csv_rows.h"
 
 namespace kinegraph {
 namespace {
 
-using Row = std::vector<std::string>;
+constexpr size_t kLeastFirstColumn = 24;  // letters
 
-// Characters of UTF-8 text: every byte but the continuations 10xxxxxx.
-size_t Width(const std::string& text) {
-  return static_cast<size_t>(std::count_if(
-      text.begin(), text.end(),
-      [](char c) { return (static_cast<unsigned char>(c) & 0xc0) != 0x80; }));
+// Whether a byte of UTF-8 text begins a character: all but the continuations
+// 10xxxxxx.
+bool BeginsLetter(char c) {
+  return (static_cast<unsigned char>(c) & 0xc0) != 0x80;
 }
 
-std::vector<size_t> ColumnWidths(const std::vector<Row>& rows) {
-  std::vector<size_t> widths(rows.front().size(), 0);
-  for (const Row& row : rows) {
-    for (size_t i = 0; i < row.size(); ++i) {
-      widths[i] = std::max(widths[i], Width(row[i]));
+size_t Letters(const std::string& text) {
+  return static_cast<size_t>(
+      std::count_if(text.begin(), text.end(), BeginsLetter));
+}
+
+std::vector<size_t> WidthsOf(const std::vector<Cells>& rows) {
+  std::vector<size_t> widths;
+  for (const Cells& row : rows) {
+    widths.resize(std::max(widths.size(), row.size()));
+    for (size_t c = 0; c < row.size(); ++c) {
+      widths[c] = std::max(widths[c], Letters(row[c]));
     }
   }
   return widths;
 }
 
-std::string Aligned(const std::string& text, size_t width, bool to_left) {
-  const std::string padding(width - Width(text), ' ');
-  return to_left ? text + padding : padding + text;
-}
-
-std::string Line(const Row& row, const std::vector<size_t>& widths,
+// Without blanks at its end. `first_left`: columns after the first are set to
+// the right.
+std::string Line(const Cells& row, const std::vector<size_t>& widths,
                  const std::string& before, const std::string& between,
-                 const std::string& after) {
+                 const std::string& after, bool first_left = true) {
   std::string line = before;
-  for (size_t i = 0; i < row.size(); ++i) {
-    if (i > 0) line += between;
-    line += Aligned(row[i], widths[i], i == 0);
+  for (size_t c = 0; c < std::min(row.size(), widths.size()); ++c) {
+    if (c > 0) line += between;
+    const std::string padding(widths[c] - Letters(row[c]), ' ');
+    line += first_left && c > 0 ? padding + row[c] : row[c] + padding;
   }
   line += after;
   line.erase(line.find_last_not_of(' ') + 1);
   return line + "\n";
 }
 
-// "|---|---:|": a colon sets a column to the right.
-std::string MarkdownRule(const std::vector<size_t>& widths) {
-  std::string line = "|";
-  for (size_t i = 0; i < widths.size(); ++i) {
-    line += std::string(widths[i] + 1, '-') + (i == 0 ? "-|" : ":|");
+std::string ToPlain(const std::vector<Cells>& rows) {
+  const std::vector<size_t> widths = WidthsOf(rows);
+  std::string text;
+  for (const Cells& row : rows) {
+    text += Line(row, widths, "", "  ", "");
+    if (&row != &rows.front()) continue;
+    const auto rule = [](size_t width) { return std::string(width, '-'); };
+    text += Line(CellsOf(widths, rule), widths, "", "  ", "");
   }
-  return line + "\n";
+  return text;
 }
 
-std::vector<Row> EscapeForMarkdown(std::vector<Row> rows) {
-  for (Row& row : rows) {
+std::string ToMarkdown(std::vector<Cells> rows) {
+  for (Cells& row : rows) {
     for (std::string& cell : row) {
       for (size_t at = cell.find('|'); at != std::string::npos;
            at = cell.find('|', at + 2)) {
@@ -69,27 +77,18 @@ std::vector<Row> EscapeForMarkdown(std::vector<Row> rows) {
       }
     }
   }
-  return rows;
-}
-
-std::string ToPlain(const std::vector<Row>& rows) {
-  const std::vector<size_t> widths = ColumnWidths(rows);
-  Row rule;
-  for (const size_t width : widths) rule.emplace_back(width, '-');
+  const std::vector<size_t> widths = WidthsOf(rows);
   std::string text;
-  for (size_t i = 0; i < rows.size(); ++i) {
-    text += Line(rows[i], widths, "", "  ", "");
-    if (i == 0) text += Line(rule, widths, "", "  ", "");
-  }
-  return text;
-}
-
-std::string ToMarkdown(const std::vector<Row>& rows) {
-  const std::vector<size_t> widths = ColumnWidths(rows);
-  std::string text;
-  for (size_t i = 0; i < rows.size(); ++i) {
-    text += Line(rows[i], widths, "| ", " | ", " |");
-    if (i == 0) text += MarkdownRule(widths);
+  for (const Cells& row : rows) {
+    text += Line(row, widths, "| ", " | ", " |");
+    if (&row != &rows.front()) continue;
+    // "|---|---:|": a colon sets a column to the right.
+    text += "|";
+    for (const size_t& width : widths) {
+      text += std::string(width + 1, '-') +
+              (&width == &widths.front() ? "-|" : ":|");
+    }
+    text += "\n";
   }
   return text;
 }
@@ -101,35 +100,101 @@ bool IsFigure(const std::string& cell) {
   return cell == "-" || std::from_chars(cell.data(), end, value).ptr == end;
 }
 
-std::string ToCsv(const std::vector<Row>& rows) {
+std::string ToCsv(const std::vector<Cells>& rows) {
   std::string text;
-  for (const Row& row : rows) {
-    for (size_t i = 0; i < row.size(); ++i) {
-      if (i > 0) text += ',';
-      text += IsFigure(row[i]) ? row[i] : CsvCell(row[i]);
+  for (const Cells& row : rows) {
+    for (size_t c = 0; c < row.size(); ++c) {
+      if (c > 0) text += ',';
+      text += IsFigure(row[c]) ? row[c] : CsvCell(row[c]);
     }
     text += '\n';
   }
   return text;
 }
 
+// ---- Markdown for a terminal
+
+Cells CellsOfLine(const std::string& line) {
+  Cells cells;
+  size_t begin = 1;
+  for (size_t at = 1; at < line.size(); ++at) {
+    if (line[at] != '|' || line[at - 1] == '\\') continue;
+    cells.push_back(Trimmed(line.substr(begin, at - begin)));
+    begin = at + 1;
+  }
+  return cells;
+}
+
+bool IsRule(const Cells& cells) {
+  return !cells.empty() &&
+         std::all_of(cells.begin(), cells.end(), [](const std::string& cell) {
+           return cell.find_first_not_of("-:") == std::string::npos;
+         });
+}
+
+// "97.1 [95.9, 98.3]" -> "97.1"
+std::string WithoutBrackets(std::string cell) {
+  while (true) {
+    const size_t begin = cell.find(" [");
+    const size_t end = cell.find(']', begin);
+    if (begin == std::string::npos || end == std::string::npos) return cell;
+    cell.erase(begin, end + 1 - begin);
+  }
+}
+
+// Of a whole line.
+size_t WidthOf(const std::vector<size_t>& widths) {
+  size_t sum = 0;
+  for (const size_t width : widths) sum += width + 2;
+  return sum < 2 ? 0 : sum - 2;
+}
+
+std::string NarrowTable(std::vector<Cells> rows, size_t columns,
+                        const std::string& where) {
+  std::vector<size_t> widths = WidthsOf(rows);
+  if (WidthOf(widths) > columns) {
+    for (Cells& row : rows) row = CellsOf(row, WithoutBrackets);
+    widths = WidthsOf(rows);
+  }
+  const size_t all = widths.size();
+  while (WidthOf(widths) > columns) {
+    const size_t excess = WidthOf(widths) - columns;
+    if (widths[0] > kLeastFirstColumn) {
+      widths[0] -= std::min(excess, widths[0] - kLeastFirstColumn);
+    } else if (widths.size() > 1) {
+      widths.pop_back();
+    } else {
+      break;
+    }
+  }
+  std::string text;
+  for (Cells& row : rows) {
+    if (!row.empty()) row[0] = Cut(row[0], widths[0]);
+    text += Line(row, widths, "", "  ", "", false);
+    if (&row == &rows.front()) text += std::string(WidthOf(widths), '-') + "\n";
+  }
+  if (widths.size() < all) {
+    text += "(" + std::to_string(all - widths.size()) +
+            " more columns: " + where + ")\n";
+  }
+  return text;
+}
+
 }  // namespace
 
-Table::Table(std::vector<std::string> header) {
+Table::Table(Cells header) {
   CHECK(!header.empty());
   rows_.push_back(std::move(header));
 }
 
-void Table::AddRow(std::vector<std::string> cells) {
+void Table::AddRow(Cells cells) {
   CHECK_LE(cells.size(), rows_.front().size());
   cells.resize(rows_.front().size());
   rows_.push_back(std::move(cells));
 }
 
 std::string Table::ToString(TableStyle style) const {
-  if (style == TableStyle::kMarkdown) {
-    return ToMarkdown(EscapeForMarkdown(rows_));
-  }
+  if (style == TableStyle::kMarkdown) return ToMarkdown(rows_);
   if (style == TableStyle::kCsv) return ToCsv(rows_);
   return ToPlain(rows_);
 }
@@ -141,6 +206,64 @@ std::string Fixed(double value, int decimals) {
   // No "-0.0".
   const bool zero = std::strspn(text, "-0.") == std::strlen(text);
   return zero && text[0] == '-' ? text + 1 : text;
+}
+
+std::string IntervalCell(const Interval& interval, int decimals) {
+  return "[" + Fixed(interval.low, decimals) + ", " +
+         Fixed(interval.high, decimals) + "]";
+}
+
+std::string WithInterval(double value, const Interval& interval, int decimals) {
+  return Fixed(value, decimals) + " " + IntervalCell(interval, decimals);
+}
+
+std::string Cut(const std::string& text, size_t letters) {
+  if (Letters(text) <= letters) return text;
+  std::string cut;
+  size_t kept = 0;
+  for (const char c : text) {
+    if (BeginsLetter(c) && kept++ == letters - 1) break;
+    cut += c;
+  }
+  return cut + "~";
+}
+
+std::string Wrapped(const std::string& text, size_t columns,
+                    const std::string& indent) {
+  std::istringstream words(text);
+  std::string lines;
+  std::string line;
+  for (std::string word; words >> word;) {
+    if (!line.empty() && Letters(line) + 1 + Letters(word) > columns) {
+      lines += line + "\n";
+      line = indent + word;
+    } else {
+      line += (line.empty() ? "" : " ") + word;
+    }
+  }
+  return lines + line + "\n";
+}
+
+std::string ForTerminal(const std::string& markdown, size_t columns,
+                        const std::string& where) {
+  std::istringstream lines(markdown);
+  std::string text;
+  std::vector<Cells> table;
+  const auto flush = [&] {
+    if (!table.empty()) text += NarrowTable(std::move(table), columns, where);
+    table.clear();
+  };
+  for (std::string line; std::getline(lines, line);) {
+    if (!line.empty() && line[0] == '|') {
+      Cells cells = CellsOfLine(line);
+      if (!IsRule(cells)) table.push_back(std::move(cells));
+      continue;
+    }
+    flush();
+    text += Wrapped(line, columns);
+  }
+  flush();
+  return text;
 }
 
 }  // namespace kinegraph

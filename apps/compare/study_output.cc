@@ -4,7 +4,6 @@
 
 #include "apps/batch/merge.h"
 #include "apps/common/table.h"
-#include "apps/common/terminal_markdown.h"
 #include "apps/compare/study.h"
 #include "apps/compare/verdict.h"
 #include "core/io/text/json.h"

@@ -8,7 +8,6 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/common/table.h"
-#include "apps/common/terminal_markdown.h"
 #include "core/io/configuration/config.h"
 #include "core/io/text/json.h"
 

@@ -1,8 +1,9 @@
-// The recordings on which tables are made, by their places below the data
-// folder.
+// What tables are made of, by its places below the data folder: recordings,
+// ways to track them, results of others.
 #ifndef KINEGRAPH_APPS_TABLES_DATASET_H_
 #define KINEGRAPH_APPS_TABLES_DATASET_H_
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -52,8 +53,71 @@ inline TrackSequence TracksOf(const LoadedDataset& loaded) {
   return TracksOf(loaded, loaded.options);
 }
 
-// Two lists of --set after one another; either may be empty.
-std::string JoinSets(const std::string& first, const std::string& second);
+// Names of methods that tables look for.
+inline constexpr const char* kChen = "†Chen et al.";
+inline constexpr const char* kChenWithFilter = "†Chen et al. + joints filter";
+
+// A way from detections to tracks.
+struct Method {
+  std::string name;    // "paper mode, text"
+  std::string config;  // below configs/
+  std::string set;     // as --set takes it
+};
+
+// A recording tracked in every way; the first is what the others are compared
+// with. Configuration and set of `dataset` are those of its first method.
+struct BenchmarkRecording {
+  Dataset dataset;
+  std::vector<Method> methods;
+};
+
+// What somebody else's program made.
+struct ResultFile {
+  std::string method;
+  std::string path;  // below the data folder
+  std::string detections_note;
+  std::string remark;  // what to know of its figures
+  // Name of the recording it was made from, where that is one of ours.
+  std::string same_recording;
+};
+
+enum class BenchmarkSet { kShelf, kCampus };
+
+// A result under the rules of its own program, which are not the benchmark's.
+struct OwnRules {
+  ResultFile result;
+  std::string ground_truth;  // below the data folder
+  PcpProtocol protocol;
+  std::string rules;  // what they are
+};
+
+// One benchmark: all that is scored against one ground truth.
+struct Benchmark {
+  BenchmarkSet set = BenchmarkSet::kShelf;
+  std::string ground_truth;  // below the data folder
+  std::vector<BenchmarkRecording> recordings;
+  std::vector<ResultFile> results;        // of everybody in the recording
+  std::vector<ResultFile> single_person;  // of actor 0 alone
+  std::vector<OwnRules> own_rules;
+
+  bool is_shelf() const { return set == BenchmarkSet::kShelf; }
+};
+
+struct BenchmarkData {
+  std::string folder;  // everything above is below it
+  std::string set;  // set in each run after a method's own, as --set takes it
+  std::vector<Benchmark> benchmarks;
+};
+
+// What is in `folder`: either the developers' layout (shelf/, campus/ with
+// their READMEs) or official downloads (docs/official_data.md). Throws
+// InputError saying what was looked for when it is neither.
+BenchmarkData FindBenchmarks(const std::string& folder, const std::string& set);
+
+// The recording as a method tracks it.
+LoadedDataset LoadDataset(const BenchmarkData& data,
+                          const BenchmarkRecording& recording,
+                          const Method& method);
 
 }  // namespace kinegraph
 

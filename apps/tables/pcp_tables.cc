@@ -9,62 +9,129 @@
 
 #include "apps/common/evaluation_output.h"
 #include "apps/common/table.h"
+#include "core/base/error.h"
+#include "core/io/tracks/tracks.h"
 
 namespace kinegraph {
 namespace {
 
 constexpr const char* kPrinted = "as printed in the paper";
 constexpr size_t kMaxFrameRuns = 12;
+constexpr PcpGroup kAllParts = PcpGroup::kTotal;
+constexpr EndpointRule kEndpointRules[] = {EndpointRule::kMean,
+                                           EndpointRule::kEach};
 
-// The printed order of body parts.
-constexpr std::array<PcpGroup, 4> kLimbGroups = {
-    PcpGroup::kUpperArms, PcpGroup::kLowerArms, PcpGroup::kUpperLegs,
-    PcpGroup::kLowerLegs};
+// ---- Tracks
 
-// One row under one conversion and rule.
+TrackedRow ReadResult(const ResultFile& result, const std::string& data_folder,
+                      double frame_rate_hz) {
+  TrackReadOptions options;
+  options.frame_rate_hz = frame_rate_hz;
+  TrackedRow row;
+  row.method = result.method;
+  row.recording = result.same_recording;
+  row.detections_note = result.detections_note;
+  row.made_by = "`" + result.path + "`";
+  row.remark = result.remark;
+  row.tracks = ReadTracks(data_folder + "/" + result.path, options);
+  return row;
+}
+
+// A file of other frames shall not pass for a bad score.
+void RequireScoredFrames(const LoadedDataset& loaded) {
+  const Dataset& dataset = loaded.dataset;
+  for (const DetectionFrame& frame : loaded.detections.frames) {
+    if (!ContainsFrame(dataset.protocol.frames, frame.frame)) continue;
+    const TrackFrame* annotated = FindFrame(loaded.truth, frame.frame);
+    if (annotated != nullptr && !annotated->people.empty()) return;
+  }
+  throw InputError(dataset.detections, "",
+                   "no detection in any annotated frame that is scored; frame "
+                   "numbers count from 0 as in actorsGT.mat");
+}
+
+TrackedRow TrackMethod(const LoadedDataset& loaded, const Method& method) {
+  TrackedRow row;
+  row.method = method.name;
+  row.recording = loaded.dataset.name;
+  row.detections_note = loaded.dataset.detections_note;
+  row.made_by = "`configs/" + method.config + "`";
+  if (!method.set.empty()) row.made_by += " with `" + method.set + "`";
+  row.ours = true;
+  row.tracks = TracksOf(loaded);
+  return row;
+}
+
+PcpResult ScoreByOwnRules(const OwnRules& own, const std::string& folder) {
+  TrackReadOptions options;
+  if (own.protocol.stored_zeros_are_positions) {
+    options.stored_zeros = StoredZeros::kKeep;
+  }
+  return EvaluatePcp(ReadTracks(folder + "/" + own.ground_truth, options),
+                     ReadTracks(folder + "/" + own.result.path, options),
+                     own.protocol);
+}
+
+// ---- Scores
+
+// The head conversions of a set, the paper's first.
+std::vector<HeadConversion> HeadConversionsOf(const Benchmark& benchmark) {
+  return {HeadConversion::kChu, HeadConversion::kMvpose,
+          benchmark.is_shelf() ? HeadConversion::kVoxelposeShelf
+                               : HeadConversion::kVoxelposeCampus,
+          HeadConversion::k4d, HeadConversion::kRaw};
+}
+
+// One row under one conversion and rule, which its protocol names.
 struct Score {
-  HeadConversion head = HeadConversion::kChu;
-  EndpointRule endpoints = EndpointRule::kMean;
   PcpResult pcp;
   Interval mean;  // of the mean of actors
   // Against the first method on the same detections; none for that one and for
   // results on other detections.
-  std::optional<double> difference;
-  Interval difference_interval;
+  std::optional<PcpDifference> difference;
+
+  std::string MeanCell() const {
+    return WithInterval(MeanOfActors(pcp, kAllParts), mean, 2);
+  }
 };
 
 struct ScoredRow {
   const TrackedRow* row = nullptr;
   std::vector<Score> scores;  // by conversion, then by rule
+
+  const Score& Find(HeadConversion head, EndpointRule rule) const {
+    return *std::find_if(scores.begin(), scores.end(), [&](const Score& score) {
+      return score.pcp.protocol.head == head &&
+             score.pcp.protocol.endpoints == rule;
+    });
+  }
 };
 
-std::vector<ScoredRow> ScoreAll(const std::vector<TrackedRow>& rows,
-                                const TrackSequence& truth, BenchmarkSet set,
-                                const PcpProtocol& protocol) {
+PcpResult ScoreUnder(const TrackedBenchmark& tracked, const TrackedRow& row,
+                     PcpProtocol protocol, EndpointRule rule) {
+  protocol.endpoints = rule;
+  return EvaluatePcp(tracked.truth, row.tracks, protocol);
+}
+
+std::vector<ScoredRow> ScoreAll(const TrackedBenchmark& tracked,
+                                PcpProtocol protocol) {
   std::vector<ScoredRow> scored;
   std::map<std::string, size_t> baseline_of_recording;
-  for (const TrackedRow& row : rows) {
+  for (const TrackedRow& row : tracked.rows) {
     if (row.baseline) baseline_of_recording[row.recording] = scored.size();
+    const auto baseline = baseline_of_recording.find(row.recording);
     ScoredRow& one = scored.emplace_back();
     one.row = &row;
-    for (const HeadConversion head : HeadConversionsOf(set)) {
+    for (const HeadConversion head : HeadConversionsOf(tracked.benchmark)) {
+      protocol.head = head;
       for (const EndpointRule rule : kEndpointRules) {
         Score score;
-        score.head = head;
-        score.endpoints = rule;
-        PcpProtocol variant = protocol;
-        variant.head = head;
-        variant.endpoints = rule;
-        score.pcp = EvaluatePcp(truth, row.tracks, variant);
-        score.mean = MeanOfActorsInterval(score.pcp, PcpGroup::kTotal);
-        const auto baseline = baseline_of_recording.find(row.recording);
+        score.pcp = ScoreUnder(tracked, row, protocol, rule);
+        score.mean = MeanOfActorsInterval(score.pcp, kAllParts);
         if (!row.baseline && baseline != baseline_of_recording.end()) {
-          const PcpResult& base =
-              scored[baseline->second].scores[one.scores.size()].pcp;
-          score.difference = MeanOfActors(score.pcp, PcpGroup::kTotal) -
-                             MeanOfActors(base, PcpGroup::kTotal);
-          score.difference_interval =
-              MeanOfActorsDifference(score.pcp, base, PcpGroup::kTotal);
+          score.difference = DifferenceOf(
+              score.pcp,
+              scored[baseline->second].scores[one.scores.size()].pcp);
         }
         one.scores.push_back(std::move(score));
       }
@@ -73,69 +140,42 @@ std::vector<ScoredRow> ScoreAll(const std::vector<TrackedRow>& rows,
   return scored;
 }
 
-std::string DetectionsOf(const TrackedRow& row) {
-  return row.ours ? row.recording : row.detections_note;
-}
+// ---- Text
 
-std::string MeanCell(const Score& score) {
-  return Fixed(MeanOfActors(score.pcp, PcpGroup::kTotal), 2) + " " +
-         IntervalCell(score.mean, 2);
+// Method and detections.
+Cells NameCells(const TrackedRow& row) {
+  return {row.method, row.ours ? row.recording : row.detections_note};
 }
 
 std::string DifferenceCell(const ScoredRow& row, const Score& score) {
   if (row.row->baseline) return "(base)";
   if (!score.difference) return "-";
-  const bool told =
-      score.difference_interval.low > 0.0 || score.difference_interval.high < 0;
-  return Fixed(*score.difference, 2) + " " +
-         IntervalCell(score.difference_interval, 2) +
-         (told ? "" : ", not told from 0");
-}
-
-const Score& Find(const ScoredRow& row, HeadConversion head,
-                  EndpointRule rule) {
-  return *std::find_if(row.scores.begin(), row.scores.end(),
-                       [&](const Score& score) {
-                         return score.head == head && score.endpoints == rule;
-                       });
-}
-
-// Those of the printed columns, also where nobody annotated one of them.
-const std::vector<int64_t>& HeadlineActors(const std::vector<ScoredRow>& rows) {
-  return rows.front().scores.front().pcp.protocol.headline_actors;
-}
-
-std::string ActorName(int64_t actor) {
-  return "actor " + std::to_string(actor);
+  return WithInterval(score.difference->value, score.difference->interval, 2) +
+         (score.difference->is_told() ? "" : ", not told from 0");
 }
 
 // Counts and intervals of every row under one conversion and rule.
 std::string CountsTable(const std::vector<ScoredRow>& rows, HeadConversion head,
                         EndpointRule rule, const PublishedTable* published) {
-  const std::vector<int64_t> actors = HeadlineActors(rows);
-  std::vector<std::string> header = {"method", "detections"};
-  for (const int64_t actor : actors) header.push_back(ActorName(actor));
-  header.insert(header.end(), {"mean of actors", "against (base)", "source"});
-  Table table(std::move(header));
+  // Those of the printed columns, also where nobody annotated one of them.
+  const std::vector<int64_t>& actors =
+      rows.front().scores.front().pcp.protocol.headline_actors;
+  Table table(RowOf("method", "detections", CellsOf(actors, ActorName),
+                    "mean of actors", "against (base)", "source"));
   if (published != nullptr) {
     for (const PublishedRow& row : published->rows) {
-      std::vector<std::string> cells = {row.method, "their own"};
-      cells.insert(cells.end(), row.cells.begin(), row.cells.end());
-      cells.insert(cells.end(), {"-", kPrinted});
-      table.AddRow(std::move(cells));
+      table.AddRow(RowOf(row.method, "their own", row.cells, "-", kPrinted));
     }
   }
   for (const ScoredRow& row : rows) {
-    const Score& score = Find(row, head, rule);
-    std::vector<std::string> cells = {row.row->method, DetectionsOf(*row.row)};
-    for (const int64_t actor : actors) {
-      const Share share = CountParts(score.pcp, actor, PcpGroup::kTotal);
-      cells.push_back(share.total == 0 ? "-" : PercentCell(share));
-    }
-    cells.push_back(MeanCell(score));
-    cells.push_back(DifferenceCell(row, score));
-    cells.push_back("measured: " + row.row->made_by);
-    table.AddRow(std::move(cells));
+    const Score& score = row.Find(head, rule);
+    const auto count = [&](int64_t actor) {
+      const Share share = CountParts(score.pcp, actor, kAllParts);
+      return share.total == 0 ? "-" : PercentCell(share);
+    };
+    table.AddRow(RowOf(NameCells(*row.row), CellsOf(actors, count),
+                       score.MeanCell(), DifferenceCell(row, score),
+                       "measured: " + row.row->made_by));
   }
   return table.ToString(TableStyle::kMarkdown);
 }
@@ -144,15 +184,13 @@ std::string CountsTable(const std::vector<ScoredRow>& rows, HeadConversion head,
 std::string ConversionsTable(const std::vector<ScoredRow>& rows,
                              const std::vector<HeadConversion>& heads,
                              EndpointRule rule) {
-  std::vector<std::string> header = {"method", "detections"};
-  for (const HeadConversion head : heads) header.emplace_back(ToString(head));
-  Table table(std::move(header));
+  const auto name = [](HeadConversion head) { return ToString(head); };
+  Table table(RowOf("method", "detections", CellsOf(heads, name)));
   for (const ScoredRow& row : rows) {
-    std::vector<std::string> cells = {row.row->method, DetectionsOf(*row.row)};
-    for (const HeadConversion head : heads) {
-      cells.push_back(MeanCell(Find(row, head, rule)));
-    }
-    table.AddRow(std::move(cells));
+    const auto mean = [&](HeadConversion head) {
+      return row.Find(head, rule).MeanCell();
+    };
+    table.AddRow(RowOf(NameCells(*row.row), CellsOf(heads, mean)));
   }
   return table.ToString(TableStyle::kMarkdown);
 }
@@ -165,15 +203,15 @@ struct Loss {
   std::vector<int64_t> frames;  // ascending, each once
 };
 
-constexpr std::array<PcpGroup, 6> kLossGroups = {
-    PcpGroup::kHead,      PcpGroup::kTorso,     PcpGroup::kUpperArms,
-    PcpGroup::kLowerArms, PcpGroup::kUpperLegs, PcpGroup::kLowerLegs};
+constexpr PcpGroup kLossGroups[] = {PcpGroup::kHead,      PcpGroup::kTorso,
+                                    PcpGroup::kUpperArms, PcpGroup::kLowerArms,
+                                    PcpGroup::kUpperLegs, PcpGroup::kLowerLegs};
 
-std::map<int64_t, Loss> LostFieldsOf(const PcpResult& pcp) {
-  std::map<int64_t, Loss> lost_fields;
-  for (const int64_t actor : pcp.Actors()) lost_fields[actor];
+std::map<int64_t, Loss> LossesOf(const PcpResult& pcp) {
+  std::map<int64_t, Loss> losses;
+  for (const int64_t actor : pcp.Actors()) losses[actor];
   for (const LostPart& lost : pcp.lost) {
-    Loss& loss = lost_fields[lost.actor];
+    Loss& loss = losses[lost.actor];
     ++loss.parts;
     ++loss.by_group[PcpGroupOf(lost.part)];
     ++loss.by_reason[static_cast<size_t>(lost.reason())];
@@ -181,33 +219,29 @@ std::map<int64_t, Loss> LostFieldsOf(const PcpResult& pcp) {
       loss.frames.push_back(lost.frame);
     }
   }
-  return lost_fields;
+  return losses;
 }
 
 std::string LossTable(const std::vector<ScoredRow>& rows, HeadConversion head) {
-  std::vector<std::string> header = {"method", "detections", "actor", "lost"};
-  for (const PcpGroup group : kLossGroups) header.emplace_back(ToString(group));
+  const auto text = [](int64_t count) { return std::to_string(count); };
+  Cells reasons;
   for (int i = 0; i < kLossReasonCount; ++i) {
-    header.emplace_back(ToString(static_cast<LossReason>(i)));
+    reasons.emplace_back(ToString(static_cast<LossReason>(i)));
   }
-  header.emplace_back("in frames");
-  Table table(std::move(header));
+  Table table(RowOf(
+      "method", "detections", "actor", "lost",
+      CellsOf(kLossGroups, [](PcpGroup group) { return ToString(group); }),
+      reasons, "in frames"));
   for (const ScoredRow& row : rows) {
     for (auto& [actor, loss] :
-         LostFieldsOf(Find(row, head, EndpointRule::kMean).pcp)) {
-      std::vector<std::string> cells = {row.row->method, DetectionsOf(*row.row),
-                                        std::to_string(actor),
-                                        std::to_string(loss.parts)};
-      for (const PcpGroup group : kLossGroups) {
-        const auto at = loss.by_group.find(group);
-        cells.push_back(
-            std::to_string(at == loss.by_group.end() ? 0 : at->second));
-      }
-      for (const int64_t count : loss.by_reason) {
-        cells.push_back(std::to_string(count));
-      }
-      cells.push_back(FrameRuns(loss.frames, kMaxFrameRuns));
-      table.AddRow(std::move(cells));
+         LossesOf(row.Find(head, EndpointRule::kMean).pcp)) {
+      std::map<PcpGroup, int64_t> by_group = loss.by_group;
+      table.AddRow(
+          RowOf(NameCells(*row.row), text(actor), text(loss.parts),
+                CellsOf(kLossGroups,
+                        [&](PcpGroup group) { return text(by_group[group]); }),
+                CellsOf(loss.by_reason, text),
+                FrameRuns(loss.frames, kMaxFrameRuns)));
     }
   }
   return table.ToString(TableStyle::kMarkdown);
@@ -228,41 +262,27 @@ std::string Notes(const std::vector<ScoredRow>& rows) {
   return text;
 }
 
-Json ShareJson(const Share& share) {
-  return {{"right", share.count},
-          {"parts", share.total},
-          {"percent", share.percent()}};
+// Every head conversion and rule, and what was lost where.
+std::string ActorDetails(const std::string& title,
+                         const std::vector<ScoredRow>& rows,
+                         const std::vector<HeadConversion>& heads) {
+  std::string details = "## " + title + "\n\n" + Notes(rows) + "\n";
+  for (const HeadConversion head : heads) {
+    for (const EndpointRule rule : kEndpointRules) {
+      details += "Head `" + std::string(ToString(head)) + "`, endpoints `" +
+                 ToString(rule) + "`:\n\n" +
+                 CountsTable(rows, head, rule, nullptr) + "\n";
+    }
+  }
+  return details + "What each actor lost and where (head `" +
+         ToString(heads.front()) +
+         "`, mean rule). `nobody`: no pose in the frame; `elsewhere`: the "
+         "nearest pose is more than 0.5 m off; `no joint`: an end is missing; "
+         "`too far`: it is there but beyond half the part's length.\n\n" +
+         LossTable(rows, heads.front()) + "\n";
 }
 
-Json ScoreJson(const ScoredRow& row, const Score& score) {
-  Json json = {{"head", ToString(score.head)},
-               {"endpoints", ToString(score.endpoints)},
-               {"mean_of_actors", MeanOfActors(score.pcp, PcpGroup::kTotal)},
-               {"mean_interval", ToJson(score.mean)}};
-  if (score.difference) {
-    json["difference"] = *score.difference;
-    json["difference_interval"] = ToJson(score.difference_interval);
-  } else if (row.row->baseline) {
-    json["base_of_differences"] = true;
-  }
-  const std::map<int64_t, Loss> lost_fields = LostFieldsOf(score.pcp);
-  for (const int64_t actor : score.pcp.Actors()) {
-    Json& out = json["actors"][std::to_string(actor)];
-    out = ShareJson(CountParts(score.pcp, actor, PcpGroup::kTotal));
-    out["interval"] = ToJson(ActorInterval(score.pcp, actor, PcpGroup::kTotal));
-    for (const PcpGroup group : kLossGroups) {
-      out["by_part"][ToString(group)] =
-          ShareJson(CountParts(score.pcp, actor, group));
-    }
-    const Loss& loss = lost_fields.at(actor);
-    for (int i = 0; i < kLossReasonCount; ++i) {
-      out["lost_because"][ToString(static_cast<LossReason>(i))] =
-          loss.by_reason[static_cast<size_t>(i)];
-    }
-    out["lost_in_frames"] = loss.frames;
-  }
-  return json;
-}
+// ---- JSON
 
 Json RowJson(const TrackedRow& row) {
   return {{"method", row.method},
@@ -273,6 +293,37 @@ Json RowJson(const TrackedRow& row) {
           {"measured", true}};
 }
 
+Json ScoreJson(const ScoredRow& row, const Score& score) {
+  const PcpResult& pcp = score.pcp;
+  Json json = {{"head", ToString(pcp.protocol.head)},
+               {"endpoints", ToString(pcp.protocol.endpoints)},
+               {"mean_of_actors", MeanOfActors(pcp, kAllParts)},
+               {"mean_interval", ToJson(score.mean)}};
+  if (score.difference) {
+    json["difference"] = score.difference->value;
+    json["difference_interval"] = ToJson(score.difference->interval);
+  } else if (row.row->baseline) {
+    json["base_of_differences"] = true;
+  }
+  for (const auto& [actor, loss] : LossesOf(pcp)) {
+    Json& out = json["actors"][std::to_string(actor)];
+    out = PartsJson(CountParts(pcp, actor, kAllParts));
+    out["interval"] = ToJson(ActorInterval(pcp, actor, kAllParts));
+    for (const PcpGroup group : kLossGroups) {
+      out["by_part"][ToString(group)] =
+          PartsJson(CountParts(pcp, actor, group));
+    }
+    for (int i = 0; i < kLossReasonCount; ++i) {
+      out["lost_because"][ToString(static_cast<LossReason>(i))] =
+          loss.by_reason[static_cast<size_t>(i)];
+    }
+    out["lost_in_frames"] = loss.frames;
+  }
+  return json;
+}
+
+// ---- Smaller tables
+
 // Actor 0 alone: what single-person tools made of their input.
 TableOutput SinglePersonTable(const TrackedBenchmark& tracked,
                               const PcpProtocol& protocol) {
@@ -280,29 +331,23 @@ TableOutput SinglePersonTable(const TrackedBenchmark& tracked,
   TableOutput output;
   output.json = Json::array();
   const auto add = [&](const TrackedRow& row) {
-    std::vector<std::string> cells = {row.method};
     Json json = RowJson(row);
-    for (const EndpointRule rule : kEndpointRules) {
-      PcpProtocol variant = protocol;
-      variant.endpoints = rule;
-      const PcpResult pcp = EvaluatePcp(tracked.truth, row.tracks, variant);
-      const Share share = CountParts(pcp, 0, PcpGroup::kTotal);
-      const Interval interval = ActorInterval(pcp, 0, PcpGroup::kTotal);
-      cells.push_back(PercentCell(share) + " " + IntervalCell(interval, 2));
-      json[ToString(rule)] = ShareJson(share);
+    const auto score = [&](EndpointRule rule) {
+      const PcpResult pcp = ScoreUnder(tracked, row, protocol, rule);
+      const Share share = CountParts(pcp, 0, kAllParts);
+      const Interval interval = ActorInterval(pcp, 0, kAllParts);
+      json[ToString(rule)] = PartsJson(share);
       json[ToString(rule)]["interval"] = ToJson(interval);
-    }
-    cells.push_back(DetectionsOf(row));
-    cells.push_back("measured: " + row.made_by);
-    table.AddRow(std::move(cells));
+      return PercentCell(share) + " " + IntervalCell(interval, 2);
+    };
+    table.AddRow(RowOf(row.method, CellsOf(kEndpointRules, score),
+                       NameCells(row)[1], "measured: " + row.made_by));
     output.json.push_back(std::move(json));
   };
   for (const TrackedRow& row : tracked.single_person) add(row);
+  const std::string& first = tracked.benchmark.recordings.front().dataset.name;
   for (const TrackedRow& row : tracked.rows) {
-    if (row.ours &&
-        row.recording == tracked.benchmark.recordings.front().dataset.name) {
-      add(row);
-    }
+    if (row.ours && row.recording == first) add(row);
   }
   output.markdown = table.ToString(TableStyle::kMarkdown);
   return output;
@@ -317,22 +362,22 @@ TableOutput OwnRulesTable(const TrackedBenchmark& tracked) {
   for (size_t i = 0; i < tracked.own_rules.size(); ++i) {
     const OwnRules& own = tracked.benchmark.own_rules[i];
     const PcpResult& pcp = tracked.own_rules[i];
-    std::vector<std::string> cells = {own.result.method};
     Json json = {{"method", own.result.method},
                  {"source", own.result.path},
                  {"rules", own.rules}};
-    for (const int64_t actor : {0, 1, 2}) {
-      const Share share = CountParts(pcp, actor, PcpGroup::kTotal);
-      cells.push_back(PercentCell(share));
-      json["actors"].push_back(ShareJson(share));
-    }
-    const Interval interval = MeanOfActorsInterval(pcp, PcpGroup::kTotal);
-    cells.push_back(Fixed(MeanOfActors(pcp, PcpGroup::kTotal), 2) + " " +
-                    IntervalCell(interval, 2));
-    cells.push_back("measured: `" + own.result.path + "`");
-    json["mean_of_actors"] = MeanOfActors(pcp, PcpGroup::kTotal);
+    const auto count = [&](int64_t actor) {
+      const Share share = CountParts(pcp, actor, kAllParts);
+      json["actors"].push_back(PartsJson(share));
+      return PercentCell(share);
+    };
+    const double mean = MeanOfActors(pcp, kAllParts);
+    const Interval interval = MeanOfActorsInterval(pcp, kAllParts);
+    table.AddRow(RowOf(own.result.method,
+                       CellsOf(std::array<int64_t, 3>{0, 1, 2}, count),
+                       WithInterval(mean, interval, 2),
+                       "measured: `" + own.result.path + "`"));
+    json["mean_of_actors"] = mean;
     json["mean_interval"] = ToJson(interval);
-    table.AddRow(std::move(cells));
     output.json.push_back(std::move(json));
   }
   output.markdown = "Under the rules of its own program (" +
@@ -342,6 +387,58 @@ TableOutput OwnRulesTable(const TrackedBenchmark& tracked) {
 }
 
 }  // namespace
+
+int64_t RowCount(const Benchmark& benchmark) {
+  size_t count = benchmark.results.size() + benchmark.single_person.size();
+  for (const BenchmarkRecording& recording : benchmark.recordings) {
+    count += recording.methods.size();
+  }
+  return static_cast<int64_t>(count);
+}
+
+TrackedBenchmark TrackBenchmark(const BenchmarkData& data,
+                                const Benchmark& benchmark,
+                                Progress* progress) {
+  TrackedBenchmark tracked;
+  tracked.benchmark = benchmark;
+  double frame_rate_hz = 0.0;
+  for (const BenchmarkRecording& recording : benchmark.recordings) {
+    for (const Method& method : recording.methods) {
+      LoadedDataset loaded = LoadDataset(data, recording, method);
+      const bool is_first = &method == &recording.methods.front();
+      if (is_first) RequireScoredFrames(loaded);
+      frame_rate_hz = loaded.options.input.frame_rate_hz;
+      tracked.rows.push_back(TrackMethod(loaded, method));
+      tracked.rows.back().baseline = is_first;
+      tracked.truth = std::move(loaded.truth);
+      progress->Advance();
+    }
+  }
+  for (const auto& [results, rows] :
+       {std::pair{&benchmark.results, &tracked.rows},
+        {&benchmark.single_person, &tracked.single_person}}) {
+    for (const ResultFile& result : *results) {
+      rows->push_back(ReadResult(result, data.folder, frame_rate_hz));
+      progress->Advance();
+    }
+  }
+  for (const OwnRules& own : benchmark.own_rules) {
+    tracked.own_rules.push_back(ScoreByOwnRules(own, data.folder));
+  }
+  return tracked;
+}
+
+PcpDifference DifferenceOf(const PcpResult& pcp, const PcpResult& baseline,
+                           PcpGroup group) {
+  return {MeanOfActors(pcp, group) - MeanOfActors(baseline, group),
+          MeanOfActorsDifference(pcp, baseline, group)};
+}
+
+Json PartsJson(const Share& share) {
+  return {{"right", share.count},
+          {"parts", share.total},
+          {"percent", share.percent()}};
+}
 
 std::string FrameRuns(const std::vector<int64_t>& frames, size_t max_runs) {
   std::string text;
@@ -363,18 +460,13 @@ std::string FrameRuns(const std::vector<int64_t>& frames, size_t max_runs) {
 }
 
 TableOutput PrintedTable(const PublishedTable& published) {
-  std::vector<std::string> header = {"as printed in the paper"};
-  header.insert(header.end(), published.columns.begin(),
-                published.columns.end());
-  Table table(std::move(header));
+  Table table(RowOf(kPrinted, published.columns));
   TableOutput output;
   output.json = {{"caption", published.caption},
                  {"columns", published.columns},
                  {"rows", Json::array()}};
   for (const PublishedRow& row : published.rows) {
-    std::vector<std::string> cells = {row.method};
-    cells.insert(cells.end(), row.cells.begin(), row.cells.end());
-    table.AddRow(std::move(cells));
+    table.AddRow(RowOf(row.method, row.cells));
     output.json["rows"].push_back(
         {{"method", row.method}, {"cells", row.cells}, {"source", kPrinted}});
   }
@@ -382,36 +474,14 @@ TableOutput PrintedTable(const PublishedTable& published) {
   return output;
 }
 
-// Every head conversion and rule, and what was lost where.
-std::string ActorDetails(const std::string& title,
-                         const std::vector<ScoredRow>& rows,
-                         const std::vector<HeadConversion>& heads) {
-  std::string details = "## " + title + "\n\n" + Notes(rows) + "\n";
-  for (const HeadConversion head : heads) {
-    for (const EndpointRule rule : kEndpointRules) {
-      details += "Head `" + std::string(ToString(head)) + "`, endpoints `" +
-                 ToString(rule) + "`:\n\n" +
-                 CountsTable(rows, head, rule, nullptr) + "\n";
-    }
-  }
-  details +=
-      "What each actor lost and where (head `" +
-      std::string(ToString(heads.front())) +
-      "`, mean rule). `nobody`: no pose in the frame; `elsewhere`: the nearest "
-      "pose is more than 0.5 m off; `no joint`: an end is missing; `too far`: "
-      "it is there but beyond half the part's length.\n\n" +
-      LossTable(rows, heads.front()) + "\n";
-  return details;
-}
-
 TableOutput ActorTable(const std::string& title,
                        const PublishedTable& published,
                        const TrackedBenchmark& tracked,
                        const PcpProtocol& protocol) {
-  const BenchmarkSet set = tracked.benchmark.set;
-  const std::vector<HeadConversion> heads = HeadConversionsOf(set);
-  const std::vector<ScoredRow> rows =
-      ScoreAll(tracked.rows, tracked.truth, set, protocol);
+  const std::vector<HeadConversion> heads =
+      HeadConversionsOf(tracked.benchmark);
+  const std::vector<ScoredRow> rows = ScoreAll(tracked, protocol);
+  const std::string head = ToString(heads.front());
   TableOutput output;
   std::string& text = output.markdown;
   text = "## " + title + "\n\nPrinted rows: " + published.caption +
@@ -419,7 +489,7 @@ TableOutput ActorTable(const std::string& title,
          "parts), 95 % intervals from moving blocks of 25 frames within an "
          "actor; `against (base)`: paired on the same frames with the first "
          "method on the same detections.\n\n" +
-         Notes(rows) + "\nHead conversion `" + ToString(heads.front()) +
+         Notes(rows) + "\nHead conversion `" + head +
          "` (the paper's code), mean of both ends:\n\n" +
          CountsTable(rows, heads.front(), EndpointRule::kMean, &published) +
          "\n";
@@ -446,8 +516,7 @@ TableOutput ActorTable(const std::string& title,
   }
   if (!tracked.single_person.empty()) {
     TableOutput single = SinglePersonTable(tracked, protocol);
-    text += "Single-person tools, actor 0 alone (`" +
-            std::string(ToString(heads.front())) +
+    text += "Single-person tools, actor 0 alone (`" + head +
             "`; their input was chosen with a given track, ours was "
             "associated):\n\n" +
             single.markdown + "\n";
@@ -460,52 +529,47 @@ TableOutput PartsTable(const std::string& title,
                        const PublishedTable& published,
                        const TrackedBenchmark& tracked,
                        const PcpProtocol& protocol) {
-  std::vector<std::string> header = {"method", "detections", "actors"};
-  for (const PcpGroup group : kLimbGroups) header.emplace_back(ToString(group));
-  header.insert(header.end(), {"torso", "head", "source"});
-  Table table(std::move(header));
+  // The printed order of body parts, then what the paper does not print.
+  constexpr PcpGroup kGroups[] = {PcpGroup::kUpperArms, PcpGroup::kLowerArms,
+                                  PcpGroup::kUpperLegs, PcpGroup::kLowerLegs,
+                                  PcpGroup::kTorso,     PcpGroup::kHead};
+  Table table(
+      RowOf("method", "detections", "actors",
+            CellsOf(kGroups, [](PcpGroup group) { return ToString(group); }),
+            "source"));
   for (const PublishedRow& row : published.rows) {
-    std::vector<std::string> cells = {row.method, "their own", "not said"};
-    cells.insert(cells.end(), row.cells.begin(), row.cells.end());
-    cells.insert(cells.end(), {"-", "-", kPrinted});
-    table.AddRow(std::move(cells));
+    table.AddRow(RowOf(row.method, "their own", "not said", row.cells, "-", "-",
+                       kPrinted));
   }
   TableOutput output;
   output.json["printed"] = PrintedTable(published).json;
   output.json["measured"] = Json::array();
-  std::vector<PcpGroup> groups(kLimbGroups.begin(), kLimbGroups.end());
-  groups.insert(groups.end(), {PcpGroup::kTorso, PcpGroup::kHead});
   for (const TrackedRow& row : tracked.rows) {
     Json json = RowJson(row);
     for (const EndpointRule rule : kEndpointRules) {
-      PcpProtocol variant = protocol;
-      variant.endpoints = rule;
-      const PcpResult pcp = EvaluatePcp(tracked.truth, row.tracks, variant);
-      std::vector<std::string> pooled = {row.method, DetectionsOf(row),
-                                         "pooled"};
-      std::vector<std::string> mean = {row.method, DetectionsOf(row), "mean"};
-      for (const PcpGroup group : groups) {
+      const PcpResult pcp = ScoreUnder(tracked, row, protocol, rule);
+      Cells pooled = RowOf(NameCells(row), "pooled");
+      Cells means = RowOf(NameCells(row), "mean");
+      for (const PcpGroup group : kGroups) {
         const Share share = PooledParts(pcp, group);
+        const double mean = MeanOfActors(pcp, group);
         const Interval interval = MeanOfActorsInterval(pcp, group);
         pooled.push_back(PercentCell(share));
-        mean.push_back(Fixed(MeanOfActors(pcp, group), 2) + " " +
-                       IntervalCell(interval, 2));
+        means.push_back(WithInterval(mean, interval, 2));
         json[ToString(rule)][ToString(group)] = {
-            {"pooled", ShareJson(share)},
-            {"mean_of_actors", MeanOfActors(pcp, group)},
+            {"pooled", PartsJson(share)},
+            {"mean_of_actors", mean},
             {"mean_interval", ToJson(interval)}};
       }
       if (rule != EndpointRule::kMean) continue;
-      pooled.push_back("measured: " + row.made_by);
-      mean.push_back("measured");
-      table.AddRow(std::move(pooled));
-      table.AddRow(std::move(mean));
+      table.AddRow(RowOf(pooled, "measured: " + row.made_by));
+      table.AddRow(RowOf(means, "measured"));
     }
     output.json["measured"].push_back(std::move(json));
   }
   output.markdown =
       "### " + title + "\n\nPrinted rows: " + published.caption +
-      ". Mean rule, head `" + std::string(ToString(protocol.head)) +
+      ". Mean rule, head `" + ToString(protocol.head) +
       "` (limbs do not depend on it); `each` is in the JSON.\n\n" +
       table.ToString(TableStyle::kMarkdown) + "\n";
   return output;

@@ -1,4 +1,5 @@
-// The paper's tables of PCP beside what was measured.
+// The paper's tables of PCP beside what was measured: everybody's tracks of a
+// benchmark, made or read once and scored in every way.
 #ifndef KINEGRAPH_APPS_TABLES_PCP_TABLES_H_
 #define KINEGRAPH_APPS_TABLES_PCP_TABLES_H_
 
@@ -6,8 +7,11 @@
 #include <string>
 #include <vector>
 
+#include "apps/common/progress.h"
+#include "apps/tables/dataset.h"
 #include "apps/tables/published.h"
-#include "apps/tables/rows.h"
+#include "core/data/pose.h"
+#include "core/evaluation/pcp.h"
 #include "core/io/text/json.h"
 
 namespace kinegraph {
@@ -18,6 +22,44 @@ struct TableOutput {
   std::string details;  // Markdown too, for a page of its own; may be empty
   Json json;
 };
+
+// Tracks with their maker.
+struct TrackedRow {
+  std::string method;
+  std::string recording;  // name of the detections
+  std::string detections_note;
+  std::string made_by;  // configuration and set, or the file
+  std::string remark;
+  bool ours = false;
+  bool baseline = false;  // first method of its recording
+  TrackSequence tracks;
+};
+
+struct TrackedBenchmark {
+  Benchmark benchmark;
+  TrackSequence truth;
+  std::vector<TrackedRow> rows;  // ours, recording by recording, then results
+  std::vector<TrackedRow> single_person;  // results of actor 0 alone
+  std::vector<PcpResult> own_rules;       // of benchmark.own_rules
+};
+
+// Runs every method and reads every result; `progress` advances by RowCount.
+TrackedBenchmark TrackBenchmark(const BenchmarkData& data,
+                                const Benchmark& benchmark, Progress* progress);
+int64_t RowCount(const Benchmark& benchmark);
+
+// Of the means of actors [% PCP], paired on the same frames.
+struct PcpDifference {
+  double value = 0.0;
+  Interval interval;
+
+  bool is_told() const { return interval.low > 0.0 || interval.high < 0.0; }
+};
+PcpDifference DifferenceOf(const PcpResult& pcp, const PcpResult& baseline,
+                           PcpGroup group = PcpGroup::kTotal);
+
+// Of parts: right, all, percent.
+Json PartsJson(const Share& share);
 
 // PCP by actor: the printed rows with every measured row under the paper's head
 // conversion and mean rule, then the means under every conversion and rule. The

@@ -16,6 +16,7 @@
 #include <string>
 #include <vector>
 
+#include "apps/common/config_folder.h"
 #include "apps/common/flag_examples.h"
 #include "core/base/error.h"
 
@@ -361,6 +362,13 @@ TEST(ParseList, SplitsAtCommas) {
   EXPECT_TRUE(ParseList("", "x").empty());
   EXPECT_THROW(ParseList("a,,b", "x"), InputError);
   EXPECT_THROW(ParseList(",", "x"), InputError);
+}
+
+TEST(JoinSets, PutsOneAfterTheOther) {
+  EXPECT_EQ(JoinSets("", ""), "");
+  EXPECT_EQ(JoinSets("a=1", ""), "a=1");
+  EXPECT_EQ(JoinSets("", "b=2"), "b=2");
+  EXPECT_EQ(JoinSets("a=1", "b=2"), "a=1;b=2");
 }
 
 }  // namespace

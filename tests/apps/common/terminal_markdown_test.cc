@@ -1,10 +1,10 @@
-#include "apps/common/terminal_markdown.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <sstream>
 #include <string>
+
+#include "apps/common/table.h"
 
 namespace kinegraph {
 namespace {

@@ -1,0 +1,100 @@
+// Tables of the paper that track a recording again and again with something
+// changed: its ablation, its parameters swept over a factor of four, and its
+// runtimes by stage.
+#ifndef KINEGRAPH_APPS_TABLES_VARIANTS_H_
+#define KINEGRAPH_APPS_TABLES_VARIANTS_H_
+
+#include <string>
+#include <vector>
+
+#include "apps/common/plot.h"
+#include "apps/tables/dataset.h"
+#include "apps/tables/pcp_tables.h"
+#include "core/evaluation/identity.h"
+#include "core/evaluation/pcp.h"
+
+namespace kinegraph {
+
+// ---- Ablation: part-aware or body-aware affinity, with or without the joints
+// filter.
+
+struct AblationCell {
+  AffinityKind affinity = AffinityKind::kBody;
+  bool joints_filter = false;
+  PcpResult pcp;
+  IdentityResult identity;   // of the scored frames
+  PcpDifference difference;  // to the baseline; zero for the baseline itself
+};
+
+// The four cells; the baseline (body-aware without filter) first, the whole
+// paper last. "Without" means the update's filter: initialisation keeps its
+// own.
+std::vector<AblationCell> RunAblation(const LoadedDataset& loaded);
+
+// The paper's bars: what each ingredient adds to the baseline, with the paired
+// interval; a panel for the headline and one for the lower arms.
+struct AblatedRecording {
+  std::string name;
+  std::vector<AblationCell> cells;  // as RunAblation gives them
+};
+std::vector<Plot> AblationPlots(
+    const std::vector<AblatedRecording>& recordings);
+
+// Of all recordings, its figure below the folder `out`; with the joints filter
+// in the front end of Chen et al., by which the paper shows that it helps
+// others too.
+TableOutput AblationTable(const BenchmarkData& data, const std::string& out);
+
+// ---- Sensitivity
+
+// A parameter of the paper's table of parameters, as options hold it.
+struct SweptParameter {
+  std::string name;  // "alpha_epi"
+  std::string unit;
+  double (*get)(const TrackerOptions& options);
+  void (*set)(double value, TrackerOptions* options);
+  double largest;  // that its key allows
+};
+
+// alpha_2d, alpha_epi (in the update and at initialisation), tau, epsilon,
+// lambda_a.
+const std::vector<SweptParameter>& SweptParameters();
+
+// From half to twice `value` in equal steps of the logarithm, `value` in the
+// middle; cut at `largest`.
+std::vector<double> SweepValues(double value, double largest);
+
+struct SweptValue {
+  double value = 0.0;
+  double mean_of_actors = 0.0;  // PCP, %
+  Interval interval;
+  PcpDifference difference;  // to the paper's value
+};
+
+struct Sweep {
+  Dataset dataset;
+  std::string parameter;
+  std::string unit;
+  double paper_value = 0.0;
+  std::vector<SweptValue> values;  // ascending
+};
+
+Sweep RunSweep(const LoadedDataset& loaded, const SweptParameter& parameter);
+
+// One panel a parameter, one line a recording.
+std::vector<Plot> SensitivityPlots(const std::vector<Sweep>& sweeps);
+
+// Every parameter on every recording with the recording's first method, its
+// figures below the folder `out`.
+TableOutput SensitivityTable(const BenchmarkData& data, const std::string& out);
+
+// ---- Runtime
+
+// Every method of each benchmark's first two recordings, with and without the
+// joints filter in paper mode; detections in memory, one thread, processor
+// time.
+TableOutput RuntimeTable(const BenchmarkData& data);
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_APPS_TABLES_VARIANTS_H_
