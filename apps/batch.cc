@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "apps/batch/merge.h"
-#include "apps/batch/runner.h"
 #include "apps/batch/tasks.h"
 #include "apps/common/app.h"
 #include "core/base/error.h"

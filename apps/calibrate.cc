@@ -13,8 +13,9 @@
 
 #include "apps/common/app.h"
 #include "apps/common/config_folder.h"
-#include "apps/common/refinement.h"
-#include "apps/common/summary.h"
+#include "apps/common/recording_output.h"
+#include "apps/common/track_input.h"
+#include "apps/common/track_output.h"
 #include "core/base/error.h"
 #include "core/io/calibration/calibration.h"
 #include "core/io/calibration/format.h"
@@ -322,13 +323,8 @@ void PrintFindings(const RecordingCalibration& recording,
                                             : "not told: no feet rest on it");
 }
 
-// NAME.calibrate.json of NAME.json.
 std::string ReportPath(const std::string& out) {
-  const size_t slash = out.find_last_of('/');
-  const size_t dot = out.find_last_of('.');
-  const bool has_end =
-      dot != std::string::npos && (slash == std::string::npos || dot > slash);
-  return (has_end ? out.substr(0, dot) : out) + ".calibrate.json";
+  return WithoutExtension(out) + ".calibrate.json";
 }
 
 void WriteAll(const RecordingCalibration& recording, const KnownLength& length,

@@ -14,15 +14,11 @@
 #include "apps/common/plot.h"
 #include "apps/compare/comparison.h"
 #include "apps/compare/output.h"
-#include "apps/compare/plots.h"
 #include "apps/compare/recording_input.h"
-#include "apps/compare/results.h"
 #include "apps/compare/scores.h"
-#include "apps/compare/shift.h"
 #include "apps/compare/strategies.h"
 #include "apps/compare/study.h"
 #include "apps/compare/tuning.h"
-#include "apps/compare/verdict.h"
 #include "apps/markers/marker_study.h"
 #include "core/base/error.h"
 #include "core/evaluation/correspondence.h"
@@ -124,8 +120,8 @@ void CheckCompareFlags() {
   }
   if (!FLAGS_protocol.empty() && FLAGS_protocol != "mpjpe" &&
       !PcpProtocolByName(FLAGS_protocol).has_value()) {
-    throw InputError("--protocol: found '" + Printable(FLAGS_protocol) +
-                     "', expected shelf, campus, campus_extended or mpjpe");
+    FailFlag("protocol", FLAGS_protocol,
+             "shelf, campus, campus_extended or mpjpe");
   }
   if (FLAGS_tune && !FLAGS_parameters.empty()) {
     throw InputError("--tune chooses what --parameters gives: use one of them");
@@ -154,7 +150,6 @@ std::vector<FrameRange> Halves(const FrameRange& all) {
 
 std::vector<FrameRange> FoldRanges(const FrozenRun& run,
                                    const std::optional<ParameterFile>& file) {
-  const bool given = file.has_value() && !file->folds.empty();
   if (!FLAGS_folds.empty()) {
     const auto folds = ParseFrameRanges(FLAGS_folds, "folds");
     if (folds.size() != 2) {
@@ -163,7 +158,7 @@ std::vector<FrameRange> FoldRanges(const FrozenRun& run,
     }
     return folds;
   }
-  if (given) return file->folds;
+  if (file.has_value() && !file->folds.empty()) return file->folds;
   if (FLAGS_tune || FLAGS_fit_shift) return Halves(AllFrames(run));
   return {AllFrames(run)};
 }
@@ -205,14 +200,6 @@ void ReadTruth(Comparison* comparison) {
   }
 }
 
-size_t IndexOf(const std::vector<Strategy>& strategies,
-               const std::string& name) {
-  const auto at =
-      std::find_if(strategies.begin(), strategies.end(),
-                   [&name](const Strategy& s) { return s.name == name; });
-  return static_cast<size_t>(at - strategies.begin());
-}
-
 // The strategies asked for; the baseline is always among them.
 std::vector<Strategy> ReadStrategies() {
   std::vector<Strategy> strategies =
@@ -250,9 +237,7 @@ std::vector<Fold> PrepareFolds(const RunOptions& options, const FrozenRun& run,
 
 void Tune(const std::vector<Strategy>& strategies, CompareResult* result) {
   const Comparison& comparison = result->comparison;
-  SharedProgress progress("tuning", PiecesOfTuning(comparison, strategies));
-  std::vector<StrategyTuning> tunings = TuneStrategies(
-      comparison, strategies, [&progress] { progress.Advance(); });
+  std::vector<StrategyTuning> tunings = TuneStrategies(comparison, strategies);
   for (size_t s = 0; s < strategies.size(); ++s) {
     result->strategies[s].values = tunings[s].chosen;
     result->strategies[s].tuning = std::move(tunings[s]);
@@ -265,13 +250,8 @@ void Score(const std::vector<Strategy>& strategies, CompareResult* result) {
   for (const StrategyResult& one : result->strategies) {
     values.push_back(one.values);
   }
-  std::vector<StrategyScores> scores;
-  {
-    SharedProgress progress("scoring",
-                            PiecesOfScoring(comparison, strategies.size()));
-    scores = ScoreStrategies(comparison, strategies, values,
-                             [&progress] { progress.Advance(); });
-  }
+  std::vector<StrategyScores> scores =
+      ScoreStrategies(comparison, strategies, values);
   const StrategyScores& baseline = scores[result->baseline_idx];
   if (!baseline.refused.empty()) {
     throw InputError("--baseline=" + FLAGS_baseline + ": " + baseline.refused);
@@ -357,13 +337,9 @@ std::string PlotsText(const CompareResult& result, const std::string& folder) {
 
 void CompareOneRecording(const std::vector<Strategy>& strategies,
                          AtomicFolder* folder) {
-  RecordingInput input;
-  input.cameras = FLAGS_cameras;
-  input.detections = FLAGS_detections;
-  input.config = FLAGS_config;
-  input.mode = FLAGS_mode;
-  input.set = FLAGS_set;
-  input.frames = FLAGS_frames;
+  const RecordingInput input = {"",           FLAGS_cameras, FLAGS_detections,
+                                FLAGS_config, FLAGS_mode,    FLAGS_set,
+                                FLAGS_frames};
   CompareResult result =
       PrepareResult(FreezeRecording(input, FLAGS_threads), strategies);
   if (FLAGS_tune) Tune(strategies, &result);

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "apps/common/app.h"
-#include "apps/common/summary.h"
+#include "apps/common/track_input.h"
 #include "core/base/error.h"
 #include "core/io/conversion.h"
 
@@ -69,10 +69,7 @@ void RunConvert() {
   RequireFlag("in", FLAGS_in);
   RequireFlag("out", FLAGS_out);
   const Conversion conversion = Convert(OptionsOfFlags());
-  for (const std::string& loss : conversion.lost_fields) {
-    std::fprintf(stderr, "kinegraph-convert: note: %s\n",
-                 Printable(loss, 500).c_str());
-  }
+  SayNotes(conversion.lost_fields, "kinegraph-convert: ");
   std::fprintf(SummaryStream(FLAGS_out), "%s -> %s\n", conversion.what.c_str(),
                FLAGS_out.c_str());
 }

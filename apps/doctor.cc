@@ -14,6 +14,8 @@
 #include "core/io/calibration/calibration.h"
 #include "core/io/detections/source.h"
 #include "core/io/files/atomic_file.h"
+#include "core/io/files/atomic_folder.h"
+#include "core/io/files/write_text_file.h"
 #include "core/io/text/json.h"
 #include "solvers/session/diagnose.h"
 
@@ -77,12 +79,6 @@ std::string MarkdownReport(const Diagnosis& diagnosis) {
          "was found set right.\n";
 }
 
-void WriteText(const std::string& path, const std::string& text) {
-  AtomicFile file(path);
-  file.Write(text);
-  file.Commit();
-}
-
 // The recording; where nobody tells a frame rate, 25 Hz are taken for it.
 DetectionSequence ReadRecording(RunOptions* options, std::string* note) {
   DetectionSequence recording =
@@ -100,9 +96,9 @@ void RunDoctor() {
   RequireFlag("detections", FLAGS_detections);
   RequireFlag("out", FLAGS_out);
   RunOptions options =
-      FLAGS_config.empty()
-          ? ReadRunOptions(ProjectConfig("default.toml"), FLAGS_set, "")
-          : ReadRunOptions(FindConfig(FLAGS_config), FLAGS_set, "");
+      ReadRunOptions(FLAGS_config.empty() ? ProjectConfig("default.toml")
+                                          : FindConfig(FLAGS_config),
+                     FLAGS_set, "");
   RunRequest request;
   request.frames = ParseFrameRanges(FLAGS_frames);
   request.without_cameras = ParseList(FLAGS_without_cameras, "without_cameras");
@@ -119,8 +115,8 @@ void RunDoctor() {
           Flag("without_cameras", FLAGS_without_cameras),
       FLAGS_out + "/cameras.json", &diagnosis.findings);
   if (!note.empty()) diagnosis.notes.push_back(note);
-  WriteText(folder.PathOf("doctor.json"), JsonReport(diagnosis));
-  WriteText(folder.PathOf("doctor.md"), MarkdownReport(diagnosis));
+  WriteTextFile(folder.PathOf("doctor.json"), JsonReport(diagnosis));
+  WriteTextFile(folder.PathOf("doctor.md"), MarkdownReport(diagnosis));
   WriteCameras(folder.PathOf("cameras.json"), diagnosis.cameras);
   folder.Commit();
   std::printf("%s\n", ToString(diagnosis.verdict));

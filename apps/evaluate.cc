@@ -12,15 +12,13 @@
 #include "apps/common/app.h"
 #include "apps/common/evaluation_output.h"
 #include "apps/common/held_out_cameras.h"
-#include "apps/common/summary.h"
 #include "apps/common/table.h"
 #include "apps/common/track_input.h"
 #include "apps/common/track_output.h"
 #include "apps/markers/marker_output.h"
 #include "core/base/error.h"
 #include "core/evaluation/correspondence.h"
-#include "core/io/files/atomic_file.h"
-#include "core/io/files/text_file.h"
+#include "core/io/files/write_text_file.h"
 #include "core/io/text/joint_names.h"
 #include "core/io/tracks/tracks.h"
 
@@ -119,19 +117,7 @@ void RefuseHeldOutFlags() {
                {"folds", &FLAGS_folds}});
 }
 
-[[noreturn]] void FailFlag(const std::string& flag, const std::string& found,
-                           const std::string& expected) {
-  throw InputError("--" + flag + ": found '" + Printable(found) +
-                   "', expected " + expected);
-}
-
 std::vector<FrameRange> Frames() { return ParseFrameRanges(FLAGS_frames); }
-
-std::vector<FrameRange> Folds() {
-  const std::vector<FrameRange> folds = ParseFrameRanges(FLAGS_folds);
-  if (folds.size() != 2) FailFlag("folds", FLAGS_folds, "two ranges A:B,C:D");
-  return folds;
-}
 
 void ApplyPcpFlags(PcpProtocol* protocol) {
   const bool campus = protocol->name.rfind("campus", 0) == 0;
@@ -162,9 +148,7 @@ void ApplyPcpFlags(PcpProtocol* protocol) {
 // ---- Output
 
 void WriteJson(const Json& json) {
-  AtomicFile file(WithFolders(FLAGS_json));
-  file.Write(DumpJson(json, 1) + "\n");
-  file.Commit();
+  WriteTextFile(WithFolders(FLAGS_json), DumpJson(json, 1) + "\n");
 }
 
 void WriteResult(const EvaluationOutput& output) {
@@ -189,8 +173,6 @@ void Append(const std::string& key, const EvaluationOutput& more,
 
 // ---- Against markers
 
-constexpr size_t kColumns = 100;
-
 std::optional<TrackId> PersonFlag() {
   if (FLAGS_person.empty()) return std::nullopt;
   const char* const end = FLAGS_person.data() + FLAGS_person.size();
@@ -205,15 +187,14 @@ std::optional<TrackId> PersonFlag() {
 void RunMarkers() {
   RequireFlag("tracks", FLAGS_tracks);
   RequireFlag("ground_truth", FLAGS_ground_truth);
-  MarkerRequest request;
-  request.tracks = FLAGS_tracks;
-  request.ground_truth = FLAGS_ground_truth;
-  request.joints = FLAGS_joints;
-  request.unit = FLAGS_unit;
-  request.frames = Frames();
-  request.plates = FLAGS_plates;
-  request.align = {ParseAlign(FLAGS_align), FLAGS_drift, PersonFlag()};
-  const MarkerStudy study = RunMarkerStudy(request);
+  const MarkerStudy study =
+      RunMarkerStudy({FLAGS_tracks,
+                      FLAGS_ground_truth,
+                      FLAGS_joints,
+                      FLAGS_unit,
+                      Frames(),
+                      FLAGS_plates,
+                      {ParseAlign(FLAGS_align), FLAGS_drift, PersonFlag()}});
   Json json = {{"protocol", FLAGS_protocol},
                {"tracks", FLAGS_tracks},
                {"ground_truth", FLAGS_ground_truth},
@@ -221,7 +202,7 @@ void RunMarkers() {
   json.update(MarkerJson(study));
   if (!FLAGS_out.empty()) WriteMarkerFolder(study, json, FLAGS_out);
   if (!FLAGS_json.empty()) WriteJson(json);
-  std::fputs(ForTerminal(MarkerMarkdown(study), kColumns,
+  std::fputs(ForTerminal(MarkerMarkdown(study), kTerminalColumns,
                          FLAGS_out.empty() ? "--out=DIR" : FLAGS_out)
                  .c_str(),
              SummaryStream(FLAGS_json));
@@ -369,18 +350,15 @@ void RunPanoptic() {
 void RunHeldOut() {
   RefuseFlags(
       {{"tracks", &FLAGS_tracks}, {"ground_truth", &FLAGS_ground_truth}});
-  HeldOutRequest request;
-  request.cameras = FLAGS_cameras;
-  request.detections = FLAGS_detections;
-  request.config = FLAGS_config;
-  request.set = FLAGS_set;
-  request.mode = FLAGS_mode;
-  request.held_out_set = FLAGS_held_out_set;
-  request.reference = FLAGS_reference;
-  request.runs = ParseList(FLAGS_runs, "runs");
-  request.frames = Frames();
-  if (!FLAGS_folds.empty()) request.folds = Folds();
-  Finish(ScoreHeldOutCameras(request));
+  const std::vector<std::string> runs = ParseList(FLAGS_runs, "runs");
+  const std::vector<FrameRange> frames = Frames();
+  const std::vector<FrameRange> folds = ParseFrameRanges(FLAGS_folds);
+  if (!FLAGS_folds.empty() && folds.size() != 2) {
+    FailFlag("folds", FLAGS_folds, "two ranges A:B,C:D");
+  }
+  Finish(ScoreHeldOutCameras({FLAGS_cameras, FLAGS_detections, FLAGS_config,
+                              FLAGS_set, FLAGS_mode, FLAGS_held_out_set,
+                              FLAGS_reference, runs, frames, folds}));
 }
 
 void RunEvaluate() {

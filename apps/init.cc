@@ -18,7 +18,7 @@
 #include "core/io/configuration/config.h"
 #include "core/io/detections/source.h"
 #include "core/io/detections/view_pairing.h"
-#include "core/io/files/atomic_file.h"
+#include "core/io/files/write_text_file.h"
 #include "core/io/text/json.h"
 #include "core/io/tracks/format.h"
 #include "core/io/tracks/reading_notes.h"
@@ -235,12 +235,10 @@ std::string ConfigText(const RecordingSurvey& survey) {
 std::string TomlValue(const Json& effective, const std::string& dotted,
                       const std::string& given) {
   const Json* value = &effective;
-  for (size_t begin = 0; begin <= dotted.size();) {
-    const size_t end = std::min(dotted.find('.', begin), dotted.size());
-    const auto inner = value->find(dotted.substr(begin, end - begin));
+  for (const std::string& key : Split(dotted, '.')) {
+    const auto inner = value->find(key);
     if (inner == value->end()) return JsonText(given);
     value = &*inner;
-    begin = end + 1;
   }
   return value->dump();
 }
@@ -277,11 +275,7 @@ void PutKey(const std::string& dotted, const std::string& value,
 // The configuration with what --set says, which must read back.
 std::string WithGivenKeys(const RunOptions& options, std::string text) {
   const Json effective = Json::parse(EffectiveConfigJson(options));
-  size_t begin = 0;
-  while (begin < FLAGS_set.size()) {
-    const size_t end = std::min(FLAGS_set.find(';', begin), FLAGS_set.size());
-    const std::string part = FLAGS_set.substr(begin, end - begin);
-    begin = end + 1;
+  for (const std::string& part : Split(FLAGS_set, ';')) {
     const size_t equals = part.find('=');
     if (equals == std::string::npos) continue;  // refused when it was read
     const std::string key = Trimmed(part.substr(0, equals));
@@ -352,9 +346,8 @@ void RunInit() {
       Flag("cameras", FLAGS_cameras) + Flag("detections", FLAGS_detections),
       Flag("config", FLAGS_out), "", &survey.report.warnings);
   PrintFindings(survey, request.options);
-  AtomicFile file(WithFolders(FLAGS_out));
-  file.Write(WithGivenKeys(request.options, ConfigText(survey)));
-  file.Commit();
+  WriteTextFile(WithFolders(FLAGS_out),
+                WithGivenKeys(request.options, ConfigText(survey)));
   std::printf("configuration -> %s\n", FLAGS_out.c_str());
 }
 

@@ -12,7 +12,6 @@
 #include <vector>
 
 #include "apps/common/app.h"
-#include "apps/common/summary.h"
 #include "apps/common/table.h"
 #include "apps/common/track_input.h"
 #include "core/base/error.h"
@@ -68,8 +67,7 @@ TrackSequence ReadInput() {
 
 void RequireCsv() {
   if (EndsIn(FLAGS_out, ".csv") || IsStream(FLAGS_out)) return;
-  throw InputError("--out: found '" + Printable(FLAGS_out) +
-                   "', expected NAME.csv");
+  FailFlag("out", FLAGS_out, "NAME.csv");
 }
 
 void WriteCsv(const KinematicsTable& table, const PersonNames& names) {
@@ -188,10 +186,7 @@ void RunKinematics() {
                      " has none of the joints that angles need (--skeleton)");
   }
   WriteCsv(table, names);
-  for (const std::string& note : table.notes) {
-    std::fprintf(stderr, "kinegraph-kinematics: note: %s\n",
-                 Printable(note, 500).c_str());
-  }
+  SayNotes(table.notes, "kinegraph-kinematics: ");
   std::FILE* summary = SummaryStream(FLAGS_out);
   std::fputs(Digest(table, names).c_str(), summary);
   std::fprintf(summary, "up is (%g, %g, %g); %zu rows of %zu columns -> %s\n",

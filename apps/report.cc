@@ -12,7 +12,6 @@
 #include "apps/common/app.h"
 #include "apps/common/config_folder.h"
 #include "apps/common/progress.h"
-#include "apps/common/summary.h"
 #include "apps/common/track_input.h"
 #include "apps/report/page.h"
 #include "apps/report/page_data.h"

@@ -14,8 +14,7 @@
 #include "apps/common/key_tables.h"
 #include "apps/common/progress.h"
 #include "apps/common/recording_output.h"
-#include "apps/common/refinement.h"
-#include "apps/common/summary.h"
+#include "apps/common/track_input.h"
 #include "apps/common/track_output.h"
 #include "core/base/error.h"
 #include "core/data/identity_edit.h"
@@ -26,9 +25,11 @@
 #include "core/io/detections/format.h"
 #include "core/io/detections/source.h"
 #include "core/io/files/atomic_file.h"
+#include "core/io/files/commit_together.h"
 #include "core/io/files/input_files.h"
 #include "core/io/files/side_files.h"
 #include "core/io/files/text_file.h"
+#include "core/io/files/write_text_file.h"
 #include "core/io/tracks/identity_edits.h"
 #include "core/skeleton/body_joints.h"
 #include "solvers/session/ready_recording.h"
@@ -302,10 +303,10 @@ void WriteSideFiles(const Recording& recording, const Session& session,
   if (!bias.joints.empty()) {
     WriteViewBias(BesideTracks(FLAGS_out, kBiasEnd), bias, tracks);
   }
-  AtomicFile summary(BesideTracks(FLAGS_out, kSummaryEnd));
-  summary.Write(WithFingerprint(
-      ReportJson(report, session.summary(), session.learnt_noise()), tracks));
-  summary.Commit();
+  WriteTextFile(BesideTracks(FLAGS_out, kSummaryEnd),
+                WithFingerprint(ReportJson(report, session.summary(),
+                                           session.learnt_noise()),
+                                tracks));
 }
 
 // What was written a moment ago and cannot be read again is no bad input.

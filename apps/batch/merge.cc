@@ -1,13 +1,16 @@
 #include "apps/batch/merge.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <cctype>
 #include <cmath>
-#include <limits>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <set>
+#include <utility>
 
-#include "apps/batch/runner.h"
+#include "apps/batch/tasks.h"
 #include "apps/common/table.h"
 #include "core/base/error.h"
 #include "core/base/random.h"
@@ -27,8 +30,25 @@ struct Results {
   std::vector<const Task*> missing;
   std::set<std::string> processors;
   std::set<std::string> commits;
-  // [measure][configuration]
-  std::map<std::string, std::map<std::string, BatchColumn>> values;
+  // By key of the measure and configuration; none where no task has a figure.
+  std::map<std::pair<std::string, std::string>, BatchColumn> columns;
+
+  // A configuration that no recording has finished has an empty column.
+  BatchColumn ColumnOf(const BatchMeasure& measure,
+                       const std::string& configuration) const {
+    const auto at = columns.find({measure.key, configuration});
+    return at == columns.end() ? BatchColumn(recordings.size()) : at->second;
+  }
+  // The measures that any task has.
+  std::vector<BatchMeasure> Measures() const {
+    std::vector<BatchMeasure> found;
+    for (const BatchMeasure& measure : BatchMeasures()) {
+      const auto at = columns.lower_bound({measure.key, ""});
+      if (at == columns.end() || at->first.first != measure.key) continue;
+      found.push_back(measure);
+    }
+    return found;
+  }
 };
 
 void AddName(const std::string& name, std::vector<std::string>* names) {
@@ -46,35 +66,28 @@ std::optional<double> NumberAt(const Json& json, const std::string& path) {
   return json.at(pointer).get<double>();
 }
 
-// Files of results, each read once.
-class TaskFiles {
- public:
-  explicit TaskFiles(std::string folder) : folder_(std::move(folder)) {}
+Json ReadJson(const std::string& path) {
+  return ParseJson(ReadTextFile(path, kMaxSmallFileBytes), path);
+}
 
-  const Json* Find(const std::string& name) {
-    const auto known = files_.find(name);
-    if (known != files_.end()) return &known->second;
-    const std::string path = folder_ + "/" + name;
-    if (!IsFile(path)) return nullptr;
-    return &files_
-                .emplace(name, ParseJson(ReadTextFile(path, kMaxSmallFileBytes),
-                                         path))
-                .first->second;
+void AddFigures(const Task& task, const std::string& folder, Results* results) {
+  const auto recording =
+      static_cast<size_t>(std::find(results->recordings.begin(),
+                                    results->recordings.end(), task.recording) -
+                          results->recordings.begin());
+  std::map<std::string, Json> files;  // each read once; null: not there
+  for (const BatchMeasure& measure : BatchMeasures()) {
+    const auto [file, is_new] = files.try_emplace(measure.file);
+    const std::string path = folder + "/" + measure.file;
+    if (is_new && IsFile(path)) file->second = ReadJson(path);
+    const auto value = NumberAt(file->second, measure.path);
+    if (!value.has_value() || !std::isfinite(*value)) continue;
+    const auto error = NumberAt(file->second, measure.standard_error);
+    BatchColumn& column = results->columns[{measure.key, task.configuration}];
+    column.resize(results->recordings.size());
+    column[recording] =
+        BatchValue{*value * measure.scale, error.value_or(0.0) * measure.scale};
   }
-
- private:
-  const std::string folder_;
-  std::map<std::string, Json> files_;
-};
-
-std::optional<BatchValue> ValueOf(const BatchMeasure& measure,
-                                  TaskFiles* files) {
-  const Json* const json = files->Find(measure.file);
-  if (json == nullptr) return std::nullopt;
-  const std::optional<double> value = NumberAt(*json, measure.path);
-  if (!value.has_value() || !std::isfinite(*value)) return std::nullopt;
-  const double error = NumberAt(*json, measure.standard_error).value_or(0.0);
-  return BatchValue{*value * measure.scale, error * measure.scale};
 }
 
 Results ReadResults(const std::vector<Task>& tasks, const std::string& out) {
@@ -88,76 +101,40 @@ Results ReadResults(const std::vector<Task>& tasks, const std::string& out) {
       results.missing.push_back(&task);
       continue;
     }
-    TaskFiles files(out + "/" + task.Name());
-    const Json* const found = files.Find("task.json");
-    if (found == nullptr) {
-      throw InputError(out + "/" + task.Name() + "/task.json", "",
+    const std::string folder = out + "/" + task.Name();
+    if (!IsFile(folder + "/task.json")) {
+      throw InputError(folder + "/task.json", "",
                        "has gone while the results were read");
     }
-    const Json& made = *found;
+    const Json made = ReadJson(folder + "/task.json");
     results.processors.insert(made.value("processor", "unknown"));
     results.commits.insert(made.value("commit", "unknown"));
-    const auto recording = static_cast<size_t>(
-        std::find(results.recordings.begin(), results.recordings.end(),
-                  task.recording) -
-        results.recordings.begin());
-    for (const BatchMeasure& measure : BatchMeasures()) {
-      const std::optional<BatchValue> value = ValueOf(measure, &files);
-      if (!value.has_value()) continue;
-      BatchColumn& column = results.values[measure.key][task.configuration];
-      column.resize(results.recordings.size());
-      column[recording] = value;
-    }
+    AddFigures(task, folder, &results);
   }
   return results;
 }
 
-// A configuration that no recording has finished has an empty column.
-BatchColumn ColumnOf(const Results& results, const BatchMeasure& measure,
-                     const std::string& configuration) {
-  const auto of_measure = results.values.find(measure.key);
-  if (of_measure == results.values.end()) return {};
-  const auto column = of_measure->second.find(configuration);
-  return column == of_measure->second.end() ? BatchColumn() : column->second;
-}
-
 std::string SummaryCell(const BatchSummary& summary, int decimals) {
   if (summary.recordings == 0) return "-";
-  return Fixed(summary.mean, decimals) + " [" +
-         Fixed(summary.interval.low, decimals) + ", " +
-         Fixed(summary.interval.high, decimals) + "]";
-}
-
-std::string ListText(const std::set<std::string>& names) {
-  std::string text;
-  for (const std::string& name : names) {
-    text += (text.empty() ? "" : "; ") + name;
-  }
-  return text;
+  return WithInterval(summary.mean, summary.interval, decimals);
 }
 
 std::string MeasureTable(const Results& results, const BatchMeasure& measure) {
-  std::vector<std::string> header = {"configuration"};
-  header.insert(header.end(), results.recordings.begin(),
-                results.recordings.end());
-  header.emplace_back("mean [95 %]");
   const std::string& first = results.configurations.front();
-  header.push_back("less " + first + " [95 %]");
-  Table table(header);
-  const BatchColumn base = ColumnOf(results, measure, first);
+  Table table(RowOf("configuration", results.recordings, "mean [95 %]",
+                    "less " + first + " [95 %]"));
+  const BatchColumn base = results.ColumnOf(measure, first);
   for (const std::string& configuration : results.configurations) {
-    BatchColumn column = ColumnOf(results, measure, configuration);
-    column.resize(results.recordings.size());
-    std::vector<std::string> row = {configuration};
-    for (const std::optional<BatchValue>& value : column) {
-      row.push_back(value ? Fixed(value->value, measure.decimals) : "-");
-    }
-    row.push_back(SummaryCell(Summarise(column), measure.decimals));
-    row.push_back(
-        configuration == first
-            ? ""
-            : SummaryCell(SummariseDifference(column, base), measure.decimals));
-    table.AddRow(row);
+    const BatchColumn column = results.ColumnOf(measure, configuration);
+    const auto cell = [&](const std::optional<BatchValue>& value) {
+      return value ? Fixed(value->value, measure.decimals) : "-";
+    };
+    table.AddRow(RowOf(configuration, CellsOf(column, cell),
+                       SummaryCell(Summarise(column), measure.decimals),
+                       configuration == first
+                           ? ""
+                           : SummaryCell(SummariseDifference(column, base),
+                                         measure.decimals)));
   }
   return table.ToString(TableStyle::kMarkdown);
 }
@@ -176,19 +153,15 @@ std::string MissingText(const Results& results, const std::string& out) {
 
 std::string Markdown(const Results& results, const std::string& out,
                      size_t task_count) {
-  std::string text =
-      "# Batch\n\n" + std::to_string(results.recordings.size()) +
-      " recordings, " + std::to_string(results.configurations.size()) +
-      " configurations; " +
-      std::to_string(task_count - results.missing.size()) + " of " +
-      std::to_string(task_count) + " tasks done. Made on " +
-      ListText(results.processors) + ", commit " + ListText(results.commits) +
-      ".\n\nIntervals: recordings are drawn with replacement (2000 times), "
-      "each "
-      "drawn recording's figure around its value with the standard error of "
-      "its "
-      "block bootstrap over frames. Differences are taken recording by "
-      "recording.\n";
+  std::string text = fmt::format(
+      "# Batch\n\n{} recordings, {} configurations; {} of {} tasks done. Made "
+      "on {}, commit {}.\n\nIntervals: recordings are drawn with replacement "
+      "(2000 times), each drawn recording's figure around its value with the "
+      "standard error of its block bootstrap over frames. Differences are "
+      "taken recording by recording.\n",
+      results.recordings.size(), results.configurations.size(),
+      task_count - results.missing.size(), task_count,
+      fmt::join(results.processors, "; "), fmt::join(results.commits, "; "));
   if (results.processors.size() > 1) {
     text +=
         "\n**More than one kind of processor:** the last digits of a result "
@@ -197,8 +170,7 @@ std::string Markdown(const Results& results, const std::string& out,
   if (results.commits.size() > 1) {
     text += "\n**More than one version of the program made these results.**\n";
   }
-  for (const BatchMeasure& measure : BatchMeasures()) {
-    if (results.values.count(measure.key) == 0) continue;
+  for (const BatchMeasure& measure : results.Measures()) {
     text += "\n## " + measure.title + "\n\n" + MeasureTable(results, measure);
   }
   if (!results.missing.empty()) {
@@ -211,7 +183,7 @@ std::string Csv(const Results& results) {
   Table table({"take", "configuration", "measure", "value", "standard_error"});
   for (const BatchMeasure& measure : BatchMeasures()) {
     for (const std::string& configuration : results.configurations) {
-      const BatchColumn column = ColumnOf(results, measure, configuration);
+      const BatchColumn column = results.ColumnOf(measure, configuration);
       for (size_t t = 0; t < column.size(); ++t) {
         if (!column[t].has_value()) continue;
         table.AddRow({results.recordings[t], configuration, measure.key,
@@ -234,11 +206,10 @@ Json ResultsJson(const Results& results) {
     json["missing"].push_back(task->Name());
   }
   const std::string& first = results.configurations.front();
-  for (const BatchMeasure& measure : BatchMeasures()) {
-    if (results.values.count(measure.key) == 0) continue;
-    const BatchColumn base = ColumnOf(results, measure, first);
+  for (const BatchMeasure& measure : results.Measures()) {
+    const BatchColumn base = results.ColumnOf(measure, first);
     for (const std::string& configuration : results.configurations) {
-      const BatchColumn column = ColumnOf(results, measure, configuration);
+      const BatchColumn column = results.ColumnOf(measure, configuration);
       Json& entry = json["measures"][measure.key][configuration];
       entry["summary"] = SummaryJson(Summarise(column));
       entry["less_first"] = SummaryJson(SummariseDifference(column, base));
@@ -261,19 +232,12 @@ std::string Escaped(const std::string& text) {
 
 // Bytes of a path that a link cannot say as they are.
 std::string UrlOf(const std::string& path) {
-  constexpr const char* kHex = "0123456789ABCDEF";
   std::string url;
   for (const char c : path) {
     const auto byte = static_cast<unsigned char>(c);
     const bool plain =
         std::isalnum(byte) != 0 || c == '/' || c == '-' || c == '_' || c == '.';
-    if (plain) {
-      url += c;
-    } else {
-      url += '%';
-      url += kHex[byte >> 4U];
-      url += kHex[byte & 15U];
-    }
+    url += plain ? std::string(1, c) : fmt::format("%{:02X}", byte);
   }
   return url;
 }

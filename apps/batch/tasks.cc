@@ -1,17 +1,31 @@
 #include "apps/batch/tasks.h"
 
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <atomic>
 #include <cstdio>
+#include <cstdlib>
+#include <mutex>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+#include <thread>
 #include <utility>
 
+#include "apps/common/config_folder.h"
+#include "apps/common/machine.h"
+#include "core/base/error.h"
 #include "core/io/binary/npz_file.h"
+#include "core/io/files/atomic_folder.h"
+#include "core/io/files/input_files.h"
 #include "core/io/files/text_file.h"
+#include "core/io/files/write_text_file.h"
+#include "core/io/text/json.h"
+#include "core/system/file.h"
+#include "core/system/process.h"
 
 namespace kinegraph {
 namespace {
-
-std::string Joined(const std::string& a, const std::string& b) {
-  return a.empty() || b.empty() ? a + b : a + ";" + b;
-}
 
 void Add(std::vector<std::string>* arguments, const std::string& flag,
          const std::string& value) {
@@ -27,7 +41,7 @@ std::vector<std::string> TrackingArguments(
   Add(&arguments, "detections", recording.detections);
   Add(&arguments, "config", configuration.config);
   // The recording's keys describe its data and come last.
-  Add(&arguments, "set", Joined(configuration.set, recording.set));
+  Add(&arguments, "set", JoinSets(configuration.set, recording.set));
   Add(&arguments, "mode", configuration.mode);
   Add(&arguments, "frames", recording.frames);
   return arguments;
@@ -80,9 +94,67 @@ std::vector<TaskStep> StepsOf(const Manifest& manifest,
 // The checksum of a file's content; of a folder or pipe, nothing.
 std::string ContentMark(const std::string& path) {
   if (path.empty() || !IsFile(path)) return path + "\n";
-  char mark[16];
-  std::snprintf(mark, sizeof(mark), "%08x", Crc32(ReadBytes(path)));
-  return path + " " + mark + "\n";
+  return fmt::format("{} {:08x}\n", path, Crc32(ReadBytes(path)));
+}
+
+// What a task's programs print, and what the last one complained about.
+constexpr const char* kLog = "log.txt";
+constexpr const char* kErrors = "errors.txt";
+
+std::string FolderOf(const Task& task, const std::string& out) {
+  return out + "/" + task.Name();
+}
+
+std::string FailureFile(const Task& task, const std::string& out) {
+  return FolderOf(task, out) + ".failed.txt";
+}
+
+// The programs of one build stand in one folder.
+std::string ProgramOf(const std::string& command) {
+  const std::string path = ProgramPath();
+  if (path.empty()) throw std::runtime_error("cannot tell where programs are");
+  return path.substr(0, path.rfind('/') + 1) + "kinegraph-" + command;
+}
+
+std::string LastLine(std::string text) {
+  while (!text.empty() && text.back() == '\n') text.pop_back();
+  const size_t newline = text.rfind('\n');
+  return newline == std::string::npos ? text : text.substr(newline + 1);
+}
+
+// The error of a step, or nothing.
+std::string RunStep(const TaskStep& step, const std::string& folder) {
+  std::vector<std::string> words = step.arguments;
+  words.insert(words.begin(), ProgramOf(step.command));
+  const std::string errors = folder + "/" + kErrors;
+  const ProcessEnd end = RunInFolder(std::move(words), folder, kLog, kErrors);
+  if (end.not_started != 0) {
+    throw std::runtime_error("no process can be started");
+  }
+  const std::string said = IsFile(errors) ? ReadTextFile(errors) : "";
+  InputFiles::Forget(errors);
+  RemoveFile(errors);
+  if (end.well()) return "";
+  if (end.signal != 0) {
+    return "kinegraph-" + step.command + " was ended by signal " +
+           std::to_string(end.signal);
+  }
+  return said.empty() ? "kinegraph-" + step.command + " failed without a word"
+                      : Printable(LastLine(said), 1000);
+}
+
+std::string TaskJson(const Task& task) {
+  const Machine machine = ThisMachine();
+  Json json = {{"kinegraph_task", 1},
+               {"take", task.recording},
+               {"configuration", task.configuration},
+               {"fingerprint", task.fingerprint},
+               {"commit", machine.commit},
+               {"processor", machine.processor}};
+  for (const TaskStep& step : task.steps) {
+    json["outputs"].push_back(step.output);
+  }
+  return DumpJson(json, 1) + "\n";
 }
 
 }  // namespace
@@ -99,19 +171,82 @@ std::vector<Task> TasksOf(const Manifest& manifest) {
       task.steps = StepsOf(manifest, recording, configuration);
       std::string told = recording_marks + ContentMark(configuration.config);
       for (const TaskStep& step : task.steps) {
-        told += step.command;
-        for (const std::string& argument : step.arguments) {
-          told += " " + argument;
-        }
-        told += "\n";
+        told += fmt::format("{} {}\n", step.command,
+                            fmt::join(step.arguments, " "));
       }
-      char mark[16];
-      std::snprintf(mark, sizeof(mark), "%08x", Crc32(told));
-      task.fingerprint = mark;
+      task.fingerprint = fmt::format("{:08x}", Crc32(told));
       tasks.push_back(std::move(task));
     }
   }
   return tasks;
+}
+
+TaskState StateOf(const Task& task, const std::string& out) {
+  const std::string folder = FolderOf(task, out);
+  // Snakemake makes the folder itself, empty.
+  if (!IsFolder(folder) || ListFolder(folder).empty()) {
+    return TaskState::kMissing;
+  }
+  const std::string file = folder + "/task.json";
+  if (!IsFile(file)) return TaskState::kOther;
+  const Json json = ParseJson(ReadTextFile(file, kMaxSmallFileBytes), file);
+  return JsonField(json, file).At("fingerprint").Text() == task.fingerprint
+             ? TaskState::kDone
+             : TaskState::kOther;
+}
+
+TaskOutcome RunTask(const Task& task, const std::string& out) {
+  TaskOutcome outcome;
+  try {
+    const OutputFolder recording_folder(out + "/" + task.recording);
+    AtomicFolder folder(FolderOf(task, out));
+    std::string inside = folder.PathOf("");
+    inside.pop_back();  // the slash
+    for (const TaskStep& step : task.steps) {
+      outcome.error = RunStep(step, inside);
+      if (!outcome.error.empty()) break;
+    }
+    if (outcome.error.empty()) {
+      WriteTextFile(folder.PathOf("task.json"), TaskJson(task));
+      folder.Commit();
+      RemoveFile(FailureFile(task, out));
+      outcome.done = true;
+      return outcome;
+    }
+  } catch (const std::exception& error) {
+    outcome.error = error.what();
+  }
+  try {
+    // Where two batches share the work, the other one may have been first.
+    if (StateOf(task, out) == TaskState::kDone) return {true, ""};
+    const OutputFolder recording_folder(out + "/" + task.recording);
+    WriteTextFile(FailureFile(task, out), outcome.error + "\n");
+  } catch (const std::exception&) {  // it is told below all the same
+  }
+  return outcome;
+}
+
+int RunTasks(
+    const std::vector<Task>& tasks, const std::string& out, int jobs,
+    const std::function<void(const Task&, const TaskOutcome&)>& report) {
+  std::atomic<size_t> next{0};
+  std::atomic<int> failed{0};
+  std::mutex mutex;
+  const auto work = [&] {
+    for (size_t i = next++; i < tasks.size(); i = next++) {
+      const TaskOutcome outcome = RunTask(tasks[i], out);
+      if (!outcome.done) ++failed;
+      const std::lock_guard<std::mutex> lock(mutex);
+      report(tasks[i], outcome);
+    }
+  };
+  std::vector<std::thread> threads;
+  const size_t count =
+      std::min(static_cast<size_t>(std::max(jobs, 1)), tasks.size());
+  for (size_t t = 1; t < count; ++t) threads.emplace_back(work);
+  work();
+  for (std::thread& thread : threads) thread.join();
+  return failed;
 }
 
 }  // namespace kinegraph

@@ -22,6 +22,7 @@
 #include <array>
 #include <cstdint>
 #include <functional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -55,6 +56,10 @@ int RunApp(int argc, char** argv, const AppInfo& info,
 // Throws InputError when the flag --`name` was not given.
 void RequireFlag(const std::string& name, const std::string& value);
 
+// Throws InputError: "--name: found 'found', expected ...".
+[[noreturn]] void FailFlag(const std::string& name, const std::string& found,
+                           const std::string& expected);
+
 // Makes the folders above a file that is to be written and returns its path.
 std::string WithFolders(const std::string& path);
 
@@ -81,6 +86,16 @@ std::vector<FrameRange> ParseFrameRanges(const std::string& text,
 // --`flag` for an empty part.
 std::vector<std::string> ParseList(const std::string& text,
                                    const std::string& flag);
+
+// "--cameras=calibration.json". Flags of one name mean the same in every
+// command, but for those with an example of the command's own.
+std::string FlagExample(const std::string& command, const std::string& flag,
+                        const std::string& type,
+                        const std::string& default_value);
+
+// Flags that a usage such as "--cameras=F [--mode=M] --out=F" has outside of
+// brackets, in its first form where there are several.
+std::set<std::string> RequiredFlags(const std::string& usage);
 
 }  // namespace kinegraph
 

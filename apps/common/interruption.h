@@ -19,6 +19,16 @@ void HandleInterruptions(const std::string& program);
 // kept; the second does as above. After HandleInterruptions.
 void EndInputOnInterruption();
 
+// What the one line begins with.
+void NameProgram(const std::string& program);
+
+// Says so in one line, removes what is half-written and leaves with exit code
+// 1; only the first thread that calls it does, others wait for the end. A
+// program that links this ends so wherever an allocation fails. An exception
+// would not do: destructors of libraries ask for memory (JSON's), and so do
+// threads of libraries, which nobody catches for.
+[[noreturn]] void EndOutOfMemory();
+
 }  // namespace kinegraph
 
 #endif  // KINEGRAPH_APPS_COMMON_INTERRUPTION_H_

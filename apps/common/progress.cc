@@ -12,7 +12,7 @@ namespace kinegraph {
 namespace {
 
 constexpr std::chrono::milliseconds kBetweenDrawings(100);
-constexpr std::chrono::seconds kBetweenLines(30);  // in a pipe
+constexpr std::chrono::milliseconds kBetweenLines(30'000);  // in a pipe
 constexpr size_t kMaxLineLength = 79;  // characters; a longer line would wrap
 // Carriage return, then "erase to the end of the line" (ECMA-48 EL).
 constexpr char kWipe[] = "\r\033[K";
@@ -63,34 +63,30 @@ Progress::~Progress() {
   if (drawn_) std::fputs(kWipe, stderr);
 }
 
+void Progress::Advance(int64_t steps) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  done_ += steps;
+  Show();
+}
+
 void Progress::Set(int64_t done) {
+  const std::lock_guard<std::mutex> lock(mutex_);
   done_ = done;
+  Show();
+}
+
+void Progress::Show() {
   const Clock::time_point now = Clock::now();
-  if (!on_terminal_) {
-    if (now - last_drawn_ >= kBetweenLines) PrintLine(now);
+  if (now - last_drawn_ < (on_terminal_ ? kBetweenDrawings : kBetweenLines)) {
     return;
   }
-  if (now - last_drawn_ < kBetweenDrawings) return;
-  Draw(now);
-}
-
-// Where nobody watches: in a pipe or a log.
-void Progress::PrintLine(Clock::time_point now) {
   const double elapsed_s = std::chrono::duration<double>(now - start_).count();
-  std::fputs((ProgressLine(label_, done_, total_, elapsed_s) + "\n").c_str(),
-             stderr);
+  const std::string line = ProgressLine(label_, done_, total_, elapsed_s);
+  // Where nobody watches, in a pipe or a log, each stays on a line of its own.
+  std::fputs((on_terminal_ ? kWipe + line : line + "\n").c_str(), stderr);
   std::fflush(stderr);
   last_drawn_ = now;
-}
-
-void Progress::Draw(Clock::time_point now) {
-  const double elapsed_s = std::chrono::duration<double>(now - start_).count();
-  const std::string line =
-      kWipe + ProgressLine(label_, done_, total_, elapsed_s);
-  std::fputs(line.c_str(), stderr);
-  std::fflush(stderr);
-  last_drawn_ = now;
-  drawn_ = true;
+  drawn_ = on_terminal_;
 }
 
 }  // namespace kinegraph

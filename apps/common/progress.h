@@ -5,11 +5,12 @@
 
 #include <chrono>
 #include <cstdint>
+#include <mutex>
 #include <string>
 
 namespace kinegraph {
 
-// Not for use by several threads at once.
+// Several threads may move it.
 class Progress {
  public:
   // `label` says what is done, as "tracking"; `total` is the number of steps,
@@ -20,19 +21,19 @@ class Progress {
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
 
-  void Advance(int64_t steps = 1) { Set(done_ + steps); }
+  void Advance(int64_t steps = 1);
   void Set(int64_t done);
 
  private:
   using Clock = std::chrono::steady_clock;
 
-  void Draw(Clock::time_point now);
-  void PrintLine(Clock::time_point now);
+  void Show();  // not too often
 
   const std::string label_;
   const int64_t total_;
   const bool on_terminal_;
   const Clock::time_point start_;
+  std::mutex mutex_;  // of what follows
   Clock::time_point last_drawn_;
   int64_t done_ = 0;
   bool drawn_ = false;

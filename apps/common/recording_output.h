@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "solvers/noise/recording_notes.h"
+#include "solvers/session/ready_recording.h"
 #include "solvers/session/recording_report.h"
 #include "solvers/session/session.h"
 
@@ -26,6 +27,16 @@ std::string WarningsText(const RecordingReport& report);
 // NAME.summary.json. `learnt`: what the estimators learnt from the recording.
 std::string ReportJson(const RecordingReport& report, const RunSummary& run,
                        const LearntNoise& learnt);
+
+// What a later run repeats; the steps with what was decided and why; each
+// camera's change with its standard deviation: degrees, millimetres, pixels,
+// per cent, milliseconds, parts per million; the turn of the whole world that
+// followed.
+std::string RefinementJson(const ReadyRecording& recording);
+
+// One line a step: "rotation: taken, 7.31 px instead of 9.02 on the other half
+// of the recording"; one for the floor.
+std::string RefinementText(const ReadyRecording& recording);
 
 }  // namespace kinegraph
 

@@ -1,10 +1,13 @@
-// Tracks as commands read them.
+// Tracks as commands read them, and where they say what they have done.
 #ifndef KINEGRAPH_APPS_COMMON_TRACK_INPUT_H_
 #define KINEGRAPH_APPS_COMMON_TRACK_INPUT_H_
 
+#include <cstdio>
 #include <string>
 #include <vector>
 
+#include "core/base/error.h"
+#include "core/io/files/atomic_file.h"
 #include "core/io/tracks/tracks.h"
 
 namespace kinegraph {
@@ -28,6 +31,22 @@ class TrackInput {
   std::string command_;
   double unit_m_ = 0.0;
 };
+
+// Standard output, or standard error when the result `out` itself goes to
+// standard output (--out=/dev/stdout).
+inline std::FILE* SummaryStream(const std::string& out) {
+  return IsStandardOutput(out) ? stderr : stdout;
+}
+
+// What does not keep a command from its work, on standard error; `program`
+// stands before each line.
+inline void SayNotes(const std::vector<std::string>& notes,
+                     const std::string& program = "") {
+  for (const std::string& note : notes) {
+    std::fprintf(stderr, "%snote: %s\n", program.c_str(),
+                 Printable(note, 500).c_str());
+  }
+}
 
 }  // namespace kinegraph
 

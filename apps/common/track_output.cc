@@ -1,9 +1,9 @@
 #include "apps/common/track_output.h"
 
-#include <cstdio>
 #include <optional>
 #include <utility>
 
+#include "apps/common/track_input.h"
 #include "core/base/error.h"
 #include "core/io/files/atomic_file.h"
 #include "core/io/tracks/format.h"
@@ -20,10 +20,6 @@ std::string ExtensionOf(const std::string& path) {
   const bool has_dot =
       dot != std::string::npos && (slash == std::string::npos || dot > slash);
   return has_dot ? path.substr(dot) : "";
-}
-
-std::string WithoutExtension(const std::string& path) {
-  return path.substr(0, path.size() - ExtensionOf(path).size());
 }
 
 class JsonLinesOutput final : public TrackOutput {
@@ -75,10 +71,7 @@ class WholeRecordingOutput final : public TrackOutput {
     tracks_.header.skeleton =
         WithMarkerNames(tracks_.header.skeleton, markers_);
     format_.write(path_, tracks_, options_, &lost_fields);
-    for (const std::string& loss : lost_fields) {
-      std::fprintf(stderr, "kinegraph-track: note: %s\n",
-                   Printable(loss, 500).c_str());
-    }
+    SayNotes(lost_fields, "kinegraph-track: ");
   }
   std::string path() const override { return path_; }
 
@@ -96,6 +89,10 @@ bool IsJsonLines(const std::string& extension) {
 }
 
 }  // namespace
+
+std::string WithoutExtension(const std::string& path) {
+  return path.substr(0, path.size() - ExtensionOf(path).size());
+}
 
 void CheckTrackOutput(const std::string& path, MarkerNames markers,
                       const std::optional<AxisMap>& axes) {

@@ -45,6 +45,9 @@ void CheckTrackOutput(const std::string& path,
                       MarkerNames markers = MarkerNames::kOurs,
                       const std::optional<AxisMap>& axes = {});
 
+// "out/take" of "out/take.trc".
+std::string WithoutExtension(const std::string& path);
+
 // The value of --markers. Throws InputError listing those that there are.
 MarkerNames MarkersFlag(const std::string& text);
 

@@ -10,7 +10,6 @@
 
 #include "apps/common/evaluation_output.h"
 #include "apps/common/table.h"
-#include "apps/compare/verdict.h"
 #include "core/io/configuration/config.h"
 
 namespace kinegraph {
@@ -20,16 +19,11 @@ Json NumberOrNull(double value) {
   return std::isfinite(value) ? Json(value) : Json(nullptr);
 }
 
-// "12.34 [12.00, 12.70]"
-std::string WithInterval(double value, const Interval& interval, int decimals) {
-  std::string cell = Fixed(value, decimals);
-  if (!std::isnan(interval.low)) cell += " " + IntervalCell(interval, decimals);
-  return cell;
-}
-
-std::string Signed(double value, int decimals) {
-  const std::string text = Fixed(value, decimals);
-  return value > 0.0 ? "+" + text : text;
+// "12.34 [12.00, 12.70]", where there is an interval.
+std::string ValueCell(const Measure& one) {
+  return std::isnan(one.interval.low)
+             ? Fixed(one.value, one.decimals)
+             : WithInterval(one.value, one.interval, one.decimals);
 }
 
 // The verdict as words for a figure of which less, or more, is better.
@@ -49,18 +43,19 @@ std::string Judged(const Measure& measure) {
 
 std::string DifferenceCell(const Measure& measure) {
   if (measure.verdict == Verdict::kNone) return "-";
-  return Signed(measure.difference, measure.decimals) + " " +
-         IntervalCell(measure.difference_interval, measure.decimals);
+  return (measure.difference > 0.0 ? "+" : "") +
+         WithInterval(measure.difference, measure.difference_interval,
+                      measure.decimals);
 }
 
 Json MeasureJson(const Measure& measure) {
-  Json json = {{"title", measure.title}, {"unit", measure.unit}};
-  json["value"] = NumberOrNull(measure.value);
-  json["interval"] = ToJson(measure.interval);
-  json["difference_to_baseline"] = NumberOrNull(measure.difference);
-  json["difference_interval"] = ToJson(measure.difference_interval);
-  json["verdict"] = Judged(measure);
-  return json;
+  return {{"title", measure.title},
+          {"unit", measure.unit},
+          {"value", NumberOrNull(measure.value)},
+          {"interval", ToJson(measure.interval)},
+          {"difference_to_baseline", NumberOrNull(measure.difference)},
+          {"difference_interval", ToJson(measure.difference_interval)},
+          {"verdict", Judged(measure)}};
 }
 
 Json ValuesJson(const Strategy& strategy, const StrategyValues& values) {
@@ -72,29 +67,17 @@ Json ValuesJson(const Strategy& strategy, const StrategyValues& values) {
 }
 
 Json TuningJson(const Strategy& strategy, const StrategyTuning& tuning) {
-  Json json;
-  json["chosen_on"] = "the other fold, by held_out_mean_px";
-  json["same_fold_px"] = NumberOrNull(tuning.same_fold_px);
-  json["cross_px"] = NumberOrNull(tuning.cross_px);
-  json["curve"] = Json::array();
+  Json curve = Json::array();
   for (const TuningPoint& point : tuning.points) {
-    Json entry = {{"values", ValuesJson(strategy, point.values)}};
-    entry["first_px"] = NumberOrNull(point.error_px[0]);
-    entry["second_px"] = NumberOrNull(point.error_px[1]);
-    entry["pooled_px"] = NumberOrNull(point.pooled_px);
-    json["curve"].push_back(entry);
+    curve.push_back({{"values", ValuesJson(strategy, point.values)},
+                     {"first_px", NumberOrNull(point.error_px[0])},
+                     {"second_px", NumberOrNull(point.error_px[1])},
+                     {"pooled_px", NumberOrNull(point.pooled_px)}});
   }
-  return json;
-}
-
-bool Tuned(const CompareResult& result) {
-  return std::any_of(
-      result.strategies.begin(), result.strategies.end(),
-      [](const StrategyResult& one) { return one.tuning.has_value(); });
-}
-
-Json FrameJson(const FrameRange& range) {
-  return {{"begin", range.begin}, {"end", range.end}};
+  return {{"chosen_on", "the other fold, by held_out_mean_px"},
+          {"same_fold_px", NumberOrNull(tuning.same_fold_px)},
+          {"cross_px", NumberOrNull(tuning.cross_px)},
+          {"curve", curve}};
 }
 
 // ---- Tables with a line a strategy ----
@@ -120,9 +103,7 @@ Column ValueOf(std::string key, std::string header) {
 }
 
 Column IntervalOf(std::string key, std::string header) {
-  return OfMeasure(std::move(key), std::move(header), [](const Measure& one) {
-    return WithInterval(one.value, one.interval, one.decimals);
-  });
+  return OfMeasure(std::move(key), std::move(header), ValueCell);
 }
 
 // The paired difference to the baseline.
@@ -139,15 +120,13 @@ std::string StrategyTable(
     const CompareResult& result, const std::vector<Column>& columns,
     TableStyle style = TableStyle::kMarkdown,
     const std::function<bool(const StrategyResult&)>& shows = nullptr) {
-  std::vector<std::string> header = {"strategy"};
-  for (const Column& column : columns) header.push_back(column.header);
-  Table table(header);
+  const auto header = [](const Column& column) { return column.header; };
+  Table table(RowOf("strategy", CellsOf(columns, header)));
   bool any = false;
-  for (const StrategyResult& one : result.strategies) {
-    if (!one.scores.refused.empty() || (shows && !shows(one))) continue;
-    std::vector<std::string> row = {one.strategy.title};
-    for (const Column& column : columns) row.push_back(column.cell(one));
-    table.AddRow(std::move(row));
+  for (const StrategyResult* one : result.Ran()) {
+    if (shows && !shows(*one)) continue;
+    const auto cell = [&](const Column& column) { return column.cell(*one); };
+    table.AddRow(RowOf(one->strategy.title, CellsOf(columns, cell)));
     any = true;
   }
   return any ? table.ToString(style) : "";
@@ -241,23 +220,19 @@ std::string TuningTable(const CompareResult& result) {
   Table table({"strategy", "first fold", "second fold",
                "chosen on the other fold [px]", "on the same [px]"});
   bool at_edge = false;
-  for (const StrategyResult& one : result.strategies) {
-    if (!one.tuning.has_value() || !one.scores.refused.empty()) continue;
-    std::vector<std::string> row = {one.strategy.title};
-    for (const StrategyValues& values : one.values) {
-      row.push_back(DescribeValues(one.strategy, values));
-      if (!AtEdge(one.strategy, values)) continue;
-      row.back() += " *";
-      at_edge = true;
-    }
-    if (one.strategy.tuned_as.empty()) {
-      row.push_back(Fixed(one.tuning->cross_px, 2));
-      row.push_back(Fixed(one.tuning->same_fold_px, 2));
-    } else {
-      row.push_back(Fixed(one.Find(kHeldOut)->value, 2));
-      row.push_back("as " + one.strategy.tuned_as);
-    }
-    table.AddRow(std::move(row));
+  for (const StrategyResult* one : result.Ran()) {
+    if (!one->tuning.has_value()) continue;
+    const Strategy& strategy = one->strategy;
+    const auto chosen = [&](const StrategyValues& values) {
+      const bool edge = AtEdge(strategy, values);
+      at_edge = at_edge || edge;
+      return DescribeValues(strategy, values) + (edge ? " *" : "");
+    };
+    const bool own = strategy.tuned_as.empty();
+    table.AddRow(RowOf(
+        strategy.title, CellsOf(one->values, chosen),
+        Fixed(own ? one->tuning->cross_px : one->Find(kHeldOut)->value, 2),
+        own ? Fixed(one->tuning->same_fold_px, 2) : "as " + strategy.tuned_as));
   }
   return table.ToString(TableStyle::kMarkdown) +
          (at_edge ? "\n\\* at an end of the grid.\n" : "");
@@ -280,8 +255,7 @@ std::string LagTable(const CompareResult& result) {
                "to batch, median [mm]", "95th [mm]", "99th [mm]"});
   for (const LagPoint& point : result.lag_sweep) {
     const Measure& mean = *result.strategies[point.result_idx].Find(kHeldOut);
-    table.AddRow({std::to_string(point.lag_frames),
-                  WithInterval(mean.value, mean.interval, mean.decimals),
+    table.AddRow({std::to_string(point.lag_frames), ValueCell(mean),
                   Fixed(1000.0 * point.median_m, 3),
                   Fixed(1000.0 * point.p95_m, 2),
                   Fixed(1000.0 * point.p99_m, 2)});
@@ -289,28 +263,24 @@ std::string LagTable(const CompareResult& result) {
   return table.ToString(TableStyle::kMarkdown);
 }
 
+// "0..99": the first and the last.
+std::string FramesText(const Fold& fold) {
+  return fmt::format("{}..{}", fold.frames.begin, fold.frames.end - 1);
+}
+
 std::string ShiftText(const CompareResult& result) {
   std::string text;
   const Comparison& comparison = result.comparison;
   for (size_t fold = 0; fold < result.shifts_px.size(); ++fold) {
-    const FrameRange& frames = comparison.folds[fold].frames;
-    text += "- frames " + std::to_string(frames.begin) + ".." +
-            std::to_string(frames.end - 1) + ", fitted on the other fold:";
+    text += "- frames " + FramesText(comparison.folds[fold]) +
+            ", fitted on the other fold:";
     for (size_t view = 0; view < result.shifts_px[fold].size(); ++view) {
       const Eigen::Vector2d& shift = result.shifts_px[fold][view];
-      text += (view == 0 ? " " : "; ") + comparison.views()[view] + " (" +
-              Fixed(shift.x(), 2) + ", " + Fixed(shift.y(), 2) + ") px";
+      text += fmt::format("{}{} ({}, {}) px", view == 0 ? " " : "; ",
+                          comparison.views()[view], Fixed(shift.x(), 2),
+                          Fixed(shift.y(), 2));
     }
     text += "\n";
-  }
-  return text;
-}
-
-std::string FoldText(const Comparison& comparison) {
-  std::string text;
-  for (const Fold& fold : comparison.folds) {
-    text += (text.empty() ? "" : " and ") + std::to_string(fold.frames.begin) +
-            ".." + std::to_string(fold.frames.end - 1);
   }
   return text;
 }
@@ -325,31 +295,19 @@ int64_t ScoredJoints(const CompareResult& result) {
 
 // Three lines: who is better, not told apart and worse by a measure.
 std::string Ranking(const CompareResult& result, const std::string& key) {
-  std::string better, worse, same;
-  for (const StrategyResult& one : result.strategies) {
-    if (!one.scores.refused.empty()) continue;
-    std::string* list = nullptr;
-    switch (one.Find(key)->verdict) {
-      case Verdict::kNone:
-        continue;
-      case Verdict::kSame:
-        list = &same;
-        break;
-      case Verdict::kLess:
-        list = &better;
-        break;
-      case Verdict::kMore:
-        list = &worse;
-        break;
+  std::string text;
+  for (const auto& [verdict, name] : {std::pair{Verdict::kLess, "better"},
+                                      {Verdict::kSame, "not told apart"},
+                                      {Verdict::kMore, "worse"}}) {
+    Cells titles;
+    for (const StrategyResult* one : result.Ran()) {
+      if (one->Find(key)->verdict != verdict) continue;
+      titles.push_back(one->strategy.title);
     }
-    *list += (list->empty() ? "" : "; ") + one.strategy.title;
+    if (titles.empty()) titles.emplace_back("none");
+    text += fmt::format("- {}: {}.\n", name, fmt::join(titles, "; "));
   }
-  const auto line = [](const char* what, const std::string& names) {
-    return std::string("- ") + what + ": " + (names.empty() ? "none" : names) +
-           ".\n";
-  };
-  return line("better", better) + line("not told apart", same) +
-         line("worse", worse);
+  return text;
 }
 
 // [fold][view].
@@ -372,26 +330,29 @@ Json StrategyJson(const StrategyResult& one,
   for (const StrategyValues& values : one.values) {
     entry["parameters"].push_back(ValuesJson(one.strategy, values));
   }
-  if (!one.scores.refused.empty()) {
+  if (!one.ran()) {
     entry["refused"] = one.scores.refused;
     return entry;
   }
   entry["whole_take"] = one.scores.run.whole_recording;
-  Json measures = Json::object();
   for (const Measure& measure : one.measures) {
-    measures[measure.key] = MeasureJson(measure);
+    entry["measures"][measure.key] = MeasureJson(measure);
   }
-  entry["measures"] = measures;
-  Json by_view = Json::object();
   for (size_t v = 0; v < views.size(); ++v) {
-    by_view[views[v]] = NumberOrNull(one.scores.held_out_by_view[v].figure_px(
-        HeldOutFigure::kMeanTruncated));
+    entry["held_out_mean_px_by_view"][views[v]] =
+        NumberOrNull(one.scores.held_out_by_view[v].figure_px(
+            HeldOutFigure::kMeanTruncated));
   }
-  entry["held_out_mean_px_by_view"] = by_view;
   if (one.tuning.has_value()) {
     entry["tuning"] = TuningJson(one.strategy, *one.tuning);
   }
   return entry;
+}
+
+// Processor time of a person in a frame.
+double PerFrameUs(const StrategyRun& run) {
+  return 1e-3 * static_cast<double>(run.cpu_ns) /
+         static_cast<double>(std::max<int64_t>(1, run.person_frames));
 }
 
 }  // namespace
@@ -414,7 +375,8 @@ Json CompareJson(const CompareResult& result) {
   json["views"] = comparison.views();
   json["frames"] = Json::array();
   for (const Fold& fold : comparison.folds) {
-    json["frames"].push_back(FrameJson(fold.frames));
+    json["frames"].push_back(
+        {{"begin", fold.frames.begin}, {"end", fold.frames.end}});
   }
   json["people"] = comparison.people.size();
   json["held_out"] = {{"protocol", "held_out_camera_fixed_association"},
@@ -467,46 +429,42 @@ std::string CompareCsv(const CompareResult& result) {
 }
 
 std::string ErrorsCsv(const CompareResult& result) {
-  std::vector<std::string> header = {"frame"};
-  std::vector<const StrategyScores*> columns;
-  for (const StrategyResult& one : result.strategies) {
-    if (!one.scores.refused.empty()) continue;
-    header.push_back(one.strategy.name);
-    columns.push_back(&one.scores);
-  }
-  Table table(header);
-  const StrategyScores& first = *columns.front();
+  const std::vector<const StrategyResult*> ran = result.Ran();
+  const auto name = [](const StrategyResult* one) {
+    return one->strategy.name;
+  };
+  Table table(RowOf("frame", CellsOf(ran, name)));
+  const StrategyScores& first = ran.front()->scores;
   for (size_t j = 0; j < first.joint_units.size(); ++j) {
     const auto unit = static_cast<size_t>(first.joint_units[j]);
-    std::vector<std::string> row = {std::to_string(first.unit_frames[unit])};
-    for (const StrategyScores* one : columns) {
-      const float error_px = one->joint_errors_px[j];  // all its digits
-      row.push_back(error_px < 0.0F ? "" : fmt::format("{:.9g}", error_px));
-    }
-    table.AddRow(std::move(row));
+    const auto error = [j](const StrategyResult* one) {
+      const float error_px = one->scores.joint_errors_px[j];  // all its digits
+      return error_px < 0.0F ? "" : fmt::format("{:.9g}", error_px);
+    };
+    table.AddRow(
+        RowOf(std::to_string(first.unit_frames[unit]), CellsOf(ran, error)));
   }
   return table.ToString(TableStyle::kCsv);
 }
 
 std::string CompareMarkdown(const CompareResult& result) {
   const Comparison& comparison = result.comparison;
-  std::string text = "# Smoothing strategies compared\n\n";
-  text +=
-      "Frames " + FoldText(comparison) + " at " +
-      Fixed(comparison.rate_hz(), 0) + " Hz, " +
-      std::to_string(comparison.views().size()) + " cameras, " +
-      std::to_string(comparison.people.size()) + " people, " +
-      std::to_string(ScoredJoints(result)) +
-      " scored joints. The matches of one run are frozen; every strategy "
-      "gets the same detections, joints filter and triangulation. Held-out "
-      "error: each camera is left out of the frozen matches in turn, and "
-      "what the others say is projected into it "
+  std::string text = fmt::format(
+      "# Smoothing strategies compared\n\nFrames {} at {} Hz, {} cameras, {} "
+      "people, {} scored joints. The matches of one run are frozen; every "
+      "strategy gets the same detections, joints filter and triangulation. "
+      "Held-out error: each camera is left out of the frozen matches in turn, "
+      "and what the others say is projected into it "
       "(`held_out_camera_fixed_association`). The frames in which a person is "
       "written are those of the frozen run for every strategy; a joint that "
-      "a strategy gives no position in them counts 30 px in the mean.\n\n" +
-      VerdictText(result) + "\n\n" + RankingText(result);
+      "a strategy gives no position in them counts 30 px in the "
+      "mean.\n\n{}\n\n{}",
+      fmt::join(CellsOf(comparison.folds, FramesText), " and "),
+      Fixed(comparison.rate_hz(), 0), comparison.views().size(),
+      comparison.people.size(), ScoredJoints(result), VerdictText(result),
+      RankingText(result));
   for (const StrategyResult& one : result.strategies) {
-    if (one.scores.refused.empty()) continue;
+    if (one.ran()) continue;
     text += "- cannot be run here: " + one.strategy.title + " (" +
             one.scores.refused + ").\n";
   }
@@ -537,7 +495,7 @@ std::string CompareMarkdown(const CompareResult& result) {
   if (!result.lag_sweep.empty()) {
     text += "\n## The window against the batch\n\n" + LagTable(result);
   }
-  if (Tuned(result)) {
+  if (result.strategies.front().tuning.has_value()) {  // then all are
     text += "\n## Parameters, chosen by held-out error on two folds\n\n" +
             TuningTable(result);
   } else {
@@ -548,34 +506,26 @@ std::string CompareMarkdown(const CompareResult& result) {
 
 Json RuntimeJson(const CompareResult& result) {
   Json json = Json::array();
-  for (const StrategyResult& one : result.strategies) {
-    if (!one.scores.refused.empty()) continue;
-    const StrategyRun& run = one.scores.run;
-    Json entry = {{"name", one.strategy.name},
+  for (const StrategyResult* one : result.Ran()) {
+    const StrategyRun& run = one->scores.run;
+    Json entry = {{"name", one->strategy.name},
                   {"cpu_us_per_person_frame",
-                   run.person_frames == 0
-                       ? Json(nullptr)
-                       : Json(1e-3 * static_cast<double>(run.cpu_ns) /
-                              static_cast<double>(run.person_frames))}};
-    if (one.tuning.has_value()) entry["tuning_cpu_s"] = one.tuning->cpu_s;
+                   run.person_frames == 0 ? Json() : Json(PerFrameUs(run))}};
+    if (one->tuning.has_value()) entry["tuning_cpu_s"] = one->tuning->cpu_s;
     json.push_back(entry);
   }
   return json;
 }
 
 std::string RuntimeTable(const CompareResult& result) {
-  const auto per_frame_us = [](const StrategyResult& one) {
-    const StrategyRun& run = one.scores.run;
-    const int64_t frames = std::max<int64_t>(1, run.person_frames);
-    return Fixed(
-        1e-3 * static_cast<double>(run.cpu_ns) / static_cast<double>(frames),
-        1);
+  const auto per_frame = [](const StrategyResult& one) {
+    return Fixed(PerFrameUs(one.scores.run), 1);
   };
   const auto tuning_s = [](const StrategyResult& one) {
     return one.tuning.has_value() ? Fixed(one.tuning->cpu_s, 1) : "-";
   };
   return StrategyTable(
-      result, {{"us per person-frame", per_frame_us}, {"tuning [s]", tuning_s}},
+      result, {{"us per person-frame", per_frame}, {"tuning [s]", tuning_s}},
       TableStyle::kPlain);
 }
 

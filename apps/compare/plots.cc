@@ -1,4 +1,4 @@
-#include "apps/compare/plots.h"
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "apps/common/plot.h"
+#include "apps/compare/output.h"
 #include "core/base/constants.h"
 
 namespace kinegraph {
@@ -20,31 +21,23 @@ struct NamedPlot {
   PlotSize size;
 };
 
-std::vector<const StrategyResult*> Run(const CompareResult& result) {
-  std::vector<const StrategyResult*> run;
-  for (const StrategyResult& one : result.strategies) {
-    if (one.scores.refused.empty()) run.push_back(&one);
-  }
-  return run;
-}
-
 std::vector<const StrategyResult*> Chosen(const CompareResult& result,
                                           const PlotChoice& choice) {
+  const std::vector<const StrategyResult*> ran = result.Ran();
   std::vector<const StrategyResult*> chosen;
   for (const std::string& name : choice.strategies) {
-    for (const StrategyResult* one : Run(result)) {
+    for (const StrategyResult* one : ran) {
       if (one->strategy.name == name) chosen.push_back(one);
     }
   }
-  return chosen.empty() ? Run(result) : chosen;
+  return chosen.empty() ? ran : chosen;
 }
 
-void AddPoint(double x, double y, const Interval& interval,
-              PlotSeries* series) {
-  series->x.push_back(x);
-  series->y.push_back(y);
-  series->y_low.push_back(interval.low);
-  series->y_high.push_back(interval.high);
+PlotSeries SeriesOf(std::string name, PlotStyle style) {
+  PlotSeries series;
+  series.name = std::move(name);
+  series.style = style;
+  return series;
 }
 
 // Error against smoothness: one mark a strategy.
@@ -56,17 +49,15 @@ NamedPlot ErrorAgainstSmoothness(const CompareResult& result) {
   plot.x.label = "acceleration [m/s^2]";
   plot.x.log = true;
   plot.y.label = kHeldOutLabel;
-  for (const StrategyResult* one : Run(result)) {
-    PlotSeries series;
-    series.name = one->strategy.title;
-    series.style = PlotStyle::kPoints;
+  for (const StrategyResult* one : result.Ran()) {
+    PlotSeries series = SeriesOf(one->strategy.title, PlotStyle::kPoints);
     const Measure& error = *one->Find(kHeldOut);
     const Measure& acceleration = *one->Find("acceleration_m_s2");
     // Errors of all go up and down together; the difference tells more.
     Interval paired = error.difference_interval;
     paired.low += error.value - error.difference;
     paired.high += error.value - error.difference;
-    AddPoint(acceleration.value, error.value, paired, &series);
+    series.Add(acceleration.value, error.value, paired);
     series.x_low = {acceleration.interval.low};
     series.x_high = {acceleration.interval.high};
     plot.series.push_back(std::move(series));
@@ -89,20 +80,17 @@ NamedPlot Differences(const CompareResult& result) {
                 {Verdict::kSame, "not told apart", 6},
                 {Verdict::kMore, "worse", 1},
                 {Verdict::kNone, "baseline", 3}};
-  const std::vector<const StrategyResult*> run = Run(result);
+  const std::vector<const StrategyResult*> run = result.Ran();
   for (const StrategyResult* one : run) {
     plot.y.categories.push_back(one->strategy.title);
   }
   for (const auto& kind : kKinds) {
-    PlotSeries series;
-    series.name = kind.name;
-    series.style = PlotStyle::kPoints;
+    PlotSeries series = SeriesOf(kind.name, PlotStyle::kPoints);
     series.colour = kind.colour;
     for (size_t i = 0; i < run.size(); ++i) {
       const Measure& error = *run[i]->Find(kHeldOut);
       if (error.verdict != kind.verdict) continue;
-      series.x.push_back(error.difference);
-      series.y.push_back(static_cast<double>(i));
+      series.Add(error.difference, static_cast<double>(i));
       series.x_low.push_back(error.difference_interval.low);
       series.x_high.push_back(error.difference_interval.high);
     }
@@ -133,13 +121,10 @@ NamedPlot ByJointClass(const CompareResult& result, const PlotChoice& choice) {
     plot.x.categories.push_back(name);
   }
   for (const StrategyResult* one : Chosen(result, choice)) {
-    PlotSeries series;
-    series.name = one->strategy.title;
-    series.style = PlotStyle::kBars;
+    PlotSeries series = SeriesOf(one->strategy.title, PlotStyle::kBars);
     for (size_t c = 0; c < keys.size(); ++c) {
       const Measure& measure = *one->Find(keys[c]);
-      AddPoint(static_cast<double>(c), measure.value, measure.interval,
-               &series);
+      series.Add(static_cast<double>(c), measure.value, measure.interval);
     }
     plot.series.push_back(std::move(series));
   }
@@ -219,14 +204,12 @@ NamedPlot OneTrajectory(const CompareResult& result, const PlotChoice& choice) {
     for (const StrategyResult* one : chosen) {
       const Trajectory trajectory =
           TrajectoryOf(one->scores.run.alike, longest->id, joint);
-      PlotSeries series;
-      series.name = one->strategy.title;
       const bool raw = one->strategy.kind == OutputKind::kRawDlt;
-      series.style = raw ? PlotStyle::kPoints : PlotStyle::kLine;
+      PlotSeries series = SeriesOf(one->strategy.title,
+                                   raw ? PlotStyle::kPoints : PlotStyle::kLine);
       for (size_t i = first; i < std::min(last, trajectory.time_s.size());
            ++i) {
-        series.x.push_back(trajectory.time_s[i]);
-        series.y.push_back(trajectory.position_m[i](axis));
+        series.Add(trajectory.time_s[i], trajectory.position_m[i](axis));
       }
       plot.series.push_back(std::move(series));
     }
@@ -247,32 +230,23 @@ NamedPlot LagSweep(const CompareResult& result) {
   distance.y.label = "distance [mm]";
   distance.y.log = true;
   distance.legend = PlotLegend::kInside;
-  PlotSeries window;
-  window.name = "window";
-  window.style = PlotStyle::kLinePoints;
-  PlotSeries median, p95, p99;
-  median.name = "median";
-  p95.name = "95th percentile";
-  p99.name = "99th percentile";
-  for (PlotSeries* series : {&median, &p95, &p99}) {
-    series->style = PlotStyle::kLinePoints;
-  }
+  constexpr PlotStyle kStyle = PlotStyle::kLinePoints;
+  PlotSeries window = SeriesOf("window", kStyle);
+  PlotSeries median = SeriesOf("median", kStyle);
+  PlotSeries p95 = SeriesOf("95th percentile", kStyle);
+  PlotSeries p99 = SeriesOf("99th percentile", kStyle);
   for (const LagPoint& point : result.lag_sweep) {
     const Measure& mean = *result.strategies[point.result_idx].Find(kHeldOut);
     const auto lag = static_cast<double>(point.lag_frames);
-    AddPoint(lag, mean.value, mean.interval, &window);
-    const std::pair<PlotSeries*, double> distances[] = {
-        {&median, point.median_m}, {&p95, point.p95_m}, {&p99, point.p99_m}};
-    for (const auto& [series, value] : distances) {
-      series->x.push_back(lag);
-      series->y.push_back(1000.0 * value);
-    }
+    window.Add(lag, mean.value, mean.interval);
+    median.Add(lag, 1000.0 * point.median_m);
+    p95.Add(lag, 1000.0 * point.p95_m);
+    p99.Add(lag, 1000.0 * point.p99_m);
   }
   error.series.push_back(window);
-  for (const StrategyResult* one : Run(result)) {
+  for (const StrategyResult* one : result.Ran()) {
     if (one->strategy.name != kOfflineReference) continue;
-    PlotSeries batch;
-    batch.name = "batch";
+    PlotSeries batch = SeriesOf("batch", PlotStyle::kLine);
     batch.dashed = true;
     const double value = one->Find(kHeldOut)->value;
     batch.x = {window.x.front(), window.x.back()};
@@ -301,15 +275,12 @@ Plot TuningPanel(const StrategyResult& one) {
   std::map<double, PlotSeries> lines;
   for (const TuningPoint& point : one.tuning->points) {
     PlotSeries& line = lines[point.values.size() > 1 ? point.values[1] : 0.0];
-    line.x.push_back(point.values[0]);
-    line.y.push_back(point.pooled_px);
+    line.Add(point.values[0], point.pooled_px);
   }
   for (auto& [value, line] : lines) {
     line.style = PlotStyle::kLinePoints;
     if (parameters.size() > 1) {
-      char text[32];
-      std::snprintf(text, sizeof(text), " %.4g", value);
-      line.name = parameters[1].name + text;
+      line.name = fmt::format("{} {:.4g}", parameters[1].name, value);
     }
     plot.series.push_back(std::move(line));
   }
@@ -318,8 +289,7 @@ Plot TuningPanel(const StrategyResult& one) {
 
 NamedPlot TuningCurves(const CompareResult& result) {
   NamedPlot named{"tuning.svg", {}, {1200, 0, 3}};
-  std::vector<std::string> drawn;
-  for (const StrategyResult* one : Run(result)) {
+  for (const StrategyResult* one : result.Ran()) {
     if (!one->tuning.has_value() || one->strategy.parameters.empty()) continue;
     if (!one->strategy.tuned_as.empty()) continue;
     named.panels.push_back(TuningPanel(*one));

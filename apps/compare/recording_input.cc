@@ -12,14 +12,6 @@
 #include "solvers/session/refine_recording.h"
 
 namespace kinegraph {
-namespace {
-
-std::string Joined(const std::string& a, const std::string& b) {
-  return a.empty() || b.empty() ? a + b : a + ";" + b;
-}
-
-}  // namespace
-
 std::vector<RecordingInput> RecordingsOf(const Manifest& manifest,
                                          const std::string& path,
                                          const std::string& config,
@@ -48,7 +40,7 @@ std::vector<RecordingInput> RecordingsOf(const Manifest& manifest,
     input.detections = recording.detections;
     input.config = own.config;
     input.mode = mode.empty() ? own.mode : mode;
-    input.set = Joined(Joined(own.set, recording.set), set);
+    input.set = JoinSets(JoinSets(own.set, recording.set), set);
     input.frames = recording.frames;
   }
   return recordings;

@@ -3,9 +3,12 @@
 #include <glog/logging.h>
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <utility>
 
+#include "apps/common/progress.h"
+#include "core/base/constants.h"
 #include "core/base/error.h"
 #include "core/base/parallel.h"
 #include "core/evaluation/correspondence.h"
@@ -140,22 +143,220 @@ void ScoreView(const Comparison& comparison, const Strategy& strategy,
   }
 }
 
-}  // namespace
+constexpr double kMmPerM = 1000.0;
 
-int64_t PiecesOfScoring(const Comparison& comparison, size_t strategies) {
-  // Each camera left out, the run with all, and the scores.
-  const size_t pieces = comparison.views().size() + 2;
-  return static_cast<int64_t>(strategies * pieces);
+Interval Scaled(Interval interval, double factor) {
+  interval.low *= factor;
+  interval.high *= factor;
+  interval.standard_error *= factor;
+  return interval;
 }
+
+// Builds the measures of one strategy against the baseline.
+class MeasureList {
+ public:
+  MeasureList(const BootstrapOptions& bootstrap, bool is_baseline)
+      : bootstrap_(bootstrap), is_baseline_(is_baseline) {}
+
+  void Plain(Measure measure, double value) {
+    measure.value = value;
+    measures_.push_back(std::move(measure));
+  }
+
+  // A pooled ratio of series.
+  void Ratio(Measure measure, const std::vector<RatioSeries>& own,
+             const std::vector<RatioSeries>& baseline, double factor,
+             const BootstrapOptions& bootstrap) {
+    measure.value = factor * PooledRatio(own);
+    if (!std::isnan(measure.value)) {
+      measure.interval = Scaled(PooledRatioInterval(own, bootstrap), factor);
+      measure.difference = measure.value - factor * PooledRatio(baseline);
+      if (!is_baseline_ && !std::isnan(measure.difference)) {
+        measure.difference_interval =
+            Scaled(PairedPooledInterval(own, baseline, bootstrap), factor);
+      }
+    }
+    measure.verdict = VerdictOf(measure.difference_interval);
+    measures_.push_back(std::move(measure));
+  }
+  void Ratio(Measure measure, const std::vector<RatioSeries>& own,
+             const std::vector<RatioSeries>& baseline, double factor = 1.0) {
+    Ratio(std::move(measure), own, baseline, factor, bootstrap_);
+  }
+
+  void Pcp(Measure measure, const PcpResult& own, const PcpResult& baseline) {
+    constexpr PcpGroup kAll = PcpGroup::kTotal;
+    measure.less_is_better = false;
+    measure.value = MeanOfActors(own, kAll);
+    measure.interval = MeanOfActorsInterval(own, kAll, bootstrap_);
+    measure.difference = measure.value - MeanOfActors(baseline, kAll);
+    if (!is_baseline_) {
+      measure.difference_interval =
+          MeanOfActorsDifference(own, baseline, kAll, bootstrap_);
+    }
+    measure.verdict = VerdictOf(measure.difference_interval);
+    measures_.push_back(std::move(measure));
+  }
+
+  std::vector<Measure> Take() { return std::move(measures_); }
+
+ private:
+  BootstrapOptions bootstrap_;
+  bool is_baseline_;
+  std::vector<Measure> measures_;
+};
+
+void AddHeldOutMeasures(const StrategyScores& own,
+                        const StrategyScores& baseline, MeasureList* list) {
+  list->Ratio({kHeldOut, "held-out error, mean of min(error, 30 px)", "px", 2},
+              {own.held_out_errors}, {baseline.held_out_errors});
+  list->Ratio({"held_out_common_px",
+               "held-out error of the joints that all predict", "px", 2},
+              {own.held_out_common}, {baseline.held_out_common});
+  list->Plain(
+      {"held_out_common_median_px",
+       "held-out error of the joints that all predict, median", "px", 2},
+      own.held_out_common_median_px);
+  const auto quantile = [&](HeldOutFigure figure, const char* key,
+                            const char* title) {
+    Measure measure = {key, title, "px", 2};
+    measure.interval = own.held_out.intervals_px[static_cast<int>(figure)];
+    list->Plain(std::move(measure), own.held_out.figure_px(figure));
+  };
+  quantile(HeldOutFigure::kMedian, "held_out_median_px",
+           "held-out error, median");
+  quantile(HeldOutFigure::kP90, "held_out_p90_px",
+           "held-out error, 90th percentile");
+  quantile(HeldOutFigure::kP97, "held_out_p97_px",
+           "held-out error, 97th percentile");
+  list->Plain({"predicted_percent", "joints predicted", "%", 1},
+              own.held_out.predicted.percent());
+  for (int c = 0; c < kJointClassCount; ++c) {
+    const std::string name = ToString(static_cast<JointClass>(c));
+    list->Ratio(
+        {"held_out_" + name + "_px", "held-out error, " + name, "px", 2},
+        {own.held_out_by_class[c]}, {baseline.held_out_by_class[c]});
+  }
+}
+
+void AddMotionMeasures(const StrategyScores& own,
+                       const StrategyScores& baseline,
+                       const BootstrapOptions& bootstrap, MeasureList* list) {
+  list->Ratio({"acceleration_m_s2", "acceleration", "m/s^2", 2},
+              own.acceleration, baseline.acceleration);
+  list->Ratio({"jerk_m_s3", "jerk", "m/s^3", 1}, own.jerk, baseline.jerk);
+  // Units are segments of two seconds that overlap by half.
+  BootstrapOptions segments = bootstrap;
+  segments.block_length = 2;
+  list->Ratio({"power_above_6hz_mm2", "power above 6 Hz", "mm^2", 2}, own.power,
+              baseline.power, kMmPerM * kMmPerM, segments);
+  list->Plain({"bone_spread_mm", "bone-length spread", "mm", 1},
+              kMmPerM * own.bone_spread_m);
+  list->Plain({"joints_given_percent", "joints given", "%", 1},
+              own.joints_possible == 0
+                  ? kNan
+                  : 100.0 * static_cast<double>(own.joints) /
+                        static_cast<double>(own.joints_possible));
+  list->Plain({"lag_to_batch_ms", "lag behind batch", "ms", 0},
+              kMmPerM * own.lag_to_batch_s.value_or(kNan));
+  // 0: at once. NaN: at the end of the recording.
+  list->Plain(
+      {"final_after_ms", "final after", "ms", 0},
+      own.run.delay.has_value() ? kMmPerM * ToSeconds(*own.run.delay) : kNan);
+}
+
+void AddTruthMeasures(const StrategyScores& own, const StrategyScores& baseline,
+                      MeasureList* list) {
+  list->Ratio({"mpjpe_mm", "MPJPE", "mm", 1}, own.mpjpe, baseline.mpjpe,
+              kMmPerM);
+  list->Ratio({"mpjpe_bias_removed_mm", "MPJPE, bias removed", "mm", 1},
+              own.mpjpe_bias_removed, baseline.mpjpe_bias_removed, kMmPerM);
+  if (own.pcp.has_value() && baseline.pcp.has_value()) {
+    list->Pcp({"pcp_percent", "PCP", "%", 2}, *own.pcp, *baseline.pcp);
+  }
+  list->Plain({"lag_to_truth_ms", "lag behind the truth", "ms", 0},
+              kMmPerM * own.lag_to_truth_s.value_or(kNan));
+  list->Plain(
+      {"truth_covered_percent", "true joints in the 95 % ellipsoid", "%", 1},
+      own.truth_consistency.covered.percent());
+  list->Plain(
+      {"truth_nees_per_dof", "NEES per degree of freedom, truth", "", 2},
+      own.truth_consistency.nees_per_dof);
+}
+
+std::vector<Measure> MeasuresOf(const Comparison& comparison,
+                                const StrategyScores& own,
+                                const StrategyScores& baseline) {
+  const bool is_baseline = &own == &baseline;
+  const BootstrapOptions bootstrap = comparison.bootstrap();
+  MeasureList list(bootstrap, is_baseline);
+  AddHeldOutMeasures(own, baseline, &list);
+  AddMotionMeasures(own, baseline, bootstrap, &list);
+  list.Plain({"held_out_covered_percent", "held-out joints in the 95 % ellipse",
+              "%", 1},
+             own.held_out_consistency.covered.percent());
+  list.Plain(
+      {"held_out_nees_per_dof", "NEES per degree of freedom, held-out", "", 2},
+      own.held_out_consistency.nees_per_dof);
+  if (comparison.truth.has_value()) AddTruthMeasures(own, baseline, &list);
+  return list.Take();
+}
+
+// Distances between the joints that two views saw, ascending frames [m].
+std::vector<double> Distances(const TrackSequence& a, const TrackSequence& b) {
+  std::vector<double> distances;
+  for (const TrackFrame& frame : a.frames) {
+    const TrackFrame* other = FindFrame(b, frame.frame);
+    if (other == nullptr) continue;
+    for (const PersonPose& person : frame.people) {
+      const auto same = std::find_if(
+          other->people.begin(), other->people.end(),
+          [&person](const PersonPose& one) { return one.id == person.id; });
+      if (same == other->people.end()) continue;
+      for (size_t j = 0; j < person.joints.size(); ++j) {
+        if (person.joints[j].status != JointStatus::kObserved ||
+            same->joints[j].status != JointStatus::kObserved) {
+          continue;
+        }
+        distances.push_back(
+            (person.joints[j].position_m - same->joints[j].position_m).norm());
+      }
+    }
+  }
+  return distances;
+}
+
+void AddLagSweep(CompareResult* result) {
+  const auto batch =
+      std::find_if(result->strategies.begin(), result->strategies.end(),
+                   [](const StrategyResult& one) {
+                     return one.strategy.name == kOfflineReference && one.ran();
+                   });
+  if (batch == result->strategies.end()) return;
+  for (size_t s = 0; s < result->strategies.size(); ++s) {
+    const StrategyResult& one = result->strategies[s];
+    if (one.strategy.lag_frames < 0 || !one.ran()) continue;
+    const std::vector<double> distances =
+        Distances(one.scores.run.alike, batch->scores.run.alike);
+    result->lag_sweep.push_back(
+        {s, one.strategy.lag_frames, Quantile(distances, 0.5),
+         Quantile(distances, 0.95), Quantile(distances, 0.99)});
+  }
+}
+
+}  // namespace
 
 std::vector<StrategyScores> ScoreStrategies(
     const Comparison& comparison, const std::vector<Strategy>& strategies,
-    const std::vector<FoldValues>& values, const Tick& tick) {
+    const std::vector<FoldValues>& values, const std::string& what) {
   CHECK_EQ(values.size(), strategies.size());
   std::vector<StrategyScores> all(strategies.size());
   const size_t views = comparison.views().size();
   const size_t folds = comparison.folds.size();
-  const size_t pieces = views + 1;
+  const size_t pieces = views + 1;  // each camera left out, the run with all
+  // The scores are a step, too.
+  Progress progress(what,
+                    static_cast<int64_t>(strategies.size() * (pieces + 1)));
   // One after the other, so that a strategy's scores do not wait in memory.
   for (size_t s = 0; s < strategies.size(); ++s) {
     StrategyScores& scores = all[s];
@@ -168,7 +369,7 @@ std::vector<StrategyScores> ScoreStrategies(
         } else {
           ScoreView(comparison, strategies[s], values[s], piece - 1, &parts);
         }
-        if (tick) tick();
+        progress.Advance();
       });
     } catch (const InputError& error) {
       scores.refused = error.what();
@@ -198,7 +399,7 @@ std::vector<StrategyScores> ScoreStrategies(
       }
     });
     scores.run.tracks = TrackSequence();  // its covariances are large
-    if (tick) tick();
+    progress.Advance();
   }
   return all;
 }
@@ -243,6 +444,59 @@ void AddLags(const Comparison& comparison, const TrackSequence& reference,
   if (!comparison.truth.has_value()) return;
   scores->lag_to_truth_s =
       EstimateLag(*comparison.truth, tracks, comparison.rate_hz(), frames);
+}
+
+const char* ToString(Verdict verdict) {
+  switch (verdict) {
+    case Verdict::kNone:
+      return "-";
+    case Verdict::kSame:
+      return "not told apart";
+    case Verdict::kLess:
+      return "less";
+    case Verdict::kMore:
+      return "more";
+  }
+  return "-";
+}
+
+const Measure* StrategyResult::Find(const std::string& key) const {
+  for (const Measure& measure : measures) {
+    if (measure.key == key) return &measure;
+  }
+  return nullptr;
+}
+
+std::vector<const StrategyResult*> CompareResult::Ran() const {
+  std::vector<const StrategyResult*> ran;
+  for (const StrategyResult& one : strategies) {
+    if (one.ran()) ran.push_back(&one);
+  }
+  return ran;
+}
+
+Verdict VerdictOf(const Interval& difference) {
+  if (std::isnan(difference.low) || std::isnan(difference.high)) {
+    return Verdict::kNone;
+  }
+  if (difference.high < 0.0) return Verdict::kLess;
+  if (difference.low > 0.0) return Verdict::kMore;
+  return Verdict::kSame;
+}
+
+void AddMeasures(CompareResult* result) {
+  std::vector<StrategyScores*> scores;
+  for (StrategyResult& one : result->strategies) scores.push_back(&one.scores);
+  AddCommon(std::move(scores));
+  const StrategyScores& baseline = result->baseline().scores;
+  ParallelFor(result->comparison.threads,
+              static_cast<int>(result->strategies.size()), [&](int s) {
+                StrategyResult& one = result->strategies[s];
+                if (!one.ran()) return;
+                one.measures =
+                    MeasuresOf(result->comparison, one.scores, baseline);
+              });
+  AddLagSweep(result);
 }
 
 }  // namespace kinegraph

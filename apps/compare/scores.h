@@ -1,7 +1,9 @@
-// What strategies are judged by.
+// What strategies are judged by, and what a comparison found: figures with
+// their intervals.
 #ifndef KINEGRAPH_APPS_COMPARE_SCORES_H_
 #define KINEGRAPH_APPS_COMPARE_SCORES_H_
 
+#include <Eigen/Core>
 #include <cstdint>
 #include <functional>
 #include <optional>
@@ -9,6 +11,11 @@
 #include <vector>
 
 #include "apps/compare/comparison.h"
+#include "apps/compare/strategies.h"
+#include "apps/compare/tuning.h"
+#include "core/base/constants.h"
+#include "core/evaluation/bootstrap.h"
+#include "core/evaluation/covariance_calibration.h"
 #include "core/evaluation/held_out.h"
 #include "core/evaluation/motion.h"
 #include "core/evaluation/mpjpe.h"
@@ -50,11 +57,11 @@ struct StrategyScores {
 };
 
 // Runs and scores; all strategies side by side on the comparison's threads, the
-// same result for any number of them. Lags are left to AddLags.
+// same result for any number of them. `what` labels the progress. Lags are left
+// to AddLags.
 std::vector<StrategyScores> ScoreStrategies(
     const Comparison& comparison, const std::vector<Strategy>& strategies,
-    const std::vector<FoldValues>& values, const Tick& tick = nullptr);
-int64_t PiecesOfScoring(const Comparison& comparison, size_t strategies);
+    const std::vector<FoldValues>& values, const std::string& what = "scoring");
 
 // Fills in held_out_common and its median, which compare strategies that leave
 // different gaps.
@@ -63,6 +70,67 @@ void AddCommon(std::vector<StrategyScores*> scores);
 // Delays behind the truth (if any) and behind `reference`.
 void AddLags(const Comparison& comparison, const TrackSequence& reference,
              StrategyScores* scores);
+
+// What the interval of the difference to the baseline says.
+enum class Verdict {
+  kNone,  // there is no difference to speak of: the baseline, no interval
+  kSame,  // the interval holds zero: not told apart
+  kLess,  // all of it below zero
+  kMore,
+};
+const char* ToString(Verdict verdict);
+Verdict VerdictOf(const Interval& difference);
+
+inline constexpr char kHeldOut[] = "held_out_mean_px";  // a key of Measure
+
+// One figure of one strategy.
+struct Measure {
+  std::string key;    // "held_out_mean_px"
+  std::string title;  // "held-out error, mean"
+  std::string unit;
+  int decimals = 2;
+  bool less_is_better = true;
+  double value = kNan;                // NaN: none
+  Interval interval = {};             // NaN: none
+  double difference = kNan;           // to the baseline; NaN: none
+  Interval difference_interval = {};  // paired
+  Verdict verdict = Verdict::kNone;
+};
+
+struct StrategyResult {
+  Strategy strategy;
+  FoldValues values;
+  StrategyScores scores;
+  std::optional<StrategyTuning> tuning;
+  std::vector<Measure> measures;  // the same keys in the same order for all
+
+  bool ran() const { return scores.refused.empty(); }
+  const Measure* Find(const std::string& key) const;
+};
+
+// A window against the batch.
+struct LagPoint {
+  size_t result_idx = 0;
+  int lag_frames = 0;
+  // Distance of the joints that two views saw [m].
+  double median_m = 0.0, p95_m = 0.0, p99_m = 0.0;
+};
+
+struct CompareResult {
+  Comparison comparison;
+  std::vector<StrategyResult> strategies;
+  size_t baseline_idx = 0;
+  std::vector<LagPoint> lag_sweep;  // empty without a batch
+  // By fold, those that its detections were freed of; empty: none were.
+  std::vector<std::vector<Eigen::Vector2d>> shifts_px;
+
+  const StrategyResult& baseline() const { return strategies[baseline_idx]; }
+  // Those that were not refused.
+  std::vector<const StrategyResult*> Ran() const;
+};
+
+// Fills in the measures and the lag sweep.
+void AddMeasures(CompareResult* result);
 
 }  // namespace kinegraph
 

@@ -56,14 +56,6 @@ void Apply(const Strategy& strategy, const StrategyValues& values,
   }
 }
 
-std::string Names() {
-  std::string names;
-  for (const Strategy& strategy : AllStrategies()) {
-    names += (names.empty() ? "" : ", ") + strategy.name;
-  }
-  return names;
-}
-
 }  // namespace
 
 const std::vector<Strategy>& AllStrategies() {
@@ -72,22 +64,51 @@ const std::vector<Strategy>& AllStrategies() {
 }
 
 std::vector<Strategy> ChooseStrategies(const std::vector<std::string>& names) {
-  if (names.empty()) return AllStrategies();
+  const std::vector<Strategy>& all = AllStrategies();
+  if (names.empty()) return all;
   std::vector<Strategy> chosen;
   for (const std::string& name : names) {
-    const auto named = [&name](const Strategy& s) { return s.name == name; };
-    const auto at =
-        std::find_if(AllStrategies().begin(), AllStrategies().end(), named);
-    if (at == AllStrategies().end()) {
+    const size_t at = IndexOf(all, name);
+    if (at == all.size()) {
+      std::string known;
+      for (const Strategy& one : all) {
+        known += (known.empty() ? "" : ", ") + one.name;
+      }
       throw InputError("no strategy is named '" + Printable(name) +
-                       "', there are " + Names());
+                       "', there are " + known);
     }
-    if (std::any_of(chosen.begin(), chosen.end(), named)) {
+    if (IndexOf(chosen, name) < chosen.size()) {
       throw InputError("strategy '" + name + "' is named twice");
     }
-    chosen.push_back(*at);
+    chosen.push_back(all[at]);
   }
   return chosen;
+}
+
+size_t IndexOf(const std::vector<Strategy>& strategies,
+               const std::string& name) {
+  const auto at =
+      std::find_if(strategies.begin(), strategies.end(),
+                   [&name](const Strategy& one) { return one.name == name; });
+  return static_cast<size_t>(at - strategies.begin());
+}
+
+const Strategy& TunedAs(const Strategy& strategy) {
+  if (strategy.tuned_as.empty()) return strategy;
+  const std::vector<Strategy>& all = AllStrategies();
+  const size_t at = IndexOf(all, strategy.tuned_as);
+  CHECK_LT(at, all.size()) << strategy.tuned_as;
+  CHECK_EQ(all[at].parameters.size(), strategy.parameters.size());
+  return all[at];
+}
+
+std::vector<Strategy> TunedThemselves(const std::vector<Strategy>& strategies) {
+  std::vector<Strategy> tuned;
+  for (const Strategy& strategy : strategies) {
+    const Strategy& one = TunedAs(strategy);
+    if (IndexOf(tuned, one.name) == tuned.size()) tuned.push_back(one);
+  }
+  return tuned;
 }
 
 StrategyValues DefaultValues(const Strategy& strategy, double rate_hz,

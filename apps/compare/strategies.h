@@ -3,6 +3,7 @@
 #ifndef KINEGRAPH_APPS_COMPARE_STRATEGIES_H_
 #define KINEGRAPH_APPS_COMPARE_STRATEGIES_H_
 
+#include <cstddef>
 #include <string>
 #include <utility>
 #include <vector>
@@ -28,6 +29,14 @@ const std::vector<Strategy>& AllStrategies();
 // Those named, in that order; no name: all. Throws InputError for an unknown or
 // repeated one.
 std::vector<Strategy> ChooseStrategies(const std::vector<std::string>& names);
+
+// Where a name stands among `strategies`; their number where it does not.
+size_t IndexOf(const std::vector<Strategy>& strategies,
+               const std::string& name);
+// The strategy whose tuned values this one takes: itself, mostly.
+const Strategy& TunedAs(const Strategy& strategy);
+// Those whose grids have to be walked for `strategies`, each once.
+std::vector<Strategy> TunedThemselves(const std::vector<Strategy>& strategies);
 
 inline constexpr const char* kDefaultBaseline = "causal_gaussian";
 inline constexpr const char* kOfflineReference = "batch";

@@ -5,38 +5,19 @@
 #include <map>
 #include <utility>
 
-#include "apps/common/app.h"
-#include "apps/compare/scores.h"
+#include "apps/common/progress.h"
+#include "apps/compare/tuning.h"
 #include "core/base/constants.h"
 #include "core/base/error.h"
-#include "core/base/parallel.h"
 
 namespace kinegraph {
 namespace {
 
-// Points of every strategy, and the errors there.
+// Points of a strategy, and the errors there on each recording.
 struct StrategyPoints {
   std::vector<StrategyValues> points;
-  std::vector<PointErrors> errors;  // [take]
+  std::vector<PointErrors> errors;  // [recording]
 };
-
-size_t IndexOf(const std::vector<Strategy>& strategies,
-               const std::string& name) {
-  const auto at =
-      std::find_if(strategies.begin(), strategies.end(),
-                   [&name](const Strategy& one) { return one.name == name; });
-  return static_cast<size_t>(at - strategies.begin());
-}
-
-// Strategies whose grids are walked, those asked for first.
-std::vector<Strategy> WithThoseTunedAs(std::vector<Strategy> strategies) {
-  for (size_t s = 0; s < strategies.size(); ++s) {
-    const std::string& name = strategies[s].tuned_as;
-    if (name.empty() || IndexOf(strategies, name) < strategies.size()) continue;
-    strategies.push_back(ChooseStrategies({name}).front());
-  }
-  return strategies;
-}
 
 Comparison ComparisonOf(FrozenRecording recording,
                         const StudyRequest& request) {
@@ -59,50 +40,10 @@ void ForRecording(const RecordingInput& input, const Work& work) {
   }
 }
 
-// Sum and number of truncated errors without one view.
-RatioUnit ScorePoint(const Comparison& comparison, const Strategy& strategy,
-                     const StrategyValues& values, size_t view) {
-  RatioUnit pooled;
-  const Fold& fold = comparison.folds.front();
-  HeldOutScores scores;
-  ScoreWithout(comparison, fold, view,
-               RunWithout(comparison, strategy, values, *fold.recording, view),
-               &scores);
-  for (const RatioUnit& unit : TruncatedErrors(scores, AllJoints())) {
-    pooled.sum += unit.sum;
-    pooled.weight += unit.weight;
-  }
-  return pooled;
-}
-
-PointErrors ScorePoints(const Comparison& comparison, const Strategy& strategy,
-                        const std::vector<StrategyValues>& points) {
-  const size_t views = comparison.views().size();
-  std::vector<RatioUnit> pieces(points.size() * views);
-  std::vector<char> refused(pieces.size(), 0);
-  ParallelFor(comparison.threads, static_cast<int>(pieces.size()), [&](int i) {
-    const auto piece = static_cast<size_t>(i);
-    try {
-      pieces[piece] = ScorePoint(comparison, strategy, points[piece / views],
-                                 piece % views);
-    } catch (const InputError&) {
-      refused[piece] = 1;
-    } catch (const OptionError&) {
-      refused[piece] = 1;
-    }
-  });
-  PointErrors errors(points.size());
-  for (size_t point = 0; point < points.size(); ++point) {
-    bool runs = true;
-    for (size_t view = 0; view < views; ++view) {
-      const size_t piece = point * views + view;
-      errors[point].sum += pieces[piece].sum;
-      errors[point].weight += pieces[piece].weight;
-      runs = runs && refused[piece] == 0;
-    }
-    if (!runs) errors[point] = RatioUnit();
-  }
-  return errors;
+void AddErrors(const Comparison& comparison, const Strategy& strategy,
+               StrategyPoints* points) {
+  points->errors.push_back(
+      ScoreGrid(comparison, strategy, points->points).errors[0][0]);
 }
 
 StudyScore ScoreOf(const Comparison& comparison, const StrategyScores& own,
@@ -127,10 +68,7 @@ StudyScore ScoreOf(const Comparison& comparison, const StrategyScores& own,
 class Maker {
  public:
   explicit Maker(const StudyRequest& request)
-      : request_(request),
-        tuned_(WithThoseTunedAs(request.strategies)),
-        grids_(tuned_.size()),
-        chosen_(request.strategies.size()) {
+      : request_(request), chosen_(request.strategies.size()) {
     study_.strategies = request.strategies;
     study_.baseline_idx = request.baseline_idx;
     study_.tuned = request.tune;
@@ -148,22 +86,16 @@ class Maker {
  private:
   // Every grid on every recording.
   void WalkGrids() {
-    for (size_t s = 0; s < tuned_.size(); ++s) {
-      if (!tuned_[s].tuned_as.empty()) continue;
-      grids_[s].points = tuned_[s].parameters.empty()
-                             ? std::vector<StrategyValues>{{}}
-                             : GridOf(tuned_[s]);
-    }
-    SharedProgress progress(
-        "tuning",
-        static_cast<int64_t>(request_.recordings.size() * tuned_.size()));
+    const std::vector<Strategy> tuned = TunedThemselves(request_.strategies);
+    for (const Strategy& one : tuned) grids_[one.name].points = GridOf(one);
+    Progress progress("tuning", static_cast<int64_t>(
+                                    request_.recordings.size() * tuned.size()));
     for (const RecordingInput& input : request_.recordings) {
       ForRecording(input, [&] {
         const Comparison comparison =
             ComparisonOf(FreezeRecording(input, request_.threads), request_);
-        for (size_t s = 0; s < tuned_.size(); ++s) {
-          grids_[s].errors.push_back(
-              ScorePoints(comparison, tuned_[s], grids_[s].points));
+        for (const Strategy& one : tuned) {
+          AddErrors(comparison, one, &grids_[one.name]);
           progress.Advance();
         }
       });
@@ -175,15 +107,13 @@ class Maker {
   StrategyValues ValuesOf(size_t s, int left_out,
                           const StrategyValues& defaults) const {
     if (!request_.tune) return defaults;
-    const Strategy& strategy = request_.strategies[s];
-    const size_t from =
-        strategy.tuned_as.empty() ? s : IndexOf(tuned_, strategy.tuned_as);
-    const auto best = BestPoint(grids_[from].errors, left_out);
-    return best ? grids_[from].points[*best] : defaults;
+    const StrategyPoints& grid =
+        grids_.at(TunedAs(request_.strategies[s]).name);
+    const auto best = BestPoint(grid.errors, left_out);
+    return best ? grid.points[*best] : defaults;
   }
 
-  // Values that somebody chooses of a strategy, and where they stand among
-  // them.
+  // Values that somebody chooses of a strategy, each once.
   std::vector<StrategyValues> Wanted(size_t s,
                                      const StrategyValues& defaults) const {
     std::vector<StrategyValues> wanted;
@@ -208,19 +138,12 @@ class Maker {
       values.push_back({ValuesOf(s, static_cast<int>(t), defaults)});
       if (t == 0) defaults_.push_back(defaults);
       chosen_[s].points = Wanted(s, defaults);
-      chosen_[s].errors.push_back(
-          ScorePoints(comparison, request_.strategies[s], chosen_[s].points));
+      AddErrors(comparison, request_.strategies[s], &chosen_[s]);
     }
     StudyRecording recording;
     recording.name = request_.recordings[t].name;
-    std::vector<StrategyScores> scores;
-    {
-      SharedProgress progress(
-          "scoring " + recording.name,
-          PiecesOfScoring(comparison, request_.strategies.size()));
-      scores = ScoreStrategies(comparison, request_.strategies, values,
-                               [&progress] { progress.Advance(); });
-    }
+    const std::vector<StrategyScores> scores = ScoreStrategies(
+        comparison, request_.strategies, values, "scoring " + recording.name);
     const StrategyScores& baseline = scores[request_.baseline_idx];
     if (!baseline.refused.empty()) {
       throw InputError("the baseline cannot be run: " + baseline.refused);
@@ -269,8 +192,7 @@ class Maker {
   }
 
   const StudyRequest& request_;
-  const std::vector<Strategy> tuned_;
-  std::vector<StrategyPoints> grids_;   // of tuned_
+  std::map<std::string, StrategyPoints> grids_;
   std::vector<StrategyPoints> chosen_;  // of the strategies asked for
   std::vector<StrategyValues> defaults_;
   Study study_;

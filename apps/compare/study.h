@@ -15,7 +15,7 @@
 
 #include "apps/compare/comparison.h"
 #include "apps/compare/recording_input.h"
-#include "apps/compare/results.h"
+#include "apps/compare/scores.h"
 #include "apps/compare/strategies.h"
 
 namespace kinegraph {

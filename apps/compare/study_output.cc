@@ -1,18 +1,20 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "apps/batch/merge.h"
 #include "apps/common/table.h"
+#include "apps/compare/output.h"
 #include "apps/compare/study.h"
-#include "apps/compare/verdict.h"
 #include "core/io/text/json.h"
 
 namespace kinegraph {
 namespace {
 
 // One strategy on all recordings that it ran on.
-BatchColumn Means(const Study& study, size_t s) {
+BatchColumn StudyMeans(const Study& study, size_t s) {
   BatchColumn column;
   for (const StudyRecording& recording : study.recordings) {
     const StudyScore& score = recording.scores[s];
@@ -23,46 +25,30 @@ BatchColumn Means(const Study& study, size_t s) {
   return column;
 }
 
-// Its difference to the baseline; `s` may differ from recording to recording.
-template <typename StrategyOf>
-BatchColumn StudyDifferences(const Study& study,
-                             const StrategyOf& strategy_of) {
+// The difference to the baseline of one strategy, or (nullopt) of the one that
+// was chosen without each recording.
+BatchSummary DifferenceOf(const Study& study, std::optional<size_t> strategy) {
   BatchColumn column;
   for (const StudyRecording& recording : study.recordings) {
     column.emplace_back();
-    const std::optional<size_t> s = strategy_of(recording);
+    const std::optional<size_t> s = strategy ? strategy : recording.chosen;
     if (!s || !recording.scores[*s].refused.empty()) continue;
     column.back() = BatchValue{recording.scores[*s].difference_px,
                                recording.scores[*s].difference_error_px};
   }
-  return column;
-}
-
-BatchSummary DifferenceOf(const Study& study, size_t s) {
-  return Summarise(StudyDifferences(
-      study, [s](const StudyRecording&) { return std::optional<size_t>(s); }));
-}
-
-BatchSummary DifferenceOfChosen(const Study& study) {
-  return Summarise(StudyDifferences(
-      study, [](const StudyRecording& recording) { return recording.chosen; }));
+  return Summarise(column);
 }
 
 std::string Cell(const BatchSummary& summary) {
   if (summary.recordings == 0) return "-";
-  return Fixed(summary.mean, 2) + " [" + Fixed(summary.interval.low, 2) + ", " +
-         Fixed(summary.interval.high, 2) + "]";
-}
-
-std::string Of(int count, int all) {
-  return std::to_string(count) + " of " + std::to_string(all);
+  return WithInterval(summary.mean, summary.interval, 2);
 }
 
 // "better on 3, not told apart on 1, worse on 0 of 4 recordings"
 std::string Counts(const StudyVerdict& verdict) {
-  return "better on " + std::to_string(verdict.better) +
-         ", not told apart on " + std::to_string(verdict.same) + ", worse on " +
-         Of(verdict.worse, verdict.recordings) + " recordings";
+  return fmt::format(
+      "better on {}, not told apart on {}, worse on {} of {} recordings",
+      verdict.better, verdict.same, verdict.worse, verdict.recordings);
 }
 
 std::string VerdictSentences(const Study& study) {
@@ -73,13 +59,12 @@ std::string VerdictSentences(const Study& study) {
   if (!study.best_values.empty()) {
     text += " (" + DescribeValues(best, study.best_values) + ")";
   }
-  text +=
+  text += fmt::format(
       ". Left out in turn, each of the recordings was scored with what the "
-      "others chose: against " +
-      study.strategies[study.baseline_idx].title + " it was " +
-      Counts(verdict) + "; " + Of(verdict.like_all, verdict.recordings) +
-      " chose the same strategy.";
-  const BatchSummary difference = DifferenceOfChosen(study);
+      "others chose: against {} it was {}; {} of {} chose the same strategy.",
+      study.strategies[study.baseline_idx].title, Counts(verdict),
+      verdict.like_all, verdict.recordings);
+  const BatchSummary difference = DifferenceOf(study, std::nullopt);
   if (difference.recordings > 0) {
     text += " Mean difference " + Cell(difference) +
             " px (95 %, over recordings, then frames).";
@@ -101,12 +86,12 @@ Table StrategyTable(const Study& study) {
                                                  : 1];
     }
     const bool is_baseline = s == study.baseline_idx;
-    table.AddRow({study.strategies[s].title, Cell(Summarise(Means(study, s))),
-                  is_baseline ? "-" : Cell(DifferenceOf(study, s)),
-                  is_baseline ? "-"
-                              : std::to_string(counts[0]) + " / " +
-                                    std::to_string(counts[1]) + " / " +
-                                    std::to_string(counts[2])});
+    table.AddRow(
+        {study.strategies[s].title, Cell(Summarise(StudyMeans(study, s))),
+         is_baseline ? "-" : Cell(DifferenceOf(study, s)),
+         is_baseline
+             ? "-"
+             : fmt::format("{} / {} / {}", counts[0], counts[1], counts[2])});
   }
   return table;
 }
@@ -193,15 +178,16 @@ std::string StudyJson(const Study& study) {
   json["best"] =
       study.best ? Json(study.strategies[*study.best].name) : nullptr;
   json["best_values"] = study.best_values;
-  json["holds"] = {{"takes", verdict.recordings},
-                   {"better", verdict.better},
-                   {"not_told_apart", verdict.same},
-                   {"worse", verdict.worse},
-                   {"same_strategy", verdict.like_all},
-                   {"difference_px", SummaryJson(DifferenceOfChosen(study))}};
+  json["holds"] = {
+      {"takes", verdict.recordings},
+      {"better", verdict.better},
+      {"not_told_apart", verdict.same},
+      {"worse", verdict.worse},
+      {"same_strategy", verdict.like_all},
+      {"difference_px", SummaryJson(DifferenceOf(study, std::nullopt))}};
   for (size_t s = 0; s < study.strategies.size(); ++s) {
     json["strategies"][study.strategies[s].name] = {
-        {"held_out_mean_px", SummaryJson(Summarise(Means(study, s)))},
+        {"held_out_mean_px", SummaryJson(Summarise(StudyMeans(study, s)))},
         {"difference_px", SummaryJson(DifferenceOf(study, s))}};
   }
   for (const StudyRecording& recording : study.recordings) {
@@ -235,7 +221,7 @@ std::string StudyToml(const Study& study) {
 std::string StudyDigest(const Study& study, const std::string& folder) {
   return StrategyTable(study).ToString() + "\n" +
          RecordingTable(study).ToString() + "\n" +
-         Wrapped(VerdictSentences(study), kDigestColumns) + "written to " +
+         Wrapped(VerdictSentences(study), kTerminalColumns) + "written to " +
          folder +
          ":\n  study.md, study.csv, study.json\n  recommended.toml: for track "
          "--config, the configuration given with the best strategy\n";

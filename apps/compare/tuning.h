@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "apps/common/progress.h"
 #include "apps/compare/comparison.h"
 #include "apps/compare/strategies.h"
 
@@ -33,10 +34,20 @@ struct StrategyTuning {
 // values, which are computed also when it is not among them. A strategy without
 // parameters has one point.
 std::vector<StrategyTuning> TuneStrategies(
-    const Comparison& comparison, const std::vector<Strategy>& strategies,
-    const Tick& tick = nullptr);
-int64_t PiecesOfTuning(const Comparison& comparison,
-                       const std::vector<Strategy>& strategies);
+    const Comparison& comparison, const std::vector<Strategy>& strategies);
+
+// Held-out errors of points of a strategy, over all views: the sum of
+// min(error, 30 px) and the number of joints. [recording of][frames of][point],
+// both by fold: a fold is scored on its own recording; what is chosen for it is
+// judged in the other fold's frames, on the same recording. No weight where the
+// strategy cannot do the recording with these values.
+struct GridErrors {
+  std::vector<std::vector<std::vector<RatioUnit>>> errors;
+  double cpu_s = 0.0;
+};
+GridErrors ScoreGrid(const Comparison& comparison, const Strategy& strategy,
+                     const std::vector<StrategyValues>& points,
+                     Progress* progress = nullptr);
 
 // Values in a file, TOML: tables [first] and [second], the folds, in each
 //   frames = "300:438"

@@ -1,4 +1,4 @@
-#include "apps/compare/verdict.h"
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <cctype>
@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/common/table.h"
+#include "apps/compare/output.h"
 #include "core/io/configuration/config.h"
 #include "core/io/text/json.h"
 
@@ -50,18 +51,30 @@ std::map<std::string, std::string> FlatKeysOf(const RunOptions& options) {
 
 // When a pose of the strategy is final.
 std::string DelayText(const StrategyResult& one) {
-  const Measure* delay = one.Find("final_after_ms");
-  if (delay == nullptr || std::isnan(delay->value)) {
-    return "final at the end of the recording";
-  }
-  if (delay->value == 0.0) return "final at once";
-  return "final after " + Fixed(delay->value, 0) + " ms";
+  const double delay_ms = one.Find("final_after_ms")->value;
+  if (std::isnan(delay_ms)) return "final at the end of the recording";
+  if (delay_ms == 0.0) return "final at once";
+  return "final after " + Fixed(delay_ms, 0) + " ms";
 }
 
 // Whether two strategies' intervals of the mean overlap.
 bool Overlap(const Measure& a, const Measure& b) {
   return !std::isnan(a.interval.low) && !std::isnan(b.interval.low) &&
          a.interval.low <= b.interval.high && b.interval.low <= a.interval.high;
+}
+
+// The one with the least mean held-out error among those that ran; nullptr when
+// nothing could be scored.
+const StrategyResult* BestStrategy(const CompareResult& result) {
+  const StrategyResult* best = nullptr;
+  double least = std::numeric_limits<double>::infinity();
+  for (const StrategyResult* one : result.Ran()) {
+    const Measure* mean = one->Find(kHeldOut);
+    if (mean == nullptr || !(mean->value < least)) continue;
+    best = one;
+    least = mean->value;
+  }
+  return best;
 }
 
 // Who is nearest to the truth, where there is one.
@@ -92,71 +105,53 @@ std::string ChangedKeysToml(const RunOptions& options) {
   return text;
 }
 
-std::optional<size_t> BestStrategy(const CompareResult& result) {
-  std::optional<size_t> best;
-  double least = 0.0;
-  for (size_t s = 0; s < result.strategies.size(); ++s) {
-    const StrategyResult& one = result.strategies[s];
-    const Measure* mean = one.Find(kHeldOut);
-    const bool scored = one.scores.refused.empty() && mean != nullptr &&
-                        std::isfinite(mean->value);
-    if (!scored || (best.has_value() && mean->value >= least)) continue;
-    best = s;
-    least = mean->value;
-  }
-  return best;
-}
-
 std::string VerdictText(const CompareResult& result) {
-  const std::optional<size_t> best = BestStrategy(result);
-  if (!best) return "No strategy could be scored.";
-  const StrategyResult& winner = result.strategies[*best];
-  const Measure& mean = *winner.Find(kHeldOut);
-  std::string text = "Best: " + winner.strategy.title +
-                     ", mean held-out error " + Pixels(mean.value) + ", " +
-                     DelayText(winner) + ".";
-  if (*best != result.baseline_idx && !std::isnan(mean.difference)) {
-    text += " Against " + result.baseline().strategy.title + ": " +
-            Pixels(std::abs(mean.difference)) +
-            (mean.difference < 0.0 ? " less" : " more");
+  const StrategyResult* best = BestStrategy(result);
+  if (best == nullptr) return "No strategy could be scored.";
+  const Measure& mean = *best->Find(kHeldOut);
+  std::string text =
+      fmt::format("Best: {}, mean held-out error {}, {}.", best->strategy.title,
+                  Pixels(mean.value), DelayText(*best));
+  if (best != &result.baseline() && !std::isnan(mean.difference)) {
+    text += fmt::format(" Against {}: {} {}", result.baseline().strategy.title,
+                        Pixels(std::abs(mean.difference)),
+                        mean.difference < 0.0 ? "less" : "more");
     if (!std::isnan(mean.difference_interval.low)) {
-      text +=
-          " (95 % interval of the paired difference " +
-          Fixed(mean.difference_interval.low, 2) + " to " +
-          Fixed(mean.difference_interval.high, 2) + " px), " +
-          (mean.verdict == Verdict::kSame ? "not told apart" : "told apart");
+      text += fmt::format(
+          " (95 % interval of the paired difference {} to {} px), {}",
+          Fixed(mean.difference_interval.low, 2),
+          Fixed(mean.difference_interval.high, 2),
+          mean.verdict == Verdict::kSame ? "not told apart" : "told apart");
     }
     text += ".";
   }
-  std::string close;
-  for (size_t s = 0; s < result.strategies.size(); ++s) {
-    const StrategyResult& one = result.strategies[s];
-    if (s == *best || !one.scores.refused.empty()) continue;
-    const Measure* other = one.Find(kHeldOut);
-    if (other == nullptr || !Overlap(mean, *other)) continue;
-    close += (close.empty() ? "" : "; ") + one.strategy.title;
+  Cells close;
+  for (const StrategyResult* one : result.Ran()) {
+    const Measure* other = one->Find(kHeldOut);
+    if (one == best || other == nullptr || !Overlap(mean, *other)) continue;
+    close.push_back(one->strategy.title);
   }
   if (!close.empty()) {
-    text += " Their own intervals overlap with the best one's: " + close + ".";
+    text += fmt::format(" Their own intervals overlap with the best one's: {}.",
+                        fmt::join(close, "; "));
   }
   return text + TruthText(result);
 }
 
 std::string RecommendedToml(const CompareResult& result) {
-  const std::optional<size_t> best = BestStrategy(result);
-  if (!best) return "";
-  const StrategyResult& winner = result.strategies[*best];
+  const StrategyResult* best = BestStrategy(result);
+  if (best == nullptr) return "";
   RunOptions wanted = result.comparison.options;
   wanted.estimators = OptionsOfStrategy(
-      winner.strategy,
-      winner.values.empty() ? StrategyValues() : winner.values.front(),
+      best->strategy,
+      best->values.empty() ? StrategyValues() : best->values.front(),
       result.comparison.rate_hz(), wanted.estimators);
-  std::string text =
+  std::string text = fmt::format(
       "# Made by `kinegraph compare`: the configuration it was given, with the "
-      "best\n# strategy. " +
-      winner.strategy.title + ": " + Pixels(winner.Find(kHeldOut)->value) +
-      " of mean held-out error, " + DelayText(winner) + ".\n";
-  if (winner.values.size() > 1) {
+      "best\n# strategy. {}: {} of mean held-out error, {}.\n",
+      best->strategy.title, Pixels(best->Find(kHeldOut)->value),
+      DelayText(*best));
+  if (best->values.size() > 1) {
     text += "# Values are those of the first fold.\n";
   }
   return text + ChangedKeysToml(wanted);
@@ -167,27 +162,26 @@ std::string Digest(const CompareResult& result, const std::string& folder) {
                "final after"});
   for (const StrategyResult& one : result.strategies) {
     const std::string title = Cut(one.strategy.title, 38);
-    if (!one.scores.refused.empty()) {
+    if (!one.ran()) {
       table.AddRow({title, "-", "-", "-", "-"});
       continue;
     }
     const Measure& mean = *one.Find(kHeldOut);
-    const Measure* acceleration = one.Find("acceleration_m_s2");
-    const Measure* delay = one.Find("final_after_ms");
+    const Measure& acceleration = *one.Find("acceleration_m_s2");
+    const Measure& delay = *one.Find("final_after_ms");
     const std::string mark = mean.verdict == Verdict::kSame ? " =" : "";
-    table.AddRow({title, Fixed(mean.value, 2),
-                  mean.verdict == Verdict::kNone
-                      ? "-"
-                      : Fixed(mean.difference, 2) + mark,
-                  acceleration == nullptr ? "-" : Fixed(acceleration->value, 2),
-                  delay == nullptr || std::isnan(delay->value)
-                      ? "the end"
-                      : Fixed(delay->value, 0) + " ms"});
+    table.AddRow(
+        {title, Fixed(mean.value, 2),
+         mean.verdict == Verdict::kNone ? "-"
+                                        : Fixed(mean.difference, 2) + mark,
+         Fixed(acceleration.value, 2),
+         std::isnan(delay.value) ? "the end" : Fixed(delay.value, 0) + " ms"});
   }
   return table.ToString() +
          "Held-out error in the mean; =: not told apart from the "
          "baseline.\n\n" +
-         Wrapped(VerdictText(result), kDigestColumns) + "written to " + folder +
+         Wrapped(VerdictText(result), kTerminalColumns) + "written to " +
+         folder +
          ":\n  compare.md (all tables), compare.csv, compare.json, "
          "runtime.json\n  recommended.toml: for track --config, the "
          "configuration given with the best strategy\n";

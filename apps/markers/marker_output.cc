@@ -1,18 +1,25 @@
 #include "apps/markers/marker_output.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <optional>
+#include <set>
 #include <utility>
 #include <vector>
 
 #include "apps/common/app.h"
 #include "apps/common/plot.h"
 #include "apps/common/table.h"
-#include "apps/markers/marker_plots.h"
 #include "apps/report/page.h"
 #include "apps/report/page_data.h"
 #include "core/io/files/atomic_file.h"
+#include "core/base/constants.h"
+#include "core/evaluation/mpjpe.h"
+#include "core/io/files/atomic_folder.h"
+#include "core/io/files/write_text_file.h"
 
 namespace kinegraph {
 namespace {
@@ -69,11 +76,18 @@ Json ToJson(const ValueAgreement& angle) {
           {"after_offset_coverage_95", angle.covered_after_offset.fraction()}};
 }
 
+const char* SideOf(const FootEvent& event) {
+  return event.foot == Foot::kLeft ? "left" : "right";
+}
+const char* KindOf(const FootEvent& event) {
+  return event.is_contact ? "contact" : "off";
+}
+
 Json EventsJson(const FootEvents& events) {
   Json json = Json::array();
   for (const FootEvent& event : events.events) {
-    json.push_back({{"foot", event.foot == Foot::kLeft ? "left" : "right"},
-                    {"event", event.is_contact ? "contact" : "off"},
+    json.push_back({{"foot", SideOf(event)},
+                    {"event", KindOf(event)},
                     {"time_s", event.time_s}});
   }
   return json;
@@ -93,11 +107,10 @@ std::pair<double, double> MeanOf(const std::vector<TimedEvent>& events) {
 Json PlatesJson(const std::vector<TimedEvent>& events) {
   Json list = Json::array();
   for (const TimedEvent& event : events) {
-    list.push_back(
-        {{"foot", event.plate.foot == Foot::kLeft ? "left" : "right"},
-         {"event", event.plate.is_contact ? "contact" : "off"},
-         {"plate_s", event.plate.time_s},
-         {"found_minus_plate_ms", kMm * event.found_minus_plate_s}});
+    list.push_back({{"foot", SideOf(event.plate)},
+                    {"event", KindOf(event.plate)},
+                    {"plate_s", event.plate.time_s},
+                    {"found_minus_plate_ms", kMm * event.found_minus_plate_s}});
   }
   const auto [mean_s, mean_size_s] = MeanOf(events);
   return {{"mean_ms", kMm * mean_s},
@@ -121,57 +134,53 @@ Json WorldJson(const WorldFit& world) {
           {"t_mm", Three(world.truth_from_tracks.translation(), kMm)}};
 }
 
-void AddAlignment(const Alignment& alignment, Json* out) {
-  Json& json = *out;
-  json["clock_s"] = alignment.clock.offset_s;
-  json["clock_sigma_s"] = alignment.clock.offset_sigma_s;
-  json["drift_ppm"] = 1e6 * alignment.clock.drift;
-  json["drift_sigma_ppm"] = 1e6 * alignment.clock.drift_sigma;
-  json["rotation_deg"] = alignment.world.rotation_deg();
-  json["rotation_sigma_deg"] = alignment.world.rotation_sigma_deg;
-  json["translation_mm"] =
-      kMm * alignment.world.truth_from_tracks.translation().norm();
-  json["translation_sigma_mm"] = kMm * alignment.world.translation_sigma_m;
-  json["truth_from_tracks"] = WorldJson(alignment.world);
-  json["median_mm"] = {{"none", kMm * alignment.median_none_m},
-                       {"clock", kMm * alignment.median_clock_m},
-                       {"both", kMm * alignment.median_both_m}};
+Json AlignmentJson(const Alignment& alignment) {
+  return {{"clock_s", alignment.clock.offset_s},
+          {"clock_sigma_s", alignment.clock.offset_sigma_s},
+          {"drift_ppm", 1e6 * alignment.clock.drift},
+          {"drift_sigma_ppm", 1e6 * alignment.clock.drift_sigma},
+          {"rotation_deg", alignment.world.rotation_deg()},
+          {"rotation_sigma_deg", alignment.world.rotation_sigma_deg},
+          {"translation_mm",
+           kMm * alignment.world.truth_from_tracks.translation().norm()},
+          {"translation_sigma_mm", kMm * alignment.world.translation_sigma_m},
+          {"truth_from_tracks", WorldJson(alignment.world)},
+          {"median_mm",
+           {{"none", kMm * alignment.median_none_m},
+            {"clock", kMm * alignment.median_clock_m},
+            {"both", kMm * alignment.median_both_m}}}};
 }
 
 // ---- Text -------------------------------------------------------------------
 
-std::string ThreeCells(const Eigen::Vector3d& vector, const char* sign) {
-  std::string text;
-  for (int axis = 0; axis < 3; ++axis) {
-    char number[32];
-    std::snprintf(number, sizeof(number), sign, kMm * vector[axis]);
-    text += (axis > 0 ? " " : "") + std::string(number);
-  }
-  return text;
-}
-
 std::string Mm(double metres) { return Fixed(kMm * metres, 1); }
 
 // A dozen figures of one joint, as a row.
-std::vector<std::string> ErrorRow(const JointAgreement& joint, bool is_apart) {
-  return {joint.joint + (is_apart ? " (*)" : ""),
-          std::to_string(joint.count),
-          Mm(joint.median_m),
-          Fixed(kMm * joint.median_interval.low, 1) + ".." +
-              Fixed(kMm * joint.median_interval.high, 1),
-          Mm(joint.mean_m),
-          Mm(joint.rms_m),
-          Mm(joint.p95_m),
-          ThreeCells(joint.bias_m, "%+.0f"),
-          ThreeCells(joint.limits_m, "%.0f"),
-          Mm(joint.after_offset_median_m)};
+Cells ErrorRow(const JointAgreement& joint, bool is_apart) {
+  const Eigen::Vector3d bias_mm = kMm * joint.bias_m;
+  const Eigen::Vector3d limits_mm = kMm * joint.limits_m;
+  return {
+      joint.joint + (is_apart ? " (*)" : ""),
+      std::to_string(joint.count),
+      Mm(joint.median_m),
+      Mm(joint.median_interval.low) + ".." + Mm(joint.median_interval.high),
+      Mm(joint.mean_m),
+      Mm(joint.rms_m),
+      Mm(joint.p95_m),
+      fmt::format("{:+.0f}", fmt::join(bias_mm.begin(), bias_mm.end(), " ")),
+      fmt::format("{:.0f}", fmt::join(limits_mm.begin(), limits_mm.end(), " ")),
+      Mm(joint.after_offset_median_m)};
 }
 
-bool IsPooled(const MarkerStudy& study, const std::string& joint) {
-  const int at = study.motion.truth.header.skeleton.IndexOf(joint);
+// Of those whose markers enclose their centre; of all, where none do.
+bool IsPooled(const MarkerStudy& study, size_t joint) {
   const std::vector<bool>& centres = study.motion.is_centre;
-  return centres[static_cast<size_t>(at)] ||
+  return centres[joint] ||
          std::count(centres.begin(), centres.end(), true) == 0;
+}
+bool IsPooled(const MarkerStudy& study, const std::string& joint) {
+  const Skeleton& skeleton = study.motion.truth.header.skeleton;
+  return IsPooled(study, static_cast<size_t>(skeleton.IndexOf(joint)));
 }
 
 std::string ErrorTable(const MarkerStudy& study) {
@@ -184,35 +193,33 @@ std::string ErrorTable(const MarkerStudy& study) {
     table.AddRow(ErrorRow(joint, is_apart));
   }
   table.AddRow(ErrorRow(study.agreement.pooled, false));
-  std::string text =
-      table.ToString(TableStyle::kMarkdown) +
-      "\nMillimetres; 95 %: interval of the median by bootstrap over " +
-      (study.blocks_are_strides ? "strides of " : "pieces of ") +
-      Fixed(study.block_s, 2) +
-      " s; bias right, forward, up and its limits of agreement (1.96 standard "
+  return fmt::format(
+      "{}\nMillimetres; 95 %: interval of the median by bootstrap over {} of "
+      "{} "
+      "s; bias right, forward, up and its limits of agreement (1.96 standard "
       "deviations to each side); offset off: median after each joint's "
-      "constant offset, learnt on the other half. Mean of the medians: " +
-      Mm(study.agreement.mean_of_medians_m) + " mm.\n";
-  if (any_apart) {
-    text +=
-        "\n(*) not pooled: its markers do not enclose the joint's centre.\n";
-  }
-  return text;
+      "constant offset, learnt on the other half. Mean of the medians: {} "
+      "mm.\n{}",
+      table.ToString(TableStyle::kMarkdown),
+      study.blocks_are_strides ? "strides" : "pieces", Fixed(study.block_s, 2),
+      Mm(study.agreement.mean_of_medians_m),
+      any_apart ? "\n(*) not pooled: its markers do not enclose the joint's "
+                  "centre.\n"
+                : "");
 }
 
 std::string MotionTable(const MarkerStudy& study) {
   Table table({"joint", "velocity RMS, m/s", "acceleration RMS, m/s^2"});
-  std::vector<JointAgreement> rows = study.agreement.joints;
-  rows.push_back(study.agreement.pooled);
-  for (const JointAgreement& joint : rows) {
+  const auto add = [&](const JointAgreement& joint) {
     table.AddRow({joint.joint, Fixed(joint.velocity_rms_m_s, 3),
                   Fixed(joint.acceleration_rms_m_s2, 2)});
-  }
+  };
+  for (const JointAgreement& joint : study.agreement.joints) add(joint);
+  add(study.agreement.pooled);
   return table.ToString(TableStyle::kMarkdown);
 }
 
-std::vector<std::string> CalibrationRow(const std::string& name,
-                                        const Calibration& calibration) {
+Cells CalibrationRow(const std::string& name, const Calibration& calibration) {
   const auto percent = [&](double level) {
     return Fixed(100.0 * calibration.Covered(level), 1);
   };
@@ -244,20 +251,19 @@ std::string CalibrationTable(const MarkerStudy& study) {
     if (calibration.count() > 0)
       table.AddRow(CalibrationRow(name, calibration));
   }
-  std::string text = table.ToString(TableStyle::kMarkdown) +
-                     "\nShare of the true joints within the stated ellipsoids; "
-                     "ECE: mean difference of covered and promised share.\n";
   const JointAgreement& pooled = agreement.pooled;
-  return text +
-         "\nCovariances say how precise the detections make a joint, not where "
-         "a detector sees it: each joint's constant offset is no part of what "
-         "they promise, unless the tracks have learnt it. Freed of it the "
-         "median goes from " +
-         Mm(pooled.median_m) + " to " + Mm(pooled.after_offset_median_m) +
-         " mm, and the 95 % ellipsoids hold " +
-         Fixed(100.0 * pooled.after_offset.Covered(0.95), 1) +
-         " % of the joints instead of " +
-         Fixed(100.0 * pooled.calibration.Covered(0.95), 1) + " %.\n";
+  return fmt::format(
+      "{}\nShare of the true joints within the stated ellipsoids; ECE: mean "
+      "difference of covered and promised share.\n\nCovariances say how "
+      "precise "
+      "the detections make a joint, not where a detector sees it: each joint's "
+      "constant offset is no part of what they promise, unless the tracks have "
+      "learnt it. Freed of it the median goes from {} to {} mm, and the 95 % "
+      "ellipsoids hold {} % of the joints instead of {} %.\n",
+      table.ToString(TableStyle::kMarkdown), Mm(pooled.median_m),
+      Mm(pooled.after_offset_median_m),
+      Fixed(100.0 * pooled.after_offset.Covered(0.95), 1),
+      Fixed(100.0 * pooled.calibration.Covered(0.95), 1));
 }
 
 std::string AngleTable(const MarkerStudy& study) {
@@ -274,24 +280,19 @@ std::string AngleTable(const MarkerStudy& study) {
 }
 
 std::string EventText(const MarkerStudy& study) {
-  std::string text = std::string("Feet, by ") +
-                     (study.true_events.is_walk
-                          ? "their way relative to the pelvis (Zeni 2008)"
-                          : "their vertical speed (nobody walks)") +
-                     ": " + std::to_string(study.true_events.events.size()) +
-                     " events of the markers, " +
-                     std::to_string(study.found_events.events.size()) +
-                     " of the tracks.\n";
+  const std::string text = fmt::format(
+      "Feet, by {}: {} events of the markers, {} of the tracks.\n",
+      study.true_events.is_walk ? "their way relative to the pelvis (Zeni 2008)"
+                                : "their vertical speed (nobody walks)",
+      study.true_events.events.size(), study.found_events.events.size());
   if (study.true_on_plates.empty()) return text;
   Table table({"plate", "at, s", "markers, ms", "tracks, ms"});
   const auto ms = [](double seconds) { return Fixed(kMm * seconds, 1); };
   for (size_t i = 0; i < study.true_on_plates.size(); ++i) {
     const TimedEvent& event = study.true_on_plates[i];
-    table.AddRow(
-        {std::string(event.plate.foot == Foot::kLeft ? "left " : "right ") +
-             (event.plate.is_contact ? "contact" : "off"),
-         Fixed(event.plate.time_s, 3), ms(event.found_minus_plate_s),
-         ms(study.found_on_plates[i].found_minus_plate_s)});
+    table.AddRow({std::string(SideOf(event.plate)) + " " + KindOf(event.plate),
+                  Fixed(event.plate.time_s, 3), ms(event.found_minus_plate_s),
+                  ms(study.found_on_plates[i].found_minus_plate_s)});
   }
   const auto by_markers = MeanOf(study.true_on_plates);
   const auto by_tracks = MeanOf(study.found_on_plates);
@@ -300,27 +301,29 @@ std::string EventText(const MarkerStudy& study) {
   return text + "\n" + table.ToString(TableStyle::kMarkdown);
 }
 
-std::string AlignText(const MarkerStudy& study, Align align) {
-  const Alignment& alignment = study.alignment;
-  std::string text =
-      "Median distance of all joints: " + Mm(alignment.median_none_m) +
-      " mm as they stand, " + Mm(alignment.median_clock_m) +
-      " mm on one clock, " + Mm(alignment.median_both_m) +
-      " mm in one world, too. Scored with `--align=" + ToString(align) + "`";
+std::string AlignText(const MarkerStudy& study) {
+  const Align align = study.align;
+  const auto& clock = study.alignment.clock;
+  const WorldFit& world = study.alignment.world;
+  std::string text = fmt::format(
+      "Median distance of all joints: {} mm as they stand, {} mm on one clock, "
+      "{} mm in one world, too. Scored with `--align={}`",
+      Mm(study.alignment.median_none_m), Mm(study.alignment.median_clock_m),
+      Mm(study.alignment.median_both_m), ToString(align));
   if (align == Align::kBoth || align == Align::kClock) {
-    text += "; clock " + Fixed(kMm * alignment.clock.offset_s, 2) + " +- " +
-            Fixed(kMm * alignment.clock.offset_sigma_s, 2) + " ms";
-    if (alignment.clock.drift != 0.0) {
-      text += ", drift " + Fixed(1e6 * alignment.clock.drift, 1) + " +- " +
-              Fixed(1e6 * alignment.clock.drift_sigma, 1) + " ppm";
+    text += fmt::format("; clock {} +- {} ms", Fixed(kMm * clock.offset_s, 2),
+                        Fixed(kMm * clock.offset_sigma_s, 2));
+    if (clock.drift != 0.0) {
+      text += fmt::format(", drift {} +- {} ppm", Fixed(1e6 * clock.drift, 1),
+                          Fixed(1e6 * clock.drift_sigma, 1));
     }
   }
   if (align == Align::kBoth || align == Align::kWorld) {
-    text += "; turned by " + Fixed(alignment.world.rotation_deg(), 2) + " +- " +
-            Fixed(alignment.world.rotation_sigma_deg, 2) +
-            " degrees, moved by " +
-            Mm(alignment.world.truth_from_tracks.translation().norm()) +
-            " +- " + Mm(alignment.world.translation_sigma_m) + " mm";
+    text += fmt::format("; turned by {} +- {} degrees, moved by {} +- {} mm",
+                        Fixed(world.rotation_deg(), 2),
+                        Fixed(world.rotation_sigma_deg, 2),
+                        Mm(world.truth_from_tracks.translation().norm()),
+                        Mm(world.translation_sigma_m));
   }
   return text + ".\n";
 }
@@ -328,6 +331,176 @@ std::string AlignText(const MarkerStudy& study, Align align) {
 std::string InputText(const MarkerInput& input) {
   return BaseName(input.path) +
          (input.set.empty() ? "" : " (" + BaseName(input.set) + ")");
+}
+
+// ---- Plots and the page
+
+// More points of a cloud, or of a line, show nothing more.
+constexpr size_t kMostPoints = 2000;
+
+size_t Stride(size_t count) {
+  return std::max<size_t>(1, (count + kMostPoints - 1) / kMostPoints);
+}
+
+PlotSeries Level(double x_low, double x_high, double y, bool dashed) {
+  PlotSeries line;
+  line.x = {x_low, x_high};
+  line.y = {y, y};
+  line.dashed = dashed;
+  line.colour = 0;
+  return line;
+}
+
+// Difference against mean of each joint's place on one axis of the body,
+// counted from the middle of the person's joints.
+Plot BlandAltman(const MarkerStudy& study, int axis) {
+  static const char* const kAxes[] = {"right", "forward", "up"};
+  const PairedMotion& motion = study.motion;
+  PlotSeries cloud;
+  cloud.style = PlotStyle::kPoints;
+  cloud.colour = 1;
+  const size_t joints = motion.is_centre.size();
+  const size_t stride = Stride(motion.truth.frames.size() * joints);
+  for (size_t f = 0; f < motion.truth.frames.size(); f += stride) {
+    const Pose3d& truth = motion.truth.frames[f].people.front().joints;
+    const Pose3d& found = motion.tracks.frames[f].people.front().joints;
+    const auto body = BodyFrame(truth, motion.truth.header.skeleton, study.up);
+    const auto middle = MeanPosition(truth);
+    if (!body || !middle) continue;
+    for (size_t j = 0; j < joints; ++j) {
+      if (!IsPooled(study, j) || !truth[j].present() || !found[j].present()) {
+        continue;
+      }
+      const Eigen::Vector3d a =
+          body->transpose() * (truth[j].position_m - *middle);
+      const Eigen::Vector3d b =
+          body->transpose() * (found[j].position_m - *middle);
+      cloud.Add(kMm * 0.5 * (a[axis] + b[axis]), kMm * (b[axis] - a[axis]));
+    }
+  }
+  Plot plot;
+  plot.title = kAxes[axis];
+  plot.x.label = "mean of both [mm]";
+  plot.y.label = "tracks minus markers [mm]";
+  plot.legend = PlotLegend::kNone;
+  const JointAgreement& pooled = study.agreement.pooled;
+  if (!cloud.x.empty()) {
+    const auto ends = std::minmax_element(cloud.x.begin(), cloud.x.end());
+    const double low = *ends.first, high = *ends.second;
+    const double bias = kMm * pooled.bias_m[axis];
+    const double limit = kMm * pooled.limits_m[axis];
+    plot.title += ": bias " + Fixed(bias, 1) + " mm, limits " +
+                  Fixed(bias - limit, 0) + " to " + Fixed(bias + limit, 0) +
+                  " mm";
+    plot.series = {std::move(cloud), Level(low, high, bias, false),
+                   Level(low, high, bias - limit, true),
+                   Level(low, high, bias + limit, true)};
+  }
+  return plot;
+}
+
+Plot ErrorsOverTime(const MarkerStudy& study) {
+  const PairedMotion& motion = study.motion;
+  const size_t stride = Stride(motion.truth.frames.size());
+  Plot plot;
+  plot.title = "Distance of tracks and markers";
+  plot.x.label = "time of the markers [s]";
+  plot.y.label = "distance [mm]";
+  plot.y.low = 0.0;
+  for (size_t j = 0; j < motion.is_centre.size(); ++j) {
+    if (!IsPooled(study, j)) continue;
+    PlotSeries line;
+    line.name = motion.truth.header.skeleton.joints()[j];
+    for (size_t f = 0; f < motion.truth.frames.size(); f += stride) {
+      const Joint3d& a = motion.truth.frames[f].people.front().joints[j];
+      const Joint3d& b = motion.tracks.frames[f].people.front().joints[j];
+      line.Add(ToSeconds(motion.truth.frames[f].time),
+               a.present() && b.present()
+                   ? kMm * (a.position_m - b.position_m).norm()
+                   : kNan);
+    }
+    plot.series.push_back(std::move(line));
+  }
+  return plot;
+}
+
+Plot CalibrationCurve(const MotionAgreement& agreement) {
+  constexpr int kLevels = 20;
+  Plot plot;
+  plot.title = "Calibration of the ellipsoids";
+  plot.x.label = "promised [%]";
+  plot.y.label = "covered [%]";
+  plot.x.low = plot.y.low = 0.0;
+  plot.x.high = plot.y.high = 100.0;
+  PlotSeries right;
+  right.name = "as promised";
+  right.x = right.y = {0.0, 100.0};
+  right.dashed = true;
+  plot.series.push_back(right);
+  const struct {
+    const char* name;
+    const Calibration& calibration;
+  } curves[] = {{"observed", agreement.observed},
+                {"inferred", agreement.inferred},
+                {"offset off", agreement.pooled.after_offset}};
+  for (const auto& curve : curves) {
+    if (curve.calibration.count() == 0) continue;
+    PlotSeries line;
+    line.name =
+        curve.name + (", n " + std::to_string(curve.calibration.count()));
+    line.style = PlotStyle::kLinePoints;
+    for (int level = 1; level < kLevels; ++level) {
+      const double promised = level / static_cast<double>(kLevels);
+      line.Add(100.0 * promised, 100.0 * curve.calibration.Covered(promised));
+    }
+    plot.series.push_back(std::move(line));
+  }
+  return plot;
+}
+
+// bland_altman.svg, errors.svg and, with covariances, calibration.svg into a
+// folder that ends with '/'; the names of those written.
+std::vector<std::string> WriteMarkerPlots(const MarkerStudy& study,
+                                          const std::string& folder) {
+  std::vector<std::string> names = {"bland_altman.svg", "errors.svg"};
+  WritePlot(
+      {BlandAltman(study, 0), BlandAltman(study, 1), BlandAltman(study, 2)},
+      folder + names[0], {1350, 420, 3});
+  WritePlot({ErrorsOverTime(study)}, folder + names[1]);
+  if (study.agreement.pooled.calibration.count() > 0) {
+    names.emplace_back("calibration.svg");
+    WritePlot({CalibrationCurve(study.agreement)}, folder + names.back());
+  }
+  return names;
+}
+
+// The truth's joints with all of its markers behind them, in the frames that
+// are scored.
+TrackSequence WithMarkers(const MarkerStudy& study) {
+  TrackSequence shown = study.motion.truth;
+  if (study.truth.set.empty()) return shown;
+  const Skeleton& skeleton = shown.header.skeleton;
+  std::vector<std::string> names = skeleton.joints();
+  std::set<std::string> taken(names.begin(), names.end());
+  std::vector<int> markers;
+  const TrackSequence& points = study.truth.points;
+  for (int m = 0; m < points.header.skeleton.joint_count(); ++m) {
+    const std::string& label =
+        points.header.skeleton.joints()[static_cast<size_t>(m)];
+    if (!taken.insert(label).second) continue;
+    names.push_back(label);
+    markers.push_back(m);
+  }
+  const JointPaths paths(points, OnlyPerson(points), markers);
+  for (TrackFrame& frame : shown.frames) {
+    for (size_t m = 0; m < markers.size(); ++m) {
+      const auto at_m = paths.At(ToSeconds(frame.time), m);
+      frame.people.front().joints.push_back(
+          at_m ? Joint3d{*at_m, JointStatus::kObserved} : Joint3d{});
+    }
+  }
+  shown.header.skeleton = Skeleton("markers", names, skeleton.bones());
+  return shown;
 }
 
 void WriteMarkerPage(const MarkerStudy& study, const std::string& path) {
@@ -367,7 +540,7 @@ Json MarkerJson(const MarkerStudy& study) {
   for (const auto& [name, angle] : study.angles) {
     json["angles"][name] = ToJson(angle);
   }
-  AddAlignment(study.alignment, &json);
+  json.update(AlignmentJson(study.alignment));
   json["events"] = {{"walk", study.true_events.is_walk},
                     {"ground_truth", EventsJson(study.true_events)},
                     {"tracks", EventsJson(study.found_events)}};
@@ -380,30 +553,26 @@ Json MarkerJson(const MarkerStudy& study) {
 
 std::string MarkerMarkdown(const MarkerStudy& study) {
   const MotionAgreement& agreement = study.agreement;
-  std::string text =
-      "# " + InputText(study.tracks) + " against " + InputText(study.truth) +
-      "\n\n" + std::to_string(study.motion.truth.frames.size()) +
-      " frames at " + Fixed(study.motion.tracks.header.frame_rate_hz, 1) +
-      " Hz. " + AlignText(study, study.align);
-  if (!study.truth.joints.lacking.empty()) {
-    text += "\nLeft out, for want of a marker:";
-    for (const std::string& joint : study.truth.joints.lacking) {
-      text += " " + joint;
-    }
-    text += ".\n";
+  std::string text = fmt::format(
+      "# {} against {}\n\n{} frames at {} Hz. {}", InputText(study.tracks),
+      InputText(study.truth), study.motion.truth.frames.size(),
+      Fixed(study.motion.tracks.header.frame_rate_hz, 1), AlignText(study));
+  const Cells& lacking = study.truth.joints.lacking;
+  if (!lacking.empty()) {
+    text += fmt::format("\nLeft out, for want of a marker: {}.\n",
+                        fmt::join(lacking, " "));
   }
   text += "\n## Joints\n\n" + ErrorTable(study);
-  text += "\nPA-MPJPE " + Mm(agreement.pa_mpjpe_m) + " mm; PCK at 150 mm " +
-          Fixed(agreement.pck_150.percent(), 1) + " %, AUC " +
-          Fixed(100.0 * agreement.auc, 1) + " %" +
-          (agreement.root_aligned ? ", the middle of the hips in one place"
-                                  : ", without alignment of a root") +
-          ".\n";
+  text += fmt::format(
+      "\nPA-MPJPE {} mm; PCK at 150 mm {} %, AUC {} %{}.\n",
+      Mm(agreement.pa_mpjpe_m), Fixed(agreement.pck_150.percent(), 1),
+      Fixed(100.0 * agreement.auc, 1),
+      agreement.root_aligned ? ", the middle of the hips in one place"
+                             : ", without alignment of a root");
   text += "\n## Intervals\n\n" + CalibrationTable(study);
   if (!study.angles.empty()) text += "\n## Angles\n\n" + AngleTable(study);
   text += "\n## Steps\n\n" + EventText(study);
-  text += "\n## Speeds\n\n" + MotionTable(study);
-  return text;
+  return text + "\n## Speeds\n\n" + MotionTable(study);
 }
 
 void WriteMarkerFolder(const MarkerStudy& study, const Json& json,

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "apps/common/app.h"
 #include "apps/common/track_input.h"
 #include "core/base/error.h"
 #include "core/evaluation/correspondence.h"
@@ -123,8 +124,7 @@ Align ParseAlign(const std::string& text) {
   for (const AlignName& one : kAlignNames) {
     if (text == one.name) return one.align;
   }
-  throw InputError("--align: found '" + Printable(text) +
-                   "', expected both, clock, world or none");
+  FailFlag("align", text, "both, clock, world or none");
 }
 
 const char* ToString(Align align) {

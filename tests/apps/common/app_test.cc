@@ -17,7 +17,6 @@
 #include <vector>
 
 #include "apps/common/config_folder.h"
-#include "apps/common/flag_examples.h"
 #include "core/base/error.h"
 
 DEFINE_string(test_out, "out.jsonl", "where the result goes");

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <string>
 
-#include "apps/common/refinement.h"
+#include "apps/common/recording_output.h"
 #include "core/base/error.h"
 #include "core/evaluation/mpjpe.h"
 #include "core/io/calibration/calibration.h"
