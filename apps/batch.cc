@@ -1,4 +1,5 @@
 // kinegraph-batch: recordings x configurations, each in a folder of its own.
+#include <fmt/format.h>
 #include <gflags/gflags.h>
 
 #include <algorithm>
@@ -68,20 +69,17 @@ std::vector<Task> TasksToDo(const std::vector<Task>& tasks, bool resume) {
     }
   }
   if (done > 0 && !resume) {
-    throw InputError(FLAGS_out, "",
-                     std::to_string(done) +
-                         " tasks are done there already; --resume does the "
-                         "others");
+    throw InputError(
+        FLAGS_out, "",
+        fmt::format("{} tasks are done there already; --resume does the others",
+                    done));
   }
   return missing;
 }
 
 void Tell(const Task& task, const TaskOutcome& outcome) {
-  if (outcome.done) {
-    std::printf("%s done\n", task.Name().c_str());
-  } else {
-    std::printf("%s FAILED: %s\n", task.Name().c_str(), outcome.error.c_str());
-  }
+  std::printf("%s %s%s\n", task.Name().c_str(),
+              outcome.done ? "done" : "FAILED: ", outcome.error.c_str());
   std::fflush(stdout);
 }
 
@@ -127,9 +125,8 @@ void RunBatch() {
   const int failed = RunTasks(missing, FLAGS_out, JobCount(), Tell);
   if (FLAGS_task.empty()) Merge(tasks);
   if (failed > 0) {
-    throw std::runtime_error(std::to_string(failed) + " of " +
-                             std::to_string(missing.size()) +
-                             " tasks failed; the others are done");
+    throw std::runtime_error(fmt::format(
+        "{} of {} tasks failed; the others are done", failed, missing.size()));
   }
 }
 

@@ -1,4 +1,5 @@
 // kinegraph-compare: every smoothing strategy on the same frozen observations.
+#include <fmt/format.h>
 #include <gflags/gflags.h>
 
 #include <algorithm>
@@ -14,7 +15,6 @@
 #include "apps/common/plot.h"
 #include "apps/compare/comparison.h"
 #include "apps/compare/output.h"
-#include "apps/compare/recording_input.h"
 #include "apps/compare/scores.h"
 #include "apps/compare/strategies.h"
 #include "apps/compare/study.h"
@@ -127,8 +127,8 @@ void CheckCompareFlags() {
     throw InputError("--tune chooses what --parameters gives: use one of them");
   }
   if (FLAGS_threads < 1) {
-    throw InputError("--threads: found " + std::to_string(FLAGS_threads) +
-                     ", expected at least 1");
+    throw InputError(
+        fmt::format("--threads: found {}, expected at least 1", FLAGS_threads));
   }
 }
 
@@ -142,8 +142,8 @@ FrameRange AllFrames(const FrozenRun& run) {
 std::vector<FrameRange> Halves(const FrameRange& all) {
   const int64_t length = (all.end - all.begin - kGapFrames) / 2;
   if (length < kGapFrames) {
-    throw InputError("--folds: " + std::to_string(all.end - all.begin) +
-                     " frames are too few for two folds");
+    throw InputError(fmt::format("--folds: {} frames are too few for two folds",
+                                 all.end - all.begin));
   }
   return {{all.begin, all.begin + length}, {all.end - length, all.end}};
 }
@@ -153,8 +153,8 @@ std::vector<FrameRange> FoldRanges(const FrozenRun& run,
   if (!FLAGS_folds.empty()) {
     const auto folds = ParseFrameRanges(FLAGS_folds, "folds");
     if (folds.size() != 2) {
-      throw InputError("--folds: found " + std::to_string(folds.size()) +
-                       " ranges, expected two");
+      throw InputError(
+          fmt::format("--folds: found {} ranges, expected two", folds.size()));
     }
     return folds;
   }

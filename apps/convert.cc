@@ -5,7 +5,7 @@
 #include <string>
 
 #include "apps/common/app.h"
-#include "apps/common/track_input.h"
+#include "apps/common/track_files.h"
 #include "core/base/error.h"
 #include "core/io/conversion.h"
 

@@ -14,8 +14,6 @@
 #include "core/io/calibration/calibration.h"
 #include "core/io/detections/source.h"
 #include "core/io/files/atomic_file.h"
-#include "core/io/files/atomic_folder.h"
-#include "core/io/files/write_text_file.h"
 #include "core/io/text/json.h"
 #include "solvers/session/diagnose.h"
 

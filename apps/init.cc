@@ -18,7 +18,7 @@
 #include "core/io/configuration/config.h"
 #include "core/io/detections/source.h"
 #include "core/io/detections/view_pairing.h"
-#include "core/io/files/write_text_file.h"
+#include "core/io/files/atomic_file.h"
 #include "core/io/text/json.h"
 #include "core/io/tracks/format.h"
 #include "core/io/tracks/reading_notes.h"

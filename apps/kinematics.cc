@@ -13,7 +13,7 @@
 
 #include "apps/common/app.h"
 #include "apps/common/table.h"
-#include "apps/common/track_input.h"
+#include "apps/common/track_files.h"
 #include "core/base/error.h"
 #include "core/base/text.h"
 #include "core/io/configuration/config.h"

@@ -1,4 +1,5 @@
 // kinegraph-report: one self-contained page to look at a result.
+#include <fmt/format.h>
 #include <gflags/gflags.h>
 
 #include <algorithm>
@@ -12,7 +13,7 @@
 #include "apps/common/app.h"
 #include "apps/common/config_folder.h"
 #include "apps/common/progress.h"
-#include "apps/common/track_input.h"
+#include "apps/common/track_files.h"
 #include "apps/report/page.h"
 #include "apps/report/page_data.h"
 #include "apps/report/view_images.h"
@@ -72,8 +73,8 @@ namespace {
 std::string BaseName(const std::string& path) {
   const size_t end = path.find_last_not_of('/') + 1;
   const size_t slash = path.rfind('/', end == 0 ? 0 : end - 1);
-  return path.substr(slash == std::string::npos ? 0 : slash + 1,
-                     end - (slash == std::string::npos ? 0 : slash + 1));
+  const size_t begin = slash == std::string::npos ? 0 : slash + 1;
+  return path.substr(begin, end - begin);
 }
 
 // More would not be told apart.
@@ -109,8 +110,8 @@ std::vector<PageResult> ReadResults() {
   std::vector<PageResult> results;
   const std::vector<std::string> paths = ParseList(FLAGS_tracks, "tracks");
   if (paths.size() > kMaxResults) {
-    throw InputError("--tracks: found " + std::to_string(paths.size()) +
-                     " files, expected one to " + std::to_string(kMaxResults));
+    throw InputError(fmt::format("--tracks: found {} files, expected one to {}",
+                                 paths.size(), kMaxResults));
   }
   std::vector<std::string> all = paths;
   if (!FLAGS_ground_truth.empty()) all.push_back(FLAGS_ground_truth);
@@ -223,8 +224,8 @@ std::string WhatVideosLack(const ViewImages& images, const PageInput& input) {
     if (!images.videos[v].has_value()) continue;
     const size_t lacks = FramesWithout(*images.videos[v], input);
     if (lacks == 0) continue;
-    text += input.detections->header.view_names[v] + ": " +
-            std::to_string(lacks) + " frames are not in its video\n";
+    text += fmt::format("{}: {} frames are not in its video\n",
+                        input.detections->header.view_names[v], lacks);
   }
   return text;
 }
@@ -248,13 +249,12 @@ std::string AddImages(const ViewImages& images, PageInput* input) {
       images.patterns,
       std::max<size_t>(1, max_bytes - std::min(max_bytes, taken)),
       [&progress] { progress.Advance(); }, input);
-  text += std::to_string(embedded.count) +
-          " pictures inside the page, at most " +
-          std::to_string(embedded.width) + " px wide";
-  if (embedded.stride > 1) {
-    text += ", one frame in " + std::to_string(embedded.stride);
-  }
-  return text + "\n";
+  return text +
+         fmt::format("{} pictures inside the page, at most {} px wide{}\n",
+                     embedded.count, embedded.width,
+                     embedded.stride > 1
+                         ? fmt::format(", one frame in {}", embedded.stride)
+                         : "");
 }
 
 // The annotated series of --frames_out; a line on it.
@@ -264,8 +264,7 @@ std::string WriteFrames(const PageInput& input, const ViewImages& images) {
   const size_t files = WriteAnnotatedFrames(
       input, images.patterns, WithFolders(FLAGS_frames_out),
       [&progress] { progress.Advance(); });
-  return std::to_string(files) + " annotated pictures -> " + FLAGS_frames_out +
-         "\n";
+  return fmt::format("{} annotated pictures -> {}\n", files, FLAGS_frames_out);
 }
 
 void CheckPictureFlags(const PageInput& input) {
@@ -297,46 +296,32 @@ void CheckFramesOut(const ViewImages& images) {
 
 // "1.2 MB"
 std::string Megabytes(size_t bytes) {
-  char text[32];
-  std::snprintf(text, sizeof(text), "%.1f MB",
-                static_cast<double>(bytes) / 1e6);
-  return text;
+  return fmt::format("{:.1f} MB", static_cast<double>(bytes) / 1e6);
 }
 
-// What the page holds beyond the poses.
-std::string Extras(const PageData& data) {
-  std::string text;
-  if (data.detection_bytes > 0) {
-    text += ", detections " + Megabytes(data.detection_bytes);
+std::string SummaryText(const PageData& data, size_t page_bytes) {
+  std::string extras;  // what the page holds beyond the poses
+  for (const auto& [name, bytes] :
+       {std::pair{", detections ", data.detection_bytes},
+        {", pictures ", data.picture_bytes},
+        {", covariances ", data.covariance_bytes}}) {
+    if (bytes > 0) extras += name + Megabytes(bytes);
   }
-  if (data.picture_bytes > 0) {
-    text += ", pictures " + Megabytes(data.picture_bytes);
-  }
-  if (data.covariance_bytes > 0) {
-    text += ", covariances " + Megabytes(data.covariance_bytes);
-  }
-  return text;
-}
-
-void PrintSummary(const PageData& data, size_t page_bytes) {
-  std::FILE* const summary = SummaryStream(FLAGS_out);
-  std::fprintf(
-      summary, "%zu frames, %zu poses, %zu moments, %s (data %s%s) -> %s\n",
-      data.frames, data.poses, data.moments, Megabytes(page_bytes).c_str(),
-      Megabytes(data.json.size()).c_str(), Extras(data).c_str(),
-      FLAGS_out.c_str());
+  std::string text =
+      fmt::format("{} frames, {} poses, {} moments, {} (data {}{}) -> {}\n",
+                  data.frames, data.poses, data.moments, Megabytes(page_bytes),
+                  Megabytes(data.json.size()), extras, FLAGS_out);
   if (data.frame_stride > 1) {
-    std::fprintf(summary, "decimated: one frame in %d is kept\n",
-                 data.frame_stride);
+    text +=
+        fmt::format("decimated: one frame in {} is kept\n", data.frame_stride);
   }
   if (data.extras_stride > 1) {
-    std::fprintf(summary,
-                 "decimated: detections and covariances of one frame in %d\n",
-                 data.extras_stride);
+    text += fmt::format(
+        "decimated: detections and covariances of one frame in {}\n",
+        data.extras_stride);
   }
-  for (const std::string& note : data.notes) {
-    std::fprintf(summary, "%s\n", note.c_str());
-  }
+  for (const std::string& note : data.notes) text += note + "\n";
+  return text;
 }
 
 void RunReport() {
@@ -374,8 +359,8 @@ void RunReport() {
   const size_t page_bytes = WritePage(input.title, data.json, FLAGS_out);
   const std::string frames = WriteFrames(input, images);
   together.Commit();
-  PrintSummary(data, page_bytes);
-  std::fputs((told + frames).c_str(), SummaryStream(FLAGS_out));
+  std::fputs((SummaryText(data, page_bytes) + told + frames).c_str(),
+             SummaryStream(FLAGS_out));
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include "apps/common/app.h"
 #include "apps/common/config_folder.h"
 #include "apps/common/synthesis.h"
+#include "apps/common/track_files.h"
 #include "core/base/error.h"
 #include "core/io/configuration/config.h"
 #include "core/io/detections/format.h"
@@ -53,10 +54,7 @@ void WriteDetectionsAs(const DetectionFormat& format,
   MemorySource source(recording.detections);
   LostFields lost_fields;
   format.write(path, options, &source, &lost_fields);
-  for (const std::string& loss : lost_fields) {
-    std::fprintf(stderr, "kinegraph-synthesize: note: %s\n",
-                 Printable(loss, 500).c_str());
-  }
+  SayNotes(lost_fields, "kinegraph-synthesize: ");
   std::printf("detections as %s -> %s\n", format.name.c_str(), path.c_str());
 }
 

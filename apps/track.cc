@@ -1,4 +1,5 @@
 // kinegraph-track: 2D detections to 3D tracks.
+#include <fmt/format.h>
 #include <gflags/gflags.h>
 
 #include <algorithm>
@@ -11,11 +12,9 @@
 #include "apps/common/app.h"
 #include "apps/common/config_folder.h"
 #include "apps/common/interruption.h"
-#include "apps/common/key_tables.h"
 #include "apps/common/progress.h"
 #include "apps/common/recording_output.h"
-#include "apps/common/track_input.h"
-#include "apps/common/track_output.h"
+#include "apps/common/track_files.h"
 #include "core/base/error.h"
 #include "core/data/identity_edit.h"
 #include "core/io/calibration/calibration.h"
@@ -25,11 +24,9 @@
 #include "core/io/detections/format.h"
 #include "core/io/detections/source.h"
 #include "core/io/files/atomic_file.h"
-#include "core/io/files/commit_together.h"
 #include "core/io/files/input_files.h"
 #include "core/io/files/side_files.h"
 #include "core/io/files/text_file.h"
-#include "core/io/files/write_text_file.h"
 #include "core/io/tracks/identity_edits.h"
 #include "core/skeleton/body_joints.h"
 #include "solvers/session/ready_recording.h"
@@ -127,8 +124,7 @@ std::string KnownFrames(std::unique_ptr<DetectionSource> source) {
   const int64_t first = frame.frame;
   int64_t last = first;
   while (source->Next(&frame)) last = frame.frame;
-  return ", the recording has " + std::to_string(first) + " .. " +
-         std::to_string(last);
+  return fmt::format(", the recording has {} .. {}", first, last);
 }
 
 // A live stream up to the first frame that cannot be read: it ends there as at
@@ -197,8 +193,8 @@ void CheckFlags() {
   RequireFlag("detections", FLAGS_detections);
   RequireFlag("out", FLAGS_out);
   if (FLAGS_threads < 1) {
-    throw InputError("--threads: found " + std::to_string(FLAGS_threads) +
-                     ", expected at least 1");
+    throw InputError(
+        fmt::format("--threads: found {}, expected at least 1", FLAGS_threads));
   }
   CheckTrackOutput(FLAGS_out, MarkersFlag(FLAGS_markers), AxesFlag());
 }
@@ -341,12 +337,12 @@ void AddBadFrames(const BadFrames& bad, RecordingReport* report) {
   if (bad.count == 0) return;
   Finding passed;
   passed.kind = "bad_frames";
-  passed.evidence =
-      std::to_string(bad.count) +
-      (bad.count == 1 ? " frame that cannot be read was passed over: "
-                      : " frames that cannot be read were passed over, "
-                        "the last one: ") +
-      bad.last;
+  passed.evidence = fmt::format(
+      "{} {}{}", bad.count,
+      bad.count == 1 ? "frame that cannot be read was passed over: "
+                     : "frames that cannot be read were passed over, the last "
+                       "one: ",
+      bad.last);
   passed.fix = "without input.skip_bad_frames the first one ends the run";
   report->warnings.push_back(std::move(passed));
 }
@@ -366,22 +362,21 @@ void SayOutcome(const Recording& recording, const Session& session,
                  session.scale().metres());
   }
   const RunSummary& summary = session.summary();
-  std::fprintf(said, "%lld frames, %lld %s, %lld poses -> %s\n",
-               static_cast<long long>(summary.frames),
-               static_cast<long long>(summary.people),
-               IsHuman(session.scene().model.skeleton) ? "people" : "tracks",
-               static_cast<long long>(summary.person_frames), path.c_str());
-  std::fputs(RefinementText(recording.ready).c_str(), said);
+  std::string text = fmt::format(
+      "{} frames, {} {}, {} poses -> {}\n", summary.frames, summary.people,
+      IsHuman(session.scene().model.skeleton) ? "people" : "tracks",
+      summary.person_frames, path);
+  text += RefinementText(recording.ready);
   if (recording.ready.changes_cameras() && !IsStream(FLAGS_out)) {
-    std::fprintf(said, "-> %s\n", BesideTracks(FLAGS_out, kCamerasEnd).c_str());
+    text += "-> " + BesideTracks(FLAGS_out, kCamerasEnd) + "\n";
   }
-  const auto& ledger = recording.options.estimators.graph.ledger;
-  const std::string troubles =
-      DescribeTroubles(summary.solves, ledger->NotConverged());
+  const std::string troubles = DescribeTroubles(
+      summary.solves,
+      recording.options.estimators.graph.ledger->NotConverged());
   if (!troubles.empty()) {
-    std::fprintf(said, "solver %s: %s\n", summary.solver.c_str(),
-                 troubles.c_str());
+    text += "solver " + summary.solver + ": " + troubles + "\n";
   }
+  std::fputs(text.c_str(), said);
 }
 
 void RunTrack() {
@@ -437,10 +432,10 @@ void RunTrack() {
   const std::string text = has_name ? ReportText(report) : WarningsText(report);
   std::fputs(text.c_str(), said);
   if (!ended.has_value()) return;
-  throw InputError(std::string(ended->what()) + "; the " +
-                   std::to_string(summary.frames) +
-                   " frames before it are kept (input.skip_bad_frames=true "
-                   "passes such frames over)");
+  throw InputError(fmt::format(
+      "{}; the {} frames before it are kept (input.skip_bad_frames=true passes "
+      "such frames over)",
+      ended->what(), summary.frames));
 }
 
 }  // namespace

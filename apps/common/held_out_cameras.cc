@@ -6,7 +6,7 @@
 #include "apps/common/app.h"
 #include "apps/common/config_folder.h"
 #include "apps/common/progress.h"
-#include "apps/common/track_input.h"
+#include "apps/common/track_files.h"
 #include "core/base/error.h"
 #include "core/io/calibration/calibration.h"
 #include "core/io/configuration/config.h"

@@ -13,8 +13,6 @@
 #include "core/io/files/atomic_file.h"
 #include "core/io/files/input_files.h"
 #include "apps/common/app.h"
-#include "core/io/files/input_stop.h"
-#include "core/io/files/partial_files.h"
 #include "core/system/file.h"
 #include "core/system/process.h"
 #include "core/system/streams.h"

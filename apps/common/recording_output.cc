@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <nlohmann/json.hpp>
 
 #include "apps/common/table.h"
@@ -180,14 +179,11 @@ std::string GroundText(const ReadyRecording& recording) {
            "calibration has it\n";
   }
   if (!recording.ground.has_value()) return "";
-  char line[200];
-  std::snprintf(line, sizeof(line),
-                "floor: the world was tilted by %.1f degrees; %lld resting "
-                "feet lie within %.0f mm of it\n",
-                recording.ground->tilt_deg,
-                static_cast<long long>(recording.ground->foot_count),
-                1e3 * recording.ground->spread_m);
-  return line;
+  return fmt::format(
+      "floor: the world was tilted by {:.1f} degrees; {} resting feet lie "
+      "within {:.0f} mm of it\n",
+      recording.ground->tilt_deg, recording.ground->foot_count,
+      1e3 * recording.ground->spread_m);
 }
 
 }  // namespace
@@ -335,39 +331,33 @@ std::string RefinementJson(const ReadyRecording& recording) {
 }
 
 std::string RefinementText(const ReadyRecording& recording) {
+  const Refinement refinement = recording.refinement.value_or(Refinement());
+  std::vector<std::string> lags;
+  for (size_t v = 0;
+       recording.record.has_value() && v < refinement.lag_frames.size(); ++v) {
+    if (refinement.lag_frames[v] == 0) continue;
+    lags.push_back(fmt::format("{} {:+}",
+                               Printable(recording.record->cameras[v].name),
+                               refinement.lag_frames[v]));
+  }
   std::string text;
-  const std::vector<RefineStep> steps = recording.refinement.has_value()
-                                            ? recording.refinement->steps
-                                            : std::vector<RefineStep>();
-  std::string lags;
-  if (recording.refinement.has_value() && recording.record.has_value()) {
-    for (size_t v = 0; v < recording.refinement->lag_frames.size(); ++v) {
-      const int lag = recording.refinement->lag_frames[v];
-      if (lag == 0) continue;
-      lags += (lags.empty() ? "" : ", ") +
-              Printable(recording.record->cameras[v].name) +
-              (lag > 0 ? " +" : " ") + std::to_string(lag);
-    }
-  }
   if (!lags.empty()) {
-    text +=
-        "clock, whole frames (of the first view's frame k the frame k + n): " +
-        lags + "\n";
+    text += fmt::format(
+        "clock, whole frames (of the first view's frame k the frame k + n): "
+        "{}\n",
+        fmt::join(lags, ", "));
   }
-  for (const RefineStep& step : steps) {
+  for (const RefineStep& step : refinement.steps) {
     if (step.gain.before_px == 0.0 && !step.taken) {
       text += step.what + ": left (" + step.reason + ")\n";
       continue;
     }
-    char line[200];
-    std::snprintf(line, sizeof(line),
-                  "%s: %s, %.2f px instead of %.2f on the other half of the "
-                  "recording",
-                  step.what.c_str(), step.taken ? "taken" : "left",
-                  step.gain.after_px, step.gain.before_px);
-    text += line;
-    if (!step.reason.empty()) text += " (" + step.reason + ")";
-    text += "\n";
+    text += fmt::format(
+        "{}: {}, {:.2f} px instead of {:.2f} on the other half of the "
+        "recording{}\n",
+        step.what, step.taken ? "taken" : "left", step.gain.after_px,
+        step.gain.before_px,
+        step.reason.empty() ? "" : " (" + step.reason + ")");
   }
   return text + GroundText(recording);
 }

@@ -1,5 +1,6 @@
-// Strategies run on the same frozen matches, whose detections may be freed of a
-// constant pixel shift of each camera: what is left when a calibration is off.
+// Recordings read and frozen, and strategies run on the same frozen matches,
+// whose detections may be freed of a constant pixel shift of each camera: what
+// is left when a calibration is off.
 #ifndef KINEGRAPH_APPS_COMPARE_COMPARISON_H_
 #define KINEGRAPH_APPS_COMPARE_COMPARISON_H_
 
@@ -18,6 +19,7 @@
 #include "core/evaluation/motion.h"
 #include "core/evaluation/mpjpe.h"
 #include "core/evaluation/pcp.h"
+#include "core/io/configuration/manifest.h"
 #include "core/tracking/replay.h"
 #include "solvers/session/run.h"
 
@@ -124,6 +126,34 @@ std::vector<Eigen::Vector2d> FitShifts(const FrozenRun& run,
 // Detections with the shift of their view taken off.
 DetectionSequence Shifted(DetectionSequence detections,
                           const std::vector<Eigen::Vector2d>& shifts_px);
+
+// Empty texts are not given.
+struct RecordingInput {
+  std::string name;  // of a recording among several
+  std::string cameras;
+  std::string detections;
+  std::string config;
+  std::string mode;
+  std::string set;
+  std::string frames;
+};
+
+// Recordings of a manifest with its one configuration; `config`, `mode` and
+// `set` win over, or are added to, the manifest's. Throws InputError where
+// there are fewer than two recordings, or not one configuration.
+std::vector<RecordingInput> RecordingsOf(const Manifest& manifest,
+                                         const std::string& path,
+                                         const std::string& config,
+                                         const std::string& mode,
+                                         const std::string& set);
+
+struct FrozenRecording {
+  RunOptions options;
+  FrozenRun run;
+};
+
+// Throws InputError.
+FrozenRecording FreezeRecording(const RecordingInput& input, int threads);
 
 }  // namespace kinegraph
 

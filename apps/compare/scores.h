@@ -15,7 +15,6 @@
 #include "apps/compare/tuning.h"
 #include "core/base/constants.h"
 #include "core/evaluation/bootstrap.h"
-#include "core/evaluation/covariance_calibration.h"
 #include "core/evaluation/held_out.h"
 #include "core/evaluation/motion.h"
 #include "core/evaluation/mpjpe.h"

@@ -14,7 +14,6 @@
 #include <vector>
 
 #include "apps/compare/comparison.h"
-#include "apps/compare/recording_input.h"
 #include "apps/compare/scores.h"
 #include "apps/compare/strategies.h"
 

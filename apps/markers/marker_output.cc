@@ -18,8 +18,6 @@
 #include "core/io/files/atomic_file.h"
 #include "core/base/constants.h"
 #include "core/evaluation/mpjpe.h"
-#include "core/io/files/atomic_folder.h"
-#include "core/io/files/write_text_file.h"
 
 namespace kinegraph {
 namespace {

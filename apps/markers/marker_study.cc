@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "apps/common/app.h"
-#include "apps/common/track_input.h"
+#include "apps/common/track_files.h"
 #include "core/base/error.h"
 #include "core/evaluation/correspondence.h"
 #include "core/io/configuration/joint_rules_file.h"

@@ -9,7 +9,6 @@
 
 #include "apps/common/progress.h"
 #include "apps/tables/dataset.h"
-#include "apps/tables/published.h"
 #include "core/data/pose.h"
 #include "core/evaluation/pcp.h"
 #include "core/io/text/json.h"

@@ -12,7 +12,7 @@
 #include "apps/common/progress.h"
 #include "apps/common/table.h"
 #include "core/evaluation/statistics.h"
-#include "core/io/files/atomic_folder.h"
+#include "core/io/files/atomic_file.h"
 #include "core/system/clock.h"
 #include "core/tracking/tracker.h"
 

@@ -2,25 +2,25 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <string>
 #include <vector>
 
 #include "core/io/calibration/calibration.h"
 #include "core/io/detections/writer.h"
 #include "core/io/tracks/tracks.h"
-#include "tests/support/program.h"
+#include "tests/apps/command.h"
 #include "tests/support/rig.h"
 #include "tests/support/test_data.h"
 
 namespace kinegraph {
 namespace {
 
+using ::testing::AllOf;
 using testing::ContentOf;
+using testing::Done;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
-using testing::ProgramOutcome;
-using testing::RunProgram;
+using testing::Refusal;
 
 // Two people who stand three metres apart for four seconds; the one at x = 1.5
 // is not there from 1.2 to 2.4 s, so that they come back as somebody new.
@@ -41,14 +41,11 @@ class CorrectionsTest : public ::testing::Test {
   }
 
   // Tracks with a file of these lines; its identities stay apart without them.
-  ProgramOutcome Run(const std::string& lines, const std::string& out,
-                     const std::string& flags = "") const {
-    const std::string edits = folder_.Write("edits.jsonl", lines);
-    return RunProgram("track", "--cameras=" + Path("cameras.json") +
-                                   " --detections=" + Path("seen.jsonl") +
-                                   " --mode=graph --set=output.estimator="
-                                   "gaussian --corrections=" +
-                                   edits + " --out=" + Path(out) + flags);
+  std::string Flags(const std::string& lines, const std::string& out) const {
+    return "--cameras=" + Path("cameras.json") +
+           " --detections=" + Path("seen.jsonl") +
+           " --mode=graph --set=output.estimator=gaussian --corrections=" +
+           folder_.Write("edits.jsonl", lines) + " --out=" + Path(out);
   }
   std::string Path(const std::string& name) const {
     return (folder_.path() / name).string();
@@ -78,16 +75,13 @@ const char kEdited[] =
 )";
 
 TEST_F(CorrectionsTest, AFileEditedByHandGivesTheSameBytesEachTime) {
-  ProgramOutcome outcome = Run("", "before.jsonl");
-  ASSERT_EQ(outcome.exit_code, 0) << outcome.errors;
+  Done("track", Flags("", "before.jsonl"));
   const TrackSequence before = ReadTracks(Path("before.jsonl"));
   ASSERT_THAT(IdsAt(before, 20), ElementsAre(0, 1));
   ASSERT_THAT(IdsAt(before, 80), ElementsAre(0, 2));
 
-  outcome = Run(kEdited, "one.jsonl", " --threads=1");
-  ASSERT_EQ(outcome.exit_code, 0) << outcome.errors;
-  outcome = Run(kEdited, "again.jsonl", " --threads=2");
-  ASSERT_EQ(outcome.exit_code, 0) << outcome.errors;
+  Done("track", Flags(kEdited, "one.jsonl") + " --threads=1");
+  Done("track", Flags(kEdited, "again.jsonl") + " --threads=2");
   EXPECT_EQ(ContentOf(Path("one.jsonl")), ContentOf(Path("again.jsonl")));
   EXPECT_EQ(ContentOf(Path("one.identity.jsonl")),
             ContentOf(Path("again.identity.jsonl")));
@@ -109,8 +103,7 @@ TEST_F(CorrectionsTest, AFileEditedByHandGivesTheSameBytesEachTime) {
   EXPECT_THAT(ContentOf(Path("one.jsonl")), HasSubstr("Anna"));
 
   // What the run itself wrote may be handed in as it is.
-  outcome = Run(ContentOf(Path("one.identity.jsonl")), "third.jsonl");
-  ASSERT_EQ(outcome.exit_code, 0) << outcome.errors;
+  Done("track", Flags(ContentOf(Path("one.identity.jsonl")), "third.jsonl"));
   EXPECT_EQ(ContentOf(Path("third.jsonl")), ContentOf(Path("one.jsonl")));
 }
 
@@ -128,15 +121,12 @@ TEST_F(CorrectionsTest, WrongLinesEndWithTheirPlace) {
       {R"({"op": "join", "persons": [0, )", ""},
   };
   for (const auto& wrong : wrongs) {
-    const ProgramOutcome outcome =
-        Run("{\"op\": \"name\", \"persons\": [0], \"name\": \"Bo\"}\n" +
-                wrong.line + "\n",
-            "wrong.jsonl");
-    EXPECT_EQ(outcome.exit_code, 2) << wrong.line;
-    EXPECT_THAT(outcome.errors, HasSubstr("edits.jsonl: line 2")) << wrong.line;
-    EXPECT_THAT(outcome.errors, HasSubstr(wrong.why));
-    EXPECT_EQ(std::count(outcome.errors.begin(), outcome.errors.end(), '\n'), 1)
-        << outcome.errors;
+    EXPECT_THAT(
+        Refusal("track", Flags("{\"op\": \"name\", \"persons\": [0], \"name\": "
+                               "\"Bo\"}\n" +
+                                   wrong.line + "\n",
+                               "wrong.jsonl")),
+        AllOf(HasSubstr("edits.jsonl: line 2"), HasSubstr(wrong.why)));
     EXPECT_EQ(ContentOf(Path("wrong.jsonl")), "") << "nothing half done";
   }
 }

@@ -20,14 +20,15 @@
 #include "core/io/calibration/format.h"
 #include "core/io/tracks/tracks.h"
 #include "solvers/session/options.h"
+#include "tests/apps/command.h"
 #include "tests/support/faulty_scene.h"
 #include "tests/support/opensim_trc.h"
-#include "tests/support/program.h"
 #include "tests/support/test_data.h"
 
 namespace kinegraph::testing {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::HasSubstr;
 
 struct OwnRecording {
@@ -207,13 +208,6 @@ OwnRecordingOutcome WalkFiveSteps(const OwnRecording& recording,
   return outcome;
 }
 
-ProgramOutcome Expect0(const std::string& command,
-                       const std::string& arguments) {
-  ProgramOutcome outcome = RunProgram(command, arguments);
-  EXPECT_EQ(outcome.exit_code, 0) << command << ": " << outcome.errors;
-  return outcome;
-}
-
 class OwnRecordings : public ::testing::TestWithParam<OwnRecording> {};
 
 TEST_P(OwnRecordings, NeedNoConfigurationByHand) {
@@ -246,51 +240,50 @@ INSTANTIATE_TEST_SUITE_P(
       return test.param.name();
     });
 
-// One person for two seconds.
-OwnRecording SmallRecording(const std::string& format,
-                            const std::string& skeleton) {
-  OwnRecording recording;
-  recording.format = format;
-  recording.skeleton = skeleton;
-  recording.people = 1;
-  return recording;
-}
+class SmallRecording : public ::testing::Test {
+ protected:
+  // One person for two seconds, or as many as given for longer.
+  void Make(const std::string& format, const std::string& skeleton,
+            int people = 1, double duration_s = 2.5) {
+    OwnRecording recording;
+    recording.format = format;
+    recording.skeleton = skeleton;
+    recording.people = people;
+    recording.duration_s = duration_s;
+    MakeOwnRecording(recording, in);
+  }
+  // Flags that name the inputs, and what is written.
+  std::string Flags(const std::string& out,
+                    const std::string& cameras = "cameras.json",
+                    const std::string& detections = "detections.jsonl") const {
+    return "--cameras='" + in + "/" + cameras + "' --detections='" + in + "/" +
+           detections + "' --out='" + in + "/" + out + "' ";
+  }
 
-TEST(OwnRecording, TellsWhatIsMissingOrWrong) {
   const TemporaryFolder folder;
   const std::string in = folder.path().string();
-  const OwnRecording recording = SmallRecording("openpose", "body25");
-  MakeOwnRecording(recording, in);
-  const std::string what = "--cameras='" + in + "/cameras.json' " +
-                           "--detections='" + in + "/detections_openpose' ";
-  const ProgramOutcome no_rate =
-      RunProgram("init", what + "--out='" + in + "/my.toml'");
-  EXPECT_EQ(no_rate.exit_code, 2);
-  EXPECT_THAT(no_rate.errors, HasSubstr("never guessed"));
+};
+
+TEST_F(SmallRecording, TellsWhatIsMissingOrWrong) {
+  Make("openpose", "body25");
+  const auto flags = [&](const std::string& out) {
+    return Flags(out, "cameras.json", "detections_openpose");
+  };
+  EXPECT_THAT(Refusal("init", flags("my.toml")), HasSubstr("never guessed"));
   EXPECT_EQ(ContentOf(folder.path() / "my.toml"), "");
-  const ProgramOutcome track =
-      RunProgram("track", what + "--out='" + in + "/take.jsonl'");
-  EXPECT_EQ(track.exit_code, 2);
-  EXPECT_THAT(track.errors, HasSubstr("input.frame_rate"));
-  const ProgramOutcome extension = RunProgram(
-      "track", what + "--set=input.frame_rate=25 --out='" + in + "/take.xyz'");
-  EXPECT_EQ(extension.exit_code, 2);
-  EXPECT_THAT(extension.errors,
+  EXPECT_THAT(Refusal("track", flags("take.jsonl")),
+              HasSubstr("input.frame_rate"));
+  EXPECT_THAT(Refusal("track", flags("take.xyz") + "--set=input.frame_rate=25"),
               HasSubstr("must end in .jsonl, .csv, .npz, .trc"));
 }
 
-TEST(OwnRecording, InitKeepsWhatItIsTold) {
-  const TemporaryFolder folder;
-  const std::string in = folder.path().string();
-  const OwnRecording recording = SmallRecording("coco", "coco17");
-  MakeOwnRecording(recording, in);
-  Expect0("init",
-          "--cameras='" + in + "/cameras.json' --detections='" + in +
-              "/detections.jsonl' --set='cameras.ignore_distortion=true; "
-              "mode=graph;tracking.max_gap_s=0.2;output.observations=true;"
-              "cameras.map.cam0=cam0;cameras.use=[cam0,cam1,cam2,cam3];"
-              "input.frame_rate=25' --out='" +
-              in + "/my.toml'");
+TEST_F(SmallRecording, InitKeepsWhatItIsTold) {
+  Make("coco", "coco17");
+  Done("init", Flags("my.toml") +
+                   "--set='cameras.ignore_distortion=true; "
+                   "mode=graph;tracking.max_gap_s=0.2;output.observations=true;"
+                   "cameras.map.cam0=cam0;cameras.use=[cam0,cam1,cam2,cam3];"
+                   "input.frame_rate=25'");
   const RunOptions options = ReadRunOptions(in + "/my.toml", "", "");
   EXPECT_TRUE(options.cameras.ignore_distortion);
   EXPECT_EQ(options.tracker.life.max_gap_s, 0.2);
@@ -298,12 +291,8 @@ TEST(OwnRecording, InitKeepsWhatItIsTold) {
   EXPECT_EQ(options.cameras.use.size(), 4u);
   EXPECT_EQ(options.input.frame_rate_hz, 25.0);
   EXPECT_EQ(options.estimators.output, OutputKind::kBatch);
-  const ProgramOutcome unknown = RunProgram(
-      "init", "--cameras='" + in + "/cameras.json' --detections='" + in +
-                  "/detections.jsonl' --set=cameras.unti=mm --out='" + in +
-                  "/x.toml'");
-  EXPECT_EQ(unknown.exit_code, 2);
-  EXPECT_THAT(unknown.errors, HasSubstr("cameras.unit"));
+  EXPECT_THAT(Refusal("init", Flags("x.toml") + "--set=cameras.unti=mm"),
+              HasSubstr("cameras.unit"));
 }
 
 // `detections` with the pictures of view "cam1" so many frames late.
@@ -327,13 +316,8 @@ std::string WithLateView(const std::string& detections, size_t frames_late) {
 
 // Cameras that were bumped into, and one that started late, are refined by what
 // `init` writes; a sound recording is left alone.
-TEST(OwnRecording, InitHasWhatIsOffRefined) {
-  const TemporaryFolder folder;
-  const std::string in = folder.path().string();
-  OwnRecording recording = SmallRecording("coco", "coco17");
-  recording.people = 3;
-  recording.duration_s = 6.0;
-  MakeOwnRecording(recording, in);
+TEST_F(SmallRecording, InitHasWhatIsOffRefined) {
+  Make("coco", "coco17", 3, 6.0);
   CameraRig turned;
   for (const Camera& camera : ReadCameras(in + "/cameras.json")) {
     turned.push_back(Turned(camera, 0.7, 21 + turned.size()));
@@ -344,10 +328,8 @@ TEST(OwnRecording, InitHasWhatIsOffRefined) {
       << WithLateView(ContentOf(folder.path() / "detections.jsonl"), 4);
   const auto written = [&](const std::string& cameras,
                            const std::string& detections) {
-    const std::string out = in + "/my.toml";
-    Expect0("init", "--cameras='" + in + "/" + cameras + "' --detections='" +
-                        in + "/" + detections + "' --out='" + out + "'");
-    return ReadRunOptions(out, "", "").refine;
+    Done("init", Flags("my.toml", cameras, detections));
+    return ReadRunOptions(in + "/my.toml", "", "").refine;
   };
   const RefineOptions sound = written("cameras.json", "detections.jsonl");
   EXPECT_EQ(sound.refine, RefineKind::kOff);
@@ -357,59 +339,48 @@ TEST(OwnRecording, InitHasWhatIsOffRefined) {
   EXPECT_TRUE(written("cameras.json", "late.jsonl").refine_clock);
 
   // What a calibration records of clocks is set right before anybody looks.
-  Expect0("track", "--cameras='" + in + "/cameras.json' --detections='" + in +
-                       "/late.jsonl' --config='" + in + "/my.toml' --out='" +
-                       in + "/clocks.jsonl'");
+  const std::string config = "--config='" + in + "/my.toml' ";
+  Done("track", Flags("clocks.jsonl", "cameras.json", "late.jsonl") + config);
   EXPECT_FALSE(written("clocks.cameras.json", "late.jsonl").refine_clock);
 
   // What was moved is what the page shows, though --cameras names the others.
   written("turned.json", "detections.jsonl");
-  const std::string what = "--cameras='" + in + "/turned.json' --detections='" +
-                           in + "/detections.jsonl' --config='" + in +
-                           "/my.toml' ";
-  Expect0("track", what + "--out='" + in + "/take.jsonl'");
-  EXPECT_THAT(Expect0("report", what + "--tracks='" + in +
-                                    "/take.jsonl' --out='" + in + "/take.html'")
+  Done("track", Flags("take.jsonl", "turned.json") + config);
+  EXPECT_THAT(Done("report", Flags("take.html", "turned.json") + config +
+                                 "--tracks='" + in + "/take.jsonl'")
                   .output,
               HasSubstr("moved them: " + in + "/take.cameras.json"));
 }
 
-TEST(OwnRecording, TheExtensionChoosesTheFormat) {
-  const TemporaryFolder folder;
-  const std::string in = folder.path().string();
-  const OwnRecording recording = SmallRecording("coco", "coco17");
-  MakeOwnRecording(recording, in);
-  const std::string what = "--cameras='" + in + "/cameras.json' " +
-                           "--detections='" + in + "/detections.jsonl' ";
+TEST_F(SmallRecording, TheExtensionChoosesTheFormat) {
+  Make("coco", "coco17");
   size_t frames = 0;
   for (const std::string name : {"take.jsonl", "take.csv", "take.npz"}) {
-    Expect0("track", what + "--out='" + in + "/sub/" + name + "'");
+    Done("track", Flags("sub/" + name));
     const TrackSequence tracks = ReadTracks(in + "/sub/" + name);
     if (frames == 0) frames = tracks.frames.size();
     EXPECT_GT(tracks.frames.size(), 50u) << name;
     EXPECT_LE(tracks.frames.size(), frames) << name;
   }
-  Expect0("track", what + "--out='" + in + "/sub/people.trc'");
+  Done("track", Flags("sub/people.trc"));
   EXPECT_GT(ReadTracks(in + "/sub/people").frames.size(), 50u);
   EXPECT_TRUE(OpenSimReads(in + "/sub/people"));
   EXPECT_THAT(ContentOf(folder.path() / "sub/people/person_0.trc"),
               HasSubstr("l_hip"));
-  Expect0("track", what + "--markers=opensim --out='" + in + "/osim.trc'");
+  Done("track", Flags("osim.trc") + "--markers=opensim");
   EXPECT_TRUE(OpenSimReads(in + "/osim"));
   EXPECT_THAT(ContentOf(folder.path() / "osim/person_0.trc"),
               HasSubstr("LHip"));
-  const ProgramOutcome markers = RunProgram(
-      "track", what + "--markers=opensim --out='" + in + "/x.jsonl'");
-  EXPECT_EQ(markers.exit_code, 2);
-  EXPECT_THAT(markers.errors, HasSubstr("--markers"));
+  EXPECT_THAT(Refusal("track", Flags("x.jsonl") + "--markers=opensim"),
+              HasSubstr("--markers"));
 }
 
 TEST(OwnRecording, AnUnknownConfigurationIsAnsweredWithTheKnownOnes) {
-  const ProgramOutcome outcome = RunProgram(
-      "track", "--cameras=a --detections=b --config=ofline.toml --out=c.jsonl");
-  EXPECT_EQ(outcome.exit_code, 2);
-  EXPECT_THAT(outcome.errors, HasSubstr("ofline.toml: is not there"));
-  EXPECT_THAT(outcome.errors, HasSubstr("default.toml, offline.toml, graph/"));
+  EXPECT_THAT(
+      Refusal("track",
+              "--cameras=a --detections=b --config=ofline.toml --out=c.jsonl"),
+      AllOf(HasSubstr("ofline.toml: is not there"),
+            HasSubstr("default.toml, offline.toml, graph/")));
 }
 
 }  // namespace

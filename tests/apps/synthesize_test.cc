@@ -2,7 +2,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <filesystem>
 #include <map>
 #include <string>
@@ -10,7 +9,7 @@
 #include "core/io/calibration/calibration.h"
 #include "core/io/detections/source.h"
 #include "core/io/tracks/tracks.h"
-#include "tests/support/program.h"
+#include "tests/apps/command.h"
 #include "tests/support/test_data.h"
 
 namespace kinegraph {
@@ -18,34 +17,66 @@ namespace {
 
 namespace fs = std::filesystem;
 using testing::ContentOf;
+using testing::Done;
+using ::testing::HasSubstr;
 using testing::ProgramOutcome;
 using testing::ProjectFile;
-using testing::RunProgram;
+using testing::Refusal;
 using testing::TemporaryFolder;
 
-ProgramOutcome Synthesize(const TemporaryFolder& folder,
-                          const std::string& config, const std::string& out,
-                          const std::string& set = "") {
-  return RunProgram("synthesize",
-                    "'--config=" + config +
-                        "' '--out=" + (folder.path() / out).string() + "'" +
-                        (set.empty() ? "" : " '--set=" + set + "'"));
+// In single quotes, where it is given.
+std::string Flag(const std::string& name, const std::string& value) {
+  return value.empty() ? "" : " '--" + name + "=" + value + "'";
 }
 
 constexpr const char* kFiles[] = {"cameras.json", "detections.jsonl",
                                   "truth.jsonl", "scene.json"};
 
-class ConfigFiles : public ::testing::TestWithParam<const char*> {};
+class SynthesizeTest : public ::testing::Test {
+ protected:
+  std::string Flags(const std::string& config, const std::string& out,
+                    const std::string& set = "",
+                    const std::string& motion = "") const {
+    return Flag("config", config) + Flag("motion", motion) + Flag("set", set) +
+           Flag("out", Path(out));
+  }
+  ProgramOutcome Run(const std::string& config, const std::string& out,
+                     const std::string& set = "",
+                     const std::string& motion = "") const {
+    return Done("synthesize", Flags(config, out, set, motion));
+  }
+  std::string Path(const std::string& name) const {
+    return (folder_.path() / name).string();
+  }
+  void ExpectSameFiles(const std::string& a, const std::string& b) const {
+    for (const char* name : kFiles) {
+      const std::string content = ContentOf(Path(a) + "/" + name);
+      EXPECT_FALSE(content.empty());
+      EXPECT_EQ(content, ContentOf(Path(b) + "/" + name)) << name;
+    }
+  }
+  // A clip: somebody of a simulated scene, whose truth is a tracks file.
+  std::string MakeClip() const {
+    Run(folder_.Write(
+            "clip.toml",
+            "[scene]\nseed = 4\npeople = 1\nduration = 3\nframe_rate = 30\n"
+            "[scene.motion]\nvisitors = 0.0\n"),
+        "clip");
+    return Path("clip/truth.jsonl");
+  }
+
+  const TemporaryFolder folder_;
+};
+
+class ConfigFiles : public SynthesizeTest,
+                    public ::testing::WithParamInterface<const char*> {};
 
 TEST_P(ConfigFiles, MakeWhatTheReadersRead) {
-  const TemporaryFolder folder;
-  const std::string config =
-      ProjectFile(std::string("configs/synthetic/") + GetParam()).string();
   const ProgramOutcome outcome =
-      Synthesize(folder, config, "new/scene", "scene.duration=1");
-  ASSERT_EQ(outcome.exit_code, 0) << outcome.errors;
+      Run(ProjectFile(std::string("configs/synthetic/") + GetParam()),
+          "new/scene", "scene.duration=1");
   EXPECT_EQ(outcome.errors, "");
-  const fs::path out = folder.path() / "new/scene";
+  const fs::path out = Path("new/scene");
   const CameraRig cameras = ReadCameras((out / "cameras.json").string());
   const DetectionSequence detections =
       ReadDetections((out / "detections.jsonl").string());
@@ -74,25 +105,17 @@ INSTANTIATE_TEST_SUITE_P(Synthetic, ConfigFiles,
                                            "correlated_60hz.toml",
                                            "correlated_120hz.toml"));
 
-TEST(Synthesize, SameConfigurationSameBytes) {
-  const TemporaryFolder folder;
+TEST_F(SynthesizeTest, SameConfigurationSameBytes) {
   const std::string config = ProjectFile("configs/synthetic/demo.toml");
-  const std::string set = "scene.duration=2";
-  ASSERT_EQ(Synthesize(folder, config, "a", set).exit_code, 0);
-  ASSERT_EQ(Synthesize(folder, config, "b", set).exit_code, 0);
-  ASSERT_EQ(Synthesize(folder, config, "c", set + ";noise.seed=99").exit_code,
-            0);
-  for (const char* name : kFiles) {
-    const std::string content = ContentOf(folder.path() / "a" / name);
-    EXPECT_FALSE(content.empty());
-    EXPECT_EQ(content, ContentOf(folder.path() / "b" / name)) << name;
-  }
-  EXPECT_NE(ContentOf(folder.path() / "a/detections.jsonl"),
-            ContentOf(folder.path() / "c/detections.jsonl"));
+  Run(config, "a", "scene.duration=2");
+  Run(config, "b", "scene.duration=2");
+  Run(config, "c", "scene.duration=2;noise.seed=99");
+  ExpectSameFiles("a", "b");
+  EXPECT_NE(ContentOf(Path("a/detections.jsonl")),
+            ContentOf(Path("c/detections.jsonl")));
 }
 
-TEST(Synthesize, BadInputIsOneLineAndExitTwo) {
-  const TemporaryFolder folder;
+TEST_F(SynthesizeTest, BadInputIsOneLineAndExitTwo) {
   const std::map<std::string, std::string> cases = {
       {"[scene]\npeeple = 3\n", ":2: key 'scene.peeple'"},
       {"[scene]\npeople = 0\n", ":2: key 'scene.people'"},
@@ -103,118 +126,79 @@ TEST(Synthesize, BadInputIsOneLineAndExitTwo) {
       {"[noise]\nclock_offset = [0, 0, 0, 0, 0, 0, 0]\n",
        ":2: key 'noise.clock_offset'"},
       {"[noise.model]\nfile = \"none.json\"\n", "none.json"},
+      {"[scene]\nseed = 1\n[motion]\nhold = [2]\n",
+       "bad.toml:4: key 'motion.hold'"},
       {"[scene\n", ""}};
   for (const auto& [text, expected] : cases) {
-    const std::string config = folder.Write("bad.toml", text);
-    const ProgramOutcome outcome = Synthesize(folder, config, "out");
-    EXPECT_EQ(outcome.exit_code, 2) << text;
-    EXPECT_THAT(outcome.errors, ::testing::HasSubstr(expected)) << text;
-    EXPECT_EQ(std::count(outcome.errors.begin(), outcome.errors.end(), '\n'), 1)
-        << outcome.errors;
-    EXPECT_FALSE(fs::exists(folder.path() / "out")) << text;
+    const std::string config = folder_.Write("bad.toml", text);
+    EXPECT_THAT(Refusal("synthesize", Flags(config, "out")),
+                HasSubstr(expected));
+    EXPECT_FALSE(fs::exists(Path("out"))) << text;
   }
-  const std::string good = folder.Write("good.toml", "[scene]\nduration = 1\n");
-  EXPECT_EQ(Synthesize(folder, good, "good.toml").exit_code, 2)
-      << "a file is no folder";
+  const std::string good =
+      folder_.Write("good.toml", "[scene]\nduration = 1\n");
+  Refusal("synthesize", Flags(good, "good.toml"));  // a file is no folder
 }
 
-TEST(Synthesize, MeasuredFiguresComeFromTheModelFile) {
+TEST_F(SynthesizeTest, MeasuredFiguresComeFromTheModelFile) {
   KINEGRAPH_DATA_OR_SKIP(path, "campus/detections_modelled/noise_model.json");
-  const TemporaryFolder folder;
   const std::string config =
-      folder.Write("model.toml",
-                   "[scene]\nduration = 2\n[noise]\nfalse_people = 0.0\n"
-                   "[noise.model]\nmissing = 0.5\nfile = \"" +
-                       fs::absolute(path).string() + "\"\n");
-  const ProgramOutcome outcome = Synthesize(folder, config, "out");
-  ASSERT_EQ(outcome.exit_code, 0) << outcome.errors;
-  const std::string scene = ContentOf(folder.path() / "out/scene.json");
-  EXPECT_THAT(scene, ::testing::HasSubstr("\"wrist\""));
-  EXPECT_THAT(scene, ::testing::HasSubstr("\"false_people\":0.0"))
+      folder_.Write("model.toml",
+                    "[scene]\nduration = 2\n[noise]\nfalse_people = 0.0\n"
+                    "[noise.model]\nmissing = 0.5\nfile = \"" +
+                        fs::absolute(path).string() + "\"\n");
+  Run(config, "out");
+  const std::string scene = ContentOf(Path("out/scene.json"));
+  EXPECT_THAT(scene, HasSubstr("\"wrist\""));
+  EXPECT_THAT(scene, HasSubstr("\"false_people\":0.0"))
       << "the configuration's own keys win";
-  EXPECT_THAT(scene,
-              ::testing::Not(::testing::HasSubstr("\"false_positive\"")));
+  EXPECT_THAT(scene, ::testing::Not(HasSubstr("\"false_positive\"")));
   // Joints' own keys would do nothing beside the model.
-  EXPECT_EQ(Synthesize(folder, config, "other", "noise.sigma=3").exit_code, 2);
+  Refusal("synthesize", Flags(config, "other", "noise.sigma=3"));
 }
 
-// A clip: somebody of a simulated scene, whose truth is a tracks file.
-std::string MakeClip(const TemporaryFolder& folder) {
-  const std::string config = folder.Write(
-      "clip.toml",
-      "[scene]\nseed = 4\npeople = 1\nduration = 3\nframe_rate = 30\n"
-      "[scene.motion]\nvisitors = 0.0\n");
-  EXPECT_EQ(Synthesize(folder, config, "clip").exit_code, 0);
-  return (folder.path() / "clip/truth.jsonl").string();
-}
-
-ProgramOutcome SynthesizeMotion(const TemporaryFolder& folder,
-                                const std::string& motion,
-                                const std::string& more,
-                                const std::string& out) {
-  return RunProgram("synthesize",
-                    "'--motion=" + motion + "' " + more +
-                        " '--out=" + (folder.path() / out).string() + "'");
-}
-
-TEST(SynthesizeMotion, TakesRateAndLengthFromTheClipAlone) {
-  const TemporaryFolder folder;
-  const std::string clip = MakeClip(folder);
-  ASSERT_EQ(SynthesizeMotion(folder, clip, "", "out").exit_code, 0);
+TEST_F(SynthesizeTest, TakesRateAndLengthFromTheClipAlone) {
+  const std::string clip = MakeClip();
+  Run("", "out", "", clip);
   const TrackSequence before = ReadTracks(clip);
-  const TrackSequence truth =
-      ReadTracks((folder.path() / "out/truth.jsonl").string());
+  const TrackSequence truth = ReadTracks(Path("out/truth.jsonl"));
   EXPECT_EQ(truth.header.frame_rate_hz, 30.0);
   ASSERT_EQ(truth.frames.size(), before.frames.size());
   for (const TrackFrame& frame : truth.frames) {
     EXPECT_EQ(frame.people.size(), 1u) << frame.frame;
   }
-  EXPECT_THAT(ContentOf(folder.path() / "out/scene.json"),
-              ::testing::HasSubstr("\"clip_id\": 0"));
+  EXPECT_THAT(ContentOf(Path("out/scene.json")), HasSubstr("\"clip_id\": 0"));
 }
 
-TEST(SynthesizeMotion, ConfigurationRateStartsAndHoldsCount) {
-  const TemporaryFolder folder;
-  const std::string clip = MakeClip(folder);
+TEST_F(SynthesizeTest, ConfigurationRateStartsAndHoldsCount) {
+  const std::string clip = MakeClip();
   const std::string config =
-      folder.Write("two.toml",
-                   "[scene]\nframe_rate = 60\n[scene.motion]\n"
-                   "area_radius = 5.0\n"
-                   "[motion]\nclips = [\"clip/truth.jsonl\", "
-                   "\"clip/truth.jsonl\"]\nstart = [0, 1]\nhold = [0, 2]\n");
-  ASSERT_EQ(Synthesize(folder, config, "a").exit_code, 0)
-      << "clips are found beside the configuration";
-  ASSERT_EQ(Synthesize(folder, config, "b").exit_code, 0);
-  for (const char* name : kFiles) {
-    EXPECT_EQ(ContentOf(folder.path() / "a" / name),
-              ContentOf(folder.path() / "b" / name))
-        << name;
-  }
-  const TrackSequence truth =
-      ReadTracks((folder.path() / "a/truth.jsonl").string());
+      folder_.Write("two.toml",
+                    "[scene]\nframe_rate = 60\n[scene.motion]\n"
+                    "area_radius = 5.0\n"
+                    "[motion]\nclips = [\"clip/truth.jsonl\", "
+                    "\"clip/truth.jsonl\"]\nstart = [0, 1]\nhold = [0, 2]\n");
+  Run(config, "a");  // clips are found beside the configuration
+  Run(config, "b");
+  ExpectSameFiles("a", "b");
+  const TrackSequence truth = ReadTracks(Path("a/truth.jsonl"));
   EXPECT_EQ(truth.header.frame_rate_hz, 60.0);
   // The clip's 89 intervals of 1/30 s after 1 s and a hold of 2 s, whose start
   // from rest takes 0.15 s more.
   EXPECT_EQ(truth.frames.size(), 189u + 178u + 1u);
   EXPECT_EQ(truth.frames[30].people.size(), 1u);
   EXPECT_EQ(truth.frames[90].people.size(), 2u);
-  // The command line's clips win.
-  ASSERT_EQ(
-      SynthesizeMotion(folder, clip,
-                       "'--config=" + config + "' '--set=scene.seed=3'", "c")
-          .exit_code,
-      2)
-      << "two starts for one clip";
+  // The command line's clips win: two starts for one clip.
+  Refusal("synthesize", Flags(config, "c", "scene.seed=3", clip));
 }
 
-TEST(SynthesizeMotion, BadClipsAreOneLineAndExitTwo) {
-  const TemporaryFolder folder;
-  const std::string clip = MakeClip(folder);
+TEST_F(SynthesizeTest, BadClipsAreOneLineAndExitTwo) {
+  const std::string clip = MakeClip();
   const std::string header =
       ContentOf(clip).substr(0, ContentOf(clip).find('\n'));
-  const std::string empty = folder.Write("empty.jsonl", header + "\n");
-  const std::string rubbish = folder.Write("rubbish.jsonl", "not tracks\n");
-  const std::string hips = folder.Write(
+  const std::string empty = folder_.Write("empty.jsonl", header + "\n");
+  const std::string rubbish = folder_.Write("rubbish.jsonl", "not tracks\n");
+  const std::string hips = folder_.Write(
       "hips.jsonl",
       R"({"kinegraph": 1, "units": {"length": "m", "time": "s"}, )"
       R"("skeleton": {"name": "two", "joints": ["l_hip", "r_hip"], )"
@@ -224,46 +208,27 @@ TEST(SynthesizeMotion, BadClipsAreOneLineAndExitTwo) {
       R"("status":["observed","observed"]}]})"
       "\n");
   const std::map<std::string, std::string> cases = {
-      {(folder.path() / "none.jsonl").string(), "none.jsonl"},
+      {Path("none.jsonl"), "none.jsonl"},
       {empty, "empty.jsonl: no frames"},
       {rubbish, "rubbish.jsonl"},
       {hips, "hips.jsonl: skeleton 'two' has no joint 'nose'"},
       {clip + ",", "--motion"}};
   for (const auto& [motion, expected] : cases) {
-    const ProgramOutcome outcome = SynthesizeMotion(folder, motion, "", "out");
-    EXPECT_EQ(outcome.exit_code, 2) << motion;
-    EXPECT_THAT(outcome.errors, ::testing::HasSubstr(expected));
-    EXPECT_EQ(std::count(outcome.errors.begin(), outcome.errors.end(), '\n'), 1)
-        << outcome.errors;
-    EXPECT_FALSE(fs::exists(folder.path() / "out")) << motion;
+    EXPECT_THAT(Refusal("synthesize", Flags("", "out", "", motion)),
+                HasSubstr(expected));
+    EXPECT_FALSE(fs::exists(Path("out"))) << motion;
   }
-  const std::string config =
-      folder.Write("hold.toml", "[scene]\nseed = 1\n[motion]\nhold = [2]\n");
-  const ProgramOutcome outcome = Synthesize(folder, config, "out");
-  EXPECT_EQ(outcome.exit_code, 2);
-  EXPECT_THAT(outcome.errors,
-              ::testing::HasSubstr("hold.toml:4: key 'motion.hold'"));
 }
 
-TEST(SynthesizeMotion, RecordedClipsAreSeenAsTheyAre) {
+TEST_F(SynthesizeTest, RecordedClipsAreSeenAsTheyAre) {
   KINEGRAPH_DATA_OR_SKIP(data, "motion/walk_30hz.jsonl");
-  const std::string folder_of_data = fs::path(data).parent_path().string();
-  const TemporaryFolder folder;
-  for (const char* name : {"motion.toml", "motion_after_rest.toml"}) {
-    const std::string config =
-        ProjectFile(std::string("configs/synthetic/") + name).string();
-    const ProgramOutcome outcome = SynthesizeMotion(
-        folder, data, "'--config=" + config + "'", std::string("one_") + name);
-    EXPECT_EQ(outcome.exit_code, 0) << outcome.errors;
+  const std::string clips = fs::path(data).parent_path().string() + "/";
+  for (const std::string name : {"motion.toml", "motion_after_rest.toml"}) {
+    Run(ProjectFile("configs/synthetic/" + name), "one_" + name, "", data);
   }
-  const std::string config = ProjectFile("configs/synthetic/motion_crowd.toml");
-  const std::string clips = data + "," + folder_of_data + "/dance_30hz.jsonl," +
-                            folder_of_data + "/hop_30hz.jsonl";
-  const ProgramOutcome outcome =
-      SynthesizeMotion(folder, clips, "'--config=" + config + "'", "crowd");
-  ASSERT_EQ(outcome.exit_code, 0) << outcome.errors;
-  const TrackSequence truth =
-      ReadTracks((folder.path() / "crowd/truth.jsonl").string());
+  Run(ProjectFile("configs/synthetic/motion_crowd.toml"), "crowd", "",
+      data + "," + clips + "dance_30hz.jsonl," + clips + "hop_30hz.jsonl");
+  const TrackSequence truth = ReadTracks(Path("crowd/truth.jsonl"));
   EXPECT_EQ(truth.frames[0].people.size(), 1u);
   EXPECT_EQ(truth.frames[55].people.size(), 3u);
 }

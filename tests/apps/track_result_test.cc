@@ -11,7 +11,7 @@
 #include "core/io/calibration/calibration.h"
 #include "core/io/detections/writer.h"
 #include "core/io/tracks/tracks.h"
-#include "tests/support/program.h"
+#include "tests/apps/command.h"
 #include "tests/support/rig.h"
 #include "tests/support/test_data.h"
 
@@ -20,8 +20,10 @@ namespace {
 
 namespace fs = std::filesystem;
 using testing::ContentOf;
+using testing::Done;
 using ::testing::HasSubstr;
 using testing::ProgramOutcome;
+using testing::Refusal;
 using testing::RunProgram;
 using ::testing::UnorderedElementsAre;
 
@@ -43,15 +45,16 @@ class TrackResultTest : public ::testing::Test {
     WriteDetections(Path("second.jsonl"), Walk(rig, 1.0));
   }
 
-  ProgramOutcome Track(const std::string& detections, const std::string& out,
-                       const std::string& flags = "--mode=graph") const {
-    return RunProgram("track", "--cameras=" + Path("cameras.json") +
-                                   " --detections=" + detections +
-                                   " --out=" + Path(out) + " " + flags);
+  std::string Flags(const std::string& detections, const std::string& out,
+                    const std::string& more = "") const {
+    return "--cameras=" + Path("cameras.json") + " --detections=" + detections +
+           " --out=" + Path(out) + " --mode=graph " + more;
   }
-  ProgramOutcome TrackLive(const std::string& text, const std::string& out,
-                           const std::string& flags = "--mode=graph") const {
-    return Track("- < " + folder_.Write("live.txt", text), out, flags);
+  // A stream of these lines.
+  std::string Live(const std::vector<std::string>& lines,
+                   const std::string& more = "") const {
+    return Flags("- < " + folder_.Write("live.txt", Joined(lines)), "day.jsonl",
+                 more);
   }
   // The lines of a recording, with their ends; the header first.
   std::vector<std::string> Lines(const std::string& name) const {
@@ -86,36 +89,31 @@ TEST_F(TrackResultTest, AnOlderRunsFilesGoAndAreNotBelieved) {
   const std::string names = folder_.Write(
       "names.jsonl",
       "{\"op\": \"name\", \"persons\": [0], \"name\": \"Anna\"}\n");
-  ASSERT_EQ(Track(Path("first.jsonl"), "a.jsonl",
-                  "--mode=graph --corrections=" + names)
-                .exit_code,
-            0);
+  Done("track",
+       Flags(Path("first.jsonl"), "a.jsonl", "--corrections=" + names));
   EXPECT_THAT(FilesOf("a"), UnorderedElementsAre("a.jsonl", "a.identity.jsonl",
                                                  "a.summary.json"));
-  const std::string convert =
-      "--in=" + Path("a.jsonl") +
-      " --to=csv --person=Anna --out=" + Path("anna.csv");
-  EXPECT_EQ(RunProgram("convert", convert).exit_code, 0);
+  const std::string anna = " --to=csv --person=Anna --out=" + Path("anna.csv");
+  Done("convert", "--in=" + Path("a.jsonl") + anna);
   fs::copy(Path("a.identity.jsonl"), Path("b.identity.jsonl"));
-  ASSERT_EQ(Track(Path("second.jsonl"), "b.jsonl").exit_code, 0);
+  Done("track", Flags(Path("second.jsonl"), "b.jsonl"));
   EXPECT_THAT(FilesOf("b"), UnorderedElementsAre("b.jsonl", "b.summary.json"));
   // Somebody puts it back.
   fs::copy(Path("a.identity.jsonl"), Path("b.identity.jsonl"));
-  const ProgramOutcome nobody = RunProgram(
-      "convert", "--in=" + Path("b.jsonl") +
-                     " --to=csv --person=Anna --out=" + Path("anna.csv"));
+  const ProgramOutcome nobody =
+      RunProgram("convert", "--in=" + Path("b.jsonl") + anna);
   EXPECT_EQ(nobody.exit_code, 2);
   EXPECT_THAT(nobody.errors, HasSubstr("belongs to other tracks"));
-  const ProgramOutcome page = RunProgram(
-      "report", "--tracks=" + Path("b.jsonl") + " --out=" + Path("b.html"));
-  EXPECT_EQ(page.exit_code, 0) << page.errors;
-  EXPECT_THAT(page.errors, HasSubstr("belongs to other tracks"));
+  EXPECT_THAT(
+      Done("report", "--tracks=" + Path("b.jsonl") + " --out=" + Path("b.html"))
+          .errors,
+      HasSubstr("belongs to other tracks"));
   EXPECT_EQ(ContentOf(Path("b.html")).find("Anna"), std::string::npos);
 }
 
 TEST_F(TrackResultTest, AFileThatIsNoneOfATracksStays) {
   folder_.Write("a.identity.jsonl", "mine\n");
-  ASSERT_EQ(Track(Path("first.jsonl"), "a.jsonl").exit_code, 0);
+  Done("track", Flags(Path("first.jsonl"), "a.jsonl"));
   EXPECT_EQ(ContentOf(Path("a.identity.jsonl")), "mine\n");
 }
 
@@ -137,7 +135,7 @@ TEST_F(TrackResultTest, AStreamKeepsWhatStandsBeforeABadLine) {
         std::string("{\"frame\": 99, \"views\": {\"cam9\": []}}\n")}) {
     std::vector<std::string> lines = good;
     lines.insert(lines.begin() + 41, bad);  // after frame 39
-    const ProgramOutcome outcome = TrackLive(Joined(lines), "day.jsonl");
+    const ProgramOutcome outcome = RunProgram("track", Live(lines));
     EXPECT_EQ(outcome.exit_code, 2) << bad;
     EXPECT_THAT(outcome.errors, HasSubstr("line 42"));
     EXPECT_THAT(outcome.errors, HasSubstr("the 40 frames before it are kept"));
@@ -145,10 +143,7 @@ TEST_F(TrackResultTest, AStreamKeepsWhatStandsBeforeABadLine) {
     EXPECT_THAT(FilesOf("day"),
                 UnorderedElementsAre("day.jsonl", "day.summary.json"));
     // What is asked to be passed over is, and is counted.
-    const ProgramOutcome skipped =
-        TrackLive(Joined(lines), "day.jsonl",
-                  "--mode=graph --set=input.skip_bad_frames=true");
-    EXPECT_EQ(skipped.exit_code, 0) << skipped.errors;
+    Done("track", Live(lines, "--set=input.skip_bad_frames=true"));
     EXPECT_EQ(ReadTracks(Path("day.jsonl")).frames.size(),
               static_cast<size_t>(kFrames));
     EXPECT_THAT(ContentOf(Path("day.summary.json")),
@@ -157,10 +152,8 @@ TEST_F(TrackResultTest, AStreamKeepsWhatStandsBeforeABadLine) {
 }
 
 TEST_F(TrackResultTest, OfAStreamWithoutAGoodFrameNothingIsKept) {
-  const ProgramOutcome outcome =
-      TrackLive(Lines("first.jsonl")[0] + "{\"frame\"\n", "day.jsonl");
-  EXPECT_EQ(outcome.exit_code, 2);
-  EXPECT_THAT(outcome.errors, HasSubstr("line 2"));
+  EXPECT_THAT(Refusal("track", Live({Lines("first.jsonl")[0], "{\"frame\"\n"})),
+              HasSubstr("line 2"));
   EXPECT_TRUE(FilesOf("day").empty());
 }
 
@@ -172,8 +165,7 @@ TEST_F(TrackResultTest, AClockThatStepsBackIsNoBadLine) {
     line.replace(at, line.find(',', at) - at,
                  std::to_string(static_cast<double>(f - 50) / 25.0));
   }
-  const ProgramOutcome outcome = TrackLive(Joined(lines), "day.jsonl");
-  EXPECT_EQ(outcome.exit_code, 0) << outcome.errors;
+  Done("track", Live(lines));
   const TrackSequence tracks = ReadTracks(Path("day.jsonl"));
   ASSERT_EQ(tracks.frames.size(), static_cast<size_t>(kFrames));
   EXPECT_EQ(tracks.frames[50].time, 0);
@@ -185,9 +177,8 @@ TEST_F(TrackResultTest, ClocksOfViewsInAnotherEpochAreRefused) {
   std::vector<std::string> lines = Lines("first.jsonl");
   lines[7].insert(1, "\"view_times\": {\"cam1\": 1.7e9}, ");
   folder_.Write("epoch.jsonl", Joined(lines));
-  const ProgramOutcome outcome = Track(Path("epoch.jsonl"), "a.jsonl");
-  EXPECT_EQ(outcome.exit_code, 2);
-  EXPECT_THAT(outcome.errors, HasSubstr("line 8: view_times: 'cam1'"));
+  EXPECT_THAT(Refusal("track", Flags(Path("epoch.jsonl"), "a.jsonl")),
+              HasSubstr("line 8: view_times: 'cam1'"));
   EXPECT_TRUE(FilesOf("a").empty());
 }
 

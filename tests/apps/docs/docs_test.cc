@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "apps/common/key_tables.h"
+#include "apps/common/config_folder.h"
 #include "apps/common/synthesis.h"
 #include "core/io/configuration/config.h"
 #include "core/io/files/text_file.h"

@@ -1,4 +1,4 @@
-#include "apps/tables/published.h"
+#include "apps/tables/dataset.h"
 
 #include <gtest/gtest.h>
 

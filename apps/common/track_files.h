@@ -1,19 +1,27 @@
-// Where `track` writes its result: the extension of --out chooses the format.
-#ifndef KINEGRAPH_APPS_COMMON_TRACK_OUTPUT_H_
-#define KINEGRAPH_APPS_COMMON_TRACK_OUTPUT_H_
+// Tracks as commands read and write them, and where they say what they have
+// done.
+#ifndef KINEGRAPH_APPS_COMMON_TRACK_FILES_H_
+#define KINEGRAPH_APPS_COMMON_TRACK_FILES_H_
 
+#include <cstdio>
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "core/data/identity_edit.h"
+#include "core/base/error.h"
+#include "core/data/person_names.h"
 #include "core/data/pose.h"
 #include "core/geometry/camera.h"
+#include "core/io/files/atomic_file.h"
 #include "core/io/text/joint_names.h"
 #include "core/io/tracks/axis_map.h"
+#include "core/io/tracks/tracks.h"
 
 namespace kinegraph {
 
+// Where `track` writes its result: the extension of --out chooses the format.
 class TrackOutput {
  public:
   virtual ~TrackOutput() = default;
@@ -51,6 +59,42 @@ std::string WithoutExtension(const std::string& path);
 // The value of --markers. Throws InputError listing those that there are.
 MarkerNames MarkersFlag(const std::string& text);
 
+// Says on stderr that people are as tall as nobody is, and which --unit mends
+// it, where the format leaves its unit open.
+void PrintUnitNote(const std::string& command, const std::string& path,
+                   const TrackReadOptions& options,
+                   const TrackSequence& tracks);
+
+// Reads tracks of several files; --unit holds for those whose format leaves it
+// open. Throws InputError where it is given and all tell theirs.
+class TrackInput {
+ public:
+  TrackInput(std::string command, const std::string& unit_flag,
+             const std::vector<std::string>& paths);
+  TrackSequence Read(const std::string& path,
+                     TrackReadOptions options = {}) const;
+
+ private:
+  std::string command_;
+  double unit_m_ = 0.0;
+};
+
+// Standard output, or standard error when the result `out` itself goes to
+// standard output (--out=/dev/stdout).
+inline std::FILE* SummaryStream(const std::string& out) {
+  return IsStandardOutput(out) ? stderr : stdout;
+}
+
+// What does not keep a command from its work, on standard error; `program`
+// stands before each line.
+inline void SayNotes(const std::vector<std::string>& notes,
+                     const std::string& program = "") {
+  for (const std::string& note : notes) {
+    std::fprintf(stderr, "%snote: %s\n", program.c_str(),
+                 Printable(note, 500).c_str());
+  }
+}
+
 }  // namespace kinegraph
 
-#endif  // KINEGRAPH_APPS_COMMON_TRACK_OUTPUT_H_
+#endif  // KINEGRAPH_APPS_COMMON_TRACK_FILES_H_
