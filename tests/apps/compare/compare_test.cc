@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cstdlib>
 #include <filesystem>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <string>
@@ -22,15 +21,18 @@
 #include "apps/compare/tuning.h"
 #include "core/base/error.h"
 #include "core/io/configuration/config.h"
-#include "tests/support/program.h"
+#include "tests/apps/command.h"
 #include "tests/support/test_data.h"
 
 namespace kinegraph {
 namespace {
 
+using testing::ContentOf;
+using testing::Done;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::MatchesRegex;
+using testing::Refusal;
 
 // Two people, five cameras, six seconds at 25 Hz; white noise.
 SyntheticRecording MakeNoisyRecording(const std::string& sigma_px = "6") {
@@ -42,9 +44,7 @@ SyntheticRecording MakeNoisyRecording(const std::string& sigma_px = "6") {
 }
 
 RunOptions Options() {
-  RunOptions options =
-      ReadRunOptions(ProjectConfig("synthetic/track_paper.toml"), "", "");
-  return options;
+  return ReadRunOptions(ProjectConfig("synthetic/track_paper.toml"), "", "");
 }
 
 FrozenRun Freeze(const SyntheticRecording& recording,
@@ -78,15 +78,21 @@ CompareResult Compare(const SyntheticRecording& recording,
   return result;
 }
 
-void Score(CompareResult* result) {
+std::vector<Strategy> StrategiesOf(const CompareResult& result) {
   std::vector<Strategy> strategies;
+  for (const StrategyResult& one : result.strategies) {
+    strategies.push_back(one.strategy);
+  }
+  return strategies;
+}
+
+void Score(CompareResult* result) {
   std::vector<FoldValues> values;
   for (const StrategyResult& one : result->strategies) {
-    strategies.push_back(one.strategy);
     values.push_back(one.values);
   }
   std::vector<StrategyScores> scores =
-      ScoreStrategies(result->comparison, strategies, values);
+      ScoreStrategies(result->comparison, StrategiesOf(*result), values);
   for (size_t s = 0; s < scores.size(); ++s) {
     AddLags(result->comparison, scores[0].run.alike, &scores[s]);
     result->strategies[s].scores = std::move(scores[s]);
@@ -149,9 +155,9 @@ TEST(Compare, TheBaselineReplayedIsTheBaseline) {
   // Four sigmas of 1 ms see no other frame.
   result.strategies[1].values = {{0.001}};
   Score(&result);
-  const Measure& error = *result.strategies[1].Find("held_out_mean_px");
-  EXPECT_NEAR(error.difference, 0.0, 1e-9);
-  EXPECT_NEAR(result.strategies[1].Find("mpjpe_mm")->difference, 0.0, 1e-9);
+  for (const char* key : {"held_out_mean_px", "mpjpe_mm"}) {
+    EXPECT_NEAR(result.strategies[1].Find(key)->difference, 0.0, 1e-9) << key;
+  }
 }
 
 TEST(Compare, SeesTheDelayOfACausalFilterAndNoneOfASmoother) {
@@ -182,13 +188,9 @@ const std::vector<FrameRange> kFolds = {{0, 62}, {87, 150}};
 TEST(Tuning, ChoosesOnOneFoldAndScoresOnTheOther) {
   CompareResult result =
       Compare(MakeNoisyRecording(), "raw_dlt,centred_gaussian", 2, kFolds);
-  std::vector<Strategy> strategies;
-  for (const StrategyResult& one : result.strategies) {
-    strategies.push_back(one.strategy);
-  }
-  const std::vector<StrategyTuning> tunings =
-      TuneStrategies(result.comparison, strategies);
-  const StrategyTuning& tuning = tunings[1];
+  const std::vector<Strategy> strategies = StrategiesOf(result);
+  const StrategyTuning tuning =
+      TuneStrategies(result.comparison, strategies)[1];
   ASSERT_EQ(tuning.points.size(), strategies[1].parameters.front().grid.size());
   for (size_t fold = 0; fold < 2; ++fold) {
     // Chosen for this fold: the least error in the frames of the other.
@@ -242,8 +244,8 @@ TEST(Tuning, ParametersReadBackToTheSameBits) {
 
 TEST(Tuning, RefusesAnUnknownKeyOfAFile) {
   const testing::TemporaryFolder folder;
-  const std::string path = (folder.path() / "parameters.toml").string();
-  std::ofstream(path) << "[first.butterworth]\ncutof_hz = 3\n";
+  const std::string path =
+      folder.Write("parameters.toml", "[first.butterworth]\ncutof_hz = 3\n");
   try {
     ReadParameters(path, ChooseStrategies({"butterworth"}), 25.0,
                    EstimatorOptions());
@@ -375,17 +377,13 @@ TEST(Strategies, GridIsAllCombinations) {
 
 class CompareCommand : public ::testing::Test {
  protected:
-  CompareCommand() {
-    WriteRecording(MakeNoisyRecording(), (folder_.path() / "take").string());
-  }
-  std::string Flags(const std::string& out) const {
-    const std::string recording = "'" + folder_.path().string() + "/take/";
-    return "--cameras=" + recording +
-           "cameras.json' --detections=" + recording +
-           "detections.jsonl' --ground_truth=" + recording +
-           "truth.jsonl' --protocol=mpjpe --config='" +
+  CompareCommand() { WriteRecording(MakeNoisyRecording(), Path("take")); }
+  std::string Flags(const std::string& out, const std::string& more) const {
+    return "--cameras='" + Path("take/cameras.json") + "' --detections='" +
+           Path("take/detections.jsonl") + "' --ground_truth='" +
+           Path("take/truth.jsonl") + "' --protocol=mpjpe --config='" +
            ProjectConfig("synthetic/track_paper.toml") + "' --out='" +
-           Path(out) + "' ";
+           Path(out) + "' " + more;
   }
   std::string Path(const std::string& name) const {
     return (folder_.path() / name).string();
@@ -395,12 +393,12 @@ class CompareCommand : public ::testing::Test {
 };
 
 TEST_F(CompareCommand, WritesTheSameFilesWhateverTheThreads) {
-  const std::string flags =
-      "--strategies=raw_dlt,butterworth,rts_cv --tune --noplots --errors ";
-  for (const char* threads : {"1", "3"}) {
-    const auto outcome = testing::RunProgram(
-        "compare", Flags(threads) + flags + "--threads=" + threads);
-    ASSERT_EQ(outcome.exit_code, 0) << outcome.errors;
+  const std::string strategies =
+      "--strategies=raw_dlt,butterworth,rts_cv --noplots ";
+  for (const std::string threads : {"1", "3"}) {
+    const auto outcome = Done(
+        "compare",
+        Flags(threads, strategies + "--tune --errors --threads=" + threads));
     // On a slow machine progress speaks after half a minute.
     EXPECT_THAT(outcome.errors,
                 MatchesRegex("((tuning|scoring) +[0-9][^\n]*\n)*"));
@@ -410,70 +408,57 @@ TEST_F(CompareCommand, WritesTheSameFilesWhateverTheThreads) {
     for (std::string line; std::getline(lines, line);) {
       EXPECT_LE(line.size(), 100u) << line;
     }
-    EXPECT_TRUE(
-        std::filesystem::exists(Path(threads) + std::string("/runtime.json")));
+    EXPECT_TRUE(std::filesystem::exists(Path(threads + "/runtime.json")));
   }
-  for (const char* name :
+  for (const std::string name :
        {"/compare.json", "/compare.csv", "/compare.md", "/errors.csv",
         "/parameters.toml", "/recommended.toml"}) {
-    const std::string one = testing::ContentOf(Path("1") + name);
+    const std::string one = ContentOf(Path("1" + name));
     EXPECT_FALSE(one.empty()) << name;
-    EXPECT_EQ(one, testing::ContentOf(Path("3") + name)) << name;
+    EXPECT_EQ(one, ContentOf(Path("3" + name))) << name;
   }
   // The recommendation is a configuration, of one of the three.
   const RunOptions recommended =
-      ReadRunOptions(Path("1") + "/recommended.toml", "", "");
+      ReadRunOptions(Path("1/recommended.toml"), "", "");
   EXPECT_EQ(recommended.estimators.mode, Mode::kGraph);
   const OutputKind kind = recommended.estimators.output;
   EXPECT_TRUE(kind == OutputKind::kRawDlt || kind == OutputKind::kButterworth ||
               kind == OutputKind::kRts);
-  EXPECT_THAT(testing::ContentOf(Path("1") + "/compare.md"),
-              HasSubstr("Best: "));
+  EXPECT_THAT(ContentOf(Path("1/compare.md")), HasSubstr("Best: "));
   // What was tuned can be scored again without tuning.
-  const auto again = testing::RunProgram(
-      "compare", Flags("again") +
-                     "--strategies=raw_dlt,butterworth,rts_cv --noplots "
-                     "--parameters='" +
-                     Path("1") + "/parameters.toml'");
-  ASSERT_EQ(again.exit_code, 0) << again.errors;
-  EXPECT_EQ(testing::ContentOf(Path("1") + "/compare.csv"),
-            testing::ContentOf(Path("again") + "/compare.csv"));
+  Done("compare", Flags("again", strategies + "--parameters='" +
+                                     Path("1/parameters.toml") + "'"));
+  EXPECT_EQ(ContentOf(Path("1/compare.csv")),
+            ContentOf(Path("again/compare.csv")));
 }
 
 TEST_F(CompareCommand, DrawsItsPlots) {
   if (std::system("command -v gnuplot > /dev/null") != 0) {
     GTEST_SKIP() << "gnuplot is not installed";
   }
-  const auto outcome = testing::RunProgram(
-      "compare", Flags("out") + "--strategies=raw_dlt,window_0,window_3,batch");
-  ASSERT_EQ(outcome.exit_code, 0) << outcome.errors;
-  for (const char* name :
+  Done("compare", Flags("out", "--strategies=raw_dlt,window_0,window_3,batch"));
+  for (const std::string name :
        {"held_out_smoothness.svg", "held_out_difference.svg",
         "error_by_joint_class.svg", "trajectory.svg", "lag_sweep.svg"}) {
-    EXPECT_THAT(testing::ContentOf(Path("out") + "/" + name),
-                HasSubstr("</svg>"))
-        << name;
+    EXPECT_THAT(ContentOf(Path("out/" + name)), HasSubstr("</svg>")) << name;
   }
 }
 
 TEST_F(CompareCommand, RefusesWhatItCannotUse) {
-  const auto error = [&](const std::string& flags) {
-    const auto outcome = testing::RunProgram("compare", flags);
-    EXPECT_EQ(outcome.exit_code, 2) << flags;
-    return outcome.errors;
-  };
-  EXPECT_THAT(error(Flags("out") + "--noplots --strategies=kalmann"),
-              HasSubstr("no strategy is named"));
-  EXPECT_THAT(error(Flags("out") + "--noplots --baseline=nobody"),
-              HasSubstr("no strategy is named"));
-  EXPECT_THAT(error(Flags("out") + "--noplots --tune --parameters=x.toml"),
-              HasSubstr("use one of them"));
-  EXPECT_THAT(error(Flags("out") + "--noplots --folds=0:9 --tune"),
-              HasSubstr("expected two"));
-  EXPECT_THAT(error(Flags("out") + "--noplots --threads=0"),
-              HasSubstr("at least 1"));
+  const std::pair<const char*, const char*> cases[] = {
+      {"--strategies=kalmann", "no strategy is named"},
+      {"--baseline=nobody", "no strategy is named"},
+      {"--tune --parameters=x.toml", "use one of them"},
+      {"--folds=0:9 --tune", "expected two"},
+      {"--threads=0", "at least 1"},
+      {"--markers=x.c3d", "use one of them"}};
+  for (const auto& [flags, cause] : cases) {
+    EXPECT_THAT(Refusal("compare", Flags("out", "--noplots ") + flags),
+                HasSubstr(cause));
+  }
   // The folder of the recording holds files.
-  EXPECT_THAT(error(Flags("take") + "--noplots"), HasSubstr("take"));
+  EXPECT_THAT(Refusal("compare", Flags("take", "--noplots")),
+              HasSubstr("take"));
   EXPECT_FALSE(std::filesystem::exists(Path("out")));
 }
 

@@ -14,7 +14,7 @@
 #include "apps/common/synthesis.h"
 #include "core/io/text/json.h"
 #include "core/io/tracks/writer.h"
-#include "tests/support/program.h"
+#include "tests/apps/command.h"
 #include "tests/support/test_data.h"
 
 namespace kinegraph {
@@ -32,20 +32,24 @@ class CompareWithMarkers : public ::testing::Test {
     WriteRecording(recording_, (folder_.path() / "take").string());
   }
 
-  testing::ProgramOutcome Run(const std::string& truth) {
+  std::string Flags(const std::string& truth) const {
     const std::string take = (folder_.path() / "take").string();
-    const std::string out = (folder_.path() / "out").string();
-    std::filesystem::remove_all(out);
-    const auto outcome = testing::RunProgram(
-        "compare", "--cameras='" + take + "/cameras.json' --detections='" +
-                       take + "/detections.jsonl' " + truth + " --config='" +
-                       ProjectConfig("synthetic/track_paper.toml") +
-                       "' --strategies=raw_dlt,batch --noplots --out='" + out +
-                       "'");
-    if (outcome.exit_code == 0) {
-      json_ = Json::parse(testing::ContentOf(out + "/compare.json"));
-    }
-    return outcome;
+    return "--cameras='" + take + "/cameras.json' --detections='" + take +
+           "/detections.jsonl' " + truth + " --config='" +
+           ProjectConfig("synthetic/track_paper.toml") +
+           "' --strategies=raw_dlt,batch --noplots --out='" +
+           (folder_.path() / "out").string() + "'";
+  }
+  // MPJPE of raw_dlt and batch [mm].
+  std::pair<double, double> Run(const std::string& truth) const {
+    std::filesystem::remove_all(folder_.path() / "out");
+    testing::Done("compare", Flags(truth));
+    const Json strategies = Json::parse(
+        testing::ContentOf(folder_.path() / "out/compare.json"))["strategies"];
+    const auto figure = [&](size_t s) {
+      return strategies[s]["measures"]["mpjpe_mm"]["value"].get<double>();
+    };
+    return {figure(1), figure(2)};
   }
 
   // Two markers beside each joint of the limbs, 40 mm to each side, seen
@@ -101,54 +105,35 @@ class CompareWithMarkers : public ::testing::Test {
     return path;
   }
 
-  double Figure(const std::string& strategy) const {
-    for (const Json& one : json_["strategies"]) {
-      if (one["name"] == strategy)
-        return one["measures"]["mpjpe_mm"]["value"].get<double>();
-    }
-    return -1.0;
-  }
-
   SyntheticRecording recording_;
   testing::TemporaryFolder folder_;
-  Json json_;
 };
 
 TEST_F(CompareWithMarkers, RanksAsTheTruthDoes) {
-  const auto outcome = Run("--markers='" + Markers() + "'");
-  ASSERT_EQ(outcome.exit_code, 0) << outcome.errors;
-  const double dlt_mm = Figure("raw_dlt");
-  const double batch_mm = Figure("batch");
+  const auto [dlt_mm, batch_mm] = Run("--markers='" + Markers() + "'");
   EXPECT_LT(batch_mm, dlt_mm);
   // The same markers on the cameras' clock and in their world: what aligning
   // adds or hides is what a rigid motion and a shift fit of the noise, which
   // hundreds of frames leave little of.
-  const std::string same =
-      Write("same.jsonl", Eigen::Isometry3d::Identity(), 0.0);
-  ASSERT_EQ(Run("--markers='" + same + "'").exit_code, 0);
-  EXPECT_NEAR(Figure("raw_dlt"), dlt_mm, 0.2);
-  EXPECT_NEAR(Figure("batch"), batch_mm, 0.2);
+  const auto [same_dlt_mm, same_batch_mm] =
+      Run("--markers='" +
+          Write("same.jsonl", Eigen::Isometry3d::Identity(), 0.0) + "'");
+  EXPECT_NEAR(same_dlt_mm, dlt_mm, 0.2);
+  EXPECT_NEAR(same_batch_mm, batch_mm, 0.2);
   // Against the synthetic truth itself, all of its joints.
-  ASSERT_EQ(Run("--ground_truth='" + (folder_.path() / "take").string() +
-                "/truth.jsonl' --protocol=mpjpe")
-                .exit_code,
-            0);
-  EXPECT_NEAR(Figure("raw_dlt"), dlt_mm, 0.2 * dlt_mm);
+  EXPECT_NEAR(Run("--ground_truth='" + folder_.path().string() +
+                  "/take/truth.jsonl' --protocol=mpjpe")
+                  .first,
+              dlt_mm, 0.2 * dlt_mm);
 }
 
 TEST_F(CompareWithMarkers, RefusesWhatItCannotUse) {
-  const std::string markers = "--markers='" + Markers() + "'";
-  const auto error = [&](const std::string& flags) {
-    const auto outcome = Run(flags);
-    EXPECT_EQ(outcome.exit_code, 2) << flags;
-    return outcome.errors;
-  };
-  EXPECT_THAT(error(markers + " --ground_truth=x.jsonl --protocol=mpjpe"),
-              HasSubstr("use one of them"));
-  EXPECT_THAT(error("--joints=x.toml"), HasSubstr("belongs to --markers"));
-  EXPECT_THAT(
-      error("--markers='" + folder_.path().string() + "/take/cameras.json'"),
-      HasSubstr("cameras.json"));
+  EXPECT_THAT(testing::Refusal("compare", Flags("--joints=x.toml")),
+              HasSubstr("belongs to --markers"));
+  EXPECT_THAT(testing::Refusal("compare",
+                               Flags("--markers='" + folder_.path().string() +
+                                     "/take/cameras.json'")),
+              HasSubstr("cameras.json"));
 }
 
 }  // namespace

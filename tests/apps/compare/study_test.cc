@@ -10,17 +10,17 @@
 #include "core/base/error.h"
 #include "core/io/configuration/config.h"
 #include "core/io/text/json.h"
-#include "tests/support/program.h"
+#include "tests/apps/command.h"
 #include "tests/support/test_data.h"
 
 namespace kinegraph {
 namespace {
 
 using testing::ContentOf;
+using testing::Done;
 using ::testing::HasSubstr;
-using testing::ProgramOutcome;
 using testing::ProjectFile;
-using testing::RunProgram;
+using testing::Refusal;
 using testing::TemporaryFolder;
 
 TEST(BestPoint, IsTheLeastMeanOverTakesOfTheirMeans) {
@@ -69,114 +69,96 @@ TEST(Study, CountsTheTakesItHoldsFor) {
   EXPECT_EQ(verdict.like_all, 2);
 }
 
-// Three takes of three seconds.
-std::string WriteRecordings(const TemporaryFolder& folder) {
-  std::string text;
-  for (const std::string seed : {"1", "2", "3"}) {
-    const std::string name = "take" + seed;
-    const ProgramOutcome made = RunProgram(
-        "synthesize",
-        "--config=" +
-            ProjectFile("configs/synthetic/correlated_25hz.toml").string() +
-            " --set='scene.people=1;scene.duration=3;scene.seed=" + seed +
-            ";noise.seed=" + seed +
-            "' --out=" + (folder.path() / name).string());
-    EXPECT_EQ(made.exit_code, 0) << made.errors;
-    text += "[[takes]]\nname = \"" + name + "\"\ncameras = \"" + name +
-            "/cameras.json\"\ndetections = \"" + name + "/detections.jsonl\"\n";
+// Three recordings of three seconds.
+class StudyCommand : public ::testing::Test {
+ protected:
+  StudyCommand() {
+    std::string text;
+    for (const std::string seed : {"1", "2", "3"}) {
+      const std::string name = "take" + seed;
+      Done("synthesize",
+           "--config=" +
+               ProjectFile("configs/synthetic/correlated_25hz.toml").string() +
+               " --set='scene.people=1;scene.duration=3;scene.seed=" + seed +
+               ";noise.seed=" + seed + "' --out=" + Path(name));
+      text += "[[takes]]\nname = \"" + name + "\"\ncameras = \"" + name +
+              "/cameras.json\"\ndetections = \"" + name +
+              "/detections.jsonl\"\n";
+    }
+    manifest_ = folder_.Write("takes.toml", text +
+                                                "[[configurations]]\nname = "
+                                                "\"paper\"\nconfig = \"" +
+                                                config_ + "\"\n");
   }
-  text += "[[configurations]]\nname = \"paper\"\nconfig = \"" +
-          ProjectFile("configs/synthetic/track_paper.toml").string() + "\"\n";
-  return folder.Write("takes.toml", text);
-}
+  std::string Path(const std::string& name) const {
+    return (folder_.path() / name).string();
+  }
 
-TEST(Study, ValuesChosenOnSomeTakesAreScoredOnTheOthers) {
-  const TemporaryFolder folder;
-  const std::string manifest = WriteRecordings(folder);
-  const std::string out = (folder.path() / "study").string();
-  const ProgramOutcome outcome = RunProgram(
-      "compare",
-      "--manifest=" + manifest +
-          " --tune --strategies=causal_gaussian,butterworth --out=" + out);
-  ASSERT_EQ(outcome.exit_code, 0) << outcome.errors;
-  EXPECT_THAT(outcome.output, HasSubstr("Left out in turn"));
+  const TemporaryFolder folder_;
+  const std::string config_ =
+      ProjectFile("configs/synthetic/track_paper.toml").string();
+  std::string manifest_;
+};
+
+TEST_F(StudyCommand, ValuesChosenOnSomeTakesAreScoredOnTheOthers) {
+  const std::string out = Path("study");
+  EXPECT_THAT(
+      Done("compare",
+           "--manifest=" + manifest_ +
+               " --tune --strategies=causal_gaussian,butterworth --out=" + out)
+          .output,
+      HasSubstr("Left out in turn"));
   const Json study = Json::parse(ContentOf(out + "/study.json"));
   EXPECT_EQ(study["takes"].size(), 3u);
   EXPECT_EQ(study["holds"]["takes"], 3);
   EXPECT_EQ(study["strategies"]["butterworth"]["difference_px"]["takes"], 3);
   for (const auto& [name, recording] : study["takes"].items()) {
     // The cut-off is one of the grid's, not the configuration's default.
-    EXPECT_EQ(recording["strategies"]["butterworth"]["values"].size(), 1u)
-        << name;
-    EXPECT_GT(recording["strategies"]["butterworth"]["held_out_mean_px"], 0.0);
+    const Json& score = recording["strategies"]["butterworth"];
+    EXPECT_EQ(score["values"].size(), 1u) << name;
+    EXPECT_GT(score["held_out_mean_px"], 0.0);
   }
   // The recommendation is a whole configuration, and says what it holds for.
   const std::string toml = ContentOf(out + "/recommended.toml");
   EXPECT_THAT(toml, HasSubstr("best over 3 recordings"));
   EXPECT_THAT(toml, HasSubstr("of 3 recordings"));
-  const RunOptions recommended =
-      ReadRunOptions(out + "/recommended.toml", "", "");
-  EXPECT_EQ(recommended.estimators.mode, Mode::kGraph);
+  EXPECT_EQ(ReadRunOptions(out + "/recommended.toml", "", "").estimators.mode,
+            Mode::kGraph);
 }
 
 // A recording by itself, with the values the study chose for it, scores the
 // same: nothing of the other recordings is left in the figures but the choice.
-TEST(Study, FiguresAreThoseOfEachTakeByItself) {
-  const TemporaryFolder folder;
-  const std::string manifest = WriteRecordings(folder);
-  const std::string out = (folder.path() / "study").string();
-  ASSERT_EQ(RunProgram("compare",
-                       "--manifest=" + manifest +
-                           " --strategies=causal_gaussian,batch --out=" + out)
-                .exit_code,
-            0);
-  const std::string alone = (folder.path() / "alone").string();
-  const std::string recording = (folder.path() / "take2").string();
-  ASSERT_EQ(
-      RunProgram(
-          "compare",
-          "--cameras=" + recording + "/cameras.json --detections=" + recording +
-              "/detections.jsonl --config=" +
-              ProjectFile("configs/synthetic/track_paper.toml").string() +
-              " --noplots --strategies=causal_gaussian,batch --out=" + alone)
-          .exit_code,
-      0);
-  const Json study = Json::parse(ContentOf(out + "/study.json"));
-  const Json one = Json::parse(ContentOf(alone + "/compare.json"));
-  const double of_study =
-      study["takes"]["take2"]["strategies"]["batch"]["held_out_mean_px"];
-  double of_one = 0.0;
-  for (const Json& strategy : one["strategies"]) {
-    if (strategy["name"] != "batch") continue;
-    of_one = strategy["measures"]["held_out_mean_px"]["value"];
-  }
-  EXPECT_EQ(of_study, of_one);
+TEST_F(StudyCommand, FiguresAreThoseOfEachTakeByItself) {
+  const std::string strategies = " --strategies=causal_gaussian,batch --out=";
+  Done("compare", "--manifest=" + manifest_ + strategies + Path("study"));
+  Done("compare", "--cameras=" + Path("take2/cameras.json") + " --detections=" +
+                      Path("take2/detections.jsonl") + " --config=" + config_ +
+                      " --noplots" + strategies + Path("alone"));
+  const Json study = Json::parse(ContentOf(Path("study/study.json")));
+  const Json one = Json::parse(ContentOf(Path("alone/compare.json")));
+  ASSERT_EQ(one["strategies"][1]["name"], "batch");
+  EXPECT_EQ(study["takes"]["take2"]["strategies"]["batch"]["held_out_mean_px"],
+            one["strategies"][1]["measures"]["held_out_mean_px"]["value"]);
 }
 
 TEST(Study, SaysWhatIsMissing) {
   const TemporaryFolder folder;
-  const std::string one = folder.Write(
-      "one.toml",
-      "[[takes]]\nname = \"a\"\ncameras = \"c\"\ndetections = \"d\"\n"
-      "[[configurations]]\nname = \"b\"\nconfig = \"e.toml\"\n");
-  const std::string out = " --out=" + (folder.path() / "out").string();
-  const ProgramOutcome few = RunProgram("compare", "--manifest=" + one + out);
-  EXPECT_EQ(few.exit_code, 2);
-  EXPECT_THAT(few.errors, HasSubstr("expected two or more"));
-  const ProgramOutcome both =
-      RunProgram("compare", "--manifest=" + one + " --folds=0:1,2:3" + out);
-  EXPECT_EQ(both.exit_code, 2);
-  EXPECT_THAT(both.errors, HasSubstr("--folds is of one recording"));
-  const std::string manifest = folder.Write(
-      "two.toml",
-      "[[takes]]\nname = \"a\"\ncameras = \"c\"\ndetections = \"d\"\n"
-      "[[takes]]\nname = \"b\"\ncameras = \"c\"\ndetections = \"d\"\n"
-      "[[configurations]]\nname = \"b\"\nconfig = \"" +
-          ProjectFile("configs/default.toml").string() + "\"\n");
-  const ProgramOutcome missing =
-      RunProgram("compare", "--manifest=" + manifest + out);
-  EXPECT_EQ(missing.exit_code, 2);
-  EXPECT_THAT(missing.errors, HasSubstr("take 'a': "));
+  const auto refusal = [&](const std::string& takes, const std::string& flags) {
+    std::string text;
+    for (const char take : takes) {
+      text += std::string("[[takes]]\nname = \"") + take +
+              "\"\ncameras = \"c\"\ndetections = \"d\"\n";
+    }
+    text += "[[configurations]]\nname = \"b\"\nconfig = \"" +
+            ProjectFile("configs/default.toml").string() + "\"\n";
+    return Refusal("compare", "--manifest=" + folder.Write("takes.toml", text) +
+                                  flags +
+                                  " --out=" + (folder.path() / "out").string());
+  };
+  EXPECT_THAT(refusal("a", ""), HasSubstr("expected two or more"));
+  EXPECT_THAT(refusal("a", " --folds=0:1,2:3"),
+              HasSubstr("--folds is of one recording"));
+  EXPECT_THAT(refusal("ab", ""), HasSubstr("take 'a': "));
 }
 
 }  // namespace
