@@ -56,7 +56,7 @@ std::terminate_handler usual_terminate = nullptr;
   try {
     std::cout.flush();  // what was printed before comes before
     std::fflush(stdout);
-    PartialFiles::RemoveAllForGood();
+    RemovePartialFilesForGood();
   } catch (...) {
     // Not even that much: some of it stays.
   }
