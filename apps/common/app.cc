@@ -20,8 +20,6 @@
 #include <system_error>
 
 #include "apps/common/interruption.h"
-#include "apps/common/out_of_memory.h"
-#include "core/base/edit_distance.h"
 #include "core/base/error.h"
 #include "core/base/text.h"
 #include "core/io/files/atomic_file.h"

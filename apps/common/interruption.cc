@@ -10,9 +10,9 @@
 #include <new>
 #include <thread>
 
+#include "apps/common/app.h"
 #include "core/io/files/atomic_file.h"
 #include "core/io/files/input_files.h"
-#include "apps/common/app.h"
 #include "core/system/file.h"
 #include "core/system/process.h"
 #include "core/system/streams.h"

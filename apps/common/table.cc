@@ -10,7 +10,7 @@
 #include <sstream>
 #include <utility>
 
-#include "core/base/split.h"
+#include "core/base/text.h"
 #include "core/io/text/csv_rows.h"
 
 namespace kinegraph {

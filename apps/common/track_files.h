@@ -9,9 +9,8 @@
 #include <string>
 #include <vector>
 
-#include "core/data/identity_edit.h"
 #include "core/base/error.h"
-#include "core/data/person_names.h"
+#include "core/data/identity_edit.h"
 #include "core/data/pose.h"
 #include "core/geometry/camera.h"
 #include "core/io/files/atomic_file.h"

@@ -15,9 +15,9 @@
 #include "apps/common/table.h"
 #include "apps/report/page.h"
 #include "apps/report/page_data.h"
-#include "core/io/files/atomic_file.h"
 #include "core/base/constants.h"
 #include "core/evaluation/mpjpe.h"
+#include "core/io/files/atomic_file.h"
 
 namespace kinegraph {
 namespace {

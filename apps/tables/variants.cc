@@ -13,7 +13,7 @@
 #include "apps/common/table.h"
 #include "core/evaluation/statistics.h"
 #include "core/io/files/atomic_file.h"
-#include "core/system/clock.h"
+#include "core/system/process.h"
 #include "core/tracking/tracker.h"
 
 namespace kinegraph {
