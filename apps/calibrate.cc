@@ -262,64 +262,64 @@ std::string JsonReport(const RecordingCalibration& recording,
 }
 
 // Residuals on what a fit was not given, over the joined views.
-void PrintLeftOut(const RigResult& rig, std::FILE* out) {
+std::string LeftOutText(const RigResult& rig) {
   const std::pair<const char*, double LeftOutPx::*> kinds[] = {
       {"frames", &LeftOutPx::frames},
       {"joints", &LeftOutPx::joints},
       {"people", &LeftOutPx::people}};
-  std::string text;
+  std::vector<std::string> parts;
   for (const auto& [name, px] : kinds) {
     double sum = 0.0;
     for (const int v : rig.used) {
       sum += rig.views[static_cast<size_t>(v)].left_out_px.*px;
     }
     if (sum == 0.0) continue;
-    text += fmt::format("{}{:.1f} px on other {}", text.empty() ? "" : ", ",
-                        sum / static_cast<double>(rig.used.size()), name);
+    parts.push_back(fmt::format("{:.1f} px on other {}",
+                                sum / static_cast<double>(rig.used.size()),
+                                name));
   }
-  if (!text.empty()) std::fprintf(out, "left out   %s\n", text.c_str());
+  return parts.empty() ? ""
+                       : fmt::format("left out   {}\n", fmt::join(parts, ", "));
 }
 
-void PrintMetre(const RecordingCalibration& recording,
-                const KnownLength& length, std::FILE* out) {
+std::string MetreText(const RecordingCalibration& recording,
+                      const KnownLength& length) {
   const double percent = 100.0 * recording.scale_sigma;
-  if (recording.stature_m > 0.0) {
-    std::fprintf(
-        out, "people %s %.2f m tall, all lengths within %.2g %%\n",
-        length.kind == KnownLength::Kind::kPopulation ? "count as" : "are",
-        recording.stature_m, percent);
-  } else {
-    std::fprintf(out, "all lengths within %.2g %%\n", percent);
+  if (recording.stature_m <= 0.0) {
+    return fmt::format("all lengths within {:.2g} %\n", percent);
   }
+  return fmt::format(
+      "people {} {:.2f} m tall, all lengths within {:.2g} %\n",
+      length.kind == KnownLength::Kind::kPopulation ? "count as" : "are",
+      recording.stature_m, percent);
 }
 
-void PrintFindings(const RecordingCalibration& recording,
-                   const KnownLength& length,
-                   const std::vector<std::string>& views, std::FILE* out) {
-  std::fprintf(out, "%s\n", ToString(recording.rig.verdict));
+std::string FindingsText(const RecordingCalibration& recording,
+                         const KnownLength& length,
+                         const std::vector<std::string>& views) {
+  std::string text = fmt::format("{}\n", ToString(recording.rig.verdict));
   for (const std::string& reason : recording.rig.reasons) {
-    std::fprintf(out, "  - %s\n", reason.c_str());
+    text += "  - " + reason + "\n";
   }
-  if (recording.rig.verdict == RigVerdict::kRefused) return;
-  std::fprintf(out, "%-10s %8s %8s %8s %8s\n", "view", "deg", "mm", "px",
-               "clock ms");
+  if (recording.rig.verdict == RigVerdict::kRefused) return text;
+  text += fmt::format("{:<10} {:>8} {:>8} {:>8} {:>8}\n", "view", "deg", "mm",
+                      "px", "clock ms");
   for (size_t v = 0; v < views.size(); ++v) {
     const RigView& view = recording.rig.views[v];
+    const std::string name = Printable(views[v]);
     if (!view.left_out.empty()) {
-      std::fprintf(out, "%-10s left out: %s\n", Printable(views[v]).c_str(),
-                   view.left_out.c_str());
+      text += fmt::format("{:<10} left out: {}\n", name, view.left_out);
     }
     if (!view.joined) continue;
-    std::fprintf(out, "%-10s %8.2f %8.0f %8.1f %8ld\n",
-                 Printable(views[v]).c_str(), view.rotation_sigma_deg,
-                 1e3 * view.centre_sigma_m, view.mean_px,
-                 std::lround(1e3 * view.clock_s));
+    text += fmt::format("{:<10} {:8.2f} {:8.0f} {:8.1f} {:8}\n", name,
+                        view.rotation_sigma_deg, 1e3 * view.centre_sigma_m,
+                        view.mean_px, std::lround(1e3 * view.clock_s));
   }
-  PrintLeftOut(recording.rig, out);
-  PrintMetre(recording, length, out);
-  std::fprintf(out, "floor      %s\n",
-               recording.ground.has_value() ? "from the feet, z up"
-                                            : "not told: no feet rest on it");
+  return text + LeftOutText(recording.rig) + MetreText(recording, length) +
+         "floor      " +
+         (recording.ground.has_value() ? "from the feet, z up"
+                                       : "not told: no feet rest on it") +
+         "\n";
 }
 
 std::string ReportPath(const std::string& out) {
@@ -373,12 +373,11 @@ void RunCalibrate() {
   const RecordingCalibration recording =
       CalibrateRecording(options, input, detections);
   WriteAll(recording, input.length, recording.view_names, *format);
-  std::FILE* out = SummaryStream(FLAGS_out);
-  PrintFindings(recording, input.length, recording.view_names, out);
-  std::fprintf(out, "-> %s\n",
-               recording.rig.verdict == RigVerdict::kRefused
-                   ? ReportPath(FLAGS_out).c_str()
-                   : FLAGS_out.c_str());
+  const bool refused = recording.rig.verdict == RigVerdict::kRefused;
+  const std::string text =
+      FindingsText(recording, input.length, recording.view_names) + "-> " +
+      (refused ? ReportPath(FLAGS_out) : FLAGS_out) + "\n";
+  std::fputs(text.c_str(), SummaryStream(FLAGS_out));
 }
 
 }  // namespace

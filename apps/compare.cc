@@ -79,27 +79,6 @@ namespace {
 // Frames that neither fold has, between two halves.
 constexpr int64_t kGapFrames = 25;
 
-// Several takes bring their own files, and folds of frames are not needed.
-void CheckFlagsOfManifest() {
-  const std::pair<const char*, bool> others[] = {
-      {"cameras", !FLAGS_cameras.empty()},
-      {"detections", !FLAGS_detections.empty()},
-      {"frames", !FLAGS_frames.empty()},
-      {"ground_truth", !FLAGS_ground_truth.empty()},
-      {"protocol", !FLAGS_protocol.empty()},
-      {"markers", !FLAGS_markers.empty()},
-      {"folds", !FLAGS_folds.empty()},
-      {"parameters", !FLAGS_parameters.empty()},
-      {"held_out_set", !FLAGS_held_out_set.empty()},
-      {"fit_shift", FLAGS_fit_shift},
-      {"errors", FLAGS_errors}};
-  for (const auto& [name, given] : others) {
-    if (!given) continue;
-    throw InputError("--" + std::string(name) +
-                     " is of one recording: it does not go with --manifest");
-  }
-}
-
 void CheckCompareFlags() {
   RequireFlag("out", FLAGS_out);
   if (FLAGS_manifest.empty()) {
@@ -107,7 +86,16 @@ void CheckCompareFlags() {
     RequireFlag("detections", FLAGS_detections);
     RequireFlag("config", FLAGS_config);
   } else {
-    CheckFlagsOfManifest();
+    // Several recordings bring their own files, and folds of frames are not
+    // needed.
+    const std::string other =
+        FirstGiven({"cameras", "detections", "frames", "ground_truth",
+                    "protocol", "markers", "folds", "parameters",
+                    "held_out_set", "fit_shift", "errors"});
+    if (!other.empty()) {
+      throw InputError("--" + other +
+                       " is of one recording: it does not go with --manifest");
+    }
   }
   if (FLAGS_ground_truth.empty() != FLAGS_protocol.empty()) {
     throw InputError("--ground_truth and --protocol belong together");

@@ -81,39 +81,12 @@ constexpr const char* kHeldOutCamera = "held_out_camera";
 
 // ---- Flags
 
-struct NamedFlag {
-  const char* name;
-  const std::string* value;
-};
-
 // A flag that a protocol does not use would be ignored in silence.
-void RefuseFlags(const std::vector<NamedFlag>& flags) {
-  for (const NamedFlag& flag : flags) {
-    if (flag.value->empty()) continue;
-    throw InputError("--" + std::string(flag.name) +
-                     " has no meaning with --protocol=" + FLAGS_protocol);
-  }
-}
-
-void RefusePcpFlags() {
-  RefuseFlags({{"head", &FLAGS_head},
-               {"endpoints", &FLAGS_endpoints},
-               {"matching", &FLAGS_matching}});
-  if (FLAGS_lost) {
-    throw InputError("--lost has no meaning with --protocol=" + FLAGS_protocol);
-  }
-}
-
-void RefuseHeldOutFlags() {
-  RefuseFlags({{"cameras", &FLAGS_cameras},
-               {"detections", &FLAGS_detections},
-               {"config", &FLAGS_config},
-               {"mode", &FLAGS_mode},
-               {"set", &FLAGS_set},
-               {"held_out_set", &FLAGS_held_out_set},
-               {"reference", &FLAGS_reference},
-               {"runs", &FLAGS_runs},
-               {"folds", &FLAGS_folds}});
+void RefuseFlags(const std::vector<std::string>& names) {
+  const std::string given = FirstGiven(names);
+  if (given.empty()) return;
+  throw InputError("--" + given +
+                   " has no meaning with --protocol=" + FLAGS_protocol);
 }
 
 std::vector<FrameRange> Frames() { return ParseFrameRanges(FLAGS_frames); }
@@ -205,16 +178,6 @@ void RunMarkers() {
                          FLAGS_out.empty() ? "--out=DIR" : FLAGS_out)
                  .c_str(),
              SummaryStream(FLAGS_json));
-}
-
-void RefuseMarkerFlags() {
-  RefuseFlags({{"joints", &FLAGS_joints},
-               {"person", &FLAGS_person},
-               {"out", &FLAGS_out}});
-  if (FLAGS_plates || FLAGS_drift || FLAGS_align != "both") {
-    throw InputError(
-        "--plates, --drift and --align belong to --protocol=markers");
-  }
 }
 
 // ---- Against a ground truth
@@ -347,8 +310,7 @@ void RunPanoptic() {
 // ---- Held-out cameras
 
 void RunHeldOut() {
-  RefuseFlags(
-      {{"tracks", &FLAGS_tracks}, {"ground_truth", &FLAGS_ground_truth}});
+  RefuseFlags({"tracks", "ground_truth"});
   const std::vector<std::string> runs = ParseList(FLAGS_runs, "runs");
   const std::vector<FrameRange> frames = Frames();
   const std::vector<FrameRange> folds = ParseFrameRanges(FLAGS_folds);
@@ -360,25 +322,29 @@ void RunHeldOut() {
                               FLAGS_reference, runs, frames, folds}));
 }
 
+// Runs the protocol and refuses flags that belong to others alone.
 void RunEvaluate() {
   RequireFlag("protocol", FLAGS_protocol);
-  if (FLAGS_protocol != "markers") RefuseMarkerFlags();
-  if (FLAGS_protocol == kHeldOutCamera) {
-    RefusePcpFlags();
-    RefuseFlags({{"annotated", &FLAGS_annotated}});
+  const auto pcp = PcpProtocolByName(FLAGS_protocol);
+  const bool is_held_out = FLAGS_protocol == kHeldOutCamera;
+  if (FLAGS_protocol != "markers") {
+    RefuseFlags({"joints", "person", "out"});
+    if (!FirstGiven({"plates", "drift", "align"}).empty()) {
+      throw InputError(
+          "--plates, --drift and --align belong to --protocol=markers");
+    }
+  }
+  if (!is_held_out) {
+    RefuseFlags({"cameras", "detections", "config", "mode", "set",
+                 "held_out_set", "reference", "runs", "folds"});
+  }
+  if (FLAGS_protocol != "identity") RefuseFlags({"annotated"});
+  if (!pcp) RefuseFlags({"head", "endpoints", "matching", "lost"});
+  if (pcp) {
+    RunPcp(*pcp);
+  } else if (is_held_out) {
     RunHeldOut();
-    return;
-  }
-  RefuseHeldOutFlags();
-  if (FLAGS_protocol != "identity") {
-    RefuseFlags({{"annotated", &FLAGS_annotated}});
-  }
-  if (const auto protocol = PcpProtocolByName(FLAGS_protocol)) {
-    RunPcp(*protocol);
-    return;
-  }
-  RefusePcpFlags();
-  if (FLAGS_protocol == "markers") {
+  } else if (FLAGS_protocol == "markers") {
     RunMarkers();
   } else if (FLAGS_protocol == "parity") {
     RunParity();

@@ -275,12 +275,9 @@ void CheckPictureFlags(const PageInput& input) {
     throw InputError("--embed_megabytes: needs --images");
   }
   if (input.detections.has_value()) return;
-  for (const auto& [flag, value] :
-       {std::pair{"images", FLAGS_images}, {"frames_out", FLAGS_frames_out}}) {
-    if (value.empty()) continue;
-    throw InputError("--" + std::string(flag) +
-                     ": needs --cameras and --detections");
-  }
+  const std::string given = FirstGiven({"images", "frames_out"});
+  if (given.empty()) return;
+  throw InputError("--" + given + ": needs --cameras and --detections");
 }
 
 // A video is played by the browser, never read here.

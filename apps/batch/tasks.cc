@@ -26,30 +26,20 @@
 namespace kinegraph {
 namespace {
 
-void Add(std::vector<std::string>* arguments, const std::string& flag,
-         const std::string& value) {
-  if (!value.empty()) arguments->push_back("--" + flag + "=" + value);
-}
-
-// Flags of every command that tracks.
-std::vector<std::string> TrackingArguments(
-    const ManifestRecording& recording,
-    const ManifestConfiguration& configuration) {
+// "--name=value" of each flag that has a value.
+std::vector<std::string> Arguments(
+    const std::vector<std::pair<std::string, std::string>>& flags) {
   std::vector<std::string> arguments;
-  Add(&arguments, "cameras", recording.cameras);
-  Add(&arguments, "detections", recording.detections);
-  Add(&arguments, "config", configuration.config);
-  // The recording's keys describe its data and come last.
-  Add(&arguments, "set", JoinSets(configuration.set, recording.set));
-  Add(&arguments, "mode", configuration.mode);
-  Add(&arguments, "frames", recording.frames);
+  for (const auto& [name, value] : flags) {
+    if (!value.empty()) arguments.push_back("--" + name + "=" + value);
+  }
   return arguments;
 }
 
 TaskStep MakeStep(const std::string& command,
                   std::vector<std::string> arguments,
                   const std::string& output_flag, const std::string& output) {
-  Add(&arguments, output_flag, output);
+  arguments.push_back("--" + output_flag + "=" + output);
   return {command, std::move(arguments), output};
 }
 
@@ -57,17 +47,25 @@ std::vector<TaskStep> StepsOf(const Manifest& manifest,
                               const ManifestRecording& recording,
                               const ManifestConfiguration& configuration) {
   const std::string tracks = "tracks.jsonl";
-  const std::vector<std::string> tracking =
-      TrackingArguments(recording, configuration);
+  // Flags of every command that tracks. The recording's keys describe its data
+  // and come last.
+  std::vector<std::string> tracking =
+      Arguments({{"cameras", recording.cameras},
+                 {"detections", recording.detections},
+                 {"config", configuration.config},
+                 {"set", JoinSets(configuration.set, recording.set)},
+                 {"mode", configuration.mode},
+                 {"frames", recording.frames}});
   std::vector<TaskStep> steps = {MakeStep("track", tracking, "out", tracks)};
   const auto evaluate = [&](const std::string& protocol,
                             const std::string& output) {
-    std::vector<std::string> arguments;
-    Add(&arguments, "tracks", tracks);
-    Add(&arguments, "ground_truth", recording.ground_truth);
-    Add(&arguments, "protocol", protocol);
-    Add(&arguments, "frames", recording.frames);
-    steps.push_back(MakeStep("evaluate", arguments, "json", output));
+    steps.push_back(
+        MakeStep("evaluate",
+                 Arguments({{"tracks", tracks},
+                            {"ground_truth", recording.ground_truth},
+                            {"protocol", protocol},
+                            {"frames", recording.frames}}),
+                 "json", output));
   };
   if (!recording.ground_truth.empty()) {
     evaluate(recording.protocol, "evaluation.json");
@@ -75,17 +73,19 @@ std::vector<TaskStep> StepsOf(const Manifest& manifest,
   }
   if (manifest.held_out) {
     std::vector<std::string> arguments = tracking;
-    Add(&arguments, "protocol", "held_out_camera");
-    steps.push_back(MakeStep("evaluate", arguments, "json", "held_out.json"));
+    arguments.emplace_back("--protocol=held_out_camera");
+    steps.push_back(
+        MakeStep("evaluate", std::move(arguments), "json", "held_out.json"));
   }
   if (manifest.compare) {
     steps.push_back(MakeStep("compare", tracking, "out", "compare"));
   }
   if (manifest.report) {
-    std::vector<std::string> arguments;
-    Add(&arguments, "tracks", tracks);
-    Add(&arguments, "ground_truth", recording.ground_truth);
-    steps.push_back(MakeStep("report", arguments, "out", "report.html"));
+    steps.push_back(
+        MakeStep("report",
+                 Arguments({{"tracks", tracks},
+                            {"ground_truth", recording.ground_truth}}),
+                 "out", "report.html"));
   }
   return steps;
 }

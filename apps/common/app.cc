@@ -14,10 +14,10 @@
 #include <exception>
 #include <iostream>
 #include <iterator>
-#include <map>
 #include <new>
 #include <set>
 #include <system_error>
+#include <utility>
 
 #include "apps/common/interruption.h"
 #include "core/base/error.h"
@@ -72,9 +72,8 @@ InputError UnknownFlag(const std::string& name) {
         "one with `kinegraph-batch --resume`");
   }
   const std::string shown = "unknown flag --" + Printable(name);
-  constexpr size_t kFarthest = 2;
   std::string nearest;
-  size_t least = kFarthest + 1;
+  size_t least = 3;  // from here on it is another flag
   for (const gflags::CommandLineFlagInfo& flag : OwnFlags()) {
     const size_t distance = EditDistance(name.substr(0, 100), flag.name);
     if (distance >= least) continue;
@@ -267,85 +266,93 @@ FrameRange ParseFrameRange(const std::string& text, const std::string& flag) {
   return range;
 }
 
-const std::map<std::string, std::string>& Examples() {
-  static const std::map<std::string, std::string> kExamples = {
-      {"align", "none"},
-      {"annotated", "everybody"},
-      {"axes", "x,-z,y"},
-      {"baseline", "butterworth"},
-      {"calibrate.to", "opencv"},
-      {"cameras", "calibration.toml"},
-      {"cameras_apart", "cam1,cam2,3.42"},
-      {"compare.markers", "walk.c3d"},
-      {"config", "my.toml"},
-      {"convert.set", "'cameras.unit=mm'"},
-      {"corrections", "take.identity.jsonl"},
-      {"data", "data"},
-      {"demo.config", "configs/synthetic/hard.toml"},
-      {"demo.set", "scene.people=3"},
-      {"detections", "openpose/"},
-      {"distance", "l_hip,l_knee,0.44"},
-      {"doctor", "out/doctor"},
-      {"embed_megabytes", "20"},
-      {"endpoints", "each"},
-      {"focal", "1150"},
-      {"focal_error", "5"},
-      {"folds", "300:438,463:601"},
-      {"format", "openpose"},
-      {"frame_rate", "60"},
-      {"frames", "300:600"},
-      {"frames_out", "out/annotated"},
-      {"from", "pose2sim"},
-      {"ground_truth", "truth.jsonl"},
-      {"head", "mvpose"},
-      {"held_out_set", "held_out_set.json"},
-      {"image_size", "1920,1080"},
-      {"images", "'cam1=video/cam1/%06d.jpg;cam2=video/cam2/%06d.jpg'"},
-      {"in", "take.jsonl"},
-      {"jobs", "2"},
-      {"joint", "l_wrist"},
-      {"joints", "joints.toml"},
-      {"json", "out/scores.json"},
-      {"manifest", "takes.toml"},
-      {"markers", "pose2sim"},
-      {"matching", "one_to_one"},
-      {"mode", "paper"},
-      {"motion", "walk.jsonl"},
-      {"parameters", "out/compare/parameters.toml"},
-      {"person", "3"},
-      {"plot_strategies", "butterworth,batch"},
-      {"protocol", "mpjpe"},
-      {"reference", "paper.jsonl"},
-      {"reproduce.set", "detections.skeleton=body25b"},
-      {"runs", "without_cam0.jsonl,without_cam1.jsonl"},
-      {"scale", "1.78"},
-      {"set", "'input.frame_rate=60;cameras.unit=mm'"},
-      {"skeleton", "body25b"},
-      {"strategies", "butterworth,batch"},
-      {"synthesize.config", "configs/synthetic/demo.toml"},
-      {"synthesize.set", "'scene.people=8;noise.sigma=4'"},
-      {"table", "shelf"},
-      {"task", "walk/default"},
-      {"threads", "2"},
-      {"title", "'Walk, first try'"},
-      {"to", "trc"},
-      {"tracks", "out/take.jsonl"},
-      {"unit", "mm"},
-      {"up", "-y"},
-      {"without_cameras", "cam2"}};
-  return kExamples;
-}
+// What --help shows of a flag, by its name, or by command and name where it
+// means another thing there.
+constexpr std::pair<const char*, const char*> kFlagExamples[] = {
+    {"align", "none"},
+    {"annotated", "everybody"},
+    {"axes", "x,-z,y"},
+    {"baseline", "butterworth"},
+    {"batch.out", "out/batch"},
+    {"calibrate.out", "out/cameras.json"},
+    {"calibrate.to", "opencv"},
+    {"cameras", "calibration.toml"},
+    {"cameras_apart", "cam1,cam2,3.42"},
+    {"compare.markers", "walk.c3d"},
+    {"compare.out", "out/compare"},
+    {"config", "my.toml"},
+    {"convert.out", "out/take.csv"},
+    {"convert.set", "'cameras.unit=mm'"},
+    {"corrections", "take.identity.jsonl"},
+    {"data", "data"},
+    {"demo.config", "configs/synthetic/hard.toml"},
+    {"demo.out", "out/demo"},
+    {"demo.set", "scene.people=3"},
+    {"detections", "openpose/"},
+    {"distance", "l_hip,l_knee,0.44"},
+    {"doctor", "out/doctor"},
+    {"doctor.out", "out/doctor"},
+    {"embed_megabytes", "20"},
+    {"endpoints", "each"},
+    {"evaluate.out", "out/markers"},
+    {"focal", "1150"},
+    {"focal_error", "5"},
+    {"folds", "300:438,463:601"},
+    {"format", "openpose"},
+    {"frame_rate", "60"},
+    {"frames", "300:600"},
+    {"frames_out", "out/annotated"},
+    {"from", "pose2sim"},
+    {"ground_truth", "truth.jsonl"},
+    {"head", "mvpose"},
+    {"held_out_set", "held_out_set.json"},
+    {"image_size", "1920,1080"},
+    {"images", "'cam1=video/cam1/%06d.jpg;cam2=video/cam2/%06d.jpg'"},
+    {"in", "take.jsonl"},
+    {"init.out", "my.toml"},
+    {"jobs", "2"},
+    {"joint", "l_wrist"},
+    {"joints", "joints.toml"},
+    {"json", "out/scores.json"},
+    {"kinematics.out", "out/angles.csv"},
+    {"manifest", "takes.toml"},
+    {"markers", "pose2sim"},
+    {"matching", "one_to_one"},
+    {"mode", "paper"},
+    {"motion", "walk.jsonl"},
+    {"parameters", "out/compare/parameters.toml"},
+    {"person", "3"},
+    {"plot_strategies", "butterworth,batch"},
+    {"protocol", "mpjpe"},
+    {"reference", "paper.jsonl"},
+    {"report.out", "out/take.html"},
+    {"reproduce.out", "out/tables"},
+    {"reproduce.set", "detections.skeleton=body25b"},
+    {"runs", "without_cam0.jsonl,without_cam1.jsonl"},
+    {"scale", "1.78"},
+    {"set", "'input.frame_rate=60;cameras.unit=mm'"},
+    {"skeleton", "body25b"},
+    {"strategies", "butterworth,batch"},
+    {"synthesize.config", "configs/synthetic/demo.toml"},
+    {"synthesize.out", "out/scene"},
+    {"synthesize.set", "'scene.people=8;noise.sigma=4'"},
+    {"table", "shelf"},
+    {"task", "walk/default"},
+    {"threads", "2"},
+    {"title", "'Walk, first try'"},
+    {"to", "trc"},
+    {"track.out", "out/take.jsonl"},
+    {"tracks", "out/take.jsonl"},
+    {"unit", "mm"},
+    {"up", "-y"},
+    {"without_cameras", "cam2"}};
 
-const std::map<std::string, std::string>& Results() {
-  static const std::map<std::string, std::string> kResults = {
-      {"track", "out/take.jsonl"},     {"init", "my.toml"},
-      {"report", "out/take.html"},     {"convert", "out/take.csv"},
-      {"batch", "out/batch"},          {"calibrate", "out/cameras.json"},
-      {"compare", "out/compare"},      {"demo", "out/demo"},
-      {"evaluate", "out/markers"},     {"doctor", "out/doctor"},
-      {"reproduce", "out/tables"},     {"synthesize", "out/scene"},
-      {"kinematics", "out/angles.csv"}};
-  return kResults;
+// Empty: there is none.
+std::string ExampleOf(const std::string& name) {
+  for (const auto& [flag, example] : kFlagExamples) {
+    if (flag == name) return example;
+  }
+  return "";
 }
 
 }  // namespace
@@ -373,6 +380,14 @@ int RunApp(int argc, char** argv, const AppInfo& info,
 
 void RequireFlag(const std::string& name, const std::string& value) {
   if (value.empty()) throw InputError("--" + name + " is required");
+}
+
+std::string FirstGiven(const std::vector<std::string>& names) {
+  for (const std::string& name : names) {
+    const auto flag = gflags::GetCommandLineFlagInfoOrDie(name.c_str());
+    if (flag.current_value != flag.default_value) return name;
+  }
+  return "";
 }
 
 void FailFlag(const std::string& name, const std::string& found,
@@ -458,11 +473,11 @@ std::string FlagExample(const std::string& command, const std::string& flag,
   if (type == "bool") {
     return default_value == "true" ? "--no" + flag : name;
   }
-  const auto& examples = flag == "out" ? Results() : Examples();
-  auto at = examples.find(flag == "out" ? command : command + "." + flag);
-  if (at == examples.end()) at = examples.find(flag);
-  if (at != examples.end()) return name + "=" + at->second;
-  return name + "=" + (default_value.empty() ? "VALUE" : default_value);
+  std::string example = ExampleOf(command + "." + flag);
+  if (example.empty()) example = ExampleOf(flag);
+  if (example.empty())
+    example = default_value.empty() ? "VALUE" : default_value;
+  return name + "=" + example;
 }
 
 std::set<std::string> RequiredFlags(const std::string& usage) {

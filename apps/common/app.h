@@ -56,6 +56,10 @@ int RunApp(int argc, char** argv, const AppInfo& info,
 // Throws InputError when the flag --`name` was not given.
 void RequireFlag(const std::string& name, const std::string& value);
 
+// The first of the command's flags that does not have its default value; empty:
+// all have.
+std::string FirstGiven(const std::vector<std::string>& names);
+
 // Throws InputError: "--name: found 'found', expected ...".
 [[noreturn]] void FailFlag(const std::string& name, const std::string& found,
                            const std::string& expected);

@@ -223,16 +223,14 @@ Json ToJson(const Interval& interval) {
           {"standard_error", interval.standard_error}};
 }
 
-EvaluationOutput DescribePcp(const PcpResult& result, bool list_lost,
-                             const BootstrapOptions& bootstrap) {
+EvaluationOutput DescribePcp(const PcpResult& result, bool list_lost) {
   std::map<PcpGroup, Interval> mean_intervals;
   for (const PcpGroup group : kPcpGroups) {
-    mean_intervals[group] = MeanOfActorsInterval(result, group, bootstrap);
+    mean_intervals[group] = MeanOfActorsInterval(result, group);
   }
   std::map<int64_t, Interval> actor_intervals;
   for (const int64_t actor : result.Actors()) {
-    actor_intervals[actor] =
-        ActorInterval(result, actor, PcpGroup::kTotal, bootstrap);
+    actor_intervals[actor] = ActorInterval(result, actor, PcpGroup::kTotal);
   }
   EvaluationOutput output;
   output.text = PcpHeading(result.protocol) +
@@ -457,15 +455,13 @@ EvaluationOutput DescribeCoverage(const Share& covered) {
 }
 
 EvaluationOutput DescribeHeldOut(const HeldOutScores& scores,
-                                 const std::vector<std::string>& view_names,
-                                 const BootstrapOptions& bootstrap) {
+                                 const std::vector<std::string>& view_names) {
   Table table({"held-out error, px", "median", "p90", "p97",
                "mean of min(error, " + Fixed(kHeldOutTruncationPx, 0) + ")",
                "joints predicted, %", "detections paired, %"});
   Json rows = Json::array();
   for (const HeldOutRow& row : HeldOutRows(view_names)) {
-    const HeldOutSummary summary =
-        SummariseHeldOut(scores, row.filter, bootstrap);
+    const HeldOutSummary summary = SummariseHeldOut(scores, row.filter, {});
     if (summary.predicted.total == 0) continue;
     std::vector<std::string> cells = {row.name};
     for (int i = 0; i < kHeldOutFigureCount; ++i) {

@@ -26,8 +26,7 @@ struct EvaluationOutput {
 
 // Counts stand beside percentages, intervals beside the headline. `list_lost`
 // adds every lost part to the text (the JSON has them always).
-EvaluationOutput DescribePcp(const PcpResult& result, bool list_lost,
-                             const BootstrapOptions& bootstrap = {});
+EvaluationOutput DescribePcp(const PcpResult& result, bool list_lost);
 EvaluationOutput DescribeParity(const ParityResult& result,
                                 const ParityOptions& options,
                                 const Skeleton& reference_skeleton);
@@ -41,8 +40,7 @@ EvaluationOutput DescribeConsistency(const ConsistencyResult& result);
 EvaluationOutput DescribeCoverage(const Share& covered);
 // All joints, those without the face, each joint class and each view.
 EvaluationOutput DescribeHeldOut(const HeldOutScores& scores,
-                                 const std::vector<std::string>& view_names,
-                                 const BootstrapOptions& bootstrap = {});
+                                 const std::vector<std::string>& view_names);
 
 // Pieces that other tables share.
 std::string ActorName(int64_t actor);         // "actor 0"

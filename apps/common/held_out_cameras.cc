@@ -1,5 +1,7 @@
 #include "apps/common/held_out_cameras.h"
 
+#include <fmt/format.h>
+
 #include <memory>
 #include <utility>
 
@@ -155,58 +157,53 @@ struct HeldOutRun {
   ViewBias bias;
 };
 
-// The runs without each view in turn: read, or tracked.
-class HeldOutRuns {
- public:
-  explicit HeldOutRuns(const HeldOutInput& input)
-      : input_(input), files_(input.request.runs) {
-    const HeldOutRequest& request = input.request;
-    if (files_.empty()) {
-      RequireFlag("config", request.config);
-      return;
-    }
-    if (!request.folds.empty()) {
-      throw InputError(
-          "--folds has no meaning with --runs: they have learnt what they "
-          "have learnt");
-    }
-    if (files_.size() != input.views().size()) {
-      throw InputError("--runs: found " + std::to_string(files_.size()) +
-                       " files, expected one for each of the " +
-                       std::to_string(input.views().size()) + " views");
-    }
+// --runs, where it is given: one file a view.
+void CheckRuns(const HeldOutInput& input) {
+  const HeldOutRequest& request = input.request;
+  if (request.runs.empty()) {
+    RequireFlag("config", request.config);
+    return;
   }
+  if (!request.folds.empty()) {
+    throw InputError(
+        "--folds has no meaning with --runs: they have learnt what they have "
+        "learnt");
+  }
+  if (request.runs.size() != input.views().size()) {
+    throw InputError(fmt::format(
+        "--runs: found {} files, expected one for each of the {} views",
+        request.runs.size(), input.views().size()));
+  }
+}
 
-  HeldOutRun Get(int view) const {
-    HeldOutRun run;
-    if (files_.empty()) {
-      run.tracks =
-          Track(input_.options, input_, view, input_.request.frames, &run.bias);
-      return run;
-    }
-    run.tracks = ReadTracks(files_[view]);
-    std::vector<std::string> notes;
-    const std::string bias = SideFileOf(files_[view], kBiasEnd, &notes);
-    if (!bias.empty()) run.bias = ReadViewBias(bias);
-    SayNotes(notes);
+// The run without a view: read, or tracked.
+HeldOutRun RunOf(const HeldOutInput& input, int view) {
+  HeldOutRun run;
+  const HeldOutRequest& request = input.request;
+  if (request.runs.empty()) {
+    run.tracks = Track(input.options, input, view, request.frames, &run.bias);
     return run;
   }
+  const std::string& file = request.runs[static_cast<size_t>(view)];
+  run.tracks = ReadTracks(file);
+  std::vector<std::string> notes;
+  const std::string bias = SideFileOf(file, kBiasEnd, &notes);
+  if (!bias.empty()) run.bias = ReadViewBias(bias);
+  SayNotes(notes);
+  return run;
+}
 
-  // The bias learnt in `fold` alone, used in a run over all frames.
-  HeldOutRun GetWithBiasOf(const FrameRange& fold, int view) const {
-    HeldOutRun run;
-    Track(input_.options, input_, view, {fold}, &run.bias);
-    RunOptions options = input_.options;
-    options.estimators.graph.given_view_bias =
-        std::make_shared<ViewBias>(run.bias);
-    run.tracks = Track(options, input_, view, input_.request.frames);
-    return run;
-  }
-
- private:
-  const HeldOutInput& input_;
-  std::vector<std::string> files_;
-};
+// The bias learnt in `fold` alone, used in a run over all frames.
+HeldOutRun RunWithBiasOf(const HeldOutInput& input, const FrameRange& fold,
+                         int view) {
+  HeldOutRun run;
+  Track(input.options, input, view, {fold}, &run.bias);
+  RunOptions options = input.options;
+  options.estimators.graph.given_view_bias =
+      std::make_shared<ViewBias>(run.bias);
+  run.tracks = Track(options, input, view, input.request.frames);
+  return run;
+}
 
 // Errors of the 3D points as they are projected, and of the detections that
 // they predict: those plus the bias that the run learnt of the detector.
@@ -236,17 +233,16 @@ struct HeldOutColumns {
 };
 
 // Scores one view; with --folds each fold with what the other one taught.
-void ScoreView(const HeldOutInput& input, const HeldOutRuns& runs,
-               const ScoredSet& scored, int view,
+void ScoreView(const HeldOutInput& input, const ScoredSet& scored, int view,
                const TrackSequence& reference, HeldOutColumns* columns) {
   const std::vector<FrameRange>& folds = input.request.folds;
   if (folds.empty()) {
-    columns->Score(input, scored.set, view, reference, runs.Get(view));
+    columns->Score(input, scored.set, view, reference, RunOf(input, view));
     return;
   }
   for (size_t f = 0; f < 2; ++f) {
     columns->Score(input, scored.In({folds[f]}), view, reference,
-                   runs.GetWithBiasOf(folds[1 - f], view));
+                   RunWithBiasOf(input, folds[1 - f], view));
   }
 }
 
@@ -268,7 +264,7 @@ EvaluationOutput DescribeColumns(const HeldOutColumns& columns,
 
 EvaluationOutput ScoreHeldOutCameras(const HeldOutRequest& request) {
   const HeldOutInput input = ReadHeldOutInput(request);
-  const HeldOutRuns runs(input);
+  CheckRuns(input);
   const TrackSequence reference = ReadOrTrackReference(input);
   ScoredSet scored = ReadOrMakeSet(input, reference);
   HeldOutColumns columns;
@@ -279,7 +275,7 @@ EvaluationOutput ScoreHeldOutCameras(const HeldOutRequest& request) {
     for (int view = 0; view < views; ++view) {
       scored.set.cap_px = CapOf(request, scored, input.cameras[view]);
       caps_px.push_back(scored.set.cap_px);
-      ScoreView(input, runs, scored, view, reference, &columns);
+      ScoreView(input, scored, view, reference, &columns);
       progress.Set(view + 1);
     }
   }

@@ -1,5 +1,6 @@
 #include "apps/common/plot.h"
 
+#include <fmt/format.h>
 #include <glog/logging.h>
 
 #include <algorithm>
@@ -29,11 +30,7 @@ constexpr int kMarkCount = 10;
 constexpr size_t kCloud = 300;          // more points are drawn as dots
 constexpr double kBarGroupWidth = 0.8;  // of the distance of two categories
 
-std::string Number(double value) {
-  char text[40];
-  std::snprintf(text, sizeof(text), "%.10g", value);
-  return text;
-}
+std::string Number(double value) { return fmt::format("{:.10g}", value); }
 
 // A text in gnuplot's single quotes, in which nothing but the quote is special.
 std::string Quote(const std::string& text) {
@@ -62,8 +59,8 @@ std::string Range(const PlotAxis& axis, bool any_point, bool downwards) {
     high = high.value_or(static_cast<double>(axis.categories.size()) - 0.4);
   }
   if (downwards) std::swap(low, high);
-  return "[" + (low ? Number(*low) : "*") + ":" + (high ? Number(*high) : "*") +
-         "]";
+  return fmt::format("[{}:{}]", low ? Number(*low) : "*",
+                     high ? Number(*high) : "*");
 }
 
 bool AnyPoint(const Plot& plot) {
@@ -78,30 +75,24 @@ bool AnyPoint(const Plot& plot) {
 void SetAxis(const std::string& name, const PlotAxis& axis, bool any_point,
              std::string* script) {
   const bool vertical = name == "y";
-  *script += "set " + name + "label " + Quote(axis.label) + "\n";
-  *script += (axis.log ? "set logscale " : "unset logscale ") + name + "\n";
-  *script += "set " + name + "range " +
-             Range(axis, any_point, vertical && !axis.categories.empty()) +
-             "\n";
+  *script += fmt::format(
+      "set {0}label {1}\n{2} {0}\nset {0}range {3}\n", name, Quote(axis.label),
+      axis.log ? "set logscale" : "unset logscale",
+      Range(axis, any_point, vertical && !axis.categories.empty()));
   // Tilted names of many or long categories do not run into each other.
   size_t letters = 0;
   for (const std::string& category : axis.categories) {
     letters += category.size() + 2;
   }
   const bool tilted = !vertical && letters > 70;
-  *script += "set " + name + "tics " +
-             (tilted ? "rotate by -35 left" : "norotate") +
-             (tilted || vertical ? "" : " center");
-  if (axis.categories.empty()) {
-    *script += " autofreq\n";
-    return;
+  std::vector<std::string> names;
+  for (const std::string& category : axis.categories) {
+    names.push_back(fmt::format("{} {}", Quote(category), names.size()));
   }
-  *script += " (";
-  for (size_t i = 0; i < axis.categories.size(); ++i) {
-    *script += (i == 0 ? "" : ", ") + Quote(axis.categories[i]) + " " +
-               std::to_string(i);
-  }
-  *script += ")\n";
+  *script += fmt::format(
+      "set {}tics {}{} {}\n", name, tilted ? "rotate by -35 left" : "norotate",
+      tilted || vertical ? "" : " center",
+      names.empty() ? "autofreq" : fmt::format("({})", fmt::join(names, ", ")));
 }
 
 // A series with marks and errors in the places they are drawn at.
@@ -140,53 +131,28 @@ class SeriesScript {
         data += "\n";  // an empty line breaks the line
         continue;
       }
-      data += Number(x) + " " + Number(y) + " " +
-              End(plot_.x, series_.x_low, i, x) + " " +
-              End(plot_.x, series_.x_high, i, x) + " " +
-              End(plot_.y, series_.y_low, i, y) + " " +
-              End(plot_.y, series_.y_high, i, y) + " \"" + Label(i) + "\"\n";
+      data += fmt::format("{} {} {} {} {} {} \"{}\"\n", Number(x), Number(y),
+                          End(plot_.x, series_.x_low, i, x),
+                          End(plot_.x, series_.x_high, i, x),
+                          End(plot_.y, series_.y_low, i, y),
+                          End(plot_.y, series_.y_high, i, y), Label(i));
     }
     return data + "EOD\n";
   }
 
   // Elements of the plot command.
   std::vector<std::string> Elements() const {
-    std::vector<std::string> elements;
     const std::string colour =
-        std::string(" lc rgb '") + kColours[colour_ % kColourCount] + "'";
-    const std::string title =
-        series_.name.empty() ? " notitle" : " title " + Quote(series_.name);
-    const std::string dash =
-        series_.dashed ? " dt 2" : " dt " + std::to_string(dotted_ ? 4 : 1);
-    switch (series_.style) {
-      case PlotStyle::kBars:
-        elements.push_back(block_ + " using 1:2:(" + Number(bar_width_) +
-                           ") with boxes" + colour + " fs solid 0.85 noborder" +
-                           title);
-        break;
-      case PlotStyle::kLine:
-        elements.push_back(block_ + " using 1:2 with lines lw 2" + dash +
-                           colour + title);
-        break;
-      case PlotStyle::kPoints:
-        // A cloud shows where it is dense.
-        elements.push_back(block_ + " using 1:2 with points " +
-                           (series_.x.size() > kCloud
-                                ? std::string("ps 0.25 pt 7")
-                                : "ps 0.9 pt " + std::to_string(mark_)) +
-                           colour + title);
-        break;
-      case PlotStyle::kLinePoints:
-        elements.push_back(block_ + " using 1:2 with linespoints lw 2 ps 0.8" +
-                           dash + " pt " + std::to_string(mark_) + colour +
-                           title);
-        break;
-    }
-    const std::string errors =
-        series_.style == PlotStyle::kBars ? " lc rgb '#000000'" : colour;
+        fmt::format(" lc rgb '{}'", kColours[colour_ % kColourCount]);
+    std::vector<std::string> elements = {
+        block_ + " using 1:2" + With() + colour +
+        (series_.style == PlotStyle::kBars ? " fs solid 0.85 noborder" : "") +
+        (series_.name.empty() ? " notitle" : " title " + Quote(series_.name))};
     // Drawn as vectors: gnuplot's own error bars blank out their middle.
     const std::string bar =
-        " with vectors heads size screen 0.004,90 lw 1.5" + errors + " notitle";
+        " with vectors heads size screen 0.004,90 lw 1.5" +
+        (series_.style == PlotStyle::kBars ? " lc rgb '#000000'" : colour) +
+        " notitle";
     if (!series_.x_low.empty()) {
       elements.push_back(block_ + " using 3:2:($4-$3):(0)" + bar);
     }
@@ -202,6 +168,26 @@ class SeriesScript {
   }
 
  private:
+  // How the series is drawn.
+  std::string With() const {
+    const int dash = series_.dashed ? 2 : dotted_ ? 4 : 1;
+    switch (series_.style) {
+      case PlotStyle::kBars:
+        return ":(" + Number(bar_width_) + ") with boxes";
+      case PlotStyle::kLine:
+        return fmt::format(" with lines lw 2 dt {}", dash);
+      case PlotStyle::kPoints:
+        // A cloud shows where it is dense.
+        return series_.x.size() > kCloud
+                   ? " with points ps 0.25 pt 7"
+                   : fmt::format(" with points ps 0.9 pt {}", mark_);
+      case PlotStyle::kLinePoints:
+        return fmt::format(" with linespoints lw 2 ps 0.8 dt {} pt {}", dash,
+                           mark_);
+    }
+    return "";
+  }
+
   static std::string End(const PlotAxis& axis, const std::vector<double>& ends,
                          size_t i, double value) {
     if (ends.empty() || std::isnan(ends[i])) return "NaN";
@@ -263,46 +249,32 @@ void AddPanel(const Plot& plot, size_t panel, std::string* script) {
   // Bars are read by their length.
   if (bars > 0 && !y.low && !y.log) y.low = LeastBarEnd(plot);
   SetAxis("y", y, AnyPoint(plot), script);
-  switch (plot.legend) {
-    case PlotLegend::kNone:
-      *script += "unset key\n";
-      break;
-    case PlotLegend::kInside:
-      *script += "set key on inside top right vertical Left reverse\n";
-      break;
-    case PlotLegend::kBelow:
-      *script += "set key on outside bottom center horizontal Left reverse\n";
-      break;
-    case PlotLegend::kOutside:
-      *script += "set key on outside right top vertical Left reverse\n";
-      break;
-  }
+  // In the order of PlotLegend.
+  constexpr const char* kKeys[] = {
+      "unset key", "set key on inside top right vertical Left reverse",
+      "set key on outside right top vertical Left reverse",
+      "set key on outside bottom center horizontal Left reverse"};
   // gnuplot refuses an empty list.
   if (elements.empty()) elements.push_back("NaN notitle");
-  *script += "plot ";
-  for (size_t i = 0; i < elements.size(); ++i) {
-    *script += (i == 0 ? "" : ", \\\n  ") + elements[i];
-  }
-  *script += "\n";
+  *script += fmt::format("{}\nplot {}\n", kKeys[static_cast<int>(plot.legend)],
+                         fmt::join(elements, ", \\\n  "));
 }
 
 std::string Script(const std::vector<Plot>& panels, const PlotSize& size) {
   const int count = static_cast<int>(panels.size());
   const int columns = std::min(std::max(1, size.columns), count);
   const int rows = (count + columns - 1) / columns;
-  std::string script =
+  std::string script = fmt::format(
       "set encoding utf8\n"
-      "set terminal svg size " +
-      std::to_string(size.width_px) + "," + std::to_string(size.height_px) +
-      " dynamic noenhanced font 'sans-serif,12' background '#FFFFFF' "
-      "name 'kinegraph'\n"
+      "set terminal svg size {},{} dynamic noenhanced font 'sans-serif,12' "
+      "background '#FFFFFF' name 'kinegraph'\n"
       "set border 3 lc rgb '#444444'\n"
       "set tics nomirror out\n"
       "set grid lc rgb '#DDDDDD' dt 1 lw 0.5\n"
-      "set bars small\n";
+      "set bars small\n",
+      size.width_px, size.height_px);
   if (count > 1) {
-    script += "set multiplot layout " + std::to_string(rows) + "," +
-              std::to_string(columns) + "\n";
+    script += fmt::format("set multiplot layout {},{}\n", rows, columns);
   }
   for (size_t p = 0; p < panels.size(); ++p) AddPanel(panels[p], p, &script);
   if (count > 1) script += "unset multiplot\n";

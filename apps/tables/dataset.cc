@@ -19,16 +19,15 @@ namespace {
 Dataset Shelf(const std::string& name, const std::string& note,
               const std::string& detections, const std::string& config,
               const std::string& set) {
-  Dataset dataset;
-  dataset.name = "Shelf, " + name;
-  dataset.detections_note = note;
-  dataset.cameras = "shelf/calibration.json";
-  dataset.detections = detections;
-  dataset.ground_truth = "shelf/tum/actorsGT.mat";
-  dataset.config = config;
-  dataset.set = set;
-  dataset.protocol = ShelfProtocol();
-  return dataset;
+  return {"Shelf, " + name,
+          note,
+          "shelf/calibration.json",
+          detections,
+          "shelf/tum/actorsGT.mat",
+          config,
+          set,
+          {},
+          ShelfProtocol()};
 }
 
 // As the authors start: three frames before the first that is scored.
@@ -221,24 +220,24 @@ std::optional<Benchmark> OfficialSet(const std::string& root, BenchmarkSet set,
                      "(docs/official_data.md)");
   }
   const bool shelf = set == BenchmarkSet::kShelf;
-  Dataset dataset;
-  dataset.name = shelf ? "Shelf" : "Campus";
-  dataset.detections_note =
-      "yours, in " + *detections + "; what made them is yours to say";
-  dataset.cameras = *cameras;
-  dataset.detections = *detections;
-  dataset.ground_truth = *truth;
   // Three frames before the first that is scored, as the authors run it.
-  dataset.frames = shelf ? std::vector<FrameRange>{{297, 601}}
-                         : std::vector<FrameRange>{{347, 751}};
-  dataset.protocol = shelf ? ShelfProtocol() : CampusProtocol();
+  const FrameRange frames = shelf ? FrameRange{297, 601} : FrameRange{347, 751};
+  Dataset dataset = {
+      shelf ? "Shelf" : "Campus",
+      "yours, in " + *detections + "; what made them is yours to say",
+      *cameras,
+      *detections,
+      *truth,
+      "",
+      "",
+      {frames},
+      shelf ? ShelfProtocol() : CampusProtocol()};
   std::vector<Method> methods = shelf ? ShelfMethods() : CampusMethods();
   // The frames before the first are there; nothing is to be repeated.
-  methods.erase(std::remove_if(methods.begin(), methods.end(),
-                               [](const Method& method) {
-                                 return method.name ==
-                                        "paper mode, text, warmed up";
-                               }),
+  const auto is_warmed = [](const Method& method) {
+    return method.name == "paper mode, text, warmed up";
+  };
+  methods.erase(std::remove_if(methods.begin(), methods.end(), is_warmed),
                 methods.end());
   for (Method& method : methods) {
     if (method.set == kWarmUp) method.set.clear();
@@ -273,16 +272,16 @@ Dataset ShelfReal() {
 }
 
 Dataset CampusModelled(const std::string& level) {
-  Dataset dataset;
-  dataset.name = "Campus, modelled " + level;
-  dataset.detections_note =
-      "modelled noise (" + level + ") on the annotation, no detector's output";
-  dataset.cameras = "campus/calibration.json";
-  dataset.detections = "campus/detections_modelled/" + level;
-  dataset.ground_truth = "campus/annotation_3d.json";
-  dataset.config = "paper/campus.toml";
-  dataset.protocol = CampusProtocol();
-  return dataset;
+  return {
+      "Campus, modelled " + level,
+      "modelled noise (" + level + ") on the annotation, no detector's output",
+      "campus/calibration.json",
+      "campus/detections_modelled/" + level,
+      "campus/annotation_3d.json",
+      "paper/campus.toml",
+      "",
+      {},
+      CampusProtocol()};
 }
 
 LoadedDataset LoadDataset(const Dataset& dataset,

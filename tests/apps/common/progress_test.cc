@@ -13,28 +13,29 @@ namespace kinegraph {
 namespace {
 
 TEST(ProgressLine, TellsShareAndTimeLeft) {
-  // Half is done in 12 s, so 12 s are left.
-  EXPECT_EQ(ProgressLine("tracking", 150, 300, 12.0),
-            "tracking  150/300  50 %  12 s left");
-  // A quarter in 100 s: 300 s are left.
-  EXPECT_EQ(ProgressLine("tracking", 1, 4, 100.0),
-            "tracking  1/4  25 %  5 min 0 s left");
-  // 1 of 101 in 72 s: 7200 s are left.
-  EXPECT_EQ(ProgressLine("tracking", 1, 101, 72.0),
-            "tracking  1/101  0 %  2 h 0 min left");
-}
-
-TEST(ProgressLine, GuessesNothingTooEarlyOrAtTheEnd) {
-  EXPECT_EQ(ProgressLine("x", 0, 10, 5.0), "x  0/10  0 %");
-  EXPECT_EQ(ProgressLine("x", 1, 10, 0.5), "x  1/10  10 %");
-  EXPECT_EQ(ProgressLine("x", 10, 10, 5.0), "x  10/10  100 %");
-}
-
-TEST(ProgressLine, CountsWhenTheTotalIsNotKnown) {
-  EXPECT_EQ(ProgressLine("reading", 7, 0, 5.0), "reading  7");
-}
-
-TEST(ProgressLine, StaysOnOneLine) {
+  const struct {
+    const char* label;
+    int64_t done, total;
+    double elapsed_s;
+    const char* line;
+  } kCases[] = {
+      // Half is done in 12 s, so 12 s are left.
+      {"tracking", 150, 300, 12.0, "tracking  150/300  50 %  12 s left"},
+      // A quarter in 100 s: 300 s are left.
+      {"tracking", 1, 4, 100.0, "tracking  1/4  25 %  5 min 0 s left"},
+      // 1 of 101 in 72 s: 7200 s are left.
+      {"tracking", 1, 101, 72.0, "tracking  1/101  0 %  2 h 0 min left"},
+      // No guess too early or at the end.
+      {"x", 0, 10, 5.0, "x  0/10  0 %"},
+      {"x", 1, 10, 0.5, "x  1/10  10 %"},
+      {"x", 10, 10, 5.0, "x  10/10  100 %"},
+      // Of how many is not known.
+      {"reading", 7, 0, 5.0, "reading  7"}};
+  for (const auto& one : kCases) {
+    EXPECT_EQ(ProgressLine(one.label, one.done, one.total, one.elapsed_s),
+              one.line);
+  }
+  // It stays on one line of the terminal.
   EXPECT_EQ(ProgressLine(std::string(200, 'x'), 1, 2, 3.0).size(), 79u);
 }
 

@@ -11,8 +11,8 @@
 #include "core/evaluation/pcp.h"
 #include "core/io/files/text_file.h"
 #include "core/io/text/json.h"
+#include "tests/apps/command.h"
 #include "tests/support/mat_file.h"
-#include "tests/support/program.h"
 #include "tests/support/rig.h"
 #include "tests/support/test_data.h"
 
@@ -20,6 +20,7 @@ namespace kinegraph {
 namespace {
 
 namespace fs = std::filesystem;
+using ::testing::HasSubstr;
 
 constexpr int64_t kFirstDetected = 297;
 constexpr int64_t kFirstScored = 300;
@@ -89,14 +90,15 @@ class OfficialDataTest : public ::testing::Test {
     return text + "]\n";
   }
 
-  testing::ProgramOutcome Reproduce(const std::string& arguments) const {
-    return testing::RunProgram(
-        "reproduce", "--data='" + folder_.path().string() + "' --out='" +
-                         (folder_.path() / "out").string() + "' " + arguments);
+  std::string Flags(const std::string& more = "") const {
+    return "--data='" + folder_.path().string() + "' --out='" +
+           (folder_.path() / "out").string() + "' " + more;
   }
-  Json Result() const {
+  // The tables that it makes.
+  Json Reproduce(const std::string& more = "") const {
+    testing::Done("reproduce", Flags(more));
     const std::string path = (folder_.path() / "out/reproduce.json").string();
-    return ParseJson(ReadTextFile(path), path);
+    return ParseJson(ReadTextFile(path), path)["tables"];
   }
 
   testing::TemporaryFolder folder_;
@@ -106,9 +108,7 @@ class OfficialDataTest : public ::testing::Test {
 
 TEST_F(OfficialDataTest, ShelfGivesTheSameTables) {
   WriteSet("Shelf", "Calibration");
-  const testing::ProgramOutcome outcome = Reproduce("");
-  ASSERT_EQ(outcome.exit_code, 0) << outcome.errors;
-  const Json tables = Result()["tables"];
+  const Json tables = Reproduce();
   // No campus folder: no campus table.
   EXPECT_FALSE(tables.contains("campus"));
   for (const char* table :
@@ -135,29 +135,20 @@ TEST_F(OfficialDataTest, ShelfGivesTheSameTables) {
 
 TEST_F(OfficialDataTest, OneTableAndACalibrationBesideTheGroundTruth) {
   WriteSet("shelf", ".");
-  const testing::ProgramOutcome outcome = Reproduce("--table=shelf");
-  ASSERT_EQ(outcome.exit_code, 0) << outcome.errors;
-  EXPECT_EQ(Result()["tables"].size(), 1u);
+  EXPECT_EQ(Reproduce("--table=shelf").size(), 1u);
 }
 
 TEST_F(OfficialDataTest, WhatIsMissingIsNamed) {
-  testing::ProgramOutcome outcome = Reproduce("");
-  EXPECT_EQ(outcome.exit_code, 2);
-  EXPECT_NE(outcome.errors.find("shelf/actorsGT.mat"), std::string::npos)
-      << outcome.errors;
-
+  const auto refusal = [&](const std::string& more) {
+    return testing::Refusal("reproduce", Flags(more));
+  };
+  EXPECT_THAT(refusal(""), HasSubstr("shelf/actorsGT.mat"));
+  EXPECT_THAT(refusal("--table=shlef"), HasSubstr("campus_extended"));
   WriteSet("shelf", "Calibration");
   fs::remove_all(folder_.path() / "shelf/detections");
-  outcome = Reproduce("");
-  EXPECT_EQ(outcome.exit_code, 2);
-  EXPECT_NE(outcome.errors.find("no detections"), std::string::npos)
-      << outcome.errors;
-
+  EXPECT_THAT(refusal(""), HasSubstr("no detections"));
   fs::remove_all(folder_.path() / "shelf/Calibration");
-  outcome = Reproduce("");
-  EXPECT_EQ(outcome.exit_code, 2);
-  EXPECT_NE(outcome.errors.find("no calibration"), std::string::npos)
-      << outcome.errors;
+  EXPECT_THAT(refusal(""), HasSubstr("no calibration"));
 }
 
 TEST_F(OfficialDataTest, FramesCountedFromElsewhereAreNoBadScore) {
@@ -171,17 +162,8 @@ TEST_F(OfficialDataTest, FramesCountedFromElsewhereAreNoBadScore) {
     }
     folder_.Write("shelf/detections/cam" + std::to_string(v) + ".json", text);
   }
-  const testing::ProgramOutcome outcome = Reproduce("--table=shelf");
-  EXPECT_EQ(outcome.exit_code, 2);
-  EXPECT_NE(outcome.errors.find("frame numbers count from 0"),
-            std::string::npos)
-      << outcome.errors;
-}
-
-TEST_F(OfficialDataTest, AnUnknownTableIsRefused) {
-  const testing::ProgramOutcome outcome = Reproduce("--table=shlef");
-  EXPECT_EQ(outcome.exit_code, 2);
-  EXPECT_NE(outcome.errors.find("campus_extended"), std::string::npos);
+  EXPECT_THAT(testing::Refusal("reproduce", Flags("--table=shelf")),
+              HasSubstr("frame numbers count from 0"));
 }
 
 }  // namespace

@@ -1,10 +1,10 @@
-#include "apps/tables/dataset.h"
-
 #include <gtest/gtest.h>
 
 #include <array>
 #include <string>
 #include <vector>
+
+#include "apps/tables/dataset.h"
 
 namespace kinegraph {
 namespace {
@@ -17,7 +17,6 @@ TEST(PublishedTest, AveragesAreThePlainMeansOfTheActors) {
   for (const PublishedTable& table :
        {PublishedCampus(), PublishedCampusExtended(), PublishedShelf()}) {
     for (const PublishedRow& row : table.rows) {
-      ASSERT_EQ(row.cells.size(), table.columns.size()) << row.method;
       if (row.cells[0] == "-") continue;
       if (row.cells[0] == "93.5" || row.cells[2] == "92.2") continue;
       const double mean = (std::stod(row.cells[0]) + std::stod(row.cells[1]) +
@@ -33,15 +32,14 @@ TEST(PublishedTest, AveragesAreThePlainMeansOfTheActors) {
 
 TEST(PublishedTest, EveryRowHasACellAColumn) {
   for (const PublishedTable& table :
-       {PublishedCampusParts(), PublishedShelfParts(), PublishedRuntime(),
+       {PublishedCampus(), PublishedCampusExtended(), PublishedShelf(),
+        PublishedCampusParts(), PublishedShelfParts(), PublishedRuntime(),
         PublishedAblation()}) {
     for (const PublishedRow& row : table.rows) {
       EXPECT_EQ(row.cells.size(), table.columns.size()) << row.method;
     }
   }
-}
-
-TEST(PublishedTest, TheMainTablesNameAllNineMethods) {
+  // The main tables name all nine methods.
   for (const PublishedTable& table : {PublishedCampus(), PublishedShelf()}) {
     ASSERT_EQ(table.rows.size(), 9u);
     EXPECT_EQ(table.rows.front().method, "Belagiannis et al.");
