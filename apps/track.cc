@@ -31,9 +31,7 @@
 #include "core/skeleton/body_joints.h"
 #include "solvers/session/ready_recording.h"
 #include "solvers/session/recording_report.h"
-#include "solvers/session/refine_recording.h"
 #include "solvers/session/run.h"
-#include "solvers/session/used_frames.h"
 
 DEFINE_string(cameras, "", "calibration file or folder");
 DEFINE_string(detections, "",

@@ -24,7 +24,7 @@
 #include "core/base/random.h"
 #include "core/evaluation/mpjpe.h"
 #include "research/arguments.h"
-#include "solvers/session/refine_recording.h"
+#include "solvers/session/ready_recording.h"
 #include "solvers/session/run.h"
 #include "tests/support/faulty_scene.h"
 #include "tests/support/test_data.h"

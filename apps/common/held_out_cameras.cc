@@ -21,7 +21,7 @@
 #include "core/io/files/text_file.h"
 #include "core/io/tracks/tracks.h"
 #include "solvers/noise/bias_model.h"
-#include "solvers/session/refine_recording.h"
+#include "solvers/session/ready_recording.h"
 #include "solvers/session/run.h"
 #include "solvers/session/subject_gauge.h"
 #include "solvers/session/subject_scale.h"

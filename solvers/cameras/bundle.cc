@@ -92,8 +92,8 @@ Eigen::MatrixXd GaugeRows(const CameraRig& cameras,
     squares += (camera.centre() - middle).squaredNorm();
   }
   for (Eigen::Index v = 0; v < views; ++v) {
-    if (!moves[static_cast<size_t>(v)]) continue;
-    const Camera& camera = cameras[static_cast<size_t>(v)];
+    if (!moves[v]) continue;
+    const Camera& camera = cameras[v];
     const double share = 1.0 / static_cast<double>(views);
     const Eigen::Index at = v * kChangeSize;
     rows.block<3, 3>(0, at + kRotationAt) = share * camera.R().transpose();
@@ -197,7 +197,6 @@ class BundleProblem {
     ceres::Solver::Summary summary;
     ceres::Solve(solver, &problem_, &summary);
     result->usable = summary.IsSolutionUsable();
-    result->iterations = static_cast<int>(summary.iterations.size());
     result->changes = changes_;
   }
 
@@ -210,7 +209,7 @@ class BundleProblem {
       const auto at =
           offsets_.find({segment.person, segment.joint, measurement.view_idx});
       if (at == offsets_.end()) continue;
-      const Camera& camera = cameras_[static_cast<size_t>(at->first[2])];
+      const Camera& camera = cameras_[at->first[2]];
       measurement.px -= PxPerMetre(camera, segment) * at->second;
     }
     return segment;

@@ -49,7 +49,6 @@ struct BundleOptions {
 
 struct BundleResult {
   bool usable = false;
-  int iterations = 0;
   std::vector<CameraChange> changes;  // one a view
   // Covariance of the free parameters: view after view, in the order of
   // FreeParameters::Places, with errors that last (ReducedSystem::Covariance).

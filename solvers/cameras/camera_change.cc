@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <cmath>
+#include <utility>
 #include <vector>
 
 #include "core/geometry/lens.h"
@@ -9,17 +10,11 @@
 namespace kinegraph {
 namespace {
 
-Eigen::Matrix3d Cross(const Eigen::Vector3d& v) {
-  Eigen::Matrix3d matrix;
-  matrix << 0.0, -v.z(), v.y(), v.z(), 0.0, -v.x(), -v.y(), v.x(), 0.0;
-  return matrix;
-}
-
 // d exp(vector) y / d vector = -[exp(vector) y]x J(vector): the left Jacobian
 // of rotations (Barfoot, State Estimation for Robotics, section 7.1.5).
 Eigen::Matrix3d LeftJacobian(const Eigen::Vector3d& vector) {
   const double angle = vector.norm();
-  const Eigen::Matrix3d cross = Cross(vector);
+  const Eigen::Matrix3d cross = CrossMatrix(vector);
   // Below this the next terms of the series are under double precision.
   constexpr double kSmall = 1e-5;
   if (angle < kSmall) {
@@ -32,6 +27,12 @@ Eigen::Matrix3d LeftJacobian(const Eigen::Vector3d& vector) {
 }
 
 }  // namespace
+
+Eigen::Matrix3d CrossMatrix(const Eigen::Vector3d& v) {
+  Eigen::Matrix3d matrix;
+  matrix << 0.0, -v.z(), v.y(), v.z(), 0.0, -v.x(), -v.y(), v.x(), 0.0;
+  return matrix;
+}
 
 Eigen::Matrix3d ExpRotation(const Eigen::Vector3d& vector) {
   const double angle = vector.stableNorm();
@@ -85,7 +86,7 @@ std::optional<Eigen::Vector2d> ProjectChanged(
     if (by_change != nullptr) {
       by_change->setZero();
       by_change->middleCols<3>(kRotationAt) =
-          -by_camera_point * Cross(in_camera) * LeftJacobian(vector);
+          -by_camera_point * CrossMatrix(in_camera) * LeftJacobian(vector);
       by_change->middleCols<3>(kCentreAt) = -by_world;
       by_change->middleCols<2>(kShiftAt).setIdentity();
       by_change->col(kFocalAt) = magnified;
@@ -109,6 +110,40 @@ Camera ChangedCamera(const Camera& camera, const CameraChange& change) {
   return Camera(parameters);
 }
 
+CameraRig RefinedCameras(const CameraRig& cameras,
+                         const std::vector<CameraChange>& changes) {
+  CameraRig rig;
+  for (size_t v = 0; v < cameras.size(); ++v) {
+    // What is not changed keeps its last bit.
+    rig.push_back(changes[v].isZero(0.0)
+                      ? cameras[v]
+                      : ChangedCamera(cameras[v], changes[v]));
+  }
+  return rig;
+}
+
+CameraRig Rescaled(CameraRig cameras, double factor) {
+  if (factor == 1.0) return cameras;
+  for (Camera& camera : cameras) {
+    CameraParameters parameters = camera.parameters();
+    parameters.t *= factor;
+    camera = Camera(std::move(parameters));
+  }
+  return cameras;
+}
+
+void RescaleCentres(const std::vector<std::vector<int>>& places, double factor,
+                    Eigen::MatrixXd* covariance) {
+  Eigen::Index at = 0;
+  for (const std::vector<int>& list : places) {
+    for (size_t i = 0; i < list.size(); ++i, ++at) {
+      if (list[i] < kCentreAt || list[i] >= kCentreAt + 3) continue;
+      covariance->row(at) *= factor;
+      covariance->col(at) *= factor;
+    }
+  }
+}
+
 std::vector<int> FreeParameters::Places() const {
   std::vector<int> places;
   const auto add = [&](bool wanted, int begin, int count) {
@@ -122,6 +157,14 @@ std::vector<int> FreeParameters::Places() const {
   add(drift, kDriftAt, 1);
   add(lens, kLensAt, 1);
   return places;
+}
+
+FreeParameters ClockParametersOf(double span_s) {
+  constexpr double kDriftSpanS = 20.0;
+  FreeParameters clock;
+  clock.offset = true;
+  clock.drift = span_s > kDriftSpanS;
+  return clock;
 }
 
 }  // namespace kinegraph

@@ -3,6 +3,7 @@
 #define KINEGRAPH_SOLVERS_CAMERAS_CAMERA_CHANGE_H_
 
 #include <Eigen/Core>
+#include <cstddef>
 #include <optional>
 #include <vector>
 
@@ -26,6 +27,14 @@ inline constexpr int kChangeSize = 12;
 // and then shifted.
 using CameraChange = Eigen::Matrix<double, kChangeSize, 1>;
 
+// Of each camera of a rig.
+inline std::vector<CameraChange> NoChanges(size_t cameras) {
+  return std::vector<CameraChange>(cameras, CameraChange::Zero());
+}
+
+// v x w = CrossMatrix(v) w.
+Eigen::Matrix3d CrossMatrix(const Eigen::Vector3d& v);
+
 // Rotation by |vector| radians about its direction.
 Eigen::Matrix3d ExpRotation(const Eigen::Vector3d& vector);
 
@@ -39,6 +48,17 @@ std::optional<Eigen::Vector2d> ProjectChanged(
 
 // The camera itself.
 Camera ChangedCamera(const Camera& camera, const CameraChange& change);
+
+// The cameras with their changes.
+CameraRig RefinedCameras(const CameraRig& cameras,
+                         const std::vector<CameraChange>& changes);
+
+// The cameras in a world whose lengths are so many times as large.
+CameraRig Rescaled(CameraRig cameras, double factor);
+
+// The same of a covariance of changes at `places`, one list a view.
+void RescaleCentres(const std::vector<std::vector<int>>& places, double factor,
+                    Eigen::MatrixXd* covariance);
 
 // Which parameters are estimated.
 struct FreeParameters {
@@ -55,8 +75,11 @@ struct FreeParameters {
   bool any_camera() const {
     return rotation || centre || shift || focal || lens;
   }
-  bool any_clock() const { return offset || drift; }
 };
+
+// A clock as it can be told from a recording of this length: its offset, and
+// its drift where 100 ppm of it are two milliseconds.
+FreeParameters ClockParametersOf(double span_s);
 
 }  // namespace kinegraph
 

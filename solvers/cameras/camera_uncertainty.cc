@@ -41,8 +41,7 @@ std::optional<CameraUncertainty::Sensitivity> CameraUncertainty::Of(
       if (one.index_in_file == match.detection_idx) detection = &one;
     }
     if (detection == nullptr) continue;
-    const Keypoint& keypoint =
-        detection->joints[static_cast<size_t>(detection_joint_[joint])];
+    const Keypoint& keypoint = detection->joints[detection_joint_[joint]];
     const Eigen::Vector3d& point = person.joints[joint].position_m;
     Matrix23d by_point;
     Eigen::Matrix<double, 2, kChangeSize> by_change;

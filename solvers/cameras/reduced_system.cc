@@ -6,8 +6,6 @@
 #include <numeric>
 #include <utility>
 
-#include "solvers/cameras/fit_terms.h"
-
 namespace kinegraph {
 namespace {
 
@@ -169,8 +167,7 @@ double ReducedSystem::LargestCorrelation() const {
   double largest = 0.0;
   for (Eigen::Index i = 0; i < size_; ++i) {
     for (Eigen::Index j = 0; j < i; ++j) {
-      if (is_clock[static_cast<size_t>(i)] ==
-          is_clock[static_cast<size_t>(j)]) {
+      if (is_clock[i] == is_clock[j]) {
         continue;
       }
       const double scale = std::sqrt(inverse(i, i) * inverse(j, j));

@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "core/evaluation/statistics.h"
-#include "solvers/cameras/fit_terms.h"
 
 namespace kinegraph {
 namespace {
@@ -264,18 +263,6 @@ Refinement RefineScene(const CameraRig& cameras,
   refinement = RefineScene(cameras, detections, matches, cameras_alone, given);
   refinement.steps.insert(refinement.steps.begin(), std::move(clock));
   return refinement;
-}
-
-CameraRig RefinedCameras(const CameraRig& cameras,
-                         const std::vector<CameraChange>& changes) {
-  CameraRig rig;
-  for (size_t v = 0; v < cameras.size(); ++v) {
-    // What is not changed keeps its last bit.
-    rig.push_back(changes[v].isZero(0.0)
-                      ? cameras[v]
-                      : ChangedCamera(cameras[v], changes[v]));
-  }
-  return rig;
 }
 
 DetectionSequence WithClocks(const DetectionSequence& detections,

@@ -81,10 +81,6 @@ void RefineAgain(const CameraRig& cameras, const DetectionSequence& detections,
                  const FrozenMatches& matches, const BundleOptions& bundle,
                  Refinement* refinement);
 
-// The cameras with their changes.
-CameraRig RefinedCameras(const CameraRig& cameras,
-                         const std::vector<CameraChange>& changes);
-
 // The detections with each view's capture times moved by its clock's offset
 // and drift. Measurements that are off by more than half a frame join the
 // frame that is nearest to their own time.

@@ -11,7 +11,6 @@
 #include "core/base/median.h"
 #include "core/evaluation/statistics.h"
 #include "core/geometry/triangulation.h"
-#include "solvers/cameras/fit_terms.h"
 
 namespace kinegraph {
 namespace {
@@ -243,8 +242,7 @@ double VelocitySigma(const CameraRig& cameras, const MotionSegment& segment,
   Eigen::Matrix<double, kSegmentSize, kSegmentSize> information =
       PriorInformation(options).asDiagonal();
   information.topLeftCorner<3, 3>().diagonal().array() += kPositionInformation;
-  const std::vector<CameraChange> no_change(cameras.size(),
-                                            CameraChange::Zero());
+  const std::vector<CameraChange> no_change = NoChanges(cameras.size());
   for (const SegmentTerm& term :
        TermsOf(cameras, no_change, segment, segment.state, 1.0)) {
     information.noalias() += term.by_state.transpose() * term.by_state;
@@ -466,8 +464,7 @@ SceneSegments MakeSegments(const CameraRig& cameras,
   }
   const std::vector<int>& joints = skeleton.association_joints();
   if (runs.empty() || joints.empty()) return result;
-  const std::vector<CameraChange> no_change(cameras.size(),
-                                            CameraChange::Zero());
+  const std::vector<CameraChange> no_change = NoChanges(cameras.size());
   // Runs are taken evenly over the recording; two or three joints of each, in
   // turn, so that all joints speak.
   const double all = static_cast<double>(runs.size() * joints.size());

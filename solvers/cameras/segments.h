@@ -23,6 +23,14 @@
 namespace kinegraph {
 
 inline constexpr int kSegmentSize = 9;
+// Information on a stretch's position that keeps its normal equations regular
+// where its views leave a direction open: that of a kilometre [1/m^2].
+inline constexpr double kPositionInformation = 1e-6;
+// A stretch is a fifth of a second long. Of a clock that is off by more than
+// half of it it tells nothing: beyond its ends its speed and acceleration
+// follow a view's noise. Whole frames are looked for before.
+inline constexpr double kFarthestClockS = 0.1;
+
 // Position [m], velocity [m/s], acceleration [m/s^2] at the stretch's middle.
 using SegmentState = Eigen::Matrix<double, kSegmentSize, 1>;
 

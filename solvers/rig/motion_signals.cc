@@ -56,13 +56,12 @@ std::vector<Eigen::Vector2d> UpInViews(
     for (const NormalisedJoints& points : tracklet.joints) {
       Eigen::Vector2d up = Eigen::Vector2d::Zero();
       for (Eigen::Index j = 0; j < points.cols(); ++j) {
-        const JointClass kind =
-            skeleton.joint_class(joints[static_cast<size_t>(j)]);
+        const JointClass kind = skeleton.joint_class(joints[j]);
         if (kind == JointClass::kShoulder) up += points.col(j);
         if (kind == JointClass::kHip) up -= points.col(j);
       }
       if (up.allFinite() && up.norm() > 0.0) {
-        ups[static_cast<size_t>(tracklet.view)] += up.normalized();
+        ups[tracklet.view] += up.normalized();
       }
     }
   }
@@ -91,7 +90,7 @@ MotionSignals::MotionSignals(const std::vector<ViewTracklet>& tracklets,
     signal.first = (tracklet.first + step_ - 1) / step_;
     const int samples =
         std::max(0, (tracklet.end() - 1) / step_ - signal.first + 1);
-    const Eigen::Vector2d up = ups[static_cast<size_t>(tracklet.view)];
+    const Eigen::Vector2d up = ups[tracklet.view];
     const float missing = std::numeric_limits<float>::quiet_NaN();
     Eigen::MatrixXf x = Eigen::MatrixXf::Constant(count, samples, missing);
     Eigen::MatrixXf y = x;
@@ -146,8 +145,7 @@ MotionSignals::Likeness MotionSignals::Compare(size_t a, size_t b,
           .cwiseProduct(other.values.middleCols(at_other, end - begin))
           .sum();
   const auto energy = [&](const Signal& signal, int at) {
-    return signal.energy[static_cast<size_t>(at + end - begin)] -
-           signal.energy[static_cast<size_t>(at)];
+    return signal.energy[at + end - begin] - signal.energy[at];
   };
   const double norm = std::sqrt(energy(one, at_one) * energy(other, at_other));
   if (norm > 0.0) likeness.correlation = product / norm;

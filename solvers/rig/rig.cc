@@ -12,12 +12,9 @@
 #include "core/base/random.h"
 #include "core/skeleton/body_joints.h"
 #include "solvers/cameras/fit_error.h"
-#include "solvers/cameras/fit_terms.h"
 #include "solvers/cameras/refine.h"
 #include "solvers/cameras/segments.h"
 #include "solvers/rig/rig_start.h"
-#include "solvers/rig/tracklets.h"
-#include "solvers/rig/view_pairs.h"
 #include "solvers/scene/clock_search.h"
 #include "solvers/scene/hypothesis.h"
 #include "solvers/scene/view_agreement.h"
@@ -25,7 +22,6 @@
 namespace kinegraph {
 namespace {
 
-constexpr double kMinConfidence = 0.3;
 constexpr double kDegrees = 57.29577951308232;
 constexpr double kStatureM = 1.7;
 // How far a detector is off for a whole recording, of each person's joint in
@@ -90,47 +86,6 @@ DetectionSequence Regular(DetectionSequence detections,
   return recording;
 }
 
-CameraRig Magnified(const CameraRig& cameras, double factor) {
-  CameraRig magnified;
-  for (const Camera& camera : cameras) {
-    CameraParameters parameters = camera.parameters();
-    parameters.K.topLeftCorner<2, 2>() *= factor;
-    magnified.emplace_back(parameters);
-  }
-  return magnified;
-}
-
-CameraRig Scaled(const CameraRig& cameras, double factor) {
-  CameraRig scaled;
-  for (const Camera& camera : cameras) {
-    CameraParameters parameters = camera.parameters();
-    parameters.t *= factor;
-    scaled.emplace_back(parameters);
-  }
-  return scaled;
-}
-
-DetectionSequence OfViews(const DetectionSequence& detections,
-                          const std::vector<int>& views) {
-  DetectionSequence part;
-  part.header = detections.header;
-  part.header.view_names.clear();
-  for (const int v : views) {
-    part.header.view_names.push_back(
-        detections.header.view_names[static_cast<size_t>(v)]);
-  }
-  for (const DetectionFrame& frame : detections.frames) {
-    DetectionFrame kept;
-    kept.frame = frame.frame;
-    kept.time = frame.time;
-    for (const int v : views) {
-      kept.views.push_back(frame.views[static_cast<size_t>(v)]);
-    }
-    part.frames.push_back(std::move(kept));
-  }
-  return part;
-}
-
 // Twice the rms distance of the cameras from their middle.
 double SizeOf(const CameraRig& cameras) {
   Eigen::Vector3d middle = Eigen::Vector3d::Zero();
@@ -149,14 +104,23 @@ class RigEstimate {
       : input_(input),
         recording_(
             Regular(WithUsualConfidences(input.detections), &told_late_s_)),
-        joints_(RigJoints(recording_.header.skeleton)),
         human_(IsHuman(recording_.header.skeleton)),
         intrinsics_(input.intrinsics) {
     result_.views.resize(intrinsics_.size());
   }
 
   RigResult Run() {
-    if (Start() && Adjust()) Judge();
+    if (!Start()) {
+      result_.reasons.push_back(
+          "no two views see the same people move: record people who walk "
+          "through the room, arms moving, where two cameras and more see them");
+    } else if (!Adjust()) {
+      result_.used.clear();
+      result_.reasons.push_back(
+          "what the views show cannot be put together in one room");
+    } else {
+      Judge();
+    }
     for (size_t v = 0; v < result_.views.size(); ++v) {
       RigView& view = result_.views[v];
       if (!view.joined && view.left_out.empty()) {
@@ -167,176 +131,32 @@ class RigEstimate {
   }
 
  private:
-  // A rig put together from pairs, for one guess of the focal lengths.
-  struct Guess {
-    CameraRig intrinsics;
-    std::vector<ViewTracklet> tracklets;
-    std::vector<PairFit> pairs;
-    RigStart start;
-    double score = -1.0;
-  };
-
-  std::vector<Bone> RigBones() const {
-    std::vector<Bone> bones;
-    const auto place = [&](int joint) {
-      const auto at = std::find(joints_.begin(), joints_.end(), joint);
-      return at == joints_.end() ? -1 : static_cast<int>(at - joints_.begin());
-    };
-    for (const Bone& bone : recording_.header.skeleton.bones()) {
-      if (place(bone.a) >= 0 && place(bone.b) >= 0) {
-        bones.push_back({place(bone.a), place(bone.b)});
-      }
-    }
-    return bones;
-  }
-
-  static std::vector<int> Joined(const RigStart& start) {
-    std::vector<int> views;
-    for (size_t v = 0; v < start.joined.size(); ++v) {
-      if (start.joined[v]) views.push_back(static_cast<int>(v));
-    }
-    return views;
-  }
-
-  // How well each view agrees with the others, 0 .. 1 (PairAgreement::score).
-  static std::vector<double> Agreements(const CameraRig& cameras,
-                                        const DetectionSequence& aligned) {
-    constexpr int kFrames = 80;
-    std::vector<ViewPeople> people = PeopleOfViews(aligned, kMinConfidence);
-    for (size_t v = 0; v < people.size(); ++v) {
-      people[v] = Undistorted(people[v], cameras[v]);
-    }
-    const std::vector<int> frames = FramesToLookAt(people, kFrames);
-    std::vector<PairAgreement> of_view(cameras.size());
-    for (size_t a = 0; a < cameras.size(); ++a) {
-      for (size_t b = a + 1; b < cameras.size(); ++b) {
-        const PairAgreement pair =
-            AgreementOf(cameras[a], people[a], cameras[b], people[b], frames);
-        of_view[a].Add(pair);
-        of_view[b].Add(pair);
-      }
-    }
-    std::vector<double> scores;
-    scores.reserve(of_view.size());
-    for (const PairAgreement& one : of_view) scores.push_back(one.score());
-    return scores;
-  }
-
-  Guess GuessAt(double magnification, std::vector<PairFit> pairs) const {
-    Guess guess;
-    guess.intrinsics = Magnified(intrinsics_, magnification);
-    guess.tracklets =
-        FollowInViews(guess.intrinsics, recording_, joints_, kMinConfidence);
-    guess.pairs = std::move(pairs);
-    if (input_.focal_sigma > 0.0) {
-      for (PairFit& pair : guess.pairs) {
-        PairPoints(guess.tracklets, pair).Refit(1.0, &pair.pose);
-      }
-    }
-    guess.start =
-        JoinPairs(guess.intrinsics, guess.tracklets, guess.pairs, RigBones());
-    if (guess.start.joined_count() < 2) return guess;
-    const std::vector<int> used = Joined(guess.start);
-    CameraRig cameras;
-    std::vector<int> lags;
-    for (const int v : used) {
-      cameras.push_back(guess.start.cameras[static_cast<size_t>(v)]);
-      lags.push_back(guess.start.lag_frames[static_cast<size_t>(v)]);
-    }
-    const std::vector<double> agreements =
-        Agreements(cameras, Realigned(OfViews(recording_, used), lags));
-    guess.score = std::accumulate(agreements.begin(), agreements.end(), 0.0);
-    return guess;
-  }
-
-  std::vector<PairFit> SearchPairs() const {
-    const std::vector<ViewTracklet> tracklets =
-        FollowInViews(intrinsics_, recording_, joints_, kMinConfidence);
-    const auto views = static_cast<int>(intrinsics_.size());
-    const MotionSignals signals(tracklets, joints_, recording_.header.skeleton,
-                                views, recording_.header.frame_rate_hz);
-    PairSearchOptions options;
-    options.frame_rate_hz = recording_.header.frame_rate_hz;
-    options.focal_sigma = input_.focal_sigma;
-    options.longest_lag_s =
-        std::min(options.longest_lag_s,
-                 0.4 * static_cast<double>(recording_.frames.size()) /
-                     options.frame_rate_hz);
-    std::vector<PairFit> pairs;
-    for (int a = 0; a < views; ++a) {
-      for (int b = a + 1; b < views; ++b) {
-        pairs.push_back(SearchViewPair(tracklets, signals, a, b, options));
-      }
-    }
-    return pairs;
-  }
-
-  // Pairs, tree, people.
   bool Start() {
-    const std::vector<PairFit> pairs = SearchPairs();
-    Guess best = GuessAt(1.0, pairs);
-    constexpr int kSteps = 3;  // on both sides of the guess, to two sigmas
-    for (int step = -kSteps; input_.focal_sigma > 0.0 && step <= kSteps;
-         ++step) {
-      if (step == 0) continue;
-      Guess other =
-          GuessAt(std::exp(2.0 * step / kSteps * input_.focal_sigma), pairs);
-      if (other.score > best.score) best = std::move(other);
-    }
-    if (best.start.joined_count() < 2) {
-      result_.reasons.push_back(
-          "no two views see the same people move: record people who walk "
-          "through the room, arms moving, where two cameras and more see them");
-      return false;
-    }
-    guess_ = std::move(best);
-    result_.used = Joined(guess_.start);
-    for (const int v : result_.used) {
-      cameras_.push_back(guess_.start.cameras[static_cast<size_t>(v)]);
-      lags_.push_back(guess_.start.lag_frames[static_cast<size_t>(v)]);
-    }
+    start_ = FindRigStart(recording_, intrinsics_, input_.focal_sigma);
+    if (start_.views.empty()) return false;
+    result_.used = start_.views;
+    cameras_ = start_.cameras;
+    lags_ = start_.lag_frames;
     used_recording_ = OfViews(recording_, result_.used);
     aligned_ = Realigned(used_recording_, lags_);
-    changes_.assign(cameras_.size(), CameraChange::Zero());
+    changes_ = NoChanges(cameras_.size());
     ScaleByStature();
     return true;
-  }
-
-  // The people that the pairs of views tell, at the lags as they are by now.
-  void MatchTracklets() {
-    for (size_t v = 0; v < lags_.size(); ++v) {
-      guess_.start.lag_frames[static_cast<size_t>(result_.used[v])] = lags_[v];
-    }
-    matches_ =
-        PeopleOf(recording_, guess_.tracklets, guess_.pairs, guess_.start);
-    for (FrozenPerson& person : matches_.people) {
-      for (FrozenFrame& frame : person.frames) {
-        for (FrozenDetection& one : frame.detections) {
-          one.view_idx =
-              static_cast<int>(std::find(result_.used.begin(),
-                                         result_.used.end(), one.view_idx) -
-                               result_.used.begin());
-        }
-      }
-    }
   }
 
   // People are as tall as people are; other bodies are seen from some metres
   // away.
   void ScaleByStature() {
-    std::vector<ViewPeople> people = PeopleOfViews(aligned_, kMinConfidence);
-    for (size_t v = 0; v < people.size(); ++v) {
-      people[v] = Undistorted(people[v], cameras_[v]);
-    }
+    const std::vector<ViewPeople> people = IdealPeople(aligned_, cameras_);
     constexpr int kFrames = 100;
     const Stature stature =
         StatureOf(cameras_, people, FramesToLookAt(people, kFrames),
                   recording_.header.skeleton);
     if (stature.count > 0 && stature.median_m > 0.0) {
-      cameras_ = Scaled(cameras_, kStatureM / stature.median_m);
+      cameras_ = Rescaled(cameras_, kStatureM / stature.median_m);
     } else if (!human_ && SizeOf(cameras_) > 0.0) {
       constexpr double kRigM = 3.0;
-      cameras_ = Scaled(cameras_, kRigM / SizeOf(cameras_));
+      cameras_ = Rescaled(cameras_, kRigM / SizeOf(cameras_));
     }
   }
 
@@ -353,7 +173,7 @@ class RigEstimate {
     options.offset_sigma_s = 0.1;
     options.drift_sigma = 2e-4;
     for (size_t v = 0; v < cameras_.size(); ++v) {
-      const Camera& told = intrinsics_[static_cast<size_t>(result_.used[v])];
+      const Camera& told = intrinsics_[result_.used[v]];
       options.focal_told.push_back(
           std::log(told.focal_px() / cameras_[v].focal_px()));
     }
@@ -373,14 +193,17 @@ class RigEstimate {
     free_ = FreeParameters();
     free_.rotation = free_.centre = true;
     free_.focal = input_.focal_sigma > 0.0;
-    const std::vector<CameraChange> none(cameras_.size(), CameraChange::Zero());
-    fit_ = AdjustBundle(cameras_, segments_, free_, none, options);
+    fit_ = AdjustBundle(cameras_, segments_, free_, NoChanges(cameras_.size()),
+                        options);
     if (!fit_.usable || !clocks || !MoveEnough(segments_)) return fit_.usable;
     const FreeParameters clock = ClockParametersOf(segments_.span_s);
     options.hold_velocities = human_;
     const BundleResult late =
         AdjustBundle(cameras_, segments_, clock, fit_.changes, options);
-    if (!late.usable || !ClocksTold(late)) return true;
+    if (!late.usable) return true;
+    for (size_t v = 0; v < cameras_.size(); ++v) {
+      if (late.Sigma(v, kOffsetAt) > kMostClockS) return true;
+    }
     free_.offset = clock.offset;
     free_.drift = clock.drift;
     fit_.changes = late.changes;
@@ -392,38 +215,17 @@ class RigEstimate {
     BundleOptions options = Options(max_segments);
     segments_ = MakeSegments(cameras_, aligned_, matches_, options.segments);
     options.hold_cameras = true;
-    fit_ = AdjustBundle(
-        cameras_, segments_, free_,
-        std::vector<CameraChange>(cameras_.size(), CameraChange::Zero()),
-        options);
+    fit_ = AdjustBundle(cameras_, segments_, free_, NoChanges(cameras_.size()),
+                        options);
     if (human_) fit_.covariance *= kUnmodelled;
     return fit_.usable;
   }
 
-  // Standard deviation of a view's parameter; 0 where it is not free.
-  static double SigmaOf(const BundleResult& fit, size_t view, int place) {
-    Eigen::Index at = 0;
-    for (size_t v = 0; v < view; ++v) {
-      at += static_cast<Eigen::Index>(fit.places[v].size());
-    }
-    for (const int one : fit.places[view]) {
-      if (one == place) return std::sqrt(fit.covariance(at, at));
-      ++at;
-    }
-    return 0.0;
-  }
-
-  static bool ClocksTold(const BundleResult& fit) {
-    for (size_t v = 0; v < fit.places.size(); ++v) {
-      if (SigmaOf(fit, v, kOffsetAt) > kMostClockS) return false;
-    }
-    return true;
-  }
-
+  // Matches, cameras and clocks in turn; false where nothing fits.
   bool Adjust() {
-    bool clocks = true;
     double best = 0.0;
-    const auto rounds = [&](int most, int segments, const auto& match) {
+    const auto rounds = [&](int most, int segments, bool clocks,
+                            const auto& match) {
       for (int round = 0; round < most; ++round) {
         const auto before = std::make_tuple(cameras_, lags_, changes_);
         match();
@@ -431,7 +233,8 @@ class RigEstimate {
         Take();
         // Matches that are wrong may draw cameras away; how well all people
         // agree, whoever is matched, then tells.
-        const std::vector<double> agreements = Agreements(cameras_, aligned_);
+        const std::vector<double> agreements =
+            AgreementsOfViews(cameras_, aligned_);
         const double sum =
             std::accumulate(agreements.begin(), agreements.end(), 0.0);
         if (sum < kLeastOfUsual * best) {
@@ -440,58 +243,39 @@ class RigEstimate {
           break;
         }
         best = std::max(best, sum);
-        if (Settled()) break;
+        if (Rests(1e-3, 2e-4)) break;
       }
       return true;
     };
     constexpr int kFew = 500;
     constexpr int kMany = 3500;
-    const auto by_tracklets = [&] { MatchTracklets(); };
+    const auto by_tracklets = [&] {
+      start_.lag_frames = lags_;
+      matches_ = PeopleOf(recording_, start_);
+    };
     const auto by_tracks = [&] {
       ScaleByStature();
       matches_ = input_.match(cameras_, aligned_);
     };
-    const bool usable = [&] {
-      // Clocks wait until cameras are nearly right.
-      clocks = false;
-      if (!rounds(1, kFew, by_tracklets)) return false;
-      clocks = true;
-      if (!rounds(12, kFew, by_tracklets) || !rounds(4, kMany, by_tracks)) {
-        return false;
-      }
-      // A clock that still moves is not told.
-      if (!ClocksRest()) free_.offset = free_.drift = false;
-      by_tracks();
-      return Measure(kMany);
-    }();
-    return usable || Fails();
+    // Clocks wait until cameras are nearly right.
+    if (!rounds(1, kFew, false, by_tracklets) ||
+        !rounds(12, kFew, true, by_tracklets) ||
+        !rounds(4, kMany, true, by_tracks)) {
+      return false;
+    }
+    // A clock that still moves is not told.
+    if (!Rests(0.005, 1e9)) free_.offset = free_.drift = false;
+    by_tracks();
+    return Measure(kMany);
   }
 
-  // Whether the last fit changed hardly anything.
-  bool Settled() const {
-    constexpr double kRotationRad = 2e-4;
-    constexpr double kClockS = 1e-3;
-    return std::all_of(fit_.changes.begin(), fit_.changes.end(),
-                       [](const CameraChange& change) {
-                         return change.segment<3>(kRotationAt).norm() <
-                                    kRotationRad &&
-                                std::abs(change[kOffsetAt]) < kClockS;
-                       });
-  }
-
-  bool ClocksRest() const {
-    constexpr double kMostStepS = 0.005;
-    return std::all_of(fit_.changes.begin(), fit_.changes.end(),
-                       [](const CameraChange& change) {
-                         return std::abs(change[kOffsetAt]) < kMostStepS;
-                       });
-  }
-
-  bool Fails() {
-    result_.used.clear();
-    result_.reasons.push_back(
-        "what the views show cannot be put together in one room");
-    return false;
+  // Whether the last fit moved clocks and cameras by less than this.
+  bool Rests(double clock_s, double rotation_rad) const {
+    return std::all_of(
+        fit_.changes.begin(), fit_.changes.end(), [&](const CameraChange& one) {
+          return std::abs(one[kOffsetAt]) < clock_s &&
+                 one.segment<3>(kRotationAt).norm() < rotation_rad;
+        });
   }
 
   // The fit's cameras, and its clocks on the frames as they were.
@@ -557,12 +341,11 @@ class RigEstimate {
     options.wants_covariance = false;
     FreeParameters free = free_;
     free.offset = free.drift = false;
-    const std::vector<CameraChange> none(cameras_.size(), CameraChange::Zero());
     std::vector<BundleResult> fits;
     std::vector<FitError> errors;
     for (const int half : {0, 1}) {
       fits.push_back(AdjustBundle(cameras_, HalfOf(segments_, halving, half),
-                                  free, none, options));
+                                  free, NoChanges(cameras_.size()), options));
       if (!fits.back().usable) {
         return {std::vector<double>(cameras_.size(), 1e9),
                 std::vector<double>(cameras_.size(), 0.0)};
@@ -592,15 +375,14 @@ class RigEstimate {
     result_.size_m = SizeOf(cameras_);
     result_.clocks_told = free_.offset;
     result_.likely_right = LikelyRight();
-    const std::vector<double> agreements = Agreements(cameras_, aligned_);
+    const std::vector<double> agreements =
+        AgreementsOfViews(cameras_, aligned_);
     const double usual = Median(agreements);
     const Halves frames = HalvesOf(Halving::kTime);
     const Halves joints = HalvesOf(Halving::kJoints);
     const Halves people = HalvesOf(Halving::kPeople);
     const FitError error = MeasureFit(
-        cameras_, segments_,
-        std::vector<CameraChange>(cameras_.size(), CameraChange::Zero()),
-        Options(0).segments);
+        cameras_, segments_, NoChanges(cameras_.size()), Options(0).segments);
     Eigen::Index at = 0;
     size_t sure = 0;
     for (size_t v = 0; v < cameras_.size(); ++v) {
@@ -614,13 +396,12 @@ class RigEstimate {
                      lags_[v] / recording_.header.frame_rate_hz -
                      told_late_s_[of_recording];
       view.clock_sigma_s = free_.offset || v == 0
-                               ? SigmaOf(fit_, v, kOffsetAt)
+                               ? fit_.Sigma(v, kOffsetAt)
                                : kOfAFrame / recording_.header.frame_rate_hz;
       view.drift = changes_[v][kDriftAt];
       view.mean_px = error.MeanPx(static_cast<int>(v));
       view.left_out_px = {frames.left_out_px[v], joints.left_out_px[v],
                           people.left_out_px[v]};
-      view.halves_apart = joints.apart[v];
       view.agreement = agreements[v];
       const bool is_sure = view.rotation_sigma_deg <= kMostRotationDeg &&
                            view.centre_sigma_m <= kMostPlace * result_.size_m &&
@@ -697,7 +478,6 @@ class RigEstimate {
   const RigInput& input_;
   std::vector<double> told_late_s_;
   const DetectionSequence recording_;
-  const std::vector<int> joints_;
   const bool human_;
   const CameraRig intrinsics_;
   RigResult result_;
@@ -707,7 +487,7 @@ class RigEstimate {
   std::vector<CameraChange> changes_;  // clocks alone, after the lags
   DetectionSequence used_recording_;
   DetectionSequence aligned_;
-  Guess guess_;
+  RigStart start_;
   FrozenMatches matches_;
   // The last fit.
   SceneSegments segments_;
@@ -749,16 +529,16 @@ RigResult EstimateAsShown(const RigInput& input) {
   part.detections = OfViews(input.detections, sure);
   part.intrinsics.clear();
   for (const int v : sure) {
-    part.intrinsics.push_back(input.intrinsics[static_cast<size_t>(v)]);
+    part.intrinsics.push_back(input.intrinsics[v]);
   }
   RigResult again = RigEstimate(part).Run();
   const bool all_sure = std::all_of(
       again.views.begin(), again.views.end(),
       [](const RigView& view) { return view.joined && view.left_out.empty(); });
   for (size_t i = 0; i < sure.size(); ++i) {
-    result.views[static_cast<size_t>(sure[i])] = again.views[i];
+    result.views[sure[i]] = again.views[i];
   }
-  for (int& v : again.used) v = sure[static_cast<size_t>(v)];
+  for (int& v : again.used) v = sure[v];
   for (RigView& view : result.views) {
     if (!view.left_out.empty()) view.joined = false;
   }
@@ -781,14 +561,13 @@ double SumOfAgreements(const RigResult& result) {
 std::vector<char> MayBeExchanged(const RigResult& result) {
   constexpr int kFrames = 40;
   const std::vector<int> frames =
-      FramesToLookAt(PeopleOfViews(result.recording, kMinConfidence), kFrames);
+      FramesToLookAt(PeopleOfViews(result.recording), kFrames);
   const ExchangedSides found =
       FindExchangedSides(result.cameras, FramesOf(result.recording, frames));
   std::vector<char> views;
   for (const RigView& view : result.views) views.push_back(!view.joined);
   for (size_t v = 0; v < result.used.size(); ++v) {
-    views[static_cast<size_t>(result.used[v])] =
-        found.gain.is_enough() && found.views[v];
+    views[result.used[v]] = found.gain.is_enough() && found.views[v];
   }
   return views;
 }

@@ -10,6 +10,9 @@
 #include <utility>
 
 #include "core/base/median.h"
+#include "core/skeleton/skeleton.h"
+#include "solvers/scene/clock_search.h"
+#include "solvers/scene/view_agreement.h"
 
 namespace kinegraph {
 namespace {
@@ -38,8 +41,8 @@ struct SeenDepth {
 std::vector<SeenDepth> DepthsOfMatch(const std::vector<ViewTracklet>& tracklets,
                                      const PairFit& pair,
                                      const TrackletMatch& match) {
-  const ViewTracklet& a = tracklets[static_cast<size_t>(match.a)];
-  const ViewTracklet& b = tracklets[static_cast<size_t>(match.b)];
+  const ViewTracklet& a = tracklets[match.a];
+  const ViewTracklet& b = tracklets[match.b];
   const int begin = std::max(a.first, b.first - pair.lag);
   const int end = std::min(a.end(), b.end() - pair.lag);
   constexpr int kMostFrames = 100;
@@ -70,7 +73,7 @@ double BodyOf(const std::vector<ViewTracklet>& tracklets, const PairFit& pair,
   std::vector<std::vector<double>> lengths(bones.size());
   for (const TrackletMatch& match : pair.matches) {
     std::map<std::pair<int, Eigen::Index>, Eigen::Vector3d> points;
-    const ViewTracklet& a = tracklets[static_cast<size_t>(match.a)];
+    const ViewTracklet& a = tracklets[match.a];
     for (const SeenDepth& one : DepthsOfMatch(tracklets, pair, match)) {
       points[{one.frame, one.joint}] =
           one.depths[0] *
@@ -91,7 +94,7 @@ double BodyOf(const std::vector<ViewTracklet>& tracklets, const PairFit& pair,
   return sum;
 }
 
-// How much more than its own baseline a pair's edge is long in the rig.
+// A tree of pairs, of which each joins one view to the rig.
 class Joiner {
  public:
   Joiner(const CameraRig& intrinsics,
@@ -100,29 +103,36 @@ class Joiner {
       : intrinsics_(intrinsics),
         tracklets_(tracklets),
         pairs_(pairs),
-        bones_(bones) {}
+        bones_(bones),
+        joined_(intrinsics.size(), 0),
+        lags_(intrinsics.size(), 0),
+        poses_(intrinsics.size()) {}
 
-  // Grows the tree that begins with `first`; `evidence` of what it joined.
-  RigStart Grow(const PairFit& first, double* evidence) {
-    const size_t views = intrinsics_.size();
-    poses_.assign(views, {});
-    start_.joined.assign(views, 0);
-    start_.lag_frames.assign(views, 0);
-    start_.joined[static_cast<size_t>(first.a)] = 1;
-    body_ = 0.0;
-    *evidence = 0.0;
+  // Grows the tree that begins with a pair.
+  void Grow(const PairFit& first) {
+    joined_[first.a] = 1;
     for (std::optional<PairFit> edge = first; edge.has_value();
          edge = NextEdge()) {
       Join(*edge);
-      *evidence += edge->evidence;
+      evidence_ += edge->evidence;
     }
-    for (size_t v = 0; v < views; ++v) {
+  }
+
+  // Seconds of people that joined it.
+  double evidence() const { return evidence_; }
+
+  RigStart Start() const {
+    RigStart start;
+    for (size_t v = 0; v < joined_.size(); ++v) {
+      if (joined_[v] == 0) continue;
       CameraParameters parameters = intrinsics_[v].parameters();
       parameters.R = poses_[v].R;
       parameters.t = poses_[v].t;
-      start_.cameras.emplace_back(parameters);
+      start.views.push_back(static_cast<int>(v));
+      start.cameras.emplace_back(parameters);
+      start.lag_frames.push_back(lags_[v]);
     }
-    return std::move(start_);
+    return start;
   }
 
  private:
@@ -131,9 +141,7 @@ class Joiner {
     Eigen::Vector3d t = Eigen::Vector3d::Zero();
   };
 
-  bool Joined(int view) const {
-    return start_.joined[static_cast<size_t>(view)] != 0;
-  }
+  bool Joined(int view) const { return joined_[view] != 0; }
 
   // The pair of most evidence with one view joined, seen from that one.
   std::optional<PairFit> NextEdge() const {
@@ -150,14 +158,13 @@ class Joiner {
   // The pose of view b in view a as the rig has it, with the pair's matches.
   PairFit InRig(const PairFit& pair, double* length) const {
     PairFit in_rig = pair;
-    const Pose& a = poses_[static_cast<size_t>(pair.a)];
-    const Pose& b = poses_[static_cast<size_t>(pair.b)];
+    const Pose& a = poses_[pair.a];
+    const Pose& b = poses_[pair.b];
     in_rig.pose.R = b.R * a.R.transpose();
     const Eigen::Vector3d t = b.t - in_rig.pose.R * a.t;
     *length = t.norm();
     in_rig.pose.t = t.normalized();
-    in_rig.lag = start_.lag_frames[static_cast<size_t>(pair.b)] -
-                 start_.lag_frames[static_cast<size_t>(pair.a)];
+    in_rig.lag = lags_[pair.b] - lags_[pair.a];
     return in_rig;
   }
 
@@ -209,74 +216,42 @@ class Joiner {
     const auto b = static_cast<size_t>(edge.b);
     poses_[b].R = edge.pose.R * poses_[a].R;
     poses_[b].t = edge.pose.R * poses_[a].t + length * edge.pose.t;
-    start_.lag_frames[b] = start_.lag_frames[a] + edge.lag;
-    start_.joined[b] = 1;
+    lags_[b] = lags_[a] + edge.lag;
+    joined_[b] = 1;
   }
 
   const CameraRig& intrinsics_;
   const std::vector<ViewTracklet>& tracklets_;
   const std::vector<PairFit>& pairs_;
   const std::vector<Bone>& bones_;
-  RigStart start_;
+  // Of each view.
+  std::vector<char> joined_;
+  std::vector<int> lags_;
   std::vector<Pose> poses_;
   double body_ = 0.0;  // BodyOf, in the rig's lengths
+  double evidence_ = 0.0;
 };
 
-// Sets of tracklets, none of which has two of one view at once.
-class PeopleSets {
- public:
-  explicit PeopleSets(const std::vector<ViewTracklet>& tracklets)
-      : tracklets_(tracklets), set_of_(tracklets.size()) {
-    std::iota(set_of_.begin(), set_of_.end(), 0);
-  }
-
-  void Join(int a, int b) {
-    const int one = set_of_[static_cast<size_t>(a)];
-    const int other = set_of_[static_cast<size_t>(b)];
-    if (one == other || Clash(one, other)) return;
-    std::replace(set_of_.begin(), set_of_.end(), other, one);
-  }
-
-  const std::vector<int>& set_of() const { return set_of_; }
-
- private:
-  bool Clash(int one, int other) const {
-    for (size_t x = 0; x < set_of_.size(); ++x) {
-      if (set_of_[x] != one) continue;
-      for (size_t y = 0; y < set_of_.size(); ++y) {
-        if (set_of_[y] != other) continue;
-        const ViewTracklet& a = tracklets_[x];
-        const ViewTracklet& b = tracklets_[y];
-        if (a.view == b.view && a.first < b.end() && b.first < a.end()) {
-          return true;
-        }
-      }
-    }
-    return false;
-  }
-
-  const std::vector<ViewTracklet>& tracklets_;
-  std::vector<int> set_of_;
-};
-
-// Tracklets that pairs of views take for one person, the worthiest pair first.
-PeopleSets SetsOf(const std::vector<ViewTracklet>& tracklets,
-                  const std::vector<PairFit>& pairs, const RigStart& start) {
+// A set of tracklets for each, those that pairs of views take for one person,
+// the worthiest pair first. Nobody is in one view twice at once. `place`: of
+// each view among the joined ones, or -1.
+std::vector<int> SetsOf(const RigStart& start, const std::vector<int>& place) {
   struct Edge {
     double worth;
     TrackletMatch match;
   };
+  const std::vector<ViewTracklet>& tracklets = start.tracklets;
   std::vector<Edge> edges;
-  for (const PairFit& pair : pairs) {
-    const auto a = static_cast<size_t>(pair.a);
-    const auto b = static_cast<size_t>(pair.b);
-    if (!start.joined[a] || !start.joined[b]) continue;
+  for (const PairFit& pair : start.pairs) {
+    const int a = place[pair.a];
+    const int b = place[pair.b];
     // A pair of another clock says nothing of who is who.
-    if (std::abs(start.lag_frames[b] - start.lag_frames[a] - pair.lag) > 2) {
+    if (a < 0 || b < 0 ||
+        std::abs(start.lag_frames[b] - start.lag_frames[a] - pair.lag) > 2) {
       continue;
     }
     for (const TrackletMatch& match : pair.matches) {
-      const auto& one = tracklets[static_cast<size_t>(match.a)];
+      const auto& one = tracklets[match.a];
       edges.push_back(
           {match.gain * static_cast<double>(one.detections.size()), match});
     }
@@ -284,25 +259,62 @@ PeopleSets SetsOf(const std::vector<ViewTracklet>& tracklets,
   std::stable_sort(
       edges.begin(), edges.end(),
       [](const Edge& x, const Edge& y) { return x.worth > y.worth; });
-  PeopleSets sets(tracklets);
-  for (const Edge& edge : edges) sets.Join(edge.match.a, edge.match.b);
-  return sets;
+  std::vector<int> set_of(tracklets.size());
+  std::iota(set_of.begin(), set_of.end(), 0);
+  const auto clash = [&](int one, int other) {
+    for (size_t x = 0; x < set_of.size(); ++x) {
+      for (size_t y = 0; set_of[x] == one && y < set_of.size(); ++y) {
+        if (set_of[y] == other && tracklets[x].view == tracklets[y].view &&
+            Overlap(tracklets[x], tracklets[y])) {
+          return true;
+        }
+      }
+    }
+    return false;
+  };
+  for (const Edge& edge : edges) {
+    const int one = set_of[edge.match.a];
+    const int other = set_of[edge.match.b];
+    if (one == other || clash(one, other)) continue;
+    std::replace(set_of.begin(), set_of.end(), other, one);
+  }
+  return set_of;
 }
 
-}  // namespace
-
-int RigStart::joined_count() const {
-  return static_cast<int>(std::count(joined.begin(), joined.end(), 1));
+CameraRig Magnified(const CameraRig& cameras, double factor) {
+  CameraRig magnified;
+  for (const Camera& camera : cameras) {
+    CameraParameters parameters = camera.parameters();
+    parameters.K.topLeftCorner<2, 2>() *= factor;
+    magnified.emplace_back(parameters);
+  }
+  return magnified;
 }
 
+// The bones between some joints, by their places among these.
+std::vector<Bone> BonesOf(const Skeleton& skeleton,
+                          const std::vector<int>& joints) {
+  const auto place = [&](int joint) {
+    const auto at = std::find(joints.begin(), joints.end(), joint);
+    return at == joints.end() ? -1 : static_cast<int>(at - joints.begin());
+  };
+  std::vector<Bone> bones;
+  for (const Bone& bone : skeleton.bones()) {
+    const Bone placed = {place(bone.a), place(bone.b)};
+    if (placed.a >= 0 && placed.b >= 0) bones.push_back(placed);
+  }
+  return bones;
+}
+
+// The tree of the most views, of these the one of most evidence. Trees that
+// begin elsewhere join the same views: one of each component. Pairs of little
+// evidence join nothing.
 RigStart JoinPairs(const CameraRig& intrinsics,
                    const std::vector<ViewTracklet>& tracklets,
                    const std::vector<PairFit>& pairs,
                    const std::vector<Bone>& bones) {
   RigStart best;
   double most = 0.0;
-  int most_joined = 0;
-  // Trees that begin elsewhere join the same views: one of each component.
   for (const PairFit& pair : pairs) {
     if (pair.evidence < kLeastEvidenceS) continue;
     const bool is_best_of_its_views =
@@ -312,49 +324,152 @@ RigStart JoinPairs(const CameraRig& intrinsics,
           return meets && other.lead() > pair.lead();
         });
     if (!is_best_of_its_views) continue;
-    double evidence = 0.0;
-    RigStart one =
-        Joiner(intrinsics, tracklets, pairs, bones).Grow(pair, &evidence);
-    const int joined = one.joined_count();
-    if (joined < most_joined || (joined == most_joined && evidence <= most)) {
+    Joiner joiner(intrinsics, tracklets, pairs, bones);
+    joiner.Grow(pair);
+    RigStart one = joiner.Start();
+    if (one.views.size() < best.views.size() ||
+        (one.views.size() == best.views.size() && joiner.evidence() <= most)) {
       continue;
     }
-    most = evidence;
-    most_joined = joined;
+    most = joiner.evidence();
     best = std::move(one);
   }
   return best;
 }
 
-FrozenMatches PeopleOf(const DetectionSequence& detections,
-                       const std::vector<ViewTracklet>& tracklets,
-                       const std::vector<PairFit>& pairs,
+std::vector<PairFit> SearchPairs(const DetectionSequence& recording,
+                                 const CameraRig& intrinsics,
+                                 const std::vector<int>& joints,
+                                 double focal_sigma) {
+  const std::vector<ViewTracklet> tracklets =
+      FollowInViews(intrinsics, recording, joints);
+  const auto views = static_cast<int>(intrinsics.size());
+  PairSearchOptions options;
+  options.frame_rate_hz = recording.header.frame_rate_hz;
+  options.focal_sigma = focal_sigma;
+  options.longest_lag_s =
+      std::min(options.longest_lag_s,
+               0.4 * static_cast<double>(recording.frames.size()) /
+                   options.frame_rate_hz);
+  const MotionSignals signals(tracklets, joints, recording.header.skeleton,
+                              views, options.frame_rate_hz);
+  std::vector<PairFit> pairs;
+  for (int a = 0; a < views; ++a) {
+    for (int b = a + 1; b < views; ++b) {
+      pairs.push_back(SearchViewPair(tracklets, signals, a, b, options));
+    }
+  }
+  return pairs;
+}
+
+}  // namespace
+
+DetectionSequence OfViews(const DetectionSequence& detections,
+                          const std::vector<int>& views) {
+  DetectionSequence part;
+  part.header = detections.header;
+  part.header.view_names.clear();
+  for (const int v : views) {
+    part.header.view_names.push_back(detections.header.view_names[v]);
+  }
+  for (const DetectionFrame& frame : detections.frames) {
+    DetectionFrame kept;
+    kept.frame = frame.frame;
+    kept.time = frame.time;
+    for (const int v : views) {
+      kept.views.push_back(frame.views[v]);
+    }
+    part.frames.push_back(std::move(kept));
+  }
+  return part;
+}
+
+std::vector<double> AgreementsOfViews(const CameraRig& cameras,
+                                      const DetectionSequence& aligned) {
+  constexpr int kFrames = 80;
+  const std::vector<ViewPeople> people = IdealPeople(aligned, cameras);
+  const std::vector<int> frames = FramesToLookAt(people, kFrames);
+  std::vector<PairAgreement> of_view(cameras.size());
+  for (size_t a = 0; a < cameras.size(); ++a) {
+    for (size_t b = a + 1; b < cameras.size(); ++b) {
+      const PairAgreement pair =
+          AgreementOf(cameras[a], people[a], cameras[b], people[b], frames);
+      of_view[a].Add(pair);
+      of_view[b].Add(pair);
+    }
+  }
+  std::vector<double> scores;
+  scores.reserve(of_view.size());
+  for (const PairAgreement& one : of_view) scores.push_back(one.score());
+  return scores;
+}
+
+RigStart FindRigStart(const DetectionSequence& recording,
+                      const CameraRig& intrinsics, double focal_sigma) {
+  const Skeleton& skeleton = recording.header.skeleton;
+  const std::vector<int> joints = RigJoints(skeleton);
+  const std::vector<Bone> bones = BonesOf(skeleton, joints);
+  const std::vector<PairFit> pairs =
+      SearchPairs(recording, intrinsics, joints, focal_sigma);
+  RigStart best;
+  double most = -1.0;
+  const auto guess = [&](double magnification) {
+    const CameraRig guessed = Magnified(intrinsics, magnification);
+    std::vector<ViewTracklet> tracklets =
+        FollowInViews(guessed, recording, joints);
+    std::vector<PairFit> refitted = pairs;
+    for (PairFit& pair : refitted) {
+      if (focal_sigma > 0.0) RefitPose(tracklets, &pair);
+    }
+    RigStart one = JoinPairs(guessed, tracklets, refitted, bones);
+    if (one.views.size() < 2) return;
+    const std::vector<double> agreements = AgreementsOfViews(
+        one.cameras, Realigned(OfViews(recording, one.views), one.lag_frames));
+    const double score =
+        std::accumulate(agreements.begin(), agreements.end(), 0.0);
+    if (score <= most) return;
+    most = score;
+    best = std::move(one);
+    best.tracklets = std::move(tracklets);
+    best.pairs = std::move(refitted);
+  };
+  guess(1.0);
+  constexpr int kSteps = 3;  // on both sides of the guess, to two sigmas
+  for (int step = -kSteps; focal_sigma > 0.0 && step <= kSteps; ++step) {
+    if (step != 0) guess(std::exp(2.0 * step / kSteps * focal_sigma));
+  }
+  return best;
+}
+
+FrozenMatches PeopleOf(const DetectionSequence& recording,
                        const RigStart& start) {
-  PeopleSets sets = SetsOf(tracklets, pairs, start);
-  FrozenMatches matches;
+  std::vector<int> place(recording.header.view_names.size(), -1);
+  for (size_t i = 0; i < start.views.size(); ++i) {
+    place[start.views[i]] = static_cast<int>(i);
+  }
+  const std::vector<int> set_of = SetsOf(start, place);
   std::map<int, std::map<int, FrozenFrame>> people;  // set, moment
-  const auto count = static_cast<int>(detections.frames.size());
-  for (size_t i = 0; i < tracklets.size(); ++i) {
-    const ViewTracklet& tracklet = tracklets[i];
+  const auto count = static_cast<int>(recording.frames.size());
+  for (size_t i = 0; i < start.tracklets.size(); ++i) {
+    const ViewTracklet& tracklet = start.tracklets[i];
     const auto v = static_cast<size_t>(tracklet.view);
-    if (!start.joined[v]) continue;
+    if (place[v] < 0) continue;
+    const int lag = start.lag_frames[place[v]];
     for (int frame = tracklet.first; frame < tracklet.end(); ++frame) {
-      const int moment = frame - start.lag_frames[v];
+      const int moment = frame - lag;
       if (!tracklet.SeenAt(frame) || moment < 0 || moment >= count) continue;
-      const DetectionFrame& at = detections.frames[static_cast<size_t>(moment)];
-      FrozenFrame& frozen = people[sets.set_of()[i]][moment];
+      const DetectionFrame& at = recording.frames[moment];
+      FrozenFrame& frozen = people[set_of[i]][moment];
       frozen.frame = at.frame;
       frozen.time = at.time;
       frozen.written = true;
-      const int d =
-          tracklet.detections[static_cast<size_t>(frame - tracklet.first)];
+      const int d = tracklet.detections[frame - tracklet.first];
       frozen.detections.push_back(
-          {tracklet.view, detections.frames[static_cast<size_t>(frame)]
-                              .views[v]
-                              .detections[static_cast<size_t>(d)]
-                              .index_in_file});
+          {place[v],
+           recording.frames[frame].views[v].detections[d].index_in_file});
     }
   }
+  FrozenMatches matches;
   int64_t id = 0;
   for (auto& [set, frames] : people) {
     FrozenPerson person;

@@ -1,12 +1,12 @@
-// Views put together: the tree of the pairs that say most, one scale, and
-// whose tracklets are one person's.
+// Where the adjustment of a rig begins: the tree of the pairs of views that say
+// most, one scale, and whose tracklets are one person's.
 #ifndef KINEGRAPH_SOLVERS_RIG_RIG_START_H_
 #define KINEGRAPH_SOLVERS_RIG_RIG_START_H_
 
 #include <vector>
 
+#include "core/data/detection.h"
 #include "core/geometry/camera.h"
-#include "core/skeleton/skeleton.h"
 #include "core/tracking/replay.h"
 #include "solvers/rig/tracklets.h"
 #include "solvers/rig/view_pairs.h"
@@ -14,28 +14,36 @@
 namespace kinegraph {
 
 struct RigStart {
-  // One a view, placed where `joined`; lengths are in baselines of the first
-  // pair. Focal lengths as the pairs have them.
+  // The joined views, ascending, and of each its camera, with lengths in
+  // baselines of the first pair, and its lag: moment k of the recording is
+  // frame k + lag of the view.
+  std::vector<int> views;
   CameraRig cameras;
-  std::vector<char> joined;
-  // Moment k of the recording is frame k + lag of a view.
   std::vector<int> lag_frames;
-  int joined_count() const;
+  // By what they were joined.
+  std::vector<ViewTracklet> tracklets;
+  std::vector<PairFit> pairs;
 };
 
-// `intrinsics`: of the guess that the tracklets were made with. Pairs of little
-// evidence join nothing; the tree with the most is kept.
-RigStart JoinPairs(const CameraRig& intrinsics,
-                   const std::vector<ViewTracklet>& tracklets,
-                   const std::vector<PairFit>& pairs,
-                   const std::vector<Bone>& bones);
+// `recording` has every frame from the first to the last, at its time.
+// `intrinsics` and `focal_sigma` as in RigInput: focal lengths that are not
+// known are tried. Without views where no two see the same people move.
+RigStart FindRigStart(const DetectionSequence& recording,
+                      const CameraRig& intrinsics, double focal_sigma);
 
 // The people of the joined views, from the matches of the pairs, the surest
-// first. Frames are those of `detections` realigned by the lags.
-FrozenMatches PeopleOf(const DetectionSequence& detections,
-                       const std::vector<ViewTracklet>& tracklets,
-                       const std::vector<PairFit>& pairs,
+// first. Views are counted among the joined ones, and frames are those of
+// `recording` realigned by the lags.
+FrozenMatches PeopleOf(const DetectionSequence& recording,
                        const RigStart& start);
+
+// Some of the views.
+DetectionSequence OfViews(const DetectionSequence& detections,
+                          const std::vector<int>& views);
+
+// How well each view agrees with the others, 0 .. 1 (PairAgreement::score).
+std::vector<double> AgreementsOfViews(const CameraRig& cameras,
+                                      const DetectionSequence& aligned);
 
 }  // namespace kinegraph
 

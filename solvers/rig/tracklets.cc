@@ -8,6 +8,7 @@
 
 #include "core/base/median.h"
 #include "core/skeleton/body_joints.h"
+#include "solvers/scene/plausible.h"
 
 namespace kinegraph {
 namespace {
@@ -27,14 +28,13 @@ constexpr double kAlone = 4.0;
 constexpr double kClearly = 2.0;
 
 NormalisedJoints Normalised(const Camera& camera, const Detection& detection,
-                            const std::vector<int>& joints,
-                            double min_confidence) {
+                            const std::vector<int>& joints) {
   NormalisedJoints points(2, static_cast<Eigen::Index>(joints.size()));
   points.setConstant(std::numeric_limits<double>::quiet_NaN());
   const Eigen::Matrix2d inverse = camera.K().topLeftCorner<2, 2>().inverse();
   for (size_t j = 0; j < joints.size(); ++j) {
-    const Keypoint& joint = detection.joints[static_cast<size_t>(joints[j])];
-    if (!joint.found || joint.confidence < min_confidence) continue;
+    const Keypoint& joint = detection.joints[joints[j]];
+    if (!joint.found || joint.confidence < kMinJointConfidence) continue;
     const auto ideal = camera.Undistort(joint.px);
     if (!ideal.has_value()) continue;
     points.col(static_cast<Eigen::Index>(j)) =
@@ -178,7 +178,7 @@ class Follower {
       open_.back().tracklet.view = view_;
       open_.back().tracklet.first = frame;
     }
-    OpenTracklet& open = open_[static_cast<size_t>(goes_on)];
+    OpenTracklet& open = open_[goes_on];
     const auto length = static_cast<size_t>(frame - open.tracklet.first) + 1;
     open.tracklet.detections.resize(length, -1);
     open.tracklet.joints.resize(length);
@@ -219,8 +219,7 @@ std::vector<int> RigJoints(const Skeleton& skeleton) {
 
 std::vector<ViewTracklet> FollowInViews(const CameraRig& cameras,
                                         const DetectionSequence& detections,
-                                        const std::vector<int>& joints,
-                                        double min_confidence) {
+                                        const std::vector<int>& joints) {
   std::vector<ViewTracklet> tracklets;
   for (size_t v = 0; v < cameras.size(); ++v) {
     Follower follower(static_cast<int>(v), &tracklets);
@@ -229,8 +228,7 @@ std::vector<ViewTracklet> FollowInViews(const CameraRig& cameras,
       std::vector<std::pair<int, NormalisedJoints>> people;
       const auto& found = frame.views[v].detections;
       for (size_t d = 0; d < found.size(); ++d) {
-        NormalisedJoints points =
-            Normalised(cameras[v], found[d], joints, min_confidence);
+        NormalisedJoints points = Normalised(cameras[v], found[d], joints);
         if (CountFound(points) < kLeastJoints) continue;
         people.emplace_back(static_cast<int>(d), std::move(points));
       }
@@ -241,9 +239,8 @@ std::vector<ViewTracklet> FollowInViews(const CameraRig& cameras,
   }
   const auto is_short = [&](const ViewTracklet& tracklet) {
     const auto& frames = detections.frames;
-    return ToSeconds(frames[static_cast<size_t>(tracklet.end() - 1)].time -
-                     frames[static_cast<size_t>(tracklet.first)].time) <
-           kLeastS;
+    return ToSeconds(frames[tracklet.end() - 1].time -
+                     frames[tracklet.first].time) < kLeastS;
   };
   tracklets.erase(std::remove_if(tracklets.begin(), tracklets.end(), is_short),
                   tracklets.end());

@@ -26,13 +26,15 @@ struct ViewTracklet {
 
   int end() const { return first + static_cast<int>(detections.size()); }
   bool SeenAt(int frame) const {
-    return frame >= first && frame < end() &&
-           detections[static_cast<size_t>(frame - first)] >= 0;
+    return frame >= first && frame < end() && detections[frame - first] >= 0;
   }
-  const NormalisedJoints& At(int frame) const {
-    return joints[static_cast<size_t>(frame - first)];
-  }
+  const NormalisedJoints& At(int frame) const { return joints[frame - first]; }
 };
+
+// Whether they have any frame in common.
+inline bool Overlap(const ViewTracklet& x, const ViewTracklet& y) {
+  return x.first < y.end() && y.first < x.end();
+}
 
 // The joints that speak of cameras: shoulders to wrists and hips to ankles of
 // people (heads are found in other places from other sides), all joints of
@@ -44,8 +46,7 @@ std::vector<int> RigJoints(const Skeleton& skeleton);
 // come near, both tracklets end. `cameras`: intrinsics, one a view.
 std::vector<ViewTracklet> FollowInViews(const CameraRig& cameras,
                                         const DetectionSequence& detections,
-                                        const std::vector<int>& joints,
-                                        double min_confidence);
+                                        const std::vector<int>& joints);
 
 }  // namespace kinegraph
 

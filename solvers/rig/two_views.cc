@@ -15,12 +15,6 @@
 namespace kinegraph {
 namespace {
 
-Eigen::Matrix3d CrossMatrix(const Eigen::Vector3d& v) {
-  Eigen::Matrix3d matrix;
-  matrix << 0.0, -v.z(), v.y(), v.z(), 0.0, -v.x(), -v.y(), v.x(), 0.0;
-  return matrix;
-}
-
 // Moves the points' middle to zero and their mean distance to sqrt 2.
 Eigen::Matrix3d Balance(const std::vector<PointPair>& pairs,
                         Eigen::Vector2d PointPair::*side) {
@@ -122,9 +116,8 @@ std::pair<Eigen::Matrix<double, 6, 6>, Step> Linearise(
   std::array<RelativePose, 6> nudged;
   std::array<Eigen::Matrix3d, 6> essentials;
   for (int i = 0; i < size; ++i) {
-    nudged[static_cast<size_t>(i)] = Moved(pose, kSmall * Step::Unit(i));
-    essentials[static_cast<size_t>(i)] =
-        nudged[static_cast<size_t>(i)].Essential();
+    nudged[i] = Moved(pose, kSmall * Step::Unit(i));
+    essentials[i] = nudged[i].Essential();
   }
   const Eigen::Matrix3d essential = pose.Essential();
   auto normal = std::make_pair(Eigen::Matrix<double, 6, 6>::Zero().eval(),

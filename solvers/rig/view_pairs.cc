@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <utility>
 
 #include "core/base/random.h"
@@ -40,8 +39,7 @@ std::vector<int> LongestOf(const std::vector<ViewTracklet>& tracklets, int view,
     if (tracklets[i].view == view) of_view.push_back(static_cast<int>(i));
   }
   std::stable_sort(of_view.begin(), of_view.end(), [&](int x, int y) {
-    return tracklets[static_cast<size_t>(x)].detections.size() >
-           tracklets[static_cast<size_t>(y)].detections.size();
+    return tracklets[x].detections.size() > tracklets[y].detections.size();
   });
   if (of_view.size() > most) of_view.resize(most);
   return of_view;
@@ -61,8 +59,8 @@ std::vector<int> CommonFrames(const ViewTracklet& a, const ViewTracklet& b,
 Candidate MakeCandidate(const std::vector<ViewTracklet>& tracklets, int a,
                         int b, int lag, double frame_rate_hz,
                         size_t most_frames) {
-  const ViewTracklet& one = tracklets[static_cast<size_t>(a)];
-  const ViewTracklet& other = tracklets[static_cast<size_t>(b)];
+  const ViewTracklet& one = tracklets[a];
+  const ViewTracklet& other = tracklets[b];
   Candidate candidate;
   candidate.a = a;
   candidate.b = b;
@@ -73,7 +71,7 @@ Candidate MakeCandidate(const std::vector<ViewTracklet>& tracklets, int a,
   const double size = std::sqrt(one.size * other.size);
   int turn = 0;
   for (double at = 0.0; at < static_cast<double>(frames.size()); at += step) {
-    const int k = frames[static_cast<size_t>(at)];
+    const int k = frames[at];
     const NormalisedJoints& points_a = one.At(k);
     const NormalisedJoints& points_b = other.At(k + lag);
     ++turn;
@@ -114,10 +112,6 @@ struct Explanation {
   double score = 0.0;           // [s]
 };
 
-bool Overlap(const ViewTracklet& x, const ViewTracklet& y) {
-  return x.first < y.end() && y.first < x.end();
-}
-
 // Matches greedily; nobody is two people at once.
 Explanation Explain(const std::vector<ViewTracklet>& tracklets,
                     const std::vector<Candidate>& candidates,
@@ -138,8 +132,7 @@ Explanation Explain(const std::vector<ViewTracklet>& tracklets,
     const bool taken = std::any_of(
         result.matched.begin(), result.matched.end(), [&, i = i](size_t m) {
           const auto clash = [&](int x, int y) {
-            return Overlap(tracklets[static_cast<size_t>(x)],
-                           tracklets[static_cast<size_t>(y)]);
+            return Overlap(tracklets[x], tracklets[y]);
           };
           const Candidate& one = candidates[i];
           const Candidate& other = candidates[m];
@@ -281,8 +274,8 @@ class PairSearch {
     std::vector<PointPair> sample;
     const auto add = [&](const Candidate& candidate, int count) {
       for (int i = 0; i < count; ++i) {
-        sample.push_back(candidate.fitted[static_cast<size_t>(
-            random_.Index(static_cast<int64_t>(candidate.fitted.size())))]);
+        sample.push_back(candidate.fitted[random_.Index(
+            static_cast<int64_t>(candidate.fitted.size()))]);
       }
     };
     const size_t first = std::min(Draw(sums), candidates.size() - 1);
@@ -382,56 +375,48 @@ PairFit SearchViewPair(const std::vector<ViewTracklet>& tracklets,
   return PairSearch(tracklets, signals, a, b, options).Run(a, b);
 }
 
-PairPoints::PairPoints(const std::vector<ViewTracklet>& tracklets,
-                       const PairFit& pair) {
+void RefitPose(const std::vector<ViewTracklet>& tracklets, PairFit* pair) {
   constexpr size_t kFrames = 60;
-  for (const TrackletMatch& match : pair.matches) {
+  pair->pose.magnification = 1.0;
+  std::vector<PointPair> all;
+  for (const TrackletMatch& match : pair->matches) {
     const Candidate one =
-        MakeCandidate(tracklets, match.a, match.b, pair.lag, 1.0, kFrames);
-    pairs_.insert(pairs_.end(), one.fitted.begin(), one.fitted.end());
-    pairs_.insert(pairs_.end(), one.held.begin(), one.held.end());
+        MakeCandidate(tracklets, match.a, match.b, pair->lag, 1.0, kFrames);
+    all.insert(all.end(), one.fitted.begin(), one.fitted.end());
+    all.insert(all.end(), one.held.begin(), one.held.end());
   }
-}
-
-double PairPoints::Refit(double magnification, RelativePose* pose) const {
-  pose->magnification = magnification;
   constexpr size_t kLeast = 16;
-  if (pairs_.size() < kLeast) return 0.0;
+  if (all.size() < kLeast) return;
   // What is tried costs by the number of points.
   constexpr size_t kMost = 400;
   std::vector<PointPair> few;
-  const size_t step = std::max<size_t>(1, pairs_.size() / kMost);
-  for (size_t i = 0; i < pairs_.size(); i += step) few.push_back(pairs_[i]);
+  const size_t step = std::max<size_t>(1, all.size() / kMost);
+  for (size_t i = 0; i < all.size(); i += step) few.push_back(all[i]);
   constexpr int kTries = 60;
   constexpr int kOfEach = 12;
   Random random(1);
-  std::vector<std::pair<double, RelativePose>> found = {
-      {RobustCost(few, *pose, kScale), *pose}};
+  using Tried = std::pair<double, RelativePose>;  // with its cost
+  const auto tried = [&](const RelativePose& pose) {
+    return Tried(RobustCost(few, pose, kScale), pose);
+  };
+  const auto less = [](const Tried& x, const Tried& y) {
+    return x.first < y.first;
+  };
+  std::vector<Tried> found = {tried(pair->pose)};
   for (int i = 0; i < kTries; ++i) {
     std::vector<PointPair> sample;
     for (int k = 0; k < kOfEach; ++k) {
-      sample.push_back(few[static_cast<size_t>(
-          random.Index(static_cast<int64_t>(few.size())))]);
+      sample.push_back(few[random.Index(static_cast<int64_t>(few.size()))]);
     }
-    const auto one = EightPoint(sample, magnification);
-    if (one.has_value()) {
-      found.emplace_back(RobustCost(few, *one, kScale), *one);
-    }
+    if (const auto one = EightPoint(sample, 1.0)) found.push_back(tried(*one));
   }
-  std::stable_sort(
-      found.begin(), found.end(),
-      [](const auto& x, const auto& y) { return x.first < y.first; });
+  std::stable_sort(found.begin(), found.end(), less);
   found.resize(std::min<size_t>(found.size(), kRefined));
-  double least = std::numeric_limits<double>::infinity();
-  for (const auto& start : found) {
-    const RelativePose one = RefinePose(few, start.second, kScale, 0.0);
-    const double cost = RobustCost(few, one, kScale);
-    if (cost >= least) continue;
-    least = cost;
-    *pose = one;
-  }
-  *pose = WithMostInFront(few, RefinePose(pairs_, *pose, kScale, 0.0));
-  return RobustCost(pairs_, *pose, kScale);
+  for (Tried& one : found)
+    one = tried(RefinePose(few, one.second, kScale, 0.0));
+  const RelativePose& best =
+      std::min_element(found.begin(), found.end(), less)->second;
+  pair->pose = WithMostInFront(few, RefinePose(all, best, kScale, 0.0));
 }
 
 }  // namespace kinegraph

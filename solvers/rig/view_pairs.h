@@ -78,18 +78,9 @@ PairFit SearchViewPair(const std::vector<ViewTracklet>& tracklets,
                        const MotionSignals& signals, int a, int b,
                        const PairSearchOptions& options);
 
-// The points that a pair's matches have in common, for fitting its pose anew.
-class PairPoints {
- public:
-  PairPoints(const std::vector<ViewTracklet>& tracklets, const PairFit& pair);
-
-  // Fits the pose for focal lengths that are so many times those of the
-  // tracklets' normalised coordinates; returns the robust cost.
-  double Refit(double magnification, RelativePose* pose) const;
-
- private:
-  std::vector<PointPair> pairs_;
-};
+// Fits the pose anew to the points that the matches have in common, for the
+// focal lengths of the tracklets' normalised coordinates.
+void RefitPose(const std::vector<ViewTracklet>& tracklets, PairFit* pair);
 
 }  // namespace kinegraph
 

@@ -123,7 +123,7 @@ struct ClockJump {
 std::vector<LevelBins> OffsetBins(const CameraRig& cameras,
                                   const SceneSegments& segments,
                                   const SegmentOptions& options) {
-  const std::vector<CameraChange> none(cameras.size(), CameraChange::Zero());
+  const std::vector<CameraChange> none = NoChanges(cameras.size());
   const double length_s = std::max(0.5, segments.span_s / 40.0);
   const double first_s = -0.5 * segments.span_s;
   const auto count =
@@ -397,10 +397,8 @@ DetectionSequence SideOf(const DetectionSequence& detections, size_t from,
 bool IsLag(const SetUp& set_up, const CameraBreak& found, int worse) {
   constexpr double kNearly = 0.05;  // of agreement
   const auto ideal_of = [&](int side) {
-    return Undistorted(
-        PeopleOfViews(SideOf(set_up.detections, found.from, side),
-                      kMinJointConfidence),
-        set_up.cameras);
+    return IdealPeople(SideOf(set_up.detections, found.from, side),
+                       set_up.cameras);
   };
   const ClockSearch lags =
       SearchClocks(set_up.cameras, ideal_of(worse), set_up.LongestLag());
@@ -464,10 +462,9 @@ std::optional<Answer> AskForJump(const SetUp& set_up) {
   if (set_up.strangers.count(jump->view) > 0) return std::nullopt;
   FreeParameters rotation;
   rotation.rotation = true;
-  const BundleResult fit = AdjustBundle(
-      set_up.cameras, set_up.segments, rotation,
-      std::vector<CameraChange>(set_up.cameras.size(), CameraChange::Zero()),
-      set_up.options.bundle);
+  const BundleResult fit =
+      AdjustBundle(set_up.cameras, set_up.segments, rotation,
+                   NoChanges(set_up.cameras.size()), set_up.options.bundle);
   SetUp turned = set_up;
   turned.cameras = RefinedCameras(set_up.cameras, fit.changes);
   const auto again = FindClockJump(turned);
@@ -496,10 +493,9 @@ std::optional<Answer> AskForJump(const SetUp& set_up) {
     if (px > after_px) continue;
     after_px = px;
     const auto last = static_cast<int64_t>(frames.size()) - 1;
-    answer.findings = {
-        FindingOf(whole, set_up.CameraName(jump->view),
-                  frames[static_cast<size_t>(std::min(from, last))].frame,
-                  before_px, after_px)};
+    answer.findings = {FindingOf(whole, set_up.CameraName(jump->view),
+                                 frames[std::min(from, last)].frame, before_px,
+                                 after_px)};
     answer.detections = std::move(moved.detections);
     answer.segments = std::move(moved.segments);
   }

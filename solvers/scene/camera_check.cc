@@ -63,20 +63,16 @@ std::optional<SegmentState> StateBy(const CameraRig& cameras,
   constexpr double kMinAngleRad = 0.2;
   std::vector<Eigen::Vector3d> rays;
   for (const SegmentMeasurement& one : segment.measurements) {
-    rays.push_back((PositionOf(segment) -
-                    cameras[static_cast<size_t>(one.view_idx)].centre())
-                       .normalized());
+    rays.push_back(
+        (PositionOf(segment) - cameras[one.view_idx].centre()).normalized());
   }
   const bool apart =
       std::any_of(rays.begin(), rays.end(), [&](const Eigen::Vector3d& ray) {
         return ray.cross(rays.front()).norm() > std::sin(kMinAngleRad);
       });
   SegmentState state = segment.state;
-  if (!apart ||
-      !SolveSegment(
-          cameras,
-          std::vector<CameraChange>(cameras.size(), CameraChange::Zero()),
-          segment, segments.noise_scale, SegmentOptions(), &state)) {
+  if (!apart || !SolveSegment(cameras, NoChanges(cameras.size()), segment,
+                              segments.noise_scale, SegmentOptions(), &state)) {
     return std::nullopt;
   }
   return state;
@@ -162,7 +158,7 @@ const Detection* NearestTo(const ViewDetections& view, const Camera& camera,
   double depth_m = 0.0;
   for (size_t j = 0; j < projected.size(); ++j) {
     if (track_joint[j] < 0) continue;
-    const Joint3d& joint = person.joints[static_cast<size_t>(track_joint[j])];
+    const Joint3d& joint = person.joints[track_joint[j]];
     if (joint.status != JointStatus::kObserved) continue;
     projected[j] = camera.Project(joint.position_m);
     depth_m = std::max(depth_m, camera.Depth(joint.position_m));
@@ -230,7 +226,7 @@ Residuals ResidualsOf(const CameraRig& cameras, const SceneSegments& segments,
     for (const SegmentMeasurement& one : segment.measurements) {
       const bool is_own = one.view_idx == static_cast<int>(view);
       if (is_own) own.push_back(one);
-      if (is_own ? is_pair : asked[static_cast<size_t>(one.view_idx)]) {
+      if (is_own ? is_pair : asked[one.view_idx]) {
         others.measurements.push_back(one);
       }
     }
@@ -274,12 +270,7 @@ void CameraCheck::See(const DetectionFrame& seen, const TrackFrame& tracked) {
 }
 
 std::vector<CameraCheck::View> CameraCheck::Views(double metre) const {
-  CameraRig cameras;
-  for (const Camera& camera : cameras_) {
-    CameraParameters parameters = camera.parameters();
-    parameters.t /= metre;
-    cameras.emplace_back(std::move(parameters));
-  }
+  const CameraRig cameras = Rescaled(cameras_, 1.0 / metre);
   std::vector<View> views(cameras.size());
   DetectionSequence seen;
   seen.header = header_;

@@ -63,9 +63,12 @@ void SetUp::Look() {
   // At each pair of views, or so: most in the search for readings, which gives
   // either view each of the cameras.
   const int looks = 25 + 2 * static_cast<int>(cameras.size());
-  raw = PeopleOfViews(detections, kMinJointConfidence);
+  raw = PeopleOfViews(detections);
   frames = FramesToLookAt(raw, options.frames_to_look_at, looks);
-  ideal = Undistorted(raw, cameras);
+  ideal = raw;
+  for (size_t v = 0; v < ideal.size(); ++v) {
+    ideal[v] = Undistorted(raw[v], cameras[v]);
+  }
   agreement = AgreementOfAll(cameras, ideal, frames);
 }
 
@@ -75,10 +78,8 @@ void SetUp::Match() {
 }
 
 FitError SetUp::Fit() const {
-  return MeasureFit(
-      cameras, segments,
-      std::vector<CameraChange>(cameras.size(), CameraChange::Zero()),
-      options.bundle.segments);
+  return MeasureFit(cameras, segments, NoChanges(cameras.size()),
+                    options.bundle.segments);
 }
 
 int SetUp::LongestLag() const {
@@ -87,11 +88,8 @@ int SetUp::LongestLag() const {
 
 double SetUp::ScoreOf(const CameraRig& other_cameras,
                       const DetectionSequence& other_detections) const {
-  return AgreementOfAll(
-             other_cameras,
-             Undistorted(PeopleOfViews(other_detections, kMinJointConfidence),
-                         other_cameras),
-             frames)
+  return AgreementOfAll(other_cameras,
+                        IdealPeople(other_detections, other_cameras), frames)
       .score();
 }
 
@@ -138,17 +136,9 @@ class Doctor {
  private:
   void Note(std::string note) { diagnosis_.notes.push_back(std::move(note)); }
 
-  static std::vector<Hypothesis> Of(Stage stage) {
-    std::vector<Hypothesis> of_stage;
-    for (const Hypothesis& one : Hypotheses()) {
-      if (one.stage == stage) of_stage.push_back(one);
-    }
-    return of_stage;
-  }
-
   void Ask(Stage stage) {
-    for (const Hypothesis& one : Of(stage)) {
-      for (int times = 0; times < one.most; ++times) {
+    for (const Hypothesis& one : Hypotheses()) {
+      for (int times = 0; one.stage == stage && times < one.most; ++times) {
         std::optional<Answer> answer = one.ask(set_up_);
         if (!answer.has_value()) break;
         Take(std::move(*answer), stage);
@@ -163,13 +153,15 @@ class Doctor {
                "calibration is read (%.1f px from each other's epipolar "
                "lines)",
                set_up_.agreement.score(), set_up_.agreement.mean_px()));
-    std::vector<Hypothesis> asked = Of(Stage::kReadings);
+    std::vector<Hypothesis> asked = Hypotheses();
     while (set_up_.readings_changed < kMostChanges) {
       std::optional<Answer> best;  // of what is as good the first
       Hypothesis* of_best = nullptr;
       for (Hypothesis& one : asked) {
         std::optional<Answer> answer;
-        if (one.most > 0) answer = one.ask(set_up_);
+        if (one.stage == Stage::kReadings && one.most > 0) {
+          answer = one.ask(set_up_);
+        }
         if (!answer || (best && answer->score <= best->score)) continue;
         best = std::move(answer);
         of_best = &one;

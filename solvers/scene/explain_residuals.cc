@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "core/evaluation/statistics.h"
-#include "solvers/cameras/fit_terms.h"
 #include "solvers/cameras/refine.h"
 #include "solvers/scene/hypothesis.h"
 

@@ -220,15 +220,6 @@ std::string UnitFix(const DoctorInput& input, double units_per_metre) {
   return kUseCorrected;
 }
 
-CameraRig Rescaled(CameraRig cameras, double factor) {
-  for (Camera& camera : cameras) {
-    CameraParameters parameters = camera.parameters();
-    parameters.t *= factor;
-    camera = Camera(std::move(parameters));
-  }
-  return cameras;
-}
-
 std::optional<Answer> AskForUnit(const SetUp& set_up) {
   const Stature stature = StatureOf(set_up.cameras, set_up.ideal, set_up.frames,
                                     set_up.detections.header.skeleton);
@@ -295,8 +286,7 @@ std::optional<Answer> AskForSpeed(const SetUp& set_up) {
   const Skeleton& skeleton = set_up.detections.header.skeleton;
   std::vector<double> speeds_mps;
   for (const MotionSegment& segment : set_up.segments.segments) {
-    const std::string& name =
-        skeleton.joints()[static_cast<size_t>(segment.joint)];
+    const std::string& name = skeleton.joints()[segment.joint];
     if (name != "l_hip" && name != "r_hip") continue;
     speeds_mps.push_back(segment.state.segment<3>(3).norm());
   }
@@ -319,10 +309,8 @@ std::optional<Answer> AskForLens(const SetUp& set_up) {
   }
   if (!any) return std::nullopt;
   const FitGain gain = CompareFits(
-      set_up.Fit(),
-      MeasureFit(bare, set_up.segments,
-                 std::vector<CameraChange>(bare.size(), CameraChange::Zero()),
-                 set_up.options.bundle.segments));
+      set_up.Fit(), MeasureFit(bare, set_up.segments, NoChanges(bare.size()),
+                               set_up.options.bundle.segments));
   // Lenses of a few coefficients that hardly bend anything fit either way.
   if (!gain.is_enough()) return std::nullopt;
   Answer answer =

@@ -134,7 +134,7 @@ Camera Seeing(const Camera& camera, int reading) {
   }
   parameters.R = turn * camera.R();
   parameters.t = turn * camera.t();
-  parameters.lens = Turned(camera.lens(), kTurns[static_cast<size_t>(reading)]);
+  parameters.lens = Turned(camera.lens(), kTurns[reading]);
   return Camera(parameters);
 }
 
@@ -177,8 +177,7 @@ CameraRig CamerasOf(const CameraRig& cameras, const Reading& reading) {
   CameraRig rig;
   for (const int camera : reading.camera_of_view) {
     CameraParameters parameters =
-        WithPose(cameras[static_cast<size_t>(camera)], reading.pose)
-            .parameters();
+        WithPose(cameras[camera], reading.pose).parameters();
     parameters.K.topRows<2>() *= reading.image_scale;
     rig.emplace_back(parameters);
   }
@@ -197,7 +196,7 @@ class ReadingJudge {
     for (const ViewPeople& view : raw) {
       ViewPeople& looked_at = raw_.emplace_back();
       for (const int k : frames) {
-        looked_at.frames.push_back(view.frames[static_cast<size_t>(k)]);
+        looked_at.frames.push_back(view.frames[k]);
       }
     }
     frames_.resize(frames.size());
@@ -395,8 +394,7 @@ void AddWords(const SetUp& set_up, const Reading& as_read,
   };
   if (reading.pose != kPoseAsRead) {
     say("convention", "", kUseCorrected,
-        std::string("the poses fit as: ") +
-            kPoseWords[static_cast<size_t>(reading.pose)]);
+        std::string("the poses fit as: ") + kPoseWords[reading.pose]);
   }
   if (reading.image_scale != 1.0) {
     say("intrinsics", "", kUseCorrected,
@@ -409,8 +407,7 @@ void AddWords(const SetUp& set_up, const Reading& as_read,
     say("image", reading.AllImagesAlike() ? "" : set_up.CameraName(v),
         image == kMirrored ? "mirror the images back before people are detected"
                            : kUseCorrected,
-        std::string("the images were ") +
-            kImageWords[static_cast<size_t>(image)]);
+        std::string("the images were ") + kImageWords[image]);
     if (reading.AllImagesAlike()) break;
   }
   std::string map;

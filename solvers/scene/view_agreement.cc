@@ -11,6 +11,7 @@
 #include "core/geometry/epipolar.h"
 #include "core/geometry/triangulation.h"
 #include "core/skeleton/body_joints.h"
+#include "solvers/scene/plausible.h"
 
 namespace kinegraph {
 namespace {
@@ -92,42 +93,26 @@ double PairGain(const Columns& a, double size_a, const Columns& b,
          common;
 }
 
-std::optional<Eigen::Vector3d> Triangulated(const Camera& camera_a,
-                                            const Eigen::Vector2d& a,
-                                            const Camera& camera_b,
-                                            const Eigen::Vector2d& b) {
-  const std::array<PointMeasurement, 2> measurements = {
-      {{&camera_a, a, 1.0}, {&camera_b, b, 1.0}}};
-  TriangulationOptions options;
-  options.min_angle_rad = 0.2;
-  const TriangulationResult result =
-      TriangulateDlt({measurements.data(), measurements.size()}, options);
-  if (!result.ok()) return std::nullopt;
-  return result.point_m;
-}
+// People of one frame of a view.
+using People = std::vector<ViewPeople::Person>;
 
-// Whether two rays come nearest each other in front of both cameras.
-bool RaysMeetInFront(const Camera& camera_a, const Eigen::Vector2d& a,
-                     const Camera& camera_b, const Eigen::Vector2d& b) {
-  const Eigen::Vector3d ray_a = camera_a.RayDirection(a);
-  const Eigen::Vector3d ray_b = camera_b.RayDirection(b);
-  const Eigen::Vector3d base = camera_b.centre() - camera_a.centre();
-  const double cosine = ray_a.dot(ray_b);
-  const double along_a = base.dot(ray_a) - cosine * base.dot(ray_b);
-  const double along_b = cosine * base.dot(ray_a) - base.dot(ray_b);
-  return along_a > 0.0 && along_b > 0.0;
-}
-
-// Whether most of a few joints lie in front of both cameras.
+// Whether the rays of most of a few joints come nearest each other in front of
+// both cameras.
 bool InFront(const Camera& camera_a, const ViewPeople::Person& a,
              const Camera& camera_b, const ViewPeople::Person& b) {
   constexpr int kLooks = 5;
+  const Eigen::Vector3d base = camera_b.centre() - camera_a.centre();
   int looked = 0;
   int in_front = 0;
   for (size_t j = 0; j < a.px.size() && looked < kLooks; ++j) {
     if (!a.found[j] || !b.found[j]) continue;
     ++looked;
-    in_front += RaysMeetInFront(camera_a, a.px[j], camera_b, b.px[j]) ? 1 : 0;
+    const Eigen::Vector3d ray_a = camera_a.RayDirection(a.px[j]);
+    const Eigen::Vector3d ray_b = camera_b.RayDirection(b.px[j]);
+    const double cosine = ray_a.dot(ray_b);
+    const double along_a = base.dot(ray_a) - cosine * base.dot(ray_b);
+    const double along_b = cosine * base.dot(ray_a) - base.dot(ray_b);
+    in_front += along_a > 0.0 && along_b > 0.0 ? 1 : 0;
   }
   return 2 * in_front > looked;
 }
@@ -139,11 +124,9 @@ struct Match {
 };
 
 // People of two views who are one person: the best pairs first, nobody in two.
-std::vector<Match> MatchPeople(const Camera& camera_a,
-                               const std::vector<ViewPeople::Person>& a,
+std::vector<Match> MatchPeople(const Camera& camera_a, const People& a,
                                const ComparedPeople& of_a,
-                               const Camera& camera_b,
-                               const std::vector<ViewPeople::Person>& b,
+                               const Camera& camera_b, const People& b,
                                const ComparedPeople& of_b) {
   std::vector<Match> likely;
   for (size_t i = 0; i < a.size(); ++i) {
@@ -171,85 +154,6 @@ std::vector<Match> MatchPeople(const Camera& camera_a,
   return matches;
 }
 
-// Two views, to be compared at several lags.
-class PairOfViews {
- public:
-  PairOfViews(const Camera& camera_a, const ViewPeople& a,
-              const Camera& camera_b, const ViewPeople& b)
-      : camera_a_(camera_a),
-        a_(a),
-        camera_b_(camera_b),
-        b_(b),
-        F_(FundamentalMatrix(camera_a, camera_b)),
-        F_back_(F_.transpose()) {}
-
-  PairAgreement Agreement(const std::vector<int>& frames, int lag) {
-    PairAgreement agreement;
-    for (const int k : frames) {
-      const int other = k + lag;
-      if (other < 0 || other >= static_cast<int>(b_.frames.size())) continue;
-      const auto& people_a = a_.frames[static_cast<size_t>(k)];
-      const auto& people_b = b_.frames[static_cast<size_t>(other)];
-      const size_t possible = std::min(people_a.size(), people_b.size());
-      if (possible == 0) continue;
-      agreement.possible += static_cast<double>(possible);
-      double size_px = 0.0;
-      for (const auto& person : people_a) size_px += person.size_px;
-      size_px *= kTolerance / static_cast<double>(people_a.size());
-      agreement.distance_px += size_px * static_cast<double>(possible);
-      // Two cameras in one place see everything on each other's lines.
-      if (F_.isZero()) continue;
-      for (const Match& match : Matches(k, other)) {
-        agreement.gain += match.gain;
-        agreement.distance_px -= match.gain * size_px;
-      }
-    }
-    return agreement;
-  }
-
- private:
-  using Known = std::unordered_map<int, ComparedPeople>;
-
-  std::vector<Match> Matches(int frame_a, int frame_b) {
-    const auto& people_a = a_.frames[static_cast<size_t>(frame_a)];
-    const auto& people_b = b_.frames[static_cast<size_t>(frame_b)];
-    return MatchPeople(camera_a_, people_a,
-                       Of(F_, frame_a, people_a, &known_a_), camera_b_,
-                       people_b, Of(F_back_, frame_b, people_b, &known_b_));
-  }
-
-  static const ComparedPeople& Of(const Eigen::Matrix3d& F, int frame,
-                                  const std::vector<ViewPeople::Person>& people,
-                                  Known* known) {
-    const auto [at, is_new] = known->try_emplace(frame);
-    if (is_new) at->second = ComparedPeople(F, people);
-    return at->second;
-  }
-
-  const Camera& camera_a_;
-  const ViewPeople& a_;
-  const Camera& camera_b_;
-  const ViewPeople& b_;
-  const Eigen::Matrix3d F_;
-  const Eigen::Matrix3d F_back_;
-  Known known_a_;
-  Known known_b_;
-};
-
-// Length of a chain of joints, NaN where one is not there.
-double ChainLength(const std::vector<std::optional<Eigen::Vector3d>>& points,
-                   const std::vector<int>& chain) {
-  double length = 0.0;
-  for (size_t i = 0; i + 1 < chain.size(); ++i) {
-    if (chain[i] < 0 || chain[i + 1] < 0) return NAN;
-    const auto& a = points[static_cast<size_t>(chain[i])];
-    const auto& b = points[static_cast<size_t>(chain[i + 1])];
-    if (!a.has_value() || !b.has_value()) return NAN;
-    length += (*a - *b).norm();
-  }
-  return length;
-}
-
 // Each of a frame's people is compared with each of another view.
 void KeepMostSeen(std::vector<ViewPeople::Person>* people) {
   constexpr size_t kMostPeople = 100;
@@ -270,8 +174,7 @@ std::vector<int> FramesToPlace(const std::vector<ViewPeople>& ideal,
   size_t most = 0;
   for (const auto& [a, b] : ComparedPairs(ideal.size())) {
     for (const int k : frames) {
-      most += std::min(ideal[a].frames[static_cast<size_t>(k)].size(),
-                       ideal[b].frames[static_cast<size_t>(k)].size());
+      most += std::min(ideal[a].frames[k].size(), ideal[b].frames[k].size());
     }
   }
   if (most <= kEnoughPlaced) return frames;
@@ -281,8 +184,7 @@ std::vector<int> FramesToPlace(const std::vector<ViewPeople>& ideal,
 
 }  // namespace
 
-std::vector<ViewPeople> PeopleOfViews(const DetectionSequence& detections,
-                                      double min_confidence) {
+std::vector<ViewPeople> PeopleOfViews(const DetectionSequence& detections) {
   const std::vector<int>& joints =
       detections.header.skeleton.association_joints();
   std::vector<ViewPeople> views(detections.header.view_names.size());
@@ -294,7 +196,8 @@ std::vector<ViewPeople> PeopleOfViews(const DetectionSequence& detections,
         int found = 0;
         for (const int j : joints) {
           const Keypoint& point = detection.joints[j];
-          const bool counts = point.found && point.confidence >= min_confidence;
+          const bool counts =
+              point.found && point.confidence >= kMinJointConfidence;
           person.px.push_back(point.px);
           person.found.push_back(counts);
           found += counts ? 1 : 0;
@@ -324,7 +227,7 @@ DetectionSequence FramesOf(const DetectionSequence& detections,
   DetectionSequence some;
   some.header = detections.header;
   for (const int k : frames) {
-    some.frames.push_back(detections.frames[static_cast<size_t>(k)]);
+    some.frames.push_back(detections.frames[k]);
   }
   return some;
 }
@@ -345,8 +248,9 @@ ViewPeople Undistorted(const ViewPeople& view, const Camera& camera) {
   return ideal;
 }
 
-std::vector<ViewPeople> Undistorted(std::vector<ViewPeople> views,
+std::vector<ViewPeople> IdealPeople(const DetectionSequence& detections,
                                     const CameraRig& cameras) {
+  std::vector<ViewPeople> views = PeopleOfViews(detections);
   for (size_t v = 0; v < views.size(); ++v) {
     views[v] = Undistorted(views[v], cameras[v]);
   }
@@ -359,10 +263,40 @@ std::vector<PairAgreement> AgreementsOf(const Camera& camera_a,
                                         const ViewPeople& b,
                                         const std::vector<int>& frames,
                                         const std::vector<int>& lags) {
-  PairOfViews pair(camera_a, a, camera_b, b);
+  const Eigen::Matrix3d F = FundamentalMatrix(camera_a, camera_b);
+  const Eigen::Matrix3d F_back = F.transpose();
+  // Of frames that were compared before, at another lag.
+  std::unordered_map<int, ComparedPeople> known_a;
+  std::unordered_map<int, ComparedPeople> known_b;
   std::vector<PairAgreement> agreements;
   agreements.reserve(lags.size());
-  for (const int lag : lags) agreements.push_back(pair.Agreement(frames, lag));
+  for (const int lag : lags) {
+    PairAgreement& agreement = agreements.emplace_back();
+    for (const int k : frames) {
+      const int other = k + lag;
+      if (other < 0 || other >= static_cast<int>(b.frames.size())) continue;
+      const People& people_a = a.frames[k];
+      const People& people_b = b.frames[other];
+      const size_t possible = std::min(people_a.size(), people_b.size());
+      if (possible == 0) continue;
+      agreement.possible += static_cast<double>(possible);
+      double size_px = 0.0;
+      for (const auto& person : people_a) size_px += person.size_px;
+      size_px *= kTolerance / static_cast<double>(people_a.size());
+      agreement.distance_px += size_px * static_cast<double>(possible);
+      // Two cameras in one place see everything on each other's lines.
+      if (F.isZero()) continue;
+      const auto [of_a, new_a] = known_a.try_emplace(k);
+      if (new_a) of_a->second = ComparedPeople(F, people_a);
+      const auto [of_b, new_b] = known_b.try_emplace(other);
+      if (new_b) of_b->second = ComparedPeople(F_back, people_b);
+      for (const Match& match : MatchPeople(camera_a, people_a, of_a->second,
+                                            camera_b, people_b, of_b->second)) {
+        agreement.gain += match.gain;
+        agreement.distance_px -= match.gain * size_px;
+      }
+    }
+  }
   return agreements;
 }
 
@@ -435,14 +369,16 @@ std::vector<PlacedPerson> PlacePeople(const CameraRig& cameras,
                                       const std::vector<ViewPeople>& ideal,
                                       const std::vector<int>& frames) {
   constexpr double kMinGain = 0.5;
+  TriangulationOptions options;
+  options.min_angle_rad = 0.2;
   const std::vector<int> looked_at = FramesToPlace(ideal, frames);
   std::vector<PlacedPerson> placed;
   for (const auto& [a, b] : ComparedPairs(cameras.size())) {
     const Eigen::Matrix3d F = FundamentalMatrix(cameras[a], cameras[b]);
     if (F.isZero()) continue;
     for (const int k : looked_at) {
-      const auto& people_a = ideal[a].frames[static_cast<size_t>(k)];
-      const auto& people_b = ideal[b].frames[static_cast<size_t>(k)];
+      const People& people_a = ideal[a].frames[k];
+      const People& people_b = ideal[b].frames[k];
       for (const Match& match : MatchPeople(
                cameras[a], people_a, ComparedPeople(F, people_a), cameras[b],
                people_b, ComparedPeople(F.transpose(), people_b))) {
@@ -456,8 +392,11 @@ std::vector<PlacedPerson> PlacePeople(const CameraRig& cameras,
         person.joints.resize(one.px.size());
         for (size_t j = 0; j < one.px.size(); ++j) {
           if (!one.found[j] || !other.found[j]) continue;
-          person.joints[j] =
-              Triangulated(cameras[a], one.px[j], cameras[b], other.px[j]);
+          const std::array<PointMeasurement, 2> seen = {
+              {{&cameras[a], one.px[j], 1.0}, {&cameras[b], other.px[j], 1.0}}};
+          const TriangulationResult point =
+              TriangulateDlt({seen.data(), seen.size()}, options);
+          if (point.ok()) person.joints[j] = point.point_m;
         }
       }
     }
@@ -473,16 +412,19 @@ Stature StatureOf(const CameraRig& cameras,
   // 0.285 and 0.039 of the stature above the ground (Drillis and Contini,
   // "Body segment parameters", 1966): the chain is 0.779 of it.
   constexpr double kChainOfStature = 0.779;
-  const auto place = [&](const std::string& name) {
-    return PlaceOf(skeleton, name);
-  };
   std::vector<double> statures;
   for (const PlacedPerson& person : PlacePeople(cameras, ideal, frames)) {
+    const auto joint = [&](const std::string& name) {
+      const int at = PlaceOf(skeleton, name);
+      return at < 0 ? std::nullopt : person.joints[at];
+    };
     for (const std::string side : {"l_", "r_"}) {
-      const double length = ChainLength(
-          person.joints, {place(side + "shoulder"), place(side + "hip"),
-                          place(side + "knee"), place(side + "ankle")});
-      if (std::isfinite(length)) statures.push_back(length / kChainOfStature);
+      const auto shoulder = joint(side + "shoulder"), hip = joint(side + "hip");
+      const auto knee = joint(side + "knee"), ankle = joint(side + "ankle");
+      if (!shoulder || !hip || !knee || !ankle) continue;
+      statures.push_back(((*shoulder - *hip).norm() + (*hip - *knee).norm() +
+                          (*knee - *ankle).norm()) /
+                         kChainOfStature);
     }
   }
   Stature stature;

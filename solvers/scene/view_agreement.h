@@ -29,15 +29,14 @@ struct ViewPeople {
   std::vector<std::vector<Person>> frames;  // [frame][person]
 };
 
-// Raw pixels, joints of confidence `min_confidence` and more; people with fewer
-// than six of them say too little. Of more than a hundred in a picture those of
-// whom most is seen.
-std::vector<ViewPeople> PeopleOfViews(const DetectionSequence& detections,
-                                      double min_confidence);
+// Raw pixels, joints of confidence kMinJointConfidence and more; people with
+// fewer than six of them say too little. Of more than a hundred in a picture
+// those of whom most is seen.
+std::vector<ViewPeople> PeopleOfViews(const DetectionSequence& detections);
 
 // Ideal pixels: the lens of each view's camera taken out.
 ViewPeople Undistorted(const ViewPeople& view, const Camera& camera);
-std::vector<ViewPeople> Undistorted(std::vector<ViewPeople> views,
+std::vector<ViewPeople> IdealPeople(const DetectionSequence& detections,
                                     const CameraRig& cameras);
 
 // `count` of some frames, evenly among them.
@@ -55,14 +54,13 @@ DetectionSequence FramesMoved(const DetectionSequence& told,
   DetectionSequence moved = told;
   const auto count = static_cast<int64_t>(told.frames.size());
   for (int64_t k = 0; k < count; ++k) {
-    auto& views = moved.frames[static_cast<size_t>(k)].views;
+    auto& views = moved.frames[k].views;
     for (size_t v = 0; v < views.size(); ++v) {
       const int64_t from = source(v, k);
       if (from == k) continue;
       views[v].detections.clear();
       if (from < 0 || from >= count) continue;
-      views[v].detections =
-          told.frames[static_cast<size_t>(from)].views[v].detections;
+      views[v].detections = told.frames[from].views[v].detections;
     }
   }
   return moved;

@@ -76,7 +76,7 @@ DetectionSequence WithFrameOffsets(const DetectionSequence& detections,
   const auto& frames = detections.frames;
   DetectionSequence moved =
       FramesMoved(detections, [&](size_t v, int64_t k) -> int64_t {
-        const int64_t number = frames[static_cast<size_t>(k)].frame;
+        const int64_t number = frames[k].frame;
         return offsets[v] == 0 ? k : IndexOfFrame(frames, number + offsets[v]);
       });
   // The others join the frames of the views that stay.
@@ -119,29 +119,31 @@ struct OtherRate {
     return shown;
   }
 
+  // Where frame k's picture stands in the files, or -1.
+  int From(const std::vector<DetectionFrame>& files, size_t k) const {
+    const auto shown = At(files[k].frame);
+    return shown ? IndexOfFrame(files, shown->number) : -1;
+  }
+
   // The view's people in some of the frames.
   ViewPeople Of(const ViewPeople& people,
-                const std::vector<DetectionFrame>& frames,
+                const std::vector<DetectionFrame>& files,
                 const std::vector<int>& wanted) const {
     ViewPeople moved;
     moved.frames.resize(people.frames.size());
     for (const int k : wanted) {
-      const auto at = static_cast<size_t>(k);
-      const auto shown = At(frames[at].frame);
-      const int from = shown ? IndexOfFrame(frames, shown->number) : -1;
+      const int from = From(files, static_cast<size_t>(k));
       if (from < 0) continue;
-      moved.frames[at] = people.frames[static_cast<size_t>(from)];
+      moved.frames[k] = people.frames[from];
     }
     return moved;
   }
 
   DetectionSequence Of(const DetectionSequence& detections) const {
-    const auto& frames = detections.frames;
     DetectionSequence moved =
         FramesMoved(detections, [&](size_t v, int64_t k) -> int64_t {
-          if (v != view) return k;
-          const auto shown = At(frames[static_cast<size_t>(k)].frame);
-          return shown ? IndexOfFrame(frames, shown->number) : -1;
+          return v == view ? From(detections.frames, static_cast<size_t>(k))
+                           : k;
         });
     for (DetectionFrame& frame : moved.frames) {
       if (const auto shown = At(frame.frame)) {
@@ -215,7 +217,7 @@ Noses LookAhead(const std::vector<PlacedPerson>& people,
   Noses noses;
   const auto joint = [&](const PlacedPerson& person, const char* name) {
     const int at = PlaceOf(skeleton, name);
-    return at < 0 ? std::nullopt : person.joints[static_cast<size_t>(at)];
+    return at < 0 ? std::nullopt : person.joints[at];
   };
   for (const PlacedPerson& person : people) {
     const auto l = joint(person, "l_shoulder"), r = joint(person, "r_shoulder");
@@ -429,17 +431,14 @@ std::optional<OtherImage> CommonImage(std::vector<ImageFit> fits,
   return image;
 }
 
-// The view's agreement as it is and with the image.
-void Compare(const SetUp& set_up, const PairAgreement& before,
-             OtherImage* image) {
-  const Camera camera = image->Seen(set_up.cameras[image->view]);
-  image->gain = {before,
-                 set_up.WithOthers(image->view, camera,
-                                   Undistorted(set_up.raw[image->view], camera),
-                                   set_up.frames)};
-}
-
-void KeepBetter(const OtherImage& image, std::optional<OtherImage>* best) {
+// Keeps what brings its view nearer to the others than the best so far.
+void KeepBetter(const SetUp& set_up, const PairAgreement& before,
+                OtherImage image, std::optional<OtherImage>* best) {
+  const Camera camera = image.Seen(set_up.cameras[image.view]);
+  image.gain = {before,
+                set_up.WithOthers(image.view, camera,
+                                  Undistorted(set_up.raw[image.view], camera),
+                                  set_up.frames)};
   if (image.gain.is_enough() &&
       (!best->has_value() || image.gain.gain() > (*best)->gain.gain())) {
     *best = image;
@@ -454,8 +453,7 @@ std::optional<OtherImage> OtherSizeOfTwo(const SetUp& set_up) {
       OtherImage image;
       image.view = v;
       image.scale = ratio;
-      Compare(set_up, set_up.WithOthers(v), &image);
-      KeepBetter(image, &best);
+      KeepBetter(set_up, set_up.WithOthers(v), image, &best);
     }
   }
   return best;
@@ -486,30 +484,11 @@ std::optional<OtherImage> FindOtherImage(const SetUp& set_up,
     auto image = CommonImage(std::move(fits), least_shift);
     if (!image.has_value()) continue;
     image->view = v;
-    if (!image->scaled() && !image->cropped()) continue;
-    Compare(set_up, before, &*image);
-    KeepBetter(*image, &best);
+    if (image->scaled() || image->cropped()) {
+      KeepBetter(set_up, before, *image, &best);
+    }
   }
   return best;
-}
-
-Answer WordsOf(const SetUp& set_up, const std::vector<char>& exchanged,
-               const AgreementGain& gain, const Noses& noses) {
-  const std::string fix =
-      ExchangeSidesFlag(exchanged, set_up.input.detections.header.view_names);
-  if (std::find(exchanged.begin(), exchanged.end(), 0) == exchanged.end()) {
-    return Said({"sides", "", 0.9, 0.0, 0.0, fix,
-                 Format("left and right are exchanged: noses lie behind the "
-                        "shoulders in %.0f of %.0f people",
-                        noses.backwards, noses.looked_at)});
-  }
-  Answer answer;
-  for (size_t v = 0; v < exchanged.size(); ++v) {
-    if (!exchanged[v]) continue;
-    answer.findings.push_back(Found("sides", set_up.CameraName(v), gain, fix,
-                                    "left and right are exchanged in it"));
-  }
-  return answer;
 }
 
 }  // namespace
@@ -597,8 +576,7 @@ void ExchangeSides(const std::vector<char>& views,
       for (Detection& detection : frame.views[v].detections) {
         const std::vector<Keypoint> own = detection.joints;
         for (int j = 0; j < skeleton.joint_count(); ++j) {
-          detection.joints[static_cast<size_t>(j)] =
-              own[static_cast<size_t>(skeleton.mirror(j))];
+          detection.joints[j] = own[skeleton.mirror(j)];
         }
       }
     }
@@ -609,13 +587,10 @@ ExchangedSides FindExchangedSides(const CameraRig& cameras,
                                   DetectionSequence seen) {
   std::vector<int> frames(seen.frames.size());
   std::iota(frames.begin(), frames.end(), 0);
-  const auto people = [&] {
-    return Undistorted(PeopleOfViews(seen, kMinJointConfidence), cameras);
-  };
   ExchangedSides found;
-  found.people = people();
+  found.people = IdealPeople(seen, cameras);
   ExchangeSides(std::vector<char>(cameras.size(), 1), &seen);
-  const std::vector<ViewPeople> mirrored = people();
+  const std::vector<ViewPeople> mirrored = IdealPeople(seen, cameras);
   const SidesTable table(cameras, found.people, mirrored, frames);
   found.views = table.Best();
   found.gain = {table.Of(std::vector<char>(cameras.size(), 0), found.views),
@@ -644,7 +619,21 @@ std::optional<Answer> AskForSides(const SetUp& set_up) {
   } else if (!found.any()) {
     return std::nullopt;
   }
-  Answer answer = WordsOf(set_up, exchanged, found.gain, noses);
+  const std::string fix =
+      ExchangeSidesFlag(exchanged, set_up.input.detections.header.view_names);
+  Answer answer;
+  const bool all = std::count(exchanged.begin(), exchanged.end(), 0) == 0;
+  if (all) {
+    answer = Said({"sides", "", 0.9, 0.0, 0.0, fix,
+                   Format("left and right are exchanged: noses lie behind the "
+                          "shoulders in %.0f of %.0f people",
+                          noses.backwards, noses.looked_at)});
+  }
+  for (size_t v = 0; v < exchanged.size(); ++v) {
+    if (all || !exchanged[v]) continue;
+    answer.findings.push_back(Found("sides", set_up.CameraName(v), found.gain,
+                                    fix, "left and right are exchanged in it"));
+  }
   answer.detections = set_up.detections;
   ExchangeSides(exchanged, &*answer.detections);
   answer.score = set_up.ScoreOf(set_up.cameras, *answer.detections);

@@ -11,8 +11,9 @@
 #include "core/skeleton/body_joints.h"
 #include "solvers/scene/view_agreement.h"
 #include "solvers/session/diagnose.h"
-#include "solvers/session/refine_recording.h"
+#include "solvers/session/ready_recording.h"
 #include "solvers/session/run.h"
+#include "solvers/session/subject_gauge.h"
 
 namespace kinegraph {
 namespace {
@@ -23,17 +24,11 @@ constexpr double kStatureM = 1.70;
 constexpr double kStatureSpread = 0.053;
 constexpr double kChainSpread = 0.03;
 
-// Tracks with the cameras as they are, once, with the paper's estimator.
 TrackSequence QuickTracks(const RunOptions& options, const CameraRig& cameras,
                           const DetectionSequence& recording) {
-  RunOptions quick = options;
-  quick.refine = RefineOptions();
-  quick.estimators.mode = Mode::kPaper;
-  quick.tracker.life.second_pass = false;
-  quick.identity.link = false;
   RunRequest request;
   request.cameras = cameras;
-  return TrackSequenceOf(quick, request, recording);
+  return TrackSequenceOf(QuickOptions(options), request, recording);
 }
 
 // Median of the distances of two joints over people and frames; 0 where they
@@ -42,25 +37,16 @@ double DistanceIn(const TrackSequence& tracks, int a, int b) {
   std::vector<double> distances;
   for (const TrackFrame& frame : tracks.frames) {
     for (const PersonPose& person : frame.people) {
-      const Joint3d& one = person.joints[static_cast<size_t>(a)];
-      const Joint3d& other = person.joints[static_cast<size_t>(b)];
-      if (one.status != JointStatus::kObserved ||
-          other.status != JointStatus::kObserved) {
-        continue;
-      }
-      distances.push_back((one.position_m - other.position_m).norm());
+      const auto distance_m = ObservedDistance(person.joints, a, b);
+      if (distance_m.has_value()) distances.push_back(*distance_m);
     }
   }
   return distances.empty() ? 0.0 : Median(std::move(distances));
 }
 
 double StatureIn(const CameraRig& cameras, const DetectionSequence& recording) {
-  constexpr double kMinConfidence = 0.3;
   constexpr int kFrames = 200;
-  std::vector<ViewPeople> people = PeopleOfViews(recording, kMinConfidence);
-  for (size_t v = 0; v < people.size(); ++v) {
-    people[v] = Undistorted(people[v], cameras[v]);
-  }
+  const std::vector<ViewPeople> people = IdealPeople(recording, cameras);
   const Stature stature =
       StatureOf(cameras, people, FramesToLookAt(people, kFrames),
                 recording.header.skeleton);
@@ -125,7 +111,7 @@ class Finisher {
   const Camera& CameraOf(const std::string& view) const {
     const RigResult& rig = result_->rig;
     for (size_t v = 0; v < rig.used.size(); ++v) {
-      if (result_->view_names[static_cast<size_t>(rig.used[v])] == view) {
+      if (result_->view_names[rig.used[v]] == view) {
         return result_->cameras[v];
       }
     }
@@ -167,28 +153,10 @@ class Finisher {
       return;
     }
     const double factor = metres / measured;
-    result_->metres_per_unit = factor;
     result_->stature_m = stature * factor;
-    for (Camera& camera : result_->cameras) {
-      CameraParameters parameters = camera.parameters();
-      parameters.t *= factor;
-      camera = Camera(parameters);
-    }
-    ScaleCovariance(factor);
-  }
-
-  void ScaleCovariance(double factor) {
+    result_->cameras = Rescaled(std::move(result_->cameras), factor);
     RigResult& rig = result_->rig;
-    Eigen::Index at = 0;
-    for (size_t v = 0; v < rig.places.size(); ++v) {
-      for (const int place : rig.places[v]) {
-        if (place >= kCentreAt && place < kCentreAt + 3) {
-          rig.covariance.row(at) *= factor;
-          rig.covariance.col(at) *= factor;
-        }
-        ++at;
-      }
-    }
+    RescaleCentres(rig.places, factor, &rig.covariance);
     for (RigView& view : rig.views) view.centre_sigma_m *= factor;
     rig.size_m *= factor;
   }
@@ -197,11 +165,8 @@ class Finisher {
     if (!IsHuman(recording().header.skeleton)) return;
     const TrackSequence first =
         QuickTracks(options_, result_->cameras, recording());
-    Stance stance(first.header.skeleton);
-    for (const TrackFrame& frame : first.frames) {
-      for (const PersonPose& person : frame.people) stance.See(person);
-    }
-    const Eigen::Vector3d body = stance.body_sum_m();
+    const Eigen::Vector3d body =
+        StanceOf(first.header.skeleton, first.frames).body_sum_m();
     if (!(body.norm() > 0.0)) return;
     result_->cameras = WithoutUpAxis(result_->cameras, body.normalized());
     const TrackSequence tracks =
@@ -248,7 +213,7 @@ class Finisher {
     Eigen::VectorXd segment = Eigen::VectorXd::Zero(size);
     Eigen::Index at = 0;
     for (size_t v = 0; v < rig.used.size(); ++v) {
-      const RigView& view = rig.views[static_cast<size_t>(rig.used[v])];
+      const RigView& view = rig.views[rig.used[v]];
       record.cameras.push_back({result_->cameras[v].name(), view.clock_s,
                                 view.drift, rig.places[v]});
       const Eigen::Matrix3d R =
@@ -292,11 +257,7 @@ RecordingCalibration CalibrateRecording(const RunOptions& options,
   RigInput rig;
   rig.intrinsics = scene.model.cameras;
   rig.focal_sigma = input.focal_sigma;
-  rig.detections.header = detections.header;
-  rig.detections.header.view_names = scene.view_names;
-  for (DetectionFrame frame : detections.frames) {
-    KeepUsedViews(scene, &frame, &rig.detections.frames.emplace_back());
-  }
+  rig.detections = UsedViewsOf(scene, detections);
   rig.match = [&](const CameraRig& cameras,
                   const DetectionSequence& recording) {
     SceneModel model = scene.model;

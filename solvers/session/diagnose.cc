@@ -8,7 +8,6 @@
 #include "core/skeleton/body_joints.h"
 #include "core/tracking/tracker.h"
 #include "solvers/session/subject_gauge.h"
-#include "solvers/session/subject_scale.h"
 
 namespace kinegraph {
 
@@ -26,16 +25,20 @@ FrozenMatches MatchRecording(const RunOptions& options, const SceneModel& scene,
   return freezer.Matches(options.tracker.life, scene.frame_rate_hz);
 }
 
+std::vector<const Skeleton*> SkeletonsLike(const Skeleton& own) {
+  std::vector<const Skeleton*> skeletons = {&own};
+  for (const Skeleton* other : SkeletonsOfSize(own.joints().size())) {
+    if (other->joints() != own.joints()) skeletons.push_back(other);
+  }
+  return skeletons;
+}
+
 namespace {
 
 // Another order of the joints with as many of them, which fits people's bones
 // clearly better; null where there is none.
 const Skeleton* BetterSkeleton(const DetectionSequence& detections) {
-  const Skeleton& own = detections.header.skeleton;
-  std::vector<const Skeleton*> candidates = {&own};
-  for (const Skeleton* other : SkeletonsOfSize(own.joints().size())) {
-    if (other->joints() != own.joints()) candidates.push_back(other);
-  }
+  const auto candidates = SkeletonsLike(detections.header.skeleton);
   SkeletonFit fit(candidates);
   for (const DetectionFrame& frame : detections.frames) {
     for (const ViewDetections& view : frame.views) {
@@ -45,16 +48,6 @@ const Skeleton* BetterSkeleton(const DetectionSequence& detections) {
   }
   const size_t best = fit.Best();
   return best == 0 ? nullptr : candidates[best];
-}
-
-Finding OtherSkeleton(const std::string& told, const std::string& better) {
-  Finding finding;
-  finding.kind = "skeleton";
-  finding.confidence = 0.9;
-  finding.fix = "--set=detections.skeleton=" + better;
-  finding.evidence = "limbs and trunks have implausible lengths as " + told +
-                     " and plausible ones as " + better;
-  return finding;
 }
 
 }  // namespace
@@ -72,12 +65,8 @@ Diagnosis DiagnoseRecording(const RunOptions& options,
   input.frame_rate_hz = scene.model.frame_rate_hz;
   input.units_per_metre = unit.per_metre;
   input.unit_can_be_set = unit.can_be_changed;
-  input.detections.header = header;
-  input.detections.header.view_names = scene.view_names;
-  for (DetectionFrame frame : detections.frames) {
-    if (!ContainsFrame(request.frames, frame.frame)) continue;
-    KeepUsedViews(scene, &frame, &input.detections.frames.emplace_back());
-  }
+  input.detections = UsedViewsOf(scene, AskedFrames(request, detections));
+  input.detections.header.skeleton = header.skeleton;
   // The doctor has a word of his own on people who are too small or too large.
   const SubjectScale scale =
       IsHuman(header.skeleton)
@@ -94,9 +83,12 @@ Diagnosis DiagnoseRecording(const RunOptions& options,
   Diagnosis diagnosis = Diagnose(input);
   diagnosis.cameras = scale.IntoWorld(std::move(diagnosis.cameras));
   if (better != nullptr) {
-    diagnosis.findings.insert(
-        diagnosis.findings.begin(),
-        OtherSkeleton(detections.header.skeleton.name(), better->name()));
+    diagnosis.findings.insert(diagnosis.findings.begin(),
+                              {"skeleton", "", 0.9, 0.0, 0.0,
+                               "--set=detections.skeleton=" + better->name(),
+                               "limbs and trunks have implausible lengths as " +
+                                   detections.header.skeleton.name() +
+                                   " and plausible ones as " + better->name()});
     diagnosis.verdict = DoctorVerdict::kSuspect;
   }
   return diagnosis;

@@ -2,6 +2,8 @@
 #ifndef KINEGRAPH_SOLVERS_SESSION_DIAGNOSE_H_
 #define KINEGRAPH_SOLVERS_SESSION_DIAGNOSE_H_
 
+#include <vector>
+
 #include "core/data/detection.h"
 #include "core/io/calibration/calibration.h"
 #include "solvers/scene/doctor.h"
@@ -17,6 +19,10 @@ Diagnosis DiagnoseRecording(const RunOptions& options,
                             const RunRequest& request,
                             const DetectionSequence& detections,
                             const CalibrationUnit& unit);
+
+// The skeleton of some detections, then others with as many joints, in another
+// order.
+std::vector<const Skeleton*> SkeletonsLike(const Skeleton& own);
 
 // Tracks detections of the scene's views with its cameras, once, and freezes
 // the matches; one pass, the paper's estimator.

@@ -56,8 +56,8 @@ std::optional<Eigen::Vector3d> Middle(const Pose3d& joints,
   const int left = skeleton.IndexOf("l_" + part);
   const int right = skeleton.IndexOf("r_" + part);
   if (left < 0 || right < 0) return std::nullopt;
-  const Joint3d& a = joints[static_cast<size_t>(left)];
-  const Joint3d& b = joints[static_cast<size_t>(right)];
+  const Joint3d& a = joints[left];
+  const Joint3d& b = joints[right];
   if (!Seen(a) || !Seen(b)) return std::nullopt;
   return 0.5 * (a.position_m + b.position_m);
 }
@@ -104,21 +104,46 @@ const Past* LongEnoughAgo(const std::deque<Past>& past, TimeNs now) {
   return nullptr;
 }
 
-// Collects the stands of all people.
-class StandCollector {
- public:
-  explicit StandCollector(const Skeleton& skeleton)
-      : joints_(FeetOf(skeleton)) {}
+// Whether a joint is where it was, but for the swing of who stands.
+bool Rests(size_t joint, const Past& before, TimeNs now,
+           const PersonPose& person) {
+  const Joint3d& last = (*before.joints)[joint];
+  const Joint3d& one = person.joints[joint];
+  return Seen(last) && Seen(one) &&
+         (one.position_m - last.position_m).norm() <=
+             kStandingMps * ToSeconds(now - before.time);
+}
 
-  void See(const TrackFrame& frame) {
+// The stands of all people.
+std::vector<Stand> StandsIn(const Skeleton& skeleton,
+                            const std::vector<TrackFrame>& frames) {
+  constexpr double kFarM = 0.3;  // who shuffles along stands anew
+  const std::vector<FootJoint> feet = FeetOf(skeleton);
+  std::vector<Stand> stands;
+  std::map<TrackId, std::deque<Past>> pasts;
+  std::map<std::pair<TrackId, int>, size_t> open;  // stands that go on
+  for (const TrackFrame& frame : frames) {
     for (const PersonPose& person : frame.people) {
-      std::deque<Past>& past = past_[person.id];
+      std::deque<Past>& past = pasts[person.id];
       const Past* const before = LongEnoughAgo(past, frame.time);
-      for (const FootJoint& foot : joints_) {
-        const bool rests =
-            before != nullptr && Rests(foot, *before, frame.time, person);
-        if (rests) AddTo({person.id, foot.joint}, foot, person);
-        if (!rests) open_.erase({person.id, foot.joint});
+      for (const FootJoint& foot : feet) {
+        const auto j = static_cast<size_t>(foot.joint);
+        if (before == nullptr || !Rests(j, *before, frame.time, person)) {
+          open.erase({person.id, foot.joint});
+          continue;
+        }
+        const Eigen::Vector3d& point = person.joints[j].position_m;
+        const auto [at, is_new] =
+            open.try_emplace({person.id, foot.joint}, stands.size());
+        if (is_new || (stands[at->second].point - point).norm() > kFarM) {
+          at->second = stands.size();
+          stands.push_back({point, foot.height_m,
+                            2.0 / static_cast<double>(feet.size()), 1});
+          continue;
+        }
+        Stand& stand = stands[at->second];
+        ++stand.samples;
+        stand.point += (point - stand.point) / stand.samples;
       }
       past.push_back({frame.time, &person.joints});
       while (past.front().time < frame.time - FromSeconds(4.0 * kRestS)) {
@@ -126,51 +151,7 @@ class StandCollector {
       }
     }
   }
-
-  const std::vector<Stand>& stands() const { return stands_; }
-
- private:
-  using Key = std::pair<TrackId, int>;
-
-  static bool Rests(const FootJoint& foot, const Past& before, TimeNs now,
-                    const PersonPose& person) {
-    const auto j = static_cast<size_t>(foot.joint);
-    const Joint3d& last = (*before.joints)[j];
-    const Joint3d& joint = person.joints[j];
-    return Seen(last) && Seen(joint) &&
-           (joint.position_m - last.position_m).norm() <=
-               kStandingMps * ToSeconds(now - before.time);
-  }
-
-  void AddTo(const Key& key, const FootJoint& foot, const PersonPose& person) {
-    const Eigen::Vector3d& point =
-        person.joints[static_cast<size_t>(foot.joint)].position_m;
-    const auto at = open_.find(key);
-    // Who shuffles along stands anew.
-    constexpr double kFarM = 0.3;
-    if (at == open_.end() ||
-        (stands_[at->second].point - point).norm() > kFarM) {
-      open_[key] = stands_.size();
-      stands_.push_back(
-          {point, foot.height_m, 2.0 / static_cast<double>(joints_.size()), 1});
-      return;
-    }
-    Stand& stand = stands_[at->second];
-    ++stand.samples;
-    stand.point += (point - stand.point) / stand.samples;
-  }
-
-  std::vector<FootJoint> joints_;
-  std::map<TrackId, std::deque<Past>> past_;
-  std::map<Key, size_t> open_;  // stands that go on
-  std::vector<Stand> stands_;
-};
-
-std::vector<Stand> StandsIn(const Skeleton& skeleton,
-                            const std::vector<TrackFrame>& frames) {
-  StandCollector collector(skeleton);
-  for (const TrackFrame& frame : frames) collector.See(frame);
-  return collector.stands();
+  return stands;
 }
 
 int64_t SamplesOf(const std::vector<Stand>& stands) {
@@ -285,7 +266,7 @@ Floor FitFloor(const std::vector<Stand>& feet, const Eigen::Vector3d& body,
 
 struct Upturn {
   Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
-  double cost = 0.0;
+  double cost = std::numeric_limits<double>::infinity();
 };
 
 // The most likely up near a guess. The fit is linear in the slope; twice leaves
@@ -320,7 +301,6 @@ std::optional<Ground> GroundOf(const TrackHeader& header,
   }
   const Eigen::Vector3d body = axis.normalized();
   Upturn best;
-  best.cost = std::numeric_limits<double>::infinity();
   for (const Guess& guess : GuessesOf(body)) {
     const Upturn one = TurnUp(feet, body, guess);
     if (one.cost < best.cost) best = one;
@@ -370,18 +350,22 @@ void TurnRecord(const Ground& ground, RefinementRecord* record) {
   record->covariance = turn * record->covariance * turn.transpose();
 }
 
+RunOptions QuickOptions(RunOptions options) {
+  options.refine = RefineOptions();
+  options.estimators.mode = Mode::kPaper;
+  options.tracker.life.second_pass = false;
+  options.identity.link = false;
+  return options;
+}
+
 std::optional<Ground> FindGround(const RunOptions& options,
                                  const RunRequest& request,
                                  const DetectionSequence& detections) {
-  RunOptions quick = options;
-  quick.refine = RefineOptions();
-  quick.estimators.mode = Mode::kPaper;
-  quick.tracker.life.second_pass = false;
-  quick.identity.link = false;
   RunRequest asked = request;
   asked.corrections.clear();
   asked.kept_matches = KeptMatches::kNone;
-  TrackSequence tracks = TrackSequenceOf(quick, asked, detections);
+  TrackSequence tracks =
+      TrackSequenceOf(QuickOptions(options), asked, detections);
   const SubjectScale scale = ScaleOf(tracks);
   for (TrackFrame& frame : tracks.frames) {
     frame = scale.IntoRun(std::move(frame));

@@ -36,8 +36,11 @@ CameraRig OnGround(const CameraRig& cameras, const Ground& ground);
 // A record's centres in the new world.
 void TurnRecord(const Ground& ground, RefinementRecord* record);
 
-// Tracks the recording once, with the paper's estimator and one pass, for
-// GroundOf. Throws as PrepareScene.
+// To track once as the cameras are: the paper's estimator and one pass.
+RunOptions QuickOptions(RunOptions options);
+
+// Tracks the recording once, with QuickOptions, for GroundOf. Throws as
+// PrepareScene.
 std::optional<Ground> FindGround(const RunOptions& options,
                                  const RunRequest& request,
                                  const DetectionSequence& detections);

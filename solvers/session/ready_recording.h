@@ -5,11 +5,13 @@
 #define KINEGRAPH_SOLVERS_SESSION_READY_RECORDING_H_
 
 #include <functional>
+#include <memory>
 #include <optional>
 
 #include "core/data/detection.h"
 #include "core/geometry/camera.h"
 #include "core/io/configuration/refinement_record.h"
+#include "solvers/cameras/camera_uncertainty.h"
 #include "solvers/cameras/refine.h"
 #include "solvers/session/ground.h"
 #include "solvers/session/options.h"
@@ -19,6 +21,38 @@ namespace kinegraph {
 
 // Whether the options ask for anything that needs the whole recording first.
 bool ChangesCameras(const RunOptions& options);
+
+struct RefinedRecording {
+  Refinement refinement;  // one change a used view
+  CameraRig stated;       // cameras of the used views, as given
+  CameraRig cameras;      // of the request, the used ones refined
+  RefinementRecord record;
+  // The frames asked for, with all views and their clocks set right.
+  DetectionSequence detections;
+};
+
+// Where WithClocks counts drifts from.
+double MiddleOf(const DetectionSequence& detections);
+
+// Tracks the recording once to match it, with whole-frame lags of its clocks
+// found first where the options ask for clocks, and refines what they ask for.
+// Throws as PrepareScene.
+RefinedRecording RefineRecording(const RunOptions& options,
+                                 const RunRequest& request,
+                                 const DetectionSequence& detections);
+
+// The frames asked for with the clocks of a record, as the run that wrote it
+// saw them. Throws as PrepareScene.
+DetectionSequence WithRecordedClocks(const RunOptions& options,
+                                     const RunRequest& request,
+                                     const RefinementRecord& record,
+                                     const DetectionSequence& detections);
+
+// What the record's uncertainty does to the joints of a run; null when it
+// states none of the run's cameras.
+std::unique_ptr<CameraUncertainty> UncertaintyOf(
+    const RefinementRecord& record, const RunScene& scene,
+    const Skeleton& detection_skeleton);
 
 struct ReadyRecording {
   CameraRig cameras;  // of the request; refined, on their floor

@@ -1,19 +1,22 @@
 #include "solvers/session/recording_report.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <optional>
 #include <utility>
 
+#include "core/base/median.h"
+#include "core/base/random.h"
 #include "core/data/box.h"
 #include "core/io/text/json_value.h"
 #include "core/skeleton/body_joints.h"
 #include "core/tracking/options.h"
 #include "core/tracking/track.h"
 #include "solvers/scene/plausible.h"
-#include "solvers/session/limbs.h"
+#include "solvers/session/diagnose.h"
 #include "solvers/session/recording_warnings.h"
-#include "solvers/session/stream_sample.h"
+#include "solvers/session/subject_gauge.h"
 
 namespace kinegraph {
 namespace {
@@ -22,12 +25,44 @@ constexpr size_t kErrorSample = 4096;  // errors that are kept for quantiles
 constexpr int kMinJoints = 5;          // fewer is no person
 constexpr size_t kMaxCounted = 64;     // people in a view, and more
 
+// A fair sample of a stream of numbers of any length (Vitter's reservoir), the
+// same one for the same stream.
+class StreamSample {
+ public:
+  explicit StreamSample(size_t size = 256) : size_(size) {}
+  void Add(double value) {
+    ++count_;
+    if (values_.size() < size_) {
+      values_.push_back(value);
+      return;
+    }
+    const auto place = static_cast<size_t>(random_.Index(count_));
+    if (place < size_) values_[place] = value;
+  }
+  int64_t count() const { return count_; }  // of all numbers
+  // 0 without values.
+  double Quantile(double share) const {
+    if (values_.empty()) return 0.0;
+    std::vector<double> sorted = values_;
+    std::sort(sorted.begin(), sorted.end());
+    const double place = share * static_cast<double>(sorted.size() - 1);
+    const auto below = static_cast<size_t>(place);
+    const size_t above = std::min(below + 1, sorted.size() - 1);
+    const double part = place - static_cast<double>(below);
+    return (1.0 - part) * sorted[below] + part * sorted[above];
+  }
+
+ private:
+  size_t size_;
+  std::vector<double> values_;
+  Random random_{1};
+  int64_t count_ = 0;
+};
+
 struct PersonStatistics {
-  int64_t frames = 0;
-  int64_t first_frame = 0;
-  int64_t last_frame = 0;
+  PersonReport counts;
   TimeNs last_time = 0;
-  LimbSamples limbs;
+  std::array<StreamSample, Limbs::kCount> limbs_m;
 };
 
 struct CameraStatistics {
@@ -36,6 +71,53 @@ struct CameraStatistics {
   StreamSample person_px;
   std::vector<int64_t> frames_with;  // by number of people
 };
+
+CameraReport ReportOf(const CameraStatistics& camera) {
+  CameraReport report = camera.counts;
+  report.median_px = camera.error_px.Quantile(0.5);
+  report.p90_px = camera.error_px.Quantile(0.9);
+  report.person_px = camera.person_px.Quantile(0.5);
+  return report;
+}
+
+// What limbs tell of a person: the stature, how much lengths vary, and how much
+// those of left and right differ.
+PersonReport ReportOf(const PersonStatistics& person) {
+  // Fewer lengths than this say nothing of a bone.
+  constexpr int64_t kEnough = 10;
+  PersonReport report = person.counts;
+  double length_m = 0.0;
+  double share = 0.0;
+  std::vector<double> spreads;
+  std::vector<double> differences;
+  double left_m = 0.0;  // of the pair that this one ends
+  for (size_t i = 0; i < Limbs::kCount; ++i) {
+    const StreamSample& sample = person.limbs_m[i];
+    double median_m = 0.0;
+    if (sample.count() >= kEnough) {
+      median_m = sample.Quantile(0.5);
+      length_m += median_m;
+      share += Limbs::ShareOf(i);
+      if (i < Limbs::kSided) {
+        spreads.push_back((sample.Quantile(0.9) - sample.Quantile(0.1)) /
+                          median_m);
+      }
+    }
+    if (i % 2 == 0) {
+      left_m = median_m;
+    } else if (left_m > 0.0 && median_m > 0.0) {
+      differences.push_back(std::abs(left_m - median_m) /
+                            (0.5 * (left_m + median_m)));
+    }
+  }
+  if (share > Limbs::kLeastShare) report.height_m = length_m / share;
+  report.bone_spread = Median(std::move(spreads));
+  for (const double difference : differences) {
+    report.side_difference +=
+        difference / static_cast<double>(differences.size());
+  }
+  return report;
+}
 
 }  // namespace
 
@@ -49,8 +131,8 @@ double CameraReport::error_share() const {
   return person_px > 0.0 ? median_px / person_px : 0.0;
 }
 
-class RecordingReporter::Impl {
- public:
+// All of a reporter, which only `RecordingReporter` below reads and calls.
+struct RecordingReporter::Impl {
   Impl(const RunScene& scene, const Skeleton& detection_skeleton,
        bool is_stream)
       : scene_(scene),
@@ -58,7 +140,7 @@ class RecordingReporter::Impl {
         detection_skeleton_(detection_skeleton),
         map_(MapByName(detection_skeleton, scene.model.skeleton)),
         limbs_(scene.model.skeleton),
-        candidates_(Candidates(detection_skeleton)),
+        candidates_(SkeletonsLike(detection_skeleton_)),
         fit_(candidates_),
         check_(scene.model.cameras, detection_skeleton, scene.model.skeleton),
         cameras_(scene.view_names.size()) {
@@ -68,12 +150,6 @@ class RecordingReporter::Impl {
       cameras_[v].frames_with.assign(kMaxCounted, 0);
     }
   }
-
-  void set_empty_frames_left_out(bool left_out) {
-    empty_frames_left_out_ = left_out;
-  }
-
-  void set_scale(const SubjectScale& scale) { scale_ = scale; }
 
   void See(const DetectionFrame& seen, const TrackFrame& tracked) {
     ++frames_;
@@ -114,13 +190,12 @@ class RecordingReporter::Impl {
     }
     report.people = gone_;
     for (const auto& [id, person] : people_) {
-      report.people.push_back(ReportOf(id, person));
+      report.people.push_back(ReportOf(person));
     }
     std::sort(report.people.begin(), report.people.end(),
               [](const auto& a, const auto& b) { return a.id < b.id; });
     report.height_m = TypicalHeight(report.people);
     RecordingFacts facts;
-    facts.is_human = report.is_human;
     const Diagnosis diagnosis = Diagnose(BeginningOf());
     if (report.height_m == 0.0) facts.stature_m = diagnosis.stature_m;
     facts.body_speed_mps = speed_mps_.Quantile(0.95);
@@ -137,14 +212,11 @@ class RecordingReporter::Impl {
     facts.independent_frames = KeyOf("input", "independent_frames", false);
     facts.joints_of_17 = joints_of_17_.Quantile(0.5);
     facts.least_joints_of_17 = KeyOf("initialisation", "min_joints", 0.0);
-    AddWarnings(facts, &report);
-    AddCauses(diagnosis, &report);
     report.cameras_off = check_.Warnings(scale_.metres());
-    AddCamerasOff(&report);
+    AddWarnings(facts, diagnosis, &report);
     return report;
   }
 
- private:
   // The beginning of the recording, from the first frame in which two views
   // show people: as much as a search for lags of ten seconds needs, within
   // bounds.
@@ -184,15 +256,6 @@ class RecordingReporter::Impl {
     return input;
   }
 
-  // The skeleton of the detections, then others with as many joints.
-  static std::vector<const Skeleton*> Candidates(const Skeleton& own) {
-    std::vector<const Skeleton*> candidates = {&own};
-    for (const Skeleton* other : SkeletonsOfSize(own.joints().size())) {
-      if (other->joints() != own.joints()) candidates.push_back(other);
-    }
-    return candidates;
-  }
-
   void SeeView(const ViewDetections& view, size_t v) {
     CameraStatistics& camera = cameras_[v];
     size_t people = 0;
@@ -221,7 +284,7 @@ class RecordingReporter::Impl {
     if (CountFound(*at) >= kMinJoints) ++camera.counts.matched;
     for (size_t j = 0; j < person.joints.size(); ++j) {
       if (map_[j] < 0 || !person.joints[j].present()) continue;
-      const Keypoint& joint = at->joints[static_cast<size_t>(map_[j])];
+      const Keypoint& joint = at->joints[map_[j]];
       if (!joint.found) continue;
       const std::optional<Eigen::Vector2d> px =
           scene_.model.cameras[v].Project(person.joints[j].position_m);
@@ -235,19 +298,23 @@ class RecordingReporter::Impl {
 
   void SeePerson(const TrackFrame& frame, const PersonPose& person) {
     const auto [at, is_new] = people_.try_emplace(person.id);
-    PersonStatistics& statistics = at->second;
-    if (is_new) statistics.first_frame = frame.frame;
-    statistics.last_frame = frame.frame;
-    statistics.last_time = frame.time;
-    ++statistics.frames;
-    limbs_.See(person.joints, &statistics.limbs);
+    PersonReport& counts = at->second.counts;
+    counts.id = person.id;
+    if (is_new) counts.first_frame = frame.frame;
+    counts.last_frame = frame.frame;
+    ++counts.frames;
+    at->second.last_time = frame.time;
+    const auto lengths_m = limbs_.LengthsOf(person.joints);
+    for (size_t i = 0; i < Limbs::kCount; ++i) {
+      if (lengths_m[i]) at->second.limbs_m[i].Add(*lengths_m[i]);
+    }
   }
 
   void SumUpThoseGone(TimeNs now) {
     constexpr double kAway_s = 60.0;
     for (auto at = people_.begin(); at != people_.end();) {
       if (ToSeconds(now - at->second.last_time) > kAway_s) {
-        gone_.push_back(ReportOf(at->first, at->second));
+        gone_.push_back(ReportOf(at->second));
         at = people_.erase(at);
       } else {
         ++at;
@@ -306,14 +373,6 @@ class RecordingReporter::Impl {
     last_time_ = frame.time;
   }
 
-  static CameraReport ReportOf(const CameraStatistics& camera) {
-    CameraReport report = camera.counts;
-    report.median_px = camera.error_px.Quantile(0.5);
-    report.p90_px = camera.error_px.Quantile(0.9);
-    report.person_px = camera.person_px.Quantile(0.5);
-    return report;
-  }
-
   int MostPeople(const CameraStatistics& camera) const {
     int64_t frames = 0;
     for (size_t people = kMaxCounted; people-- > 0;) {
@@ -321,19 +380,6 @@ class RecordingReporter::Impl {
       if (20 * frames >= frames_) return static_cast<int>(people);
     }
     return 0;
-  }
-
-  static PersonReport ReportOf(TrackId id, const PersonStatistics& person) {
-    const LimbFigures figures = FiguresOf(person.limbs);
-    PersonReport report;
-    report.id = id;
-    report.frames = person.frames;
-    report.first_frame = person.first_frame;
-    report.last_frame = person.last_frame;
-    report.height_m = figures.height_m;
-    report.bone_spread = figures.bone_spread;
-    report.side_difference = figures.side_difference;
-    return report;
   }
 
   const RunScene& scene_;
@@ -370,10 +416,10 @@ RecordingReporter::RecordingReporter(const RunScene& scene,
     : impl_(std::make_unique<Impl>(scene, detection_skeleton, is_stream)) {}
 RecordingReporter::~RecordingReporter() = default;
 void RecordingReporter::set_empty_frames_left_out(bool left_out) {
-  impl_->set_empty_frames_left_out(left_out);
+  impl_->empty_frames_left_out_ = left_out;
 }
 void RecordingReporter::set_scale(const SubjectScale& scale) {
-  impl_->set_scale(scale);
+  impl_->scale_ = scale;
 }
 void RecordingReporter::See(const DetectionFrame& seen,
                             const TrackFrame& tracked) {

@@ -94,7 +94,7 @@ class RecordingReporter {
   RecordingReport Report() const;
 
  private:
-  class Impl;
+  struct Impl;
   std::unique_ptr<Impl> impl_;
 };
 

@@ -42,17 +42,14 @@ class Warnings {
 
  private:
   void Add(const std::string& kind, std::string evidence, std::string fix) {
-    Finding finding;
-    finding.kind = kind;
-    finding.evidence = std::move(evidence);
-    finding.fix = std::move(fix);
-    report_->warnings.push_back(std::move(finding));
+    report_->warnings.push_back(
+        {kind, "", 0.0, 0.0, 0.0, std::move(fix), std::move(evidence)});
   }
 
   // Unit of the calibration. True when people have no plausible height; what is
   // no human may be as small as it likes, and as near.
   bool AddScale() {
-    if (!facts_.is_human) return AddScaleOfOthers();
+    if (!report_->is_human) return AddScaleOfOthers();
     // In a world too small or too large nobody is tracked.
     const double height_m =
         report_->height_m > 0.0 ? report_->height_m : facts_.stature_m;
@@ -336,10 +333,9 @@ double TypicalHeight(const std::vector<PersonReport>& people) {
 
 double JointsOf17(const Detection& detection, const Skeleton& skeleton) {
   const std::vector<int>& compared = skeleton.association_joints();
-  const auto found =
-      std::count_if(compared.begin(), compared.end(), [&](int joint_idx) {
-        return detection.joints[static_cast<size_t>(joint_idx)].found;
-      });
+  const auto found = std::count_if(
+      compared.begin(), compared.end(),
+      [&](int joint_idx) { return detection.joints[joint_idx].found; });
   return 17.0 * static_cast<double>(found) /
          static_cast<double>(compared.size());
 }
@@ -379,40 +375,10 @@ std::string UnitsThatFit(double length_m, double least_m, double most_m) {
   return fixes;
 }
 
-void AddWarnings(const RecordingFacts& facts, RecordingReport* report) {
-  Warnings(facts, report).AddAll();
-}
-
 namespace {
 
-// Whether the doctor has found what explains the rest, and a flag that mends
-// it. What wants a closer look first may be another cause: cameras that are
-// turned look like cropped images, or like clocks.
-bool HasCause(const RecordingReport& report) {
-  return std::any_of(report.warnings.begin(), report.warnings.end(),
-                     [](const Finding& one) {
-                       return one.confidence > 0.5 && one.fix != kLookCloser;
-                     });
-}
-
-}  // namespace
-
-void AddCamerasOff(RecordingReport* report) {
-  if (HasCause(*report)) return;
-  for (const CameraWarning& camera : report->cameras_off) {
-    Finding finding;
-    finding.kind = "camera";
-    finding.evidence = camera.text;
-    finding.fix = kLookCloser;
-    report->warnings.push_back(std::move(finding));
-  }
-}
-
-void AddCauses(const Diagnosis& diagnosis, RecordingReport* report) {
-  // The report has its own words for these.
-  const bool knows_unit =
-      std::any_of(report->warnings.begin(), report->warnings.end(),
-                  [](const Finding& one) { return one.kind == "unit"; });
+// What the doctor found, for the report, which has words of its own for a unit.
+std::vector<Finding> CausesOf(const Diagnosis& diagnosis, bool knows_unit) {
   std::vector<Finding> causes;
   for (Finding finding : diagnosis.findings) {
     if (!finding.told || (finding.kind == "unit" && knows_unit)) continue;
@@ -426,10 +392,36 @@ void AddCauses(const Diagnosis& diagnosis, RecordingReport* report) {
     }
     causes.push_back(std::move(finding));
   }
+  return causes;
+}
+
+}  // namespace
+
+void AddWarnings(const RecordingFacts& facts, const Diagnosis& diagnosis,
+                 RecordingReport* report) {
+  const auto any = [&](const auto& holds) {
+    return std::any_of(report->warnings.begin(), report->warnings.end(), holds);
+  };
+  Warnings(facts, report).AddAll();
+  const bool knows_unit =
+      any([](const Finding& one) { return one.kind == "unit"; });
+  std::vector<Finding> causes = CausesOf(diagnosis, knows_unit);
   report->warnings.insert(report->warnings.begin(),
                           std::make_move_iterator(causes.begin()),
                           std::make_move_iterator(causes.end()));
-  if (!HasCause(*report)) return;
+  // Whether the doctor has found what explains the rest, and a flag that mends
+  // it. What wants a closer look first may be another cause: cameras that are
+  // turned look like cropped images, or like clocks.
+  const bool is_explained = any([](const Finding& one) {
+    return one.confidence > 0.5 && one.fix != kLookCloser;
+  });
+  if (!is_explained) {
+    for (const CameraWarning& camera : report->cameras_off) {
+      report->warnings.push_back(
+          {"camera", "", 0.0, 0.0, 0.0, kLookCloser, camera.text});
+    }
+    return;
+  }
   // What merely looks odd is not told beside what explains it.
   auto& all = report->warnings;
   all.erase(std::remove_if(all.begin(), all.end(),

@@ -18,7 +18,6 @@ namespace kinegraph {
 
 // What a report does not show but its warnings need.
 struct RecordingFacts {
-  bool is_human = true;         // IsHuman of the skeleton
   double stature_m = 0.0;       // of people paired between views, untracked
   double body_speed_mps = 0.0;  // 95th percentile, middle of the hips
   double followed_mps = 0.0;    // as fast as gates in metres follow; 0: others
@@ -58,14 +57,10 @@ double TypicalHeight(const std::vector<PersonReport>& people);
 // " or ": those that bring `length_m` between the two; empty: none.
 std::string UnitsThatFit(double length_m, double least_m, double most_m);
 
-void AddWarnings(const RecordingFacts& facts, RecordingReport* report);
-
-// What the doctor found without tracking, before what merely looks odd; where
-// it explains the rest, that goes.
-void AddCauses(const Diagnosis& diagnosis, RecordingReport* report);
-
-// RecordingReport::cameras_off, unless the cause is known.
-void AddCamerasOff(RecordingReport* report);
+// What the doctor found without tracking, then what merely looks odd; where the
+// one explains the other, that goes, and with it RecordingReport::cameras_off.
+void AddWarnings(const RecordingFacts& facts, const Diagnosis& diagnosis,
+                 RecordingReport* report);
 
 }  // namespace kinegraph
 

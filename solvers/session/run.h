@@ -4,6 +4,7 @@
 #define KINEGRAPH_SOLVERS_SESSION_RUN_H_
 
 #include <cstdint>
+#include <deque>
 #include <functional>
 #include <memory>
 
@@ -30,6 +31,26 @@ class MemorySource final : public DetectionSource {
  private:
   const DetectionSequence* sequence_;
   size_t next_ = 0;
+};
+
+// Holds the detections of frames that are not final yet: those that it is fed,
+// or, where everything waits for the end of the recording, those of a second
+// reading.
+class UsedFrames {
+ public:
+  // Without `reopen` frames come from Feed. `scene` must outlive the object.
+  UsedFrames(const RunScene& scene, SourceOpener reopen);
+  void Feed(const DetectionFrame& used);
+  // Frames are asked for in ascending order; nullptr when it never came.
+  const DetectionFrame* At(int64_t frame);
+
+ private:
+  const RunScene* scene_;
+  SourceOpener reopen_;
+  std::unique_ptr<DetectionSource> source_;
+  std::deque<DetectionFrame> waiting_;
+  DetectionFrame read_;
+  DetectionFrame current_;
 };
 
 // Feeds `session` all that `source` gives and finishes it; `write` gets each

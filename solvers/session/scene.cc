@@ -36,7 +36,7 @@ UsedViews ChooseViews(const RunOptions& options, const RunRequest& request,
   for (size_t v = 0; v < view_names.size(); ++v) {
     const int c = pairing.camera_of_view[v];
     if (c < 0 || IsNamed(without, view_names[v])) continue;
-    const Camera& camera = request.cameras[static_cast<size_t>(c)];
+    const Camera& camera = request.cameras[c];
     if (IsNamed(without, camera.name())) continue;
     used.views.push_back(static_cast<int>(v));
     used.cameras.push_back(camera);
@@ -108,6 +108,29 @@ void KeepUsedViews(const RunScene& scene, DetectionFrame* frame,
   for (size_t v = 0; v < scene.used_views.size(); ++v) {
     std::swap(kept->views[v], frame->views[scene.used_views[v]]);
   }
+}
+
+DetectionSequence UsedViewsOf(const RunScene& scene,
+                              const DetectionSequence& detections) {
+  DetectionSequence used;
+  used.header = detections.header;
+  used.header.view_names = scene.view_names;
+  for (DetectionFrame frame : detections.frames) {
+    KeepUsedViews(scene, &frame, &used.frames.emplace_back());
+  }
+  return used;
+}
+
+DetectionSequence AskedFrames(const RunRequest& request,
+                              const DetectionSequence& detections) {
+  DetectionSequence asked;
+  asked.header = detections.header;
+  for (const DetectionFrame& frame : detections.frames) {
+    if (ContainsFrame(request.frames, frame.frame)) {
+      asked.frames.push_back(frame);
+    }
+  }
+  return asked;
 }
 
 }  // namespace kinegraph

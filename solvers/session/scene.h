@@ -47,6 +47,12 @@ RunScene PrepareScene(const RunOptions& options, const RunRequest& request,
 // `frame` with the scene's used views alone; moves them.
 void KeepUsedViews(const RunScene& scene, DetectionFrame* frame,
                    DetectionFrame* kept);
+DetectionSequence UsedViewsOf(const RunScene& scene,
+                              const DetectionSequence& detections);
+
+// The frames that the request asks for.
+DetectionSequence AskedFrames(const RunRequest& request,
+                              const DetectionSequence& detections);
 
 }  // namespace kinegraph
 

@@ -7,6 +7,7 @@
 #include <optional>
 #include <set>
 #include <stdexcept>
+#include <string>
 #include <utility>
 
 #include "core/base/error.h"
@@ -16,7 +17,6 @@
 #include "core/tracking/second_pass.h"
 #include "core/tracking/tracker.h"
 #include "solvers/noise/recording_notes.h"
-#include "solvers/session/recording_clock.h"
 #include "solvers/session/subject_gauge.h"
 #include "solvers/session/subject_scale.h"
 
@@ -55,6 +55,66 @@ TimeNs LongestPause(const RunOptions& options, double frame_rate_hz) {
   return FromSeconds(std::min(longest_s, 1e9));
 }
 
+// A clock may be set while it records, stand, or pause for a year. Estimators
+// get times that ascend, with pauses no longer than matters to any of them;
+// what is written has the recording's own.
+class RecordingClock {
+ public:
+  explicit RecordingClock(TimeNs longest_pause)
+      : longest_pause_(longest_pause) {}
+
+  // Puts the next frame on the run's time. True where the recording's clock
+  // stood or stepped back: nobody lives on from the frames before. Throws
+  // InputError, and stays as it was, when frame numbers do not ascend.
+  bool Enter(DetectionFrame* frame) {
+    const TimeNs time = frame->time;
+    bool starts_anew = false;
+    if (segments_.empty()) {
+      segments_.push_back({frame->frame, 0});
+    } else {
+      if (frame->frame <= last_frame_) {
+        throw InputError("frame " + std::to_string(frame->frame) +
+                         " comes after frame " + std::to_string(last_frame_) +
+                         ", expected frames to ascend");
+      }
+      starts_anew = time <= last_time_;
+      if (starts_anew || time - last_time_ > longest_pause_) {
+        const TimeNs pause = starts_anew ? kUnknownPause : longest_pause_;
+        const TimeNs before = last_time_ + segments_.back().put_on;
+        segments_.push_back({frame->frame, before + (pause - time)});
+      }
+    }
+    last_frame_ = frame->frame;
+    last_time_ = time;
+    const TimeNs put_on = segments_.back().put_on;
+    frame->time += put_on;
+    for (ViewDetections& view : frame->views) view.capture_time += put_on;
+    return starts_anew;
+  }
+
+  // Gives a frame its own time back; frames ascend, and earlier ones are
+  // forgotten.
+  void Leave(TrackFrame* frame) {
+    while (segments_.size() > 1 && segments_[1].first_frame <= frame->frame) {
+      segments_.pop_front();
+    }
+    if (!segments_.empty()) frame->time -= segments_.front().put_on;
+  }
+
+ private:
+  // How much time passed where the clock does not tell.
+  static constexpr TimeNs kUnknownPause = 1'000'000'000;
+  struct Stretch {
+    int64_t first_frame = 0;
+    TimeNs put_on = 0;  // by how much its times are later
+  };
+
+  const TimeNs longest_pause_;
+  std::deque<Stretch> segments_;
+  int64_t last_frame_ = 0;
+  TimeNs last_time_ = 0;  // of the recording
+};
+
 // Marks an object as in use by one call.
 class Turn {
  public:
@@ -78,8 +138,8 @@ int PassCount(const RunOptions& options) {
   return WithRulesOfMode(options).tracker.life.second_pass ? 2 : 1;
 }
 
-class Session::Impl {
- public:
+// All of a session, which only `Session` below reads and calls.
+struct Session::Impl {
   using MakeEstimatorPair = std::function<EstimatorPair(const RunOptions&)>;
 
   Impl(const RunOptions& options, const RunRequest& request,
@@ -135,25 +195,6 @@ class Session::Impl {
     return !request_.frames.empty() && frame >= request_.frames.back().end;
   }
 
-  const RunScene& scene() const { return scene_; }
-  const RunSummary& summary() const { return summary_; }
-  const std::vector<IdentityEdit>& identity_edits() const { return edits_; }
-  const std::vector<std::string>& left_out() const { return left_out_; }
-  const RecordingNotes* notes() const { return notes_.get(); }
-  const SubjectScale& scale() const { return scale_; }
-
-  void set_stage_times(StageTimes* times) {
-    stage_times_ = times;
-    tracker_->set_stage_times(times);
-  }
-  void set_frame_listener(std::function<void(const DetectionFrame&)> listener) {
-    frame_listener_ = std::move(listener);
-  }
-  void set_progress(std::function<void(int64_t)> progress) {
-    progress_ = std::move(progress);
-  }
-
- private:
   void RequireUsable() const {
     if (unusable_ == nullptr) return;
     throw std::logic_error(std::string("a Session ") + unusable_ +
@@ -389,18 +430,37 @@ Session::Session(const RunOptions& options, const RunRequest& request,
 
 Session::~Session() = default;
 
-const RunScene& Session::scene() const { return impl_->scene(); }
-const RunSummary& Session::summary() const { return impl_->summary(); }
+const RunScene& Session::scene() const { return impl_->scene_; }
+const RunSummary& Session::summary() const { return impl_->summary_; }
+const SubjectScale& Session::scale() const { return impl_->scale_; }
+const std::vector<IdentityEdit>& Session::identity_edits() const {
+  return impl_->edits_;
+}
+const std::vector<std::string>& Session::linking_left_out() const {
+  return impl_->left_out_;
+}
+LearntNoise Session::learnt_noise() const {
+  return impl_->notes_ == nullptr
+             ? LearntNoise()
+             : impl_->scale_.IntoWorld(impl_->notes_->Noise());
+}
+ViewBias Session::view_bias() const {
+  const RecordingNotes* notes = impl_->notes_.get();
+  return notes == nullptr || notes->view_bias() == nullptr
+             ? ViewBias()
+             : impl_->scale_.IntoWorld(*notes->view_bias());
+}
 
 void Session::set_stage_times(StageTimes* times) {
-  impl_->set_stage_times(times);
+  impl_->stage_times_ = times;
+  impl_->tracker_->set_stage_times(times);
 }
 void Session::set_frame_listener(
     std::function<void(const DetectionFrame&)> listener) {
-  impl_->set_frame_listener(std::move(listener));
+  impl_->frame_listener_ = std::move(listener);
 }
 void Session::set_progress(std::function<void(int64_t)> progress) {
-  impl_->set_progress(std::move(progress));
+  impl_->progress_ = std::move(progress);
 }
 
 std::vector<TrackFrame> Session::Process(const DetectionFrame& frame) {
@@ -412,25 +472,5 @@ std::vector<TrackFrame> Session::Process(DetectionFrame&& frame) {
 }
 bool Session::IsPastEnd(int64_t frame) const { return impl_->IsPastEnd(frame); }
 std::vector<TrackFrame> Session::Finish() { return impl_->Finish(); }
-LearntNoise Session::learnt_noise() const {
-  const RecordingNotes* notes = impl_->notes();
-  return notes == nullptr ? LearntNoise()
-                          : impl_->scale().IntoWorld(notes->Noise());
-}
-ViewBias Session::view_bias() const {
-  const RecordingNotes* notes = impl_->notes();
-  return notes == nullptr || notes->view_bias() == nullptr
-             ? ViewBias()
-             : impl_->scale().IntoWorld(*notes->view_bias());
-}
-const SubjectScale& Session::scale() const { return impl_->scale(); }
-
-const std::vector<IdentityEdit>& Session::identity_edits() const {
-  return impl_->identity_edits();
-}
-
-const std::vector<std::string>& Session::linking_left_out() const {
-  return impl_->left_out();
-}
 
 }  // namespace kinegraph

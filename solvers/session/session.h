@@ -119,7 +119,7 @@ class Session {
   const std::vector<std::string>& linking_left_out() const;
 
  private:
-  class Impl;
+  struct Impl;
   std::unique_ptr<Impl> impl_;
 };
 

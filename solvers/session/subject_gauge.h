@@ -1,17 +1,57 @@
-// How large whom a run tracks is, measured from what two views show.
+// How large whom a run tracks is: lengths of limbs in poses, and the run's
+// scale from what two views show.
 #ifndef KINEGRAPH_SOLVERS_SESSION_SUBJECT_GAUGE_H_
 #define KINEGRAPH_SOLVERS_SESSION_SUBJECT_GAUGE_H_
 
+#include <Eigen/Core>
+#include <array>
+#include <cstddef>
+#include <optional>
 #include <vector>
 
 #include "core/data/detection.h"
 #include "core/data/pose.h"
 #include "core/geometry/camera.h"
-#include "solvers/session/limbs.h"
+#include "core/skeleton/skeleton.h"
 #include "solvers/session/options.h"
 #include "solvers/session/subject_scale.h"
 
 namespace kinegraph {
+
+// Distance of two joints [m] where both were observed: what a bone factor or a
+// prediction filled in says nothing new. Joints below zero are none.
+std::optional<double> ObservedDistance(const Pose3d& pose, int a, int b);
+
+// Where limbs are in the poses of a skeleton; one that is no human's has none.
+class Limbs {
+ public:
+  // Left and right of four limbs in turn, and the trunk, from the middle of the
+  // hips to that of the shoulders.
+  static constexpr size_t kSided = 8;
+  static constexpr size_t kCount = kSided + 1;
+  // Of the stature; less than the least of all together says nothing of it.
+  static double ShareOf(size_t limb);
+  static constexpr double kLeastShare = 0.4;
+
+  explicit Limbs(const Skeleton& skeleton);
+
+  // Lengths [m] that were observed in a pose.
+  std::array<std::optional<double>, kCount> LengthsOf(const Pose3d& pose) const;
+  // Stature that one pose tells [m]; nullopt where too little was observed.
+  std::optional<double> HeightOf(const Pose3d& pose) const;
+  // Between two hips that were observed.
+  std::optional<Eigen::Vector3d> MiddleOfHips(const Pose3d& pose) const;
+
+ private:
+  // Joints; -1 where the skeleton has none.
+  struct Pair {
+    int a = -1;
+    int b = -1;
+  };
+  std::array<Pair, kSided> ends_;
+  Pair hips_;
+  Pair shoulders_;
+};
 
 // Finds the scale from the first frames in which two views show the subject:
 // the median, over pairs of views and frames, of the stature that limbs tell of

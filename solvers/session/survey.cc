@@ -16,7 +16,6 @@
 #include "solvers/session/ready_recording.h"
 #include "solvers/session/recording_warnings.h"
 #include "solvers/session/run.h"
-#include "solvers/session/used_frames.h"
 
 namespace kinegraph {
 namespace {
@@ -73,13 +72,6 @@ double UsualJoints(const DetectionSequence& beginning) {
 // The doctor's word for clocks that are whole frames off.
 constexpr const char* kClockOffset = "clock_offset";
 
-struct Trial {
-  RecordingReport report;
-  Stance stance = Stance(Skeleton());
-  bool cameras_are_off = false;
-  bool clocks_are_off = false;
-};
-
 // Whether nothing but where cameras stand and look, and their clocks, seems
 // wrong. Of two, either may be: that is not for a configuration to settle.
 bool MayBeRefined(const RecordingReport& report) {
@@ -97,8 +89,8 @@ bool MayBeRefined(const RecordingReport& report) {
 }
 
 // With the clocks that the calibration records, as a run takes them.
-Trial Try(const SurveyRequest& asked, RunOptions options,
-          const CameraRig& cameras, const DetectionSequence& as_told) {
+SurveyTrial Try(const SurveyRequest& asked, RunOptions options,
+                const CameraRig& cameras, const DetectionSequence& as_told) {
   RunRequest request;
   request.cameras = cameras;
   request.without_cameras = asked.without_cameras;
@@ -128,7 +120,7 @@ Trial Try(const SurveyRequest& asked, RunOptions options,
     for (const PersonPose& person : frame.people) stance.See(person);
   });
   reporter.set_scale(session.scale());
-  Trial trial;
+  SurveyTrial trial;
   trial.report = reporter.Report();
   trial.stance = std::move(stance);
   // What was refined once is not refined again.
@@ -149,13 +141,6 @@ Trial Try(const SurveyRequest& asked, RunOptions options,
   return trial;
 }
 
-void Adopt(Trial trial, RecordingSurvey* survey) {
-  survey->report = std::move(trial.report);
-  survey->stance = std::move(trial.stance);
-  survey->cameras_are_off = trial.cameras_are_off;
-  survey->clocks_are_off = trial.clocks_are_off;
-}
-
 bool HasPlausibleHeight(const RecordingReport& report) {
   return report.height_m >= kMinHeight && report.height_m <= kMaxHeight;
 }
@@ -172,7 +157,7 @@ void PairViews(const std::vector<std::string>& views,
   for (size_t v = 0; v < views.size(); ++v) {
     const int camera = pairing.camera_of_view[v];
     if (camera < 0) continue;
-    survey->map[views[v]] = survey->cameras[static_cast<size_t>(camera)].name();
+    survey->map[views[v]] = survey->cameras[camera].name();
   }
 }
 
@@ -204,11 +189,11 @@ void SettleUnit(const SurveyRequest& request,
     const bool possible =
         distance_m >= kMinDistance && distance_m <= kMaxDistance;
     if (!first && !possible) continue;
-    Trial trial = Try(request, options, cameras, beginning);
+    SurveyTrial trial = Try(request, options, cameras, beginning);
     if (first || HasPlausibleHeight(trial.report)) {
       survey->cameras = cameras;
       survey->unit = unit.name;
-      Adopt(std::move(trial), survey);
+      static_cast<SurveyTrial&>(*survey) = std::move(trial);
     }
     // What is no human has no height to tell the unit by.
     if (HasPlausibleHeight(survey->report) ||
@@ -243,7 +228,8 @@ void SettleJoints(SurveyRequest request, const DetectionSequence& beginning,
     if (before.poses == 0) {
       SettleUnit(request, beginning, &tried);  // nobody has told it yet
     } else {
-      Adopt(Try(request, request.options, survey->cameras, beginning), &tried);
+      static_cast<SurveyTrial&>(tried) =
+          Try(request, request.options, survey->cameras, beginning);
     }
     const bool better =
         MatchedOf(tried.report) > kClearlyMore * MatchedOf(before) &&

@@ -24,7 +24,19 @@ struct SurveyRequest {
   std::vector<std::string> without_cameras;  // names of views or cameras
 };
 
-struct RecordingSurvey {
+// What tracking some frames tells.
+struct SurveyTrial {
+  RecordingReport report;
+  // How people stand in them; those whose skeleton is not human do not.
+  Stance stance = Stance(Skeleton());
+  // Some cameras see people beside where, or at another time than, the others
+  // put them, and nothing else looks wrong: worth to be refined
+  // (cameras.refine, cameras.refine_clock).
+  bool cameras_are_off = false;
+  bool clocks_are_off = false;
+};
+
+struct RecordingSurvey : SurveyTrial {
   DetectionHeader detections;
   int64_t frames = 0;
   int64_t first_frame = 0;
@@ -42,14 +54,6 @@ struct RecordingSurvey {
   // min_common_joints, of 17) where detections show few; else as in the
   // options.
   std::optional<int> min_joints;
-  RecordingReport report;  // of the frames tried
-  // How people stand in them; those whose skeleton is not human do not.
-  Stance stance = Stance(Skeleton());
-  // Some cameras see people beside where, or at another time than, the others
-  // put them, and nothing else looks wrong: worth to be refined
-  // (cameras.refine, cameras.refine_clock).
-  bool cameras_are_off = false;
-  bool clocks_are_off = false;
 };
 
 // Reads cameras and detections and tracks up to 250 frames in which two views
