@@ -169,6 +169,15 @@ Camera Turned(const Camera& camera, double degrees, uint64_t seed) {
   return ChangedCamera(camera, change);
 }
 
+void ChangeJoints(FaultyScene* scene, size_t view,
+                  const std::function<void(Keypoint*)>& change) {
+  for (DetectionFrame& frame : scene->detections.frames) {
+    for (Detection& detection : frame.views[view].detections) {
+      for (Keypoint& joint : detection.joints) change(&joint);
+    }
+  }
+}
+
 void TurnCameraFrom(size_t from, size_t v, double degrees, uint64_t seed,
                     FaultyScene* scene) {
   const Camera& before = scene->scene.cameras[v];

@@ -4,6 +4,7 @@
 #define KINEGRAPH_TESTS_SUPPORT_FAULTY_SCENE_H_
 
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -17,10 +18,18 @@
 namespace kinegraph::testing {
 
 struct FaultySceneOptions {
-  uint64_t seed = 1;
-  int cameras = 5;
-  int people = 4;
-  double duration_s = 8.0;
+  // Most tests say no more than {seed, cameras, people, seconds}.
+  FaultySceneOptions(uint64_t of_seed = 1, int camera_count = 5,
+                     int people_count = 4, double seconds = 8.0)
+      : seed(of_seed),
+        cameras(camera_count),
+        people(people_count),
+        duration_s(seconds) {}
+
+  uint64_t seed;
+  int cameras;
+  int people;
+  double duration_s;
   double frame_rate_hz = 25.0;
   double noise_px = 2.0;
   std::string skeleton = "coco17";
@@ -60,6 +69,10 @@ Camera WithoutLens(const Camera& camera);
 // With other extrinsics.
 Camera WithExtrinsics(const Camera& camera, const Eigen::Matrix3d& R,
                       const Eigen::Vector3d& t);
+
+// Changes each joint of a view's detections.
+void ChangeJoints(FaultyScene* scene, size_t view,
+                  const std::function<void(Keypoint*)>& change);
 
 // Turns the camera of view `v` from frame index `from` on, as somebody does who
 // bumps into it: the detections move as its image does (no lens), the stated

@@ -29,15 +29,6 @@ struct Case {
 
 class Fixes : public ::testing::TestWithParam<int> {};
 
-void ForEachJoint(FaultyScene* scene, size_t view,
-                  const std::function<void(Keypoint*)>& change) {
-  for (DetectionFrame& frame : scene->detections.frames) {
-    for (Detection& detection : frame.views[view].detections) {
-      for (Keypoint& joint : detection.joints) change(&joint);
-    }
-  }
-}
-
 std::vector<Case> Cases() {
   return {
       {"view_rate",
@@ -74,13 +65,13 @@ std::vector<Case> Cases() {
        }},
       {"image_size",
        [](FaultyScene* scene) {
-         ForEachJoint(scene, 1, [](Keypoint* joint) {
+         testing::ChangeJoints(scene, 1, [](Keypoint* joint) {
            joint->px = 0.5 * joint->px.array() - 0.25;
          });
        }},
       {"crop",
        [](FaultyScene* scene) {
-         ForEachJoint(scene, 3, [](Keypoint* joint) {
+         testing::ChangeJoints(scene, 3, [](Keypoint* joint) {
            joint->px -= Eigen::Vector2d(240.0, 120.0);
          });
        }},
@@ -108,13 +99,7 @@ nlohmann::json Doctor(const std::string& arguments, const std::string& out) {
 struct Files {
   explicit Files(const std::string& folder) : path(folder) {}
   void Write(const std::function<void(FaultyScene*)>& spoil) {
-    testing::FaultySceneOptions options;
-    options.seed = 21;
-    options.cameras = 4;
-    options.people = 2;
-    options.duration_s = 5.0;
-    options.frame_rate_hz = 30.0;
-    FaultyScene scene = testing::MakeFaultyScene(options);
+    FaultyScene scene = testing::MakeFaultyScene({21, 4, 2, 5.0, 30.0});
     spoil(&scene);
     WriteCameras(path + "/cameras.json", scene.cameras);
     MemorySource source(scene.detections);

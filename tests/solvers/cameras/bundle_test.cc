@@ -27,23 +27,34 @@ SceneSegments SegmentsOf(const FaultyScene& scene,
                       testing::MatchesOf(scene), options.segments);
 }
 
-std::vector<CameraChange> NoChange(const FaultyScene& scene) {
-  return std::vector<CameraChange>(scene.cameras.size(), CameraChange::Zero());
+// With every camera turned, each in its own direction.
+FaultyScene AllTurned(FaultyScene scene, double degrees, uint64_t seed) {
+  for (size_t v = 0; v < scene.cameras.size(); ++v) {
+    scene.cameras[v] = testing::Turned(scene.cameras[v], degrees, seed + v);
+  }
+  return scene;
+}
+
+BundleResult Adjusted(const FaultyScene& scene, const SceneSegments& segments,
+                      const FreeParameters& free,
+                      const BundleOptions& options = Quick()) {
+  return AdjustBundle(scene.cameras, segments, free,
+                      NoChanges(scene.cameras.size()), options);
+}
+
+Refinement Refined(const FaultyScene& scene, const RefineOptions& options) {
+  return RefineScene(scene.cameras, scene.detections, testing::MatchesOf(scene),
+                     options, Quick());
 }
 
 TEST(Bundle, TurnedCamerasTurnBack) {
-  FaultySceneOptions scene_options;
-  FaultyScene scene = MakeFaultyScene(scene_options);
-  const CameraRig truth = scene.cameras;
-  for (size_t v = 0; v < truth.size(); ++v) {
-    scene.cameras[v] = testing::Turned(truth[v], 0.5, 100 + v);
-  }
+  const FaultyScene scene = AllTurned(MakeFaultyScene({}), 0.5, 100);
+  const CameraRig& truth = scene.scene.cameras;
   const SceneSegments segments = SegmentsOf(scene, Quick());
   ASSERT_GT(segments.segments.size(), 300u);
   FreeParameters free;
   free.rotation = true;
-  const BundleResult result =
-      AdjustBundle(scene.cameras, segments, free, NoChange(scene), Quick());
+  const BundleResult result = Adjusted(scene, segments, free);
   ASSERT_TRUE(result.usable);
   const CameraRig refined = RefinedCameras(scene.cameras, result.changes);
   for (size_t v = 0; v < truth.size(); ++v) {
@@ -59,15 +70,13 @@ TEST(Bundle, TurnedCamerasTurnBack) {
 }
 
 TEST(Bundle, ClocksComeBack) {
-  FaultySceneOptions scene_options;
-  scene_options.seed = 2;
+  FaultySceneOptions scene_options = {2};
   scene_options.clock_offset_s = {0.0, 0.04, -0.08, 0.06, 0.0};
   const FaultyScene scene = MakeFaultyScene(scene_options);
   const SceneSegments segments = SegmentsOf(scene, Quick());
   FreeParameters free;
   free.offset = true;
-  const BundleResult result =
-      AdjustBundle(scene.cameras, segments, free, NoChange(scene), Quick());
+  const BundleResult result = Adjusted(scene, segments, free);
   ASSERT_TRUE(result.usable);
   EXPECT_EQ(result.changes[0][kOffsetAt], 0.0);  // the reference
   for (size_t v = 1; v < 5; ++v) {
@@ -93,19 +102,15 @@ Eigen::Vector2d SquaresOf(const BundleResult& result) {
 }
 
 TEST(Bundle, OffsetsThatLastAreNotTakenForCameras) {
-  FaultySceneOptions scene_options;
-  scene_options.duration_s = 16.0;
-  FaultyScene scene = MakeFaultyScene(scene_options);
+  FaultyScene scene = MakeFaultyScene({1, 5, 4, 16.0});
   testing::AddLastingOffsets(4, 1.0, &scene);
   BundleOptions options;
   const SceneSegments segments = SegmentsOf(scene, options);
   FreeParameters free = CameraParametersOf(RefineKind::kPose);
   free.focal = true;
-  const BundleResult without =
-      AdjustBundle(scene.cameras, segments, free, NoChange(scene), options);
+  const BundleResult without = Adjusted(scene, segments, free, options);
   options.lasting_offset_m = 0.011;
-  const BundleResult with =
-      AdjustBundle(scene.cameras, segments, free, NoChange(scene), options);
+  const BundleResult with = Adjusted(scene, segments, free, options);
   ASSERT_TRUE(without.usable && with.usable);
   // Half of the error at least.
   EXPECT_LT(4.0 * SquaresOf(with)[0], SquaresOf(without)[0]);
@@ -131,14 +136,13 @@ TEST(Bundle, AFocalLengthThatIsToldStaysTold) {
   options.focal_sigma = 1e-4;  // about what the recording tells
   // 1 % longer is told.
   options.focal_told.assign(scene.cameras.size(), 0.01);
-  const BundleResult first =
-      AdjustBundle(scene.cameras, segments, free, NoChange(scene), options);
+  const BundleResult first = Adjusted(scene, segments, free, options);
   const CameraRig refined = RefinedCameras(scene.cameras, first.changes);
   for (size_t v = 0; v < refined.size(); ++v) {
     options.focal_told[v] -= first.changes[v][kFocalAt];
   }
   const BundleResult second =
-      AdjustBundle(refined, segments, free, NoChange(scene), options);
+      AdjustBundle(refined, segments, free, NoChanges(refined.size()), options);
   for (size_t v = 0; v < refined.size(); ++v) {
     EXPECT_GT(first.changes[v][kFocalAt], 1e-4) << v;
     // The same minimum, but for where its solver stops.
@@ -147,16 +151,10 @@ TEST(Bundle, AFocalLengthThatIsToldStaysTold) {
 }
 
 TEST(Bundle, TheGaugeHolds) {
-  FaultySceneOptions scene_options;
-  scene_options.seed = 3;
-  FaultyScene scene = MakeFaultyScene(scene_options);
-  for (size_t v = 0; v < scene.cameras.size(); ++v) {
-    scene.cameras[v] = testing::Turned(scene.cameras[v], 0.3, 200 + v);
-  }
+  const FaultyScene scene = AllTurned(MakeFaultyScene({3}), 0.3, 200);
   const SceneSegments segments = SegmentsOf(scene, Quick());
-  const BundleResult result = AdjustBundle(
-      scene.cameras, segments, CameraParametersOf(RefineKind::kPose),
-      NoChange(scene), Quick());
+  const BundleResult result =
+      Adjusted(scene, segments, CameraParametersOf(RefineKind::kPose));
   ASSERT_TRUE(result.usable);
   Eigen::Vector3d turned = Eigen::Vector3d::Zero();
   Eigen::Vector3d moved = Eigen::Vector3d::Zero();
@@ -180,15 +178,11 @@ TEST(Bundle, TheGaugeHolds) {
 }
 
 TEST(Refine, SoundCamerasAreLeftAlone) {
-  FaultySceneOptions scene_options;
-  scene_options.seed = 4;
-  const FaultyScene scene = MakeFaultyScene(scene_options);
+  const FaultyScene scene = MakeFaultyScene({4});
   RefineOptions options;
   options.refine = RefineKind::kRotation;
   options.refine_clock = true;
-  const Refinement refinement =
-      RefineScene(scene.cameras, scene.detections, testing::MatchesOf(scene),
-                  options, Quick());
+  const Refinement refinement = Refined(scene, options);
   ASSERT_EQ(refinement.steps.size(), 2u);
   for (const RefineStep& step : refinement.steps) {
     EXPECT_FALSE(step.taken) << step.what;
@@ -200,18 +194,10 @@ TEST(Refine, SoundCamerasAreLeftAlone) {
 }
 
 TEST(Refine, AGainOnTheOtherHalfIsTaken) {
-  FaultySceneOptions scene_options;
-  scene_options.seed = 5;
-  FaultyScene scene = MakeFaultyScene(scene_options);
-  const CameraRig truth = scene.cameras;
-  for (size_t v = 0; v < truth.size(); ++v) {
-    scene.cameras[v] = testing::Turned(truth[v], 0.5, 300 + v);
-  }
+  const FaultyScene scene = AllTurned(MakeFaultyScene({5}), 0.5, 300);
   RefineOptions options;
   options.refine = RefineKind::kRotation;
-  const Refinement refinement =
-      RefineScene(scene.cameras, scene.detections, testing::MatchesOf(scene),
-                  options, Quick());
+  const Refinement refinement = Refined(scene, options);
   ASSERT_EQ(refinement.steps.size(), 1u);
   const RefineStep& step = refinement.steps[0];
   EXPECT_TRUE(step.taken);
@@ -220,9 +206,7 @@ TEST(Refine, AGainOnTheOtherHalfIsTaken) {
 }
 
 TEST(Refine, FewMatchesDecideNothing) {
-  FaultySceneOptions scene_options;
-  scene_options.duration_s = 2.0;
-  const FaultyScene scene = MakeFaultyScene(scene_options);
+  const FaultyScene scene = MakeFaultyScene({1, 5, 4, 2.0});
   RefineOptions options;
   options.refine = RefineKind::kShift;
   const Refinement refinement = RefineScene(scene.cameras, scene.detections,

@@ -102,7 +102,6 @@ TEST(FreeParameters, PlacesAscend) {
   free.rotation = true;
   EXPECT_EQ(free.Places(), (std::vector<int>{0, 1, 2, 9}));
   EXPECT_TRUE(free.any_camera());
-  EXPECT_TRUE(free.any_clock());
 }
 
 }  // namespace

@@ -27,11 +27,7 @@ struct Setting {
 // One person with one joint of the detections, seen by all five views, at the
 // true first joint of the scene.
 Setting MakeSetting() {
-  FaultySceneOptions options;
-  options.seed = 5;
-  options.people = 1;
-  options.duration_s = 0.2;
-  Setting setting{MakeFaultyScene(options), {}, {}, {}};
+  Setting setting{MakeFaultyScene({5, 5, 1, 0.2}), {}, {}, {}};
   const TrackSequence truth = TruthOf(setting.scene.scene);
   setting.point = truth.frames[0].people[0].joints[0].position_m;
   PersonPose person;

@@ -67,13 +67,29 @@ NoiseOptions Noise() {
   return noise;
 }
 
+// What cameras of another room see.
+DetectionSequence Elsewhere(int64_t seed, double seconds, int cameras) {
+  SceneOptions options;
+  options.seed = seed;
+  options.people = 2;
+  options.duration_s = seconds;
+  options.cameras.count = cameras;
+  return Observe(MakeScene(options), Noise(), nullptr);
+}
+
+// What is calibrated where nothing but the intrinsics is known.
+RecordingCalibration Calibrated(const Scene& scene,
+                                const DetectionSequence& recording) {
+  return CalibrateRecording(RunOptions(), WithoutPlaces(scene.cameras),
+                            recording);
+}
+
 TEST(Rig, CamerasClocksAndWhoIsWhoFromWalkers) {
   const Scene scene = Walkers(16.0);
   NoiseOptions noise = Noise();
   noise.clock_offset_s = {0.0, 0.52, -0.33};
   const DetectionSequence recording = Observe(scene, noise, nullptr);
-  const RecordingCalibration found =
-      CalibrateRecording(RunOptions(), WithoutPlaces(scene.cameras), recording);
+  const RecordingCalibration found = Calibrated(scene, recording);
   ASSERT_EQ(found.rig.verdict, RigVerdict::kCalibrated);
   // 3 px are 0.2 degrees at 800 px; thousands of joints leave a tenth of it,
   // five times for how weakly single directions are held.
@@ -115,8 +131,7 @@ TEST(Rig, ClocksThoughErrorsLast) {
   noise.joints.correlation_time_s = 0.15;
   noise.clock_offset_s = {0.0, 0.11, -0.15};
   const RecordingCalibration found =
-      CalibrateRecording(RunOptions(), WithoutPlaces(scene.cameras),
-                         Observe(scene, noise, nullptr));
+      Calibrated(scene, Observe(scene, noise, nullptr));
   ASSERT_EQ(found.rig.verdict, RigVerdict::kCalibrated);
   for (const size_t v : {1, 2}) {
     const RigView& view = found.rig.views[v];
@@ -166,8 +181,7 @@ TEST(Rig, ExchangedSidesAreFound) {
   const Scene scene = Walkers(12.0);
   DetectionSequence recording = Observe(scene, Noise(), nullptr);
   ExchangeSides({0, 1, 0}, &recording);
-  const RecordingCalibration found =
-      CalibrateRecording(RunOptions(), WithoutPlaces(scene.cameras), recording);
+  const RecordingCalibration found = Calibrated(scene, recording);
   ASSERT_EQ(found.rig.verdict, RigVerdict::kCalibrated);
   // As where nothing is exchanged.
   EXPECT_LT(RotationError(scene.cameras, found.cameras), 0.1);
@@ -205,18 +219,11 @@ TEST(Rig, ADistanceTellsTheMetre) {
 TEST(Rig, AViewOfAnotherRoomIsLeftOut) {
   const Scene scene = Walkers(16.0, 4);
   DetectionSequence recording = Observe(scene, Noise(), nullptr);
-  SceneOptions other;
-  other.seed = 77;
-  other.people = 2;
-  other.duration_s = 16.0;
-  other.cameras.count = 4;
-  const DetectionSequence elsewhere =
-      Observe(MakeScene(other), Noise(), nullptr);
+  const DetectionSequence elsewhere = Elsewhere(77, 16.0, 4);
   for (size_t k = 0; k < recording.frames.size(); ++k) {
     recording.frames[k].views[3] = elsewhere.frames[k].views[3];
   }
-  const RecordingCalibration found =
-      CalibrateRecording(RunOptions(), WithoutPlaces(scene.cameras), recording);
+  const RecordingCalibration found = Calibrated(scene, recording);
   ASSERT_EQ(found.rig.verdict, RigVerdict::kPartly);
   EXPECT_EQ(found.rig.used, (std::vector<int>{0, 1, 2}));
   EXPECT_FALSE(found.rig.views[3].joined);
@@ -247,22 +254,14 @@ TEST(Rig, PartlyWhereThePromiseIsNotSure) {
 
 TEST(Rig, ViewsOfDifferentRoomsAreRefused) {
   const Scene scene = Walkers(10.0);
-  SceneOptions other;
-  other.seed = 77;
-  other.people = 2;
-  other.duration_s = 10.0;
-  other.cameras.count = 3;
   DetectionSequence recording = Observe(scene, Noise(), nullptr);
-  DetectionSequence elsewhere = Observe(MakeScene(other), Noise(), nullptr);
-  SceneOptions third = other;
-  third.seed = 78;
-  const DetectionSequence farther = Observe(MakeScene(third), Noise(), nullptr);
+  const DetectionSequence elsewhere = Elsewhere(77, 10.0, 3);
+  const DetectionSequence farther = Elsewhere(78, 10.0, 3);
   for (size_t k = 0; k < recording.frames.size(); ++k) {
     recording.frames[k].views[1] = elsewhere.frames[k].views[1];
     recording.frames[k].views[2] = farther.frames[k].views[2];
   }
-  const RecordingCalibration found =
-      CalibrateRecording(RunOptions(), WithoutPlaces(scene.cameras), recording);
+  const RecordingCalibration found = Calibrated(scene, recording);
   EXPECT_EQ(found.rig.verdict, RigVerdict::kRefused);
   EXPECT_FALSE(found.rig.reasons.empty());
 }
@@ -273,8 +272,7 @@ TEST(Rig, NobodyIsRefused) {
   for (DetectionFrame& frame : recording.frames) {
     for (ViewDetections& view : frame.views) view.detections.clear();
   }
-  const RecordingCalibration found =
-      CalibrateRecording(RunOptions(), WithoutPlaces(scene.cameras), recording);
+  const RecordingCalibration found = Calibrated(scene, recording);
   EXPECT_EQ(found.rig.verdict, RigVerdict::kRefused);
   EXPECT_TRUE(found.cameras.empty());
 }

@@ -32,9 +32,7 @@ std::string Words(const CameraCheck& check) {
 }
 
 TEST(CameraCheck, SaysNothingOfSoundCameras) {
-  FaultySceneOptions options;
-  options.seed = 31;
-  const CameraCheck check = CheckOf(MakeFaultyScene(options));
+  const CameraCheck check = CheckOf(MakeFaultyScene({31}));
   EXPECT_EQ(Words(check), "");
   for (const CameraCheck::View& view : check.Views()) {
     EXPECT_GE(view.in_motion, 60u);
@@ -46,9 +44,7 @@ TEST(CameraCheck, SaysNothingOfSoundCameras) {
 }
 
 TEST(CameraCheck, NamesTheImageThatIsShifted) {
-  FaultySceneOptions options;
-  options.seed = 32;
-  FaultyScene scene = MakeFaultyScene(options);
+  FaultyScene scene = MakeFaultyScene({32});
   scene.cameras[1] = testing::Shifted(scene.cameras[1], 25.0, 10.0);
   const CameraCheck check = CheckOf(scene);
   EXPECT_NE(Words(check).find("'" + scene.cameras[1].name() + "' sees people"),
@@ -63,10 +59,7 @@ TEST(CameraCheck, NamesTheImageThatIsShifted) {
 TEST(CameraCheck, CamerasSideBySideAreNotAccused) {
   for (const uint64_t seed : {3, 4, 5}) {
     for (const double apart_m : {0.1, 0.3, 0.6}) {
-      FaultySceneOptions options;
-      options.seed = seed;
-      options.cameras = 2;
-      FaultyScene scene = MakeFaultyScene(options);
+      FaultyScene scene = MakeFaultyScene({seed, 2});
       CameraRig& cameras = scene.scene.cameras;
       cameras[1] = testing::WithExtrinsics(
           cameras[1], cameras[0].R(),
@@ -82,8 +75,7 @@ TEST(CameraCheck, CamerasSideBySideAreNotAccused) {
 }
 
 TEST(CameraCheck, NamesTheClockThatIsLate) {
-  FaultySceneOptions options;
-  options.seed = 33;
+  FaultySceneOptions options = {33};
   options.clock_offset_s = {0.0, 0.0, 0.1, 0.0, 0.0};
   const FaultyScene scene = MakeFaultyScene(options);
   const CameraCheck check = CheckOf(scene);
@@ -97,8 +89,7 @@ TEST(CameraCheck, NamesTheClockThatIsLate) {
 }
 
 TEST(CameraCheck, ATimeThatIsToldIsNotHeldAgainstAView) {
-  FaultySceneOptions options;
-  options.seed = 33;
+  FaultySceneOptions options = {33};
   options.clock_offset_s = {0.0, 0.0, 0.1, 0.0, 0.0};
   FaultyScene scene = MakeFaultyScene(options);
   for (DetectionFrame& frame : scene.detections.frames) {
@@ -110,9 +101,7 @@ TEST(CameraCheck, ATimeThatIsToldIsNotHeldAgainstAView) {
 }
 
 TEST(CameraCheck, TwoCamerasAreCheckedByEpipolarLines) {
-  FaultySceneOptions options;
-  options.seed = 35;
-  options.cameras = 2;
+  FaultySceneOptions options = {35, 2};
   options.arc_deg = 90.0;
   FaultyScene scene = MakeFaultyScene(options);
   EXPECT_EQ(Words(CheckOf(scene)), "");
@@ -124,8 +113,7 @@ TEST(CameraCheck, TwoCamerasAreCheckedByEpipolarLines) {
 }
 
 TEST(CameraCheck, LooksAtTheWholeTake) {
-  FaultySceneOptions options;
-  options.seed = 34;
+  FaultySceneOptions options = {34};
   options.duration_s = 60.0;  // 1500 frames
   FaultyScene scene = MakeFaultyScene(options);
   // The camera is knocked after the first third.

@@ -28,11 +28,7 @@ std::optional<Answer> AnswerTo(const FaultyScene& scene) {
 }
 
 FaultyScene ShortScene(uint64_t seed) {
-  FaultySceneOptions options;
-  options.seed = seed;
-  options.cameras = 4;
-  options.duration_s = 4.0;
-  return MakeFaultyScene(options);
+  return MakeFaultyScene({seed, 4, 4, 4.0});
 }
 
 // What a file holds when it was written under another convention, read as if
@@ -86,10 +82,7 @@ TEST(Readings, ExchangedViewsAreNamed) {
 // sees what the detector saw: it projects to the pixels as they are shown, lens
 // and all.
 TEST(Readings, TurnedAndMirroredImagesAreNamed) {
-  FaultySceneOptions options;
-  options.seed = 4;
-  options.cameras = 4;
-  options.duration_s = 4.0;
+  FaultySceneOptions options = {4, 4, 4, 4.0};
   options.distortion = {-0.1, 0.02, 0.004, -0.003, 0.0};
   const FaultyScene taken = MakeFaultyScene(options);
   const Camera& camera = taken.cameras[2];
@@ -109,11 +102,8 @@ TEST(Readings, TurnedAndMirroredImagesAreNamed) {
        [=](const auto& p) { return Eigen::Vector2d(right - p.x(), p.y()); }}};
   for (const auto& [words, shown] : images) {
     FaultyScene scene = taken;
-    for (DetectionFrame& frame : scene.detections.frames) {
-      for (Detection& detection : frame.views[2].detections) {
-        for (Keypoint& joint : detection.joints) joint.px = shown(joint.px);
-      }
-    }
+    testing::ChangeJoints(
+        &scene, 2, [&](Keypoint* joint) { joint->px = shown(joint->px); });
     const auto answer = AnswerTo(scene);
     ASSERT_TRUE(answer.has_value()) << words;
     ASSERT_EQ(answer->findings.size(), 1u);
@@ -136,14 +126,10 @@ TEST(Readings, TurnedAndMirroredImagesAreNamed) {
 }
 
 TEST(ClockSearch, FindsLagsOfSeconds) {
-  FaultySceneOptions options;
-  options.seed = 5;
-  options.cameras = 4;
-  options.people = 3;
-  options.duration_s = 14.0;
+  FaultySceneOptions options = {5, 4, 3, 14.0};
   options.clock_offset_s = {0.0, 0.96, 0.0, -0.8};
   const FaultyScene scene = MakeFaultyScene(options);
-  const std::vector<ViewPeople> people = PeopleOfViews(scene.detections, 0.3);
+  const std::vector<ViewPeople> people = PeopleOfViews(scene.detections);
   const ClockSearch search = SearchClocks(scene.cameras, people, 100);
   ASSERT_TRUE(search.found());
   // A view that looks 0.96 s later shows the first view's moment 24 frames
@@ -167,16 +153,12 @@ TEST(ComparedPairs, OfManyViewsEachMeetsEight) {
     const int expected = static_cast<int>(std::min<size_t>(views - 1, 8));
     EXPECT_EQ(met, std::vector<int>(views, expected));
   }
-  FaultySceneOptions options;
-  options.seed = 7;
-  options.cameras = 12;
-  options.people = 3;
-  options.duration_s = 8.0;
+  FaultySceneOptions options = {7, 12, 3, 8.0};
   options.clock_offset_s.assign(12, 0.0);
   options.clock_offset_s[7] = 0.48;
   FaultyScene scene = MakeFaultyScene(options);
   const ClockSearch search =
-      SearchClocks(scene.cameras, PeopleOfViews(scene.detections, 0.3), 100);
+      SearchClocks(scene.cameras, PeopleOfViews(scene.detections), 100);
   for (size_t v = 0; v < 12; ++v) {
     EXPECT_NEAR(search.lag_frames[v], v == 7 ? -12 : 0, 1) << v;
   }
@@ -188,7 +170,7 @@ TEST(ComparedPairs, OfManyViewsEachMeetsEight) {
 
 TEST(ClockSearch, SynchronousViewsHaveNoLag) {
   const FaultyScene scene = ShortScene(6);
-  const std::vector<ViewPeople> people = PeopleOfViews(scene.detections, 0.3);
+  const std::vector<ViewPeople> people = PeopleOfViews(scene.detections);
   EXPECT_FALSE(SearchClocks(scene.cameras, people, 30).found());
 }
 
@@ -197,13 +179,11 @@ TEST(ClockSearch, SynchronousViewsHaveNoLag) {
 TEST(ClockSearch, OneViewOfFiveThatIsThreeFramesLateIsFound) {
   for (const uint64_t seed : {31, 32, 33}) {
     for (const size_t view : {0, 3}) {
-      FaultySceneOptions options;
-      options.seed = seed;
+      FaultySceneOptions options = {seed};
       options.clock_offset_s.assign(5, 0.0);
       options.clock_offset_s[view] = 0.12;
       const FaultyScene scene = MakeFaultyScene(options);
-      const std::vector<ViewPeople> people =
-          PeopleOfViews(scene.detections, 0.3);
+      const std::vector<ViewPeople> people = PeopleOfViews(scene.detections);
       const ClockSearch search = SearchClocks(scene.cameras, people, 250);
       for (size_t v = 0; v < 5; ++v) {
         const int lag = (v == view ? -3 : 0) - (view == 0 ? -3 : 0);
@@ -217,14 +197,11 @@ TEST(ClockSearch, OneViewOfFiveThatIsThreeFramesLateIsFound) {
 
 // Of many lags some agree better by chance where little was compared.
 TEST(ClockSearch, FewNoisyPeopleProveNoLag) {
-  FaultySceneOptions options;
-  options.cameras = 2;
-  options.people = 1;
-  options.duration_s = 2.0;
+  FaultySceneOptions options = {1, 2, 1, 2.0};
   options.noise_px = 20.0;
   for (options.seed = 1; options.seed <= 12; ++options.seed) {
     const FaultyScene scene = MakeFaultyScene(options);
-    const std::vector<ViewPeople> people = PeopleOfViews(scene.detections, 0.3);
+    const std::vector<ViewPeople> people = PeopleOfViews(scene.detections);
     EXPECT_FALSE(SearchClocks(scene.cameras, people, 30).found())
         << "seed " << options.seed;
   }

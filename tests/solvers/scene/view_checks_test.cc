@@ -16,12 +16,7 @@ using testing::FaultySceneOptions;
 using testing::MakeFaultyScene;
 
 FaultyScene FourViews(uint64_t seed) {
-  FaultySceneOptions options;
-  options.seed = seed;
-  options.cameras = 4;
-  options.people = 2;
-  options.duration_s = 5.0;
-  return MakeFaultyScene(options);
+  return MakeFaultyScene({seed, 4, 2, 5.0});
 }
 
 // The first finding is of this kind and camera, and nothing else is likely.
@@ -126,13 +121,9 @@ TEST(ViewChecks, ExchangedSidesAreNamed) {
 TEST(ViewChecks, AVideoOfAnotherSizeIsNamed) {
   for (const double scale : {0.5, 1.5}) {
     FaultyScene scene = FourViews(6);
-    for (DetectionFrame& frame : scene.detections.frames) {
-      for (Detection& detection : frame.views[1].detections) {
-        for (Keypoint& joint : detection.joints) {
-          joint.px = scale * joint.px.array() + 0.5 * (scale - 1.0);
-        }
-      }
-    }
+    testing::ChangeJoints(&scene, 1, [&](Keypoint* joint) {
+      joint->px = scale * joint->px.array() + 0.5 * (scale - 1.0);
+    });
     const Diagnosis diagnosis = DiagnoseScene(scene);
     ExpectOnly(diagnosis, "image_size", scene.cameras[1].name());
     EXPECT_NEAR(diagnosis.cameras[1].focal_px(),
@@ -162,27 +153,16 @@ TEST(ViewChecks, ASizeOfTwoViewsIsNamed) {
 // said is the shift, and no clock.
 TEST(ViewChecks, AnImageCroppedALittleIsShifted) {
   FaultyScene scene = FourViews(7);
-  for (DetectionFrame& frame : scene.detections.frames) {
-    for (Detection& detection : frame.views[0].detections) {
-      for (Keypoint& joint : detection.joints) joint.px.x() -= 60.0;
-    }
-  }
+  testing::ChangeJoints(&scene, 0,
+                        [&](Keypoint* joint) { joint->px.x() -= 60.0; });
   ExpectOnly(DiagnoseScene(scene), "shift", scene.cameras[0].name());
 }
 
 // Too little to be called cropped: somebody who walks one way looks late.
 TEST(ViewChecks, AnImageCroppedByLessIsNoClock) {
-  FaultySceneOptions options;
-  options.cameras = 4;
-  options.people = 1;
-  options.duration_s = 2.0;
-  options.seed = 9;
-  FaultyScene scene = MakeFaultyScene(options);
-  for (DetectionFrame& frame : scene.detections.frames) {
-    for (Detection& detection : frame.views[0].detections) {
-      for (Keypoint& joint : detection.joints) joint.px.x() -= 30.0;
-    }
-  }
+  FaultyScene scene = MakeFaultyScene({9, 4, 1, 2.0});
+  testing::ChangeJoints(&scene, 0,
+                        [&](Keypoint* joint) { joint->px.x() -= 30.0; });
   for (const Finding& finding : DiagnoseScene(scene).findings) {
     EXPECT_NE(finding.kind, "clock_offset") << finding.camera;
   }
@@ -191,11 +171,8 @@ TEST(ViewChecks, AnImageCroppedByLessIsNoClock) {
 TEST(ViewChecks, ACroppedVideoIsNamed) {
   FaultyScene scene = FourViews(7);
   const Eigen::Vector2d offset_px(220.0, 130.0);
-  for (DetectionFrame& frame : scene.detections.frames) {
-    for (Detection& detection : frame.views[3].detections) {
-      for (Keypoint& joint : detection.joints) joint.px -= offset_px;
-    }
-  }
+  testing::ChangeJoints(&scene, 3,
+                        [&](Keypoint* joint) { joint->px -= offset_px; });
   const Diagnosis diagnosis = DiagnoseScene(scene);
   ExpectOnly(diagnosis, "crop", scene.cameras[3].name());
   // The median over people, whose joints are off by 2 px.

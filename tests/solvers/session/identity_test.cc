@@ -6,39 +6,19 @@
 #include <vector>
 
 #include "core/base/error.h"
-#include "core/synthetic/noise.h"
-#include "core/synthetic/scene.h"
-#include "solvers/session/run.h"
+#include "tests/solvers/session/recordings.h"
 
 namespace kinegraph::testing {
 namespace {
 
-struct ExactRecording {
-  RunRequest request;
-  DetectionSequence detections;
-  TrackSequence truth;
-};
-
 // Exact detections of people who stay.
-ExactRecording MakeRecording(int people, double duration_s) {
-  SceneOptions options;
-  options.seed = 5;
-  options.people = people;
-  options.duration_s = duration_s;
-  options.cameras.count = 4;
-  options.motion.visitors = 0.0;
-  const Scene scene = MakeScene(options);
-  ExactRecording recording;
-  recording.request.cameras = scene.cameras;
-  ObservationTruth labels;
-  recording.detections = Observe(scene, NoiseOptions(), &labels);
-  recording.truth = TruthFor(scene, recording.detections);
-  return recording;
+Recording MakeRecording(int people, double duration_s) {
+  return Record(MakeScene(Staying(5, people, 4, duration_s)));
 }
 
 // Two people for eight seconds; nobody is seen in the fourth.
-ExactRecording TwoHidden() {
-  ExactRecording recording = MakeRecording(2, 8.0);
+Recording TwoHidden() {
+  Recording recording = MakeRecording(2, 8.0);
   for (DetectionFrame& frame : recording.detections.frames) {
     if (frame.frame < 75 || frame.frame >= 100) continue;
     for (ViewDetections& view : frame.views) view.detections.clear();
@@ -47,46 +27,28 @@ ExactRecording TwoHidden() {
 }
 
 RunOptions GraphOptions() {
-  RunOptions options;
-  options.estimators.mode = Mode::kGraph;
+  RunOptions options = GraphMode();
   options.estimators.output = OutputKind::kGaussian;
   return options;
 }
 
-std::set<TrackId> IdsOf(const TrackSequence& tracks) {
-  std::set<TrackId> ids;
-  for (const TrackFrame& frame : tracks.frames) {
-    for (const PersonPose& person : frame.people) ids.insert(person.id);
-  }
-  return ids;
-}
-
 TEST(SessionIdentity, LinkingMakesOnePersonOfTwoTracks) {
-  const ExactRecording recording = TwoHidden();
+  const Recording recording = TwoHidden();
   RunOptions options = GraphOptions();
-  EXPECT_EQ(
-      IdsOf(TrackSequenceOf(options, recording.request, recording.detections))
-          .size(),
-      4u);
+  EXPECT_EQ(IdsOf(Track(recording, options)).size(), 4u);
   options.identity.link = true;
   for (const bool second_pass : {false, true}) {
     options.tracker.life.second_pass = second_pass;
-    EXPECT_EQ(
-        IdsOf(TrackSequenceOf(options, recording.request, recording.detections))
-            .size(),
-        2u);
+    EXPECT_EQ(IdsOf(Track(recording, options)).size(), 2u);
   }
 }
 
 TEST(SessionIdentity, PaperModeDoesNotLink) {
-  const ExactRecording recording = TwoHidden();
+  const Recording recording = TwoHidden();
   RunOptions options;
   options.estimators.mode = Mode::kPaper;
   options.identity.link = true;
-  EXPECT_EQ(
-      IdsOf(TrackSequenceOf(options, recording.request, recording.detections))
-          .size(),
-      4u);
+  EXPECT_EQ(IdsOf(Track(recording, options)).size(), 4u);
 }
 
 IdentityEdit Join(int64_t one, int64_t other) {
@@ -98,16 +60,15 @@ IdentityEdit Join(int64_t one, int64_t other) {
 }
 
 TEST(SessionIdentity, CorrectionsAreAppliedAfterTracking) {
-  ExactRecording recording = TwoHidden();
+  Recording recording = TwoHidden();
   recording.request.corrections = {Join(0, 2)};
-  const TrackSequence tracks =
-      TrackSequenceOf(GraphOptions(), recording.request, recording.detections);
+  const TrackSequence tracks = Track(recording, GraphOptions());
   EXPECT_EQ(IdsOf(tracks),
             (std::set<TrackId>{TrackId(0), TrackId(1), TrackId(3)}));
 }
 
 TEST(SessionIdentity, WhatLinkingDidItselfMayBeHandedInAgain) {
-  ExactRecording recording = TwoHidden();
+  Recording recording = TwoHidden();
   RunOptions options = GraphOptions();
   options.identity.link = true;
   Session session(options, recording.request, recording.detections.header);
@@ -115,17 +76,14 @@ TEST(SessionIdentity, WhatLinkingDidItselfMayBeHandedInAgain) {
   TrackAll(&source, &session, [](TrackFrame&&) {});
   ASSERT_EQ(session.identity_edits().size(), 2u);
   recording.request.corrections = session.identity_edits();
-  EXPECT_EQ(
-      IdsOf(TrackSequenceOf(options, recording.request, recording.detections))
-          .size(),
-      2u);
+  EXPECT_EQ(IdsOf(Track(recording, options)).size(), 2u);
 }
 
 TEST(SessionIdentity, ACorrectionThatDoesNotFitNamesItsPlace) {
-  ExactRecording recording = TwoHidden();
+  Recording recording = TwoHidden();
   recording.request.corrections = {Join(0, 77)};
   try {
-    TrackSequenceOf(GraphOptions(), recording.request, recording.detections);
+    Track(recording, GraphOptions());
     ADD_FAILURE() << "no error";
   } catch (const InputError& error) {
     EXPECT_STREQ(error.what(), "edits.jsonl: line 4: person 77 is unknown");
@@ -133,7 +91,7 @@ TEST(SessionIdentity, ACorrectionThatDoesNotFitNamesItsPlace) {
 }
 
 TEST(SessionIdentity, TheSecondPassFollowsNobodyIntoWhatWasDeleted) {
-  ExactRecording recording = MakeRecording(2, 4.0);
+  Recording recording = MakeRecording(2, 4.0);
   IdentityEdit edit;
   edit.op = EditOp::kDelete;
   edit.persons = {TrackId(1)};
@@ -142,9 +100,7 @@ TEST(SessionIdentity, TheSecondPassFollowsNobodyIntoWhatWasDeleted) {
   RunOptions options = GraphOptions();
   options.tracker.life.second_pass = true;
   int frames = 0;
-  for (const TrackFrame& frame :
-       TrackSequenceOf(options, recording.request, recording.detections)
-           .frames) {
+  for (const TrackFrame& frame : Track(recording, options).frames) {
     for (const PersonPose& person : frame.people) {
       if (person.id != TrackId(1)) continue;
       ++frames;
@@ -156,8 +112,8 @@ TEST(SessionIdentity, TheSecondPassFollowsNobodyIntoWhatWasDeleted) {
 }
 
 // Moments two seconds apart, handed in as if they followed each other.
-ExactRecording SingleFrames() {
-  ExactRecording recording = MakeRecording(3, 40.0);
+Recording SingleFrames() {
+  Recording recording = MakeRecording(3, 40.0);
   std::vector<DetectionFrame> kept;
   std::vector<TrackFrame> truth;
   const FrameClock clock(25.0);
@@ -176,23 +132,16 @@ ExactRecording SingleFrames() {
 }
 
 TEST(SessionIdentity, SingleFramesAreTakesOfTheirOwn) {
-  const ExactRecording recording = SingleFrames();
+  const Recording recording = SingleFrames();
   RunOptions options = GraphOptions();
   options.input.independent_frames = true;
   options.tracker.life.second_pass = true;
   for (const OutputKind output : {OutputKind::kGaussian, OutputKind::kBatch}) {
     options.estimators.output = output;
-    const TrackSequence tracks =
-        TrackSequenceOf(options, recording.request, recording.detections);
-    size_t found = 0;
-    for (const TrackFrame& frame : tracks.frames) found += frame.people.size();
-    size_t there = 0;
-    for (const TrackFrame& frame : recording.truth.frames) {
-      there += frame.people.size();
-    }
+    const TrackSequence tracks = Track(recording, options);
     // Exact detections by four cameras: everybody is found, once.
-    EXPECT_EQ(found, there);
-    EXPECT_EQ(IdsOf(tracks).size(), found) << "nobody lives on";
+    EXPECT_EQ(PoseCount(tracks), PoseCount(recording.truth));
+    EXPECT_EQ(IdsOf(tracks).size(), PoseCount(tracks)) << "nobody lives on";
   }
 }
 

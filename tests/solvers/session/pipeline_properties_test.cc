@@ -13,9 +13,7 @@
 #include <vector>
 
 #include "core/base/random.h"
-#include "core/synthetic/noise.h"
-#include "core/synthetic/scene.h"
-#include "solvers/session/run.h"
+#include "tests/solvers/session/recordings.h"
 #include "tests/support/test_data.h"
 
 namespace kinegraph::testing {
@@ -35,32 +33,19 @@ struct Recipe {
   }
 };
 
-struct PropertyRecording {
-  CameraRig cameras;
-  DetectionSequence detections;
-};
-
-PropertyRecording PropertyRecordingOf(const Recipe& recipe) {
-  SceneOptions options;
-  options.seed = recipe.seed;
-  options.people = recipe.people;
-  options.motion.visitors = 0.0;  // there from the first frame on
-  options.cameras.count = recipe.cameras;
-  options.duration_s = recipe.frames / 25.0;
-  const Scene scene = MakeScene(options);
+Recording RecordingOf(const Recipe& recipe) {
   NoiseOptions noise;
   noise.seed = recipe.seed;
   noise.joints.missing_rate = 0.05;
-  ObservationTruth truth;
-  return {scene.cameras, Observe(scene, noise, &truth)};
+  return Record(MakeScene(Staying(recipe.seed, recipe.people, recipe.cameras,
+                                  recipe.frames / 25.0)),
+                noise);
 }
 
-TrackSequence Track(const PropertyRecording& recording) {
-  RunOptions options = ReadRunOptions(
-      ProjectFile("configs/default.toml").string(), "graph.solver=sweeps", "");
-  RunRequest request;
-  request.cameras = recording.cameras;
-  return TrackSequenceOf(options, request, recording.detections);
+TrackSequence TracksOf(const Recording& recording) {
+  return Track(recording,
+               ReadRunOptions(ProjectFile("configs/default.toml").string(),
+                              "graph.solver=sweeps", ""));
 }
 
 using MovePoint = std::function<Eigen::Vector3d(const Eigen::Vector3d&)>;
@@ -101,14 +86,14 @@ std::string Difference(const TrackSequence& a, const TrackSequence& b,
 // What is done to a recording, and where its people are then.
 struct Change {
   std::string name;
-  std::function<MovePoint(PropertyRecording*)> apply;
+  std::function<MovePoint(Recording*)> apply;
 };
 
-MovePoint MoveWorld(PropertyRecording* recording) {
+MovePoint MoveWorld(Recording* recording) {
   const Eigen::Matrix3d turn =
       Eigen::AngleAxisd(1.1, Eigen::Vector3d::UnitZ()).toRotationMatrix();
   const Eigen::Vector3d shift(4.0, -7.0, 0.0);
-  for (Camera& camera : recording->cameras) {
+  for (Camera& camera : recording->request.cameras) {
     CameraParameters parameters = camera.parameters();
     parameters.R = parameters.R * turn.transpose();
     parameters.t = parameters.t - parameters.R * shift;
@@ -119,7 +104,7 @@ MovePoint MoveWorld(PropertyRecording* recording) {
   };
 }
 
-MovePoint TurnDetectionsAround(PropertyRecording* recording) {
+MovePoint TurnDetectionsAround(Recording* recording) {
   for (DetectionFrame& frame : recording->detections.frames) {
     for (ViewDetections& view : frame.views) {
       std::reverse(view.detections.begin(), view.detections.end());
@@ -131,8 +116,9 @@ MovePoint TurnDetectionsAround(PropertyRecording* recording) {
   return Stays;
 }
 
-MovePoint TurnCamerasAround(PropertyRecording* recording) {
-  std::reverse(recording->cameras.begin(), recording->cameras.end());
+MovePoint TurnCamerasAround(Recording* recording) {
+  std::reverse(recording->request.cameras.begin(),
+               recording->request.cameras.end());
   auto& names = recording->detections.header.view_names;
   std::reverse(names.begin(), names.end());
   for (DetectionFrame& frame : recording->detections.frames) {
@@ -141,10 +127,10 @@ MovePoint TurnCamerasAround(PropertyRecording* recording) {
   return Stays;
 }
 
-MovePoint AddEmptyCamera(PropertyRecording* recording) {
-  CameraParameters parameters = recording->cameras.front().parameters();
+MovePoint AddEmptyCamera(Recording* recording) {
+  CameraParameters parameters = recording->request.cameras.front().parameters();
   parameters.name = "blind";
-  recording->cameras.emplace_back(parameters);
+  recording->request.cameras.emplace_back(parameters);
   recording->detections.header.view_names.emplace_back("blind");
   for (DetectionFrame& frame : recording->detections.frames) {
     frame.views.emplace_back();
@@ -154,7 +140,7 @@ MovePoint AddEmptyCamera(PropertyRecording* recording) {
 }
 
 // As detectors do that look at overlapping boxes.
-MovePoint FindTwiceInOneView(PropertyRecording* recording) {
+MovePoint FindTwiceInOneView(Recording* recording) {
   for (DetectionFrame& frame : recording->detections.frames) {
     std::vector<Detection>& detections = frame.views.front().detections;
     const size_t count = detections.size();
@@ -179,10 +165,10 @@ std::vector<Change> Changes() {
 }
 
 std::string Fails(const Recipe& recipe, const Change& change) {
-  const PropertyRecording recording = PropertyRecordingOf(recipe);
-  PropertyRecording changed = recording;
+  const Recording recording = RecordingOf(recipe);
+  Recording changed = recording;
   const MovePoint move = change.apply(&changed);
-  return Difference(Track(recording), Track(changed), move);
+  return Difference(TracksOf(recording), TracksOf(changed), move);
 }
 
 // The smallest scene found that fails in the same way.
@@ -208,7 +194,7 @@ Recipe Shrunk(Recipe recipe, const Change& change) {
 TEST(PipelineDifference, IsSeen) {
   Recipe recipe;
   recipe.seed = 2;
-  const TrackSequence tracks = Track(PropertyRecordingOf(recipe));
+  const TrackSequence tracks = TracksOf(RecordingOf(recipe));
   ASSERT_GT(tracks.frames.back().people.size(), 0u);
   EXPECT_EQ(Difference(tracks, tracks, Stays), "");
   TrackSequence fewer = tracks;
@@ -231,11 +217,7 @@ TEST_P(PipelineProperties, TheSamePeople) {
   recipe.seed = GetParam();
   recipe.people = static_cast<int>(1 + random.Index(4));
   recipe.cameras = static_cast<int>(3 + random.Index(3));
-  int64_t people = 0;
-  for (const TrackFrame& frame : Track(PropertyRecordingOf(recipe)).frames) {
-    people += static_cast<int64_t>(frame.people.size());
-  }
-  EXPECT_GT(people, 0) << recipe.Text();
+  EXPECT_GT(PoseCount(TracksOf(RecordingOf(recipe))), 0u) << recipe.Text();
   for (const Change& change : Changes()) {
     const std::string difference = Fails(recipe, change);
     if (difference.empty()) continue;

@@ -7,79 +7,41 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <cmath>
 #include <functional>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
-#include "core/synthetic/noise.h"
-#include "core/synthetic/scene.h"
-#include "solvers/session/limbs.h"
 #include "solvers/session/recording_warnings.h"
-#include "solvers/session/run.h"
-#include "solvers/session/stream_sample.h"
-#include "solvers/session/used_frames.h"
+#include "solvers/session/subject_gauge.h"
+#include "tests/solvers/session/recordings.h"
 
 namespace kinegraph {
 namespace {
 
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
-
-struct ReportRecording {
-  CameraRig cameras;
-  DetectionSequence detections;
-  RunOptions options;
-};
+using testing::KindsOf;
+using testing::Recording;
 
 // Two people before four cameras for three seconds, with a detector's errors.
-ReportRecording SoundRecording(const Skeleton& skeleton = Coco17(),
-                               double missing_rate = 0.03) {
-  SceneOptions options;
-  options.seed = 5;
-  options.people = 2;
-  options.duration_s = 3.0;
-  options.motion.visitors = 0.0;
-  options.cameras.count = 4;
+Recording SoundRecording(const Skeleton& skeleton = Coco17(),
+                         double missing_rate = 0.03) {
+  SceneOptions options = testing::Staying(5, 2, 4, 3.0);
   options.cameras.focal_px = 1000.0;
-  const Scene scene = MakeScene(options, skeleton);
   NoiseOptions noise;
   noise.joints.sigma_px = 4.0;
   noise.joints.missing_rate = missing_rate;
-  ReportRecording recording;
-  recording.cameras = scene.cameras;
-  recording.detections = Observe(scene, noise, nullptr);
-  recording.options.estimators.mode = Mode::kGraph;
-  recording.options.tracker.gates.units = GateUnits::kMetres;
-  return recording;
+  return testing::Record(MakeScene(options, skeleton), noise);
 }
 
-RecordingReport ReportOf(const ReportRecording& recording) {
-  RunRequest request;
-  request.cameras = recording.cameras;
-  request.kept_matches = KeptMatches::kDetections;
-  Session session(recording.options, request, recording.detections.header);
-  RecordingReporter reporter(session.scene(),
-                             recording.detections.header.skeleton);
-  UsedFrames used(session.scene(), nullptr);
-  session.set_frame_listener(
-      [&](const DetectionFrame& frame) { used.Feed(frame); });
-  MemorySource source(recording.detections);
-  TrackAll(&source, &session, [&](TrackFrame&& frame) {
-    const DetectionFrame* seen = used.At(frame.frame);
-    ASSERT_NE(seen, nullptr);
-    reporter.See(*seen, frame);
-  });
-  return reporter.Report();
-}
-
-std::vector<std::string> KindsOf(const RecordingReport& report) {
-  std::vector<std::string> kinds;
-  for (const Finding& warning : report.warnings) {
-    kinds.push_back(warning.kind);
-  }
-  return kinds;
+RecordingReport ReportOf(const Recording& recording,
+                         bool independent_frames = false) {
+  RunOptions options = testing::GraphMode();
+  options.tracker.gates.units = GateUnits::kMetres;
+  options.input.independent_frames = independent_frames;
+  return testing::ReportOf(recording, options);
 }
 
 std::string TextOf(const RecordingReport& report) {
@@ -116,61 +78,9 @@ TEST(RecordingReport, SoundTakesHaveFiguresAndNoWarnings) {
   }
 }
 
-CameraRig Changed(const CameraRig& cameras, size_t camera_idx,
-                  const std::function<void(CameraParameters*)>& change) {
-  CameraRig changed;
-  for (size_t c = 0; c < cameras.size(); ++c) {
-    CameraParameters parameters = cameras[c].parameters();
-    if (c == camera_idx || camera_idx >= cameras.size()) change(&parameters);
-    changed.emplace_back(parameters);
-  }
-  return changed;
-}
-constexpr size_t kAll = 1000;
-
-void ForEachJoint(DetectionSequence* recording, size_t view,
-                  const std::function<void(Keypoint*)>& change) {
-  for (DetectionFrame& frame : recording->frames) {
-    for (Detection& detection : frame.views[view].detections) {
-      for (Keypoint& joint : detection.joints) change(&joint);
-    }
-  }
-}
-
-// A view whose frames are `late` frames later than they say.
-void Delay(DetectionSequence* recording, size_t view, size_t late) {
-  for (size_t f = recording->frames.size(); f-- > late;) {
-    recording->frames[f].views[view].detections =
-        recording->frames[f - late].views[view].detections;
-  }
-}
-
-struct WrongSetUp {
-  std::string name;
-  std::function<void(ReportRecording*)> spoil;
-  std::vector<std::string> kinds;  // one of them must be there
-  std::string words;               // that must be among the warnings'
-};
-
-class WrongSetUps : public ::testing::TestWithParam<WrongSetUp> {};
-
-TEST_P(WrongSetUps, EndInAWarningThatNamesTheCause) {
-  ReportRecording recording =
-      SoundRecording(GetParam().name == "skeleton" ? Body25B() : Coco17());
-  GetParam().spoil(&recording);
-  const RecordingReport report = ReportOf(recording);
-  const std::vector<std::string> kinds = KindsOf(report);
-  bool named = false;
-  for (const std::string& kind : GetParam().kinds) {
-    named = named || std::count(kinds.begin(), kinds.end(), kind) > 0;
-  }
-  EXPECT_TRUE(named) << TextOf(report);
-  EXPECT_THAT(TextOf(report), HasSubstr(GetParam().words));
-}
-
 // Every frame but those between `from` and `to`.
-void Drop(ReportRecording* recording, int64_t from, int64_t to) {
-  std::vector<DetectionFrame>& frames = recording->detections.frames;
+void Drop(Recording* recording, int64_t from, int64_t to) {
+  std::vector<DetectionFrame>& frames = recording->frames();
   frames.erase(std::remove_if(frames.begin(), frames.end(),
                               [&](const DetectionFrame& frame) {
                                 return frame.frame > from && frame.frame < to;
@@ -179,181 +89,205 @@ void Drop(ReportRecording* recording, int64_t from, int64_t to) {
 }
 
 TEST(RecordingReport, HolesInTheRecordingAreNamed) {
-  ReportRecording recording = SoundRecording();
+  Recording recording = SoundRecording();
   Drop(&recording, 20,
        29);  // 0.36 s without a frame: within a lost track's life
-  EXPECT_THAT(KindsOf(ReportOf(recording)), IsEmpty());
+  EXPECT_THAT(KindsOf(ReportOf(recording).warnings), IsEmpty());
   Drop(&recording, 40, 55);
   const RecordingReport report = ReportOf(recording);
-  ASSERT_EQ(KindsOf(report), std::vector<std::string>{"frames"});
+  ASSERT_EQ(KindsOf(report.warnings), std::vector<std::string>{"frames"});
   EXPECT_THAT(report.warnings[0].evidence, HasSubstr("1 hole"));
   EXPECT_THAT(report.warnings[0].evidence, HasSubstr("0.6 s"));
 }
 
 TEST(RecordingReport, SingleFramesAreNamedUnlessTheOptionsSaySo) {
-  ReportRecording recording = SoundRecording();
+  Recording recording = SoundRecording();
   for (DetectionFrame& frame : recording.detections.frames) {
     const TimeNs shift = frame.frame * FromSeconds(60.0);
     frame.time += shift;
     for (ViewDetections& view : frame.views) view.capture_time += shift;
   }
-  const auto count = [&] {
-    const std::vector<std::string> kinds = KindsOf(ReportOf(recording));
-    return std::count(kinds.begin(), kinds.end(), "frames");
+  for (const bool independent : {false, true}) {
+    const auto kinds = KindsOf(ReportOf(recording, independent).warnings);
+    EXPECT_EQ(std::count(kinds.begin(), kinds.end(), "frames"),
+              independent ? 0 : 1);
+  }
+}
+
+using Spoil = std::function<void(Recording*)>;
+
+constexpr size_t kAll = 1000;
+Spoil Camera(size_t camera_idx,
+             const std::function<void(CameraParameters*)>& change) {
+  return [=](Recording* recording) {
+    CameraRig& cameras = recording->request.cameras;
+    for (size_t c = 0; c < cameras.size(); ++c) {
+      CameraParameters parameters = cameras[c].parameters();
+      if (c == camera_idx || camera_idx == kAll) change(&parameters);
+      cameras[c] = kinegraph::Camera(parameters);
+    }
   };
-  EXPECT_EQ(count(), 1);
-  recording.options.input.independent_frames = true;
-  EXPECT_EQ(count(), 0);
+}
+
+Spoil Scale(double factor) {
+  return Camera(kAll, [=](CameraParameters* p) { p->t *= factor; });
+}
+
+Spoil Frames(const std::function<void(DetectionFrame*)>& change) {
+  return [=](Recording* recording) {
+    for (DetectionFrame& frame : recording->frames()) change(&frame);
+  };
+}
+
+Spoil Pixels(size_t view, const std::function<void(Eigen::Vector2d*)>& change) {
+  return Frames([=](DetectionFrame* frame) {
+    for (Detection& detection : frame->views[view].detections) {
+      for (Keypoint& joint : detection.joints) change(&joint.px);
+    }
+  });
+}
+
+void Turn(double angle_rad, const Eigen::Vector3d& axis, CameraParameters* p) {
+  const Eigen::Matrix3d turn =
+      Eigen::AngleAxisd(angle_rad, axis.normalized()).toRotationMatrix();
+  p->R = turn * p->R;
+  p->t = turn * p->t;
+}
+
+struct WrongSetUp {
+  std::string name;
+  Spoil spoil;
+  std::vector<std::string> kinds;  // one of them must be there
+  std::string words;               // that must be among the warnings'
+};
+
+class WrongSetUps : public ::testing::TestWithParam<WrongSetUp> {};
+
+TEST_P(WrongSetUps, EndInAWarningThatNamesTheCause) {
+  Recording recording =
+      SoundRecording(GetParam().name == "skeleton" ? Body25B() : Coco17());
+  GetParam().spoil(&recording);
+  const RecordingReport report = ReportOf(recording);
+  EXPECT_THAT(KindsOf(report.warnings),
+              ::testing::Contains(::testing::AnyOfArray(GetParam().kinds)))
+      << TextOf(report);
+  EXPECT_THAT(TextOf(report), HasSubstr(GetParam().words));
 }
 
 INSTANTIATE_TEST_SUITE_P(
     RecordingReport, WrongSetUps,
     ::testing::Values(
         WrongSetUp{"millimetres_as_metres",
-                   [](ReportRecording* recording) {
-                     recording->cameras =
-                         Changed(recording->cameras, kAll,
-                                 [](CameraParameters* p) { p->t *= 1000.0; });
-                   },
+                   Scale(1000.0),
                    {"unit"},
                    "cameras.unit=mm"},
-        WrongSetUp{"centimetres_as_metres",
-                   [](ReportRecording* recording) {
-                     recording->cameras =
-                         Changed(recording->cameras, kAll,
-                                 [](CameraParameters* p) { p->t *= 100.0; });
-                   },
-                   {"unit"},
-                   "cameras.unit=cm"},
+        WrongSetUp{
+            "centimetres_as_metres", Scale(100.0), {"unit"}, "cameras.unit=cm"},
         WrongSetUp{"metres_as_millimetres",
-                   [](ReportRecording* recording) {
-                     recording->cameras =
-                         Changed(recording->cameras, kAll,
-                                 [](CameraParameters* p) { p->t *= 0.001; });
-                   },
+                   Scale(0.001),
                    {"unit"},
                    "cameras.unit=m\n"},
         WrongSetUp{"skeleton",
-                   [](ReportRecording* recording) {
+                   [](Recording* recording) {
                      recording->detections.header.skeleton = Body25();
                    },
                    {"skeleton"},
                    "detections.skeleton=body25b"},
         WrongSetUp{"exchanged_cameras",
-                   [](ReportRecording* recording) {
-                     for (DetectionFrame& frame :
-                          recording->detections.frames) {
-                       std::swap(frame.views[0], frame.views[1]);
-                     }
-                   },
+                   Frames([](DetectionFrame* frame) {
+                     std::swap(frame->views[0], frame->views[1]);
+                   }),
                    {"swapped_views"},
                    "cameras.map"},
         WrongSetUp{"mirrored_view",
-                   [](ReportRecording* recording) {
-                     const double width = recording->cameras[1].width_px();
-                     ForEachJoint(&recording->detections, 1,
-                                  [width](Keypoint* joint) {
-                                    joint->px.x() = width - joint->px.x();
-                                  });
+                   [](Recording* recording) {
+                     const double width =
+                         recording->request.cameras[1].width_px();
+                     Pixels(1, [=](Eigen::Vector2d* px) {
+                       px->x() = width - px->x();
+                     })(recording);
                    },
                    {"image"},
                    "images were mirrored"},
-        WrongSetUp{
-            "upside_down_view",
-            [](ReportRecording* recording) {
-              const Eigen::Vector2d size(recording->cameras[2].width_px(),
-                                         recording->cameras[2].height_px());
-              ForEachJoint(&recording->detections, 2, [size](Keypoint* joint) {
-                joint->px = size - joint->px;
-              });
-            },
-            {"image"},
-            "turned by 180 degrees"},
-        WrongSetUp{"turned_camera",
-                   [](ReportRecording* recording) {
-                     recording->cameras = Changed(
-                         recording->cameras, 3, [](CameraParameters* p) {
-                           const Eigen::Matrix3d turn =
-                               Eigen::AngleAxisd(0.15, Eigen::Vector3d::UnitY())
-                                   .toRotationMatrix();
-                           p->R = turn * p->R;
-                           p->t = turn * p->t;
-                         });
+        WrongSetUp{"upside_down_view",
+                   [](Recording* recording) {
+                     const auto& camera = recording->request.cameras[2];
+                     const Eigen::Vector2d size(camera.width_px(),
+                                                camera.height_px());
+                     Pixels(2, [=](Eigen::Vector2d* px) { *px = size - *px; })(
+                         recording);
                    },
+                   {"image"},
+                   "turned by 180 degrees"},
+        WrongSetUp{"turned_camera",
+                   Camera(3,
+                          [](CameraParameters* p) {
+                            Turn(0.15, Eigen::Vector3d::UnitY(), p);
+                          }),
                    {"camera", "matched", "error"},
                    "kinegraph doctor"},
         WrongSetUp{"late_view",
-                   [](ReportRecording* recording) {
-                     Delay(&recording->detections, 0, 25);
+                   [](Recording* recording) {  // by a second
+                     auto& frames = recording->frames();
+                     for (size_t f = frames.size(); f-- > 25;) {
+                       frames[f].views[0].detections =
+                           frames[f - 25].views[0].detections;
+                     }
                    },
                    {"clock_offset"},
                    "cameras.refine_clock"},
         WrongSetUp{"another_room",
-                   [](ReportRecording* recording) {
-                     recording->cameras = Changed(
-                         recording->cameras, kAll, [](CameraParameters* p) {
-                           // Each camera looks elsewhere.
-                           const double angle = 1.0 + 2.0 * p->R(0, 0);
-                           p->R =
-                               Eigen::AngleAxisd(
-                                   angle,
-                                   Eigen::Vector3d(1.0, 1.0, 0.0).normalized())
-                                   .toRotationMatrix() *
-                               p->R;
-                         });
-                   },
+                   // Each camera looks elsewhere.
+                   Camera(kAll,
+                          [](CameraParameters* p) {
+                            const Eigen::Vector3d before = p->t;
+                            Turn(1.0 + 2.0 * p->R(0, 0), {1.0, 1.0, 0.0}, p);
+                            p->t = before;
+                          }),
                    {"never_matched", "nobody", "matched"},
                    "another set-up"},
         WrongSetUp{"rate",
-                   [](ReportRecording* recording) {
+                   [](Recording* recording) {
                      recording->detections.header.frame_rate_hz *= 20.0;
-                     for (DetectionFrame& frame :
-                          recording->detections.frames) {
-                       frame.time /= 20;
-                       for (ViewDetections& view : frame.views) {
+                     Frames([](DetectionFrame* frame) {
+                       frame->time /= 20;
+                       for (ViewDetections& view : frame->views) {
                          view.capture_time /= 20;
                        }
-                     }
+                     })(recording);
                    },
                    {"rate"},
                    "input.frame_rate"},
         WrongSetUp{"legs_alone",
-                   [](ReportRecording* recording) {
+                   Frames([](DetectionFrame* frame) {
                      constexpr size_t kFirst = 11;  // hips, knees, ankles
-                     for (DetectionFrame& frame :
-                          recording->detections.frames) {
-                       for (ViewDetections& view : frame.views) {
-                         for (Detection& one : view.detections) {
-                           for (size_t j = 0; j < kFirst; ++j) {
-                             one.joints[j].found = false;
-                           }
+                     for (ViewDetections& view : frame->views) {
+                       for (Detection& one : view.detections) {
+                         for (size_t j = 0; j < kFirst; ++j) {
+                           one.joints[j].found = false;
                          }
                        }
                      }
-                   },
+                   }),
                    {"joints"},
                    "initialisation.min_joints=4"},
         WrongSetUp{"one_view_with_people",
-                   [](ReportRecording* recording) {
-                     for (DetectionFrame& frame :
-                          recording->detections.frames) {
-                       for (size_t v = 1; v < frame.views.size(); ++v) {
-                         frame.views[v].detections.clear();
-                       }
+                   Frames([](DetectionFrame* frame) {
+                     for (size_t v = 1; v < frame->views.size(); ++v) {
+                       frame->views[v].detections.clear();
                      }
-                   },
+                   }),
                    {"nobody"},
                    "fewer than two views"}),
     [](const ::testing::TestParamInfo<WrongSetUp>& test) {
       return test.param.name;
     });
 
-// A body without its hands and face is a whole body.
 // Of two views with two fifths of the joints missing a third is common: 6 of 17
 // on average, where a new person needs 10. People begin late then, if at all.
 TEST(RecordingReport, WhoBeginsLateForWantOfJointsIsNamed) {
   const RecordingReport report = ReportOf(SoundRecording(Coco17(), 0.4));
-  ASSERT_THAT(KindsOf(report), ::testing::Contains("joints"));
+  ASSERT_THAT(KindsOf(report.warnings), ::testing::Contains("joints"));
   for (const Finding& warning : report.warnings) {
     if (warning.kind != "joints") continue;
     EXPECT_THAT(warning.fix, HasSubstr("initialisation.min_common_joints"));
@@ -400,13 +334,12 @@ TEST(RecordingReport, UnitsFollowFromHeights) {
 
 // A fly 12 mm from its cameras, and a mouse as long as it likes.
 TEST(RecordingReport, NoUnitIsToldByWhatIsNoHuman) {
-  RecordingFacts facts;
   for (const bool is_human : {true, false}) {
-    facts.is_human = is_human;
     RecordingReport report;
+    report.is_human = is_human;
     report.working_distance_m = 0.012;
-    AddWarnings(facts, &report);
-    EXPECT_EQ(KindsOf(report).front() == "unit", is_human);
+    AddWarnings(RecordingFacts(), Diagnosis(), &report);
+    EXPECT_EQ(KindsOf(report.warnings).front() == "unit", is_human);
   }
   std::vector<std::string> joints = Coco17().joints();
   joints.push_back("tail_base");
@@ -430,21 +363,10 @@ TEST(RecordingReport, TypicalHeightWeighsByFrames) {
   EXPECT_EQ(TypicalHeight({unknown}), 0.0);
 }
 
-TEST(StreamSample, IsFairAndBounded) {
-  StreamSample sample(512);
-  for (int i = 0; i < 100000; ++i) sample.Add(i % 1000);
-  EXPECT_EQ(sample.count(), 100000);
-  // The median of 512 of them lies within 4 sigma, 4 * 1000 / (2 sqrt(512)).
-  EXPECT_NEAR(sample.Quantile(0.5), 500.0, 89.0);
-  EXPECT_EQ(StreamSample().Quantile(0.5), 0.0);
-}
-
 TEST(UsedFrames, ReadAgainAndFedGiveTheSameFrames) {
-  const ReportRecording recording = SoundRecording();
-  RunRequest request;
-  request.cameras = recording.cameras;
-  const RunScene scene =
-      PrepareScene(recording.options, request, recording.detections.header);
+  const Recording recording = SoundRecording();
+  const RunScene scene = PrepareScene(testing::GraphMode(), recording.request,
+                                      recording.detections.header);
   UsedFrames fed(scene, nullptr);
   UsedFrames again(scene, [&] {
     return std::make_unique<MemorySource>(recording.detections);

@@ -1,5 +1,3 @@
-#include "solvers/session/refine_recording.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -32,9 +30,7 @@ const char* const kBoth = "cameras.refine=rotation;cameras.refine_clock=true";
 
 // Every camera turned by half a degree, two clocks off.
 FaultyScene TurnedScene() {
-  FaultySceneOptions options;
-  options.seed = 21;
-  options.duration_s = 6.0;
+  FaultySceneOptions options = {21, 5, 4, 6.0};
   options.clock_offset_s = {0.0, 0.05, 0.0, -0.04, 0.0};
   FaultyScene scene = MakeFaultyScene(options);
   for (size_t v = 0; v < scene.cameras.size(); ++v) {
@@ -129,9 +125,7 @@ TEST(RefineRecording, RefinedCamerasAreNearlyAsGoodAsTrueOnes) {
 // the fit gains.
 TEST(RefineRecording, ClocksAreFoundWherePeopleHopAndStop) {
   KINEGRAPH_DATA_OR_SKIP(clip, "motion/start_hop_stop_120hz.jsonl");
-  testing::FaultySceneOptions options;
-  options.seed = 7301;
-  options.duration_s = 10.0;
+  FaultySceneOptions options = {7301, 5, 4, 10.0};
   options.clips.assign(4, clip);
   options.clip_start_s = {0.0, 0.37, 0.74, 1.11};
   options.clock_offset_s = {0.0, 0.08, 0.0, -0.05, 0.0};

@@ -7,48 +7,34 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
-#include "core/synthetic/noise.h"
-#include "core/synthetic/scene.h"
 #include "solvers/session/diagnose.h"
 #include "solvers/session/ready_recording.h"
-#include "solvers/session/recording_report.h"
-#include "solvers/session/recording_warnings.h"
-#include "solvers/session/run.h"
 #include "solvers/session/subject_gauge.h"
-#include "solvers/session/used_frames.h"
+#include "tests/solvers/session/recordings.h"
 
 namespace kinegraph {
 namespace {
 
+using testing::Recording;
+
 constexpr double kStature_m = 1.72;  // the scene's mean
 
-struct ScaledRecording {
-  CameraRig cameras;
-  DetectionSequence detections;
-};
-
 // Two people before four cameras for three seconds, with a detector's errors.
-ScaledRecording HumanRecording() {
-  SceneOptions options;
-  options.seed = 5;
-  options.people = 2;
-  options.duration_s = 3.0;
-  options.motion.visitors = 0.0;
-  options.cameras.count = 4;
-  const Scene scene = MakeScene(options, Coco17());
+Recording HumanRecording() {
   NoiseOptions noise;
   noise.joints.sigma_px = 3.0;
   noise.joints.missing_rate = 0.03;
-  return {scene.cameras, Observe(scene, noise, nullptr)};
+  return testing::Record(MakeScene(testing::Staying(5, 2, 4, 3.0), Coco17()),
+                         noise);
 }
 
 // The same motion of somebody whose joints are no human's.
-ScaledRecording AnimalRecording() {
-  ScaledRecording recording = HumanRecording();
+Recording AnimalRecording() {
+  Recording recording = HumanRecording();
   std::vector<std::string> joints = Coco17().joints();
   for (std::string& joint : joints) joint = "paw_" + joint;
   recording.detections.header.skeleton =
@@ -56,15 +42,11 @@ ScaledRecording AnimalRecording() {
   return recording;
 }
 
-// The cameras of a world that is larger by a factor.
-CameraRig Larger(const CameraRig& cameras, double factor) {
-  CameraRig larger;
-  for (const Camera& camera : cameras) {
-    CameraParameters parameters = camera.parameters();
-    parameters.t *= factor;
-    larger.emplace_back(parameters);
-  }
-  return larger;
+// In a world that is larger by a factor.
+Recording Larger(Recording recording, double factor) {
+  CameraRig& cameras = recording.request.cameras;
+  cameras = Rescaled(std::move(cameras), factor);
+  return recording;
 }
 
 // By 1.7 degrees, where it stands.
@@ -83,12 +65,10 @@ RunOptions OptionsOf(const std::string& set, const std::string& mode) {
       set, mode);
 }
 
-TrackSequence Track(const ScaledRecording& recording, double factor,
-                    const std::string& set = "",
-                    const std::string& mode = "graph") {
-  RunRequest request;
-  request.cameras = Larger(recording.cameras, factor);
-  return TrackSequenceOf(OptionsOf(set, mode), request, recording.detections);
+TrackSequence TrackAt(double factor, const Recording& recording,
+                      const std::string& set = "",
+                      const std::string& mode = "graph") {
+  return testing::Track(Larger(recording, factor), OptionsOf(set, mode));
 }
 
 // Largest distance of joints that both have, and of their standard deviations,
@@ -128,43 +108,43 @@ class AnyScale : public ::testing::TestWithParam<double> {};
 // The scale is measured anew, so nothing but rounding differs, which a solver
 // that goes on until joints move by 0.03 mm and a few decisions make visible.
 TEST_P(AnyScale, AnimalsMoveAlike) {
-  const ScaledRecording recording = AnimalRecording();
+  const Recording recording = AnimalRecording();
   for (const char* mode : {"graph", "paper"}) {
-    const TrackSequence world = Track(recording, 1.0, "", mode);
+    const TrackSequence world = TrackAt(1.0, recording, "", mode);
     ASSERT_EQ(world.frames.size(), recording.detections.frames.size());
-    EXPECT_LT(Apart(world, Track(recording, GetParam(), "", mode), GetParam()),
-              1e-4)
+    EXPECT_LT(
+        Apart(world, TrackAt(GetParam(), recording, "", mode), GetParam()),
+        1e-4)
         << mode;
   }
 }
 
 TEST_P(AnyScale, AWindowThatGivesPosesAtOnceDoesSo) {
-  const ScaledRecording recording = AnimalRecording();
+  const Recording recording = AnimalRecording();
   const std::string set =
       "output.estimator=window;tracking.second_pass=false;identity.link=false";
-  EXPECT_LT(Apart(Track(recording, 1.0, set), Track(recording, GetParam(), set),
-                  GetParam()),
+  EXPECT_LT(Apart(TrackAt(1.0, recording, set),
+                  TrackAt(GetParam(), recording, set), GetParam()),
             1e-4);
 }
 
 // At 1 they have their own size, elsewhere that of 1.7 m: priors differ by the
 // ratio, and joints by less than a hundredth of the body.
 TEST_P(AnyScale, PeopleMoveAlike) {
-  const ScaledRecording recording = HumanRecording();
-  EXPECT_LT(
-      Apart(Track(recording, 1.0), Track(recording, GetParam()), GetParam()),
-      0.01 * kStature_m);
+  const Recording recording = HumanRecording();
+  EXPECT_LT(Apart(TrackAt(1.0, recording), TrackAt(GetParam(), recording),
+                  GetParam()),
+            0.01 * kStature_m);
 }
 
 TEST_P(AnyScale, RefinedCamerasAndFloorFollow) {
-  ScaledRecording recording = HumanRecording();
-  recording.cameras[1] = TurnedInPlace(recording.cameras[1]);
+  Recording recording = HumanRecording();
+  recording.request.cameras[1] = TurnedInPlace(recording.request.cameras[1]);
   const auto ready = [&](double factor) {
-    RunRequest request;
-    request.cameras = Larger(recording.cameras, factor);
+    const Recording scaled = Larger(recording, factor);
     return MakeRecordingReady(
-        OptionsOf("cameras.refine=pose;cameras.ground=feet", "graph"), request,
-        std::nullopt, [&] { return recording.detections; });
+        OptionsOf("cameras.refine=pose;cameras.ground=feet", "graph"),
+        scaled.request, std::nullopt, [&] { return recording.detections; });
   };
   const ReadyRecording world = ready(1.0);
   const ReadyRecording larger = ready(GetParam());
@@ -185,19 +165,18 @@ TEST_P(AnyScale, RefinedCamerasAndFloorFollow) {
 }
 
 TEST_P(AnyScale, FrozenMatchesGiveTheSame) {
-  const ScaledRecording recording = AnimalRecording();
+  const Recording recording = AnimalRecording();
   const auto frozen = [&](double factor) {
-    RunRequest request;
-    request.cameras = Larger(recording.cameras, factor);
-    return FreezeTracking(OptionsOf("", "graph"), request,
-                          recording.detections);
+    const Recording scaled = Larger(recording, factor);
+    return FreezeTracking(OptionsOf("", "graph"), scaled.request,
+                          scaled.detections);
   };
   const FrozenRun world = frozen(1.0);
   const FrozenRun larger = frozen(GetParam());
   EXPECT_EQ(larger.matches.people.size(), world.matches.people.size());
   EXPECT_NEAR(larger.scale.metres() / world.scale.metres(), GetParam(),
               1e-9 * GetParam());
-  for (size_t v = 0; v < recording.cameras.size(); ++v) {
+  for (size_t v = 0; v < recording.request.cameras.size(); ++v) {
     EXPECT_LT((larger.scene.model.cameras[v].centre() -
                world.scene.model.cameras[v].centre())
                   .norm(),
@@ -205,42 +184,24 @@ TEST_P(AnyScale, FrozenMatchesGiveTheSame) {
   }
 }
 
-std::vector<std::string> WarningsOf(const ScaledRecording& recording,
-                                    double factor) {
-  RunRequest request;
-  request.cameras = Larger(recording.cameras, factor);
-  request.kept_matches = KeptMatches::kDetections;
-  Session session(OptionsOf("", "graph"), request, recording.detections.header);
-  RecordingReporter reporter(session.scene(),
-                             recording.detections.header.skeleton);
-  UsedFrames used(session.scene(), [&] {
-    return std::make_unique<MemorySource>(recording.detections);
-  });
-  MemorySource source(recording.detections);
-  TrackAll(&source, &session, [&](TrackFrame&& frame) {
-    reporter.See(*used.At(frame.frame), frame);
-  });
-  reporter.set_scale(session.scale());
-  std::vector<std::string> kinds;
-  for (const Finding& warning : reporter.Report().warnings) {
-    kinds.push_back(warning.kind);
-  }
-  return kinds;
+std::vector<std::string> WarningsAt(double factor, const Recording& recording) {
+  return testing::KindsOf(
+      testing::ReportOf(Larger(recording, factor), OptionsOf("", "graph"))
+          .warnings);
 }
 
 TEST_P(AnyScale, FindingsAreTheSame) {
-  ScaledRecording recording = AnimalRecording();
-  EXPECT_EQ(WarningsOf(recording, GetParam()), WarningsOf(recording, 1.0));
-  recording.cameras[0] = TurnedInPlace(recording.cameras[0]);
-  const std::vector<std::string> kinds = WarningsOf(recording, 1.0);
-  EXPECT_EQ(WarningsOf(recording, GetParam()), kinds);
+  Recording recording = AnimalRecording();
+  EXPECT_EQ(WarningsAt(GetParam(), recording), WarningsAt(1.0, recording));
+  recording.request.cameras[0] = TurnedInPlace(recording.request.cameras[0]);
+  const std::vector<std::string> kinds = WarningsAt(1.0, recording);
+  EXPECT_EQ(WarningsAt(GetParam(), recording), kinds);
   const auto diagnosed = [&](double factor) {
-    RunRequest request;
-    request.cameras = Larger(recording.cameras, factor);
+    const Recording scaled = Larger(recording, factor);
     std::vector<std::string> found;
     for (const Finding& finding :
-         DiagnoseRecording(OptionsOf("", "graph"), request,
-                           recording.detections, {})
+         DiagnoseRecording(OptionsOf("", "graph"), scaled.request,
+                           scaled.detections, {})
              .findings) {
       found.push_back(finding.kind + " " + finding.camera);
     }
@@ -251,14 +212,15 @@ TEST_P(AnyScale, FindingsAreTheSame) {
 
 INSTANTIATE_TEST_SUITE_P(Of, AnyScale, ::testing::Values(0.002, 0.05, 20.0));
 
-SubjectScale Measured(const ScaledRecording& recording, double factor,
+SubjectScale Measured(const Recording& recording, double factor,
                       const std::string& set = "") {
-  return ScaleOf(OptionsOf(set, "graph"), Larger(recording.cameras, factor),
+  return ScaleOf(OptionsOf(set, "graph"),
+                 Larger(recording, factor).request.cameras,
                  recording.detections);
 }
 
 TEST(SubjectScale, PeopleOfAnySizeKeepOne) {
-  const ScaledRecording recording = HumanRecording();
+  const Recording recording = HumanRecording();
   for (const double factor : {0.35, 0.6, 1.0, 1.25}) {
     EXPECT_TRUE(Measured(recording, factor).is_one()) << factor;
   }
@@ -270,7 +232,7 @@ TEST(SubjectScale, PeopleOfAnySizeKeepOne) {
 }
 
 TEST(SubjectScale, WhatIsStatedIsNotMeasured) {
-  const ScaledRecording recording = AnimalRecording();
+  const Recording recording = AnimalRecording();
   EXPECT_DOUBLE_EQ(Measured(recording, 1.0, "cameras.subject_m=0.34").metres(),
                    0.2);
   // People are people.
@@ -279,7 +241,7 @@ TEST(SubjectScale, WhatIsStatedIsNotMeasured) {
 }
 
 TEST(SubjectScale, APointHasNoSize) {
-  ScaledRecording recording = AnimalRecording();
+  Recording recording = AnimalRecording();
   recording.detections.header.skeleton = Skeleton("drone", {"drone"}, {});
   for (DetectionFrame& frame : recording.detections.frames) {
     for (ViewDetections& view : frame.views) {
@@ -293,11 +255,9 @@ TEST(SubjectScale, APointHasNoSize) {
 
 // A stream of people answers as soon as it did.
 TEST(SubjectScale, PeopleAreNotKeptWaiting) {
-  const ScaledRecording recording = HumanRecording();
-  RunRequest request;
-  request.cameras = recording.cameras;
+  const Recording recording = HumanRecording();
   const RunOptions options = ParseRunOptions("mode = \"paper\"\n", "", "");
-  Session session(options, request, recording.detections.header);
+  Session session(options, recording.request, recording.detections.header);
   for (const DetectionFrame& frame : recording.detections.frames) {
     EXPECT_EQ(session.Process(frame).size(), 1U);
   }
@@ -305,11 +265,9 @@ TEST(SubjectScale, PeopleAreNotKeptWaiting) {
 
 // Others wait for their size, and nothing of theirs is lost.
 TEST(SubjectScale, AStreamBeginsWithItsSize) {
-  const ScaledRecording recording = AnimalRecording();
-  RunRequest request;
-  request.cameras = Larger(recording.cameras, 0.01);
+  const Recording recording = Larger(AnimalRecording(), 0.01);
   const RunOptions options = ParseRunOptions("mode = \"paper\"\n", "", "");
-  Session session(options, request, recording.detections.header);
+  Session session(options, recording.request, recording.detections.header);
   size_t written = 0;
   size_t waited = 0;
   for (const DetectionFrame& frame : recording.detections.frames) {

@@ -17,14 +17,7 @@ using testing::FaultySceneOptions;
 using testing::MakeFaultyScene;
 
 // One person who walks about for 20 s before four cameras.
-FaultyScene Walker() {
-  FaultySceneOptions options;
-  options.seed = 31;
-  options.people = 1;
-  options.cameras = 4;
-  options.duration_s = 20.0;
-  return MakeFaultyScene(options);
-}
+FaultyScene Walker() { return MakeFaultyScene({31, 4, 1, 20.0}); }
 
 // A detector that puts hips 4 cm forward in views from the side: 4 cm times
 // sin 2p across, 0 from in front and from behind.

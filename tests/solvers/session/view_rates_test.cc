@@ -21,10 +21,7 @@ using testing::FaultySceneOptions;
 // Five views of a recording of 50 Hz: three are recorded at 25 Hz, the last two
 // at 10 Hz, and the files of each count from zero.
 FaultyScene TakeAt50Hz() {
-  FaultySceneOptions options;
-  options.seed = 41;
-  options.people = 3;
-  options.duration_s = 4.0;
+  FaultySceneOptions options = {41, 5, 3, 4.0};
   options.frame_rate_hz = 50.0;
   return testing::MakeFaultyScene(options);
 }
