@@ -43,8 +43,8 @@ Eigen::Matrix3d ExpRotation(const Eigen::Vector3d& vector);
 // (2x3, px/m) and by the change (2 x kChangeSize; zero for the clock).
 std::optional<Eigen::Vector2d> ProjectChanged(
     const Camera& camera, const CameraChange& change,
-    const Eigen::Vector3d& point_m, Matrix23d* by_point,
-    Eigen::Matrix<double, 2, kChangeSize>* by_change);
+    const Eigen::Vector3d& point_m, Matrix23d* by_point = nullptr,
+    Eigen::Matrix<double, 2, kChangeSize>* by_change = nullptr);
 
 // The camera itself.
 Camera ChangedCamera(const Camera& camera, const CameraChange& change);

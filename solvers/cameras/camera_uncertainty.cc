@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "solvers/cameras/camera_change.h"
+#include "solvers/cameras/segments.h"
 
 namespace kinegraph {
 
@@ -36,10 +37,8 @@ std::optional<CameraUncertainty::Sensitivity> CameraUncertainty::Of(
       continue;
     }
     const auto v = static_cast<size_t>(match.view_idx);
-    const Detection* detection = nullptr;
-    for (const Detection& one : seen.views[v].detections) {
-      if (one.index_in_file == match.detection_idx) detection = &one;
-    }
+    const Detection* detection =
+        FindDetection(seen.views[v], match.detection_idx);
     if (detection == nullptr) continue;
     const Keypoint& keypoint = detection->joints[detection_joint_[joint]];
     const Eigen::Vector3d& point = person.joints[joint].position_m;

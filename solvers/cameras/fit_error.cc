@@ -37,7 +37,7 @@ void AddSegment(const CameraRig& cameras, const MotionSegment& segment,
     const auto v = static_cast<size_t>(one.view_idx);
     double distance_px = kCapPx;
     const auto r = solved ? SegmentResidual(cameras[v], changes[v], segment,
-                                            state, one, 1.0, nullptr, nullptr)
+                                            state, one, 1.0)
                           : std::nullopt;
     if (r.has_value()) {
       const Eigen::Vector2d residual_px = *r * one.sigma_px;

@@ -26,13 +26,6 @@ void ForEachJoint(DetectionSequence* detections, const Visit& visit) {
   }
 }
 
-const Detection* FindDetection(const ViewDetections& view, int index_in_file) {
-  for (const Detection& detection : view.detections) {
-    if (detection.index_in_file == index_in_file) return &detection;
-  }
-  return nullptr;
-}
-
 // A person's frame with what belongs to them.
 struct SeenView {
   int view = 0;
@@ -226,7 +219,7 @@ double NoiseScale(const CameraRig& cameras,
       count += 2.0;
       const auto residual = SegmentResidual(
           cameras[measurement.view_idx], changes[measurement.view_idx], segment,
-          segment.state, measurement, 1.0, nullptr, nullptr);
+          segment.state, measurement, 1.0);
       if (residual.has_value()) norms.push_back(residual->squaredNorm());
     }
   }
@@ -416,6 +409,13 @@ bool SolveSegment(const CameraRig& cameras,
     if (step.head<3>().norm() < kStepM) break;
   }
   return true;
+}
+
+const Detection* FindDetection(const ViewDetections& view, int index_in_file) {
+  for (const Detection& detection : view.detections) {
+    if (detection.index_in_file == index_in_file) return &detection;
+  }
+  return nullptr;
 }
 
 DetectionSequence WithUsualConfidences(DetectionSequence detections) {

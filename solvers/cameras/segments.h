@@ -85,6 +85,9 @@ struct SceneSegments {
 // 0.6, where it is less.
 DetectionSequence WithUsualConfidences(DetectionSequence detections);
 
+// The detection with that index_in_file; null without one.
+const Detection* FindDetection(const ViewDetections& view, int index_in_file);
+
 // Stretches of the people that `matches` names. Views are those of the
 // detections and have a camera each. A stretch has a joint that two views or
 // more saw and that can be triangulated.
@@ -103,8 +106,8 @@ std::optional<Eigen::Vector2d> SegmentResidual(
     const Camera& camera, const CameraChange& change,
     const MotionSegment& segment, const SegmentState& state,
     const SegmentMeasurement& measurement, double noise_scale,
-    Eigen::Matrix<double, 2, kSegmentSize>* by_state,
-    Eigen::Matrix<double, 2, kChangeSize>* by_change);
+    Eigen::Matrix<double, 2, kSegmentSize>* by_state = nullptr,
+    Eigen::Matrix<double, 2, kChangeSize>* by_change = nullptr);
 
 // What one measurement says of a stretch's state and of its view's camera: the
 // residual, its Jacobians, and its weight under the loss.

@@ -2,8 +2,8 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <limits>
 #include <numeric>
 #include <tuple>
 #include <utility>
@@ -498,15 +498,8 @@ class RigEstimate {
 }  // namespace
 
 const char* ToString(RigVerdict verdict) {
-  switch (verdict) {
-    case RigVerdict::kCalibrated:
-      return "calibrated";
-    case RigVerdict::kPartly:
-      return "partly";
-    case RigVerdict::kRefused:
-      return "refused";
-  }
-  return "";
+  constexpr std::array kNames = {"calibrated", "partly", "refused"};
+  return kNames[static_cast<size_t>(verdict)];
 }
 
 namespace {

@@ -1,4 +1,5 @@
-// 2D tracklets: a person in one view from frame to frame, by the image alone.
+// 2D tracklets: a person in one view from frame to frame, by the image alone,
+// and their motion, by which views find each other's moments.
 #ifndef KINEGRAPH_SOLVERS_RIG_TRACKLETS_H_
 #define KINEGRAPH_SOLVERS_RIG_TRACKLETS_H_
 
@@ -7,6 +8,7 @@
 
 #include "core/data/detection.h"
 #include "core/geometry/camera.h"
+#include "core/skeleton/skeleton.h"
 
 namespace kinegraph {
 
@@ -47,6 +49,36 @@ std::vector<int> RigJoints(const Skeleton& skeleton);
 std::vector<ViewTracklet> FollowInViews(const CameraRig& cameras,
                                         const DetectionSequence& detections,
                                         const std::vector<int>& joints);
+
+// Motion of the tracklets that looks alike from every side: heights of joints
+// above the body's middle, and their speeds, without what lasts.
+class MotionSignals {
+ public:
+  MotionSignals(const std::vector<ViewTracklet>& tracklets,
+                const std::vector<int>& joints, const Skeleton& skeleton,
+                int view_count, double frame_rate_hz);
+
+  // Frames between samples.
+  int step() const { return step_; }
+  // Correlation of two tracklets, sample k of `a` with k + lag of `b`, and how
+  // many samples both have; 0 for less than a second.
+  struct Likeness {
+    double correlation = 0.0;
+    int samples = 0;
+  };
+  Likeness Compare(size_t a, size_t b, int lag) const;
+
+ private:
+  struct Signal {
+    int first = 0;  // sample
+    Eigen::MatrixXf values;
+    std::vector<double> energy;  // up to each sample
+  };
+
+  int step_ = 1;
+  int least_samples_ = 1;
+  std::vector<Signal> signals_;
+};
 
 }  // namespace kinegraph
 

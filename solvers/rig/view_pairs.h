@@ -5,7 +5,6 @@
 
 #include <vector>
 
-#include "core/skeleton/skeleton.h"
 #include "solvers/rig/tracklets.h"
 #include "solvers/rig/two_views.h"
 
@@ -40,36 +39,6 @@ struct PairFit {
 
   // What the pair is worth for joining views.
   double lead() const { return evidence - 0.5 * rival; }
-};
-
-// Motion of the tracklets that looks alike from every side: heights of joints
-// above the body's middle, and their speeds, without what lasts.
-class MotionSignals {
- public:
-  MotionSignals(const std::vector<ViewTracklet>& tracklets,
-                const std::vector<int>& joints, const Skeleton& skeleton,
-                int view_count, double frame_rate_hz);
-
-  // Frames between samples.
-  int step() const { return step_; }
-  // Correlation of two tracklets, sample k of `a` with k + lag of `b`, and how
-  // many samples both have; 0 for less than a second.
-  struct Likeness {
-    double correlation = 0.0;
-    int samples = 0;
-  };
-  Likeness Compare(size_t a, size_t b, int lag) const;
-
- private:
-  struct Signal {
-    int first = 0;  // sample
-    Eigen::MatrixXf values;
-    std::vector<double> energy;  // up to each sample
-  };
-
-  int step_ = 1;
-  int least_samples_ = 1;
-  std::vector<Signal> signals_;
 };
 
 // Searches lag, pose and matches of views `a` and `b`. Without any evidence

@@ -10,7 +10,7 @@
 #include <string>
 #include <utility>
 
-#include "solvers/cameras/reduced_system.h"
+#include "solvers/cameras/bundle.h"
 #include "solvers/cameras/refine.h"
 #include "solvers/scene/clock_search.h"
 #include "solvers/scene/hypothesis.h"

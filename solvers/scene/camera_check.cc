@@ -96,14 +96,14 @@ struct Residuals {
     Eigen::Vector2d residual_px = Eigen::Vector2d::Zero();
     for (const SegmentMeasurement& one : own) {
       const auto r = SegmentResidual(camera, CameraChange::Zero(), segment,
-                                     state, one, 1.0, nullptr, nullptr);
+                                     state, one, 1.0);
       if (!r.has_value()) return;
       residual_px -= factor * one.sigma_px * *r;
     }
     residual_px /= static_cast<double>(own.size());
     Matrix23d by_point;
     if (!ProjectChanged(camera, CameraChange::Zero(), state.head<3>(),
-                        &by_point, nullptr)) {
+                        &by_point)) {
       return;
     }
     x_px.push_back(residual_px.x());

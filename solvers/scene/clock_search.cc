@@ -32,12 +32,22 @@ constexpr int kFramesToJudge = 120;
 // in longer steps.
 constexpr double kMostComparisons = 6e7;
 
-// Agreement of each pair of views by lag, -max .. max, in steps.
-class LagTable {
+bool IsWorthIt(const AgreementGain& gain, double closer) {
+  const double pairs = std::min(gain.before.possible, gain.after.possible);
+  const double chance = kBestOfMany * kGainSpread / std::sqrt(pairs);
+  return gain.after.mean_px() < closer * gain.before.mean_px() &&
+         gain.gain() > std::max(kMinClockGain, chance);
+}
+
+// Lags of the views by the agreement of each pair at lags of -max .. max, in
+// steps.
+class LagSearch {
  public:
-  LagTable(const CameraRig& cameras, const std::vector<ViewPeople>& ideal,
-           const std::vector<int>& frames, int max_lag, int step)
-      : views_(cameras.size()),
+  LagSearch(const CameraRig& cameras, const std::vector<ViewPeople>& ideal,
+            const std::vector<int>& frames, int max_lag, int step)
+      : cameras_(cameras),
+        ideal_(ideal),
+        views_(cameras.size()),
         max_lag_(max_lag),
         step_(step),
         scores_(views_ * views_) {
@@ -49,11 +59,92 @@ class LagTable {
     }
   }
 
+  // From up to eight views in turn as the middle: each other view's best lag on
+  // the way to it, then each view against all others until nothing changes.
+  std::vector<int> BestLags() const {
+    constexpr size_t kMostMiddles = 8;
+    const size_t middles = std::min(views_, kMostMiddles);
+    std::vector<int> best(views_, 0);
+    for (size_t i = 0; i < middles; ++i) {
+      const size_t middle = i * views_ / middles;
+      std::vector<int> lags(views_, 0);
+      for (const auto& [v, from] : WaysFrom(middle)) {
+        lags[v] = lags[from];
+        for (int lag = -max_lag_; lag <= max_lag_; ++lag) {
+          if (Of(from, v, lag - lags[from]) >
+              Of(from, v, lags[v] - lags[from]) + 1e-9) {
+            lags[v] = lag;
+          }
+        }
+      }
+      for (bool changed = true; changed;) {
+        changed = false;
+        for (size_t v = 0; v < views_; ++v) {
+          if (v == middle) continue;
+          const int lag = BestLagOf(v, lags);
+          changed = changed || lag != lags[v];
+          lags[v] = lag;
+        }
+      }
+      if (Total(lags) > Total(best) + 1e-9) best = lags;
+    }
+    const int first = best.empty() ? 0 : best[0];
+    for (int& lag : best) lag -= first;
+    return best;
+  }
+
+  // Lags of fewer than half of the views, each against all others as they are,
+  // the one that gains most first: what all views together hardly show.
+  std::vector<int> LagsOfFew() const {
+    // Each pair of views before and after, from both sides.
+    const std::vector<int> frames = FramesToLookAt(ideal_, kFramesToJudge, 4);
+    std::vector<int> lags(views_, 0);
+    for (size_t found = 0; 2 * (found + 1) < views_; ++found) {
+      std::vector<int> best = lags;
+      double best_gain = 0.0;
+      for (size_t v = 0; v < views_; ++v) {
+        std::vector<int> trial = lags;
+        trial[v] = BestLagOf(v, lags);
+        if (trial[v] == lags[v]) continue;
+        std::vector<int> alone(views_, 0);
+        alone[v] = 1;
+        const AgreementGain gain = {Agreement(lags, frames, alone),
+                                    Agreement(trial, frames, alone)};
+        if (gain.gain() <= best_gain || !IsWorthIt(gain, kOneCloser)) continue;
+        best = std::move(trial);
+        best_gain = gain.gain();
+      }
+      if (best == lags) break;
+      lags = std::move(best);
+    }
+    return lags;
+  }
+
+  // Over the pairs of views whose marks differ.
+  PairAgreement Agreement(const std::vector<int>& lags,
+                          const std::vector<int>& frames,
+                          const std::vector<int>& marks) const {
+    PairAgreement all;
+    for (const auto& [a, b] : ComparedPairs(views_)) {
+      if (marks[a] == marks[b]) continue;
+      std::vector<int> moved;
+      for (const int k : frames) {
+        const int at = k + lags[a];
+        if (at >= 0 && at < static_cast<int>(ideal_[a].frames.size())) {
+          moved.push_back(at);
+        }
+      }
+      all.Add(AgreementOf(cameras_[a], ideal_[a], cameras_[b], ideal_[b], moved,
+                          lags[b] - lags[a]));
+    }
+    return all;
+  }
+
+ private:
   double Of(size_t a, size_t b, int lag) const {
     if (a > b) return Of(b, a, -lag);
     if (!Compares(a, b) || std::abs(lag) > max_lag_) return 0.0;
-    const auto at = static_cast<size_t>((lag + max_lag_) / step_);
-    return scores_[a * views_ + b][at].score();
+    return scores_[a * views_ + b][(lag + max_lag_) / step_].score();
   }
   bool Compares(size_t a, size_t b) const {
     return !scores_[std::min(a, b) * views_ + std::max(a, b)].empty();
@@ -87,132 +178,31 @@ class LagTable {
     return total;
   }
 
- private:
+  // The views other than `middle`, each with the view nearer to it by which it
+  // is reached: where all pairs are compared that is the middle.
+  std::vector<std::pair<size_t, size_t>> WaysFrom(size_t middle) const {
+    std::vector<std::pair<size_t, size_t>> ways;
+    std::vector<char> reached(views_, 0);
+    std::vector<size_t> order = {middle};
+    reached[middle] = 1;
+    for (size_t i = 0; i < order.size(); ++i) {
+      for (size_t v = 0; v < views_; ++v) {
+        if (reached[v] || !Compares(order[i], v)) continue;
+        reached[v] = 1;
+        ways.emplace_back(v, order[i]);
+        order.push_back(v);
+      }
+    }
+    return ways;
+  }
+
+  const CameraRig& cameras_;
+  const std::vector<ViewPeople>& ideal_;
   size_t views_;
   int max_lag_;
   int step_;
   std::vector<std::vector<PairAgreement>> scores_;
 };
-
-// The views other than `middle`, each with the view nearer to it by which it is
-// reached: where all pairs are compared that is the middle.
-std::vector<std::pair<size_t, size_t>> WaysFrom(size_t middle,
-                                                const LagTable& table,
-                                                size_t views) {
-  std::vector<std::pair<size_t, size_t>> ways;
-  std::vector<char> reached(views, 0);
-  std::vector<size_t> order = {middle};
-  reached[middle] = 1;
-  for (size_t i = 0; i < order.size(); ++i) {
-    for (size_t v = 0; v < views; ++v) {
-      if (reached[v] || !table.Compares(order[i], v)) continue;
-      reached[v] = 1;
-      ways.emplace_back(v, order[i]);
-      order.push_back(v);
-    }
-  }
-  return ways;
-}
-
-// From up to eight views in turn as the middle: each other view's best lag on
-// the way to it, then each view against all others until nothing changes.
-std::vector<int> BestLags(const LagTable& table, size_t views, int max_lag) {
-  constexpr size_t kMostMiddles = 8;
-  const size_t middles = std::min(views, kMostMiddles);
-  std::vector<int> best(views, 0);
-  double best_total = table.Total(best);
-  for (size_t i = 0; i < middles; ++i) {
-    const size_t middle = i * views / middles;
-    std::vector<int> lags(views, 0);
-    for (const auto& [v, from] : WaysFrom(middle, table, views)) {
-      lags[v] = lags[from];
-      for (int lag = -max_lag; lag <= max_lag; ++lag) {
-        if (table.Of(from, v, lag - lags[from]) >
-            table.Of(from, v, lags[v] - lags[from]) + 1e-9) {
-          lags[v] = lag;
-        }
-      }
-    }
-    for (bool changed = true; changed;) {
-      changed = false;
-      for (size_t v = 0; v < views; ++v) {
-        if (v == middle) continue;
-        const int lag = table.BestLagOf(v, lags);
-        changed = changed || lag != lags[v];
-        lags[v] = lag;
-      }
-    }
-    if (table.Total(lags) > best_total + 1e-9) {
-      best_total = table.Total(lags);
-      best = lags;
-    }
-  }
-  const int first = best.empty() ? 0 : best[0];
-  for (int& lag : best) lag -= first;
-  return best;
-}
-
-// Over the pairs of views whose marks differ.
-PairAgreement AgreementWith(const CameraRig& cameras,
-                            const std::vector<ViewPeople>& ideal,
-                            const std::vector<int>& lags,
-                            const std::vector<int>& frames,
-                            const std::vector<int>& marks) {
-  PairAgreement all;
-  for (const auto& [a, b] : ComparedPairs(cameras.size())) {
-    if (marks[a] == marks[b]) continue;
-    std::vector<int> moved;
-    for (const int k : frames) {
-      const int at = k + lags[a];
-      if (at >= 0 && at < static_cast<int>(ideal[a].frames.size())) {
-        moved.push_back(at);
-      }
-    }
-    all.Add(AgreementOf(cameras[a], ideal[a], cameras[b], ideal[b], moved,
-                        lags[b] - lags[a]));
-  }
-  return all;
-}
-
-bool IsWorthIt(const AgreementGain& gain, double closer) {
-  const double pairs = std::min(gain.before.possible, gain.after.possible);
-  const double chance = kBestOfMany * kGainSpread / std::sqrt(pairs);
-  return gain.after.mean_px() < closer * gain.before.mean_px() &&
-         gain.gain() > std::max(kMinClockGain, chance);
-}
-
-// Lags of fewer than half of the views, each against all others as they are,
-// the one that gains most first: what all views together hardly show.
-std::vector<int> LagsOfFew(const CameraRig& cameras,
-                           const std::vector<ViewPeople>& ideal,
-                           const LagTable& table) {
-  const size_t views = cameras.size();
-  // Each pair of views before and after, from both sides.
-  const std::vector<int> frames = FramesToLookAt(ideal, kFramesToJudge, 4);
-  std::vector<int> lags(views, 0);
-  for (size_t found = 0; 2 * (found + 1) < views; ++found) {
-    size_t best_view = views;
-    int best_lag = 0;
-    double best_gain = 0.0;
-    for (size_t v = 0; v < views; ++v) {
-      std::vector<int> trial = lags;
-      trial[v] = table.BestLagOf(v, lags);
-      if (trial[v] == lags[v]) continue;
-      std::vector<int> alone(views, 0);
-      alone[v] = 1;
-      const AgreementGain gain = {
-          AgreementWith(cameras, ideal, lags, frames, alone),
-          AgreementWith(cameras, ideal, trial, frames, alone)};
-      if (gain.gain() <= best_gain || !IsWorthIt(gain, kOneCloser)) continue;
-      best_view = v;
-      best_lag = trial[v];
-      best_gain = gain.gain();
-    }
-    if (best_view == views) break;
-    lags[best_view] = best_lag;
-  }
-  return lags;
-}
 
 }  // namespace
 
@@ -238,21 +228,21 @@ ClockSearch SearchClocks(const CameraRig& cameras,
   if (searched.empty()) return search;
   step *= 1 + static_cast<int>(lags_tried * ComparisonsOfAll(ideal, searched) /
                                kMostComparisons);
-  const LagTable table(cameras, ideal, searched, reach, step);
+  const LagSearch lag_search(cameras, ideal, searched, reach, step);
   const std::vector<int> frames = FramesToLookAt(ideal, kFramesToCompare, 4);
   const std::vector<int> none(views, 0);
   std::vector<int> every(views);
   std::iota(every.begin(), every.end(), 0);
-  std::vector<int> lags = BestLags(table, views, reach);
-  search.all = {AgreementWith(cameras, ideal, none, frames, every),
-                AgreementWith(cameras, ideal, lags, frames, every)};
+  std::vector<int> lags = lag_search.BestLags();
+  search.all = {lag_search.Agreement(none, frames, every),
+                lag_search.Agreement(lags, frames, every)};
   if (!IsWorthIt(search.all, kCloser)) {
-    lags = LagsOfFew(cameras, ideal, table);
-    search.all.after = AgreementWith(cameras, ideal, lags, frames, every);
+    lags = lag_search.LagsOfFew();
+    search.all.after = lag_search.Agreement(lags, frames, every);
   }
   for (size_t v = 0; v < views; ++v) search.lag_frames[v] = lags[v] - lags[0];
-  search.moved = {AgreementWith(cameras, ideal, none, frames, lags),
-                  AgreementWith(cameras, ideal, lags, frames, lags)};
+  search.moved = {lag_search.Agreement(none, frames, lags),
+                  lag_search.Agreement(lags, frames, lags)};
   return search;
 }
 

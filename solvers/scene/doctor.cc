@@ -13,15 +13,8 @@
 namespace kinegraph {
 
 const char* ToString(DoctorVerdict verdict) {
-  switch (verdict) {
-    case DoctorVerdict::kSound:
-      return "sound";
-    case DoctorVerdict::kSuspect:
-      return "suspect";
-    case DoctorVerdict::kNotExamined:
-      return "not_examined";
-  }
-  return "";
+  constexpr std::array kNames = {"sound", "suspect", "not_examined"};
+  return kNames[static_cast<size_t>(verdict)];
 }
 
 std::string Format(const char* format, double a, double b, double c) {

@@ -56,6 +56,8 @@ class Explainer {
  public:
   explicit Explainer(const SetUp& set_up)
       : set_up_(set_up),
+        cameras_(set_up.cameras),
+        segments_(set_up.segments),
         options_(set_up.options.bundle),
         changes_(set_up.cameras.size(), CameraChange::Zero()),
         subject_m_(SubjectSize(set_up)) {}
@@ -123,10 +125,9 @@ class Explainer {
     };
     std::vector<Model> models;
     // Fewer than three pictures a stretch tell no speed.
-    const bool has_speeds =
-        set_up_.segments.frame_s <= 0.5 * options_.segments.span_s;
-    if (!clocks_done_ && has_speeds && MoveEnough(set_up_.segments)) {
-      models.push_back({"clock", ClockParametersOf(set_up_.segments.span_s)});
+    const bool has_speeds = segments_.frame_s <= 0.5 * options_.segments.span_s;
+    if (!clocks_done_ && has_speeds && MoveEnough(segments_)) {
+      models.push_back({"clock", ClockParametersOf(segments_.span_s)});
     }
     if (!cameras_done_) {
       models.push_back({"shift", with(&FreeParameters::shift)});
@@ -157,12 +158,12 @@ class Explainer {
 
   CrossedGain Cross(Halving halving, const Model& model,
                     const std::vector<char>& moves) const {
-    return CrossFit(set_up_.cameras, set_up_.segments, halving, model.free,
-                    changes_, OptionsOf(model), moves);
+    return CrossFit(cameras_, segments_, halving, model.free, changes_,
+                    OptionsOf(model), moves);
   }
 
   BundleResult Fit(const Model& model, const std::vector<char>& moves) const {
-    return AdjustBundle(set_up_.cameras, set_up_.segments, model.free, changes_,
+    return AdjustBundle(cameras_, segments_, model.free, changes_,
                         OptionsOf(model), moves);
   }
 
@@ -173,7 +174,7 @@ class Explainer {
     one.model = model;
     one.fit = Fit(model, {});
     if (!one.fit.usable) return std::nullopt;
-    for (size_t v = 0; v < set_up_.cameras.size(); ++v) {
+    for (size_t v = 0; v < cameras_.size(); ++v) {
       one.moves.push_back(set_up_.strangers.count(v) == 0);
     }
     return IsClock(model) ? Clock(std::move(one)) : Cameras(std::move(one));
@@ -230,8 +231,7 @@ class Explainer {
     if (!all) one.fit = Fit(one.model, one.moves);  // else the same again
     if (!one.fit.usable) return std::nullopt;
     const auto fit_of = [&](const std::vector<CameraChange>& changes) {
-      return MeasureFit(set_up_.cameras, set_up_.segments, changes,
-                        options_.segments);
+      return MeasureFit(cameras_, segments_, changes, options_.segments);
     };
     const FitError before = fit_of(changes_);
     const FitError after = fit_of(one.fit.changes);
@@ -263,8 +263,7 @@ class Explainer {
     const auto count = static_cast<Eigen::Index>(changes_.size());
     Eigen::ArrayXd k1(count);
     for (Eigen::Index v = 0; v < count; ++v) {
-      const auto i = static_cast<size_t>(v);
-      k1[v] = fit.changes[i][kLensAt] - changes_[i][kLensAt];
+      k1[v] = fit.changes[v][kLensAt] - changes_[v][kLensAt];
     }
     const double variance =
         (k1 - k1.mean()).square().sum() / static_cast<double>(count - 1);
@@ -282,8 +281,7 @@ class Explainer {
   Explanation BeatsBias(Explanation one, const std::vector<char>& tried,
                         const CrossedGain& joints) const {
     std::vector<CrossedGain> gains = {one.gain, joints};
-    const bool people_walk =
-        PlacesApart(set_up_.segments) > kApart * subject_m_;
+    const bool people_walk = PlacesApart(segments_) > kApart * subject_m_;
     if (people_walk) gains.push_back(Cross(Halving::kPlaces, one.model, tried));
     const bool all_told = people_walk && !OneClassSpeaks();
     std::vector<char> told(tried.size(), 0);
@@ -332,8 +330,8 @@ class Explainer {
 
   // Shares of the stretches that are of hips and legs.
   double LowerShare() const {
-    const double all = static_cast<double>(set_up_.segments.segments.size());
-    const SceneSegments lower = HalfOf(set_up_.segments, Halving::kBody, 0);
+    const double all = static_cast<double>(segments_.segments.size());
+    const SceneSegments lower = HalfOf(segments_, Halving::kBody, 0);
     return static_cast<double>(lower.segments.size()) / all;
   }
   bool HasBoth() const {
@@ -343,7 +341,7 @@ class Explainer {
   }
   // Of a skeleton without classes each joint is one of its own.
   bool OneClassSpeaks() const {
-    const auto& classes = set_up_.segments.classes;
+    const auto& classes = segments_.classes;
     return !HasBoth() &&
            std::any_of(classes.begin(), classes.end(),
                        [](JointClass one) { return one == JointClass::kHip; });
@@ -354,10 +352,10 @@ class Explainer {
   double CellCount(size_t view) const {
     std::set<int> classes;
     std::map<int, int> people;
-    for (const MotionSegment& segment : set_up_.segments.segments) {
+    for (const MotionSegment& segment : segments_.segments) {
       if (!Sees(segment, view)) continue;
       const auto joint = static_cast<size_t>(segment.joint);
-      const JointClass of = set_up_.segments.classes[joint];
+      const JointClass of = segments_.classes[joint];
       classes.insert(of == JointClass::kOther ? 100 + segment.joint
                                               : static_cast<int>(of));
       ++people[segment.person];
@@ -371,16 +369,15 @@ class Explainer {
   // mean square.
   double MovedM(size_t view, const BundleResult& fit) const {
     const CameraChange change = fit.changes[view] - changes_[view];
-    const Camera& camera = set_up_.cameras[view];
+    const Camera& camera = cameras_[view];
     double squares = 0.0;
     double scale = 0.0;
     double count = 0.0;
-    for (const MotionSegment& segment : set_up_.segments.segments) {
+    for (const MotionSegment& segment : segments_.segments) {
       if (!Sees(segment, view)) continue;
       const Eigen::Vector3d point = PositionOf(segment);
       const auto before = camera.Project(point);
-      const auto after =
-          ProjectChanged(camera, change, point, nullptr, nullptr);
+      const auto after = ProjectChanged(camera, change, point);
       if (!before.has_value() || !after.has_value()) continue;
       squares += (*after - *before).squaredNorm();
       scale += camera.focal_px() / camera.Depth(point);
@@ -390,7 +387,7 @@ class Explainer {
   }
 
   void AddExplanation(const Explanation& one, size_t alike) {
-    for (size_t v = 0; v < set_up_.cameras.size(); ++v) {
+    for (size_t v = 0; v < cameras_.size(); ++v) {
       if (!one.moves[v]) continue;
       const CameraChange& change = one.fit.changes[v];
       Finding finding;
@@ -427,7 +424,7 @@ class Explainer {
                 : Format(
                       "it runs %+.0f ppm against the usual of all views, "
                       "%+.0f ms over the recording",
-                      1e6 * late, 1e3 * late * set_up_.segments.span_s);
+                      1e6 * late, 1e3 * late * segments_.span_s);
         findings_.push_back(finding);
       }
     }
@@ -436,7 +433,7 @@ class Explainer {
   bool IsLate(size_t view, const BundleResult& fit, int place) const {
     return kinegraph::IsLate(fit, view, place,
                              1.0 / std::max(1.0, set_up_.input.frame_rate_hz),
-                             set_up_.segments.span_s);
+                             segments_.span_s);
   }
 
   static std::string Words(const std::string& kind,
@@ -460,6 +457,8 @@ class Explainer {
   }
 
   const SetUp& set_up_;
+  const CameraRig& cameras_;
+  const SceneSegments& segments_;
   const BundleOptions& options_;
   std::vector<CameraChange> changes_;
   const double subject_m_;  // size of the bodies

@@ -108,6 +108,108 @@ std::optional<Answer> AskForRepeats(const SetUp& set_up) {
   return answer;
 }
 
+// Frames in which a view shows anybody.
+struct ShownFrames {
+  int64_t first = 0;
+  int64_t last = -1;
+  bool any() const { return first <= last; }
+  bool Meets(const ShownFrames& other) const {
+    return any() && other.any() && first <= other.last && other.first <= last;
+  }
+};
+
+std::vector<ShownFrames> FramesShown(const DetectionSequence& detections) {
+  std::vector<ShownFrames> shown(detections.header.view_names.size());
+  for (const DetectionFrame& frame : detections.frames) {
+    for (size_t v = 0; v < shown.size(); ++v) {
+      if (frame.views[v].detections.empty()) continue;
+      if (!shown[v].any()) shown[v].first = frame.frame;
+      shown[v].last = frame.frame;
+    }
+  }
+  return shown;
+}
+
+// What is to be taken from each view's frame numbers so that all views have
+// frames in common: nothing but of those that share no frame with the view that
+// meets most; of equal ones the first view counts.
+std::vector<int64_t> FrameOffsets(const std::vector<ShownFrames>& shown) {
+  const ShownFrames* reference = nullptr;
+  std::ptrdiff_t most = 0;
+  for (const ShownFrames& one : shown) {
+    const auto count =
+        std::count_if(shown.begin(), shown.end(),
+                      [&](const ShownFrames& o) { return one.Meets(o); });
+    if (count > most) reference = &one;
+    most = std::max(most, count);
+  }
+  std::vector<int64_t> offsets(shown.size(), 0);
+  if (reference == nullptr) return offsets;  // nobody shows anything
+  for (size_t v = 0; v < shown.size(); ++v) {
+    const ShownFrames& one = shown[v];
+    const bool stays = !one.any() || one.Meets(*reference);
+    if (!stays) offsets[v] = one.first - reference->first;
+  }
+  return offsets;
+}
+
+DetectionSequence WithFrameOffsets(const DetectionSequence& detections,
+                                   const std::vector<int64_t>& offsets) {
+  DetectionSequence moved =
+      FramesMoved(detections, [&](size_t v, int64_t k) -> int64_t {
+        if (offsets[v] == 0) return k;
+        return IndexOfFrame(detections,
+                            detections.frames[k].frame + offsets[v]);
+      });
+  // The others join the frames of the views that stay.
+  const auto is_empty = [](const DetectionFrame& frame) {
+    return std::all_of(
+        frame.views.begin(), frame.views.end(),
+        [](const ViewDetections& view) { return view.detections.empty(); });
+  };
+  moved.frames.erase(
+      std::remove_if(moved.frames.begin(), moved.frames.end(), is_empty),
+      moved.frames.end());
+  return moved;
+}
+
+std::optional<Answer> AskForFrameRanges(const SetUp& set_up) {
+  const std::vector<ShownFrames> shown = FramesShown(set_up.detections);
+  const std::vector<int64_t> offsets = FrameOffsets(shown);
+  if (std::count(offsets.begin(), offsets.end(), 0) ==
+      static_cast<std::ptrdiff_t>(offsets.size())) {
+    return std::nullopt;
+  }
+  const auto range = [&](size_t v) {
+    return " " + set_up.ViewName(v) + " " + std::to_string(shown[v].first) +
+           ".." + std::to_string(shown[v].last);
+  };
+  std::string others;
+  std::string keys;
+  for (size_t v = 0; v < shown.size(); ++v) {
+    if (offsets[v] == 0) {
+      others += range(v);
+      continue;
+    }
+    keys += (keys.empty() ? "" : ";") +
+            ("input.view_frame_offset." + set_up.ViewName(v)) + "=" +
+            std::to_string(offsets[v]);
+  }
+  Answer answer;
+  for (size_t v = 0; v < shown.size(); ++v) {
+    if (offsets[v] == 0) continue;
+    answer.findings.push_back(
+        {"frame_range", set_up.CameraName(v), 0.95, 0.0, 0.0,
+         "'--set=" + keys + "'",
+         "it shares no frame with the others:" + range(v) + " against" +
+             others +
+             "; where they begin together its numbers are too high by " +
+             std::to_string(offsets[v])});
+  }
+  answer.detections = WithFrameOffsets(set_up.detections, offsets);
+  return answer;
+}
+
 // ---- Views with one calibration ----
 
 // The one that agrees less with the other views has another one's calibration.

@@ -109,7 +109,6 @@ struct Hypothesis {
 const std::vector<Hypothesis>& Hypotheses();
 
 // view_checks.cc
-std::optional<Answer> AskForFrameRanges(const SetUp& set_up);
 std::optional<Answer> AskForOtherImage(const SetUp& set_up);
 std::optional<Answer> AskForOtherRate(const SetUp& set_up);
 std::optional<Answer> AskForSides(const SetUp& set_up);

@@ -232,6 +232,11 @@ DetectionSequence FramesOf(const DetectionSequence& detections,
   return some;
 }
 
+int64_t IndexOfFrame(const DetectionSequence& detections, int64_t number) {
+  const DetectionFrame* at = FindDetectionFrame(detections, number);
+  return at == nullptr ? -1 : at - detections.frames.data();
+}
+
 ViewPeople Undistorted(const ViewPeople& view, const Camera& camera) {
   ViewPeople ideal = view;
   if (camera.lens() == nullptr) return ideal;

@@ -46,6 +46,9 @@ std::vector<int> Evenly(const std::vector<int>& frames, size_t count);
 DetectionSequence FramesOf(const DetectionSequence& detections,
                            const std::vector<int>& frames);
 
+// Of the frame with a number, or -1.
+int64_t IndexOfFrame(const DetectionSequence& detections, int64_t number);
+
 // The detections with what frame `source(view, k)` of a view shows in its frame
 // k; nothing where there is no such frame. Times stay the frames' own.
 template <typename Source>

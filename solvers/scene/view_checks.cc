@@ -1,6 +1,5 @@
-// Questions about the files and images of single views, asked before anything
-// is asked of cameras or clocks: frame ranges, rates, exchanged sides, scaled
-// and cropped videos.
+// Questions about the images of single views, asked before anything is asked
+// of cameras or clocks: rates, exchanged sides, scaled and cropped videos.
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
@@ -16,80 +15,6 @@
 
 namespace kinegraph {
 namespace {
-
-// Of the frame with a number, or -1.
-int IndexOfFrame(const std::vector<DetectionFrame>& frames, int64_t number) {
-  const auto at = std::lower_bound(
-      frames.begin(), frames.end(), number,
-      [](const DetectionFrame& f, int64_t n) { return f.frame < n; });
-  if (at == frames.end() || at->frame != number) return -1;
-  return static_cast<int>(at - frames.begin());
-}
-
-// Frames in which a view shows anybody.
-struct ShownFrames {
-  int64_t first = 0;
-  int64_t last = -1;
-  bool any() const { return first <= last; }
-  bool Meets(const ShownFrames& other) const {
-    return any() && other.any() && first <= other.last && other.first <= last;
-  }
-};
-
-std::vector<ShownFrames> FramesShown(const DetectionSequence& detections) {
-  std::vector<ShownFrames> shown(detections.header.view_names.size());
-  for (const DetectionFrame& frame : detections.frames) {
-    for (size_t v = 0; v < shown.size(); ++v) {
-      if (frame.views[v].detections.empty()) continue;
-      if (!shown[v].any()) shown[v].first = frame.frame;
-      shown[v].last = frame.frame;
-    }
-  }
-  return shown;
-}
-
-// What is to be taken from each view's frame numbers so that all views have
-// frames in common: nothing but of those that share no frame with the view that
-// meets most; of equal ones the first view counts.
-std::vector<int64_t> FrameOffsets(const std::vector<ShownFrames>& shown) {
-  const ShownFrames* reference = nullptr;
-  std::ptrdiff_t most = 0;
-  for (const ShownFrames& one : shown) {
-    const auto count =
-        std::count_if(shown.begin(), shown.end(),
-                      [&](const ShownFrames& o) { return one.Meets(o); });
-    if (count > most) reference = &one;
-    most = std::max(most, count);
-  }
-  std::vector<int64_t> offsets(shown.size(), 0);
-  if (reference == nullptr) return offsets;  // nobody shows anything
-  for (size_t v = 0; v < shown.size(); ++v) {
-    const ShownFrames& one = shown[v];
-    const bool stays = !one.any() || one.Meets(*reference);
-    if (!stays) offsets[v] = one.first - reference->first;
-  }
-  return offsets;
-}
-
-DetectionSequence WithFrameOffsets(const DetectionSequence& detections,
-                                   const std::vector<int64_t>& offsets) {
-  const auto& frames = detections.frames;
-  DetectionSequence moved =
-      FramesMoved(detections, [&](size_t v, int64_t k) -> int64_t {
-        const int64_t number = frames[k].frame;
-        return offsets[v] == 0 ? k : IndexOfFrame(frames, number + offsets[v]);
-      });
-  // The others join the frames of the views that stay.
-  const auto is_empty = [](const DetectionFrame& frame) {
-    return std::all_of(
-        frame.views.begin(), frame.views.end(),
-        [](const ViewDetections& view) { return view.detections.empty(); });
-  };
-  moved.frames.erase(
-      std::remove_if(moved.frames.begin(), moved.frames.end(), is_empty),
-      moved.frames.end());
-  return moved;
-}
 
 // ---- Rates ----
 
@@ -120,19 +45,18 @@ struct OtherRate {
   }
 
   // Where frame k's picture stands in the files, or -1.
-  int From(const std::vector<DetectionFrame>& files, size_t k) const {
-    const auto shown = At(files[k].frame);
+  int64_t From(const DetectionSequence& files, size_t k) const {
+    const auto shown = At(files.frames[k].frame);
     return shown ? IndexOfFrame(files, shown->number) : -1;
   }
 
   // The view's people in some of the frames.
-  ViewPeople Of(const ViewPeople& people,
-                const std::vector<DetectionFrame>& files,
+  ViewPeople Of(const ViewPeople& people, const DetectionSequence& files,
                 const std::vector<int>& wanted) const {
     ViewPeople moved;
     moved.frames.resize(people.frames.size());
     for (const int k : wanted) {
-      const int from = From(files, static_cast<size_t>(k));
+      const int64_t from = From(files, static_cast<size_t>(k));
       if (from < 0) continue;
       moved.frames[k] = people.frames[from];
     }
@@ -142,8 +66,7 @@ struct OtherRate {
   DetectionSequence Of(const DetectionSequence& detections) const {
     DetectionSequence moved =
         FramesMoved(detections, [&](size_t v, int64_t k) -> int64_t {
-          return v == view ? From(detections.frames, static_cast<size_t>(k))
-                           : k;
+          return v == view ? From(detections, static_cast<size_t>(k)) : k;
         });
     for (DetectionFrame& frame : moved.frames) {
       if (const auto shown = At(frame.frame)) {
@@ -162,7 +85,7 @@ std::optional<OtherRate> FindOtherRate(const SetUp& set_up) {
   // Half of the views at twice the rate are the others at half of it: of
   // answers alike the faster one is taken.
   constexpr double kAlike = 0.03;
-  const auto& files = set_up.detections.frames;
+  const DetectionSequence& files = set_up.detections;
   // Each pair of views is compared from both sides.
   const std::vector<int> frames = FramesToLookAt(
       set_up.ideal, kFrames, 2 * static_cast<int>(kRates.size()));
@@ -182,7 +105,7 @@ std::optional<OtherRate> FindOtherRate(const SetUp& set_up) {
         continue;
       }
       // The first frames of all belong together, or numbers count from 0.
-      const auto first = static_cast<double>(files.front().frame);
+      const auto first = static_cast<double>(files.frames.front().frame);
       const double together = first - one.factor * first;
       for (const double offset : {together, 0.0}) {
         one.offset = offset;
@@ -495,43 +418,6 @@ std::optional<OtherImage> FindOtherImage(const SetUp& set_up,
 
 bool AMovedImageHelps(const SetUp& set_up) {
   return FindOtherImage(set_up, 0.0).has_value();
-}
-
-std::optional<Answer> AskForFrameRanges(const SetUp& set_up) {
-  const std::vector<ShownFrames> shown = FramesShown(set_up.detections);
-  const std::vector<int64_t> offsets = FrameOffsets(shown);
-  if (std::count(offsets.begin(), offsets.end(), 0) ==
-      static_cast<std::ptrdiff_t>(offsets.size())) {
-    return std::nullopt;
-  }
-  const auto range = [&](size_t v) {
-    return " " + set_up.ViewName(v) + " " + std::to_string(shown[v].first) +
-           ".." + std::to_string(shown[v].last);
-  };
-  std::string others;
-  std::string keys;
-  for (size_t v = 0; v < shown.size(); ++v) {
-    if (offsets[v] == 0) {
-      others += range(v);
-      continue;
-    }
-    keys += (keys.empty() ? "" : ";") +
-            ("input.view_frame_offset." + set_up.ViewName(v)) + "=" +
-            std::to_string(offsets[v]);
-  }
-  Answer answer;
-  for (size_t v = 0; v < shown.size(); ++v) {
-    if (offsets[v] == 0) continue;
-    answer.findings.push_back(
-        {"frame_range", set_up.CameraName(v), 0.95, 0.0, 0.0,
-         "'--set=" + keys + "'",
-         "it shares no frame with the others:" + range(v) + " against" +
-             others +
-             "; where they begin together its numbers are too high by " +
-             std::to_string(offsets[v])});
-  }
-  answer.detections = WithFrameOffsets(set_up.detections, offsets);
-  return answer;
 }
 
 std::optional<Answer> AskForOtherRate(const SetUp& set_up) {

@@ -172,16 +172,13 @@ class Finisher {
     const TrackSequence tracks =
         QuickTracks(options_, result_->cameras, recording());
     result_->ground = GroundOf(tracks.header, tracks.frames);
-    if (!result_->ground.has_value()) {
-      Ground upright;
-      upright.R = Eigen::Quaterniond::FromTwoVectors(
-                      Eigen::Vector3d::Constant(1.0).normalized(),
-                      Eigen::Vector3d::UnitZ())
-                      .toRotationMatrix();
-      result_->cameras = OnGround(result_->cameras, upright);
-      return;
-    }
-    result_->cameras = OnGround(result_->cameras, *result_->ground);
+    Ground upright;
+    upright.R = Eigen::Quaterniond::FromTwoVectors(
+                    Eigen::Vector3d::Constant(1.0).normalized(),
+                    Eigen::Vector3d::UnitZ())
+                    .toRotationMatrix();
+    result_->cameras =
+        OnGround(result_->cameras, result_->ground.value_or(upright));
   }
 
   // By how much the logarithm of the two cameras' distance grows with each

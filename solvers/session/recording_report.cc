@@ -13,6 +13,7 @@
 #include "core/skeleton/body_joints.h"
 #include "core/tracking/options.h"
 #include "core/tracking/track.h"
+#include "solvers/cameras/segments.h"
 #include "solvers/scene/plausible.h"
 #include "solvers/session/diagnose.h"
 #include "solvers/session/recording_warnings.h"
@@ -273,13 +274,8 @@ struct RecordingReporter::Impl {
   void SeeMatch(const DetectionFrame& seen, const PersonPose& person,
                 const ViewMatch& match) {
     const auto v = static_cast<size_t>(match.view_idx);
-    const ViewDetections& view = seen.views[v];
-    const auto at =
-        std::find_if(view.detections.begin(), view.detections.end(),
-                     [&match](const Detection& detection) {
-                       return detection.index_in_file == match.detection_idx;
-                     });
-    if (at == view.detections.end()) return;
+    const Detection* at = FindDetection(seen.views[v], match.detection_idx);
+    if (at == nullptr) return;
     CameraStatistics& camera = cameras_[v];
     if (CountFound(*at) >= kMinJoints) ++camera.counts.matched;
     for (size_t j = 0; j < person.joints.size(); ++j) {
