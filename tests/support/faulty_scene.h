@@ -19,6 +19,7 @@ namespace kinegraph::testing {
 
 struct FaultySceneOptions {
   // Most tests say no more than {seed, cameras, people, seconds}.
+  // NOLINTNEXTLINE(google-explicit-constructor)
   FaultySceneOptions(uint64_t of_seed = 1, int camera_count = 5,
                      int people_count = 4, double seconds = 8.0)
       : seed(of_seed),

@@ -26,19 +26,25 @@ BundleResult FitOf(const std::vector<double>& offsets_s) {
 constexpr double kFrameS = 0.04;  // 0.15 of it are 6 ms
 constexpr double kRecordingS = 10.0;
 
-TEST(LateClocks, BeginAtAFractionOfAFrame) {
-  EXPECT_FALSE(AnyIsLate(FitOf({0.0, 0.0, 0.0059, 0.0}), kFrameS, kRecordingS));
-  EXPECT_TRUE(AnyIsLate(FitOf({0.0, 0.0, 0.0061, 0.0}), kFrameS, kRecordingS));
-}
-
-TEST(LateClocks, AreBeyondFourSigmas) {
-  // A frame of 10 ms: 3.9 ms are more than 0.15 of it.
-  EXPECT_FALSE(AnyIsLate(FitOf({0.0, 0.0, 0.0039, 0.0}), 0.01, kRecordingS));
-  EXPECT_TRUE(AnyIsLate(FitOf({0.0, 0.0, 0.0041, 0.0}), 0.01, kRecordingS));
-}
-
-TEST(LateClocks, BeyondAStretchAreNoise) {
-  EXPECT_FALSE(AnyIsLate(FitOf({0.0, 0.0, 0.101, 0.0}), kFrameS, kRecordingS));
+TEST(LateClocks, BeginAtAFractionOfAFrameAndEndWithAStretch) {
+  const struct {
+    double offset_s;
+    double frame_s;
+    bool is_late;
+  } kCases[] = {{0.0059, kFrameS, false},
+                {0.0061, kFrameS, true},
+                // A frame of 10 ms: 3.9 ms are more than 0.15 of it, and not
+                // beyond four sigmas.
+                {0.0039, 0.01, false},
+                {0.0041, 0.01, true},
+                // Beyond a stretch is noise.
+                {0.101, kFrameS, false}};
+  for (const auto& one : kCases) {
+    EXPECT_EQ(AnyIsLate(FitOf({0.0, 0.0, one.offset_s, 0.0}), one.frame_s,
+                        kRecordingS),
+              one.is_late)
+        << one.offset_s;
+  }
 }
 
 TEST(LateClocks, TheFirstViewIsLateWhereAllOthersAgree) {

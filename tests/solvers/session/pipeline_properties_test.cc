@@ -1,7 +1,6 @@
 // The whole pipeline in graph mode, on random scenes: the same people come out
 // wherever the world's origin lies and however cameras and detections are
-// numbered. A scene that fails is made smaller as long as it fails, and the
-// smallest one is said.
+// numbered.
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
@@ -19,27 +18,12 @@
 namespace kinegraph::testing {
 namespace {
 
-// What a random scene is made of.
-struct Recipe {
-  int64_t seed = 0;
-  int people = 1;
-  int cameras = 3;
-  int frames = 50;
-
-  std::string Text() const {
-    return "seed " + std::to_string(seed) + ", " + std::to_string(people) +
-           " people, " + std::to_string(cameras) + " cameras, " +
-           std::to_string(frames) + " frames";
-  }
-};
-
-Recording RecordingOf(const Recipe& recipe) {
+// Of a random scene.
+Recording RecordingOf(int64_t seed, int people, int cameras) {
   NoiseOptions noise;
-  noise.seed = recipe.seed;
+  noise.seed = seed;
   noise.joints.missing_rate = 0.05;
-  return Record(MakeScene(Staying(recipe.seed, recipe.people, recipe.cameras,
-                                  recipe.frames / 25.0)),
-                noise);
+  return Record(MakeScene(Staying(seed, people, cameras, 2.0)), noise);
 }
 
 TrackSequence TracksOf(const Recording& recording) {
@@ -85,8 +69,8 @@ std::string Difference(const TrackSequence& a, const TrackSequence& b,
 
 // What is done to a recording, and where its people are then.
 struct Change {
-  std::string name;
-  std::function<MovePoint(Recording*)> apply;
+  const char* name;
+  MovePoint (*apply)(Recording*);
 };
 
 MovePoint MoveWorld(Recording* recording) {
@@ -156,73 +140,28 @@ MovePoint FindTwiceInOneView(Recording* recording) {
   return Stays;
 }
 
-std::vector<Change> Changes() {
-  return {{"everybody found twice in one view", FindTwiceInOneView},
-          {"a moved world", MoveWorld},
-          {"detections in another order", TurnDetectionsAround},
-          {"cameras in another order", TurnCamerasAround},
-          {"a camera that sees nobody", AddEmptyCamera}};
-}
-
-std::string Fails(const Recipe& recipe, const Change& change) {
-  const Recording recording = RecordingOf(recipe);
-  Recording changed = recording;
-  const MovePoint move = change.apply(&changed);
-  return Difference(TracksOf(recording), TracksOf(changed), move);
-}
-
-// The smallest scene found that fails in the same way.
-Recipe Shrunk(Recipe recipe, const Change& change) {
-  bool smaller = true;
-  while (smaller) {
-    smaller = false;
-    for (const auto& shrink : std::vector<std::function<void(Recipe*)>>{
-             [](Recipe* one) { one->frames /= 2; },
-             [](Recipe* one) { --one->people; },
-             [](Recipe* one) { --one->cameras; }}) {
-      Recipe next = recipe;
-      shrink(&next);
-      if (next.frames < 5 || next.people < 1 || next.cameras < 2) continue;
-      if (Fails(next, change).empty()) continue;
-      recipe = next;
-      smaller = true;
-    }
-  }
-  return recipe;
-}
-
-TEST(PipelineDifference, IsSeen) {
-  Recipe recipe;
-  recipe.seed = 2;
-  const TrackSequence tracks = TracksOf(RecordingOf(recipe));
-  ASSERT_GT(tracks.frames.back().people.size(), 0u);
-  EXPECT_EQ(Difference(tracks, tracks, Stays), "");
-  TrackSequence fewer = tracks;
-  fewer.frames.back().people.pop_back();
-  EXPECT_NE(Difference(tracks, fewer, Stays), "");
-  TrackSequence renamed = tracks;
-  renamed.frames.back().people.back().id = TrackId(77);
-  EXPECT_NE(Difference(tracks, renamed, Stays), "");
-  const MovePoint away = [](const Eigen::Vector3d& point) {
-    return Eigen::Vector3d(point + Eigen::Vector3d(0.3, 0.0, 0.0));
-  };
-  EXPECT_NE(Difference(tracks, tracks, away), "");
-}
+constexpr Change kChanges[] = {
+    {"everybody found twice in one view", FindTwiceInOneView},
+    {"a moved world", MoveWorld},
+    {"detections in another order", TurnDetectionsAround},
+    {"cameras in another order", TurnCamerasAround},
+    {"a camera that sees nobody", AddEmptyCamera}};
 
 class PipelineProperties : public ::testing::TestWithParam<int64_t> {};
 
 TEST_P(PipelineProperties, TheSamePeople) {
   Random random(static_cast<uint64_t>(GetParam()));
-  Recipe recipe;
-  recipe.seed = GetParam();
-  recipe.people = static_cast<int>(1 + random.Index(4));
-  recipe.cameras = static_cast<int>(3 + random.Index(3));
-  EXPECT_GT(PoseCount(TracksOf(RecordingOf(recipe))), 0u) << recipe.Text();
-  for (const Change& change : Changes()) {
-    const std::string difference = Fails(recipe, change);
-    if (difference.empty()) continue;
-    ADD_FAILURE() << change.name << ": " << difference << " (" << recipe.Text()
-                  << "); smallest: " << Shrunk(recipe, change).Text();
+  const int people = static_cast<int>(1 + random.Index(4));
+  const int cameras = static_cast<int>(3 + random.Index(3));
+  const Recording recording = RecordingOf(GetParam(), people, cameras);
+  const TrackSequence tracks = TracksOf(recording);
+  EXPECT_GT(PoseCount(tracks), 0u);
+  for (const Change& change : kChanges) {
+    Recording changed = recording;
+    const MovePoint move = change.apply(&changed);
+    EXPECT_EQ(Difference(tracks, TracksOf(changed), move), "")
+        << change.name << ", " << people << " people, " << cameras
+        << " cameras";
   }
 }
 
