@@ -18,7 +18,7 @@
 #include "core/io/detections/source.h"
 #include "core/tracking/replay.h"
 #include "solvers/graph/assembler.h"
-#include "solvers/session/refine_recording.h"
+#include "solvers/session/ready_recording.h"
 
 namespace kinegraph {
 namespace {

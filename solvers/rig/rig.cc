@@ -402,6 +402,7 @@ class RigEstimate {
       view.mean_px = error.MeanPx(static_cast<int>(v));
       view.left_out_px = {frames.left_out_px[v], joints.left_out_px[v],
                           people.left_out_px[v]};
+      view.halves_apart = joints.apart[v];
       view.agreement = agreements[v];
       const bool is_sure = view.rotation_sigma_deg <= kMostRotationDeg &&
                            view.centre_sigma_m <= kMostPlace * result_.size_m &&

@@ -49,6 +49,8 @@ struct RigView {
   double drift = 0.0;               // [s/s]
   double mean_px = 0.0;             // of residuals, each at most 30 px
   LeftOutPx left_out_px;
+  // How far fits on halves of the joints put it apart, in what is sure enough.
+  double halves_apart = 0.0;
   double agreement = 0.0;  // with the other views (PairAgreement::score)
   std::string left_out;    // why, in words; empty where it is sure
 };

@@ -153,6 +153,7 @@ class Finisher {
       return;
     }
     const double factor = metres / measured;
+    result_->metres_per_unit = factor;
     result_->stature_m = stature * factor;
     result_->cameras = Rescaled(std::move(result_->cameras), factor);
     RigResult& rig = result_->rig;

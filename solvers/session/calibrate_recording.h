@@ -37,6 +37,7 @@ struct RecordingCalibration {
   // In metres, z up from the floor where `ground` is there; of the used views.
   CameraRig cameras;
   std::optional<Ground> ground;
+  double metres_per_unit = 1.0;  // of the rig's lengths
   double scale_sigma = 0.0;  // of the logarithm of all lengths
   double stature_m = 0.0;    // of the people by then; 0: not measured
   RefinementRecord record;   // clocks and covariance, for cameras.json

@@ -111,11 +111,11 @@ void KeepUsedViews(const RunScene& scene, DetectionFrame* frame,
 }
 
 DetectionSequence UsedViewsOf(const RunScene& scene,
-                              const DetectionSequence& detections) {
+                              DetectionSequence detections) {
   DetectionSequence used;
-  used.header = detections.header;
+  used.header = std::move(detections.header);
   used.header.view_names = scene.view_names;
-  for (DetectionFrame frame : detections.frames) {
+  for (DetectionFrame& frame : detections.frames) {
     KeepUsedViews(scene, &frame, &used.frames.emplace_back());
   }
   return used;

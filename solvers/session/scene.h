@@ -48,7 +48,7 @@ RunScene PrepareScene(const RunOptions& options, const RunRequest& request,
 void KeepUsedViews(const RunScene& scene, DetectionFrame* frame,
                    DetectionFrame* kept);
 DetectionSequence UsedViewsOf(const RunScene& scene,
-                              const DetectionSequence& detections);
+                              DetectionSequence detections);
 
 // The frames that the request asks for.
 DetectionSequence AskedFrames(const RunRequest& request,

@@ -117,20 +117,20 @@ TEST(RecordingReport, SingleFramesAreNamedUnlessTheOptionsSaySo) {
 using Spoil = std::function<void(Recording*)>;
 
 constexpr size_t kAll = 1000;
-Spoil Camera(size_t camera_idx,
-             const std::function<void(CameraParameters*)>& change) {
+Spoil ChangeCamera(size_t camera_idx,
+                   const std::function<void(CameraParameters*)>& change) {
   return [=](Recording* recording) {
     CameraRig& cameras = recording->request.cameras;
     for (size_t c = 0; c < cameras.size(); ++c) {
       CameraParameters parameters = cameras[c].parameters();
       if (c == camera_idx || camera_idx == kAll) change(&parameters);
-      cameras[c] = kinegraph::Camera(parameters);
+      cameras[c] = Camera(parameters);
     }
   };
 }
 
 Spoil Scale(double factor) {
-  return Camera(kAll, [=](CameraParameters* p) { p->t *= factor; });
+  return ChangeCamera(kAll, [=](CameraParameters* p) { p->t *= factor; });
 }
 
 Spoil Frames(const std::function<void(DetectionFrame*)>& change) {
@@ -169,10 +169,10 @@ std::vector<WrongSetUp> WrongOnes() {
            {"swapped_views"},
            "cameras.map"},
           {"turned_camera",
-           Camera(3,
-                  [](CameraParameters* p) {
-                    Turn(0.15, Eigen::Vector3d::UnitY(), p);
-                  }),
+           ChangeCamera(3,
+                        [](CameraParameters* p) {
+                          Turn(0.15, Eigen::Vector3d::UnitY(), p);
+                        }),
            {"camera", "matched", "error"},
            "kinegraph doctor"},
           {"late_view",
@@ -187,12 +187,12 @@ std::vector<WrongSetUp> WrongOnes() {
            "cameras.refine_clock"},
           {"another_room",
            // Each camera looks elsewhere.
-           Camera(kAll,
-                  [](CameraParameters* p) {
-                    const Eigen::Vector3d before = p->t;
-                    Turn(1.0 + 2.0 * p->R(0, 0), {1.0, 1.0, 0.0}, p);
-                    p->t = before;
-                  }),
+           ChangeCamera(kAll,
+                        [](CameraParameters* p) {
+                          const Eigen::Vector3d before = p->t;
+                          Turn(1.0 + 2.0 * p->R(0, 0), {1.0, 1.0, 0.0}, p);
+                          p->t = before;
+                        }),
            {"never_matched", "nobody", "matched"},
            "another set-up"},
           {"rate",
