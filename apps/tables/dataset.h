@@ -1,6 +1,6 @@
-// What tables are made of, by its places below the data folder: recordings, ways
-// to track them, results of others; and the tables of Chu et al. (2021) as they
-// are printed.
+// What tables are made of, by its places below the data folder: recordings,
+// ways to track them, results of others; and the tables of Chu et al. (2021) as
+// they are printed.
 #ifndef KINEGRAPH_APPS_TABLES_DATASET_H_
 #define KINEGRAPH_APPS_TABLES_DATASET_H_
 
