@@ -99,7 +99,9 @@ nlohmann::json Doctor(const std::string& arguments, const std::string& out) {
 struct Files {
   explicit Files(const std::string& folder) : path(folder) {}
   void Write(const std::function<void(FaultyScene*)>& spoil) {
-    FaultyScene scene = testing::MakeFaultyScene({21, 4, 2, 5.0, 30.0});
+    testing::FaultySceneOptions options = {21, 4, 2, 5.0};
+    options.frame_rate_hz = 30.0;
+    FaultyScene scene = testing::MakeFaultyScene(options);
     spoil(&scene);
     WriteCameras(path + "/cameras.json", scene.cameras);
     MemorySource source(scene.detections);
