@@ -60,6 +60,12 @@ SmootherVariant Variant(std::string name, std::string title,
   return variant;
 }
 
+SmootherVariant AlsoOnRobustPoints(SmootherVariant variant) {
+  variant.also_on_robust_points = true;
+  return variant;
+}
+
+using Causal = std::function<bool(const EstimatorOptions&)>;
 bool Always(const EstimatorOptions&) { return true; }
 bool Never(const EstimatorOptions&) { return false; }
 
@@ -90,14 +96,11 @@ EstimatorFactory OverPoints(const EstimatorOptions& options, PointKind points,
 // A smoother over the points that filters.points names. `make_filter` makes it
 // from its options, and the frame rate [Hz] where it asks for it.
 template <typename Options, typename Make>
-Smoother Filter(OutputKind kind, std::string name,
-                Options FilterOptions::*filter, Make make_filter) {
-  Smoother smoother;
-  smoother.kind = kind;
-  smoother.name = std::move(name);
-  smoother.causal = Never;
-  smoother.make = [=](const EstimatorOptions& options,
-                      const std::shared_ptr<RecordingNotes>&) {
+Smoother Filter(OutputKind kind, std::string name, Causal causal,
+                Options FilterOptions::*filter, Make make_filter,
+                std::vector<SmootherVariant> variants) {
+  const auto make = [=](const EstimatorOptions& options,
+                        const std::shared_ptr<RecordingNotes>&) {
     // Only Kalman's take the points' covariances, where they are asked for.
     bool with_covariances = false;
     if constexpr (std::is_same_v<Options, KalmanOptions>) {
@@ -115,196 +118,150 @@ Smoother Filter(OutputKind kind, std::string name,
           }
         });
   };
-  return smoother;
+  return {kind, std::move(name), std::move(causal), make, std::move(variants)};
 }
-
-// ---- Each frame by itself, and what is written in paper mode ----------------
 
 // Points of one kind as they are.
 Smoother Points(OutputKind kind, std::string name, PointKind points,
-                PointCovariances covariances) {
-  Smoother smoother;
-  smoother.kind = kind;
-  smoother.name = std::move(name);
-  smoother.causal = Always;
-  smoother.make = [=](const EstimatorOptions& options,
-                      const std::shared_ptr<RecordingNotes>&) {
+                PointCovariances covariances,
+                std::vector<SmootherVariant> variants) {
+  const auto make = [=](const EstimatorOptions& options,
+                        const std::shared_ptr<RecordingNotes>&) {
     return OverPoints(options, points, covariances,
                       [covariances](const FilterOptions&, double) {
                         return PointsAsTheyAre(covariances);
                       });
   };
-  return smoother;
+  return {kind, std::move(name), Always, make, std::move(variants)};
 }
 
-Smoother RawDlt() {
-  Smoother smoother = Points(OutputKind::kRawDlt, "raw_dlt", PointKind::kDlt,
-                             PointCovariances::kOff);
-  smoother.variants = {Variant("raw_dlt", "raw DLT")};
-  return smoother;
-}
-
-Smoother RobustTriangulation() {
-  Smoother smoother =
-      Points(OutputKind::kRobustTriangulation, "robust_triangulation",
-             PointKind::kRobust, PointCovariances::kOn);
-  smoother.variants = {
-      Variant("robust_triangulation", "robust triangulation, each frame",
-              {Field("loss_scale", "sigmas", {1.0, 2.0, 3.0, 4.5, 7.0, 10.0},
-                     &FilterOptions::robust_triangulation,
-                     &RobustTriangulationOptions::loss_scale)})};
-  return smoother;
-}
-
-Smoother Gaussian() {
-  Smoother smoother;
-  smoother.kind = OutputKind::kGaussian;
-  smoother.name = "gaussian";
-  smoother.causal = Always;
-  smoother.make =
+// Each frame by itself, and what is written in paper mode.
+std::vector<Smoother> OfSingleFrames() {
+  const auto gaussian =
       [](const EstimatorOptions& options,
          const std::shared_ptr<RecordingNotes>&) -> EstimatorFactory {
     return [gaussian = options.gaussian](const SceneModel& scene) {
       return MakeCausalGaussian(scene, gaussian);
     };
   };
-  smoother.variants = {
-      Variant("causal_gaussian", "causal Gaussian (paper)",
-              {Field("sigma_frames", "frames", {0.15, 0.3, 0.6, 0.8, 1.2},
-                     [](EstimatorOptions& o) -> double& {
-                       return o.gaussian.sigma_frames;
-                     }),
-               Field("wrist_sigma_frames", "frames", {0.3, 0.8, 1.2},
-                     [](EstimatorOptions& o) -> double& {
-                       return o.gaussian.wrist_sigma_frames;
-                     })})};
-  return smoother;
+  return {
+      Points(OutputKind::kRawDlt, "raw_dlt", PointKind::kDlt,
+             PointCovariances::kOff, {Variant("raw_dlt", "raw DLT")}),
+      Points(OutputKind::kRobustTriangulation, "robust_triangulation",
+             PointKind::kRobust, PointCovariances::kOn,
+             {Variant(
+                 "robust_triangulation", "robust triangulation, each frame",
+                 {Field("loss_scale", "sigmas", {1.0, 2.0, 3.0, 4.5, 7.0, 10.0},
+                        &FilterOptions::robust_triangulation,
+                        &RobustTriangulationOptions::loss_scale)})}),
+      {OutputKind::kGaussian,
+       "gaussian",
+       Always,
+       gaussian,
+       {Variant("causal_gaussian", "causal Gaussian (paper)",
+                {Field("sigma_frames", "frames", {0.15, 0.3, 0.6, 0.8, 1.2},
+                       [](EstimatorOptions& o) -> double& {
+                         return o.gaussian.sigma_frames;
+                       }),
+                 Field("wrist_sigma_frames", "frames", {0.3, 0.8, 1.2},
+                       [](EstimatorOptions& o) -> double& {
+                         return o.gaussian.wrist_sigma_frames;
+                       })})}}};
 }
 
-// ---- A few samples at once, along the signal --------------------------------
-
-Smoother CentredGaussian() {
-  Smoother smoother =
-      Filter(OutputKind::kCentredGaussian, "centred_gaussian",
-             &FilterOptions::centred_gaussian, CentredGaussianFilter);
-  smoother.variants = {
-      Variant("centred_gaussian", "centred Gaussian",
-              {Field("sigma_s", "s", {0.01, 0.02, 0.04, 0.06, 0.09, 0.14},
-                     &FilterOptions::centred_gaussian,
-                     &CentredGaussianOptions::sigma_s)})};
-  return smoother;
-}
-
-Smoother HampelMedian() {
-  Smoother smoother = Filter(OutputKind::kHampelMedian, "hampel_median",
-                             &FilterOptions::hampel_median, HampelMedianFilter);
-  smoother.causal = [](const EstimatorOptions& options) {
+// A few samples at once, along the signal.
+std::vector<Smoother> OfFewSamples() {
+  using F = FilterOptions;
+  const Causal trailing = [](const EstimatorOptions& options) {
     return options.filters.hampel_median.side == WindowSide::kTrailing;
   };
-  smoother.variants = {
-      Variant("hampel_median", "Hampel and moving median",
-              {Field("median_window_s", "s", {0.04, 0.12, 0.2, 0.28, 0.44},
-                     &FilterOptions::hampel_median,
-                     &HampelMedianOptions::median_window_s),
-               Field("hampel_threshold", "sigmas", {2.0, 3.0},
-                     &FilterOptions::hampel_median,
-                     &HampelMedianOptions::hampel_threshold)})};
-  return smoother;
+  return {
+      Filter(
+          OutputKind::kCentredGaussian, "centred_gaussian", Never,
+          &F::centred_gaussian, CentredGaussianFilter,
+          {Variant("centred_gaussian", "centred Gaussian",
+                   {Field("sigma_s", "s", {0.01, 0.02, 0.04, 0.06, 0.09, 0.14},
+                          &F::centred_gaussian,
+                          &CentredGaussianOptions::sigma_s)})}),
+      Filter(OutputKind::kHampelMedian, "hampel_median", trailing,
+             &F::hampel_median, HampelMedianFilter,
+             {Variant("hampel_median", "Hampel and moving median",
+                      {Field("median_window_s", "s",
+                             {0.04, 0.12, 0.2, 0.28, 0.44}, &F::hampel_median,
+                             &HampelMedianOptions::median_window_s),
+                       Field("hampel_threshold", "sigmas", {2.0, 3.0},
+                             &F::hampel_median,
+                             &HampelMedianOptions::hampel_threshold)})}),
+      Filter(OutputKind::kOneEuro, "one_euro", Always, &F::one_euro,
+             OneEuroFilter,
+             {Variant("one_euro", "One-Euro",
+                      {Field("min_cutoff_hz", "Hz", {1.0, 2.0, 4.0, 8.0, 16.0},
+                             &F::one_euro, &OneEuroOptions::min_cutoff_hz),
+                       Field("beta_per_m", "1/m", {1.0, 3.0, 10.0, 30.0, 100.0},
+                             &F::one_euro, &OneEuroOptions::beta_per_m)})})};
 }
 
-Smoother OneEuro() {
-  Smoother smoother = Filter(OutputKind::kOneEuro, "one_euro",
-                             &FilterOptions::one_euro, OneEuroFilter);
-  smoother.causal = Always;
-  smoother.variants = {
-      Variant("one_euro", "One-Euro",
-              {Field("min_cutoff_hz", "Hz", {1.0, 2.0, 4.0, 8.0, 16.0},
-                     &FilterOptions::one_euro, &OneEuroOptions::min_cutoff_hz),
-               Field("beta_per_m", "1/m", {1.0, 3.0, 10.0, 30.0, 100.0},
-                     &FilterOptions::one_euro, &OneEuroOptions::beta_per_m)})};
-  return smoother;
-}
-
-// ---- The whole signal at once, without delay --------------------------------
-
-Smoother Butterworth() {
-  Smoother smoother = Filter(OutputKind::kButterworth, "butterworth",
-                             &FilterOptions::butterworth, ButterworthFilter);
-  smoother.variants = {
-      Variant(
-          "butterworth", "Butterworth, zero phase",
-          {Field("cutoff_hz", "Hz", {1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0},
-                 &FilterOptions::butterworth, &ButterworthOptions::cutoff_hz)},
-          [](double, EstimatorOptions* options) {
-            options->filters.butterworth.choice = CutoffChoice::kFixed;
-          }),
-      Variant("butterworth_residual", "Butterworth, residual analysis", {},
-              [](double, EstimatorOptions* options) {
-                options->filters.butterworth.choice =
-                    CutoffChoice::kResidualAnalysis;
-              })};
-  smoother.variants.front().also_on_robust_points = true;
-  return smoother;
-}
-
-Smoother SavitzkyGolay() {
-  Smoother smoother =
-      Filter(OutputKind::kSavitzkyGolay, "savitzky_golay",
-             &FilterOptions::savitzky_golay, SavitzkyGolayFilter);
-  smoother.variants = {
-      Variant("savitzky_golay", "Savitzky-Golay",
+// The whole signal at once, without delay.
+std::vector<Smoother> OfWholeSignals() {
+  using F = FilterOptions;
+  return {
+      Filter(
+          OutputKind::kButterworth, "butterworth", Never, &F::butterworth,
+          ButterworthFilter,
+          {AlsoOnRobustPoints(Variant(
+               "butterworth", "Butterworth, zero phase",
+               {Field("cutoff_hz", "Hz", {1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0},
+                      &F::butterworth, &ButterworthOptions::cutoff_hz)},
+               [](double, EstimatorOptions* options) {
+                 options->filters.butterworth.choice = CutoffChoice::kFixed;
+               })),
+           Variant("butterworth_residual", "Butterworth, residual analysis", {},
+                   [](double, EstimatorOptions* options) {
+                     options->filters.butterworth.choice =
+                         CutoffChoice::kResidualAnalysis;
+                   })}),
+      Filter(
+          OutputKind::kSavitzkyGolay, "savitzky_golay", Never,
+          &F::savitzky_golay, SavitzkyGolayFilter,
+          {Variant(
+              "savitzky_golay", "Savitzky-Golay",
               {Field("window_s", "s", {0.2, 0.28, 0.36, 0.52, 0.76, 1.0},
-                     &FilterOptions::savitzky_golay,
-                     &SavitzkyGolayOptions::window_s)})};
-  return smoother;
+                     &F::savitzky_golay, &SavitzkyGolayOptions::window_s)})}),
+      Filter(OutputKind::kSmoothingSpline, "smoothing_spline", Never,
+             &F::smoothing_spline, SmoothingSplineFilter,
+             {Variant("gcv_spline", "smoothing spline, GCV", {},
+                      [](double, EstimatorOptions* options) {
+                        options->filters.smoothing_spline.choice =
+                            SmoothnessChoice::kGcv;
+                      })})};
 }
 
-Smoother SmoothingSpline() {
-  Smoother smoother =
-      Filter(OutputKind::kSmoothingSpline, "smoothing_spline",
-             &FilterOptions::smoothing_spline, SmoothingSplineFilter);
-  smoother.variants = {Variant("gcv_spline", "smoothing spline, GCV", {},
-                               [](double, EstimatorOptions* options) {
-                                 options->filters.smoothing_spline.choice =
-                                     SmoothnessChoice::kGcv;
-                               })};
-  return smoother;
-}
-
-// ---- A state along time -----------------------------------------------------
-
-SmootherVariant WithMotion(std::string name, std::string title,
-                           MotionModel model) {
-  return Variant(
-      std::move(name), std::move(title),
-      {Field("process_noise_factor", "",
-             {0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0, 300.0},
-             &FilterOptions::kalman, &KalmanOptions::process_noise_scale)},
-      [model](double, EstimatorOptions* options) {
-        options->filters.kalman.motion = model;
-      });
-}
-
-Smoother Kalman() {
-  Smoother smoother = Filter(OutputKind::kKalman, "kalman",
-                             &FilterOptions::kalman, KalmanPointFilter);
-  smoother.causal = Always;
-  smoother.variants = {WithMotion("kalman_cv", "Kalman, constant velocity",
-                                  MotionModel::kConstantVelocity),
-                       WithMotion("kalman_ca", "Kalman, constant acceleration",
-                                  MotionModel::kConstantAcceleration)};
-  return smoother;
-}
-
-Smoother Rts() {
-  Smoother smoother =
-      Filter(OutputKind::kRts, "rts", &FilterOptions::kalman, RtsPointSmoother);
-  smoother.variants = {WithMotion("rts_cv", "RTS, constant velocity",
-                                  MotionModel::kConstantVelocity),
-                       WithMotion("rts_ca", "RTS, constant acceleration",
-                                  MotionModel::kConstantAcceleration)};
-  smoother.variants.front().also_on_robust_points = true;
-  return smoother;
+// A state along time.
+std::vector<Smoother> OfStates() {
+  const auto with_motion = [](std::string name, std::string title,
+                              MotionModel model) {
+    return Variant(
+        std::move(name), std::move(title),
+        {Field("process_noise_factor", "",
+               {0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0, 300.0},
+               &FilterOptions::kalman, &KalmanOptions::process_noise_scale)},
+        [model](double, EstimatorOptions* options) {
+          options->filters.kalman.motion = model;
+        });
+  };
+  return {
+      Filter(OutputKind::kKalman, "kalman", Always, &FilterOptions::kalman,
+             KalmanPointFilter,
+             {with_motion("kalman_cv", "Kalman, constant velocity",
+                          MotionModel::kConstantVelocity),
+              with_motion("kalman_ca", "Kalman, constant acceleration",
+                          MotionModel::kConstantAcceleration)}),
+      Filter(OutputKind::kRts, "rts", Never, &FilterOptions::kalman,
+             RtsPointSmoother,
+             {AlsoOnRobustPoints(with_motion("rts_cv", "RTS, constant velocity",
+                                             MotionModel::kConstantVelocity)),
+              with_motion("rts_ca", "RTS, constant acceleration",
+                          MotionModel::kConstantAcceleration)})};
 }
 
 // ---- The factor graph -------------------------------------------------------
@@ -360,26 +317,6 @@ SmootherVariant WindowOf(int lag_frames) {
   return variant;
 }
 
-Smoother Window() {
-  Smoother smoother;
-  smoother.kind = OutputKind::kWindow;
-  smoother.name = "window";
-  smoother.causal = Never;
-  smoother.make =
-      [](const EstimatorOptions& options,
-         std::shared_ptr<RecordingNotes> notes) -> EstimatorFactory {
-    return [graph = options.graph,
-            notes = std::move(notes)](const SceneModel& scene) {
-      return MakeWindowEstimator(scene, graph, notes);
-    };
-  };
-  for (const int lag : {0, 3, 5, 10, 20, 30}) {
-    smoother.variants.push_back(WindowOf(lag));
-  }
-  smoother.variants.push_back(ThatLearns(WindowOf(10)));
-  return smoother;
-}
-
 enum class Bones { kOff, kOn };
 
 SmootherVariant BatchOf(std::string name, std::string title, Bones bones,
@@ -392,19 +329,25 @@ SmootherVariant BatchOf(std::string name, std::string title, Bones bones,
                  });
 }
 
-Smoother Batch() {
-  Smoother smoother;
-  smoother.kind = OutputKind::kBatch;
-  smoother.name = "batch";
-  smoother.causal = Never;
-  smoother.make =
-      [](const EstimatorOptions& options,
-         std::shared_ptr<RecordingNotes> notes) -> EstimatorFactory {
-    return [graph = options.graph,
-            notes = std::move(notes)](const SceneModel& scene) {
-      return MakeBatchEstimator(scene, graph, notes);
-    };
+// `make` makes an estimator of the graph.
+Smoother OverGraph(
+    OutputKind kind, std::string name,
+    std::unique_ptr<Estimator> (*make)(const SceneModel&, const GraphOptions&,
+                                       std::shared_ptr<RecordingNotes>),
+    std::vector<SmootherVariant> variants) {
+  const auto factory =
+      [make](const EstimatorOptions& options,
+             std::shared_ptr<RecordingNotes> notes) -> EstimatorFactory {
+    return [make, graph = options.graph, notes = std::move(notes)](
+               const SceneModel& scene) { return make(scene, graph, notes); };
   };
+  return {kind, std::move(name), Never, factory, std::move(variants)};
+}
+
+std::vector<Smoother> OfTheGraph() {
+  std::vector<SmootherVariant> windows;
+  for (const int lag : {0, 3, 5, 10, 20, 30}) windows.push_back(WindowOf(lag));
+  windows.push_back(ThatLearns(WindowOf(10)));
   const SmootherVariant plain =
       BatchOf("batch", "batch", Bones::kOff, GraphLossScale());
   const SmootherVariant bones = BatchOf(
@@ -412,26 +355,23 @@ Smoother Batch() {
       Field(
           "bone_sigma_m", "m", {0.01, 0.02, 0.04},
           [](EstimatorOptions& o) -> double& { return o.graph.bone_sigma_m; }));
-  smoother.variants = {plain, bones, ThatLearns(plain), ThatLearns(bones)};
-  return smoother;
+  return {OverGraph(OutputKind::kWindow, "window", MakeWindowEstimator,
+                    std::move(windows)),
+          OverGraph(OutputKind::kBatch, "batch", MakeBatchEstimator,
+                    {plain, bones, ThatLearns(plain), ThatLearns(bones)})};
 }
 
 }  // namespace
 
 const std::vector<Smoother>& Smoothers() {
-  static const std::vector<Smoother> smoothers = {RawDlt(),
-                                                  RobustTriangulation(),
-                                                  Gaussian(),
-                                                  CentredGaussian(),
-                                                  HampelMedian(),
-                                                  OneEuro(),
-                                                  Butterworth(),
-                                                  SavitzkyGolay(),
-                                                  SmoothingSpline(),
-                                                  Kalman(),
-                                                  Rts(),
-                                                  Window(),
-                                                  Batch()};
+  static const std::vector<Smoother> smoothers = [] {
+    std::vector<Smoother> all;
+    for (const auto group :
+         {OfSingleFrames, OfFewSamples, OfWholeSignals, OfStates, OfTheGraph}) {
+      for (Smoother& one : group()) all.push_back(std::move(one));
+    }
+    return all;
+  }();
   return smoothers;
 }
 

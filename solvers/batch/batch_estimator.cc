@@ -11,15 +11,13 @@
 
 #include "core/tracking/estimator.h"
 #include "core/tracking/packed_queue.h"
-#include "solvers/batch/chunks.h"
 #include "solvers/batch/recording_solver.h"
 #include "solvers/graph/assembler.h"
-#include "solvers/graph/bone_lengths.h"
-#include "solvers/graph/noise_scale.h"
 #include "solvers/graph/outcome.h"
 #include "solvers/noise/bias_learner.h"
 #include "solvers/noise/bone_spreads.h"
 #include "solvers/noise/person_noise.h"
+#include "solvers/noise/pixel_noise.h"
 
 namespace kinegraph {
 namespace {
@@ -76,6 +74,11 @@ std::vector<double> SecondsToSupport(const std::vector<TimeNs>& times,
   return nearest;
 }
 
+bool EverTwo(const std::vector<int>& inliers) {
+  return std::any_of(inliers.begin(), inliers.end(),
+                     [](int count) { return count >= 2; });
+}
+
 class BatchEstimator final : public Estimator {
  public:
   BatchEstimator(const SceneModel& scene, const GraphOptions& options,
@@ -94,45 +97,275 @@ class BatchEstimator final : public Estimator {
                                     static_cast<int>(scene_.cameras.size()))),
         learnt_(notes_ == nullptr ? nullptr : notes_->NewPerson()) {}
 
-  void Add(const EstimatorFrame& frame) override;
+  void Add(const EstimatorFrame& frame) override {
+    frames_.Push(frame);
+    if (frame.has_initial || frames_.size() == 1) {
+      last_ = frame.initial;
+      last_.resize(joint_count());
+      last_time_ = frame.time;
+    }
+  }
   const Pose3d& Last() const override { return last_; }
   TimeNs LastTime() const override { return last_time_; }
-  void Predict(TimeNs time, Pose3d* pose) const override;
-  void ExtractFinals(std::vector<FinalPose>* finals) override;
-  void Finish() override;
+
+  void Predict(TimeNs, Pose3d* pose) const override {
+    ExpectUnmoved(last_, pose);
+  }
+
+  void ExtractFinals(std::vector<FinalPose>* finals) override {
+    MoveFinals(&finals_, finals);
+  }
+
+  void Finish() override {
+    if (frames_.empty()) return;
+    Solve();
+    if (series_ != nullptr) TellBias();
+    const std::shared_ptr<SolvedPerson> solution = Solution();
+    WriteFinals();
+    solver_.HandInCounts(records_.front().frame, records_.back().frame);
+    if (solution != nullptr) {
+      solution->noise = noise_->ExtractApplied();
+      solution->records = std::move(records_);
+      notes_->Keep(solution);
+    }
+    // Finals may wait long for those of other people: nothing else should.
+    recording_ = {};
+    stated_bones_.clear();
+    noise_.reset();
+    records_ = std::vector<FrameRecord>();
+    solver_.FreeWorkSpace();
+  }
 
  private:
-  // What is known of a joint in a frame without bones.
-  struct KnownAlone {
-    size_t joint_idx = 0;
-    size_t frame = 0;
-    Eigen::Matrix3d covariance_m2;
-  };
-  // What final poses say of one joint.
-  struct Written {
-    std::vector<int> inliers;       // by frame
-    std::vector<double> nearest_s;  // by frame: time to a view that saw it
-    bool ever_two = false;          // views agreed
-    std::vector<Eigen::Matrix3d> covariances;  // m^2, by frame; or none
-  };
-
   int joint_count() const { return scene_.skeleton.joint_count(); }
-  void Assemble();
-  void Solve();
-  bool SolveAgain();
-  std::shared_ptr<SolvedPerson> Solution() const;
-  void TellBias() const;
-  bool RescaleNoise(const SolveStage& stage, double least_change);
-  void LearnNoiseScale();
-  void AddBones();
-  void AddBonesOfTheRecording();
-  void AddFixedBones();
-  std::vector<std::vector<Eigen::Matrix3d>> Covariances();
-  void LearnNoise();
-  void WriteFinals();
-  std::vector<KnownAlone> DistrustBones();
-  void WriteFinalsOf(int joint_idx, const Written& written);
-  std::vector<std::vector<int>> Inliers() const;
+
+  void Assemble() {
+    Assembler assembler(scene_, options_);
+    recording_ = assembler.EmptyProblem();
+    records_.reserve(frames_.size());
+    while (!frames_.empty()) {
+      records_.push_back(assembler.Append(frames_.Pop(), &recording_));
+    }
+    for (int j = 0; j < joint_count(); ++j) {
+      InterpolateStarts(records_, j, recording_.times, &recording_.joints[j]);
+    }
+  }
+
+  void Solve() {
+    Assemble();
+    if (bias_ != nullptr && !bias_->empty()) {
+      WriteBias(bias_joints_, *bias_, records_, &recording_);
+    }
+    if (SolveAgain()) return;
+    if (options_.LearnsNoise()) LearnNoise();
+    if (options_.pixel_noise_from == NoiseFrom::kFixed &&
+        options_.estimate_noise_scale) {
+      LearnNoiseScale();
+    } else {
+      solver_.SolveJoints(solver_.schedule(), &recording_);
+    }
+    if (options_.bones) AddBones();
+    solver_.SolveTogether(&recording_);
+  }
+
+  // Takes over what the pass before found of this person, and solves anew where
+  // matches changed. False where that pass knows nobody like this.
+  bool SolveAgain() {
+    if (notes_ == nullptr) return false;
+    std::optional<KnownFrames> known =
+        FindKnownFrames(notes_->SolvedPeople(), records_, recording_);
+    if (!known.has_value()) return false;
+    const SolvedPerson& before = *known->person;
+    const std::vector<Chunk> changed = ChangedChunks(recording_, known->same);
+    if (options_.LearnsNoise()) {
+      noise_->Adopt(before.noise, known->frame_of, recording_.times);
+      for (const Chunk& chunk : changed) {
+        noise_->LearnMotionAgain(recording_, chunk.begin, chunk.end,
+                                 chunk.own_begin, chunk.own_end);
+      }
+      noise_->Apply(&recording_);
+      if (learnt_ != nullptr) *learnt_ = before.noise.learnt;
+    }
+    recording_.bones = before.bones;
+    stated_bones_ = before.stated_bones;
+    if (!solver_.SolveAnew(changed, &recording_)) recording_.bones.clear();
+    for (const Chunk& chunk : changed) {
+      std::fill(known->same.begin() + chunk.own_begin,
+                known->same.begin() + chunk.own_end, 0);
+    }
+    PasteKnown(*known, &recording_);
+    notes_->Forget(&before);
+    return true;
+  }
+
+  // What the next pass needs in order not to solve this person anew; null where
+  // there is none.
+  std::shared_ptr<SolvedPerson> Solution() const {
+    if (notes_ == nullptr || !notes_->expects_another_pass()) return nullptr;
+    // One scale on all sigmas follows from residuals; users' factors may see
+    // what the next pass starts from.
+    const bool scales = options_.pixel_noise_from == NoiseFrom::kFixed &&
+                        options_.estimate_noise_scale;
+    if (scales || options_.user_factors || !solver_.KeptBones()) return nullptr;
+    auto solution = std::make_shared<SolvedPerson>();
+    solution->bones = recording_.bones;
+    solution->stated_bones = stated_bones_;
+    std::vector<JointOutcome> outcomes =
+        OutcomesOf(recording_, {0, records_.size(), 0, records_.size()});
+    for (size_t j = 0; j < outcomes.size(); ++j) {
+      solution->joints.push_back(
+          {std::move(outcomes[j]), recording_.joints[j].first});
+    }
+    return solution;
+  }
+
+  void TellBias() const {
+    BiasObserver observer(bias_joints_, scene_.cameras, scene_.frame_rate_hz,
+                          noise_->correlation(), series_.get());
+    for (size_t k = 0; k < records_.size(); ++k) observer.Add(recording_, k);
+  }
+
+  // From the residuals that the stage has left. False where the scale changes
+  // by no more than the share `least_change`; then nothing is scaled.
+  bool RescaleNoise(const SolveStage& stage, double least_change) {
+    const double correction = InformationCorrection(stage.loss, stage.scale);
+    const auto covariances = solver_.StateCovariances(recording_, correction);
+    std::vector<double> squares;
+    for (size_t j = 0; j < covariances.size(); ++j) {
+      if (covariances[j].empty()) continue;
+      CollectSquares(recording_.joints[j], covariances[j], 0, records_.size(),
+                     &squares);
+    }
+    const double scale = EstimateNoiseScale(std::move(squares));
+    VLOG(1) << "noise scale times " << scale;
+    if (std::abs(scale - 1.0) <= least_change) return false;
+    ScaleSigmas(scale, &recording_);
+    return true;
+  }
+
+  // Solves the joints under one factor on all sigmas.
+  void LearnNoiseScale() {
+    const SolveSchedule& whole = solver_.schedule();
+    // The first stage is convex: its residuals do not depend on the start.
+    SolveSchedule first = whole;
+    first.stages.resize(1);
+    first.doubt_unsettled = false;
+    solver_.SolveJoints(first, &recording_);
+    RescaleNoise(first.stages.front(), 0.0);
+    // What the whole schedule leaves tells better who is an outlier. Solved
+    // from the convex stage again: a redescending loss may not start warm.
+    solver_.SolveJoints(whole, &recording_);
+    if (RescaleNoise(whole.stages.back(), kLeastChange)) {
+      solver_.SolveJoints(whole, &recording_);
+    }
+  }
+
+  // Of the frames where the estimates without bones are trusted.
+  void AddBones() {
+    PersonBones bones(scene_, options_);
+    bones.SetLasting(noise_->correlation());
+    for (size_t k = 0; k < records_.size(); ++k) bones.AddFrame(recording_, k);
+    std::vector<bool> placed;
+    for (const std::vector<int>& inliers : Inliers()) {
+      placed.push_back(EverTwo(inliers));
+    }
+    recording_.bones = bones.Constraints(placed);
+    stated_bones_ = bones.Constraints(placed, BoneUse::kCovariance);
+  }
+
+  std::vector<std::vector<Eigen::Matrix3d>> Covariances() {
+    std::vector<std::vector<Eigen::Matrix3d>> covariances(joint_count());
+    if (!options_.covariance) return covariances;
+    // The next pass asks how sure a place is, and no more.
+    if (notes_ != nullptr && notes_->expects_another_pass()) {
+      return solver_.JointCovariances(recording_);
+    }
+    // Bones that could not be solved do not count.
+    const bool held = !recording_.bones.empty();
+    // Bones of fixed freedom state what they always did.
+    const bool distrusts =
+        held && options_.bone_sigma_from == NoiseFrom::kRecording;
+    std::vector<std::vector<Eigen::Matrix3d>> alone;
+    if (distrusts) alone = solver_.JointCovariances(recording_);
+    if (held) std::swap(recording_.bones, stated_bones_);
+    covariances = solver_.Covariances(recording_);
+    if (held) std::swap(recording_.bones, stated_bones_);
+    if (distrusts) DistrustBones(alone, &covariances);
+    solver_.FreeWorkSpace();
+    return covariances;
+  }
+
+  void LearnNoise() {
+    noise_->LearnRecording(recording_);
+    noise_->Apply(&recording_);
+    if (learnt_ != nullptr) *learnt_ = noise_->Learnt();
+    VLOG(1) << ToString(noise_->Learnt());
+    noise_->FreeEvidence();
+  }
+
+  void WriteFinals() {
+    std::vector<std::vector<Eigen::Matrix3d>> covariances = Covariances();
+    const std::vector<std::vector<int>> inliers = Inliers();
+    // Poses are as large as the measurements, which only weights still need.
+    if (scene_.kept_matches != KeptMatches::kWeights) {
+      for (JointChain& chain : recording_.joints) chain.measurements = {};
+    }
+    finals_.clear();
+    finals_.reserve(records_.size());
+    for (const FrameRecord& record : records_) {
+      finals_.push_back(PoseOf(record, joint_count(), scene_.kept_matches,
+                               options_.covariance));
+    }
+    for (int j = 0; j < joint_count(); ++j) {
+      const std::vector<double> nearest_s =
+          SecondsToSupport(recording_.times, inliers[j], 1);
+      const bool ever_two = EverTwo(inliers[j]);
+      if (!ever_two) covariances[j].clear();
+      for (size_t k = 0; k < records_.size(); ++k) {
+        const JointStatus status = StatusOf(
+            inliers[j][k], ever_two, nearest_s[k], options_.bridging_limit_s);
+        const bool known = k < covariances[j].size();
+        if (known) {
+          covariances[j][k] *= noise_->CovarianceFactorOf(
+              j, k, status == JointStatus::kObserved);
+        }
+        WriteJoint(recording_.joints[j], k, j, status, inliers[j][k],
+                   known ? &covariances[j][k] : nullptr, &finals_[k].person);
+      }
+      covariances[j] = std::vector<Eigen::Matrix3d>();
+    }
+  }
+
+  // A bone leaves two places on the ray of a view that alone sees its end, and
+  // a circle without one. While two views have just seen the joint the motion
+  // tells which; later the estimate may stand at the wrong one, and no
+  // covariance of its surroundings says so. There what is stated is what is
+  // known without bones.
+  void DistrustBones(const std::vector<std::vector<Eigen::Matrix3d>>& alone,
+                     std::vector<std::vector<Eigen::Matrix3d>>* stated) const {
+    constexpr double kSurelyS = 0.1;
+    const std::vector<std::vector<int>> inliers = Inliers();
+    for (size_t j = 0; j < alone.size(); ++j) {
+      if ((*stated)[j].empty()) continue;
+      const std::vector<double> nearest =
+          SecondsToSupport(recording_.times, inliers[j], 2);
+      for (size_t k = 0; k < alone[j].size(); ++k) {
+        if (nearest[k] > kSurelyS) (*stated)[j][k] = alone[j][k];
+      }
+    }
+  }
+
+  // [joint][frame].
+  std::vector<std::vector<int>> Inliers() const {
+    std::vector<std::vector<int>> inliers(static_cast<size_t>(joint_count()));
+    for (int j = 0; j < joint_count(); ++j) {
+      for (size_t k = 0; k < records_.size(); ++k) {
+        inliers[j].push_back(
+            CountInliers(recording_.joints[j], k, options_.inlier_weight));
+      }
+    }
+    return inliers;
+  }
 
   const SceneModel scene_;
   const GraphOptions options_;
@@ -153,334 +386,6 @@ class BatchEstimator final : public Estimator {
   Pose3d last_;
   TimeNs last_time_ = 0;
 };
-
-void BatchEstimator::Add(const EstimatorFrame& frame) {
-  frames_.Push(frame);
-  if (frame.has_initial || frames_.size() == 1) {
-    last_ = frame.initial;
-    last_.resize(joint_count());
-    last_time_ = frame.time;
-  }
-}
-
-void BatchEstimator::Predict(TimeNs, Pose3d* pose) const {
-  ExpectUnmoved(last_, pose);
-}
-
-void BatchEstimator::ExtractFinals(std::vector<FinalPose>* finals) {
-  MoveFinals(&finals_, finals);
-}
-
-void BatchEstimator::Finish() {
-  if (frames_.empty()) return;
-  Solve();
-  if (series_ != nullptr) TellBias();
-  const std::shared_ptr<SolvedPerson> solution = Solution();
-  WriteFinals();
-  solver_.HandInCounts(records_.front().frame, records_.back().frame);
-  if (solution != nullptr) {
-    solution->noise = noise_->ExtractApplied();
-    solution->records = std::move(records_);
-    notes_->Keep(solution);
-  }
-  // Finals may wait long for those of other people: nothing else should.
-  recording_ = {};
-  stated_bones_.clear();
-  noise_.reset();
-  records_ = std::vector<FrameRecord>();
-  solver_.FreeWorkSpace();
-}
-
-void BatchEstimator::TellBias() const {
-  BiasObserver observer(bias_joints_, scene_.cameras, scene_.frame_rate_hz,
-                        noise_->correlation(), series_.get());
-  for (size_t k = 0; k < records_.size(); ++k) observer.Add(recording_, k);
-}
-
-void BatchEstimator::Assemble() {
-  Assembler assembler(scene_, options_);
-  recording_ = assembler.EmptyProblem();
-  records_.reserve(frames_.size());
-  while (!frames_.empty()) {
-    records_.push_back(assembler.Append(frames_.Pop(), &recording_));
-  }
-  for (int j = 0; j < joint_count(); ++j) {
-    InterpolateStarts(records_, j, recording_.times, &recording_.joints[j]);
-  }
-}
-
-void BatchEstimator::Solve() {
-  Assemble();
-  if (bias_ != nullptr && !bias_->empty()) {
-    WriteBias(bias_joints_, *bias_, records_, &recording_);
-  }
-  if (SolveAgain()) return;
-  if (options_.LearnsNoise()) LearnNoise();
-  if (options_.pixel_noise_from == NoiseFrom::kFixed &&
-      options_.estimate_noise_scale) {
-    LearnNoiseScale();
-  } else {
-    solver_.SolveJoints(solver_.schedule(), &recording_);
-  }
-  if (options_.bones) AddBones();
-  solver_.SolveTogether(&recording_);
-}
-
-// What the next pass needs in order not to solve this person anew; null where
-// there is none.
-std::shared_ptr<SolvedPerson> BatchEstimator::Solution() const {
-  if (notes_ == nullptr || !notes_->expects_another_pass()) return nullptr;
-  // One scale on all sigmas follows from residuals; users' factors may see
-  // what the next pass starts from.
-  const bool scales = options_.pixel_noise_from == NoiseFrom::kFixed &&
-                      options_.estimate_noise_scale;
-  if (scales || options_.user_factors || !solver_.KeptBones()) return nullptr;
-  auto solution = std::make_shared<SolvedPerson>();
-  solution->bones = recording_.bones;
-  solution->stated_bones = stated_bones_;
-  std::vector<JointOutcome> outcomes =
-      OutcomesOf(recording_, {0, records_.size(), 0, records_.size()});
-  for (size_t j = 0; j < outcomes.size(); ++j) {
-    solution->joints.push_back(
-        {std::move(outcomes[j]), recording_.joints[j].first});
-  }
-  return solution;
-}
-
-// Takes over what the pass before found of this person, and solves anew where
-// matches changed. False where that pass knows nobody like this.
-bool BatchEstimator::SolveAgain() {
-  if (notes_ == nullptr) return false;
-  std::optional<KnownFrames> known =
-      FindKnownFrames(notes_->SolvedPeople(), records_, recording_);
-  if (!known.has_value()) return false;
-  const SolvedPerson& before = *known->person;
-  const std::vector<Chunk> changed = ChangedChunks(recording_, known->same);
-  if (options_.LearnsNoise()) {
-    noise_->Adopt(before.noise, known->frame_of, recording_.times);
-    for (const Chunk& chunk : changed) {
-      noise_->LearnMotionAgain(recording_, chunk.begin, chunk.end,
-                               chunk.own_begin, chunk.own_end);
-    }
-    noise_->Apply(&recording_);
-    if (learnt_ != nullptr) *learnt_ = before.noise.learnt;
-  }
-  recording_.bones = before.bones;
-  stated_bones_ = before.stated_bones;
-  if (!solver_.SolveAnew(changed, &recording_)) recording_.bones.clear();
-  for (const Chunk& chunk : changed) {
-    std::fill(
-        known->same.begin() + static_cast<std::ptrdiff_t>(chunk.own_begin),
-        known->same.begin() + static_cast<std::ptrdiff_t>(chunk.own_end), 0);
-  }
-  PasteKnown(*known, &recording_);
-  notes_->Forget(&before);
-  return true;
-}
-
-void BatchEstimator::LearnNoise() {
-  noise_->LearnRecording(recording_);
-  noise_->Apply(&recording_);
-  if (learnt_ != nullptr) *learnt_ = noise_->Learnt();
-  VLOG(1) << ToString(noise_->Learnt());
-  noise_->FreeEvidence();
-}
-
-// Solves the joints under one factor on all sigmas.
-void BatchEstimator::LearnNoiseScale() {
-  const SolveSchedule& whole = solver_.schedule();
-  // The first stage is convex: its residuals do not depend on the start.
-  SolveSchedule first = whole;
-  first.stages.resize(1);
-  first.doubt_unsettled = false;
-  solver_.SolveJoints(first, &recording_);
-  RescaleNoise(first.stages.front(), 0.0);
-  // What the whole schedule leaves tells better who is an outlier. Solved
-  // from the convex stage again: a redescending loss may not start warm.
-  solver_.SolveJoints(whole, &recording_);
-  if (RescaleNoise(whole.stages.back(), kLeastChange)) {
-    solver_.SolveJoints(whole, &recording_);
-  }
-}
-
-// From the residuals that the stage has left. False where the scale changes by
-// no more than the share `least_change`; then nothing is scaled.
-bool BatchEstimator::RescaleNoise(const SolveStage& stage,
-                                  double least_change) {
-  const double correction = InformationCorrection(stage.loss, stage.scale);
-  const auto covariances = solver_.StateCovariances(recording_, correction);
-  std::vector<double> squares;
-  for (size_t j = 0; j < covariances.size(); ++j) {
-    if (covariances[j].empty()) continue;
-    CollectSquares(recording_.joints[j], covariances[j], 0, records_.size(),
-                   &squares);
-  }
-  const double scale = EstimateNoiseScale(std::move(squares));
-  VLOG(1) << "noise scale times " << scale;
-  if (std::abs(scale - 1.0) <= least_change) return false;
-  ScaleSigmas(scale, &recording_);
-  return true;
-}
-
-// [joint][frame].
-std::vector<std::vector<int>> BatchEstimator::Inliers() const {
-  std::vector<std::vector<int>> inliers(static_cast<size_t>(joint_count()));
-  for (int j = 0; j < joint_count(); ++j) {
-    for (size_t k = 0; k < records_.size(); ++k) {
-      inliers[j].push_back(
-          CountInliers(recording_.joints[j], k, options_.inlier_weight));
-    }
-  }
-  return inliers;
-}
-
-bool EverTwo(const std::vector<int>& inliers) {
-  return std::any_of(inliers.begin(), inliers.end(),
-                     [](int count) { return count >= 2; });
-}
-
-void BatchEstimator::AddBones() {
-  if (options_.bone_sigma_from == NoiseFrom::kRecording) {
-    AddBonesOfTheRecording();
-  } else {
-    AddFixedBones();
-  }
-}
-
-// Bones as long and as free as the views say in the frames where the estimates
-// without bones trust them.
-void BatchEstimator::AddBonesOfTheRecording() {
-  BoneSpreads spreads(scene_.skeleton);
-  if (options_.pixel_noise_from == NoiseFrom::kRecording) {
-    spreads.SetLasting(noise_->correlation(), 1.0 / scene_.frame_rate_hz);
-  }
-  for (size_t k = 0; k < records_.size(); ++k) {
-    spreads.AddFrame(LocateBoneEnds(recording_, k, options_.inlier_weight,
-                                    1.0 / scene_.frame_rate_hz));
-  }
-  std::vector<bool> placed;
-  for (const std::vector<int>& inliers : Inliers()) {
-    placed.push_back(EverTwo(inliers));
-  }
-  recording_.bones = ConstraintsOf(spreads, placed);
-  stated_bones_ = ConstraintsOf(spreads, placed, BoneUse::kCovariance);
-}
-
-// Bones between joints that two views have placed, as long as the estimates
-// without bones say.
-void BatchEstimator::AddFixedBones() {
-  BoneLengths lengths(scene_.skeleton);
-  const std::vector<std::vector<int>> inliers = Inliers();
-  const std::vector<Bone>& bones = lengths.bones();
-  for (size_t i = 0; i < bones.size(); ++i) {
-    for (size_t k = 0; k < records_.size(); ++k) {
-      if (inliers[bones[i].a][k] < 2 || inliers[bones[i].b][k] < 2) continue;
-      const double distance_m =
-          (recording_.joints[bones[i].a].states[k].head<3>() -
-           recording_.joints[bones[i].b].states[k].head<3>())
-              .norm();
-      lengths.Add(static_cast<int>(i), distance_m, 1.0 / scene_.frame_rate_hz);
-    }
-  }
-  for (size_t i = 0; i < bones.size(); ++i) {
-    const std::optional<double> length_m = lengths.Length(static_cast<int>(i));
-    if (!length_m.has_value()) continue;
-    if (!EverTwo(inliers[bones[i].a]) || !EverTwo(inliers[bones[i].b])) {
-      continue;
-    }
-    recording_.bones.push_back(
-        {bones[i].a, bones[i].b, *length_m, options_.bone_sigma_m});
-  }
-  stated_bones_ = recording_.bones;
-}
-
-std::vector<std::vector<Eigen::Matrix3d>> BatchEstimator::Covariances() {
-  std::vector<std::vector<Eigen::Matrix3d>> covariances(joint_count());
-  if (!options_.covariance) return covariances;
-  // The next pass asks how sure a place is, and no more.
-  if (notes_ != nullptr && notes_->expects_another_pass()) {
-    return solver_.JointCovariances(recording_);
-  }
-  // Bones that could not be solved do not count.
-  const bool held = !recording_.bones.empty();
-  // Bones of fixed freedom state what they always did.
-  std::vector<KnownAlone> alone;
-  if (held && options_.bone_sigma_from == NoiseFrom::kRecording) {
-    alone = DistrustBones();
-  }
-  if (held) std::swap(recording_.bones, stated_bones_);
-  covariances = solver_.Covariances(recording_);
-  if (held) std::swap(recording_.bones, stated_bones_);
-  for (const KnownAlone& one : alone) {
-    std::vector<Eigen::Matrix3d>& stated = covariances[one.joint_idx];
-    if (!stated.empty()) stated[one.frame] = one.covariance_m2;
-  }
-  solver_.FreeWorkSpace();
-  return covariances;
-}
-
-void BatchEstimator::WriteFinals() {
-  std::vector<std::vector<Eigen::Matrix3d>> covariances = Covariances();
-  std::vector<std::vector<int>> inliers = Inliers();
-  std::vector<Written> written(inliers.size());
-  for (size_t j = 0; j < written.size(); ++j) {
-    Written& one = written[j];
-    one.inliers = std::move(inliers[j]);
-    one.nearest_s = SecondsToSupport(recording_.times, one.inliers, 1);
-    one.ever_two = EverTwo(one.inliers);
-    if (one.ever_two) one.covariances = std::move(covariances[j]);
-    covariances[j] = std::vector<Eigen::Matrix3d>();
-  }
-  // Poses are as large as the measurements, which only weights still need.
-  if (scene_.kept_matches != KeptMatches::kWeights) {
-    for (JointChain& chain : recording_.joints) chain.measurements = {};
-  }
-  finals_.clear();
-  finals_.reserve(records_.size());
-  for (const FrameRecord& record : records_) {
-    finals_.push_back(PoseOf(record, joint_count(), scene_.kept_matches,
-                             options_.covariance));
-  }
-  for (int j = 0; j < joint_count(); ++j) WriteFinalsOf(j, written[j]);
-}
-
-// A bone leaves two places on the ray of a view that alone sees its end, and a
-// circle without one. While two views have just seen the joint the motion tells
-// which; later the estimate may stand at the wrong one, and no covariance of
-// its surroundings says so. There what is stated is what is known without
-// bones.
-std::vector<BatchEstimator::KnownAlone> BatchEstimator::DistrustBones() {
-  constexpr double kSurelyS = 0.1;
-  const auto alone = solver_.JointCovariances(recording_);
-  const std::vector<std::vector<int>> inliers = Inliers();
-  std::vector<KnownAlone> distrusted;
-  for (size_t j = 0; j < alone.size(); ++j) {
-    const std::vector<double> nearest =
-        SecondsToSupport(recording_.times, inliers[j], 2);
-    for (size_t k = 0; k < alone[j].size(); ++k) {
-      if (nearest[k] > kSurelyS) distrusted.push_back({j, k, alone[j][k]});
-    }
-  }
-  return distrusted;
-}
-
-void BatchEstimator::WriteFinalsOf(int joint_idx, const Written& written) {
-  const JointChain& chain = recording_.joints[joint_idx];
-  for (size_t k = 0; k < records_.size(); ++k) {
-    const JointStatus status =
-        StatusOf(written.inliers[k], written.ever_two, written.nearest_s[k],
-                 options_.bridging_limit_s);
-    Eigen::Matrix3d covariance;
-    const bool known = k < written.covariances.size();
-    if (known) {
-      covariance = noise_->CovarianceFactorOf(
-                       joint_idx, k, status == JointStatus::kObserved) *
-                   written.covariances[k];
-    }
-    WriteJoint(chain, k, joint_idx, status, written.inliers[k],
-               known ? &covariance : nullptr, &finals_[k].person);
-  }
-}
 
 }  // namespace
 

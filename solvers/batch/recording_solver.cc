@@ -12,6 +12,276 @@
 namespace kinegraph {
 namespace {
 
+constexpr double kMostOverlap = 5.5;  // s
+
+double Seconds(const PersonProblem& problem, size_t from, size_t to) {
+  return ToSeconds(problem.times[to] - problem.times[from]);
+}
+
+// Whether some joint is measured in fewer than `wanted` of the frames
+// begin .. end - 1.
+bool LacksFrames(const PersonProblem& problem, size_t begin, size_t end,
+                 size_t wanted) {
+  for (const JointChain& chain : problem.joints) {
+    size_t measured = 0;
+    for (size_t k = begin; k < end; ++k) {
+      measured += chain.first[k] < chain.first[k + 1] ? 1 : 0;
+    }
+    if (measured < wanted) return true;
+  }
+  return false;
+}
+
+// Where a chunk that owns frames from `own` on begins. Across a gap of a joint
+// it goes on until the other side holds the joint as well.
+size_t ExtendBack(const PersonProblem& problem, size_t own) {
+  size_t begin = own;
+  while (begin > 0 && Seconds(problem, begin - 1, own) <= kOverlap_s) --begin;
+  const size_t wanted = (own - begin) / 2;
+  while (begin > 0 && Seconds(problem, begin - 1, own) <= kMostOverlap &&
+         LacksFrames(problem, begin, own, wanted)) {
+    --begin;
+  }
+  return begin;
+}
+
+// Where a chunk that owns frames before `own` ends.
+size_t ExtendForth(const PersonProblem& problem, size_t own) {
+  const size_t count = problem.times.size();
+  size_t end = own;
+  while (end < count && Seconds(problem, own - 1, end) <= kOverlap_s) ++end;
+  const size_t wanted = (end - own) / 2;
+  while (end < count && Seconds(problem, own - 1, end) <= kMostOverlap &&
+         LacksFrames(problem, own, end, wanted)) {
+    ++end;
+  }
+  return end;
+}
+
+}  // namespace
+
+std::vector<Chunk> MakeChunks(const PersonProblem& problem, double chunk_s) {
+  const size_t count = problem.times.size();
+  std::vector<Chunk> chunks;
+  if (count == 0) return chunks;
+  const double length_s = Seconds(problem, 0, count - 1);
+  const int pieces =
+      chunk_s > 0.0 ? std::max(1, static_cast<int>(length_s / chunk_s)) : 1;
+  size_t begin = 0;
+  for (int i = 0; i < pieces && begin < count; ++i) {
+    // Equal spans of time; all frames up to and including the next limit.
+    size_t end = begin;
+    const double limit_s = length_s * (i + 1) / pieces;
+    while (end < count &&
+           (i + 1 == pieces || Seconds(problem, 0, end) <= limit_s)) {
+      ++end;
+    }
+    if (end == begin) continue;  // a gap in the recording
+    Chunk chunk;
+    chunk.own_begin = begin;
+    chunk.own_end = end;
+    chunk.begin = ExtendBack(problem, begin);
+    chunk.end = ExtendForth(problem, end);
+    chunks.push_back(chunk);
+    begin = end;
+  }
+  return chunks;
+}
+
+Chunk ChunkAround(const PersonProblem& problem, size_t begin, size_t end) {
+  Chunk chunk;
+  chunk.own_begin = begin;
+  while (chunk.own_begin > 0 &&
+         Seconds(problem, chunk.own_begin - 1, begin) <= kOverlap_s) {
+    --chunk.own_begin;
+  }
+  chunk.own_end = end;
+  while (chunk.own_end < problem.times.size() &&
+         Seconds(problem, end - 1, chunk.own_end) <= kOverlap_s) {
+    ++chunk.own_end;
+  }
+  chunk.begin = ExtendBack(problem, chunk.own_begin);
+  chunk.end = ExtendForth(problem, chunk.own_end);
+  return chunk;
+}
+
+PersonProblem CutOut(const PersonProblem& recording, const Chunk& chunk) {
+  const auto at = [](const auto& values, size_t k) {
+    return values.begin() + k;
+  };
+  // A birth like any other: so weak that the frames of the overlap outweigh it.
+  constexpr double kPositionSigma = 1.0;  // m
+  constexpr double kVelocitySigma = 3.0;  // m/s
+  const size_t begin = chunk.begin;
+  const size_t end = chunk.end;
+  PersonProblem part;
+  part.times.assign(at(recording.times, begin), at(recording.times, end));
+  for (const JointChain& whole : recording.joints) {
+    JointChain& chain = part.joints.emplace_back();
+    chain.states.assign(at(whole.states, begin), at(whole.states, end));
+    chain.process_noise.assign(at(whole.process_noise, begin),
+                               at(whole.process_noise, end - 1));
+    chain.prior = begin == 0 ? whole.prior
+                             : BirthPrior(chain.states.front().head<3>(),
+                                          kPositionSigma, kVelocitySigma);
+    chain.first.assign(at(whole.first, begin), at(whole.first, end + 1));
+    chain.measurements.assign(
+        at(whole.measurements, static_cast<size_t>(chain.first.front())),
+        at(whole.measurements, static_cast<size_t>(chain.first.back())));
+    const int32_t before = chain.first.front();
+    for (int32_t& first : chain.first) first -= before;
+  }
+  part.bones = recording.bones;
+  if (begin == 0) part.prior = recording.prior;
+  for (const PlacedFactor& placed : recording.user) {
+    if (placed.first_frame() < begin || placed.last_frame() >= end) continue;
+    part.user.push_back(placed);
+    for (StateKey& key : part.user.back().keys) key.frame -= begin;
+  }
+  return part;
+}
+
+std::vector<JointOutcome> OutcomesOf(const PersonProblem& part,
+                                     const Chunk& chunk) {
+  const size_t begin = chunk.own_begin - chunk.begin;
+  const size_t end = chunk.own_end - chunk.begin;
+  std::vector<JointOutcome> outcomes;
+  for (const JointChain& chain : part.joints) {
+    JointOutcome& outcome = outcomes.emplace_back();
+    outcome.states.assign(chain.states.begin() + begin,
+                          chain.states.begin() + end);
+    const int32_t count = chain.first[end] - chain.first[begin];
+    outcome.weights.reserve(static_cast<size_t>(count));
+    outcome.gated.reserve(static_cast<size_t>(count));
+    for (int32_t m = chain.first[begin]; m < chain.first[end]; ++m) {
+      outcome.weights.push_back(chain.measurements[m].weight);
+      outcome.gated.push_back(chain.measurements[m].gated);
+    }
+  }
+  return outcomes;
+}
+
+void Paste(const std::vector<JointOutcome>& outcomes, const Chunk& chunk,
+           PersonProblem* recording) {
+  for (size_t j = 0; j < outcomes.size(); ++j) {
+    const JointOutcome& outcome = outcomes[j];
+    JointChain& chain = recording->joints[j];
+    std::copy(outcome.states.begin(), outcome.states.end(),
+              chain.states.begin() + chunk.own_begin);
+    PixelMeasurement* const first =
+        chain.measurements.data() + chain.first[chunk.own_begin];
+    for (size_t m = 0; m < outcome.weights.size(); ++m) {
+      first[m].weight = outcome.weights[m];
+      first[m].gated = outcome.gated[m] != 0;
+    }
+  }
+}
+
+namespace {
+
+// Of the frames: of more the noise has to be learnt again, and with it all is
+// solved again.
+constexpr double kMostChanged = 0.0025;
+
+bool SameViews(const FrameRecord& a, const FrameRecord& b) {
+  return a.frame == b.frame &&
+         std::equal(a.views.begin(), a.views.end(), b.views.begin(),
+                    b.views.end(),
+                    [](const FrameRecord::View& x, const FrameRecord::View& y) {
+                      return x.view_idx == y.view_idx &&
+                             x.detection_idx == y.detection_idx;
+                    });
+}
+
+// Whether as many measurements were taken from the views.
+bool SameCounts(const PersonProblem& graph, size_t k,
+                const SolvedPerson& person, size_t l) {
+  for (size_t j = 0; j < graph.joints.size(); ++j) {
+    const std::vector<int32_t>& ours = graph.joints[j].first;
+    const std::vector<int32_t>& theirs = person.joints[j].first;
+    if (ours[k + 1] - ours[k] != theirs[l + 1] - theirs[l]) return false;
+  }
+  return true;
+}
+
+std::optional<KnownFrames> Compare(std::shared_ptr<const SolvedPerson> person,
+                                   const std::vector<FrameRecord>& records,
+                                   const PersonProblem& graph) {
+  const std::vector<FrameRecord>& before = person->records;
+  const double frames =
+      static_cast<double>(std::max(records.size(), before.size()));
+  const double most_changed = kMostChanged * frames;
+  double changed = frames - static_cast<double>(records.size());
+  KnownFrames known;
+  size_t l = 0;
+  for (size_t k = 0; k < records.size() && changed <= most_changed; ++k) {
+    while (l + 1 < before.size() && before[l].frame < records[k].frame) ++l;
+    known.frame_of.push_back(l);
+    known.same.push_back(SameViews(records[k], before[l]) &&
+                         SameCounts(graph, k, *person, l));
+    changed += known.same.back() ? 0.0 : 1.0;
+  }
+  if (changed > most_changed) return std::nullopt;
+  known.person = std::move(person);
+  return known;
+}
+
+}  // namespace
+
+std::optional<KnownFrames> FindKnownFrames(
+    const std::vector<std::shared_ptr<const SolvedPerson>>& people,
+    const std::vector<FrameRecord>& records, const PersonProblem& graph) {
+  for (const auto& person : people) {
+    std::optional<KnownFrames> known = Compare(person, records, graph);
+    if (known.has_value()) return known;
+  }
+  return std::nullopt;
+}
+
+std::vector<Chunk> ChangedChunks(const PersonProblem& problem,
+                                 const std::vector<char>& same) {
+  std::vector<Chunk> chunks;
+  size_t k = 0;
+  while (k < same.size()) {
+    if (same[k]) {
+      ++k;
+      continue;
+    }
+    // Up to the next frame that has so many behind it that are the same.
+    const size_t begin = k;
+    size_t end = k + 1;
+    for (size_t next = end; next < same.size(); ++next) {
+      if (ToSeconds(problem.times[next] - problem.times[end - 1]) >
+          2.0 * kOverlap_s) {
+        break;
+      }
+      if (!same[next]) end = next + 1;
+    }
+    chunks.push_back(ChunkAround(problem, begin, end));
+    k = end;
+  }
+  return chunks;
+}
+
+void PasteKnown(const KnownFrames& known, PersonProblem* recording) {
+  for (size_t k = 0; k < known.same.size(); ++k) {
+    if (!known.same[k]) continue;
+    const size_t before = known.frame_of[k];
+    for (size_t j = 0; j < recording->joints.size(); ++j) {
+      JointChain& chain = recording->joints[j];
+      const SolvedPerson::Joint& joint = known.person->joints[j];
+      chain.states[k] = joint.outcome.states[before];
+      int32_t from = joint.first[before];
+      for (int32_t m = chain.first[k]; m < chain.first[k + 1]; ++m, ++from) {
+        chain.measurements[m].weight = joint.outcome.weights[from];
+        chain.measurements[m].gated = joint.outcome.gated[from] != 0;
+      }
+    }
+  }
+}
+
+namespace {
+
 std::vector<int> AllJoints(const PersonProblem& problem) {
   std::vector<int> all(problem.joints.size());
   std::iota(all.begin(), all.end(), 0);

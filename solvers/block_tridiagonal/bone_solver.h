@@ -5,7 +5,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "solvers/block_tridiagonal/lane_problem.h"
+#include "solvers/block_tridiagonal/chain_solver.h"
 #include "solvers/graph/problem.h"
 
 namespace kinegraph {

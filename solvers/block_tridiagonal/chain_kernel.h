@@ -113,11 +113,95 @@ class ChainGroup {
   }
 
   void Solve(const LaneStage* stages, int stage_count, double step_tolerance_m,
-             const LaneReports& reports);
+             const LaneReports& reports) {
+    LoadStates();
+    LoadMotion();
+    LoadPrior(chains_.prior_A);
+    Gate();
+    for (int k = 0; k < frames_; ++k) {
+      for (T& value : step_[k]) value = 0.0;
+    }
+    iterations_ = 0.0;
+    finite_ = iterations_ == iterations_;
+    converged_ = finite_;
+    // Earlier stages only hand over a start.
+    constexpr double kRoughly = 30.0;
+    for (int i = 0; i < stage_count && Any(finite_); ++i) {
+      const bool last = i + 1 == stage_count;
+      RunStage(stages[i],
+               last ? step_tolerance_m : kRoughly * step_tolerance_m);
+    }
+    StoreWeights(stages[stage_count - 1]);
+    for (int k = 0; k < frames_; ++k) {
+      for (int i = 0; i < 6; ++i) {
+        StoreRow(states_[k][i], chains_.states, 6 * k + i);
+        StoreRow(step_[k][i], reports.steps, 6 * k + i);
+      }
+    }
+    const T yes = 1.0;
+    const T no = 0.0;
+    StoreRow(Select(finite_, yes, no), reports.finite, 0);
+    StoreRow(Select(And(finite_, converged_), yes, no), reports.converged, 0);
+    StoreRow(iterations_, reports.iterations, 0);
+  }
+
   void Covariances(double correction, int frame_end, double* covariances,
-                   double* known);
+                   double* known) {
+    LoadStates();
+    LoadMotion();
+    LoadPrior(chains_.prior_A_stated);
+    Mask<T> visible;
+    const Factors factors = {*this, &visible};
+    for (int k = 0; k < frames_; ++k) {
+      LaneBlock<T>& diagonal = current_.diagonal[k];
+      BeginFrame(k, &diagonal);
+      ForEachFactorOfFrame(factors, k,
+                           Informer{*this, correction, &diagonal, k});
+    }
+    const Mask<T> definite = Eliminate(current_.diagonal, T(0.0));
+    LaneBlock<T> covariance = inverse_[0];
+    for (int k = 0; k < frame_end; ++k) {
+      if (k > 0) {
+        LaneBlock<T> next = inverse_[k];
+        AddGained(inverse_[k], motion_[k - 1].m, covariance, &next);
+        covariance = next;
+      }
+      int at = 21 * k;
+      for (int row = 0; row < 6; ++row) {
+        for (int column = row; column < 6; ++column) {
+          StoreRow(Entry(covariance, row, column), covariances, at++);
+        }
+      }
+    }
+    StoreRow(Select(definite, T(1.0), T(0.0)), known, 0);
+  }
+
   void LineariseAll(const LaneStage& stage, bool own_priors,
-                    const LaneSystemRows& system);
+                    const LaneSystemRows& system) {
+    LoadStates();
+    LoadMotion();
+    if (own_priors) {
+      LoadPrior(chains_.prior_A);
+    } else {
+      LeavePriorOut();
+    }
+    Linearise(states_, stage, &current_);
+    for (int k = 0; k < frames_; ++k) {
+      const LaneBlock<T>& block = current_.diagonal[k];
+      const int row = kLaneBlockSize * k;
+      for (int i = 0; i < 6; ++i)
+        StoreRow(block.pp[i], system.diagonal, row + i);
+      for (int i = 0; i < 9; ++i) {
+        StoreRow(block.pv[i], system.diagonal, row + 6 + i);
+      }
+      for (int i = 0; i < 6; ++i) {
+        StoreRow(block.vv[i], system.diagonal, row + 15 + i);
+        StoreRow(current_.gradient[k][i], system.gradient, 6 * k + i);
+      }
+    }
+    StoreRow(current_.cost, system.cost, 0);
+    StoreRow(Select(current_.valid, T(1.0), T(0.0)), system.valid, 0);
+  }
   void Weigh(const LaneStage& stage) {
     LoadStates();
     StoreWeights(stage);
@@ -171,9 +255,51 @@ class ChainGroup {
     Mask<T> valid = cost == cost;  // in all lanes
     int k = 0;
 
-    bool operator()(const GaussianPrior<T>& prior, int view);
-    bool operator()(const ConstantVelocity<T>& motion, int view);
-    bool operator()(const LanePixel<T>& pixel, int view);
+    KINEGRAPH_INLINE bool operator()(const GaussianPrior<T>& prior,
+                                     int /*view*/) {
+      const T* const first[1] = {states[k]};
+      T away[6];
+      prior.Evaluate(first, away, nullptr);
+      for (int i = 0; i < 6; ++i) {
+        cost += 0.5 * (away[i] * away[i]);
+        for (int row = 0; row <= i; ++row) {
+          gradient[k][i] += prior.A[6 * i + row] * away[row];
+        }
+      }
+      return true;
+    }
+
+    KINEGRAPH_INLINE bool operator()(const ConstantVelocity<T>& motion,
+                                     int /*view*/) {
+      const T* const ends[2] = {states[k], states[k + 1]};
+      T residual[6];
+      AxisJacobian<T> by[2];
+      motion.Evaluate(ends, residual, by);
+      AddGradient(by[0], residual, T(1.0), gradient[k]);
+      AddGradient(by[1], residual, T(1.0), gradient[k + 1]);
+      T square = residual[0] * residual[0];
+      for (int i = 1; i < 6; ++i) square += residual[i] * residual[i];
+      cost += 0.5 * square;
+      return true;
+    }
+
+    KINEGRAPH_INLINE bool operator()(const LanePixel<T>& pixel, int view) {
+      const T* const state[1] = {states[k]};
+      T residual[2];
+      PointJacobian<2, T> jacobian;
+      pixel.Evaluate(state, residual, &jacobian);
+      const T counts = group.Row(group.chains_.counts, view);
+      valid = And(valid, Or(*pixel.view.visible, counts == T(0.0)));
+      const LossTerms<T> loss =
+          LossAt(stage.loss, stage.scale,
+                 residual[0] * residual[0] + residual[1] * residual[1]);
+      const T information = counts * group.Row(group.chains_.information, view);
+      cost += 0.5 * (information * loss.rho);
+      const T weight = information * loss.first;
+      group.AddObservation(jacobian, weight, &diagonal);
+      AddGradient(jacobian, residual, weight, gradient[k]);
+      return true;
+    }
   };
 
   // Adds the information of frame k's pixels at the stored weights.
@@ -185,24 +311,266 @@ class ChainGroup {
 
     bool operator()(const GaussianPrior<T>&, int) { return true; }
     bool operator()(const ConstantVelocity<T>&, int) { return true; }
-    bool operator()(const LanePixel<T>& pixel, int view);
+
+    KINEGRAPH_INLINE bool operator()(const LanePixel<T>& pixel, int view) {
+      const T* const state[1] = {group.states_[k]};
+      T residual[2];
+      PointJacobian<2, T> jacobian;
+      pixel.Evaluate(state, residual, &jacobian);
+      const ChainLanes& chains = group.chains_;
+      const T weight = correction * group.Row(chains.counts, view) *
+                       group.Row(chains.information, view) *
+                       group.Row(chains.weights, view);
+      group.AddObservation(
+          jacobian, Select(*pixel.view.visible, weight, T(0.0)), diagonal);
+      return true;
+    }
   };
 
-  void LoadMotion();
-  void LoadStates();
-  void LoadPrior(const double* root);
-  void LeavePriorOut();
-  void Gate();
-  void BeginFrame(int k, LaneBlock<T>* diagonal) const;
-  void AddObservation(const PointJacobian<2, T>& jacobian, const T& weight,
-                      LaneBlock<T>* diagonal) const;
+  void LoadMotion() {
+    for (int k = 0; k + 1 < frames_; ++k) {
+      motion_[k] =
+          MotionBetween<T>(chains_.dt_s[k], Row(chains_.process_noise, k));
+    }
+  }
+
+  void LoadStates() {
+    for (int k = 0; k < frames_; ++k) {
+      for (int i = 0; i < 6; ++i)
+        states_[k][i] = Row(chains_.states, 6 * k + i);
+    }
+  }
+
+  void LoadPrior(const double* root) {
+    for (int i = 0; i < 36; ++i) prior_A_[i] = Row(root, i);
+    for (int i = 0; i < 6; ++i) {
+      prior_x0_[i] = Row(chains_.prior_x0, i);
+      prior_b_[i] = Row(chains_.prior_b, i);
+    }
+    for (T& value : prior_information_.pp) value = 0.0;
+    for (T& value : prior_information_.pv) value = 0.0;
+    for (T& value : prior_information_.vv) value = 0.0;
+    AddSquareOf(prior_A_, &prior_information_);
+  }
+
+  void LeavePriorOut() {
+    for (T& value : prior_A_) value = 0.0;
+    for (T& value : prior_x0_) value = 0.0;
+    for (T& value : prior_b_) value = 0.0;
+    for (T& value : prior_information_.pp) value = 0.0;
+    for (T& value : prior_information_.pv) value = 0.0;
+    for (T& value : prior_information_.vv) value = 0.0;
+  }
+
+  // Marks what the states can be projected to.
+  void Gate() {
+    for (int k = 0; k < frames_; ++k) {
+      for (int v = chains_.first_view[k]; v < chains_.first_view[k + 1]; ++v) {
+        Mask<T> visible;
+        const auto factor = FactorOf(v, &visible);
+        const T* const states[1] = {states_[k]};
+        T residual[2];
+        factor.Evaluate(states, residual, nullptr);
+        const Mask<T> counts = And(visible, factor.per_sigma > T(0.0));
+        StoreRow(Select(counts, T(1.0), T(0.0)), chains_.counts, v);
+      }
+    }
+  }
+
+  // Prior and motion of frame k.
+  KINEGRAPH_INLINE void BeginFrame(int k, LaneBlock<T>* diagonal) const {
+    T axis[3];
+    for (int i = 0; i < 3; ++i) {
+      axis[i] = k + 1 < frames_ ? motion_[k].from[i] : T(0.0);
+      if (k > 0) axis[i] += motion_[k - 1].to[i];
+    }
+    const T zero = 0.0;
+    for (int r = 0; r < 3; ++r) {
+      for (int c = 0; c < 3; ++c) {
+        diagonal->pp[kSymmetric[r][c]] = r == c ? axis[0] : zero;
+        diagonal->pv[3 * r + c] = r == c ? axis[1] : zero;
+        diagonal->vv[kSymmetric[r][c]] = r == c ? axis[2] : zero;
+      }
+    }
+    if (k > 0) return;
+    for (int i = 0; i < 6; ++i) diagonal->pp[i] += prior_information_.pp[i];
+    for (int i = 0; i < 9; ++i) diagonal->pv[i] += prior_information_.pv[i];
+    for (int i = 0; i < 6; ++i) diagonal->vv[i] += prior_information_.vv[i];
+  }
+
+  // Adds weight J'J.
+  KINEGRAPH_INLINE void AddObservation(const PointJacobian<2, T>& jacobian,
+                                       const T& weight,
+                                       LaneBlock<T>* diagonal) const {
+    const auto& by = jacobian.by_point;
+    for (int r = 0; r < 3; ++r) {
+      const T x = weight * by[0][r];
+      const T y = weight * by[1][r];
+      for (int c = r; c < 3; ++c) {
+        const T sum = x * by[0][c] + y * by[1][c];
+        diagonal->pp[kSymmetric[r][c]] += sum;
+        if (jacobian.offset_s == 0.0) continue;
+        const T cross = jacobian.offset_s * sum;
+        diagonal->pv[3 * r + c] += cross;
+        if (r != c) diagonal->pv[3 * c + r] += cross;
+        diagonal->vv[kSymmetric[r][c]] += jacobian.offset_s * cross;
+      }
+    }
+  }
+
   void Linearise(const T (*states)[6], const LaneStage& stage,
-                 LaneSystem<T>* system) const;
-  void StoreWeights(const LaneStage& stage) const;
-  Mask<T> Eliminate(const LaneBlock<T>* diagonal, const T& damping);
-  T FindStep(const Mask<T>& usable);
-  void Keep(const Mask<T>& kept);
-  void RunStage(const LaneStage& stage, double step_tolerance_m);
+                 LaneSystem<T>* system) const {
+    for (int k = 0; k < frames_; ++k) {
+      for (T& value : system->gradient[k]) value = 0.0;
+    }
+    Mask<T> visible;
+    const Factors factors = {*this, &visible};
+    Lineariser add = {*this, stage, states, system->gradient};
+    for (add.k = 0; add.k < frames_; ++add.k) {
+      BeginFrame(add.k, &add.diagonal);
+      ForEachFactorOfFrame(factors, add.k, add);
+      system->diagonal[add.k] = add.diagonal;
+    }
+    system->cost = add.cost;
+    system->valid = And(add.valid, add.cost < T(1e300));
+  }
+
+  void StoreWeights(const LaneStage& stage) const {
+    for (int k = 0; k < frames_; ++k) {
+      for (int v = chains_.first_view[k]; v < chains_.first_view[k + 1]; ++v) {
+        Mask<T> visible;
+        const auto factor = FactorOf(v, &visible);
+        const T* const state[1] = {states_[k]};
+        T residual[2];
+        factor.Evaluate(state, residual, nullptr);
+        const LossTerms<T> loss =
+            LossAt(stage.loss, stage.scale,
+                   residual[0] * residual[0] + residual[1] * residual[1]);
+        StoreRow(Row(chains_.counts, v) * loss.first, chains_.weights, v);
+      }
+    }
+  }
+
+  // Fills P_k; `damping` times the diagonal is added to it. The mask tells
+  // where all of it is positive definite.
+  Mask<T> Eliminate(const LaneBlock<T>* diagonal, const T& damping) {
+    const T grown = 1.0 + damping;
+    Mask<T> definite = grown == grown;
+    for (int k = frames_; k-- > 0;) {
+      LaneBlock<T> pivot = diagonal[k];
+      for (int i = 0; i < 3; ++i) {
+        pivot.pp[kSymmetric[i][i]] *= grown;
+        pivot.vv[kSymmetric[i][i]] *= grown;
+      }
+      if (k + 1 < frames_) {
+        SubtractCongruence(motion_[k].m, inverse_[k + 1], &pivot);
+      }
+      definite = And(definite, Invert(pivot, &inverse_[k]));
+    }
+    return definite;
+  }
+
+  // Writes candidates and keeps the steps where `usable`; returns how far the
+  // step moves any position [m].
+  T FindStep(const Mask<T>& usable) {
+    for (int k = frames_; k-- > 0;) {
+      T* r = right_[k];
+      for (int i = 0; i < 6; ++i) r[i] = -current_.gradient[k][i];
+      if (k + 1 < frames_) {
+        const auto& m = motion_[k].m.a;
+        const T* later = gained_[k + 1];
+        for (int i = 0; i < 3; ++i) {
+          r[i] -= m[0][0] * later[i] + m[0][1] * later[3 + i];
+          r[3 + i] -= m[1][0] * later[i] + m[1][1] * later[3 + i];
+        }
+      }
+      Multiply(inverse_[k], r, gained_[k]);
+    }
+    T largest = 0.0;
+    T step[6];
+    for (int k = 0; k < frames_; ++k) {
+      if (k == 0) {
+        for (int i = 0; i < 6; ++i) step[i] = gained_[0][i];
+      } else {
+        const auto& m = motion_[k - 1].m.a;
+        T pull[6];
+        for (int i = 0; i < 3; ++i) {
+          pull[i] = m[0][0] * step[i] + m[1][0] * step[3 + i];
+          pull[3 + i] = m[0][1] * step[i] + m[1][1] * step[3 + i];
+        }
+        T back[6];
+        Multiply(inverse_[k], pull, back);
+        for (int i = 0; i < 6; ++i) step[i] = gained_[k][i] - back[i];
+      }
+      for (int i = 0; i < 6; ++i) {
+        const T used = Select(usable, step[i], T(0.0));
+        candidate_[k][i] = states_[k][i] + used;
+        step_[k][i] = Select(usable, step[i], step_[k][i]);
+        if (i < 3) largest = Max(largest, Abs(used));
+      }
+    }
+    return largest;
+  }
+
+  // The candidate becomes the estimate, but in the `kept` lanes.
+  void Keep(const Mask<T>& kept) {
+    if (Any(kept)) {
+      for (int k = 0; k < frames_; ++k) {
+        for (int i = 0; i < 6; ++i) {
+          trial_.gradient[k][i] =
+              Select(kept, current_.gradient[k][i], trial_.gradient[k][i]);
+          candidate_[k][i] = Select(kept, states_[k][i], candidate_[k][i]);
+          T* pp = trial_.diagonal[k].pp;
+          T* vv = trial_.diagonal[k].vv;
+          pp[i] = Select(kept, current_.diagonal[k].pp[i], pp[i]);
+          vv[i] = Select(kept, current_.diagonal[k].vv[i], vv[i]);
+        }
+        for (int i = 0; i < 9; ++i) {
+          T* pv = trial_.diagonal[k].pv;
+          pv[i] = Select(kept, current_.diagonal[k].pv[i], pv[i]);
+        }
+      }
+      trial_.cost = Select(kept, current_.cost, trial_.cost);
+    }
+    const LaneSystem<T> old = current_;
+    current_ = trial_;
+    trial_ = old;
+    auto* const states = states_;
+    states_ = candidate_;
+    candidate_ = states;
+  }
+
+  void RunStage(const LaneStage& stage, double step_tolerance_m) {
+    Linearise(states_, stage, &current_);
+    finite_ = And(finite_, current_.valid);
+    Mask<T> active = finite_;
+    converged_ = And(converged_, Not(active));
+    T damping = 0.0;
+    for (int i = 0; i < stage.max_iterations && Any(active); ++i) {
+      iterations_ += Select(active, T(1.0), T(0.0));
+      const Mask<T> usable = And(active, Eliminate(current_.diagonal, damping));
+      const T move = FindStep(usable);
+      // The last step of a stage: nothing is asked of where it leads.
+      const Mask<T> done = And(usable, move < T(step_tolerance_m));
+      Mask<T> accepted = done;
+      if (Any(And(active, Not(done)))) {
+        // Lanes without a step are linearised where they are: the same bits.
+        Linearise(candidate_, stage, &trial_);
+        // Near a minimum rounding may raise the cost by a part in 1e12.
+        const Mask<T> lower =
+            trial_.cost <= current_.cost + 1e-12 * (1.0 + current_.cost);
+        accepted = Or(done, And(usable, And(trial_.valid, lower)));
+      }
+      const Mask<T> rejected = And(active, Not(accepted));
+      const T lowered = Select(damping > T(1e-6), 0.1 * damping, T(0.0));
+      const T raised = Select(damping > T(0.0), 10.0 * damping, T(1e-4));
+      damping = Select(rejected, raised, lowered);
+      Keep(rejected);
+      converged_ = Or(converged_, done);
+      active = And(active, Not(done));
+      active = And(active, Not(And(rejected, raised >= T(1e10))));  // hopeless
+    }
+  }
 
   const ChainLanes& chains_;
   const int lane_;
@@ -224,422 +592,6 @@ class ChainGroup {
   Mask<T> converged_;
   T iterations_;
 };
-
-template <typename T>
-void ChainGroup<T>::LoadMotion() {
-  for (int k = 0; k + 1 < frames_; ++k) {
-    motion_[k] =
-        MotionBetween<T>(chains_.dt_s[k], Row(chains_.process_noise, k));
-  }
-}
-
-template <typename T>
-void ChainGroup<T>::LoadStates() {
-  for (int k = 0; k < frames_; ++k) {
-    for (int i = 0; i < 6; ++i) states_[k][i] = Row(chains_.states, 6 * k + i);
-  }
-}
-
-template <typename T>
-void ChainGroup<T>::LoadPrior(const double* root) {
-  for (int i = 0; i < 36; ++i) prior_A_[i] = Row(root, i);
-  for (int i = 0; i < 6; ++i) {
-    prior_x0_[i] = Row(chains_.prior_x0, i);
-    prior_b_[i] = Row(chains_.prior_b, i);
-  }
-  for (T& value : prior_information_.pp) value = 0.0;
-  for (T& value : prior_information_.pv) value = 0.0;
-  for (T& value : prior_information_.vv) value = 0.0;
-  AddSquareOf(prior_A_, &prior_information_);
-}
-
-template <typename T>
-void ChainGroup<T>::LeavePriorOut() {
-  for (T& value : prior_A_) value = 0.0;
-  for (T& value : prior_x0_) value = 0.0;
-  for (T& value : prior_b_) value = 0.0;
-  for (T& value : prior_information_.pp) value = 0.0;
-  for (T& value : prior_information_.pv) value = 0.0;
-  for (T& value : prior_information_.vv) value = 0.0;
-}
-
-// Marks what the states can be projected to.
-template <typename T>
-void ChainGroup<T>::Gate() {
-  for (int k = 0; k < frames_; ++k) {
-    for (int v = chains_.first_view[k]; v < chains_.first_view[k + 1]; ++v) {
-      Mask<T> visible;
-      const auto factor = FactorOf(v, &visible);
-      const T* const states[1] = {states_[k]};
-      T residual[2];
-      factor.Evaluate(states, residual, nullptr);
-      const Mask<T> counts = And(visible, factor.per_sigma > T(0.0));
-      StoreRow(Select(counts, T(1.0), T(0.0)), chains_.counts, v);
-    }
-  }
-}
-
-// Prior and motion of frame k.
-template <typename T>
-KINEGRAPH_INLINE void ChainGroup<T>::BeginFrame(int k,
-                                                LaneBlock<T>* diagonal) const {
-  T axis[3];
-  for (int i = 0; i < 3; ++i) {
-    axis[i] = k + 1 < frames_ ? motion_[k].from[i] : T(0.0);
-    if (k > 0) axis[i] += motion_[k - 1].to[i];
-  }
-  const T zero = 0.0;
-  for (int r = 0; r < 3; ++r) {
-    for (int c = 0; c < 3; ++c) {
-      diagonal->pp[kSymmetric[r][c]] = r == c ? axis[0] : zero;
-      diagonal->pv[3 * r + c] = r == c ? axis[1] : zero;
-      diagonal->vv[kSymmetric[r][c]] = r == c ? axis[2] : zero;
-    }
-  }
-  if (k > 0) return;
-  for (int i = 0; i < 6; ++i) diagonal->pp[i] += prior_information_.pp[i];
-  for (int i = 0; i < 9; ++i) diagonal->pv[i] += prior_information_.pv[i];
-  for (int i = 0; i < 6; ++i) diagonal->vv[i] += prior_information_.vv[i];
-}
-
-// Adds weight J'J.
-template <typename T>
-KINEGRAPH_INLINE void ChainGroup<T>::AddObservation(
-    const PointJacobian<2, T>& jacobian, const T& weight,
-    LaneBlock<T>* diagonal) const {
-  const auto& by = jacobian.by_point;
-  for (int r = 0; r < 3; ++r) {
-    const T x = weight * by[0][r];
-    const T y = weight * by[1][r];
-    for (int c = r; c < 3; ++c) {
-      const T sum = x * by[0][c] + y * by[1][c];
-      diagonal->pp[kSymmetric[r][c]] += sum;
-      if (jacobian.offset_s == 0.0) continue;
-      const T cross = jacobian.offset_s * sum;
-      diagonal->pv[3 * r + c] += cross;
-      if (r != c) diagonal->pv[3 * c + r] += cross;
-      diagonal->vv[kSymmetric[r][c]] += jacobian.offset_s * cross;
-    }
-  }
-}
-
-template <typename T>
-KINEGRAPH_INLINE bool ChainGroup<T>::Lineariser::operator()(
-    const GaussianPrior<T>& prior, int /*view*/) {
-  const T* const first[1] = {states[k]};
-  T away[6];
-  prior.Evaluate(first, away, nullptr);
-  for (int i = 0; i < 6; ++i) {
-    cost += 0.5 * (away[i] * away[i]);
-    for (int row = 0; row <= i; ++row) {
-      gradient[k][i] += prior.A[6 * i + row] * away[row];
-    }
-  }
-  return true;
-}
-
-template <typename T>
-KINEGRAPH_INLINE bool ChainGroup<T>::Lineariser::operator()(
-    const ConstantVelocity<T>& motion, int /*view*/) {
-  const T* const ends[2] = {states[k], states[k + 1]};
-  T residual[6];
-  AxisJacobian<T> by[2];
-  motion.Evaluate(ends, residual, by);
-  AddGradient(by[0], residual, T(1.0), gradient[k]);
-  AddGradient(by[1], residual, T(1.0), gradient[k + 1]);
-  T square = residual[0] * residual[0];
-  for (int i = 1; i < 6; ++i) square += residual[i] * residual[i];
-  cost += 0.5 * square;
-  return true;
-}
-
-template <typename T>
-KINEGRAPH_INLINE bool ChainGroup<T>::Lineariser::operator()(
-    const LanePixel<T>& pixel, int view) {
-  const T* const state[1] = {states[k]};
-  T residual[2];
-  PointJacobian<2, T> jacobian;
-  pixel.Evaluate(state, residual, &jacobian);
-  const T counts = group.Row(group.chains_.counts, view);
-  valid = And(valid, Or(*pixel.view.visible, counts == T(0.0)));
-  const LossTerms<T> loss =
-      LossAt(stage.loss, stage.scale,
-             residual[0] * residual[0] + residual[1] * residual[1]);
-  const T information = counts * group.Row(group.chains_.information, view);
-  cost += 0.5 * (information * loss.rho);
-  const T weight = information * loss.first;
-  group.AddObservation(jacobian, weight, &diagonal);
-  AddGradient(jacobian, residual, weight, gradient[k]);
-  return true;
-}
-
-template <typename T>
-void ChainGroup<T>::Linearise(const T (*states)[6], const LaneStage& stage,
-                              LaneSystem<T>* system) const {
-  for (int k = 0; k < frames_; ++k) {
-    for (T& value : system->gradient[k]) value = 0.0;
-  }
-  Mask<T> visible;
-  const Factors factors = {*this, &visible};
-  Lineariser add = {*this, stage, states, system->gradient};
-  for (add.k = 0; add.k < frames_; ++add.k) {
-    BeginFrame(add.k, &add.diagonal);
-    ForEachFactorOfFrame(factors, add.k, add);
-    system->diagonal[add.k] = add.diagonal;
-  }
-  system->cost = add.cost;
-  system->valid = And(add.valid, add.cost < T(1e300));
-}
-
-template <typename T>
-void ChainGroup<T>::StoreWeights(const LaneStage& stage) const {
-  for (int k = 0; k < frames_; ++k) {
-    for (int v = chains_.first_view[k]; v < chains_.first_view[k + 1]; ++v) {
-      Mask<T> visible;
-      const auto factor = FactorOf(v, &visible);
-      const T* const state[1] = {states_[k]};
-      T residual[2];
-      factor.Evaluate(state, residual, nullptr);
-      const LossTerms<T> loss =
-          LossAt(stage.loss, stage.scale,
-                 residual[0] * residual[0] + residual[1] * residual[1]);
-      StoreRow(Row(chains_.counts, v) * loss.first, chains_.weights, v);
-    }
-  }
-}
-
-// Fills P_k; `damping` times the diagonal is added to it. The mask tells where
-// all of it is positive definite.
-template <typename T>
-Mask<T> ChainGroup<T>::Eliminate(const LaneBlock<T>* diagonal,
-                                 const T& damping) {
-  const T grown = 1.0 + damping;
-  Mask<T> definite = grown == grown;
-  for (int k = frames_; k-- > 0;) {
-    LaneBlock<T> pivot = diagonal[k];
-    for (int i = 0; i < 3; ++i) {
-      pivot.pp[kSymmetric[i][i]] *= grown;
-      pivot.vv[kSymmetric[i][i]] *= grown;
-    }
-    if (k + 1 < frames_) {
-      SubtractCongruence(motion_[k].m, inverse_[k + 1], &pivot);
-    }
-    definite = And(definite, Invert(pivot, &inverse_[k]));
-  }
-  return definite;
-}
-
-// Writes candidates and keeps the steps where `usable`; returns how far the
-// step moves any position [m].
-template <typename T>
-T ChainGroup<T>::FindStep(const Mask<T>& usable) {
-  for (int k = frames_; k-- > 0;) {
-    T* r = right_[k];
-    for (int i = 0; i < 6; ++i) r[i] = -current_.gradient[k][i];
-    if (k + 1 < frames_) {
-      const auto& m = motion_[k].m.a;
-      const T* later = gained_[k + 1];
-      for (int i = 0; i < 3; ++i) {
-        r[i] -= m[0][0] * later[i] + m[0][1] * later[3 + i];
-        r[3 + i] -= m[1][0] * later[i] + m[1][1] * later[3 + i];
-      }
-    }
-    Multiply(inverse_[k], r, gained_[k]);
-  }
-  T largest = 0.0;
-  T step[6];
-  for (int k = 0; k < frames_; ++k) {
-    if (k == 0) {
-      for (int i = 0; i < 6; ++i) step[i] = gained_[0][i];
-    } else {
-      const auto& m = motion_[k - 1].m.a;
-      T pull[6];
-      for (int i = 0; i < 3; ++i) {
-        pull[i] = m[0][0] * step[i] + m[1][0] * step[3 + i];
-        pull[3 + i] = m[0][1] * step[i] + m[1][1] * step[3 + i];
-      }
-      T back[6];
-      Multiply(inverse_[k], pull, back);
-      for (int i = 0; i < 6; ++i) step[i] = gained_[k][i] - back[i];
-    }
-    for (int i = 0; i < 6; ++i) {
-      const T used = Select(usable, step[i], T(0.0));
-      candidate_[k][i] = states_[k][i] + used;
-      step_[k][i] = Select(usable, step[i], step_[k][i]);
-      if (i < 3) largest = Max(largest, Abs(used));
-    }
-  }
-  return largest;
-}
-
-// The candidate becomes the estimate, but in the `kept` lanes.
-template <typename T>
-void ChainGroup<T>::Keep(const Mask<T>& kept) {
-  if (Any(kept)) {
-    for (int k = 0; k < frames_; ++k) {
-      for (int i = 0; i < 6; ++i) {
-        trial_.gradient[k][i] =
-            Select(kept, current_.gradient[k][i], trial_.gradient[k][i]);
-        candidate_[k][i] = Select(kept, states_[k][i], candidate_[k][i]);
-        T* pp = trial_.diagonal[k].pp;
-        T* vv = trial_.diagonal[k].vv;
-        pp[i] = Select(kept, current_.diagonal[k].pp[i], pp[i]);
-        vv[i] = Select(kept, current_.diagonal[k].vv[i], vv[i]);
-      }
-      for (int i = 0; i < 9; ++i) {
-        T* pv = trial_.diagonal[k].pv;
-        pv[i] = Select(kept, current_.diagonal[k].pv[i], pv[i]);
-      }
-    }
-    trial_.cost = Select(kept, current_.cost, trial_.cost);
-  }
-  const LaneSystem<T> old = current_;
-  current_ = trial_;
-  trial_ = old;
-  auto* const states = states_;
-  states_ = candidate_;
-  candidate_ = states;
-}
-
-template <typename T>
-void ChainGroup<T>::RunStage(const LaneStage& stage, double step_tolerance_m) {
-  Linearise(states_, stage, &current_);
-  finite_ = And(finite_, current_.valid);
-  Mask<T> active = finite_;
-  converged_ = And(converged_, Not(active));
-  T damping = 0.0;
-  for (int i = 0; i < stage.max_iterations && Any(active); ++i) {
-    iterations_ += Select(active, T(1.0), T(0.0));
-    const Mask<T> usable = And(active, Eliminate(current_.diagonal, damping));
-    const T move = FindStep(usable);
-    // The last step of a stage: nothing is asked of where it leads.
-    const Mask<T> done = And(usable, move < T(step_tolerance_m));
-    Mask<T> accepted = done;
-    if (Any(And(active, Not(done)))) {
-      // Lanes without a step are linearised where they are: the same bits.
-      Linearise(candidate_, stage, &trial_);
-      // Near a minimum rounding may raise the cost by a part in 1e12.
-      const Mask<T> lower =
-          trial_.cost <= current_.cost + 1e-12 * (1.0 + current_.cost);
-      accepted = Or(done, And(usable, And(trial_.valid, lower)));
-    }
-    const Mask<T> rejected = And(active, Not(accepted));
-    const T lowered = Select(damping > T(1e-6), 0.1 * damping, T(0.0));
-    const T raised = Select(damping > T(0.0), 10.0 * damping, T(1e-4));
-    damping = Select(rejected, raised, lowered);
-    Keep(rejected);
-    converged_ = Or(converged_, done);
-    active = And(active, Not(done));
-    active = And(active, Not(And(rejected, raised >= T(1e10))));  // hopeless
-  }
-}
-
-template <typename T>
-void ChainGroup<T>::Solve(const LaneStage* stages, int stage_count,
-                          double step_tolerance_m, const LaneReports& reports) {
-  LoadStates();
-  LoadMotion();
-  LoadPrior(chains_.prior_A);
-  Gate();
-  for (int k = 0; k < frames_; ++k) {
-    for (T& value : step_[k]) value = 0.0;
-  }
-  iterations_ = 0.0;
-  finite_ = iterations_ == iterations_;
-  converged_ = finite_;
-  // Earlier stages only hand over a start.
-  constexpr double kRoughly = 30.0;
-  for (int i = 0; i < stage_count && Any(finite_); ++i) {
-    const bool last = i + 1 == stage_count;
-    RunStage(stages[i], last ? step_tolerance_m : kRoughly * step_tolerance_m);
-  }
-  StoreWeights(stages[stage_count - 1]);
-  for (int k = 0; k < frames_; ++k) {
-    for (int i = 0; i < 6; ++i) {
-      StoreRow(states_[k][i], chains_.states, 6 * k + i);
-      StoreRow(step_[k][i], reports.steps, 6 * k + i);
-    }
-  }
-  const T yes = 1.0;
-  const T no = 0.0;
-  StoreRow(Select(finite_, yes, no), reports.finite, 0);
-  StoreRow(Select(And(finite_, converged_), yes, no), reports.converged, 0);
-  StoreRow(iterations_, reports.iterations, 0);
-}
-
-template <typename T>
-KINEGRAPH_INLINE bool ChainGroup<T>::Informer::operator()(
-    const LanePixel<T>& pixel, int view) {
-  const T* const state[1] = {group.states_[k]};
-  T residual[2];
-  PointJacobian<2, T> jacobian;
-  pixel.Evaluate(state, residual, &jacobian);
-  const ChainLanes& chains = group.chains_;
-  const T weight = correction * group.Row(chains.counts, view) *
-                   group.Row(chains.information, view) *
-                   group.Row(chains.weights, view);
-  group.AddObservation(jacobian, Select(*pixel.view.visible, weight, T(0.0)),
-                       diagonal);
-  return true;
-}
-
-template <typename T>
-void ChainGroup<T>::Covariances(double correction, int frame_end,
-                                double* covariances, double* known) {
-  LoadStates();
-  LoadMotion();
-  LoadPrior(chains_.prior_A_stated);
-  Mask<T> visible;
-  const Factors factors = {*this, &visible};
-  for (int k = 0; k < frames_; ++k) {
-    LaneBlock<T>& diagonal = current_.diagonal[k];
-    BeginFrame(k, &diagonal);
-    ForEachFactorOfFrame(factors, k, Informer{*this, correction, &diagonal, k});
-  }
-  const Mask<T> definite = Eliminate(current_.diagonal, T(0.0));
-  LaneBlock<T> covariance = inverse_[0];
-  for (int k = 0; k < frame_end; ++k) {
-    if (k > 0) {
-      LaneBlock<T> next = inverse_[k];
-      AddGained(inverse_[k], motion_[k - 1].m, covariance, &next);
-      covariance = next;
-    }
-    int at = 21 * k;
-    for (int row = 0; row < 6; ++row) {
-      for (int column = row; column < 6; ++column) {
-        StoreRow(Entry(covariance, row, column), covariances, at++);
-      }
-    }
-  }
-  StoreRow(Select(definite, T(1.0), T(0.0)), known, 0);
-}
-
-template <typename T>
-void ChainGroup<T>::LineariseAll(const LaneStage& stage, bool own_priors,
-                                 const LaneSystemRows& system) {
-  LoadStates();
-  LoadMotion();
-  if (own_priors) {
-    LoadPrior(chains_.prior_A);
-  } else {
-    LeavePriorOut();
-  }
-  Linearise(states_, stage, &current_);
-  for (int k = 0; k < frames_; ++k) {
-    const LaneBlock<T>& block = current_.diagonal[k];
-    const int row = kLaneBlockSize * k;
-    for (int i = 0; i < 6; ++i) StoreRow(block.pp[i], system.diagonal, row + i);
-    for (int i = 0; i < 9; ++i) {
-      StoreRow(block.pv[i], system.diagonal, row + 6 + i);
-    }
-    for (int i = 0; i < 6; ++i) {
-      StoreRow(block.vv[i], system.diagonal, row + 15 + i);
-      StoreRow(current_.gradient[k][i], system.gradient, 6 * k + i);
-    }
-  }
-  StoreRow(current_.cost, system.cost, 0);
-  StoreRow(Select(current_.valid, T(1.0), T(0.0)), system.valid, 0);
-}
 
 template <typename T>
 void SolveChainLanesWith(const ChainLanes& chains, const LaneStage* stages,

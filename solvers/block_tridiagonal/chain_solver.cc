@@ -3,10 +3,168 @@
 #include <glog/logging.h>
 
 #include <algorithm>
+#include <cstdint>
 
 #include "core/base/stop_check.h"
 
 namespace kinegraph {
+
+void LaneProblem::LoadTimes(const std::vector<TimeNs>& times,
+                            const std::vector<const JointChain*>& chains) {
+  dt_s_.clear();
+  process_noise_.Assign(frames_ * lanes_, 1.0);
+  for (size_t k = 0; k + 1 < frames_; ++k) {
+    dt_s_.push_back(ToSeconds(times[k + 1] - times[k]));
+    for (size_t lane = 0; lane < chains.size(); ++lane) {
+      process_noise_[Row(k) + lane] = chains[lane]->process_noise[k];
+    }
+  }
+}
+
+// The views of every frame, each slot that any chain was measured in.
+void LaneProblem::LoadViews(const std::vector<const JointChain*>& chains) {
+  first_view_.assign(1, 0);
+  views_.clear();
+  first_place_.clear();
+  size_t count = 0;
+  for (const JointChain* chain : chains) {
+    first_place_.push_back(count);
+    count += chain->measurements.size();
+  }
+  place_.resize(count);
+  for (size_t k = 0; k < frames_; ++k) {
+    // In the order of the slots, as each chain alone has them: a joint's sums
+    // then do not depend on which joints are beside it.
+    slots_.clear();
+    for (const JointChain* chain : chains) {
+      for (int32_t m = chain->first[k]; m < chain->first[k + 1]; ++m) {
+        const PixelMeasurement& measurement = chain->measurements[m];
+        const size_t slot = measurement.view_slot;
+        if (slot >= slots_.size()) slots_.resize(slot + 1);
+        slots_[slot].measurement = &measurement;
+      }
+    }
+    for (Slot& slot : slots_) {
+      if (slot.measurement == nullptr) continue;
+      slot.view = views_.size();
+      views_.push_back(
+          {&slot.measurement->camera->model(), slot.measurement->offset_s});
+    }
+    for (size_t lane = 0; lane < chains.size(); ++lane) {
+      const JointChain& chain = *chains[lane];
+      for (int32_t m = chain.first[k]; m < chain.first[k + 1]; ++m) {
+        const size_t view = slots_[chain.measurements[m].view_slot].view;
+        place_[first_place_[lane] + m] = Row(view) + lane;
+      }
+    }
+    first_view_.push_back(static_cast<int>(views_.size()));
+  }
+}
+
+void LaneProblem::LoadMeasurements(
+    const std::vector<const JointChain*>& chains) {
+  const size_t size = views_.size() * lanes_;
+  for (LaneBuffer* buffer : {&x_px_, &y_px_, &per_sigma_, &information_}) {
+    buffer->Assign(size, 0.0);
+  }
+  counts_.Assign(size, 0.0);
+  weights_.Assign(size, 0.0);
+  for (size_t lane = 0; lane < chains.size(); ++lane) {
+    const std::vector<PixelMeasurement>& measurements =
+        chains[lane]->measurements;
+    for (size_t m = 0; m < measurements.size(); ++m) {
+      const PixelMeasurement& measurement = measurements[m];
+      const size_t at = place_[first_place_[lane] + m];
+      x_px_[at] = measurement.px.x() - measurement.bias_px.x();
+      y_px_[at] = measurement.px.y() - measurement.bias_px.y();
+      per_sigma_[at] = 1.0 / measurement.sigma_px;
+      information_[at] = measurement.information;
+      counts_[at] = measurement.gated ? 0.0 : 1.0;
+      weights_[at] = measurement.weight;
+    }
+  }
+}
+
+void LaneProblem::LoadPriors(const std::vector<const JointChain*>& chains) {
+  prior_A_.Assign(36 * lanes_, 0.0);
+  prior_A_stated_.Assign(36 * lanes_, 0.0);
+  prior_x0_.Assign(6 * lanes_, 0.0);
+  prior_b_.Assign(6 * lanes_, 0.0);
+  for (size_t lane = 0; lane < chains.size(); ++lane) {
+    const StatePrior& prior = chains[lane]->prior;
+    for (size_t i = 0; i < 36; ++i) {
+      prior_A_[Row(i) + lane] = prior.A.data()[i];
+      prior_A_stated_[Row(i) + lane] = prior.A_stated.data()[i];
+    }
+    for (size_t i = 0; i < 6; ++i) {
+      prior_x0_[Row(i) + lane] = prior.x0[i];
+      prior_b_[Row(i) + lane] = prior.b[i];
+    }
+  }
+  // Lanes without a joint rest at the origin.
+  for (size_t lane = chains.size(); lane < lanes_; ++lane) {
+    for (size_t i = 0; i < 6; ++i) {
+      prior_A_[Row(7 * i) + lane] = prior_A_stated_[Row(7 * i) + lane] = 1.0;
+    }
+  }
+}
+
+void LaneProblem::LoadStates(const std::vector<const JointChain*>& chains) {
+  states_.Assign(frames_ * 6 * lanes_, 0.0);
+  for (size_t lane = 0; lane < chains.size(); ++lane) {
+    for (size_t k = 0; k < frames_; ++k) {
+      const State& state = chains[lane]->states[k];
+      for (size_t i = 0; i < 6; ++i) states_[Row(6 * k + i) + lane] = state[i];
+    }
+  }
+}
+
+void LaneProblem::Load(const std::vector<TimeNs>& times,
+                       const std::vector<const JointChain*>& chains,
+                       size_t lanes) {
+  frames_ = times.size();
+  lanes_ = lanes;
+  LoadTimes(times, chains);
+  LoadViews(chains);
+  LoadMeasurements(chains);
+  LoadPriors(chains);
+  LoadStates(chains);
+  arrays_.frames = static_cast<int>(frames_);
+  arrays_.joints = static_cast<int>(chains.size());
+  arrays_.lanes = static_cast<int>(lanes_);
+  arrays_.dt_s = dt_s_.data();
+  arrays_.process_noise = process_noise_.data();
+  arrays_.first_view = first_view_.data();
+  arrays_.views = views_.data();
+  arrays_.x_px = x_px_.data();
+  arrays_.y_px = y_px_.data();
+  arrays_.per_sigma = per_sigma_.data();
+  arrays_.information = information_.data();
+  arrays_.counts = counts_.data();
+  arrays_.weights = weights_.data();
+  arrays_.prior_A = prior_A_.data();
+  arrays_.prior_A_stated = prior_A_stated_.data();
+  arrays_.prior_x0 = prior_x0_.data();
+  arrays_.prior_b = prior_b_.data();
+  arrays_.states = states_.data();
+}
+
+void LaneProblem::UnloadStates(size_t lane, JointChain* chain) const {
+  for (size_t k = 0; k < frames_; ++k) {
+    for (size_t i = 0; i < 6; ++i) {
+      chain->states[k][i] = states_[Row(6 * k + i) + lane];
+    }
+  }
+}
+
+void LaneProblem::UnloadWeights(size_t lane, JointChain* chain) const {
+  for (size_t m = 0; m < chain->measurements.size(); ++m) {
+    PixelMeasurement& measurement = chain->measurements[m];
+    const size_t at = place_[first_place_[lane] + m];
+    measurement.gated = counts_[at] == 0.0;
+    measurement.weight = weights_[at];
+  }
+}
 
 void ChainSolver::Load(const std::vector<TimeNs>& times,
                        const std::vector<const JointChain*>& chains) {

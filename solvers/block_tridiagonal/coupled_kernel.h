@@ -43,9 +43,62 @@ class CoupledSolve {
     sums_ = allot(1);
   }
 
-  bool Factorise(const double* diagonal, double damping);
+  bool Factorise(const double* diagonal, double damping) {
+    const double grown = 1.0 + damping;
+    for (int lane = 0; lane < chains_.lanes; lane += T::kLanes) {
+      StoreRow(T(1.0), sums_, 0, lane);  // 1: positive definite so far
+    }
+    for (int k = frames_; k-- > 0;) {
+      for (int lane = 0; lane < chains_.lanes; lane += T::kLanes) {
+        LaneBlock<T> pivot = LoadBlock(diagonal, k, lane);
+        for (int i = 0; i < 3; ++i) {
+          pivot.pp[kSymmetric[i][i]] *= grown;
+          pivot.vv[kSymmetric[i][i]] *= grown;
+        }
+        if (k + 1 < frames_) {
+          const LaneAxis<T> m =
+              MotionBetween<T>(chains_.dt_s[k],
+                               Row(chains_.process_noise, k, lane))
+                  .m;
+          for (int i = 0; i < 4; ++i) {
+            StoreRow(m.a[i / 2][i % 2], motion_, 4L * k + i, lane);
+          }
+          SubtractCongruence(m, LoadBlock(inverse_, k + 1, lane), &pivot);
+        }
+        LaneBlock<T> inverse;
+        const Mask<T> definite = Invert(pivot, &inverse);
+        StoreBlock(inverse, inverse_, k, lane);
+        StoreRow(Select(definite, Row(sums_, 0, lane), T(0.0)), sums_, 0, lane);
+      }
+    }
+    for (int lane = 0; lane < chains_.joints; ++lane) {
+      if (sums_[lane] == 0.0) return false;
+    }
+    return true;
+  }
+
   // Once factorised.
-  void Solve(const double* gradient, double accuracy, double* step);
+  void Solve(const double* gradient, double accuracy, double* step) {
+    constexpr int kMaxIterations = 100;
+    const long size = 6L * frames_ * chains_.lanes;
+    for (long i = 0; i < size; ++i) {
+      solution_[i] = 0.0;
+      residual_[i] = -gradient[i];
+    }
+    double before = 0.0;
+    double first = 0.0;
+    for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
+      const double now = Condition();
+      if (iteration == 0) first = now;
+      if (!(now > accuracy * accuracy * first)) break;
+      const double chains = Turn(iteration == 0 ? 0.0 : now / before);
+      before = now;
+      const double curvature = chains + Couple();
+      if (!(curvature > 0.0)) break;
+      Advance(now / curvature);
+    }
+    for (long i = 0; i < size; ++i) step[i] = solution_[i];
+  }
 
  private:
   T Row(const double* rows, long row, int lane) const {
@@ -67,9 +120,23 @@ class CoupledSolve {
     }
     return m;
   }
-  LaneBlock<T> LoadBlock(const double* rows, int k, int lane) const;
+
+  LaneBlock<T> LoadBlock(const double* rows, int k, int lane) const {
+    LaneBlock<T> block;
+    const long row = static_cast<long>(kLaneBlockSize) * k;
+    for (int i = 0; i < 6; ++i) block.pp[i] = Row(rows, row + i, lane);
+    for (int i = 0; i < 9; ++i) block.pv[i] = Row(rows, row + 6 + i, lane);
+    for (int i = 0; i < 6; ++i) block.vv[i] = Row(rows, row + 15 + i, lane);
+    return block;
+  }
+
   void StoreBlock(const LaneBlock<T>& block, double* rows, int k,
-                  int lane) const;
+                  int lane) const {
+    const long row = static_cast<long>(kLaneBlockSize) * k;
+    for (int i = 0; i < 6; ++i) StoreRow(block.pp[i], rows, row + i, lane);
+    for (int i = 0; i < 9; ++i) StoreRow(block.pv[i], rows, row + 6 + i, lane);
+    for (int i = 0; i < 6; ++i) StoreRow(block.vv[i], rows, row + 15 + i, lane);
+  }
   void ClearSums() {
     for (int lane = 0; lane < chains_.lanes; ++lane) sums_[lane] = 0.0;
   }
@@ -81,10 +148,148 @@ class CoupledSolve {
     for (int lane = 0; lane < chains_.joints; ++lane) sum += sums_[lane];
     return sum;
   }
-  double Condition();
-  double Turn(double turn);
-  double Couple();
-  void Advance(double share);
+
+  // z = M^-1 r; returns r'z.
+  double Condition() {
+    for (int k = frames_; k-- > 0;) {
+      for (int lane = 0; lane < chains_.lanes; lane += T::kLanes) {
+        T r[6];
+        Load6(residual_, k, lane, r);
+        if (k + 1 < frames_) {
+          const LaneAxis<T> m = Motion(k, lane);
+          T later[6];
+          Load6(conditioned_, k + 1, lane, later);
+          for (int i = 0; i < 3; ++i) {
+            r[i] -= m.a[0][0] * later[i] + m.a[0][1] * later[3 + i];
+            r[3 + i] -= m.a[1][0] * later[i] + m.a[1][1] * later[3 + i];
+          }
+        }
+        T gained[6];
+        Multiply(LoadBlock(inverse_, k, lane), r, gained);
+        Store6(gained, conditioned_, k, lane);
+      }
+    }
+    ClearSums();
+    for (int k = 0; k < frames_; ++k) {
+      for (int lane = 0; lane < chains_.lanes; lane += T::kLanes) {
+        T z[6];
+        Load6(conditioned_, k, lane, z);
+        if (k > 0) {
+          const LaneAxis<T> m = Motion(k - 1, lane);
+          T earlier[6];
+          Load6(conditioned_, k - 1, lane, earlier);
+          T pull[6];
+          for (int i = 0; i < 3; ++i) {
+            pull[i] = m.a[0][0] * earlier[i] + m.a[1][0] * earlier[3 + i];
+            pull[3 + i] = m.a[0][1] * earlier[i] + m.a[1][1] * earlier[3 + i];
+          }
+          T back[6];
+          Multiply(LoadBlock(inverse_, k, lane), pull, back);
+          for (int i = 0; i < 6; ++i) z[i] -= back[i];
+          Store6(z, conditioned_, k, lane);
+        }
+        T r[6];
+        Load6(residual_, k, lane, r);
+        T sum = r[0] * z[0];
+        for (int i = 1; i < 6; ++i) sum += r[i] * z[i];
+        AddToSums(sum, lane);
+      }
+    }
+    return Sum();
+  }
+
+  // d = z + turn d, and M d likewise; returns d'M d.
+  double Turn(double turn) {
+    ClearSums();
+    for (int k = 0; k < frames_; ++k) {
+      for (int lane = 0; lane < chains_.lanes; lane += T::kLanes) {
+        T sum = 0.0;
+        for (int i = 0; i < 6; ++i) {
+          const long row = 6L * k + i;
+          T d = Row(conditioned_, row, lane);
+          T by_chains = Row(residual_, row, lane);
+          if (turn != 0.0) {
+            d += turn * Row(direction_, row, lane);
+            by_chains += turn * Row(by_chains_, row, lane);
+          }
+          StoreRow(d, direction_, row, lane);
+          StoreRow(by_chains, by_chains_, row, lane);
+          sum += d * by_chains;
+        }
+        AddToSums(sum, lane);
+      }
+    }
+    return Sum();
+  }
+
+  // Fills C d; returns d'C d.
+  double Couple() {
+    const long lanes = chains_.lanes;
+    for (long i = 0; i < 3L * frames_ * lanes; ++i) by_couplings_[i] = 0.0;
+    double sum = 0.0;
+    for (int i = 0; i < couplings_.count; ++i) {
+      const LaneCoupling& coupling = couplings_.list[i];
+      const double* const d = direction_ + 6L * coupling.frame * lanes;
+      double* const to = by_couplings_ + 3L * coupling.frame * lanes;
+      const auto& block = coupling.block;
+      double a[3];
+      double b[3];
+      for (int axis = 0; axis < 3; ++axis) {
+        a[axis] = d[axis * lanes + coupling.a];
+        b[axis] = d[axis * lanes + coupling.b];
+      }
+      for (int axis = 0; axis < 3; ++axis) {
+        const double of_b = block[axis][0] * b[0] + block[axis][1] * b[1] +
+                            block[axis][2] * b[2];
+        sum += 2.0 * a[axis] * of_b;
+        to[axis * lanes + coupling.a] += of_b;
+        to[axis * lanes + coupling.b] += block[0][axis] * a[0] +
+                                         block[1][axis] * a[1] +
+                                         block[2][axis] * a[2];
+      }
+    }
+    if (couplings_.first == nullptr) return sum;
+    ClearSums();
+    for (int i = 0; i < 6; ++i) {
+      for (int lane = 0; lane < chains_.lanes; lane += T::kLanes) {
+        T product = 0.0;
+        for (int joint = 0; joint < chains_.joints; ++joint) {
+          for (int j = 0; j < 6; ++j) {
+            product += direction_[j * lanes + joint] *
+                       Row(couplings_.first, 6L * (6L * joint + j) + i, lane);
+          }
+        }
+        StoreRow(product, by_first_, i, lane);
+        AddToSums(product * Row(direction_, i, lane), lane);
+      }
+    }
+    return sum + Sum();
+  }
+
+  // solution += share d, r -= share (M + C) d.
+  void Advance(double share) {
+    for (int k = 0; k < frames_; ++k) {
+      for (int i = 0; i < 6; ++i) {
+        const long row = 6L * k + i;
+        for (int lane = 0; lane < chains_.lanes; lane += T::kLanes) {
+          T product = Row(by_chains_, row, lane);
+          if (i < 3) product += Row(by_couplings_, 3L * k + i, lane);
+          StoreRow(
+              Row(solution_, row, lane) + share * Row(direction_, row, lane),
+              solution_, row, lane);
+          StoreRow(Row(residual_, row, lane) - share * product, residual_, row,
+                   lane);
+        }
+      }
+    }
+    if (couplings_.first == nullptr) return;
+    for (int i = 0; i < 6; ++i) {
+      for (int lane = 0; lane < chains_.lanes; lane += T::kLanes) {
+        StoreRow(Row(residual_, i, lane) - share * Row(by_first_, i, lane),
+                 residual_, i, lane);
+      }
+    }
+  }
 
   const ChainLanes& chains_;
   const LaneCouplings& couplings_;
@@ -100,229 +305,6 @@ class CoupledSolve {
   double* by_first_;      // and of the first states by their prior
   double* sums_;
 };
-
-template <typename T>
-LaneBlock<T> CoupledSolve<T>::LoadBlock(const double* rows, int k,
-                                        int lane) const {
-  LaneBlock<T> block;
-  const long row = static_cast<long>(kLaneBlockSize) * k;
-  for (int i = 0; i < 6; ++i) block.pp[i] = Row(rows, row + i, lane);
-  for (int i = 0; i < 9; ++i) block.pv[i] = Row(rows, row + 6 + i, lane);
-  for (int i = 0; i < 6; ++i) block.vv[i] = Row(rows, row + 15 + i, lane);
-  return block;
-}
-
-template <typename T>
-void CoupledSolve<T>::StoreBlock(const LaneBlock<T>& block, double* rows, int k,
-                                 int lane) const {
-  const long row = static_cast<long>(kLaneBlockSize) * k;
-  for (int i = 0; i < 6; ++i) StoreRow(block.pp[i], rows, row + i, lane);
-  for (int i = 0; i < 9; ++i) StoreRow(block.pv[i], rows, row + 6 + i, lane);
-  for (int i = 0; i < 6; ++i) StoreRow(block.vv[i], rows, row + 15 + i, lane);
-}
-
-template <typename T>
-bool CoupledSolve<T>::Factorise(const double* diagonal, double damping) {
-  const double grown = 1.0 + damping;
-  for (int lane = 0; lane < chains_.lanes; lane += T::kLanes) {
-    StoreRow(T(1.0), sums_, 0, lane);  // 1: positive definite so far
-  }
-  for (int k = frames_; k-- > 0;) {
-    for (int lane = 0; lane < chains_.lanes; lane += T::kLanes) {
-      LaneBlock<T> pivot = LoadBlock(diagonal, k, lane);
-      for (int i = 0; i < 3; ++i) {
-        pivot.pp[kSymmetric[i][i]] *= grown;
-        pivot.vv[kSymmetric[i][i]] *= grown;
-      }
-      if (k + 1 < frames_) {
-        const LaneAxis<T> m =
-            MotionBetween<T>(chains_.dt_s[k],
-                             Row(chains_.process_noise, k, lane))
-                .m;
-        for (int i = 0; i < 4; ++i) {
-          StoreRow(m.a[i / 2][i % 2], motion_, 4L * k + i, lane);
-        }
-        SubtractCongruence(m, LoadBlock(inverse_, k + 1, lane), &pivot);
-      }
-      LaneBlock<T> inverse;
-      const Mask<T> definite = Invert(pivot, &inverse);
-      StoreBlock(inverse, inverse_, k, lane);
-      StoreRow(Select(definite, Row(sums_, 0, lane), T(0.0)), sums_, 0, lane);
-    }
-  }
-  for (int lane = 0; lane < chains_.joints; ++lane) {
-    if (sums_[lane] == 0.0) return false;
-  }
-  return true;
-}
-
-// z = M^-1 r; returns r'z.
-template <typename T>
-double CoupledSolve<T>::Condition() {
-  for (int k = frames_; k-- > 0;) {
-    for (int lane = 0; lane < chains_.lanes; lane += T::kLanes) {
-      T r[6];
-      Load6(residual_, k, lane, r);
-      if (k + 1 < frames_) {
-        const LaneAxis<T> m = Motion(k, lane);
-        T later[6];
-        Load6(conditioned_, k + 1, lane, later);
-        for (int i = 0; i < 3; ++i) {
-          r[i] -= m.a[0][0] * later[i] + m.a[0][1] * later[3 + i];
-          r[3 + i] -= m.a[1][0] * later[i] + m.a[1][1] * later[3 + i];
-        }
-      }
-      T gained[6];
-      Multiply(LoadBlock(inverse_, k, lane), r, gained);
-      Store6(gained, conditioned_, k, lane);
-    }
-  }
-  ClearSums();
-  for (int k = 0; k < frames_; ++k) {
-    for (int lane = 0; lane < chains_.lanes; lane += T::kLanes) {
-      T z[6];
-      Load6(conditioned_, k, lane, z);
-      if (k > 0) {
-        const LaneAxis<T> m = Motion(k - 1, lane);
-        T earlier[6];
-        Load6(conditioned_, k - 1, lane, earlier);
-        T pull[6];
-        for (int i = 0; i < 3; ++i) {
-          pull[i] = m.a[0][0] * earlier[i] + m.a[1][0] * earlier[3 + i];
-          pull[3 + i] = m.a[0][1] * earlier[i] + m.a[1][1] * earlier[3 + i];
-        }
-        T back[6];
-        Multiply(LoadBlock(inverse_, k, lane), pull, back);
-        for (int i = 0; i < 6; ++i) z[i] -= back[i];
-        Store6(z, conditioned_, k, lane);
-      }
-      T r[6];
-      Load6(residual_, k, lane, r);
-      T sum = r[0] * z[0];
-      for (int i = 1; i < 6; ++i) sum += r[i] * z[i];
-      AddToSums(sum, lane);
-    }
-  }
-  return Sum();
-}
-
-// d = z + turn d, and M d likewise; returns d'M d.
-template <typename T>
-double CoupledSolve<T>::Turn(double turn) {
-  ClearSums();
-  for (int k = 0; k < frames_; ++k) {
-    for (int lane = 0; lane < chains_.lanes; lane += T::kLanes) {
-      T sum = 0.0;
-      for (int i = 0; i < 6; ++i) {
-        const long row = 6L * k + i;
-        T d = Row(conditioned_, row, lane);
-        T by_chains = Row(residual_, row, lane);
-        if (turn != 0.0) {
-          d += turn * Row(direction_, row, lane);
-          by_chains += turn * Row(by_chains_, row, lane);
-        }
-        StoreRow(d, direction_, row, lane);
-        StoreRow(by_chains, by_chains_, row, lane);
-        sum += d * by_chains;
-      }
-      AddToSums(sum, lane);
-    }
-  }
-  return Sum();
-}
-
-// Fills C d; returns d'C d.
-template <typename T>
-double CoupledSolve<T>::Couple() {
-  const long lanes = chains_.lanes;
-  for (long i = 0; i < 3L * frames_ * lanes; ++i) by_couplings_[i] = 0.0;
-  double sum = 0.0;
-  for (int i = 0; i < couplings_.count; ++i) {
-    const LaneCoupling& coupling = couplings_.list[i];
-    const double* const d = direction_ + 6L * coupling.frame * lanes;
-    double* const to = by_couplings_ + 3L * coupling.frame * lanes;
-    const auto& block = coupling.block;
-    double a[3];
-    double b[3];
-    for (int axis = 0; axis < 3; ++axis) {
-      a[axis] = d[axis * lanes + coupling.a];
-      b[axis] = d[axis * lanes + coupling.b];
-    }
-    for (int axis = 0; axis < 3; ++axis) {
-      const double of_b =
-          block[axis][0] * b[0] + block[axis][1] * b[1] + block[axis][2] * b[2];
-      sum += 2.0 * a[axis] * of_b;
-      to[axis * lanes + coupling.a] += of_b;
-      to[axis * lanes + coupling.b] +=
-          block[0][axis] * a[0] + block[1][axis] * a[1] + block[2][axis] * a[2];
-    }
-  }
-  if (couplings_.first == nullptr) return sum;
-  ClearSums();
-  for (int i = 0; i < 6; ++i) {
-    for (int lane = 0; lane < chains_.lanes; lane += T::kLanes) {
-      T product = 0.0;
-      for (int joint = 0; joint < chains_.joints; ++joint) {
-        for (int j = 0; j < 6; ++j) {
-          product += direction_[j * lanes + joint] *
-                     Row(couplings_.first, 6L * (6L * joint + j) + i, lane);
-        }
-      }
-      StoreRow(product, by_first_, i, lane);
-      AddToSums(product * Row(direction_, i, lane), lane);
-    }
-  }
-  return sum + Sum();
-}
-
-// solution += share d, r -= share (M + C) d.
-template <typename T>
-void CoupledSolve<T>::Advance(double share) {
-  for (int k = 0; k < frames_; ++k) {
-    for (int i = 0; i < 6; ++i) {
-      const long row = 6L * k + i;
-      for (int lane = 0; lane < chains_.lanes; lane += T::kLanes) {
-        T product = Row(by_chains_, row, lane);
-        if (i < 3) product += Row(by_couplings_, 3L * k + i, lane);
-        StoreRow(Row(solution_, row, lane) + share * Row(direction_, row, lane),
-                 solution_, row, lane);
-        StoreRow(Row(residual_, row, lane) - share * product, residual_, row,
-                 lane);
-      }
-    }
-  }
-  if (couplings_.first == nullptr) return;
-  for (int i = 0; i < 6; ++i) {
-    for (int lane = 0; lane < chains_.lanes; lane += T::kLanes) {
-      StoreRow(Row(residual_, i, lane) - share * Row(by_first_, i, lane),
-               residual_, i, lane);
-    }
-  }
-}
-
-template <typename T>
-void CoupledSolve<T>::Solve(const double* gradient, double accuracy,
-                            double* step) {
-  constexpr int kMaxIterations = 100;
-  const long size = 6L * frames_ * chains_.lanes;
-  for (long i = 0; i < size; ++i) {
-    solution_[i] = 0.0;
-    residual_[i] = -gradient[i];
-  }
-  double before = 0.0;
-  double first = 0.0;
-  for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
-    const double now = Condition();
-    if (iteration == 0) first = now;
-    if (!(now > accuracy * accuracy * first)) break;
-    const double chains = Turn(iteration == 0 ? 0.0 : now / before);
-    before = now;
-    const double curvature = chains + Couple();
-    if (!(curvature > 0.0)) break;
-    Advance(now / curvature);
-  }
-  for (long i = 0; i < size; ++i) step[i] = solution_[i];
-}
 
 template <typename T>
 bool SolveCoupledLanesWith(const ChainLanes& chains,

@@ -7,7 +7,7 @@
 #include <type_traits>
 
 #include "core/base/dense_lanes.h"
-#include "solvers/block_tridiagonal/lane_problem.h"
+#include "solvers/block_tridiagonal/chain_solver.h"
 #include "solvers/graph/factor_list.h"
 
 namespace kinegraph {
@@ -63,7 +63,6 @@ LinearChain LineariseInformation(const PersonProblem& problem,
 struct PointCoupling {
   int a = 0;
   int b = 0;
-  size_t frame = 0;
   Eigen::Vector3d by_a;
   Eigen::Vector3d by_b;
 };
@@ -72,7 +71,7 @@ struct PointCoupling {
 // coupling factors included) and what couples the joints within a frame.
 struct PersonSystem {
   std::vector<LinearChain> chains;
-  std::vector<PointCoupling> couplings;
+  std::vector<std::vector<PointCoupling>> couplings;  // by frame
   // Of the person's prior; the joints' own blocks stand in the chains. Empty
   // without one.
   Eigen::MatrixXd prior_coupling;
@@ -91,11 +90,12 @@ void AddCoupling(const Linearised<Factor>& at, const Keys<2>& keys,
     by_point[i] =
         root * Eigen::Map<const Eigen::Vector3d>(at.by_states[i].by_point[0]);
   }
-  system->couplings.push_back(
-      {keys[0].joint, keys[1].joint, keys[0].frame, by_point[0], by_point[1]});
+  system->couplings[keys[0].frame].push_back(
+      {keys[0].joint, keys[1].joint, by_point[0], by_point[1]});
 }
 
 void AddCouplings(const PersonProblem& problem, PersonSystem* system) {
+  system->couplings.resize(problem.times.size());
   const auto state_of = [&](const StateKey& key) {
     return problem.joints[key.joint].states[key.frame].data();
   };
@@ -133,7 +133,6 @@ class FrameInversion {
         frame_count_(problem.times.size()),
         size_(kStateSize * problem.joints.size()),
         rows_(PaddedLanes(static_cast<int>(size_))) {
-    SortCouplings();
     AddUserFactors();
     for (LaneBuffer* square :
          {&pivot_, &coupling_, &earlier_, &later_[0], &later_[1]}) {
@@ -188,23 +187,6 @@ class FrameInversion {
     }
   }
 
-  void SortCouplings() {
-    for (const PointCoupling& coupling : system_.couplings) {
-      by_frame_.push_back(&coupling);
-    }
-    std::stable_sort(by_frame_.begin(), by_frame_.end(),
-                     [](const PointCoupling* x, const PointCoupling* y) {
-                       return x->frame < y->frame;
-                     });
-    first_coupling_.assign(frame_count_ + 1, 0);
-    for (const PointCoupling* coupling : by_frame_) {
-      ++first_coupling_[coupling->frame + 1];
-    }
-    for (size_t k = 0; k < frame_count_; ++k) {
-      first_coupling_[k + 1] += first_coupling_[k];
-    }
-  }
-
   // What the user's factors say: frame by frame a dense block, and where they
   // link two frames of any joints a dense one below.
   void AddUserFactors() {
@@ -244,8 +226,7 @@ class FrameInversion {
     for (size_t j = 0; j < problem_.joints.size(); ++j) {
       sum.block<6, 6>(j * 6, j * 6) += system_.chains[j].diagonal[k];
     }
-    for (size_t i = first_coupling_[k]; i < first_coupling_[k + 1]; ++i) {
-      const PointCoupling& coupling = *by_frame_[i];
+    for (const PointCoupling& coupling : system_.couplings[k]) {
       // Below the diagonal.
       if (coupling.a > coupling.b) {
         sum.block<3, 3>(6 * coupling.a, 6 * coupling.b) +=
@@ -372,10 +353,8 @@ class FrameInversion {
   const PersonProblem& problem_;
   const PersonSystem& system_;
   const size_t frame_count_;
-  const size_t size_;  // numbers of a frame
-  const size_t rows_;  // of a square, padded
-  std::vector<const PointCoupling*> by_frame_;
-  std::vector<size_t> first_coupling_;  // of each frame, in by_frame_
+  const size_t size_;                                // numbers of a frame
+  const size_t rows_;                                // of a square, padded
   std::map<size_t, Eigen::MatrixXd> user_diagonal_;  // by frame
   std::map<size_t, Eigen::MatrixXd> user_below_;     // by the earlier frame
   // Squares of rows_ x rows_, of which the lower triangle counts.

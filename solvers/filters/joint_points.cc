@@ -48,7 +48,7 @@ void JointPoints::CollectViews(const EstimatorFrame& frame, size_t joint_idx,
     const bool kept = joint_idx >= view.verdicts.size() ||
                       view.verdicts[joint_idx] == FilterVerdict::kKept;
     if (which == Views::kKeptByFilter && !kept) continue;
-    const Camera& camera = cameras_[static_cast<size_t>(view.view_idx)];
+    const Camera& camera = cameras_[view.view_idx];
     const double depth_m = camera.Depth(centre_);
     if (!(depth_m > kNearest_m)) continue;
     const JointClass joint_class =

@@ -158,8 +158,8 @@ Samples Evaluate(const SplineSystem& system, const std::vector<double>& times_s,
         std::upper_bound(times_s.begin() + 1, times_s.end() - 1, at_s[k]);
     const Eigen::Index i = above - times_s.begin() - 1;
     const double h = system.h(i);
-    const double t = (at_s[k] - times_s[static_cast<size_t>(i)]) /
-                     (system.step_s() * h);  // 0 .. 1 inside
+    const double t =
+        (at_s[k] - times_s[i]) / (system.step_s() * h);  // 0 .. 1 inside
     const double inside = std::clamp(t, 0.0, 1.0);
     const double s = 1.0 - inside;
     Eigen::RowVectorXd value =

@@ -76,7 +76,7 @@ struct GraphOptions {
   // Learnt from the recording (solvers/noise), of each person. The pixel noise:
   // how far off the detector is by class of joint and how long its errors last,
   // around sigma_px, instead of the three fields above, and what confidences
-  // are worth (solvers/noise/confidence_power.h), around confidence_power. The
+  // are worth (solvers/noise/frame_points.h), around confidence_power. The
   // process noise: from moment to moment by class of joint, instead of the
   // table.
   NoiseFrom pixel_noise_from = NoiseFrom::kRecording;

@@ -9,29 +9,6 @@
 #include "solvers/graph/factor_list.h"
 
 namespace kinegraph {
-namespace {
-
-enum class Gated { kVisited, kSkipped };
-
-// Calls `visit(measurement, valid, squared norm)` for each measurement of the
-// chain at its states, those that are gated included or not.
-template <typename Visit>
-void ForEachMeasurement(Gated gated, JointChain* chain, const Visit& visit) {
-  for (size_t k = 0; k < chain->states.size(); ++k) {
-    const double* states[] = {chain->states[k].data()};
-    for (int32_t m = chain->first[k]; m < chain->first[k + 1]; ++m) {
-      PixelMeasurement& measurement = chain->measurements[m];
-      if (measurement.gated && gated == Gated::kSkipped) continue;
-      Eigen::Vector2d residual = Eigen::Vector2d::Zero();
-      const bool valid = ReprojectionOf(measurement)
-                             .Evaluate(states, residual.data(), nullptr);
-      visit(&measurement, valid, residual.squaredNorm());
-    }
-  }
-}
-
-}  // namespace
-
 StatePrior BirthPrior(const Eigen::Vector3d& centre, double sigma_m,
                       double sigma_mps) {
   StatePrior prior;
@@ -59,25 +36,21 @@ PersonStates StatesOf(const PersonProblem& problem) {
   return states;
 }
 
-void GateMeasurements(JointChain* chain) {
-  ForEachMeasurement(Gated::kVisited, chain,
-                     [](PixelMeasurement* measurement, bool valid, double) {
-                       measurement->gated = !valid;
-                       measurement->weight = 0.0;
-                     });
-}
-
 void StoreWeights(const SolveStage& stage, JointChain* chain) {
-  for (PixelMeasurement& measurement : chain->measurements) {
-    measurement.weight = 0.0;
+  for (size_t k = 0; k < chain->states.size(); ++k) {
+    const double* states[] = {chain->states[k].data()};
+    for (int32_t m = chain->first[k]; m < chain->first[k + 1]; ++m) {
+      PixelMeasurement& measurement = chain->measurements[m];
+      double r[2];
+      const bool counts =
+          !measurement.gated &&
+          ReprojectionOf(measurement).Evaluate(states, r, nullptr);
+      measurement.weight = counts ? EvaluateLoss(stage.loss, stage.scale,
+                                                 r[0] * r[0] + r[1] * r[1])
+                                        .first
+                                  : 0.0;
+    }
   }
-  ForEachMeasurement(
-      Gated::kSkipped, chain,
-      [&](PixelMeasurement* measurement, bool valid, double squared_norm) {
-        if (!valid) return;
-        measurement->weight =
-            EvaluateLoss(stage.loss, stage.scale, squared_norm).first;
-      });
 }
 
 int DoubtUnsettled(const StateChain& step, JointChain* chain) {

@@ -201,9 +201,6 @@ struct SolveReport {
   int unsettled = 0;
 };
 
-// Marks the measurements that the current states cannot be projected to.
-void GateMeasurements(JointChain* chain);
-
 // Weights of the measurements at the chain's states, under a stage's loss.
 void StoreWeights(const SolveStage& stage, JointChain* chain);
 

@@ -207,7 +207,7 @@ void BiasSeries::AddAzimuth(int view_idx, double azimuth) {
   const double share = (azimuth + kPi) / (2.0 * kPi);
   const int sector =
       std::clamp(static_cast<int>(share * kSectors), 0, kSectors - 1);
-  ++azimuths_[static_cast<size_t>(view_idx)][static_cast<size_t>(sector)];
+  ++azimuths_[view_idx][sector];
 }
 
 // The median over cameras of the sectors that each has seen more than a few
@@ -271,8 +271,8 @@ ViewBias::OfJoint BiasSeries::FitJoint(size_t name_idx, bool always) const {
   if (all.observations == 0 || !(all.square > 0.0)) return result;
   const BiasVector bias = SolveBias(all, ridge);
   for (int i = 0; i < kViewFeatureCount; ++i) {
-    result.across_m[static_cast<size_t>(i)] = bias[i];
-    result.along_m[static_cast<size_t>(i)] = bias[i + kViewFeatureCount];
+    result.across_m[i] = bias[i];
+    result.along_m[i] = bias[i + kViewFeatureCount];
   }
   const BiasVector of_half[2] = {SolveBias(halves[0], ridge),
                                  SolveBias(halves[1], ridge)};
@@ -362,16 +362,14 @@ void BiasObserver::Add(const PersonProblem& solved, size_t k) {
   const TimeNs time = solved.times[k];
   if (looked_.has_value() && time - *looked_ < look_after_) return;
   const auto stance = joints_.FrameOf([&](int j) {
-    return std::optional<Eigen::Vector3d>(
-        solved.joints[static_cast<size_t>(j)].states[k].head<3>());
+    return std::optional<Eigen::Vector3d>(solved.joints[j].states[k].head<3>());
   });
   if (!stance.has_value()) return;
   looked_ = time;
   for (BiasSums& sums : sums_) sums.Clear();
   for (int j = 0; j < static_cast<int>(solved.joints.size()); ++j) {
     const std::vector<BiasView> views = ViewsOf(solved, k, j, *stance);
-    AddViews(views, independent_,
-             &sums_[static_cast<size_t>(joints_.IndexOf(j))]);
+    AddViews(views, independent_, &sums_[joints_.IndexOf(j)]);
     for (const BiasView& view : views) {
       series_->AddAzimuth(view.view_idx, view.direction.azimuth);
     }
@@ -382,7 +380,7 @@ void BiasObserver::Add(const PersonProblem& solved, size_t k) {
 std::vector<BiasView> BiasObserver::ViewsOf(const PersonProblem& solved,
                                             size_t k, int joint_idx,
                                             const BodyStance& stance) const {
-  const JointChain& chain = solved.joints[static_cast<size_t>(joint_idx)];
+  const JointChain& chain = solved.joints[joint_idx];
   std::vector<BiasView> views;
   for (int32_t m = chain.first[k]; m < chain.first[k + 1]; ++m) {
     const PixelMeasurement& seen = chain.measurements[m];
@@ -446,7 +444,7 @@ void WriteBias(const BiasJoints& joints, const ViewBias& bias,
     for (size_t j = 0; j < recording->joints.size(); ++j) {
       const int joint_idx = static_cast<int>(j);
       const ViewBias::OfJoint& of_joint =
-          ordered.joints[static_cast<size_t>(joints.IndexOf(joint_idx))];
+          ordered.joints[joints.IndexOf(joint_idx)];
       if (!of_joint.used) continue;
       JointChain& chain = recording->joints[j];
       const Eigen::Vector3d point_m = chain.states[k].head<3>();

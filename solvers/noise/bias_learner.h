@@ -127,9 +127,6 @@ class BiasSeries {
   bool shifts_away_ = false;
 };
 
-// One person's part in the detector's bias: what its solution tells of it, and
-// what it takes from its pixels.
-
 // Tells a series what the solution of a recording leaves, frame by frame in
 // order.
 class BiasObserver {

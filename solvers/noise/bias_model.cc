@@ -37,7 +37,7 @@ BiasJoints::BiasJoints(const Skeleton& skeleton) {
   pair("hip", hips_);
   pair("ear", ears_);
   for (int j = 0; j < skeleton.joint_count(); ++j) {
-    const std::string& name = skeleton.joints()[static_cast<size_t>(j)];
+    const std::string& name = skeleton.joints()[j];
     const std::string part = HasSide(name) ? name.substr(2) : name;
     const auto at = std::find(names_.begin(), names_.end(), part);
     index_.push_back(static_cast<int>(at - names_.begin()));
@@ -139,7 +139,7 @@ Eigen::Vector2d DetectionPredictor::BiasOf(const PersonPose& person,
                                            const Camera& camera) const {
   const Eigen::Vector2d none = Eigen::Vector2d::Zero();
   const auto position = [&person](int j) -> std::optional<Eigen::Vector3d> {
-    const Joint3d& joint = person.joints[static_cast<size_t>(j)];
+    const Joint3d& joint = person.joints[j];
     if (!joint.present()) return std::nullopt;
     return joint.position_m;
   };
@@ -150,9 +150,8 @@ Eigen::Vector2d DetectionPredictor::BiasOf(const PersonPose& person,
   const auto direction =
       DirectionOf(joints_, *frame, joint_idx, *point, camera);
   if (!direction.has_value()) return none;
-  return kinegraph::BiasOf(
-      bias_.joints[static_cast<size_t>(joints_.IndexOf(joint_idx))],
-      *direction);
+  return kinegraph::BiasOf(bias_.joints[joints_.IndexOf(joint_idx)],
+                           *direction);
 }
 
 }  // namespace kinegraph

@@ -2,8 +2,11 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
+
+#include "core/skeleton/body_joints.h"
 
 namespace kinegraph {
 namespace {
@@ -88,7 +91,64 @@ std::optional<BoneEnd> LocateEnd(const JointChain& chain, size_t k,
   return end;
 }
 
+std::string WithoutSide(const std::string& joint) {
+  const bool sided =
+      joint.compare(0, 2, "l_") == 0 || joint.compare(0, 2, "r_") == 0;
+  return sided ? joint.substr(2) : joint;
+}
+
+struct NamedLength {
+  const char* a;
+  const char* b;
+  double length_m;
+};
+
+// Shares of stature times 1.70 m.
+constexpr std::array<NamedLength, 6> kPopulation = {{
+    {"shoulder", "elbow", 0.186 * 1.70},
+    {"elbow", "wrist", 0.146 * 1.70},
+    {"hip", "knee", 0.245 * 1.70},
+    {"knee", "ankle", 0.246 * 1.70},
+    {"shoulder", "shoulder", 2.0 * 0.129 * 1.70},
+    {"shoulder", "hip", 0.288 * 1.70},
+}};
+
 }  // namespace
+
+bool SameBone(const Bone& x, int a, int b) {
+  return (x.a == a && x.b == b) || (x.a == b && x.b == a);
+}
+
+std::optional<double> PopulationLength(const std::string& joint_a,
+                                       const std::string& joint_b) {
+  const std::string a = WithoutSide(joint_a);
+  const std::string b = WithoutSide(joint_b);
+  for (const NamedLength& known : kPopulation) {
+    if ((a == known.a && b == known.b) || (a == known.b && b == known.a)) {
+      return known.length_m;
+    }
+  }
+  return std::nullopt;
+}
+
+std::vector<Bone> RigidPairs(const Skeleton& skeleton) {
+  std::vector<Bone> pairs = skeleton.bones();
+  std::vector<int> head;
+  if (!IsHuman(skeleton)) return pairs;
+  for (const char* joint : {"nose", "l_eye", "r_eye", "l_ear", "r_ear"}) {
+    const int index = skeleton.IndexOf(joint);
+    if (index >= 0) head.push_back(index);
+  }
+  for (size_t i = 0; i < head.size(); ++i) {
+    for (size_t j = i + 1; j < head.size(); ++j) {
+      const bool known = std::any_of(
+          pairs.begin(), pairs.end(),
+          [&](const Bone& bone) { return SameBone(bone, head[i], head[j]); });
+      if (!known) pairs.push_back({head[i], head[j]});
+    }
+  }
+  return pairs;
+}
 
 std::vector<std::optional<BoneEnd>> LocateBoneEnds(const PersonProblem& problem,
                                                    size_t frame_idx,

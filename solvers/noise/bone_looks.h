@@ -1,15 +1,32 @@
-// Bones as the views of single frames show them: no motion prior has a say.
+// The bones of a skeleton, and as the views of single frames show them: no
+// motion prior has a say.
 #ifndef KINEGRAPH_SOLVERS_NOISE_BONE_LOOKS_H_
 #define KINEGRAPH_SOLVERS_NOISE_BONE_LOOKS_H_
 
 #include <Eigen/Core>
 #include <cstddef>
 #include <optional>
+#include <string>
 #include <vector>
 
+#include "core/skeleton/skeleton.h"
 #include "solvers/graph/problem.h"
 
 namespace kinegraph {
+
+// Length of that bone of an adult [m], from segment lengths as shares of a
+// stature of 1.70 m (Drillis and Contini 1966, as in Winter, Biomechanics and
+// Motor Control of Human Movement, fig. 4.1); nullopt for other bones.
+std::optional<double> PopulationLength(const std::string& joint_a,
+                                       const std::string& joint_b);
+
+// Pairs of joints whose distance a person keeps: the skeleton's bones, and of a
+// human the remaining pairs of nose, eyes and ears, which one rigid head
+// carries.
+std::vector<Bone> RigidPairs(const Skeleton& skeleton);
+
+// Whether it is the bone between `a` and `b`, in either order.
+bool SameBone(const Bone& bone, int a, int b);
 
 // Where a joint stands in one frame by its views alone, so that neither motion
 // prior nor bones have a say.

@@ -5,6 +5,8 @@
 #include <utility>
 
 #include "core/base/weighted_quantile.h"
+#include "core/skeleton/body_joints.h"
+#include "solvers/graph/outcome.h"
 
 namespace kinegraph {
 namespace {
@@ -65,7 +67,7 @@ double UpperQuartile(const std::vector<BoneObservation>& looks, double scale,
   const auto at = static_cast<std::ptrdiff_t>(
       std::ceil(0.75 * static_cast<double>(values.size())) - 1.0);
   std::nth_element(values.begin(), values.begin() + at, values.end());
-  return values[static_cast<size_t>(at)];
+  return values[at];
 }
 
 // Of a bone that is much longer than the noise: length and spread in turn,
@@ -202,10 +204,6 @@ constexpr double kQuartileVariance = 3.34;
 // Of a median of N Gaussian values, times N, over that of a mean.
 constexpr double kMedianVariance = 1.571;
 
-bool SameBone(const Bone& x, int a, int b) {
-  return (x.a == a && x.b == b) || (x.a == b && x.b == a);
-}
-
 double UsualAveragedFrames(const std::vector<BoneObservation>& looks) {
   std::vector<WeightedValue> values;
   values.reserve(looks.size());
@@ -269,7 +267,7 @@ BoneSpreads::BoneSpreads(const Skeleton& skeleton)
 }
 
 void BoneSpreads::Add(int bone_idx, const BoneObservation& look) {
-  Seen& seen = seen_[static_cast<size_t>(bone_idx)];
+  Seen& seen = seen_[bone_idx];
   if (seen.count++ % seen.stride != 0) return;
   if (seen.looks.size() == kMaxLooks) {
     for (size_t i = 0; 2 * i < seen.looks.size(); ++i) {
@@ -293,8 +291,8 @@ void BoneSpreads::AddFrame(const std::vector<std::optional<BoneEnd>>& ends) {
 }
 
 const BoneSpreads::Summary& BoneSpreads::SummaryOf(int bone_idx) const {
-  const Seen& seen = seen_[static_cast<size_t>(bone_idx)];
-  Summary& summary = summaries_[static_cast<size_t>(bone_idx)];
+  const Seen& seen = seen_[bone_idx];
+  Summary& summary = summaries_[bone_idx];
   if (seen.looks.empty() || 10 * seen.count < 11 * summary.at_count) {
     return summary;
   }
@@ -446,13 +444,118 @@ std::vector<BoneConstraint> ConstraintsOf(const BoneSpreads& spreads,
   std::vector<BoneConstraint> constraints;
   for (size_t i = 0; i < spreads.bones().size(); ++i) {
     const Bone& bone = spreads.bones()[i];
-    if (!placed[static_cast<size_t>(bone.a)] ||
-        !placed[static_cast<size_t>(bone.b)]) {
+    if (!placed[bone.a] || !placed[bone.b]) {
       continue;
     }
     const auto estimate = spreads.Estimate(static_cast<int>(i));
     if (!estimate.has_value() || estimate->gives_way) continue;
     constraints.push_back(ConstraintOf(bone, *estimate, use));
+  }
+  return constraints;
+}
+
+BoneLengths::BoneLengths(const Skeleton& skeleton)
+    : bones_(RigidPairs(skeleton)) {
+  const bool is_human = IsHuman(skeleton);
+  for (size_t i = 0; i < bones_.size(); ++i) {
+    const int mirror_a = skeleton.mirror(bones_[i].a);
+    const int mirror_b = skeleton.mirror(bones_[i].b);
+    int group = -1;
+    for (size_t other = 0; other < i; ++other) {
+      if (SameBone(bones_[other], mirror_a, mirror_b)) group = group_[other];
+    }
+    if (group < 0) {
+      group = static_cast<int>(seen_.size());
+      seen_.push_back({std::vector<float>(kBinCount, 0.0f), 0.0});
+      population_m_.push_back(
+          is_human ? PopulationLength(skeleton.joints()[bones_[i].a],
+                                      skeleton.joints()[bones_[i].b])
+                   : std::nullopt);
+    }
+    group_.push_back(group);
+  }
+}
+
+void BoneLengths::Add(int bone_idx, double distance_m, double duration_s) {
+  if (!(distance_m >= 0.0)) return;
+  const double bin = distance_m / kBin;
+  if (bin >= kBinCount) return;
+  Seen& seen = seen_[group_[bone_idx]];
+  seen.seconds[static_cast<int>(bin)] += static_cast<float>(duration_s);
+  seen.total_s += duration_s;
+}
+
+std::optional<double> BoneLengths::Length(int bone_idx) const {
+  // Errors of a detector last about a fifth of a second: so many seconds make
+  // one independent look, good to 4 cm. People differ by a tenth, and
+  // detectors place joints elsewhere than anatomists do.
+  constexpr double kLook = 0.2;
+  constexpr double kLookSigma = 0.04;  // m
+  constexpr double kPopulationShare = 0.15;
+  constexpr double kEnough = 1.0;  // s, without a population's length
+  const int group = group_[bone_idx];
+  const Seen& seen = seen_[group];
+  const std::optional<double>& population_m = population_m_[group];
+  if (!population_m.has_value() && seen.total_s < kEnough) return std::nullopt;
+  if (seen.total_s <= 0.0) return population_m;
+
+  double below = 0.0;
+  int bin = 0;
+  while (bin < kBinCount - 1 &&
+         below + seen.seconds[bin] < 0.5 * seen.total_s) {
+    below += seen.seconds[bin++];
+  }
+  const double inside = std::max<double>(seen.seconds[bin], 1e-12);
+  const double share =
+      std::clamp((0.5 * seen.total_s - below) / inside, 0.0, 1.0);
+  const double median_m = (bin + share) * kBin;
+  if (!population_m.has_value()) return median_m;
+  const double information = seen.total_s / kLook / (kLookSigma * kLookSigma);
+  const double sigma_m = kPopulationShare * *population_m;
+  const double prior = 1.0 / (sigma_m * sigma_m);
+  return (information * median_m + prior * *population_m) /
+         (information + prior);
+}
+
+PersonBones::PersonBones(const SceneModel& scene, const GraphOptions& options)
+    : options_(options),
+      frame_s_(1.0 / scene.frame_rate_hz),
+      spreads_(scene.skeleton),
+      lengths_(scene.skeleton) {}
+
+void PersonBones::SetLasting(const ErrorCorrelation& lasting) {
+  if (options_.pixel_noise_from != NoiseFrom::kRecording) return;
+  spreads_.SetLasting(lasting, frame_s_);
+}
+
+void PersonBones::AddFrame(const PersonProblem& problem, size_t k) {
+  if (options_.bone_sigma_from == NoiseFrom::kRecording) {
+    spreads_.AddFrame(
+        LocateBoneEnds(problem, k, options_.inlier_weight, frame_s_));
+    return;
+  }
+  for (size_t i = 0; i < lengths_.bones().size(); ++i) {
+    const JointChain& a = problem.joints[lengths_.bones()[i].a];
+    const JointChain& b = problem.joints[lengths_.bones()[i].b];
+    if (CountInliers(a, k, options_.inlier_weight) < 2) continue;
+    if (CountInliers(b, k, options_.inlier_weight) < 2) continue;
+    lengths_.Add(static_cast<int>(i),
+                 (a.states[k].head<3>() - b.states[k].head<3>()).norm(),
+                 frame_s_);
+  }
+}
+
+std::vector<BoneConstraint> PersonBones::Constraints(
+    const std::vector<bool>& placed, BoneUse use) const {
+  if (options_.bone_sigma_from == NoiseFrom::kRecording) {
+    return ConstraintsOf(spreads_, placed, use);
+  }
+  std::vector<BoneConstraint> constraints;
+  for (size_t i = 0; i < lengths_.bones().size(); ++i) {
+    const Bone& bone = lengths_.bones()[i];
+    const std::optional<double> length_m = lengths_.Length(static_cast<int>(i));
+    if (!length_m.has_value() || !placed[bone.a] || !placed[bone.b]) continue;
+    constraints.push_back({bone.a, bone.b, *length_m, options_.bone_sigma_m});
   }
   return constraints;
 }

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "core/skeleton/skeleton.h"
-#include "solvers/graph/bone_lengths.h"
+#include "core/tracking/estimator.h"
 #include "solvers/graph/options.h"
 #include "solvers/graph/problem.h"
 #include "solvers/noise/bone_looks.h"
@@ -145,6 +145,62 @@ BoneConstraint ConstraintOf(const Bone& bone, const BoneEstimate& estimate,
 std::vector<BoneConstraint> ConstraintsOf(const BoneSpreads& spreads,
                                           const std::vector<bool>& placed,
                                           BoneUse use = BoneUse::kEstimate);
+
+// Collects the distances of bones' ends where both were observed, and tells
+// each bone's length: the median, shared by left and right, drawn towards the
+// population's while little has been seen, of a human. Memory does not grow:
+// distances are counted in bins of 2 mm.
+class BoneLengths {
+ public:
+  explicit BoneLengths(const Skeleton& skeleton);
+
+  // RigidPairs(skeleton); the bones of the functions below.
+  const std::vector<Bone>& bones() const { return bones_; }
+
+  // A distance of the ends of bone `bone_idx` [m], seen for `duration_s`.
+  void Add(int bone_idx, double distance_m, double duration_s);
+
+  // nullopt while neither enough was seen nor the population's is known.
+  std::optional<double> Length(int bone_idx) const;
+
+ private:
+  static constexpr double kBin = 0.002;  // m
+  static constexpr int kBinCount = 750;  // up to 1.5 m
+
+  // Seen of a bone and its mirror, together.
+  struct Seen {
+    std::vector<float> seconds;  // by bin
+    double total_s = 0.0;
+  };
+
+  std::vector<Bone> bones_;
+  std::vector<int> group_;  // of each bone: bone and mirror share one
+  std::vector<std::optional<double>> population_m_;  // by group
+  std::vector<Seen> seen_;                           // by group
+};
+
+// The bones of one person, as the options say: of length and freedom as the
+// recording shows them, or of median lengths with one freedom for all. They are
+// learnt from estimates without bones, or they would confirm themselves.
+class PersonBones {
+ public:
+  // `options` must outlive it.
+  PersonBones(const SceneModel& scene, const GraphOptions& options);
+
+  // How long the detector's errors last, if that is learnt.
+  void SetLasting(const ErrorCorrelation& lasting);
+  // Frame `k` of the problem, solved.
+  void AddFrame(const PersonProblem& problem, size_t k);
+  // Factors of the bones whose ends are both `placed` (by joint).
+  std::vector<BoneConstraint> Constraints(
+      const std::vector<bool>& placed, BoneUse use = BoneUse::kEstimate) const;
+
+ private:
+  const GraphOptions& options_;
+  const double frame_s_;
+  BoneSpreads spreads_;  // NoiseFrom::kRecording
+  BoneLengths lengths_;  // NoiseFrom::kFixed
+};
 
 }  // namespace kinegraph
 

@@ -12,7 +12,6 @@
 #include "core/tracking/estimator.h"
 #include "solvers/graph/options.h"
 #include "solvers/graph/problem.h"
-#include "solvers/noise/confidence_power.h"
 #include "solvers/noise/frame_points.h"
 #include "solvers/noise/information.h"
 #include "solvers/noise/motion_level.h"

@@ -1,58 +1,21 @@
-// What a recording tells of the detector's noise and of the motion; and how far
-// off the detector is, and for how long: from residuals of joints that were
-// triangulated frame by frame, so that motion has no part in it.
+// How far off a detector is in this recording, and for how long: from residuals
+// of joints that were triangulated frame by frame, so that motion has no part
+// in it; and one factor on all sigmas, from what estimates leave.
 #ifndef KINEGRAPH_SOLVERS_NOISE_PIXEL_NOISE_H_
 #define KINEGRAPH_SOLVERS_NOISE_PIXEL_NOISE_H_
 
 #include <Eigen/Core>
 #include <array>
+#include <cstddef>
 #include <cstdint>
-#include <string>
 #include <vector>
 
 #include "core/base/time.h"
 #include "core/skeleton/skeleton.h"
+#include "solvers/graph/problem.h"
+#include "solvers/noise/learnt_noise.h"
 
 namespace kinegraph {
-
-// Correlation of a detector's errors over time: share * exp(-|dt| / time_s)
-// for dt > 0; the rest of the variance is white.
-struct ErrorCorrelation {
-  double share = 0.0;  // 0 .. 1
-  double time_s = 0.1;
-};
-
-// What was learnt, in physical units.
-struct LearntNoise {
-  struct OfClass {
-    // Joints of single frames whose residuals told the detector's error; 0:
-    // nothing was learnt of this class.
-    int64_t joints_seen = 0;
-    // Error of a confidence of 1 at 4 m with a focal length of 1000 px [px].
-    double sigma_px = 0.0;
-    // Power of the white noise on acceleration [m^2/s^3]: the recording's
-    // level.
-    double process_noise = 0.0;
-    // Least and greatest power of any interval of time so far.
-    double least_process_noise = 0.0;
-    double greatest_process_noise = 0.0;
-  };
-  std::array<OfClass, kJointClassCount> classes;
-  ErrorCorrelation correlation;
-  // The errors grow with confidence^-power.
-  double confidence_power = 0.0;
-};
-
-// One line for the log: "errors last 0.10 s (share 0.90), grow with
-// confidence^-0.5; wrist 3.1 px, 4.2
-// (0.4 .. 120) m^2/s^3; ...".
-std::string ToString(const LearntNoise& learnt);
-
-// {"error_time_s", "error_share", "confidence_power", "classes": {"wrist":
-// {"joints_seen", "sigma_px", "process_noise", "least_process_noise",
-// "greatest_process_noise"}, ...}}: classes of which something was seen, units
-// as in LearntNoise.
-std::string ToJson(const LearntNoise& learnt);
 
 // The value below which a chi-square variable with `degrees_of_freedom` > 0
 // lies with probability `share`, 0 < share < 1. Relative error below 1e-9.
@@ -144,6 +107,44 @@ class CorrelationLearner {
   const double frame_s_;
   std::vector<Past> pasts_;
   std::vector<Lag> lags_;
+};
+
+// Squared whitened residuals |r|^2 of a chain's frames `begin` .. `end` - 1 at
+// its states, each divided by the share 1 - trace(J C J') / 2 that the
+// estimate's own error leaves of it (C: covariances of the states). Appended to
+// `squares`.
+void CollectSquares(const JointChain& chain,
+                    const std::vector<Matrix6d>& covariances, size_t begin,
+                    size_t end, std::vector<double>* squares);
+
+// The scale at which `squares` are those of standard normal 2-vectors, outliers
+// aside: starts at the median and then takes the mean of those within three
+// sigmas. Drawn towards 1 while there are few, bounded to 1/4 .. 4.
+double EstimateNoiseScale(std::vector<double> squares);
+
+// Multiplies all sigmas.
+void ScaleSigmas(double scale, PersonProblem* problem);
+
+// The scale as far as frames that left a window tell it. Keeps a bounded number
+// of the newest residuals.
+class CausalNoiseScale {
+ public:
+  double scale() const { return scale_; }
+
+  // To be called each time frames become final. True the first time and every
+  // fifth after it: the residuals of these frames are then to be given to Add.
+  // Errors of neighbouring frames are alike, so that these tell nearly as much
+  // as all.
+  bool AwaitTurn();
+  // `squares` come from CollectSquares of a problem whose sigmas the caller had
+  // multiplied by `applied`; that factor is taken out again here.
+  void Add(const std::vector<double>& squares, double applied);
+
+ private:
+  std::vector<double> squares_;  // of unscaled sigmas; a ring when full
+  size_t next_ = 0;
+  int64_t turns_ = 0;
+  double scale_ = 1.0;
 };
 
 }  // namespace kinegraph

@@ -78,8 +78,7 @@ void AddPerson(const LearntNoise& from, LearntNoise* to) {
   to->confidence_power =
       WeightedMean(to->confidence_power, before, from.confidence_power, added);
   for (int c = 0; c < kJointClassCount; ++c) {
-    AddClass(from.classes[static_cast<size_t>(c)],
-             &to->classes[static_cast<size_t>(c)]);
+    AddClass(from.classes[c], &to->classes[c]);
   }
 }
 

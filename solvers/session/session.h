@@ -25,7 +25,7 @@
 #include "core/io/detections/source.h"
 #include "solvers/factory.h"
 #include "solvers/graph/solve_counts.h"
-#include "solvers/noise/pixel_noise.h"
+#include "solvers/noise/learnt_noise.h"
 #include "solvers/session/options.h"
 #include "solvers/session/scene.h"
 #include "solvers/session/subject_scale.h"
@@ -109,7 +109,7 @@ class Session {
   const SubjectScale& scale() const;
   // After Finish: what the estimators that were written learnt from the
   // recording (graph.pixel_noise_from, graph.process_noise_from,
-  // graph.view_bias). ToJson (solvers/noise/pixel_noise.h) makes JSON of the
+  // graph.view_bias). ToJson (solvers/noise/learnt_noise.h) makes JSON of the
   // first.
   LearntNoise learnt_noise() const;
   ViewBias view_bias() const;

@@ -8,7 +8,7 @@
 #include "core/data/pose.h"
 #include "core/data/view_bias.h"
 #include "core/geometry/camera.h"
-#include "solvers/noise/pixel_noise.h"
+#include "solvers/noise/learnt_noise.h"
 #include "solvers/session/options.h"
 
 namespace kinegraph {

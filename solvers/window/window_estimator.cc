@@ -4,20 +4,17 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 #include <limits>
-#include <optional>
 #include <utility>
 #include <vector>
 
 #include "core/tracking/estimator.h"
 #include "solvers/graph/assembler.h"
-#include "solvers/graph/bone_lengths.h"
 #include "solvers/graph/marginalise.h"
-#include "solvers/graph/noise_scale.h"
 #include "solvers/graph/outcome.h"
 #include "solvers/noise/bone_spreads.h"
 #include "solvers/noise/person_noise.h"
+#include "solvers/noise/pixel_noise.h"
 #include "solvers/person/person_solver.h"
 
 namespace kinegraph {
@@ -52,36 +49,256 @@ class WindowEstimator final : public Estimator {
         noise_(scene_, options_),
         notes_(std::move(notes)),
         learnt_(notes_ == nullptr ? nullptr : notes_->NewPerson()),
-        bone_lengths_(scene_.skeleton),
-        bone_spreads_(scene_.skeleton),
+        bones_(scene_, options_),
         supports_(scene_.skeleton.joint_count()),
         solve_every_(SolveEvery(scene_.frame_rate_hz, options_.lag_s)),
         last_states_(scene_.skeleton.joint_count(), State::Zero()) {}
 
-  void Add(const EstimatorFrame& frame) override;
+  void Add(const EstimatorFrame& frame) override {
+    // The first frame waits for no other.
+    const bool birth = last_.empty();
+    if (birth) first_frame_ = frame.frame;
+    unsolved_ = birth ? solve_every_ : unsolved_ + 1;
+    records_.push_back(assembler_.Append(frame, &problem_));
+    for (JointChain& chain : problem_.joints) {
+      for (auto m = chain.measurements.begin() + chain.first[newest()];
+           m != chain.measurements.end(); ++m) {
+        m->sigma_px *= noise_scale_;
+      }
+    }
+    if (options_.LearnsNoise()) {
+      noise_.AddFrame(
+          problem_, newest(),
+          IsDue() ? PersonNoise::Refit::kNow : PersonNoise::Refit::kLater);
+    }
+    const std::vector<bool> placed_anew = StartNewStates();
+    DropFinalFrames();
+    PlaceAnew(placed_anew);
+    if (!IsDue()) return;
+    Solve();
+    UpdateLast();
+    const size_t end = DueEnd();
+    if (end > final_count_) Emit(end);
+  }
   const Pose3d& Last() const override { return last_; }
   TimeNs LastTime() const override { return last_time_; }
-  void Predict(TimeNs time, Pose3d* pose) const override;
-  void ExtractFinals(std::vector<FinalPose>* finals) override;
-  void Finish() override;
+
+  void Predict(TimeNs time, Pose3d* pose) const override {
+    *pose = last_;
+    const double dt_s = ToSeconds(time - last_time_);
+    for (size_t j = 0; j < pose->size(); ++j) {
+      Joint3d& joint = (*pose)[j];
+      if (!joint.present()) continue;
+      joint.position_m = Advance(last_states_[j], dt_s).head<3>();
+      joint.status = JointStatus::kInferred;
+    }
+  }
+
+  void ExtractFinals(std::vector<FinalPose>* finals) override {
+    MoveFinals(&finals_, finals);
+  }
+
+  void Finish() override {
+    if (unsolved_ > 0) Solve();
+    if (final_count_ < records_.size()) Emit(records_.size());
+    if (options_.LearnsNoise()) {
+      if (learnt_ != nullptr) *learnt_ = noise_.Learnt();
+      VLOG(1) << ToString(noise_.Learnt());
+    }
+    VLOG(1) << "noise scale " << noise_scale_;
+    if (!records_.empty()) {
+      solver_.HandInCounts(first_frame_, records_.back().frame);
+    }
+  }
 
  private:
   int joint_count() const { return scene_.skeleton.joint_count(); }
   size_t newest() const { return records_.size() - 1; }
   bool IsDue() const { return unsolved_ >= solve_every_; }
-  void Solve();
-  std::vector<bool> StartNewStates();
-  void PlaceAnew(const std::vector<bool>& joints);
-  void DropFinalFrames();
-  bool SolveMeasuredJoints();
-  void UpdateLast();
-  void SolveBones();
-  void LearnBoneLengths();
-  void AddFixedBones(const std::vector<bool>& placed);
-  size_t DueEnd() const;
-  void LearnNoiseScale(const std::vector<double>& squares);
-  void Emit(size_t end);
-  JointStatus StatusAt(size_t k, int joint_idx) const;
+
+  void Solve() {
+    if (options_.LearnsNoise()) noise_.Apply(&problem_);
+    const bool moved = SolveMeasuredJoints();
+    if (options_.bones) SolveBones();
+    if (moved || problem_.coupled()) solver_.Refine(&problem_);
+    unsolved_ = 0;
+  }
+
+  // A new state starts where the frame's own views triangulate the joint, else
+  // where the motion leads; at the speed it had. A joint that had no position
+  // yet (missing in the frame before) has no motion to be led by: where this
+  // frame triangulates it, it stays there. Returns which joints those are.
+  std::vector<bool> StartNewStates() {
+    std::vector<bool> placed_anew(joint_count(), false);
+    if (records_.size() < 2) return placed_anew;
+    const size_t k = newest();
+    const double dt_s = ToSeconds(problem_.times[k] - problem_.times[k - 1]);
+    for (int j = 0; j < joint_count(); ++j) {
+      JointChain& chain = problem_.joints[j];
+      placed_anew[j] = records_[k].triangulated[j] &&
+                       StatusAt(k - 1, j) == JointStatus::kMissing;
+      if (placed_anew[j]) continue;
+      const Eigen::Vector3d triangulated = chain.states[k].head<3>();
+      chain.states[k] = Advance(chain.states[k - 1], dt_s);
+      // Without a measurement of its own the state is not solved again, and
+      // where the motion leads it adds no cost.
+      const bool measured = chain.first[k] != chain.first[k + 1];
+      if (measured && records_[k].triangulated[j]) {
+        chain.states[k].head<3>() = triangulated;
+      }
+    }
+    return placed_anew;
+  }
+
+  void PlaceAnew(const std::vector<bool>& joints) {
+    for (int j = 0; j < joint_count(); ++j) {
+      if (!joints[j]) continue;
+      JointChain& chain = problem_.joints[j];
+      const State start = chain.states.back();
+      std::fill(chain.states.begin(), chain.states.end(), start);
+    }
+  }
+
+  void DropFinalFrames() {
+    for (; final_count_ > 0; --final_count_) {
+      for (int j = 0; j < joint_count(); ++j) {
+        Extend(problem_.times[0],
+               CountInliers(problem_.joints[j], 0, options_.inlier_weight),
+               &supports_[j]);
+      }
+      DropFirstFrame(solver_.correction(), &problem_);
+      if (options_.LearnsNoise()) noise_.DropFirstFrame();
+      records_.erase(records_.begin());
+    }
+  }
+
+  // A joint that was not measured anew already is at its minimum: its new state
+  // adds no cost. False where that is all of them.
+  bool SolveMeasuredJoints() {
+    const size_t old = records_.size() - std::min(unsolved_, records_.size());
+    // What is learnt changes weights from frame to frame.
+    const bool all = scale_changed_ || options_.LearnsNoise();
+    std::vector<int> measured;
+    for (int j = 0; j < joint_count(); ++j) {
+      const JointChain& chain = problem_.joints[j];
+      if (chain.first[old] == chain.first.back() && !all) continue;
+      measured.push_back(j);
+    }
+    solver_.SolveJoints(solver_.schedule(), measured, &problem_);
+    scale_changed_ = false;
+    return !measured.empty();
+  }
+
+  void UpdateLast() {
+    const bool birth = last_.empty();
+    if (!birth && records_.back().views.empty()) return;
+    const size_t k = newest();
+    last_.resize(joint_count());
+    last_time_ = records_.back().time;
+    for (int j = 0; j < joint_count(); ++j) {
+      last_states_[j] = problem_.joints[j].states[k];
+      last_[j].position_m = last_states_[j].head<3>();
+      last_[j].status = StatusAt(k, j);
+    }
+  }
+
+  void SolveBones() {
+    // Learnt from estimates without bones of frames that are about to become
+    // final.
+    const size_t end = DueEnd();
+    for (size_t k = final_count_; k < end; ++k) bones_.AddFrame(problem_, k);
+    std::vector<bool> placed(joint_count());
+    for (int j = 0; j < joint_count(); ++j) {
+      placed[j] = StatusAt(newest(), j) != JointStatus::kMissing;
+    }
+    bones_.SetLasting(noise_.correlation());
+    problem_.bones = bones_.Constraints(placed);
+    solver_.SolveBones(&problem_);
+  }
+
+  // End of the frames that are old enough to be final.
+  size_t DueEnd() const {
+    // No frame waits for longer than the lag, those before the next solve
+    // included. Half a millisecond of slack: times are rounded to nanoseconds.
+    const double next_s =
+        static_cast<double>(solve_every_ - 1) / scene_.frame_rate_hz;
+    const TimeNs lag = FromSeconds(options_.lag_s - next_s - 5e-4);
+    size_t end = final_count_;
+    while (end < records_.size() &&
+           problem_.times.back() - problem_.times[end] >= lag) {
+      ++end;
+    }
+    return end;
+  }
+
+  // Sigmas of a window change all at once and seldom.
+  void LearnNoiseScale(const std::vector<double>& squares) {
+    constexpr double kWorthIt = 0.02;
+    learnt_scale_.Add(squares, noise_scale_);
+    const double change = learnt_scale_.scale() / noise_scale_;
+    if (std::abs(change - 1.0) < kWorthIt) return;
+    ScaleSigmas(change, &problem_);
+    noise_scale_ *= change;
+    scale_changed_ = true;
+  }
+
+  // Makes the frames final_count_ .. end - 1 final.
+  void Emit(size_t end) {
+    const size_t offset = finals_.size();
+    for (size_t k = final_count_; k < end; ++k) {
+      finals_.push_back(PoseOf(records_[k], joint_count(), scene_.kept_matches,
+                               options_.covariance));
+    }
+    const bool coupled = problem_.coupled();
+    const bool learns = options_.pixel_noise_from == NoiseFrom::kFixed &&
+                        options_.estimate_noise_scale &&
+                        learnt_scale_.AwaitTurn();
+    std::vector<double> squares;
+    std::vector<std::vector<Matrix6d>> covariances(joint_count());
+    if (options_.covariance || learns) {
+      covariances = coupled ? solver_.BoneCovariances(problem_, end)
+                            : solver_.JointCovariances(
+                                  problem_, solver_.correction(), end);
+    }
+    for (int j = 0; j < joint_count(); ++j) {
+      if (learns && covariances[j].size() >= end) {
+        CollectSquares(problem_.joints[j], covariances[j], final_count_, end,
+                       &squares);
+      }
+      for (size_t k = final_count_; k < end; ++k) {
+        Eigen::Matrix3d covariance;
+        const bool known = options_.covariance && k < covariances[j].size();
+        if (known) {
+          covariance = noise_.CovarianceFactorOf(
+                           j, k, StatusAt(k, j) == JointStatus::kObserved) *
+                       covariances[j][k].topLeftCorner<3, 3>();
+        }
+        WriteJoint(problem_.joints[j], k, j, StatusAt(k, j), InliersAt(k, j),
+                   known ? &covariance : nullptr,
+                   &finals_[offset + k - final_count_].person);
+      }
+    }
+    final_count_ = end;
+    if (learns) LearnNoiseScale(squares);
+  }
+
+  JointStatus StatusAt(size_t k, int joint_idx) const {
+    const JointChain& chain = problem_.joints[joint_idx];
+    JointSupport support = supports_[joint_idx];
+    double nearest_s = std::numeric_limits<double>::infinity();
+    if (support.by_one_view) {
+      nearest_s = ToSeconds(problem_.times[k] - support.last_time);
+    }
+    for (size_t i = 0; i + 1 < chain.first.size(); ++i) {
+      const int count = InliersAt(i, joint_idx);
+      if (count == 0) continue;
+      Extend(problem_.times[i], count, &support);
+      const TimeNs away = problem_.times[k] - problem_.times[i];
+      nearest_s = std::min(nearest_s, ToSeconds(away < 0 ? -away : away));
+    }
+    return StatusOf(InliersAt(k, joint_idx), support.by_two_views, nearest_s,
+                    options_.bridging_limit_s);
+  }
   int InliersAt(size_t k, int joint_idx) const {
     return CountInliers(problem_.joints[joint_idx], k, options_.inlier_weight);
   }
@@ -94,8 +311,7 @@ class WindowEstimator final : public Estimator {
   PersonNoise noise_;
   const std::shared_ptr<RecordingNotes> notes_;  // null: nothing is shared
   const std::shared_ptr<LearntNoise> learnt_;
-  BoneLengths bone_lengths_;
-  BoneSpreads bone_spreads_;
+  PersonBones bones_;
   CausalNoiseScale learnt_scale_;
   double noise_scale_ = 1.0;            // the factor in the problem's sigmas
   bool scale_changed_ = false;          // since the last solve
@@ -110,286 +326,6 @@ class WindowEstimator final : public Estimator {
   std::vector<State> last_states_;
   TimeNs last_time_ = 0;
 };
-
-void WindowEstimator::Add(const EstimatorFrame& frame) {
-  // The first frame waits for no other.
-  const bool birth = last_.empty();
-  if (birth) first_frame_ = frame.frame;
-  unsolved_ = birth ? solve_every_ : unsolved_ + 1;
-  records_.push_back(assembler_.Append(frame, &problem_));
-  for (JointChain& chain : problem_.joints) {
-    for (auto m = chain.measurements.begin() + chain.first[newest()];
-         m != chain.measurements.end(); ++m) {
-      m->sigma_px *= noise_scale_;
-    }
-  }
-  if (options_.LearnsNoise()) {
-    noise_.AddFrame(
-        problem_, newest(),
-        IsDue() ? PersonNoise::Refit::kNow : PersonNoise::Refit::kLater);
-  }
-  const std::vector<bool> placed_anew = StartNewStates();
-  DropFinalFrames();
-  PlaceAnew(placed_anew);
-  if (!IsDue()) return;
-  Solve();
-  UpdateLast();
-  const size_t end = DueEnd();
-  if (end > final_count_) Emit(end);
-}
-
-void WindowEstimator::Solve() {
-  if (options_.LearnsNoise()) noise_.Apply(&problem_);
-  const bool moved = SolveMeasuredJoints();
-  if (options_.bones) SolveBones();
-  if (moved || problem_.coupled()) solver_.Refine(&problem_);
-  unsolved_ = 0;
-}
-
-// A new state starts where the frame's own views triangulate the joint, else
-// where the motion leads; at the speed it had. A joint that had no position yet
-// (missing in the frame before) has no motion to be led by: where this frame
-// triangulates it, it stays there. Returns which joints those are.
-std::vector<bool> WindowEstimator::StartNewStates() {
-  std::vector<bool> placed_anew(joint_count(), false);
-  if (records_.size() < 2) return placed_anew;
-  const size_t k = newest();
-  const double dt_s = ToSeconds(problem_.times[k] - problem_.times[k - 1]);
-  for (int j = 0; j < joint_count(); ++j) {
-    JointChain& chain = problem_.joints[j];
-    placed_anew[j] = records_[k].triangulated[j] &&
-                     StatusAt(k - 1, j) == JointStatus::kMissing;
-    if (placed_anew[j]) continue;
-    const Eigen::Vector3d triangulated = chain.states[k].head<3>();
-    chain.states[k] = Advance(chain.states[k - 1], dt_s);
-    // Without a measurement of its own the state is not solved again, and where
-    // the motion leads it adds no cost.
-    const bool measured = chain.first[k] != chain.first[k + 1];
-    if (measured && records_[k].triangulated[j]) {
-      chain.states[k].head<3>() = triangulated;
-    }
-  }
-  return placed_anew;
-}
-
-void WindowEstimator::PlaceAnew(const std::vector<bool>& joints) {
-  for (int j = 0; j < joint_count(); ++j) {
-    if (!joints[j]) continue;
-    JointChain& chain = problem_.joints[j];
-    const State start = chain.states.back();
-    std::fill(chain.states.begin(), chain.states.end(), start);
-  }
-}
-
-void WindowEstimator::DropFinalFrames() {
-  for (; final_count_ > 0; --final_count_) {
-    for (int j = 0; j < joint_count(); ++j) {
-      Extend(problem_.times[0],
-             CountInliers(problem_.joints[j], 0, options_.inlier_weight),
-             &supports_[j]);
-    }
-    DropFirstFrame(solver_.correction(), &problem_);
-    if (options_.LearnsNoise()) noise_.DropFirstFrame();
-    records_.erase(records_.begin());
-  }
-}
-
-// A joint that was not measured anew already is at its minimum: its new state
-// adds no cost. False where that is all of them.
-bool WindowEstimator::SolveMeasuredJoints() {
-  const size_t old = records_.size() - std::min(unsolved_, records_.size());
-  // What is learnt changes weights from frame to frame.
-  const bool all = scale_changed_ || options_.LearnsNoise();
-  std::vector<int> measured;
-  for (int j = 0; j < joint_count(); ++j) {
-    const JointChain& chain = problem_.joints[j];
-    if (chain.first[old] == chain.first.back() && !all) continue;
-    measured.push_back(j);
-  }
-  solver_.SolveJoints(solver_.schedule(), measured, &problem_);
-  scale_changed_ = false;
-  return !measured.empty();
-}
-
-// Sigmas of a window change all at once and seldom.
-void WindowEstimator::LearnNoiseScale(const std::vector<double>& squares) {
-  constexpr double kWorthIt = 0.02;
-  learnt_scale_.Add(squares, noise_scale_);
-  const double change = learnt_scale_.scale() / noise_scale_;
-  if (std::abs(change - 1.0) < kWorthIt) return;
-  ScaleSigmas(change, &problem_);
-  noise_scale_ *= change;
-  scale_changed_ = true;
-}
-
-JointStatus WindowEstimator::StatusAt(size_t k, int joint_idx) const {
-  const JointChain& chain = problem_.joints[joint_idx];
-  JointSupport support = supports_[joint_idx];
-  double nearest_s = std::numeric_limits<double>::infinity();
-  if (support.by_one_view) {
-    nearest_s = ToSeconds(problem_.times[k] - support.last_time);
-  }
-  for (size_t i = 0; i + 1 < chain.first.size(); ++i) {
-    const int count = InliersAt(i, joint_idx);
-    if (count == 0) continue;
-    Extend(problem_.times[i], count, &support);
-    const TimeNs away = problem_.times[k] - problem_.times[i];
-    nearest_s = std::min(nearest_s, ToSeconds(away < 0 ? -away : away));
-  }
-  return StatusOf(InliersAt(k, joint_idx), support.by_two_views, nearest_s,
-                  options_.bridging_limit_s);
-}
-
-void WindowEstimator::UpdateLast() {
-  const bool birth = last_.empty();
-  if (!birth && records_.back().views.empty()) return;
-  const size_t k = newest();
-  last_.resize(joint_count());
-  last_time_ = records_.back().time;
-  for (int j = 0; j < joint_count(); ++j) {
-    last_states_[j] = problem_.joints[j].states[k];
-    last_[j].position_m = last_states_[j].head<3>();
-    last_[j].status = StatusAt(k, j);
-  }
-}
-
-void WindowEstimator::Predict(TimeNs time, Pose3d* pose) const {
-  *pose = last_;
-  const double dt_s = ToSeconds(time - last_time_);
-  for (size_t j = 0; j < pose->size(); ++j) {
-    Joint3d& joint = (*pose)[j];
-    if (!joint.present()) continue;
-    joint.position_m = Advance(last_states_[j], dt_s).head<3>();
-    joint.status = JointStatus::kInferred;
-  }
-}
-
-// End of the frames that are old enough to be final.
-size_t WindowEstimator::DueEnd() const {
-  // No frame waits for longer than the lag, those before the next solve
-  // included. Half a millisecond of slack: times are rounded to nanoseconds.
-  const double next_s =
-      static_cast<double>(solve_every_ - 1) / scene_.frame_rate_hz;
-  const TimeNs lag = FromSeconds(options_.lag_s - next_s - 5e-4);
-  size_t end = final_count_;
-  while (end < records_.size() &&
-         problem_.times.back() - problem_.times[end] >= lag) {
-    ++end;
-  }
-  return end;
-}
-
-// Lengths are learnt from estimates without bones, or they would confirm
-// themselves, of frames that are about to become final.
-void WindowEstimator::LearnBoneLengths() {
-  const std::vector<Bone>& bones = bone_lengths_.bones();
-  const size_t end = DueEnd();
-  for (size_t k = final_count_; k < end; ++k) {
-    if (options_.bone_sigma_from == NoiseFrom::kRecording) {
-      bone_spreads_.AddFrame(LocateBoneEnds(problem_, k, options_.inlier_weight,
-                                            1.0 / scene_.frame_rate_hz));
-      continue;
-    }
-    for (size_t i = 0; i < bones.size(); ++i) {
-      const JointChain& a = problem_.joints[bones[i].a];
-      const JointChain& b = problem_.joints[bones[i].b];
-      if (CountInliers(a, k, options_.inlier_weight) < 2) continue;
-      if (CountInliers(b, k, options_.inlier_weight) < 2) continue;
-      bone_lengths_.Add(static_cast<int>(i),
-                        (a.states[k].head<3>() - b.states[k].head<3>()).norm(),
-                        1.0 / scene_.frame_rate_hz);
-    }
-  }
-}
-
-void WindowEstimator::SolveBones() {
-  LearnBoneLengths();
-  std::vector<bool> placed(joint_count());
-  for (int j = 0; j < joint_count(); ++j) {
-    placed[j] = StatusAt(newest(), j) != JointStatus::kMissing;
-  }
-  if (options_.bone_sigma_from == NoiseFrom::kRecording) {
-    if (options_.pixel_noise_from == NoiseFrom::kRecording) {
-      bone_spreads_.SetLasting(noise_.correlation(),
-                               1.0 / scene_.frame_rate_hz);
-    }
-    problem_.bones = ConstraintsOf(bone_spreads_, placed);
-  } else {
-    AddFixedBones(placed);
-  }
-  solver_.SolveBones(&problem_);
-}
-
-void WindowEstimator::AddFixedBones(const std::vector<bool>& placed) {
-  problem_.bones.clear();
-  const std::vector<Bone>& bones = bone_lengths_.bones();
-  for (size_t i = 0; i < bones.size(); ++i) {
-    const std::optional<double> length_m =
-        bone_lengths_.Length(static_cast<int>(i));
-    if (!length_m.has_value() || !placed[bones[i].a] || !placed[bones[i].b]) {
-      continue;
-    }
-    problem_.bones.push_back(
-        {bones[i].a, bones[i].b, *length_m, options_.bone_sigma_m});
-  }
-}
-
-// Makes the frames final_count_ .. end - 1 final.
-void WindowEstimator::Emit(size_t end) {
-  const size_t offset = finals_.size();
-  for (size_t k = final_count_; k < end; ++k) {
-    finals_.push_back(PoseOf(records_[k], joint_count(), scene_.kept_matches,
-                             options_.covariance));
-  }
-  const bool coupled = problem_.coupled();
-  const bool learns = options_.pixel_noise_from == NoiseFrom::kFixed &&
-                      options_.estimate_noise_scale &&
-                      learnt_scale_.AwaitTurn();
-  std::vector<double> squares;
-  std::vector<std::vector<Matrix6d>> covariances(joint_count());
-  if (options_.covariance || learns) {
-    covariances =
-        coupled ? solver_.BoneCovariances(problem_, end)
-                : solver_.JointCovariances(problem_, solver_.correction(), end);
-  }
-  for (int j = 0; j < joint_count(); ++j) {
-    if (learns && covariances[j].size() >= end) {
-      CollectSquares(problem_.joints[j], covariances[j], final_count_, end,
-                     &squares);
-    }
-    for (size_t k = final_count_; k < end; ++k) {
-      Eigen::Matrix3d covariance;
-      const bool known = options_.covariance && k < covariances[j].size();
-      if (known) {
-        covariance = noise_.CovarianceFactorOf(
-                         j, k, StatusAt(k, j) == JointStatus::kObserved) *
-                     covariances[j][k].topLeftCorner<3, 3>();
-      }
-      WriteJoint(problem_.joints[j], k, j, StatusAt(k, j), InliersAt(k, j),
-                 known ? &covariance : nullptr,
-                 &finals_[offset + k - final_count_].person);
-    }
-  }
-  final_count_ = end;
-  if (learns) LearnNoiseScale(squares);
-}
-
-void WindowEstimator::ExtractFinals(std::vector<FinalPose>* finals) {
-  MoveFinals(&finals_, finals);
-}
-
-void WindowEstimator::Finish() {
-  if (unsolved_ > 0) Solve();
-  if (final_count_ < records_.size()) Emit(records_.size());
-  if (options_.LearnsNoise()) {
-    if (learnt_ != nullptr) *learnt_ = noise_.Learnt();
-    VLOG(1) << ToString(noise_.Learnt());
-  }
-  VLOG(1) << "noise scale " << noise_scale_;
-  if (!records_.empty()) {
-    solver_.HandInCounts(first_frame_, records_.back().frame);
-  }
-}
 
 }  // namespace
 

@@ -6,7 +6,9 @@
 #include <utility>
 
 #include "core/base/constants.h"
+#include "solvers/batch/batch_estimator.h"
 #include "solvers/graph/assembler.h"
+#include "solvers/window/window_estimator.h"
 
 namespace kinegraph::testing {
 namespace {
@@ -260,6 +262,29 @@ SimulatedRecording Simulate(const SceneModel& scene,
   }
   recording.Connect();
   return recording;
+}
+
+SimulatedRecording Simulate(const SceneModel& scene,
+                            const GraphOptions& options,
+                            std::vector<std::vector<State>> truth,
+                            const SimulatedNoise& noise, uint64_t seed) {
+  Random random(seed);
+  return Simulate(scene, options, std::move(truth), noise,
+                  Eigen::Vector3d::Zero(), &random);
+}
+
+PersonProblem Assemble(const SceneModel& scene, const GraphOptions& options,
+                       const std::vector<EstimatorFrame>& frames) {
+  Assembler assembler(scene, options);
+  PersonProblem problem = assembler.EmptyProblem();
+  for (const EstimatorFrame& frame : frames) assembler.Append(frame, &problem);
+  return problem;
+}
+
+std::unique_ptr<Estimator> MakeEstimator(bool batch, const SceneModel& scene,
+                                         const GraphOptions& options) {
+  return batch ? MakeBatchEstimator(scene, options)
+               : MakeWindowEstimator(scene, options);
 }
 
 std::vector<FinalPose> Run(Estimator* estimator,

@@ -78,6 +78,19 @@ SimulatedRecording Simulate(const SceneModel& scene,
                             std::vector<std::vector<State>> truth,
                             const SimulatedNoise& noise,
                             const Eigen::Vector3d& centre, Random* random);
+// The same around the origin, of numbers that `seed` tells.
+SimulatedRecording Simulate(const SceneModel& scene,
+                            const GraphOptions& options,
+                            std::vector<std::vector<State>> truth,
+                            const SimulatedNoise& noise, uint64_t seed);
+
+// The frames as a problem, from which nothing is learnt yet.
+PersonProblem Assemble(const SceneModel& scene, const GraphOptions& options,
+                       const std::vector<EstimatorFrame>& frames);
+
+// The batch, or the window.
+std::unique_ptr<Estimator> MakeEstimator(bool batch, const SceneModel& scene,
+                                         const GraphOptions& options);
 
 // Runs all frames through an estimator and returns its finals.
 std::vector<FinalPose> Run(Estimator* estimator,

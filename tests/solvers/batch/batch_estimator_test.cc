@@ -20,10 +20,8 @@ class BatchEstimatorTest : public ::testing::Test {
   }
 
   SimulatedRecording Simulate(int frames, const SimulatedNoise& noise) {
-    Random random(81);
     return testing::Simulate(scene_, options_,
-                             testing::WalkingMotion(scene_, frames), noise,
-                             Eigen::Vector3d::Zero(), &random);
+                             testing::WalkingMotion(scene_, frames), noise, 81);
   }
 
   std::vector<FinalPose> Run(const SimulatedRecording& recording) {

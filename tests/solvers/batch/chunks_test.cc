@@ -1,5 +1,3 @@
-#include "solvers/batch/chunks.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -9,8 +7,8 @@
 #include "core/base/parallel.h"
 #include "solvers/batch/recording_solver.h"
 #include "solvers/graph/assembler.h"
-#include "solvers/graph/noise_scale.h"
 #include "solvers/graph/outcome.h"
+#include "solvers/noise/pixel_noise.h"
 #include "tests/support/simulated_person.h"
 
 namespace kinegraph {
@@ -27,18 +25,12 @@ class ChunksTest : public ::testing::Test {
     noise.outliers = 0.05;
     noise.outlier_burst = 3;
     noise.confidence_low = 0.3;
-    Random random(61);
-    recording_ =
-        testing::Simulate(scene_, options_, testing::WalkingMotion(scene_, 750),
-                          noise, Eigen::Vector3d::Zero(), &random);
+    recording_ = testing::Simulate(
+        scene_, options_, testing::WalkingMotion(scene_, 750), noise, 61);
     recording_.Connect();
     // Nobody sees anything for two seconds across the end of a chunk.
     for (size_t k = 165; k < 215; ++k) recording_.frames[k].views.clear();
-    Assembler assembler(scene_, options_);
-    problem_ = assembler.EmptyProblem();
-    for (const EstimatorFrame& frame : recording_.frames) {
-      assembler.Append(frame, &problem_);
-    }
+    problem_ = testing::Assemble(scene_, options_, recording_.frames);
   }
 
   PersonProblem Solve(double chunk_s, int threads) const {

@@ -49,8 +49,7 @@ enum class Kind { kBatch, kWindow };
 
 std::unique_ptr<Estimator> Make(Kind kind, const SceneModel& scene,
                                 const GraphOptions& options) {
-  return kind == Kind::kBatch ? MakeBatchEstimator(scene, options)
-                              : MakeWindowEstimator(scene, options);
+  return testing::MakeEstimator(kind == Kind::kBatch, scene, options);
 }
 
 class Exactness : public ::testing::TestWithParam<Kind> {};

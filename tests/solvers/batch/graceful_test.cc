@@ -36,8 +36,7 @@ Case Of(const std::string& name, bool batch, GraphSolver solver, bool bones) {
   options.solver = solver;
   options.bones = bones;
   return {name, [=](const SceneModel& scene) {
-            return batch ? MakeBatchEstimator(scene, options)
-                         : MakeWindowEstimator(scene, options);
+            return testing::MakeEstimator(batch, scene, options);
           }};
 }
 
@@ -50,11 +49,9 @@ class Graceful : public ::testing::TestWithParam<Case> {
   }
 
   void Make(size_t frames, const SimulatedNoise& noise = SimulatedNoise()) {
-    Random random(41);
     recording_ = testing::Simulate(
         scene_, testing::FixedNoise(),
-        testing::WalkingMotion(scene_, static_cast<int>(frames)), noise,
-        Eigen::Vector3d::Zero(), &random);
+        testing::WalkingMotion(scene_, static_cast<int>(frames)), noise, 41);
   }
 
   std::vector<FinalPose> Run() {
@@ -271,10 +268,8 @@ TEST_P(GracefulOptions, ASolverThatMayNotConverge) {
   options.estimate_noise_scale = false;
   options.solver = std::get<0>(GetParam());
   options.bones = std::get<1>(GetParam());
-  Random random(43);
-  SimulatedRecording recording =
-      testing::Simulate(scene, options, testing::WalkingMotion(scene, 30),
-                        SimulatedNoise(), Eigen::Vector3d::Zero(), &random);
+  SimulatedRecording recording = testing::Simulate(
+      scene, options, testing::WalkingMotion(scene, 30), SimulatedNoise(), 43);
   // Starts a metre off: one step cannot settle.
   for (EstimatorFrame& frame : recording.frames) {
     for (Joint3d& joint : frame.initial) joint.position_m.x() += 1.0;
@@ -306,15 +301,9 @@ TEST(BoneSolverTest, SaysWhereItDidNotSettle) {
       testing::SmallScene(testing::RingOfCameras(5, 5.0, 1000.0), 25.0);
   GraphOptions options = testing::FixedNoise();
   options.bone_sigma_m = 1e-4;
-  Random random(44);
-  SimulatedRecording recording =
-      testing::Simulate(scene, options, testing::WalkingMotion(scene, 20),
-                        SimulatedNoise(), Eigen::Vector3d::Zero(), &random);
-  Assembler assembler(scene, options);
-  PersonProblem problem = assembler.EmptyProblem();
-  for (const EstimatorFrame& frame : recording.frames) {
-    assembler.Append(frame, &problem);
-  }
+  SimulatedRecording recording = testing::Simulate(
+      scene, options, testing::WalkingMotion(scene, 20), SimulatedNoise(), 44);
+  PersonProblem problem = testing::Assemble(scene, options, recording.frames);
   problem.bones.push_back({0, 1, 1.4, options.bone_sigma_m});
   SolveSchedule schedule;
   schedule.stages = {{LossKind::kHuber, 1.5, 1}};

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "solvers/batch/batch_estimator.h"
-#include "solvers/batch/chunks.h"
+#include "solvers/batch/recording_solver.h"
 #include "solvers/noise/recording_notes.h"
 #include "tests/support/simulated_person.h"
 
@@ -26,10 +26,8 @@ class KnownFramesTest : public ::testing::Test {
     noise.correlation_time_s = 0.1;
     noise.missing = 0.1;
     noise.outliers = 0.05;
-    Random random(67);
-    recording_ = testing::Simulate(scene_, options_,
-                                   testing::WalkingMotion(scene_, kFrames),
-                                   noise, Eigen::Vector3d::Zero(), &random);
+    recording_ = testing::Simulate(
+        scene_, options_, testing::WalkingMotion(scene_, kFrames), noise, 67);
   }
 
   struct Run {

@@ -21,8 +21,20 @@ namespace {
 
 using testing::SimulatedNoise;
 
-// The whole person's information at the stored weights, frame by frame, inverted
-// densely; observations times `correction`.
+void ExpectSameStates(const PersonProblem& a, const PersonProblem& b,
+                      double tolerance_m) {
+  for (size_t j = 0; j < a.joints.size(); ++j) {
+    for (size_t k = 0; k < a.times.size(); ++k) {
+      EXPECT_LT(
+          (a.joints[j].states[k] - b.joints[j].states[k]).head<3>().norm(),
+          tolerance_m)
+          << "joint " << j << " frame " << k;
+    }
+  }
+}
+
+// The whole person's information at the stored weights, frame by frame,
+// inverted densely; observations times `correction`.
 Eigen::MatrixXd DenseCovariance(const PersonProblem& problem,
                                 double correction = 1.0) {
   const size_t joints = problem.joints.size();
@@ -51,12 +63,11 @@ Eigen::MatrixXd DenseCovariance(const PersonProblem& problem,
         }
       }
     }
-    const double weight =
-        WeightAtEstimate(problem.joints[keys[0].joint], robustness,
-                         at.squared_norm()) *
-        (robustness.measurement >= 0 ? correction : 1.0);
-    information += robustness.information * weight * jacobian.transpose() *
-                   jacobian;
+    const double weight = WeightAtEstimate(problem.joints[keys[0].joint],
+                                           robustness, at.squared_norm()) *
+                          (robustness.measurement >= 0 ? correction : 1.0);
+    information +=
+        robustness.information * weight * jacobian.transpose() * jacobian;
     return true;
   };
   ForEachFactor(problem, FactorWalk(), add);
@@ -92,38 +103,25 @@ TEST_F(ChainSolverTest, FindsTheMinimumThatCeresFinds) {
     // Ceres stops where rounding hides the progress of the cost, a part in
     // 1e16 of about 1e3 under a curvature of 1e3 / m^2 and more: 1e-8 m, and
     // ten times that where reweighting converges slowly.
-    PersonProblem from_ours = problem_;
+    PersonProblem ours = problem_;
     ChainSolver solver;
-    for (size_t j = 0; j < problem_.joints.size(); ++j) {
-      JointChain chain = problem_.joints[j];
+    for (size_t j = 0; j < ours.joints.size(); ++j) {
+      JointChain& chain = ours.joints[j];
       const SolveReport report =
-          solver.Solve(problem_.times, schedule, {&chain}).front();
+          solver.Solve(ours.times, schedule, {&chain}).front();
       EXPECT_TRUE(report.finite);
       EXPECT_TRUE(report.converged) << report.iterations;
-      for (size_t k = 0; k < chain.states.size(); ++k) {
-        EXPECT_LT(
-            (chain.states[k] - by_ceres.joints[j].states[k]).head<3>().norm(),
-            1e-7)
-            << LossNames()[static_cast<int>(loss)] << " joint " << j
-            << " frame " << k;
-      }
       for (size_t m = 0; m < chain.measurements.size(); ++m) {
         EXPECT_NEAR(chain.measurements[m].weight,
                     by_ceres.joints[j].measurements[m].weight, 1e-5);
       }
-      from_ours.joints[j] = chain;
     }
+    SCOPED_TRACE(LossNames()[static_cast<size_t>(loss)]);
+    ExpectSameStates(ours, by_ceres, 1e-7);
     // Started at our minimum, Ceres finds nothing better.
-    const PersonProblem ours = from_ours;
+    PersonProblem from_ours = ours;
     SolveWithCeres(last, &from_ours);
-    for (size_t j = 0; j < ours.joints.size(); ++j) {
-      for (size_t k = 0; k < ours.times.size(); ++k) {
-        EXPECT_LT((ours.joints[j].states[k] - from_ours.joints[j].states[k])
-                      .head<3>()
-                      .norm(),
-                  1e-8);
-      }
-    }
+    ExpectSameStates(ours, from_ours, 1e-8);
   }
 }
 
@@ -194,7 +192,7 @@ TEST_F(ChainSolverTest, StartsBehindACameraAreGated) {
   for (State& state : chain.states) {
     state.head<3>() = 20.0 * scene_.cameras[0].centre();
   }
-  GateMeasurements(&chain);
+  testing::GateMeasurements(&chain);
   int gated = 0;
   for (const PixelMeasurement& m : chain.measurements) gated += m.gated;
   EXPECT_GE(gated, 10);
@@ -277,12 +275,12 @@ TEST(StepsToComeTest, SumsAGeometricSeries) {
   struct Case {
     double previous, last, cosine, steps;
   };
-  for (const Case& one : {Case{1.0, 0.8, 1.0, 4.0},      // 0.8 + 0.64 + ...
-                          Case{1.0, 0.8, 0.0, 0.0},      // turns
-                          Case{1.0, 0.8, -1.0, 0.0},     // goes back
-                          Case{1.0, 0.1, 1.0, 0.0},      // is quick
+  for (const Case& one : {Case{1.0, 0.8, 1.0, 4.0},   // 0.8 + 0.64 + ...
+                          Case{1.0, 0.8, 0.0, 0.0},   // turns
+                          Case{1.0, 0.8, -1.0, 0.0},  // goes back
+                          Case{1.0, 0.1, 1.0, 0.0},   // is quick
                           Case{0.0, 0.1, 1.0, 0.0},
-                          Case{1.0, 0.999, 1.0, 19.0},   // never guesses far
+                          Case{1.0, 0.999, 1.0, 19.0},  // never guesses far
                           Case{1.0, 1.5, 1.0, 19.0}}) {
     EXPECT_NEAR(StepsToCome(one.previous * one.previous, one.last * one.last,
                             one.cosine * one.previous * one.last),
@@ -307,18 +305,6 @@ class BoneTest : public testing::SolverProblemTest {
         .norm();
   }
 };
-
-void ExpectSameStates(const PersonProblem& a, const PersonProblem& b,
-                      double tolerance_m) {
-  for (size_t j = 0; j < a.joints.size(); ++j) {
-    for (size_t k = 0; k < a.times.size(); ++k) {
-      EXPECT_LT(
-          (a.joints[j].states[k] - b.joints[j].states[k]).head<3>().norm(),
-          tolerance_m)
-          << "joint " << j << " frame " << k;
-    }
-  }
-}
 
 TEST_F(BoneTest, FindsTheMinimumThatCeresFinds) {
   SimulatedNoise noise;
@@ -481,8 +467,7 @@ TEST_F(BoneTest, EstimatorsGainFromBones) {
     for (const bool bones : {false, true}) {
       GraphOptions options = testing::FixedNoise();
       options.bones = bones;
-      const auto estimator = batch ? MakeBatchEstimator(scene_, options)
-                                   : MakeWindowEstimator(scene_, options);
+      const auto estimator = testing::MakeEstimator(batch, scene_, options);
       const auto finals = testing::Run(estimator.get(), recording_.frames);
       rmse_m[bones] = testing::RootMeanSquare(recording_.truth, finals, 100);
       double sum = 0.0;

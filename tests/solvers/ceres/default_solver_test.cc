@@ -27,12 +27,10 @@ class DefaultSolverTest : public ::testing::Test {
     GraphOptions options = given;
     options.max_iterations = given.max_iterations == 1 ? 1 : 100;
     options.ledger = std::make_shared<SolveLedger>();
-    Random random(71);
     SimulatedRecording recording =
         testing::Simulate(scene, options, testing::WalkingMotion(scene, frames),
-                          SimulatedNoise(), Eigen::Vector3d::Zero(), &random);
-    const auto estimator = batch ? MakeBatchEstimator(scene, options)
-                                 : MakeWindowEstimator(scene, options);
+                          SimulatedNoise(), 71);
+    const auto estimator = testing::MakeEstimator(batch, scene, options);
     testing::Run(estimator.get(), recording.frames);
     return options.ledger->Total();
   }

@@ -17,6 +17,7 @@
 #include "tests/support/factor_checks.h"
 #include "tests/support/floor_contact.h"
 #include "tests/support/simulated_person.h"
+#include "tests/support/solver_problem.h"
 
 namespace kinegraph {
 namespace {
@@ -65,8 +66,7 @@ class UserFactorTest : public ::testing::Test {
     options.max_iterations = 100;
     options.pixel_noise_from = options.process_noise_from = NoiseFrom::kFixed;
     options.estimate_noise_scale = false;
-    const auto estimator = batch ? MakeBatchEstimator(scene_, options)
-                                 : MakeWindowEstimator(scene_, options);
+    const auto estimator = testing::MakeEstimator(batch, scene_, options);
     return testing::Run(estimator.get(), recording_.frames);
   }
 
@@ -150,13 +150,10 @@ TEST_F(UserFactorTest, MarginalisingKeepsValuesAndCovariances) {
     return factors;
   };
   Make(kFrames);
-  Assembler assembler(scene_, options_);
-  PersonProblem problem = assembler.EmptyProblem();
-  for (const EstimatorFrame& frame : recording_.frames) {
-    assembler.Append(frame, &problem);
-  }
+  PersonProblem problem =
+      testing::Assemble(scene_, options_, recording_.frames);
   ASSERT_EQ(problem.user.size(), kFrames - 1);
-  for (JointChain& chain : problem.joints) GateMeasurements(&chain);
+  for (JointChain& chain : problem.joints) testing::GateMeasurements(&chain);
   SolveSchedule schedule;
   schedule.step_tolerance_m = 1e-10;
   schedule.stages = {{LossKind::kNone, 1.0, 200}};

@@ -33,7 +33,7 @@ JointSegment Uneven() {
       -0.5 * testing::Wiggle(kCount), testing::Wiggle(kCount).cwiseAbs2();
   segment.sampled.assign(kCount, 1);
   for (int k = 0; k < kCount; ++k) {
-    if (k >= 8 && k < 12) segment.sampled[static_cast<size_t>(k)] = 0;
+    if (k >= 8 && k < 12) segment.sampled[k] = 0;
     const Eigen::Vector3d ray(1.0, std::sin(k), 0.3 * k);
     segment.covariances_m2.emplace_back(
         1e-4 * (1.0 + 0.1 * k) * Eigen::Matrix3d::Identity() +

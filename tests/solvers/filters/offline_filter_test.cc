@@ -137,10 +137,8 @@ class EveryStrategyTest : public ::testing::TestWithParam<int> {
     testing::SimulatedNoise noise;
     noise.missing = 0.4;
     noise.outliers = outliers;
-    Random random(5);
     testing::SimulatedRecording recording = testing::Simulate(
-        scene_, options_.graph, testing::WalkingMotion(scene_, 50), noise,
-        Eigen::Vector3d::Zero(), &random);
+        scene_, options_.graph, testing::WalkingMotion(scene_, 50), noise, 5);
     for (EstimatorFrame& frame : recording.frames) {
       for (const Joint3d& joint : frame.initial) {
         frame.triangulated.push_back(joint.present());
@@ -219,7 +217,7 @@ TEST_P(EveryStrategyTest, IsNearTheTruth) {
 }
 
 std::string NameOf(const ::testing::TestParamInfo<int>& info) {
-  return OutputNames()[static_cast<size_t>(info.param)];
+  return OutputNames()[info.param];
 }
 
 INSTANTIATE_TEST_SUITE_P(
@@ -235,10 +233,8 @@ TEST(RobustPointsTest, SurviveWhatSpoilsTheInitialPose) {
   const auto rms = [&](double outliers, OutputKind kind) {
     testing::SimulatedNoise noise;
     noise.outliers = outliers;
-    Random random(9);
     const testing::SimulatedRecording recording = testing::Simulate(
-        scene, options.graph, testing::WalkingMotion(scene, 200), noise,
-        Eigen::Vector3d::Zero(), &random);
+        scene, options.graph, testing::WalkingMotion(scene, 200), noise, 9);
     const auto estimator = MakeOutput(kind, options)(scene);
     return testing::RootMeanSquare(
         recording.truth, testing::Run(estimator.get(), recording.frames));

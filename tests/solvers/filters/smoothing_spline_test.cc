@@ -112,7 +112,7 @@ TEST(SmoothingSplineTest, GoesOverGapsByItself) {
   const auto curve = [](double t) { return 3.0 * t * t; };
   for (int k = 0; k < 30; ++k) {
     const bool gap = k >= 10 && k < 15;
-    segment.sampled[static_cast<size_t>(k)] = !gap;
+    segment.sampled[k] = !gap;
     const double share = (k - 9) / 6.0;
     const double linear = (1.0 - share) * curve(0.36) + share * curve(0.6);
     segment.positions_m.row(k).setConstant(gap ? linear : curve(0.04 * k));

@@ -1,11 +1,12 @@
+#include "solvers/graph/assembler.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
 
 #include "core/base/random.h"
-#include "solvers/graph/assembler.h"
-#include "solvers/graph/noise_scale.h"
 #include "solvers/graph/outcome.h"
+#include "solvers/noise/pixel_noise.h"
 
 namespace kinegraph {
 namespace {

@@ -1,5 +1,3 @@
-#include "solvers/noise/confidence_power.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -9,6 +7,7 @@
 
 #include "core/base/random.h"
 #include "solvers/graph/assembler.h"
+#include "solvers/noise/frame_points.h"
 #include "solvers/noise/person_noise.h"
 #include "tests/support/simulated_person.h"
 
@@ -137,10 +136,8 @@ class MeaninglessConfidenceTest : public ::testing::Test {
     without.confidence_power = 0.0;
     SimulatedNoise noise;
     noise.confidence_low = 0.05;
-    Random random(5);
-    recording_ =
-        testing::Simulate(scene_, without, testing::WalkingMotion(scene_, 300),
-                          noise, Eigen::Vector3d::Zero(), &random);
+    recording_ = testing::Simulate(
+        scene_, without, testing::WalkingMotion(scene_, 300), noise, 5);
   }
 
   LearntNoise Learn(bool causal) {

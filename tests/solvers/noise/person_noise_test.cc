@@ -90,11 +90,7 @@ TEST_F(PersonNoiseTest, TellsWhatTheTakeWasMadeOf) {
 
 TEST_F(PersonNoiseTest, EachCanBeSwitchedOffAlone) {
   const SimulatedRecording recording = Take(SimulatedNoise(), 2e-4);
-  Assembler assembler(scene_, options_);
-  PersonProblem problem = assembler.EmptyProblem();
-  for (const EstimatorFrame& frame : recording.frames) {
-    assembler.Append(frame, &problem);
-  }
+  PersonProblem problem = testing::Assemble(scene_, options_, recording.frames);
   const PersonProblem as_given = problem;
   options_.pixel_noise_from = NoiseFrom::kFixed;
   {
@@ -140,13 +136,10 @@ TEST_F(PersonNoiseTest, ViewsThatAgreeAreHeardAfterALongRest) {
   }
   SimulatedNoise noise;
   noise.sigma_scale = 1.0 / 3.0;  // 2 px: 8 mm
-  Random random(12);
   const SimulatedRecording recording =
-      testing::Simulate(scene_, testing::FixedNoise(), truth, noise,
-                        Eigen::Vector3d::Zero(), &random);
+      testing::Simulate(scene_, testing::FixedNoise(), truth, noise, 12);
   const auto worst = [&](const GraphOptions& options, bool batch) {
-    const auto estimator = batch ? MakeBatchEstimator(scene_, options)
-                                 : MakeWindowEstimator(scene_, options);
+    const auto estimator = testing::MakeEstimator(batch, scene_, options);
     const auto finals = testing::Run(estimator.get(), recording.frames);
     double largest = 0.0;
     for (size_t k = 0; k < finals.size(); ++k) {
@@ -216,15 +209,9 @@ TEST_F(PersonNoiseTest, AnArmThatRestsIsQuietBesideOneThatWorks) {
   }
   SimulatedNoise noise;
   noise.sigma_scale = 1.0 / 3.0;  // 2 px: 8 mm
-  Random random(14);
   const SimulatedRecording recording =
-      testing::Simulate(scene_, testing::FixedNoise(), truth, noise,
-                        Eigen::Vector3d::Zero(), &random);
-  Assembler assembler(scene_, options_);
-  PersonProblem problem = assembler.EmptyProblem();
-  for (const EstimatorFrame& frame : recording.frames) {
-    assembler.Append(frame, &problem);
-  }
+      testing::Simulate(scene_, testing::FixedNoise(), truth, noise, 14);
+  PersonProblem problem = testing::Assemble(scene_, options_, recording.frames);
   PersonNoise person(scene_, options_);
   person.LearnRecording(problem);
   person.Apply(&problem);
@@ -256,10 +243,8 @@ TEST_F(PersonNoiseTest, NoiseHidesSlowMotionOfWhoMoves) {
     }
     SimulatedNoise noise;
     noise.sigma_scale = sigma_scale;
-    Random random(13);
     const SimulatedRecording recording =
-        testing::Simulate(scene_, testing::FixedNoise(), truth, noise,
-                          Eigen::Vector3d::Zero(), &random);
+        testing::Simulate(scene_, testing::FixedNoise(), truth, noise, 13);
     const auto shoulder = static_cast<size_t>(JointClass::kShoulder);
     return Learn(recording, false).classes[shoulder].least_process_noise;
   };

@@ -13,12 +13,16 @@
 namespace kinegraph {
 namespace {
 
-// A left hip that five cameras see ten times a second for a minute.
-struct HipRecording {
+// A left hip, and perhaps a knee, that five cameras see ten times a second for
+// a minute.
+struct BodyRecording {
   double turns = 6.0;  // of the body, in all
   double noise_px = 2.0;
   Eigen::Vector3d offset_m = Eigen::Vector3d::Zero();  // in the body's axes
-  ViewBias::OfJoint bias;
+  ViewBias::OfJoint bias;                              // of the hip
+  bool with_knee = false;
+  Eigen::Vector2d shift_px = Eigen::Vector2d::Zero();  // of camera 1's pictures
+  bool removes_shifts = false;
 };
 
 class ViewBiasTest : public ::testing::Test {
@@ -38,38 +42,56 @@ class ViewBiasTest : public ::testing::Test {
     return {axes, axes};
   }
 
-  ViewBias Learn(const HipRecording& recording, bool always) const {
+  std::vector<BiasView> Views(const BodyRecording& recording,
+                              const BodyStance& stance, int joint,
+                              Random* random) const {
+    const Eigen::Vector3d point =
+        Eigen::Vector3d(0.3, 0.2, joint == hip_ ? 0.9 : 0.5) +
+        0.15 * stance.trunk.left;
+    const Eigen::Vector3d detected =
+        point + recording.offset_m.x() * stance.trunk.forward +
+        recording.offset_m.y() * stance.trunk.left +
+        recording.offset_m.z() * stance.trunk.up;
+    std::vector<BiasView> views(cameras_.size());
+    for (size_t v = 0; v < views.size(); ++v) {
+      BiasView& view = views[v];
+      view.view_idx = static_cast<int>(v);
+      view.direction = *DirectionOf(joints_, stance, joint, point, cameras_[v]);
+      const Eigen::Vector2d px = *cameras_[v].Project(point, &view.jacobian);
+      view.residual_px = *cameras_[v].Project(detected) - px;
+      if (joint == hip_) {
+        view.residual_px += BiasOf(recording.bias, view.direction);
+      }
+      if (v == 1) view.residual_px += recording.shift_px;
+      if (recording.noise_px == 0.0) continue;
+      for (int i = 0; i < 2; ++i) {
+        view.residual_px[i] += recording.noise_px * random->Normal();
+      }
+      view.per_sigma = 1.0 / recording.noise_px;
+    }
+    return views;
+  }
+
+  ViewBias Learn(const BodyRecording& recording, bool always) const {
     BiasSeries series(classes_, static_cast<int>(cameras_.size()));
     Random random(5);
+    std::vector<int> seen = {hip_};
+    if (recording.with_knee) seen.push_back(skeleton_.IndexOf("l_knee"));
     constexpr int kFrames = 600;
     for (int k = 0; k < kFrames; ++k) {
       const BodyStance stance =
           StanceAt(2.0 * kPi * recording.turns * k / kFrames);
-      const Eigen::Vector3d hip =
-          Eigen::Vector3d(0.3, 0.2, 0.9) + 0.15 * stance.trunk.left;
-      const Eigen::Vector3d detected =
-          hip + recording.offset_m.x() * stance.trunk.forward +
-          recording.offset_m.y() * stance.trunk.left +
-          recording.offset_m.z() * stance.trunk.up;
-      std::vector<BiasView> views;
       std::vector<BiasSums> sums(classes_.size());
-      for (size_t v = 0; v < cameras_.size(); ++v) {
-        BiasView view;
-        view.view_idx = static_cast<int>(v);
-        view.direction = *DirectionOf(joints_, stance, hip_, hip, cameras_[v]);
-        const Eigen::Vector2d px = *cameras_[v].Project(hip, &view.jacobian);
-        view.residual_px = *cameras_[v].Project(detected) - px +
-                           BiasOf(recording.bias, view.direction);
-        for (int i = 0; i < 2; ++i) {
-          view.residual_px[i] += recording.noise_px * random.Normal();
+      for (const int joint : seen) {
+        const auto views = Views(recording, stance, joint, &random);
+        for (const BiasView& view : views) {
+          series.AddAzimuth(view.view_idx, view.direction.azimuth);
         }
-        view.per_sigma = 1.0 / recording.noise_px;
-        series.AddAzimuth(view.view_idx, view.direction.azimuth);
-        views.push_back(view);
+        AddViews(views, 1.0, &sums[joints_.IndexOf(joint)]);
       }
-      AddViews(views, 1.0, &sums[line_]);
       series.Add(FromSeconds(0.1 * k), sums);
     }
+    if (recording.removes_shifts) series.RemoveShifts();
     return series.Fit(joints_.names(), always);
   }
 
@@ -92,7 +114,7 @@ class ViewBiasTest : public ::testing::Test {
 };
 
 TEST_F(ViewBiasTest, FindsWhatTheTakeWasMadeWith) {
-  HipRecording recording;
+  BodyRecording recording;
   recording.bias = TwiceAround();
   const ViewBias learnt = Learn(recording, false);
   const ViewBias::OfJoint& hip = learnt.joints[line_];
@@ -112,14 +134,14 @@ TEST_F(ViewBiasTest, FindsWhatTheTakeWasMadeWith) {
 }
 
 TEST_F(ViewBiasTest, ADetectorWithoutOneIsLeftAlone) {
-  const ViewBias learnt = Learn(HipRecording(), false);
+  const ViewBias learnt = Learn(BodyRecording(), false);
   EXPECT_FALSE(learnt.joints[line_].used);
   EXPECT_TRUE(learnt.empty());
 }
 
 // A body-fixed offset is nothing that images can tell: it stays in the joint.
 TEST_F(ViewBiasTest, AnOffsetInTheBodyIsNoBias) {
-  HipRecording recording;
+  BodyRecording recording;
   recording.offset_m = {0.02, -0.03, 0.03};
   const ViewBias learnt = Learn(recording, true);
   const ViewBias::OfJoint& hip = learnt.joints[line_];
@@ -138,7 +160,7 @@ TEST_F(ViewBiasTest, AnOffsetInTheBodyIsNoBias) {
 
 // Then a bias cannot be told from a shift of each camera.
 TEST_F(ViewBiasTest, IsOffWhereEverybodyFacesOneWay) {
-  HipRecording recording;
+  BodyRecording recording;
   recording.turns = 0.15;
   recording.bias = TwiceAround();
   const ViewBias learnt = Learn(recording, true);
@@ -185,21 +207,12 @@ TEST(IndependentShareTest, IsTheVarianceOfAMean) {
 
 // Where positions are known, the directions' own least squares.
 TEST_F(ViewBiasTest, ViewsTellTheBiasAsItIs) {
-  const ViewBias::OfJoint bias = TwiceAround();
   BiasSums sums;
+  BodyRecording recording;
+  recording.noise_px = 0.0;
+  recording.bias = TwiceAround();
   for (int k = 0; k < 600; ++k) {
-    const BodyStance stance = StanceAt(0.1 * k);
-    const Eigen::Vector3d hip =
-        Eigen::Vector3d(0.3, 0.2, 0.9) + 0.15 * stance.trunk.left;
-    std::vector<BiasView> views;
-    for (const Camera& camera : cameras_) {
-      BiasView view;
-      view.direction = *DirectionOf(joints_, stance, hip_, hip, camera);
-      ASSERT_TRUE(camera.Project(hip, &view.jacobian).has_value());
-      view.residual_px = BiasOf(bias, view.direction);
-      views.push_back(view);
-    }
-    AddViews(views, 0.1, &sums);
+    AddViews(Views(recording, StanceAt(0.1 * k), hip_, nullptr), 0.1, &sums);
   }
   EXPECT_NEAR(sums.independent, 0.1 * 3000.0, 1e-9);
   // One of ridge beside 300, halved by the features' squares, for two of which
@@ -210,73 +223,33 @@ TEST_F(ViewBiasTest, ViewsTellTheBiasAsItIs) {
 }
 
 // Hips and knees whose positions are known, before a camera whose pictures are
-// shifted.
-class ShiftedCameraTest : public ViewBiasTest {
- protected:
-  // The hip's coefficients across, of a body that turns so often in a minute.
-  std::vector<double> Learn(double turns, const ViewBias::OfJoint& of_hip,
-                            bool knows_shifts) const {
-    BiasSeries series(classes_, static_cast<int>(cameras_.size()));
-    const int knee = skeleton_.IndexOf("l_knee");
-    for (int k = 0; k < 600; ++k) {
-      const BodyStance stance = StanceAt(2.0 * kPi * turns * k / 600);
-      std::vector<BiasSums> sums(classes_.size());
-      for (const int joint : {hip_, knee}) {
-        const Eigen::Vector3d point =
-            Eigen::Vector3d(0.3, 0.2, joint == knee ? 0.5 : 0.9) +
-            0.15 * stance.trunk.left;
-        std::vector<BiasView> views;
-        for (size_t v = 0; v < cameras_.size(); ++v) {
-          BiasView view;
-          view.view_idx = static_cast<int>(v);
-          view.direction =
-              *DirectionOf(joints_, stance, joint, point, cameras_[v]);
-          EXPECT_TRUE(cameras_[v].Project(point, &view.jacobian).has_value());
-          if (v == 1) view.residual_px = {12.0, -7.0};
-          if (joint == hip_) {
-            view.residual_px += BiasOf(of_hip, view.direction);
-          }
-          series.AddAzimuth(view.view_idx, view.direction.azimuth);
-          views.push_back(view);
-        }
-        AddViews(views, 1.0,
-                 &sums[static_cast<size_t>(joints_.IndexOf(joint))]);
-      }
-      series.Add(FromSeconds(0.1 * k), sums);
+// shifted: 12 px are 5 cm there.
+TEST_F(ViewBiasTest, AShiftPassesForABiasUnlessItIsTakenAway) {
+  const auto greatest = [this](const ViewBias& bias) {
+    double value = 0.0;
+    for (const double one : bias.joints[line_].across_m) {
+      value = std::max(value, std::abs(one));
     }
-    if (knows_shifts) series.RemoveShifts();
-    const ViewBias bias = series.Fit(joints_.names(), true);
-    used_ = bias.joints[line_].used;
-    const auto& across = bias.joints[line_].across_m;
-    return {across.begin(), across.end()};
-  }
-
-  static double Greatest(const std::vector<double>& values) {
-    double greatest = 0.0;
-    for (const double value : values) {
-      greatest = std::max(greatest, std::abs(value));
-    }
-    return greatest;
-  }
-
-  mutable bool used_ = false;
-};
-
-// 12 px are 5 cm there.
-TEST_F(ShiftedCameraTest, PassesForABiasUnlessItIsTakenAway) {
-  EXPECT_GT(Greatest(Learn(0.3, {}, false)), 5e-3);
-  EXPECT_FALSE(used_);  // 108 degrees do not do
+    return value;
+  };
+  BodyRecording shifted;
+  shifted.turns = 0.3;
+  shifted.noise_px = 0.0;
+  shifted.with_knee = true;
+  shifted.shift_px = {12.0, -7.0};
+  const ViewBias passes = Learn(shifted, true);
+  EXPECT_GT(greatest(passes), 5e-3);
+  EXPECT_FALSE(passes.joints[line_].used);  // 108 degrees do not do
+  shifted.removes_shifts = true;
   // Rounding of sums of 12,000 numbers of the size of a metre.
-  EXPECT_LT(Greatest(Learn(0.3, {}, true)), 1e-9);
-  Learn(0.3, TwiceAround(), true);
-  EXPECT_TRUE(used_);
-}
-
-// From all sides a bias has no mean to lose, but for distances that differ.
-TEST_F(ShiftedCameraTest, LeavesABiasThatIsOne) {
-  const std::vector<double> across = Learn(6.0, TwiceAround(), true);
-  EXPECT_NEAR(across[3], 0.02, 1e-3);
-  EXPECT_TRUE(used_);
+  EXPECT_LT(greatest(Learn(shifted, true)), 1e-9);
+  shifted.bias = TwiceAround();
+  EXPECT_TRUE(Learn(shifted, true).joints[line_].used);
+  // From all sides a bias has no mean to lose, but for distances that differ.
+  shifted.turns = 6.0;
+  const ViewBias stays = Learn(shifted, true);
+  EXPECT_NEAR(stays.joints[line_].across_m[3], 0.02, 1e-3);
+  EXPECT_TRUE(stays.joints[line_].used);
 }
 
 // A person's looks at one joint: residuals along one feature.

@@ -51,10 +51,8 @@ TEST(WindowEstimator, EqualsBatchOverTheFramesSoFarInAnAffineWorld) {
     options.lag_s = lag_s;
     SimulatedNoise noise;
     noise.missing = 0.3;
-    Random random(31);
-    SimulatedRecording recording =
-        testing::Simulate(scene, options, testing::WalkingMotion(scene, 40),
-                          noise, Eigen::Vector3d::Zero(), &random);
+    SimulatedRecording recording = testing::Simulate(
+        scene, options, testing::WalkingMotion(scene, 40), noise, 31);
     // A gap in all views, a frame that was dropped, a view that comes late.
     for (size_t k = 10; k < 16; ++k) recording.frames[k].views.clear();
     recording.frames.erase(recording.frames.begin() + 25);
@@ -119,10 +117,8 @@ TEST(WindowEstimator, RobustWindowStaysCloseToBatch) {
   SimulatedNoise noise;
   noise.outliers = 0.1;
   noise.outlier_burst = 5;
-  Random random(32);
-  const SimulatedRecording recording =
-      testing::Simulate(scene, options, testing::WalkingMotion(scene, 200),
-                        noise, Eigen::Vector3d::Zero(), &random);
+  const SimulatedRecording recording = testing::Simulate(
+      scene, options, testing::WalkingMotion(scene, 200), noise, 32);
   const auto window = MakeWindowEstimator(scene, options);
   const auto finals = testing::Run(window.get(), recording.frames);
   const auto batch =
@@ -146,10 +142,8 @@ TEST(WindowEstimator, RobustWindowStaysCloseToBatch) {
 TEST(WindowEstimator, LastAndPredictAreCausal) {
   const SceneModel scene = MakeScene(25.0, false);
   GraphOptions options = testing::FixedNoise();
-  Random random(33);
-  SimulatedRecording recording =
-      testing::Simulate(scene, options, testing::WalkingMotion(scene, 60),
-                        SimulatedNoise(), Eigen::Vector3d::Zero(), &random);
+  SimulatedRecording recording = testing::Simulate(
+      scene, options, testing::WalkingMotion(scene, 60), SimulatedNoise(), 33);
   for (size_t k = 50; k < 60; ++k) recording.frames[k].views.clear();
   const auto window = MakeWindowEstimator(scene, options);
   EXPECT_TRUE(window->Last().empty());
@@ -179,10 +173,8 @@ TEST(WindowEstimator, LastAndPredictAreCausal) {
 TEST(WindowEstimator, JointsThatAreNeverSeenAreMissing) {
   const SceneModel scene = MakeScene(25.0, false);
   GraphOptions options = testing::FixedNoise();
-  Random random(34);
-  SimulatedRecording recording =
-      testing::Simulate(scene, options, testing::WalkingMotion(scene, 60),
-                        SimulatedNoise(), Eigen::Vector3d::Zero(), &random);
+  SimulatedRecording recording = testing::Simulate(
+      scene, options, testing::WalkingMotion(scene, 60), SimulatedNoise(), 34);
   for (size_t k = 0; k < 60; ++k) {
     for (size_t c = 0; c < 5; ++c) {
       recording.keypoints[k][c][0].found = false;              // never
@@ -221,10 +213,9 @@ TEST(WindowEstimator, FastFramesShareASolve) {
   options.solver = GraphSolver::kBlockTridiagonal;
   options.lag_s = 0.1;
   options.ledger = std::make_shared<SolveLedger>();
-  Random random(36);
   const SimulatedRecording recording =
       testing::Simulate(scene, options, testing::WalkingMotion(scene, kFrames),
-                        SimulatedNoise(), Eigen::Vector3d::Zero(), &random);
+                        SimulatedNoise(), 36);
   const auto window = MakeWindowEstimator(scene, options);
   std::vector<FinalPose> finals;
   for (const EstimatorFrame& frame : recording.frames) {

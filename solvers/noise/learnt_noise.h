@@ -1,0 +1,54 @@
+// What a recording told of the detector's noise and of the motion.
+#ifndef KINEGRAPH_SOLVERS_NOISE_LEARNT_NOISE_H_
+#define KINEGRAPH_SOLVERS_NOISE_LEARNT_NOISE_H_
+
+#include <array>
+#include <cstdint>
+#include <string>
+
+#include "core/skeleton/skeleton.h"
+
+namespace kinegraph {
+
+// Correlation of a detector's errors over time: share * exp(-|dt| / time_s)
+// for dt > 0; the rest of the variance is white.
+struct ErrorCorrelation {
+  double share = 0.0;  // 0 .. 1
+  double time_s = 0.1;
+};
+
+// What was learnt, in physical units.
+struct LearntNoise {
+  struct OfClass {
+    // Joints of single frames whose residuals told the detector's error; 0:
+    // nothing was learnt of this class.
+    int64_t joints_seen = 0;
+    // Error of a confidence of 1 at 4 m with a focal length of 1000 px [px].
+    double sigma_px = 0.0;
+    // Power of the white noise on acceleration [m^2/s^3]: the recording's
+    // level.
+    double process_noise = 0.0;
+    // Least and greatest power of any interval of time so far.
+    double least_process_noise = 0.0;
+    double greatest_process_noise = 0.0;
+  };
+  std::array<OfClass, kJointClassCount> classes;
+  ErrorCorrelation correlation;
+  // The errors grow with confidence^-power.
+  double confidence_power = 0.0;
+};
+
+// One line for the log: "errors last 0.10 s (share 0.90), grow with
+// confidence^-0.5; wrist 3.1 px, 4.2
+// (0.4 .. 120) m^2/s^3; ...".
+std::string ToString(const LearntNoise& learnt);
+
+// {"error_time_s", "error_share", "confidence_power", "classes": {"wrist":
+// {"joints_seen", "sigma_px", "process_noise", "least_process_noise",
+// "greatest_process_noise"}, ...}}: classes of which something was seen, units
+// as in LearntNoise.
+std::string ToJson(const LearntNoise& learnt);
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_SOLVERS_NOISE_LEARNT_NOISE_H_
