@@ -50,7 +50,7 @@ bool HasOthersCameras(const CalibrationHead& head) {
 
 namespace {
 
-Json ToJson(const Camera& camera) {
+Json KrtJson(const Camera& camera) {
   const bool has_lens = camera.lens() != nullptr;
   const Eigen::Vector3d& t = camera.t();
   Json json;
@@ -352,7 +352,7 @@ void WriteTrackedCameras(const std::string& path, const CameraRig& cameras,
   const char* separator = "\n";
   for (const Camera& camera : cameras) {
     // A name that is not UTF-8 is written with replacement characters.
-    file.Write(separator + DumpJson(ToJson(camera)));
+    file.Write(separator + DumpJson(KrtJson(camera)));
     separator = ",\n";
   }
   file.Write("\n]");
