@@ -225,7 +225,7 @@ class Body {
 
 // The motion of a person, and the rows in which the person is there: those of
 // the recording, and of the motion.
-struct Presence {
+struct AnimatedPerson {
   std::vector<size_t> rows;
   std::vector<size_t> of_motion;
   TreeMotion motion;
@@ -280,43 +280,43 @@ class Scene {
     return static_cast<float>(rows_[row].time_s - rows_.front().time_s);
   }
 
-  Presence Solve(TrackId id, const std::string& name) {
-    Presence presence;
+  AnimatedPerson Solve(TrackId id, const std::string& name) {
+    AnimatedPerson person;
     std::vector<const PersonPose*> poses;  // from the first on
     for (size_t r = 0; r < rows_.size(); ++r) {
       const PersonPose* pose = FindPerson(rows_[r].frame, id);
       if (pose != nullptr) {
-        presence.rows.push_back(r);
-        presence.of_motion.push_back(poses.size());
+        person.rows.push_back(r);
+        person.of_motion.push_back(poses.size());
       }
-      if (!presence.rows.empty()) poses.push_back(pose);
+      if (!person.rows.empty()) poses.push_back(pose);
     }
-    poses.resize(presence.of_motion.back() + 1);
-    presence.motion = SolveTreeMotion(tree_, poses, axes_);
-    losses_.See(tree_, presence.motion, name);
-    return presence;
+    poses.resize(person.of_motion.back() + 1);
+    person.motion = SolveTreeMotion(tree_, poses, axes_);
+    losses_.See(tree_, person.motion, name);
+    return person;
   }
 
   void AddPerson(size_t person_idx, TrackId id, const std::string& name,
                  const std::string& prefix) {
-    const Presence presence = Solve(id, name);
+    const AnimatedPerson person = Solve(id, name);
     const size_t person_node = nodes_.size();
     const size_t first_joint = person_node + 1;
     nodes_.Add(
         fmt::format(R"({{"name":{},"children":[{}],"extras":{{"id":{}}}}})",
                     JsonText(name), first_joint, id.value()));
     scene_nodes_.Add(std::to_string(person_node));
-    AddJoints(presence, prefix, first_joint);
-    AddSkin(presence, name, person_idx, first_joint);
-    AddMotion(presence, person_node, first_joint);
+    AddJoints(person, prefix, first_joint);
+    AddSkin(person, name, person_idx, first_joint);
+    AddMotion(person, person_node, first_joint);
   }
 
   // In the pose of the person's first frame.
-  void AddJoints(const Presence& presence, const std::string& prefix,
+  void AddJoints(const AnimatedPerson& person, const std::string& prefix,
                  size_t first_joint) {
     for (size_t j = 0; j < tree_.size(); ++j) {
-      const Vector3d at = LocalPosition(presence.motion, 0, j);
-      const Quaterniond turn = presence.motion.Local(tree_, 0, j);
+      const Vector3d at = LocalPosition(person.motion, 0, j);
+      const Quaterniond turn = person.motion.Local(tree_, 0, j);
       std::vector<size_t> children = tree_[j].children;
       for (size_t& child : children) child += first_joint;
       nodes_.Add(fmt::format(
@@ -329,7 +329,7 @@ class Scene {
     }
   }
 
-  void AddSkin(const Presence& presence, const std::string& name,
+  void AddSkin(const AnimatedPerson& person, const std::string& name,
                size_t person_idx, size_t first_joint) {
     std::vector<Vector3d> rest_m(tree_.size(), Vector3d::Zero());
     std::vector<float> inverses;
@@ -337,7 +337,7 @@ class Scene {
     for (size_t j = 0; j < tree_.size(); ++j) {
       if (tree_[j].parent >= 0) {
         rest_m[j] = rest_m[static_cast<size_t>(tree_[j].parent)] +
-                    presence.motion.offsets_m[j];
+                    person.motion.offsets_m[j];
       }
       inverses.insert(inverses.end(), {1.0F, 0.0F, 0.0F, 0.0F, 0.0F, 1.0F, 0.0F,
                                        0.0F, 0.0F, 0.0F, 1.0F, 0.0F});
@@ -383,18 +383,18 @@ class Scene {
            (pose.positions_m[joint] - pose.positions_m[p]);
   }
 
-  void AddMotion(const Presence& presence, size_t person_node,
+  void AddMotion(const AnimatedPerson& person, size_t person_node,
                  size_t first_joint) {
     std::vector<float> times_s;
-    for (const size_t row : presence.rows) times_s.push_back(SecondsOf(row));
+    for (const size_t row : person.rows) times_s.push_back(SecondsOf(row));
     const size_t input = buffer_.Floats(times_s, 1, /*with_bounds=*/true);
     for (size_t j = 0; j < tree_.size(); ++j) {
       std::vector<float> places;
       std::vector<float> turns;
       Quaterniond last = Quaterniond::Identity();
-      for (const size_t row : presence.of_motion) {
-        AppendFloats(LocalPosition(presence.motion, row, j), &places);
-        Quaterniond turn = presence.motion.Local(tree_, row, j);
+      for (const size_t row : person.of_motion) {
+        AppendFloats(LocalPosition(person.motion, row, j), &places);
+        Quaterniond turn = person.motion.Local(tree_, row, j);
         // The nearer of the two that say the same, for what lies between rows.
         if (turn.dot(last) < 0.0) turn.coeffs() *= -1.0;
         last = turn;
@@ -405,19 +405,18 @@ class Scene {
                  buffer_.Floats(places, 3));
       AddChannel(node, "rotation", "LINEAR", input, buffer_.Floats(turns, 4));
     }
-    AddVisibility(presence, person_node);
+    AddVisibility(person, person_node);
   }
 
   // Scale 1 while the person is there, else 0.
-  void AddVisibility(const Presence& presence, size_t person_node) {
-    if (presence.rows.size() == rows_.size()) return;
+  void AddVisibility(const AnimatedPerson& person, size_t person_node) {
+    if (person.rows.size() == rows_.size()) return;
     std::vector<float> times_s;
     std::vector<float> scales;
     std::optional<bool> last;
     size_t next = 0;
     for (size_t r = 0; r < rows_.size(); ++r) {
-      const bool is_there =
-          next < presence.rows.size() && presence.rows[next] == r;
+      const bool is_there = next < person.rows.size() && person.rows[next] == r;
       next += is_there ? 1 : 0;
       if (last == is_there) continue;
       last = is_there;
