@@ -28,7 +28,7 @@ double NumberWithin(const JsonField& parent, const std::string& key, double low,
   return value;
 }
 
-double Share(const JsonField& parent, const std::string& key) {
+double ReadShare(const JsonField& parent, const std::string& key) {
   return NumberWithin(parent, key, 0.0, 1.0);
 }
 
@@ -53,7 +53,8 @@ struct Event {
 };
 
 Event ReadEvent(const JsonField& parent, const std::string& rate) {
-  return {Share(parent, rate), Size(parent, "run_length_mean") / kFrameRateHz};
+  return {ReadShare(parent, rate),
+          Size(parent, "run_length_mean") / kFrameRateHz};
 }
 
 // Of a group of joints. The model's sigma is the scale of a Student core, each
@@ -66,9 +67,9 @@ JointNoise ReadGroup(const JsonField& field, const JsonField& missing,
   const double sigma_m = Size(field, "sigma_m_per_axis");
   const double hidden_sigma_m = Size(field, "sigma_if_other_person_in_front");
   noise.student_dof = NumberWithin(field, "student_t_dof_of_core", 2.01, 1e6);
-  const double static_share = Share(field, "static_share");
-  const double slow_share = Share(field, "slow_share");
-  const double slow_rho = Share(field, "slow_rho_per_frame");
+  const double static_share = ReadShare(field, "static_share");
+  const double slow_share = ReadShare(field, "slow_share");
+  const double slow_rho = ReadShare(field, "slow_rho_per_frame");
   const double tails = noise.student_dof / (noise.student_dof - 2.0);
   const double variance = static_share + (1.0 - static_share) * tails;
   const double scale_px = options.noise * sigma_m * focal_px;
@@ -82,19 +83,20 @@ JointNoise ReadGroup(const JsonField& field, const JsonField& missing,
                                  ? -1.0 / (kFrameRateHz * std::log(slow_rho))
                                  : 0.0;
   noise.outlier_rate =
-      Scaled(Share(field, "p_outlier_over_4_sigma"), options.outliers);
+      Scaled(ReadShare(field, "p_outlier_over_4_sigma"), options.outliers);
   // Beyond 4 sigma, with the measured median.
   noise.outlier_min_px = 4.0 * scale_px;
   noise.outlier_max_px =
       (2.0 * NumberWithin(field, "outlier_median_in_sigma", 4.0, 1e3) - 4.0) *
       scale_px;
-  noise.outlier_burst_s = RunSeconds(Share(field, "p_outlier_stays"));
+  noise.outlier_burst_s = RunSeconds(ReadShare(field, "p_outlier_stays"));
   noise.outlier_on_other = outlier_on_other;
   noise.missing_rate =
-      Scaled(Share(missing, "p_missing_if_not"), options.missing);
-  noise.hidden_missing_rate = Scaled(
-      Share(missing, "p_missing_if_other_person_in_front"), options.missing);
-  noise.missing_burst_s = RunSeconds(Share(missing, "p_stay_missing"));
+      Scaled(ReadShare(missing, "p_missing_if_not"), options.missing);
+  noise.hidden_missing_rate =
+      Scaled(ReadShare(missing, "p_missing_if_other_person_in_front"),
+             options.missing);
+  noise.missing_burst_s = RunSeconds(ReadShare(missing, "p_stay_missing"));
   noise.hidden_noise_factor = sigma_m > 0.0 ? hidden_sigma_m / sigma_m : 1.0;
   return noise;
 }
@@ -149,7 +151,7 @@ void ApplyNoiseModel(const std::string& path, const NoiseModelOptions& options,
   const JsonField root(json, path);
   const JsonField missing = root.At("missing_joint");
   const double outlier_on_other =
-      Share(root.At("outlier_on_other_persons_same_joint"), "share");
+      ReadShare(root.At("outlier_on_other_persons_same_joint"), "share");
   std::map<std::string, JointNoise> groups;
   for (const auto& [name, field] : root.At("noise").Members("group")) {
     groups[name] =
@@ -167,11 +169,12 @@ void ApplyNoiseModel(const std::string& path, const NoiseModelOptions& options,
   noise->found_by_azimuth =
       ReadAzimuths(root.At("face_found_by_camera_azimuth"), options.missing);
   const JsonField confidence = root.At("confidence");
-  const double plain = Share(confidence.At("plain"), "mean");
-  const double hidden = Share(confidence.At("other_person_in_front"), "mean");
-  const double wrong = Share(confidence.At("outlier"), "mean");
+  const double plain = ReadShare(confidence.At("plain"), "mean");
+  const double hidden =
+      ReadShare(confidence.At("other_person_in_front"), "mean");
+  const double wrong = ReadShare(confidence.At("outlier"), "mean");
   noise->confidence = plain;
-  noise->confidence_sigma = Share(confidence.At("plain"), "sd");
+  noise->confidence_sigma = ReadShare(confidence.At("plain"), "sd");
   if (plain > 0.0) {
     noise->hidden_confidence_factor = std::min(1.0, hidden / plain);
     noise->outlier_confidence_factor = std::min(1.0, wrong / plain);
@@ -181,7 +184,7 @@ void ApplyNoiseModel(const std::string& path, const NoiseModelOptions& options,
   noise->missed_rate = Scaled(one_missed.rate, options.missed);
   noise->missed_burst_s = one_missed.mean_s;
   noise->hidden_missed_rate =
-      Scaled(Share(missed, "p_missed_if_mostly_hidden"), options.missed);
+      Scaled(ReadShare(missed, "p_missed_if_mostly_hidden"), options.missed);
   noise->min_joints = 4;  // as in the detections modelled with these figures
   noise->false_people =
       Size(root.At("false_positive_person"), "mean_per_image") *
@@ -194,8 +197,9 @@ void ApplyNoiseModel(const std::string& path, const NoiseModelOptions& options,
   noise->swap_arm_rate = Scaled(arm.rate, options.swaps);
   noise->swap_leg_rate = Scaled(leg.rate, options.swaps);
   noise->swap_burst_s = whole.mean_s;
-  noise->fragment_rate = Scaled(
-      Share(root.At("fragment"), "mean_per_person_view"), options.fragments);
+  noise->fragment_rate =
+      Scaled(ReadShare(root.At("fragment"), "mean_per_person_view"),
+             options.fragments);
 }
 
 void NoiseModelOptions::Describe(OptionVisitor& visitor) {

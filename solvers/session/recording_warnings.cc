@@ -15,10 +15,10 @@ namespace {
 
 // Limits of what is plausible. None was fitted to a score; beside each stands
 // what sound recordings show.
-constexpr double kMaxErrorShare = 0.06;  // of a person's size; Shelf: 0.02
-constexpr double kMinMatched = 0.4;      // share of detections
-constexpr double kNearlyAll = 0.9;       // share of detections
-constexpr double kMaxSpread = 0.5;       // (p90 - p10) / median of a limb
+constexpr double kMaxErrorShare = 0.06;    // of a person's size; Shelf: 0.02
+constexpr double kMinMatched = 0.4;        // share of detections
+constexpr double kNearlyAllMatched = 0.9;  // share of detections
+constexpr double kMaxSpread = 0.5;         // (p90 - p10) / median of a limb
 constexpr double kMaxSideDifference = 0.2;
 
 class Warnings {
@@ -295,7 +295,7 @@ class Warnings {
   void AddIdentities() {
     const auto identities = static_cast<int>(report_->people.size());
     if (identities < report_->most_people_in_a_view ||
-        MatchedShare() < kNearlyAll) {
+        MatchedShare() < kNearlyAllMatched) {
       AddFewJoints();
     }
     // Nobody is followed from one single picture to another.
