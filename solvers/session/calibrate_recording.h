@@ -38,9 +38,9 @@ struct RecordingCalibration {
   CameraRig cameras;
   std::optional<Ground> ground;
   double metres_per_unit = 1.0;  // of the rig's lengths
-  double scale_sigma = 0.0;  // of the logarithm of all lengths
-  double stature_m = 0.0;    // of the people by then; 0: not measured
-  RefinementRecord record;   // clocks and covariance, for cameras.json
+  double scale_sigma = 0.0;      // of the logarithm of all lengths
+  double stature_m = 0.0;        // of the people by then; 0: not measured
+  RefinementRecord record;       // clocks and covariance, for cameras.json
 };
 
 // Throws InputError or OptionError where a joint, a view or the frame rate is

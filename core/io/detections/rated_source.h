@@ -14,9 +14,9 @@ namespace kinegraph {
 // `open` opens the files anew, all views at the recording's rate; the options'
 // view_frame_rate_hz and view_frame_offset count. Of several frames of a view
 // that lie nearest to the same frame of the recording, the nearest joins. The
-// recording is read whole. Throws InputError for a view that there is not, where
-// the recording's own rate is not known, and for files that tell the times of
-// their frames.
+// recording is read whole. Throws InputError for a view that there is not,
+// where the recording's own rate is not known, and for files that tell the
+// times of their frames.
 std::unique_ptr<DetectionSource> OpenRated(
     const std::function<std::unique_ptr<DetectionSource>()>& open,
     const DetectionReadOptions& options);
