@@ -43,8 +43,8 @@ namespace kinegraph {
 namespace {
 
 using testing::DetectorModel;
-using testing::MotionClip;
 using testing::MotionRecording;
+using testing::SteadyClip;
 
 constexpr double kNotWritten_m = 0.5;
 constexpr double kApart_s = 1.0;  // of the beginning
@@ -115,7 +115,7 @@ double RmseOf(const std::vector<float>& errors_m) {
   return 1e3 * std::sqrt(sum / static_cast<double>(errors_m.size()));
 }
 
-double Acceleration(const MotionClip& clip, size_t k, int joint_idx) {
+double Acceleration(const SteadyClip& clip, size_t k, int joint_idx) {
   // Over a thirtieth of a second at least, whatever the rate.
   const auto step =
       static_cast<size_t>(std::max(1.0, std::round(clip.rate_hz / 30.0)));
@@ -134,7 +134,7 @@ void Score(const MotionRecording& recording, const Strategy& strategy,
       RunEstimator(recording.scene, recording.person, strategy.factory);
   errors->cpu_s += 1e-9 * static_cast<double>(outcome.cpu_ns);
   errors->frames += static_cast<double>(outcome.finals.size());
-  const MotionClip& clip = recording.clip;
+  const SteadyClip& clip = recording.clip;
   for (size_t k = 0; k < clip.joints_m.size(); ++k) {
     const int64_t at = static_cast<int64_t>(k) - recording.first_frame;
     const PersonPose* pose =
@@ -224,13 +224,13 @@ bool Named(const std::vector<std::string>& names, const std::string& name) {
          std::find(names.begin(), names.end(), name) != names.end();
 }
 
-MotionClip Load(const std::string& name) {
+SteadyClip Load(const std::string& name) {
   const auto path = testing::FindData("motion/" + name + ".jsonl");
   if (!path.has_value()) {
     std::fprintf(stderr, "needs data 'motion' (set KINEGRAPH_DATA)\n");
     std::exit(1);
   }
-  return testing::LoadMotionClip(path->string());
+  return testing::LoadSteadyClip(path->string());
 }
 
 std::vector<Cell> CellsOf(const Settings& settings) {
@@ -562,7 +562,7 @@ class Matrix {
 
   ByStrategy Measure(const Cell& cell) {
     ByStrategy found;
-    MotionClip clip =
+    SteadyClip clip =
         testing::FirstSeconds(testing::Resample(Load(cell.clip), cell.rate_hz),
                               std::min(cell.seconds, settings_.seconds));
     if (settings_.rest_s > 0.0) {
@@ -570,7 +570,7 @@ class Matrix {
     }
     for (uint64_t seed = settings_.first_seed; seed < settings_.end_seed;
          ++seed) {
-      const MotionClip seen =
+      const SteadyClip seen =
           settings_.joint_sway_m > 0.0
               ? testing::WithJointSway(clip, settings_.joint_sway_m, seed)
               : clip;

@@ -35,7 +35,7 @@ class SlowNoise {
   bool started_ = false;
 };
 
-DetectionSequence Detect(const MotionClip& clip, const CameraRig& cameras,
+DetectionSequence Detect(const SteadyClip& clip, const CameraRig& cameras,
                          const DetectorModel& detector, uint64_t seed) {
   Random random(seed);
   const double correlation =
@@ -87,9 +87,9 @@ DetectionSequence Detect(const MotionClip& clip, const CameraRig& cameras,
 
 }  // namespace
 
-MotionClip LoadMotionClip(const std::string& path) {
+SteadyClip LoadSteadyClip(const std::string& path) {
   const TrackSequence tracks = ReadTracks(path);
-  MotionClip clip;
+  SteadyClip clip;
   clip.skeleton = tracks.header.skeleton;
   clip.rate_hz = tracks.header.frame_rate_hz;
   Eigen::Vector3d low = Eigen::Vector3d::Constant(1e9);
@@ -111,7 +111,7 @@ MotionClip LoadMotionClip(const std::string& path) {
   return clip;
 }
 
-MotionClip Resample(const MotionClip& clip, double rate_hz) {
+SteadyClip Resample(const SteadyClip& clip, double rate_hz) {
   if (rate_hz == clip.rate_hz) return clip;
   const size_t joint_count = clip.joints_m.front().size();
   const size_t count = clip.joints_m.size();
@@ -129,7 +129,7 @@ MotionClip Resample(const MotionClip& clip, double rate_hz) {
     at_s.push_back(static_cast<double>(k) / rate_hz);
   }
   const Samples there = SmoothingSpline(0.0, times_s, values, at_s);
-  MotionClip resampled;
+  SteadyClip resampled;
   resampled.skeleton = clip.skeleton;
   resampled.rate_hz = rate_hz;
   for (size_t k = 0; k < at_s.size(); ++k) {
@@ -141,16 +141,16 @@ MotionClip Resample(const MotionClip& clip, double rate_hz) {
   return resampled;
 }
 
-MotionClip FirstSeconds(const MotionClip& clip, double seconds) {
-  MotionClip first = clip;
+SteadyClip FirstSeconds(const SteadyClip& clip, double seconds) {
+  SteadyClip first = clip;
   const auto count = static_cast<size_t>(std::lround(seconds * clip.rate_hz));
   if (count < first.joints_m.size()) first.joints_m.resize(count);
   return first;
 }
 
-MotionClip WithJointSway(const MotionClip& clip, double amplitude_m,
+SteadyClip WithJointSway(const SteadyClip& clip, double amplitude_m,
                          uint64_t seed) {
-  kinegraph::MotionClip recorded;
+  MotionClip recorded;
   recorded.tracks.header.skeleton = clip.skeleton;
   Eigen::Vector2d low = clip.joints_m.front().front().head<2>(), high = low;
   for (size_t k = 0; k < clip.joints_m.size(); ++k) {
@@ -176,7 +176,7 @@ MotionClip WithJointSway(const MotionClip& clip, double amplitude_m,
   room.seed = seed;
   const auto people =
       MakeRecordedPeople(options, {recorded}, clip.skeleton, room);
-  MotionClip swaying = clip;
+  SteadyClip swaying = clip;
   for (size_t k = 0; k < clip.joints_m.size(); ++k) {
     const Pose3d pose =
         people.front()->PoseAt(ToSeconds(recorded.tracks.frames[k].time));
@@ -187,8 +187,8 @@ MotionClip WithJointSway(const MotionClip& clip, double amplitude_m,
   return swaying;
 }
 
-MotionClip AfterRest(const MotionClip& clip, double seconds) {
-  MotionClip longer = clip;
+SteadyClip AfterRest(const SteadyClip& clip, double seconds) {
+  SteadyClip longer = clip;
   longer.joints_m.clear();
   const auto count = static_cast<size_t>(std::lround(seconds * clip.rate_hz));
   for (size_t k = 0; k < count; ++k) {
@@ -232,7 +232,7 @@ CameraRig MotionCameras(int count) {
   return cameras;
 }
 
-MotionRecording ObserveMotion(const MotionClip& clip, const CameraRig& cameras,
+MotionRecording ObserveMotion(const SteadyClip& clip, const CameraRig& cameras,
                               const DetectorModel& detector, uint64_t seed) {
   MotionRecording recording;
   recording.clip = clip;

@@ -14,7 +14,7 @@
 namespace kinegraph::testing {
 
 // One person's joints at a steady rate.
-struct MotionClip {
+struct SteadyClip {
   Skeleton skeleton;
   double rate_hz = 0.0;
   std::vector<std::vector<Eigen::Vector3d>> joints_m;  // by frame and joint
@@ -26,23 +26,23 @@ struct MotionClip {
 
 // The first person of a tracks file, all of whose joints are there, moved so
 // that the middle of its path stands over the origin.
-MotionClip LoadMotionClip(const std::string& path);
+SteadyClip LoadSteadyClip(const std::string& path);
 
 // The same motion at another rate, by a natural cubic spline through each
 // coordinate.
-MotionClip Resample(const MotionClip& clip, double rate_hz);
+SteadyClip Resample(const SteadyClip& clip, double rate_hz);
 
 // The clip from its beginning, for `seconds` at most.
-MotionClip FirstSeconds(const MotionClip& clip, double seconds);
+SteadyClip FirstSeconds(const SteadyClip& clip, double seconds);
 
 // The first pose held for `seconds`, then the clip. The whole body sways
 // meanwhile as a standing person's does, a few millimetres below 1 Hz, and
 // comes to rest at the clip's first pose.
-MotionClip AfterRest(const MotionClip& clip, double seconds);
+SteadyClip AfterRest(const SteadyClip& clip, double seconds);
 
 // The clip with joint centres that are no points of rigid bones (JointSway in
 // core/synthetic/recorded_people.h).
-MotionClip WithJointSway(const MotionClip& clip, double amplitude_m,
+SteadyClip WithJointSway(const SteadyClip& clip, double amplitude_m,
                          uint64_t seed);
 
 // What the detector does to a joint's exact image.
@@ -62,14 +62,14 @@ CameraRig MotionCameras(int count);
 // One person's take, ready for estimators: joints filter and DLT have run.
 struct MotionRecording {
   SceneModel scene;
-  MotionClip clip;  // the truth
+  SteadyClip clip;  // the truth
   std::shared_ptr<const Replay> replay;
   ReplayedPerson person;
   // Frame of the clip of the person's first frame.
   int64_t first_frame = 0;
 };
 
-MotionRecording ObserveMotion(const MotionClip& clip, const CameraRig& cameras,
+MotionRecording ObserveMotion(const SteadyClip& clip, const CameraRig& cameras,
                               const DetectorModel& detector, uint64_t seed);
 
 }  // namespace kinegraph::testing

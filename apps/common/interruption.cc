@@ -93,7 +93,7 @@ struct Handlers {
     reserve = std::malloc(kReserveBytes);
   }
 };
-[[gnu::init_priority(101)]] const Handlers handlers;
+[[gnu::init_priority(101)]] const Handlers kHandlers;
 
 }  // namespace
 

@@ -57,7 +57,7 @@ struct CalibrationFormat {
   // Writes a file or a folder in the unit of the format; it appears when it is
   // complete. What changes the geometry and cannot be said (a lens in TUM's
   // matrices, a skewed K in VoxelPose's) throws InputError naming the camera;
-  // what is merely left out is added to `losses`.
+  // what is merely left out is added to `lost_fields`.
   using Write = void (*)(const std::string& path, const CameraRig& cameras,
                          LostFields* lost_fields);
 

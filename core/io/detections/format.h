@@ -48,7 +48,7 @@ struct DetectionFormat {
       const std::string& path, const DetectionReadOptions& options);
   // Writes a file or a folder, which appears when it is complete; takes the
   // frames one by one from `source`. Throws InputError when it cannot be made.
-  // What the format leaves out is added to `losses`.
+  // What the format leaves out is added to `lost_fields`.
   using Write = void (*)(const std::string& path,
                          const DetectionWriteOptions& options,
                          DetectionSource* source, LostFields* lost_fields);
