@@ -13,7 +13,7 @@
 namespace kinegraph {
 namespace {
 
-constexpr double kLongestLag_s = 10.0;
+constexpr double kLongestLagS = 10.0;
 // Differences of two times fit a TimeNs: 145 years before and after 1970.
 constexpr TimeNs kLatestTime = 4'600'000'000'000'000'000;
 
@@ -30,7 +30,7 @@ void CheckCaptureTime(const std::string& view, TimeNs capture_time,
                       TimeNs frame_time) {
   // In doubles: the difference of any two times would not fit a TimeNs.
   const double lag_s = ToSeconds(capture_time) - ToSeconds(frame_time);
-  if (std::abs(lag_s) <= kLongestLag_s) return;
+  if (std::abs(lag_s) <= kLongestLagS) return;
   throw InputError("view_times: '" + Printable(view) + "' has " +
                    std::to_string(ToSeconds(capture_time)) +
                    " s in a frame of " + std::to_string(ToSeconds(frame_time)) +

@@ -15,7 +15,7 @@ namespace {
 constexpr std::array<double, 4> kSpeedSigmas = {0.1, 0.3, 0.6, 1.2};  // m/s
 constexpr double kSpeedLasts = 1.0;                                   // s
 constexpr double kDoingLasts = 1.5;                                   // s
-// Of a measured one, as kStateSigma_m of a position.
+// Of a measured one, as kStateSigmaM of a position.
 constexpr double kVelocitySigma = 0.2;  // m/s
 constexpr double kMarginAround = 0.5;   // m
 // Share of people who come back from elsewhere: (gap / kElsewhere)^3, at most
@@ -93,7 +93,7 @@ struct Expected {
     covariance(0, 0) =
         variance * tau * tau *
             (2.0 * gap_s / tau - 3.0 + 4.0 * keeps - keeps * keeps) +
-        2.0 * kStateSigma_m * kStateSigma_m +
+        2.0 * kStateSigmaM * kStateSigmaM +
         carried_s * carried_s * velocity_variance;
     covariance(0, 1) = covariance(1, 0) =
         variance * tau * (1.0 - keeps) * (1.0 - keeps) +

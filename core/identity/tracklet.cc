@@ -74,8 +74,8 @@ MotionState FitState(const Tracklet& tracklet, size_t begin, size_t end,
   // Shrunk towards rest where the frames span too little time to tell a
   // velocity.
   constexpr double kUsualSpeed = 0.9;  // m/s
-  const double rest = count * kStateSigma_m * kStateSigma_m /
-                      (12.0 * kUsualSpeed * kUsualSpeed);
+  const double rest =
+      count * kStateSigmaM * kStateSigmaM / (12.0 * kUsualSpeed * kUsualSpeed);
   MotionState state;
   state.time = at;
   state.velocity_mps = moment / (spread + rest);

@@ -70,7 +70,7 @@ Together Compare(const Tracklet& a, const Tracklet& b);
 
 // Standard deviation of the position of a state: the trunk's centre sways about
 // a straight walk, and is measured worst just where a person is lost.
-inline constexpr double kStateSigma_m = 0.08;
+inline constexpr double kStateSigmaM = 0.08;
 
 struct MotionState {
   TimeNs time = 0;

@@ -129,6 +129,7 @@ bool CastFrom(const NpyArray& array, std::vector<To>* values) {
   if (array.type != NpyType<From>()) return false;
   values->resize(array.bytes.size() / sizeof(From));
   for (size_t i = 0; i < values->size(); ++i) {
+    // NOLINTNEXTLINE(bugprone-signed-char-misuse): int8_t is a number here.
     (*values)[i] = static_cast<To>(Get<From>(array.bytes, i * sizeof(From)));
   }
   return true;

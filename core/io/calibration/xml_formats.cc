@@ -350,6 +350,7 @@ CameraRecord ReadOptitrackCamera(const XmlElement& camera) {
   }
   const XmlElement pose = camera.At("Extrinsic");
   std::vector<double> axes;
+  axes.reserve(9);
   for (int i = 0; i < 9; ++i) {
     axes.push_back(pose.Number("OrientMatrix" + std::to_string(i)));
   }

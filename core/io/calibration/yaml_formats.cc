@@ -70,7 +70,7 @@ namespace {
 template <typename Read>
 auto ReadEither(KeyReader* camera, const char* first, const char* second,
                 const Read& read) {
-  const auto value = read(camera->AtAny({first, second}));
+  auto value = read(camera->AtAny({first, second}));
   const auto other = camera->Find(second);
   if (other.has_value() &&
       (read(*other) - value).cwiseAbs().maxCoeff() > kPoseRounding) {
@@ -87,10 +87,10 @@ CameraRecord ReadOpencvCamera(const std::string& path) {
   const auto name = root.Find("camera_name");
   record.name =
       name.has_value() ? YamlNameOf(*name) : fs::path(path).stem().string();
-  const auto read_K = [](const JsonField& field) -> Eigen::Matrix3d {
+  const auto read_intrinsics = [](const JsonField& field) -> Eigen::Matrix3d {
     return ToMatrix3(field.Matrix(3, 3));
   };
-  record.K = ReadEither(&root, "camera_matrix", "K", read_K);
+  record.K = ReadEither(&root, "camera_matrix", "K", read_intrinsics);
   root.ReadLens(&record);
   root.ReadImageSize("image_width", "image_height", &record);
   record.R = ReadEither(&root, "rvec", "R", ReadRotation);
@@ -197,7 +197,7 @@ Eigen::Matrix3d ReadEasymocapRotation(const JsonField& extrinsic,
     return ToMatrix3(
         KeyReader(extrinsic).AtAny({"R_" + name, "Rot_" + name}).Matrix(3, 3));
   }
-  const Eigen::Matrix3d R = ReadRotation(*vector);
+  Eigen::Matrix3d R = ReadRotation(*vector);
   if (matrix.has_value() &&
       (R - ToMatrix3(matrix->Matrix(3, 3))).cwiseAbs().maxCoeff() >
           kPoseRounding) {

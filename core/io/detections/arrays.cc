@@ -113,7 +113,7 @@ std::vector<double> EdgesOf(const Hdf5File& file,
     }
     return places;
   }
-  const std::vector<double> stored = file.Numbers("edge_inds");
+  std::vector<double> stored = file.Numbers("edge_inds");
   const std::vector<size_t> shape = file.Shape("edge_inds");
   if (shape.size() != 2 || shape[1] == 2) return stored;
   std::vector<double> places(stored.size());

@@ -357,7 +357,7 @@ void WriteTracksNpz(const std::string& path, const TrackSequence& tracks,
 // A data set of poses as the Python package `movement` keeps them, for
 // xarray: netCDF with the dimensions time, space, keypoints and individuals.
 
-constexpr double kWithin_m = 0.05;
+constexpr double kWithinM = 0.05;
 
 class MovementRecording {
  public:
@@ -476,7 +476,7 @@ class MovementRecording {
   double Confidence(size_t i) const {
     const Eigen::Matrix3d* covariance = CovarianceOf(CellOf(i));
     return covariance == nullptr ? kNan
-                                 : ProbabilityWithin(kWithin_m, *covariance);
+                                 : ProbabilityWithin(kWithinM, *covariance);
   }
   int8_t Status(size_t i) const {
     const Cell cell = CellOf(i);

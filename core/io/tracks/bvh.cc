@@ -28,7 +28,7 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
 constexpr const char* kBvhExtension = ".bvh";
-constexpr double kBvhCentimetre_m = 0.01;
+constexpr double kBvhCentimetreM = 0.01;
 
 // x, z up, -y: Blender, which turns Y up into Z up, then shows our world.
 AxisMap BvhAxes() { return AxisMap::Parse("x,z,-y"); }
@@ -265,7 +265,7 @@ class BvhReader {
       const std::vector<Vector3d> places = PlacesOf(hierarchy, values);
       Pose3d& pose = collector_->Add(f, id)->joints;
       for (size_t j = 0; j < joints.nodes.size(); ++j) {
-        pose[j] = {axes.Invert(kBvhCentimetre_m * places[joints.nodes[j]]),
+        pose[j] = {axes.Invert(kBvhCentimetreM * places[joints.nodes[j]]),
                    JointStatus::kObserved};
         if (!pose[j].position_m.allFinite()) {
           throw InputError("a joint is beyond all numbers");
@@ -349,7 +349,7 @@ Vector3d AnglesOf(const Eigen::Quaterniond& rotation, const Vector3d& last) {
 }
 
 std::string Offset(const Vector3d& offset_m, const std::string& indent) {
-  const Vector3d cm = 1.0 / kBvhCentimetre_m * offset_m;
+  const Vector3d cm = 1.0 / kBvhCentimetreM * offset_m;
   return fmt::format("{}OFFSET {:.6f} {:.6f} {:.6f}\n", indent, cm.x(), cm.y(),
                      cm.z());
 }
@@ -500,7 +500,7 @@ class BvhWriter {
       largest_misfit_m_ = std::max(largest_misfit_m_, m);
       ++misfits_;
     }
-    const Vector3d cm = 1.0 / kBvhCentimetre_m * rigid_m[0];
+    const Vector3d cm = 1.0 / kBvhCentimetreM * rigid_m[0];
     std::string text =
         fmt::format("{:.6f} {:.6f} {:.6f}", cm.x(), cm.y(), cm.z());
     for (const size_t j : order_) {
@@ -550,7 +550,7 @@ TrackFormat BvhTrackFormat() {
   format.files = TrackFormat::Files::kFileAPerson;
   format.person_extension = kBvhExtension;
   format.axes = BvhAxes();
-  format.unit_m = kBvhCentimetre_m;
+  format.unit_m = kBvhCentimetreM;
   format.has_marker_names = true;
   format.keeps_names = true;
   format.recognise = [](const TrackHead& head) {
