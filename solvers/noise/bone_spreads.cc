@@ -487,16 +487,16 @@ void BoneLengths::Add(int bone_idx, double distance_m, double duration_s) {
 
 std::optional<double> BoneLengths::Length(int bone_idx) const {
   // Errors of a detector last about a fifth of a second: so many seconds make
-  // one independent look, good to 4 cm. People differ by a tenth, and
-  // detectors place joints elsewhere than anatomists do.
+  // one independent look, good to 4 cm.
   constexpr double kLook = 0.2;
-  constexpr double kLookSigma = 0.04;  // m
-  constexpr double kPopulationShare = 0.15;
-  constexpr double kEnough = 1.0;  // s, without a population's length
+  constexpr double kLookSigma = 0.04;     // m
+  constexpr double kEnoughSeconds = 1.0;  // without a population's length
   const int group = group_[bone_idx];
   const Seen& seen = seen_[group];
   const std::optional<double>& population_m = population_m_[group];
-  if (!population_m.has_value() && seen.total_s < kEnough) return std::nullopt;
+  if (!population_m.has_value() && seen.total_s < kEnoughSeconds) {
+    return std::nullopt;
+  }
   if (seen.total_s <= 0.0) return population_m;
 
   double below = 0.0;
