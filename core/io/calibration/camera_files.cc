@@ -94,6 +94,10 @@ CameraRecord ReadTumCamera(const std::string& path) {
 
 }  // namespace
 
+bool HasTumFiles(const std::vector<std::string>& names) {
+  return std::any_of(names.begin(), names.end(), IsTumName);
+}
+
 bool RecogniseTum(const CalibrationHead& head) {
   return head.is_folder ? HasTumFiles(head.names)
                         : head.Is(CalibrationSyntax::kNumbers) &&
@@ -269,10 +273,6 @@ CalibrationFile ReadOpencap(const CalibrationHead& head) {
   if (head.is_folder) files = FindPickles(head.path);
   return ReadFileACamera(head, files, LengthUnit::kMillimetre,
                          ReadOpencapCamera);
-}
-
-bool HasTumFiles(const std::vector<std::string>& names) {
-  return std::any_of(names.begin(), names.end(), IsTumName);
 }
 
 }  // namespace kinegraph

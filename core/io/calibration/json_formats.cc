@@ -50,7 +50,7 @@ bool HasOthersCameras(const CalibrationHead& head) {
 
 namespace {
 
-Json KrtJson(const Camera& camera) {
+Json CameraJson(const Camera& camera) {
   const bool has_lens = camera.lens() != nullptr;
   const Eigen::Vector3d& t = camera.t();
   Json json;
@@ -114,6 +114,31 @@ CalibrationFile ReadKinegraph(const CalibrationHead& head) {
 void WriteKinegraph(const std::string& path, const CameraRig& cameras,
                     LostFields* /*losses*/) {
   WriteCameras(path, cameras);
+}
+
+void WriteCameras(const std::string& path, const CameraRig& cameras,
+                  const std::string& refinement) {
+  WriteTrackedCameras(path, cameras, refinement, "");
+}
+
+void WriteTrackedCameras(const std::string& path, const CameraRig& cameras,
+                         const std::string& refinement,
+                         const std::string& tracks) {
+  AtomicFile file(path);
+  file.Write(
+      WithFingerprint("{\"kinegraph_cameras\": 1, \"units\": "
+                      "{\"length\": \"m\"}, \"cameras\": [",
+                      tracks));
+  const char* separator = "\n";
+  for (const Camera& camera : cameras) {
+    // A name that is not UTF-8 is written with replacement characters.
+    file.Write(separator + DumpJson(CameraJson(camera)));
+    separator = ",\n";
+  }
+  file.Write("\n]");
+  if (!refinement.empty()) file.Write(",\n\"refinement\": " + refinement);
+  file.Write("}\n");
+  file.Commit();
 }
 
 // ---- 4D association ----
@@ -334,31 +359,6 @@ void WritePanoptic(const std::string& path, const CameraRig& cameras,
     list.push_back(entry);
   }
   WriteTextFile(path, JsonLines(Json{{"cameras", list}}));
-}
-
-void WriteCameras(const std::string& path, const CameraRig& cameras,
-                  const std::string& refinement) {
-  WriteTrackedCameras(path, cameras, refinement, "");
-}
-
-void WriteTrackedCameras(const std::string& path, const CameraRig& cameras,
-                         const std::string& refinement,
-                         const std::string& tracks) {
-  AtomicFile file(path);
-  file.Write(
-      WithFingerprint("{\"kinegraph_cameras\": 1, \"units\": "
-                      "{\"length\": \"m\"}, \"cameras\": [",
-                      tracks));
-  const char* separator = "\n";
-  for (const Camera& camera : cameras) {
-    // A name that is not UTF-8 is written with replacement characters.
-    file.Write(separator + DumpJson(KrtJson(camera)));
-    separator = ",\n";
-  }
-  file.Write("\n]");
-  if (!refinement.empty()) file.Write(",\n\"refinement\": " + refinement);
-  file.Write("}\n");
-  file.Commit();
 }
 
 }  // namespace kinegraph

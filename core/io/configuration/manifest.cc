@@ -141,7 +141,7 @@ class ManifestReader {
   const JsonField root_;
 };
 
-// JSON's escapes are TOML's too. KeyTexts that are not given are left out.
+// JSON's escapes are TOML's too. Texts that are not given are left out.
 template <typename Table>
 std::string TableText(const std::string& heading, Table table) {
   std::string text = "\n[[" + heading + "]]\n";

@@ -10,7 +10,7 @@
 
 // One line a format, in the order in which they are listed; no other order
 // matters, as no two recognise the same. Each names the function that makes the
-// format's entry, which its own file defines.
+// format's entry.
 #define KINEGRAPH_TRACK_FORMATS(FORMAT) \
   FORMAT(KinegraphTrackFormat)          \
   FORMAT(CsvTrackFormat)                \

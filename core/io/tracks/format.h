@@ -1,7 +1,7 @@
 // The formats of 3D tracks: one entry each, from which follow recognition,
 // `convert --formats`, what its flags belong to, and what `track --out` and
-// `convert --out` make of an extension. A format joins by a file that defines
-// its entry and by one line in format.cc.
+// `convert --out` make of an extension. A format joins by a function that
+// makes its entry and by one line in format.cc.
 #ifndef KINEGRAPH_CORE_IO_TRACKS_FORMAT_H_
 #define KINEGRAPH_CORE_IO_TRACKS_FORMAT_H_
 
