@@ -51,14 +51,17 @@ struct DataSet {
 };
 
 // What `read` gives of a data set. The file and `label` stand in front of what
-// is thrown.
+// is thrown, or the set's name where there is none.
 template <typename Read>
 auto ReadSet(const std::string& path, hid_t file, const std::string& name,
              const std::string& label, const Read& read) {
+  const std::string* where = &name;
   try {
-    return read(DataSet(file, name));
+    const DataSet of(file, name);
+    where = &label;
+    return read(of);
   } catch (const InputError& error) {
-    throw InputError(path, label, error.what());
+    throw InputError(path, *where, error.what());
   }
 }
 
