@@ -104,26 +104,28 @@ std::string Summary(const DetectionSequence& sequence) {
 // What the READMEs of the data state, and what separate scripts counted. Frames
 // that no view has are left out.
 TEST(ReadDetections, RealRecordings) {
-  KINEGRAPH_DATA_OR_SKIP(data, "");
-  const auto summary = [&](const char* path,
-                           const DetectionReadOptions& options = {}) {
-    return Summary(ReadDetections(data + "/" + path, options));
+  const auto expect = [](const char* path, const char* summary,
+                         const DetectionReadOptions& options = {}) {
+    KINEGRAPH_DATA_OR_SKIP(recording, path);
+    EXPECT_EQ(Summary(ReadDetections(recording, options)), summary);
   };
-  EXPECT_EQ(summary("pose2sim/single/pose", OptionsWith("body25b")),
-            "body25b, 100 frames at 0 Hz; cam01_json 201, cam02_json 200, "
-            "cam03_json 100, cam04_json 100; 815 joints missing");
-  EXPECT_EQ(summary("shelf/reference/filled_coco17"),
-            "coco17, 301 frames at 0 Hz; cam0 831, cam1 755, cam2 879, cam3 "
-            "778, cam4 777; 12844 joints missing");
-  EXPECT_EQ(summary("campus/detections_modelled/typical"),
-            "coco17, 392 frames at 0 Hz; cam0 719, cam1 638, cam2 636; 8273 "
-            "joints missing");
-  EXPECT_EQ(summary("campus/annotation_2d.json"),
-            "tum14, 2000 frames at 25 Hz; Camera0 2175, Camera1 2175, Camera2 "
-            "2175; 0 joints missing");
-  EXPECT_EQ(summary("panoptic/detections", OptionsWith("", 10600)),
-            "panoptic15, 1 frames at 0 Hz; _0 3, _1 4, _3 5, _7 5, _16 4; 29 "
-            "joints missing");
+  expect("pose2sim/single/pose",
+         "body25b, 100 frames at 0 Hz; cam01_json 201, cam02_json 200, "
+         "cam03_json 100, cam04_json 100; 815 joints missing",
+         OptionsWith("body25b"));
+  expect("shelf/reference/filled_coco17",
+         "coco17, 301 frames at 0 Hz; cam0 831, cam1 755, cam2 879, cam3 "
+         "778, cam4 777; 12844 joints missing");
+  expect("campus/detections_modelled/typical",
+         "coco17, 392 frames at 0 Hz; cam0 719, cam1 638, cam2 636; 8273 "
+         "joints missing");
+  expect("campus/annotation_2d.json",
+         "tum14, 2000 frames at 25 Hz; Camera0 2175, Camera1 2175, Camera2 "
+         "2175; 0 joints missing");
+  expect("panoptic/detections",
+         "panoptic15, 1 frames at 0 Hz; _0 3, _1 4, _3 5, _7 5, _16 4; 29 "
+         "joints missing",
+         OptionsWith("", 10600));
 }
 
 TEST(ReadDetections, ShelfOpenPose) {
@@ -218,7 +220,9 @@ TEST(ReadDetections, LongcwsAnnotationHasTimes) {
 
 TEST(ReadDetections, SmapsPixelsAreThoseOfTheNetwork) {
   KINEGRAPH_DATA_OR_SKIP(path, "panoptic/detections");
-  const DetectionSequence sequence = ReadDetections(path);
+  const DetectionSequence sequence =
+      ReadDetections(path, OptionsWith("", 10600));
+  EXPECT_EQ(sequence.frames.at(0).frame, 10600);
   // pixel = (x * 1920 / 832, (y - 22) * 1920 / 832), from the README.
   const Keypoint& neck = JointOf(sequence, 0, 0, 0, 0);
   EXPECT_NEAR(neck.px.x(), 686.5302734375 * 1920 / 832, 1e-9);
