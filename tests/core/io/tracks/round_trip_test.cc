@@ -489,7 +489,8 @@ void ExpectPython(const TemporaryFolder& folder, const std::string& script) {
 
 TEST(TrackExport, NumpyReadsTheArrays) {
   if (!testing::HasNumpy()) GTEST_SKIP() << "needs numpy of /usr/bin/python3";
-  const TrackSequence tracks = RandomTracks(Coco17());
+  TrackSequence tracks = RandomTracks(Coco17());
+  tracks.frames.erase(tracks.frames.begin() + 3);  // a number is missing
   const TemporaryFolder folder;
   const std::string npz = folder.path() / "tracks.npz";
   const std::string csv = folder.path() / "tracks.csv";
@@ -504,17 +505,17 @@ assert zipfile.ZipFile(npz).testzip() is None
 a = np.load(npz, allow_pickle=False)
 assert sorted(a.files) == ['bones', 'covariance', 'frame_rate', 'frames', 'ids',
     'joints', 'positions', 'skeleton', 'status', 'times', 'views'], a.files
-assert a['positions'].shape == (10, 3, 17, 3), a['positions'].shape
+assert a['positions'].shape == (9, 3, 17, 3), a['positions'].shape
 assert a['positions'].dtype == np.float64 and a['status'].dtype == np.int8
-assert a['covariance'].shape == (10, 3, 17, 3, 3)
+assert a['covariance'].shape == (9, 3, 17, 3, 3)
 assert a['ids'].tolist() == [0, 2, 5]
-assert a['frames'].tolist() == list(range(300, 310))
+assert a['frames'].tolist() == [300, 301, 302, *range(304, 310)]
 assert a['frame_rate'] == 25.0 and str(a['skeleton']) == 'coco17'
 assert a['bones'].shape[1] == 2 and a['bones'].max() < 17
 joints = a['joints'].tolist()
 assert joints[0] == 'nose' and len(joints) == 17
 names = {'missing': 0, 'inferred': 1, 'observed': 2}
-seen = np.full((10, 3, 17), False)
+seen = np.full((9, 3, 17), False)
 upper = [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)]
 for row in csv.DictReader(open(table)):
     f = a['frames'].tolist().index(int(row['frame']))
@@ -531,7 +532,7 @@ for row in csv.DictReader(open(table)):
         text = row['cov_' + key + '_m2']
         for value in (a['covariance'][f, p, j, r, c], a['covariance'][f, p, j, c, r]):
             assert np.isnan(value) if text == '' else value == float(text)
-assert seen.sum() == 17 * 24
+assert seen.sum() == 17 * 21
 assert (a['status'][~seen] == -1).all() and (a['views'][~seen] == -1).all()
 assert np.isnan(a['positions'][~seen]).all()
 )");
