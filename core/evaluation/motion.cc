@@ -232,10 +232,8 @@ bool SegmentPower(const std::vector<const Pose3d*>& poses, size_t first,
 
 // ---- Delay ------------------------------------------------------------------
 
-// Position after minus position before a frame; nullopt where one is missing.
-std::optional<Vector3d> MotionAt(const Poses& poses, int64_t frame, int joint) {
-  const Pose3d* a = PoseAt(poses, frame - 1);
-  const Pose3d* b = PoseAt(poses, frame + 1);
+// From one pose to another; nullopt where one is missing.
+std::optional<Vector3d> MotionOf(const Pose3d* a, const Pose3d* b, int joint) {
   if (a == nullptr || b == nullptr) return std::nullopt;
   if (!(*a)[joint].present() || !(*b)[joint].present()) return std::nullopt;
   return (*b)[joint].position_m - (*a)[joint].position_m;
@@ -278,13 +276,13 @@ Share EvaluateCoverage(const TrackSequence& truth, const TrackSequence& tracks,
                        const std::vector<FrameRange>& frames) {
   const JointPairs joints =
       CommonJoints(truth.header.skeleton, tracks.header.skeleton);
+  const std::vector<PersonPose> nobody;
   Share covered;
   for (const TrackFrame& true_frame : truth.frames) {
     if (!ContainsFrame(frames, true_frame.frame)) continue;
     const TrackFrame* frame = FindFrame(tracks, true_frame.frame);
     const MatrixXd distances_m = PersonDistances(
-        true_frame.people,
-        frame == nullptr ? std::vector<PersonPose>() : frame->people, joints);
+        true_frame.people, frame == nullptr ? nobody : frame->people, joints);
     for (int i = 0; i < distances_m.rows(); ++i) {
       covered.Add((distances_m.row(i).array() <= kPersonGateM).any());
     }
@@ -385,18 +383,24 @@ std::optional<double> EstimateLag(const TrackSequence& reference,
   const auto true_people = PosesByIdentity(reference);
   const auto found_people = PosesByIdentity(tracks);
   Correlation correlation(reach);
+  std::vector<const Pose3d*> around;  // a frame more than any shift reaches
   std::vector<Vector3d> shifted;
   for (const PersonPair& pair :
        PairPeople(reference, tracks, joints, kPersonGateM, frames)) {
     if (pair.found == nullptr) continue;
     const Poses& truth = true_people.at(pair.truth->id);
-    const Poses& poses = found_people.at(pair.found->id);
+    const Pose3d* before = PoseAt(truth, pair.frame - 1);
+    const Pose3d* after = PoseAt(truth, pair.frame + 1);
+    around.clear();
+    for (int k = -reach - 1; k <= reach + 1; ++k) {
+      around.push_back(PoseAt(found_people.at(pair.found->id), pair.frame + k));
+    }
     for (const JointPair& joint : joints) {
-      const auto expected = MotionAt(truth, pair.frame, joint.a);
+      const auto expected = MotionOf(before, after, joint.a);
       if (!expected.has_value()) continue;
       shifted.clear();
-      for (int k = -reach; k <= reach; ++k) {
-        const auto motion = MotionAt(poses, pair.frame + k, joint.b);
+      for (size_t k = 0; k + 2 < around.size(); ++k) {
+        const auto motion = MotionOf(around[k], around[k + 2], joint.b);
         if (!motion.has_value()) break;
         shifted.push_back(*motion);
       }

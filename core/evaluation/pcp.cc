@@ -16,8 +16,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-// ---- Heads
-// -------------------------------------------------------------------
+// ---- Heads ------------------------------------------------------------------
 
 constexpr double kFaceForwardM = 0.125;  // k4d
 constexpr double kFaceUpM = 0.145;
@@ -61,8 +60,7 @@ Vector3d Towards(const Vector3d& m, const Vector3d& n, double x, double y,
   return m + (n - m).cwiseProduct(Vector3d(x, y, z));
 }
 
-// ---- Parts
-// -------------------------------------------------------------------
+// ---- Parts ------------------------------------------------------------------
 
 // Index of the middle of the hips, appended to the joints of Tum14.
 constexpr int kTorsoEnd = 14;
@@ -246,11 +244,17 @@ const TrackFrame* FindPredictedFrame(const TrackSequence& tracks,
   const TrackFrame* nearest = FindFrame(tracks, true_frame.frame);
   if (nearest != nullptr || protocol.max_time_gap_s <= 0.0) return nearest;
   TimeNs least_gap = FromSeconds(protocol.max_time_gap_s) + 1;
-  for (const TrackFrame& frame : tracks.frames) {
-    const TimeNs gap = std::abs(frame.time - true_frame.time);
-    if (gap >= least_gap) continue;
-    nearest = &frame;
-    least_gap = gap;
+  auto frame = std::lower_bound(
+      tracks.frames.begin(), tracks.frames.end(), true_frame.time - least_gap,
+      [](const TrackFrame& one, TimeNs time) { return one.time < time; });
+  for (; frame != tracks.frames.end(); ++frame) {
+    const TimeNs gap = std::abs(frame->time - true_frame.time);
+    if (gap < least_gap) {
+      nearest = &*frame;
+      least_gap = gap;
+    } else if (frame->time > true_frame.time) {
+      break;
+    }
   }
   return nearest;
 }
