@@ -208,7 +208,7 @@ ClockSums SumClock(const JointPaths& truth, const JointPaths& tracks,
       sums.count += 1.0;
       sums.information += weight * row * row.transpose();
       sums.gradient += gradient;
-      sums.of_second[time_s - begin_s] += gradient;
+      sums.of_second[static_cast<size_t>(time_s - begin_s)] += gradient;
       sums.of_joint[j] += gradient;
     }
   }

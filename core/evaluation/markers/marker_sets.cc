@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "core/base/error.h"
+#include "core/base/text.h"
 
 namespace kinegraph {
 namespace {
@@ -34,10 +35,7 @@ std::string Squeezed(const std::string& label) {
     }
   }
   const std::string study = "study";  // of OpenCap's augmented markers
-  const size_t end = squeezed.size() - study.size();
-  if (squeezed.size() > study.size() && squeezed.find(study, end) == end) {
-    squeezed.resize(end);
-  }
+  if (EndsIn(squeezed, study)) squeezed.resize(squeezed.size() - study.size());
   return squeezed;
 }
 
