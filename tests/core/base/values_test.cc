@@ -37,8 +37,10 @@ TEST(WeightedQuantile, TheMedianLiesBetweenTwoHalves) {
   EXPECT_EQ(WeightedMedian({{1.0, 2.0}, {2.0, 1.0}, {4.0, 1.0}}), 1.5);
   EXPECT_EQ(WeightedMedian({{1.0, 3.0}, {2.0, 1.0}, {4.0, 1.0}}), 1.0);
   // A weight of nothing changes nothing.
-  EXPECT_EQ(WeightedMedian({{1.0, 1.0}, {2.0, 1.0}, {9.0, 1.0}, {50.0, 0.0}}),
-            2.0);
+  const std::vector<WeightedValue> values = {
+      {1.0, 1.0}, {2.0, 1.0}, {9.0, 1.0}, {50.0, 0.0}};
+  EXPECT_EQ(WeightedMedian(values), 2.0);
+  EXPECT_EQ(WeightedQuantile(values, 1.0), 9.0);
 }
 
 TEST(FrameClockTest, WholeFramesAreComparedWithHalfAFrameOfSlack) {

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <utility>
 
 #include "core/base/error.h"
 #include "core/base/random.h"
@@ -67,19 +68,23 @@ TEST(CameraTest, UndistortReturnsTheIdealPixel) {
 
 TEST(CameraTest, JacobianEqualsDifferences) {
   Random random(4);
-  for (const auto& lens :
-       {MakeLens("pinhole", {}), MakeLens("opencv5", kWideLens),
-        MakeLens(kFisheyeModel, {-0.02, 0.015, -0.01, 0.002})}) {
+  // How far aside of the axis points are, 1 to 3 m before the camera.
+  for (const auto& [lens, wide_m] :
+       {std::pair{MakeLens("pinhole", {}), 0.5},
+        {MakeLens("opencv5", kWideLens), 0.5},
+        {MakeLens(kFisheyeModel, {-0.02, 0.015, -0.01, 0.002}), 4.0}}) {
     CameraParameters parameters = testing::RingOfCameras(1)[0].parameters();
     parameters.lens = lens;
     const Camera camera(parameters);
-    for (int round = 0; round < 100; ++round) {
+    for (int round = 0; round < 200; ++round) {
       // Every tenth on the axis to rounding, where the quotients of the fisheye
       // lens are 0 / 0.
+      const double aside = round % 10 == 0 ? 1e-9 : wide_m;
+      const Eigen::Vector3d seen(random.Uniform(-aside, aside),
+                                 random.Uniform(-aside, aside),
+                                 random.Uniform(1.0, 3.0));
       const Eigen::Vector3d point =
-          round % 10 == 0 ? Eigen::Vector3d(camera.centre() +
-                                            3.0 * camera.R().row(2).transpose())
-                          : RandomPointInScene(&random);
+          camera.centre() + camera.R().transpose() * seen;
       Matrix23d jacobian;
       ASSERT_TRUE(camera.Project(point, &jacobian).has_value());
       constexpr double kStep = 1e-6;

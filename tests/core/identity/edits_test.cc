@@ -41,6 +41,8 @@ struct Right {
 };
 
 TEST(ApplyEditTest, DoesWhatItSaysBothEndsIncluded) {
+  IdentityEdit name = Edit(EditOp::kName, {0});
+  name.name = "Anna";
   for (const Right& right :
        {Right{Edit(EditOp::kJoin, {0, 2}), {{15, {0, 1}}, {11, {1}}}},
         // A cut takes the next free identity.
@@ -50,14 +52,18 @@ TEST(ApplyEditTest, DoesWhatItSaysBothEndsIncluded) {
          {{9, {0, 1}}, {10, {0}}, {11, {1}}}},
         {Edit(EditOp::kDelete, {1}, FrameSpan{0, 12}),
          {{9, {0}}, {12, {2}}, {13, {1, 2}}}},
-        // Changes no frame.
-        {Edit(EditOp::kUndecided, {0, 77}), {{7, {0, 1}}}}}) {
+        // These change no frame.
+        {Edit(EditOp::kUndecided, {0, 77}), {{7, {0, 1}}}},
+        {name, {{7, {0, 1}}}}}) {
     std::vector<TrackFrame> frames = Frames();
     IdentityEdit edit = right.edit;
     ASSERT_EQ(ApplyEdit(&edit, &frames), "");
     for (const auto& [frame, who] : right.in) {
       EXPECT_EQ(IdsIn(frames[frame]), who)
           << ToString(edit.op) << ", frame " << frame;
+    }
+    if (edit.op == EditOp::kCut) {
+      EXPECT_EQ(edit.persons, (std::vector<TrackId>{TrackId(1), TrackId(3)}));
     }
     if (edit.op != EditOp::kSwap) continue;
     EXPECT_GT(frames[9].people[0].joints[0].position_m.x(), 1.0);

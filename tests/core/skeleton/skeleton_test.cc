@@ -48,6 +48,21 @@ TEST(SkeletonTest, BuiltInOnesHaveTheirPublishedOrder) {
       EXPECT_EQ(one.skeleton->IndexOf(joint), index) << joint;
     }
   }
+  for (const auto& [name, skeleton] : std::map<std::string, const Skeleton*>{
+           {"coco17", &Coco17()},
+           {"body25", &Body25()},
+           {"body25b", &Body25B()},
+           {"halpe26", &Halpe26()},
+           {"mediapipe33", &MediaPipe33()},
+           {"coco18", &Coco18()},
+           {"tum14", &Tum14()},
+           {"tum15", &Tum15()},
+           {"panoptic15", &Panoptic15()},
+           {"panoptic19", &Panoptic19()},
+           {"4da19", &FourDA19()},
+           {"wholebody133", &WholeBody133()}}) {
+    EXPECT_EQ(skeleton->name(), name);
+  }
   for (const std::string& name : SkeletonNames()) {
     ASSERT_NE(FindSkeleton(name), nullptr);
     EXPECT_EQ(FindSkeleton(name)->name(), name);

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <utility>
 
 #include "tests/core/evaluation/markers/moving_person.h"
 
@@ -72,11 +73,14 @@ TEST(Agreement, CalibrationByHand) {
   // -log of the density at the middle, in mm: 1.5 log(2 pi).
   EXPECT_NEAR(calibration.LogScore(), 2.756816, 1e-6);
   EXPECT_NEAR(calibration.StatedRms(), std::sqrt(3.0) * 1e-3, 1e-12);
-  // The quantile 0.5 of chi-square with three degrees of freedom (tables).
-  for (const double squared : {2.3659, 2.3661}) {
-    Calibration at;
-    at.Add({1e-3 * std::sqrt(squared), 0.0, 0.0}, covariance);
-    EXPECT_EQ(at.Covered(0.50), squared < 2.366 ? 1.0 : 0.0);
+  // Quantiles of chi-square with three degrees of freedom (tables).
+  for (const auto& [level, quantile] :
+       {std::pair{0.50, 2.36597}, {0.95, 7.81473}}) {
+    for (const double off : {-1e-4, 1e-4}) {
+      Calibration at;
+      at.Add({1e-3 * std::sqrt(quantile + off), 0.0, 0.0}, covariance);
+      EXPECT_EQ(at.Covered(level), off < 0.0 ? 1.0 : 0.0);
+    }
   }
   // A second one that none holds: half at each level, mean |0.5 - level| of
   // 0.05 .. 0.95 is 4.5 / 19.
