@@ -58,6 +58,11 @@ class AssociationPolicy {
   virtual void LearnBeginning(const NewPerson&, TrackId) {}
 };
 
+// Whether most of the joints that both have seen (kObserved), three or more,
+// are nearer than `within_m`. Where the others are is a prediction's word, and
+// of two views one joint may be triangulated metres off.
+bool SeenAtOnePlace(const Pose3d& a, const Pose3d& b, double within_m);
+
 // That of `rules`; `state` must outlive it.
 std::unique_ptr<AssociationPolicy> MakeAssociationPolicy(
     AssociationRules rules, const AssociationState& state);

@@ -42,24 +42,6 @@ std::vector<size_t> AgreeingViews(const EstimatorFrame& frame) {
   return views;
 }
 
-// Whether most of the joints that both have seen (kObserved), three or more,
-// are nearer than `within_m`. Where the others are is a prediction's word, and
-// of two views one joint may be triangulated metres off.
-bool SeenAtOnePlace(const Pose3d& a, const Pose3d& b, double within_m) {
-  constexpr int kABody = 3;  // joints that tell where it is and how it stands
-  int seen = 0;
-  int near = 0;
-  for (size_t j = 0; j < a.size() && j < b.size(); ++j) {
-    if (a[j].status != JointStatus::kObserved ||
-        b[j].status != JointStatus::kObserved) {
-      continue;
-    }
-    ++seen;
-    near += (a[j].position_m - b[j].position_m).norm() < within_m;
-  }
-  return seen >= kABody && 2 * near > seen;
-}
-
 class GraphAssociation final : public AssociationPolicy {
  public:
   explicit GraphAssociation(const AssociationState& state) : state_(state) {
@@ -308,6 +290,21 @@ class GraphAssociation final : public AssociationPolicy {
 };
 
 }  // namespace
+
+bool SeenAtOnePlace(const Pose3d& a, const Pose3d& b, double within_m) {
+  constexpr int kABody = 3;  // joints that tell where it is and how it stands
+  int seen = 0;
+  int near = 0;
+  for (size_t j = 0; j < a.size() && j < b.size(); ++j) {
+    if (a[j].status != JointStatus::kObserved ||
+        b[j].status != JointStatus::kObserved) {
+      continue;
+    }
+    ++seen;
+    near += (a[j].position_m - b[j].position_m).norm() < within_m;
+  }
+  return seen >= kABody && 2 * near > seen;
+}
 
 std::unique_ptr<AssociationPolicy> MakeAssociationPolicy(
     AssociationRules rules, const AssociationState& state) {

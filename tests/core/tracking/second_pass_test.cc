@@ -222,6 +222,14 @@ TEST_F(ExtendEndsTest, StopsWhereViewsDoNotAgree) {
   EXPECT_EQ(Run(14, 17, {}), From(14, kFrames));
 }
 
+// 0.3 m, which is nearer than two people ever are for long.
+TEST_F(ExtendEndsTest, StopsWhereAnotherPersonStands) {
+  people_[1] = testing::StandingPerson(-0.8 + 0.27, 0.0);
+  EXPECT_EQ(Run(8, 12, {}), From(8, 12));
+  people_[1] = testing::StandingPerson(-0.8 + 0.33, 0.0);
+  EXPECT_EQ(Run(8, 12, {}), From(0, kFrames));
+}
+
 TEST_F(ExtendEndsTest, LeavesAloneWhoWasMadeShorter) {
   EXPECT_EQ(Run(8, 12, {TrackId(kOther)}), From(8, 12));
 }

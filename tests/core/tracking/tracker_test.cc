@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/base/error.h"
+#include "core/tracking/association_policy.h"
 #include "solvers/filters/causal_gaussian.h"
 #include "tests/support/rig.h"
 
@@ -181,6 +182,26 @@ TEST_F(TrackerTest, ViewsThatLoseSomebodyStartNoDouble) {
     EXPECT_EQ(tracker->people_so_far(),
               rules == AssociationRules::kPaper ? 2 : 1);
   }
+}
+
+TEST(SeenAtOnePlaceTest, WhatIsSeenTellsAndWhatIsInferredDoesNot) {
+  const Pose3d here = testing::StandingPerson(0.0, 0.0);
+  Pose3d there = testing::StandingPerson(0.19, 0.0);
+  EXPECT_TRUE(SeenAtOnePlace(here, there, 0.2));
+  EXPECT_FALSE(SeenAtOnePlace(here, there, 0.18));
+  for (size_t j = 0; j < 8; ++j) there[j].position_m.z() += 2.0;
+  EXPECT_TRUE(SeenAtOnePlace(here, there, 0.2));  // nine of 17
+  there[8].position_m.z() += 2.0;
+  EXPECT_FALSE(SeenAtOnePlace(here, there, 0.2));
+  there = testing::StandingPerson(0.19, 0.0);
+  for (size_t j = 3; j < there.size(); ++j) {
+    there[j].status = JointStatus::kInferred;
+    there[j].position_m.x() += 1.0;
+  }
+  EXPECT_TRUE(SeenAtOnePlace(here, there, 0.2));
+  EXPECT_TRUE(SeenAtOnePlace(there, here, 0.2));
+  there[2].status = JointStatus::kInferred;  // two joints are no body
+  EXPECT_FALSE(SeenAtOnePlace(here, there, 0.2));
 }
 
 // The first `views` views of a frame alone, the first two of them with `strays`
