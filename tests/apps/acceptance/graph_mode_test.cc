@@ -93,6 +93,17 @@ void RecordRatio(const char* name, double ratio, const Interval& interval) {
       std::to_string(interval.low) + " .. " + std::to_string(interval.high));
 }
 
+// Frame, view and class of each joint that was scored.
+std::vector<std::array<int64_t, 3>> JointsOf(const HeldOutScores& scores) {
+  std::vector<std::array<int64_t, 3>> joints;
+  for (const HeldOutJoint& joint : scores.joints) {
+    const HeldOutPerson& person = scores.people[joint.person_idx];
+    joints.push_back({person.frame, person.view_idx,
+                      static_cast<int64_t>(joint.joint_class)});
+  }
+  return joints;
+}
+
 // The mean of min(error, 30 px) and the 90th percentile of the errors of drawn
 // frames.
 std::array<double, 2> FiguresOf(const HeldOutScores& scores,
@@ -127,6 +138,7 @@ TEST(GraphModeTest, PredictsHeldOutCamerasBetterThanPaperMode) {
     return of_graph.figure_px(figure) / of_paper.figure_px(figure);
   };
   const std::vector<int64_t> frames = FramesOf(paper);
+  ASSERT_EQ(JointsOf(graph), JointsOf(paper));
   const std::vector<Interval> intervals = BlockBootstrapAll(
       {static_cast<int64_t>(frames.size())}, 2, [&](const DrawCounts& counts) {
         const auto [graph_mean, graph_p90] = FiguresOf(graph, frames, counts);
