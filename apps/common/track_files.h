@@ -34,9 +34,9 @@ class TrackOutput {
 };
 
 // .jsonl and .json are our own format, written as frames become final; others
-// (track_format.h) hold the recording until its end. Formats with a file a
-// person, such as .trc, make a folder of that name without the extension.
-// Throws InputError naming --out and the extensions for any other.
+// (core/io/tracks/format.h) hold the recording until its end. Formats with a
+// file a person, such as .trc, make a folder of that name without the
+// extension. Throws InputError naming --out and the extensions for any other.
 // `observations` as TrackWriteOptions has it. `markers` names the joints of
 // formats that have names of markers; others keep ours. `cameras` tell, beside
 // people, which way is up: Commit() says when a format with a way up shows

@@ -10,7 +10,7 @@
 //   core/data/pose.h                3D poses as they are written
 //   core/io/calibration/calibration.h           ReadCameras, WriteCameras
 //   core/io/detections/source.h      ReadDetections, OpenDetections
-//   core/io/tracks/tracks.h, track_writer.h   ReadTracks, WriteTracks
+//   core/io/tracks/tracks.h, writer.h   ReadTracks, WriteTracks
 //   core/io/tracks/c3d.h        ReadSegments: poses of segments (C3D)
 //   solvers/session/options.h       RunOptions: what a configuration can say
 //   solvers/session/session.h       Session: a run, frame by frame

@@ -20,7 +20,7 @@ enum class StoredZeros {
 };
 
 struct TrackReadOptions {
-  // Name of a format (track_format.h); empty: by content.
+  // Name of a format (format.h); empty: by content.
   std::string format;
   // Of formats that do not tell their skeleton, where the number of joints is
   // not enough. With 4da19 a {"poses"} file is asked for its "joints19".
