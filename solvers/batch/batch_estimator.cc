@@ -308,7 +308,9 @@ class BatchEstimator final : public Estimator {
     const std::vector<std::vector<int>> inliers = Inliers();
     // Poses are as large as the measurements, which only weights still need.
     if (scene_.kept_matches != KeptMatches::kWeights) {
-      for (JointChain& chain : recording_.joints) chain.measurements = {};
+      for (JointChain& chain : recording_.joints) {
+        chain.measurements = decltype(chain.measurements)();  // frees it
+      }
     }
     finals_.clear();
     finals_.reserve(records_.size());
