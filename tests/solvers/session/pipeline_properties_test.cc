@@ -147,6 +147,22 @@ constexpr Change kChanges[] = {
     {"cameras in another order", TurnCamerasAround},
     {"a camera that sees nobody", AddEmptyCamera}};
 
+TEST(PipelineDifference, IsSeen) {
+  const TrackSequence tracks = TracksOf(RecordingOf(2, 1, 3));
+  ASSERT_FALSE(tracks.frames.back().people.empty());
+  EXPECT_EQ(Difference(tracks, tracks, Stays), "");
+  TrackSequence fewer = tracks;
+  fewer.frames.back().people.pop_back();
+  EXPECT_NE(Difference(tracks, fewer, Stays), "");
+  TrackSequence renamed = tracks;
+  renamed.frames.back().people.back().id = TrackId(77);
+  EXPECT_NE(Difference(tracks, renamed, Stays), "");
+  const MovePoint away = [](const Eigen::Vector3d& point) {
+    return Eigen::Vector3d(point + Eigen::Vector3d(0.3, 0.0, 0.0));
+  };
+  EXPECT_NE(Difference(tracks, tracks, away), "");
+}
+
 class PipelineProperties : public ::testing::TestWithParam<int64_t> {};
 
 TEST_P(PipelineProperties, TheSamePeople) {
