@@ -81,6 +81,7 @@ TEST_F(ChunksTest, CutOutIsTheSamePartOfTheProblem) {
     ASSERT_EQ(cut.process_noise.size(), 99u);
     ASSERT_EQ(cut.first.size(), 101u);
     for (size_t k = 0; k < 100; ++k) {
+      EXPECT_EQ(cut.states[k], whole.states[k + 100]);
       const int32_t count = cut.first[k + 1] - cut.first[k];
       ASSERT_EQ(count, whole.first[k + 101] - whole.first[k + 100]);
       for (int32_t m = 0; m < count; ++m) {
