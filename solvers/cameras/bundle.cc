@@ -183,7 +183,14 @@ class BundleProblem {
                 const BundleOptions& options)
       : cameras_(cameras), segments_(segments), changes_(start) {
     states_.resize(segments.segments.size());
+    for (const MotionSegment& segment : segments.segments) {
+      for (const SegmentMeasurement& one : segment.measurements) {
+        offset_at_.try_emplace(KeyOf(segment, one), offset_at_.size());
+      }
+    }
+    offsets_.assign(offset_at_.size(), Eigen::Vector2d::Zero());
     AddSegments(options);
+    AddOffsets(options);
     AddCameras(places, options);
   }
 
@@ -216,11 +223,8 @@ class BundleProblem {
   MotionSegment WithoutOffsets(size_t index) const {
     MotionSegment segment = segments_.segments[index];
     for (SegmentMeasurement& measurement : segment.measurements) {
-      const auto at =
-          offsets_.find({segment.person, segment.joint, measurement.view_idx});
-      if (at == offsets_.end()) continue;
-      const Camera& camera = cameras_[at->first[2]];
-      measurement.px -= PxPerMetre(camera, segment) * at->second;
+      measurement.px -= PxPerMetre(cameras_[measurement.view_idx], segment) *
+                        offsets_[offset_at_.at(KeyOf(segment, measurement))];
     }
     return segment;
   }
@@ -245,7 +249,8 @@ class BundleProblem {
             new SegmentFactor(&cameras_[v], &segment, &measurement,
                               segments_.noise_scale),
             MakeCeresLoss(kSceneLoss, kSceneLossScale, 1.0), states_[s].data(),
-            changes_[v].data(), OffsetOf(segment, measurement, options));
+            changes_[v].data(),
+            offsets_[offset_at_.at(KeyOf(segment, measurement))].data());
         added = true;
       }
       if (!added) continue;
@@ -260,24 +265,18 @@ class BundleProblem {
     }
   }
 
-  double* OffsetOf(const MotionSegment& segment,
-                   const SegmentMeasurement& measurement,
-                   const BundleOptions& options) {
-    auto [at, fresh] = offsets_.try_emplace(
-        {segment.person, segment.joint, measurement.view_idx},
-        Eigen::Vector2d::Zero());
-    double* offset = at->second.data();
-    if (!fresh) return offset;
-    problem_.AddParameterBlock(offset, 2);
-    ordering_->AddElementToGroup(offset, 1);
-    if (options.lasting_offset_m > 0.0) {
-      problem_.AddResidualBlock(
-          ZeroPrior(Eigen::Vector2d::Constant(1.0 / options.lasting_offset_m)),
-          nullptr, offset);
-    } else {
-      problem_.SetParameterBlockConstant(offset);
+  void AddOffsets(const BundleOptions& options) {
+    for (Eigen::Vector2d& offset : offsets_) {
+      problem_.AddParameterBlock(offset.data(), 2);
+      ordering_->AddElementToGroup(offset.data(), 1);
+      if (options.lasting_offset_m > 0.0) {
+        problem_.AddResidualBlock(ZeroPrior(Eigen::Vector2d::Constant(
+                                      1.0 / options.lasting_offset_m)),
+                                  nullptr, offset.data());
+      } else {
+        problem_.SetParameterBlockConstant(offset.data());
+      }
     }
-    return offset;
   }
 
   void AddCameras(const std::vector<std::vector<int>>& places,
@@ -285,7 +284,7 @@ class BundleProblem {
     const CameraChange inverse = InverseSigmas(options);
     for (size_t v = 0; v < changes_.size(); ++v) {
       problem_.AddParameterBlock(changes_[v].data(), kChangeSize);
-      ordering_->AddElementToGroup(changes_[v].data(), 1);
+      ordering_->AddElementToGroup(changes_[v].data(), 2);
       if (places[v].empty() || options.hold_cameras) {
         problem_.SetParameterBlockConstant(changes_[v].data());
         continue;
@@ -306,12 +305,21 @@ class BundleProblem {
     }
   }
 
+  // Of a person, joint and view.
+  static std::array<int, 3> KeyOf(const MotionSegment& segment,
+                                  const SegmentMeasurement& measurement) {
+    return {segment.person, segment.joint, measurement.view_idx};
+  }
+
   const CameraRig& cameras_;
   const SceneSegments& segments_;
-  std::vector<CameraChange> changes_;
+  // Ceres takes the blocks of one elimination group in the order of their
+  // addresses, on which sums of rounded terms depend. The three groups are one
+  // array each, so that the allocator has no say.
   std::vector<SegmentState> states_;
-  // Of a person, joint and view.
-  std::map<std::array<int, 3>, Eigen::Vector2d> offsets_;
+  std::vector<Eigen::Vector2d> offsets_;
+  std::vector<CameraChange> changes_;
+  std::map<std::array<int, 3>, size_t> offset_at_;
   std::unique_ptr<ceres::ParameterBlockOrdering> ordering_ =
       std::make_unique<ceres::ParameterBlockOrdering>();
   ceres::Problem problem_;

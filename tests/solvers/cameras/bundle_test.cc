@@ -3,7 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <vector>
 
+#include "core/base/random.h"
 #include "solvers/cameras/refine.h"
 #include "tests/support/faulty_scene.h"
 
@@ -125,6 +127,39 @@ TEST(Bundle, OffsetsThatLastAreNotTakenForCameras) {
     sigma = std::max(sigma, with.Sigma(v, kFocalAt));
   }
   EXPECT_LT(std::abs(mean), 5.0 * sigma);
+}
+
+// Holds every second of many small pieces of memory; the others were given back
+// in a random order, and the heap hands them out again in an order like it.
+std::vector<std::vector<char>> ShuffledHeap() {
+  std::vector<std::vector<char>> pieces;
+  for (size_t i = 0; i < 40000; ++i) pieces.emplace_back(16 + 16 * (i / 2 % 8));
+  Random random(1);
+  for (size_t i = 1; i < pieces.size(); i += 2) {
+    const auto count = static_cast<int64_t>(pieces.size() / 2);
+    std::vector<char>().swap(pieces[2 * random.Index(count) + 1]);
+  }
+  return pieces;
+}
+
+TEST(Bundle, TheHeapHasNoSayInWhatIsFound) {
+  FaultyScene scene = MakeFaultyScene({1, 3, 4, 8.0});
+  testing::AddLastingOffsets(4, 1.0, &scene);
+  BundleOptions options = Quick();
+  options.lasting_offset_m = 0.011;
+  options.max_iterations = 5;
+  const SceneSegments segments = SegmentsOf(scene, options);
+  const FreeParameters free = CameraParametersOf(RefineKind::kPose);
+  const BundleResult first = Adjusted(scene, segments, free, options);
+  const auto held = ShuffledHeap();
+  const BundleResult second = Adjusted(scene, segments, free, options);
+  ASSERT_TRUE(first.usable && second.usable);
+  for (size_t v = 0; v < first.changes.size(); ++v) {
+    EXPECT_NE(first.changes[v], CameraChange::Zero()) << v;
+    EXPECT_EQ(first.changes[v], second.changes[v]) << v;  // to the bit
+  }
+  EXPECT_GT(first.covariance.trace(), 0.0);
+  EXPECT_TRUE(first.covariance == second.covariance);
 }
 
 TEST(Bundle, AFocalLengthThatIsToldStaysTold) {
