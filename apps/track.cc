@@ -400,13 +400,13 @@ void RunTrack() {
         "triangulated; nobody will be found\n",
         stderr);
   }
-  const std::unique_ptr<TrackOutput> output = MakeTrackOutput(
-      WithFolders(FLAGS_out), session.scene().header,
-      recording.options.output.observations,
-      NamesAfter(recording.request.corrections), MarkersFlag(FLAGS_markers),
-      session.scene().model.cameras, AxesFlag());
+  TrackOutput output(WithFolders(FLAGS_out), session.scene().header,
+                     recording.options.output.observations,
+                     NamesAfter(recording.request.corrections),
+                     MarkersFlag(FLAGS_markers), session.scene().model.cameras,
+                     AxesFlag());
   RecordingReport report =
-      TrackFrames(recording, source.get(), &session, output.get());
+      TrackFrames(recording, source.get(), &session, &output);
   AddBadFrames(source->bad_frames(), &report);
   NameInputs(
       Flag("cameras", FLAGS_cameras) + Flag("detections", FLAGS_detections),
@@ -421,12 +421,12 @@ void RunTrack() {
   RequireFrames(recording, summary);
   const bool has_name = !IsStream(FLAGS_out);
   if (has_name) {
-    CommitResult(recording, session, report, output.get());
+    CommitResult(recording, session, report, &output);
   } else {
-    output->Commit();
+    output.Commit();
   }
   std::FILE* const said = SummaryStream(FLAGS_out);
-  SayOutcome(recording, session, output->path(), said);
+  SayOutcome(recording, session, output.path(), said);
   const std::string text = has_name ? ReportText(report) : WarningsText(report);
   std::fputs(text.c_str(), said);
   if (!ended.has_value()) return;

@@ -4,7 +4,6 @@
 #define KINEGRAPH_APPS_COMMON_TRACK_FILES_H_
 
 #include <cstdio>
-#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -16,41 +15,52 @@
 #include "core/io/files/atomic_file.h"
 #include "core/io/text/joint_names.h"
 #include "core/io/tracks/axis_map.h"
+#include "core/io/tracks/format.h"
 #include "core/io/tracks/tracks.h"
+#include "core/io/tracks/writer.h"
 
 namespace kinegraph {
 
 // Where `track` writes its result: the extension of --out chooses the format.
-class TrackOutput {
- public:
-  virtual ~TrackOutput() = default;
-  virtual void Write(TrackFrame&& frame) = 0;
-  // Hands what was written to whoever reads a stream.
-  virtual void Flush() {}
-  // Makes the result appear.
-  virtual void Commit() = 0;
-  // File or folder that appeared.
-  virtual std::string path() const = 0;
-};
-
+//
 // .jsonl and .json are our own format, written as frames become final; others
 // (core/io/tracks/format.h) hold the recording until its end. Formats with a
 // file a person, such as .trc, make a folder of that name without the
-// extension. Throws InputError naming --out and the extensions for any other.
-// `observations` as TrackWriteOptions has it. `markers` names the joints of
-// formats that have names of markers; others keep ours. `cameras` tell, beside
-// people, which way is up: Commit() says when a format with a way up shows
-// another, by its own axes or `axes`.
-std::unique_ptr<TrackOutput> MakeTrackOutput(
-    const std::string& path, const TrackHeader& header, bool observations,
-    const PersonNames& names = {}, MarkerNames markers = MarkerNames::kOurs,
-    const CameraRig& cameras = {}, const std::optional<AxisMap>& axes = {});
+// extension.
+class TrackOutput {
+ public:
+  // Throws as CheckTrackOutput. `observations` as TrackWriteOptions has it.
+  // `markers` names the joints of formats that have names of markers; others
+  // keep ours. `cameras` tell, beside people, which way is up: Commit() says
+  // when a format with a way up shows another, by its own axes or `axes`.
+  TrackOutput(const std::string& path, const TrackHeader& header,
+              bool observations, const PersonNames& names, MarkerNames markers,
+              const CameraRig& cameras, const std::optional<AxisMap>& axes);
 
-// Throws as MakeTrackOutput does, before any work is done, and naming --markers
-// where the format has no names of markers, --axes where it has no axes.
-void CheckTrackOutput(const std::string& path,
-                      MarkerNames markers = MarkerNames::kOurs,
-                      const std::optional<AxisMap>& axes = {});
+  void Write(TrackFrame&& frame);
+  // Hands what was written to whoever reads a stream.
+  void Flush();
+  // Makes the result appear.
+  void Commit();
+  // File or folder that appeared.
+  const std::string& path() const { return path_; }
+
+ private:
+  std::string path_;
+  std::optional<TrackWriter> writer_;  // of our own format
+  // Of another one, which gets the whole recording.
+  const TrackFormat* format_ = nullptr;
+  TrackExportOptions options_;
+  MarkerNames markers_;
+  CameraRig cameras_;
+  TrackSequence tracks_;
+};
+
+// Throws InputError, before any work is done: naming --out and the extensions
+// for an unknown one, --markers where the format has no names of markers,
+// --axes where it has no axes.
+void CheckTrackOutput(const std::string& path, MarkerNames markers,
+                      const std::optional<AxisMap>& axes);
 
 // "out/take" of "out/take.trc".
 std::string WithoutExtension(const std::string& path);
