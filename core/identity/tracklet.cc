@@ -160,10 +160,14 @@ constexpr double kExchangeTime = 0.4;  // s, in which an exchange shows
 constexpr double kBefore = 0.4;        // s, a track is bad before it is lost
 constexpr double kAfter = 0.2;         // s
 constexpr double kLeast = 1.0;         // s of clean frames that make a piece
+constexpr double kLeastAtHop = 0.4;    // s, before or after a hop (kHop)
 constexpr double kMerge = kLeast;      // contacts nearer than this are one
 // A track that no view sees for this long may be found again on another person.
 constexpr double kBlind = 0.12;       // s
 constexpr double kAroundBlind = 0.1;  // s, bent by what is not seen
+// A track that is found again this far from its prediction, about three times
+// the error of a position, was found on another person or has turned meanwhile.
+constexpr double kHop = 0.25;  // m
 
 struct Interval {
   TimeNs begin = 0;
@@ -345,9 +349,37 @@ std::vector<Interval> Merged(std::vector<Interval> intervals) {
   return merged;
 }
 
+// Distance of a track that is found again from its prediction [m].
+double Astray(const Pieces::Hop& hop) {
+  const auto& [before, after] = hop;
+  return (after.position_m - before.position_m -
+          ToSeconds(after.time - before.time) * before.velocity_mps)
+      .norm();
+}
+
+// Of those of at least kHop; null without one.
+const Pieces::Hop* FarthestHop(const Interval& contact) {
+  const auto farthest = std::max_element(
+      contact.hops.begin(), contact.hops.end(),
+      [](const auto& a, const auto& b) { return Astray(a) < Astray(b); });
+  const bool is_one =
+      farthest != contact.hops.end() && Astray(*farthest) >= kHop;
+  return is_one ? &*farthest : nullptr;
+}
+
 // The first frame of the piece after a contact with frames begin .. end - 1:
-// after the fastest movement, where an exchange shows.
-size_t CutOf(const Tracklet& track, size_t begin, size_t end) {
+// after the fastest movement, where an exchange shows; within the farthest hop
+// if there is one.
+size_t CutOf(const Tracklet& track, const Pieces::Hop* hop, size_t begin,
+             size_t end) {
+  if (hop != nullptr) {
+    const long from = IndexAt(track, hop->first.time);
+    const long to = IndexAt(track, hop->second.time);
+    if (from >= 0 && to > from) {
+      begin = static_cast<size_t>(from) + 1;
+      end = static_cast<size_t>(to) + 1;
+    }
+  }
   size_t fastest = begin;
   double most = -1.0;
   for (size_t k = begin; k < std::max(end, begin + 1); ++k) {
@@ -381,7 +413,8 @@ void CutTrack(const Tracklet& track, const std::vector<Interval>& contacts,
     const auto begin =
         static_cast<size_t>(std::max(0L, IndexAt(rest, contact.begin - 1) + 1));
     const auto end = static_cast<size_t>(IndexAt(rest, contact.end) + 1);
-    const TimeNs least = FromSeconds(kLeast);
+    const Pieces::Hop* hop = FarthestHop(contact);
+    const TimeNs least = FromSeconds(hop == nullptr ? kLeast : kLeastAtHop);
     const bool starts_with = contact.begin < rest.first().time + least;
     const bool ends_with = contact.end > rest.last().time - least;
     if (starts_with && ends_with) continue;
@@ -393,7 +426,7 @@ void CutTrack(const Tracklet& track, const std::vector<Interval>& contacts,
       rest.dirty_end = std::max(rest.dirty_end, size - begin);
       continue;
     }
-    const size_t cut = CutOf(rest, begin, end);
+    const size_t cut = CutOf(rest, hop, begin, end);
     Tracklet before;
     before.id = rest.id;
     before.dirty_begin = rest.dirty_begin;

@@ -239,7 +239,7 @@ TEST(MotionStateTest, UpToAMomentItIsTheEndOfWhatCameBefore) {
 
 // Track 0 stands beside another who leaves, then goes where nobody sees it and
 // is found elsewhere 0.4 s later. All that is one contact.
-TEST(ContactsTest, AHopThatNobodySawIsKept) {
+TEST(ContactsTest, AHopThatNobodySawIsKeptAndCutThere) {
   CrowdMaker crowd(300);
   crowd.Add({0, 0, 139, {0.0, 0.0}, {0.0, 0.0}, 1.0})
       .Add({0, 140, 149, {0.0, 0.0}, {3.0, 0.0}, 1.0, false})
@@ -253,6 +253,8 @@ TEST(ContactsTest, AHopThatNobodySawIsKept) {
   EXPECT_EQ(before.time, frames[139].time);
   EXPECT_EQ(after.time, frames[150].time);
   EXPECT_NEAR(after.position_m.x() - before.position_m.x(), 1.2, 0.03);
+  EXPECT_GE(pieces.tracklets[1].first().frame, 140);
+  EXPECT_LE(pieces.tracklets[1].first().frame, 150);
   // Nobody does that.
   EXPECT_LT(Box().LogRatio(before, after, 0.04), -3.0);
 }

@@ -167,6 +167,26 @@ TEST(LinkingTest, ATrackThatWasSeenAloneForASecondIsCut) {
   ExpectBothToBeThemselves(Link(FoundAgainOnSomebodyElse(100, 116, 156)));
 }
 
+TEST(LinkingTest, AHopSoonAfterATrackBeganIsCut) {
+  // Track 0 begins with the small person, beside whom somebody appears; after
+  // 1.7 s it sees nobody and is found again on the tall one, who is new. The
+  // small one comes back later.
+  CrowdMaker crowd(300);
+  crowd.Add({0, 0, 41, {0.0, 0.0}, {0.0, 0.0}, 0.94})
+      .Add({0, 42, 49, {0.0, 0.0}, {3.75, 0.0}, 0.94, false})
+      .Add({0, 50, 299, {1.2, 0.0}, {0.0, 0.0}, 1.06})
+      .Add({1, 22, 299, {0.5, 0.6}, {0.0, 0.0}, 1.02})
+      .Add({2, 90, 299, {0.1, 0.0}, {0.0, 0.0}, 0.94})
+      .Add({3, 0, 299, {-3.0, -3.0}, {0.0, 0.0}, 1.0})
+      .Add({4, 0, 299, {3.0, 3.0}, {0.0, 0.0}, 0.98});
+  const Linked linked = Link(crowd);
+  EXPECT_EQ(linked.Of(EditOp::kCut).size(), 1u);
+  const std::vector<PersonPose>& people = linked.frames[250].people;
+  ASSERT_EQ(people.size(), 5u);
+  EXPECT_EQ(people[0].id, TrackId(0));
+  EXPECT_NEAR(people[0].joints[11].position_m.x(), 0.1, 0.3);
+}
+
 TEST(LinkingTest, AShortVisitInAGapOfAPersonIsTheirs) {
   // Seen for 0.4 s in the middle of an absence of eight seconds.
   CrowdMaker crowd(500);
