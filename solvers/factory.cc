@@ -6,16 +6,6 @@
 #include "solvers/smoothers.h"
 
 namespace kinegraph {
-namespace {
-
-// Whether one estimator can serve both roles.
-bool SameEstimator(FeedbackKind feedback, OutputKind output) {
-  return (feedback == FeedbackKind::kGaussian &&
-          output == OutputKind::kGaussian) ||
-         (feedback == FeedbackKind::kWindow && output == OutputKind::kWindow);
-}
-
-}  // namespace
 
 const char* ToString(Mode mode) {
   return mode == Mode::kPaper ? "paper" : "graph";
@@ -60,19 +50,20 @@ EstimatorFactory MakeOutput(OutputKind kind, const EstimatorOptions& options,
 }
 
 EstimatorPair MakeEstimators(const EstimatorOptions& options) {
-  const Smoother& gaussian = SmootherOf(OutputKind::kGaussian);
   if (options.mode == Mode::kPaper) {
-    return {gaussian.make(options, nullptr), nullptr, nullptr};
+    return {SmootherOf(OutputKind::kGaussian).make(options, nullptr), nullptr,
+            nullptr};
   }
+  const OutputKind feedback = options.feedback == FeedbackKind::kWindow
+                                  ? OutputKind::kWindow
+                                  : OutputKind::kGaussian;
+  const bool same = feedback == options.output;  // one serves both roles
   EstimatorPair pair;
   pair.notes = std::make_shared<RecordingNotes>(options.graph);
-  const bool same = SameEstimator(options.feedback, options.output);
-  const Smoother& feedback = options.feedback == FeedbackKind::kWindow
-                                 ? SmootherOf(OutputKind::kWindow)
-                                 : gaussian;
   // Every factory has notes of its own: who is not of the same run and pass
   // learns nothing from them.
-  pair.feedback = feedback.make(options, same ? pair.notes : nullptr);
+  pair.feedback =
+      SmootherOf(feedback).make(options, same ? pair.notes : nullptr);
   if (!same) pair.output = MakeOutput(options.output, options, pair.notes);
   return pair;
 }

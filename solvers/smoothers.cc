@@ -9,7 +9,6 @@
 #include "solvers/filters/causal_gaussian.h"
 #include "solvers/filters/joint_points.h"
 #include "solvers/filters/offline_filter.h"
-#include "solvers/graph/assembler.h"
 #include "solvers/noise/recording_notes.h"
 #include "solvers/window/window_estimator.h"
 
@@ -76,20 +75,14 @@ using MakeFilter =
 EstimatorFactory OverPoints(const EstimatorOptions& options, PointKind points,
                             PointCovariances covariances,
                             MakeFilter make_filter) {
-  const PixelSigmaOf sigma_of = [graph = options.graph](
-                                    JointClass joint_class, double confidence,
-                                    double depth_m, double focal_px) {
-    return PixelSigma(graph, joint_class, confidence, depth_m, focal_px);
-  };
   FilterOptions filters = options.filters;
   filters.kalman.process_noise = options.graph.process_noise;
-  return [=, filters = std::move(filters),
+  return [=, noise = options.graph, filters = std::move(filters),
           make_filter = std::move(make_filter)](const SceneModel& scene) {
-    return MakeOfflineFilter(
-        scene, filters.segments,
-        JointPoints(scene, points, covariances, filters.robust_triangulation,
-                    sigma_of),
-        make_filter(filters, scene.frame_rate_hz));
+    return MakeOfflineFilter(scene, filters.segments,
+                             JointPoints(scene, points, covariances,
+                                         filters.robust_triangulation, noise),
+                             make_filter(filters, scene.frame_rate_hz));
   };
 }
 

@@ -39,4 +39,17 @@ double WeightedMedian(std::vector<WeightedValue> values) {
              : values[at].first;
 }
 
+double BinnedQuantile(const std::vector<float>& weights, double total,
+                      double share) {
+  const double wanted = share * total;
+  double below = 0.0;
+  size_t bin = 0;
+  while (bin + 1 < weights.size() && below + weights[bin] < wanted) {
+    below += weights[bin++];
+  }
+  const double inside = std::max<double>(weights[bin], 1e-12);
+  return static_cast<double>(bin) +
+         std::clamp((wanted - below) / inside, 0.0, 1.0);
+}
+
 }  // namespace kinegraph

@@ -18,6 +18,11 @@ double WeightedQuantile(std::vector<WeightedValue> values, double share);
 // either side. There must be a value.
 double WeightedMedian(std::vector<WeightedValue> values);
 
+// Of weights counted in bins, which has some: the place [bins] below which
+// `share` of all, `total`, lies; a bin's weight lies evenly in it.
+double BinnedQuantile(const std::vector<float>& weights, double total,
+                      double share);
+
 }  // namespace kinegraph
 
 #endif  // KINEGRAPH_CORE_BASE_WEIGHTED_QUANTILE_H_

@@ -184,7 +184,6 @@ class PersonObserver {
 
  private:
   struct JointState {
-    bool started = false;
     Vector2d fixed = Vector2d::Zero();
     SlowGaussian slow;
     SlowGaussian spread;
@@ -193,6 +192,7 @@ class PersonObserver {
     FixedBursts outlier;
     Vector2d displacement = Vector2d::Zero();
     int other = -1;  // the person on whom the outlier lies
+    bool started = false;
   };
   struct Displacement {
     Vector2d px = Vector2d::Zero();

@@ -89,13 +89,10 @@ class BatchEstimator final : public Estimator {
         noise_(std::in_place, scene_, options_),
         notes_(std::move(notes)),
         bias_joints_(scene_.skeleton),
-        bias_(notes_ == nullptr ? nullptr : notes_->view_bias()),
-        series_(
-            notes_ == nullptr
-                ? nullptr
-                : notes_->NewSeries(bias_joints_,
-                                    static_cast<int>(scene_.cameras.size()))),
-        learnt_(notes_ == nullptr ? nullptr : notes_->NewPerson()) {}
+        bias_(notes_->view_bias()),
+        series_(notes_->NewSeries(bias_joints_,
+                                  static_cast<int>(scene_.cameras.size()))),
+        learnt_(notes_->NewPerson()) {}
 
   void Add(const EstimatorFrame& frame) override {
     frames_.Push(frame);
@@ -119,7 +116,10 @@ class BatchEstimator final : public Estimator {
   void Finish() override {
     if (frames_.empty()) return;
     Solve();
-    if (series_ != nullptr) TellBias();
+    if (series_ != nullptr) {
+      TellBias(bias_joints_, scene_.cameras, scene_.frame_rate_hz,
+               noise_->correlation(), recording_, series_.get());
+    }
     const std::shared_ptr<SolvedPerson> solution = Solution();
     WriteFinals();
     solver_.HandInCounts(records_.front().frame, records_.back().frame);
@@ -141,7 +141,6 @@ class BatchEstimator final : public Estimator {
 
   void Assemble() {
     Assembler assembler(scene_, options_);
-    recording_ = assembler.EmptyProblem();
     records_.reserve(frames_.size());
     while (!frames_.empty()) {
       records_.push_back(assembler.Append(frames_.Pop(), &recording_));
@@ -171,7 +170,6 @@ class BatchEstimator final : public Estimator {
   // Takes over what the pass before found of this person, and solves anew where
   // matches changed. False where that pass knows nobody like this.
   bool SolveAgain() {
-    if (notes_ == nullptr) return false;
     std::optional<KnownFrames> known =
         FindKnownFrames(notes_->SolvedPeople(), records_, recording_);
     if (!known.has_value()) return false;
@@ -184,7 +182,7 @@ class BatchEstimator final : public Estimator {
                                  chunk.own_begin, chunk.own_end);
       }
       noise_->Apply(&recording_);
-      if (learnt_ != nullptr) *learnt_ = before.noise.learnt;
+      *learnt_ = before.noise.learnt;
     }
     recording_.bones = before.bones;
     stated_bones_ = before.stated_bones;
@@ -201,7 +199,7 @@ class BatchEstimator final : public Estimator {
   // What the next pass needs in order not to solve this person anew; null where
   // there is none.
   std::shared_ptr<SolvedPerson> Solution() const {
-    if (notes_ == nullptr || !notes_->expects_another_pass()) return nullptr;
+    if (!notes_->expects_another_pass()) return nullptr;
     // One scale on all sigmas follows from residuals; users' factors may see
     // what the next pass starts from.
     const bool scales = options_.pixel_noise_from == NoiseFrom::kFixed &&
@@ -217,12 +215,6 @@ class BatchEstimator final : public Estimator {
           {std::move(outcomes[j]), recording_.joints[j].first});
     }
     return solution;
-  }
-
-  void TellBias() const {
-    BiasObserver observer(bias_joints_, scene_.cameras, scene_.frame_rate_hz,
-                          noise_->correlation(), series_.get());
-    for (size_t k = 0; k < records_.size(); ++k) observer.Add(recording_, k);
   }
 
   // From the residuals that the stage has left. False where the scale changes
@@ -277,20 +269,18 @@ class BatchEstimator final : public Estimator {
     std::vector<std::vector<Eigen::Matrix3d>> covariances(joint_count());
     if (!options_.covariance) return covariances;
     // The next pass asks how sure a place is, and no more.
-    if (notes_ != nullptr && notes_->expects_another_pass()) {
+    if (notes_->expects_another_pass()) {
       return solver_.JointCovariances(recording_);
     }
     // Bones that could not be solved do not count.
     const bool held = !recording_.bones.empty();
-    // Bones of fixed freedom state what they always did.
-    const bool distrusts =
-        held && options_.bone_sigma_from == NoiseFrom::kRecording;
-    std::vector<std::vector<Eigen::Matrix3d>> alone;
-    if (distrusts) alone = solver_.JointCovariances(recording_);
     if (held) std::swap(recording_.bones, stated_bones_);
     covariances = solver_.Covariances(recording_);
     if (held) std::swap(recording_.bones, stated_bones_);
-    if (distrusts) DistrustBones(alone, &covariances);
+    // Bones of fixed freedom state what they always did.
+    if (held && options_.bone_sigma_from == NoiseFrom::kRecording) {
+      DistrustBones(&covariances);
+    }
     solver_.FreeWorkSpace();
     return covariances;
   }
@@ -298,9 +288,8 @@ class BatchEstimator final : public Estimator {
   void LearnNoise() {
     noise_->LearnRecording(recording_);
     noise_->Apply(&recording_);
-    if (learnt_ != nullptr) *learnt_ = noise_->Learnt();
-    VLOG(1) << ToString(noise_->Learnt());
-    noise_->FreeEvidence();
+    *learnt_ = noise_->Learnt();
+    VLOG(1) << ToString(*learnt_);
   }
 
   void WriteFinals() {
@@ -343,9 +332,10 @@ class BatchEstimator final : public Estimator {
   // tells which; later the estimate may stand at the wrong one, and no
   // covariance of its surroundings says so. There what is stated is what is
   // known without bones.
-  void DistrustBones(const std::vector<std::vector<Eigen::Matrix3d>>& alone,
-                     std::vector<std::vector<Eigen::Matrix3d>>* stated) const {
+  void DistrustBones(std::vector<std::vector<Eigen::Matrix3d>>* stated) {
     constexpr double kSurelyS = 0.1;
+    const std::vector<std::vector<Eigen::Matrix3d>> alone =
+        solver_.JointCovariances(recording_);
     const std::vector<std::vector<int>> inliers = Inliers();
     for (size_t j = 0; j < alone.size(); ++j) {
       if ((*stated)[j].empty()) continue;
@@ -376,8 +366,8 @@ class BatchEstimator final : public Estimator {
   PersonProblem recording_;  // then
   // As recording_'s, for covariances.
   std::vector<BoneConstraint> stated_bones_;
-  std::optional<PersonNoise> noise_;             // until all is solved
-  const std::shared_ptr<RecordingNotes> notes_;  // null: nothing is shared
+  std::optional<PersonNoise> noise_;  // until all is solved
+  const std::shared_ptr<RecordingNotes> notes_;
   const BiasJoints bias_joints_;
   // What is taken away, and where the solution is told; null: nothing, nowhere.
   const std::shared_ptr<const ViewBias> bias_;
@@ -395,6 +385,7 @@ std::unique_ptr<Estimator> MakeBatchEstimator(
     const SceneModel& scene, const GraphOptions& options,
     std::shared_ptr<RecordingNotes> notes) {
   CheckGraphOptions(options);
+  if (notes == nullptr) notes = std::make_shared<RecordingNotes>(options);
   return std::make_unique<BatchEstimator>(scene, options, std::move(notes));
 }
 

@@ -13,7 +13,7 @@ namespace kinegraph {
 // Collects frames and solves in Finish(); every final pose comes then. As it
 // has no causal estimate, Last() is the newest initial pose and Predict() holds
 // it: not meant to serve association. Throws OptionError for bad options.
-// `notes`, if not null, are shared with the run's other people.
+// `notes` are shared with the run's other people; null: notes of its own.
 std::unique_ptr<Estimator> MakeBatchEstimator(
     const SceneModel& scene, const GraphOptions& options,
     std::shared_ptr<RecordingNotes> notes = nullptr);

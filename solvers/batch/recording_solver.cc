@@ -12,7 +12,10 @@
 namespace kinegraph {
 namespace {
 
-constexpr double kMostOverlap = 5.5;  // s
+// How far what changes in a frame is felt.
+constexpr double kOverlapS = 1.1;
+// As far as the frames beside a chunk may reach for more of a joint.
+constexpr double kMostOverlapS = 5.5;
 
 double Seconds(const PersonProblem& problem, size_t from, size_t to) {
   return ToSeconds(problem.times[to] - problem.times[from]);
@@ -32,30 +35,40 @@ bool LacksFrames(const PersonProblem& problem, size_t begin, size_t end,
   return false;
 }
 
-// Where a chunk that owns frames from `own` on begins. Across a gap of a joint
-// it goes on until the other side holds the joint as well.
-size_t ExtendBack(const PersonProblem& problem, size_t own) {
-  size_t begin = own;
-  while (begin > 0 && Seconds(problem, begin - 1, own) <= kOverlap_s) --begin;
-  const size_t wanted = (own - begin) / 2;
-  while (begin > 0 && Seconds(problem, begin - 1, own) <= kMostOverlap &&
-         LacksFrames(problem, begin, own, wanted)) {
-    --begin;
-  }
-  return begin;
+// The first frame that is at most `most_s` before frame `k`.
+size_t FirstWithin(const PersonProblem& problem, size_t k, double most_s) {
+  size_t first = k;
+  while (first > 0 && Seconds(problem, first - 1, k) <= most_s) --first;
+  return first;
 }
 
-// Where a chunk that owns frames before `own` ends.
-size_t ExtendForth(const PersonProblem& problem, size_t own) {
-  const size_t count = problem.times.size();
-  size_t end = own;
-  while (end < count && Seconds(problem, own - 1, end) <= kOverlap_s) ++end;
-  const size_t wanted = (end - own) / 2;
-  while (end < count && Seconds(problem, own - 1, end) <= kMostOverlap &&
-         LacksFrames(problem, own, end, wanted)) {
+// The end of the frames that are at most `most_s` after frame `k`.
+size_t EndWithin(const PersonProblem& problem, size_t k, double most_s) {
+  size_t end = k + 1;
+  while (end < problem.times.size() && Seconds(problem, k, end) <= most_s) {
     ++end;
   }
   return end;
+}
+
+// The chunk that owns frames begin .. end - 1. Across a gap of a joint it goes
+// on until the other side holds the joint as well.
+Chunk ChunkOf(const PersonProblem& problem, size_t begin, size_t end) {
+  Chunk chunk = {FirstWithin(problem, begin, kOverlapS),
+                 EndWithin(problem, end - 1, kOverlapS), begin, end};
+  const Chunk most = {FirstWithin(problem, begin, kMostOverlapS),
+                      EndWithin(problem, end - 1, kMostOverlapS), begin, end};
+  const size_t wanted_before = (begin - chunk.begin) / 2;
+  while (chunk.begin > most.begin &&
+         LacksFrames(problem, chunk.begin, begin, wanted_before)) {
+    --chunk.begin;
+  }
+  const size_t wanted_behind = (chunk.end - end) / 2;
+  while (chunk.end < most.end &&
+         LacksFrames(problem, end, chunk.end, wanted_behind)) {
+    ++chunk.end;
+  }
+  return chunk;
 }
 
 }  // namespace
@@ -77,32 +90,10 @@ std::vector<Chunk> MakeChunks(const PersonProblem& problem, double chunk_s) {
       ++end;
     }
     if (end == begin) continue;  // a gap in the recording
-    Chunk chunk;
-    chunk.own_begin = begin;
-    chunk.own_end = end;
-    chunk.begin = ExtendBack(problem, begin);
-    chunk.end = ExtendForth(problem, end);
-    chunks.push_back(chunk);
+    chunks.push_back(ChunkOf(problem, begin, end));
     begin = end;
   }
   return chunks;
-}
-
-Chunk ChunkAround(const PersonProblem& problem, size_t begin, size_t end) {
-  Chunk chunk;
-  chunk.own_begin = begin;
-  while (chunk.own_begin > 0 &&
-         Seconds(problem, chunk.own_begin - 1, begin) <= kOverlap_s) {
-    --chunk.own_begin;
-  }
-  chunk.own_end = end;
-  while (chunk.own_end < problem.times.size() &&
-         Seconds(problem, end - 1, chunk.own_end) <= kOverlap_s) {
-    ++chunk.own_end;
-  }
-  chunk.begin = ExtendBack(problem, chunk.own_begin);
-  chunk.end = ExtendForth(problem, chunk.own_end);
-  return chunk;
 }
 
 PersonProblem CutOut(const PersonProblem& recording, const Chunk& chunk) {
@@ -241,24 +232,17 @@ std::optional<KnownFrames> FindKnownFrames(
 std::vector<Chunk> ChangedChunks(const PersonProblem& problem,
                                  const std::vector<char>& same) {
   std::vector<Chunk> chunks;
-  size_t k = 0;
-  while (k < same.size()) {
-    if (same[k]) {
-      ++k;
-      continue;
-    }
+  for (size_t begin = 0, end; begin < same.size(); begin = end) {
+    end = begin + 1;
+    if (same[begin]) continue;
     // Up to the next frame that has so many behind it that are the same.
-    const size_t begin = k;
-    size_t end = k + 1;
-    for (size_t next = end; next < same.size(); ++next) {
-      if (ToSeconds(problem.times[next] - problem.times[end - 1]) >
-          2.0 * kOverlap_s) {
-        break;
-      }
+    for (size_t next = end; next < same.size() &&
+                            Seconds(problem, end - 1, next) <= 2.0 * kOverlapS;
+         ++next) {
       if (!same[next]) end = next + 1;
     }
-    chunks.push_back(ChunkAround(problem, begin, end));
-    k = end;
+    chunks.push_back(ChunkOf(problem, FirstWithin(problem, begin, kOverlapS),
+                             EndWithin(problem, end - 1, kOverlapS)));
   }
   return chunks;
 }
@@ -379,13 +363,11 @@ bool RecordingSolver::SolveAnew(const std::vector<Chunk>& chunks,
         solver->Refine(part);
       },
       recording);
-  return std::count(without_bones.begin(), without_bones.end(), 0) ==
-         static_cast<std::ptrdiff_t>(without_bones.size());
+  return std::count(without_bones.begin(), without_bones.end(), 1) == 0;
 }
 
 bool RecordingSolver::KeptBones() const {
-  return std::find(without_bones_.begin(), without_bones_.end(), 1) ==
-         without_bones_.end();
+  return std::count(without_bones_.begin(), without_bones_.end(), 1) == 0;
 }
 
 template <typename Matrix, typename Of>

@@ -24,9 +24,6 @@
 
 namespace kinegraph {
 
-// How far what changes in a frame is felt [s]; 28 frames at 25 Hz.
-inline constexpr double kOverlap_s = 1.1;
-
 struct Chunk {
   // Frames begin .. end - 1 are solved, of which own_begin .. own_end - 1 are
   // kept. Every frame is some chunk's own.
@@ -38,13 +35,10 @@ struct Chunk {
 
 // By times and counts of measurements: chunks whose own frames span about
 // `chunk_s` [s]; one of everything where it is 0 or the recording is not much
-// longer. The overlap is kOverlap_s on each side, and up to 5.5 s where a joint
-// is measured in less than half of that.
+// longer. The overlap is 1.1 s on each side (how far what changes in a frame is
+// felt; 28 frames at 25 Hz), and up to 5.5 s where a joint is measured in less
+// than half of that.
 std::vector<Chunk> MakeChunks(const PersonProblem& problem, double chunk_s);
-
-// One that owns all frames in which a change of frames begin .. end - 1 is
-// felt.
-Chunk ChunkAround(const PersonProblem& problem, size_t begin, size_t end);
 
 // The chunk as a problem of its own. Where the recording goes on before it, its
 // first states have the prior of a birth at their starts.
@@ -74,7 +68,8 @@ std::optional<KnownFrames> FindKnownFrames(
     const std::vector<std::shared_ptr<const SolvedPerson>>& people,
     const std::vector<FrameRecord>& records, const PersonProblem& graph);
 
-// Chunks whose own frames are those that changed and what is near them.
+// Chunks whose own frames are all in which a change of those that are not the
+// same is felt.
 std::vector<Chunk> ChangedChunks(const PersonProblem& problem,
                                  const std::vector<char>& same);
 

@@ -254,13 +254,10 @@ bool BoneSolver::LoadGradient(const PersonProblem& problem,
   const auto of = [&](const StateKey& key) {
     return &gradient[kStateSize * (key.joint * lanes_.frames() + key.frame)];
   };
-  const auto state_of = [&](const StateKey& key) {
-    return problem.joints[key.joint].states[key.frame].data();
-  };
   const auto add = [&](const auto& factor, const auto& keys,
                        const Robustness& robustness) {
     Linearised<std::decay_t<decltype(factor)>> at;
-    if (!LineariseFactor(factor, keys, state_of, &at)) return false;
+    if (!LineariseFactor(factor, keys, problem, &at)) return false;
     const double weight =
         robustness.information * robustness.Evaluate(at.squared_norm()).first;
     for (size_t i = 0; i < keys.size(); ++i) {
@@ -367,18 +364,11 @@ void BoneSolver::Unload(const SolveSchedule& schedule, SolveReport* report,
   CurrentLaneKernels().weigh(At(&lanes_.states()),
                              {last.loss, last.scale, last.max_iterations},
                              workspace_.data());
-  StateChain step(lanes_.frames());
   for (size_t j = 0; j < problem->joints.size(); ++j) {
     JointChain& chain = problem->joints[j];
-    lanes_.UnloadStates(j, &chain);
-    lanes_.UnloadWeights(j, &chain);
+    lanes_.Unload(j, &chain);
     if (report->converged || !schedule.doubt_unsettled) continue;
-    for (size_t k = 0; k < step.size(); ++k) {
-      for (size_t i = 0; i < 6; ++i) {
-        step[k][i] = step_[lanes_.Row(6 * k + i) + j];
-      }
-    }
-    report->unsettled += DoubtUnsettled(step, &chain);
+    report->unsettled += DoubtUnsettled(lanes_.ChainOf(step_, j), &chain);
   }
 }
 

@@ -122,7 +122,7 @@ class ChainGroup {
       for (T& value : step_[k]) value = 0.0;
     }
     iterations_ = 0.0;
-    finite_ = iterations_ == iterations_;
+    finite_ = InAllLanes<T>();
     converged_ = finite_;
     // Earlier stages only hand over a start.
     constexpr double kRoughly = 30.0;
@@ -187,15 +187,12 @@ class ChainGroup {
     }
     Linearise(states_, stage, &current_);
     for (int k = 0; k < frames_; ++k) {
-      const LaneBlock<T>& block = current_.diagonal[k];
-      const int row = kLaneBlockSize * k;
-      for (int i = 0; i < 6; ++i)
-        StoreRow(block.pp[i], system.diagonal, row + i);
-      for (int i = 0; i < 9; ++i) {
-        StoreRow(block.pv[i], system.diagonal, row + 6 + i);
-      }
+      ForEachEntry(
+          [&](int i, const T& entry) {
+            StoreRow(entry, system.diagonal, kLaneBlockSize * k + i);
+          },
+          current_.diagonal[k]);
       for (int i = 0; i < 6; ++i) {
-        StoreRow(block.vv[i], system.diagonal, row + 15 + i);
         StoreRow(current_.gradient[k][i], system.gradient, 6 * k + i);
       }
     }
@@ -216,9 +213,9 @@ class ChainGroup {
   }
   LanePixel<T> FactorOf(int view, Mask<T>* visible) const {
     return {{chains_.views[view].camera, visible},
+            chains_.views[view].offset_s,
             {Row(chains_.x_px, view), Row(chains_.y_px, view)},
-            Row(chains_.per_sigma, view),
-            chains_.views[view].offset_s};
+            Row(chains_.per_sigma, view)};
   }
   // The group's chains as factors.h walks them.
   struct Factors {
@@ -230,7 +227,7 @@ class ChainGroup {
     int frame_count() const { return group.frames_; }
     bool HasPrior() const { return true; }  // zero where it is left out
     GaussianPrior<T> Prior() const {
-      return {group.prior_A_, group.prior_x0_, group.prior_b_};
+      return {group.prior_root_, group.prior_x0_, group.prior_b_};
     }
     const ConstantVelocity<T>& Motion(int k) const {
       return group.motion_[k].factor;
@@ -252,7 +249,7 @@ class ChainGroup {
     T (*gradient)[6];
     LaneBlock<T> diagonal = {};
     T cost = 0.0;
-    Mask<T> valid = cost == cost;  // in all lanes
+    Mask<T> valid = InAllLanes<T>();
     int k = 0;
 
     KINEGRAPH_INLINE bool operator()(const GaussianPrior<T>& prior,
@@ -342,24 +339,20 @@ class ChainGroup {
   }
 
   void LoadPrior(const double* root) {
-    for (int i = 0; i < 36; ++i) prior_A_[i] = Row(root, i);
+    for (int i = 0; i < 36; ++i) prior_root_[i] = Row(root, i);
     for (int i = 0; i < 6; ++i) {
       prior_x0_[i] = Row(chains_.prior_x0, i);
       prior_b_[i] = Row(chains_.prior_b, i);
     }
-    for (T& value : prior_information_.pp) value = 0.0;
-    for (T& value : prior_information_.pv) value = 0.0;
-    for (T& value : prior_information_.vv) value = 0.0;
-    AddSquareOf(prior_A_, &prior_information_);
+    prior_information_ = {};
+    AddSquareOf(prior_root_, &prior_information_);
   }
 
   void LeavePriorOut() {
-    for (T& value : prior_A_) value = 0.0;
+    for (T& value : prior_root_) value = 0.0;
     for (T& value : prior_x0_) value = 0.0;
     for (T& value : prior_b_) value = 0.0;
-    for (T& value : prior_information_.pp) value = 0.0;
-    for (T& value : prior_information_.pv) value = 0.0;
-    for (T& value : prior_information_.vv) value = 0.0;
+    prior_information_ = {};
   }
 
   // Marks what the states can be projected to.
@@ -393,9 +386,8 @@ class ChainGroup {
       }
     }
     if (k > 0) return;
-    for (int i = 0; i < 6; ++i) diagonal->pp[i] += prior_information_.pp[i];
-    for (int i = 0; i < 9; ++i) diagonal->pv[i] += prior_information_.pv[i];
-    for (int i = 0; i < 6; ++i) diagonal->vv[i] += prior_information_.vv[i];
+    ForEachEntry([](int, T& sum, const T& of_prior) { sum += of_prior; },
+                 *diagonal, prior_information_);
   }
 
   // Adds weight J'J.
@@ -455,7 +447,7 @@ class ChainGroup {
   // where all of it is positive definite.
   Mask<T> Eliminate(const LaneBlock<T>* diagonal, const T& damping) {
     const T grown = 1.0 + damping;
-    Mask<T> definite = grown == grown;
+    Mask<T> definite = InAllLanes<T>();
     for (int k = frames_; k-- > 0;) {
       LaneBlock<T> pivot = diagonal[k];
       for (int i = 0; i < 3; ++i) {
@@ -520,15 +512,10 @@ class ChainGroup {
           trial_.gradient[k][i] =
               Select(kept, current_.gradient[k][i], trial_.gradient[k][i]);
           candidate_[k][i] = Select(kept, states_[k][i], candidate_[k][i]);
-          T* pp = trial_.diagonal[k].pp;
-          T* vv = trial_.diagonal[k].vv;
-          pp[i] = Select(kept, current_.diagonal[k].pp[i], pp[i]);
-          vv[i] = Select(kept, current_.diagonal[k].vv[i], vv[i]);
         }
-        for (int i = 0; i < 9; ++i) {
-          T* pv = trial_.diagonal[k].pv;
-          pv[i] = Select(kept, current_.diagonal[k].pv[i], pv[i]);
-        }
+        ForEachEntry([&](int, T& entry,
+                         const T& old) { entry = Select(kept, old, entry); },
+                     trial_.diagonal[k], current_.diagonal[k]);
       }
       trial_.cost = Select(kept, current_.cost, trial_.cost);
     }
@@ -584,7 +571,7 @@ class ChainGroup {
   T (*states_)[6];
   T (*candidate_)[6];
   T (*step_)[6];
-  T prior_A_[36];
+  T prior_root_[36];
   T prior_x0_[6];
   T prior_b_[6];
   LaneBlock<T> prior_information_;

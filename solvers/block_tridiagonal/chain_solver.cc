@@ -86,15 +86,15 @@ void LaneProblem::LoadMeasurements(
 }
 
 void LaneProblem::LoadPriors(const std::vector<const JointChain*>& chains) {
-  prior_A_.Assign(36 * lanes_, 0.0);
-  prior_A_stated_.Assign(36 * lanes_, 0.0);
+  prior_root_.Assign(36 * lanes_, 0.0);
+  prior_root_stated_.Assign(36 * lanes_, 0.0);
   prior_x0_.Assign(6 * lanes_, 0.0);
   prior_b_.Assign(6 * lanes_, 0.0);
   for (size_t lane = 0; lane < chains.size(); ++lane) {
     const StatePrior& prior = chains[lane]->prior;
     for (size_t i = 0; i < 36; ++i) {
-      prior_A_[Row(i) + lane] = prior.A.data()[i];
-      prior_A_stated_[Row(i) + lane] = prior.A_stated.data()[i];
+      prior_root_[Row(i) + lane] = prior.A.data()[i];
+      prior_root_stated_[Row(i) + lane] = prior.A_stated.data()[i];
     }
     for (size_t i = 0; i < 6; ++i) {
       prior_x0_[Row(i) + lane] = prior.x0[i];
@@ -104,7 +104,8 @@ void LaneProblem::LoadPriors(const std::vector<const JointChain*>& chains) {
   // Lanes without a joint rest at the origin.
   for (size_t lane = chains.size(); lane < lanes_; ++lane) {
     for (size_t i = 0; i < 6; ++i) {
-      prior_A_[Row(7 * i) + lane] = prior_A_stated_[Row(7 * i) + lane] = 1.0;
+      prior_root_[Row(7 * i) + lane] = prior_root_stated_[Row(7 * i) + lane] =
+          1.0;
     }
   }
 }
@@ -142,22 +143,23 @@ void LaneProblem::Load(const std::vector<TimeNs>& times,
   arrays_.information = information_.data();
   arrays_.counts = counts_.data();
   arrays_.weights = weights_.data();
-  arrays_.prior_A = prior_A_.data();
-  arrays_.prior_A_stated = prior_A_stated_.data();
+  arrays_.prior_A = prior_root_.data();
+  arrays_.prior_A_stated = prior_root_stated_.data();
   arrays_.prior_x0 = prior_x0_.data();
   arrays_.prior_b = prior_b_.data();
   arrays_.states = states_.data();
 }
 
-void LaneProblem::UnloadStates(size_t lane, JointChain* chain) const {
+StateChain LaneProblem::ChainOf(const LaneBuffer& rows, size_t lane) const {
+  StateChain chain(frames_);
   for (size_t k = 0; k < frames_; ++k) {
-    for (size_t i = 0; i < 6; ++i) {
-      chain->states[k][i] = states_[Row(6 * k + i) + lane];
-    }
+    for (size_t i = 0; i < 6; ++i) chain[k][i] = rows[Row(6 * k + i) + lane];
   }
+  return chain;
 }
 
-void LaneProblem::UnloadWeights(size_t lane, JointChain* chain) const {
+void LaneProblem::Unload(size_t lane, JointChain* chain) const {
+  chain->states = ChainOf(states_, lane);
   for (size_t m = 0; m < chain->measurements.size(); ++m) {
     PixelMeasurement& measurement = chain->measurements[m];
     const size_t at = place_[first_place_[lane] + m];
@@ -178,46 +180,15 @@ SolveReport ChainSolver::Unload(size_t lane, const SolveSchedule& schedule,
   report.finite = finite_[lane] != 0.0;
   report.converged = converged_[lane] != 0.0;
   report.iterations = static_cast<int>(iterations_[lane]);
-  lanes_.UnloadStates(lane, chain);
-  lanes_.UnloadWeights(lane, chain);
+  lanes_.Unload(lane, chain);
   if (!report.finite) {
     for (PixelMeasurement& measurement : chain->measurements) {
       measurement.weight = 0.0;
     }
+  } else if (!report.converged && schedule.doubt_unsettled) {
+    report.unsettled = DoubtUnsettled(lanes_.ChainOf(steps_, lane), chain);
   }
-  if (!report.finite || report.converged || !schedule.doubt_unsettled) {
-    return report;
-  }
-  step_.resize(lanes_.frames());
-  for (size_t k = 0; k < lanes_.frames(); ++k) {
-    for (size_t i = 0; i < 6; ++i) {
-      step_[k][i] = steps_[lanes_.Row(6 * k + i) + lane];
-    }
-  }
-  report.unsettled = DoubtUnsettled(step_, chain);
   return report;
-}
-
-void ChainSolver::SolveGroup(const std::vector<TimeNs>& times,
-                             const SolveSchedule& schedule,
-                             const std::vector<JointChain*>& chains,
-                             std::vector<SolveReport>* reports) {
-  Load(times, {chains.begin(), chains.end()});
-  steps_.Reserve(lanes_.Row(6 * times.size()));
-  for (LaneBuffer* buffer : {&finite_, &converged_, &iterations_}) {
-    buffer->Reserve(kGroup);
-  }
-  std::vector<LaneStage> stages;
-  for (const SolveStage& stage : schedule.stages) {
-    stages.push_back({stage.loss, stage.scale, stage.max_iterations});
-  }
-  CurrentLaneKernels().solve(
-      lanes_.arrays(), stages.data(), static_cast<int>(stages.size()),
-      schedule.step_tolerance_m, workspace_.data(),
-      {finite_.data(), converged_.data(), iterations_.data(), steps_.data()});
-  for (size_t lane = 0; lane < chains.size(); ++lane) {
-    reports->push_back(Unload(lane, schedule, chains[lane]));
-  }
 }
 
 std::vector<SolveReport> ChainSolver::Solve(
@@ -225,41 +196,44 @@ std::vector<SolveReport> ChainSolver::Solve(
     const std::vector<JointChain*>& chains) {
   CHECK(!schedule.stages.empty());
   if (times.empty()) return std::vector<SolveReport>(chains.size());
+  std::vector<LaneStage> stages;
+  for (const SolveStage& stage : schedule.stages) {
+    stages.push_back({stage.loss, stage.scale, stage.max_iterations});
+  }
   std::vector<SolveReport> reports;
   for (size_t at = 0; at < chains.size(); at += kGroup) {
     CheckStop();
     const size_t end = std::min(at + kGroup, chains.size());
-    SolveGroup(times, schedule, {chains.begin() + at, chains.begin() + end},
-               &reports);
+    Load(times, {chains.begin() + at, chains.begin() + end});
+    steps_.Reserve(lanes_.Row(6 * times.size()));
+    for (LaneBuffer* buffer : {&finite_, &converged_, &iterations_}) {
+      buffer->Reserve(kGroup);
+    }
+    CurrentLaneKernels().solve(
+        lanes_.arrays(), stages.data(), static_cast<int>(stages.size()),
+        schedule.step_tolerance_m, workspace_.data(),
+        {finite_.data(), converged_.data(), iterations_.data(), steps_.data()});
+    for (size_t i = at; i < end; ++i) {
+      reports.push_back(Unload(i - at, schedule, chains[i]));
+    }
   }
   return reports;
 }
 
-void ChainSolver::CovariancesOfGroup(
-    const std::vector<TimeNs>& times,
-    const std::vector<const JointChain*>& chains, double correction,
-    size_t frame_end, std::vector<std::vector<Matrix6d>>* covariances) {
-  Load(times, chains);
-  covariances_.Reserve(lanes_.Row(21 * frame_end));
-  known_.Reserve(kGroup);
-  CurrentLaneKernels().covariance(
-      lanes_.arrays(), correction, static_cast<int>(frame_end),
-      workspace_.data(), covariances_.data(), known_.data());
-  for (size_t lane = 0; lane < chains.size(); ++lane) {
-    covariances->emplace_back();
-    if (known_[lane] == 0.0) continue;
-    covariances->back().resize(frame_end);
-    for (size_t k = 0; k < frame_end; ++k) {
-      size_t row = 21 * k;
-      Matrix6d& covariance = covariances->back()[k];
-      for (int i = 0; i < 6; ++i) {
-        for (int j = i; j < 6; ++j) {
-          covariance(i, j) = covariance(j, i) =
-              covariances_[lanes_.Row(row++) + lane];
-        }
+std::vector<Matrix6d> ChainSolver::CovariancesIn(size_t lane,
+                                                 size_t frame_end) const {
+  if (known_[lane] == 0.0) return {};
+  std::vector<Matrix6d> covariances(frame_end);
+  size_t row = 0;
+  for (Matrix6d& covariance : covariances) {
+    for (int i = 0; i < 6; ++i) {
+      for (int j = i; j < 6; ++j) {
+        covariance(i, j) = covariance(j, i) =
+            covariances_[lanes_.Row(row++) + lane];
       }
     }
   }
+  return covariances;
 }
 
 std::vector<std::vector<Matrix6d>> ChainSolver::Covariances(
@@ -267,12 +241,19 @@ std::vector<std::vector<Matrix6d>> ChainSolver::Covariances(
     const std::vector<const JointChain*>& chains, double correction,
     size_t frame_end) {
   if (times.empty()) return std::vector<std::vector<Matrix6d>>(chains.size());
+  frame_end = std::min(frame_end, times.size());
   std::vector<std::vector<Matrix6d>> covariances;
   for (size_t at = 0; at < chains.size(); at += kGroup) {
     const size_t end = std::min(at + kGroup, chains.size());
-    CovariancesOfGroup(times, {chains.begin() + at, chains.begin() + end},
-                       correction, std::min(frame_end, times.size()),
-                       &covariances);
+    Load(times, {chains.begin() + at, chains.begin() + end});
+    covariances_.Reserve(lanes_.Row(21 * frame_end));
+    known_.Reserve(kGroup);
+    CurrentLaneKernels().covariance(
+        lanes_.arrays(), correction, static_cast<int>(frame_end),
+        workspace_.data(), covariances_.data(), known_.data());
+    for (size_t i = at; i < end; ++i) {
+      covariances.push_back(CovariancesIn(i - at, frame_end));
+    }
   }
   return covariances;
 }

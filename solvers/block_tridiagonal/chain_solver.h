@@ -29,10 +29,11 @@ class LaneProblem {
   size_t Row(size_t row) const { return row * lanes_; }
 
   LaneBuffer& states() { return states_; }  // rows [frame * 6 + i]
+  // What stands in `lane` of such rows.
+  StateChain ChainOf(const LaneBuffer& rows, size_t lane) const;
   // States and weights in `lane`, and what is gated, into the chain they came
   // from.
-  void UnloadStates(size_t lane, JointChain* chain) const;
-  void UnloadWeights(size_t lane, JointChain* chain) const;
+  void Unload(size_t lane, JointChain* chain) const;
 
  private:
   void LoadTimes(const std::vector<TimeNs>& times,
@@ -58,7 +59,7 @@ class LaneProblem {
   std::vector<size_t> place_;
   std::vector<size_t> first_place_;  // one a chain
   LaneBuffer process_noise_, x_px_, y_px_, per_sigma_, information_, counts_,
-      weights_, prior_A_, prior_A_stated_, prior_x0_, prior_b_, states_;
+      weights_, prior_root_, prior_root_stated_, prior_x0_, prior_b_, states_;
 };
 
 // Finds the minima that Ceres finds with the same factors (a test compares
@@ -89,21 +90,13 @@ class ChainSolver {
 
   void Load(const std::vector<TimeNs>& times,
             const std::vector<const JointChain*>& chains);
-  void SolveGroup(const std::vector<TimeNs>& times,
-                  const SolveSchedule& schedule,
-                  const std::vector<JointChain*>& chains,
-                  std::vector<SolveReport>* reports);
-  void CovariancesOfGroup(const std::vector<TimeNs>& times,
-                          const std::vector<const JointChain*>& chains,
-                          double correction, size_t frame_end,
-                          std::vector<std::vector<Matrix6d>>* covariances);
+  std::vector<Matrix6d> CovariancesIn(size_t lane, size_t frame_end) const;
   SolveReport Unload(size_t lane, const SolveSchedule& schedule,
                      JointChain* chain);
 
   LaneProblem lanes_;
   LaneBuffer steps_, finite_, converged_, iterations_, covariances_, known_,
       workspace_;
-  StateChain step_;
 };
 
 }  // namespace kinegraph

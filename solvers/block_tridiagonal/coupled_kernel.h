@@ -124,18 +124,17 @@ class CoupledSolve {
   LaneBlock<T> LoadBlock(const double* rows, int k, int lane) const {
     LaneBlock<T> block;
     const long row = static_cast<long>(kLaneBlockSize) * k;
-    for (int i = 0; i < 6; ++i) block.pp[i] = Row(rows, row + i, lane);
-    for (int i = 0; i < 9; ++i) block.pv[i] = Row(rows, row + 6 + i, lane);
-    for (int i = 0; i < 6; ++i) block.vv[i] = Row(rows, row + 15 + i, lane);
+    ForEachEntry([&](int i, T& entry) { entry = Row(rows, row + i, lane); },
+                 block);
     return block;
   }
 
   void StoreBlock(const LaneBlock<T>& block, double* rows, int k,
                   int lane) const {
     const long row = static_cast<long>(kLaneBlockSize) * k;
-    for (int i = 0; i < 6; ++i) StoreRow(block.pp[i], rows, row + i, lane);
-    for (int i = 0; i < 9; ++i) StoreRow(block.pv[i], rows, row + 6 + i, lane);
-    for (int i = 0; i < 6; ++i) StoreRow(block.vv[i], rows, row + 15 + i, lane);
+    ForEachEntry(
+        [&](int i, const T& entry) { StoreRow(entry, rows, row + i, lane); },
+        block);
   }
   void ClearSums() {
     for (int lane = 0; lane < chains_.lanes; ++lane) sums_[lane] = 0.0;

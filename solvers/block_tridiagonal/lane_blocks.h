@@ -16,6 +16,20 @@ struct LaneBlock {
 
 inline constexpr int kLaneBlockSize = 21;  // numbers
 
+// Calls visit(place in a row of kLaneBlockSize, that number of each block).
+template <typename Visit, typename... Blocks>
+KINEGRAPH_INLINE void ForEachEntry(const Visit &visit, Blocks &...blocks) {
+  for (int i = 0; i < 6; ++i) visit(i, blocks.pp[i]...);
+  for (int i = 0; i < 9; ++i) visit(6 + i, blocks.pv[i]...);
+  for (int i = 0; i < 6; ++i) visit(15 + i, blocks.vv[i]...);
+}
+
+// A mask that holds in all lanes.
+template <typename T>
+KINEGRAPH_INLINE Mask<T> InAllLanes() {
+  return T(0.0) < T(1.0);
+}
+
 // Place of (row, column) in a symmetric 3x3 part.
 inline constexpr int kSymmetric[3][3] = {{0, 1, 2}, {1, 3, 4}, {2, 4, 5}};
 

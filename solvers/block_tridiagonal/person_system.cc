@@ -96,13 +96,10 @@ void AddCoupling(const Linearised<Factor>& at, const Keys<2>& keys,
 
 void AddCouplings(const PersonProblem& problem, PersonSystem* system) {
   system->couplings.resize(problem.times.size());
-  const auto state_of = [&](const StateKey& key) {
-    return problem.joints[key.joint].states[key.frame].data();
-  };
   const auto add = [&](const auto& factor, const auto& keys,
                        const Robustness& robustness) {
     Linearised<std::decay_t<decltype(factor)>> at;
-    if (!LineariseFactor(factor, keys, state_of, &at)) return false;
+    if (!LineariseFactor(factor, keys, problem, &at)) return false;
     const LossValue loss = robustness.Evaluate(at.squared_norm());
     AddCoupling(at, keys, robustness.information * loss.first, system);
     return true;
@@ -190,12 +187,9 @@ class FrameInversion {
   // What the user's factors say: frame by frame a dense block, and where they
   // link two frames of any joints a dense one below.
   void AddUserFactors() {
-    const auto state_of = [&](const StateKey& key) {
-      return problem_.joints[key.joint].states[key.frame].data();
-    };
     GeneralRows rows;
     for (const PlacedFactor& placed : problem_.user) {
-      if (!LineariseGeneral(placed, state_of, &rows)) continue;
+      if (!LineariseGeneral(placed, problem_, &rows)) continue;
       for (size_t a = 0; a < placed.keys.size(); ++a) {
         for (size_t b = 0; b < placed.keys.size(); ++b) {
           const StateKey& of_a = placed.keys[a];

@@ -1,6 +1,7 @@
 #include "solvers/ceres/ceres_factor.h"
 
 #include <cmath>
+#include <cstddef>
 #include <utility>
 
 namespace kinegraph {
@@ -97,6 +98,7 @@ bool ViewBundle::Evaluate(double const* const* parameters, double* residuals,
                           double** jacobians) const {
   const double* const states[] = {parameters[0]};
   double* out = jacobians == nullptr ? nullptr : jacobians[0];
+  constexpr std::ptrdiff_t kNumbers = std::ptrdiff_t{2} * kStateSize;
   for (const View& view : views_) {
     double r[2];
     PointJacobian<2, double> by_state;
@@ -116,7 +118,7 @@ bool ViewBundle::Evaluate(double const* const* parameters, double* residuals,
       out[kStateSize + i] =
           roots.across * by_state(1, i) + turn * inward * r[1];
     }
-    out += 2 * kStateSize;
+    out += kNumbers;
   }
   return true;
 }

@@ -30,9 +30,9 @@ struct Reprojection {
   using Jacobian = PointJacobian<kResiduals, T>;
 
   View view;
+  double offset_s;
   T px[2];
   T per_sigma;  // 1/px
-  double offset_s = 0.0;
 
   bool Evaluate(const T* const (&states)[kKeys], T* residual,
                 Jacobian* by_states) const {

@@ -1,20 +1,21 @@
 #include "solvers/filters/joint_points.h"
 
 #include <algorithm>
-#include <utility>
+
+#include "solvers/graph/assembler.h"
 
 namespace kinegraph {
 
 JointPoints::JointPoints(const SceneModel& scene, PointKind kind,
                          PointCovariances covariances,
                          const RobustTriangulationOptions& robust,
-                         PixelSigmaOf sigma_of)
+                         const GraphOptions& noise)
     : cameras_(scene.cameras),
       skeleton_(scene.skeleton),
       kind_(kind),
       covariances_(covariances),
       robust_(robust),
-      sigma_of_(std::move(sigma_of)) {}
+      noise_(noise) {}
 
 void JointPoints::Find(const EstimatorFrame& frame,
                        std::vector<std::optional<JointPoint>>* points,
@@ -51,11 +52,10 @@ void JointPoints::CollectViews(const EstimatorFrame& frame, size_t joint_idx,
     const Camera& camera = cameras_[view.view_idx];
     const double depth_m = camera.Depth(centre_);
     if (!(depth_m > kNearest_m)) continue;
-    const JointClass joint_class =
-        skeleton_.joint_class(static_cast<int>(joint_idx));
-    views_.push_back(
-        {&camera, joint.px,
-         sigma_of_(joint_class, joint.confidence, depth_m, camera.focal_px())});
+    const double sigma_px =
+        PixelSigma(noise_, skeleton_.joint_class(static_cast<int>(joint_idx)),
+                   joint.confidence, depth_m, camera.focal_px());
+    views_.push_back({&camera, joint.px, sigma_px});
     slots_.push_back(v);
   }
 }

@@ -3,23 +3,18 @@
 #define KINEGRAPH_SOLVERS_FILTERS_JOINT_POINTS_H_
 
 #include <Eigen/Core>
-#include <functional>
 #include <optional>
 #include <vector>
 
 #include "core/tracking/estimator.h"
 #include "solvers/filters/options.h"
 #include "solvers/filters/robust_triangulation.h"
+#include "solvers/graph/options.h"
 
 namespace kinegraph {
 
 // Whether points come with covariances. kRobust always has them.
 enum class PointCovariances { kOff, kOn };
-
-// Standard deviation of a detector's joint, in one view and coordinate [px].
-using PixelSigmaOf =
-    std::function<double(JointClass joint_class, double confidence,
-                         double depth_m, double focal_px)>;
 
 struct JointPoint {
   Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
@@ -30,14 +25,15 @@ struct JointPoint {
 // frame's own views support: those that the joints filter kept, or those that
 // robust triangulation gives weight. Nothing comes from views of older frames.
 //
-// Sigmas are those at the depth of the person's last initial pose.
+// Sigmas (PixelSigma) are those at the depth of the person's last initial pose.
 class JointPoints {
  public:
   // With covariances kDlt's are those of the views kept; a joint whose views
   // leave a direction open then has no point.
   JointPoints(const SceneModel& scene, PointKind kind,
               PointCovariances covariances,
-              const RobustTriangulationOptions& robust, PixelSigmaOf sigma_of);
+              const RobustTriangulationOptions& robust,
+              const GraphOptions& noise);
 
   // Points of a frame, one a joint. `person` (as DescribeViews fills it) gets
   // the robust triangulation's inlier views and weights.
@@ -59,7 +55,7 @@ class JointPoints {
   PointKind kind_;
   PointCovariances covariances_;
   RobustTriangulator robust_;
-  PixelSigmaOf sigma_of_;
+  GraphOptions noise_;
   Eigen::Vector3d centre_ = Eigen::Vector3d::Zero();  // of the person
   // Scratch.
   std::vector<PixelPoint> views_;

@@ -5,6 +5,25 @@
 namespace kinegraph {
 namespace {
 
+// F(dt) and Q(dt) of one coordinate, derivatives x derivatives.
+Eigen::MatrixXd TransitionMatrix(int derivatives, double dt_s) {
+  Eigen::MatrixXd F = Eigen::MatrixXd::Identity(derivatives, derivatives);
+  for (int i = 0; i + 1 < derivatives; ++i) F(i, i + 1) = dt_s;
+  if (derivatives == 3) F(0, 2) = 0.5 * dt_s * dt_s;
+  return F;
+}
+
+Eigen::MatrixXd ProcessNoise(int derivatives, double power, double dt_s) {
+  const double dt2 = dt_s * dt_s;
+  const double dt3 = dt2 * dt_s;
+  if (derivatives == 2) {
+    return power * Eigen::Matrix2d{{dt3 / 3.0, dt2 / 2.0}, {dt2 / 2.0, dt_s}};
+  }
+  return power * Eigen::Matrix3d{{dt2 * dt3 / 20.0, dt2 * dt2 / 8.0, dt3 / 6.0},
+                                 {dt2 * dt2 / 8.0, dt3 / 3.0, dt2 / 2.0},
+                                 {dt3 / 6.0, dt2 / 2.0, dt_s}};
+}
+
 // Three coordinates of each derivative, position first.
 template <int kSize>
 struct Belief {
@@ -116,8 +135,13 @@ void SmoothBack(FilterRun<kSize>* run) {
   }
 }
 
+enum class Pass { kForward, kForwardAndBack };
+
 template <int kSize>
-SegmentEstimate EstimateOf(const FilterRun<kSize>& run) {
+SegmentEstimate Estimate(const PointModel& model, const JointSegment& segment,
+                         Pass pass) {
+  FilterRun<kSize> run = RunFilter<kSize>(model, segment);
+  if (pass == Pass::kForwardAndBack) SmoothBack(&run);
   const size_t count = run.filtered.size();
   SegmentEstimate estimate;
   estimate.positions_m.resize(static_cast<Eigen::Index>(count), 3);
@@ -132,48 +156,22 @@ SegmentEstimate EstimateOf(const FilterRun<kSize>& run) {
   return estimate;
 }
 
-template <int kSize>
-SegmentEstimate Filter(const PointModel& model, const JointSegment& segment) {
-  return EstimateOf(RunFilter<kSize>(model, segment));
-}
-
-template <int kSize>
-SegmentEstimate Smooth(const PointModel& model, const JointSegment& segment) {
-  FilterRun<kSize> run = RunFilter<kSize>(model, segment);
-  SmoothBack(&run);
-  return EstimateOf(run);
+SegmentEstimate Estimate(const PointModel& model, const JointSegment& segment,
+                         Pass pass) {
+  return model.derivatives == 2 ? Estimate<6>(model, segment, pass)
+                                : Estimate<9>(model, segment, pass);
 }
 
 }  // namespace
 
-Eigen::MatrixXd TransitionMatrix(int derivatives, double dt_s) {
-  Eigen::MatrixXd F = Eigen::MatrixXd::Identity(derivatives, derivatives);
-  for (int i = 0; i + 1 < derivatives; ++i) F(i, i + 1) = dt_s;
-  if (derivatives == 3) F(0, 2) = 0.5 * dt_s * dt_s;
-  return F;
-}
-
-Eigen::MatrixXd ProcessNoise(int derivatives, double power, double dt_s) {
-  const double dt2 = dt_s * dt_s;
-  const double dt3 = dt2 * dt_s;
-  if (derivatives == 2) {
-    return power * Eigen::Matrix2d{{dt3 / 3.0, dt2 / 2.0}, {dt2 / 2.0, dt_s}};
-  }
-  return power * Eigen::Matrix3d{{dt2 * dt3 / 20.0, dt2 * dt2 / 8.0, dt3 / 6.0},
-                                 {dt2 * dt2 / 8.0, dt3 / 3.0, dt2 / 2.0},
-                                 {dt3 / 6.0, dt2 / 2.0, dt_s}};
-}
-
 SegmentEstimate KalmanFilter(const PointModel& model,
                              const JointSegment& segment) {
-  return model.derivatives == 2 ? Filter<6>(model, segment)
-                                : Filter<9>(model, segment);
+  return Estimate(model, segment, Pass::kForward);
 }
 
 SegmentEstimate RtsSmoother(const PointModel& model,
                             const JointSegment& segment) {
-  return model.derivatives == 2 ? Smooth<6>(model, segment)
-                                : Smooth<9>(model, segment);
+  return Estimate(model, segment, Pass::kForwardAndBack);
 }
 
 PointModel ModelOf(const KalmanOptions& options, JointClass joint_class) {

@@ -21,10 +21,6 @@ struct PointModel {
   std::vector<double> start_sigmas = {};  // of the derivatives, m/s, m/s^2
 };
 
-// F(dt) and Q(dt) of one coordinate, derivatives x derivatives.
-Eigen::MatrixXd TransitionMatrix(int derivatives, double dt_s);
-Eigen::MatrixXd ProcessNoise(int derivatives, double power, double dt_s);
-
 // Estimates of every time of the segment. The first sample, which must be
 // there, is the first state, its covariance that of the position (one-point
 // initialisation; section 5.5.3 of the same book). `covariances_m2` holds one a

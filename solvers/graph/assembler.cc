@@ -59,21 +59,13 @@ Assembler::Assembler(const SceneModel& scene, const GraphOptions& options)
       last_measured_(scene.cameras.size() * scene.skeleton.joint_count(),
                      kNever) {}
 
-PersonProblem Assembler::EmptyProblem() const {
-  PersonProblem problem;
-  problem.joints.resize(scene_.skeleton.joint_count());
-  return problem;
-}
-
-void Assembler::UpdateCentre(const EstimatorFrame& frame) {
-  if (!frame.has_initial) return;
-  centre_ = MeanPosition(frame.initial).value_or(centre_);
-}
-
 FrameRecord Assembler::Append(const EstimatorFrame& frame,
                               PersonProblem* problem) {
   CHECK(problem->times.empty() || frame.time > problem->times.back());
-  UpdateCentre(frame);
+  if (frame.has_initial) {
+    centre_ = MeanPosition(frame.initial).value_or(centre_);
+  }
+  problem->joints.resize(scene_.skeleton.joint_count());
   FrameRecord record;
   record.frame = frame.frame;
   record.time = frame.time;

@@ -38,25 +38,20 @@ class Assembler {
   // `scene` and `options` must outlive the assembler.
   Assembler(const SceneModel& scene, const GraphOptions& options);
 
-  // Joints without frames.
-  PersonProblem EmptyProblem() const;
-
   // Appends the frame to the problem. New states stand where the initial pose
   // triangulated the joint, else at the person's centre, at rest. The first
-  // frame sets the birth priors. Time must have advanced.
+  // frame makes the joints and sets their birth priors. Time must have
+  // advanced.
   FrameRecord Append(const EstimatorFrame& frame, PersonProblem* problem);
 
-  // Middle of the joints of the last initial pose.
-  const Eigen::Vector3d& centre() const { return centre_; }
-
  private:
-  void UpdateCentre(const EstimatorFrame& frame);
   void AppendView(const EstimatorFrame& frame, const FreshView& view, int slot,
                   PersonProblem* problem);
   void AppendUserFactors(const EstimatorFrame& frame, PersonProblem* problem);
 
   const SceneModel& scene_;
   const GraphOptions& options_;
+  // Middle of the joints of the last initial pose.
   Eigen::Vector3d centre_ = Eigen::Vector3d::Zero();
   // Time of the last measurement by view and joint.
   std::vector<TimeNs> last_measured_;

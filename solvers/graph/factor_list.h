@@ -57,10 +57,10 @@ struct FactorWalk {
 
 inline CameraReprojection ReprojectionOf(const PixelMeasurement& measurement) {
   return {{measurement.camera},
+          measurement.offset_s,
           {measurement.px.x() - measurement.bias_px.x(),
            measurement.px.y() - measurement.bias_px.y()},
-          1.0 / measurement.sigma_px,
-          measurement.offset_s};
+          1.0 / measurement.sigma_px};
 }
 
 inline GaussianPrior<double> PriorOf(const StatePrior& prior, bool stated) {
@@ -180,6 +180,14 @@ bool LineariseFactor(const Factor& factor, const Keys<Factor::kKeys>& keys,
   const double* states[Factor::kKeys];
   for (int i = 0; i < Factor::kKeys; ++i) states[i] = state_of(keys[i]);
   return factor.Evaluate(states, linear->residual, linear->by_states);
+}
+
+// At a problem's states.
+template <typename Factor>
+bool LineariseFactor(const Factor& factor, const Keys<Factor::kKeys>& keys,
+                     const PersonProblem& problem, Linearised<Factor>* linear) {
+  const auto state_of = [&](const StateKey& key) { return problem.At(key); };
+  return LineariseFactor(factor, keys, state_of, linear);
 }
 
 // The weight rho' that a factor has at the estimate: of a measurement the

@@ -195,14 +195,11 @@ void AddPrior(const PersonProblem& problem, KeptFor use, TwoFrames* frames) {
 
 // The factors that couple joints in the first frame.
 void AddCouplings(const PersonProblem& problem, TwoFrames* frames) {
-  const auto state_of = [&](const StateKey& key) {
-    return problem.joints[key.joint].states[key.frame].data();
-  };
   ForEachCoupling(
       problem, FirstFrame(KeptFor::kEstimate),
       [&](const auto& factor, const auto& keys, const Robustness& robustness) {
         Linearised<std::decay_t<decltype(factor)>> at;
-        if (!LineariseFactor(factor, keys, state_of, &at)) return true;
+        if (!LineariseFactor(factor, keys, problem, &at)) return true;
         const double weight = robustness.information *
                               robustness.Evaluate(at.squared_norm()).first;
         for (int i = 0; i < 2; ++i) {
@@ -245,13 +242,10 @@ void AddJoints(const PersonProblem& problem, KeptFor use, double correction,
 
 // The user's factors whose earliest state is in the first frame.
 void AddUser(const PersonProblem& problem, TwoFrames* frames) {
-  const auto state_of = [&](const StateKey& key) {
-    return problem.joints[key.joint].states[key.frame].data();
-  };
   GeneralRows rows;
   for (const PlacedFactor& placed : problem.user) {
     if (placed.first_frame() > 0) continue;
-    if (!LineariseGeneral(placed, state_of, &rows)) continue;
+    if (!LineariseGeneral(placed, problem, &rows)) continue;
     if (placed.last_frame() > 0) frames->joints_apart = false;
     for (size_t a = 0; a < placed.keys.size(); ++a) {
       const StateKey& of_a = placed.keys[a];

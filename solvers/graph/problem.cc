@@ -9,6 +9,7 @@
 #include "solvers/graph/factor_list.h"
 
 namespace kinegraph {
+
 StatePrior BirthPrior(const Eigen::Vector3d& centre, double sigma_m,
                       double sigma_mps) {
   StatePrior prior;
@@ -30,9 +31,7 @@ Eigen::VectorXd PersonPrior::Residual(const PersonStates& states) const {
 
 PersonStates StatesOf(const PersonProblem& problem) {
   PersonStates states;
-  for (const JointChain& chain : problem.joints) {
-    states.push_back(chain.states);
-  }
+  for (const JointChain& chain : problem.joints) states.push_back(chain.states);
   return states;
 }
 
@@ -113,17 +112,15 @@ std::vector<PlacedFactor> PlaceUserFactors(const UserFactorSource& source,
   return placed;
 }
 
-bool LineariseGeneral(
-    const PlacedFactor& placed,
-    const std::function<const double*(const StateKey&)>& state_of,
-    GeneralRows* rows) {
+bool LineariseGeneral(const PlacedFactor& placed, const PersonProblem& problem,
+                      GeneralRows* rows) {
   const int row_count = placed.factor->residual_count();
   rows->residual.resize(row_count);
   rows->by_states.resize(placed.keys.size());
   std::vector<const double*> states;
   std::vector<double*> jacobians;
   for (size_t i = 0; i < placed.keys.size(); ++i) {
-    states.push_back(state_of(placed.keys[i]));
+    states.push_back(problem.At(placed.keys[i]));
     rows->by_states[i].resize(row_count, kStateSize);
     jacobians.push_back(rows->by_states[i].data());
   }

@@ -13,7 +13,6 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <functional>
 #include <memory>
 #include <vector>
 
@@ -76,12 +75,6 @@ struct GeneralRows {
       Eigen::Matrix<double, Eigen::Dynamic, kStateSize, Eigen::RowMajor>>
       by_states;
 };
-
-// `state_of(key)` gives the state [6]; false where the factor has no value.
-bool LineariseGeneral(
-    const PlacedFactor& placed,
-    const std::function<const double*(const StateKey&)>& state_of,
-    GeneralRows* rows);
 
 // One joint in one view of one frame. All joints of a view in a frame share
 // camera and offset. In an order that leaves no gaps: a recording has millions.
@@ -169,10 +162,18 @@ struct PersonProblem {
   bool coupled() const {
     return !bones.empty() || !prior.empty() || !user.empty();
   }
+  // The state [6] of a key.
+  const double* At(const StateKey& key) const {
+    return joints[key.joint].states[key.frame].data();
+  }
 };
 
 // The states of all joints.
 PersonStates StatesOf(const PersonProblem& problem);
+
+// At the problem's states; false where the factor has no value.
+bool LineariseGeneral(const PlacedFactor& placed, const PersonProblem& problem,
+                      GeneralRows* rows);
 
 struct SolveStage {
   LossKind loss = LossKind::kNone;

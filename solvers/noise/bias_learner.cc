@@ -3,6 +3,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <utility>
 
 #include "core/base/constants.h"
@@ -16,21 +17,10 @@ using BiasVector = Eigen::Matrix<double, kBiasSize, 1>;
 // Independent observations of mean weight that say zero, by class: large where
 // the bias was small beside the noise of real detections.
 double RidgeOf(JointClass joint_class) {
-  switch (joint_class) {
-    case JointClass::kHip:
-    case JointClass::kShoulder:
-      return 10.0;
-    case JointClass::kKnee:
-    case JointClass::kTrunk:
-      return 20.0;
-    case JointClass::kElbow:
-      return 150.0;
-    case JointClass::kAnkle:
-    case JointClass::kFoot:
-      return 300.0;
-    default:
-      return 100.0;
-  }
+  // head trunk shoulder elbow wrist hip knee ankle foot other
+  constexpr std::array<double, kJointClassCount> kRidges = {
+      100.0, 20.0, 10.0, 150.0, 100.0, 10.0, 20.0, 300.0, 300.0, 100.0};
+  return kRidges[static_cast<size_t>(joint_class)];
 }
 
 // 0.975 quantile of Student's t; within 0.03 from five degrees of freedom on.
@@ -101,19 +91,6 @@ double GainOf(const BiasSums& sums, const BiasVector& bias) {
 
 }  // namespace
 
-void BiasSums::Clear() {
-  A.setZero();
-  g.setZero();
-  offset.setZero();
-  feature_squares.setZero();
-  weight = 0.0;
-  square = 0.0;
-  observations = 0;
-  looks = 0;
-  independent = 0.0;
-  views.clear();
-}
-
 BiasSums& BiasSums::operator+=(const BiasSums& other) {
   A += other.A;
   g += other.g;
@@ -165,17 +142,16 @@ BiasVector SolveBias(const BiasSums& sums, double ridge) {
   return bias.allFinite() ? bias : BiasVector::Zero();
 }
 
-BiasSeries::BiasSeries(std::vector<JointClass> classes, int view_count)
-    : classes_(std::move(classes)), azimuths_(static_cast<size_t>(view_count)) {
-  for (auto& sectors : azimuths_) sectors.fill(0);
-}
+BiasSeries::BiasSeries(const BiasJoints& joints, int view_count)
+    : names_(joints.names()),
+      classes_(joints.classes()),
+      azimuths_(static_cast<size_t>(view_count)) {}
 
 void BiasSeries::Add(TimeNs time, const std::vector<BiasSums>& sums) {
   std::vector<BiasSums>& block = blocks_[FloorDivide(time, block_ns_)];
   block.resize(classes_.size());
   for (size_t i = 0; i < sums.size(); ++i) {
-    if (sums[i].observations == 0) continue;
-    block[i] += sums[i];
+    if (sums[i].observations > 0) block[i] += sums[i];
   }
   while (blocks_.size() > kMostBlocks) JoinNeighbours();
 }
@@ -215,8 +191,8 @@ void BiasSeries::AddAzimuth(int view_idx, double azimuth) {
 double BiasSeries::AzimuthDegrees() const {
   std::vector<int> seen;
   for (const auto& sectors : azimuths_) {
-    int64_t total = 0;
-    for (const int64_t count : sectors) total += count;
+    const int64_t total =
+        std::accumulate(sectors.begin(), sectors.end(), int64_t{0});
     if (total == 0) continue;
     const int64_t few = total / (10 * kSectors);
     seen.push_back(static_cast<int>(
@@ -305,21 +281,19 @@ ViewBias::OfJoint BiasSeries::FitJoint(size_t name_idx, bool always) const {
   return result;
 }
 
-ViewBias BiasSeries::Fit(const std::vector<std::string>& names,
-                         bool always) const {
+ViewBias BiasSeries::Fit(bool always) const {
   ViewBias bias;
   bias.azimuth_deg = AzimuthDegrees();
   for (size_t i = 0; i < classes_.size(); ++i) {
     ViewBias::OfJoint& joint = bias.joints.emplace_back(FitJoint(i, always));
-    joint.joint = names[i];
+    joint.joint = names_[i];
     joint.used = joint.used && bias.azimuth_deg >= LeastAzimuthDegrees();
   }
   return bias;
 }
 
-ViewBias BiasSeries::FitSolved(const std::vector<std::string>& names,
-                               bool always) const {
-  ViewBias bias = Fit(names, always);
+ViewBias BiasSeries::FitSolved(bool always) const {
+  ViewBias bias = Fit(always);
   for (size_t i = 0; i < bias.joints.size(); ++i) {
     double numbers = 0.0;
     double taken = 0.0;
@@ -338,48 +312,11 @@ ViewBias BiasSeries::FitSolved(const std::vector<std::string>& names,
 
 namespace {
 
-// A body turns little in that time.
-constexpr double kLongest_s = 0.3;
-
-// Errors of neighbouring frames are alike: ten looks a second tell it all.
-constexpr double kPeriodS = 0.1;
-
-}  // namespace
-
-BiasObserver::BiasObserver(const BiasJoints& joints, const CameraRig& cameras,
-                           double frame_rate_hz,
-                           const ErrorCorrelation& correlation,
-                           BiasSeries* series)
-    : joints_(joints),
-      cameras_(cameras),
-      // As near to the period as frames come.
-      look_after_(FromSeconds(kPeriodS - 0.5 / frame_rate_hz)),
-      independent_(IndependentShare(correlation, kPeriodS)),
-      series_(series),
-      sums_(joints.names().size()) {}
-
-void BiasObserver::Add(const PersonProblem& solved, size_t k) {
-  const TimeNs time = solved.times[k];
-  if (looked_.has_value() && time - *looked_ < look_after_) return;
-  const auto stance = joints_.FrameOf([&](int j) {
-    return std::optional<Eigen::Vector3d>(solved.joints[j].states[k].head<3>());
-  });
-  if (!stance.has_value()) return;
-  looked_ = time;
-  for (BiasSums& sums : sums_) sums.Clear();
-  for (int j = 0; j < static_cast<int>(solved.joints.size()); ++j) {
-    const std::vector<BiasView> views = ViewsOf(solved, k, j, *stance);
-    AddViews(views, independent_, &sums_[joints_.IndexOf(j)]);
-    for (const BiasView& view : views) {
-      series_->AddAzimuth(view.view_idx, view.direction.azimuth);
-    }
-  }
-  series_->Add(time, sums_);
-}
-
-std::vector<BiasView> BiasObserver::ViewsOf(const PersonProblem& solved,
-                                            size_t k, int joint_idx,
-                                            const BodyStance& stance) const {
+// The views of a joint in frame `k` of a solution.
+std::vector<BiasView> ViewsOf(const BiasJoints& joints,
+                              const CameraRig& cameras,
+                              const PersonProblem& solved, size_t k,
+                              int joint_idx, const BodyStance& stance) {
   const JointChain& chain = solved.joints[joint_idx];
   std::vector<BiasView> views;
   for (int32_t m = chain.first[k]; m < chain.first[k + 1]; ++m) {
@@ -390,15 +327,47 @@ std::vector<BiasView> BiasObserver::ViewsOf(const PersonProblem& solved,
     BiasView view;
     const auto image = seen.camera->Project(point_m, &view.jacobian);
     const auto direction =
-        DirectionOf(joints_, stance, joint_idx, point_m, *seen.camera);
+        DirectionOf(joints, stance, joint_idx, point_m, *seen.camera);
     if (!image.has_value() || !direction.has_value()) continue;
-    view.view_idx = static_cast<int>(seen.camera - cameras_.data());
+    view.view_idx = static_cast<int>(seen.camera - cameras.data());
     view.direction = *direction;
     view.residual_px = seen.px - *image;
     view.per_sigma = std::sqrt(seen.weight * seen.information) / seen.sigma_px;
     views.push_back(view);
   }
   return views;
+}
+
+}  // namespace
+
+void TellBias(const BiasJoints& joints, const CameraRig& cameras,
+              double frame_rate_hz, const ErrorCorrelation& correlation,
+              const PersonProblem& solved, BiasSeries* series) {
+  // Errors of neighbouring frames are alike: ten looks a second tell it all.
+  constexpr double kPeriodS = 0.1;
+  // As near to the period as frames come.
+  const TimeNs look_after = FromSeconds(kPeriodS - 0.5 / frame_rate_hz);
+  const double independent = IndependentShare(correlation, kPeriodS);
+  std::optional<TimeNs> looked;
+  for (size_t k = 0; k < solved.times.size(); ++k) {
+    const TimeNs time = solved.times[k];
+    if (looked.has_value() && time - *looked < look_after) continue;
+    const auto stance = joints.FrameOf([&](int j) {
+      return std::optional<Eigen::Vector3d>(
+          solved.joints[j].states[k].head<3>());
+    });
+    if (!stance.has_value()) continue;
+    looked = time;
+    std::vector<BiasSums> sums(joints.names().size());
+    for (int j = 0; j < static_cast<int>(solved.joints.size()); ++j) {
+      const auto views = ViewsOf(joints, cameras, solved, k, j, *stance);
+      AddViews(views, independent, &sums[joints.IndexOf(j)]);
+      for (const BiasView& view : views) {
+        series->AddAzimuth(view.view_idx, view.direction.azimuth);
+      }
+    }
+    series->Add(time, sums);
+  }
 }
 
 namespace {
@@ -408,6 +377,7 @@ namespace {
 const BodyStance* NearestStance(
     const std::vector<TimeNs>& times,
     const std::vector<std::optional<BodyStance>>& stances, size_t k) {
+  constexpr double kLongest_s = 0.3;  // a body turns little in that time
   const BodyStance* nearest = nullptr;
   double least_s = kLongest_s;
   const auto consider = [&](size_t i) {

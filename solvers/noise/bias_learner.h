@@ -34,10 +34,11 @@ inline constexpr int kBiasSize = 2 * kViewFeatureCount;
 // is orthogonal to the coefficients of a constant offset in the recording's own
 // metric D' D. What is written is the position of the detector's own joint.
 struct BiasSums {
-  Eigen::Matrix<double, kBiasSize, kBiasSize> A;
-  Eigen::Matrix<double, kBiasSize, 1> g;
-  Eigen::Matrix<double, kBiasSize, 3> offset;
-  Eigen::Matrix<double, kViewFeatureCount, 1> feature_squares;  // weighted
+  Eigen::Matrix<double, kBiasSize, kBiasSize> A = decltype(A)::Zero();
+  Eigen::Matrix<double, kBiasSize, 1> g = decltype(g)::Zero();
+  Eigen::Matrix<double, kBiasSize, 3> offset = decltype(offset)::Zero();
+  Eigen::Matrix<double, kViewFeatureCount, 1> feature_squares =  // weighted
+      decltype(feature_squares)::Zero();
   double weight = 0.0;  // sum of the squared whitening [1/m^2]
   double square = 0.0;  // r' r
   int64_t observations = 0;
@@ -55,8 +56,6 @@ struct BiasSums {
   };
   std::vector<OfView> views;
 
-  BiasSums() { Clear(); }
-  void Clear();
   BiasSums& operator+=(const BiasSums& other);
 };
 
@@ -87,7 +86,7 @@ Eigen::Matrix<double, kBiasSize, 1> SolveBias(const BiasSums& sums,
 // the same half. Of any length: when there are too many, neighbours are joined.
 class BiasSeries {
  public:
-  BiasSeries(std::vector<JointClass> classes, int view_count);
+  BiasSeries(const BiasJoints& joints, int view_count);
 
   void Add(TimeNs time, const std::vector<BiasSums>& sums);
   void AddAzimuth(int view_idx, double azimuth);
@@ -100,17 +99,17 @@ class BiasSeries {
   // Afterwards nothing may be added.
   void RemoveShifts();
 
-  // `names` as the classes of the constructor. A joint is used where cameras
-  // have seen people from enough sides and, unless `always`, where the
-  // gain of one half's coefficients on the other is one per cent or more and
-  // surely positive: the lower 97.5 % limit over stretches of time.
-  ViewBias Fit(const std::vector<std::string>& names, bool always) const;
+  // A joint is used where cameras have seen people from enough sides and,
+  // unless `always`, where the gain of one half's coefficients on the other is
+  // one per cent or more and surely positive: the lower 97.5 % limit over
+  // stretches of time.
+  ViewBias Fit(bool always) const;
   // The same where the positions were solved from the very views, and have been
   // pulled by the bias: a bias lasts longer than neighbouring frames could
   // correct, so a position takes 3 of the 2 n numbers that its n views add to
   // it. The residuals have kept the share 1 - 3 / (2 n), and coefficients are
   // as many times larger as that says.
-  ViewBias FitSolved(const std::vector<std::string>& names, bool always) const;
+  ViewBias FitSolved(bool always) const;
 
  private:
   static constexpr size_t kMostBlocks = 32;
@@ -120,37 +119,20 @@ class BiasSeries {
   double LeastAzimuthDegrees() const;
   ViewBias::OfJoint FitJoint(size_t name_idx, bool always) const;
 
-  std::vector<JointClass> classes_;
+  std::vector<std::string> names_;
+  std::vector<JointClass> classes_;  // of each name
   std::map<int64_t, std::vector<BiasSums>> blocks_;
   TimeNs block_ns_ = FromSeconds(1.0);
   std::vector<std::array<int64_t, kSectors>> azimuths_;  // by view
   bool shifts_away_ = false;
 };
 
-// Tells a series what the solution of a recording leaves, frame by frame in
-// order.
-class BiasObserver {
- public:
-  // Measurements name `cameras`; errors last as `correlation` says. All but the
-  // last argument are read as long as the observer lives.
-  BiasObserver(const BiasJoints& joints, const CameraRig& cameras,
-               double frame_rate_hz, const ErrorCorrelation& correlation,
-               BiasSeries* series);
-  // Frame `k` of `solved`, with the weights that the solver gave.
-  void Add(const PersonProblem& solved, size_t k);
-
- private:
-  std::vector<BiasView> ViewsOf(const PersonProblem& solved, size_t k,
-                                int joint_idx, const BodyStance& stance) const;
-
-  const BiasJoints& joints_;
-  const CameraRig& cameras_;
-  const TimeNs look_after_;
-  const double independent_;  // what a look counts as
-  BiasSeries* const series_;
-  std::vector<BiasSums> sums_;  // of the frame that is looked at
-  std::optional<TimeNs> looked_;
-};
+// Tells a series what the solution of a recording leaves, with the weights that
+// the solver gave. Measurements name `cameras`; errors last as `correlation`
+// says.
+void TellBias(const BiasJoints& joints, const CameraRig& cameras,
+              double frame_rate_hz, const ErrorCorrelation& correlation,
+              const PersonProblem& solved, BiasSeries* series);
 
 // Writes a bias to the pixels of a recording whose triangulated joints stand at
 // their states; `bias` may have other joints than `joints`.

@@ -29,13 +29,12 @@ std::optional<BodyAxes> AxesOf(const Eigen::Vector3d& up,
 }  // namespace
 
 BiasJoints::BiasJoints(const Skeleton& skeleton) {
-  const auto pair = [&skeleton](const std::string& part, int(&joints)[2]) {
-    joints[0] = skeleton.IndexOf("l_" + part);
-    joints[1] = skeleton.IndexOf("r_" + part);
+  const auto pair = [&skeleton](const std::string& part) -> Pair {
+    return {skeleton.IndexOf("l_" + part), skeleton.IndexOf("r_" + part)};
   };
-  pair("shoulder", shoulders_);
-  pair("hip", hips_);
-  pair("ear", ears_);
+  shoulders_ = pair("shoulder");
+  hips_ = pair("hip");
+  ears_ = pair("ear");
   for (int j = 0; j < skeleton.joint_count(); ++j) {
     const std::string& name = skeleton.joints()[j];
     const std::string part = HasSide(name) ? name.substr(2) : name;
@@ -51,30 +50,28 @@ BiasJoints::BiasJoints(const Skeleton& skeleton) {
 }
 
 std::optional<BodyStance> BiasJoints::FrameOf(const PositionOf& at) const {
-  const auto both = [&at](const int(&pair)[2], Eigen::Vector3d* left,
-                          Eigen::Vector3d* right) {
-    if (pair[0] < 0 || pair[1] < 0) return false;
-    const auto a = at(pair[0]);
-    const auto b = at(pair[1]);
-    if (!a.has_value() || !b.has_value()) return false;
-    *left = *a;
-    *right = *b;
-    return true;
+  struct Both {
+    Eigen::Vector3d left, right;
   };
-  Eigen::Vector3d left_shoulder, right_shoulder, left_hip, right_hip;
-  if (!both(shoulders_, &left_shoulder, &right_shoulder)) return std::nullopt;
-  if (!both(hips_, &left_hip, &right_hip)) return std::nullopt;
+  const auto both = [&at](const Pair& pair) -> std::optional<Both> {
+    if (pair[0] < 0 || pair[1] < 0) return std::nullopt;
+    const auto left = at(pair[0]);
+    const auto right = at(pair[1]);
+    if (!left.has_value() || !right.has_value()) return std::nullopt;
+    return Both{*left, *right};
+  };
+  const auto shoulders = both(shoulders_);
+  const auto hips = both(hips_);
+  if (!shoulders.has_value() || !hips.has_value()) return std::nullopt;
   const Eigen::Vector3d up =
-      0.5 * (left_shoulder + right_shoulder - left_hip - right_hip);
+      0.5 * (shoulders->left + shoulders->right - hips->left - hips->right);
   const auto trunk =
-      AxesOf(up, left_shoulder - right_shoulder + left_hip - right_hip);
+      AxesOf(up, shoulders->left - shoulders->right + hips->left - hips->right);
   if (!trunk.has_value()) return std::nullopt;
-  BodyStance frame{*trunk, *trunk};
-  Eigen::Vector3d left_ear, right_ear;
-  if (both(ears_, &left_ear, &right_ear)) {
-    frame.head = AxesOf(up, left_ear - right_ear).value_or(*trunk);
-  }
-  return frame;
+  const auto ears = both(ears_);
+  const auto head =
+      ears.has_value() ? AxesOf(up, ears->left - ears->right) : std::nullopt;
+  return BodyStance{*trunk, head.value_or(*trunk)};
 }
 
 std::optional<ViewDirection> DirectionOf(const BiasJoints& joints,

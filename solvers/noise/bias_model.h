@@ -12,6 +12,7 @@
 #define KINEGRAPH_SOLVERS_NOISE_BIAS_MODEL_H_
 
 #include <Eigen/Core>
+#include <array>
 #include <functional>
 #include <optional>
 #include <string>
@@ -62,9 +63,10 @@ class BiasJoints {
   std::vector<int> index_;
   std::vector<double> side_;
   std::vector<bool> on_head_;
-  int shoulders_[2];  // left, right; -1: none
-  int hips_[2];
-  int ears_[2];
+  using Pair = std::array<int, 2>;  // left, right; -1: none
+  Pair shoulders_;
+  Pair hips_;
+  Pair ears_;
 };
 
 // A joint in a view: what its coefficients are multiplied with.

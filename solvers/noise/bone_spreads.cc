@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <utility>
 
 #include "core/base/weighted_quantile.h"
@@ -21,10 +22,20 @@ struct LengthFit {
   double length_m = 0.0;
   // Below zero where looks vary less than their noise says.
   double spread_m2 = 0.0;
-  double noise_m2 = 0.0;             // of a look's length, on average
-  std::vector<double> deviations;    // of the looks, in sigmas
-  std::vector<double> variances_m2;  // of their lengths, spread included
+  double noise_m2 = 0.0;           // of a look's length, on average
+  double variance_m2 = 0.0;        // the same, spread included
+  std::vector<double> deviations;  // of the looks, in sigmas
 };
+
+// Quantile of the values, with their weights, that `of` finds in looks.
+template <typename Of>
+double QuantileOf(const std::vector<BoneObservation>& looks, double share,
+                  const Of& of) {
+  std::vector<WeightedValue> values;
+  values.reserve(looks.size());
+  std::transform(looks.begin(), looks.end(), std::back_inserter(values), of);
+  return WeightedQuantile(std::move(values), share);
+}
 
 // Of chi-square with one degree of freedom.
 constexpr double kUpperQuartile = 1.3233;
@@ -39,12 +50,10 @@ double LowChiSquare(int freedom) {
 
 // How right the modelled noise is: factor on its variance.
 double NoiseScale(const std::vector<BoneObservation>& looks) {
-  std::vector<WeightedValue> values;
-  values.reserve(looks.size());
-  for (const BoneObservation& look : looks) {
-    values.emplace_back(look.square / LowChiSquare(look.freedom), look.freedom);
-  }
-  return std::max(1e-6, WeightedQuantile(std::move(values), 0.3));
+  return std::max(1e-6, QuantileOf(looks, 0.3, [](const BoneObservation& look) {
+                    return WeightedValue(
+                        look.square / LowChiSquare(look.freedom), look.freedom);
+                  }));
 }
 
 double Length(const BoneObservation& look, double scale) {
@@ -79,13 +88,11 @@ LengthFit FitMedianLength(const std::vector<BoneObservation>& looks,
   double spread = 0.0;   // variance
   double missing = 0.0;  // share of the noise that looks do not show
   for (int round = 0; round < 3; ++round) {
-    std::vector<WeightedValue> values;
-    values.reserve(looks.size());
-    for (const BoneObservation& look : looks) {
-      values.emplace_back(Length(look, scale), 1.0 / (scale * look.variance_m2 +
-                                                      spread + kLeastVariance));
-    }
-    fit.length_m = WeightedQuantile(std::move(values), 0.5);
+    fit.length_m = QuantileOf(looks, 0.5, [&](const BoneObservation& look) {
+      return WeightedValue(
+          Length(look, scale),
+          1.0 / (scale * look.variance_m2 + spread + kLeastVariance));
+    });
     double low = 0.0;
     double high = 0.25;  // half a metre, squared
     const double without = UpperQuartile(looks, scale, fit.length_m, low);
@@ -107,14 +114,13 @@ LengthFit FitMedianLength(const std::vector<BoneObservation>& looks,
   double information = 0.0;
   for (const BoneObservation& look : looks) {
     const double variance = scale * look.variance_m2 + spread + kLeastVariance;
-    fit.variances_m2.push_back(variance);
     fit.deviations.push_back((Length(look, scale) - fit.length_m) /
                              std::sqrt(variance));
     information += 1.0 / variance;
   }
-  const double variance = static_cast<double>(looks.size()) / information;
-  fit.noise_m2 = variance - spread;
-  fit.spread_m2 = spread - missing * variance;
+  fit.variance_m2 = static_cast<double>(looks.size()) / information;
+  fit.noise_m2 = fit.variance_m2 - spread;
+  fit.spread_m2 = spread - missing * fit.variance_m2;
   return fit;
 }
 
@@ -154,12 +160,12 @@ LengthFit FitSquaredLength(const std::vector<BoneObservation>& looks,
   fit.known = true;
   double information = 0.0;
   for (size_t i = 0; i < looks.size(); ++i) {
-    fit.variances_m2.push_back(variances_m4[i] / (4.0 * square_m2));
     fit.deviations.push_back((values[i].first - square_m2) /
                              std::sqrt(variances_m4[i]));
-    information += 1.0 / fit.variances_m2.back();
+    information += 1.0 / (variances_m4[i] / (4.0 * square_m2));
   }
-  fit.noise_m2 = static_cast<double>(looks.size()) / information;
+  fit.variance_m2 = static_cast<double>(looks.size()) / information;
+  fit.noise_m2 = fit.variance_m2;
   return fit;
 }
 
@@ -167,14 +173,12 @@ LengthFit FitSquaredLength(const std::vector<BoneObservation>& looks,
 // there on the second order is not enough.
 bool IsNoisy(const std::vector<BoneObservation>& looks, double scale) {
   constexpr double kMost = 0.1;  // tr N / L^2
-  std::vector<WeightedValue> squares;
-  std::vector<WeightedValue> noises;
-  for (const BoneObservation& look : looks) {
-    squares.emplace_back(Square(look.distance_m), 1.0);
-    noises.emplace_back(scale * look.noise_m2, 1.0);
-  }
-  const double noise = WeightedQuantile(std::move(noises), 0.5);
-  const double square = WeightedQuantile(std::move(squares), 0.5);
+  const double noise = QuantileOf(looks, 0.5, [&](const BoneObservation& look) {
+    return WeightedValue(scale * look.noise_m2, 1.0);
+  });
+  const double square = QuantileOf(looks, 0.5, [](const BoneObservation& look) {
+    return WeightedValue(Square(look.distance_m), 1.0);
+  });
   return noise > kMost * (square - noise);
 }
 
@@ -203,15 +207,6 @@ constexpr double kGivesWay = 0.2;
 constexpr double kQuartileVariance = 3.34;
 // Of a median of N Gaussian values, times N, over that of a mean.
 constexpr double kMedianVariance = 1.571;
-
-double UsualAveragedFrames(const std::vector<BoneObservation>& looks) {
-  std::vector<WeightedValue> values;
-  values.reserve(looks.size());
-  for (const BoneObservation& look : looks) {
-    values.emplace_back(look.averaged_frames, 1.0);
-  }
-  return WeightedQuantile(std::move(values), 0.5);
-}
 
 // How many independent looks these are worth, for a mean and for a variance:
 // neighbours are alike.
@@ -246,21 +241,26 @@ double MeanOfLasting(double x) {
   return 2.0 / x - 2.0 * (1.0 - std::exp(-x)) / (x * x);
 }
 
+// Of the first `end` bones that of the other side; -1: none.
+int MirrorOf(const Skeleton& skeleton, const std::vector<Bone>& bones,
+             size_t bone_idx, size_t end) {
+  const int a = skeleton.mirror(bones[bone_idx].a);
+  const int b = skeleton.mirror(bones[bone_idx].b);
+  int mirror = -1;
+  for (size_t i = 0; i < end; ++i) {
+    if (i != bone_idx && SameBone(bones[i], a, b)) mirror = static_cast<int>(i);
+  }
+  return mirror;
+}
+
 }  // namespace
 
 BoneSpreads::BoneSpreads(const Skeleton& skeleton)
     : bones_(RigidPairs(skeleton)),
-      mirror_(bones_.size(), -1),
       seen_(bones_.size()),
       summaries_(bones_.size()) {
   for (size_t i = 0; i < bones_.size(); ++i) {
-    const int mirror_a = skeleton.mirror(bones_[i].a);
-    const int mirror_b = skeleton.mirror(bones_[i].b);
-    for (size_t other = 0; other < bones_.size(); ++other) {
-      if (other != i && SameBone(bones_[other], mirror_a, mirror_b)) {
-        mirror_[i] = static_cast<int>(other);
-      }
-    }
+    mirror_.push_back(MirrorOf(skeleton, bones_, i, bones_.size()));
     population_m_.push_back(PopulationLength(skeleton.joints()[bones_[i].a],
                                              skeleton.joints()[bones_[i].b]));
   }
@@ -297,22 +297,21 @@ const BoneSpreads::Summary& BoneSpreads::SummaryOf(int bone_idx) const {
     return summary;
   }
   summary.at_count = seen.count;
-  summary.averaged_frames = UsualAveragedFrames(seen.looks);
+  summary.averaged_frames =
+      QuantileOf(seen.looks, 0.5, [](const BoneObservation& look) {
+        return WeightedValue(look.averaged_frames, 1.0);
+      });
   const LengthFit fit = FitLength(seen.looks);
   summary.known = fit.known;
   if (!fit.known) return summary;
   const Worth worth = WorthOf(fit.deviations);
-  double information = 0.0;
-  for (const double variance : fit.variances_m2) information += 1.0 / variance;
-  const auto count = static_cast<double>(seen.looks.size());
-  const double variance = count / information;
   const double share = std::sqrt(kQuartileVariance / worth.of_square);
   summary.length_m = fit.length_m;
   summary.length_variance_m2 =
-      (fit.is_median ? kMedianVariance : 1.0) * variance / worth.of_mean;
+      (fit.is_median ? kMedianVariance : 1.0) * fit.variance_m2 / worth.of_mean;
   summary.noise_m2 = fit.noise_m2;
   summary.spread_variance_m2 = fit.spread_m2;
-  summary.spread_error_m2 = variance * share;
+  summary.spread_error_m2 = fit.variance_m2 * share;
   summary.rigid_error_m2 = fit.noise_m2 * share;
   return summary;
 }
@@ -438,41 +437,16 @@ BoneConstraint ConstraintOf(const Bone& bone, const BoneEstimate& estimate,
   return constraint;
 }
 
-std::vector<BoneConstraint> ConstraintsOf(const BoneSpreads& spreads,
-                                          const std::vector<bool>& placed,
-                                          BoneUse use) {
-  std::vector<BoneConstraint> constraints;
-  for (size_t i = 0; i < spreads.bones().size(); ++i) {
-    const Bone& bone = spreads.bones()[i];
-    if (!placed[bone.a] || !placed[bone.b]) {
-      continue;
-    }
-    const auto estimate = spreads.Estimate(static_cast<int>(i));
-    if (!estimate.has_value() || estimate->gives_way) continue;
-    constraints.push_back(ConstraintOf(bone, *estimate, use));
-  }
-  return constraints;
-}
-
 BoneLengths::BoneLengths(const Skeleton& skeleton)
-    : bones_(RigidPairs(skeleton)) {
+    : bones_(RigidPairs(skeleton)), seen_(bones_.size()) {
   const bool is_human = IsHuman(skeleton);
   for (size_t i = 0; i < bones_.size(); ++i) {
-    const int mirror_a = skeleton.mirror(bones_[i].a);
-    const int mirror_b = skeleton.mirror(bones_[i].b);
-    int group = -1;
-    for (size_t other = 0; other < i; ++other) {
-      if (SameBone(bones_[other], mirror_a, mirror_b)) group = group_[other];
-    }
-    if (group < 0) {
-      group = static_cast<int>(seen_.size());
-      seen_.push_back({std::vector<float>(kBinCount, 0.0f), 0.0});
-      population_m_.push_back(
-          is_human ? PopulationLength(skeleton.joints()[bones_[i].a],
-                                      skeleton.joints()[bones_[i].b])
-                   : std::nullopt);
-    }
-    group_.push_back(group);
+    const int earlier = MirrorOf(skeleton, bones_, i, i);
+    counted_as_.push_back(earlier < 0 ? i : counted_as_[earlier]);
+    population_m_.push_back(
+        is_human ? PopulationLength(skeleton.joints()[bones_[i].a],
+                                    skeleton.joints()[bones_[i].b])
+                 : std::nullopt);
   }
 }
 
@@ -480,7 +454,8 @@ void BoneLengths::Add(int bone_idx, double distance_m, double duration_s) {
   if (!(distance_m >= 0.0)) return;
   const double bin = distance_m / kBin;
   if (bin >= kBinCount) return;
-  Seen& seen = seen_[group_[bone_idx]];
+  Seen& seen = seen_[counted_as_[bone_idx]];
+  seen.seconds.resize(kBinCount);
   seen.seconds[static_cast<int>(bin)] += static_cast<float>(duration_s);
   seen.total_s += duration_s;
 }
@@ -491,24 +466,14 @@ std::optional<double> BoneLengths::Length(int bone_idx) const {
   constexpr double kLook = 0.2;
   constexpr double kLookSigma = 0.04;     // m
   constexpr double kEnoughSeconds = 1.0;  // without a population's length
-  const int group = group_[bone_idx];
-  const Seen& seen = seen_[group];
-  const std::optional<double>& population_m = population_m_[group];
+  const Seen& seen = seen_[counted_as_[bone_idx]];
+  const std::optional<double>& population_m = population_m_[bone_idx];
   if (!population_m.has_value() && seen.total_s < kEnoughSeconds) {
     return std::nullopt;
   }
   if (seen.total_s <= 0.0) return population_m;
-
-  double below = 0.0;
-  int bin = 0;
-  while (bin < kBinCount - 1 &&
-         below + seen.seconds[bin] < 0.5 * seen.total_s) {
-    below += seen.seconds[bin++];
-  }
-  const double inside = std::max<double>(seen.seconds[bin], 1e-12);
-  const double share =
-      std::clamp((0.5 * seen.total_s - below) / inside, 0.0, 1.0);
-  const double median_m = (bin + share) * kBin;
+  const double median_m =
+      BinnedQuantile(seen.seconds, seen.total_s, 0.5) * kBin;
   if (!population_m.has_value()) return median_m;
   const double information = seen.total_s / kLook / (kLookSigma * kLookSigma);
   const double sigma_m = kPopulationShare * *population_m;
@@ -534,9 +499,9 @@ void PersonBones::AddFrame(const PersonProblem& problem, size_t k) {
         LocateBoneEnds(problem, k, options_.inlier_weight, frame_s_));
     return;
   }
-  for (size_t i = 0; i < lengths_.bones().size(); ++i) {
-    const JointChain& a = problem.joints[lengths_.bones()[i].a];
-    const JointChain& b = problem.joints[lengths_.bones()[i].b];
+  for (size_t i = 0; i < spreads_.bones().size(); ++i) {
+    const JointChain& a = problem.joints[spreads_.bones()[i].a];
+    const JointChain& b = problem.joints[spreads_.bones()[i].b];
     if (CountInliers(a, k, options_.inlier_weight) < 2) continue;
     if (CountInliers(b, k, options_.inlier_weight) < 2) continue;
     lengths_.Add(static_cast<int>(i),
@@ -547,15 +512,20 @@ void PersonBones::AddFrame(const PersonProblem& problem, size_t k) {
 
 std::vector<BoneConstraint> PersonBones::Constraints(
     const std::vector<bool>& placed, BoneUse use) const {
-  if (options_.bone_sigma_from == NoiseFrom::kRecording) {
-    return ConstraintsOf(spreads_, placed, use);
-  }
   std::vector<BoneConstraint> constraints;
-  for (size_t i = 0; i < lengths_.bones().size(); ++i) {
-    const Bone& bone = lengths_.bones()[i];
-    const std::optional<double> length_m = lengths_.Length(static_cast<int>(i));
-    if (!length_m.has_value() || !placed[bone.a] || !placed[bone.b]) continue;
-    constraints.push_back({bone.a, bone.b, *length_m, options_.bone_sigma_m});
+  for (size_t i = 0; i < spreads_.bones().size(); ++i) {
+    const int bone_idx = static_cast<int>(i);
+    const Bone& bone = spreads_.bones()[i];
+    if (!placed[bone.a] || !placed[bone.b]) continue;
+    if (options_.bone_sigma_from == NoiseFrom::kFixed) {
+      const std::optional<double> length_m = lengths_.Length(bone_idx);
+      if (!length_m.has_value()) continue;
+      constraints.push_back({bone.a, bone.b, *length_m, options_.bone_sigma_m});
+    } else {
+      const auto estimate = spreads_.Estimate(bone_idx);
+      if (!estimate.has_value() || estimate->gives_way) continue;
+      constraints.push_back(ConstraintOf(bone, *estimate, use));
+    }
   }
   return constraints;
 }

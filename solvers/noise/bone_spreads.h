@@ -140,12 +140,6 @@ enum class BoneUse {
 BoneConstraint ConstraintOf(const Bone& bone, const BoneEstimate& estimate,
                             BoneUse use = BoneUse::kEstimate);
 
-// The factors of all bones that are known, do not give way and have both ends
-// `placed` (by joint).
-std::vector<BoneConstraint> ConstraintsOf(const BoneSpreads& spreads,
-                                          const std::vector<bool>& placed,
-                                          BoneUse use = BoneUse::kEstimate);
-
 // Collects the distances of bones' ends where both were observed, and tells
 // each bone's length: the median, shared by left and right, drawn towards the
 // population's while little has been seen, of a human. Memory does not grow:
@@ -154,10 +148,8 @@ class BoneLengths {
  public:
   explicit BoneLengths(const Skeleton& skeleton);
 
-  // RigidPairs(skeleton); the bones of the functions below.
-  const std::vector<Bone>& bones() const { return bones_; }
-
-  // A distance of the ends of bone `bone_idx` [m], seen for `duration_s`.
+  // A distance of the ends of bone `bone_idx` of RigidPairs(skeleton) [m], seen
+  // for `duration_s`.
   void Add(int bone_idx, double distance_m, double duration_s);
 
   // nullopt while neither enough was seen nor the population's is known.
@@ -169,14 +161,15 @@ class BoneLengths {
 
   // Seen of a bone and its mirror, together.
   struct Seen {
-    std::vector<float> seconds;  // by bin
+    std::vector<float> seconds;  // by bin; empty: nothing yet
     double total_s = 0.0;
   };
 
   std::vector<Bone> bones_;
-  std::vector<int> group_;  // of each bone: bone and mirror share one
-  std::vector<std::optional<double>> population_m_;  // by group
-  std::vector<Seen> seen_;                           // by group
+  // Of each bone, itself or its mirror: whose place in `seen_` they share.
+  std::vector<size_t> counted_as_;
+  std::vector<std::optional<double>> population_m_;
+  std::vector<Seen> seen_;
 };
 
 // The bones of one person, as the options say: of length and freedom as the
@@ -191,7 +184,8 @@ class PersonBones {
   void SetLasting(const ErrorCorrelation& lasting);
   // Frame `k` of the problem, solved.
   void AddFrame(const PersonProblem& problem, size_t k);
-  // Factors of the bones whose ends are both `placed` (by joint).
+  // Factors of all bones that are known, do not give way and have both ends
+  // `placed` (by joint).
   std::vector<BoneConstraint> Constraints(
       const std::vector<bool>& placed, BoneUse use = BoneUse::kEstimate) const;
 

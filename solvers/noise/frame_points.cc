@@ -47,9 +47,6 @@ ConfidenceLearner::ConfidenceLearner(double believed_power,
   }
   by_power_.resize(powers_.size());
   log_likelihood_.resize(powers_.size());
-  for (auto& of_power : log_likelihood_) {
-    for (Scales& of_class : of_power) of_class.fill(0.0);
-  }
 }
 
 bool ConfidenceLearner::BeginFrame(TimeNs time) {

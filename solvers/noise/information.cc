@@ -45,19 +45,22 @@ constexpr double kFirstKnot = -16.0;
 constexpr double kKnotsPerUnit = 8.0;
 constexpr int kKnots = 388;
 
-// In units of R h S(w_c), over u = w / w_c, at midpoints.
-struct WhitePowers {
-  double passed = 0.0;  // of the errors
-  double lag = 0.0;     // of the motion: (1 - H)^2 / u^4
-
-  WhitePowers() {
-    constexpr int kSteps = 48;
-    for (int i = 0; i < kSteps; ++i) {
-      const double u = (i + 0.5) * kEnd / kSteps;
-      passed += Passed(u) * kEnd / kSteps;
-      lag += u * u * u * u * Passed(u) * kEnd / kSteps;
-    }
+// Integral of `power` over u = w / w_c, at midpoints.
+template <typename Power>
+double Integral(const Power& power) {
+  constexpr int kSteps = 48;
+  double sum = 0.0;
+  for (int i = 0; i < kSteps; ++i) {
+    sum += power((i + 0.5) * kEnd / kSteps) * kEnd / kSteps;
   }
+  return sum;
+}
+
+// In units of R h S(w_c).
+struct WhitePowers {
+  double passed = Integral(Passed);  // of the errors
+  // Of the motion: (1 - H)^2 / u^4.
+  double lag = Integral([](double u) { return u * u * u * u * Passed(u); });
 };
 
 // Integral over u of what is passed of the lasting errors' power. It has its
@@ -127,16 +130,12 @@ Leftover LeftOver(const ErrorCorrelation& correlation, double frame_s,
   // White jerk lags by u^2 / (1 + u^4)^2, whose integral over u is that of the
   // prior's u^4 / (1 + u^4)^2; of it H^2 passes u^2 / (1 + u^4)^4.
   constexpr double kLag = 45.0 / 1536.0 * 1.4142135623730951 * kPi;
-  constexpr int kSteps = 48;
   const Spectrum spectrum(correlation, frame_s);
   const Crossover at = FindCrossover(spectrum, process_noise, variance_m2);
-  double noise = 0.0;
-  for (int i = 0; i < kSteps; ++i) {
-    const double u = (i + 0.5) * kEnd / kSteps;
+  const double noise = Integral([&](double u) {
     const double power = u * u * u * u;
-    noise += Passed(u) * Passed(u) * power * power *
-             spectrum(u * at.frequency) * kEnd / kSteps;
-  }
+    return Passed(u) * Passed(u) * power * power * spectrum(u * at.frequency);
+  });
   // Of the whole band, since most of it lies above the crossover.
   constexpr int kBandSteps = 96;
   double first = 0.0;

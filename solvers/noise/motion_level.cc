@@ -39,101 +39,92 @@ double LogLevel(int level) {
   return std::log(kLeastLevel) + level * LogLevelStep();
 }
 
-void FilterBank::Predict(double dt_s, double phi, double power,
-                         Filter* filter) {
+void FilterBank::Axis::Predict(double dt_s, double phi, double q) {
   const double dt = dt_s;
-  const double q = power;
-  for (Axis& x : filter->axes) {
-    x.p += dt * x.v;
-    x.n *= phi;
-    x.pp += dt * (2.0 * x.pv + dt * x.vv) + q * dt * dt * dt / 3.0;
-    x.pv += dt * x.vv + 0.5 * q * dt * dt;
-    x.vv += q * dt;
-    x.pn = phi * (x.pn + dt * x.vn);
-    x.vn *= phi;
-    x.nn = phi * phi * x.nn + 1.0 - phi * phi;
-  }
+  p += dt * v;
+  n *= phi;
+  pp += dt * (2.0 * pv + dt * vv) + q * dt * dt * dt / 3.0;
+  pv += dt * vv + 0.5 * q * dt * dt;
+  vv += q * dt;
+  pn = phi * (pn + dt * vn);
+  vn *= phi;
+  nn = phi * phi * nn + 1.0 - phi * phi;
 }
 
-FilterBank::Innovation FilterBank::Innovate(
-    const Filter& filter, const FramePoint& point,
-    const ErrorCorrelation& correlation) {
-  const double fresh_share = 1.0 + kFreshShare - correlation.share;
-  Innovation innovation;
-  for (int i = 0; i < 3; ++i) {
-    const Axis& x = filter.axes[i];
-    const double variance = point.covariance_m2(i, i);
-    const double gain = std::sqrt(correlation.share * variance);
-    const double error = point.position_m[i] - x.p - gain * x.n;
-    const double spread = x.pp + 2.0 * gain * x.pn + gain * gain * x.nn +
-                          fresh_share * variance + kLeastVarianceM2;
-    innovation.gain[i] = gain;
-    innovation.error[i] = error;
-    innovation.spread[i] = spread;
-    innovation.mean_square += error * error / spread / 3.0;
-    innovation.log_spread += std::log(spread);
-  }
-  return innovation;
+FilterBank::Innovation FilterBank::Axis::Innovate(double position_m,
+                                                  double variance_m2,
+                                                  double lasting_share) const {
+  const double fresh_share = 1.0 + kFreshShare - lasting_share;
+  const double gain = std::sqrt(lasting_share * variance_m2);
+  return {gain, position_m - p - gain * n,
+          pp + 2.0 * gain * pn + gain * gain * nn + fresh_share * variance_m2 +
+              kLeastVarianceM2};
 }
 
-void FilterBank::Correct(const Innovation& innovation, double wider,
-                         Filter* filter) {
-  for (int i = 0; i < 3; ++i) {
-    Axis& x = filter->axes[i];
-    const double gain = innovation.gain[i];
-    const double error = innovation.error[i];
-    const double s = wider * innovation.spread[i];
-    const double hp = x.pp + gain * x.pn;
-    const double hv = x.pv + gain * x.vn;
-    const double hn = x.pn + gain * x.nn;
-    x.p += hp / s * error;
-    x.v += hv / s * error;
-    x.n += hn / s * error;
-    x.pp -= hp * hp / s;
-    x.pv -= hp * hv / s;
-    x.vv -= hv * hv / s;
-    x.pn -= hp * hn / s;
-    x.vn -= hv * hn / s;
-    x.nn -= hn * hn / s;
+void FilterBank::Axis::Correct(const Innovation& innovation, double wider) {
+  const auto& [gain, error, spread] = innovation;
+  const double s = wider * spread;
+  const double hp = pp + gain * pn;
+  const double hv = pv + gain * vn;
+  const double hn = pn + gain * nn;
+  p += hp / s * error;
+  v += hv / s * error;
+  n += hn / s * error;
+  pp -= hp * hp / s;
+  pv -= hp * hv / s;
+  vv -= hv * hv / s;
+  pn -= hp * hn / s;
+  vn -= hv * hn / s;
+  nn -= hn * hn / s;
+}
+
+void FilterBank::Start(const FramePoint& point) {
+  filters_ = {};
+  for (auto& axes : filters_) {
+    for (int i = 0; i < 3; ++i) axes[i].p = point.position_m[i];
   }
 }
 
 void FilterBank::Add(TimeNs time, const std::optional<FramePoint>& point,
                      const ErrorCorrelation& correlation, Levels* evidence) {
-  const auto start = [&] {
-    filters_ = {};
-    for (Filter& filter : filters_) {
-      for (int i = 0; i < 3; ++i) filter.axes[i].p = point->position_m[i];
-    }
-  };
-  if (!started_) {
+  if (!time_.has_value()) {
     if (!point.has_value()) return;
-    started_ = true;
     time_ = time;
-    start();
+    Start(*point);
   }
   constexpr double kKnown = 3.0;  // of the mean of e^2 / S
-  const double dt_s = ToSeconds(time - time_);
+  const double dt_s = ToSeconds(time - *time_);
   time_ = time;
   const double phi = std::exp(-dt_s / correlation.time_s);
   for (int level = 0; level < kLevelCount; ++level) {
-    Predict(dt_s, phi, usual_ * std::exp(LogLevel(level)), &filters_[level]);
+    const double q = usual_ * std::exp(LogLevel(level));
+    for (Axis& axis : filters_[level]) axis.Predict(dt_s, phi, q);
   }
   if (!point.has_value()) return;
   for (int i = 0; i < 3; ++i) {
     // The last level is driven most.
-    if (LosesDigits(filters_.back().axes[i].pp, point->covariance_m2(i, i))) {
-      start();
+    if (LosesDigits(filters_.back()[i].pp, point->covariance_m2(i, i))) {
+      Start(*point);
     }
   }
   for (int level = 0; level < kLevelCount; ++level) {
-    Filter& filter = filters_[level];
-    const Innovation innovation = Innovate(filter, *point, correlation);
-    const double mean = innovation.mean_square;
+    std::array<Axis, 3>& axes = filters_[level];
+    std::array<Innovation, 3> innovations;
+    double mean = 0.0;        // over axes, of e^2 / S
+    double log_spread = 0.0;  // sum over axes
+    for (int i = 0; i < 3; ++i) {
+      Innovation& seen = innovations[i];
+      seen = axes[i].Innovate(point->position_m[i], point->covariance_m2(i, i),
+                              correlation.share);
+      mean += seen.error * seen.error / seen.spread / 3.0;
+      log_spread += std::log(seen.spread);
+    }
     const double robust =
         mean <= kKnown ? mean : kKnown * (1.0 + std::log(mean / kKnown));
-    (*evidence)[level] -= 0.5 * (innovation.log_spread + 3.0 * robust);
-    Correct(innovation, std::max(1.0, mean / kKnown), &filter);
+    (*evidence)[level] -= 0.5 * (log_spread + 3.0 * robust);
+    for (int i = 0; i < 3; ++i) {
+      axes[i].Correct(innovations[i], std::max(1.0, mean / kKnown));
+    }
   }
 }
 

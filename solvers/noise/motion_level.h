@@ -58,36 +58,33 @@ class FilterBank {
            const ErrorCorrelation& correlation, Levels* evidence);
 
  private:
+  // Before the filter takes it in.
+  struct Innovation {
+    double gain;    // of the lasting error [m]
+    double error;   // [m]
+    double spread;  // its variance [m^2]
+  };
+
+  // The state's mean and covariance.
   struct Axis {
     double p = 0.0, v = 0.0, n = 0.0;
     double pp = 1.0, pv = 0.0, vv = 9.0, pn = 0.0, vn = 0.0, nn = 1.0;
-  };
-  struct Filter {
-    std::array<Axis, 3> axes;
+
+    // `phi`: what is left of the lasting error; `q`: power of the white noise
+    // on acceleration [m^2/s^3].
+    void Predict(double dt_s, double phi, double q);
+    Innovation Innovate(double position_m, double variance_m2,
+                        double lasting_share) const;
+    // `wider`: factor on the innovation's variance.
+    void Correct(const Innovation& innovation, double wider);
   };
 
-  // Innovations of the three axes, before the filter takes them in.
-  struct Innovation {
-    std::array<double, 3> gain{};    // of the lasting error [m]
-    std::array<double, 3> error{};   // [m]
-    std::array<double, 3> spread{};  // its variance [m^2]
-    double mean_square = 0.0;        // mean over axes of error^2 / spread
-    double log_spread = 0.0;         // sum over axes
-  };
-
-  // `phi`: what is left of the lasting error; `power`: of the white noise on
-  // acceleration [m^2/s^3].
-  static void Predict(double dt_s, double phi, double power, Filter* filter);
-  static Innovation Innovate(const Filter& filter, const FramePoint& point,
-                             const ErrorCorrelation& correlation);
-  // `wider`: factor on the innovation's variance.
-  static void Correct(const Innovation& innovation, double wider,
-                      Filter* filter);
+  // The filters begin where the point is.
+  void Start(const FramePoint& point);
 
   double usual_;
-  bool started_ = false;
-  TimeNs time_ = 0;
-  std::array<Filter, kLevelCount> filters_;
+  std::optional<TimeNs> time_;  // of the last frame; none before the first
+  std::array<std::array<Axis, 3>, kLevelCount> filters_;
 };
 
 // Head, trunk, shoulders and hips move with the body: the joints of such a

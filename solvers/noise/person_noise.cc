@@ -23,9 +23,10 @@ PersonNoise::PersonNoise(const SceneModel& scene, const GraphOptions& options)
                     scene.frame_rate_hz),
       groups_(scene.skeleton),
       last_variance_m2_(scene.skeleton.joint_count(), kUnknownVariance_m2) {
-  scale_.fill(1.0);
-  points_ratio_.fill(1.0);
-  lag_.fill(1.0);
+  by_class_.scale.fill(1.0);
+  by_class_.level.fill(0.0);
+  by_class_.points.fill(1.0);
+  by_class_.lag.fill(1.0);
   chains_.assign(kJointClassCount, LevelChain(0.0));
   for (int j = 0; j < joint_count(); ++j) {
     banks_.emplace_back(UsualProcessNoise(scene.skeleton.joint_class(j)));
@@ -43,9 +44,8 @@ bool PersonNoise::Load(const PersonProblem& problem, size_t k, int joint_idx,
   const size_t at = place * static_cast<size_t>(joint_count()) +
                     static_cast<size_t>(joint_idx);
   const JointChain& chain = problem.joints[joint_idx];
-  if (at < starts_.size())
-    return triangulator_.LoadAgain(chain, k, starts_[at]);
-  return triangulator_.Load(chain, k);
+  return at < starts_.size() ? triangulator_.LoadAgain(chain, k, starts_[at])
+                             : triangulator_.Load(chain, k);
 }
 
 void PersonNoise::LearnPixels(const PersonProblem& problem, size_t k) {
@@ -83,28 +83,40 @@ void PersonNoise::LearnRecordingsPixels(const PersonProblem& recording) {
 
 void PersonNoise::RefreshScales() {
   for (int c = 0; c < kJointClassCount; ++c) {
-    scale_[c] = scales_.Scale(static_cast<JointClass>(c));
+    by_class_.scale[c] = scales_.Scale(static_cast<JointClass>(c));
   }
 }
 
+void PersonNoise::LearnCorrelation(const PersonProblem& problem, size_t k,
+                                   size_t place) {
+  for (int j = 0; j < joint_count(); ++j) {
+    if (!Load(problem, k, j, place)) continue;
+    correlations_.Add(j, problem.times[k], by_class_.scale[ClassOf(j)],
+                      triangulator_.residuals());
+  }
+}
+
+std::vector<LevelChain::Vector> PersonNoise::Count(
+    const std::vector<Levels>& evidence) {
+  std::vector<LevelChain::Vector> likelihoods;
+  for (int g = 0; g < groups_.size(); ++g) {
+    Levels& of_class = evidence_[static_cast<int>(groups_.joint_class(g))];
+    for (int i = 0; i < kLevelCount; ++i) of_class[i] += evidence[g][i];
+    likelihoods.push_back(Likelihood(evidence[g]));
+  }
+  return likelihoods;
+}
+
 // Keeps the frame.
-void PersonNoise::Locate(const PersonProblem& problem, size_t k, size_t place,
-                         Pixels pixels) {
-  const bool learns = pixels == Pixels::kNew;
+void PersonNoise::Locate(const PersonProblem& problem, size_t k, size_t place) {
   Frame& frame = frames_.emplace_back();
-  std::vector<LevelChain::Vector>& likelihoods = likelihoods_.emplace_back();
   std::vector<Levels> evidence(static_cast<size_t>(groups_.size()));
   frame.time = problem.times[k];
   frame.variance_m2.reserve(static_cast<size_t>(joint_count()));
   for (int j = 0; j < joint_count(); ++j) {
-    const int joint_class = ClassOf(j);
     std::optional<FramePoint> point;
     if (Load(problem, k, j, place)) {
-      if (learns) {
-        correlations_.Add(j, frame.time, scale_[joint_class],
-                          triangulator_.residuals());
-      }
-      point = triangulator_.Robust(scale_[joint_class]);
+      point = triangulator_.Robust(by_class_.scale[ClassOf(j)]);
     }
     if (keeps_points_) {
       auto& kept = points_.emplace_back();
@@ -121,11 +133,7 @@ void PersonNoise::Locate(const PersonProblem& problem, size_t k, size_t place,
     banks_[j].Add(frame.time, point, correlation_,
                   &evidence[groups_.of_joint(j)]);
   }
-  for (int g = 0; g < groups_.size(); ++g) {
-    Levels& of_class = evidence_[static_cast<int>(groups_.joint_class(g))];
-    for (int i = 0; i < kLevelCount; ++i) of_class[i] += evidence[g][i];
-    likelihoods.push_back(Likelihood(evidence[g]));
-  }
+  likelihoods_.push_back(Count(evidence));
 }
 
 // The evidence once more from the end on, and the mean of both: a filter tells
@@ -150,11 +158,10 @@ void PersonNoise::LookBack() {
       banks[j].Add(-frames_[k].time, point, correlation_,
                    &evidence[groups_.of_joint(j)]);
     }
+    const std::vector<LevelChain::Vector> back = Count(evidence);
     for (int g = 0; g < groups_.size(); ++g) {
-      Levels& of_class = evidence_[static_cast<int>(groups_.joint_class(g))];
-      for (int i = 0; i < kLevelCount; ++i) of_class[i] += evidence[g][i];
       LevelChain::Vector& seen = likelihoods_[k][g];
-      seen = seen.cwiseProduct(Likelihood(evidence[g])).cwiseSqrt();
+      seen = seen.cwiseProduct(back[g]).cwiseSqrt();
     }
   }
   for (Levels& of_class : evidence_) {
@@ -167,17 +174,11 @@ void PersonNoise::LearnRecording(const PersonProblem& recording) {
   if (options_.pixel_noise_from == NoiseFrom::kRecording) {
     LearnRecordingsPixels(recording);
     RefreshScales();
-    for (size_t k = 0; k < frames; ++k) {
-      for (int j = 0; j < joint_count(); ++j) {
-        if (!Load(recording, k, j, k)) continue;
-        correlations_.Add(j, recording.times[k], scale_[ClassOf(j)],
-                          triangulator_.residuals());
-      }
-    }
+    for (size_t k = 0; k < frames; ++k) LearnCorrelation(recording, k, k);
     correlation_ = correlations_.Fit();
   }
   keeps_points_ = true;
-  for (size_t k = 0; k < frames; ++k) Locate(recording, k, k, Pixels::kKnown);
+  for (size_t k = 0; k < frames; ++k) Locate(recording, k, k);
   LookBack();
   starts_ = std::vector<FrameTriangulator::Start>();
   covariance_factors_.emplace(correlation_, 1.0 / scene_.frame_rate_hz);
@@ -189,10 +190,13 @@ void PersonNoise::AddFrame(const PersonProblem& problem, size_t k,
   const bool fits = learns && refit == Refit::kNow;
   if (fits) triangulator_.set_weighting(confidences_.Fit());
   if (learns) LearnPixels(problem, k);
-  if (fits) RefreshScales();
-  // Pairs of frames a quarter of a second apart: at a thousand frames a second
-  // some of them tell as much as all.
-  Locate(problem, k, 0, fits ? Pixels::kNew : Pixels::kKnown);
+  if (fits) {
+    RefreshScales();
+    // Pairs of frames a quarter of a second apart: at a thousand frames a
+    // second some of them tell as much as all.
+    LearnCorrelation(problem, k, 0);
+  }
+  Locate(problem, k, 0);
   starts_.clear();
   if (fits) correlation_ = correlations_.Fit();
 }
@@ -205,10 +209,9 @@ LevelChain::Vector PersonNoise::Foresee(int group, TimeNs time) {
 
 void PersonNoise::DropFirstFrame() {
   const Frame& first = frames_.front();
-  const std::vector<LevelChain::Vector>& likelihoods = likelihoods_.front();
   std::vector<LevelChain::Vector> belief;
   for (int g = 0; g < groups_.size(); ++g) {
-    belief.push_back(Believe(Foresee(g, first.time), likelihoods[g]));
+    belief.push_back(Believe(Foresee(g, first.time), likelihoods_.front()[g]));
   }
   belief_ = std::move(belief);
   belief_time_ = first.time;
@@ -257,8 +260,8 @@ void PersonNoise::FindLevels() {
   for (int c = 0; c < kJointClassCount; ++c) {
     if (!present_[c]) continue;
     const double level = RecordingLevel(evidence_[c]);
-    if (level == level_[c]) continue;
-    level_[c] = level;
+    if (level == by_class_.level[c]) continue;
+    by_class_.level[c] = level;
     chains_[c] = LevelChain(level);
   }
 }
@@ -301,32 +304,23 @@ void PersonNoise::FindLag() {
   }
   for (int c = 0; c < kJointClassCount; ++c) {
     const LagLearner::Ratios ratios = learners[c].Fit();
-    points_ratio_[c] = ratios.noise;
-    lag_[c] = ratios.lag;
+    by_class_.points[c] = ratios.noise;
+    by_class_.lag[c] = ratios.lag;
   }
 }
 
 AppliedNoise PersonNoise::ExtractApplied() {
-  AppliedNoise applied;
-  applied.learnt = Learnt();
-  applied.scale = scale_;
-  applied.level = level_;
-  applied.points = points_ratio_;
-  applied.lag = lag_;
-  applied.weighting = triangulator_.weighting();
-  applied.frames = std::move(frames_);
-  return applied;
+  return {std::move(frames_), Learnt(), by_class_, triangulator_.weighting()};
 }
 
 void PersonNoise::Adopt(const AppliedNoise& noise,
                         const std::vector<size_t>& frame_of,
                         const std::vector<TimeNs>& times) {
   taken_over_ = true;
-  scale_ = noise.scale;
-  level_ = noise.level;
-  points_ratio_ = noise.points;
-  lag_ = noise.lag;
-  for (int c = 0; c < kJointClassCount; ++c) chains_[c] = LevelChain(level_[c]);
+  by_class_ = noise.by_class;
+  for (int c = 0; c < kJointClassCount; ++c) {
+    chains_[c] = LevelChain(by_class_.level[c]);
+  }
   correlation_ = noise.learnt.correlation;
   triangulator_.set_weighting(noise.weighting);
   covariance_factors_.emplace(correlation_, 1.0 / scene_.frame_rate_hz);
@@ -342,14 +336,13 @@ void PersonNoise::Adopt(const AppliedNoise& noise,
 void PersonNoise::LearnMotionAgain(const PersonProblem& recording, size_t from,
                                    size_t to, size_t begin, size_t end) {
   PersonNoise there(scene_, options_);
-  there.scale_ = scale_;
-  there.level_ = level_;
+  there.by_class_ = by_class_;
   there.chains_ = chains_;
   there.correlation_ = correlation_;
   there.triangulator_.set_weighting(triangulator_.weighting());
   there.keeps_points_ = true;
   for (size_t k = from; k < to; ++k) {
-    there.Locate(recording, k, k - from, Pixels::kKnown);
+    there.Locate(recording, k, k - from);
     there.frames_.back().process_noise = frames_[k].process_noise;
   }
   if (options_.process_noise_from == NoiseFrom::kRecording) {
@@ -383,8 +376,11 @@ void PersonNoise::ApplyProcessNoise(PersonProblem* problem) {
   if (keeps_points_ && options_.pixel_noise_from == NoiseFrom::kRecording) {
     FindLag();
   }
-  keeps_points_ = false;
-  points_ = decltype(points_)();
+  if (keeps_points_) {  // they and what they told have served
+    points_ = decltype(points_)();
+    likelihoods_ = decltype(likelihoods_)();
+    keeps_points_ = false;
+  }
   if (!learns) return;
   for (int j = 0; j < joint_count(); ++j) {
     const int c = ClassOf(j);
@@ -410,7 +406,7 @@ void PersonNoise::ApplyPixelNoise(PersonProblem* problem) {
       const int32_t first = chain.first[k];
       const int32_t stop = chain.first[k + 1];
       if (first == stop) continue;
-      const double scale = kLearntWidening * scale_[ClassOf(j)];
+      const double scale = kLearntWidening * by_class_.scale[ClassOf(j)];
       double& divisor = frame.divisors[j];
       divisor =
           InformationDivisor(correlation_, frame_s, frame.process_noise[j],
@@ -443,7 +439,8 @@ double PersonNoise::CovarianceFactorOf(int joint_idx, size_t k, bool observed) {
           : CovarianceFactor(correlation_, frame_s, process_noise, variance_m2);
   if (!observed) return factor;
   const int c = ClassOf(joint_idx);
-  return points_ratio_[c] * (factor - kLagShare) + kLagShare * lag_[c];
+  return by_class_.points[c] * (factor - kLagShare) +
+         kLagShare * by_class_.lag[c];
 }
 
 LearntNoise PersonNoise::Learnt() const {
@@ -454,9 +451,9 @@ LearntNoise PersonNoise::Learnt() const {
     LearntNoise::OfClass& of_class = learnt.classes[c];
     of_class.joints_seen = scales_.count(static_cast<JointClass>(c));
     of_class.sigma_px =
-        options_.sigma_px[c] * scale_[c] * weighting.SigmaFactor(0.0);
-    of_class.process_noise =
-        UsualProcessNoise(static_cast<JointClass>(c)) * std::exp(level_[c]);
+        options_.sigma_px[c] * by_class_.scale[c] * weighting.SigmaFactor(0.0);
+    of_class.process_noise = UsualProcessNoise(static_cast<JointClass>(c)) *
+                             std::exp(by_class_.level[c]);
     of_class.least_process_noise = least_[c];
     of_class.greatest_process_noise = greatest_[c];
   }

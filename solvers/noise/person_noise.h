@@ -28,12 +28,15 @@ struct AppliedNoise {
     // By joint, as far as they were found (InformationDivisor).
     std::vector<double> divisors;
   };
+  struct ByClass {
+    JointClassTable scale;   // on modelled sigmas
+    JointClassTable level;   // of motion, ln over the usual
+    JointClassTable points;  // LagLearner's ratios
+    JointClassTable lag;
+  };
   std::vector<Frame> frames;
   LearntNoise learnt;
-  JointClassTable scale{};   // on modelled sigmas
-  JointClassTable level{};   // of motion, ln over the usual
-  JointClassTable points{};  // LagLearner's ratios
-  JointClassTable lag{};
+  ByClass by_class;
   ConfidenceWeighting weighting;
 };
 
@@ -54,7 +57,8 @@ class PersonNoise {
   void DropFirstFrame();
 
   // Writes process noise, sigmas and information of all frames of `problem`,
-  // which are those kept here.
+  // which are those kept here. To a whole recording once: then nothing more is
+  // learnt.
   void Apply(PersonProblem* problem);
   // What was applied to a whole recording; nothing is left here.
   AppliedNoise ExtractApplied();
@@ -66,10 +70,6 @@ class PersonNoise {
   // them; the rest of what was taken over stays.
   void LearnMotionAgain(const PersonProblem& recording, size_t from, size_t to,
                         size_t begin, size_t end);
-
-  // Nothing more is learnt or applied: gives back the memory that only that
-  // needs.
-  void FreeEvidence() { likelihoods_ = decltype(likelihoods_)(); }
 
   // On the covariance of that joint, in a frame that Apply has seen. Where the
   // joint is not `observed` both ratios are 1.
@@ -91,12 +91,13 @@ class PersonNoise {
             size_t place);
   void LearnPixels(const PersonProblem& problem, size_t k);
   void LearnRecordingsPixels(const PersonProblem& recording);
+  void LearnCorrelation(const PersonProblem& problem, size_t k, size_t place);
   void LookBack();
   void RefreshScales();
-  // Whether a frame's pixels were learnt from before.
-  enum class Pixels { kKnown, kNew };
-  void Locate(const PersonProblem& problem, size_t k, size_t place,
-              Pixels pixels);
+  void Locate(const PersonProblem& problem, size_t k, size_t place);
+  // Counts a frame's evidence of the levels, by group; returns their
+  // likelihoods.
+  std::vector<LevelChain::Vector> Count(const std::vector<Levels>& evidence);
   double FrameSeconds(size_t k) const;
   std::vector<double> LevelsOf(int group);
   // `belief_` of that group, carried on to `time`.
@@ -120,14 +121,13 @@ class PersonNoise {
   NoiseScales scales_;
   CorrelationLearner correlations_;
   const MotionGroups groups_;
-  JointClassTable scale_;
-  JointClassTable points_ratio_, lag_;
   ErrorCorrelation correlation_;
   std::optional<CovarianceFactorTable>
       covariance_factors_;                // of a whole recording
   std::vector<FilterBank> banks_;         // by joint
   std::vector<double> last_variance_m2_;  // by joint
   bool taken_over_ = false;  // nothing is found anew when it is applied
+  AppliedNoise::ByClass by_class_;
   std::vector<Frame> frames_;
   // Of a whole recording, until its lag is known: located points and the
   // variances of their axes, [frame][joint] in a row; NaN: none.
@@ -142,8 +142,7 @@ class PersonNoise {
   // belief.
   std::vector<LevelChain::Vector> belief_;
   TimeNs belief_time_ = 0;
-  std::array<double, kJointClassCount> level_{};  // ln, of the recording
-  std::vector<LevelChain> chains_;                // by class, at that level
+  std::vector<LevelChain> chains_;  // by class, at the recording's level
   std::array<double, kJointClassCount> least_{};
   std::array<double, kJointClassCount> greatest_{};
 };

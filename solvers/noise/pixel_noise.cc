@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/base/weighted_quantile.h"
 #include "solvers/graph/factor_list.h"
 
 namespace kinegraph {
@@ -41,28 +42,23 @@ namespace {
 
 constexpr double kLowShare = 0.3;
 
-// By number of views, from two on; more count as the last.
-constexpr int kMostViews = 64;
-
-using QuantileTable = std::array<double, kMostViews + 1>;
-
-QuantileTable MakeTable(double share) {
-  QuantileTable table{};
-  for (int views = 2; views <= kMostViews; ++views) {
-    table[views] = ChiSquareQuantile(share, 2.0 * views - 3.0);
+// Quantiles of what least squares leave of a point, by number of views from two
+// on.
+class QuantileTable {
+ public:
+  explicit QuantileTable(double share) {
+    for (int views = 2; views <= kMostViews; ++views) {
+      quantiles_[views] = ChiSquareQuantile(share, 2.0 * views - 3.0);
+    }
   }
-  return table;
-}
+  double operator()(size_t views) const {
+    return quantiles_[std::min<size_t>(views, kMostViews)];
+  }
 
-double LowQuantileOf(size_t views) {
-  static const QuantileTable kTable = MakeTable(kLowShare);
-  return kTable[std::min<size_t>(views, kMostViews)];
-}
-
-double HighQuantileOf(size_t views) {
-  static const QuantileTable kTable = MakeTable(0.95);
-  return kTable[std::min<size_t>(views, kMostViews)];
-}
+ private:
+  static constexpr int kMostViews = 64;  // more count as the last
+  std::array<double, kMostViews + 1> quantiles_{};
+};
 
 }  // namespace
 
@@ -73,8 +69,8 @@ NoiseScales::NoiseScales() {
 
 void NoiseScales::Add(JointClass joint_class,
                       const TriangulationResiduals& residuals) {
-  const double variance =
-      residuals.square / LowQuantileOf(residuals.views.size());
+  static const QuantileTable low(kLowShare);
+  const double variance = residuals.square / low(residuals.views.size());
   if (!std::isfinite(variance)) return;
   const double position =
       (std::log(std::max(variance, 1e-300)) - kLeast) / kBin;
@@ -87,17 +83,8 @@ void NoiseScales::Add(JointClass joint_class,
   }
 }
 
-// ln variance below which the share lies.
 double NoiseScales::LowQuantile(const Counts& counts) {
-  const double wanted = kLowShare * counts.total;
-  double below = 0.0;
-  int bin = 0;
-  while (bin < kBinCount - 1 && below + counts.weight[bin] < wanted) {
-    below += counts.weight[bin++];
-  }
-  const double inside = std::max<double>(counts.weight[bin], 1e-12);
-  const double share = std::clamp((wanted - below) / inside, 0.0, 1.0);
-  return kLeast + (bin + share) * kBin;
+  return kLeast + BinnedQuantile(counts.weight, counts.total, kLowShare) * kBin;
 }
 
 double NoiseScales::Scale(JointClass joint_class) const {
@@ -140,41 +127,33 @@ CorrelationLearner::CorrelationLearner(int joint_count, int view_count,
 void CorrelationLearner::Add(int joint_idx, TimeNs time, double scale,
                              const TriangulationResiduals& residuals) {
   constexpr double kFar = 5.0;  // sigmas
-  const double variance = scale * scale;
-  const bool good =
-      residuals.square < variance * HighQuantileOf(residuals.views.size());
-  if (!good) return;
+  static const QuantileTable high(0.95);
+  if (!(residuals.square < scale * scale * high(residuals.views.size()))) {
+    return;
+  }
   const int count = static_cast<int>(residuals.views.size());
   const auto longest = static_cast<int64_t>(lags_.size());
   for (const TriangulationResiduals::View& view : residuals.views) {
     const Eigen::Vector2d residual = view.residual / scale;
     if (residual.squaredNorm() > kFar * kFar) continue;
-    Past& past =
+    std::vector<Past>& pasts =
         pasts_[static_cast<size_t>(joint_idx * view_count_ + view.view_idx)];
-    // Forget what is too old, now and then.
-    size_t first = past.begin;
-    while (first < past.entries.size() &&
-           std::llround(ToSeconds(time - past.entries[first].time) / frame_s_) >
-               longest) {
-      ++first;
-    }
-    past.begin = first;
-    if (past.begin > 64) {
-      past.entries.erase(past.entries.begin(),
-                         past.entries.begin() + past.begin);
-      past.begin = 0;
-    }
-    for (size_t i = past.begin; i < past.entries.size(); ++i) {
-      const Past::Entry& entry = past.entries[i];
-      if (entry.view_count != count) continue;
-      const int64_t lag = std::llround(ToSeconds(time - entry.time) / frame_s_);
-      if (lag < 1 || lag > longest) continue;
+    const auto lag_of = [&](const Past& past) {
+      return std::llround(ToSeconds(time - past.time) / frame_s_);
+    };
+    pasts.erase(pasts.begin(),
+                std::find_if(pasts.begin(), pasts.end(), [&](const Past& past) {
+                  return lag_of(past) <= longest;
+                }));
+    for (const Past& past : pasts) {
+      const int64_t lag = lag_of(past);
+      if (past.view_count != count || lag < 1) continue;
       Lag& sums = lags_[static_cast<size_t>(lag - 1)];
-      sums.product += residual.dot(entry.residual);
+      sums.product += residual.dot(past.residual);
       sums.square +=
-          0.5 * (residual.squaredNorm() + entry.residual.squaredNorm());
+          0.5 * (residual.squaredNorm() + past.residual.squaredNorm());
     }
-    past.entries.push_back({time, count, residual});
+    pasts.push_back({time, count, residual});
   }
 }
 

@@ -62,6 +62,7 @@ class NoiseScales {
     double total = 0.0;
     int64_t joints = 0;
   };
+  // ln variance below which the low share lies.
   static double LowQuantile(const Counts& counts);
 
   std::array<Counts, kJointClassCount> classes_;
@@ -92,20 +93,16 @@ class CorrelationLearner {
   const std::vector<Lag>& lags() const { return lags_; }
 
  private:
-  // Of one joint in one view: the last quarter of a second, newest last.
   struct Past {
-    struct Entry {
-      TimeNs time = 0;
-      int view_count = 0;
-      Eigen::Vector2d residual = Eigen::Vector2d::Zero();
-    };
-    std::vector<Entry> entries;
-    size_t begin = 0;
+    TimeNs time = 0;
+    int view_count = 0;
+    Eigen::Vector2d residual = Eigen::Vector2d::Zero();
   };
 
   const int view_count_;
   const double frame_s_;
-  std::vector<Past> pasts_;
+  // By joint and view: the last quarter of a second, newest last.
+  std::vector<std::vector<Past>> pasts_;
   std::vector<Lag> lags_;
 };
 

@@ -101,8 +101,7 @@ std::shared_ptr<BiasSeries> RecordingNotes::NewSeries(const BiasJoints& joints,
                                                       int view_count) {
   if (!learns_view_bias_) return nullptr;
   const std::lock_guard<std::mutex> lock(mutex_);
-  names_ = joints.names();
-  series_.push_back(std::make_shared<BiasSeries>(joints.classes(), view_count));
+  series_.push_back(std::make_shared<BiasSeries>(joints, view_count));
   return series_.back();
 }
 
@@ -115,7 +114,7 @@ void RecordingNotes::BeginPass() {
   for (size_t i = 1; i < series_.size(); ++i) all.Add(*series_[i]);
   all.RemoveShifts();
   view_bias_ = std::make_shared<ViewBias>(
-      all.FitSolved(names_, options_.view_bias == ViewBiasUse::kOn));
+      all.FitSolved(options_.view_bias == ViewBiasUse::kOn));
   series_.clear();
   if (!view_bias_->empty()) solved_.clear();
 }

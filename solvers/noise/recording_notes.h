@@ -68,7 +68,6 @@ class RecordingNotes {
   bool learns_view_bias_ = false;
   std::shared_ptr<const ViewBias> view_bias_;
   std::vector<std::shared_ptr<BiasSeries>> series_;  // in order of birth
-  std::vector<std::string> names_;                   // of their joints
   mutable std::mutex mutex_;
   std::vector<std::shared_ptr<LearntNoise>> people_;
   std::vector<std::shared_ptr<const SolvedPerson>> solved_;

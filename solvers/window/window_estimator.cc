@@ -45,10 +45,9 @@ class WindowEstimator final : public Estimator {
         options_(options),
         assembler_(scene_, options_),
         solver_(options_),
-        problem_(assembler_.EmptyProblem()),
         noise_(scene_, options_),
         notes_(std::move(notes)),
-        learnt_(notes_ == nullptr ? nullptr : notes_->NewPerson()),
+        learnt_(notes_->NewPerson()),
         bones_(scene_, options_),
         supports_(scene_.skeleton.joint_count()),
         solve_every_(SolveEvery(scene_.frame_rate_hz, options_.lag_s)),
@@ -102,8 +101,8 @@ class WindowEstimator final : public Estimator {
     if (unsolved_ > 0) Solve();
     if (final_count_ < records_.size()) Emit(records_.size());
     if (options_.LearnsNoise()) {
-      if (learnt_ != nullptr) *learnt_ = noise_.Learnt();
-      VLOG(1) << ToString(noise_.Learnt());
+      *learnt_ = noise_.Learnt();
+      VLOG(1) << ToString(*learnt_);
     }
     VLOG(1) << "noise scale " << noise_scale_;
     if (!records_.empty()) {
@@ -309,7 +308,7 @@ class WindowEstimator final : public Estimator {
   PersonSolver solver_;
   PersonProblem problem_;
   PersonNoise noise_;
-  const std::shared_ptr<RecordingNotes> notes_;  // null: nothing is shared
+  const std::shared_ptr<RecordingNotes> notes_;
   const std::shared_ptr<LearntNoise> learnt_;
   PersonBones bones_;
   CausalNoiseScale learnt_scale_;
@@ -333,6 +332,7 @@ std::unique_ptr<Estimator> MakeWindowEstimator(
     const SceneModel& scene, const GraphOptions& options,
     std::shared_ptr<RecordingNotes> notes) {
   CheckGraphOptions(options);
+  if (notes == nullptr) notes = std::make_shared<RecordingNotes>(options);
   return std::make_unique<WindowEstimator>(scene, options, std::move(notes));
 }
 

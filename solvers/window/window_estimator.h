@@ -17,7 +17,8 @@ namespace kinegraph {
 // into a prior on its successor when the next frame comes. Memory does not grow
 // with the length of the track. Last() is the estimate at the newest frame
 // that was solved and in which a view measured anything. Throws OptionError for
-// bad options. `notes`, if not null, are shared with the run's other people.
+// bad options. `notes` are shared with the run's other people; null: notes of
+// its own.
 std::unique_ptr<Estimator> MakeWindowEstimator(
     const SceneModel& scene, const GraphOptions& options,
     std::shared_ptr<RecordingNotes> notes = nullptr);

@@ -276,7 +276,7 @@ SimulatedRecording Simulate(const SceneModel& scene,
 PersonProblem Assemble(const SceneModel& scene, const GraphOptions& options,
                        const std::vector<EstimatorFrame>& frames) {
   Assembler assembler(scene, options);
-  PersonProblem problem = assembler.EmptyProblem();
+  PersonProblem problem;
   for (const EstimatorFrame& frame : frames) assembler.Append(frame, &problem);
   return problem;
 }

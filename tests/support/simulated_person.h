@@ -96,6 +96,14 @@ std::unique_ptr<Estimator> MakeEstimator(bool batch, const SceneModel& scene,
 std::vector<FinalPose> Run(Estimator* estimator,
                            const std::vector<EstimatorFrame>& frames);
 
+// Distance [m] of two places of a joint.
+inline double Apart(const Joint3d& a, const Joint3d& b) {
+  return (a.position_m - b.position_m).norm();
+}
+inline double Apart(const Joint3d& joint, const State& truth) {
+  return (joint.position_m - truth.head<3>()).norm();
+}
+
 // Root mean square 3D error over present joints of frames from `first` on [m].
 double RootMeanSquare(const std::vector<std::vector<State>>& truth,
                       const std::vector<FinalPose>& finals, size_t first = 0);

@@ -1,21 +1,15 @@
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <cmath>
 #include <tuple>
 #include <vector>
 
 #include "core/base/random.h"
-#include "solvers/graph/assembler.h"
 #include "solvers/noise/frame_points.h"
-#include "solvers/noise/person_noise.h"
 #include "tests/support/simulated_person.h"
 
 namespace kinegraph {
 namespace {
-
-using testing::SimulatedNoise;
-using testing::SimulatedRecording;
 
 constexpr double kBelieved = 0.5;
 
@@ -124,67 +118,6 @@ TEST(ConfidencePower, SizeOfTheErrorsIsLeftAtTheMeanConfidence) {
   weighting.mean_log = std::log(0.25);
   EXPECT_NEAR(weighting.SigmaFactor(std::log(0.25)), 1.0, 1e-15);
   EXPECT_NEAR(weighting.SigmaFactor(0.0), 0.5, 1e-15);
-}
-
-// A person whose detector's confidences say nothing, though the noise model
-// believes in them.
-class MeaninglessConfidenceTest : public ::testing::Test {
- protected:
-  void SetUp() override {
-    scene_ = testing::SmallScene(testing::RingOfCameras(4, 5.0, 1250.0), 60.0);
-    GraphOptions without = testing::FixedNoise();
-    without.confidence_power = 0.0;
-    SimulatedNoise noise;
-    noise.confidence_low = 0.05;
-    recording_ = testing::Simulate(
-        scene_, without, testing::WalkingMotion(scene_, 300), noise, 5);
-  }
-
-  LearntNoise Learn(bool causal) {
-    Assembler assembler(scene_, options_);
-    problem_ = assembler.EmptyProblem();
-    PersonNoise noise(scene_, options_);
-    for (const EstimatorFrame& frame : recording_.frames) {
-      assembler.Append(frame, &problem_);
-      if (causal)
-        noise.AddFrame(problem_, problem_.times.size() - 1,
-                       PersonNoise::Refit::kNow);
-    }
-    if (!causal) noise.LearnRecording(problem_);
-    noise.Apply(&problem_);
-    return noise.Learnt();
-  }
-
-  // Greatest sigma over the least, of one joint: 20^p, but for the person's
-  // distance from the cameras (4 to 6 m, at most 1.5).
-  double SigmaRange() const {
-    double least = 1e300;
-    double greatest = 0.0;
-    for (const PixelMeasurement& m : problem_.joints[0].measurements) {
-      least = std::min(least, m.sigma_px);
-      greatest = std::max(greatest, m.sigma_px);
-    }
-    return greatest / least;
-  }
-
-  SceneModel scene_;
-  GraphOptions options_;
-  SimulatedRecording recording_;
-  PersonProblem problem_;
-};
-
-TEST_F(MeaninglessConfidenceTest, IsNoticed) {
-  for (const bool causal : {false, true}) {
-    const LearntNoise learnt = Learn(causal);
-    EXPECT_EQ(learnt.confidence_power, 0.0) << causal;
-    EXPECT_LT(SigmaRange(), 1.6) << causal;
-    // What the noise was made with: 6 px whatever the confidence. As in
-    // person_noise_test.cc, good to 5 %.
-    EXPECT_NEAR(
-        learnt.classes[static_cast<size_t>(JointClass::kWrist)].sigma_px, 6.0,
-        0.6)
-        << causal;
-  }
 }
 
 }  // namespace

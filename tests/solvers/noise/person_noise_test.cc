@@ -38,24 +38,41 @@ class PersonNoiseTest : public ::testing::Test {
         noise, Eigen::Vector3d::Zero(), &random);
   }
 
-  // What a whole recording (or every frame after the other) tells.
-  LearntNoise Learn(const SimulatedRecording& recording, bool causal) {
-    Assembler assembler(scene_, options_);
-    PersonProblem problem = assembler.EmptyProblem();
+  // Detections of that motion by a detector that is off by `sigma_scale` times
+  // what is modelled.
+  SimulatedRecording See(const std::vector<std::vector<State>>& truth,
+                         double sigma_scale, uint64_t seed) const {
+    SimulatedNoise noise;
+    noise.sigma_scale = sigma_scale;
+    return testing::Simulate(scene_, testing::FixedNoise(), truth, noise, seed);
+  }
+
+  // What a whole recording tells, applied to it.
+  LearntNoise LearnWhole(const std::vector<EstimatorFrame>& frames) {
+    problem_ = testing::Assemble(scene_, options_, frames);
     PersonNoise noise(scene_, options_);
-    for (const EstimatorFrame& frame : recording.frames) {
-      assembler.Append(frame, &problem);
-      if (causal)
-        noise.AddFrame(problem, problem.times.size() - 1,
-                       PersonNoise::Refit::kNow);
+    noise.LearnRecording(problem_);
+    noise.Apply(&problem_);
+    return noise.Learnt();
+  }
+
+  // The same, or of every frame after the other.
+  LearntNoise Learn(const SimulatedRecording& recording, bool causal) {
+    if (!causal) return LearnWhole(recording.frames);
+    Assembler assembler(scene_, options_);
+    problem_ = {};
+    PersonNoise noise(scene_, options_);
+    for (size_t k = 0; k < recording.frames.size(); ++k) {
+      assembler.Append(recording.frames[k], &problem_);
+      noise.AddFrame(problem_, k, PersonNoise::Refit::kNow);
     }
-    if (!causal) noise.LearnRecording(problem);
-    noise.Apply(&problem);
+    noise.Apply(&problem_);
     return noise.Learnt();
   }
 
   SceneModel scene_;
   GraphOptions options_;
+  PersonProblem problem_;  // that was learnt from
 };
 
 TEST_F(PersonNoiseTest, TellsWhatTheTakeWasMadeOf) {
@@ -90,30 +107,51 @@ TEST_F(PersonNoiseTest, TellsWhatTheTakeWasMadeOf) {
 
 TEST_F(PersonNoiseTest, EachCanBeSwitchedOffAlone) {
   const SimulatedRecording recording = Take(SimulatedNoise(), 2e-4);
-  PersonProblem problem = testing::Assemble(scene_, options_, recording.frames);
-  const PersonProblem as_given = problem;
+  const JointChain given =
+      testing::Assemble(scene_, options_, recording.frames).joints[1];
   options_.pixel_noise_from = NoiseFrom::kFixed;
-  {
-    PersonNoise noise(scene_, options_);
-    noise.LearnRecording(problem);
-    noise.Apply(&problem);
+  LearnWhole(recording.frames);
+  const JointChain& learnt = problem_.joints[1];
+  for (size_t m = 0; m < given.measurements.size(); ++m) {
+    ASSERT_EQ(learnt.measurements[m].sigma_px, given.measurements[m].sigma_px);
+    ASSERT_EQ(learnt.measurements[m].information,
+              given.measurements[m].information);
   }
-  for (size_t m = 0; m < as_given.joints[1].measurements.size(); ++m) {
-    ASSERT_EQ(problem.joints[1].measurements[m].sigma_px,
-              as_given.joints[1].measurements[m].sigma_px);
-    ASSERT_EQ(problem.joints[1].measurements[m].information,
-              as_given.joints[1].measurements[m].information);
-  }
-  EXPECT_NE(problem.joints[1].process_noise, as_given.joints[1].process_noise);
-  problem = as_given;
+  EXPECT_NE(learnt.process_noise, given.process_noise);
   options_.pixel_noise_from = NoiseFrom::kRecording;
   options_.process_noise_from = NoiseFrom::kFixed;
-  PersonNoise noise(scene_, options_);
-  noise.LearnRecording(problem);
-  noise.Apply(&problem);
-  EXPECT_EQ(problem.joints[1].process_noise, as_given.joints[1].process_noise);
-  EXPECT_NE(problem.joints[1].measurements[0].sigma_px,
-            as_given.joints[1].measurements[0].sigma_px);
+  LearnWhole(recording.frames);
+  EXPECT_EQ(problem_.joints[1].process_noise, given.process_noise);
+  EXPECT_NE(problem_.joints[1].measurements[0].sigma_px,
+            given.measurements[0].sigma_px);
+}
+
+// Though the noise model believes in them.
+TEST_F(PersonNoiseTest, ConfidencesThatSayNothingAreNoticed) {
+  GraphOptions without = testing::FixedNoise();
+  without.confidence_power = 0.0;
+  SimulatedNoise noise;
+  noise.confidence_low = 0.05;
+  const SimulatedRecording recording = testing::Simulate(
+      scene_, without, testing::WalkingMotion(scene_, 300), noise, 5);
+  for (const bool causal : {false, true}) {
+    SCOPED_TRACE(causal);
+    const LearntNoise learnt = Learn(recording, causal);
+    EXPECT_EQ(learnt.confidence_power, 0.0);
+    // Greatest sigma over the least: 20^p, but for the person's distance from
+    // the cameras (4 to 6 m, at most 1.5).
+    const auto [least, greatest] = std::minmax_element(
+        problem_.joints[0].measurements.begin(),
+        problem_.joints[0].measurements.end(),
+        [](const PixelMeasurement& a, const PixelMeasurement& b) {
+          return a.sigma_px < b.sigma_px;
+        });
+    EXPECT_LT(greatest->sigma_px / least->sigma_px, 1.6);
+    // What the noise was made with: 6 px whatever the confidence, good to 5 %.
+    EXPECT_NEAR(
+        learnt.classes[static_cast<size_t>(JointClass::kWrist)].sigma_px, 6.0,
+        0.6);
+  }
 }
 
 // After a long rest a joint is kicked: 50 m/s^2 for 0.1 s, then it coasts and
@@ -134,10 +172,7 @@ TEST_F(PersonNoiseTest, ViewsThatAgreeAreHeardAfterALongRest) {
       state[3] += acceleration / 60.0;
     }
   }
-  SimulatedNoise noise;
-  noise.sigma_scale = 1.0 / 3.0;  // 2 px: 8 mm
-  const SimulatedRecording recording =
-      testing::Simulate(scene_, testing::FixedNoise(), truth, noise, 12);
+  const SimulatedRecording recording = See(truth, 1.0 / 3.0, 12);  // 2 px: 8 mm
   const auto worst = [&](const GraphOptions& options, bool batch) {
     const auto estimator = testing::MakeEstimator(batch, scene_, options);
     const auto finals = testing::Run(estimator.get(), recording.frames);
@@ -168,20 +203,14 @@ TEST_F(PersonNoiseTest, ViewsThatAgreeAreHeardAfterALongRest) {
 // how long errors last depends on the first, which leaves some hundredths; a
 // filter that looks one way alone is off by halves.
 TEST_F(PersonNoiseTest, ARecordingTellsTheSameBackwards) {
-  SimulatedNoise noise;
-  const SimulatedRecording recording = Take(noise, 2.0);
+  const SimulatedRecording recording = Take(SimulatedNoise(), 2.0);
   const auto process_noise = [&](std::vector<EstimatorFrame> frames) {
-    Assembler assembler(scene_, options_);
-    PersonProblem problem = assembler.EmptyProblem();
     for (size_t k = 0; k < frames.size(); ++k) {
       frames[k].frame = recording.frames[k].frame;
       frames[k].time = recording.frames[k].time;
-      assembler.Append(frames[k], &problem);
     }
-    PersonNoise person(scene_, options_);
-    person.LearnRecording(problem);
-    person.Apply(&problem);
-    return problem.joints[0].process_noise;
+    LearnWhole(frames);
+    return problem_.joints[0].process_noise;
   };
   const std::vector<double> forwards = process_noise(recording.frames);
   std::vector<double> backwards =
@@ -207,20 +236,13 @@ TEST_F(PersonNoiseTest, AnArmThatRestsIsQuietBesideOneThatWorks) {
     state[0] = 0.3 * sin(kSwing * k / scene_.frame_rate_hz);
     truth[0].push_back(state);
   }
-  SimulatedNoise noise;
-  noise.sigma_scale = 1.0 / 3.0;  // 2 px: 8 mm
-  const SimulatedRecording recording =
-      testing::Simulate(scene_, testing::FixedNoise(), truth, noise, 14);
-  PersonProblem problem = testing::Assemble(scene_, options_, recording.frames);
-  PersonNoise person(scene_, options_);
-  person.LearnRecording(problem);
-  person.Apply(&problem);
+  LearnWhole(See(truth, 1.0 / 3.0, 14).frames);  // 2 px: 8 mm
   // A swing of 47 m/s^2 at 2 Hz asks for hundreds of times what the stiffest
   // filter allows, which suits an arm that rests. A tenth of that is left here
   // for how sharply few frames tell.
   for (int k = 60; k < kFrames - 60; ++k) {
-    ASSERT_GT(problem.joints[0].process_noise[k],
-              20.0 * problem.joints[1].process_noise[k])
+    ASSERT_GT(problem_.joints[0].process_noise[k],
+              20.0 * problem_.joints[1].process_noise[k])
         << k;
   }
 }
@@ -241,12 +263,10 @@ TEST_F(PersonNoiseTest, NoiseHidesSlowMotionOfWhoMoves) {
         truth[j].push_back(state);
       }
     }
-    SimulatedNoise noise;
-    noise.sigma_scale = sigma_scale;
-    const SimulatedRecording recording =
-        testing::Simulate(scene_, testing::FixedNoise(), truth, noise, 13);
     const auto shoulder = static_cast<size_t>(JointClass::kShoulder);
-    return Learn(recording, false).classes[shoulder].least_process_noise;
+    return LearnWhole(See(truth, sigma_scale, 13).frames)
+        .classes[shoulder]
+        .least_process_noise;
   };
   const double usual = UsualProcessNoise(JointClass::kShoulder);
   // The stiffest filter is at a fortieth: nothing is quieter.

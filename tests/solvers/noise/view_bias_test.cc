@@ -73,7 +73,7 @@ class ViewBiasTest : public ::testing::Test {
   }
 
   ViewBias Learn(const BodyRecording& recording, bool always) const {
-    BiasSeries series(classes_, static_cast<int>(cameras_.size()));
+    BiasSeries series(joints_, static_cast<int>(cameras_.size()));
     Random random(5);
     std::vector<int> seen = {hip_};
     if (recording.with_knee) seen.push_back(skeleton_.IndexOf("l_knee"));
@@ -92,7 +92,7 @@ class ViewBiasTest : public ::testing::Test {
       series.Add(FromSeconds(0.1 * k), sums);
     }
     if (recording.removes_shifts) series.RemoveShifts();
-    return series.Fit(joints_.names(), always);
+    return series.Fit(always);
   }
 
   // 2 cm across and 1.5 cm along that go twice around with the view: no offset
