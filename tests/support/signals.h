@@ -2,13 +2,39 @@
 #ifndef KINEGRAPH_TESTS_SUPPORT_SIGNALS_H_
 #define KINEGRAPH_TESTS_SUPPORT_SIGNALS_H_
 
+#include <gtest/gtest.h>
+
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <functional>
 #include <vector>
 
+#include "core/tracking/estimator.h"
+
 namespace kinegraph::testing {
+
+// A frame at 25 Hz in which nothing of a body of 17 joints was triangulated.
+inline EstimatorFrame FailedFrame(int frame) {
+  EstimatorFrame in;
+  in.frame = frame;
+  in.time = frame * TimeNs{40'000'000};
+  in.inlier_views.assign(17, 0);
+  return in;
+}
+
+// One in which three views put all joints at x = `x_m`, y = 2 `x_m`.
+inline EstimatorFrame FrameAt(int frame, double x_m) {
+  EstimatorFrame in = FailedFrame(frame);
+  in.has_initial = true;
+  Joint3d joint;
+  joint.position_m = {x_m, 2.0 * x_m, 1.0};
+  joint.status = JointStatus::kObserved;
+  in.initial.assign(17, joint);
+  in.triangulated.assign(17, 1);
+  in.inlier_views.assign(17, 3);
+  return in;
+}
 
 // count times of a clock [s].
 inline std::vector<double> UniformTimes(int count, double rate_hz = 25.0) {
@@ -48,6 +74,17 @@ inline Eigen::MatrixXd Step(int count, int place) {
   Eigen::MatrixXd values = Eigen::MatrixXd::Zero(count, 1);
   values.bottomRows(count - place).setOnes();
   return values;
+}
+
+// The first column at some places.
+inline void ExpectPlaces(const Eigen::MatrixXd& found,
+                         const std::vector<int>& places,
+                         const std::vector<double>& expected,
+                         double tolerance) {
+  ASSERT_EQ(places.size(), expected.size());
+  for (size_t i = 0; i < places.size(); ++i) {
+    EXPECT_NEAR(found(places[i], 0), expected[i], tolerance) << places[i];
+  }
 }
 
 // What a linear filter makes of a cosine of that frequency at its crest, far

@@ -4,8 +4,12 @@
 
 #include <gtest/gtest.h>
 
+#include <vector>
+
+#include "solvers/block_tridiagonal/person_system.h"
 #include "solvers/graph/assembler.h"
 #include "solvers/graph/factor_list.h"
+#include "solvers/graph/marginalise.h"
 #include "tests/support/simulated_person.h"
 
 namespace kinegraph::testing {
@@ -18,6 +22,42 @@ inline void GateMeasurements(JointChain* chain) {
       double residual[2];
       chain->measurements[m].gated = !ReprojectionOf(chain->measurements[m])
                                           .Evaluate(states, residual, nullptr);
+    }
+  }
+}
+
+// What the problem states of its frames it still states of those that are left
+// when the first ones are dropped; observations times `correction`.
+inline void ExpectDroppingKeepsCovariances(double correction,
+                                           PersonProblem problem) {
+  const size_t frames = problem.times.size();
+  std::vector<std::vector<Matrix6d>> before;
+  ASSERT_TRUE(PersonCovariances(problem, correction, frames, &before));
+  for (size_t dropped = 1; dropped <= 3; ++dropped) {
+    DropFirstFrame(correction, &problem);
+    std::vector<std::vector<Matrix6d>> after;
+    ASSERT_TRUE(
+        PersonCovariances(problem, correction, frames - dropped, &after));
+    for (size_t j = 0; j < after.size(); ++j) {
+      for (size_t k = 0; k < after[j].size(); ++k) {
+        const Matrix6d& expected = before[j][k + dropped];
+        // Squaring rows loses half of the sixteen digits; the information of
+        // positions over that of velocities is below 1e3.
+        EXPECT_LT((after[j][k] - expected).norm(), 1e-6 * expected.norm())
+            << dropped << " " << j << " " << k;
+      }
+    }
+  }
+}
+
+inline void ExpectSameStates(const PersonProblem& a, const PersonProblem& b,
+                             double tolerance_m) {
+  for (size_t j = 0; j < a.joints.size(); ++j) {
+    for (size_t k = 0; k < a.times.size(); ++k) {
+      EXPECT_LT(
+          (a.joints[j].states[k] - b.joints[j].states[k]).head<3>().norm(),
+          tolerance_m)
+          << "joint " << j << " frame " << k;
     }
   }
 }

@@ -128,9 +128,7 @@ TEST_F(BatchEstimatorTest, BridgesShortGapsOnly) {
   const auto finals = Run(recording);
   for (size_t k = 30; k < 40; ++k) {
     EXPECT_EQ(finals[k].person.joints[1].status, JointStatus::kInferred);
-    EXPECT_LT((finals[k].person.joints[1].position_m -
-               recording.truth[1][k].head<3>())
-                  .norm(),
+    EXPECT_LT(testing::Apart(finals[k].person.joints[1], recording.truth[1][k]),
               0.1);
   }
   // Half a second from either end: frames 60 .. 71 and 88 .. 99.

@@ -19,17 +19,38 @@
 namespace kinegraph {
 namespace {
 
+using testing::ExpectSameStates;
 using testing::SimulatedNoise;
 
-void ExpectSameStates(const PersonProblem& a, const PersonProblem& b,
-                      double tolerance_m) {
-  for (size_t j = 0; j < a.joints.size(); ++j) {
-    for (size_t k = 0; k < a.times.size(); ++k) {
-      EXPECT_LT(
-          (a.joints[j].states[k] - b.joints[j].states[k]).head<3>().norm(),
-          tolerance_m)
-          << "joint " << j << " frame " << k;
+// Ceres finds the minimum `ours` from the same start, and from there nothing
+// better.
+void ExpectMinimumOfCeres(const SolveSchedule& schedule, PersonProblem start,
+                          const PersonProblem& ours, double tolerance_m) {
+  EXPECT_TRUE(SolveWithCeres(schedule, &start).finite);
+  ExpectSameStates(ours, start, tolerance_m);
+  for (size_t j = 0; j < ours.joints.size(); ++j) {
+    for (size_t m = 0; m < ours.joints[j].measurements.size(); ++m) {
+      EXPECT_NEAR(ours.joints[j].measurements[m].weight,
+                  start.joints[j].measurements[m].weight, 1e-5);
     }
+  }
+  SolveSchedule last = schedule;
+  last.stages.erase(last.stages.begin());
+  PersonProblem from_ours = ours;
+  SolveWithCeres(last, &from_ours);
+  ExpectSameStates(ours, from_ours, 1e-8);
+}
+
+// `found`, by frame, are joint `joint`'s blocks of the dense covariances of
+// that many joints.
+void ExpectBlocksOf(const Eigen::MatrixXd& dense, size_t joint, size_t joints,
+                    const std::vector<Matrix6d>& found, double share) {
+  ASSERT_EQ(found.size() * joints * 6, static_cast<size_t>(dense.rows()));
+  for (size_t k = 0; k < found.size(); ++k) {
+    const auto at = static_cast<Eigen::Index>(6 * (joints * k + joint));
+    const Matrix6d expected = dense.block<6, 6>(at, at);
+    EXPECT_LT((found[k] - expected).norm(), share * expected.norm())
+        << joint << " " << k;
   }
 }
 
@@ -44,14 +65,11 @@ Eigen::MatrixXd DenseCovariance(const PersonProblem& problem,
   const auto size =
       static_cast<Eigen::Index>(6 * joints * problem.times.size());
   Eigen::MatrixXd information = Eigen::MatrixXd::Zero(size, size);
-  const auto state_of = [&](const StateKey& key) {
-    return problem.joints[key.joint].states[key.frame].data();
-  };
   const auto add = [&](const auto& factor, const auto& keys,
                        const Robustness& robustness) {
     using Factor = std::decay_t<decltype(factor)>;
     Linearised<Factor> at;
-    if (!LineariseFactor(factor, keys, state_of, &at)) {
+    if (!LineariseFactor(factor, keys, problem, &at)) {
       ADD_FAILURE() << "no image";
       return false;
     }
@@ -95,33 +113,20 @@ TEST_F(ChainSolverTest, FindsTheMinimumThatCeresFinds) {
   for (const LossKind loss :
        {LossKind::kNone, LossKind::kHuber, LossKind::kCauchy,
         LossKind::kGemanMcClure, LossKind::kTukey}) {
+    SCOPED_TRACE(LossNames()[static_cast<size_t>(loss)]);
     const SolveSchedule schedule = Exact(loss, 3.0);
-    SolveSchedule last = schedule;
-    last.stages.erase(last.stages.begin());
-    PersonProblem by_ceres = problem_;
-    SolveWithCeres(schedule, &by_ceres);
-    // Ceres stops where rounding hides the progress of the cost, a part in
-    // 1e16 of about 1e3 under a curvature of 1e3 / m^2 and more: 1e-8 m, and
-    // ten times that where reweighting converges slowly.
     PersonProblem ours = problem_;
     ChainSolver solver;
-    for (size_t j = 0; j < ours.joints.size(); ++j) {
-      JointChain& chain = ours.joints[j];
+    for (JointChain& chain : ours.joints) {
       const SolveReport report =
           solver.Solve(ours.times, schedule, {&chain}).front();
       EXPECT_TRUE(report.finite);
       EXPECT_TRUE(report.converged) << report.iterations;
-      for (size_t m = 0; m < chain.measurements.size(); ++m) {
-        EXPECT_NEAR(chain.measurements[m].weight,
-                    by_ceres.joints[j].measurements[m].weight, 1e-5);
-      }
     }
-    SCOPED_TRACE(LossNames()[static_cast<size_t>(loss)]);
-    ExpectSameStates(ours, by_ceres, 1e-7);
-    // Started at our minimum, Ceres finds nothing better.
-    PersonProblem from_ours = ours;
-    SolveWithCeres(last, &from_ours);
-    ExpectSameStates(ours, from_ours, 1e-8);
+    // Ceres stops where rounding hides the progress of the cost, a part in
+    // 1e16 of about 1e3 under a curvature of 1e3 / m^2 and more: 1e-8 m, and
+    // ten times that where reweighting converges slowly.
+    ExpectMinimumOfCeres(schedule, problem_, ours, 1e-7);
   }
 }
 
@@ -142,14 +147,9 @@ TEST_F(ChainSolverTest, CovariancesAreBlocksOfTheDenseInverse) {
   ChainSolver solver;
   solver.Solve(problem_.times, Exact(LossKind::kGemanMcClure, 3.0), {&chain});
   const auto covariances = CovariancesOf(problem_.times, chain, 1.1);
-  ASSERT_FALSE(covariances.empty());
   problem_.joints.resize(1);
-  const Eigen::MatrixXd dense = DenseCovariance(problem_, 1.1);
-  for (size_t k = 0; k < covariances.size(); ++k) {
-    const Matrix6d expected = dense.block<6, 6>(6 * k, 6 * k);
-    // The information's condition is about 1e7: 1e-16 of that, with room.
-    EXPECT_LT((covariances[k] - expected).norm(), 1e-8 * expected.norm());
-  }
+  // The information's condition is about 1e7: 1e-16 of that, with room.
+  ExpectBlocksOf(DenseCovariance(problem_, 1.1), 0, 1, covariances, 1e-8);
 }
 
 TEST_F(ChainSolverTest, FullRankWithNoViewAndWithOne) {
@@ -171,11 +171,7 @@ TEST_F(ChainSolverTest, FullRankWithNoViewAndWithOne) {
     const Eigen::MatrixXd dense = DenseCovariance(problem_);
     EXPECT_TRUE(dense.allFinite());
     const auto covariances = CovariancesOf(problem_.times, chain, 1.0);
-    ASSERT_FALSE(covariances.empty());
-    for (size_t k = 0; k < covariances.size(); ++k) {
-      const Matrix6d expected = dense.block<6, 6>(6 * k, 6 * k);
-      EXPECT_LT((covariances[k] - expected).norm(), 1e-7 * expected.norm());
-    }
+    ExpectBlocksOf(dense, 0, 1, covariances, 1e-7);
     if (views == 0) {
       // Birth alone: sigma^2 + (3 m/s * t)^2 + q t^3 / 3 along each axis.
       const double t = ToSeconds(problem_.times.back());
@@ -312,19 +308,11 @@ TEST_F(BoneTest, FindsTheMinimumThatCeresFinds) {
   noise.missing = 0.2;
   Make(4, 30, noise);
   for (const LossKind loss : {LossKind::kNone, LossKind::kGemanMcClure}) {
-    PersonProblem by_ceres = problem_;
-    PersonProblem own = problem_;
     const SolveSchedule schedule = Exact(loss);
-    EXPECT_TRUE(SolveWithCeres(schedule, &by_ceres).finite);
-    BoneSolver solver;
-    EXPECT_TRUE(solver.Solve(schedule, &own).finite);
-    // The tolerances are those of the chains above, times three.
-    ExpectSameStates(own, by_ceres, 3e-7);
-    PersonProblem from_ours = own;
-    SolveSchedule last = schedule;
-    last.stages.erase(last.stages.begin());
-    SolveWithCeres(last, &from_ours);
-    ExpectSameStates(own, from_ours, 1e-8);
+    PersonProblem own = problem_;
+    EXPECT_TRUE(BoneSolver().Solve(schedule, &own).finite);
+    // The tolerance of the chains above, times three.
+    ExpectMinimumOfCeres(schedule, problem_, own, 3e-7);
   }
 }
 
@@ -363,12 +351,7 @@ TEST_F(BoneTest, CovariancesAreBlocksOfTheDenseInverse) {
   ASSERT_TRUE(PersonCovariances(problem_, 1.0, 70, &covariances));
   const Eigen::MatrixXd dense = DenseCovariance(problem_);
   for (size_t j = 0; j < 3; ++j) {
-    for (size_t k = 0; k < 70; ++k) {
-      const Eigen::Index at = 6 * (3 * k + j);
-      const Matrix6d expected = dense.block<6, 6>(at, at);
-      EXPECT_LT((covariances[j][k] - expected).norm(), 1e-7 * expected.norm())
-          << j << " " << k;
-    }
+    ExpectBlocksOf(dense, j, 3, covariances[j], 1e-7);
   }
 }
 
@@ -430,29 +413,9 @@ TEST_F(BoneTest, MarginalisingKeepsAJointThatNobodySees) {
 
 // What is stated knows the loss' correction also for frames that are gone.
 TEST_F(BoneTest, MarginalisingKeepsStatedCovariances) {
-  constexpr size_t kFrames = 10;
-  constexpr double kCorrection = 1.3;
-  Make(3, kFrames, SimulatedNoise());
-  BoneSolver solver;
-  solver.Solve(Exact(LossKind::kGemanMcClure), &problem_);
-  std::vector<std::vector<Matrix6d>> before;
-  ASSERT_TRUE(PersonCovariances(problem_, kCorrection, kFrames, &before));
-  PersonProblem rest = problem_;
-  for (size_t dropped = 1; dropped <= 3; ++dropped) {
-    DropFirstFrame(kCorrection, &rest);
-    std::vector<std::vector<Matrix6d>> after;
-    ASSERT_TRUE(
-        PersonCovariances(rest, kCorrection, kFrames - dropped, &after));
-    for (size_t j = 0; j < after.size(); ++j) {
-      for (size_t k = 0; k < after[j].size(); ++k) {
-        const Matrix6d& expected = before[j][k + dropped];
-        // Squaring rows loses half of the sixteen digits; the information of
-        // positions over that of velocities is below 1e3.
-        EXPECT_LT((after[j][k] - expected).norm(), 1e-6 * expected.norm())
-            << dropped << " " << j << " " << k;
-      }
-    }
-  }
+  Make(3, 10, SimulatedNoise());
+  BoneSolver().Solve(Exact(LossKind::kGemanMcClure), &problem_);
+  testing::ExpectDroppingKeepsCovariances(1.3, problem_);
 }
 
 // Bones steady both estimators: lengths vary less, and errors shrink.

@@ -22,6 +22,7 @@
 namespace kinegraph {
 namespace {
 
+using testing::Apart;
 using testing::FloorContact;
 using testing::SimulatedNoise;
 using testing::SimulatedRecording;
@@ -96,8 +97,7 @@ TEST_F(UserFactorTest, WindowAndBatchHonourIt) {
     EXPECT_LT((*after.covariances[2])(2, 2), (*before.covariances[2])(2, 2));
     // The other joints do not know of it: no bone ties them. Two solves that
     // converge to steps of 3e-5 m differ by about that.
-    EXPECT_LT((after.joints[0].position_m - before.joints[0].position_m).norm(),
-              1e-4);
+    EXPECT_LT(Apart(after.joints[0], before.joints[0]), 1e-4);
     EXPECT_NEAR((*after.covariances[0])(2, 2), (*before.covariances[0])(2, 2),
                 1e-3 * (*before.covariances[0])(2, 2));
   }
@@ -115,14 +115,29 @@ TEST_F(UserFactorTest, WindowEqualsBatchAtTheEnd) {
   const auto plain = Run(true, nullptr);
   // Linearisation points differ by millimetres over 5 m of depth: parts in
   // 1e3 of corrections of millimetres.
-  EXPECT_LT((batch.back().person.joints[2].position_m -
-             window.back().person.joints[2].position_m)
-                .norm(),
-            2e-5);
-  const double change_m = (batch[25].person.joints[2].position_m -
-                           plain[25].person.joints[2].position_m)
-                              .norm();
-  EXPECT_GT(change_m, 1e-3);  // the factor did something
+  EXPECT_LT(
+      Apart(batch.back().person.joints[2], window.back().person.joints[2]),
+      2e-5);
+  // The factor did something.
+  EXPECT_GT(Apart(batch[25].person.joints[2], plain[25].person.joints[2]),
+            1e-3);
+}
+
+// A chunk that begins later has frames and factors of numbers of its own.
+TEST_F(UserFactorTest, EveryChunkOfTheBatchHonoursIt) {
+  Make(150);
+  const auto source = testing::Resting(joint_.c_str(), 105, 105, 1.05);
+  options_.chunk_s = 0.0;
+  const PersonPose whole = Run(true, source)[105].person;
+  const PersonPose plain = Run(true, nullptr)[105].person;
+  options_.chunk_s = 2.0;  // three of them
+  const PersonPose chunk = Run(true, source)[105].person;
+  // What lies a second away has next to no say (chunks_test.cc).
+  EXPECT_LT(Apart(chunk.joints[2], whole.joints[2]), 1e-4);
+  EXPECT_GT(Apart(chunk.joints[2], plain.joints[2]), 1e-3);
+  ASSERT_TRUE(chunk.covariances[2] && whole.covariances[2]);
+  EXPECT_LT((*chunk.covariances[2] - *whole.covariances[2]).norm(),
+            1e-3 * whole.covariances[2]->norm());
 }
 
 // A factor over two joints and two frames.
@@ -158,33 +173,14 @@ TEST_F(UserFactorTest, MarginalisingKeepsValuesAndCovariances) {
   schedule.step_tolerance_m = 1e-10;
   schedule.stages = {{LossKind::kNone, 1.0, 200}};
   ASSERT_TRUE(SolveWithCeres(schedule, &problem).finite);
-  std::vector<std::vector<Matrix6d>> before;
-  ASSERT_TRUE(PersonCovariances(problem, 1.0, kFrames, &before));
-  PersonProblem rest = problem;
+  testing::ExpectDroppingKeepsCovariances(1.0, problem);
   for (size_t dropped = 1; dropped <= 3; ++dropped) {
-    DropFirstFrame(1.0, &rest);
-    ASSERT_EQ(rest.user.size(), kFrames - 1 - dropped);
-    std::vector<std::vector<Matrix6d>> after;
-    ASSERT_TRUE(PersonCovariances(rest, 1.0, kFrames - dropped, &after));
-    for (size_t j = 0; j < after.size(); ++j) {
-      for (size_t k = 0; k < after[j].size(); ++k) {
-        const Matrix6d& expected = before[j][k + dropped];
-        // Squaring rows loses half of the sixteen digits.
-        EXPECT_LT((after[j][k] - expected).norm(), 1e-6 * expected.norm())
-            << dropped << " " << j << " " << k;
-      }
-    }
-    PersonProblem again = rest;
+    DropFirstFrame(1.0, &problem);
+    ASSERT_EQ(problem.user.size(), kFrames - 1 - dropped);
+    PersonProblem again = problem;
     SolveWithCeres(schedule, &again);
-    for (size_t j = 0; j < again.joints.size(); ++j) {
-      for (size_t k = 0; k < again.times.size(); ++k) {
-        // Rounding in a prior of condition 1e7.
-        EXPECT_LT((again.joints[j].states[k] - rest.joints[j].states[k])
-                      .head<3>()
-                      .norm(),
-                  1e-7);
-      }
-    }
+    // Rounding in a prior of condition 1e7.
+    testing::ExpectSameStates(again, problem, 1e-7);
   }
 }
 

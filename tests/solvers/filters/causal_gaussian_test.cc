@@ -7,9 +7,13 @@
 #include <vector>
 
 #include "tests/support/rig.h"
+#include "tests/support/signals.h"
 
 namespace kinegraph {
 namespace {
+
+using testing::FailedFrame;
+using testing::FrameAt;
 
 constexpr TimeNs kFrame = 40'000'000;  // 25 Hz
 
@@ -60,29 +64,6 @@ class CausalGaussianTest : public ::testing::Test {
         options);
   }
 
-  // A frame whose joints are all at x = `x_m`.
-  static EstimatorFrame At(int frame, double x_m) {
-    EstimatorFrame in;
-    in.frame = frame;
-    in.time = frame * kFrame;
-    in.has_initial = true;
-    in.initial.resize(17);
-    for (Joint3d& joint : in.initial) {
-      joint.position_m = {x_m, 0.0, 1.0};
-      joint.status = JointStatus::kObserved;
-    }
-    in.triangulated.assign(17, 1);
-    in.inlier_views.assign(17, 3);
-    return in;
-  }
-
-  static EstimatorFrame Failed(int frame) {
-    EstimatorFrame in;
-    in.frame = frame;
-    in.time = frame * kFrame;
-    return in;
-  }
-
   static double PredictX(const Estimator& estimator, double frame, int joint) {
     Pose3d pose;
     estimator.Predict(static_cast<TimeNs>(frame * kFrame), &pose);
@@ -94,12 +75,12 @@ TEST_F(CausalGaussianTest, BirthIsNotSmoothedAndTheFilterIsRecursive) {
   CausalGaussianOptions options;
   options.sigma_frames = 0.6;
   const auto estimator = Make(options);
-  estimator->Add(At(0, 0.0));
+  estimator->Add(FrameAt(0, 0.0));
   EXPECT_EQ(estimator->Last()[0].position_m.x(), 0.0);
-  estimator->Add(At(1, 1.0));
+  estimator->Add(FrameAt(1, 1.0));
   const double w1 = CausalGaussianWeights(0.6, 2)[0];
   EXPECT_NEAR(estimator->Last()[0].position_m.x(), w1, 1e-15);
-  estimator->Add(At(2, 1.0));
+  estimator->Add(FrameAt(2, 1.0));
   const auto w = CausalGaussianWeights(0.6, 3);
   EXPECT_NEAR(estimator->Last()[0].position_m.x(), w[0] + w[1] * w1, 1e-15)
       << "the pose before is the smoothed one";
@@ -107,8 +88,8 @@ TEST_F(CausalGaussianTest, BirthIsNotSmoothedAndTheFilterIsRecursive) {
 
 TEST_F(CausalGaussianTest, WristsHaveTheirOwnSigma) {
   const auto estimator = Make({});  // 0.3 and 0.8
-  estimator->Add(At(0, 0.0));
-  estimator->Add(At(1, 1.0));
+  estimator->Add(FrameAt(0, 0.0));
+  estimator->Add(FrameAt(1, 1.0));
   for (int j = 0; j < 17; ++j) {
     const double sigma = j == 9 || j == 10 ? 0.8 : 0.3;
     EXPECT_NEAR(estimator->Last()[j].position_m.x(),
@@ -122,7 +103,7 @@ TEST_F(CausalGaussianTest, VelocityIsTheMeanOfFiveDifferences) {
   options.smooth = false;
   const auto estimator = Make(options);
   // 0, 1, 4, 9, 16, 25, 36: the last five differences are 3, 5, 7, 9, 11.
-  for (int f = 0; f < 7; ++f) estimator->Add(At(f, f * f));
+  for (int f = 0; f < 7; ++f) estimator->Add(FrameAt(f, f * f));
   EXPECT_NEAR(PredictX(*estimator, 7, 0), 36.0 + 7.0, 1e-12);
   EXPECT_NEAR(PredictX(*estimator, 9, 0), 36.0 + 3 * 7.0, 1e-12);
 }
@@ -135,11 +116,11 @@ TEST_F(CausalGaussianTest, ConstantVelocityAcrossAGap) {
     options.velocity =
         per_update ? VelocityRule::kPerUpdate : VelocityRule::kOverTime;
     const auto estimator = Make(options);
-    estimator->Add(At(0, 0.0));
-    estimator->Add(At(1, 1.0));
-    estimator->Add(Failed(2));
-    estimator->Add(Failed(3));
-    estimator->Add(At(4, 4.0));
+    estimator->Add(FrameAt(0, 0.0));
+    estimator->Add(FrameAt(1, 1.0));
+    estimator->Add(FailedFrame(2));
+    estimator->Add(FailedFrame(3));
+    estimator->Add(FrameAt(4, 4.0));
     // Over time 4 m in 4 frames; per stored pose (1 + 3) / 2 = 2 m.
     EXPECT_NEAR(PredictX(*estimator, 5, 0), per_update ? 6.0 : 5.0, 1e-12);
   }
@@ -147,8 +128,8 @@ TEST_F(CausalGaussianTest, ConstantVelocityAcrossAGap) {
 
 TEST_F(CausalGaussianTest, AFailedFrameStoresNothingAndWritesNothing) {
   const auto estimator = Make({});
-  estimator->Add(At(0, 0.5));
-  estimator->Add(Failed(1));
+  estimator->Add(FrameAt(0, 0.5));
+  estimator->Add(FailedFrame(1));
   EXPECT_EQ(estimator->LastTime(), 0);
   std::vector<FinalPose> finals;
   estimator->ExtractFinals(&finals);
@@ -168,15 +149,15 @@ TEST_F(CausalGaussianTest, HistoryIsCutByAtMostOnePoseAnUpdate) {
   options.wrist_sigma_frames = 5.0;
   const auto estimator = Make(options);
   std::vector<double> stored = {0.0};
-  estimator->Add(At(0, 0.0));
+  estimator->Add(FrameAt(0, 0.0));
   for (int f = 1; f < 4; ++f) {
-    estimator->Add(At(f, 0.0));
+    estimator->Add(FrameAt(f, 0.0));
     stored.push_back(0.0);
   }
-  estimator->Add(At(10, 1.0));  // frame 0 is exactly ten old: five poses
+  estimator->Add(FrameAt(10, 1.0));  // frame 0 is exactly ten old: five poses
   const double at_ten = estimator->Last()[0].position_m.x();
   EXPECT_NEAR(at_ten, CausalGaussianWeights(5.0, 5)[0], 1e-12);
-  estimator->Add(At(12, 1.0));  // 0 goes, 1 (eleven old) stays: five again
+  estimator->Add(FrameAt(12, 1.0));  // 0 goes, 1 (eleven old) stays: five again
   const auto w = CausalGaussianWeights(5.0, 5);
   EXPECT_NEAR(estimator->Last()[0].position_m.x(), w[0] + w[1] * at_ten, 1e-12);
 }
@@ -190,7 +171,7 @@ TEST_F(CausalGaussianTest, AnUnseenJointIsHeldThenFollowsTheBody) {
   // and takes the prediction each time.
   double wrist = 0.0;
   for (int f = 0; f < 6; ++f) {
-    EstimatorFrame in = At(f, 0.01 * f);
+    EstimatorFrame in = FrameAt(f, 0.01 * f);
     wrist = 0.1 * f;
     in.initial[9].position_m.x() = wrist;
     estimator->Add(in);
@@ -201,7 +182,7 @@ TEST_F(CausalGaussianTest, AnUnseenJointIsHeldThenFollowsTheBody) {
     Pose3d predicted;
     estimator->Predict(f * kFrame, &predicted);
     EXPECT_EQ(predicted[9].status, JointStatus::kInferred);
-    EstimatorFrame in = At(f, 0.01 * f);
+    EstimatorFrame in = FrameAt(f, 0.01 * f);
     in.initial[9] = predicted[9];
     in.triangulated[9] = 0;
     estimator->Add(in);
@@ -213,12 +194,12 @@ TEST_F(CausalGaussianTest, AJointThatAppearsLaterIsSmoothedOverItsOwnPast) {
   CausalGaussianOptions options;
   options.sigma_frames = 0.6;
   const auto estimator = Make(options);
-  EstimatorFrame without = At(0, 0.0);
+  EstimatorFrame without = FrameAt(0, 0.0);
   without.initial[3].status = JointStatus::kMissing;
   without.triangulated[3] = 0;
   estimator->Add(without);
   EXPECT_FALSE(estimator->Last()[3].present());
-  estimator->Add(At(1, 2.0));
+  estimator->Add(FrameAt(1, 2.0));
   EXPECT_NEAR(estimator->Last()[3].position_m.x(), 2.0, 1e-15);
 }
 

@@ -9,42 +9,18 @@
 #include "core/base/error.h"
 #include "solvers/factory.h"
 #include "tests/support/rig.h"
+#include "tests/support/signals.h"
 #include "tests/support/simulated_person.h"
 
 namespace kinegraph {
 namespace {
 
-constexpr TimeNs kFrameStep = 40'000'000;  // 25 Hz
+using testing::FailedFrame;
+using testing::FrameAt;
 
 SceneModel Scene() {
   return {testing::RingOfCameras(3), Coco17(), 25.0, KeptMatches::kNone};
 }
-
-// All joints at x = `x_m`, seen by three views.
-EstimatorFrame At(int frame, double x_m) {
-  EstimatorFrame in;
-  in.frame = frame;
-  in.time = frame * kFrameStep;
-  in.has_initial = true;
-  in.initial.resize(17);
-  for (Joint3d& joint : in.initial) {
-    joint.position_m = {x_m, 2.0 * x_m, 1.0};
-    joint.status = JointStatus::kObserved;
-  }
-  in.triangulated.assign(17, 1);
-  in.inlier_views.assign(17, 3);
-  return in;
-}
-
-EstimatorFrame Failed(int frame) {
-  EstimatorFrame in;
-  in.frame = frame;
-  in.time = frame * kFrameStep;
-  in.inlier_views.assign(17, 0);
-  return in;
-}
-
-SegmentFilter Raw() { return PointsAsTheyAre(PointCovariances::kOff); }
 
 JointPoints Points() {
   return {Scene(), PointKind::kDlt, PointCovariances::kOff, {}, {}};
@@ -52,17 +28,17 @@ JointPoints Points() {
 
 std::vector<FinalPose> RunRaw(const std::vector<EstimatorFrame>& frames,
                               double max_gap_s) {
-  const auto estimator =
-      MakeOfflineFilter(Scene(), {max_gap_s}, Points(), Raw());
+  const auto estimator = MakeOfflineFilter(
+      Scene(), {max_gap_s}, Points(), PointsAsTheyAre(PointCovariances::kOff));
   return testing::Run(estimator.get(), frames);
 }
 
 TEST(OfflineFilterTest, BridgesShortGapsAndMarksThem) {
   // Frames 2 and 3 failed; in frame 5 joint 3 was predicted, in frame 6
   // triangulated with an older view.
-  std::vector<EstimatorFrame> frames = {At(0, 0.0), At(1, 1.0), Failed(2),
-                                        Failed(3),  At(4, 4.0), At(5, 7.0),
-                                        At(6, 9.0), At(7, 7.0)};
+  std::vector<EstimatorFrame> frames = {
+      FrameAt(0, 0.0), FrameAt(1, 1.0), FailedFrame(2),  FailedFrame(3),
+      FrameAt(4, 4.0), FrameAt(5, 7.0), FrameAt(6, 9.0), FrameAt(7, 7.0)};
   frames[5].triangulated[3] = 0;
   frames[5].inlier_views[3] = 0;
   frames[6].inlier_views[3] = 1;
@@ -85,8 +61,9 @@ TEST(OfflineFilterTest, BridgesShortGapsAndMarksThem) {
 }
 
 TEST(OfflineFilterTest, LongGapsPartTheSignal) {
-  std::vector<EstimatorFrame> frames = {At(0, 0.0), At(1, 1.0), Failed(2),
-                                        Failed(3),  Failed(4),  At(5, 5.0)};
+  std::vector<EstimatorFrame> frames = {FrameAt(0, 0.0), FrameAt(1, 1.0),
+                                        FailedFrame(2),  FailedFrame(3),
+                                        FailedFrame(4),  FrameAt(5, 5.0)};
   std::vector<size_t> lengths;
   const auto estimator =
       MakeOfflineFilter(Scene(), {0.12}, Points(),
@@ -104,8 +81,8 @@ TEST(OfflineFilterTest, LongGapsPartTheSignal) {
 }
 
 TEST(OfflineFilterTest, NothingBeforeTheFirstOrAfterTheLastSample) {
-  std::vector<EstimatorFrame> frames = {At(0, 0.0), At(1, 1.0), At(2, 2.0),
-                                        Failed(3)};
+  std::vector<EstimatorFrame> frames = {FrameAt(0, 0.0), FrameAt(1, 1.0),
+                                        FrameAt(2, 2.0), FailedFrame(3)};
   frames[0].inlier_views[5] = 0;
   frames[2].inlier_views[6] = 1;
   const auto finals = RunRaw(frames, 10.0);
@@ -250,7 +227,8 @@ TEST(RobustPointsTest, SurviveWhatSpoilsTheInitialPose) {
 }
 
 TEST(OfflineFilterTest, RefusalsNameTheEstimator) {
-  std::vector<EstimatorFrame> frames = {At(0, 0.0), At(1, 1.0), At(3, 2.0)};
+  std::vector<EstimatorFrame> frames = {FrameAt(0, 0.0), FrameAt(1, 1.0),
+                                        FrameAt(3, 2.0)};
   EstimatorOptions options;
   for (const OutputKind kind :
        {OutputKind::kButterworth, OutputKind::kSavitzkyGolay}) {

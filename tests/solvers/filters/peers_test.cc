@@ -181,8 +181,6 @@ TEST_F(PeersTest, RtsIsPose2SimsKalman) {
   };
   const auto inside = Differences(folder, "p2s_hampel_kalman", 25, run);
   const auto all = Differences(folder, "p2s_hampel_kalman", 0, run);
-  printf("kalman inside median %g max %g; all %g\n", Quantile(inside, .5),
-         inside.back(), all.back());
   EXPECT_LT(Quantile(inside, 0.5), 1e-5);
   EXPECT_LT(inside.back(), 2e-4);
   EXPECT_LT(all.back(), 0.01);

@@ -8,14 +8,7 @@
 namespace kinegraph {
 namespace {
 
-const int kPlaces[] = {0, 1, 15, 28, 29};
-
-void ExpectPlaces(const Samples& found, const double (&expected)[5],
-                  double tolerance) {
-  for (int i = 0; i < 5; ++i) {
-    EXPECT_NEAR(found(kPlaces[i], 0), expected[i], tolerance) << kPlaces[i];
-  }
-}
+using testing::ExpectPlaces;
 
 // Known answers: scipy 1.10.1, from scipy.interpolate import
 // make_smoothing_spline; x, t as testing::Wiggle(30) and the times say.
@@ -26,22 +19,23 @@ TEST(SmoothingSplineTest, GivenLambdaItIsScipys) {
   const Samples values = testing::Wiggle(30);
   const auto even_s = testing::UniformTimes(30);
   ExpectPlaces(SmoothingSpline(1e-4, even_s, values, even_s),
+               {0, 1, 15, 28, 29},
                {0.05327894903997576, 0.4117218645293546, 0.5340153338821643,
                 3.643060235352621, 3.595694967893229},
                1e-12);
-  Samples between = SmoothingSpline(1e-4, even_s, values, {0.05, 0.5, 1.13});
-  EXPECT_NEAR(between(0, 0), 0.5009763361272546, 1e-12);
-  EXPECT_NEAR(between(1, 0), 0.6855917345363307, 1e-12);
-  EXPECT_NEAR(between(2, 0), 3.63411431931116, 1e-12);
+  const std::vector<double> between_s = {0.05, 0.5, 1.13};
+  ExpectPlaces(SmoothingSpline(1e-4, even_s, values, between_s), {0, 1, 2},
+               {0.5009763361272546, 0.6855917345363307, 3.63411431931116},
+               1e-12);
   const auto uneven_s = testing::UnevenTimes(30);
   ExpectPlaces(SmoothingSpline(1e-4, uneven_s, values, uneven_s),
+               {0, 1, 15, 28, 29},
                {0.0359904389445469, 0.5019520537127053, 0.5333775732329449,
                 3.639794555652607, 3.601979672352631},
                1e-12);
-  between = SmoothingSpline(1e-4, uneven_s, values, {0.05, 0.5, 1.13});
-  EXPECT_NEAR(between(0, 0), 0.4846678914697284, 1e-12);
-  EXPECT_NEAR(between(1, 0), 0.6917008021532127, 1e-12);
-  EXPECT_NEAR(between(2, 0), 3.625926554544184, 1e-12);
+  ExpectPlaces(SmoothingSpline(1e-4, uneven_s, values, between_s), {0, 1, 2},
+               {0.4846678914697284, 0.6917008021532127, 3.625926554544184},
+               1e-12);
 }
 
 TEST(SmoothingSplineTest, GcvIsThatOfTheDenseMatrix) {
@@ -57,6 +51,7 @@ TEST(SmoothingSplineTest, GcvIsThatOfTheDenseMatrix) {
   const double lambda_s3 = ChooseLambdaByGcv(times_s, values);
   EXPECT_NEAR(lambda_s3 / 0.00011323759541927564, 1.0, 1e-5);
   ExpectPlaces(SmoothingSpline(lambda_s3, times_s, values, times_s),
+               {0, 1, 15, 28, 29},
                {0.03905145176392938, 0.504031179781778, 0.535823323358409,
                 3.640620592591196, 3.607929756337134},
                1e-6);

@@ -11,6 +11,7 @@
 namespace kinegraph {
 namespace {
 
+using testing::Apart;
 using testing::SimulatedNoise;
 using testing::SimulatedRecording;
 
@@ -74,8 +75,7 @@ TEST(WindowEstimator, EqualsBatchOverTheFramesSoFarInAnAffineWorld) {
           if (!joint.present()) continue;
           // Far cameras: 1e-16 of 1e8 m over 1e8 is no error, but the
           // solution of a system of condition 1e7 is: 1e-16 * 1e7, with room.
-          EXPECT_LT((window->Last()[j].position_m - joint.position_m).norm(),
-                    1e-8);
+          EXPECT_LT(Apart(window->Last()[j], joint), 1e-8);
         }
       }
       // What became final now.
@@ -88,9 +88,7 @@ TEST(WindowEstimator, EqualsBatchOverTheFramesSoFarInAnAffineWorld) {
           EXPECT_EQ(final.person.joints[j].status,
                     expected.person.joints[j].status);
           if (!expected.person.joints[j].present()) continue;
-          EXPECT_LT((final.person.joints[j].position_m -
-                     expected.person.joints[j].position_m)
-                        .norm(),
+          EXPECT_LT(Apart(final.person.joints[j], expected.person.joints[j]),
                     1e-8);
           const Eigen::Matrix3d& covariance = *final.person.covariances[j];
           const Eigen::Matrix3d& reference = *expected.person.covariances[j];
@@ -128,9 +126,8 @@ TEST(WindowEstimator, RobustWindowStaysCloseToBatch) {
   for (size_t k = 0; k < batch.size(); ++k) {
     for (size_t j = 0; j < 3; ++j) {
       if (batch[k].person.joints[j].status != JointStatus::kObserved) continue;
-      distances.push_back((batch[k].person.joints[j].position_m -
-                           finals[k].person.joints[j].position_m)
-                              .norm());
+      distances.push_back(
+          Apart(batch[k].person.joints[j], finals[k].person.joints[j]));
     }
   }
   std::sort(distances.begin(), distances.end());
@@ -154,10 +151,7 @@ TEST(WindowEstimator, LastAndPredictAreCausal) {
     if (k < 10) continue;
     for (size_t j = 0; j < 3; ++j) {
       // 24 mm a view and axis, five views, and time: well below 5 cm.
-      EXPECT_LT(
-          (window->Last()[j].position_m - recording.truth[j][seen].head<3>())
-              .norm(),
-          0.08);
+      EXPECT_LT(Apart(window->Last()[j], recording.truth[j][seen]), 0.08);
     }
   }
   Pose3d pose;
@@ -165,8 +159,7 @@ TEST(WindowEstimator, LastAndPredictAreCausal) {
   for (size_t j = 0; j < 3; ++j) {
     EXPECT_EQ(pose[j].status, JointStatus::kInferred);
     // Three frames ahead: the velocity is known to about 0.5 m/s.
-    EXPECT_LT((pose[j].position_m - recording.truth[j][52].head<3>()).norm(),
-              0.2);
+    EXPECT_LT(Apart(pose[j], recording.truth[j][52]), 0.2);
   }
 }
 
@@ -198,10 +191,7 @@ TEST(WindowEstimator, JointsThatAreNeverSeenAreMissing) {
   // Within the lag before it was first seen the window knows it already.
   EXPECT_EQ(finals[25].person.joints[2].status, JointStatus::kInferred);
   EXPECT_EQ(finals[45].person.joints[2].status, JointStatus::kObserved);
-  EXPECT_LT((finals[45].person.joints[2].position_m -
-             recording.truth[2][45].head<3>())
-                .norm(),
-            0.08);
+  EXPECT_LT(Apart(finals[45].person.joints[2], recording.truth[2][45]), 0.08);
 }
 
 // Frames that come faster than motion changes wait for each other, and none for
