@@ -7,7 +7,7 @@
 #include <mutex>
 
 #include "core/base/error.h"
-#include "core/io/binary/unpacked.h"
+#include "core/io/binary/bytes.h"
 #include "core/io/files/text_file.h"
 #include "core/system/file.h"
 #include "core/system/process.h"

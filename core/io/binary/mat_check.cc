@@ -6,11 +6,10 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <cstring>
 #include <string_view>
 
 #include "core/base/error.h"
-#include "core/io/binary/unpacked.h"
+#include "core/io/binary/bytes.h"
 
 namespace kinegraph {
 namespace {
@@ -38,9 +37,7 @@ size_t WidthOf(uint32_t type) {
 }
 
 uint32_t Number(std::string_view bytes, size_t at) {
-  uint32_t number = 0;
-  std::memcpy(&number, bytes.data() + at, sizeof(number));
-  return number;
+  return NumberAt<uint32_t>(bytes, at);
 }
 
 struct Element {

@@ -10,7 +10,7 @@ namespace kinegraph {
 // the data, and reads a truncated file silently as one with fewer entries. So
 // every array is gone through first: numbers, texts, cells and structures must
 // be there in the number that the dimensions say. Compressed arrays are
-// unpacked, as far as their bytes may stand for it (unpacked.h). Throws
+// unpacked, as far as their bytes may stand for it (bytes.h). Throws
 // InputError naming `path`.
 void CheckMatFile(const std::string& bytes, const std::string& path);
 

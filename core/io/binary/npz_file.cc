@@ -3,17 +3,14 @@
 #include <zlib.h>
 
 #include <algorithm>
-#include <cstring>
 
 #include "core/base/error.h"
 #include "core/base/text.h"
+#include "core/io/binary/bytes.h"
 #include "core/io/files/text_file.h"
 
 namespace kinegraph {
 namespace {
-
-static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__,
-              "arrays are written as little-endian numbers");
 
 // Of what `crc` is the sum of and `bytes` behind it; 0 is that of nothing.
 uint32_t ContinueCrc(uint32_t crc, std::string_view bytes) {
@@ -22,27 +19,17 @@ uint32_t ContinueCrc(uint32_t crc, std::string_view bytes) {
       crc32_z(crc, reinterpret_cast<const Bytef*>(bytes.data()), bytes.size()));
 }
 
-template <typename Value>
-void AppendLittleEndian(std::string* bytes, Value value) {
-  static_assert(std::is_unsigned_v<Value>);
-  bytes->append(reinterpret_cast<const char*>(&value), sizeof(value));
-}
+constexpr uint16_t kVersion = 20;  // of the archive: 2.0
+constexpr uint16_t kNone = 0;
 
 // What local header and central directory have in common, from "version
-// needed" to the length of the extra field.
-void AppendCommon(std::string* bytes, const std::string& name, uint32_t crc,
-                  uint32_t size) {
-  AppendLittleEndian<uint16_t>(bytes, 20);  // version 2.0
-  AppendLittleEndian<uint16_t>(bytes, 0);   // no flags
-  AppendLittleEndian<uint16_t>(bytes, 0);   // stored, not compressed
-  AppendLittleEndian<uint16_t>(bytes, 0);   // time 00:00:00
-  AppendLittleEndian<uint16_t>(
-      bytes, 0x21);  // date 1980-01-01: same input, same bytes
-  AppendLittleEndian<uint32_t>(bytes, crc);
-  AppendLittleEndian<uint32_t>(bytes, size);  // compressed
-  AppendLittleEndian<uint32_t>(bytes, size);  // as it is
-  AppendLittleEndian<uint16_t>(bytes, static_cast<uint16_t>(name.size()));
-  AppendLittleEndian<uint16_t>(bytes, 0);  // no extra field
+// needed" to the length of the extra field: no flags, stored as it is, and the
+// first second of 1980, so that the same input gives the same bytes.
+void AppendCommon(const std::string& name, uint32_t crc, uint32_t size,
+                  std::string* bytes) {
+  constexpr uint16_t kFirstDay = 0x21;
+  AppendNumbers(bytes, kVersion, kNone, kNone, kNone, kFirstDay, crc, size,
+                size, static_cast<uint16_t>(name.size()), kNone);
 }
 
 std::string ShapeText(const std::vector<size_t>& shape) {
@@ -69,8 +56,7 @@ std::string NpyHeader(const std::string& type,
   std::string header = "\x93NUMPY";
   header += '\x01';
   header += '\x00';
-  AppendLittleEndian<uint16_t>(&header,
-                               static_cast<uint16_t>(dictionary.size()));
+  AppendNumbers(&header, static_cast<uint16_t>(dictionary.size()));
   return header + dictionary;
 }
 
@@ -84,14 +70,6 @@ std::u32string CodePoints(const std::string& text) {
     i += letter.size;
   }
   return points;
-}
-
-// A number of the archive's structures, which are little-endian.
-template <typename Value>
-Value Get(std::string_view bytes, size_t at) {
-  Value value{};
-  std::memcpy(&value, bytes.data() + at, sizeof(value));
-  return value;
 }
 
 void AppendUtf8(char32_t point, std::string* text) {
@@ -130,7 +108,8 @@ bool CastFrom(const NpyArray& array, std::vector<To>* values) {
   values->resize(array.bytes.size() / sizeof(From));
   for (size_t i = 0; i < values->size(); ++i) {
     // NOLINTNEXTLINE(bugprone-signed-char-misuse): int8_t is a number here.
-    (*values)[i] = static_cast<To>(Get<From>(array.bytes, i * sizeof(From)));
+    (*values)[i] =
+        static_cast<To>(NumberAt<From>(array.bytes, i * sizeof(From)));
   }
   return true;
 }
@@ -160,7 +139,7 @@ void NpzFile::AddTexts(const std::string& name,
   for (std::u32string& row : rows) {
     row.resize(width);  // shorter texts end with zeros
     for (const char32_t point : row) {
-      AppendLittleEndian<uint32_t>(&bytes, static_cast<uint32_t>(point));
+      AppendNumbers(&bytes, static_cast<uint32_t>(point));
     }
   }
   AddBytes(name, "<U" + std::to_string(width), shape, bytes);
@@ -183,8 +162,8 @@ void NpzFile::AddBytes(const std::string& name, const std::string& type,
   entry.size = static_cast<uint32_t>(size);
   entry.offset = static_cast<uint32_t>(offset_);
   std::string local;
-  AppendLittleEndian<uint32_t>(&local, 0x04034B50);
-  AppendCommon(&local, entry.name, entry.crc, entry.size);
+  AppendNumbers(&local, uint32_t{0x04034B50});
+  AppendCommon(entry.name, entry.crc, entry.size, &local);
   local += entry.name;
   file_.Write(local);
   file_.Write(header);
@@ -194,28 +173,20 @@ void NpzFile::AddBytes(const std::string& name, const std::string& type,
 }
 
 void NpzFile::Commit() {
+  constexpr uint32_t kNoAttributes = 0;
   std::string directory;
   for (const Entry& entry : entries_) {
-    AppendLittleEndian<uint32_t>(&directory, 0x02014B50);
-    AppendLittleEndian<uint16_t>(&directory, 20);  // made by version 2.0
-    AppendCommon(&directory, entry.name, entry.crc, entry.size);
-    AppendLittleEndian<uint16_t>(&directory, 0);  // no comment
-    AppendLittleEndian<uint16_t>(&directory, 0);  // first disk
-    AppendLittleEndian<uint16_t>(&directory, 0);  // internal attributes
-    AppendLittleEndian<uint32_t>(&directory, 0);  // external attributes
-    AppendLittleEndian<uint32_t>(&directory, entry.offset);
+    AppendNumbers(&directory, uint32_t{0x02014B50}, kVersion);
+    AppendCommon(entry.name, entry.crc, entry.size, &directory);
+    // No comment, on the first disk.
+    AppendNumbers(&directory, kNone, kNone, kNone, kNoAttributes, entry.offset);
     directory += entry.name;
   }
   const auto count = static_cast<uint16_t>(entries_.size());
   const auto size = static_cast<uint32_t>(directory.size());
-  AppendLittleEndian<uint32_t>(&directory, 0x06054B50);
-  AppendLittleEndian<uint16_t>(&directory, 0);  // this disk
-  AppendLittleEndian<uint16_t>(&directory, 0);  // disk of the directory
-  AppendLittleEndian<uint16_t>(&directory, count);
-  AppendLittleEndian<uint16_t>(&directory, count);
-  AppendLittleEndian<uint32_t>(&directory, size);
-  AppendLittleEndian<uint32_t>(&directory, static_cast<uint32_t>(offset_));
-  AppendLittleEndian<uint16_t>(&directory, 0);  // no comment
+  // On the first disk, where the directory begins; no comment.
+  AppendNumbers(&directory, uint32_t{0x06054B50}, kNone, kNone, count, count,
+                size, static_cast<uint32_t>(offset_), kNone);
   file_.Write(directory);
   file_.Commit();
 }
@@ -254,21 +225,21 @@ void NpzReader::ReadDirectory() {
   if (end == std::string_view::npos || text.size() - end < kEndBytes) {
     Fail("", "is no complete .npz archive");
   }
-  const auto count = Get<uint16_t>(text, end + 10);
-  size_t at = Get<uint32_t>(text, end + 16);
+  const auto count = NumberAt<uint16_t>(text, end + 10);
+  size_t at = NumberAt<uint32_t>(text, end + 16);
   size_t all_bytes = 0;  // many entries may name the same data
   for (int i = 0; i < count; ++i) {
     if (at > end || end - at < kEntryBytes ||
         text.substr(at, 4) != "PK\x01\x02") {
       Fail("", "has a damaged directory");
     }
-    const auto method = Get<uint16_t>(text, at + 10);
-    const auto crc = Get<uint32_t>(text, at + 16);
-    const size_t size = Get<uint32_t>(text, at + 20);
-    const size_t name_size = Get<uint16_t>(text, at + 28);
-    const size_t extra_size = Get<uint16_t>(text, at + 30);
-    const size_t comment_size = Get<uint16_t>(text, at + 32);
-    const size_t local = Get<uint32_t>(text, at + 42);
+    const auto method = NumberAt<uint16_t>(text, at + 10);
+    const auto crc = NumberAt<uint32_t>(text, at + 16);
+    const size_t size = NumberAt<uint32_t>(text, at + 20);
+    const size_t name_size = NumberAt<uint16_t>(text, at + 28);
+    const size_t extra_size = NumberAt<uint16_t>(text, at + 30);
+    const size_t comment_size = NumberAt<uint16_t>(text, at + 32);
+    const size_t local = NumberAt<uint32_t>(text, at + 42);
     if (end - at < kEntryBytes + name_size) Fail("", "has a damaged directory");
     std::string name(text.substr(at + kEntryBytes, name_size));
     const std::string extension = ".npy";
@@ -280,8 +251,9 @@ void NpzReader::ReadDirectory() {
       Fail(name, "is compressed, expected numpy.savez, which does not");
     }
     if (local > end || end - local < kLocalBytes) Fail(name, "is damaged");
-    const size_t begin = local + kLocalBytes + Get<uint16_t>(text, local + 26) +
-                         Get<uint16_t>(text, local + 28);
+    const size_t begin = local + kLocalBytes +
+                         NumberAt<uint16_t>(text, local + 26) +
+                         NumberAt<uint16_t>(text, local + 28);
     if (begin > end || end - begin < size) Fail(name, "is truncated");
     all_bytes += size;
     if (all_bytes > text.size()) Fail(name, "overlaps another array");
@@ -300,8 +272,8 @@ NpyArray NpzReader::Parse(const std::string& name,
   }
   // Version 1 has two bytes for the length of the header, later ones four.
   const bool is_first = file[6] == 1;
-  const size_t length = is_first ? Get<uint16_t>(file, kMagicBytes)
-                                 : Get<uint32_t>(file, kMagicBytes);
+  const size_t length = is_first ? NumberAt<uint16_t>(file, kMagicBytes)
+                                 : NumberAt<uint32_t>(file, kMagicBytes);
   const size_t begin = kMagicBytes + (is_first ? 2 : 4);
   if (file.size() - begin < length) Fail(name, "is truncated");
   const std::string dictionary(file.substr(begin, length));
@@ -388,7 +360,7 @@ std::vector<std::string> NpzReader::Texts(const std::string& name,
   std::vector<std::string> texts(count);
   for (size_t i = 0; i < count; ++i) {
     for (size_t at = 0; at < width; at += sizeof(char32_t)) {
-      const auto point = Get<char32_t>(array.bytes, i * width + at);
+      const auto point = NumberAt<char32_t>(array.bytes, i * width + at);
       if (point == 0) break;
       AppendUtf8(point > 0x10FFFF ? 0xFFFD : point, &texts[i]);
     }

@@ -39,7 +39,8 @@ class NpzTrackReader {
     ids_ = Checked("ids", people_, kMaxId);
     numbers_ = Checked("frames", frames_, kMaxFrame);
     const size_t all = frames_ * people_ * joints_;
-    if (file_.Has("status")) status_ = Fitting(all, "status", 3);
+    status_ = file_.Has("status") ? Fitting(all, "status", 3)
+                                  : StatusesByPositions(all);
     if (file_.Has("views")) views_ = Fitting(all, "views", 3);
     if (file_.Has("covariance")) {
       covariances_ = file_.Numbers("covariance", 5);
@@ -138,7 +139,11 @@ class NpzTrackReader {
     collector->Touch(numbers_[f]);
     for (size_t p = 0; p < people_; ++p) {
       const size_t first = (f * people_ + p) * joints_;
-      if (!IsThere(first)) continue;
+      const auto begin = status_.begin() + static_cast<long>(first);
+      if (std::all_of(begin, begin + static_cast<long>(joints_),
+                      [](int64_t status) { return status < 0; })) {
+        continue;
+      }
       PersonPose* person = collector->Add(numbers_[f], TrackId(ids_[p]));
       if (!covariances_.empty()) person->covariances.resize(joints_);
       for (size_t j = 0; j < joints_; ++j) {
@@ -148,42 +153,41 @@ class NpzTrackReader {
           person->inlier_views.push_back(static_cast<int>(
               std::clamp<int64_t>(views_[first + j], 0, kMaxViews)));
         }
-        if (!covariances_.empty() &&
-            !std::isnan(covariances_[(first + j) * 9])) {
-          person->covariances[j] =
-              Eigen::Map<const Eigen::Matrix3d>(&covariances_[(first + j) * 9]);
+        if (covariances_.empty()) continue;
+        const Eigen::Matrix3d covariance(&covariances_[(first + j) * 9]);
+        if (!std::isnan(covariance(0, 0))) {
+          person->covariances[j] = covariance;
         }
       }
     }
   }
 
-  bool IsThere(size_t first) const {
-    if (status_.empty()) {
-      for (size_t j = 0; j < joints_; ++j) {
-        if (!std::isnan(positions_[(first + j) * 3])) return true;
-      }
-      return false;
+  bool HasPosition(size_t at) const {
+    const double* m = &positions_[at * 3];
+    return std::isfinite(m[0]) && std::isfinite(m[1]) && std::isfinite(m[2]);
+  }
+
+  // Of a file without them: a person without a number is not there.
+  std::vector<int64_t> StatusesByPositions(size_t count) const {
+    std::vector<int64_t> statuses(count);
+    for (size_t i = 0; i < count; ++i) {
+      const bool has_number = !std::isnan(positions_[i * 3]);
+      statuses[i] = HasPosition(i) ? 2 : has_number ? 0 : -1;
     }
-    return std::any_of(status_.begin() + static_cast<long>(first),
-                       status_.begin() + static_cast<long>(first + joints_),
-                       [](int64_t status) { return status >= 0; });
+    return statuses;
   }
 
   Joint3d JointAt(size_t at) const {
-    const double* m = &positions_[at * 3];
-    const bool has_position =
-        std::isfinite(m[0]) && std::isfinite(m[1]) && std::isfinite(m[2]);
-    const int64_t status =
-        status_.empty() ? (has_position ? 2 : 0) : status_[at];
-    if (status > 2) {
-      throw InputError("status: found " + std::to_string(status) +
+    if (status_[at] > 2) {
+      throw InputError("status: found " + std::to_string(status_[at]) +
                        ", expected -1 .. 2");
     }
-    if (status <= 0) return {};
-    if (!has_position) {
+    if (status_[at] <= 0) return {};
+    if (!HasPosition(at)) {
       throw InputError("status: a joint has one, but no position");
     }
-    return {{m[0], m[1], m[2]}, static_cast<JointStatus>(status)};
+    return {Eigen::Vector3d(&positions_[at * 3]),
+            static_cast<JointStatus>(status_[at])};
   }
 
   const std::string path_;
@@ -200,22 +204,11 @@ class NpzTrackReader {
   std::vector<int64_t> numbers_;
 };
 
-PersonNames ReadNpzNames(const std::string& path) {
-  PersonNames names;
-  const NpzReader file(path);
-  if (!file.Has("names") || !file.Has("ids")) return names;
-  const std::vector<std::string> of_ids = file.Texts("names", 1);
-  const std::vector<int64_t> ids = file.Integers("ids", 1);
-  if (of_ids.size() != ids.size()) file.Fail("names", "does not fit the ids");
-  for (size_t p = 0; p < ids.size(); ++p) {
-    if (!of_ids[p].empty()) names[TrackId(ids[p])] = of_ids[p];
-  }
-  return names;
-}
-
-TrackSequence ReadTracksNpz(const std::string& path,
-                            const TrackReadOptions& options) {
-  return NpzTrackReader(path, options).Read();
+// The person's place among all, ascending.
+size_t PlaceOf(const PersonPose& person, const std::vector<int64_t>& ids) {
+  return static_cast<size_t>(
+      std::lower_bound(ids.begin(), ids.end(), person.id.value()) -
+      ids.begin());
 }
 
 // An array over frames, people and joints with `width` values each, which
@@ -229,10 +222,8 @@ std::vector<Value> Dense(const TrackSequence& tracks,
                             empty);
   for (size_t f = 0; f < tracks.frames.size(); ++f) {
     for (const PersonPose& person : tracks.frames[f].people) {
-      const auto at =
-          std::lower_bound(ids.begin(), ids.end(), person.id.value());
-      const auto p = static_cast<size_t>(at - ids.begin());
-      Value* to = values.data() + (f * ids.size() + p) * joints * width;
+      const size_t place = f * ids.size() + PlaceOf(person, ids);
+      Value* to = values.data() + place * joints * width;
       for (size_t j = 0; j < joints; ++j) fill(person, j, to + j * width);
     }
   }
@@ -287,6 +278,133 @@ void AddSkeleton(const Skeleton& skeleton, NpzFile* file) {
   file->AddTexts("skeleton", {}, {skeleton.name()});
 }
 
+// ---- movement ----
+//
+// A data set of poses as the Python package `movement` keeps them, for
+// xarray: netCDF with the dimensions time, space, keypoints and individuals.
+
+// A joint in a frame; nobody where the person is not there.
+struct JointCell {
+  const PersonPose* person = nullptr;
+  size_t joint_idx = 0;
+
+  const Joint3d* joint() const {
+    return person == nullptr ? nullptr : &person->joints[joint_idx];
+  }
+  const Eigen::Matrix3d* covariance() const {
+    if (person == nullptr || !joint()->present()) return nullptr;
+    if (person->covariances.empty()) return nullptr;
+    const auto& covariance = person->covariances[joint_idx];
+    return covariance ? &*covariance : nullptr;
+  }
+};
+
+// The joints in [time, keypoints, individuals].
+class JointCells {
+ public:
+  JointCells(const TrackSequence& tracks, const std::vector<int64_t>& ids)
+      : people_(tracks.frames.size() * ids.size()),
+        id_count_(ids.size()),
+        joint_count_(tracks.header.skeleton.joints().size()) {
+    for (size_t f = 0; f < tracks.frames.size(); ++f) {
+      for (const PersonPose& person : tracks.frames[f].people) {
+        people_[f * id_count_ + PlaceOf(person, ids)] = &person;
+      }
+    }
+  }
+
+  JointCell At(size_t i) const {
+    const size_t f = i / (id_count_ * joint_count_);
+    return {people_[f * id_count_ + i % id_count_],
+            i / id_count_ % joint_count_};
+  }
+  // `value(cell, axis)` of what stands at a place in [time, space, keypoints,
+  // individuals].
+  template <typename Value>
+  double InSpace(size_t i, const Value& value) const {
+    const size_t plane = joint_count_ * id_count_;
+    return value(At(i / (3 * plane) * plane + i % plane),
+                 static_cast<int>(i / plane % 3));
+  }
+
+ private:
+  std::vector<const PersonPose*> people_;  // [time, individuals]
+  const size_t id_count_;
+  const size_t joint_count_;
+};
+
+// The probability that it lies within 50 mm of where it is.
+double ConfidenceOf(const JointCell& cell) {
+  constexpr double kWithinM = 0.05;
+  const Eigen::Matrix3d* covariance = cell.covariance();
+  return covariance == nullptr ? kNan
+                               : ProbabilityWithin(kWithinM, *covariance);
+}
+
+double PositionOf(const JointCell& cell, int axis) {
+  const Joint3d* joint = cell.joint();
+  return joint == nullptr || !joint->present() ? kNan : joint->position_m[axis];
+}
+
+double SigmaOf(const JointCell& cell, int axis) {
+  const Eigen::Matrix3d* covariance = cell.covariance();
+  return covariance == nullptr ? kNan : std::sqrt((*covariance)(axis, axis));
+}
+
+// The variables of each joint; `frames` and `individuals` are dimensions.
+void AddJointVariables(const JointCells& cells, bool has_covariances, int time,
+                       int space, int keypoints, int individuals,
+                       NetcdfFile* file) {
+  const auto with = [](const char* name, const char* value) {
+    return NetcdfFile::Attributes{{"coordinates", "frame identity"},
+                                  {name, value}};
+  };
+  const std::vector<int> dense = {time, space, keypoints, individuals};
+  const std::vector<int> a_joint = {time, keypoints, individuals};
+  file->Doubles("position", dense, with("units", "m"),
+                [&cells](size_t i) { return cells.InSpace(i, PositionOf); });
+  file->Doubles(
+      "confidence", a_joint,
+      with("long_name", "probability that the joint lies within 50 mm"),
+      [&cells](size_t i) { return ConfidenceOf(cells.At(i)); });
+  file->Bytes(
+      "status", a_joint, with("long_name", "2 observed, 1 inferred, 0 missing"),
+      [&cells](size_t i) {
+        const Joint3d* joint = cells.At(i).joint();
+        return static_cast<int8_t>(joint == nullptr ? JointStatus::kMissing
+                                                    : joint->status);
+      });
+  if (!has_covariances) return;
+  NetcdfFile::Attributes sigma = with("units", "m");
+  sigma.emplace_back("long_name", "standard deviation of the position");
+  file->Doubles("position_sigma", dense, sigma,
+                [&cells](size_t i) { return cells.InSpace(i, SigmaOf); });
+}
+
+}  // namespace
+
+bool RecogniseNpzTracks(const TrackHead& head) {
+  return head.BeginsWith("PK\x03\x04");
+}
+
+TrackSequence ReadNpzTracks(const std::string& path,
+                            const TrackReadOptions& options) {
+  return NpzTrackReader(path, options).Read();
+}
+
+PersonNames ReadNpzNames(const std::string& path) {
+  PersonNames names;
+  const NpzReader file(path);
+  if (!file.Has("names") || !file.Has("ids")) return names;
+  const std::vector<std::string> of_ids = file.Texts("names", 1);
+  const std::vector<int64_t> ids = file.Integers("ids", 1);
+  if (of_ids.size() != ids.size()) file.Fail("names", "does not fit the ids");
+  for (size_t p = 0; p < ids.size(); ++p) {
+    if (!of_ids[p].empty()) names[TrackId(ids[p])] = of_ids[p];
+  }
+  return names;
+}
+
 // NumPy's .npz, an uncompressed archive of arrays; F frames, P people, J
 // joints, dense over all of them:
 //   positions   float64 [F, P, J, 3]     m; NaN where there is none
@@ -302,7 +420,7 @@ void AddSkeleton(const Skeleton& skeleton, NpzFile* file) {
 //   joints      <U      [J]              names
 //   bones       int32   [B, 2]           indices into joints
 //   skeleton    <U      []               name
-void WriteTracksNpz(const std::string& path, const TrackSequence& tracks,
+void WriteNpzTracks(const std::string& path, const TrackSequence& tracks,
                     const TrackExportOptions& options,
                     LostFields* lost_fields) {
   const TrackContents contents = ContentsOf(tracks);
@@ -348,195 +466,51 @@ void WriteTracksNpz(const std::string& path, const TrackSequence& tracks,
   AddSkeleton(tracks.header.skeleton, &file);
   file.Commit();
   lost_fields->push_back("the configuration is not kept");
-  if (!contents.has_clock) lost_fields->push_back(kNoClock);
-  if (contents.has_matches) lost_fields->push_back("matches are not kept");
+  NoteLosses(contents, {Loss::kUnknownClock, Loss::kMatches}, lost_fields);
 }
 
-// ---- movement ----
-//
-// A data set of poses as the Python package `movement` keeps them, for
-// xarray: netCDF with the dimensions time, space, keypoints and individuals.
-
-constexpr double kWithinM = 0.05;
-
-class MovementRecording {
- public:
-  MovementRecording(const TrackSequence& tracks, const PersonNames& names)
-      : tracks_(tracks),
-        contents_(ContentsOf(tracks)),
-        ids_(RequirePeople(tracks)),
-        joint_count_(tracks.header.skeleton.joints().size()),
-        individuals_(PersonTitles(ids_, names)) {
-    people_.resize(tracks.frames.size() * ids_.size(), nullptr);
-    for (size_t f = 0; f < tracks.frames.size(); ++f) {
-      for (const PersonPose& person : tracks.frames[f].people) {
-        const auto at =
-            std::lower_bound(ids_.begin(), ids_.end(), person.id.value());
-        people_[f * ids_.size() + static_cast<size_t>(at - ids_.begin())] =
-            &person;
-      }
-    }
-  }
-
-  void Write(const std::string& path) const {
-    NetcdfFile file;
-    const int time = file.Dimension("time", tracks_.frames.size());
-    const int space = file.Dimension("space", 3);
-    const int keypoints = file.Dimension("keypoints", joint_count_);
-    const int individuals = file.Dimension("individuals", ids_.size());
-    AddAttributes(&file);
-    file.Doubles("time", {time}, {}, [this](size_t f) {
-      const TrackFrame& frame = tracks_.frames[f];
-      return contents_.has_clock ? ToSeconds(frame.time)
-                                 : static_cast<double>(frame.frame);
-    });
-    file.Texts("space", space, {"x", "y", "z"});
-    file.Texts("keypoints", keypoints, tracks_.header.skeleton.joints());
-    file.Texts("individuals", individuals, individuals_);
-    file.Doubles("frame", {time}, {}, [this](size_t f) {
-      return static_cast<double>(tracks_.frames[f].frame);
-    });
-    file.Doubles("identity", {individuals}, {},
-                 [this](size_t p) { return static_cast<double>(ids_[p]); });
-    const NetcdfFile::Attributes more = {{"coordinates", "frame identity"}};
-    NetcdfFile::Attributes metres = more;
-    metres.emplace_back("units", "m");
-    const std::vector<int> dense = {time, space, keypoints, individuals};
-    const std::vector<int> a_joint = {time, keypoints, individuals};
-    file.Doubles("position", dense, metres,
-                 [this](size_t i) { return Position(i); });
-    NetcdfFile::Attributes confidence = more;
-    confidence.emplace_back("long_name",
-                            "probability that the joint lies within 50 mm");
-    file.Doubles("confidence", a_joint, confidence,
-                 [this](size_t i) { return Confidence(i); });
-    NetcdfFile::Attributes status = more;
-    status.emplace_back("long_name", "2 observed, 1 inferred, 0 missing");
-    file.Bytes("status", a_joint, status,
-               [this](size_t i) { return Status(i); });
-    if (contents_.has_covariances) {
-      metres.emplace_back("long_name", "standard deviation of the position");
-      file.Doubles("position_sigma", dense, metres,
-                   [this](size_t i) { return Sigma(i); });
-    }
-    file.Write(path);
-  }
-
-  const TrackContents& contents() const { return contents_; }
-
- private:
-  void AddAttributes(NetcdfFile* file) const {
-    file->Attribute("ds_type", "poses");
-    file->Attribute("source_software", "kinegraph");
-    file->Attribute("time_unit", contents_.has_clock ? "seconds" : "frames");
-    if (tracks_.header.frame_rate_hz > 0.0) {
-      file->Attribute("fps", tracks_.header.frame_rate_hz);
-    }
-  }
-
-  // A joint in a frame: the place in [time, keypoints, individuals].
-  struct Cell {
-    const PersonPose* person;
-    size_t joint_idx;
-  };
-  Cell CellOf(size_t i) const {
-    const size_t p = i % ids_.size();
-    const size_t rest = i / ids_.size();
-    return {people_[rest / joint_count_ * ids_.size() + p],
-            rest % joint_count_};
-  }
-  // The same in [time, space, keypoints, individuals].
-  Cell CellOf(size_t i, int* axis) const {
-    const size_t plane = joint_count_ * ids_.size();
-    *axis = static_cast<int>(i / plane % 3);
-    return CellOf(i / (3 * plane) * plane + i % plane);
-  }
-
-  static bool IsPresent(const Cell& cell) {
-    return cell.person != nullptr &&
-           cell.person->joints[cell.joint_idx].present();
-  }
-  static const Eigen::Matrix3d* CovarianceOf(const Cell& cell) {
-    if (!IsPresent(cell) || cell.person->covariances.empty()) return nullptr;
-    const auto& covariance = cell.person->covariances[cell.joint_idx];
-    return covariance ? &*covariance : nullptr;
-  }
-
-  double Position(size_t i) const {
-    int axis = 0;
-    const Cell cell = CellOf(i, &axis);
-    if (!IsPresent(cell)) return kNan;
-    return cell.person->joints[cell.joint_idx].position_m[axis];
-  }
-  double Sigma(size_t i) const {
-    int axis = 0;
-    const Eigen::Matrix3d* covariance = CovarianceOf(CellOf(i, &axis));
-    return covariance == nullptr ? kNan : std::sqrt((*covariance)(axis, axis));
-  }
-  double Confidence(size_t i) const {
-    const Eigen::Matrix3d* covariance = CovarianceOf(CellOf(i));
-    return covariance == nullptr ? kNan
-                                 : ProbabilityWithin(kWithinM, *covariance);
-  }
-  int8_t Status(size_t i) const {
-    const Cell cell = CellOf(i);
-    if (cell.person == nullptr) return 0;
-    return static_cast<int8_t>(cell.person->joints[cell.joint_idx].status);
-  }
-
-  const TrackSequence& tracks_;
-  const TrackContents contents_;
-  const std::vector<int64_t> ids_;
-  const size_t joint_count_;
-  const std::vector<std::string> individuals_;
-  std::vector<const PersonPose*> people_;  // [time, individuals]
-};
-
-void WriteTracksMovement(const std::string& path, const TrackSequence& tracks,
+void WriteMovementTracks(const std::string& path, const TrackSequence& tracks,
                          const TrackExportOptions& options,
                          LostFields* lost_fields) {
-  const MovementRecording recording(tracks, options.names);
-  recording.Write(path);
-  lost_fields->push_back("bones, views and configuration are not kept");
-  if (recording.contents().has_covariances) {
-    lost_fields->push_back(
-        "of a covariance the standard deviation of each axis is kept");
-  } else {
-    lost_fields->push_back("confidence is NaN: the tracks have no covariances");
+  const TrackContents contents = ContentsOf(tracks);
+  const std::vector<int64_t> ids = RequirePeople(tracks);
+  const std::vector<std::string>& joints = tracks.header.skeleton.joints();
+  const JointCells cells(tracks, ids);
+  NetcdfFile file;
+  const int time = file.Dimension("time", tracks.frames.size());
+  const int space = file.Dimension("space", 3);
+  const int keypoints = file.Dimension("keypoints", joints.size());
+  const int individuals = file.Dimension("individuals", ids.size());
+  file.Attribute("ds_type", "poses");
+  file.Attribute("source_software", "kinegraph");
+  file.Attribute("time_unit", contents.has_clock ? "seconds" : "frames");
+  if (tracks.header.frame_rate_hz > 0.0) {
+    file.Attribute("fps", tracks.header.frame_rate_hz);
   }
-  if (!recording.contents().has_clock) {
+  const auto frame_number = [&](size_t f) {
+    return static_cast<double>(tracks.frames[f].frame);
+  };
+  file.Doubles("time", {time}, {}, [&](size_t f) {
+    return contents.has_clock ? ToSeconds(tracks.frames[f].time)
+                              : frame_number(f);
+  });
+  file.Texts("space", space, {"x", "y", "z"});
+  file.Texts("keypoints", keypoints, joints);
+  file.Texts("individuals", individuals, PersonTitles(ids, options.names));
+  file.Doubles("frame", {time}, {}, frame_number);
+  file.Doubles("identity", {individuals}, {},
+               [&](size_t p) { return static_cast<double>(ids[p]); });
+  AddJointVariables(cells, contents.has_covariances, time, space, keypoints,
+                    individuals, &file);
+  file.Write(path);
+  lost_fields->push_back("bones, views and configuration are not kept");
+  lost_fields->push_back(
+      contents.has_covariances
+          ? "of a covariance the standard deviation of each axis is kept"
+          : "confidence is NaN: the tracks have no covariances");
+  if (!contents.has_clock) {
     lost_fields->push_back("times are frame numbers (--frame_rate=HZ)");
   }
-}
-
-}  // namespace
-
-TrackFormat NpzTrackFormat() {
-  TrackFormat format;
-  format.name = "npz";
-  format.layout = "NumPy's arrays";
-  format.unit_m = 1.0;
-  format.extensions = {".npz"};
-  format.has_marker_names = true;
-  format.recognise = [](const TrackHead& head) {
-    return head.BeginsWith("PK\x03\x04");
-  };
-  format.read = ReadTracksNpz;
-  format.read_names = ReadNpzNames;
-  format.keeps_names = true;
-  format.write = WriteTracksNpz;
-  return format;
-}
-
-TrackFormat MovementTrackFormat() {
-  TrackFormat format;
-  format.name = "movement";
-  format.layout = "netCDF for movement and xarray, m";
-  format.extensions = {".nc"};
-  format.has_marker_names = true;
-  format.keeps_names = true;
-  format.write = WriteTracksMovement;
-  return format;
 }
 
 }  // namespace kinegraph

@@ -14,8 +14,6 @@
 #include "core/base/constants.h"
 #include "core/base/error.h"
 #include "core/io/files/atomic_file.h"
-#include "core/io/files/text_file.h"
-#include "core/io/text/bulk_json.h"
 #include "core/io/text/words.h"
 #include "core/io/tracks/format.h"
 #include "core/io/tracks/shared.h"
@@ -29,9 +27,6 @@ using Eigen::Vector3d;
 
 constexpr const char* kBvhExtension = ".bvh";
 constexpr double kBvhCentimetreM = 0.01;
-
-// x, z up, -y: Blender, which turns Y up into Z up, then shows our world.
-AxisMap BvhAxes() { return AxisMap::Parse("x,z,-y"); }
 
 // ---- Reading: files by whichever program ----
 //
@@ -249,65 +244,25 @@ double NearWhole(double rate_hz) {
   return std::abs(rate_hz - whole) < kNear * whole ? whole : rate_hz;
 }
 
-class BvhReader {
- public:
-  explicit BvhReader(const TrackReadOptions& options) : options_(options) {}
-
-  void Read(Words* words, TrackId id) {
-    const Hierarchy hierarchy = HierarchyReader(words).Read();
-    const BvhJoints joints = JointsOf(hierarchy);
-    const Motion motion = ReadMotion(words);
-    Prepare(joints, motion);
-    const AxisMap axes = options_.axes.value_or(BvhAxes());
-    std::vector<double> values(hierarchy.channel_count);
-    for (int64_t f = 0; f < motion.frames; ++f) {
-      for (double& value : values) value = words->Number("a channel's value");
-      const std::vector<Vector3d> places = PlacesOf(hierarchy, values);
-      Pose3d& pose = collector_->Add(f, id)->joints;
-      for (size_t j = 0; j < joints.nodes.size(); ++j) {
-        pose[j] = {axes.Invert(kBvhCentimetreM * places[joints.nodes[j]]),
-                   JointStatus::kObserved};
-        if (!pose[j].position_m.allFinite()) {
-          throw InputError("a joint is beyond all numbers");
-        }
+void ReadBvhFrames(const Hierarchy& hierarchy,
+                   const std::vector<size_t>& joints, int64_t frame_count,
+                   const AxisMap& axes, TrackId id, Words* words,
+                   TrackCollector* collector) {
+  std::vector<double> values(hierarchy.channel_count);
+  for (int64_t f = 0; f < frame_count; ++f) {
+    for (double& value : values) value = words->Number("a channel's value");
+    const std::vector<Vector3d> places = PlacesOf(hierarchy, values);
+    Pose3d& pose = collector->Add(f, id)->joints;
+    for (size_t j = 0; j < joints.size(); ++j) {
+      pose[j] = {axes.Invert(kBvhCentimetreM * places[joints[j]]),
+                 JointStatus::kObserved};
+      if (!pose[j].position_m.allFinite()) {
+        throw InputError("a joint is beyond all numbers");
       }
     }
-    const std::string_view rest = words->Next();
-    if (!rest.empty()) Words::Fail(rest, "the end of the file");
   }
-
-  TrackSequence Finish() { return collector_->Finish(); }
-
- private:
-  void Prepare(const BvhJoints& joints, const Motion& motion) {
-    if (collector_.has_value()) {
-      if (joints.names != names_) {
-        throw InputError("has other joints than the first file");
-      }
-      return;
-    }
-    names_ = joints.names;
-    collector_.emplace("bvh",
-                       SkeletonOfNames(joints.names, options_, joints.bones),
-                       options_, NearWhole(motion.rate_hz));
-  }
-
-  const TrackReadOptions& options_;
-  std::optional<TrackCollector> collector_;
-  std::vector<std::string> names_;
-};
-
-TrackSequence ReadTracksBvh(const std::string& path,
-                            const TrackReadOptions& options) {
-  BvhReader reader(options);
-  for (const PersonFile& file : ListPersonFiles(path, kBvhExtension)) {
-    const std::string text = ReadTextFile(file.path);
-    Words words(text);
-    Located(
-        file.path, [&] { return words.Place(); },
-        [&] { reader.Read(&words, file.id); });
-  }
-  return reader.Finish();
+  const std::string_view rest = words->Next();
+  if (!rest.empty()) Words::Fail(rest, "the end of the file");
 }
 
 // ---- Writing ----
@@ -354,23 +309,25 @@ std::string Offset(const Vector3d& offset_m, const std::string& indent) {
                      cm.z());
 }
 
-void WriteBvhJoint(const JointTree& tree, const TreeMotion& motion,
-                   size_t joint, int depth, std::string* text) {
-  const std::string indent(static_cast<size_t>(depth), '\t');
+// The joint and those that hang on it, as text and in the order of a row's
+// angles.
+void AddBvhJoint(const JointTree& tree, const TreeMotion& motion, size_t joint,
+                 const std::string& indent, std::string* text,
+                 std::vector<size_t>* order) {
   const std::string inside = indent + "\t";
   const bool is_root = tree[joint].parent < 0;
   std::string name = tree[joint].name;
   for (char& c : name) {
     if (static_cast<unsigned char>(c) <= ' ') c = '_';
   }
-  *text += indent + (is_root ? "ROOT " : "JOINT ") + name + "\n" + indent +
-           "{\n" + Offset(motion.offsets_m[joint], inside);
-  *text +=
-      inside +
-      (is_root ? "CHANNELS 6 Xposition Yposition Zposition " : "CHANNELS 3 ") +
-      "Zrotation Xrotation Yrotation\n";
+  *text += fmt::format(
+      "{0}{1} {2}\n{0}{{\n{3}{4}CHANNELS {5}Zrotation Xrotation Yrotation\n",
+      indent, is_root ? "ROOT" : "JOINT", name,
+      Offset(motion.offsets_m[joint], inside), inside,
+      is_root ? "6 Xposition Yposition Zposition " : "3 ");
+  order->push_back(joint);
   for (const size_t child : tree[joint].children) {
-    WriteBvhJoint(tree, motion, child, depth + 1, text);
+    AddBvhJoint(tree, motion, child, inside, text, order);
   }
   if (tree[joint].children.empty()) {
     // Straight on; a joint alone has something to be seen, too.
@@ -378,20 +335,10 @@ void WriteBvhJoint(const JointTree& tree, const TreeMotion& motion,
     const Vector3d end_m = motion.offsets_m[joint].isZero()
                                ? Vector3d(0.05 * Vector3d::UnitY())
                                : Vector3d(kShare * motion.offsets_m[joint]);
-    *text += inside + "End Site\n" + inside + "{\n" +
-             Offset(end_m, inside + "\t") + inside + "}\n";
+    *text += fmt::format("{0}End Site\n{0}{{\n{1}{0}}}\n", inside,
+                         Offset(end_m, inside + "\t"));
   }
   *text += indent + "}\n";
-}
-
-// Joints as the hierarchy names them, each before those that hang on it: the
-// order of a row's angles.
-void AddInOrder(const JointTree& tree, size_t joint,
-                std::vector<size_t>* order) {
-  order->push_back(joint);
-  for (const size_t child : tree[joint].children) {
-    AddInOrder(tree, child, order);
-  }
 }
 
 class BvhWriter {
@@ -400,11 +347,10 @@ class BvhWriter {
             const TrackExportOptions& options)
       : tracks_(tracks),
         rows_(rows),
-        axes_(options.axes.value_or(BvhAxes())),
+        axes_(options.axes.value_or(AnimationAxes())),
         tree_(MakeJointTree(tracks.header.skeleton, JointsSeen(tracks),
                             /*pivots=*/true)) {
     RequireBones();
-    AddInOrder(tree_, 0, &order_);
     for (size_t r = 0; r < rows.size(); ++r) {
       if (rows[r].frame == nullptr) continue;
       for (const PersonPose& person : rows[r].frame->people) {
@@ -436,13 +382,14 @@ class BvhWriter {
         on_one_clock_ ? rows_.size() - span.first - span.count : 0;
     AtomicFile file(path);
     std::string text = "HIERARCHY\n";
-    WriteBvhJoint(tree_, motion, 0, 0, &text);
+    std::vector<size_t> order;
+    AddBvhJoint(tree_, motion, 0, "", &text, &order);
     file.Write(text + fmt::format("MOTION\nFrames: {}\nFrame Time: {}\n",
                                   before + span.count + after,
                                   1.0 / tracks_.header.frame_rate_hz));
     std::vector<Vector3d> last(tree_.size(), Vector3d::Zero());
     for (size_t r = 0; r < span.count; ++r) {
-      const std::string line = Line(motion, r, &last);
+      const std::string line = Line(motion, order, r, &last);
       const size_t times =
           1 + (r == 0 ? before : 0) + (r + 1 == span.count ? after : 0);
       for (size_t i = 0; i < times; ++i) file.Write(line);
@@ -468,7 +415,9 @@ class BvhWriter {
         "and at most {:.1f} mm from the tracks",
         1000.0 * rms_m, 1000.0 * largest_misfit_m_));
     losses_.Note(tree_, lost_fields);
-    NotePlainPositions(ContentsOf(tracks_), lost_fields);
+    NoteLosses(ContentsOf(tracks_),
+               {Loss::kInferredAlike, Loss::kCovariances, Loss::kViews},
+               lost_fields);
   }
 
  private:
@@ -490,8 +439,8 @@ class BvhWriter {
                      "' has none; C3D, TRC and glTF hold points");
   }
 
-  std::string Line(const TreeMotion& motion, size_t row,
-                   std::vector<Vector3d>* last) {
+  std::string Line(const TreeMotion& motion, const std::vector<size_t>& order,
+                   size_t row, std::vector<Vector3d>* last) {
     const std::vector<Vector3d> rigid_m = motion.Rigid(tree_, row);
     for (size_t j = 0; j < tree_.size(); ++j) {
       if (!motion.rows[row].is_seen[j] || tree_[j].is_pivot) continue;
@@ -503,7 +452,7 @@ class BvhWriter {
     const Vector3d cm = 1.0 / kBvhCentimetreM * rigid_m[0];
     std::string text =
         fmt::format("{:.6f} {:.6f} {:.6f}", cm.x(), cm.y(), cm.z());
-    for (const size_t j : order_) {
+    for (const size_t j : order) {
       Vector3d& angles = (*last)[j];
       angles = AnglesOf(motion.Local(tree_, row, j), angles);
       text += fmt::format(" {:.6f} {:.6f} {:.6f}", kDegrees * angles[0],
@@ -516,7 +465,6 @@ class BvhWriter {
   const std::vector<TrackRow>& rows_;
   const AxisMap axes_;
   const JointTree tree_;
-  std::vector<size_t> order_;
   std::map<int64_t, Span> spans_;  // by identity
   bool on_one_clock_ = true;
   // How far the rigid skeleton lies from the tracks.
@@ -526,7 +474,41 @@ class BvhWriter {
   TreeLosses losses_;
 };
 
-void WriteTracksBvh(const std::string& path, const TrackSequence& tracks,
+}  // namespace
+
+bool RecogniseBvhTracks(const TrackHead& head) {
+  return head.BeginsWith("HIERARCHY") || head.HasFile(kBvhExtension);
+}
+
+TrackSequence ReadBvhTracks(const std::string& path,
+                            const TrackReadOptions& options) {
+  std::optional<TrackCollector> collector;
+  std::vector<std::string> names;  // of the first file's joints
+  for (const PersonFile& file : ListPersonFiles(path, kBvhExtension)) {
+    ReadText<Words>(file.path, [&](Words* words) {
+      const Hierarchy hierarchy = HierarchyReader(words).Read();
+      const BvhJoints joints = JointsOf(hierarchy);
+      const Motion motion = ReadMotion(words);
+      if (!collector.has_value()) {
+        names = joints.names;
+        collector.emplace("bvh", SkeletonOfNames(names, options, joints.bones),
+                          options, NearWhole(motion.rate_hz));
+      } else if (joints.names != names) {
+        throw InputError("has other joints than the first file");
+      }
+      ReadBvhFrames(hierarchy, joints.nodes, motion.frames,
+                    options.axes.value_or(AnimationAxes()), file.id, words,
+                    &*collector);
+    });
+  }
+  return collector->Finish();
+}
+
+PersonNames ReadBvhNames(const std::string& path) {
+  return NamesOfPersonFiles(path, kBvhExtension);
+}
+
+void WriteBvhTracks(const std::string& path, const TrackSequence& tracks,
                     const TrackExportOptions& options,
                     LostFields* lost_fields) {
   RequireFrameRate(tracks, "BVH");
@@ -538,30 +520,6 @@ void WriteTracksBvh(const std::string& path, const TrackSequence& tracks,
                      writer.WritePerson(file, id);
                    });
   writer.NoteLostFields(lost_fields);
-}
-
-}  // namespace
-
-TrackFormat BvhTrackFormat() {
-  TrackFormat format;
-  format.name = "bvh";
-  format.layout = "a skeleton and its angles, cm, a file a person";
-  format.extensions = {kBvhExtension};
-  format.files = TrackFormat::Files::kFileAPerson;
-  format.person_extension = kBvhExtension;
-  format.axes = BvhAxes();
-  format.unit_m = kBvhCentimetreM;
-  format.has_marker_names = true;
-  format.keeps_names = true;
-  format.recognise = [](const TrackHead& head) {
-    return head.BeginsWith("HIERARCHY") || head.HasFile(kBvhExtension);
-  };
-  format.read = ReadTracksBvh;
-  format.read_names = [](const std::string& path) {
-    return NamesOfPersonFiles(path, kBvhExtension);
-  };
-  format.write = WriteTracksBvh;
-  return format;
 }
 
 }  // namespace kinegraph

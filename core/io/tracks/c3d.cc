@@ -15,6 +15,7 @@
 #include "core/base/text.h"
 #include "core/io/text/bulk_json.h"
 #include "core/io/tracks/c3d_file.h"
+#include "core/io/tracks/format.h"
 #include "core/io/tracks/shared.h"
 
 namespace kinegraph {
@@ -397,28 +398,20 @@ std::vector<ForcePlate> ReadForcePlates(const std::string& path) {
   });
 }
 
-TrackFormat C3dTrackFormat() {
-  TrackFormat format;
-  format.name = "c3d";
-  format.layout = "points of motion capture, mm";
-  format.extensions = {kC3dExtension};
-  format.axes = C3dAxes();
-  format.has_marker_names = true;
-  // The first byte says where the parameters begin.
-  format.recognise = [](const TrackHead& head) {
-    return head.beginning.size() >= kC3dBlock && head.beginning[1] == 0x50 &&
-           !head.BeginsWith("PK") && head.beginning[0] > 0 &&
-           head.beginning[0] < ' ';
-  };
-  format.read = [](const std::string& path, const TrackReadOptions& options) {
-    return Located(path, [&] { return ReadC3dFile(path, options); });
-  };
-  format.read_names = [](const std::string& path) {
-    return Located(path, [&] { return ContentsOf(C3dFile(path)).names; });
-  };
-  format.keeps_names = true;
-  format.write = WriteTracksC3d;
-  return format;
+// The first byte says where the parameters begin.
+bool RecogniseC3dTracks(const TrackHead& head) {
+  return head.beginning.size() >= kC3dBlock && head.beginning[1] == 0x50 &&
+         !head.BeginsWith("PK") && head.beginning[0] > 0 &&
+         head.beginning[0] < ' ';
+}
+
+TrackSequence ReadC3dTracks(const std::string& path,
+                            const TrackReadOptions& options) {
+  return Located(path, [&] { return ReadC3dFile(path, options); });
+}
+
+PersonNames ReadC3dNames(const std::string& path) {
+  return Located(path, [&] { return ContentsOf(C3dFile(path)).names; });
 }
 
 }  // namespace kinegraph

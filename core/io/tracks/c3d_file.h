@@ -17,18 +17,9 @@
 #include <utility>
 #include <vector>
 
-#include "core/io/tracks/format.h"
-
 namespace kinegraph {
 
-inline constexpr const char* kC3dExtension = ".c3d";
 inline constexpr size_t kC3dBlock = 512;
-
-// Those of laboratories: Z is up.
-inline AxisMap C3dAxes() { return AxisMap::Parse("x,y,z"); }
-
-void WriteTracksC3d(const std::string& path, const TrackSequence& tracks,
-                    const TrackExportOptions& options, LostFields* lost_fields);
 
 // Bytes in one of the three orders; reading beyond the end throws InputError.
 class C3dBytes {

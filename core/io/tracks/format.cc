@@ -7,32 +7,35 @@
 #include "core/io/files/text_file.h"
 #include "core/io/text/bulk_json.h"
 #include "core/io/text/csv_rows.h"
-
-// One line a format, in the order in which they are listed; no other order
-// matters, as no two recognise the same. Each names the function that makes the
-// format's entry.
-#define KINEGRAPH_TRACK_FORMATS(FORMAT) \
-  FORMAT(KinegraphTrackFormat)          \
-  FORMAT(CsvTrackFormat)                \
-  FORMAT(NpzTrackFormat)                \
-  FORMAT(TrcTrackFormat)                \
-  FORMAT(C3dTrackFormat)                \
-  FORMAT(BvhTrackFormat)                \
-  FORMAT(GltfTrackFormat)               \
-  FORMAT(MovementTrackFormat)           \
-  FORMAT(AniposeTrackFormat)            \
-  FORMAT(Coco3dTrackFormat)             \
-  FORMAT(FreeMoCapTrackFormat)          \
-  FORMAT(PosesTrackFormat)              \
-  FORMAT(LongcwTrackFormat)             \
-  FORMAT(FourDAssociationTrackFormat)   \
-  FORMAT(PanopticTrackFormat)           \
-  FORMAT(TumTrackFormat)
+#include "core/io/tracks/shared.h"
 
 namespace kinegraph {
 
-#define KINEGRAPH_DECLARE(make) TrackFormat make();
-KINEGRAPH_TRACK_FORMATS(KINEGRAPH_DECLARE)
+// A source of its own, or one of its kind, defines the functions of a format.
+#define KINEGRAPH_DECLARE(Format)                                      \
+  bool Recognise##Format##Tracks(const TrackHead& head);               \
+  TrackSequence Read##Format##Tracks(const std::string& path,          \
+                                     const TrackReadOptions& options); \
+  PersonNames Read##Format##Names(const std::string& path);            \
+  void Write##Format##Tracks(                                          \
+      const std::string& path, const TrackSequence& tracks,            \
+      const TrackExportOptions& options, LostFields* lost_fields)
+KINEGRAPH_DECLARE(Kinegraph);
+KINEGRAPH_DECLARE(Csv);
+KINEGRAPH_DECLARE(Npz);
+KINEGRAPH_DECLARE(Trc);
+KINEGRAPH_DECLARE(C3d);
+KINEGRAPH_DECLARE(Bvh);
+KINEGRAPH_DECLARE(Gltf);
+KINEGRAPH_DECLARE(Movement);
+KINEGRAPH_DECLARE(Anipose);
+KINEGRAPH_DECLARE(Coco3d);
+KINEGRAPH_DECLARE(FreeMoCap);
+KINEGRAPH_DECLARE(Poses);
+KINEGRAPH_DECLARE(Longcw);
+KINEGRAPH_DECLARE(FourDAssociation);
+KINEGRAPH_DECLARE(Panoptic);
+KINEGRAPH_DECLARE(Tum);
 #undef KINEGRAPH_DECLARE
 
 namespace {
@@ -60,11 +63,63 @@ void Scale(double factor, TrackSequence* tracks) {
 
 }  // namespace
 
+// In the order in which they are listed; no other order matters, as no two
+// recognise the same.
 const std::vector<TrackFormat>& TrackFormats() {
-#define KINEGRAPH_MAKE(make) make(),
+  using Files = TrackFormat::Files;
+  constexpr bool kMarkers = true;       // may have other names
+  constexpr bool kNames = true;         // of people are kept
+  constexpr auto kAxes = std::nullopt;  // are the world's
+  constexpr auto kUnit = std::nullopt;  // is told by the file
+  const auto ends = [](const char* list) { return Split(list, ','); };
+  const std::vector<std::string> none;
   static const std::vector<TrackFormat> kFormats = {
-      KINEGRAPH_TRACK_FORMATS(KINEGRAPH_MAKE)};
-#undef KINEGRAPH_MAKE
+      {"kinegraph", "JSON Lines", ends(".jsonl"), RecogniseKinegraphTracks,
+       ReadKinegraphTracks, WriteKinegraphTracks, kAxes, kUnit, !kMarkers,
+       kNames, ReadKinegraphNames},
+      {"csv", "one row a joint", ends(".csv"), RecogniseCsvTracks,
+       ReadCsvTracks, WriteCsvTracks, kAxes, kUnit, kMarkers, kNames,
+       ReadCsvNames},
+      {"npz", "NumPy's arrays", ends(".npz"), RecogniseNpzTracks, ReadNpzTracks,
+       WriteNpzTracks, kAxes, 1.0, kMarkers, kNames, ReadNpzNames},
+      {"trc", "a folder, a file a person", ends(".trc"), RecogniseTrcTracks,
+       ReadTrcTracks, WriteTrcTracks, AxisMap(), kUnit, kMarkers, kNames,
+       ReadTrcNames, Files::kFileAPerson, ".trc"},
+      {"c3d", "points of motion capture, mm", ends(".c3d"), RecogniseC3dTracks,
+       ReadC3dTracks, WriteC3dTracks, C3dAxes(), kUnit, kMarkers, kNames,
+       ReadC3dNames},
+      {"bvh", "a skeleton and its angles, cm, a file a person", ends(".bvh"),
+       RecogniseBvhTracks, ReadBvhTracks, WriteBvhTracks, AnimationAxes(), 0.01,
+       kMarkers, kNames, ReadBvhNames, Files::kFileAPerson, ".bvh"},
+      {"gltf", "glTF 2.0, animated skeletons of everybody, m",
+       ends(".glb,.gltf"), nullptr, nullptr, WriteGltfTracks, AnimationAxes(),
+       kUnit, kMarkers, kNames},
+      {"movement", "netCDF for movement and xarray, m", ends(".nc"), nullptr,
+       nullptr, WriteMovementTracks, kAxes, kUnit, kMarkers, kNames},
+      {"anipose", "Anipose's table of 3D points, mm, a file a person", none,
+       nullptr, nullptr, WriteAniposeTracks, kAxes, kUnit, kMarkers, kNames,
+       nullptr, Files::kFileAPerson, ".csv"},
+      {"coco3d", "JSON as COCO's, keypoints_3d in m", none,
+       RecogniseCoco3dTracks, ReadCoco3dTracks, WriteCoco3dTracks, kAxes, kUnit,
+       kMarkers, kNames, ReadCoco3dNames},
+      {"freemocap", "FreeMoCap's 3D points: CSV NAME_x, NAME_y, NAME_z; NPY",
+       none, RecogniseFreeMoCapTracks, ReadFreeMoCapTracks, nullptr, kAxes,
+       0.001},
+      {"poses", "JSON: {\"poses\": [...]}", none, RecognisePosesTracks,
+       ReadPosesTracks, WritePosesTracks},
+      {"longcw", "annotation_3d.json, result_3d.json", none,
+       RecogniseLongcwTracks, ReadLongcwTracks, WriteLongcwTracks, kAxes, 0.01,
+       !kMarkers, !kNames, nullptr, Files::kOne, "",
+       /*is_unmistakable=*/false},
+      {"4da", "4D association's gt.txt, skel.txt", none,
+       RecogniseFourDAssociationTracks, ReadFourDAssociationTracks,
+       WriteFourDAssociationTracks, kAxes, 1.0, !kMarkers, !kNames, nullptr,
+       Files::kOne, "", /*is_unmistakable=*/false},
+      {"panoptic", "body3DScene_*.json", none, RecognisePanopticTracks,
+       ReadPanopticTracks, WritePanopticTracks, kAxes, 0.01, !kMarkers, !kNames,
+       nullptr, Files::kFileAFrame},
+      {"tum", "actorsGT.mat", none, RecogniseTumTracks, ReadTumTracks,
+       WriteTumTracks, kAxes, 1.0}};
   return kFormats;
 }
 

@@ -1,7 +1,7 @@
 // The formats of 3D tracks: one entry each, from which follow recognition,
 // `convert --formats`, what its flags belong to, and what `track --out` and
-// `convert --out` make of an extension. A format joins by a function that
-// makes its entry and by one line in format.cc.
+// `convert --out` make of an extension. A format joins by its functions and by
+// two lines in format.cc.
 #ifndef KINEGRAPH_CORE_IO_TRACKS_FORMAT_H_
 #define KINEGRAPH_CORE_IO_TRACKS_FORMAT_H_
 
@@ -64,21 +64,20 @@ struct TrackFormat {
   // Those that choose the format when something is written; none where others
   // have a better claim to them.
   std::vector<std::string> extensions;
-  Files files = Files::kOne;
-  std::string person_extension;  // of a file a person
+  Recognise recognise = nullptr;
+  Read read = nullptr;    // null: write only
+  Write write = nullptr;  // null: read only
   // The format's own axes, where a file has axes of its own (--axes).
-  std::optional<AxisMap> axes;
+  std::optional<AxisMap> axes = std::nullopt;
   // The usual unit of lengths [m] where files do not tell theirs (--unit).
-  std::optional<double> unit_m;
-  bool has_marker_names = false;  // joints may be written under other names
-
+  std::optional<double> unit_m = std::nullopt;
+  bool has_marker_names = false;   // joints may be written under other names
+  bool keeps_names = false;        // what is written holds names of people
+  ReadNames read_names = nullptr;  // of people, if the format keeps them
+  Files files = Files::kOne;
+  std::string person_extension = "";  // of a file a person
   // Whatever it recognises is of no other kind than tracks.
   bool is_unmistakable = true;
-  Recognise recognise = nullptr;
-  Read read = nullptr;             // null: write only
-  ReadNames read_names = nullptr;  // of people, if the format keeps them
-  bool keeps_names = false;        // what is written holds names of people
-  Write write = nullptr;           // null: read only
 };
 
 const std::vector<TrackFormat>& TrackFormats();

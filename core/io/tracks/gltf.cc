@@ -17,6 +17,7 @@
 
 #include "core/base/error.h"
 #include "core/base/text.h"
+#include "core/io/binary/bytes.h"
 #include "core/io/files/atomic_file.h"
 #include "core/io/text/json.h"
 #include "core/io/tracks/format.h"
@@ -28,9 +29,6 @@ namespace {
 
 using Eigen::Quaterniond;
 using Eigen::Vector3d;
-
-// As for BVH: Blender then shows our world.
-AxisMap GltfAxes() { return AxisMap::Parse("x,z,-y"); }
 
 // Numbers of the specification.
 enum ComponentType {
@@ -235,7 +233,7 @@ class Scene {
  public:
   Scene(const TrackSequence& tracks, const TrackExportOptions& options)
       : tracks_(tracks),
-        axes_(options.axes.value_or(GltfAxes())),
+        axes_(options.axes.value_or(AnimationAxes())),
         rows_(MakeTrackRows(tracks, "glTF")),
         tree_(MakeJointTree(tracks.header.skeleton, JointsSeen(tracks),
                             /*pivots=*/false)) {
@@ -270,7 +268,9 @@ class Scene {
     lost_fields->push_back(
         "configuration is not kept; positions are 32-bit floats");
     losses_.Note(tree_, lost_fields);
-    NotePlainPositions(ContentsOf(tracks_), lost_fields);
+    NoteLosses(ContentsOf(tracks_),
+               {Loss::kInferredAlike, Loss::kCovariances, Loss::kViews},
+               lost_fields);
     NoteAddedRows(tracks_, rows_.size(), "show nobody", lost_fields);
   }
 
@@ -467,13 +467,12 @@ void WriteBinary(const Scene& scene, AtomicFile* file) {
     throw InputError("the recording is larger than the 4 GB of a .glb file");
   }
   std::string header = "glTF";
-  AppendNumber(uint32_t{2}, &header);
-  AppendNumber(static_cast<uint32_t>(size), &header);
-  AppendNumber(static_cast<uint32_t>(text.size()), &header);
+  AppendNumbers(&header, uint32_t{2}, static_cast<uint32_t>(size),
+                static_cast<uint32_t>(text.size()));
   file->Write(header + "JSON");
   file->Write(text);
   std::string chunk;
-  AppendNumber(static_cast<uint32_t>(buffer_size), &chunk);
+  AppendNumbers(&chunk, static_cast<uint32_t>(buffer_size));
   file->Write(chunk + std::string("BIN\0", 4));
   file->Write(scene.bytes());
   file->Write(padding);
@@ -489,7 +488,9 @@ void WriteText(const Scene& scene, AtomicFile* file) {
   file->Write("\"}]}\n");
 }
 
-void WriteTracksGltf(const std::string& path, const TrackSequence& tracks,
+}  // namespace
+
+void WriteGltfTracks(const std::string& path, const TrackSequence& tracks,
                      const TrackExportOptions& options,
                      LostFields* lost_fields) {
   const Scene scene(tracks, options);
@@ -497,20 +498,6 @@ void WriteTracksGltf(const std::string& path, const TrackSequence& tracks,
   EndsIn(path, ".glb") ? WriteBinary(scene, &file) : WriteText(scene, &file);
   file.Commit();
   scene.NoteLostFields(lost_fields);
-}
-
-}  // namespace
-
-TrackFormat GltfTrackFormat() {
-  TrackFormat format;
-  format.name = "gltf";
-  format.layout = "glTF 2.0, animated skeletons of everybody, m";
-  format.extensions = {".glb", ".gltf"};
-  format.axes = GltfAxes();
-  format.has_marker_names = true;
-  format.keeps_names = true;
-  format.write = WriteTracksGltf;
-  return format;
 }
 
 }  // namespace kinegraph

@@ -13,6 +13,7 @@
 
 #include "core/base/constants.h"
 #include "core/base/error.h"
+#include "core/io/binary/bytes.h"
 #include "core/io/binary/mat_check.h"
 #include "core/io/files/atomic_file.h"
 #include "core/io/files/text_file.h"
@@ -84,15 +85,6 @@ TrackSequence ReadPeople(Words* words, const TrackReadOptions& options) {
   return collector.Finish();
 }
 
-TrackSequence ReadFourDAssociation(const std::string& path,
-                                   const TrackReadOptions& options) {
-  const std::string text = ReadTextFile(path);
-  Words words(text);
-  return Located(
-      path, [&] { return words.Place(); },
-      [&] { return ReadPeople(&words, options); });
-}
-
 void WritePerson(const PersonPose& person, JsonOutput* out) {
   out->Add(person.id.value(), "\n");
   for (int row = 0; row < 4; ++row) {
@@ -105,53 +97,6 @@ void WritePerson(const PersonPose& person, JsonOutput* out) {
   }
 }
 
-// 4D association's gt.txt or skel.txt, an entry for every frame from the first
-// to the last; a missing joint has weight 0.
-void WriteTracks4dAssociation(const std::string& path,
-                              const TrackSequence& tracks,
-                              const TrackExportOptions& /*options*/,
-                              LostFields* lost_fields) {
-  constexpr int64_t kMaxFrames = 10'000'000;
-  const int64_t first = tracks.frames.empty() ? 0 : tracks.frames[0].frame;
-  const int64_t count =
-      tracks.frames.empty() ? 0 : tracks.frames.back().frame - first + 1;
-  if (count > kMaxFrames) {
-    throw InputError("the tracks span " + std::to_string(count) +
-                     " frames, this format has one entry for each");
-  }
-  AtomicFile file(path);
-  JsonOutput out;
-  out.Add(tracks.header.skeleton.joint_count(), " ", count, "\n");
-  int64_t next = first;
-  for (const TrackFrame& frame : tracks.frames) {
-    for (; next < frame.frame; ++next) out.Text("0\n");
-    ++next;
-    out.Add(frame.people.size(), "\n");
-    for (const PersonPose& person : frame.people) WritePerson(person, &out);
-    out.FlushTo(&file);
-  }
-  out.FlushTo(&file);
-  file.Commit();
-  const TrackContents contents = ContentsOf(tracks);
-  NotePositionsOnly(contents, lost_fields);
-  NoteClock(contents, lost_fields);
-  lost_fields->push_back(
-      "the first frame is not kept: name it when reading "
-      "(--set=tracks.first_frame=" +
-      std::to_string(first) + ")");
-  const auto missing = count - static_cast<int64_t>(tracks.frames.size());
-  if (missing > 0) {
-    lost_fields->push_back(
-        std::to_string(missing) +
-        " frames that the input leaves out have entries without "
-        "people");
-  }
-  const Skeleton& skeleton = tracks.header.skeleton;
-  if (skeleton != Tum15() && skeleton != FourDA19()) {
-    NoteSkeleton(tracks, lost_fields);
-  }
-}
-
 // ---- Panoptic ----
 //
 // CMU Panoptic's hdPose3d: one file a frame, body3DScene_FFFFFFFF.json:
@@ -159,7 +104,7 @@ void WriteTracks4dAssociation(const std::string& path,
 // confidence) in cm}]}. A joint with confidence 0 or less is missing, one of at
 // most 0.1 is inferred: the field takes it as not seen.
 
-constexpr double kSeenConfidence = 0.1;
+constexpr double kInferredConfidence = 0.1;
 // Of its high-definition cameras.
 constexpr double kHdFrameRateHz = 29.97;
 
@@ -191,33 +136,9 @@ void ReadPanopticFrame(JsonValue root, int64_t frame,
   for (const JsonValue value : bodies) {
     const JsonObject body = AsObject(value, "bodies");
     const TrackId id(AsId(Required(body, "id"), "id"));
-    Pose3d& pose = collector->Add(frame, id)->joints;
-    std::vector<double> numbers(4 * pose.size());
-    AsNumbers(Required(body, "joints19"), "joints19", numbers.size(),
-              numbers.data());
-    for (size_t j = 0; j < pose.size(); ++j) {
-      const double* cm = &numbers[4 * j];
-      if (!(cm[3] > 0.0)) continue;
-      pose[j] = ObservedJoint(kMetresPerCentimetre * Eigen::Vector3d(cm));
-      if (cm[3] <= kSeenConfidence) pose[j].status = JointStatus::kInferred;
-    }
+    ReadWeighted(body, "joints19", kMetresPerCentimetre, kInferredConfidence,
+                 &collector->Add(frame, id)->joints);
   }
-}
-
-TrackSequence ReadPanoptic(const std::string& path,
-                           const TrackReadOptions& options) {
-  TrackCollector collector("panoptic", Panoptic19(), options, kHdFrameRateHz);
-  JsonFileParser parser;
-  for (const std::string& file : ListScenes(path)) {
-    const std::optional<int64_t> frame =
-        FrameOfFileName(fs::path(file).filename().string());
-    if (!frame || *frame > kMaxFrame) {
-      throw InputError(file, "", "the file name holds no frame number");
-    }
-    const JsonValue root = parser.Parse(file);
-    Located(file, [&] { ReadPanopticFrame(root, *frame, &collector); });
-  }
-  return collector.Finish();
 }
 
 void WriteBody(const PersonPose& person, const std::vector<int>& map,
@@ -232,44 +153,6 @@ void WriteBody(const PersonPose& person, const std::vector<int>& map,
     out->Text(joint.present() ? ", 1" : ", -1");
   });
   out->Text("]\n}");
-}
-
-// CMU Panoptic's hdPose3d, a folder with a file a frame, in centimetres; joints
-// are taken over by name.
-void WriteTracksPanoptic(const std::string& path, const TrackSequence& tracks,
-                         const TrackExportOptions& /*options*/,
-                         LostFields* lost_fields) {
-  const std::vector<int> map = MapByName(tracks.header.skeleton, Panoptic19());
-  AtomicFolder folder(path);
-  JsonOutput out;
-  for (const TrackFrame& frame : tracks.frames) {
-    out.Text("{ \"version\": 0.7,\n\"fpsType\": \"hd_29_97\",\n\"bodies\": [");
-    if (!frame.people.empty()) out.Text("\n");
-    out.Join(
-        frame.people,
-        [&](const PersonPose& person) { WriteBody(person, map, &out); }, ",\n");
-    out.Text("\n] }\n");
-    AtomicFile file(
-        folder.PathOf(fmt::format("body3DScene_{:08d}.json", frame.frame)));
-    out.FlushTo(&file);
-    file.Commit();
-  }
-  folder.Commit();
-  NotePositionsOnly(ContentsOf(tracks), lost_fields);
-  if (tracks.header.frame_rate_hz != kHdFrameRateHz) {
-    lost_fields->push_back(
-        "times and frame rate are not kept: name the rate when reading, it is "
-        "taken for 29.97 Hz");
-  }
-  const auto kept = static_cast<size_t>(
-      std::count_if(map.begin(), map.end(), [](int j) { return j >= 0; }));
-  const size_t joints = tracks.header.skeleton.joints().size();
-  if (kept < map.size() || kept < joints) {
-    lost_fields->push_back(
-        "joints are Panoptic's nineteen by name: " + std::to_string(kept) +
-        " of the input's " + std::to_string(joints) +
-        " are kept, the others of the nineteen are missing");
-  }
 }
 
 // ---- TUM ----
@@ -379,24 +262,6 @@ class TumReader {
   size_t frame_count_ = 0;
 };
 
-TrackSequence ReadTumTracks(const std::string& path,
-                            const TrackReadOptions& options) {
-  CheckMatFile(ReadBytes(path), path);
-  static std::once_flag quiet;
-  std::call_once(quiet, [] { Mat_LogInitFunc("kinegraph", Quiet); });
-  const std::unique_ptr<mat_t, MatCloser> file(
-      Mat_Open(path.c_str(), MAT_ACC_RDONLY));
-  if (file == nullptr) throw InputError(path, "", "is no MATLAB 5 file");
-  const std::unique_ptr<matvar_t, VariableFree> actors(
-      Mat_VarRead(file.get(), kVariable));
-  if (actors == nullptr) {
-    throw InputError(path, kVariable, "is missing or damaged");
-  }
-  TrackCollector collector("tum", options.skeleton.value_or(Tum14()), options);
-  TumReader(path, &collector).Read(*actors);
-  return collector.Finish();
-}
-
 // Byte by byte, by MathWorks' "MAT-File Format", chapter 1 (level 5): matio
 // takes a path, follows links and does not notice a full disk.
 
@@ -415,45 +280,37 @@ constexpr uint32_t kDoubleClass = 6;
 
 constexpr uint64_t kTagBytes = 8;
 
-void AppendTag(uint32_t type, uint64_t length, std::string* bytes) {
-  AppendNumber(type, bytes);
-  AppendNumber(static_cast<uint32_t>(length), bytes);
+std::string Tag(uint32_t type, uint64_t length) {
+  std::string tag;
+  AppendNumbers(&tag, type, static_cast<uint32_t>(length));
+  return tag;
 }
 
 // An array up to its content: tag, flags, dimensions and name. Every element
 // begins at a multiple of eight bytes.
 std::string ArrayHeader(uint32_t array_class, uint64_t rows, uint64_t columns,
                         const std::string& name, uint64_t content_bytes) {
-  std::string header;
-  AppendTag(kUint32, 8, &header);
-  AppendNumber(array_class, &header);
-  AppendNumber(uint32_t{0}, &header);
-  AppendTag(kInt32, 8, &header);
-  AppendNumber(static_cast<int32_t>(rows), &header);
-  AppendNumber(static_cast<int32_t>(columns), &header);
-  AppendTag(kInt8, name.size(), &header);
-  header += name;
+  std::string header = Tag(kUint32, 8);
+  AppendNumbers(&header, array_class, uint32_t{0});
+  header += Tag(kInt32, 8);
+  AppendNumbers(&header, static_cast<int32_t>(rows),
+                static_cast<int32_t>(columns));
+  header += Tag(kInt8, name.size()) + name;
   header.resize((header.size() + 7) / 8 * 8, '\0');
-  std::string tag;
-  AppendTag(kMatrix, header.size() + content_bytes, &tag);
-  return tag + header;
+  return Tag(kMatrix, header.size() + content_bytes) + header;
 }
 
 // Column after column; NaN where a joint is missing. Nobody: an empty array.
-std::string PoseArray(const Pose3d* pose) {
+std::string PoseArray(const Pose3d& pose) {
   std::string numbers;
-  if (pose != nullptr) {
-    for (int axis = 0; axis < 3; ++axis) {
-      for (const Joint3d& joint : *pose) {
-        AppendNumber(joint.present() ? joint.position_m[axis] : kNan, &numbers);
-      }
+  for (int axis = 0; axis < 3; ++axis) {
+    for (const Joint3d& joint : pose) {
+      AppendNumbers(&numbers, joint.present() ? joint.position_m[axis] : kNan);
     }
   }
-  std::string array =
-      ArrayHeader(kDoubleClass, pose == nullptr ? 0 : pose->size(),
-                  pose == nullptr ? 0 : 3, "", kTagBytes + numbers.size());
-  AppendTag(kDouble, numbers.size(), &array);
-  return array + numbers;
+  return ArrayHeader(kDoubleClass, pose.size(), pose.empty() ? 0 : 3, "",
+                     kTagBytes + numbers.size()) +
+         Tag(kDouble, numbers.size()) + numbers;
 }
 
 // A text without the date: the same tracks shall give the same bytes. Then
@@ -461,7 +318,7 @@ std::string PoseArray(const Pose3d* pose) {
 std::string FileHeader() {
   std::string header = "MATLAB 5.0 MAT-file, by kinegraph";
   header.resize(124, ' ');
-  AppendNumber(uint16_t{0x0100}, &header);
+  AppendNumbers(&header, uint16_t{0x0100});
   return header + "IM";
 }
 
@@ -483,9 +340,9 @@ void WriteActors(const std::string& path, const TrackSequence& tracks) {
       ++poses[static_cast<size_t>(person.id.value())];
     }
   }
-  const Pose3d pose(tracks.header.skeleton.joints().size());
-  const uint64_t pose_bytes = PoseArray(&pose).size();
-  const std::string nobody = PoseArray(nullptr);
+  const uint64_t pose_bytes =
+      PoseArray(Pose3d(tracks.header.skeleton.joints().size())).size();
+  const std::string nobody = PoseArray({});
   std::vector<std::string> headers;  // by actor
   uint64_t bytes = 0;
   for (const uint64_t count : poses) {
@@ -510,20 +367,159 @@ void WriteActors(const std::string& path, const TrackSequence& tracks) {
       ++next;
       const PersonPose* person =
           FindPerson(&frame, TrackId(static_cast<int64_t>(a)));
-      file.Write(person == nullptr ? nobody : PoseArray(&person->joints));
+      file.Write(person == nullptr ? nobody : PoseArray(person->joints));
     }
   }
   file.Commit();
 }
 
+}  // namespace
+
+bool RecogniseFourDAssociationTracks(const TrackHead& head) {
+  return head.kind >= '0' && head.kind <= '9';
+}
+
+TrackSequence ReadFourDAssociationTracks(const std::string& path,
+                                         const TrackReadOptions& options) {
+  return ReadText<Words>(
+      path, [&](Words* words) { return ReadPeople(words, options); });
+}
+
+// 4D association's gt.txt or skel.txt, an entry for every frame from the first
+// to the last; a missing joint has weight 0.
+void WriteFourDAssociationTracks(const std::string& path,
+                                 const TrackSequence& tracks,
+                                 const TrackExportOptions& /*options*/,
+                                 LostFields* lost_fields) {
+  constexpr int64_t kMaxFrames = 10'000'000;
+  const int64_t first = tracks.frames.empty() ? 0 : tracks.frames[0].frame;
+  const int64_t count =
+      tracks.frames.empty() ? 0 : tracks.frames.back().frame - first + 1;
+  if (count > kMaxFrames) {
+    throw InputError("the tracks span " + std::to_string(count) +
+                     " frames, this format has one entry for each");
+  }
+  AtomicFile file(path);
+  JsonOutput out;
+  out.Add(tracks.header.skeleton.joint_count(), " ", count, "\n");
+  int64_t next = first;
+  for (const TrackFrame& frame : tracks.frames) {
+    for (; next < frame.frame; ++next) out.Text("0\n");
+    ++next;
+    out.Add(frame.people.size(), "\n");
+    for (const PersonPose& person : frame.people) WritePerson(person, &out);
+    out.FlushTo(&file);
+  }
+  out.FlushTo(&file);
+  file.Commit();
+  const TrackContents contents = ContentsOf(tracks);
+  NotePositionsOnly(contents, lost_fields);
+  NoteLosses(contents, {Loss::kClock}, lost_fields);
+  lost_fields->push_back(
+      "the first frame is not kept: name it when reading "
+      "(--set=tracks.first_frame=" +
+      std::to_string(first) + ")");
+  const auto missing = count - static_cast<int64_t>(tracks.frames.size());
+  if (missing > 0) {
+    lost_fields->push_back(
+        std::to_string(missing) +
+        " frames that the input leaves out have entries without "
+        "people");
+  }
+  const Skeleton& skeleton = tracks.header.skeleton;
+  if (skeleton != Tum15() && skeleton != FourDA19()) {
+    NoteSkeleton(tracks, lost_fields);
+  }
+}
+
+bool RecognisePanopticTracks(const TrackHead& head) {
+  return head.HasKey("bodies") ||
+         std::any_of(head.names.begin(), head.names.end(), IsSceneFile);
+}
+
+TrackSequence ReadPanopticTracks(const std::string& path,
+                                 const TrackReadOptions& options) {
+  TrackCollector collector("panoptic", Panoptic19(), options, kHdFrameRateHz);
+  JsonFileParser parser;
+  for (const std::string& file : ListScenes(path)) {
+    const std::optional<int64_t> frame =
+        FrameOfFileName(fs::path(file).filename().string());
+    if (!frame || *frame > kMaxFrame) {
+      throw InputError(file, "", "the file name holds no frame number");
+    }
+    const JsonValue root = parser.Parse(file);
+    Located(file, [&] { ReadPanopticFrame(root, *frame, &collector); });
+  }
+  return collector.Finish();
+}
+
+// CMU Panoptic's hdPose3d, a folder with a file a frame, in centimetres; joints
+// are taken over by name.
+void WritePanopticTracks(const std::string& path, const TrackSequence& tracks,
+                         const TrackExportOptions& /*options*/,
+                         LostFields* lost_fields) {
+  const std::vector<int> map = MapByName(tracks.header.skeleton, Panoptic19());
+  AtomicFolder folder(path);
+  JsonOutput out;
+  for (const TrackFrame& frame : tracks.frames) {
+    out.Text("{ \"version\": 0.7,\n\"fpsType\": \"hd_29_97\",\n\"bodies\": [");
+    if (!frame.people.empty()) out.Text("\n");
+    out.Join(
+        frame.people,
+        [&](const PersonPose& person) { WriteBody(person, map, &out); }, ",\n");
+    out.Text("\n] }\n");
+    AtomicFile file(
+        folder.PathOf(fmt::format("body3DScene_{:08d}.json", frame.frame)));
+    out.FlushTo(&file);
+    file.Commit();
+  }
+  folder.Commit();
+  NotePositionsOnly(ContentsOf(tracks), lost_fields);
+  if (tracks.header.frame_rate_hz != kHdFrameRateHz) {
+    lost_fields->push_back(
+        "times and frame rate are not kept: name the rate when reading, it is "
+        "taken for 29.97 Hz");
+  }
+  const auto kept = static_cast<size_t>(
+      std::count_if(map.begin(), map.end(), [](int j) { return j >= 0; }));
+  const size_t joints = tracks.header.skeleton.joints().size();
+  if (kept < map.size() || kept < joints) {
+    lost_fields->push_back(
+        "joints are Panoptic's nineteen by name: " + std::to_string(kept) +
+        " of the input's " + std::to_string(joints) +
+        " are kept, the others of the nineteen are missing");
+  }
+}
+
+// "MATLAB 5.0 MAT-file".
+bool RecogniseTumTracks(const TrackHead& head) { return head.kind == 'M'; }
+
+TrackSequence ReadTumTracks(const std::string& path,
+                            const TrackReadOptions& options) {
+  CheckMatFile(ReadBytes(path), path);
+  static std::once_flag quiet;
+  std::call_once(quiet, [] { Mat_LogInitFunc("kinegraph", Quiet); });
+  const std::unique_ptr<mat_t, MatCloser> file(
+      Mat_Open(path.c_str(), MAT_ACC_RDONLY));
+  if (file == nullptr) throw InputError(path, "", "is no MATLAB 5 file");
+  const std::unique_ptr<matvar_t, VariableFree> actors(
+      Mat_VarRead(file.get(), kVariable));
+  if (actors == nullptr) {
+    throw InputError(path, kVariable, "is missing or damaged");
+  }
+  TrackCollector collector("tum", options.skeleton.value_or(Tum14()), options);
+  TumReader(path, &collector).Read(*actors);
+  return collector.Finish();
+}
+
 // TUM's actorsGT.mat; the id of a person is the place of the actor.
-void WriteTracksTum(const std::string& path, const TrackSequence& tracks,
+void WriteTumTracks(const std::string& path, const TrackSequence& tracks,
                     const TrackExportOptions& /*options*/,
                     LostFields* lost_fields) {
   WriteActors(path, tracks);
   const TrackContents contents = ContentsOf(tracks);
   NotePositionsOnly(contents, lost_fields);
-  NoteClock(contents, lost_fields);
+  NoteLosses(contents, {Loss::kClock}, lost_fields);
   if (tracks.frames.front().frame > 0 ||
       tracks.frames.back().frame + 1 !=
           static_cast<int64_t>(tracks.frames.size())) {
@@ -532,49 +528,6 @@ void WriteTracksTum(const std::string& path, const TrackSequence& tracks,
         "people");
   }
   if (tracks.header.skeleton != Tum14()) NoteSkeleton(tracks, lost_fields);
-}
-
-}  // namespace
-
-TrackFormat FourDAssociationTrackFormat() {
-  TrackFormat format;
-  format.name = "4da";
-  format.layout = "4D association's gt.txt, skel.txt";
-  format.unit_m = 1.0;
-  format.is_unmistakable = false;
-  format.recognise = [](const TrackHead& head) {
-    return head.kind >= '0' && head.kind <= '9';
-  };
-  format.read = ReadFourDAssociation;
-  format.write = WriteTracks4dAssociation;
-  return format;
-}
-
-TrackFormat PanopticTrackFormat() {
-  TrackFormat format;
-  format.name = "panoptic";
-  format.layout = "body3DScene_*.json";
-  format.unit_m = 0.01;
-  format.files = TrackFormat::Files::kFileAFrame;
-  format.recognise = [](const TrackHead& head) {
-    return head.HasKey("bodies") ||
-           std::any_of(head.names.begin(), head.names.end(), IsSceneFile);
-  };
-  format.read = ReadPanoptic;
-  format.write = WriteTracksPanoptic;
-  return format;
-}
-
-TrackFormat TumTrackFormat() {
-  TrackFormat format;
-  format.name = "tum";
-  format.layout = "actorsGT.mat";
-  format.unit_m = 1.0;
-  // "MATLAB 5.0 MAT-file".
-  format.recognise = [](const TrackHead& head) { return head.kind == 'M'; };
-  format.read = ReadTumTracks;
-  format.write = WriteTracksTum;
-  return format;
 }
 
 }  // namespace kinegraph

@@ -30,16 +30,15 @@ namespace {
 
 using Eigen::Vector3d;
 
-// What `read(root, &place)` makes of the object that a file is. Its errors get
-// the file and `place`.
+// What `read(root, &place)` makes of a file. Its errors get the file and
+// `place`.
 template <typename Read>
-TrackSequence ReadJsonObject(const std::string& path, const Read& read) {
+auto ReadJsonFile(const std::string& path, const Read& read) {
   JsonFileParser parser;
   const JsonValue root = parser.Parse(path);
   std::string place;
   return Located(
-      path, [&] { return place; },
-      [&] { return read(AsObject(root, kOutermost), &place); });
+      path, [&] { return place; }, [&] { return read(root, &place); });
 }
 
 // Calls `read` with each of the objects of the array `key`.
@@ -101,8 +100,9 @@ void ReadJoints(const JsonArray& joints, std::string_view key, Pose3d* pose) {
   }
 }
 
-TrackSequence ReadPoses(const JsonObject& root, const TrackReadOptions& options,
+TrackSequence ReadPoses(JsonValue outermost, const TrackReadOptions& options,
                         std::string* place) {
+  const JsonObject root = AsObject(outermost, kOutermost);
   JsonValue unit;
   if (!root.at_key("unit").get(unit) && AsText(unit, "unit") != "m") {
     throw InputError("unit: found '" +
@@ -131,36 +131,6 @@ TrackSequence ReadPoses(const JsonObject& root, const TrackReadOptions& options,
                &collector.Add(frame, id)->joints);
   });
   return collector.Finish();
-}
-
-void WriteTracksPoses(const std::string& path, const TrackSequence& tracks,
-                      const TrackExportOptions& /*options*/,
-                      LostFields* lost_fields) {
-  AtomicFile file(path);
-  file.Write("{\"unit\": \"m\", \"poses\": [");
-  JsonOutput out;
-  const char* separator = "\n";
-  for (const TrackFrame& frame : tracks.frames) {
-    for (const PersonPose& person : frame.people) {
-      out.Add(separator, "{\"frame\": ", frame.frame,
-              ", \"id\": ", person.id.value(), ", \"joints\": [");
-      separator = ",\n";
-      out.Join(person.joints, [&](const Joint3d& joint) {
-        joint.present() ? WritePoint(joint.position_m, &out) : out.Text("null");
-      });
-      out.Text("]}");
-    }
-    out.FlushTo(&file);
-  }
-  file.Write("\n]}\n");
-  file.Commit();
-  const TrackContents contents = ContentsOf(tracks);
-  NotePositionsOnly(contents, lost_fields);
-  NoteClock(contents, lost_fields);
-  NoteEmptyFrames(contents, lost_fields);
-  const Skeleton& skeleton = tracks.header.skeleton;
-  const Skeleton* told = SkeletonOfPoses(skeleton.joints().size());
-  if (told == nullptr || *told != skeleton) NoteSkeleton(tracks, lost_fields);
 }
 
 // ---- coco3d ----
@@ -201,41 +171,6 @@ void WriteAnnotation(const PersonPose& person, int64_t frame, int64_t number,
   out->Text("]}");
 }
 
-void WriteTracksCoco3d(const std::string& path, const TrackSequence& tracks,
-                       const TrackExportOptions& options,
-                       LostFields* lost_fields) {
-  const TrackContents contents = ContentsOf(tracks);
-  AtomicFile file(path);
-  file.Write("{\"info\": " + InfoText(tracks.header) + ",\n\"categories\": [" +
-             CategoryText(tracks.header.skeleton) + "],\n\"images\": [");
-  JsonOutput out;
-  const char* separator = "\n";
-  for (const TrackFrame& frame : tracks.frames) {
-    out.Add(separator, "{\"id\": ", frame.frame);
-    separator = ",\n";
-    if (contents.has_clock) out.Add(", \"time_s\": ", ToSeconds(frame.time));
-    out.Text("}");
-    out.FlushTo(&file);
-  }
-  out.Text("],\n\"annotations\": [");
-  separator = "\n";
-  int64_t number = 0;
-  for (const TrackFrame& frame : tracks.frames) {
-    for (const PersonPose& person : frame.people) {
-      out.Text(separator);
-      separator = ",\n";
-      WriteAnnotation(person, frame.frame, ++number, options.names, &out);
-    }
-    out.FlushTo(&file);
-  }
-  out.Text("]}\n");
-  out.FlushTo(&file);
-  file.Commit();
-  lost_fields->push_back("the configuration is not kept");
-  NoteStatistics(contents, lost_fields);
-  if (!contents.has_clock) lost_fields->push_back(kNoClock);
-}
-
 Skeleton SkeletonOf(const JsonObject& category,
                     const TrackReadOptions& options) {
   std::vector<std::string> joints;
@@ -272,22 +207,14 @@ double ReadInfo(const JsonObject& root, const TrackReadOptions& options) {
 void ReadAnnotation(const JsonObject& entry, TrackCollector* collector) {
   const int64_t frame = AsFrame(Required(entry, "image_id"), "image_id");
   const TrackId id(AsId(Required(entry, "track_id"), "track_id"));
-  Pose3d& pose = collector->Add(frame, id)->joints;
-  std::vector<double> numbers(4 * pose.size());
-  AsNumbers(Required(entry, "keypoints_3d"), "keypoints_3d", numbers.size(),
-            numbers.data());
-  for (size_t j = 0; j < pose.size(); ++j) {
-    const double* m = &numbers[4 * j];
-    if (!(m[3] > 0.0)) continue;
-    pose[j] = ObservedJoint(Vector3d(m));
-    if (pose[j].present() && m[3] <= 1.5) {
-      pose[j].status = JointStatus::kInferred;
-    }
-  }
+  constexpr double kInferred = 1.5;  // between COCO's 1 and 2
+  ReadWeighted(entry, "keypoints_3d", 1.0, kInferred,
+               &collector->Add(frame, id)->joints);
 }
 
-TrackSequence ReadCoco3d(const JsonObject& root,
-                         const TrackReadOptions& options, std::string* place) {
+TrackSequence ReadCoco3d(JsonValue outermost, const TrackReadOptions& options,
+                         std::string* place) {
+  const JsonObject root = AsObject(outermost, kOutermost);
   const double rate_hz = ReadInfo(root, options);
   const JsonArray categories =
       AsArray(Required(root, "categories"), "categories");
@@ -310,24 +237,6 @@ TrackSequence ReadCoco3d(const JsonObject& root,
                   ReadAnnotation(entry, &collector);
                 });
   return collector.Finish();
-}
-
-PersonNames ReadCoco3dNames(const std::string& path) {
-  PersonNames names;
-  JsonFileParser parser;
-  const JsonValue root = parser.Parse(path);
-  return Located(path, [&] {
-    for (const JsonValue value :
-         AsArray(Required(AsObject(root, kOutermost), "annotations"),
-                 "annotations")) {
-      const JsonObject entry = AsObject(value, "annotations");
-      JsonValue name;
-      if (entry.at_key("name").get(name) != simdjson::SUCCESS) continue;
-      names[TrackId(AsId(Required(entry, "track_id"), "track_id"))] =
-          std::string(AsText(name, "name"));
-    }
-    return names;
-  });
 }
 
 // ---- longcw ----
@@ -364,24 +273,17 @@ void ReadLongcwPose(const JsonObject& object, Pose3d* pose) {
   }
 }
 
-TrackSequence ReadLongcwTracks(const std::string& path,
-                               const TrackReadOptions& options) {
-  JsonFileParser parser;
-  const JsonValue root = parser.Parse(path);
-  // Runs `visit(frame, poses)` on each entry; errors name the entry.
+TrackSequence ReadLongcw(JsonValue outermost, const TrackReadOptions& options,
+                         std::string* place) {
+  const JsonArray frames = AsArray(outermost, kOutermost);
+  // Runs `visit(frame, poses)` on each entry, which errors name.
   const auto for_each_frame = [&](const auto& visit) {
-    const JsonArray frames =
-        Located(path, [&] { return AsArray(root, kOutermost); });
     size_t index = 0;
-    Located(
-        path, [&] { return "entry " + std::to_string(index); },
-        [&] {
-          for (const JsonValue value : frames) {
-            const JsonObject frame = AsObject(value, "a frame");
-            visit(frame, AsArray(Required(frame, "poses"), "poses"));
-            ++index;
-          }
-        });
+    for (const JsonValue value : frames) {
+      *place = "entry " + std::to_string(index++);
+      const JsonObject frame = AsObject(value, "a frame");
+      visit(frame, AsArray(Required(frame, "poses"), "poses"));
+    }
   };
   // All ids and the skeleton, before anything is made of them. Small ids are
   // kept: those of an annotation are the actors' numbers. Where one is not
@@ -421,8 +323,122 @@ TrackSequence ReadLongcwTracks(const std::string& path,
   return collector.Finish();
 }
 
+}  // namespace
+
+bool RecognisePosesTracks(const TrackHead& head) {
+  return head.HasKey("poses");
+}
+
+TrackSequence ReadPosesTracks(const std::string& path,
+                              const TrackReadOptions& options) {
+  return ReadJsonFile(path, [&](JsonValue root, std::string* place) {
+    return ReadPoses(root, options, place);
+  });
+}
+
+void WritePosesTracks(const std::string& path, const TrackSequence& tracks,
+                      const TrackExportOptions& /*options*/,
+                      LostFields* lost_fields) {
+  AtomicFile file(path);
+  file.Write("{\"unit\": \"m\", \"poses\": [");
+  JsonOutput out;
+  const char* separator = "\n";
+  for (const TrackFrame& frame : tracks.frames) {
+    for (const PersonPose& person : frame.people) {
+      out.Add(separator, "{\"frame\": ", frame.frame,
+              ", \"id\": ", person.id.value(), ", \"joints\": [");
+      separator = ",\n";
+      out.Join(person.joints, [&](const Joint3d& joint) {
+        joint.present() ? WritePoint(joint.position_m, &out) : out.Text("null");
+      });
+      out.Text("]}");
+    }
+    out.FlushTo(&file);
+  }
+  file.Write("\n]}\n");
+  file.Commit();
+  const TrackContents contents = ContentsOf(tracks);
+  NotePositionsOnly(contents, lost_fields);
+  NoteLosses(contents, {Loss::kClock, Loss::kEmptyFrames}, lost_fields);
+  const Skeleton& skeleton = tracks.header.skeleton;
+  const Skeleton* told = SkeletonOfPoses(skeleton.joints().size());
+  if (told == nullptr || *told != skeleton) NoteSkeleton(tracks, lost_fields);
+}
+
+bool RecogniseCoco3dTracks(const TrackHead& head) {
+  return head.HasKey("categories") && head.HasKey("images") &&
+         head.beginning.find("keypoints_3d") != std::string::npos;
+}
+
+TrackSequence ReadCoco3dTracks(const std::string& path,
+                               const TrackReadOptions& options) {
+  return ReadJsonFile(path, [&](JsonValue root, std::string* place) {
+    return ReadCoco3d(root, options, place);
+  });
+}
+
+PersonNames ReadCoco3dNames(const std::string& path) {
+  return ReadJsonFile(path, [](JsonValue root, std::string*) {
+    PersonNames names;
+    for (const JsonValue value :
+         AsArray(Required(AsObject(root, kOutermost), "annotations"),
+                 "annotations")) {
+      const JsonObject entry = AsObject(value, "annotations");
+      JsonValue name;
+      if (entry.at_key("name").get(name) != simdjson::SUCCESS) continue;
+      names[TrackId(AsId(Required(entry, "track_id"), "track_id"))] =
+          std::string(AsText(name, "name"));
+    }
+    return names;
+  });
+}
+
+void WriteCoco3dTracks(const std::string& path, const TrackSequence& tracks,
+                       const TrackExportOptions& options,
+                       LostFields* lost_fields) {
+  const TrackContents contents = ContentsOf(tracks);
+  AtomicFile file(path);
+  file.Write("{\"info\": " + InfoText(tracks.header) + ",\n\"categories\": [" +
+             CategoryText(tracks.header.skeleton) + "],\n\"images\": [");
+  JsonOutput out;
+  const char* separator = "\n";
+  for (const TrackFrame& frame : tracks.frames) {
+    out.Add(separator, "{\"id\": ", frame.frame);
+    separator = ",\n";
+    if (contents.has_clock) out.Add(", \"time_s\": ", ToSeconds(frame.time));
+    out.Text("}");
+    out.FlushTo(&file);
+  }
+  out.Text("],\n\"annotations\": [");
+  separator = "\n";
+  int64_t number = 0;
+  for (const TrackFrame& frame : tracks.frames) {
+    for (const PersonPose& person : frame.people) {
+      out.Text(separator);
+      separator = ",\n";
+      WriteAnnotation(person, frame.frame, ++number, options.names, &out);
+    }
+    out.FlushTo(&file);
+  }
+  out.Text("]}\n");
+  out.FlushTo(&file);
+  file.Commit();
+  lost_fields->push_back("the configuration is not kept");
+  NoteLosses(contents, {Loss::kCovariances, Loss::kViews, Loss::kUnknownClock},
+             lost_fields);
+}
+
+bool RecogniseLongcwTracks(const TrackHead& head) { return head.kind == '['; }
+
+TrackSequence ReadLongcwTracks(const std::string& path,
+                               const TrackReadOptions& options) {
+  return ReadJsonFile(path, [&](JsonValue root, std::string* place) {
+    return ReadLongcw(root, options, place);
+  });
+}
+
 // Frames are told by their times alone, so it needs a frame rate.
-void WriteTracksLongcw(const std::string& path, const TrackSequence& tracks,
+void WriteLongcwTracks(const std::string& path, const TrackSequence& tracks,
                        const TrackExportOptions& /*options*/,
                        LostFields* lost_fields) {
   const double rate = tracks.header.frame_rate_hz;
@@ -462,54 +478,6 @@ void WriteTracksLongcw(const std::string& path, const TrackSequence& tracks,
   if (skeleton != Tum14() && skeleton != Coco17()) {
     NoteSkeleton(tracks, lost_fields);
   }
-}
-
-}  // namespace
-
-TrackFormat PosesTrackFormat() {
-  TrackFormat format;
-  format.name = "poses";
-  format.layout = "JSON: {\"poses\": [...]}";
-  format.recognise = [](const TrackHead& head) { return head.HasKey("poses"); };
-  format.read = [](const std::string& path, const TrackReadOptions& options) {
-    return ReadJsonObject(path, [&](const JsonObject& root, std::string* at) {
-      return ReadPoses(root, options, at);
-    });
-  };
-  format.write = WriteTracksPoses;
-  return format;
-}
-
-TrackFormat Coco3dTrackFormat() {
-  TrackFormat format;
-  format.name = "coco3d";
-  format.layout = "JSON as COCO's, keypoints_3d in m";
-  format.has_marker_names = true;
-  format.recognise = [](const TrackHead& head) {
-    return head.HasKey("categories") && head.HasKey("images") &&
-           head.beginning.find("keypoints_3d") != std::string::npos;
-  };
-  format.read = [](const std::string& path, const TrackReadOptions& options) {
-    return ReadJsonObject(path, [&](const JsonObject& root, std::string* at) {
-      return ReadCoco3d(root, options, at);
-    });
-  };
-  format.read_names = ReadCoco3dNames;
-  format.keeps_names = true;
-  format.write = WriteTracksCoco3d;
-  return format;
-}
-
-TrackFormat LongcwTrackFormat() {
-  TrackFormat format;
-  format.name = "longcw";
-  format.layout = "annotation_3d.json, result_3d.json";
-  format.unit_m = 0.01;
-  format.is_unmistakable = false;
-  format.recognise = [](const TrackHead& head) { return head.kind == '['; };
-  format.read = ReadLongcwTracks;
-  format.write = WriteTracksLongcw;
-  return format;
 }
 
 }  // namespace kinegraph

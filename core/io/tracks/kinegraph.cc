@@ -461,6 +461,17 @@ class KinegraphTrackReader {
   std::optional<JsonObject> weights_;  // of one person
 };
 
+}  // namespace
+
+bool RecogniseKinegraphTracks(const TrackHead& head) {
+  return head.HasKey("kinegraph");
+}
+
+TrackSequence ReadKinegraphTracks(const std::string& path,
+                                  const TrackReadOptions& options) {
+  return KinegraphTrackReader(path).Read(options.frame_rate_hz);
+}
+
 PersonNames ReadKinegraphNames(const std::string& path) {
   PersonNames names;
   std::ifstream file(path);
@@ -483,32 +494,14 @@ PersonNames ReadKinegraphNames(const std::string& path) {
   return names;
 }
 
-}  // namespace
-
-TrackFormat KinegraphTrackFormat() {
-  TrackFormat format;
-  format.name = "kinegraph";
-  format.layout = "JSON Lines";
-  format.extensions = {".jsonl"};
-  format.recognise = [](const TrackHead& head) {
-    return head.HasKey("kinegraph");
-  };
-  format.read = [](const std::string& path, const TrackReadOptions& options) {
-    return KinegraphTrackReader(path).Read(options.frame_rate_hz);
-  };
-  format.read_names = ReadKinegraphNames;
-  format.keeps_names = true;
-  format.write = [](const std::string& path, const TrackSequence& tracks,
-                    const TrackExportOptions& options,
-                    LostFields* lost_fields) {
-    if (!(tracks.header.frame_rate_hz > 0.0)) {
-      lost_fields->push_back("the frame rate is not known (--frame_rate=HZ)");
-    }
-    // The header has views only when the input had observations.
-    WriteTracks(path, tracks,
-                {!tracks.header.view_names.empty(), options.names});
-  };
-  return format;
+void WriteKinegraphTracks(const std::string& path, const TrackSequence& tracks,
+                          const TrackExportOptions& options,
+                          LostFields* lost_fields) {
+  if (!(tracks.header.frame_rate_hz > 0.0)) {
+    lost_fields->push_back("the frame rate is not known (--frame_rate=HZ)");
+  }
+  // The header has views only when the input had observations.
+  WriteTracks(path, tracks, {!tracks.header.view_names.empty(), options.names});
 }
 
 }  // namespace kinegraph

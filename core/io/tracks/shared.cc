@@ -10,8 +10,6 @@
 #include "core/base/error.h"
 #include "core/base/text.h"
 #include "core/io/files/atomic_file.h"
-#include "core/io/files/text_file.h"
-#include "core/io/text/bulk_json.h"
 #include "core/io/text/joint_names.h"
 #include "core/io/text/names.h"
 
@@ -92,6 +90,21 @@ JointStatus ParseJointStatus(std::string_view text) {
   }
   throw InputError("status: found '" + Printable(std::string(text)) +
                    "', expected observed, inferred or missing");
+}
+
+void ReadWeighted(const JsonObject& object, const char* key, double unit_m,
+                  double inferred, Pose3d* pose) {
+  std::vector<double> numbers(4 * pose->size());
+  AsNumbers(Required(object, key), key, numbers.size(), numbers.data());
+  for (size_t j = 0; j < pose->size(); ++j) {
+    const double* of_joint = &numbers[4 * j];
+    if (!(of_joint[3] > 0.0)) continue;
+    Joint3d& joint = (*pose)[j];
+    joint = ObservedJoint(unit_m * Eigen::Vector3d(of_joint));
+    if (joint.present() && of_joint[3] <= inferred) {
+      joint.status = JointStatus::kInferred;
+    }
+  }
 }
 
 TrackCollector::TrackCollector(const std::string& mode,
@@ -287,24 +300,42 @@ void WritePersonFiles(const std::string& path, const std::string& extension,
   folder.Commit();
 }
 
+void WritePersonTables(
+    const std::string& path, const std::string& extension,
+    const TrackSequence& tracks, const PersonNames& names,
+    const std::vector<TrackRow>& rows,
+    const std::function<std::string(const std::string& file)>& head,
+    const std::function<void(size_t row, const PersonPose* person,
+                             JsonOutput* out)>& write_row) {
+  WritePersonFiles(path, extension, tracks, names,
+                   [&](const std::string& file_path, TrackId id) {
+                     AtomicFile file(file_path);
+                     file.Write(head(file_path));
+                     JsonOutput out;
+                     for (size_t r = 0; r < rows.size(); ++r) {
+                       write_row(r, FindPerson(rows[r].frame, id), &out);
+                       out.FlushTo(&file);
+                     }
+                     file.Commit();
+                   });
+}
+
 // ---- What a format leaves out ----
 
 TrackContents ContentsOf(const TrackSequence& tracks) {
   TrackContents contents;
   contents.has_clock = tracks.header.frame_rate_hz > 0.0;
   for (const TrackFrame& frame : tracks.frames) {
-    if (frame.people.empty()) ++contents.empty_frames;
-    if (frame.time != 0) contents.has_clock = true;
+    contents.empty_frames += frame.people.empty() ? 1 : 0;
+    contents.has_clock |= frame.time != 0;
     for (const PersonPose& person : frame.people) {
-      if (!person.inlier_views.empty()) contents.has_views = true;
-      if (!person.matches.empty()) contents.has_matches = true;
+      contents.has_views |= !person.inlier_views.empty();
+      contents.has_matches |= !person.matches.empty();
       for (const auto& covariance : person.covariances) {
-        if (covariance.has_value()) contents.has_covariances = true;
+        contents.has_covariances |= covariance.has_value();
       }
       for (const Joint3d& joint : person.joints) {
-        if (joint.status == JointStatus::kInferred) {
-          contents.has_inferred = true;
-        }
+        contents.has_inferred |= joint.status == JointStatus::kInferred;
       }
     }
   }
@@ -323,43 +354,43 @@ std::vector<bool> JointsSeen(const TrackSequence& tracks) {
   return is_seen;
 }
 
-void NoteStatistics(const TrackContents& contents, LostFields* lost_fields) {
-  if (contents.has_covariances) {
-    lost_fields->push_back("covariances are not kept");
+void NoteLosses(const TrackContents& contents,
+                std::initializer_list<Loss> losses, LostFields* lost_fields) {
+  const struct {
+    Loss loss;
+    bool is_there;
+    std::string text;
+  } kTexts[] = {
+      {Loss::kCovariances, contents.has_covariances,
+       "covariances are not kept"},
+      {Loss::kViews, contents.has_views || contents.has_matches,
+       "counts of views and matches are not kept"},
+      {Loss::kMatches, contents.has_matches, "matches are not kept"},
+      {Loss::kInferredAlike, contents.has_inferred,
+       "inferred joints are written like observed ones"},
+      {Loss::kInferredObserved, contents.has_inferred,
+       "inferred joints read back as observed"},
+      {Loss::kEmptyFrames, contents.empty_frames > 0,
+       std::to_string(contents.empty_frames) +
+           " frames with nobody in them are not kept"},
+      {Loss::kClock, contents.has_clock,
+       "times and frame rate are not kept: name the rate when reading "
+       "(--frame_rate=HZ)"},
+      {Loss::kUnknownClock, !contents.has_clock,
+       "times are not known and left out (--frame_rate=HZ)"}};
+  for (const Loss loss : losses) {
+    for (const auto& one : kTexts) {
+      if (one.loss == loss && one.is_there) lost_fields->push_back(one.text);
+    }
   }
-  if (contents.has_views || contents.has_matches) {
-    lost_fields->push_back("counts of views and matches are not kept");
-  }
-}
-
-void NotePlainPositions(const TrackContents& contents,
-                        LostFields* lost_fields) {
-  if (contents.has_inferred) {
-    lost_fields->push_back("inferred joints are written like observed ones");
-  }
-  NoteStatistics(contents, lost_fields);
 }
 
 void NotePositionsOnly(const TrackContents& contents, LostFields* lost_fields) {
   lost_fields->push_back(
       "bones, names of joints and configuration are not kept");
-  if (contents.has_inferred) {
-    lost_fields->push_back("inferred joints read back as observed");
-  }
-  NoteStatistics(contents, lost_fields);
-}
-
-void NoteEmptyFrames(const TrackContents& contents, LostFields* lost_fields) {
-  if (contents.empty_frames == 0) return;
-  lost_fields->push_back(std::to_string(contents.empty_frames) +
-                         " frames with nobody in them are not kept");
-}
-
-void NoteClock(const TrackContents& contents, LostFields* lost_fields) {
-  if (!contents.has_clock) return;
-  lost_fields->push_back(
-      "times and frame rate are not kept: name the rate when reading "
-      "(--frame_rate=HZ)");
+  NoteLosses(contents,
+             {Loss::kInferredObserved, Loss::kCovariances, Loss::kViews},
+             lost_fields);
 }
 
 void NoteAddedRows(const TrackSequence& tracks, size_t row_count,

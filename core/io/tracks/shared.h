@@ -5,18 +5,28 @@
 #include <cmath>
 #include <cstdint>
 #include <functional>
+#include <initializer_list>
 #include <map>
 #include <optional>
 #include <string>
 #include <string_view>
-#include <type_traits>
 #include <vector>
 
 #include "core/data/identity_edit.h"
+#include "core/io/files/text_file.h"
+#include "core/io/text/bulk_json.h"
+#include "core/io/text/json_output.h"
 #include "core/io/text/lost_fields.h"
 #include "core/io/tracks/tracks.h"
 
 namespace kinegraph {
+
+// ---- Axes ----
+
+// Those of laboratories: Z is up.
+inline AxisMap C3dAxes() { return AxisMap::Parse("x,y,z"); }
+// Of BVH and glTF. Blender, which turns Y up into Z up, then shows our world.
+inline AxisMap AnimationAxes() { return AxisMap::Parse("x,z,-y"); }
 
 // ---- Reading ----
 
@@ -33,8 +43,24 @@ inline Joint3d ObservedJoint(const Eigen::Vector3d& position_m) {
   return {position_m, JointStatus::kObserved};
 }
 
+// What `read(&text)` makes of a file as a Text (CsvRows, Words); file and line
+// stand in front of its errors.
+template <typename Text, typename Read>
+auto ReadText(const std::string& path, const Read& read) {
+  const std::string content = ReadTextFile(path);
+  Text text(content);
+  return Located(
+      path, [&] { return text.Place(); }, [&] { return read(&text); });
+}
+
 // "observed", "inferred" or "missing"; throws InputError without a file.
 JointStatus ParseJointStatus(std::string_view text);
+
+// The joints of `object`'s `key`, four numbers each: x, y, z in a unit and a
+// weight. Missing where that is not above 0, else inferred where it is at most
+// `inferred`. Throws InputError without a file.
+void ReadWeighted(const JsonObject& object, const char* key, double unit_m,
+                  double inferred, Pose3d* pose);
 
 // Collects people in any order of frames.
 class TrackCollector {
@@ -122,15 +148,15 @@ void WritePersonFiles(
     const TrackSequence& tracks, const PersonNames& names,
     const std::function<void(const std::string& file, TrackId id)>& write_file);
 
-// ---- Bytes ----
-
-// As this machine has the number: little-endian.
-template <typename Value>
-void AppendNumber(Value value, std::string* bytes) {
-  static_assert(std::is_trivially_copyable_v<Value> &&
-                __BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__);
-  bytes->append(reinterpret_cast<const char*>(&value), sizeof(value));
-}
+// The same for tables with a row for every frame: `head(file)`, then what
+// `write_row` writes of each row; the person is null where it is not there.
+void WritePersonTables(
+    const std::string& path, const std::string& extension,
+    const TrackSequence& tracks, const PersonNames& names,
+    const std::vector<TrackRow>& rows,
+    const std::function<std::string(const std::string& file)>& head,
+    const std::function<void(size_t row, const PersonPose* person,
+                             JsonOutput* out)>& write_row);
 
 // ---- What a format leaves out ----
 
@@ -149,18 +175,21 @@ TrackContents ContentsOf(const TrackSequence& tracks);
 // Of each joint of the skeleton, whether anybody has it in some frame.
 std::vector<bool> JointsSeen(const TrackSequence& tracks);
 
-inline constexpr const char* kNoClock =
-    "times are not known and left out (--frame_rate=HZ)";
-
-// That covariances, views and matches are lost, as far as there are any.
-void NoteStatistics(const TrackContents& contents, LostFields* lost_fields);
-// The same, where the status of joints is lost as well.
-void NotePlainPositions(const TrackContents& contents, LostFields* lost_fields);
+// What a format may leave out. Each is said where the tracks have it.
+enum class Loss {
+  kCovariances,
+  kViews,             // counts of views, and matches
+  kMatches,           // these alone
+  kInferredAlike,     // inferred joints are written like observed ones
+  kInferredObserved,  // or read back as such
+  kEmptyFrames,
+  kClock,         // times and frame rate
+  kUnknownClock,  // said where there is none
+};
+void NoteLosses(const TrackContents& contents,
+                std::initializer_list<Loss> losses, LostFields* lost_fields);
 // What every format loses that keeps frames, identities and positions alone.
 void NotePositionsOnly(const TrackContents& contents, LostFields* lost_fields);
-void NoteEmptyFrames(const TrackContents& contents, LostFields* lost_fields);
-// That times and frame rate are lost, when there are any.
-void NoteClock(const TrackContents& contents, LostFields* lost_fields);
 // That rows were made for frames that the input leaves out.
 void NoteAddedRows(const TrackSequence& tracks, size_t row_count,
                    const std::string& what, LostFields* lost_fields);

@@ -3,6 +3,7 @@
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <cstdio>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -68,6 +69,13 @@ int64_t Whole(const std::string& cell, size_t column, int64_t high) {
   return number;
 }
 
+// Of the column in the first row; as many as there are where it is not there.
+size_t ColumnOf(const std::string& title,
+                const std::vector<std::string>& titles) {
+  return static_cast<size_t>(std::find(titles.begin(), titles.end(), title) -
+                             titles.begin());
+}
+
 class CsvTrackReader {
  public:
   CsvTrackReader(std::string_view text, const TrackReadOptions& options)
@@ -95,16 +103,17 @@ class CsvTrackReader {
     while (rows_.Next(&cells, width)) visit(cells);
   }
 
-  void FindColumns(const std::vector<std::string>& names) {
+  void FindColumns(const std::vector<std::string>& titles) {
     for (size_t c = 0; c < kColumns.size(); ++c) {
-      const auto at = std::find(names.begin(), names.end(), kColumns[c]);
+      column_[c] = ColumnOf(kColumns[c], titles);
+      if (column_[c] < titles.size()) continue;
       column_[c].reset();
-      if (at != names.end()) {
-        column_[c] = static_cast<size_t>(at - names.begin());
-      } else if (c < kRequired) {
-        throw InputError("has no column '" + std::string(kColumns[c]) + "'");
-      }
+      if (c < kRequired) FailMissingColumn(c);
     }
+  }
+
+  [[noreturn]] static void FailMissingColumn(size_t column) {
+    throw InputError("has no column '" + std::string(kColumns[column]) + "'");
   }
 
   // In the order in which they come. A skeleton is searched name by name, so
@@ -177,9 +186,7 @@ class CsvTrackReader {
     size_t at = kCovariance;
     for (int row = 0; row < 3; ++row) {
       for (int column = row; column < 3; ++column, ++at) {
-        if (!column_[at]) {
-          throw InputError("has no column '" + std::string(kColumns[at]) + "'");
-        }
+        if (!column_[at]) FailMissingColumn(at);
         covariance(row, column) = covariance(column, row) =
             Finite(cell(at), at);
       }
@@ -196,44 +203,15 @@ class CsvTrackReader {
   std::vector<bool> seen_;
 };
 
-PersonNames ReadCsvNames(const std::string& path) {
-  PersonNames names;
-  const std::string text = ReadTextFile(path);
-  CsvRows rows(text);
-  std::vector<std::string> cells;
-  if (!rows.Next(&cells)) return names;
-  const auto column = [&](const char* title) {
-    return static_cast<size_t>(std::find(cells.begin(), cells.end(), title) -
-                               cells.begin());
-  };
-  const size_t of_id = column("id");
-  const size_t of_name = column("name");
-  const size_t width = cells.size();
-  if (of_name == width || of_id == width) return names;
-  while (rows.Next(&cells)) {
-    if (cells.size() != width || cells[of_name].empty()) continue;
-    const std::optional<TrackId> id = PersonIdOf(cells[of_id]);
-    if (id.has_value()) names.emplace(*id, PlainCell(cells[of_name]));
-  }
-  return names;
-}
-
-TrackSequence ReadTracksCsv(const std::string& path,
-                            const TrackReadOptions& options) {
-  const std::string text = ReadTextFile(path);
-  CsvTrackReader reader(text, options);
-  return Located(
-      path, [&] { return reader.Place(); }, [&] { return reader.Read(); });
-}
-
 // Tidy CSV, one row a joint: frame,time_s,id,joint,x_m,y_m,z_m,status; `views`,
 // the six columns cov_xx_m2 .. cov_zz_m2 and `name` follow when anybody has
 // them. The cells of what is missing are empty, those of times when none is
 // known.
 class CsvWriter {
  public:
-  CsvWriter(const TrackSequence& tracks, const PersonNames& names)
-      : tracks_(tracks), contents_(ContentsOf(tracks)) {
+  CsvWriter(const TrackSequence& tracks, const TrackContents& contents,
+            const PersonNames& names)
+      : tracks_(tracks), contents_(contents) {
     for (const auto& [id, name] : names) names_[id] = CsvCell(name);
     for (const std::string& joint : tracks.header.skeleton.joints()) {
       joints_.push_back(CsvCell(joint));
@@ -248,6 +226,7 @@ class CsvWriter {
       out_.Add(c == 0 ? "" : ",", kColumns[c]);
     }
     out_.Text(names_.empty() ? "\n" : ",name\n");
+    out_.FlushTo(&file);
     for (const TrackFrame& frame : tracks_.frames) {
       for (const PersonPose& person : frame.people) {
         for (size_t j = 0; j < person.joints.size(); ++j) {
@@ -256,11 +235,8 @@ class CsvWriter {
       }
       out_.FlushTo(&file);
     }
-    out_.FlushTo(&file);
     file.Commit();
   }
-
-  const TrackContents& contents() const { return contents_; }
 
  private:
   void WriteRow(const TrackFrame& frame, const PersonPose& person, size_t j) {
@@ -268,16 +244,23 @@ class CsvWriter {
     out_.Add(frame.frame, ",");
     if (contents_.has_clock) out_.Seconds(frame.time);
     out_.Add(",", person.id.value(), ",", joints_[j]);
-    for (int axis = 0; axis < 3; ++axis) {
+    for (const double metres : joint.position_m) {
       out_.Text(",");
-      if (joint.present()) out_.Number(joint.position_m[axis]);
+      if (joint.present()) out_.Number(metres);
     }
     out_.Add(",", ToString(joint.status));
     if (contents_.has_views) {
       out_.Text(",");
       if (!person.inlier_views.empty()) out_.Integer(person.inlier_views[j]);
     }
-    if (contents_.has_covariances) WriteCovariance(person, j);
+    const bool has_covariance =
+        !person.covariances.empty() && person.covariances[j].has_value();
+    for (int r = 0; contents_.has_covariances && r < 3; ++r) {
+      for (int c = r; c < 3; ++c) {
+        out_.Text(",");
+        if (has_covariance) out_.Number((*person.covariances[j])(r, c));
+      }
+    }
     if (!names_.empty()) {
       const auto name = names_.find(person.id);
       out_.Add(",", name == names_.end() ? "" : name->second);
@@ -285,35 +268,12 @@ class CsvWriter {
     out_.Text("\n");
   }
 
-  void WriteCovariance(const PersonPose& person, size_t j) {
-    const bool known =
-        !person.covariances.empty() && person.covariances[j].has_value();
-    for (int row = 0; row < 3; ++row) {
-      for (int column = row; column < 3; ++column) {
-        out_.Text(",");
-        if (known) out_.Number((*person.covariances[j])(row, column));
-      }
-    }
-  }
-
   const TrackSequence& tracks_;
-  const TrackContents contents_;
+  const TrackContents& contents_;
   JsonOutput out_;
   std::vector<std::string> joints_;  // as cells
   PersonNames names_;                // as cells
 };
-
-void WriteTracksCsv(const std::string& path, const TrackSequence& tracks,
-                    const TrackExportOptions& options,
-                    LostFields* lost_fields) {
-  CsvWriter writer(tracks, options.names);
-  writer.Write(path);
-  lost_fields->push_back("bones, frame rate and configuration are not kept");
-  const TrackContents& contents = writer.contents();
-  if (!contents.has_clock) lost_fields->push_back(kNoClock);
-  if (contents.has_matches) lost_fields->push_back("matches are not kept");
-  NoteEmptyFrames(contents, lost_fields);
-}
 
 // ---- FreeMoCap's ----
 //
@@ -323,7 +283,8 @@ void WriteTracksCsv(const std::string& path, const TrackSequence& tracks,
 // (mediapipe_body_3d_xyz.npy, mediapipe_skeleton_3d.npy), NaN where a point is
 // not there. Frames count from 0, the person is 0.
 
-constexpr const char* kMode = "freemocap";
+constexpr const char* kFreeMoCap = "freemocap";
+constexpr std::string_view kNumpyMagic = "\x93NUMPY";
 
 void AddRow(int64_t frame, const double* numbers, TrackCollector* collector) {
   Pose3d joints(collector->joint_count());
@@ -351,33 +312,24 @@ std::vector<std::string> PointsOf(const std::vector<std::string>& cells) {
   return cells.size() % 3 == 0 ? names : std::vector<std::string>();
 }
 
-TrackSequence ReadTable(const std::string& path,
-                        const TrackReadOptions& options) {
-  const std::string text = ReadTextFile(path);
-  CsvRows rows(text);
-  return Located(
-      path, [&] { return rows.Place(); },
-      [&] {
-        std::vector<std::string> cells;
-        std::vector<std::string> names;
-        if (rows.Next(&cells)) names = PointsOf(cells);
-        if (names.empty()) {
-          throw InputError("expected columns NAME_x, NAME_y, NAME_z, ...");
-        }
-        const size_t width = cells.size();
-        TrackCollector collector(kMode, SkeletonOfNames(names, options),
-                                 options);
-        std::vector<double> numbers;
-        int64_t frame = 0;
-        while (rows.Next(&cells, width)) {
-          numbers.clear();
-          for (const std::string& cell : cells) {
-            numbers.push_back(NumberOfCell(cell).value_or(kNan));
-          }
-          AddRow(frame++, numbers.data(), &collector);
-        }
-        return collector.Finish();
-      });
+TrackSequence ReadTable(CsvRows* rows, const TrackReadOptions& options) {
+  std::vector<std::string> cells;
+  std::vector<std::string> names;
+  if (rows->Next(&cells)) names = PointsOf(cells);
+  if (names.empty()) {
+    throw InputError("expected columns NAME_x, NAME_y, NAME_z, ...");
+  }
+  TrackCollector collector(kFreeMoCap, SkeletonOfNames(names, options),
+                           options);
+  std::vector<double> numbers(cells.size());
+  for (int64_t frame = 0; rows->Next(&cells, numbers.size()); ++frame) {
+    std::transform(cells.begin(), cells.end(), numbers.begin(),
+                   [](const std::string& cell) {
+                     return NumberOfCell(cell).value_or(kNan);
+                   });
+    AddRow(frame, numbers.data(), &collector);
+  }
+  return collector.Finish();
 }
 
 TrackSequence ReadArray(const std::string& path,
@@ -394,29 +346,23 @@ TrackSequence ReadArray(const std::string& path,
                         std::to_string(skeleton.joints().size()) + " of '" +
                         skeleton.name() + "'");
   }
-  TrackCollector collector(kMode, skeleton, options);
+  TrackCollector collector(kFreeMoCap, skeleton, options);
   for (size_t f = 0; f < shape[0]; ++f) {
     AddRow(static_cast<int64_t>(f), &numbers[f * points * 3], &collector);
   }
   return collector.Finish();
 }
 
-bool IsArray(const TrackHead& head) {
-  if (head.is_folder || !head.BeginsWith("\x93NUMPY")) return false;
-  const size_t begin = head.beginning.find("'shape': (");
-  const size_t end = head.beginning.find(", 3)", begin);
-  if (begin == std::string::npos || end == std::string::npos) return false;
-  // [frames, points, 3]
-  size_t commas = 0;
-  for (size_t at = begin + 10; at < end; ++at) {
-    commas += head.beginning[at] == ',' ? 1 : 0;
+// [frames, points, 3]
+bool IsArrayOfPoints(const std::string& beginning) {
+  const size_t shape = beginning.find("'shape': (");
+  if (beginning.compare(0, kNumpyMagic.size(), kNumpyMagic) != 0 ||
+      shape == std::string::npos) {
+    return false;
   }
-  return commas == 1 && end - begin < 60;
-}
-
-bool IsTable(const TrackHead& head) {
-  return !head.is_folder && head.beginning.find('\n') != std::string::npos &&
-         !PointsOf(head.FirstRow()).empty();
+  int end = 0;
+  std::sscanf(beginning.c_str() + shape, "'shape': (%*u, %*u, 3)%n", &end);
+  return end > 0;
 }
 
 // ---- Anipose's ----
@@ -425,8 +371,6 @@ bool IsTable(const TrackHead& head) {
 // NAME_x, NAME_y, NAME_z [mm], NAME_error, NAME_ncams and NAME_score of each
 // joint, then the rotation M_00 .. M_22 and the centre by which Anipose turned
 // the points (none here), and the frame's number. A file is one person.
-
-constexpr const char* kAniposeExtension = ".csv";
 
 std::string TitleRow(const Skeleton& skeleton) {
   std::string text;
@@ -448,9 +392,8 @@ void WriteAniposeJoint(const PersonPose* person, size_t joint_idx,
     out->Text(",,,,,,");
     return;
   }
-  for (int axis = 0; axis < 3; ++axis) {
-    out->Add(kMillimetresPerMetre * person->joints[joint_idx].position_m[axis],
-             ",");
+  for (const double metres : person->joints[joint_idx].position_m) {
+    out->Add(kMillimetresPerMetre * metres, ",");
   }
   out->Text(",");  // the reprojection error is not in the tracks
   if (!person->inlier_views.empty()) {
@@ -459,89 +402,87 @@ void WriteAniposeJoint(const PersonPose* person, size_t joint_idx,
   out->Text(",,");
 }
 
-void WriteAniposePerson(const std::string& path, TrackId id,
-                        const TrackSequence& tracks,
-                        const std::vector<TrackRow>& rows) {
-  AtomicFile file(path);
-  file.Write(TitleRow(tracks.header.skeleton));
-  const size_t joint_count = tracks.header.skeleton.joints().size();
-  int64_t number = tracks.frames.front().frame;
-  JsonOutput out;
-  for (const TrackRow& row : rows) {
-    const PersonPose* person = FindPerson(row.frame, id);
-    for (size_t j = 0; j < joint_count; ++j) WriteAniposeJoint(person, j, &out);
-    out.Add("1,0,0,0,1,0,0,0,1,0,0,0,", number++, "\n");
-    out.FlushTo(&file);
-  }
-  file.Commit();
+}  // namespace
+
+bool RecogniseCsvTracks(const TrackHead& head) {
+  const std::vector<std::string> row = head.FirstRow();
+  return row.size() > kJoint &&
+         std::equal(row.begin(), row.begin() + kJoint + 1, kColumns.begin());
 }
 
-void WriteTracksAnipose(const std::string& path, const TrackSequence& tracks,
+TrackSequence ReadCsvTracks(const std::string& path,
+                            const TrackReadOptions& options) {
+  const std::string text = ReadTextFile(path);
+  CsvTrackReader reader(text, options);
+  return Located(
+      path, [&] { return reader.Place(); }, [&] { return reader.Read(); });
+}
+
+PersonNames ReadCsvNames(const std::string& path) {
+  PersonNames names;
+  const std::string text = ReadTextFile(path);
+  CsvRows rows(text);
+  std::vector<std::string> cells;
+  if (!rows.Next(&cells)) return names;
+  const size_t width = cells.size();
+  const size_t of_id = ColumnOf("id", cells);
+  const size_t of_name = ColumnOf("name", cells);
+  if (of_name == width || of_id == width) return names;
+  while (rows.Next(&cells)) {
+    if (cells.size() != width || cells[of_name].empty()) continue;
+    const std::optional<TrackId> id = PersonIdOf(cells[of_id]);
+    if (id.has_value()) names.emplace(*id, PlainCell(cells[of_name]));
+  }
+  return names;
+}
+
+void WriteCsvTracks(const std::string& path, const TrackSequence& tracks,
+                    const TrackExportOptions& options,
+                    LostFields* lost_fields) {
+  const TrackContents contents = ContentsOf(tracks);
+  CsvWriter(tracks, contents, options.names).Write(path);
+  lost_fields->push_back("bones, frame rate and configuration are not kept");
+  NoteLosses(contents,
+             {Loss::kUnknownClock, Loss::kMatches, Loss::kEmptyFrames},
+             lost_fields);
+}
+
+bool RecogniseFreeMoCapTracks(const TrackHead& head) {
+  const std::string& text = head.beginning;  // none of a folder
+  return IsArrayOfPoints(text) || (text.find('\n') != std::string::npos &&
+                                   !PointsOf(head.FirstRow()).empty());
+}
+
+TrackSequence ReadFreeMoCapTracks(const std::string& path,
+                                  const TrackReadOptions& options) {
+  if (BeginningOf(path, kNumpyMagic.size()) == kNumpyMagic) {
+    return ReadArray(path, options);
+  }
+  return ReadText<CsvRows>(
+      path, [&](CsvRows* rows) { return ReadTable(rows, options); });
+}
+
+void WriteAniposeTracks(const std::string& path, const TrackSequence& tracks,
                         const TrackExportOptions& options,
                         LostFields* lost_fields) {
   const std::vector<TrackRow> rows = MakeTrackRows(tracks, "Anipose");
-  WritePersonFiles(path, kAniposeExtension, tracks, options.names,
-                   [&](const std::string& file, TrackId id) {
-                     WriteAniposePerson(file, id, tracks, rows);
-                   });
-  const TrackContents contents = ContentsOf(tracks);
+  const Skeleton& skeleton = tracks.header.skeleton;
+  WritePersonTables(
+      path, ".csv", tracks, options.names, rows,
+      [&](const std::string&) { return TitleRow(skeleton); },
+      [&](size_t row, const PersonPose* person, JsonOutput* out) {
+        for (size_t j = 0; j < skeleton.joints().size(); ++j) {
+          WriteAniposeJoint(person, j, out);
+        }
+        out->Add("1,0,0,0,1,0,0,0,1,0,0,0,",
+                 tracks.frames.front().frame + static_cast<int64_t>(row), "\n");
+      });
   lost_fields->push_back(
       "bones, times, frame rate and configuration are not kept; errors and "
       "scores are empty");
-  if (contents.has_inferred) {
-    lost_fields->push_back("inferred joints are written like observed ones");
-  }
-  if (contents.has_covariances) {
-    lost_fields->push_back("covariances are not kept");
-  }
+  NoteLosses(ContentsOf(tracks), {Loss::kInferredAlike, Loss::kCovariances},
+             lost_fields);
   NoteAddedRows(tracks, rows.size(), "have empty cells", lost_fields);
-}
-
-}  // namespace
-
-TrackFormat CsvTrackFormat() {
-  TrackFormat format;
-  format.name = "csv";
-  format.layout = "one row a joint";
-  format.extensions = {".csv"};
-  format.has_marker_names = true;
-  format.recognise = [](const TrackHead& head) {
-    const std::vector<std::string> row = head.FirstRow();
-    return row.size() > kJoint &&
-           std::equal(row.begin(), row.begin() + kJoint + 1, kColumns.begin());
-  };
-  format.read = ReadTracksCsv;
-  format.read_names = ReadCsvNames;
-  format.keeps_names = true;
-  format.write = WriteTracksCsv;
-  return format;
-}
-
-TrackFormat FreeMoCapTrackFormat() {
-  TrackFormat format;
-  format.name = kMode;
-  format.layout = "FreeMoCap's 3D points: CSV NAME_x, NAME_y, NAME_z; NPY";
-  format.unit_m = 0.001;
-  format.recognise = [](const TrackHead& head) {
-    return IsArray(head) || IsTable(head);
-  };
-  format.read = [](const std::string& path, const TrackReadOptions& options) {
-    return BeginningOf(path, 6) == "\x93NUMPY" ? ReadArray(path, options)
-                                               : ReadTable(path, options);
-  };
-  return format;
-}
-
-TrackFormat AniposeTrackFormat() {
-  TrackFormat format;
-  format.name = "anipose";
-  format.layout = "Anipose's table of 3D points, mm, a file a person";
-  format.files = TrackFormat::Files::kFileAPerson;
-  format.person_extension = kAniposeExtension;
-  format.has_marker_names = true;
-  format.keeps_names = true;
-  format.write = WriteTracksAnipose;
-  return format;
 }
 
 }  // namespace kinegraph

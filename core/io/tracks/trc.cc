@@ -6,15 +6,13 @@
 // one on that the first row's time tells.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <optional>
 #include <string_view>
 #include <vector>
 
 #include "core/base/error.h"
-#include "core/io/files/atomic_file.h"
-#include "core/io/files/text_file.h"
-#include "core/io/text/bulk_json.h"
 #include "core/io/text/csv_rows.h"
 #include "core/io/text/json_output.h"
 #include "core/io/tracks/format.h"
@@ -26,33 +24,43 @@ namespace {
 constexpr std::string_view kTrcMark = "PathFileType";
 constexpr const char* kTrcExtension = ".trc";
 
-// Lines without what ends them, blank ones left out.
-class Lines {
+// Cells of one line after the other, blank lines left out.
+class TrcLines {
  public:
-  explicit Lines(std::string_view text) : rest_(text) {}
+  explicit TrcLines(std::string_view text) : rest_(text) {}
 
   bool Next(std::vector<std::string_view>* cells) {
     std::string_view line;
     while (line.find_first_not_of("\t\r ") == std::string_view::npos) {
       if (rest_.empty()) return false;
-      const size_t end = std::min(rest_.find('\n'), rest_.size());
-      line = rest_.substr(0, end);
-      rest_.remove_prefix(std::min(end + 1, rest_.size()));
+      line = CutAt('\n', &rest_);
       ++number_;
     }
     if (line.back() == '\r') line.remove_suffix(1);
-    cells->clear();
-    for (size_t begin = 0; begin <= line.size();) {
-      const size_t end = std::min(line.find('\t', begin), line.size());
-      cells->push_back(line.substr(begin, end - begin));
-      begin = end + 1;
-    }
+    const auto tabulators = std::count(line.begin(), line.end(), '\t');
+    cells->resize(static_cast<size_t>(tabulators) + 1);
+    for (std::string_view& cell : *cells) cell = CutAt('\t', &line);
     return true;
+  }
+
+  // A line of the header.
+  std::vector<std::string_view> Need() {
+    std::vector<std::string_view> cells;
+    if (!Next(&cells)) throw InputError("ends in its header");
+    return cells;
   }
 
   std::string Place() const { return "line " + std::to_string(number_); }
 
  private:
+  // What stands before `mark`, or all of it; both leave the text.
+  static std::string_view CutAt(char mark, std::string_view* text) {
+    const size_t end = std::min(text->find(mark), text->size());
+    const std::string_view before = text->substr(0, end);
+    text->remove_prefix(std::min(end + 1, text->size()));
+    return before;
+  }
+
   std::string_view rest_;
   int64_t number_ = 0;
 };
@@ -66,7 +74,7 @@ std::optional<double> NumberOf(std::string_view cell) {
   return number;
 }
 
-struct Header {
+struct TrcHeader {
   double frame_rate_hz = 0.0;
   double metres = 1.0;  // of a unit
   int64_t first_frame = 0;
@@ -74,24 +82,18 @@ struct Header {
   std::vector<std::string> markers;
 };
 
-std::vector<std::string_view> NextOf(Lines* lines) {
-  std::vector<std::string_view> cells;
-  if (!lines->Next(&cells)) throw InputError("ends in its header");
-  return cells;
-}
-
-Header ReadHeader(Lines* lines) {
+TrcHeader ReadTrcHeader(TrcLines* lines) {
   constexpr int64_t kMaxRows = 10'000'000;
-  Header header;
-  const std::vector<std::string_view> first = NextOf(lines);
+  TrcHeader header;
+  const std::vector<std::string_view> first = lines->Need();
   if (first[0].substr(0, kTrcMark.size()) != kTrcMark) {
     throw InputError("does not begin with PathFileType");
   }
   if (first[0] != kTrcMark) {
     throw InputError("expected tabulators between cells, as TRC has them");
   }
-  const std::vector<std::string_view> names = NextOf(lines);
-  const std::vector<std::string_view> values = NextOf(lines);
+  const std::vector<std::string_view> names = lines->Need();
+  const std::vector<std::string_view> values = lines->Need();
   const auto value = [&](const char* name) -> std::string_view {
     for (size_t i = 0; i < names.size() && i < values.size(); ++i) {
       if (names[i] == name) return values[i];
@@ -112,7 +114,7 @@ Header ReadHeader(Lines* lines) {
   header.first_frame =
       static_cast<int64_t>(number("OrigDataStartFrame", kMaxFrame));
   const auto markers = static_cast<size_t>(number("NumMarkers", 10000.0));
-  const std::vector<std::string_view> titles = NextOf(lines);
+  const std::vector<std::string_view> titles = lines->Need();
   for (size_t m = 0; m < markers; ++m) {
     if (2 + 3 * m >= titles.size()) {
       throw InputError("names fewer than " + std::to_string(markers) +
@@ -120,7 +122,7 @@ Header ReadHeader(Lines* lines) {
     }
     header.markers.emplace_back(titles[2 + 3 * m]);
   }
-  if (NextOf(lines).size() < 3) throw InputError("expected X1, Y1, Z1, ...");
+  if (lines->Need().size() < 3) throw InputError("expected X1, Y1, Z1, ...");
   return header;
 }
 
@@ -147,7 +149,7 @@ void ReadMarkers(const std::vector<std::string_view>& cells, double metres,
 // that begin anew themselves, or lie between frames, tell nothing; then the
 // header does, which counts from 0 here and in Pose2Sim, whose rows and times
 // count from 1, and from 1 in laboratories' files.
-int64_t FirstFrame(const Header& header, double time_s, double row_number) {
+int64_t FirstFrame(const TrcHeader& header, double time_s, double row_number) {
   const double by_time = time_s * header.frame_rate_hz;
   const double nearest = std::round(by_time);
   const auto start = static_cast<double>(header.first_frame);
@@ -162,8 +164,8 @@ int64_t FirstFrame(const Header& header, double time_s, double row_number) {
   return static_cast<int64_t>(nearest);
 }
 
-void ReadRows(const Header& header, TrackId id, const AxisMap& axes,
-              Lines* lines, TrackCollector* collector) {
+void ReadRows(const TrcHeader& header, TrackId id, const AxisMap& axes,
+              TrcLines* lines, TrackCollector* collector) {
   std::vector<std::string_view> cells;
   int64_t first_frame = 0;
   int64_t row = 0;
@@ -193,97 +195,59 @@ void ReadRows(const Header& header, TrackId id, const AxisMap& axes,
   }
 }
 
-TrackSequence ReadTracksTrc(const std::string& path,
-                            const TrackReadOptions& options) {
-  std::optional<TrackCollector> collector;
-  std::vector<std::string> markers;  // of the first file
-  for (const PersonFile& file : ListPersonFiles(path, kTrcExtension)) {
-    const std::string text = ReadTextFile(file.path);
-    Lines lines(text);
-    Located(
-        file.path, [&] { return lines.Place(); },
-        [&] {
-          const Header header = ReadHeader(&lines);
-          if (!collector.has_value()) {
-            markers = header.markers;
-            collector.emplace("trc", SkeletonOfNames(markers, options), options,
-                              header.frame_rate_hz);
-          } else if (markers != header.markers) {
-            throw InputError("has other markers than the first file");
-          }
-          ReadRows(header, file.id, options.axes.value_or(AxisMap()), &lines,
-                   &*collector);
-        });
-  }
-  return collector->Finish();
-}
-
 // ---- Writing ----
 
 // The layout is that of the files Pose2Sim writes, but each row ends with a
 // tabulator, as in OpenSim's: its reader counts what follows the last one only
 // where it is not empty, and refuses rows that lack a cell.
 
-void CheckMarkerNames(const Skeleton& skeleton) {
-  for (const std::string& joint : skeleton.joints()) {
-    if (joint.find_first_of("\t\r\n") != std::string::npos) {
-      throw InputError("the joint '" + Printable(joint) +
-                       "' cannot be the name of a TRC marker");
-    }
-  }
-}
-
-std::string HeaderText(const std::string& file_name,
-                       const TrackSequence& tracks, size_t row_count) {
+std::string TrcHeaderText(const std::string& file_name,
+                          const TrackSequence& tracks, size_t row_count) {
   const std::vector<std::string>& joints = tracks.header.skeleton.joints();
   const double rate = tracks.header.frame_rate_hz;
-  const int64_t start = tracks.frames.empty() ? 0 : tracks.frames.front().frame;
   std::string text =
       "PathFileType\t4\t(X/Y/Z)\t" + file_name +
       "\nDataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits\tOrigDataRate\t"
       "OrigDataStartFrame\tOrigNumFrames\n";
-  text += fmt::format("{}\t{}\t{}\t{}\tm\t{}\t{}\t{}\n", rate, rate, row_count,
-                      joints.size(), rate, start, row_count);
-  text += "Frame#\tTime";
-  for (size_t j = 0; j < joints.size(); ++j) {
-    text += (j == 0 ? "\t" : "\t\t\t") + joints[j];
-  }
-  text += "\t\t\n\t";
+  text +=
+      fmt::format("{}\t{}\t{}\t{}\tm\t{}\t{}\t{}\n", rate, rate, row_count,
+                  joints.size(), rate, tracks.frames.front().frame, row_count);
+  text += fmt::format("Frame#\tTime\t{}\t\t\n\t", fmt::join(joints, "\t\t\t"));
   for (size_t j = 1; j <= joints.size(); ++j) {
     text += fmt::format("\tX{}\tY{}\tZ{}", j, j, j);
   }
   return text + "\t\n";
 }
 
-void WriteMarkers(const PersonPose* person, size_t joint_count,
-                  const AxisMap& axes, JsonOutput* out) {
-  for (size_t j = 0; j < joint_count; ++j) {
-    if (person == nullptr || !person->joints[j].present()) {
-      out->Text("\t\t\t");
-      continue;
-    }
-    const Eigen::Vector3d marker = axes.Apply(person->joints[j].position_m);
-    for (int axis = 0; axis < 3; ++axis) out->Add("\t", marker[axis]);
-  }
+}  // namespace
+
+bool RecogniseTrcTracks(const TrackHead& head) {
+  return head.BeginsWith(std::string(kTrcMark)) || head.HasFile(kTrcExtension);
 }
 
-void WriteTrcPerson(const std::string& path, TrackId id,
-                    const TrackSequence& tracks,
-                    const std::vector<TrackRow>& rows, const AxisMap& axes) {
-  AtomicFile file(path);
-  const size_t slash = path.find_last_of('/');
-  const std::string name =
-      path.substr(slash == std::string::npos ? 0 : slash + 1);
-  file.Write(HeaderText(name, tracks, rows.size()));
-  const size_t joint_count = tracks.header.skeleton.joints().size();
-  JsonOutput out;
-  for (size_t r = 0; r < rows.size(); ++r) {
-    out.Add(r + 1, "\t", rows[r].time_s);
-    WriteMarkers(FindPerson(rows[r].frame, id), joint_count, axes, &out);
-    out.Text("\t\n");
-    out.FlushTo(&file);
+PersonNames ReadTrcNames(const std::string& path) {
+  return NamesOfPersonFiles(path, kTrcExtension);
+}
+
+TrackSequence ReadTrcTracks(const std::string& path,
+                            const TrackReadOptions& options) {
+  std::optional<TrackCollector> collector;
+  std::vector<std::string> markers;  // of the first file
+  for (const PersonFile& file : ListPersonFiles(path, kTrcExtension)) {
+    ReadText<TrcLines>(file.path, [&](TrcLines* lines) {
+      const TrcHeader header = ReadTrcHeader(lines);
+      if (!collector.has_value()) {
+        markers = header.markers;
+        collector.emplace("trc", SkeletonOfNames(markers, options), options,
+                          header.frame_rate_hz);
+      } else if (markers != header.markers) {
+        throw InputError("has other markers than the first file");
+      }
+      ReadRows(header, file.id, options.axes.value_or(AxisMap()), lines,
+               &*collector);
+    });
   }
-  file.Commit();
+  return collector->Finish();
 }
 
 // TRC as OpenSim and Pose2Sim read it, a file a person: PATH/person_ID.trc, or
@@ -292,46 +256,45 @@ void WriteTrcPerson(const std::string& path, TrackId id,
 // recording, Frame# from 1 and the time of the tracks; the header's
 // OrigDataStartFrame is the first frame's number. A marker without position has
 // empty cells. Needs a frame rate.
-void WriteTracksTrc(const std::string& path, const TrackSequence& tracks,
+void WriteTrcTracks(const std::string& path, const TrackSequence& tracks,
                     const TrackExportOptions& options,
                     LostFields* lost_fields) {
   RequireFrameRate(tracks, "TRC");
-  CheckMarkerNames(tracks.header.skeleton);
+  const std::vector<std::string>& joints = tracks.header.skeleton.joints();
+  for (const std::string& joint : joints) {
+    if (joint.find_first_of("\t\r\n") != std::string::npos) {
+      throw InputError("the joint '" + Printable(joint) +
+                       "' cannot be the name of a TRC marker");
+    }
+  }
   const std::vector<TrackRow> rows = MakeTrackRows(tracks, "TRC");
-  WritePersonFiles(path, kTrcExtension, tracks, options.names,
-                   [&](const std::string& file, TrackId id) {
-                     WriteTrcPerson(file, id, tracks, rows,
-                                    options.axes.value_or(AxisMap()));
-                   });
+  const AxisMap axes = options.axes.value_or(AxisMap());
+  WritePersonTables(
+      path, kTrcExtension, tracks, options.names, rows,
+      [&](const std::string& file) {
+        // npos + 1 is 0
+        return TrcHeaderText(file.substr(file.find_last_of('/') + 1), tracks,
+                             rows.size());
+      },
+      [&](size_t row, const PersonPose* person, JsonOutput* out) {
+        out->Add(row + 1, "\t", rows[row].time_s);
+        for (size_t j = 0; j < joints.size(); ++j) {
+          if (person == nullptr || !person->joints[j].present()) {
+            out->Text("\t\t\t");
+            continue;
+          }
+          const Eigen::Vector3d at = axes.Apply(person->joints[j].position_m);
+          for (const double number : at) out->Add("\t", number);
+        }
+        out->Text("\t\n");
+      });
   lost_fields->push_back("bones and configuration are not kept");
-  NotePlainPositions(ContentsOf(tracks), lost_fields);
+  NoteLosses(ContentsOf(tracks),
+             {Loss::kInferredAlike, Loss::kCovariances, Loss::kViews},
+             lost_fields);
   NoteAddedRows(tracks, rows.size(), "have empty rows", lost_fields);
   constexpr int64_t kKeptIds = 1'000'000'000'000'000'000;  // 18 digits
   NoteRenumbering(tracks, kKeptIds, lost_fields);
-}
-
-}  // namespace
-
-TrackFormat TrcTrackFormat() {
-  TrackFormat format;
-  format.name = "trc";
-  format.layout = "a folder, a file a person";
-  format.extensions = {kTrcExtension};
-  format.files = TrackFormat::Files::kFileAPerson;
-  format.person_extension = kTrcExtension;
-  format.axes = AxisMap();
-  format.has_marker_names = true;
-  format.recognise = [](const TrackHead& head) {
-    return head.BeginsWith(std::string(kTrcMark)) ||
-           head.HasFile(kTrcExtension);
-  };
-  format.read = ReadTracksTrc;
-  format.read_names = [](const std::string& path) {
-    return NamesOfPersonFiles(path, kTrcExtension);
-  };
-  format.keeps_names = true;
-  format.write = WriteTracksTrc;
-  return format;
 }
 
 }  // namespace kinegraph

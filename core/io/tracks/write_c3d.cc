@@ -5,13 +5,16 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <utility>
 #include <vector>
 
 #include "core/base/constants.h"
 #include "core/base/error.h"
+#include "core/io/binary/bytes.h"
 #include "core/io/files/atomic_file.h"
 #include "core/io/tracks/c3d_file.h"
+#include "core/io/tracks/format.h"
 #include "core/io/tracks/shared.h"
 
 namespace kinegraph {
@@ -19,14 +22,6 @@ namespace {
 
 constexpr int64_t kMaxWord = 65535;
 constexpr int kMaskBits = 7;
-
-void AppendWord(int64_t value, std::string* bytes) {
-  AppendNumber(static_cast<uint16_t>(value), bytes);
-}
-
-void AppendFloat(double value, std::string* bytes) {
-  AppendNumber(static_cast<float>(value), bytes);
-}
 
 // The parameter section: groups with their parameters, in the order in which
 // they are added.
@@ -36,13 +31,12 @@ class C3dParameters {
     ++group_;
     return Record(name, -group_, "");
   }
-  // Parameters of the last group.
+  // Parameters of the last group. Numbers are stored as words or floats; a
+  // shape without sides is of one number.
   C3dParameters& Words(const std::string& name,
                        const std::vector<size_t>& shape,
                        const std::vector<int64_t>& values) {
-    std::string data;
-    for (const int64_t value : values) AppendWord(value, &data);
-    return Add(name, 2, shape, data);
+    return Numbers<uint16_t>(name, 2, shape, values);
   }
   C3dParameters& Word(const std::string& name, int64_t value) {
     return Words(name, {}, {value});
@@ -50,9 +44,7 @@ class C3dParameters {
   C3dParameters& Floats(const std::string& name,
                         const std::vector<size_t>& shape,
                         const std::vector<double>& values) {
-    std::string data;
-    for (const double value : values) AppendFloat(value, &data);
-    return Add(name, 4, shape, data);
+    return Numbers<float>(name, 4, shape, values);
   }
   C3dParameters& Float(const std::string& name, double value) {
     return Floats(name, {}, {value});
@@ -67,6 +59,16 @@ class C3dParameters {
   std::string Section() const;
 
  private:
+  template <typename Stored, typename Number>
+  C3dParameters& Numbers(const std::string& name, int type,
+                         const std::vector<size_t>& shape,
+                         const std::vector<Number>& values) {
+    std::string data;
+    for (const Number value : values) {
+      AppendNumbers(&data, static_cast<Stored>(value));
+    }
+    return Add(name, type, shape, data);
+  }
   C3dParameters& Add(const std::string& name, int type,
                      const std::vector<size_t>& shape,
                      const std::string& data) {
@@ -82,7 +84,7 @@ class C3dParameters {
     records_ += static_cast<char>(name.size());
     records_ += static_cast<char>(id) + name;
     last_record_ = records_.size();
-    AppendWord(static_cast<int64_t>(content.size() + 3), &records_);
+    AppendNumbers(&records_, static_cast<uint16_t>(content.size() + 3));
     records_ += content + '\0';
     return *this;
   }
@@ -189,8 +191,7 @@ class C3dRecording {
         scale_mm_(ScaleMm(tracks)) {
     first_ = tracks.frames.front().frame + 1;
     last_ = tracks.frames.back().frame + 1;
-    const auto points = static_cast<int64_t>(ids_.size() * joint_count_);
-    if (points > kMaxWord) {
+    if (point_count() > kMaxWord) {
       throw InputError(std::to_string(ids_.size()) + " people of " +
                        std::to_string(joint_count_) +
                        " joints are too many for C3D, which has 65535 points "
@@ -210,14 +211,14 @@ class C3dRecording {
     for (const int64_t word :
          {point_count(), int64_t{0}, std::min(first_, kMaxWord),
           std::min(last_, kMaxWord), int64_t{0}}) {
-      AppendWord(word, &header);
+      AppendNumbers(&header, static_cast<uint16_t>(word));
     }
-    AppendFloat(-scale_mm_, &header);
-    AppendWord(data_block, &header);
-    AppendWord(0, &header);
-    AppendFloat(rate_hz_, &header);
+    AppendNumbers(&header, static_cast<float>(-scale_mm_),
+                  static_cast<uint16_t>(data_block), uint16_t{0},
+                  static_cast<float>(rate_hz_));
     header.resize(2 * 149, '\0');
-    AppendWord(12345, &header);  // labels of events have four characters
+    // Labels of events have four characters.
+    AppendNumbers(&header, uint16_t{12345});
     header.resize(kC3dBlock, '\0');
     return header;
   }
@@ -243,7 +244,9 @@ class C3dRecording {
           }
           point.w() = FourthWord(*person, j);
         }
-        for (int k = 0; k < 4; ++k) AppendFloat(point[k], &bytes);
+        for (const double number : point) {
+          AppendNumbers(&bytes, static_cast<float>(number));
+        }
       }
     }
     return bytes;
@@ -268,17 +271,6 @@ class C3dRecording {
     return (mask << 8) + residual;
   }
 
-  std::vector<std::string> Labels() const {
-    std::vector<std::string> labels;
-    for (const int64_t id : ids_) {
-      for (const std::string& joint : tracks_.header.skeleton.joints()) {
-        labels.push_back((ids_.size() > 1 ? PersonLabel(id) + ":" : "") +
-                         joint);
-      }
-    }
-    return labels;
-  }
-
   std::string MakeParameters(int data_block) const {
     C3dParameters parameters;
     AddPoints(data_block, &parameters);
@@ -289,8 +281,7 @@ class C3dRecording {
         .Words("ACTUAL_START_FIELD", {2}, {first_ % 65536, first_ / 65536})
         .Words("ACTUAL_END_FIELD", {2}, {last_ % 65536, last_ / 65536})
         .Float("CAMERA_RATE", rate_hz_);
-    AddSubjects(&parameters);
-    AddEvents(&parameters);
+    AddSubjectsAndEvents(&parameters);
     parameters.Group("MANUFACTURER").Texts("COMPANY", {"kinegraph"});
     parameters.Texts("SOFTWARE", {"kinegraph"});
     return parameters.Section();
@@ -298,6 +289,21 @@ class C3dRecording {
 
   void AddPoints(int data_block, C3dParameters* parameters) const {
     const auto frames = static_cast<int64_t>(rows_.size());
+    std::vector<std::string> labels;
+    for (const int64_t id : ids_) {
+      const std::string prefix = ids_.size() > 1 ? PersonLabel(id) + ":" : "";
+      for (const std::string& joint : tracks_.header.skeleton.joints()) {
+        labels.push_back(prefix + joint);
+      }
+    }
+    // "+Z": where an axis of the world points in the file.
+    const auto axis_of = [this](int of_world) {
+      const auto i = static_cast<size_t>(
+          std::find(axes_.axis.begin(), axes_.axis.end(), of_world) -
+          axes_.axis.begin());
+      return std::string(axes_.sign[i] < 0.0 ? "-" : "+") +
+             static_cast<char>('X' + i);
+    };
     parameters->Group("POINT").Word("USED", point_count());
     parameters->Float("SCALE", -scale_mm_).Float("RATE", rate_hz_);
     parameters->Word("DATA_START", data_block);
@@ -305,72 +311,52 @@ class C3dRecording {
     if (frames >= kMaxWord) {  // of which a word says "or more"
       parameters->Float("LONG_FRAMES", static_cast<double>(frames));
     }
-    parameters->Texts("LABELS", Labels()).Texts("UNITS", {"mm"});
-    parameters->Texts("X_SCREEN", {AxisOf(0)}).Texts("Y_SCREEN", {AxisOf(2)});
+    parameters->Texts("LABELS", labels).Texts("UNITS", {"mm"});
+    parameters->Texts("X_SCREEN", {axis_of(0)}).Texts("Y_SCREEN", {axis_of(2)});
   }
 
-  // "+Z": where an axis of the world points in the file.
-  std::string AxisOf(int of_world) const {
-    size_t i = 0;
-    while (axes_.axis[i] != of_world) ++i;
-    return std::string(axes_.sign[i] < 0.0 ? "-" : "+") +
-           static_cast<char>('X' + i);
-  }
-
-  std::string NameOf(int64_t id) const {
-    const auto name = names_.find(TrackId(id));
-    return name != names_.end() ? name->second : PersonLabel(id);
-  }
-
-  void AddSubjects(C3dParameters* parameters) const {
+  // What each identity is called, and events at its first and last frame.
+  void AddSubjectsAndEvents(C3dParameters* parameters) const {
+    constexpr size_t kMostEvents = 254;
+    constexpr double kMinute = 60.0;
+    std::map<int64_t, std::pair<int64_t, int64_t>> presence;
+    for (const TrackFrame& frame : tracks_.frames) {
+      for (const PersonPose& person : frame.people) {
+        const auto first = std::pair(frame.frame, frame.frame);
+        presence.try_emplace(person.id.value(), first).first->second.second =
+            frame.frame;
+      }
+    }
     std::vector<std::string> prefixes;
     std::vector<std::string> called;
+    std::vector<std::string> subjects;
+    std::vector<std::string> labels;
+    std::vector<double> times;
     for (const int64_t id : ids_) {
       prefixes.push_back(PersonLabel(id) + ":");
-      called.push_back(NameOf(id));
+      const auto name = names_.find(TrackId(id));
+      called.push_back(name != names_.end() ? name->second : PersonLabel(id));
+      if (labels.size() + 2 > kMostEvents) continue;
+      const auto [begin, end] = presence.at(id);
+      for (const auto& [label, frame] :
+           {std::pair{"begin", begin}, {"end", end}}) {
+        const double time_s = static_cast<double>(frame) / rate_hz_;
+        times.push_back(std::floor(time_s / kMinute));
+        times.push_back(time_s - kMinute * times.back());
+        labels.push_back(label);
+        subjects.push_back(called.back());
+      }
     }
     parameters->Group("SUBJECTS").Word("IS_STATIC", 0);
     parameters->Word("USES_PREFIXES", ids_.size() > 1 ? 1 : 0);
     parameters->Word("USED", static_cast<int64_t>(ids_.size()));
     parameters->Texts("NAMES", called).Texts("LABEL_PREFIXES", prefixes);
-  }
-
-  // Each identity's first and last frame.
-  void AddEvents(C3dParameters* parameters) const {
-    constexpr size_t kMostEvents = 254;
-    std::vector<std::string> subjects;
-    std::vector<std::string> labels;
-    std::vector<double> times;
-    for (const int64_t id : ids_) {
-      if (labels.size() + 2 > kMostEvents) break;
-      const auto [begin, end] = Presence(TrackId(id));
-      for (const auto& [label, frame] :
-           {std::pair{"begin", begin}, {"end", end}}) {
-        constexpr double kMinute = 60.0;
-        const double time_s = static_cast<double>(frame) / rate_hz_;
-        times.push_back(std::floor(time_s / kMinute));
-        times.push_back(time_s - kMinute * times.back());
-        labels.push_back(label);
-        subjects.push_back(NameOf(id));
-      }
-    }
     const size_t count = labels.size();
     parameters->Group("EVENT").Word("USED", static_cast<int64_t>(count));
     parameters->Texts("CONTEXTS", std::vector<std::string>(count, "General"));
     parameters->Texts("LABELS", labels).Texts("SUBJECTS", subjects);
     parameters->Floats("TIMES", {2, count}, times);
     parameters->Words("ICON_IDS", {count}, std::vector<int64_t>(count, 0));
-  }
-
-  std::pair<int64_t, int64_t> Presence(TrackId id) const {
-    int64_t begin = -1;
-    int64_t end = -1;
-    for (const TrackFrame& frame : tracks_.frames) {
-      if (FindPerson(&frame, id) == nullptr) continue;
-      if (begin < 0) begin = frame.frame;
-      end = frame.frame;
-    }
-    return {begin, end};
   }
 
   const TrackSequence& tracks_;
@@ -385,32 +371,9 @@ class C3dRecording {
   int64_t last_ = 1;
 };
 
-void NoteC3dLosses(const TrackSequence& tracks, size_t row_count,
-                   LostFields* lost_fields) {
-  const TrackContents contents = ContentsOf(tracks);
-  lost_fields->push_back(
-      "bones, configuration and times of their own are not kept");
-  if (contents.has_covariances) {
-    lost_fields->push_back(
-        "of a covariance the residual keeps its size alone: the root of its "
-        "trace");
-  }
-  if (contents.has_inferred) {
-    lost_fields->push_back("inferred joints read back as observed");
-  }
-  if (contents.has_views && !contents.has_matches) {
-    lost_fields->push_back(
-        "the camera mask is empty: the tracks have no matches");
-  }
-  if (tracks.header.view_names.size() > kMaskBits) {
-    lost_fields->push_back("the camera mask has the first seven views alone");
-  }
-  NoteAddedRows(tracks, row_count, "have points without position", lost_fields);
-}
-
 }  // namespace
 
-void WriteTracksC3d(const std::string& path, const TrackSequence& tracks,
+void WriteC3dTracks(const std::string& path, const TrackSequence& tracks,
                     const TrackExportOptions& options,
                     LostFields* lost_fields) {
   const C3dRecording recording(tracks, options);
@@ -427,7 +390,24 @@ void WriteTracksC3d(const std::string& path, const TrackSequence& tracks,
   }
   file.Write(std::string((kC3dBlock - bytes % kC3dBlock) % kC3dBlock, '\0'));
   file.Commit();
-  NoteC3dLosses(tracks, recording.rows().size(), lost_fields);
+  const TrackContents contents = ContentsOf(tracks);
+  lost_fields->push_back(
+      "bones, configuration and times of their own are not kept");
+  if (contents.has_covariances) {
+    lost_fields->push_back(
+        "of a covariance the residual keeps its size alone: the root of its "
+        "trace");
+  }
+  NoteLosses(contents, {Loss::kInferredObserved}, lost_fields);
+  if (contents.has_views && !contents.has_matches) {
+    lost_fields->push_back(
+        "the camera mask is empty: the tracks have no matches");
+  }
+  if (tracks.header.view_names.size() > kMaskBits) {
+    lost_fields->push_back("the camera mask has the first seven views alone");
+  }
+  NoteAddedRows(tracks, recording.rows().size(), "have points without position",
+                lost_fields);
 }
 
 }  // namespace kinegraph

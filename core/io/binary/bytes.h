@@ -1,0 +1,42 @@
+// Numbers as bytes, and how many bytes compressed ones may stand for. For
+// core/io alone.
+#ifndef KINEGRAPH_CORE_IO_BINARY_BYTES_H_
+#define KINEGRAPH_CORE_IO_BINARY_BYTES_H_
+
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <string>
+#include <string_view>
+#include <type_traits>
+
+namespace kinegraph {
+
+static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__,
+              "files of little-endian numbers are written as memory has them");
+
+// One after the other, little-endian.
+template <typename... Values>
+void AppendNumbers(std::string* bytes, Values... values) {
+  static_assert((std::is_arithmetic_v<Values> && ...));
+  (bytes->append(reinterpret_cast<const char*>(&values), sizeof(values)), ...);
+}
+
+// The little-endian number at a place, all of which is there.
+template <typename Value>
+Value NumberAt(std::string_view bytes, size_t at) {
+  Value value{};
+  std::memcpy(&value, bytes.data() + at, sizeof(value));
+  return value;
+}
+
+// Deflate reaches 1032 times what is stored, where nothing but one value is.
+// Coordinates of one person among 250 whom a file has room for, all others
+// missing, reach 256 times; a little may be all one value.
+constexpr uint64_t MostUnpackedBytes(uint64_t stored_bytes) {
+  return (uint64_t{32} << 20) + 256 * stored_bytes;
+}
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_CORE_IO_BINARY_BYTES_H_
