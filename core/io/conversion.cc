@@ -7,7 +7,6 @@
 #include <cstdlib>
 #include <memory>
 #include <optional>
-#include <set>
 #include <utility>
 #include <vector>
 
@@ -49,11 +48,9 @@ constexpr FileKind kTracks = FileKind::kTracks;
 
 std::string LayoutOf(const TrackFormat& format) {
   std::string text = format.layout;
-  for (const std::string& extension : format.extensions) {
-    text +=
-        (&extension == &format.extensions.front() ? " (" : ", ") + extension;
+  if (!format.extensions.empty()) {
+    text += fmt::format(" ({})", fmt::join(format.extensions, ", "));
   }
-  if (!format.extensions.empty()) text += ")";
   if (format.axes.has_value()) text += "; axes " + format.axes->Text();
   return text;
 }
@@ -81,11 +78,10 @@ bool Contains(const std::vector<FileKind>& kinds, FileKind kind) {
 }
 
 std::string TextOf(const std::vector<FileKind>& kinds) {
-  std::string text;
-  for (const FileKind kind : kinds) {
-    text += (text.empty() ? "" : " or ") + std::string(ToString(kind));
-  }
-  return text;
+  std::vector<std::string> names(kinds.size());
+  std::transform(kinds.begin(), kinds.end(), names.begin(),
+                 [](FileKind kind) { return ToString(kind); });
+  return fmt::format("{}", fmt::join(names, " or "));
 }
 
 // Kinds of the format that --`flag` names; throws when nothing of that name can
@@ -94,19 +90,19 @@ std::vector<FileKind> KindsOf(const std::string& flag, const std::string& name,
                               const std::string& verb, bool Format::*can) {
   std::vector<FileKind> kinds;
   bool is_known = false;
-  std::set<std::string> listed;
-  std::string names;
+  std::vector<std::string> names;
   for (const Format& format : Formats()) {
     is_known = is_known || format.name == name;
     if (!(format.*can)) continue;
     if (format.name == name) kinds.push_back(format.kind);
-    if (!listed.insert(format.name).second) continue;
-    names += (names.empty() ? "" : ", ") + format.name;
+    if (std::count(names.begin(), names.end(), format.name) > 0) continue;
+    names.push_back(format.name);
   }
   if (!kinds.empty()) return kinds;
-  throw InputError("--" + flag + ": '" + Printable(name) + "' " +
-                   (is_known ? "cannot be " + verb : "is no format") +
-                   ", expected " + (flag == "from" ? "auto, " : "") + names);
+  throw InputError(
+      fmt::format("--{}: '{}' {}, expected {}{}", flag, Printable(name),
+                  is_known ? "cannot be " + verb : "is no format",
+                  flag == "from" ? "auto, " : "", fmt::join(names, ", ")));
 }
 
 // What is to be converted: it follows from the two formats, and from the
@@ -257,8 +253,14 @@ class CountingSource final : public DetectionSource {
   size_t frame_count_ = 0;
 };
 
-DetectionWriteOptions DetectionWriteOptionsOf(const ConversionOptions& flags,
-                                              const ConvertOptions& options) {
+std::string ConvertDetections(const ConversionOptions& flags,
+                              const ConvertOptions& options,
+                              LostFields* lost_fields) {
+  DetectionReadOptions read = options.detections;
+  if (flags.from != "auto") read.format = flags.from;
+  if (!flags.skeleton.empty()) read.skeleton = SkeletonFlag(flags);
+  read.frame_rate_hz = flags.frame_rate_hz;
+  CountingSource source(OpenDetections(flags.in, read));
   DetectionWriteOptions write;
   const std::vector<double>& size = options.cameras.image_size;
   if (!flags.image_size.empty() && size.size() != 2) {
@@ -268,19 +270,7 @@ DetectionWriteOptions DetectionWriteOptionsOf(const ConversionOptions& flags,
   if (size.size() == 2) {
     write.image_size = {static_cast<int>(size[0]), static_cast<int>(size[1])};
   }
-  return write;
-}
-
-std::string ConvertDetections(const ConversionOptions& flags,
-                              const ConvertOptions& options,
-                              LostFields* lost_fields) {
-  DetectionReadOptions read = options.detections;
-  if (flags.from != "auto") read.format = flags.from;
-  if (!flags.skeleton.empty()) read.skeleton = SkeletonFlag(flags);
-  read.frame_rate_hz = flags.frame_rate_hz;
-  CountingSource source(OpenDetections(flags.in, read));
-  FindDetectionFormat(flags.to)->write(
-      flags.out, DetectionWriteOptionsOf(flags, options), &source, lost_fields);
+  FindDetectionFormat(flags.to)->write(flags.out, write, &source, lost_fields);
   return fmt::format("{} frames of {} views", source.frames(),
                      source.header().view_names.size());
 }
@@ -288,11 +278,9 @@ std::string ConvertDetections(const ConversionOptions& flags,
 // "0, 3, 7": the identities that there are.
 std::string KnownPeople(const std::vector<int64_t>& ids) {
   constexpr size_t kMostShown = 30;
-  std::string text;
-  for (size_t i = 0; i < std::min(ids.size(), kMostShown); ++i) {
-    text += (i == 0 ? "" : ", ") + std::to_string(ids[i]);
-  }
-  return text + (ids.size() > kMostShown ? ", ..." : "");
+  const size_t shown = std::min(ids.size(), kMostShown);
+  return fmt::format("{}{}", fmt::join(ids.data(), ids.data() + shown, ", "),
+                     shown < ids.size() ? ", ..." : "");
 }
 
 // What people of the tracks are called, in the file itself or beside it.

@@ -141,7 +141,6 @@ const TrackFormat* FindTrackFormat(const std::string& name) {
 
 const TrackFormat* TrackFormatOfExtension(const std::string& path) {
   for (const TrackFormat& format : TrackFormats()) {
-    if (format.write == nullptr) continue;
     for (const std::string& extension : format.extensions) {
       if (EndsIn(path, extension)) return &format;
     }
@@ -150,16 +149,15 @@ const TrackFormat* TrackFormatOfExtension(const std::string& path) {
 }
 
 std::string TrackExtensions() {
-  std::vector<std::string> all;
-  for (const TrackFormat& format : TrackFormats()) {
-    if (format.write == nullptr) continue;
-    all.insert(all.end(), format.extensions.begin(), format.extensions.end());
-  }
   std::string text;
-  for (size_t i = 0; i < all.size(); ++i) {
-    text += (i == 0 ? "" : i + 1 == all.size() ? " or " : ", ") + all[i];
+  std::string last;
+  for (const TrackFormat& format : TrackFormats()) {
+    for (const std::string& extension : format.extensions) {
+      if (!last.empty()) text += (text.empty() ? "" : ", ") + last;
+      last = extension;
+    }
   }
-  return text;
+  return text + " or " + last;
 }
 
 bool TrackHead::HasKey(const std::string& key) const {

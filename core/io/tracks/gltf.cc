@@ -12,7 +12,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <optional>
+#include <type_traits>
 #include <vector>
 
 #include "core/base/error.h"
@@ -81,26 +81,12 @@ class JsonList {
 class Buffer {
  public:
   // Arrays of `width` numbers each; the index of the accessor.
-  size_t Floats(const std::vector<float>& values, size_t width,
-                bool with_bounds = false, BufferTarget target = kNoTarget) {
-    std::string bounds;
-    if (with_bounds) {
-      std::vector<float> low(values.begin(),
-                             values.begin() + static_cast<long>(width));
-      std::vector<float> high = low;
-      for (size_t i = width; i < values.size(); ++i) {
-        low[i % width] = std::min(low[i % width], values[i]);
-        high[i % width] = std::max(high[i % width], values[i]);
-      }
-      bounds = fmt::format(R"(,"min":[{}],"max":[{}])", fmt::join(low, ","),
-                           fmt::join(high, ","));
-    }
-    return Add(values, width, kFloat, target, bounds);
-  }
   template <typename Number>
   size_t Add(const std::vector<Number>& values, size_t width,
-             ComponentType component, BufferTarget target,
-             const std::string& bounds = "") {
+             BufferTarget target = kNoTarget, const std::string& bounds = "") {
+    constexpr ComponentType kType = std::is_same_v<Number, float> ? kFloat
+                                    : sizeof(Number) == 2 ? kUnsignedShort
+                                                          : kUnsignedInt;
     PadTo4('\0', &bytes_);
     const size_t size = values.size() * sizeof(Number);
     const size_t view = views_.Add(fmt::format(
@@ -116,7 +102,21 @@ class Buffer {
                                     : "MAT4";
     return accessors_.Add(fmt::format(
         R"({{"bufferView":{},"componentType":{},"count":{},"type":"{}"{}}})",
-        view, +component, values.size() / width, type, bounds));
+        view, +kType, values.size() / width, type, bounds));
+  }
+  // With their least and largest values.
+  size_t AddBounded(const std::vector<float>& values, size_t width,
+                    BufferTarget target = kNoTarget) {
+    std::vector<float> low(values.begin(),
+                           values.begin() + static_cast<long>(width));
+    std::vector<float> high = low;
+    for (size_t i = width; i < values.size(); ++i) {
+      low[i % width] = std::min(low[i % width], values[i]);
+      high[i % width] = std::max(high[i % width], values[i]);
+    }
+    return Add(values, width, target,
+               fmt::format(R"(,"min":[{}],"max":[{}])", fmt::join(low, ","),
+                           fmt::join(high, ",")));
   }
 
   const std::string& bytes() const { return bytes_; }
@@ -129,19 +129,13 @@ class Buffer {
   JsonList accessors_;
 };
 
-void AppendFloats(const Vector3d& v, std::vector<float>* values) {
-  for (int k = 0; k < 3; ++k) {
-    const auto number = static_cast<float>(v[k]);
-    if (!std::isfinite(number)) {
+template <typename Vector>
+void AppendFloats(const Vector& numbers, std::vector<float>* values) {
+  for (const double number : numbers) {
+    values->push_back(static_cast<float>(number));
+    if (!std::isfinite(values->back())) {
       throw InputError("a joint is farther away than a 32-bit float counts");
     }
-    values->push_back(number);
-  }
-}
-
-void AppendFloats(const Quaterniond& q, std::vector<float>* values) {
-  for (int k = 0; k < 4; ++k) {
-    values->push_back(static_cast<float>(q.coeffs()[k]));  // x, y, z, w
   }
 }
 
@@ -174,16 +168,14 @@ class Body {
 
   std::string Mesh(const std::string& name, size_t material,
                    Buffer* buffer) const {
-    const size_t positions =
-        buffer->Floats(positions_, 3, /*with_bounds=*/true, kVertices);
-    const size_t joints = buffer->Add(joints_, 4, kUnsignedShort, kVertices);
-    const size_t weights =
-        buffer->Floats(weights_, 4, /*with_bounds=*/false, kVertices);
+    const size_t positions = buffer->AddBounded(positions_, 3, kVertices);
+    const size_t joints = buffer->Add(joints_, 4, kVertices);
+    const size_t weights = buffer->Add(weights_, 4, kVertices);
     return fmt::format(
         R"({{"name":{},"primitives":[{{"attributes":{{"POSITION":{},)"
         R"("JOINTS_0":{},"WEIGHTS_0":{}}},"indices":{},"material":{}}}]}})",
         JsonText(name), positions, joints, weights,
-        buffer->Add(indices_, 1, kUnsignedInt, kIndices), material);
+        buffer->Add(indices_, 1, kIndices), material);
   }
 
  private:
@@ -221,13 +213,20 @@ class Body {
   std::vector<uint32_t> indices_;
 };
 
-// The motion of a person, and the rows in which the person is there: those of
-// the recording, and of the motion.
+// A node with the joints behind it. The person is there in some rows of the
+// recording, which are other rows of the motion.
 struct AnimatedPerson {
+  std::string name;
+  size_t node = 0;
   std::vector<size_t> rows;
   std::vector<size_t> of_motion;
   TreeMotion motion;
 };
+
+// Okabe and Ito's colours, told apart by everybody.
+constexpr std::array<const char*, 7> kColours = {
+    "0.9,0.6,0",  "0.34,0.71,0.91", "0,0.62,0.45",  "0.94,0.89,0.26",
+    "0,0.45,0.7", "0.84,0.37,0",    "0.8,0.47,0.65"};
 
 class Scene {
  public:
@@ -241,9 +240,15 @@ class Scene {
     const std::vector<int64_t> ids = RequirePeople(tracks);
     const std::vector<std::string> titles = PersonTitles(ids, options.names);
     for (size_t p = 0; p < ids.size(); ++p) {
+      const AnimatedPerson person = Solve(TrackId(ids[p]), titles[p]);
+      scene_nodes_.Add(std::to_string(person.node));
+      nodes_.Add(
+          fmt::format(R"({{"name":{},"children":[{}],"extras":{{"id":{}}}}})",
+                      JsonText(person.name), person.node + 1, ids[p]));
       // Names of nodes are taken once, which readers count on.
-      const std::string prefix = ids.size() > 1 ? titles[p] + "_" : "";
-      AddPerson(p, TrackId(ids[p]), titles[p], prefix);
+      AddJoints(person, ids.size() > 1 ? person.name + "_" : "");
+      AddSkin(person, kColours[p % kColours.size()]);
+      AddMotion(person);
     }
   }
 
@@ -282,6 +287,8 @@ class Scene {
 
   AnimatedPerson Solve(TrackId id, const std::string& name) {
     AnimatedPerson person;
+    person.name = name;
+    person.node = nodes_.size();
     std::vector<const PersonPose*> poses;  // from the first on
     for (size_t r = 0; r < rows_.size(); ++r) {
       const PersonPose* pose = FindPerson(rows_[r].frame, id);
@@ -297,28 +304,13 @@ class Scene {
     return person;
   }
 
-  void AddPerson(size_t person_idx, TrackId id, const std::string& name,
-                 const std::string& prefix) {
-    const AnimatedPerson person = Solve(id, name);
-    const size_t person_node = nodes_.size();
-    const size_t first_joint = person_node + 1;
-    nodes_.Add(
-        fmt::format(R"({{"name":{},"children":[{}],"extras":{{"id":{}}}}})",
-                    JsonText(name), first_joint, id.value()));
-    scene_nodes_.Add(std::to_string(person_node));
-    AddJoints(person, prefix, first_joint);
-    AddSkin(person, name, person_idx, first_joint);
-    AddMotion(person, person_node, first_joint);
-  }
-
   // In the pose of the person's first frame.
-  void AddJoints(const AnimatedPerson& person, const std::string& prefix,
-                 size_t first_joint) {
+  void AddJoints(const AnimatedPerson& person, const std::string& prefix) {
     for (size_t j = 0; j < tree_.size(); ++j) {
       const Vector3d at = LocalPosition(person.motion, 0, j);
       const Quaterniond turn = person.motion.Local(tree_, 0, j);
       std::vector<size_t> children = tree_[j].children;
-      for (size_t& child : children) child += first_joint;
+      for (size_t& child : children) child += person.node + 1;
       nodes_.Add(fmt::format(
           R"({{"name":{},"translation":[{},{},{}],"rotation":[{},{},{},{}]{}}})",
           JsonText(prefix + tree_[j].name), at.x(), at.y(), at.z(), turn.x(),
@@ -329,8 +321,7 @@ class Scene {
     }
   }
 
-  void AddSkin(const AnimatedPerson& person, const std::string& name,
-               size_t person_idx, size_t first_joint) {
+  void AddSkin(const AnimatedPerson& person, const std::string& colour) {
     std::vector<Vector3d> rest_m(tree_.size(), Vector3d::Zero());
     std::vector<float> inverses;
     std::vector<size_t> joints;
@@ -339,38 +330,24 @@ class Scene {
         rest_m[j] = rest_m[static_cast<size_t>(tree_[j].parent)] +
                     person.motion.offsets_m[j];
       }
-      inverses.insert(inverses.end(), {1.0F, 0.0F, 0.0F, 0.0F, 0.0F, 1.0F, 0.0F,
-                                       0.0F, 0.0F, 0.0F, 1.0F, 0.0F});
-      AppendFloats(-rest_m[j], &inverses);
-      inverses.push_back(1.0F);
-      joints.push_back(first_joint + j);
+      Eigen::Matrix4d inverse = Eigen::Matrix4d::Identity();
+      inverse.topRightCorner<3, 1>() = -rest_m[j];
+      AppendFloats(inverse.reshaped(), &inverses);
+      joints.push_back(person.node + 1 + j);
     }
+    const std::string name = JsonText(person.name);
     const size_t index = skins_.Add(fmt::format(
         R"({{"name":{},"inverseBindMatrices":{},"skeleton":{},"joints":[{}]}})",
-        JsonText(name), buffer_.Floats(inverses, 16), first_joint,
+        name, buffer_.Add(inverses, 16), joints.front(),
         fmt::join(joints, ",")));
-    materials_.Add(Material(name, person_idx));
-    meshes_.Add(Body(tree_, rest_m).Mesh(name, index, &buffer_));
+    materials_.Add(fmt::format(
+        R"({{"name":{},"pbrMetallicRoughness":{{"baseColorFactor":[{},1],)"
+        R"("metallicFactor":0,"roughnessFactor":0.8}}}})",
+        name, colour));
+    meshes_.Add(Body(tree_, rest_m).Mesh(person.name, index, &buffer_));
     scene_nodes_.Add(std::to_string(nodes_.size()));
     nodes_.Add(fmt::format(R"({{"name":{},"mesh":{},"skin":{}}})",
-                           JsonText(name + "_body"), index, index));
-  }
-
-  static std::string Material(const std::string& name, size_t person_idx) {
-    // Okabe and Ito's colours, told apart by everybody.
-    constexpr std::array<std::array<double, 3>, 7> kColours = {
-        {{0.90, 0.60, 0.00},
-         {0.34, 0.71, 0.91},
-         {0.00, 0.62, 0.45},
-         {0.94, 0.89, 0.26},
-         {0.00, 0.45, 0.70},
-         {0.84, 0.37, 0.00},
-         {0.80, 0.47, 0.65}}};
-    const auto& c = kColours[person_idx % kColours.size()];
-    return fmt::format(
-        R"({{"name":{},"pbrMetallicRoughness":{{"baseColorFactor":)"
-        R"([{},{},{},1],"metallicFactor":0,"roughnessFactor":0.8}}}})",
-        JsonText(name), c[0], c[1], c[2]);
+                           JsonText(person.name + "_body"), index, index));
   }
 
   Vector3d LocalPosition(const TreeMotion& motion, size_t row,
@@ -383,11 +360,10 @@ class Scene {
            (pose.positions_m[joint] - pose.positions_m[p]);
   }
 
-  void AddMotion(const AnimatedPerson& person, size_t person_node,
-                 size_t first_joint) {
+  void AddMotion(const AnimatedPerson& person) {
     std::vector<float> times_s;
     for (const size_t row : person.rows) times_s.push_back(SecondsOf(row));
-    const size_t input = buffer_.Floats(times_s, 1, /*with_bounds=*/true);
+    const size_t input = buffer_.AddBounded(times_s, 1);
     for (size_t j = 0; j < tree_.size(); ++j) {
       std::vector<float> places;
       std::vector<float> turns;
@@ -398,35 +374,30 @@ class Scene {
         // The nearer of the two that say the same, for what lies between rows.
         if (turn.dot(last) < 0.0) turn.coeffs() *= -1.0;
         last = turn;
-        AppendFloats(turn, &turns);
+        AppendFloats(turn.coeffs(), &turns);  // x, y, z, w
       }
-      const size_t node = first_joint + j;
-      AddChannel(node, "translation", "LINEAR", input,
-                 buffer_.Floats(places, 3));
-      AddChannel(node, "rotation", "LINEAR", input, buffer_.Floats(turns, 4));
+      const size_t node = person.node + 1 + j;
+      AddChannel(node, "translation", "LINEAR", input, buffer_.Add(places, 3));
+      AddChannel(node, "rotation", "LINEAR", input, buffer_.Add(turns, 4));
     }
-    AddVisibility(person, person_node);
+    if (person.rows.size() < rows_.size()) AddVisibility(person);
   }
 
   // Scale 1 while the person is there, else 0.
-  void AddVisibility(const AnimatedPerson& person, size_t person_node) {
-    if (person.rows.size() == rows_.size()) return;
+  void AddVisibility(const AnimatedPerson& person) {
     std::vector<float> times_s;
     std::vector<float> scales;
-    std::optional<bool> last;
     size_t next = 0;
     for (size_t r = 0; r < rows_.size(); ++r) {
       const bool is_there = next < person.rows.size() && person.rows[next] == r;
       next += is_there ? 1 : 0;
-      if (last == is_there) continue;
-      last = is_there;
+      const float scale = is_there ? 1.0F : 0.0F;
+      if (!scales.empty() && scales.back() == scale) continue;
       times_s.push_back(SecondsOf(r));
-      const double scale = is_there ? 1.0 : 0.0;
-      AppendFloats(Vector3d::Constant(scale), &scales);
+      scales.insert(scales.end(), 3, scale);
     }
-    AddChannel(person_node, "scale", "STEP",
-               buffer_.Floats(times_s, 1, /*with_bounds=*/true),
-               buffer_.Floats(scales, 3));
+    const size_t input = buffer_.AddBounded(times_s, 1);
+    AddChannel(person.node, "scale", "STEP", input, buffer_.Add(scales, 3));
   }
 
   void AddChannel(size_t node, const char* path, const char* interpolation,
