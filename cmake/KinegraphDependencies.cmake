@@ -22,7 +22,6 @@ find_package(ZLIB REQUIRED)
 find_package(JPEG REQUIRED)
 find_package(PNG REQUIRED)
 find_package(PkgConfig REQUIRED)
-pkg_check_modules(matio REQUIRED IMPORTED_TARGET matio)
 pkg_check_modules(hdf5 REQUIRED IMPORTED_TARGET hdf5)
 
 if(KINEGRAPH_TESTS)

@@ -52,5 +52,5 @@ set(CPACK_DEBIAN_PACKAGE_RECOMMENDS "gnuplot-nox, python3-numpy")
 set(CPACK_DEBIAN_PACKAGE_SUGGESTS "g++, cmake, make, libceres-dev, libeigen3-dev,\
  libgoogle-glog-dev, libgflags-dev, libtomlplusplus-dev, libsimdjson-dev,\
  nlohmann-json3-dev, libyaml-cpp-dev, libpugixml-dev,\
- libmatio-dev, libhdf5-dev, libfmt-dev, pkg-config")
+ libhdf5-dev, libfmt-dev, pkg-config")
 include(CPack)

@@ -18,9 +18,8 @@ constexpr int64_t kFull = 65535;  // the most that a word holds; -1 if signed
 constexpr int64_t kWords = 65536;
 
 std::string Upper(std::string text) {
-  for (char& c : text) {
-    c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
-  }
+  std::transform(text.begin(), text.end(), text.begin(),
+                 [](unsigned char c) { return std::toupper(c); });
   return text;
 }
 
@@ -29,6 +28,7 @@ std::string WithoutFill(const std::string& text) {
   return end == std::string::npos ? "" : text.substr(0, end + 1);
 }
 
+// UTF-8 as it is, anything else taken as Latin-1.
 std::string AsUtf8(const std::string& text) {
   size_t at = 0;
   while (at < text.size()) {
@@ -40,12 +40,8 @@ std::string AsUtf8(const std::string& text) {
   std::string utf8;
   for (const char c : text) {  // Latin-1's bytes are Unicode's first 256
     const auto byte = static_cast<unsigned char>(c);
-    if (byte < 0x80) {
-      utf8 += c;
-      continue;
-    }
-    utf8 += static_cast<char>(0xC0 | byte >> 6);
-    utf8 += static_cast<char>(0x80 | (byte & 0x3F));
+    if (byte >= 0x80) utf8 += static_cast<char>(0xC0 | byte >> 6);
+    utf8 += static_cast<char>(byte < 0x80 ? byte : 0x80 | (byte & 0x3F));
   }
   return utf8;
 }
@@ -70,15 +66,7 @@ size_t BlockBegin(double block) {
 
 }  // namespace
 
-void C3dBytes::FailCutOff() { throw InputError("is cut off"); }
-
 // ---- parameters ----
-
-size_t C3dValues::Place::count() const {
-  size_t count = 1;  // seven sides of 255 at most: no overflow
-  for (const size_t side : shape) count *= side;
-  return count;
-}
 
 C3dValues::C3dValues(const C3dBytes& bytes, size_t begin) : bytes_(bytes) {
   const auto blocks = static_cast<size_t>(bytes.Byte(begin + 2));
@@ -118,43 +106,43 @@ std::optional<C3dValues::Place> C3dValues::PlaceAt(size_t at) const {
   if (sides > kMostSides || width == 0 || width > 4) return std::nullopt;
   for (size_t s = 0; s < sides; ++s) {
     place.shape.push_back(static_cast<size_t>(bytes_.Byte(at + 2 + s)));
+    place.count *= place.shape.back();
   }
   place.at = at + 2 + sides;
-  if (!bytes_.Has(place.at, width * place.count())) return std::nullopt;
+  if (!bytes_.Has(place.at, width * place.count)) return std::nullopt;
   return place;
 }
 
 std::optional<double> C3dValues::Number(const std::string& name,
                                         size_t index) const {
-  const auto found = places_.find(name);
-  if (found == places_.end() || index >= found->second.count()) {
-    return std::nullopt;
+  const Place* place = Find(name);
+  if (place == nullptr || index >= place->count) return std::nullopt;
+  switch (place->type) {
+    case 4:
+      return bytes_.Float(place->at + 4 * index);
+    case 2:
+      return bytes_.Word(place->at + 2 * index);
+    case 1:
+      return bytes_.Byte(place->at + index);
+    default:
+      throw InputError(name + ": expected a number");
   }
-  const Place& place = found->second;
-  if (place.type == 4) return bytes_.Float(place.at + 4 * index);
-  if (place.type == 2) return bytes_.Word(place.at + 2 * index);
-  if (place.type == 1) return bytes_.Byte(place.at + index);
-  throw InputError(name + ": expected a number");
 }
 
 size_t C3dValues::RowLength(const std::string& name) const {
-  const auto found = places_.find(name);
-  if (found == places_.end() || found->second.shape.empty()) return 0;
-  return found->second.shape.front();
+  const Place* place = Find(name);
+  return place == nullptr || place->shape.empty() ? 0 : place->shape.front();
 }
 
 std::vector<std::string> C3dValues::Texts(const std::string& name) const {
   std::vector<std::string> texts;
   for (int part = 1;; ++part) {
-    const auto found =
-        places_.find(part == 1 ? name : name + std::to_string(part));
-    if (found == places_.end()) return texts;
-    const Place& place = found->second;
-    if (place.type != -1) return texts;
-    const size_t width = place.shape.empty() ? 1 : place.shape[0];
+    const Place* place = Find(part == 1 ? name : name + std::to_string(part));
+    if (place == nullptr || place->type != -1) return texts;
+    const size_t width = place->shape.empty() ? 1 : place->shape[0];
     if (width == 0) continue;
-    for (size_t i = 0; i + width <= place.count(); i += width) {
-      texts.push_back(AsUtf8(WithoutFill(bytes_.Text(place.at + i, width))));
+    for (size_t i = 0; i + width <= place->count; i += width) {
+      texts.push_back(AsUtf8(WithoutFill(bytes_.Text(place->at + i, width))));
     }
   }
 }
@@ -163,7 +151,7 @@ std::vector<std::string> C3dValues::Texts(const std::string& name) const {
 
 C3dFile::C3dFile(const std::string& path)
     : bytes_(ReadBytes(path)), values_(bytes_, OpenParameters()) {
-  rate_hz_ = values_.Number("POINT:RATE").value_or(0.0);
+  rate_hz_ = values_.NumberOrZero("POINT:RATE");
   if (!IsRate(rate_hz_)) rate_hz_ = bytes_.Float(20);
   unit_m_ = MetresOf(values_.Texts("POINT:UNITS"));
   FindRange();
@@ -190,7 +178,7 @@ size_t C3dFile::OpenParameters() {
 
 // Two words, or a number of another type.
 int64_t C3dFile::FrameNumber(const std::string& name) const {
-  const double low = values_.Number(name).value_or(0.0);
+  const double low = values_.NumberOrZero(name);
   const double high = values_.Number(name, 1).value_or(0.0);
   if (!(low >= 0.0 && low <= kMostFrames && high >= 0.0 && high < kWords)) {
     throw InputError(name + ": expected the number of a frame");
@@ -219,7 +207,7 @@ void C3dFile::FindRange() {
     }
   }
   for (const char* name : {"POINT:LONG_FRAMES", "POINT:FRAMES"}) {
-    const double frames = values_.Number(name).value_or(0.0);
+    const double frames = values_.NumberOrZero(name);
     // A float may be -1, too.
     if (frames > 0.0 && frames <= kMostFrames && frames != kFull) {
       state(name, std::llround(frames), std::string(name) == "POINT:FRAMES");
@@ -309,14 +297,13 @@ int64_t C3dFile::CountOf(const C3dFrames& frames, size_t end) const {
 
 void C3dFile::FindSegments() {
   constexpr size_t kMatrixBytes = 17 * 4;
-  const double used = values_.Number("ROTATION:USED").value_or(0.0);
-  const size_t begin =
-      BlockBegin(values_.Number("ROTATION:DATA_START").value_or(0.0));
+  const double used = values_.NumberOrZero("ROTATION:USED");
+  const size_t begin = BlockBegin(values_.NumberOrZero("ROTATION:DATA_START"));
   if (!(used >= 1.0 && used <= static_cast<double>(kFull)) || begin == 0) {
     return;
   }
-  const double rate_hz = values_.Number("ROTATION:RATE").value_or(0.0);
-  double ratio = values_.Number("ROTATION:RATIO").value_or(0.0);
+  const double rate_hz = values_.NumberOrZero("ROTATION:RATE");
+  double ratio = values_.NumberOrZero("ROTATION:RATIO");
   if (!(ratio >= 1.0)) ratio = IsRate(rate_hz_) ? rate_hz / rate_hz_ : 1.0;
   const int64_t each =
       ratio >= 1.0 && ratio <= 1000.0 ? std::llround(ratio) : 1;
@@ -340,7 +327,7 @@ void C3dFile::FindSegments() {
 
 double C3dFile::Scale() const {
   for (const double scale :
-       {values_.Number("POINT:SCALE").value_or(0.0), bytes_.Float(12)}) {
+       {values_.NumberOrZero("POINT:SCALE"), bytes_.Float(12)}) {
     if (std::isfinite(scale) && scale != 0.0) return scale;
   }
   throw InputError("POINT:SCALE: expected a number other than 0");
@@ -357,7 +344,7 @@ void C3dFile::FindPoints() {
   is_float_ = scale < 0.0;
   points_.begin = BlockBegin(bytes_.Word(16));
   if (points_.begin == 0) {
-    points_.begin = BlockBegin(values_.Number("POINT:DATA_START").value_or(0));
+    points_.begin = BlockBegin(values_.NumberOrZero("POINT:DATA_START"));
   }
   if (points_.begin == 0) {
     throw InputError("POINT:DATA_START: expected a block");

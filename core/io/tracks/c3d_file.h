@@ -17,6 +17,8 @@
 #include <utility>
 #include <vector>
 
+#include "core/base/error.h"
+
 namespace kinegraph {
 
 inline constexpr size_t kC3dBlock = 512;
@@ -30,14 +32,8 @@ class C3dBytes {
   void set_order(int order) { order_ = order; }
   size_t size() const { return text_.size(); }
 
-  int Byte(size_t at) const {
-    Require(at, 1);
-    return static_cast<unsigned char>(text_[at]);
-  }
-  int Word(size_t at) const {
-    Require(at, 2);
-    return WordThere(at);
-  }
+  int Byte(size_t at) const { return ByteThere(Require(at, 1)); }
+  int Word(size_t at) const { return WordThere(Require(at, 2)); }
   double Float(size_t at) const {
     Require(at, 4);
     const auto first = static_cast<uint32_t>(WordThere(at));
@@ -51,8 +47,7 @@ class C3dBytes {
     return order_ == kDec ? number / 4.0 : number;
   }
   std::string Text(size_t at, size_t length) const {
-    Require(at, length);
-    return text_.substr(at, length);
+    return text_.substr(Require(at, length), length);
   }
   bool Has(size_t at, size_t length) const {
     return at <= text_.size() && length <= text_.size() - at;
@@ -62,14 +57,16 @@ class C3dBytes {
   }
 
  private:
-  int WordThere(size_t at) const {
-    const int a = static_cast<unsigned char>(text_[at]);
-    const int b = static_cast<unsigned char>(text_[at + 1]);
-    return order_ == kMips ? a << 8 | b : b << 8 | a;
+  int ByteThere(size_t at) const {
+    return static_cast<unsigned char>(text_[at]);
   }
-  [[noreturn]] static void FailCutOff();
-  void Require(size_t at, size_t length) const {
-    if (!Has(at, length)) FailCutOff();
+  int WordThere(size_t at) const {
+    return order_ == kMips ? ByteThere(at) << 8 | ByteThere(at + 1)
+                           : ByteThere(at + 1) << 8 | ByteThere(at);
+  }
+  size_t Require(size_t at, size_t length) const {
+    if (!Has(at, length)) throw InputError("is cut off");
+    return at;
   }
 
   std::string text_;
@@ -84,6 +81,10 @@ class C3dValues {
   // The value at `index`, nullopt when it is not there. Throws InputError for a
   // text.
   std::optional<double> Number(const std::string& name, size_t index = 0) const;
+  // 0 when it is not there.
+  double NumberOrZero(const std::string& name) const {
+    return Number(name).value_or(0.0);
+  }
   // Values of one row, the fastest dimension; 0 when it is not there.
   size_t RowLength(const std::string& name) const;
   // With those of NAME2, NAME3, ..., without spaces behind; none where it has
@@ -95,12 +96,15 @@ class C3dValues {
   struct Place {
     int type = 0;  // -1 characters, 1 bytes, 2 words, 4 floats
     std::vector<size_t> shape;
+    size_t count = 1;  // seven sides of 255 at most: no overflow
     size_t at = 0;
-
-    size_t count() const;
   };
 
   std::optional<Place> PlaceAt(size_t at) const;
+  const Place* Find(const std::string& name) const {
+    const auto found = places_.find(name);
+    return found == places_.end() ? nullptr : &found->second;
+  }
 
   const C3dBytes& bytes_;
   std::map<std::string, Place> places_;
