@@ -2,10 +2,12 @@
 #ifndef KINEGRAPH_CORE_BASE_TEXT_H_
 #define KINEGRAPH_CORE_BASE_TEXT_H_
 
+#include <charconv>
 #include <cstddef>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <system_error>
 #include <vector>
 
 namespace kinegraph {
@@ -19,6 +21,22 @@ bool EndsIn(std::string_view text, std::string_view end);
 
 // `text` without the blanks at its ends.
 std::string Trimmed(const std::string& text);
+
+// The number that the whole of `text` is, without a plus sign; none where it is
+// anything else, or beyond what Number holds.
+template <typename Number>
+std::optional<Number> ParseNumber(std::string_view text) {
+  Number number{};
+  const char* const end = text.data() + text.size();
+  const auto [stop, error] = std::from_chars(text.data(), end, number);
+  if (error != std::errc() || stop != end) return std::nullopt;
+  return number;
+}
+
+// `text` without the plus sign that may begin it.
+inline std::string_view WithoutPlus(std::string_view text) {
+  return text.substr(!text.empty() && text.front() == '+' ? 1 : 0);
+}
 
 // Levenshtein's distance: the least number of characters to insert, delete or
 // replace that turns `a` into `b`. Takes time in proportion to both lengths.

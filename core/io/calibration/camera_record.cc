@@ -1,7 +1,8 @@
 #include "core/io/calibration/camera_record.h"
 
-#include <Eigen/Geometry>
+#include <algorithm>
 #include <cctype>
+#include <cmath>
 #include <iterator>
 #include <nlohmann/json.hpp>
 #include <sstream>
@@ -135,6 +136,19 @@ Eigen::Vector3d ToVector3(const std::vector<double>& numbers) {
   return Eigen::Map<const Eigen::Vector3d>(numbers.data());
 }
 
+Eigen::Matrix3d CameraMatrix(const std::vector<double>& numbers) {
+  Eigen::Matrix3d K = Eigen::Matrix3d::Identity();
+  K.diagonal().head<2>() << numbers[0], numbers[1];
+  K.col(2).head<2>() << numbers[2], numbers[3];
+  return K;
+}
+
+std::optional<Eigen::Matrix3d> RotationOf(const Eigen::Quaterniond& turn) {
+  constexpr double kRounding = 1e-3;
+  if (!(std::abs(turn.norm() - 1.0) < kRounding)) return std::nullopt;
+  return turn.normalized().toRotationMatrix();
+}
+
 Eigen::Matrix3d ReadRotation(const JsonField& field) {
   const bool nested = field.value().is_array() && field.value().size() == 3 &&
                       field.value().front().is_array();
@@ -243,25 +257,19 @@ void KeyReader::ReadLens(CameraRecord* record) {
 }
 
 void KeyReader::ReadUnit(CalibrationFile* file) {
-  static const std::set<std::string> kMetre =
-      SetOf("m metre metres meter meters");
-  static const std::set<std::string> kCentimetre =
-      SetOf("cm centimetre centimeter centimeters");
-  static const std::set<std::string> kMillimetre =
-      SetOf("mm millimetre millimeter millimeters");
+  static const std::pair<LengthUnit, std::set<std::string>> kUnits[] = {
+      {LengthUnit::kMetre, SetOf("m metre metres meter meters")},
+      {LengthUnit::kCentimetre, SetOf("cm centimetre centimeter centimeters")},
+      {LengthUnit::kMillimetre, SetOf("mm millimetre millimeter millimeters")}};
   for (const char* key : {"unit", "units"}) {
     const auto field = Find(key);
     if (!field.has_value()) continue;
     const std::string name = Plain(field->Text());
-    if (kMetre.count(name) > 0) {
-      file->unit = LengthUnit::kMetre;
-    } else if (kCentimetre.count(name) > 0) {
-      file->unit = LengthUnit::kCentimetre;
-    } else if (kMillimetre.count(name) > 0) {
-      file->unit = LengthUnit::kMillimetre;
-    } else {
-      field->FailExpected("'m', 'cm' or 'mm'");
-    }
+    const auto* const unit = std::find_if(
+        std::begin(kUnits), std::end(kUnits),
+        [&](const auto& one) { return one.second.count(name) > 0; });
+    if (unit == std::end(kUnits)) field->FailExpected("'m', 'cm' or 'mm'");
+    file->unit = unit->first;
     file->states_unit = true;
   }
 }

@@ -4,6 +4,7 @@
 #define KINEGRAPH_CORE_IO_CALIBRATION_CAMERA_RECORD_H_
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <optional>
 #include <set>
 #include <string>
@@ -46,6 +47,11 @@ struct CalibrationFile {
 // Row-major numbers as a matrix.
 Eigen::Matrix3d ToMatrix3(const std::vector<double>& row_major);
 Eigen::Vector3d ToVector3(const std::vector<double>& numbers);
+// K without skew, of fx, fy, cx, cy.
+Eigen::Matrix3d CameraMatrix(const std::vector<double>& numbers);
+// The rotation of a quaternion w, x, y, z that a file writes with a dozen
+// digits; nullopt where it is none of unit length.
+std::optional<Eigen::Matrix3d> RotationOf(const Eigen::Quaterniond& turn);
 
 // A rotation as a Rodrigues vector or a matrix.
 Eigen::Matrix3d ReadRotation(const JsonField& field);

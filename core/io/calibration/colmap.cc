@@ -11,9 +11,7 @@
 // without the extension, or of the image's folder where each image has its own.
 #include <fmt/format.h>
 
-#include <Eigen/Geometry>
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <filesystem>
 #include <map>
@@ -21,6 +19,7 @@
 #include <set>
 
 #include "core/base/error.h"
+#include "core/base/text.h"
 #include "core/io/calibration/format.h"
 #include "core/io/calibration/write_formats.h"
 #include "core/io/files/atomic_file.h"
@@ -68,26 +67,17 @@ class ModelFile {
   }
 
   double Number(const std::string& word) const {
-    const auto number = Parsed<double>(word);
+    const auto number = ParseNumber<double>(word);
     if (number.has_value() && std::isfinite(*number)) return *number;
     Fail("found '" + Printable(word) + "', expected a finite number");
   }
 
   int64_t Integer(const std::string& word) const {
-    if (const auto number = Parsed<int64_t>(word)) return *number;
+    if (const auto number = ParseNumber<int64_t>(word)) return *number;
     Fail("found '" + Printable(word) + "', expected a whole number");
   }
 
  private:
-  template <typename Result>
-  static std::optional<Result> Parsed(const std::string& word) {
-    Result number{};
-    const char* end = word.data() + word.size();
-    const auto [stop, error] = std::from_chars(word.data(), end, number);
-    if (error != std::errc() || stop != end) return std::nullopt;
-    return number;
-  }
-
   const std::string path_;
   const std::string text_;
   size_t at_ = 0;
@@ -148,12 +138,10 @@ CameraRecord ReadIntrinsics(const ModelFile& file,
   CameraRecord record;
   record.width_px = file.Integer(words[2]);
   record.height_px = file.Integer(words[3]);
-  auto next = numbers.begin();
-  record.K(0, 0) = *next++;
-  record.K(1, 1) = model->focal_lengths == 2 ? *next++ : record.K(0, 0);
-  record.K(0, 2) = *next++ - kPixelMiddle;
-  record.K(1, 2) = *next++ - kPixelMiddle;
-  record.distortion.assign(next, numbers.end());
+  const auto next = numbers.begin() + model->focal_lengths;
+  record.K = CameraMatrix({numbers[0], *(next - 1), next[0] - kPixelMiddle,
+                           next[1] - kPixelMiddle});
+  record.distortion.assign(next + 2, numbers.end());
   if (model->is_fisheye) record.lens_model = kFisheyeModel;
   // MakeLens takes two coefficients or four.
   if (record.distortion.size() == 1) record.distortion.push_back(0.0);
@@ -187,13 +175,9 @@ CameraRecord ReadImage(const ModelFile& file,
   }
   CameraRecord record = at->second;
   const auto number = [&](size_t place) { return file.Number(words[place]); };
-  const Eigen::Quaterniond turn(number(1), number(2), number(3), number(4));
-  // Written with a dozen digits.
-  constexpr double kRounding = 1e-3;
-  if (!(std::abs(turn.norm() - 1.0) < kRounding)) {
-    file.Fail("QW, QX, QY, QZ are no unit quaternion");
-  }
-  record.R = turn.normalized().toRotationMatrix();
+  const auto R = RotationOf({number(1), number(2), number(3), number(4)});
+  if (!R.has_value()) file.Fail("QW, QX, QY, QZ are no unit quaternion");
+  record.R = *R;
   record.t = {number(5), number(6), number(7)};
   record.name = words[9];
   return record;

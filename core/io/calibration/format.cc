@@ -48,6 +48,18 @@ CalibrationHead LookAtFolder(const std::string& path) {
   return head;
 }
 
+// A file of XML, JSON or TOML is parsed.
+CalibrationHead Parsed(const std::string& path, Syntax syntax,
+                       const std::string& text) {
+  CalibrationHead head;
+  head.path = path;
+  head.syntax = syntax;
+  if (syntax == Syntax::kXml) head.xml = ParseXml(text, path);
+  if (syntax == Syntax::kJson) head.json = ParseJson(text, path);
+  if (syntax == Syntax::kToml) head.json = ToJson(ParseToml(text, path));
+  return head;
+}
+
 bool IsUtf16(const std::string& text) {
   return text.rfind("\xFF\xFE", 0) == 0 || text.rfind("\xFE\xFF", 0) == 0;
 }
@@ -133,41 +145,26 @@ bool CalibrationHead::HasFile(const std::string& name) const {
 
 CalibrationHead LookAtCalibration(const std::string& path) {
   if (IsFolder(path)) return LookAtFolder(path);
-  CalibrationHead head;
-  head.path = path;
   // XML tells its own encoding.
   std::string text = ReadBytes(path, kMaxSmallFileBytes);
-  if (IsPickle(text)) {
-    head.syntax = Syntax::kPickle;
-  } else if (IsUtf16(text)) {
-    head.syntax = Syntax::kXml;
-  } else {
-    MakePlainText(path, &text);
-    head.syntax = GuessSyntax(text, path);
-  }
-  if (head.syntax == Syntax::kXml) head.xml = ParseXml(text, path);
-  if (head.syntax == Syntax::kJson) head.json = ParseJson(text, path);
-  if (head.syntax == Syntax::kToml) head.json = ToJson(ParseToml(text, path));
+  if (IsPickle(text)) return Parsed(path, Syntax::kPickle, text);
+  if (IsUtf16(text)) return Parsed(path, Syntax::kXml, text);
+  MakePlainText(path, &text);
+  CalibrationHead head = Parsed(path, GuessSyntax(text, path), text);
   if (head.syntax == Syntax::kYaml) head.json = ReadCalibrationYaml(path);
   return head;
 }
 
 CalibrationHead LookAtCalibration(const std::string& path,
                                   const CalibrationFormat& format) {
-  CalibrationHead head;
-  head.path = path;
-  head.syntax = format.syntax;
   if (IsFolder(path)) return LookAtFolder(path);
   if (format.syntax == Syntax::kXml) {
-    head.xml = ParseXml(ReadBytes(path, kMaxSmallFileBytes), path);
+    return Parsed(path, format.syntax, ReadBytes(path, kMaxSmallFileBytes));
   }
-  if (format.syntax != Syntax::kJson && format.syntax != Syntax::kToml) {
-    return head;
-  }
-  const std::string text = ReadTextFile(path, kMaxSmallFileBytes);
-  head.json = format.syntax == Syntax::kJson ? ParseJson(text, path)
-                                             : ToJson(ParseToml(text, path));
-  return head;
+  const bool is_parsed =
+      format.syntax == Syntax::kJson || format.syntax == Syntax::kToml;
+  return Parsed(path, format.syntax,
+                is_parsed ? ReadTextFile(path, kMaxSmallFileBytes) : "");
 }
 
 bool IsYamlName(const std::string& name) {

@@ -201,13 +201,9 @@ CalibrationFile ReadVoxelpose(const CalibrationHead& head) {
   file.unit = LengthUnit::kMillimetre;
   KeyReader(root).ReadUnit(&file);
   ReadMembers(root, &file, [](KeyReader* camera, CameraRecord* record) {
-    // Read before they are put in: Eigen asserts that a list which has begun
-    // comes to its end, also when one of them throws.
-    const double fx = camera->At("fx").Number();
-    const double fy = camera->At("fy").Number();
-    const double cx = camera->At("cx").Number();
-    const double cy = camera->At("cy").Number();
-    record->K << fx, 0.0, cx, 0.0, fy, cy, 0.0, 0.0, 1.0;
+    record->K =
+        CameraMatrix({camera->At("fx").Number(), camera->At("fy").Number(),
+                      camera->At("cx").Number(), camera->At("cy").Number()});
     record->R = camera->Matrix3("R");
     record->centre = camera->Vector3("T");
     camera->ReadLens(record);

@@ -1,6 +1,5 @@
 // Calibrations in XML, as laboratories' systems write them. Of cameras that
 // only see markers and cameras that film, only the latter count.
-#include <Eigen/Geometry>
 #include <Eigen/QR>
 #include <algorithm>
 #include <cctype>
@@ -27,6 +26,15 @@ int64_t SidePx(double px, const XmlElement& element,
                const std::string& otherwise) {
   if (!(px >= 1.0 && px <= 1e6)) element.Fail(otherwise);
   return static_cast<int64_t>(px);
+}
+
+std::vector<double> NumbersOf(const XmlElement& element,
+                              const std::vector<std::string>& attributes) {
+  std::vector<double> numbers;
+  for (const std::string& attribute : attributes) {
+    numbers.push_back(element.Number(attribute));
+  }
+  return numbers;
 }
 
 // Takes those that `is_off` out, and those that do not film beside others that
@@ -113,25 +121,23 @@ CameraRecord ReadQualisysCamera(const XmlElement& camera, double lens_divisor) {
         SidePx(video->Number("bottom") - top_px + 1.0, *video, kEmpty);
     record.may_be_scaled = true;
   }
-  record.K(0, 0) = intrinsic.Number("focalLengthU") / kPerPixel;
-  record.K(1, 1) = intrinsic.Number("focalLengthV") / kPerPixel;
-  record.K(0, 1) = intrinsic.NumberOr("skew", 0.0) / kPerPixel;
-  record.K(0, 2) = intrinsic.Number("centerPointU") / kPerPixel - left_px;
-  record.K(1, 2) = intrinsic.Number("centerPointV") / kPerPixel - top_px;
+  const double fx = intrinsic.Number("focalLengthU") / kPerPixel;
+  const double fy = intrinsic.Number("focalLengthV") / kPerPixel;
+  const double skew = intrinsic.NumberOr("skew", 0.0) / kPerPixel;
+  record.K = CameraMatrix(
+      {fx, fy, intrinsic.Number("centerPointU") / kPerPixel - left_px,
+       intrinsic.Number("centerPointV") / kPerPixel - top_px});
+  record.K(0, 1) = skew;
   for (const char* term :
        {"radialDistortion1", "radialDistortion2", "tangentalDistortion1",
         "tangentalDistortion2", "radialDistortion3"}) {
     record.distortion.push_back(intrinsic.NumberOr(term, 0.0) / lens_divisor);
   }
   const XmlElement transform = camera.At("transform");
-  std::vector<double> axes;
-  for (const char* axis :
-       {"r11", "r12", "r13", "r21", "r22", "r23", "r31", "r32", "r33"}) {
-    axes.push_back(transform.Number(axis));
-  }
-  record.R = RotationOfAxes(ToMatrix3(axes));
-  record.centre = Eigen::Vector3d(transform.Number("x"), transform.Number("y"),
-                                  transform.Number("z"));
+  record.R = RotationOfAxes(
+      ToMatrix3(NumbersOf(transform, {"r11", "r12", "r13", "r21", "r22", "r23",
+                                      "r31", "r32", "r33"})));
+  record.centre = ToVector3(NumbersOf(transform, {"x", "y", "z"}));
   return record;
 }
 
@@ -146,9 +152,7 @@ bool RecogniseQualisys(const CalibrationHead& head) {
 
 CalibrationFile ReadQualisys(const CalibrationHead& head) {
   const XmlElement& root = head.XmlRoot();
-  CalibrationFile file;
-  file.unit = LengthUnit::kMillimetre;
-  file.states_unit = true;
+  CalibrationFile file = {{}, LengthUnit::kMillimetre, /*states_unit=*/true};
   const bool from_pose2sim = root.FindText("qtm-version") == "none";
   for (const XmlElement& camera : FilmingCameras(
            root.At("cameras").All("camera"), IsOff, HasQualisysVideo)) {
@@ -263,18 +267,14 @@ CameraRecord ReadViconCamera(const XmlElement& camera,
   record.height_px = SidePx(size[1], camera, kNoSize);
   record.may_be_scaled = true;
   const std::vector<double> centre_px = frame.Numbers("PRINCIPAL_POINT", 2);
-  record.K(0, 0) = frame.Number("FOCAL_LENGTH");
-  record.K(1, 1) = record.K(0, 0) / camera.NumberOr("PIXEL_ASPECT_RATIO", 1.0);
-  record.K(0, 2) = centre_px[0];
-  record.K(1, 2) = centre_px[1];
+  const double fx = frame.Number("FOCAL_LENGTH");
+  record.K = CameraMatrix({fx, fx / camera.NumberOr("PIXEL_ASPECT_RATIO", 1.0),
+                           centre_px[0], centre_px[1]});
   record.distortion = LensOf(frame, record);
   const std::vector<double> turn = frame.Numbers("ORIENTATION", 4);
-  const Eigen::Quaterniond rotation(turn[3], turn[0], turn[1], turn[2]);
-  // Files have a dozen digits.
-  if (!(std::abs(rotation.norm() - 1.0) < 1e-3)) {
-    frame.Fail("ORIENTATION is no unit quaternion");
-  }
-  record.R = rotation.normalized().toRotationMatrix();
+  const auto R = RotationOf({turn[3], turn[0], turn[1], turn[2]});
+  if (!R.has_value()) frame.Fail("ORIENTATION is no unit quaternion");
+  record.R = *R;
   record.centre = ToVector3(frame.Numbers("POSITION", 3));
   return record;
 }
@@ -288,9 +288,7 @@ bool RecogniseVicon(const CalibrationHead& head) {
 
 CalibrationFile ReadVicon(const CalibrationHead& head) {
   const XmlElement& root = head.XmlRoot();
-  CalibrationFile file;
-  file.unit = LengthUnit::kMillimetre;
-  file.states_unit = true;
+  CalibrationFile file = {{}, LengthUnit::kMillimetre, /*states_unit=*/true};
   const auto is_unplaced = [](const XmlElement& camera) {
     return !KeyFrameOf(camera).has_value();
   };
@@ -341,22 +339,19 @@ CameraRecord ReadOptitrackCamera(const XmlElement& camera) {
         "' has no <IntrinsicStandardCameraModel>: Motive's own lens model is "
         "not read, expected a file of Motive 3 or later");
   }
-  record.K(0, 0) = lens->Number("HorizontalFocalLength");
-  record.K(1, 1) = lens->Number("VerticalFocalLength");
-  record.K(0, 2) = lens->Number("LensCenterX");
-  record.K(1, 2) = lens->Number("LensCenterY");
+  record.K = CameraMatrix(
+      NumbersOf(*lens, {"HorizontalFocalLength", "VerticalFocalLength",
+                        "LensCenterX", "LensCenterY"}));
   for (const char* term : {"k1", "k2", "TangentialX", "TangentialY", "k3"}) {
     record.distortion.push_back(lens->NumberOr(term, 0.0));
   }
   const XmlElement pose = camera.At("Extrinsic");
-  std::vector<double> axes;
-  axes.reserve(9);
+  std::vector<std::string> axes;
   for (int i = 0; i < 9; ++i) {
-    axes.push_back(pose.Number("OrientMatrix" + std::to_string(i)));
+    axes.push_back("OrientMatrix" + std::to_string(i));
   }
-  record.R = RotationOfAxes(ToMatrix3(axes).transpose());
-  record.centre =
-      Eigen::Vector3d(pose.Number("X"), pose.Number("Y"), pose.Number("Z"));
+  record.R = RotationOfAxes(ToMatrix3(NumbersOf(pose, axes)).transpose());
+  record.centre = ToVector3(NumbersOf(pose, {"X", "Y", "Z"}));
   return record;
 }
 

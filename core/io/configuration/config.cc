@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -49,17 +48,6 @@ std::string Found(const toml::node& node) {
   if (json.is_string()) return Quoted(json.get<std::string>());
   if (json.is_number_float()) return fmt::format("{}", json.get<double>());
   return DumpJson(json);
-}
-
-template <typename Number>
-std::optional<Number> ParseNumber(const std::string& text) {
-  const char* begin = text.data();
-  const char* const end = begin + text.size();
-  if (begin != end && *begin == '+') ++begin;
-  Number number{};
-  const auto [stop, status] = std::from_chars(begin, end, number);
-  if (status != std::errc() || stop != end) return std::nullopt;
-  return number;
 }
 
 std::string LastPart(const std::string& key) {
@@ -310,10 +298,8 @@ class ConfigFile::Reader : public OptionVisitor {
   void Number(const std::string& key, double* value, const Limits& limits,
               const std::string& unit, const std::string&) override {
     const Setting setting = StartValue(key);
-    std::optional<double> number;
-    if (setting.text != nullptr) number = ParseNumber<double>(*setting.text);
-    if (setting.node != nullptr) number = ToNumber(*setting.node);
     if (!setting.present()) return;
+    const std::optional<double> number = setting.number();
     if (!number.has_value()) {
       setting.Fail("expected a number, " + Allowed(limits, unit));
     }
@@ -326,10 +312,11 @@ class ConfigFile::Reader : public OptionVisitor {
   void Integer(const std::string& key, int64_t* value, const Limits& limits,
                const std::string& unit, const std::string&) override {
     const Setting setting = StartValue(key);
-    std::optional<int64_t> integer;
-    if (setting.text != nullptr) integer = ParseNumber<int64_t>(*setting.text);
-    if (setting.node != nullptr) integer = setting.node->value_exact<int64_t>();
     if (!setting.present()) return;
+    const std::optional<int64_t> integer =
+        setting.text != nullptr
+            ? ParseNumber<int64_t>(WithoutPlus(*setting.text))
+            : setting.node->value_exact<int64_t>();
     if (!integer.has_value()) {
       setting.Fail("expected a whole number, " + Allowed(limits, unit));
     }
@@ -342,11 +329,13 @@ class ConfigFile::Reader : public OptionVisitor {
   void Boolean(const std::string& key, bool* value,
                const std::string&) override {
     const Setting setting = StartValue(key);
-    std::optional<bool> boolean;
-    if (setting.text != nullptr && *setting.text == "true") boolean = true;
-    if (setting.text != nullptr && *setting.text == "false") boolean = false;
-    if (setting.node != nullptr) boolean = setting.node->value_exact<bool>();
     if (!setting.present()) return;
+    std::optional<bool> boolean;
+    if (setting.node != nullptr) {
+      boolean = setting.node->value_exact<bool>();
+    } else if (*setting.text == "true" || *setting.text == "false") {
+      boolean = *setting.text == "true";
+    }
     if (!boolean.has_value()) setting.Fail("expected true or false");
     *value = *boolean;
   }
@@ -362,10 +351,8 @@ class ConfigFile::Reader : public OptionVisitor {
                    const std::string&) override {
     const Setting setting = StartValue(key);
     if (!setting.present()) return;
-    std::string allowed;
-    for (const std::string& name : names) {
-      allowed += (allowed.empty() ? "allowed '" : ", '") + name + "'";
-    }
+    const std::string allowed =
+        fmt::format("allowed '{}'", fmt::join(names, "', '"));
     const std::string text = ToText(setting, allowed);
     const auto at = std::find(names.begin(), names.end(), text);
     if (at == names.end()) setting.Fail(allowed);
@@ -388,9 +375,7 @@ class ConfigFile::Reader : public OptionVisitor {
     std::vector<double> numbers;
     const bool present = ForEachElement(
         key, "expected a list of numbers", [&](const Setting& element) {
-          const std::optional<double> number =
-              element.text != nullptr ? ParseNumber<double>(*element.text)
-                                      : ToNumber(*element.node);
+          const std::optional<double> number = element.number();
           if (!number.has_value() || !std::isfinite(*number) ||
               !limits.Contains(*number)) {
             element.Fail("expected a number, " + Allowed(limits, unit));
@@ -459,6 +444,13 @@ class ConfigFile::Reader : public OptionVisitor {
     std::string source;
 
     bool present() const { return node != nullptr || text != nullptr; }
+    std::optional<double> number() const {
+      if (text != nullptr) return ParseNumber<double>(WithoutPlus(*text));
+      if (const auto* integer = node->as_integer()) {
+        return static_cast<double>(integer->get());
+      }
+      return node->value_exact<double>();
+    }
     [[noreturn]] void Fail(const std::string& expected) const {
       if (node != nullptr) {
         config->Fail(*node, key, "found " + Found(*node) + ", " + expected);
@@ -480,13 +472,6 @@ class ConfigFile::Reader : public OptionVisitor {
     Setting setting = Start(key);
     config_->MarkKnown(setting.key);
     return setting;
-  }
-
-  static std::optional<double> ToNumber(const toml::node& node) {
-    if (const auto* integer = node.as_integer()) {
-      return static_cast<double>(integer->get());
-    }
-    return node.value_exact<double>();
   }
 
   static std::string ToText(const Setting& setting,
@@ -651,10 +636,7 @@ std::vector<Skeleton> ConfigFile::ReadSkeletons() {
 Skeleton ResolveSkeleton(const std::string& name,
                          const std::vector<Skeleton>& user_skeletons) {
   if (const Skeleton* skeleton = FindSkeleton(name)) return *skeleton;
-  std::string known;
-  for (const std::string& other : SkeletonNames()) {
-    known += (known.empty() ? "" : ", ") + other;
-  }
+  std::string known = fmt::format("{}", fmt::join(SkeletonNames(), ", "));
   for (const Skeleton& skeleton : user_skeletons) {
     if (skeleton.name() == name) return skeleton;
     known += ", " + Printable(skeleton.name());

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <initializer_list>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <utility>
@@ -36,110 +37,70 @@ KeyTexts TextsOf(ManifestConfiguration* one) {
           {"mode", &one->mode}};
 }
 
-class ManifestReader {
- public:
-  ManifestReader(const std::string& path, const Json& root)
-      : path_(path), root_(root, path) {}
+[[noreturn]] void FailKey(const std::string& path, const std::string& key,
+                          const std::string& known) {
+  throw InputError(path, "key '" + Printable(key) + "'",
+                   "is not known, expected one of " + known);
+}
 
-  Manifest Read() {
-    Manifest manifest;
-    for (const JsonField::Member& member : root_.Members("key")) {
-      const std::string& key = member.key;
-      if (key == "held_out") {
-        manifest.held_out = member.field.Boolean();
-      } else if (key == "compare") {
-        manifest.compare = member.field.Boolean();
-      } else if (key == "report") {
-        manifest.report = member.field.Boolean();
-      } else if (key == "takes") {
-        ReadRecordings(member.field, &manifest);
-      } else if (key == "configurations") {
-        ReadConfigurations(member.field, &manifest);
-      } else {
-        FailKey(key, "held_out, compare, report, takes, configurations");
-      }
-    }
-    if (manifest.recordings.empty()) Fail("[[takes]]: there is none");
-    if (manifest.configurations.empty()) {
-      Fail("[[configurations]]: there is none");
-    }
-    return manifest;
+// The texts of one table; every key must be among them. The first `required`
+// must be there, and the name is that of a folder.
+void ReadTexts(const JsonField& table, const KeyTexts& texts, size_t required,
+               std::set<std::string>* names) {
+  std::string known;
+  for (const auto& [key, text] : texts) {
+    known += (known.empty() ? "" : ", ") + key;
   }
-
- private:
-  [[noreturn]] void Fail(const std::string& message) const {
-    throw InputError(path_, "", message);
+  for (const auto& [key, field] : table.Members("key")) {
+    const std::string& wanted = key;
+    const auto at =
+        std::find_if(texts.begin(), texts.end(),
+                     [&](const auto& text) { return text.first == wanted; });
+    if (at == texts.end()) FailKey(table.file(), key, known);
+    *at->second = field.Named(table.where() + ": " + key).Text();
   }
-
-  [[noreturn]] void FailKey(const std::string& key,
-                            const std::string& known) const {
-    throw InputError(path_, "key '" + Printable(key) + "'",
-                     "is not known, expected one of " + known);
-  }
-
-  // The texts of one table; every key must be among them. The first `required`
-  // must be there, and the name is that of a folder.
-  void ReadTexts(const JsonField& table, const KeyTexts& texts, size_t required,
-                 std::set<std::string>* names) const {
-    std::string known;
-    for (const auto& [key, text] : texts) {
-      known += (known.empty() ? "" : ", ") + key;
-    }
-    for (const JsonField::Member& member : table.Members("key")) {
-      const auto at = std::find_if(
-          texts.begin(), texts.end(),
-          [&](const auto& text) { return text.first == member.key; });
-      if (at == texts.end()) FailKey(member.key, known);
-      *at->second =
-          member.field.Named(table.where() + ": " + member.key).Text();
-    }
-    for (size_t i = 0; i < required; ++i) {
-      if (texts[i].second->empty()) {
-        table.Fail("'" + texts[i].first + "' is missing");
-      }
-    }
-    const std::string& name = *texts[0].second;
-    CheckFileName(name, table.where());
-    if (!names->insert(name).second) {
-      table.Fail("the name '" + Printable(name) + "' is given twice");
+  for (size_t i = 0; i < required; ++i) {
+    if (texts[i].second->empty()) {
+      table.Fail("'" + texts[i].first + "' is missing");
     }
   }
-
-  // A path as the manifest names it: absolute, or from its own folder.
-  void Place(std::string* path) const {
-    if (path->empty()) return;
-    const fs::path folder = fs::absolute(path_).parent_path();
-    *path = (folder / *path).lexically_normal().string();
+  const std::string& name = *texts[0].second;
+  CheckFileName(name, table.where());
+  if (!names->insert(name).second) {
+    table.Fail("the name '" + Printable(name) + "' is given twice");
   }
+}
 
-  void ReadRecordings(const JsonField& recordings, Manifest* manifest) const {
-    std::set<std::string> names;
-    for (const JsonField& table : recordings.Elements("take")) {
-      ManifestRecording recording;
-      ReadTexts(table, TextsOf(&recording), 3, &names);
-      if (recording.ground_truth.empty() != recording.protocol.empty()) {
-        table.Fail("ground_truth and protocol belong together");
-      }
-      Place(&recording.cameras);
-      Place(&recording.detections);
-      Place(&recording.ground_truth);
-      manifest->recordings.push_back(std::move(recording));
+// Paths as a manifest names them: absolute, or from its own folder.
+void Place(const std::string& manifest,
+           std::initializer_list<std::string*> paths) {
+  const fs::path folder = fs::absolute(manifest).parent_path();
+  for (std::string* path : paths) {
+    if (!path->empty()) *path = (folder / *path).lexically_normal().string();
+  }
+}
+
+void ReadRecordings(const JsonField& tables, Manifest* manifest) {
+  std::set<std::string> names;
+  for (const JsonField& table : tables.Elements("take")) {
+    ManifestRecording& recording = manifest->recordings.emplace_back();
+    ReadTexts(table, TextsOf(&recording), 3, &names);
+    if (recording.ground_truth.empty() != recording.protocol.empty()) {
+      table.Fail("ground_truth and protocol belong together");
     }
+    Place(table.file(),
+          {&recording.cameras, &recording.detections, &recording.ground_truth});
   }
+}
 
-  void ReadConfigurations(const JsonField& tables, Manifest* manifest) const {
-    std::set<std::string> names;
-    for (const JsonField& table : tables.Elements("configuration")) {
-      ManifestConfiguration one;
-      ReadTexts(table, TextsOf(&one), 2, &names);
-      Place(&one.config);
-      manifest->configurations.push_back(std::move(one));
-    }
+void ReadConfigurations(const JsonField& tables, Manifest* manifest) {
+  std::set<std::string> names;
+  for (const JsonField& table : tables.Elements("configuration")) {
+    ManifestConfiguration& one = manifest->configurations.emplace_back();
+    ReadTexts(table, TextsOf(&one), 2, &names);
+    Place(table.file(), {&one.config});
   }
-
-  const std::string path_;
-  const JsonField root_;
-};
+}
 
 // JSON's escapes are TOML's too. Texts that are not given are left out.
 template <typename Table>
@@ -156,7 +117,29 @@ std::string TableText(const std::string& heading, Table table) {
 Manifest ReadManifest(const std::string& path) {
   const Json root =
       ToJson(ParseToml(ReadTextFile(path, kMaxSmallFileBytes), path));
-  return ManifestReader(path, root).Read();
+  Manifest manifest;
+  for (const auto& [key, field] : JsonField(root, path).Members("key")) {
+    if (key == "held_out") {
+      manifest.held_out = field.Boolean();
+    } else if (key == "compare") {
+      manifest.compare = field.Boolean();
+    } else if (key == "report") {
+      manifest.report = field.Boolean();
+    } else if (key == "takes") {
+      ReadRecordings(field, &manifest);
+    } else if (key == "configurations") {
+      ReadConfigurations(field, &manifest);
+    } else {
+      FailKey(path, key, "held_out, compare, report, takes, configurations");
+    }
+  }
+  if (manifest.recordings.empty()) {
+    throw InputError(path, "", "[[takes]]: there is none");
+  }
+  if (manifest.configurations.empty()) {
+    throw InputError(path, "", "[[configurations]]: there is none");
+  }
+  return manifest;
 }
 
 std::string ManifestText(const Manifest& manifest) {

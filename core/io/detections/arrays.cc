@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -37,18 +38,17 @@ constexpr const char* kExtension = ".h5";
 constexpr const char* kTracks = "tracks";
 constexpr const char* kScores = "point_scores";
 
-// Steps between neighbours along each axis.
-struct Layout {
-  size_t frames = 0;
-  size_t people = 0;
-  size_t joints = 0;
-  size_t frame_step = 0;
-  size_t person_step = 0;
-  size_t joint_step = 0;
-  size_t xy_step = 0;
+struct Axis {
+  size_t size = 0;
+  size_t step = 0;  // between neighbours
+};
 
-  size_t Place(size_t frame, size_t person, size_t joint) const {
-    return frame * frame_step + person * person_step + joint * joint_step;
+// The axes of an array, by SLEAP's names for them.
+struct Layout {
+  Axis frame, track, node, xy;
+
+  size_t Place(size_t f, size_t t, size_t n) const {
+    return f * frame.step + t * track.step + n * node.step;
   }
 };
 
@@ -72,6 +72,11 @@ std::vector<std::string> AxesOf(const Hdf5File& file, const std::string& path) {
 // Of `tracks`, or of the scores, which have no axis "xy".
 Layout LayoutOf(const std::vector<std::string>& axes,
                 const std::vector<size_t>& shape) {
+  static const std::map<std::string, Axis Layout::*> kAxes = {
+      {"frame", &Layout::frame},
+      {"track", &Layout::track},
+      {"node", &Layout::node},
+      {"xy", &Layout::xy}};
   if (axes.size() != shape.size()) {
     throw InputError("has " + std::to_string(shape.size()) +
                      " axes, expected " + std::to_string(axes.size()));
@@ -79,22 +84,11 @@ Layout LayoutOf(const std::vector<std::string>& axes,
   Layout layout;
   size_t step = 1;
   for (size_t a = axes.size(); a-- > 0;) {
-    if (axes[a] == "frame") {
-      layout.frames = shape[a];
-      layout.frame_step = step;
-    } else if (axes[a] == "track") {
-      layout.people = shape[a];
-      layout.person_step = step;
-    } else if (axes[a] == "node") {
-      layout.joints = shape[a];
-      layout.joint_step = step;
-    } else if (axes[a] == "xy" && shape[a] == 2) {
-      layout.xy_step = step;
-    } else {
-      throw InputError("found an axis '" + Printable(axes[a]) + "' of " +
-                       std::to_string(shape[a]) +
+    if (axes[a] == "xy" && shape[a] != 2) {
+      throw InputError("found an axis 'xy' of " + std::to_string(shape[a]) +
                        ", expected frame, track, node and xy of 2");
     }
+    layout.*kAxes.at(axes[a]) = {shape[a], step};
     step *= shape[a];
   }
   return layout;
@@ -168,7 +162,7 @@ void ReadAnalysis(const Hdf5File& file, const std::string& path,
   const std::vector<std::string> axes = AxesOf(file, path);
   const Layout tracks = layout_of(kTracks, axes);
   const std::vector<double> px = file.Numbers(kTracks);
-  SettleSleapSkeleton(file, path, tracks.joints, collector);
+  SettleSleapSkeleton(file, path, tracks.node.size, collector);
   std::vector<double> scores;
   Layout of_scores;
   if (file.Has(kScores)) {
@@ -176,22 +170,23 @@ void ReadAnalysis(const Hdf5File& file, const std::string& path,
     fewer.erase(std::remove(fewer.begin(), fewer.end(), "xy"), fewer.end());
     scores = file.Numbers(kScores);
     of_scores = layout_of(kScores, fewer);
-    if (scores.size() * 2 != px.size() || of_scores.frames != tracks.frames ||
-        of_scores.people != tracks.people) {
+    if (scores.size() * 2 != px.size() ||
+        of_scores.frame.size != tracks.frame.size ||
+        of_scores.track.size != tracks.track.size) {
       throw InputError(path, kScores, "does not fit the tracks");
     }
   }
   if (px.empty()) return;  // nobody, however many frames it claims
-  for (size_t f = 0; f < tracks.frames; ++f) {
+  for (size_t f = 0; f < tracks.frame.size; ++f) {
     const auto frame = static_cast<int64_t>(f);
     collector->Touch(frame);
-    for (size_t p = 0; p < tracks.people; ++p) {
+    for (size_t p = 0; p < tracks.track.size; ++p) {
       std::vector<Keypoint> joints;
-      for (size_t j = 0; j < tracks.joints; ++j) {
+      for (size_t j = 0; j < tracks.node.size; ++j) {
         const size_t at = tracks.Place(f, p, j);
         const double score =
             scores.empty() ? 1.0 : scores[of_scores.Place(f, p, j)];
-        joints.push_back(MakeKeypoint(px[at], px[at + tracks.xy_step], score,
+        joints.push_back(MakeKeypoint(px[at], px[at + tracks.xy.step], score,
                                       options.zero_confidence));
       }
       collector->AddFound(frame, view_idx, std::move(joints));
@@ -339,11 +334,8 @@ bool RecogniseFreemocap(const DetectionHead& head) {
   const size_t begin = head.beginning.find("'shape': (");
   const size_t end = head.beginning.find(')', begin);
   if (begin == std::string::npos || end == std::string::npos) return false;
-  int commas = 0;
-  for (size_t at = begin; at < end; ++at) {
-    commas += head.beginning[at] == ',' ? 1 : 0;
-  }
-  return commas == 3;
+  const std::string shape = head.beginning.substr(begin, end - begin);
+  return std::count(shape.begin(), shape.end(), ',') == 3;
 }
 
 }  // namespace kinegraph

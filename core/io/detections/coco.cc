@@ -1,14 +1,13 @@
 // JSON of key points, a file a view: COCO's results and MMPose's predictions.
 // Frames need not ascend, so a file is read whole.
-#include <charconv>
 #include <filesystem>
 #include <memory>
 #include <string>
 #include <string_view>
-#include <system_error>
 #include <vector>
 
 #include "core/base/error.h"
+#include "core/base/text.h"
 #include "core/io/detections/format.h"
 #include "core/io/detections/formats.h"
 #include "core/io/detections/view_files.h"
@@ -30,46 +29,6 @@ void SettleSkeletonByCount(size_t joint_count, DetectionCollector* collector) {
   collector->set_skeleton(*DetectorSkeletons(joint_count, kKeypoints).front());
 }
 
-// Calls `read` for each entry of a list.
-template <typename Read>
-void ForEachEntry(const std::string& path, const JsonArray& entries,
-                  const char* what, const Read& read) {
-  size_t place = 0;
-  Located(
-      path, [&] { return "entry " + std::to_string(place); },
-      [&] {
-        for (const JsonValue entry : entries) {
-          read(AsObject(entry, what));
-          ++place;
-        }
-      });
-}
-
-// A file that is one list, an entry a line.
-class JsonListFile {
- public:
-  explicit JsonListFile(const std::string& path) : file_(path) {}
-
-  void Commit() {
-    out_.Text(is_first_ ? "[]\n" : "\n]\n");
-    out_.FlushTo(&file_);
-    file_.Commit();
-  }
-
- protected:
-  JsonOutput& Entry() {
-    out_.Text(is_first_ ? "[\n" : ",\n");
-    is_first_ = false;
-    return out_;
-  }
-  void Flush() { out_.FlushTo(&file_); }
-
- private:
-  AtomicFile file_;
-  JsonOutput out_;
-  bool is_first_ = true;
-};
-
 // ---- COCO ----
 // [{"image_id": frame, "keypoints": [x, y, c, ...], ...}, ...]. AlphaPose
 // writes the image's file name instead of a number: then its last integer is
@@ -86,9 +45,11 @@ void ReadCocoFile(const std::string& path, size_t view_idx,
   JsonFileParser parser;
   const JsonValue root = parser.Parse(path);
   std::vector<double> numbers;  // of one person
-  ForEachEntry(
-      path, Located(path, [&] { return AsArray(root, kOutermost); }),
-      "a detection", [&](const JsonObject& entry) {
+  const JsonArray entries =
+      Located(path, [&] { return AsArray(root, kOutermost); });
+  ForEachObject(
+      path, "entry", "a detection", [&] { return entries; },
+      [&](const JsonObject& entry) {
         const int64_t frame = FrameOf(Required(entry, "image_id"));
         const JsonArray keypoints =
             AsArray(Required(entry, kKeypoints), kKeypoints);
@@ -102,24 +63,18 @@ void ReadCocoFile(const std::string& path, size_t view_idx,
 
 // The score of a person is the mean confidence of the joints found, the box the
 // one around them.
-class CocoView : public JsonListFile {
- public:
-  using JsonListFile::JsonListFile;
-
-  void Write(int64_t frame, const std::vector<Detection>& detections) {
-    for (const Detection& detection : detections) {
-      JsonOutput& out = Entry();
-      out.Add("{\"image_id\": ", frame,
-              ", \"category_id\": 1, \"keypoints\": [");
-      WriteKeypoints(detection, &out);
-      const DetectionSummary summary = Summarise(detection);
-      out.Add("], \"score\": ", summary.score, ", \"bbox\": [");
-      WriteBox(summary, &out);
-      out.Text("]}");
-    }
-    Flush();
+void WriteCocoView(int64_t frame, const std::vector<Detection>& detections,
+                   ViewFile* file) {
+  for (const Detection& detection : detections) {
+    JsonOutput& out = file->Entry();
+    out.Add("{\"image_id\": ", frame, ", \"category_id\": 1, \"keypoints\": [");
+    WriteKeypoints(detection, &out);
+    const DetectionSummary summary = Summarise(detection);
+    out.Add("], \"score\": ", summary.score, ", \"bbox\": [");
+    WriteBox(summary, &out);
+    out.Text("]}");
   }
-};
+}
 
 }  // namespace
 
@@ -138,9 +93,9 @@ std::unique_ptr<DetectionSource> OpenCoco(const std::string& path,
 void WriteCoco(const std::string& path, const DetectionWriteOptions&,
                DetectionSource* source, LostFields* lost_fields) {
   RefuseViewTruth(source->header(), "COCO results");
-  const int64_t empty_frames = WriteViewFiles<CocoView>(
-      path, ".json", source, IsToldByJointCount(source->header().skeleton),
-      lost_fields);
+  const int64_t empty_frames = WriteViewFiles(
+      path, ".json", "", source, IsToldByJointCount(source->header().skeleton),
+      lost_fields, WriteCocoView);
   NoteEmptyFrames(empty_frames, lost_fields);
 }
 
@@ -158,36 +113,35 @@ std::vector<std::string> LabelsOf(const JsonObject& names) {
   constexpr const char* kKey = "meta_info.keypoint_id2name";
   std::vector<std::string> labels(names.size());
   for (const auto& [key, name] : names) {
-    size_t number = 0;
-    const char* end = key.data() + key.size();
-    const auto [stop, error] = std::from_chars(key.data(), end, number);
-    if (error != std::errc() || stop != end || number >= labels.size()) {
+    const auto number = ParseNumber<size_t>(key);
+    if (!number.has_value() || *number >= labels.size()) {
       throw InputError(std::string(kKey) + ": found '" +
                        Printable(std::string(key)) + "', expected 0 .. " +
                        std::to_string(labels.size() - 1));
     }
-    labels[number] = AsText(name, kKey);
+    labels[*number] = AsText(name, kKey);
   }
   return labels;
 }
 
 // By `meta_info`, where there is one that names the joints.
 void SettleMmposeSkeleton(JsonValue root, DetectionCollector* collector) {
+  JsonObject file;
   JsonObject meta;
   JsonObject names;
-  if (root.at_key("meta_info").get(meta) != simdjson::SUCCESS ||
-      meta["keypoint_id2name"].get(names) != simdjson::SUCCESS) {
+  if (root.get(file) != simdjson::SUCCESS || !Get(file, "meta_info", &meta) ||
+      !Get(meta, "keypoint_id2name", &names)) {
     return;
   }
   const std::vector<std::string> labels = LabelsOf(names);
   std::vector<Bone> bones;
   JsonValue links;
-  if (meta["skeleton_links"].get(links) == simdjson::SUCCESS) {
+  if (Get(meta, "skeleton_links", &links)) {
     bones = ReadBones(links, "meta_info.skeleton_links", 0,
                       static_cast<int>(labels.size()) - 1);
   }
   std::string_view name;
-  if (meta["dataset_name"].get(name) != simdjson::SUCCESS) name = "";
+  Get(meta, "dataset_name", &name);
   collector->SettleSkeleton(labels, bones, std::string(name));
 }
 
@@ -203,11 +157,7 @@ void AddInstances(const JsonArray& instances, int64_t frame, size_t view_idx,
     const size_t count = points.size();
     SettleSkeletonByCount(count, collector);
     const size_t expected = collector->header().skeleton.joints().size();
-    if (count != expected) {
-      throw InputError(std::string(kKeypoints) + ": found " +
-                       std::to_string(count) + " joints, expected " +
-                       std::to_string(expected));
-    }
+    CheckCount(kKeypoints, count, expected, " joints");
     scores.resize(count);
     AsNumbers(Required(instance, "keypoint_scores"), "keypoint_scores", count,
               scores.data());
@@ -241,33 +191,29 @@ void ReadMmposeView(const std::string& path, size_t view_idx,
   }
   const JsonValue root = parser.Parse(path);
   Located(path, [&] { SettleMmposeSkeleton(root, collector); });
-  ForEachEntry(path, Located(path, [&] { return FramesOf(root); }), "a frame",
-               [&](const JsonObject& frame) {
-                 AddInstances(
-                     AsArray(Required(frame, "instances"), "instances"),
+  const JsonArray frames = Located(path, [&] { return FramesOf(root); });
+  ForEachObject(
+      path, "entry", "a frame", [&] { return frames; },
+      [&](const JsonObject& frame) {
+        AddInstances(AsArray(Required(frame, "instances"), "instances"),
                      AsFrame(Required(frame, "frame_id"), "frame_id"), view_idx,
                      options, collector);
-               });
+      });
 }
 
-class MmposeView : public JsonListFile {
- public:
-  using JsonListFile::JsonListFile;
-
-  void Write(int64_t frame, const std::vector<Detection>& detections) {
-    JsonOutput& out = Entry();
-    out.Add("{\"frame_id\": ", frame, ", \"instances\": [");
-    out.Join(detections, [&out](const Detection& detection) {
-      out.Text("{\"keypoints\": [");
-      WritePoints(detection, &out);
-      out.Text("], \"keypoint_scores\": [");
-      WriteConfidences(detection, &out);
-      out.Text("]}");
-    });
+void WriteMmposeView(int64_t frame, const std::vector<Detection>& detections,
+                     ViewFile* file) {
+  JsonOutput& out = file->Entry();
+  out.Add("{\"frame_id\": ", frame, ", \"instances\": [");
+  out.Join(detections, [&out](const Detection& detection) {
+    out.Text("{\"keypoints\": [");
+    WritePoints(detection, &out);
+    out.Text("], \"keypoint_scores\": [");
+    WriteConfidences(detection, &out);
     out.Text("]}");
-    Flush();
-  }
-};
+  });
+  out.Text("]}");
+}
 
 }  // namespace
 
@@ -288,9 +234,9 @@ std::unique_ptr<DetectionSource> OpenMmpose(
 void WriteMmpose(const std::string& path, const DetectionWriteOptions&,
                  DetectionSource* source, LostFields* lost_fields) {
   RefuseViewTruth(source->header(), "MMPose's files");
-  WriteViewFiles<MmposeView>(path, ".json", source,
-                             IsToldByJointCount(source->header().skeleton),
-                             lost_fields);
+  WriteViewFiles(path, ".json", "", source,
+                 IsToldByJointCount(source->header().skeleton), lost_fields,
+                 WriteMmposeView);
 }
 
 }  // namespace kinegraph

@@ -39,15 +39,11 @@ std::vector<std::string> ViewNames(const JsonObject& frames) {
 }
 
 void ReadPose(const JsonObject& pose, ZeroConfidence zero_confidence,
-              int joint_count, Detection* detection) {
-  const auto count = static_cast<size_t>(joint_count);
+              size_t count, Detection* detection) {
   std::vector<double> scores(count);
   AsNumbers(Required(pose, "scores"), "scores", count, scores.data());
   const JsonArray points = AsArray(Required(pose, "points_2d"), "points_2d");
-  if (points.size() != count) {
-    throw InputError("points_2d: found " + std::to_string(points.size()) +
-                     " joints, expected " + std::to_string(count));
-  }
+  CheckCount("points_2d", points.size(), count, " joints");
   AddPoints(points, "points_2d", scores, zero_confidence, detection);
 }
 
@@ -79,7 +75,7 @@ std::unique_ptr<DetectionSource> ReadLongcwFile(
     frame->views[view_idx].capture_time = time.time;
     for (const JsonValue pose : AsArray(Required(object, "poses"), "poses")) {
       ReadPose(AsObject(pose, "poses"), options.zero_confidence,
-               header.skeleton.joint_count(),
+               header.skeleton.joints().size(),
                collector.Add(time.frame, view_idx));
     }
   }
@@ -133,12 +129,9 @@ void WriteLongcw(const std::string& path, const DetectionWriteOptions& options,
   AtomicFile file(path);
   file.Write(fmt::format("{{\"image_wh\": [{}, {}], \"frames\": {{",
                          size.width_px, size.height_px));
-  DetectionLossFinder finder(header);
-  DetectionFrame frame;
   JsonOutput out;
   const char* separator = "\n";
-  while (source->Next(&frame)) {
-    finder.See(frame);
+  const auto write = [&](const DetectionFrame& frame) {
     for (size_t v = 0; v < header.view_names.size(); ++v) {
       const ViewDetections& view = frame.views[v];
       RequireLongcwTime(frame.frame, view.capture_time, header.frame_rate_hz);
@@ -147,11 +140,11 @@ void WriteLongcw(const std::string& path, const DetectionWriteOptions& options,
       WriteImage(header.view_names[v], view, &out);
     }
     out.FlushTo(&file);
-  }
+  };
+  WriteFrames(source, header.skeleton == Tum14(), lost_fields, write,
+              header.frame_rate_hz == kLongcwFrameRateHz);
   file.Write("\n}}\n");
   file.Commit();
-  finder.Report(header.skeleton == Tum14(), lost_fields,
-                header.frame_rate_hz == kLongcwFrameRateHz);
 }
 
 // ---- SMAP ----
@@ -170,7 +163,7 @@ constexpr double kScale = kImageWidthPx / kInputWidthPx;
 constexpr double kBarPx = 0.5 * (kInputHeightPx - kImageHeightPx / kScale);
 
 void ReadPerson(JsonValue person, ZeroConfidence zero_confidence,
-                int joint_count, Detection* detection) {
+                size_t joint_count, Detection* detection) {
   for (const JsonValue joint : AsArray(person, "pred_2d")) {
     double numbers[4];
     AsNumbers(joint, "pred_2d", 4, numbers);
@@ -179,11 +172,7 @@ void ReadPerson(JsonValue person, ZeroConfidence zero_confidence,
     point.px = (point.px - Eigen::Vector2d(0.0, kBarPx)) * kScale;
     detection->joints.push_back(point);
   }
-  if (detection->joints.size() != static_cast<size_t>(joint_count)) {
-    throw InputError("pred_2d: found " +
-                     std::to_string(detection->joints.size()) +
-                     " joints, expected " + std::to_string(joint_count));
-  }
+  CheckCount("pred_2d", detection->joints.size(), joint_count, " joints");
 }
 
 }  // namespace
@@ -207,7 +196,7 @@ std::unique_ptr<DetectionSource> OpenSmap(const std::string& path,
           for (const JsonValue person :
                AsArray(Required(pairs, "pred_2d"), "pred_2d")) {
             ReadPerson(person, options.zero_confidence,
-                       header.skeleton.joint_count(),
+                       header.skeleton.joints().size(),
                        collector.Add(options.first_frame, v));
           }
         });

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <deque>
 #include <filesystem>
 #include <limits>
 #include <utility>
@@ -77,12 +78,15 @@ NamedPaths ListViewFiles(const std::string& path,
 NamedPaths ListViewFolders(const std::string& path) {
   NamedPaths folders;
   if (!IsFolder(path)) return folders;
-  for (const std::string& name : ListFolder(path)) {
-    const std::string inside = (fs::path(path) / name).string();
-    if (name.front() != '.' && IsFolder(inside)) {
-      folders.emplace_back(name, inside);
-    }
-  }
+  ForEachEntry(path, [&folders](const fs::directory_entry& entry) {
+    const std::string name = entry.path().filename().string();
+    const std::string inside = entry.path().string();
+    std::error_code ignored;
+    const bool is_folder = entry.is_symlink(ignored)
+                               ? IsFolder(inside)
+                               : entry.is_directory(ignored);
+    if (name.front() != '.' && is_folder) folders.emplace_back(name, inside);
+  });
   SortByName(&folders);
   return folders;
 }
@@ -293,50 +297,88 @@ void WriteBox(const DetectionSummary& summary, JsonOutput* out) {
                 summary.size_px.y()});
 }
 
-void DetectionLossFinder::See(const DetectionFrame& frame) {
-  const TimeNs regular = TimeOfFrame(frame.frame, header_.frame_rate_hz);
-  own_times_ = own_times_ || frame.time != regular;
-  for (const ViewDetections& view : frame.views) {
-    own_times_ = own_times_ || view.capture_time != frame.time;
-    int place = 0;
-    for (const Detection& detection : view.detections) {
-      moved_ += detection.index_in_file != place++ ? 1 : 0;
-      zero_confidence_joints_ +=
-          std::count_if(detection.joints.begin(), detection.joints.end(),
-                        [](const Keypoint& joint) {
-                          return joint.found && !(joint.confidence > 0.0);
-                        });
+void WriteFrames(DetectionSource* source, bool skeleton_told,
+                 LostFields* lost_fields,
+                 const std::function<void(const DetectionFrame& frame)>& write,
+                 bool rate_told) {
+  const DetectionHeader header = source->header();
+  int64_t zero_confidence_joints = 0;
+  int64_t moved = 0;  // detections whose index in the frame changes
+  bool own_times = false;
+  for (DetectionFrame frame; source->Next(&frame);) {
+    own_times = own_times ||
+                frame.time != TimeOfFrame(frame.frame, header.frame_rate_hz);
+    for (const ViewDetections& view : frame.views) {
+      own_times = own_times || view.capture_time != frame.time;
+      int place = 0;
+      for (const Detection& detection : view.detections) {
+        moved += detection.index_in_file != place++ ? 1 : 0;
+        zero_confidence_joints +=
+            std::count_if(detection.joints.begin(), detection.joints.end(),
+                          [](const Keypoint& joint) {
+                            return joint.found && !(joint.confidence > 0.0);
+                          });
+      }
     }
+    write(frame);
   }
+  const auto note = [&](bool is_lost, const std::string& what) {
+    if (is_lost) lost_fields->push_back(what);
+  };
+  note(header.frame_rate_hz > 0.0 && !rate_told, "the frame rate is not kept");
+  note(own_times, "times other than frame / frame rate are not kept");
+  note(!skeleton_told, "the file does not tell the skeleton '" +
+                           header.skeleton.name() +
+                           "': name it when reading (detections.skeleton)");
+  note(zero_confidence_joints > 0,
+       std::to_string(zero_confidence_joints) +
+           " joints with confidence 0 read as missing unless "
+           "detections.zero_confidence = \"position\"");
+  note(moved > 0, "people without joints are left out, so that " +
+                      std::to_string(moved) +
+                      " detections get another index in their frame");
+  note(!std::is_sorted(header.view_names.begin(), header.view_names.end(),
+                       NaturalLess),
+       "views are read back in the order of their names");
 }
 
-void DetectionLossFinder::Report(bool skeleton_told, LostFields* lost_fields,
-                                 bool rate_told) const {
-  if (header_.frame_rate_hz > 0.0 && !rate_told) {
-    lost_fields->push_back("the frame rate is not kept");
+JsonOutput& ViewFile::Entry() {
+  out.Text(has_entries ? ",\n" : "[\n");
+  has_entries = true;
+  return out;
+}
+
+int64_t WriteViewFiles(const std::string& path, const std::string& extension,
+                       const std::string& heading, DetectionSource* source,
+                       bool skeleton_told, LostFields* lost_fields,
+                       void (*write)(int64_t frame,
+                                     const std::vector<Detection>& detections,
+                                     ViewFile* file)) {
+  AtomicFolder folder(path);
+  std::deque<ViewFile> files;
+  for (const std::string& view : source->header().view_names) {
+    CheckFileName(view, "view");
+    files.emplace_back(folder.PathOf(view + extension)).out.Text(heading);
   }
-  if (own_times_) {
-    lost_fields->push_back("times other than frame / frame rate are not kept");
+  int64_t empty_frames = 0;
+  WriteFrames(source, skeleton_told, lost_fields,
+              [&](const DetectionFrame& frame) {
+                bool any = false;
+                for (size_t v = 0; v < files.size(); ++v) {
+                  const auto& detections = frame.views[v].detections;
+                  write(frame.frame, detections, &files[v]);
+                  files[v].out.FlushTo(&files[v].file);
+                  any = any || !detections.empty();
+                }
+                empty_frames += any ? 0 : 1;
+              });
+  for (ViewFile& view : files) {
+    if (heading.empty()) view.out.Text(view.has_entries ? "\n]\n" : "[]\n");
+    view.out.FlushTo(&view.file);
+    view.file.Commit();
   }
-  if (!skeleton_told) {
-    lost_fields->push_back("the file does not tell the skeleton '" +
-                           header_.skeleton.name() +
-                           "': name it when reading (detections.skeleton)");
-  }
-  if (zero_confidence_joints_ > 0) {
-    lost_fields->push_back(std::to_string(zero_confidence_joints_) +
-                           " joints with confidence 0 read as missing unless "
-                           "detections.zero_confidence = \"position\"");
-  }
-  if (moved_ > 0) {
-    lost_fields->push_back("people without joints are left out, so that " +
-                           std::to_string(moved_) +
-                           " detections get another index in their frame");
-  }
-  if (!std::is_sorted(header_.view_names.begin(), header_.view_names.end(),
-                      NaturalLess)) {
-    lost_fields->push_back("views are read back in the order of their names");
-  }
+  folder.Commit();
+  return empty_frames;
 }
 
 void NoteEmptyFrames(int64_t empty_frames, LostFields* lost_fields) {

@@ -104,6 +104,22 @@ std::unique_ptr<DetectionSource> ReadViews(const NamedPaths& files,
                                            const DetectionReadOptions& options,
                                            ReadView read);
 
+// Calls `read` with each object of the array that `list` gives. What any of
+// this throws names the file and the place in the array, "entry 3".
+template <typename List, typename Read>
+void ForEachObject(const std::string& path, const std::string& entry,
+                   std::string_view key, const List& list, const Read& read) {
+  size_t place = 0;
+  Located(
+      path, [&] { return entry + " " + std::to_string(place); },
+      [&] {
+        for (const JsonValue value : list()) {
+          read(AsObject(value, key));
+          ++place;
+        }
+      });
+}
+
 // Adds "[x, y]" of each joint, as many as there are scores.
 void AddPoints(const JsonArray& points, std::string_view key,
                const std::vector<double>& scores,

@@ -210,11 +210,7 @@ class KinegraphSource : public DetectionSource {
       detection->joints.push_back(MakeKeypoint(
           numbers[0], numbers[1], numbers[2], options_.zero_confidence));
     }
-    if (detection->joints.size() != count) {
-      throw InputError("joints: found " +
-                       std::to_string(detection->joints.size()) +
-                       ", expected " + std::to_string(count));
-    }
+    CheckCount("joints", detection->joints.size(), count, "");
   }
 
   const DetectionReadOptions options_;

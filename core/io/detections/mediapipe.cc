@@ -84,44 +84,22 @@ void ReadMediapipeFile(const std::string& path, size_t view_idx,
       });
 }
 
-class MediapipeView {
- public:
-  MediapipeView(const std::string& path, const Skeleton& skeleton)
-      : file_(path) {
-    out_.Text("frame,person");
-    for (const std::string& joint : skeleton.joints()) {
-      for (const char* column : {"_x", "_y", "_visibility"}) {
-        out_.Add(",", LongJointName(joint), column);
+void WriteMediapipeView(int64_t frame, const std::vector<Detection>& detections,
+                        ViewFile* file) {
+  int person = 0;
+  for (const Detection& detection : detections) {
+    file->out.Add(frame, ",", person++);
+    for (const Keypoint& joint : detection.joints) {
+      if (joint.found) {
+        file->out.Add(",", joint.px.x(), ",", joint.px.y(), ",",
+                      joint.confidence);
+      } else {
+        file->out.Text(",,,");
       }
     }
-    out_.Text("\n");
+    file->out.Text("\n");
   }
-
-  void Write(int64_t frame, const std::vector<Detection>& detections) {
-    int person = 0;
-    for (const Detection& detection : detections) {
-      out_.Add(frame, ",", person++);
-      for (const Keypoint& joint : detection.joints) {
-        if (joint.found) {
-          out_.Add(",", joint.px.x(), ",", joint.px.y(), ",", joint.confidence);
-        } else {
-          out_.Text(",,,");
-        }
-      }
-      out_.Text("\n");
-    }
-    out_.FlushTo(&file_);
-  }
-
-  void Commit() {
-    out_.FlushTo(&file_);
-    file_.Commit();
-  }
-
- private:
-  AtomicFile file_;
-  JsonOutput out_;
-};
+}
 
 }  // namespace
 
@@ -141,9 +119,16 @@ std::unique_ptr<DetectionSource> OpenMediapipe(
 void WriteMediapipe(const std::string& path, const DetectionWriteOptions&,
                     DetectionSource* source, LostFields* lost_fields) {
   const Skeleton& skeleton = source->header().skeleton;
-  const int64_t empty_frames = WriteViewFiles<MediapipeView>(
-      path, ".csv", source, FindSkeletonOf(skeleton.joints()) != nullptr,
-      lost_fields, skeleton);
+  std::string heading = "frame,person";
+  for (const std::string& joint : skeleton.joints()) {
+    for (const char* column : {"_x", "_y", "_visibility"}) {
+      heading += "," + LongJointName(joint) + column;
+    }
+  }
+  const int64_t empty_frames =
+      WriteViewFiles(path, ".csv", heading + "\n", source,
+                     FindSkeletonOf(skeleton.joints()) != nullptr, lost_fields,
+                     WriteMediapipeView);
   NoteEmptyFrames(empty_frames, lost_fields);
 }
 

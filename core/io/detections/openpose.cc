@@ -3,11 +3,12 @@
 // with frames in it is a recording of one view.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <filesystem>
-#include <map>
+#include <iterator>
 #include <optional>
-#include <set>
 #include <utility>
+#include <vector>
 
 #include "core/base/error.h"
 #include "core/io/detections/format.h"
@@ -32,30 +33,36 @@ constexpr const char* kOpenposeKeypoints = "pose_keypoints_2d";
 constexpr size_t kPeopleToRecogniseBy = 200;
 constexpr size_t kFilesAView = 40;
 
-// The files of a view by their frames.
-using ViewFiles = std::map<int64_t, std::string>;
+struct OpenPoseView {
+  std::string FileAt(size_t place) const {
+    return folder + "/" + files[place].second;
+  }
 
-ViewFiles ListFrames(const std::string& folder) {
-  std::map<int64_t, std::set<std::string>> names_of;
+  std::string folder;
+  std::vector<std::pair<int64_t, std::string>> files;  // frame and name
+  size_t next = 0;                                     // to be read
+};
+
+OpenPoseView ListFrames(const std::string& folder) {
+  OpenPoseView view{folder, {}};
   for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
     const std::string name = entry.path().filename().string();
     if (name.front() == '.' || entry.path().extension() != ".json") continue;
     if (!IsFileOrFolder(entry)) continue;
-    names_of[Located(folder, [&] { return FrameOfName(name); })].insert(name);
+    view.files.emplace_back(Located(folder, [&] { return FrameOfName(name); }),
+                            name);
   }
-  if (names_of.empty()) {
+  if (view.files.empty()) {
     throw InputError(folder, "", "holds no .json files, expected one a frame");
   }
-  ViewFiles files;
-  for (const auto& [frame, names] : names_of) {
-    if (names.size() > 1) {
-      throw InputError(folder, "frame " + std::to_string(frame),
-                       "stands there twice: " + *names.begin() + ", " +
-                           *std::next(names.begin()));
-    }
-    files[frame] = folder + "/" + *names.begin();
-  }
-  return files;
+  std::sort(view.files.begin(), view.files.end());
+  const auto twice = std::adjacent_find(
+      view.files.begin(), view.files.end(),
+      [](const auto& a, const auto& b) { return a.first == b.first; });
+  if (twice == view.files.end()) return view;
+  throw InputError(
+      folder, "frame " + std::to_string(twice->first),
+      "stands there twice: " + twice->second + ", " + std::next(twice)->second);
 }
 
 // BODY_25 before all others: OpenPose's own.
@@ -80,9 +87,12 @@ class OpenPoseSource : public DetectionSource {
     for (const auto& [name, folder] : views) {
       header_.view_names.push_back(name);
       views_.push_back(ListFrames(folder));
-      for (const auto& [frame, file] : views_.back()) frames_.insert(frame);
+      for (const auto& [frame, file] : views_.back().files) {
+        frames_.push_back(frame);
+      }
     }
-    next_ = frames_.begin();
+    std::sort(frames_.begin(), frames_.end());
+    frames_.erase(std::unique(frames_.begin(), frames_.end()), frames_.end());
     header_.skeleton = options.skeleton ? *options.skeleton : FindSkeleton();
     numbers_.resize(3 * static_cast<size_t>(header_.skeleton.joint_count()));
   }
@@ -93,17 +103,19 @@ class OpenPoseSource : public DetectionSource {
   }
 
   bool Next(DetectionFrame* frame) override {
-    if (next_ == frames_.end()) return false;
-    frame->frame = *next_++;
+    if (next_ == frames_.size()) return false;
+    frame->frame = frames_[next_++];
     frame->time = TimeOfFrame(frame->frame, header_.frame_rate_hz);
     frame->views.resize(views_.size());
     for (size_t v = 0; v < views_.size(); ++v) {
       frame->views[v].capture_time = frame->time;
-      const auto file = views_[v].find(frame->frame);
-      if (file != views_[v].end()) {
-        ReadView(file->second, &frame->views[v].detections);
+      std::vector<Detection>* detections = &frame->views[v].detections;
+      OpenPoseView& view = views_[v];
+      if (view.next < view.files.size() &&
+          view.files[view.next].first == frame->frame) {
+        ReadView(view.FileAt(view.next++), detections);
       } else {
-        frame->views[v].detections.clear();
+        detections->clear();
       }
     }
     return true;
@@ -111,64 +123,52 @@ class OpenPoseSource : public DetectionSource {
 
  private:
   // By the number of joints, and by the people's bones where several layouts
-  // have as many (skeleton_fit.h); BODY_25 where there is nobody.
+  // have as many (skeleton_fit.h); BODY_25 where there is nobody. Of every view
+  // some files are asked that are spread over the recording, then the others,
+  // in case nobody is in the former.
   Skeleton FindSkeleton() {
     std::vector<const Skeleton*> candidates;
     std::optional<SkeletonFit> fit;
-    for (const std::string& path : SampleFiles()) {
-      try {
-        SeePeople(path, &candidates, &fit);
-      } catch (const InputError&) {
-        // Whoever reads that frame is told of it.
-        if (candidates.empty()) throw;
-      }
-      if (candidates.size() == 1) break;
-      if (fit && fit->people() >= kPeopleToRecogniseBy) break;
-    }
-    return candidates.empty() ? Body25() : *candidates[fit->Best()];
-  }
-
-  // The first person settles the candidates, everybody their fit.
-  void SeePeople(const std::string& path,
-                 std::vector<const Skeleton*>* candidates,
-                 std::optional<SkeletonFit>* fit) {
-    const JsonArray people = ParsePeople(path);
-    Located(path, [&] {
-      Detection detection;
-      for (const JsonValue person : people) {
-        const size_t count = Keypoints(person).size();
-        if (count == 0) continue;
-        if (candidates->empty()) {
-          *candidates = ByNumberCount(count);
-          fit->emplace(*candidates);
-          numbers_.resize(count);
-        }
-        if (ReadPerson(person, &detection)) (*fit)->See(detection);
-      }
-    });
-  }
-
-  // Files to recognise the layout by: of every view some that are spread over
-  // the recording, then the others, in case nobody is in the former.
-  std::vector<std::string> SampleFiles() const {
-    std::vector<std::vector<std::string>> views(views_.size());
-    for (size_t v = 0; v < views_.size(); ++v) {
-      for (const auto& [frame, file] : views_[v]) views[v].push_back(file);
-    }
-    std::vector<std::string> paths;
+    const auto best = [&] { return *candidates[fit->Best()]; };
     for (const bool spread : {true, false}) {
-      for (size_t i = 0; i < kFilesAView || !spread; ++i) {
-        bool any = false;
-        for (const std::vector<std::string>& files : views) {
-          const size_t at = spread ? i * files.size() / kFilesAView : i;
-          if (at >= files.size()) continue;
-          any = true;
-          paths.push_back(files[at]);
+      for (size_t i = 0; i < (spread ? kFilesAView : frames_.size()); ++i) {
+        for (const OpenPoseView& view : views_) {
+          const size_t at = spread ? i * view.files.size() / kFilesAView : i;
+          if (at < view.files.size() &&
+              IsTold(view.FileAt(at), &candidates, &fit)) {
+            return best();
+          }
         }
-        if (!any) break;
       }
     }
-    return paths;
+    return candidates.empty() ? Body25() : best();
+  }
+
+  // Whether the layout is told with the people of one more file. The first
+  // person settles the candidates, everybody their fit.
+  bool IsTold(const std::string& path, std::vector<const Skeleton*>* candidates,
+              std::optional<SkeletonFit>* fit) {
+    try {
+      const JsonArray people = ParsePeople(path);
+      Located(path, [&] {
+        Detection detection;
+        for (const JsonValue person : people) {
+          const size_t count = Keypoints(person).size();
+          if (count == 0) continue;
+          if (candidates->empty()) {
+            *candidates = ByNumberCount(count);
+            fit->emplace(*candidates);
+            numbers_.resize(count);
+          }
+          if (ReadPerson(person, &detection)) (*fit)->See(detection);
+        }
+      });
+    } catch (const InputError&) {
+      // Whoever reads that frame is told of it.
+      if (candidates->empty()) throw;
+    }
+    return candidates->size() == 1 ||
+           (fit->has_value() && (*fit)->people() >= kPeopleToRecogniseBy);
   }
 
   JsonArray ParsePeople(const std::string& path) {
@@ -212,9 +212,9 @@ class OpenPoseSource : public DetectionSource {
 
   const DetectionReadOptions options_;
   DetectionHeader header_;
-  std::vector<ViewFiles> views_;
-  std::set<int64_t> frames_;  // of all views
-  std::set<int64_t>::const_iterator next_;
+  std::vector<OpenPoseView> views_;
+  std::vector<int64_t> frames_;  // of all views
+  size_t next_ = 0;
   JsonFileParser parser_;
   std::vector<double> numbers_;  // of one person
 };
@@ -264,20 +264,18 @@ void WriteOpenpose(const std::string& path, const DetectionWriteOptions&,
     CheckFileName(view, "view");
     MakeFolder(folder.PathOf(view));
   }
-  DetectionLossFinder finder(header);
-  DetectionFrame frame;
   JsonOutput out;
-  while (source->Next(&frame)) {
-    finder.See(frame);
-    for (size_t v = 0; v < header.view_names.size(); ++v) {
-      const std::string& view = header.view_names[v];
-      const std::string name =
-          fmt::format("{}/{}_{:012}_keypoints.json", view, view, frame.frame);
-      WritePeople(folder.PathOf(name), frame.views[v].detections, &out);
-    }
-  }
+  const bool skeleton_told = IsToldByJointCount(header.skeleton);
+  WriteFrames(
+      source, skeleton_told, lost_fields, [&](const DetectionFrame& frame) {
+        for (size_t v = 0; v < header.view_names.size(); ++v) {
+          const std::string& view = header.view_names[v];
+          const std::string name = fmt::format("{}/{}_{:012}_keypoints.json",
+                                               view, view, frame.frame);
+          WritePeople(folder.PathOf(name), frame.views[v].detections, &out);
+        }
+      });
   folder.Commit();
-  finder.Report(IsToldByJointCount(header.skeleton), lost_fields);
 }
 
 }  // namespace kinegraph

@@ -128,100 +128,18 @@ bool IsBeyondImages(const Eigen::AlignedBox2d& box) {
          box.max().minCoeff() < -kLargestImagePx;
 }
 
-// Finds views whose positions are shares of the image, 0 .. 1 (MediaPipe,
-// OpenPose with --keypoint_scale 3) or -1 .. 1 (4). Frames are handed in as
-// they are read; one position that can only be pixels settles its view.
-class PlausiblePixels {
- public:
-  explicit PlausiblePixels(std::vector<std::string> view_names);
-
-  // Throws InputError without a file, naming the view, once enough people show
-  // that its positions are no pixels.
-  void See(const DetectionFrame& frame);
-  // The same for a recording that is too short for that.
-  void SeeEnd() const;
-
- private:
-  struct View {
-    std::string name;
-    bool has_pixels = false;
-    int64_t shares = 0;       // people who can be shares of the image
-    int64_t far = 0;          // people beyond any image
-    Eigen::AlignedBox2d box;  // of all positions
-  };
-
-  static void Check(const View& view, int64_t enough_people);
-
-  std::vector<View> views_;
-};
-
-PlausiblePixels::PlausiblePixels(std::vector<std::string> view_names)
-    : views_(view_names.size()) {
-  for (size_t v = 0; v < views_.size(); ++v) {
-    views_[v].name = std::move(view_names[v]);
-  }
-}
-
-void PlausiblePixels::See(const DetectionFrame& frame) {
-  for (size_t v = 0; v < views_.size(); ++v) {
-    View& view = views_[v];
-    for (const Detection& detection : frame.views[v].detections) {
-      if (view.has_pixels) break;
-      const Eigen::AlignedBox2d box = BoxAround(detection.joints);
-      if (box.isEmpty()) continue;
-      const bool is_share = CanBeShares(box);
-      const bool is_far = IsBeyondImages(box);
-      view.shares += is_share ? 1 : 0;
-      view.far += is_far ? 1 : 0;
-      view.has_pixels = !is_share && !is_far;
-      view.box.extend(box);
-    }
-    Check(view, kEnoughPeople);
-  }
-}
-
-void PlausiblePixels::SeeEnd() const {
-  const bool has_pixels =
-      std::any_of(views_.begin(), views_.end(),
-                  [](const View& view) { return view.has_pixels; });
-  if (has_pixels) return;
-  for (const View& view : views_) Check(view, 1);
-}
-
-void PlausiblePixels::Check(const View& view, int64_t enough_people) {
-  if (view.has_pixels || view.box.isEmpty()) return;
-  const std::string where = fmt::format(
-      "view '{}': positions are within x {:.3g} .. {:.3g} and y {:.3g} .. "
-      "{:.3g}",
-      Printable(view.name), view.box.min().x(), view.box.max().x(),
-      view.box.min().y(), view.box.max().y());
-  if (view.shares == 0 && view.far >= kEnoughPeople) {
-    throw InputError(where + ", where no image reaches, expected pixels");
-  }
-  if (view.far > 0 || view.shares < enough_people ||
-      view.box.sizes().maxCoeff() < kLeastSpread) {
-    return;
-  }
-  const bool is_signed = view.box.min().minCoeff() < -0.5;
-  throw InputError(where + ", shares of the image, expected pixels: multiply " +
-                   (is_signed ? "(x + 1) / 2" : "x") +
-                   " by the image's width and " +
-                   (is_signed ? "(y + 1) / 2" : "y") +
-                   " by its height (OpenPose: detect without "
-                   "--keypoint_scale)");
-}
-
-// Refuses what would take too long to associate, and what are no pixels.
+// Refuses what would take too long to associate, and what are no pixels: views
+// whose positions are shares of the image, 0 .. 1 (MediaPipe, OpenPose with
+// --keypoint_scale 3) or -1 .. 1 (4), and those where no image reaches. One
+// position that can only be pixels settles its view.
 class CheckedSource : public DetectionSource {
  public:
   CheckedSource(std::string path, const DetectionReadOptions& options,
                 std::unique_ptr<DetectionSource> source)
       : path_(std::move(path)),
-        max_per_view_(static_cast<size_t>(options.max_per_view)),
-        max_per_frame_(static_cast<size_t>(options.max_per_frame)),
-        skips_(options.skip_bad_frames),
+        options_(options),
         source_(std::move(source)),
-        pixels_(source_->header().view_names) {
+        positions_(source_->header().view_names.size()) {
     for (const std::string& name : options.exchange_sides) {
       const std::vector<std::string>& views = header().view_names;
       const auto at = std::find(views.begin(), views.end(), name);
@@ -232,12 +150,8 @@ class CheckedSource : public DetectionSource {
       }
       exchanged_.push_back(static_cast<size_t>(at - views.begin()));
     }
-    const int64_t joints = header().skeleton.joint_count();
-    if (joints <= options.max_joints) return;
-    throw InputError(path_, "skeleton",
-                     "has " + std::to_string(joints) + " joints, more than " +
-                         std::to_string(options.max_joints) +
-                         "; detections.max_joints raises the limit");
+    CheckMost("skeleton", header().skeleton.joint_count(), "joints",
+              options.max_joints, "detections.max_joints");
   }
 
   const DetectionHeader& header() const override { return source_->header(); }
@@ -251,34 +165,103 @@ class CheckedSource : public DetectionSource {
   bool Next(DetectionFrame* frame) override {
     while (source_->Next(frame)) {
       try {
-        Check(*frame);
+        CheckCounts(*frame);
+        Located(path_, [&] { SeePositions(*frame); });
         for (const size_t v : exchanged_) ExchangeSides(&frame->views[v]);
         return true;
       } catch (const InputError& error) {
-        if (!skips_) throw;
+        if (!options_.skip_bad_frames) throw;
         ++bad_.count;
         bad_.last = error.what();
       }
     }
-    Located(path_, [&] { pixels_.SeeEnd(); });
+    Located(path_, [&] { CheckShortRecording(); });
     return false;
   }
 
  private:
-  void Check(const DetectionFrame& frame) {
+  // Of the people in a view.
+  struct Positions {
+    bool are_pixels = false;
+    int64_t shares = 0;       // people who can be shares of the image
+    int64_t far = 0;          // people beyond any image
+    Eigen::AlignedBox2d box;  // of all of them
+  };
+
+  void CheckMost(const std::string& place, int64_t count, const char* what,
+                 int64_t most, const char* key) const {
+    if (count <= most) return;
+    throw InputError(path_, place,
+                     fmt::format("has {} {}, more than {}; {} raises the limit",
+                                 count, what, most, key));
+  }
+
+  void CheckCounts(const DetectionFrame& frame) const {
     const std::string place = "frame " + std::to_string(frame.frame);
-    size_t sum = 0;
+    int64_t sum = 0;
     for (size_t v = 0; v < frame.views.size(); ++v) {
-      const size_t count = frame.views[v].detections.size();
+      const auto count = static_cast<int64_t>(frame.views[v].detections.size());
       sum += count;
-      if (count <= max_per_view_) continue;
-      Fail(place + ", view '" + Printable(header().view_names[v]) + "'", count,
-           max_per_view_, "detections.max_per_view");
+      if (count <= options_.max_per_view) continue;
+      CheckMost(place + ", view '" + Printable(header().view_names[v]) + "'",
+                count, "detections", options_.max_per_view,
+                "detections.max_per_view");
     }
-    if (sum > max_per_frame_) {
-      Fail(place, sum, max_per_frame_, "detections.max_per_frame");
+    CheckMost(place, sum, "detections", options_.max_per_frame,
+              "detections.max_per_frame");
+  }
+
+  // Throws InputError without a file, naming the view, once enough people show
+  // that its positions are no pixels.
+  void SeePositions(const DetectionFrame& frame) {
+    for (size_t v = 0; v < positions_.size(); ++v) {
+      Positions& seen = positions_[v];
+      for (const Detection& detection : frame.views[v].detections) {
+        if (seen.are_pixels) break;
+        const Eigen::AlignedBox2d box = BoxAround(detection.joints);
+        if (box.isEmpty()) continue;
+        const bool is_share = CanBeShares(box);
+        const bool is_far = IsBeyondImages(box);
+        seen.shares += is_share ? 1 : 0;
+        seen.far += is_far ? 1 : 0;
+        seen.are_pixels = !is_share && !is_far;
+        seen.box.extend(box);
+      }
+      CheckPositions(v, kEnoughPeople);
     }
-    Located(path_, [&] { pixels_.See(frame); });
+  }
+
+  // The same for a recording in which nobody shows pixels.
+  void CheckShortRecording() const {
+    if (std::none_of(positions_.begin(), positions_.end(),
+                     [](const Positions& seen) { return seen.are_pixels; })) {
+      for (size_t v = 0; v < positions_.size(); ++v) CheckPositions(v, 1);
+    }
+  }
+
+  void CheckPositions(size_t view_idx, int64_t enough_people) const {
+    const Positions& seen = positions_[view_idx];
+    const Eigen::AlignedBox2d& box = seen.box;
+    if (seen.are_pixels || box.isEmpty()) return;
+    const std::string where = fmt::format(
+        "view '{}': positions are within x {:.3g} .. {:.3g} and y {:.3g} .. "
+        "{:.3g}",
+        Printable(header().view_names[view_idx]), box.min().x(), box.max().x(),
+        box.min().y(), box.max().y());
+    if (seen.shares == 0 && seen.far >= kEnoughPeople) {
+      throw InputError(where + ", where no image reaches, expected pixels");
+    }
+    if (seen.far > 0 || seen.shares < enough_people ||
+        box.sizes().maxCoeff() < kLeastSpread) {
+      return;
+    }
+    const bool is_signed = box.min().minCoeff() < -0.5;
+    throw InputError(
+        where + ", shares of the image, expected pixels: multiply " +
+        (is_signed ? "(x + 1) / 2" : "x") + " by the image's width and " +
+        (is_signed ? "(y + 1) / 2" : "y") +
+        " by its height (OpenPose: detect without "
+        "--keypoint_scale)");
   }
 
   void ExchangeSides(ViewDetections* view) const {
@@ -293,22 +276,12 @@ class CheckedSource : public DetectionSource {
     }
   }
 
-  [[noreturn]] void Fail(const std::string& place, size_t count, size_t most,
-                         const std::string& key) const {
-    throw InputError(path_, place,
-                     "has " + std::to_string(count) +
-                         " detections, more than " + std::to_string(most) +
-                         "; " + key + " raises the limit");
-  }
-
   const std::string path_;
-  const size_t max_per_view_;
-  const size_t max_per_frame_;
-  const bool skips_;
-  std::vector<size_t> exchanged_;  // views
-  BadFrames bad_;
+  const DetectionReadOptions options_;
   const std::unique_ptr<DetectionSource> source_;
-  PlausiblePixels pixels_;
+  std::vector<Positions> positions_;  // one a view
+  std::vector<size_t> exchanged_;     // views
+  BadFrames bad_;
 };
 
 }  // namespace

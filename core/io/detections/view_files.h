@@ -3,7 +3,8 @@
 #ifndef KINEGRAPH_CORE_IO_DETECTIONS_VIEW_FILES_H_
 #define KINEGRAPH_CORE_IO_DETECTIONS_VIEW_FILES_H_
 
-#include <memory>
+#include <cstdint>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -34,56 +35,36 @@ DetectionSummary Summarise(const Detection& detection);
 // "x, y, width, height".
 void WriteBox(const DetectionSummary& summary, JsonOutput* out);
 
-// Watches what is written by a format that stores frame numbers, x, y and
-// confidence only.
-class DetectionLossFinder {
- public:
-  explicit DetectionLossFinder(const DetectionHeader& header)
-      : header_(header) {}
-  void See(const DetectionFrame& frame);
-  // `skeleton_told` says whether a reader recognises the skeleton by the file,
-  // `rate_told` whether it assumes the right frame rate.
-  void Report(bool skeleton_told, LostFields* lost_fields,
-              bool rate_told = false) const;
+// Hands each frame of `source` to `write`, and notes what a format loses that
+// stores frame numbers, x, y and confidence only. `skeleton_told` says whether
+// a reader recognises the skeleton by the file, `rate_told` whether it assumes
+// the right frame rate.
+void WriteFrames(DetectionSource* source, bool skeleton_told,
+                 LostFields* lost_fields,
+                 const std::function<void(const DetectionFrame& frame)>& write,
+                 bool rate_told = false);
 
- private:
-  DetectionHeader header_;
-  int64_t zero_confidence_joints_ = 0;
-  int64_t moved_ = 0;  // detections whose index in the frame changes
-  bool own_times_ = false;
+// A view's file while it is written.
+struct ViewFile {
+  explicit ViewFile(const std::string& path) : file(path) {}
+  // Begins the next entry of a JSON list, on a line of its own.
+  JsonOutput& Entry();
+
+  AtomicFile file;
+  JsonOutput out;
+  bool has_entries = false;
 };
 
-// Writes a folder with a file a view, named as the view: of each a File is made
-// from its path and `more`, which writes frame after frame. Returns how many
-// frames have no detection. Throws InputError where a name is no file's.
-template <typename File, typename... More>
+// Writes a folder with a file a view, named as the view: a table that begins
+// with `heading`, or without one a JSON list. `write` adds what is seen in a
+// frame. Returns how many frames have no detection. Throws InputError where a
+// name is no file's.
 int64_t WriteViewFiles(const std::string& path, const std::string& extension,
-                       DetectionSource* source, bool skeleton_told,
-                       LostFields* lost_fields, const More&... more) {
-  AtomicFolder folder(path);
-  std::vector<std::unique_ptr<File>> files;
-  for (const std::string& view : source->header().view_names) {
-    CheckFileName(view, "view");
-    files.push_back(
-        std::make_unique<File>(folder.PathOf(view + extension), more...));
-  }
-  DetectionLossFinder finder(source->header());
-  int64_t empty_frames = 0;
-  DetectionFrame frame;
-  while (source->Next(&frame)) {
-    finder.See(frame);
-    bool any = false;
-    for (size_t v = 0; v < files.size(); ++v) {
-      files[v]->Write(frame.frame, frame.views[v].detections);
-      any = any || !frame.views[v].detections.empty();
-    }
-    empty_frames += any ? 0 : 1;
-  }
-  for (const auto& file : files) file->Commit();
-  folder.Commit();
-  finder.Report(skeleton_told, lost_fields);
-  return empty_frames;
-}
+                       const std::string& heading, DetectionSource* source,
+                       bool skeleton_told, LostFields* lost_fields,
+                       void (*write)(int64_t frame,
+                                     const std::vector<Detection>& detections,
+                                     ViewFile* file));
 // Of formats that have an entry a person.
 void NoteEmptyFrames(int64_t empty_frames, LostFields* lost_fields);
 

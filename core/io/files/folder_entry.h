@@ -3,6 +3,8 @@
 #define KINEGRAPH_CORE_IO_FILES_FOLDER_ENTRY_H_
 
 #include <filesystem>
+#include <functional>
+#include <string>
 #include <system_error>
 
 namespace kinegraph {
@@ -16,6 +18,14 @@ inline bool IsFileOrFolder(const std::filesystem::directory_entry& entry) {
   return type != Type::fifo && type != Type::socket && type != Type::block &&
          type != Type::character;
 }
+
+// Calls `visit` with each of these in a folder, in any order; only links are
+// looked at beyond their names. Throws InputError naming the folder when it
+// cannot be listed.
+void ForEachEntry(
+    const std::string& folder,
+    const std::function<void(const std::filesystem::directory_entry& entry)>&
+        visit);
 
 }  // namespace kinegraph
 

@@ -138,19 +138,25 @@ void MakeFolder(const std::string& path) {
   if (error) throw InputError(path, "", "cannot be made: " + error.message());
 }
 
-std::vector<std::string> ListFolder(const std::string& path) {
-  std::vector<std::string> names;
+void ForEachEntry(
+    const std::string& folder,
+    const std::function<void(const fs::directory_entry& entry)>& visit) {
   std::error_code error;
-  for (fs::directory_iterator entry(path, error), end; !error && entry != end;
+  for (fs::directory_iterator entry(folder, error), end; !error && entry != end;
        entry.increment(error)) {
-    if (IsFileOrFolder(*entry)) {
-      names.push_back(entry->path().filename().string());
-    }
+    if (IsFileOrFolder(*entry)) visit(*entry);
   }
   if (error == std::errc::not_enough_memory) throw std::bad_alloc();
   if (error) {
-    throw InputError(path, "", "cannot be listed: " + error.message());
+    throw InputError(folder, "", "cannot be listed: " + error.message());
   }
+}
+
+std::vector<std::string> ListFolder(const std::string& path) {
+  std::vector<std::string> names;
+  ForEachEntry(path, [&names](const fs::directory_entry& entry) {
+    names.push_back(entry.path().filename().string());
+  });
   std::sort(names.begin(), names.end());
   return names;
 }

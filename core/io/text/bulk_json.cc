@@ -201,6 +201,13 @@ JsonValue Required(const JsonObject& object, std::string_view key) {
   return value;
 }
 
+void CheckCount(std::string_view key, size_t found, size_t expected,
+                const char* what) {
+  if (found == expected) return;
+  throw InputError(std::string(key) + ": found " + std::to_string(found) +
+                   what + ", expected " + std::to_string(expected));
+}
+
 void FailMissing(std::string_view key) {
   throw InputError(std::string(key) + ": is missing");
 }
@@ -224,10 +231,7 @@ void AsNumbers(const JsonArray& array, std::string_view key, size_t count,
     if (found < count) numbers[found] = number;
     ++found;
   }
-  if (found != count) {
-    throw InputError(std::string(key) + ": found " + std::to_string(found) +
-                     " numbers, expected " + std::to_string(count));
-  }
+  CheckCount(key, found, count, " numbers");
 }
 
 int64_t AsFrame(JsonValue value, std::string_view key) {

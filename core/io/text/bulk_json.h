@@ -39,6 +39,14 @@ int64_t AsInteger(JsonValue value, std::string_view key, int64_t low,
                   int64_t high);
 std::string_view AsText(JsonValue value, std::string_view key);
 JsonValue Required(const JsonObject& object, std::string_view key);
+// The value of a key that may be missing; false where it is, or no T.
+template <typename T>
+bool Get(const JsonObject& object, std::string_view key, T* value) {
+  return object.at_key(key).get(*value) == simdjson::SUCCESS;
+}
+// Throws "KEY: found 3 joints, expected 17"; `what` is " joints".
+void CheckCount(std::string_view key, size_t found, size_t expected,
+                const char* what);
 [[noreturn]] void FailMissing(std::string_view key);
 [[noreturn]] void FailTwice(std::string_view key);
 // Exactly `count` numbers, written to `numbers`; null becomes NaN.

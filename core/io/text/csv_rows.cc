@@ -1,10 +1,10 @@
 #include "core/io/text/csv_rows.h"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 
 #include "core/base/error.h"
+#include "core/base/text.h"
 
 namespace kinegraph {
 namespace {
@@ -110,17 +110,14 @@ std::optional<double> NumberOfCell(std::string_view cell) {
   while (!word.empty() && word.front() == ' ') word.remove_prefix(1);
   while (!word.empty() && word.back() == ' ') word.remove_suffix(1);
   if (word.empty()) return std::nullopt;
-  if (word.front() == '+') word.remove_prefix(1);
-  double number = 0.0;
-  const char* end = word.data() + word.size();
-  const auto [stop, error] = std::from_chars(word.data(), end, number);
-  if (error != std::errc() || stop != end) {
+  const auto number = ParseNumber<double>(WithoutPlus(word));
+  if (!number.has_value()) {
     const bool has_comma = cell.find(',') != std::string_view::npos;
     throw InputError("found the text '" + Printable(std::string(cell)) +
                      "', expected a number" +
                      (has_comma ? " with a decimal point" : ""));
   }
-  if (std::isnan(number)) return std::nullopt;
+  if (std::isnan(*number)) return std::nullopt;
   return number;
 }
 

@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <charconv>
 #include <cstring>
 #include <deque>
 #include <iterator>
@@ -9,6 +8,7 @@
 #include <vector>
 
 #include "core/base/error.h"
+#include "core/base/text.h"
 #include "core/io/text/json.h"
 
 namespace kinegraph {
@@ -124,12 +124,8 @@ class PickleReader {
   }
 
   uint64_t ReadNumberLine() {
-    const std::string line = ReadLine();
-    uint64_t number = 0;
-    const char* end = line.data() + line.size();
-    const auto [stop, error] = std::from_chars(line.data(), end, number);
-    if (error != std::errc() || stop != end) Fail("refers to no number");
-    return number;
+    if (const auto number = ParseNumber<uint64_t>(ReadLine())) return *number;
+    Fail("refers to no number");
   }
 
   // ---- The stack ----

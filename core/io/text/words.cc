@@ -1,25 +1,13 @@
 #include "core/io/text/words.h"
 
-#include <charconv>
 #include <cmath>
 
 #include "core/base/error.h"
+#include "core/base/text.h"
 #include "core/io/files/text_file.h"
 #include "core/io/text/bulk_json.h"
 
 namespace kinegraph {
-namespace {
-
-// False for anything but one number.
-template <typename T>
-bool ParseWord(std::string_view word, T* number) {
-  if (word.size() > 1 && word.front() == '+') word.remove_prefix(1);
-  const char* end = word.data() + word.size();
-  const auto [stop, error] = std::from_chars(word.data(), end, *number);
-  return error == std::errc() && stop == end;
-}
-
-}  // namespace
 
 std::string_view Words::Next() {
   while (!rest_.empty() && IsBetween(rest_.front())) {
@@ -46,19 +34,17 @@ void Words::Expect(const char* wanted) {
 
 double Words::Number(const char* what) {
   const std::string_view word = Need(what);
-  double number = 0.0;
-  if (!ParseWord(word, &number) || !std::isfinite(number)) Fail(word, what);
-  return number;
+  const auto number = ParseNumber<double>(WithoutPlus(word));
+  if (!number.has_value() || !std::isfinite(*number)) Fail(word, what);
+  return *number;
 }
 
 int64_t Words::Integer(const char* what, int64_t low, int64_t high) {
   const std::string_view word = Need(what);
-  int64_t number = 0;
-  if (!ParseWord(word, &number) || number < low || number > high) {
-    Fail(word, std::string(what) + ", a whole number of " +
-                   std::to_string(low) + " .. " + std::to_string(high));
-  }
-  return number;
+  const auto number = ParseNumber<int64_t>(WithoutPlus(word));
+  if (number.has_value() && *number >= low && *number <= high) return *number;
+  Fail(word, std::string(what) + ", a whole number of " + std::to_string(low) +
+                 " .. " + std::to_string(high));
 }
 
 void Words::Fail(std::string_view found, const std::string& expected) {
@@ -69,11 +55,10 @@ void Words::Fail(std::string_view found, const std::string& expected) {
 bool IsNumberTable(std::string_view text) {
   constexpr int kEnough = 64;  // words; the reader counts exactly
   Words words(text, WordBreak::kSpaceOrCommas);
-  double number = 0.0;
   for (int i = 0; i < kEnough; ++i) {
     const std::string_view word = words.Next();
     if (word.empty()) return i > 0;
-    if (!ParseWord(word, &number)) return false;
+    if (!ParseNumber<double>(WithoutPlus(word))) return false;
   }
   return true;
 }

@@ -1,11 +1,11 @@
 #include "core/io/text/xml_file.h"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <utility>
 
 #include "core/base/error.h"
+#include "core/base/text.h"
 
 namespace kinegraph {
 
@@ -73,16 +73,10 @@ double XmlElement::NumberOr(const std::string& attribute,
 
 double XmlElement::ToNumber(const std::string& attribute,
                             const std::string& word) const {
-  double number = 0.0;
-  const char* begin = word.data();
-  const char* const end = begin + word.size();
-  if (begin != end && *begin == '+') ++begin;
-  const auto [stop, error] = std::from_chars(begin, end, number);
-  if (error != std::errc() || stop != end || !std::isfinite(number)) {
-    Fail(attribute + ": found '" + Printable(word) +
-         "', expected a finite number");
-  }
-  return number;
+  const auto number = ParseNumber<double>(WithoutPlus(word));
+  if (number.has_value() && std::isfinite(*number)) return *number;
+  Fail(attribute + ": found '" + Printable(word) +
+       "', expected a finite number");
 }
 
 std::vector<double> XmlElement::Numbers(const std::string& attribute,

@@ -1,12 +1,12 @@
 #include <yaml-cpp/eventhandler.h>
 #include <yaml-cpp/yaml.h>
 
-#include <charconv>
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <utility>
 
 #include "core/base/error.h"
+#include "core/base/text.h"
 #include "core/io/text/json.h"
 
 namespace kinegraph {
@@ -83,13 +83,8 @@ class YamlConverter {
   static Json ConvertScalar(const YAML::Node& node) {
     const std::string& text = node.Scalar();
     const bool quoted = node.Tag() == "!";
-    const char* begin = text.data();
-    const char* const end = begin + text.size();
-    if (begin != end && *begin == '+') ++begin;
-    double number = 0.0;
-    const auto [stop, status] = std::from_chars(begin, end, number);
-    if (!quoted && status == std::errc() && stop == end) return Json(number);
-    return Json(text);
+    const auto number = ParseNumber<double>(WithoutPlus(text));
+    return !quoted && number.has_value() ? Json(*number) : Json(text);
   }
 
   std::string file_;
