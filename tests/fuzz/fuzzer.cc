@@ -39,6 +39,6 @@ extern "C" int LLVMFuzzerInitialize(int* /*argc*/, char*** /*argv*/) {
 }
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* bytes, size_t size) {
-  Target().run(bytes, size);
+  Target().run({reinterpret_cast<const char*>(bytes), size});
   return 0;
 }

@@ -4,8 +4,6 @@
 
 #include <unistd.h>
 
-#include <cstddef>
-#include <cstdint>
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
@@ -14,7 +12,6 @@
 #include <string>
 
 #include "core/base/error.h"
-#include "core/base/options.h"
 
 namespace kinegraph::testing {
 
@@ -45,11 +42,9 @@ class TemporaryPath {
 // A file: HDF5 opens none without a name, as memfd_create's are.
 class InputFile : public TemporaryPath {
  public:
-  InputFile(const uint8_t* bytes, size_t size) : TemporaryPath("_file") {
+  explicit InputFile(const std::string& bytes) : TemporaryPath("_file") {
     std::ofstream file(path(), std::ios::binary);
-    file.write(reinterpret_cast<const char*>(bytes),
-               static_cast<std::streamsize>(size));
-    if (!file.flush()) std::abort();
+    if (!(file << bytes).flush()) std::abort();
   }
 };
 
@@ -59,10 +54,9 @@ class InputFolder : public TemporaryPath {
  public:
   static constexpr const char* kFileMark = "=== ";
 
-  InputFolder(const uint8_t* bytes, size_t size) : TemporaryPath("_folder") {
+  explicit InputFolder(const std::string& bytes) : TemporaryPath("_folder") {
     std::filesystem::create_directory(path());
-    std::istringstream lines(
-        std::string(reinterpret_cast<const char*>(bytes), size));
+    std::istringstream lines(bytes);
     std::ofstream file;
     for (std::string line; std::getline(lines, line);) {
       if (line.rfind(kFileMark, 0) == 0) {
@@ -92,24 +86,26 @@ class InputFolder : public TemporaryPath {
 
 // Runs `act`; false where it refuses its input. Only what a user is told may be
 // thrown, in one line.
-template <typename Act>
+template <typename Refusal = InputError, typename Act>
 bool Accepts(const Act& act) {
   try {
     act();
     return true;
-  } catch (const InputError& error) {
-    if (std::strchr(error.what(), '\n') != nullptr) std::abort();
-  } catch (const OptionError& error) {
+  } catch (const Refusal& error) {
     if (std::strchr(error.what(), '\n') != nullptr) std::abort();
   }
   return false;
 }
 
-// Runs `read` on a file with these bytes, or on a folder.
+// Runs `read` on a file with these bytes, or on a folder. Readers may refuse
+// their options, too, with which the input does not fit.
 template <typename Input = InputFile, typename Read>
-bool Reading(const uint8_t* bytes, size_t size, const Read& read) {
-  const Input input(bytes, size);
-  return Accepts([&] { read(input.path().string()); });
+bool Reading(const std::string& bytes, const Read& read) {
+  const Input input(bytes);
+  bool is_read = false;
+  Accepts<OptionError>(
+      [&] { is_read = Accepts([&] { read(input.path().string()); }); });
+  return is_read;
 }
 
 }  // namespace kinegraph::testing

@@ -27,20 +27,17 @@ namespace {
 
 // An empty name: recognised by content.
 template <typename Input>
-bool FuzzCalibration(const std::string& format, const uint8_t* bytes,
-                     size_t size) {
+bool FuzzCalibration(const std::string& format, const std::string& bytes) {
   CameraReadOptions options;
   if (!format.empty()) options.format = format;
   options.image_size = {1280, 720};  // of the seeds, which some formats lack
-  return Reading<Input>(bytes, size, [&](const std::string& path) {
-    ReadCameras(path, options);
-  });
+  return Reading<Input>(
+      bytes, [&](const std::string& path) { ReadCameras(path, options); });
 }
 
 template <typename Input>
-bool FuzzDetections(const std::string& format, const uint8_t* bytes,
-                    size_t size) {
-  return Reading<Input>(bytes, size, [&](const std::string& path) {
+bool FuzzDetections(const std::string& format, const std::string& bytes) {
+  return Reading<Input>(bytes, [&](const std::string& path) {
     DetectionReadOptions options;
     if (!format.empty()) options.format = format;
     const auto source = OpenDetections(path, options);
@@ -51,8 +48,8 @@ bool FuzzDetections(const std::string& format, const uint8_t* bytes,
 }
 
 template <typename Input>
-bool FuzzTracks(const std::string& format, const uint8_t* bytes, size_t size) {
-  return Reading<Input>(bytes, size, [&](const std::string& path) {
+bool FuzzTracks(const std::string& format, const std::string& bytes) {
+  return Reading<Input>(bytes, [&](const std::string& path) {
     TrackReadOptions options;
     options.format = format;
     ReadTracks(path, options);
@@ -63,8 +60,8 @@ bool FuzzTracks(const std::string& format, const uint8_t* bytes, size_t size) {
 
 // What is read is written in every format. Whatever our own recordings, it
 // reads again, and nothing is lost.
-bool FuzzRewrittenTracks(const uint8_t* bytes, size_t size) {
-  return Reading(bytes, size, [](const std::string& path) {
+bool FuzzRewrittenTracks(const std::string& bytes) {
+  return Reading(bytes, [](const std::string& path) {
     const TrackSequence tracks = ReadTracks(path);
     for (const TrackFormat& format : TrackFormats()) {
       if (format.write == nullptr) continue;
@@ -80,8 +77,8 @@ bool FuzzRewrittenTracks(const uint8_t* bytes, size_t size) {
   });
 }
 
-bool FuzzRewrittenDetections(const uint8_t* bytes, size_t size) {
-  return Reading(bytes, size, [](const std::string& path) {
+bool FuzzRewrittenDetections(const std::string& bytes) {
+  return Reading(bytes, [](const std::string& path) {
     for (const DetectionFormat& format : DetectionFormats()) {
       if (format.write == nullptr) continue;
       const TemporaryPath result("_result");
@@ -97,10 +94,10 @@ bool FuzzRewrittenDetections(const uint8_t* bytes, size_t size) {
   });
 }
 
-bool FuzzRewrittenCalibration(const uint8_t* bytes, size_t size) {
+bool FuzzRewrittenCalibration(const std::string& bytes) {
   CameraReadOptions options;
   options.image_size = {1280, 720};
-  return Reading(bytes, size, [&](const std::string& path) {
+  return Reading(bytes, [&](const std::string& path) {
     const CameraRig cameras = ReadCameras(path, options);
     for (const CalibrationFormat& format : CalibrationFormats()) {
       if (format.write == nullptr) continue;
@@ -115,20 +112,17 @@ bool FuzzRewrittenCalibration(const uint8_t* bytes, size_t size) {
   });
 }
 
-// Of a reader of one file.
-FuzzTarget OfReader(const std::string& name,
-                    void (*read)(const std::string& path)) {
-  return {name, [read](const uint8_t* bytes, size_t size) {
-            return Reading(bytes, size, read);
-          }};
+// Reads in the format of that name.
+std::function<bool(const std::string&)> NamedBy(
+    const std::string& format,
+    bool (*fuzz)(const std::string& format, const std::string& bytes)) {
+  return [=](const std::string& bytes) { return fuzz(format, bytes); };
 }
 
 std::vector<FuzzTarget> ReaderTargets() {
-  using namespace std::placeholders;  // NOLINT
   std::vector<FuzzTarget> targets = {
-      {"calibration", std::bind(FuzzCalibration<InputFile>, "", _1, _2)},
-      {"calibration_folder",
-       std::bind(FuzzCalibration<InputFolder>, "", _1, _2)},
+      {"calibration", NamedBy("", FuzzCalibration<InputFile>)},
+      {"calibration_folder", NamedBy("", FuzzCalibration<InputFolder>)},
       OfReader("manifest", [](const std::string& path) { ReadManifest(path); }),
       OfReader("held_out_set",
                [](const std::string& path) { ReadHeldOutSet(path); }),
@@ -145,14 +139,13 @@ std::vector<FuzzTarget> ReaderTargets() {
       {"rewritten_calibration", FuzzRewrittenCalibration},
       {"rewritten_detections", FuzzRewrittenDetections},
       {"rewritten_tracks", FuzzRewrittenTracks},
-      {"detections", std::bind(FuzzDetections<InputFile>, "", _1, _2)},
-      {"tracks", std::bind(FuzzTracks<InputFile>, "", _1, _2)}};
+      {"detections", NamedBy("", FuzzDetections<InputFile>)},
+      {"tracks", NamedBy("", FuzzTracks<InputFile>)}};
   // Those that are written are seeds of the two targets above.
   for (const CalibrationFormat& format : CalibrationFormats()) {
     if (format.write != nullptr) continue;
-    targets.push_back(
-        {"calibration_" + format.name,
-         std::bind(FuzzCalibration<InputFile>, format.name, _1, _2)});
+    targets.push_back({"calibration_" + format.name,
+                       NamedBy(format.name, FuzzCalibration<InputFile>)});
   }
   for (const DetectionFormat& format : DetectionFormats()) {
     if (format.open == nullptr) continue;
@@ -160,20 +153,25 @@ std::vector<FuzzTarget> ReaderTargets() {
                           ? FuzzDetections<InputFolder>
                           : FuzzDetections<InputFile>;
     targets.push_back(
-        {"detections_" + format.name, std::bind(fuzz, format.name, _1, _2)});
+        {"detections_" + format.name, NamedBy(format.name, fuzz)});
   }
   for (const TrackFormat& format : TrackFormats()) {
     if (format.read == nullptr) continue;
     const auto fuzz = format.files == TrackFormat::Files::kFileAFrame
                           ? FuzzTracks<InputFolder>
                           : FuzzTracks<InputFile>;
-    targets.push_back(
-        {"tracks_" + format.name, std::bind(fuzz, format.name, _1, _2)});
+    targets.push_back({"tracks_" + format.name, NamedBy(format.name, fuzz)});
   }
   return targets;
 }
 
 }  // namespace
+
+FuzzTarget OfReader(const std::string& name,
+                    void (*read)(const std::string& path)) {
+  return {name,
+          [read](const std::string& bytes) { return Reading(bytes, read); }};
+}
 
 const std::vector<FuzzTarget>& FuzzTargets() {
   static const std::vector<FuzzTarget> kTargets = [] {

@@ -20,11 +20,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-bool TryInput(const FuzzTarget &target, const std::string &input) {
-  return target.run(reinterpret_cast<const uint8_t *>(input.data()),
-                    input.size());
-}
-
 std::vector<std::string> Names() {
   std::vector<std::string> names;
   for (const FuzzTarget &target : FuzzTargets()) names.push_back(target.name);
@@ -44,7 +39,7 @@ TEST_P(ReplayTest, InputsThatOnceFailed) {
     for (const auto &entry : fs::directory_iterator(folder)) {
       SCOPED_TRACE(entry.path().filename().string());
       const ProcessorTime used;
-      TryInput(Target(), ContentOf(entry.path()));
+      Target().run(ContentOf(entry.path()));
       // They took from ten seconds to for ever; now milliseconds.
       EXPECT_LT(used.Seconds(), 5.0);
       ++count;
@@ -60,7 +55,7 @@ TEST_P(ReplayTest, EveryGoodInputIsRead) {
   std::string refused;  // beginnings of those
   size_t read = 0;
   for (const std::string &seed : seeds) {
-    if (TryInput(Target(), seed)) {
+    if (Target().run(seed)) {
       ++read;
     } else {
       refused += seed.substr(0, 80) + "\n";
@@ -121,14 +116,14 @@ TEST_P(ReplayTest, MutationsOfGoodInputs) {
   Random random(static_cast<uint64_t>(NumberFrom("KINEGRAPH_FUZZ_SEED", 1)));
   for (const std::string &seed : FuzzSeeds(name)) {
     ASSERT_FALSE(seed.empty());
-    TryInput(Target(), seed);
+    Target().run(seed);
     for (int64_t i = 0; i < count; ++i) {
       const std::string input = Mutated(seed, &random);
       if (kept != nullptr) {
         std::ofstream(kept, std::ios::binary | std::ios::trunc) << input;
       }
       const ProcessorTime used;
-      TryInput(Target(), input);
+      Target().run(input);
       // They are a few kilobytes: milliseconds, a second of a scene under
       // sanitizers.
       ASSERT_LT(used.Seconds(), 5.0);

@@ -15,25 +15,20 @@
 namespace kinegraph::testing {
 namespace {
 
-bool FuzzConfiguration(const uint8_t* bytes, size_t size) {
-  return Reading(bytes, size,
-                 [](const std::string& path) { ReadRunOptions(path, "", ""); });
-}
-
 // The bytes choose a small valid scene; the whole pipeline must give finite
 // positions, ascending frames and everybody once a frame.
-bool FuzzScene(const uint8_t* bytes, size_t size) {
-  const auto byte = [&](size_t at) {
-    return at < size ? bytes[at] : uint8_t{0};
+bool FuzzScene(const std::string& bytes) {
+  const auto byte = [&](size_t at) -> int {
+    return at < bytes.size() ? static_cast<uint8_t>(bytes[at]) : 0;
   };
   const auto share = [&](size_t at) { return byte(at) / 255.0; };
   SceneOptions scene_options;
-  scene_options.seed = byte(0);
+  scene_options.seed = static_cast<uint64_t>(byte(0));
   scene_options.people = 1 + byte(1) % 4;
   scene_options.duration_s = 0.2 + 0.6 * share(2);
   scene_options.cameras.count = 2 + byte(3) % 4;
   NoiseOptions noise;
-  noise.seed = byte(4);
+  noise.seed = static_cast<uint64_t>(byte(4));
   noise.joints.missing_rate = 0.5 * share(5);
   noise.joints.outlier_rate = 0.5 * share(6);
   noise.missed_rate = 0.5 * share(7);
@@ -73,9 +68,11 @@ bool MakesPage(const PageInput& input) {
 }
 
 // A few frames of people with names and places of any kind.
-bool FuzzPage(const uint8_t* bytes, size_t size) {
+bool FuzzPage(const std::string& bytes) {
   size_t at = 0;
-  const auto byte = [&] { return at < size ? bytes[at++] : uint8_t{0}; };
+  const auto byte = [&] {
+    return at < bytes.size() ? static_cast<uint8_t>(bytes[at++]) : uint8_t{0};
+  };
   const auto text = [&] {
     std::string letters(byte() % 24, ' ');
     for (char& letter : letters) letter = static_cast<char>(byte() & 0x7f);
@@ -123,33 +120,21 @@ bool FuzzSideFiles(const std::string& summary, const std::string& doctor) {
   return MakesPage(input);
 }
 
-std::string TextOf(const uint8_t* bytes, size_t size) {
-  return {reinterpret_cast<const char*>(bytes), size};
-}
-
-bool FuzzSummary(const uint8_t* bytes, size_t size) {
-  return FuzzSideFiles(TextOf(bytes, size), "");
-}
-
-bool FuzzDoctor(const uint8_t* bytes, size_t size) {
-  return FuzzSideFiles("", TextOf(bytes, size));
-}
-
-bool FuzzPicture(const uint8_t* bytes, size_t size) {
-  return Reading(bytes, size, [](const std::string& path) {
-    EncodeJpeg(ScaledDown(ReadPicture(path), 16), 70);
-  });
-}
-
 }  // namespace
 
 std::vector<FuzzTarget> RunTargets() {
-  return {{"configuration", FuzzConfiguration},
-          {"scene", FuzzScene},
-          {"page", FuzzPage},
-          {"summary", FuzzSummary},
-          {"doctor", FuzzDoctor},
-          {"picture", FuzzPicture}};
+  return {
+      {"scene", FuzzScene},
+      {"page", FuzzPage},
+      {"summary",
+       [](const std::string& bytes) { return FuzzSideFiles(bytes, ""); }},
+      {"doctor",
+       [](const std::string& bytes) { return FuzzSideFiles("", bytes); }},
+      OfReader("configuration",
+               [](const std::string& path) { ReadRunOptions(path, "", ""); }),
+      OfReader("picture", [](const std::string& path) {
+        EncodeJpeg(ScaledDown(ReadPicture(path), 16), 70);
+      })};
 }
 
 }  // namespace kinegraph::testing

@@ -14,6 +14,7 @@
 #include "tests/fuzz/targets.h"
 #include "tests/support/base64.h"
 #include "tests/support/hdf5_files.h"
+#include "tests/support/opencap_pickles.h"
 
 namespace kinegraph::testing {
 namespace {
@@ -23,6 +24,12 @@ namespace fs = std::filesystem;
 std::string BytesOf(const fs::path& path) {
   std::ifstream file(path, std::ios::binary);
   return {std::istreambuf_iterator<char>(file), {}};
+}
+
+std::string Repeated(const std::string& text, int count) {
+  std::string all;
+  for (int i = 0; i < count; ++i) all += text;
+  return all;
 }
 
 // Hands out what is in memory.
@@ -99,28 +106,30 @@ std::string WholeFolder(const fs::path& folder) {
   return listed;
 }
 
-std::vector<std::string> WrittenTracks(const TrackFormat& format) {
-  if (format.write == nullptr) return {};
+// What `write` makes of a path: a whole folder, or one file of it.
+template <typename Write>
+std::string Written(bool as_folder, const Write& write) {
   const TemporaryPath seed("_seed");
-  const std::string path = seed.path().string();
   LostFields lost_fields;
-  format.write(path, SampleFor(format.name).tracks, {}, &lost_fields);
-  return {format.files == TrackFormat::Files::kFileAFrame ? WholeFolder(path)
-                                                          : OneFileOf(path)};
+  write(seed.path().string(), &lost_fields);
+  return as_folder && fs::is_directory(seed.path()) ? WholeFolder(seed.path())
+                                                    : OneFileOf(seed.path());
 }
 
-std::vector<std::string> WrittenDetections(const DetectionFormat& format) {
-  if (format.write == nullptr) return {};
-  const TemporaryPath seed("_seed");
-  const std::string path = seed.path().string();
-  LostFields lost_fields;
-  DetectionWriteOptions options;
-  options.image_size = {1280, 720};
-  SampleSource source(SampleFor(format.name).detections);
-  format.write(path, options, &source, &lost_fields);
-  return {format.files == DetectionFormat::Files::kFolderAView
-              ? WholeFolder(path)
-              : OneFileOf(path)};
+std::string WrittenTracks(const TrackFormat& format) {
+  return Written(format.files == TrackFormat::Files::kFileAFrame,
+                 [&](const std::string& path, LostFields* lost_fields) {
+                   format.write(path, SampleFor(format.name).tracks, {},
+                                lost_fields);
+                 });
+}
+
+std::string WrittenDetections(const DetectionFormat& format) {
+  return Written(format.files == DetectionFormat::Files::kFolderAView,
+                 [&](const std::string& path, LostFields* lost_fields) {
+                   SampleSource source(SampleFor(format.name).detections);
+                   format.write(path, {{1280, 720}}, &source, lost_fields);
+                 });
 }
 
 // Of formats of one file, or of those that are folders.
@@ -128,29 +137,27 @@ std::vector<std::string> WrittenCalibrations(bool folders) {
   std::vector<std::string> seeds;
   for (const CalibrationFormat& format : CalibrationFormats()) {
     if (format.write == nullptr) continue;
-    const TemporaryPath seed("_seed");
-    const std::string path = seed.path().string();
-    LostFields lost_fields;
-    format.write(path, SampleFor(format.name).scene.cameras, &lost_fields);
-    if (fs::is_directory(path) != folders) continue;
-    seeds.push_back(folders ? WholeFolder(path) : BytesOf(path));
+    bool is_folder = false;
+    const std::string seed =
+        Written(folders, [&](const std::string& path, LostFields* lost_fields) {
+          format.write(path, SampleFor(format.name).scene.cameras, lost_fields);
+          is_folder = fs::is_directory(path);
+        });
+    if (is_folder == folders) seeds.push_back(seed);
   }
   return seeds;
 }
 
-std::vector<std::string> Calibrations() {
-  std::vector<std::string> seeds = WrittenCalibrations(false);
-  seeds.emplace_back(
-      "%YAML:1.0\n---\nnames:\n  - \"0\"\nK_0: !!opencv-matrix\n  rows: 3\n"
-      "  cols: 3\n  dt: d\n  data: [1000, 0, 500, 0, 1000, 500, 0, 0, 1]\n"
-      "dist_0: !!opencv-matrix\n  rows: 1\n  cols: 5\n  dt: d\n"
-      "  data: [0, 0, 0, 0, 0]\n"
-      "R_0: !!opencv-matrix\n  rows: 3\n  cols: 1\n  dt: d\n"
-      "  data: [0, 0, 1]\n"
-      "T_0: !!opencv-matrix\n  rows: 3\n  cols: 1\n  dt: d\n"
-      "  data: [0, 0, 2]\n");
-  return seeds;
-}
+// EasyMocap's two files in one, beside those that are written.
+constexpr const char* kEasymocap =
+    "%YAML:1.0\n---\nnames:\n  - \"0\"\nK_0: !!opencv-matrix\n  rows: 3\n"
+    "  cols: 3\n  dt: d\n  data: [1000, 0, 500, 0, 1000, 500, 0, 0, 1]\n"
+    "dist_0: !!opencv-matrix\n  rows: 1\n  cols: 5\n  dt: d\n"
+    "  data: [0, 0, 0, 0, 0]\n"
+    "R_0: !!opencv-matrix\n  rows: 3\n  cols: 1\n  dt: d\n"
+    "  data: [0, 0, 1]\n"
+    "T_0: !!opencv-matrix\n  rows: 3\n  cols: 1\n  dt: d\n"
+    "  data: [0, 0, 2]\n";
 
 // What other programs write, in small.
 const std::map<std::string, std::vector<std::string>>& ByHand() {
@@ -191,15 +198,9 @@ const std::map<std::string, std::vector<std::string>>& ByHand() {
         R"( "notes": ["y"]})"}},
       {"picture",
        // PNG of one grey pixel.
-       {std::string(
-           "\211\120\116\107\015\012\032\012\000\000\000\015\111\110\104\122"
-           "\000"
-           "\000\000\001\000\000\000\001\010\000\000\000\000\072\176\233\125"
-           "\000"
-           "\000\000\012\111\104\101\124\170\234\143\150\000\000\000\202\000"
-           "\201"
-           "\167\315\162\266\000\000\000\000\111\105\116\104\256\102\140\202",
-           67)}},
+       {FromBase64(
+           "iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAAAAAA6fptVAAAACklEQVR4nGNo"
+           "AAAAggCBd81ytgAAAABJRU5ErkJggg==")}},
       {"video_times",
        {BytesOf(KINEGRAPH_SOURCE_DIR "/tests/apps/report/videos/bars.mp4"),
         BytesOf(KINEGRAPH_SOURCE_DIR "/tests/apps/report/videos/bars.webm")}},
@@ -225,42 +226,7 @@ const std::map<std::string, std::vector<std::string>>& ByHand() {
         "OrientMatrix5='0' OrientMatrix6='0' OrientMatrix7='0' "
         "OrientMatrix8='1'/></Camera></Cameras></Calibration></Profile>"}},
       {"calibration_opencap",
-       {FromBase64(
-            "gAJ9cQAoWAwAAABpbnRyaW5zaWNNYXRxAWNudW1weS5jb3JlLm11bHRpYXJy"
-            "YXkKX3JlY29uc3RydWN0CnECY251bXB5Cm5kYXJyYXkKcQNLAIVxBGNfY29k"
-            "ZWNzCmVuY29kZQpxBVgBAAAAYnEGWAYAAABsYXRpbjFxB4ZxCFJxCYdxClJx"
-            "CyhLAUsDSwOGcQxjbnVtcHkKZHR5cGUKcQ1YAgAAAGY4cQ6JiIdxD1JxEChL"
-            "A1gBAAAAPHERTk5OSv////9K/////0sAdHESYoloBVhNAAAAAAAAAABSwpRA"
-            "AAAAAAAAAAAAAAAAAALChEAAAAAAAAAAAAAAAAAAVsKUQAAAAAAAwox2QAAA"
-            "AAAAAAAAAAAAAAAAAAAAAAAAAADDsD9xE2gHhnEUUnEVdHEWYlgKAAAAZGlz"
-            "dG9ydGlvbnEXaAJoA0sAhXEYaAmHcRlScRooSwFLAUsFhnEbaBCJaAVYRwAA"
-            "AMKawpnCmcKZwpnCmcK5P8KawpnCmcKZwpnCmcOJwr/DvMKpw7HDkk1iUD/D"
-            "vMKpw7HDkk1iYMK/wprCmcKZwpnCmcKZwqk/cRxoB4ZxHVJxHnRxH2JYCQAA"
-            "AGltYWdlU2l6ZXEgaAJoA0sAhXEhaAmHcSJScSMoSwFLAksBhnEkaBCJaAVY"
-            "EwAAAAAAAAAAwoDChkAAAAAAAADClEBxJWgHhnEmUnEndHEoYlgIAAAAcm90"
-            "YXRpb25xKWgCaANLAIVxKmgJh3ErUnEsKEsBSwNLA4ZxLWgQiWgFWEwAAAAA"
-            "AAAAAAAAAAAAAAAAAMOwwr8AAAAAAAAAAAAAAAAAAMOwPwAAAAAAAAAAAAAA"
-            "AAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAw7A/cS5oB4ZxL1JxMHRxMWJY"
-            "CwAAAHRyYW5zbGF0aW9ucTJoAmgDSwCFcTNoCYdxNFJxNShLAUsDSwGGcTZo"
-            "EIloBVgaAAAAAAAAAAAAWUAAAAAAAABpw4AAAAAAAHDCp0BxN2gHhnE4UnE5"
-            "dHE6YlgUAAAAcm90YXRpb25fRXVsZXJBbmdsZXNxO2gCaANLAIVxPGgJh3E9"
-            "UnE+KEsBSwNLAYZxP2gQiWgFWBkAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAA"
-            "w7g/cUBoB4ZxQVJxQnRxQ2J1Lg=="),
-        FromBase64(
-            "gAWVUAIAAAAAAAB9lCiMDGludHJpbnNpY01hdJSMEm51bXB5LmNvcmUubnVt"
-            "ZXJpY5SMC19mcm9tYnVmZmVylJOUKJZIAAAAAAAAAAAAAAAAUpRAAAAAAAAA"
-            "AAAAAAAAAAKEQAAAAAAAAAAAAAAAAABWlEAAAAAAAIx2QAAAAAAAAAAAAAAA"
-            "AAAAAAAAAAAAAADwP5SMBW51bXB5lIwFZHR5cGWUk5SMAmY4lImIh5RSlChL"
-            "A4wBPJROTk5K/////0r/////SwB0lGJLA0sDhpSMAUOUdJRSlIwKZGlzdG9y"
-            "dGlvbpRoBCiWKAAAAAAAAACamZmZmZm5P5qZmZmZmcm//Knx0k1iUD/8qfHS"
-            "TWJgv5qZmZmZmak/lGgLSwFLBYaUaA90lFKUjAlpbWFnZVNpemWUaAQolhAA"
-            "AAAAAAAAAAAAAACAhkAAAAAAAACUQJRoC0sCSwGGlGgPdJRSlIwIcm90YXRp"
-            "b26UaAQolkgAAAAAAAAAAAAAAAAAAAAAAAAAAADwvwAAAAAAAAAAAAAAAAAA"
-            "8D8AAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAPA/lGgL"
-            "SwNLA4aUaA90lFKUjAt0cmFuc2xhdGlvbpRoBCiWGAAAAAAAAAAAAAAAAABZ"
-            "QAAAAAAAAGnAAAAAAABwp0CUaAtLA0sBhpRoD3SUUpSMFHJvdGF0aW9uX0V1"
-            "bGVyQW5nbGVzlGgEKJYYAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAD4"
-            "P5RoC0sDSwGGlGgPdJRSlHUu")}},
+       {FromBase64(kOpencapProtocol2), FromBase64(kOpencapProtocol5)}},
       {"calibration_biocv",
        {"1280\n720\n600 0 320\n0 600 240\n0 0 1\n\n1 0 0 1\n0 1 0 2\n"
         "0 0 1 3\n0 0 0 1\n\n0.1 0 0 0 0\n"}},
@@ -287,21 +253,22 @@ const std::map<std::string, std::vector<std::string>>& ByHand() {
       {"tracks_freemocap",
        {"nose_x,nose_y,nose_z,left_hip_x,left_hip_y,left_hip_z\n"
         "100,200,300,,,\n1000,-2000,3000,1,2,3\n"}},
+      {"detections_sleap", {SleapHdf5()}},
+      {"detections_deeplabcut_h5", {DeepLabCutHdf5()}},
+      {"configuration",
+       {BytesOf(KINEGRAPH_SOURCE_DIR "/configs/offline.toml"),
+        BytesOf(KINEGRAPH_SOURCE_DIR "/configs/paper/shelf.toml")}},
       {"detections_mediapipe",
        {"frame,left_hip_x,left_hip_y,left_hip_visibility,right_hip_x,"
         "right_hip_y,right_hip_visibility\n3,100,200,0.5,300,nan,0.5\n"}},
       {"detections_mmpose",
        {R"([{"frame_id": 7, "instances": [{"bbox": [[1, 2, 3, 4]],)"
-        R"( "keypoints": [[1, 2], [3, 4], [5, 6], [1, 2], [3, 4], [5, 6],)"
-        R"( [1, 2], [3, 4], [5, 6], [1, 2], [3, 4], [5, 6], [1, 2], [3, 4],)"
-        R"( [5, 6], [7, 8], [9, 9]], "keypoint_scores": [1, 1, 1, 1, 1, 1,)"
-        R"( 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 0]}]}])"}},
+        R"( "keypoints": [[7, 8])" +
+        Repeated(", [1, 2]", 16) + R"(], "keypoint_scores": [0)" +
+        Repeated(", 1", 16) + "]}]}]"}},
       {"detections_smap",
-       {R"({"3d_pairs": {"num": 1, "pred_2d": [[[1, 2, 0.5, 0.9], [1, 2, 0, 1])"
-        R"(, [1, 2, 0, 1], [1, 2, 0, 1], [1, 2, 0, 1], [1, 2, 0, 1],)"
-        R"( [1, 2, 0, 1], [1, 2, 0, 1], [1, 2, 0, 1], [1, 2, 0, 1],)"
-        R"( [1, 2, 0, 1], [1, 2, 0, 1], [1, 2, 0, 1], [1, 2, 0, 1],)"
-        R"( [1, 2, 0, 1]]]}})"}}};
+       {R"({"3d_pairs": {"num": 1, "pred_2d": [[[1, 2, 0.5, 0.9])" +
+        Repeated(", [1, 2, 0, 1]", 14) + "]]}}"}}};
   return kSeeds;
 }
 
@@ -310,32 +277,27 @@ const std::map<std::string, std::vector<std::string>>& ByHand() {
 std::vector<std::string> FuzzSeeds(const std::string& target) {
   const auto known = ByHand().find(target);
   if (known != ByHand().end()) return known->second;
-  if (target == "calibration") return Calibrations();
   if (target == "calibration_folder") return WrittenCalibrations(true);
   if (target.rfind("rewritten_", 0) == 0) {
     return FuzzSeeds(target.substr(target.find('_') + 1));
   }
-  if (target == "detections_sleap") return {SleapHdf5()};
-  if (target == "detections_deeplabcut_h5") return {DeepLabCutHdf5()};
-  if (target == "configuration") {
-    return {BytesOf(KINEGRAPH_SOURCE_DIR "/configs/offline.toml"),
-            BytesOf(KINEGRAPH_SOURCE_DIR "/configs/paper/shelf.toml")};
-  }
   std::vector<std::string> seeds;
-  const auto add = [&](const std::vector<std::string>& more) {
-    seeds.insert(seeds.end(), more.begin(), more.end());
-  };
+  if (target == "calibration") {
+    seeds = WrittenCalibrations(false);
+    seeds.emplace_back(kEasymocap);
+  }
   for (const DetectionFormat& format : DetectionFormats()) {
     const bool is_file = format.files != DetectionFormat::Files::kFolderAView;
-    if ((target == "detections" && is_file) ||
-        target == "detections_" + format.name) {
-      add(WrittenDetections(format));
+    if (format.write != nullptr && ((target == "detections" && is_file) ||
+                                    target == "detections_" + format.name)) {
+      seeds.push_back(WrittenDetections(format));
     }
   }
   for (const TrackFormat& format : TrackFormats()) {
     const bool is_file = format.files != TrackFormat::Files::kFileAFrame;
-    if ((target == "tracks" && is_file) || target == "tracks_" + format.name) {
-      add(WrittenTracks(format));
+    if (format.write != nullptr && ((target == "tracks" && is_file) ||
+                                    target == "tracks_" + format.name)) {
+      seeds.push_back(WrittenTracks(format));
     }
   }
   return seeds;

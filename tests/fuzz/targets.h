@@ -7,8 +7,6 @@
 #ifndef KINEGRAPH_TESTS_FUZZ_TARGETS_H_
 #define KINEGRAPH_TESTS_FUZZ_TARGETS_H_
 
-#include <cstddef>
-#include <cstdint>
 #include <functional>
 #include <string>
 #include <vector>
@@ -17,8 +15,12 @@ namespace kinegraph::testing {
 
 struct FuzzTarget {
   std::string name;
-  std::function<bool(const uint8_t* bytes, size_t size)> run;
+  std::function<bool(const std::string& bytes)> run;
 };
+
+// Of a reader of one file.
+FuzzTarget OfReader(const std::string& name,
+                    void (*read)(const std::string& path));
 
 const std::vector<FuzzTarget>& FuzzTargets();
 // Those among them that need more than core/io.

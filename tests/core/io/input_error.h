@@ -1,4 +1,4 @@
-// The message of an InputError that a call must throw.
+// Inputs that must be refused, and the message of the InputError that does it.
 #ifndef KINEGRAPH_TESTS_CORE_IO_INPUT_ERROR_H_
 #define KINEGRAPH_TESTS_CORE_IO_INPUT_ERROR_H_
 
@@ -6,8 +6,11 @@
 
 #include <exception>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "core/base/error.h"
+#include "tests/support/test_data.h"
 
 namespace kinegraph::testing {
 
@@ -28,6 +31,46 @@ std::string InputErrorOf(const Call& call) {
   }
   ADD_FAILURE() << "expected an InputError, nothing was thrown";
   return {};
+}
+
+// `call` is refused with a message that says this.
+template <typename Call>
+void ExpectInputError(const Call& call, const std::string& said) {
+  const std::string message = InputErrorOf(call);
+  EXPECT_NE(message.find(said), std::string::npos)
+      << message << "\nexpected: " << said;
+}
+
+// The message with which `read` refuses a file of this name and content, which
+// begins with the file.
+template <typename Read>
+std::string FaultIn(const std::string& name, const std::string& text,
+                    const Read& read) {
+  const TemporaryFolder folder;
+  const std::string path = folder.Write(name, text);
+  std::string message = InputErrorOf([&] { read(path); });
+  EXPECT_EQ(message.rfind(path, 0), 0u) << message;
+  return message;
+}
+
+// Each of these texts is refused with a message that says what stands beside.
+using Faults = std::vector<std::pair<std::string, std::string>>;
+template <typename Read>
+void ExpectFaultsIn(const std::string& name, const Faults& faults,
+                    const Read& read) {
+  EXPECT_FALSE(faults.empty());
+  for (const auto& [text, said] : faults) {
+    const std::string message = FaultIn(name, text, read);
+    EXPECT_NE(message.find(said), std::string::npos)
+        << message << "\nexpected: " << said;
+  }
+}
+
+inline std::string WithReplaced(std::string text, const std::string& from,
+                                const std::string& to) {
+  const size_t at = text.find(from);
+  EXPECT_NE(at, std::string::npos) << "there is no " << from;
+  return at == std::string::npos ? text : text.replace(at, from.size(), to);
 }
 
 }  // namespace kinegraph::testing

@@ -21,31 +21,17 @@ inline CameraRig CamerasOf(const std::string& name, const std::string& text,
   return ReadCameras(folder.Write(name, text), options);
 }
 
-// The message with which it is refused, which begins with the file.
+// The message with which it is refused.
 inline std::string FaultOf(const std::string& name, const std::string& text,
                            const CameraReadOptions& options = {}) {
-  const TemporaryFolder folder;
-  const std::string path = folder.Write(name, text);
-  std::string message = InputErrorOf([&] { ReadCameras(path, options); });
-  EXPECT_EQ(message.rfind(path, 0), 0u) << message;
-  return message;
+  return FaultIn(name, text,
+                 [&](const std::string& path) { ReadCameras(path, options); });
 }
 
 // Each text is refused with a message that says this.
-inline void ExpectFaults(
-    const std::string& name,
-    const std::vector<std::pair<std::string, std::string>>& faults) {
-  for (const auto& [text, said] : faults) {
-    const std::string message = FaultOf(name, text);
-    EXPECT_NE(message.find(said), std::string::npos) << message;
-  }
-}
-
-inline std::string WithReplaced(std::string text, const std::string& from,
-                                const std::string& to) {
-  const size_t at = text.find(from);
-  EXPECT_NE(at, std::string::npos) << "there is no " << from;
-  return at == std::string::npos ? text : text.replace(at, from.size(), to);
+inline void ExpectFaults(const std::string& name, const Faults& faults) {
+  ExpectFaultsIn(name, faults,
+                 [](const std::string& path) { ReadCameras(path); });
 }
 
 inline std::vector<std::string> NamesOf(const CameraRig& cameras) {

@@ -38,28 +38,20 @@ inline DetectionSequence RecordingIn(const std::string& name,
   return ReadDetections(folder.Write(name, text), options);
 }
 
-// The message with which it is refused, which names the file.
+// The message with which it is refused.
 inline std::string FaultOf(const std::string& name, const std::string& text,
                            const DetectionReadOptions& options = {}) {
-  const std::string message =
-      InputErrorOf([&] { RecordingIn(name, text, options); });
-  EXPECT_NE(message.find(name), std::string::npos) << message;
-  return message;
+  return FaultIn(name, text, [&](const std::string& path) {
+    ReadDetections(path, options);
+  });
 }
 
-// It is refused with a message that says this.
-inline void ExpectFault(const std::string& name, const std::string& text,
-                        const std::string& said,
-                        const DetectionReadOptions& options = {}) {
-  const std::string message = FaultOf(name, text, options);
-  EXPECT_NE(message.find(said), std::string::npos) << message;
-}
-
-inline std::string WithReplaced(std::string text, const std::string& from,
-                                const std::string& to) {
-  const size_t at = text.find(from);
-  EXPECT_NE(at, std::string::npos) << "there is no " << from;
-  return at == std::string::npos ? text : text.replace(at, from.size(), to);
+// Each text is refused with a message that says this.
+inline void ExpectFaults(const std::string& name, const Faults& faults,
+                         const DetectionReadOptions& options = {}) {
+  ExpectFaultsIn(name, faults, [&](const std::string& path) {
+    ReadDetections(path, options);
+  });
 }
 
 inline const Keypoint& JointOf(const DetectionSequence& recording, size_t frame,

@@ -19,7 +19,9 @@
 namespace kinegraph {
 namespace {
 
-using testing::ExpectFault;
+using ::testing::ElementsAre;
+using testing::ExpectFaults;
+using testing::ExpectInputError;
 using testing::ExpectSameDetections;
 using testing::FaultOf;
 using ::testing::HasSubstr;
@@ -29,23 +31,19 @@ using testing::RecordingIn;
 using testing::TemporaryFolder;
 using testing::WithReplaced;
 
-std::string Points(int count) {
-  std::string text = "[";
-  for (int i = 0; i < count; ++i) {
-    text += (i > 0 ? ", [" : "[") + std::to_string(100 + i) + ", 50.5]";
-  }
-  return text + "]";
+// `first`, and `next` as often as makes them `count`.
+std::string Listed(const std::string& first, const std::string& next,
+                   int count) {
+  std::string text = first;
+  for (int i = 1; i < count; ++i) text += ", " + next;
+  return text;
 }
 
-std::string Scores(int count) {
-  std::string text = "[0";
-  for (int i = 1; i < count; ++i) text += ", 0.75";
-  return text + "]";
-}
-
+// The last joint is at (125, 50.5), the first has no score.
 std::string Instance(int count) {
-  return "{\"bbox\": [[1, 2, 3, 4]], \"bbox_score\": 0.9, \"keypoints\": " +
-         Points(count) + ", \"keypoint_scores\": " + Scores(count) + "}";
+  return R"({"bbox": [[1, 2, 3, 4]], "bbox_score": 0.9, "keypoints": [)" +
+         Listed("[100, 50.5]", "[9, 9]", count - 1) + ", [125, 50.5]" +
+         R"(], "keypoint_scores": [)" + Listed("0", "0.75", count) + "]}";
 }
 
 void ExpectHalpe(const DetectionSequence& recording, int64_t frame) {
@@ -60,14 +58,19 @@ void ExpectHalpe(const DetectionSequence& recording, int64_t frame) {
   EXPECT_EQ(joints[25].confidence, 0.75);
 }
 
+// A list of one frame.
+std::string Mmpose(int64_t frame, const std::string& instances) {
+  return R"([{"frame_id": )" + std::to_string(frame) + R"(, "instances": [)" +
+         instances + "]}]";
+}
+
 TEST(DetectorFiles, MmposeInAllItsShapes) {
   const TemporaryFolder folder;
-  const std::string list =
-      "[{\"frame_id\": 7, \"instances\": [" + Instance(26) + "]}]";
+  const std::string list = Mmpose(7, Instance(26));
   ExpectHalpe(RecordingIn("cam1.json", list), 7);
   ExpectHalpe(
       RecordingIn("with_meta.json",
-                  "{\"meta_info\": {}, \"instance_info\": " + list + "}"),
+                  R"({"meta_info": {}, "instance_info": )" + list + "}"),
       7);
   MakeFolder(folder.path() / "images/cam1");
   folder.Write("images/cam1/000012.json", "[" + Instance(26) + "]");
@@ -75,21 +78,17 @@ TEST(DetectorFiles, MmposeInAllItsShapes) {
 }
 
 TEST(DetectorFiles, MmposeSaysWhatIsWrong) {
-  ExpectFault("odd.json",
-              "[{\"frame_id\": 0, \"instances\": [" + Instance(19) + "]}]",
-              "odd.json: entry 0: keypoints: found 19 joints");
-  ExpectFault("mixed.json",
-              "[{\"frame_id\": 0, \"instances\": [" + Instance(26) + ", " +
-                  Instance(17) + "]}]",
-              "keypoints: found 17 joints, expected 26");
+  ExpectFaults("odd.json", {{Mmpose(0, Instance(19)),
+                             "odd.json: entry 0: keypoints: found 19 joints"},
+                            {Mmpose(0, Instance(26) + ", " + Instance(17)),
+                             "keypoints: found 17 joints, expected 26"}});
 }
 
 // H36M's 17 are not COCO's, and no layout has CrowdPose's 14.
 TEST(DetectorFiles, MmposeStatesItsJoints) {
   const auto file = [](const std::string& meta, int joints) {
-    return "{\"meta_info\": {" + meta +
-           "}, \"instance_info\": [{\"frame_id\": 0, \"instances\": [" +
-           Instance(joints) + "]}]}";
+    return R"({"meta_info": {)" + meta + R"(}, "instance_info": )" +
+           Mmpose(0, Instance(joints)) + "}";
   };
   const std::string h36m =
       "\"dataset_name\": \"h36m\", \"keypoint_id2name\": {\"1\": "
@@ -98,35 +97,27 @@ TEST(DetectorFiles, MmposeStatesItsJoints) {
   const Skeleton skeleton =
       RecordingIn("a.json", file(h36m, 4)).header.skeleton;
   EXPECT_EQ(skeleton.name(), "h36m");
-  EXPECT_EQ(skeleton.joints(), (std::vector<std::string>{"mid_hip", "r_hip",
-                                                         "r_knee", "r_ankle"}));
+  EXPECT_THAT(skeleton.joints(),
+              ElementsAre("mid_hip", "r_hip", "r_knee", "r_ankle"));
   ASSERT_EQ(skeleton.bones().size(), 3u);
   EXPECT_EQ(skeleton.bones()[2].a, 2);
   EXPECT_EQ(skeleton.bones()[2].b, 3);
-  const auto expect = [&](const std::string& meta, int joints,
-                          const std::string& said) {
-    ExpectFault("b.json", file(meta, joints), said);
-  };
-  expect(h36m, 5, "found 5 joints, expected 4");
-  expect("\"keypoint_id2name\": {\"0\": \"a\", \"2\": \"b\"}", 2,
-         "b.json: meta_info.keypoint_id2name: found '2', "
-         "expected 0 .. 1");
-  expect(
-      "\"keypoint_id2name\": {\"0\": \"a\", \"1\": \"b\"}, "
-      "\"skeleton_links\": [[0, 2]]",
-      2, "meta_info.skeleton_links: found 2, expected 0 .. 1");
+  const std::string two = R"("keypoint_id2name": {"0": "a", "1": "b"})";
+  ExpectFaults(
+      "b.json",
+      {{file(h36m, 5), "found 5 joints, expected 4"},
+       {file(WithReplaced(two, "1", "2"), 2),
+        "b.json: meta_info.keypoint_id2name: found '2', expected 0 .. 1"},
+       {file(two + R"(, "skeleton_links": [[0, 2]])", 2),
+        "meta_info.skeleton_links: found 2, expected 0 .. 1"}});
 }
 
 TEST(DetectorFiles, AlphaPoseNamesImagesAndHas26Joints) {
-  std::string numbers = "1, 2, 0.5";
-  for (int i = 1; i < 26; ++i) numbers += ", 3, 4, 0.5";
-  const DetectionSequence recording =
-      RecordingIn("cam1.json",
-                  "[{\"image_id\": \"frame_000031.jpg\", \"category_id\": 1, "
-                  "\"keypoints\": [" +
-                      numbers +
-                      "], \"score\": 2.1, \"box\": [1, 2, 3, 4], \"idx\": "
-                      "0}]");
+  const DetectionSequence recording = RecordingIn(
+      "cam1.json",
+      R"([{"image_id": "frame_000031.jpg", "category_id": 1, "keypoints": [)" +
+          Listed("1, 2, 0.5", "3, 4, 0.5", 26) +
+          R"(], "score": 2.1, "box": [1, 2, 3, 4], "idx": 0}])");
   EXPECT_TRUE(recording.header.skeleton == Halpe26());
   EXPECT_EQ(recording.frames[0].frame, 31);
 }
@@ -140,26 +131,24 @@ constexpr const char* kDeepLabCut =
 
 TEST(DetectorFiles, DeepLabCutOfOne) {
   const DetectionSequence recording = RecordingIn("cam1.csv", kDeepLabCut);
-  EXPECT_EQ(recording.header.skeleton.joints(),
-            (std::vector<std::string>{"l_hip", "tail"}));
+  EXPECT_THAT(recording.header.skeleton.joints(), ElementsAre("l_hip", "tail"));
   ASSERT_EQ(recording.frames.size(), 2u);
-  const auto& joints = recording.frames[1].views[0].detections.at(0).joints;
-  EXPECT_EQ(joints[0].px, Eigen::Vector2d(11.5, 21));
-  EXPECT_EQ(joints[0].confidence, 0.9);
-  EXPECT_FALSE(joints[1].found);
+  const Keypoint& hip = JointOf(recording, 1, 0, 0, 0);
+  EXPECT_EQ(hip.px, Eigen::Vector2d(11.5, 21));
+  EXPECT_EQ(hip.confidence, 0.9);
+  EXPECT_FALSE(JointOf(recording, 1, 0, 0, 1).found);
 }
 
 // A network a camera, and each with an order of its own.
 TEST(DetectorFiles, ViewsHaveTheSameJoints) {
   const TemporaryFolder folder;
-  MakeFolder(folder.path() / "take");
   folder.Write("take/cam1.csv", kDeepLabCut);
   folder.Write("take/cam2.csv",
                "scorer,n,n,n,n\nbodyparts,tail,tail,left_hip,left_hip\n"
                "coords,x,y,x,y\n0,1,2,3,4\n");
-  EXPECT_THAT(InputErrorOf([&] { ReadDetections(folder.path() / "take"); }),
-              HasSubstr("cam2.csv: line 3: joint 0 is 'tail', expected "
-                        "'left_hip' as in the first file"));
+  ExpectInputError([&] { ReadDetections(folder.path() / "take"); },
+                   "cam2.csv: line 3: joint 0 is 'tail', expected 'left_hip' "
+                   "as in the first file");
 }
 
 TEST(DetectorFiles, DeepLabCutOfSeveralAndLabelledImages) {
@@ -170,22 +159,20 @@ TEST(DetectorFiles, DeepLabCutOfSeveralAndLabelledImages) {
   ASSERT_EQ(recording.frames.size(), 1u);
   EXPECT_EQ(recording.frames[0].frame, 12);
   ASSERT_EQ(recording.frames[0].views[0].detections.size(), 2u);
-  EXPECT_EQ(recording.frames[0].views[0].detections[1].joints[0].px,
-            Eigen::Vector2d(3, 4));
-  EXPECT_EQ(recording.frames[0].views[0].detections[1].joints[0].confidence,
-            1.0);
+  EXPECT_EQ(JointOf(recording, 0, 0, 1, 0).px, Eigen::Vector2d(3, 4));
+  EXPECT_EQ(JointOf(recording, 0, 0, 1, 0).confidence, 1.0);
 }
 
 TEST(DetectorFiles, DeepLabCutSaysWhatIsWrong) {
-  ExpectFault("a.csv", "scorer,n,n\n0,1,2\n",
-              "a.csv: line 2: expected the header rows");
-  ExpectFault("w.csv", "scorer,n\nbodyparts,a\nscorer,n,n\ncoords,x,y\n",
-              "w.csv: line 3: found 3 cells, expected 2");
-  ExpectFault("b.csv", std::string(kDeepLabCut) + "2,here,1,1,1,1,1\n",
-              "b.csv: line 6: left_hip: found the text 'here', expected a "
-              "number");
-  ExpectFault("c.csv", std::string(kDeepLabCut) + "2,1\n",
-              "c.csv: line 6: found 2 cells, expected 7");
+  const std::string good = kDeepLabCut;
+  ExpectFaults(
+      "a.csv",
+      {{"scorer,n,n\n0,1,2\n", "a.csv: line 2: expected the header rows"},
+       {"scorer,n\nbodyparts,a\nscorer,n,n\ncoords,x,y\n",
+        "a.csv: line 3: found 3 cells, expected 2"},
+       {good + "2,here,1,1,1,1,1\n",
+        "a.csv: line 6: left_hip: found the text 'here', expected a number"},
+       {good + "2,1\n", "a.csv: line 6: found 2 cells, expected 7"}});
 }
 
 std::vector<std::pair<int, int>> EndsOf(const Skeleton& skeleton) {
@@ -213,10 +200,10 @@ TEST(DetectorFiles, SleapHasItsOwnEdges) {
 TEST(DetectorFiles, CocoHasItsOwnBones) {
   const Skeleton skeleton =
       RecordingIn("all.json",
-                  "{\"images\": [{\"id\": 1, \"file_name\": \"cam1/1.jpg\"}], "
-                  "\"annotations\": [], \"categories\": [{\"keypoints\": "
-                  "[\"left_hip\", \"left_knee\", \"left_ankle\"], "
-                  "\"skeleton\": [[3, 1]]}]}")
+                  R"({"images": [{"id": 1, "file_name": "cam1/1.jpg"}], )"
+                  R"("annotations": [], "categories": [{"keypoints": )"
+                  R"(["left_hip", "left_knee", "left_ankle"], )"
+                  R"("skeleton": [[3, 1]]}]})")
           .header.skeleton;
   EXPECT_EQ(EndsOf(skeleton), (std::vector<std::pair<int, int>>{{2, 0}}));
   EXPECT_EQ(skeleton.joints().front(), "l_hip");
@@ -228,14 +215,13 @@ TEST(DetectorFiles, MediaPipeTablesInPixelsAlone) {
       "right_hip_visibility\n";
   const DetectionSequence recording =
       RecordingIn("cam1.csv", header + "3,100,200,0.5,300,nan,0.5\n");
-  EXPECT_EQ(recording.header.skeleton.joints(),
-            (std::vector<std::string>{"l_hip", "r_hip"}));
+  EXPECT_THAT(recording.header.skeleton.joints(),
+              ElementsAre("l_hip", "r_hip"));
   EXPECT_EQ(recording.frames.at(0).frame, 3);
-  const auto& joints = recording.frames[0].views[0].detections.at(0).joints;
-  EXPECT_EQ(joints[0].px, Eigen::Vector2d(100, 200));
-  EXPECT_FALSE(joints[1].found);
-  ExpectFault("cam2.csv", header + "3,0.5,0.25,0.5,0.75,0.25,0.5\n",
-              "shares of the image, expected pixels");
+  EXPECT_EQ(JointOf(recording, 0, 0, 0, 0).px, Eigen::Vector2d(100, 200));
+  EXPECT_FALSE(JointOf(recording, 0, 0, 0, 1).found);
+  ExpectFaults("cam2.csv", {{header + "3,0.5,0.25,0.5,0.75,0.25,0.5\n",
+                             "shares of the image, expected pixels"}});
 }
 
 // As Excel saves a table where numbers have decimal commas, and as editors
@@ -270,11 +256,12 @@ TEST(DetectorFiles, TablesAsSpreadsheetsAndEditorsLeaveThem) {
       ExpectSameDetections(plain, RecordingIn("x.csv", other));
     }
   }
-  ExpectFault("unsure.csv", WithReplaced(kDeepLabCut, "11.5", "\"11,5\""),
-              "unsure.csv: line 5: left_hip: found the text '11,5', "
-              "expected a number with a decimal point");
-  ExpectFault("wide.csv", std::string("\xff\xfes\0", 4),
-              "wide.csv: is a text in UTF-16, expected UTF-8");
+  ExpectFaults("unsure.csv",
+               {{WithReplaced(kDeepLabCut, "11.5", "\"11,5\""),
+                 "unsure.csv: line 5: left_hip: found the text '11,5', "
+                 "expected a number with a decimal point"},
+                {std::string("\xff\xfes\0", 4),
+                 "unsure.csv: is a text in UTF-16, expected UTF-8"}});
 }
 
 // Whether the first two joints are measurements.
@@ -319,10 +306,8 @@ TEST(DetectorFiles, JointsAtZeroAreMissingInEveryFormat) {
       ExpectOnlySecond(path);
     }
   }
-  std::string coco = "0, 0, 0.4";
-  for (int j = 1; j < 17; ++j) coco += ", 10, 20, 0.5";
-  std::string smap = "[0, 0, 1, 0.4]";
-  for (int j = 1; j < 15; ++j) smap += ", [10, 30, 1, 0.5]";
+  const std::string coco = Listed("0, 0, 0.4", "10, 20, 0.5", 17);
+  const std::string smap = Listed("[0, 0, 1, 0.4]", "[10, 30, 1, 0.5]", 15);
   for (const auto& [name, text] :
        std::vector<std::pair<const char*, std::string>>{
            {"alphapose.json", R"([{"image_id": "7.jpg", "keypoints": [)" +
@@ -357,37 +342,31 @@ std::string RecordingOf(int count, const std::string& first_view,
 }
 
 TEST(DetectorFiles, SharesOfTheImageAreNoPixels) {
-  const TemporaryFolder folder;
-  const auto error_of = [&](int count, const std::string& first_view,
-                            const std::string& second_view) {
-    const std::string path =
-        folder.Write("take.jsonl", RecordingOf(count, first_view, second_view));
-    return InputErrorOf([&] { ReadDetections(path); });
-  };
   const std::string shares = "[[0.5, 0.25, 1], [0.75, 0.5, 1]]";
   const std::string of_signs = "[[-0.75, 0.25, 1], [0.5, -0.5, 1]]";
   const std::string pixels = "[[0.5, 0.25, 1], [640, 360, 1]]";
   const std::string nobody = "[null, null]";
-  EXPECT_THAT(error_of(1, shares, nobody),
-              HasSubstr("take.jsonl: view 'cam1': positions are within x 0.5 "
-                        ".. 0.75 and y 0.25 .. 0.5, shares of the image, "
-                        "expected pixels: multiply x by the image's width"));
-  EXPECT_THAT(error_of(3, of_signs, of_signs),
-              HasSubstr("multiply (x + 1) / 2 by the image's width"));
-  EXPECT_THAT(error_of(20, pixels, shares), HasSubstr("view 'cam2'"));
-  EXPECT_THAT(error_of(20, "[[655360, 1e5, 1], [9e6, 1e6, 1]]", pixels),
-              HasSubstr("view 'cam1': positions are within x 6.55e+05 .. 9e+06 "
-                        "and y 1e+05 .. 1e+06, where no image reaches"));
+  ExpectFaults(
+      "take.jsonl",
+      {{RecordingOf(1, shares, nobody),
+        "take.jsonl: view 'cam1': positions are within x 0.5 .. 0.75 and y "
+        "0.25 .. 0.5, shares of the image, expected pixels: multiply x by the "
+        "image's width"},
+       {RecordingOf(3, of_signs, of_signs),
+        "multiply (x + 1) / 2 by the image's width"},
+       {RecordingOf(20, pixels, shares), "view 'cam2'"},
+       {RecordingOf(20, "[[655360, 1e5, 1], [9e6, 1e6, 1]]", pixels),
+        "view 'cam1': positions are within x 6.55e+05 .. 9e+06 and y 1e+05 .. "
+        "1e+06, where no image reaches"}});
   // Neither one person in the corner of a view, nor joints at a place that
   // stands for none.
-  std::string odd = RecordingOf(20, pixels, pixels);
-  odd.replace(odd.find(pixels), pixels.size(), shares);
+  const std::string odd =
+      WithReplaced(RecordingOf(20, pixels, pixels), pixels, shares);
   for (const std::string& recording :
        {odd, RecordingOf(20, pixels, pixels), RecordingOf(20, nobody, nobody),
         RecordingOf(20, "[[-1, -1, 0.1], [-1, -1, 0.1]]", pixels),
         RecordingOf(1, pixels, shares)}) {
-    const std::string path = folder.Write("sound.jsonl", recording);
-    EXPECT_GT(ReadDetections(path).frames.size(), 0u);
+    EXPECT_GT(RecordingIn("sound.jsonl", recording).frames.size(), 0u);
   }
 }
 
@@ -408,40 +387,31 @@ TEST(DetectorFiles, SleapsFileIsAskedForItsNames) {
 
 TEST(DetectorFiles, TimesAreNoFrameNumbers) {
   const TemporaryFolder folder;
-  MakeFolder(folder.path() / "take");
-  MakeFolder(folder.path() / "take/cam1");
-  struct Case {
-    const char* name;
-    const char* said;
-  };
-  for (const Case& one :
-       {Case{"cam1_1716223456789", "a time in milliseconds since 1970"},
-        Case{"cam1_1716223456789012", "a time in microseconds since 1970"},
-        Case{"1716223456789012345", "a time in nanoseconds"},
-        Case{"20240520164416789", "a date and time"},
-        Case{"cam1_1716223456.789012", "a time in seconds"},
-        Case{"99999999999999999999", "holds no frame number"},
-        Case{"calibration", "'calibration_keypoints.json' holds no frame"}}) {
+  for (const auto& [name, said] :
+       {std::pair{"cam1_1716223456789", "a time in milliseconds since 1970"},
+        {"cam1_1716223456789012", "a time in microseconds since 1970"},
+        {"1716223456789012345", "a time in nanoseconds"},
+        {"20240520164416789", "a date and time"},
+        {"cam1_1716223456.789012", "a time in seconds"},
+        {"99999999999999999999", "holds no frame number"},
+        {"calibration", "'calibration_keypoints.json' holds no frame"}}) {
     const std::string file =
-        "take/cam1/" + std::string(one.name) + "_keypoints.json";
+        "take/cam1/" + std::string(name) + "_keypoints.json";
     folder.Write(file, R"({"people": []})");
     EXPECT_THAT(InputErrorOf([&] { ReadDetections(folder.path() / "take"); }),
-                ::testing::AllOf(HasSubstr(one.name), HasSubstr(one.said)));
+                ::testing::AllOf(HasSubstr(name), HasSubstr(said)));
     std::filesystem::remove(folder.path() / file);
   }
   folder.Write("take/cam1/2024-05-20_000000000012_keypoints.json",
                R"({"people": []})");
   EXPECT_EQ(ReadDetections(folder.path() / "take").frames.at(0).frame, 12);
-  std::string keypoints = "1";
-  for (int n = 1; n < 51; ++n) keypoints += ", 1";
-  const std::string path = folder.Write(
-      "coco.json",
-      R"([{"image_id": 1716223456789, "keypoints": [)" + keypoints + "]}]");
   DetectionReadOptions options;
   options.frame_rate_hz = 30.0;
-  EXPECT_THAT(
-      InputErrorOf([&] { ReadDetections(path, options); }),
-      HasSubstr("coco.json: entry 0: frame 1716223456789: is too large"));
+  ExpectFaults("coco.json",
+               {{R"([{"image_id": 1716223456789, "keypoints": [)" +
+                     Listed("1", "1", 51) + "]}]",
+                 "coco.json: entry 0: frame 1716223456789: is too large"}},
+               options);
 }
 
 }  // namespace

@@ -16,6 +16,8 @@
 namespace kinegraph {
 namespace {
 
+using testing::RecordingIn;
+
 // Frames 0 .. count - 1 of two views; each detection carries its frame.
 DetectionSequence Counting(int64_t count_a, int64_t count_b,
                            double rate_hz = 25.0) {
@@ -62,6 +64,15 @@ std::vector<int64_t> NumbersOf(const DetectionSequence& sequence,
   return numbers;
 }
 
+// Our own file of two views at 25 Hz and one joint, with these frames.
+std::string OwnFile(const std::string& frames) {
+  return R"({"kinegraph_detections": 1, "skeleton": {"name": "s", )"
+         R"("joints": ["a"], "bones": []}, "frame_rate": 25, )"
+         R"("views": ["a", "b"]})"
+         "\n" +
+         frames;
+}
+
 TEST(RatedSource, AViewTwiceAsFastGivesEverySecondFrame) {
   const std::vector<DetectionFrame> frames =
       Read(Counting(10, 20), Rates({{"b", 50.0}}));
@@ -75,21 +86,14 @@ TEST(RatedSource, AViewTwiceAsFastGivesEverySecondFrame) {
 
 // Limits hold for views of their own rates, too.
 TEST(RatedSource, LimitsHold) {
-  const testing::TemporaryFolder folder;
-  const std::string path = folder.Write(
-      "d.jsonl",
-      R"({"kinegraph_detections": 1, "skeleton": {"name": "s", "joints": ["a"], )"
-      R"("bones": []}, "frame_rate": 25, "views": ["a", "b"]})"
-      "\n"
-      R"({"frame": 0, "views": {"a": [{"joints": [[1, 2, 1]]}], )"
-      R"("b": [{"joints": [[1, 2, 1]]}]}})"
-      "\n");
-  DetectionReadOptions options;
+  const std::string text =
+      OwnFile(R"({"frame": 0, "views": {"a": [{"joints": [[1, 2, 1]]}], )"
+              R"("b": [{"joints": [[1, 2, 1]]}]}})");
+  DetectionReadOptions options = Rates({{"a", 25.0}});
   options.frame_rate_hz = 25.0;
-  options.view_frame_rate_hz["a"] = 25.0;
-  EXPECT_EQ(ReadDetections(path, options).frames.size(), 1u);
+  EXPECT_EQ(RecordingIn("d.jsonl", text, options).frames.size(), 1u);
   options.max_per_frame = 1;
-  EXPECT_THROW(ReadDetections(path, options), InputError);
+  EXPECT_THROW(RecordingIn("d.jsonl", text, options), InputError);
 }
 
 TEST(RatedSource, ASlowViewLeavesFramesOut) {
@@ -153,16 +157,11 @@ TEST(RatedSource, NumbersBeforeTheFirstFrameAreNone) {
 
 // Files with times of their own have view_times.
 TEST(RatedSource, FilesThatTellTimesAreRefused) {
-  const testing::TemporaryFolder folder;
-  const std::string path = folder.Write(
-      "a.jsonl",
-      R"({"kinegraph_detections": 1, "skeleton": {"name": "s", "joints": ["a"], )"
-      R"("bones": []}, "frame_rate": 25.0, "views": ["a", "b"]})"
-      "\n"
-      R"({"frame": 1, "time": 12.0, "views": {}})");
-  DetectionReadOptions options;
-  options.view_frame_rate_hz["b"] = 50.0;
-  EXPECT_THROW(ReadDetections(path, options), InputError);
+  EXPECT_THROW(
+      RecordingIn("a.jsonl",
+                  OwnFile(R"({"frame": 1, "time": 12.0, "views": {}})"),
+                  Rates({{"b", 50.0}})),
+      InputError);
 }
 
 TEST(RatedSource, UnknownViewsAndUnknownRatesAreRefused) {
@@ -174,23 +173,16 @@ TEST(RatedSource, UnknownViewsAndUnknownRatesAreRefused) {
 
 // "view_times" is another word for "capture_times".
 TEST(ViewTimes, AreTimesOfCapture) {
-  const testing::TemporaryFolder folder;
-  const std::string header =
-      R"({"kinegraph_detections": 1, "skeleton": {"name": "s", "joints": ["a"], )"
-      R"("bones": []}, "frame_rate": 25.0, "views": ["cam0", "cam1"]})";
   const std::string frame =
-      R"({"frame": 300, "time": 12.0, "views": {"cam0": []}, )";
-  const std::string path = folder.Write(
-      "a.jsonl", header + "\n" + frame + R"("view_times": {"cam1": 12.013}})");
-  const DetectionSequence read = ReadDetections(path);
+      OwnFile(R"({"frame": 300, "time": 12.0, "views": {"a": []}, )"
+              R"("view_times": {"b": 12.013})");
+  const DetectionSequence read = RecordingIn("a.jsonl", frame + "}");
   ASSERT_EQ(read.frames.size(), 1u);
   EXPECT_EQ(read.frames[0].views[0].capture_time, FromSeconds(12.0));
   EXPECT_EQ(read.frames[0].views[1].capture_time, FromSeconds(12.013));
-  EXPECT_THROW(ReadDetections(folder.Write(
-                   "b.jsonl", header + "\n" + frame +
-                                  R"("view_times": {"cam1": 12.013}, )"
-                                  R"("capture_times": {"cam1": 12.013}})")),
-               InputError);
+  EXPECT_THROW(
+      RecordingIn("b.jsonl", frame + R"(, "capture_times": {"b": 12.013}})"),
+      InputError);
 }
 
 // A view whose files begin at another number joins the frames of the others.

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include <string>
+#include <utility>
 #include <vector>
 
 #include "core/synthetic/noise.h"
@@ -28,12 +28,19 @@ std::vector<Detection> PeopleIn(const Skeleton& skeleton) {
   return people;
 }
 
+// Layouts after people of one of them were seen.
+SkeletonFit FitTo(const Skeleton& truth,
+                  std::vector<const Skeleton*> candidates) {
+  SkeletonFit fit(std::move(candidates));
+  for (const Detection& person : PeopleIn(truth)) fit.See(person);
+  EXPECT_GT(fit.people(), 50u);
+  return fit;
+}
+
 TEST(SkeletonFitTest, TellsTheTwoLayoutsOfSyntheticBodiesApart) {
   // Bones of these people are about as long in either order (within 15 %);
   // left and right are alike in the right one only.
-  SkeletonFit fit({&Body25(), &Body25B()});
-  for (const Detection& person : PeopleIn(Body25B())) fit.See(person);
-  ASSERT_GT(fit.people(), 50u);
+  const SkeletonFit fit = FitTo(Body25B(), {&Body25(), &Body25B()});
   EXPECT_EQ(fit.Best(), 1u);
   EXPECT_LT(fit.SideDifference(1), 0.1);
   EXPECT_GT(fit.SideDifference(0), 0.25);
@@ -61,9 +68,7 @@ TEST(SkeletonFitTest, SideDifferenceIsThatOfTheLimbs) {
 }
 
 TEST(SkeletonFitTest, Body25StaysBody25) {
-  SkeletonFit fit({&Body25(), &Body25B()});
-  for (const Detection& person : PeopleIn(Body25())) fit.See(person);
-  ASSERT_GT(fit.people(), 50u);
+  const SkeletonFit fit = FitTo(Body25(), {&Body25(), &Body25B()});
   EXPECT_EQ(fit.Best(), 0u);
   EXPECT_FALSE(fit.Implausible(0));
 }
@@ -73,10 +78,7 @@ TEST(SkeletonFitTest, Body25StaysBody25) {
 TEST(SkeletonFitTest, NoBuiltInLayoutLooksImplausible) {
   for (const Skeleton* truth : {&Coco17(), &Coco18(), &Body25(), &Body25B(),
                                 &Halpe26(), &MediaPipe33(), &WholeBody133()}) {
-    SkeletonFit fit({truth});
-    for (const Detection& person : PeopleIn(*truth)) fit.See(person);
-    ASSERT_GT(fit.people(), 50u);
-    EXPECT_FALSE(fit.Implausible(0)) << truth->name();
+    EXPECT_FALSE(FitTo(*truth, {truth}).Implausible(0)) << truth->name();
   }
 }
 

@@ -14,13 +14,14 @@
 
 #include "core/base/error.h"
 #include "core/io/files/text_file.h"
+#include "tests/core/io/input_error.h"
 #include "tests/support/test_data.h"
 
 namespace kinegraph {
 namespace {
 
 using ::testing::DoubleNear;
-using ::testing::HasSubstr;
+using ::testing::ElementsAre;
 using testing::TemporaryFolder;
 
 std::string Bars(const std::string& ending) {
@@ -85,19 +86,15 @@ TEST(VideoTimes, EditListsShiftAndCut) {
     return ReadVideoTimes(folder.Write("a.mp4", Movie("vide", edits)));
   };
   const auto near = [](double value) { return DoubleNear(value, 1e-12); };
-  EXPECT_THAT(times(none),
-              ::testing::ElementsAre(near(0), near(0.1), near(0.2)));
-  EXPECT_THAT(times(wait),
-              ::testing::ElementsAre(near(0.5), near(0.6), near(0.7)));
-  EXPECT_THAT(times(cut + Number(1)),
-              ::testing::ElementsAre(near(0), near(0.1)));
+  EXPECT_THAT(times(none), ElementsAre(near(0), near(0.1), near(0.2)));
+  EXPECT_THAT(times(wait), ElementsAre(near(0.5), near(0.6), near(0.7)));
+  EXPECT_THAT(times(cut + Number(1)), ElementsAre(near(0), near(0.1)));
 }
 
 TEST(VideoTimes, WhatIsNoneIsRefusedByName) {
-  const TemporaryFolder folder;
   const std::string none = Number(0) + Number(0);
   const std::string whole = ReadTextFile(Bars("mp4"));
-  const std::vector<std::pair<std::string, std::string>> cases = {
+  const testing::Faults cases = {
       {"", "no video that is read here"},
       {"RIFF....AVI LIST", "no video that is read here"},
       {Movie("soun", none), "no video track"},
@@ -105,15 +102,7 @@ TEST(VideoTimes, WhatIsNoneIsRefusedByName) {
       {Movie("vide", Number(0) + Number(9)), "ends in the middle"},
       {Movie("vide", none, 29'999'999), "frames, more than it holds"},
   };
-  for (const auto& [bytes, message] : cases) {
-    try {
-      ReadVideoTimes(folder.Write("a.mp4", bytes));
-      ADD_FAILURE() << message;
-    } catch (const InputError& error) {
-      EXPECT_THAT(error.what(), HasSubstr(message));
-      EXPECT_THAT(error.what(), HasSubstr("a.mp4"));
-    }
-  }
+  testing::ExpectFaultsIn("a.mp4", cases, ReadVideoTimes);
 }
 
 // Cut anywhere, and with every byte another one: never more than an error.

@@ -3,8 +3,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <cstring>
+#include <algorithm>
 #include <limits>
+#include <numeric>
 #include <string>
 #include <vector>
 
@@ -21,7 +22,8 @@ namespace kinegraph {
 namespace {
 
 using ::testing::ElementsAre;
-using testing::FaultOf;
+using testing::ExpectFaults;
+using testing::ExpectInputError;
 using ::testing::HasSubstr;
 using testing::InputErrorOf;
 using testing::JointOf;
@@ -31,20 +33,18 @@ using testing::WithReplaced;
 
 // ---- One COCO file of several cameras ----
 
-constexpr const char* kCoco =
-    "{\"info\": {\"frame_rate\": 50}, \"categories\": [{\"id\": 9, \"name\": "
-    "\"box\"}, {\"id\": 1, \"name\": \"person\", \"keypoints\": [\"nose\", "
-    "\"tail\", \"left_knee\"], \"skeleton\": [[1, 2], [2, 3]]}],\n"
-    "\"images\": [{\"id\": 11, \"file_name\": \"take/cam10/000005.jpg\"},\n"
-    "{\"id\": 12, \"file_name\": \"take/cam2/000005.jpg\"},\n"
-    "{\"id\": 13, \"file_name\": \"x.jpg\", \"camera\": \"cam2\", "
-    "\"frame_id\": 7}],\n"
-    "\"annotations\": [{\"id\": 1, \"image_id\": 12, \"category_id\": 1, "
-    "\"keypoints\": [10, 20, 2, 0, 0, 0, 30.5, 40, 1]},\n"
-    "{\"id\": 2, \"image_id\": 12, \"category_id\": 9, \"bbox\": [1, 2, 3, "
-    "4]},\n"
-    "{\"id\": 3, \"image_id\": 13, \"category_id\": 1, \"keypoints\": [1, 2, "
-    "0.25, 3, 4, 2, 0, 0, 0], \"keypoint_scores\": [0.5, 0.75, 0]}]}\n";
+constexpr const char* kCoco = R"({"info": {"frame_rate": 50}, "categories": [
+{"id": 9, "name": "box"},
+{"id": 1, "name": "person", "keypoints": ["nose", "tail", "left_knee"],
+ "skeleton": [[1, 2], [2, 3]]}],
+"images": [{"id": 11, "file_name": "take/cam10/000005.jpg"},
+{"id": 12, "file_name": "take/cam2/000005.jpg"},
+{"id": 13, "file_name": "x.jpg", "camera": "cam2", "frame_id": 7}],
+"annotations": [
+{"id": 1, "image_id": 12, "keypoints": [10, 20, 2, 0, 0, 0, 30.5, 40, 1]},
+{"id": 2, "image_id": 12, "category_id": 9, "bbox": [1, 2, 3, 4]},
+{"id": 3, "image_id": 13, "keypoints": [1, 2, 0.25, 3, 4, 2, 0, 0, 0],
+ "keypoint_scores": [0.5, 0.75, 0]}]})";
 
 TEST(CocoViews, CamerasAndFramesComeFromImages) {
   const TemporaryFolder folder;
@@ -71,23 +71,23 @@ TEST(CocoViews, CamerasAndFramesComeFromImages) {
 }
 
 TEST(CocoViews, SaysWhatIsWrong) {
-  const TemporaryFolder folder;
-  const auto error_of = [](const std::string& from, const std::string& to) {
-    return FaultOf("broken.json", WithReplaced(kCoco, from, to));
+  const auto with = [](const std::string& from, const std::string& to) {
+    return WithReplaced(kCoco, from, to);
   };
-  EXPECT_THAT(error_of("\"id\": 12", "\"id\": 11"),
-              HasSubstr("broken.json: image 1: id 11 appears twice"));
-  EXPECT_THAT(error_of("take/cam10/000005.jpg", "000005.jpg"),
-              HasSubstr("image 0: expected a key camera, or a folder"));
-  EXPECT_THAT(error_of("take/cam10/000005.jpg", "cam10/a.jpg"),
-              HasSubstr("image 0: 'a.jpg' holds no frame number"));
-  EXPECT_THAT(error_of("\"image_id\": 13", "\"image_id\": 14"),
-              HasSubstr("annotation 2: image_id 14 is none of the images"));
-  EXPECT_THAT(error_of("[10, 20, 2, 0", "[10, 20, 0"),
-              HasSubstr("annotation 0: keypoints"));
-  EXPECT_THAT(error_of("[2, 3]]", "[2, 4]]"), HasSubstr("skeleton"));
-  EXPECT_THAT(error_of("[2, 3]]", "[127777777777, 3]]"),
-              HasSubstr("skeleton: found 127777777777, expected 1 .. 3"));
+  ExpectFaults(
+      "broken.json",
+      {{with("\"id\": 12", "\"id\": 11"),
+        "broken.json: image 1: id 11 appears twice"},
+       {with("take/cam10/000005.jpg", "000005.jpg"),
+        "image 0: expected a key camera, or a folder"},
+       {with("take/cam10/000005.jpg", "cam10/a.jpg"),
+        "image 0: 'a.jpg' holds no frame number"},
+       {with("\"image_id\": 13", "\"image_id\": 14"),
+        "annotation 2: image_id 14 is none of the images"},
+       {with("[10, 20, 2, 0", "[10, 20, 0"), "annotation 0: keypoints"},
+       {with("[2, 3]]", "[2, 4]]"), "skeleton"},
+       {with("[2, 3]]", "[127777777777, 3]]"),
+        "skeleton: found 127777777777, expected 1 .. 3"}});
 }
 
 // ---- FreeMoCap's array ----
@@ -97,28 +97,22 @@ std::string Npy(const std::string& shape, const std::vector<double>& numbers) {
       "{'descr': '<f8', 'fortran_order': False, 'shape': (" + shape + "), }";
   while ((10 + header.size() + 1) % 64 != 0) header += ' ';
   header += '\n';
-  std::string file = "\x93NUMPY";
-  file += '\x01';
-  file += '\x00';
+  std::string file("\x93NUMPY\x01\x00", 8);
   file += static_cast<char>(header.size() % 256);
   file += static_cast<char>(header.size() / 256);
   file += header;
-  const size_t begin = file.size();
-  file.resize(begin + numbers.size() * sizeof(double));
-  std::memcpy(&file[begin], numbers.data(), numbers.size() * sizeof(double));
-  return file;
+  return file.append(reinterpret_cast<const char*>(numbers.data()),
+                     numbers.size() * sizeof(double));
 }
 
 TEST(FreeMoCap, BodyIsTheFirstPartOfThePoints) {
   constexpr size_t kPoints = 75;  // body and hands
   std::vector<double> numbers(2 * 3 * kPoints * 2);
-  for (size_t i = 0; i < numbers.size(); ++i) {
-    numbers[i] = static_cast<double>(i);
-  }
+  std::iota(numbers.begin(), numbers.end(), 0.0);
   const double nan = std::numeric_limits<double>::quiet_NaN();
   numbers[0] = numbers[1] = nan;
   // Nobody in the second camera's last frame.
-  for (size_t i = 5 * kPoints * 2; i < numbers.size(); ++i) numbers[i] = nan;
+  std::fill(numbers.begin() + 5 * kPoints * 2, numbers.end(), nan);
   const TemporaryFolder folder;
   const std::string path =
       folder.Write("take_pixelXY.npy", Npy("2, 3, 75, 2", numbers));
@@ -140,17 +134,13 @@ TEST(FreeMoCap, BodyIsTheFirstPartOfThePoints) {
 TEST(FreeMoCap, SaysWhatIsWrong) {
   DetectionReadOptions options;
   options.format = "freemocap";
-  const auto error_of = [&](const std::string& file) {
-    return FaultOf("a.npy", file, options);
-  };
-  EXPECT_THAT(error_of(Npy("4, 4", std::vector<double>(16))),
-              HasSubstr("has 2 dimensions, expected 4"));
-  EXPECT_THAT(error_of(Npy("1, 1, 4, 4", std::vector<double>(16))),
-              HasSubstr("[cameras, frames, points, 2]"));
-  EXPECT_THAT(error_of(Npy("1, 1, 8, 2", std::vector<double>(16))),
-              HasSubstr("points: found 8 joints"));
-  EXPECT_THAT(error_of(Npy("1, 1, 9, 2", std::vector<double>(16))),
-              HasSubstr("bytes"));
+  const std::vector<double> sixteen(16);
+  ExpectFaults("a.npy",
+               {{Npy("4, 4", sixteen), "has 2 dimensions, expected 4"},
+                {Npy("1, 1, 4, 4", sixteen), "[cameras, frames, points, 2]"},
+                {Npy("1, 1, 8, 2", sixteen), "points: found 8 joints"},
+                {Npy("1, 1, 9, 2", sixteen), "bytes"}},
+               options);
 }
 
 // What FreeMoCap makes of them in 3D: the same points, as table and as array.
@@ -175,9 +165,7 @@ TEST(FreeMoCap, PointsIn3dAreTracks) {
   EXPECT_TRUE(tracks.frames[2].people.empty());
 
   std::vector<double> numbers(2 * 33 * 3);
-  for (size_t i = 0; i < numbers.size(); ++i) {
-    numbers[i] = static_cast<double>(1000 * i);
-  }
+  for (size_t i = 1; i < numbers.size(); ++i) numbers[i] = numbers[i - 1] + 1e3;
   const std::string array =
       folder.Write("mediapipe_skeleton_3d.npy", Npy("2, 33, 3", numbers));
   EXPECT_EQ(RecogniseKind(array), FileKind::kTracks);
@@ -186,10 +174,10 @@ TEST(FreeMoCap, PointsIn3dAreTracks) {
   ASSERT_EQ(again.frames.size(), 2u);
   EXPECT_EQ(again.frames[1].people.at(0).joints[32].position_m,
             Eigen::Vector3d(195, 196, 197));
-  EXPECT_THAT(InputErrorOf([&] {
-                ReadTracks(folder.Write("b.csv", "a_x,a_y,a_z\n1,2,three\n"));
-              }),
-              HasSubstr("b.csv: line 2: found the text 'three'"));
+  testing::ExpectFaultsIn(
+      "b.csv",
+      {{"a_x,a_y,a_z\n1,2,three\n", "b.csv: line 2: found the text 'three'"}},
+      [](const std::string& table_path) { ReadTracks(table_path); });
 }
 
 // ---- Two seeds of one network ----
@@ -232,9 +220,8 @@ TEST(TwoDetectors, HaveTheSameViews) {
   const std::string text = std::string(kHeader) + "0,1,1,1,2,2,1\n";
   folder.Write("seeds/rng0/cam1.csv", text);
   folder.Write("seeds/rng1/cam2.csv", text);
-  EXPECT_THAT(
-      InputErrorOf([&] { ReadDetections((folder.path() / "seeds").string()); }),
-      HasSubstr("rng1: has other views than"));
+  ExpectInputError([&] { ReadDetections(folder.path() / "seeds"); },
+                   "rng1: has other views than");
 }
 
 // ---- Sessions of Caliscope's and sleap-anipose's ----
@@ -260,9 +247,8 @@ TEST(CaliscopeDetections, OldTablesAreRead) {
   const DetectionFrame& first = recording.frames[0];
   EXPECT_EQ(first.frame, 6);
   ASSERT_EQ(first.views[0].detections.size(), 1u);
-  const auto& joints = first.views[0].detections[0].joints;
-  EXPECT_EQ(joints[11].px, Eigen::Vector2d(110.5, 210.0));
-  EXPECT_FALSE(joints[12].found);
+  EXPECT_EQ(JointOf(recording, 0, 0, 0, 11).px, Eigen::Vector2d(110.5, 210.0));
+  EXPECT_FALSE(JointOf(recording, 0, 0, 0, 12).found);
   // Each camera's own time; the frame's is between them, where 6 / 20 Hz is.
   EXPECT_EQ(first.time, 300'000'000);
   EXPECT_NEAR(static_cast<double>(first.views[1].capture_time -
@@ -332,21 +318,15 @@ TEST(CaliscopeDetections, ViewsOfIgnoredCamerasAreLeftOut) {
 }
 
 TEST(CaliscopeDetections, FaultsAreNamed) {
-  const TemporaryFolder folder;
-  const auto fault = [&](const std::string& row) {
-    return FaultOf("xy_POSE.csv", kOld + row);
-  };
-  EXPECT_THAT(fault("9,0,1,1000.2,0,abc,2,,\n"),
-              HasSubstr("line 9: img_loc_x: found the text 'abc'"));
-  EXPECT_THAT(fault("9,0,1,1000.2,0.5,1,2,,\n"), HasSubstr("point_id"));
-  EXPECT_THAT(fault("-9,0,1,1000.2,0,1,2,,\n"), HasSubstr("sync_index"));
-  EXPECT_THAT(fault("9,0,1,1e300,0,1,2,,\n"), HasSubstr("frame_time"));
-  EXPECT_THAT(fault("9,0,1\n"), HasSubstr("found 3 cells"));
-  const std::string head = kOld;
-  const std::string empty =
-      folder.Write("xy.csv", head.substr(0, head.find('\n') + 1));
-  EXPECT_THAT(InputErrorOf([&] { ReadDetections(empty); }),
-              HasSubstr("has no points"));
+  const std::string good = kOld;
+  ExpectFaults("xy_POSE.csv",
+               {{good + "9,0,1,1000.2,0,abc,2,,\n",
+                 "line 9: img_loc_x: found the text 'abc'"},
+                {good + "9,0,1,1000.2,0.5,1,2,,\n", "point_id"},
+                {good + "-9,0,1,1000.2,0,1,2,,\n", "sync_index"},
+                {good + "9,0,1,1e300,0,1,2,,\n", "frame_time"},
+                {good + "9,0,1\n", "found 3 cells"},
+                {good.substr(0, good.find('\n') + 1), "has no points"}});
 }
 
 TEST(CaliscopeDetections, SamplesOfOthersAreRead) {
@@ -379,8 +359,7 @@ TEST(SleapSession, IsAFolderACamera) {
   ASSERT_EQ(recording.frames.size(), 3u);
   EXPECT_EQ(recording.frames[0].views[2].detections.size(), 1u);
   folder.Write("s/mid/second.analysis.h5", bytes);
-  EXPECT_THAT(InputErrorOf([&] { ReadDetections(path); }),
-              HasSubstr("mid: holds 2 analyses"));
+  ExpectInputError([&] { ReadDetections(path); }, "mid: holds 2 analyses");
 }
 
 TEST(SleapSession, ASampleOfOthersIsRead) {

@@ -10,6 +10,7 @@
 #include "core/io/text/json.h"
 #include "tests/core/io/input_error.h"
 #include "tests/support/base64.h"
+#include "tests/support/opencap_pickles.h"
 #include "tests/support/test_data.h"
 
 namespace kinegraph {
@@ -18,43 +19,9 @@ namespace {
 using testing::FromBase64;
 using ::testing::HasSubstr;
 using testing::InputErrorOf;
+using testing::kOpencapProtocol2;
+using testing::kOpencapProtocol5;
 using testing::TemporaryFolder;
-
-// One camera as OpenCap keeps it: K with 1300.5 1301.5 640.25 360.75, the lens
-// 0.1 -0.2 0.001 -0.002 0.05, 1280 x 720, turned by a quarter about z, the
-// translation 100 -200 3000 mm.
-// pickle.dumps(camera, 2) of Python 3.11 with NumPy 1.24.
-constexpr const char* kProtocol2 =
-    "gAJ9cQAoWAwAAABpbnRyaW5zaWNNYXRxAWNudW1weS5jb3JlLm11bHRpYXJyYXkKX3JlY2"
-    "9uc3RydWN0CnECY251bXB5Cm5kYXJyYXkKcQNLAIVxBGNfY29kZWNzCmVuY29kZQpxBVgB"
-    "AAAAYnEGWAYAAABsYXRpbjFxB4ZxCFJxCYdxClJxCyhLAUsDSwOGcQxjbnVtcHkKZHR5cG"
-    "UKcQ1YAgAAAGY4cQ6JiIdxD1JxEChLA1gBAAAAPHERTk5OSv////9K/////0sAdHESYolo"
-    "BVhNAAAAAAAAAABSwpRAAAAAAAAAAAAAAAAAAALChEAAAAAAAAAAAAAAAAAAVsKUQAAAAA"
-    "AAwox2QAAAAAAAAAAAAAAAAAAAAAAAAAAAAADDsD9xE2gHhnEUUnEVdHEWYlgKAAAAZGlz"
-    "dG9ydGlvbnEXaAJoA0sAhXEYaAmHcRlScRooSwFLAUsFhnEbaBCJaAVYRwAAAMKawpnCmc"
-    "KZwpnCmcK5P8KawpnCmcKZwpnCmcOJwr/DvMKpw7HDkk1iUD/DvMKpw7HDkk1iYMK/wprC"
-    "mcKZwpnCmcKZwqk/cRxoB4ZxHVJxHnRxH2JYCQAAAGltYWdlU2l6ZXEgaAJoA0sAhXEhaA"
-    "mHcSJScSMoSwFLAksBhnEkaBCJaAVYEwAAAAAAAAAAwoDChkAAAAAAAADClEBxJWgHhnEm"
-    "UnEndHEoYlgIAAAAcm90YXRpb25xKWgCaANLAIVxKmgJh3ErUnEsKEsBSwNLA4ZxLWgQiW"
-    "gFWEwAAAAAAAAAAAAAAAAAAAAAAMOwwr8AAAAAAAAAAAAAAAAAAMOwPwAAAAAAAAAAAAAA"
-    "AAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAw7A/cS5oB4ZxL1JxMHRxMWJYCwAAAHRyYW"
-    "5zbGF0aW9ucTJoAmgDSwCFcTNoCYdxNFJxNShLAUsDSwGGcTZoEIloBVgaAAAAAAAAAAAA"
-    "WUAAAAAAAABpw4AAAAAAAHDCp0BxN2gHhnE4UnE5dHE6YlgUAAAAcm90YXRpb25fRXVsZX"
-    "JBbmdsZXNxO2gCaANLAIVxPGgJh3E9UnE+KEsBSwNLAYZxP2gQiWgFWBkAAAAAAAAAAAAA"
-    "AAAAAAAAAAAAAAAAAAAAw7g/cUBoB4ZxQVJxQnRxQ2J1Lg==";
-
-// The same in protocol 5, whose arrays are made from buffers.
-constexpr const char* kProtocol5 =
-    "gAWVBgIAAAAAAAB9lCiMDGludHJpbnNpY01hdJSMEm51bXB5LmNvcmUubnVtZXJpY5SMC19m"
-    "cm9tYnVmZmVylJOUKJZIAAAAAAAAAAAAAAAAUpRAAAAAAAAAAAAAAAAAAAKEQAAAAAAAAAAA"
-    "AAAAAABWlEAAAAAAAIx2QAAAAAAAAAAAAAAAAAAAAAAAAAAAAADwP5SMBW51bXB5lIwFZHR5"
-    "cGWUk5SMAmY4lImIh5RSlChLA4wBPJROTk5K/////0r/////SwB0lGJLA0sDhpSMAUOUdJRS"
-    "lIwKZGlzdG9ydGlvbpRoBCiWKAAAAAAAAACamZmZmZm5P5qZmZmZmcm//Knx0k1iUD/8qfHS"
-    "TWJgv5qZmZmZmak/lGgLSwFLBYaUaA90lFKUjAlpbWFnZVNpemWUaAQolhAAAAAAAAAAAAAA"
-    "AACAhkAAAAAAAACUQJRoC0sCSwGGlGgPdJRSlIwIcm90YXRpb26UaAQolkgAAAAAAAAAAAAA"
-    "AAAAAAAAAAAAAADwvwAAAAAAAAAAAAAAAAAA8D8AAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAA"
-    "AAAAAAAAAAAAAAAAAPA/lGgLSwNLA4aUaA90lFKUjAt0cmFuc2xhdGlvbpRoBCiWGAAAAAAA"
-    "AAAAAAAAAABZQAAAAAAAAGnAAAAAAABwp0CUaAtLA0sBhpRoD3SUUpR1Lg==";
 
 std::string Replaced(std::string text, const std::string& from,
                      const std::string& to) {
@@ -86,7 +53,7 @@ void ExpectTheCamera(const CameraRig& cameras, const std::string& name) {
 
 TEST(OpenCapCalibration, IsReadInEveryProtocol) {
   const TemporaryFolder folder;
-  for (const char* text : {kProtocol2, kProtocol5}) {
+  for (const char* text : {kOpencapProtocol2, kOpencapProtocol5}) {
     const std::string path = folder.Write(
         "Cam0/cameraIntrinsicsExtrinsics.pickle", FromBase64(text));
     ExpectTheCamera(ReadCameras(path), "Cam0");
@@ -96,7 +63,7 @@ TEST(OpenCapCalibration, IsReadInEveryProtocol) {
 // NumPy 2 calls its modules numpy._core; the names' lengths stand before them.
 TEST(OpenCapCalibration, IsReadAsNumPy2WritesIt) {
   const TemporaryFolder folder;
-  std::string bytes = FromBase64(kProtocol5);
+  std::string bytes = FromBase64(kOpencapProtocol5);
   bytes = Replaced(bytes, std::string("\x8c\x12") + "numpy.core.numeric",
                    std::string("\x8c\x13") + "numpy._core.numeric");
   ASSERT_NE(bytes.find("numpy._core"), std::string::npos);
@@ -105,7 +72,7 @@ TEST(OpenCapCalibration, IsReadAsNumPy2WritesIt) {
 
 TEST(OpenCapCalibration, ASessionIsAFolderACamera) {
   const TemporaryFolder folder;
-  const std::string bytes = FromBase64(kProtocol2);
+  const std::string bytes = FromBase64(kOpencapProtocol2);
   for (const char* camera : {"Cam10", "Cam2", "Cam0"}) {
     folder.Write("session/Videos/" + std::string(camera) +
                      "/cameraIntrinsicsExtrinsics.pickle",
@@ -128,9 +95,10 @@ TEST(OpenCapCalibration, ASessionIsAFolderACamera) {
 
 TEST(OpenCapCalibration, AFileOfTheLensAloneSaysSo) {
   const TemporaryFolder folder;
-  const std::string path = folder.Write(
-      "cameraIntrinsics.pickle",
-      Replaced(FromBase64(kProtocol5), "\x8c\x08rotation", "\x8c\x08_otation"));
+  const std::string path =
+      folder.Write("cameraIntrinsics.pickle",
+                   Replaced(FromBase64(kOpencapProtocol5), "\x8c\x08rotation",
+                            "\x8c\x08_otation"));
   EXPECT_THAT(InputErrorOf([&] { ReadCameras(path); }),
               HasSubstr("has no rotation"));
 }
@@ -197,7 +165,7 @@ std::string Bytes(std::initializer_list<int> codes) {
 }
 
 TEST(Pickle, BrokenOnesEndWithAMessage) {
-  const std::string whole = FromBase64(kProtocol2);
+  const std::string whole = FromBase64(kOpencapProtocol2);
   for (size_t length = 0; length < whole.size(); ++length) {
     EXPECT_NE(InputErrorOf([&] { ParsePickle(whole.substr(0, length), "f"); }),
               "");
