@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <set>
 #include <utility>
 
 #include "core/assignment/hungarian.h"
@@ -49,13 +48,12 @@ std::vector<CostPair> MatchFrame(const std::vector<PersonPose>& truth,
   return pairs;
 }
 
-void AddFrame(const std::vector<PersonPose>& truth,
-              const std::vector<PersonPose>& found,
-              const std::vector<CostPair>& pairs,
-              std::map<TrackId, PersonState>* states, IdentityResult* result) {
-  result->true_person_frames += static_cast<int64_t>(truth.size());
-  result->found_person_frames += static_cast<int64_t>(found.size());
-  result->matches += static_cast<int64_t>(pairs.size());
+// Follows the true people of a frame; counts switches and fragments.
+void FollowPeople(const std::vector<PersonPose>& truth,
+                  const std::vector<PersonPose>& found,
+                  const std::vector<CostPair>& pairs,
+                  std::map<TrackId, PersonState>* states,
+                  IdentityResult* result) {
   std::vector<bool> matched(truth.size(), false);
   for (const CostPair& pair : pairs) {
     matched[pair.row] = true;
@@ -83,13 +81,6 @@ bool IsHidden(const PersonPose& person) {
                       });
 }
 
-// The people of one frame who are scored, and how far apart they are.
-struct ScoredFrame {
-  std::vector<PersonPose> truth;
-  std::vector<PersonPose> found;
-  MatrixXd distances;
-};
-
 MatrixXd KeepColumns(const MatrixXd& matrix, const std::vector<int>& columns) {
   MatrixXd kept(matrix.rows(), columns.size());
   for (size_t i = 0; i < columns.size(); ++i) {
@@ -98,58 +89,67 @@ MatrixXd KeepColumns(const MatrixXd& matrix, const std::vector<int>& columns) {
   return kept;
 }
 
-// The found people without a match.
-std::vector<int> Unmatched(size_t found, const std::vector<CostPair>& pairs) {
-  std::vector<bool> matched(found, false);
-  for (const CostPair& pair : pairs) matched[pair.column] = true;
-  std::vector<int> rest;
-  for (size_t k = 0; k < found; ++k) {
-    if (!matched[k]) rest.push_back(static_cast<int>(k));
+// The found people who count, ascending: all but those without a match who
+// stand where the truth has a hidden person or, where it does not have
+// everybody, far from all that it has.
+std::vector<int> CountedPeople(const std::vector<PersonPose>& hidden,
+                               const std::vector<PersonPose>& found,
+                               const std::vector<CostPair>& pairs,
+                               const MatrixXd& distances,
+                               const JointPairs& joints, Annotated annotated,
+                               IdentityResult* result) {
+  std::vector<bool> is_open(found.size(), true);
+  for (const CostPair& pair : pairs) is_open[pair.column] = false;
+  std::vector<int> open;
+  for (int k = 0; k < distances.cols(); ++k) {
+    if (is_open[k]) open.push_back(k);
   }
-  return rest;
-}
-
-// Marks found people who stand where the truth has a hidden person.
-void MarkOnHidden(const std::vector<PersonPose>& hidden,
-                  const std::vector<PersonPose>& found,
-                  const std::vector<int>& unmatched, const JointPairs& joints,
-                  std::vector<bool>* ignored, IdentityResult* result) {
-  const MatrixXd distances =
-      KeepColumns(PersonDistances(hidden, found, joints), unmatched);
-  for (const CostPair& pair : MatchOneToOne(distances, kPersonGateM)) {
-    (*ignored)[unmatched[pair.column]] = true;
+  std::vector<bool> counts(found.size(), true);
+  const MatrixXd to_hidden =
+      KeepColumns(PersonDistances(hidden, found, joints), open);
+  for (const CostPair& pair : MatchOneToOne(to_hidden, kPersonGateM)) {
+    counts[open[pair.column]] = false;
     ++result->on_hidden_people;
   }
-}
-
-// Marks found people who are far from every annotated person.
-void MarkBeside(const MatrixXd& distances, const std::vector<int>& unmatched,
-                std::vector<bool>* ignored, IdentityResult* result) {
-  for (const int k : unmatched) {
-    if ((*ignored)[k]) continue;
-    if ((distances.col(k).array() <= kPersonGateM).any()) continue;
-    (*ignored)[k] = true;
-    ++result->beside_annotations;
+  std::vector<int> counted;
+  for (int k = 0; k < distances.cols(); ++k) {
+    if (annotated == Annotated::kSome && is_open[k] && counts[k] &&
+        !(distances.col(k).array() <= kPersonGateM).any()) {
+      counts[k] = false;
+      ++result->beside_annotations;
+    }
+    if (counts[k]) counted.push_back(k);
   }
+  return counted;
 }
 
 // What needs the whole recording: IDF1's choice of identities, and HOTA, which
 // prefers pairs of people that are similar over the recording.
 class WholeRecording {
  public:
-  void Add(const ScoredFrame& frame) {
+  // `distances`: of true people (rows) to found ones (columns).
+  void Add(const std::vector<PersonPose>& truth,
+           const std::vector<PersonPose>& found,
+           const std::vector<int>& counted, const MatrixXd& distances) {
     Similarities& similarities = frames_.emplace_back();
-    for (const PersonPose& person : frame.truth) {
+    for (const PersonPose& person : truth) {
       similarities.truth.push_back(IndexOf(person.id, &truth_index_));
     }
-    for (const PersonPose& person : frame.found) {
-      similarities.found.push_back(IndexOf(person.id, &found_index_));
+    for (const int k : counted) {
+      similarities.found.push_back(IndexOf(found[k].id, &found_index_));
     }
-    similarities.are_near = frame.distances.array() <= kPersonGateM;
-    similarities.values = frame.distances.unaryExpr([](double distance_m) {
+    const MatrixXd kept = KeepColumns(distances, counted);
+    similarities.are_near = kept.array() <= kPersonGateM;
+    similarities.values = kept.unaryExpr([](double distance_m) {
       const double similarity = 1.0 - distance_m / (2.0 * kPersonGateM);
       return similarity > 0.0 ? similarity : 0.0;  // also of NaN
     });
+  }
+  int64_t true_people() const {
+    return static_cast<int64_t>(truth_index_.size());
+  }
+  int64_t identities() const {
+    return static_cast<int64_t>(found_index_.size());
   }
 
   // The most frames that a one-to-one choice of identities explains.
@@ -324,48 +324,30 @@ IdentityResult EvaluateIdentity(const TrackSequence& truth,
       CommonJoints(truth.header.skeleton, tracks.header.skeleton);
   IdentityResult result;
   std::map<TrackId, PersonState> states;
-  std::set<TrackId> identities;
   WholeRecording recording;
+  const std::vector<PersonPose> nobody;
   for (const TrackFrame& true_frame : truth.frames) {
     if (!ContainsFrame(options.frames, true_frame.frame)) continue;
-    ScoredFrame scored;
-    std::vector<PersonPose> hidden;
+    std::vector<PersonPose> people, hidden;
     for (const PersonPose& person : true_frame.people) {
-      (IsHidden(person) ? hidden : scored.truth).push_back(person);
+      (IsHidden(person) ? hidden : people).push_back(person);
     }
+    const TrackFrame* frame = FindFrame(tracks, true_frame.frame);
+    const std::vector<PersonPose>& found = frame ? frame->people : nobody;
+    const MatrixXd distances = PersonDistances(people, found, joints);
+    const std::vector<CostPair> pairs =
+        MatchFrame(people, found, distances, states);
+    const std::vector<int> counted = CountedPeople(
+        hidden, found, pairs, distances, joints, options.annotated, &result);
     result.hidden_person_frames += static_cast<int64_t>(hidden.size());
-    const TrackFrame* found_frame = FindFrame(tracks, true_frame.frame);
-    if (found_frame != nullptr) scored.found = found_frame->people;
-
-    const MatrixXd distances =
-        PersonDistances(scored.truth, scored.found, joints);
-    std::vector<CostPair> pairs =
-        MatchFrame(scored.truth, scored.found, distances, states);
-    const std::vector<int> rest = Unmatched(scored.found.size(), pairs);
-    std::vector<bool> ignored(scored.found.size(), false);
-    MarkOnHidden(hidden, scored.found, rest, joints, &ignored, &result);
-    if (options.annotated == Annotated::kSome) {
-      MarkBeside(distances, rest, &ignored, &result);
-    }
-    std::vector<int> kept;
-    std::vector<int> kept_index(scored.found.size(), -1);
-    std::vector<PersonPose> kept_people;
-    for (size_t k = 0; k < scored.found.size(); ++k) {
-      if (ignored[k]) continue;
-      kept_index[k] = static_cast<int>(kept.size());
-      kept.push_back(static_cast<int>(k));
-      kept_people.push_back(scored.found[k]);
-    }
-    for (CostPair& pair : pairs) pair.column = kept_index[pair.column];
-    scored.distances = KeepColumns(distances, kept);
-    scored.found = std::move(kept_people);
-
-    AddFrame(scored.truth, scored.found, pairs, &states, &result);
-    recording.Add(scored);
-    for (const PersonPose& person : scored.found) identities.insert(person.id);
+    result.true_person_frames += static_cast<int64_t>(people.size());
+    result.found_person_frames += static_cast<int64_t>(counted.size());
+    result.matches += static_cast<int64_t>(pairs.size());
+    FollowPeople(people, found, pairs, &states, &result);
+    recording.Add(people, found, counted, distances);
   }
-  result.true_people = static_cast<int64_t>(states.size());
-  result.identities = static_cast<int64_t>(identities.size());
+  result.true_people = recording.true_people();
+  result.identities = recording.identities();
   result.misses = result.true_person_frames - result.matches;
   result.false_positives = result.found_person_frames - result.matches;
   result.identity_true_positives = recording.IdentityTruePositives();

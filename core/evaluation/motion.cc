@@ -70,21 +70,37 @@ const Pose3d* PoseAt(const Poses& poses, int64_t frame) {
 
 // ---- Jitter and constancy ---------------------------------------------------
 
-// Sum over the joints of the second differences [m], and their number.
-RatioUnit SecondDifferences(const Pose3d& before, const Pose3d& now,
-                            const Pose3d& after,
-                            const std::vector<int>& joints) {
-  const auto observed = [](const Joint3d& joint) {
-    return joint.status == JointStatus::kObserved;
-  };
+// 1, -2, 1 for order 2, up to the sign.
+std::vector<double> DifferenceWeights(int order) {
+  std::vector<double> weights = {1.0};
+  for (int i = 0; i < order; ++i) {
+    std::vector<double> next(weights.size() + 1, 0.0);
+    for (size_t k = 0; k < weights.size(); ++k) {
+      next[k] += weights[k];
+      next[k + 1] -= weights[k];
+    }
+    weights = next;
+  }
+  return weights;
+}
+
+// Sum over the joints of `scale` times the length of the difference of the
+// poses (nullptr: none), and how many joints are observed in all of them.
+RatioUnit Difference(const std::vector<const Pose3d*>& poses,
+                     const std::vector<double>& weights,
+                     const std::vector<int>& joints, double scale) {
   RatioUnit unit;
   for (const int j : joints) {
-    if (!observed(before[j]) || !observed(now[j]) || !observed(after[j])) {
-      continue;
+    const bool observed =
+        std::all_of(poses.begin(), poses.end(), [&](const Pose3d* pose) {
+          return pose != nullptr && (*pose)[j].status == JointStatus::kObserved;
+        });
+    if (!observed) continue;
+    Vector3d difference = Vector3d::Zero();
+    for (size_t i = 0; i < poses.size(); ++i) {
+      difference += weights[i] * (*poses[i])[j].position_m;
     }
-    unit.sum +=
-        (after[j].position_m - 2.0 * now[j].position_m + before[j].position_m)
-            .norm();
+    unit.sum += scale * difference.norm();
     unit.weight += 1.0;
   }
   return unit;
@@ -93,6 +109,7 @@ RatioUnit SecondDifferences(const Pose3d& before, const Pose3d& now,
 void AddAcceleration(const std::map<TrackId, Poses>& people,
                      const std::vector<int>& joints, double frame_rate_hz,
                      const BootstrapOptions& options, MotionResult* result) {
+  const std::vector<double> weights = DifferenceWeights(2);
   std::vector<RatioSeries> all;
   for (const auto& [id, poses] : people) {
     RatioSeries& series = all.emplace_back();
@@ -100,7 +117,7 @@ void AddAcceleration(const std::map<TrackId, Poses>& people,
       const Pose3d* before = PoseAt(poses, frame - 1);
       const Pose3d* after = PoseAt(poses, frame + 1);
       if (before == nullptr || after == nullptr) continue;
-      RatioUnit unit = SecondDifferences(*before, *pose, *after, joints);
+      RatioUnit unit = Difference({after, pose, before}, weights, joints, 1.0);
       unit.sum *= frame_rate_hz * frame_rate_hz;
       series.push_back(unit);
       result->acceleration_count += static_cast<int64_t>(unit.weight);
@@ -153,20 +170,6 @@ bool Consecutive(const std::vector<int64_t>& frames, size_t first,
   return first + count <= frames.size() &&
          frames[first + count - 1] - frames[first] ==
              static_cast<int64_t>(count) - 1;
-}
-
-// 1, -2, 1 for order 2, up to the sign.
-std::vector<double> DifferenceWeights(int order) {
-  std::vector<double> weights = {1.0};
-  for (int i = 0; i < order; ++i) {
-    std::vector<double> next(weights.size() + 1, 0.0);
-    for (size_t k = 0; k < weights.size(); ++k) {
-      next[k] += weights[k];
-      next[k + 1] -= weights[k];
-    }
-    weights = next;
-  }
-  return weights;
 }
 
 // Power above a frequency of signals of one length.
@@ -315,19 +318,10 @@ std::vector<RatioSeries> DifferenceSeries(
     RatioSeries series(person.frames.size());
     for (size_t k = 0; k < series.size(); ++k) {
       if (!Consecutive(person.frames, k, weights.size())) continue;
-      for (const int j : joints) {
-        Vector3d difference = Vector3d::Zero();
-        bool observed = true;
-        for (size_t i = 0; observed && i < weights.size(); ++i) {
-          const Pose3d* pose = poses[k + i];
-          observed =
-              pose != nullptr && (*pose)[j].status == JointStatus::kObserved;
-          if (observed) difference += weights[i] * (*pose)[j].position_m;
-        }
-        if (!observed) continue;
-        series[k].sum += scale * difference.norm();
-        series[k].weight += 1.0;
-      }
+      const auto first = poses.begin() + static_cast<std::ptrdiff_t>(k);
+      series[k] = Difference(
+          {first, first + static_cast<std::ptrdiff_t>(weights.size())}, weights,
+          joints, scale);
     }
     all.push_back(std::move(series));
   }
