@@ -21,26 +21,30 @@ using Eigen::Vector3d;
 
 using RecordedPeople = std::vector<std::shared_ptr<const Actor>>;
 
-// Where a clip stands in the room: turned about the vertical axis through
-// `centre_m`, which then comes to `place_m`. Heights stay as they are, and so
-// does the contact with the ground.
-struct ClipPlace {
+// How a clip is played.
+struct ClipSetting {
+  // Turned about the vertical axis through `centre_m`, which then comes to
+  // `place_m`. Heights stay as they are, and so does the contact with the
+  // ground.
   Vector2d centre_m = Vector2d::Zero();
   Vector2d place_m = Vector2d::Zero();
   double turn_rad = 0.0;
-};
-
-// When a clip is played.
-struct ClipTiming {
   double start_s = 0.0;  // appears, time of the scene
   double hold_s = 0.0;   // the first pose is held for so long before it moves
-  double sway_m = 0.0;  // of a held body: RMS, forward, at 1 m above the ankles
+  double hold_sway_m = 0.0;  // of a held body: RMS, forward, 1 m above ankles
+  // Centres of joints that are no points of rigid bones: each moves to and fro
+  // in the frame of the trunk as its joint bends, by an amplitude that is drawn
+  // uniformly between half of this and one and a half of it, in a direction of
+  // its own. The whole way (from minus to plus the amplitude) is gone over the
+  // range of angles in the clip, or over about thirty degrees where the joint
+  // bends less. Wrist and ankle follow elbow and knee. 0: none.
+  double joint_sway_m = 0.0;
 };
 
 // Time of the clip at a time of the scene.
-double ClipTimeAt(const ClipTiming& timing, double time_s) {
-  const double moving = time_s - timing.start_s - timing.hold_s;
-  if (timing.hold_s <= 0.0) return moving;
+double ClipTimeAt(const ClipSetting& setting, double time_s) {
+  const double moving = time_s - setting.start_s - setting.hold_s;
+  if (setting.hold_s <= 0.0) return moving;
   if (moving <= 0.0) return 0.0;
   if (moving >= kStartRamp) return moving - 0.5 * kStartRamp;
   // The integral of SmoothStep.
@@ -49,10 +53,10 @@ double ClipTimeAt(const ClipTiming& timing, double time_s) {
 }
 
 // How long a clip is in the scene.
-double TimeInScene(const ClipTiming& timing, double clip_length_s) {
-  if (timing.hold_s <= 0.0) return clip_length_s;
+double TimeInScene(const ClipSetting& setting, double clip_length_s) {
+  if (setting.hold_s <= 0.0) return clip_length_s;
   if (clip_length_s >= 0.5 * kStartRamp) {
-    return timing.hold_s + clip_length_s + 0.5 * kStartRamp;
+    return setting.hold_s + clip_length_s + 0.5 * kStartRamp;
   }
   // A clip that is over before it has gathered speed.
   double low = 0.0;
@@ -60,22 +64,11 @@ double TimeInScene(const ClipTiming& timing, double clip_length_s) {
   for (int i = 0; i < 60; ++i) {
     const double middle = 0.5 * (low + high);
     const double reached =
-        ClipTimeAt(timing, timing.start_s + timing.hold_s + middle);
+        ClipTimeAt(setting, setting.start_s + setting.hold_s + middle);
     (reached < clip_length_s ? low : high) = middle;
   }
-  return timing.hold_s + high;
+  return setting.hold_s + high;
 }
-
-// Centres of joints that are no points of rigid bones: each moves to and fro in
-// the frame of the trunk as its joint bends, by an amplitude that is drawn
-// uniformly between half of `amplitude_m` and one and a half of it, in a
-// direction of its own. The whole way (from minus to plus the amplitude) is
-// gone over the range of angles in the clip, or over about thirty degrees where
-// the joint bends less. Wrist and ankle follow elbow and knee. 0: none.
-struct JointSway {
-  double amplitude_m = 0.0;
-  uint64_t seed = 0;
-};
 
 // Clips state times in microseconds, scenes in nanoseconds: a time that misses
 // a clip's end by rounding counts as the end.
@@ -160,12 +153,10 @@ class RecordedActor : public Actor {
  public:
   // Throws OptionError("clips", ...) when the skeleton has no shoulders or hips
   // or they coincide: then there is no frame of the trunk.
-  RecordedActor(RecordedMotion motion, const ClipPlace& place,
-                const ClipTiming& timing, const JointSway& sway,
-                uint64_t body_sway_seed)
+  RecordedActor(RecordedMotion motion, const ClipSetting& setting,
+                uint64_t joint_sway_seed, uint64_t body_sway_seed)
       : motion_(std::move(motion)),
-        place_(place),
-        timing_(timing),
+        setting_(setting),
         shoulders_(BothSides(motion_.skeleton, "shoulder")),
         hips_(BothSides(motion_.skeleton, "hip")) {
     if (!HasBoth(shoulders_) || !HasBoth(hips_)) {
@@ -183,7 +174,7 @@ class RecordedActor : public Actor {
                                      "are expected in metres");
     }
     stature_m_ = StatureOf(motion_.skeleton, first, along);
-    PlanCentreSway(sway);
+    PlanCentreSway(joint_sway_seed);
     Random random(body_sway_seed);
     for (auto& axis : phases_) {
       for (double& phase : axis) phase = random.Uniform(0.0, 2.0 * kPi);
@@ -191,8 +182,8 @@ class RecordedActor : public Actor {
   }
 
   bool PresentAt(double time_s) const override {
-    return time_s >= timing_.start_s - kTimeSlack &&
-           PieceAt(ClipTimeAt(timing_, time_s)) != nullptr;
+    return time_s >= setting_.start_s - kTimeSlack &&
+           PieceAt(ClipTimeAt(setting_, time_s)) != nullptr;
   }
 
   Pose3d PoseAt(double time_s) const override {
@@ -240,9 +231,9 @@ class RecordedActor : public Actor {
     for (const KnotSpline& piece : motion_.pieces) {
       const bool held = piece.begin_s() <= 0.0;
       facts.present.push_back(
-          {timing_.start_s +
-               (held ? 0.0 : TimeInScene(timing_, piece.begin_s())),
-           timing_.start_s + TimeInScene(timing_, piece.end_s())});
+          {setting_.start_s +
+               (held ? 0.0 : TimeInScene(setting_, piece.begin_s())),
+           setting_.start_s + TimeInScene(setting_, piece.end_s())});
     }
     return facts;
   }
@@ -286,9 +277,9 @@ class RecordedActor : public Actor {
     return trunk;
   }
 
-  void PlanCentreSway(const JointSway& sway) {
-    if (sway.amplitude_m <= 0.0) return;
-    Random random(sway.seed);
+  void PlanCentreSway(uint64_t seed) {
+    if (setting_.joint_sway_m <= 0.0) return;
+    Random random(seed);
     for (const AngleNames& names : kAngles) {
       for (const std::string side : {"l_", "r_"}) {
         CentreSway centre;
@@ -296,7 +287,7 @@ class RecordedActor : public Actor {
         for (size_t i = 0; i < names.span.size(); ++i) {
           centre.angle[i] = motion_.skeleton.IndexOf(side + names.span[i]);
         }
-        centre.amplitude_m = sway.amplitude_m * random.Uniform(0.5, 1.5) *
+        centre.amplitude_m = setting_.joint_sway_m * random.Uniform(0.5, 1.5) *
                              RandomDirection(&random);
         if (centre.joint < 0 ||
             std::min({centre.angle[0], centre.angle[1], centre.angle[2]}) < 0) {
@@ -332,8 +323,8 @@ class RecordedActor : public Actor {
 
   // A held body turns about its ankles as one piece (an inverted pendulum).
   void AddBodySway(double time_s, Points* points) const {
-    const double left_s = timing_.start_s + timing_.hold_s - time_s;
-    if (timing_.sway_m <= 0.0 || left_s <= 0.0) return;
+    const double left_s = setting_.start_s + setting_.hold_s - time_s;
+    if (setting_.hold_sway_m <= 0.0 || left_s <= 0.0) return;
     std::array<double, 2> sway = {0.0, 0.0};
     double power = 0.0;
     for (int term = 0; term < kSwayTerms; ++term) {
@@ -341,13 +332,14 @@ class RecordedActor : public Actor {
       power += 0.5 * amplitude * amplitude;
       for (int axis = 0; axis < 2; ++axis) {
         sway[axis] += amplitude * std::sin(2.0 * kPi * kSwayHz[term] *
-                                               (time_s - timing_.start_s) +
+                                               (time_s - setting_.start_s) +
                                            phases_[axis][term]);
       }
     }
     const double fade =
-        SmoothStep(left_s / std::min(kSwayFade, timing_.hold_s));
-    const double angle = fade * timing_.sway_m / std::sqrt(power);  // at 1 m
+        SmoothStep(left_s / std::min(kSwayFade, setting_.hold_s));
+    const double angle =
+        fade * setting_.hold_sway_m / std::sqrt(power);  // at 1 m
 
     const SegmentPose trunk = TrunkOf(*points);
     Vector3d pivot = HorizontalPart(trunk.origin_m);
@@ -369,15 +361,15 @@ class RecordedActor : public Actor {
   }
 
   void Place(Points* points) const {
-    const Matrix3d R = Eigen::AngleAxisd(place_.turn_rad, Vector3d::UnitZ())
+    const Matrix3d R = Eigen::AngleAxisd(setting_.turn_rad, Vector3d::UnitZ())
                            .toRotationMatrix();
-    const Vector3d centre(place_.centre_m.x(), place_.centre_m.y(), 0.0);
-    const Vector3d place(place_.place_m.x(), place_.place_m.y(), 0.0);
+    const Vector3d centre(setting_.centre_m.x(), setting_.centre_m.y(), 0.0);
+    const Vector3d place(setting_.place_m.x(), setting_.place_m.y(), 0.0);
     for (Vector3d& point : *points) point = place + R * (point - centre);
   }
 
   Points PointsAt(double time_s) const {
-    Points points = RecordedPoints(ClipTimeAt(timing_, time_s));
+    Points points = RecordedPoints(ClipTimeAt(setting_, time_s));
     AddCentreSway(&points);
     AddBodySway(time_s, &points);
     Place(&points);
@@ -385,8 +377,7 @@ class RecordedActor : public Actor {
   }
 
   RecordedMotion motion_;
-  ClipPlace place_;
-  ClipTiming timing_;
+  ClipSetting setting_;
   std::array<int, 2> shoulders_{};  // left, right
   std::array<int, 2> hips_{};
   double stature_m_ = 0.0;
@@ -459,90 +450,64 @@ double ClosestOf(const RecordedPeople& some, const RecordedPeople& others) {
   return closest;
 }
 
-// Places one clip after the other.
-class ClipPlacer {
- public:
-  ClipPlacer(const RecordedPeopleOptions& options, const ClipRoom& room)
-      : options_(options), room_(room), seeds_(room.seed) {}
-
-  void Add(const std::vector<RecordedMotion>& motions, size_t clip_idx) {
-    // One fork a kind of chance, so that one leaves the others as they are.
-    Random random(seeds_.Fork());
-    sway_seed_ = seeds_.Fork();
-    body_seed_ = seeds_.Fork();
-    const bool given = !options_.x_m.empty();
-    const std::vector<Vector2d> way = WayOf(motions);
-    Vector2d low = way.front(), high = low;
-    for (const Vector2d& point : way) {
-      low = low.cwiseMin(point);
-      high = high.cwiseMax(point);
-    }
-    const Vector2d centre = 0.5 * (low + high);
-    double reach = 0.0;
-    for (const Vector2d& point : way) {
-      reach = std::max(reach, (point - centre).norm());
-    }
-    const double free = std::max(0.0, room_.radius_m - reach);
-    // A place that is given, and a turn, are taken as they are.
-    const int attempts = given && !options_.turn_deg.empty() ? 1 : kAttempts;
-    for (int attempt = 0; attempt < attempts; ++attempt) {
-      ClipPlace place = Draw(free, &random);
-      place.centre_m = centre;
-      if (given) {
-        place.place_m = {options_.x_m[clip_idx], options_.y_m[clip_idx]};
-      }
-      if (!options_.turn_deg.empty()) {
-        place.turn_rad = options_.turn_deg[clip_idx] * kPi / 180.0;
-      }
-      RecordedPeople people = Make(motions, place, clip_idx);
-      const bool apart = ClosestOf(people, people_) >= room_.min_distance_m;
-      if (!apart && !given) continue;
-      people_.insert(people_.end(), people.begin(), people.end());
-      return;
-    }
-    throw OptionError(
-        "clips", motions.front().clip +
-                     ": no place found where its people keep apart from those "
-                     "of the clips before; give x and y, later starts or a "
-                     "larger scene.motion.area_radius");
+// The people of clip `clip_idx` behind those of the clips before it. A place
+// that is given, and a turn, are taken as they are; else places are drawn until
+// people of different clips keep apart.
+void AddClip(const RecordedPeopleOptions& options, const ClipRoom& room,
+             const std::vector<RecordedMotion>& motions, size_t clip_idx,
+             Random* seeds, RecordedPeople* people) {
+  constexpr int kAttempts = 300;
+  // One fork a kind of chance, so that one leaves the others as they are.
+  Random random(seeds->Fork());
+  const uint64_t joint_sway_seed = seeds->Fork();
+  const uint64_t body_sway_seed = seeds->Fork();
+  const std::vector<Vector2d> way = WayOf(motions);
+  Vector2d low = way.front(), high = low;
+  for (const Vector2d& point : way) {
+    low = low.cwiseMin(point);
+    high = high.cwiseMax(point);
   }
-
-  const RecordedPeople& people() const { return people_; }
-
- private:
-  static constexpr int kAttempts = 300;
-
-  // Uniform over a disc and all directions.
-  static ClipPlace Draw(double radius_m, Random* random) {
-    ClipPlace place;
-    const double distance = radius_m * std::sqrt(random->Uniform());
-    const double angle = random->Uniform(0.0, 2.0 * kPi);
-    place.place_m = distance * Vector2d(std::cos(angle), std::sin(angle));
-    place.turn_rad = random->Uniform(-kPi, kPi);
-    return place;
+  ClipSetting setting;
+  setting.centre_m = 0.5 * (low + high);
+  setting.start_s = At(options.start_s, clip_idx);
+  setting.hold_s = At(options.hold_s, clip_idx);
+  setting.hold_sway_m = options.hold_sway_m;
+  setting.joint_sway_m = options.joint_sway_m;
+  double reach = 0.0;
+  for (const Vector2d& point : way) {
+    reach = std::max(reach, (point - setting.centre_m).norm());
   }
-
-  RecordedPeople Make(const std::vector<RecordedMotion>& motions,
-                      const ClipPlace& place, size_t clip_idx) const {
-    const ClipTiming timing = {At(options_.start_s, clip_idx),
-                               At(options_.hold_s, clip_idx),
-                               options_.hold_sway_m};
-    RecordedPeople people;
+  const double free = std::max(0.0, room.radius_m - reach);
+  const bool has_place = !options.x_m.empty();
+  const bool has_turn = !options.turn_deg.empty();
+  const int attempts = has_place && has_turn ? 1 : kAttempts;
+  for (int attempt = 0; attempt < attempts; ++attempt) {
+    // Uniform over a disc and all directions.
+    const double distance = free * std::sqrt(random.Uniform());
+    const double angle = random.Uniform(0.0, 2.0 * kPi);
+    const double turn_rad = random.Uniform(-kPi, kPi);
+    setting.place_m =
+        has_place
+            ? Vector2d(options.x_m[clip_idx], options.y_m[clip_idx])
+            : Vector2d(distance * Vector2d(std::cos(angle), std::sin(angle)));
+    setting.turn_rad =
+        has_turn ? options.turn_deg[clip_idx] * kPi / 180.0 : turn_rad;
+    RecordedPeople placed;
     for (size_t i = 0; i < motions.size(); ++i) {
-      people.push_back(std::make_shared<RecordedActor>(
-          motions[i], place, timing,
-          JointSway{options_.joint_sway_m, sway_seed_ + i}, body_seed_ + i));
+      placed.push_back(std::make_shared<RecordedActor>(
+          motions[i], setting, joint_sway_seed + i, body_sway_seed + i));
     }
-    return people;
+    const bool apart = ClosestOf(placed, *people) >= room.min_distance_m;
+    if (!apart && !has_place) continue;
+    people->insert(people->end(), placed.begin(), placed.end());
+    return;
   }
-
-  const RecordedPeopleOptions& options_;
-  const ClipRoom& room_;
-  Random seeds_;
-  uint64_t sway_seed_ = 0;
-  uint64_t body_seed_ = 0;
-  RecordedPeople people_;
-};
+  throw OptionError(
+      "clips", motions.front().clip +
+                   ": no place found where its people keep apart from those "
+                   "of the clips before; give x and y, later starts or a "
+                   "larger scene.motion.area_radius");
+}
 
 }  // namespace
 
@@ -574,11 +539,12 @@ RecordedPeople MakeRecordedPeople(const RecordedPeopleOptions& options,
                                   const Skeleton& skeleton,
                                   const ClipRoom& room) {
   CheckLists(options, clips.size());
-  ClipPlacer placer(options, room);
+  Random seeds(room.seed);
+  RecordedPeople people;
   for (size_t i = 0; i < clips.size(); ++i) {
-    placer.Add(MotionsOf(clips[i], skeleton), i);
+    AddClip(options, room, MotionsOf(clips[i], skeleton), i, &seeds, &people);
   }
-  return placer.people();
+  return people;
 }
 
 double EndOf(const RecordedPeople& people) {

@@ -28,7 +28,7 @@ struct RecordedPeopleOptions {
   std::vector<double> y_m;
   std::vector<double> turn_deg;
   double hold_sway_m = 0.006;  // RMS of a held body at 1 m above the ankles
-  double joint_sway_m = 0.0;   // mean amplitude of joint centres; JointSway
+  double joint_sway_m = 0.0;   // mean amplitude of joint centres
 
   void Describe(OptionVisitor& visitor);
 };
