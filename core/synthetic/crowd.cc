@@ -222,7 +222,7 @@ class Crowd {
       BeginWalk(agent);
     } else if ((draw -= options_.standing) < 0.0) {
       Begin(agent, Deed::kStand, random_.Uniform(1.0, 4.0));
-    } else if ((draw -= options_.turning) < 0.0) {
+    } else if (draw < options_.turning) {
       const double turn = random_.Uniform(0.8, kPi);
       agent.wanted_heading += random_.Chance(0.5) ? turn : -turn;
       Begin(agent, Deed::kTurn, 0.8 + turn / 1.5);
