@@ -19,6 +19,13 @@ RatioSeries Series(const std::vector<double>& values) {
   return series;
 }
 
+BootstrapOptions Drawing(int64_t block_length, int64_t resamples) {
+  BootstrapOptions options;
+  options.block_length = block_length;
+  options.resamples = resamples;
+  return options;
+}
+
 // A stationary series with correlation rho from one value to the next.
 std::vector<double> CorrelatedSeries(int count, double rho, uint64_t seed) {
   Random random(seed);
@@ -33,10 +40,8 @@ std::vector<double> CorrelatedSeries(int count, double rho, uint64_t seed) {
 
 TEST(BootstrapTest, IndependentValuesGiveTheTextbookError) {
   const std::vector<double> values = CorrelatedSeries(400, 0.0, 7);
-  BootstrapOptions options;
-  options.block_length = 1;
-  options.resamples = 4000;
-  const Interval interval = MeanOfRatiosInterval({Series(values)}, options);
+  const Interval interval =
+      MeanOfRatiosInterval({Series(values)}, Drawing(1, 4000));
   // Drawn singly, the standard error is exactly s / sqrt(n) but for the
   // resamples' own chance: 1 / sqrt(2 * 4000) = 1.1 %; five of those.
   const double expected = StandardDeviation(values) / std::sqrt(400.0);
@@ -50,9 +55,8 @@ TEST(BootstrapTest, IndependentValuesGiveTheTextbookError) {
 TEST(BootstrapTest, BlocksSeeTheCorrelationOfNeighbours) {
   constexpr double kRho = 0.6;
   const std::vector<double> values = CorrelatedSeries(20000, kRho, 8);
-  BootstrapOptions options;
-  options.resamples = 1000;
-  const Interval interval = MeanOfRatiosInterval({Series(values)}, options);
+  const Interval interval =
+      MeanOfRatiosInterval({Series(values)}, Drawing(25, 1000));
   // Variance of the mean of n values: (1 + rho) / (1 - rho) / n = 4 / n. Blocks
   // of L = 25 find L + 2 sum (L - k) rho^k = 0.925 of that per value. The 800
   // blocks' own chance is sqrt(2 / 800) / 2 = 2.5 % of the standard error, the
@@ -64,33 +68,28 @@ TEST(BootstrapTest, BlocksSeeTheCorrelationOfNeighbours) {
   const double standard_error = std::sqrt(expected / 20000.0);
   EXPECT_NEAR(interval.standard_error / standard_error, 1.0, 0.14);
 
-  options.block_length = 1;  // single frames look twice as sure as they are
-  EXPECT_LT(MeanOfRatiosInterval({Series(values)}, options).standard_error,
-            0.6 * standard_error);
+  // Single frames look twice as sure as they are.
+  EXPECT_LT(
+      MeanOfRatiosInterval({Series(values)}, Drawing(1, 1000)).standard_error,
+      0.6 * standard_error);
 }
 
 TEST(BootstrapTest, DrawsAsManyUnitsAsThereAre) {
-  const std::vector<int64_t> lengths = {60, 7, 1, 0};
   int resamples = 0;
-  BlockBootstrap(
-      lengths,
-      [&](const DrawCounts& counts) {
-        ++resamples;
-        EXPECT_EQ(counts.size(), 68u);
-        EXPECT_EQ(std::accumulate(counts.begin(), counts.begin() + 60, 0), 60);
-        EXPECT_EQ(std::accumulate(counts.begin() + 60, counts.begin() + 67, 0),
-                  7);
-        EXPECT_EQ(counts[67], 1);
-        return 0.0;
-      },
-      {});
+  BlockBootstrap({60, 7, 1, 0}, [&](const DrawCounts& counts) {
+    ++resamples;
+    const auto sixty = counts.begin() + 60;
+    EXPECT_EQ(counts.size(), 68u);
+    EXPECT_EQ(std::accumulate(counts.begin(), sixty, 0), 60);
+    EXPECT_EQ(std::accumulate(sixty, sixty + 7, 0), 7);
+    EXPECT_EQ(counts[67], 1);
+    return 0.0;
+  });
   EXPECT_EQ(resamples, BootstrapOptions().resamples);
 }
 
 TEST(BootstrapTest, DrawsEveryUnitEquallyOften) {
   std::vector<double> drawn(30, 0.0);
-  BootstrapOptions options;
-  options.resamples = 20000;
   BlockBootstrap(
       {30},
       [&](const DrawCounts& counts) {
@@ -99,7 +98,7 @@ TEST(BootstrapTest, DrawsEveryUnitEquallyOften) {
         }
         return 0.0;
       },
-      options);
+      Drawing(25, 20000));
   // A unit is in the block of 25 with chance 25/30 and in the 5 left over with
   // 5/30: variance 0.278 a resample, so sqrt(0.278 / 20000) = 0.0037 on the
   // mean of 1; five of those.

@@ -34,10 +34,9 @@ TEST(BodyFrameTest, IsRightForwardUp) {
 }
 
 TEST(MpjpeTest, RawIsTheMeanDistance) {
-  const TrackSequence truth = Alone();
   Pose3d pose = StandingTum14();
   pose[0].position_m.y() += 0.7;
-  const MpjpeResult result = EvaluateMpjpe(truth, Alone(pose, 4));
+  const MpjpeResult result = EvaluateMpjpe(Alone(), Alone(pose, 4));
   EXPECT_NEAR(result.raw_m, 0.7 / 14, 1e-15);
   EXPECT_NEAR(result.joints[0].raw_m, 0.7, 1e-15);
   EXPECT_EQ(result.joints[0].joint, "r_ankle");
@@ -47,20 +46,20 @@ TEST(MpjpeTest, RawIsTheMeanDistance) {
 
 TEST(MpjpeTest, AConstantBodyFrameOffsetIsRemoved) {
   // Two people who turn; hips 5 cm too far forward, ankles 3 cm too high.
-  std::vector<TrackFrame> truth;
-  std::vector<TrackFrame> found;
-  for (int k = 0; k < 8; ++k) {
-    Pose3d shifted = StandingTum14();
-    for (const int hip : {2, 3}) shifted[hip].position_m.y() += 0.05;
-    for (const int ankle : {0, 5}) shifted[ankle].position_m.z() += 0.03;
-    truth.push_back(
-        Frame(k, {Person(0, Turned(StandingTum14(), 0.7 * k)),
-                  Person(1, Moved(Turned(StandingTum14(), -0.4 * k), 5.0))}));
-    found.push_back(
-        Frame(k, {Person(8, Turned(shifted, 0.7 * k)),
-                  Person(9, Moved(Turned(shifted, -0.4 * k), 5.0))}));
-  }
-  const MpjpeResult result = EvaluateMpjpe(Tracks(truth), Tracks(found));
+  Pose3d shifted = StandingTum14();
+  for (const int hip : {2, 3}) shifted[hip].position_m.y() += 0.05;
+  for (const int ankle : {0, 5}) shifted[ankle].position_m.z() += 0.03;
+  const auto turning = [](const Pose3d& pose) {
+    std::vector<TrackFrame> frames;
+    for (int k = 0; k < 8; ++k) {
+      frames.push_back(
+          Frame(k, {Person(0, Turned(pose, 0.7 * k)),
+                    Person(1, Moved(Turned(pose, -0.4 * k), 5.0))}));
+    }
+    return Tracks(frames);
+  };
+  const MpjpeResult result =
+      EvaluateMpjpe(turning(StandingTum14()), turning(shifted));
   EXPECT_NEAR(result.raw_m, (2 * 0.05 + 2 * 0.03) / 14, 1e-12);
   EXPECT_NEAR(result.bias_removed_m, 0.0, 1e-12);
   EXPECT_LT((result.joints[2].offset_m - Vector3d(0, 0.05, 0)).norm(), 1e-12);

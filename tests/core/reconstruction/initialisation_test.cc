@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <memory>
 #include <vector>
 
 #include "tests/support/rig.h"
@@ -11,12 +12,14 @@ namespace {
 
 class InitialisationTest : public ::testing::Test {
  protected:
-  // What all views see of the given people, in shuffled order per view.
-  std::vector<ObservationGroup> See(const std::vector<Pose3d>& people) {
+  // What the first `views` views see of the given people, in shuffled order per
+  // view.
+  std::vector<ObservationGroup> See(const std::vector<Pose3d>& people,
+                                    size_t views = 4) {
     seen_.clear();
-    seen_.reserve(people.size() * cameras_.size());
+    seen_.reserve(people.size() * views);
     std::vector<ObservationGroup> unmatched(cameras_.size());
-    for (size_t v = 0; v < cameras_.size(); ++v) {
+    for (size_t v = 0; v < views; ++v) {
       for (size_t p = 0; p < people.size(); ++p) {
         const size_t person = (p + v) % people.size();
         seen_.push_back(testing::Observe(people[person], cameras_,
@@ -81,20 +84,15 @@ TEST_F(InitialisationTest, OneViewOrUnsureDetectionsAreNobody) {
   auto unmatched = See({ann_});
   for (Observation& observation : seen_) observation.mean_confidence = 0.5;
   EXPECT_TRUE(Run(AuthorsCode(), unmatched).empty()) << "not above 0.5";
-  unmatched = See({ann_});
-  for (size_t v = 1; v < 4; ++v) unmatched[v].clear();
+  unmatched = See({ann_}, 1);
   EXPECT_TRUE(Run(InitialisationOptions(), unmatched).empty());
   EXPECT_TRUE(Run(AuthorsCode(), unmatched).empty());
 }
 
 TEST_F(InitialisationTest, EpipolarContradictionIsNotJoined) {
   // Only two views, and what they see does not fit together: E < 0.
-  auto unmatched = See({ann_});
-  unmatched[2].clear();
-  unmatched[3].clear();
-  Observation high = seen_[1];
-  for (Eigen::Vector2d& px : high.ideal_px) px.y() -= 200.0;
-  unmatched[1] = {&high};
+  const auto unmatched = See({ann_}, 2);
+  for (Eigen::Vector2d& px : seen_[1].ideal_px) px.y() -= 200.0;
   InitialisationOptions options;
   options.alpha_filter_px = 1e6;  // the joints filter must not decide this
   EXPECT_TRUE(Run(options, unmatched).empty());
@@ -103,9 +101,7 @@ TEST_F(InitialisationTest, EpipolarContradictionIsNotJoined) {
 }
 
 TEST_F(InitialisationTest, TheSumAsksForEnoughCommonJoints) {
-  auto unmatched = See({ann_});
-  unmatched[2].clear();
-  unmatched[3].clear();
+  const auto unmatched = See({ann_}, 2);
   InitialisationOptions options;
   options.min_common_joints = 10.0;
   options.min_joints = 9.0;
@@ -126,8 +122,7 @@ TEST_F(InitialisationTest, ANewPersonNeedsEnoughTriangulatedJoints) {
 
 class WeightedDistanceTest : public InitialisationTest {
  protected:
-  // Moves what a view sees down by `px`, so that its cost against an exact
-  // other view is known: E pairs are not on rows here, so compute it.
+  // Epipolar lines are no rows here, so it must be computed.
   double Cost(const Observation& a, const Observation& b) const {
     double sum = 0.0;
     for (int j = 0; j < 17; ++j) {
@@ -137,40 +132,36 @@ class WeightedDistanceTest : public InitialisationTest {
     }
     return sum / 17.0 / 60.0;
   }
+
+  const std::unique_ptr<GroupingRule> rule_ =
+      MakeGroupingRule(AuthorsCode(), epipolar_, Coco17().association_joints());
 };
 
 TEST_F(WeightedDistanceTest, GainIsTheMeanCostOverTheGroup) {
   See({ann_});
   for (Eigen::Vector2d& px : seen_[2].ideal_px) px += Eigen::Vector2d(8, 25);
   for (Keypoint& joint : seen_[0].joints) joint.confidence = 0.6;
-  const auto rule =
-      MakeGroupingRule(AuthorsCode(), epipolar_, Coco17().association_joints());
-  const ObservationGroup group = {&seen_[0], &seen_[1]};
   const double expected =
       -0.5 * (Cost(seen_[0], seen_[2]) + Cost(seen_[1], seen_[2]));
   EXPECT_LT(expected, -0.01);
-  EXPECT_NEAR(rule->Gain(group, seen_[2]), expected, 1e-12);
+  EXPECT_NEAR(rule_->Gain({&seen_[0], &seen_[1]}, seen_[2]), expected, 1e-12);
 }
 
 TEST_F(WeightedDistanceTest, AnyMemberVetoesASureDetectionOnly) {
   See({ann_});
   for (Eigen::Vector2d& px : seen_[2].ideal_px) px.y() += 400.0;
-  const auto rule =
-      MakeGroupingRule(AuthorsCode(), epipolar_, Coco17().association_joints());
   const ObservationGroup group = {&seen_[0], &seen_[1]};
   ASSERT_GT(std::max(Cost(seen_[0], seen_[2]), Cost(seen_[1], seen_[2])), 1.0);
   seen_[2].mean_confidence = 0.51;
-  EXPECT_FALSE(rule->Accept(group, seen_[2]));
+  EXPECT_FALSE(rule_->Accept(group, seen_[2]));
   seen_[2].mean_confidence = 0.5;
-  EXPECT_TRUE(rule->Accept(group, seen_[2])) << "not above 0.5";
+  EXPECT_TRUE(rule_->Accept(group, seen_[2])) << "not above 0.5";
 }
 
 TEST_F(WeightedDistanceTest, AVetoPartsAPairThatTheAssignmentChose) {
   // View 0 sees Ann; view 1 sees one person 400 px off. The assignment must
   // choose the pair, and only the veto parts it.
-  auto unmatched = See({ann_});
-  unmatched[2].clear();
-  unmatched[3].clear();
+  const auto unmatched = See({ann_}, 2);
   for (Eigen::Vector2d& px : seen_[1].ideal_px) px.y() += 400.0;
   InitialisationOptions options = AuthorsCode();
   options.alpha_filter_px = 1e6;  // the joints filter must not decide this

@@ -17,16 +17,31 @@ class ReconstructionTest : public ::testing::Test {
     }
   }
 
-  std::vector<UsedView> Views(const std::vector<double>& ages_frames) const {
+  // Of the first views, so old [frames], with predicted_.
+  bool Update(const std::vector<double>& ages_frames) {
     std::vector<UsedView> views;
     for (size_t v = 0; v < ages_frames.size(); ++v) {
       views.push_back({&observations_[v], ages_frames[v]});
     }
-    return views;
+    return UpdateFrom(views);
+  }
+  bool UpdateFrom(const std::vector<UsedView>& views) {
+    return Reconstructor(cameras_, epipolar_, options_, Coco17())
+        .Update(views, predicted_, &out_);
+  }
+  bool UpdateFromAll() { return Update({0, 0, 0, 0}); }
+
+  double ErrorOf(int j) const {
+    return (out_.pose[j].position_m - person_[j].position_m).norm();
   }
 
-  Reconstructor Make(const ReconstructionOptions& options = {}) const {
-    return Reconstructor(cameras_, epipolar_, options, Coco17());
+  // Moves a joint down in a view, or all of them.
+  void Lower(int view, double by_px, int joint = -1) {
+    for (int j = 0; j < 17; ++j) {
+      if (joint >= 0 && j != joint) continue;
+      observations_[view].joints[j].px.y() += by_px;
+      observations_[view].ideal_px[j].y() += by_px;
+    }
   }
 
   // Lets joint `j` be seen by `views` alone.
@@ -40,44 +55,39 @@ class ReconstructionTest : public ::testing::Test {
   CameraRig cameras_ = testing::RingOfCameras(4);
   EpipolarGeometry epipolar_{cameras_};
   Pose3d person_ = testing::StandingPerson(0.2, -0.1);
+  Pose3d predicted_ = person_;
   std::vector<Observation> observations_;
+  ReconstructionOptions options_;
   Reconstruction out_;
 };
 
-TEST_F(ReconstructionTest, ExactViewsGiveThePose) {
-  Reconstructor reconstructor = Make();
-  ASSERT_TRUE(reconstructor.Update(Views({0, 0, 0, 0}), person_, &out_));
+TEST_F(ReconstructionTest, ExactViewsGiveThePoseAndOneNone) {
+  ASSERT_TRUE(UpdateFromAll());
   for (int j = 0; j < 17; ++j) {
     EXPECT_EQ(out_.pose[j].status, JointStatus::kObserved);
-    EXPECT_LT((out_.pose[j].position_m - person_[j].position_m).norm(), 1e-9);
+    EXPECT_LT(ErrorOf(j), 1e-9);
     EXPECT_EQ(out_.fresh_inlier_views[j], 4);
   }
   EXPECT_EQ(out_.lost_joints, 0);
-}
-
-TEST_F(ReconstructionTest, OneViewFails) {
-  Reconstructor reconstructor = Make();
-  EXPECT_FALSE(reconstructor.Update(Views({0}), person_, &out_));
+  EXPECT_FALSE(Update({0}));
+  // Two poses of one view are one view.
+  options_.max_lost_share = 1.0;
+  EXPECT_FALSE(
+      UpdateFrom({{&observations_[0], 0.0}, {&observations_[0], 1.0}}));
 }
 
 TEST_F(ReconstructionTest, AJointWithOneViewTakesThePrediction) {
   SeenBy(9, {2});
-  Pose3d predicted = person_;
-  predicted[9].position_m = {1, 2, 3};
-  Reconstructor reconstructor = Make();
-  ASSERT_TRUE(reconstructor.Update(Views({0, 0, 0, 0}), predicted, &out_));
+  predicted_[9].position_m = {1, 2, 3};
+  ASSERT_TRUE(UpdateFromAll());
   EXPECT_EQ(out_.pose[9].status, JointStatus::kInferred);
   EXPECT_EQ(out_.pose[9].position_m, Eigen::Vector3d(1, 2, 3));
   EXPECT_FALSE(out_.triangulated[9]);
   EXPECT_EQ(out_.fresh_inlier_views[9], 1);
-}
-
-TEST_F(ReconstructionTest, AJointNeverSeenIsMissing) {
+  // One that was never seen is missing.
   SeenBy(9, {});
-  Pose3d predicted = person_;
-  predicted[9].status = JointStatus::kMissing;
-  Reconstructor reconstructor = Make();
-  ASSERT_TRUE(reconstructor.Update(Views({0, 0, 0, 0}), predicted, &out_));
+  predicted_[9].status = JointStatus::kMissing;
+  ASSERT_TRUE(UpdateFromAll());
   EXPECT_EQ(out_.pose[9].status, JointStatus::kMissing);
 }
 
@@ -86,103 +96,87 @@ TEST_F(ReconstructionTest, OldViewsCountOnlyWhenFreshOnesAreFew) {
   Pose3d higher = person_;
   for (Joint3d& joint : higher) joint.position_m.z() += 0.1;
   observations_[2] = testing::Observe(higher, cameras_, 2);
-  ReconstructionOptions options;
-  options.alpha_epi_px = 1000.0;  // no conflicts here
-  Reconstructor reconstructor = Make(options);
-  ASSERT_TRUE(reconstructor.Update(Views({0, 0, 1}), person_, &out_));
+  options_.alpha_epi_px = 1000.0;  // no conflicts here
+  ASSERT_TRUE(Update({0, 0, 1}));
   // exp(-5 * 1 frame) in the equation, 4.5e-5 in its square: the pull is that
   // share of 10 cm at most.
-  EXPECT_LT((out_.pose[0].position_m - person_[0].position_m).norm(), 4.6e-6);
+  EXPECT_LT(ErrorOf(0), 4.6e-6);
   EXPECT_EQ(out_.pose[0].status, JointStatus::kObserved);
   EXPECT_EQ(out_.fresh_inlier_views[0], 2);
 
-  ASSERT_TRUE(reconstructor.Update(Views({0, 1}), person_, &out_));
+  ASSERT_TRUE(Update({0, 1}));
   EXPECT_TRUE(out_.triangulated[0]);
   EXPECT_EQ(out_.pose[0].status, JointStatus::kInferred)
       << "one view of this frame is no observation";
 }
 
 TEST_F(ReconstructionTest, SixLostJointsOfSeventeenFailFiveDoNot) {
-  ReconstructionOptions options;
-  options.lost = LostRule::kSeen;  // the paper's
-  Reconstructor reconstructor = Make(options);
+  options_.lost = LostRule::kSeen;  // the paper's
   for (int j = 0; j < 5; ++j) SeenBy(j, {0});
-  EXPECT_TRUE(reconstructor.Update(Views({0, 0, 0, 0}), person_, &out_));
+  EXPECT_TRUE(UpdateFromAll());
   EXPECT_EQ(out_.lost_joints, 5);
   SeenBy(5, {0});
-  EXPECT_FALSE(reconstructor.Update(Views({0, 0, 0, 0}), person_, &out_));
+  EXPECT_FALSE(UpdateFromAll());
   EXPECT_EQ(out_.lost_joints, 6);
   EXPECT_EQ(out_.seen_joints, 17);
 }
 
 // Two views that miss joints each for itself contradict each other in none.
 TEST_F(ReconstructionTest, JointsOfOneViewAreNotLostInGraphMode) {
-  Reconstructor reconstructor = Make();
   for (int j = 0; j < 12; ++j) SeenBy(j, {j % 2});
-  EXPECT_TRUE(reconstructor.Update(Views({0, 0}), person_, &out_));
+  EXPECT_TRUE(Update({0, 0}));
   EXPECT_EQ(out_.seen_joints, 17);
   EXPECT_EQ(out_.lost_joints, 12);
   EXPECT_EQ(out_.alone_joints, 12);
   // 4 of 17 are less than a quarter.
   SeenBy(12, {0});
-  EXPECT_FALSE(reconstructor.Update(Views({0, 0}), person_, &out_));
+  EXPECT_FALSE(Update({0, 0}));
 }
 
 TEST_F(ReconstructionTest, ContradictionsFailInGraphModeToo) {
-  Reconstructor reconstructor = Make();
   for (int j = 0; j < 8; ++j) SeenBy(j, {j % 2});
   // Of the nine that two views measure three may contradict.
-  const auto put_off = [&](int j) {
-    observations_[1].joints[j].px.y() += 150.0;
-    observations_[1].ideal_px[j].y() += 150.0;
-  };
-  for (int j = 8; j < 11; ++j) put_off(j);
-  EXPECT_TRUE(reconstructor.Update(Views({0, 0}), person_, &out_));
+  for (int j = 8; j < 11; ++j) Lower(1, 150.0, j);
+  EXPECT_TRUE(Update({0, 0}));
   EXPECT_EQ(out_.lost_joints, 11);
   EXPECT_EQ(out_.alone_joints, 8);
-  put_off(11);
-  EXPECT_FALSE(reconstructor.Update(Views({0, 0}), person_, &out_));
+  Lower(1, 150.0, 11);
+  EXPECT_FALSE(Update({0, 0}));
 }
 
 TEST_F(ReconstructionTest, JointsNotSeenAtAllAreNotLost) {
-  Reconstructor reconstructor = Make();
   for (int j = 0; j < 8; ++j) SeenBy(j, {});
-  EXPECT_TRUE(reconstructor.Update(Views({0, 0, 0, 0}), person_, &out_));
+  EXPECT_TRUE(UpdateFromAll());
   EXPECT_EQ(out_.seen_joints, 9);
   EXPECT_EQ(out_.lost_joints, 0);
 }
 
 TEST_F(ReconstructionTest, TheFilterRemovesAWrongView) {
-  for (Keypoint& joint : observations_[3].joints) joint.px.y() += 150.0;
-  for (Eigen::Vector2d& px : observations_[3].ideal_px) px.y() += 150.0;
-  Reconstructor reconstructor = Make();
-  ASSERT_TRUE(reconstructor.Update(Views({0, 0, 0, 0}), person_, &out_));
-  EXPECT_LT((out_.pose[7].position_m - person_[7].position_m).norm(), 1e-9);
+  Lower(3, 150.0);
+  ASSERT_TRUE(UpdateFromAll());
+  EXPECT_LT(ErrorOf(7), 1e-9);
   EXPECT_EQ(out_.verdicts[3 * 17 + 7], FilterVerdict::kRemoved);
   EXPECT_EQ(out_.verdicts[0 * 17 + 7], FilterVerdict::kKept);
-
-  ReconstructionOptions options;
-  options.joints_filter = false;
-  Reconstructor without = Make(options);
-  ASSERT_TRUE(without.Update(Views({0, 0, 0, 0}), person_, &out_));
-  EXPECT_GT((out_.pose[7].position_m - person_[7].position_m).norm(), 0.02);
+  options_.joints_filter = false;
+  ASSERT_TRUE(UpdateFromAll());
+  EXPECT_GT(ErrorOf(7), 0.02);
 }
 
 TEST_F(ReconstructionTest, WithoutTheFilterZeroConfidenceDoesNotCount) {
   // A filled joint: a position with confidence 0, far off.
   observations_[2].joints[7].confidence = 0.0;
   observations_[2].ideal_px[7] += Eigen::Vector2d(200, 200);
-  ReconstructionOptions options;
-  options.joints_filter = false;
-  Reconstructor reconstructor = Make(options);
-  ASSERT_TRUE(reconstructor.Update(Views({0, 0, 0, 0}), person_, &out_));
-  EXPECT_LT((out_.pose[7].position_m - person_[7].position_m).norm(), 1e-9);
+  options_.joints_filter = false;
+  ASSERT_TRUE(UpdateFromAll());
+  EXPECT_LT(ErrorOf(7), 1e-9);
 }
 
 TEST_F(ReconstructionTest, InitialisationHasNoPredictionToFallBackOn) {
   SeenBy(9, {2});
-  Reconstructor reconstructor = Make();
-  reconstructor.Initialise(Views({0, 0, 0, 0}), 60.0, &out_);
+  std::vector<UsedView> views;
+  for (const Observation& seen : observations_) views.push_back({&seen, 0.0});
+  Reconstructor(cameras_, epipolar_, options_, Coco17())
+      .Initialise(views, 60.0, &out_);
   EXPECT_EQ(out_.pose[9].status, JointStatus::kMissing);
   EXPECT_EQ(out_.pose[8].status, JointStatus::kObserved);
 }
@@ -195,31 +189,20 @@ TEST_F(ReconstructionTest, OfOneViewTheNewestJointCounts) {
     if (j != 9) older.ideal_px[j].x() += 300.0;
   }
   observations_[0].joints[9].found = false;
-  ReconstructionOptions options;
-  options.joints_filter = false;
-  options.newest = NewestRule::kJoint;
-  Reconstructor reconstructor = Make(options);
-  const std::vector<UsedView> views = {
-      {&observations_[0], 0.0}, {&older, 1.0}, {&observations_[1], 0.0}};
-  ASSERT_TRUE(reconstructor.Update(views, person_, &out_));
+  options_.joints_filter = false;
+  options_.newest = NewestRule::kJoint;
+  ASSERT_TRUE(UpdateFrom(
+      {{&observations_[0], 0.0}, {&older, 1.0}, {&observations_[1], 0.0}}));
   for (int j = 0; j < 17; ++j) {
-    EXPECT_LT((out_.pose[j].position_m - person_[j].position_m).norm(), 1e-9)
-        << j;
+    EXPECT_LT(ErrorOf(j), 1e-9) << j;
     EXPECT_EQ(out_.fresh_inlier_views[j], j == 9 ? 1 : 2);
   }
 }
 
-TEST_F(ReconstructionTest, TwoPosesOfOneViewAreOneView) {
-  ReconstructionOptions options;
-  options.max_lost_share = 1.0;
-  Reconstructor reconstructor = Make(options);
-  EXPECT_FALSE(reconstructor.Update(
-      std::vector<UsedView>{{&observations_[0], 0.0}, {&observations_[0], 1.0}},
-      person_, &out_));
-}
-
 class JointsFilterTest : public ::testing::Test {
  protected:
+  using Kept = std::vector<char>;
+
   // Rays to `point_` in the given views, moved by `offset_px` where one is
   // given.
   std::vector<JointRay> Rays(const std::vector<Eigen::Vector2d>& offsets_px) {
@@ -231,23 +214,33 @@ class JointsFilterTest : public ::testing::Test {
     return rays;
   }
 
-  std::vector<char> Apply(const std::vector<JointRay>& rays,
-                          const Eigen::Vector3d* predicted,
-                          ConflictOrder order = ConflictOrder::kView,
-                          double alpha_px = 20.0) {
-    std::vector<char> kept;
-    filter_.Apply(rays, alpha_px, order, predicted, &kept);
+  Kept Apply(const std::vector<JointRay>& rays,
+             const Eigen::Vector3d* predicted,
+             ConflictOrder order = ConflictOrder::kView,
+             double alpha_px = 20.0) {
+    const EpipolarGeometry epipolar(cameras_);
+    Kept kept;
+    JointsFilter(cameras_, epipolar)
+        .Apply(rays, alpha_px, order, predicted, &kept);
     return kept;
   }
 
+  // Cameras that look along z, at these places along x.
+  void StandInARow(const std::vector<double>& places_m) {
+    CameraParameters p;
+    p.K << 500, 0, 320, 0, 500, 240, 0, 0, 1;
+    cameras_.clear();
+    for (const double x_m : places_m) {
+      p.t.x() = -x_m;
+      cameras_.emplace_back(p);
+    }
+  }
+
   CameraRig cameras_ = testing::RingOfCameras(5);
-  EpipolarGeometry epipolar_{cameras_};
-  JointsFilter filter_{cameras_, epipolar_};
   Eigen::Vector3d point_{0.2, 0.1, 1.3};
 };
 
 TEST_F(JointsFilterTest, TheOutlierGoes) {
-  using Kept = std::vector<char>;
   struct Case {
     std::vector<Eigen::Vector2d> offsets_px;
     bool predicted;
@@ -273,28 +266,18 @@ TEST_F(JointsFilterTest, ThePredictionDecidesEvenAgainstTheMajority) {
   auto rays = Rays({{0, 0}, {0, 0}, {0, 0}});
   rays[0].ideal_px = *cameras_[0].Project(elsewhere);
   rays[2].ideal_px = *cameras_[2].Project(elsewhere);
-  EXPECT_EQ(Apply(rays, &point_), (std::vector<char>{0, 1, 0}));
-  EXPECT_EQ(Apply(rays, nullptr), (std::vector<char>{1, 0, 1}));
+  EXPECT_EQ(Apply(rays, &point_), (Kept{0, 1, 0}));
+  EXPECT_EQ(Apply(rays, nullptr), (Kept{1, 0, 1}));
 }
 
 TEST_F(JointsFilterTest, TiesSecondGoesWithAPredictionFirstWithout) {
   // Both rays of one and the same camera position cannot conflict, so make the
   // tie by symmetry: the prediction stands midway between two crossing rays.
-  CameraParameters left;
-  left.K << 500, 0, 320, 0, 500, 240, 0, 0, 1;
-  left.t.x() = 0.5;
-  CameraParameters right = left;
-  right.t.x() = -0.5;
-  const CameraRig pair = {Camera(left), Camera(right)};
-  const EpipolarGeometry epipolar(pair);
-  JointsFilter filter(pair, epipolar);
+  StandInARow({-0.5, 0.5});
   const std::vector<JointRay> rays = {{0, {320, 290}}, {1, {320, 190}}};
   const Eigen::Vector3d midway(0, 0, 4);
-  std::vector<char> kept;
-  filter.Apply(rays, 20.0, ConflictOrder::kView, &midway, &kept);
-  EXPECT_EQ(kept, (std::vector<char>{1, 0}));
-  filter.Apply(rays, 20.0, ConflictOrder::kView, nullptr, &kept);
-  EXPECT_EQ(kept, (std::vector<char>{0, 1}));
+  EXPECT_EQ(Apply(rays, &midway), (Kept{1, 0}));
+  EXPECT_EQ(Apply(rays, nullptr), (Kept{0, 1}));
 }
 
 TEST_F(JointsFilterTest, OrderOfConflictsMatters) {
@@ -302,12 +285,12 @@ TEST_F(JointsFilterTest, OrderOfConflictsMatters) {
   // that is nearer to 0 than to 1 but not than to 2. By view order 1 goes
   // first and then 0; worst first, 0 goes and 1 is innocent.
   auto rays = Rays({{0, 45}, {0, 0}, {0, -30}});
-  const double e01 =
-      epipolar_.Distance(0, rays[0].ideal_px, 1, rays[1].ideal_px);
-  const double e02 =
-      epipolar_.Distance(0, rays[0].ideal_px, 2, rays[2].ideal_px);
-  const double e12 =
-      epipolar_.Distance(1, rays[1].ideal_px, 2, rays[2].ideal_px);
+  const EpipolarGeometry epipolar(cameras_);
+  const auto distance_px = [&](int a, int b) {
+    return epipolar.Distance(a, rays[a].ideal_px, b, rays[b].ideal_px);
+  };
+  const double e01 = distance_px(0, 1), e02 = distance_px(0, 2),
+               e12 = distance_px(1, 2);
   ASSERT_GT(e02, e01);
   ASSERT_GT(e01, e12);
   const double alpha_px = 0.5 * (e01 + e12);  // 0-1 and 0-2 are in conflict
@@ -317,31 +300,23 @@ TEST_F(JointsFilterTest, OrderOfConflictsMatters) {
   for (double up = -0.4; up < 0.4 && !found; up += 0.005) {
     for (double side = -0.4; side < 0.4 && !found; side += 0.02) {
       predicted = point_ + Eigen::Vector3d(side, 0.0, up);
-      const double d0 = DistanceToRay(cameras_[0], rays[0].ideal_px, predicted);
-      const double d1 = DistanceToRay(cameras_[1], rays[1].ideal_px, predicted);
-      const double d2 = DistanceToRay(cameras_[2], rays[2].ideal_px, predicted);
-      found = d2 < d0 && d0 < d1;
+      const auto from_ray = [&](int v) {
+        return DistanceToRay(cameras_[v], rays[v].ideal_px, predicted);
+      };
+      found = from_ray(2) < from_ray(0) && from_ray(0) < from_ray(1);
     }
   }
   ASSERT_TRUE(found) << "no prediction with that order of distances";
   EXPECT_EQ(Apply(rays, &predicted, ConflictOrder::kView, alpha_px),
-            (std::vector<char>{0, 0, 1}));
+            (Kept{0, 0, 1}));
   EXPECT_EQ(Apply(rays, &predicted, ConflictOrder::kWorstFirst, alpha_px),
-            (std::vector<char>{0, 1, 1}));
+            (Kept{0, 1, 1}));
 }
 
 TEST_F(JointsFilterTest, RowSumsCountViewsThatAreGoneAlready) {
   // View 0 is far from everything and goes first; its column still weighs in
   // the sums that decide view 1 against view 2.
-  CameraParameters p;
-  p.K << 500, 0, 320, 0, 500, 240, 0, 0, 1;
-  CameraRig row;
-  for (int i = 0; i < 4; ++i) {
-    p.t.x() = -0.5 * i;
-    row.emplace_back(p);
-  }
-  const EpipolarGeometry epipolar(row);
-  JointsFilter filter(row, epipolar);
+  StandInARow({0.0, 0.5, 1.0, 1.5});
   // In a row of parallel cameras the distance is the difference of rows.
   // Rows 360, 240, 265, 250 and alpha 20, so E of a pair is 1 - difference
   // / 20. Sums over all views: 1: -5 + 1 - .25 + .5 = -3.75; 2: -3.75 - .25 + 1
@@ -349,9 +324,7 @@ TEST_F(JointsFilterTest, RowSumsCountViewsThatAreGoneAlready) {
   // view 2 would go.
   const std::vector<JointRay> rays = {
       {0, {320, 360}}, {1, {320, 240}}, {2, {320, 265}}, {3, {320, 250}}};
-  std::vector<char> kept;
-  filter.Apply(rays, 20.0, ConflictOrder::kView, nullptr, &kept);
-  EXPECT_EQ(kept, (std::vector<char>{0, 0, 1, 1}));
+  EXPECT_EQ(Apply(rays, nullptr), (Kept{0, 0, 1, 1}));
 }
 
 }  // namespace

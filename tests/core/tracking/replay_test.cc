@@ -15,18 +15,26 @@ namespace kinegraph {
 namespace {
 
 // A crowd with gaps, outliers, swaps and people who come and go, so that tracks
-// are born, lost, bridged and dropped before they are confirmed.
-struct Take {
-  Scene scene;
+// are born, lost, bridged and dropped before they are confirmed; a tracker's
+// output for it, and its matches.
+struct FrozenRecording {
+  SceneModel scene;
   DetectionSequence detections;
+  TrackerOptions options;
+  EstimatorPair estimators;
+  std::vector<TrackFrame> frames;
+  FrozenMatches matches;
 
-  SceneModel model() const {
-    return {scene.cameras, scene.skeleton, scene.frame_rate_hz,
-            KeptMatches::kWeights};
+  const EstimatorFactory& written() const {
+    return estimators.output ? estimators.output : estimators.feedback;
+  }
+  Replay replay() const {
+    return Replay(scene, detections, matches, options, estimators.feedback);
   }
 };
 
-Take MakeRecording() {
+FrozenRecording Freeze(const EstimatorOptions& estimators,
+                       const TrackerOptions& tracking = {}) {
   SceneOptions options;
   options.seed = 5;
   options.people = 5;
@@ -37,37 +45,29 @@ Take MakeRecording() {
   options.cameras.distortion = {-0.1, 0.02, 0.0, 0.0, 0.0};
   NoiseOptions noise;
   noise.seed = 5;
-  Take recording;
-  recording.scene = MakeScene(options);
   noise.missed_rate = 0.15;
   noise.joints.missing_rate = 0.15;
   noise.joints.outlier_rate = 0.08;
   noise.false_people = 0.5;
-  ObservationTruth truth;
-  recording.detections = Observe(recording.scene, noise, &truth);
-  return recording;
-}
-
-// A tracker's own output and its matches.
-struct FrozenRecording {
-  std::vector<TrackFrame> frames;
-  FrozenMatches matches;
-};
-
-FrozenRecording Freeze(const Take& recording, const TrackerOptions& options,
-                       EstimatorPair estimators) {
+  const Scene scene = MakeScene(options);
+  FrozenRecording frozen = {{scene.cameras, scene.skeleton, scene.frame_rate_hz,
+                             KeptMatches::kWeights},
+                            Observe(scene, noise, nullptr),
+                            tracking,
+                            MakeEstimators(estimators),
+                            {},
+                            {}};
   MatchFreezer freezer;
-  EstimatorFactory& written =
-      estimators.output ? estimators.output : estimators.feedback;
-  written = freezer.Wrap(std::move(written));
-  Tracker tracker(recording.model(), recording.detections.header.skeleton,
-                  options, estimators.feedback, estimators.output);
-  FrozenRecording frozen;
-  for (const DetectionFrame& frame : recording.detections.frames) {
+  EstimatorPair listened = frozen.estimators;
+  (listened.output ? listened.output : listened.feedback) =
+      freezer.Wrap(frozen.written());
+  Tracker tracker(frozen.scene, frozen.detections.header.skeleton, tracking,
+                  listened.feedback, listened.output);
+  for (const DetectionFrame& frame : frozen.detections.frames) {
     tracker.Process(frame, &frozen.frames);
   }
   tracker.Finish(&frozen.frames);
-  frozen.matches = freezer.Matches(options.life, recording.scene.frame_rate_hz);
+  frozen.matches = freezer.Matches(tracking.life, scene.frame_rate_hz);
   return frozen;
 }
 
@@ -137,39 +137,27 @@ TEST(Replay, GivesTheRunAgain) {
       {"paper", Paper(), TrackerOptions().life.max_gap_frames, false},
       {"window", Graph(OutputKind::kWindow), 10.0, true},
       {"window serves association", window_serves_both, 10.0, false}};
-  const Take recording = MakeRecording();
   for (const Case& test : cases) {
     SCOPED_TRACE(test.name);
     TrackerOptions options;
     options.life.max_gap_frames = test.max_gap_frames;
     options.life.backfill = test.backfill;
-    const EstimatorPair estimators = MakeEstimators(test.estimators);
-    const FrozenRecording frozen = Freeze(recording, options, estimators);
-    const Replay replay(recording.model(), recording.detections, frozen.matches,
-                        options, estimators.feedback);
+    const FrozenRecording frozen = Freeze(test.estimators, options);
     // However many threads there are.
-    ExpectEqual(
-        frozen.frames,
-        ReplayAll(replay, -1,
-                  estimators.output ? estimators.output : estimators.feedback,
-                  /*threads=*/3));
+    ExpectEqual(frozen.frames, ReplayAll(frozen.replay(), -1, frozen.written(),
+                                         /*threads=*/3));
   }
 }
 
 // What a camera saw must not reach a replay without it, whatever it saw.
 TEST(Replay, HasNothingFromTheCameraLeftOut) {
-  Take recording = MakeRecording();
-  const TrackerOptions options;
-  const EstimatorPair estimators = MakeEstimators(Paper());
-  const FrozenRecording frozen = Freeze(recording, options, estimators);
+  FrozenRecording frozen = Freeze(Paper());
   const auto run = [&] {
-    const Replay replay(recording.model(), recording.detections, frozen.matches,
-                        options, estimators.feedback);
-    return ReplayAll(replay, 2,
+    return ReplayAll(frozen.replay(), 2,
                      MakeEstimators(Graph(OutputKind::kBatch)).output);
   };
   const std::vector<TrackFrame> before = run();
-  for (DetectionFrame& frame : recording.detections.frames) {
+  for (DetectionFrame& frame : frozen.detections.frames) {
     for (Detection& detection : frame.views[2].detections) {
       for (Keypoint& joint : detection.joints) joint.px.x() += 300.0;
     }
@@ -185,37 +173,28 @@ TEST(Replay, HasNothingFromTheCameraLeftOut) {
 }
 
 TEST(Replay, TellsHowLongAnEstimatorWaits) {
-  const Take recording = MakeRecording();
-  const TrackerOptions options;
   EstimatorOptions window = Graph(OutputKind::kWindow);
   window.graph.lag_s = 0.2;  // five frames of 25 Hz
-  const EstimatorPair estimators = MakeEstimators(window);
-  const FrozenRecording frozen = Freeze(recording, options, estimators);
-  const Replay replay(recording.model(), recording.detections, frozen.matches,
-                      options, estimators.feedback);
+  const FrozenRecording frozen = Freeze(window);
+  const Replay replay = frozen.replay();
   for (const ReplayedPerson& person : replay.Prepare(-1, 1)) {
     if (person.frames.size() < 20) continue;
     const auto delay = [&](const EstimatorFactory& estimator) {
       return RunEstimator(replay.scene(), person, estimator).delay;
     };
-    EXPECT_EQ(delay(estimators.feedback).value(), 0);
-    EXPECT_NEAR(ToSeconds(delay(estimators.output).value()), 0.2, 1e-9);
+    EXPECT_EQ(delay(frozen.estimators.feedback).value(), 0);
+    EXPECT_NEAR(ToSeconds(delay(frozen.estimators.output).value()), 0.2, 1e-9);
     EXPECT_FALSE(
         delay(MakeEstimators(Graph(OutputKind::kBatch)).output).has_value());
   }
 }
 
 TEST(Replay, RefusesMatchesOfAnotherTake) {
-  const Take recording = MakeRecording();
-  const TrackerOptions options;
-  const EstimatorPair estimators = MakeEstimators(Paper());
-  FrozenRecording frozen = Freeze(recording, options, estimators);
+  FrozenRecording frozen = Freeze(Paper());
   for (FrozenPerson& person : frozen.matches.people) {
     for (FrozenFrame& frame : person.frames) frame.frame += 100000;
   }
-  EXPECT_THROW(Replay(recording.model(), recording.detections, frozen.matches,
-                      options, estimators.feedback),
-               InputError);
+  EXPECT_THROW(frozen.replay(), InputError);
 }
 
 }  // namespace

@@ -2,8 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <memory>
+#include <numeric>
 #include <set>
 #include <vector>
 
@@ -21,18 +23,12 @@ TimeNs TimeOf(int64_t frame) { return FrameClock(kRateHz).TimeOf(frame); }
 
 class SecondPassTest : public ::testing::Test {
  protected:
-  SecondPassTest() {
-    people_ = {testing::StandingPerson(-0.8, 0.0),
-               testing::StandingPerson(0.9, 0.4)};
-  }
-
   SecondPass Make() const {
-    CausalGaussianOptions gaussian;
-    gaussian.smooth = false;
-    return SecondPass({cameras_, Coco17(), kRateHz, KeptMatches::kNone},
-                      Coco17(), TrackerOptions(),
-                      [gaussian](const SceneModel& scene) {
-                        return MakeCausalGaussian(scene, gaussian);
+    return SecondPass(scene_, Coco17(), TrackerOptions(),
+                      [](const SceneModel& scene) {
+                        CausalGaussianOptions options;
+                        options.smooth = false;
+                        return MakeCausalGaussian(scene, options);
                       });
   }
 
@@ -40,7 +36,7 @@ class SecondPassTest : public ::testing::Test {
     DetectionFrame seen;
     seen.frame = frame;
     seen.time = TimeOf(frame);
-    for (const Camera& camera : cameras_) {
+    for (const Camera& camera : scene_.cameras) {
       ViewDetections& view = seen.views.emplace_back();
       for (const Pose3d& person : people_) {
         view.detections.push_back(testing::Project(person, camera));
@@ -53,6 +49,7 @@ class SecondPassTest : public ::testing::Test {
   TrackFrame FirstPass(int frame) {
     TrackFrame written;
     written.frame = frame;
+    written.time = TimeOf(frame);
     for (size_t p = 0; p < people_.size(); ++p) {
       PersonPose& person = written.people.emplace_back();
       person.id = TrackId(static_cast<int64_t>(10 + p));
@@ -66,8 +63,10 @@ class SecondPassTest : public ::testing::Test {
     return written;
   }
 
-  CameraRig cameras_ = testing::RingOfCameras(4);
-  std::vector<Pose3d> people_;
+  SceneModel scene_ = {testing::RingOfCameras(4), Coco17(), kRateHz,
+                       KeptMatches::kDetections};
+  std::vector<Pose3d> people_ = {testing::StandingPerson(-0.8, 0.0),
+                                 testing::StandingPerson(0.9, 0.4)};
   Random random_{3};
 };
 
@@ -131,10 +130,9 @@ class LateEstimator final : public Estimator {
 };
 
 TEST_F(SecondPassTest, WhereNobodyIsFoundTheFirstPassStaysWithAllItSays) {
-  SecondPass pass({cameras_, Coco17(), kRateHz, KeptMatches::kDetections},
-                  Coco17(), TrackerOptions(), [](const SceneModel&) {
-                    return std::make_unique<LateEstimator>(6);
-                  });
+  SecondPass pass(scene_, Coco17(), TrackerOptions(), [](const SceneModel&) {
+    return std::make_unique<LateEstimator>(6);
+  });
   TrackFrame first = FirstPass(5);
   for (PersonPose& person : first.people) {
     person.score = 0.7;
@@ -166,14 +164,16 @@ class ExtendEndsTest : public SecondPassTest {
   static constexpr int64_t kOther = 11;
 
   // The frames in which the other one is written. The first pass has them in
-  // [begin, end); views of a frame may be taken from them.
-  std::vector<int> Run(int begin, int end, const std::set<TrackId>& but) {
+  // `tracked`; views of a frame may be taken from them.
+  std::vector<int> Run(const std::vector<int>& tracked,
+                       const std::set<TrackId>& but = {}) {
     SecondPass pass = Make();
     std::vector<TrackFrame> first_pass;
     for (int f = 0; f < kFrames; ++f) {
       first_pass.push_back(FirstPass(f));
-      first_pass.back().time = TimeOf(f);
-      if (f < begin || f >= end) first_pass.back().people.pop_back();
+      if (!std::count(tracked.begin(), tracked.end(), f)) {
+        first_pass.back().people.pop_back();
+      }
     }
     pass.ExtendEnds(first_pass, but);
     for (int f = 0; f < kFrames; ++f) {
@@ -198,8 +198,8 @@ class ExtendEndsTest : public SecondPassTest {
   }
 
   static std::vector<int> From(int begin, int end) {
-    std::vector<int> frames;
-    for (int f = begin; f < end; ++f) frames.push_back(f);
+    std::vector<int> frames(static_cast<size_t>(end - begin));
+    std::iota(frames.begin(), frames.end(), begin);
     return frames;
   }
 
@@ -207,69 +207,50 @@ class ExtendEndsTest : public SecondPassTest {
 };
 
 TEST_F(ExtendEndsTest, FollowsBeyondBothEnds) {
-  EXPECT_EQ(Run(8, 12, {}), From(0, kFrames));
+  EXPECT_EQ(Run(From(8, 12)), From(0, kFrames));
+  // So a gap of one person is closed.
+  std::vector<int> with_gap = From(0, 5);
+  for (int f = 9; f < kFrames; ++f) with_gap.push_back(f);
+  EXPECT_EQ(Run(with_gap), From(0, kFrames));
 }
 
 TEST_F(ExtendEndsTest, StopsWhereViewsDoNotAgree) {
   // Frames 2 and 15 on are seen by nobody; 5 and 6 by one view, in between.
   for (const int f : {2, 15, 16, 17, 18, 19}) views_[f] = 0;
   for (const int f : {5, 6}) views_[f] = 1;
-  std::vector<int> expected = From(0, 15);
-  EXPECT_EQ(Run(8, 12, {}), expected);
+  EXPECT_EQ(Run(From(8, 12)), From(0, 15));
   // Longer than a lost track lives (10 frames): what comes after is not theirs.
   for (int f = 0; f < kFrames; ++f) views_[f] = f < 3 || f > 13 ? 4 : 0;
   views_[14] = 4;
-  EXPECT_EQ(Run(14, 17, {}), From(14, kFrames));
+  EXPECT_EQ(Run(From(14, 17)), From(14, kFrames));
 }
 
 // 0.3 m, which is nearer than two people ever are for long.
 TEST_F(ExtendEndsTest, StopsWhereAnotherPersonStands) {
   people_[1] = testing::StandingPerson(-0.8 + 0.27, 0.0);
-  EXPECT_EQ(Run(8, 12, {}), From(8, 12));
+  EXPECT_EQ(Run(From(8, 12)), From(8, 12));
   people_[1] = testing::StandingPerson(-0.8 + 0.33, 0.0);
-  EXPECT_EQ(Run(8, 12, {}), From(0, kFrames));
+  EXPECT_EQ(Run(From(8, 12)), From(0, kFrames));
 }
 
 TEST_F(ExtendEndsTest, LeavesAloneWhoWasMadeShorter) {
-  EXPECT_EQ(Run(8, 12, {TrackId(kOther)}), From(8, 12));
-}
-
-TEST_F(ExtendEndsTest, ClosesAGapOfOnePerson) {
-  SecondPass pass = Make();
-  std::vector<TrackFrame> first_pass;
-  for (int f = 0; f < kFrames; ++f) {
-    first_pass.push_back(FirstPass(f));
-    first_pass.back().time = TimeOf(f);
-    if (f >= 5 && f < 9) first_pass.back().people.pop_back();
-  }
-  pass.ExtendEnds(first_pass, {});
-  for (int f = 0; f < kFrames; ++f) {
-    pass.Process(See(f), first_pass[static_cast<size_t>(f)]);
-  }
-  for (const TrackFrame& frame : pass.Finish(1)) {
-    EXPECT_EQ(frame.people.size(), 2u) << frame.frame;
-  }
-}
-
-TrackFrame FrameOf(int64_t number, const std::vector<double>& x_m) {
-  TrackFrame frame;
-  frame.frame = number;
-  frame.time = TimeOf(number);
-  for (size_t p = 0; p < x_m.size(); ++p) {
-    if (std::isnan(x_m[p])) continue;
-    PersonPose& person = frame.people.emplace_back();
-    person.id = TrackId(static_cast<int64_t>(p));
-    person.joints = testing::StandingPerson(x_m[p], 0.0);
-  }
-  return frame;
+  EXPECT_EQ(Run(From(8, 12), {TrackId(kOther)}), From(8, 12));
 }
 
 TEST(FindRunsTest, RunsEndWhereAFrameLacksThePerson) {
   // Person 0 walks at 1 m/s but for frame 4; person 1 is there once.
   std::vector<TrackFrame> frames;
   for (int64_t f = 0; f < 10; ++f) {
-    const double x_m = f == 4 ? NAN : 0.04 * static_cast<double>(f);
-    frames.push_back(FrameOf(f, {x_m, f == 7 ? 3.0 : NAN}));
+    TrackFrame& frame = frames.emplace_back();
+    frame.frame = f;
+    frame.time = TimeOf(f);
+    const auto add = [&](int64_t id, double x_m) {
+      PersonPose& person = frame.people.emplace_back();
+      person.id = TrackId(id);
+      person.joints = testing::StandingPerson(x_m, 0.0);
+    };
+    if (f != 4) add(0, 0.04 * static_cast<double>(f));
+    if (f == 7) add(1, 3.0);
   }
   const auto runs = FindRuns(frames);
   ASSERT_EQ(runs.at(TrackId(0)).size(), 2u);

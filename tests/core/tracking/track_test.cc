@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <string>
 #include <vector>
 
@@ -32,27 +33,19 @@ TEST(TrackLifeTest, ATentativeTrackWithoutAMatchIsDeletedAtOnce) {
   EXPECT_EQ(life.state(), TrackState::kDeleted);
 }
 
-// Frames after the last update until a confirmed track is deleted.
-int FramesUntilDeleted(TimeNs jitter) {
-  TrackLife life = Born();
-  life.Step(1 * kFrame, true, true);
-  life.Step(2 * kFrame, true, true);
-  for (int frame = 1; frame < 100; ++frame) {
-    life.Step((2 + frame) * kFrame + jitter, false, false);
-    if (life.state() == TrackState::kDeleted) return frame;
-  }
-  return -1;
-}
-
+// Also on a clock that is early or late.
 TEST(TrackLifeTest, DeletedExactlyTenFramesAfterTheLastUpdate) {
-  EXPECT_EQ(FramesUntilDeleted(0), 10);
-  EXPECT_EQ(FramesUntilDeleted(kFrame / 3), 10) << "a clock that is late";
-  EXPECT_EQ(FramesUntilDeleted(-kFrame / 3), 10) << "a clock that is early";
-}
-
-TEST(TrackLifeTest, TooOldBeforeAFrameBegins) {
   for (const TimeNs jitter : {-kFrame / 3, TimeNs{0}, kFrame / 3}) {
     TrackLife life = Born();
+    life.Step(1 * kFrame, true, true);
+    life.Step(2 * kFrame, true, true);
+    for (int frame = 1; frame <= 10; ++frame) {
+      EXPECT_NE(life.state(), TrackState::kDeleted) << frame;
+      life.Step((2 + frame) * kFrame + jitter, false, false);
+    }
+    EXPECT_EQ(life.state(), TrackState::kDeleted);
+    // It is too old before a frame begins.
+    life = Born();
     life.BeginFrame(10 * kFrame + jitter);
     EXPECT_NE(life.state(), TrackState::kDeleted) << "may still be matched";
     life.BeginFrame(11 * kFrame + jitter);
@@ -164,38 +157,36 @@ TEST(WriteGateTest, GapsAreBridgedUpToTheirLimit) {
   EXPECT_EQ(Write(options, "uuu.........."), "--ww----------");
 }
 
-TEST(ViewMemoryTest, AViewKeepsItsPlace) {
+// Views in which somebody is seen, frame by frame.
+struct Look {
+  int view;
+  int64_t frame;
+};
+
+// Index of the look, view and frame of each entry of a memory after them.
+using Entries = std::vector<std::array<int64_t, 3>>;
+Entries Remembered(int depth, const std::vector<Look>& looks) {
   const CameraRig cameras = testing::RingOfCameras(3);
-  const Pose3d pose = testing::StandingPerson(0, 0);
-  ViewMemory memory;
-  memory.Store(testing::Observe(pose, cameras, 2, 0), 0);
-  memory.Store(testing::Observe(pose, cameras, 0, 1), 0);
-  memory.Store(testing::Observe(pose, cameras, 1, 2), 1 * kFrame);
-  memory.Store(testing::Observe(pose, cameras, 2, 3), 9 * kFrame);
-  ASSERT_EQ(memory.entries().size(), 3u);
-  EXPECT_EQ(memory.entries()[0].observation.view_idx, 2);
-  EXPECT_EQ(memory.entries()[0].observation.detection_idx, 3);
-  EXPECT_EQ(memory.entries()[0].frame_time, 9 * kFrame);
-  EXPECT_EQ(memory.entries()[1].observation.view_idx, 0);
-  EXPECT_EQ(memory.entries()[2].observation.view_idx, 1);
+  ViewMemory memory(depth);
+  int index = 0;
+  for (const Look& look : looks) {
+    memory.Store(testing::Observe(testing::StandingPerson(0, 0), cameras,
+                                  look.view, index++),
+                 look.frame * kFrame);
+  }
+  Entries entries;
+  for (const ViewMemory::Entry& entry : memory.entries()) {
+    entries.push_back({entry.observation.detection_idx,
+                       entry.observation.view_idx, entry.frame_time / kFrame});
+  }
+  return entries;
 }
 
-TEST(ViewMemoryTest, KeepsSeveralPosesOfAViewTheNewestFirst) {
-  const CameraRig cameras = testing::RingOfCameras(2);
-  const Pose3d pose = testing::StandingPerson(0, 0);
-  ViewMemory memory(2);
-  memory.Store(testing::Observe(pose, cameras, 1, 0), 0);
-  memory.Store(testing::Observe(pose, cameras, 0, 1), 0);
-  memory.Store(testing::Observe(pose, cameras, 1, 2), 1 * kFrame);
-  memory.Store(testing::Observe(pose, cameras, 1, 3), 2 * kFrame);
-  memory.Store(testing::Observe(pose, cameras, 0, 4), 2 * kFrame);
-  std::vector<int> detections;
-  for (const ViewMemory::Entry& entry : memory.entries()) {
-    detections.push_back(entry.observation.detection_idx);
-  }
-  EXPECT_EQ(detections, (std::vector<int>{3, 2, 4, 1}));
-  EXPECT_EQ(memory.entries()[0].frame_time, 2 * kFrame);
-  EXPECT_EQ(memory.entries()[1].frame_time, 1 * kFrame);
+TEST(ViewMemoryTest, AViewKeepsItsPlaceAndTheNewestPosesFirst) {
+  EXPECT_EQ(Remembered(1, {{2, 0}, {0, 0}, {1, 1}, {2, 9}}),
+            (Entries{{3, 2, 9}, {1, 0, 0}, {2, 1, 1}}));
+  EXPECT_EQ(Remembered(2, {{1, 0}, {0, 0}, {1, 1}, {1, 2}, {0, 2}}),
+            (Entries{{3, 1, 2}, {2, 1, 1}, {4, 0, 2}, {1, 0, 0}}));
 }
 
 constexpr double kCameraRate = 25.0;

@@ -2,11 +2,12 @@
 // tracked, and what comes out is compared with the scene.
 #include <gtest/gtest.h>
 
-#include <Eigen/Core>
+#include <algorithm>
 #include <cmath>
 #include <utility>
 #include <vector>
 
+#include "core/evaluation/correspondence.h"
 #include "core/synthetic/noise.h"
 #include "core/synthetic/scene.h"
 #include "core/tracking/tracker.h"
@@ -14,8 +15,6 @@
 
 namespace kinegraph {
 namespace {
-
-using Eigen::Vector3d;
 
 // People stay where every camera sees all of them, so that no joint is
 // triangulated with a view of an earlier frame.
@@ -30,12 +29,6 @@ Scene SmallScene(std::vector<double> distortion) {
   options.cameras.count = 5;
   options.cameras.distortion = std::move(distortion);
   return MakeScene(options);
-}
-
-const std::vector<double>& Distortion() {
-  static const std::vector<double> distortion = {-0.2, 0.06, 0.001, -0.002,
-                                                 -0.005};
-  return distortion;
 }
 
 // The triangulation as it is: nothing smoothed, no view filtered out.
@@ -70,73 +63,46 @@ std::vector<TrackFrame> TrackAll(const Scene& scene,
   return frames;
 }
 
-double MeanDistanceOf(const Pose3d& a, const Pose3d& b) {
-  double sum = 0.0;
-  for (size_t j = 0; j < a.size(); ++j) {
-    sum += (a[j].position_m - b[j].position_m).norm();
-  }
-  return sum / static_cast<double>(a.size());
-}
-
-// The true pose that a tracked one is nearest to, at the frame's own time.
-const Pose3d& NearestTruth(const TrackFrame& truth, const Pose3d& pose) {
-  const Pose3d* nearest = &truth.people.front().joints;
-  for (const PersonPose& person : truth.people) {
-    if (MeanDistanceOf(person.joints, pose) < MeanDistanceOf(*nearest, pose)) {
-      nearest = &person.joints;
-    }
-  }
-  return *nearest;
-}
-
-struct JointError {
-  Vector3d truth_m;
-  Vector3d error_m;
-};
-
-// Errors of all joints that every camera supports.
-std::vector<JointError> ErrorsOf(const Scene& scene,
-                                 const DetectionSequence& detections,
-                                 const std::vector<TrackFrame>& tracks) {
+// Errors [m] of all joints that every camera supports, of the pose that is
+// nearest to a true one at the frame's own time.
+std::vector<double> ErrorsOf(const Scene& scene,
+                             const DetectionSequence& detections,
+                             const std::vector<TrackFrame>& tracks) {
   const TrackSequence truth = TruthFor(scene, detections);
   const int all = static_cast<int>(scene.cameras.size());
-  std::vector<JointError> errors;
   EXPECT_EQ(tracks.size(), truth.frames.size());
-  if (tracks.size() != truth.frames.size()) return errors;
-  for (size_t f = 0; f < tracks.size(); ++f) {
-    for (const PersonPose& person : tracks[f].people) {
-      const Pose3d& pose = NearestTruth(truth.frames[f], person.joints);
-      for (size_t j = 0; j < pose.size(); ++j) {
-        if (person.inlier_views[j] != all) continue;
-        errors.push_back({pose[j].position_m,
-                          person.joints[j].position_m - pose[j].position_m});
-      }
+  std::vector<double> errors_m;
+  const TrackSequence found = {truth.header, tracks};
+  const JointPairs joints = CommonJoints(scene.skeleton, scene.skeleton);
+  for (const PersonPair& pair : PairPeople(truth, found, joints, kNoGate, {})) {
+    if (pair.found == nullptr) continue;
+    for (size_t j = 0; j < pair.truth->joints.size(); ++j) {
+      if (pair.found->inlier_views[j] != all) continue;
+      errors_m.push_back(
+          (pair.found->joints[j].position_m - pair.truth->joints[j].position_m)
+              .norm());
     }
   }
-  return errors;
+  return errors_m;
 }
 
-double RootMeanSquareOf(const std::vector<JointError>& errors) {
+double RootMeanSquareOf(const std::vector<double>& errors_m) {
   double sum = 0.0;
-  for (const JointError& joint : errors) sum += joint.error_m.squaredNorm();
-  return std::sqrt(sum / static_cast<double>(errors.size()));
+  for (const double error_m : errors_m) sum += error_m * error_m;
+  return std::sqrt(sum / static_cast<double>(errors_m.size()));
 }
 
 TEST(TruthTest, ExactDetectionsOfDistortingCamerasGiveTheSceneBack) {
-  const Scene scene = SmallScene(Distortion());
+  const Scene scene = SmallScene({-0.2, 0.06, 0.001, -0.002, -0.005});
   PlainOptions options;
   options.tracker.reconstruction.joints_filter = true;
   const DetectionSequence detections = Observe(scene, NoiseOptions(), nullptr);
-  const std::vector<JointError> errors =
+  const std::vector<double> errors_m =
       ErrorsOf(scene, detections, TrackAll(scene, detections, options));
   // 3 people, 200 frames less the two before confirmation, 25 joints.
-  EXPECT_GT(errors.size(), 3u * 198u * 25u * 9u / 10u);
+  EXPECT_GT(errors_m.size(), 3u * 198u * 25u * 9u / 10u);
   // The lens is inverted to 1e-7 of the focal length at worst: 1e-6 m at 10 m.
-  double worst_m = 0.0;
-  for (const JointError& joint : errors) {
-    worst_m = std::max(worst_m, joint.error_m.norm());
-  }
-  EXPECT_LT(worst_m, 1e-6);
+  EXPECT_LT(*std::max_element(errors_m.begin(), errors_m.end()), 1e-6);
 }
 
 // Cameras that look 20 ms before or after the beat: a pose belongs to its
@@ -162,9 +128,9 @@ TEST(TruthTest, ToldClockOffsetsAreUndoneAtTheFramesTime) {
     for (size_t f = 0; f < tracks.size(); ++f) {
       EXPECT_EQ(tracks[f].time, scene.times[f]);
     }
-    const std::vector<JointError> errors = ErrorsOf(scene, detections, tracks);
-    EXPECT_GT(errors.size(), 5000u);
-    return RootMeanSquareOf(errors);
+    const std::vector<double> errors_m = ErrorsOf(scene, detections, tracks);
+    EXPECT_GT(errors_m.size(), 5000u);
+    return RootMeanSquareOf(errors_m);
   };
   const double without_m = rms_m(0.0, true);
   const double told_m = rms_m(0.02, true);
