@@ -29,6 +29,11 @@ std::vector<PointMeasurement> Measure(const CameraRig& cameras,
   return measurements;
 }
 
+Eigen::Vector3d RandomPoint(Random* random) {
+  const double x = random->Uniform(-1, 1), y = random->Uniform(-1, 1);
+  return {x, y, random->Uniform(0, 2)};
+}
+
 // The textbook way: rows of A, singular value decomposition.
 Eigen::Vector3d BySvd(const std::vector<PointMeasurement>& measurements) {
   Eigen::MatrixXd A(2 * measurements.size(), 4);
@@ -48,8 +53,7 @@ TEST(TriangulationTest, ExactMeasurementsGiveThePoint) {
   Random random(1);
   for (int views = 2; views <= 40; ++views) {
     const CameraRig cameras = testing::RingOfCameras(views, 4.0);
-    const Eigen::Vector3d point(random.Uniform(-1, 1), random.Uniform(-1, 1),
-                                random.Uniform(0, 2));
+    const Eigen::Vector3d point = RandomPoint(&random);
     const auto result = TriangulateDlt(Measure(cameras, point, 0.0, &random));
     ASSERT_TRUE(result.ok()) << ToString(result.status);
     // Pixels of 1e3 at 1e-16 are 1e-13 px, 1e-15 m at this distance; the
@@ -67,8 +71,7 @@ TEST(TriangulationTest, EqualsSingularValueDecomposition) {
     const CameraRig cameras = testing::RingOfCameras(views, 4.0);
     for (const double noise_px : {0.5, 5.0, 50.0}) {
       for (int round = 0; round < 15; ++round) {
-        const Eigen::Vector3d point(
-            random.Uniform(-1, 1), random.Uniform(-1, 1), random.Uniform(0, 2));
+        const Eigen::Vector3d point = RandomPoint(&random);
         auto measurements = Measure(cameras, point, noise_px, &random);
         for (PointMeasurement& m : measurements) {
           m.weight = random.Uniform(0.2, 1.0);
@@ -126,28 +129,23 @@ TEST(TriangulationTest, SaysWhyItFails) {
   Random random(5);
   const auto exact = Measure(cameras, {0, 0, 1}, 0.0, &random);
 
-  EXPECT_EQ(TriangulateDlt({}).status, TriangulationStatus::kTooFewViews);
-  EXPECT_EQ(TriangulateDlt({exact.data(), 1}).status,
-            TriangulationStatus::kTooFewViews);
+  using Measurements = std::vector<PointMeasurement>;
+  const auto status_of = [](const Measurements& measurements) {
+    return TriangulateDlt(measurements).status;
+  };
+  EXPECT_EQ(status_of({}), TriangulationStatus::kTooFewViews);
+  EXPECT_EQ(status_of({exact[0]}), TriangulationStatus::kTooFewViews);
   auto weightless = exact;
   for (size_t i = 1; i < 4; ++i) weightless[i].weight = 0.0;
-  EXPECT_EQ(TriangulateDlt(weightless).status,
-            TriangulationStatus::kTooFewViews);
-
+  EXPECT_EQ(status_of(weightless), TriangulationStatus::kTooFewViews);
   auto broken = exact;
   broken[2].ideal_px.x() = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_EQ(TriangulateDlt(broken).status, TriangulationStatus::kNotFinite);
-
-  // One camera twice: the rays are the same line.
-  const std::vector<PointMeasurement> twice = {exact[0], exact[0]};
-  EXPECT_EQ(TriangulateDlt(twice).status, TriangulationStatus::kParallelRays);
-
-  // A view without weight adds no parallax to them.
-  auto third = exact[1];
-  third.weight = 0.0;
-  EXPECT_EQ(TriangulateDlt(
-                std::vector<PointMeasurement>{third, exact[0], exact[0], third})
-                .status,
+  EXPECT_EQ(status_of(broken), TriangulationStatus::kNotFinite);
+  // One camera twice: the rays are the same line. A view without weight adds no
+  // parallax to them.
+  EXPECT_EQ(status_of({exact[0], exact[0]}),
+            TriangulationStatus::kParallelRays);
+  EXPECT_EQ(status_of({weightless[1], exact[0], exact[0], weightless[1]}),
             TriangulationStatus::kParallelRays);
 
   // Rays that meet behind both cameras: the stereo pair with its images
@@ -159,10 +157,8 @@ TEST(TriangulationTest, SaysWhyItFails) {
   const Camera left_camera(left);
   const Camera right_camera(right);
   const Eigen::Vector3d point(0.5, 0.0, 5.0);
-  const std::vector<PointMeasurement> exchanged = {
-      {&left_camera, *right_camera.Project(point), 1.0},
-      {&right_camera, *left_camera.Project(point), 1.0}};
-  EXPECT_EQ(TriangulateDlt(exchanged).status,
+  EXPECT_EQ(status_of({{&left_camera, *right_camera.Project(point), 1.0},
+                       {&right_camera, *left_camera.Project(point), 1.0}}),
             TriangulationStatus::kBehindCamera);
 }
 

@@ -112,6 +112,31 @@ void ForEachJoint(const Scene& scene, const NoiseOptions& options,
   ForEachJoint(scene, seen, truth, visit);
 }
 
+// Visits every image: frame, view, detections and what stands behind them.
+template <typename Visit>
+void ForEachImage(const DetectionSequence& seen, const ObservationTruth& truth,
+                  const Visit& visit) {
+  for (size_t f = 0; f < seen.frames.size(); ++f) {
+    for (size_t v = 0; v < seen.frames[f].views.size(); ++v) {
+      visit(f, v, seen.frames[f].views[v].detections, truth.frames[f][v]);
+    }
+  }
+}
+
+// A share of `n` draws, with so many times the variance of independent ones;
+// five standard deviations.
+void ExpectShare(double count, double n, double rate, double inflation = 1.0) {
+  EXPECT_NEAR(count / n, rate,
+              5.0 * std::sqrt(rate * (1.0 - rate) / n * inflation));
+}
+
+// Of a two-state Markov chain with bursts of `frames` in the mean: (2 - q) / q
+// with the chance q of a new draw (MarkovBursts).
+double MarkovInflation(double rate, double frames) {
+  const double q = 1.0 / (std::max(frames, 1.0 / (1.0 - rate)) * (1.0 - rate));
+  return (2.0 - q) / q;
+}
+
 TEST(Noise, WithoutAnyItIsTheExactProjectionOfAllJointsInTheImages) {
   const Scene& scene = TestScene();
   ObservationTruth truth;
@@ -129,15 +154,14 @@ TEST(Noise, WithoutAnyItIsTheExactProjectionOfAllJointsInTheImages) {
   EXPECT_GT(joints, 100000);
   // And nothing else: every found joint was visited.
   int64_t found = 0;
-  for (const DetectionFrame& frame : seen.frames) {
-    EXPECT_EQ(frame.time, scene.times[static_cast<size_t>(frame.frame)]);
-    for (const ViewDetections& view : frame.views) {
-      EXPECT_EQ(view.capture_time, frame.time);
-      for (const Detection& detection : view.detections) {
-        found += CountFound(detection);
-      }
-    }
-  }
+  ForEachImage(seen, truth,
+               [&](size_t f, size_t v, const auto& detections, const auto&) {
+                 EXPECT_EQ(seen.frames[f].time, scene.times[f]);
+                 EXPECT_EQ(seen.frames[f].views[v].capture_time,
+                           scene.times[f]);
+                 for (const Detection& one : detections)
+                   found += CountFound(one);
+               });
   EXPECT_EQ(found, joints);
 }
 
@@ -146,21 +170,18 @@ TEST(Noise, OrderOfDetectionsIsShuffledAndIndexed) {
   const DetectionSequence seen = Observe(TestScene(), NoiseOptions(), &truth);
   int first_is_zero = 0;
   int full = 0;
-  for (size_t f = 0; f < seen.frames.size(); ++f) {
-    for (size_t v = 0; v < seen.frames[f].views.size(); ++v) {
-      const auto& detections = seen.frames[f].views[v].detections;
-      for (size_t d = 0; d < detections.size(); ++d) {
-        EXPECT_EQ(detections[d].index_in_file, static_cast<int>(d));
-      }
-      const auto& labels = truth.frames[f][v];
-      const bool has_zero =
-          std::any_of(labels.begin(), labels.end(),
-                      [](const auto& label) { return label.person == 0; });
-      if (labels.size() < 3 || !has_zero) continue;
-      ++full;
-      first_is_zero += labels[0].person == 0 ? 1 : 0;
-    }
-  }
+  ForEachImage(seen, truth,
+               [&](size_t, size_t, const auto& detections, const auto& labels) {
+                 for (size_t d = 0; d < detections.size(); ++d) {
+                   EXPECT_EQ(detections[d].index_in_file, static_cast<int>(d));
+                 }
+                 const bool has_zero = std::any_of(
+                     labels.begin(), labels.end(),
+                     [](const auto& label) { return label.person == 0; });
+                 if (labels.size() < 3 || !has_zero) return;
+                 ++full;
+                 first_is_zero += labels[0].person == 0 ? 1 : 0;
+               });
   // Each of three to five is first equally often: between 1/5 and 1/3.
   ASSERT_GT(full, 500);
   EXPECT_GT(first_is_zero, 0.2 * full - 5.0 * std::sqrt(0.16 * full));
@@ -364,22 +385,18 @@ TEST(Noise, StudentTailsAtTheSameSigma) {
   NoiseOptions options;
   options.joints.sigma_px = 3.0;
   options.joints.student_dof = 5.0;
-  int64_t beyond = 0;
-  int64_t n = 0;
+  // 5 % of a t with 5 degrees of freedom lie beyond 2.5706 (tables), whose
+  // standard deviation is sqrt(5/3).
+  const double limit = 2.5706 / std::sqrt(5.0 / 3.0) * 3.0;
+  double beyond = 0.0, n = 0.0;
   for (const auto& [key, errors] : ErrorSeries(TestScene(), options)) {
     for (const Vector2d& error : errors) {
-      // 5 % of a t with 5 degrees of freedom lie beyond 2.5706 (tables), whose
-      // standard deviation is sqrt(5/3).
-      const double limit = 2.5706 / std::sqrt(5.0 / 3.0) * 3.0;
-      beyond += std::abs(error.x()) > limit ? 1 : 0;
-      beyond += std::abs(error.y()) > limit ? 1 : 0;
-      n += 2;
+      beyond += static_cast<double>((error.array().abs() > limit).count());
+      n += 2.0;
     }
   }
   // Both axes share a scale, so pairs count half.
-  const double nd = static_cast<double>(n);
-  EXPECT_NEAR(static_cast<double>(beyond), 0.05 * nd,
-              5.0 * std::sqrt(2.0 * 0.05 * 0.95 * nd));
+  ExpectShare(beyond, n, 0.05, 2.0);
 }
 
 TEST(Noise, OutliersHaveTheirRateSizeAndFlag) {
@@ -389,8 +406,7 @@ TEST(Noise, OutliersHaveTheirRateSizeAndFlag) {
     options.joints.outlier_rate = 0.1;
     options.joints.outlier_burst_s = burst_s;
     const Scene& scene = TestScene();
-    int64_t n = 0;
-    int64_t far = 0;
+    double n = 0.0, far = 0.0;
     ForEachJoint(scene, options, [&](const Sample& sample) {
       ASSERT_NE(sample.found, nullptr);
       const bool flagged = sample.is_outlier();
@@ -401,13 +417,10 @@ TEST(Noise, OutliersHaveTheirRateSizeAndFlag) {
         ASSERT_GT(error, 30.0 - 7.0);
         ASSERT_LT(error, 200.0 + 7.0);
       }
-      ++n;
-      far += flagged ? 1 : 0;
+      n += 1.0;
+      far += flagged ? 1.0 : 0.0;
     });
-    const double frames = burst_s > 0.0 ? 5.0 : 1.0;
-    const double nd = static_cast<double>(n);
-    EXPECT_NEAR(static_cast<double>(far), 0.1 * nd,
-                5.0 * std::sqrt(0.1 * nd * frames));
+    ExpectShare(far, n, 0.1, burst_s > 0.0 ? 5.0 : 1.0);
   }
 }
 
@@ -472,12 +485,7 @@ TEST(Noise, JointsAreMissingAtTheirRateInBursts) {
       n += 1.0;
       missing += sample.found == nullptr ? 1.0 : 0.0;
     });
-    // A Markov chain with mean burst L and rate r has a variance inflated by
-    // (2 - q) / q, q = 1 / (L (1 - r)).
-    const double length = std::max(1.0 / 0.85, burst_s * 25.0);
-    const double q = 1.0 / (length * 0.85);
-    EXPECT_NEAR(missing / n, 0.15,
-                5.0 * std::sqrt(0.15 * 0.85 / n * (2.0 - q) / q));
+    ExpectShare(missing, n, 0.15, MarkovInflation(0.15, burst_s * 25.0));
   }
 }
 
@@ -577,54 +585,48 @@ TEST(Noise, MissedPeopleFalsePeopleFragmentsAndDoublesAreTold) {
   const DetectionSequence seen = Observe(scene, options, &truth);
   double person_views = 0.0, missed = 0.0, split = 0.0, twice = 0.0;
   double nobody = 0.0, images = 0.0;
-  for (size_t f = 0; f < seen.frames.size(); ++f) {
-    for (size_t v = 0; v < seen.frames[f].views.size(); ++v) {
-      images += 1.0;
-      const auto& labels = truth.frames[f][v];
-      const auto& detections = seen.frames[f].views[v].detections;
-      ASSERT_EQ(labels.size(), detections.size());
-      std::map<int, std::map<DetectionKind, int>> kinds;  // by person
-      for (size_t d = 0; d < labels.size(); ++d) {
-        const DetectionTruth& label = labels[d];
-        ++kinds[label.person][label.kind];
-        const auto found = [&](const char* joint) {
-          return detections[d].joints[scene.skeleton.IndexOf(joint)].found;
-        };
-        if (label.kind == DetectionKind::kFalse) {
-          EXPECT_EQ(label.person, -1);
-          EXPECT_EQ(NoteOf(label), "false_positive");
-          EXPECT_GE(CountFound(detections[d]), 3);
-          nobody += 1.0;
-        } else if (label.kind == DetectionKind::kUpperPart) {
-          EXPECT_EQ(NoteOf(label), "fragment_upper");
-          EXPECT_TRUE(found("nose") && !found("l_hip"));
-        } else if (label.kind == DetectionKind::kLowerPart) {
-          EXPECT_EQ(NoteOf(label), "fragment_lower");
-          EXPECT_TRUE(found("l_hip") && !found("nose"));
+  ForEachImage(
+      seen, truth,
+      [&](size_t, size_t, const auto& detections, const auto& labels) {
+        images += 1.0;
+        ASSERT_EQ(labels.size(), detections.size());
+        std::map<int, std::map<DetectionKind, int>> kinds;  // by person
+        for (size_t d = 0; d < labels.size(); ++d) {
+          const DetectionTruth& label = labels[d];
+          ++kinds[label.person][label.kind];
+          const auto found = [&](const char* joint) {
+            return detections[d].joints[scene.skeleton.IndexOf(joint)].found;
+          };
+          if (label.kind == DetectionKind::kFalse) {
+            EXPECT_EQ(label.person, -1);
+            EXPECT_EQ(NoteOf(label), "false_positive");
+            EXPECT_GE(CountFound(detections[d]), 3);
+            nobody += 1.0;
+          } else if (label.kind == DetectionKind::kUpperPart) {
+            EXPECT_EQ(NoteOf(label), "fragment_upper");
+            EXPECT_TRUE(found("nose") && !found("l_hip"));
+          } else if (label.kind == DetectionKind::kLowerPart) {
+            EXPECT_EQ(NoteOf(label), "fragment_lower");
+            EXPECT_TRUE(found("l_hip") && !found("nose"));
+          }
         }
-      }
-      for (int i = 0; i < 4; ++i) {
-        person_views += 1.0;
-        auto& of = kinds[i];
-        const int whole = of[DetectionKind::kPerson];
-        const int upper = of[DetectionKind::kUpperPart];
-        const int second = of[DetectionKind::kDouble];
-        EXPECT_EQ(upper, of[DetectionKind::kLowerPart]);
-        EXPECT_LE(whole + upper, 1);
-        EXPECT_LE(second, whole);
-        missed += whole + upper == 0 ? 1.0 : 0.0;
-        split += upper;
-        twice += second;
-      }
-    }
-  }
-  const double q = 1.0 / (5.0 * 0.9);
-  EXPECT_NEAR(missed / person_views, 0.1,
-              5.0 * std::sqrt(0.09 / person_views * (2.0 - q) / q));
-  EXPECT_NEAR(split / person_views, 0.9 * 0.05,
-              5.0 * std::sqrt(0.045 / person_views));
-  EXPECT_NEAR(twice / person_views, 0.9 * 0.95 * 0.04,
-              5.0 * std::sqrt(0.034 / person_views));
+        for (int i = 0; i < 4; ++i) {
+          person_views += 1.0;
+          auto& of = kinds[i];
+          const int whole = of[DetectionKind::kPerson];
+          const int upper = of[DetectionKind::kUpperPart];
+          const int second = of[DetectionKind::kDouble];
+          EXPECT_EQ(upper, of[DetectionKind::kLowerPart]);
+          EXPECT_LE(whole + upper, 1);
+          EXPECT_LE(second, whole);
+          missed += whole + upper == 0 ? 1.0 : 0.0;
+          split += upper;
+          twice += second;
+        }
+      });
+  ExpectShare(missed, person_views, 0.1, MarkovInflation(0.1, 5.0));
+  ExpectShare(split, person_views, 0.9 * 0.05);
+  ExpectShare(twice, person_views, 0.9 * 0.95 * 0.04);
   // Poisson with a mean life of 6 frames: variance inflated by up to 2 * 6.
   EXPECT_NEAR(nobody / images, 0.5, 5.0 * std::sqrt(0.5 * 12.0 / images));
 }
@@ -656,12 +658,9 @@ TEST(Noise, SwapsExchangeSidesAndAreTold) {
     ASSERT_NE(sample.found, nullptr);
     ASSERT_EQ(sample.found->px, *px);
   });
-  auto expect = [&](Swap swap, double rate) {
-    EXPECT_NEAR(counts[swap] / n, rate, 5.0 * std::sqrt(rate / n));
-  };
-  expect(Swap::kWhole, 0.05);
-  expect(Swap::kArm, 0.95 * 0.06);
-  expect(Swap::kLeg, 0.95 * 0.94 * 0.07);
+  ExpectShare(counts[Swap::kWhole], n, 0.05);
+  ExpectShare(counts[Swap::kArm], n, 0.95 * 0.06);
+  ExpectShare(counts[Swap::kLeg], n, 0.95 * 0.94 * 0.07);
   EXPECT_EQ(NoteOf({0, DetectionKind::kPerson, Swap::kArm, {}}), "swap_arm");
   EXPECT_EQ(NoteOf({0, DetectionKind::kUpperPart, Swap::kWhole, {}}),
             "swap_whole+fragment_upper");
@@ -671,20 +670,19 @@ TEST(Noise, SwapsExchangeSidesAndAreTold) {
 template <typename TimeOf>
 void ExpectSeenAt(const Scene& scene, const DetectionSequence& seen,
                   const ObservationTruth& truth, const TimeOf& time_of) {
-  for (size_t f = 0; f < seen.frames.size(); ++f) {
-    for (size_t v = 0; v < seen.frames[f].views.size(); ++v) {
-      const auto& detections = seen.frames[f].views[v].detections;
-      for (size_t d = 0; d < detections.size(); ++d) {
-        const Pose3d pose = PersonAt(
-            *scene.people[truth.frames[f][v][d].person], time_of(f, v));
-        for (size_t j = 0; j < pose.size(); ++j) {
-          if (!detections[d].joints[j].found) continue;
-          ASSERT_EQ(detections[d].joints[j].px,
-                    *scene.cameras[v].Project(pose[j].position_m));
+  ForEachImage(
+      seen, truth,
+      [&](size_t f, size_t v, const auto& detections, const auto& labels) {
+        for (size_t d = 0; d < detections.size(); ++d) {
+          const Pose3d pose =
+              PersonAt(*scene.people[labels[d].person], time_of(f, v));
+          for (size_t j = 0; j < pose.size(); ++j) {
+            if (!detections[d].joints[j].found) continue;
+            ASSERT_EQ(detections[d].joints[j].px,
+                      *scene.cameras[v].Project(pose[j].position_m));
+          }
         }
-      }
-    }
-  }
+      });
 }
 
 TEST(Noise, ClockOffsetSamplesTheMotionAtItsTime) {
@@ -701,14 +699,12 @@ TEST(Noise, ClockOffsetSamplesTheMotionAtItsTime) {
     ExpectSeenAt(scene, seen, truth, [&](size_t f, size_t v) {
       return scene.times[f] + offset(v);
     });
-    for (size_t f = 0; f < seen.frames.size(); ++f) {
-      const TimeNs beat = scene.times[f];
-      EXPECT_EQ(seen.frames[f].time, beat);
-      for (size_t v = 0; v < seen.frames[f].views.size(); ++v) {
-        EXPECT_EQ(seen.frames[f].views[v].capture_time,
-                  told ? beat + offset(v) : beat);
-      }
-    }
+    ForEachImage(seen, truth,
+                 [&](size_t f, size_t v, const auto&, const auto&) {
+                   EXPECT_EQ(seen.frames[f].time, scene.times[f]);
+                   EXPECT_EQ(seen.frames[f].views[v].capture_time,
+                             scene.times[f] + (told ? offset(v) : 0));
+                 });
   }
 }
 
@@ -722,10 +718,10 @@ TEST(Noise, DroppedFramesAreAbsentAndTheOthersKeepTheirTimes) {
   ObservationTruth truth;
   const DetectionSequence seen = Observe(scene, options, &truth);
   ASSERT_EQ(truth.frames.size(), seen.frames.size());
-  const double n = static_cast<double>(scene.times.size());
-  const double q = 1.0 / (3.0 * 0.8);
-  EXPECT_NEAR(static_cast<double>(seen.frames.size()) / n, 0.8,
-              5.0 * std::sqrt(0.16 / n * (2.0 - q) / q));
+  const auto lost =
+      static_cast<double>(scene.times.size() - seen.frames.size());
+  ExpectShare(lost, static_cast<double>(scene.times.size()), 0.2,
+              MarkovInflation(0.2, 3.0));
   // What is left is what it was without drops.
   DetectionSequence kept = all;
   kept.frames.clear();
@@ -741,17 +737,16 @@ TEST(Noise, DroppedFramesAreAbsentAndTheOthersKeepTheirTimes) {
 TEST(Noise, DroppedViewsHaveNoDetections) {
   NoiseOptions options;
   options.dropped_view_rate = 0.1;
-  const DetectionSequence seen = Observe(StandingScene(), options, nullptr);
-  double empty = 0.0;
-  double n = 0.0;
-  for (const DetectionFrame& frame : seen.frames) {
-    ASSERT_EQ(frame.views.size(), 4u);
-    for (const ViewDetections& view : frame.views) {
-      n += 1.0;
-      empty += view.detections.empty() ? 1.0 : 0.0;
-    }
-  }
-  EXPECT_NEAR(empty / n, 0.1, 5.0 * std::sqrt(0.09 / n));
+  ObservationTruth truth;
+  const DetectionSequence seen = Observe(StandingScene(), options, &truth);
+  double empty = 0.0, n = 0.0;
+  ForEachImage(seen, truth,
+               [&](size_t, size_t, const auto& detections, const auto&) {
+                 n += 1.0;
+                 empty += detections.empty() ? 1.0 : 0.0;
+               });
+  EXPECT_EQ(n, 4.0 * static_cast<double>(seen.frames.size()));
+  ExpectShare(empty, n, 0.1);
 }
 
 TEST(Noise, JitteredFramesTellTheirTimesAndTruthFollows) {

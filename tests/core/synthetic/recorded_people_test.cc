@@ -6,7 +6,6 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
-#include <functional>
 
 #include "core/base/error.h"
 #include "core/synthetic/scene.h"
@@ -18,20 +17,23 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 using People = std::vector<std::shared_ptr<const Actor>>;
 using ::testing::HasSubstr;
+using ::testing::StartsWith;
 
-// Somebody who was "recorded": a simulated walker of rigid bones, at 30 Hz.
-MotionClip Walk(int people = 1, double rate_hz = 30.0) {
+// Simulated walkers of rigid bones, at 30 Hz.
+Scene Walkers(int people) {
   SceneOptions options;
   options.seed = 4;
   options.people = people;
   options.duration_s = 4.0;
-  options.frame_rate_hz = rate_hz;
+  options.frame_rate_hz = 30.0;
   options.motion.visitors = 0.0;
   options.motion.sitting = 0.0;
-  MotionClip clip;
-  clip.name = "walk.jsonl";
-  clip.tracks = TruthOf(MakeScene(options));
-  return clip;
+  return MakeScene(options);
+}
+
+// As if they had been recorded.
+MotionClip Walk(int people = 1) {
+  return {"walk.jsonl", TruthOf(Walkers(people))};
 }
 
 // Largest difference of the length of any bone.
@@ -55,21 +57,28 @@ People Make(const RecordedPeopleOptions& options,
   return MakeRecordedPeople(options, clips, Coco17(), room);
 }
 
-RecordedPeopleOptions InPlace(size_t clips) {
+// Of one clip, whose way stays level and in the middle.
+RecordedPeopleOptions InPlace() {
   RecordedPeopleOptions options;
-  options.x_m.assign(clips, 0.0);
-  options.y_m.assign(clips, 0.0);
-  options.turn_deg.assign(clips, 0.0);
+  options.x_m = options.y_m = options.turn_deg = {0.0};
   return options;
 }
 
+// Between the frames bones keep their length. The error of a cubic spline is at
+// most 5/384 h^4 times the fourth derivative (Hall and Meyer 1976). A wrist
+// half a metre from the shoulder that swings at 2 Hz with 1 rad has 0.5 (4
+// pi)^4 = 12500 m/s^4: 0.2 mm at h = 1/30 s; a bone has two ends.
 TEST(RecordedPeople, GoThroughTheRecordedJoints) {
   const MotionClip clip = Walk();
-  const People people = Make(InPlace(1), {clip});
+  const People people = Make(InPlace(), {clip});
   ASSERT_EQ(people.size(), 1u);
+  const Pose3d& recorded = clip.tracks.frames[0].people[0].joints;
+  for (double t = 0.0; t < 3.96; t += 0.007) {
+    EXPECT_LT(BoneChange(people[0]->PoseAt(t), recorded), 4e-4) << t;
+  }
   // Placed without a turn, all joints are moved by the same level vector.
-  const Vector3d moved = people[0]->PoseAt(0.0)[0].position_m -
-                         clip.tracks.frames[0].people[0].joints[0].position_m;
+  const Vector3d moved =
+      people[0]->PoseAt(0.0)[0].position_m - recorded[0].position_m;
   EXPECT_EQ(moved.z(), 0.0) << "contact with the ground is kept";
   for (const TrackFrame& frame : clip.tracks.frames) {
     const double t = ToSeconds(frame.time);
@@ -84,21 +93,8 @@ TEST(RecordedPeople, GoThroughTheRecordedJoints) {
   }
 }
 
-TEST(RecordedPeople, BonesKeepTheirLengthBetweenTheFrames) {
-  // The error of a cubic spline is at most 5/384 h^4 times the fourth
-  // derivative (Hall and Meyer 1976). A wrist half a metre from the shoulder
-  // that swings at 2 Hz with 1 rad has 0.5 (4 pi)^4 = 12500 m/s^4: 0.2 mm at
-  // h = 1/30 s; a bone has two ends.
-  const MotionClip clip = Walk();
-  const People people = Make(InPlace(1), {clip});
-  const Pose3d& recorded = clip.tracks.frames[0].people[0].joints;
-  for (double t = 0.0; t < 3.96; t += 0.007) {
-    EXPECT_LT(BoneChange(people[0]->PoseAt(t), recorded), 4e-4) << t;
-  }
-}
-
 TEST(RecordedPeople, AreThereExactlyAsLongAsTheClip) {
-  RecordedPeopleOptions options = InPlace(1);
+  RecordedPeopleOptions options = InPlace();
   options.start_s = {1.5};
   const MotionClip clip = Walk();
   const double length = ToSeconds(clip.tracks.frames.back().time);
@@ -111,7 +107,7 @@ TEST(RecordedPeople, AreThereExactlyAsLongAsTheClip) {
 }
 
 TEST(RecordedPeople, APlaceIsTheMiddleOfTheWayAndATurnTurnsIt) {
-  RecordedPeopleOptions options = InPlace(1);
+  RecordedPeopleOptions options = InPlace();
   const MotionClip clip = Walk();
   const People plain = Make(options, {clip});
   options.x_m = {1.25};
@@ -186,7 +182,7 @@ TEST(RecordedPeople, PeopleOfOneFileKeepTheirPlacesAmongEachOther) {
 }
 
 TEST(RecordedPeople, AHeldPoseSwaysAndThenMovesWithoutAJump) {
-  RecordedPeopleOptions options = InPlace(1);
+  RecordedPeopleOptions options = InPlace();
   options.hold_s = {20.0};
   const MotionClip clip = Walk();
   const People people = Make(options, {clip});
@@ -229,24 +225,23 @@ TEST(RecordedPeople, AHeldPoseSwaysAndThenMovesWithoutAJump) {
   }
   // And then it is the clip.
   const double t = 22.0;
-  const People alone = Make(InPlace(1), {clip});
+  const People alone = Make(InPlace(), {clip});
   EXPECT_LT(Apart(people[0]->PoseAt(t)[3],
                   alone[0]->PoseAt(t - 20.0 - 0.5 * kStartRamp)[3]),
             1e-9);
 }
 
 TEST(RecordedPeople, JointCentresMoveWithTheAngleOfTheJoint) {
-  RecordedPeopleOptions options = InPlace(1);
+  RecordedPeopleOptions options = InPlace();
   const MotionClip clip = Walk();
   const People rigid = Make(options, {clip});
   options.joint_sway_m = 0.010;
   const People swaying = Make(options, {clip});
   std::vector<double> largest(17, 0.0);
   for (double t = 0.0; t < 3.96; t += 0.02) {
-    const Pose3d a = rigid[0]->PoseAt(t);
-    const Pose3d b = swaying[0]->PoseAt(t);
-    for (size_t j = 0; j < a.size(); ++j) {
-      largest[j] = std::max(largest[j], Apart(a[j], b[j]));
+    for (size_t j = 0; j < 17; ++j) {
+      largest[j] = std::max(
+          largest[j], Apart(rigid[0]->PoseAt(t)[j], swaying[0]->PoseAt(t)[j]));
     }
   }
   for (size_t j = 0; j < 5; ++j) EXPECT_EQ(largest[j], 0.0) << "the face";
@@ -262,15 +257,8 @@ TEST(RecordedPeople, JointCentresMoveWithTheAngleOfTheJoint) {
 }
 
 TEST(RecordedPeople, FacingAndHidingAreThoseOfTheSimulatedBody) {
-  SceneOptions options;
-  options.seed = 4;
-  options.people = 1;
-  options.duration_s = 2.0;
-  options.motion.visitors = 0.0;
-  options.motion.sitting = 0.0;
-  const Scene scene = MakeScene(options);
-  MotionClip clip = {"x", TruthOf(scene)};
-  const People people = Make(InPlace(1), {clip});
+  const Scene scene = Walkers(1);
+  const People people = Make(InPlace(), {Walk()});
   for (const double t : {0.0, 0.7, 1.5}) {
     const SegmentPose seen = people[0]->TrunkAt(t);
     const SegmentPose simulated = scene.people[0]->TrunkAt(t);
@@ -294,26 +282,30 @@ TEST(RecordedPeople, LongGapsEmptyTheSceneAndShortOnesAreBridged) {
   auto& frames = clip.tracks.frames;
   for (size_t f = 30; f < 36; ++f) frames[f].people.clear();  // 0.23 s
   for (size_t f = 60; f < 75; ++f) frames[f].people.clear();  // 0.53 s
-  const People people = Make(InPlace(1), {clip});
+  const People people = Make(InPlace(), {clip});
   EXPECT_TRUE(people[0]->PresentAt(1.1));
   EXPECT_FALSE(people[0]->PresentAt(2.2));
   EXPECT_TRUE(people[0]->PresentAt(2.6));
   EXPECT_EQ(people[0]->Facts().present.size(), 2u);
 }
 
+std::string ErrorOf(const RecordedPeopleOptions& options,
+                    const MotionClip& clip) {
+  try {
+    Make(options, {clip});
+  } catch (const InputError& error) {
+    return error.what();
+  } catch (const OptionError& error) {
+    return error.key() + ": " + error.message();
+  }
+  return "";
+}
+
 TEST(RecordedPeople, BadClipsAreNamed) {
   const auto expect = [](const std::string& text, auto spoil) {
     MotionClip clip = Walk();
     spoil(&clip.tracks);
-    std::string message;
-    try {
-      Make(RecordedPeopleOptions(), {clip});
-    } catch (const InputError& error) {
-      message = error.what();
-    } catch (const OptionError& error) {
-      message = error.key() + ": " + error.message();
-    }
-    EXPECT_THAT(message, HasSubstr(text));
+    EXPECT_THAT(ErrorOf({}, clip), HasSubstr(text));
   };
   expect("walk.jsonl: no frames", [](auto* t) { t->frames.clear(); });
   expect("walk.jsonl: no people", [](auto* t) {
@@ -340,23 +332,18 @@ TEST(RecordedPeople, BadClipsAreNamed) {
 }
 
 TEST(RecordedPeople, OptionsThatDoNotFitTheClipsAreNamed) {
-  const auto key = [](const std::function<void(RecordedPeopleOptions*)>& set) {
+  const auto expect = [](const std::string& key, auto set) {
     RecordedPeopleOptions options;
     set(&options);
-    try {
-      Make(options, {Walk()});
-    } catch (const OptionError& error) {
-      return error.key();
-    }
-    return std::string("none");
+    EXPECT_THAT(ErrorOf(options, Walk()), StartsWith(key + ": "));
   };
-  EXPECT_EQ(key([](auto* o) { o->start_s = {0.0, 1.0}; }), "start");
-  EXPECT_EQ(key([](auto* o) { o->hold_s = {0.0, 1.0}; }), "hold");
-  EXPECT_EQ(key([](auto* o) { o->hold_s = {-1.0}; }), "hold");
-  EXPECT_EQ(key([](auto* o) { o->x_m = {1.0}; }), "y");
-  EXPECT_EQ(key([](auto* o) { o->y_m = {1.0}; }), "x");
-  EXPECT_EQ(key([](auto* o) { o->turn_deg = {1.0, 2.0}; }), "turn");
-  EXPECT_EQ(key([](auto* o) { o->joint_sway_m = 1.0; }), "joint_sway");
+  expect("start", [](auto* o) { o->start_s = {0.0, 1.0}; });
+  expect("hold", [](auto* o) { o->hold_s = {0.0, 1.0}; });
+  expect("hold", [](auto* o) { o->hold_s = {-1.0}; });
+  expect("y", [](auto* o) { o->x_m = {1.0}; });
+  expect("x", [](auto* o) { o->y_m = {1.0}; });
+  expect("turn", [](auto* o) { o->turn_deg = {1.0, 2.0}; });
+  expect("joint_sway", [](auto* o) { o->joint_sway_m = 1.0; });
   // Two clips of the same walk on a floor that holds but one.
   ClipRoom room;
   room.radius_m = 0.1;
@@ -366,7 +353,7 @@ TEST(RecordedPeople, OptionsThatDoNotFitTheClipsAreNamed) {
 }
 
 TEST(RecordedPeople, NobodyWalksIntoACamera) {
-  RecordedPeopleOptions options = InPlace(1);
+  RecordedPeopleOptions options = InPlace();
   options.x_m = {6.5};
   SceneOptions scene;
   scene.cameras.height_m = 1.0;

@@ -56,15 +56,12 @@ double BoneSpread(const Scene& scene) {
 }
 
 TEST(Scene, BonesKeepTheirLength) {
+  SceneOptions options = Options(3, 4);
   for (const char* skeleton : {"coco17", "body25", "body25b", "panoptic19"}) {
-    SceneOptions options = Options(3, 4);
     options.skeleton = skeleton;
     EXPECT_LT(BoneSpread(MakeScene(options)), 1e-12) << skeleton;
   }
-}
-
-TEST(Scene, FlexibleTrunkMovesOnlyWhatCrossesSpineAndNeck) {
-  SceneOptions options = Options(3, 3);
+  // A flexible trunk moves only what crosses spine and neck.
   options.trunk_flexibility = 1.0;
   options.skeleton = "body25";  // no bone crosses the spine but on its axis
   EXPECT_LT(BoneSpread(MakeScene(options)), 1e-12);
@@ -99,17 +96,17 @@ TEST(Scene, MovesWithinHumanLimits) {
       const int j = scene.skeleton.IndexOf(limit.joint);
       double speed = 0.0;
       double acceleration = 0.0;
-      ForEachPose(scene, [&](size_t k, size_t i, const Pose3d& b) {
+      ForEachPose(scene, [&](size_t k, size_t i, const Pose3d& now) {
         if (k == 0 || k + 1 == scene.poses.size()) return;
-        const Pose3d& a = scene.poses[k - 1][i];
-        const Pose3d& c = scene.poses[k + 1][i];
-        if (a.empty() || c.empty()) return;
-        const Vector3d v = (c[j].position_m - a[j].position_m) / (2.0 * dt);
-        const Vector3d acc =
-            (c[j].position_m - 2.0 * b[j].position_m + a[j].position_m) /
-            (dt * dt);
-        speed = std::max(speed, v.norm());
-        acceleration = std::max(acceleration, acc.norm());
+        const Pose3d& before = scene.poses[k - 1][i];
+        const Pose3d& after = scene.poses[k + 1][i];
+        if (before.empty() || after.empty()) return;
+        const Vector3d& a = before[j].position_m;
+        const Vector3d& b = now[j].position_m;
+        const Vector3d& c = after[j].position_m;
+        speed = std::max(speed, (c - a).norm() / (2.0 * dt));
+        acceleration =
+            std::max(acceleration, (c - 2.0 * b + a).norm() / (dt * dt));
       });
       EXPECT_LT(speed, limit.speed_ms) << limit.joint << " seed " << seed;
       EXPECT_LT(acceleration, limit.acceleration_ms2)
@@ -176,11 +173,9 @@ TEST(Scene, PeoplePassAtADistance) {
         const Pose3d& other = scene.poses[frame][k];
         if (other.empty()) continue;
         for (const int joint : {hip, neck}) {
-          const double gap = (pose[joint].position_m - other[joint].position_m)
-                                 .head<2>()
-                                 .norm();
-          closest = std::min(closest, gap);
-          near += gap < 1.0 ? 1 : 0;
+          const Vector3d gap = pose[joint].position_m - other[joint].position_m;
+          closest = std::min(closest, gap.head<2>().norm());
+          near += gap.head<2>().norm() < 1.0 ? 1 : 0;
         }
       }
     });
