@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
-#include <utility>
 
 #include "core/data/box.h"
 
@@ -137,113 +136,42 @@ double CrossViewAffinity(const Observation& observation,
   return sum;
 }
 
-// One of them, ready for one person after another. Keeps its memory between
-// calls.
-class AffinityMeasure {
- public:
-  virtual ~AffinityMeasure() = default;
-  // Whom the calls of Of() that follow are about, in the view of `camera`.
-  // What `target` points at must not change before the last of them.
-  virtual void SetTarget(const AssociationTarget& target,
-                         const Camera& camera) = 0;
-  // Whether an observation whose joints lie in `box` may have one above zero.
-  virtual bool MayMatch(const Eigen::AlignedBox2d& /*box*/) const {
-    return true;
+void ViewMatcher::SetTarget(const AssociationTarget& target,
+                            const Camera& camera) {
+  last_seen_.clear();
+  const bool cross_view = options_.affinity == AffinityKind::kCrossView;
+  if (cross_view && options_.target_2d == Target2d::kMatched) return;
+  ProjectPose(*target.pose, camera, joints_, &projected_);
+  if (cross_view) last_seen_.resize(target.pose->size());
+  box_.setEmpty();
+  for (const int j : joints_) {
+    if (!projected_.valid[j]) continue;
+    if (cross_view) last_seen_[j] = {true, projected_.px[j], target.age_frames};
+    box_.extend(projected_.px[j]);
   }
-  // > 0: may be matched, the greater the better.
-  virtual double Of(const Observation& observation) const = 0;
-};
-
-namespace {
-
-class ProjectionMeasure final : public AffinityMeasure {
- public:
-  ProjectionMeasure(const AssociationOptions& options, std::vector<int> joints)
-      : options_(options), joints_(std::move(joints)) {}
-
-  void SetTarget(const AssociationTarget& target,
-                 const Camera& camera) override {
-    ProjectPose(*target.pose, camera, joints_, &projected_);
-    age_frames_ = target.age_frames;
-    gate_px_ = GatePx(*target.pose, age_frames_, camera, options_);
-    box_.setEmpty();
-    for (const int j : joints_) {
-      if (projected_.valid[j]) box_.extend(projected_.px[j]);
-    }
-  }
-  // A joint beyond its gate adds nothing, or less.
-  bool MayMatch(const Eigen::AlignedBox2d& box) const override {
-    return !(GapPx(box, box_) > gate_px_);
-  }
-  double Of(const Observation& observation) const override {
-    return Affinity(observation, projected_, age_frames_, gate_px_, joints_,
-                    options_);
-  }
-
- private:
-  AssociationOptions options_;
-  std::vector<int> joints_;
-  ProjectedPose projected_;
-  Eigen::AlignedBox2d box_;  // around what is projected
-  double age_frames_ = 0.0;
-  double gate_px_ = 0.0;
-};
-
-class CrossViewMeasure final : public AffinityMeasure {
- public:
-  CrossViewMeasure(const AssociationOptions& options, std::vector<int> joints)
-      : options_(options), joints_(std::move(joints)) {}
-
-  void SetTarget(const AssociationTarget& target,
-                 const Camera& camera) override {
-    camera_ = &camera;
-    const bool has_expected = target.expected != nullptr;
-    expected_ = has_expected ? target.expected : target.pose;
-    expected_age_frames_ =
-        has_expected ? target.expected_age_frames : target.age_frames;
-    last_seen_ = &kNever;
-    if (options_.target_2d == Target2d::kMatched) {
-      if (target.last_seen != nullptr) last_seen_ = target.last_seen;
-      return;
-    }
-    ProjectPose(*target.pose, camera, joints_, &projected_);
-    projected_joints_.assign(target.pose->size(), LastSeenJoint());
-    for (const int j : joints_) {
-      if (!projected_.valid[j]) continue;
-      projected_joints_[j] = {true, projected_.px[j], target.age_frames};
-    }
-    last_seen_ = &projected_joints_;
-  }
-  double Of(const Observation& observation) const override {
-    return CrossViewAffinity(observation, *last_seen_, *expected_,
-                             expected_age_frames_, *camera_, joints_, options_);
-  }
-
- private:
-  inline static const std::vector<LastSeenJoint> kNever;
-
-  AssociationOptions options_;
-  std::vector<int> joints_;
-  const Camera* camera_ = nullptr;
-  const Pose3d* expected_ = nullptr;
-  double expected_age_frames_ = 0.0;
-  const std::vector<LastSeenJoint>* last_seen_ = &kNever;
-  ProjectedPose projected_;
-  std::vector<LastSeenJoint> projected_joints_;
-};
-
-}  // namespace
-
-ViewMatcher::ViewMatcher(const AssociationOptions& options,
-                         std::vector<int> joints) {
-  if (options.affinity == AffinityKind::kCrossView) {
-    measure_ = std::make_unique<CrossViewMeasure>(options, std::move(joints));
-  } else {
-    measure_ = std::make_unique<ProjectionMeasure>(options, std::move(joints));
-  }
+  gate_px_ = GatePx(*target.pose, target.age_frames, camera, options_);
 }
 
-ViewMatcher::~ViewMatcher() = default;
+double ViewMatcher::AffinityOf(const AssociationTarget& target,
+                               const Observation& observation,
+                               const Eigen::AlignedBox2d& box,
+                               const Camera& camera) const {
+  if (options_.affinity != AffinityKind::kCrossView) {
+    // A joint beyond its gate adds nothing, or less.
+    if (GapPx(box, box_) > gate_px_) return 0.0;
+    return Affinity(observation, projected_, target.age_frames, gate_px_,
+                    joints_, options_);
+  }
+  const bool is_matched = options_.target_2d == Target2d::kMatched;
+  const auto& last_seen = is_matched && target.last_seen != nullptr
+                              ? *target.last_seen
+                              : last_seen_;
+  const bool has_expected = target.expected != nullptr;
+  return CrossViewAffinity(
+      observation, last_seen, has_expected ? *target.expected : *target.pose,
+      has_expected ? target.expected_age_frames : target.age_frames, camera,
+      joints_, options_);
+}
 
 void ViewMatcher::Match(const std::vector<AssociationTarget>& targets,
                         Span<Observation> observations, const Camera& camera,
@@ -257,15 +185,16 @@ void ViewMatcher::Match(const std::vector<AssociationTarget>& targets,
   }
   for (size_t row = 0; row < targets.size(); ++row) {
     if (cols == 0) break;
-    measure_->SetTarget(targets[row], camera);
+    SetTarget(targets[row], camera);
     for (size_t col = 0; col < cols; ++col) {
       // A pair that may not match must not influence the assignment either, so
       // a negative affinity counts as zero.
       const size_t pair = row * cols + col;
-      const bool may =
-          (barred.empty() || !barred[pair]) && measure_->MayMatch(boxes_[col]);
       affinities_[pair] =
-          may ? std::max(0.0, measure_->Of(observations[col])) : 0.0;
+          !barred.empty() && barred[pair]
+              ? 0.0
+              : std::max(0.0, AffinityOf(targets[row], observations[col],
+                                         boxes_[col], camera));
     }
   }
   solver_.MaximisePositive(affinities_, static_cast<int>(targets.size()),

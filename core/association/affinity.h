@@ -6,7 +6,7 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
-#include <memory>
+#include <utility>
 #include <vector>
 
 #include "core/assignment/hungarian.h"
@@ -80,8 +80,8 @@ double CrossViewAffinity(const Observation& observation,
 // the assignment of the largest total. Keeps its memory between calls.
 class ViewMatcher {
  public:
-  ViewMatcher(const AssociationOptions& options, std::vector<int> joints);
-  ~ViewMatcher();
+  ViewMatcher(const AssociationOptions& options, std::vector<int> joints)
+      : options_(options), joints_(std::move(joints)) {}
 
   // (*match)[target] is the index of its observation, or -1. A pair is a match
   // only if its affinity is > 0, with no tolerance. Pairs that are `barred`
@@ -99,10 +99,24 @@ class ViewMatcher {
   const std::vector<double>& affinities() const { return affinities_; }
 
  private:
-  std::unique_ptr<class AffinityMeasure> measure_;
+  // Whom the calls of AffinityOf that follow are about.
+  void SetTarget(const AssociationTarget& target, const Camera& camera);
+  // `box` is around the observation's joints.
+  double AffinityOf(const AssociationTarget& target,
+                    const Observation& observation,
+                    const Eigen::AlignedBox2d& box, const Camera& camera) const;
+
+  AssociationOptions options_;
+  std::vector<int> joints_;
   HungarianSolver solver_;
   std::vector<double> affinities_;
   std::vector<Eigen::AlignedBox2d> boxes_;  // of the observations
+  // The target in this view, and for cross_view its joints as last seen; none
+  // where what was matched counts.
+  ProjectedPose projected_;
+  Eigen::AlignedBox2d box_;
+  double gate_px_ = 0.0;
+  std::vector<LastSeenJoint> last_seen_;
 };
 
 }  // namespace kinegraph

@@ -5,120 +5,72 @@
 #include <utility>
 
 namespace kinegraph {
-namespace {
 
-// Paper, section 3.3: E = sum over joints of 1 - distance / alpha, summed over
-// the joints both have, averaged over the group's views.
-class AffinitySumRule final : public GroupingRule {
- public:
-  AffinitySumRule(const InitialisationOptions& options,
-                  const EpipolarGeometry& epipolar, std::vector<int> joints)
-      : alpha_px_(options.alpha_group_px),
-        min_common_(ScaledJoints(options.min_common_joints, joints.size())),
-        epipolar_(&epipolar),
-        joints_(std::move(joints)) {}
-
-  double Gain(const ObservationGroup& group,
-              const Observation& detection) const override {
-    if (detection.found_count < min_common_) return 0.0;
-    double total = 0.0;
-    int views = 0;
-    for (const Observation* member : group) {
-      if (member->found_count < min_common_) continue;
-      double sum = 0.0;
-      int common = 0;
-      auto left = static_cast<double>(joints_.size());
-      for (const int j : joints_) {
-        // One that is far off is so by its first joints.
-        if (group.size() == 1 && sum + left < 0.0) return 0.0;
-        left -= 1.0;
-        if (!member->joints[j].found || !detection.joints[j].found) continue;
-        ++common;
-        sum += 1.0 - epipolar_->Distance(member->view_idx, member->ideal_px[j],
-                                         detection.view_idx,
-                                         detection.ideal_px[j]) /
-                         alpha_px_;
-      }
-      if (common == 0 || common < min_common_) continue;
-      total += sum;
-      ++views;
-    }
-    // A pair that may not be joined must not influence the assignment either.
-    return views == 0 ? 0.0 : std::max(0.0, total / views);
+double GroupingRule::Gain(const ObservationGroup& group,
+                          const Observation& detection) const {
+  if (options_.rule == InitialisationRule::kAffinitySum) {
+    return AffinitySum(group, detection);
   }
+  double total = 0.0;
+  for (const Observation* member : group) total += Cost(*member, detection);
+  return -total / static_cast<double>(group.size());
+}
 
-  void Assign(Span<double> gains, int groups, int detections,
-              HungarianSolver* solver,
-              std::vector<int>* detection_of_group) const override {
-    solver->MaximisePositive(gains, groups, detections, detection_of_group);
-  }
-  bool Accept(const ObservationGroup&, const Observation&) const override {
+bool GroupingRule::Accept(const ObservationGroup& group,
+                          const Observation& detection) const {
+  if (options_.rule == InitialisationRule::kAffinitySum ||
+      !(detection.mean_confidence > options_.veto_confidence)) {
     return true;
   }
+  return std::none_of(group.begin(), group.end(), [&](const auto* member) {
+    return Cost(*member, detection) > 1.0;
+  });
+}
 
- private:
-  double alpha_px_;
-  int min_common_;
-  const EpipolarGeometry* epipolar_;
-  std::vector<int> joints_;
-};
-
-// The authors' code: mean over member views of the mean over joints of the
-// confidence-weighted epipolar distance, divided by a threshold; minimised.
-class WeightedDistanceRule final : public GroupingRule {
- public:
-  WeightedDistanceRule(const InitialisationOptions& options,
-                       const EpipolarGeometry& epipolar,
-                       std::vector<int> joints)
-      : alpha_px_(options.alpha_group_px),
-        veto_confidence_(options.veto_confidence),
-        epipolar_(&epipolar),
-        joints_(std::move(joints)) {}
-
-  double Gain(const ObservationGroup& group,
-              const Observation& detection) const override {
-    double total = 0.0;
-    for (const Observation* member : group) total += Cost(*member, detection);
-    return -total / static_cast<double>(group.size());
-  }
-
-  void Assign(Span<double> gains, int groups, int detections,
-              HungarianSolver* solver,
-              std::vector<int>* detection_of_group) const override {
-    solver->Maximise(gains, groups, detections, detection_of_group);
-  }
-  bool Accept(const ObservationGroup& group,
-              const Observation& detection) const override {
-    if (!(detection.mean_confidence > veto_confidence_)) return true;
-    return std::none_of(group.begin(), group.end(), [&](const auto* member) {
-      return Cost(*member, detection) > 1.0;
-    });
-  }
-
- private:
-  // Two poses without a common joint cost as much as a clear contradiction.
-  static constexpr double kNothingInCommon = 1e6;
-
-  double Cost(const Observation& a, const Observation& b) const {
+double GroupingRule::AffinitySum(const ObservationGroup& group,
+                                 const Observation& detection) const {
+  if (detection.found_count < min_common_) return 0.0;
+  double total = 0.0;
+  int views = 0;
+  for (const Observation* member : group) {
+    if (member->found_count < min_common_) continue;
     double sum = 0.0;
     int common = 0;
+    auto left = static_cast<double>(joints_.size());
     for (const int j : joints_) {
-      if (!a.joints[j].found || !b.joints[j].found) continue;
+      // One that is far off is so by its first joints.
+      if (group.size() == 1 && sum + left < 0.0) return 0.0;
+      left -= 1.0;
+      if (!member->joints[j].found || !detection.joints[j].found) continue;
       ++common;
-      sum += epipolar_->WeightedDistance(a.view_idx, a.ideal_px[j],
-                                         a.joints[j].confidence, b.view_idx,
-                                         b.ideal_px[j], b.joints[j].confidence);
+      sum +=
+          1.0 - epipolar_->Distance(member->view_idx, member->ideal_px[j],
+                                    detection.view_idx, detection.ideal_px[j]) /
+                    options_.alpha_group_px;
     }
-    return common == 0 ? kNothingInCommon : sum / common / alpha_px_;
+    if (common == 0 || common < min_common_) continue;
+    total += sum;
+    ++views;
   }
+  // A pair that may not be joined must not influence the assignment either.
+  return views == 0 ? 0.0 : std::max(0.0, total / views);
+}
 
-  double alpha_px_;
-  double veto_confidence_;
-  const EpipolarGeometry* epipolar_;
-  std::vector<int> joints_;
-};
-
-}  // namespace
+double GroupingRule::Cost(const Observation& a, const Observation& b) const {
+  // Two poses without a common joint cost as much as a clear contradiction.
+  constexpr double kNothingInCommon = 1e6;
+  double sum = 0.0;
+  int common = 0;
+  for (const int j : joints_) {
+    if (!a.joints[j].found || !b.joints[j].found) continue;
+    ++common;
+    sum += epipolar_->WeightedDistance(a.view_idx, a.ideal_px[j],
+                                       a.joints[j].confidence, b.view_idx,
+                                       b.ideal_px[j], b.joints[j].confidence);
+  }
+  return common == 0 ? kNothingInCommon
+                     : sum / common / options_.alpha_group_px;
+}
 
 void InitialisationOptions::Describe(OptionVisitor& visitor) {
   visitor.Choice("rule", &rule, {"affinity_sum", "weighted_distance"},
@@ -135,24 +87,13 @@ void InitialisationOptions::Describe(OptionVisitor& visitor) {
                  "triangulated joints that a new person must have");
 }
 
-std::unique_ptr<GroupingRule> MakeGroupingRule(
-    const InitialisationOptions& options, const EpipolarGeometry& epipolar,
-    std::vector<int> joints) {
-  if (options.rule == InitialisationRule::kAffinitySum) {
-    return std::make_unique<AffinitySumRule>(options, epipolar,
-                                             std::move(joints));
-  }
-  return std::make_unique<WeightedDistanceRule>(options, epipolar,
-                                                std::move(joints));
-}
-
 Initialiser::Initialiser(const InitialisationOptions& options,
                          const EpipolarGeometry& epipolar,
                          Reconstructor* reconstructor, std::vector<int> joints)
     : options_(options),
       reconstructor_(reconstructor),
       joints_(joints),
-      rule_(MakeGroupingRule(options, epipolar, std::move(joints))) {}
+      rule_(options, epipolar, std::move(joints)) {}
 
 // Algorithm 2, a view: its detections join the groups of the views before by
 // the assignment of the largest total gain, or begin groups of their own.
@@ -161,18 +102,21 @@ void Initialiser::AssignView(const ObservationGroup& detections) {
   gains_.resize(groups_.size() * cols);
   for (size_t g = 0; g < groups_.size(); ++g) {
     for (size_t d = 0; d < cols; ++d) {
-      gains_[g * cols + d] = rule_->Gain(groups_[g], *detections[d]);
+      gains_[g * cols + d] = rule_.Gain(groups_[g], *detections[d]);
     }
   }
   const size_t group_count = groups_.size();
-  rule_->Assign(gains_, static_cast<int>(group_count), static_cast<int>(cols),
-                &solver_, &detection_of_group_);
+  const auto assign = options_.rule == InitialisationRule::kAffinitySum
+                          ? &HungarianSolver::MaximisePositive
+                          : &HungarianSolver::Maximise;
+  (solver_.*assign)(gains_, static_cast<int>(group_count),
+                    static_cast<int>(cols), &detection_of_group_);
   std::vector<char> joined(cols, 0);
   for (size_t g = 0; g < group_count; ++g) {
     const int d = detection_of_group_[g];
     if (d < 0) continue;
     // There is no second choice: a refused pair stays unjoined.
-    if (!rule_->Accept(groups_[g], *detections[d])) continue;
+    if (!rule_.Accept(groups_[g], *detections[d])) continue;
     groups_[g].push_back(detections[d]);
     joined[d] = 1;
   }

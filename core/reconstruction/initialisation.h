@@ -2,8 +2,7 @@
 #ifndef KINEGRAPH_CORE_RECONSTRUCTION_INITIALISATION_H_
 #define KINEGRAPH_CORE_RECONSTRUCTION_INITIALISATION_H_
 
-#include <memory>
-#include <optional>
+#include <utility>
 #include <vector>
 
 #include "core/assignment/hungarian.h"
@@ -17,25 +16,37 @@ namespace kinegraph {
 // Detections of different views that seem to be one person, in view order.
 using ObservationGroup = std::vector<const Observation*>;
 
-// How much a detection belongs to a group: the two published rules.
+// How much a detection belongs to a group, by one of the two published rules.
 class GroupingRule {
  public:
-  virtual ~GroupingRule() = default;
-  virtual double Gain(const ObservationGroup& group,
-                      const Observation& detection) const = 0;
-  // The largest total of the gains, groups x detections; -1: none.
-  virtual void Assign(Span<double> gains, int groups, int detections,
-                      HungarianSolver* solver,
-                      std::vector<int>* detection_of_group) const = 0;
-  // Whether a pair that the assignment chose may be joined.
-  virtual bool Accept(const ObservationGroup& group,
-                      const Observation& detection) const = 0;
-};
+  // `epipolar` must outlive the rule. `joints` are the association joints.
+  GroupingRule(const InitialisationOptions& options,
+               const EpipolarGeometry& epipolar, std::vector<int> joints)
+      : options_(options),
+        epipolar_(&epipolar),
+        joints_(std::move(joints)),
+        min_common_(ScaledJoints(options.min_common_joints, joints_.size())) {}
 
-// `epipolar` must outlive the rule. `joints` are the association joints.
-std::unique_ptr<GroupingRule> MakeGroupingRule(
-    const InitialisationOptions& options, const EpipolarGeometry& epipolar,
-    std::vector<int> joints);
+  double Gain(const ObservationGroup& group,
+              const Observation& detection) const;
+  // Whether a pair that the assignment chose may be joined.
+  bool Accept(const ObservationGroup& group,
+              const Observation& detection) const;
+
+ private:
+  // Paper, section 3.3: E = sum over joints of 1 - distance / alpha, summed
+  // over the joints both have, averaged over the group's views.
+  double AffinitySum(const ObservationGroup& group,
+                     const Observation& detection) const;
+  // The authors' code: mean over the joints of the confidence-weighted epipolar
+  // distance, divided by a threshold. Its mean over the group is minimised.
+  double Cost(const Observation& a, const Observation& b) const;
+
+  InitialisationOptions options_;
+  const EpipolarGeometry* epipolar_;
+  std::vector<int> joints_;
+  int min_common_;
+};
 
 struct NewPerson {
   ObservationGroup members;
@@ -62,7 +73,7 @@ class Initialiser {
   InitialisationOptions options_;
   Reconstructor* reconstructor_;
   std::vector<int> joints_;
-  std::unique_ptr<GroupingRule> rule_;
+  GroupingRule rule_;
   HungarianSolver solver_;
   std::vector<ObservationGroup> groups_;
   ObservationGroup eligible_;

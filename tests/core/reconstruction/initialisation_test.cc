@@ -2,7 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <memory>
 #include <vector>
 
 #include "tests/support/rig.h"
@@ -133,8 +132,8 @@ class WeightedDistanceTest : public InitialisationTest {
     return sum / 17.0 / 60.0;
   }
 
-  const std::unique_ptr<GroupingRule> rule_ =
-      MakeGroupingRule(AuthorsCode(), epipolar_, Coco17().association_joints());
+  const GroupingRule rule_{AuthorsCode(), epipolar_,
+                           Coco17().association_joints()};
 };
 
 TEST_F(WeightedDistanceTest, GainIsTheMeanCostOverTheGroup) {
@@ -144,7 +143,7 @@ TEST_F(WeightedDistanceTest, GainIsTheMeanCostOverTheGroup) {
   const double expected =
       -0.5 * (Cost(seen_[0], seen_[2]) + Cost(seen_[1], seen_[2]));
   EXPECT_LT(expected, -0.01);
-  EXPECT_NEAR(rule_->Gain({&seen_[0], &seen_[1]}, seen_[2]), expected, 1e-12);
+  EXPECT_NEAR(rule_.Gain({&seen_[0], &seen_[1]}, seen_[2]), expected, 1e-12);
 }
 
 TEST_F(WeightedDistanceTest, AnyMemberVetoesASureDetectionOnly) {
@@ -153,9 +152,9 @@ TEST_F(WeightedDistanceTest, AnyMemberVetoesASureDetectionOnly) {
   const ObservationGroup group = {&seen_[0], &seen_[1]};
   ASSERT_GT(std::max(Cost(seen_[0], seen_[2]), Cost(seen_[1], seen_[2])), 1.0);
   seen_[2].mean_confidence = 0.51;
-  EXPECT_FALSE(rule_->Accept(group, seen_[2]));
+  EXPECT_FALSE(rule_.Accept(group, seen_[2]));
   seen_[2].mean_confidence = 0.5;
-  EXPECT_TRUE(rule_->Accept(group, seen_[2])) << "not above 0.5";
+  EXPECT_TRUE(rule_.Accept(group, seen_[2])) << "not above 0.5";
 }
 
 TEST_F(WeightedDistanceTest, AVetoPartsAPairThatTheAssignmentChose) {
