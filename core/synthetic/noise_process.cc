@@ -4,15 +4,10 @@
 #include <cmath>
 
 namespace kinegraph {
-namespace {
-
 Eigen::Vector2d NormalVector(Random* random) {
   const double x = random->Normal();
-  const double y = random->Normal();
-  return {x, y};
+  return {x, random->Normal()};
 }
-
-}  // namespace
 
 bool MarkovBursts::Step(double rate, double mean_frames, Random* random) {
   // A burst ends when the level is redrawn (probability q) and lands above the

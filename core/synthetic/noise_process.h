@@ -9,6 +9,9 @@
 
 namespace kinegraph {
 
+// Independent numbers of unit variance.
+Eigen::Vector2d NormalVector(Random* random);
+
 // Something that is on with a given rate, in bursts of geometric length: a
 // two-state Markov chain. It compares a hidden uniform number, redrawn now and
 // then, with the rate, so the rate may change from frame to frame.

@@ -51,15 +51,6 @@ const Skeleton& SkeletonNamed(const std::string& name) {
                     "found '" + Printable(name) + "', known are " + known);
 }
 
-PersonPose TruePerson(int id, Pose3d joints, size_t views) {
-  PersonPose person;
-  person.id = TrackId(id);
-  person.inlier_views.assign(joints.size(), static_cast<int>(views));
-  person.joints = std::move(joints);
-  person.score = 1.0;
-  return person;
-}
-
 using People = std::vector<std::shared_ptr<const Actor>>;
 
 Scene FilledScene(const SceneOptions& options, const Skeleton& skeleton,
@@ -103,17 +94,6 @@ void CheckPeopleOffCameras(const Scene& scene) {
       }
     }
   }
-}
-
-TrackHeader TruthHeader(const Scene& scene) {
-  TrackHeader header;
-  header.skeleton = scene.skeleton;
-  header.mode = "truth";
-  header.frame_rate_hz = scene.frame_rate_hz;
-  for (const Camera& camera : scene.cameras) {
-    header.view_names.push_back(camera.name());
-  }
-  return header;
 }
 
 }  // namespace
@@ -252,18 +232,26 @@ TrackSequence TruthOf(const Scene& scene) {
 TrackSequence TruthAt(const Scene& scene,
                       const std::vector<FrameTime>& frames) {
   TrackSequence truth;
-  truth.header = TruthHeader(scene);
+  truth.header.skeleton = scene.skeleton;
+  truth.header.mode = "truth";
+  truth.header.frame_rate_hz = scene.frame_rate_hz;
+  for (const Camera& camera : scene.cameras) {
+    truth.header.view_names.push_back(camera.name());
+  }
   for (const FrameTime& at : frames) {
-    TrackFrame frame;
+    TrackFrame& frame = truth.frames.emplace_back();
     frame.frame = at.frame;
     frame.time = at.time;
     for (size_t i = 0; i < scene.people.size(); ++i) {
       Pose3d pose = PersonAt(*scene.people[i], at.time);
       if (pose.empty()) continue;
-      frame.people.push_back(TruePerson(static_cast<int>(i), std::move(pose),
-                                        scene.cameras.size()));
+      PersonPose& person = frame.people.emplace_back();
+      person.id = TrackId(static_cast<int64_t>(i));
+      person.inlier_views.assign(pose.size(),
+                                 static_cast<int>(scene.cameras.size()));
+      person.joints = std::move(pose);
+      person.score = 1.0;
     }
-    truth.frames.push_back(std::move(frame));
   }
   return truth;
 }

@@ -3,7 +3,6 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
-#include <memory>
 #include <utility>
 
 #include "core/base/constants.h"
@@ -126,10 +125,13 @@ class PersonObserver {
         confidence_(seed(Stream::kConfidence)),
         people_(seed(Stream::kPeople)),
         joints_(skeleton_.joints().size()) {
-    for (const std::string& joint : skeleton_.joints()) {
-      const auto at = options.found_by_azimuth.find(joint);
-      found_by_azimuth_.push_back(
-          at == options.found_by_azimuth.end() ? nullptr : &at->second);
+    for (size_t j = 0; j < joints_.size(); ++j) {
+      joints_[j].noise =
+          &options.Of(skeleton_.joint_class(static_cast<int>(j)));
+      const auto at = options.found_by_azimuth.find(skeleton_.joints()[j]);
+      if (at != options.found_by_azimuth.end()) {
+        joints_[j].found_by_azimuth = &at->second;
+      }
     }
   }
 
@@ -184,6 +186,10 @@ class PersonObserver {
 
  private:
   struct JointState {
+    const JointNoise* noise = nullptr;
+    // The share of frames in which it is found, by azimuth; null where the
+    // table does not name it.
+    const std::vector<double>* found_by_azimuth = nullptr;
     Vector2d fixed = Vector2d::Zero();
     SlowGaussian slow;
     SlowGaussian spread;
@@ -207,9 +213,10 @@ class PersonObserver {
   }
 
   bool Misses(int joint, const PersonSight& person) {
-    const JointNoise& noise = options_.Of(skeleton_.joint_class(joint));
+    JointState& state = joints_[joint];
+    const JointNoise& noise = *state.noise;
     double rate = noise.missing_rate;
-    if (const std::vector<double>* found = found_by_azimuth_[joint]) {
+    if (const std::vector<double>* found = state.found_by_azimuth) {
       const auto bins = static_cast<double>(found->size());
       const double place = (person.azimuth_deg + 180.0) / 360.0 * bins;
       const size_t bin =
@@ -219,18 +226,14 @@ class PersonObserver {
     if (person.joints[joint].hidden) {
       rate = std::max(rate, noise.hidden_missing_rate);
     }
-    return joints_[joint].missing.Step(rate, Frames(noise.missing_burst_s),
-                                       &missing_);
+    return state.missing.Step(rate, Frames(noise.missing_burst_s), &missing_);
   }
 
   Displacement PixelNoise(int joint, const JointSight& sight) {
-    const JointNoise& noise = options_.Of(skeleton_.joint_class(joint));
     JointState& state = joints_[joint];
+    const JointNoise& noise = *state.noise;
     const double rho = Correlation(noise.correlation_time_s, frame_rate_hz_);
-    auto normal = [&] {
-      const double x = pixels_.Normal();
-      return Vector2d(x, pixels_.Normal());
-    };
+    const auto normal = [&] { return NormalVector(&pixels_); };
     if (!state.started) {
       state.started = true;
       state.fixed = normal();
@@ -287,8 +290,8 @@ class PersonObserver {
   // Whether the joint is an outlier; moves `px` then.
   bool Outlier(int joint, const std::vector<PersonSight>& sights,
                Vector2d* px) {
-    const JointNoise& noise = options_.Of(skeleton_.joint_class(joint));
     JointState& state = joints_[joint];
+    const JointNoise& noise = *state.noise;
     const JointSight& sight = sights[person_].joints[joint];
     const int frames = std::max(
         1, static_cast<int>(std::lround(Frames(noise.outlier_burst_s))));
@@ -392,10 +395,9 @@ class PersonObserver {
     LabelledDetection second = first;
     second.truth.kind = DetectionKind::kDouble;
     for (Keypoint& joint : second.detection.joints) {
-      const double x = people_.Normal(0.0, kSigmaPx);
-      const double y = people_.Normal(0.0, kSigmaPx);
+      const Vector2d shift = kSigmaPx * NormalVector(&people_);
       if (people_.Chance(kKept)) {
-        joint.px += Vector2d(x, y);
+        joint.px += shift;
       } else {
         joint = Keypoint();
       }
@@ -421,8 +423,6 @@ class PersonObserver {
   MarkovBursts fragment_;
   MarkovBursts double_;
   std::vector<JointState> joints_;
-  // By joint; null where the table does not name it.
-  std::vector<const std::vector<double>*> found_by_azimuth_;
 };
 
 // ---- What it finds where nobody is ------------------------------------------
@@ -459,7 +459,11 @@ class FalsePeople {
       LabelledDetection labelled;
       labelled.truth.kind = DetectionKind::kFalse;
       labelled.detection = figure;
-      Shake(&labelled.detection);
+      constexpr double kSigmaPx = 1.5;
+      for (Keypoint& joint : labelled.detection.joints) {
+        const Vector2d shake = kSigmaPx * NormalVector(&random_);
+        if (joint.found) joint.px += shake;
+      }
       detections->push_back(std::move(labelled));
     }
   }
@@ -476,15 +480,6 @@ class FalsePeople {
       ++count;
     }
     return count;
-  }
-
-  void Shake(Detection* figure) {
-    constexpr double kSigmaPx = 1.5;
-    for (Keypoint& joint : figure->joints) {
-      const double x = random_.Normal(0.0, kSigmaPx);
-      const double y = random_.Normal(0.0, kSigmaPx);
-      if (joint.found) joint.px += Vector2d(x, y);
-    }
   }
 
   // A random person's projection at a random time; empty where it has none.
@@ -569,7 +564,7 @@ class View {
     }
   }
 
-  std::vector<LabelledDetection> Step(const SceneMoment& moment) {
+  std::vector<LabelledDetection> operator()(const SceneMoment& moment) {
     const std::vector<PersonSight> sights =
         Sights(camera_, moment, scene_.skeleton.joint_count());
     std::vector<LabelledDetection> detections;
@@ -631,8 +626,7 @@ SceneMoment LookAtScene(const Scene& scene, TimeNs time, bool with_obstacles) {
 
 ViewObserver ObserverOf(const NoiseOptions& options, const Scene& scene,
                         int view_idx) {
-  const auto view = std::make_shared<View>(options, scene, view_idx);
-  return [view](const SceneMoment& moment) { return view->Step(moment); };
+  return View(options, scene, view_idx);
 }
 
 }  // namespace kinegraph
