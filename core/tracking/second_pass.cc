@@ -219,9 +219,10 @@ void SecondPass::Process(const DetectionFrame& frame, TrackFrame first_pass) {
   for (const PersonPose& person : people) {
     const TrackRun* run = FindRun(person.id, &TrackRun::last, frame.frame);
     if (run == nullptr) continue;
-    followers_.emplace(person.id, EndFollower(person.joints, frame.time,
-                                              run->last_velocity_mps));
-    end_of_[person.id] = ends_++;
+    followers_.try_emplace(person.id,
+                           Following{EndFollower(person.joints, frame.time,
+                                                 run->last_velocity_mps),
+                                     ends_++});
   }
   Remember(std::move(now));
 }
@@ -335,7 +336,7 @@ void SecondPass::ExtendBack(const PersonPose& person, TimeNs time,
 void SecondPass::ExtendOn(Recent* now) {
   const TrackFrame& written = frames_[now->index];
   for (auto at = followers_.begin(); at != followers_.end();) {
-    EndFollower& follower = at->second;
+    EndFollower& follower = at->second.follower;
     const Pose3d expected = follower.At(written.time);
     const Seen seen = Look(expected, *now, observations_);
     const bool agreed = seen == Seen::kByTwo;
@@ -347,8 +348,7 @@ void SecondPass::ExtendOn(Recent* now) {
     if (agreed) follower.Agree(evidence_.reconstruction().pose, written.time);
     Take(now);
     AddFrame(written.frame, written.time, at->first, expected);
-    beyond_[at->first].push_back(
-        {written.frame, seen, end_of_[at->first], false});
+    beyond_[at->first].push_back({written.frame, seen, at->second.end, false});
     ++at;
   }
 }
@@ -373,42 +373,36 @@ void SecondPass::PackBefore(size_t end) {
   }
 }
 
-std::vector<char> SecondPass::KeptBeyond(
+std::map<int64_t, bool> SecondPass::KeptBeyond(
     const std::vector<Beyond>& beyond,
     const std::vector<FinalPose>& finals) const {
   std::map<int64_t, const PersonPose*> pose_at;
   for (const FinalPose& one : finals) pose_at[one.frame] = &one.person;
-  std::vector<char> kept(beyond.size(), 0);
+  std::map<int64_t, bool> kept;
   for (size_t begin = 0, stop = 0; begin < beyond.size(); begin = stop) {
     while (stop < beyond.size() && beyond[stop].end == beyond[begin].end) {
       ++stop;
     }
     // From the track outwards.
-    const size_t count = stop - begin;
-    const auto index = [&](size_t k) {
-      return beyond[begin].backward ? stop - 1 - k : begin + k;
-    };
+    std::vector<Beyond> end(beyond.begin() + static_cast<long>(begin),
+                            beyond.begin() + static_cast<long>(stop));
+    if (end.front().backward) std::reverse(end.begin(), end.end());
     size_t sure = 0;
-    for (size_t k = 0; k < count; ++k) {
-      if (beyond[index(k)].seen == Seen::kByTwo) sure = k + 1;
+    for (size_t k = 0; k < end.size(); ++k) {
+      if (end[k].seen == Seen::kByTwo) sure = k + 1;
     }
-    while (sure < count && beyond[index(sure)].seen == Seen::kByOne) {
-      const PersonPose* pose = pose_at[beyond[index(sure)].frame];
+    while (sure < end.size() && end[sure].seen == Seen::kByOne) {
+      const PersonPose* pose = pose_at[end[sure].frame];
       if (pose == nullptr || !IsSure(*pose)) break;
       ++sure;
     }
-    for (size_t k = 0; k < sure; ++k) kept[index(k)] = 1;
+    for (size_t k = 0; k < end.size(); ++k) kept[end[k].frame] = k < sure;
   }
   return kept;
 }
 
 void SecondPass::WritePerson(TrackId id, std::vector<FinalPose> finals) {
-  const std::vector<Beyond>& beyond = beyond_[id];
-  const std::vector<char> kept = KeptBeyond(beyond, finals);
-  std::map<int64_t, bool> is_kept;
-  for (size_t k = 0; k < beyond.size(); ++k) {
-    is_kept[beyond[k].frame] = kept[k] != 0;
-  }
+  const std::map<int64_t, bool> kept = KeptBeyond(beyond_[id], finals);
   PackedPoses& first_pass = packed_[id];
   auto at = frames_.begin();
   for (FinalPose& final_pose : finals) {
@@ -418,8 +412,8 @@ void SecondPass::WritePerson(TrackId id, std::vector<FinalPose> finals) {
     CHECK(at != frames_.end() && at->frame == final_pose.frame);
     const bool is_empty = CountPresent(final_pose.person.joints) == 0;
     final_pose.person.id = id;
-    const auto added = is_kept.find(final_pose.frame);
-    if (added != is_kept.end()) {
+    const auto added = kept.find(final_pose.frame);
+    if (added != kept.end()) {
       if (is_empty || !added->second) continue;
       const auto place = std::lower_bound(
           at->people.begin(), at->people.end(), id,

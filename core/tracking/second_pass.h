@@ -94,6 +94,10 @@ class SecondPass {
     size_t view = 0;
     size_t index = 0;
   };
+  struct Following {
+    EndFollower follower;
+    int end = 0;  // counts ends
+  };
   enum class Seen { kByNobody, kByOne, kByTwo };  // views that agree, or more
   // A frame beyond an end that was given to an estimator.
   struct Beyond {
@@ -117,8 +121,10 @@ class SecondPass {
   void ExtendOn(Recent* now);
   void Remember(Recent now);
   void PackBefore(size_t end);  // index in frames_
-  std::vector<char> KeptBeyond(const std::vector<Beyond>& beyond,
-                               const std::vector<FinalPose>& finals) const;
+  // Whether each frame beyond an end is written.
+  std::map<int64_t, bool> KeptBeyond(
+      const std::vector<Beyond>& beyond,
+      const std::vector<FinalPose>& finals) const;
   void WritePerson(TrackId id, std::vector<FinalPose> finals);
 
   SceneModel scene_;
@@ -136,8 +142,7 @@ class SecondPass {
   size_t packed_end_ = 0;
   std::map<TrackId, PackedPoses> packed_;
   std::map<TrackId, std::vector<TrackRun>> runs_;  // whose ends are extended
-  std::map<TrackId, EndFollower> followers_;       // beyond the last frame
-  std::map<TrackId, int> end_of_;                  // that a follower is at
+  std::map<TrackId, Following> followers_;         // beyond the last frame
   std::map<TrackId, std::vector<Beyond>> beyond_;
   int ends_ = 0;
   std::deque<Recent> recent_;
