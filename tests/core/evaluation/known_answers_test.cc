@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -42,24 +43,21 @@ constexpr auto kVoxelpose = HeadConversion::kVoxelposeShelf;
 constexpr auto kRaw = HeadConversion::kRaw;
 
 // data/shelf/reference/README.md.
-const std::vector<Row>& ReferenceRows() {
-  using G = PcpGroup;
-  static const std::vector<Row> kRows = {
-      {kChu, G::kHead, {99.28, 100, 96.89, 84.85}, 98.73, kNone},
-      {kChu, G::kTorso, {100, 100, 100, 87.88}, 100, kNone},
-      {kChu, G::kUpperArms, {99.82, 100, 93.79, 86.36}, 97.87, kNone},
-      {kChu, G::kLowerArms, {99.10, 71.62, 95.96, 66.67}, 88.90, kNone},
-      {kChu, G::kUpperLegs, {100, 100, 100, 87.88}, 100, kNone},
-      {kChu, G::kLowerLegs, {100, 100, 100, 81.82}, 100, kNone},
-      {kChu, G::kTotal, {99.71, 94.32, 97.64, 81.82}, 97.23, 93.14},
-      {kMvpose, G::kHead, {88.17, 91.89, 98.14, 81.82}, 92.73, kNone},
-      {kMvpose, G::kTotal, {98.60, 93.51, 97.76, 81.52}, 96.63, 92.80},
-      {kVoxelpose, G::kHead, {91.04, 89.19, 98.76, 75.76}, 93.00, kNone},
-      {kVoxelpose, G::kTotal, {98.89, 93.24, 97.83, 80.91}, 96.65, 92.29},
-      {kRaw, G::kHead, {6.09, 0.00, 11.18, 15.15}, 5.76, kNone},
-      {kRaw, G::kTotal, {90.39, 84.32, 89.07, 74.85}, 87.93, 84.89}};
-  return kRows;
-}
+using G = PcpGroup;
+constexpr Row kReferenceRows[] = {
+    {kChu, G::kHead, {99.28, 100, 96.89, 84.85}, 98.73, kNone},
+    {kChu, G::kTorso, {100, 100, 100, 87.88}, 100, kNone},
+    {kChu, G::kUpperArms, {99.82, 100, 93.79, 86.36}, 97.87, kNone},
+    {kChu, G::kLowerArms, {99.10, 71.62, 95.96, 66.67}, 88.90, kNone},
+    {kChu, G::kUpperLegs, {100, 100, 100, 87.88}, 100, kNone},
+    {kChu, G::kLowerLegs, {100, 100, 100, 81.82}, 100, kNone},
+    {kChu, G::kTotal, {99.71, 94.32, 97.64, 81.82}, 97.23, 93.14},
+    {kMvpose, G::kHead, {88.17, 91.89, 98.14, 81.82}, 92.73, kNone},
+    {kMvpose, G::kTotal, {98.60, 93.51, 97.76, 81.52}, 96.63, 92.80},
+    {kVoxelpose, G::kHead, {91.04, 89.19, 98.76, 75.76}, 93.00, kNone},
+    {kVoxelpose, G::kTotal, {98.89, 93.24, 97.83, 80.91}, 96.65, 92.29},
+    {kRaw, G::kHead, {6.09, 0.00, 11.18, 15.15}, 5.76, kNone},
+    {kRaw, G::kTotal, {90.39, 84.32, 89.07, 74.85}, 87.93, 84.89}};
 
 PcpResult Evaluate(const TrackSequence& truth, const TrackSequence& tracks,
                    HeadConversion head, EndpointRule endpoints) {
@@ -92,7 +90,7 @@ TEST(KnownAnswersTest, AuthorsCodeOnShelf) {
   const TrackSequence truth = ReadTracks(folder + "/raw/gt.txt");
   const TrackSequence tracks =
       ReadTracks(folder + "/reference/paper_code_shelf_warm3.json");
-  for (const Row& row : ReferenceRows()) ExpectRow(truth, tracks, row);
+  for (const Row& row : kReferenceRows) ExpectRow(truth, tracks, row);
   // "Under the other conventions the parts other than head are the same."
   const PcpResult chu = Evaluate(truth, tracks, kChu, EndpointRule::kMean);
   for (const HeadConversion head : {kMvpose, kVoxelpose, kRaw}) {
@@ -145,19 +143,23 @@ TEST(KnownAnswersTest, CrossViewTrackingOnCampus) {
   const TrackSequence truth = ReadTracks(folder + "/annotation_3d.json");
   const TrackSequence tracks = ReadTracks(folder + "/result_3d.json");
   const PcpResult result = EvaluatePcp(truth, tracks, CampusProtocol());
-  const std::array<int64_t, 3> person_frames = {49, 189, 138};
-  const std::array<double, 3> total = {97.14, 94.13, 98.62};
-  const std::array<double, 3> lower_arms = {89.8, 70.6, 93.5};
-  const std::array<double, 3> head = {100.0, 100.0, 99.3};
-  for (int actor = 0; actor < 3; ++actor) {
-    EXPECT_EQ(CountParts(result, actor, PcpGroup::kHead).total,
-              person_frames[actor]);
-    EXPECT_NEAR(CountParts(result, actor, PcpGroup::kTotal).percent(),
-                total[actor], kTwoDecimals);
-    EXPECT_NEAR(CountParts(result, actor, PcpGroup::kLowerArms).percent(),
-                lower_arms[actor], kOneDecimal);
-    EXPECT_NEAR(CountParts(result, actor, PcpGroup::kHead).percent(),
-                head[actor], kOneDecimal);
+  struct Answer {
+    int64_t person_frames;
+    double total, lower_arms, head;
+  };
+  int actor = 0;
+  for (const Answer& answer :
+       {Answer{49, 97.14, 89.8, 100.0}, Answer{189, 94.13, 70.6, 100.0},
+        Answer{138, 98.62, 93.5, 99.3}}) {
+    SCOPED_TRACE(actor);
+    const auto share = [&](PcpGroup group) {
+      return CountParts(result, actor, group);
+    };
+    EXPECT_EQ(share(G::kHead).total, answer.person_frames);
+    EXPECT_NEAR(share(G::kTotal).percent(), answer.total, kTwoDecimals);
+    EXPECT_NEAR(share(G::kLowerArms).percent(), answer.lower_arms, kOneDecimal);
+    EXPECT_NEAR(share(G::kHead).percent(), answer.head, kOneDecimal);
+    ++actor;
   }
 }
 
@@ -189,14 +191,12 @@ TEST(KnownAnswersTest, SinglePersonPeersOnShelf) {
     SCOPED_TRACE(peer.file);
     const TrackSequence tracks =
         ReadTracks(folder + "/peers/" + peer.file + ".json");
-    EXPECT_NEAR(CountParts(Evaluate(truth, tracks, kChu, EndpointRule::kMean),
-                           0, PcpGroup::kTotal)
-                    .percent(),
-                peer.mean, kTwoDecimals);
-    EXPECT_NEAR(CountParts(Evaluate(truth, tracks, kChu, EndpointRule::kEach),
-                           0, PcpGroup::kTotal)
-                    .percent(),
-                peer.strict, kTwoDecimals);
+    const auto percent = [&](EndpointRule rule) {
+      return CountParts(Evaluate(truth, tracks, kChu, rule), 0, G::kTotal)
+          .percent();
+    };
+    EXPECT_NEAR(percent(EndpointRule::kMean), peer.mean, kTwoDecimals);
+    EXPECT_NEAR(percent(EndpointRule::kEach), peer.strict, kTwoDecimals);
     const MotionResult motion = EvaluateMotion(tracks, 1.0);  // per frame
     EXPECT_NEAR(1000.0 * motion.acceleration_m_s2, peer.acceleration_mm,
                 0.5 * peer.last_digit_mm + 1e-9);
@@ -261,27 +261,21 @@ TEST(KnownAnswersTest, HeldOutCamerasOfTheAuthorsRuns) {
 
   // Median with one decimal, 90th percentile with none.
   struct ClassAnswer {
-    std::vector<JointClass> classes;
-    double median_px;
-    double p90_px;
+    std::set<JointClass> classes;
+    double median_px, p90_px;
   };
-  const std::vector<ClassAnswer> answers = {
-      {{JointClass::kElbow}, 8.3, 56.0},
-      {{JointClass::kWrist}, 10.3, 85.0},
-      {{JointClass::kKnee}, 12.0, 40.0},
-      {{JointClass::kAnkle}, 9.2, 54.0},
-      {{JointClass::kShoulder, JointClass::kHip}, 12.2, 36.0},
-      {{JointClass::kHead}, 12.1, 46.0},
-  };
-  for (const ClassAnswer& answer : answers) {
-    SCOPED_TRACE(ToString(answer.classes[0]));
+  for (const ClassAnswer& answer :
+       {ClassAnswer{{JointClass::kElbow}, 8.3, 56.0},
+        {{JointClass::kWrist}, 10.3, 85.0},
+        {{JointClass::kKnee}, 12.0, 40.0},
+        {{JointClass::kAnkle}, 9.2, 54.0},
+        {{JointClass::kShoulder, JointClass::kHip}, 12.2, 36.0},
+        {{JointClass::kHead}, 12.1, 46.0}}) {
+    SCOPED_TRACE(ToString(*answer.classes.begin()));
     const HeldOutSummary summary = SummariseHeldOut(
         scores,
-        [&answer](const HeldOutPerson&, const HeldOutJoint& joint) {
-          for (const JointClass one : answer.classes) {
-            if (joint.joint_class == one) return true;
-          }
-          return false;
+        [&](const HeldOutPerson&, const HeldOutJoint& joint) {
+          return answer.classes.count(joint.joint_class) > 0;
         },
         few);
     EXPECT_NEAR(summary.figure_px(HeldOutFigure::kMedian), answer.median_px,

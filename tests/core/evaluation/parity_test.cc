@@ -54,14 +54,14 @@ TEST(ParityTest, LeavingOutIsNotFree) {
 }
 
 TEST(ParityTest, NumbersOfIdentitiesMayDifferButMustNotChange) {
-  const auto reference = [] { return Alone(StandingTum14(), 0, 2); };
-  const TrackSequence renamed = Alone(StandingTum14(), 5, 2);
+  const TrackSequence reference = Alone(StandingTum14(), 0, 2);
   const TrackSequence broken = Tracks({Frame(0, {Person(5, StandingTum14())}),
                                        Frame(1, {Person(6, StandingTum14())})});
-  EXPECT_TRUE(EvaluateParity(reference(), renamed).identities_one_to_one);
-  EXPECT_FALSE(EvaluateParity(reference(), broken).identities_one_to_one);
-  EXPECT_FALSE(EvaluateParity(broken, reference()).identities_one_to_one);
-  EXPECT_EQ(EvaluateParity(reference(), broken).identities, 2);
+  EXPECT_TRUE(EvaluateParity(reference, Alone(StandingTum14(), 5, 2))
+                  .identities_one_to_one);
+  EXPECT_FALSE(EvaluateParity(reference, broken).identities_one_to_one);
+  EXPECT_FALSE(EvaluateParity(broken, reference).identities_one_to_one);
+  EXPECT_EQ(EvaluateParity(reference, broken).identities, 2);
 }
 
 TEST(ParityTest, OnlyTheAskedFrames) {
@@ -69,12 +69,9 @@ TEST(ParityTest, OnlyTheAskedFrames) {
   ParityOptions options;
   options.frames = {{1, 2}};
   EXPECT_EQ(EvaluateParity(tracks, tracks, options).near.total, 14);
-}
-
-TEST(ParityTest, NothingAtAll) {
-  const ParityResult result = EvaluateParity(Tracks({}), Tracks({}));
-  EXPECT_EQ(result.near.total, 0);
-  EXPECT_TRUE(result.identities_one_to_one);
+  const ParityResult nothing = EvaluateParity(Tracks({}), Tracks({}));
+  EXPECT_EQ(nothing.near.total, 0);
+  EXPECT_TRUE(nothing.identities_one_to_one);
 }
 
 }  // namespace
