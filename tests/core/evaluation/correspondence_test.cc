@@ -67,23 +67,20 @@ TEST(MatchOneToOneTest, EmptySides) {
 }
 
 TEST(PairPeopleTest, KeepsTruePeopleWithoutCounterpart) {
-  const TrackSequence truth = Tracks(
-      {Frame(1, {Person(0, StandingTum14()), Person(1, StandingTum14(2.0))}),
-       Frame(2, {Person(0, StandingTum14())}), Frame(9, {})});
-  const TrackSequence tracks =
-      Tracks({Frame(1, {Person(5, Moved(StandingTum14(2.0), 0.25))})});
-  const std::vector<PersonPair> pairs =
-      PairPeople(truth, tracks, CommonJoints(Tum14(), Tum14()), 0.5, {});
+  const TrackSequence truth = Standing("0@0 1@2 | 0@0 |");
+  const TrackSequence tracks = Standing("5@2.25");
+  const auto pairs_of = [&](const std::vector<FrameRange>& frames) {
+    return PairPeople(truth, tracks, CommonJoints(Tum14(), Tum14()), 0.5,
+                      frames);
+  };
+  const std::vector<PersonPair> pairs = pairs_of({});
   ASSERT_EQ(pairs.size(), 3u);
   EXPECT_EQ(pairs[0].found, nullptr);
   ASSERT_NE(pairs[1].found, nullptr);
   EXPECT_EQ(pairs[1].found->id, TrackId(5));
-  EXPECT_EQ(pairs[2].frame, 2);
+  EXPECT_EQ(pairs[2].frame, 1);
   EXPECT_EQ(pairs[2].found, nullptr);
-  EXPECT_EQ(
-      PairPeople(truth, tracks, CommonJoints(Tum14(), Tum14()), 0.5, {{2, 3}})
-          .size(),
-      1u);
+  EXPECT_EQ(pairs_of({{1, 2}}).size(), 1u);
 }
 
 }  // namespace

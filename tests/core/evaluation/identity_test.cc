@@ -4,7 +4,6 @@
 
 #include <array>
 #include <cmath>
-#include <sstream>
 #include <string>
 
 #include "tests/core/evaluation/people.h"
@@ -12,25 +11,8 @@
 namespace kinegraph::testing {
 namespace {
 
-// Frames of people, ID@PLACE [m]: "0@0 1@3 | 0@0" are two of them.
-TrackSequence Make(const std::string& text) {
-  TrackSequence tracks = Tracks({Frame(0, {})});
-  std::istringstream words(text);
-  for (std::string word; words >> word;) {
-    const size_t at = word.find('@');
-    if (at == std::string::npos) {
-      tracks.frames.push_back(
-          Frame(static_cast<int64_t>(tracks.frames.size()), {}));
-      continue;
-    }
-    tracks.frames.back().people.push_back(
-        Person(std::stoi(word), StandingTum14(std::stod(word.substr(at + 1)))));
-  }
-  return tracks;
-}
-
 IdentityResult Evaluate(const std::string& truth, const std::string& found) {
-  return EvaluateIdentity(Make(truth), Make(found));
+  return EvaluateIdentity(Standing(truth), Standing(found));
 }
 
 constexpr char kFour[] = "0@0 | 0@0 | 0@0 | 0@0";
@@ -154,7 +136,7 @@ TEST(HotaTest, PrefersWhoGoesTogetherOverTheRecording) {
 // ---- A truth that does not say everything
 
 TEST(IdentityTest, PosesOnHiddenPeopleCountNeitherWay) {
-  TrackSequence truth = Make("0@0 | 0@0 | 0@0");
+  TrackSequence truth = Standing("0@0 | 0@0 | 0@0");
   for (Joint3d& joint : truth.frames[1].people[0].joints) {
     joint.status = JointStatus::kInferred;
   }
@@ -162,7 +144,7 @@ TEST(IdentityTest, PosesOnHiddenPeopleCountNeitherWay) {
   for (const char* found :
        {"1@0 | 1@0 | 1@0", "1@0 | | 1@0", "1@0 | 1@0 2@0 | 1@0"}) {
     SCOPED_TRACE(found);
-    const IdentityResult result = EvaluateIdentity(truth, Make(found));
+    const IdentityResult result = EvaluateIdentity(truth, Standing(found));
     const bool twice = std::string(found).find('2') != std::string::npos;
     EXPECT_EQ(result.true_person_frames, 2);
     EXPECT_EQ(result.hidden_person_frames, 1);
@@ -175,9 +157,9 @@ TEST(IdentityTest, PosesOnHiddenPeopleCountNeitherWay) {
 }
 
 TEST(IdentityTest, PosesBesideAPartialTruthCountNeitherWay) {
-  const TrackSequence truth = Make("0@0 | 0@0");
+  const TrackSequence truth = Standing("0@0 | 0@0");
   // Identity 2 stands where nobody is annotated, identity 3 on person 0.
-  const TrackSequence found = Make("1@0 2@3 | 1@0 2@3 3@0.25");
+  const TrackSequence found = Standing("1@0 2@3 | 1@0 2@3 3@0.25");
   IdentityOptions options;
   EXPECT_EQ(EvaluateIdentity(truth, found, options).false_positives, 3);
   options.annotated = Annotated::kSome;

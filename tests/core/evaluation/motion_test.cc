@@ -40,16 +40,12 @@ TEST(MotionTest, AccelerationIsTheSecondDifference) {
 }
 
 TEST(MotionTest, NeedsThreeConsecutiveObservedFramesOfOnePerson) {
-  Pose3d inferred = StandingTum14(9.0);
-  for (Joint3d& joint : inferred) joint.status = JointStatus::kInferred;
-  const MotionResult result = EvaluateMotion(
-      Tracks({Frame(0, {Person(0, StandingTum14())}),
-              Frame(1, {Person(0, StandingTum14())}),
-              Frame(3, {Person(0, StandingTum14())}),  // a gap
-              Frame(4, {Person(0, inferred)}),         // not observed
-              Frame(5, {Person(1, StandingTum14())}),  // another person
-              Frame(6, {Person(1, StandingTum14())})}),
-      25.0);
+  // A gap in frame 2, a pose that is not observed in 4, then another person.
+  TrackSequence tracks = Standing("0@0 | 0@0 | | 0@0 | 0@9 | 1@0 | 1@0");
+  for (Joint3d& joint : tracks.frames[4].people[0].joints) {
+    joint.status = JointStatus::kInferred;
+  }
+  const MotionResult result = EvaluateMotion(tracks, 25.0);
   EXPECT_EQ(result.acceleration_count, 0);
   EXPECT_TRUE(std::isnan(result.acceleration_m_s2));
   EXPECT_TRUE(std::isnan(result.acceleration_interval.low));
@@ -81,12 +77,8 @@ TEST(MotionTest, WantsAFrameRate) {
 }
 
 TEST(CoverageTest, CountsTruePeopleWithAPoseNearby) {
-  const TrackSequence truth = Tracks(
-      {Frame(0, {Person(0, StandingTum14()), Person(1, StandingTum14(4.0))}),
-       Frame(1, {Person(0, StandingTum14())})});
-  const TrackSequence tracks =
-      Tracks({Frame(0, {Person(7, StandingTum14(0.5)),  // exactly the gate
-                        Person(8, StandingTum14(4.75))})});
+  const TrackSequence truth = Standing("0@0 1@4 | 0@0");
+  const TrackSequence tracks = Standing("7@0.5 8@4.75");  // exactly the gate
   const Share covered = EvaluateCoverage(truth, tracks);
   EXPECT_EQ(covered.count, 1);
   EXPECT_EQ(covered.total, 3);

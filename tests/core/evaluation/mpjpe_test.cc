@@ -68,12 +68,10 @@ TEST(MpjpeTest, AConstantBodyFrameOffsetIsRemoved) {
 }
 
 TEST(MpjpeTest, LostPeopleAndJointsAreCountedNotAveraged) {
-  const TrackSequence truth = Tracks(
-      {Frame(0, {Person(0, StandingTum14()), Person(1, StandingTum14(4.0))}),
-       Frame(1, {Person(0, StandingTum14())})});
   Pose3d pose = StandingTum14();
   pose[6] = Joint3d{};
-  const MpjpeResult result = EvaluateMpjpe(truth, Alone(pose, 8));
+  const MpjpeResult result =
+      EvaluateMpjpe(Standing("0@0 1@4 | 0@0"), Alone(pose, 8));
   EXPECT_EQ(result.raw_m, 0.0);
   EXPECT_EQ(result.found.count, 1);
   EXPECT_EQ(result.found.total, 3);
@@ -87,8 +85,7 @@ TEST(MpjpeTest, LostPeopleAndJointsAreCountedNotAveraged) {
 
 TEST(MpjpeTest, NothingToCompare) {
   EXPECT_TRUE(std::isnan(EvaluateMpjpe(Tracks({}), Tracks({})).raw_m));
-  const MpjpeResult result = EvaluateMpjpe(
-      Alone(), Tracks({Frame(0, {Person(0, StandingTum14(9.0))})}));
+  const MpjpeResult result = EvaluateMpjpe(Alone(), Standing("0@9"));
   EXPECT_TRUE(std::isnan(result.bias_removed_m));
   EXPECT_EQ(result.found.total, 1);
 }

@@ -8,8 +8,7 @@ namespace kinegraph::testing {
 namespace {
 
 TEST(ParityTest, AResultEqualsItself) {
-  const TrackSequence tracks = Tracks(
-      {Frame(0, {Person(0, StandingTum14()), Person(1, StandingTum14(3.0))})});
+  const TrackSequence tracks = Standing("0@0 1@3");
   const ParityResult result = EvaluateParity(tracks, tracks);
   EXPECT_EQ(result.near.count, 28);
   EXPECT_EQ(result.very_near.count, 28);
@@ -36,14 +35,9 @@ TEST(ParityTest, SharesByDistance) {
 }
 
 TEST(ParityTest, LeavingOutIsNotFree) {
-  const TrackSequence reference = Tracks(
-      {Frame(0, {Person(0, StandingTum14()), Person(1, StandingTum14(3.0))}),
-       Frame(1, {Person(0, StandingTum14())})});
-  Pose3d pose = StandingTum14();
-  pose[0] = Joint3d{};
-  const ParityResult result = EvaluateParity(
-      reference, Tracks({Frame(0, {Person(0, pose)}),
-                         Frame(2, {Person(0, StandingTum14())})}));
+  TrackSequence tracks = Standing("0@0 | | 0@0");
+  tracks.frames[0].people[0].joints[0] = Joint3d{};
+  const ParityResult result = EvaluateParity(Standing("0@0 1@3 | 0@0"), tracks);
   EXPECT_EQ(result.near.count, 13);
   EXPECT_EQ(result.near.total, 4 * 14);
   EXPECT_EQ(result.joints_missing, 1 + 14 + 14);
@@ -54,11 +48,10 @@ TEST(ParityTest, LeavingOutIsNotFree) {
 }
 
 TEST(ParityTest, NumbersOfIdentitiesMayDifferButMustNotChange) {
-  const TrackSequence reference = Alone(StandingTum14(), 0, 2);
-  const TrackSequence broken = Tracks({Frame(0, {Person(5, StandingTum14())}),
-                                       Frame(1, {Person(6, StandingTum14())})});
-  EXPECT_TRUE(EvaluateParity(reference, Alone(StandingTum14(), 5, 2))
-                  .identities_one_to_one);
+  const TrackSequence reference = Standing("0@0 | 0@0");
+  const TrackSequence broken = Standing("5@0 | 6@0");
+  EXPECT_TRUE(
+      EvaluateParity(reference, Standing("5@0 | 5@0")).identities_one_to_one);
   EXPECT_FALSE(EvaluateParity(reference, broken).identities_one_to_one);
   EXPECT_FALSE(EvaluateParity(broken, reference).identities_one_to_one);
   EXPECT_EQ(EvaluateParity(reference, broken).identities, 2);

@@ -181,12 +181,9 @@ TEST(PcpTest, PeopleAreMatchedAsTheProtocolSays) {
 
 TEST(PcpTest, HeadlineIsThePlainMeanOfItsActors) {
   // Actor 0 right in both frames, actor 1 lost in its one, actor 3 not asked.
-  const TrackSequence truth = Tracks(
-      {Frame(0, {Person(0, StandingTum14()), Person(1, StandingTum14(9.0))}),
-       Frame(1, {Person(0, StandingTum14()), Person(3, StandingTum14(5.0))})});
-  PcpProtocol protocol;  // actors 0, 1, 2
   const PcpResult result =
-      EvaluatePcp(truth, Alone(StandingTum14(), 0, 2), protocol);
+      EvaluatePcp(Standing("0@0 1@9 | 0@0 3@5"), Standing("0@0 | 0@0"),
+                  PcpProtocol());  // actors 0, 1, 2
   EXPECT_EQ(result.HeadlineActors(), (std::vector<int64_t>{0, 1}));
   EXPECT_EQ(result.Actors(), (std::vector<int64_t>{0, 1, 3}));
   EXPECT_DOUBLE_EQ(MeanOfActors(result, PcpGroup::kTotal), 50.0);

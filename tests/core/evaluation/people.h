@@ -4,6 +4,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <sstream>
 #include <string>
 #include <utility>
 #include <vector>
@@ -66,6 +67,24 @@ inline TrackSequence Alone(const Pose3d& pose = StandingTum14(), int64_t id = 0,
   TrackSequence tracks = Tracks({});
   for (int64_t frame = 0; frame < frames; ++frame) {
     tracks.frames.push_back(Frame(frame, {Person(id, pose)}));
+  }
+  return tracks;
+}
+
+// Frames 0, 1, ... of standing people, ID@PLACE [m]: "0@0 1@3 | 0@0" are two of
+// them.
+inline TrackSequence Standing(const std::string& text) {
+  TrackSequence tracks = Tracks({Frame(0, {})});
+  std::istringstream words(text);
+  for (std::string word; words >> word;) {
+    const size_t at = word.find('@');
+    if (at == std::string::npos) {
+      tracks.frames.push_back(
+          Frame(static_cast<int64_t>(tracks.frames.size()), {}));
+      continue;
+    }
+    tracks.frames.back().people.push_back(
+        Person(std::stoi(word), StandingTum14(std::stod(word.substr(at + 1)))));
   }
   return tracks;
 }
