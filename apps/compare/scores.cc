@@ -169,11 +169,12 @@ class MeasureList {
              const BootstrapOptions& bootstrap) {
     measure.value = factor * PooledRatio(own);
     if (!std::isnan(measure.value)) {
-      measure.interval = Scaled(PooledRatioInterval(own, bootstrap), factor);
+      measure.interval =
+          Scaled(RatioInterval(PooledRatio, own, bootstrap), factor);
       measure.difference = measure.value - factor * PooledRatio(baseline);
       if (!is_baseline_ && !std::isnan(measure.difference)) {
-        measure.difference_interval =
-            Scaled(PairedPooledInterval(own, baseline, bootstrap), factor);
+        measure.difference_interval = Scaled(
+            PairedInterval(PooledRatio, own, baseline, bootstrap), factor);
       }
     }
     measure.verdict = VerdictOf(measure.difference_interval);

@@ -61,11 +61,13 @@ StudyScore ScoreOf(const Comparison& comparison, const StrategyScores& own,
   const BootstrapOptions bootstrap = comparison.bootstrap();
   score.mean_px = PooledRatio({own.held_out_errors});
   score.standard_error_px =
-      PooledRatioInterval({own.held_out_errors}, bootstrap).standard_error;
+      RatioInterval(PooledRatio, {own.held_out_errors}, bootstrap)
+          .standard_error;
   if (is_baseline) return score;
   score.difference_px = score.mean_px - PooledRatio({baseline.held_out_errors});
-  const Interval interval = PairedPooledInterval(
-      {own.held_out_errors}, {baseline.held_out_errors}, bootstrap);
+  const Interval interval =
+      PairedInterval(PooledRatio, {own.held_out_errors},
+                     {baseline.held_out_errors}, bootstrap);
   score.difference_error_px = interval.standard_error;
   score.verdict = VerdictOf(interval);
   return score;

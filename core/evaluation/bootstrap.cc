@@ -36,10 +36,6 @@ std::vector<int64_t> Lengths(const std::vector<RatioSeries>& series) {
   return lengths;
 }
 
-// A score of a draw of units; without counts of each unit once.
-using Score = double (*)(const std::vector<RatioSeries>& series,
-                         const DrawCounts* counts);
-
 // Adds the units of a series; `next` is the place of its first in the counts.
 void AddUnits(const RatioSeries& units, const DrawCounts* counts, size_t* next,
               RatioUnit* sum) {
@@ -49,54 +45,6 @@ void AddUnits(const RatioSeries& units, const DrawCounts* counts, size_t* next,
     sum->sum += times * unit.sum;
     sum->weight += times * unit.weight;
   }
-}
-
-double MeanOfRatiosOf(const std::vector<RatioSeries>& series,
-                      const DrawCounts* counts) {
-  double total = 0.0;
-  int with_weight = 0;
-  size_t next = 0;
-  for (const RatioSeries& units : series) {
-    RatioUnit pooled;
-    AddUnits(units, counts, &next, &pooled);
-    if (pooled.weight <= 0.0) continue;
-    total += pooled.sum / pooled.weight;
-    ++with_weight;
-  }
-  return with_weight == 0 ? kNan : total / with_weight;
-}
-
-double PooledRatioOf(const std::vector<RatioSeries>& series,
-                     const DrawCounts* counts) {
-  RatioUnit pooled;
-  size_t next = 0;
-  for (const RatioSeries& units : series) {
-    AddUnits(units, counts, &next, &pooled);
-  }
-  return pooled.sum / pooled.weight;  // NaN for 0 / 0
-}
-
-Interval IntervalOf(Score score, const std::vector<RatioSeries>& series,
-                    const BootstrapOptions& options) {
-  return BlockBootstrap(
-      Lengths(series),
-      [&](const DrawCounts& counts) { return score(series, &counts); },
-      options);
-}
-
-Interval DifferenceOf(Score score, const std::vector<RatioSeries>& a,
-                      const std::vector<RatioSeries>& b,
-                      const BootstrapOptions& options) {
-  if (Lengths(a) != Lengths(b)) {
-    throw OptionError("paired difference",
-                      "the two results were not scored on the same frames");
-  }
-  return BlockBootstrap(
-      Lengths(a),
-      [&](const DrawCounts& counts) {
-        return score(a, &counts) - score(b, &counts);
-      },
-      options);
 }
 
 }  // namespace
@@ -143,34 +91,52 @@ std::vector<Interval> BlockBootstrapAll(
   return intervals;
 }
 
-double MeanOfRatios(const std::vector<RatioSeries>& series) {
-  return MeanOfRatiosOf(series, nullptr);
+double MeanOfRatios(const std::vector<RatioSeries>& series,
+                    const DrawCounts* counts) {
+  double total = 0.0;
+  int with_weight = 0;
+  size_t next = 0;
+  for (const RatioSeries& units : series) {
+    RatioUnit pooled;
+    AddUnits(units, counts, &next, &pooled);
+    if (pooled.weight <= 0.0) continue;
+    total += pooled.sum / pooled.weight;
+    ++with_weight;
+  }
+  return with_weight == 0 ? kNan : total / with_weight;
 }
 
-Interval MeanOfRatiosInterval(const std::vector<RatioSeries>& series,
-                              const BootstrapOptions& options) {
-  return IntervalOf(MeanOfRatiosOf, series, options);
+double PooledRatio(const std::vector<RatioSeries>& series,
+                   const DrawCounts* counts) {
+  RatioUnit pooled;
+  size_t next = 0;
+  for (const RatioSeries& units : series) {
+    AddUnits(units, counts, &next, &pooled);
+  }
+  return pooled.sum / pooled.weight;  // NaN for 0 / 0
 }
 
-Interval PairedDifferenceInterval(const std::vector<RatioSeries>& a,
-                                  const std::vector<RatioSeries>& b,
-                                  const BootstrapOptions& options) {
-  return DifferenceOf(MeanOfRatiosOf, a, b, options);
+Interval RatioInterval(RatioScore score, const std::vector<RatioSeries>& series,
+                       const BootstrapOptions& options) {
+  return BlockBootstrap(
+      Lengths(series),
+      [&](const DrawCounts& counts) { return score(series, &counts); },
+      options);
 }
 
-double PooledRatio(const std::vector<RatioSeries>& series) {
-  return PooledRatioOf(series, nullptr);
-}
-
-Interval PooledRatioInterval(const std::vector<RatioSeries>& series,
-                             const BootstrapOptions& options) {
-  return IntervalOf(PooledRatioOf, series, options);
-}
-
-Interval PairedPooledInterval(const std::vector<RatioSeries>& a,
-                              const std::vector<RatioSeries>& b,
-                              const BootstrapOptions& options) {
-  return DifferenceOf(PooledRatioOf, a, b, options);
+Interval PairedInterval(RatioScore score, const std::vector<RatioSeries>& a,
+                        const std::vector<RatioSeries>& b,
+                        const BootstrapOptions& options) {
+  if (Lengths(a) != Lengths(b)) {
+    throw OptionError("paired difference",
+                      "the two results were not scored on the same frames");
+  }
+  return BlockBootstrap(
+      Lengths(a),
+      [&](const DrawCounts& counts) {
+        return score(a, &counts) - score(b, &counts);
+      },
+      options);
 }
 
 }  // namespace kinegraph

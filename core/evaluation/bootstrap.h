@@ -62,26 +62,25 @@ struct RatioUnit {
 };
 using RatioSeries = std::vector<RatioUnit>;
 
-// Mean over the series of their ratios; series without weight are left out.
-double MeanOfRatios(const std::vector<RatioSeries>& series);
-Interval MeanOfRatiosInterval(const std::vector<RatioSeries>& series,
-                              const BootstrapOptions& options = {});
-// Interval of MeanOfRatios(a) - MeanOfRatios(b), the same units drawn of both.
-// Throws OptionError when a and b differ in shape.
-Interval PairedDifferenceInterval(const std::vector<RatioSeries>& a,
-                                  const std::vector<RatioSeries>& b,
-                                  const BootstrapOptions& options = {});
+// A score of units that were drawn so often; without counts of each once.
+using RatioScore = double (*)(const std::vector<RatioSeries>& series,
+                              const DrawCounts* counts);
 
+// Mean over the series of their ratios; series without weight are left out.
+double MeanOfRatios(const std::vector<RatioSeries>& series,
+                    const DrawCounts* counts = nullptr);
 // All units of all series together: the sum of the sums over that of the
 // weights, as a mean over joints is; NaN without weight.
-double PooledRatio(const std::vector<RatioSeries>& series);
-Interval PooledRatioInterval(const std::vector<RatioSeries>& series,
-                             const BootstrapOptions& options = {});
-// Interval of PooledRatio(a) - PooledRatio(b), the same units drawn of both.
-// Throws OptionError when a and b differ in shape.
-Interval PairedPooledInterval(const std::vector<RatioSeries>& a,
-                              const std::vector<RatioSeries>& b,
-                              const BootstrapOptions& options = {});
+double PooledRatio(const std::vector<RatioSeries>& series,
+                   const DrawCounts* counts = nullptr);
+
+Interval RatioInterval(RatioScore score, const std::vector<RatioSeries>& series,
+                       const BootstrapOptions& options = {});
+// Of the score of a less that of b, the same units drawn of both. Throws
+// OptionError when a and b differ in shape.
+Interval PairedInterval(RatioScore score, const std::vector<RatioSeries>& a,
+                        const std::vector<RatioSeries>& b,
+                        const BootstrapOptions& options = {});
 
 }  // namespace kinegraph
 

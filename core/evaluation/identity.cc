@@ -81,14 +81,6 @@ bool IsHidden(const PersonPose& person) {
                       });
 }
 
-MatrixXd KeepColumns(const MatrixXd& matrix, const std::vector<int>& columns) {
-  MatrixXd kept(matrix.rows(), columns.size());
-  for (size_t i = 0; i < columns.size(); ++i) {
-    kept.col(i) = matrix.col(columns[i]);
-  }
-  return kept;
-}
-
 // The found people who count, ascending: all but those without a match who
 // stand where the truth has a hidden person or, where it does not have
 // everybody, far from all that it has.
@@ -106,7 +98,7 @@ std::vector<int> CountedPeople(const std::vector<PersonPose>& hidden,
   }
   std::vector<bool> counts(found.size(), true);
   const MatrixXd to_hidden =
-      KeepColumns(PersonDistances(hidden, found, joints), open);
+      PersonDistances(hidden, found, joints)(Eigen::all, open);
   for (const CostPair& pair : MatchOneToOne(to_hidden, kPersonGateM)) {
     counts[open[pair.column]] = false;
     ++result->on_hidden_people;
@@ -138,7 +130,7 @@ class WholeRecording {
     for (const int k : counted) {
       similarities.found.push_back(IndexOf(found[k].id, &found_index_));
     }
-    const MatrixXd kept = KeepColumns(distances, counted);
+    const MatrixXd kept = distances(Eigen::all, counted);
     similarities.are_near = kept.array() <= kPersonGateM;
     similarities.values = kept.unaryExpr([](double distance_m) {
       const double similarity = 1.0 - distance_m / (2.0 * kPersonGateM);

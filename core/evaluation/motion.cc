@@ -124,7 +124,7 @@ void AddAcceleration(const std::map<TrackId, Poses>& people,
     }
   }
   result->acceleration_m_s2 = PooledRatio(all);
-  result->acceleration_interval = PooledRatioInterval(all, options);
+  result->acceleration_interval = RatioInterval(PooledRatio, all, options);
 }
 
 void AddBoneSpread(const std::map<TrackId, Poses>& people,
@@ -218,19 +218,18 @@ class HighPassPower {
   double scale_ = 0.0;
 };
 
-// Power of one joint over a segment; false when a position is missing.
-bool SegmentPower(const std::vector<const Pose3d*>& poses, size_t first,
-                  int length, int joint, const HighPassPower& power,
-                  double* sum) {
+// Power of one joint over a segment; nullopt when a position is missing.
+std::optional<double> SegmentPower(const std::vector<const Pose3d*>& poses,
+                                   size_t first, int length, int joint,
+                                   const HighPassPower& power) {
   MatrixXd positions(length, 3);
   for (int i = 0; i < length; ++i) {
     const Pose3d* pose = poses[first + i];
-    if (pose == nullptr || !(*pose)[joint].present()) return false;
+    if (pose == nullptr || !(*pose)[joint].present()) return std::nullopt;
     positions.row(i) = (*pose)[joint].position_m.transpose();
   }
-  *sum = 0.0;
-  for (int axis = 0; axis < 3; ++axis) *sum += power(positions.col(axis));
-  return true;
+  return power(positions.col(0)) + power(positions.col(1)) +
+         power(positions.col(2));
 }
 
 // ---- Delay ------------------------------------------------------------------
@@ -353,9 +352,9 @@ std::vector<RatioSeries> PowerSeries(const TrackSequence& tracks,
       }
       RatioUnit unit;
       for (const int j : joints) {
-        double sum = 0.0;
-        if (!SegmentPower(poses, first, length, j, power, &sum)) continue;
-        unit.sum += sum;
+        const auto sum = SegmentPower(poses, first, length, j, power);
+        if (!sum) continue;
+        unit.sum += *sum;
         unit.weight += 1.0;
       }
       all[p].push_back(unit);

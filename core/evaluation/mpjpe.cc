@@ -98,7 +98,7 @@ Interval PersonInterval(const std::vector<PersonError>& people,
     series.back().push_back(
         {people[i].*error, static_cast<double>(people[i].joint_count)});
   }
-  return PooledRatioInterval(series, options);
+  return RatioInterval(PooledRatio, series, options);
 }
 
 // Squared Mahalanobis distance within which 95 % of normal errors lie: the

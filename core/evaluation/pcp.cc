@@ -85,10 +85,6 @@ constexpr std::array<PartDefinition, kPcpPartCount> kParts = {{
     {"torso", PcpGroup::kTorso, kTorsoEnd, 12},
 }};
 
-bool InGroup(int part, PcpGroup group) {
-  return group == PcpGroup::kTotal || kParts[part].group == group;
-}
-
 // The 14 joints and the middle of the hips.
 class PcpPoseMaker {
  public:
@@ -461,7 +457,8 @@ std::optional<PcpProtocol> PcpProtocolByName(const std::string& name) {
 Share PcpPersonFrame::Count(PcpGroup group) const {
   Share share;
   for (int part = 0; part < kPcpPartCount; ++part) {
-    if (InGroup(part, group) && parts[part] != PartVerdict::kNotCounted) {
+    const bool is_in = group == PcpGroup::kTotal || group == kParts[part].group;
+    if (is_in && parts[part] != PartVerdict::kNotCounted) {
       share.Add(parts[part] == PartVerdict::kRight);
     }
   }
@@ -539,13 +536,13 @@ double MeanOfActors(const PcpResult& result, PcpGroup group) {
 
 Interval ActorInterval(const PcpResult& result, int64_t actor, PcpGroup group,
                        const BootstrapOptions& options) {
-  return MeanOfRatiosInterval(Series(result, {actor}, group), options);
+  return RatioInterval(MeanOfRatios, Series(result, {actor}, group), options);
 }
 
 Interval MeanOfActorsInterval(const PcpResult& result, PcpGroup group,
                               const BootstrapOptions& options) {
-  return MeanOfRatiosInterval(Series(result, result.HeadlineActors(), group),
-                              options);
+  return RatioInterval(MeanOfRatios,
+                       Series(result, result.HeadlineActors(), group), options);
 }
 
 Interval MeanOfActorsDifference(const PcpResult& a, const PcpResult& b,
@@ -561,9 +558,8 @@ Interval MeanOfActorsDifference(const PcpResult& a, const PcpResult& b,
     throw OptionError("paired difference",
                       "the two results were not scored on the same frames");
   }
-  return PairedDifferenceInterval(Series(a, a.HeadlineActors(), group),
-                                  Series(b, b.HeadlineActors(), group),
-                                  options);
+  return PairedInterval(MeanOfRatios, Series(a, a.HeadlineActors(), group),
+                        Series(b, b.HeadlineActors(), group), options);
 }
 
 }  // namespace kinegraph

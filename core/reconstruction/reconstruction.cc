@@ -1,5 +1,6 @@
 #include "core/reconstruction/reconstruction.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "core/base/pack.h"
@@ -104,19 +105,6 @@ void ReconstructionOptions::Describe(OptionVisitor& visitor) {
                   "a joint behind a camera that measured it is refused");
 }
 
-namespace {
-
-bool FromTwoViews(Span<UsedView> views) {
-  for (const UsedView& view : views) {
-    if (view.observation->view_idx != views[0].observation->view_idx) {
-      return true;
-    }
-  }
-  return false;
-}
-
-}  // namespace
-
 Reconstructor::Reconstructor(const CameraRig& cameras,
                              const EpipolarGeometry& epipolar,
                              const ReconstructionOptions& options,
@@ -132,7 +120,11 @@ Reconstructor::Reconstructor(const CameraRig& cameras,
 bool Reconstructor::Update(Span<UsedView> views, const Pose3d& predicted,
                            Reconstruction* reconstruction) {
   Run(views, options_.alpha_epi_px, &predicted, reconstruction);
-  return FromTwoViews(views) && KeepsEnough(*reconstruction);
+  const bool from_two_views =
+      std::any_of(views.begin(), views.end(), [&](const UsedView& view) {
+        return view.observation->view_idx != views[0].observation->view_idx;
+      });
+  return from_two_views && KeepsEnough(*reconstruction);
 }
 
 bool Reconstructor::KeepsEnough(const Reconstruction& reconstruction) const {

@@ -129,7 +129,7 @@ FitGain CompareFits(const FitError& before, const FitError& after, int view) {
   options.block_length = 2;  // bins
   options.resamples = 1000;
   const Interval interval =
-      PairedPooledInterval({series}, {SeriesOf(after, view)}, options);
+      PairedInterval(PooledRatio, {series}, {SeriesOf(after, view)}, options);
   gain.low_px = interval.low;
   gain.high_px = interval.high;
   return gain;

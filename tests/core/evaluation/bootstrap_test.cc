@@ -41,7 +41,7 @@ std::vector<double> CorrelatedSeries(int count, double rho, uint64_t seed) {
 TEST(BootstrapTest, IndependentValuesGiveTheTextbookError) {
   const std::vector<double> values = CorrelatedSeries(400, 0.0, 7);
   const Interval interval =
-      MeanOfRatiosInterval({Series(values)}, Drawing(1, 4000));
+      RatioInterval(MeanOfRatios, {Series(values)}, Drawing(1, 4000));
   // Drawn singly, the standard error is exactly s / sqrt(n) but for the
   // resamples' own chance: 1 / sqrt(2 * 4000) = 1.1 %; five of those.
   const double expected = StandardDeviation(values) / std::sqrt(400.0);
@@ -56,7 +56,7 @@ TEST(BootstrapTest, BlocksSeeTheCorrelationOfNeighbours) {
   constexpr double kRho = 0.6;
   const std::vector<double> values = CorrelatedSeries(20000, kRho, 8);
   const Interval interval =
-      MeanOfRatiosInterval({Series(values)}, Drawing(25, 1000));
+      RatioInterval(MeanOfRatios, {Series(values)}, Drawing(25, 1000));
   // Variance of the mean of n values: (1 + rho) / (1 - rho) / n = 4 / n. Blocks
   // of L = 25 find L + 2 sum (L - k) rho^k = 0.925 of that per value. The 800
   // blocks' own chance is sqrt(2 / 800) / 2 = 2.5 % of the standard error, the
@@ -69,9 +69,9 @@ TEST(BootstrapTest, BlocksSeeTheCorrelationOfNeighbours) {
   EXPECT_NEAR(interval.standard_error / standard_error, 1.0, 0.14);
 
   // Single frames look twice as sure as they are.
-  EXPECT_LT(
-      MeanOfRatiosInterval({Series(values)}, Drawing(1, 1000)).standard_error,
-      0.6 * standard_error);
+  EXPECT_LT(RatioInterval(MeanOfRatios, {Series(values)}, Drawing(1, 1000))
+                .standard_error,
+            0.6 * standard_error);
 }
 
 TEST(BootstrapTest, DrawsAsManyUnitsAsThereAre) {
@@ -108,25 +108,26 @@ TEST(BootstrapTest, DrawsEveryUnitEquallyOften) {
 TEST(BootstrapTest, ShortSeriesAreNotCertain) {
   RatioSeries series(20, {0.0, 1.0});
   for (size_t i = 0; i < 10; ++i) series[i].sum = 1.0;
-  EXPECT_GT(MeanOfRatiosInterval({series}).standard_error, 0.1);
+  EXPECT_GT(RatioInterval(MeanOfRatios, {series}).standard_error, 0.1);
 }
 
 TEST(BootstrapTest, SameSeedSameInterval) {
   const std::vector<double> values = CorrelatedSeries(100, 0.5, 9);
-  const Interval first = MeanOfRatiosInterval({Series(values)});
-  const Interval second = MeanOfRatiosInterval({Series(values)});
+  const Interval first = RatioInterval(MeanOfRatios, {Series(values)});
+  const Interval second = RatioInterval(MeanOfRatios, {Series(values)});
   EXPECT_EQ(first.low, second.low);
   EXPECT_EQ(first.high, second.high);
   BootstrapOptions other;
   other.seed = 2;
-  EXPECT_NE(MeanOfRatiosInterval({Series(values)}, other).low, first.low);
+  EXPECT_NE(RatioInterval(MeanOfRatios, {Series(values)}, other).low,
+            first.low);
 }
 
 TEST(BootstrapTest, NothingHasNoInterval) {
-  EXPECT_TRUE(std::isnan(MeanOfRatiosInterval({}).low));
-  EXPECT_TRUE(std::isnan(MeanOfRatiosInterval({{}, {}}).standard_error));
+  EXPECT_TRUE(std::isnan(RatioInterval(MeanOfRatios, {}).low));
+  EXPECT_TRUE(std::isnan(RatioInterval(MeanOfRatios, {{}, {}}).standard_error));
   // Units without weight: the score is not a number in any resample.
-  EXPECT_TRUE(std::isnan(MeanOfRatiosInterval({{{0.0, 0.0}}}).high));
+  EXPECT_TRUE(std::isnan(RatioInterval(MeanOfRatios, {{{0.0, 0.0}}}).high));
   EXPECT_TRUE(std::isnan(MeanOfRatios({})));
 }
 
@@ -141,17 +142,16 @@ TEST(PairedDifferenceTest, ConstantAdvantageIsCertain) {
   std::vector<double> a = b;
   for (double& value : a) value += 0.25;
   // One series each: the mean of ratios is the pooled ratio.
-  for (const auto interval_of :
-       {PairedDifferenceInterval, PairedPooledInterval}) {
-    const Interval interval = interval_of({Series(a)}, {Series(b)}, {});
+  for (const RatioScore score : {MeanOfRatios, PooledRatio}) {
+    const Interval interval = PairedInterval(score, {Series(a)}, {Series(b)});
     // Whatever is drawn, the difference is 0.25 up to rounding of sums of 200.
     EXPECT_NEAR(interval.low, 0.25, 1e-12);
     EXPECT_NEAR(interval.high, 0.25, 1e-12);
-    EXPECT_THROW(interval_of({Series({1.0})}, {Series({1.0, 2.0})}, {}),
+    EXPECT_THROW(PairedInterval(score, {Series({1.0})}, {Series({1.0, 2.0})}),
                  OptionError);
   }
   // Unpaired, neither mean is that sure.
-  EXPECT_GT(MeanOfRatiosInterval({Series(b)}).standard_error, 0.1);
+  EXPECT_GT(RatioInterval(MeanOfRatios, {Series(b)}).standard_error, 0.1);
 }
 
 TEST(PooledRatio, AddsUpUnitsOfAllSeries) {

@@ -177,7 +177,7 @@ std::vector<Skeleton> AllSkeletons() {
   return all;
 }
 
-class TreeMotion : public ::testing::Test {
+class TreeMotionTest : public ::testing::Test {
  protected:
   const TemporaryFolder folder_;
   const std::string bvh_ = folder_.path() / "person_0.bvh";
@@ -187,7 +187,7 @@ class TreeMotion : public ::testing::Test {
 // Six digits of centimetres and degrees along at most ten bones of 0.25 m.
 constexpr double kBvhDigits_m = 1e-6;
 
-TEST_F(TreeMotion, BvhPutsEveryJointOfARigidBodyWhereItIs) {
+TEST_F(TreeMotionTest, BvhPutsEveryJointOfARigidBodyWhereItIs) {
   for (const Skeleton& skeleton : AllSkeletons()) {
     const TrackSequence truth = RigidTruth(skeleton, 40);
     const LostFields lost_fields = WriteAs("bvh", bvh_, truth);
@@ -198,7 +198,7 @@ TEST_F(TreeMotion, BvhPutsEveryJointOfARigidBodyWhereItIs) {
   }
 }
 
-TEST_F(TreeMotion, GltfTurnsEveryJointOfARigidBodyFromItsRest) {
+TEST_F(TreeMotionTest, GltfTurnsEveryJointOfARigidBodyFromItsRest) {
   for (const Skeleton& skeleton : AllSkeletons()) {
     const TrackSequence truth = RigidTruth(skeleton, 40);
     WriteAs("gltf", gltf_, truth);
@@ -222,7 +222,7 @@ TEST_F(TreeMotion, GltfTurnsEveryJointOfARigidBodyFromItsRest) {
 }
 
 // One frame is its own shape; a mirror image is as rigid as its person.
-TEST_F(TreeMotion, OneFrameAndMirrorImages) {
+TEST_F(TreeMotionTest, OneFrameAndMirrorImages) {
   for (const Skeleton* skeleton : {&MediaPipe33(), &Halpe26()}) {
     TrackSequence truth = RigidTruth(*skeleton, 1);
     WriteAs("bvh", bvh_, truth);
@@ -238,7 +238,7 @@ TEST_F(TreeMotion, OneFrameAndMirrorImages) {
 
 // What is missing in some frames does not spoil what is seen there: hips, of
 // which the root is the middle, and all but one joint of a hand.
-TEST_F(TreeMotion, JointsThatAreMissingInSomeFrames) {
+TEST_F(TreeMotionTest, JointsThatAreMissingInSomeFrames) {
   TrackSequence truth = RigidTruth(MediaPipe33(), 40);
   for (size_t f = 10; f < 20; ++f) {
     Pose3d& pose = truth.frames[f].people[0].joints;
@@ -300,7 +300,7 @@ std::map<std::string, double> OffsetLengths(const std::string& bvh) {
   return lengths;
 }
 
-TEST_F(TreeMotion, LegsNeverSeenHaveLengthsByStature) {
+TEST_F(TreeMotionTest, LegsNeverSeenHaveLengthsByStature) {
   const std::vector<std::string> legs = {
       "l_knee", "r_knee",    "l_ankle",     "r_ankle", "l_big_toe",
       "l_heel", "r_big_toe", "l_small_toe", "r_heel",  "r_small_toe"};
@@ -321,7 +321,7 @@ TEST_F(TreeMotion, LegsNeverSeenHaveLengthsByStature) {
   EXPECT_EQ(lengths.at("l_knee"), lengths.at("r_knee"));
 }
 
-TEST_F(TreeMotion, TheOtherSideTellsALengthBeforeTheStatureDoes) {
+TEST_F(TreeMotionTest, TheOtherSideTellsALengthBeforeTheStatureDoes) {
   const TrackSequence tracks = WithoutJoints(
       Halpe26(), {"l_knee", "l_ankle", "l_heel", "l_big_toe", "l_small_toe"});
   WriteAs("bvh", bvh_, tracks);
@@ -330,7 +330,7 @@ TEST_F(TreeMotion, TheOtherSideTellsALengthBeforeTheStatureDoes) {
 }
 
 // At a desk: the root is the chest then, so that hips and legs turn with it.
-TEST_F(TreeMotion, HipsNeverSeen) {
+TEST_F(TreeMotionTest, HipsNeverSeen) {
   const std::vector<std::string> below = {"l_hip",  "r_hip",   "l_knee",
                                           "r_knee", "l_ankle", "r_ankle"};
   const TrackSequence tracks = WithoutJoints(Coco17(), below);
@@ -346,14 +346,14 @@ TEST_F(TreeMotion, HipsNeverSeen) {
 }
 
 // An elbow that nobody saw lies between shoulder and wrist.
-TEST_F(TreeMotion, AJointNeverSeenBetweenTwoThatAre) {
+TEST_F(TreeMotionTest, AJointNeverSeenBetweenTwoThatAre) {
   const TrackSequence tracks = WithoutJoints(Coco17(), {"l_elbow"});
   const LostFields lost_fields = WriteAs("gltf", gltf_, tracks);
   EXPECT_THAT(lost_fields, Contains(HasSubstr("never seen: l_elbow;")));
   EXPECT_EQ(GltfFile(gltf_).ByRotations(3).count("l_elbow"), 1u);
 }
 
-TEST_F(TreeMotion, PointsWithoutBones) {
+TEST_F(TreeMotionTest, PointsWithoutBones) {
   const Skeleton points("markers", {"C7", "STRN", "CLAV"}, {});
   TrackSequence tracks = RigidTruth(points, 5);
   EXPECT_THAT(
@@ -364,7 +364,7 @@ TEST_F(TreeMotion, PointsWithoutBones) {
   EXPECT_EQ(GltfFile(gltf_).ByRotations(0).size(), 3u);
 }
 
-TEST_F(TreeMotion, BonesOfTheFileMakeTheTree) {
+TEST_F(TreeMotionTest, BonesOfTheFileMakeTheTree) {
   // Human 3.6M's: the neck hangs on the thorax, which anatomy by names does
   // not know.
   const Skeleton h36m(
@@ -392,7 +392,7 @@ TEST_F(TreeMotion, BonesOfTheFileMakeTheTree) {
 }
 
 // Many who come and go are not written as people who stand still.
-TEST_F(TreeMotion, BvhOfManyWhoComeAndGo) {
+TEST_F(TreeMotionTest, BvhOfManyWhoComeAndGo) {
   const TrackSequence one = RigidTruth(Coco17(), 3);
   TrackSequence tracks;
   tracks.header = one.header;
@@ -414,7 +414,7 @@ TEST_F(TreeMotion, BvhOfManyWhoComeAndGo) {
               HasSubstr("Frames: 400\n"));
 }
 
-TEST_F(TreeMotion, GltfRefusesWhatNoFloatHolds) {
+TEST_F(TreeMotionTest, GltfRefusesWhatNoFloatHolds) {
   TrackSequence tracks = RigidTruth(Coco17(), 2);
   tracks.frames[1].people[0].joints[3].position_m.x() = 1e300;
   EXPECT_THAT(InputErrorOf([&] { WriteAs("gltf", gltf_, tracks); }),
