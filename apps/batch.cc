@@ -55,18 +55,14 @@ std::vector<Task> TasksToDo(const std::vector<Task>& tasks, bool resume) {
   std::vector<Task> missing;
   size_t done = 0;
   for (const Task& task : tasks) {
-    switch (StateOf(task, FLAGS_out)) {
-      case TaskState::kMissing:
-        missing.push_back(task);
-        break;
-      case TaskState::kDone:
-        ++done;
-        break;
-      case TaskState::kOther:
-        throw InputError(FLAGS_out + "/" + task.Name(), "",
-                         "was made from other inputs or settings; remove it "
-                         "or name another --out");
+    const TaskState state = StateOf(task, FLAGS_out);
+    if (state == TaskState::kOther) {
+      throw InputError(FLAGS_out + "/" + task.Name(), "",
+                       "was made from other inputs or settings; remove it or "
+                       "name another --out");
     }
+    if (state == TaskState::kMissing) missing.push_back(task);
+    done += state == TaskState::kDone ? 1 : 0;
   }
   if (done > 0 && !resume) {
     throw InputError(

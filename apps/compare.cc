@@ -232,37 +232,6 @@ void Tune(const std::vector<Strategy>& strategies, CompareResult* result) {
   }
 }
 
-void Score(const std::vector<Strategy>& strategies, CompareResult* result) {
-  const Comparison& comparison = result->comparison;
-  std::vector<FoldValues> values;
-  for (const StrategyResult& one : result->strategies) {
-    values.push_back(one.values);
-  }
-  std::vector<StrategyScores> scores =
-      ScoreStrategies(comparison, strategies, values);
-  const StrategyScores& baseline = scores[result->baseline_idx];
-  if (!baseline.refused.empty()) {
-    throw InputError("--baseline=" + FLAGS_baseline + ": " + baseline.refused);
-  }
-  // Lags are measured against the batch, asked for or not.
-  const size_t batch = IndexOf(strategies, kOfflineReference);
-  TrackSequence reference;
-  if (batch < strategies.size() && scores[batch].refused.empty()) {
-    reference = scores[batch].run.alike;
-  } else {
-    const Strategy strategy = ChooseStrategies({kOfflineReference}).front();
-    const StrategyValues defaults = DefaultValues(
-        strategy, comparison.rate_hz(), comparison.options.estimators);
-    reference = RunWithAll(comparison, strategy,
-                           FoldValues(comparison.folds.size(), defaults))
-                    .alike;
-  }
-  for (size_t s = 0; s < strategies.size(); ++s) {
-    AddLags(comparison, reference, &scores[s]);
-    result->strategies[s].scores = std::move(scores[s]);
-  }
-}
-
 // Folds, the scored set and the values that strategies begin with.
 CompareResult PrepareResult(FrozenRecording recording,
                             const std::vector<Strategy>& strategies) {
@@ -331,8 +300,7 @@ void CompareOneRecording(const std::vector<Strategy>& strategies,
   CompareResult result =
       PrepareResult(FreezeRecording(input, FLAGS_threads), strategies);
   if (FLAGS_tune) Tune(strategies, &result);
-  Score(strategies, &result);
-  AddMeasures(&result);
+  Score(&result);
 
   WriteTextFile(folder->PathOf("compare.json"),
                 DumpJson(CompareJson(result), 1) + "\n");

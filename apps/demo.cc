@@ -100,13 +100,10 @@ Share Idf1Of(const IdentityResult& identity) {
 // A row for each measure, a column for each mode.
 Table ScoreTable(const std::vector<Scores>& all, const MotionResult& truth,
                  int64_t true_people) {
-  std::vector<std::string> header = {"against the truth"};
-  for (const Mode& mode : kModes) header.push_back(mode.title);
-  Table table(header);
+  const auto title = [](const Mode& mode) { return mode.title; };
+  Table table(RowOf("against the truth", CellsOf(kModes, title)));
   const auto add = [&](const std::string& label, const auto& cell) {
-    std::vector<std::string> row = {label};
-    for (const Scores& scores : all) row.push_back(cell(scores));
-    table.AddRow(row);
+    table.AddRow(RowOf(label, CellsOf(all, cell)));
   };
   add("mean joint error (MPJPE), mm",
       [](const Scores& s) { return Fixed(kMmPerM * s.error.raw_m, 1); });

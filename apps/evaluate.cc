@@ -14,7 +14,7 @@
 #include "apps/common/held_out_cameras.h"
 #include "apps/common/table.h"
 #include "apps/common/track_files.h"
-#include "apps/markers/marker_output.h"
+#include "apps/markers/marker_study.h"
 #include "core/base/error.h"
 #include "core/evaluation/correspondence.h"
 #include "core/io/files/atomic_file.h"
@@ -91,6 +91,18 @@ void RefuseFlags(const std::vector<std::string>& names) {
 
 std::vector<FrameRange> Frames() { return ParseFrameRanges(FLAGS_frames); }
 
+// Of two ways the one that the flag names; without it `chosen` stays.
+template <typename Way>
+void ChooseBetween(const std::string& flag, const std::string& text, Way one,
+                   Way other, Way* chosen) {
+  if (text.empty()) return;
+  const std::string names[] = {ToString(one), ToString(other)};
+  if (text != names[0] && text != names[1]) {
+    FailFlag(flag, text, names[0] + " or " + names[1]);
+  }
+  *chosen = text == names[0] ? one : other;
+}
+
 void ApplyPcpFlags(PcpProtocol* protocol) {
   const bool campus = protocol->name.rfind("campus", 0) == 0;
   if (!FLAGS_head.empty()) {
@@ -100,20 +112,10 @@ void ApplyPcpFlags(PcpProtocol* protocol) {
     }
     protocol->head = *head;
   }
-  if (FLAGS_endpoints == ToString(EndpointRule::kMean)) {
-    protocol->endpoints = EndpointRule::kMean;
-  } else if (FLAGS_endpoints == ToString(EndpointRule::kEach)) {
-    protocol->endpoints = EndpointRule::kEach;
-  } else if (!FLAGS_endpoints.empty()) {
-    FailFlag("endpoints", FLAGS_endpoints, "mean or each");
-  }
-  if (FLAGS_matching == ToString(PersonMatching::kNearest)) {
-    protocol->matching = PersonMatching::kNearest;
-  } else if (FLAGS_matching == ToString(PersonMatching::kOneToOne)) {
-    protocol->matching = PersonMatching::kOneToOne;
-  } else if (!FLAGS_matching.empty()) {
-    FailFlag("matching", FLAGS_matching, "nearest or one_to_one");
-  }
+  ChooseBetween("endpoints", FLAGS_endpoints, EndpointRule::kMean,
+                EndpointRule::kEach, &protocol->endpoints);
+  ChooseBetween("matching", FLAGS_matching, PersonMatching::kNearest,
+                PersonMatching::kOneToOne, &protocol->matching);
   if (!FLAGS_frames.empty()) protocol->frames = Frames();
 }
 
@@ -262,11 +264,7 @@ void RunMpjpe() {
   MpjpeOptions options;
   options.frames = Frames();
   RequireTruth(compared, options.frames);
-  // In the world of CMU Panoptic y points down.
-  const std::string& skeleton = compared.truth.header.skeleton.name();
-  if (skeleton == Panoptic19().name() || skeleton == Panoptic15().name()) {
-    options.up = -Eigen::Vector3d::UnitY();
-  }
+  options.up = UpOfTruth(compared.truth);
   EvaluationOutput output =
       DescribeMpjpe(EvaluateMpjpe(compared.truth, compared.tracks, options));
   const EvaluationOutput consistency = DescribeConsistency(
@@ -326,7 +324,6 @@ void RunHeldOut() {
 void RunEvaluate() {
   RequireFlag("protocol", FLAGS_protocol);
   const auto pcp = PcpProtocolByName(FLAGS_protocol);
-  const bool is_held_out = FLAGS_protocol == kHeldOutCamera;
   if (FLAGS_protocol != "markers") {
     RefuseFlags({"joints", "person", "out"});
     if (!FirstGiven({"plates", "drift", "align"}).empty()) {
@@ -334,31 +331,23 @@ void RunEvaluate() {
           "--plates, --drift and --align belong to --protocol=markers");
     }
   }
-  if (!is_held_out) {
+  if (FLAGS_protocol != kHeldOutCamera) {
     RefuseFlags({"cameras", "detections", "config", "mode", "set",
                  "held_out_set", "reference", "runs", "folds"});
   }
   if (FLAGS_protocol != "identity") RefuseFlags({"annotated"});
   if (!pcp) RefuseFlags({"head", "endpoints", "matching", "lost"});
-  if (pcp) {
-    RunPcp(*pcp);
-  } else if (is_held_out) {
-    RunHeldOut();
-  } else if (FLAGS_protocol == "markers") {
-    RunMarkers();
-  } else if (FLAGS_protocol == "parity") {
-    RunParity();
-  } else if (FLAGS_protocol == "mpjpe") {
-    RunMpjpe();
-  } else if (FLAGS_protocol == "identity") {
-    RunIdentity();
-  } else if (FLAGS_protocol == "panoptic") {
-    RunPanoptic();
-  } else {
-    FailFlag("protocol", FLAGS_protocol,
-             "shelf, campus, campus_extended, 4d_association, panoptic, mpjpe, "
-             "identity, parity, markers or held_out_camera");
+  if (pcp) return RunPcp(*pcp);
+  constexpr std::pair<const char*, void (*)()> kProtocols[] = {
+      {"panoptic", RunPanoptic}, {"mpjpe", RunMpjpe},
+      {"identity", RunIdentity}, {"parity", RunParity},
+      {"markers", RunMarkers},   {kHeldOutCamera, RunHeldOut}};
+  for (const auto& [name, run] : kProtocols) {
+    if (FLAGS_protocol == name) return run();
   }
+  FailFlag("protocol", FLAGS_protocol,
+           "shelf, campus, campus_extended, 4d_association, panoptic, mpjpe, "
+           "identity, parity, markers or held_out_camera");
 }
 
 }  // namespace

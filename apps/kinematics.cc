@@ -133,25 +133,22 @@ std::string Range(const std::vector<double>& values) {
 
 std::string Digest(const KinematicsTable& table, const PersonNames& names) {
   constexpr size_t kMostPeople = 6;
-  std::vector<TrackId> people;
-  for (const auto& [id, values] : ValuesOf(table, "")) people.push_back(id);
-  const size_t shown = std::min(people.size(), kMostPeople);
-  std::vector<std::string> header = {"5 % .. median .. 95 %"};
-  for (size_t p = 0; p < shown; ++p) {
-    const auto name = names.find(people[p]);
-    header.push_back(name != names.end()
-                         ? Printable(name->second, 20)
-                         : "person " + std::to_string(people[p].value()));
-  }
-  Table text(header);
+  std::vector<TrackId> shown;
+  for (const auto& [id, values] : ValuesOf(table, "")) shown.push_back(id);
+  const size_t people = shown.size();
+  shown.resize(std::min(people, kMostPeople));
+  const auto title_of = [&names](TrackId id) {
+    const auto name = names.find(id);
+    return name != names.end() ? Printable(name->second, 20)
+                               : "person " + std::to_string(id.value());
+  };
+  Table text(RowOf("5 % .. median .. 95 %", CellsOf(shown, title_of)));
   const auto add = [&](const std::string& title, const std::string& column,
                        const auto& cell) {
     if (table.IndexOf(column) < 0) return;
     const Values values = ValuesOf(table, column);
-    std::vector<std::string> cells = {title};
-    for (size_t p = 0; p < shown; ++p)
-      cells.push_back(cell(values.at(people[p])));
-    text.AddRow(std::move(cells));
+    const auto cell_of = [&](TrackId id) { return cell(values.at(id)); };
+    text.AddRow(RowOf(title, CellsOf(shown, cell_of)));
   };
   for (const std::string& angle : table.angles) {
     add(angle + ", deg", angle + "_deg", Range);
@@ -163,8 +160,8 @@ std::string Digest(const KinematicsTable& table, const PersonNames& names) {
         return Fixed(values.empty() ? std::nan("") : values.back(), 2);
       });
   std::string result = text.ToString();
-  if (people.size() > shown) {
-    result += "and " + std::to_string(people.size() - shown) + " more people\n";
+  if (people > shown.size()) {
+    result += "and " + std::to_string(people - shown.size()) + " more people\n";
   }
   return result;
 }

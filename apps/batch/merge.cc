@@ -14,6 +14,7 @@
 #include "apps/common/table.h"
 #include "core/base/error.h"
 #include "core/base/random.h"
+#include "core/base/text.h"
 #include "core/io/files/atomic_file.h"
 #include "core/io/files/text_file.h"
 
@@ -22,6 +23,42 @@ namespace {
 
 constexpr double kMmPerM = 1000.0;
 constexpr int kResamples = 2000;
+
+// A figure that tasks have, and where it stands in their files.
+struct BatchMeasure {
+  const char* key;
+  const char* title;
+  const char* file;            // in the folder of a task
+  const char* path;            // JSON pointer of the value
+  const char* standard_error;  // of the same, over frames; may be empty
+  double scale = 1.0;          // from the file's unit to the title's
+  int decimals = 1;
+};
+const BatchMeasure kMeasures[] = {
+    {"mpjpe_mm", "Mean joint error (MPJPE), mm", "evaluation.json",
+     "/result/raw_m", "/result/raw_interval_m/standard_error", kMmPerM, 2},
+    {"mpjpe_bias_removed_mm", "The same, each joint's bias removed, mm",
+     "evaluation.json", "/result/bias_removed_m",
+     "/result/bias_removed_interval_m/standard_error", kMmPerM, 2},
+    {"pcp_percent", "PCP, total, mean of actors, %", "evaluation.json",
+     "/result/mean_of_actors/total/percent",
+     "/result/mean_of_actors/total/interval/standard_error", 1.0, 2},
+    {"coverage_percent", "People found, %", "evaluation.json",
+     "/result/coverage/percent", "", 1.0, 2},
+    {"acceleration_m_s2", "Acceleration, m/s^2", "evaluation.json",
+     "/result/motion/acceleration_m_s2",
+     "/result/motion/acceleration_interval_m_s2/standard_error", 1.0, 2},
+    {"mota_percent", "MOTA, %", "identity.json", "/result/mota", "", 100.0, 2},
+    {"idf1_percent", "IDF1, %", "identity.json", "/result/idf1", "", 100.0, 2},
+    {"switches", "Identity switches", "identity.json", "/result/switches", "",
+     1.0, 0},
+    {"held_out_mean_px",
+     "Held-out cameras: mean error, each capped at 30 px, px", "held_out.json",
+     "/result/rows/0/mean_truncated_px/value",
+     "/result/rows/0/mean_truncated_px/interval/standard_error", 1.0, 2},
+    {"held_out_p90_px", "Held-out cameras: 90th percentile, px",
+     "held_out.json", "/result/rows/0/p90_px/value",
+     "/result/rows/0/p90_px/interval/standard_error", 1.0, 2}};
 
 // Recordings and configurations in the order of the tasks, and what was found.
 struct Results {
@@ -42,7 +79,7 @@ struct Results {
   // The measures that any task has.
   std::vector<BatchMeasure> Measures() const {
     std::vector<BatchMeasure> found;
-    for (const BatchMeasure& measure : BatchMeasures()) {
+    for (const BatchMeasure& measure : kMeasures) {
       const auto at = columns.lower_bound({measure.key, ""});
       if (at == columns.end() || at->first.first != measure.key) continue;
       found.push_back(measure);
@@ -76,7 +113,7 @@ void AddFigures(const Task& task, const std::string& folder, Results* results) {
                                     results->recordings.end(), task.recording) -
                           results->recordings.begin());
   std::map<std::string, Json> files;  // each read once; null: not there
-  for (const BatchMeasure& measure : BatchMeasures()) {
+  for (const BatchMeasure& measure : kMeasures) {
     const auto [file, is_new] = files.try_emplace(measure.file);
     const std::string path = folder + "/" + measure.file;
     if (is_new && IsFile(path)) file->second = ReadJson(path);
@@ -171,7 +208,8 @@ std::string Markdown(const Results& results, const std::string& out,
     text += "\n**More than one version of the program made these results.**\n";
   }
   for (const BatchMeasure& measure : results.Measures()) {
-    text += "\n## " + measure.title + "\n\n" + MeasureTable(results, measure);
+    text += fmt::format("\n## {}\n\n{}", measure.title,
+                        MeasureTable(results, measure));
   }
   if (!results.missing.empty()) {
     text += "\n## Not done\n\n" + MissingText(results, out);
@@ -181,7 +219,7 @@ std::string Markdown(const Results& results, const std::string& out,
 
 std::string Csv(const Results& results) {
   Table table({"take", "configuration", "measure", "value", "standard_error"});
-  for (const BatchMeasure& measure : BatchMeasures()) {
+  for (const BatchMeasure& measure : kMeasures) {
     for (const std::string& configuration : results.configurations) {
       const BatchColumn column = results.ColumnOf(measure, configuration);
       for (size_t t = 0; t < column.size(); ++t) {
@@ -218,18 +256,6 @@ Json ResultsJson(const Results& results) {
   return json;
 }
 
-std::string Escaped(const std::string& text) {
-  std::string escaped;
-  for (const char c : text) {
-    escaped += c == '&'   ? "&amp;"
-               : c == '<' ? "&lt;"
-               : c == '>' ? "&gt;"
-               : c == '"' ? "&quot;"
-                          : std::string(1, c);
-  }
-  return escaped;
-}
-
 // Bytes of a path that a link cannot say as they are.
 std::string UrlOf(const std::string& path) {
   std::string url;
@@ -252,8 +278,8 @@ std::string IndexPage(const std::vector<Task>& tasks, const Results& results,
       "<a href=\"batch.json\">JSON</a></p>\n<table>\n<tr><th>take</th>"
       "<th>configuration</th><th>results</th></tr>\n";
   for (const Task& task : tasks) {
-    page += "<tr><td>" + Escaped(task.recording) + "</td><td>" +
-            Escaped(task.configuration) + "</td><td>";
+    page += "<tr><td>" + HtmlText(task.recording) + "</td><td>" +
+            HtmlText(task.configuration) + "</td><td>";
     const bool missing =
         std::find(results.missing.begin(), results.missing.end(), &task) !=
         results.missing.end();
@@ -265,7 +291,7 @@ std::string IndexPage(const std::vector<Task>& tasks, const Results& results,
           (IsFolder(out + "/" + task.Name() + "/" + step.output) ? "/compare.md"
                                                                  : "");
       page +=
-          "<a href=\"" + UrlOf(file) + "\">" + Escaped(step.output) + "</a> ";
+          "<a href=\"" + UrlOf(file) + "\">" + HtmlText(step.output) + "</a> ";
     }
     page += "</td></tr>\n";
   }
@@ -273,37 +299,6 @@ std::string IndexPage(const std::vector<Task>& tasks, const Results& results,
 }
 
 }  // namespace
-
-const std::vector<BatchMeasure>& BatchMeasures() {
-  static const std::vector<BatchMeasure> kMeasures = {
-      {"mpjpe_mm", "Mean joint error (MPJPE), mm", "evaluation.json",
-       "/result/raw_m", "/result/raw_interval_m/standard_error", kMmPerM, 2},
-      {"mpjpe_bias_removed_mm", "The same, each joint's bias removed, mm",
-       "evaluation.json", "/result/bias_removed_m",
-       "/result/bias_removed_interval_m/standard_error", kMmPerM, 2},
-      {"pcp_percent", "PCP, total, mean of actors, %", "evaluation.json",
-       "/result/mean_of_actors/total/percent",
-       "/result/mean_of_actors/total/interval/standard_error", 1.0, 2},
-      {"coverage_percent", "People found, %", "evaluation.json",
-       "/result/coverage/percent", "", 1.0, 2},
-      {"acceleration_m_s2", "Acceleration, m/s^2", "evaluation.json",
-       "/result/motion/acceleration_m_s2",
-       "/result/motion/acceleration_interval_m_s2/standard_error", 1.0, 2},
-      {"mota_percent", "MOTA, %", "identity.json", "/result/mota", "", 100.0,
-       2},
-      {"idf1_percent", "IDF1, %", "identity.json", "/result/idf1", "", 100.0,
-       2},
-      {"switches", "Identity switches", "identity.json", "/result/switches", "",
-       1.0, 0},
-      {"held_out_mean_px",
-       "Held-out cameras: mean error, each capped at 30 px, px",
-       "held_out.json", "/result/rows/0/mean_truncated_px/value",
-       "/result/rows/0/mean_truncated_px/interval/standard_error", 1.0, 2},
-      {"held_out_p90_px", "Held-out cameras: 90th percentile, px",
-       "held_out.json", "/result/rows/0/p90_px/value",
-       "/result/rows/0/p90_px/interval/standard_error", 1.0, 2}};
-  return kMeasures;
-}
 
 BatchSummary Summarise(const BatchColumn& column) {
   std::vector<BatchValue> values;

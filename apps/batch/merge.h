@@ -12,18 +12,6 @@
 
 namespace kinegraph {
 
-// A figure that tasks have, and where it stands in their files.
-struct BatchMeasure {
-  std::string key;
-  std::string title;
-  std::string file;            // in the folder of a task
-  std::string path;            // JSON pointer of the value
-  std::string standard_error;  // of the same, over frames; may be empty
-  double scale = 1.0;          // from the file's unit to the title's
-  int decimals = 1;
-};
-const std::vector<BatchMeasure>& BatchMeasures();
-
 // A figure of one task.
 struct BatchValue {
   double value = 0.0;

@@ -194,6 +194,10 @@ TaskState StateOf(const Task& task, const std::string& out) {
              : TaskState::kOther;
 }
 
+namespace {
+
+// Runs the steps one after the other. The folder appears under its name when
+// all of them are done; else DIR/TAKE/CONFIGURATION.failed.txt holds the error.
 TaskOutcome RunTask(const Task& task, const std::string& out) {
   TaskOutcome outcome;
   try {
@@ -224,6 +228,8 @@ TaskOutcome RunTask(const Task& task, const std::string& out) {
   }
   return outcome;
 }
+
+}  // namespace
 
 int RunTasks(
     const std::vector<Task>& tasks, const std::string& out, int jobs,

@@ -49,10 +49,6 @@ struct TaskOutcome {
   std::string error;  // one line, the program's own
 };
 
-// Runs the steps one after the other. The folder appears under its name when
-// all of them are done; else DIR/TAKE/CONFIGURATION.failed.txt holds the error.
-TaskOutcome RunTask(const Task& task, const std::string& out);
-
 // Runs all of them, `jobs` at once, and calls `report` with each outcome, one
 // at a time. Returns how many failed.
 int RunTasks(

@@ -210,6 +210,14 @@ Json ToJson(const HeldOutRow& row, const HeldOutSummary& summary) {
 
 }  // namespace
 
+Eigen::Vector3d UpOfTruth(const TrackSequence& truth) {
+  const std::string& skeleton = truth.header.skeleton.name();
+  const bool is_panoptic =
+      skeleton == Panoptic19().name() || skeleton == Panoptic15().name();
+  return is_panoptic ? Eigen::Vector3d(-Eigen::Vector3d::UnitY())
+                     : Eigen::Vector3d::UnitZ();
+}
+
 std::string ActorName(int64_t actor) { return "actor " + Count(actor); }
 
 std::string PercentCell(const Share& share) {

@@ -42,6 +42,10 @@ EvaluationOutput DescribeCoverage(const Share& covered);
 EvaluationOutput DescribeHeldOut(const HeldOutScores& scores,
                                  const std::vector<std::string>& view_names);
 
+// Upwards in the world of a ground truth: in that of CMU Panoptic y points
+// down.
+Eigen::Vector3d UpOfTruth(const TrackSequence& truth);
+
 // Pieces that other tables share.
 std::string ActorName(int64_t actor);         // "actor 0"
 std::string PercentCell(const Share& share);  // "99.71 (2782/2790)"

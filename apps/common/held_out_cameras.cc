@@ -98,7 +98,7 @@ TrackSequence ReadOrTrackReference(const HeldOutInput& input) {
 }
 
 // The detections that are scored. An error counts as no more than the cap: the
-// one that the set names, or a tenth of the width of the camera's image.
+// one that the set names, or HeldOutCapPx.
 struct ScoredSet {
   HeldOutSet set;
   bool cap_by_width = false;
@@ -138,17 +138,6 @@ ScoredSet ReadOrMakeSet(const HeldOutInput& input,
                         : " in the frames asked for"));
   }
   return scored;
-}
-
-double CapOf(const HeldOutRequest& request, const ScoredSet& scored,
-             const Camera& camera) {
-  if (!scored.cap_by_width) return scored.set.cap_px;
-  if (camera.width_px() <= 0) {
-    throw InputError(request.cameras, "camera '" + camera.name() + "'",
-                     "no image size, which bounds the held-out error "
-                     "(cameras.image_size)");
-  }
-  return 0.1 * camera.width_px();
 }
 
 // A run without a view, and what it has learnt of the detector.
@@ -262,6 +251,13 @@ EvaluationOutput DescribeColumns(const HeldOutColumns& columns,
 
 }  // namespace
 
+double HeldOutCapPx(const Camera& camera, const std::string& file) {
+  if (camera.width_px() > 0) return 0.1 * camera.width_px();
+  throw InputError(file, "camera '" + camera.name() + "'",
+                   "no image size, which bounds the held-out error "
+                   "(cameras.image_size)");
+}
+
 EvaluationOutput ScoreHeldOutCameras(const HeldOutRequest& request) {
   const HeldOutInput input = ReadHeldOutInput(request);
   CheckRuns(input);
@@ -273,7 +269,9 @@ EvaluationOutput ScoreHeldOutCameras(const HeldOutRequest& request) {
     const int views = static_cast<int>(input.views().size());
     Progress progress("leaving out cameras", views);
     for (int view = 0; view < views; ++view) {
-      scored.set.cap_px = CapOf(request, scored, input.cameras[view]);
+      if (scored.cap_by_width) {
+        scored.set.cap_px = HeldOutCapPx(input.cameras[view], request.cameras);
+      }
       caps_px.push_back(scored.set.cap_px);
       ScoreView(input, scored, view, reference, &columns);
       progress.Set(view + 1);

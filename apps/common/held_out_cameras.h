@@ -8,6 +8,7 @@
 
 #include "apps/common/evaluation_output.h"
 #include "core/base/frame_range.h"
+#include "core/geometry/camera.h"
 
 namespace kinegraph {
 
@@ -26,6 +27,10 @@ struct HeldOutRequest {
 };
 
 EvaluationOutput ScoreHeldOutCameras(const HeldOutRequest& request);
+
+// What an error counts as at most where nothing states it: a tenth of the width
+// of the camera's image. Throws InputError, naming `file`, without one.
+double HeldOutCapPx(const Camera& camera, const std::string& file);
 
 }  // namespace kinegraph
 

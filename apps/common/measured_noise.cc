@@ -119,29 +119,10 @@ std::map<std::string, std::vector<double>> ReadAzimuths(const JsonField& table,
   return found;
 }
 
-// Which measured group stands for a class.
-const char* GroupOf(JointClass joint_class) {
-  switch (joint_class) {
-    case JointClass::kHead:
-    case JointClass::kOther:
-      return "face";
-    case JointClass::kShoulder:
-      return "shoulder";
-    case JointClass::kElbow:
-      return "elbow";
-    case JointClass::kWrist:
-      return "wrist";
-    case JointClass::kTrunk:
-    case JointClass::kHip:
-      return "hip";
-    case JointClass::kKnee:
-      return "knee";
-    case JointClass::kAnkle:
-    case JointClass::kFoot:
-      break;
-  }
-  return "ankle";
-}
+// Which measured group stands for a class, in the order of JointClass.
+constexpr const char* kGroups[kJointClassCount] = {
+    "face", "hip",  "shoulder", "elbow", "wrist",
+    "hip",  "knee", "ankle",    "ankle", "face"};
 
 }  // namespace
 
@@ -158,13 +139,12 @@ void ApplyNoiseModel(const std::string& path, const NoiseModelOptions& options,
         ReadGroup(field, missing.At(name), outlier_on_other, options, focal_px);
   }
   for (int c = 0; c < kJointClassCount; ++c) {
-    const auto joint_class = static_cast<JointClass>(c);
-    const auto group = groups.find(GroupOf(joint_class));
+    const auto group = groups.find(kGroups[c]);
     if (group == groups.end()) {
       throw InputError(path, "noise",
-                       std::string("no group '") + GroupOf(joint_class) + "'");
+                       std::string("no group '") + kGroups[c] + "'");
     }
-    noise->by_class[joint_class] = group->second;
+    noise->by_class[static_cast<JointClass>(c)] = group->second;
   }
   noise->found_by_azimuth =
       ReadAzimuths(root.At("face_found_by_camera_azimuth"), options.missing);

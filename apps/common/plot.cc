@@ -12,6 +12,7 @@
 #include <stdexcept>
 
 #include "core/base/error.h"
+#include "core/base/text.h"
 #include "core/io/files/atomic_file.h"
 #include "core/system/process.h"
 
@@ -287,23 +288,8 @@ std::string WithTitle(std::string svg, const std::string& title) {
   const std::string standard = "<title>Gnuplot</title>";
   const size_t at = svg.find(standard);
   if (at == std::string::npos) return svg;
-  std::string escaped;
-  for (const char c : Printable(title, 200)) {
-    switch (c) {
-      case '&':
-        escaped += "&amp;";
-        break;
-      case '<':
-        escaped += "&lt;";
-        break;
-      case '>':
-        escaped += "&gt;";
-        break;
-      default:
-        escaped += c;
-    }
-  }
-  return svg.replace(at, standard.size(), "<title>" + escaped + "</title>");
+  return svg.replace(at, standard.size(),
+                     "<title>" + HtmlText(Printable(title, 200)) + "</title>");
 }
 
 // ---- The program that draws ----

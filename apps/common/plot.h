@@ -32,13 +32,13 @@ enum class PlotStyle {
 struct PlotSeries {
   std::string name;  // in the legend
   PlotStyle style = PlotStyle::kLine;
-  std::vector<double> x;
-  std::vector<double> y;  // as many as x; NaN breaks a line
+  std::vector<double> x = {};
+  std::vector<double> y = {};  // as many as x; NaN breaks a line
   // Ends of the error bars; NaN: none.
-  std::vector<double> x_low, x_high;
-  std::vector<double> y_low, y_high;
-  std::vector<std::string> labels;  // beside the points
-  std::optional<int> colour;        // index; else in order of the series
+  std::vector<double> x_low = {}, x_high = {};
+  std::vector<double> y_low = {}, y_high = {};
+  std::vector<std::string> labels = {};  // beside the points
+  std::optional<int> colour = {};        // index; else in order of the series
   bool dashed = false;
 
   void Add(double x_value, double y_value) {

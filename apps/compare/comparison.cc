@@ -10,6 +10,7 @@
 
 #include "apps/common/app.h"
 #include "apps/common/config_folder.h"
+#include "apps/common/held_out_cameras.h"
 #include "core/base/error.h"
 #include "core/evaluation/statistics.h"
 #include "core/io/calibration/calibration.h"
@@ -72,13 +73,6 @@ void Restrict(const HeldOutSet& wanted, HeldOutSet* set) {
       set->detections.end());
 }
 
-double CapOf(const Camera& camera) {
-  if (camera.width_px() > 0) return 0.1 * camera.width_px();
-  throw InputError("cameras", "camera '" + camera.name() + "'",
-                   "no image size, which bounds the held-out error "
-                   "(cameras.image_size)");
-}
-
 TrackSequence Assemble(const Comparison& comparison,
                        const PreparedRecording& recording,
                        const std::vector<ReplayedPerson>& people,
@@ -135,6 +129,48 @@ std::vector<Residuals> ResidualsOf(const FrozenRun& run,
   return views;
 }
 
+// The tracks with nothing but positions; a joint is observed where its
+// triangulation was (StrategyRun::alike).
+TrackSequence AlikeObserved(const TrackSequence& tracks,
+                            const std::vector<Fold>& folds) {
+  TrackSequence alike;
+  alike.header = tracks.header;
+  for (const TrackFrame& frame : tracks.frames) {
+    TrackFrame& copy = alike.frames.emplace_back();
+    copy.frame = frame.frame;
+    copy.time = frame.time;
+    for (const PersonPose& person : frame.people) {
+      PersonPose& positions = copy.people.emplace_back();
+      positions.id = person.id;
+      positions.joints = person.joints;
+    }
+  }
+  for (const Fold& fold : folds) {
+    std::map<std::pair<int64_t, int64_t>, const EstimatorFrame*> frames;
+    for (const ReplayedPerson& person : fold.recording->all) {
+      for (const EstimatorFrame& frame : person.frames) {
+        frames[{frame.frame, person.id.value()}] = &frame;
+      }
+    }
+    for (TrackFrame& frame : alike.frames) {
+      if (!fold.frames.Contains(frame.frame)) continue;
+      for (PersonPose& person : frame.people) {
+        const EstimatorFrame& given =
+            *frames.at({frame.frame, person.id.value()});
+        for (size_t j = 0; j < person.joints.size(); ++j) {
+          Joint3d& joint = person.joints[j];
+          if (!joint.present()) continue;
+          const bool observed = given.has_initial && given.initial[j].status ==
+                                                         JointStatus::kObserved;
+          joint.status =
+              observed ? JointStatus::kObserved : JointStatus::kInferred;
+        }
+      }
+    }
+  }
+  return alike;
+}
+
 }  // namespace
 
 std::vector<FrameRange> Comparison::scored_frames() const {
@@ -184,8 +220,9 @@ Comparison MakeComparison(RunOptions options, FrozenRun run,
         "nothing to score: nobody was tracked in the frames asked for");
   }
   for (const Camera& camera : comparison.scene().cameras) {
-    comparison.cap_px.push_back(held_out_set.has_value() ? held_out_set->cap_px
-                                                         : CapOf(camera));
+    comparison.cap_px.push_back(held_out_set.has_value()
+                                    ? held_out_set->cap_px
+                                    : HeldOutCapPx(camera, "cameras"));
   }
   return comparison;
 }
@@ -194,46 +231,6 @@ bool SameRun(const Comparison& comparison, const FoldValues& values) {
   return comparison.folds.size() == 2 &&
          comparison.folds[0].recording == comparison.folds[1].recording &&
          values[0] == values[1];
-}
-
-TrackSequence AlikeObserved(const TrackSequence& tracks,
-                            const std::vector<Fold>& folds) {
-  TrackSequence alike;
-  alike.header = tracks.header;
-  for (const TrackFrame& frame : tracks.frames) {
-    TrackFrame& copy = alike.frames.emplace_back();
-    copy.frame = frame.frame;
-    copy.time = frame.time;
-    for (const PersonPose& person : frame.people) {
-      PersonPose& positions = copy.people.emplace_back();
-      positions.id = person.id;
-      positions.joints = person.joints;
-    }
-  }
-  for (const Fold& fold : folds) {
-    std::map<std::pair<int64_t, int64_t>, const EstimatorFrame*> frames;
-    for (const ReplayedPerson& person : fold.recording->all) {
-      for (const EstimatorFrame& frame : person.frames) {
-        frames[{frame.frame, person.id.value()}] = &frame;
-      }
-    }
-    for (TrackFrame& frame : alike.frames) {
-      if (!fold.frames.Contains(frame.frame)) continue;
-      for (PersonPose& person : frame.people) {
-        const EstimatorFrame& given =
-            *frames.at({frame.frame, person.id.value()});
-        for (size_t j = 0; j < person.joints.size(); ++j) {
-          Joint3d& joint = person.joints[j];
-          if (!joint.present()) continue;
-          const bool observed = given.has_initial && given.initial[j].status ==
-                                                         JointStatus::kObserved;
-          joint.status =
-              observed ? JointStatus::kObserved : JointStatus::kInferred;
-        }
-      }
-    }
-  }
-  return alike;
 }
 
 StrategyRun RunWithAll(const Comparison& comparison, const Strategy& strategy,

@@ -96,11 +96,6 @@ struct StrategyRun {
 // Whether one run serves both folds: the same recording, with the same values.
 bool SameRun(const Comparison& comparison, const FoldValues& values);
 
-// The tracks with nothing but positions; a joint is observed where its
-// triangulation was (StrategyRun::alike).
-TrackSequence AlikeObserved(const TrackSequence& tracks,
-                            const std::vector<Fold>& folds);
-
 StrategyRun RunWithAll(const Comparison& comparison, const Strategy& strategy,
                        const FoldValues& values);
 

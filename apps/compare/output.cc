@@ -15,10 +15,6 @@
 namespace kinegraph {
 namespace {
 
-Json NumberOrNull(double value) {
-  return std::isfinite(value) ? Json(value) : Json(nullptr);
-}
-
 // "12.34 [12.00, 12.70]", where there is an interval.
 std::string ValueCell(const Measure& one) {
   return std::isnan(one.interval.low)
@@ -28,17 +24,12 @@ std::string ValueCell(const Measure& one) {
 
 // The verdict as words for a figure of which less, or more, is better.
 std::string Judged(const Measure& measure) {
-  switch (measure.verdict) {
-    case Verdict::kNone:
-      return "-";
-    case Verdict::kSame:
-      return "not told apart";
-    case Verdict::kLess:
-      return measure.less_is_better ? "better" : "worse";
-    case Verdict::kMore:
-      return measure.less_is_better ? "worse" : "better";
+  if (measure.verdict == Verdict::kNone || measure.verdict == Verdict::kSame) {
+    return ToString(measure.verdict);
   }
-  return "-";
+  return (measure.verdict == Verdict::kLess) == measure.less_is_better
+             ? "better"
+             : "worse";
 }
 
 std::string DifferenceCell(const Measure& measure) {
@@ -48,12 +39,13 @@ std::string DifferenceCell(const Measure& measure) {
                       measure.decimals);
 }
 
+// JSON has null for NaN.
 Json MeasureJson(const Measure& measure) {
   return {{"title", measure.title},
           {"unit", measure.unit},
-          {"value", NumberOrNull(measure.value)},
+          {"value", measure.value},
           {"interval", ToJson(measure.interval)},
-          {"difference_to_baseline", NumberOrNull(measure.difference)},
+          {"difference_to_baseline", measure.difference},
           {"difference_interval", ToJson(measure.difference_interval)},
           {"verdict", Judged(measure)}};
 }
@@ -70,13 +62,13 @@ Json TuningJson(const Strategy& strategy, const StrategyTuning& tuning) {
   Json curve = Json::array();
   for (const TuningPoint& point : tuning.points) {
     curve.push_back({{"values", ValuesJson(strategy, point.values)},
-                     {"first_px", NumberOrNull(point.error_px[0])},
-                     {"second_px", NumberOrNull(point.error_px[1])},
-                     {"pooled_px", NumberOrNull(point.pooled_px)}});
+                     {"first_px", point.error_px[0]},
+                     {"second_px", point.error_px[1]},
+                     {"pooled_px", point.pooled_px}});
   }
   return {{"chosen_on", "the other fold, by held_out_mean_px"},
-          {"same_fold_px", NumberOrNull(tuning.same_fold_px)},
-          {"cross_px", NumberOrNull(tuning.cross_px)},
+          {"same_fold_px", tuning.same_fold_px},
+          {"cross_px", tuning.cross_px},
           {"curve", curve}};
 }
 
@@ -183,23 +175,17 @@ std::string TruthTable(const CompareResult& result) {
                    {ValueOf("pcp_percent", "PCP [%]"),
                     DifferenceOf("pcp_percent"), VerdictOf("pcp_percent")});
   }
-  columns.push_back(
-      OfMeasure("lag_to_truth_ms", "lag [ms]",
-                [](const Measure& lag) { return Fixed(lag.value, 0); }));
+  columns.push_back(ValueOf("lag_to_truth_ms", "lag [ms]"));
   return StrategyTable(result, columns);
 }
 
 std::string ConsistencyTable(const CompareResult& result) {
-  const auto percent = [](const Measure& one) { return Fixed(one.value, 1); };
-  const auto ratio = [](const Measure& one) { return Fixed(one.value, 2); };
   std::vector<Column> columns = {
-      OfMeasure("held_out_covered_percent", "held-out covered [%]", percent),
-      OfMeasure("held_out_nees_per_dof", "held-out NEES per dof", ratio)};
+      ValueOf("held_out_covered_percent", "held-out covered [%]"),
+      ValueOf("held_out_nees_per_dof", "held-out NEES per dof")};
   if (result.comparison.truth.has_value()) {
-    columns.push_back(
-        OfMeasure("truth_covered_percent", "truth covered [%]", percent));
-    columns.push_back(
-        OfMeasure("truth_nees_per_dof", "truth NEES per dof", ratio));
+    columns.push_back(ValueOf("truth_covered_percent", "truth covered [%]"));
+    columns.push_back(ValueOf("truth_nees_per_dof", "truth NEES per dof"));
   }
   return StrategyTable(
       result, columns, TableStyle::kMarkdown, [](const StrategyResult& one) {
@@ -340,8 +326,7 @@ Json StrategyJson(const StrategyResult& one,
   }
   for (size_t v = 0; v < views.size(); ++v) {
     entry["held_out_mean_px_by_view"][views[v]] =
-        NumberOrNull(one.scores.held_out_by_view[v].figure_px(
-            HeldOutFigure::kMeanTruncated));
+        one.scores.held_out_by_view[v].figure_px(HeldOutFigure::kMeanTruncated);
   }
   if (one.tuning.has_value()) {
     entry["tuning"] = TuningJson(one.strategy, *one.tuning);
@@ -402,9 +387,9 @@ Json CompareJson(const CompareResult& result) {
         {{"lag_frames", point.lag_frames},
          {"held_out_mean_px",
           result.strategies[point.result_idx].Find(kHeldOut)->value},
-         {"to_batch_median_m", NumberOrNull(point.median_m)},
-         {"to_batch_p95_m", NumberOrNull(point.p95_m)},
-         {"to_batch_p99_m", NumberOrNull(point.p99_m)}});
+         {"to_batch_median_m", point.median_m},
+         {"to_batch_p95_m", point.p95_m},
+         {"to_batch_p99_m", point.p99_m}});
   }
   json["config"] = Json::parse(EffectiveConfigJson(comparison.options));
   return json;

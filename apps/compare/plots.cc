@@ -33,13 +33,6 @@ std::vector<const StrategyResult*> Chosen(const CompareResult& result,
   return chosen.empty() ? ran : chosen;
 }
 
-PlotSeries SeriesOf(std::string name, PlotStyle style) {
-  PlotSeries series;
-  series.name = std::move(name);
-  series.style = style;
-  return series;
-}
-
 // Error against smoothness: one mark a strategy.
 NamedPlot ErrorAgainstSmoothness(const CompareResult& result) {
   Plot plot;
@@ -50,7 +43,7 @@ NamedPlot ErrorAgainstSmoothness(const CompareResult& result) {
   plot.x.log = true;
   plot.y.label = kHeldOutLabel;
   for (const StrategyResult* one : result.Ran()) {
-    PlotSeries series = SeriesOf(one->strategy.title, PlotStyle::kPoints);
+    PlotSeries series = {one->strategy.title, PlotStyle::kPoints};
     const Measure& error = *one->Find(kHeldOut);
     const Measure& acceleration = *one->Find("acceleration_m_s2");
     // Errors of all go up and down together; the difference tells more.
@@ -85,7 +78,7 @@ NamedPlot Differences(const CompareResult& result) {
     plot.y.categories.push_back(one->strategy.title);
   }
   for (const auto& kind : kKinds) {
-    PlotSeries series = SeriesOf(kind.name, PlotStyle::kPoints);
+    PlotSeries series = {kind.name, PlotStyle::kPoints};
     series.colour = kind.colour;
     for (size_t i = 0; i < run.size(); ++i) {
       const Measure& error = *run[i]->Find(kHeldOut);
@@ -96,12 +89,12 @@ NamedPlot Differences(const CompareResult& result) {
     }
     if (!series.x.empty()) plot.series.push_back(std::move(series));
   }
-  PlotSeries zero;
-  zero.style = PlotStyle::kLine;
+  PlotSeries zero = {"",
+                     PlotStyle::kLine,
+                     {0.0, 0.0},
+                     {-0.6, static_cast<double>(run.size()) - 0.4}};
   zero.colour = 6;
   zero.dashed = true;
-  zero.x = {0.0, 0.0};
-  zero.y = {-0.6, static_cast<double>(run.size()) - 0.4};
   plot.series.push_back(zero);
   return {"held_out_difference.svg",
           {plot},
@@ -121,7 +114,7 @@ NamedPlot ByJointClass(const CompareResult& result, const PlotChoice& choice) {
     plot.x.categories.push_back(name);
   }
   for (const StrategyResult* one : Chosen(result, choice)) {
-    PlotSeries series = SeriesOf(one->strategy.title, PlotStyle::kBars);
+    PlotSeries series = {one->strategy.title, PlotStyle::kBars};
     for (size_t c = 0; c < keys.size(); ++c) {
       const Measure& measure = *one->Find(keys[c]);
       series.Add(static_cast<double>(c), measure.value, measure.interval);
@@ -129,13 +122,6 @@ NamedPlot ByJointClass(const CompareResult& result, const PlotChoice& choice) {
     plot.series.push_back(std::move(series));
   }
   return {"error_by_joint_class.svg", {plot}, {1100, 520}};
-}
-
-const Pose3d* FindPose(const TrackFrame& frame, TrackId id) {
-  for (const PersonPose& person : frame.people) {
-    if (person.id == id) return &person.joints;
-  }
-  return nullptr;
 }
 
 // The position of one joint in all frames; NaN where there is none.
@@ -148,10 +134,11 @@ Trajectory TrajectoryOf(const TrackSequence& tracks, TrackId id, int joint) {
   Trajectory trajectory;
   for (const TrackFrame& frame : tracks.frames) {
     trajectory.time_s.push_back(ToSeconds(frame.time));
-    const Pose3d* pose = FindPose(frame, id);
-    const bool present = pose != nullptr && (*pose)[joint].present();
-    trajectory.position_m.push_back(present ? (*pose)[joint].position_m
-                                            : Eigen::Vector3d::Constant(kNan));
+    trajectory.position_m.push_back(Eigen::Vector3d::Constant(kNan));
+    for (const PersonPose& person : frame.people) {
+      if (person.id != id || !person.joints[joint].present()) continue;
+      trajectory.position_m.back() = person.joints[joint].position_m;
+    }
   }
   return trajectory;
 }
@@ -205,8 +192,8 @@ NamedPlot OneTrajectory(const CompareResult& result, const PlotChoice& choice) {
       const Trajectory trajectory =
           TrajectoryOf(one->scores.run.alike, longest->id, joint);
       const bool raw = one->strategy.kind == OutputKind::kRawDlt;
-      PlotSeries series = SeriesOf(one->strategy.title,
-                                   raw ? PlotStyle::kPoints : PlotStyle::kLine);
+      PlotSeries series = {one->strategy.title,
+                           raw ? PlotStyle::kPoints : PlotStyle::kLine};
       for (size_t i = first; i < std::min(last, trajectory.time_s.size());
            ++i) {
         series.Add(trajectory.time_s[i], trajectory.position_m[i](axis));
@@ -231,10 +218,10 @@ NamedPlot LagSweep(const CompareResult& result) {
   distance.y.log = true;
   distance.legend = PlotLegend::kInside;
   constexpr PlotStyle kStyle = PlotStyle::kLinePoints;
-  PlotSeries window = SeriesOf("window", kStyle);
-  PlotSeries median = SeriesOf("median", kStyle);
-  PlotSeries p95 = SeriesOf("95th percentile", kStyle);
-  PlotSeries p99 = SeriesOf("99th percentile", kStyle);
+  PlotSeries window = {"window", kStyle};
+  PlotSeries median = {"median", kStyle};
+  PlotSeries p95 = {"95th percentile", kStyle};
+  PlotSeries p99 = {"99th percentile", kStyle};
   for (const LagPoint& point : result.lag_sweep) {
     const Measure& mean = *result.strategies[point.result_idx].Find(kHeldOut);
     const auto lag = static_cast<double>(point.lag_frames);
@@ -246,11 +233,12 @@ NamedPlot LagSweep(const CompareResult& result) {
   error.series.push_back(window);
   for (const StrategyResult* one : result.Ran()) {
     if (one->strategy.name != kOfflineReference) continue;
-    PlotSeries batch = SeriesOf("batch", PlotStyle::kLine);
-    batch.dashed = true;
     const double value = one->Find(kHeldOut)->value;
-    batch.x = {window.x.front(), window.x.back()};
-    batch.y = {value, value};
+    PlotSeries batch = {"batch",
+                        PlotStyle::kLine,
+                        {window.x.front(), window.x.back()},
+                        {value, value}};
+    batch.dashed = true;
     error.series.push_back(batch);
   }
   distance.series = {median, p95, p99};

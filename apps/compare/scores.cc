@@ -5,8 +5,10 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <tuple>
 #include <utility>
 
+#include "apps/common/evaluation_output.h"
 #include "apps/common/progress.h"
 #include "core/base/constants.h"
 #include "core/base/error.h"
@@ -52,11 +54,7 @@ void AddTruth(const Comparison& comparison, const BootstrapOptions& bootstrap,
   const TrackSequence& tracks = scores->run.tracks;
   MpjpeOptions options;
   options.frames = comparison.scored_frames();
-  // In the world of CMU Panoptic y points down.
-  const std::string& skeleton = comparison.truth->header.skeleton.name();
-  if (skeleton == Panoptic19().name() || skeleton == Panoptic15().name()) {
-    options.up = -Eigen::Vector3d::UnitY();
-  }
+  options.up = UpOfTruth(*comparison.truth);
   BootstrapOptions none = bootstrap;
   none.resamples = 1;  // its own intervals are not used
   const MpjpeResult mpjpe =
@@ -165,6 +163,10 @@ class MeasureList {
 
   // A pooled ratio of series.
   void Ratio(Measure measure, const std::vector<RatioSeries>& own,
+             const std::vector<RatioSeries>& baseline, double factor = 1.0) {
+    Ratio(std::move(measure), own, baseline, factor, bootstrap_);
+  }
+  void Ratio(Measure measure, const std::vector<RatioSeries>& own,
              const std::vector<RatioSeries>& baseline, double factor,
              const BootstrapOptions& bootstrap) {
     measure.value = factor * PooledRatio(own);
@@ -179,10 +181,6 @@ class MeasureList {
     }
     measure.verdict = VerdictOf(measure.difference_interval);
     measures_.push_back(std::move(measure));
-  }
-  void Ratio(Measure measure, const std::vector<RatioSeries>& own,
-             const std::vector<RatioSeries>& baseline, double factor = 1.0) {
-    Ratio(std::move(measure), own, baseline, factor, bootstrap_);
   }
 
   void Pcp(Measure measure, const PcpResult& own, const PcpResult& baseline) {
@@ -218,18 +216,15 @@ void AddHeldOutMeasures(const StrategyScores& own,
       {"held_out_common_median_px",
        "held-out error of the joints that all predict, median", "px", 2},
       own.held_out_common_median_px);
-  const auto quantile = [&](HeldOutFigure figure, const char* key,
-                            const char* title) {
-    Measure measure = {key, title, "px", 2};
+  for (const auto& [figure, key, title] :
+       {std::tuple{HeldOutFigure::kMedian, "median", "median"},
+        {HeldOutFigure::kP90, "p90", "90th percentile"},
+        {HeldOutFigure::kP97, "p97", "97th percentile"}}) {
+    Measure measure = {std::string("held_out_") + key + "_px",
+                       std::string("held-out error, ") + title, "px", 2};
     measure.interval = own.held_out.intervals_px[static_cast<int>(figure)];
     list->Plain(std::move(measure), own.held_out.figure_px(figure));
-  };
-  quantile(HeldOutFigure::kMedian, "held_out_median_px",
-           "held-out error, median");
-  quantile(HeldOutFigure::kP90, "held_out_p90_px",
-           "held-out error, 90th percentile");
-  quantile(HeldOutFigure::kP97, "held_out_p97_px",
-           "held-out error, 97th percentile");
+  }
   list->Plain({"predicted_percent", "joints predicted", "%", 1},
               own.held_out.predicted.percent());
   for (int c = 0; c < kJointClassCount; ++c) {
@@ -345,6 +340,19 @@ void AddLagSweep(CompareResult* result) {
   }
 }
 
+// Delays behind the truth (if any) and behind `reference`.
+void AddLags(const Comparison& comparison, const TrackSequence& reference,
+             StrategyScores* scores) {
+  if (!scores->refused.empty()) return;
+  const TrackSequence& tracks = scores->run.alike;
+  const std::vector<FrameRange> frames = comparison.scored_frames();
+  scores->lag_to_batch_s =
+      EstimateLag(reference, tracks, comparison.rate_hz(), frames);
+  if (!comparison.truth.has_value()) return;
+  scores->lag_to_truth_s =
+      EstimateLag(*comparison.truth, tracks, comparison.rate_hz(), frames);
+}
+
 }  // namespace
 
 std::vector<StrategyScores> ScoreStrategies(
@@ -435,30 +443,9 @@ void AddCommon(std::vector<StrategyScores*> scores) {
   }
 }
 
-void AddLags(const Comparison& comparison, const TrackSequence& reference,
-             StrategyScores* scores) {
-  if (!scores->refused.empty()) return;
-  const TrackSequence& tracks = scores->run.alike;
-  const std::vector<FrameRange> frames = comparison.scored_frames();
-  scores->lag_to_batch_s =
-      EstimateLag(reference, tracks, comparison.rate_hz(), frames);
-  if (!comparison.truth.has_value()) return;
-  scores->lag_to_truth_s =
-      EstimateLag(*comparison.truth, tracks, comparison.rate_hz(), frames);
-}
-
 const char* ToString(Verdict verdict) {
-  switch (verdict) {
-    case Verdict::kNone:
-      return "-";
-    case Verdict::kSame:
-      return "not told apart";
-    case Verdict::kLess:
-      return "less";
-    case Verdict::kMore:
-      return "more";
-  }
-  return "-";
+  constexpr const char* kNames[] = {"-", "not told apart", "less", "more"};
+  return kNames[static_cast<int>(verdict)];
 }
 
 const Measure* StrategyResult::Find(const std::string& key) const {
@@ -483,6 +470,40 @@ Verdict VerdictOf(const Interval& difference) {
   if (difference.high < 0.0) return Verdict::kLess;
   if (difference.low > 0.0) return Verdict::kMore;
   return Verdict::kSame;
+}
+
+void Score(CompareResult* result) {
+  const Comparison& comparison = result->comparison;
+  std::vector<Strategy> strategies;
+  std::vector<FoldValues> values;
+  for (const StrategyResult& one : result->strategies) {
+    strategies.push_back(one.strategy);
+    values.push_back(one.values);
+  }
+  std::vector<StrategyScores> scores =
+      ScoreStrategies(comparison, strategies, values);
+  const StrategyScores& baseline = scores[result->baseline_idx];
+  if (!baseline.refused.empty()) {
+    throw InputError("--baseline=" + result->baseline().strategy.name + ": " +
+                     baseline.refused);
+  }
+  const size_t batch = IndexOf(strategies, kOfflineReference);
+  TrackSequence reference;
+  if (batch < strategies.size() && scores[batch].refused.empty()) {
+    reference = scores[batch].run.alike;
+  } else {
+    const Strategy strategy = ChooseStrategies({kOfflineReference}).front();
+    const StrategyValues defaults = DefaultValues(
+        strategy, comparison.rate_hz(), comparison.options.estimators);
+    reference = RunWithAll(comparison, strategy,
+                           FoldValues(comparison.folds.size(), defaults))
+                    .alike;
+  }
+  for (size_t s = 0; s < strategies.size(); ++s) {
+    AddLags(comparison, reference, &scores[s]);
+    result->strategies[s].scores = std::move(scores[s]);
+  }
+  AddMeasures(result);
 }
 
 void AddMeasures(CompareResult* result) {

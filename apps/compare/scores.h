@@ -56,8 +56,8 @@ struct StrategyScores {
 };
 
 // Runs and scores; all strategies side by side on the comparison's threads, the
-// same result for any number of them. `what` labels the progress. Lags are left
-// to AddLags.
+// same result for any number of them, but for the lags. `what` labels the
+// progress.
 std::vector<StrategyScores> ScoreStrategies(
     const Comparison& comparison, const std::vector<Strategy>& strategies,
     const std::vector<FoldValues>& values, const std::string& what = "scoring");
@@ -65,10 +65,6 @@ std::vector<StrategyScores> ScoreStrategies(
 // Fills in held_out_common and its median, which compare strategies that leave
 // different gaps.
 void AddCommon(std::vector<StrategyScores*> scores);
-
-// Delays behind the truth (if any) and behind `reference`.
-void AddLags(const Comparison& comparison, const TrackSequence& reference,
-             StrategyScores* scores);
 
 // What the interval of the difference to the baseline says.
 enum class Verdict {
@@ -128,7 +124,12 @@ struct CompareResult {
   std::vector<const StrategyResult*> Ran() const;
 };
 
-// Fills in the measures and the lag sweep.
+// Runs and scores the strategies with their values; delays are measured behind
+// the truth (if any) and behind the batch, be it asked for or not. Throws
+// InputError where the baseline cannot be run.
+void Score(CompareResult* result);
+
+// Fills in the measures and the lag sweep from the scores. Score calls it.
 void AddMeasures(CompareResult* result);
 
 }  // namespace kinegraph

@@ -1,11 +1,12 @@
 #include "apps/compare/strategies.h"
 
+#include <fmt/format.h>
 #include <glog/logging.h>
 
 #include <algorithm>
-#include <cstdio>
 #include <utility>
 
+#include "apps/common/table.h"
 #include "core/base/error.h"
 
 namespace kinegraph {
@@ -70,12 +71,10 @@ std::vector<Strategy> ChooseStrategies(const std::vector<std::string>& names) {
   for (const std::string& name : names) {
     const size_t at = IndexOf(all, name);
     if (at == all.size()) {
-      std::string known;
-      for (const Strategy& one : all) {
-        known += (known.empty() ? "" : ", ") + one.name;
-      }
-      throw InputError("no strategy is named '" + Printable(name) +
-                       "', there are " + known);
+      const Cells known =
+          CellsOf(all, [](const Strategy& one) { return one.name; });
+      throw InputError(fmt::format("no strategy is named '{}', there are {}",
+                                   Printable(name), fmt::join(known, ", ")));
     }
     if (IndexOf(chosen, name) < chosen.size()) {
       throw InputError("strategy '" + name + "' is named twice");
@@ -162,14 +161,12 @@ std::vector<StrategyValues> GridOf(const Strategy& strategy) {
 
 std::string DescribeValues(const Strategy& strategy,
                            const StrategyValues& values) {
-  std::string text;
+  Cells texts;
   for (size_t i = 0; i < values.size(); ++i) {
-    char number[32];
-    std::snprintf(number, sizeof(number), "%.4g", values[i]);
-    text +=
-        (text.empty() ? "" : ", ") + strategy.parameters[i].name + " " + number;
+    texts.push_back(
+        fmt::format("{} {:.4g}", strategy.parameters[i].name, values[i]));
   }
-  return text.empty() ? "-" : text;
+  return texts.empty() ? "-" : fmt::format("{}", fmt::join(texts, ", "));
 }
 
 }  // namespace kinegraph

@@ -273,21 +273,18 @@ Table StrategyTable(const Study& study) {
   Table table(
       {"strategy", "held-out, px", "to baseline, px", "better / same / worse"});
   for (size_t s = 0; s < study.strategies.size(); ++s) {
-    int counts[3] = {0, 0, 0};
+    StudyVerdict counts;
     for (const StudyRecording& recording : study.recordings) {
       const StudyScore& score = recording.scores[s];
-      if (!score.refused.empty()) continue;
-      ++counts[score.verdict == Verdict::kLess   ? 0
-               : score.verdict == Verdict::kMore ? 2
-                                                 : 1];
+      if (score.refused.empty()) counts.Count(score.verdict);
     }
     const bool is_baseline = s == study.baseline_idx;
-    table.AddRow(
-        {study.strategies[s].title, Cell(Summarise(StudyMeans(study, s))),
-         is_baseline ? "-" : Cell(DifferenceOf(study, s)),
-         is_baseline
-             ? "-"
-             : fmt::format("{} / {} / {}", counts[0], counts[1], counts[2])});
+    table.AddRow({study.strategies[s].title,
+                  Cell(Summarise(StudyMeans(study, s))),
+                  is_baseline ? "-" : Cell(DifferenceOf(study, s)),
+                  is_baseline ? "-"
+                              : fmt::format("{} / {} / {}", counts.better,
+                                            counts.same, counts.worse)});
   }
   return table;
 }
@@ -353,16 +350,7 @@ StudyVerdict HoldsFor(const Study& study) {
       continue;
     ++verdict.recordings;
     if (recording.chosen == study.best) ++verdict.like_all;
-    switch (recording.scores[*recording.chosen].verdict) {
-      case Verdict::kLess:
-        ++verdict.better;
-        break;
-      case Verdict::kMore:
-        ++verdict.worse;
-        break;
-      default:
-        ++verdict.same;
-    }
+    verdict.Count(recording.scores[*recording.chosen].verdict);
   }
   return verdict;
 }

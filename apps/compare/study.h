@@ -71,6 +71,10 @@ struct StudyVerdict {
   int same = 0;
   int worse = 0;
   int like_all = 0;  // whose choice is the strategy that all recordings choose
+
+  void Count(Verdict one) {
+    ++(one == Verdict::kLess ? better : one == Verdict::kMore ? worse : same);
+  }
 };
 StudyVerdict HoldsFor(const Study& study);
 

@@ -1,5 +1,3 @@
-#include "apps/markers/marker_output.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -13,6 +11,7 @@
 #include "apps/common/app.h"
 #include "apps/common/plot.h"
 #include "apps/common/table.h"
+#include "apps/markers/marker_study.h"
 #include "apps/report/page.h"
 #include "apps/report/page_data.h"
 #include "core/base/constants.h"
@@ -341,9 +340,7 @@ size_t Stride(size_t count) {
 }
 
 PlotSeries Level(double x_low, double x_high, double y, bool dashed) {
-  PlotSeries line;
-  line.x = {x_low, x_high};
-  line.y = {y, y};
+  PlotSeries line = {"", PlotStyle::kLine, {x_low, x_high}, {y, y}};
   line.dashed = dashed;
   line.colour = 0;
   return line;
@@ -354,8 +351,7 @@ PlotSeries Level(double x_low, double x_high, double y, bool dashed) {
 Plot BlandAltman(const MarkerStudy& study, int axis) {
   static const char* const kAxes[] = {"right", "forward", "up"};
   const PairedMotion& motion = study.motion;
-  PlotSeries cloud;
-  cloud.style = PlotStyle::kPoints;
+  PlotSeries cloud = {"", PlotStyle::kPoints};
   cloud.colour = 1;
   const size_t joints = motion.is_centre.size();
   const size_t stride = Stride(motion.truth.frames.size() * joints);
@@ -407,8 +403,7 @@ Plot ErrorsOverTime(const MarkerStudy& study) {
   plot.y.low = 0.0;
   for (size_t j = 0; j < motion.is_centre.size(); ++j) {
     if (!IsPooled(study, j)) continue;
-    PlotSeries line;
-    line.name = motion.truth.header.skeleton.joints()[j];
+    PlotSeries line = {motion.truth.header.skeleton.joints()[j]};
     for (size_t f = 0; f < motion.truth.frames.size(); f += stride) {
       const Joint3d& a = motion.truth.frames[f].people.front().joints[j];
       const Joint3d& b = motion.tracks.frames[f].people.front().joints[j];
@@ -430,9 +425,8 @@ Plot CalibrationCurve(const MotionAgreement& agreement) {
   plot.y.label = "covered [%]";
   plot.x.low = plot.y.low = 0.0;
   plot.x.high = plot.y.high = 100.0;
-  PlotSeries right;
-  right.name = "as promised";
-  right.x = right.y = {0.0, 100.0};
+  PlotSeries right = {
+      "as promised", PlotStyle::kLine, {0.0, 100.0}, {0.0, 100.0}};
   right.dashed = true;
   plot.series.push_back(right);
   const struct {
@@ -443,10 +437,9 @@ Plot CalibrationCurve(const MotionAgreement& agreement) {
                 {"offset off", agreement.pooled.after_offset}};
   for (const auto& curve : curves) {
     if (curve.calibration.count() == 0) continue;
-    PlotSeries line;
-    line.name =
-        curve.name + (", n " + std::to_string(curve.calibration.count()));
-    line.style = PlotStyle::kLinePoints;
+    PlotSeries line = {
+        curve.name + (", n " + std::to_string(curve.calibration.count())),
+        PlotStyle::kLinePoints};
     for (int level = 1; level < kLevels; ++level) {
       const double promised = level / static_cast<double>(kLevels);
       line.Add(100.0 * promised, 100.0 * curve.calibration.Covered(promised));

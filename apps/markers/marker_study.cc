@@ -118,22 +118,8 @@ double RateOf(const MarkerInput& input) {
   return static_cast<double>(tracks.frames.size() - 1) / length_s;
 }
 
-}  // namespace
-
-Align ParseAlign(const std::string& text) {
-  for (const AlignName& one : kAlignNames) {
-    if (text == one.name) return one.align;
-  }
-  FailFlag("align", text, "both, clock, world or none");
-}
-
-const char* ToString(Align align) {
-  for (const AlignName& one : kAlignNames) {
-    if (align == one.align) return one.name;
-  }
-  return "";
-}
-
+// What a file says of joints: by `rules`, else by the set that its labels are
+// of, else by joints' names.
 MarkerInput ReadMarkerInput(const std::string& path, const std::string& rules,
                             TrackSequence points) {
   MarkerInput input;
@@ -157,6 +143,22 @@ MarkerInput ReadMarkerInput(const std::string& path, const std::string& rules,
   }
   input.joints.tracks.header.frame_rate_hz = RateOf(input);
   return input;
+}
+
+}  // namespace
+
+Align ParseAlign(const std::string& text) {
+  for (const AlignName& one : kAlignNames) {
+    if (text == one.name) return one.align;
+  }
+  FailFlag("align", text, "both, clock, world or none");
+}
+
+const char* ToString(Align align) {
+  for (const AlignName& one : kAlignNames) {
+    if (align == one.align) return one.name;
+  }
+  return "";
 }
 
 MarkerStudy RunMarkerStudy(const MarkerRequest& request) {

@@ -1,5 +1,5 @@
 // Tracks against optical markers or another program's segments: reading,
-// aligning, scoring.
+// aligning, scoring (marker_study.cc), and what was found (marker_output.cc).
 #ifndef KINEGRAPH_APPS_MARKERS_MARKER_STUDY_H_
 #define KINEGRAPH_APPS_MARKERS_MARKER_STUDY_H_
 
@@ -16,6 +16,7 @@
 #include "core/evaluation/markers/alignment.h"
 #include "core/evaluation/markers/gait_events.h"
 #include "core/evaluation/markers/marker_sets.h"
+#include "core/io/text/json.h"
 
 namespace kinegraph {
 
@@ -33,16 +34,12 @@ struct MarkerRequest {
 Align ParseAlign(const std::string& text);
 const char* ToString(Align align);
 
-// What a file says of joints: by `rules`, else by the set that its labels are
-// of, else by joints' names.
 struct MarkerInput {
   std::string path;
   std::string set;       // name of the set; empty: the file has joints
   TrackSequence points;  // as the file has them
   MarkerJoints joints;
 };
-MarkerInput ReadMarkerInput(const std::string& path, const std::string& rules,
-                            TrackSequence points);
 
 struct MarkerStudy {
   Align align = Align::kBoth;
@@ -67,6 +64,13 @@ MarkerStudy RunMarkerStudy(const MarkerRequest& request);
 // on their clock and in their world, aligned to them.
 TrackSequence MarkersAsTruth(const std::string& path, const std::string& rules,
                              const TrackSequence& tracks);
+
+// Millimetres, degrees and seconds as the keys say; null where there is none.
+Json MarkerJson(const MarkerStudy& study);
+std::string MarkerMarkdown(const MarkerStudy& study);
+// markers.json, markers.md, plots and page.html into a new folder.
+void WriteMarkerFolder(const MarkerStudy& study, const Json& json,
+                       const std::string& folder);
 
 }  // namespace kinegraph
 

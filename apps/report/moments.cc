@@ -6,6 +6,7 @@
 #include <tuple>
 
 #include "core/base/median.h"
+#include "core/evaluation/correspondence.h"
 
 namespace kinegraph {
 namespace {
@@ -188,18 +189,14 @@ std::vector<std::vector<double>> DifferencesTo(const TrackSequence& other,
                                                const TrackSequence& tracks) {
   const std::vector<int> map =
       MapByName(other.header.skeleton, tracks.header.skeleton);
-  std::map<int64_t, const TrackFrame*> other_frames;
-  for (const TrackFrame& frame : other.frames) {
-    other_frames[frame.frame] = &frame;
-  }
   std::vector<std::vector<double>> differences;
   for (const TrackFrame& frame : tracks.frames) {
     differences.emplace_back(frame.people.size(), -1.0);
-    const auto at = other_frames.find(frame.frame);
-    if (at == other_frames.end()) continue;
+    const TrackFrame* at = FindFrame(other, frame.frame);
+    if (at == nullptr) continue;
     for (size_t p = 0; p < frame.people.size(); ++p) {
       double nearest = kSamePersonM;
-      for (const PersonPose& candidate : at->second->people) {
+      for (const PersonPose& candidate : at->people) {
         const double distance =
             MeanDistance(frame.people[p].joints, candidate.joints, map);
         if (distance < 0.0 || distance >= nearest) continue;

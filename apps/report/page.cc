@@ -8,25 +8,11 @@
 #include <string_view>
 #include <utility>
 
+#include "core/base/text.h"
 #include "core/io/files/atomic_file.h"
 
 namespace kinegraph {
 namespace {
-
-// Text as HTML shows it, for elements and quoted attributes.
-std::string HtmlText(const std::string& text) {
-  std::string html;
-  for (const char c : text) {
-    const std::string_view escaped = c == '&'    ? "&amp;"
-                                     : c == '<'  ? "&lt;"
-                                     : c == '>'  ? "&gt;"
-                                     : c == '"'  ? "&quot;"
-                                     : c == '\'' ? "&#39;"
-                                                 : std::string_view(&c, 1);
-    html += escaped;
-  }
-  return html;
-}
 
 using Keys = std::initializer_list<const char*>;
 

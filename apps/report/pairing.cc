@@ -5,6 +5,8 @@
 #include <cstdint>
 #include <tuple>
 
+#include "core/evaluation/correspondence.h"
+
 namespace kinegraph {
 namespace {
 
@@ -147,17 +149,15 @@ Colours::Colours(const TrackSequence& tracks, const TrackSequence* lead,
 std::map<TrackId, std::map<TrackId, int>> Colours::Votes(
     const TrackSequence& tracks, const TrackSequence& lead) {
   constexpr double kGateM = 0.5;  // two people are hardly nearer
-  std::map<int64_t, const TrackFrame*> lead_frames;
-  for (const TrackFrame& frame : lead.frames) lead_frames[frame.frame] = &frame;
   std::map<TrackId, std::map<TrackId, int>> votes;
   for (const TrackFrame& frame : tracks.frames) {
-    const auto at = lead_frames.find(frame.frame);
-    if (at == lead_frames.end()) continue;
+    const TrackFrame* at = FindFrame(lead, frame.frame);
+    if (at == nullptr) continue;
     for (const PersonPose& person : frame.people) {
       const auto here = MeanPosition(person.joints);
       double nearest = kGateM;
       std::optional<TrackId> same;
-      for (const PersonPose& other : at->second->people) {
+      for (const PersonPose& other : at->people) {
         const auto there = MeanPosition(other.joints);
         if (!here.has_value() || !there.has_value()) continue;
         const double distance = (*here - *there).norm();

@@ -44,85 +44,74 @@ void CheckSize(const std::string& path, int64_t width, int64_t height,
                        " bytes can stand for");
 }
 
-// libjpeg leaves by longjmp; nothing with a destructor may live in between.
-struct JpegErrors {
-  jpeg_error_mgr manager;
-  std::jmp_buf back;
-};
-
-void LeaveJpeg(j_common_ptr codec) {
-  std::longjmp(reinterpret_cast<JpegErrors*>(codec->err)->back, 1);
-}
-
-void StayQuiet(j_common_ptr, int) {}
-
-void SetErrors(JpegErrors* errors, jpeg_error_mgr** used) {
-  *used = jpeg_std_error(&errors->manager);
-  errors->manager.error_exit = LeaveJpeg;
-  errors->manager.emit_message = StayQuiet;
-}
-
-// After an error: false, or no memory was left.
-bool IsFine(const JpegErrors& errors) {
-  if (errors.manager.msg_code == JERR_OUT_OF_MEMORY) throw std::bad_alloc();
-  return false;
-}
-
-// False when the file is broken. `picture` gets its size from the header by
-// `begin`, which may throw; it is called outside of libjpeg.
-class JpegReader {
+// A codec of libjpeg, which leaves by longjmp where something is wrong: nothing
+// with a destructor may live in what Try() calls.
+template <typename Codec>
+class Jpeg {
  public:
-  explicit JpegReader(const std::string& bytes) {
-    SetErrors(&errors_, &codec_.err);
-    if (setjmp(errors_.back) != 0) IsFine(errors_);
-    jpeg_create_decompress(&codec_);
-    bytes_ = reinterpret_cast<const unsigned char*>(bytes.data());
-    size_ = bytes.size();
+  Jpeg() {
+    codec_.err = jpeg_std_error(&errors_);
+    codec_.client_data = &back_;
+    errors_.error_exit = [](j_common_ptr codec) {
+      std::longjmp(*static_cast<std::jmp_buf*>(codec->client_data), 1);
+    };
+    errors_.emit_message = [](j_common_ptr, int) {};
+    Try([](Codec* codec) { Create(codec); });
   }
-  ~JpegReader() { jpeg_destroy_decompress(&codec_); }
-  JpegReader(const JpegReader&) = delete;
-  JpegReader& operator=(const JpegReader&) = delete;
+  ~Jpeg() { jpeg_destroy(reinterpret_cast<j_common_ptr>(&codec_)); }
+  Jpeg(const Jpeg&) = delete;
+  Jpeg& operator=(const Jpeg&) = delete;
 
-  bool ReadHeader() {
-    if (setjmp(errors_.back) != 0) return IsFine(errors_);
-    jpeg_mem_src(&codec_, bytes_, static_cast<unsigned long>(size_));
-    if (jpeg_read_header(&codec_, TRUE) != JPEG_HEADER_OK) return false;
-    codec_.out_color_space = JCS_RGB;
-    return true;
-  }
-  int64_t width() const { return codec_.image_width; }
-  int64_t height() const { return codec_.image_height; }
-
-  bool ReadRows(uint8_t* rgb) {
-    if (setjmp(errors_.back) != 0) return IsFine(errors_);
-    jpeg_start_decompress(&codec_);
-    while (codec_.output_scanline < codec_.output_height) {
-      JSAMPROW row = rgb + size_t{3} * codec_.output_width *
-                               size_t{codec_.output_scanline};
-      jpeg_read_scanlines(&codec_, &row, 1);
+  // Whether `work` came to its end. Throws std::bad_alloc where memory ended.
+  template <typename Work>
+  bool Try(const Work& work) {
+    if (setjmp(back_) == 0) {
+      work(&codec_);
+      return true;
     }
-    jpeg_finish_decompress(&codec_);
-    return true;
+    if (errors_.msg_code == JERR_OUT_OF_MEMORY) throw std::bad_alloc();
+    return false;
   }
+  const Codec& codec() const { return codec_; }
 
  private:
-  jpeg_decompress_struct codec_ = {};
-  JpegErrors errors_ = {};
-  const unsigned char* bytes_ = nullptr;
-  size_t size_ = 0;
+  static void Create(jpeg_decompress_struct* codec) {
+    jpeg_create_decompress(codec);
+  }
+  static void Create(jpeg_compress_struct* codec) {
+    jpeg_create_compress(codec);
+  }
+
+  Codec codec_ = {};
+  jpeg_error_mgr errors_ = {};
+  std::jmp_buf back_;
 };
 
 Picture ReadJpeg(const std::string& path, const std::string& bytes) {
-  JpegReader reader(bytes);
-  if (!reader.ReadHeader()) {
-    throw InputError(path, "", "is a broken JPEG picture");
-  }
-  CheckSize(path, reader.width(), reader.height(), bytes.size());
-  Picture picture = MakePicture(static_cast<int>(reader.width()),
-                                static_cast<int>(reader.height()), {});
-  if (!reader.ReadRows(picture.rgb.data())) {
-    throw InputError(path, "", "is a broken JPEG picture");
-  }
+  Jpeg<jpeg_decompress_struct> jpeg;
+  const InputError broken(path, "", "is a broken JPEG picture");
+  int header = JPEG_SUSPENDED;
+  jpeg.Try([&](jpeg_decompress_struct* codec) {
+    jpeg_mem_src(codec, reinterpret_cast<const unsigned char*>(bytes.data()),
+                 static_cast<unsigned long>(bytes.size()));
+    header = jpeg_read_header(codec, TRUE);
+    codec->out_color_space = JCS_RGB;
+  });
+  if (header != JPEG_HEADER_OK) throw broken;
+  const int64_t width = jpeg.codec().image_width;
+  const int64_t height = jpeg.codec().image_height;
+  CheckSize(path, width, height, bytes.size());
+  Picture picture =
+      MakePicture(static_cast<int>(width), static_cast<int>(height), {});
+  const bool is_whole = jpeg.Try([&](jpeg_decompress_struct* codec) {
+    jpeg_start_decompress(codec);
+    while (codec->output_scanline < codec->output_height) {
+      JSAMPROW row = picture.At(0, static_cast<int>(codec->output_scanline));
+      jpeg_read_scanlines(codec, &row, 1);
+    }
+    jpeg_finish_decompress(codec);
+  });
+  if (!is_whole) throw broken;
   return picture;
 }
 
@@ -148,49 +137,6 @@ Picture ReadPng(const std::string& path, const std::string& bytes) {
   }
   return picture;
 }
-
-class JpegWriter {
- public:
-  JpegWriter() {
-    SetErrors(&errors_, &codec_.err);
-    if (setjmp(errors_.back) != 0) IsFine(errors_);
-    jpeg_create_compress(&codec_);
-  }
-  ~JpegWriter() {
-    jpeg_destroy_compress(&codec_);
-    std::free(buffer_);
-  }
-  JpegWriter(const JpegWriter&) = delete;
-  JpegWriter& operator=(const JpegWriter&) = delete;
-
-  bool Write(const Picture& picture, int quality) {
-    if (setjmp(errors_.back) != 0) return IsFine(errors_);
-    jpeg_mem_dest(&codec_, &buffer_, &size_);
-    codec_.image_width = static_cast<JDIMENSION>(picture.width);
-    codec_.image_height = static_cast<JDIMENSION>(picture.height);
-    codec_.input_components = 3;
-    codec_.in_color_space = JCS_RGB;
-    jpeg_set_defaults(&codec_);
-    jpeg_set_quality(&codec_, quality, TRUE);
-    jpeg_start_compress(&codec_, TRUE);
-    while (codec_.next_scanline < codec_.image_height) {
-      JSAMPROW row = const_cast<uint8_t*>(
-          picture.At(0, static_cast<int>(codec_.next_scanline)));
-      jpeg_write_scanlines(&codec_, &row, 1);
-    }
-    jpeg_finish_compress(&codec_);
-    return true;
-  }
-  std::string bytes() const {
-    return {reinterpret_cast<const char*>(buffer_), size_};
-  }
-
- private:
-  jpeg_compress_struct codec_ = {};
-  JpegErrors errors_ = {};
-  unsigned char* buffer_ = nullptr;
-  unsigned long size_ = 0;
-};
 
 bool BeginsWith(const std::string& bytes, const std::string& begin) {
   return bytes.compare(0, begin.size(), begin) == 0;
@@ -251,11 +197,30 @@ Picture ScaledDown(const Picture& picture, int width) {
 }
 
 std::string EncodeJpeg(const Picture& picture, int quality) {
-  JpegWriter writer;
-  if (!writer.Write(picture, quality)) {
-    throw std::runtime_error("a picture could not be encoded");
-  }
-  return writer.bytes();
+  Jpeg<jpeg_compress_struct> jpeg;
+  unsigned char* buffer = nullptr;  // of malloc
+  unsigned long size = 0;
+  const auto release = [](unsigned char** owned) { std::free(*owned); };
+  const std::unique_ptr<unsigned char*, decltype(release)> owner(&buffer,
+                                                                 release);
+  const bool is_done = jpeg.Try([&](jpeg_compress_struct* codec) {
+    jpeg_mem_dest(codec, &buffer, &size);
+    codec->image_width = static_cast<JDIMENSION>(picture.width);
+    codec->image_height = static_cast<JDIMENSION>(picture.height);
+    codec->input_components = 3;
+    codec->in_color_space = JCS_RGB;
+    jpeg_set_defaults(codec);
+    jpeg_set_quality(codec, quality, TRUE);
+    jpeg_start_compress(codec, TRUE);
+    while (codec->next_scanline < codec->image_height) {
+      JSAMPROW row = const_cast<uint8_t*>(
+          picture.At(0, static_cast<int>(codec->next_scanline)));
+      jpeg_write_scanlines(codec, &row, 1);
+    }
+    jpeg_finish_compress(codec);
+  });
+  if (!is_done) throw std::runtime_error("a picture could not be encoded");
+  return {reinterpret_cast<const char*>(buffer), size};
 }
 
 // ---- Drawing ----

@@ -12,6 +12,7 @@
 #include "apps/report/pairing.h"
 #include "apps/report/picture.h"
 #include "core/base/error.h"
+#include "core/evaluation/correspondence.h"
 #include "core/io/detections/video_times.h"
 #include "core/io/files/atomic_file.h"
 #include "core/io/files/text_file.h"
@@ -340,12 +341,8 @@ class FrameArtist {
 
   void DrawPoses(size_t result, const Canvas& canvas, Pen* pen) const {
     const PageResult& shown = input_.results[result];
-    const auto& frames = shown.tracks.frames;
-    const auto at = std::lower_bound(frames.begin(), frames.end(), canvas.frame,
-                                     [](const TrackFrame& one, int64_t number) {
-                                       return one.frame < number;
-                                     });
-    if (at == frames.end() || at->frame != canvas.frame) return;
+    const TrackFrame* at = FindFrame(shown.tracks, canvas.frame);
+    if (at == nullptr) return;
     const bool truth = shown.role == ResultRole::kGroundTruth;
     for (const PersonPose& person : at->people) {
       const Colour colour = truth ? kInk : ColourOf(person.id);

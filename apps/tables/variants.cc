@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 #include <limits>
+#include <map>
 #include <memory>
 #include <utility>
 
@@ -236,27 +238,27 @@ std::vector<TimedMethod> TimedMethods(const BenchmarkData& data) {
   return timed;
 }
 
-// Milliseconds a frame.
+// Processor time of each, in the order of `StageTimes` and then of the whole.
+constexpr const char* kTimed[] = {"preparation",    "association",
+                                  "reconstruction", "estimation",
+                                  "initialisation", "whole"};
+
 struct Timing {
-  double preparation = 0.0;
-  double association = 0.0;
-  double reconstruction = 0.0;
-  double estimation = 0.0;
-  double initialisation = 0.0;
-  double whole = 0.0;
+  std::map<std::string, double> ms;  // a frame; by kTimed
   int repetitions = 0;
 
   // The stages of the paper's table, by which it computes its frame rate.
   double PaperStages() const {
-    return association + reconstruction + initialisation;
+    return ms.at("association") + ms.at("reconstruction") +
+           ms.at("initialisation");
   }
 };
 
 Timing TimeOf(const LoadedDataset& loaded) {
-  std::array<std::vector<double>, 6> samples;
+  std::array<std::vector<double>, std::size(kTimed)> samples_ms;
   const int64_t start_ns = ThreadCpuNs();
-  int done = 0;
-  while (done < kRepetitions) {
+  Timing timing;
+  while (timing.repetitions < kRepetitions) {
     StageTimes stages;
     Session session(
         loaded.options, loaded.request, loaded.detections.header,
@@ -268,20 +270,21 @@ Timing TimeOf(const LoadedDataset& loaded) {
     const int64_t whole_ns = ThreadCpuNs() - begin_ns;
     const double frames =
         static_cast<double>(std::max<int64_t>(1, session.summary().frames));
-    const std::array<int64_t, 6> values_ns = {
+    const int64_t values_ns[] = {
         stages.preparation_ns,    stages.association_ns,
         stages.reconstruction_ns, stages.estimation_ns,
         stages.initialisation_ns, whole_ns};
-    for (size_t i = 0; i < samples.size(); ++i) {
-      samples[i].push_back(static_cast<double>(values_ns[i]) / 1e6 / frames);
+    for (size_t i = 0; i < samples_ms.size(); ++i) {
+      samples_ms[i].push_back(static_cast<double>(values_ns[i]) / 1e6 / frames);
     }
-    ++done;
+    ++timing.repetitions;
     const double spent_s = static_cast<double>(ThreadCpuNs() - start_ns) * 1e-9;
-    if (done >= 2 && spent_s > kMaxSeconds) break;
+    if (timing.repetitions >= 2 && spent_s > kMaxSeconds) break;
   }
-  const auto median = [&](size_t i) { return Quantile(samples[i], 0.5); };
-  return {median(0), median(1), median(2), median(3),
-          median(4), median(5), done};
+  for (size_t i = 0; i < samples_ms.size(); ++i) {
+    timing.ms[kTimed[i]] = Quantile(samples_ms[i], 0.5);
+  }
+  return timing;
 }
 
 }  // namespace
@@ -382,43 +385,31 @@ TableOutput AblationTable(const BenchmarkData& data, const std::string& out) {
 }
 
 const std::vector<SweptParameter>& SweptParameters() {
+  using Options = TrackerOptions*;
   static const std::vector<SweptParameter> kParameters = {
-      {"alpha_2d", "px per frame",
-       [](const TrackerOptions& o) {
-         return o.association.alpha_2d_px_per_frame;
-       },
-       [](double value, TrackerOptions* o) {
-         o->association.alpha_2d_px_per_frame = value;
-       },
+      {"alpha_2d",
+       "px per frame",
+       {[](Options o) -> double& {
+         return o->association.alpha_2d_px_per_frame;
+       }},
        kNoLimit},
-      // One parameter in the paper; where the authors' code has three, all are
-      // scaled alike.
-      {"alpha_epi", "px",
-       [](const TrackerOptions& o) { return o.reconstruction.alpha_epi_px; },
-       [](double value, TrackerOptions* o) {
-         const double factor = value / o->reconstruction.alpha_epi_px;
-         o->reconstruction.alpha_epi_px = value;
-         o->initialisation.alpha_group_px *= factor;
-         o->initialisation.alpha_filter_px *= factor;
-       },
+      {"alpha_epi",
+       "px",
+       {[](Options o) -> double& { return o->reconstruction.alpha_epi_px; },
+        [](Options o) -> double& { return o->initialisation.alpha_group_px; },
+        [](Options o) -> double& { return o->initialisation.alpha_filter_px; }},
        kNoLimit},
-      {"tau", "frames",
-       [](const TrackerOptions& o) { return o.reconstruction.tau_frames; },
-       [](double value, TrackerOptions* o) {
-         o->reconstruction.tau_frames = value;
-       },
+      {"tau",
+       "frames",
+       {[](Options o) -> double& { return o->reconstruction.tau_frames; }},
        kNoLimit},
-      {"epsilon", "joints of 17",
-       [](const TrackerOptions& o) { return o.association.epsilon_joints; },
-       [](double value, TrackerOptions* o) {
-         o->association.epsilon_joints = value;
-       },
+      {"epsilon",
+       "joints of 17",
+       {[](Options o) -> double& { return o->association.epsilon_joints; }},
        17.0},
-      {"lambda_a", "1/frame",
-       [](const TrackerOptions& o) { return o.association.lambda_a_per_frame; },
-       [](double value, TrackerOptions* o) {
-         o->association.lambda_a_per_frame = value;
-       },
+      {"lambda_a",
+       "1/frame",
+       {[](Options o) -> double& { return o->association.lambda_a_per_frame; }},
        kNoLimit},
   };
   return kParameters;
@@ -443,12 +434,12 @@ Sweep RunSweep(const LoadedDataset& loaded, const SweptParameter& parameter) {
   Sweep sweep = {loaded.dataset,
                  parameter.name,
                  parameter.unit,
-                 parameter.get(published),
+                 parameter.ValueIn(published),
                  {}};
   const PcpResult paper = ScoreOf(loaded, TracksOf(loaded));
   for (const double value : SweepValues(sweep.paper_value, parameter.largest)) {
     RunOptions options = loaded.options;
-    parameter.set(value, &options.tracker);
+    parameter.Set(value, &options.tracker);
     const PcpResult pcp = ScoreOf(loaded, TracksOf(loaded, options));
     sweep.values.push_back({value, MeanOfActors(pcp, PcpGroup::kTotal),
                             MeanOfActorsInterval(pcp, PcpGroup::kTotal),
@@ -470,16 +461,17 @@ std::vector<Plot> SensitivityPlots(const std::vector<Sweep>& sweeps) {
     double shift = -kBarShift;
     for (const Sweep& sweep : sweeps) {
       if (sweep.parameter != parameter.name) continue;
-      PlotSeries& line = panel.series.emplace_back();
       // The set is the figure's: "modelled hard" of "Campus, modelled hard".
       const std::string& name = sweep.dataset.name;
       const size_t comma = name.find(", ");
-      line.name = comma == std::string::npos ? name : name.substr(comma + 2);
-      line.style = PlotStyle::kLinePoints;
+      PlotSeries line = {
+          comma == std::string::npos ? name : name.substr(comma + 2),
+          PlotStyle::kLinePoints};
       for (const SweptValue& value : sweep.values) {
         line.Add(value.value / sweep.paper_value + shift, value.mean_of_actors,
                  value.interval);
       }
+      panel.series.push_back(std::move(line));
       shift += kBarShift;
     }
   }
@@ -530,24 +522,25 @@ TableOutput RuntimeTable(const BenchmarkData& data) {
   for (const auto& [recording, method] : methods) {
     const LoadedDataset loaded = LoadDataset(data, *recording, method);
     const Timing timing = TimeOf(loaded);
-    table.AddRow(
-        {method.name, recording->dataset.name, Fixed(timing.preparation, 4),
-         Fixed(timing.association, 4), Fixed(timing.reconstruction, 4),
-         Fixed(timing.initialisation, 4),
-         Fixed(1000.0 / timing.PaperStages(), 0), Fixed(timing.estimation, 4),
-         Fixed(timing.whole, 4), Fixed(1000.0 / timing.whole, 0)});
-    output.json["measured"].push_back(
-        {{"method", method.name},
-         {"detections", recording->dataset.name},
-         {"config", method.config},
-         {"set", loaded.dataset.set},
-         {"repetitions", timing.repetitions},
-         {"preparation_ms", timing.preparation},
-         {"association_ms", timing.association},
-         {"reconstruction_ms", timing.reconstruction},
-         {"estimation_ms", timing.estimation},
-         {"initialisation_ms", timing.initialisation},
-         {"whole_ms", timing.whole}});
+    const auto ms = [&](const char* stage) {
+      return Fixed(timing.ms.at(stage), 4);
+    };
+    const auto fps = [](double frame_ms) {
+      return Fixed(1000.0 / frame_ms, 0);
+    };
+    table.AddRow({method.name, recording->dataset.name, ms("preparation"),
+                  ms("association"), ms("reconstruction"), ms("initialisation"),
+                  fps(timing.PaperStages()), ms("estimation"), ms("whole"),
+                  fps(timing.ms.at("whole"))});
+    Json row = {{"method", method.name},
+                {"detections", recording->dataset.name},
+                {"config", method.config},
+                {"set", loaded.dataset.set},
+                {"repetitions", timing.repetitions}};
+    for (const char* stage : kTimed) {
+      row[std::string(stage) + "_ms"] = timing.ms.at(stage);
+    }
+    output.json["measured"].push_back(std::move(row));
     progress.Advance();
   }
   output.markdown =

@@ -51,9 +51,19 @@ TableOutput AblationTable(const BenchmarkData& data, const std::string& out);
 struct SweptParameter {
   std::string name;  // "alpha_epi"
   std::string unit;
-  double (*get)(const TrackerOptions& options);
-  void (*set)(double value, TrackerOptions* options);
+  // Its place; where the authors' code has others that the paper calls by the
+  // same name, they follow and are scaled alike.
+  std::vector<double& (*)(TrackerOptions*)> places;
   double largest;  // that its key allows
+
+  double ValueIn(TrackerOptions options) const {
+    return places.front()(&options);
+  }
+  void Set(double value, TrackerOptions* options) const {
+    const double factor = value / ValueIn(*options);
+    for (const auto place : places) place(options) *= factor;
+    places.front()(options) = value;  // to the last bit
+  }
 };
 
 // alpha_2d, alpha_epi (in the update and at initialisation), tau, epsilon,

@@ -38,6 +38,9 @@ inline std::string_view WithoutPlus(std::string_view text) {
   return text.substr(!text.empty() && text.front() == '+' ? 1 : 0);
 }
 
+// `text` as HTML and XML show it, in elements and quoted attributes.
+std::string HtmlText(const std::string& text);
+
 // Levenshtein's distance: the least number of characters to insert, delete or
 // replace that turns `a` into `b`. Takes time in proportion to both lengths.
 size_t EditDistance(const std::string& a, const std::string& b);

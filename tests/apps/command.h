@@ -8,6 +8,7 @@
 #include <string>
 
 #include "tests/support/program.h"
+#include "tests/support/test_data.h"
 
 namespace kinegraph::testing {
 
@@ -31,6 +32,16 @@ inline std::string Refusal(const std::string& command,
       << command << " " << arguments;
   return outcome.errors;
 }
+
+// A test whose commands have a folder for their files.
+class CommandTest : public ::testing::Test {
+ protected:
+  std::string Path(const std::string& name) const {
+    return (folder_.path() / name).string();
+  }
+
+  const TemporaryFolder folder_;
+};
 
 }  // namespace kinegraph::testing
 

@@ -10,33 +10,29 @@
 #include "core/io/tracks/tracks.h"
 #include "tests/apps/command.h"
 #include "tests/support/rig.h"
-#include "tests/support/test_data.h"
 
-namespace kinegraph {
+namespace kinegraph::testing {
 namespace {
 
 using ::testing::AllOf;
-using testing::ContentOf;
-using testing::Done;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
-using testing::Refusal;
 
 // Two people who stand three metres apart for four seconds; the one at x = 1.5
 // is not there from 1.2 to 2.4 s, so that they come back as somebody new.
 std::vector<Pose3d> TwoPeople(int frame) {
-  std::vector<Pose3d> people = {testing::StandingPerson(-1.5, 0.01 * frame)};
+  std::vector<Pose3d> people = {StandingPerson(-1.5, 0.01 * frame)};
   if (frame < 30 || frame >= 60) {
-    people.push_back(testing::StandingPerson(1.5, 0.0));
+    people.push_back(StandingPerson(1.5, 0.0));
   }
   return people;
 }
 
-class CorrectionsTest : public ::testing::Test {
+class CorrectionsTest : public CommandTest {
  protected:
   CorrectionsTest() {
-    const CameraRig rig = testing::RingOfCameras(4);
-    WriteDetections(Path("seen.jsonl"), testing::SeenBy(rig, 100, TwoPeople));
+    const CameraRig rig = RingOfCameras(4);
+    WriteDetections(Path("seen.jsonl"), SeenBy(rig, 100, TwoPeople));
     WriteCameras(Path("cameras.json"), rig);
   }
 
@@ -46,9 +42,6 @@ class CorrectionsTest : public ::testing::Test {
            " --detections=" + Path("seen.jsonl") +
            " --mode=graph --set=output.estimator=gaussian --corrections=" +
            folder_.Write("edits.jsonl", lines) + " --out=" + Path(out);
-  }
-  std::string Path(const std::string& name) const {
-    return (folder_.path() / name).string();
   }
   static std::vector<int64_t> IdsAt(const TrackSequence& tracks,
                                     int64_t frame) {
@@ -61,8 +54,6 @@ class CorrectionsTest : public ::testing::Test {
     }
     return ids;
   }
-
-  const testing::TemporaryFolder folder_;
 };
 
 const char kEdited[] =
@@ -132,4 +123,4 @@ TEST_F(CorrectionsTest, WrongLinesEndWithTheirPlace) {
 }
 
 }  // namespace
-}  // namespace kinegraph
+}  // namespace kinegraph::testing

@@ -14,18 +14,12 @@
 #include "core/io/detections/source.h"
 #include "core/io/tracks/tracks.h"
 #include "tests/apps/command.h"
-#include "tests/support/test_data.h"
 
-namespace kinegraph {
+namespace kinegraph::testing {
 namespace {
 
 namespace fs = std::filesystem;
-using testing::ContentOf;
-using testing::Done;
 using ::testing::HasSubstr;
-using testing::ProgramOutcome;
-using testing::Refusal;
-using testing::TemporaryFolder;
 
 // Numbers of a Markdown row by its label, counts in brackets left out.
 std::map<std::string, std::vector<double>> RowsOf(const std::string& table) {
@@ -47,19 +41,18 @@ std::map<std::string, std::vector<double>> RowsOf(const std::string& table) {
   return rows;
 }
 
-class DemoTest : public ::testing::Test {
+class DemoTest : public CommandTest {
  protected:
   ProgramOutcome Run(const std::string& flags) const {
     return Done("demo", flags + " --out='" + out_.string() + "'");
   }
 
-  const TemporaryFolder folder_;
   const fs::path out_ = folder_.path() / "new/demo";
 };
 
 // The lines of README's table, from its rule to the dots.
 std::vector<std::string> TableOfReadme() {
-  std::istringstream lines(ContentOf(testing::ProjectFile("README.md")));
+  std::istringstream lines(ContentOf(ProjectFile("README.md")));
   std::vector<std::string> table;
   std::string line;
   while (std::getline(lines, line)) {
@@ -162,4 +155,4 @@ TEST_F(DemoTest, BadInputIsOneLineAndExitTwo) {
 }
 
 }  // namespace
-}  // namespace kinegraph
+}  // namespace kinegraph::testing

@@ -12,19 +12,12 @@
 #include "core/io/tracks/writer.h"
 #include "tests/apps/command.h"
 #include "tests/support/standing_person.h"
-#include "tests/support/test_data.h"
 
-namespace kinegraph {
+namespace kinegraph::testing {
 namespace {
 
 namespace fs = std::filesystem;
-using testing::ContentOf;
-using testing::Done;
 using ::testing::HasSubstr;
-using testing::PosedPerson;
-using testing::ProgramOutcome;
-using testing::Refusal;
-using testing::TemporaryFolder;
 
 using Row = std::map<std::string, std::string>;
 
@@ -56,12 +49,8 @@ std::vector<Row> ReadCsv(const fs::path& path) {
   return rows;
 }
 
-class Kinematics : public ::testing::Test {
+class Kinematics : public CommandTest {
  protected:
-  std::string Path(const std::string& name) const {
-    return (folder_.path() / name).string();
-  }
-
   // Three frames of one person, called Anna, whose left knee bends by 0, 45, 90
   // degrees; the right elbow is not there in the second.
   std::string WriteBend() const {
@@ -95,8 +84,6 @@ class Kinematics : public ::testing::Test {
   ProgramOutcome Run(const std::string& flags) const {
     return Done("kinematics", flags + " --out=" + Path("angles.csv"));
   }
-
-  const TemporaryFolder folder_;
 };
 
 TEST_F(Kinematics, WritesARowAPersonAndFrame) {
@@ -182,4 +169,4 @@ TEST_F(Kinematics, BadInputIsOneLineAndExitTwo) {
 }
 
 }  // namespace
-}  // namespace kinegraph
+}  // namespace kinegraph::testing

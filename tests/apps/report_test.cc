@@ -13,23 +13,18 @@
 #include "core/io/tracks/writer.h"
 #include "tests/apps/command.h"
 #include "tests/support/rig.h"
-#include "tests/support/test_data.h"
 
-namespace kinegraph {
+namespace kinegraph::testing {
 namespace {
 
 namespace fs = std::filesystem;
-using testing::ContentOf;
-using testing::Done;
 using ::testing::HasSubstr;
 using ::testing::Not;
-using testing::ProgramOutcome;
-using testing::Refusal;
 
-class ReportTest : public ::testing::Test {
+class ReportTest : public CommandTest {
  protected:
   ReportTest() {
-    const CameraRig rig = testing::RingOfCameras(3);
+    const CameraRig rig = RingOfCameras(3);
     TrackSequence tracks;
     tracks.header.skeleton = Coco17();
     tracks.header.frame_rate_hz = 25.0;
@@ -39,25 +34,20 @@ class ReportTest : public ::testing::Test {
       frame.time = FrameClock(25.0).TimeOf(f);
       PersonPose& person = frame.people.emplace_back();
       person.id = TrackId(0);
-      person.joints = testing::StandingPerson(0.02 * f, 0.0);
+      person.joints = StandingPerson(0.02 * f, 0.0);
       person.covariances.assign(17, Eigen::Matrix3d::Identity() * 1e-4);
     }
     WriteTracks(tracks_, tracks);
-    WriteDetections(
-        detections_, testing::SeenBy(rig, 20, [](int f) {
-          return std::vector<Pose3d>{testing::StandingPerson(0.02 * f, 0.0)};
-        }));
+    WriteDetections(detections_, SeenBy(rig, 20, [](int f) {
+                      return std::vector<Pose3d>{StandingPerson(0.02 * f, 0.0)};
+                    }));
     WriteCameras(cameras_, rig);
   }
 
   ProgramOutcome Run(const std::string& flags) const {
     return Done("report", flags + " --out='" + out_ + "'");
   }
-  std::string Path(const std::string& name) const {
-    return (folder_.path() / name).string();
-  }
 
-  const testing::TemporaryFolder folder_;
   const std::string tracks_ = Path("tracks.jsonl");
   const std::string detections_ = Path("detections.jsonl");
   const std::string cameras_ = Path("cameras.json");
@@ -140,4 +130,4 @@ TEST_F(ReportTest, BadInputIsOneLineAndExitTwo) {
 }
 
 }  // namespace
-}  // namespace kinegraph
+}  // namespace kinegraph::testing

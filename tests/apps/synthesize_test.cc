@@ -10,19 +10,12 @@
 #include "core/io/detections/source.h"
 #include "core/io/tracks/tracks.h"
 #include "tests/apps/command.h"
-#include "tests/support/test_data.h"
 
-namespace kinegraph {
+namespace kinegraph::testing {
 namespace {
 
 namespace fs = std::filesystem;
-using testing::ContentOf;
-using testing::Done;
 using ::testing::HasSubstr;
-using testing::ProgramOutcome;
-using testing::ProjectFile;
-using testing::Refusal;
-using testing::TemporaryFolder;
 
 // In single quotes, where it is given.
 std::string Flag(const std::string& name, const std::string& value) {
@@ -32,7 +25,7 @@ std::string Flag(const std::string& name, const std::string& value) {
 constexpr const char* kFiles[] = {"cameras.json", "detections.jsonl",
                                   "truth.jsonl", "scene.json"};
 
-class SynthesizeTest : public ::testing::Test {
+class SynthesizeTest : public CommandTest {
  protected:
   std::string Flags(const std::string& config, const std::string& out,
                     const std::string& set = "",
@@ -44,9 +37,6 @@ class SynthesizeTest : public ::testing::Test {
                      const std::string& set = "",
                      const std::string& motion = "") const {
     return Done("synthesize", Flags(config, out, set, motion));
-  }
-  std::string Path(const std::string& name) const {
-    return (folder_.path() / name).string();
   }
   void ExpectSameFiles(const std::string& a, const std::string& b) const {
     for (const char* name : kFiles) {
@@ -64,8 +54,6 @@ class SynthesizeTest : public ::testing::Test {
         "clip");
     return Path("clip/truth.jsonl");
   }
-
-  const TemporaryFolder folder_;
 };
 
 class ConfigFiles : public SynthesizeTest,
@@ -92,7 +80,7 @@ TEST_P(ConfigFiles, MakeWhatTheReadersRead) {
     EXPECT_EQ(truth.frames[f].time, detections.frames[f].time);
   }
   const std::string scene = ContentOf(out / "scene.json");
-  EXPECT_THAT(scene, ::testing::HasSubstr("\"duration\":1"));
+  EXPECT_THAT(scene, HasSubstr("\"duration\":1"));
   for (const auto& entry : fs::directory_iterator(out)) {
     EXPECT_THAT(kFiles, ::testing::Contains(entry.path().filename().string()))
         << "nothing else is left";
@@ -234,4 +222,4 @@ TEST_F(SynthesizeTest, RecordedClipsAreSeenAsTheyAre) {
 }
 
 }  // namespace
-}  // namespace kinegraph
+}  // namespace kinegraph::testing

@@ -13,33 +13,27 @@
 #include "core/io/tracks/tracks.h"
 #include "tests/apps/command.h"
 #include "tests/support/rig.h"
-#include "tests/support/test_data.h"
 
-namespace kinegraph {
+namespace kinegraph::testing {
 namespace {
 
 namespace fs = std::filesystem;
-using testing::ContentOf;
-using testing::Done;
 using ::testing::HasSubstr;
-using testing::ProgramOutcome;
-using testing::Refusal;
-using testing::RunProgram;
 using ::testing::UnorderedElementsAre;
 
 constexpr int kFrames = 60;
 
 // One person who walks slowly, seen by four cameras.
 DetectionSequence Walk(const CameraRig& rig, double y_m) {
-  return testing::SeenBy(rig, kFrames, [y_m](int f) {
-    return std::vector<Pose3d>{testing::StandingPerson(0.01 * f, y_m)};
+  return SeenBy(rig, kFrames, [y_m](int f) {
+    return std::vector<Pose3d>{StandingPerson(0.01 * f, y_m)};
   });
 }
 
-class TrackResultTest : public ::testing::Test {
+class TrackResultTest : public CommandTest {
  protected:
   TrackResultTest() {
-    const CameraRig rig = testing::RingOfCameras(4);
+    const CameraRig rig = RingOfCameras(4);
     WriteCameras(Path("cameras.json"), rig);
     WriteDetections(Path("first.jsonl"), Walk(rig, 0.0));
     WriteDetections(Path("second.jsonl"), Walk(rig, 1.0));
@@ -70,9 +64,6 @@ class TrackResultTest : public ::testing::Test {
     for (const std::string& line : lines) text += line;
     return text;
   }
-  std::string Path(const std::string& name) const {
-    return (folder_.path() / name).string();
-  }
   std::set<std::string> FilesOf(const std::string& name) const {
     std::set<std::string> files;
     for (const auto& entry : fs::directory_iterator(folder_.path())) {
@@ -81,8 +72,6 @@ class TrackResultTest : public ::testing::Test {
     }
     return files;
   }
-
-  testing::TemporaryFolder folder_;
 };
 
 TEST_F(TrackResultTest, AnOlderRunsFilesGoAndAreNotBelieved) {
@@ -183,4 +172,4 @@ TEST_F(TrackResultTest, ClocksOfViewsInAnotherEpochAreRefused) {
 }
 
 }  // namespace
-}  // namespace kinegraph
+}  // namespace kinegraph::testing

@@ -7,10 +7,11 @@ import { state } from './playback.js';
 // What drawing on a canvas needs here, written as SVG.
 class SvgPen {
   constructor() {
-    Object.assign(this, { out: [], x: 0, y: 0, scale: 1, path: '', dash: [], fillStyle: '#000', strokeStyle: '#000', lineWidth: 1,
+    Object.assign(this, { out: [], clips: [], x: 0, y: 0, scale: 1, path: '', dash: [], fillStyle: '#000', strokeStyle: '#000', lineWidth: 1,
       globalAlpha: 1, font: '12px sans-serif', textAlign: 'left', lineCap: 'butt' });
   }
-  place(x, y, scale) { Object.assign(this, { x: x, y: y, scale: scale }); }
+  // Moves and scales alone.
+  setTransform(scale, b, c, d, x, y) { Object.assign(this, { x: x, y: y, scale: scale }); }
   at(x, y) { return (this.x + this.scale * x).toFixed(1) + ' ' + (this.y + this.scale * y).toFixed(1); }
   long(length) { return (this.scale * length).toFixed(2); }
   colour(name, value) {
@@ -36,6 +37,18 @@ class SvgPen {
   fillRect(x, y, width, height) { this.out.push(this.box(x, y, width, height) + this.colour('fill', this.fillStyle) + '/>'); }
   strokeRect(x, y, width, height) { this.out.push(this.box(x, y, width, height) + this.outline(this.strokeStyle) + '/>'); }
   setLineDash(dash) { this.dash = dash; }
+  // A frame, and back out of it.
+  save() {}
+  rect(x, y, width, height) { this.frame = '<rect x="' + x + '" y="' + y + '" width="' + width + '" height="' + height + '"/>'; }
+  clip() {
+    const id = 'clip' + this.clips.length;
+    this.clips.push('<clipPath id="' + id + '">' + this.frame + '</clipPath>');
+    this.out.push('<g clip-path="url(#' + id + ')">');
+  }
+  restore() {
+    this.setTransform(1, 0, 0, 1, 0, 0);
+    this.out.push('</g>');
+  }
   text(text, x, y, how) {
     const [left, top] = this.at(x, y).split(' '), size = /([\d.]+)px/.exec(this.font)[1];
     const anchor = { left: 'start', center: 'middle', right: 'end' }[this.textAlign];
@@ -48,19 +61,18 @@ class SvgPen {
     if (image.tagName === 'VIDEO') return this.drawVideo(image, x, y, width, height);
     this.out.push(this.box(x, y, width, height).replace('<rect', '<image') + ' preserveAspectRatio="none" href="' + escaped(image.src) + '"/>');
   }
-}
-
-// Its picture as a file of its own; one that is linked from a disk may not be
-// read and is left out.
-SvgPen.prototype.drawVideo = function (video, x, y, width, height) {
-  const canvas = element('canvas', { width: video.videoWidth, height: video.videoHeight });
-  canvas.getContext('2d').drawImage(video, 0, 0);
-  try {
-    this.drawImage({ src: canvas.toDataURL('image/jpeg') }, x, y, width, height);
-  } catch (error) {
-    // A browser's rule, no fault: the lines are there.
+  // Its picture as a file of its own; one that is linked from a disk may not be
+  // read and is left out.
+  drawVideo(video, x, y, width, height) {
+    const canvas = element('canvas', { width: video.videoWidth, height: video.videoHeight });
+    canvas.getContext('2d').drawImage(video, 0, 0);
+    try {
+      this.drawImage({ src: canvas.toDataURL('image/jpeg') }, x, y, width, height);
+    } catch (error) {
+      // A browser's rule, no fault: the lines are there.
+    }
   }
-};
+}
 
 function escaped(text) {
   return String(text).replace(/[&<>"]/g, (c) => ({ '&': '&amp;', '<': '&lt;', '>': '&gt;', '"': '&quot;' }[c]));
@@ -95,14 +107,19 @@ function pageColours() {
     : { page: '#ffffff', stage: '#e9edf2', ink: '#1b2430', quiet: '#5b6675', grid: '#c3cbd4' };
 }
 
-// The 3D view as lines, far ones first. `unit` is one pixel of the screen.
-function paintScene(pen, stage, colours) {
-  const view = state.scene.camera, scale = stage.height / 2 / Math.tan(view.fov * Math.PI / 360);
-  const toScreen = (point) => {
+// Where a point of the scene lies in the picture, and how far away it is.
+function screenOf(stage) {
+  const view = state.scene.camera;
+  return (point) => {
     const depth = -scratch.direction.copy(point).applyMatrix4(view.matrixWorldInverse).z;
     scratch.direction.copy(point).project(view);
     return { x: stage.x + (scratch.direction.x + 1) / 2 * stage.width, y: stage.y + (1 - scratch.direction.y) / 2 * stage.height, depth: depth };
   };
+}
+
+// The 3D view as lines, far ones first.
+function paintScene(pen, stage, colours) {
+  const toScreen = screenOf(stage), scale = stage.height / 2 / Math.tan(state.scene.camera.fov * Math.PI / 360);
   const strokes = [];
   const add = (a, b, metres, colour, alpha) => {
     const from = toScreen(a), to = toScreen(b);
@@ -141,12 +158,11 @@ function paintScene(pen, stage, colours) {
     pen.stroke();
   });
   pen.globalAlpha = 1;
-  if (show.labels) paintNames(pen, toScreen, colours);
 }
 
-function paintNames(pen, toScreen, colours) {
-  const lead = results.find((result) => result.visible);
-  if (!lead) return;
+function paintNames(pen, stage, colours) {
+  const lead = results.find((result) => result.visible), toScreen = screenOf(stage);
+  if (!lead || !show.labels) return;
   pen.font = '600 16px system-ui, sans-serif';
   pen.textAlign = 'center';
   for (let p = lead.start[state.frame]; p < lead.start[state.frame + 1]; ++p) {
@@ -178,67 +194,51 @@ function paintTexts(pen, layout, colours) {
   layout.cells.forEach((cell) => pen.fillText(cell.panel.camera.view, cell.x + 4, cell.y + cell.height + 16));
 }
 
-export function svgPicture() {
-  const layout = pictureLayout(), colours = pageColours(), pen = new SvgPen();
+// The whole picture by either pen; `paintStage` paints the 3D view.
+function paintPicture(pen, layout, paintStage, withPictures) {
+  const colours = pageColours();
   pen.fillStyle = colours.page;
   pen.fillRect(0, 0, layout.width, layout.height);
-  const clips = [];
   const framed = (box, paint) => {
-    clips.push('<clipPath id="clip' + clips.length + '"><rect x="' + box.x + '" y="' + box.y + '" width="' + box.width + '" height="' + box.height + '"/></clipPath>');
-    pen.out.push('<g clip-path="url(#clip' + (clips.length - 1) + ')">');
+    pen.save();
+    pen.beginPath();
+    pen.rect(box.x, box.y, box.width, box.height);
+    pen.clip();
     pen.fillStyle = colours.stage;
     pen.fillRect(box.x, box.y, box.width, box.height);
     paint();
-    pen.place(0, 0, 1);
-    pen.out.push('</g>');
+    pen.restore();
   };
-  if (state.scene) framed(layout.stage, () => paintScene(pen, layout.stage, colours));
+  if (state.scene) {
+    framed(layout.stage, () => {
+      paintStage(pen, layout.stage, colours);
+      paintNames(pen, layout.stage, colours);
+    });
+  }
   layout.cells.forEach((cell) => framed(cell, () => {
     const scale = cell.width / cell.panel.width;
-    pen.place(cell.x, cell.y, scale);
-    paintPanel(pen, cell.panel, state.frame, 1.2 / scale, true);
+    pen.setTransform(scale, 0, 0, scale, cell.x, cell.y);
+    paintPanel(pen, cell.panel, state.frame, 1.2 / scale, withPictures);
   }));
   paintTexts(pen, layout, colours);
+}
+
+export function svgPicture() {
+  const layout = pictureLayout(), pen = new SvgPen();
+  paintPicture(pen, layout, paintScene, true);
   return '<svg xmlns="http://www.w3.org/2000/svg" width="' + layout.width + '" height="' + layout.height + '" viewBox="0 0 ' + layout.width + ' ' + layout.height + '">\n<defs>'
-    + clips.join('') + '</defs>\n' + pen.out.join('\n') + '\n</svg>\n';
+    + pen.clips.join('') + '</defs>\n' + pen.out.join('\n') + '\n</svg>\n';
 }
 
 // A canvas; pictures that are linked from a disk would forbid saving it and are
 // left out (`withPictures` false).
 function pngCanvas(withPictures) {
-  const layout = pictureLayout(), colours = pageColours();
-  const canvas = element('canvas', { width: layout.width, height: layout.height }), pen = canvas.getContext('2d');
-  pen.fillStyle = colours.page;
-  pen.fillRect(0, 0, layout.width, layout.height);
-  if (state.scene) {
-    const box = layout.stage;
-    pen.fillStyle = colours.stage;
-    pen.fillRect(box.x, box.y, box.width, box.height);
+  const layout = pictureLayout(), canvas = element('canvas', { width: layout.width, height: layout.height });
+  paintPicture(canvas.getContext('2d'), layout, (pen, stage) => {
     state.scene.dirty = true;
     state.scene.render();  // what it drew is there until the browser shows it
-    pen.drawImage(state.scene.canvas, box.x, box.y, box.width, box.height);
-    if (show.labels) {
-      scratch.matrix.copy(state.scene.camera.matrixWorldInverse);
-      paintNames(pen, (point) => {
-        const depth = -scratch.direction.copy(point).applyMatrix4(scratch.matrix).z;
-        scratch.direction.copy(point).project(state.scene.camera);
-        return { x: box.x + (scratch.direction.x + 1) / 2 * box.width, y: box.y + (1 - scratch.direction.y) / 2 * box.height, depth: depth };
-      }, colours);
-    }
-  }
-  layout.cells.forEach((cell) => {
-    const scale = cell.width / cell.panel.width;
-    pen.save();
-    pen.beginPath();
-    pen.rect(cell.x, cell.y, cell.width, cell.height);
-    pen.clip();
-    pen.fillStyle = colours.stage;
-    pen.fillRect(cell.x, cell.y, cell.width, cell.height);
-    pen.setTransform(scale, 0, 0, scale, cell.x, cell.y);
-    paintPanel(pen, cell.panel, state.frame, 1.2 / scale, withPictures);
-    pen.restore();
-  });
-  paintTexts(pen, layout, colours);
+    pen.drawImage(state.scene.canvas, stage.x, stage.y, stage.width, stage.height);
+  }, withPictures);
   return canvas;
 }
 

@@ -36,11 +36,9 @@ TEST_P(BenchmarkConfig, HoldsTheFigures) {
   const LoadedDataset loaded =
       LoadDataset(GetParam().campus ? CampusModelled("typical") : ShelfReal(),
                   testing::FindData("")->string());
-  const PcpResult result =
-      EvaluatePcp(loaded.truth,
-                  TrackSequenceOf(ReadRunOptions(path(), "", ""),
-                                  loaded.request, loaded.detections),
-                  loaded.dataset.protocol);
+  const PcpResult result = EvaluatePcp(
+      loaded.truth, TracksOf(loaded, ReadRunOptions(path(), "", "")),
+      loaded.dataset.protocol);
   EXPECT_EQ(PooledParts(result, PcpGroup::kTotal).count,
             GetParam().right_parts);
 }

@@ -14,9 +14,7 @@
 #include "core/evaluation/motion.h"
 #include "core/evaluation/mpjpe.h"
 #include "core/evaluation/pcp.h"
-#include "core/io/calibration/calibration.h"
 #include "core/io/configuration/held_out_set.h"
-#include "core/io/detections/source.h"
 #include "core/io/detections/view_pairing.h"
 #include "core/io/tracks/tracks.h"
 #include "solvers/session/run.h"
@@ -25,60 +23,29 @@
 namespace kinegraph {
 namespace {
 
-struct ShelfRecording {
-  DetectionSequence detections;  // OpenPose as it is
-  CameraRig cameras;             // in the order of the views
-  TrackSequence truth;
-  HeldOutSet set;
-  TrackSequence reference;  // names the people of the set
-};
-
-// Throws InputError naming what is missing below `data_folder`.
-ShelfRecording LoadRawShelf(const std::string& data_folder) {
-  const std::string shelf = data_folder + "/shelf/";
-  // What the files are does not depend on how they are tracked.
-  const RunOptions options =
-      ReadRunOptions(ProjectConfig("paper/shelf.toml"), "", "");
-  ShelfRecording recording;
-  recording.detections = ReadDetections(shelf + "detections/openpose",
-                                        DetectionOptionsOf(options));
-  const std::vector<std::string>& views =
-      recording.detections.header.view_names;
-  recording.cameras = CamerasOfViews(
-      views, ReadCameras(shelf + "calibration.json", options.cameras), {});
-  recording.truth = ReadTracks(shelf + "tum/actorsGT.mat");
-  recording.set = ReadHeldOutSet(shelf + "reference/held_out_set.json", views);
-  recording.reference =
-      ReadTracks(shelf + "reference/paper_code_shelf_warm3.json");
-  return recording;
-}
-
-// Tracks with all cameras.
-TrackSequence Track(const ShelfRecording& recording,
-                    const RunOptions& options) {
-  RunRequest request;
-  request.cameras = recording.cameras;
-  return TrackSequenceOf(options, request, recording.detections);
+// Raw OpenPose detections, with the options of paper mode.
+LoadedDataset LoadRawShelf() {
+  return LoadDataset(ShelfReal(), testing::FindData("")->string());
 }
 
 // Tracks once without each camera and scores what that camera saw.
-HeldOutScores ScoreHeldOutCameras(const ShelfRecording& recording,
-                                  const RunOptions& options) {
+HeldOutScores ScoreWithoutEachCamera(const LoadedDataset& shelf,
+                                     const RunOptions& options) {
+  const std::string folder = testing::FindData("shelf/reference")->string();
+  const std::vector<std::string>& views = shelf.detections.header.view_names;
+  const CameraRig cameras = CamerasOfViews(views, shelf.request.cameras, {});
+  const HeldOutSet set = ReadHeldOutSet(folder + "/held_out_set.json", views);
+  const TrackSequence reference =  // names the people of the set
+      ReadTracks(folder + "/paper_code_shelf_warm3.json");
   HeldOutScores scores;
-  for (size_t view = 0; view < recording.cameras.size(); ++view) {
-    RunRequest request;
-    request.cameras = recording.cameras;
-    request.without_cameras = {recording.detections.header.view_names[view]};
+  for (size_t view = 0; view < views.size(); ++view) {
+    RunRequest request = shelf.request;
+    request.without_cameras = {views[view]};
     ScoreHeldOutCamera(
-        recording.set, recording.detections, static_cast<int>(view),
-        recording.cameras[view], recording.reference,
-        TrackSequenceOf(options, request, recording.detections), &scores);
+        set, shelf.detections, static_cast<int>(view), cameras[view], reference,
+        TrackSequenceOf(options, request, shelf.detections), &scores);
   }
   return scores;
-}
-
-RunOptions Paper() {
-  return ReadRunOptions(ProjectConfig("paper/shelf.toml"), "", "");
 }
 
 RunOptions Offline() {
@@ -128,10 +95,9 @@ std::array<double, 2> FiguresOf(const HeldOutScores& scores,
 // docs/results.md has the figures.
 TEST(GraphModeTest, PredictsHeldOutCamerasBetterThanPaperMode) {
   KINEGRAPH_DATA_OR_SKIP(data, "shelf/detections/openpose");
-  const ShelfRecording recording =
-      LoadRawShelf(testing::FindData("")->string());
-  const HeldOutScores paper = ScoreHeldOutCameras(recording, Paper());
-  const HeldOutScores graph = ScoreHeldOutCameras(recording, Offline());
+  const LoadedDataset shelf = LoadRawShelf();
+  const HeldOutScores paper = ScoreWithoutEachCamera(shelf, shelf.options);
+  const HeldOutScores graph = ScoreWithoutEachCamera(shelf, Offline());
   const HeldOutSummary of_paper = SummariseHeldOut(paper, AllJoints());
   const HeldOutSummary of_graph = SummariseHeldOut(graph, AllJoints());
   const auto ratio = [&](HeldOutFigure figure) {
@@ -161,10 +127,9 @@ TEST(GraphModeTest, PredictsHeldOutCamerasBetterThanPaperMode) {
 
 TEST(GraphModeTest, MovesSmoothlyAndKeepsWhatTheAnnotationSays) {
   KINEGRAPH_DATA_OR_SKIP(data, "shelf/detections/openpose");
-  const ShelfRecording recording =
-      LoadRawShelf(testing::FindData("")->string());
-  const TrackSequence paper = Track(recording, Paper());
-  const TrackSequence graph = Track(recording, Offline());
+  const LoadedDataset shelf = LoadRawShelf();
+  const TrackSequence paper = TracksOf(shelf);
+  const TrackSequence graph = TracksOf(shelf, Offline());
 
   MotionOptions motion;
   motion.frames = ShelfProtocol().frames;
@@ -179,15 +144,15 @@ TEST(GraphModeTest, MovesSmoothlyAndKeepsWhatTheAnnotationSays) {
 
   MpjpeOptions mpjpe;
   mpjpe.frames = motion.frames;
-  EXPECT_LE(EvaluateMpjpe(recording.truth, graph, mpjpe).bias_removed_m,
-            0.92 * EvaluateMpjpe(recording.truth, paper, mpjpe).bias_removed_m);
+  EXPECT_LE(EvaluateMpjpe(shelf.truth, graph, mpjpe).bias_removed_m,
+            0.92 * EvaluateMpjpe(shelf.truth, paper, mpjpe).bias_removed_m);
 
   for (const EndpointRule rule : {EndpointRule::kMean, EndpointRule::kEach}) {
     PcpProtocol protocol = ShelfProtocol();
     protocol.endpoints = rule;
     const Interval difference = MeanOfActorsDifference(
-        EvaluatePcp(recording.truth, graph, protocol),
-        EvaluatePcp(recording.truth, paper, protocol), PcpGroup::kTotal);
+        EvaluatePcp(shelf.truth, graph, protocol),
+        EvaluatePcp(shelf.truth, paper, protocol), PcpGroup::kTotal);
     RecordProperty(std::string("pcp_difference_") + ToString(rule),
                    std::to_string(difference.low) + " .. " +
                        std::to_string(difference.high));
@@ -213,9 +178,7 @@ TEST_P(GraphOnCampusTest, FindsMorePartsThanPaperMode) {
     const RunOptions options =
         ReadRunOptions(ProjectConfig("graph/campus.toml"), GetParam().set, "");
     const auto score = [&](const RunOptions& run) {
-      return EvaluatePcp(
-          loaded.truth, TrackSequenceOf(run, loaded.request, loaded.detections),
-          dataset.protocol);
+      return EvaluatePcp(loaded.truth, TracksOf(loaded, run), dataset.protocol);
     };
     const PcpResult paper = score(loaded.options);
     const PcpResult graph = score(options);

@@ -29,8 +29,7 @@ TEST_P(PaperParityTest, EqualsTheAuthorsCode) {
   shelf.set = GetParam().set;
   const LoadedDataset loaded =
       LoadDataset(shelf, testing::FindData("")->string());
-  const TrackSequence ours =
-      TrackSequenceOf(loaded.options, loaded.request, loaded.detections);
+  const TrackSequence ours = TracksOf(loaded);
   const TrackSequence reference = ReadTracks(data + "/" + GetParam().reference);
 
   const ParityResult parity = EvaluateParity(reference, ours);
@@ -84,8 +83,7 @@ TEST(PaperModeTest, RawShelfDetections) {
   const LoadedDataset loaded =
       LoadDataset(ShelfReal(), testing::FindData("")->string());
   ASSERT_FALSE(loaded.options.tracker.life.backfill);
-  const TrackSequence tracks =
-      TrackSequenceOf(loaded.options, loaded.request, loaded.detections);
+  const TrackSequence tracks = TracksOf(loaded);
   const PcpResult pcp =
       EvaluatePcp(loaded.truth, tracks, loaded.dataset.protocol);
   // The lower end of the 95 % interval that `evaluate --protocol=shelf` prints

@@ -7,23 +7,21 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "tests/support/program.h"
-#include "tests/support/test_data.h"
+#include "tests/apps/command.h"
 
 namespace kinegraph {
 namespace {
 
+using testing::Done;
 using ::testing::HasSubstr;
 using testing::ProgramOutcome;
-using testing::RunProgram;
 
 // The warnings of a run, as texts; the summary's and those on the screen are
 // the same.
 std::string WarningsOf(const std::string& arguments) {
   const testing::TemporaryFolder folder;
-  const ProgramOutcome outcome = RunProgram(
+  const ProgramOutcome outcome = Done(
       "track", arguments + " --out='" + folder.path().string() + "/t.jsonl'");
-  EXPECT_EQ(outcome.exit_code, 0) << outcome.errors;
   const auto summary = nlohmann::json::parse(
       testing::ContentOf(folder.path() / "t.summary.json"));
   EXPECT_GT(summary.at("poses").get<int>(), 0);
@@ -84,11 +82,9 @@ class SoundScenes : public ::testing::TestWithParam<const char*> {};
 TEST_P(SoundScenes, WarnAboutNothing) {
   const testing::TemporaryFolder folder;
   const std::string scene = folder.path().string() + "/scene";
-  const ProgramOutcome made = RunProgram(
-      "synthesize",
-      "--config='" + testing::ProjectFile("configs/synthetic").string() + "/" +
-          GetParam() + ".toml' --set=scene.duration=4 --out='" + scene + "'");
-  ASSERT_EQ(made.exit_code, 0) << made.errors;
+  Done("synthesize",
+       "--config='" + testing::ProjectFile("configs/synthetic").string() + "/" +
+           GetParam() + ".toml' --set=scene.duration=4 --out='" + scene + "'");
   EXPECT_EQ(WarningsOf("--cameras='" + scene + "/cameras.json' --detections='" +
                        scene + "/detections.jsonl'"),
             "");

@@ -217,26 +217,26 @@ TEST(RunAppDeathTest, PrintsHelpAndVersionWithoutRunning) {
               "^kinegraph-walk [0-9]+\\.[0-9]+\\.[0-9]+\n$");
 }
 
-TEST(RunAppDeathTest, BadInputLeavesWithTwo) {
-  const auto nothing = [] {};
-  EXPECT_EXIT(RunAndLeave({"--no_such_flag"}, nothing),
-              ExitedWithCode(kExitBadInput),
-              ErrorLine("unknown flag --no_such_flag.*"));
-  EXPECT_EXIT(
-      RunAndLeave({}, [] { throw InputError("a.json", "line 3", "not so"); }),
-      ExitedWithCode(kExitBadInput), ErrorLine("a.json: line 3: not so"));
-  EXPECT_EXIT(
-      RunAndLeave({}, [] { throw OptionError("graph.lag_s", "too long"); }),
-      ExitedWithCode(kExitBadInput), ErrorLine("graph.lag_s: too long"));
-}
-
-TEST(RunAppDeathTest, AnythingElseLeavesWithOne) {
-  EXPECT_EXIT(RunAndLeave({}, [] { throw std::bad_alloc(); }),
-              ExitedWithCode(kExitFailure), ErrorLine("out of memory"));
-  EXPECT_EXIT(RunAndLeave({}, [] { throw std::runtime_error("two\nlines"); }),
-              ExitedWithCode(kExitFailure), ErrorLine("two\\?lines"));
-  EXPECT_EXIT(RunAndLeave({}, [] { throw 7; }), ExitedWithCode(kExitFailure),
-              ErrorLine("unknown error"));
+TEST(RunAppDeathTest, AnErrorIsOneLineWithItsExitCode) {
+  const struct {
+    const char* flag;
+    std::function<void()> body;
+    int exit_code;
+    const char* message;
+  } cases[] = {
+      {"--no_such_flag", [] {}, kExitBadInput, "unknown flag --no_such_flag.*"},
+      {"--", [] { throw InputError("a.json", "line 3", "not so"); },
+       kExitBadInput, "a.json: line 3: not so"},
+      {"--", [] { throw OptionError("graph.lag_s", "too long"); },
+       kExitBadInput, "graph.lag_s: too long"},
+      {"--", [] { throw std::bad_alloc(); }, kExitFailure, "out of memory"},
+      {"--", [] { throw std::runtime_error("two\nlines"); }, kExitFailure,
+       "two\\?lines"},
+      {"--", [] { throw 7; }, kExitFailure, "unknown error"}};
+  for (const auto& one : cases) {
+    EXPECT_EXIT(RunAndLeave({one.flag}, one.body),
+                ExitedWithCode(one.exit_code), ErrorLine(one.message));
+  }
 }
 
 TEST(RunAppDeathTest, LogsNothingUnlessAsked) {

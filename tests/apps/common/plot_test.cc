@@ -25,19 +25,15 @@ Plot SamplePlot() {
   plot.title = "Error & 'lag' <of> {filters}_1";
   plot.x.label = "cut-off [Hz]";
   plot.y.label = "error [px]";
-  PlotSeries line;
-  line.name = "Butterworth_2";
-  line.style = PlotStyle::kLinePoints;
-  line.x = {1.0, 2.0, 3.0, 4.0};
-  line.y = {4.0, kNan, 2.0, 3.0};
+  PlotSeries line = {"Butterworth_2",
+                     PlotStyle::kLinePoints,
+                     {1.0, 2.0, 3.0, 4.0},
+                     {4.0, kNan, 2.0, 3.0}};
   line.y_low = {3.0, kNan, 1.5, kNan};
   line.y_high = {5.0, kNan, 2.5, kNan};
   line.labels = {"first \"point\"", "", "", "last"};
-  PlotSeries points;
-  points.name = "Savitzky & Golay";
-  points.style = PlotStyle::kPoints;
-  points.x = {1.5, 2.5};
-  points.y = {1.0, 2.0};
+  PlotSeries points = {
+      "Savitzky & Golay", PlotStyle::kPoints, {1.5, 2.5}, {1.0, 2.0}};
   points.x_low = {1.0, 2.0};
   points.x_high = {2.0, 3.0};
   plot.series = {line, points};
@@ -79,11 +75,7 @@ TEST_F(PlotTest, DrawsBarsOfCategoriesSideBySide) {
   plot.title = "By joint class";
   plot.x.categories = {"trunk", "wrist", "ankle"};
   for (const char* name : {"raw", "smooth"}) {
-    PlotSeries& bars = plot.series.emplace_back();
-    bars.name = name;
-    bars.style = PlotStyle::kBars;
-    bars.x = {0, 1, 2};
-    bars.y = {1, 2, 3};
+    plot.series.push_back({name, PlotStyle::kBars, {0, 1, 2}, {1, 2, 3}});
   }
   const std::string svg = RenderPlot({plot});
   EXPECT_TRUE(IsXml(svg));
@@ -95,12 +87,10 @@ TEST_F(PlotTest, DrawsPanelsAndNamesOnBothAxes) {
   named.title = "Strategies";
   named.y.categories = {"raw DLT", "batch"};
   named.x.log = true;
-  PlotSeries& points = named.series.emplace_back();
-  points.style = PlotStyle::kPoints;
-  points.x = {0.1, 10.0};
-  points.y = {0, 1};
+  PlotSeries points = {"", PlotStyle::kPoints, {0.1, 10.0}, {0, 1}};
   points.x_low = {-1.0, 5.0};  // no place on a log axis
   points.x_high = {1.0, 20.0};
+  named.series = {points};
   Plot empty;
   empty.title = "Nothing";
   Plot without_values = SamplePlot();

@@ -22,7 +22,7 @@
 #include "core/base/error.h"
 #include "core/io/configuration/config.h"
 #include "tests/apps/command.h"
-#include "tests/support/test_data.h"
+#include "tests/core/io/input_error.h"
 
 namespace kinegraph {
 namespace {
@@ -84,20 +84,6 @@ std::vector<Strategy> StrategiesOf(const CompareResult& result) {
     strategies.push_back(one.strategy);
   }
   return strategies;
-}
-
-void Score(CompareResult* result) {
-  std::vector<FoldValues> values;
-  for (const StrategyResult& one : result->strategies) {
-    values.push_back(one.values);
-  }
-  std::vector<StrategyScores> scores =
-      ScoreStrategies(result->comparison, StrategiesOf(*result), values);
-  for (size_t s = 0; s < scores.size(); ++s) {
-    AddLags(result->comparison, scores[0].run.alike, &scores[s]);
-    result->strategies[s].scores = std::move(scores[s]);
-  }
-  AddMeasures(result);
 }
 
 Verdict HeldOutVerdict(const CompareResult& result, size_t index) {
@@ -246,13 +232,11 @@ TEST(Tuning, RefusesAnUnknownKeyOfAFile) {
   const testing::TemporaryFolder folder;
   const std::string path =
       folder.Write("parameters.toml", "[first.butterworth]\ncutof_hz = 3\n");
-  try {
-    ReadParameters(path, ChooseStrategies({"butterworth"}), 25.0,
-                   EstimatorOptions());
-    FAIL();
-  } catch (const InputError& error) {
-    EXPECT_THAT(error.what(), HasSubstr("did you mean"));
-  }
+  EXPECT_THAT(testing::InputErrorOf([&] {
+                ReadParameters(path, ChooseStrategies({"butterworth"}), 25.0,
+                               EstimatorOptions());
+              }),
+              HasSubstr("did you mean"));
 }
 
 // ---- Shifts
@@ -375,7 +359,7 @@ TEST(Strategies, GridIsAllCombinations) {
 
 // ---- The command
 
-class CompareCommand : public ::testing::Test {
+class CompareCommand : public testing::CommandTest {
  protected:
   CompareCommand() { WriteRecording(MakeNoisyRecording(), Path("take")); }
   std::string Flags(const std::string& out, const std::string& more) const {
@@ -385,11 +369,6 @@ class CompareCommand : public ::testing::Test {
            ProjectConfig("synthetic/track_paper.toml") + "' --out='" +
            Path(out) + "' " + more;
   }
-  std::string Path(const std::string& name) const {
-    return (folder_.path() / name).string();
-  }
-
-  testing::TemporaryFolder folder_;
 };
 
 TEST_F(CompareCommand, WritesTheSameFilesWhateverTheThreads) {

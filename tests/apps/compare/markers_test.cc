@@ -15,37 +15,34 @@
 #include "core/io/text/json.h"
 #include "core/io/tracks/writer.h"
 #include "tests/apps/command.h"
-#include "tests/support/test_data.h"
 
 namespace kinegraph {
 namespace {
 
 using ::testing::HasSubstr;
 
-class CompareWithMarkers : public ::testing::Test {
+class CompareWithMarkers : public testing::CommandTest {
  protected:
   CompareWithMarkers()
       : recording_(MakeRecording(
             ProjectConfig("synthetic/correlated_25hz.toml"),
             "scene.people=1;scene.duration=6;noise.correlation_time=0;"
             "noise.sigma=6")) {
-    WriteRecording(recording_, (folder_.path() / "take").string());
+    WriteRecording(recording_, Path("take"));
   }
 
   std::string Flags(const std::string& truth) const {
-    const std::string take = (folder_.path() / "take").string();
-    return "--cameras='" + take + "/cameras.json' --detections='" + take +
-           "/detections.jsonl' " + truth + " --config='" +
+    return "--cameras='" + Path("take/cameras.json") + "' --detections='" +
+           Path("take/detections.jsonl") + "' " + truth + " --config='" +
            ProjectConfig("synthetic/track_paper.toml") +
-           "' --strategies=raw_dlt,batch --noplots --out='" +
-           (folder_.path() / "out").string() + "'";
+           "' --strategies=raw_dlt,batch --noplots --out='" + Path("out") + "'";
   }
   // MPJPE of raw_dlt and batch [mm].
   std::pair<double, double> Run(const std::string& truth) const {
-    std::filesystem::remove_all(folder_.path() / "out");
+    std::filesystem::remove_all(Path("out"));
     testing::Done("compare", Flags(truth));
-    const Json strategies = Json::parse(
-        testing::ContentOf(folder_.path() / "out/compare.json"))["strategies"];
+    const Json strategies =
+        Json::parse(testing::ContentOf(Path("out/compare.json")))["strategies"];
     const auto figure = [&](size_t s) {
       return strategies[s]["measures"]["mpjpe_mm"]["value"].get<double>();
     };
@@ -100,13 +97,11 @@ class CompareWithMarkers : public ::testing::Test {
       }
     }
     markers.header.skeleton = Skeleton("markers", labels, {});
-    const std::string path = (folder_.path() / name).string();
-    WriteTracks(path, markers);
-    return path;
+    WriteTracks(Path(name), markers);
+    return Path(name);
   }
 
-  SyntheticRecording recording_;
-  testing::TemporaryFolder folder_;
+  const SyntheticRecording recording_;
 };
 
 TEST_F(CompareWithMarkers, RanksAsTheTruthDoes) {
@@ -121,19 +116,19 @@ TEST_F(CompareWithMarkers, RanksAsTheTruthDoes) {
   EXPECT_NEAR(same_dlt_mm, dlt_mm, 0.2);
   EXPECT_NEAR(same_batch_mm, batch_mm, 0.2);
   // Against the synthetic truth itself, all of its joints.
-  EXPECT_NEAR(Run("--ground_truth='" + folder_.path().string() +
-                  "/take/truth.jsonl' --protocol=mpjpe")
-                  .first,
-              dlt_mm, 0.2 * dlt_mm);
+  EXPECT_NEAR(
+      Run("--ground_truth='" + Path("take/truth.jsonl") + "' --protocol=mpjpe")
+          .first,
+      dlt_mm, 0.2 * dlt_mm);
 }
 
 TEST_F(CompareWithMarkers, RefusesWhatItCannotUse) {
   EXPECT_THAT(testing::Refusal("compare", Flags("--joints=x.toml")),
               HasSubstr("belongs to --markers"));
-  EXPECT_THAT(testing::Refusal("compare",
-                               Flags("--markers='" + folder_.path().string() +
-                                     "/take/cameras.json'")),
-              HasSubstr("cameras.json"));
+  EXPECT_THAT(
+      testing::Refusal("compare",
+                       Flags("--markers='" + Path("take/cameras.json") + "'")),
+      HasSubstr("cameras.json"));
 }
 
 }  // namespace

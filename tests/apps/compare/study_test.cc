@@ -11,7 +11,6 @@
 #include "core/io/configuration/config.h"
 #include "core/io/text/json.h"
 #include "tests/apps/command.h"
-#include "tests/support/test_data.h"
 
 namespace kinegraph {
 namespace {
@@ -70,7 +69,7 @@ TEST(Study, CountsTheTakesItHoldsFor) {
 }
 
 // Three recordings of three seconds.
-class StudyCommand : public ::testing::Test {
+class StudyCommand : public testing::CommandTest {
  protected:
   StudyCommand() {
     std::string text;
@@ -90,11 +89,7 @@ class StudyCommand : public ::testing::Test {
                                                 "\"paper\"\nconfig = \"" +
                                                 config_ + "\"\n");
   }
-  std::string Path(const std::string& name) const {
-    return (folder_.path() / name).string();
-  }
 
-  const TemporaryFolder folder_;
   const std::string config_ =
       ProjectFile("configs/synthetic/track_paper.toml").string();
   std::string manifest_;

@@ -11,35 +11,24 @@
 
 #include "core/io/text/json.h"
 #include "core/skeleton/skeleton.h"
-#include "tests/support/program.h"
-#include "tests/support/test_data.h"
+#include "tests/apps/command.h"
 
 namespace kinegraph::testing {
 namespace {
 
 using ::testing::HasSubstr;
 
-ProgramOutcome Evaluate(const std::string& flags) {
-  return RunProgram("evaluate", flags);
-}
-
 // That it ends well and prints these.
 void ExpectPrinted(const std::string& flags,
                    const std::vector<std::string>& texts) {
-  SCOPED_TRACE(flags);
-  const ProgramOutcome outcome = Evaluate(flags);
-  ASSERT_EQ(outcome.exit_code, 0) << outcome.errors;
+  const std::string output = Done("evaluate", flags).output;
   for (const std::string& text : texts) {
-    EXPECT_THAT(outcome.output, HasSubstr(text));
+    EXPECT_THAT(output, HasSubstr(text)) << flags;
   }
 }
 
 void ExpectRefused(const std::string& flags, const std::string& message) {
-  SCOPED_TRACE(flags);
-  const ProgramOutcome outcome = Evaluate(flags);
-  EXPECT_EQ(outcome.exit_code, 2);
-  EXPECT_THAT(outcome.errors, HasSubstr(message));
-  EXPECT_THAT(outcome.errors, HasSubstr("kinegraph-evaluate: error: "));
+  EXPECT_THAT(Refusal("evaluate", flags), HasSubstr(message)) << flags;
 }
 
 // One person of tum14 in frames 300 and 301; `lift` moves one ankle up [m].
@@ -66,21 +55,20 @@ std::string TrackFile(double lift) {
   return text.str();
 }
 
-class EvaluateProgramTest : public ::testing::Test {
+class EvaluateProgramTest : public CommandTest {
  protected:
   // The flags that compare a file with a truth.
   std::string Against(const std::string& tracks, const std::string& truth) {
     return " --tracks='" + tracks + "' --ground_truth='" + truth + "'";
   }
 
-  TemporaryFolder folder_;
-  std::string truth_ = folder_.Write("truth.jsonl", TrackFile(0.0));
+  const std::string truth_ = folder_.Write("truth.jsonl", TrackFile(0.0));
   // 0.6 m off: the lower leg's mean error is 0.3 m of 0.5 m.
-  std::string found_ = folder_.Write("found.jsonl", TrackFile(0.6));
+  const std::string found_ = folder_.Write("found.jsonl", TrackFile(0.6));
 };
 
 TEST_F(EvaluateProgramTest, PcpAsTextAndJson) {
-  const std::string json = (folder_.path() / "result.json").string();
+  const std::string json = Path("result.json");
   ExpectPrinted(
       "--protocol=shelf" + Against(found_, truth_) + " --json='" + json + "'",
       {"90.00 (18/20)", "frames 300:601", "covered, %: 100.00 (2/2)"});
@@ -188,7 +176,7 @@ TEST(EvaluateProgramOnShelfTest, HeldOutCamerasOfGivenRuns) {
                     "paper_code_shelf_warm3.json --runs=" + runs,
                 {"11.01 [", "45.69 [", "13.77 [", "93.05 (46146/49594)",
                  "93.93 (3421/3642)"});
-  EXPECT_EQ(Evaluate(scoring + " --runs=" + runs).exit_code, 2);  // whose set?
+  ExpectRefused(scoring + " --runs=" + runs, "--reference is required");
   ExpectRefused(scoring + " --runs=" + runs.substr(0, runs.find(',')),
                 "expected one for each of the 5");
 }

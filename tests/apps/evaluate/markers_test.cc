@@ -20,8 +20,7 @@
 #include "core/io/text/json.h"
 #include "core/io/tracks/tracks.h"
 #include "core/io/tracks/writer.h"
-#include "tests/support/program.h"
-#include "tests/support/test_data.h"
+#include "tests/apps/command.h"
 
 namespace kinegraph::testing {
 namespace {
@@ -35,28 +34,29 @@ using ::testing::HasSubstr;
   const std::string theia = data + "/dynamic_1_theia.c3d"; \
   const std::string markers = data + "/dynamic_1_markers.c3d"
 
-class MarkersProgramTest : public ::testing::Test {
+class MarkersProgramTest : public CommandTest {
  protected:
-  ProgramOutcome Run(const std::string& tracks, const std::string& truth,
-                     const std::string& flags) {
-    json_.clear();
-    const std::string path = (folder_.path() / "markers.json").string();
-    std::filesystem::remove(path);
-    const ProgramOutcome outcome =
-        RunProgram("evaluate", "--protocol=markers --tracks='" + tracks +
-                                   "' --ground_truth='" + truth + "' --json='" +
-                                   path + "' " + flags);
-    if (outcome.exit_code == 0) json_ = ParseJson(ReadTextFile(path), path);
-    return outcome;
+  std::string Flags(const std::string& tracks, const std::string& truth,
+                    const std::string& flags) const {
+    return "--protocol=markers --tracks='" + tracks + "' --ground_truth='" +
+           truth + "' --json='" + result_ + "' " + flags;
+  }
+  // What is printed; the numbers are in `json_`.
+  std::string Run(const std::string& tracks, const std::string& truth,
+                  const std::string& flags) {
+    const std::string output =
+        Done("evaluate", Flags(tracks, truth, flags)).output;
+    json_ = ParseJson(ReadTextFile(result_), result_);
+    return output;
   }
 
   // One line that says so, and nothing written.
-  void ExpectRefused(const ProgramOutcome& outcome, const std::string& cause) {
-    EXPECT_EQ(outcome.exit_code, 2);
-    EXPECT_THAT(outcome.errors, HasSubstr(cause));
-    EXPECT_EQ(std::count(outcome.errors.begin(), outcome.errors.end(), '\n'), 1)
-        << outcome.errors;
-    EXPECT_FALSE(std::filesystem::exists(folder_.path() / "markers.json"));
+  void ExpectRefused(const std::string& tracks, const std::string& truth,
+                     const std::string& flags, const std::string& cause) {
+    std::filesystem::remove(result_);
+    EXPECT_THAT(Refusal("evaluate", Flags(tracks, truth, flags)),
+                HasSubstr(cause));
+    EXPECT_FALSE(std::filesystem::exists(result_));
   }
 
   // The segments' origins of a file, moved in time and space, as our tracks.
@@ -71,9 +71,8 @@ class MarkersProgramTest : public ::testing::Test {
         }
       }
     }
-    const std::string moved = (folder_.path() / "moved.jsonl").string();
-    WriteTracks(moved, tracks);
-    return moved;
+    WriteTracks(Path("moved.jsonl"), tracks);
+    return Path("moved.jsonl");
   }
 
   // A number of the result, by its place: "/joints/l_knee/median_mm".
@@ -81,14 +80,13 @@ class MarkersProgramTest : public ::testing::Test {
     return json_.at(Json::json_pointer(place)).get<double>();
   }
 
-  TemporaryFolder folder_;
+  const std::string result_ = Path("markers.json");
   Json json_;
 };
 
 TEST_F(MarkersProgramTest, TheiaAgainstMarkersAsAnIndependentScriptHasIt) {
   MARKERS_OR_SKIP();
-  const ProgramOutcome outcome = Run(theia, markers, "--align=none --plates");
-  ASSERT_EQ(outcome.exit_code, 0) << outcome.errors;
+  const std::string printed = Run(theia, markers, "--align=none --plates");
   const std::pair<const char*, double> known[] = {
       {"l_knee", 14.3},  {"r_knee", 12.5},  {"l_elbow", 23.7},
       {"r_elbow", 21.0}, {"l_wrist", 10.2}, {"r_wrist", 14.9}};
@@ -106,7 +104,7 @@ TEST_F(MarkersProgramTest, TheiaAgainstMarkersAsAnIndependentScriptHasIt) {
   EXPECT_EQ(json_["plates"]["tracks"]["events"].size(), 4u);
   EXPECT_LT(Number("/plates/ground_truth/mean_size_ms"), 5.0);
   EXPECT_LT(Number("/plates/tracks/mean_size_ms"), 20.0);
-  std::istringstream lines(outcome.output);
+  std::istringstream lines(printed);
   for (std::string line; std::getline(lines, line);) {
     EXPECT_LE(line.size(), 100u) << line;
   }
@@ -114,7 +112,7 @@ TEST_F(MarkersProgramTest, TheiaAgainstMarkersAsAnIndependentScriptHasIt) {
 
 TEST_F(MarkersProgramTest, AShiftAndATurnAreTakenOff) {
   MARKERS_OR_SKIP();
-  ASSERT_EQ(Run(theia, markers, "").exit_code, 0);
+  Run(theia, markers, "");
   const Json before = json_;
   // Nobody knows the laboratory's clock to better than a third of a frame.
   EXPECT_NEAR(before["clock_s"].get<double>(), 0.0, 0.002);
@@ -123,7 +121,7 @@ TEST_F(MarkersProgramTest, AShiftAndATurnAreTakenOff) {
     Eigen::Isometry3d motion = Eigen::Isometry3d::Identity();
     motion.linear() = Eigen::AngleAxisd(40.0 * M_PI / 180.0, axis.normalized())
                           .toRotationMatrix();
-    ASSERT_EQ(Run(Moved(theia, -0.137, motion), markers, "").exit_code, 0);
+    Run(Moved(theia, -0.137, motion), markers, "");
     EXPECT_NEAR(Number("/clock_s") - before["clock_s"].get<double>(), 0.137,
                 1e-4);
     for (const auto& [joint, scores] : before["joints"].items()) {
@@ -152,9 +150,8 @@ TEST_F(MarkersProgramTest, AShiftAndATurnAreTakenOff) {
 
 TEST_F(MarkersProgramTest, AFolderWithTablesPlotsAndPage) {
   MARKERS_OR_SKIP();
-  const std::string out = (folder_.path() / "out").string();
-  const ProgramOutcome outcome = Run(theia, markers, "--out='" + out + "'");
-  ASSERT_EQ(outcome.exit_code, 0) << outcome.errors;
+  const std::string out = Path("out");
+  Run(theia, markers, "--out='" + out + "'");
   for (const char* name : {"markers.json", "markers.md", "bland_altman.svg",
                            "errors.svg", "page.html"}) {
     EXPECT_TRUE(std::filesystem::exists(out + "/" + name)) << name;
@@ -180,17 +177,13 @@ class MarkersFromPixelsTest : public MarkersProgramTest {
   void Score(const std::string& data, const Detector& detector) {
     const std::string markers = data + "/dynamic_1_markers.c3d";
     const std::string cameras = data + "/qualisys_cal.txt";
-    const std::string seen = (folder_.path() / "seen.jsonl").string();
-    const std::string tracks = (folder_.path() / "tracks.jsonl").string();
-    WriteDetections(seen, See(markers, ReadCameras(cameras), detector));
-    const ProgramOutcome tracked =
-        RunProgram("track", "--cameras='" + cameras + "' --detections='" +
-                                seen + "' --config='" +
-                                ProjectFile("configs/offline.toml").string() +
-                                "' --out='" + tracks + "'");
-    ASSERT_EQ(tracked.exit_code, 0) << tracked.errors;
-    page_ = Run(tracks, markers, "--align=none");
-    ASSERT_EQ(page_.exit_code, 0) << page_.errors;
+    WriteDetections(Path("seen.jsonl"),
+                    See(markers, ReadCameras(cameras), detector));
+    Done("track", "--cameras='" + cameras + "' --detections='" +
+                      Path("seen.jsonl") + "' --config='" +
+                      ProjectFile("configs/offline.toml").string() +
+                      "' --out='" + Path("tracks.jsonl") + "'");
+    printed_ = Run(Path("tracks.jsonl"), markers, "--align=none");
   }
 
   // Every other frame.
@@ -248,7 +241,7 @@ class MarkersFromPixelsTest : public MarkersProgramTest {
     return seen;
   }
 
-  ProgramOutcome page_;
+  std::string printed_;
 };
 
 // A jump of 3 s holds some thirty stretches of a noise that lasts for 0.1 s:
@@ -281,7 +274,7 @@ TEST_F(MarkersFromPixelsTest, StatedEllipsoidsHoldWhatTheyPromise) {
 TEST_F(MarkersFromPixelsTest, ThePageSaysWhatIntervalsDoNotPromise) {
   KINEGRAPH_DATA_OR_SKIP(data, "markers/qualisys_theia");
   Score(data, {2.0, 0.0, 0.025, 1});
-  EXPECT_THAT(page_.output, HasSubstr("constant offset is no part"));
+  EXPECT_THAT(printed_, HasSubstr("constant offset is no part"));
   EXPECT_GT(Number("/pooled/median_mm"),
             Number("/pooled/after_offset_median_mm"));
 }
@@ -300,31 +293,28 @@ TEST_F(MarkersProgramTest, OwnRulesSayWhatAJointIs) {
                     "regression = \"bell\"\n"
                     "asis = [\"WaistLFront\", \"WaistRFront\"]\n"
                     "psis = [\"WaistBack\"]\n");
-  const ProgramOutcome outcome =
-      Run(theia, markers, "--align=none --joints='" + rules + "'");
-  ASSERT_EQ(outcome.exit_code, 0) << outcome.errors;
+  Run(theia, markers, "--align=none --joints='" + rules + "'");
   EXPECT_EQ(json_["joints"].size(), 3u);
   EXPECT_NEAR(Number("/joints/l_knee/median_mm"), 14.3, 0.05);
   const std::string wrong = folder_.Write(
       "wrong.toml", "[joints.l_knee]\nmiddle_of = [\"LKneeMiddle\"]\n");
-  ExpectRefused(Run(theia, markers, "--joints='" + wrong + "'"), "no marker");
+  ExpectRefused(theia, markers, "--joints='" + wrong + "'", "no marker");
   const std::string typo = folder_.Write(
       "typo.toml", "[joints.l_knee]\nmiddel_of = [\"LKneeIn\"]\n");
-  ExpectRefused(Run(theia, markers, "--joints='" + typo + "'"), "middel_of");
+  ExpectRefused(theia, markers, "--joints='" + typo + "'", "middel_of");
 }
 
 TEST_F(MarkersProgramTest, RefusesWithItsCause) {
   MARKERS_OR_SKIP();
-  ExpectRefused(
-      Run(data + "/static_1_theia.c3d", data + "/static_1_markers.c3d", ""),
-      "no motion to align");
+  ExpectRefused(data + "/static_1_theia.c3d", data + "/static_1_markers.c3d",
+                "", "no motion to align");
   const Eigen::Isometry3d same = Eigen::Isometry3d::Identity();
-  ExpectRefused(Run(Moved(theia, 100.0, same), markers, "--align=none"),
+  ExpectRefused(Moved(theia, 100.0, same), markers, "--align=none",
                 "clocks do not overlap");
-  ExpectRefused(Run(theia, markers, "--align=sideways"), "both, clock");
-  ExpectRefused(Run(theia, markers, "--person=7"), "no person 7");
-  ExpectRefused(Run(markers, theia, "--plates"), "force plates");
-  ExpectRefused(Run(theia, markers, "--head=raw"), "--head");
+  ExpectRefused(theia, markers, "--align=sideways", "both, clock");
+  ExpectRefused(theia, markers, "--person=7", "no person 7");
+  ExpectRefused(markers, theia, "--plates", "force plates");
+  ExpectRefused(theia, markers, "--head=raw", "--head");
 }
 
 }  // namespace

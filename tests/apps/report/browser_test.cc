@@ -147,7 +147,10 @@ class PageInBrowser : public ::testing::Test {
   }
 
   Browser& Open(const Screen& screen, bool dark = false) {
-    page_ = folder_.Write("page.html", WholePage(recording_));
+    return Open(screen, WholePage(recording_), dark);
+  }
+  Browser& Open(const Screen& screen, const std::string& html, bool dark) {
+    page_ = folder_.Write("page.html", html);
     browser_ = std::make_unique<Browser>(screen);
     browser_->PreferDark(dark);
     browser_->Open(page_);
@@ -222,11 +225,11 @@ TEST_F(PageInBrowser, KeysLandOnTheRightFrame) {
     browser.Press(key, shift);
     EXPECT_EQ(FrameEverywhere(), frame) << key;
   }
-  browser.Press("+");
-  EXPECT_EQ(browser.Evaluate("kinegraph.state.speed"), 2.0);
-  browser.Press("-");
-  browser.Press("-");
-  EXPECT_EQ(browser.Evaluate("kinegraph.state.speed"), 0.5);
+  for (const auto& [key, speed] :
+       {std::pair{"+", 2.0}, {"-", 1.0}, {"-", 0.5}}) {
+    browser.Press(key);
+    EXPECT_EQ(browser.Evaluate("kinegraph.state.speed"), speed) << key;
+  }
   EXPECT_EQ(browser.Evaluate("document.getElementById('speed').value"), "0.5");
 }
 
@@ -376,20 +379,23 @@ TEST_F(PageInBrowser, TheSceneShowsWhatIsAskedFor) {
   const auto of = [&](const std::string& what) {
     return browser.Evaluate("kinegraph.scene." + what);
   };
+  const std::string body = "bodies[0][0].";
   // Inferred joints are faint: joint 3, an ear, and the bones that end in it,
   // l_eye to l_ear and l_ear to l_shoulder.
-  EXPECT_EQ(of("bodies[0][0].joints.count"), 16);
-  EXPECT_EQ(of("bodies[0][0].inferredJoints.count"), 1);
-  EXPECT_EQ(of("bodies[0][0].joints.material.opacity"), 1.0);
-  EXPECT_LT(of("bodies[0][0].inferredJoints.material.opacity").get<double>(),
-            0.5);
-  EXPECT_EQ(of("bodies[0][0].inferredBones.count"), 2);
-  EXPECT_EQ(of("bodies[0][0].bones.count"), Coco17().bones().size() - 2);
+  for (const auto& [what, value] :
+       {std::pair<const char*, Json>{"joints.count", 16},
+        {"inferredJoints.count", 1},
+        {"joints.material.opacity", 1.0},
+        {"inferredJoints.material.opacity < 0.5", true},
+        {"inferredBones.count", 2},
+        {"bones.count", Coco17().bones().size() - 2},
+        {"ellipsoids === null", true}}) {
+    EXPECT_EQ(of(body + what), value) << what;
+  }
   // Ellipsoids have two sigma.
-  EXPECT_EQ(of("bodies[0][0].ellipsoids === null"), true);
   browser.Click("#show-ellipsoids");
-  EXPECT_EQ(of("bodies[0][0].ellipsoids.visible"), true);
-  EXPECT_EQ(of("bodies[0][0].ellipsoids.count"), 17);
+  EXPECT_EQ(of(body + "ellipsoids.visible"), true);
+  EXPECT_EQ(of(body + "ellipsoids.count"), 17);
   const Json axes = browser.Evaluate(
       "(() => { const m = new THREE.Matrix4();"
       "kinegraph.scene.bodies[0][0].ellipsoids.getMatrixAt(0, m);"
@@ -400,7 +406,7 @@ TEST_F(PageInBrowser, TheSceneShowsWhatIsAskedFor) {
                 1.01e-4);
   }
   browser.Click("#show-ellipsoids");
-  EXPECT_EQ(of("bodies[0][0].ellipsoids.visible"), false);
+  EXPECT_EQ(of(body + "ellipsoids.visible"), false);
   // A result and layers can be hidden.
   EXPECT_EQ(of("bodies[1][0].joints.visible"), true);
   browser.Click("#results label:nth-child(2) input");
@@ -486,17 +492,14 @@ TEST_F(PageInBrowser, WhatIsWrongStandsFirst) {
       R"("camera": "two", "confidence": 0.9, "before_px": 41.0,)"
       R"("after_px": 3.2, "fix": "--set=cameras.map.two=three",)"
       R"("evidence": "<b>agreement</b> 0.9"}], "notes": []})";
-  page_ = folder_.Write("page.html",
-                        MakePage(input.title, MakePageData(input).json));
-  browser_ = std::make_unique<Browser>(kPhone);
-  browser_->Open(page_);
-  ASSERT_TRUE(browser_->WaitFor("window.kinegraph"));
+  Browser& browser =
+      Open(kPhone, MakePage(input.title, MakePageData(input).json), false);
   const std::string text =
-      browser_->Evaluate("document.getElementById('findings').innerText");
+      browser.Evaluate("document.getElementById('findings').innerText");
   EXPECT_THAT(text, HasSubstr("swapped views of two, confidence 0.90"));
   EXPECT_THAT(text, HasSubstr("41 to 3.2 px; <b>agreement</b> 0.9"));
   EXPECT_THAT(text, HasSubstr("Try: --set=cameras.map.two=three"));
-  EXPECT_EQ(browser_->Evaluate(
+  EXPECT_EQ(browser.Evaluate(
                 "document.getElementById('findings').getBoundingClientRect()"
                 ".bottom <= document.getElementById('stage')"
                 ".getBoundingClientRect().top"),

@@ -14,7 +14,6 @@
 #include "tests/apps/command.h"
 #include "tests/support/mat_file.h"
 #include "tests/support/rig.h"
-#include "tests/support/test_data.h"
 
 namespace kinegraph {
 namespace {
@@ -38,7 +37,7 @@ std::string Number(double value) {
   return text;
 }
 
-class OfficialDataTest : public ::testing::Test {
+class OfficialDataTest : public testing::CommandTest {
  protected:
   OfficialDataTest() {
     const Tum14Converter to_tum14(Coco17(), HeadConversion::kChu);
@@ -53,9 +52,8 @@ class OfficialDataTest : public ::testing::Test {
   }
 
   void WriteSet(const std::string& set, const std::string& calibration) {
-    const fs::path root = folder_.path() / set;
-    fs::create_directories(root / calibration);
-    fs::create_directories(root / "detections");
+    fs::create_directories(Path(set + "/" + calibration));
+    fs::create_directories(Path(set + "/detections"));
     folder_.Write(set + "/actorsGT.mat", ground_truth_);
     for (size_t v = 0; v < cameras_.size(); ++v) {
       std::string P;
@@ -91,18 +89,16 @@ class OfficialDataTest : public ::testing::Test {
   }
 
   std::string Flags(const std::string& more = "") const {
-    return "--data='" + folder_.path().string() + "' --out='" +
-           (folder_.path() / "out").string() + "' " + more;
+    return "--data='" + Path("") + "' --out='" + Path("out") + "' " + more;
   }
   // The tables that it makes.
   Json Reproduce(const std::string& more = "") const {
     testing::Done("reproduce", Flags(more));
-    const std::string path = (folder_.path() / "out/reproduce.json").string();
+    const std::string path = Path("out/reproduce.json");
     return ParseJson(ReadTextFile(path), path)["tables"];
   }
 
-  testing::TemporaryFolder folder_;
-  CameraRig cameras_ = testing::RingOfCameras(4);
+  const CameraRig cameras_ = testing::RingOfCameras(4);
   std::string ground_truth_;
 };
 
@@ -129,7 +125,7 @@ TEST_F(OfficialDataTest, ShelfGivesTheSameTables) {
   }
   for (const char* file :
        {"reproduce.md", "details.md", "images/sensitivity_shelf.svg"}) {
-    EXPECT_TRUE(fs::exists(folder_.path() / "out" / file)) << file;
+    EXPECT_TRUE(fs::exists(Path("out/") + file)) << file;
   }
 }
 
@@ -145,9 +141,9 @@ TEST_F(OfficialDataTest, WhatIsMissingIsNamed) {
   EXPECT_THAT(refusal(""), HasSubstr("shelf/actorsGT.mat"));
   EXPECT_THAT(refusal("--table=shlef"), HasSubstr("campus_extended"));
   WriteSet("shelf", "Calibration");
-  fs::remove_all(folder_.path() / "shelf/detections");
+  fs::remove_all(Path("shelf/detections"));
   EXPECT_THAT(refusal(""), HasSubstr("no detections"));
-  fs::remove_all(folder_.path() / "shelf/Calibration");
+  fs::remove_all(Path("shelf/Calibration"));
   EXPECT_THAT(refusal(""), HasSubstr("no calibration"));
 }
 

@@ -55,9 +55,9 @@ TEST(SweptParametersTest, SetWhatTheyGet) {
   ASSERT_EQ(SweptParameters().size(), 5u);
   for (const SweptParameter& parameter : SweptParameters()) {
     TrackerOptions options;
-    const double value = parameter.get(options);
-    parameter.set(1.5 * value, &options);
-    EXPECT_DOUBLE_EQ(parameter.get(options), 1.5 * value) << parameter.name;
+    const double value = parameter.ValueIn(options);
+    parameter.Set(1.5 * value, &options);
+    EXPECT_EQ(parameter.ValueIn(options), 1.5 * value) << parameter.name;
     CheckOptions(options);
   }
 }
@@ -67,7 +67,7 @@ TEST(SweptParametersTest, AlphaEpiKeepsTheRatiosOfInitialisation) {
   options.reconstruction.alpha_epi_px = 60.0;
   options.initialisation.alpha_group_px = 60.0;
   options.initialisation.alpha_filter_px = 30.0;
-  SweptParameters()[1].set(120.0, &options);
+  SweptParameters()[1].Set(120.0, &options);
   EXPECT_DOUBLE_EQ(options.initialisation.alpha_group_px, 120.0);
   EXPECT_DOUBLE_EQ(options.initialisation.alpha_filter_px, 60.0);
 }
