@@ -2,7 +2,6 @@
 // camera saw that was left out.
 #include <gflags/gflags.h>
 
-#include <charconv>
 #include <cstdio>
 #include <optional>
 #include <string>
@@ -16,6 +15,7 @@
 #include "apps/common/track_files.h"
 #include "apps/markers/marker_study.h"
 #include "core/base/error.h"
+#include "core/base/text.h"
 #include "core/evaluation/correspondence.h"
 #include "core/io/files/atomic_file.h"
 #include "core/io/text/joint_names.h"
@@ -149,13 +149,9 @@ void Append(const std::string& key, const EvaluationOutput& more,
 
 std::optional<TrackId> PersonFlag() {
   if (FLAGS_person.empty()) return std::nullopt;
-  const char* const end = FLAGS_person.data() + FLAGS_person.size();
-  int64_t id = 0;
-  const auto [at, error] = std::from_chars(FLAGS_person.data(), end, id);
-  if (error != std::errc() || at != end) {
-    FailFlag("person", FLAGS_person, "the number of an identity");
-  }
-  return TrackId(id);
+  const auto id = ParseNumber<int64_t>(FLAGS_person);
+  if (!id) FailFlag("person", FLAGS_person, "the number of an identity");
+  return TrackId(*id);
 }
 
 void RunMarkers() {

@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <cctype>
 #include <cerrno>
-#include <charconv>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
@@ -16,7 +15,6 @@
 #include <iterator>
 #include <new>
 #include <set>
-#include <system_error>
 #include <utility>
 
 #include "apps/common/interruption.h"
@@ -250,20 +248,14 @@ int Fail(const AppInfo& info, const std::string& message, int exit_code) {
   return exit_code;
 }
 
-bool ParseInteger(const std::string& text, int64_t* value) {
-  const char* end = text.data() + text.size();
-  const auto [stop, error] = std::from_chars(text.data(), end, *value);
-  return error == std::errc() && stop == end;
-}
-
 FrameRange ParseFrameRange(const std::string& text, const std::string& flag) {
   const std::vector<std::string> ends = Split(text, ':');
-  FrameRange range;
-  if (ends.size() != 2 || !ParseInteger(ends[0], &range.begin) ||
-      !ParseInteger(ends[1], &range.end) || range.begin >= range.end) {
-    FailFlag(flag, text, "A:B with A < B (A is included, B is not)");
+  if (ends.size() == 2) {
+    const auto begin = ParseNumber<int64_t>(ends[0]);
+    const auto end = ParseNumber<int64_t>(ends[1]);
+    if (begin && end && *begin < *end) return {*begin, *end};
   }
-  return range;
+  FailFlag(flag, text, "A:B with A < B (A is included, B is not)");
 }
 
 // What --help shows of a flag, by its name, or by command and name where it
