@@ -137,36 +137,29 @@ class Pairing {
       const bool is_mapped = mapped != map.end();
       const int camera =
           IndexOf(cameras_, is_mapped ? mapped->second : views_[v]);
-      if (camera != kNone) Give(v, camera);
-      if (camera != kNone && !is_mapped) Note(PairedBy::kName);
+      if (camera == kNone) continue;
+      Give(v, camera, is_mapped ? PairedBy::kMap : PairedBy::kName);
     }
   }
 
   // By the first rule that fits all of `views` that have no camera yet.
-  bool PairRest(const std::vector<size_t>& views) {
-    std::vector<size_t> left;
-    for (const size_t v : views) {
-      if (result_.camera_of_view[v] == kNone) left.push_back(v);
-    }
-    if (left.empty()) return true;
-    return PairBy(PairedBy::kWithin, left,
-                  [this](size_t v) { return Longest(v); }) ||
-           PairBy(PairedBy::kNumber, left,
-                  [this](size_t v) { return OfSameNumber(v); }) ||
-           PairBy(PairedBy::kDistinct, left,
-                  [this](size_t v) { return OfSameRest(v); }) ||
-           PairByOrder(left);
+  bool PairRest(std::vector<size_t> views) {
+    views.erase(std::remove_if(views.begin(), views.end(),
+                               [this](size_t v) {
+                                 return result_.camera_of_view[v] != kNone;
+                               }),
+                views.end());
+    return views.empty() ||
+           PairBy(PairedBy::kWithin, views, &Pairing::Longest) ||
+           PairBy(PairedBy::kNumber, views, &Pairing::OfSameNumber) ||
+           PairBy(PairedBy::kDistinct, views, &Pairing::OfSameRest) ||
+           PairByOrder(views);
   }
 
   // Why the rules do not fit.
   void Fail(const std::vector<size_t>& views) const {
     const bool may_be_left = unpaired_ == UnpairedViews::kLeaveOut;
-    std::map<int, size_t> claimed;
-    for (size_t c = 0; c < owner_.size(); ++c) {
-      if (owner_[c] != kNone) {
-        claimed[static_cast<int>(c)] = static_cast<size_t>(owner_[c]);
-      }
-    }
+    std::vector<int> claimed = owner_;
     for (const size_t v : views) {
       if (result_.camera_of_view[v] != kNone) continue;
       const std::vector<int> candidates = OfSameNumber(v);
@@ -179,14 +172,11 @@ class Pairing {
       }
       if (candidates.size() > 1) {
         std::vector<std::string> names;
-        for (const int c : candidates) {
-          names.push_back(cameras_[static_cast<size_t>(c)]);
-        }
+        for (const int c : candidates) names.push_back(NameOf(c));
         throw InputError(view + " may belong to " + Listed(names) +
                          "; cameras.map (or cameras.use) must decide");
       }
-      const auto [other, is_new] = claimed.try_emplace(candidates.front(), v);
-      if (!is_new) FailTwice(other->second, v, candidates.front());
+      Claim(v, candidates.front(), &claimed);
     }
     if (may_be_left) return;
     throw InputError("the views " + Listed(views_) + " and the cameras " +
@@ -197,22 +187,28 @@ class Pairing {
   const ViewPairing& result() const { return result_; }
 
  private:
-  [[noreturn]] void FailTwice(size_t view, size_t other, int camera) const {
-    throw InputError("views '" + Printable(views_[view]) + "' and '" +
-                     Printable(views_[other]) + "' both belong to camera '" +
-                     Printable(cameras_[static_cast<size_t>(camera)]) +
-                     "'; cameras.map must decide");
+  using Candidates = std::vector<int> (Pairing::*)(size_t v) const;
+
+  const std::string& NameOf(int camera) const {
+    return cameras_[static_cast<size_t>(camera)];
   }
 
-  void Note(PairedBy paired_by) {
-    result_.paired_by = std::max(result_.paired_by, paired_by);
-  }
-
-  void Give(size_t view, int camera) {
-    int& owner = owner_[static_cast<size_t>(camera)];
-    if (owner != kNone) FailTwice(static_cast<size_t>(owner), view, camera);
+  // Throws InputError where the camera is another view's.
+  void Claim(size_t view, int camera, std::vector<int>* owners) const {
+    int& owner = (*owners)[static_cast<size_t>(camera)];
+    if (owner != kNone) {
+      throw InputError(
+          "views '" + Printable(views_[static_cast<size_t>(owner)]) +
+          "' and '" + Printable(views_[view]) + "' both belong to camera '" +
+          Printable(NameOf(camera)) + "'; cameras.map must decide");
+    }
     owner = static_cast<int>(view);
+  }
+
+  void Give(size_t view, int camera, PairedBy paired_by) {
+    Claim(view, camera, &owner_);
     result_.camera_of_view[view] = camera;
+    result_.paired_by = std::max(result_.paired_by, paired_by);
   }
 
   template <typename Fits>
@@ -237,26 +233,25 @@ class Pairing {
 
   // The cameras with the most words in common, one name whole in the other.
   std::vector<int> Longest(size_t v) const {
+    std::vector<size_t> common;
     size_t most = 1;
-    const auto common = [&](size_t c) {
+    for (const Words& camera : camera_words_) {
       const Words& view = view_words_[v];
-      const Words& camera = camera_words_[c];
       const bool fits = StandsIn(camera, view) || StandsIn(view, camera);
-      return fits ? std::min(view.size(), camera.size()) : 0;
-    };
-    for (size_t c = 0; c < cameras_.size(); ++c) {
-      most = std::max(most, common(c));
+      common.push_back(fits ? std::min(view.size(), camera.size()) : 0);
+      most = std::max(most, common.back());
     }
-    return Where([&](size_t c) { return common(c) == most; });
+    return Where([&](size_t c) { return common[c] == most; });
   }
 
-  template <typename Candidates>
   bool PairBy(PairedBy paired_by, const std::vector<size_t>& views,
-              const Candidates& candidates) {
+              Candidates candidates) {
     std::map<size_t, int> pairs;
     std::set<int> taken;
+    // "cam01_json" and "cam_01" need no word about names within names.
+    bool same_numbers = paired_by == PairedBy::kWithin;
     for (const size_t v : views) {
-      const std::vector<int> cameras = candidates(v);
+      const std::vector<int> cameras = (this->*candidates)(v);
       if (cameras.empty() && unpaired_ == UnpairedViews::kLeaveOut) continue;
       if (cameras.size() != 1 ||
           owner_[static_cast<size_t>(cameras.front())] != kNone ||
@@ -264,15 +259,11 @@ class Pairing {
         return false;
       }
       pairs[v] = cameras.front();
+      same_numbers = same_numbers && OfSameNumber(v) == cameras;
     }
-    // "cam01_json" and "cam_01" need no word about names within names.
-    bool same_numbers = paired_by == PairedBy::kWithin;
     for (const auto& [v, camera] : pairs) {
-      const std::vector<int> of_number = OfSameNumber(v);
-      same_numbers = same_numbers && of_number == std::vector<int>{camera};
-      Give(v, camera);
+      Give(v, camera, same_numbers ? PairedBy::kNumber : paired_by);
     }
-    if (!pairs.empty()) Note(same_numbers ? PairedBy::kNumber : paired_by);
     return !pairs.empty();
   }
 
@@ -286,12 +277,12 @@ class Pairing {
       return NaturalLess(views_[a], views_[b]);
     });
     std::sort(cameras.begin(), cameras.end(), [this](int a, int b) {
-      return NaturalLess(cameras_[static_cast<size_t>(a)],
-                         cameras_[static_cast<size_t>(b)]);
+      return NaturalLess(NameOf(a), NameOf(b));
     });
     if (!MayBeOrdered(views, cameras)) return false;
-    for (size_t i = 0; i < views.size(); ++i) Give(views[i], cameras[i]);
-    Note(PairedBy::kOrder);
+    for (size_t i = 0; i < views.size(); ++i) {
+      Give(views[i], cameras[i], PairedBy::kOrder);
+    }
     return true;
   }
 

@@ -34,6 +34,14 @@ inline void ExpectFaults(const std::string& name, const Faults& faults) {
                  [](const std::string& path) { ReadCameras(path); });
 }
 
+// A matrix as OpenCV's programs write it.
+inline std::string OpencvMatrix(const std::string& key, const std::string& rows,
+                                const std::string& cols,
+                                const std::string& data) {
+  return key + ": !!opencv-matrix\n  rows: " + rows + "\n  cols: " + cols +
+         "\n  dt: d\n  data: [" + data + "]\n";
+}
+
 inline std::vector<std::string> NamesOf(const CameraRig& cameras) {
   std::vector<std::string> names;
   for (const Camera& camera : cameras) names.push_back(camera.name());

@@ -23,6 +23,7 @@ using testing::FaultOf;
 using ::testing::HasSubstr;
 using testing::LensOf;
 using testing::NamesOf;
+using testing::OpencvMatrix;
 using testing::TemporaryFolder;
 using testing::WithReplaced;
 
@@ -265,30 +266,30 @@ TEST(Calibration, ReadsFreeMoCapInMillimetres) {
 
 // ---- Samples of our own making ----
 
-constexpr const char* kIntri =
-    "%YAML:1.0\r\n---\r\nnames:\r\n  - \"01\"\r\n  - \"02\"\r\n"
-    "K_01: !!opencv-matrix\r\n  rows: 3\r\n  cols: 3\r\n  dt: d\r\n"
-    "  data: [1000.0, 0.0, 960.0, 0.0, 1010.0, 540.0, 0.0, 0.0, 1.0]\r\n"
-    "dist_01: !!opencv-matrix\r\n  rows: 1\r\n  cols: 5\r\n  dt: d\r\n"
-    "  data: [-0.1, 0.02, 0.001, -0.002, 0.003]\r\n"
-    "H_01: 1080\r\nW_01: 1920\r\n"
-    "K_02: !!opencv-matrix\r\n  rows: 3\r\n  cols: 3\r\n  dt: d\r\n"
-    "  data: [ 1.1e+03, 0., 950., 0., 1110., 530., 0., 0.,\r\n"
-    "      1. ]\r\n"
-    "dist_02: !!opencv-matrix\r\n  rows: 5\r\n  cols: 1\r\n  dt: d\r\n"
-    "  data: [0., 0., 0., 0., 0.]\r\n";
-constexpr const char* kExtri =
-    "%YAML:1.0\r\n---\r\nnames:\r\n  - \"01\"\r\n  - \"02\"\r\n"
-    "R_01: !!opencv-matrix\r\n  rows: 3\r\n  cols: 1\r\n  dt: d\r\n"
-    "  data: [0.0, 0.0, 1.570796]\r\n"
-    "Rot_01: !!opencv-matrix\r\n  rows: 3\r\n  cols: 3\r\n  dt: d\r\n"
-    "  data: [0.0, -1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0]\r\n"
-    "T_01: !!opencv-matrix\r\n  rows: 3\r\n  cols: 1\r\n  dt: d\r\n"
-    "  data: [0.5, -0.25, 4.0]\r\n"
-    "Rot_02: !!opencv-matrix\r\n  rows: 3\r\n  cols: 3\r\n  dt: d\r\n"
-    "  data: [1, 0, 0, 0, 1, 0, 0, 0, 1]\r\n"
-    "T_02: !!opencv-matrix\r\n  rows: 3\r\n  cols: 1\r\n  dt: d\r\n"
-    "  data: [0, 0, 3]\r\n";
+// As Windows ends lines.
+std::string Crlf(const std::string& text) {
+  std::string lines;
+  for (const char one : text) lines += one == '\n' ? "\r\n" : std::string{one};
+  return lines;
+}
+
+const std::string kNames = "%YAML:1.0\n---\nnames:\n  - \"01\"\n  - \"02\"\n";
+const std::string kIntri = Crlf(
+    kNames +
+    OpencvMatrix("K_01", "3", "3",
+                 "1000.0, 0.0, 960.0, 0.0, 1010.0, 540.0, 0.0, 0.0, 1.0") +
+    OpencvMatrix("dist_01", "1", "5", "-0.1, 0.02, 0.001, -0.002, 0.003") +
+    "H_01: 1080\nW_01: 1920\n" +
+    OpencvMatrix("K_02", "3", "3",
+                 " 1.1e+03, 0., 950., 0., 1110., 530., 0., 0.,\n      1. ") +
+    OpencvMatrix("dist_02", "5", "1", "0., 0., 0., 0., 0."));
+const std::string kExtri =
+    Crlf(kNames + OpencvMatrix("R_01", "3", "1", "0.0, 0.0, 1.570796") +
+         OpencvMatrix("Rot_01", "3", "3",
+                      "0.0, -1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0") +
+         OpencvMatrix("T_01", "3", "1", "0.5, -0.25, 4.0") +
+         OpencvMatrix("Rot_02", "3", "3", "1, 0, 0, 0, 1, 0, 0, 0, 1") +
+         OpencvMatrix("T_02", "3", "1", "0, 0, 3"));
 
 void ExpectEasymocapSample(const CameraRig& cameras) {
   ASSERT_THAT(NamesOf(cameras), ElementsAre("01", "02"));

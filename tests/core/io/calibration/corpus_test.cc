@@ -21,6 +21,7 @@ using testing::FaultOf;
 using ::testing::HasSubstr;
 using testing::InputErrorOf;
 using testing::LensOf;
+using testing::OpencvMatrix;
 using ::testing::StartsWith;
 using testing::TemporaryFolder;
 using testing::WithReplaced;
@@ -61,12 +62,6 @@ MORE[metadata]
 adjusted = false
 )";
 const std::string kTum = "600,0,320,1\n0,600,240,2\n0,0,1,3\n";
-// A matrix as OpenCV's programs write it.
-std::string OpencvMatrix(const std::string& key, const std::string& rows,
-                         const std::string& cols, const std::string& data) {
-  return key + ": !!opencv-matrix\n  rows: " + rows + "\n  cols: " + cols +
-         "\n  dt: d\n  data: [" + data + "]\n";
-}
 const std::string kIdentity = "1, 0, 0, 0, 1, 0, 0, 0, 1";
 const std::string kK = "600, 0, 320, 0, 600, 240, 0, 0, 1";
 const std::string kEasymocap = "%YAML:1.0\n---\nnames:\n  - \"1\"\n" +
