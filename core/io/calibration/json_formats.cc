@@ -174,12 +174,12 @@ void WriteKrt(const std::string& path, const CameraRig& cameras,
   for (const Camera& camera : cameras) {
     Eigen::Matrix<double, 3, 4> rt;
     rt << camera.R(), camera.t();
-    Json entry = {{"K", JsonFlat(camera.K())}, {"RT", JsonFlat(rt)}};
+    Json entry = {{"K", RowMajor(camera.K())}, {"RT", RowMajor(rt)}};
     if (HasSize(camera)) {
       entry["imgSize"] = {camera.width_px(), camera.height_px()};
     }
     if (camera.lens() != nullptr) {
-      entry["distCoeff"] = JsonFlat(OpenCvCoefficients(camera));
+      entry["distCoeff"] = RowMajor(OpenCvCoefficients(camera));
     }
     json[camera.name()] = entry;
   }
@@ -297,7 +297,7 @@ void WriteLongcw(const std::string& path, const CameraRig& cameras,
     members[camera.name()] = {
         {"K", JsonRows(K)},
         {"Tw", JsonRows(world_from_cam)},
-        {"dist_coeffs", JsonFlat(OpenCvCoefficients(camera))}};
+        {"dist_coeffs", RowMajor(OpenCvCoefficients(camera))}};
   }
   if (!cameras.empty()) {
     lost_fields->push_back(
@@ -349,7 +349,7 @@ void WritePanoptic(const std::string& path, const CameraRig& cameras,
       entry["resolution"] = {camera.width_px(), camera.height_px()};
     }
     entry["K"] = JsonRows(camera.K());
-    entry["distCoef"] = JsonFlat(OpenCvCoefficients(camera));
+    entry["distCoef"] = RowMajor(OpenCvCoefficients(camera));
     entry["R"] = JsonRows(camera.R());
     entry["t"] = JsonRows(t_cm);
     list.push_back(entry);

@@ -5,6 +5,7 @@
 #include <Eigen/Core>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <vector>
 
 #include "core/base/error.h"
 #include "core/geometry/camera.h"
@@ -39,30 +40,26 @@ InputError CannotWrite(const Camera& camera, const std::string& message);
 // One JSON member a line, names that are not UTF-8 with replacement characters.
 std::string JsonLines(const Json& object);
 
-// Rows of a matrix, row by row.
+// All numbers of a matrix, row by row, in one list.
+template <typename Matrix>
+std::vector<double> RowMajor(const Matrix& matrix) {
+  std::vector<double> numbers;
+  for (Eigen::Index r = 0; r < matrix.rows(); ++r) {
+    for (Eigen::Index c = 0; c < matrix.cols(); ++c) {
+      numbers.push_back(matrix(r, c));
+    }
+  }
+  return numbers;
+}
+
+// A list of rows.
 template <typename Matrix>
 Json JsonRows(const Matrix& matrix) {
   Json rows = Json::array();
   for (Eigen::Index r = 0; r < matrix.rows(); ++r) {
-    Json row = Json::array();
-    for (Eigen::Index c = 0; c < matrix.cols(); ++c) {
-      row.push_back(matrix(r, c));
-    }
-    rows.push_back(row);
+    rows.push_back(RowMajor(matrix.row(r)));
   }
   return rows;
-}
-
-// All numbers of a matrix, row by row, in one list.
-template <typename Matrix>
-Json JsonFlat(const Matrix& matrix) {
-  Json list = Json::array();
-  for (Eigen::Index r = 0; r < matrix.rows(); ++r) {
-    for (Eigen::Index c = 0; c < matrix.cols(); ++c) {
-      list.push_back(matrix(r, c));
-    }
-  }
-  return list;
 }
 
 // The shortest text that reads back bit for bit, always with a point or an
@@ -72,11 +69,9 @@ std::string DecimalText(double value);
 // "[1.0, 2.0]", row by row.
 template <typename Matrix>
 std::string DecimalList(const Matrix& matrix) {
-  std::string text = "[";
-  for (Eigen::Index r = 0; r < matrix.rows(); ++r) {
-    for (Eigen::Index c = 0; c < matrix.cols(); ++c) {
-      text += (text.size() > 1 ? ", " : "") + DecimalText(matrix(r, c));
-    }
+  std::string text;
+  for (const double number : RowMajor(matrix)) {
+    text += (text.empty() ? "[" : ", ") + DecimalText(number);
   }
   return text + "]";
 }

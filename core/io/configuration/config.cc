@@ -138,118 +138,58 @@ struct OverrideValue {
 
 // ---- What is set, and what is known ----
 
-class ConfigFile::Impl {
- public:
-  Impl(std::string path, toml::table table)
-      : path_(std::move(path)), table_(std::move(table)) {}
-
-  void Override(const std::string& assignments, const std::string& source) {
-    std::set<std::string> seen;
-    for (const std::string& assignment : Split(assignments, ';')) {
-      const std::string part = Trimmed(assignment);
-      if (part.empty()) continue;
-      const size_t equals = part.find('=');
-      const std::string key =
-          equals == std::string::npos ? "" : Trimmed(part.substr(0, equals));
-      if (key.empty()) {
-        throw InputError(
-            source, "",
-            "found " + Quoted(part) + ", expected key=value;key=value");
-      }
-      if (!seen.insert(key).second) {
-        throw InputError(source, "key " + Quoted(key), "appears twice");
-      }
-      overrides_[key] = {Trimmed(part.substr(equals + 1)), source};
-    }
-  }
-
+struct ConfigFile::Impl {
   // The file's value; nullptr when it has none.
   const toml::node* Find(const std::string& key) const {
-    const toml::node* node = &table_;
+    const toml::node* node = &table;
     for (const std::string& part : Split(key, '.')) {
-      const toml::table* table = node->as_table();
-      node = table == nullptr ? nullptr : table->get(part);
+      const toml::table* inside = node->as_table();
+      node = inside == nullptr ? nullptr : inside->get(part);
       if (node == nullptr) return nullptr;
     }
     return node;
   }
 
   const OverrideValue* FindOverride(const std::string& key) const {
-    const auto at = overrides_.find(key);
-    return at == overrides_.end() ? nullptr : &at->second;
-  }
-
-  const std::map<std::string, OverrideValue>& overrides() const {
-    return overrides_;
-  }
-
-  void MarkKnown(const std::string& key) { known_.insert(key); }
-  // Whatever is below `table` is known.
-  void MarkOpen(const std::string& table) { open_.insert(table); }
-  void RejectUnknown() const {
-    std::vector<Unknown> unknown;
-    CollectUnknown(table_, "", &unknown);
-    if (!unknown.empty()) {
-      const Unknown& first = *std::min_element(
-          unknown.begin(), unknown.end(), [](const auto& a, const auto& b) {
-            return a.node->source().begin < b.node->source().begin;
-          });
-      Fail(*first.node, first.key, UnknownMessage(first.key));
-    }
-    for (const auto& [key, value] : overrides_) {
-      if (!IsKnownValue(key)) {
-        throw InputError(value.source, "key " + Quoted(key),
-                         UnknownMessage(key));
-      }
-    }
+    const auto at = overrides.find(key);
+    return at == overrides.end() ? nullptr : &at->second;
   }
 
   std::string PlaceOf(const toml::node& node) const {
     const auto line = node.source().begin.line;
-    return line == 0 ? path_ : path_ + ":" + std::to_string(line);
+    return line == 0 ? path : path + ":" + std::to_string(line);
   }
   [[noreturn]] void Fail(const toml::node& node, const std::string& key,
                          const std::string& message) const {
     throw InputError(PlaceOf(node), "key " + Quoted(key), message);
   }
-  InputError Locate(const OptionError& error) const {
-    const std::string where = "key " + Quoted(error.key());
-    if (const OverrideValue* value = FindOverride(error.key())) {
-      return InputError(value->source, where, error.message());
-    }
-    if (const toml::node* node = Find(error.key())) {
-      return InputError(PlaceOf(*node), where, error.message());
-    }
-    return InputError(path_, where, error.message());
-  }
 
- private:
   struct Unknown {
     std::string key;
     const toml::node* node;
   };
 
   bool IsKnownValue(const std::string& key) const {
-    if (known_.count(key) != 0) return true;
+    if (known.count(key) != 0) return true;
     for (size_t dot = key.find('.'); dot != std::string::npos;
          dot = key.find('.', dot + 1)) {
-      if (open_.count(key.substr(0, dot)) != 0) return true;
+      if (open.count(key.substr(0, dot)) != 0) return true;
     }
     return false;
   }
 
-  void CollectUnknown(const toml::table& table, const std::string& prefix,
+  void CollectUnknown(const toml::table& from, const std::string& prefix,
                       std::vector<Unknown>* unknown) const {
-    for (const auto& [name, node] : table) {
+    for (const auto& [name, node] : from) {
       const std::string key = prefix + std::string(name.str());
-      if (open_.count(key) != 0) continue;
+      if (open.count(key) != 0) continue;
       const toml::table* inner = node.as_table();
       if (inner == nullptr) {
-        if (known_.count(key) == 0) unknown->push_back({key, &node});
+        if (known.count(key) == 0) unknown->push_back({key, &node});
       } else if (inner->empty()) {
-        const auto next = known_.lower_bound(key + ".");
+        const auto next = known.lower_bound(key + ".");
         const bool is_known =
-            next != known_.end() && next->rfind(key + ".", 0) == 0;
+            next != known.end() && next->rfind(key + ".", 0) == 0;
         if (!is_known) unknown->push_back({key, &node});
       } else {
         CollectUnknown(*inner, key + ".", unknown);
@@ -264,18 +204,18 @@ class ConfigFile::Impl {
         return std::string("is gone: ") + gone.instead;
       }
     }
-    std::set<std::string> all = known_;
-    all.insert(open_.begin(), open_.end());
+    std::set<std::string> all = known;
+    all.insert(open.begin(), open.end());
     const std::string nearest = Nearest(key, all);
     return nearest.empty() ? "is not known"
                            : "is not known; did you mean '" + nearest + "'?";
   }
 
-  std::string path_;
-  toml::table table_;
-  std::map<std::string, OverrideValue> overrides_;
-  std::set<std::string> known_;
-  std::set<std::string> open_;
+  std::string path;
+  toml::table table;
+  std::map<std::string, OverrideValue> overrides;
+  std::set<std::string> known;
+  std::set<std::string> open;  // whatever is below these tables is known
 };
 
 // ---- Reading values into options ----
@@ -398,7 +338,7 @@ class ConfigFile::Reader : public OptionVisitor {
     for (const std::string& name : names) {
       // A number for all on the command line wins over the file's table.
       const std::string path = JoinKey(tables_, name);
-      config_->MarkKnown(path);
+      config_->known.insert(path);
       if (setting.text == nullptr || config_->FindOverride(path) != nullptr) {
         Number(name, values, limits, unit, help);
       }
@@ -411,7 +351,7 @@ class ConfigFile::Reader : public OptionVisitor {
                std::map<std::string, std::string>* value,
                const std::string&) override {
     const Setting setting = Start(key);
-    config_->MarkOpen(setting.key);
+    config_->open.insert(setting.key);
     if (setting.text != nullptr) {
       setting.Fail("expected " + setting.key + ".NAME=VALUE");
     }
@@ -427,7 +367,7 @@ class ConfigFile::Reader : public OptionVisitor {
       }
     }
     const std::string prefix = setting.key + ".";
-    for (const auto& [name, change] : config_->overrides()) {
+    for (const auto& [name, change] : config_->overrides) {
       if (name.rfind(prefix, 0) == 0) {
         (*value)[name.substr(prefix.size())] = WithoutQuotes(change.text);
       }
@@ -470,7 +410,7 @@ class ConfigFile::Reader : public OptionVisitor {
 
   Setting StartValue(const std::string& key) const {
     Setting setting = Start(key);
-    config_->MarkKnown(setting.key);
+    config_->known.insert(setting.key);
     return setting;
   }
 
@@ -541,30 +481,68 @@ ConfigFile ConfigFile::Read(const std::string& path) {
 }
 
 ConfigFile ConfigFile::Parse(const std::string& text, const std::string& path) {
-  return ConfigFile(std::make_unique<Impl>(path, ParseToml(text, path)));
+  auto impl = std::make_unique<Impl>();
+  impl->path = path;
+  impl->table = ParseToml(text, path);
+  return ConfigFile(std::move(impl));
 }
 
-ConfigFile ConfigFile::Empty() {
-  return ConfigFile(std::make_unique<Impl>("configuration", toml::table()));
-}
+ConfigFile ConfigFile::Empty() { return Parse("", "configuration"); }
 
 void ConfigFile::Override(const std::string& assignments,
                           const std::string& source) {
-  impl_->Override(assignments, source);
+  std::set<std::string> seen;
+  for (const std::string& assignment : Split(assignments, ';')) {
+    const std::string part = Trimmed(assignment);
+    if (part.empty()) continue;
+    const size_t equals = part.find('=');
+    const std::string key =
+        equals == std::string::npos ? "" : Trimmed(part.substr(0, equals));
+    if (key.empty()) {
+      throw InputError(
+          source, "",
+          "found " + Quoted(part) + ", expected key=value;key=value");
+    }
+    if (!seen.insert(key).second) {
+      throw InputError(source, "key " + Quoted(key), "appears twice");
+    }
+    impl_->overrides[key] = {Trimmed(part.substr(equals + 1)), source};
+  }
 }
 
 std::unique_ptr<OptionVisitor> ConfigFile::MakeReader() {
   return std::make_unique<Reader>(impl_.get());
 }
 
-void ConfigFile::RejectUnknown() const { impl_->RejectUnknown(); }
+void ConfigFile::RejectUnknown() const {
+  std::vector<Impl::Unknown> unknown;
+  impl_->CollectUnknown(impl_->table, "", &unknown);
+  if (!unknown.empty()) {
+    const Impl::Unknown& first = *std::min_element(
+        unknown.begin(), unknown.end(), [](const auto& a, const auto& b) {
+          return a.node->source().begin < b.node->source().begin;
+        });
+    impl_->Fail(*first.node, first.key, impl_->UnknownMessage(first.key));
+  }
+  for (const auto& [key, value] : impl_->overrides) {
+    if (impl_->IsKnownValue(key)) continue;
+    throw InputError(value.source, "key " + Quoted(key),
+                     impl_->UnknownMessage(key));
+  }
+}
 
 bool ConfigFile::Has(const std::string& key) const {
   return impl_->FindOverride(key) != nullptr || impl_->Find(key) != nullptr;
 }
 
 InputError ConfigFile::Locate(const OptionError& error) const {
-  return impl_->Locate(error);
+  const std::string where = "key " + Quoted(error.key());
+  if (const OverrideValue* value = impl_->FindOverride(error.key())) {
+    return InputError(value->source, where, error.message());
+  }
+  const toml::node* node = impl_->Find(error.key());
+  return InputError(node == nullptr ? impl_->path : impl_->PlaceOf(*node),
+                    where, error.message());
 }
 
 // ---- Skeletons ----
@@ -616,7 +594,7 @@ Skeleton ReadSkeleton(const std::string& name, const JsonField& field) {
 
 std::vector<Skeleton> ConfigFile::ReadSkeletons() {
   static constexpr const char* kTable = "skeletons";
-  impl_->MarkOpen(kTable);
+  impl_->open.insert(kTable);
   std::vector<Skeleton> skeletons;
   const toml::node* root = impl_->Find(kTable);
   if (root == nullptr) return skeletons;

@@ -64,7 +64,7 @@ class ConfigFile {
   InputError Locate(const OptionError& error) const;
 
  private:
-  class Impl;
+  struct Impl;
   class Reader;
 
   explicit ConfigFile(std::unique_ptr<Impl> impl);

@@ -4,8 +4,10 @@
 #include <cctype>
 #include <cstdint>
 #include <fstream>
+#include <map>
 #include <optional>
 #include <string_view>
+#include <utility>
 
 #include "core/base/error.h"
 #include "core/io/files/text_file.h"
@@ -22,10 +24,10 @@ constexpr uint64_t kMaxListBytes = uint64_t{1} << 29;
 
 std::string LowerEnding(const std::string& path) {
   const size_t dot = path.find_last_of("./");
-  std::string ending;
-  if (dot == std::string::npos || path[dot] == '/') return ending;
-  for (const char c : path.substr(dot + 1)) {
-    ending += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  if (dot == std::string::npos || path[dot] == '/') return "";
+  std::string ending = path.substr(dot + 1);
+  for (char& c : ending) {
+    c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
   }
   return ending;
 }
@@ -76,6 +78,15 @@ class Parts {
 
 // ---- MP4 and QuickTime (ISO 14496-12): boxes of size, name and content ----
 
+// How many bytes the head of a box has, and all of it, which stands where
+// `left` bytes are left.
+std::pair<size_t, uint64_t> SizeOfBox(std::string_view head, uint64_t left) {
+  uint64_t size = BigEndian(head.substr(0, 4));
+  const bool is_wide = size == 1 && head.size() >= 16;
+  if (is_wide) size = BigEndian(head.substr(8, 8));
+  return {is_wide ? 16 : 8, size == 0 ? left : size};
+}
+
 class Boxes {
  public:
   Boxes(const Parts& file, std::string_view bytes)
@@ -105,13 +116,7 @@ class Boxes {
 
  private:
   std::string_view ContentOf(std::string_view box) const {
-    uint64_t size = BigEndian(box.substr(0, 4));
-    size_t header = 8;
-    if (size == 1 && box.size() >= 16) {
-      size = BigEndian(box.substr(8, 8));
-      header = 16;
-    }
-    if (size == 0) size = box.size();  // up to the end
+    const auto [header, size] = SizeOfBox(box, box.size());
     if (size < header || size > box.size()) file_.Fail("holds a broken box");
     return box.substr(header, size - header);
   }
@@ -216,14 +221,9 @@ std::vector<double> TimesOfTrack(const Parts& file, const Boxes& track,
 std::vector<double> Mp4Times(Parts* file) {
   for (uint64_t at = 0; at + 8 <= file->size();) {
     const std::string head = file->Peek(at, 16);
-    uint64_t size = BigEndian(std::string_view(head).substr(0, 4));
-    const std::string name = head.substr(4, 4);
-    if (size == 1 && head.size() == 16) {
-      size = BigEndian(std::string_view(head).substr(8, 8));
-    }
-    if (size == 0) size = file->size() - at;
+    const uint64_t size = SizeOfBox(head, file->size() - at).second;
     if (size < 8) file->Fail("holds a broken box");
-    if (name != "moov") {
+    if (head.substr(4, 4) != "moov") {
       if (size > file->size() - at) break;
       at += size;
       continue;
@@ -367,12 +367,14 @@ class MatroskaReader {
 bool IsVideoName(const std::string& path) { return !VideoType(path).empty(); }
 
 std::string VideoType(const std::string& path) {
-  const std::string ending = LowerEnding(path);
-  if (ending == "mp4" || ending == "m4v") return "video/mp4";
-  if (ending == "mov") return "video/quicktime";
-  if (ending == "webm") return "video/webm";
-  if (ending == "mkv") return "video/x-matroska";
-  return "";
+  static const std::map<std::string, std::string> kTypes = {
+      {"mp4", "video/mp4"},
+      {"m4v", "video/mp4"},
+      {"mov", "video/quicktime"},
+      {"webm", "video/webm"},
+      {"mkv", "video/x-matroska"}};
+  const auto type = kTypes.find(LowerEnding(path));
+  return type == kTypes.end() ? "" : type->second;
 }
 
 std::vector<double> ReadVideoTimes(const std::string& path) {

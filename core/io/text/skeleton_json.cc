@@ -47,20 +47,17 @@ Skeleton ReadSkeleton(JsonValue value) {
 }
 
 std::string SkeletonJson(const Skeleton& skeleton) {
-  std::string json =
-      "{\"name\": " + JsonText(skeleton.name()) + ", \"joints\": [";
-  const char* separator = "";
+  std::vector<std::string> joints;
   for (const std::string& joint : skeleton.joints()) {
-    json += separator + JsonText(joint);
-    separator = ", ";
+    joints.push_back(JsonText(joint));
   }
-  json += "], \"bones\": [";
-  separator = "";
+  std::vector<std::string> bones;
   for (const Bone& bone : skeleton.bones()) {
-    json += fmt::format("{}[{}, {}]", separator, bone.a, bone.b);
-    separator = ", ";
+    bones.push_back(fmt::format("[{}, {}]", bone.a, bone.b));
   }
-  return json + "]}";
+  return fmt::format("{{\"name\": {}, \"joints\": [{}], \"bones\": [{}]}}",
+                     JsonText(skeleton.name()), fmt::join(joints, ", "),
+                     fmt::join(bones, ", "));
 }
 
 }  // namespace kinegraph
