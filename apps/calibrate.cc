@@ -4,6 +4,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -157,14 +158,14 @@ CameraRig RigOfFlags(const DetectionSequence& detections) {
         focal.size(), views.size()));
   }
   CameraRig cameras;
+  // Without any: a field of view of 60 degrees along the longer side.
+  if (focal.empty()) focal.push_back(0.866 * std::max(width, height));
   for (size_t v = 0; v < views.size(); ++v) {
+    const double px = focal[focal.size() > 1 ? v : 0];
     CameraParameters camera;
     camera.name = views[v];
     camera.width_px = width;
     camera.height_px = height;
-    // Without any: a field of view of 60 degrees along the longer side.
-    const double px = focal.empty() ? 0.866 * std::max(width, height)
-                                    : focal[focal.size() > 1 ? v : 0];
     camera.K << px, 0.0, 0.5 * width, 0.0, px, 0.5 * height, 0.0, 0.0, 1.0;
     cameras.emplace_back(camera);
   }
@@ -194,19 +195,9 @@ CalibrationInput InputOfFlags(const RunOptions& options,
   return input;
 }
 
-const char* MetreFrom(KnownLength::Kind kind) {
-  switch (kind) {
-    case KnownLength::Kind::kPopulation:
-      return "population";
-    case KnownLength::Kind::kStature:
-      return "scale";
-    case KnownLength::Kind::kDistance:
-      return "distance";
-    case KnownLength::Kind::kCameras:
-      return "cameras_apart";
-  }
-  return "";
-}
+// By KnownLength::Kind.
+constexpr std::array kMetreFrom = {"population", "scale", "distance",
+                                   "cameras_apart"};
 
 // null where nothing could be left out.
 Json Told(double px) { return px > 0.0 ? Json(px) : Json(); }
@@ -235,15 +226,7 @@ std::string JsonReport(const RecordingCalibration& recording,
     }
     of_views[views[v]] = one;
   }
-  Json covariance = Json::array();
-  for (Eigen::Index i = 0; i < recording.record.covariance.rows(); ++i) {
-    Json row = Json::array();
-    for (Eigen::Index k = 0; k < recording.record.covariance.cols(); ++k) {
-      row.push_back(recording.record.covariance(i, k));
-    }
-    covariance.push_back(row);
-  }
-  Json scale = {{"from", MetreFrom(length.kind)}};
+  Json scale = {{"from", kMetreFrom[static_cast<size_t>(length.kind)]}};
   if (recording.rig.verdict != RigVerdict::kRefused) {
     scale["sigma"] = recording.scale_sigma;
     scale["stature_m"] = Told(recording.stature_m);
@@ -257,7 +240,7 @@ std::string JsonReport(const RecordingCalibration& recording,
                        {"floor", recording.ground.has_value()},
                        {"clocks_told", recording.rig.clocks_told},
                        {"clocks", clocks},
-                       {"covariance", covariance}};
+                       {"covariance", RowsJson(recording.record.covariance)}};
   return DumpJson(report, 1) + "\n";
 }
 

@@ -29,21 +29,17 @@ DEFINE_string(out, "", "folder to write: doctor.json, cameras.json, doctor.md");
 namespace kinegraph {
 namespace {
 
-Json ToJson(const Finding& finding) {
-  return {
-      {"kind", finding.kind},
-      {"camera", finding.camera.empty() ? Json(nullptr) : Json(finding.camera)},
-      {"confidence", finding.confidence},
-      {"before_px", finding.before_px},
-      {"after_px", finding.after_px},
-      {"fix", finding.fix},
-      {"evidence", finding.evidence}};
-}
-
 std::string JsonReport(const Diagnosis& diagnosis) {
   Json findings = Json::array();
   for (const Finding& finding : diagnosis.findings) {
-    findings.push_back(ToJson(finding));
+    findings.push_back(
+        {{"kind", finding.kind},
+         {"camera", finding.camera.empty() ? Json() : Json(finding.camera)},
+         {"confidence", finding.confidence},
+         {"before_px", finding.before_px},
+         {"after_px", finding.after_px},
+         {"fix", finding.fix},
+         {"evidence", finding.evidence}});
   }
   const Json report = {{"verdict", ToString(diagnosis.verdict)},
                        {"findings", findings},
@@ -93,10 +89,7 @@ void RunDoctor() {
   RequireFlag("cameras", FLAGS_cameras);
   RequireFlag("detections", FLAGS_detections);
   RequireFlag("out", FLAGS_out);
-  RunOptions options =
-      ReadRunOptions(FLAGS_config.empty() ? ProjectConfig("default.toml")
-                                          : FindConfig(FLAGS_config),
-                     FLAGS_set, "");
+  RunOptions options = OptionsOfFlags(FLAGS_config, FLAGS_set, "");
   RunRequest request;
   request.frames = ParseFrameRanges(FLAGS_frames);
   request.without_cameras = ParseList(FLAGS_without_cameras, "without_cameras");

@@ -61,97 +61,97 @@ std::string SizesOf(const CameraRig& cameras) {
 
 // Where people do not stand as files for other programs have them: BVH for
 // those with y up.
-void PrintUpright(const RecordingSurvey& survey, const RunOptions& options) {
-  if (options.refine.ground != GroundKind::kOff) return;
+std::string UprightText(const RecordingSurvey& survey,
+                        const RunOptions& options) {
+  if (options.refine.ground != GroundKind::kOff) return "";
   const auto note = FindAxesNote(survey.stance, survey.cameras,
                                  *FindTrackFormat("bvh"), std::nullopt);
-  if (!note) return;
-  std::printf(
-      "upright     %s:\n            %s"
-      "--set=cameras.ground=feet turns the world where enough feet rest\n",
-      note->text.c_str(),
-      note->axes.empty()
-          ? ""
-          : ("--axes=" + note->axes +
-             " of `track` and `convert` stands them up, or\n            ")
-                .c_str());
+  if (!note) return "";
+  return "upright     " + note->text + ":\n            " +
+         (note->axes.empty() ? ""
+                             : "--axes=" + note->axes +
+                                   " of `track` and `convert` stands them up, "
+                                   "or\n            ") +
+         "--set=cameras.ground=feet turns the world where enough feet rest\n";
 }
 
-void PrintUnit(const RecordingSurvey& survey) {
+std::string UnitText(const RecordingSurvey& survey) {
   const RecordingReport& report = survey.report;
   if (report.height_m > 0.0) {
-    std::printf(
-        "unit        %s: people are then %.2f m tall\n",
-        survey.unit == "auto" ? "the calibration's own" : survey.unit.c_str(),
+    return fmt::format(
+        "unit        {}: people are then {:.2f} m tall\n",
+        survey.unit == "auto" ? "the calibration's own" : survey.unit,
         report.height_m);
-  } else if (!IsHuman(survey.detections.skeleton)) {
-    std::printf(
-        "unit        as given: the joints are no human's, whose height would "
-        "tell\n");
-    if (report.subject_m > 0.0) {
-      std::printf(
-          "            who is seen measures about %.2g m, and is tracked in "
-          "proportion\n",
-          report.subject_m);
-    }
-  } else {
-    std::printf("unit        not known: nobody could be measured\n");
   }
+  if (IsHuman(survey.detections.skeleton)) {
+    return "unit        not known: nobody could be measured\n";
+  }
+  return "unit        as given: the joints are no human's, whose height would "
+         "tell\n" +
+         (report.subject_m > 0.0
+              ? fmt::format(
+                    "            who is seen measures about {:.2g} m, and is "
+                    "tracked in proportion\n",
+                    report.subject_m)
+              : "");
 }
 
-void PrintFindings(const RecordingSurvey& survey, const RunOptions& options) {
-  const double distance_m = WorkingDistance(survey.cameras);
-  std::printf("cameras     %zu, %s, focal length about %.0f px\n",
-              survey.cameras.size(), SizesOf(survey.cameras).c_str(),
-              PixelsPerMetre(survey.cameras, distance_m) * distance_m);
-  std::printf("            they look at a place %.1f m away\n", distance_m);
+std::string CamerasText(const CameraRig& cameras) {
+  const double distance_m = WorkingDistance(cameras);
+  std::string text = fmt::format(
+      "cameras     {}, {}, focal length about {:.0f} px\n"
+      "            they look at a place {:.1f} m away\n",
+      cameras.size(), SizesOf(cameras),
+      PixelsPerMetre(cameras, distance_m) * distance_m, distance_m);
   // Joints are then off while the views still agree.
-  if (std::none_of(
-          survey.cameras.begin(), survey.cameras.end(),
-          [](const Camera& camera) { return camera.lens() != nullptr; })) {
-    std::printf(
+  const auto has_lens = [](const Camera& one) { return one.lens() != nullptr; };
+  if (std::none_of(cameras.begin(), cameras.end(), has_lens)) {
+    text +=
         "            no lens terms stated; `doctor` tells if some are "
-        "missing\n");
+        "missing\n";
   }
-  PrintUnit(survey);
-  PrintUpright(survey, options);
+  return text;
+}
+
+std::string FindingsText(const RecordingSurvey& survey,
+                         const RunOptions& options) {
   const RecordingReport& report = survey.report;
+  std::string text = CamerasText(survey.cameras) + UnitText(survey) +
+                     UprightText(survey, options);
   std::string views;
   for (const CameraReport& camera : report.cameras) {
     views += (views.empty() ? "" : ", ") + camera.view + " = " + camera.camera;
   }
-  std::printf("views       %s\n", Printable(views, 1000).c_str());
+  text += fmt::format("views       {}\n", Printable(views, 1000));
   if (survey.paired_by != PairedBy::kName) {
-    std::printf("            paired %s\n", ToString(survey.paired_by));
+    text += fmt::format("            paired {}\n", ToString(survey.paired_by));
   }
-  std::printf("skeleton    %s, %d joints\n",
-              Printable(survey.detections.skeleton.name()).c_str(),
-              survey.detections.skeleton.joint_count());
-  std::printf("frames      %lld, %lld..%lld, %.1f s at %g Hz\n",
-              static_cast<long long>(survey.frames),
-              static_cast<long long>(survey.first_frame),
-              static_cast<long long>(survey.last_frame),
-              static_cast<double>(survey.last_frame - survey.first_frame + 1) /
-                  survey.detections.frame_rate_hz,
-              survey.detections.frame_rate_hz);
-  std::printf("people      at most %d in one view at once\n",
-              report.most_people_in_a_view);
+  const double rate_hz = survey.detections.frame_rate_hz;
+  text += fmt::format(
+      "skeleton    {}, {} joints\n"
+      "frames      {}, {}..{}, {:.1f} s at {:g} Hz\n"
+      "people      at most {} in one view at once\n",
+      Printable(survey.detections.skeleton.name()),
+      survey.detections.skeleton.joint_count(), survey.frames,
+      survey.first_frame, survey.last_frame,
+      static_cast<double>(survey.last_frame - survey.first_frame + 1) / rate_hz,
+      rate_hz, report.most_people_in_a_view);
   if (report.poses > 0) {
-    std::printf(
-        "error       %.1f px in the median, %.1f px at 90 %% (%lld "
-        "frames tried)\n",
-        report.median_px, report.p90_px,
-        static_cast<long long>(survey.frames_tried));
+    text += fmt::format(
+        "error       {:.1f} px in the median, {:.1f} px at 90 % ({} frames "
+        "tried)\n",
+        report.median_px, report.p90_px, survey.frames_tried);
   }
-  std::fputs(WarningsText(report).c_str(), stdout);
+  text += WarningsText(report);
   if (survey.cameras_are_off || survey.clocks_are_off) {
-    std::printf(
-        "the configuration has %s refined, where that fits the other half of "
+    text += fmt::format(
+        "the configuration has {} refined, where that fits the other half of "
         "the recording\nbetter ([cameras]); `doctor` looks for the cause\n",
         !survey.clocks_are_off   ? "cameras"
         : survey.cameras_are_off ? "cameras and clocks"
                                  : "clocks");
   }
+  return text;
 }
 
 // Files may have bones of their own between the joints of a built-in skeleton.
@@ -345,7 +345,7 @@ void RunInit() {
   NameInputs(
       Flag("cameras", FLAGS_cameras) + Flag("detections", FLAGS_detections),
       Flag("config", FLAGS_out), "", &survey.report.warnings);
-  PrintFindings(survey, request.options);
+  std::fputs(FindingsText(survey, request.options).c_str(), stdout);
   WriteTextFile(WithFolders(FLAGS_out),
                 WithGivenKeys(request.options, ConfigText(survey)));
   std::printf("configuration -> %s\n", FLAGS_out.c_str());

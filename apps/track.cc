@@ -199,10 +199,7 @@ void CheckFlags() {
 
 Recording ReadRecording() {
   Recording recording;
-  recording.options =
-      ReadRunOptions(FLAGS_config.empty() ? ProjectConfig("default.toml")
-                                          : FindConfig(FLAGS_config),
-                     FLAGS_set, FLAGS_mode);
+  recording.options = OptionsOfFlags(FLAGS_config, FLAGS_set, FLAGS_mode);
   if (IsLive()) {
     RequireLag(recording.options);
     EndInputOnInterruption();

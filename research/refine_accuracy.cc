@@ -168,9 +168,9 @@ TrackSequence Tracked(const RunOptions& options, const CameraRig& cameras,
 
 // Errors of the parameters, and what the covariance states of them.
 void AddParameters(const Fault& fault, const FaultyScene& scene,
-                   const RefinedRecording& refined, Sums* sums) {
+                   const ReadyRecording& refined, Sums* sums) {
   for (size_t v = 0; v < scene.cameras.size(); ++v) {
-    const CameraChange& sigma = refined.refinement.sigmas[v];
+    const CameraChange& sigma = refined.refinement->sigmas[v];
     if (fault.place == kRotationAt) {
       const double error =
           AngleBetween(refined.cameras[v], scene.scene.cameras[v]);
@@ -179,7 +179,7 @@ void AddParameters(const Fault& fault, const FaultyScene& scene,
           kDegrees * kDegrees * sigma.segment<3>(kRotationAt).squaredNorm();
       sums->count += 1.0;
     } else if (fault.place == kOffsetAt && v > 0) {
-      const double error_ms = 1e3 * (refined.record.cameras[v].offset_s -
+      const double error_ms = 1e3 * (refined.record->cameras[v].offset_s -
                                      fault.offsets_s[v] + fault.offsets_s[0]);
       sums->squares += error_ms * error_ms;
       sums->stated_squares += std::pow(1e3 * sigma[kOffsetAt], 2);
@@ -258,17 +258,17 @@ void AddRecording(const Fault& fault, uint64_t seed, Sums* sums) {
   RunRequest request;
   request.cameras = scene.cameras;
   const double start_s = ProcessorSeconds();
-  const RefinedRecording refined =
+  const ReadyRecording refined =
       RefineRecording(options, request, scene.detections);
   sums->refine_s += ProcessorSeconds() - start_s;
-  for (const RefineStep& step : refined.refinement.steps) {
+  for (const RefineStep& step : refined.refinement->steps) {
     if (step.taken) continue;
     std::fprintf(stderr, "%s, seed %llu: %s not taken: %s\n",
                  fault.name.c_str(), static_cast<unsigned long long>(seed),
                  step.what.c_str(), step.reason.c_str());
   }
   const TrackSequence tracks =
-      Tracked(plain, refined.cameras, refined.detections, &refined.record);
+      Tracked(plain, refined.cameras, *refined.detections, &*refined.record);
   // What the true clocks would give: the same people, seen in time.
   const DetectionSequence best =
       fault.offsets_s.empty() ? scene.detections
@@ -285,7 +285,7 @@ void AddRecording(const Fault& fault, uint64_t seed, Sums* sums) {
   const Share covered = EvaluateConsistency(truth, tracks).all.covered;
   sums->covered += static_cast<double>(covered.count);
   sums->all += static_cast<double>(covered.total);
-  sums->taken += refined.refinement.any_taken() ? 1 : 0;
+  sums->taken += refined.refinement->any_taken() ? 1 : 0;
   ++sums->recordings;
   AddParameters(fault, scene, refined, sums);
   sums->about_mean_squares +=

@@ -121,6 +121,13 @@ std::string FindConfig(const std::string& path) {
   throw InputError(path, "", "is not there; " + ShippedConfigs());
 }
 
+RunOptions OptionsOfFlags(const std::string& config, const std::string& set,
+                          const std::string& mode) {
+  return ReadRunOptions(
+      config.empty() ? ProjectConfig("default.toml") : FindConfig(config), set,
+      mode);
+}
+
 RunOptions DefaultOptions(double frame_rate_hz, const std::string& skeleton,
                           std::string set) {
   if (!(frame_rate_hz >= 0.0 && frame_rate_hz <= 1e5)) {
@@ -130,7 +137,7 @@ RunOptions DefaultOptions(double frame_rate_hz, const std::string& skeleton,
     set = JoinSets(set, fmt::format("input.frame_rate={:.17g}", frame_rate_hz));
   }
   if (!skeleton.empty()) set = JoinSets(set, "detections.skeleton=" + skeleton);
-  return ReadRunOptions(ProjectConfig("default.toml"), set, "");
+  return OptionsOfFlags("", set, "");
 }
 
 std::string JoinSets(const std::string& first, const std::string& second) {

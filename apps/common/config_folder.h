@@ -22,6 +22,12 @@ std::string ProjectConfig(const std::string& name);
 // InputError that lists the project's where it is neither.
 std::string FindConfig(const std::string& path);
 
+// The options of a command: the configuration that --config names, without one
+// configs/default.toml, with --set and --mode. Throws InputError or
+// OptionError.
+RunOptions OptionsOfFlags(const std::string& config, const std::string& set,
+                          const std::string& mode);
+
 // configs/default.toml with what flags of a command state: --frame_rate (0: not
 // given), --skeleton of the detections, --set. Throws InputError or
 // OptionError.

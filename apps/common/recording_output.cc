@@ -114,18 +114,6 @@ Json ChangeJson(const CameraChange& change) {
           {"clock_ppm", 1e6 * change[kDriftAt]}};
 }
 
-Json RowsJson(const Eigen::MatrixXd& matrix) {
-  Json rows = Json::array();
-  for (Eigen::Index i = 0; i < matrix.rows(); ++i) {
-    Json row = Json::array();
-    for (Eigen::Index k = 0; k < matrix.cols(); ++k) {
-      row.push_back(matrix(i, k));
-    }
-    rows.push_back(row);
-  }
-  return rows;
-}
-
 // What a later run needs to repeat the decision.
 Json RecordJson(const RefinementRecord& record) {
   Json cameras = Json::array();
@@ -187,6 +175,18 @@ std::string GroundText(const ReadyRecording& recording) {
 }
 
 }  // namespace
+
+Json RowsJson(const Eigen::MatrixXd& matrix) {
+  Json rows = Json::array();
+  for (Eigen::Index i = 0; i < matrix.rows(); ++i) {
+    Json row = Json::array();
+    for (Eigen::Index k = 0; k < matrix.cols(); ++k) {
+      row.push_back(matrix(i, k));
+    }
+    rows.push_back(row);
+  }
+  return rows;
+}
 
 std::string ReportText(const RecordingReport& report) {
   if (report.poses == 0) return PairingText(report) + WarningsText(report);

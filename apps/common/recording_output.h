@@ -2,9 +2,11 @@
 #ifndef KINEGRAPH_APPS_COMMON_RECORDING_OUTPUT_H_
 #define KINEGRAPH_APPS_COMMON_RECORDING_OUTPUT_H_
 
+#include <Eigen/Core>
 #include <string>
 #include <vector>
 
+#include "core/io/text/json.h"
 #include "solvers/noise/recording_notes.h"
 #include "solvers/session/ready_recording.h"
 #include "solvers/session/recording_report.h"
@@ -33,6 +35,9 @@ std::string ReportJson(const RecordingReport& report, const RunSummary& run,
 // per cent, milliseconds, parts per million; the turn of the whole world that
 // followed.
 std::string RefinementJson(const ReadyRecording& recording);
+
+// The matrix as a list of its rows.
+Json RowsJson(const Eigen::MatrixXd& matrix);
 
 // One line a step: "rotation: taken, 7.31 px instead of 9.02 on the other half
 // of the recording"; one for the floor.

@@ -580,7 +580,7 @@ PageData MakePageData(const PageInput& input, const PageOptions& options) {
                                  : ScaleOf(input.results.front().tracks);
   if (scale.is_one()) return PageMaker(input, options, 1.0).Make();
   PageInput scaled = input;
-  scaled.cameras = scale.IntoRun(std::move(scaled.cameras));
+  scaled.cameras = scale.IntoRun(scaled.cameras);
   for (PageResult& result : scaled.results) {
     for (TrackFrame& frame : result.tracks.frames) {
       frame = scale.IntoRun(std::move(frame));

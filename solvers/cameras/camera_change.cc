@@ -98,16 +98,16 @@ std::optional<Eigen::Vector2d> ProjectChanged(
 }
 
 Camera ChangedCamera(const Camera& camera, const CameraChange& change) {
-  CameraParameters parameters = camera.parameters();
-  parameters.K.topLeftCorner<2, 2>() *= std::exp(change[kFocalAt]);
-  parameters.K.block<2, 1>(0, 2) += change.segment<2>(kShiftAt);
-  parameters.R = ExpRotation(change.segment<3>(kRotationAt)) * camera.R();
-  if (const double radial = change[kLensAt]; radial != 0.0) {
-    parameters.lens = WithRadial(camera.lens(), radial);
-  }
-  parameters.t =
-      -(parameters.R * (camera.centre() + change.segment<3>(kCentreAt)));
-  return Camera(parameters);
+  return Edited(camera, [&](CameraParameters* changed) {
+    changed->K.topLeftCorner<2, 2>() *= std::exp(change[kFocalAt]);
+    changed->K.block<2, 1>(0, 2) += change.segment<2>(kShiftAt);
+    changed->R = ExpRotation(change.segment<3>(kRotationAt)) * camera.R();
+    if (const double radial = change[kLensAt]; radial != 0.0) {
+      changed->lens = WithRadial(camera.lens(), radial);
+    }
+    changed->t =
+        -(changed->R * (camera.centre() + change.segment<3>(kCentreAt)));
+  });
 }
 
 CameraRig RefinedCameras(const CameraRig& cameras,
@@ -122,14 +122,10 @@ CameraRig RefinedCameras(const CameraRig& cameras,
   return rig;
 }
 
-CameraRig Rescaled(CameraRig cameras, double factor) {
+CameraRig Rescaled(const CameraRig& cameras, double factor) {
   if (factor == 1.0) return cameras;
-  for (Camera& camera : cameras) {
-    CameraParameters parameters = camera.parameters();
-    parameters.t *= factor;
-    camera = Camera(std::move(parameters));
-  }
-  return cameras;
+  return Edited(cameras,
+                [&](CameraParameters* camera) { camera->t *= factor; });
 }
 
 void RescaleCentres(const std::vector<std::vector<int>>& places, double factor,

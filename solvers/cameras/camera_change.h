@@ -5,6 +5,7 @@
 #include <Eigen/Core>
 #include <cstddef>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "core/geometry/camera.h"
@@ -46,6 +47,20 @@ std::optional<Eigen::Vector2d> ProjectChanged(
     const Eigen::Vector3d& point_m, Matrix23d* by_point = nullptr,
     Eigen::Matrix<double, 2, kChangeSize>* by_change = nullptr);
 
+// A camera with what `edit` changes in its parameters; all cameras of a rig.
+template <typename Edit>
+Camera Edited(const Camera& camera, const Edit& edit) {
+  CameraParameters parameters = camera.parameters();
+  edit(&parameters);
+  return Camera(std::move(parameters));
+}
+template <typename Edit>
+CameraRig Edited(const CameraRig& cameras, const Edit& edit) {
+  CameraRig edited;
+  for (const Camera& camera : cameras) edited.push_back(Edited(camera, edit));
+  return edited;
+}
+
 // The camera itself.
 Camera ChangedCamera(const Camera& camera, const CameraChange& change);
 
@@ -54,7 +69,7 @@ CameraRig RefinedCameras(const CameraRig& cameras,
                          const std::vector<CameraChange>& changes);
 
 // The cameras in a world whose lengths are so many times as large.
-CameraRig Rescaled(CameraRig cameras, double factor);
+CameraRig Rescaled(const CameraRig& cameras, double factor);
 
 // The same of a covariance of changes at `places`, one list a view.
 void RescaleCentres(const std::vector<std::vector<int>>& places, double factor,

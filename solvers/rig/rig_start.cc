@@ -11,6 +11,7 @@
 
 #include "core/base/median.h"
 #include "core/skeleton/skeleton.h"
+#include "solvers/cameras/camera_change.h"
 #include "solvers/scene/clock_search.h"
 #include "solvers/scene/view_agreement.h"
 
@@ -125,11 +126,12 @@ class Joiner {
     RigStart start;
     for (size_t v = 0; v < joined_.size(); ++v) {
       if (joined_[v] == 0) continue;
-      CameraParameters parameters = intrinsics_[v].parameters();
-      parameters.R = poses_[v].R;
-      parameters.t = poses_[v].t;
       start.views.push_back(static_cast<int>(v));
-      start.cameras.emplace_back(parameters);
+      start.cameras.push_back(
+          Edited(intrinsics_[v], [&](CameraParameters* camera) {
+            camera->R = poses_[v].R;
+            camera->t = poses_[v].t;
+          }));
       start.lag_frames.push_back(lags_[v]);
     }
     return start;
@@ -281,16 +283,6 @@ std::vector<int> SetsOf(const RigStart& start, const std::vector<int>& place) {
   return set_of;
 }
 
-CameraRig Magnified(const CameraRig& cameras, double factor) {
-  CameraRig magnified;
-  for (const Camera& camera : cameras) {
-    CameraParameters parameters = camera.parameters();
-    parameters.K.topLeftCorner<2, 2>() *= factor;
-    magnified.emplace_back(parameters);
-  }
-  return magnified;
-}
-
 // The bones between some joints, by their places among these.
 std::vector<Bone> BonesOf(const Skeleton& skeleton,
                           const std::vector<int>& joints) {
@@ -414,7 +406,9 @@ RigStart FindRigStart(const DetectionSequence& recording,
   RigStart best;
   double most = -1.0;
   const auto guess = [&](double magnification) {
-    const CameraRig guessed = Magnified(intrinsics, magnification);
+    const CameraRig guessed = Edited(intrinsics, [&](CameraParameters* camera) {
+      camera->K.topLeftCorner<2, 2>() *= magnification;
+    });
     std::vector<ViewTracklet> tracklets =
         FollowInViews(guessed, recording, joints);
     std::vector<PairFit> refitted = pairs;

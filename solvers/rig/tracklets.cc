@@ -154,20 +154,10 @@ class Follower {
  private:
   static bool IsClear(const Eigen::MatrixXd& distance, size_t person,
                       size_t tracklet) {
-    const double own = distance(person, tracklet);
-    for (Eigen::Index s = 0; s < distance.cols(); ++s) {
-      if (s != static_cast<Eigen::Index>(tracklet) &&
-          distance(person, s) < kClearly * own) {
-        return false;
-      }
-    }
-    for (Eigen::Index p = 0; p < distance.rows(); ++p) {
-      if (p != static_cast<Eigen::Index>(person) &&
-          distance(p, tracklet) < kClearly * own) {
-        return false;
-      }
-    }
-    return true;
+    const double near = kClearly * distance(person, tracklet);
+    // Their own distance is one of them, but for 0.
+    return (distance.row(person).array() < near).count() <= 1 &&
+           (distance.col(tracklet).array() < near).count() <= 1;
   }
 
   void Add(int frame, TimeNs time, int goes_on,

@@ -1,6 +1,8 @@
 // What changes in the middle of a recording: pictures that a view lost or has
 // twice, from which on its clock is off by whole frames, and a camera that was
 // moved, whose view no longer agrees with the others as it did.
+#include <fmt/format.h>
+
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
@@ -234,24 +236,23 @@ int64_t IndexAfter(const std::vector<DetectionFrame>& frames, double at_s) {
 
 Finding FindingOf(const ClockJump& jump, const std::string& camera,
                   int64_t frame, double before_px, double after_px) {
-  const double count = std::abs(jump.missing);
+  const int count = std::abs(jump.missing);
   const bool lost = jump.missing > 0;
-  const auto number = static_cast<double>(frame);
-  return {"frames",
-          camera,
-          0.9,
-          before_px,
-          after_px,
-          lost ? Format("give its files from about %.0f on numbers that are "
-                        "%.0f higher",
-                        number, count)
-               : Format("take %.0f pictures out before about frame %.0f", count,
-                        number),
-          Format(lost ? "%.0f pictures are missing before about frame %.0f"
-                      : "%.0f pictures are too many before about frame %.0f",
-                 count, number) +
-              Format(": its clock jumps by %+.1f +- %.1f ms", 1e3 * jump.jump_s,
-                     1e3 * jump.sigma_s)};
+  return {
+      "frames",
+      camera,
+      0.9,
+      before_px,
+      after_px,
+      lost ? fmt::format("give its files from about {} on numbers that are {} "
+                         "higher",
+                         frame, count)
+           : fmt::format("take {} pictures out before about frame {}", count,
+                         frame),
+      fmt::format("{} pictures are {} before about frame {}: its clock jumps "
+                  "by {:+.1f} +- {:.1f} ms",
+                  count, lost ? "missing" : "too many", frame,
+                  1e3 * jump.jump_s, 1e3 * jump.sigma_s)};
 }
 
 // ---- A camera that was moved ----
@@ -413,11 +414,7 @@ bool IsLag(const SetUp& set_up, const CameraBreak& found, int worse) {
 
 Diagnosis DiagnosePart(const SetUp& set_up, DetectionSequence part) {
   DoctorInput input = set_up.input;
-  for (size_t v = 0; v < set_up.cameras.size(); ++v) {
-    CameraParameters parameters = set_up.cameras[v].parameters();
-    parameters.name = set_up.CameraName(v);
-    input.cameras[v] = Camera(std::move(parameters));
-  }
+  input.cameras = set_up.NamedCameras();
   input.detections = std::move(part);
   DoctorOptions options = set_up.options;
   options.looks_for_break = false;
@@ -428,25 +425,22 @@ Diagnosis DiagnosePart(const SetUp& set_up, DetectionSequence part) {
 // What is said of one side, as a finding of the whole.
 Finding OfSide(const SetUp& set_up, const CameraBreak& found, Finding finding) {
   const auto& frames = set_up.detections.frames;
-  const auto first = static_cast<double>(frames.front().frame);
-  const auto from = static_cast<double>(frames[found.from].frame);
-  const auto end = static_cast<double>(frames.back().frame + 1);
+  const int64_t from = frames[found.from].frame;
   const bool after = found.worse_after();
-  const std::string side =
-      Format("--frames=%.0f:%.0f", after ? from : first, after ? end : from);
-  const std::string other =
-      Format("--frames=%.0f:%.0f", after ? first : from, after ? from : end);
+  std::string side = fmt::format("--frames={}:{}", frames.front().frame, from);
+  std::string other =
+      fmt::format("--frames={}:{}", from, frames.back().frame + 1);
+  if (after) std::swap(side, other);
   finding.fix =
       finding.kind == "never_matched"
           ? side + " " + finding.fix
           : "kinegraph doctor INPUTS " + side + " --out=doctor_of_these";
-  finding.evidence =
-      Format(after ? "from about frame %.0f on: " : "before about frame %.0f: ",
-             from) +
-      finding.evidence +
-      "; it was moved in the middle of the recording: track the frames before "
-      "and after apart, the others with " +
-      other + ", these with the cameras.json that the fix writes";
+  finding.evidence = fmt::format(
+      "{} about frame {}{}: {}; it was moved in the middle of the recording: "
+      "track the frames before and after apart, the others with {}, these with "
+      "the cameras.json that the fix writes",
+      after ? "from" : "before", from, after ? " on" : "", finding.evidence,
+      other);
   return finding;
 }
 

@@ -1,8 +1,9 @@
 #include "solvers/scene/doctor.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
-#include <cstdio>
 #include <iterator>
 #include <optional>
 #include <utility>
@@ -17,12 +18,6 @@ const char* ToString(DoctorVerdict verdict) {
   return kNames[static_cast<size_t>(verdict)];
 }
 
-std::string Format(const char* format, double a, double b, double c) {
-  std::array<char, 256> text{};
-  std::snprintf(text.data(), text.size(), format, a, b, c);
-  return text.data();
-}
-
 Finding Found(const char* kind, const std::string& camera,
               const AgreementGain& gain, const std::string& fix,
               const std::string& what) {
@@ -32,8 +27,8 @@ Finding Found(const char* kind, const std::string& camera,
           gain.before.mean_px(),
           gain.after.mean_px(),
           fix,
-          what + Format("; agreement %.2f instead of %.2f", gain.after.score(),
-                        gain.before.score())};
+          what + fmt::format("; agreement {:.2f} instead of {:.2f}",
+                             gain.after.score(), gain.before.score())};
 }
 
 Answer Said(Finding finding) {
@@ -73,6 +68,16 @@ void SetUp::Match() {
 FitError SetUp::Fit() const {
   return MeasureFit(cameras, segments, NoChanges(cameras.size()),
                     options.bundle.segments);
+}
+
+CameraRig SetUp::NamedCameras() const {
+  CameraRig named;
+  for (size_t v = 0; v < cameras.size(); ++v) {
+    named.push_back(Edited(cameras[v], [&](CameraParameters* camera) {
+      camera->name = CameraName(v);
+    }));
+  }
+  return named;
 }
 
 int SetUp::LongestLag() const {
@@ -142,10 +147,10 @@ class Doctor {
   void AskThoseThatCompete() {
     constexpr int kMostChanges = 3;
     Note(
-        Format("people seen by two views agree to %.2f of 1 as the "
-               "calibration is read (%.1f px from each other's epipolar "
-               "lines)",
-               set_up_.agreement.score(), set_up_.agreement.mean_px()));
+        fmt::format("people seen by two views agree to {:.2f} of 1 as the "
+                    "calibration is read ({:.1f} px from each other's epipolar "
+                    "lines)",
+                    set_up_.agreement.score(), set_up_.agreement.mean_px()));
     std::vector<Hypothesis> asked = Hypotheses();
     while (set_up_.readings_changed < kMostChanges) {
       std::optional<Answer> best;  // of what is as good the first
@@ -178,11 +183,10 @@ class Doctor {
       return false;
     }
     Ask(Stage::kJumps);
-    Note(
-        Format("matched joints lie %.2f px from their best place in 3D (mean, "
-               "capped at 30 px), %.0f stretches of a fifth of a second",
-               set_up_.Fit().MeanPx(),
-               static_cast<double>(set_up_.segments.segments.size())));
+    Note(fmt::format(
+        "matched joints lie {:.2f} px from their best place in 3D (mean, "
+        "capped at 30 px), {} stretches of a fifth of a second",
+        set_up_.Fit().MeanPx(), set_up_.segments.segments.size()));
     Ask(Stage::kMatches);
     return true;
   }
@@ -218,14 +222,7 @@ class Doctor {
 
   // With `otherwise` where nothing was found to be wrong.
   Diagnosis Closed(DoctorVerdict otherwise) {
-    // The corrected file gives each view the right camera under the name that
-    // the view is paired with.
-    for (size_t v = 0; v < set_up_.cameras.size(); ++v) {
-      CameraParameters parameters = set_up_.cameras[v].parameters();
-      parameters.name = set_up_.CameraName(v);
-      set_up_.cameras[v] = Camera(parameters);
-    }
-    diagnosis_.cameras = set_up_.cameras;
+    diagnosis_.cameras = set_up_.NamedCameras();
     const bool suspect =
         std::any_of(diagnosis_.findings.begin(), diagnosis_.findings.end(),
                     [](const Finding& finding) { return finding.told; });

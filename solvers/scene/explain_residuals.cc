@@ -1,4 +1,6 @@
 // Which single cameras and clocks explain what the matches do not fit.
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -301,8 +303,8 @@ class Explainer {
       told[v] = explained > kLeastExplained && moved_m > needed_m[v];
       if (!told[v] && doubt.empty()) {
         doubt = moved_m > needed_m[v]
-                    ? Format(
-                          "it explains %.0f %% of what lasts at joints, "
+                    ? fmt::format(
+                          "it explains {:.0f} % of what lasts at joints, "
                           "times and places that were left out",
                           100.0 * std::max(0.0, explained))
                 : !people_walk     ? "people stay in one place"
@@ -417,13 +419,13 @@ class Explainer {
         finding.kind = place == kOffsetAt ? "clock_offset" : "clock_drift";
         finding.evidence =
             place == kOffsetAt
-                ? Format(
-                      "its pictures were taken %+.1f ms from the time told, "
+                ? fmt::format(
+                      "its pictures were taken {:+.1f} ms from the time told, "
                       "against the usual of all views",
                       1e3 * late)
-                : Format(
-                      "it runs %+.0f ppm against the usual of all views, "
-                      "%+.0f ms over the recording",
+                : fmt::format(
+                      "it runs {:+.0f} ppm against the usual of all views, "
+                      "{:+.0f} ms over the recording",
                       1e6 * late, 1e3 * late * segments_.span_s);
         findings_.push_back(finding);
       }
@@ -439,21 +441,23 @@ class Explainer {
   static std::string Words(const std::string& kind,
                            const CameraChange& change) {
     if (kind == "shift") {
-      return Format("its image fits moved by (%+.1f, %+.1f) px",
-                    change[kShiftAt], change[kShiftAt + 1]);
+      return fmt::format("its image fits moved by ({:+.1f}, {:+.1f}) px",
+                         change[kShiftAt], change[kShiftAt + 1]);
     }
     if (kind == "rotation") {
-      return Format("it fits turned by %.2f degrees",
-                    kDegreesPerRadian * change.segment<3>(kRotationAt).norm());
+      return fmt::format(
+          "it fits turned by {:.2f} degrees",
+          kDegreesPerRadian * change.segment<3>(kRotationAt).norm());
     }
     if (kind == "lens") {
-      return Format(
-          "its image fits with %+.3f more of the lens term k1: lens terms may "
+      return fmt::format(
+          "its image fits with {:+.3f} more of the lens term k1: lens terms "
+          "may "
           "be missing or another lens's",
           change[kLensAt]);
     }
-    return Format("its focal length fits multiplied by %.4f",
-                  std::exp(change[kFocalAt]));
+    return fmt::format("its focal length fits multiplied by {:.4f}",
+                       std::exp(change[kFocalAt]));
   }
 
   const SetUp& set_up_;

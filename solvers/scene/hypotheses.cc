@@ -1,4 +1,6 @@
 // The list of hypotheses, and those that need few words.
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -27,11 +29,11 @@ std::optional<Answer> AskForGaps(const SetUp& set_up) {
   if (gaps_s.empty()) return std::nullopt;
   const double gap_s = Quantile(std::move(gaps_s), 0.5);
   if (gap_s <= kLongestGapS) return std::nullopt;
-  return Said({"frame_rate", "", 0.95, 0.0, 0.0,
-               "--set=input.independent_frames=true",
-               Format("%.3g s lie between two frames: nothing there is motion, "
-                      "unless input.frame_rate is wrong",
-                      gap_s)});
+  return Said(
+      {"frame_rate", "", 0.95, 0.0, 0.0, "--set=input.independent_frames=true",
+       fmt::format("{:.3g} s lie between two frames: nothing there is motion, "
+                   "unless input.frame_rate is wrong",
+                   gap_s)});
 }
 
 // Share of the joints that lie elsewhere in the other picture; nullopt where
@@ -92,10 +94,9 @@ std::optional<Finding> RepeatsOf(const SetUp& set_up, size_t view) {
       0.0,
       "take the repeated pictures out, or give the view's own rate "
       "(input.view_frame_rate)",
-      Format("%.0f of %.0f pictures repeat the one before, the first in "
-             "frame %.0f",
-             static_cast<double>(repeats), static_cast<double>(pairs),
-             static_cast<double>(first))};
+      fmt::format(
+          "{} of {} pictures repeat the one before, the first in frame {}",
+          repeats, pairs, first)};
 }
 
 std::optional<Answer> AskForRepeats(const SetUp& set_up) {
@@ -235,9 +236,10 @@ std::optional<Answer> AskForTwins(const SetUp& set_up) {
            "--without_cameras=" + set_up.CameraName(wrong),
            "its calibration equals that of " +
                set_up.CameraName(wrong == a ? b : a) +
-               Format(", and it agrees to %.2f with the other views instead of "
-                      "%.2f",
-                      std::min(score_a, score_b), std::max(score_a, score_b))});
+               fmt::format(
+                   ", and it agrees to {:.2f} with the other views instead of "
+                   "{:.2f}",
+                   std::min(score_a, score_b), std::max(score_a, score_b))});
       answer.strangers = {wrong};
       return answer;
     }
@@ -282,9 +284,9 @@ std::optional<Answer> AskForLags(const SetUp& set_up) {
         {"clock_offset", set_up.CameraName(v), sureness,
          clocks.all.before.mean_px(), clocks.all.after.mean_px(),
          "--set=cameras.refine_clock=true",
-         Format("its frames agree best with those of most views %+.0f "
-                "frames away (%+.3f s)",
-                static_cast<double>(lag), -lag / set_up.input.frame_rate_hz)});
+         fmt::format("its frames agree best with those of most views {:+} "
+                     "frames away ({:+.3f} s)",
+                     lag, -lag / set_up.input.frame_rate_hz)});
   }
   answer.score = clocks.all.after.score();
   answer.detections = Realigned(set_up.detections, clocks.lag_frames);
@@ -302,13 +304,14 @@ std::optional<Answer> AskForAnotherRoom(const SetUp& set_up) {
   if (set_up.readings_changed > 0 || as_read.score() > kUnrelated) {
     return std::nullopt;
   }
-  return Said({"never_matched", "", 0.8, as_read.mean_px(), as_read.mean_px(),
-               kCalibrateAnew,
-               Format("people seen by two views agree to %.2f of 1, and no "
-                      "other reading of the calibration and no lag brings them "
-                      "together: it may be of another set-up, or of other "
-                      "images than the detections",
-                      as_read.score())});
+  return Said(
+      {"never_matched", "", 0.8, as_read.mean_px(), as_read.mean_px(),
+       kCalibrateAnew,
+       fmt::format("people seen by two views agree to {:.2f} of 1, and no "
+                   "other reading of the calibration and no lag brings them "
+                   "together: it may be of another set-up, or of other "
+                   "images than the detections",
+                   as_read.score())});
 }
 
 std::string UnitFix(const DoctorInput& input, double units_per_metre) {
@@ -331,8 +334,8 @@ std::optional<Answer> AskForUnit(const SetUp& set_up) {
     return answer;
   }
   answer.notes.push_back(
-      Format("people are %.3g m tall (median of %.0f bodies)", stature.median_m,
-             stature.count));
+      fmt::format("people are {:.3g} m tall (median of {} bodies)",
+                  stature.median_m, stature.count));
   answer.stature_m = stature.median_m;
   const auto plausible = [](double height_m) {
     return height_m >= kMinHeight && height_m <= kMaxHeight;
@@ -340,15 +343,15 @@ std::optional<Answer> AskForUnit(const SetUp& set_up) {
   if (plausible(stature.median_m)) return answer;
   const double px = set_up.agreement.mean_px();
   const std::string found =
-      Format("people would be %.3g m tall", stature.median_m);
+      fmt::format("people would be {:.3g} m tall", stature.median_m);
   for (const double factor : {0.001, 0.01, 0.1, 10.0, 100.0, 1000.0}) {
     const double height_m = stature.median_m * factor;
     if (!plausible(height_m)) continue;
     answer.findings.push_back(
         {"unit", "", 0.95, px, px,
          UnitFix(set_up.input, set_up.input.units_per_metre / factor),
-         found + Format("; lengths times %.4g make them %.2f m", factor,
-                        height_m)});
+         found + fmt::format("; lengths times {:.4g} make them {:.2f} m",
+                             factor, height_m)});
     answer.cameras = Rescaled(set_up.cameras, factor);
     return answer;
   }
@@ -367,16 +370,19 @@ std::optional<Answer> AskForUnit(const SetUp& set_up) {
 std::optional<Answer> AskForStrangers(const SetUp& set_up) {
   Answer answer;
   for (size_t v = 0; v < set_up.cameras.size(); ++v) {
-    const auto all = static_cast<double>(set_up.segments.detections[v]);
-    const auto matched = static_cast<double>(set_up.segments.matched[v]);
-    if (all < kEnoughDetections || matched > kStrangerShare * all) continue;
+    const int64_t all = set_up.segments.detections[v];
+    const int64_t matched = set_up.segments.matched[v];
+    if (all < kEnoughDetections ||
+        static_cast<double>(matched) >
+            kStrangerShare * static_cast<double>(all))
+      continue;
     answer.strangers.push_back(v);
     answer.findings.push_back(
         {"never_matched", set_up.CameraName(v), 0.9, 0.0, 0.0,
          "--without_cameras=" + set_up.CameraName(v),
-         Format("%.0f of %.0f detections are matched where two other views "
-                "match somebody",
-                matched, all)});
+         fmt::format("{} of {} detections are matched where two other views "
+                     "match somebody",
+                     matched, all)});
   }
   return answer;
 }
@@ -396,20 +402,17 @@ std::optional<Answer> AskForSpeed(const SetUp& set_up) {
   const double speed_mps = Quantile(std::move(speeds_mps), 0.95);
   if (speed_mps <= kMaxBodySpeed) return std::nullopt;
   return Said({"frame_rate", "", 0.8, 0.0, 0.0, "the right input.frame_rate",
-               Format("people move at %.1f m/s at %.4g Hz", speed_mps,
-                      set_up.input.frame_rate_hz)});
+               fmt::format("people move at {:.1f} m/s at {:.4g} Hz", speed_mps,
+                           set_up.input.frame_rate_hz)});
 }
 
 std::optional<Answer> AskForLens(const SetUp& set_up) {
-  CameraRig bare;
-  bool any = false;
-  for (const Camera& camera : set_up.cameras) {
-    CameraParameters parameters = camera.parameters();
-    any = any || parameters.lens != nullptr;
-    parameters.lens = nullptr;
-    bare.emplace_back(std::move(parameters));
+  const auto has_lens = [](const Camera& one) { return one.lens() != nullptr; };
+  if (std::none_of(set_up.cameras.begin(), set_up.cameras.end(), has_lens)) {
+    return std::nullopt;
   }
-  if (!any) return std::nullopt;
+  CameraRig bare = Edited(
+      set_up.cameras, [](CameraParameters* camera) { camera->lens = nullptr; });
   const FitGain gain = CompareFits(
       set_up.Fit(), MeasureFit(bare, set_up.segments, NoChanges(bare.size()),
                                set_up.options.bundle.segments));

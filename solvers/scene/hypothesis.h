@@ -58,6 +58,8 @@ class SetUp {
   std::string CameraName(size_t view) const {
     return input.cameras[view].name();
   }
+  // The cameras, each under the name that its view is paired with.
+  CameraRig NamedCameras() const;
   const std::string& ViewName(size_t view) const {
     return input.detections.header.view_names[view];
   }
@@ -125,10 +127,6 @@ bool AMovedImageHelps(const SetUp& set_up);
 std::optional<Answer> AskResiduals(const SetUp& set_up);
 
 // ---- How it is told ----
-
-// `format` of printf, for up to three numbers.
-std::string Format(const char* format, double a, double b = 0.0,
-                   double c = 0.0);
 
 // The confidence of each of `count` findings that fit equally. Sure things are
 // 0.95, doubtful ones less, nothing is 1.

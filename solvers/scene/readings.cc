@@ -1,6 +1,8 @@
 // How a calibration may have been meant: conventions of poses and camera
 // matrices, turned and mirrored images, exchanged views. The reading under
 // which the views agree is searched for by changing one thing at a time.
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -15,134 +17,112 @@
 namespace kinegraph {
 namespace {
 
-// What the pose in the file is, if it was not read as it was meant.
-enum PoseReading {
-  kPoseAsRead,
-  kInverse,
-  kCentre,
-  kTranslation,
-  kTransposed,
-  kTransposedCentre,
-  kAxesUp,  // as in graphics
-  kPoseReadings
+// What the pose in the file is, if it was not read as it was meant, and what
+// the camera then is.
+struct PoseReading {
+  const char* words;
+  void (*read)(CameraParameters*);
 };
-constexpr std::array<const char*, kPoseReadings> kPoseWords = {
-    "world to camera, as read",
-    "camera to world",
-    "the translation is the camera's place in the world",
-    "the camera's place is a translation",
-    "rows of the rotation are columns",
-    "rows of the rotation are columns, and the translation is the camera's "
-    "place",
-    "the camera's y points up and its z backwards"};
-
-// The camera that is meant where R and t, as they were read, mean that.
-Camera WithPose(const Camera& camera, int reading) {
-  CameraParameters parameters = camera.parameters();
-  const Eigen::Matrix3d R = camera.R();
-  const Eigen::Vector3d t = camera.t();
-  const Eigen::Vector3d up(1.0, -1.0, -1.0);
-  switch (reading) {
-    case kInverse:
-      parameters.R = R.transpose();
-      parameters.t = -(R.transpose() * t);
-      break;
-    case kCentre:
-      parameters.t = -(R * t);
-      break;
-    case kTranslation:
-      parameters.t = -(R.transpose() * t);
-      break;
-    case kTransposed:
-      parameters.R = R.transpose();
-      break;
-    case kTransposedCentre:
-      parameters.R = R.transpose();
-      parameters.t = R.transpose() * (R.transpose() * t);
-      break;
-    case kAxesUp:
-      parameters.R = up.asDiagonal() * R;
-      parameters.t = up.asDiagonal() * t;
-      break;
-    default:
-      break;
-  }
-  return Camera(parameters);
+const std::vector<PoseReading>& PoseReadings() {
+  static const std::vector<PoseReading> kAll = {
+      {"world to camera, as read", [](CameraParameters* /*camera*/) {}},
+      {"camera to world",
+       [](CameraParameters* camera) {
+         camera->t = -(camera->R.transpose() * camera->t);
+         camera->R.transposeInPlace();
+       }},
+      {"the translation is the camera's place in the world",
+       [](CameraParameters* camera) { camera->t = -(camera->R * camera->t); }},
+      {"the camera's place is a translation",
+       [](CameraParameters* camera) {
+         camera->t = -(camera->R.transpose() * camera->t);
+       }},
+      {"rows of the rotation are columns",
+       [](CameraParameters* camera) { camera->R.transposeInPlace(); }},
+      {"rows of the rotation are columns, and the translation is the camera's "
+       "place",
+       [](CameraParameters* camera) {
+         const auto columns = camera->R.transpose();
+         camera->t = columns * (columns * camera->t);
+         camera->R.transposeInPlace();
+       }},
+      // As in graphics.
+      {"the camera's y points up and its z backwards",
+       [](CameraParameters* camera) {
+         const Eigen::Vector3d up(1.0, -1.0, -1.0);
+         camera->R = up.asDiagonal() * camera->R;
+         camera->t = up.asDiagonal() * camera->t;
+       }}};
+  return kAll;
 }
 
-// What was done to the images before people were detected in them.
-enum ImageReading {
-  kImageAsRead,
-  kClockwise,
-  kHalfTurn,
-  kCounterClockwise,
-  kMirrored,
-  kImageReadings
+// What was done to the images before people were detected in them. Pixels of
+// the images as the cameras took them, from those that the detector was shown:
+// taken = turn * shown + offset. (0, 0) is the middle of the first pixel.
+struct ImageReading {
+  const char* words;
+  std::array<double, 4> turn;     // by rows
+  std::array<bool, 2> from_ends;  // the offset: of the last column, row
+  ImageTurn lens;                 // of the camera that takes what was shown
 };
-constexpr std::array<const char*, kImageReadings> kImageWords = {
-    "as taken", "turned by 90 degrees clockwise", "turned by 180 degrees",
-    "turned by 90 degrees anticlockwise", "mirrored"};
+constexpr std::array<ImageReading, 5> kImages = {
+    {{"as taken", {1.0, 0.0, 0.0, 1.0}, {false, false}, ImageTurn::kHalf},
+     {"turned by 90 degrees clockwise",
+      {0.0, 1.0, -1.0, 0.0},
+      {false, true},
+      ImageTurn::kClockwise},
+     {"turned by 180 degrees",
+      {-1.0, -0.0, -0.0, -1.0},
+      {true, true},
+      ImageTurn::kHalf},
+     {"turned by 90 degrees anticlockwise",
+      {0.0, -1.0, 1.0, 0.0},
+      {true, false},
+      ImageTurn::kCounterClockwise},
+     {"mirrored", {-1.0, 0.0, 0.0, 1.0}, {true, false}, ImageTurn::kHalf}}};
+constexpr int kImageAsRead = 0;
+constexpr int kMirrored = 4;
 
-// Pixels of the images as the cameras took them, from those that the detector
-// was shown: taken = turn * shown + offset. (0, 0) is the middle of the first
-// pixel.
 struct ImageMap {
-  Eigen::Matrix2d turn = Eigen::Matrix2d::Identity();
-  Eigen::Vector2d offset = Eigen::Vector2d::Zero();
+  ImageMap(const Camera& camera, int image)
+      : turn(Eigen::Map<const Eigen::Matrix<double, 2, 2, Eigen::RowMajor>>(
+            kImages[image].turn.data())),
+        offset(kImages[image].from_ends[0] ? ImageWidth(camera) - 1.0 : 0.0,
+               kImages[image].from_ends[1] ? ImageHeight(camera) - 1.0 : 0.0) {}
 
   Eigen::Vector2d Taken(const Eigen::Vector2d& shown) const {
     return offset + turn * shown;
   }
-};
 
-ImageMap MapOf(const Camera& camera, int reading) {
-  const double right = ImageWidth(camera) - 1.0;
-  const double bottom = ImageHeight(camera) - 1.0;
-  ImageMap map;
-  if (reading == kClockwise) {
-    map.turn << 0.0, 1.0, -1.0, 0.0;
-    map.offset << 0.0, bottom;
-  } else if (reading == kHalfTurn) {
-    map.turn = -map.turn;
-    map.offset << right, bottom;
-  } else if (reading == kCounterClockwise) {
-    map.turn << 0.0, -1.0, 1.0, 0.0;
-    map.offset << right, 0.0;
-  } else if (reading == kMirrored) {
-    map.turn(0, 0) = -1.0;
-    map.offset << right, 0.0;
-  }
-  return map;
-}
+  Eigen::Matrix2d turn;
+  Eigen::Vector2d offset;
+};
 
 // The camera whose images are those that the detector was shown. No camera
 // takes mirrored ones.
-Camera Seeing(const Camera& camera, int reading) {
-  constexpr std::array<ImageTurn, 4> kTurns = {
-      ImageTurn::kHalf, ImageTurn::kClockwise, ImageTurn::kHalf,
-      ImageTurn::kCounterClockwise};
-  if (reading == kImageAsRead || reading == kMirrored) return camera;
-  const ImageMap map = MapOf(camera, reading);
-  CameraParameters parameters = camera.parameters();
-  Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
-  turn.topLeftCorner<2, 2>() = map.turn.transpose();
-  parameters.K.block<2, 1>(0, 2) =
-      map.turn.transpose() * (camera.K().block<2, 1>(0, 2) - map.offset);
-  if (reading != kHalfTurn) {
-    std::swap(parameters.K(0, 0), parameters.K(1, 1));
-    std::swap(parameters.width_px, parameters.height_px);
-  }
-  parameters.R = turn * camera.R();
-  parameters.t = turn * camera.t();
-  parameters.lens = Turned(camera.lens(), kTurns[reading]);
-  return Camera(parameters);
+Camera Seeing(const Camera& camera, int image) {
+  if (image == kImageAsRead || image == kMirrored) return camera;
+  const ImageMap map(camera, image);
+  return Edited(camera, [&](CameraParameters* seeing) {
+    Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
+    turn.topLeftCorner<2, 2>() = map.turn.transpose();
+    seeing->K.block<2, 1>(0, 2) =
+        map.turn.transpose() * (camera.K().block<2, 1>(0, 2) - map.offset);
+    if (map.turn(0, 0) == 0.0) {
+      std::swap(seeing->K(0, 0), seeing->K(1, 1));
+      std::swap(seeing->width_px, seeing->height_px);
+    }
+    seeing->R = turn * camera.R();
+    seeing->t = turn * camera.t();
+    seeing->lens = Turned(camera.lens(), kImages[image].lens);
+  });
 }
 
 // One way to read everything: what is changed from the file's words.
 struct Reading {
-  int pose = kPoseAsRead;
+  int pose = 0;                     // of PoseReadings
   double image_scale = 1.0;         // of K's first two rows
-  std::vector<int> images;          // an ImageReading a view
+  std::vector<int> images;          // of kImages, one a view
   std::vector<int> camera_of_view;  // permutation
   PairAgreement agreement;          // under it, over all views
 
@@ -160,7 +140,7 @@ struct Reading {
   }
   // How many things it changes: the fewer, the likelier.
   int ChangeCount() const {
-    int count = (pose != kPoseAsRead) + (image_scale != 1.0);
+    int count = (pose != 0) + (image_scale != 1.0);
     const auto turned = static_cast<int>(
         std::count_if(images.begin(), images.end(),
                       [](int image) { return image != kImageAsRead; }));
@@ -176,10 +156,10 @@ struct Reading {
 CameraRig CamerasOf(const CameraRig& cameras, const Reading& reading) {
   CameraRig rig;
   for (const int camera : reading.camera_of_view) {
-    CameraParameters parameters =
-        WithPose(cameras[camera], reading.pose).parameters();
-    parameters.K.topRows<2>() *= reading.image_scale;
-    rig.emplace_back(parameters);
+    rig.push_back(Edited(cameras[camera], [&](CameraParameters* read) {
+      PoseReadings()[reading.pose].read(read);
+      read->K.topRows<2>() *= reading.image_scale;
+    }));
   }
   return rig;
 }
@@ -216,7 +196,7 @@ class ReadingJudge {
     std::vector<size_t> seen;  // a number for each view as it is read
     for (size_t v = 0; v < raw_.size(); ++v) {
       const auto camera = static_cast<size_t>(reading->camera_of_view[v]);
-      seen.push_back((v * raw_.size() + camera) * kImageReadings +
+      seen.push_back((v * raw_.size() + camera) * kImages.size() +
                      static_cast<size_t>(reading->images[v]));
     }
     reading->agreement = PairAgreement();
@@ -233,15 +213,14 @@ class ReadingJudge {
 
  private:
   const Camera& CameraOf(size_t seen) const {
-    return rig_[seen / kImageReadings % raw_.size()];
+    return rig_[seen / kImages.size() % raw_.size()];
   }
 
   const ViewPeople& PeopleOf(size_t seen) {
     const auto [people, is_new] = people_.try_emplace(seen);
     if (is_new) {
-      const size_t v = seen / kImageReadings / raw_.size();
-      const ImageMap map =
-          MapOf(cameras_[v], static_cast<int>(seen % kImageReadings));
+      const size_t v = seen / kImages.size() / raw_.size();
+      const ImageMap map(cameras_[v], static_cast<int>(seen % kImages.size()));
       ViewPeople taken = raw_[v];
       for (auto& frame : taken.frames) {
         for (ViewPeople::Person& person : frame) {
@@ -312,13 +291,13 @@ std::vector<Reading> Neighbours(const SetUp& set_up, const Reading& from) {
     change(&next);
     if (!next.IsAs(from)) all.push_back(std::move(next));
   };
-  for (int pose = 0; pose < kPoseReadings; ++pose) {
+  for (int pose = 0; pose < static_cast<int>(PoseReadings().size()); ++pose) {
     add([&](Reading* next) { next->pose = pose; });
   }
   for (const double factor : ImageScales(set_up)) {
     add([&](Reading* next) { next->image_scale *= factor; });
   }
-  for (int image = 1; image < kImageReadings; ++image) {
+  for (int image = 1; image < static_cast<int>(kImages.size()); ++image) {
     add([&](Reading* next) {
       next->images.assign(next->images.size(), image);
     });
@@ -392,14 +371,14 @@ void AddWords(const SetUp& set_up, const Reading& as_read,
         Found(kind, camera, {as_read.agreement, reading.agreement}, fix, what));
     findings->back().confidence = Shared(findings->back().confidence, alike);
   };
-  if (reading.pose != kPoseAsRead) {
+  if (reading.pose != 0) {
     say("convention", "", kUseCorrected,
-        std::string("the poses fit as: ") + kPoseWords[reading.pose]);
+        std::string("the poses fit as: ") + PoseReadings()[reading.pose].words);
   }
   if (reading.image_scale != 1.0) {
     say("intrinsics", "", kUseCorrected,
-        Format("the camera matrix fits multiplied by %.4g",
-               reading.image_scale));
+        fmt::format("the camera matrix fits multiplied by {:.4g}",
+                    reading.image_scale));
   }
   for (size_t v = 0; v < reading.images.size(); ++v) {
     const int image = reading.images[v];
@@ -407,7 +386,7 @@ void AddWords(const SetUp& set_up, const Reading& as_read,
     say("image", reading.AllImagesAlike() ? "" : set_up.CameraName(v),
         image == kMirrored ? "mirror the images back before people are detected"
                            : kUseCorrected,
-        std::string("the images were ") + kImageWords[image]);
+        std::string("the images were ") + kImages[image].words);
     if (reading.AllImagesAlike()) break;
   }
   std::string map;
@@ -455,7 +434,7 @@ std::optional<Answer> AskForOtherReading(const SetUp& set_up) {
           "no camera sees mirrored images: the corrected calibration holds "
           "for the images mirrored back");
     }
-    const ImageMap map = MapOf(camera, kMirrored);
+    const ImageMap map(camera, kMirrored);
     for (DetectionFrame& frame : answer.detections->frames) {
       for (Detection& detection : frame.views[v].detections) {
         for (Keypoint& joint : detection.joints) {

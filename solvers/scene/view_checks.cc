@@ -1,5 +1,7 @@
 // Questions about the images of single views, asked before anything is asked
 // of cameras or clocks: rates, exchanged sides, scaled and cropped videos.
+#include <fmt/format.h>
+
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
@@ -228,16 +230,14 @@ struct OtherImage {
   bool cropped() const { return !offset_px.isZero(); }
 
   Camera Seen(const Camera& camera) const {
-    CameraParameters parameters = camera.parameters();
-    parameters.K.topRows<2>() *= scale;
-    parameters.K.block<2, 1>(0, 2) += Corner() - offset_px;
-    if (parameters.width_px > 0) {
-      parameters.width_px =
-          static_cast<int>(std::lround(scale * parameters.width_px));
-      parameters.height_px =
-          static_cast<int>(std::lround(scale * parameters.height_px));
-    }
-    return Camera(parameters);
+    return Edited(camera, [&](CameraParameters* seen) {
+      seen->K.topRows<2>() *= scale;
+      seen->K.block<2, 1>(0, 2) += Corner() - offset_px;
+      if (seen->width_px <= 0) return;
+      for (int* side : {&seen->width_px, &seen->height_px}) {
+        *side = static_cast<int>(std::lround(scale * *side));
+      }
+    });
   }
   // (0, 0) is the middle of the first pixel, so that scales are about its
   // corner.
@@ -425,7 +425,7 @@ std::optional<Answer> AskForOtherRate(const SetUp& set_up) {
   const auto rate = FindOtherRate(set_up);
   if (!rate.has_value()) return std::nullopt;
   std::string keys = "input.view_frame_rate." + set_up.ViewName(rate->view) +
-                     "=" + Format("%.4g", rate->rate_hz);
+                     "=" + fmt::format("{:.4g}", rate->rate_hz);
   // Keys take whole frames; where that leaves a part, all count from 0.
   const bool whole = rate->offset == std::round(rate->offset);
   const int64_t first = set_up.detections.frames.front().frame;
@@ -434,10 +434,10 @@ std::optional<Answer> AskForOtherRate(const SetUp& set_up) {
     keys += ";input.view_frame_offset." + set_up.ViewName(v) + "=" +
             std::to_string(whole ? std::llround(rate->offset) : first);
   }
-  Answer answer =
-      Said(Found("view_rate", set_up.CameraName(rate->view), rate->gain,
-                 rate->offset == 0.0 ? "--set=" + keys : "'--set=" + keys + "'",
-                 Format("its files count at %.4g Hz, the others' at %.4g",
+  Answer answer = Said(
+      Found("view_rate", set_up.CameraName(rate->view), rate->gain,
+            rate->offset == 0.0 ? "--set=" + keys : "'--set=" + keys + "'",
+            fmt::format("its files count at {:.4g} Hz, the others' at {:.4g}",
                         rate->rate_hz, set_up.input.frame_rate_hz)));
   answer.detections = rate->Of(set_up.detections);
   answer.score = set_up.ScoreOf(set_up.cameras, *answer.detections);
@@ -510,9 +510,10 @@ std::optional<Answer> AskForSides(const SetUp& set_up) {
   Answer answer;
   const bool all = std::count(exchanged.begin(), exchanged.end(), 0) == 0;
   if (all) {
-    answer = Said({"sides", "", 0.9, 0.0, 0.0, fix,
-                   Format("left and right are exchanged: noses lie behind the "
-                          "shoulders in %.0f of %.0f people",
+    answer =
+        Said({"sides", "", 0.9, 0.0, 0.0, fix,
+              fmt::format("left and right are exchanged: noses lie behind the "
+                          "shoulders in {} of {} people",
                           noses.backwards, noses.looked_at)});
   }
   for (size_t v = 0; v < exchanged.size(); ++v) {
@@ -539,17 +540,19 @@ std::optional<Answer> AskForOtherImage(const SetUp& set_up) {
   const bool either = !image->scaled() && share <= 0.1;
   std::string what;
   if (either) {
-    what = Format(
-        "its image fits moved by (%+.0f, %+.0f) px: it was cropped or turned",
+    what = fmt::format(
+        "its image fits moved by ({:+.0f}, {:+.0f}) px: it was cropped or "
+        "turned",
         -image->offset_px.x(), -image->offset_px.y());
   } else if (image->scaled()) {
-    what = Format("its video is %.4g times as large as the calibration's image",
-                  image->scale);
+    what = fmt::format(
+        "its video is {:.4g} times as large as the calibration's image",
+        image->scale);
   }
   if (image->cropped() && !either) {
     what += (what.empty() ? "its video" : ", and") +
-            Format(" begins at pixel (%.0f, %.0f) of ", image->offset_px.x(),
-                   image->offset_px.y()) +
+            fmt::format(" begins at pixel ({:.0f}, {:.0f}) of ",
+                        image->offset_px.x(), image->offset_px.y()) +
             (image->scaled() ? "that" : "the calibration's image");
   }
   const char* kind = either             ? "shift"

@@ -155,7 +155,7 @@ class Finisher {
     const double factor = metres / measured;
     result_->metres_per_unit = factor;
     result_->stature_m = stature * factor;
-    result_->cameras = Rescaled(std::move(result_->cameras), factor);
+    result_->cameras = Rescaled(result_->cameras, factor);
     RigResult& rig = result_->rig;
     RescaleCentres(rig.places, factor, &rig.covariance);
     for (RigView& view : rig.views) view.centre_sigma_m *= factor;

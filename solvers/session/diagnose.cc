@@ -81,7 +81,7 @@ Diagnosis DiagnoseRecording(const RunOptions& options,
     return MatchRecording(scaled, model, aligned);
   };
   Diagnosis diagnosis = Diagnose(input);
-  diagnosis.cameras = scale.IntoWorld(std::move(diagnosis.cameras));
+  diagnosis.cameras = scale.IntoWorld(diagnosis.cameras);
   if (better != nullptr) {
     diagnosis.findings.insert(diagnosis.findings.begin(),
                               {"skeleton", "", 0.9, 0.0, 0.0,

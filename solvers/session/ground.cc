@@ -327,14 +327,10 @@ std::optional<Ground> GroundOf(const TrackHeader& header,
 }
 
 CameraRig OnGround(const CameraRig& cameras, const Ground& ground) {
-  CameraRig moved;
-  for (const Camera& camera : cameras) {
-    CameraParameters parameters = camera.parameters();
-    parameters.R = camera.R() * ground.R.transpose();
-    parameters.t = camera.t() - parameters.R * ground.t;
-    moved.emplace_back(parameters);
-  }
-  return moved;
+  return Edited(cameras, [&](CameraParameters* camera) {
+    camera->R = camera->R * ground.R.transpose();
+    camera->t = camera->t - camera->R * ground.t;
+  });
 }
 
 void TurnRecord(const Ground& ground, RefinementRecord* record) {

@@ -72,9 +72,9 @@ double MiddleOf(const DetectionSequence& detections) {
   return ToSeconds(first + (detections.frames.back().time - first) / 2);
 }
 
-RefinedRecording RefineRecording(const RunOptions& options,
-                                 const RunRequest& request,
-                                 const DetectionSequence& detections) {
+ReadyRecording RefineRecording(const RunOptions& options,
+                               const RunRequest& request,
+                               const DetectionSequence& detections) {
   RunScene scene = PrepareScene(options, request, detections.header);
   const DetectionSequence asked = AskedFrames(request, detections);
   DetectionSequence used = WithUsualConfidences(UsedViewsOf(scene, asked));
@@ -82,13 +82,14 @@ RefinedRecording RefineRecording(const RunOptions& options,
   if (options.refine.refine_clock && scene.used_views.size() > 1) {
     lags = LagsOf(scene, used);
   }
-  RefinedRecording recording;
-  recording.stated = scene.model.cameras;
+  ReadyRecording ready;
+  Refinement& refinement = ready.refinement.emplace();
+  const CameraRig stated = scene.model.cameras;
   const SubjectScale scale = ScaleOf(options, scene.model.cameras, used);
-  scene.model.cameras = scale.IntoRun(std::move(scene.model.cameras));
+  scene.model.cameras = scale.IntoRun(scene.model.cameras);
   const RunOptions scaled = scale.IntoRun(options);
   const auto refine = [&](const DetectionSequence& detections_used) {
-    recording.refinement = RefineScene(
+    refinement = RefineScene(
         scene.model.cameras, detections_used,
         MatchRecording(scaled, scene.model, detections_used), options.refine);
   };
@@ -99,35 +100,31 @@ RefinedRecording RefineRecording(const RunOptions& options,
     std::swap(used, as_told);
   }
   refine(used);
-  if (lags != none && recording.refinement.hardly_moves) {
+  if (lags != none && refinement.hardly_moves) {
     // Whoever rests looks alike at any time.
     lags = none;
     used = std::move(as_told);
     refine(used);
   }
-  recording.refinement.lag_frames = lags;
-  if (recording.refinement.any_taken()) {
+  refinement.lag_frames = lags;
+  if (refinement.any_taken()) {
     SceneModel refined = scene.model;
-    refined.cameras =
-        RefinedCameras(scene.model.cameras, recording.refinement.changes);
-    const DetectionSequence moved =
-        WithClocks(used, recording.refinement.changes);
+    refined.cameras = RefinedCameras(scene.model.cameras, refinement.changes);
+    const DetectionSequence moved = WithClocks(used, refinement.changes);
     RefineAgain(scene.model.cameras, moved,
                 MatchRecording(scaled, refined, moved), BundleOptions(),
-                &recording.refinement);
+                &refinement);
   }
   for (size_t v = 0; v < lags.size(); ++v) {
     // The frames were moved by whole beats already.
-    recording.refinement.changes[v][kOffsetAt] -=
-        lags[v] / scene.model.frame_rate_hz;
+    refinement.changes[v][kOffsetAt] -= lags[v] / scene.model.frame_rate_hz;
   }
-  scale.IntoWorld(&recording.refinement);
-  recording.cameras = WithNamesakes(
-      request.cameras,
-      RefinedCameras(recording.stated, recording.refinement.changes));
-  recording.record = RecordOf(scene, recording.refinement, MiddleOf(asked));
-  recording.detections = Clocked(scene, recording.record, asked);
-  return recording;
+  scale.IntoWorld(&refinement);
+  ready.cameras = WithNamesakes(request.cameras,
+                                RefinedCameras(stated, refinement.changes));
+  ready.record = RecordOf(scene, refinement, MiddleOf(asked));
+  ready.detections = Clocked(scene, *ready.record, asked);
+  return ready;
 }
 
 DetectionSequence WithRecordedClocks(const RunOptions& options,
@@ -164,23 +161,6 @@ std::unique_ptr<CameraUncertainty> UncertaintyOf(
       MapByName(detection_skeleton, scene.model.skeleton), record.clock_zero_s);
 }
 
-namespace {
-
-// The floor, from one more run over the recording with the cameras as they are
-// now.
-void StandOnGround(const RunOptions& options, const RunRequest& request,
-                   const DetectionSequence& recording, ReadyRecording* ready) {
-  RunRequest refined = request;
-  refined.cameras = ready->cameras;
-  ready->ground = FindGround(options, refined, recording);
-  ready->misses_ground = !ready->ground.has_value();
-  if (ready->misses_ground) return;
-  ready->cameras = OnGround(ready->cameras, *ready->ground);
-  if (ready->record.has_value()) TurnRecord(*ready->ground, &*ready->record);
-}
-
-}  // namespace
-
 bool ChangesCameras(const RunOptions& options) {
   return options.refine.any() || options.refine.ground != GroundKind::kOff;
 }
@@ -203,22 +183,22 @@ ReadyRecording MakeRecordingReady(
   if (has_clocks) {
     ready.detections = WithRecordedClocks(options, request, *recorded, read());
   }
-  const bool needs_ground = options.refine.ground == GroundKind::kFeet;
-  if (!options.refine.any() && !needs_ground) return ready;
+  if (!ChangesCameras(options)) return ready;
   DetectionSequence own;
   if (!ready.detections.has_value()) own = read();
   if (options.refine.any()) {
-    RefinedRecording refined = RefineRecording(options, request, own);
-    ready.cameras = std::move(refined.cameras);
-    ready.record = std::move(refined.record);
-    ready.refinement = std::move(refined.refinement);
-    ready.detections = std::move(refined.detections);
+    ready = RefineRecording(options, request, own);
   }
-  if (needs_ground) {
-    StandOnGround(options, request,
-                  ready.detections.has_value() ? *ready.detections : own,
-                  &ready);
-  }
+  if (options.refine.ground == GroundKind::kOff) return ready;
+  // From one more run over the recording with the cameras as they are now.
+  RunRequest refined = request;
+  refined.cameras = ready.cameras;
+  ready.ground = FindGround(
+      options, refined, ready.detections.has_value() ? *ready.detections : own);
+  ready.misses_ground = !ready.ground.has_value();
+  if (ready.misses_ground) return ready;
+  ready.cameras = OnGround(ready.cameras, *ready.ground);
+  if (ready.record.has_value()) TurnRecord(*ready.ground, &*ready.record);
   return ready;
 }
 

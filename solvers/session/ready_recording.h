@@ -22,24 +22,8 @@ namespace kinegraph {
 // Whether the options ask for anything that needs the whole recording first.
 bool ChangesCameras(const RunOptions& options);
 
-struct RefinedRecording {
-  Refinement refinement;  // one change a used view
-  CameraRig stated;       // cameras of the used views, as given
-  CameraRig cameras;      // of the request, the used ones refined
-  RefinementRecord record;
-  // The frames asked for, with all views and their clocks set right.
-  DetectionSequence detections;
-};
-
 // Where WithClocks counts drifts from.
 double MiddleOf(const DetectionSequence& detections);
-
-// Tracks the recording once to match it, with whole-frame lags of its clocks
-// found first where the options ask for clocks, and refines what they ask for.
-// Throws as PrepareScene.
-RefinedRecording RefineRecording(const RunOptions& options,
-                                 const RunRequest& request,
-                                 const DetectionSequence& detections);
 
 // The frames asked for with the clocks of a record, as the run that wrote it
 // saw them. Throws as PrepareScene.
@@ -58,16 +42,24 @@ struct ReadyRecording {
   CameraRig cameras;  // of the request; refined, on their floor
   // Of this refinement, else of the calibration.
   std::optional<RefinementRecord> record;
-  std::optional<Refinement> refinement;
+  std::optional<Refinement> refinement;  // one change a used view
   std::optional<Ground> ground;
   bool misses_ground = false;  // asked for, and too few feet rest
-  // The frames asked for with their clocks set right; nullopt: as they are.
+  // The frames asked for, of all views, with their clocks set right; nullopt:
+  // as they are.
   std::optional<DetectionSequence> detections;
 
   bool changes_cameras() const {
     return refinement.has_value() || ground.has_value();
   }
 };
+
+// Tracks the recording once to match it, with whole-frame lags of its clocks
+// found first where the options ask for clocks, and refines what they ask for.
+// Throws as PrepareScene.
+ReadyRecording RefineRecording(const RunOptions& options,
+                               const RunRequest& request,
+                               const DetectionSequence& detections);
 
 // `recorded`: what the request's calibration says of an earlier run. `read` is
 // called where the recording is needed. Throws as PrepareScene, and OptionError

@@ -248,7 +248,7 @@ struct RecordingReporter::Impl {
     input.cameras = scene_.model.cameras;
     // Of people it is the doctor who finds the unit.
     if (!IsHuman(detection_skeleton_)) {
-      input.cameras = scale_.IntoRun(std::move(input.cameras));
+      input.cameras = scale_.IntoRun(input.cameras);
     }
     input.detections = beginning_;
     input.detections.header.skeleton = detection_skeleton_;

@@ -32,7 +32,6 @@ class Warnings {
     AddSteps();
     if (report_->poses == 0) return AddNobody();
     AddErrors();
-    AddMatched();
     if (!scale_is_wrong) {
       AddBones();
       AddSpeed();
@@ -44,6 +43,11 @@ class Warnings {
   void Add(const std::string& kind, std::string evidence, std::string fix) {
     report_->warnings.push_back(
         {kind, "", 0.0, 0.0, 0.0, std::move(fix), std::move(evidence)});
+  }
+
+  // Of what looks odd and may have many causes.
+  void AddIf(bool holds, const std::string& kind, std::string evidence) {
+    if (holds) Add(kind, std::move(evidence), kLookCloser);
   }
 
   // Unit of the calibration. True when people have no plausible height; what is
@@ -94,16 +98,14 @@ class Warnings {
   }
 
   void AddSkeleton() {
-    if (!facts_.better_skeleton.empty()) {
-      Add("skeleton",
-          "the people's bones look implausible as " + report_->skeleton +
-              " and right as " + facts_.better_skeleton,
-          "--set=detections.skeleton=" + facts_.better_skeleton);
-      return;
-    }
-    if (facts_.implausible_bones) {
-      Add("skeleton",
-          "the people's bones look implausible as " + report_->skeleton,
+    const std::string& better = facts_.better_skeleton;
+    const std::string found =
+        "the people's bones look implausible as " + report_->skeleton;
+    if (!better.empty()) {
+      Add("skeleton", found + " and right as " + better,
+          "--set=detections.skeleton=" + better);
+    } else if (facts_.implausible_bones) {
+      Add("skeleton", found,
           "name the order of the joints with detections.skeleton, built in or "
           "your own ([skeletons.NAME])");
     }
@@ -181,13 +183,18 @@ class Warnings {
     for (const CameraReport& camera : report_->cameras) {
       if (camera.joints > 0) shares.push_back(camera.error_share());
     }
-    if (!(Median(shares) > kMaxErrorShare)) return;
-    Add("error",
-        fmt::format("poses are {:.1f} px from the detections in the median, "
-                    "{:.0f} % of a person's size in the image: calibration, "
-                    "pairing of views and cameras, or clocks may be wrong",
-                    report_->median_px, 100.0 * Median(shares)),
-        kLookCloser);
+    const double share = Median(shares);
+    AddIf(share > kMaxErrorShare, "error",
+          fmt::format("poses are {:.1f} px from the detections in the median, "
+                      "{:.0f} % of a person's size in the image: calibration, "
+                      "pairing of views and cameras, or clocks may be wrong",
+                      report_->median_px, 100.0 * share));
+    AddIf(MatchedShare() < kMinMatched, "matched",
+          fmt::format("{:.0f} % of the detections belong to a person who was "
+                      "found: views may have each other's cameras "
+                      "(cameras.map), other frames than each other, turned or "
+                      "mirrored images",
+                      100.0 * MatchedShare()));
   }
 
   // Share of the detections that belong to a person; 1 where there are few.
@@ -200,17 +207,6 @@ class Warnings {
     }
     if (detections < kEnoughDetections) return 1.0;
     return static_cast<double>(matched) / static_cast<double>(detections);
-  }
-
-  void AddMatched() {
-    const double share = MatchedShare();
-    if (share >= kMinMatched) return;
-    Add("matched",
-        fmt::format("{:.0f} % of the detections belong to a person who was "
-                    "found: views may have each other's cameras (cameras.map), "
-                    "other frames than each other, turned or mirrored images",
-                    100.0 * share),
-        kLookCloser);
   }
 
   void AddBones() {
@@ -227,21 +223,15 @@ class Warnings {
     if (frames == 0.0) return;
     spread /= frames;
     difference /= frames;
-    if (spread > kMaxSpread) {
-      Add("bones",
+    AddIf(spread > kMaxSpread, "bones",
           fmt::format("lengths of limbs vary by {:.0f} % during the recording: "
                       "calibration, clocks or skeleton may be wrong",
-                      100.0 * spread),
-          kLookCloser);
-    }
-    if (difference > kMaxSideDifference) {
-      Add("bones",
+                      100.0 * spread));
+    AddIf(difference > kMaxSideDifference, "bones",
           fmt::format("left and right limbs differ by {:.0f} %: a view may be "
                       "mirrored, or the skeleton's order of joints wrong "
                       "(detections.skeleton)",
-                      100.0 * difference),
-          kLookCloser);
-    }
+                      100.0 * difference));
   }
 
   void AddSpeed() {

@@ -49,42 +49,41 @@ void TrackAll(DetectionSource* source, Session* session,
   for (TrackFrame& done : session->Finish()) write(std::move(done));
 }
 
-namespace {
-
-// What the uncertainty of the cameras does to the covariances, which needs the
-// matches.
-void AddUncertainty(const RunScene& scene, const DetectionSequence& detections,
-                    CameraUncertainty* uncertainty, TrackFrame* frame) {
-  const DetectionFrame* all = FindDetectionFrame(detections, frame->frame);
-  if (all == nullptr) return;
-  DetectionFrame all_views = *all;
-  DetectionFrame seen;
-  KeepUsedViews(scene, &all_views, &seen);
-  uncertainty->AddTo(seen, frame);
-}
-
-TrackSequence TrackWith(const RunOptions& options, const RunRequest& request,
-                        const DetectionSequence& detections,
-                        const std::optional<RefinementRecord>& record,
-                        ViewBias* view_bias,
-                        const std::function<void(int64_t)>& progress) {
+TrackSequence TrackSequenceOf(const RunOptions& options,
+                              const RunRequest& request,
+                              const DetectionSequence& detections,
+                              ViewBias* view_bias,
+                              const std::function<void(int64_t)>& progress) {
+  const ReadyRecording ready = MakeRecordingReady(
+      options, request, std::nullopt, [&] { return detections; });
+  const DetectionSequence& told =
+      ready.detections.has_value() ? *ready.detections : detections;
   RunRequest asked = request;
-  if (record.has_value()) asked.kept_matches = KeptMatches::kWeights;
-  MemorySource source(detections);
-  Session session(options, asked, detections.header,
-                  [&] { return std::make_unique<MemorySource>(detections); });
+  asked.cameras = ready.cameras;
+  if (ready.record.has_value()) asked.kept_matches = KeptMatches::kWeights;
+  MemorySource source(told);
+  Session session(options, asked, told.header,
+                  [&] { return std::make_unique<MemorySource>(told); });
   if (progress) session.set_progress(progress);
+  // What the uncertainty of the cameras does to the covariances, which needs
+  // the matches.
   const std::unique_ptr<CameraUncertainty> uncertainty =
-      record.has_value()
-          ? UncertaintyOf(*record, session.scene(), detections.header.skeleton)
+      ready.record.has_value()
+          ? UncertaintyOf(*ready.record, session.scene(), told.header.skeleton)
           : nullptr;
   const bool keeps_matches =
       options.output.observations || request.kept_matches != KeptMatches::kNone;
   TrackSequence tracks;
   tracks.header = session.scene().header;
   TrackAll(&source, &session, [&](TrackFrame&& frame) {
-    if (uncertainty != nullptr) {
-      AddUncertainty(session.scene(), detections, uncertainty.get(), &frame);
+    const DetectionFrame* all = uncertainty == nullptr
+                                    ? nullptr
+                                    : FindDetectionFrame(told, frame.frame);
+    if (all != nullptr) {
+      DetectionFrame all_views = *all;
+      DetectionFrame seen;
+      KeepUsedViews(session.scene(), &all_views, &seen);
+      uncertainty->AddTo(seen, &frame);
     }
     for (PersonPose& person : frame.people) {
       if (!keeps_matches) person.matches.clear();
@@ -95,8 +94,16 @@ TrackSequence TrackWith(const RunOptions& options, const RunRequest& request,
   return tracks;
 }
 
-FrozenRun Freeze(const RunOptions& options, const RunRequest& request,
-                 const DetectionSequence& detections) {
+FrozenRun FreezeTracking(const RunOptions& options, const RunRequest& request,
+                         const DetectionSequence& detections) {
+  RunRequest asked = request;
+  ReadyRecording ready;
+  if (options.refine.any()) {
+    ready = RefineRecording(options, request, detections);
+    asked.cameras = ready.cameras;
+  }
+  const DetectionSequence& told =
+      ready.detections.has_value() ? *ready.detections : detections;
   RunOptions one_pass = options;
   one_pass.tracker.life.second_pass = false;
   one_pass.identity.link = false;
@@ -106,63 +113,30 @@ FrozenRun Freeze(const RunOptions& options, const RunRequest& request,
   EstimatorFactory& written =
       estimators.output ? estimators.output : estimators.feedback;
   written = freezer.Wrap(std::move(written));
-  Session session(one_pass, request, detections.header, std::move(estimators));
+  Session session(one_pass, asked, told.header, std::move(estimators));
   FrozenRun run;
   run.scene = session.scene();
   // The tracks say what was asked for, not what was left out.
   run.scene.header.config_json = EffectiveConfigJson(options);
   run.tracks.header = run.scene.header;
-  run.detections.header = detections.header;
+  run.detections.header = told.header;
   run.detections.header.view_names = run.scene.view_names;
   session.set_frame_listener([&](const DetectionFrame& frame) {
     run.detections.frames.push_back(frame);
   });
-  MemorySource source(detections);
+  MemorySource source(told);
   TrackAll(&source, &session, [&](TrackFrame&& frame) {
     run.tracks.frames.push_back(std::move(frame));
   });
   run.scale = session.scale();
   CameraRig& cameras = run.scene.model.cameras;
-  cameras = run.scale.IntoRun(std::move(cameras));
+  cameras = run.scale.IntoRun(cameras);
   if (!run.tracks.frames.empty()) {
     run.first_frame = run.tracks.frames.front().frame;
   }
   run.matches = freezer.Matches(WithRulesOfMode(options).tracker.life,
                                 run.scene.model.frame_rate_hz);
   return run;
-}
-
-}  // namespace
-
-TrackSequence TrackSequenceOf(const RunOptions& options,
-                              const RunRequest& request,
-                              const DetectionSequence& detections,
-                              ViewBias* view_bias,
-                              const std::function<void(int64_t)>& progress) {
-  if (!ChangesCameras(options)) {
-    return TrackWith(options, request, detections, std::nullopt, view_bias,
-                     progress);
-  }
-  const ReadyRecording ready = MakeRecordingReady(
-      options, request, std::nullopt, [&] { return detections; });
-  RunRequest asked = request;
-  asked.cameras = ready.cameras;
-  return TrackWith(
-      options, asked,
-      ready.detections.has_value() ? *ready.detections : detections,
-      ready.record, view_bias, progress);
-}
-
-FrozenRun FreezeTracking(const RunOptions& options, const RunRequest& request,
-                         const DetectionSequence& detections) {
-  if (!options.refine.any()) {
-    return Freeze(options, request, detections);
-  }
-  const RefinedRecording refined =
-      RefineRecording(options, request, detections);
-  RunRequest asked = request;
-  asked.cameras = refined.cameras;
-  return Freeze(options, asked, refined.detections);
 }
 
 }  // namespace kinegraph

@@ -23,17 +23,6 @@
 namespace kinegraph {
 namespace {
 
-// `frame` as it would have been seen `frames_earlier` frames ago.
-DetectionFrame Earlier(const DetectionFrame& frame, int64_t frames_earlier,
-                       const FrameClock& clock) {
-  DetectionFrame earlier = frame;
-  const TimeNs shift = clock.TimeOf(frames_earlier);
-  earlier.frame -= frames_earlier;
-  earlier.time -= shift;
-  for (ViewDetections& view : earlier.views) view.capture_time -= shift;
-  return earlier;
-}
-
 // The options with a place where estimators count.
 RunOptions WithLedger(RunOptions options) {
   GraphOptions& graph = options.estimators.graph;
@@ -228,7 +217,7 @@ struct Session::Impl {
     if (scale_.is_one()) return;
     tracker_->Finish(&finished_);
     options_ = scale_.IntoRun(std::move(options_));
-    model_.cameras = scale_.IntoRun(std::move(model_.cameras));
+    model_.cameras = scale_.IntoRun(model_.cameras);
     MakeTracker();
   }
 
@@ -290,7 +279,13 @@ struct Session::Impl {
     first_frame_ = first.frame;
     const FrameClock clock(scene_.model.frame_rate_hz);
     for (int64_t k = options_.input.repeat_first_frame; k > 0; --k) {
-      Feed(Earlier(first, k, clock));
+      DetectionFrame earlier = first;  // as it was k frames ago
+      earlier.frame -= k;
+      earlier.time -= clock.TimeOf(k);
+      for (ViewDetections& view : earlier.views) {
+        view.capture_time -= clock.TimeOf(k);
+      }
+      Feed(earlier);
     }
   }
 

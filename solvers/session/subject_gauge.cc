@@ -203,7 +203,7 @@ SubjectGauge::SubjectGauge(CameraRig cameras, const Skeleton& detections,
       settled_(stated_m > 0.0 || detections.joint_count() < 2 ||
                cameras_.size() < 2) {
   // What is triangulated depends a little on the unit of the world.
-  cameras_ = Rescaled(std::move(cameras_), 1.0 / cameras_m_);
+  cameras_ = Rescaled(cameras_, 1.0 / cameras_m_);
 }
 
 void SubjectGauge::See(const DetectionFrame& frame) {

@@ -26,12 +26,12 @@ SubjectScale SubjectScale::OfSize(double size_m) {
 
 double SubjectScale::size_m() const { return kPersonSize_m * metres_; }
 
-CameraRig SubjectScale::IntoRun(CameraRig cameras) const {
-  return Rescaled(std::move(cameras), 1.0 / metres_);
+CameraRig SubjectScale::IntoRun(const CameraRig& cameras) const {
+  return Rescaled(cameras, 1.0 / metres_);
 }
 
-CameraRig SubjectScale::IntoWorld(CameraRig cameras) const {
-  return Rescaled(std::move(cameras), metres_);
+CameraRig SubjectScale::IntoWorld(const CameraRig& cameras) const {
+  return Rescaled(cameras, metres_);
 }
 
 RunOptions SubjectScale::IntoRun(RunOptions options) const {

@@ -29,14 +29,14 @@ class SubjectScale {
   double size_m() const;
   bool is_one() const { return metres_ == 1.0; }
 
-  CameraRig IntoRun(CameraRig cameras) const;
+  CameraRig IntoRun(const CameraRig& cameras) const;
   // Places in the world, and what is known beforehand of the detector's bias.
   RunOptions IntoRun(RunOptions options) const;
   TrackFrame IntoRun(TrackFrame frame) const {
     return Times(1 / metres_, frame);
   }
 
-  CameraRig IntoWorld(CameraRig cameras) const;
+  CameraRig IntoWorld(const CameraRig& cameras) const;
   TrackFrame IntoWorld(TrackFrame frame) const { return Times(metres_, frame); }
   LearntNoise IntoWorld(LearntNoise noise) const;
   ViewBias IntoWorld(ViewBias bias) const;

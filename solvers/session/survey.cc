@@ -72,14 +72,17 @@ double UsualJoints(const DetectionSequence& beginning) {
 // The doctor's word for clocks that are whole frames off.
 constexpr const char* kClockOffset = "clock_offset";
 
+bool HasCamera(const RecordingReport& report, CameraWarning::Kind kind) {
+  return std::any_of(
+      report.cameras_off.begin(), report.cameras_off.end(),
+      [&](const CameraWarning& camera) { return camera.kind == kind; });
+}
+
 // Whether nothing but where cameras stand and look, and their clocks, seems
 // wrong. Of two, either may be: that is not for a configuration to settle.
 bool MayBeRefined(const RecordingReport& report) {
   return report.cameras.size() > 2 &&
-         std::none_of(report.cameras_off.begin(), report.cameras_off.end(),
-                      [](const CameraWarning& camera) {
-                        return camera.kind == CameraWarning::Kind::kHardlySeen;
-                      }) &&
+         !HasCamera(report, CameraWarning::Kind::kHardlySeen) &&
          std::all_of(report.warnings.begin(), report.warnings.end(),
                      [](const Finding& warning) {
                        return warning.kind == "camera" ||
@@ -125,14 +128,10 @@ SurveyTrial Try(const SurveyRequest& asked, RunOptions options,
   trial.stance = std::move(stance);
   // What was refined once is not refined again.
   if (!record.has_value() && MayBeRefined(trial.report)) {
-    const auto any = [&](CameraWarning::Kind kind) {
-      return std::any_of(
-          trial.report.cameras_off.begin(), trial.report.cameras_off.end(),
-          [kind](const CameraWarning& camera) { return camera.kind == kind; });
-    };
-    trial.cameras_are_off = any(CameraWarning::Kind::kElsewhere);
+    trial.cameras_are_off =
+        HasCamera(trial.report, CameraWarning::Kind::kElsewhere);
     trial.clocks_are_off =
-        any(CameraWarning::Kind::kOffBeat) ||
+        HasCamera(trial.report, CameraWarning::Kind::kOffBeat) ||
         std::any_of(trial.report.warnings.begin(), trial.report.warnings.end(),
                     [](const Finding& warning) {
                       return warning.kind == kClockOffset;

@@ -5,12 +5,11 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <fstream>
+#include <iterator>
 #include <nlohmann/json.hpp>
 #include <sstream>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -19,6 +18,7 @@
 #include "core/io/calibration/calibration.h"
 #include "core/io/calibration/format.h"
 #include "core/io/tracks/tracks.h"
+#include "solvers/cameras/camera_change.h"
 #include "solvers/session/options.h"
 #include "tests/apps/command.h"
 #include "tests/support/faulty_scene.h"
@@ -31,6 +31,8 @@ namespace {
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 
+std::string Text(double value) { return std::to_string(value); }
+
 struct OwnRecording {
   std::string format;
   std::string skeleton;
@@ -41,120 +43,74 @@ struct OwnRecording {
   double duration_s = 2.5;
 
   // Of the cameras' ring: the longer the lens, the farther.
-  double radius_m() const;
-  std::string unit() const;  // that init must find
-  std::string name() const;  // "body25_25hz_800px_m"
+  double radius_m() const { return 4.0 + focal_px / 750.0; }
+  // "body25_25hz_800px_m"
+  std::string name() const {
+    return skeleton + "_" + std::to_string(std::lround(frame_rate_hz)) + "hz_" +
+           std::to_string(std::lround(focal_px)) + "px_" +
+           (unit_per_m == 1000.0 ? "mm" : "m");
+  }
 };
-
-struct Detector {
-  const char* format;
-  const char* skeleton;
-  int people;
-};
-
-// MediaPipe finds one person.
-constexpr std::array<Detector, 5> kDetectors = {
-    {{"openpose", "body25", 2},
-     {"openpose", "body25b", 2},
-     {"mmpose", "halpe26", 2},
-     {"coco", "coco17", 2},
-     {"mediapipe", "mediapipe33", 1}}};
-constexpr std::array<double, 3> kRatesHz = {25.0, 60.0, 120.0};
-constexpr std::array<double, 2> kUnitsPerM = {1.0, 1000.0};
-constexpr std::array<double, 4> kFocalsPx = {500.0, 1000.0, 1700.0, 3000.0};
-
-std::string Text(double value) { return std::to_string(value); }
-
-std::string SceneKeys(const OwnRecording& recording) {
-  const int width = static_cast<int>(1.6 * recording.focal_px);
-  return "scene.skeleton=" + recording.skeleton +
-         ";scene.frame_rate=" + Text(recording.frame_rate_hz) +
-         ";scene.duration=" + Text(recording.duration_s) +
-         ";scene.people=" + std::to_string(recording.people) +
-         ";scene.motion.visitors=0;scene.motion.area_radius=1.5"
-         ";scene.cameras.count=4;scene.cameras.focal=" +
-         Text(recording.focal_px) +
-         ";scene.cameras.radius=" + Text(recording.radius_m()) +
-         ";scene.cameras.image_width=" + std::to_string(width) +
-         ";scene.cameras.image_height=" + std::to_string(width * 9 / 16);
-}
-
-// Noise that is the same share of a person's size in every image: 4 px at
-// 800 px and 6.5 m.
-std::string SceneToml(const OwnRecording& recording) {
-  return "[scene]\nseed = 8\n[noise]\nseed = 7\nsigma = " +
-         Text(4.0 * recording.focal_px / 800.0) +
-         "\nreference_depth = 6.5\ncorrelation_time = 0.1\nwhite_share = 0.5\n"
-         "missing_rate = 0.03\nconfidence = 0.8\n";
-}
-
-// Appends to `failed` what did not end well.
-std::string Run(const std::string& command, const std::string& arguments,
-                std::string* failed) {
-  const ProgramOutcome outcome = RunProgram(command, arguments);
-  if (outcome.exit_code != 0) *failed += command + ": " + outcome.errors;
-  return outcome.output;
-}
-
-double ErrorOf(const std::string& tracks, const std::string& truth) {
-  return EvaluateMpjpe(ReadTracks(truth), ReadTracks(tracks)).raw_m;
-}
-
-double OwnRecording::radius_m() const { return 4.0 + focal_px / 750.0; }
-
-std::string OwnRecording::unit() const {
-  return unit_per_m == 1000.0 ? "mm" : "the calibration's own";
-}
-
-std::string OwnRecording::name() const {
-  const auto whole = [](double value) {
-    return std::to_string(std::lround(value));
-  };
-  return skeleton + "_" + whole(frame_rate_hz) + "hz_" + whole(focal_px) +
-         "px_" + (unit_per_m == 1000.0 ? "mm" : "m");
-}
 
 // Every detector with every other value at least once, and every two values of
 // two of the four: formats, rates, units, focal lengths of 500 to 3000 px.
 // Twenty pairs of detector and focal length; rate and unit go round so that
 // each meets every detector and every focal length, and the other.
 std::vector<OwnRecording> CoveringRecordings() {
+  constexpr double kRatesHz[] = {25.0, 60.0, 120.0};
+  constexpr double kUnitsPerM[] = {1.0, 1000.0};
+  constexpr double kFocalsPx[] = {500.0, 1000.0, 1700.0, 3000.0};
+  // MediaPipe finds one person.
+  const struct {
+    const char* format;
+    const char* skeleton;
+    int people;
+  } kDetectors[] = {{"openpose", "body25", 2},
+                    {"openpose", "body25b", 2},
+                    {"mmpose", "halpe26", 2},
+                    {"coco", "coco17", 2},
+                    {"mediapipe", "mediapipe33", 1}};
   std::vector<OwnRecording> recordings;
-  for (size_t d = 0; d < kDetectors.size(); ++d) {
-    for (size_t f = 0; f < kFocalsPx.size(); ++f) {
-      recordings.push_back({kDetectors[d].format, kDetectors[d].skeleton,
-                            kRatesHz[(d + f) % 3], kFocalsPx[f],
-                            kUnitsPerM[(d + f / 2) % 2], kDetectors[d].people});
+  for (size_t d = 0; d < std::size(kDetectors); ++d) {
+    for (size_t f = 0; f < std::size(kFocalsPx); ++f) {
+      const auto& [format, skeleton, people] = kDetectors[d];
+      recordings.push_back({format, skeleton, kRatesHz[(d + f) % 3],
+                            kFocalsPx[f], kUnitsPerM[(d + f / 2) % 2], people});
     }
   }
   return recordings;
 }
 
 // The scene in the folder: detections in the detector's format, and
-// calibration.json, a format that states no unit.
+// calibration.json, a format that states no unit. Noise is the same share of a
+// person's size in every image: 4 px at 800 px and 6.5 m.
 void MakeOwnRecording(const OwnRecording& recording,
                       const std::string& folder) {
-  const std::string scene = folder + "/scene.toml";
-  std::ofstream(scene) << SceneToml(recording);
-  std::string failed;
-  Run("synthesize",
-      "--config='" + scene + "' --set='" + SceneKeys(recording) +
-          "' --format=" + recording.format + " --out='" + folder + "'",
-      &failed);
-  if (!failed.empty()) throw std::runtime_error(failed);
-  CameraRig cameras;
-  for (const Camera& camera : ReadCameras(folder + "/cameras.json")) {
-    CameraParameters parameters = camera.parameters();
-    parameters.t *= recording.unit_per_m;
-    cameras.emplace_back(parameters);
-  }
+  const std::string focal = Text(recording.focal_px);
+  const int width = static_cast<int>(1.6 * recording.focal_px);
+  std::ofstream(folder + "/scene.toml")
+      << "[scene]\nseed = 8\n[noise]\nseed = 7\nsigma = "
+      << 4.0 * recording.focal_px / 800.0
+      << "\nreference_depth = 6.5\ncorrelation_time = 0.1\nwhite_share = 0.5\n"
+         "missing_rate = 0.03\nconfidence = 0.8\n";
+  Done("synthesize",
+       "--config='" + folder + "/scene.toml' --format=" + recording.format +
+           " --out='" + folder +
+           "' --set='scene.skeleton=" + recording.skeleton +
+           ";scene.frame_rate=" + Text(recording.frame_rate_hz) +
+           ";scene.duration=" + Text(recording.duration_s) +
+           ";scene.people=" + std::to_string(recording.people) +
+           ";scene.motion.visitors=0;scene.motion.area_radius=1.5"
+           ";scene.cameras.count=4;scene.cameras.focal=" +
+           focal + ";scene.cameras.radius=" + Text(recording.radius_m()) +
+           ";scene.cameras.image_width=" + std::to_string(width) +
+           ";scene.cameras.image_height=" + std::to_string(width * 9 / 16) +
+           "'");
   LostFields lost_fields;
-  WriteCalibration(folder + "/calibration.json", "krt", cameras, &lost_fields);
-}
-
-std::string InputsOf(const OwnRecording& recording, const std::string& folder) {
-  return "--cameras='" + folder + "/calibration.json' --detections='" + folder +
-         "/detections_" + recording.format + "' ";
+  WriteCalibration(
+      folder + "/calibration.json", "krt",
+      Rescaled(ReadCameras(folder + "/cameras.json"), recording.unit_per_m),
+      &lost_fields);
 }
 
 // Changes of a hand-made configuration: gates in pixels by the rule of
@@ -168,89 +124,67 @@ std::string HandMadeKeys(const OwnRecording& recording) {
          ";initialisation.alpha_filter=" + Text(60 * scale);
 }
 
-struct OwnRecordingOutcome {
-  std::string failed;  // command and its error; empty: all came to their end
-  std::string init;    // what was said
-  std::string track;
-  double error_m = 0.0;  // mean over joints
-  double by_hand_error_m = 0.0;
-  IdentityResult identity;
-};
-
-// The five steps, and once more with the hand-made gates.
-OwnRecordingOutcome WalkFiveSteps(const OwnRecording& recording,
-                                  const std::string& folder) {
-  OwnRecordingOutcome outcome;
-  MakeOwnRecording(recording, folder);
-  const std::string inputs = InputsOf(recording, folder);
-  const std::string config = " --config='" + folder + "/new/my.toml' ";
-  outcome.init = Run("init",
-                     inputs + "--frame_rate=" + Text(recording.frame_rate_hz) +
-                         " --out='" + folder + "/new/my.toml'",
-                     &outcome.failed);
-  outcome.track =
-      Run("track", inputs + config + "--out='" + folder + "/take.jsonl'",
-          &outcome.failed);
-  Run("report",
-      "--tracks='" + folder + "/take.jsonl' " + inputs + config + "--out='" +
-          folder + "/page/take.html'",
-      &outcome.failed);
-  Run("track",
-      inputs + config + "--set='" + HandMadeKeys(recording) + "' --out='" +
-          folder + "/by_hand.jsonl'",
-      &outcome.failed);
-  if (!outcome.failed.empty()) return outcome;
-  const std::string truth = folder + "/truth.jsonl";
-  outcome.error_m = ErrorOf(folder + "/take.jsonl", truth);
-  outcome.by_hand_error_m = ErrorOf(folder + "/by_hand.jsonl", truth);
-  outcome.identity =
-      EvaluateIdentity(ReadTracks(truth), ReadTracks(folder + "/take.jsonl"));
-  return outcome;
-}
-
 class OwnRecordings : public ::testing::TestWithParam<OwnRecording> {};
 
+// Init, track, report; and once more with the hand-made gates.
 TEST_P(OwnRecordings, NeedNoConfigurationByHand) {
   const OwnRecording& recording = GetParam();
-  const TemporaryFolder folder;
-  const OwnRecordingOutcome outcome =
-      WalkFiveSteps(recording, folder.path().string());
-  ASSERT_EQ(outcome.failed, "");
-  EXPECT_THAT(outcome.init,
+  const TemporaryFolder temporary;
+  const std::string folder = temporary.path().string();
+  MakeOwnRecording(recording, folder);
+  const std::string inputs = "--cameras='" + folder +
+                             "/calibration.json' --detections='" + folder +
+                             "/detections_" + recording.format + "' ";
+  const std::string config = "--config='" + folder + "/new/my.toml' ";
+  const std::string take = folder + "/take.jsonl";
+  const ProgramOutcome init =
+      Done("init", inputs + "--frame_rate=" + Text(recording.frame_rate_hz) +
+                       " --out='" + folder + "/new/my.toml'");
+  const ProgramOutcome track =
+      Done("track", inputs + config + "--out='" + take + "'");
+  Done("report", "--tracks='" + take + "' " + inputs + config + "--out='" +
+                     folder + "/page/take.html'");
+  Done("track", inputs + config + "--set='" + HandMadeKeys(recording) +
+                    "' --out='" + folder + "/by_hand.jsonl'");
+  if (HasFailure()) return;
+  EXPECT_THAT(init.output,
               HasSubstr("skeleton    " + recording.skeleton + ","));
-  EXPECT_THAT(outcome.init, HasSubstr("unit        " + recording.unit() + ":"));
-  EXPECT_THAT(outcome.init, ::testing::Not(HasSubstr("warning")));
-  EXPECT_THAT(outcome.track, ::testing::Not(HasSubstr("warning")));
+  EXPECT_THAT(init.output,
+              HasSubstr(recording.unit_per_m == 1000.0
+                            ? "unit        mm:"
+                            : "unit        the calibration's own:"));
+  EXPECT_THAT(init.output, ::testing::Not(HasSubstr("warning")));
+  EXPECT_THAT(track.output, ::testing::Not(HasSubstr("warning")));
   const auto summary =
-      nlohmann::json::parse(ContentOf(folder.path() / "take.summary.json"));
+      nlohmann::json::parse(ContentOf(folder + "/take.summary.json"));
   EXPECT_EQ(summary.at("people").size(), static_cast<size_t>(recording.people));
   EXPECT_TRUE(summary.at("warnings").empty());
-  EXPECT_EQ(outcome.identity.switches, 0);
-  EXPECT_EQ(outcome.identity.identities, recording.people);
-  EXPECT_LE(outcome.error_m, 1.05 * outcome.by_hand_error_m);
+  const TrackSequence truth = ReadTracks(folder + "/truth.jsonl");
+  const TrackSequence tracks = ReadTracks(take);
+  const IdentityResult identity = EvaluateIdentity(truth, tracks);
+  EXPECT_EQ(identity.switches, 0);
+  EXPECT_EQ(identity.identities, recording.people);
+  const double error_m = EvaluateMpjpe(truth, tracks).raw_m;  // mean of joints
+  EXPECT_LE(
+      error_m,
+      1.05 * EvaluateMpjpe(truth, ReadTracks(folder + "/by_hand.jsonl")).raw_m);
   // 4 px of 800 are 32 mm across at 6.5 m, seen by several cameras.
-  EXPECT_LT(outcome.error_m, 0.032 * recording.radius_m() / 6.5);
-  EXPECT_THAT(ContentOf(folder.path() / "page/take.html"),
+  EXPECT_LT(error_m, 0.032 * recording.radius_m() / 6.5);
+  EXPECT_THAT(ContentOf(folder + "/page/take.html"),
               HasSubstr("kinegraph_summary"));
 }
 
-INSTANTIATE_TEST_SUITE_P(
-    FiveSteps, OwnRecordings, ::testing::ValuesIn(CoveringRecordings()),
-    [](const ::testing::TestParamInfo<OwnRecording>& test) {
-      return test.param.name();
-    });
+INSTANTIATE_TEST_SUITE_P(FiveSteps, OwnRecordings,
+                         ::testing::ValuesIn(CoveringRecordings()),
+                         [](const auto& test) { return test.param.name(); });
 
 class SmallRecording : public ::testing::Test {
  protected:
   // One person for two seconds, or as many as given for longer.
   void Make(const std::string& format, const std::string& skeleton,
             int people = 1, double duration_s = 2.5) {
-    OwnRecording recording;
-    recording.format = format;
-    recording.skeleton = skeleton;
-    recording.people = people;
-    recording.duration_s = duration_s;
-    MakeOwnRecording(recording, in);
+    MakeOwnRecording({format, skeleton, 25.0, 800.0, 1.0, people, duration_s},
+                     in);
   }
   // Flags that name the inputs, and what is written.
   std::string Flags(const std::string& out,

@@ -93,9 +93,8 @@ FaultyScene MakeFaultyScene(const FaultySceneOptions& options) {
     const double y = random.Uniform(-0.8, 0.8);
     const double x = random.Uniform(-0.8, 0.8);
     const Eigen::Vector3d moved(x, y, z);
-    CameraParameters parameters = camera.parameters();
-    parameters.t = -(camera.R() * (camera.centre() + moved));
-    camera = Camera(parameters);
+    camera = WithExtrinsics(camera, camera.R(),
+                            -(camera.R() * (camera.centre() + moved)));
   }
   result.cameras = result.scene.cameras;
   result.detections =
@@ -170,9 +169,10 @@ Camera Turned(const Camera& camera, double degrees, uint64_t seed) {
 }
 
 void ChangeJoints(FaultyScene* scene, size_t view,
-                  const std::function<void(Keypoint*)>& change) {
-  for (DetectionFrame& frame : scene->detections.frames) {
-    for (Detection& detection : frame.views[view].detections) {
+                  const std::function<void(Keypoint*)>& change, size_t from) {
+  auto& frames = scene->detections.frames;
+  for (size_t k = from; k < frames.size(); ++k) {
+    for (Detection& detection : frames[k].views[view].detections) {
       for (Keypoint& joint : detection.joints) change(&joint);
     }
   }
@@ -185,14 +185,12 @@ void TurnCameraFrom(size_t from, size_t v, double degrees, uint64_t seed,
   // A turn about the camera's centre moves pixels by a homography.
   const Eigen::Matrix3d moves =
       after.K() * after.R() * before.R().transpose() * before.K().inverse();
-  auto& frames = scene->detections.frames;
-  for (size_t k = from; k < frames.size(); ++k) {
-    for (Detection& detection : frames[k].views[v].detections) {
-      for (Keypoint& joint : detection.joints) {
-        joint.px = (moves * joint.px.homogeneous()).hnormalized();
-      }
-    }
-  }
+  ChangeJoints(
+      scene, v,
+      [&](Keypoint* joint) {
+        joint->px = (moves * joint->px.homogeneous()).hnormalized();
+      },
+      from);
 }
 
 Camera Shifted(const Camera& camera, double x_px, double y_px) {
@@ -209,17 +207,16 @@ Camera Magnified(const Camera& camera, double factor) {
 }
 
 Camera WithoutLens(const Camera& camera) {
-  CameraParameters parameters = camera.parameters();
-  parameters.lens = nullptr;
-  return Camera(parameters);
+  return Edited(camera,
+                [](CameraParameters* edited) { edited->lens = nullptr; });
 }
 
 Camera WithExtrinsics(const Camera& camera, const Eigen::Matrix3d& R,
                       const Eigen::Vector3d& t) {
-  CameraParameters parameters = camera.parameters();
-  parameters.R = R;
-  parameters.t = t;
-  return Camera(parameters);
+  return Edited(camera, [&](CameraParameters* edited) {
+    edited->R = R;
+    edited->t = t;
+  });
 }
 
 Diagnosis DiagnoseScene(const FaultyScene& scene) {

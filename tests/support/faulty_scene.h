@@ -71,9 +71,10 @@ Camera WithoutLens(const Camera& camera);
 Camera WithExtrinsics(const Camera& camera, const Eigen::Matrix3d& R,
                       const Eigen::Vector3d& t);
 
-// Changes each joint of a view's detections.
+// Changes each joint of a view's detections, from frame index `from` on.
 void ChangeJoints(FaultyScene* scene, size_t view,
-                  const std::function<void(Keypoint*)>& change);
+                  const std::function<void(Keypoint*)>& change,
+                  size_t from = 0);
 
 // Turns the camera of view `v` from frame index `from` on, as somebody does who
 // bumps into it: the detections move as its image does (no lens), the stated

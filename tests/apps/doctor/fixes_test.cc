@@ -27,7 +27,7 @@ struct Case {
   std::function<void(FaultyScene*)> spoil;
 };
 
-class Fixes : public ::testing::TestWithParam<int> {};
+class Fixes : public ::testing::TestWithParam<Case> {};
 
 std::vector<Case> Cases() {
   return {
@@ -119,7 +119,7 @@ struct Files {
 };
 
 TEST_P(Fixes, RunAsPrintedAndMend) {
-  const Case one = Cases()[static_cast<size_t>(GetParam())];
+  const Case& one = GetParam();
   const testing::TemporaryFolder folder;
   Files files(folder.path().string());
   files.Write(one.spoil);
@@ -185,8 +185,10 @@ TEST(Advice, OfTrackRunsAsPrinted) {
   EXPECT_GT(commands, 0) << summary.at("warnings").dump();
 }
 
-INSTANTIATE_TEST_SUITE_P(Kinds, Fixes,
-                         ::testing::Range(0, static_cast<int>(Cases().size())));
+INSTANTIATE_TEST_SUITE_P(Kinds, Fixes, ::testing::ValuesIn(Cases()),
+                         [](const auto& test) {
+                           return std::string(test.param.kind);
+                         });
 
 }  // namespace
 }  // namespace kinegraph

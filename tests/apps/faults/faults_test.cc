@@ -136,19 +136,6 @@ TEST(StreamTest, AReaderThatLeavesIsSaid) {
   EXPECT_THAT(outcome.errors, HasSubstr("Broken pipe"));
 }
 
-// Lines of the detections of a recording of four seconds, the header first.
-std::vector<std::string> LongRecording(const std::string& folder) {
-  const ProgramOutcome made = RunProgram(
-      "synthesize",
-      "--config=" + ProjectFile("configs/synthetic/demo.toml").string() +
-          " --set='scene.duration=4' --out=" + folder);
-  EXPECT_EQ(made.exit_code, 0) << made.errors;
-  std::vector<std::string> lines;
-  std::ifstream file(folder + "/detections.jsonl");
-  for (std::string line; std::getline(file, line);) lines.push_back(line);
-  return lines;
-}
-
 int LinesOf(const std::string& path) {
   const std::string content = ContentOf(path);
   return static_cast<int>(std::count(content.begin(), content.end(), '\n'));
@@ -164,7 +151,8 @@ class LiveTest : public PipeTest,
                  public ::testing::WithParamInterface<LiveCase> {
  protected:
   LiveTest() {
-    lines_ = LongRecording(recording_);
+    std::ifstream file(recording_ + "/detections.jsonl");
+    for (std::string line; std::getline(file, line);) lines_.push_back(line);
     EXPECT_GT(lines_.size(), 90u);
   }
 
@@ -173,9 +161,9 @@ class LiveTest : public PipeTest,
     return TrackCommand(detections, out, recording_, GetParam().config);
   }
 
-  const std::string recording_ = (folder_.path() / "take").string();
+  const std::string recording_ = DemoScene("4");
   const std::string recorded_ = (folder_.path() / "recorded.jsonl").string();
-  std::vector<std::string> lines_;
+  std::vector<std::string> lines_;  // of the detections, the header first
 };
 
 TEST_P(LiveTest, AnswersWithinTheLagAndAsTheWholeTake) {

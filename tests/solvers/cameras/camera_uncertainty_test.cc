@@ -71,12 +71,13 @@ Eigen::MatrixXd InformationOf(const Setting& setting, double prior_rad) {
 }
 
 CameraUncertainty Uncertain(const Setting& setting,
-                            const Eigen::MatrixXd& covariance) {
+                            const Eigen::MatrixXd& covariance,
+                            const std::vector<int>& joints = {0}) {
   return CameraUncertainty(
       setting.scene.scene.cameras,
       std::vector<std::vector<int>>(
           5, {kRotationAt, kRotationAt + 1, kRotationAt + 2}),
-      covariance, {0}, 0.0);
+      covariance, joints, 0.0);
 }
 
 // The joint's block of the inverse of the whole information, got in two steps.
@@ -87,9 +88,8 @@ TEST(CameraUncertainty, IsTheSchurComplement) {
   const Eigen::Matrix3d given_cameras =
       information.topLeftCorner<3, 3>().inverse();
   setting.frame.people[0].covariances = {given_cameras};
-  CameraUncertainty uncertainty =
-      Uncertain(setting, whole.bottomRightCorner(15, 15));
-  uncertainty.AddTo(setting.seen, &setting.frame);
+  Uncertain(setting, whole.bottomRightCorner(15, 15))
+      .AddTo(setting.seen, &setting.frame);
   const Eigen::Matrix3d expected = whole.topLeftCorner<3, 3>();
   // The cameras' share counts: two milliradians at 6 m are 12 mm.
   ASSERT_GT(expected.trace(), 1.5 * given_cameras.trace());
@@ -123,12 +123,8 @@ TEST(CameraUncertainty, UnseenJointsHangOnSeenOnes) {
     match.weights = {1.0, std::nullopt, std::nullopt};
   }
   const Eigen::MatrixXd covariance = 1e-6 * Eigen::MatrixXd::Identity(15, 15);
-  CameraUncertainty uncertainty(
-      setting.scene.scene.cameras,
-      std::vector<std::vector<int>>(
-          5, {kRotationAt, kRotationAt + 1, kRotationAt + 2}),
-      covariance, {0, -1, -1}, 0.0);
-  uncertainty.AddTo(setting.seen, &setting.frame);
+  Uncertain(setting, covariance, {0, -1, -1})
+      .AddTo(setting.seen, &setting.frame);
   EXPECT_GT(person.covariances[0]->trace(), 0.0);
   EXPECT_EQ(*person.covariances[1], *person.covariances[0]);
   EXPECT_FALSE(person.covariances[2].has_value());

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "core/synthetic/scene.h"
+#include "solvers/cameras/camera_change.h"
 
 namespace kinegraph {
 namespace {
@@ -42,16 +43,10 @@ TEST(Ground, ATiltedWorldStandsUp) {
   EXPECT_NEAR((ground->R * moved + ground->t).z(), 0.0, 0.04);
   EXPECT_NEAR(ground->R.determinant(), 1.0, 1e-9);
   // Cameras see what they saw.
-  const CameraRig turned = [&] {
-    CameraRig rig;
-    for (const Camera& camera : scene.cameras) {
-      CameraParameters parameters = camera.parameters();
-      parameters.R = camera.R() * turn.transpose();
-      parameters.t = camera.t() - parameters.R * moved;
-      rig.emplace_back(parameters);
-    }
-    return rig;
-  }();
+  const CameraRig turned = Edited(scene.cameras, [&](CameraParameters* camera) {
+    camera->R = camera->R * turn.transpose();
+    camera->t = camera->t - camera->R * moved;
+  });
   const CameraRig upright = OnGround(turned, *ground);
   const Eigen::Vector3d point = tracks.frames[0].people[0].joints[0].position_m;
   for (size_t v = 0; v < turned.size(); ++v) {

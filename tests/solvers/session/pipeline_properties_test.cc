@@ -12,6 +12,8 @@
 #include <vector>
 
 #include "core/base/random.h"
+#include "solvers/cameras/camera_change.h"
+#include "solvers/session/ground.h"
 #include "tests/solvers/session/recordings.h"
 #include "tests/support/test_data.h"
 
@@ -77,12 +79,8 @@ MovePoint MoveWorld(Recording* recording) {
   const Eigen::Matrix3d turn =
       Eigen::AngleAxisd(1.1, Eigen::Vector3d::UnitZ()).toRotationMatrix();
   const Eigen::Vector3d shift(4.0, -7.0, 0.0);
-  for (Camera& camera : recording->request.cameras) {
-    CameraParameters parameters = camera.parameters();
-    parameters.R = parameters.R * turn.transpose();
-    parameters.t = parameters.t - parameters.R * shift;
-    camera = Camera(parameters);
-  }
+  CameraRig& cameras = recording->request.cameras;
+  cameras = OnGround(cameras, {turn, shift});
   return [=](const Eigen::Vector3d& point) {
     return Eigen::Vector3d(turn * point + shift);
   };
@@ -112,9 +110,10 @@ MovePoint TurnCamerasAround(Recording* recording) {
 }
 
 MovePoint AddEmptyCamera(Recording* recording) {
-  CameraParameters parameters = recording->request.cameras.front().parameters();
-  parameters.name = "blind";
-  recording->request.cameras.emplace_back(parameters);
+  CameraRig& cameras = recording->request.cameras;
+  cameras.push_back(Edited(cameras.front(), [](CameraParameters* camera) {
+    camera->name = "blind";
+  }));
   recording->detections.header.view_names.emplace_back("blind");
   for (DetectionFrame& frame : recording->detections.frames) {
     frame.views.emplace_back();

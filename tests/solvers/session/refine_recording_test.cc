@@ -132,12 +132,12 @@ TEST(RefineRecording, ClocksAreFoundWherePeopleHopAndStop) {
   const FaultyScene scene = MakeFaultyScene(options);
   RunRequest request;
   request.cameras = scene.cameras;
-  const RefinedRecording refined = RefineRecording(
+  const ReadyRecording refined = RefineRecording(
       OptionsWith("cameras.refine_clock=true;tracking.feedback=gaussian"),
       request, scene.detections);
   for (size_t v = 0; v < 5; ++v) {
     // Four of the 0.4 ms that eight other recordings left (refine_accuracy).
-    EXPECT_NEAR(refined.record.cameras[v].offset_s, options.clock_offset_s[v],
+    EXPECT_NEAR(refined.record->cameras[v].offset_s, options.clock_offset_s[v],
                 0.0016);
   }
 }
