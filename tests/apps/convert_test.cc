@@ -1,10 +1,7 @@
 // kinegraph-convert itself: which formats go together, exit codes, files.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <sys/wait.h>
 
-#include <algorithm>
-#include <cstdlib>
 #include <filesystem>
 #include <map>
 #include <sstream>
@@ -21,40 +18,26 @@
 #include "core/io/tracks/format.h"
 #include "core/io/tracks/tracks.h"
 #include "core/io/tracks/writer.h"
+#include "tests/apps/command.h"
+#include "tests/core/io/tracks/recordings.h"
 #include "tests/support/opensim_trc.h"
-#include "tests/support/standing_person.h"
 #include "tests/support/test_data.h"
 
 namespace kinegraph {
 namespace {
 
 namespace fs = std::filesystem;
-using testing::BuildFile;
 using ::testing::ContainsRegex;
 using ::testing::HasSubstr;
 using ::testing::Not;
 using testing::TemporaryFolder;
 
-struct Outcome {
-  int exit_code = -1;
-  std::string errors;
-};
-
-Outcome Convert(const TemporaryFolder& folder, const std::string& arguments) {
-  const std::string errors = folder.path() / "stderr.txt";
-  const int status =
-      std::system(("'" + BuildFile("apps/kinegraph-convert").string() + "' " +
-                   arguments + " > /dev/null 2> " + errors)
-                      .c_str());
-  return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, ReadTextFile(errors)};
+// What is printed where it must succeed, and where it must not.
+std::string Converted(const std::string& arguments) {
+  return testing::Done("convert", arguments).errors;
 }
-
-// What is printed where it must succeed.
-std::string Converted(const TemporaryFolder& folder,
-                      const std::string& arguments) {
-  const Outcome outcome = Convert(folder, arguments);
-  EXPECT_EQ(outcome.exit_code, 0) << arguments << ": " << outcome.errors;
-  return outcome.errors;
+std::string Refused(const std::string& arguments) {
+  return testing::Refusal("convert", arguments);
 }
 
 // A small take in our own formats.
@@ -109,7 +92,7 @@ TEST(Convert, OwnFormatsComeBackByteForByte) {
   for (const std::string& in :
        {recording.cameras, recording.detections, recording.tracks}) {
     const std::string out = in + ".again";
-    Converted(folder, "--to=kinegraph --in=" + in + " --out=" + out);
+    Converted("--to=kinegraph --in=" + in + " --out=" + out);
     EXPECT_EQ(ReadTextFile(in), ReadTextFile(out));
   }
 }
@@ -124,15 +107,14 @@ TEST(Convert, RefinedCamerasKeepTheirRecordOrSaySo) {
   const std::string refined = folder.path() / "refined.cameras.json";
   WriteCameras(refined, ReadCameras(recording.cameras), refinement);
   const std::string in = "--in=" + refined + " --out=" + folder.path().string();
-  EXPECT_EQ(Converted(folder, in + "/own.json --to=kinegraph"), "");
+  EXPECT_EQ(Converted(in + "/own.json --to=kinegraph"), "");
   EXPECT_EQ(ReadTextFile(folder.path() / "own.json"), ReadTextFile(refined));
-  EXPECT_THAT(Converted(folder, in + "/other.toml --to=pose2sim"),
+  EXPECT_THAT(Converted(in + "/other.toml --to=pose2sim"),
               HasSubstr("clocks and uncertainty are not kept"));
   // A broken one is not handed on.
   WriteCameras(refined, ReadCameras(recording.cameras), "{\"cameras\": 3}");
-  const Outcome broken = Convert(folder, in + "/broken.json --to=kinegraph");
-  EXPECT_EQ(broken.exit_code, 2);
-  EXPECT_THAT(broken.errors, HasSubstr("refinement: cameras: found 3"));
+  EXPECT_THAT(Refused(in + "/broken.json --to=kinegraph"),
+              HasSubstr("refinement: cameras: found 3"));
   EXPECT_FALSE(fs::exists(folder.path() / "broken.json"));
 }
 
@@ -143,20 +125,17 @@ TEST(Convert, FlagsTellWhatTheInputDoesNot) {
                    R"({"a": {"K": [500,0,320,0,500,240,0,0,1],
                 "RT": [1,0,0,100,0,1,0,0,0,0,1,300]}})");
   const std::string cameras = folder.path() / "cameras.json";
-  Converted(folder,
-            "--from=krt --to=kinegraph --unit=cm --image_size=640,480 --in=" +
-                krt + " --out=" + cameras);
+  Converted("--from=krt --to=kinegraph --unit=cm --image_size=640,480 --in=" +
+            krt + " --out=" + cameras);
   const CameraRig rig = ReadCameras(cameras);
   EXPECT_EQ(rig[0].t(), Eigen::Vector3d(1, 0, 3));
   EXPECT_EQ(rig[0].width_px(), 640);
   EXPECT_EQ(rig[0].height_px(), 480);
   const Take recording(folder);
   const std::string coco = folder.path() / "coco";
-  Converted(folder,
-            "--to=coco --in=" + recording.detections + " --out=" + coco);
+  Converted("--to=coco --in=" + recording.detections + " --out=" + coco);
   const std::string own = folder.path() / "own.jsonl";
-  Converted(folder,
-            "--to=kinegraph --frame_rate=50 --in=" + coco + " --out=" + own);
+  Converted("--to=kinegraph --frame_rate=50 --in=" + coco + " --out=" + own);
   EXPECT_EQ(ReadDetections(own).header.frame_rate_hz, 50.0);
 }
 
@@ -164,10 +143,10 @@ TEST(Convert, FirstFrameOf4DAssociation) {
   const TemporaryFolder folder;
   const std::string in = folder.Write("skel.txt", "15 2\n0\n0\n");
   const std::string out = folder.path() / "own.jsonl";
-  Converted(folder,
-            "--from=4da --to=kinegraph --frame_rate=25 "
-            "--set=tracks.first_frame=7 --in=" +
-                in + " --out=" + out);
+  Converted(
+      "--from=4da --to=kinegraph --frame_rate=25 "
+      "--set=tracks.first_frame=7 --in=" +
+      in + " --out=" + out);
   const TrackSequence tracks = ReadTracks(out);
   ASSERT_EQ(tracks.frames.size(), 2u);
   EXPECT_EQ(tracks.frames[0].frame, 7);
@@ -227,11 +206,7 @@ TEST(Convert, BadUsageIsOneLineAndExitTwo) {
            {"--to=csv", "", to_out, "--in is required"}}) {
     const std::string arguments =
         flags + (in.empty() ? "" : " --in=" + in) + to;
-    const Outcome outcome = Convert(folder, arguments);
-    EXPECT_EQ(outcome.exit_code, 2) << arguments;
-    EXPECT_THAT(outcome.errors, HasSubstr(expected)) << arguments;
-    EXPECT_EQ(std::count(outcome.errors.begin(), outcome.errors.end(), '\n'), 1)
-        << outcome.errors;
+    EXPECT_THAT(Refused(arguments), HasSubstr(expected)) << arguments;
     EXPECT_FALSE(fs::exists(out)) << arguments;
   }
   for (const auto& entry : fs::directory_iterator(folder.path())) {
@@ -242,25 +217,12 @@ TEST(Convert, BadUsageIsOneLineAndExitTwo) {
 // Each note's advice is a command that runs and keeps the next note away.
 TEST(Convert, PeopleOnTheirSideAndTheWayUp) {
   const TemporaryFolder folder;
-  TrackSequence found;
-  found.header.skeleton = Body25();
-  found.header.frame_rate_hz = 25.0;
-  for (int64_t f = 0; f < 30; ++f) {
-    testing::PosedPerson person;
-    for (Joint3d& joint : person.pose().joints) {
-      joint.position_m.x() += 0.1 * static_cast<double>(f);
-    }
-    TrackFrame& frame = found.frames.emplace_back();
-    frame.frame = f;
-    frame.people = {person.pose()};
-    frame.people[0].id = TrackId(0);
-  }
   const std::string tracks = folder.path() / "take.jsonl";
-  WriteTracks(tracks, found);
+  WriteTracks(tracks, testing::Walk());
   const auto convert = [&](const std::string& in, const std::string& out,
                            const std::string& more) {
-    return Converted(folder, more + " --in=" + in + " --out=" +
-                                 folder.path().string() + "/" + out);
+    return Converted(more + " --in=" + in + " --out=" + folder.path().string() +
+                     "/" + out);
   };
   const auto stands = Not(HasSubstr("people stand"));
   EXPECT_THAT(convert(tracks, "up.trc", ""), stands);
@@ -314,8 +276,8 @@ TEST(Convert, MarkersAreNamedAsOthersNameThem) {
         Case{"opensim", {"\tmidHip\t", "\tLBigToe\t"}},
         Case{"ours", {"\tmid_hip\t", "\tl_big_toe\t"}}}) {
     const std::string out = folder.path() / ("new/" + one.names + ".trc");
-    Converted(folder, "--to=trc --person=Anna --markers=" + one.names +
-                          " --in=" + tracks + " --out=" + out);
+    Converted("--to=trc --person=Anna --markers=" + one.names +
+              " --in=" + tracks + " --out=" + out);
     for (const std::string& marker : one.expected) {
       EXPECT_THAT(FourthLineOf(out), HasSubstr(marker)) << one.names;
     }
@@ -327,12 +289,11 @@ TEST(Convert, MarkersAreNamedAsOthersNameThem) {
     EXPECT_NEAR(back.frames[0].people[0].joints[0].position_m.x(), 8.0, 1e-12);
   }
   // Both people: a folder; one of them alone by the number.
-  Converted(folder, "--to=trc --in=" + tracks +
-                        " --out=" + (folder.path() / "both").string());
+  Converted("--to=trc --in=" + tracks +
+            " --out=" + (folder.path() / "both").string());
   const std::string csv = folder.path() / "one.csv";
   const auto chosen = [&](const std::string& person, const std::string& in) {
-    Converted(folder,
-              "--to=csv --person=" + person + " --in=" + in + " --out=" + csv);
+    Converted("--to=csv --person=" + person + " --in=" + in + " --out=" + csv);
     return ReadTracks(csv).frames.at(0).people.at(0).id;
   };
   EXPECT_EQ(chosen("3", tracks), TrackId(3));
@@ -361,20 +322,14 @@ TEST(Convert, MarkersAreNamedAsOthersNameThem) {
       {"--to=csv --markers=vicon --out=" + (folder.path() / "x").string(),
        "ours, pose2sim, opensim"}};
   for (const auto& [arguments, expected] : wrong) {
-    const Outcome outcome = Convert(folder, arguments + " --in=" + tracks);
-    EXPECT_EQ(outcome.exit_code, 2) << arguments;
-    EXPECT_THAT(outcome.errors, HasSubstr(expected));
+    EXPECT_THAT(Refused(arguments + " --in=" + tracks), HasSubstr(expected));
   }
 }
 
 TEST(Convert, ThePageNamesEveryFormatAndFlag) {
   const std::string page =
       ReadTextFile(testing::ProjectFile("docs/convert.md").string());
-  const TemporaryFolder folder;
-  const std::string program = BuildFile("apps/kinegraph-convert");
-  const std::string out = folder.path() / "formats.txt";
-  ASSERT_EQ(std::system(("'" + program + "' --formats > " + out).c_str()), 0);
-  std::istringstream lines(ReadTextFile(out));
+  std::istringstream lines(testing::Done("convert", "--formats").output);
   int count = 0;
   std::string line;
   while (std::getline(lines, line)) ++count;

@@ -18,10 +18,10 @@
 #include "core/io/files/text_file.h"
 #include "core/io/text/json.h"
 #include "core/io/tracks/writer.h"
+#include "tests/apps/command.h"
 #include "tests/apps/formats/recording.h"
 #include "tests/core/io/input_error.h"
 #include "tests/support/browser.h"
-#include "tests/support/program.h"
 #include "tests/support/test_data.h"
 
 namespace kinegraph {
@@ -40,10 +40,9 @@ const PersonNames kNames = {{TrackId(12), "Anna"}};
 // The notes that were printed.
 std::string ConvertFile(const std::string& in, const std::string& out,
                         const std::string& more) {
-  const testing::ProgramOutcome outcome = testing::RunProgram(
-      "convert", "--in='" + in + "' --out='" + out + "' " + more);
-  EXPECT_EQ(outcome.exit_code, 0) << outcome.errors;
-  return outcome.errors;
+  return testing::Done("convert",
+                       "--in='" + in + "' --out='" + out + "' " + more)
+      .errors;
 }
 
 // The recording as JSON Lines, converted to `name`; the notes that were

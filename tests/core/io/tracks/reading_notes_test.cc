@@ -5,11 +5,10 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
-#include <functional>
 #include <string>
 
 #include "tests/core/io/input_error.h"
-#include "tests/support/standing_person.h"
+#include "tests/core/io/tracks/recordings.h"
 #include "tests/support/test_data.h"
 
 namespace kinegraph {
@@ -20,28 +19,7 @@ using ::testing::HasSubstr;
 using testing::InputErrorOf;
 using testing::PosedPerson;
 using testing::TemporaryFolder;
-
-// A person who walks two metres along x, under `world` and what `turn` makes of
-// the pose before.
-TrackSequence Walk(const Eigen::Matrix3d& world,
-                   const std::function<void(PosedPerson*)>& turn = {}) {
-  TrackSequence tracks;
-  tracks.header.skeleton = Body25();
-  tracks.header.frame_rate_hz = 25.0;
-  for (int64_t f = 0; f < 50; ++f) {
-    PosedPerson person;
-    if (turn) turn(&person);
-    for (Joint3d& joint : person.pose().joints) {
-      joint.position_m.x() += 0.04 * static_cast<double>(f);
-      joint.position_m.y() += 2.0;
-      joint.position_m = world * joint.position_m;
-    }
-    TrackFrame& frame = tracks.frames.emplace_back();
-    frame.frame = f;
-    frame.people = {person.pose()};
-  }
-  return tracks;
-}
+using testing::Walk;
 
 Eigen::Matrix3d Turned(double deg, const Vector3d& axis) {
   return Eigen::AngleAxisd(deg * 3.14159265358979323846 / 180.0, axis)
@@ -57,9 +35,8 @@ std::optional<AxesNote> NoteOf(const TrackSequence& tracks,
 }
 
 TEST(ReadingNotes, WorldsOnTheirSideAndTheAxesThatMendThem) {
-  const Eigen::Matrix3d upright = Eigen::Matrix3d::Identity();
-  EXPECT_FALSE(NoteOf(Walk(upright), "trc").has_value());
-  EXPECT_FALSE(NoteOf(Walk(upright), "c3d").has_value());
+  EXPECT_FALSE(NoteOf(Walk(), "trc").has_value());
+  EXPECT_FALSE(NoteOf(Walk(), "c3d").has_value());
   struct World {
     Eigen::Matrix3d from_upright;
     std::string up;
@@ -105,7 +82,7 @@ TEST(ReadingNotes, TiltedWorlds) {
 TEST(ReadingNotes, WhoLiesOrStandsOnTheHandsIsNoTurnedWorld) {
   // On the back, on the floor and on a bed.
   for (const double height_m : {0.1, 0.7}) {
-    TrackSequence lying = Walk(Eigen::Matrix3d::Identity());
+    TrackSequence lying = Walk();
     for (TrackFrame& frame : lying.frames) {
       for (Joint3d& joint : frame.people[0].joints) {
         Vector3d& at = joint.position_m;
@@ -123,7 +100,7 @@ TEST(ReadingNotes, WhoLiesOrStandsOnTheHandsIsNoTurnedWorld) {
   EXPECT_FALSE(NoteOf(Walk(Turned(180, Vector3d::UnitX()), handstand), "trc")
                    .has_value());
   // Two of three stand, one lies.
-  TrackSequence mixed = Walk(Eigen::Matrix3d::Identity());
+  TrackSequence mixed = Walk();
   for (TrackFrame& frame : mixed.frames) {
     for (int64_t id = 1; id < 3; ++id) {
       PersonPose other = frame.people[0];

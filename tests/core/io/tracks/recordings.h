@@ -6,12 +6,14 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <functional>
 #include <string>
 #include <vector>
 
 #include "core/base/random.h"
 #include "core/io/tracks/format.h"
 #include "core/io/tracks/tree_motion.h"
+#include "tests/support/standing_person.h"
 
 namespace kinegraph::testing {
 
@@ -61,6 +63,30 @@ inline TrackSequence RandomTracks(const Skeleton& skeleton) {
         }
       }
     }
+  }
+  return tracks;
+}
+
+// A person who walks two metres along x, under `world` and what `turn` makes of
+// the pose before.
+inline TrackSequence Walk(
+    const Eigen::Matrix3d& world = Eigen::Matrix3d::Identity(),
+    const std::function<void(PosedPerson*)>& turn = {}) {
+  TrackSequence tracks;
+  tracks.header.skeleton = Body25();
+  tracks.header.frame_rate_hz = 25.0;
+  for (int64_t f = 0; f < 50; ++f) {
+    PosedPerson person;
+    if (turn) turn(&person);
+    for (Joint3d& joint : person.pose().joints) {
+      joint.position_m.x() += 0.04 * static_cast<double>(f);
+      joint.position_m.y() += 2.0;
+      joint.position_m = world * joint.position_m;
+    }
+    TrackFrame& frame = tracks.frames.emplace_back();
+    frame.frame = f;
+    frame.people = {person.pose()};
+    frame.people[0].id = TrackId(0);
   }
   return tracks;
 }
