@@ -315,7 +315,7 @@ void AddBvhJoint(const JointTree& tree, const TreeMotion& motion, size_t joint,
                  const std::string& indent, std::string* text,
                  std::vector<size_t>* order) {
   const std::string inside = indent + "\t";
-  const bool is_root = tree[joint].parent < 0;
+  const bool is_root = joint == 0;
   std::string name = tree[joint].name;
   for (char& c : name) {
     if (static_cast<unsigned char>(c) <= ' ') c = '_';
@@ -502,10 +502,6 @@ TrackSequence ReadBvhTracks(const std::string& path,
     });
   }
   return collector->Finish();
-}
-
-PersonNames ReadBvhNames(const std::string& path) {
-  return NamesOfPersonFiles(path, kBvhExtension);
 }
 
 void WriteBvhTracks(const std::string& path, const TrackSequence& tracks,

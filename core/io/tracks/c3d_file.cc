@@ -149,14 +149,154 @@ std::vector<std::string> C3dValues::Texts(const std::string& name) const {
 
 // ---- the file ----
 
+class C3dRange {
+ public:
+  // The first frame, and how many there are by each convention, the most
+  // trusted first. 0 says nothing, and a full word only that there are as many
+  // or more.
+  C3dRange(const C3dBytes& bytes, const C3dValues& values)
+      : bytes_(bytes), values_(values) {
+    const auto state = [&](const char* where, int64_t count, bool is_word,
+                           int64_t first = -1) {
+      if (count > 0) stated_.push_back({where, count, is_word, first});
+    };
+    first_ = bytes_.Word(6);
+    const std::string start = "TRIAL:ACTUAL_START_FIELD";
+    const std::string stop = "TRIAL:ACTUAL_END_FIELD";
+    if (values_.Number(start) && values_.Number(stop)) {
+      const int64_t begin = FrameNumber(start);
+      const int64_t end = FrameNumber(stop);
+      if (end >= begin && end > 0) first_ = begin;
+      if (end == kFull) {
+        at_least_ = std::max(at_least_, end - begin + 1);
+      } else {
+        state("TRIAL", end - begin + 1, false, begin);
+      }
+    }
+    for (const char* name : {"POINT:LONG_FRAMES", "POINT:FRAMES"}) {
+      const double frames = values_.NumberOrZero(name);
+      // A float may be -1, too.
+      if (frames > 0.0 && frames <= kMostFrames && frames != kFull) {
+        state(name, std::llround(frames), std::string(name) == "POINT:FRAMES");
+      }
+    }
+    const int64_t last = bytes_.Word(8);
+    const int64_t in_header = last - bytes_.Word(6) + 1;
+    if (last == kFull) {
+      at_least_ = std::max(at_least_, in_header);
+    } else if (last > 0) {
+      state("the header", (in_header + kWords) % kWords, true, bytes_.Word(6));
+    }
+  }
+
+  // The stated count with which the frames end where the data do, but for less
+  // than a block. What stands in a word may have run over.
+  std::optional<int64_t> FittingCount(const C3dFrames& frames,
+                                      size_t end) const {
+    if (frames.frame_bytes == 0 || frames.begin > end) return std::nullopt;
+    const auto room =
+        static_cast<int64_t>((end - frames.begin) / frames.frame_bytes);
+    const auto fits = [&](int64_t count) {
+      return count <= room &&
+             end - frames.begin -
+                     static_cast<size_t>(count) * frames.frame_bytes <
+                 kC3dBlock;
+    };
+    for (const Stated& stated : stated_) {
+      if (fits(stated.count)) return stated.count;
+    }
+    for (const Stated& stated : stated_) {
+      const int64_t over = (room - stated.count) / kWords * kWords;
+      if (stated.is_word && over > 0 && fits(stated.count + over)) {
+        return stated.count + over;
+      }
+    }
+    return std::nullopt;
+  }
+
+  // Counted from 0: by what says `count` as well, as a file that was trimmed
+  // may keep another range in one place.
+  int64_t FirstOf(int64_t count) const {
+    int64_t first = first_;
+    for (auto at = stated_.rbegin(); at != stated_.rend(); ++at) {
+      if (at->first >= 0 && at->count == count) first = at->first;
+    }
+    return std::max<int64_t>(first, 1) - 1;
+  }
+
+  int64_t CountOf(const C3dFrames& frames, size_t end) const {
+    if (const auto count = FittingCount(frames, end)) return *count;
+    const int64_t room =
+        frames.begin > end
+            ? 0
+            : static_cast<int64_t>((end - frames.begin) / frames.frame_bytes);
+    if (!stated_.empty()) {
+      const Stated& most_trusted = stated_.front();
+      for (const Stated& stated : stated_) {
+        if (stated.count == most_trusted.count) continue;
+        throw InputError("is of " + std::to_string(most_trusted.count) +
+                         " frames (" + most_trusted.where + ") or " +
+                         std::to_string(stated.count) + " (" + stated.where +
+                         "), and has room for " + std::to_string(room));
+      }
+      const bool may_have_run_over =
+          most_trusted.is_word && room >= most_trusted.count + kWords;
+      if (most_trusted.count > room || most_trusted.count < at_least_ ||
+          may_have_run_over) {
+        throw InputError("is cut off or miscounted: " + most_trusted.where +
+                         " says " + std::to_string(most_trusted.count) +
+                         " frames, there is room for " + std::to_string(room));
+      }
+      return most_trusted.count;
+    }
+    if (room < at_least_) throw InputError("is cut off");
+    // Only the size tells. The last block may be filled up with zeros.
+    int64_t count = room;
+    const auto begin_of = [&](int64_t frame) {
+      return frames.begin + static_cast<size_t>(frame) * frames.frame_bytes;
+    };
+    while (count > at_least_ && end - begin_of(count - 1) < kC3dBlock &&
+           bytes_.AllZero(begin_of(count - 1), end)) {
+      --count;
+    }
+    return count;
+  }
+
+  bool is_stated() const { return !stated_.empty(); }
+
+ private:
+  struct Stated {
+    std::string where;
+    int64_t count = 0;
+    bool is_word = false;  // known modulo 65536
+    int64_t first = -1;    // frame, counted from 1; -1: not stated
+  };
+
+  // Two words, or a number of another type.
+  int64_t FrameNumber(const std::string& name) const {
+    const double low = values_.NumberOrZero(name);
+    const double high = values_.Number(name, 1).value_or(0.0);
+    if (!(low >= 0.0 && low <= kMostFrames && high >= 0.0 && high < kWords)) {
+      throw InputError(name + ": expected the number of a frame");
+    }
+    return static_cast<int64_t>(low) + kWords * static_cast<int64_t>(high);
+  }
+
+  const C3dBytes& bytes_;
+  const C3dValues& values_;
+  int64_t first_ = 0;  // counted from 1; where no statement is believed
+  std::vector<Stated> stated_;
+  int64_t at_least_ = 0;  // frames, where a full word says so
+};
+
 C3dFile::C3dFile(const std::string& path)
     : bytes_(ReadBytes(path)), values_(bytes_, OpenParameters()) {
   rate_hz_ = values_.NumberOrZero("POINT:RATE");
   if (!IsRate(rate_hz_)) rate_hz_ = bytes_.Float(20);
   unit_m_ = MetresOf(values_.Texts("POINT:UNITS"));
-  FindRange();
-  FindSegments();
-  FindPoints();
+  const C3dRange range(bytes_, values_);
+  FindSegments(range);
+  FindPoints(range);
   FindAnalog();
   if (points_.width + segments_.width == 0) {
     throw InputError("has no points (POINT:USED is 0)");
@@ -176,126 +316,7 @@ size_t C3dFile::OpenParameters() {
   return begin;
 }
 
-// Two words, or a number of another type.
-int64_t C3dFile::FrameNumber(const std::string& name) const {
-  const double low = values_.NumberOrZero(name);
-  const double high = values_.Number(name, 1).value_or(0.0);
-  if (!(low >= 0.0 && low <= kMostFrames && high >= 0.0 && high < kWords)) {
-    throw InputError(name + ": expected the number of a frame");
-  }
-  return static_cast<int64_t>(low) + kWords * static_cast<int64_t>(high);
-}
-
-// The first frame, and how many there are by each convention, the most trusted
-// first. 0 says nothing, and a full word only that there are as many or more.
-void C3dFile::FindRange() {
-  const auto state = [&](const char* where, int64_t count, bool is_word,
-                         int64_t first = -1) {
-    if (count > 0) stated_.push_back({where, count, is_word, first});
-  };
-  first_ = bytes_.Word(6);
-  const std::string start = "TRIAL:ACTUAL_START_FIELD";
-  const std::string stop = "TRIAL:ACTUAL_END_FIELD";
-  if (values_.Number(start) && values_.Number(stop)) {
-    const int64_t begin = FrameNumber(start);
-    const int64_t end = FrameNumber(stop);
-    if (end >= begin && end > 0) first_ = begin;
-    if (end == kFull) {
-      at_least_ = std::max(at_least_, end - begin + 1);
-    } else {
-      state("TRIAL", end - begin + 1, false, begin);
-    }
-  }
-  for (const char* name : {"POINT:LONG_FRAMES", "POINT:FRAMES"}) {
-    const double frames = values_.NumberOrZero(name);
-    // A float may be -1, too.
-    if (frames > 0.0 && frames <= kMostFrames && frames != kFull) {
-      state(name, std::llround(frames), std::string(name) == "POINT:FRAMES");
-    }
-  }
-  const int64_t last = bytes_.Word(8);
-  const int64_t in_header = last - bytes_.Word(6) + 1;
-  if (last == kFull) {
-    at_least_ = std::max(at_least_, in_header);
-  } else if (last > 0) {
-    state("the header", (in_header + kWords) % kWords, true, bytes_.Word(6));
-  }
-}
-
-// The stated count with which the frames end where the data do, but for less
-// than a block. What stands in a word may have run over.
-std::optional<int64_t> C3dFile::FittingCount(const C3dFrames& frames,
-                                             size_t end) const {
-  if (frames.frame_bytes == 0 || frames.begin > end) return std::nullopt;
-  const auto room =
-      static_cast<int64_t>((end - frames.begin) / frames.frame_bytes);
-  const auto fits = [&](int64_t count) {
-    return count <= room &&
-           end - frames.begin -
-                   static_cast<size_t>(count) * frames.frame_bytes <
-               kC3dBlock;
-  };
-  for (const Stated& stated : stated_) {
-    if (fits(stated.count)) return stated.count;
-  }
-  for (const Stated& stated : stated_) {
-    const int64_t over = (room - stated.count) / kWords * kWords;
-    if (stated.is_word && over > 0 && fits(stated.count + over)) {
-      return stated.count + over;
-    }
-  }
-  return std::nullopt;
-}
-
-// Counted from 0: by what says `count` as well, as a file that was trimmed may
-// keep another range in one place.
-int64_t C3dFile::FirstOf(int64_t count) const {
-  int64_t first = first_;
-  for (auto at = stated_.rbegin(); at != stated_.rend(); ++at) {
-    if (at->first >= 0 && at->count == count) first = at->first;
-  }
-  return std::max<int64_t>(first, 1) - 1;
-}
-
-int64_t C3dFile::CountOf(const C3dFrames& frames, size_t end) const {
-  if (const auto count = FittingCount(frames, end)) return *count;
-  const int64_t room =
-      frames.begin > end
-          ? 0
-          : static_cast<int64_t>((end - frames.begin) / frames.frame_bytes);
-  if (!stated_.empty()) {
-    const Stated& most_trusted = stated_.front();
-    for (const Stated& stated : stated_) {
-      if (stated.count == most_trusted.count) continue;
-      throw InputError("is of " + std::to_string(most_trusted.count) +
-                       " frames (" + most_trusted.where + ") or " +
-                       std::to_string(stated.count) + " (" + stated.where +
-                       "), and has room for " + std::to_string(room));
-    }
-    const bool may_have_run_over =
-        most_trusted.is_word && room >= most_trusted.count + kWords;
-    if (most_trusted.count > room || most_trusted.count < at_least_ ||
-        may_have_run_over) {
-      throw InputError("is cut off or miscounted: " + most_trusted.where +
-                       " says " + std::to_string(most_trusted.count) +
-                       " frames, there is room for " + std::to_string(room));
-    }
-    return most_trusted.count;
-  }
-  if (room < at_least_) throw InputError("is cut off");
-  // Only the size tells. The last block may be filled up with zeros.
-  int64_t count = room;
-  const auto begin_of = [&](int64_t frame) {
-    return frames.begin + static_cast<size_t>(frame) * frames.frame_bytes;
-  };
-  while (count > at_least_ && end - begin_of(count - 1) < kC3dBlock &&
-         bytes_.AllZero(begin_of(count - 1), end)) {
-    --count;
-  }
-  return count;
-}
-
-void C3dFile::FindSegments() {
+void C3dFile::FindSegments(const C3dRange& range) {
   constexpr size_t kMatrixBytes = 17 * 4;
   const double used = values_.NumberOrZero("ROTATION:USED");
   const size_t begin = BlockBegin(values_.NumberOrZero("ROTATION:DATA_START"));
@@ -311,36 +332,32 @@ void C3dFile::FindSegments() {
   segments_.begin = begin;
   segments_.frame_bytes =
       kMatrixBytes * segments_.width * static_cast<size_t>(each);
-  if (bytes_.Word(2) > 0 && !stated_.empty() &&
-      !FittingCount(segments_, bytes_.size())) {
+  if (bytes_.Word(2) > 0 && range.is_stated() &&
+      !range.FittingCount(segments_, bytes_.size())) {
     segments_ = {};  // beyond what the word of DATA_START reaches, or broken
     return;
   }
-  const int64_t count = CountOf(segments_, bytes_.size());
+  const int64_t count = range.CountOf(segments_, bytes_.size());
   segments_.count = each * count;
   segments_.frame_bytes /= static_cast<size_t>(each);
-  segments_.first = each * FirstOf(count);
+  segments_.first = each * range.FirstOf(count);
   segments_.rate_hz = IsRate(rate_hz_)  ? static_cast<double>(each) * rate_hz_
                       : IsRate(rate_hz) ? rate_hz
                                         : 0.0;
 }
 
-double C3dFile::Scale() const {
-  for (const double scale :
-       {values_.NumberOrZero("POINT:SCALE"), bytes_.Float(12)}) {
-    if (std::isfinite(scale) && scale != 0.0) return scale;
-  }
-  throw InputError("POINT:SCALE: expected a number other than 0");
-}
-
-void C3dFile::FindPoints() {
+void C3dFile::FindPoints(const C3dRange& range) {
   const int in_header = bytes_.Word(2);
   const double used = values_.Number("POINT:USED").value_or(in_header);
   points_.width = used >= 1.0 && used <= static_cast<double>(kFull)
                       ? static_cast<size_t>(used)
                       : static_cast<size_t>(in_header);
   if (points_.width == 0) return;
-  const double scale = Scale();
+  double scale = values_.NumberOrZero("POINT:SCALE");
+  if (!std::isfinite(scale) || scale == 0.0) scale = bytes_.Float(12);
+  if (!std::isfinite(scale) || scale == 0.0) {
+    throw InputError("POINT:SCALE: expected a number other than 0");
+  }
   is_float_ = scale < 0.0;
   points_.begin = BlockBegin(bytes_.Word(16));
   if (points_.begin == 0) {
@@ -356,7 +373,7 @@ void C3dFile::FindPoints() {
     points_.frame_bytes =
         (is_float_ ? 4 : 2) *
         (4 * points_.width + static_cast<size_t>(bytes_.Word(4)));
-    return FittingCount(points_, end).has_value();
+    return range.FittingCount(points_, end).has_value();
   };
   const size_t width = points_.width;
   if (!set_bytes()) {
@@ -372,8 +389,8 @@ void C3dFile::FindPoints() {
     }
   }
   step_m_ = is_float_ ? unit_m_ : unit_m_ * scale;
-  points_.count = CountOf(points_, end);
-  points_.first = FirstOf(points_.count);
+  points_.count = range.CountOf(points_, end);
+  points_.first = range.FirstOf(points_.count);
   points_.rate_hz = IsRate(rate_hz_) ? rate_hz_ : 0.0;
 }
 

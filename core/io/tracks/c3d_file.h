@@ -126,6 +126,8 @@ struct C3dAnalog {
   size_t per_frame = 0;  // samples of each channel
 };
 
+class C3dRange;  // what a file says of its frames
+
 class C3dFile {
  public:
   // Throws InputError without the file's name when it cannot be read, is cut
@@ -151,25 +153,10 @@ class C3dFile {
   std::optional<Eigen::Isometry3d> Segment(int64_t frame, size_t segment) const;
 
  private:
-  // What the file says of its count of frames.
-  struct Stated {
-    std::string where;
-    int64_t count = 0;
-    bool is_word = false;  // known modulo 65536
-    int64_t first = -1;    // frame, counted from 1; -1: not stated
-  };
-
   size_t OpenParameters();
-  double Scale() const;
-  void FindRange();
-  void FindPoints();
-  void FindSegments();
+  void FindPoints(const C3dRange& range);
+  void FindSegments(const C3dRange& range);
   void FindAnalog();
-  int64_t FrameNumber(const std::string& name) const;
-  std::optional<int64_t> FittingCount(const C3dFrames& frames,
-                                      size_t end) const;
-  int64_t FirstOf(int64_t count) const;
-  int64_t CountOf(const C3dFrames& frames, size_t end) const;
 
   C3dBytes bytes_;
   const C3dValues values_;
@@ -177,9 +164,6 @@ class C3dFile {
   double unit_m_ = 0.001;
   double step_m_ = 0.001;  // of a coordinate of a point
   double rate_hz_ = 0.0;
-  int64_t first_ = 0;  // counted from 1; where no statement is believed
-  std::vector<Stated> stated_;
-  int64_t at_least_ = 0;  // frames, where a full word says so
   C3dFrames points_;
   C3dFrames segments_;
   C3dAnalog analog_;

@@ -84,13 +84,13 @@ const std::vector<TrackFormat>& TrackFormats() {
        WriteNpzTracks, kAxes, 1.0, kMarkers, kNames, ReadNpzNames},
       {"trc", "a folder, a file a person", ends(".trc"), RecogniseTrcTracks,
        ReadTrcTracks, WriteTrcTracks, AxisMap(), kUnit, kMarkers, kNames,
-       ReadTrcNames, Files::kFileAPerson, ".trc"},
+       nullptr, Files::kFileAPerson, ".trc"},
       {"c3d", "points of motion capture, mm", ends(".c3d"), RecogniseC3dTracks,
        ReadC3dTracks, WriteC3dTracks, C3dAxes(), kUnit, kMarkers, kNames,
        ReadC3dNames},
       {"bvh", "a skeleton and its angles, cm, a file a person", ends(".bvh"),
        RecogniseBvhTracks, ReadBvhTracks, WriteBvhTracks, AnimationAxes(), 0.01,
-       kMarkers, kNames, ReadBvhNames, Files::kFileAPerson, ".bvh"},
+       kMarkers, kNames, nullptr, Files::kFileAPerson, ".bvh"},
       {"gltf", "glTF 2.0, animated skeletons of everybody, m",
        ends(".glb,.gltf"), nullptr, nullptr, WriteGltfTracks, AnimationAxes(),
        kUnit, kMarkers, kNames},
@@ -256,8 +256,12 @@ bool LeavesUnitOpen(const std::string& path, const TrackReadOptions& options) {
 PersonNames ReadPersonNames(const std::string& path) {
   if (IsPipe(path) || (!IsFolder(path) && !IsFile(path))) return {};
   const TrackFormat* format = RecogniseTracks(LookAtTracks(path));
-  if (format == nullptr || format->read_names == nullptr) return {};
-  return format->read_names(path);
+  if (format == nullptr) return {};
+  if (!format->person_extension.empty()) {
+    return NamesOfPersonFiles(path, format->person_extension);
+  }
+  return format->read_names == nullptr ? PersonNames()
+                                       : format->read_names(path);
 }
 
 }  // namespace kinegraph

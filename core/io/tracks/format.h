@@ -73,7 +73,7 @@ struct TrackFormat {
   std::optional<double> unit_m = std::nullopt;
   bool has_marker_names = false;   // joints may be written under other names
   bool keeps_names = false;        // what is written holds names of people
-  ReadNames read_names = nullptr;  // of people, if the format keeps them
+  ReadNames read_names = nullptr;  // of people, where they are in the file
   Files files = Files::kOne;
   std::string person_extension = "";  // of a file a person
   // Whatever it recognises is of no other kind than tracks.

@@ -147,16 +147,16 @@ class Body {
     // Small beside the bones of a small animal, too.
     double ball_m = 0.0;
     for (size_t j = 1; j < tree.size(); ++j) {
-      const auto parent = static_cast<size_t>(tree[j].parent);
-      ball_m = std::max(ball_m, 0.05 * (rest_m[j] - rest_m[parent]).norm());
+      const Vector3d bone_m = rest_m[j] - rest_m[tree[j].parent];
+      ball_m = std::max(ball_m, 0.05 * bone_m.norm());
     }
     constexpr double kBall_m = 0.02;
     ball_m = ball_m > 0.0 ? std::min(ball_m, kBall_m) : kBall_m;
     for (size_t j = 0; j < tree.size(); ++j) {
       AddSpindle(rest_m[j] - ball_m * Vector3d::UnitY(), j,
                  rest_m[j] + ball_m * Vector3d::UnitY(), j, rest_m[j], ball_m);
-      if (tree[j].parent < 0 || !tree[j].is_held) continue;
-      const auto parent = static_cast<size_t>(tree[j].parent);
+      if (j == 0 || !tree[j].is_held) continue;
+      const size_t parent = tree[j].parent;
       const Vector3d bone_m = rest_m[j] - rest_m[parent];
       if (bone_m.norm() < ball_m) continue;
       constexpr double kThickest = 0.15;  // share of the way along the bone
@@ -326,10 +326,7 @@ class Scene {
     std::vector<float> inverses;
     std::vector<size_t> joints;
     for (size_t j = 0; j < tree_.size(); ++j) {
-      if (tree_[j].parent >= 0) {
-        rest_m[j] = rest_m[static_cast<size_t>(tree_[j].parent)] +
-                    person.motion.offsets_m[j];
-      }
+      rest_m[j] = rest_m[tree_[j].parent] + person.motion.offsets_m[j];
       Eigen::Matrix4d inverse = Eigen::Matrix4d::Identity();
       inverse.topRightCorner<3, 1>() = -rest_m[j];
       AppendFloats(inverse.reshaped(), &inverses);
@@ -353,11 +350,10 @@ class Scene {
   Vector3d LocalPosition(const TreeMotion& motion, size_t row,
                          size_t joint) const {
     const TreeMotion::Row& pose = motion.rows[row];
-    const int parent = tree_[joint].parent;
-    if (parent < 0) return pose.positions_m[joint];
-    const auto p = static_cast<size_t>(parent);
-    return pose.global[p].conjugate() *
-           (pose.positions_m[joint] - pose.positions_m[p]);
+    if (joint == 0) return pose.positions_m[joint];
+    const size_t parent = tree_[joint].parent;
+    return pose.global[parent].conjugate() *
+           (pose.positions_m[joint] - pose.positions_m[parent]);
   }
 
   void AddMotion(const AnimatedPerson& person) {

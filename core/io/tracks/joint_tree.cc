@@ -98,7 +98,7 @@ class TreeMaker {
   }
 
   JointTree Make() {
-    Place(RootNode(), -1);
+    Place(RootNode(), 0);
     while ((by_body_ && PlaceByBody()) || PlaceByBones()) {
     }
     for (Node& node : nodes_) {
@@ -116,11 +116,9 @@ class TreeMaker {
     }
     const int left = PlaceOf("l_shoulder");
     const int right = PlaceOf("r_shoulder");
-    if (is_human_ && left >= 0 && right >= 0) {
-      const int chest = tree_[static_cast<size_t>(left)].parent;
-      if (chest >= 0 && chest == tree_[static_cast<size_t>(right)].parent) {
-        tree_[static_cast<size_t>(chest)].is_chest = true;
-      }
+    if (is_human_ && left > 0 && right > 0) {
+      const size_t chest = tree_[static_cast<size_t>(left)].parent;
+      tree_[chest].is_chest = tree_[static_cast<size_t>(right)].parent == chest;
     }
     return std::move(tree_);
   }
@@ -193,12 +191,12 @@ class TreeMaker {
     node->place = static_cast<int>(tree_.size());
     TreeJoint joint;
     joint.name = node->name;
-    joint.parent = parent;
+    joint.parent = static_cast<size_t>(parent);
     joint.sources = node->sources;
     joint.is_head = is_human_ && IsHead(*node);
-    if (parent >= 0) {
+    if (!tree_.empty()) {
       if (is_human_) AddAnatomy(node->ours, &joint);
-      tree_[static_cast<size_t>(parent)].children.push_back(tree_.size());
+      tree_[joint.parent].children.push_back(tree_.size());
     }
     tree_.push_back(std::move(joint));
   }
@@ -255,7 +253,7 @@ class TreeMaker {
 // joint.
 bool IsRigidEnd(const JointTree& tree, const TreeJoint& joint) {
   if (!joint.children.empty()) return false;
-  if (joint.is_head) return !tree[static_cast<size_t>(joint.parent)].is_chest;
+  if (joint.is_head) return !tree[joint.parent].is_chest;
   const JointClass kind = ClassOfJoint(JointNameOf(joint.name));
   return !joint.rest_direction.isZero() &&
          (kind == JointClass::kFoot || kind == JointClass::kOther);
@@ -264,13 +262,13 @@ bool IsRigidEnd(const JointTree& tree, const TreeJoint& joint) {
 // Places of the joints change: a pivot comes right before its bone's end.
 JointTree WithPivots(const JointTree& tree) {
   JointTree result;
-  std::vector<int> place(tree.size(), -1);
+  std::vector<size_t> place(tree.size(), 0);
   for (size_t j = 0; j < tree.size(); ++j) {
     TreeJoint joint = tree[j];
     joint.children.clear();
-    if (joint.parent >= 0) {
-      const TreeJoint& parent = tree[static_cast<size_t>(joint.parent)];
-      joint.parent = place[static_cast<size_t>(joint.parent)];
+    if (j > 0) {
+      const TreeJoint& parent = tree[joint.parent];
+      joint.parent = place[joint.parent];
       if (parent.children.size() > 1 && !IsRigidEnd(tree, tree[j])) {
         TreeJoint pivot;
         pivot.name = parent.name + "_to_" + joint.name;
@@ -278,20 +276,19 @@ JointTree WithPivots(const JointTree& tree) {
         pivot.sources = parent.sources;
         pivot.is_pivot = true;
         pivot.is_held = joint.is_held;
-        joint.parent = static_cast<int>(result.size());
+        joint.parent = result.size();
         result.push_back(std::move(pivot));
       }
     }
-    place[j] = static_cast<int>(result.size());
+    place[j] = result.size();
     result.push_back(std::move(joint));
   }
   for (size_t j = 0; j < result.size(); ++j) {
     TreeJoint& joint = result[j];
     if (joint.mirror >= 0) {
-      joint.mirror = place[static_cast<size_t>(joint.mirror)];
+      joint.mirror = static_cast<int>(place[static_cast<size_t>(joint.mirror)]);
     }
-    if (joint.parent < 0) continue;
-    result[static_cast<size_t>(joint.parent)].children.push_back(j);
+    if (j > 0) result[joint.parent].children.push_back(j);
   }
   return result;
 }

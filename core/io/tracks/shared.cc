@@ -1,5 +1,7 @@
 #include "core/io/tracks/shared.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cctype>
 #include <charconv>
@@ -26,8 +28,8 @@ std::optional<int64_t> PersonOf(const std::string& name) {
     for (size_t at = name.rfind(mark); at != std::string::npos;
          at = at == 0 ? std::string::npos : name.rfind(mark, at - 1)) {
       const size_t begin = at + mark.size();
-      size_t end = begin;
-      while (end < name.size() && name[end] >= '0' && name[end] <= '9') ++end;
+      const size_t end =
+          std::min(name.find_first_not_of("0123456789", begin), name.size());
       if (end > begin) return LastInteger(name.substr(begin, end - begin));
     }
   }
@@ -53,11 +55,10 @@ std::string FileStem(int64_t id, const PersonNames& names) {
   if (name == names.end()) return PersonLabel(id);
   constexpr size_t kMaxBytes = 100;
   std::string letters = name->second.substr(0, kMaxBytes);
+  const bool is_cut = letters.size() < name->second.size();
   // Not in the middle of a letter of UTF-8.
-  if (name->second.size() > kMaxBytes) {
-    while (!letters.empty() && (letters.back() & 0x80) != 0) {
-      letters.pop_back();
-    }
+  while (is_cut && !letters.empty() && (letters.back() & 0x80) != 0) {
+    letters.pop_back();
   }
   for (char& c : letters) {
     const auto byte = static_cast<unsigned char>(c);
@@ -129,8 +130,8 @@ TrackFrame* TrackCollector::Touch(int64_t frame_number) {
 PersonPose* TrackCollector::Add(int64_t frame, TrackId id) {
   TrackFrame* at = Touch(frame);
   if (FindPerson(at, id) != nullptr) {
-    throw InputError("frame " + std::to_string(frame) + ": person " +
-                     std::to_string(id.value()) + " stands there twice");
+    throw InputError(fmt::format("frame {}: person {} stands there twice",
+                                 frame, id.value()));
   }
   PersonPose& person = at->people.emplace_back();
   person.id = id;
@@ -164,9 +165,9 @@ std::vector<TrackRow> MakeTrackRows(const TrackSequence& tracks,
   const int64_t first = tracks.frames.front().frame;
   const int64_t count = tracks.frames.back().frame - first + 1;
   if (count > kMaxRows) {
-    throw InputError("the tracks span " + std::to_string(count) +
-                     " frames, a " + format + " file may have " +
-                     std::to_string(kMaxRows));
+    throw InputError(
+        fmt::format("the tracks span {} frames, a {} file may have {}", count,
+                    format, kMaxRows));
   }
   rows.resize(static_cast<size_t>(count));
   size_t last = 0;
@@ -268,14 +269,10 @@ PersonNames NamesOfPersonFiles(const std::string& path,
   PersonNames names;
   for (const std::string& file : FilesOf(path, extension)) {
     const std::string stem = fs::path(file).stem().string();
-    const size_t end = stem.find('_', kBegin.size());
-    if (stem.compare(0, kBegin.size(), kBegin) != 0 ||
-        end == std::string::npos || end + 1 == stem.size()) {
-      continue;
-    }
-    const std::optional<TrackId> id = PersonIdOf(
-        std::string_view(stem).substr(kBegin.size(), end - kBegin.size()));
-    if (id.has_value()) names[*id] = stem.substr(end + 1);
+    if (stem.compare(0, kBegin.size(), kBegin) != 0) continue;
+    const size_t end = std::min(stem.find('_', kBegin.size()), stem.size());
+    const auto id = PersonIdOf(stem.substr(kBegin.size(), end - kBegin.size()));
+    if (id && end + 1 < stem.size()) names[*id] = stem.substr(end + 1);
   }
   return names;
 }
@@ -287,9 +284,9 @@ void WritePersonFiles(const std::string& path, const std::string& extension,
   const std::vector<int64_t> ids = RequirePeople(tracks);
   if (EndsIn(path, extension)) {
     if (ids.size() > 1) {
-      throw InputError("a " + extension +
-                       " file holds one person, the tracks " + "have " +
-                       std::to_string(ids.size()));
+      throw InputError(
+          fmt::format("a {} file holds one person, the tracks have {}",
+                      extension, ids.size()));
     }
     return write_file(path, TrackId(ids.front()));
   }

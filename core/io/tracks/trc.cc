@@ -225,10 +225,6 @@ bool RecogniseTrcTracks(const TrackHead& head) {
   return head.BeginsWith(std::string(kTrcMark)) || head.HasFile(kTrcExtension);
 }
 
-PersonNames ReadTrcNames(const std::string& path) {
-  return NamesOfPersonFiles(path, kTrcExtension);
-}
-
 TrackSequence ReadTrcTracks(const std::string& path,
                             const TrackReadOptions& options) {
   std::optional<TrackCollector> collector;

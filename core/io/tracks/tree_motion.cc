@@ -174,7 +174,7 @@ class Solver {
 
   // A joint that is never seen, between its parent and the next that is seen.
   void PutOnLine(size_t joint) {
-    const Known& above = positions_[static_cast<size_t>(tree_[joint].parent)];
+    const Known& above = positions_[tree_[joint].parent];
     if (tree_[joint].is_pivot) {
       positions_[joint] = above;
       return;
@@ -190,7 +190,7 @@ class Solver {
 
   // From the parent to the joint; nullopt where one of them is missing.
   std::optional<Vector3d> BoneAt(size_t joint, size_t row) const {
-    const auto parent = static_cast<size_t>(tree_[joint].parent);
+    const size_t parent = tree_[joint].parent;
     if (!positions_[joint][row] || !positions_[parent][row]) {
       return std::nullopt;
     }
@@ -205,7 +205,7 @@ class Solver {
       if (const auto bone = BoneAt(joint, r)) lengths_m.push_back(bone->norm());
     }
     if (!lengths_m.empty()) return MedianOf(std::move(lengths_m));
-    const Known& above = positions_[static_cast<size_t>(tree_[joint].parent)];
+    const Known& above = positions_[tree_[joint].parent];
     for (size_t r = 0; r < row_count_; ++r) {
       if (positions_[joint][r] && above[r]) return 0.0;  // on its parent
     }
@@ -271,9 +271,9 @@ class Solver {
       spokes.push_back({end, end, lengths_m_[end], &motion_.offsets_m[end],
                         turns, /*is_back=*/false});
     }
-    if (tree_[joint].is_chest && tree_[joint].parent >= 0) {
-      spokes.push_back({joint, static_cast<size_t>(tree_[joint].parent),
-                        -lengths_m_[joint], &back_m_, /*turns=*/true,
+    if (tree_[joint].is_chest && joint > 0) {
+      spokes.push_back({joint, tree_[joint].parent, -lengths_m_[joint],
+                        &back_m_, /*turns=*/true,
                         /*is_back=*/true});
     }
     return spokes;
@@ -336,9 +336,8 @@ class Solver {
   }
 
   Quaterniond Above(size_t joint, size_t row) const {
-    const int parent = tree_[joint].parent;
-    return parent < 0 ? Quaterniond::Identity()
-                      : motion_.rows[row].global[static_cast<size_t>(parent)];
+    return joint == 0 ? Quaterniond::Identity()
+                      : motion_.rows[row].global[tree_[joint].parent];
   }
 
   // The directions at rest of the bones that begin at a joint: of one alone as
@@ -360,9 +359,7 @@ class Solver {
             spoke.length_m * (above.conjugate() * *bone).normalized();
       }
     }
-    const size_t from = tree_[joint].is_pivot
-                            ? static_cast<size_t>(tree_[joint].parent)
-                            : joint;
+    const size_t from = tree_[joint].is_pivot ? tree_[joint].parent : joint;
     const Vector3d along = motion_.offsets_m[from];
     for (const Spoke& spoke : spokes) {
       if (spoke.is_back || !spoke.rest_m->isZero()) continue;
@@ -425,8 +422,7 @@ class Solver {
 
   // Positions of a joint in all rows, where its parent is known already.
   void Place(size_t joint) {
-    const int parent = tree_[joint].parent;
-    if (parent < 0) {
+    if (joint == 0) {
       const std::vector<Vector3d> filled =
           Fill(positions_[joint], motion_.offsets_m[joint]);
       for (size_t r = 0; r < row_count_; ++r) {
@@ -434,7 +430,7 @@ class Solver {
       }
       return;
     }
-    const auto p = static_cast<size_t>(parent);
+    const size_t p = tree_[joint].parent;
     Known in_parent(row_count_);
     for (size_t r = 0; r < row_count_; ++r) {
       const auto& seen = positions_[joint][r];
@@ -582,10 +578,9 @@ TreeMotion SolveTreeMotion(const JointTree& tree,
 
 Quaterniond TreeMotion::Local(const JointTree& tree, size_t row,
                               size_t joint) const {
-  const int parent = tree[joint].parent;
-  if (parent < 0) return rows[row].global[joint];
-  return rows[row].global[static_cast<size_t>(parent)].conjugate() *
-         rows[row].global[joint];
+  const std::vector<Quaterniond>& global = rows[row].global;
+  if (joint == 0) return global[joint];
+  return global[tree[joint].parent].conjugate() * global[joint];
 }
 
 std::vector<Vector3d> TreeMotion::Rigid(const JointTree& tree,
@@ -596,7 +591,7 @@ std::vector<Vector3d> TreeMotion::Rigid(const JointTree& tree,
   Vector3d shift = Vector3d::Zero();
   int count = 0;
   for (size_t j = 1; j < tree.size(); ++j) {
-    const auto parent = static_cast<size_t>(tree[j].parent);
+    const size_t parent = tree[j].parent;
     positions_m[j] = positions_m[parent] + row.global[parent] * offsets_m[j];
     if (!row.is_seen[j]) continue;
     shift += row.positions_m[j] - positions_m[j];

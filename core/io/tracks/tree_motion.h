@@ -18,7 +18,8 @@ namespace kinegraph {
 
 struct TreeJoint {
   std::string name;
-  int parent = -1;               // in the tree; parents come before children
+  // In the tree, in which parents come before children; the root's is itself.
+  size_t parent = 0;
   std::vector<int> sources;      // joints of the skeleton, whose mean it is
   std::vector<size_t> children;  // in the tree
   int mirror = -1;               // in the tree: the same on the other side

@@ -155,7 +155,7 @@ inline TrackSequence RigidTruth(const Skeleton& skeleton, int64_t frames,
     std::vector<Eigen::Quaterniond> turns(tree.size());
     std::vector<Eigen::Vector3d> places(tree.size());
     for (size_t j = 0; j < tree.size(); ++j) {
-      const auto p = static_cast<size_t>(std::max(0, tree[j].parent));
+      const size_t p = tree[j].parent;
       turns[j] = j == 0             ? Swing(j, f)
                  : tree[j].is_chest ? turns[p]
                                     : turns[p] * Swing(j, f);

@@ -377,10 +377,8 @@ TEST_F(TreeMotionTest, BonesOfTheFileMakeTheTree) {
   const JointTree tree = TreeOf(h36m);
   EXPECT_EQ(tree[0].name, "mid_hip");
   for (const TreeJoint& joint : tree) {
-    const std::string parent =
-        joint.parent < 0 ? "" : tree[static_cast<size_t>(joint.parent)].name;
     if (joint.name == "neck" || joint.name == "l_shoulder") {
-      EXPECT_EQ(parent, "thorax") << joint.name;
+      EXPECT_EQ(tree[joint.parent].name, "thorax") << joint.name;
     }
     EXPECT_EQ(joint.is_chest, joint.name == "thorax");
     EXPECT_TRUE(joint.is_held);
