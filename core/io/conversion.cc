@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cstdlib>
 #include <memory>
 #include <optional>
@@ -99,10 +98,9 @@ std::vector<FileKind> KindsOf(const std::string& flag, const std::string& name,
     names.push_back(format.name);
   }
   if (!kinds.empty()) return kinds;
-  throw InputError(
-      fmt::format("--{}: '{}' {}, expected {}{}", flag, Printable(name),
-                  is_known ? "cannot be " + verb : "is no format",
-                  flag == "from" ? "auto, " : "", fmt::join(names, ", ")));
+  Refuse("--{}: '{}' {}, expected {}{}", flag, Printable(name),
+         is_known ? "cannot be " + verb : "is no format",
+         flag == "from" ? "auto, " : "", fmt::join(names, ", "));
 }
 
 // What is to be converted: it follows from the two formats, and from the
@@ -120,8 +118,8 @@ FileKind ChooseKind(const ConversionOptions& flags) {
   }
   if (both.size() == 1 && flags.from != "auto") return both.front();
   if (both.empty()) {
-    throw InputError("--from=" + flags.from + " is of " + TextOf(from) +
-                     ", --to=" + flags.to + " of " + TextOf(to));
+    Refuse("--from={} is of {}, --to={} of {}", flags.from, TextOf(from),
+           flags.to, TextOf(to));
   }
   const FileKind kind = RecogniseKind(flags.in);
   if (Contains(both, kind)) return kind;
@@ -264,8 +262,8 @@ std::string ConvertDetections(const ConversionOptions& flags,
   DetectionWriteOptions write;
   const std::vector<double>& size = options.cameras.image_size;
   if (!flags.image_size.empty() && size.size() != 2) {
-    throw InputError("--image_size: found '" + Printable(flags.image_size) +
-                     "', expected W,H");
+    Refuse("--image_size: found '{}', expected W,H",
+           Printable(flags.image_size));
   }
   if (size.size() == 2) {
     write.image_size = {static_cast<int>(size[0]), static_cast<int>(size[1])};
@@ -297,23 +295,20 @@ int64_t WantedPerson(const ConversionOptions& flags,
   const auto is_there = [&ids](int64_t id) {
     return std::binary_search(ids.begin(), ids.end(), id);
   };
-  int64_t number = 0;
-  const char* end = flags.person.data() + flags.person.size();
-  const auto [stop, error] = std::from_chars(flags.person.data(), end, number);
+  const auto number = ParseNumber<int64_t>(flags.person);
+  if (number && is_there(*number)) return *number;
   std::string known = KnownPeople(ids);
   std::vector<std::string> notes;
-  if (error == std::errc() && stop == end) {
-    if (is_there(number)) return number;
-  } else {
+  if (!number) {
     for (const auto& [id, name] : NamesIn(flags.in, &notes)) {
       if (!is_there(id.value())) continue;
       if (name == flags.person) return id.value();
       known += ", '" + Printable(name) + "'";
     }
   }
-  throw InputError("--person: no '" + Printable(flags.person) +
-                   "' in the tracks, expected one of " + known +
-                   (notes.empty() ? "" : "; " + notes.front()));
+  Refuse("--person: no '{}' in the tracks, expected one of {}{}",
+         Printable(flags.person), known,
+         notes.empty() ? "" : "; " + notes.front());
 }
 
 // Leaves the person of --person alone in the tracks.
@@ -324,11 +319,10 @@ void KeepPerson(const ConversionOptions& flags, const TrackFormat& to,
                         EndsIn(flags.out, to.person_extension);
   if (flags.person.empty()) {
     if (!one_file || ids.size() < 2) return;
-    throw InputError("--out=" + Printable(flags.out) +
-                     ": a file of this format holds one person, the tracks "
-                     "have " +
-                     KnownPeople(ids) +
-                     "; choose one with --person, or name a folder");
+    Refuse(
+        "--out={}: a file of this format holds one person, the tracks have "
+        "{}; choose one with --person, or name a folder",
+        Printable(flags.out), KnownPeople(ids));
   }
   const TrackId wanted(WantedPerson(flags, ids));
   for (TrackFrame& frame : tracks->frames) {
@@ -345,8 +339,8 @@ void RenameMarkers(const ConversionOptions& flags, const TrackFormat& to,
                    TrackSequence* tracks) {
   const std::optional<MarkerNames> names = ParseMarkerNames(flags.markers);
   if (!names.has_value()) {
-    throw InputError("--markers: no '" + Printable(flags.markers) +
-                     "', expected one of " + kMarkerNamesList);
+    Refuse("--markers: no '{}', expected one of {}", Printable(flags.markers),
+           kMarkerNamesList);
   }
   if (*names == MarkerNames::kOurs) return;
   if (!to.has_marker_names) {
@@ -411,10 +405,10 @@ void CheckFrameRate(const ConversionOptions& flags,
       static_cast<double>(last.frame - first.frame) / seconds;
   constexpr double kAlike = 0.01;  // times of single frames may be off
   if (std::abs(rate_hz - flags.frame_rate_hz) <= kAlike * rate_hz) return;
-  throw InputError(
-      fmt::format("--frame_rate={:g} is for input that does not tell its rate: "
-                  "the times in it are those of {:.6g} Hz",
-                  flags.frame_rate_hz, rate_hz));
+  Refuse(
+      "--frame_rate={:g} is for input that does not tell its rate: the "
+      "times in it are those of {:.6g} Hz",
+      flags.frame_rate_hz, rate_hz);
 }
 
 std::string ConvertTracks(const ConversionOptions& flags,
@@ -455,9 +449,8 @@ Conversion Convert(const ConversionOptions& options) {
   if (flags.to.empty()) {
     const TrackFormat* format = TrackFormatOfExtension(flags.out);
     if (format == nullptr) {
-      throw InputError("--to is missing, and no format ends as --out=" +
-                       Printable(flags.out) + ", expected " +
-                       TrackExtensions());
+      Refuse("--to is missing, and no format ends as --out={}, expected {}",
+             Printable(flags.out), TrackExtensions());
     }
     flags.to = format->name;
   }

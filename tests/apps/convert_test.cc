@@ -57,28 +57,17 @@ struct Take {
     seen.header.skeleton = Coco17();
     seen.header.frame_rate_hz = 25.0;
     seen.header.view_names = {"cam0"};
-    TrackSequence found;
-    found.header.skeleton = Coco17();
-    found.header.frame_rate_hz = 25.0;
     for (int64_t f = 1; f < 4; ++f) {
-      DetectionFrame frame;
+      DetectionFrame& frame = seen.frames.emplace_back();
       frame.frame = f;
       frame.views.resize(1);
       frame.time = frame.views[0].capture_time = f * 40'000'000;
-      Detection detection;
-      detection.joints.assign(17, {{101.5, 202.5}, 0.5, true});
-      frame.views[0].detections = {detection};
-      seen.frames.push_back(frame);
-      TrackFrame poses;
-      poses.frame = f;
-      poses.time = f * 40'000'000;
-      poses.people.resize(1);
-      poses.people[0].id = TrackId(0);
-      poses.people[0].joints.assign(17, {{1, 2, 3}, JointStatus::kObserved});
-      found.frames.push_back(poses);
+      frame.views[0].detections.resize(1);
+      frame.views[0].detections[0].joints.assign(17,
+                                                 {{101.5, 202.5}, 0.5, true});
     }
     WriteDetections(detections, seen);
-    WriteTracks(tracks, found);
+    WriteTracks(tracks, testing::Walk());
   }
 
   std::string cameras;

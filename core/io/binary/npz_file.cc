@@ -299,17 +299,15 @@ NpyArray NpzReader::Parse(const std::string& name,
     if (total > NpzFile::kMaxBytes) Fail(name, "is too large");
   }
   array.bytes = file.substr(begin + length);
-  size_t width = 0;
-  for (size_t at = 2; at < array.type.size(); ++at) {
-    const char digit = array.type[at];
-    if (digit < '0' || digit > '9' || width > 1000000) {
-      Fail(name, "has the type '" + Printable(array.type) + "'");
-    }
-    width = width * 10 + static_cast<size_t>(digit - '0');
-  }
+  constexpr size_t kWidest = 10'000'000;
+  size_t width = array.type.size() < 3
+                     ? 0
+                     : ParseNumber<size_t>(array.type.substr(2)).value_or(0);
   // Elements without bytes could be as many as one likes.
-  if (width == 0) Fail(name, "has the type '" + Printable(array.type) + "'");
-  if (array.type.size() > 1 && array.type[1] == 'U') width *= 4;
+  if (width == 0 || width > kWidest) {
+    Fail(name, "has the type '" + Printable(array.type) + "'");
+  }
+  if (array.type[1] == 'U') width *= 4;
   if (array.bytes.size() != total * width) {
     Fail(name, "has " + std::to_string(array.bytes.size()) +
                    " bytes, its shape and type need " +

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <charconv>
 #include <cstring>
 #include <filesystem>
 #include <map>
@@ -13,6 +12,7 @@
 #include <system_error>
 
 #include "core/base/error.h"
+#include "core/base/text.h"
 #include "core/io/files/input_files.h"
 #include "core/system/process.h"
 
@@ -77,11 +77,10 @@ int64_t MakerOf(const std::string& path, std::string* target) {
   const size_t mark = path.rfind(kMark);
   if (mark == std::string::npos) return 0;
   *target = path.substr(0, mark);
-  int64_t process = 0;
-  const char* const end = path.data() + path.size();
-  const char* const begin = path.data() + mark + kMark.size();
-  const auto [stop, error] = std::from_chars(begin, end, process);
-  return error == std::errc() && stop != end && *stop == '-' ? process : 0;
+  const std::string made = path.substr(mark + kMark.size());
+  const size_t hyphen = made.find('-', 1);
+  if (hyphen == std::string::npos) return 0;
+  return ParseNumber<int64_t>(made.substr(0, hyphen)).value_or(0);
 }
 
 void LookThrough(const std::string& folder, PartialList* list) {
@@ -178,12 +177,7 @@ std::optional<int> OpenFileNamed(const fs::path& path) {
   const std::string folder =
       fs::canonical(path.parent_path(), error).string();  // /proc/PID/fd
   if (error || folder != FolderOfOpenFiles()) return std::nullopt;
-  const std::string name = path.filename().string();
-  const char* const end = name.data() + name.size();
-  int descriptor = -1;
-  const auto [stop, status] = std::from_chars(name.data(), end, descriptor);
-  if (status != std::errc() || stop != end) return std::nullopt;
-  return descriptor;
+  return ParseNumber<int>(path.filename().string());
 }
 
 [[noreturn]] void Refuse(const std::string& path, const char* what,

@@ -179,8 +179,7 @@ class NpzTrackReader {
 
   Joint3d JointAt(size_t at) const {
     if (status_[at] > 2) {
-      throw InputError("status: found " + std::to_string(status_[at]) +
-                       ", expected -1 .. 2");
+      Refuse("status: found {}, expected -1 .. 2", status_[at]);
     }
     if (status_[at] <= 0) return {};
     if (!HasPosition(at)) {
@@ -236,11 +235,11 @@ void CheckSize(const std::string& path, const std::vector<size_t>& shape,
   double bytes = has_covariances ? 9 * 8.0 + 3 * 8.0 : 3 * 8.0;
   for (const size_t side : shape) bytes *= static_cast<double>(side);
   if (bytes < static_cast<double>(NpzFile::kMaxBytes)) return;
-  throw InputError(path, "",
-                   std::to_string(shape[0]) + " frames of " +
-                       std::to_string(shape[1]) +
-                       " people would have more than 4 GB, which this format "
-                       "does not hold; take fewer frames or CSV");
+  throw InputError(
+      path, "",
+      fmt::format("{} frames of {} people would have more than 4 GB, which "
+                  "this format does not hold; take fewer frames or CSV",
+                  shape[0], shape[1]));
 }
 
 void AddClock(const TrackSequence& tracks, bool has_clock, NpzFile* file) {

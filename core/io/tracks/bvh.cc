@@ -51,84 +51,68 @@ struct Hierarchy {
   size_t channel_count = 0;
 };
 
-// Channels, joints and end sites up to the closing brackets.
-class HierarchyReader {
- public:
-  explicit HierarchyReader(Words* words) : words_(*words) {}
-
-  // "MOTION" is the word after the hierarchy.
-  Hierarchy Read() {
-    words_.Expect("HIERARCHY");
-    std::string_view word = words_.Need("ROOT");
-    while (word == "ROOT") {
-      Open();
-      while (!open_.empty()) Inside();
-      word = words_.Need("MOTION");
-    }
-    if (word != "MOTION") Words::Fail(word, "ROOT or MOTION");
-    return std::move(hierarchy_);
+size_t ReadChannels(Words* words, BvhNode* node) {
+  constexpr double kMostChannels = 6.0;
+  const double count = words->Number("a number of channels");
+  if (!(count >= 0.0 && count <= kMostChannels) || !node->channels.empty()) {
+    throw InputError("CHANNELS: expected 0 .. 6, once a joint");
   }
-
- private:
-  void Open() {
-    BvhNode node;
-    node.name = std::string(words_.Need("the name of a joint"));
-    node.parent = open_.empty() ? -1 : open_.back();
-    words_.Expect("{");
-    constexpr size_t kMostJoints = 10000;
-    if (hierarchy_.nodes.size() >= kMostJoints) {
-      throw InputError("has too many joints");
+  for (int c = 0; c < static_cast<int>(count); ++c) {
+    const std::string_view word = words->Need("a channel");
+    const std::string_view kind = word.substr(1);
+    if (word[0] < 'X' || word[0] > 'Z' ||
+        (kind != "position" && kind != "rotation")) {
+      Words::Fail(word, "Xposition .. Zrotation");
     }
-    open_.push_back(static_cast<int>(hierarchy_.nodes.size()));
-    hierarchy_.nodes.push_back(std::move(node));
+    node->channels.push_back({kind == "position", word[0] - 'X'});
   }
+  return node->channels.size();
+}
 
-  void Inside() {
-    BvhNode& node = hierarchy_.nodes[static_cast<size_t>(open_.back())];
-    const std::string_view word = words_.Need("}");
-    if (word == "}") {
-      open_.pop_back();
-    } else if (word == "OFFSET") {
-      for (int axis = 0; axis < 3; ++axis) {
-        node.offset[axis] = words_.Number("an offset");
+// Up to the word MOTION.
+Hierarchy ReadHierarchy(Words* words) {
+  constexpr size_t kMostJoints = 10000;
+  Hierarchy hierarchy;
+  std::vector<int> open;  // from the root to the joint that is being read
+  const auto read_offset = [words] {
+    Vector3d offset;
+    for (double& number : offset) number = words->Number("an offset");
+    return offset;
+  };
+  words->Expect("HIERARCHY");
+  for (std::string_view word = words->Need("ROOT");
+       !open.empty() || word != "MOTION";
+       word = words->Need(open.empty() ? "MOTION" : "}")) {
+    if (word == (open.empty() ? "ROOT" : "JOINT")) {
+      BvhNode node;
+      node.name = std::string(words->Need("the name of a joint"));
+      node.parent = open.empty() ? -1 : open.back();
+      words->Expect("{");
+      if (hierarchy.nodes.size() >= kMostJoints) {
+        throw InputError("has too many joints");
       }
+      open.push_back(static_cast<int>(hierarchy.nodes.size()));
+      hierarchy.nodes.push_back(std::move(node));
+      continue;
+    }
+    if (open.empty()) Words::Fail(word, "ROOT or MOTION");
+    BvhNode& node = hierarchy.nodes[static_cast<size_t>(open.back())];
+    if (word == "}") {
+      open.pop_back();
+    } else if (word == "OFFSET") {
+      node.offset = read_offset();
     } else if (word == "CHANNELS") {
-      ReadChannels(&node);
-    } else if (word == "JOINT") {
-      Open();
+      hierarchy.channel_count += ReadChannels(words, &node);
     } else if (word == "End") {
-      words_.Expect("Site");
-      words_.Expect("{");
-      words_.Expect("OFFSET");
-      for (int axis = 0; axis < 3; ++axis) words_.Number("an offset");
-      words_.Expect("}");
+      for (const char* next : {"Site", "{", "OFFSET"}) words->Expect(next);
+      read_offset();
+      words->Expect("}");
     } else {
       Words::Fail(word, "OFFSET, CHANNELS, JOINT, End Site or }");
     }
   }
-
-  void ReadChannels(BvhNode* node) {
-    constexpr double kMostChannels = 6.0;
-    const double count = words_.Number("a number of channels");
-    if (!(count >= 0.0 && count <= kMostChannels) || !node->channels.empty()) {
-      throw InputError("CHANNELS: expected 0 .. 6, once a joint");
-    }
-    for (int c = 0; c < static_cast<int>(count); ++c) {
-      const std::string_view word = words_.Need("a channel");
-      const std::string_view kind = word.substr(1);
-      if (word[0] < 'X' || word[0] > 'Z' ||
-          (kind != "position" && kind != "rotation")) {
-        Words::Fail(word, "Xposition .. Zrotation");
-      }
-      node->channels.push_back({kind == "position", word[0] - 'X'});
-      ++hierarchy_.channel_count;
-    }
-  }
-
-  Words& words_;
-  Hierarchy hierarchy_;
-  std::vector<int> open_;
-};
+  return hierarchy;
+}
 
 // Places of all nodes in a frame. A channel of position takes the offset's
 // place, as MotionBuilder and Blender have it; rotations apply in the order of
@@ -434,9 +418,10 @@ class BvhWriter {
           return joint.is_held && !joint.is_pivot;
         });
     if (has_bones || tree_.size() == 1) return;
-    throw InputError("BVH is made of bones, and the skeleton '" +
-                     Printable(tracks_.header.skeleton.name()) +
-                     "' has none; C3D, TRC and glTF hold points");
+    Refuse(
+        "BVH is made of bones, and the skeleton '{}' has none; C3D, TRC and "
+        "glTF hold points",
+        Printable(tracks_.header.skeleton.name()));
   }
 
   std::string Line(const TreeMotion& motion, const std::vector<size_t>& order,
@@ -486,7 +471,7 @@ TrackSequence ReadBvhTracks(const std::string& path,
   std::vector<std::string> names;  // of the first file's joints
   for (const PersonFile& file : ListPersonFiles(path, kBvhExtension)) {
     ReadText<Words>(file.path, [&](Words* words) {
-      const Hierarchy hierarchy = HierarchyReader(words).Read();
+      const Hierarchy hierarchy = ReadHierarchy(words);
       const BvhJoints joints = JointsOf(hierarchy);
       const Motion motion = ReadMotion(words);
       if (!collector.has_value()) {

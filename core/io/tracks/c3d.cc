@@ -221,9 +221,8 @@ Contents ContentsOf(const C3dFile& file) {
   Contents contents = Labels(file.values(), labels).Read();
   if (contents.ids.size() * contents.joints.size() >
       kMostPlaces * contents.points.size()) {
-    throw InputError("names " + std::to_string(contents.ids.size()) +
-                     " people and " + std::to_string(contents.joints.size()) +
-                     " joints, which are not the same for all");
+    Refuse("names {} people and {} joints, which are not the same for all",
+           contents.ids.size(), contents.joints.size());
   }
   return contents;
 }
@@ -339,10 +338,10 @@ ForcePlate ReadPlate(const C3dFile& file, size_t plate, size_t row_length,
     const double channel =
         PlateNumber(values, "CHANNEL", row_length * plate + c);
     if (!(channel >= 1.0 && channel <= static_cast<double>(analog.channels))) {
-      throw InputError("FORCE_PLATFORM:CHANNEL: plate " +
-                       std::to_string(plate + 1) + " has no channel " +
-                       std::to_string(c + 1) + " among the " +
-                       std::to_string(analog.channels) + " analog ones");
+      Refuse(
+          "FORCE_PLATFORM:CHANNEL: plate {} has no channel {} among the {} "
+          "analog ones",
+          plate + 1, c + 1, analog.channels);
     }
     channels.push_back(static_cast<size_t>(channel) - 1);
   }

@@ -8,7 +8,7 @@
 #include "core/base/error.h"
 #include "core/base/text.h"
 #include "core/io/files/text_file.h"
-#include "core/io/text/bulk_json.h"
+#include "core/io/tracks/shared.h"
 
 namespace kinegraph {
 namespace {
@@ -234,18 +234,17 @@ class C3dRange {
       const Stated& most_trusted = stated_.front();
       for (const Stated& stated : stated_) {
         if (stated.count == most_trusted.count) continue;
-        throw InputError("is of " + std::to_string(most_trusted.count) +
-                         " frames (" + most_trusted.where + ") or " +
-                         std::to_string(stated.count) + " (" + stated.where +
-                         "), and has room for " + std::to_string(room));
+        Refuse("is of {} frames ({}) or {} ({}), and has room for {}",
+               most_trusted.count, most_trusted.where, stated.count,
+               stated.where, room);
       }
       const bool may_have_run_over =
           most_trusted.is_word && room >= most_trusted.count + kWords;
       if (most_trusted.count > room || most_trusted.count < at_least_ ||
           may_have_run_over) {
-        throw InputError("is cut off or miscounted: " + most_trusted.where +
-                         " says " + std::to_string(most_trusted.count) +
-                         " frames, there is room for " + std::to_string(room));
+        Refuse(
+            "is cut off or miscounted: {} says {} frames, there is room for {}",
+            most_trusted.where, most_trusted.count, room);
       }
       return most_trusted.count;
     }

@@ -35,8 +35,7 @@ Skeleton FourDAssociationSkeleton(int64_t joint_count,
   }
   if (joint_count == 15) return Tum15();
   if (joint_count == 19) return FourDA19();
-  throw InputError("found " + std::to_string(joint_count) +
-                   " joints, expected 15 (gt.txt) or 19 (skel.txt)");
+  Refuse("found {} joints, expected 15 (gt.txt) or 19 (skel.txt)", joint_count);
 }
 
 void ReadPose(Words* words, StoredZeros stored_zeros, Pose3d* pose) {
@@ -122,7 +121,7 @@ std::vector<std::string> ListScenes(const std::string& path) {
 void ReadPanopticFrame(JsonValue root, int64_t frame,
                        TrackCollector* collector) {
   if (!collector->Touch(frame)->people.empty()) {
-    throw InputError("frame " + std::to_string(frame) + " stands there twice");
+    Refuse("frame {} stands there twice", frame);
   }
   const JsonArray bodies =
       AsArray(Required(AsObject(root, kOutermost), "bodies"), "bodies");
@@ -171,8 +170,8 @@ void WriteFourDAssociationTracks(const std::string& path,
   const int64_t count =
       tracks.frames.empty() ? 0 : tracks.frames.back().frame - first + 1;
   if (count > kMaxFrames) {
-    throw InputError("the tracks span " + std::to_string(count) +
-                     " frames, this format has one entry for each");
+    Refuse("the tracks span {} frames, this format has one entry for each",
+           count);
   }
   AtomicFile file(path);
   JsonOutput out;
@@ -194,13 +193,8 @@ void WriteFourDAssociationTracks(const std::string& path,
       "the first frame is not kept: name it when reading "
       "(--set=tracks.first_frame=" +
       std::to_string(first) + ")");
-  const auto missing = count - static_cast<int64_t>(tracks.frames.size());
-  if (missing > 0) {
-    lost_fields->push_back(
-        std::to_string(missing) +
-        " frames that the input leaves out have entries without "
-        "people");
-  }
+  NoteAddedRows(tracks, static_cast<size_t>(count),
+                "have entries without people", lost_fields);
   const Skeleton& skeleton = tracks.header.skeleton;
   if (skeleton != Tum15() && skeleton != FourDA19()) {
     NoteSkeleton(tracks, lost_fields);

@@ -85,9 +85,7 @@ bool IsMissing(JsonValue joint) {
 
 void ReadJoints(const JsonArray& joints, std::string_view key, Pose3d* pose) {
   if (joints.size() != pose->size()) {
-    throw InputError(std::string(key) + ": found " +
-                     std::to_string(joints.size()) + ", expected " +
-                     std::to_string(pose->size()));
+    Refuse("{}: found {}, expected {}", key, joints.size(), pose->size());
   }
   size_t j = 0;
   for (const JsonValue joint : joints) {
@@ -105,9 +103,8 @@ TrackSequence ReadPoses(JsonValue outermost, const TrackReadOptions& options,
   const JsonObject root = AsObject(outermost, kOutermost);
   JsonValue unit;
   if (!root.at_key("unit").get(unit) && AsText(unit, "unit") != "m") {
-    throw InputError("unit: found '" +
-                     Printable(std::string(AsText(unit, "unit"))) +
-                     "', expected m");
+    Refuse("unit: found '{}', expected m",
+           Printable(std::string(AsText(unit, "unit"))));
   }
   const JsonArray poses = AsArray(Required(root, "poses"), "poses");
   const bool own_joints = options.skeleton && *options.skeleton == FourDA19();
@@ -118,8 +115,7 @@ TrackSequence ReadPoses(JsonValue outermost, const TrackReadOptions& options,
     const size_t count = AsArray(Required(first, key), key).size();
     const Skeleton* told = SkeletonOfPoses(count);
     if (told == nullptr) {
-      throw InputError("joints: found " + std::to_string(count) +
-                       ", expected 17 (COCO), 14, 15, 19 or 25");
+      Refuse("joints: found {}, expected 17 (COCO), 14, 15, 19 or 25", count);
     }
     skeleton = *told;
   }
@@ -252,8 +248,8 @@ uint64_t ReadLongcwId(const JsonObject& pose) {
 const Skeleton& LongcwSkeleton(size_t joint_count) {
   if (joint_count == 14) return Tum14();
   if (joint_count == 17) return Coco17();
-  throw InputError("points_3d: found " + std::to_string(joint_count) +
-                   " joints, expected 14 (TUM) or 17 (COCO)");
+  Refuse("points_3d: found {} joints, expected 14 (TUM) or 17 (COCO)",
+         joint_count);
 }
 
 void ReadLongcwPose(const JsonObject& object, Pose3d* pose) {
@@ -261,8 +257,8 @@ void ReadLongcwPose(const JsonObject& object, Pose3d* pose) {
   AsNumbers(Required(object, "scores"), "scores", scores.size(), scores.data());
   const JsonArray points = AsArray(Required(object, "points_3d"), "points_3d");
   if (points.size() != pose->size()) {
-    throw InputError("points_3d: found " + std::to_string(points.size()) +
-                     " joints, expected " + std::to_string(pose->size()));
+    Refuse("points_3d: found {} joints, expected {}", points.size(),
+           pose->size());
   }
   size_t j = 0;
   for (const JsonValue point : points) {
@@ -309,8 +305,7 @@ TrackSequence ReadLongcw(JsonValue outermost, const TrackReadOptions& options,
     const LongcwTime time = ReadLongcwTime(Required(frame, "timestamp"),
                                            collector.header().frame_rate_hz);
     if (!seen.insert(time.frame).second) {
-      throw InputError("frame " + std::to_string(time.frame) +
-                       " stands there twice");
+      Refuse("frame {} stands there twice", time.frame);
     }
     collector.Touch(time.frame)->time = time.time;
     for (const JsonValue value : poses) {

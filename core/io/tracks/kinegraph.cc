@@ -296,8 +296,7 @@ class KinegraphTrackReader {
       PersonPose person;
       ReadPerson(AsObject(element, key), &person);
       if (FindPerson(frame, person.id) != nullptr) {
-        throw InputError("people: id " + std::to_string(person.id.value()) +
-                         " stands there twice");
+        Refuse("people: id {} stands there twice", person.id.value());
       }
       frame->people.push_back(std::move(person));
     }
@@ -386,8 +385,8 @@ class KinegraphTrackReader {
       match.detection_idx =
           static_cast<int>(AsInteger(field.value, key, 0, kMaxInt));
       if (MatchOf(match.view_idx, person) != nullptr) {
-        throw InputError("matches: '" + Printable(std::string(field.key)) +
-                         "' stands there twice");
+        Refuse("matches: '{}' stands there twice",
+               Printable(std::string(field.key)));
       }
       person->matches.push_back(match);
     }
@@ -401,9 +400,8 @@ class KinegraphTrackReader {
   void CheckLength(size_t found, std::string_view key) const {
     const size_t expected = header_.skeleton.joints().size();
     if (found != expected) {
-      throw InputError(std::string(key) + ": found " + std::to_string(found) +
-                       " entries, expected one a joint, " +
-                       std::to_string(expected));
+      Refuse("{}: found {} entries, expected one a joint, {}", key, found,
+             expected);
     }
   }
 
@@ -412,10 +410,8 @@ class KinegraphTrackReader {
     for (size_t j = 0; j < statuses_.size(); ++j) {
       const bool is_missing = statuses_[j] == JointStatus::kMissing;
       if (person->joints[j].present() == is_missing) {
-        throw InputError(
-            "status: joint " + std::to_string(j) + " is " +
-            ToString(statuses_[j]) +
-            (is_missing ? " but has a position" : " but its position is null"));
+        Refuse("status: joint {} is {} but {}", j, ToString(statuses_[j]),
+               is_missing ? "has a position" : "its position is null");
       }
       person->joints[j].status = statuses_[j];
     }
@@ -441,8 +437,8 @@ class KinegraphTrackReader {
     for (const auto field : weights) {
       ViewMatch* match = MatchOf(ViewOf(field.key), person);
       if (match == nullptr || !match->weights.empty()) {
-        throw InputError("weights: '" + Printable(std::string(field.key)) +
-                         "' stands there twice or has no match");
+        Refuse("weights: '{}' stands there twice or has no match",
+               Printable(std::string(field.key)));
       }
       for (const JsonValue weight : AsArray(field.value, "weights")) {
         match->weights.emplace_back();

@@ -1,10 +1,7 @@
 #include "core/io/tracks/shared.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cctype>
-#include <charconv>
 #include <filesystem>
 #include <set>
 #include <utility>
@@ -77,8 +74,8 @@ Skeleton SkeletonOfNames(const std::vector<std::string>& joints,
   if (!options.skeleton.has_value()) return SkeletonOfLabels(joints, bones);
   if (options.skeleton->joints() != joints &&
       options.skeleton->joints() != SkeletonOfLabels(joints).joints()) {
-    throw InputError("the joints are not those of '" +
-                     Printable(options.skeleton->name()) + "'");
+    Refuse("the joints are not those of '{}'",
+           Printable(options.skeleton->name()));
   }
   return *options.skeleton;
 }
@@ -89,8 +86,8 @@ JointStatus ParseJointStatus(std::string_view text) {
         JointStatus::kObserved}) {
     if (text == ToString(status)) return status;
   }
-  throw InputError("status: found '" + Printable(std::string(text)) +
-                   "', expected observed, inferred or missing");
+  Refuse("status: found '{}', expected observed, inferred or missing",
+         Printable(std::string(text)));
 }
 
 void ReadWeighted(const JsonObject& object, const char* key, double unit_m,
@@ -130,8 +127,7 @@ TrackFrame* TrackCollector::Touch(int64_t frame_number) {
 PersonPose* TrackCollector::Add(int64_t frame, TrackId id) {
   TrackFrame* at = Touch(frame);
   if (FindPerson(at, id) != nullptr) {
-    throw InputError(fmt::format("frame {}: person {} stands there twice",
-                                 frame, id.value()));
+    Refuse("frame {}: person {} stands there twice", frame, id.value());
   }
   PersonPose& person = at->people.emplace_back();
   person.id = id;
@@ -165,9 +161,8 @@ std::vector<TrackRow> MakeTrackRows(const TrackSequence& tracks,
   const int64_t first = tracks.frames.front().frame;
   const int64_t count = tracks.frames.back().frame - first + 1;
   if (count > kMaxRows) {
-    throw InputError(
-        fmt::format("the tracks span {} frames, a {} file may have {}", count,
-                    format, kMaxRows));
+    Refuse("the tracks span {} frames, a {} file may have {}", count, format,
+           kMaxRows);
   }
   rows.resize(static_cast<size_t>(count));
   size_t last = 0;
@@ -196,9 +191,10 @@ const PersonPose* FindPerson(const TrackFrame* frame, TrackId id) {
 double RequireFrameRate(const TrackSequence& tracks,
                         const std::string& format) {
   if (tracks.header.frame_rate_hz > 0.0) return tracks.header.frame_rate_hz;
-  throw InputError(format +
-                   " needs a frame rate, which the input does not tell "
-                   "(--frame_rate=HZ)");
+  Refuse(
+      "{} needs a frame rate, which the input does not tell "
+      "(--frame_rate=HZ)",
+      format);
 }
 
 // ---- People ----
@@ -218,11 +214,8 @@ std::vector<int64_t> RequirePeople(const TrackSequence& tracks) {
 }
 
 std::optional<TrackId> PersonIdOf(std::string_view text) {
-  int64_t id = -1;
-  const char* end = text.data() + text.size();
-  const auto [stop, error] = std::from_chars(text.data(), end, id);
-  if (error != std::errc() || stop != end || id < 0) return std::nullopt;
-  return TrackId(id);
+  const auto id = ParseNumber<int64_t>(text);
+  return id && *id >= 0 ? std::optional(TrackId(*id)) : std::nullopt;
 }
 
 std::string PersonLabel(int64_t id) {
@@ -284,9 +277,8 @@ void WritePersonFiles(const std::string& path, const std::string& extension,
   const std::vector<int64_t> ids = RequirePeople(tracks);
   if (EndsIn(path, extension)) {
     if (ids.size() > 1) {
-      throw InputError(
-          fmt::format("a {} file holds one person, the tracks have {}",
-                      extension, ids.size()));
+      Refuse("a {} file holds one person, the tracks have {}", extension,
+             ids.size());
     }
     return write_file(path, TrackId(ids.front()));
   }
@@ -357,26 +349,25 @@ void NoteLosses(const TrackContents& contents,
     Loss loss;
     bool is_there;
     std::string text;
-  } kTexts[] = {
-      {Loss::kCovariances, contents.has_covariances,
-       "covariances are not kept"},
-      {Loss::kViews, contents.has_views || contents.has_matches,
-       "counts of views and matches are not kept"},
-      {Loss::kMatches, contents.has_matches, "matches are not kept"},
-      {Loss::kInferredAlike, contents.has_inferred,
-       "inferred joints are written like observed ones"},
-      {Loss::kInferredObserved, contents.has_inferred,
-       "inferred joints read back as observed"},
-      {Loss::kEmptyFrames, contents.empty_frames > 0,
-       std::to_string(contents.empty_frames) +
-           " frames with nobody in them are not kept"},
-      {Loss::kClock, contents.has_clock,
-       "times and frame rate are not kept: name the rate when reading "
-       "(--frame_rate=HZ)"},
-      {Loss::kUnknownClock, !contents.has_clock,
-       "times are not known and left out (--frame_rate=HZ)"}};
+  } texts[] = {{Loss::kCovariances, contents.has_covariances,
+                "covariances are not kept"},
+               {Loss::kViews, contents.has_views || contents.has_matches,
+                "counts of views and matches are not kept"},
+               {Loss::kMatches, contents.has_matches, "matches are not kept"},
+               {Loss::kInferredAlike, contents.has_inferred,
+                "inferred joints are written like observed ones"},
+               {Loss::kInferredObserved, contents.has_inferred,
+                "inferred joints read back as observed"},
+               {Loss::kEmptyFrames, contents.empty_frames > 0,
+                std::to_string(contents.empty_frames) +
+                    " frames with nobody in them are not kept"},
+               {Loss::kClock, contents.has_clock,
+                "times and frame rate are not kept: name the rate when reading "
+                "(--frame_rate=HZ)"},
+               {Loss::kUnknownClock, !contents.has_clock,
+                "times are not known and left out (--frame_rate=HZ)"}};
   for (const Loss loss : losses) {
-    for (const auto& one : kTexts) {
+    for (const auto& one : texts) {
       if (one.loss == loss && one.is_there) lost_fields->push_back(one.text);
     }
   }

@@ -2,6 +2,8 @@
 #ifndef KINEGRAPH_CORE_IO_TRACKS_SHARED_H_
 #define KINEGRAPH_CORE_IO_TRACKS_SHARED_H_
 
+#include <fmt/format.h>
+
 #include <cmath>
 #include <cstdint>
 #include <functional>
@@ -20,6 +22,12 @@
 #include "core/io/tracks/tracks.h"
 
 namespace kinegraph {
+
+// Throws InputError, without a file, of a text as fmt makes it.
+template <typename... Args>
+[[noreturn]] void Refuse(fmt::format_string<Args...> text, Args&&... args) {
+  throw InputError(fmt::format(text, std::forward<Args>(args)...));
+}
 
 // ---- Axes ----
 

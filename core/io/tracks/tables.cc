@@ -1,7 +1,6 @@
 // Tables: our own, FreeMoCap's and Anipose's.
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <cstdio>
 #include <optional>
@@ -12,6 +11,7 @@
 
 #include "core/base/constants.h"
 #include "core/base/error.h"
+#include "core/base/text.h"
 #include "core/io/binary/npz_file.h"
 #include "core/io/files/atomic_file.h"
 #include "core/io/files/text_file.h"
@@ -50,23 +50,20 @@ double Finite(const std::string& cell, size_t column) {
   return Located(kColumns[column], [&] {
     const std::optional<double> number = NumberOfCell(cell);
     if (number.has_value() && std::isfinite(*number)) return *number;
-    throw InputError("found '" + Printable(cell) + "', expected a number");
+    Refuse("found '{}', expected a number", Printable(cell));
   });
 }
 
 int64_t Whole(const std::string& cell, size_t column, int64_t high) {
-  int64_t number = -1;
-  const char* end = cell.data() + cell.size();
-  const auto [stop, error] = std::from_chars(cell.data(), end, number);
-  if (error != std::errc() || stop != end) {
-    throw InputError(std::string(kColumns[column]) + ": found '" +
-                     Printable(cell) + "', expected a whole number");
+  const auto number = ParseNumber<int64_t>(cell);
+  if (!number) {
+    Refuse("{}: found '{}', expected a whole number", kColumns[column],
+           Printable(cell));
   }
-  if (number < 0 || number > high) {
-    throw InputError(std::string(kColumns[column]) + ": found " + cell +
-                     ", expected 0 .. " + std::to_string(high));
+  if (*number < 0 || *number > high) {
+    Refuse("{}: found {}, expected 0 .. {}", kColumns[column], cell, high);
   }
-  return number;
+  return *number;
 }
 
 // Of the column in the first row; as many as there are where it is not there.
@@ -113,7 +110,7 @@ class CsvTrackReader {
   }
 
   [[noreturn]] static void FailMissingColumn(size_t column) {
-    throw InputError("has no column '" + std::string(kColumns[column]) + "'");
+    Refuse("has no column '{}'", kColumns[column]);
   }
 
   // In the order in which they come. A skeleton is searched name by name, so
@@ -156,13 +153,11 @@ class CsvTrackReader {
     const int index =
         collector->header().skeleton.IndexOf(PlainCell(cell(kJoint)));
     if (index < 0) {
-      throw InputError("joint '" + Printable(cell(kJoint)) +
-                       "' is not of the skeleton");
+      Refuse("joint '{}' is not of the skeleton", Printable(cell(kJoint)));
     }
     const auto joint = static_cast<size_t>(index);
     if (seen_[joint]) {
-      throw InputError("joint '" + Printable(cell(kJoint)) +
-                       "' stands there twice");
+      Refuse("joint '{}' stands there twice", Printable(cell(kJoint)));
     }
     seen_[joint] = true;
     ReadJoint(cell, joint);

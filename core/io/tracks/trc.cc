@@ -98,13 +98,12 @@ TrcHeader ReadTrcHeader(TrcLines* lines) {
     for (size_t i = 0; i < names.size() && i < values.size(); ++i) {
       if (names[i] == name) return values[i];
     }
-    throw InputError("has no '" + std::string(name) + "'");
+    Refuse("has no '{}'", name);
   };
   const auto number = [&](const char* name, double high) {
     const double given = NumberOf(value(name)).value_or(-1.0);
     if (given < 0.0 || given > high) {
-      throw InputError(std::string(name) + ": expected 0 .. " +
-                       std::to_string(static_cast<int64_t>(high)));
+      Refuse("{}: expected 0 .. {}", name, static_cast<int64_t>(high));
     }
     return given;
   };
@@ -117,8 +116,7 @@ TrcHeader ReadTrcHeader(TrcLines* lines) {
   const std::vector<std::string_view> titles = lines->Need();
   for (size_t m = 0; m < markers; ++m) {
     if (2 + 3 * m >= titles.size()) {
-      throw InputError("names fewer than " + std::to_string(markers) +
-                       " markers");
+      Refuse("names fewer than {} markers", markers);
     }
     header.markers.emplace_back(titles[2 + 3 * m]);
   }
@@ -171,9 +169,8 @@ void ReadRows(const TrcHeader& header, TrackId id, const AxisMap& axes,
   int64_t row = 0;
   while (lines->Next(&cells)) {
     if (cells.size() < 2 + 3 * header.markers.size()) {
-      throw InputError("found " + std::to_string(cells.size()) +
-                       " cells, expected " +
-                       std::to_string(2 + 3 * header.markers.size()));
+      Refuse("found {} cells, expected {}", cells.size(),
+             2 + 3 * header.markers.size());
     }
     const std::optional<double> time_s = NumberOf(cells[1]);
     if (!time_s.has_value() || std::abs(*time_s) > 1e9) {
@@ -190,8 +187,7 @@ void ReadRows(const TrcHeader& header, TrackId id, const AxisMap& axes,
     collector->AddIfSeen(number, id, std::move(joints));
   }
   if (row != header.frames) {
-    throw InputError("found " + std::to_string(row) + " rows, NumFrames says " +
-                     std::to_string(header.frames));
+    Refuse("found {} rows, NumFrames says {}", row, header.frames);
   }
 }
 
@@ -259,8 +255,8 @@ void WriteTrcTracks(const std::string& path, const TrackSequence& tracks,
   const std::vector<std::string>& joints = tracks.header.skeleton.joints();
   for (const std::string& joint : joints) {
     if (joint.find_first_of("\t\r\n") != std::string::npos) {
-      throw InputError("the joint '" + Printable(joint) +
-                       "' cannot be the name of a TRC marker");
+      Refuse("the joint '{}' cannot be the name of a TRC marker",
+             Printable(joint));
     }
   }
   const std::vector<TrackRow> rows = MakeTrackRows(tracks, "TRC");

@@ -93,8 +93,8 @@ class Solver {
       : tree_(tree), row_count_(poses.size()) {
     motion_.rows.resize(row_count_);
     for (TreeMotion::Row& row : motion_.rows) {
-      row.global.resize(tree.size());
-      row.positions_m.resize(tree.size());
+      row.global.assign(tree.size(), Quaterniond::Identity());
+      row.positions_m.assign(tree.size(), Vector3d::Zero());
       row.is_seen.resize(tree.size());
     }
     positions_.assign(tree.size(), Known(row_count_));
@@ -335,9 +335,9 @@ class Solver {
     return best;
   }
 
-  Quaterniond Above(size_t joint, size_t row) const {
-    return joint == 0 ? Quaterniond::Identity()
-                      : motion_.rows[row].global[tree_[joint].parent];
+  // Of the root itself, as long as it is not turned, none.
+  const Quaterniond& Above(size_t joint, size_t row) const {
+    return motion_.rows[row].global[tree_[joint].parent];
   }
 
   // The directions at rest of the bones that begin at a joint: of one alone as
@@ -420,16 +420,9 @@ class Solver {
     }
   }
 
-  // Positions of a joint in all rows, where its parent is known already.
+  // Positions of a joint in all rows, where its parent is known already; the
+  // root's stands at the origin until then.
   void Place(size_t joint) {
-    if (joint == 0) {
-      const std::vector<Vector3d> filled =
-          Fill(positions_[joint], motion_.offsets_m[joint]);
-      for (size_t r = 0; r < row_count_; ++r) {
-        motion_.rows[r].positions_m[joint] = filled[r];
-      }
-      return;
-    }
     const size_t p = tree_[joint].parent;
     Known in_parent(row_count_);
     for (size_t r = 0; r < row_count_; ++r) {

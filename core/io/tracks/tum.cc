@@ -104,13 +104,13 @@ class MatReader {
       : left_bytes_(MostUnpackedBytes(bytes.size())) {
     if (bytes.size() < kMatHeaderBytes ||
         bytes.compare(0, 10, "MATLAB 5.0") != 0) {
-      Fail("is no MATLAB 5 file");
+      Refuse("is no MATLAB 5 file");
     }
     if (bytes.compare(126, 2, "IM") != 0) {
-      Fail("is not little-endian, expected that");
+      Refuse("is not little-endian, expected that");
     }
     std::string_view rest = std::string_view(bytes).substr(kMatHeaderBytes);
-    if (rest.empty()) Fail("is truncated");
+    if (rest.empty()) Refuse("is truncated");
     while (!rest.empty()) {
       const MatElement element = Take(&rest, /*padded=*/false);
       if (element.type != kCompressed) {
@@ -119,29 +119,26 @@ class MatReader {
       }
       std::string_view inside = unpacked_.emplace_back(Unpack(element.data));
       variables_.push_back(ReadArray(Take(&inside, /*padded=*/false), 0));
-      if (!inside.empty()) Fail("holds bytes behind an array");
+      if (!inside.empty()) Refuse("holds bytes behind an array");
     }
   }
 
   const std::vector<MatArray>& variables() const { return variables_; }
 
  private:
-  [[noreturn]] static void Fail(const std::string& message) {
-    throw InputError(message);
-  }
   [[noreturn]] static void FailCount(uint64_t count) {
-    Fail("is truncated: an array declares " + std::to_string(count) +
-         " entries, which are not there");
+    Refuse("is truncated: an array declares {} entries, which are not there",
+           count);
   }
 
   // The next element of `rest`. Within an array each begins at a multiple of
   // eight bytes; one of up to four bytes may stand in its own tag.
   static MatElement Take(std::string_view* rest, bool padded = true) {
-    if (rest->size() < kTagBytes) Fail("is truncated");
+    if (rest->size() < kTagBytes) Refuse("is truncated");
     const auto type = NumberAt<uint32_t>(*rest, 0);
     size_t length = type >> 16U;
     if (length != 0) {
-      if (length > 4) Fail("is damaged: a small element is too long");
+      if (length > 4) Refuse("is damaged: a small element is too long");
       const MatElement element = {type & 0xFFFFU, rest->substr(4, length)};
       rest->remove_prefix(kTagBytes);
       return element;
@@ -149,8 +146,8 @@ class MatReader {
     length = NumberAt<uint32_t>(*rest, 4);
     rest->remove_prefix(kTagBytes);
     if (length > rest->size()) {
-      Fail("is truncated: an element of " + std::to_string(length) +
-           " bytes has only " + std::to_string(rest->size()));
+      Refuse("is truncated: an element of {} bytes has only {}", length,
+             rest->size());
     }
     const MatElement element = {type, rest->substr(0, length)};
     const size_t step = padded ? (length + 7) / 8 * 8 : length;
@@ -160,14 +157,14 @@ class MatReader {
 
   static MatArray ReadArray(const MatElement& element, int depth) {
     constexpr int kMaxDepth = 16;
-    if (element.type != kMatrix) Fail("holds something that is no array");
+    if (element.type != kMatrix) Refuse("holds something that is no array");
     MatArray array;
     if (element.data.empty()) return array;
-    if (depth > kMaxDepth) Fail("is nested too deeply");
+    if (depth > kMaxDepth) Refuse("is nested too deeply");
     std::string_view rest = element.data;
     const MatElement flags = Take(&rest);
     if (flags.type != kUint32 || flags.data.size() != 8) {
-      Fail("has an array without flags");
+      Refuse("has an array without flags");
     }
     array.array_class = NumberAt<uint32_t>(flags.data, 0) & 0xFFU;
     array.is_complex = (NumberAt<uint32_t>(flags.data, 0) & kComplex) != 0;
@@ -191,8 +188,10 @@ class MatReader {
     const bool is_text = array->array_class == kCharClass;
     if (!is_text && (array->array_class < kDoubleClass ||
                      array->array_class > kLastNumberClass)) {
-      Fail("holds an array of class " + std::to_string(array->array_class) +
-           ", expected numbers, texts, cells or structures");
+      Refuse(
+          "holds an array of class {}, expected numbers, texts, cells or "
+          "structures",
+          array->array_class);
     }
     if (array->count == 0) {
       if (!rest.empty()) Take(&rest);
@@ -212,12 +211,12 @@ class MatReader {
     array->rank = dimensions.data.size() / 4;
     if (dimensions.type != kInt32 || array->rank < 2 || array->rank > 32 ||
         dimensions.data.size() % 4 != 0) {
-      Fail("has an array without dimensions");
+      Refuse("has an array without dimensions");
     }
     array->count = 1;
     for (size_t d = 0; d < array->rank; ++d) {
       const uint64_t side = NumberAt<uint32_t>(dimensions.data, 4 * d);
-      if (side > 0x7FFFFFFFU) Fail("has an array of a negative size");
+      if (side > 0x7FFFFFFFU) Refuse("has an array of a negative size");
       if (d < array->sides.size()) array->sides[d] = side;
       // Beyond 2^32 no file of this kind holds it.
       array->count =
@@ -230,7 +229,7 @@ class MatReader {
     const MatElement length = Take(rest);
     if (length.type != kInt32 || length.data.size() != 4 ||
         NumberAt<uint32_t>(length.data, 0) == 0) {
-      Fail("has a structure without names");
+      Refuse("has a structure without names");
     }
     return Take(rest).data.size() / NumberAt<uint32_t>(length.data, 0);
   }
@@ -246,7 +245,7 @@ class MatReader {
   // An element with its tag, which says first how long it is.
   std::string Unpack(std::string_view packed) {
     z_stream stream{};
-    if (inflateInit(&stream) != Z_OK) Fail("cannot be unpacked");
+    if (inflateInit(&stream) != Z_OK) Refuse("cannot be unpacked");
     stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(packed.data()));
     stream.avail_in = static_cast<uInt>(packed.size());
     std::string unpacked(kTagBytes, '\0');
@@ -265,10 +264,9 @@ class MatReader {
     }
     inflateEnd(&stream);
     if (!fits) {
-      Fail("would unpack to " + std::to_string(length) +
-           " bytes, too many for what is stored");
+      Refuse("would unpack to {} bytes, too many for what is stored", length);
     }
-    if (state != Z_STREAM_END) Fail("is truncated or damaged");
+    if (state != Z_STREAM_END) Refuse("is truncated or damaged");
     unpacked.resize(unpacked.size() - stream.avail_out);
     return unpacked;
   }
@@ -280,7 +278,7 @@ class MatReader {
 
 const std::vector<MatArray>& EntriesOf(const MatArray& cell) {
   if (cell.array_class != kCellClass || cell.count == 0) {
-    throw InputError("is no cell array with entries");
+    Refuse("is no cell array with entries");
   }
   return cell.entries;
 }
@@ -289,8 +287,7 @@ void ReadActorPose(const MatArray& entry, Pose3d* pose) {
   const size_t joints = pose->size();
   if (entry.rank != 2 || entry.sides[0] != joints || entry.sides[1] != 3 ||
       entry.array_class != kDoubleClass || entry.is_complex) {
-    throw InputError("expected " + std::to_string(joints) +
-                     " x 3 doubles or an empty entry");
+    Refuse("expected {} x 3 doubles or an empty entry", joints);
   }
   for (size_t j = 0; j < joints; ++j) {
     Eigen::Vector3d at_m;
@@ -300,7 +297,7 @@ void ReadActorPose(const MatArray& entry, Pose3d* pose) {
           StoredNumber(entry.numbers, axis * joints + j);
     }
     if (at_m.array().isInf().any()) {
-      throw InputError("holds an infinite number");
+      Refuse("holds an infinite number");
     }
     (*pose)[j] = ObservedJoint(at_m);
   }
@@ -318,9 +315,8 @@ TrackSequence ReadActors(const MatArray& variable,
     *place = actor;
     const std::vector<MatArray>& frames = EntriesOf(actors[a]);
     if (a > 0 && frames.size() != frame_count) {
-      throw InputError("found " + std::to_string(frames.size()) +
-                       " frames, expected " + std::to_string(frame_count) +
-                       " as of the first actor");
+      Refuse("found {} frames, expected {} as of the first actor",
+             frames.size(), frame_count);
     }
     frame_count = frames.size();
     for (size_t f = 0; f < frame_count; ++f) {
@@ -385,14 +381,14 @@ std::string FileHeader() {
 
 void WriteActors(const std::string& path, const TrackSequence& tracks) {
   const std::vector<int64_t> ids = IdsOf(tracks);
-  if (ids.empty()) throw InputError("the tracks have nobody in them");
+  if (ids.empty()) Refuse("the tracks have nobody in them");
   const int64_t last = tracks.frames.back().frame;
   if (ids.back() >= kMaxActors || last >= kMaxMatFrames) {
-    throw InputError(
+    Refuse(
         "an actor's number is its place in actorsGT.mat, a frame's too: the "
-        "largest id is " +
-        std::to_string(ids.back()) + ", expected below 1000; the last frame " +
-        std::to_string(last) + ", expected below 1000000");
+        "largest id is {}, expected below {}; the last frame {}, expected "
+        "below {}",
+        ids.back(), kMaxActors, last, kMaxMatFrames);
   }
   const auto frames = static_cast<uint64_t>(last) + 1;
   std::vector<uint64_t> poses(static_cast<size_t>(ids.back()) + 1, 0);
@@ -453,7 +449,7 @@ TrackSequence ReadTumTracks(const std::string& path,
             return ReadActors(variable, options, &place);
           }
         }
-        throw InputError("is missing or damaged");
+        Refuse("is missing or damaged");
       });
 }
 

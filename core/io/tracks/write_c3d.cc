@@ -192,15 +192,14 @@ class C3dRecording {
     first_ = tracks.frames.front().frame + 1;
     last_ = tracks.frames.back().frame + 1;
     if (point_count() > kMaxWord) {
-      throw InputError(std::to_string(ids_.size()) + " people of " +
-                       std::to_string(joint_count_) +
-                       " joints are too many for C3D, which has 65535 points "
-                       "(convert one with --person=N)");
+      Refuse(
+          "{} people of {} joints are too many for C3D, which has {} points "
+          "(convert one with --person=N)",
+          ids_.size(), joint_count_, kMaxWord);
     }
     constexpr int64_t kMaxFrameNumber = int64_t{1} << 31;
     if (last_ > kMaxFrameNumber) {
-      throw InputError("frame " + std::to_string(last_ - 1) +
-                       " is beyond what C3D can count");
+      Refuse("frame {} is beyond what C3D can count", last_ - 1);
     }
   }
 

@@ -7,8 +7,11 @@
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
+#include <map>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/io/calibration/calibration.h"
@@ -37,24 +40,6 @@ using testing::TemporaryFolder;
 
 const PersonNames kNames = {{TrackId(12), "Anna"}};
 
-// The notes that were printed.
-std::string ConvertFile(const std::string& in, const std::string& out,
-                        const std::string& more) {
-  return testing::Done("convert",
-                       "--in='" + in + "' --out='" + out + "' " + more)
-      .errors;
-}
-
-// The recording as JSON Lines, converted to `name`; the notes that were
-// printed.
-std::string Convert(const TemporaryFolder& folder,
-                    const TrackSequence& recording, const std::string& name,
-                    const std::string& more = "") {
-  const std::string in = folder.path() / "take.jsonl";
-  WriteTracks(in, recording, {!recording.header.view_names.empty(), kNames});
-  return ConvertFile(in, folder.path() / name, more);
-}
-
 void RunCommand(const std::string& command) {
   EXPECT_EQ(std::system(command.c_str()), 0) << command;
 }
@@ -66,12 +51,35 @@ std::string Python(const std::string& script, const fs::path& argument) {
          argument.string() + "'";
 }
 
-Json RunPython(const TemporaryFolder& folder, const std::string& script,
-               const std::string& file) {
-  const std::string out = folder.path() / "read.json";
-  RunCommand(Python(script, file) + " > '" + out + "'");
-  return Json::parse(ReadTextFile(out));
-}
+class FormatReaders : public ::testing::Test {
+ protected:
+  std::string Path(const std::string& name) const {
+    return folder_.path() / name;
+  }
+  // The notes that were printed.
+  static std::string ConvertFile(const std::string& in, const std::string& out,
+                                 const std::string& more) {
+    return testing::Done("convert",
+                         "--in='" + in + "' --out='" + out + "' " + more)
+        .errors;
+  }
+  // The recording as JSON Lines, converted to `name`.
+  std::string Convert(const std::string& name, const std::string& more = "") {
+    const std::string in = Path("take.jsonl");
+    WriteTracks(in, recording_,
+                {!recording_.header.view_names.empty(), kNames});
+    return ConvertFile(in, Path(name), more);
+  }
+  // The JSON that a script prints of a file.
+  Json Read(const std::string& script, const std::string& name) {
+    RunCommand(Python(script, Path(name)) + " > '" + Path("read.json") + "'");
+    return Json::parse(ReadTextFile(Path("read.json")));
+  }
+  void ExpectGltf(const std::string& name);
+
+  TrackSequence recording_ = MakeRecording();
+  const TemporaryFolder folder_;
+};
 
 bool HasPython(const std::string& modules) {
   return std::system(
@@ -113,11 +121,10 @@ Vector3d VectorOf(const Json& array) {
 
 // ---- C3D ----
 
-TEST(FormatReaders, C3dHoldsPointsResidualsAndCameras) {
+TEST_F(FormatReaders, C3dHoldsPointsResidualsAndCameras) {
   if (!HasPython("json")) GTEST_SKIP() << "needs Debian's python3";
-  TrackSequence recording = MakeRecording();
-  recording.header.view_names = {"one", "two", "three"};
-  for (TrackFrame& frame : recording.frames) {
+  recording_.header.view_names = {"one", "two", "three"};
+  for (TrackFrame& frame : recording_.frames) {
     for (PersonPose& person : frame.people) {
       for (int v = 0; v < 3; v += 2) {
         ViewMatch match;
@@ -128,11 +135,9 @@ TEST(FormatReaders, C3dHoldsPointsResidualsAndCameras) {
       }
     }
   }
-  const TemporaryFolder folder;
-  const std::string notes = Convert(folder, recording, "take.c3d");
+  const std::string notes = Convert("take.c3d");
   EXPECT_THAT(notes, HasSubstr("root of its trace"));
-  const Json read =
-      RunPython(folder, "c3d_reader.py", folder.path() / "take.c3d");
+  const Json read = Read("c3d_reader.py", "take.c3d");
   EXPECT_EQ(read["first"], 301) << "C3D counts from 1";
   EXPECT_EQ(read["rate"], 50.0);
   ASSERT_EQ(read["frames"].size(), 40u) << "frame 311 too, without points";
@@ -155,8 +160,8 @@ TEST(FormatReaders, C3dHoldsPointsResidualsAndCameras) {
   }
   const double step_mm = read["scale"].get<double>();
   int compared = 0;
-  ForEachJoint(recording, [&](const PersonPose* person, size_t j, int64_t f,
-                              size_t p) {
+  ForEachJoint(recording_, [&](const PersonPose* person, size_t j, int64_t f,
+                               size_t p) {
     const Json& point =
         read["frames"][static_cast<size_t>(f - 300)][25 * p + j];
     ASSERT_EQ(!point.is_null(), IsThere(person, j)) << f << " " << p;
@@ -177,10 +182,9 @@ TEST(FormatReaders, C3dHoldsPointsResidualsAndCameras) {
   EXPECT_EQ(compared, 39 * 25 - 3 + 22 * 24);
 }
 
-TEST(FormatReaders, C3dBeyondSixteenBits) {
+TEST_F(FormatReaders, C3dBeyondSixteenBits) {
   if (!HasPython("json")) GTEST_SKIP() << "needs Debian's python3";
-  TrackSequence recording = MakeRecording();
-  for (TrackFrame& frame : recording.frames) {
+  for (TrackFrame& frame : recording_.frames) {
     frame.frame += 70'000;
     frame.time = frame.frame * 20'000'000;
     frame.people.resize(1);
@@ -189,10 +193,8 @@ TEST(FormatReaders, C3dBeyondSixteenBits) {
       frame.people.back().id = TrackId(id);
     }
   }
-  const TemporaryFolder folder;
-  Convert(folder, recording, "take.c3d");
-  const Json read =
-      RunPython(folder, "c3d_reader.py", folder.path() / "take.c3d");
+  Convert("take.c3d");
+  const Json read = Read("c3d_reader.py", "take.c3d");
   EXPECT_EQ(read["first"], 70'301);
   ASSERT_EQ(read["labels"].size(), 400u) << "LABELS and LABELS2";
   EXPECT_EQ(read["labels"][399], "person_34:r_heel");
@@ -277,15 +279,13 @@ function at(time_s) {
 }
 )";
 
-void ExpectGltf(const std::string& name) {
+void FormatReaders::ExpectGltf(const std::string& name) {
   if (!HasThree()) GTEST_SKIP() << "needs chromium and libjs-three";
-  const TrackSequence recording = MakeRecording();
-  const TemporaryFolder folder;
-  const std::string notes = Convert(folder, recording, name);
+  const std::string notes = Convert(name);
   EXPECT_THAT(notes, HasSubstr("missing joints got a place"));
   Browser browser;
   browser.Open(
-      PageWith(folder, "GLTFLoader.js", folder.path() / name, kGltfScript));
+      PageWith(folder_, "GLTFLoader.js", folder_.path() / name, kGltfScript));
   ASSERT_TRUE(browser.WaitFor("gltf !== undefined || failure !== ''"));
   ASSERT_EQ(browser.Evaluate("failure"), "");
   EXPECT_EQ(browser.Evaluate("gltf.scene.userData.first_frame"), 300);
@@ -299,7 +299,7 @@ void ExpectGltf(const std::string& name) {
       const int64_t id = p == 0 ? 3 : 12;
       EXPECT_EQ(people[p]["id"], id);
       EXPECT_EQ(people[p]["name"], p == 0 ? "person_3" : "Anna");
-      const PersonPose* person = PersonIn(recording, f, id);
+      const PersonPose* person = PersonIn(recording_, f, id);
       EXPECT_EQ(people[p]["scale"], person != nullptr ? 1 : 0) << f;
       if (person == nullptr) continue;
       for (size_t j = 0; j < 25; ++j) {
@@ -320,8 +320,8 @@ void ExpectGltf(const std::string& name) {
   EXPECT_THAT(browser.problems(), IsEmpty());
 }
 
-TEST(FormatReaders, GltfInThree) { ExpectGltf("take.gltf"); }
-TEST(FormatReaders, GlbInThree) { ExpectGltf("take.glb"); }
+TEST_F(FormatReaders, GltfInThree) { ExpectGltf("take.gltf"); }
+TEST_F(FormatReaders, GlbInThree) { ExpectGltf("take.glb"); }
 
 constexpr const char* kBvhScript = R"(
 const bvh = new THREE.BVHLoader().parse(new TextDecoder().decode(bytes));
@@ -341,22 +341,20 @@ function at(time_s) {
 }
 )";
 
-TEST(FormatReaders, BvhInThree) {
+TEST_F(FormatReaders, BvhInThree) {
   if (!HasThree()) GTEST_SKIP() << "needs chromium and libjs-three";
-  const TrackSequence recording = MakeRecording();
-  const TemporaryFolder folder;
-  const std::string notes = Convert(folder, recording, "bvh", "--to=bvh");
+  const std::string notes = Convert("bvh", "--to=bvh");
   EXPECT_THAT(notes, HasSubstr("missing joints got a place"));
   for (const int64_t id : {3, 12}) {
     const std::string file = id == 3 ? "person_3.bvh" : "person_12_Anna.bvh";
     Browser browser;
-    browser.Open(PageWith(folder, "BVHLoader.js", folder.path() / "bvh" / file,
-                          kBvhScript));
+    browser.Open(PageWith(folder_, "BVHLoader.js",
+                          folder_.path() / "bvh" / file, kBvhScript));
     EXPECT_NEAR(browser.Evaluate("bvh.clip.duration").get<double>(), 39 * 0.02,
                 1e-6);
     int compared = 0;
     for (int64_t f = 300; f < 339; ++f) {
-      const PersonPose* person = PersonIn(recording, f, id);
+      const PersonPose* person = PersonIn(recording_, f, id);
       if (person == nullptr) continue;
       const Json joints = browser.Evaluate(
           "at(" + std::to_string(0.02 * static_cast<double>(f - 300)) + ")");
@@ -382,27 +380,25 @@ TEST(FormatReaders, BvhInThree) {
 
 // ---- xarray ----
 
-TEST(FormatReaders, NetcdfInXarrayAsMovementHasIt) {
+TEST_F(FormatReaders, NetcdfInXarrayAsMovementHasIt) {
   if (!HasPython("xarray, scipy")) {
     GTEST_SKIP() << "needs python3-xarray and python3-scipy";
   }
-  const TrackSequence recording = MakeRecording();
-  const TemporaryFolder folder;
-  Convert(folder, recording, "take.nc");
-  const Json read =
-      RunPython(folder, "movement_reader.py", folder.path() / "take.nc");
+  Convert("take.nc");
+  const Json read = Read("movement_reader.py", "take.nc");
   EXPECT_EQ(read["fps"], 50.0);
   EXPECT_EQ(read["time_unit"], "seconds");
   EXPECT_EQ(read["individuals"], Json({"person_3", "Anna"}));
   EXPECT_EQ(read["identity"], Json({3.0, 12.0}));
   EXPECT_EQ(read["keypoints"], Json(Body25().joints()));
-  ASSERT_EQ(read["position"].size(), recording.frames.size());
-  for (size_t f = 0; f < recording.frames.size(); ++f) {
-    EXPECT_EQ(read["frame"][f], static_cast<double>(recording.frames[f].frame));
-    EXPECT_EQ(read["time"][f], ToSeconds(recording.frames[f].time));
+  ASSERT_EQ(read["position"].size(), recording_.frames.size());
+  for (size_t f = 0; f < recording_.frames.size(); ++f) {
+    EXPECT_EQ(read["frame"][f],
+              static_cast<double>(recording_.frames[f].frame));
+    EXPECT_EQ(read["time"][f], ToSeconds(recording_.frames[f].time));
   }
-  ForEachJoint(recording, [&](const PersonPose* person, size_t j,
-                              int64_t number, size_t p) {
+  ForEachJoint(recording_, [&](const PersonPose* person, size_t j,
+                               int64_t number, size_t p) {
     if (number == 311) return;  // which the recording leaves out
     const auto f =
         static_cast<size_t>(number < 311 ? number - 300 : number - 301);
@@ -427,27 +423,25 @@ TEST(FormatReaders, NetcdfInXarrayAsMovementHasIt) {
       EXPECT_NEAR(confidence.get<double>(), 0.7722979, 1e-6);
     }
   });
-  const PersonPose* anna = PersonIn(recording, recording.frames[10].frame, 12);
+  const PersonPose* anna =
+      PersonIn(recording_, recording_.frames[10].frame, 12);
   const auto knee = static_cast<size_t>(Body25().IndexOf("r_knee"));
   EXPECT_EQ(VectorOf(read["chosen"]), anna->joints[knee].position_m);
 }
 
 // ---- Python's own readers ----
 
-TEST(FormatReaders, AniposeTable) {
+TEST_F(FormatReaders, AniposeTable) {
   if (!HasPython("csv, json")) GTEST_SKIP() << "needs Debian's python3";
-  const TrackSequence recording = MakeRecording();
-  const TemporaryFolder folder;
-  Convert(folder, recording, "anipose", "--to=anipose");
+  Convert("anipose", "--to=anipose");
   std::vector<Json> read;
   for (const std::string file : {"person_3.csv", "person_12_Anna.csv"}) {
-    read.push_back(RunPython(folder, "anipose_reader.py",
-                             folder.path() / "anipose" / file));
+    read.push_back(Read("anipose_reader.py", "anipose/" + file));
     EXPECT_EQ(read.back()["joints"], Json(Body25().joints()));
     ASSERT_EQ(read.back()["frames"].size(), 40u);
   }
-  ForEachJoint(recording, [&](const PersonPose* person, size_t j, int64_t f,
-                              size_t p) {
+  ForEachJoint(recording_, [&](const PersonPose* person, size_t j, int64_t f,
+                               size_t p) {
     const Json& found = read[p]["frames"][std::to_string(f)];
     ASSERT_EQ(found.contains(Body25().joints()[j]), IsThere(person, j));
     if (!IsThere(person, j)) return;
@@ -460,33 +454,143 @@ TEST(FormatReaders, AniposeTable) {
   });
 }
 
-TEST(FormatReaders, CocoWithThreeDimensions) {
-  if (!HasPython("json")) GTEST_SKIP() << "needs Debian's python3";
-  const TrackSequence recording = MakeRecording();
-  const TemporaryFolder folder;
-  Convert(folder, recording, "take.json", "--to=coco3d");
-  const Json read =
-      RunPython(folder, "coco3d_reader.py", folder.path() / "take.json");
-  EXPECT_EQ(read["rate"], 50.0);
-  ASSERT_EQ(read["bones"].size(), Body25().bones().size());
-  ASSERT_EQ(read["people"].size(), 39u + 22u);
-  for (const TrackFrame& frame : recording.frames) {
-    EXPECT_EQ(read["times"][std::to_string(frame.frame)],
-              ToSeconds(frame.time));
+// ---- COCO's JSON, as its own tools index it: by the ids of images ----
+
+TEST_F(FormatReaders, CocoWithThreeDimensions) {
+  Convert("take.json", "--to=coco3d");
+  const Json data = Json::parse(ReadTextFile(Path("take.json")));
+  const Json& category = data["categories"][0];
+  EXPECT_EQ(data["info"]["frame_rate"], 50.0);
+  EXPECT_EQ(category["keypoints"], Json(Body25().joints()));
+  Json bones;  // from 1
+  for (const Bone& bone : Body25().bones()) {
+    bones.push_back({bone.a + 1, bone.b + 1});
   }
+  EXPECT_EQ(category["skeleton"], bones);
+  std::map<int64_t, double> times_s;
+  for (const Json& image : data["images"]) {
+    EXPECT_TRUE(times_s.emplace(image["id"], image["time_s"]).second);
+  }
+  for (const TrackFrame& frame : recording_.frames) {
+    EXPECT_EQ(times_s.at(frame.frame), ToSeconds(frame.time));
+  }
+  std::map<std::pair<int64_t, int64_t>, Json> people;
+  for (const Json& entry : data["annotations"]) {
+    EXPECT_EQ(entry["category_id"], category["id"]);
+    EXPECT_EQ(times_s.count(entry["image_id"]), 1u);
+    people[{entry["image_id"], entry["track_id"]}] = entry;
+  }
+  ASSERT_EQ(people.size(), 39u + 22u);
   ForEachJoint(
-      recording, [&](const PersonPose* person, size_t j, int64_t f, size_t p) {
-        const std::string key = std::to_string(f) + (p == 0 ? "/3" : "/12");
-        ASSERT_EQ(read["people"].contains(key), person != nullptr);
+      recording_, [&](const PersonPose* person, size_t j, int64_t f, size_t p) {
+        const auto found = people.find({f, p == 0 ? 3 : 12});
+        ASSERT_EQ(found != people.end(), person != nullptr);
         if (person == nullptr) return;
+        const Json& numbers = found->second["keypoints_3d"];
+        EXPECT_EQ(numbers.size(), 4u * 25u);
+        EXPECT_EQ(found->second["num_keypoints"], CountPresent(person->joints));
         const Joint3d& joint = person->joints[j];
-        const Json& found = read["people"][key];
-        ASSERT_EQ(found.contains(Body25().joints()[j]), joint.present());
-        if (!joint.present()) return;
-        const Json& point = found[Body25().joints()[j]];
-        EXPECT_EQ(VectorOf(point), joint.position_m) << "bit for bit";
-        EXPECT_EQ(point[3], joint.status == JointStatus::kObserved ? 2 : 1);
+        EXPECT_EQ(numbers[4 * j + 3], static_cast<int>(joint.status));
+        for (size_t axis = 0; joint.present() && axis < 3; ++axis) {
+          EXPECT_EQ(numbers[4 * j + axis],
+                    joint.position_m[static_cast<Eigen::Index>(axis)])
+              << "bit for bit";
+        }
       });
+}
+
+void ExpectCocoPerson(const Detection& person, const Json& entry) {
+  const std::vector<double> numbers = entry["keypoints"];
+  const std::vector<double> box = entry["bbox"];  // left, top, width, height
+  ASSERT_EQ(numbers.size(), 3 * person.joints.size());
+  int count = 0;
+  for (size_t j = 0; j < person.joints.size(); ++j) {
+    const Keypoint& joint = person.joints[j];
+    ASSERT_EQ(numbers[3 * j + 2] > 0.0, joint.found);
+    if (!joint.found) continue;
+    ++count;
+    for (size_t axis = 0; axis < 2; ++axis) {
+      const double px = numbers[3 * j + axis];
+      EXPECT_EQ(px, joint.px[static_cast<Eigen::Index>(axis)]) << "bit for bit";
+      // The sum of box and side may be rounded.
+      EXPECT_TRUE(px >= box[axis] && px <= box[axis] + box[axis + 2] + 1e-9);
+    }
+  }
+  EXPECT_EQ(entry["num_keypoints"], count);
+}
+
+// Of the images "left/3", be there none of one.
+std::map<std::string, std::vector<Json>> AnnotationsByImage(const Json& data) {
+  std::map<int64_t, std::string> images;  // by id
+  std::map<std::string, std::vector<Json>> found;
+  for (const Json& image : data["images"]) {
+    const std::string camera = image["camera"];
+    const std::string file = image["file_name"];
+    const int64_t frame = image["frame_id"];
+    EXPECT_EQ(file.substr(0, camera.size() + 1), camera + "/");
+    EXPECT_EQ(std::stoll(file.substr(camera.size() + 1)), frame);
+    EXPECT_EQ(image["width"], 1920);
+    EXPECT_EQ(image["height"], 1080);
+    const std::string key = camera + "/" + std::to_string(frame);
+    EXPECT_TRUE(images.emplace(image["id"], key).second);
+    found[key];
+  }
+  std::set<int64_t> ids;
+  for (const Json& entry : data["annotations"]) {
+    EXPECT_TRUE(ids.insert(entry["id"].get<int64_t>()).second);
+    EXPECT_EQ(entry["category_id"], data["categories"][0]["id"]);
+    EXPECT_EQ(entry["iscrowd"], 0);
+    found.at(images.at(entry["image_id"])).push_back(entry);
+  }
+  return found;
+}
+
+TEST_F(FormatReaders, CocoViews) {
+  DetectionSequence recording;
+  recording.header.skeleton = Coco17();
+  recording.header.view_names = {"left", "right"};
+  recording.header.frame_rate_hz = 50.0;
+  for (int64_t f = 3; f < 9; ++f) {
+    DetectionFrame frame;
+    frame.frame = f;
+    frame.time = f * 20'000'000;
+    frame.views.resize(2);
+    for (size_t v = 0; v < 2; ++v) {
+      frame.views[v].capture_time = frame.time;
+      for (int p = 0; p < static_cast<int>(f % 3); ++p) {
+        Detection& detection = frame.views[v].detections.emplace_back();
+        detection.index_in_file = p;
+        detection.joints.resize(17);
+        for (int j = 0; j < 17; ++j) {
+          if ((j + p + f) % 5 == 0) continue;
+          const double x = 100.0 * static_cast<double>(v) + 7.1 * j + 0.3 * p;
+          detection.joints[static_cast<size_t>(j)] = {
+              {x, 1.7 * x + static_cast<double>(f)}, 0.25 + 0.01 * j, true};
+        }
+      }
+    }
+    recording.frames.push_back(frame);
+  }
+  WriteDetections(Path("take.jsonl"), recording);
+  ConvertFile(Path("take.jsonl"), Path("take.json"),
+              "--to=coco_views --image_size=1920,1080");
+  const Json data = Json::parse(ReadTextFile(Path("take.json")));
+  EXPECT_EQ(data["info"]["frame_rate"], 50.0);
+  EXPECT_EQ(data["categories"][0]["skeleton"].size(), Coco17().bones().size());
+  EXPECT_EQ(data["categories"][0]["keypoints"], Json(Coco17().joints()));
+  const auto found = AnnotationsByImage(data);
+  ASSERT_EQ(found.size(), 12u);
+  for (const DetectionFrame& frame : recording.frames) {
+    for (size_t v = 0; v < 2; ++v) {
+      const auto& people = frame.views[v].detections;
+      const std::vector<Json>& entries = found.at(
+          recording.header.view_names[v] + "/" + std::to_string(frame.frame));
+      ASSERT_EQ(entries.size(), people.size());
+      for (size_t p = 0; p < people.size(); ++p) {
+        ExpectCocoPerson(people[p], entries[p]);
+      }
+    }
+  }
 }
 
 // ---- What h5py writes, read by us ----
@@ -532,10 +636,9 @@ void ExpectAnimals(const fs::path& views, const std::string& format,
               HasSubstr("cut.h5"));
 }
 
-TEST(FormatReaders, SleapsHdf5) {
+TEST_F(FormatReaders, SleapsHdf5) {
   if (!HasPython("h5py, numpy")) GTEST_SKIP() << "needs python3-h5py";
-  const TemporaryFolder folder;
-  const fs::path views = folder.path() / "views";
+  const fs::path views = folder_.path() / "views";
   fs::create_directory(views);
   RunCommand(Python("sleap_writer.py", views));
   ExpectAnimals(views, "sleap", 2, true);
@@ -548,81 +651,22 @@ TEST(FormatReaders, SleapsHdf5) {
               HasSubstr("edge_inds: found 127777777777, expected 0 .. 2"));
 }
 
-TEST(FormatReaders, DeepLabCutsHdf5) {
+TEST_F(FormatReaders, DeepLabCutsHdf5) {
   if (!HasPython("pandas, tables")) {
     GTEST_SKIP() << "needs python3-pandas and python3-tables";
   }
-  const TemporaryFolder folder;
   for (const char* name : {"one", "two"}) {
-    fs::create_directory(folder.path() / name);
+    fs::create_directory(folder_.path() / name);
   }
-  RunCommand(Python("deeplabcut_writer.py", folder.path()));
-  ExpectAnimals(folder.path() / "one", "deeplabcut_h5", 1, false);
-  ExpectAnimals(folder.path() / "two", "deeplabcut_h5", 2, false);
-}
-
-// ---- One COCO file of several cameras ----
-
-TEST(FormatReaders, CocoViews) {
-  if (!HasPython("json")) GTEST_SKIP() << "needs Debian's python3";
-  const TemporaryFolder folder;
-  DetectionSequence recording;
-  recording.header.skeleton = Coco17();
-  recording.header.view_names = {"left", "right"};
-  recording.header.frame_rate_hz = 50.0;
-  for (int64_t f = 3; f < 9; ++f) {
-    DetectionFrame frame;
-    frame.frame = f;
-    frame.time = f * 20'000'000;
-    frame.views.resize(2);
-    for (size_t v = 0; v < 2; ++v) {
-      frame.views[v].capture_time = frame.time;
-      for (int p = 0; p < static_cast<int>(f % 3); ++p) {
-        Detection& detection = frame.views[v].detections.emplace_back();
-        detection.index_in_file = p;
-        detection.joints.resize(17);
-        for (int j = 0; j < 17; ++j) {
-          if ((j + p + f) % 5 == 0) continue;
-          const double x = 100.0 * static_cast<double>(v) + 7.1 * j + 0.3 * p;
-          detection.joints[static_cast<size_t>(j)] = {
-              {x, 1.7 * x + static_cast<double>(f)}, 0.25 + 0.01 * j, true};
-        }
-      }
-    }
-    recording.frames.push_back(frame);
-  }
-  const std::string in = folder.path() / "take.jsonl";
-  WriteDetections(in, recording);
-  const std::string out = folder.path() / "take.json";
-  ConvertFile(in, out, "--to=coco_views --image_size=1920,1080");
-  const Json read = RunPython(folder, "coco_views_reader.py", out);
-  EXPECT_EQ(read["rate"], 50.0);
-  EXPECT_EQ(read["bones"].size(), Coco17().bones().size());
-  ASSERT_EQ(read["found"].size(), 12u);
-  for (const DetectionFrame& frame : recording.frames) {
-    for (size_t v = 0; v < 2; ++v) {
-      const auto& people = frame.views[v].detections;
-      const Json& found = read["found"][recording.header.view_names[v] + "/" +
-                                        std::to_string(frame.frame)];
-      ASSERT_EQ(found.size(), people.size());
-      for (size_t p = 0; p < people.size(); ++p) {
-        for (size_t j = 0; j < 17; ++j) {
-          const Keypoint& joint = people[p].joints[j];
-          const std::string& name = Coco17().joints()[j];
-          ASSERT_EQ(found[p].contains(name), joint.found);
-          if (!joint.found) continue;
-          EXPECT_EQ(found[p][name][0], joint.px.x()) << "bit for bit";
-          EXPECT_EQ(found[p][name][1], joint.px.y());
-        }
-      }
-    }
-  }
+  RunCommand(Python("deeplabcut_writer.py", folder_.path()));
+  ExpectAnimals(folder_.path() / "one", "deeplabcut_h5", 1, false);
+  ExpectAnimals(folder_.path() / "two", "deeplabcut_h5", 2, false);
 }
 
 // ---- COLMAP ----
 
 // Debian's COLMAP reads our model and writes it again in its own digits.
-TEST(FormatReaders, ColmapReadsItsModel) {
+TEST_F(FormatReaders, ColmapReadsItsModel) {
   if (std::system("colmap help > /dev/null 2>&1") != 0) {
     GTEST_SKIP() << "needs colmap";
   }

@@ -73,14 +73,9 @@ TEST(TrackFormats, EveryResultIsRecognisedByItsOwnFormatAlone) {
 TEST(TrackFormats, AnUnknownNameIsRefusedWithThoseThereAre) {
   TrackReadOptions options;
   options.format = "trk";
-  std::string message;
-  try {
-    ReadTracks("/nowhere", options);
-  } catch (const OptionError& error) {
-    message = error.what();
-  }
-  EXPECT_THAT(message, HasSubstr("'trk'"));
-  EXPECT_THAT(message, HasSubstr("kinegraph, csv, npz, trc"));
+  EXPECT_THAT([&] { ReadTracks("/nowhere", options); },
+              ::testing::ThrowsMessage<OptionError>(::testing::AllOf(
+                  HasSubstr("'trk'"), HasSubstr("kinegraph, csv, npz, trc"))));
 }
 
 // ---- names of people ----

@@ -46,14 +46,19 @@ TEST(IdentityEditsTest, RoundTrip) {
   EXPECT_EQ(read[1].place, path + ": line 2");
 }
 
-TEST(IdentityEditsTest, BlankLinesArePassedOver) {
+TEST(IdentityEditsTest, BlankLinesAndTheFingerprintArePassedOver) {
   TemporaryFolder folder;
-  const std::string path = folder.Write(
-      "edits.jsonl",
-      "\n{\"op\": \"delete\", \"persons\": [1], \"frames\": [0, 5]}\r\n  \n");
-  const std::vector<IdentityEdit> read = ReadIdentityEdits(path);
+  const std::string edit =
+      "{\"op\": \"delete\", \"persons\": [1], \"frames\": [0, 5]}\r\n  \n";
+  std::string path = folder.Write("edits.jsonl", "\n" + edit);
+  std::vector<IdentityEdit> read = ReadIdentityEdits(path);
   ASSERT_EQ(read.size(), 1u);
   EXPECT_EQ(read[0].place, path + ": line 2");
+  const std::string digits(32, 'a');
+  path = (folder.path() / "a.identity.jsonl").string();
+  WriteIdentityEdits(path, read, digits);
+  EXPECT_EQ(FingerprintIn(path), digits);
+  EXPECT_EQ(ReadIdentityEdits(path).size(), 1u);
 }
 
 TEST(IdentityEditsTest, WrongLinesAreNamed) {
@@ -79,18 +84,6 @@ TEST(IdentityEditsTest, WrongLinesAreNamed) {
         AllOf(HasSubstr(path), HasSubstr("line 2"), HasSubstr(expected)))
         << line;
   }
-}
-
-TEST(IdentityEditsTest, SayOfWhichTracksTheyAre) {
-  const testing::TemporaryFolder folder;
-  const std::string path = (folder.path() / "a.identity.jsonl").string();
-  IdentityEdit edit;
-  edit.op = EditOp::kJoin;
-  edit.persons = {TrackId(0), TrackId(1)};
-  const std::string digits(32, 'a');
-  WriteIdentityEdits(path, {edit}, digits);
-  EXPECT_EQ(FingerprintIn(path), digits);
-  EXPECT_EQ(ReadIdentityEdits(path).size(), 1u);
 }
 
 TEST(IdentityEditsTest, StandsBesideTheTracks) {

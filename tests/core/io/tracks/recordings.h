@@ -85,6 +85,7 @@ inline TrackSequence Walk(
     }
     TrackFrame& frame = tracks.frames.emplace_back();
     frame.frame = f;
+    frame.time = f * 40'000'000;
     frame.people = {person.pose()};
     frame.people[0].id = TrackId(0);
   }

@@ -131,9 +131,8 @@ INSTANTIATE_TEST_SUITE_P(
 
 // ---- What single formats do besides
 
-// Pose2Sim's own files: read, written by us and read again they are the same,
-// and the world's axes come from its (Y up).
-TEST(TracksTrc, Pose2SimsOwnFilesReadAndComeBack) {
+// Pose2Sim's own files: the world's axes come from its (Y up).
+TEST(TracksTrc, Pose2SimsOwnFilesRead) {
   KINEGRAPH_DATA_OR_SKIP(peers, "pose2sim/peer_result");
   struct Peer {
     const char* file;
@@ -157,21 +156,6 @@ TEST(TracksTrc, Pose2SimsOwnFilesReadAndComeBack) {
     EXPECT_GT(person.joints[static_cast<size_t>(head)].position_m.z(),
               person.joints[static_cast<size_t>(ankle)].position_m.z() + 1.0)
         << "z is up again";
-    const TemporaryFolder folder;
-    WriteAs("trc", folder.path() / "trc", own);
-    EXPECT_TRUE(testing::OpenSimReads(folder.path() / "trc"));
-    const TrackSequence again = ReadTracks(folder.path() / "trc");
-    ASSERT_EQ(again.frames.size(), own.frames.size());
-    for (size_t f = 0; f < own.frames.size(); ++f) {
-      EXPECT_EQ(again.frames[f].frame, own.frames[f].frame);
-      EXPECT_EQ(again.frames[f].time, own.frames[f].time);
-      const PersonPose& a = own.frames[f].people.at(0);
-      const PersonPose& b = again.frames[f].people.at(0);
-      EXPECT_EQ(a.id, b.id);
-      for (size_t j = 0; j < a.joints.size(); ++j) {
-        EXPECT_EQ(a.joints[j].position_m, b.joints[j].position_m);
-      }
-    }
   }
   // The folder: names repeat persons, so they are counted in order.
   EXPECT_EQ(ReadTracks(peers).frames[0].people.size(), 6u);

@@ -47,19 +47,59 @@ std::map<int64_t, int> CountById(const TrackSequence& sequence, int64_t first,
   return counts;
 }
 
-TEST(ReadTracks, TumAnnotation) {
+struct RealFile {
+  std::string path;
+  const Skeleton* skeleton;
+  size_t frames;
+  int64_t first_frame;
+  int poses;
+  int missing_joints;
+};
+
+TEST(ReadTracks, CountsAreThoseOfTheReadmes) {
+  const Skeleton* const coco = &Coco17();
+  const std::string peers = "shelf/peers/";
+  for (const RealFile& file : std::vector<RealFile>{
+           {"shelf/tum/actorsGT.mat", &Tum14(), 3200, 0, 1180, 0},
+           {"shelf/raw/gt.txt", &Tum15(), 301, 300, 510, 0},
+           {"shelf/raw/skel.txt", &FourDA19(), 301, 300, 1019, 3091},
+           {"shelf/raw/skel_202006.txt", &FourDA19(), 301, 300, 857, 0},
+           {"campus/annotation_3d.json", &Tum14(), 2000, 0, 2175, 0},
+           // 6.08 s
+           {"campus/result_3d.json", coco, 1660, 152, 4058, 1168},
+           {"panoptic/body3DScene_00010600.json", &Panoptic19(), 1, 10600, 6,
+            1},
+           {peers + "4da_linux_O3_SKEL19.json", coco, 301, 300, 854, 0},
+           {peers + "anipose_optim_c03_program_config_scores.json", coco, 301,
+            300, 301, 0},
+           {peers + "anipose_optim_default_bones.json", coco, 301, 300, 301, 0},
+           {peers + "anipose_triangulate.json", coco, 301, 300, 301, 78},
+           {peers + "p2s_hampel_butterworth.json", coco, 301, 300, 301, 1204},
+           {peers + "p2s_hampel_gcv_spline.json", coco, 301, 300, 301, 1204},
+           {peers + "p2s_hampel_kalman.json", coco, 301, 300, 301, 1204},
+           {peers + "p2s_hampel_one_euro.json", coco, 301, 300, 301, 1204},
+           {peers + "p2s_multi.json", coco, 301, 300, 846, 3384},
+           {peers + "p2s_tri_raw.json", coco, 301, 300, 301, 1209}}) {
+    KINEGRAPH_DATA_OR_SKIP(path, file.path);
+    const TrackSequence tracks = ReadTracks(path);
+    EXPECT_TRUE(tracks.header.skeleton == *file.skeleton) << path;
+    EXPECT_EQ(tracks.frames.size(), file.frames) << path;
+    EXPECT_EQ(tracks.frames.at(0).frame, file.first_frame) << path;
+    EXPECT_EQ(CountPoses(tracks), file.poses) << path;
+    EXPECT_EQ(CountMissingJoints(tracks), file.missing_joints) << path;
+  }
+}
+
+TEST(ReadTracks, ActorsOfTum) {
   KINEGRAPH_DATA_OR_SKIP(path, "shelf/tum/actorsGT.mat");
   const TrackSequence truth = ReadTracks(path);
-  EXPECT_TRUE(truth.header.skeleton == Tum14());
-  ASSERT_EQ(truth.frames.size(), 3200u);
-  EXPECT_EQ(truth.frames[300].frame, 300);
   using Counts = std::map<int64_t, int>;
   EXPECT_EQ(CountById(truth, 0, 3199),
             (Counts{{0, 433}, {1, 73}, {2, 424}, {3, 250}}));
   EXPECT_EQ(CountById(truth, 300, 600),
             (Counts{{0, 279}, {1, 37}, {2, 161}, {3, 33}}));
+  EXPECT_EQ(truth.frames[300].frame, 300);
   EXPECT_TRUE(truth.frames[600].people.empty());
-  EXPECT_EQ(CountMissingJoints(truth), 0);
 }
 
 TEST(ReadTracks, FourDAssociationTruthIsTums) {
@@ -67,10 +107,6 @@ TEST(ReadTracks, FourDAssociationTruthIsTums) {
   KINEGRAPH_DATA_OR_SKIP(text, "shelf/raw/gt.txt");
   const TrackSequence truth = ReadTracks(mat);
   const TrackSequence other = ReadTracks(text);
-  EXPECT_TRUE(other.header.skeleton == Tum15());
-  ASSERT_EQ(other.frames.size(), 301u);
-  EXPECT_EQ(other.frames.front().frame, 300);
-  EXPECT_EQ(CountPoses(other), 510);
   double worst_m = 0.0;
   for (const TrackFrame& frame : other.frames) {
     const TrackFrame& same = truth.frames[static_cast<size_t>(frame.frame)];
@@ -92,31 +128,21 @@ TEST(ReadTracks, FourDAssociationTruthIsTums) {
   EXPECT_LT(worst_m, 1e-5);
 }
 
-TEST(ReadTracks, FourDAssociationResults) {
+TEST(ReadTracks, FourDAssociationsZerosCanBeKept) {
   KINEGRAPH_DATA_OR_SKIP(path, "shelf/raw/skel.txt");
-  const TrackSequence result = ReadTracks(path);
-  EXPECT_TRUE(result.header.skeleton == FourDA19());
-  EXPECT_EQ(CountPoses(result), 1019);
-  EXPECT_EQ(CountMissingJoints(result), 3091);
   TrackReadOptions options;
   options.stored_zeros = StoredZeros::kKeep;
   options.first_frame = 0;
   const TrackSequence kept = ReadTracks(path, options);
   EXPECT_EQ(CountMissingJoints(kept), 0);
   EXPECT_EQ(kept.frames.front().frame, 0);
-  KINEGRAPH_DATA_OR_SKIP(older, "shelf/raw/skel_202006.txt");
-  EXPECT_EQ(CountPoses(ReadTracks(older)), 857);
-  EXPECT_EQ(CountMissingJoints(ReadTracks(older)), 0);
 }
 
 TEST(ReadTracks, LongcwAnnotation) {
   KINEGRAPH_DATA_OR_SKIP(path, "campus/annotation_3d.json");
   const TrackSequence truth = ReadTracks(path);
-  EXPECT_TRUE(truth.header.skeleton == Tum14());
   EXPECT_EQ(truth.header.frame_rate_hz, 25.0);
-  ASSERT_EQ(truth.frames.size(), 2000u);
-  EXPECT_EQ(CountPoses(truth), 2175);
-  EXPECT_EQ(truth.frames[1999].frame, 1999);
+  ASSERT_EQ(truth.frames.at(1999).frame, 1999);
   EXPECT_EQ(truth.frames[1999].time, 79'960'000'000);
   const auto in_first_part = CountById(truth, 350, 470);
   auto counts = CountById(truth, 650, 750);
@@ -135,37 +161,12 @@ TEST(ReadTracks, LongcwAnnotation) {
 TEST(ReadTracks, LongcwResultWithIdsBeyondEveryInteger) {
   KINEGRAPH_DATA_OR_SKIP(path, "campus/result_3d.json");
   const TrackSequence result = ReadTracks(path);
-  EXPECT_TRUE(result.header.skeleton == Coco17());
-  EXPECT_EQ(result.frames.size(), 1660u);
-  EXPECT_EQ(result.frames.front().frame, 152);  // 6.08 s
   EXPECT_EQ(result.frames.back().frame, 1814);  // 72.56 s
-  EXPECT_EQ(CountPoses(result), 4058);
-  EXPECT_EQ(CountMissingJoints(result), 1168);
   const auto ids = CountById(result, 0, 2000);
   EXPECT_EQ(ids.size(), 17u);
   EXPECT_EQ(ids.begin()->first, 0);
   EXPECT_EQ(ids.rbegin()->first, 16);
   EXPECT_EQ(result.frames.front().people.front().id, TrackId(0));
-}
-
-TEST(ReadTracks, PosesOfPeers) {
-  const std::map<std::string, std::pair<int, int>> poses_and_missing = {
-      {"4da_linux_O3_SKEL19", {854, 0}},
-      {"anipose_optim_c03_program_config_scores", {301, 0}},
-      {"anipose_optim_default_bones", {301, 0}},
-      {"anipose_triangulate", {301, 78}},
-      {"p2s_hampel_butterworth", {301, 1204}},
-      {"p2s_hampel_gcv_spline", {301, 1204}},
-      {"p2s_hampel_kalman", {301, 1204}},
-      {"p2s_hampel_one_euro", {301, 1204}},
-      {"p2s_multi", {846, 3384}},
-      {"p2s_tri_raw", {301, 1209}}};
-  for (const auto& [name, expected] : poses_and_missing) {
-    KINEGRAPH_DATA_OR_SKIP(path, "shelf/peers/" + name + ".json");
-    const TrackSequence tracks = ReadTracks(path);
-    EXPECT_EQ(CountPoses(tracks), expected.first) << name;
-    EXPECT_EQ(CountMissingJoints(tracks), expected.second) << name;
-  }
 }
 
 TEST(ReadTracks, FourDAssociationsOwnSkeletonOfThePeersFile) {
@@ -181,15 +182,11 @@ TEST(ReadTracks, FourDAssociationsOwnSkeletonOfThePeersFile) {
 TEST(ReadTracks, PanopticFileAndFolder) {
   KINEGRAPH_DATA_OR_SKIP(file, "panoptic/body3DScene_00010600.json");
   const TrackSequence truth = ReadTracks(file);
-  EXPECT_TRUE(truth.header.skeleton == Panoptic19());
-  ASSERT_EQ(truth.frames.size(), 1u);
-  EXPECT_EQ(truth.frames[0].frame, 10600);
   std::vector<int64_t> ids;
   for (const PersonPose& person : truth.frames[0].people) {
     ids.push_back(person.id.value());
   }
   EXPECT_THAT(ids, ElementsAre(14, 15, 16, 17, 18, 19));
-  EXPECT_EQ(CountMissingJoints(truth), 1);
   // Centimetres in the file; one rounding of the product.
   EXPECT_NEAR(truth.frames[0].people[0].joints[0].position_m.x(), -1.14695,
               1e-15);
