@@ -29,26 +29,24 @@ constexpr double kLeastChange = 0.02;
 // before the first and after the last stay where it was.
 void InterpolateStarts(const std::vector<FrameRecord>& records, int joint_idx,
                        const std::vector<TimeNs>& times, JointChain* chain) {
-  const size_t count = records.size();
-  size_t previous = count;  // none yet
-  for (size_t k = 0; k < count; ++k) {
+  std::optional<size_t> previous;
+  for (size_t k = 0; k < records.size(); ++k) {
     if (!records[k].triangulated[joint_idx]) continue;
+    const size_t first = previous.has_value() ? *previous + 1 : 0;
     const Eigen::Vector3d to = chain->states[k].head<3>();
-    const Eigen::Vector3d from =
-        previous == count ? to
-                          : Eigen::Vector3d(chain->states[previous].head<3>());
-    for (size_t i = previous == count ? 0 : previous + 1; i < k; ++i) {
-      const double share = previous == count
-                               ? 0.0
-                               : ToSeconds(times[i] - times[previous]) /
-                                     ToSeconds(times[k] - times[previous]);
+    const Eigen::Vector3d from = chain->states[previous.value_or(k)].head<3>();
+    for (size_t i = first; i < k; ++i) {
+      const double share = previous.has_value()
+                               ? ToSeconds(times[i] - times[*previous]) /
+                                     ToSeconds(times[k] - times[*previous])
+                               : 0.0;
       chain->states[i].head<3>() = from + share * (to - from);
     }
     previous = k;
   }
-  if (previous == count) return;  // all stand at the person's centre
-  for (size_t i = previous + 1; i < count; ++i) {
-    chain->states[i].head<3>() = chain->states[previous].head<3>();
+  if (!previous.has_value()) return;  // all stand at the person's centre
+  for (size_t i = *previous + 1; i < records.size(); ++i) {
+    chain->states[i].head<3>() = chain->states[*previous].head<3>();
   }
 }
 

@@ -96,42 +96,6 @@ std::vector<Chunk> MakeChunks(const PersonProblem& problem, double chunk_s) {
   return chunks;
 }
 
-PersonProblem CutOut(const PersonProblem& recording, const Chunk& chunk) {
-  const auto at = [](const auto& values, size_t k) {
-    return values.begin() + k;
-  };
-  // A birth like any other: so weak that the frames of the overlap outweigh it.
-  constexpr double kPositionSigma = 1.0;  // m
-  constexpr double kVelocitySigma = 3.0;  // m/s
-  const size_t begin = chunk.begin;
-  const size_t end = chunk.end;
-  PersonProblem part;
-  part.times.assign(at(recording.times, begin), at(recording.times, end));
-  for (const JointChain& whole : recording.joints) {
-    JointChain& chain = part.joints.emplace_back();
-    chain.states.assign(at(whole.states, begin), at(whole.states, end));
-    chain.process_noise.assign(at(whole.process_noise, begin),
-                               at(whole.process_noise, end - 1));
-    chain.prior = begin == 0 ? whole.prior
-                             : BirthPrior(chain.states.front().head<3>(),
-                                          kPositionSigma, kVelocitySigma);
-    chain.first.assign(at(whole.first, begin), at(whole.first, end + 1));
-    chain.measurements.assign(
-        at(whole.measurements, static_cast<size_t>(chain.first.front())),
-        at(whole.measurements, static_cast<size_t>(chain.first.back())));
-    const int32_t before = chain.first.front();
-    for (int32_t& first : chain.first) first -= before;
-  }
-  part.bones = recording.bones;
-  if (begin == 0) part.prior = recording.prior;
-  for (const PlacedFactor& placed : recording.user) {
-    if (placed.first_frame() < begin || placed.last_frame() >= end) continue;
-    part.user.push_back(placed);
-    for (StateKey& key : part.user.back().keys) key.frame -= begin;
-  }
-  return part;
-}
-
 std::vector<JointOutcome> OutcomesOf(const PersonProblem& part,
                                      const Chunk& chunk) {
   const size_t begin = chunk.own_begin - chunk.begin;
@@ -150,22 +114,6 @@ std::vector<JointOutcome> OutcomesOf(const PersonProblem& part,
     }
   }
   return outcomes;
-}
-
-void Paste(const std::vector<JointOutcome>& outcomes, const Chunk& chunk,
-           PersonProblem* recording) {
-  for (size_t j = 0; j < outcomes.size(); ++j) {
-    const JointOutcome& outcome = outcomes[j];
-    JointChain& chain = recording->joints[j];
-    std::copy(outcome.states.begin(), outcome.states.end(),
-              chain.states.begin() + chunk.own_begin);
-    PixelMeasurement* const first =
-        chain.measurements.data() + chain.first[chunk.own_begin];
-    for (size_t m = 0; m < outcome.weights.size(); ++m) {
-      first[m].weight = outcome.weights[m];
-      first[m].gated = outcome.gated[m] != 0;
-    }
-  }
 }
 
 namespace {
@@ -232,17 +180,19 @@ std::optional<KnownFrames> FindKnownFrames(
 std::vector<Chunk> ChangedChunks(const PersonProblem& problem,
                                  const std::vector<char>& same) {
   std::vector<Chunk> chunks;
-  for (size_t begin = 0, end; begin < same.size(); begin = end) {
-    end = begin + 1;
-    if (same[begin]) continue;
-    // Up to the next frame that has so many behind it that are the same.
-    for (size_t next = end; next < same.size() &&
-                            Seconds(problem, end - 1, next) <= 2.0 * kOverlapS;
-         ++next) {
-      if (!same[next]) end = next + 1;
+  size_t begin = 0;
+  while (begin < same.size()) {
+    size_t end = begin + 1;
+    if (!same[begin]) {
+      // Up to the next frame that has so many behind it that are the same.
+      for (size_t next = end; next < same.size(); ++next) {
+        if (Seconds(problem, end - 1, next) > 2.0 * kOverlapS) break;
+        if (!same[next]) end = next + 1;
+      }
+      chunks.push_back(ChunkOf(problem, FirstWithin(problem, begin, kOverlapS),
+                               EndWithin(problem, end - 1, kOverlapS)));
     }
-    chunks.push_back(ChunkOf(problem, FirstWithin(problem, begin, kOverlapS),
-                             EndWithin(problem, end - 1, kOverlapS)));
+    begin = end;
   }
   return chunks;
 }
@@ -266,6 +216,61 @@ void PasteKnown(const KnownFrames& known, PersonProblem* recording) {
 
 namespace {
 
+// The chunk as a problem of its own. Where the recording goes on before it, its
+// first states have the prior of a birth at their starts.
+PersonProblem CutOut(const PersonProblem& recording, const Chunk& chunk) {
+  const auto at = [](const auto& values, size_t k) {
+    return values.begin() + k;
+  };
+  // A birth like any other: so weak that the frames of the overlap outweigh it.
+  constexpr double kPositionSigma = 1.0;  // m
+  constexpr double kVelocitySigma = 3.0;  // m/s
+  const size_t begin = chunk.begin;
+  const size_t end = chunk.end;
+  PersonProblem part;
+  part.times.assign(at(recording.times, begin), at(recording.times, end));
+  for (const JointChain& whole : recording.joints) {
+    JointChain& chain = part.joints.emplace_back();
+    chain.states.assign(at(whole.states, begin), at(whole.states, end));
+    chain.process_noise.assign(at(whole.process_noise, begin),
+                               at(whole.process_noise, end - 1));
+    chain.prior = begin == 0 ? whole.prior
+                             : BirthPrior(chain.states.front().head<3>(),
+                                          kPositionSigma, kVelocitySigma);
+    chain.first.assign(at(whole.first, begin), at(whole.first, end + 1));
+    chain.measurements.assign(
+        at(whole.measurements, static_cast<size_t>(chain.first.front())),
+        at(whole.measurements, static_cast<size_t>(chain.first.back())));
+    const int32_t before = chain.first.front();
+    for (int32_t& first : chain.first) first -= before;
+  }
+  part.bones = recording.bones;
+  if (begin == 0) part.prior = recording.prior;
+  for (const PlacedFactor& placed : recording.user) {
+    if (placed.first_frame() < begin || placed.last_frame() >= end) continue;
+    part.user.push_back(placed);
+    for (StateKey& key : part.user.back().keys) key.frame -= begin;
+  }
+  return part;
+}
+
+// Writes the outcomes of all joints into the whole.
+void Paste(const std::vector<JointOutcome>& outcomes, const Chunk& chunk,
+           PersonProblem* recording) {
+  for (size_t j = 0; j < outcomes.size(); ++j) {
+    const JointOutcome& outcome = outcomes[j];
+    JointChain& chain = recording->joints[j];
+    std::copy(outcome.states.begin(), outcome.states.end(),
+              chain.states.begin() + chunk.own_begin);
+    PixelMeasurement* const first =
+        chain.measurements.data() + chain.first[chunk.own_begin];
+    for (size_t m = 0; m < outcome.weights.size(); ++m) {
+      first[m].weight = outcome.weights[m];
+      first[m].gated = outcome.gated[m] != 0;
+    }
+  }
+}
+
 std::vector<int> AllJoints(const PersonProblem& problem) {
   std::vector<int> all(problem.joints.size());
   std::iota(all.begin(), all.end(), 0);
@@ -282,20 +287,6 @@ void RecordingSolver::FreeWorkSpace() {
   idle_.clear();
 }
 
-std::unique_ptr<PersonSolver> RecordingSolver::AcquireIdle() {
-  const std::lock_guard<std::mutex> lock(taking_);
-  if (idle_.empty()) return std::make_unique<PersonSolver>(options_);
-  std::unique_ptr<PersonSolver> solver = std::move(idle_.back());
-  idle_.pop_back();
-  return solver;
-}
-
-void RecordingSolver::GiveBack(std::unique_ptr<PersonSolver> solver) {
-  const std::lock_guard<std::mutex> lock(taking_);
-  whole_.AddCounts(solver->ExtractCounts());
-  idle_.push_back(std::move(solver));
-}
-
 template <typename Visit>
 void RecordingSolver::ForEachChunk(const PersonProblem& recording,
                                    const std::vector<Chunk>& chunks,
@@ -303,9 +294,17 @@ void RecordingSolver::ForEachChunk(const PersonProblem& recording,
   ParallelFor(AllowedThreads(), static_cast<int>(chunks.size()), [&](int i) {
     PersonProblem part = CutOut(recording, chunks[i]);
     if (!without_bones_.empty() && without_bones_[i]) part.bones.clear();
-    std::unique_ptr<PersonSolver> solver = AcquireIdle();
+    std::unique_lock<std::mutex> lock(taking_);
+    if (idle_.empty()) {
+      idle_.push_back(std::make_unique<PersonSolver>(options_));
+    }
+    std::unique_ptr<PersonSolver> solver = std::move(idle_.back());
+    idle_.pop_back();
+    lock.unlock();
     visit(i, solver.get(), &part);
-    GiveBack(std::move(solver));
+    lock.lock();
+    whole_.AddCounts(solver->ExtractCounts());
+    idle_.push_back(std::move(solver));
   });
 }
 

@@ -40,17 +40,9 @@ struct Chunk {
 // than half of that.
 std::vector<Chunk> MakeChunks(const PersonProblem& problem, double chunk_s);
 
-// The chunk as a problem of its own. Where the recording goes on before it, its
-// first states have the prior of a birth at their starts.
-PersonProblem CutOut(const PersonProblem& recording, const Chunk& chunk);
-
 // What a solve found for a chunk's own frames, of all joints.
 std::vector<JointOutcome> OutcomesOf(const PersonProblem& part,
                                      const Chunk& chunk);
-
-// Writes those of all joints into the whole.
-void Paste(const std::vector<JointOutcome>& outcomes, const Chunk& chunk,
-           PersonProblem* recording);
 
 // Which frames of a person an earlier pass has solved already.
 struct KnownFrames {
@@ -85,7 +77,6 @@ class RecordingSolver {
   explicit RecordingSolver(const GraphOptions& options);
 
   const SolveSchedule& schedule() const { return whole_.schedule(); }
-  double correction() const { return whole_.correction(); }
 
   // All joints, each as if alone.
   void SolveJoints(const SolveSchedule& schedule, PersonProblem* recording);
@@ -121,8 +112,6 @@ class RecordingSolver {
  private:
   using Work = std::function<void(PersonSolver*, PersonProblem*)>;
 
-  std::unique_ptr<PersonSolver> AcquireIdle();
-  void GiveBack(std::unique_ptr<PersonSolver> solver);
   // Calls visit(chunk's number, solver, chunk as a problem of its own) for
   // every chunk.
   template <typename Visit>
@@ -139,7 +128,7 @@ class RecordingSolver {
 
   const GraphOptions options_;
   PersonSolver whole_;
-  std::mutex taking_;
+  std::mutex taking_;  // of idle solvers, and of what they counted
   std::vector<std::unique_ptr<PersonSolver>> idle_;  // of chunks, between them
   std::vector<char> without_bones_;  // by chunk: they could not be solved
 };

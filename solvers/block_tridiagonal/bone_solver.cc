@@ -14,28 +14,6 @@
 namespace kinegraph {
 namespace {
 
-// Levenberg-Marquardt damping: none while steps lower the cost.
-class Damping {
- public:
-  // Multiple of the system's diagonal that is added to it.
-  double value() const { return value_; }
-
-  // Whether a step from `old_cost` to `new_cost` counts as progress; near a
-  // minimum rounding may raise the cost by a part in 1e12.
-  bool Accepts(double old_cost, double new_cost) const {
-    return new_cost <= old_cost + 1e-12 * (1.0 + old_cost);
-  }
-  void Lower() { value_ = value_ > 1e-6 ? 0.1 * value_ : 0.0; }
-  // False when raising it further is hopeless.
-  bool Raise() {
-    value_ = value_ > 0.0 ? 10.0 * value_ : 1e-4;
-    return value_ < 1e10;
-  }
-
- private:
-  double value_ = 0.0;
-};
-
 // Where entry (row, column) of a symmetric 6x6 stands in a LaneBlock.
 int PlaceInBlock(int row, int column) {
   if (row > column) std::swap(row, column);
@@ -308,24 +286,32 @@ bool BoneSolver::RunStage(const PersonProblem& problem, const SolveStage& stage,
                           double step_tolerance_m, SolveReport* report) {
   constexpr double kFarM = 1e-3;
   if (!Linearise(problem, stage, &lanes_.states(), &system_)) return false;
-  Damping damping;
+  // Levenberg-Marquardt: none while steps lower the cost.
+  double damping = 0.0;
+  // False where more is hopeless.
+  const auto raise = [&damping] {
+    damping = damping > 0.0 ? 10.0 * damping : 1e-4;
+    return damping < 1e10;
+  };
   double accuracy = kFar;
   report->converged = false;
   has_previous_ = false;
   for (int iteration = 0; iteration < stage.max_iterations; ++iteration) {
     CheckStop();
     ++report->iterations;
-    if (!FindStep(damping.value(), accuracy)) {
-      if (!damping.Raise()) break;
+    if (!FindStep(damping, accuracy)) {
+      if (!raise()) break;
       continue;
     }
     const double move_m = MoveCandidate(1.0);
-    const bool valid = Linearise(problem, stage, &candidate_, &trial_);
-    if (!valid || !damping.Accepts(system_.cost, trial_.cost)) {
-      if (!damping.Raise()) break;
+    // Near a minimum rounding may raise the cost by a part in 1e12.
+    const double most = system_.cost + 1e-12 * (1.0 + system_.cost);
+    if (!Linearise(problem, stage, &candidate_, &trial_) ||
+        !(trial_.cost <= most)) {
+      if (!raise()) break;
       continue;
     }
-    damping.Lower();
+    damping = damping > 1e-6 ? 0.1 * damping : 0.0;
     KeepCandidate();
     const bool settled = move_m < step_tolerance_m && accuracy == kNear;
     accuracy = move_m > kFarM ? kFar : kNear;

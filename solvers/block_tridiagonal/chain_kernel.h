@@ -83,8 +83,6 @@ struct LaneSystem {
 template <typename T>
 class ChainGroup {
  public:
-  static constexpr int kW = T::kLanes;
-
   // Numbers of work space for each frame and lane.
   static constexpr long kNumbersPerFrame =
       (3 * sizeof(LaneBlock<T>) + sizeof(LaneMotion<T>) + 7 * sizeof(T[6])) /

@@ -77,31 +77,26 @@ struct PersonSystem {
   Eigen::MatrixXd prior_coupling;
 };
 
-// Adds weight J'J of a factor on two joints of one frame.
-template <typename Factor>
-void AddCoupling(const Linearised<Factor>& at, const Keys<2>& keys,
-                 double weight, PersonSystem* system) {
-  static_assert(Factor::kResiduals == 1, "a coupling has rank one");
-  const double root = std::sqrt(weight);
-  Eigen::Vector3d by_point[2];
-  for (int i = 0; i < 2; ++i) {
-    AddProduct(at.by_states[i], at.by_states[i], weight,
-               system->chains[keys[i].joint].diagonal[keys[i].frame].data());
-    by_point[i] =
-        root * Eigen::Map<const Eigen::Vector3d>(at.by_states[i].by_point[0]);
-  }
-  system->couplings[keys[0].frame].push_back(
-      {keys[0].joint, keys[1].joint, by_point[0], by_point[1]});
-}
-
 void AddCouplings(const PersonProblem& problem, PersonSystem* system) {
   system->couplings.resize(problem.times.size());
   const auto add = [&](const auto& factor, const auto& keys,
                        const Robustness& robustness) {
-    Linearised<std::decay_t<decltype(factor)>> at;
+    using Factor = std::decay_t<decltype(factor)>;
+    static_assert(Factor::kResiduals == 1, "a coupling has rank one");
+    Linearised<Factor> at;
     if (!LineariseFactor(factor, keys, problem, &at)) return false;
-    const LossValue loss = robustness.Evaluate(at.squared_norm());
-    AddCoupling(at, keys, robustness.information * loss.first, system);
+    const double weight =
+        robustness.information * robustness.Evaluate(at.squared_norm()).first;
+    const double root = std::sqrt(weight);
+    Eigen::Vector3d by_point[2];
+    for (int i = 0; i < 2; ++i) {
+      AddProduct(at.by_states[i], at.by_states[i], weight,
+                 system->chains[keys[i].joint].diagonal[keys[i].frame].data());
+      by_point[i] =
+          root * Eigen::Map<const Eigen::Vector3d>(at.by_states[i].by_point[0]);
+    }
+    system->couplings[keys[0].frame].push_back(
+        {keys[0].joint, keys[1].joint, by_point[0], by_point[1]});
     return true;
   };
   ForEachCoupling(problem, FactorWalk(), add);

@@ -50,12 +50,6 @@ class CeresFactor<Factor, std::index_sequence<kIndices...>> final
   Factor factor_;
 };
 
-// The caller owns the result (a Ceres problem takes it).
-template <typename Factor>
-ceres::CostFunction* MakeCeresFactor(const Factor& factor) {
-  return new CeresFactor<Factor>(factor);
-}
-
 // PersonPrior as a factor on the first states of all joints. `prior` outlives
 // it.
 class CeresPersonPrior final : public ceres::CostFunction {

@@ -135,7 +135,7 @@ class PersonBuilder {
     } else {
       std::vector<double*> blocks;
       for (const StateKey& key : keys) blocks.push_back(Block(key));
-      ceres_.AddResidualBlock(MakeCeresFactor(factor),
+      ceres_.AddResidualBlock(new CeresFactor<Factor>(factor),
                               MakeCeresLoss(robustness.loss, robustness.scale,
                                             robustness.information),
                               blocks);

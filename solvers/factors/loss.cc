@@ -14,8 +14,7 @@ const std::vector<std::string>& LossNames() {
 }
 
 LossValue EvaluateLoss(LossKind kind, double scale, double s) {
-  const LossTerms<double> terms = LossAt(kind, scale, s);
-  return {terms.rho, terms.first, terms.second};
+  return LossAt(kind, scale, s);
 }
 
 namespace {

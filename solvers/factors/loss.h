@@ -21,11 +21,7 @@ namespace kinegraph {
 // Names in the order of the enum.
 const std::vector<std::string>& LossNames();
 
-struct LossValue {
-  double rho = 0.0;
-  double first = 1.0;   // d rho / d s: the weight of an observation, 0 .. 1
-  double second = 0.0;  // d^2 rho / d s^2, never positive
-};
+using LossValue = LossTerms<double>;
 
 // `scale` > 0 [sigmas], `s` >= 0.
 LossValue EvaluateLoss(LossKind kind, double scale, double s);

@@ -1,9 +1,9 @@
 #include "solvers/filters/offline_filter.h"
 
+#include <fmt/format.h>
 #include <glog/logging.h>
 
 #include <cmath>
-#include <cstdio>
 #include <iterator>
 #include <optional>
 #include <string>
@@ -110,22 +110,21 @@ class OfflineFilter final : public Estimator {
     segment.covariances_m2.assign(count, Eigen::Matrix3d::Identity());
     for (size_t i = 0; i < count; ++i)
       segment.times_s[i] = SecondsAt(begin + i);
+    const auto place = [&](size_t frame_idx, const Eigen::Vector3d& point_m) {
+      segment.positions_m.row(static_cast<Eigen::Index>(frame_idx - begin)) =
+          point_m.transpose();
+    };
     for (size_t s = first; s <= last; ++s) {
-      const Sample& from = samples[s];
-      segment.sampled[from.frame_idx - begin] = 1;
-      segment.covariances_m2[from.frame_idx - begin] = from.point.covariance_m2;
-      const size_t end =
-          s == last ? from.frame_idx + 1 : samples[s + 1].frame_idx;
-      for (size_t k = from.frame_idx; k < end; ++k) {
-        Eigen::Vector3d position_m = from.point.position_m;
-        if (k > from.frame_idx) {
-          const Sample& to = samples[s + 1];
-          const double share = (SecondsAt(k) - SecondsAt(from.frame_idx)) /
-                               (SecondsAt(end) - SecondsAt(from.frame_idx));
-          position_m += share * (to.point.position_m - from.point.position_m);
-        }
-        segment.positions_m.row(static_cast<Eigen::Index>(k - begin)) =
-            position_m.transpose();
+      const auto& [to_idx, to] = samples[s];
+      segment.sampled[to_idx - begin] = 1;
+      segment.covariances_m2[to_idx - begin] = to.covariance_m2;
+      place(to_idx, to.position_m);
+      if (s == first) continue;
+      const auto& [from_idx, from] = samples[s - 1];
+      for (size_t k = from_idx + 1; k < to_idx; ++k) {
+        const double share = (SecondsAt(k) - SecondsAt(from_idx)) /
+                             (SecondsAt(to_idx) - SecondsAt(from_idx));
+        place(k, from.position_m + share * (to.position_m - from.position_m));
       }
     }
     return segment;
@@ -161,11 +160,10 @@ namespace {
 void RequireBelowNyquist(const std::string& key, double frequency_hz,
                          double rate_hz) {
   if (frequency_hz < 0.5 * rate_hz) return;
-  char text[120];
-  std::snprintf(text, sizeof(text),
-                "found %g Hz, allowed: below half the frame rate of %g Hz",
-                frequency_hz, rate_hz);
-  throw OptionError(key, text);
+  throw OptionError(
+      key, fmt::format(
+               "found {:g} Hz, allowed: below half the frame rate of {:g} Hz",
+               frequency_hz, rate_hz));
 }
 
 // Throws InputError naming `estimator` when a step of time is more than half a
@@ -179,13 +177,11 @@ void RequireUniformTime(const std::string& estimator,
   for (size_t k = 1; k < times_s.size(); ++k) {
     const double step_s = times_s[k] - times_s[k - 1];
     if (std::abs(step_s - 1.0 / rate_hz) <= 0.5 / rate_hz + kSlackS) continue;
-    char text[160];
-    std::snprintf(text, sizeof(text),
-                  "needs uniform time, found a step of %.4f s, %.4f s into the "
-                  "track, where a frame is %.4f s (allowed: half a frame more "
-                  "or less)",
-                  step_s, times_s[k - 1], 1.0 / rate_hz);
-    throw InputError("output.estimator '" + estimator + "' " + text);
+    throw InputError(fmt::format(
+        "output.estimator '{}' needs uniform time, found a step of {:.4f} s, "
+        "{:.4f} s into the track, where a frame is {:.4f} s (allowed: half a "
+        "frame more or less)",
+        estimator, step_s, times_s[k - 1], 1.0 / rate_hz));
   }
 }
 

@@ -12,6 +12,11 @@ namespace {
 
 constexpr TimeNs kNever = std::numeric_limits<TimeNs>::min();
 
+// Confidence as far as it is trusted: GraphOptions::min_confidence to 1.
+double TrustedConfidence(const GraphOptions& options, double confidence) {
+  return std::min(1.0, std::max(options.min_confidence, confidence));
+}
+
 bool Measured(const Keypoint& joint) {
   return joint.found && joint.px.allFinite() && std::isfinite(joint.confidence);
 }
@@ -147,10 +152,6 @@ void Assembler::AppendView(const EstimatorFrame& frame, const FreshView& view,
     last = frame.time;
     problem->joints[j].measurements.push_back(measurement);
   }
-}
-
-double TrustedConfidence(const GraphOptions& options, double confidence) {
-  return std::min(1.0, std::max(options.min_confidence, confidence));
 }
 
 double PixelSigma(const GraphOptions& options, JointClass joint_class,

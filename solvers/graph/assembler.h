@@ -64,9 +64,6 @@ class Assembler {
 // residuals, a robust loss that doubts a little later.
 inline constexpr double kLearntWidening = 1.25;
 
-// Confidence as far as it is trusted: GraphOptions::min_confidence to 1.
-double TrustedConfidence(const GraphOptions& options, double confidence);
-
 // Standard deviation of one coordinate of a detected joint [px]. It scales with
 // the person's size in the image, focal_px / depth_m, because detectors work
 // on a person's crop; `depth_m` > 0 is that of the initial pose, so that the

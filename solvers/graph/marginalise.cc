@@ -112,8 +112,6 @@ void EraseFirst(std::vector<PlacedFactor>* user) {
   }
 }
 
-}  // namespace
-
 StatePrior MarginaliseFirstState(const std::vector<TimeNs>& times,
                                  const JointChain& chain, double correction) {
   CHECK_GE(chain.states.size(), 2u);
@@ -128,8 +126,6 @@ StatePrior MarginaliseFirstState(const std::vector<TimeNs>& times,
           : MarginaliseWith(times, chain, KeptFor::kCovariance, correction).A;
   return prior;
 }
-
-namespace {
 
 Eigen::Index ColumnOf(const StateKey& key) { return kStateSize * key.joint; }
 
@@ -302,8 +298,21 @@ std::optional<TwoFrames> LeaveFirst(const PersonProblem& problem, KeptFor use,
   return frames;
 }
 
-}  // namespace
-
+// A prior on the second states of all joints together, where bones couple them,
+// by Schur complement. With x1 the states of the first frame, x2 those of the
+// second, and the factors that touch x1 linearised at the estimate, the cost
+// is, but for a constant,
+//   1/2 [d1 d2] [L11 L21'] [d1] + [g1' g2'] [d1]
+//               [L21 L22 ] [d2]             [d2]
+// in the steps d1, d2. Whatever d2 is, d1 = -L11^-1 (g1 + L21' d2) is best; put
+// in, it leaves a prior on d2 alone,
+//   information L22 - L21 L11^-1 L21',   gradient g2 - L21 L11^-1 g1,
+// whose minimum and inverse are those of the whole problem's second frame: what
+// later factors add concerns d2 only. L11 = C C' is factored once; the columns
+// of C^-1 L21' are what the product subtracts. Without bones, L11 falls into a
+// block a joint, which EliminateDense uses.
+// nullopt where the information is not positive definite, which takes a factor
+// of the user's own that says so.
 std::optional<PersonPrior> MarginaliseFirstFrame(const PersonProblem& problem,
                                                  double correction) {
   std::optional<TwoFrames> kept = LeaveFirst(problem, KeptFor::kEstimate, 1.0);
@@ -330,6 +339,8 @@ std::optional<PersonPrior> MarginaliseFirstFrame(const PersonProblem& problem,
   }
   return prior;
 }
+
+}  // namespace
 
 void DropFirstFrame(double correction, PersonProblem* problem) {
   if (problem->coupled()) {

@@ -206,14 +206,6 @@ double BiasSeries::AzimuthDegrees() const {
   return *middle * 360.0 / kSectors;
 }
 
-// Of the sides that each camera has seen. Where shifts of the cameras could
-// pass for a bias each must have seen half a turn. Else they must have gone
-// around people more than once together, or no side is seen by two of them.
-double BiasSeries::LeastAzimuthDegrees() const {
-  if (!shifts_away_) return 180.0;
-  return std::max(90.0, 360.0 / static_cast<double>(azimuths_.size()));
-}
-
 void BiasSeries::RemoveShifts() {
   std::vector<BiasSums::OfView> all;
   for (const auto& [key, block] : blocks_) {
@@ -284,10 +276,17 @@ ViewBias::OfJoint BiasSeries::FitJoint(size_t name_idx, bool always) const {
 ViewBias BiasSeries::Fit(bool always) const {
   ViewBias bias;
   bias.azimuth_deg = AzimuthDegrees();
+  // Where shifts of the cameras could pass for a bias each must have seen half
+  // a turn. Else they must have gone around people more than once together, or
+  // no side is seen by two of them.
+  const double least_deg =
+      shifts_away_
+          ? std::max(90.0, 360.0 / static_cast<double>(azimuths_.size()))
+          : 180.0;
   for (size_t i = 0; i < classes_.size(); ++i) {
     ViewBias::OfJoint& joint = bias.joints.emplace_back(FitJoint(i, always));
     joint.joint = names_[i];
-    joint.used = joint.used && bias.azimuth_deg >= LeastAzimuthDegrees();
+    joint.used = joint.used && bias.azimuth_deg >= least_deg;
   }
   return bias;
 }

@@ -116,7 +116,6 @@ class BiasSeries {
   static constexpr int kSectors = 24;
   void JoinNeighbours();
   double AzimuthDegrees() const;
-  double LeastAzimuthDegrees() const;
   ViewBias::OfJoint FitJoint(size_t name_idx, bool always) const;
 
   std::vector<std::string> names_;

@@ -16,10 +16,6 @@ constexpr double kMemory = 0.1;
 
 constexpr double kLogGreatest = 2.7725887222397811;  // ln 16
 
-double LogScale(int i, int count) {
-  return kLogGreatest * (2.0 * i / (count - 1) - 1.0);
-}
-
 // Greatest value of the parabola through the greatest entry and its neighbours.
 template <size_t N>
 double Greatest(const std::array<double, N>& values) {
@@ -45,7 +41,6 @@ ConfidenceLearner::ConfidenceLearner(double believed_power,
   if (at == powers_.end() || *at != believed_power) {
     powers_.insert(at, believed_power);
   }
-  by_power_.resize(powers_.size());
   log_likelihood_.resize(powers_.size());
 }
 
@@ -59,35 +54,29 @@ bool ConfidenceLearner::BeginFrame(TimeNs time) {
   return true;
 }
 
-bool ConfidenceLearner::Linearise(const std::vector<PixelPoint>& views,
-                                  const std::vector<double>& log_confidences,
-                                  const Eigen::Vector3d& point_m) {
-  linearised_.clear();
-  for (size_t v = 0; v < views.size(); ++v) {
-    Matrix23d J;
-    const auto image = views[v].camera->Project(point_m, &J);
-    if (!image.has_value()) return false;
-    const Eigen::Vector2d residual = (*image - views[v].px) / views[v].sigma_px;
-    J /= views[v].sigma_px;
-    linearised_.push_back({J.transpose() * J, J.transpose() * residual,
-                           residual.squaredNorm(),
-                           log_confidences[v] - mean_log_});
-  }
-  return true;
-}
+namespace {
+
+// A view of the joint that is added.
+struct LinearView {
+  Eigen::Matrix3d square;  // J' J, J by the position [sigmas/m]
+  Eigen::Vector3d pull;    // J' r
+  double residual_square = 0.0;
+  double above_mean = 0.0;  // of ln confidence
+};
 
 // With S the least sum of squares under the power's weights, d its degrees of
 // freedom and s the scale: -ln |sigmas| - ln |J' W J| / 2 - d ln s - (t + d) /
 // 2 ln(1 + S / (t s^2)), t the tails'. False where the views leave a direction
 // open.
-bool ConfidenceLearner::LogLikelihood(double added_power,
-                                      Scales* log_likelihood) const {
+template <size_t N>
+bool LogLikelihood(const std::vector<LinearView>& views, double added_power,
+                   std::array<double, N>* log_likelihood) {
   constexpr double kTails = 4.0;
   Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
   Eigen::Vector3d pull = Eigen::Vector3d::Zero();
   double square = 0.0;
   double log_sigmas = 0.0;
-  for (const View& view : linearised_) {
+  for (const LinearView& view : views) {
     const double weight = std::exp(2.0 * added_power * view.above_mean);
     normal += weight * view.square;
     pull += weight * view.pull;
@@ -100,10 +89,12 @@ bool ConfidenceLearner::LogLikelihood(double added_power,
     return false;
   }
   square = std::max(0.0, square - pull.dot(factor.solve(pull)));
-  const double freedom = 2.0 * static_cast<double>(linearised_.size()) - 3.0;
+  const double freedom = 2.0 * static_cast<double>(views.size()) - 3.0;
   const double same = -log_sigmas - diagonal.array().log().sum();
-  for (int i = 0; i < kScaleCount; ++i) {
-    const double log_scale = LogScale(i, kScaleCount);
+  for (size_t i = 0; i < N; ++i) {
+    // 1/16 to 16 in even steps.
+    const double log_scale =
+        kLogGreatest * (2.0 * static_cast<double>(i) / (N - 1) - 1.0);
     const double tail =
         std::log1p(square * std::exp(-2.0 * log_scale) / kTails);
     (*log_likelihood)[i] =
@@ -111,6 +102,8 @@ bool ConfidenceLearner::LogLikelihood(double added_power,
   }
   return std::isfinite(square + same);
 }
+
+}  // namespace
 
 void ConfidenceLearner::Add(JointClass joint_class,
                             const std::vector<PixelPoint>& views,
@@ -121,16 +114,24 @@ void ConfidenceLearner::Add(JointClass joint_class,
     ++count_;
     mean_log_ += (log_confidence - mean_log_) / static_cast<double>(count_);
   }
-  if (!Linearise(views, log_confidences, point_m)) return;
+  std::vector<LinearView> linear;
+  for (size_t v = 0; v < views.size(); ++v) {
+    Matrix23d J;
+    const auto image = views[v].camera->Project(point_m, &J);
+    if (!image.has_value()) return;
+    const Eigen::Vector2d residual = (*image - views[v].px) / views[v].sigma_px;
+    J /= views[v].sigma_px;
+    linear.push_back({J.transpose() * J, J.transpose() * residual,
+                      residual.squaredNorm(), log_confidences[v] - mean_log_});
+  }
+  std::vector<Scales> by_power(powers_.size());
   for (size_t p = 0; p < powers_.size(); ++p) {
     const double added = powers_[p] - believed_power_ - weighting.added_power;
-    if (!LogLikelihood(added, &by_power_[p])) return;
+    if (!LogLikelihood(linear, added, &by_power[p])) return;
   }
   for (size_t p = 0; p < powers_.size(); ++p) {
     Scales& sum = log_likelihood_[p][static_cast<size_t>(joint_class)];
-    for (size_t i = 0; i < sum.size(); ++i) {
-      sum[i] += weight_ * by_power_[p][i];
-    }
+    for (size_t i = 0; i < sum.size(); ++i) sum[i] += weight_ * by_power[p][i];
   }
 }
 
@@ -180,7 +181,7 @@ FrameTriangulator::FrameTriangulator(const CameraRig& cameras)
                Stage(LossKind::kGemanMcClure, kLastScale, kExactM)}),
       correction_(InformationCorrection(LossKind::kGemanMcClure, kLastScale)) {}
 
-void FrameTriangulator::RecordingViews(const JointChain& chain, size_t k) {
+void FrameTriangulator::LoadViews(const JointChain& chain, size_t k) {
   views_.clear();
   log_confidences_.clear();
   for (int32_t m = chain.first[k]; m < chain.first[k + 1]; ++m) {
@@ -210,7 +211,7 @@ bool FrameTriangulator::SetResiduals() {
 
 bool FrameTriangulator::Load(const JointChain& chain, size_t k) {
   start_ = {};
-  RecordingViews(chain, k);
+  LoadViews(chain, k);
   const size_t count = views_.size();
   ideal_.clear();
   size_t taken = 0;
@@ -244,14 +245,12 @@ bool FrameTriangulator::Load(const JointChain& chain, size_t k) {
   return start_.found;
 }
 
-FrameTriangulator::Start FrameTriangulator::start() const { return start_; }
-
 bool FrameTriangulator::LoadAgain(const JointChain& chain, size_t k,
                                   const Start& start) {
   if (!start.found) return false;
   if (!start.by_all_views) return Load(chain, k);
   start_ = start;
-  RecordingViews(chain, k);
+  LoadViews(chain, k);
   return SetResiduals();
 }
 

@@ -67,11 +67,6 @@ class ConfidenceLearner {
   static constexpr int kScaleCount = 15;
   using Scales = std::array<double, kScaleCount>;
 
-  bool Linearise(const std::vector<PixelPoint>& views,
-                 const std::vector<double>& log_confidences,
-                 const Eigen::Vector3d& point_m);
-  bool LogLikelihood(double added_power, Scales* log_likelihood) const;
-
   const double believed_power_;
   const double frame_s_;        // between frames that are looked at, at least
   const double weight_;         // of a frame
@@ -81,16 +76,6 @@ class ConfidenceLearner {
   std::vector<std::array<Scales, kJointClassCount>> log_likelihood_;
   double mean_log_ = 0.0;
   int64_t count_ = 0;  // of views in the mean
-
-  // Of the joint that is added.
-  struct View {
-    Eigen::Matrix3d square;  // J' J, J by the position [sigmas/m]
-    Eigen::Vector3d pull;    // J' r
-    double residual_square = 0.0;
-    double above_mean = 0.0;  // of ln confidence
-  };
-  std::vector<View> linearised_;
-  std::vector<Scales> by_power_;
 };
 
 // A robust point that may speak for the motion.
@@ -126,7 +111,7 @@ class FrameTriangulator {
     bool by_all_views = false;  // none was left out
   };
   // Of the frame that was loaded last, and what Load said of it.
-  Start start() const;
+  const Start& start() const { return start_; }
   // Loads a frame again, without triangulating it.
   bool LoadAgain(const JointChain& chain, size_t k, const Start& start);
 
@@ -144,7 +129,7 @@ class FrameTriangulator {
   std::optional<FramePoint> Robust(double scale);
 
  private:
-  void RecordingViews(const JointChain& chain, size_t k);
+  void LoadViews(const JointChain& chain, size_t k);
   bool SetResiduals();
 
   const CameraRig& cameras_;

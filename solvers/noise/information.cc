@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/base/constants.h"
+#include "core/base/median.h"
 
 namespace kinegraph {
 namespace {
@@ -324,10 +325,8 @@ LagLearner::Ratios LagLearner::Fit() const {
   // Of the squared norm of three normal values. Outliers do not move a median.
   constexpr double kMedian = 2.366;
   if (first_.empty()) return {};
-  std::vector<float> ascending = first_;
-  const auto middle = ascending.begin() + ascending.size() / 2;
-  std::nth_element(ascending.begin(), middle, ascending.end());
-  const double first = count_ * *middle / kMedian + kPrior;
+  const double first =
+      count_ * Median({first_.begin(), first_.end()}) / kMedian + kPrior;
   const double left = left_ + kPrior;
   // first = noise count + lag first_lag_, left = noise left_noise_ + lag count,
   // each with the prior's values on both sides.

@@ -15,6 +15,10 @@ constexpr double kGreatestLevel = 1000.0;
 constexpr double kFreshShare = 0.02;
 constexpr double kLeastVarianceM2 = 1e-8;
 
+double LogLevelStep() {
+  return std::log(kGreatestLevel / kLeastLevel) / (kLevelCount - 1);
+}
+
 // Whether a correction would lose what stands in the last two of the 16 digits
 // of a variance: what is predicted is so vague, as after a pause of hours, that
 // nothing is known.
@@ -29,10 +33,6 @@ double UsualProcessNoise(JointClass joint_class) {
   constexpr std::array<double, kJointClassCount> kUsual = {
       0.6, 0.6, 0.6, 1.3, 3.8, 0.65, 3.5, 8.4, 8.4, 3.8};
   return kUsual[static_cast<int>(joint_class)];
-}
-
-double LogLevelStep() {
-  return std::log(kGreatestLevel / kLeastLevel) / (kLevelCount - 1);
 }
 
 double LogLevel(int level) {

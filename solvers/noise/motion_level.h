@@ -27,7 +27,6 @@ double UsualProcessNoise(JointClass joint_class);
 
 // ln of level `level` over the usual power: even steps from 1/40 to 1000.
 double LogLevel(int level);
-double LogLevelStep();
 
 // Filters of one joint, one a level and axis.
 //

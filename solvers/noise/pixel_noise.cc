@@ -218,9 +218,9 @@ ErrorCorrelation CorrelationLearner::Fit() const {
 namespace {
 
 // trace(J C J') of the residuals of one state with covariance C.
-template <typename Jacobian>
-double ExplainedVariance(const Jacobian& by_state, const Matrix6d& covariance) {
-  Eigen::Matrix<double, Jacobian::kRows, kStateSize> J;
+double ExplainedVariance(const CameraReprojection::Jacobian& by_state,
+                         const Matrix6d& covariance) {
+  Eigen::Matrix<double, CameraReprojection::kResiduals, kStateSize> J;
   for (int row = 0; row < J.rows(); ++row) {
     for (int i = 0; i < kStateSize; ++i) J(row, i) = by_state(row, i);
   }

@@ -85,14 +85,12 @@ class CorrelationLearner {
   // before.
   ErrorCorrelation Fit() const;
 
-  // By lag in frames from 1 on: correlation and number of pairs.
+ private:
+  // Of pairs of residuals so many frames apart.
   struct Lag {
     double product = 0.0;
     double square = 0.0;
   };
-  const std::vector<Lag>& lags() const { return lags_; }
-
- private:
   struct Past {
     TimeNs time = 0;
     int view_count = 0;
@@ -103,7 +101,7 @@ class CorrelationLearner {
   const double frame_s_;
   // By joint and view: the last quarter of a second, newest last.
   std::vector<std::vector<Past>> pasts_;
-  std::vector<Lag> lags_;
+  std::vector<Lag> lags_;  // from 1 frame on
 };
 
 // Squared whitened residuals |r|^2 of a chain's frames `begin` .. `end` - 1 at

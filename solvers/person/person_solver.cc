@@ -4,7 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <sstream>
+#include <string>
 #include <utility>
 
 #include "solvers/block_tridiagonal/person_system.h"
@@ -166,16 +166,16 @@ void PersonSolver::HandInCounts(int64_t first_frame, int64_t last_frame) {
   const SolveCounts counts = ExtractCounts();
   if (ledger_ != nullptr) ledger_->Add(counts, first_frame, last_frame);
   if (counts.AllWell()) return;
-  std::ostringstream line;
-  line << "a person of frames " << first_frame << " to " << last_frame << ": "
-       << DescribeTroubles(counts);
+  const std::string line = "a person of frames " + std::to_string(first_frame) +
+                           " to " + std::to_string(last_frame) + ": " +
+                           DescribeTroubles(counts);
   // Reweighting may creep for longer than it is worth; a state that still
   // moves far is another matter.
   if (counts.positions_in_doubt + counts.not_finite + counts.no_covariance >
       0) {
-    LOG(WARNING) << line.str();
+    LOG(WARNING) << line;
   } else {
-    VLOG(1) << line.str();
+    VLOG(1) << line;
   }
 }
 
