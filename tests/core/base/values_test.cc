@@ -43,6 +43,13 @@ TEST(WeightedQuantile, TheMedianLiesBetweenTwoHalves) {
   EXPECT_EQ(WeightedQuantile(values, 1.0), 9.0);
 }
 
+TEST(WeightedQuantile, OfBinsLiesWithinOne) {
+  const std::vector<float> weights = {0.0f, 1.0f, 3.0f, 0.0f};
+  EXPECT_EQ(BinnedQuantile(weights, 4.0, 0.25), 2.0);
+  EXPECT_EQ(BinnedQuantile(weights, 4.0, 0.625), 2.5);
+  EXPECT_EQ(BinnedQuantile(weights, 4.0, 1.0), 3.0);
+}
+
 TEST(FrameClockTest, WholeFramesAreComparedWithHalfAFrameOfSlack) {
   for (const double rate : {23.976, 25.0, 29.97, 60.0, 120.0}) {
     const FrameClock clock(rate);

@@ -121,22 +121,6 @@ TEST_F(BatchEstimatorTest, UsesEachCamerasOwnClock) {
   EXPECT_GT(wrong_m, 1.3 * right_m);
 }
 
-TEST_F(BatchEstimatorTest, BridgesShortGapsOnly) {
-  SimulatedRecording recording = Simulate(120, SimulatedNoise());
-  for (size_t k = 30; k < 40; ++k) recording.frames[k].views.clear();
-  for (size_t k = 60; k < 100; ++k) recording.frames[k].views.clear();
-  const auto finals = Run(recording);
-  for (size_t k = 30; k < 40; ++k) {
-    EXPECT_EQ(finals[k].person.joints[1].status, JointStatus::kInferred);
-    EXPECT_LT(testing::Apart(finals[k].person.joints[1], recording.truth[1][k]),
-              0.1);
-  }
-  // Half a second from either end: frames 60 .. 71 and 88 .. 99.
-  EXPECT_EQ(finals[70].person.joints[1].status, JointStatus::kInferred);
-  EXPECT_EQ(finals[80].person.joints[1].status, JointStatus::kMissing);
-  EXPECT_EQ(finals[90].person.joints[1].status, JointStatus::kInferred);
-}
-
 // One view's ray meets the sphere of a bone in two places.
 TEST_F(BatchEstimatorTest, ABoneAndOneViewDoNotPlaceAJointForLong) {
   constexpr size_t kWrist = 2;

@@ -70,28 +70,6 @@ TEST_F(ChunksTest, OwnEveryFrameOnce) {
   EXPECT_TRUE(MakeChunks(PersonProblem(), 10.0).empty());
 }
 
-TEST_F(ChunksTest, CutOutIsTheSamePartOfTheProblem) {
-  const Chunk chunk = {100, 200, 120, 180};
-  const PersonProblem part = CutOut(problem_, chunk);
-  ASSERT_EQ(part.times.size(), 100u);
-  for (size_t j = 0; j < 3; ++j) {
-    const JointChain& whole = problem_.joints[j];
-    const JointChain& cut = part.joints[j];
-    ASSERT_EQ(cut.states.size(), 100u);
-    ASSERT_EQ(cut.process_noise.size(), 99u);
-    ASSERT_EQ(cut.first.size(), 101u);
-    for (size_t k = 0; k < 100; ++k) {
-      EXPECT_EQ(cut.states[k], whole.states[k + 100]);
-      const int32_t count = cut.first[k + 1] - cut.first[k];
-      ASSERT_EQ(count, whole.first[k + 101] - whole.first[k + 100]);
-      for (int32_t m = 0; m < count; ++m) {
-        EXPECT_EQ(cut.measurements[cut.first[k] + m].px,
-                  whole.measurements[whole.first[k + 100] + m].px);
-      }
-    }
-  }
-}
-
 // Observed joints are where the whole recording puts them, within 0.1 mm for 99
 // of 100: what lies 28 frames away has next to no say.
 TEST_F(ChunksTest, FindWhatTheWholeTakeFinds) {

@@ -36,14 +36,8 @@ class DefaultSolverTest : public ::testing::Test {
   }
 };
 
-GraphOptions Ceres() {
-  GraphOptions options;
-  options.solver = GraphSolver::kCeres;
-  return options;
-}
-
 TEST_F(DefaultSolverTest, WhereTheStartIsAtTheMinimumCeresGetsNoProblem) {
-  const SolveCounts counts = Run(false, 30, Ceres());
+  const SolveCounts counts = Run(false, 30, GraphOptions());
   EXPECT_EQ(counts.ceres_problems, 0);
   EXPECT_EQ(counts.solves, 30);
   EXPECT_GT(counts.sweep_iterations, 30);
@@ -51,7 +45,7 @@ TEST_F(DefaultSolverTest, WhereTheStartIsAtTheMinimumCeresGetsNoProblem) {
 }
 
 TEST_F(DefaultSolverTest, WhereTheStartIsNotAtTheMinimumCeresTakesSteps) {
-  GraphOptions options = Ceres();
+  GraphOptions options;
   options.max_iterations = 1;  // of the sweeps, and then of Ceres
   options.step_tolerance_m = 1e-9;
   const SolveCounts counts = Run(false, 30, options);

@@ -6,6 +6,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <string>
+#include <vector>
 
 #include "core/base/error.h"
 #include "solvers/batch/batch_estimator.h"
@@ -14,8 +16,6 @@
 #include "solvers/graph/assembler.h"
 #include "solvers/graph/marginalise.h"
 #include "solvers/window/window_estimator.h"
-#include "tests/support/factor_checks.h"
-#include "tests/support/floor_contact.h"
 #include "tests/support/simulated_person.h"
 #include "tests/support/solver_problem.h"
 
@@ -23,28 +23,36 @@ namespace kinegraph {
 namespace {
 
 using testing::Apart;
-using testing::FloorContact;
 using testing::SimulatedNoise;
 using testing::SimulatedRecording;
 
-struct FloorTwin {
+// As examples/own_factor.cc has it: a joint rests at a height above the floor.
+struct FloorContact {
   template <typename T>
   bool operator()(const T* state, T* residual) const {
-    residual[0] = (state[2] - 0.1) / 0.005;
+    residual[0] = (state[2] - height_m) / 0.005;
     for (int i = 0; i < 3; ++i) residual[i + 1] = state[i + 3] / 0.05;
     return true;
   }
+  double height_m;
 };
 
-TEST(FloorContact, JacobiansAndZero) {
-  const FloorContact factor(0.1, 0.005, 0.05);
-  Eigen::VectorXd state(6);
-  state << 1.0, 2.0, 0.1, 0.0, 0.0, 0.0;
-  EXPECT_TRUE(testing::Evaluate(factor, {state}).residuals.isZero(0.0));
-  state << 1.0, 2.0, 0.3, 0.4, 0.5, 0.6;
-  testing::ExpectSoundJacobians(
-      factor, ceres::AutoDiffCostFunction<FloorTwin, 4, 6>(new FloorTwin),
-      {state});
+// The named joint does so in frames first .. last; that the state is
+// `frames_back` older is to go wrong.
+UserFactorSource Resting(const std::string& joint, int64_t first, int64_t last,
+                         double height_m, int frames_back = 0) {
+  return [=](const UserFrame& frame) {
+    std::vector<UserFactor> factors;
+    if (frame.frame < first || frame.frame > last) return factors;
+    UserFactor& contact = factors.emplace_back();
+    contact.factor =
+        FromCeres(new ceres::AutoDiffCostFunction<FloorContact, 4, 6>(
+            new FloorContact{height_m}));
+    contact.states = {{frame.skeleton->IndexOf(joint), frames_back}};
+    contact.loss = LossKind::kHuber;  // a wrong contact pulls, but gives way
+    contact.loss_scale = 3.0;
+    return factors;
+  };
 }
 
 class UserFactorTest : public ::testing::Test {
@@ -84,8 +92,7 @@ TEST_F(UserFactorTest, WindowAndBatchHonourIt) {
   for (const bool batch : {true, false}) {
     const auto plain = Run(batch, nullptr);
     constexpr double kHeight = 1.05;  // m
-    const auto held =
-        Run(batch, testing::Resting(joint_.c_str(), 30, 30, kHeight));
+    const auto held = Run(batch, Resting(joint_, 30, 30, kHeight));
     ASSERT_EQ(plain.size(), held.size());
     const PersonPose& before = plain[30].person;
     const PersonPose& after = held[30].person;
@@ -109,7 +116,7 @@ TEST_F(UserFactorTest, WindowEqualsBatchAtTheEnd) {
   options_.loss = LossKind::kNone;
   Make(40);
   // The contact is ten frames older than the window's oldest frame at the end.
-  const auto source = testing::Resting(joint_.c_str(), 18, 20, 1.05);
+  const auto source = Resting(joint_, 18, 20, 1.05);
   const auto batch = Run(true, source);
   const auto window = Run(false, source);
   const auto plain = Run(true, nullptr);
@@ -126,7 +133,7 @@ TEST_F(UserFactorTest, WindowEqualsBatchAtTheEnd) {
 // A chunk that begins later has frames and factors of numbers of its own.
 TEST_F(UserFactorTest, EveryChunkOfTheBatchHonoursIt) {
   Make(150);
-  const auto source = testing::Resting(joint_.c_str(), 105, 105, 1.05);
+  const auto source = Resting(joint_, 105, 105, 1.05);
   options_.chunk_s = 0.0;
   const PersonPose whole = Run(true, source)[105].person;
   const PersonPose plain = Run(true, nullptr)[105].person;
@@ -187,7 +194,7 @@ TEST_F(UserFactorTest, MarginalisingKeepsValuesAndCovariances) {
 TEST_F(UserFactorTest, MisuseIsNamed) {
   Make(3);
   GraphOptions options;
-  options.user_factors = testing::Resting(joint_.c_str(), 0, 9, 0.0);
+  options.user_factors = Resting(joint_, 0, 9, 0.0);
   options.solver = GraphSolver::kBlockTridiagonal;
   try {
     MakeWindowEstimator(scene_, options);
@@ -195,15 +202,8 @@ TEST_F(UserFactorTest, MisuseIsNamed) {
   } catch (const OptionError& error) {
     EXPECT_EQ(error.key(), "graph.solver");
   }
-  EXPECT_THROW(Run(true, testing::Resting("nobody", 0, 9, 0.0)), OptionError);
-  EXPECT_THROW(Run(true,
-                   [](const UserFrame&) {
-                     UserFactor factor;
-                     factor.factor = FromCeres(new FloorContact(0, 1, 1));
-                     factor.states = {{0, 2}};
-                     return std::vector<UserFactor>{factor};
-                   }),
-               OptionError);
+  EXPECT_THROW(Run(true, Resting("nobody", 0, 9, 0.0)), OptionError);
+  EXPECT_THROW(Run(true, Resting(joint_, 0, 9, 0.0, 2)), OptionError);
 }
 
 }  // namespace

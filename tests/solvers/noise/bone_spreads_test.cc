@@ -54,13 +54,21 @@ class Looker {
   bool started_ = false;
 };
 
+// What so many looks tell of a bone whose length varies by `varies_m`.
+BoneEstimate Told(Looker looker, int looks, double varies_m = 0.0) {
+  Random random(7);
+  BoneSpreads spreads(Legs());
+  for (int i = 0; i < looks; ++i) {
+    spreads.Add(0, looker.At(kLength + varies_m * random.Normal()));
+  }
+  return *spreads.Estimate(0);
+}
+
 TEST(BoneSpreads, ARigidBoneHasNoSpread) {
   for (const double modelled : {0.005, 0.01, 0.03}) {
     Looker looker(1);
     looker.modelled_m = modelled;  // the residuals tell that it is wrong
-    BoneSpreads spreads(Legs());
-    for (int i = 0; i < 1000; ++i) spreads.Add(0, looker.At(kLength));
-    const BoneEstimate estimate = *spreads.Estimate(0);
+    const BoneEstimate estimate = Told(looker, 1000);
     // A median of 1000 looks of 1 cm: 0.4 mm.
     EXPECT_NEAR(estimate.length_sigma_m, 0.0004, 0.0001);
     EXPECT_NEAR(estimate.length_m, kLength, 4 * 0.0004);
@@ -76,17 +84,12 @@ TEST(BoneSpreads, ARigidBoneHasNoSpread) {
 
 // A model that is wrong by two is told by the residuals.
 TEST(BoneSpreads, SpreadIsToldFromNoise) {
-  Random random(7);
   for (const double modelled_m : {0.01, 0.02}) {
     Looker looker(2);
     looker.modelled_m = modelled_m;
-    BoneSpreads spreads(Legs());
-    for (int i = 0; i < 1000; ++i) {
-      spreads.Add(0, looker.At(random.Normal(kLength, 0.02)));
-    }
     // (1 cm)^2 + (2 cm)^2 is known to 6 % a standard error, so (2 cm)^2 to
     // 7.5 %: four of them are 14 % of 2 cm.
-    EXPECT_NEAR(spreads.Estimate(0)->spread_m, 0.02, 0.003) << modelled_m;
+    EXPECT_NEAR(Told(looker, 1000, 0.02).spread_m, 0.02, 0.003) << modelled_m;
   }
 }
 
@@ -129,28 +132,31 @@ BoneEnd LocatedAt(double x_m, const Vector3d& noise_m, double modelled,
   return end;
 }
 
-// The same in all directions.
-BoneEnd LocatedAt(double x_m, double noise_m, double modelled_m,
-                  Random* random) {
-  return LocatedAt(x_m, Vector3d::Constant(noise_m), modelled_m / noise_m,
-                   random);
+// What 1000 looks at such ends tell of a bone, and their mean distance.
+BoneEstimate ToldByEnds(double length_m, const Vector3d& noise_m,
+                        double modelled, Random* random,
+                        double* distance_m = nullptr) {
+  BoneSpreads spreads(Legs());
+  double sum_m = 0.0;
+  for (int i = 0; i < 1000; ++i) {
+    const auto look =
+        LookAtBone(LocatedAt(0.0, noise_m, modelled, random),
+                   LocatedAt(length_m, noise_m, modelled, random));
+    EXPECT_TRUE(look.has_value());
+    sum_m += look->distance_m;
+    spreads.Add(0, *look);
+  }
+  if (distance_m != nullptr) *distance_m = sum_m / 1000.0;
+  return *spreads.Estimate(0);
 }
 
 TEST(BoneSpreads, NoiseDoesNotLengthenABone) {
   Random random(11);
   for (const double noise : {0.05, 0.15, 0.3}) {
-    for (const double modelled : {0.5 * noise, noise, 2.0 * noise}) {
-      BoneSpreads spreads(Legs());
+    for (const double modelled : {0.5, 1.0, 2.0}) {
       double distances = 0.0;
-      for (int i = 0; i < 1000; ++i) {
-        const auto look =
-            LookAtBone(LocatedAt(0.0, noise, modelled, &random),
-                       LocatedAt(kLength, noise, modelled, &random));
-        ASSERT_TRUE(look.has_value());
-        distances += look->distance_m / 1000.0;
-        spreads.Add(0, *look);
-      }
-      const BoneEstimate estimate = *spreads.Estimate(0);
+      const BoneEstimate estimate = ToldByEnds(
+          kLength, Vector3d::Constant(noise), modelled, &random, &distances);
       // Four standard errors, and the scale that the residuals' low quantile
       // gives, known to a few per cent: of tr N / (2 L).
       const double trace = 6.0 * noise * noise;
@@ -175,14 +181,7 @@ TEST(BoneSpreads, NoiseInDepthDoesNotShortenABone) {
   const Vector3d noise_m(0.01, 0.045, 0.01);
   for (uint64_t seed = 1; seed <= 5; ++seed) {
     Random random(seed);
-    BoneSpreads spreads(Legs());
-    for (int i = 0; i < 1000; ++i) {
-      const auto look = LookAtBone(LocatedAt(0.0, noise_m, 1.0, &random),
-                                   LocatedAt(kShort_m, noise_m, 1.0, &random));
-      ASSERT_TRUE(look.has_value());
-      spreads.Add(0, *look);
-    }
-    const BoneEstimate estimate = *spreads.Estimate(0);
+    const BoneEstimate estimate = ToldByEnds(kShort_m, noise_m, 1.0, &random);
     // As above, of the depth's variance: by the looks' own directions it is
     // 4 mm too short.
     const double bound =
@@ -199,9 +198,10 @@ TEST(BoneSpreads, ABoneShorterThanAnyNoiseIsNotKnown) {
   const Skeleton strange("strange", {"l_tip", "l_end", "r_tip", "r_end"},
                          {{0, 1}, {2, 3}});
   BoneSpreads spreads(strange);
+  const Vector3d noise_m = Vector3d::Constant(0.01);
   for (int i = 0; i < 100; ++i) {
-    BoneObservation look = *LookAtBone(LocatedAt(0.0, 0.01, 0.01, &random),
-                                       LocatedAt(0.0, 0.01, 0.01, &random));
+    BoneObservation look = *LookAtBone(LocatedAt(0.0, noise_m, 1.0, &random),
+                                       LocatedAt(0.0, noise_m, 1.0, &random));
     look.noise_m2 *= 3.0;
     spreads.Add(0, look);
   }
@@ -212,17 +212,12 @@ TEST(BoneSpreads, LooksThatFollowEachOtherCountAsFewer) {
   Looker independent(4);
   Looker lasting(4);
   lasting.correlation = 0.9;
-  BoneSpreads a(Legs());
-  BoneSpreads b(Legs());
-  for (int i = 0; i < 1000; ++i) {
-    a.Add(0, independent.At(kLength));
-    b.Add(0, lasting.At(kLength));
-  }
+  const BoneEstimate a = Told(independent, 1000);
+  const BoneEstimate b = Told(lasting, 1000);
   // (1 + 0.9) / (1 - 0.9) = 19 looks are worth one: 4.4 times the error, but
   // for the error of the correlation, a tenth of 1 - 0.9 times two.
-  EXPECT_NEAR(b.Estimate(0)->length_sigma_m / a.Estimate(0)->length_sigma_m,
-              4.4, 1.0);
-  EXPECT_GT(b.Estimate(0)->spread_bound_m, a.Estimate(0)->spread_bound_m);
+  EXPECT_NEAR(b.length_sigma_m / a.length_sigma_m, 4.4, 1.0);
+  EXPECT_GT(b.spread_bound_m, a.spread_bound_m);
 }
 
 TEST(BoneSpreads, AnErrorThatStaysLeavesTheLengthUnsure) {
@@ -277,13 +272,7 @@ TEST(BoneSpreads, UnknownBonesNeedToBeSeen) {
 }
 
 TEST(BoneSpreads, ALengthThatVariesByAFifthGivesWay) {
-  Looker looker(8);
-  Random random(9);
-  BoneSpreads spreads(Legs());
-  for (int i = 0; i < 500; ++i) {
-    spreads.Add(0, looker.At(random.Normal(kLength, 0.12)));
-  }
-  EXPECT_TRUE(spreads.Estimate(0)->gives_way);
+  EXPECT_TRUE(Told(Looker(8), 500, 0.12).gives_way);
 }
 
 TEST(BoneSpreads, ManyLooksAreThinnedWithoutForgettingTheFirst) {

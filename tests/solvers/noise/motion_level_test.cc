@@ -178,39 +178,25 @@ INSTANTIATE_TEST_SUITE_P(All, FilterBankPauses,
                          ::testing::Values(60.0, 3600.0, 14400.0, 86400.0,
                                            3.15e7));
 
-int GroupOf(const MotionGroups& groups, const Skeleton& skeleton,
-            const std::string& joint) {
-  return groups.of_joint(skeleton.IndexOf(joint));
-}
-
-TEST(MotionGroupsTest, LimbsHaveAGroupOnEachSide) {
+TEST(MotionGroupsTest, LimbsHaveOneOnEachSideAndTheBodyOneAClass) {
   const Skeleton& body = Halpe26();
   const MotionGroups groups(body);
+  const auto group = [&](const std::string& joint) {
+    return groups.of_joint(body.IndexOf(joint));
+  };
   for (const std::string joint : {"elbow", "wrist", "knee", "ankle", "heel"}) {
-    EXPECT_NE(GroupOf(groups, body, "l_" + joint),
-              GroupOf(groups, body, "r_" + joint))
-        << joint;
+    EXPECT_NE(group("l_" + joint), group("r_" + joint)) << joint;
   }
-  EXPECT_EQ(GroupOf(groups, body, "l_heel"),
-            GroupOf(groups, body, "l_big_toe"));
-  EXPECT_NE(GroupOf(groups, body, "l_elbow"), GroupOf(groups, body, "l_wrist"));
-}
-
-TEST(MotionGroupsTest, WhatMovesWithTheBodyIsOneGroupAClass) {
-  const Skeleton& body = Halpe26();
-  const MotionGroups groups(body);
-  EXPECT_EQ(GroupOf(groups, body, "l_hip"), GroupOf(groups, body, "r_hip"));
-  EXPECT_EQ(GroupOf(groups, body, "l_ear"), GroupOf(groups, body, "nose"));
-  EXPECT_EQ(GroupOf(groups, body, "neck"), GroupOf(groups, body, "mid_hip"));
-}
-
-// head, trunk, shoulder, hip; elbow, wrist, knee, ankle, foot on two sides.
-TEST(MotionGroupsTest, SharesOfAClassSumToOne) {
-  const MotionGroups groups(Halpe26());
+  EXPECT_EQ(group("l_heel"), group("l_big_toe"));
+  EXPECT_NE(group("l_elbow"), group("l_wrist"));
+  EXPECT_EQ(group("l_hip"), group("r_hip"));
+  EXPECT_EQ(group("l_ear"), group("nose"));
+  EXPECT_EQ(group("neck"), group("mid_hip"));
+  // head, trunk, shoulder, hip; elbow, wrist, knee, ankle, foot on two sides.
   ASSERT_EQ(groups.size(), 4 + 5 * 2);
   double sum = 0.0;
   for (int g = 0; g < groups.size(); ++g) sum += groups.share_of_class(g);
-  EXPECT_DOUBLE_EQ(sum, 9.0);
+  EXPECT_DOUBLE_EQ(sum, 9.0) << "shares of a class sum to one";
 }
 
 }  // namespace
