@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <memory>
 #include <utility>
 
@@ -102,18 +103,6 @@ TrackSequence ReadOrTrackReference(const HeldOutInput& input) {
 struct ScoredSet {
   HeldOutSet set;
   bool cap_by_width = false;
-
-  // The part that lies in `frames`; all where there are none.
-  HeldOutSet In(const std::vector<FrameRange>& frames) const {
-    HeldOutSet part = set;
-    part.detections.clear();
-    for (const HeldOutDetection& detection : set.detections) {
-      if (ContainsFrame(frames, detection.frame)) {
-        part.detections.push_back(detection);
-      }
-    }
-    return part;
-  }
 };
 
 ScoredSet ReadOrMakeSet(const HeldOutInput& input,
@@ -127,8 +116,8 @@ ScoredSet ReadOrMakeSet(const HeldOutInput& input,
     scored.set.pairing_gate_m *= ScaleOf(reference).metres();
     scored.cap_by_width = true;
   }
-  scored.set = scored.In(request.frames);
-  if (!request.folds.empty()) scored.set = scored.In(request.folds);
+  scored.set =
+      PartIn(request.folds, PartIn(request.frames, std::move(scored.set)));
   if (scored.set.detections.empty()) {
     throw InputError(
         "held-out set: no detection to score" +
@@ -230,7 +219,7 @@ void ScoreView(const HeldOutInput& input, const ScoredSet& scored, int view,
     return;
   }
   for (size_t f = 0; f < 2; ++f) {
-    columns->Score(input, scored.In({folds[f]}), view, reference,
+    columns->Score(input, PartIn({folds[f]}, scored.set), view, reference,
                    RunWithBiasOf(input, folds[1 - f], view));
   }
 }
@@ -250,6 +239,16 @@ EvaluationOutput DescribeColumns(const HeldOutColumns& columns,
 }
 
 }  // namespace
+
+HeldOutSet PartIn(const std::vector<FrameRange>& frames, HeldOutSet set) {
+  set.detections.erase(
+      std::remove_if(set.detections.begin(), set.detections.end(),
+                     [&frames](const HeldOutDetection& one) {
+                       return !ContainsFrame(frames, one.frame);
+                     }),
+      set.detections.end());
+  return set;
+}
 
 double HeldOutCapPx(const Camera& camera, const std::string& file) {
   if (camera.width_px() > 0) return 0.1 * camera.width_px();

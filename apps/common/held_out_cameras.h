@@ -8,6 +8,7 @@
 
 #include "apps/common/evaluation_output.h"
 #include "core/base/frame_range.h"
+#include "core/data/held_out.h"
 #include "core/geometry/camera.h"
 
 namespace kinegraph {
@@ -27,6 +28,9 @@ struct HeldOutRequest {
 };
 
 EvaluationOutput ScoreHeldOutCameras(const HeldOutRequest& request);
+
+// The detections that lie in `frames`; all where there are none.
+HeldOutSet PartIn(const std::vector<FrameRange>& frames, HeldOutSet set);
 
 // What an error counts as at most where nothing states it: a tenth of the width
 // of the camera's image. Throws InputError, naming `file`, without one.

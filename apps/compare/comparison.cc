@@ -288,14 +288,8 @@ TrackSequence RunWithout(const Comparison& comparison, const Strategy& strategy,
 
 void ScoreWithout(const Comparison& comparison, const Fold& fold, size_t view,
                   const TrackSequence& tracks, HeldOutScores* scores) {
-  HeldOutSet set = comparison.set;
+  HeldOutSet set = PartIn({fold.frames}, comparison.set);
   set.cap_px = comparison.cap_px[view];
-  set.detections.erase(
-      std::remove_if(set.detections.begin(), set.detections.end(),
-                     [&fold](const HeldOutDetection& one) {
-                       return !fold.frames.Contains(one.frame);
-                     }),
-      set.detections.end());
   HeldOutRules rules;
   rules.pairing = HeldOutRules::Pairing::kById;
   rules.sigma_px = SigmaOf(comparison.options.estimators.graph);

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <cstdlib>
 #include <map>
-#include <set>
 #include <utility>
 
 #include "apps/report/pairing.h"
@@ -254,31 +253,15 @@ double EstimateBytes(const std::vector<std::string>& patterns,
   return samples == 0 ? 0.0 : bytes / samples * static_cast<double>(pictures);
 }
 
-// Drops every second of the frames that are left until the text is small
-// enough.
-void ThinOut(size_t max_bytes, const std::vector<int64_t>& frames,
-             EmbeddedPictures* embedded, PageInput* input) {
-  while (embedded->bytes > max_bytes && embedded->count > 0) {
-    embedded->stride *= 2;
-    std::set<int64_t> kept;
-    for (size_t f = 0; f < frames.size();
-         f += static_cast<size_t>(embedded->stride)) {
-      kept.insert(frames[f]);
+// How many pictures the page has, and the text that they are.
+void CountPictures(const PageInput& input, EmbeddedPictures* embedded) {
+  embedded->bytes = embedded->count = 0;
+  for (const auto& pictures : input.pictures) {
+    embedded->count += pictures.size();
+    for (const auto& [frame, jpeg] : pictures) {
+      embedded->bytes +=
+          static_cast<size_t>(kTextOfBytes * static_cast<double>(jpeg.size()));
     }
-    embedded->bytes = embedded->count = 0;
-    for (auto& pictures : input->pictures) {
-      for (auto at = pictures.begin(); at != pictures.end();) {
-        if (kept.count(at->first) == 0) {
-          at = pictures.erase(at);
-          continue;
-        }
-        ++embedded->count;
-        embedded->bytes += static_cast<size_t>(
-            kTextOfBytes * static_cast<double>(at->second.size()));
-        ++at;
-      }
-    }
-    if (embedded->stride > static_cast<int>(frames.size())) return;
   }
 }
 
@@ -460,16 +443,23 @@ EmbeddedPictures EmbedPictures(const std::vector<std::string>& patterns,
       if (patterns[view].empty()) continue;
       const std::string path = PicturePath(patterns[view], frames[f]);
       if (!IsFile(path)) continue;
-      std::string jpeg =
+      input->pictures[view][frames[f]] =
           EncodeJpeg(ScaledDown(ReadPicture(path), embedded.width), kQuality);
-      ++embedded.count;
-      embedded.bytes +=
-          static_cast<size_t>(kTextOfBytes * static_cast<double>(jpeg.size()));
-      input->pictures[view][frames[f]] = std::move(jpeg);
     }
     step();
   }
-  ThinOut(max_bytes, frames, &embedded, input);
+  CountPictures(*input, &embedded);
+  // Of the frames that are left every second goes until the text is small
+  // enough.
+  while (embedded.bytes > max_bytes &&
+         embedded.stride <= static_cast<int>(frames.size())) {
+    embedded.stride *= 2;
+    for (size_t f = 0; f < frames.size(); ++f) {
+      if (f % static_cast<size_t>(embedded.stride) == 0) continue;
+      for (auto& pictures : input->pictures) pictures.erase(frames[f]);
+    }
+    CountPictures(*input, &embedded);
+  }
   return embedded;
 }
 

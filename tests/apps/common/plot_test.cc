@@ -70,19 +70,7 @@ TEST_F(PlotTest, WritesSvgWithItsTextsTheSameEachTime) {
   EXPECT_EQ(svg, RenderPlot({SamplePlot()}));
 }
 
-TEST_F(PlotTest, DrawsBarsOfCategoriesSideBySide) {
-  Plot plot;
-  plot.title = "By joint class";
-  plot.x.categories = {"trunk", "wrist", "ankle"};
-  for (const char* name : {"raw", "smooth"}) {
-    plot.series.push_back({name, PlotStyle::kBars, {0, 1, 2}, {1, 2, 3}});
-  }
-  const std::string svg = RenderPlot({plot});
-  EXPECT_TRUE(IsXml(svg));
-  ExpectTexts(svg, {"trunk", "wrist", "ankle", "raw", "smooth"});
-}
-
-TEST_F(PlotTest, DrawsPanelsAndNamesOnBothAxes) {
+TEST_F(PlotTest, DrawsPanelsBarsAndNamesOnBothAxes) {
   Plot named;
   named.title = "Strategies";
   named.y.categories = {"raw DLT", "batch"};
@@ -91,14 +79,19 @@ TEST_F(PlotTest, DrawsPanelsAndNamesOnBothAxes) {
   points.x_low = {-1.0, 5.0};  // no place on a log axis
   points.x_high = {1.0, 20.0};
   named.series = {points};
+  Plot bars;
+  bars.x.categories = {"trunk", "wrist", "ankle"};
+  bars.series = {{"rough", PlotStyle::kBars, {0, 1, 2}, {1, 2, 3}},
+                 {"smooth", PlotStyle::kBars, {0, 1, 2}, {1, 2, 3}}};
   Plot empty;
   empty.title = "Nothing";
   Plot without_values = SamplePlot();
   without_values.series[0].y.assign(4, kNan);
-  const std::string svg =
-      RenderPlot({named, SamplePlot(), empty, without_values}, {900, 900, 2});
+  const std::string svg = RenderPlot(
+      {named, SamplePlot(), bars, empty, without_values}, {900, 900, 2});
   EXPECT_TRUE(IsXml(svg));
-  ExpectTexts(svg, {"Strategies", "raw DLT", "batch", "Butterworth_2"});
+  ExpectTexts(svg, {"Strategies", "raw DLT", "batch", "Butterworth_2", "trunk",
+                    "wrist", "ankle", "rough", "smooth"});
 }
 
 TEST(Plot, SaysInOneLineThatGnuplotIsMissing) {
