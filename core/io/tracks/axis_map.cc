@@ -1,8 +1,10 @@
 #include "core/io/tracks/axis_map.h"
 
 #include <Eigen/LU>
+#include <vector>
 
 #include "core/base/error.h"
+#include "core/base/text.h"
 
 namespace kinegraph {
 namespace {
@@ -24,22 +26,16 @@ AxisMap AxisMap::Parse(const std::string& text) {
                       expected);
   };
   AxisMap map;
-  size_t next = 0;
-  for (size_t i = 0; i < 3; ++i) {
-    if (i > 0 && (next >= text.size() || text[next++] != ',')) {
-      throw fail("three axes such as y,z,x");
-    }
-    map.sign[i] = 1.0;
-    if (next < text.size() && text[next] == '-') {
-      map.sign[i] = -1.0;
-      ++next;
-    }
-    if (next >= text.size() || text[next] < 'x' || text[next] > 'z') {
-      throw fail("three axes such as y,z,x");
-    }
-    map.axis[i] = text[next++] - 'x';
+  const std::vector<std::string> parts = Split(text, ',');
+  bool is_axes = parts.size() == 3;
+  for (size_t i = 0; is_axes && i < 3; ++i) {
+    const bool is_back = parts[i].rfind('-', 0) == 0;
+    const std::string letter = parts[i].substr(is_back ? 1 : 0);
+    is_axes = letter == "x" || letter == "y" || letter == "z";
+    map.axis[i] = letter.empty() ? 0 : letter[0] - 'x';
+    map.sign[i] = is_back ? -1.0 : 1.0;
   }
-  if (next != text.size()) throw fail("three axes such as y,z,x");
+  if (!is_axes) throw fail("three axes such as y,z,x");
   if (Determinant(map) != 1.0) {
     throw fail("each axis once, and no mirror image such as x,z,y");
   }

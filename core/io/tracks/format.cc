@@ -226,13 +226,13 @@ TrackSequence ReadTracks(const std::string& path,
   const TrackFormat& format = FormatOfTracks(path, options);
   const double unit_m = options.unit_m;
   if (unit_m > 0.0 && !format.unit_m) {
-    throw InputError(
-        path, "",
-        "is " + format.name +
-            ", which tells its unit; --unit belongs to tracks of " +
-            TrackFormatNames([](const TrackFormat& other) {
-              return other.unit_m.has_value();
-            }));
+    const std::string others = TrackFormatNames(
+        [](const TrackFormat& other) { return other.unit_m.has_value(); });
+    throw InputError(path, "",
+                     "is " + format.name +
+                         ", which tells its unit; --unit "
+                         "belongs to tracks of " +
+                         others);
   }
   TrackSequence tracks = format.read(path, options);
   if (unit_m > 0.0 && unit_m != *format.unit_m) {
@@ -245,8 +245,7 @@ double ParseLengthUnit(const std::string& text, const std::string& flag) {
   for (const auto& [name, length_m] : kLengthUnits) {
     if (text == name) return length_m;
   }
-  throw InputError(flag + ": found '" + Printable(text) +
-                   "', expected m, cm or mm");
+  Refuse("{}: found '{}', expected m, cm or mm", flag, Printable(text));
 }
 
 bool LeavesUnitOpen(const std::string& path, const TrackReadOptions& options) {

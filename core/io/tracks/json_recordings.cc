@@ -84,9 +84,7 @@ bool IsMissing(JsonValue joint) {
 }
 
 void ReadJoints(const JsonArray& joints, std::string_view key, Pose3d* pose) {
-  if (joints.size() != pose->size()) {
-    Refuse("{}: found {}, expected {}", key, joints.size(), pose->size());
-  }
+  CheckCount(key, joints.size(), pose->size(), "");
   size_t j = 0;
   for (const JsonValue joint : joints) {
     if (!IsMissing(joint)) {
@@ -102,7 +100,7 @@ TrackSequence ReadPoses(JsonValue outermost, const TrackReadOptions& options,
                         std::string* place) {
   const JsonObject root = AsObject(outermost, kOutermost);
   JsonValue unit;
-  if (!root.at_key("unit").get(unit) && AsText(unit, "unit") != "m") {
+  if (Get(root, "unit", &unit) && AsText(unit, "unit") != "m") {
     Refuse("unit: found '{}', expected m",
            Printable(std::string(AsText(unit, "unit"))));
   }
@@ -176,7 +174,7 @@ Skeleton SkeletonOf(const JsonObject& category,
   }
   std::vector<Bone> bones;
   JsonValue skeleton;
-  if (category.at_key("skeleton").get(skeleton) == simdjson::SUCCESS) {
+  if (Get(category, "skeleton", &skeleton)) {
     bones = ReadBones(skeleton, "skeleton", 1, static_cast<int>(joints.size()));
   }
   return SkeletonOfNames(joints, options, bones);
@@ -187,14 +185,12 @@ double ReadInfo(const JsonObject& root, const TrackReadOptions& options) {
   JsonValue info;
   JsonValue value;
   double rate_hz = 0.0;
-  if (root.at_key("info").get(info) != simdjson::SUCCESS) return rate_hz;
+  if (!Get(root, "info", &info)) return rate_hz;
   const JsonObject object = AsObject(info, "info");
-  if (options.frame_rate_hz == 0.0 &&
-      object.at_key("frame_rate").get(value) == simdjson::SUCCESS) {
+  if (options.frame_rate_hz == 0.0 && Get(object, "frame_rate", &value)) {
     rate_hz = AsFrameRate(value, "frame_rate");
   }
-  if (object.at_key("unit").get(value) == simdjson::SUCCESS &&
-      AsText(value, "unit") != "m") {
+  if (Get(object, "unit", &value) && AsText(value, "unit") != "m") {
     throw InputError("unit: expected m");
   }
   return rate_hz;
@@ -224,7 +220,7 @@ TrackSequence ReadCoco3d(JsonValue outermost, const TrackReadOptions& options,
                   TrackFrame* frame =
                       collector.Touch(AsFrame(Required(image, "id"), "id"));
                   JsonValue time;
-                  if (!image.at_key("time_s").get(time)) {
+                  if (Get(image, "time_s", &time)) {
                     frame->time = AsTime(time, "time_s");
                   }
                 });
@@ -256,10 +252,7 @@ void ReadLongcwPose(const JsonObject& object, Pose3d* pose) {
   std::vector<double> scores(pose->size());
   AsNumbers(Required(object, "scores"), "scores", scores.size(), scores.data());
   const JsonArray points = AsArray(Required(object, "points_3d"), "points_3d");
-  if (points.size() != pose->size()) {
-    Refuse("points_3d: found {} joints, expected {}", points.size(),
-           pose->size());
-  }
+  CheckCount("points_3d", points.size(), pose->size(), " joints");
   size_t j = 0;
   for (const JsonValue point : points) {
     Vector3d cm;
@@ -380,7 +373,7 @@ PersonNames ReadCoco3dNames(const std::string& path) {
                  "annotations")) {
       const JsonObject entry = AsObject(value, "annotations");
       JsonValue name;
-      if (entry.at_key("name").get(name) != simdjson::SUCCESS) continue;
+      if (!Get(entry, "name", &name)) continue;
       names[TrackId(AsId(Required(entry, "track_id"), "track_id"))] =
           std::string(AsText(name, "name"));
     }

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/base/median.h"
 #include "core/io/text/joint_names.h"
 #include "core/skeleton/body_joints.h"
 
@@ -31,11 +32,7 @@ double MedianExtent(const TrackSequence& tracks) {
       extents_m.push_back(box.diagonal().norm());
     }
   }
-  if (extents_m.empty()) return 0.0;
-  const auto middle =
-      extents_m.begin() + static_cast<long>(extents_m.size() / 2);
-  std::nth_element(extents_m.begin(), middle, extents_m.end());
-  return *middle;
+  return Median(std::move(extents_m));
 }
 
 // From a newborn to a giant with raised arms.

@@ -6,6 +6,8 @@
 #include <optional>
 #include <utility>
 
+#include "core/base/median.h"
+
 namespace kinegraph {
 namespace {
 
@@ -78,12 +80,6 @@ std::optional<Quaterniond> Fit(const std::vector<Ray>& rays,
   const Eigen::Vector3d sign(1.0, 1.0, turn.determinant() < 0.0 ? -1.0 : 1.0);
   return Quaterniond(Eigen::Matrix3d(svd.matrixU() * sign.asDiagonal() *
                                      svd.matrixV().transpose()));
-}
-
-double MedianOf(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<long>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 class Solver {
@@ -204,7 +200,7 @@ class Solver {
     for (size_t r = 0; r < row_count_; ++r) {
       if (const auto bone = BoneAt(joint, r)) lengths_m.push_back(bone->norm());
     }
-    if (!lengths_m.empty()) return MedianOf(std::move(lengths_m));
+    if (!lengths_m.empty()) return Median(std::move(lengths_m));
     const Known& above = positions_[tree_[joint].parent];
     for (size_t r = 0; r < row_count_; ++r) {
       if (positions_[joint][r] && above[r]) return 0.0;  // on its parent
@@ -228,7 +224,7 @@ class Solver {
     }
     constexpr double kNominal_m = 0.05;  // where nothing at all is known
     const double other_m =
-        all_m.empty() ? kNominal_m : 0.2 * MedianOf(std::move(all_m));
+        all_m.empty() ? kNominal_m : 0.2 * Median(std::move(all_m));
     const double stature_m = share > 0.0 ? length_m / share : 0.0;
     for (size_t j = 1; j < tree_.size(); ++j) {
       if (tree_[j].is_pivot) continue;

@@ -228,51 +228,46 @@ TEST_F(TreeMotionTest, GltfTurnsEveryJointOfARigidBodyFromItsRest) {
   }
 }
 
-// What is missing in some frames does not spoil what is seen there: hips, of
-// which the root is the middle, and all but one joint of a hand.
-TEST_F(TreeMotionTest, JointsThatAreMissingInSomeFrames) {
-  TrackSequence truth = RigidTruth(MediaPipe33(), 40);
-  for (size_t f = 10; f < 20; ++f) {
-    Pose3d& pose = truth.frames[f].people[0].joints;
-    for (const char* joint : {"l_hip", "r_hip", "l_pinky", "l_thumb"}) {
-      pose[static_cast<size_t>(MediaPipe33().IndexOf(joint))] = {};
-    }
-  }
-  const LostFields lost_fields = WriteAs("bvh", bvh_, truth);
-  // Ten frames of four joints; the middle of the hips is nobody's joint.
-  EXPECT_THAT(lost_fields, Contains(HasSubstr("40 missing joints")));
-  const TrackSequence read = ReadTracks(bvh_);
-  const auto at = [&](size_t frame, const std::string& joint) {
-    return read.frames[frame]
-        .people[0]
-        .joints[static_cast<size_t>(read.header.skeleton.IndexOf(joint))]
-        .position_m;
-  };
-  for (size_t f = 0; f < 40; ++f) {
-    const Pose3d& pose = truth.frames[f].people[0].joints;
-    const auto index = [](const std::string& joint) {
-      return static_cast<size_t>(MediaPipe33().IndexOf(joint));
-    };
-    // Bones keep their directions whatever the root does.
-    const Vector3d finger = (at(f, "l_index") - at(f, "l_wrist")).normalized();
-    const Vector3d expected =
-        (pose[index("l_index")].position_m - pose[index("l_wrist")].position_m)
-            .normalized();
-    // One direction alone is bent by what the rotation between the frames
-    // weighs, a millionth.
-    EXPECT_LT((finger - expected).norm(), 2e-6) << f;
-  }
-}
-
+// Without the joints in the frames from `begin` on and before `end`.
 TrackSequence WithoutJoints(const Skeleton& skeleton,
-                            const std::vector<std::string>& joints) {
-  TrackSequence tracks = RigidTruth(skeleton, 20);
+                            const std::vector<std::string>& joints,
+                            int64_t frames = 20, int64_t begin = 0,
+                            int64_t end = 20) {
+  TrackSequence tracks = RigidTruth(skeleton, frames);
   for (TrackFrame& frame : tracks.frames) {
+    if (frame.frame < begin || frame.frame >= end) continue;
     for (const std::string& joint : joints) {
       frame.people[0].joints[static_cast<size_t>(skeleton.IndexOf(joint))] = {};
     }
   }
   return tracks;
+}
+
+// What is missing in some frames does not spoil what is seen there: hips, of
+// which the root is the middle, and all but one joint of a hand.
+TEST_F(TreeMotionTest, JointsThatAreMissingInSomeFrames) {
+  const TrackSequence truth = WithoutJoints(
+      MediaPipe33(), {"l_hip", "r_hip", "l_pinky", "l_thumb"}, 40, 10, 20);
+  // Ten frames of four joints; the middle of the hips is nobody's joint.
+  EXPECT_THAT(WriteAs("bvh", bvh_, truth),
+              Contains(HasSubstr("40 missing joints")));
+  const TrackSequence read = ReadTracks(bvh_);
+  // Bones keep their directions whatever the root does.
+  const auto finger = [](const TrackSequence& tracks, size_t frame) {
+    const auto at = [&](const char* joint) {
+      const int index = tracks.header.skeleton.IndexOf(joint);
+      return tracks.frames[frame]
+          .people[0]
+          .joints.at(static_cast<size_t>(index))
+          .position_m;
+    };
+    return Vector3d(at("l_index") - at("l_wrist")).normalized();
+  };
+  for (size_t f = 0; f < 40; ++f) {
+    // One direction alone is bent by what the rotation between the frames
+    // weighs, a millionth.
+    EXPECT_LT((finger(read, f) - finger(truth, f)).norm(), 2e-6) << f;
+  }
 }
 
 // Length of the bone to each joint at rest, from the text [cm]. Pivots, which
@@ -296,7 +291,7 @@ TEST_F(TreeMotionTest, LegsNeverSeenHaveLengthsByStature) {
   const std::vector<std::string> legs = {
       "l_knee", "r_knee",    "l_ankle",     "r_ankle", "l_big_toe",
       "l_heel", "r_big_toe", "l_small_toe", "r_heel",  "r_small_toe"};
-  TrackSequence tracks = WithoutJoints(Halpe26(), legs);
+  const TrackSequence tracks = WithoutJoints(Halpe26(), legs);
   const LostFields lost_fields = WriteAs("bvh", bvh_, tracks);
   EXPECT_THAT(lost_fields,
               Contains(HasSubstr("never seen: l_knee, l_ankle, r_knee, ")));
@@ -314,9 +309,9 @@ TEST_F(TreeMotionTest, LegsNeverSeenHaveLengthsByStature) {
 }
 
 TEST_F(TreeMotionTest, TheOtherSideTellsALengthBeforeTheStatureDoes) {
-  const TrackSequence tracks = WithoutJoints(
-      Halpe26(), {"l_knee", "l_ankle", "l_heel", "l_big_toe", "l_small_toe"});
-  WriteAs("bvh", bvh_, tracks);
+  WriteAs("bvh", bvh_,
+          WithoutJoints(Halpe26(), {"l_knee", "l_ankle", "l_heel", "l_big_toe",
+                                    "l_small_toe"}));
   const auto lengths = OffsetLengths(ReadTextFile(bvh_));
   EXPECT_NEAR(lengths.at("l_knee"), lengths.at("r_knee"), 1e-5);
 }
@@ -326,8 +321,7 @@ TEST_F(TreeMotionTest, HipsNeverSeen) {
   const std::vector<std::string> below = {"l_hip",  "r_hip",   "l_knee",
                                           "r_knee", "l_ankle", "r_ankle"};
   const TrackSequence tracks = WithoutJoints(Coco17(), below);
-  const LostFields lost_fields = WriteAs("bvh", bvh_, tracks);
-  EXPECT_THAT(lost_fields,
+  EXPECT_THAT(WriteAs("bvh", bvh_, tracks),
               Contains(HasSubstr("never seen: l_hip, r_hip, l_knee, r_knee, "
                                  "l_ankle, r_ankle;")));
   EXPECT_LT(WorstInBvh(bvh_, tracks), kBvhDigits_m);
@@ -339,9 +333,8 @@ TEST_F(TreeMotionTest, HipsNeverSeen) {
 
 // An elbow that nobody saw lies between shoulder and wrist.
 TEST_F(TreeMotionTest, AJointNeverSeenBetweenTwoThatAre) {
-  const TrackSequence tracks = WithoutJoints(Coco17(), {"l_elbow"});
-  const LostFields lost_fields = WriteAs("gltf", gltf_, tracks);
-  EXPECT_THAT(lost_fields, Contains(HasSubstr("never seen: l_elbow;")));
+  EXPECT_THAT(WriteAs("gltf", gltf_, WithoutJoints(Coco17(), {"l_elbow"})),
+              Contains(HasSubstr("never seen: l_elbow;")));
   EXPECT_EQ(GltfFile(gltf_).ByRotations(3).count("l_elbow"), 1u);
 }
 

@@ -184,9 +184,7 @@ TEST(TrackWriter, StreamsAndAppearsOnlyWhenCommitted) {
   for (const TrackFrame& frame : sequence.frames) writer.Write(frame);
   EXPECT_FALSE(std::filesystem::exists(path));
   writer.Commit();
-  const TrackSequence read = ReadTracks(path);
-  ASSERT_EQ(read.frames.size(), 20u);
-  EXPECT_EQ(read.frames.back().frame, 57);
+  EXPECT_EQ(ReadTracks(path).frames.size(), 20u);
 }
 
 TEST(TrackWriter, RefusesWhatNobodyCouldRead) {
