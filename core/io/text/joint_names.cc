@@ -1,65 +1,64 @@
 #include "core/io/text/joint_names.h"
 
 #include <algorithm>
-#include <array>
 #include <cctype>
 #include <map>
 #include <set>
+#include <string_view>
 #include <utility>
 
 #include "core/base/error.h"
+#include "core/base/text.h"
 #include "core/skeleton/body_joints.h"
 
 namespace kinegraph {
 namespace {
 
-// What a label calls a part of the body. Parts that one joint may be called by
-// stand together, the exacter before the vaguer.
+// The letters and digits of a label, in small letters.
+std::string Squeezed(std::string_view label) {
+  std::string squeezed;
+  for (const char c : label) {
+    const auto byte = static_cast<unsigned char>(c);
+    if (std::isalnum(byte) != 0) {
+      squeezed += static_cast<char>(std::tolower(byte));
+    }
+  }
+  return squeezed;
+}
+
+// What a label calls a part of the body.
 struct Part {
-  const char* squeezed;  // without separators, in small letters
-  const char* joint;
-  const char* own;  // its name where an exacter one has the joint
+  std::string squeezed;
+  std::string own;    // its name where an exacter one has the joint
+  std::string joint;  // its name where none has
 };
 
-constexpr std::array<Part, 22> kSided = {
-    {{"eye", "eye", "eye"},
-     {"eyeinner", "eye_inner", "eye_inner"},
-     {"eyeouter", "eye_outer", "eye_outer"},
-     {"ear", "ear", "ear"},
-     {"mouth", "mouth", "mouth"},
-     {"shoulder", "shoulder", "shoulder"},
-     {"elbow", "elbow", "elbow"},
-     {"wrist", "wrist", "wrist"},
-     {"hand", "wrist", "hand"},
-     {"pinky", "pinky", "pinky"},
-     {"index", "index", "index"},
-     {"thumb", "thumb", "thumb"},
-     {"hip", "hip", "hip"},
-     {"knee", "knee", "knee"},
-     {"ankle", "ankle", "ankle"},
-     {"foot", "ankle", "foot"},
-     {"heel", "heel", "heel"},
-     {"bigtoe", "big_toe", "big_toe"},
-     {"toe", "big_toe", "toe"},
-     {"toes", "big_toe", "toes"},
-     {"smalltoe", "small_toe", "small_toe"},
-     {"footindex", "foot_index", "foot_index"}}};
+// Of a list of "own" or "own=joint".
+std::vector<Part> PartsOf(const std::string& list) {
+  std::vector<Part> parts;
+  for (const std::string& part : Split(list, ' ')) {
+    const std::vector<std::string> names = Split(part, '=');
+    parts.push_back({Squeezed(names[0]), names[0], names.back()});
+  }
+  return parts;
+}
 
-constexpr std::array<Part, 14> kCentral = {
-    {{"nose", "nose", "nose"},
-     {"neck", "neck", "neck"},
-     {"headtop", "head_top", "head_top"},
-     {"tophead", "head_top", "top_head"},
-     {"head", "head_top", "head"},
-     {"forehead", "head_top", "forehead"},
-     {"headbottom", "head_bottom", "head_bottom"},
-     {"chin", "head_bottom", "chin"},
-     {"midhip", "mid_hip", "mid_hip"},
-     {"chip", "mid_hip", "chip"},
-     {"pelvis", "mid_hip", "pelvis"},
-     {"hips", "mid_hip", "hips"},
-     {"hip", "mid_hip", "hip"},
-     {"root", "mid_hip", "root"}}};
+// Parts that one joint may be called by stand in order, the exacter before the
+// vaguer.
+const std::vector<Part>& SidedParts() {
+  static const std::vector<Part> kParts = PartsOf(
+      "eye eye_inner eye_outer ear mouth shoulder elbow wrist hand=wrist pinky "
+      "index thumb hip knee ankle foot=ankle heel big_toe toe=big_toe "
+      "toes=big_toe small_toe foot_index");
+  return kParts;
+}
+const std::vector<Part>& CentralParts() {
+  static const std::vector<Part> kParts = PartsOf(
+      "nose neck head_top top_head=head_top head=head_top forehead=head_top "
+      "head_bottom chin=head_bottom mid_hip chip=mid_hip pelvis=mid_hip "
+      "hips=mid_hip hip=mid_hip root=mid_hip");
+  return kParts;
+}
 
 // A label as it is understood.
 struct Meaning {
@@ -71,20 +70,20 @@ struct Meaning {
 };
 
 // What a label means whose squeezed name is one of `parts`.
-template <size_t kCount>
-std::optional<Meaning> MeaningAmong(const std::array<Part, kCount>& parts,
+std::optional<Meaning> MeaningAmong(const std::vector<Part>& parts,
                                     const std::string& squeezed,
                                     const std::string& side,
                                     const std::string& label) {
-  for (size_t i = 0; i < kCount; ++i) {
-    if (squeezed != parts[i].squeezed) continue;
-    const std::string joint = side + parts[i].joint;
-    const std::string own = side + parts[i].own;
-    // Our spelling comes before any other.
-    return Meaning{joint == own ? Meaning::Kind::kExact : Meaning::Kind::kVague,
-                   joint, own, label == joint ? -1 : static_cast<int>(i)};
-  }
-  return std::nullopt;
+  const auto part =
+      std::find_if(parts.begin(), parts.end(),
+                   [&](const Part& one) { return one.squeezed == squeezed; });
+  if (part == parts.end()) return std::nullopt;
+  const std::string joint = side + part->joint;
+  const std::string own = side + part->own;
+  // Our spelling comes before any other.
+  return Meaning{joint == own ? Meaning::Kind::kExact : Meaning::Kind::kVague,
+                 joint, own,
+                 label == joint ? -1 : static_cast<int>(part - parts.begin())};
 }
 
 // "LAnkle (mm)" -> "LAnkle".
@@ -101,19 +100,6 @@ std::string WithoutUnit(const std::string& label) {
   return label;
 }
 
-// "Anna:LAnkle (mm)" -> "lankle".
-std::string Squeezed(const std::string& label) {
-  const std::string name = WithoutUnit(label);
-  std::string squeezed;
-  for (size_t i = name.find_last_of(':') + 1; i < name.size(); ++i) {
-    const auto byte = static_cast<unsigned char>(name[i]);
-    if (std::isalnum(byte) != 0) {
-      squeezed += static_cast<char>(std::tolower(byte));
-    }
-  }
-  return squeezed;
-}
-
 bool Strip(const std::string& text, const std::string& end, bool at_front,
            std::string* rest) {
   if (text.size() <= end.size()) return false;
@@ -124,8 +110,11 @@ bool Strip(const std::string& text, const std::string& end, bool at_front,
 }
 
 Meaning MeaningOf(const std::string& label) {
-  const std::string squeezed = Squeezed(label);
-  if (auto meaning = MeaningAmong(kCentral, squeezed, "", label)) {
+  // "Anna:LAnkle (mm)" -> "lankle"; npos + 1 is 0.
+  const std::string name = WithoutUnit(label);
+  const std::string squeezed =
+      Squeezed(name.substr(name.find_last_of(':') + 1));
+  if (auto meaning = MeaningAmong(CentralParts(), squeezed, "", label)) {
     return *meaning;
   }
   std::string rest;
@@ -134,7 +123,7 @@ Meaning MeaningOf(const std::string& label) {
        {std::pair{"left", "l_"}, {"right", "r_"}, {"l", "l_"}, {"r", "r_"}}) {
     for (const bool at_front : {true, false}) {
       if (!Strip(squeezed, word, at_front, &rest)) continue;
-      if (auto meaning = MeaningAmong(kSided, rest, side, label)) {
+      if (auto meaning = MeaningAmong(SidedParts(), rest, side, label)) {
         return *meaning;
       }
     }
