@@ -8,7 +8,7 @@
 #include "apps/common/track_files.h"
 #include "core/base/error.h"
 #include "core/evaluation/correspondence.h"
-#include "core/io/configuration/joint_rules_file.h"
+#include "core/io/configuration/recording_files.h"
 #include "core/io/text/joint_names.h"
 #include "core/io/tracks/c3d.h"
 #include "core/kinematics/ground.h"

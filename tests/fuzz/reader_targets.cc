@@ -3,10 +3,9 @@
 
 #include "core/io/calibration/calibration.h"
 #include "core/io/calibration/format.h"
-#include "core/io/configuration/held_out_set.h"
 #include "core/io/configuration/manifest.h"
+#include "core/io/configuration/recording_files.h"
 #include "core/io/configuration/refinement_record.h"
-#include "core/io/configuration/view_bias_file.h"
 #include "core/io/detections/format.h"
 #include "core/io/detections/source.h"
 #include "core/io/detections/video_times.h"

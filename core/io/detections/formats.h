@@ -94,6 +94,19 @@ class DetectionCollector : public DetectionSource {
   std::map<int64_t, DetectionFrame> frames_;
 };
 
+// Views whose files count frames at rates of their own, or from numbers of
+// their own: each is read at its own pace, and each of its frames joins the
+// frame of the recording that is nearest in time, with its own time of capture.
+// `open` opens the files anew, all views at the recording's rate; the options'
+// view_frame_rate_hz and view_frame_offset count. Of several frames of a view
+// that lie nearest to the same frame of the recording, the nearest joins. The
+// recording is read whole. Throws InputError for a view that there is not,
+// where the recording's own rate is not known, and for files that tell the
+// times of their frames.
+std::unique_ptr<DetectionSource> OpenRated(
+    const std::function<std::unique_ptr<DetectionSource>()>& open,
+    const DetectionReadOptions& options);
+
 // Adds what the file of a view has.
 using ReadView = void (*)(const std::string& path, size_t view_idx,
                           const DetectionReadOptions& options,

@@ -1,5 +1,3 @@
-#include "core/io/detections/rated_source.h"
-
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>

@@ -12,7 +12,6 @@
 #include "core/data/box.h"
 #include "core/io/detections/format.h"
 #include "core/io/detections/formats.h"
-#include "core/io/detections/rated_source.h"
 #include "core/io/text/bulk_json.h"
 
 namespace kinegraph {

@@ -14,7 +14,7 @@
 #include "core/evaluation/motion.h"
 #include "core/evaluation/mpjpe.h"
 #include "core/evaluation/pcp.h"
-#include "core/io/configuration/held_out_set.h"
+#include "core/io/configuration/recording_files.h"
 #include "core/io/detections/view_pairing.h"
 #include "core/io/tracks/tracks.h"
 #include "solvers/session/run.h"

@@ -12,7 +12,7 @@
 #include "core/evaluation/mpjpe.h"
 #include "core/evaluation/pcp.h"
 #include "core/io/calibration/calibration.h"
-#include "core/io/configuration/held_out_set.h"
+#include "core/io/configuration/recording_files.h"
 #include "core/io/detections/source.h"
 #include "core/io/detections/view_pairing.h"
 #include "core/io/tracks/tracks.h"

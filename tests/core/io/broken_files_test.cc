@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "core/io/configuration/held_out_set.h"
+#include "core/io/configuration/recording_files.h"
 #include "core/io/detections/source.h"
 #include "core/io/tracks/tracks.h"
 #include "tests/core/io/input_error.h"

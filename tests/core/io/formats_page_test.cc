@@ -5,9 +5,8 @@
 #include <string>
 
 #include "core/io/calibration/calibration.h"
-#include "core/io/configuration/held_out_set.h"
+#include "core/io/configuration/recording_files.h"
 #include "core/io/configuration/refinement_record.h"
-#include "core/io/configuration/view_bias_file.h"
 #include "core/io/detections/source.h"
 #include "core/io/tracks/format.h"
 #include "core/io/tracks/identity_edits.h"

@@ -4,8 +4,7 @@
 
 #include <string>
 
-#include "core/io/configuration/held_out_set.h"
-#include "core/io/configuration/view_bias_file.h"
+#include "core/io/configuration/recording_files.h"
 #include "tests/core/io/input_error.h"
 #include "tests/support/test_data.h"
 

@@ -18,7 +18,7 @@
 #include <thread>
 
 #include "core/base/error.h"
-#include "core/io/detections/rated_source.h"
+#include "core/io/detections/formats.h"
 #include "core/io/detections/writer.h"
 #include "tests/core/io/detections/detection_files.h"
 

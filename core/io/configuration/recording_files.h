@@ -1,0 +1,39 @@
+// Small files beside a recording: the set of detections that held-out-camera
+// errors are computed on, a detector's bias, and what a user states of joints.
+#ifndef KINEGRAPH_CORE_IO_CONFIGURATION_RECORDING_FILES_H_
+#define KINEGRAPH_CORE_IO_CONFIGURATION_RECORDING_FILES_H_
+
+#include <string>
+#include <vector>
+
+#include "core/data/held_out.h"
+#include "core/data/joint_rules.h"
+#include "core/data/view_bias.h"
+
+namespace kinegraph {
+
+// Reads {"confidence_at_least", "cap_px", "pairing_gate_m", "set": [{"camera",
+// "frame", "detection", "person"}]}; a camera is a name or a number. With
+// `view_names` each camera becomes the view of the same name, else the one with
+// the same last integer in its name. Throws InputError naming the file.
+HeldOutSet ReadHeldOutSet(const std::string& path,
+                          const std::vector<std::string>& view_names = {});
+
+// NAME.bias.json: coefficients of a detector's bias, and how they were decided.
+// {"kinegraph_bias": 1, "azimuth_deg", "joints": [{"joint", "used",
+// "observations", "gain", "gain_error", "across_m": [10 numbers], "along_m"}]}
+// `tracks`: the fingerprint of the tracks beside it (side_files.h), or empty.
+void WriteViewBias(const std::string& path, const ViewBias& bias,
+                   const std::string& tracks = "");
+
+// Throws InputError naming file and key for whatever is not such a file.
+ViewBias ReadViewBias(const std::string& path);
+
+// What a joint is among a laboratory's markers, as a user states it:
+// [joints.NAME] with one of `middle_of`, `marker`, `regression`, `functional`
+// (docs/validate.md). Throws InputError naming file and key.
+MarkerSet ReadJointRules(const std::string& path);
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_CORE_IO_CONFIGURATION_RECORDING_FILES_H_
