@@ -43,11 +43,6 @@ constexpr double kHipsFloor = 0.015;      // m
 // of such lengths. Such a bone is no evidence.
 constexpr double kWrongBone = 0.05;
 constexpr double kWrongSigma = 0.25;
-// Prior share of pairs of people who are built alike (twins, or one recording
-// shown twice): one in 200, with the weight of twenty observed pairs.
-constexpr double kAlikePrior = 0.1;
-constexpr double kStrangersPrior = 19.9;
-constexpr int kAlikeRounds = 20;
 // The stature is integrated out numerically, at this many places within three
 // sigmas.
 constexpr int kStatures = 25;
@@ -143,8 +138,7 @@ void BoneSamples::Append(const BoneSamples& other) {
   }
 }
 
-BoneModel::BoneModel(const Skeleton& skeleton)
-    : alike_share_(kAlikePrior / (kAlikePrior + kStrangersPrior)) {
+BoneModel::BoneModel(const Skeleton& skeleton) {
   for (const Bone& bone : skeleton.bones()) {
     if (!KeepsItsLength(skeleton, bone)) continue;
     bones_.push_back({bone, FloorOf(skeleton, bone)});
@@ -198,27 +192,6 @@ void BoneModel::Learn(const std::vector<BoneSamples>& tracklets) {
   }
 }
 
-void BoneModel::LearnAlike(
-    const std::vector<std::pair<BoneSamples, BoneSamples>>& strangers,
-    double pairs) {
-  // Expectation maximisation: which pairs are built alike, and how many.
-  std::vector<double> ratios;
-  for (const auto& [one, other] : strangers) {
-    const double ratio = LogRatio(one, other);
-    if (ratio != 0.0) ratios.push_back(std::exp(ratio));
-  }
-  const auto count = static_cast<double>(ratios.size());
-  const double weight = count > pairs ? pairs / count : 1.0;
-  for (int round = 0; round < kAlikeRounds; ++round) {
-    double alike = kAlikePrior;
-    for (const double ratio : ratios) {
-      alike += weight * alike_share_ * ratio /
-               (alike_share_ * ratio + (1.0 - alike_share_));
-    }
-    alike_share_ = alike / (kAlikePrior + kStrangersPrior + weight * count);
-  }
-}
-
 double BoneModel::VarianceOf(const BoneSamples::Piece& piece,
                              size_t bone) const {
   constexpr double kLeastSeconds = 0.1;
@@ -248,16 +221,6 @@ BoneModel::Length BoneModel::LengthOf(const BoneSamples& samples,
       std::max(kFloorSigma, bones_[bone].floor_m / std::exp(length.log_length));
   length.variance = of_median / information + floor * floor;
   return length;
-}
-
-double BoneModel::AmongAlike(double log_ratio, double most) const {
-  if (log_ratio == 0.0) return 0.0;
-  // log((1 - share) + share exp(most)), without overflow
-  most = std::max(most, log_ratio);
-  const double high = std::max(0.0, most);
-  return log_ratio - high -
-         std::log((1.0 - alike_share_) * std::exp(-high) +
-                  alike_share_ * std::exp(most - high));
 }
 
 double BoneModel::LogRatio(const BoneSamples& a, const BoneSamples& b) const {

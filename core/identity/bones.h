@@ -4,7 +4,6 @@
 #define KINEGRAPH_CORE_IDENTITY_BONES_H_
 
 #include <Eigen/Core>
-#include <utility>
 #include <vector>
 
 #include "core/identity/tracklet.h"
@@ -36,21 +35,10 @@ class BoneModel {
   BoneSamples Measure(const Tracklet& tracklet) const;
   // Learns from all tracklets how much the pieces of one body differ.
   void Learn(const std::vector<BoneSamples>& tracklets);
-  // Learns from pairs that are certainly two people (seen at once) how often
-  // two people of this recording are built alike, which weakens the evidence of
-  // bones that agree. The pairs have the weight of at most `pairs`, as the same
-  // two people may be many tracks.
-  void LearnAlike(
-      const std::vector<std::pair<BoneSamples, BoneSamples>>& strangers,
-      double pairs);
-  double alike_share() const { return alike_share_; }
 
   // Log likelihood ratio [nats] of the two sets of lengths under one body and
   // under two bodies drawn from the population. 0 without a common bone.
   double LogRatio(const BoneSamples& a, const BoneSamples& b) const;
-  // The same where people may be built alike. `most` is the greatest ratio of
-  // the first with anybody who is certainly another person.
-  double AmongAlike(double log_ratio, double most) const;
   // Mean absolute difference of the bones that both have [m]; 0 without any.
   double MeanDifference(const BoneSamples& a, const BoneSamples& b) const;
 
@@ -69,7 +57,6 @@ class BoneModel {
   };
   std::vector<KeptBone> bones_;
   std::vector<double> piece_sigma_;  // of the log length in 1 s, by bone
-  double alike_share_;
 };
 
 }  // namespace kinegraph

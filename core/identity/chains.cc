@@ -24,22 +24,9 @@ constexpr double kShortAbsence = 0.2;
 constexpr double kUsualAbsence = 3.0;
 constexpr double kLongAbsence = 30.0;
 constexpr double kMaxOverlap = 0.5;  // s, of a dying track and its successor
-constexpr double kSeenAtOnce = 2.0;  // s, by two who are certainly two
 // With up to this many chains the margin is exact: the second best assignment
 // is computed.
 constexpr size_t kExactChains = 100;
-
-// The greatest number of people present in one frame.
-size_t MostAtOnce(const std::vector<Tracklet>& tracks) {
-  std::map<int64_t, size_t> count;
-  size_t most = 0;
-  for (const Tracklet& track : tracks) {
-    for (const TrackletFrame& frame : track.frames) {
-      most = std::max(most, ++count[frame.frame]);
-    }
-  }
-  return most;
-}
 
 // A chain put into a gap of another.
 struct Insertion {
@@ -70,7 +57,6 @@ class Linker {
       recording_end_ = std::max(recording_end_, piece.last().time);
     }
     bones_.Learn(samples);
-    LearnAlike(tracks);
     for (size_t p = 0; p < samples.size(); ++p) {
       chains_.push_back(
           {{static_cast<int>(p)}, std::move(samples[p]), next_number_++});
@@ -123,28 +109,6 @@ class Linker {
            together.OfNearlyAll(static_cast<size_t>(together.frames));
   }
 
-  // Learns from people who are seen at once for long.
-  void LearnAlike(const std::vector<Tracklet>& tracks) {
-    std::vector<BoneSamples> samples;
-    samples.reserve(tracks.size());
-    for (const Tracklet& track : tracks) {
-      samples.push_back(bones_.Measure(track));
-    }
-    std::vector<std::pair<BoneSamples, BoneSamples>> strangers;
-    for (size_t a = 0; a < tracks.size(); ++a) {
-      for (size_t b = a + 1; b < tracks.size(); ++b) {
-        const TimeNs begin =
-            std::max(tracks[a].first().time, tracks[b].first().time);
-        const TimeNs end =
-            std::min(tracks[a].last().time, tracks[b].last().time);
-        if (end - begin < FromSeconds(kSeenAtOnce)) continue;
-        strangers.emplace_back(samples[a], samples[b]);
-      }
-    }
-    const auto people = static_cast<double>(MostAtOnce(tracks));
-    bones_.LearnAlike(strangers, 0.5 * people * (people - 1.0));
-  }
-
   // Whether somebody may appear or vanish in this state.
   bool IsEntry(const MotionState& state) const {
     if (options_.entries.size() < 4) return true;
@@ -178,7 +142,7 @@ class Linker {
     const MotionState& end = end_[last];
     const MotionState& begin = begin_[static_cast<size_t>(first)];
     evidence.allowed = true;
-    evidence.bones = BonesOf(one, other);
+    evidence.bones = BonesOf(from, to);
     // Of two that overlap in time, the states at the same moment are compared.
     const bool at_once = begin.time <= end.time;
     evidence.motion = motion_.LogRatio(
@@ -198,39 +162,15 @@ class Linker {
     return evidence;
   }
 
-  double RatioOf(const Chain& one, const Chain& other) const {
-    const auto known = known_bones_.find({one.number, other.number});
-    if (known != known_bones_.end()) return known->second;
-    const double ratio = bones_.LogRatio(one.bones, other.bones);
-    known_bones_[{one.number, other.number}] = ratio;
-    return ratio;
-  }
-
-  // Log likelihood ratio [nats] that `to` has the body of `from` rather than
-  // that of a person seen beside it.
-  double BonesOf(size_t from, size_t to) const {
-    double most = ratio_[from][to];
-    for (size_t c = 0; c < chains_.size(); ++c) {
-      if (c != to && beside_[from][c]) most = std::max(most, ratio_[c][to]);
-    }
-    return bones_.AmongAlike(ratio_[from][to], most);
-  }
-
-  void CompareAll() {
-    const size_t n = chains_.size();
-    ratio_.assign(n, std::vector<double>(n, 0.0));
-    beside_.assign(n, std::vector<char>(n, 0));
-    for (size_t a = 0; a < n; ++a) {
-      for (size_t b = a + 1; b < n; ++b) {
-        ratio_[a][b] = ratio_[b][a] = RatioOf(chains_[a], chains_[b]);
-        beside_[a][b] = beside_[b][a] = !MayBeOne(a, b);
-      }
-    }
+  double BonesOf(const Chain& one, const Chain& other) const {
+    const auto numbers = std::minmax(one.number, other.number);
+    const auto [known, fresh] = known_bones_.try_emplace(numbers, 0.0);
+    if (fresh) known->second = bones_.LogRatio(one.bones, other.bones);
+    return known->second;
   }
 
   void WeighAll() {
     const size_t n = chains_.size();
-    CompareAll();
     evidence_.assign(n, std::vector<Evidence>(n));
     for (size_t from = 0; from < n; ++from) {
       for (size_t to = 0; to < n; ++to) {
@@ -432,7 +372,7 @@ class Linker {
       insertion.guest = guest;
       insertion.host = host;
       insertion.after = k;
-      insertion.bones = BonesOf(host, guest);
+      insertion.bones = BonesOf(other, one);
       insertion.motion =
           motion_.LogRatio(end_[before], begin_[first], frame_s_) +
           motion_.LogRatio(end_[last], begin_[after], frame_s_) -
@@ -605,9 +545,7 @@ class Linker {
   std::vector<Chain> chains_;
   int next_number_ = 0;                                        // of a chain
   mutable std::map<std::pair<int, int>, double> known_bones_;  // by numbers
-  std::vector<std::vector<double>> ratio_;  // of bones, of two chains [nats]
-  std::vector<std::vector<char>> beside_;   // seen at once
-  std::vector<std::vector<Evidence>> evidence_;  // [from][to]
+  std::vector<std::vector<Evidence>> evidence_;                // [from][to]
   double reward_ = 0.0;
   HungarianSolver solver_;
   std::vector<Link> links_;

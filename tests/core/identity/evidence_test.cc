@@ -74,41 +74,6 @@ TEST(BoneModelTest, AShortPieceIsAsUncertainAsItsJointsAreStated) {
   EXPECT_GT(unsure, sure + 2.0);
 }
 
-TEST(BoneModelTest, WhoAreBuiltAlikeAreNotToldByBones) {
-  CrowdMaker crowd(500);
-  crowd.Add({0, 0, 499, {0.0, 0.0}, {0.0, 0.0}, 1.0})
-      .Add({1, 0, 499, {2.0, 0.0}, {0.0, 0.0}, 1.0})
-      .Add({2, 0, 499, {0.0, 2.0}, {0.0, 0.0}, 1.1});
-  const std::vector<Tracklet> people = Bodies({1.0, 1.0, 1.1}, crowd.frames());
-  std::vector<BoneSamples> samples;
-  BoneModel model(Coco17());
-  for (const Tracklet& person : people)
-    samples.push_back(model.Measure(person));
-  model.Learn(samples);
-  // Nobody compared yet: one pair in 200.
-  EXPECT_NEAR(model.alike_share(), 0.005, 1e-12);
-  const double ratio = model.LogRatio(samples[0], samples[1]);
-  EXPECT_NEAR(model.AmongAlike(ratio, ratio), -std::log(0.005), 1.0);
-  model.LearnAlike({{samples[0], samples[1]},
-                    {samples[0], samples[2]},
-                    {samples[1], samples[2]}},
-                   3.0);
-  // One of the three, and 0.1 of twenty before: 1.1 of 23.
-  EXPECT_NEAR(model.alike_share(), 1.1 / 23.0, 0.005);
-  EXPECT_NEAR(model.AmongAlike(ratio, ratio), -std::log(1.1 / 23.0), 0.3);
-  // A stranger who fits better by five nats.
-  EXPECT_NEAR(model.AmongAlike(ratio, ratio + 5.0), -std::log(1.1 / 23.0) - 5.0,
-              0.3);
-  EXPECT_EQ(model.AmongAlike(0.0, 5.0), 0.0);
-  // Many tracks of the same two count once.
-  BoneModel again(Coco17());
-  again.Learn(samples);
-  again.LearnAlike(std::vector<std::pair<BoneSamples, BoneSamples>>(
-                       50, {samples[0], samples[1]}),
-                   1.0);
-  EXPECT_NEAR(again.alike_share(), 1.1 / 21.0, 0.005);
-}
-
 TEST(BoneModelTest, NothingMeasuredSaysNothing) {
   CrowdMaker crowd(100);
   crowd.Add({0, 0, 99, {0.0, 0.0}, {0.0, 0.0}, 1.0});
