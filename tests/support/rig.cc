@@ -5,6 +5,7 @@
 #include <numeric>
 #include <optional>
 #include <string>
+#include <utility>
 
 namespace kinegraph::testing {
 
@@ -64,6 +65,23 @@ Detection Project(const Pose3d& pose, const Camera& camera) {
   return detection;
 }
 
+DetectionFrame FrameSeenBy(const CameraRig& rig, int64_t frame,
+                           const std::vector<Pose3d>& people, double rate_hz) {
+  DetectionFrame seen;
+  seen.frame = frame;
+  seen.time = FrameClock(rate_hz).TimeOf(frame);
+  for (const Camera& camera : rig) {
+    ViewDetections& view = seen.views.emplace_back();
+    view.capture_time = seen.time;
+    for (const Pose3d& person : people) {
+      Detection detection = Project(person, camera);
+      detection.index_in_file = static_cast<int>(view.detections.size());
+      view.detections.push_back(std::move(detection));
+    }
+  }
+  return seen;
+}
+
 DetectionSequence SeenBy(
     const CameraRig& rig, int frames,
     const std::function<std::vector<Pose3d>(int)>& people) {
@@ -74,16 +92,7 @@ DetectionSequence SeenBy(
     seen.header.view_names.push_back(camera.name());
   }
   for (int f = 0; f < frames; ++f) {
-    DetectionFrame& frame = seen.frames.emplace_back();
-    frame.frame = f;
-    frame.time = FrameClock(25.0).TimeOf(f);
-    for (const Camera& camera : rig) {
-      ViewDetections& view = frame.views.emplace_back();
-      view.capture_time = frame.time;
-      for (const Pose3d& person : people(f)) {
-        view.detections.push_back(Project(person, camera));
-      }
-    }
+    seen.frames.push_back(FrameSeenBy(rig, f, people(f)));
   }
   return seen;
 }

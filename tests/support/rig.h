@@ -2,6 +2,7 @@
 #ifndef KINEGRAPH_TESTS_SUPPORT_RIG_H_
 #define KINEGRAPH_TESTS_SUPPORT_RIG_H_
 
+#include <cstdint>
 #include <functional>
 #include <vector>
 
@@ -24,6 +25,11 @@ Pose3d StandingPerson(double x_m, double y_m);
 // What a camera sees of a pose: exact projections, confidence 1; joints that
 // it cannot see are not found.
 Detection Project(const Pose3d& pose, const Camera& camera);
+
+// What all cameras see of these people in a frame.
+DetectionFrame FrameSeenBy(const CameraRig& rig, int64_t frame,
+                           const std::vector<Pose3d>& people,
+                           double rate_hz = 25.0);
 
 // What all cameras see at 25 Hz of the people whom `people` gives for a frame,
 // in COCO-17.

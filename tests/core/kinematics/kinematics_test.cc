@@ -13,33 +13,23 @@ namespace {
 using testing::PosedPerson;
 using Vec = Eigen::Vector3d;
 
-PersonPose Shifted(const PosedPerson& person, const Vec& by_m, int id) {
-  PersonPose pose = person.pose();
-  for (Joint3d& joint : pose.joints) joint.position_m += by_m;
+PersonPose StandingAt(const Vec& place_m, int id) {
+  PersonPose pose = PosedPerson().pose();
+  for (Joint3d& joint : pose.joints) joint.position_m += place_m;
   pose.id = TrackId(id);
   return pose;
 }
 
-// Stands in one place for `frames` frames of a fiftieth of a second.
-TrackSequence Take(int frames) {
+// Walks forward at 1.5 m/s, bobbing by 2 cm, in frames of a fiftieth of a
+// second.
+TrackSequence Walk(int frames) {
   TrackSequence tracks;
   tracks.header.skeleton = Body25();
   tracks.header.frame_rate_hz = 50.0;
   for (int k = 0; k < frames; ++k) {
-    TrackFrame frame;
-    frame.frame = 100 + k;
-    frame.time = TimeNs{20000000} * k;
-    tracks.frames.push_back(frame);
-  }
-  return tracks;
-}
-
-// Walks forward at 1.5 m/s, bobbing by 2 cm.
-TrackSequence Walk(int frames) {
-  TrackSequence tracks = Take(frames);
-  for (int k = 0; k < frames; ++k) {
-    tracks.frames[k].people.push_back(
-        Shifted(PosedPerson(), {0.03 * k, 0.0, k % 2 == 0 ? 0.0 : 0.02}, 3));
+    const Vec place_m(0.03 * k, 0.0, k % 2 == 0 ? 0.0 : 0.02);
+    tracks.frames.push_back(
+        {100 + k, TimeNs{20000000} * k, {StandingAt(place_m, 3)}});
   }
   return tracks;
 }
@@ -91,7 +81,7 @@ TEST(Kinematics, PeopleAreKeptApart) {
   TrackSequence tracks = Walk(6);
   for (size_t k = 0; k < 6; ++k) {
     tracks.frames[k].people.push_back(
-        Shifted(PosedPerson(), {2.0, 0.06 * static_cast<double>(k), 0.0}, 1));
+        StandingAt({2.0, 0.06 * static_cast<double>(k), 0.0}, 1));
   }
   const KinematicsTable table = MeasureKinematics(tracks);
   ASSERT_EQ(table.rows.size(), 12u);

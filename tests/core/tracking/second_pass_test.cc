@@ -33,16 +33,7 @@ class SecondPassTest : public ::testing::Test {
   }
 
   DetectionFrame See(int frame) const {
-    DetectionFrame seen;
-    seen.frame = frame;
-    seen.time = TimeOf(frame);
-    for (const Camera& camera : scene_.cameras) {
-      ViewDetections& view = seen.views.emplace_back();
-      for (const Pose3d& person : people_) {
-        view.detections.push_back(testing::Project(person, camera));
-      }
-    }
-    return seen;
+    return testing::FrameSeenBy(scene_.cameras, frame, people_);
   }
 
   // What a first pass might have written: each joint some centimetres off.

@@ -46,19 +46,7 @@ class TrackerTest : public ::testing::Test {
   }
 
   DetectionFrame See(int frame, const std::vector<Pose3d>& people) const {
-    DetectionFrame seen;
-    seen.frame = frame;
-    seen.time = FrameClock(rate_hz_).TimeOf(frame);
-    for (const Camera& camera : cameras_) {
-      ViewDetections& view = seen.views.emplace_back();
-      view.capture_time = seen.time;
-      for (const Pose3d& person : people) {
-        view.detections.push_back(testing::Project(person, camera));
-        view.detections.back().index_in_file =
-            static_cast<int>(view.detections.size()) - 1;
-      }
-    }
-    return seen;
+    return testing::FrameSeenBy(cameras_, frame, people, rate_hz_);
   }
 
   // What all cameras see of these people in frames begin .. end - 1.
