@@ -5,9 +5,9 @@
 #define KINEGRAPH_CORE_SYNTHETIC_CROWD_H_
 
 #include <cstdint>
+#include <memory>
 #include <vector>
 
-#include "core/synthetic/actor.h"
 #include "core/synthetic/scene.h"
 #include "core/synthetic/spline.h"
 
@@ -40,6 +40,11 @@ inline constexpr double kOuterMargin = 0.8;
 // `span` is simulated. Same seed, same plans.
 std::vector<Itinerary> SimulateCrowd(const CrowdOptions& options, int people,
                                      TimeSpan span, uint64_t seed);
+
+// People who follow such plans: they walk, swing their arms, sit and gesture.
+// Throws OptionError("skeleton", ...) for joints that a body does not have.
+std::vector<std::shared_ptr<const Actor>> SimulatePeople(
+    const SceneOptions& options, const Skeleton& skeleton);
 
 }  // namespace kinegraph
 

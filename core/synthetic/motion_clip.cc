@@ -1,9 +1,8 @@
-#include "core/synthetic/motion_clip.h"
-
 #include <map>
 #include <utility>
 
 #include "core/base/error.h"
+#include "core/synthetic/recorded_people.h"
 
 namespace kinegraph {
 namespace {

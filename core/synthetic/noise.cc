@@ -1,51 +1,574 @@
 #include "core/synthetic/noise.h"
 
+#include <Eigen/Core>
 #include <algorithm>
+#include <cmath>
+#include <functional>
 #include <optional>
 #include <utility>
 
-#include "core/base/error.h"
+#include "core/base/constants.h"
 #include "core/base/random.h"
 #include "core/synthetic/noise_process.h"
-#include "core/synthetic/view_observer.h"
 
 namespace kinegraph {
 namespace {
 
-constexpr double kMaxOffset = 1.0;  // of a clock [s]; kSceneMargin covers it
+using Eigen::Vector2d;
 
-void CheckJointNoise(const std::string& key, const JointNoise& noise) {
-  CheckOptions(noise);
-  if (noise.static_share + noise.white_share > 1.0) {
-    throw OptionError(key + "static_share",
-                      "the static and the white share are more than 1");
+// A seed of its own for each kind of chance, view and person (or whatever the
+// two numbers count), so that one does not disturb another.
+enum class Stream {
+  kPixels,
+  kOutliers,
+  kMissing,
+  kConfidence,
+  kPeople,
+  kFalsePeople,
+  kOrder,
+  kFrames,
+  kJitter
+};
+
+// SplitMix64's finaliser (Steele, Lea and Flood 2014) over the four numbers.
+uint64_t StreamSeed(int64_t seed, Stream stream, int a, int b) {
+  uint64_t state = static_cast<uint64_t>(seed);
+  for (const uint64_t part :
+       {static_cast<uint64_t>(stream), static_cast<uint64_t>(a),
+        static_cast<uint64_t>(b)}) {
+    state += 0x9e3779b97f4a7c15ULL * (part + 1);
+    state = (state ^ (state >> 30)) * 0xbf58476d1ce4e5b9ULL;
+    state = (state ^ (state >> 27)) * 0x94d049bb133111ebULL;
+    state ^= state >> 31;
   }
-  if (noise.outlier_min_px > noise.outlier_max_px) {
-    throw OptionError(key + "outlier_min", "is above outlier_max");
-  }
-  if (noise.student_dof != 0.0 && noise.student_dof <= 2.0) {
-    throw OptionError(key + "student_dof",
-                      "found " + std::to_string(noise.student_dof) +
-                          ", expected 0 (Gaussian) or more than 2");
-  }
+  return state;
 }
 
-void CheckNoise(const NoiseOptions& options, size_t cameras) {
-  CheckOptions(options);
-  CheckJointNoise("", options.joints);
-  for (const auto& [joint_class, noise] : options.by_class) {
-    CheckJointNoise(std::string(ToString(joint_class)) + ".", noise);
-  }
-  for (const auto& [joint, found] : options.found_by_azimuth) {
-    if (found.empty()) throw OptionError(joint, "no bins");
-  }
-  if (options.clock_offset_s.size() > cameras) {
-    throw OptionError("clock_offset",
-                      "found " + std::to_string(options.clock_offset_s.size()) +
-                          " numbers for " + std::to_string(cameras) +
-                          " cameras");
-  }
+struct LabelledDetection {
+  Detection detection;
+  DetectionTruth truth;
+};
+
+// ---- What a detector makes of a person --------------------------------------
+
+constexpr double kLeastConfidence = 0.05;
+
+double Correlation(double time_s, double frame_rate_hz) {
+  return time_s > 0.0 ? std::exp(-1.0 / (frame_rate_hz * time_s)) : 0.0;
 }
+
+bool IsArm(JointClass c) {
+  return c == JointClass::kElbow || c == JointClass::kWrist;
+}
+
+bool IsBelowHips(JointClass c) {
+  return c == JointClass::kKnee || c == JointClass::kAnkle ||
+         c == JointClass::kFoot;
+}
+
+bool InSwap(Swap swap, JointClass c) {
+  return swap == Swap::kWhole || (swap == Swap::kArm && IsArm(c)) ||
+         (swap == Swap::kLeg && IsBelowHips(c));
+}
+
+// Joints that are not found, or no longer, are no outliers.
+void DropLostOutliers(LabelledDetection* labelled) {
+  auto& outliers = labelled->truth.outliers;
+  outliers.erase(std::remove_if(outliers.begin(), outliers.end(),
+                                [&](int j) {
+                                  return !labelled->detection.joints[j].found;
+                                }),
+                 outliers.end());
+}
+
+// From exact projections to detections with all modelled errors.
+class PersonObserver {
+ public:
+  // `seed` gives that of each kind of chance. References must outlive the
+  // observer.
+  PersonObserver(const NoiseOptions& options, const Scene& scene,
+                 const Camera& camera, int person_idx,
+                 const std::function<uint64_t(Stream)>& seed)
+      : options_(options),
+        skeleton_(scene.skeleton),
+        camera_(camera),
+        frame_rate_hz_(scene.frame_rate_hz),
+        person_(person_idx),
+        pixels_(seed(Stream::kPixels)),
+        outliers_(seed(Stream::kOutliers)),
+        missing_(seed(Stream::kMissing)),
+        confidence_(seed(Stream::kConfidence)),
+        people_(seed(Stream::kPeople)),
+        joints_(skeleton_.joints().size()) {
+    for (size_t j = 0; j < joints_.size(); ++j) {
+      joints_[j].noise =
+          &options.Of(skeleton_.joint_class(static_cast<int>(j)));
+      const auto at = options.found_by_azimuth.find(skeleton_.joints()[j]);
+      if (at != options.found_by_azimuth.end()) {
+        joints_[j].found_by_azimuth = &at->second;
+      }
+    }
+  }
+
+  // The next frame; `sights` are those of all people in this view.
+  void Step(const std::vector<PersonSight>& sights,
+            std::vector<LabelledDetection>* detections) {
+    const PersonSight& person = sights[person_];
+    LabelledDetection whole;
+    whole.truth.person = person_;
+    int in_image = 0;
+    int hidden = 0;
+    for (int j = 0; j < skeleton_.joint_count(); ++j) {
+      bool outlier = false;
+      whole.detection.joints.push_back(Measure(j, sights, &outlier));
+      if (outlier) whole.truth.outliers.push_back(j);
+      in_image += person.joints[j].in_image ? 1 : 0;
+      hidden += person.joints[j].in_image && person.joints[j].hidden ? 1 : 0;
+    }
+    const bool mostly_hidden = 2 * hidden > in_image;
+    const double missed_rate =
+        mostly_hidden
+            ? std::max(options_.missed_rate, options_.hidden_missed_rate)
+            : options_.missed_rate;
+    const bool missed =
+        missed_.Step(missed_rate, Frames(options_.missed_burst_s), &people_);
+    const Swap swap = ChooseSwap();
+    const double length = Frames(options_.fragment_burst_s);
+    const bool split = fragment_.Step(options_.fragment_rate, length, &people_);
+    const bool twice = double_.Step(options_.double_rate, length, &people_);
+
+    auto enough = [&](const LabelledDetection& labelled) {
+      return CountFound(labelled.detection) >=
+             std::max<int64_t>(1, options_.min_joints);
+    };
+    if (!person.present || missed || !enough(whole)) return;
+    if (swap != Swap::kNone) ExchangeSides(swap, &whole);
+    if (split) {
+      LabelledDetection upper = PartOf(whole, DetectionKind::kUpperPart);
+      LabelledDetection lower = PartOf(whole, DetectionKind::kLowerPart);
+      if (enough(upper) && enough(lower)) {
+        detections->push_back(std::move(upper));
+        detections->push_back(std::move(lower));
+        return;
+      }
+    }
+    if (twice) {
+      LabelledDetection second = SecondOf(whole);
+      if (enough(second)) detections->push_back(std::move(second));
+    }
+    detections->push_back(std::move(whole));
+  }
+
+ private:
+  struct JointState {
+    const JointNoise* noise = nullptr;
+    // The share of frames in which it is found, by azimuth; null where the
+    // table does not name it.
+    const std::vector<double>* found_by_azimuth = nullptr;
+    Vector2d fixed = Vector2d::Zero();
+    SlowGaussian slow;
+    SlowGaussian spread;
+    SlowStudentScale tails;
+    MarkovBursts missing;
+    FixedBursts outlier;
+    Vector2d displacement = Vector2d::Zero();
+    int other = -1;  // the person on whom the outlier lies
+    bool started = false;
+  };
+  struct Displacement {
+    Vector2d px = Vector2d::Zero();
+    double sigma_factor = 1.0;  // what the confidence tells
+  };
+
+  double Frames(double seconds) const { return seconds * frame_rate_hz_; }
+  double DepthScale(const JointNoise& noise, const JointSight& sight) const {
+    if (noise.reference_depth_m <= 0.0) return 1.0;
+    constexpr double kLeastDepth = 0.1;  // [m]
+    return noise.reference_depth_m / std::max(sight.depth_m, kLeastDepth);
+  }
+
+  bool Misses(int joint, const PersonSight& person) {
+    JointState& state = joints_[joint];
+    const JointNoise& noise = *state.noise;
+    double rate = noise.missing_rate;
+    if (const std::vector<double>* found = state.found_by_azimuth) {
+      const auto bins = static_cast<double>(found->size());
+      const double place = (person.azimuth_deg + 180.0) / 360.0 * bins;
+      const size_t bin =
+          static_cast<size_t>(std::clamp(place, 0.0, bins - 1.0));
+      rate = 1.0 - (*found)[bin];
+    }
+    if (person.joints[joint].hidden) {
+      rate = std::max(rate, noise.hidden_missing_rate);
+    }
+    return state.missing.Step(rate, Frames(noise.missing_burst_s), &missing_);
+  }
+
+  Displacement PixelNoise(int joint, const JointSight& sight) {
+    JointState& state = joints_[joint];
+    const JointNoise& noise = *state.noise;
+    const double rho = Correlation(noise.correlation_time_s, frame_rate_hz_);
+    const auto normal = [&] { return NormalVector(&pixels_); };
+    if (!state.started) {
+      state.started = true;
+      state.fixed = normal();
+    }
+    const double slow_share =
+        std::max(0.0, 1.0 - noise.static_share - noise.white_share);
+    const Vector2d slow = state.slow.Step(rho, &pixels_);
+    const Vector2d changing =
+        std::sqrt(slow_share) * slow + std::sqrt(noise.white_share) * normal();
+    const double tails =
+        noise.student_dof > 0.0
+            ? state.tails.Step(rho, noise.student_dof, &pixels_)
+            : 1.0;
+    const Vector2d unit =
+        std::sqrt(noise.static_share) * state.fixed + tails * changing;
+
+    // exp(s g - s^2) has unit mean square.
+    const double s = options_.noise_spread;
+    Displacement displacement;
+    if (s > 0.0) {
+      const double g = state.spread.Step(rho, &confidence_).x();
+      displacement.sigma_factor = std::exp(s * g - s * s);
+    }
+    const double sigma_px = noise.sigma_px * DepthScale(noise, sight) *
+                            displacement.sigma_factor *
+                            (sight.hidden ? noise.hidden_noise_factor : 1.0);
+    displacement.px = sigma_px * unit + noise.floor_px * normal();
+    return displacement;
+  }
+
+  // The person whose same joint is nearest in the image, within the person's
+  // size there: detectors confuse people who overlap or stand side by side.
+  int NearestOther(int joint, const std::vector<PersonSight>& sights) const {
+    const std::vector<JointSight>& own = sights[person_].joints;
+    if (!own[joint].in_image) return -1;
+    double nearest = 0.0;
+    for (const JointSight& other : own) {
+      if (!other.in_image) continue;
+      nearest = std::max(nearest, (other.px - own[joint].px).norm());
+    }
+    int person = -1;
+    for (int i = 0; i < static_cast<int>(sights.size()); ++i) {
+      if (i == person_ || !sights[i].present) continue;
+      const JointSight& other = sights[i].joints[joint];
+      if (!other.in_image) continue;
+      const double distance = (other.px - own[joint].px).norm();
+      if (distance >= nearest) continue;
+      nearest = distance;
+      person = i;
+    }
+    return person;
+  }
+
+  // Whether the joint is an outlier; moves `px` then.
+  bool Outlier(int joint, const std::vector<PersonSight>& sights,
+               Vector2d* px) {
+    JointState& state = joints_[joint];
+    const JointNoise& noise = *state.noise;
+    const JointSight& sight = sights[person_].joints[joint];
+    const int frames = std::max(
+        1, static_cast<int>(std::lround(Frames(noise.outlier_burst_s))));
+    bool began = false;
+    const bool on =
+        state.outlier.Step(noise.outlier_rate, frames, &outliers_, &began);
+    if (began) {
+      const double angle = outliers_.Uniform(-kPi, kPi);
+      state.displacement =
+          outliers_.Uniform(noise.outlier_min_px, noise.outlier_max_px) *
+          Vector2d(std::cos(angle), std::sin(angle));
+      const bool on_other = outliers_.Chance(noise.outlier_on_other);
+      state.other = on_other ? NearestOther(joint, sights) : -1;
+    }
+    if (!on) return false;
+    if (state.other >= 0) {
+      const PersonSight& other = sights[state.other];
+      if (other.present && other.joints[joint].in_image) {
+        *px += other.joints[joint].px - sight.px;
+        return true;
+      }
+    }
+    Vector2d displacement = DepthScale(noise, sight) * state.displacement;
+    // A detector finds nothing outside the image.
+    if (!IsInImage(camera_, *px + displacement)) displacement = -displacement;
+    *px += displacement;
+    return true;
+  }
+
+  Keypoint Measure(int joint, const std::vector<PersonSight>& sights,
+                   bool* outlier) {
+    const PersonSight& person = sights[person_];
+    const JointSight& sight = person.joints[joint];
+    // Every process advances, whether the person is seen or not, so that time
+    // passes.
+    const bool misses = Misses(joint, person);
+    const Displacement noise = PixelNoise(joint, sight);
+    Keypoint keypoint;
+    keypoint.px = sight.px + noise.px;
+    *outlier = Outlier(joint, sights, &keypoint.px);
+    const double chance = confidence_.Normal();
+    keypoint.found = person.present && sight.in_image && !misses;
+    *outlier = *outlier && keypoint.found;
+    if (!keypoint.found) return Keypoint();
+    double mean = options_.confidence;
+    if (sight.hidden) mean *= options_.hidden_confidence_factor;
+    if (*outlier) mean *= options_.outlier_confidence_factor;
+    mean /= noise.sigma_factor * noise.sigma_factor;
+    keypoint.confidence = std::clamp(mean + options_.confidence_sigma * chance,
+                                     kLeastConfidence, 1.0);
+    return keypoint;
+  }
+
+  Swap ChooseSwap() {
+    const double length = Frames(options_.swap_burst_s);
+    const bool whole =
+        swap_whole_.Step(options_.swap_whole_rate, length, &people_);
+    const bool arm = swap_arm_.Step(options_.swap_arm_rate, length, &people_);
+    const bool leg = swap_leg_.Step(options_.swap_leg_rate, length, &people_);
+    if (whole) return Swap::kWhole;
+    if (arm) return Swap::kArm;
+    return leg ? Swap::kLeg : Swap::kNone;
+  }
+
+  void ExchangeSides(Swap swap, LabelledDetection* labelled) const {
+    const auto source = [&](int j) {
+      return InSwap(swap, skeleton_.joint_class(j)) ? skeleton_.mirror(j) : j;
+    };
+    std::vector<Keypoint>& joints = labelled->detection.joints;
+    const std::vector<Keypoint> before = joints;
+    bool changed = false;
+    for (int j = 0; j < skeleton_.joint_count(); ++j) {
+      joints[j] = before[source(j)];
+      changed = changed || (source(j) != j && joints[j].found);
+    }
+    // A swap of what was not found is none.
+    labelled->truth.swap = changed ? swap : Swap::kNone;
+    for (int& joint : labelled->truth.outliers) joint = source(joint);
+  }
+
+  // What lies above or below the hips, which are below.
+  LabelledDetection PartOf(const LabelledDetection& whole,
+                           DetectionKind kind) const {
+    LabelledDetection part = whole;
+    part.truth.kind = kind;
+    for (int j = 0; j < skeleton_.joint_count(); ++j) {
+      const JointClass c = skeleton_.joint_class(j);
+      const bool is_lower = IsBelowHips(c) || c == JointClass::kHip;
+      if (is_lower != (kind == DetectionKind::kLowerPart)) {
+        part.detection.joints[j] = Keypoint();
+      }
+    }
+    DropLostOutliers(&part);
+    return part;
+  }
+
+  // The same person found again, a little off and less complete.
+  LabelledDetection SecondOf(const LabelledDetection& first) {
+    constexpr double kSigmaPx = 3.0;
+    constexpr double kKept = 0.7;
+    LabelledDetection second = first;
+    second.truth.kind = DetectionKind::kDouble;
+    for (Keypoint& joint : second.detection.joints) {
+      const Vector2d shift = kSigmaPx * NormalVector(&people_);
+      if (people_.Chance(kKept)) {
+        joint.px += shift;
+      } else {
+        joint = Keypoint();
+      }
+    }
+    DropLostOutliers(&second);
+    return second;
+  }
+
+  const NoiseOptions& options_;
+  const Skeleton& skeleton_;
+  const Camera& camera_;
+  double frame_rate_hz_;
+  int person_;
+  Random pixels_;
+  Random outliers_;
+  Random missing_;
+  Random confidence_;
+  Random people_;
+  MarkovBursts missed_;
+  MarkovBursts swap_whole_;
+  MarkovBursts swap_arm_;
+  MarkovBursts swap_leg_;
+  MarkovBursts fragment_;
+  MarkovBursts double_;
+  std::vector<JointState> joints_;
+};
+
+// ---- What it finds where nobody is ------------------------------------------
+
+// Each false positive is a part of a person's pose at a random place and size,
+// and lives for some frames.
+class FalsePeople {
+ public:
+  // References must outlive the object.
+  FalsePeople(const NoiseOptions& options, const Scene& scene,
+              const Camera& camera, int view_idx)
+      : options_(options),
+        scene_(scene),
+        camera_(camera),
+        random_(StreamSeed(options.seed, Stream::kFalsePeople, view_idx, 0)) {}
+
+  // Appends those of the next frame.
+  void Step(std::vector<LabelledDetection>* detections) {
+    if (options_.false_people <= 0.0) return;
+    const double life =
+        std::max(1.0, options_.false_life_s * scene_.frame_rate_hz);
+    alive_.erase(
+        std::remove_if(alive_.begin(), alive_.end(),
+                       [&](const auto&) { return random_.Chance(1.0 / life); }),
+        alive_.end());
+    // In the mean as many come as go.
+    const double born =
+        started_ ? options_.false_people / life : options_.false_people;
+    started_ = true;
+    for (int64_t n = Poisson(born); n > 0; --n) {
+      if (auto figure = Make()) alive_.push_back(std::move(*figure));
+    }
+    for (const Detection& figure : alive_) {
+      LabelledDetection labelled;
+      labelled.truth.kind = DetectionKind::kFalse;
+      labelled.detection = figure;
+      constexpr double kSigmaPx = 1.5;
+      for (Keypoint& joint : labelled.detection.joints) {
+        const Vector2d shake = kSigmaPx * NormalVector(&random_);
+        if (joint.found) joint.px += shake;
+      }
+      detections->push_back(std::move(labelled));
+    }
+  }
+
+ private:
+  using MaybePixels = std::vector<std::optional<Vector2d>>;
+
+  // Knuth's method; fine for the small means here.
+  int64_t Poisson(double mean) {
+    const double limit = std::exp(-mean);
+    int64_t count = 0;
+    for (double product = random_.Uniform(); product > limit;
+         product *= random_.Uniform()) {
+      ++count;
+    }
+    return count;
+  }
+
+  // A random person's projection at a random time; empty where it has none.
+  MaybePixels SomePose() {
+    MaybePixels joints;
+    const auto frame = static_cast<size_t>(
+        random_.Index(static_cast<int64_t>(scene_.poses.size())));
+    const auto person = static_cast<size_t>(
+        random_.Index(static_cast<int64_t>(scene_.people.size())));
+    for (const Joint3d& joint : scene_.poses[frame][person]) {
+      joints.push_back(camera_.Project(joint.position_m));
+    }
+    return joints;
+  }
+
+  // 3 to 14 neighbouring joints (as found among false people of Shelf).
+  std::optional<Detection> Make() {
+    constexpr int kAttempts = 20;
+    for (int attempt = 0; attempt < kAttempts; ++attempt) {
+      const auto joints = SomePose();
+      const auto wanted = static_cast<size_t>(3 + random_.Index(12));
+      std::vector<size_t> order;
+      for (size_t j = 0; j < joints.size(); ++j) {
+        if (joints[j].has_value()) order.push_back(j);
+      }
+      if (order.size() < 3) continue;
+      const Vector2d anchor = *joints[order[static_cast<size_t>(
+          random_.Index(static_cast<int64_t>(order.size())))]];
+      std::stable_sort(order.begin(), order.end(), [&](size_t a, size_t b) {
+        return (*joints[a] - anchor).squaredNorm() <
+               (*joints[b] - anchor).squaredNorm();
+      });
+      order.resize(std::min(order.size(), wanted));
+      Detection figure = Placed(joints, order, anchor);
+      if (CountFound(figure) >= 3) return figure;
+    }
+    return std::nullopt;
+  }
+
+  Detection Placed(const MaybePixels& joints, const std::vector<size_t>& chosen,
+                   const Vector2d& anchor) {
+    const double scale = std::exp(random_.Uniform(-0.7, 0.7));
+    const double x = random_.Uniform(0.0, camera_.width_px());
+    const double y = random_.Uniform(0.0, camera_.height_px());
+    Detection figure;
+    figure.joints.resize(joints.size());
+    for (const size_t j : chosen) {
+      Keypoint& joint = figure.joints[j];
+      joint.px = Vector2d(x, y) + scale * (*joints[j] - anchor);
+      joint.found = IsInImage(camera_, joint.px);
+      constexpr double kConfidence = 0.8;  // of that of true ones, on Shelf
+      joint.confidence =
+          std::clamp(kConfidence * options_.confidence +
+                         options_.confidence_sigma * random_.Normal(),
+                     0.05, 1.0);
+      if (!joint.found) joint = Keypoint();
+    }
+    return figure;
+  }
+
+  const NoiseOptions& options_;
+  const Scene& scene_;
+  const Camera& camera_;
+  Random random_;
+  bool started_ = false;
+  std::vector<Detection> alive_;
+};
+
+class View {
+ public:
+  View(const NoiseOptions& options, const Scene& scene, int view_idx)
+      : options_(options),
+        scene_(scene),
+        camera_(scene.cameras[view_idx]),
+        false_people_(options, scene, camera_, view_idx),
+        order_(StreamSeed(options.seed, Stream::kOrder, view_idx, 0)),
+        drops_(StreamSeed(options.seed, Stream::kFrames, view_idx, 1)) {
+    for (int i = 0; i < static_cast<int>(scene.people.size()); ++i) {
+      people_.emplace_back(options, scene, camera_, i, [&](Stream stream) {
+        return StreamSeed(options.seed, stream, view_idx, i);
+      });
+    }
+  }
+
+  std::vector<LabelledDetection> operator()(const SceneMoment& moment) {
+    const std::vector<PersonSight> sights =
+        Sights(camera_, moment, scene_.skeleton.joint_count());
+    std::vector<LabelledDetection> detections;
+    for (PersonObserver& person : people_) person.Step(sights, &detections);
+    false_people_.Step(&detections);
+    for (size_t i = detections.size(); i > 1; --i) {
+      std::swap(detections[i - 1],
+                detections[order_.Index(static_cast<int64_t>(i))]);
+    }
+    for (size_t i = 0; i < detections.size(); ++i) {
+      detections[i].detection.index_in_file = static_cast<int>(i);
+    }
+    const bool dropped =
+        drop_.Step(options_.dropped_view_rate,
+                   options_.drop_burst_s * scene_.frame_rate_hz, &drops_);
+    if (dropped) detections.clear();
+    return detections;
+  }
+
+ private:
+  const NoiseOptions& options_;
+  const Scene& scene_;
+  const Camera& camera_;
+  std::vector<PersonObserver> people_;
+  FalsePeople false_people_;
+  Random order_;
+  Random drops_;
+  MarkovBursts drop_;
+};
 
 bool HiddenMatters(const JointNoise& noise) {
   return noise.hidden_missing_rate > 0.0 || noise.hidden_noise_factor != 1.0;
@@ -61,128 +584,18 @@ bool HiddenMatters(const NoiseOptions& options) {
 
 }  // namespace
 
-void JointNoise::Describe(OptionVisitor& visitor) {
-  const Limits share = Between(0.0, 1.0);
-  const Limits length = Between(0.0, 1e6);
-  visitor.Number("sigma", &sigma_px, NonNegative(), "px",
-                 "standard deviation of each pixel coordinate");
-  visitor.Number("reference_depth", &reference_depth_m, NonNegative(), "m",
-                 "pixel figures hold there and fall with 1/depth; 0: they "
-                 "hold at every depth");
-  visitor.Number("floor", &floor_px, NonNegative(), "px",
-                 "white noise added at every depth");
-  visitor.Number("student_dof", &student_dof, Between(0.0, 1e6), "",
-                 "degrees of freedom of Student-t tails, above 2; 0: Gaussian");
-  visitor.Number("static_share", &static_share, share, "",
-                 "of the variance: constant over the recording");
-  visitor.Number("white_share", &white_share, share, "",
-                 "of the variance: independent from frame to frame");
-  visitor.Number("correlation_time", &correlation_time_s, length, "s",
-                 "of the rest of the variance; 0: white too");
-  visitor.Number("outlier_rate", &outlier_rate, share, "",
-                 "share of joints that lie far off");
-  visitor.Number("outlier_burst", &outlier_burst_s, length, "s",
-                 "exact length of a run of outliers; 0: each by itself");
-  visitor.Number("outlier_min", &outlier_min_px, NonNegative(), "px",
-                 "least distance of an outlier");
-  visitor.Number("outlier_max", &outlier_max_px, NonNegative(), "px",
-                 "greatest distance of an outlier");
-  visitor.Number("outlier_on_other", &outlier_on_other, share, "",
-                 "share of outliers on the same joint of a person nearby");
-  visitor.Number("missing_rate", &missing_rate, share, "",
-                 "share of joints that are not found");
-  visitor.Number("missing_burst", &missing_burst_s, length, "s",
-                 "mean length of a gap; 0: each frame by itself");
-  visitor.Number("hidden_missing_rate", &hidden_missing_rate, share, "",
-                 "share not found where another body is in front");
-  visitor.Number("hidden_noise_factor", &hidden_noise_factor,
-                 Between(0.0, 100.0), "",
-                 "on sigma where another body is in front");
-}
-
-const JointNoise& NoiseOptions::Of(JointClass joint_class) const {
-  const auto at = by_class.find(joint_class);
-  return at == by_class.end() ? joints : at->second;
-}
-
-void NoiseOptions::Describe(OptionVisitor& visitor) {
-  const Limits share = Between(0.0, 1.0);
-  const Limits length = Between(0.0, 1e6);
-  visitor.Integer("seed", &seed, Between(0, 9e15), "", "same seed, same noise");
-  joints.Describe(visitor);
-  visitor.Number("confidence", &confidence, share, "",
-                 "mean confidence of a plain joint");
-  visitor.Number("confidence_sigma", &confidence_sigma, share, "",
-                 "random part of the confidence");
-  visitor.Number("hidden_confidence_factor", &hidden_confidence_factor, share,
-                 "", "on the confidence where another body is in front");
-  visitor.Number("outlier_confidence_factor", &outlier_confidence_factor, share,
-                 "", "on the confidence of an outlier");
-  visitor.Number("noise_spread", &noise_spread, Between(0.0, 2.0), "",
-                 "spread of log sigma over observations; confidence tells it");
-  visitor.Number("missed_rate", &missed_rate, share, "",
-                 "share of people not found in a view");
-  visitor.Number("missed_burst", &missed_burst_s, length, "s",
-                 "mean length; 0: each frame by itself");
-  visitor.Number("hidden_missed_rate", &hidden_missed_rate, share, "",
-                 "share not found when most joints are hidden");
-  visitor.Integer("min_joints", &min_joints, Between(1, 1000), "",
-                  "fewer joints make no detection");
-  visitor.Number("false_people", &false_people, Between(0.0, 50.0), "",
-                 "mean number of detections of nobody in an image");
-  visitor.Number("false_life", &false_life_s, length, "s", "their mean life");
-  visitor.Number("swap_whole_rate", &swap_whole_rate, share, "",
-                 "share of detections with left and right exchanged");
-  visitor.Number("swap_arm_rate", &swap_arm_rate, share, "",
-                 "the same of elbows and wrists alone");
-  visitor.Number("swap_leg_rate", &swap_leg_rate, share, "",
-                 "the same of knees and feet alone");
-  visitor.Number("swap_burst", &swap_burst_s, length, "s",
-                 "mean length; 0: each frame by itself");
-  visitor.Number("fragment_rate", &fragment_rate, share, "",
-                 "share of people split at the hips into two detections");
-  visitor.Number("double_rate", &double_rate, share, "",
-                 "share of people found twice");
-  visitor.Number("fragment_burst", &fragment_burst_s, length, "s",
-                 "mean length of both; 0: each frame by itself");
-  visitor.Number("dropped_frame_rate", &dropped_frame_rate, Between(0.0, 0.99),
-                 "", "share of frames that are not there");
-  visitor.Number("dropped_view_rate", &dropped_view_rate, share, "",
-                 "share of images without any detection");
-  visitor.Number("drop_burst", &drop_burst_s, length, "s",
-                 "mean length of both; 0: each by itself");
-  visitor.NumberList("clock_offset", &clock_offset_s,
-                     Between(-kMaxOffset, kMaxOffset), "s",
-                     "how much later each camera looks; the rest 0");
-  visitor.Number("time_jitter", &time_jitter_s, Between(0.0, 0.1), "s",
-                 "how far frames come off the beat");
-  visitor.Boolean("tell_times", &tell_times,
-                  "times tell offset and jitter; else they tell the beat");
-}
-
-std::string NoteOf(const DetectionTruth& truth) {
-  static constexpr const char* kSwaps[] = {"", "swap_whole", "swap_arm",
-                                           "swap_leg"};
-  static constexpr const char* kKinds[] = {
-      "", "fragment_upper", "fragment_lower", "double", "false_positive"};
-  std::string note = kSwaps[static_cast<size_t>(truth.swap)];
-  const char* kind = kKinds[static_cast<size_t>(truth.kind)];
-  if (!note.empty() && *kind != '\0') note += '+';
-  return note + kind;
-}
-
 DetectionSequence Observe(const Scene& scene, const NoiseOptions& options,
                           ObservationTruth* truth) {
-  CheckNoise(options, scene.cameras.size());
+  options.Check(scene.cameras.size());
   const int view_count = static_cast<int>(scene.cameras.size());
   const bool with_obstacles = HiddenMatters(options);
   DetectionSequence sequence;
   sequence.header.skeleton = scene.skeleton;
   sequence.header.frame_rate_hz = scene.frame_rate_hz;
-  std::vector<ViewObserver> views;
+  std::vector<View> views;
   for (int v = 0; v < view_count; ++v) {
     sequence.header.view_names.push_back(scene.cameras[v].name());
-    views.push_back(ObserverOf(options, scene, v));
+    views.emplace_back(options, scene, v);
   }
   // When the frames were taken, and which were lost.
   Random drops(StreamSeed(options.seed, Stream::kFrames, 0, 0));

@@ -89,6 +89,8 @@ struct NoiseOptions {
   bool tell_times = true;  // times tell offset and jitter; else the beat
 
   const JointNoise& Of(JointClass joint_class) const;
+  // Throws OptionError for options outside their limits.
+  void Check(size_t cameras) const;
   void Describe(OptionVisitor& visitor);
 };
 

@@ -10,7 +10,6 @@
 #include "core/base/constants.h"
 #include "core/base/error.h"
 #include "core/base/random.h"
-#include "core/synthetic/spline.h"
 
 namespace kinegraph {
 namespace {

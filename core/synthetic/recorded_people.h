@@ -10,8 +10,8 @@
 
 #include "core/base/options.h"
 #include "core/data/pose.h"
-#include "core/synthetic/actor.h"
-#include "core/synthetic/motion_clip.h"
+#include "core/synthetic/scene.h"
+#include "core/synthetic/spline.h"
 
 namespace kinegraph {
 
@@ -32,6 +32,30 @@ struct RecordedPeopleOptions {
 
   void Describe(OptionVisitor& visitor);
 };
+
+// A tracks file as it was read.
+struct MotionClip {
+  std::string name;  // the file
+  TrackSequence tracks;
+};
+
+// One person of a clip, in the clip's own frame and time (0: the clip's first
+// frame).
+struct RecordedMotion {
+  std::string clip;  // the file, for messages and scene.json
+  TrackId id;        // the person's in it
+  Skeleton skeleton;
+  // Coordinates of all joints, x y z of the first, then of the next. One piece
+  // for each stretch without a gap; at least one.
+  std::vector<KnotSpline> pieces;
+};
+
+// The people of one clip in the joints of `skeleton`, matched by name. Throws
+// InputError naming the file and what is wrong: no people, a joint that the
+// file does not have, a position that is missing or not finite, times that do
+// not ascend, fewer than two frames.
+std::vector<RecordedMotion> MotionsOf(const MotionClip& clip,
+                                      const Skeleton& skeleton);
 
 // The room that clips are placed in.
 struct ClipRoom {

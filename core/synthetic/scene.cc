@@ -8,14 +8,13 @@
 
 #include "core/base/constants.h"
 #include "core/base/error.h"
-#include "core/synthetic/actor.h"
 #include "core/synthetic/crowd.h"
-#include "core/synthetic/simulated_people.h"
 
 namespace kinegraph {
 namespace {
 
 using Eigen::Matrix3d;
+using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 // cam_from_world rotation of a camera at `centre` that looks at `target`; the
@@ -94,6 +93,14 @@ void CheckPeopleOffCameras(const Scene& scene) {
       }
     }
   }
+}
+
+// Direction of the camera as the person sees it [deg].
+double AzimuthOf(const Camera& camera, const SegmentPose& trunk) {
+  const Vector3d to_camera = camera.centre() - trunk.origin_m;
+  const double forward = to_camera.dot(trunk.R.col(0));
+  const double right = -to_camera.dot(trunk.R.col(1));
+  return std::atan2(right, forward) * 180.0 / kPi;
 }
 
 }  // namespace
@@ -219,6 +226,52 @@ Pose3d PersonAt(const Actor& person, TimeNs time) {
   const double time_s = ToSeconds(time);
   if (!person.PresentAt(time_s)) return {};
   return person.PoseAt(time_s);
+}
+
+SceneMoment LookAtScene(const Scene& scene, TimeNs time, bool with_obstacles) {
+  SceneMoment moment;
+  moment.time = time;
+  for (const auto& person : scene.people) {
+    PersonMoment& now = moment.people.emplace_back();
+    now.pose = PersonAt(*person, time);
+    if (now.pose.empty()) continue;
+    now.trunk = person->TrunkAt(ToSeconds(time));
+    if (with_obstacles) now.obstacle = person->ObstacleAt(ToSeconds(time));
+  }
+  return moment;
+}
+
+bool IsInImage(const Camera& camera, const Vector2d& px) {
+  return px.x() >= 0.0 && px.y() >= 0.0 && px.x() < camera.width_px() &&
+         px.y() < camera.height_px();
+}
+
+std::vector<PersonSight> Sights(const Camera& camera, const SceneMoment& moment,
+                                int joint_count) {
+  std::vector<PersonSight> sights(moment.people.size());
+  for (size_t i = 0; i < sights.size(); ++i) {
+    const PersonMoment& person = moment.people[i];
+    PersonSight& sight = sights[i];
+    sight.joints.resize(static_cast<size_t>(joint_count));
+    sight.present = !person.pose.empty();
+    if (!sight.present) continue;
+    sight.azimuth_deg = AzimuthOf(camera, person.trunk);
+    for (int j = 0; j < joint_count; ++j) {
+      JointSight& joint = sight.joints[j];
+      const Vector3d& point = person.pose[j].position_m;
+      const std::optional<Vector2d> px = camera.Project(point);
+      joint.in_image = px.has_value() && IsInImage(camera, *px);
+      if (!joint.in_image) continue;
+      joint.px = *px;
+      joint.depth_m = camera.Depth(point);
+      for (size_t k = 0; k < moment.people.size() && !joint.hidden; ++k) {
+        const std::optional<Obstacle>& body = moment.people[k].obstacle;
+        joint.hidden =
+            k != i && body.has_value() && body->Hides(camera.centre(), point);
+      }
+    }
+  }
+  return sights;
 }
 
 TrackSequence TruthOf(const Scene& scene) {

@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -13,10 +14,9 @@
 #include "core/data/pose.h"
 #include "core/geometry/camera.h"
 #include "core/skeleton/skeleton.h"
+#include "core/synthetic/body.h"
 
 namespace kinegraph {
-
-class Actor;  // core/synthetic/actor.h
 
 // Cameras cam0, cam1, ... stand on a ring and look at its middle.
 struct RingOptions {
@@ -71,6 +71,38 @@ struct SceneOptions {
   void Describe(OptionVisitor& visitor);
 };
 
+struct TimeSpan {
+  double begin_s = 0.0;
+  double end_s = 0.0;
+};
+
+// What is told about a person beside the poses.
+struct ActorFacts {
+  double stature_m = 0.0;         // estimated where motion was recorded
+  std::vector<TimeSpan> present;  // in the scene
+  std::vector<TimeSpan> seated;
+  std::string clip;  // file of the recorded motion; empty: simulated
+  TrackId clip_id;   // the person's in that file
+};
+
+// A person, simulated or recorded: a pure function of time, so that any camera
+// may sample any moment. Times are the scene's [s], positions its world's [m].
+class Actor {
+ public:
+  virtual ~Actor() = default;
+
+  virtual bool PresentAt(double time_s) const = 0;
+  // One entry a joint of the scene's skeleton; asked only where present, as
+  // the two below.
+  virtual Pose3d PoseAt(double time_s) const = 0;
+  // x forward, y to the left: what a detector calls the person's front.
+  virtual SegmentPose TrunkAt(double time_s) const = 0;
+  // The body as what hides others.
+  virtual Obstacle ObstacleAt(double time_s) const = 0;
+
+  virtual ActorFacts Facts() const = 0;
+};
+
 struct Scene {
   CameraRig cameras;
   Skeleton skeleton;
@@ -101,6 +133,41 @@ CameraRig MakeRing(const RingOptions& options);
 
 // Pose of a person at any moment of the scene; empty when not in it.
 Pose3d PersonAt(const Actor& person, TimeNs time);
+
+// A person of the scene at one moment.
+struct PersonMoment {
+  Pose3d pose;  // empty: not there, and what follows says nothing
+  SegmentPose trunk;
+  std::optional<Obstacle> obstacle;  // where hiding matters
+};
+struct SceneMoment {
+  TimeNs time = 0;
+  std::vector<PersonMoment> people;
+};
+
+// Everybody at `time`; obstacles are slow to place.
+SceneMoment LookAtScene(const Scene& scene, TimeNs time, bool with_obstacles);
+
+bool IsInImage(const Camera& camera, const Eigen::Vector2d& px);
+
+// What the camera could see of one joint.
+struct JointSight {
+  bool in_image = false;
+  bool hidden = false;                           // by another body
+  Eigen::Vector2d px = Eigen::Vector2d::Zero();  // exact
+  double depth_m = 1.0;
+};
+
+// Of one person in one frame.
+struct PersonSight {
+  bool present = false;      // in the scene
+  double azimuth_deg = 0.0;  // of the camera, 0 in front, +90 to the right
+  std::vector<JointSight> joints;
+};
+
+// What a camera sees of each person, before any fault of a detector.
+std::vector<PersonSight> Sights(const Camera& camera, const SceneMoment& moment,
+                                int joint_count);
 
 // The truth as tracks: all joints observed, person i has id i.
 TrackSequence TruthOf(const Scene& scene);

@@ -1,5 +1,3 @@
-#include "core/synthetic/simulated_people.h"
-
 #include <algorithm>
 #include <array>
 #include <cmath>

@@ -47,11 +47,6 @@ const Scene& StandingScene() {
   return kScene;
 }
 
-bool Inside(const Camera& camera, const Vector2d& px) {
-  return px.x() >= 0.0 && px.y() >= 0.0 && px.x() < camera.width_px() &&
-         px.y() < camera.height_px();
-}
-
 // One joint of one true person in one image.
 struct Sample {
   size_t frame;
@@ -96,7 +91,7 @@ void ForEachJoint(const Scene& scene, const DetectionSequence& sequence,
         }
         for (size_t j = 0; j < poses[i].size(); ++j) {
           const auto px = scene.cameras[v].Project(poses[i][j].position_m);
-          if (!px.has_value() || !Inside(scene.cameras[v], *px)) continue;
+          if (!px.has_value() || !IsInImage(scene.cameras[v], *px)) continue;
           const bool found = detection != nullptr && detection->joints[j].found;
           visit({f, v, person, static_cast<int>(j), *px,
                  found ? &detection->joints[j] : nullptr, label, &poses});

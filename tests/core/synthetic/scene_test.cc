@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "core/base/error.h"
-#include "core/synthetic/actor.h"
 
 namespace kinegraph {
 namespace {
@@ -275,8 +274,7 @@ TEST(Scene, CamerasSeeTheWholeArea) {
         for (const Camera& camera : scene.cameras) {
           const auto px = camera.Project(joint.position_m);
           ++all;
-          inside += px.has_value() && px->x() >= 0 && px->y() >= 0 &&
-                    px->x() < camera.width_px() && px->y() < camera.height_px();
+          inside += px.has_value() && IsInImage(camera, *px);
         }
       }
     });

@@ -1,0 +1,156 @@
+#include <string>
+
+#include "core/base/error.h"
+#include "core/synthetic/noise.h"
+
+namespace kinegraph {
+namespace {
+
+constexpr double kMaxOffset = 1.0;  // of a clock [s]; kSceneMargin covers it
+
+void CheckJointNoise(const std::string& key, const JointNoise& noise) {
+  CheckOptions(noise);
+  if (noise.static_share + noise.white_share > 1.0) {
+    throw OptionError(key + "static_share",
+                      "the static and the white share are more than 1");
+  }
+  if (noise.outlier_min_px > noise.outlier_max_px) {
+    throw OptionError(key + "outlier_min", "is above outlier_max");
+  }
+  if (noise.student_dof != 0.0 && noise.student_dof <= 2.0) {
+    throw OptionError(key + "student_dof",
+                      "found " + std::to_string(noise.student_dof) +
+                          ", expected 0 (Gaussian) or more than 2");
+  }
+}
+
+}  // namespace
+
+void JointNoise::Describe(OptionVisitor& visitor) {
+  const Limits share = Between(0.0, 1.0);
+  const Limits length = Between(0.0, 1e6);
+  visitor.Number("sigma", &sigma_px, NonNegative(), "px",
+                 "standard deviation of each pixel coordinate");
+  visitor.Number("reference_depth", &reference_depth_m, NonNegative(), "m",
+                 "pixel figures hold there and fall with 1/depth; 0: they "
+                 "hold at every depth");
+  visitor.Number("floor", &floor_px, NonNegative(), "px",
+                 "white noise added at every depth");
+  visitor.Number("student_dof", &student_dof, Between(0.0, 1e6), "",
+                 "degrees of freedom of Student-t tails, above 2; 0: Gaussian");
+  visitor.Number("static_share", &static_share, share, "",
+                 "of the variance: constant over the recording");
+  visitor.Number("white_share", &white_share, share, "",
+                 "of the variance: independent from frame to frame");
+  visitor.Number("correlation_time", &correlation_time_s, length, "s",
+                 "of the rest of the variance; 0: white too");
+  visitor.Number("outlier_rate", &outlier_rate, share, "",
+                 "share of joints that lie far off");
+  visitor.Number("outlier_burst", &outlier_burst_s, length, "s",
+                 "exact length of a run of outliers; 0: each by itself");
+  visitor.Number("outlier_min", &outlier_min_px, NonNegative(), "px",
+                 "least distance of an outlier");
+  visitor.Number("outlier_max", &outlier_max_px, NonNegative(), "px",
+                 "greatest distance of an outlier");
+  visitor.Number("outlier_on_other", &outlier_on_other, share, "",
+                 "share of outliers on the same joint of a person nearby");
+  visitor.Number("missing_rate", &missing_rate, share, "",
+                 "share of joints that are not found");
+  visitor.Number("missing_burst", &missing_burst_s, length, "s",
+                 "mean length of a gap; 0: each frame by itself");
+  visitor.Number("hidden_missing_rate", &hidden_missing_rate, share, "",
+                 "share not found where another body is in front");
+  visitor.Number("hidden_noise_factor", &hidden_noise_factor,
+                 Between(0.0, 100.0), "",
+                 "on sigma where another body is in front");
+}
+
+const JointNoise& NoiseOptions::Of(JointClass joint_class) const {
+  const auto at = by_class.find(joint_class);
+  return at == by_class.end() ? joints : at->second;
+}
+
+void NoiseOptions::Check(size_t cameras) const {
+  CheckOptions(*this);
+  CheckJointNoise("", joints);
+  for (const auto& [joint_class, noise] : by_class) {
+    CheckJointNoise(std::string(ToString(joint_class)) + ".", noise);
+  }
+  for (const auto& [joint, found] : found_by_azimuth) {
+    if (found.empty()) throw OptionError(joint, "no bins");
+  }
+  if (clock_offset_s.size() > cameras) {
+    throw OptionError("clock_offset",
+                      "found " + std::to_string(clock_offset_s.size()) +
+                          " numbers for " + std::to_string(cameras) +
+                          " cameras");
+  }
+}
+
+void NoiseOptions::Describe(OptionVisitor& visitor) {
+  const Limits share = Between(0.0, 1.0);
+  const Limits length = Between(0.0, 1e6);
+  visitor.Integer("seed", &seed, Between(0, 9e15), "", "same seed, same noise");
+  joints.Describe(visitor);
+  visitor.Number("confidence", &confidence, share, "",
+                 "mean confidence of a plain joint");
+  visitor.Number("confidence_sigma", &confidence_sigma, share, "",
+                 "random part of the confidence");
+  visitor.Number("hidden_confidence_factor", &hidden_confidence_factor, share,
+                 "", "on the confidence where another body is in front");
+  visitor.Number("outlier_confidence_factor", &outlier_confidence_factor, share,
+                 "", "on the confidence of an outlier");
+  visitor.Number("noise_spread", &noise_spread, Between(0.0, 2.0), "",
+                 "spread of log sigma over observations; confidence tells it");
+  visitor.Number("missed_rate", &missed_rate, share, "",
+                 "share of people not found in a view");
+  visitor.Number("missed_burst", &missed_burst_s, length, "s",
+                 "mean length; 0: each frame by itself");
+  visitor.Number("hidden_missed_rate", &hidden_missed_rate, share, "",
+                 "share not found when most joints are hidden");
+  visitor.Integer("min_joints", &min_joints, Between(1, 1000), "",
+                  "fewer joints make no detection");
+  visitor.Number("false_people", &false_people, Between(0.0, 50.0), "",
+                 "mean number of detections of nobody in an image");
+  visitor.Number("false_life", &false_life_s, length, "s", "their mean life");
+  visitor.Number("swap_whole_rate", &swap_whole_rate, share, "",
+                 "share of detections with left and right exchanged");
+  visitor.Number("swap_arm_rate", &swap_arm_rate, share, "",
+                 "the same of elbows and wrists alone");
+  visitor.Number("swap_leg_rate", &swap_leg_rate, share, "",
+                 "the same of knees and feet alone");
+  visitor.Number("swap_burst", &swap_burst_s, length, "s",
+                 "mean length; 0: each frame by itself");
+  visitor.Number("fragment_rate", &fragment_rate, share, "",
+                 "share of people split at the hips into two detections");
+  visitor.Number("double_rate", &double_rate, share, "",
+                 "share of people found twice");
+  visitor.Number("fragment_burst", &fragment_burst_s, length, "s",
+                 "mean length of both; 0: each frame by itself");
+  visitor.Number("dropped_frame_rate", &dropped_frame_rate, Between(0.0, 0.99),
+                 "", "share of frames that are not there");
+  visitor.Number("dropped_view_rate", &dropped_view_rate, share, "",
+                 "share of images without any detection");
+  visitor.Number("drop_burst", &drop_burst_s, length, "s",
+                 "mean length of both; 0: each by itself");
+  visitor.NumberList("clock_offset", &clock_offset_s,
+                     Between(-kMaxOffset, kMaxOffset), "s",
+                     "how much later each camera looks; the rest 0");
+  visitor.Number("time_jitter", &time_jitter_s, Between(0.0, 0.1), "s",
+                 "how far frames come off the beat");
+  visitor.Boolean("tell_times", &tell_times,
+                  "times tell offset and jitter; else they tell the beat");
+}
+
+std::string NoteOf(const DetectionTruth& truth) {
+  static constexpr const char* kSwaps[] = {"", "swap_whole", "swap_arm",
+                                           "swap_leg"};
+  static constexpr const char* kKinds[] = {
+      "", "fragment_upper", "fragment_lower", "double", "false_positive"};
+  std::string note = kSwaps[static_cast<size_t>(truth.swap)];
+  const char* kind = kKinds[static_cast<size_t>(truth.kind)];
+  if (!note.empty() && *kind != '\0') note += '+';
+  return note + kind;
+}
+
+}  // namespace kinegraph
