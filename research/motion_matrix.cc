@@ -32,7 +32,6 @@
 #include <utility>
 #include <vector>
 
-#include "core/evaluation/bootstrap.h"
 #include "core/evaluation/statistics.h"
 #include "research/motion_recordings.h"
 #include "solvers/factory.h"

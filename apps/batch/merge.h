@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "apps/batch/tasks.h"
-#include "core/evaluation/bootstrap.h"
+#include "core/evaluation/statistics.h"
 #include "core/io/text/json.h"
 
 namespace kinegraph {

@@ -25,7 +25,6 @@
 #include "core/io/files/text_file.h"
 #include "core/system/file.h"
 #include "core/system/process.h"
-#include "core/system/streams.h"
 
 namespace kinegraph {
 namespace {

@@ -15,7 +15,6 @@
 #include "core/io/files/input_files.h"
 #include "core/system/file.h"
 #include "core/system/process.h"
-#include "core/system/streams.h"
 
 namespace kinegraph {
 namespace {

@@ -17,7 +17,7 @@
 #include <string>
 #include <vector>
 
-#include "core/evaluation/bootstrap.h"
+#include "core/evaluation/statistics.h"
 
 namespace kinegraph {
 

@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "core/system/file.h"
-#include "core/system/streams.h"
 
 namespace kinegraph {
 namespace {

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "core/evaluation/bootstrap.h"
+#include "core/evaluation/statistics.h"
 
 namespace kinegraph {
 

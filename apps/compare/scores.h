@@ -14,11 +14,11 @@
 #include "apps/compare/strategies.h"
 #include "apps/compare/tuning.h"
 #include "core/base/constants.h"
-#include "core/evaluation/bootstrap.h"
 #include "core/evaluation/held_out.h"
 #include "core/evaluation/motion.h"
 #include "core/evaluation/mpjpe.h"
 #include "core/evaluation/pcp.h"
+#include "core/evaluation/statistics.h"
 
 namespace kinegraph {
 

@@ -12,7 +12,6 @@
 #include "core/data/detection.h"
 #include "core/data/held_out.h"
 #include "core/data/pose.h"
-#include "core/evaluation/bootstrap.h"
 #include "core/evaluation/mpjpe.h"
 #include "core/evaluation/statistics.h"
 #include "core/geometry/camera.h"

@@ -11,7 +11,6 @@
 #include "core/base/frame_range.h"
 #include "core/base/ids.h"
 #include "core/data/pose.h"
-#include "core/evaluation/bootstrap.h"
 #include "core/evaluation/statistics.h"
 
 namespace kinegraph {

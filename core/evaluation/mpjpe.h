@@ -16,7 +16,6 @@
 
 #include "core/base/frame_range.h"
 #include "core/data/pose.h"
-#include "core/evaluation/bootstrap.h"
 #include "core/evaluation/correspondence.h"
 #include "core/evaluation/statistics.h"
 

@@ -1,9 +1,14 @@
-// Small statistics that several measures share.
+// Small statistics that several measures share, and intervals of scores.
 #ifndef KINEGRAPH_CORE_EVALUATION_STATISTICS_H_
 #define KINEGRAPH_CORE_EVALUATION_STATISTICS_H_
 
+#include <cstddef>
 #include <cstdint>
+#include <functional>
+#include <limits>
 #include <vector>
+
+#include "core/base/options.h"
 
 namespace kinegraph {
 
@@ -39,6 +44,78 @@ double Quantile(std::vector<double> values, double q);
 // values, without a copy.
 double QuantileOfRepeated(const std::vector<double>& ascending,
                           const std::vector<int64_t>& upto, double q);
+
+// ---- Confidence intervals of scores: a seeded block bootstrap
+//
+// Errors of neighbouring frames are alike, so whole blocks of frames are drawn
+// (moving blocks: Kuensch 1989, "The jackknife and the bootstrap for general
+// stationary observations"), within each series (an actor, a recording). A
+// block that runs over the end continues at the beginning (Politis and Romano
+// 1992): every frame is drawn equally often, also in a short series.
+
+struct BootstrapOptions {
+  int64_t block_length = 25;  // frames
+  int64_t resamples = 2000;
+  double confidence = 0.95;
+  int64_t seed = 1;
+};
+
+// All NaN when the score has no value.
+struct Interval {
+  double low = std::numeric_limits<double>::quiet_NaN();
+  double high = std::numeric_limits<double>::quiet_NaN();
+  double standard_error = std::numeric_limits<double>::quiet_NaN();
+};
+
+// How often each unit (a frame, a person-frame) was drawn; the units of all
+// series one after the other.
+using DrawCounts = std::vector<int64_t>;
+
+// The percentile interval of `statistic`. A resample in which the statistic
+// has no value (NaN) is left out. For a paired difference of two methods let
+// the statistic compute both from the same counts.
+//
+// A series no longer than a block would come out whole each time and so look
+// certain; its blocks are half its length.
+Interval BlockBootstrap(
+    const std::vector<int64_t>& series_lengths,
+    const std::function<double(const DrawCounts&)>& statistic,
+    const BootstrapOptions& options = {});
+
+// The same for several scores that are computed together; each statistic call
+// gives as many values as there are scores.
+std::vector<Interval> BlockBootstrapAll(
+    const std::vector<int64_t>& series_lengths, size_t score_count,
+    const std::function<std::vector<double>(const DrawCounts&)>& statistic,
+    const BootstrapOptions& options = {});
+
+// Units that add up: the score is sum / weight over the drawn units, as a
+// share or a mean is.
+struct RatioUnit {
+  double sum = 0.0;
+  double weight = 0.0;
+};
+using RatioSeries = std::vector<RatioUnit>;
+
+// A score of units that were drawn so often; without counts of each once.
+using RatioScore = double (*)(const std::vector<RatioSeries>& series,
+                              const DrawCounts* counts);
+
+// Mean over the series of their ratios; series without weight are left out.
+double MeanOfRatios(const std::vector<RatioSeries>& series,
+                    const DrawCounts* counts = nullptr);
+// All units of all series together: the sum of the sums over that of the
+// weights, as a mean over joints is; NaN without weight.
+double PooledRatio(const std::vector<RatioSeries>& series,
+                   const DrawCounts* counts = nullptr);
+
+Interval RatioInterval(RatioScore score, const std::vector<RatioSeries>& series,
+                       const BootstrapOptions& options = {});
+// Of the score of a less that of b, the same units drawn of both. Throws
+// OptionError when a and b differ in shape.
+Interval PairedInterval(RatioScore score, const std::vector<RatioSeries>& a,
+                        const std::vector<RatioSeries>& b,
+                        const BootstrapOptions& options = {});
 
 }  // namespace kinegraph
 

@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <map>
 
-#include "core/evaluation/bootstrap.h"
+#include "core/evaluation/statistics.h"
 
 namespace kinegraph {
 namespace {

@@ -11,7 +11,6 @@
 #include <vector>
 
 #include "core/data/pose.h"
-#include "core/evaluation/bootstrap.h"
 #include "core/evaluation/markers/alignment.h"
 #include "core/evaluation/statistics.h"
 

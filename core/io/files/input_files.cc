@@ -7,7 +7,6 @@
 
 #include "core/base/error.h"
 #include "core/system/file.h"
-#include "core/system/streams.h"
 
 namespace kinegraph {
 namespace {
