@@ -640,13 +640,4 @@ DetectionSequence Observe(const Scene& scene, const NoiseOptions& options,
   return sequence;
 }
 
-TrackSequence TruthFor(const Scene& scene,
-                       const DetectionSequence& detections) {
-  std::vector<FrameTime> frames;
-  for (const DetectionFrame& frame : detections.frames) {
-    frames.push_back({frame.frame, frame.time});
-  }
-  return TruthAt(scene, frames);
-}
-
 }  // namespace kinegraph

@@ -120,9 +120,6 @@ struct ObservationTruth {
 DetectionSequence Observe(const Scene& scene, const NoiseOptions& options,
                           ObservationTruth* truth);
 
-// The people at the frames and times that the detections tell.
-TrackSequence TruthFor(const Scene& scene, const DetectionSequence& detections);
-
 }  // namespace kinegraph
 
 #endif  // KINEGRAPH_CORE_SYNTHETIC_NOISE_H_

@@ -275,15 +275,17 @@ std::vector<PersonSight> Sights(const Camera& camera, const SceneMoment& moment,
 }
 
 TrackSequence TruthOf(const Scene& scene) {
-  std::vector<FrameTime> frames;
+  DetectionSequence nothing_seen;
   for (size_t i = 0; i < scene.times.size(); ++i) {
-    frames.push_back({static_cast<int64_t>(i), scene.times[i]});
+    DetectionFrame& frame = nothing_seen.frames.emplace_back();
+    frame.frame = static_cast<int64_t>(i);
+    frame.time = scene.times[i];
   }
-  return TruthAt(scene, frames);
+  return TruthFor(scene, nothing_seen);
 }
 
-TrackSequence TruthAt(const Scene& scene,
-                      const std::vector<FrameTime>& frames) {
+TrackSequence TruthFor(const Scene& scene,
+                       const DetectionSequence& detections) {
   TrackSequence truth;
   truth.header.skeleton = scene.skeleton;
   truth.header.mode = "truth";
@@ -291,7 +293,7 @@ TrackSequence TruthAt(const Scene& scene,
   for (const Camera& camera : scene.cameras) {
     truth.header.view_names.push_back(camera.name());
   }
-  for (const FrameTime& at : frames) {
+  for (const DetectionFrame& at : detections.frames) {
     TrackFrame& frame = truth.frames.emplace_back();
     frame.frame = at.frame;
     frame.time = at.time;

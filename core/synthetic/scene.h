@@ -11,6 +11,7 @@
 
 #include "core/base/options.h"
 #include "core/base/time.h"
+#include "core/data/detection.h"
 #include "core/data/pose.h"
 #include "core/geometry/camera.h"
 #include "core/skeleton/skeleton.h"
@@ -171,12 +172,8 @@ std::vector<PersonSight> Sights(const Camera& camera, const SceneMoment& moment,
 
 // The truth as tracks: all joints observed, person i has id i.
 TrackSequence TruthOf(const Scene& scene);
-// The truth of some frames at times of their own.
-struct FrameTime {
-  int64_t frame = 0;
-  TimeNs time = 0;
-};
-TrackSequence TruthAt(const Scene& scene, const std::vector<FrameTime>& frames);
+// The same at the frames and times that the detections tell.
+TrackSequence TruthFor(const Scene& scene, const DetectionSequence& detections);
 
 }  // namespace kinegraph
 
