@@ -11,8 +11,8 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
-#include <deque>
 #include <limits>
+#include <optional>
 #include <string_view>
 #include <vector>
 
@@ -96,12 +96,12 @@ double StoredNumber(const MatElement& numbers, size_t index) {
   }
 }
 
-// The arrays of a file, as far as they are there. Throws InputError without the
-// file's name.
+// One array of a file, whose others are gone through as well: all that they
+// declare must be there. Throws InputError without the file's name.
 class MatReader {
  public:
-  explicit MatReader(const std::string& bytes)
-      : left_bytes_(MostUnpackedBytes(bytes.size())) {
+  MatReader(const std::string& bytes, std::string_view name)
+      : name_(name), left_bytes_(MostUnpackedBytes(bytes.size())) {
     if (bytes.size() < kMatHeaderBytes ||
         bytes.compare(0, 10, "MATLAB 5.0") != 0) {
       Refuse("is no MATLAB 5 file");
@@ -112,18 +112,23 @@ class MatReader {
     std::string_view rest = std::string_view(bytes).substr(kMatHeaderBytes);
     if (rest.empty()) Refuse("is truncated");
     while (!rest.empty()) {
-      const MatElement element = Take(&rest, /*padded=*/false);
-      if (element.type != kCompressed) {
-        variables_.push_back(ReadArray(element, 0));
-        continue;
+      MatElement element = Take(&rest, /*padded=*/false);
+      std::string unpacked;
+      std::string_view behind;
+      if (element.type == kCompressed) {
+        unpacked = Unpack(element.data);
+        behind = unpacked;
+        element = Take(&behind, /*padded=*/false);
       }
-      std::string_view inside = unpacked_.emplace_back(Unpack(element.data));
-      variables_.push_back(ReadArray(Take(&inside, /*padded=*/false), 0));
-      if (!inside.empty()) Refuse("holds bytes behind an array");
+      MatArray array = ReadArray(element, 0);
+      if (!behind.empty()) Refuse("holds bytes behind an array");
+      if (found_.has_value() || array.name != name_) continue;
+      found_ = std::move(array);
+      unpacked_.swap(unpacked);  // its bytes stay where they are
     }
   }
 
-  const std::vector<MatArray>& variables() const { return variables_; }
+  const std::optional<MatArray>& found() const { return found_; }
 
  private:
   [[noreturn]] static void FailCount(uint64_t count) {
@@ -155,7 +160,7 @@ class MatReader {
     return element;
   }
 
-  static MatArray ReadArray(const MatElement& element, int depth) {
+  MatArray ReadArray(const MatElement& element, int depth) {
     constexpr int kMaxDepth = 16;
     if (element.type != kMatrix) Refuse("holds something that is no array");
     MatArray array;
@@ -170,6 +175,7 @@ class MatReader {
     array.is_complex = (NumberAt<uint32_t>(flags.data, 0) & kComplex) != 0;
     ReadDimensions(Take(&rest), &array);
     array.name = Take(&rest).data;
+    if (depth == 0) keeps_entries_ = array.name == name_;
     if (array.array_class == kCellClass) {
       ReadEntries(array.count, rest, depth, &array);
     } else if (array.array_class == kStructClass) {
@@ -234,11 +240,12 @@ class MatReader {
     return Take(rest).data.size() / NumberAt<uint32_t>(length.data, 0);
   }
 
-  static void ReadEntries(uint64_t count, std::string_view rest, int depth,
-                          MatArray* array) {
+  void ReadEntries(uint64_t count, std::string_view rest, int depth,
+                   MatArray* array) {
     if (count > rest.size() / kTagBytes) FailCount(count);
     for (uint64_t i = 0; i < count; ++i) {
-      array->entries.push_back(ReadArray(Take(&rest), depth + 1));
+      MatArray entry = ReadArray(Take(&rest), depth + 1);
+      if (keeps_entries_) array->entries.push_back(std::move(entry));
     }
   }
 
@@ -271,9 +278,11 @@ class MatReader {
     return unpacked;
   }
 
-  size_t left_bytes_;  // that may be unpacked
-  std::deque<std::string> unpacked_;
-  std::vector<MatArray> variables_;
+  const std::string_view name_;
+  bool keeps_entries_ = false;  // of the array that is being read
+  size_t left_bytes_;           // that may be unpacked
+  std::string unpacked_;        // in which the array lies
+  std::optional<MatArray> found_;
 };
 
 const std::vector<MatArray>& EntriesOf(const MatArray& cell) {
@@ -442,14 +451,10 @@ TrackSequence ReadTumTracks(const std::string& path,
   return Located(
       path, [&] { return place; },
       [&] {
-        const MatReader reader(bytes);
+        const MatReader reader(bytes, kVariable);
         place = kVariable;
-        for (const MatArray& variable : reader.variables()) {
-          if (variable.name == kVariable) {
-            return ReadActors(variable, options, &place);
-          }
-        }
-        Refuse("is missing or damaged");
+        if (!reader.found()) Refuse("is missing or damaged");
+        return ReadActors(*reader.found(), options, &place);
       });
 }
 
