@@ -57,36 +57,30 @@ void LineariseFirst(const std::vector<TimeNs>& times, const JointChain& chain,
 
 using TwoStates = RowTriangle<2 * kStateSize>;
 
-// Calls `add` for the rows of a factor, times `root`.
-template <typename Factor, typename Add>
-void ForEachRow(const Linearised<Factor>& at, double root, const Add& add) {
-  for (int i = 0; i < Factor::kResiduals; ++i) {
-    TwoStates::Row row{};
-    row.back() = root * at.residual[i];
-    for (int key = 0; key < Factor::kKeys; ++key) {
-      for (int c = 0; c < kStateSize; ++c) {
-        row[kStateSize * key + c] = root * at.by_states[key](i, c);
-      }
-    }
-    add(row);
-  }
-}
-
 SquareRootPrior<kStateSize> MarginaliseWith(const std::vector<TimeNs>& times,
                                             const JointChain& chain,
                                             KeptFor use, double correction) {
   TwoStates triangle;
   std::vector<TwoStates::Row> of_both;
-  LineariseFirst(times, chain, FirstFrame(use), correction,
-                 [&](const auto& at, const auto& keys, double weight) {
-                   ForEachRow(at, std::sqrt(weight), [&](const auto& row) {
-                     if (std::size(keys) == 1) {
-                       triangle.Add(row, kStateSize);
-                     } else {
-                       of_both.push_back(row);
-                     }
-                   });
-                 });
+  const auto add = [&](const auto& at, const auto& keys, double weight) {
+    const double root = std::sqrt(weight);
+    for (size_t i = 0; i < std::size(at.residual); ++i) {
+      TwoStates::Row row{};
+      row.back() = root * at.residual[i];
+      for (size_t key = 0; key < keys.size(); ++key) {
+        for (int c = 0; c < kStateSize; ++c) {
+          row[kStateSize * key + c] =
+              root * at.by_states[key](static_cast<int>(i), c);
+        }
+      }
+      if (keys.size() == 1) {
+        triangle.Add(row, kStateSize);
+      } else {
+        of_both.push_back(row);
+      }
+    }
+  };
+  LineariseFirst(times, chain, FirstFrame(use), correction, add);
   for (const TwoStates::Row& row : of_both) triangle.Add(row);
   return triangle.Drop<kStateSize>();
 }
