@@ -9,6 +9,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <string>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -73,28 +74,24 @@ KnownLength LengthOfFlags() {
     throw InputError(
         "--scale, --distance, --cameras_apart: expected one of them");
   }
-  KnownLength length;
   if (FLAGS_scale > 0.0) {
-    length.kind = KnownLength::Kind::kStature;
-    length.metres = FLAGS_scale;
+    return {KnownLength::Kind::kStature, FLAGS_scale, "", ""};
   }
-  const auto between = [&](const std::string& text, const std::string& flag,
-                           KnownLength::Kind kind) {
-    if (text.empty()) return;
+  for (const auto& [text, flag, kind] :
+       {std::tuple(FLAGS_distance, "distance", KnownLength::Kind::kDistance),
+        {FLAGS_cameras_apart, "cameras_apart", KnownLength::Kind::kCameras}}) {
+    if (text.empty()) continue;
     const std::vector<std::string> parts = ParseList(text, flag);
+    const std::string found = fmt::format("--{}: '{}'", flag, Printable(text));
     if (parts.size() != 3) {
-      throw InputError("--" + flag + ": '" + Printable(text) +
-                       "', expected two names and metres: A,B,METRES");
+      throw InputError(found + ", expected two names and metres: A,B,METRES");
     }
     if (parts[0] == parts[1]) {
-      throw InputError("--" + flag + ": '" + Printable(text) +
-                       "' names one twice, expected two");
+      throw InputError(found + " names one twice, expected two");
     }
-    length = {kind, NumberOf(parts[2], flag), parts[0], parts[1]};
-  };
-  between(FLAGS_distance, "distance", KnownLength::Kind::kDistance);
-  between(FLAGS_cameras_apart, "cameras_apart", KnownLength::Kind::kCameras);
-  return length;
+    return {kind, NumberOf(parts[2], flag), parts[0], parts[1]};
+  }
+  return {};
 }
 
 int SideOf(const std::string& text) {

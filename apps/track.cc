@@ -82,6 +82,8 @@ std::optional<AxisMap> AxesFlag() {
 // Frames come one by one, without an end that could be waited for.
 bool IsLive() { return FLAGS_detections == "-"; }
 
+bool CanBeReadAgain() { return !IsLive() && !IsPipe(FLAGS_detections); }
+
 // A stream is tracked with bounded memory and answered within the lag.
 void RequireLag(const RunOptions& given) {
   const RunOptions options = WithRulesOfMode(given);
@@ -231,8 +233,7 @@ RecordingReport TrackFrames(const Recording& recording, DetectionSource* source,
                             Session* session, TrackOutput* output) {
   // What waits for the end of the recording is read once more for the report,
   // instead of being kept.
-  const bool again =
-      WaitsForEnd(recording.options) && !IsLive() && !IsPipe(FLAGS_detections);
+  const bool again = WaitsForEnd(recording.options) && CanBeReadAgain();
   UsedFrames used(session->scene(), again ? SourceOpener([&recording] {
                     return recording.Open();
                   })
@@ -240,7 +241,7 @@ RecordingReport TrackFrames(const Recording& recording, DetectionSource* source,
   RecordingReporter reporter(session->scene(), source->header().skeleton,
                              IsLive());
   reporter.set_empty_frames_left_out(
-      !IsLive() && !IsPipe(FLAGS_detections) &&
+      CanBeReadAgain() &&
       LeavesOutEmptyFrames(FLAGS_detections, recording.options.detections));
   const Skeleton& skeleton = source->header().skeleton;
   const std::unique_ptr<CameraUncertainty> uncertainty =
@@ -270,9 +271,7 @@ void RequireFrames(const Recording& recording, const RunSummary& summary) {
   std::string asked;
   if (!FLAGS_frames.empty()) {
     asked = " in --frames=" + FLAGS_frames;
-    if (!IsLive() && !IsPipe(FLAGS_detections)) {
-      asked += KnownFrames(recording.Open());
-    }
+    if (CanBeReadAgain()) asked += KnownFrames(recording.Open());
   }
   throw InputError(FLAGS_detections, "", "no frame to track" + asked);
 }

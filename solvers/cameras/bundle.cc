@@ -376,8 +376,8 @@ BundleResult AdjustBundle(const CameraRig& cameras,
   problem.Solve(options.max_iterations, &result);
   if (!result.usable || !options.wants_covariance) return result;
   ReducedSystem reduced(cameras, segments, places,
-                        PriorInformation(options.segments));
-  reduced.SetLastingOffsets(options.lasting_offset_m);
+                        PriorInformation(options.segments),
+                        options.lasting_offset_m);
   for (size_t s = 0; s < segments.segments.size(); ++s) {
     reduced.Add(problem.WithoutOffsets(s), problem.states()[s], result.changes);
   }
@@ -390,11 +390,13 @@ BundleResult AdjustBundle(const CameraRig& cameras,
 ReducedSystem::ReducedSystem(const CameraRig& cameras,
                              const SceneSegments& segments,
                              std::vector<std::vector<int>> places,
-                             const SegmentState& state_information)
+                             const SegmentState& state_information,
+                             double offset_sigma_m)
     : cameras_(cameras),
       segments_(segments),
       places_(std::move(places)),
-      state_information_(state_information) {
+      state_information_(state_information),
+      offset_sigma_m_(offset_sigma_m) {
   for (const auto& list : places_) {
     begin_.push_back(size_);
     size_ += static_cast<Eigen::Index>(list.size());
@@ -454,7 +456,9 @@ void ReducedSystem::Add(const MotionSegment& segment, const SegmentState& state,
   AddScore(block, gradient.tail(offset_count), &offsets.scores);
 }
 
-void ReducedSystem::EliminateOffsets() {
+void ReducedSystem::AddPrior(const CameraChange& inverse_sigma,
+                             const Eigen::MatrixXd& gauge, double gauge_sigma) {
+  // The detector's offsets are eliminated first.
   const double prior = 1.0 / (offset_sigma_m_ * offset_sigma_m_);
   for (auto& [key, one] : offsets_) {
     one.information.diagonal().array() += prior;
@@ -466,11 +470,6 @@ void ReducedSystem::EliminateOffsets() {
       scores_.at(block) -= gain * score;
     }
   }
-}
-
-void ReducedSystem::AddPrior(const CameraChange& inverse_sigma,
-                             const Eigen::MatrixXd& gauge, double gauge_sigma) {
-  EliminateOffsets();
   Eigen::MatrixXd held = Eigen::MatrixXd::Zero(gauge.rows(), size_);
   for (size_t v = 0; v < places_.size(); ++v) {
     for (size_t i = 0; i < places_[v].size(); ++i) {

@@ -98,10 +98,13 @@ BundleResult AdjustBundle(const CameraRig& cameras,
 class ReducedSystem {
  public:
   // `places`: the free parameters, one list a view. `state_information`: of the
-  // prior on a stretch's state. Cameras and segments must outlive the system.
+  // prior on a stretch's state. `offset_sigma_m`: of the detector's errors that
+  // last for the whole recording, of each person's joint in each view [m, each
+  // axis across the ray]. Cameras and segments must outlive the system.
   ReducedSystem(const CameraRig& cameras, const SceneSegments& segments,
                 std::vector<std::vector<int>> places,
-                const SegmentState& state_information);
+                const SegmentState& state_information,
+                double offset_sigma_m = 0.0);
 
   // What one stretch says.
   void Add(const MotionSegment& segment, const SegmentState& state,
@@ -115,10 +118,6 @@ class ReducedSystem {
   // rows on all changes below each other, each zero but for `gauge_sigma`.
   void AddPrior(const CameraChange& inverse_sigma, const Eigen::MatrixXd& gauge,
                 double gauge_sigma);
-
-  // Errors of the detector that last for the whole recording: of each person's
-  // joint in each view [m, each axis across the ray]. Called before Add.
-  void SetLastingOffsets(double sigma_m) { offset_sigma_m_ = sigma_m; }
 
   // Covariance of the free parameters. Errors of a detector last, so it is the
   // sandwich over blocks of time (Huber and Ronchetti, Robust Statistics, ch.
@@ -138,18 +137,17 @@ class ReducedSystem {
     Eigen::MatrixXd information;  // two axes a view
     std::map<int64_t, Eigen::VectorXd> scores;
   };
-  void EliminateOffsets();
 
   const CameraRig& cameras_;
   const SceneSegments& segments_;
   const std::vector<std::vector<int>> places_;
   const SegmentState state_information_;
+  const double offset_sigma_m_;
   std::vector<Eigen::Index> begin_;  // of each view's parameters
   Eigen::Index size_ = 0;
   Eigen::MatrixXd information_;
   // Gradients of the cost, by block of time.
   std::map<int64_t, Eigen::VectorXd> scores_;
-  double offset_sigma_m_ = 0.0;
   std::map<std::array<int, 2>, Offsets> offsets_;  // person, joint
   Eigen::MatrixXd prior_scores_;  // of the offsets, for the sandwich
 };

@@ -1,6 +1,7 @@
 #include "solvers/cameras/camera_change.h"
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <utility>
 #include <vector>
@@ -140,18 +141,38 @@ void RescaleCentres(const std::vector<std::vector<int>>& places, double factor,
   }
 }
 
+namespace {
+
+// The blocks of a change, ascending.
+struct ChangeBlock {
+  bool FreeParameters::*is_free;
+  int begin;
+  int size;
+};
+constexpr ChangeBlock kBlocks[] = {{&FreeParameters::rotation, kRotationAt, 3},
+                                   {&FreeParameters::centre, kCentreAt, 3},
+                                   {&FreeParameters::shift, kShiftAt, 2},
+                                   {&FreeParameters::focal, kFocalAt, 1},
+                                   {&FreeParameters::offset, kOffsetAt, 1},
+                                   {&FreeParameters::drift, kDriftAt, 1},
+                                   {&FreeParameters::lens, kLensAt, 1}};
+
+}  // namespace
+
+FreeParameters FreeParameters::At(const std::vector<int>& places) {
+  FreeParameters free;
+  for (const auto& [is_free, begin, size] : kBlocks) {
+    free.*is_free = std::count(places.begin(), places.end(), begin) > 0;
+  }
+  return free;
+}
+
 std::vector<int> FreeParameters::Places() const {
   std::vector<int> places;
-  const auto add = [&](bool wanted, int begin, int count) {
-    for (int i = 0; wanted && i < count; ++i) places.push_back(begin + i);
-  };
-  add(rotation, kRotationAt, 3);
-  add(centre, kCentreAt, 3);
-  add(shift, kShiftAt, 2);
-  add(focal, kFocalAt, 1);
-  add(offset, kOffsetAt, 1);
-  add(drift, kDriftAt, 1);
-  add(lens, kLensAt, 1);
+  for (const auto& [is_free, begin, size] : kBlocks) {
+    for (int i = 0; this->*is_free && i < size; ++i)
+      places.push_back(begin + i);
+  }
   return places;
 }
 

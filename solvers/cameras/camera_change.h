@@ -85,6 +85,8 @@ struct FreeParameters {
   bool offset = false;
   bool drift = false;
 
+  // Those at any of the places of a CameraChange.
+  static FreeParameters At(const std::vector<int>& places);
   // Places in a CameraChange, ascending.
   std::vector<int> Places() const;
   bool any_camera() const {

@@ -122,22 +122,6 @@ bool AnyIsFar(const std::vector<CameraChange>& changes) {
       });
 }
 
-// What was estimated: the parameters of any view.
-FreeParameters TakenOf(const Refinement& refinement) {
-  CameraChange taken = CameraChange::Zero();
-  for (const std::vector<int>& places : refinement.places) {
-    for (const int place : places) taken[place] = 1.0;
-  }
-  FreeParameters free;
-  free.rotation = taken[kRotationAt] > 0.0;
-  free.centre = taken[kCentreAt] > 0.0;
-  free.shift = taken[kShiftAt] > 0.0;
-  free.focal = taken[kFocalAt] > 0.0;
-  free.offset = taken[kOffsetAt] > 0.0;
-  free.drift = taken[kDriftAt] > 0.0;
-  return free;
-}
-
 }  // namespace
 
 double UsualClock(const std::vector<CameraChange>& changes, int place) {
@@ -323,7 +307,11 @@ BundleOptions WithLastingErrors(BundleOptions options,
 void RefineAgain(const CameraRig& cameras, const DetectionSequence& detections,
                  const FrozenMatches& matches, const BundleOptions& bundle,
                  Refinement* refinement) {
-  const FreeParameters free = TakenOf(*refinement);
+  std::vector<int> taken;  // of any view
+  for (const std::vector<int>& places : refinement->places) {
+    taken.insert(taken.end(), places.begin(), places.end());
+  }
+  const FreeParameters free = FreeParameters::At(taken);
   std::vector<CameraChange> start = refinement->changes;
   for (CameraChange& change : start) {
     change[kOffsetAt] = change[kDriftAt] = 0.0;  // the detections have them

@@ -147,11 +147,8 @@ class RigEstimate {
   // People are as tall as people are; other bodies are seen from some metres
   // away.
   void ScaleByStature() {
-    const std::vector<ViewPeople> people = IdealPeople(aligned_, cameras_);
     constexpr int kFrames = 100;
-    const Stature stature =
-        StatureOf(cameras_, people, FramesToLookAt(people, kFrames),
-                  recording_.header.skeleton);
+    const Stature stature = StatureOf(cameras_, aligned_, kFrames);
     if (stature.count > 0 && stature.median_m > 0.0) {
       cameras_ = Rescaled(cameras_, kStatureM / stature.median_m);
     } else if (!human_ && SizeOf(cameras_) > 0.0) {

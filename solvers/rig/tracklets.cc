@@ -1,5 +1,6 @@
 #include "solvers/rig/tracklets.h"
 
+#include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
@@ -44,22 +45,15 @@ NormalisedJoints Normalised(const Camera& camera, const Detection& detection,
 }
 
 int CountFound(const NormalisedJoints& points) {
-  int found = 0;
-  for (Eigen::Index j = 0; j < points.cols(); ++j) {
-    found += points.col(j).allFinite() ? 1 : 0;
-  }
-  return found;
+  return static_cast<int>(points.array().isFinite().colwise().all().count());
 }
 
 double SizeOf(const NormalisedJoints& points) {
-  Eigen::Vector2d low = Eigen::Vector2d::Constant(1e30);
-  Eigen::Vector2d high = -low;
+  Eigen::AlignedBox2d box;
   for (Eigen::Index j = 0; j < points.cols(); ++j) {
-    if (!points.col(j).allFinite()) continue;
-    low = low.cwiseMin(points.col(j));
-    high = high.cwiseMax(points.col(j));
+    if (points.col(j).allFinite()) box.extend(points.col(j));
   }
-  return (high - low).norm();
+  return box.diagonal().norm();
 }
 
 // Median distance of common joints; infinite where there are too few.

@@ -7,6 +7,7 @@
 #include <unordered_map>
 #include <utility>
 
+#include "core/data/box.h"
 #include "core/evaluation/statistics.h"
 #include "core/geometry/epipolar.h"
 #include "core/geometry/triangulation.h"
@@ -22,14 +23,11 @@ constexpr int kMinJoints = 6;
 constexpr double kTolerance = 0.1;
 
 double SizeOf(const ViewPeople::Person& person) {
-  Eigen::Vector2d low = Eigen::Vector2d::Constant(1e300);
-  Eigen::Vector2d high = -low;
+  Eigen::AlignedBox2d box;
   for (size_t j = 0; j < person.px.size(); ++j) {
-    if (!person.found[j]) continue;
-    low = low.cwiseMin(person.px[j]);
-    high = high.cwiseMax(person.px[j]);
+    if (person.found[j]) box.extend(person.px[j]);
   }
-  return (high - low).norm();
+  return DiagonalPx(box);
 }
 
 // The people of a frame, ready to be compared with those of another view: a row
@@ -436,6 +434,13 @@ Stature StatureOf(const CameraRig& cameras,
   stature.count = static_cast<int>(statures.size());
   if (!statures.empty()) stature.median_m = Quantile(statures, 0.5);
   return stature;
+}
+
+Stature StatureOf(const CameraRig& cameras, const DetectionSequence& recording,
+                  int frames) {
+  const std::vector<ViewPeople> people = IdealPeople(recording, cameras);
+  return StatureOf(cameras, people, FramesToLookAt(people, frames),
+                   recording.header.skeleton);
 }
 
 int PlaceOf(const Skeleton& skeleton, const std::string& joint_name) {

@@ -173,6 +173,9 @@ struct Stature {
 Stature StatureOf(const CameraRig& cameras,
                   const std::vector<ViewPeople>& ideal,
                   const std::vector<int>& frames, const Skeleton& skeleton);
+// In up to so many frames of a recording.
+Stature StatureOf(const CameraRig& cameras, const DetectionSequence& recording,
+                  int frames);
 
 }  // namespace kinegraph
 

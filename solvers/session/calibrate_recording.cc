@@ -44,15 +44,6 @@ double DistanceIn(const TrackSequence& tracks, int a, int b) {
   return distances.empty() ? 0.0 : Median(std::move(distances));
 }
 
-double StatureIn(const CameraRig& cameras, const DetectionSequence& recording) {
-  constexpr int kFrames = 200;
-  const std::vector<ViewPeople> people = IdealPeople(recording, cameras);
-  const Stature stature =
-      StatureOf(cameras, people, FramesToLookAt(people, kFrames),
-                recording.header.skeleton);
-  return stature.count > 0 ? stature.median_m : 0.0;
-}
-
 int JointOf(const Skeleton& skeleton, const std::string& name) {
   const int joint = skeleton.IndexOf(name);
   if (joint < 0) {
@@ -123,7 +114,9 @@ class Finisher {
     const KnownLength& length = input_.length;
     double measured = 0.0;
     double metres = length.metres;
-    const double stature = StatureIn(result_->cameras, recording());
+    constexpr int kFrames = 200;
+    const double stature =
+        StatureOf(result_->cameras, recording(), kFrames).median_m;
     switch (length.kind) {
       case KnownLength::Kind::kPopulation:
         metres = kStatureM;

@@ -70,9 +70,11 @@ TEST(Session, PaperModeKeepsItsRulesWhateverTheKeysSay) {
   options.tracker.life.second_pass = true;
   options.tracker.life.backfill = true;
   options.tracker.life.max_gap_frames = 5.0;
+  options.identity.link = true;
   EXPECT_EQ(PassCount(options), 1);
   const RunOptions ruled = WithRulesOfMode(options);
   EXPECT_FALSE(ruled.tracker.life.backfill);
+  EXPECT_FALSE(ruled.identity.link);
   EXPECT_EQ(ruled.tracker.life.max_gap_frames, 0.0);
 
   const Recording recording = SmallRecording();
@@ -108,13 +110,6 @@ TEST(Session, WarmUpIsFedButNotWritten) {
   EXPECT_EQ(fed, count + 4);
   EXPECT_EQ(static_cast<int64_t>(written.size()), count);
   EXPECT_EQ(written.front().frame, recording.detections.frames.front().frame);
-}
-
-TEST(Session, RefusesFramesThatDoNotAscend) {
-  const Recording recording = SmallRecording();
-  Session session(GraphMode(), recording.request, recording.detections.header);
-  session.Process(recording.detections.frames[1]);
-  EXPECT_THROW(session.Process(recording.detections.frames[0]), InputError);
 }
 
 TEST(Session, RefusesAUnknownCameraByName) {
