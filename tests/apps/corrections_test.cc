@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "core/evaluation/correspondence.h"
 #include "core/io/calibration/calibration.h"
 #include "core/io/detections/writer.h"
 #include "core/io/tracks/tracks.h"
@@ -46,11 +47,8 @@ class CorrectionsTest : public CommandTest {
   static std::vector<int64_t> IdsAt(const TrackSequence& tracks,
                                     int64_t frame) {
     std::vector<int64_t> ids;
-    for (const TrackFrame& one : tracks.frames) {
-      if (one.frame != frame) continue;
-      for (const PersonPose& person : one.people) {
-        ids.push_back(person.id.value());
-      }
+    for (const PersonPose& person : FindFrame(tracks, frame)->people) {
+      ids.push_back(person.id.value());
     }
     return ids;
   }
@@ -83,11 +81,7 @@ TEST_F(CorrectionsTest, AFileEditedByHandGivesTheSameBytesEachTime) {
   EXPECT_THAT(IdsAt(tracks, 69), ElementsAre(0, 1));
   EXPECT_THAT(IdsAt(tracks, 80), ElementsAre(1, 9));
   const auto x_of = [&](int64_t frame, size_t person) {
-    for (const TrackFrame& one : tracks.frames) {
-      if (one.frame == frame)
-        return one.people[person].joints[0].position_m.x();
-    }
-    return 0.0;
+    return FindFrame(tracks, frame)->people[person].joints[0].position_m.x();
   };
   EXPECT_GT(x_of(89, 0), 1.0);   // person 1
   EXPECT_LT(x_of(90, 0), -1.0);  // exchanged

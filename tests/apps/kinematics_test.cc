@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "core/base/text.h"
 #include "core/io/tracks/writer.h"
 #include "tests/apps/command.h"
 #include "tests/support/standing_person.h"
@@ -21,24 +22,14 @@ using ::testing::HasSubstr;
 
 using Row = std::map<std::string, std::string>;
 
-std::vector<std::string> Cells(const std::string& line) {
-  std::vector<std::string> cells;
-  std::istringstream stream(line);
-  for (std::string cell; std::getline(stream, cell, ',');) {
-    cells.push_back(cell);
-  }
-  if (!line.empty() && line.back() == ',') cells.emplace_back();
-  return cells;
-}
-
 std::vector<Row> ReadCsv(const fs::path& path) {
   std::istringstream stream(ContentOf(path));
   std::string line;
   std::getline(stream, line);
-  const std::vector<std::string> header = Cells(line);
+  const std::vector<std::string> header = Split(line, ',');
   std::vector<Row> rows;
   while (std::getline(stream, line)) {
-    const std::vector<std::string> cells = Cells(line);
+    const std::vector<std::string> cells = Split(line, ',');
     EXPECT_EQ(cells.size(), header.size()) << line;
     Row row;
     for (size_t i = 0; i < std::min(cells.size(), header.size()); ++i) {

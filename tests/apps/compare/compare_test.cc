@@ -20,6 +20,7 @@
 #include "apps/compare/strategies.h"
 #include "apps/compare/tuning.h"
 #include "core/base/error.h"
+#include "core/base/text.h"
 #include "core/io/configuration/config.h"
 #include "tests/apps/command.h"
 #include "tests/core/io/input_error.h"
@@ -303,17 +304,15 @@ TEST(Scores, ErrorsOfEachJointHaveTheMean) {
   double sums_px[] = {0.0, 0.0};
   int count = 0;
   while (std::getline(lines, line)) {
-    const size_t first = line.find(',');
-    const size_t second = line.find(',', first + 1);
-    ASSERT_NE(second, std::string::npos) << line;
-    const int frame = std::stoi(line.substr(0, first));
+    const std::vector<std::string> cells = Split(line, ',');
+    ASSERT_EQ(cells.size(), 3u) << line;
+    const int frame = std::stoi(cells[0]);
     EXPECT_GE(frame, 0);
     EXPECT_LT(frame, 150);
-    const std::string cells[] = {line.substr(first + 1, second - first - 1),
-                                 line.substr(second + 1)};
-    for (int i = 0; i < 2; ++i) {
+    for (size_t i = 0; i < 2; ++i) {
+      const std::string& error_px = cells[i + 1];
       sums_px[i] +=
-          cells[i].empty() ? 30.0 : std::min(30.0, std::stod(cells[i]));
+          error_px.empty() ? 30.0 : std::min(30.0, std::stod(error_px));
     }
     ++count;
   }
