@@ -433,23 +433,17 @@ TEST_F(BoneTest, EstimatorsGainFromBones) {
       const auto estimator = testing::MakeEstimator(batch, scene_, options);
       const auto finals = testing::Run(estimator.get(), recording_.frames);
       rmse_m[bones] = testing::RootMeanSquare(recording_.truth, finals, 100);
-      double sum = 0.0;
-      double squares = 0.0;
-      double count = 0.0;
+      std::vector<double> lengths_m;
       for (size_t k = 100; k < finals.size(); ++k) {
         const PersonPose& person = finals[k].person;
-        if (!person.joints[0].present() || !person.joints[1].present()) {
-          continue;
-        }
+        const auto& joints = person.joints;
+        if (!joints[0].present() || !joints[1].present()) continue;
         EXPECT_TRUE(person.covariances[0].has_value());
-        const double length =
-            (person.joints[0].position_m - person.joints[1].position_m).norm();
-        sum += length;
-        squares += length * length;
-        count += 1.0;
+        lengths_m.push_back(testing::Apart(joints[0], joints[1]));
       }
-      spread_m[bones] =
-          std::sqrt(squares / count - sum / count * (sum / count));
+      const Eigen::Map<const Eigen::ArrayXd> lengths(
+          lengths_m.data(), static_cast<Eigen::Index>(lengths_m.size()));
+      spread_m[bones] = std::sqrt((lengths - lengths.mean()).square().mean());
     }
     EXPECT_LT(rmse_m[1], rmse_m[0]);
     EXPECT_LT(spread_m[1], 0.7 * spread_m[0]);
