@@ -4,7 +4,6 @@
 #include <cmath>
 #include <deque>
 #include <filesystem>
-#include <limits>
 #include <utility>
 
 #include "core/base/error.h"
@@ -206,27 +205,6 @@ void ReadCsv(const std::string& path,
         const size_t width = cells.size();
         while (rows.Next(&cells, width)) row(cells);
       });
-}
-
-std::vector<Keypoint> ReadKeypointRow(
-    const std::vector<std::string>& cells,
-    const std::vector<KeypointColumns>& columns,
-    const std::vector<std::string>& labels, ZeroConfidence zero_confidence) {
-  std::vector<Keypoint> joints;
-  joints.reserve(columns.size());
-  for (size_t j = 0; j < columns.size(); ++j) {
-    const auto at = [&](int column) {
-      return Located(labels[j], [&] {
-        return NumberOfCell(cells[static_cast<size_t>(column)])
-            .value_or(std::numeric_limits<double>::quiet_NaN());
-      });
-    };
-    const double confidence =
-        columns[j].confidence < 0 ? 1.0 : at(columns[j].confidence);
-    joints.push_back(MakeKeypoint(at(columns[j].x), at(columns[j].y),
-                                  confidence, zero_confidence));
-  }
-  return joints;
 }
 
 std::unique_ptr<DetectionSource> ReadViews(const NamedPaths& files,

@@ -138,27 +138,11 @@ void AddPoints(const JsonArray& points, std::string_view key,
                const std::vector<double>& scores,
                ZeroConfidence zero_confidence, Detection* detection);
 
-// ---- Tables with a column a coordinate ----
-
 // Reads a table: `header` is given its first row, `row` each of the others,
 // which are as wide. Throws InputError naming file and line.
 void ReadCsv(const std::string& path,
              const std::function<void(const std::vector<std::string>&)>& header,
              const std::function<void(const std::vector<std::string>&)>& row);
-
-// Where a joint of a person stands in a row; -1: there is no such column.
-struct KeypointColumns {
-  int x = -1;
-  int y = -1;
-  int confidence = -1;  // without it every joint that is there has 1
-};
-
-// One person of a row, a joint each; an empty cell or "nan" is no measurement.
-// Throws InputError without a file, naming the column by `labels`.
-std::vector<Keypoint> ReadKeypointRow(
-    const std::vector<std::string>& cells,
-    const std::vector<KeypointColumns>& columns,
-    const std::vector<std::string>& labels, ZeroConfidence zero_confidence);
 
 }  // namespace kinegraph
 

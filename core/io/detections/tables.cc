@@ -1,6 +1,7 @@
 // Tables with a column a coordinate: DeepLabCut's predictions and MediaPipe's
 // landmarks.
 #include <algorithm>
+#include <limits>
 #include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -25,6 +26,39 @@
 #include "core/io/text/names.h"
 
 namespace kinegraph {
+namespace {
+
+// Where a joint of a person stands in a row; -1: there is no such column.
+struct KeypointColumns {
+  int x = -1;
+  int y = -1;
+  int confidence = -1;  // without it every joint that is there has 1
+};
+
+// One person of a row, a joint each; an empty cell or "nan" is no measurement.
+// Throws InputError without a file, naming the column by `labels`.
+std::vector<Keypoint> ReadKeypointRow(
+    const std::vector<std::string>& cells,
+    const std::vector<KeypointColumns>& columns,
+    const std::vector<std::string>& labels, ZeroConfidence zero_confidence) {
+  std::vector<Keypoint> joints;
+  joints.reserve(columns.size());
+  for (size_t j = 0; j < columns.size(); ++j) {
+    const auto at = [&](int column) {
+      return Located(labels[j], [&] {
+        return NumberOfCell(cells[static_cast<size_t>(column)])
+            .value_or(std::numeric_limits<double>::quiet_NaN());
+      });
+    };
+    const double confidence =
+        columns[j].confidence < 0 ? 1.0 : at(columns[j].confidence);
+    joints.push_back(MakeKeypoint(at(columns[j].x), at(columns[j].y),
+                                  confidence, zero_confidence));
+  }
+  return joints;
+}
+
+}  // namespace
 
 // ---- DeepLabCut ----
 // DeepLabCut's predictions (Lightning Pose's too), CSV or HDF5: a column a
