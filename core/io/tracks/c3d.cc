@@ -51,12 +51,11 @@ class Places {
 };
 
 std::optional<TrackId> IdOf(const std::string& prefix) {
-  const std::string begin = "person_";
-  if (prefix.rfind(begin, 0) != 0 || prefix.back() != ':') return std::nullopt;
-  const auto id = PersonIdOf(std::string_view(prefix).substr(
-      begin.size(), prefix.size() - begin.size() - 1));
-  if (!id.has_value() || id->value() > kMaxId) return std::nullopt;
-  return id;
+  constexpr std::string_view kBegins = "person_";
+  if (prefix.rfind(kBegins, 0) != 0 || prefix.back() != ':')
+    return std::nullopt;
+  return PersonIdOf(std::string_view(prefix).substr(
+      kBegins.size(), prefix.size() - kBegins.size() - 1));
 }
 
 // Neither without a name, nor Vicon's that nobody named, nor the laboratory.
@@ -95,7 +94,7 @@ class Labels {
       if (is_set_each && subject.empty()) {
         subject = copy < called_.size()
                       ? called_[copy] + ":"
-                      : "person_" + std::to_string(copy) + ":";
+                      : PersonLabel(static_cast<int64_t>(copy)) + ":";
       } else if (copy > 0) {
         joint = Unlike(counts, subject, joint, copy + 1);
       }

@@ -33,6 +33,7 @@ namespace {
 namespace fs = std::filesystem;
 using Eigen::Vector3d;
 using testing::Browser;
+using testing::HasPython;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using testing::MakeRecording;
@@ -80,12 +81,6 @@ class FormatReaders : public ::testing::Test {
   TrackSequence recording_ = MakeRecording();
   const TemporaryFolder folder_;
 };
-
-bool HasPython(const std::string& modules) {
-  return std::system(
-             ("/usr/bin/python3 -c 'import " + modules + "' > /dev/null 2>&1")
-                 .c_str()) == 0;
-}
 
 const PersonPose* PersonIn(const TrackSequence& recording, int64_t frame,
                            int64_t id) {

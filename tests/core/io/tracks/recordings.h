@@ -17,9 +17,11 @@
 
 namespace kinegraph::testing {
 
-inline bool HasNumpy() {
-  return std::system("/usr/bin/python3 -c 'import numpy' > /dev/null 2>&1") ==
-         0;
+// Whether Debian's Python has these modules.
+inline bool HasPython(const std::string& modules) {
+  return std::system(
+             ("/usr/bin/python3 -c 'import " + modules + "' > /dev/null 2>&1")
+                 .c_str()) == 0;
 }
 
 // What the format loses.

@@ -346,7 +346,8 @@ TEST(TracksCsv, ErrorsNameFileAndLine) {
 
 // Arrays as NumPy itself writes them, with its own choices in the archive.
 TEST(TracksNpz, ReadsWhatNumpyWrites) {
-  if (!testing::HasNumpy()) GTEST_SKIP() << "needs numpy of /usr/bin/python3";
+  if (!testing::HasPython("numpy"))
+    GTEST_SKIP() << "needs numpy of /usr/bin/python3";
   const TemporaryFolder folder;
   const std::string path = folder.path() / "numpy.npz";
   const auto write = [&](const std::string& function) {
@@ -472,7 +473,8 @@ void ExpectPython(const TemporaryFolder& folder, const std::string& script) {
 }
 
 TEST(TrackExport, NumpyReadsTheArrays) {
-  if (!testing::HasNumpy()) GTEST_SKIP() << "needs numpy of /usr/bin/python3";
+  if (!testing::HasPython("numpy"))
+    GTEST_SKIP() << "needs numpy of /usr/bin/python3";
   TrackSequence tracks = RandomTracks(Coco17());
   tracks.frames.erase(tracks.frames.begin() + 3);  // a number is missing
   const TemporaryFolder folder;
@@ -523,7 +525,8 @@ assert np.isnan(a['positions'][~seen]).all()
 }
 
 TEST(TrackExport, NumpyReadsOddNamesAndNoPeople) {
-  if (!testing::HasNumpy()) GTEST_SKIP() << "needs numpy of /usr/bin/python3";
+  if (!testing::HasPython("numpy"))
+    GTEST_SKIP() << "needs numpy of /usr/bin/python3";
   TrackSequence tracks;
   tracks.header.skeleton = Skeleton(
       "k\xC3\xB6rper", {"\xE8\x86\x9D", "\xF0\x9F\x99\x82 b", "\xFF"}, {});
