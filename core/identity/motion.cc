@@ -1,6 +1,7 @@
 #include "core/identity/motion.h"
 
 #include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
 #include <array>
@@ -109,7 +110,8 @@ struct Expected {
 
 }  // namespace
 
-IdentityMotion::IdentityMotion(const std::vector<Tracklet>& tracklets) {
+IdentityMotion::IdentityMotion(const std::vector<Tracklet>& tracklets)
+    : postures_({}, Eigen::Vector3d::UnitZ()) {
   double count = 0.0;
   for (const Tracklet& tracklet : tracklets) {
     for (const TrackletFrame& frame : tracklet.frames) {
@@ -129,6 +131,9 @@ IdentityMotion::IdentityMotion(const std::vector<Tracklet>& tracklets) {
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(spread);
   floor_.row(0) = axes.eigenvectors().col(2).transpose();
   floor_.row(1) = axes.eigenvectors().col(1).transpose();
+  postures_ = PostureModel(
+      tracklets,
+      Eigen::Vector3d(floor_.row(0)).cross(Eigen::Vector3d(floor_.row(1))));
   low_m_.setConstant(1e12);
   high_m_ = -low_m_;
   for (const Tracklet& tracklet : tracklets) {
@@ -169,11 +174,12 @@ double IdentityMotion::LogRatio(const MotionState& from, const MotionState& to,
   const double other = LogSum(LogSpeeds(velocity_to)) -
                        std::log(static_cast<double>(kSpeedSigmas.size())) -
                        std::log((high_m_ - low_m_).prod());
+  const double body = LogTurn(from, to, gap_s) +
+                      postures_.LogRatio(from.posture, to.posture, gap_s);
   const double share =
       std::min(kMostElsewhere, std::pow(gap_s / kElsewhere, 3.0));
   return LogSum(std::array<double, 2>{
-      LogSum(same) + LogTurn(from, to, gap_s) - other + std::log1p(-share),
-      std::log(share)});
+      LogSum(same) + body - other + std::log1p(-share), std::log(share)});
 }
 
 // After a gap a person mostly faces the same way, or any other. The turn of a

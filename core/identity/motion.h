@@ -6,6 +6,7 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "core/identity/posture.h"
 #include "core/identity/tracklet.h"
 
 namespace kinegraph {
@@ -25,7 +26,9 @@ class IdentityMotion {
   explicit IdentityMotion(const std::vector<Tracklet>& tracklets);
   // A rectangle of x and y.
   IdentityMotion(const Eigen::Vector2d& low_m, const Eigen::Vector2d& high_m)
-      : low_m_(low_m), high_m_(high_m) {
+      : low_m_(low_m),
+        high_m_(high_m),
+        postures_({}, Eigen::Vector3d::UnitZ()) {
     floor_.leftCols<2>().setIdentity();
   }
 
@@ -47,6 +50,7 @@ class IdentityMotion {
   Eigen::Vector2d high_m_ = Eigen::Vector2d::Zero();
   Eigen::Vector3d origin_m_ = Eigen::Vector3d::Zero();
   Eigen::Matrix<double, 2, 3> floor_ = Eigen::Matrix<double, 2, 3>::Zero();
+  PostureModel postures_;  // how alike people hold themselves
 };
 
 }  // namespace kinegraph

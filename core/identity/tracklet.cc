@@ -1,9 +1,12 @@
 #include "core/identity/tracklet.h"
 
 #include <algorithm>
+#include <limits>
 #include <map>
 #include <optional>
 #include <utility>
+
+#include "core/skeleton/body_joints.h"
 
 namespace kinegraph {
 namespace {
@@ -92,10 +95,26 @@ MotionState StateBefore(const Tracklet& tracklet, size_t begin, size_t end) {
          ToSeconds(at - tracklet.frames[from - 1].time) <= kStateSeconds) {
     --from;
   }
-  return FitState(tracklet, from, end, at);
+  MotionState state = FitState(tracklet, from, end, at);
+  state.posture = PostureOf(tracklet, end - 1);
+  return state;
 }
 
 }  // namespace
+
+LimbPosture PostureOf(const Tracklet& tracklet, size_t frame_idx) {
+  const TrackletFrame& frame = tracklet.frames[frame_idx];
+  LimbPosture posture;
+  posture.across_m = frame.across_m;
+  for (const int j : tracklet.body_joints) {
+    const Joint3d& joint = frame.pose->joints[static_cast<size_t>(j)];
+    posture.limbs_m.push_back(
+        joint.present() ? Eigen::Vector3d(joint.position_m - frame.centre_m)
+                        : Eigen::Vector3d::Constant(
+                              std::numeric_limits<double>::quiet_NaN()));
+  }
+  return posture;
+}
 
 MotionState StateAtBegin(const Tracklet& tracklet) {
   const size_t begin = tracklet.clean_begin();
@@ -105,7 +124,9 @@ MotionState StateAtBegin(const Tracklet& tracklet) {
          ToSeconds(tracklet.frames[end].time - at) <= kStateSeconds) {
     ++end;
   }
-  return FitState(tracklet, begin, end, at);
+  MotionState state = FitState(tracklet, begin, end, at);
+  state.posture = PostureOf(tracklet, begin);
+  return state;
 }
 
 MotionState StateAtEnd(const Tracklet& tracklet) {
@@ -123,8 +144,10 @@ MotionState StateUpTo(const Tracklet& tracklet, TimeNs time) {
 std::vector<Tracklet> CollectTracklets(const std::vector<TrackFrame>& frames,
                                        const Skeleton& skeleton) {
   std::vector<int> trunk;
+  std::vector<int> body_joints;
   for (int j = 0; j < skeleton.joint_count(); ++j) {
     const JointClass joint_class = skeleton.joint_class(j);
+    if (IsBodyJoint(joint_class)) body_joints.push_back(j);
     if (joint_class == JointClass::kHip ||
         joint_class == JointClass::kShoulder) {
       trunk.push_back(j);
@@ -144,6 +167,7 @@ std::vector<Tracklet> CollectTracklets(const std::vector<TrackFrame>& frames,
   std::vector<Tracklet> tracklets;
   for (auto& [id, tracklet] : people) {
     tracklet.id = id;
+    tracklet.body_joints = body_joints;
     tracklets.push_back(std::move(tracklet));
   }
   return tracklets;
@@ -302,6 +326,7 @@ Pieces::Hop HopOf(const Tracklet& track, size_t from, size_t to) {
   // A state reads less than a second.
   const long enough = IndexAt(track, track.frames[to].time + FromSeconds(1.0));
   Tracklet after;
+  after.body_joints = track.body_joints;
   after.frames.assign(track.frames.begin() + static_cast<long>(to),
                       track.frames.begin() + enough + 1);
   return {StateUpTo(track, track.frames[from].time), StateAtBegin(after)};
@@ -429,6 +454,7 @@ void CutTrack(const Tracklet& track, const std::vector<Interval>& contacts,
     const size_t cut = CutOf(rest, hop, begin, end);
     Tracklet before;
     before.id = rest.id;
+    before.body_joints = rest.body_joints;
     before.dirty_begin = rest.dirty_begin;
     before.frames.assign(rest.frames.begin(),
                          rest.frames.begin() + static_cast<long>(cut));

@@ -29,6 +29,7 @@ struct TrackletFrame {
 struct Tracklet {
   TrackId id;
   std::vector<TrackletFrame> frames;  // ascending
+  std::vector<int> body_joints;       // shoulders to wrists, hips to ankles
   // Frames at the beginning and at the end that are no evidence, as another
   // person was too near.
   size_t dirty_begin = 0;
@@ -72,12 +73,22 @@ Together Compare(const Tracklet& a, const Tracklet& b);
 // a straight walk, and is measured worst just where a person is lost.
 inline constexpr double kStateSigmaM = 0.08;
 
+// Shoulders to wrists and hips to ankles from the trunk's centre, in world axes
+// [m]; NaN where a joint has no position. Empty: not known.
+struct LimbPosture {
+  std::vector<Eigen::Vector3d> limbs_m;
+  Eigen::Vector3d across_m = Eigen::Vector3d::Zero();
+};
+
+LimbPosture PostureOf(const Tracklet& tracklet, size_t frame_idx);
+
 struct MotionState {
   TimeNs time = 0;
   Eigen::Vector3d position_m = Eigen::Vector3d::Zero();  // of the trunk, world
   Eigen::Vector3d velocity_mps = Eigen::Vector3d::Zero();
   // From right to left, which turns as the person does; zero: not known.
   Eigen::Vector3d across_m = Eigen::Vector3d::Zero();
+  LimbPosture posture = {};  // in the outermost frame
 };
 
 // Where a tracklet's clean frames begin and end: a line through the outermost
