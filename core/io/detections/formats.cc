@@ -80,11 +80,12 @@ NamedPaths ListViewFolders(const std::string& path) {
   ForEachEntry(path, [&folders](const fs::directory_entry& entry) {
     const std::string name = entry.path().filename().string();
     const std::string inside = entry.path().string();
-    std::error_code ignored;
-    const bool is_folder = entry.is_symlink(ignored)
-                               ? IsFolder(inside)
-                               : entry.is_directory(ignored);
-    if (name.front() != '.' && is_folder) folders.emplace_back(name, inside);
+    if (name.front() == '.') return;
+    std::error_code error;
+    const bool is_folder = entry.is_directory(error);
+    if (error ? IsFolder(inside) : is_folder) {
+      folders.emplace_back(name, inside);
+    }
   });
   SortByName(&folders);
   return folders;
