@@ -111,9 +111,14 @@ class OpenPoseSource : public DetectionSource {
       frame->views[v].capture_time = frame->time;
       std::vector<Detection>* detections = &frame->views[v].detections;
       OpenPoseView& view = views_[v];
+      // Also those of frames that another view kept from being read.
+      while (view.next < view.files.size() &&
+             view.files[view.next].first < frame->frame) {
+        ++view.next;
+      }
       if (view.next < view.files.size() &&
           view.files[view.next].first == frame->frame) {
-        ReadView(view.FileAt(view.next++), detections);
+        ReadView(view.FileAt(view.next), detections);
       } else {
         detections->clear();
       }
