@@ -424,6 +424,25 @@ TEST_F(FormatReaders, NetcdfInXarrayAsMovementHasIt) {
   EXPECT_EQ(VectorOf(read["chosen"]), anna->joints[knee].position_m);
 }
 
+// ---- SciPy ----
+
+TEST_F(FormatReaders, TumsActors) {
+  if (!HasPython("scipy.io")) GTEST_SKIP() << "needs python3-scipy";
+  Convert("actorsGT.mat", "--to=tum");
+  const Json read = Read("tum_reader.py", "actorsGT.mat");
+  ASSERT_EQ(read.size(), 13u) << "an id is a place";
+  for (const Json& actor : read) ASSERT_EQ(actor.size(), 340u);
+  ForEachJoint(recording_, [&](const PersonPose* person, size_t j, int64_t f,
+                               size_t p) {
+    const Json& pose = read[p == 0 ? 3 : 12][static_cast<size_t>(f)];
+    ASSERT_EQ(pose.size(), person == nullptr ? 0u : 25u);
+    if (person == nullptr) return;
+    ASSERT_EQ(!pose[j].is_null(), IsThere(person, j));
+    if (!IsThere(person, j)) return;
+    EXPECT_EQ(VectorOf(pose[j]), person->joints[j].position_m) << "bit for bit";
+  });
+}
+
 // ---- Python's own readers ----
 
 TEST_F(FormatReaders, AniposeTable) {
