@@ -91,7 +91,8 @@ std::string TextOf(const TrackSequence& tracks, bool observations) {
         text << " " << ToString(person.joints[j].status) << " "
              << person.joints[j].position_m.transpose() << " "
              << person.inlier_views.at(j) << " "
-             << person.covariances.at(j).value_or(Eigen::Matrix3d::Zero());
+             << person.covariances.at(j).value_or(
+                    Eigen::Matrix3d::Constant(-1.0));
       }
       EXPECT_EQ(person.matches.size(), observations ? 2u : 0u);
       if (observations) text << " score " << person.score;
