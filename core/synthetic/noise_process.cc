@@ -4,6 +4,7 @@
 #include <cmath>
 
 namespace kinegraph {
+
 Eigen::Vector2d NormalVector(Random* random) {
   const double x = random->Normal();
   return {x, random->Normal()};

@@ -437,17 +437,18 @@ BoneConstraint ConstraintOf(const Bone& bone, const BoneEstimate& estimate,
   return constraint;
 }
 
-BoneLengths::BoneLengths(const Skeleton& skeleton)
-    : bones_(RigidPairs(skeleton)), seen_(bones_.size()) {
+BoneLengths::BoneLengths(const Skeleton& skeleton) {
+  const std::vector<Bone> bones = RigidPairs(skeleton);
   const bool is_human = IsHuman(skeleton);
-  for (size_t i = 0; i < bones_.size(); ++i) {
-    const int earlier = MirrorOf(skeleton, bones_, i, i);
+  for (size_t i = 0; i < bones.size(); ++i) {
+    const int earlier = MirrorOf(skeleton, bones, i, i);
     counted_as_.push_back(earlier < 0 ? i : counted_as_[earlier]);
     population_m_.push_back(
-        is_human ? PopulationLength(skeleton.joints()[bones_[i].a],
-                                    skeleton.joints()[bones_[i].b])
+        is_human ? PopulationLength(skeleton.joints()[bones[i].a],
+                                    skeleton.joints()[bones[i].b])
                  : std::nullopt);
   }
+  seen_.resize(bones.size());
 }
 
 void BoneLengths::Add(int bone_idx, double distance_m, double duration_s) {

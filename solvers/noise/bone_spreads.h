@@ -165,7 +165,6 @@ class BoneLengths {
     double total_s = 0.0;
   };
 
-  std::vector<Bone> bones_;
   // Of each bone, itself or its mirror: whose place in `seen_` they share.
   std::vector<size_t> counted_as_;
   std::vector<std::optional<double>> population_m_;

@@ -452,8 +452,7 @@ class Explainer {
     if (kind == "lens") {
       return fmt::format(
           "its image fits with {:+.3f} more of the lens term k1: lens terms "
-          "may "
-          "be missing or another lens's",
+          "may be missing or another lens's",
           change[kLensAt]);
     }
     return fmt::format("its focal length fits multiplied by {:.4f}",
