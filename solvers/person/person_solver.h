@@ -15,8 +15,8 @@
 namespace kinegraph {
 
 // Keeps work space between calls; one a person. A result is made in up to three
-// steps: SolveJoint for each joint, SolveBones where bones couple them, Refine
-// for Ceres. With the block-tridiagonal solver the last does nothing.
+// steps: SolveJoints for each joint alone, SolveBones where bones couple them,
+// Refine for Ceres. With the block-tridiagonal solver the last does nothing.
 class PersonSolver {
  public:
   explicit PersonSolver(const GraphOptions& options);

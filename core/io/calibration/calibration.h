@@ -12,7 +12,7 @@
 
 namespace kinegraph {
 
-// "auto" and the names of the formats (calibration_format.h).
+// "auto" and the names of the formats (format.h).
 std::vector<std::string> CalibrationFormatNames();
 
 enum class LengthUnit {
