@@ -5,7 +5,6 @@
 
 #include <Eigen/Core>
 #include <map>
-#include <optional>
 #include <string>
 #include <vector>
 

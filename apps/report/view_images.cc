@@ -5,8 +5,6 @@
 #include <cctype>
 #include <cmath>
 #include <cstdlib>
-#include <map>
-#include <utility>
 
 #include "apps/report/pairing.h"
 #include "apps/report/picture.h"

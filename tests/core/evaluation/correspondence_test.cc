@@ -2,7 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <cmath>
 
 #include "core/base/constants.h"
 #include "tests/core/evaluation/people.h"

@@ -9,7 +9,6 @@
 #include <functional>
 #include <map>
 #include <set>
-#include <utility>
 
 #include "core/base/error.h"
 
