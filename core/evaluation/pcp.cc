@@ -240,17 +240,11 @@ const TrackFrame* FindPredictedFrame(const TrackSequence& tracks,
   const TrackFrame* nearest = FindFrame(tracks, true_frame.frame);
   if (nearest != nullptr || protocol.max_time_gap_s <= 0.0) return nearest;
   TimeNs least_gap = FromSeconds(protocol.max_time_gap_s) + 1;
-  auto frame = std::lower_bound(
-      tracks.frames.begin(), tracks.frames.end(), true_frame.time - least_gap,
-      [](const TrackFrame& one, TimeNs time) { return one.time < time; });
-  for (; frame != tracks.frames.end(); ++frame) {
-    const TimeNs gap = std::abs(frame->time - true_frame.time);
-    if (gap < least_gap) {
-      nearest = &*frame;
-      least_gap = gap;
-    } else if (frame->time > true_frame.time) {
-      break;
-    }
+  for (const TrackFrame& frame : tracks.frames) {
+    const TimeNs gap = std::abs(frame.time - true_frame.time);
+    if (gap >= least_gap) continue;
+    nearest = &frame;
+    least_gap = gap;
   }
   return nearest;
 }

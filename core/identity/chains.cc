@@ -149,8 +149,10 @@ class Linker {
         at_once ? StateUpTo(Last(from), begin.time) : end, begin, frame_s_);
     evidence.other = kKnownRather + Absence(end, begin);
     if (pieces_.next[last] == first) {
-      // Less what the motion across an unseen hop says against it.
-      double continuity = options_.continuity;
+      // While no view sees the person, the tracker's continuation is worth
+      // half, less what the motion across an unseen hop says against it.
+      double continuity =
+          (pieces_.blind[last] ? 0.5 : 1.0) * options_.continuity;
       for (const auto& [before, after] : pieces_.hops[last]) {
         continuity += std::min(0.0, motion_.LogRatio(before, after, frame_s_));
       }
@@ -163,8 +165,10 @@ class Linker {
   }
 
   double BonesOf(const Chain& one, const Chain& other) const {
-    const auto numbers = std::minmax(one.number, other.number);
-    const auto [known, fresh] = known_bones_.try_emplace(numbers, 0.0);
+    // The ratio is symmetric up to rounding.
+    if (other.number < one.number) return BonesOf(other, one);
+    const auto [known, fresh] =
+        known_bones_.try_emplace({one.number, other.number}, 0.0);
     if (fresh) known->second = bones_.LogRatio(one.bones, other.bones);
     return known->second;
   }

@@ -426,6 +426,7 @@ void CutTrack(const Tracklet& track, const std::vector<Interval>& contacts,
   Tracklet rest = track;
   const auto add = [&](Tracklet piece, bool goes_on, const Interval& contact) {
     pieces->tracklets.push_back(std::move(piece));
+    pieces->blind.push_back(contact.blind);
     // Of a blind contact alone the pieces' own states tell.
     pieces->hops.push_back(contact.blind ? std::vector<Pieces::Hop>()
                                          : contact.hops);

@@ -103,6 +103,8 @@ struct Pieces {
   std::vector<Tracklet> tracklets;  // by ascending identity, then time
   // The piece with which the tracker went on, or -1.
   std::vector<int> next;
+  // Whether it did so blindly: cut because no view saw the person for a while.
+  std::vector<char> blind;
   // Within a longer contact at whose cut the tracker continued: the states
   // before and after the frames that no view saw.
   using Hop = std::pair<MotionState, MotionState>;

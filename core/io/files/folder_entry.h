@@ -19,8 +19,8 @@ inline bool IsFileOrFolder(const std::filesystem::directory_entry& entry) {
          type != Type::character;
 }
 
-// Calls `visit` with each of these in a folder, in any order; only links are
-// looked at beyond their names. Throws InputError naming the folder when it
+// Calls `visit` with each of these in a folder, in any order (text_file.cc).
+// Throws InputError naming the folder when it
 // cannot be listed.
 void ForEachEntry(
     const std::string& folder,

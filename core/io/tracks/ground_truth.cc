@@ -93,8 +93,8 @@ void WritePerson(const PersonPose& person, JsonOutput* out) {
 //
 // CMU Panoptic's hdPose3d: one file a frame, body3DScene_FFFFFFFF.json:
 // {"fpsType": "hd_29_97", "bodies": [{"id", "joints19": 19 x (x, y, z,
-// confidence) in cm}]}. A joint with confidence 0 or less is missing, one of at
-// most 0.1 is inferred: the field takes it as not seen.
+// confidence) in cm}]}. A joint without a position or with confidence 0 or less
+// is missing, one of at most 0.1 is inferred: the field takes it as not seen.
 
 constexpr double kInferredConfidence = 0.1;
 // Of its high-definition cameras.

@@ -2,7 +2,6 @@
 
 #include <gtest/gtest.h>
 
-
 #include "core/base/constants.h"
 #include "tests/core/evaluation/people.h"
 

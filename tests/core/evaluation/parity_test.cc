@@ -36,6 +36,7 @@ TEST(ParityTest, SharesByDistance) {
 
 TEST(ParityTest, LeavingOutIsNotFree) {
   TrackSequence tracks = Standing("0@0 | | 0@0");
+  tracks.frames.erase(tracks.frames.begin() + 1);
   tracks.frames[0].people[0].joints[0] = Joint3d{};
   const ParityResult result = EvaluateParity(Standing("0@0 1@3 | 0@0"), tracks);
   EXPECT_EQ(result.near.count, 13);

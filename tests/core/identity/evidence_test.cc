@@ -213,6 +213,7 @@ TEST(ContactsTest, AHopThatNobodySawIsKeptAndCutThere) {
   const std::vector<TrackFrame> frames = crowd.frames();
   const Pieces pieces = CutAtContacts(CollectTracklets(frames, Coco17()));
   ASSERT_EQ(pieces.tracklets.size(), 3u);  // two of track 0, and track 1
+  EXPECT_FALSE(pieces.blind[0]);
   ASSERT_EQ(pieces.hops[0].size(), 1u);
   const auto& [before, after] = pieces.hops[0][0];
   EXPECT_EQ(before.time, frames[139].time);
@@ -233,6 +234,7 @@ TEST(ContactsTest, ATrackThatNobodySawForAWhileIsCut) {
       CutAtContacts(CollectTracklets(crowd.frames(), Coco17()));
   ASSERT_EQ(pieces.tracklets.size(), 2u);
   EXPECT_EQ(pieces.next, (std::vector<int>{1, -1}));
+  EXPECT_TRUE(pieces.blind[0]);
   EXPECT_TRUE(pieces.hops[0].empty());
 }
 

@@ -63,14 +63,17 @@ std::vector<TrackFrame> TrackAll(const Scene& scene,
   return frames;
 }
 
-// Errors [m] of all joints that every camera supports, of the pose that is
-// nearest to a true one at the frame's own time.
+// Errors [m] of all joints that every camera supports, of true and found poses
+// paired one to one at the frame's own time; nobody is found twice.
 std::vector<double> ErrorsOf(const Scene& scene,
                              const DetectionSequence& detections,
                              const std::vector<TrackFrame>& tracks) {
   const TrackSequence truth = TruthFor(scene, detections);
   const int all = static_cast<int>(scene.cameras.size());
   EXPECT_EQ(tracks.size(), truth.frames.size());
+  for (size_t f = 0; f < std::min(tracks.size(), truth.frames.size()); ++f) {
+    EXPECT_LE(tracks[f].people.size(), truth.frames[f].people.size()) << f;
+  }
   std::vector<double> errors_m;
   const TrackSequence found = {truth.header, tracks};
   const JointPairs joints = CommonJoints(scene.skeleton, scene.skeleton);
