@@ -121,6 +121,17 @@ TEST_F(BatchEstimatorTest, UsesEachCamerasOwnClock) {
   EXPECT_GT(wrong_m, 1.3 * right_m);
 }
 
+TEST_F(BatchEstimatorTest, AShortGapIsBridgedThroughout) {
+  SimulatedRecording recording = Simulate(60, SimulatedNoise());
+  for (size_t k = 30; k < 40; ++k) recording.frames[k].views.clear();
+  const auto finals = Run(recording);
+  for (size_t k = 30; k < 40; ++k) {
+    const Joint3d& joint = finals[k].person.joints[1];
+    EXPECT_EQ(joint.status, JointStatus::kInferred) << k;
+    EXPECT_LT(testing::Apart(joint, recording.truth[1][k]), 0.1) << k;
+  }
+}
+
 // One view's ray meets the sphere of a bone in two places.
 TEST_F(BatchEstimatorTest, ABoneAndOneViewDoNotPlaceAJointForLong) {
   constexpr size_t kWrist = 2;

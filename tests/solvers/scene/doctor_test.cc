@@ -103,6 +103,16 @@ TEST(Doctor, ACameraThatIsOffIsNamedAlone) {
   }
 }
 
+TEST(Doctor, AUnitIsToldByTheHeightOfPeopleAndNothingElseIs) {
+  FaultyScene scene = MakeFaultyScene({});
+  for (Camera& camera : scene.cameras) {
+    camera = testing::WithExtrinsics(camera, camera.R(), 1000.0 * camera.t());
+  }
+  const Diagnosis diagnosis = DiagnoseScene(scene);
+  EXPECT_GT(FoundKind(diagnosis, "unit").confidence, 0.8);
+  EXPECT_EQ(diagnosis.findings.size(), 1u) << DiagnosisWords(diagnosis);
+}
+
 // Thresholds are those of detectors whose joints have 0.6 and more as a rule.
 TEST(Doctor, SmallConfidencesHideNothing) {
   FaultyScene scene = MakeFaultyScene({12, 4});

@@ -43,6 +43,14 @@ TEST(SessionIdentity, LinkingMakesOnePersonOfTwoTracks) {
   }
 }
 
+TEST(SessionIdentity, PaperModeDoesNotLink) {
+  const Recording recording = TwoHidden();
+  RunOptions options;
+  options.estimators.mode = Mode::kPaper;
+  options.identity.link = true;
+  EXPECT_EQ(IdsOf(Track(recording, options)).size(), 4u);
+}
+
 IdentityEdit Join(int64_t one, int64_t other) {
   IdentityEdit edit;
   edit.op = EditOp::kJoin;
