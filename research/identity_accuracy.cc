@@ -5,15 +5,16 @@
 // could reach.
 //
 //   identity_accuracy [--scenes=A,B] [--seeds=FIRST:END] [--set=KEY=VALUE;...]
-//     [--second_pass] [--linking_only] [--details] [--lines=FILE]
-//     [--tracks=FOLDER] [--json=FILE]
+//     [--scene=KEY=VALUE;...] [--second_pass] [--linking_only] [--details]
+//     [--lines=FILE] [--tracks=FOLDER] [--json=FILE]
 //   identity_accuracy --table=FILE [--json=FILE]
 //
 // A scene is a name of the table below (default: all); several share a
 // beginning, "6p_5c". What was counted in each recording is appended to FILE,
 // and --table sums all lines of such a file, so that a long table can be made
 // in short pieces. --set changes what graph mode runs with: the whole recording
-// with the block-tridiagonal solver (configs/offline.toml). --second_pass also
+// with the block-tridiagonal solver (configs/offline.toml), --scene what is
+// simulated (scene.stature_sigma=0: all of one height). --second_pass also
 // scores the tracks that `track` would write with linking and a second pass;
 // --linking_only leaves paper mode out. --details says of each change whether
 // it was right.
@@ -504,6 +505,7 @@ struct Arguments {
   int first_seed = 1;
   int end_seed = 2;
   std::string set;
+  std::string scene;
   bool second_pass = false;
   bool linking_only = false;
   bool details = false;
@@ -563,7 +565,7 @@ class Benchmark {
   const std::map<Key, Counts>& table() const { return table_; }
 
  private:
-  static SyntheticRecording BenchmarkRecording(const Layout& layout, int seed) {
+  SyntheticRecording BenchmarkRecording(const Layout& layout, int seed) const {
     std::vector<std::string> clips;
     if (layout.clips) {
       for (const char* clip : kClips) {
@@ -576,7 +578,9 @@ class Benchmark {
     SyntheticRecording recording = MakeRecording(
         ProjectConfig(layout.clips ? "synthetic/motion_crowd.toml"
                                    : "synthetic/demo.toml"),
-        Overrides(layout, seed, layout.rate_hz, DurationS(layout)), clips);
+        Overrides(layout, seed, layout.rate_hz, DurationS(layout)) + ";" +
+            arguments_.scene,
+        clips);
     Hide(layout, seed, &recording);
     return recording;
   }
@@ -648,6 +652,8 @@ bool Parse(const std::string& argument, Arguments* arguments) {
                        &arguments->end_seed) == 2;
   } else if (key == "--set") {
     arguments->set = value;
+  } else if (key == "--scene") {
+    arguments->scene = value;
   } else if (key == "--second_pass") {
     arguments->second_pass = true;
   } else if (key == "--linking_only") {

@@ -97,7 +97,7 @@ Picture ReadJpeg(const std::string& path, const std::string& bytes) {
     header = jpeg_read_header(codec, TRUE);
     codec->out_color_space = JCS_RGB;
   });
-  if (header != JPEG_HEADER_OK) throw broken;
+  if (header != JPEG_HEADER_OK) throw InputError(broken);
   const int64_t width = jpeg.codec().image_width;
   const int64_t height = jpeg.codec().image_height;
   CheckSize(path, width, height, bytes.size());
@@ -111,7 +111,7 @@ Picture ReadJpeg(const std::string& path, const std::string& bytes) {
     }
     jpeg_finish_decompress(codec);
   });
-  if (!is_whole) throw broken;
+  if (!is_whole) throw InputError(broken);
   return picture;
 }
 

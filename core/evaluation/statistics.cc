@@ -91,6 +91,7 @@ void DrawSeries(int64_t length, int64_t block_length, Random& random,
 
 std::vector<int64_t> Lengths(const std::vector<RatioSeries>& series) {
   std::vector<int64_t> lengths;
+  lengths.reserve(series.size());
   for (const RatioSeries& units : series) {
     lengths.push_back(static_cast<int64_t>(units.size()));
   }

@@ -107,9 +107,9 @@ bool CastFrom(const NpyArray& array, std::vector<To>* values) {
   if (array.type != NpyType<From>()) return false;
   values->resize(array.bytes.size() / sizeof(From));
   for (size_t i = 0; i < values->size(); ++i) {
+    const From number = NumberAt<From>(array.bytes, i * sizeof(From));
     // NOLINTNEXTLINE(bugprone-signed-char-misuse): int8_t is a number here.
-    (*values)[i] =
-        static_cast<To>(NumberAt<From>(array.bytes, i * sizeof(From)));
+    (*values)[i] = static_cast<To>(number);
   }
   return true;
 }
