@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <memory>
 #include <mutex>
-#include <numeric>
 #include <utility>
 
 #include "core/base/parallel.h"
@@ -229,6 +228,10 @@ PersonProblem CutOut(const PersonProblem& recording, const Chunk& chunk) {
   const size_t end = chunk.end;
   PersonProblem part;
   part.times.assign(at(recording.times, begin), at(recording.times, end));
+  if (!recording.centres.empty()) {
+    part.centres.assign(at(recording.centres, begin),
+                        at(recording.centres, end));
+  }
   for (const JointChain& whole : recording.joints) {
     JointChain& chain = part.joints.emplace_back();
     chain.states.assign(at(whole.states, begin), at(whole.states, end));
@@ -269,12 +272,6 @@ void Paste(const std::vector<JointOutcome>& outcomes, const Chunk& chunk,
       first[m].gated = outcome.gated[m] != 0;
     }
   }
-}
-
-std::vector<int> AllJoints(const PersonProblem& problem) {
-  std::vector<int> all(problem.joints.size());
-  std::iota(all.begin(), all.end(), 0);
-  return all;
 }
 
 }  // namespace
@@ -332,7 +329,7 @@ void RecordingSolver::SolveJoints(const SolveSchedule& schedule,
   Solve(
       MakeChunks(*recording, options_.chunk_s),
       [&](PersonSolver* solver, PersonProblem* part) {
-        solver->SolveJoints(schedule, AllJoints(*part), part);
+        solver->SolveJoints(schedule, part);
       },
       recording);
 }
@@ -357,7 +354,7 @@ bool RecordingSolver::SolveAnew(const std::vector<Chunk>& chunks,
   const std::vector<char> without_bones = Solve(
       chunks,
       [&](PersonSolver* solver, PersonProblem* part) {
-        solver->SolveJoints(schedule(), AllJoints(*part), part);
+        solver->SolveJoints(schedule(), part);
         solver->SolveBones(part);
         solver->Refine(part);
       },

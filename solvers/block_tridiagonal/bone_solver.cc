@@ -29,25 +29,11 @@ constexpr double kFar = 0.1;
 
 }  // namespace
 
-double StepsToCome(double previous_squared, double squared, double product) {
-  constexpr double kParallel = 0.9;  // cosine
-  constexpr double kSlow = 0.3;      // faster needs no help
-  constexpr double kMost = 0.95;     // 19 steps: more is a guess
-  const double before = std::sqrt(previous_squared);
-  const double now = std::sqrt(squared);
-  if (!(before > 0.0) || !(now > 0.0)) return 0.0;
-  if (product < kParallel * before * now) return 0.0;
-  const double share = now / before;
-  if (share < kSlow) return 0.0;
-  const double capped = std::fmin(share, kMost);
-  return capped / (1.0 - capped);
-}
-
 void BoneSolver::Load(const PersonProblem& problem) {
   std::vector<const JointChain*> chains;
   for (const JointChain& chain : problem.joints) chains.push_back(&chain);
   const int lanes = PaddedLanes(static_cast<int>(chains.size()));
-  lanes_.Load(problem.times, chains, lanes);
+  lanes_.Load(problem, chains, lanes);
   const size_t frames = lanes_.frames();
   for (System* system : {&system_, &trial_}) {
     system->diagonal.Reserve(lanes_.Row(kLaneBlockSize * frames));
@@ -55,7 +41,7 @@ void BoneSolver::Load(const PersonProblem& problem) {
     system->costs.Reserve(lanes);
     system->valid.Reserve(lanes);
   }
-  for (LaneBuffer* buffer : {&candidate_, &step_, &previous_step_}) {
+  for (LaneBuffer* buffer : {&candidate_, &step_}) {
     buffer->Assign(lanes_.Row(6 * frames), 0.0);
   }
   const int frame_count = static_cast<int>(frames);
@@ -199,12 +185,12 @@ bool BoneSolver::FindStep(double damping, double accuracy) {
                                             workspace_.data(), step_.data());
 }
 
-double BoneSolver::MoveCandidate(double scale) {
+double BoneSolver::MoveCandidate() {
   const LaneBuffer& states = lanes_.states();
   double largest_m = 0.0;
   for (size_t row = 0; row < 6 * lanes_.frames(); ++row) {
     for (size_t at = lanes_.Row(row); at < lanes_.Row(row + 1); ++at) {
-      const double move = scale * step_[at];
+      const double move = step_[at];
       candidate_[at] = states[at] + move;
       if (row % 6 < 3) largest_m = std::max(largest_m, std::abs(move));
     }
@@ -215,71 +201,6 @@ double BoneSolver::MoveCandidate(double scale) {
 void BoneSolver::KeepCandidate() {
   std::swap(lanes_.states(), candidate_);
   std::swap(system_, trial_);
-}
-
-double BoneSolver::Dot(const LaneBuffer& a, const LaneBuffer& b) const {
-  double sum = 0.0;
-  for (size_t at = 0; at < lanes_.Row(6 * lanes_.frames()); ++at) {
-    sum += a[at] * b[at];
-  }
-  return sum;
-}
-
-bool BoneSolver::LoadGradient(const PersonProblem& problem,
-                              const SolveStage& stage) {
-  std::vector<double> gradient(
-      kStateSize * lanes_.frames() * problem.joints.size(), 0.0);
-  const auto of = [&](const StateKey& key) {
-    return &gradient[kStateSize * (key.joint * lanes_.frames() + key.frame)];
-  };
-  const auto add = [&](const auto& factor, const auto& keys,
-                       const Robustness& robustness) {
-    Linearised<std::decay_t<decltype(factor)>> at;
-    if (!LineariseFactor(factor, keys, problem, &at)) return false;
-    const double weight =
-        robustness.information * robustness.Evaluate(at.squared_norm()).first;
-    for (size_t i = 0; i < keys.size(); ++i) {
-      AddGradient(at.by_states[i], at.residual, weight, of(keys[i]));
-    }
-    return true;
-  };
-  FactorWalk walk;
-  walk.stage = stage;
-  if (!ForEachFactor(problem, walk, add)) return false;
-  if (!problem.prior.empty()) {
-    const Eigen::VectorXd of_prior =
-        problem.prior.A.triangularView<Eigen::Upper>().transpose() *
-        problem.prior.Residual(StatesOf(problem));
-    for (Eigen::Index row = 0; row < of_prior.size(); ++row) {
-      of({static_cast<int>(row / kStateSize), 0})[row % kStateSize] +=
-          of_prior[row];
-    }
-  }
-  auto from = gradient.begin();
-  for (size_t j = 0; j < problem.joints.size(); ++j) {
-    for (size_t row = 0; row < kStateSize * lanes_.frames(); ++row) {
-      system_.gradient[lanes_.Row(row) + j] = *from++;
-    }
-  }
-  return true;
-}
-
-BoneSolver::StepSize BoneSolver::SizeOfStep(const PersonProblem& problem,
-                                            const SolveStage& stage) {
-  constexpr double kUnknown = std::numeric_limits<double>::infinity();
-  Load(problem);
-  if (!Linearise(problem, stage, &lanes_.states(), &system_) ||
-      !LoadGradient(problem, stage) || !FindStep(0.0, kNear)) {
-    return {kUnknown, kUnknown};
-  }
-  return {MoveCandidate(1.0), std::sqrt(-Dot(system_.gradient, step_))};
-}
-
-bool BoneSolver::IsAtMinimum(const PersonProblem& problem,
-                             const SolveStage& stage, double step_tolerance_m) {
-  constexpr double kNothing = 1e-3;  // of a standard deviation
-  const StepSize step = SizeOfStep(problem, stage);
-  return step.length_m < step_tolerance_m || step.decrement < kNothing;
 }
 
 bool BoneSolver::RunStage(const PersonProblem& problem, const SolveStage& stage,
@@ -295,7 +216,6 @@ bool BoneSolver::RunStage(const PersonProblem& problem, const SolveStage& stage,
   };
   double accuracy = kFar;
   report->converged = false;
-  has_previous_ = false;
   for (int iteration = 0; iteration < stage.max_iterations; ++iteration) {
     CheckStop();
     ++report->iterations;
@@ -303,7 +223,7 @@ bool BoneSolver::RunStage(const PersonProblem& problem, const SolveStage& stage,
       if (!raise()) break;
       continue;
     }
-    const double move_m = MoveCandidate(1.0);
+    const double move_m = MoveCandidate();
     // Near a minimum rounding may raise the cost by a part in 1e12.
     const double most = system_.cost + 1e-12 * (1.0 + system_.cost);
     if (!Linearise(problem, stage, &candidate_, &trial_) ||
@@ -319,29 +239,8 @@ bool BoneSolver::RunStage(const PersonProblem& problem, const SolveStage& stage,
       report->converged = true;
       break;
     }
-    LeapAhead(problem, stage);
   }
   return true;
-}
-
-void BoneSolver::LeapAhead(const PersonProblem& problem,
-                           const SolveStage& stage) {
-  const double to_come =
-      has_previous_ ? StepsToCome(Dot(previous_step_, previous_step_),
-                                  Dot(step_, step_), Dot(previous_step_, step_))
-                    : 0.0;
-  std::copy_n(step_.data(), lanes_.Row(6 * lanes_.frames()),
-              previous_step_.data());
-  has_previous_ = true;
-  if (to_come == 0.0) return;
-  for (const double share : {1.0, 0.25}) {
-    MoveCandidate(share * to_come);
-    if (!Linearise(problem, stage, &candidate_, &trial_)) continue;
-    if (!(trial_.cost < system_.cost)) continue;
-    KeepCandidate();
-    has_previous_ = false;
-    return;
-  }
 }
 
 void BoneSolver::Unload(const SolveSchedule& schedule, SolveReport* report,
@@ -358,13 +257,26 @@ void BoneSolver::Unload(const SolveSchedule& schedule, SolveReport* report,
   }
 }
 
+bool BoneSolver::AllFinite(const LaneBuffer& states) const {
+  const double* const first = states.data();
+  return std::all_of(first, first + lanes_.Row(6 * lanes_.frames()),
+                     [](double value) { return std::isfinite(value); });
+}
+
 SolveReport BoneSolver::Solve(const SolveSchedule& schedule,
                               PersonProblem* problem) {
   SolveReport report;
   if (problem->times.empty()) return report;
   Load(*problem);
+  if (!Linearise(*problem, schedule.stages.front(), &lanes_.states(),
+                 &system_)) {
+    // The last step of a chain may have led behind a camera.
+    for (JointChain& chain : problem->joints) GateMeasurements(&chain);
+    Load(*problem);
+  }
   for (const SolveStage& stage : schedule.stages) {
-    if (!RunStage(*problem, stage, schedule.step_tolerance_m, &report)) {
+    if (!RunStage(*problem, stage, schedule.step_tolerance_m, &report) ||
+        !AllFinite(lanes_.states())) {
       report.finite = report.converged = false;
       return report;
     }

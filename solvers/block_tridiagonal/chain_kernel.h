@@ -29,6 +29,10 @@ struct LaneCamera {
   KINEGRAPH_INLINE bool Project(const T* point, T* px, T (*by_point)[3]) const {
     *visible = kinegraph::Project(*camera, point, &px[0], &px[1],
                                   by_point == nullptr ? nullptr : by_point[0]);
+    const auto& R = camera->R;
+    const T depth = R[2][0] * point[0] + R[2][1] * point[1] +
+                    R[2][2] * point[2] + camera->t[2];
+    *visible = And(*visible, depth > T(kNearestDepthM));
     return true;
   }
 };
@@ -115,7 +119,7 @@ class ChainGroup {
     LoadStates();
     LoadMotion();
     LoadPrior(chains_.prior_A);
-    Gate();
+    Gate(Gated::kAnew);
     for (int k = 0; k < frames_; ++k) {
       for (T& value : step_[k]) value = 0.0;
     }
@@ -227,6 +231,10 @@ class ChainGroup {
     GaussianPrior<T> Prior() const {
       return {group.prior_root_, group.prior_x0_, group.prior_b_};
     }
+    bool HasCentre(int k) const { return group.chains_.centres[k][3] > 0.0; }
+    BodyCentre<T> Centre(int k) const {
+      return {group.chains_.centres[k], group.chains_.centres[k][3]};
+    }
     const ConstantVelocity<T>& Motion(int k) const {
       return group.motion_[k].factor;
     }
@@ -239,7 +247,7 @@ class ChainGroup {
   };
 
   // Adds up what the factors of frame k cost and their gradients; of pixels the
-  // information, too. That of prior and motion BeginFrame has put there.
+  // information, too. That of the others BeginFrame has put there.
   struct Lineariser {
     const ChainGroup& group;
     const LaneStage& stage;
@@ -260,6 +268,18 @@ class ChainGroup {
         for (int row = 0; row <= i; ++row) {
           gradient[k][i] += prior.A[6 * i + row] * away[row];
         }
+      }
+      return true;
+    }
+
+    KINEGRAPH_INLINE bool operator()(const BodyCentre<T>& centre,
+                                     int /*view*/) {
+      const T* const state[1] = {states[k]};
+      T residual[3];
+      centre.Evaluate(state, residual, nullptr);
+      for (int i = 0; i < 3; ++i) {
+        cost += 0.5 * (residual[i] * residual[i]);
+        gradient[k][i] += centre.per_sigma * residual[i];
       }
       return true;
     }
@@ -305,6 +325,7 @@ class ChainGroup {
     int k;
 
     bool operator()(const GaussianPrior<T>&, int) { return true; }
+    bool operator()(const BodyCentre<T>&, int) { return true; }
     bool operator()(const ConstantVelocity<T>&, int) { return true; }
 
     KINEGRAPH_INLINE bool operator()(const LanePixel<T>& pixel, int view) {
@@ -353,8 +374,10 @@ class ChainGroup {
     prior_information_ = {};
   }
 
-  // Marks what the states can be projected to.
-  void Gate() {
+  // Marks what the states can be projected to: of all that was measured, or of
+  // what counted until now.
+  enum class Gated { kAnew, kAsWell };
+  void Gate(Gated gated) {
     for (int k = 0; k < frames_; ++k) {
       for (int v = chains_.first_view[k]; v < chains_.first_view[k + 1]; ++v) {
         Mask<T> visible;
@@ -362,19 +385,24 @@ class ChainGroup {
         const T* const states[1] = {states_[k]};
         T residual[2];
         factor.Evaluate(states, residual, nullptr);
-        const Mask<T> counts = And(visible, factor.per_sigma > T(0.0));
-        StoreRow(Select(counts, T(1.0), T(0.0)), chains_.counts, v);
+        const Mask<T> counted = gated == Gated::kAnew
+                                    ? factor.per_sigma > T(0.0)
+                                    : Row(chains_.counts, v) > T(0.0);
+        StoreRow(Select(And(visible, counted), T(1.0), T(0.0)), chains_.counts,
+                 v);
       }
     }
   }
 
-  // Prior and motion of frame k.
+  // Prior, centre and motion of frame k.
   KINEGRAPH_INLINE void BeginFrame(int k, LaneBlock<T>* diagonal) const {
     T axis[3];
     for (int i = 0; i < 3; ++i) {
       axis[i] = k + 1 < frames_ ? motion_[k].from[i] : T(0.0);
       if (k > 0) axis[i] += motion_[k - 1].to[i];
     }
+    const double per_sigma = chains_.centres[k][3];
+    axis[0] += T(per_sigma * per_sigma);
     const T zero = 0.0;
     for (int r = 0; r < 3; ++r) {
       for (int c = 0; c < 3; ++c) {
@@ -527,6 +555,12 @@ class ChainGroup {
 
   void RunStage(const LaneStage& stage, double step_tolerance_m) {
     Linearise(states_, stage, &current_);
+    if (Any(And(finite_, Not(current_.valid)))) {
+      // The last step of the stage before led behind a camera: where that leads
+      // is not asked.
+      Gate(Gated::kAsWell);
+      Linearise(states_, stage, &current_);
+    }
     finite_ = And(finite_, current_.valid);
     Mask<T> active = finite_;
     converged_ = And(converged_, Not(active));

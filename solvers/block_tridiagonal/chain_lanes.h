@@ -23,6 +23,9 @@ struct ChainLanes {
   int lanes = 0;
   const double* dt_s = nullptr;           // [frames - 1], not in lanes
   const double* process_noise = nullptr;  // [frames - 1][lanes] m^2/s^3
+  // BodyCentre, the same in all lanes: x, y, z [m] and 1 / sigma [1/m], 0 for
+  // none.
+  const double (*centres)[4] = nullptr;  // [frames], not in lanes
 
   // Views of frame k are views[first_view[k]] .. [first_view[k + 1]].
   const int* first_view = nullptr;

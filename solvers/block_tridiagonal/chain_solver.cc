@@ -3,14 +3,22 @@
 #include <glog/logging.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 
 #include "core/base/stop_check.h"
 
 namespace kinegraph {
 
-void LaneProblem::LoadTimes(const std::vector<TimeNs>& times,
+void LaneProblem::LoadTimes(const PersonProblem& problem,
                             const std::vector<const JointChain*>& chains) {
+  const std::vector<TimeNs>& times = problem.times;
+  centres_.assign(frames_, {});
+  for (size_t k = 0; k < problem.centres.size(); ++k) {
+    const PersonCentre& centre = problem.centres[k];
+    centres_[k] = {centre.position_m.x(), centre.position_m.y(),
+                   centre.position_m.z(), centre.per_sigma};
+  }
   dt_s_.clear();
   process_noise_.Assign(frames_ * lanes_, 1.0);
   for (size_t k = 0; k + 1 < frames_; ++k) {
@@ -120,12 +128,12 @@ void LaneProblem::LoadStates(const std::vector<const JointChain*>& chains) {
   }
 }
 
-void LaneProblem::Load(const std::vector<TimeNs>& times,
+void LaneProblem::Load(const PersonProblem& problem,
                        const std::vector<const JointChain*>& chains,
                        size_t lanes) {
-  frames_ = times.size();
+  frames_ = problem.times.size();
   lanes_ = lanes;
-  LoadTimes(times, chains);
+  LoadTimes(problem, chains);
   LoadViews(chains);
   LoadMeasurements(chains);
   LoadPriors(chains);
@@ -134,6 +142,7 @@ void LaneProblem::Load(const std::vector<TimeNs>& times,
   arrays_.joints = static_cast<int>(chains.size());
   arrays_.lanes = static_cast<int>(lanes_);
   arrays_.dt_s = dt_s_.data();
+  arrays_.centres = reinterpret_cast<const double(*)[4]>(centres_.data());
   arrays_.process_noise = process_noise_.data();
   arrays_.first_view = first_view_.data();
   arrays_.views = views_.data();
@@ -158,8 +167,19 @@ StateChain LaneProblem::ChainOf(const LaneBuffer& rows, size_t lane) const {
   return chain;
 }
 
+bool LaneProblem::IsFinite(size_t lane) const {
+  for (size_t row = 0; row < 6 * frames_; ++row) {
+    if (!std::isfinite(states_[Row(row) + lane])) return false;
+  }
+  return true;
+}
+
 void LaneProblem::Unload(size_t lane, JointChain* chain) const {
-  chain->states = ChainOf(states_, lane);
+  for (size_t k = 0; k < frames_; ++k) {
+    for (size_t i = 0; i < 6; ++i) {
+      chain->states[k][i] = states_[Row(6 * k + i) + lane];
+    }
+  }
   for (size_t m = 0; m < chain->measurements.size(); ++m) {
     PixelMeasurement& measurement = chain->measurements[m];
     const size_t at = place_[first_place_[lane] + m];
@@ -168,10 +188,13 @@ void LaneProblem::Unload(size_t lane, JointChain* chain) const {
   }
 }
 
-void ChainSolver::Load(const std::vector<TimeNs>& times,
-                       const std::vector<const JointChain*>& chains) {
-  lanes_.Load(times, chains, kGroup);
-  workspace_.Reserve(LaneWorkspaceSize(static_cast<int>(times.size())));
+template <typename Chain>
+void ChainSolver::Load(const PersonProblem& problem,
+                       const std::vector<Chain*>& chains, size_t begin,
+                       size_t end) {
+  group_.assign(chains.begin() + begin, chains.begin() + end);
+  lanes_.Load(problem, group_, kGroup);
+  workspace_.Reserve(LaneWorkspaceSize(static_cast<int>(lanes_.frames())));
 }
 
 SolveReport ChainSolver::Unload(size_t lane, const SolveSchedule& schedule,
@@ -180,44 +203,48 @@ SolveReport ChainSolver::Unload(size_t lane, const SolveSchedule& schedule,
   report.finite = finite_[lane] != 0.0;
   report.converged = converged_[lane] != 0.0;
   report.iterations = static_cast<int>(iterations_[lane]);
-  lanes_.Unload(lane, chain);
+  report.finite = report.finite && lanes_.IsFinite(lane);
   if (!report.finite) {
     for (PixelMeasurement& measurement : chain->measurements) {
       measurement.weight = 0.0;
     }
-  } else if (!report.converged && schedule.doubt_unsettled) {
+    return report;
+  }
+  lanes_.Unload(lane, chain);
+  if (!report.converged && schedule.doubt_unsettled) {
     report.unsettled = DoubtUnsettled(lanes_.ChainOf(steps_, lane), chain);
   }
   return report;
 }
 
-std::vector<SolveReport> ChainSolver::Solve(
-    const std::vector<TimeNs>& times, const SolveSchedule& schedule,
+const std::vector<SolveReport>& ChainSolver::Solve(
+    const PersonProblem& problem, const SolveSchedule& schedule,
     const std::vector<JointChain*>& chains) {
   CHECK(!schedule.stages.empty());
-  if (times.empty()) return std::vector<SolveReport>(chains.size());
-  std::vector<LaneStage> stages;
+  const size_t frames = problem.times.size();
+  reports_.assign(frames == 0 ? chains.size() : 0, {});
+  if (frames == 0) return reports_;
+  stages_.clear();
   for (const SolveStage& stage : schedule.stages) {
-    stages.push_back({stage.loss, stage.scale, stage.max_iterations});
+    stages_.push_back({stage.loss, stage.scale, stage.max_iterations});
   }
-  std::vector<SolveReport> reports;
   for (size_t at = 0; at < chains.size(); at += kGroup) {
     CheckStop();
     const size_t end = std::min(at + kGroup, chains.size());
-    Load(times, {chains.begin() + at, chains.begin() + end});
-    steps_.Reserve(lanes_.Row(6 * times.size()));
+    Load(problem, chains, at, end);
+    steps_.Reserve(lanes_.Row(6 * frames));
     for (LaneBuffer* buffer : {&finite_, &converged_, &iterations_}) {
       buffer->Reserve(kGroup);
     }
     CurrentLaneKernels().solve(
-        lanes_.arrays(), stages.data(), static_cast<int>(stages.size()),
+        lanes_.arrays(), stages_.data(), static_cast<int>(stages_.size()),
         schedule.step_tolerance_m, workspace_.data(),
         {finite_.data(), converged_.data(), iterations_.data(), steps_.data()});
     for (size_t i = at; i < end; ++i) {
-      reports.push_back(Unload(i - at, schedule, chains[i]));
+      reports_.push_back(Unload(i - at, schedule, chains[i]));
     }
   }
-  return reports;
+  return reports_;
 }
 
 std::vector<Matrix6d> ChainSolver::CovariancesIn(size_t lane,
@@ -237,15 +264,16 @@ std::vector<Matrix6d> ChainSolver::CovariancesIn(size_t lane,
 }
 
 std::vector<std::vector<Matrix6d>> ChainSolver::Covariances(
-    const std::vector<TimeNs>& times,
-    const std::vector<const JointChain*>& chains, double correction,
-    size_t frame_end) {
-  if (times.empty()) return std::vector<std::vector<Matrix6d>>(chains.size());
-  frame_end = std::min(frame_end, times.size());
+    const PersonProblem& problem, const std::vector<const JointChain*>& chains,
+    double correction, size_t frame_end) {
+  frame_end = std::min(frame_end, problem.times.size());
+  if (frame_end == 0) {
+    return std::vector<std::vector<Matrix6d>>(chains.size());
+  }
   std::vector<std::vector<Matrix6d>> covariances;
   for (size_t at = 0; at < chains.size(); at += kGroup) {
     const size_t end = std::min(at + kGroup, chains.size());
-    Load(times, {chains.begin() + at, chains.begin() + end});
+    Load(problem, chains, at, end);
     covariances_.Reserve(lanes_.Row(21 * frame_end));
     known_.Reserve(kGroup);
     CurrentLaneKernels().covariance(

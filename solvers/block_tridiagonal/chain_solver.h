@@ -4,6 +4,7 @@
 #define KINEGRAPH_SOLVERS_BLOCK_TRIDIAGONAL_CHAIN_SOLVER_H_
 
 #include <Eigen/Core>
+#include <array>
 #include <cstddef>
 #include <vector>
 
@@ -17,9 +18,9 @@ namespace kinegraph {
 // The arrays behind ChainLanes. Keeps its memory between calls.
 class LaneProblem {
  public:
-  // All chains have the frames of `times`, and are no more than `lanes`, a
-  // multiple of kLaneMultiple.
-  void Load(const std::vector<TimeNs>& times,
+  // Chains with the frames of `problem`, no more than `lanes`, a multiple of
+  // kLaneMultiple.
+  void Load(const PersonProblem& problem,
             const std::vector<const JointChain*>& chains, size_t lanes);
 
   const ChainLanes& arrays() const { return arrays_; }
@@ -31,12 +32,13 @@ class LaneProblem {
   LaneBuffer& states() { return states_; }  // rows [frame * 6 + i]
   // What stands in `lane` of such rows.
   StateChain ChainOf(const LaneBuffer& rows, size_t lane) const;
+  bool IsFinite(size_t lane) const;  // of its states
   // States and weights in `lane`, and what is gated, into the chain they came
   // from.
   void Unload(size_t lane, JointChain* chain) const;
 
  private:
-  void LoadTimes(const std::vector<TimeNs>& times,
+  void LoadTimes(const PersonProblem& problem,
                  const std::vector<const JointChain*>& chains);
   void LoadViews(const std::vector<const JointChain*>& chains);
   void LoadMeasurements(const std::vector<const JointChain*>& chains);
@@ -47,6 +49,7 @@ class LaneProblem {
   size_t lanes_ = 0;
   ChainLanes arrays_;
   std::vector<double> dt_s_;
+  std::vector<std::array<double, 4>> centres_;
   std::vector<int> first_view_;
   std::vector<LaneFrameView> views_;
   // Of the frame at hand: a measurement of the slot, and its place in views_.
@@ -70,17 +73,18 @@ class ChainSolver {
  public:
   // Gates the measurements at the chains' states and runs the stages one after
   // the other from there. States receive the minimum, measurements whether they
-  // are gated and their weights there. All chains have the frames of `times`.
-  std::vector<SolveReport> Solve(const std::vector<TimeNs>& times,
-                                 const SolveSchedule& schedule,
-                                 const std::vector<JointChain*>& chains);
+  // are gated and their weights there. The chains have the frames of `problem`.
+  // The reports stand until the next call.
+  const std::vector<SolveReport>& Solve(const PersonProblem& problem,
+                                        const SolveSchedule& schedule,
+                                        const std::vector<JointChain*>& chains);
 
   // Covariances of the states of frames before `frame_end` at the chains'
   // states and weights, [chain][frame], position [m^2] first; `correction` as
   // InformationCorrection gives it. Empty for a chain whose information is not
   // positive definite.
   std::vector<std::vector<Matrix6d>> Covariances(
-      const std::vector<TimeNs>& times,
+      const PersonProblem& problem,
       const std::vector<const JointChain*>& chains, double correction,
       size_t frame_end);
 
@@ -88,13 +92,18 @@ class ChainSolver {
   // Chains that share a call of the kernel.
   static constexpr size_t kGroup = kLaneMultiple;
 
-  void Load(const std::vector<TimeNs>& times,
-            const std::vector<const JointChain*>& chains);
+  // Of chains begin .. end - 1.
+  template <typename Chain>
+  void Load(const PersonProblem& problem, const std::vector<Chain*>& chains,
+            size_t begin, size_t end);
   std::vector<Matrix6d> CovariancesIn(size_t lane, size_t frame_end) const;
   SolveReport Unload(size_t lane, const SolveSchedule& schedule,
                      JointChain* chain);
 
   LaneProblem lanes_;
+  std::vector<const JointChain*> group_;
+  std::vector<LaneStage> stages_;
+  std::vector<SolveReport> reports_;
   LaneBuffer steps_, finite_, converged_, iterations_, covariances_, known_,
       workspace_;
 };

@@ -54,7 +54,7 @@ LinearChain LineariseInformation(const PersonProblem& problem,
     }
     return true;
   };
-  ForEachFactor(problem.times, chain, 0, walk, add);
+  ForEachFactor(problem, chain, 0, walk, add);
   return linear;
 }
 

@@ -1,34 +1,31 @@
 #include "solvers/ceres/ceres_factor.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <utility>
 
 namespace kinegraph {
 
-CeresPersonPrior::CeresPersonPrior(const PersonPrior* prior) : prior_(prior) {
-  set_num_residuals(static_cast<int>(prior->A.rows()));
-  mutable_parameter_block_sizes()->assign(prior->x0.size() / kStateSize,
-                                          kStateSize);
+CeresPersonPrior::CeresPersonPrior(size_t joint_count) {
+  set_num_residuals(kStateSize * static_cast<int>(joint_count));
+  mutable_parameter_block_sizes()->assign(joint_count, kStateSize);
 }
 
 bool CeresPersonPrior::Evaluate(double const* const* parameters,
                                 double* residuals, double** jacobians) const {
   const size_t joint_count = parameter_block_sizes().size();
-  PersonStates states(joint_count);
+  Eigen::Map<Eigen::VectorXd> residual(residuals, num_residuals());
+  residual = prior_->b;
   for (size_t j = 0; j < joint_count; ++j) {
-    states[j].push_back(Eigen::Map<const State>(parameters[j]));
-  }
-  Eigen::Map<Eigen::VectorXd>(residuals, num_residuals()) =
-      prior_->Residual(states);
-  if (jacobians == nullptr) return true;
-  for (size_t j = 0; j < joint_count; ++j) {
-    if (jacobians[j] == nullptr) continue;
+    const auto column = kStateSize * static_cast<Eigen::Index>(j);
+    const auto by_state = prior_->A.middleCols<kStateSize>(column);
+    const State away = Eigen::Map<const State>(parameters[j]) -
+                       prior_->x0.segment<kStateSize>(column);
+    residual.noalias() += by_state * away;
+    if (jacobians == nullptr || jacobians[j] == nullptr) continue;
     Eigen::Map<
         Eigen::Matrix<double, Eigen::Dynamic, kStateSize, Eigen::RowMajor>>(
-        jacobians[j], num_residuals(), kStateSize) =
-        prior_->A.middleCols<kStateSize>(kStateSize *
-                                         static_cast<Eigen::Index>(j));
+        jacobians[j], num_residuals(), kStateSize) = by_state;
   }
   return true;
 }
@@ -86,28 +83,50 @@ Roots RootsOf(const Robustness& robustness, double s) {
           root * loss.first / share};
 }
 
+constexpr int kCentreRows = BodyCentre<double>::kResiduals;
+
 }  // namespace
 
-ViewBundle::ViewBundle(std::vector<View> views) : views_(std::move(views)) {
-  set_num_residuals(CameraReprojection::kResiduals *
-                    static_cast<int>(views_.size()));
+ViewBundle::ViewBundle() {
+  set_num_residuals(kCentreRows);
   mutable_parameter_block_sizes()->assign(1, kStateSize);
+}
+
+void ViewBundle::Set(const JointChain& chain, size_t k,
+                     const PersonCentre& centre, const SolveStage* stage) {
+  begin_ = chain.measurements.data() + chain.first[k];
+  end_ = chain.measurements.data() + chain.first[k + 1];
+  centre_ = {centre.position_m.data(), centre.per_sigma};
+  stage_ = stage;
+  const auto count = std::count_if(
+      begin_, end_,
+      [](const PixelMeasurement& measurement) { return !measurement.gated; });
+  set_num_residuals(kCentreRows +
+                    CameraReprojection::kResiduals * static_cast<int>(count));
 }
 
 bool ViewBundle::Evaluate(double const* const* parameters, double* residuals,
                           double** jacobians) const {
   const double* const states[] = {parameters[0]};
   double* out = jacobians == nullptr ? nullptr : jacobians[0];
+  BodyCentre<double>::Jacobian by_position;
+  centre_.Evaluate(states, residuals, &by_position);
+  residuals += kCentreRows;
+  for (int row = 0; out != nullptr && row < kCentreRows; ++row) {
+    for (int i = 0; i < kStateSize; ++i) *out++ = by_position(row, i);
+  }
   constexpr std::ptrdiff_t kNumbers = std::ptrdiff_t{2} * kStateSize;
-  for (const View& view : views_) {
+  for (const PixelMeasurement* m = begin_; m != end_; ++m) {
+    if (m->gated) continue;
     double r[2];
     PointJacobian<2, double> by_state;
-    if (!view.factor.Evaluate(states, r,
-                              out == nullptr ? nullptr : &by_state)) {
+    if (!ReprojectionOf(*m).Evaluate(states, r,
+                                     out == nullptr ? nullptr : &by_state)) {
       return false;
     }
     const double s = r[0] * r[0] + r[1] * r[1];
-    const Roots roots = RootsOf(view.robustness, s);
+    const Roots roots = RootsOf(
+        {stage_->loss, stage_->scale, m->information, /*measurement=*/-1}, s);
     *residuals++ = roots.residual * r[0];
     *residuals++ = roots.residual * r[1];
     if (out == nullptr) continue;

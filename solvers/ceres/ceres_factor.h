@@ -7,7 +7,6 @@
 #include <ceres/sized_cost_function.h>
 
 #include <utility>
-#include <vector>
 
 #include "solvers/factors/jacobian.h"
 #include "solvers/factors/loss.h"
@@ -26,7 +25,11 @@ class CeresFactor<Factor, std::index_sequence<kIndices...>> final
     : public ceres::SizedCostFunction<
           Factor::kResiduals, (static_cast<void>(kIndices), kStateSize)...> {
  public:
+  CeresFactor() = default;  // to be set
   explicit CeresFactor(const Factor& factor) : factor_(factor) {}
+
+  // Other numbers, between solves.
+  void Set(const Factor& factor) { factor_ = factor; }
 
   bool Evaluate(double const* const* parameters, double* residuals,
                 double** jacobians) const override {
@@ -50,17 +53,19 @@ class CeresFactor<Factor, std::index_sequence<kIndices...>> final
   Factor factor_;
 };
 
-// PersonPrior as a factor on the first states of all joints. `prior` outlives
-// it.
+// PersonPrior as a factor on the first states of `joint_count` joints, which is
+// set before it is evaluated. The prior outlives it.
 class CeresPersonPrior final : public ceres::CostFunction {
  public:
-  explicit CeresPersonPrior(const PersonPrior* prior);
+  explicit CeresPersonPrior(size_t joint_count);
+
+  void Set(const PersonPrior* prior) { prior_ = prior; }
 
   bool Evaluate(double const* const* parameters, double* residuals,
                 double** jacobians) const override;
 
  private:
-  const PersonPrior* prior_;
+  const PersonPrior* prior_ = nullptr;
 };
 
 // Geman and McClure (1985): rho(s) = c^2 s / (c^2 + s). Ceres 2.1 has none.
@@ -79,9 +84,9 @@ class GemanMcClureLoss final : public ceres::LossFunction {
 ceres::LossFunction* MakeCeresLoss(LossKind kind, double scale,
                                    double information);
 
-// Ceres spends more on a residual block than a projection costs, so views
-// share one; each keeps its own loss, which is inside: of a view's whitened
-// residual r with s = r'r it shows
+// Ceres spends more on a residual block than a projection costs, so the views
+// of a joint in a frame share one; each keeps its own loss, which is inside: of
+// a view's whitened residual r with s = r'r it shows
 //   r~ = sqrt(information rho(s) / s) r,
 // so that 0.5 |r~|^2 is its cost, and as its Jacobian
 //   sqrt(information) [sqrt(rho') (I - r r'/s) + rho' / sqrt(rho / s) r r'/s]
@@ -89,20 +94,27 @@ ceres::LossFunction* MakeCeresLoss(LossKind kind, double scale,
 // with which r~ has the true gradient information rho' J'r. Across r that is
 // iteratively reweighted least squares; along r it counts an outlier for less,
 // as its true curvature is less, and so converges in fewer steps.
+//
+// It reads the measurements where they are, so that nothing is copied when a
+// window moves on. Two residuals for each view that is not gated, behind the
+// three of BodyCentre, which concerns the same state.
 class ViewBundle final : public ceres::CostFunction {
  public:
-  // Not empty.
-  struct View {
-    CameraReprojection factor;
-    Robustness robustness;
-  };
-  explicit ViewBundle(std::vector<View> views);
+  ViewBundle();
+
+  // The measurements of frame `k`, under the loss of `stage`. All of it
+  // outlives the solve, and what is gated does not change in it.
+  void Set(const JointChain& chain, size_t k, const PersonCentre& centre,
+           const SolveStage* stage);
 
   bool Evaluate(double const* const* parameters, double* residuals,
                 double** jacobians) const override;
 
  private:
-  const std::vector<View> views_;
+  const PixelMeasurement* begin_ = nullptr;
+  const PixelMeasurement* end_ = nullptr;
+  BodyCentre<double> centre_;
+  const SolveStage* stage_ = nullptr;
 };
 
 }  // namespace kinegraph

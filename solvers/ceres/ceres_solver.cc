@@ -6,7 +6,7 @@
 
 #include <algorithm>
 #include <exception>
-#include <type_traits>
+#include <memory>
 #include <utility>
 #include <vector>
 
@@ -17,59 +17,9 @@
 namespace kinegraph {
 namespace {
 
-// Ends a solve whose step moved no position far, and one that somebody stops.
-class StepWatch final : public ceres::IterationCallback {
- public:
-  // `person` outlives the watch.
-  StepWatch(const PersonProblem* person, double tolerance_m)
-      : person_(person),
-        tolerance_m_(tolerance_m),
-        states_(StatesOf(*person)),
-        step_(states_) {}
-
-  // The last accepted step of all states.
-  const PersonStates& step() const { return step_; }
-  // Throws what ended the solve (stop_check.h): Ceres is no place to throw.
-  void RethrowStop() const {
-    if (stop_ != nullptr) std::rethrow_exception(stop_);
-  }
-
-  ceres::CallbackReturnType operator()(
-      const ceres::IterationSummary& summary) override {
-    try {
-      CheckStop();
-    } catch (...) {
-      stop_ = std::current_exception();
-      return ceres::SOLVER_ABORT;
-    }
-    if (summary.iteration == 0 || !summary.step_is_successful) {
-      return ceres::SOLVER_CONTINUE;
-    }
-    double farthest_m = 0.0;
-    for (size_t j = 0; j < states_.size(); ++j) {
-      const StateChain& now = person_->joints[j].states;
-      for (size_t k = 0; k < now.size(); ++k) {
-        step_[j][k] = now[k] - states_[j][k];
-        states_[j][k] = now[k];
-        farthest_m =
-            std::max(farthest_m, step_[j][k].head<3>().cwiseAbs().maxCoeff());
-      }
-    }
-    // A trust region that holds the step back proves nothing: its damping is
-    // the diagonal over the radius.
-    constexpr double kFree = 1e3;
-    return farthest_m < tolerance_m_ && summary.trust_region_radius >= kFree
-               ? ceres::SOLVER_TERMINATE_SUCCESSFULLY
-               : ceres::SOLVER_CONTINUE;
-  }
-
- private:
-  const PersonProblem* person_;
-  const double tolerance_m_;
-  PersonStates states_;
-  PersonStates step_;
-  std::exception_ptr stop_;
-};
+using CeresMotion = CeresFactor<ConstantVelocity<double>>;
+using CeresBone = CeresFactor<BoneLength<double>>;
+using CeresPrior = CeresFactor<GaussianPrior<double>>;
 
 // A user's factor, which the problem keeps.
 class CeresGeneral final : public ceres::CostFunction {
@@ -87,149 +37,378 @@ class CeresGeneral final : public ceres::CostFunction {
   const GeneralFactor* factor_;
 };
 
-// Builds a person's Ceres problem for one stage. The states are Ceres'
-// parameter blocks, joint by joint: they must not move while it lives.
-class PersonBuilder {
- public:
-  PersonBuilder(PersonProblem* person, const SolveStage& stage)
-      : person_(person), ceres_(MakeOptions()) {
-    for (JointChain& chain : person->joints) {
-      for (State& state : chain.states) {
-        ceres_.AddParameterBlock(state.data(), kStateSize);
-      }
-    }
-    FactorWalk walk;
-    walk.stage = stage;
-    const auto add = [this](const auto& factor, const auto& keys,
-                            const Robustness& robustness) {
-      Add(factor, keys, robustness);
-      return true;
-    };
-    ForEachFactor(*person, walk, add);
-    CloseBundle();
-    AddPrior();
-    for (const PlacedFactor& placed : person->user) AddGeneral(placed);
-  }
+// What Ceres is given for one frame: the joints' states as parameter blocks and
+// the factors whose latest state is among them. None of it ever moves.
+struct FrameBlocks {
+  FrameBlocks(size_t joint_count, size_t bone_count)
+      : states(joint_count),
+        bundles(joint_count),
+        motions(joint_count),
+        bones(bone_count) {}
 
-  ceres::Problem* problem() { return &ceres_; }
-
- private:
-  static ceres::Problem::Options MakeOptions() {
-    ceres::Problem::Options options;
-    options.disable_all_safety_checks = true;  // our own blocks, no repeats
-    return options;
-  }
-
-  double* Block(const StateKey& key) {
-    return person_->joints[key.joint].states[key.frame].data();
-  }
-
-  template <typename Factor, size_t kCount>
-  void Add(const Factor& factor, const std::array<StateKey, kCount>& keys,
-           const Robustness& robustness) {
-    if constexpr (std::is_same_v<Factor, CameraReprojection>) {
-      double* const block = Block(keys[0]);
-      if (block != bundle_block_) CloseBundle();
-      bundle_block_ = block;
-      bundle_.push_back({factor, robustness});
-    } else {
-      std::vector<double*> blocks;
-      for (const StateKey& key : keys) blocks.push_back(Block(key));
-      ceres_.AddResidualBlock(new CeresFactor<Factor>(factor),
-                              MakeCeresLoss(robustness.loss, robustness.scale,
-                                            robustness.information),
-                              blocks);
-    }
-  }
-
-  void CloseBundle() {
-    if (bundle_.empty()) return;
-    ceres_.AddResidualBlock(new ViewBundle(std::move(bundle_)), nullptr,
-                            bundle_block_);
-    bundle_.clear();
-  }
-
-  void AddPrior() {
-    if (person_->prior.empty()) return;
-    std::vector<double*> blocks;
-    for (JointChain& chain : person_->joints) {
-      blocks.push_back(chain.states[0].data());
-    }
-    ceres_.AddResidualBlock(new CeresPersonPrior(&person_->prior), nullptr,
-                            blocks);
-  }
-
-  void AddGeneral(const PlacedFactor& placed) {
-    std::vector<double*> blocks;
-    for (const StateKey& key : placed.keys) blocks.push_back(Block(key));
-    ceres_.AddResidualBlock(
-        new CeresGeneral(placed.factor.get()),
-        MakeCeresLoss(placed.robustness.loss, placed.robustness.scale, 1.0),
-        blocks);
-  }
-
-  PersonProblem* person_;
-  ceres::Problem ceres_;
-  std::vector<ViewBundle::View> bundle_;  // of one joint in one frame
-  double* bundle_block_ = nullptr;
+  std::vector<State> states;
+  std::vector<ViewBundle> bundles;
+  std::vector<CeresMotion> motions;  // from the frame before
+  std::vector<CeresBone> bones;
+  std::vector<ceres::ResidualBlockId> residuals;  // as added
 };
 
-ceres::Solver::Options OptionsFor(const SolveStage& stage,
-                                  double step_tolerance_m) {
+// The last accepted step of all states; ends a solve in which no position moves
+// far any more, and one that somebody stops.
+class StepWatch final : public ceres::IterationCallback {
+ public:
+  using Frames = std::vector<std::unique_ptr<FrameBlocks>>;
+
+  // Watches the first `count` of the frames. `frames` outlives the watch.
+  void Begin(const Frames* frames, size_t count, double tolerance_m) {
+    frames_ = frames;
+    tolerance_m_ = tolerance_m;
+    stop_ = nullptr;
+    before_.clear();
+    for (size_t k = 0; k < count; ++k) {
+      const std::vector<State>& states = (*frames)[k]->states;
+      before_.insert(before_.end(), states.begin(), states.end());
+    }
+    step_.assign(before_.size(), State::Zero());
+  }
+
+  // Frame by frame, in each by joint.
+  const std::vector<State>& step() const { return step_; }
+  // Throws what ended the solve (stop_check.h): Ceres is no place to throw.
+  void RethrowStop() const {
+    if (stop_ != nullptr) std::rethrow_exception(stop_);
+  }
+
+  ceres::CallbackReturnType operator()(
+      const ceres::IterationSummary& summary) override {
+    try {
+      CheckStop();
+    } catch (...) {
+      stop_ = std::current_exception();
+      return ceres::SOLVER_ABORT;
+    }
+    if (summary.iteration == 0 || !summary.step_is_successful) {
+      return ceres::SOLVER_CONTINUE;
+    }
+    double farthest_m = 0.0;
+    size_t i = 0;
+    for (auto frame = frames_->begin(); i < before_.size(); ++frame) {
+      for (const State& now : (*frame)->states) {
+        step_[i] = now - before_[i];
+        before_[i] = now;
+        farthest_m =
+            std::max(farthest_m, step_[i].head<3>().cwiseAbs().maxCoeff());
+        ++i;
+      }
+    }
+    // A trust region that holds the step back proves nothing: its damping is
+    // the diagonal over the radius.
+    constexpr double kFree = 1e3;
+    return farthest_m < tolerance_m_ && summary.trust_region_radius >= kFree
+               ? ceres::SOLVER_TERMINATE_SUCCESSFULLY
+               : ceres::SOLVER_CONTINUE;
+  }
+
+ private:
+  const Frames* frames_ = nullptr;
+  double tolerance_m_ = 0.0;
+  std::vector<State> before_;
+  std::vector<State> step_;
+  std::exception_ptr stop_;
+};
+
+ceres::Problem::Options ProblemOptions() {
+  ceres::Problem::Options options;
+  options.cost_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+  options.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+  options.disable_all_safety_checks = true;  // our own blocks, no repeats
+  options.enable_fast_removal = true;
+  return options;
+}
+
+// Largest entry of the gradient at which Ceres takes a start for the minimum
+// [1/m, s/m]. From a gradient g a state of standard deviation s moves by some
+// g s^2: by the step's tolerance where a joint is known to a centimetre, as two
+// views tell it, and by no more than 3 % of its deviation where that is a
+// decimetre.
+double GradientTolerance(double step_tolerance_m) {
+  constexpr double kKnownM = 0.01;
+  return step_tolerance_m / (kKnownM * kKnownM);
+}
+
+ceres::Solver::Options SolverOptions(ceres::IterationCallback* callback) {
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
   // CHOLMOD's supernodes would start OpenMP's threads, whatever num_threads is.
   options.sparse_linear_algebra_library_type = ceres::EIGEN_SPARSE;
   options.num_threads = 1;
   options.logging_type = ceres::SILENT;
-  options.max_num_iterations = stage.max_iterations;
-  // StepWatch ends a solve; these only where rounding hides what is left. The
-  // cost changes with the square of a step, positions are metres.
-  options.parameter_tolerance = 1e-4 * step_tolerance_m;
-  options.function_tolerance = 1e-3 * step_tolerance_m * step_tolerance_m;
-  options.gradient_tolerance = 1e-12;
+  options.jacobi_scaling = false;
   options.initial_trust_region_radius = 1e12;  // nearly Gauss-Newton
   options.max_trust_region_radius = 1e16;
   options.update_state_every_iteration = true;  // for StepWatch
+  options.callbacks.push_back(callback);
   return options;
-}
-
-// Adds what the stage did to the report.
-void RunStage(const SolveStage& stage, const SolveSchedule& schedule,
-              PersonProblem* person, SolveReport* report) {
-  PersonBuilder builder(person, stage);
-  ++report->ceres_problems;
-  StepWatch watch(person, schedule.step_tolerance_m);
-  ceres::Solver::Options options = OptionsFor(stage, schedule.step_tolerance_m);
-  options.callbacks.push_back(&watch);
-  ceres::Solver::Summary summary;
-  ceres::Solve(options, builder.problem(), &summary);
-  watch.RethrowStop();
-  VLOG(2) << summary.FullReport();
-  report->finite = report->finite && summary.IsSolutionUsable();
-  report->converged = summary.termination_type == ceres::CONVERGENCE ||
-                      summary.termination_type == ceres::USER_SUCCESS;
-  report->ceres_iterations += static_cast<int>(summary.iterations.size()) - 1;
-  report->cost_decrease = summary.initial_cost - summary.final_cost;
-  const bool doubt = !report->converged && schedule.doubt_unsettled;
-  report->unsettled = 0;
-  for (size_t j = 0; j < person->joints.size(); ++j) {
-    JointChain& chain = person->joints[j];
-    StoreWeights(stage, &chain);
-    if (doubt) report->unsettled += DoubtUnsettled(watch.step()[j], &chain);
-  }
 }
 
 }  // namespace
 
+class CeresSolver::Graph {
+ public:
+  Graph() : options_(SolverOptions(&watch_)) {}
+
+  SolveReport Solve(const SolveSchedule& schedule, PersonProblem* person) {
+    SolveReport report;
+    if (person->times.empty()) return report;
+    Arrange(*person);
+    report.ceres_problems = 1;
+    for (const SolveStage& stage : schedule.stages) {
+      Run(stage, schedule.step_tolerance_m, person);
+      Count(&report);
+      if (!report.finite) break;
+      Unload(person);
+    }
+    for (JointChain& chain : person->joints) {
+      StoreWeights(schedule.stages.back(), &chain);
+    }
+    if (report.finite && !report.converged && schedule.doubt_unsettled) {
+      Doubt(person, &report);
+    }
+    RemoveUser();
+    return report;
+  }
+
+ private:
+  static const PersonCentre& CentreOf(const PersonProblem& person, size_t k) {
+    static const PersonCentre kUnknown;
+    return k < person.centres.size() ? person.centres[k] : kUnknown;
+  }
+
+  // Brings the blocks to the pattern of `person`.
+  void Arrange(const PersonProblem& person) {
+    RemoveUser();  // a solve that was stopped leaves its own
+    if (!HasPatternOf(person)) Reset(person);
+    while (count_ > person.times.size()) RemoveFrame();
+    while (count_ < person.times.size()) AddFrame(person);
+    AddUser(person);
+  }
+
+  bool HasPatternOf(const PersonProblem& person) const {
+    return problem_ != nullptr && joint_count_ == person.joints.size() &&
+           (person_prior_ != nullptr) != person.prior.empty() &&
+           std::equal(
+               bones_.begin(), bones_.end(), person.bones.begin(),
+               person.bones.end(),
+               [](const std::pair<int, int>& ends, const BoneConstraint& bone) {
+                 return ends == std::make_pair(bone.a, bone.b);
+               });
+  }
+
+  void Reset(const PersonProblem& person) {
+    problem_.reset();  // before what it points to
+    frames_.clear();
+    count_ = 0;
+    problem_ = std::make_unique<ceres::Problem>(ProblemOptions());
+    joint_count_ = person.joints.size();
+    bones_.clear();
+    for (const BoneConstraint& bone : person.bones) {
+      bones_.emplace_back(bone.a, bone.b);
+    }
+    person_prior_ = person.prior.empty()
+                        ? nullptr
+                        : std::make_unique<CeresPersonPrior>(joint_count_);
+    priors_ = std::vector<CeresPrior>(person.prior.empty() ? joint_count_ : 0);
+  }
+
+  void AddFrame(const PersonProblem& person) {
+    if (count_ == frames_.size()) {
+      frames_.push_back(
+          std::make_unique<FrameBlocks>(joint_count_, bones_.size()));
+    }
+    FrameBlocks& frame = *frames_[count_];
+    const auto add = [&](ceres::CostFunction* cost, auto... states) {
+      frame.residuals.push_back(
+          problem_->AddResidualBlock(cost, nullptr, states...));
+    };
+    for (State& state : frame.states) {
+      problem_->AddParameterBlock(state.data(), kStateSize);
+    }
+    for (size_t j = 0; j < joint_count_; ++j) {
+      double* const state = frame.states[j].data();
+      if (count_ == 0 && !priors_.empty()) add(&priors_[j], state);
+      if (count_ > 0) {
+        add(&frame.motions[j], frames_[count_ - 1]->states[j].data(), state);
+      }
+      frame.bundles[j].Set(person.joints[j], count_, CentreOf(person, count_),
+                           &stage_);
+      add(&frame.bundles[j], state);
+    }
+    for (size_t i = 0; i < bones_.size(); ++i) {
+      add(&frame.bones[i], frame.states[bones_[i].first].data(),
+          frame.states[bones_[i].second].data());
+    }
+    if (count_ == 0 && person_prior_ != nullptr) {
+      blocks_.clear();
+      for (State& state : frame.states) blocks_.push_back(state.data());
+      frame.residuals.push_back(
+          problem_->AddResidualBlock(person_prior_.get(), nullptr, blocks_));
+    }
+    ++count_;
+  }
+
+  // In the reverse order of what was added: with fast removal Ceres fills the
+  // place of a block with the last one.
+  void RemoveFrame() {
+    FrameBlocks& frame = *frames_[--count_];
+    while (!frame.residuals.empty()) {
+      problem_->RemoveResidualBlock(frame.residuals.back());
+      frame.residuals.pop_back();
+    }
+    for (auto state = frame.states.rbegin(); state != frame.states.rend();
+         ++state) {
+      problem_->RemoveParameterBlock(state->data());
+    }
+  }
+
+  // The user's factors are new in every problem.
+  void AddUser(const PersonProblem& person) {
+    for (const PlacedFactor& placed : person.user) {
+      user_.push_back(std::make_unique<CeresGeneral>(placed.factor.get()));
+      losses_.emplace_back(
+          MakeCeresLoss(placed.robustness.loss, placed.robustness.scale, 1.0));
+      blocks_.clear();
+      for (const StateKey& key : placed.keys) {
+        blocks_.push_back(frames_[key.frame]->states[key.joint].data());
+      }
+      user_residuals_.push_back(problem_->AddResidualBlock(
+          user_.back().get(), losses_.back().get(), blocks_));
+    }
+  }
+
+  void RemoveUser() {
+    while (!user_residuals_.empty()) {
+      problem_->RemoveResidualBlock(user_residuals_.back());
+      user_residuals_.pop_back();
+    }
+    user_.clear();
+    losses_.clear();
+  }
+
+  // Writes the numbers of `person` into the blocks.
+  void Load(const PersonProblem& person, const SolveStage& stage) {
+    stage_ = stage;
+    FactorWalk walk;
+    for (size_t j = 0; j < joint_count_; ++j) {
+      const JointChain& chain = person.joints[j];
+      const JointFactors factors(person, chain, walk);
+      if (!priors_.empty()) priors_[j].Set(factors.Prior());
+      for (size_t k = 0; k < count_; ++k) {
+        FrameBlocks& frame = *frames_[k];
+        frame.states[j] = chain.states[k];
+        frame.bundles[j].Set(chain, k, CentreOf(person, k), &stage_);
+        if (k > 0) frame.motions[j].Set(factors.Motion(k - 1));
+      }
+    }
+    for (size_t i = 0; i < bones_.size(); ++i) {
+      const BoneConstraint& bone = person.bones[i];
+      for (size_t k = 0; k < count_; ++k) {
+        frames_[k]->bones[i].Set({bone.length_m, 1.0 / bone.sigma_m});
+      }
+    }
+    if (person_prior_ != nullptr) person_prior_->Set(&person.prior);
+  }
+
+  bool AllFinite() const {
+    return std::all_of(
+        frames_.begin(), frames_.begin() + count_, [](const auto& frame) {
+          return std::all_of(
+              frame->states.begin(), frame->states.end(),
+              [](const State& state) { return state.allFinite(); });
+        });
+  }
+
+  void Unload(PersonProblem* person) const {
+    for (size_t j = 0; j < joint_count_; ++j) {
+      StateChain& states = person->joints[j].states;
+      for (size_t k = 0; k < count_; ++k) states[k] = frames_[k]->states[j];
+    }
+  }
+
+  void Run(const SolveStage& stage, double step_tolerance_m,
+           PersonProblem* person) {
+    Load(*person, stage);
+    watch_.Begin(&frames_, count_, step_tolerance_m);
+    options_.max_num_iterations = stage.max_iterations;
+    options_.gradient_tolerance = GradientTolerance(step_tolerance_m);
+    // What bones and motion alone hold lies in a curved valley, along which
+    // steps creep for ever without telling the states apart: a cost that falls
+    // by half a square of as many standard deviations as a step moves them.
+    // This share of the cost is 2e-3 for ten seconds of a person, six
+    // hundredths of a deviation.
+    options_.function_tolerance = 100.0 * step_tolerance_m * step_tolerance_m;
+    options_.parameter_tolerance = 1e-4 * step_tolerance_m;  // rounding
+    ceres::Solve(options_, problem_.get(), &summary_);
+    if (summary_.iterations.empty()) {
+      // The last step of what found the start led behind a camera.
+      for (JointChain& chain : person->joints) GateMeasurements(&chain);
+      Load(*person, stage);
+      ceres::Solve(options_, problem_.get(), &summary_);
+    }
+    watch_.RethrowStop();
+    VLOG(2) << summary_.FullReport();
+  }
+
+  // Adds what the stage did to the report.
+  void Count(SolveReport* report) const {
+    report->finite = summary_.IsSolutionUsable() && AllFinite();
+    report->converged = summary_.termination_type == ceres::CONVERGENCE ||
+                        summary_.termination_type == ceres::USER_SUCCESS;
+    report->ceres_iterations +=
+        std::max(0, static_cast<int>(summary_.iterations.size()) - 1);
+    report->cost_decrease = summary_.initial_cost - summary_.final_cost;
+  }
+
+  void Doubt(PersonProblem* person, SolveReport* report) const {
+    StateChain step(count_);
+    for (size_t j = 0; j < joint_count_; ++j) {
+      for (size_t k = 0; k < count_; ++k) {
+        step[k] = watch_.step()[joint_count_ * k + j];
+      }
+      report->unsettled += DoubtUnsettled(step, &person->joints[j]);
+    }
+  }
+
+  size_t joint_count_ = 0;
+  size_t count_ = 0;  // of frames_ that are in the problem
+  std::vector<std::pair<int, int>> bones_;
+  SolveStage stage_;
+  std::vector<std::unique_ptr<FrameBlocks>> frames_;
+  std::vector<CeresPrior> priors_;  // of the joints, where the person has none
+  std::unique_ptr<CeresPersonPrior> person_prior_;
+  std::vector<std::unique_ptr<CeresGeneral>> user_;
+  std::vector<std::unique_ptr<ceres::LossFunction>> losses_;
+  std::vector<ceres::ResidualBlockId> user_residuals_;
+  std::vector<double*> blocks_;  // work space
+  StepWatch watch_;
+  ceres::Solver::Options options_;
+  ceres::Solver::Summary summary_;
+  std::unique_ptr<ceres::Problem> problem_;
+};
+
+CeresSolver::CeresSolver() = default;
+CeresSolver::~CeresSolver() = default;
+CeresSolver::CeresSolver(CeresSolver&&) noexcept = default;
+CeresSolver& CeresSolver::operator=(CeresSolver&&) noexcept = default;
+
+SolveReport CeresSolver::Solve(const SolveSchedule& schedule,
+                               PersonProblem* problem) {
+  if (graph_ == nullptr) graph_ = std::make_unique<Graph>();
+  return graph_->Solve(schedule, problem);
+}
+
 SolveReport SolveWithCeres(const SolveSchedule& schedule,
                            PersonProblem* problem) {
-  SolveReport report;
-  if (problem->times.empty()) return report;
-  for (const SolveStage& stage : schedule.stages) {
-    RunStage(stage, schedule, problem, &report);
-  }
-  return report;
+  return CeresSolver().Solve(schedule, problem);
 }
 
 }  // namespace kinegraph

@@ -11,15 +11,19 @@
 
 namespace kinegraph {
 
+// Nobody's joint is nearer to a camera [m]; a point that is says more by its
+// pixel than any detector knows, without bound.
+inline constexpr double kNearestDepthM = 0.1;
+
 // A joint's pixel in one view:
 // r = (project(view, p + offset v) - u) / sigma_px                       [2]
 //
 // Key: state [p; v] [m, m/s]. `px` u is a raw pixel, the lens is inside
 // `project`. `offset_s` is the view's own capture time less the frame's time.
 // The sigma is constant: one that depended on the state would reward drifting
-// away. Evaluate is false where the point has no image: behind the camera or
-// outside the lens' region; such a start is gated when a problem is assembled.
-// One view leaves the depth free.
+// away. Evaluate is false where the point has no image: nearer than
+// kNearestDepthM, behind the camera or outside the lens' region; such a start
+// is gated when a problem is assembled. One view leaves the depth free.
 //
 // View has bool Project(const T* point, T* px, T (*by_point)[3]) const;
 // `by_point`, 2x3 [px/m], may be null.
@@ -53,6 +57,38 @@ struct Reprojection {
         by_states->by_point[row][i] = per_sigma * by_states->by_point[row][i];
       }
     }
+    return true;
+  }
+};
+
+// A joint is somewhere about its person:
+// r = (p - centre) / sigma                                               [3]
+//
+// Key: state [p; v] [m, m/s]. What no view or one view holds would else drift
+// with the motion for as long as it stays so, through the floor, or along the
+// ray into the camera, where an image says as much as one likes. The centre
+// [m] is given; sigma [m] is so large that what two views see does not notice.
+template <typename T>
+struct BodyCentre {
+  static constexpr int kResiduals = 3;
+  static constexpr int kKeys = 1;
+  using Jacobian = PointJacobian<kResiduals, T>;
+
+  const double* centre_m;  // [3]; outlives the factor
+  double per_sigma;        // 1/m
+
+  bool Evaluate(const T* const (&states)[kKeys], T* residual,
+                Jacobian* by_states) const {
+    for (int i = 0; i < 3; ++i) {
+      residual[i] = per_sigma * (states[0][i] - T(centre_m[i]));
+    }
+    if (by_states == nullptr) return true;
+    for (int row = 0; row < 3; ++row) {
+      for (int i = 0; i < 3; ++i) {
+        by_states->by_point[row][i] = T(row == i ? per_sigma : 0.0);
+      }
+    }
+    by_states->offset_s = 0.0;
     return true;
   }
 };
@@ -201,6 +237,7 @@ struct GaussianPrior {
 // chain has
 //   frame_count()
 //   HasPrior(), Prior()           on the state of frame 0
+//   HasCentre(k), Centre(k)       on the state of frame k
 //   Motion(k)                     from frame k to frame k + 1
 //   PixelsBegin(k), PixelsEnd(k)  the measurements of frame k
 //   IsLeftOut(m), Pixel(m)        of measurement m
@@ -210,6 +247,9 @@ template <typename Chain, typename Frame, typename Visit>
 KINEGRAPH_INLINE bool ForEachFactorOfFrame(const Chain& chain, Frame k,
                                            Visit&& visit) {
   if (k == 0 && chain.HasPrior() && !visit(chain.Prior(), chain.Always())) {
+    return false;
+  }
+  if (chain.HasCentre(k) && !visit(chain.Centre(k), chain.Always())) {
     return false;
   }
   if (k + 1 < chain.frame_count() && !visit(chain.Motion(k), chain.Always())) {

@@ -7,6 +7,8 @@
 #include <limits>
 #include <utility>
 
+#include "solvers/factors/factors.h"
+
 namespace kinegraph {
 namespace {
 
@@ -78,6 +80,11 @@ FrameRecord Assembler::Append(const EstimatorFrame& frame,
   record.triangulated.resize(problem->joints.size());
 
   const bool birth = problem->times.empty();
+  problem->centres.push_back(
+      {centre_,
+       birth ? 0.0
+             : CentrePerSigma(options_,
+                              ToSeconds(frame.time - problem->times.back()))});
   problem->times.push_back(frame.time);
   for (size_t j = 0; j < problem->joints.size(); ++j) {
     JointChain& chain = problem->joints[j];
@@ -126,9 +133,8 @@ void Assembler::AppendUserFactors(const EstimatorFrame& frame,
 void Assembler::AppendView(const EstimatorFrame& frame, const FreshView& view,
                            int slot, PersonProblem* problem) {
   const Camera& camera = scene_.cameras[view.view_idx];
-  constexpr double kNearestDepth = 0.1;  // m
   const double depth_m = camera.Depth(centre_);
-  if (!(depth_m > kNearestDepth)) return;
+  if (!(depth_m > kNearestDepthM)) return;
   const size_t joint_count = problem->joints.size();
   for (size_t j = 0; j < joint_count && j < view.joints.size(); ++j) {
     const Keypoint& joint = view.joints[j];
@@ -169,6 +175,13 @@ double InformationScale(const GraphOptions& options, double dt_s) {
   const double half = 0.5 * dt_s / options.correlation_time_s;
   // (1 - e^-2h) / (1 + e^-2h) = tanh h.
   return options.information_scale * std::tanh(half);
+}
+
+double CentrePerSigma(const GraphOptions& options, double dt_s) {
+  // How long people hold a limb where it is [s].
+  constexpr double kHeldS = 3.0;
+  return std::sqrt(std::tanh(0.5 * dt_s / kHeldS)) /
+         options.birth_position_sigma_m;
 }
 
 SolveSchedule MakeSchedule(const GraphOptions& options) {

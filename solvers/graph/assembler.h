@@ -79,6 +79,13 @@ double PixelSigma(const GraphOptions& options, JointClass joint_class,
 // information per second does not grow with the frame rate without bound.
 double InformationScale(const GraphOptions& options, double dt_s);
 
+// 1 / sigma [1/m] of BodyCentre in a frame `dt_s` after the one before. Where a
+// joint is about its person is as uncertain as at birth and changes slowly, so
+// a frame tells as little of it as InformationScale has it: a sixth of the
+// birth prior's information a second. For a joint that two views see to a
+// centimetre in every frame that is less than 1e-5 of what is known.
+double CentrePerSigma(const GraphOptions& options, double dt_s);
+
 // Convex losses need one stage. The others start with Huber, whose only
 // minimum does not depend on the start, and then narrow to their own scale
 // (graduated non-convexity: Blake and Zisserman 1987; Yang et al., RA-L 2020).

@@ -29,9 +29,10 @@ struct CameraView {
 
   bool Project(const double* point, double* px, double (*by_point)[3]) const {
     Matrix23d jacobian;
+    const Eigen::Vector3d position(point[0], point[1], point[2]);
+    if (!(camera->Depth(position) > kNearestDepthM)) return false;
     const std::optional<Eigen::Vector2d> image =
-        camera->Project(Eigen::Vector3d(point[0], point[1], point[2]),
-                        by_point == nullptr ? nullptr : &jacobian);
+        camera->Project(position, by_point == nullptr ? nullptr : &jacobian);
     if (!image.has_value()) return false;
     for (int row = 0; row < 2; ++row) {
       px[row] = (*image)(row);
@@ -73,9 +74,11 @@ class JointFactors {
  public:
   using Counting = Robustness;
 
-  JointFactors(const std::vector<TimeNs>& times, const JointChain& chain,
+  // A chain of `problem`, or one with the same frames.
+  JointFactors(const PersonProblem& problem, const JointChain& chain,
                const FactorWalk& walk)
-      : times_(times),
+      : times_(problem.times),
+        centres_(problem.centres),
         chain_(chain),
         walk_(walk),
         pixels_{walk.stage.loss, walk.stage.scale} {}
@@ -84,6 +87,12 @@ class JointFactors {
   bool HasPrior() const { return walk_.priors; }
   GaussianPrior<double> Prior() const {
     return PriorOf(chain_.prior, walk_.stated);
+  }
+  bool HasCentre(size_t k) const {
+    return k < centres_.size() && centres_[k].per_sigma > 0.0;
+  }
+  BodyCentre<double> Centre(size_t k) const {
+    return {centres_[k].position_m.data(), centres_[k].per_sigma};
   }
   ConstantVelocity<double> Motion(size_t k) const {
     return {ToSeconds(times_[k + 1] - times_[k]), chain_.process_noise[k]};
@@ -104,16 +113,17 @@ class JointFactors {
 
  private:
   const std::vector<TimeNs>& times_;
+  const std::vector<PersonCentre>& centres_;
   const JointChain& chain_;
   const FactorWalk& walk_;
   const Robustness pixels_;
 };
 
-// The factors of one joint; `joint` enters the keys only.
+// The factors of one joint of `problem`; `joint` enters the keys only.
 template <typename Visit>
-bool ForEachFactor(const std::vector<TimeNs>& times, const JointChain& chain,
+bool ForEachFactor(const PersonProblem& problem, const JointChain& chain,
                    int joint, const FactorWalk& walk, Visit&& visit) {
-  const JointFactors factors(times, chain, walk);
+  const JointFactors factors(problem, chain, walk);
   const size_t frame_count = factors.frame_count();
   const size_t end = walk.end < frame_count ? walk.end : frame_count;
   for (size_t k = walk.begin; k < end; ++k) {
@@ -152,8 +162,8 @@ bool ForEachFactor(const PersonProblem& problem, const FactorWalk& walk,
   FactorWalk own = walk;
   own.priors = walk.priors && problem.prior.empty();
   for (size_t j = 0; j < problem.joints.size(); ++j) {
-    if (!ForEachFactor(problem.times, problem.joints[j], static_cast<int>(j),
-                       own, visit)) {
+    if (!ForEachFactor(problem, problem.joints[j], static_cast<int>(j), own,
+                       visit)) {
       return false;
     }
   }

@@ -36,14 +36,14 @@ FactorWalk FirstFrame(KeptFor use) {
 // Calls `visit(linearised factor, keys, what it counts)` for a joint's factors
 // of the first frame; `correction` is that of the observations.
 template <typename Visit>
-void LineariseFirst(const std::vector<TimeNs>& times, const JointChain& chain,
+void LineariseFirst(const PersonProblem& problem, const JointChain& chain,
                     const FactorWalk& walk, double correction,
                     const Visit& visit) {
   const auto state_of = [&](const StateKey& key) {
     return chain.states[key.frame].data();
   };
   ForEachFactor(
-      times, chain, 0, walk,
+      problem, chain, 0, walk,
       [&](const auto& factor, const auto& keys, const Robustness& robustness) {
         Linearised<std::decay_t<decltype(factor)>> at;
         if (!LineariseFactor(factor, keys, state_of, &at)) return true;
@@ -57,7 +57,7 @@ void LineariseFirst(const std::vector<TimeNs>& times, const JointChain& chain,
 
 using TwoStates = RowTriangle<2 * kStateSize>;
 
-SquareRootPrior<kStateSize> MarginaliseWith(const std::vector<TimeNs>& times,
+SquareRootPrior<kStateSize> MarginaliseWith(const PersonProblem& problem,
                                             const JointChain& chain,
                                             KeptFor use, double correction) {
   TwoStates triangle;
@@ -80,7 +80,7 @@ SquareRootPrior<kStateSize> MarginaliseWith(const std::vector<TimeNs>& times,
       }
     }
   };
-  LineariseFirst(times, chain, FirstFrame(use), correction, add);
+  LineariseFirst(problem, chain, FirstFrame(use), correction, add);
   for (const TwoStates::Row& row : of_both) triangle.Add(row);
   return triangle.Drop<kStateSize>();
 }
@@ -106,10 +106,10 @@ void EraseFirst(std::vector<PlacedFactor>* user) {
   }
 }
 
-StatePrior MarginaliseFirstState(const std::vector<TimeNs>& times,
+StatePrior MarginaliseFirstState(const PersonProblem& problem,
                                  const JointChain& chain, double correction) {
   CHECK_GE(chain.states.size(), 2u);
-  const auto kept = MarginaliseWith(times, chain, KeptFor::kEstimate, 1.0);
+  const auto kept = MarginaliseWith(problem, chain, KeptFor::kEstimate, 1.0);
   StatePrior prior;
   prior.A = kept.A;
   prior.b = kept.b;
@@ -117,7 +117,7 @@ StatePrior MarginaliseFirstState(const std::vector<TimeNs>& times,
   prior.A_stated =
       correction == 1.0
           ? prior.A
-          : MarginaliseWith(times, chain, KeptFor::kCovariance, correction).A;
+          : MarginaliseWith(problem, chain, KeptFor::kCovariance, correction).A;
   return prior;
 }
 
@@ -212,7 +212,7 @@ void AddJoints(const PersonProblem& problem, KeptFor use, double correction,
   for (size_t j = 0; j < problem.joints.size(); ++j) {
     const Eigen::Index own = kStateSize * static_cast<Eigen::Index>(j);
     LineariseFirst(
-        problem.times, problem.joints[j], walk, correction,
+        problem, problem.joints[j], walk, correction,
         [&](const auto& at, const auto& keys, double weight) {
           AddGradient(at.by_states[0], at.residual, weight,
                       &frames->first_gradient[own]);
@@ -345,10 +345,13 @@ void DropFirstFrame(double correction, PersonProblem* problem) {
     problem->prior = prior.has_value() ? *std::move(prior) : PersonPrior();
   }
   for (JointChain& chain : problem->joints) {
-    chain.prior = MarginaliseFirstState(problem->times, chain, correction);
+    chain.prior = MarginaliseFirstState(*problem, chain, correction);
     EraseFirst(&chain);
   }
   problem->times.erase(problem->times.begin());
+  if (!problem->centres.empty()) {
+    problem->centres.erase(problem->centres.begin());
+  }
   EraseFirst(&problem->user);
 }
 

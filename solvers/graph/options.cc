@@ -70,9 +70,12 @@ void DescribeBones(GraphOptions* options, OptionVisitor& visitor) {
 }
 
 void DescribeSolver(GraphOptions* options, OptionVisitor& visitor) {
-  visitor.Choice(
-      "solver", &options->solver, {"ceres", "sweeps"},
-      "Ceres, started from the block-tridiagonal solver, or that solver alone");
+  visitor.Choice("solver", &options->solver, {"ceres", "sweeps"},
+                 "Ceres on all factors of a person, or the block-tridiagonal "
+                 "solver alone");
+  visitor.Choice("start", &options->start, {"basin", "dlt"},
+                 "where Ceres starts: the basin that the block-tridiagonal "
+                 "solver finds, or DLT");
   visitor.Integer("max_iterations", &options->max_iterations,
                   Between(1.0, 1000.0), "", "iterations of the last stage");
   visitor.Number("step_tolerance_m", &options->step_tolerance_m, Positive(),
@@ -111,6 +114,11 @@ void CheckGraphOptions(const GraphOptions& options) {
       !std::all_of(options.stages.begin(), options.stages.end(), is_positive)) {
     throw OptionError("graph.stages",
                       "expected positive multiples, one or more");
+  }
+  if (options.start == GraphStart::kDlt &&
+      options.solver != GraphSolver::kCeres) {
+    throw OptionError("graph.start",
+                      "found dlt with graph.solver sweeps, expected basin");
   }
   if (options.user_factors && options.solver != GraphSolver::kCeres) {
     throw OptionError("graph.solver",

@@ -25,14 +25,20 @@ void DescribeJointClasses(OptionVisitor& visitor, const std::string& name,
                           JointClassTable* table, const std::string& unit,
                           const std::string& help);
 
-// Who finds the minimum. Both minimise the same factors.
+// Who has the last word on the minimum. Both minimise the same factors.
 enum class GraphSolver {
-  kCeres,             // one Ceres problem a person, started block-tridiagonally
+  kCeres,             // one Ceres problem a person with all factors
   kBlockTridiagonal,  // block-tridiagonal elimination; bones by conjugate
                       // gradients on top
 };
 // Names in the order of the enum.
 const char* ToString(GraphSolver solver);
+
+// What Ceres starts from.
+enum class GraphStart {
+  kBasin,  // graduated non-convexity by block-tridiagonal elimination
+  kDlt,    // DLT and the joints filter: all stages are Ceres' own
+};
 
 // Where a noise figure comes from.
 enum class NoiseFrom {
@@ -103,6 +109,7 @@ struct GraphOptions {
   bool covariance = true;
 
   GraphSolver solver = GraphSolver::kCeres;
+  GraphStart start = GraphStart::kBasin;
   int64_t max_iterations = 300;    // of the last stage; earlier ones take three
   double step_tolerance_m = 3e-5;  // converged when no joint moves farther
   // The batch solves a long recording in chunks of about this long, with a

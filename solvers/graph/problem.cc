@@ -35,6 +35,17 @@ PersonStates StatesOf(const PersonProblem& problem) {
   return states;
 }
 
+void GateMeasurements(JointChain* chain) {
+  for (size_t k = 0; k < chain->states.size(); ++k) {
+    const double* states[] = {chain->states[k].data()};
+    for (int32_t m = chain->first[k]; m < chain->first[k + 1]; ++m) {
+      double residual[2];
+      chain->measurements[m].gated = !ReprojectionOf(chain->measurements[m])
+                                          .Evaluate(states, residual, nullptr);
+    }
+  }
+}
+
 void StoreWeights(const SolveStage& stage, JointChain* chain) {
   for (size_t k = 0; k < chain->states.size(); ++k) {
     const double* states[] = {chain->states[k].data()};

@@ -1,7 +1,8 @@
 // One person's factor graph as plain values: what every solver minimises.
 //
 // Cost of joint n over its frames k:
-//   0.5 |prior(x_0)|^2 + 0.5 sum |constant_velocity(x_k, x_k+1)|^2
+//   0.5 |prior(x_0)|^2 + 0.5 sum |body_centre(x_k)|^2
+//   + 0.5 sum |constant_velocity(x_k, x_k+1)|^2
 //   + 0.5 sum information * rho(|reprojection(x_k)|^2)
 // and, over joints, 0.5 sum rho(|bone_length(x_k,a, x_k,b)|^2). The residuals
 // are those of solvers/factors; factor_list.h is the one list of them. Without
@@ -150,8 +151,15 @@ struct BoneConstraint {
   double sigma_m = 0.02;
 };
 
+// Where the person is in a frame, as far as all joints are about there.
+struct PersonCentre {
+  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
+  double per_sigma = 0.0;  // 1/m; 0: nothing is known
+};
+
 struct PersonProblem {
-  std::vector<TimeNs> times;  // ascending, one a frame
+  std::vector<TimeNs> times;          // ascending, one a frame
+  std::vector<PersonCentre> centres;  // one a frame, or none at all
   std::vector<JointChain> joints;
   std::vector<BoneConstraint> bones;
   // Replaces the joints' own priors where it is not empty.
@@ -191,7 +199,7 @@ struct SolveSchedule {
 };
 
 struct SolveReport {
-  bool finite = true;     // false: the start was kept
+  bool finite = true;     // false: the start was kept, and nothing counts
   bool converged = true;  // in the last stage
   int iterations = 0;     // block-tridiagonal
   int ceres_iterations = 0;
@@ -201,6 +209,10 @@ struct SolveReport {
   // measurements got no weight, so that status and covariance say so.
   int unsettled = 0;
 };
+
+// Gates the measurements that the chain's states have no image of, and no
+// others.
+void GateMeasurements(JointChain* chain);
 
 // Weights of the measurements at the chain's states, under a stage's loss.
 void StoreWeights(const SolveStage& stage, JointChain* chain);

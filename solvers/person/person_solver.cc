@@ -8,25 +8,10 @@
 #include <utility>
 
 #include "solvers/block_tridiagonal/person_system.h"
-#include "solvers/ceres/ceres_solver.h"
 #include "solvers/graph/assembler.h"
 
 namespace kinegraph {
 namespace {
-
-bool AllFinite(const StateChain& states) {
-  for (const State& state : states) {
-    if (!state.allFinite()) return false;
-  }
-  return true;
-}
-
-bool AllFinite(const PersonProblem& problem) {
-  for (const JointChain& chain : problem.joints) {
-    if (!AllFinite(chain.states)) return false;
-  }
-  return true;
-}
 
 SolveSchedule LastStage(SolveSchedule schedule) {
   schedule.stages.erase(schedule.stages.begin(), schedule.stages.end() - 1);
@@ -37,8 +22,10 @@ SolveSchedule LastStage(SolveSchedule schedule) {
 
 PersonSolver::PersonSolver(const GraphOptions& options)
     : solver_(options.solver),
+      start_(options.start),
       ledger_(options.ledger),
       schedule_(MakeSchedule(options)),
+      last_stage_(LastStage(schedule_)),
       correction_(InformationCorrection(
           schedule_.stages.back().loss,
           schedule_.stages.back().scale *
@@ -47,48 +34,44 @@ PersonSolver::PersonSolver(const GraphOptions& options)
                    : 1.0))) {}
 
 void PersonSolver::SolveJoints(const SolveSchedule& schedule,
-                               const std::vector<int>& joint_indices,
                                PersonProblem* problem) {
-  std::vector<JointChain*> chains;
-  std::vector<StateChain> starts;
-  for (const int j : joint_indices) {
-    chains.push_back(&problem->joints[j]);
-    starts.push_back(chains.back()->states);
+  if (start_ == GraphStart::kDlt) {
+    SolveJointsWithCeres(schedule, problem);
+    return;
   }
-  const std::vector<SolveReport> reports =
-      chain_solver_.Solve(problem->times, schedule, chains);
-  for (size_t i = 0; i < chains.size(); ++i) {
-    Finish(reports[i], starts[i], chains[i]);
+  chains_.clear();
+  for (JointChain& chain : problem->joints) chains_.push_back(&chain);
+  for (const SolveReport& report :
+       chain_solver_.Solve(*problem, schedule, chains_)) {
+    Note(report, solver_ == GraphSolver::kBlockTridiagonal
+                     ? Result::kTakenOver
+                     : Result::kOnlyAStart);
   }
 }
 
-void PersonSolver::Finish(SolveReport report, const StateChain& start,
-                          JointChain* chain) {
-  report.finite = report.finite && AllFinite(chain->states);
-  Note(report, solver_ == GraphSolver::kBlockTridiagonal ? Result::kTakenOver
-                                                         : Result::kOnlyAStart);
-  if (report.finite) return;
-  chain->states = start;
-  for (PixelMeasurement& measurement : chain->measurements) {
-    measurement.weight = 0.0;
-  }
+void PersonSolver::SolveJointsWithCeres(const SolveSchedule& schedule,
+                                        PersonProblem* problem) {
+  std::vector<BoneConstraint> bones;
+  PersonPrior prior;
+  std::vector<PlacedFactor> user;
+  const auto exchange_couplings = [&] {
+    std::swap(bones, problem->bones);
+    std::swap(prior, problem->prior);
+    std::swap(user, problem->user);
+  };
+  exchange_couplings();
+  for (JointChain& chain : problem->joints) GateMeasurements(&chain);
+  Note(ceres_start_.Solve(schedule, problem), Result::kOnlyAStart);
+  exchange_couplings();
 }
 
 void PersonSolver::SolveBones(PersonProblem* problem) {
+  if (start_ == GraphStart::kDlt) return;
   if (problem->bones.empty() && problem->prior.empty()) return;
-  SolveSchedule schedule = LastStage(schedule_);
-  // A step of Ceres costs as much as many sweeps: from a third of its tolerance
-  // its first one shows that it has settled.
-  if (solver_ == GraphSolver::kCeres) schedule.step_tolerance_m /= 3.0;
-  PersonProblem coupled = *problem;
-  SolveReport report = bone_solver_.Solve(schedule, &coupled);
-  report.finite = report.finite && AllFinite(coupled);
+  const SolveReport report = bone_solver_.Solve(last_stage_, problem);
   Note(report, solver_ == GraphSolver::kBlockTridiagonal ? Result::kTakenOver
                                                          : Result::kOnlyAStart);
-  if (report.finite) {
-    *problem = std::move(coupled);
-    return;
-  }
+  if (report.finite) return;
   // Covariances must not count what the estimates did not.
   ++counts_.bones_dropped;
   problem->bones.clear();
@@ -96,26 +79,7 @@ void PersonSolver::SolveBones(PersonProblem* problem) {
 
 void PersonSolver::Refine(PersonProblem* problem) {
   if (solver_ != GraphSolver::kCeres) return;
-  const SolveSchedule last = LastStage(schedule_);
-  // Chains and bones know nothing of the user's factors.
-  if (problem->user.empty() &&
-      bone_solver_.IsAtMinimum(*problem, last.stages.back(),
-                               last.step_tolerance_m)) {
-    SolveReport report;
-    report.converged = true;
-    Note(report, Result::kTakenOver);
-    return;
-  }
-  // Ceres holds on to the states' addresses; a copy keeps the start.
-  const PersonStates start = StatesOf(*problem);
-  SolveReport report = SolveWithCeres(last, problem);
-  report.finite = report.finite && AllFinite(*problem);
-  Note(report, Result::kTakenOver);
-  if (report.finite) return;
-  for (size_t j = 0; j < start.size(); ++j) {
-    problem->joints[j].states = start[j];
-    StoreWeights(schedule_.stages.back(), &problem->joints[j]);
-  }
+  Note(ceres_solver_.Solve(last_stage_, problem), Result::kTakenOver);
 }
 
 std::vector<std::vector<Matrix6d>> PersonSolver::BoneCovariances(
@@ -133,7 +97,7 @@ std::vector<std::vector<Matrix6d>> PersonSolver::JointCovariances(
   std::vector<const JointChain*> chains;
   for (const JointChain& chain : problem.joints) chains.push_back(&chain);
   auto covariances =
-      chain_solver_.Covariances(problem.times, chains, correction, frame_end);
+      chain_solver_.Covariances(problem, chains, correction, frame_end);
   for (const std::vector<Matrix6d>& joint : covariances) {
     if (joint.empty()) ++counts_.no_covariance;
   }
@@ -156,6 +120,8 @@ void PersonSolver::Note(const SolveReport& report, Result result) {
 void PersonSolver::FreeWorkSpace() {
   chain_solver_ = ChainSolver();
   bone_solver_ = BoneSolver();
+  ceres_solver_ = CeresSolver();
+  ceres_start_ = CeresSolver();
 }
 
 SolveCounts PersonSolver::ExtractCounts() {

@@ -8,15 +8,22 @@
 
 #include "solvers/block_tridiagonal/bone_solver.h"
 #include "solvers/block_tridiagonal/chain_solver.h"
+#include "solvers/ceres/ceres_solver.h"
 #include "solvers/graph/options.h"
 #include "solvers/graph/problem.h"
 #include "solvers/graph/solve_counts.h"
 
 namespace kinegraph {
 
-// Keeps work space between calls; one a person. A result is made in up to three
-// steps: SolveJoints for each joint alone, SolveBones where bones couple them,
-// Refine for Ceres. With the block-tridiagonal solver the last does nothing.
+// Keeps work space between calls; one a person. A result is made in three
+// steps, from states that DLT or an earlier solve has left:
+//   SolveJoints  finds the basin, joint by joint: the stages of graduated
+//                non-convexity, by block-tridiagonal elimination
+//   SolveBones   the same with what couples the joints
+//   Refine       finds the minimum: one Ceres problem with all factors of the
+//                person, which Ceres ends
+// With graph.solver = "sweeps" the last does nothing. With graph.start = "dlt"
+// Ceres does the first as well, and the second is none.
 class PersonSolver {
  public:
   explicit PersonSolver(const GraphOptions& options);
@@ -26,12 +33,10 @@ class PersonSolver {
   // InformationCorrection of its last loss.
   double correction() const { return correction_; }
 
-  // Gates the measurements of the joints at their states and runs `schedule` by
-  // block-tridiagonal elimination, each joint as if alone. A solve that finds
-  // nothing finite keeps its start, and its measurements get no weight.
-  void SolveJoints(const SolveSchedule& schedule,
-                   const std::vector<int>& joint_indices,
-                   PersonProblem* problem);
+  // Gates the measurements at the joints' states and runs `schedule`, each
+  // joint as if alone. A solve that finds nothing finite keeps its start, and
+  // its measurements get no weight.
+  void SolveJoints(const SolveSchedule& schedule, PersonProblem* problem);
 
   // Couples the joints by the problem's bones, from the estimates that the
   // joints have alone and under the last stage's loss. Where that finds nothing
@@ -39,9 +44,8 @@ class PersonSolver {
   void SolveBones(PersonProblem* problem);
 
   // Solver ceres: takes the whole problem, the user's factors included, to
-  // convergence under the last stage's loss, unless the gradient of the factors
-  // that Ceres would get asks for no step. Where that finds nothing finite the
-  // block-tridiagonal solver's result stays.
+  // convergence under the last stage's loss. Where that finds nothing finite
+  // what it started from stays.
   void Refine(PersonProblem* problem);
 
   // Covariances of the frames before `frame_end` of all joints of a coupled
@@ -70,15 +74,21 @@ class PersonSolver {
   enum class Result { kTakenOver, kOnlyAStart };
   // Counts a solve.
   void Note(const SolveReport& report, Result result);
-  void Finish(SolveReport report, const StateChain& start, JointChain* chain);
+  void SolveJointsWithCeres(const SolveSchedule& schedule,
+                            PersonProblem* problem);
 
   GraphSolver solver_;
+  GraphStart start_;
   std::shared_ptr<SolveLedger> ledger_;
   SolveCounts counts_;
   SolveSchedule schedule_;
+  SolveSchedule last_stage_;  // of it
   double correction_;
   ChainSolver chain_solver_;
   BoneSolver bone_solver_;
+  CeresSolver ceres_solver_;
+  CeresSolver ceres_start_;          // start dlt: of problems without couplings
+  std::vector<JointChain*> chains_;  // work space
 };
 
 }  // namespace kinegraph

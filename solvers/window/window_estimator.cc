@@ -117,9 +117,9 @@ class WindowEstimator final : public Estimator {
 
   void Solve() {
     if (options_.LearnsNoise()) noise_.Apply(&problem_);
-    const bool moved = SolveMeasuredJoints();
+    solver_.SolveJoints(solver_.schedule(), &problem_);
     if (options_.bones) SolveBones();
-    if (moved || problem_.coupled()) solver_.Refine(&problem_);
+    solver_.Refine(&problem_);
     unsolved_ = 0;
   }
 
@@ -139,10 +139,7 @@ class WindowEstimator final : public Estimator {
       if (placed_anew[j]) continue;
       const Eigen::Vector3d triangulated = chain.states[k].head<3>();
       chain.states[k] = Advance(chain.states[k - 1], dt_s);
-      // Without a measurement of its own the state is not solved again, and
-      // where the motion leads it adds no cost.
-      const bool measured = chain.first[k] != chain.first[k + 1];
-      if (measured && records_[k].triangulated[j]) {
+      if (records_[k].triangulated[j]) {
         chain.states[k].head<3>() = triangulated;
       }
     }
@@ -169,23 +166,6 @@ class WindowEstimator final : public Estimator {
       if (options_.LearnsNoise()) noise_.DropFirstFrame();
       records_.erase(records_.begin());
     }
-  }
-
-  // A joint that was not measured anew already is at its minimum: its new state
-  // adds no cost. False where that is all of them.
-  bool SolveMeasuredJoints() {
-    const size_t old = records_.size() - std::min(unsolved_, records_.size());
-    // What is learnt changes weights from frame to frame.
-    const bool all = scale_changed_ || options_.LearnsNoise();
-    std::vector<int> measured;
-    for (int j = 0; j < joint_count(); ++j) {
-      const JointChain& chain = problem_.joints[j];
-      if (chain.first[old] == chain.first.back() && !all) continue;
-      measured.push_back(j);
-    }
-    solver_.SolveJoints(solver_.schedule(), measured, &problem_);
-    scale_changed_ = false;
-    return !measured.empty();
   }
 
   void UpdateLast() {
@@ -238,7 +218,6 @@ class WindowEstimator final : public Estimator {
     if (std::abs(change - 1.0) < kWorthIt) return;
     ScaleSigmas(change, &problem_);
     noise_scale_ *= change;
-    scale_changed_ = true;
   }
 
   // Makes the frames final_count_ .. end - 1 final.
@@ -313,7 +292,6 @@ class WindowEstimator final : public Estimator {
   PersonBones bones_;
   CausalNoiseScale learnt_scale_;
   double noise_scale_ = 1.0;            // the factor in the problem's sigmas
-  bool scale_changed_ = false;          // since the last solve
   std::vector<FrameRecord> records_;    // as problem_.times
   std::vector<JointSupport> supports_;  // by frames that left the window
   int64_t first_frame_ = 0;             // of the person

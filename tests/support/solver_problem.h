@@ -14,18 +14,6 @@
 
 namespace kinegraph::testing {
 
-// Marks the measurements that the current states cannot be projected to.
-inline void GateMeasurements(JointChain* chain) {
-  for (size_t k = 0; k < chain->states.size(); ++k) {
-    const double* states[] = {chain->states[k].data()};
-    for (int32_t m = chain->first[k]; m < chain->first[k + 1]; ++m) {
-      double residual[2];
-      chain->measurements[m].gated = !ReprojectionOf(chain->measurements[m])
-                                          .Evaluate(states, residual, nullptr);
-    }
-  }
-}
-
 // What the problem states of its frames it still states of those that are left
 // when the first ones are dropped; observations times `correction`.
 inline void ExpectDroppingKeepsCovariances(double correction,

@@ -118,8 +118,7 @@ TEST_F(ChainSolverTest, FindsTheMinimumThatCeresFinds) {
     PersonProblem ours = problem_;
     ChainSolver solver;
     for (JointChain& chain : ours.joints) {
-      const SolveReport report =
-          solver.Solve(ours.times, schedule, {&chain}).front();
+      const SolveReport report = solver.Solve(ours, schedule, {&chain}).front();
       EXPECT_TRUE(report.finite);
       EXPECT_TRUE(report.converged) << report.iterations;
     }
@@ -131,11 +130,11 @@ TEST_F(ChainSolverTest, FindsTheMinimumThatCeresFinds) {
 }
 
 // Of all frames of one chain.
-std::vector<Matrix6d> CovariancesOf(const std::vector<TimeNs>& times,
+std::vector<Matrix6d> CovariancesOf(const PersonProblem& problem,
                                     const JointChain& chain,
                                     double correction) {
   return ChainSolver()
-      .Covariances(times, {&chain}, correction, times.size())
+      .Covariances(problem, {&chain}, correction, problem.times.size())
       .front();
 }
 
@@ -145,8 +144,8 @@ TEST_F(ChainSolverTest, CovariancesAreBlocksOfTheDenseInverse) {
   Make(3, 25, noise);
   JointChain& chain = problem_.joints[0];
   ChainSolver solver;
-  solver.Solve(problem_.times, Exact(LossKind::kGemanMcClure, 3.0), {&chain});
-  const auto covariances = CovariancesOf(problem_.times, chain, 1.1);
+  solver.Solve(problem_, Exact(LossKind::kGemanMcClure, 3.0), {&chain});
+  const auto covariances = CovariancesOf(problem_, chain, 1.1);
   problem_.joints.resize(1);
   // The information's condition is about 1e7: 1e-16 of that, with room.
   ExpectBlocksOf(DenseCovariance(problem_, 1.1), 0, 1, covariances, 1e-8);
@@ -157,20 +156,19 @@ TEST_F(ChainSolverTest, FullRankWithNoViewAndWithOne) {
     Make(views == 0 ? 1 : views, 20, SimulatedNoise());
     JointChain& chain = problem_.joints[0];
     if (views == 0) {
+      problem_.centres.clear();  // birth and motion alone
       chain.measurements.clear();
       chain.first.assign(chain.states.size() + 1, 0);
     }
     ChainSolver solver;
     const SolveReport report =
-        solver
-            .Solve(problem_.times, Exact(LossKind::kGemanMcClure, 3.0),
-                   {&chain})
+        solver.Solve(problem_, Exact(LossKind::kGemanMcClure, 3.0), {&chain})
             .front();
     EXPECT_TRUE(report.finite);
     problem_.joints.resize(1);
     const Eigen::MatrixXd dense = DenseCovariance(problem_);
     EXPECT_TRUE(dense.allFinite());
-    const auto covariances = CovariancesOf(problem_.times, chain, 1.0);
+    const auto covariances = CovariancesOf(problem_, chain, 1.0);
     ExpectBlocksOf(dense, 0, 1, covariances, 1e-7);
     if (views == 0) {
       // Birth alone: sigma^2 + (3 m/s * t)^2 + q t^3 / 3 along each axis.
@@ -188,14 +186,13 @@ TEST_F(ChainSolverTest, StartsBehindACameraAreGated) {
   for (State& state : chain.states) {
     state.head<3>() = 20.0 * scene_.cameras[0].centre();
   }
-  testing::GateMeasurements(&chain);
+  GateMeasurements(&chain);
   int gated = 0;
   for (const PixelMeasurement& m : chain.measurements) gated += m.gated;
   EXPECT_GE(gated, 10);
   ChainSolver solver;
   const SolveReport report =
-      solver
-          .Solve(problem_.times, Exact(LossKind::kGemanMcClure, 3.0), {&chain})
+      solver.Solve(problem_, Exact(LossKind::kGemanMcClure, 3.0), {&chain})
           .front();
   EXPECT_TRUE(report.finite);
   for (const State& state : chain.states) EXPECT_TRUE(state.allFinite());
@@ -241,9 +238,8 @@ TEST_F(ChainSolverTest, SameBitsInAnyCompanyAndOnEveryInstructionSet) {
   std::vector<SolveReport> reports;
   std::vector<std::vector<Matrix6d>> covariances(joints.size());
   for (size_t j = 0; j < joints.size(); ++j) {
-    reports.push_back(
-        solver.Solve(problem_.times, schedule, {&alone[j]}).front());
-    covariances[j] = CovariancesOf(problem_.times, alone[j], 1.1);
+    reports.push_back(solver.Solve(problem_, schedule, {&alone[j]}).front());
+    covariances[j] = CovariancesOf(problem_, alone[j], 1.1);
   }
   for (const InstructionSet set :
        {InstructionSet::kBaseline, InstructionSet::kAvx2,
@@ -253,9 +249,9 @@ TEST_F(ChainSolverTest, SameBitsInAnyCompanyAndOnEveryInstructionSet) {
     std::vector<JointChain> together = joints;
     std::vector<JointChain*> chains;
     for (JointChain& chain : together) chains.push_back(&chain);
-    const auto all = solver.Solve(problem_.times, schedule, chains);
-    const auto blocks = solver.Covariances(
-        problem_.times, {chains.begin(), chains.end()}, 1.1, 30);
+    const auto all = solver.Solve(problem_, schedule, chains);
+    const auto blocks =
+        solver.Covariances(problem_, {chains.begin(), chains.end()}, 1.1, 30);
     for (size_t j = 0; j < joints.size(); ++j) {
       ExpectSameBits(together[j], alone[j]);
       EXPECT_EQ(all[j].iterations, reports[j].iterations);
@@ -265,24 +261,6 @@ TEST_F(ChainSolverTest, SameBitsInAnyCompanyAndOnEveryInstructionSet) {
     }
   }
   UseInstructionSet(InstructionSet::kAvx512);
-}
-
-TEST(StepsToComeTest, SumsAGeometricSeries) {
-  struct Case {
-    double previous, last, cosine, steps;
-  };
-  for (const Case& one : {Case{1.0, 0.8, 1.0, 4.0},   // 0.8 + 0.64 + ...
-                          Case{1.0, 0.8, 0.0, 0.0},   // turns
-                          Case{1.0, 0.8, -1.0, 0.0},  // goes back
-                          Case{1.0, 0.1, 1.0, 0.0},   // is quick
-                          Case{0.0, 0.1, 1.0, 0.0},
-                          Case{1.0, 0.999, 1.0, 19.0},  // never guesses far
-                          Case{1.0, 1.5, 1.0, 19.0}}) {
-    EXPECT_NEAR(StepsToCome(one.previous * one.previous, one.last * one.last,
-                            one.cosine * one.previous * one.last),
-                one.steps, 1e-9)
-        << one.previous << " " << one.last << " " << one.cosine;
-  }
 }
 
 class BoneTest : public testing::SolverProblemTest {
@@ -314,32 +292,6 @@ TEST_F(BoneTest, FindsTheMinimumThatCeresFinds) {
     // The tolerance of the chains above, times three.
     ExpectMinimumOfCeres(schedule, problem_, own, 3e-7);
   }
-}
-
-// What decides whether Ceres needs a step.
-TEST_F(BoneTest, TheStepThatIsLeftIsZeroAtTheMinimumAlone) {
-  Make(4, 30, SimulatedNoise());
-  const SolveSchedule schedule = Exact(LossKind::kNone);
-  const SolveStage& last = schedule.stages.back();
-  BoneSolver solver;
-  ASSERT_TRUE(solver.Solve(schedule, &problem_).converged);
-  // Its own tolerance is 1e-11 m; rounding of a gradient is a part in 1e16 of
-  // terms of 1e5 / m, under a curvature of 1e3 / m^2 and more.
-  EXPECT_LT(solver.SizeOfStep(problem_, last).length_m, 1e-10);
-  EXPECT_TRUE(solver.IsAtMinimum(problem_, last, 3e-5));
-  // One position is moved: the step that is asked for leads back, but for the
-  // hundredth at which conjugate gradients stop and what is not linear in it.
-  PersonProblem moved = problem_;
-  moved.joints[1].states[15].x() += 1e-3;
-  const BoneSolver::StepSize step = solver.SizeOfStep(moved, last);
-  EXPECT_NEAR(step.length_m, 1e-3, 2e-4);
-  EXPECT_FALSE(solver.IsAtMinimum(moved, last, 3e-5));
-  // Its square is twice the cost that the step takes away: at the minimum the
-  // cost is quadratic.
-  SolveSchedule alone = schedule;
-  alone.stages.assign(1, last);
-  const double decrease = SolveWithCeres(alone, &moved).cost_decrease;
-  EXPECT_NEAR(0.5 * step.decrement * step.decrement, decrease, 0.05 * decrease);
 }
 
 TEST_F(BoneTest, CovariancesAreBlocksOfTheDenseInverse) {

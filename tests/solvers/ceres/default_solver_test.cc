@@ -1,10 +1,13 @@
 // Which solver a default run uses, told by its counts: no debugger needed.
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <filesystem>
 #include <iterator>
 #include <memory>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "solvers/batch/batch_estimator.h"
 #include "solvers/ceres/ceres_solver.h"
@@ -36,21 +39,42 @@ class DefaultSolverTest : public ::testing::Test {
   }
 };
 
-TEST_F(DefaultSolverTest, WhereTheStartIsAtTheMinimumCeresGetsNoProblem) {
-  const SolveCounts counts = Run(false, 30, GraphOptions());
-  EXPECT_EQ(counts.ceres_problems, 0);
-  EXPECT_EQ(counts.solves, 30);
-  EXPECT_GT(counts.sweep_iterations, 30);
-  EXPECT_TRUE(counts.AllWell()) << DescribeTroubles(counts);
+TEST_F(DefaultSolverTest, EverySolveIsACeresProblem) {
+  for (const bool batch : {false, true}) {
+    for (const bool bones : {false, true}) {
+      SCOPED_TRACE(::testing::Message() << batch << bones);
+      GraphOptions options;
+      options.bones = bones;
+      const SolveCounts counts = Run(batch, 30, options);
+      EXPECT_EQ(counts.solves, batch ? 1 : 30);
+      EXPECT_EQ(counts.ceres_problems, counts.solves);
+      EXPECT_GT(counts.sweep_iterations, 0);
+      EXPECT_TRUE(counts.AllWell()) << DescribeTroubles(counts);
+    }
+  }
 }
 
-TEST_F(DefaultSolverTest, WhereTheStartIsNotAtTheMinimumCeresTakesSteps) {
+TEST_F(DefaultSolverTest, WhereTheBasinIsNotTheMinimumCeresTakesSteps) {
   GraphOptions options;
   options.max_iterations = 1;  // of the sweeps, and then of Ceres
   options.step_tolerance_m = 1e-9;
   const SolveCounts counts = Run(false, 30, options);
   EXPECT_EQ(counts.ceres_problems, 30);
   EXPECT_GT(counts.ceres_iterations, 15);
+}
+
+TEST_F(DefaultSolverTest, FromDltCeresDoesAllStages) {
+  for (const bool bones : {false, true}) {
+    GraphOptions options;
+    options.start = GraphStart::kDlt;
+    options.bones = bones;
+    const SolveCounts counts = Run(false, 30, options);
+    EXPECT_EQ(counts.sweep_iterations, 0);
+    EXPECT_EQ(counts.solves, 30);
+    EXPECT_GE(counts.ceres_problems, 30);
+    EXPECT_GT(counts.ceres_iterations, 30);
+    EXPECT_TRUE(counts.AllWell()) << DescribeTroubles(counts);
+  }
 }
 
 TEST_F(DefaultSolverTest, SweepsBuildNone) {
@@ -91,6 +115,85 @@ TEST_F(CeresThreadsTest, CeresAndWhatItCallsStayOnTheCallersThread) {
       SolveWithCeres(MakeSchedule(GraphOptions()), &problem_);
   EXPECT_GT(report.ceres_iterations, 3);
   EXPECT_EQ(ThreadsOfThisProcess(), before);
+}
+
+// What a solver has solved before leaves no trace in the bits: chunks of a
+// batch take whichever is idle.
+class CeresSolverTest : public testing::SolverProblemTest {};
+
+TEST_F(CeresSolverTest, ForgetsWhatItSolvedBefore) {
+  SimulatedNoise noise;
+  noise.outliers = 0.1;
+  noise.missing = 0.2;
+  const SolveSchedule schedule = MakeSchedule(GraphOptions());
+  CeresSolver lasting;
+  for (const auto& [frames, bones] : std::vector<std::pair<int, bool>>{
+           {20, false}, {12, false}, {25, false}, {25, true}, {9, true}}) {
+    Make({4, frames, 71, false, 0}, noise);
+    if (bones) {
+      for (const Bone& bone : scene_.skeleton.bones()) {
+        problem_.bones.push_back({bone.a, bone.b, 0.3, 0.02});
+      }
+    }
+    PersonProblem fresh = problem_;
+    const SolveReport expected = SolveWithCeres(schedule, &fresh);
+    EXPECT_TRUE(expected.converged);
+    const SolveReport report = lasting.Solve(schedule, &problem_);
+    EXPECT_EQ(report.ceres_iterations, expected.ceres_iterations);
+    for (size_t j = 0; j < fresh.joints.size(); ++j) {
+      EXPECT_EQ(problem_.joints[j].states, fresh.joints[j].states);
+    }
+  }
+}
+
+// The chain's last step may lead a state behind a camera that sees it.
+TEST_F(CeresSolverTest, AStartWithoutAnImageIsGated) {
+  Make({4, 20, 71, false, 0}, SimulatedNoise());
+  const SolveSchedule schedule = MakeSchedule(GraphOptions());
+  ASSERT_TRUE(SolveWithCeres(schedule, &problem_).converged);
+  JointChain& chain = problem_.joints[1];
+  const Camera& camera = *chain.measurements[chain.first[9]].camera;
+  chain.states[9].head<3>() = 2.0 * camera.centre();
+  const SolveReport report = SolveWithCeres(schedule, &problem_);
+  EXPECT_TRUE(report.finite);
+  EXPECT_TRUE(chain.measurements[chain.first[9]].gated);
+  EXPECT_EQ(chain.measurements[chain.first[9]].weight, 0.0);
+}
+
+// A joint that one view sees come nearer and nearer does not go through the
+// camera, where its information would have no bound: nobody's limb is a metre
+// or two from the rest for long.
+TEST_F(CeresSolverTest, AJointOfOneViewStaysAboutItsPerson) {
+  Make({1, 200, 71, false, 0}, SimulatedNoise());
+  // Its pixels run outwards, as if it came towards the camera.
+  for (JointChain& chain : problem_.joints) {
+    const Camera& camera = *chain.measurements.front().camera;
+    const Eigen::Vector2d middle(camera.model().cx, camera.model().cy);
+    for (size_t k = 0; k < chain.states.size(); ++k) {
+      PixelMeasurement& measurement = chain.measurements[chain.first[k]];
+      const double grown = 1.0 + 0.02 * static_cast<double>(k);
+      measurement.px = middle + grown * (measurement.px - middle);
+    }
+  }
+  const SolveReport report =
+      SolveWithCeres(MakeSchedule(GraphOptions()), &problem_);
+  EXPECT_TRUE(report.finite);
+  EXPECT_TRUE(report.converged);
+  for (const JointChain& chain : problem_.joints) {
+    for (size_t k = 0; k < chain.states.size(); ++k) {
+      // Three of its deviations: (2 R^3)^(1/4) q^(1/4) of a random walk of
+      // velocities with power q that is seen with density R = 2 m^2 s.
+      EXPECT_LT(
+          (chain.states[k].head<3>() - problem_.centres[k].position_m).norm(),
+          3.0 * std::pow(16.0 * 10.0, 0.125) * 1.2);
+      EXPECT_GT(
+          chain.measurements.front().camera->Depth(chain.states[k].head<3>()),
+          kNearestDepthM);
+    }
+  }
+  std::vector<std::vector<Matrix6d>> covariances;
+  EXPECT_TRUE(
+      PersonCovariances(problem_, 1.0, problem_.times.size(), &covariances));
 }
 
 TEST(SolveCounts, DescribeNamesWhatWentWrong) {

@@ -175,7 +175,7 @@ TEST_F(UserFactorTest, MarginalisingKeepsValuesAndCovariances) {
   PersonProblem problem =
       testing::Assemble(scene_, options_, recording_.frames);
   ASSERT_EQ(problem.user.size(), kFrames - 1);
-  for (JointChain& chain : problem.joints) testing::GateMeasurements(&chain);
+  for (JointChain& chain : problem.joints) GateMeasurements(&chain);
   SolveSchedule schedule;
   schedule.step_tolerance_m = 1e-10;
   schedule.stages = {{LossKind::kNone, 1.0, 200}};

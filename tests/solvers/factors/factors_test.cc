@@ -244,6 +244,20 @@ struct BoneTwin {
   }
 };
 
+TEST(BodyCentreFactor, HandWorkedValueZeroAndJacobians) {
+  const double centre_m[3] = {1.0, -2.0, 0.5};
+  const CeresFactor<BodyCentre<double>> factor({centre_m, 0.5});
+  Eigen::VectorXd at(6);
+  at << 1.0, -2.0, 0.5, 3.0, 2.0, 1.0;
+  EXPECT_TRUE(Evaluate(factor, {at}).residuals.isZero(0.0));
+  at.head(3) += Eigen::Vector3d(2.0, 0.0, -4.0);
+  EXPECT_EQ(Evaluate(factor, {at}).residuals, Eigen::Vector3d(1.0, 0.0, -2.0));
+  // Half a metre a sigma of two metres, and nothing of velocities.
+  Eigen::MatrixXd expected = Eigen::MatrixXd::Zero(3, 6);
+  expected.leftCols(3) = 0.5 * Eigen::Matrix3d::Identity();
+  EXPECT_EQ(Evaluate(factor, {at}).jacobians[0], expected);
+}
+
 TEST(BoneLengthFactor, HandWorkedValueAndZero) {
   Eigen::VectorXd a = Eigen::VectorXd::Zero(kStateSize);
   Eigen::VectorXd b = Eigen::VectorXd::Zero(kStateSize);
@@ -295,7 +309,7 @@ struct MarginalTwin {
 
 TEST(PersonPrior, ValueAndJacobians) {
   Random random(8);
-  Eigen::MatrixXd A(9, 12);
+  Eigen::MatrixXd A(12, 12);
   for (Eigen::Index i = 0; i < A.size(); ++i) A.data()[i] = random.Normal();
   Eigen::VectorXd x0(12);
   x0 << RandomState(&random), RandomState(&random);
@@ -304,22 +318,21 @@ TEST(PersonPrior, ValueAndJacobians) {
   prior.A = A;
   prior.x0 = x0;
   prior.b = b;
-  const CeresPersonPrior factor(&prior);
+  CeresPersonPrior factor(2);
+  factor.Set(&prior);
   // At x0 the residual is b; one unit along x0(7) adds A's column 7.
   Blocks at = {x0.head(6), x0.tail(6)};
   EXPECT_EQ(Evaluate(factor, at).residuals, b);
   at[1](1) += 1.0;
   // Rounding of x0 + 1 - x0.
   EXPECT_LT((Evaluate(factor, at).residuals - b - A.col(7)).norm(), 1e-14);
-  const ceres::AutoDiffCostFunction<MarginalTwin, 9, 6, 6> twin(
+  const ceres::AutoDiffCostFunction<MarginalTwin, 12, 6, 6> twin(
       new MarginalTwin{A, x0, b});
   ExpectSoundJacobians(factor, twin,
                        {RandomState(&random), RandomState(&random)});
   // Zero where A (x - x0) + b vanishes: at x0 with b = 0.
   prior.b.setZero();
-  const CeresPersonPrior centred(&prior);
-  EXPECT_TRUE(
-      Evaluate(centred, {x0.head(6), x0.tail(6)}).residuals.isZero(0.0));
+  EXPECT_TRUE(Evaluate(factor, {x0.head(6), x0.tail(6)}).residuals.isZero(0.0));
 }
 
 }  // namespace

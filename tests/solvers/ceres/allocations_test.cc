@@ -1,0 +1,76 @@
+// What a window allocates once it is as long as it gets: nothing of its own.
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <cstdint>
+#include <cstdlib>
+#include <iostream>
+#include <new>
+#include <string>
+
+#include "solvers/person/person_solver.h"
+#include "tests/support/sanitized.h"
+#include "tests/support/solver_problem.h"
+
+namespace {
+std::atomic<int64_t> allocations{0};
+}  // namespace
+
+// Every `new` of this program; Eigen's own memory comes from malloc, and no
+// matrix that a window holds changes its size.
+void* operator new(std::size_t size) {
+  ++allocations;
+  if (void* const memory = std::malloc(size)) return memory;
+  throw std::bad_alloc();
+}
+void operator delete(void* memory) noexcept { std::free(memory); }
+void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
+
+namespace kinegraph {
+namespace {
+
+using testing::SimulatedNoise;
+
+class AllocationsTest : public testing::SolverProblemTest {};
+
+TEST_F(AllocationsTest, ASteadyWindowAllocatesNothingOfItsOwn) {
+  if (testing::kSanitized) GTEST_SKIP() << "a sanitizer has its own allocator";
+  SimulatedNoise noise;
+  noise.missing = 0.2;
+  Make({4, 11, 71, false, 0}, noise);
+  PersonSolver solver(options_);
+  const auto solve = [&](int64_t* basin, int64_t* minimum) {
+    // What a learnt noise changes from frame to frame.
+    for (JointChain& chain : problem_.joints) {
+      for (double& q : chain.process_noise) q *= 1.01;
+    }
+    const int64_t before = allocations;
+    solver.SolveJoints(solver.schedule(), &problem_);
+    *basin += allocations - before;
+    const int64_t between = allocations;
+    solver.Refine(&problem_);
+    *minimum += allocations - between;
+  };
+  int64_t basin = 0;
+  int64_t minimum = 0;
+  for (int i = 0; i < 10; ++i) solve(&basin, &minimum);  // space is made
+  basin = minimum = 0;
+  constexpr int kFrames = 100;
+  for (int i = 0; i < kFrames; ++i) solve(&basin, &minimum);
+  EXPECT_EQ(basin, 0);
+  // Ceres makes its program, evaluator and Jacobian anew in every solve: per
+  // solve some for itself and a dozen for each block of states. If blocks were
+  // added anew there would be two hundred more: four for each of 99.
+  const int64_t per_solve = minimum / kFrames;
+  RecordProperty("ceres_allocations_per_solve", std::to_string(per_solve));
+  const auto states = static_cast<int64_t>(problem_.joints.size() *
+                                           problem_.times.size());
+  EXPECT_LT(per_solve, 100 + 12 * states);
+  EXPECT_EQ(minimum % kFrames, 0);  // the same in every frame
+  std::cout << "Ceres allocates " << per_solve << " times a solve, "
+            << static_cast<double>(per_solve) / static_cast<double>(states)
+            << " a state\n";
+}
+
+}  // namespace
+}  // namespace kinegraph
