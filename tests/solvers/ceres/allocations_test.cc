@@ -63,8 +63,8 @@ TEST_F(AllocationsTest, ASteadyWindowAllocatesNothingOfItsOwn) {
   // added anew there would be two hundred more: four for each of 99.
   const int64_t per_solve = minimum / kFrames;
   RecordProperty("ceres_allocations_per_solve", std::to_string(per_solve));
-  const auto states = static_cast<int64_t>(problem_.joints.size() *
-                                           problem_.times.size());
+  const auto states =
+      static_cast<int64_t>(problem_.joints.size() * problem_.times.size());
   EXPECT_LT(per_solve, 100 + 12 * states);
   EXPECT_EQ(minimum % kFrames, 0);  // the same in every frame
   std::cout << "Ceres allocates " << per_solve << " times a solve, "
