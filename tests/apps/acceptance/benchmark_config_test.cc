@@ -75,9 +75,9 @@ TEST_P(BenchmarkConfig, StatesEveryKeyOfTheGraphAndOfTracking) {
 INSTANTIATE_TEST_SUITE_P(
     Recordings, BenchmarkConfig,
     ::testing::Values(Frozen{"shelf", false, 4670},
-                      Frozen{"offline", false, 4709},
-                      Frozen{"campus", true, 3613},
-                      Frozen{"campus_offline", true, 3685}),
+                      Frozen{"offline", false, 4710},
+                      Frozen{"campus", true, 3614},
+                      Frozen{"campus_offline", true, 3689}),
     [](const auto& test) { return std::string(test.param.name); });
 
 }  // namespace
