@@ -17,14 +17,19 @@ std::atomic<int64_t> allocations{0};
 }  // namespace
 
 // Every `new` of this program; Eigen's own memory comes from malloc, and no
-// matrix that a window holds changes its size.
-void* operator new(std::size_t size) {
+// matrix that a window holds changes its size. Not inlined: the compiler would
+// take free() for the wrong end of a new.
+[[gnu::noinline]] void* operator new(std::size_t size) {
   ++allocations;
   if (void* const memory = std::malloc(size)) return memory;
   throw std::bad_alloc();
 }
-void operator delete(void* memory) noexcept { std::free(memory); }
-void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
+[[gnu::noinline]] void operator delete(void* memory) noexcept {
+  std::free(memory);
+}
+[[gnu::noinline]] void operator delete(void* memory, std::size_t) noexcept {
+  std::free(memory);
+}
 
 namespace kinegraph {
 namespace {
