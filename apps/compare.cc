@@ -11,7 +11,9 @@
 #include <vector>
 
 #include "apps/common/app.h"
+#include "apps/common/ground_truth.h"
 #include "apps/common/plot.h"
+#include "apps/common/track_files.h"
 #include "apps/compare/comparison.h"
 #include "apps/compare/output.h"
 #include "apps/compare/scores.h"
@@ -177,6 +179,10 @@ void ReadTruth(Comparison* comparison) {
   skeleton = WithOurNames(skeleton);
   RequireCommonJoints(comparison->scene().skeleton, FLAGS_detections, skeleton,
                       FLAGS_ground_truth);
+  SayNotes(CheckGroundTruth({FLAGS_ground_truth, {}, &*comparison->truth},
+                            {"", {}, &comparison->run.tracks},
+                            comparison->scored_frames()),
+           "kinegraph-compare: ");
   comparison->protocol = PcpProtocolByName(FLAGS_protocol);
   if (!comparison->protocol.has_value()) return;
   comparison->protocol->frames =

@@ -10,6 +10,7 @@
 
 #include "apps/common/app.h"
 #include "apps/common/evaluation_output.h"
+#include "apps/common/ground_truth.h"
 #include "apps/common/held_out_cameras.h"
 #include "apps/common/table.h"
 #include "apps/common/track_files.h"
@@ -44,9 +45,10 @@ DEFINE_string(head, "",
 DEFINE_string(endpoints, "", "PCP: mean or each; empty: the protocol's");
 DEFINE_string(matching, "",
               "PCP: nearest or one_to_one; empty: the protocol's");
-DEFINE_string(frames, "",
-              "frames to score: A:B,... includes A and excludes B; empty: the "
-              "protocol's");
+DEFINE_string(
+    frames, "",
+    "frames of the tracks to score: A:B,... includes A and excludes B; "
+    "empty: the protocol's");
 DEFINE_string(annotated, "",
               "identity: everybody or some (then a pose beside all annotated "
               "people counts neither way); empty: some for actorsGT.mat of "
@@ -184,31 +186,38 @@ void RunMarkers() {
 struct Compared {
   TrackSequence truth;
   TrackSequence tracks;
+  std::vector<std::string> notes;  // already printed
 };
 
-Compared ReadBoth(const TrackReadOptions& options = {}) {
+// A wrong pair of files or of frames shall not pass for a bad score.
+Compared ReadBoth(const std::vector<FrameRange>& frames,
+                  const TrackReadOptions& options = {}) {
   RequireFlag("tracks", FLAGS_tracks);
   RequireFlag("ground_truth", FLAGS_ground_truth);
   const TrackInput input("evaluate", FLAGS_unit,
                          {FLAGS_ground_truth, FLAGS_tracks});
   Compared compared = {input.Read(FLAGS_ground_truth, options),
-                       input.Read(FLAGS_tracks, options)};
+                       input.Read(FLAGS_tracks, options),
+                       {}};
   for (TrackSequence* side : {&compared.truth, &compared.tracks}) {
     side->header.skeleton = WithOurNames(side->header.skeleton);
   }
   RequireCommonJoints(compared.truth.header.skeleton, FLAGS_ground_truth,
                       compared.tracks.header.skeleton, FLAGS_tracks);
+  const auto recording = [&](const std::string& path,
+                             const TrackSequence& tracks) {
+    return ReadRecording{path, input.OptionsFor(path, options), &tracks};
+  };
+  compared.notes =
+      CheckGroundTruth(recording(FLAGS_ground_truth, compared.truth),
+                       recording(FLAGS_tracks, compared.tracks), frames);
+  SayNotes(compared.notes, "kinegraph-evaluate: ");
   return compared;
 }
 
-// A wrong pair of files or of frames shall not pass for a bad score.
-void RequireTruth(const Compared& compared,
-                  const std::vector<FrameRange>& frames) {
-  for (const TrackFrame& frame : compared.truth.frames) {
-    if (!frame.people.empty() && ContainsFrame(frames, frame.frame)) return;
-  }
-  throw InputError(FLAGS_ground_truth, "",
-                   "nobody is annotated in the frames asked for");
+void Finish(const Compared& compared, EvaluationOutput output) {
+  if (!compared.notes.empty()) output.json["notes"] = compared.notes;
+  Finish(output);
 }
 
 // What can be said of a motion with and without a ground truth.
@@ -238,28 +247,26 @@ void RunPcp(PcpProtocol protocol) {
   if (protocol.stored_zeros_are_positions) {
     options.stored_zeros = StoredZeros::kKeep;
   }
-  const Compared compared = ReadBoth(options);
-  RequireTruth(compared, protocol.frames);
+  const Compared compared = ReadBoth(protocol.frames, options);
   EvaluationOutput output = DescribePcp(
       EvaluatePcp(compared.truth, compared.tracks, protocol), FLAGS_lost);
   AppendMotion(compared, protocol.frames, &output);
-  Finish(output);
+  Finish(compared, std::move(output));
 }
 
 void RunParity() {
-  const Compared compared = ReadBoth();
   ParityOptions options;
   options.frames = Frames();
-  Finish(
-      DescribeParity(EvaluateParity(compared.truth, compared.tracks, options),
-                     options, compared.truth.header.skeleton));
+  const Compared compared = ReadBoth(options.frames);
+  Finish(compared, DescribeParity(
+                       EvaluateParity(compared.truth, compared.tracks, options),
+                       options, compared.truth.header.skeleton));
 }
 
 void RunMpjpe() {
-  const Compared compared = ReadBoth();
   MpjpeOptions options;
   options.frames = Frames();
-  RequireTruth(compared, options.frames);
+  const Compared compared = ReadBoth(options.frames);
   options.up = UpOfTruth(compared.truth);
   EvaluationOutput output =
       DescribeMpjpe(EvaluateMpjpe(compared.truth, compared.tracks, options));
@@ -268,7 +275,7 @@ void RunMpjpe() {
   output.text += consistency.text;
   output.json["covariances"] = consistency.json;
   AppendMotion(compared, options.frames, &output);
-  Finish(output);
+  Finish(compared, std::move(output));
 }
 
 Annotated AnnotatedIn(const TrackSequence& truth) {
@@ -281,24 +288,22 @@ Annotated AnnotatedIn(const TrackSequence& truth) {
 }
 
 void RunIdentity() {
-  const Compared compared = ReadBoth();
   IdentityOptions options;
   options.frames = Frames();
+  const Compared compared = ReadBoth(options.frames);
   options.annotated = AnnotatedIn(compared.truth);
-  RequireTruth(compared, options.frames);
-  Finish(DescribeIdentity(
-      EvaluateIdentity(compared.truth, compared.tracks, options)));
+  Finish(compared, DescribeIdentity(EvaluateIdentity(
+                       compared.truth, compared.tracks, options)));
 }
 
 void RunPanoptic() {
-  const Compared compared = ReadBoth();
   PanopticOptions options;
   options.frames = Frames();
-  RequireTruth(compared, options.frames);
+  const Compared compared = ReadBoth(options.frames);
   EvaluationOutput output = DescribePanoptic(
       EvaluatePanoptic(compared.truth, compared.tracks, options), options);
   AppendMotion(compared, options.frames, &output);
-  Finish(output);
+  Finish(compared, std::move(output));
 }
 
 // ---- Held-out cameras

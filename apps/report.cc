@@ -19,6 +19,7 @@
 #include "apps/report/view_images.h"
 #include "core/base/error.h"
 #include "core/evaluation/correspondence.h"
+#include "core/evaluation/frame_pairing.h"
 #include "core/io/calibration/calibration.h"
 #include "core/io/detections/source.h"
 #include "core/io/detections/view_pairing.h"
@@ -131,12 +132,17 @@ std::vector<PageResult> ReadResults() {
     results.push_back({BaseName(FLAGS_ground_truth), ResultRole::kGroundTruth,
                        input.Read(FLAGS_ground_truth)});
   }
-  // They are compared joint by joint.
-  const Skeleton& first = results.front().tracks.header.skeleton;
+  // They are compared joint by joint, and shown in the frames of the first.
+  const TrackSequence& lead = results.front().tracks;
+  const Skeleton& first = lead.header.skeleton;
   for (PageResult& result : results) {
     Skeleton& skeleton = result.tracks.header.skeleton;
     skeleton = WithOurNames(skeleton);
     RequireCommonJoints(first, results.front().label, skeleton, result.label);
+    if (&result == &results.front()) continue;
+    SayNotes(NumberFramesLike(lead, {result.label, results.front().label},
+                              &result.tracks),
+             "kinegraph-report: ");
   }
   return results;
 }

@@ -40,20 +40,22 @@ def plot(table, path):
 
 
 def nearest_truth(table, truth):
-    """For each row the truth's row of the same frame whose mass is nearest."""
+    """For each row the truth's row of the same time whose mass is nearest."""
+    instants = [np.round(1e3 * t.times_s) for t in (table, truth)]  # ms
+    if not all(np.isfinite(times).all() for times in instants):
+        instants = [table.frames, truth.frames]
+    now, then = instants
     axes = ("com_x_m", "com_y_m", "com_z_m")
     here = np.stack([table[a] for a in axes], axis=1)
     there = np.stack([truth[a] for a in axes], axis=1)
     rows = np.full(len(table), -1)
-    for frame in np.unique(table.frames):
+    for instant in np.unique(now):
         candidates = np.flatnonzero(
-            (truth.frames == frame) & np.isfinite(there[:, 0])
+            (then == instant) & np.isfinite(there[:, 0])
         )
         if candidates.size == 0:
             continue
-        for k in np.flatnonzero(
-            (table.frames == frame) & np.isfinite(here[:, 0])
-        ):
+        for k in np.flatnonzero((now == instant) & np.isfinite(here[:, 0])):
             gaps = np.linalg.norm(there[candidates] - here[k], axis=1)
             if gaps.min() < 0.5:
                 rows[k] = candidates[gaps.argmin()]

@@ -25,6 +25,9 @@
 
 #include "core/base/constants.h"
 #include "core/base/stop_check.h"
+#include "core/evaluation/correspondence.h"
+#include "core/evaluation/frame_pairing.h"
+#include "core/evaluation/world_check.h"
 #include "core/geometry/lens.h"
 #include "core/io/calibration/format.h"
 #include "core/io/configuration/config.h"
@@ -494,19 +497,70 @@ class LiveSession {
 
 // ---- Scores -----------------------------------------------------------------
 
+// Tracks and truth as `evaluate` compares them: under our names of joints, in
+// frames that are paired and one world. What needs saying becomes a warning of
+// Python's.
+class Scored {
+ public:
+  Scored(const TrackSequence& tracks, const TrackSequence& truth)
+      : tracks_(UnderOurNames(tracks, &own_tracks_)),
+        truth_(UnderOurNames(truth, &own_truth_)) {
+    const Skeleton& found = tracks_.header.skeleton;
+    const Skeleton& expected = truth_.header.skeleton;
+    RequireCommonJoints(expected, "the truth", found, "the tracks");
+    const FramePairing pairing = PairFrames(truth_, tracks_);
+    const WorldCheck world = CheckWorld(pairing, CommonJoints(expected, found));
+    if (world.other) {
+      throw InputError("truth: " + world.Text() +
+                       " (convert() has `axes` and `unit`)");
+    }
+    for (const std::string& note : pairing.notes) Warn(note);
+    Warn(world.Text());
+  }
+  Scored(const Scored&) = delete;
+  Scored& operator=(const Scored&) = delete;
+
+  const TrackSequence& tracks() const { return tracks_; }
+  const TrackSequence& truth() const { return truth_; }
+
+ private:
+  static const TrackSequence& UnderOurNames(const TrackSequence& given,
+                                            TrackSequence* own) {
+    const Skeleton ours = WithOurNames(given.header.skeleton);
+    if (ours == given.header.skeleton) return given;
+    *own = given;
+    own->header.skeleton = ours;
+    return *own;
+  }
+  static void Warn(const std::string& note) {
+    constexpr int kCallerOfEvaluate = 2;
+    if (note.empty()) return;
+    if (PyErr_WarnEx(PyExc_UserWarning, note.c_str(), kCallerOfEvaluate) != 0) {
+      throw py::error_already_set();
+    }
+  }
+
+  TrackSequence own_tracks_, own_truth_;
+  const TrackSequence& tracks_;
+  const TrackSequence& truth_;
+};
+
 py::dict Mpjpe(const TrackSequence& tracks, const TrackSequence& truth) {
-  const MpjpeResult result = EvaluateMpjpe(truth, tracks);
+  const Scored scored(tracks, truth);
+  const MpjpeResult result = EvaluateMpjpe(scored.truth(), scored.tracks());
   py::dict joints;
   for (const JointError& joint : result.joints) {
     joints[py::str(joint.joint)] = joint.raw_m;
   }
   return py::dict("mpjpe_m"_a = result.raw_m,
                   "bias_removed_m"_a = result.bias_removed_m,
-                  "joints_m"_a = joints);
+                  "found"_a = result.found.fraction(), "joints_m"_a = joints);
 }
 
 py::dict Identity(const TrackSequence& tracks, const TrackSequence& truth) {
-  const IdentityResult result = EvaluateIdentity(truth, tracks);
+  const Scored scored(tracks, truth);
+  const IdentityResult result =
+      EvaluateIdentity(scored.truth(), scored.tracks());
   return py::dict(
       "mota"_a = result.Mota(), "idf1"_a = result.Idf1(),
       "switches"_a = result.switches, "fragments"_a = result.fragments,

@@ -121,11 +121,17 @@ TrackInput::TrackInput(std::string command, const std::string& unit_flag,
   }
 }
 
-TrackSequence TrackInput::Read(const std::string& path,
-                               TrackReadOptions options) const {
+TrackReadOptions TrackInput::OptionsFor(const std::string& path,
+                                        TrackReadOptions options) const {
   if (unit_m_ > 0.0 && LeavesUnitOpen(path)) options.unit_m = unit_m_;
-  TrackSequence tracks = ReadTracks(path, options);
-  PrintUnitNote(command_, path, options, tracks);
+  return options;
+}
+
+TrackSequence TrackInput::Read(const std::string& path,
+                               const TrackReadOptions& options) const {
+  const TrackReadOptions own = OptionsFor(path, options);
+  TrackSequence tracks = ReadTracks(path, own);
+  PrintUnitNote(command_, path, own, tracks);
   return tracks;
 }
 

@@ -81,7 +81,10 @@ class TrackInput {
   TrackInput(std::string command, const std::string& unit_flag,
              const std::vector<std::string>& paths);
   TrackSequence Read(const std::string& path,
-                     TrackReadOptions options = {}) const;
+                     const TrackReadOptions& options = {}) const;
+  // `options` with --unit, where it holds for that file.
+  TrackReadOptions OptionsFor(const std::string& path,
+                              TrackReadOptions options) const;
 
  private:
   std::string command_;

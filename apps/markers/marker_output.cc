@@ -543,10 +543,20 @@ Json MarkerJson(const MarkerStudy& study) {
 
 std::string MarkerMarkdown(const MarkerStudy& study) {
   const MotionAgreement& agreement = study.agreement;
+  const double rate_hz = study.motion.tracks.header.frame_rate_hz;
+  const double truth_hz = study.truth.joints.tracks.header.frame_rate_hz;
+  const bool is_interpolated =
+      truth_hz != rate_hz || study.alignment.clock.offset_s != 0.0;
   std::string text = fmt::format(
-      "# {} against {}\n\n{} frames at {} Hz. {}", InputText(study.tracks),
+      "# {} against {}\n\n{} frames at {} Hz{}. {}", InputText(study.tracks),
       InputText(study.truth), study.motion.truth.frames.size(),
-      Fixed(study.motion.tracks.header.frame_rate_hz, 1), AlignText(study));
+      Fixed(rate_hz, 1),
+      is_interpolated
+          ? fmt::format("; the ground truth, of {} Hz, is interpolated at "
+                        "their times",
+                        Fixed(truth_hz, 1))
+          : "",
+      AlignText(study));
   const Cells& lacking = study.truth.joints.lacking;
   if (!lacking.empty()) {
     text += fmt::format("\nLeft out, for want of a marker: {}.\n",

@@ -116,26 +116,30 @@ Eigen::MatrixXd PersonDistances(const std::vector<PersonPose>& a,
   return distances;
 }
 
+std::vector<PersonPair> PairPeople(const FramePairing& frames,
+                                   const JointPairs& joints, double gate_m) {
+  std::vector<PersonPair> pairs;
+  for (const FramePair& both : frames.pairs) {
+    if (both.truth == nullptr) continue;
+    const size_t first = pairs.size();
+    for (const PersonPose& person : both.truth->people) {
+      pairs.push_back({both.frame, &person, nullptr});
+    }
+    if (both.tracks == nullptr) continue;
+    const std::vector<PersonPose>& found = both.tracks->people;
+    for (const CostPair& pair : MatchOneToOne(
+             PersonDistances(both.truth->people, found, joints), gate_m)) {
+      pairs[first + pair.row].found = &found[pair.column];
+    }
+  }
+  return pairs;
+}
+
 std::vector<PersonPair> PairPeople(const TrackSequence& truth,
                                    const TrackSequence& tracks,
                                    const JointPairs& joints, double gate_m,
                                    const std::vector<FrameRange>& ranges) {
-  std::vector<PersonPair> pairs;
-  for (const TrackFrame& true_frame : truth.frames) {
-    if (!ContainsFrame(ranges, true_frame.frame)) continue;
-    const size_t first = pairs.size();
-    for (const PersonPose& person : true_frame.people) {
-      pairs.push_back({true_frame.frame, &person, nullptr});
-    }
-    const TrackFrame* frame = FindFrame(tracks, true_frame.frame);
-    if (frame == nullptr) continue;
-    for (const CostPair& pair : MatchOneToOne(
-             PersonDistances(true_frame.people, frame->people, joints),
-             gate_m)) {
-      pairs[first + pair.row].found = &frame->people[pair.column];
-    }
-  }
-  return pairs;
+  return PairPeople(PairFrames(truth, tracks, ranges), joints, gate_m);
 }
 
 }  // namespace kinegraph

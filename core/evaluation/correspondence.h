@@ -12,6 +12,7 @@
 
 #include "core/base/frame_range.h"
 #include "core/data/pose.h"
+#include "core/evaluation/frame_pairing.h"
 #include "core/skeleton/skeleton.h"
 
 namespace kinegraph {
@@ -21,7 +22,8 @@ namespace kinegraph {
 inline constexpr double kPersonGateM = 0.5;
 inline constexpr double kNoGate = std::numeric_limits<double>::infinity();
 
-// nullptr when there is no such frame.
+// By number, within one recording (frames of two: PairFrames); nullptr when
+// there is no such frame.
 const TrackFrame* FindFrame(const TrackSequence& tracks, int64_t frame);
 
 // The same joint in two skeletons.
@@ -66,13 +68,16 @@ Eigen::MatrixXd PersonDistances(const std::vector<PersonPose>& a,
 
 // A true person of a frame and the one found for it (nullptr: none).
 struct PersonPair {
-  int64_t frame = 0;
+  int64_t frame = 0;  // of the tracks
   const PersonPose* truth = nullptr;
   const PersonPose* found = nullptr;
 };
 
-// All true people of the frames in `ranges`, ascending, paired one-to-one in
-// each frame by mean distance over `joints` (a: truth, b: tracks).
+// All true people of paired frames, ascending, paired one-to-one in each frame
+// by mean distance over `joints` (a: truth, b: tracks).
+std::vector<PersonPair> PairPeople(const FramePairing& frames,
+                                   const JointPairs& joints, double gate_m);
+// The same of all frames in `ranges` that PairFrames pairs.
 std::vector<PersonPair> PairPeople(const TrackSequence& truth,
                                    const TrackSequence& tracks,
                                    const JointPairs& joints, double gate_m,

@@ -1,5 +1,7 @@
 #include "core/evaluation/held_out.h"
 
+#include <fmt/format.h>
+
 #include <Eigen/LU>
 #include <algorithm>
 #include <map>
@@ -39,14 +41,12 @@ const Detection& FindDetection(const DetectionSequence& detections,
 // reference in a frame.
 using PeopleOfRun = std::map<TrackId, const PersonPose*>;
 
-PeopleOfRun PairFrame(const TrackSequence& reference, const TrackSequence& run,
-                      int64_t frame, double gate_m,
-                      HeldOutRules::Pairing pairing) {
+PeopleOfRun PairPeopleOf(const FramePair& frame, const JointPairs& joints,
+                         double gate_m, HeldOutRules::Pairing pairing) {
   PeopleOfRun pairs;
-  const TrackFrame* expected = FindFrame(reference, frame);
-  if (expected == nullptr) return pairs;
+  const TrackFrame* expected = frame.tracks;
+  const TrackFrame* found = frame.truth;
   for (const PersonPose& person : expected->people) pairs[person.id] = nullptr;
-  const TrackFrame* found = FindFrame(run, frame);
   if (found == nullptr) return pairs;
   if (pairing == HeldOutRules::Pairing::kById) {
     for (const PersonPose& person : found->people) {
@@ -55,13 +55,30 @@ PeopleOfRun PairFrame(const TrackSequence& reference, const TrackSequence& run,
     }
     return pairs;
   }
-  const JointPairs joints =
-      CommonBodyJoints(reference.header.skeleton, run.header.skeleton);
   for (const CostPair& pair : MatchOneToOne(
            PersonDistances(expected->people, found->people, joints), gate_m)) {
     pairs[expected->people[pair.row].id] = &found->people[pair.column];
   }
   return pairs;
+}
+
+// Each frame of the reference (`tracks` of a pair) and that of the run.
+std::map<int64_t, FramePair> PairRuns(const TrackSequence& reference,
+                                      const TrackSequence& run) {
+  const FramePairing pairing =
+      PairFrames(run, reference, {}, {"the run", "the reference"});
+  std::map<int64_t, FramePair> frames;
+  for (const FramePair& pair : pairing.pairs) {
+    if (pair.tracks != nullptr) frames[pair.frame] = pair;
+  }
+  // Every detection counts.
+  if (frames.size() < reference.frames.size()) {
+    throw InputError(fmt::format(
+        "the run has {:.5g} Hz, the reference {:.5g} Hz: expected the same, a "
+        "held-out camera is scored in all its frames",
+        pairing.truth_rate_hz, pairing.tracks_rate_hz));
+  }
+  return frames;
 }
 
 // Projection of a joint of `person`; nullopt without a person, a joint or a
@@ -166,14 +183,20 @@ void ScoreHeldOutCamera(const HeldOutSet& set,
   const std::string& view_name = detections.header.view_names[view_idx];
   const JointPairs scored = CommonJoints(detected, reference.header.skeleton);
   const std::vector<int> run_joint = MapByName(run.header.skeleton, detected);
+  const JointPairs compared =
+      CommonBodyJoints(reference.header.skeleton, run.header.skeleton);
+  const std::map<int64_t, FramePair> frames = PairRuns(reference, run);
   std::map<int64_t, PeopleOfRun> people;  // by frame
   for (const HeldOutDetection& item : set.detections) {
     if (item.view_name != view_name) continue;
     const Detection& detection = FindDetection(detections, view_idx, item);
     const auto [in_frame, is_new] = people.try_emplace(item.frame);
     if (is_new) {
-      in_frame->second = PairFrame(reference, run, item.frame,
-                                   set.pairing_gate_m, rules.pairing);
+      const auto both = frames.find(item.frame);
+      if (both != frames.end()) {
+        in_frame->second = PairPeopleOf(both->second, compared,
+                                        set.pairing_gate_m, rules.pairing);
+      }
     }
     const auto found = in_frame->second.find(item.person);
     if (found == in_frame->second.end()) {

@@ -318,14 +318,15 @@ IdentityResult EvaluateIdentity(const TrackSequence& truth,
   std::map<TrackId, PersonState> states;
   WholeRecording recording;
   const std::vector<PersonPose> nobody;
-  for (const TrackFrame& true_frame : truth.frames) {
-    if (!ContainsFrame(options.frames, true_frame.frame)) continue;
+  for (const FramePair& both :
+       PairFrames(truth, tracks, options.frames).pairs) {
+    if (both.truth == nullptr) continue;
     std::vector<PersonPose> people, hidden;
-    for (const PersonPose& person : true_frame.people) {
+    for (const PersonPose& person : both.truth->people) {
       (IsHidden(person) ? hidden : people).push_back(person);
     }
-    const TrackFrame* frame = FindFrame(tracks, true_frame.frame);
-    const std::vector<PersonPose>& found = frame ? frame->people : nobody;
+    const std::vector<PersonPose>& found =
+        both.tracks != nullptr ? both.tracks->people : nobody;
     const MatrixXd distances = PersonDistances(people, found, joints);
     const std::vector<CostPair> pairs =
         MatchFrame(people, found, distances, states);

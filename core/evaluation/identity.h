@@ -20,7 +20,7 @@ enum class Annotated {
 };
 
 struct IdentityOptions {
-  std::vector<FrameRange> frames;  // none: all of the truth
+  std::vector<FrameRange> frames;  // of the tracks; none: all
   Annotated annotated = Annotated::kEverybody;
 };
 

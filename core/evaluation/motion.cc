@@ -280,11 +280,11 @@ Share EvaluateCoverage(const TrackSequence& truth, const TrackSequence& tracks,
       CommonJoints(truth.header.skeleton, tracks.header.skeleton);
   const std::vector<PersonPose> nobody;
   Share covered;
-  for (const TrackFrame& true_frame : truth.frames) {
-    if (!ContainsFrame(frames, true_frame.frame)) continue;
-    const TrackFrame* frame = FindFrame(tracks, true_frame.frame);
+  for (const FramePair& both : PairFrames(truth, tracks, frames).pairs) {
+    if (both.truth == nullptr) continue;
     const MatrixXd distances_m = PersonDistances(
-        true_frame.people, frame == nullptr ? nobody : frame->people, joints);
+        both.truth->people,
+        both.tracks == nullptr ? nobody : both.tracks->people, joints);
     for (int i = 0; i < distances_m.rows(); ++i) {
       covered.Add((distances_m.row(i).array() <= kPersonGateM).any());
     }
@@ -373,31 +373,48 @@ std::optional<double> EstimateLag(const TrackSequence& reference,
       std::max(2, static_cast<int>(std::ceil(kMaxLagS * rate_hz)));
   const JointPairs joints =
       CommonBodyJoints(reference.header.skeleton, tracks.header.skeleton);
-  const auto true_people = PosesByIdentity(reference);
+  // The reference is sampled at the instants that both have, which need not be
+  // neighbouring frames of the tracks.
+  const FramePairing pairing = PairFrames(reference, tracks);
+  std::map<TrackId, Poses> true_people;
+  int64_t stride = 0;
+  std::optional<int64_t> last;  // instant that both have
+  for (const FramePair& both : pairing.pairs) {
+    if (both.truth == nullptr) continue;
+    for (const PersonPose& person : both.truth->people) {
+      true_people[person.id][both.frame] = &person.joints;
+    }
+    if (both.tracks == nullptr) continue;
+    const int64_t step = both.frame - last.value_or(both.frame);
+    if (step > 0 && (stride == 0 || step < stride)) stride = step;
+    last = both.frame;
+  }
   const auto found_people = PosesByIdentity(tracks);
   Correlation correlation(reach);
-  std::vector<const Pose3d*> around;  // a frame more than any shift reaches
+  std::vector<const Pose3d*> from, to;
   std::vector<Vector3d> shifted;
-  for (const PersonPair& pair :
-       PairPeople(reference, tracks, joints, kPersonGateM, frames)) {
-    if (pair.found == nullptr) continue;
+  for (const PersonPair& pair : PairPeople(pairing, joints, kPersonGateM)) {
+    if (pair.found == nullptr || !ContainsFrame(frames, pair.frame)) continue;
     const Poses& truth = true_people.at(pair.truth->id);
-    const Pose3d* before = PoseAt(truth, pair.frame - 1);
-    const Pose3d* after = PoseAt(truth, pair.frame + 1);
-    around.clear();
-    for (int k = -reach - 1; k <= reach + 1; ++k) {
-      around.push_back(PoseAt(found_people.at(pair.found->id), pair.frame + k));
+    const Pose3d* before = PoseAt(truth, pair.frame - stride);
+    const Pose3d* after = PoseAt(truth, pair.frame + stride);
+    const Poses& found = found_people.at(pair.found->id);
+    from.clear();
+    to.clear();
+    for (int k = -reach; k <= reach; ++k) {
+      from.push_back(PoseAt(found, pair.frame + k - stride));
+      to.push_back(PoseAt(found, pair.frame + k + stride));
     }
     for (const JointPair& joint : joints) {
       const auto expected = MotionOf(before, after, joint.a);
       if (!expected.has_value()) continue;
       shifted.clear();
-      for (size_t k = 0; k + 2 < around.size(); ++k) {
-        const auto motion = MotionOf(around[k], around[k + 2], joint.b);
+      for (size_t k = 0; k < from.size(); ++k) {
+        const auto motion = MotionOf(from[k], to[k], joint.b);
         if (!motion.has_value()) break;
         shifted.push_back(*motion);
       }
-      if (static_cast<int>(shifted.size()) != 2 * reach + 1) continue;
+      if (shifted.size() != from.size()) continue;
       correlation.Add(*expected, shifted);
     }
   }

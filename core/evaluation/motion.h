@@ -78,9 +78,9 @@ std::vector<RatioSeries> PowerSeries(const TrackSequence& tracks,
 // cross-correlation of their velocities within 0.4 s (Knapp and Carter 1976,
 // without weighting), all common body joints and axes together; a parabola
 // through the greatest value and its neighbours gives fractions of a frame.
-// `frames` are of the reference; none: all. People are paired frame by frame
-// within 0.5 m. Negative: too early. nullopt when too little of the two
-// overlaps or nobody moves.
+// `rate_hz` and `frames` (none: all) are the tracks'. People are paired frame
+// by frame within 0.5 m. Negative: too early. nullopt when too little of the
+// two overlaps or nobody moves.
 std::optional<double> EstimateLag(const TrackSequence& reference,
                                   const TrackSequence& tracks, double rate_hz,
                                   const std::vector<FrameRange>& frames = {});

@@ -22,7 +22,7 @@
 namespace kinegraph {
 
 struct MpjpeOptions {
-  std::vector<FrameRange> frames;  // of the ground truth; none: all
+  std::vector<FrameRange> frames;                 // of the tracks; none: all
   Eigen::Vector3d up = Eigen::Vector3d::UnitZ();  // in the world
 };
 
@@ -99,7 +99,7 @@ struct ConsistencyResult {
 };
 
 // Joints are compared by name, people as EvaluateMpjpe pairs them. `frames` are
-// those of the ground truth; none: all.
+// those of the tracks; none: all.
 ConsistencyResult EvaluateConsistency(
     const TrackSequence& truth, const TrackSequence& tracks,
     const std::vector<FrameRange>& frames = {});

@@ -125,12 +125,13 @@ PanopticResult EvaluatePanoptic(const TrackSequence& truth,
   PanopticResult result;
   std::vector<Candidate> candidates;
   int64_t true_people = 0;
-  for (const TrackFrame& true_frame : truth.frames) {
-    if (!ContainsFrame(options.frames, true_frame.frame)) continue;
-    const std::vector<Pose3d> people = TruePeople(true_frame, convert_truth);
+  for (const FramePair& both :
+       PairFrames(truth, tracks, options.frames).pairs) {
+    if (both.truth == nullptr) continue;
+    const std::vector<Pose3d> people = TruePeople(*both.truth, convert_truth);
     if (people.empty()) continue;
-    if (const TrackFrame* frame = FindFrame(tracks, true_frame.frame)) {
-      for (const PersonPose& person : frame->people) {
+    if (both.tracks != nullptr) {
+      for (const PersonPose& person : both.tracks->people) {
         auto candidate = Take(convert_found(person.joints), people, true_people,
                               joints, &result.joints_compared);
         ++result.found_person_frames;

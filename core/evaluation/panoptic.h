@@ -13,7 +13,7 @@
 namespace kinegraph {
 
 struct PanopticOptions {
-  std::vector<FrameRange> frames;  // of the ground truth; none: all
+  std::vector<FrameRange> frames;  // of the tracks; none: all
   std::vector<double> thresholds_m = {0.025, 0.050, 0.075, 0.100, 0.125, 0.150};
   double recall_threshold_m = 0.5;
 };

@@ -54,17 +54,11 @@ ParityResult EvaluateParity(const TrackSequence& reference,
   ParityResult result;
   IdentityMap found_of, expected_of;
   std::set<TrackId> identities, reference_identities;
-  std::set<int64_t> frames;
-  for (const TrackSequence* sequence : {&reference, &tracks}) {
-    for (const TrackFrame& frame : sequence->frames) frames.insert(frame.frame);
-  }
   const std::vector<PersonPose> nobody;
-  for (const int64_t frame : frames) {
-    if (!ContainsFrame(options.frames, frame)) continue;
-    const TrackFrame* in_reference = FindFrame(reference, frame);
-    const TrackFrame* in_tracks = FindFrame(tracks, frame);
-    const auto& expected = in_reference ? in_reference->people : nobody;
-    const auto& found = in_tracks ? in_tracks->people : nobody;
+  for (const FramePair& both :
+       PairFrames(reference, tracks, options.frames).pairs) {
+    const auto& expected = both.truth ? both.truth->people : nobody;
+    const auto& found = both.tracks ? both.tracks->people : nobody;
     std::vector<const PersonPose*> match(expected.size(), nullptr);
     std::vector<bool> is_paired(found.size());
     for (const CostPair& pair :
@@ -76,13 +70,13 @@ ParityResult EvaluateParity(const TrackSequence& reference,
       expected_of[found[pair.column].id].insert(expected[pair.row].id);
     }
     for (size_t i = 0; i < expected.size(); ++i) {
-      AddJoints(frame, &expected[i], match[i], joints, options, &result);
+      AddJoints(both.frame, &expected[i], match[i], joints, options, &result);
       reference_identities.insert(expected[i].id);
       ++result.reference_person_frames;
     }
     for (size_t i = 0; i < found.size(); ++i) {
       if (!is_paired[i]) {
-        AddJoints(frame, nullptr, &found[i], joints, options, &result);
+        AddJoints(both.frame, nullptr, &found[i], joints, options, &result);
       }
       identities.insert(found[i].id);
       ++result.person_frames;

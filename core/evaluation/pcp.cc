@@ -231,15 +231,13 @@ PcpPersonFrame ScorePerson(int64_t frame, const PersonPose& truth,
   return scored;
 }
 
-// The frame of a result that is scored in a frame of the ground truth, else the
-// one nearest in time, the earlier of two equally near; nullptr: nobody was
-// found.
-const TrackFrame* FindPredictedFrame(const TrackSequence& tracks,
-                                     const TrackFrame& true_frame,
-                                     const PcpProtocol& protocol) {
-  const TrackFrame* nearest = FindFrame(tracks, true_frame.frame);
-  if (nearest != nullptr || protocol.max_time_gap_s <= 0.0) return nearest;
-  TimeNs least_gap = FromSeconds(protocol.max_time_gap_s) + 1;
+// The frame nearest in time to one of the ground truth, the earlier of two
+// equally near; nullptr: none is near enough.
+const TrackFrame* NearestInTime(const TrackSequence& tracks,
+                                const TrackFrame& true_frame,
+                                double max_time_gap_s) {
+  const TrackFrame* nearest = nullptr;
+  TimeNs least_gap = FromSeconds(max_time_gap_s) + 1;
   for (const TrackFrame& frame : tracks.frames) {
     const TimeNs gap = std::abs(frame.time - true_frame.time);
     if (gap >= least_gap) continue;
@@ -485,13 +483,18 @@ PcpResult EvaluatePcp(const TrackSequence& truth, const TrackSequence& tracks,
   const PcpPoseMaker make_found_pose(tracks.header.skeleton, protocol);
   PcpResult result;
   result.protocol = protocol;
-  for (const TrackFrame& true_frame : truth.frames) {
-    if (!ContainsFrame(protocol.frames, true_frame.frame)) continue;
+  for (const FramePair& both :
+       PairFrames(truth, tracks, protocol.frames).pairs) {
+    if (both.truth == nullptr) continue;
+    const TrackFrame& true_frame = *both.truth;
     const std::vector<PersonPose> true_people =
         ConvertPeople(true_frame.people, make_true_pose);
+    const TrackFrame* frame = both.tracks;
+    if (frame == nullptr && protocol.max_time_gap_s > 0.0) {
+      frame = NearestInTime(tracks, true_frame, protocol.max_time_gap_s);
+    }
     std::vector<PersonPose> found_people;
-    if (const TrackFrame* frame =
-            FindPredictedFrame(tracks, true_frame, protocol)) {
+    if (frame != nullptr) {
       found_people = ConvertPeople(frame->people, make_found_pose);
     }
     const std::vector<const PersonPose*> matches =

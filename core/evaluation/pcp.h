@@ -115,8 +115,8 @@ const char* ToString(PersonMatching matching);  // "nearest", "one_to_one"
 
 struct PcpProtocol {
   std::string name;
-  std::vector<FrameRange> frames;  // of the ground truth; none: all
-  // Where the result has no frame of this number: the frame nearest in time
+  std::vector<FrameRange> frames;  // of the tracks; none: all
+  // Where the result has no frame of this instant: the frame nearest in time
   // stands for it, at most this far away [s]. 0: nobody was found.
   double max_time_gap_s = 0.0;
   HeadConversion head = HeadConversion::kChu;

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <cstdlib>
 #include <memory>
@@ -352,25 +353,40 @@ void RenameMarkers(const ConversionOptions& flags, const TrackFormat& to,
   tracks->header.skeleton = WithMarkerNames(tracks->header.skeleton, *names);
 }
 
-// --axes, where one of the two formats has axes of its own.
-std::optional<AxisMap> AxesFlag(const ConversionOptions& flags,
-                                const TrackFormat& from,
-                                const TrackFormat& to) {
-  if (flags.axes.empty()) return std::nullopt;
-  if (!to.axes.has_value() && !from.axes.has_value()) {
-    throw InputError("--axes belongs to files of " +
-                     TrackFormatNames([](const TrackFormat& format) {
-                       return format.axes.has_value();
-                     }));
+// Turns tracks whose file's X, Y, Z are the world axes that `axes` names.
+void ReadAs(const AxisMap& axes, TrackSequence* tracks) {
+  Eigen::Matrix3d world_from_file;
+  for (int i = 0; i < 3; ++i) {
+    world_from_file.col(i) = axes.Invert(Eigen::Vector3d::Unit(i));
   }
-  return AxisMap::Parse(flags.axes);
+  for (TrackFrame& frame : tracks->frames) {
+    for (PersonPose& person : frame.people) {
+      for (Joint3d& joint : person.joints) {
+        joint.position_m = world_from_file * joint.position_m;
+      }
+      for (auto& covariance : person.covariances) {
+        if (!covariance) continue;
+        *covariance =
+            world_from_file * *covariance * world_from_file.transpose();
+      }
+    }
+  }
 }
 
 // That people do not stand up in the result, and what mends it.
 void NoteAxes(const TrackSequence& tracks, const TrackFormat& from,
               const TrackFormat& to, const std::optional<AxisMap>& axes,
               LostFields* lost_fields) {
-  const auto note = FindAxesNote(StanceOf(tracks), {}, to, axes);
+  const Stance stance = StanceOf(tracks);
+  if (!to.axes.has_value()) {
+    if (!from.axes.has_value()) return;
+    if (const auto note = FindReadingNote(stance, from, axes)) {
+      lost_fields->push_back(note->text + ": --axes=" + note->axes +
+                             " reads them standing");
+    }
+    return;
+  }
+  const auto note = FindAxesNote(stance, {}, to, axes);
   if (!note) return;
   if (note->axes.empty()) {
     lost_fields->push_back(note->text +
@@ -381,13 +397,11 @@ void NoteAxes(const TrackSequence& tracks, const TrackFormat& from,
                            " stands them up");
   } else {
     // The flag would hold for both.
-    const AxisMap read = axes.value_or(*from.axes);
     const AxisMap right = AxisMap::Parse(note->axes);
-    size_t of_file = 0;
-    while (read.axis[of_file] != right.axis[1]) ++of_file;
     lost_fields->push_back(
         note->text + ": convert to a .jsonl with --axes=" +
-        AxisMap::With(of_file, 2, read.sign[of_file] * right.sign[1]).Text() +
+        AxesOfReading(axes.value_or(*from.axes),
+                      right.sign[1] * Eigen::Vector3d::Unit(right.axis[1])) +
         " first, and that without");
   }
 }
@@ -427,7 +441,8 @@ std::string ConvertTracks(const ConversionOptions& flags,
   const TrackFormat& to = *FindTrackFormat(flags.to);
   KeepPerson(flags, to, &tracks);
   TrackExportOptions write;
-  write.axes = AxesFlag(flags, from, to);
+  write.axes = read.axes;
+  if (read.axes && !from.axes && !to.axes) ReadAs(*read.axes, &tracks);
   if (const std::string note = UnitNote(flags.in, read, tracks);
       !note.empty()) {
     lost_fields->push_back(note);

@@ -270,8 +270,12 @@ def evaluate(
 ) -> dict[str, Any]:
     """Scores tracks against a ground truth (both Tracks); a dict.
 
+    Frames are paired by time, as the command `evaluate` pairs them; what needs
+    saying of that, or that nobody is found, is a UserWarning.
+
     "mpjpe": "mpjpe_m" and "bias_removed_m", the mean joint error [m] with and
-    without each joint's constant offset; "joints_m", by joint.
+    without each joint's constant offset; "joints_m", by joint; "found", the
+    share of true people with a counterpart.
     "identity": "mota" and "idf1" (1: perfect) and the counts behind them.
     """
     if protocol == "mpjpe":

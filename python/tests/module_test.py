@@ -13,6 +13,7 @@ import tempfile
 import threading
 import time
 import unittest
+import warnings
 
 import kinegraph as kg
 import numpy as np
@@ -296,6 +297,50 @@ class Module(unittest.TestCase):
         )
         with self.assertRaisesRegex(kg.InputError, "protocol: found 'pcp'"):
             kg.evaluate(tracks, self.truth, "pcp")
+
+    def retimed(self, name, **changes):
+        """The truth's lines with every frame's record changed."""
+        with open(self.in_take("truth.jsonl")) as lines:
+            header, *frames = map(json.loads, lines)
+        header["frame_rate"] *= changes.get("rate", 1)
+        path = self.in_folder(name)
+        with open(path, "w") as out:
+            print(json.dumps(header), file=out)
+            for k, frame in enumerate(frames):
+                if k % changes.get("every", 1):
+                    continue
+                frame["frame"] = k // changes.get("every", 1)
+                frame["time"] += changes.get("late_s", 0.0)
+                for person in frame["people"]:
+                    person["joints"] = [
+                        p and [p[i] for i in changes.get("axes", (0, 1, 2))]
+                        for p in person["joints"]
+                    ]
+                print(json.dumps(frame), file=out)
+        return kg.read_tracks(path)
+
+    def test_evaluate_pairs_by_time_and_warns(self):
+        half = self.retimed("half.jsonl", every=2, rate=0.5)
+        for tracks, truth in ((half, self.truth), (self.truth, half)):
+            for protocol, key, right in (
+                ("mpjpe", "mpjpe_m", 0.0),
+                ("identity", "idf1", 1.0),
+            ):
+                with self.assertWarnsRegex(UserWarning, "paired by time"):
+                    scores = kg.evaluate(tracks, truth, protocol)
+                self.assertEqual(scores[key], right)
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            self.assertEqual(kg.evaluate(self.truth, self.truth)["found"], 1.0)
+        late = self.retimed("late.jsonl", every=2, rate=0.5, late_s=0.007)
+        with self.assertRaisesRegex(kg.InputError, "Hz.*Hz.*not interpolated"):
+            kg.evaluate(self.truth, late)
+
+    def test_evaluate_names_other_axes(self):
+        turned = self.retimed("turned.jsonl", axes=(1, 2, 0))
+        for protocol in ("mpjpe", "identity"):
+            with self.assertRaisesRegex(kg.InputError, "X, Y, Z as y,z,x"):
+                kg.evaluate(self.truth, turned, protocol)
 
     def test_project(self):
         given = self.cameras[0]

@@ -184,7 +184,6 @@ TEST(Convert, BadUsageIsOneLineAndExitTwo) {
             "--skeleton belongs to"},
            {"--to=csv --frame_rate=61", tracks, to_out,
             "--frame_rate=61 is for input that does not tell its rate"},
-           {"--to=csv --axes=x,y,z", tracks, to_out, "--axes belongs to"},
            {"--to=trc --axes=x,z,y", tracks, to_out, "mirror image"},
            {"--to=poses --skeleton=octopus", tracks, to_out, "--skeleton"},
            {"--to=krt --set=cameras.unitt=cm", cameras, to_out, "cameras.unit"},
@@ -225,9 +224,37 @@ TEST(Convert, PeopleOnTheirSideAndTheWayUp) {
               HasSubstr("people stand along x of the world, not along z, which "
                         "bvh shows as up: convert to a .jsonl with "
                         "--axes=x,y,z first, and that without"));
+  EXPECT_THAT(
+      convert(side, "lying.jsonl", ""),
+      HasSubstr("people stand along x of the world, not along z, as trc "
+                "is read: --axes=x,y,z reads them standing"));
   EXPECT_THAT(convert(side, "turned.jsonl", "--axes=x,y,z"), stands);
   EXPECT_THAT(convert(folder.path() / "turned.jsonl", "turned.bvh", ""),
               stands);
+}
+
+// Formats without axes of their own are turned as they are read: a quarter turn
+// about x and its inverse are nothing.
+TEST(Convert, AxesTurnTracksOfAnyFormat) {
+  const TemporaryFolder folder;
+  const std::string tracks = folder.path() / "take.jsonl";
+  TrackSequence walk = testing::Walk();
+  walk.frames[0].people[0].covariances.assign(
+      walk.frames[0].people[0].joints.size(),
+      Eigen::Matrix3d(Eigen::Vector3d(1.0, 4.0, 9.0).asDiagonal()));
+  WriteTracks(tracks, walk);
+  const std::string turned = folder.path() / "turned.jsonl";
+  const std::string back = folder.path() / "back.jsonl";
+  Converted("--axes=x,z,-y --in=" + tracks + " --out=" + turned);
+  Converted("--axes=x,-z,y --in=" + turned + " --out=" + back);
+  const PersonPose& was = walk.frames[0].people[0];
+  const PersonPose is = ReadTracks(turned).frames[0].people[0];
+  // The file's Y is the world's z, its Z the world's -y.
+  EXPECT_EQ(is.joints[0].position_m.z(), was.joints[0].position_m.y());
+  EXPECT_EQ(is.joints[0].position_m.y(), -was.joints[0].position_m.z());
+  EXPECT_EQ(is.covariances[0]->diagonal(), Eigen::Vector3d(1.0, 9.0, 4.0));
+  EXPECT_EQ(ReadTracks(back).frames[0].people[0].joints[0].position_m,
+            was.joints[0].position_m);
 }
 
 std::string FourthLineOf(const std::string& path) {

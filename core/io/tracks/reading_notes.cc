@@ -108,4 +108,25 @@ std::optional<AxesNote> FindAxesNote(const Stance& stance,
   return note;
 }
 
+std::string AxesOfReading(const AxisMap& read, const Eigen::Vector3d& up) {
+  Eigen::Index axis = 0;
+  up.cwiseAbs().maxCoeff(&axis);
+  size_t of_file = 0;
+  while (read.axis[of_file] != axis) ++of_file;
+  return AxisMap::With(of_file, 2, read.sign[of_file] * up[axis]).Text();
+}
+
+std::optional<AxesNote> FindReadingNote(const Stance& stance,
+                                        const TrackFormat& format,
+                                        const std::optional<AxisMap>& axes) {
+  const auto up = stance.UpUnlike(Vector3d::UnitZ());
+  if (!up) return std::nullopt;
+  const auto axis = NearestAxis(*up, kNear_deg);
+  if (!axis) return std::nullopt;
+  return AxesNote{"people stand along " + DirectionText(*up) +
+                      " of the world, not along z, as " + format.name +
+                      " is read",
+                  AxesOfReading(axes.value_or(*format.axes), *axis)};
+}
+
 }  // namespace kinegraph

@@ -36,6 +36,15 @@ std::optional<AxesNote> FindAxesNote(const Stance& stance,
                                      const TrackFormat& format,
                                      const std::optional<AxisMap>& axes);
 
+// The --axes with which a file that is read as `read` has the world's axis `up`
+// along z.
+std::string AxesOfReading(const AxisMap& read, const Eigen::Vector3d& up);
+// The same of the world that tracks were read into, whose z is up: of a format
+// with axes of its own, where other axes of reading stand people up.
+std::optional<AxesNote> FindReadingNote(const Stance& stance,
+                                        const TrackFormat& format,
+                                        const std::optional<AxisMap>& axes);
+
 }  // namespace kinegraph
 
 #endif  // KINEGRAPH_CORE_IO_TRACKS_READING_NOTES_H_

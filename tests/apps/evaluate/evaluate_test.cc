@@ -9,9 +9,12 @@
 #include <utility>
 #include <vector>
 
+#include "core/base/time.h"
 #include "core/io/text/json.h"
+#include "core/io/tracks/format.h"
 #include "core/skeleton/skeleton.h"
 #include "tests/apps/command.h"
+#include "tests/core/evaluation/people.h"
 
 namespace kinegraph::testing {
 namespace {
@@ -157,6 +160,128 @@ TEST_F(EvaluateProgramTest, BadUsageIsOneLineAndTwo) {
            {"--protocol=shelf --json=/dev/null/x.json" + both, "/dev/null"},
        }) {
     ExpectRefused(flags, message);
+  }
+}
+
+// Four seconds of somebody who walks away from the origin at 1.5 m/s.
+TrackSequence Walker(double rate_hz) {
+  TrackSequence tracks = Tracks({});
+  tracks.header.mode = "graph";
+  tracks.header.frame_rate_hz = rate_hz;
+  for (int k = 0; k < static_cast<int>(4.0 * rate_hz); ++k) {
+    const double time_s = k / rate_hz;
+    tracks.frames.push_back({k,
+                             FromSeconds(time_s),
+                             {Person(0, StandingTum14(2.0 + 1.5 * time_s))}});
+  }
+  return tracks;
+}
+
+class EvaluateWalkerTest : public EvaluateProgramTest {
+ protected:
+  std::string Write(const std::string& name, const TrackSequence& tracks,
+                    const std::string& format = "kinegraph") {
+    LostFields lost_fields;
+    FindTrackFormat(format)->write(Path(name), tracks, {}, &lost_fields);
+    return Path(name);
+  }
+  const std::string tracks_ = Write("tracks.jsonl", Walker(25.0));
+};
+
+constexpr const char* kProtocols[] = {"mpjpe", "identity", "parity", "panoptic",
+                                      "shelf --frames=0:100"};
+
+TEST_F(EvaluateWalkerTest, EveryProtocolPairsByTimeAndSaysSo) {
+  const std::string truth = Write("truth.jsonl", Walker(50.0));
+  for (const std::string protocol : kProtocols) {
+    const std::string json = Path("result.json");
+    const ProgramOutcome outcome =
+        Done("evaluate", "--protocol=" + protocol + Against(tracks_, truth) +
+                             " --json='" + json + "'");
+    EXPECT_THAT(outcome.errors, HasSubstr("the ground truth has 50 Hz, the "
+                                          "tracks 25 Hz: 100 of 200 true"))
+        << protocol;
+    EXPECT_THAT(ContentOf(json), HasSubstr("100 of 200 true frames"));
+  }
+  ExpectPrinted("--protocol=mpjpe" + Against(tracks_, truth),
+                {"people found, %: 100.00 (100/100)"});
+  ExpectPrinted("--protocol=identity" + Against(tracks_, truth),
+                {"misses                        0"});
+  ExpectPrinted("--protocol=shelf --frames=0:100" + Against(tracks_, truth),
+                {"(1000/1000)"});
+}
+
+TEST_F(EvaluateWalkerTest, RatesThatCannotBePairedAreNamed) {
+  TrackSequence truth = Walker(30.0);
+  for (TrackFrame& frame : truth.frames) frame.time += 2'500'000;
+  const std::string path = Write("truth.jsonl", truth);
+  for (const std::string protocol : kProtocols) {
+    const std::string line =
+        Refusal("evaluate", "--protocol=" + protocol + Against(tracks_, path));
+    EXPECT_THAT(line, HasSubstr("30 Hz"));
+    EXPECT_THAT(line, HasSubstr("25 Hz"));
+  }
+}
+
+// What the line advises finds everybody.
+TEST_F(EvaluateWalkerTest, OtherAxesAreNamedWithTheCommandThatMendsThem) {
+  const std::string upright = Path("upright.jsonl");
+  struct Case {
+    const char* name;
+    const char* format;
+    const char* axes;     // written
+    const char* advised;  // to read with
+  };
+  for (const Case& one :
+       {Case{"motive.c3d", "c3d", "x,z,-y", "--axes=x,z,-y"},
+        Case{"cortex.trc", "trc", "x,y,z", "--axes=x,y,z"},
+        Case{"down.csv", "csv", "x,-y,-z", "--axes=x,-y,-z"}}) {
+    SCOPED_TRACE(one.name);
+    Done("convert", std::string("--in='") + tracks_ + "' --axes=" + one.axes +
+                        " --out='" + Path(one.name) + "'");
+    for (const std::string protocol : kProtocols) {
+      const std::string line =
+          Refusal("evaluate",
+                  "--protocol=" + protocol + Against(tracks_, Path(one.name)));
+      EXPECT_THAT(line, HasSubstr("0 of 100 true people are near a track"));
+      EXPECT_THAT(line, HasSubstr(one.advised)) << protocol;
+    }
+    Done("convert", std::string("--in='") + Path(one.name) + "' " +
+                        one.advised + " --out='" + upright + "'");
+    ExpectPrinted("--protocol=mpjpe" + Against(tracks_, upright),
+                  {"people found, %: 100.00 (100/100)"});
+  }
+}
+
+TEST_F(EvaluateWalkerTest, OtherUnitsAreNamedWithTheFlagThatMendsThem) {
+  TrackSequence millimetres = Walker(25.0);
+  for (TrackFrame& frame : millimetres.frames) {
+    for (Joint3d& joint : frame.people[0].joints) joint.position_m *= 1000.0;
+  }
+  const std::string open = Write("truth.npz", millimetres, "npz");
+  const ProgramOutcome refused =
+      RunProgram("evaluate", "--protocol=mpjpe" + Against(tracks_, open));
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_THAT(refused.errors, HasSubstr("lengths times 0.001: --unit=mm for"));
+  ExpectPrinted("--protocol=mpjpe --unit=mm" + Against(tracks_, open),
+                {"people found, %: 100.00 (100/100)"});
+  ExpectRefused(
+      "--protocol=mpjpe" + Against(tracks_, Write("mm.jsonl", millimetres)),
+      "the unit that one of the two files states is wrong");
+}
+
+TEST_F(EvaluateWalkerTest, NobodyFoundIsNeverSilent) {
+  TrackSequence elsewhere = Walker(25.0);
+  for (TrackFrame& frame : elsewhere.frames) {
+    frame.people[0].joints = Moved(frame.people[0].joints, 3.0, 9.0);
+  }
+  const std::string truth = Write("truth.jsonl", elsewhere);
+  for (const std::string protocol : kProtocols) {
+    EXPECT_THAT(
+        Done("evaluate", "--protocol=" + protocol + Against(tracks_, truth))
+            .errors,
+        HasSubstr("no track is within 0.5 m of a true person"))
+        << protocol;
   }
 }
 

@@ -1,0 +1,62 @@
+// Which frames of two recordings show the same instant: the one pairing that
+// every comparison goes through.
+#ifndef KINEGRAPH_CORE_EVALUATION_FRAME_PAIRING_H_
+#define KINEGRAPH_CORE_EVALUATION_FRAME_PAIRING_H_
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "core/base/frame_range.h"
+#include "core/data/pose.h"
+
+namespace kinegraph {
+
+// An instant at which both recordings could have a frame.
+struct FramePair {
+  // The tracks' number for this instant, whether or not they have the frame.
+  int64_t frame = 0;
+  const TrackFrame* truth = nullptr;   // nullptr: no frame
+  const TrackFrame* tracks = nullptr;  // likewise; never both
+};
+
+struct FramePairing {
+  // Ascending by `frame`, then by the truth's frame. They point into the
+  // recordings.
+  std::vector<FramePair> pairs;
+  bool is_by_time = false;      // else by frame number
+  double truth_rate_hz = 0.0;   // 0: not known
+  double tracks_rate_hz = 0.0;  // likewise
+  int64_t truth_frames = 0;     // compared, with or without a counterpart
+  int64_t truth_between = 0;    // not compared: between the tracks' instants
+  double max_gap_s = 0.0;       // between the times of a pair
+  // What a score of these pairs needs said, a line each: different rates or
+  // numbers, contradictions within a file. Usually empty.
+  std::vector<std::string> notes;
+};
+
+// What messages call the two recordings.
+struct PairingNames {
+  std::string truth = "the ground truth";
+  std::string tracks = "the tracks";
+};
+
+// By time where both recordings have times and a rate, else by frame number;
+// those in `frames`, which count as the tracks do (none: all). Nothing is
+// interpolated: at different rates only instants at which both have a frame are
+// compared, and frames between them count neither way. Throws InputError naming
+// both rates where they differ and no two frames have the same time.
+FramePairing PairFrames(const TrackSequence& truth, const TrackSequence& tracks,
+                        const std::vector<FrameRange>& frames = {},
+                        const PairingNames& names = {});
+
+// Gives the frames of `recording` the numbers that `lead` has for the same
+// instants; frames between those of the lead are dropped. Returns the notes.
+// Throws as PairFrames.
+std::vector<std::string> NumberFramesLike(const TrackSequence& lead,
+                                          const PairingNames& names,
+                                          TrackSequence* recording);
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_CORE_EVALUATION_FRAME_PAIRING_H_
