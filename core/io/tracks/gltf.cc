@@ -308,7 +308,12 @@ class Scene {
   void AddJoints(const AnimatedPerson& person, const std::string& prefix) {
     for (size_t j = 0; j < tree_.size(); ++j) {
       const Vector3d at = LocalPosition(person.motion, 0, j);
-      const Quaterniond turn = person.motion.Local(tree_, 0, j);
+      // A unit quaternion's numbers may be rounded beyond 1, which glTF
+      // forbids.
+      const Eigen::Vector4d turn = person.motion.Local(tree_, 0, j)
+                                       .coeffs()
+                                       .cwiseMax(-1.0)
+                                       .cwiseMin(1.0);
       std::vector<size_t> children = tree_[j].children;
       for (size_t& child : children) child += person.node + 1;
       nodes_.Add(fmt::format(

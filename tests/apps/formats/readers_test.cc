@@ -1,6 +1,7 @@
 // What kinegraph-convert writes, read by programs of others and compared with
-// the tracks: three.js in Chromium, SciPy and xarray; C3D by a reader that was
-// written from the specification for these tests.
+// the tracks: three.js in Chromium, SciPy and xarray, Khronos' validator of
+// glTF; C3D by a reader that was written from the specification for these
+// tests.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -317,6 +318,38 @@ void FormatReaders::ExpectGltf(const std::string& name) {
 
 TEST_F(FormatReaders, GltfInThree) { ExpectGltf("take.gltf"); }
 TEST_F(FormatReaders, GlbInThree) { ExpectGltf("take.glb"); }
+
+// Every sequence of people and frames that changes what is in the file: one
+// person, two, a single frame, other axes.
+TEST_F(FormatReaders, GltfIsValidForKhronos) {
+  const fs::path validator =
+      testing::BuildFile("npm/node_modules/gltf-validator");
+  if (!fs::exists(validator) || std::system("node --version >/dev/null") != 0) {
+    GTEST_SKIP() << "needs nodejs and npm: npm ci --prefix BUILD/npm of "
+                    "tests/apps/formats/npm, as .ci/run does";
+  }
+  const std::string script =
+      testing::ProjectFile("tests/apps/formats/validate_gltf.js").string();
+  const TrackSequence all = recording_;
+  for (const size_t frames : {size_t{1}, size_t{2}, all.frames.size()}) {
+    recording_.frames.assign(
+        all.frames.begin(),
+        all.frames.begin() + static_cast<std::ptrdiff_t>(frames));
+    for (const char* more :
+         {"", "--axes=x,y,z", "--axes=-z,x,-y", "--person=3"}) {
+      for (const char* name : {"take.gltf", "take.glb"}) {
+        SCOPED_TRACE(std::string(name) + " " + more);
+        Convert(name, more);
+        RunCommand("node '" + script + "' '" + validator.string() + "' '" +
+                   Path(name) + "' > '" + Path("read.json") + "'");
+        const Json issues =
+            Json::parse(ReadTextFile(Path("read.json")))["issues"];
+        EXPECT_EQ(issues["numErrors"], 0) << issues["messages"].dump(1);
+        EXPECT_EQ(issues["numWarnings"], 0) << issues["messages"].dump(1);
+      }
+    }
+  }
+}
 
 constexpr const char* kBvhScript = R"(
 const bvh = new THREE.BVHLoader().parse(new TextDecoder().decode(bytes));
