@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <string_view>
 
 #include "core/base/error.h"
 #include "core/io/files/text_file.h"
@@ -62,6 +63,13 @@ CalibrationHead Parsed(const std::string& path, Syntax syntax,
 
 bool IsUtf16(const std::string& text) {
   return text.rfind("\xFF\xFE", 0) == 0 || text.rfind("\xFE\xFF", 0) == 0;
+}
+
+// Of a text in UTF-16, either byte order, whether its first letter is "<".
+bool IsUtf16Xml(const std::string& text) {
+  const size_t first =
+      text.find_first_not_of(std::string_view("\xFF\xFE\0 \t\r\n", 7));
+  return first != std::string::npos && text[first] == '<';
 }
 
 // What a text looks like, before it is parsed.
@@ -145,10 +153,12 @@ bool CalibrationHead::HasFile(const std::string& name) const {
 
 CalibrationHead LookAtCalibration(const std::string& path) {
   if (IsFolder(path)) return LookAtFolder(path);
-  // XML tells its own encoding.
   std::string text = ReadBytes(path, kMaxSmallFileBytes);
   if (IsPickle(text)) return Parsed(path, Syntax::kPickle, text);
-  if (IsUtf16(text)) return Parsed(path, Syntax::kXml, text);
+  // XML states its own encoding; no other text may be in UTF-16.
+  if (IsUtf16(text) && IsUtf16Xml(text)) {
+    return Parsed(path, Syntax::kXml, text);
+  }
   MakePlainText(path, &text);
   CalibrationHead head = Parsed(path, GuessSyntax(text, path), text);
   if (head.syntax == Syntax::kYaml) head.json = ReadCalibrationYaml(path);

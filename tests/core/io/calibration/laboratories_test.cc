@@ -275,6 +275,20 @@ TEST(OptiTrackCalibration, IsReadInBothEncodings) {
   }
 }
 
+// As PowerShell's `>` writes it. Nothing but XML states its encoding.
+TEST(OptiTrackCalibration, OtherTextsInUtf16AreNoXml) {
+  for (const std::string text :
+       {"[cam_1]\nname = \"cam_1\"\n", "{\"cameras\": []}", "%YAML:1.0\n---\n",
+        "1 0 0 0\n"}) {
+    std::string turned = "\xFE\xFF";  // the other byte order
+    for (const char c : text) turned += {'\0', c};
+    for (const char* name : {"a.toml", "a.json", "a.mcal", "a.txt"}) {
+      EXPECT_THAT(FaultOf(name, Utf16(text)), HasSubstr("is a text in UTF-16"));
+      EXPECT_THAT(FaultOf(name, turned), HasSubstr("is a text in UTF-16"));
+    }
+  }
+}
+
 TEST(OptiTrackCalibration, MotivesOwnLensIsRefused) {
   const std::string text =
       WithReplaced(WithReplaced(kMcal, "UTF-16", "UTF-8"),
