@@ -122,6 +122,14 @@ FileKind ChooseKind(const ConversionOptions& flags) {
     Refuse("--from={} is of {}, --to={} of {}", flags.from, TextOf(from),
            flags.to, TextOf(to));
   }
+  // What is looked at would be gone from a pipe.
+  if (IsPipe(flags.in)) {
+    if (both.size() == 1) return both.front();
+    throw InputError(flags.in, "",
+                     "cannot be recognised from a pipe, expected --from (one "
+                     "of " +
+                         TextOf(both) + ")");
+  }
   const FileKind kind = RecogniseKind(flags.in);
   if (Contains(both, kind)) return kind;
   // A session's folder holds cameras and detections.

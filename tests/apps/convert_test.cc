@@ -1,11 +1,16 @@
 // kinegraph-convert itself: which formats go together, exit codes, files.
+#include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>  // mkfifo
+#include <unistd.h>
 
 #include <filesystem>
+#include <fstream>
 #include <map>
 #include <sstream>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "core/io/calibration/calibration.h"
@@ -255,6 +260,41 @@ TEST(Convert, AxesTurnTracksOfAnyFormat) {
   EXPECT_EQ(is.covariances[0]->diagonal(), Eigen::Vector3d(1.0, 9.0, 4.0));
   EXPECT_EQ(ReadTracks(back).frames[0].people[0].joints[0].position_m,
             was.joints[0].position_m);
+}
+
+// What looks at a file to recognise it would take the beginning of a pipe away.
+TEST(Convert, ReadsTracksFromAPipe) {
+  const TemporaryFolder folder;
+  const std::string tracks = folder.path() / "take.jsonl";
+  WriteTracks(tracks, testing::Walk());
+  const std::string pipe = folder.path() / "pipe";
+  ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+  const auto feed = [&](const std::string& arguments) {
+    std::thread writer([&] {
+      std::ofstream out(pipe, std::ios::binary);
+      out << testing::ContentOf(tracks) << std::flush;
+    });
+    const testing::ProgramOutcome outcome =
+        testing::RunProgram("convert", "--in=" + pipe + arguments);
+    // Who never opened the pipe leaves the writer waiting.
+    const int reader = open(pipe.c_str(), O_RDONLY | O_NONBLOCK);
+    writer.join();
+    close(reader);
+    return outcome;
+  };
+  const std::string direct = folder.path() / "direct.csv";
+  const std::string piped = folder.path() / "piped.csv";
+  Converted("--in=" + tracks + " --out=" + direct);
+  for (const char* from : {"", " --from=kinegraph"}) {
+    const auto outcome = feed(std::string(from) + " --to=csv --out=" + piped);
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.errors;
+    EXPECT_EQ(testing::ContentOf(piped), testing::ContentOf(direct));
+    fs::remove(piped);
+  }
+  // Three kinds are called so.
+  const auto refused = feed(" --to=kinegraph --out=" + piped);
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_THAT(refused.errors, HasSubstr("cannot be recognised from a pipe"));
 }
 
 std::string FourthLineOf(const std::string& path) {
