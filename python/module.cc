@@ -38,6 +38,7 @@
 #include "core/io/tracks/format.h"
 #include "core/kinematics/ground.h"
 #include "kinegraph/kinegraph.h"
+#include "python/pickling.h"
 #include "solvers/session/ready_recording.h"
 
 namespace py = pybind11;
@@ -55,6 +56,13 @@ py::array_t<Number> ArrayOver(const Items& items, const Get& get) {
   Number* out = numbers.mutable_data();
   for (const auto& item : items) *out++ = get(item);
   return numbers;
+}
+
+// For pickle, and so for copy.copy and copy.deepcopy.
+template <typename T>
+auto Pickled() {
+  return py::pickle([](const T& value) { return py::bytes(BytesOf(value)); },
+                    [](const py::bytes& state) { return OfBytes<T>(state); });
 }
 
 [[noreturn]] void FailUnknown(const std::string& key, const std::string& found,
@@ -701,6 +709,7 @@ void BindSkeleton(py::module_& m) {
   py::class_<Skeleton>(m, "Skeleton", "Joints and bones of a body model.")
       .def(py::init(&NamedSkeleton), "name"_a,
            "The built-in skeleton of that name (see skeleton_names()).")
+      .def(Pickled<Skeleton>())
       .def_property_readonly("name", &Skeleton::name,
                              "Its name, as files have it.")
       .def_property_readonly("joints", &Skeleton::joints,
@@ -731,6 +740,24 @@ void BindCamera(py::module_& m) {
            "model: opencv5 (k1 k2 p1 p2 k3) or opencv_fisheye (k1 k2 k3 k4);\n"
            "distortion: coefficients of the lens model, empty for none;\n"
            "image_size: (width, height) [px], (0, 0) when not known.")
+      .def(py::pickle(
+          [](const Camera& camera) {
+            const bool has_lens = camera.lens() != nullptr;
+            return py::make_tuple(
+                camera.name(), camera.K(), camera.R(), camera.t(),
+                has_lens ? camera.lens()->parameters() : std::vector<double>(),
+                has_lens ? camera.lens()->model() : "pinhole",
+                std::make_pair(camera.width_px(), camera.height_px()));
+          },
+          [](const py::tuple& state) {
+            return MakeCamera(state[0].cast<std::string>(),
+                              state[1].cast<Eigen::Matrix3d>(),
+                              state[2].cast<Eigen::Matrix3d>(),
+                              state[3].cast<Eigen::Vector3d>(),
+                              state[4].cast<std::vector<double>>(),
+                              state[5].cast<std::string>(),
+                              state[6].cast<std::pair<int, int>>());
+          }))
       .def_property_readonly("name", &Camera::name, "As the views name it.")
       .def_property_readonly("K", &Camera::K, "(3, 3) [px].")
       .def_property_readonly("R", &Camera::R, "(3, 3), world to camera.")
@@ -770,6 +797,7 @@ void BindDetections(py::module_& m) {
            "frame_rate_hz"_a, "first_frame"_a = 0,
            "frames[k][v]: array (people, joints, 3) of x [px], y [px] and\n"
            "confidence; NaN: not found. views: a name a view, as its camera.")
+      .def(Pickled<DetectionSequence>())
       .def(
           "__len__", [](const DetectionSequence& d) { return d.frames.size(); },
           "Number of frames.")
@@ -816,6 +844,7 @@ void BindDetections(py::module_& m) {
 // F frames, P people, J joints.
 void BindTracks(py::module_& m) {
   py::class_<TrackSequence>(m, "Tracks", "3D poses of a recording, as arrays.")
+      .def(Pickled<TrackSequence>())
       .def(
           "__len__", [](const TrackSequence& t) { return t.frames.size(); },
           "Number of frames, F.")
@@ -871,6 +900,7 @@ void BindKinematics(py::module_& m) {
       m, "Kinematics",
       "Joint angles, speeds and ways: a row a person and frame (R rows),\n"
       "table[column] an array (R,). docs/kinematics.md defines the columns.")
+      .def(Pickled<KinematicsTable>())
       .def(
           "__len__", [](const KinematicsTable& t) { return t.rows.size(); },
           "Number of rows, R.")

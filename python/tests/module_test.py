@@ -1,11 +1,13 @@
 """The module against the commands: the same bits; bad input: the same line."""
 
 import ast
+import copy
 import csv
 import inspect
 import json
 import os
 import pathlib
+import pickle
 import signal
 import subprocess
 import sys
@@ -341,6 +343,52 @@ class Module(unittest.TestCase):
         for protocol in ("mpjpe", "identity"):
             with self.assertRaisesRegex(kg.InputError, "X, Y, Z as y,z,x"):
                 kg.evaluate(self.truth, turned, protocol)
+
+    def test_values_are_pickled_and_copied_to_the_last_bit(self):
+        tracks = self.window(set={"output.observations": True})
+        values = {
+            "tracks": tracks,
+            "truth": self.truth,
+            "detections": self.detections,
+            "skeleton": tracks.skeleton,
+            "kinematics": kg.kinematics(tracks),
+            "nothing": self.window(frames=[(0, 1)]),
+        }
+        for again in (
+            lambda value: pickle.loads(pickle.dumps(value)),
+            copy.deepcopy,
+            copy.copy,
+        ):
+            for name, value in values.items():
+                with self.subTest(name):
+                    # Equal bytes of everything that a value holds.
+                    self.assertEqual(
+                        pickle.dumps(again(value)), pickle.dumps(value)
+                    )
+            same = again(tracks)
+            np.testing.assert_array_equal(same.positions_m, tracks.positions_m)
+            np.testing.assert_array_equal(
+                same.covariance_m2, tracks.covariance_m2
+            )
+            paths = [self.in_folder(n) for n in ("one.jsonl", "two.jsonl")]
+            for path, one in zip(paths, (tracks, same)):
+                kg.write_tracks(path, one)
+            self.assertEqual(*(pathlib.Path(p).read_bytes() for p in paths))
+            for given in self.cameras:
+                camera = again(given)
+                self.assertEqual(camera.name, given.name)
+                self.assertEqual(camera.model, given.model)
+                self.assertEqual(camera.image_size, given.image_size)
+                self.assertEqual(camera.distortion, given.distortion)
+                for part in ("K", "R", "t"):
+                    np.testing.assert_array_equal(
+                        getattr(camera, part), getattr(given, part)
+                    )
+        with self.assertRaisesRegex(RuntimeError, "ends too early"):
+            type(tracks).__setstate__(
+                type(tracks).__new__(type(tracks)),
+                tracks.__getstate__()[:-3],
+            )
 
     def test_project(self):
         given = self.cameras[0]
