@@ -7,6 +7,7 @@
 
 #include "core/base/median.h"
 #include "core/evaluation/correspondence.h"
+#include "core/evaluation/statistics.h"
 
 namespace kinegraph {
 namespace {
@@ -68,6 +69,15 @@ std::map<TrackId, std::vector<double>> MedianBones(
   return medians;
 }
 
+// The value above which a moment stands out.
+double FarOut(const std::vector<Moment>& moments) {
+  std::vector<double> values;
+  for (const Moment& moment : moments) values.push_back(moment.value);
+  const double lower = Quantile(values, 0.25);
+  const double upper = Quantile(values, 0.75);
+  return upper + 3.0 * (upper - lower);
+}
+
 double MeanDistance(const Pose3d& a, const Pose3d& b,
                     const std::vector<int>& b_of_a) {
   double sum = 0.0;
@@ -91,6 +101,7 @@ const char* ToString(MomentKind kind) {
 }
 
 std::vector<Moment> Largest(std::vector<Moment> moments, size_t count) {
+  const double least = FarOut(moments);
   std::stable_sort(moments.begin(), moments.end(),
                    [](const Moment& a, const Moment& b) {
                      return std::make_tuple(-a.value, a.frame, a.id.value()) <
@@ -98,7 +109,7 @@ std::vector<Moment> Largest(std::vector<Moment> moments, size_t count) {
                    });
   std::vector<Moment> largest;
   for (Moment& moment : moments) {
-    if (largest.size() == count) break;
+    if (largest.size() == count || !(moment.value > least)) break;
     const bool is_repeated =
         std::any_of(largest.begin(), largest.end(), [&](const Moment& other) {
           return other.id == moment.id &&
@@ -127,7 +138,7 @@ std::vector<Moment> SpeedJumps(const TrackSequence& tracks) {
           moment.value = jump;
           moment.detail = names[j];
         }
-        if (moment.value > 0.0) moments.push_back(std::move(moment));
+        if (!before.velocity.empty()) moments.push_back(std::move(moment));
       }
       before = std::move(now);
     }
@@ -151,7 +162,7 @@ std::vector<Moment> BoneDeviations(const TrackSequence& tracks) {
         moment.detail = skeleton.joints()[static_cast<size_t>(bone.a)] +
                         " to " + skeleton.joints()[static_cast<size_t>(bone.b)];
       }
-      if (moment.value > 0.0) moments.push_back(std::move(moment));
+      moments.push_back(std::move(moment));
     }
   }
   return moments;

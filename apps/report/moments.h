@@ -29,13 +29,18 @@ struct Moment {
   std::string detail;  // the joint, bone or view
 };
 
-// The largest of one kind, the worst first; of one person at most one within
-// half a second.
+// Those of one kind that stand out from all of the recording, the worst first;
+// of one person at most one within half a second. What is as large throughout
+// is no moment: a value stands out where it is farther above the upper quartile
+// than three times the distance of the quartiles (Tukey 1977, "far out"). Of
+// normal values that is one in 850,000.
 std::vector<Moment> Largest(std::vector<Moment> moments, size_t count);
 
-// Each joint's change of velocity, each bone's deviation, starts and ends.
+// One a person and frame: the largest change of a joint's velocity, the largest
+// deviation of a bone.
 std::vector<Moment> SpeedJumps(const TrackSequence& tracks);
 std::vector<Moment> BoneDeviations(const TrackSequence& tracks);
+// Of identities, within the recording.
 std::vector<Moment> StartsAndEnds(const TrackSequence& tracks);
 
 // Mean distance over shared joints to the nearest person of the other result;

@@ -312,7 +312,7 @@ void PageMaker::AddFrame(const TrackFrame& frame,
     }
     const double* difference =
         differences == nullptr ? nullptr : &(*differences)[p];
-    if (difference != nullptr && *difference > 0.0) {
+    if (difference != nullptr && *difference >= 0.0) {
       work->apart.push_back({MomentKind::kDifference, frame.frame,
                              clock_at->second, person.id, *difference, ""});
     }
