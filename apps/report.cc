@@ -23,7 +23,6 @@
 #include "core/io/calibration/calibration.h"
 #include "core/io/detections/source.h"
 #include "core/io/detections/view_pairing.h"
-#include "core/io/files/atomic_file.h"
 #include "core/io/files/side_files.h"
 #include "core/io/files/text_file.h"
 #include "core/io/text/joint_names.h"
@@ -51,11 +50,8 @@ DEFINE_string(images, "",
               "frame 0, or N with VIDEO@N; they stay where they are and are "
               "linked");
 DEFINE_double(embed_megabytes, 0.0,
-              "puts what --images names into the page: pictures scaled down to "
-              "this size in all, videos as they are; 0: linked");
-DEFINE_string(frames_out, "",
-              "new folder for annotated pictures, VIEW/000042.jpg: poses and "
-              "detections drawn on those of --images, or on grey");
+              "puts what --images names into the page as the files are, "
+              "pictures of as many frames as fit into this size; 0: linked");
 DEFINE_string(doctor, "",
               "folder that `doctor` wrote for this recording; its findings "
               "stand first on the page");
@@ -256,21 +252,10 @@ std::string AddImages(const ViewImages& images, PageInput* input) {
       std::max<size_t>(1, max_bytes - std::min(max_bytes, taken)),
       [&progress] { progress.Advance(); }, input);
   return text +
-         fmt::format("{} pictures inside the page, at most {} px wide{}\n",
-                     embedded.count, embedded.width,
+         fmt::format("{} pictures inside the page{}\n", embedded.count,
                      embedded.stride > 1
                          ? fmt::format(", one frame in {}", embedded.stride)
                          : "");
-}
-
-// The annotated series of --frames_out; a line on it.
-std::string WriteFrames(const PageInput& input, const ViewImages& images) {
-  if (FLAGS_frames_out.empty()) return "";
-  Progress progress("annotated pictures", FrameCount(input));
-  const size_t files = WriteAnnotatedFrames(
-      input, images.patterns, WithFolders(FLAGS_frames_out),
-      [&progress] { progress.Advance(); });
-  return fmt::format("{} annotated pictures -> {}\n", files, FLAGS_frames_out);
 }
 
 void CheckPictureFlags(const PageInput& input) {
@@ -281,20 +266,8 @@ void CheckPictureFlags(const PageInput& input) {
     throw InputError("--embed_megabytes: needs --images");
   }
   if (input.detections.has_value()) return;
-  const std::string given = FirstGiven({"images", "frames_out"});
-  if (given.empty()) return;
-  throw InputError("--" + given + ": needs --cameras and --detections");
-}
-
-// A video is played by the browser, never read here.
-void CheckFramesOut(const ViewImages& images) {
-  if (FLAGS_frames_out.empty()) return;
-  for (const auto& video : images.videos) {
-    if (!video.has_value()) continue;
-    throw InputError(video->path, "",
-                     "is a video, expected pictures for --frames_out: ffmpeg "
-                     "-i IN.mp4 -start_number 0 FOLDER/%06d.jpg");
-  }
+  if (FLAGS_images.empty()) return;
+  throw InputError("--images: needs --cameras and --detections");
 }
 
 // "1.2 MB"
@@ -353,16 +326,12 @@ void RunReport() {
   if (input.detections.has_value()) {
     images = ReadViewImages(FLAGS_images, input);
   }
-  CheckFramesOut(images);
   WithFolders(FLAGS_out);
   const std::string told = AddImages(images, &input);
 
   const PageData data = MakePageData(input, page_options);
-  CommitTogether together;
   const size_t page_bytes = WritePage(input.title, data.json, FLAGS_out);
-  const std::string frames = WriteFrames(input, images);
-  together.Commit();
-  std::fputs((SummaryText(data, page_bytes) + told + frames).c_str(),
+  std::fputs((SummaryText(data, page_bytes) + told).c_str(),
              SummaryStream(FLAGS_out));
 }
 
@@ -375,8 +344,7 @@ int main(int argc, char** argv) {
       {"report",
        "one HTML page that shows tracks, cameras and detections",
        "--tracks=F[,F2,...] [--ground_truth=F] [--cameras=F "
-       "--detections=PATH [--images=VIEW=PATTERN|VIDEO;...] "
-       "[--frames_out=DIR]] "
+       "--detections=PATH [--images=VIEW=PATTERN|VIDEO;...]] "
        "--out=F.html",
        {"--tracks=take.jsonl --cameras=calibration.json --detections=openpose/ "
         "--out=take.html",

@@ -68,6 +68,11 @@ InputError UnknownFlag(const std::string& name) {
         " is gone: a recording is done anew; many recordings go on one by "
         "one with `kinegraph-batch --resume`");
   }
+  if (positive == "frames_out") {
+    return InputError(
+        "--frames_out is gone: the page draws on the pictures of --images and "
+        "saves what it shows as PNG or SVG");
+  }
   const std::string shown = "unknown flag --" + Printable(name);
   std::string nearest;
   size_t least = 3;  // from here on it is another flag
@@ -292,7 +297,6 @@ constexpr std::pair<const char*, const char*> kFlagExamples[] = {
     {"format", "openpose"},
     {"frame_rate", "60"},
     {"frames", "300:600"},
-    {"frames_out", "out/annotated"},
     {"from", "pose2sim"},
     {"ground_truth", "truth.jsonl"},
     {"head", "mvpose"},

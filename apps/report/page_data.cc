@@ -464,16 +464,16 @@ Json PageMaker::DetectionsJson() const {
           {"confidence", Base64(confidence)}};
 }
 
-// {"at": [places on the clock], "jpeg": [Base64]}; frames that are not on the
-// page are left out.
+// {"at": [places on the clock], "base64": [JPEG or PNG]}; frames that are not
+// on the page are left out.
 Json PageMaker::PicturesJson(const std::map<int64_t, std::string>& pictures) {
-  Json json = {{"at", Json::array()}, {"jpeg", Json::array()}};
-  for (const auto& [number, jpeg] : pictures) {
+  Json json = {{"at", Json::array()}, {"base64", Json::array()}};
+  for (const auto& [number, bytes] : pictures) {
     const auto at = index_.find(number);
     if (at == index_.end()) continue;
     json["at"].push_back(at->second);
-    json["jpeg"].push_back(Base64(jpeg));
-    data_.picture_bytes += json["jpeg"].back().get_ref<std::string&>().size();
+    json["base64"].push_back(Base64(bytes));
+    data_.picture_bytes += json["base64"].back().get_ref<std::string&>().size();
   }
   return json;
 }

@@ -55,8 +55,8 @@ struct PageInput {
   // Pictures behind the panels: one a camera, a path relative to the page with
   // a number such as %06d for the frame's; empty: none.
   std::vector<std::string> image_patterns;
-  // Pictures that are inside of the page instead: one map a camera, JPEG by the
-  // number of the frame.
+  // Pictures that are inside of the page instead: one map a camera, JPEG or PNG
+  // by the number of the frame.
   std::vector<std::map<int64_t, std::string>> pictures;
   // Or videos: one a camera or none.
   std::vector<std::optional<PageVideo>> videos;

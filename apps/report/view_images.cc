@@ -1,18 +1,15 @@
 #include "apps/report/view_images.h"
 
 #include <algorithm>
-#include <array>
 #include <cctype>
-#include <cmath>
 #include <cstdlib>
+#include <utility>
 
-#include "apps/report/pairing.h"
-#include "apps/report/picture.h"
 #include "core/base/error.h"
 #include "core/evaluation/correspondence.h"
 #include "core/io/detections/video_times.h"
-#include "core/io/files/atomic_file.h"
 #include "core/io/files/text_file.h"
+#include "core/system/file.h"
 
 namespace kinegraph {
 namespace {
@@ -198,206 +195,7 @@ size_t AddVideos(const ViewImages& images, const std::string& page_path,
   return bytes;
 }
 
-// ---- Pictures into the page, and a series of its own ----
-
-namespace {
-
-constexpr int kQuality = 70;                // of pictures inside the page
-constexpr int kQualityOfFrames = 88;        // of those that are written
-constexpr double kTextOfBytes = 4.0 / 3.0;  // Base64
-constexpr std::array<int, 4> kWidths = {640, 480, 320, 240};  // px
-
-// As the page's.
-constexpr std::array<Colour, 8> kPalette = {{{0x00, 0x72, 0xb2},
-                                             {0xe6, 0x9f, 0x00},
-                                             {0x00, 0x9e, 0x73},
-                                             {0xd5, 0x5e, 0x00},
-                                             {0x56, 0xb4, 0xe9},
-                                             {0xcc, 0x79, 0xa7},
-                                             {0x88, 0x33, 0xff},
-                                             {0x77, 0x44, 0x22}}};
-constexpr Colour kGround = {0xe9, 0xed, 0xf2};
-constexpr Colour kInk = {0x1b, 0x24, 0x30};
-constexpr Colour kWhite = {0xff, 0xff, 0xff};
-
-std::vector<int64_t> FramesOf(const PageInput& input) {
-  std::vector<int64_t> frames;
-  for (const TrackFrame& frame : input.results.front().tracks.frames) {
-    frames.push_back(frame.frame);
-  }
-  return frames;
-}
-
-// What all pictures would take at a width, by the first, middle and last frame
-// of each view [bytes of text].
-double EstimateBytes(const std::vector<std::string>& patterns,
-                     const std::vector<int64_t>& frames, int width) {
-  double bytes = 0.0;
-  int samples = 0;
-  size_t pictures = 0;
-  for (const std::string& pattern : patterns) {
-    if (pattern.empty()) continue;
-    pictures += frames.size();
-    for (const size_t at : {size_t{0}, frames.size() / 2, frames.size() - 1}) {
-      const std::string path = PicturePath(pattern, frames[at]);
-      if (!IsFile(path)) continue;
-      bytes += kTextOfBytes *
-               static_cast<double>(
-                   EncodeJpeg(ScaledDown(ReadPicture(path), width), kQuality)
-                       .size());
-      ++samples;
-    }
-  }
-  return samples == 0 ? 0.0 : bytes / samples * static_cast<double>(pictures);
-}
-
-// How many pictures the page has, and the text that they are.
-void CountPictures(const PageInput& input, EmbeddedPictures* embedded) {
-  embedded->bytes = embedded->count = 0;
-  for (const auto& pictures : input.pictures) {
-    embedded->count += pictures.size();
-    for (const auto& [frame, jpeg] : pictures) {
-      embedded->bytes +=
-          static_cast<size_t>(kTextOfBytes * static_cast<double>(jpeg.size()));
-    }
-  }
-}
-
-class FrameArtist {
- public:
-  explicit FrameArtist(const PageInput& input)
-      : input_(input),
-        colours_(input.results.front().tracks, nullptr, nullptr) {}
-
-  Picture Draw(const std::string& pattern, size_t view, int64_t frame) const {
-    Picture picture = Ground(pattern, view, frame);
-    // A picture may be a smaller copy of what the camera saw.
-    const int width = input_.cameras[view].width_px();
-    const Canvas canvas = {view, frame,
-                           width > 0 ? picture.width / double(width) : 1.0,
-                           std::max(1.0, picture.width / 960.0)};
-    Pen pen(&picture);
-    for (size_t r = 0; r < input_.results.size(); ++r) {
-      DrawPoses(r, canvas, &pen);
-    }
-    DrawDetections(canvas, &pen);
-    return picture;
-  }
-
- private:
-  struct Canvas {
-    size_t view = 0;
-    int64_t frame = 0;
-    double scale = 1.0;  // picture pixels in a camera's pixel
-    double unit = 1.0;   // px, of lines
-  };
-
-  std::optional<Eigen::Vector2d> Project(const Canvas& canvas,
-                                         const Joint3d& joint) const {
-    if (!joint.present()) return std::nullopt;
-    const auto px = input_.cameras[canvas.view].Project(joint.position_m);
-    if (!px.has_value()) return std::nullopt;
-    return Eigen::Vector2d(canvas.scale * *px);
-  }
-
-  Picture Ground(const std::string& pattern, size_t view, int64_t frame) const {
-    const std::string path = pattern.empty() ? "" : PicturePath(pattern, frame);
-    if (!path.empty() && IsFile(path)) return ReadPicture(path);
-    const Camera& camera = input_.cameras[view];
-    const CameraParameters& own = camera.parameters();
-    const auto side = [](int told, double middle) {
-      return told > 0 ? told
-                      : std::clamp(static_cast<int>(std::lround(2.0 * middle)),
-                                   16, 8000);
-    };
-    return MakePicture(side(camera.width_px(), own.K(0, 2)),
-                       side(camera.height_px(), own.K(1, 2)), kGround);
-  }
-
-  Colour ColourOf(TrackId id) const {
-    const std::optional<int> colour = colours_.Find(id);
-    if (!colour.has_value()) return kInk;
-    return kPalette[static_cast<size_t>(*colour) % kPalette.size()];
-  }
-
-  void DrawPoses(size_t result, const Canvas& canvas, Pen* pen) const {
-    const PageResult& shown = input_.results[result];
-    const TrackFrame* at = FindFrame(shown.tracks, canvas.frame);
-    if (at == nullptr) return;
-    const bool truth = shown.role == ResultRole::kGroundTruth;
-    for (const PersonPose& person : at->people) {
-      const Colour colour = truth ? kInk : ColourOf(person.id);
-      const double width_px = (result == 0 ? 4.0 : 1.8) * canvas.unit;
-      DrawPose(shown.tracks.header.skeleton, person, canvas,
-               {colour, width_px, 0.85}, pen);
-      if (result == 0) DrawName(person, canvas, pen);
-    }
-  }
-
-  void DrawPose(const Skeleton& skeleton, const PersonPose& person,
-                const Canvas& canvas, const Stroke& stroke, Pen* pen) const {
-    for (const Bone& bone : skeleton.bones()) {
-      const Joint3d& a = person.joints[static_cast<size_t>(bone.a)];
-      const Joint3d& b = person.joints[static_cast<size_t>(bone.b)];
-      const auto from = Project(canvas, a);
-      const auto to = Project(canvas, b);
-      if (!from.has_value() || !to.has_value()) continue;
-      Stroke own = stroke;
-      if (a.status == JointStatus::kInferred ||
-          b.status == JointStatus::kInferred) {
-        own.opacity *= 0.4;
-      }
-      pen->Line(*from, *to, own);
-    }
-    for (int j = 0; j < skeleton.joint_count(); ++j) {
-      const auto touches = [j](const Bone& bone) {
-        return bone.a == j || bone.b == j;
-      };
-      const std::vector<Bone>& bones = skeleton.bones();
-      if (std::any_of(bones.begin(), bones.end(), touches)) continue;
-      const auto px = Project(canvas, person.joints[static_cast<size_t>(j)]);
-      if (px.has_value()) pen->Disc(*px, stroke.width_px, stroke.colour);
-    }
-  }
-
-  void DrawName(const PersonPose& person, const Canvas& canvas,
-                Pen* pen) const {
-    std::optional<Eigen::Vector2d> top;
-    for (const Joint3d& joint : person.joints) {
-      const auto px = Project(canvas, joint);
-      if (px.has_value() && (!top.has_value() || px->y() < top->y())) top = px;
-    }
-    if (!top.has_value()) return;
-    const Eigen::Vector2d above(0.0, -10.0 * canvas.unit);
-    pen->Number(person.id.value(), *top + above, 15.0 * canvas.unit, kWhite,
-                ColourOf(person.id));
-  }
-
-  void DrawDetections(const Canvas& canvas, Pen* pen) const {
-    const DetectionFrame* seen =
-        FindDetectionFrame(*input_.detections, canvas.frame);
-    if (seen == nullptr) return;
-    const Skeleton& skeleton = input_.detections->header.skeleton;
-    const Stroke thin = {kInk, 1.2 * canvas.unit, 0.8};
-    for (const Detection& detection : seen->views[canvas.view].detections) {
-      for (const Bone& bone : skeleton.bones()) {
-        const Keypoint& a = detection.joints[static_cast<size_t>(bone.a)];
-        const Keypoint& b = detection.joints[static_cast<size_t>(bone.b)];
-        if (!a.found || !b.found) continue;
-        pen->Line(canvas.scale * a.px, canvas.scale * b.px, thin);
-      }
-      for (const Keypoint& joint : detection.joints) {
-        if (!joint.found) continue;
-        pen->Disc(canvas.scale * joint.px, 2.0 * canvas.unit, kInk);
-      }
-    }
-  }
-
-  const PageInput& input_;
-  const Colours colours_;
-};
-
-}  // namespace
+// ---- Pictures ----
 
 std::string PicturePath(const std::string& pattern, int64_t frame) {
   const size_t begin = pattern.find('%');
@@ -418,76 +216,56 @@ std::string PicturePath(const std::string& pattern, int64_t frame) {
   return pattern.substr(0, begin) + number + pattern.substr(end + 1);
 }
 
+namespace {
+
+size_t Base64Size(size_t bytes) { return (bytes + 2) / 3 * 4; }
+
+std::string ReadPicture(const std::string& path) {
+  constexpr size_t kMaxBytes = size_t{200} << 20;
+  std::string bytes = ReadBytes(path, kMaxBytes);
+  if (bytes.rfind("\xff\xd8\xff", 0) != 0 &&
+      bytes.rfind("\x89PNG\r\n\x1a\n", 0) != 0) {
+    throw InputError(path, "", "is neither JPEG nor PNG");
+  }
+  return bytes;
+}
+
+}  // namespace
+
 EmbeddedPictures EmbedPictures(const std::vector<std::string>& patterns,
                                size_t max_bytes,
                                const std::function<void()>& step,
                                PageInput* input) {
   EmbeddedPictures embedded;
   input->pictures.assign(input->cameras.size(), {});
-  const std::vector<int64_t> frames = FramesOf(*input);
+  const auto& frames = input->results.front().tracks.frames;
   if (frames.empty()) return embedded;
-  double expected = 0.0;
-  for (const int width : kWidths) {
-    embedded.width = width;
-    expected = EstimateBytes(patterns, frames, width);
-    if (expected <= static_cast<double>(max_bytes)) break;
+  size_t all = 0;
+  for (const TrackFrame& frame : frames) {
+    for (const std::string& pattern : patterns) {
+      if (pattern.empty()) continue;
+      const auto file = StatusOf(PicturePath(pattern, frame.frame));
+      if (file.has_value()) all += Base64Size(static_cast<size_t>(file->size));
+    }
   }
-  embedded.stride = std::max(1, static_cast<int>(std::ceil(std::min(
-                                    expected / static_cast<double>(max_bytes),
-                                    static_cast<double>(frames.size())))));
-  for (size_t f = 0; f < frames.size();
-       f += static_cast<size_t>(embedded.stride)) {
+  const size_t stride = std::min(
+      frames.size(), std::max<size_t>(1, (all + max_bytes - 1) / max_bytes));
+  embedded.stride = static_cast<int>(stride);
+  for (size_t f = 0; f < frames.size(); f += stride) {
+    const int64_t number = frames[f].frame;
     for (size_t view = 0; view < patterns.size(); ++view) {
       if (patterns[view].empty()) continue;
-      const std::string path = PicturePath(patterns[view], frames[f]);
+      const std::string path = PicturePath(patterns[view], number);
       if (!IsFile(path)) continue;
-      input->pictures[view][frames[f]] =
-          EncodeJpeg(ScaledDown(ReadPicture(path), embedded.width), kQuality);
+      std::string bytes = ReadPicture(path);
+      if (embedded.bytes + Base64Size(bytes.size()) > max_bytes) continue;
+      embedded.bytes += Base64Size(bytes.size());
+      ++embedded.count;
+      input->pictures[view][number] = std::move(bytes);
     }
     step();
-  }
-  CountPictures(*input, &embedded);
-  // Of the frames that are left every second goes until the text is small
-  // enough.
-  while (embedded.bytes > max_bytes &&
-         embedded.stride <= static_cast<int>(frames.size())) {
-    embedded.stride *= 2;
-    for (size_t f = 0; f < frames.size(); ++f) {
-      if (f % static_cast<size_t>(embedded.stride) == 0) continue;
-      for (auto& pictures : input->pictures) pictures.erase(frames[f]);
-    }
-    CountPictures(*input, &embedded);
   }
   return embedded;
-}
-
-size_t WriteAnnotatedFrames(const PageInput& input,
-                            const std::vector<std::string>& patterns,
-                            const std::string& folder,
-                            const std::function<void()>& step) {
-  const std::vector<std::string>& views = input.detections->header.view_names;
-  AtomicFolder whole(folder);
-  for (const std::string& view : views) {
-    CheckFileName(view, "view");
-    MakeFolder(whole.PathOf(view));
-  }
-  const FrameArtist artist(input);
-  size_t files = 0;
-  for (const int64_t frame : FramesOf(input)) {
-    for (size_t view = 0; view < views.size(); ++view) {
-      const std::string pattern =
-          view < patterns.size() ? patterns[view] : std::string();
-      AtomicFile file(
-          whole.PathOf(views[view] + "/" + PicturePath("%06d.jpg", frame)));
-      file.Write(
-          EncodeJpeg(artist.Draw(pattern, view, frame), kQualityOfFrames));
-      file.Commit();
-      ++files;
-    }
-    step();
-  }
-  whole.Commit();
-  return files;
 }
 
 }  // namespace kinegraph

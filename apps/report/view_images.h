@@ -1,6 +1,5 @@
 // What --images names: pictures, a file a frame, or a video, behind the panel
-// of each view. They are linked from the page or put into it; pictures are also
-// drawn upon and written as a series.
+// of each view. They are linked from the page or put into it.
 #ifndef KINEGRAPH_APPS_REPORT_VIEW_IMAGES_H_
 #define KINEGRAPH_APPS_REPORT_VIEW_IMAGES_H_
 
@@ -49,29 +48,19 @@ std::string PicturePath(const std::string& pattern, int64_t frame);
 
 // Pictures that are inside of the page.
 struct EmbeddedPictures {
-  int width = 0;   // px, at most; narrower pictures stay as they are
   int stride = 1;  // 2: those of every second frame
   size_t count = 0;
   size_t bytes = 0;  // of text in the page
 };
 
-// Reads the pictures of `patterns` (one a camera, empty: none) for the frames
-// of the first result, and puts them into `input` as JPEG of one width: the
-// largest of 640, 480, 320 and 240 px with which all fit into `max_bytes`, else
-// 240 px and as few frames as it takes. `step` is called after each frame.
+// Puts the pictures of `patterns` (one a camera, empty: none) for the frames of
+// the first result into `input`, JPEG and PNG as the files are; of as many
+// frames as fit into `max_bytes` of text, evenly chosen. `step` is called after
+// each frame.
 EmbeddedPictures EmbedPictures(const std::vector<std::string>& patterns,
                                size_t max_bytes,
                                const std::function<void()>& step,
                                PageInput* input);
-
-// Writes FOLDER/VIEW/000042.jpg for every frame of the first result: its
-// picture, or a grey ground of the camera's size, with the detections thin, the
-// poses thick (those of later results thinner) and identities as numbers.
-// Colours are those of the page's first result. Returns the number of files.
-size_t WriteAnnotatedFrames(const PageInput& input,
-                            const std::vector<std::string>& patterns,
-                            const std::string& folder,
-                            const std::function<void()>& step);
 
 }  // namespace kinegraph
 

@@ -3,7 +3,6 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/report/page_data.h"
-#include "apps/report/picture.h"
 #include "core/base/error.h"
 #include "core/synthetic/noise.h"
 #include "core/synthetic/scene.h"
@@ -123,18 +122,15 @@ bool FuzzSideFiles(const std::string& summary, const std::string& doctor) {
 }  // namespace
 
 std::vector<FuzzTarget> RunTargets() {
-  return {
-      {"scene", FuzzScene},
-      {"page", FuzzPage},
-      {"summary",
-       [](const std::string& bytes) { return FuzzSideFiles(bytes, ""); }},
-      {"doctor",
-       [](const std::string& bytes) { return FuzzSideFiles("", bytes); }},
-      OfReader("configuration",
-               [](const std::string& path) { ReadRunOptions(path, "", ""); }),
-      OfReader("picture", [](const std::string& path) {
-        EncodeJpeg(ScaledDown(ReadPicture(path), 16), 70);
-      })};
+  return {{"scene", FuzzScene},
+          {"page", FuzzPage},
+          {"summary",
+           [](const std::string& bytes) { return FuzzSideFiles(bytes, ""); }},
+          {"doctor",
+           [](const std::string& bytes) { return FuzzSideFiles("", bytes); }},
+          OfReader("configuration", [](const std::string& path) {
+            ReadRunOptions(path, "", "");
+          })};
 }
 
 }  // namespace kinegraph::testing

@@ -196,11 +196,6 @@ const std::map<std::string, std::vector<std::string>>& ByHand() {
         R"( "camera": null, "confidence": 0.9, "before_px": 8.5,)"
         R"( "after_px": 3.5, "fix": "</script>", "evidence": "x"}],)"
         R"( "notes": ["y"]})"}},
-      {"picture",
-       // PNG of one grey pixel.
-       {FromBase64(
-           "iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAAAAAA6fptVAAAACklEQVR4nGNo"
-           "AAAAggCBd81ytgAAAABJRU5ErkJggg==")}},
       {"video_times",
        {BytesOf(KINEGRAPH_SOURCE_DIR "/tests/apps/report/videos/bars.mp4"),
         BytesOf(KINEGRAPH_SOURCE_DIR "/tests/apps/report/videos/bars.webm")}},

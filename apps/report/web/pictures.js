@@ -17,7 +17,8 @@ function pictureSource(panel, f) {
   if (!inside) return panel.camera.images ? pictureUrl(panel.camera.images, frameNumbers[f]) : undefined;
   const at = lowerBound(inside.at, f);
   if (inside.at[at] > f) return undefined;
-  return 'data:image/jpeg;base64,' + inside.jpeg[at];
+  const bytes = inside.base64[at];
+  return 'data:image/' + (bytes.startsWith('/9j/') ? 'jpeg' : 'png') + ';base64,' + bytes;
 }
 
 // The picture of a frame, or undefined where there is none.
