@@ -278,22 +278,24 @@ void RequireFrames(const Recording& recording, const RunSummary& summary) {
 
 // Files beside the tracks, each with their fingerprint `tracks`.
 void WriteSideFiles(const Recording& recording, const Session& session,
-                    const RecordingReport& report, const std::string& tracks) {
+                    const RecordingReport& report, const std::string& tracks,
+                    AtomicFiles* files) {
+  const auto beside = [files](const char* end) {
+    return files->Aside(BesideTracks(FLAGS_out, end));
+  };
   if (recording.options.identity.link || !FLAGS_corrections.empty()) {
-    WriteIdentityEdits(BesideTracks(FLAGS_out, kIdentityEnd),
-                       session.identity_edits(), tracks);
+    WriteIdentityEdits(beside(kIdentityEnd), session.identity_edits(), tracks);
   }
   if (recording.ready.changes_cameras()) {
-    WriteTrackedCameras(BesideTracks(FLAGS_out, kCamerasEnd),
-                        recording.ready.cameras,
+    WriteTrackedCameras(beside(kCamerasEnd), recording.ready.cameras,
                         RefinementJson(recording.ready), tracks);
   }
   // Where a bias was looked for: what was found, and whether it is used.
   const ViewBias bias = session.view_bias();
   if (!bias.joints.empty()) {
-    WriteViewBias(BesideTracks(FLAGS_out, kBiasEnd), bias, tracks);
+    WriteViewBias(beside(kBiasEnd), bias, tracks);
   }
-  WriteTextFile(BesideTracks(FLAGS_out, kSummaryEnd),
+  WriteTextFile(beside(kSummaryEnd),
                 WithFingerprint(ReportJson(report, session.summary(),
                                            session.learnt_noise()),
                                 tracks));
@@ -312,18 +314,17 @@ std::string FingerprintOfOwn(const std::string& path) {
 // earlier run of the same name wrote beside its own goes.
 void CommitResult(const Recording& recording, const Session& session,
                   const RecordingReport& report, TrackOutput* output) {
-  CommitTogether together;
-  output->Commit();
-  WriteSideFiles(recording, session, report,
-                 FingerprintOfOwn(together.WaitingAt(output->path())));
+  output->Finish();
+  AtomicFiles& files = output->files();
   for (const char* end : kSideFileEnds) {
     const std::string path = BesideTracks(FLAGS_out, end);
-    const bool is_new = together.WaitingAt(path) != path;
-    if (!is_new && !FingerprintIn(path).empty() && !InputFiles::Has(path)) {
-      together.RemoveOld(path);
+    if (!FingerprintIn(path).empty() && !InputFiles::Has(path)) {
+      files.RemoveOld(path);
     }
   }
-  together.Commit();
+  WriteSideFiles(recording, session, report,
+                 FingerprintOfOwn(files.Aside(output->path())), &files);
+  output->Commit();
 }
 
 // What the run passed over, for its report.
@@ -419,7 +420,7 @@ void RunTrack() {
   if (has_name) {
     CommitResult(recording, session, report, &output);
   } else {
-    output.Commit();
+    output.Finish();
   }
   std::FILE* const said = SummaryStream(FLAGS_out);
   SayOutcome(recording, session, output.path(), said);

@@ -61,8 +61,6 @@ tsan() {
     test_core_tracking test_solvers_batch test_solvers_session test_apps_batch \
     test_apps_compare
 }
-calls() { tests/apps/faults/failing_calls.py "$build"; }
-memory() { tests/apps/faults/failing_calls.py --memory "$build" 20; }
 commands() { tests/fuzz/commands.py "$build" "${KINEGRAPH_FUZZ_RUNS:-20000}"; }
 stream() { tests/apps/faults/long_stream.py "$build" 1 "$logs/stream"; }
 slurm() { "$build/tests/test_apps_cluster" --gtest_brief=1; }
@@ -98,10 +96,8 @@ step() {  # NAME TITLE NEEDED_PROGRAM...
   printf '%s  %6d s  %s\n' "$outcome" $((SECONDS - begin)) "$title"
 }
 
-wanted=" ${*:-asan tsan calls memory commands stream slurm fuzz package wheel} "
+wanted=" ${*:-asan tsan commands stream slurm fuzz package wheel} "
 run() { if [[ $wanted == *" $1 "* ]]; then step "$@"; fi; }
-run calls "calls of every command made to fail" gcc python3
-run memory "allocations of every command made to fail" gcc python3
 run commands "whole commands on mutated files" python3
 run slurm 'Snakemake, and 40 tasks on a Slurm whose node dies' snakemake \
   slurmctld slurmd munged sbatch

@@ -5,7 +5,6 @@
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
-#include <iostream>
 #include <mutex>
 #include <new>
 #include <thread>
@@ -44,33 +43,9 @@ void WaitAndEnd(const std::string& program) {
 }
 
 char last_words[128] = "kinegraph: error: out of memory\n";
-std::atomic<bool> is_ending{false};
-// Let go at the end, which needs a little itself.
-std::atomic<void*> reserve{nullptr};
-std::terminate_handler usual_terminate = nullptr;
-
-// Of the thread that ends the program.
-[[noreturn]] void End() {
-  std::free(reserve.exchange(nullptr));
-  try {
-    std::cout.flush();  // what was printed before comes before
-    std::fflush(stdout);
-    RemovePartialFilesForGood();
-  } catch (...) {
-    // Not even that much: some of it stays.
-  }
-  std::fputs(last_words, stderr);
-  std::_Exit(kExitFailure);
-}
-
-// In place of std::bad_alloc. The end itself, and threads that run out of
-// memory meanwhile, get the exception: they may hold a lock that the end needs.
-void HandleFailedNew() {
-  if (is_ending.exchange(true)) throw std::bad_alloc();
-  End();
-}
 
 // Not all memory comes by operator new (Eigen's).
+std::terminate_handler usual_terminate = nullptr;
 [[noreturn]] void HandleTerminate() {
   try {
     if (std::current_exception())
@@ -86,10 +61,8 @@ void HandleFailedNew() {
 // Before whatever else the program's own files construct.
 struct Handlers {
   Handlers() {
-    constexpr size_t kReserveBytes = size_t{256} << 10;
     usual_terminate = std::set_terminate(HandleTerminate);
-    std::set_new_handler(HandleFailedNew);
-    reserve = std::malloc(kReserveBytes);
+    std::set_new_handler(EndOutOfMemory);
   }
 };
 [[gnu::init_priority(101)]] const Handlers kHandlers;
@@ -116,8 +89,13 @@ void NameProgram(const std::string& program) {
 }
 
 void EndOutOfMemory() {
-  if (!is_ending.exchange(true)) End();
-  while (true) std::this_thread::sleep_for(std::chrono::hours(1));
+  static std::atomic<bool> is_ending{false};
+  if (is_ending.exchange(true)) {  // another thread is at it
+    while (true) std::this_thread::sleep_for(std::chrono::hours(1));
+  }
+  std::fflush(stdout);  // what was printed before comes before
+  std::fputs(last_words, stderr);
+  std::_Exit(kExitFailure);
 }
 
 }  // namespace kinegraph

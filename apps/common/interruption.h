@@ -22,11 +22,11 @@ void EndInputOnInterruption();
 // What the one line begins with.
 void NameProgram(const std::string& program);
 
-// Says so in one line, removes what is half-written and leaves with exit code
-// 1; only the first thread that calls it does, others wait for the end. A
-// program that links this ends so wherever an allocation fails. An exception
-// would not do: destructors of libraries ask for memory (JSON's), and so do
-// threads of libraries, which nobody catches for.
+// Says so in one line and leaves with exit code 1; what is half-written stays
+// aside, for removing it needs memory. A program that links this ends so
+// wherever an allocation fails. An exception would not do: destructors of
+// libraries allocate (JSON's), and so do threads of libraries, which catch
+// nothing.
 [[noreturn]] void EndOutOfMemory();
 
 }  // namespace kinegraph

@@ -278,10 +278,18 @@ RecordingFiles WriteRecording(const SyntheticRecording& recording,
   const RecordingFiles files = {
       in_folder("cameras.json"), in_folder("detections.jsonl"),
       in_folder("truth.jsonl"), in_folder("scene.json")};
-  WriteCameras(files.cameras, recording.scene.cameras);
-  WriteDetections(files.detections, recording.detections);
-  WriteTracks(files.truth, recording.truth);
-  WriteSceneFile(files.scene, recording);
+  AtomicFiles aside;
+  // Nothing binds them to each other: no old one stays while they are renamed.
+  for (const std::string& path :
+       {files.scene, files.cameras, files.detections, files.truth}) {
+    aside.Aside(path);
+    aside.RemoveOld(path);
+  }
+  WriteCameras(aside.Aside(files.cameras), recording.scene.cameras);
+  WriteDetections(aside.Aside(files.detections), recording.detections);
+  WriteTracks(aside.Aside(files.truth), recording.truth);
+  WriteSceneFile(aside.Aside(files.scene), recording);
+  aside.Commit();
   return files;
 }
 

@@ -56,12 +56,16 @@ TrackOutput::TrackOutput(const std::string& path, const TrackHeader& header,
     : path_(path), options_{axes, names}, markers_(markers), cameras_(cameras) {
   CheckTrackOutput(path, markers, axes);
   if (IsOurs(path)) {
-    writer_.emplace(path, header, TrackWriteOptions{observations, names});
+    writer_.emplace(files_.Aside(path), header,
+                    TrackWriteOptions{observations, names});
     return;
   }
   format_ = TrackFormatOfExtension(path);
   if (format_->files != TrackFormat::Files::kOne) {
     path_ = WithoutExtension(path);
+    files_.FolderAside(path_);
+  } else {
+    files_.Aside(path_);
   }
   tracks_.header = header;
 }
@@ -76,7 +80,7 @@ void TrackOutput::Flush() {
   if (writer_) writer_->Flush();
 }
 
-void TrackOutput::Commit() {
+void TrackOutput::Finish() {
   if (writer_) return writer_->Commit();
   LostFields lost_fields;
   if (const auto note =
@@ -87,7 +91,7 @@ void TrackOutput::Commit() {
                           " stands them up");
   }
   tracks_.header.skeleton = WithMarkerNames(tracks_.header.skeleton, markers_);
-  format_->write(path_, tracks_, options_, &lost_fields);
+  format_->write(files_.Aside(path_), tracks_, options_, &lost_fields);
   SayNotes(lost_fields, "kinegraph-track: ");
 }
 

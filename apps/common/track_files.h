@@ -29,10 +29,11 @@ namespace kinegraph {
 // extension.
 class TrackOutput {
  public:
-  // Throws as CheckTrackOutput. `observations` as TrackWriteOptions has it.
-  // `markers` names the joints of formats that have names of markers; others
-  // keep ours. `cameras` tell, beside people, which way is up: Commit() says
-  // when a format with a way up shows another, by its own axes or `axes`.
+  // Throws as CheckTrackOutput and AtomicFiles. `observations` as
+  // TrackWriteOptions has it. `markers` names the joints of formats that have
+  // names of markers; others keep ours. `cameras` tell, beside people, which
+  // way is up: Finish() says when a format with a way up shows another, by its
+  // own axes or `axes`.
   TrackOutput(const std::string& path, const TrackHeader& header,
               bool observations, const PersonNames& names, MarkerNames markers,
               const CameraRig& cameras, const std::optional<AxisMap>& axes);
@@ -40,12 +41,16 @@ class TrackOutput {
   void Write(TrackFrame&& frame);
   // Hands what was written to whoever reads a stream.
   void Flush();
-  // Makes the result appear.
-  void Commit();
-  // File or folder that appeared.
+  // Completes the result, aside; files beside it can then be put there, too.
+  void Finish();
+  AtomicFiles& files() { return files_; }
+  // After Finish(): makes the result appear, with what is beside it.
+  void Commit() { files_.Commit(); }
+  // File or folder that appears.
   const std::string& path() const { return path_; }
 
  private:
+  AtomicFiles files_;
   std::string path_;
   std::optional<TrackWriter> writer_;  // of our own format
   // Of another one, which gets the whole recording.

@@ -2,7 +2,6 @@
 
 #include <fcntl.h>
 #include <poll.h>
-#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -86,10 +85,6 @@ int64_t ReadSome(int descriptor, char* to, size_t size) {
     got = read(descriptor, to, size);
   } while (got < 0 && errno == EINTR);
   return got;
-}
-
-bool LockFile(int descriptor) {
-  return flock(descriptor, LOCK_EX | LOCK_NB) == 0;
 }
 
 bool SetPermissions(int descriptor, unsigned permissions) {

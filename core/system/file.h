@@ -58,8 +58,6 @@ class Descriptor {
 
 // Bytes that are there, 0 at the end, -1 when the system refuses.
 int64_t ReadSome(int descriptor, char* to, size_t size);
-// Until it is closed; false where somebody else has it or the system cannot.
-bool LockFile(int descriptor);
 bool SetPermissions(int descriptor, unsigned permissions);
 
 // 0, or -1 when the system refuses.

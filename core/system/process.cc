@@ -102,10 +102,6 @@ ProcessEnd InProcess(const Child& child) {
 
 int ProcessNumber() { return getpid(); }
 
-bool IsRunning(int64_t process) {
-  return kill(static_cast<pid_t>(process), 0) == 0 || errno == EPERM;
-}
-
 std::string ProgramPath() {
   char buffer[PATH_MAX];
   const ssize_t length = readlink("/proc/self/exe", buffer, sizeof(buffer));

@@ -11,8 +11,6 @@
 namespace kinegraph {
 
 int ProcessNumber();
-// Whether a process of that number is there, whoever's it is.
-bool IsRunning(int64_t process);
 
 // The file of the running program, links followed; empty where the system does
 // not tell.

@@ -4,7 +4,6 @@
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
-#include <map>
 #include <mutex>
 #include <optional>
 #include <set>
@@ -14,6 +13,7 @@
 #include "core/base/error.h"
 #include "core/base/text.h"
 #include "core/io/files/input_files.h"
+#include "core/system/file.h"
 #include "core/system/process.h"
 
 namespace kinegraph {
@@ -23,148 +23,64 @@ namespace fs = std::filesystem;
 
 // ---- What is being written and does not have its final name yet ----
 
-enum class PartialKind { kFile, kFolder, kFolderToFill };
-
-struct PartialList {
-  // Recursive: memory may run out while it is held, and what is half-written is
-  // removed there and then.
-  std::recursive_mutex mutex;
-  std::map<std::string, PartialKind> partial;            // by path
-  std::set<std::string> looked_through;                  // folders
-  std::map<std::string, std::vector<std::string>> left;  // by target
-};
+constexpr const char* kMark = ".partial-";
 
 // Never destroyed: the thread that removes files may outlive main.
+struct PartialList {
+  std::mutex mutex;
+  std::set<std::string> paths;
+};
 PartialList& ThePartialList() {
   static PartialList* const list = new PartialList;
   return *list;
 }
 
-// A folder's own files come after it in the order of paths, so whoever removes
-// many goes from behind.
-void RemovePath(const std::string& path, PartialKind kind) {
+void RemoveAll(const std::string& path) {
   std::error_code ignored;
-  switch (kind) {
-    case PartialKind::kFile:
-      RemoveFile(path);
-      return;
-    case PartialKind::kFolder:
-      // Another thread may be making folders in it at this very moment.
-      for (int attempt = 0; attempt < 100; ++attempt) {
-        fs::remove_all(path, ignored);
-        if (!ignored) return;
-      }
-      return;
-    case PartialKind::kFolderToFill:
-      RemoveEmptyFolder(path);  // refuses a folder with anything in it
-      return;
-  }
+  fs::remove_all(path, ignored);
 }
 
-// Removes what is on the list, with all that is in it, and takes it off.
 void RemovePartial(const std::string& path) {
   PartialList& list = ThePartialList();
-  const std::lock_guard<std::recursive_mutex> lock(list.mutex);
-  const auto at = list.partial.find(path);
-  if (at == list.partial.end()) return;
-  RemovePath(at->first, at->second);
-  list.partial.erase(at);
+  const std::lock_guard<std::mutex> lock(list.mutex);
+  if (list.paths.erase(path) > 0) RemoveAll(path);
 }
 
-// The process in the name of what one left of `*target`; 0 for other names.
-int64_t MakerOf(const std::string& path, std::string* target) {
-  constexpr std::string_view kMark = ".partial-";
-  const size_t mark = path.rfind(kMark);
-  if (mark == std::string::npos) return 0;
-  *target = path.substr(0, mark);
-  const std::string made = path.substr(mark + kMark.size());
-  const size_t hyphen = made.find('-', 1);
-  if (hyphen == std::string::npos) return 0;
-  return ParseNumber<int64_t>(made.substr(0, hyphen)).value_or(0);
-}
-
-void LookThrough(const std::string& folder, PartialList* list) {
-  std::error_code error;
-  for (fs::directory_iterator at(folder, error), end; !error && at != end;
-       at.increment(error)) {
-    std::string target;
-    const std::string path = at->path().string();
-    const int64_t process = MakerOf(path, &target);
-    if (process > 0 && !IsRunning(process)) list->left[target].push_back(path);
-  }
-}
-
-// Removes what runs that were killed have left of `target`,
-// TARGET.partial-PROCESS-N, where that process is no more and nobody holds a
-// lock on it. A folder is looked through once a process.
-void SweepLeftovers(const std::string& target) {
-  PartialList& list = ThePartialList();
-  const std::lock_guard<std::recursive_mutex> lock(list.mutex);
-  const fs::path path(target);
-  const std::string folder =
-      path.has_parent_path() ? path.parent_path().string() : ".";
-  if (list.looked_through.insert(folder).second) LookThrough(folder, &list);
-  const auto left =
-      list.left.find((fs::path(folder) / path.filename()).string());
-  if (left == list.left.end()) return;
-  for (const std::string& one : left->second) {
-    const Descriptor opened(OpenToRead(one));
-    if (opened.get() < 0 || !LockFile(opened.get())) continue;
-    std::error_code ignored;
-    fs::remove_all(one, ignored);
-  }
-  list.left.erase(left);
-}
+enum class PartialKind { kFile, kFolder };
 
 // Makes a new file (open with O_EXCL, so a planted link is never followed) or a
-// new folder, and puts it on the list. The file's descriptor, or 0; -1 and
-// errno when the system refuses.
-int MakePartial(const std::string& path, PartialKind kind) {
-  PartialList& list = ThePartialList();
-  const std::lock_guard<std::recursive_mutex> lock(list.mutex);
-  const auto [at, is_new] = list.partial.emplace(path, kind);
-  const int outcome =
-      kind == PartialKind::kFile ? OpenNew(path) : MakeOneFolder(path);
-  if (outcome < 0 && is_new) list.partial.erase(at);
-  return outcome;
-}
-
-// The same beside `target`, under the name that `*temporary` gets.
+// new folder beside `target`, under the name that `*temporary` gets. The file's
+// descriptor, or 0; -1 and errno when the system refuses.
 int MakeBeside(const std::string& target, PartialKind kind,
                std::string* temporary) {
-  SweepLeftovers(target);
-  constexpr int kAttempts = 1000;  // leftovers that are still there
+  PartialList& list = ThePartialList();
+  const std::lock_guard<std::mutex> lock(list.mutex);
+  constexpr int kAttempts = 1000;  // other threads, and what was left there
   for (int attempt = 0; attempt < kAttempts; ++attempt) {
-    *temporary = target + ".partial-" + std::to_string(ProcessNumber()) + "-" +
+    *temporary = target + kMark + std::to_string(ProcessNumber()) + "-" +
                  std::to_string(attempt);
-    const int outcome = MakePartial(*temporary, kind);
+    const int outcome = kind == PartialKind::kFile ? OpenNew(*temporary)
+                                                   : MakeOneFolder(*temporary);
+    if (outcome >= 0) list.paths.insert(*temporary);
     if (outcome >= 0 || errno != EEXIST) return outcome;
   }
   return -1;
 }
 
-// Gives it its final name and takes it off the list; 0, or -1 and errno.
+// Gives it its final name; 0, or -1 and errno.
 int RenamePartial(const std::string& path, const std::string& final_name) {
   PartialList& list = ThePartialList();
-  const std::lock_guard<std::recursive_mutex> lock(list.mutex);
+  const std::lock_guard<std::mutex> lock(list.mutex);
   const int outcome = std::rename(path.c_str(), final_name.c_str());
-  if (outcome == 0) list.partial.erase(path);
+  if (outcome == 0) list.paths.erase(path);
   return outcome;
 }
 
-// Whether the path leads into a folder on the list, which becomes visible as a
-// whole.
+// Whether the path leads into a folder of this process that is being written
+// and appears, and is brought to the disk, as a whole.
 bool IsInsidePartialFolder(const std::string& path) {
-  PartialList& list = ThePartialList();
-  const std::lock_guard<std::recursive_mutex> lock(list.mutex);
-  return std::any_of(list.partial.begin(), list.partial.end(),
-                     [&path](const auto& one) {
-                       const std::string& folder = one.first;
-                       return one.second == PartialKind::kFolder &&
-                              path.size() > folder.size() &&
-                              path.compare(0, folder.size(), folder) == 0 &&
-                              path[folder.size()] == '/';
-                     });
+  const size_t mark = path.rfind(kMark + std::to_string(ProcessNumber()) + "-");
+  return mark != std::string::npos && path.find('/', mark) != std::string::npos;
 }
 
 // ---- Where a path leads ----
@@ -217,7 +133,48 @@ std::string WithoutTrailingSlashes(std::string path) {
   return path;
 }
 
-thread_local CommitTogether* current_together = nullptr;
+void RefuseInput(const std::string& path, const std::string& target) {
+  if (!InputFiles::Has(target)) return;
+  throw InputError(path, "",
+                   "is an input of this command and would be lost; name "
+                   "another file to write");
+}
+
+// Throws where a file cannot take the place of what `target` is.
+void CheckReplaceable(const std::string& path, const std::string& target,
+                      const std::optional<FileStatus>& present) {
+  if (!present.has_value()) return;
+  if (present->kind == FileType::kFolder) {
+    throw InputError(path, "", "is a folder, expected a file to write");
+  }
+  if (present->kind == FileType::kBlockDevice) {
+    throw InputError(path, "", "is a block device, expected a file to write");
+  }
+  if (present->kind != FileType::kRegular) return;
+  RefuseInput(path, target);
+  if (!CanBeWritten(target)) Refuse(path, kCannotWrite, errno);
+}
+
+// Throws where there is more than an empty folder.
+void CheckNewFolder(const std::string& path, const std::string& target) {
+  if (path.empty()) throw InputError("an output folder has an empty name");
+  std::error_code error;
+  const fs::file_status present = fs::symlink_status(target, error);
+  if (!fs::exists(present)) return;
+  if (fs::is_directory(present) && fs::is_empty(target, error) && !error) {
+    return;
+  }
+  throw InputError(path, "",
+                   "is there already, expected the name of a new folder");
+}
+
+// Brings a file, or a folder with all that is in it, to the disk.
+int SyncPath(const std::string& path) {
+  std::error_code error;
+  if (fs::is_directory(path, error)) return SyncTree(path);
+  const Descriptor file(OpenToRead(path));
+  return file.get() < 0 ? -1 : SyncFile(file.get());
+}
 
 }  // namespace
 
@@ -231,24 +188,15 @@ AtomicFile::AtomicFile(const std::string& path) : path_(path) {
   const auto present = StatusOf(target_);
   if (destination.open_file.has_value()) {
     descriptor = Duplicate(*destination.open_file);
-  } else if (!present.has_value() || present->kind == FileType::kRegular) {
-    if (present.has_value()) RefuseInput();
-    if (present.has_value() && !CanBeWritten(target_)) {
-      Refuse(path, kCannotWrite, errno);
-    }
+  } else if (CheckReplaceable(path, target_, present);
+             !present.has_value() || present->kind == FileType::kRegular) {
     // With the permissions that the user's umask gives (mkstemp would make it
     // private).
     descriptor = MakeBeside(target_, PartialKind::kFile, &temporary_);
-    if (descriptor >= 0) LockFile(descriptor);  // best effort, too
     // Best effort: some file systems have no permissions.
-    if (present.has_value() && descriptor >= 0 &&
-        !SetPermissions(descriptor, present->permissions)) {
-      errno = 0;
+    if (present.has_value() && descriptor >= 0) {
+      SetPermissions(descriptor, present->permissions);
     }
-  } else if (present->kind == FileType::kFolder) {
-    throw InputError(path, "", "is a folder, expected a file to write");
-  } else if (present->kind == FileType::kBlockDevice) {
-    throw InputError(path, "", "is a block device, expected a file to write");
   } else {
     descriptor = OpenToWrite(target_);
   }
@@ -269,13 +217,6 @@ AtomicFile::~AtomicFile() {
   RemovePartial(temporary_);
 }
 
-void AtomicFile::RefuseInput() const {
-  if (!InputFiles::Has(target_)) return;
-  throw InputError(path_, "",
-                   "is an input of this command and would be lost; name "
-                   "another file to write");
-}
-
 void AtomicFile::Write(const char* data, size_t size) {
   if (std::fwrite(data, 1, size, file_) != size) Fail(path_, kCannotWrite);
 }
@@ -287,7 +228,7 @@ void AtomicFile::Flush() {
 void AtomicFile::Commit() {
   Flush();  // where it fails, the destructor removes the rest
   if (!temporary_.empty()) {
-    RefuseInput();  // files that were read since the beginning
+    RefuseInput(path_, target_);  // files that were read since the beginning
     // After a power cut the name must not lead to a file whose bytes never
     // reached the disk. A folder that appears as a whole does this once.
     if (!IsInsidePartialFolder(target_) && SyncFile(DescriptorOf(file_)) != 0) {
@@ -297,8 +238,9 @@ void AtomicFile::Commit() {
   std::FILE* const file = file_;
   file_ = nullptr;
   const bool closed = std::fclose(file) == 0;
-  if (closed && (temporary_.empty() ||
-                 CommitTogether::Appear(path_, temporary_, target_) == 0)) {
+  if (closed &&
+      (temporary_.empty() || RenamePartial(temporary_, target_) == 0)) {
+    if (!IsInsidePartialFolder(target_)) SyncFolderOf(target_);
     return;
   }
   const int reason = errno;
@@ -336,19 +278,10 @@ bool IsStream(const std::string& path) {
 
 AtomicFolder::AtomicFolder(const std::string& path)
     : target_(WithoutTrailingSlashes(path)) {
-  if (path.empty()) throw InputError("an output folder has an empty name");
-  std::error_code error;
-  if (fs::exists(fs::symlink_status(target_, error)) &&
-      !(fs::is_directory(fs::symlink_status(target_, error)) &&
-        fs::is_empty(target_, error) && !error)) {
-    throw InputError(path, "",
-                     "is there already, expected the name of a new folder");
-  }
+  CheckNewFolder(path, target_);
   if (MakeBeside(target_, PartialKind::kFolder, &temporary_) < 0) {
     Refuse(path, kCannotMake, errno);
   }
-  lock_ = std::make_unique<Descriptor>(OpenToRead(temporary_));
-  LockFile(lock_->get());  // best effort: against being swept
 }
 
 AtomicFolder::~AtomicFolder() {
@@ -356,10 +289,10 @@ AtomicFolder::~AtomicFolder() {
 }
 
 void AtomicFolder::Commit() {
-  if (SyncTree(temporary_) != 0 ||
-      CommitTogether::Appear(target_, temporary_, target_) != 0) {
+  if (SyncTree(temporary_) != 0 || RenamePartial(temporary_, target_) != 0) {
     Fail(target_, kCannotMake);
   }
+  SyncFolderOf(target_);
   committed_ = true;
 }
 
@@ -369,7 +302,7 @@ OutputFolder::OutputFolder(const std::string& path) : path_(path) {
   for (size_t slash = target.find('/', 1);;
        slash = target.find('/', slash + 1)) {
     const std::string folder = target.substr(0, slash);
-    if (MakePartial(folder, PartialKind::kFolderToFill) == 0) {
+    if (MakeOneFolder(folder) == 0) {
       made_.push_back(folder);
     } else if (errno != EEXIST) {
       const int reason = errno;
@@ -387,7 +320,7 @@ OutputFolder::OutputFolder(const std::string& path) : path_(path) {
 OutputFolder::~OutputFolder() { RemoveEmpty(); }
 
 void OutputFolder::RemoveEmpty() {
-  std::for_each(made_.rbegin(), made_.rend(), RemovePartial);
+  std::for_each(made_.rbegin(), made_.rend(), RemoveEmptyFolder);
 }
 
 void CheckFileName(const std::string& name, const std::string& what) {
@@ -402,69 +335,87 @@ void CheckFileName(const std::string& name, const std::string& what) {
   }
 }
 
-// ---- CommitTogether ----
+// ---- AtomicFiles ----
 
-CommitTogether::CommitTogether() : outer_(current_together) {
-  current_together = this;
+AtomicFiles::~AtomicFiles() {
+  for (const auto& [folder, aside] : aside_) RemovePartial(aside);
 }
 
-CommitTogether::~CommitTogether() {
-  current_together = outer_;
-  for (const Waiting& one : waiting_) RemovePartial(one.temporary);
+std::string AtomicFiles::AsideOf(const std::string& path,
+                                 const std::string& target) {
+  const fs::path name(target);
+  std::string& aside = aside_[name.parent_path().string()];
+  if (aside.empty() && MakeBeside(target, PartialKind::kFolder, &aside) < 0) {
+    aside.clear();
+    Refuse(path, kCannotWrite, errno);
+  }
+  const std::string temporary = aside + "/" + name.filename().string();
+  waiting_.push_back({path, temporary, target});
+  return temporary;
 }
 
-std::string CommitTogether::WaitingAt(const std::string& path) const {
+std::string AtomicFiles::Aside(const std::string& path) {
   for (const Waiting& one : waiting_) {
     if (one.path == path) return one.temporary;
   }
-  return path;
+  if (path.empty()) throw InputError("an output file has an empty name");
+  if (IsStream(path)) return path;
+  const Destination destination = Follow(path);
+  if (destination.open_file.has_value()) return path;
+  CheckReplaceable(path, destination.path, StatusOf(destination.path));
+  return AsideOf(path, destination.path);
 }
 
-int CommitTogether::Appear(const std::string& path,
-                           const std::string& temporary,
-                           const std::string& target) {
-  const bool is_inside = IsInsidePartialFolder(target);
-  if (current_together != nullptr && !is_inside) {
-    // The first waits at the end, which is renamed last.
-    std::vector<Waiting>& waiting = current_together->waiting_;
-    const auto place = waiting.empty() ? waiting.end() : waiting.end() - 1;
-    waiting.insert(place, {path, temporary, target});
-    return 0;
+std::string AtomicFiles::FolderAside(const std::string& path) {
+  for (const Waiting& one : waiting_) {
+    if (one.path == path) return one.temporary;
   }
-  if (RenamePartial(temporary, target) != 0) return -1;
-  if (!is_inside) SyncFolderOf(target);
-  return 0;
+  const std::string target = WithoutTrailingSlashes(path);
+  CheckNewFolder(path, target);
+  return AsideOf(path, target);
 }
 
-// A name of which the rest did not come leads to nothing.
-void CommitTogether::TakeBack(size_t renamed) {
+void AtomicFiles::RemoveOld(const std::string& path) {
+  old_.push_back(Follow(path).path);
+}
+
+void AtomicFiles::Commit() {
   std::error_code ignored;
-  for (size_t i = 0; i < renamed; ++i) {
-    fs::remove_all(waiting_[i].target, ignored);
+  const auto is_unwritten = [&](const Waiting& one) {
+    return !fs::exists(one.temporary, ignored);
+  };
+  waiting_.erase(std::remove_if(waiting_.begin(), waiting_.end(), is_unwritten),
+                 waiting_.end());
+  for (const Waiting& one : waiting_) {
+    RefuseInput(one.path, one.target);  // files that were read meanwhile
+    const fs::file_status present = fs::status(one.target, ignored);
+    if (fs::is_regular_file(present)) {
+      fs::permissions(one.temporary, present.permissions(), ignored);
+    }
+    if (SyncPath(one.temporary) != 0) Fail(one.path, kCannotWrite);
   }
-}
-
-void CommitTogether::Commit() {
+  // A signal waits until all of them have their names.
+  PartialList& list = ThePartialList();
+  const std::lock_guard<std::mutex> lock(list.mutex);
   for (const std::string& path : old_) RemoveFile(path);
-  for (size_t i = 0; i < waiting_.size(); ++i) {
-    const Waiting& one = waiting_[i];
-    if (RenamePartial(one.temporary, one.target) == 0) continue;
-    const int reason = errno;
-    TakeBack(i);
-    errno = reason;
-    Fail(one.path, kCannotWrite);
+  for (auto one = waiting_.rbegin(); one != waiting_.rend(); ++one) {
+    if (std::rename(one->temporary.c_str(), one->target.c_str()) != 0) {
+      Fail(one->path, kCannotWrite);
+    }
+    SyncFolderOf(one->target);
   }
-  for (const Waiting& one : waiting_) SyncFolderOf(one.target);
+  for (const auto& [folder, aside] : aside_) {
+    RemoveEmptyFolder(aside);
+    list.paths.erase(aside);
+  }
+  aside_.clear();
   waiting_.clear();
 }
 
 void RemovePartialFilesForGood() {
   PartialList& list = ThePartialList();
   list.mutex.lock();  // and never unlocked
-  for (auto at = list.partial.rbegin(); at != list.partial.rend(); ++at) {
-    RemovePath(at->first, at->second);
-  }
-  list.partial.clear();
+  for (const std::string& path : list.paths) RemoveAll(path);
 }
 
 }  // namespace kinegraph

@@ -3,11 +3,9 @@
 #define KINEGRAPH_CORE_IO_FILES_ATOMIC_FILE_H_
 
 #include <cstdio>
-#include <memory>
+#include <map>
 #include <string>
 #include <vector>
-
-#include "core/system/file.h"
 
 namespace kinegraph {
 
@@ -49,8 +47,6 @@ class AtomicFile {
   const std::string& path() const { return path_; }
 
  private:
-  void RefuseInput() const;
-
   std::string path_;       // as the caller named it, for messages
   std::string target_;     // with symbolic links resolved
   std::string temporary_;  // empty: written directly
@@ -95,7 +91,6 @@ class AtomicFolder {
  private:
   std::string target_;
   std::string temporary_;
-  std::unique_ptr<Descriptor> lock_;  // on it, while it is written
   bool committed_ = false;
 };
 
@@ -125,47 +120,48 @@ class OutputFolder {
 // file: empty, hidden, with a slash or a control character, or too long.
 void CheckFileName(const std::string& name, const std::string& what);
 
-// Several files that appear as one result. While it lives, files and folders
-// that this thread commits (AtomicFile, AtomicFolder) wait beside their names.
-// Commit() renames them, the first one last: whoever finds that one has all of
-// them. Destroyed without Commit(), it leaves nothing of them.
+// Several files or folders that appear as one result. They are written under
+// their own names in a folder beside them; Commit() renames them, the first one
+// last, so that whoever finds a new one there finds the rest of its result.
+// Destroyed without Commit(), it leaves nothing. A process that is killed
+// between two renames leaves new files beside the old first one, which is why
+// each of them carries a fingerprint of the first (side_files.h).
 //
-//   CommitTogether together;
-//   WriteTracks(path, ...);
-//   WriteSummary(beside, FingerprintOfTracks(together.WaitingAt(path)));
-//   together.Commit();
-class CommitTogether {
+//   AtomicFiles files;
+//   WriteTracks(files.Aside(path), ...);
+//   WriteSummary(files.Aside(beside), FingerprintOfTracks(files.Aside(path)));
+//   files.Commit();
+class AtomicFiles {
  public:
-  CommitTogether();
-  ~CommitTogether();
-  CommitTogether(const CommitTogether&) = delete;
-  CommitTogether& operator=(const CommitTogether&) = delete;
+  AtomicFiles() = default;
+  ~AtomicFiles();
+  AtomicFiles(const AtomicFiles&) = delete;
+  AtomicFiles& operator=(const AtomicFiles&) = delete;
 
-  // Where a file or folder that waits can be read; `path` itself where none
-  // does.
-  std::string WaitingAt(const std::string& path) const;
-  // A file of an earlier result, which goes when this one appears.
-  void RemoveOld(const std::string& path) { old_.push_back(path); }
-  // Throws std::runtime_error, and takes back what it did, when the system
-  // refuses.
+  // Where what appears as `path` is to be written; the same place each time. A
+  // stream has no place aside and is returned as it is. Throws as the
+  // constructors of AtomicFile and AtomicFolder, so the first call belongs
+  // before the work.
+  std::string Aside(const std::string& path);
+  std::string FolderAside(const std::string& path);
+
+  // A file of an earlier result: it goes before anything is renamed.
+  void RemoveOld(const std::string& path);
+
+  // A name under which nothing was written stays as it was. Throws
+  // std::runtime_error when the system refuses.
   void Commit();
-
-  // For AtomicFile and AtomicFolder: gives `temporary` its final name, or keeps
-  // it waiting for one that lives. `path` as the caller named it. -1 and errno
-  // when the system refuses.
-  static int Appear(const std::string& path, const std::string& temporary,
-                    const std::string& target);
 
  private:
   struct Waiting {
-    std::string path;
+    std::string path;  // as the caller named it, for messages
     std::string temporary;
     std::string target;
   };
-  void TakeBack(size_t renamed);
+  std::string AsideOf(const std::string& path, const std::string& target);
 
-  CommitTogether* const outer_;
   std::vector<Waiting> waiting_;
+  std::map<std::string, std::string> aside_;  // by the folder it is in
   std::vector<std::string> old_;
 };
 

@@ -24,8 +24,9 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using testing::InputErrorOf;
 using ::testing::IsEmpty;
+using ::testing::UnorderedElementsAre;
 
-class AtomicFiles : public ::testing::Test {
+class AtomicFilesTest : public ::testing::Test {
  protected:
   std::string Path(const std::string& name) const {
     return (folder_.path() / name).string();
@@ -37,7 +38,7 @@ class AtomicFiles : public ::testing::Test {
   const testing::TemporaryFolder folder_;
 };
 
-TEST_F(AtomicFiles, AppearOnlyWhenCommitted) {
+TEST_F(AtomicFilesTest, AppearOnlyWhenCommitted) {
   {
     AtomicFile file(Path("out.txt"));
     file.Write("first ");
@@ -50,7 +51,7 @@ TEST_F(AtomicFiles, AppearOnlyWhenCommitted) {
   EXPECT_THAT(Names(), ElementsAre("out.txt"));
 }
 
-TEST_F(AtomicFiles, HaveThePermissionsOfTheUmask) {
+TEST_F(AtomicFilesTest, HaveThePermissionsOfTheUmask) {
   const mode_t before = umask(022);
   WriteTextFile(Path("out.txt"), "");
   umask(before);
@@ -58,7 +59,7 @@ TEST_F(AtomicFiles, HaveThePermissionsOfTheUmask) {
             static_cast<fs::perms>(0644));
 }
 
-TEST_F(AtomicFiles, AreNoFoldersAndNeedAFolder) {
+TEST_F(AtomicFilesTest, AreNoFoldersAndNeedAFolder) {
   for (const std::string& path :
        {Path(""), Path("none/out.txt"), std::string()}) {
     EXPECT_THROW(AtomicFile{path}, InputError) << path;
@@ -66,7 +67,7 @@ TEST_F(AtomicFiles, AreNoFoldersAndNeedAFolder) {
 }
 
 // A folder appears as a whole, and takes the place of an empty one alone.
-TEST_F(AtomicFiles, AFolderAppearsWhenCommitted) {
+TEST_F(AtomicFilesTest, AFolderAppearsWhenCommitted) {
   const auto write_in = [](const AtomicFolder& folder) {
     WriteTextFile(folder.PathOf("a.txt"), "text");
   };
@@ -93,47 +94,73 @@ TEST_F(AtomicFiles, AFolderAppearsWhenCommitted) {
   EXPECT_THAT(ListFolder(path), ElementsAre("a.txt"));
 }
 
-TEST_F(AtomicFiles, ACommitOfSeveralShowsAllOrNothing) {
+TEST_F(AtomicFilesTest, ACommitOfSeveralShowsAllOrNothing) {
   {
-    CommitTogether together;
-    WriteTextFile(Path("a.jsonl"), "tracks");
-    WriteTextFile(Path("a.summary.json"), "{}");
+    AtomicFiles files;
+    WriteTextFile(files.Aside(Path("a.jsonl")), "tracks");
+    WriteTextFile(files.Aside(Path("a.summary.json")), "{}");
     EXPECT_FALSE(fs::exists(Path("a.jsonl")));
-    EXPECT_EQ(FingerprintOfTracks(together.WaitingAt(Path("a.jsonl"))),
+    EXPECT_EQ(FingerprintOfTracks(files.Aside(Path("a.jsonl"))),
               FingerprintOfTracks(folder_.Write("same", "tracks")));
   }
   EXPECT_THAT(Names(), ElementsAre("same"));
   folder_.Write("a.bias.json", "of an older run");
-  CommitTogether together;
-  WriteTextFile(Path("a.jsonl"), "tracks");
-  WriteTextFile(Path("a.summary.json"), "{}");
-  together.RemoveOld(Path("a.bias.json"));
-  together.Commit();
-  EXPECT_TRUE(fs::exists(Path("a.jsonl")));
-  EXPECT_TRUE(fs::exists(Path("a.summary.json")));
-  EXPECT_FALSE(fs::exists(Path("a.bias.json")));
+  AtomicFiles files;
+  WriteTextFile(files.Aside(Path("a.jsonl")), "tracks");
+  WriteTextFile(files.Aside(Path("a.summary.json")), "{}");
+  fs::create_directory(files.FolderAside(Path("pictures")));
+  files.RemoveOld(Path("a.bias.json"));
+  files.Commit();
+  EXPECT_THAT(Names(), UnorderedElementsAre("a.jsonl", "a.summary.json",
+                                            "pictures", "same"));
 }
 
-TEST_F(AtomicFiles, WhatCannotBeRenamedTakesTheRestBack) {
-  CommitTogether together;
-  WriteTextFile(Path("a.jsonl"), "tracks");
-  WriteTextFile(Path("a.summary.json"), "{}");
+TEST_F(AtomicFilesTest, KeepLinksAndPermissionsAndLeaveStreamsAlone) {
+  folder_.Write("real.jsonl", "old");
+  fs::permissions(Path("real.jsonl"),
+                  fs::perms::owner_read | fs::perms::owner_write);
+  fs::create_symlink("real.jsonl", Path("link.jsonl"));
+  AtomicFiles files;
+  EXPECT_EQ(files.Aside("/dev/null"), "/dev/null");
+  files.RemoveOld(Path("link.jsonl"));
+  WriteTextFile(files.Aside(Path("link.jsonl")), "new");
+  files.Commit();
+  EXPECT_TRUE(fs::is_symlink(Path("link.jsonl")));
+  EXPECT_EQ(ReadTextFile(Path("real.jsonl")), "new");
+  EXPECT_EQ(fs::status(Path("link.jsonl")).permissions(),
+            fs::perms::owner_read | fs::perms::owner_write);
+}
+
+TEST_F(AtomicFilesTest, AreRefusedBeforeAnythingIsWritten) {
+  folder_.Write("full/a", "");
+  folder_.Write("file", "");
+  AtomicFiles files;
+  for (const auto& [name, says] : {std::pair{Path("full"), "is a folder"},
+                                   {Path("none/a.json"), "cannot be written"},
+                                   {std::string(), "empty name"}}) {
+    EXPECT_THAT(InputErrorOf([&, &name = name] { files.Aside(name); }),
+                HasSubstr(says));
+  }
+  for (const char* name : {"full", "file"}) {
+    EXPECT_THAT(InputErrorOf([&] { files.FolderAside(Path(name)); }),
+                HasSubstr("is there already"));
+  }
+}
+
+// The first file is renamed last: where it cannot be, it stays as it was, and
+// its fingerprint in the others is not that of what is there.
+TEST_F(AtomicFilesTest, TheFirstAppearsAfterTheOthers) {
+  AtomicFiles files;
+  const std::string tracks = files.Aside(Path("a.jsonl"));
+  WriteTextFile(tracks, "tracks");
+  const std::string fingerprint = FingerprintOfTracks(tracks);
+  WriteTextFile(files.Aside(Path("a.summary.json")),
+                WithFingerprint("{}", fingerprint));
   // A folder of that name has appeared meanwhile.
-  fs::create_directories(Path("a.jsonl/in"));
-  EXPECT_THROW(together.Commit(), std::runtime_error);
-  EXPECT_FALSE(fs::exists(Path("a.summary.json")));
-}
-
-TEST_F(AtomicFiles, LeftoversOfProcessesThatAreNoMoreAreSwept) {
-  // No process has this number: Linux stops at 4,194,304.
-  folder_.Write("a.jsonl.partial-5000000-0", "half");
-  folder_.Write("b.jsonl.partial-5000000-0", "of another result");
-  const std::string mine = "a.jsonl.partial-1-0";  // of a process that runs
-  folder_.Write(mine, "being written");
-  WriteTextFile(Path("a.jsonl"), "tracks");
-  EXPECT_FALSE(fs::exists(Path("a.jsonl.partial-5000000-0")));
-  EXPECT_TRUE(fs::exists(Path("b.jsonl.partial-5000000-0")));
-  EXPECT_TRUE(fs::exists(Path(mine)));
+  folder_.Write("a.jsonl/in", "older");
+  EXPECT_THROW(files.Commit(), std::runtime_error);
+  EXPECT_EQ(FingerprintIn(Path("a.summary.json")), fingerprint);
+  EXPECT_NE(FingerprintOfTracks(Path("a.jsonl")), fingerprint);
 }
 
 TEST(ReadBytes, GivesEveryByte) {
