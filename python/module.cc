@@ -25,6 +25,7 @@
 
 #include "core/base/constants.h"
 #include "core/base/stop_check.h"
+#include "core/data/checks.h"
 #include "core/evaluation/correspondence.h"
 #include "core/evaluation/frame_pairing.h"
 #include "core/evaluation/world_check.h"
@@ -171,20 +172,17 @@ DetectionFrame FrameOf(int64_t number, const std::vector<Array>& views,
     throw InputError("frame " + std::to_string(number) +
                      ": expected a time, or detections with a frame rate");
   }
-  if (time_s.has_value() && !(std::abs(*time_s) <= 4.6e9)) {
-    throw InputError("frame " + std::to_string(number) + ": found a time of " +
-                     std::to_string(*time_s) + " s, expected at most 4.6e9 s");
-  }
   DetectionFrame frame;
   frame.frame = number;
-  frame.time = time_s.has_value()
-                   ? FromSeconds(*time_s)
-                   : FrameClock(header.frame_rate_hz).TimeOf(number);
+  frame.time = CheckedTime(
+      time_s.value_or(static_cast<double>(number) / header.frame_rate_hz),
+      "frame " + std::to_string(number) + ": time");
   for (const Array& view : views) {
     ViewDetections& one = frame.views.emplace_back();
     one.capture_time = frame.time;
     one.detections = DetectionsOf(view, header.skeleton.joint_count());
   }
+  CheckDetectionFrame(header, frame);
   return frame;
 }
 
@@ -195,6 +193,7 @@ DetectionHeader HeaderOf(const std::string& skeleton,
   header.skeleton = NamedSkeleton(skeleton);
   header.view_names = views;
   header.frame_rate_hz = frame_rate_hz;
+  CheckDetectionHeader(header);
   return header;
 }
 

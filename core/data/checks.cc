@@ -7,15 +7,15 @@
 #include <limits>
 #include <stdexcept>
 #include <string>
+#include <unordered_set>
 
 #include "core/base/error.h"
+#include "core/data/limits.h"
 
 namespace kinegraph {
 namespace {
 
 constexpr double kLongestLagS = 10.0;
-// Differences of two times fit a TimeNs: 145 years before and after 1970.
-constexpr TimeNs kLatestTime = 4'600'000'000'000'000'000;
 
 void CheckCount(const std::string& of, const char* what, size_t found,
                 size_t expected) {
@@ -24,7 +24,46 @@ void CheckCount(const std::string& of, const char* what, size_t found,
                    ", expected " + std::to_string(expected));
 }
 
+// Each name once. `of`: "views".
+void CheckName(const std::string& of, const std::string& name,
+               std::unordered_set<std::string>* seen) {
+  if (seen->insert(name).second) return;
+  throw InputError(of + ": '" + Printable(name) + "' stands there twice");
+}
+
 }  // namespace
+
+void CheckFrameRate(double rate_hz, std::string_view key) {
+  if (rate_hz >= 0.0 && rate_hz <= kMaxFrameRate_hz) return;
+  throw InputError(std::string(key) +
+                   ": is out of range, expected above 0 .. 1e6 Hz");
+}
+
+TimeNs CheckedTime(double seconds, std::string_view key) {
+  if (!(std::abs(seconds) <= kMaxTime_s)) {
+    throw InputError(std::string(key) +
+                     ": is out of range, expected seconds, at most 4.6e9 (not "
+                     "milliseconds)");
+  }
+  return FromSeconds(seconds);
+}
+
+void CheckDetectionHeader(const DetectionHeader& header) {
+  if (header.view_names.empty()) throw InputError("views: is empty");
+  std::unordered_set<std::string> seen;
+  for (const std::string& name : header.view_names) {
+    CheckName("views", name, &seen);
+  }
+  CheckFrameRate(header.frame_rate_hz, "frame_rate");
+}
+
+void CheckCameraNames(const CameraRig& cameras) {
+  std::unordered_set<std::string> seen;
+  for (const Camera& camera : cameras) {
+    if (camera.name().empty()) throw InputError("a camera has an empty name");
+    CheckName("cameras", camera.name(), &seen);
+  }
+}
 
 void CheckCaptureTime(const std::string& view, TimeNs capture_time,
                       TimeNs frame_time) {
@@ -41,11 +80,10 @@ void CheckDetectionFrame(const DetectionHeader& header,
                          const DetectionFrame& frame) {
   const std::string name = "frame " + std::to_string(frame.frame);
   CheckCount(name, "views", frame.views.size(), header.view_names.size());
-  if (frame.time > kLatestTime || frame.time < -kLatestTime) {
-    throw InputError(name + ": found a time of " +
-                     std::to_string(ToSeconds(frame.time)) +
-                     " s, expected at most 4.6e9 s");
+  if (frame.frame < 0 || frame.frame > kMaxFrame) {
+    throw InputError(name + ": is out of range, expected 0 .. 2^50");
   }
+  CheckedTime(ToSeconds(frame.time), name + ": time");
   const auto joints = static_cast<size_t>(header.skeleton.joint_count());
   for (size_t v = 0; v < frame.views.size(); ++v) {
     const ViewDetections& view = frame.views[v];

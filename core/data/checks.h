@@ -4,12 +4,25 @@
 #define KINEGRAPH_CORE_DATA_CHECKS_H_
 
 #include <string>
+#include <string_view>
 
 #include "core/data/detection.h"
 #include "core/data/pose.h"
 #include "core/geometry/camera.h"
 
 namespace kinegraph {
+
+// Throw InputError, beginning with `key`, beyond the bounds of limits.h. A rate
+// of 0 is one that is not known.
+void CheckFrameRate(double rate_hz, std::string_view key);
+TimeNs CheckedTime(double seconds, std::string_view key);
+
+// Throws InputError unless there are views, each name stands there once, and
+// the frame rate is one.
+void CheckDetectionHeader(const DetectionHeader& header);
+
+// Throws InputError unless each camera has a name of its own.
+void CheckCameraNames(const CameraRig& cameras);
 
 // Throws InputError naming the view when its own clock and its frame's are
 // farther apart than 10 s, as far as the doctor looks for lags: then they count
@@ -19,7 +32,8 @@ void CheckCaptureTime(const std::string& view, TimeNs capture_time,
 
 // Throws InputError naming the frame unless it has one view for each of the
 // header's and each detection one joint for each of the skeleton's, found ones
-// at finite numbers, and its time is a time and the clocks of the views fit it.
+// at finite numbers, and its number and time are within limits.h and the clocks
+// of the views fit it.
 void CheckDetectionFrame(const DetectionHeader& header,
                          const DetectionFrame& frame);
 

@@ -14,6 +14,7 @@
 #include "core/base/text.h"
 #include "core/base/time.h"
 #include "core/data/identity_edit.h"
+#include "core/data/limits.h"
 #include "core/io/calibration/calibration.h"
 #include "core/io/calibration/format.h"
 #include "core/io/configuration/config.h"
@@ -188,7 +189,8 @@ void CheckFlags(const ConversionOptions& flags, FileKind kind) {
     refuse("person", !flags.person.empty(), "tracks");
     refuse("markers", flags.markers != "ours", "tracks");
   }
-  if (!(flags.frame_rate_hz >= 0.0 && flags.frame_rate_hz <= 1e6)) {
+  if (!(flags.frame_rate_hz >= 0.0 &&
+        flags.frame_rate_hz <= kMaxFrameRate_hz)) {
     throw InputError("--frame_rate: expected above 0 .. 1e6 Hz");
   }
 }

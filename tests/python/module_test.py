@@ -168,8 +168,25 @@ class Module(unittest.TestCase):
         self.assertEqual(kind, "detections")
         with self.assertRaisesRegex(kg.InputError, "format: found 'bvh'"):
             kg.write_cameras("out.bvh", self.cameras, format="bvh")
-        with self.assertRaisesRegex(kg.InputError, "format: found 'smap'"):
-            kg.write_detections("out", self.detections, format="smap")
+        with self.assertRaisesRegex(kg.InputError, "format: found 'sleap'"):
+            kg.write_detections("out", self.detections, format="sleap")
+
+    def test_what_no_file_may_hold_is_refused(self):
+        frames = [[np.zeros((0, 17, 3))] * 2]
+        for views, hz, first in (
+            (["a", "a"], 25.0, 0),
+            (["a", "b"], 1e300, 0),
+            (["a", "b"], 25.0, 2**50 + 1),
+            (["a", "b"], 1e6, 2**51),
+        ):
+            with self.assertRaises(kg.InputError, msg=(views, hz, first)):
+                kg.Detections(frames, "coco17", views, hz, first)
+        for cameras in (
+            [self.cameras[0], self.cameras[0]],
+            [kg.Camera("", np.eye(3), np.eye(3), np.zeros(3))],
+        ):
+            with self.assertRaises(kg.InputError):
+                kg.write_cameras(self.in_folder("cameras.json"), cameras)
 
     def test_convert_gives_the_commands_bytes(self):
         zero = "detections.zero_confidence"

@@ -6,6 +6,7 @@
 
 #include "core/base/constants.h"
 #include "core/base/error.h"
+#include "core/data/checks.h"
 #include "core/io/calibration/format.h"
 #include "core/io/calibration/tracked_cameras.h"
 #include "core/io/calibration/write_formats.h"
@@ -124,6 +125,7 @@ void WriteCameras(const std::string& path, const CameraRig& cameras,
 void WriteTrackedCameras(const std::string& path, const CameraRig& cameras,
                          const std::string& refinement,
                          const std::string& tracks) {
+  CheckCameraNames(cameras);
   AtomicFile file(path);
   file.Write(
       WithFingerprint("{\"kinegraph_cameras\": 1, \"units\": "

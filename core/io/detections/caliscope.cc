@@ -25,6 +25,7 @@
 #include "core/base/error.h"
 #include "core/base/median.h"
 #include "core/base/time.h"
+#include "core/data/limits.h"
 #include "core/io/detections/format.h"
 #include "core/io/detections/formats.h"
 #include "core/io/files/text_file.h"

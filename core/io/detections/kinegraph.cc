@@ -84,13 +84,9 @@ class KinegraphSource : public DetectionSource {
   void AcceptViewNames(JsonValue value, std::string_view key,
                        DetectionHeader* header) {
     for (const JsonValue name : AsArray(value, key)) {
-      const std::string text(AsText(name, key));
-      if (FindView(text) >= 0) {
-        throw InputError("views: '" + Printable(text) + "' stands there twice");
-      }
-      header->view_names.push_back(text);
+      header->view_names.emplace_back(AsText(name, key));
     }
-    if (header->view_names.empty()) throw InputError("views: is empty");
+    CheckDetectionHeader(*header);
   }
 
   void OverrideSkeleton() {
@@ -257,6 +253,7 @@ class DetectionWriter::Impl {
     for (const std::string& name : header.view_names) {
       views_.push_back(JsonText(name));
     }
+    CheckDetectionHeader(header);
     WriteHeader(header);
   }
 

@@ -10,6 +10,7 @@
 
 #include "core/base/error.h"
 #include "core/data/box.h"
+#include "core/data/limits.h"
 #include "core/io/detections/format.h"
 #include "core/io/detections/formats.h"
 #include "core/io/text/bulk_json.h"
@@ -28,7 +29,8 @@ std::vector<std::string> FormatNames() {
 }
 
 DetectionReadOptions Checked(DetectionReadOptions options) {
-  if (!(options.frame_rate_hz >= 0.0 && options.frame_rate_hz <= 1e6)) {
+  if (!(options.frame_rate_hz >= 0.0 &&
+        options.frame_rate_hz <= kMaxFrameRate_hz)) {
     throw OptionError("input.frame_rate", "expected above 0 .. 1e6 Hz");
   }
   if (options.first_frame < 0 || options.first_frame > kMaxFrame) {

@@ -12,6 +12,7 @@
 #include "core/base/error.h"
 #include "core/base/text.h"
 #include "core/data/box.h"
+#include "core/data/limits.h"
 #include "core/io/binary/hdf5_file.h"
 #include "core/io/detections/format.h"
 #include "core/io/detections/formats.h"

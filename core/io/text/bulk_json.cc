@@ -7,6 +7,8 @@
 #include <limits>
 #include <new>
 
+#include "core/data/checks.h"
+#include "core/data/limits.h"
 #include "core/io/files/input_files.h"
 #include "core/io/files/text_file.h"
 #include "core/io/text/json.h"
@@ -242,21 +244,6 @@ int64_t AsId(JsonValue value, std::string_view key) {
   return AsInteger(value, key, 0, kMaxId);
 }
 
-namespace {
-
-// Differences of two times fit nanoseconds in 64 bits.
-TimeNs CheckedTime(double seconds, std::string_view key) {
-  constexpr double kMaxSeconds = 4.6e9;
-  if (!(std::abs(seconds) <= kMaxSeconds)) {
-    throw InputError(std::string(key) +
-                     ": is out of range, expected seconds, at most 4.6e9 (not "
-                     "milliseconds)");
-  }
-  return FromSeconds(seconds);
-}
-
-}  // namespace
-
 TimeNs AsTime(JsonValue value, std::string_view key) {
   return CheckedTime(AsNumber(value, key), key);
 }
@@ -264,10 +251,7 @@ TimeNs AsTime(JsonValue value, std::string_view key) {
 double AsFrameRate(JsonValue value, std::string_view key) {
   if (value.is_null()) return 0.0;
   const double rate_hz = AsNumber(value, key);
-  if (!(rate_hz > 0.0 && rate_hz <= 1e6)) {
-    throw InputError(std::string(key) +
-                     ": is out of range, expected above 0 .. 1e6 Hz");
-  }
+  CheckFrameRate(rate_hz > 0.0 ? rate_hz : -1.0, key);
   return rate_hz;
 }
 

@@ -62,8 +62,6 @@ const char* TypeName(JsonValue value);
 // Frame numbers: large enough for any recording, small enough that no
 // arithmetic on them overflows. Identities: every reader takes what every
 // writer may write, and nobody computes with them.
-inline constexpr int64_t kMaxFrame = int64_t{1} << 50;
-inline constexpr int64_t kMaxId = std::numeric_limits<int64_t>::max();
 int64_t AsFrame(JsonValue value, std::string_view key);
 int64_t AsId(JsonValue value, std::string_view key);
 // A number of seconds that fits TimeNs.

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <string>
 
+#include "core/data/limits.h"
 #include "core/io/text/bulk_json.h"
 
 namespace kinegraph {

@@ -9,6 +9,7 @@
 
 #include "core/base/constants.h"
 #include "core/base/error.h"
+#include "core/data/limits.h"
 #include "core/geometry/ball_probability.h"
 #include "core/io/binary/netcdf_file.h"
 #include "core/io/binary/npz_file.h"
@@ -119,7 +120,8 @@ class NpzTrackReader {
   double ReadFrameRate() const {
     if (options_.frame_rate_hz > 0.0 || !file_.Has("frame_rate")) return 0.0;
     const double rate = file_.Numbers("frame_rate", 0).front();
-    if (rate > 1e6 || rate < 0.0) file_.Fail("frame_rate", "expected Hz");
+    if (rate > kMaxFrameRate_hz || rate < 0.0)
+      file_.Fail("frame_rate", "expected Hz");
     return rate > 0.0 ? rate : 0.0;
   }
 

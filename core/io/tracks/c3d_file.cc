@@ -7,6 +7,7 @@
 
 #include "core/base/error.h"
 #include "core/base/text.h"
+#include "core/data/limits.h"
 #include "core/io/files/text_file.h"
 #include "core/io/tracks/shared.h"
 
@@ -56,7 +57,7 @@ double MetresOf(const std::vector<std::string>& units) {
                    "', expected mm, cm or m");
 }
 
-bool IsRate(double hz) { return hz > 0.0 && hz <= 1e6; }
+bool IsRate(double hz) { return hz > 0.0 && hz <= kMaxFrameRate_hz; }
 
 size_t BlockBegin(double block) {
   return block >= 1.0 && block <= static_cast<double>(kFull)

@@ -4,6 +4,7 @@
 
 #include "core/base/error.h"
 #include "core/base/text.h"
+#include "core/data/limits.h"
 #include "core/io/files/text_file.h"
 #include "core/io/text/bulk_json.h"
 #include "core/io/text/csv_rows.h"
@@ -41,7 +42,8 @@ KINEGRAPH_DECLARE(Tum);
 namespace {
 
 void Check(const TrackReadOptions& options) {
-  if (!(options.frame_rate_hz >= 0.0 && options.frame_rate_hz <= 1e6)) {
+  if (!(options.frame_rate_hz >= 0.0 &&
+        options.frame_rate_hz <= kMaxFrameRate_hz)) {
     throw OptionError("frame_rate", "expected above 0 .. 1e6 Hz");
   }
   if (options.first_frame < 0 || options.first_frame > kMaxFrame) {

@@ -8,6 +8,7 @@
 
 #include "core/base/constants.h"
 #include "core/base/error.h"
+#include "core/data/limits.h"
 #include "core/io/files/atomic_file.h"
 #include "core/io/files/text_file.h"
 #include "core/io/text/bulk_json.h"

@@ -9,6 +9,8 @@
 #include <vector>
 
 #include "core/base/error.h"
+#include "core/data/checks.h"
+#include "core/data/limits.h"
 #include "core/io/files/atomic_file.h"
 #include "core/io/text/bulk_json.h"
 #include "core/io/text/json.h"
@@ -32,6 +34,7 @@ class TrackWriter::Impl {
     for (const std::string& name : header.view_names) {
       views_.push_back(JsonText(name));
     }
+    CheckFrameRate(header.frame_rate_hz, "frame_rate");
     WriteHeader(header);
   }
 
@@ -40,6 +43,10 @@ class TrackWriter::Impl {
       throw std::logic_error("tracks of frame " + std::to_string(frame.frame) +
                              " come after those of frame " +
                              std::to_string(last_frame_));
+    }
+    if (frame.frame > kMaxFrame) {
+      throw InputError("frame " + std::to_string(frame.frame) +
+                       ": is out of range, expected 0 .. 2^50");
     }
     last_frame_ = frame.frame;
     out_.Add("{\"frame\": ", frame.frame, ", \"time\": ", ToSeconds(frame.time),

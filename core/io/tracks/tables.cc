@@ -12,6 +12,7 @@
 #include "core/base/constants.h"
 #include "core/base/error.h"
 #include "core/base/text.h"
+#include "core/data/limits.h"
 #include "core/io/binary/npz_file.h"
 #include "core/io/files/atomic_file.h"
 #include "core/io/files/text_file.h"

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "core/base/error.h"
+#include "core/data/limits.h"
 #include "core/io/text/csv_rows.h"
 #include "core/io/text/json_output.h"
 #include "core/io/tracks/format.h"
@@ -107,7 +108,7 @@ TrcHeader ReadTrcHeader(TrcLines* lines) {
     }
     return given;
   };
-  header.frame_rate_hz = number("DataRate", 1e6);
+  header.frame_rate_hz = number("DataRate", kMaxFrameRate_hz);
   header.metres = ParseLengthUnit(std::string(value("Units")), "Units");
   header.frames = static_cast<int64_t>(number("NumFrames", kMaxRows));
   header.first_frame =

@@ -2,13 +2,23 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <functional>
+#include <string>
+
+#include "core/base/constants.h"
+#include "core/base/error.h"
+#include "core/data/checks.h"
 #include "core/data/identity_edit.h"
+#include "core/data/limits.h"
 #include "core/data/observation.h"
 #include "core/data/stance.h"
 #include "tests/support/rig.h"
 
 namespace kinegraph {
 namespace {
+
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
 
 Keypoint Found(double x_px, double confidence) {
   return {{x_px, 50.0}, confidence, true};
@@ -33,6 +43,58 @@ TEST(MakeObservation, TakesJointsByNameAndCountsThoseThatCount) {
   EXPECT_FALSE(observation.joints[3].found);
   EXPECT_EQ(observation.found_count, 1);  // of those that count
   EXPECT_EQ(observation.mean_confidence, 0.6);
+}
+
+std::string ErrorOf(const std::function<void()>& check) {
+  try {
+    check();
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(Checks, HeadersAndFramesKeepTheBoundsOfFiles) {
+  DetectionHeader header;
+  header.skeleton = Coco17();
+  const auto refused = [&] {
+    return ErrorOf([&] { CheckDetectionHeader(header); });
+  };
+  EXPECT_THAT(refused(), HasSubstr("views: is empty"));
+  header.view_names = {"a", "b"};
+  EXPECT_THAT(refused(), IsEmpty());  // a rate of 0 is not known
+  for (const double hz : {1e300, -1.0, kNan}) {
+    header.frame_rate_hz = hz;
+    EXPECT_THAT(refused(), HasSubstr("frame_rate")) << hz;
+  }
+  header.frame_rate_hz = kMaxFrameRate_hz;
+  EXPECT_THAT(refused(), IsEmpty());
+  DetectionFrame frame;
+  frame.views.resize(2);
+  const auto frame_refused = [&] {
+    return ErrorOf([&] { CheckDetectionFrame(header, frame); });
+  };
+  frame.frame = kMaxFrame;
+  EXPECT_THAT(frame_refused(), IsEmpty());
+  for (const int64_t number : {kMaxFrame + 1, int64_t{-1}}) {
+    frame.frame = number;
+    EXPECT_THAT(frame_refused(), HasSubstr("out of range"));
+  }
+  EXPECT_EQ(CheckedTime(-kMaxTime_s, "time"), FromSeconds(-kMaxTime_s));
+  for (const double seconds : {1.001 * kMaxTime_s, kNan}) {
+    EXPECT_THAT(ErrorOf([&] { CheckedTime(seconds, "time"); }),
+                HasSubstr("time: is out of range"));
+  }
+  header.view_names = {"a", "a"};
+  EXPECT_THAT(refused(), HasSubstr("'a' stands there twice"));
+}
+
+TEST(Checks, EachCameraHasANameOfItsOwn) {
+  CameraRig cameras = testing::RingOfCameras(2);
+  EXPECT_THAT(ErrorOf([&] { CheckCameraNames(cameras); }), IsEmpty());
+  cameras[1] = cameras[0];
+  EXPECT_THAT(ErrorOf([&] { CheckCameraNames(cameras); }),
+              HasSubstr("stands there twice"));
 }
 
 TEST(EditOp, NamesReadBack) {

@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "core/base/error.h"
+#include "core/data/limits.h"
 #include "core/io/binary/npz_file.h"
 #include "core/io/calibration/calibration.h"
 #include "core/io/detections/format.h"
@@ -41,6 +42,7 @@ using testing::InputErrorOf;
 using testing::MatArray;
 using testing::MatFile;
 using testing::ProcessorTime;
+using testing::ProjectFile;
 using testing::TemporaryFolder;
 
 // Far beyond what a refusal takes, far below what believing the file took.
@@ -70,6 +72,20 @@ TEST(YamlBounds, CommasDoNotFillTheMemory) {
   EXPECT_THAT(InputErrorOf([&] { ReadCameras(path); }),
               AnyOf(HasSubstr("too many values"), HasSubstr("is not YAML")));
   ExpectQuick(used);
+}
+
+// ---- The pages
+
+TEST(Pages, StateTheBoundsOfNumbers) {
+  const std::string limits = ReadTextFile(ProjectFile("docs/limits.md"));
+  EXPECT_EQ(kMaxFrame, int64_t{1} << 50);
+  EXPECT_THAT(limits, HasSubstr("| frame numbers | 0 to 2^50 |"));
+  EXPECT_EQ(kMaxFrameRate_hz, 1'000'000.0);
+  EXPECT_THAT(limits, HasSubstr("| frame rates | above 0 to 1,000,000 Hz |"));
+  EXPECT_EQ(kMaxTime_s, 4.6e9);
+  EXPECT_THAT(limits, HasSubstr("| times | -4.6e9 to 4.6e9 s;"));
+  EXPECT_THAT(ReadTextFile(ProjectFile("docs/formats.md")),
+              HasSubstr("a number, -4.6e9 to 4.6e9 s."));
 }
 
 // ---- HDF5
