@@ -46,7 +46,10 @@ bool IsPerson(double size_m) {
 // astray does not count. Of a human's joints 1.3 m in 1.7 m of stature.
 std::optional<double> SizeOf(const Pose3d& pose, const Limbs& limbs,
                              bool is_human) {
-  if (is_human) return limbs.HeightOf(pose);
+  if (is_human) {
+    const auto height_m = limbs.HeightOf(pose);
+    return height_m > 0.0 ? height_m : std::nullopt;
+  }
   constexpr double kSizeOfExtent = kPersonSize_m / 1.3;
   std::vector<double> distances;
   for (size_t i = 0; i < pose.size(); ++i) {
@@ -80,6 +83,15 @@ SubjectScale ScaleOfSizes(const std::vector<double>& sizes_m, bool is_human) {
     }
   }
   return SubjectScale::OfSize(Median(sizes_m));
+// Whether a detection can be measured. Joints that a detector puts at one
+// place, as some do with all that they have not found, are as far apart as its
+// noise.
+bool HasExtent(const Detection& detection) {
+  constexpr double kNoise_px = 10.0;  // of a detector, and more
+  return CountFound(detection) > 1 &&
+         DiagonalPx(BoxAround(detection.joints)) > kNoise_px;
+}
+
 }
 
 // Two detections as one subject: its joints, and how far they miss what was
@@ -210,9 +222,8 @@ void SubjectGauge::See(const DetectionFrame& frame) {
   if (settled_) return;
   const auto seeing = std::count_if(
       frame.views.begin(), frame.views.end(), [](const ViewDetections& view) {
-        return std::any_of(
-            view.detections.begin(), view.detections.end(),
-            [](const Detection& one) { return CountFound(one) > 1; });
+        return std::any_of(view.detections.begin(), view.detections.end(),
+                           HasExtent);
       });
   if (seeing < 2) return;
   const size_t before = sizes_m_.size();
@@ -238,10 +249,10 @@ void SubjectGauge::SeePair(size_t a, size_t b, const DetectionFrame& frame) {
   const auto& seen_a = frame.views[a].detections;
   const auto& seen_b = frame.views[b].detections;
   for (size_t i = 0; i < std::min(seen_a.size(), kMostSeen); ++i) {
-    if (CountFound(seen_a[i]) < 2) continue;
+    if (!HasExtent(seen_a[i])) continue;
     Sighting best;
     for (size_t k = 0; k < std::min(seen_b.size(), kMostSeen); ++k) {
-      if (CountFound(seen_b[k]) < 2) continue;
+      if (!HasExtent(seen_b[k])) continue;
       Sighting one = Together(cameras_[a], seen_a[i], cameras_[b], seen_b[k]);
       if (one.off < best.off) best = std::move(one);
     }

@@ -1,6 +1,8 @@
 #include "solvers/session/subject_scale.h"
 
+#include <cmath>
 #include <memory>
+#include <stdexcept>
 #include <utility>
 
 #include "solvers/cameras/refine.h"
@@ -19,6 +21,9 @@ ViewBias ScaledBias(double factor, ViewBias bias) {
 }  // namespace
 
 SubjectScale SubjectScale::OfSize(double size_m) {
+  if (!(size_m > 0.0 && std::isfinite(size_m))) {
+    throw std::logic_error("a subject has no size");
+  }
   SubjectScale scale;
   scale.metres_ = size_m / kPersonSize_m;
   return scale;

@@ -277,6 +277,33 @@ TEST(SubjectScale, AStreamOfOthersBeginsWithItsSize) {
   }
 }
 
+// Some detectors put all joints that they have not found in the middle of the
+// picture, with some jitter or none.
+TEST(SubjectScale, JointsAtOnePlaceHaveNoSize) {
+  for (const double jitter_px : {0.0, 3.0}) {
+    Recording recording = HumanRecording();
+    std::vector<DetectionFrame>& frames = recording.detections.frames;
+    for (size_t f = 0; f < 30; ++f) {
+      for (ViewDetections& view : frames[f].views) {
+        view.detections.resize(1);
+        for (size_t j = 0; j < 17; ++j) {
+          const double angle = static_cast<double>(j);
+          view.detections[0].joints.resize(17);
+          view.detections[0].joints[j] = {
+              Eigen::Vector2d(640.0 + jitter_px * std::cos(angle),
+                              360.0 + jitter_px * std::sin(angle)),
+              0.9, true};
+        }
+      }
+    }
+    EXPECT_TRUE(ScaleOf(OptionsOf("", "graph"), recording.request.cameras,
+                        recording.detections)
+                    .is_one());
+  }
+  EXPECT_THROW(SubjectScale::OfSize(0.0), std::logic_error);
+  EXPECT_THROW(SubjectScale::OfSize(INFINITY), std::logic_error);
+}
+
 TEST(SubjectScale, PlacesAndWhatWasLearntAreScaledAlone) {
   const SubjectScale scale = SubjectScale::OfSize(0.17);
   RunOptions options;
