@@ -151,21 +151,30 @@ Json AlignmentJson(const Alignment& alignment) {
 
 std::string Mm(double metres) { return Fixed(kMm * metres, 1); }
 
+// Whole millimetres of three axes, "+3 -12 +0"; "-" for one that is missing.
+std::string AxesMm(const Eigen::Vector3d& metres, bool is_signed) {
+  std::string text;
+  for (const double m : metres) {
+    const std::string mm = Fixed(kMm * m, 0);
+    const bool has_sign = mm.front() == '-';  // or is missing
+    text += (text.empty() ? "" : " ");
+    text += (is_signed && !has_sign ? "+" : "") + mm;
+  }
+  return text;
+}
+
 // A dozen figures of one joint, as a row.
 Cells ErrorRow(const JointAgreement& joint, bool is_apart) {
-  const Eigen::Vector3d bias_mm = kMm * joint.bias_m;
-  const Eigen::Vector3d limits_mm = kMm * joint.limits_m;
-  return {
-      joint.joint + (is_apart ? " (*)" : ""),
-      std::to_string(joint.count),
-      Mm(joint.median_m),
-      Mm(joint.median_interval.low) + ".." + Mm(joint.median_interval.high),
-      Mm(joint.mean_m),
-      Mm(joint.rms_m),
-      Mm(joint.p95_m),
-      fmt::format("{:+.0f}", fmt::join(bias_mm.begin(), bias_mm.end(), " ")),
-      fmt::format("{:.0f}", fmt::join(limits_mm.begin(), limits_mm.end(), " ")),
-      Mm(joint.after_offset_median_m)};
+  return {joint.joint + (is_apart ? " (*)" : ""),
+          std::to_string(joint.count),
+          Mm(joint.median_m),
+          Mm(joint.median_interval.low) + ".." + Mm(joint.median_interval.high),
+          Mm(joint.mean_m),
+          Mm(joint.rms_m),
+          Mm(joint.p95_m),
+          AxesMm(joint.bias_m, true),
+          AxesMm(joint.limits_m, false),
+          Mm(joint.after_offset_median_m)};
 }
 
 // Of those whose markers enclose their centre; of all, where none do.

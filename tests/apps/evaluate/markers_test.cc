@@ -26,6 +26,7 @@ namespace kinegraph::testing {
 namespace {
 
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 // Sets the folder of Theia3D's segments and the markers, and their two files of
 // a jump, or skips the test.
@@ -302,6 +303,35 @@ TEST_F(MarkersProgramTest, OwnRulesSayWhatAJointIs) {
   const std::string typo = folder_.Write(
       "typo.toml", "[joints.l_knee]\nmiddel_of = [\"LKneeIn\"]\n");
   ExpectRefused(theia, markers, "--joints='" + typo + "'", "middel_of");
+}
+
+// A knee alone: its body has no axes, so that bias and limits are missing.
+TEST_F(MarkersProgramTest, WhatIsMissingIsADash) {
+  TrackSequence knee;
+  knee.header.skeleton = Skeleton("knee", {"l_knee"}, {});
+  knee.header.frame_rate_hz = 50.0;
+  Random random(1);
+  for (int f = 0; f < 300; ++f) {
+    TrackFrame& frame = knee.frames.emplace_back();
+    frame.frame = f;
+    frame.time = FromSeconds(f / 50.0);
+    PersonPose& person = frame.people.emplace_back();
+    person.joints = {
+        {Eigen::Vector3d(1.5 * std::cos(f / 50.0) + 0.01 * random.Normal(),
+                         1.5 * std::sin(f / 50.0), 0.5),
+         JointStatus::kObserved}};
+  }
+  WriteTracks(Path("tracks.jsonl"), knee);
+  Done("convert",
+       "--to=trc --in=" + Path("tracks.jsonl") + " --out=" + Path("truth.trc"));
+  const std::string printed = Run(Path("tracks.jsonl"), Path("truth.trc"),
+                                  "--align=none --out='" + Path("out") + "'");
+  for (const std::string& text :
+       {printed, ReadTextFile(Path("out/markers.md"))}) {
+    EXPECT_THAT(text, HasSubstr("l_knee"));
+    EXPECT_THAT(text, Not(HasSubstr("nan")));
+  }
+  EXPECT_THAT(printed, HasSubstr("- - -"));
 }
 
 TEST_F(MarkersProgramTest, RefusesWithItsCause) {
