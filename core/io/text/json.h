@@ -32,8 +32,8 @@ Json ParseJson(const std::string& text, const std::string& file);
 // YAML as OpenCV's FileStorage writes it, one document. A map of rows, cols and
 // data (OpenCV's !!opencv-matrix) becomes an array of rows. Unquoted scalars
 // that are numbers become numbers, all others texts. Throws InputError naming
-// `file` and line for a syntax error, a repeated key, deep nesting or more than
-// 200,000 values.
+// `file` and line for a syntax error, a repeated key, deep nesting, or more
+// than 16 MiB of values, aliases written out.
 Json ParseYaml(const std::string& text, const std::string& file);
 
 // Python's pickle of numbers, texts, lists, dictionaries and NumPy arrays

@@ -1,9 +1,11 @@
 #include <yaml-cpp/eventhandler.h>
 #include <yaml-cpp/yaml.h>
 
+#include <map>
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <utility>
+#include <vector>
 
 #include "core/base/error.h"
 #include "core/base/text.h"
@@ -12,60 +14,152 @@
 namespace kinegraph {
 namespace {
 
-// Five thousand cameras. The parser takes half a kilobyte a value, and aliases
-// let a short text stand for a huge one.
-constexpr int kMaxValues = 200000;
+// Of memory: a value as kValueBytes and its text. Five thousand cameras.
+// Aliases let a short text stand for a huge one, so each pays for its copy.
+constexpr size_t kMaxBytes = size_t{16} << 20;
+constexpr size_t kValueBytes = 64;
 
-class YamlConverter {
- public:
-  explicit YamlConverter(std::string file) : file_(std::move(file)) {}
-
-  Json Convert(const YAML::Node& node, int depth = 0) {
-    if (depth >= kMaxJsonDepth) Fail(node, "is nested too deeply");
-    if (++count_ > kMaxValues) Fail(node, "has too many values");
-    if (node.IsMap()) return ConvertMap(node, depth);
-    if (node.IsSequence()) {
-      Json values = Json::array();
-      for (const YAML::Node& value : node) {
-        values.push_back(Convert(value, depth + 1));
-      }
-      return values;
-    }
-    return node.IsScalar() ? ConvertScalar(node) : Json(nullptr);
+size_t BytesOf(const Json& value) {
+  size_t bytes = kValueBytes;
+  if (value.is_string()) bytes += value.get_ref<const std::string&>().size();
+  if (value.is_array()) {
+    for (const Json& element : value) bytes += BytesOf(element);
   }
+  if (value.is_object()) {
+    for (const auto& [key, member] : value.items()) {
+      bytes += key.size() + BytesOf(member);
+    }
+  }
+  return bytes;
+}
+
+// Builds the value while the parser goes through the text, and ends the parser
+// at what is too much: it sees a value between any two commas of a list.
+class Builder final : public YAML::EventHandler {
+ public:
+  explicit Builder(std::string file) : file_(std::move(file)) {}
+
+  Json Take() { return std::move(root_); }
+
+  void OnDocumentStart(const YAML::Mark&) override {}
+  void OnDocumentEnd() override {}
+  void OnNull(const YAML::Mark& mark, YAML::anchor_t anchor) override {
+    Put(mark, nullptr, anchor);
+  }
+  void OnScalar(const YAML::Mark& mark, const std::string& tag,
+                YAML::anchor_t anchor, const std::string& text) override {
+    if (WantsKey()) return TakeKey(mark, text);
+    const bool quoted = tag == "!";
+    const auto number = ParseNumber<double>(WithoutPlus(text));
+    Put(mark, !quoted && number.has_value() ? Json(*number) : Json(text),
+        anchor);
+  }
+  void OnAlias(const YAML::Mark& mark, YAML::anchor_t anchor) override {
+    const auto named = anchors_.find(anchor);
+    if (named == anchors_.end()) Fail(mark, "a value refers to itself");
+    Put(mark, named->second, 0);
+  }
+  void OnSequenceStart(const YAML::Mark& mark, const std::string&,
+                       YAML::anchor_t anchor,
+                       YAML::EmitterStyle::value) override {
+    Open(mark, Json::array(), anchor);
+  }
+  void OnSequenceEnd() override { Close(); }
+  void OnMapStart(const YAML::Mark& mark, const std::string&,
+                  YAML::anchor_t anchor, YAML::EmitterStyle::value) override {
+    Open(mark, Json::object(), anchor);
+  }
+  void OnMapEnd() override { Close(); }
 
  private:
-  [[noreturn]] void Fail(const YAML::Node& node,
+  struct Container {
+    YAML::Mark mark;
+    Json value;
+    YAML::anchor_t anchor;
+    bool has_key = false;
+  };
+
+  [[noreturn]] void Fail(const YAML::Mark& mark,
                          const std::string& message) const {
-    throw InputError(file_ + ":" + std::to_string(node.Mark().line + 1), "",
-                     message);
+    throw InputError(file_ + ":" + std::to_string(mark.line + 1), "", message);
   }
 
-  Json ConvertMap(const YAML::Node& node, int depth) {
-    if (node.size() > kMaxJsonKeys) Fail(node, "has too many keys");
-    Json object = Json::object();
-    for (const auto& member : node) {
-      if (!member.first.IsScalar()) Fail(member.first, "a key is no text");
-      const std::string& key = member.first.Scalar();
-      if (object.contains(key)) {
-        Fail(member.first, "key '" + Printable(key) + "' appears twice");
-      }
-      object[key] = Convert(member.second, depth + 1);
+  bool WantsKey() const {
+    return !open_.empty() && open_.back().value.is_object() &&
+           !open_.back().has_key;
+  }
+
+  void TakeKey(const YAML::Mark& mark, const std::string& key) {
+    Container& map = open_.back();
+    if (map.value.contains(key)) {
+      Fail(mark, "key '" + Printable(key) + "' appears twice");
     }
-    const bool is_matrix = object.contains("rows") && object.contains("cols") &&
-                           object.contains("data");
-    return is_matrix ? ToRows(node, object) : object;
+    if (map.value.size() >= kMaxJsonKeys) Fail(mark, "has too many keys");
+    AppendMember(key, nullptr, &map.value);
+    map.has_key = true;
   }
 
-  Json ToRows(const YAML::Node& node, const Json& matrix) const {
+  void Pay(const YAML::Mark& mark, size_t bytes) {
+    bytes_ += bytes;
+    if (bytes_ > kMaxBytes) Fail(mark, "has too many values");
+  }
+
+  void Put(const YAML::Mark& mark, Json value, YAML::anchor_t anchor) {
+    if (WantsKey()) Fail(mark, "a key is no text");
+    Pay(mark, BytesOf(value));
+    Add(mark, std::move(value), anchor);
+  }
+
+  // A value that is paid for.
+  void Add(const YAML::Mark& mark, Json value, YAML::anchor_t anchor) {
+    if (anchor != 0) {
+      Pay(mark, BytesOf(value));
+      anchors_[anchor] = value;
+    }
+    if (open_.empty()) {
+      root_ = std::move(value);
+      return;
+    }
+    Container& parent = open_.back();
+    if (parent.value.is_array()) {
+      parent.value.push_back(std::move(value));
+    } else {
+      parent.value.get_ref<Json::object_t&>().back().second = std::move(value);
+      parent.has_key = false;
+    }
+  }
+
+  void Open(const YAML::Mark& mark, Json value, YAML::anchor_t anchor) {
+    if (WantsKey()) Fail(mark, "a key is no text");
+    if (open_.size() >= static_cast<size_t>(kMaxJsonDepth)) {
+      Fail(mark, "is nested deeper than " + std::to_string(kMaxJsonDepth) +
+                     " levels");
+    }
+    Pay(mark, kValueBytes);
+    open_.push_back({mark, std::move(value), anchor});
+  }
+
+  void Close() {
+    Container closed = std::move(open_.back());
+    open_.pop_back();
+    const bool is_matrix =
+        closed.value.is_object() && closed.value.contains("rows") &&
+        closed.value.contains("cols") && closed.value.contains("data");
+    Add(closed.mark,
+        is_matrix ? ToRows(closed.mark, closed.value) : std::move(closed.value),
+        closed.anchor);
+  }
+
+  Json ToRows(const YAML::Mark& mark, const Json& matrix) const {
     const JsonField field(matrix, file_,
-                          "line " + std::to_string(node.Mark().line + 1));
+                          "line " + std::to_string(mark.line + 1));
     const int64_t rows = field.At("rows").Integer();
     const int64_t cols = field.At("cols").Integer();
     const JsonField data = field.At("data");
     const auto count = static_cast<int64_t>(data.value().size());
-    if (!data.value().is_array() || rows < 0 || cols < 0 || rows > kMaxValues ||
-        cols > kMaxValues || rows * cols != count) {
+    constexpr auto kMost = static_cast<int64_t>(kMaxBytes / kValueBytes);
+    if (!data.value().is_array() || rows < 0 || cols < 0 || rows > kMost ||
+        cols > kMost || rows * cols != count) {
       data.FailExpected(std::to_string(rows) + " x " + std::to_string(cols) +
                         " numbers");
     }
@@ -80,73 +174,15 @@ class YamlConverter {
     return nested;
   }
 
-  static Json ConvertScalar(const YAML::Node& node) {
-    const std::string& text = node.Scalar();
-    const bool quoted = node.Tag() == "!";
-    const auto number = ParseNumber<double>(WithoutPlus(text));
-    return !quoted && number.has_value() ? Json(*number) : Json(text);
-  }
-
-  std::string file_;
-  int count_ = 0;
-};
-
-// Goes through a text without keeping it, and stops at what would never end:
-// yaml-cpp sees document after document in a stray comma, and a value between
-// any two commas of a list.
-class YamlGuard final : public YAML::EventHandler {
- public:
-  explicit YamlGuard(std::string file) : file_(std::move(file)) {}
-
-  int documents() const { return documents_; }
-
-  void OnDocumentStart(const YAML::Mark&) override { ++documents_; }
-  void OnDocumentEnd() override {}
-  void OnNull(const YAML::Mark& mark, YAML::anchor_t) override { Count(mark); }
-  void OnAlias(const YAML::Mark& mark, YAML::anchor_t) override { Count(mark); }
-  void OnScalar(const YAML::Mark& mark, const std::string&, YAML::anchor_t,
-                const std::string&) override {
-    Count(mark);
-  }
-  void OnSequenceStart(const YAML::Mark& mark, const std::string&,
-                       YAML::anchor_t, YAML::EmitterStyle::value) override {
-    Count(mark);
-  }
-  void OnSequenceEnd() override {}
-  void OnMapStart(const YAML::Mark& mark, const std::string&, YAML::anchor_t,
-                  YAML::EmitterStyle::value) override {
-    Count(mark);
-  }
-  void OnMapEnd() override {}
-
- private:
-  void Count(const YAML::Mark& mark) {
-    if (++values_ <= 2 * kMaxValues) return;  // keys count too
-    throw InputError(file_ + ":" + std::to_string(mark.line + 1), "",
-                     "has too many values");
-  }
-
   const std::string file_;
-  int documents_ = 0;
-  int values_ = 0;
+  Json root_;
+  std::vector<Container> open_;
+  std::map<YAML::anchor_t, Json> anchors_;
+  size_t bytes_ = 0;
 };
 
-// Throws unless the text is one document of a bounded size.
-void RefuseEndless(const std::string& text, const std::string& file) {
-  std::istringstream stream(text);
-  YAML::Parser parser(stream);
-  YamlGuard guard(file);
-  while (guard.documents() <= 1 && parser.HandleNextDocument(guard)) {
-  }
-  if (guard.documents() == 1) return;
-  throw InputError(file, "",
-                   guard.documents() == 0
-                       ? "holds no YAML document, expected one"
-                       : "holds more than one YAML document, or a stray comma");
-}
-
-// The parser takes a second for each million open brackets before it refuses
-// them. Brackets in texts count too; no calibration has that many.
+// The parser takes a second for each million open brackets before it hands on
+// the first. Brackets in texts count too; no calibration has that many.
 void RefuseDeepBrackets(const std::string& text, const std::string& file) {
   int depth = 0;
   for (const char c : text) {
@@ -172,17 +208,24 @@ std::string WithoutDirective(const std::string& text) {
 
 Json ParseYaml(const std::string& text, const std::string& file) {
   RefuseDeepBrackets(text, file);
-  const std::string document = WithoutDirective(text);
-  YAML::Node root;
+  std::istringstream stream(WithoutDirective(text));
+  Builder builder(file);
+  Builder further(file);
   try {
-    RefuseEndless(document, file);
-    root = YAML::Load(document);
+    YAML::Parser parser(stream);
+    if (!parser.HandleNextDocument(builder)) {
+      throw InputError(file, "", "holds no YAML document, expected one");
+    }
+    if (parser.HandleNextDocument(further)) {
+      throw InputError(file, "",
+                       "holds more than one YAML document, or a stray comma");
+    }
   } catch (const YAML::Exception& error) {
     const std::string line =
         error.mark.is_null() ? "" : ":" + std::to_string(error.mark.line + 1);
     throw InputError(file + line, "", "is not YAML: " + error.msg);
   }
-  return YamlConverter(file).Convert(root);
+  return builder.Take();
 }
 
 }  // namespace kinegraph

@@ -10,6 +10,7 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <utility>
 #include <vector>
@@ -24,6 +25,7 @@
 #include "core/io/files/input_files.h"
 #include "core/io/files/text_file.h"
 #include "core/io/text/csv_rows.h"
+#include "core/io/text/json.h"
 #include "core/io/tracks/format.h"
 #include "core/io/tracks/tracks.h"
 #include "tests/core/io/input_error.h"
@@ -71,6 +73,34 @@ TEST(YamlBounds, CommasDoNotFillTheMemory) {
       "a.yml", "%YAML:1.0\n---\na: [" + std::string(2'000'000, ',') + "]\n");
   EXPECT_THAT(InputErrorOf([&] { ReadCameras(path); }),
               AnyOf(HasSubstr("too many values"), HasSubstr("is not YAML")));
+  ExpectQuick(used);
+}
+
+// A text of a kilobyte that is named a hundred thousand times.
+TEST(YamlBounds, AliasesPayForTheirCopies) {
+  const TemporaryFolder folder;
+  const ProcessorTime used;
+  std::string many = "a: &a \"" + std::string(1000, 'x') + "\"\nb: [";
+  for (int i = 0; i < 100'000; ++i) many += "*a,";
+  const std::string path = folder.Write("a.yml", many + "0]\n");
+  EXPECT_THAT(InputErrorOf([&] { ReadCameras(path); }),
+              HasSubstr("a.yml:2: has too many values"));
+  ExpectQuick(used);
+  EXPECT_EQ(ParseYaml("a: &a [1, x]\nb: [*a, *a]\n", "a.yml"),
+            ParseYaml("a: [1, x]\nb: [[1, x], [1, x]]\n", "a.yml"));
+  EXPECT_THAT(InputErrorOf([] { ParseYaml("a: &a [*a]\n", "a.yml"); }),
+              HasSubstr("refers to itself"));
+}
+
+TEST(YamlBounds, DepthIsLimited) {
+  const ProcessorTime used;
+  for (const char* open : {"[", "{a: ", "\n- "}) {
+    std::string deep;
+    for (int i = 0; i < 300'000; ++i) deep += open;
+    EXPECT_THAT(InputErrorOf([&] { ParseYaml(deep, "a.yml"); }),
+                AnyOf(HasSubstr("nested deeper"), HasSubstr("is not YAML")))
+        << open;
+  }
   ExpectQuick(used);
 }
 
