@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "core/base/error.h"
+#include "core/skeleton/anthropometry.h"
 
 namespace kinegraph {
 namespace {
@@ -188,19 +189,19 @@ BodyShape MakeBodyShape(double stature_m, double leg_share) {
   const double h = stature_m;
   BodyShape shape;
   shape.stature = h;
-  shape.thigh = 0.245 * leg_share * h;
-  shape.shank = 0.246 * leg_share * h;
-  shape.ankle_height = 0.039 * h;
+  shape.thigh = kThighShare * leg_share * h;
+  shape.shank = kShankShare * leg_share * h;
+  shape.ankle_height = kAnkleHeightShare * h;
   shape.hip_half_width = 0.05 * h;
-  shape.foot_length = 0.152 * h;
+  shape.foot_length = kFootShare * h;
   shape.head_height = 0.165 * h;
   // The trunk takes what the legs leave of the stature.
   const double hips = shape.leg() + shape.ankle_height;
   shape.neck_height = h - shape.head_height - hips;
   shape.shoulder_height = shape.neck_height - 0.02 * h;
   shape.shoulder_half_width = 0.108 * h;
-  shape.upper_arm = 0.186 * h;
-  shape.forearm = 0.146 * h;
+  shape.upper_arm = kUpperArmShare * h;
+  shape.forearm = kForearmShare * h;
   return shape;
 }
 

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdint>
 
+#include "core/skeleton/anthropometry.h"
 #include "core/skeleton/body_joints.h"
 
 namespace kinegraph {
@@ -103,14 +104,14 @@ struct NamedLength {
   double length_m;
 };
 
-// Shares of stature times 1.70 m.
+constexpr double kStature_m = 1.70;
 constexpr std::array<NamedLength, 6> kPopulation = {{
-    {"shoulder", "elbow", 0.186 * 1.70},
-    {"elbow", "wrist", 0.146 * 1.70},
-    {"hip", "knee", 0.245 * 1.70},
-    {"knee", "ankle", 0.246 * 1.70},
-    {"shoulder", "shoulder", 2.0 * 0.129 * 1.70},
-    {"shoulder", "hip", 0.288 * 1.70},
+    {"shoulder", "elbow", kUpperArmShare* kStature_m},
+    {"elbow", "wrist", kForearmShare* kStature_m},
+    {"hip", "knee", kThighShare* kStature_m},
+    {"knee", "ankle", kShankShare* kStature_m},
+    {"shoulder", "shoulder", 2.0 * kHalfShoulderShare* kStature_m},
+    {"shoulder", "hip", kTrunkShare* kStature_m},
 }};
 
 }  // namespace

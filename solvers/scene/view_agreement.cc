@@ -11,6 +11,7 @@
 #include "core/evaluation/statistics.h"
 #include "core/geometry/epipolar.h"
 #include "core/geometry/triangulation.h"
+#include "core/skeleton/anthropometry.h"
 #include "core/skeleton/body_joints.h"
 #include "solvers/scene/plausible.h"
 
@@ -411,10 +412,6 @@ Stature StatureOf(const CameraRig& cameras,
                   const std::vector<ViewPeople>& ideal,
                   const std::vector<int>& frames, const Skeleton& skeleton) {
   if (!IsHuman(skeleton)) return {};
-  // Shoulder, hip, knee and ankle of a standing person stand 0.818, 0.530,
-  // 0.285 and 0.039 of the stature above the ground (Drillis and Contini,
-  // "Body segment parameters", 1966): the chain is 0.779 of it.
-  constexpr double kChainOfStature = 0.779;
   std::vector<double> statures;
   for (const PlacedPerson& person : PlacePeople(cameras, ideal, frames)) {
     const auto joint = [&](const std::string& name) {
@@ -427,7 +424,7 @@ Stature StatureOf(const CameraRig& cameras,
       if (!shoulder || !hip || !knee || !ankle) continue;
       statures.push_back(((*shoulder - *hip).norm() + (*hip - *knee).norm() +
                           (*knee - *ankle).norm()) /
-                         kChainOfStature);
+                         kAnkleToShoulderShare);
     }
   }
   Stature stature;

@@ -10,6 +10,7 @@
 #include "core/data/box.h"
 #include "core/evaluation/statistics.h"
 #include "core/geometry/triangulation.h"
+#include "core/skeleton/anthropometry.h"
 #include "core/skeleton/body_joints.h"
 #include "solvers/cameras/camera_change.h"
 #include "solvers/scene/plausible.h"
@@ -17,20 +18,17 @@
 namespace kinegraph {
 namespace {
 
-// Limbs of a body and their share of its height: Drillis and Contini (1966),
-// as Winter's "Biomechanics and Motor Control of Human Movement" tabulates
-// them. The trunk goes from the middle of the hips to that of the shoulders.
+// Limbs of a body and their share of its height.
 struct Limb {
   const char* a;
   const char* b;
   double share;
 };
 constexpr std::array<Limb, Limbs::kSided / 2> kLimbs = {
-    {{"hip", "knee", 0.245},
-     {"knee", "ankle", 0.246},
-     {"shoulder", "elbow", 0.186},
-     {"elbow", "wrist", 0.146}}};
-constexpr double kTrunkShare = 0.288;
+    {{"hip", "knee", kThighShare},
+     {"knee", "ankle", kShankShare},
+     {"shoulder", "elbow", kUpperArmShare},
+     {"elbow", "wrist", kForearmShare}}};
 
 std::optional<Eigen::Vector3d> MiddleOf(const Pose3d& pose, int a, int b) {
   if (!ObservedDistance(pose, a, b)) return std::nullopt;
@@ -83,6 +81,8 @@ SubjectScale ScaleOfSizes(const std::vector<double>& sizes_m, bool is_human) {
     }
   }
   return SubjectScale::OfSize(Median(sizes_m));
+}
+
 // Whether a detection can be measured. Joints that a detector puts at one
 // place, as some do with all that they have not found, are as far apart as its
 // noise.
@@ -90,8 +90,6 @@ bool HasExtent(const Detection& detection) {
   constexpr double kNoise_px = 10.0;  // of a detector, and more
   return CountFound(detection) > 1 &&
          DiagonalPx(BoxAround(detection.joints)) > kNoise_px;
-}
-
 }
 
 // Two detections as one subject: its joints, and how far they miss what was

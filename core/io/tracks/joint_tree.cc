@@ -3,6 +3,7 @@
 
 #include "core/io/text/joint_names.h"
 #include "core/io/tracks/tree_motion.h"
+#include "core/skeleton/anthropometry.h"
 #include "core/skeleton/body_joints.h"
 
 namespace kinegraph {
@@ -29,21 +30,20 @@ struct Part {
   double stature_share;
 };
 
-// A foot is 0.152 of the stature long, a quarter of it behind the ankle, which
-// stands 0.039 above the floor; half of a hand's 0.108 is palm; the nose is in
-// the middle between chin and eyes.
-constexpr Part kParts[] = {{"neck", "mid_hip", 0.0, 1.0, 0.0, 0.288},
-                           {"mid_hip", "neck", 0.0, -1.0, 0.0, 0.288},
+// A quarter of a foot is behind the ankle, half of a hand is palm, the nose is
+// in the middle between chin and eyes.
+constexpr Part kParts[] = {{"neck", "mid_hip", 0.0, 1.0, 0.0, kTrunkShare},
+                           {"mid_hip", "neck", 0.0, -1.0, 0.0, kTrunkShare},
                            {"hip", "mid_hip", 1.0, 0.0, 0.0, 0.0955},
-                           {"knee", "hip", 0.0, -1.0, 0.0, 0.245},
-                           {"ankle", "knee", 0.0, -1.0, 0.0, 0.246},
+                           {"knee", "hip", 0.0, -1.0, 0.0, kThighShare},
+                           {"ankle", "knee", 0.0, -1.0, 0.0, kShankShare},
                            {"heel", "ankle", 0.0, -1.0, -1.0, 0.054},
                            {"big_toe", "ankle", -0.1, -0.3, 1.0, 0.120},
                            {"small_toe", "ankle", 0.3, -0.3, 1.0, 0.120},
                            {"foot_index", "ankle", 0.0, -0.3, 1.0, 0.120},
                            {"shoulder", "neck", 1.0, 0.0, 0.0, 0.1295},
-                           {"elbow", "shoulder", 1.0, 0.0, 0.0, 0.186},
-                           {"wrist", "elbow", 1.0, 0.0, 0.0, 0.146},
+                           {"elbow", "shoulder", 1.0, 0.0, 0.0, kUpperArmShare},
+                           {"wrist", "elbow", 1.0, 0.0, 0.0, kForearmShare},
                            {"thumb", "wrist", 0.7, 0.0, 0.7, 0.054},
                            {"index", "wrist", 1.0, 0.0, 0.25, 0.054},
                            {"pinky", "wrist", 1.0, 0.0, -0.25, 0.054},
