@@ -65,63 +65,146 @@ void Scale(double factor, TrackSequence* tracks) {
 
 }  // namespace
 
+namespace {
+
+// A row of the list: what a format does not have is not named.
+struct Row : TrackFormat {
+  Row(const char* of_name, const char* of_layout) {
+    name = of_name;
+    layout = of_layout;
+  }
+  Row& Extensions(const char* list) {
+    extensions = Split(list, ',');
+    return *this;
+  }
+  Row& Reads(Recognise how_recognised, Read how_read) {
+    recognise = how_recognised;
+    read = how_read;
+    return *this;
+  }
+  Row& Writes(Write how) {
+    write = how;
+    return *this;
+  }
+  // Joints may be written under other programs' names, people under theirs.
+  Row& WithNames(ReadNames how_read = nullptr) {
+    has_marker_names = true;
+    return WithPersonNames(how_read);
+  }
+  Row& WithPersonNames(ReadNames how_read) {
+    keeps_names = true;
+    read_names = how_read;
+    return *this;
+  }
+  Row& OwnAxes(const AxisMap& of_file) {
+    axes = of_file;
+    return *this;
+  }
+  Row& UsualUnit(double metres) {
+    unit_m = metres;
+    return *this;
+  }
+  Row& FileAPerson(const char* extension) {
+    files = Files::kFileAPerson;
+    person_extension = extension;
+    return *this;
+  }
+  Row& FileAFrame() {
+    files = Files::kFileAFrame;
+    return *this;
+  }
+  // It recognises files that are of another kind, too.
+  Row& Mistakable() {
+    is_unmistakable = false;
+    return *this;
+  }
+};
+
+}  // namespace
+
 // In the order in which they are listed; no other order matters, as no two
 // recognise the same.
 const std::vector<TrackFormat>& TrackFormats() {
-  using Files = TrackFormat::Files;
-  constexpr bool kMarkers = true;       // may have other names
-  constexpr bool kNames = true;         // of people are kept
-  constexpr auto kAxes = std::nullopt;  // are the world's
-  constexpr auto kUnit = std::nullopt;  // is told by the file
-  const auto ends = [](const char* list) { return Split(list, ','); };
-  const std::vector<std::string> none;
   static const std::vector<TrackFormat> kFormats = {
-      {"kinegraph", "JSON Lines", ends(".jsonl"), RecogniseKinegraphTracks,
-       ReadKinegraphTracks, WriteKinegraphTracks, kAxes, kUnit, !kMarkers,
-       kNames, ReadKinegraphNames},
-      {"csv", "one row a joint", ends(".csv"), RecogniseCsvTracks,
-       ReadCsvTracks, WriteCsvTracks, kAxes, kUnit, kMarkers, kNames,
-       ReadCsvNames},
-      {"npz", "NumPy's arrays", ends(".npz"), RecogniseNpzTracks, ReadNpzTracks,
-       WriteNpzTracks, kAxes, 1.0, kMarkers, kNames, ReadNpzNames},
-      {"trc", "a folder, a file a person", ends(".trc"), RecogniseTrcTracks,
-       ReadTrcTracks, WriteTrcTracks, AxisMap(), kUnit, kMarkers, kNames,
-       nullptr, Files::kFileAPerson, ".trc"},
-      {"c3d", "points of motion capture, mm", ends(".c3d"), RecogniseC3dTracks,
-       ReadC3dTracks, WriteC3dTracks, C3dAxes(), kUnit, kMarkers, kNames,
-       ReadC3dNames},
-      {"bvh", "a skeleton and its angles, cm, a file a person", ends(".bvh"),
-       RecogniseBvhTracks, ReadBvhTracks, WriteBvhTracks, AnimationAxes(), 0.01,
-       kMarkers, kNames, nullptr, Files::kFileAPerson, ".bvh"},
-      {"gltf", "glTF 2.0, animated skeletons of everybody, m",
-       ends(".glb,.gltf"), nullptr, nullptr, WriteGltfTracks, AnimationAxes(),
-       kUnit, kMarkers, kNames},
-      {"movement", "netCDF for movement and xarray, m", ends(".nc"), nullptr,
-       nullptr, WriteMovementTracks, kAxes, kUnit, kMarkers, kNames},
-      {"anipose", "Anipose's table of 3D points, mm, a file a person", none,
-       nullptr, nullptr, WriteAniposeTracks, kAxes, kUnit, kMarkers, kNames,
-       nullptr, Files::kFileAPerson, ".csv"},
-      {"coco3d", "JSON as COCO's, keypoints_3d in m", none,
-       RecogniseCoco3dTracks, ReadCoco3dTracks, WriteCoco3dTracks, kAxes, kUnit,
-       kMarkers, kNames, ReadCoco3dNames},
-      {"freemocap", "FreeMoCap's 3D points: CSV NAME_x, NAME_y, NAME_z; NPY",
-       none, RecogniseFreeMoCapTracks, ReadFreeMoCapTracks, nullptr, kAxes,
-       0.001},
-      {"poses", "JSON: {\"poses\": [...]}", none, RecognisePosesTracks,
-       ReadPosesTracks, WritePosesTracks},
-      {"longcw", "annotation_3d.json, result_3d.json", none,
-       RecogniseLongcwTracks, ReadLongcwTracks, WriteLongcwTracks, kAxes, 0.01,
-       !kMarkers, !kNames, nullptr, Files::kOne, "",
-       /*is_unmistakable=*/false},
-      {"4da", "4D association's gt.txt, skel.txt", none,
-       RecogniseFourDAssociationTracks, ReadFourDAssociationTracks,
-       WriteFourDAssociationTracks, kAxes, 1.0, !kMarkers, !kNames, nullptr,
-       Files::kOne, "", /*is_unmistakable=*/false},
-      {"panoptic", "body3DScene_*.json", none, RecognisePanopticTracks,
-       ReadPanopticTracks, WritePanopticTracks, kAxes, 0.01, !kMarkers, !kNames,
-       nullptr, Files::kFileAFrame},
-      {"tum", "actorsGT.mat", none, RecogniseTumTracks, ReadTumTracks,
-       WriteTumTracks, kAxes, 1.0}};
+      Row("kinegraph", "JSON Lines")
+          .Extensions(".jsonl")
+          .Reads(RecogniseKinegraphTracks, ReadKinegraphTracks)
+          .Writes(WriteKinegraphTracks)
+          .WithPersonNames(ReadKinegraphNames),
+      Row("csv", "one row a joint")
+          .Extensions(".csv")
+          .Reads(RecogniseCsvTracks, ReadCsvTracks)
+          .Writes(WriteCsvTracks)
+          .WithNames(ReadCsvNames),
+      Row("npz", "NumPy's arrays")
+          .Extensions(".npz")
+          .Reads(RecogniseNpzTracks, ReadNpzTracks)
+          .Writes(WriteNpzTracks)
+          .UsualUnit(1.0)
+          .WithNames(ReadNpzNames),
+      Row("trc", "a folder, a file a person")
+          .Extensions(".trc")
+          .Reads(RecogniseTrcTracks, ReadTrcTracks)
+          .Writes(WriteTrcTracks)
+          .OwnAxes(AxisMap())
+          .WithNames()
+          .FileAPerson(".trc"),
+      Row("c3d", "points of motion capture, mm")
+          .Extensions(".c3d")
+          .Reads(RecogniseC3dTracks, ReadC3dTracks)
+          .Writes(WriteC3dTracks)
+          .OwnAxes(C3dAxes())
+          .WithNames(ReadC3dNames),
+      Row("bvh", "a skeleton and its angles, cm, a file a person")
+          .Extensions(".bvh")
+          .Reads(RecogniseBvhTracks, ReadBvhTracks)
+          .Writes(WriteBvhTracks)
+          .OwnAxes(AnimationAxes())
+          .UsualUnit(0.01)
+          .WithNames()
+          .FileAPerson(".bvh"),
+      Row("gltf", "glTF 2.0, animated skeletons of everybody, m")
+          .Extensions(".glb,.gltf")
+          .Writes(WriteGltfTracks)
+          .OwnAxes(AnimationAxes())
+          .WithNames(),
+      Row("movement", "netCDF for movement and xarray, m")
+          .Extensions(".nc")
+          .Writes(WriteMovementTracks)
+          .WithNames(),
+      Row("anipose", "Anipose's table of 3D points, mm, a file a person")
+          .Writes(WriteAniposeTracks)
+          .WithNames()
+          .FileAPerson(".csv"),
+      Row("coco3d", "JSON as COCO's, keypoints_3d in m")
+          .Reads(RecogniseCoco3dTracks, ReadCoco3dTracks)
+          .Writes(WriteCoco3dTracks)
+          .WithNames(ReadCoco3dNames),
+      Row("freemocap", "FreeMoCap's 3D points: CSV NAME_x, NAME_y, NAME_z; NPY")
+          .Reads(RecogniseFreeMoCapTracks, ReadFreeMoCapTracks)
+          .UsualUnit(0.001),
+      Row("poses", "JSON: {\"poses\": [...]}")
+          .Reads(RecognisePosesTracks, ReadPosesTracks)
+          .Writes(WritePosesTracks),
+      Row("longcw", "annotation_3d.json, result_3d.json")
+          .Reads(RecogniseLongcwTracks, ReadLongcwTracks)
+          .Writes(WriteLongcwTracks)
+          .UsualUnit(0.01)
+          .Mistakable(),
+      Row("4da", "4D association's gt.txt, skel.txt")
+          .Reads(RecogniseFourDAssociationTracks, ReadFourDAssociationTracks)
+          .Writes(WriteFourDAssociationTracks)
+          .UsualUnit(1.0)
+          .Mistakable(),
+      Row("panoptic", "body3DScene_*.json")
+          .Reads(RecognisePanopticTracks, ReadPanopticTracks)
+          .Writes(WritePanopticTracks)
+          .UsualUnit(0.01)
+          .FileAFrame(),
+      Row("tum", "actorsGT.mat")
+          .Reads(RecogniseTumTracks, ReadTumTracks)
+          .Writes(WriteTumTracks)
+          .UsualUnit(1.0)};
   return kFormats;
 }
 
