@@ -24,6 +24,7 @@
 #include "core/io/file_kind.h"
 #include "core/io/files/side_files.h"
 #include "core/io/files/text_file.h"
+#include "core/io/text/gone_formats.h"
 #include "core/io/text/joint_names.h"
 #include "core/io/tracks/format.h"
 #include "core/io/tracks/identity_edits.h"
@@ -100,9 +101,10 @@ std::vector<FileKind> KindsOf(const std::string& flag, const std::string& name,
     names.push_back(format.name);
   }
   if (!kinds.empty()) return kinds;
-  Refuse("--{}: '{}' {}, expected {}{}", flag, Printable(name),
+  Refuse("--{}: '{}' {}, expected {}{}{}", flag, Printable(name),
          is_known ? "cannot be " + verb : "is no format",
-         flag == "from" ? "auto, " : "", fmt::join(names, ", "));
+         flag == "from" ? "auto, " : "", fmt::join(names, ", "),
+         WayOnFrom(name));
 }
 
 // What is to be converted: it follows from the two formats, and from the

@@ -35,8 +35,7 @@ DETECTIONS = {"kinegraph": "d.jsonl", "openpose": "d", "coco": "d",
               "coco_views": "d.json", "mmpose": "d", "mediapipe": "d",
               "longcw": "d.json"}
 TRACKS = {"kinegraph": "t.jsonl", "csv": "t.csv", "npz": "t.npz", "trc": "t",
-          "c3d": "t.c3d", "bvh": "t", "coco3d": "t.json", "poses": "t.json",
-          "longcw": "t.json", "4da": "t", "panoptic": "t", "tum": "t.mat"}
+          "c3d": "t.c3d", "bvh": "t", "longcw": "t.json", "4da": "t", "panoptic": "t", "tum": "t.mat"}
 HARD = [b"NaN", b"Infinity", b"-Infinity", b"null", b"1e400", b"-1", b"0",
         b"1e-320", b"2147483648", b"-2147483649", b"9223372036854775807",
         b"9223372036854775808", b"1e18", b"1e7", b'"""\\"""', b"'''", b"[" * 300,

@@ -194,7 +194,7 @@ class Module(unittest.TestCase):
             ("truth.jsonl", ".csv", {"to": "csv"}, "--to=csv"),
             ("truth.jsonl", ".npz", {"to": "npz"}, "--to=npz"),
             ("truth.jsonl", ".c3d", {"to": "c3d"}, "--to=c3d"),
-            ("truth.jsonl", ".json", {"to": "poses"}, "--to=poses"),
+            ("truth.jsonl", ".txt", {"to": "4da"}, "--to=4da"),
             ("cameras.json", ".toml", {"to": "pose2sim"}, "--to=pose2sim"),
             ("detections.jsonl", ".jsonl", {"to": "kinegraph"}, "--to=kinegraph"),
             (

@@ -14,6 +14,7 @@
 #include "core/io/detections/format.h"
 #include "core/io/detections/formats.h"
 #include "core/io/text/bulk_json.h"
+#include "core/io/text/gone_formats.h"
 
 namespace kinegraph {
 namespace {
@@ -73,8 +74,9 @@ DetectionReadOptions Checked(DetectionReadOptions options) {
   throw InputError(
       path, "",
       fmt::format("is no known detection format, expected one of {} (`convert "
-                  "--formats` says what they are)",
-                  fmt::join(names.begin() + 1, names.end(), ", ")));
+                  "--formats` says what they are){}",
+                  fmt::join(names.begin() + 1, names.end(), ", "),
+                  WayOnFrom(head.HasKey("3d_pairs") ? "smap" : "")));
 }
 
 const DetectionFormat& RecognisedFormat(const std::string& path) {

@@ -8,6 +8,7 @@
 #include "core/io/files/text_file.h"
 #include "core/io/text/bulk_json.h"
 #include "core/io/text/csv_rows.h"
+#include "core/io/text/gone_formats.h"
 #include "core/io/tracks/shared.h"
 
 namespace kinegraph {
@@ -30,7 +31,6 @@ KINEGRAPH_DECLARE(Bvh);
 KINEGRAPH_DECLARE(Gltf);
 KINEGRAPH_DECLARE(Movement);
 KINEGRAPH_DECLARE(Anipose);
-KINEGRAPH_DECLARE(Coco3d);
 KINEGRAPH_DECLARE(FreeMoCap);
 KINEGRAPH_DECLARE(Poses);
 KINEGRAPH_DECLARE(Longcw);
@@ -176,16 +176,11 @@ const std::vector<TrackFormat>& TrackFormats() {
           .Writes(WriteAniposeTracks)
           .WithNames()
           .FileAPerson(".csv"),
-      Row("coco3d", "JSON as COCO's, keypoints_3d in m")
-          .Reads(RecogniseCoco3dTracks, ReadCoco3dTracks)
-          .Writes(WriteCoco3dTracks)
-          .WithNames(ReadCoco3dNames),
       Row("freemocap", "FreeMoCap's 3D points: CSV NAME_x, NAME_y, NAME_z; NPY")
           .Reads(RecogniseFreeMoCapTracks, ReadFreeMoCapTracks)
           .UsualUnit(0.001),
       Row("poses", "JSON: {\"poses\": [...]}")
-          .Reads(RecognisePosesTracks, ReadPosesTracks)
-          .Writes(WritePosesTracks),
+          .Reads(RecognisePosesTracks, ReadPosesTracks),
       Row("longcw", "annotation_3d.json, result_3d.json")
           .Reads(RecogniseLongcwTracks, ReadLongcwTracks)
           .Writes(WriteLongcwTracks)
@@ -292,7 +287,8 @@ const TrackFormat& FormatOfTracks(const std::string& path,
     const TrackFormat* format = FindTrackFormat(options.format);
     if (format != nullptr && format->read != nullptr) return *format;
     throw OptionError("format", "found '" + Printable(options.format) +
-                                    "', expected one of " + known());
+                                    "', expected one of " + known() +
+                                    WayOnFrom(options.format));
   }
   if (IsPipe(path)) return *FindTrackFormat("kinegraph");
   const TrackHead head = LookAtTracks(path);
@@ -301,8 +297,12 @@ const TrackFormat& FormatOfTracks(const std::string& path,
   if (head.HasKey("kinegraph_detections")) {
     throw InputError(path, "", "is a file of detections, expected tracks");
   }
+  const bool is_coco3d =
+      head.HasKey("categories") &&
+      head.beginning.find("keypoints_3d") != std::string::npos;
   throw InputError(path, "",
-                   "is no known format of tracks, expected one of " + known());
+                   "is no known format of tracks, expected one of " + known() +
+                       WayOnFrom(is_coco3d ? "coco3d" : ""));
 }
 
 TrackSequence ReadTracks(const std::string& path,

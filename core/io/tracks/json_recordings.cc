@@ -2,14 +2,9 @@
 // - poses, outputs of other programs: {"poses": [{"frame", "id", "joints":
 //   [[x, y, z] or null, ...]}, ...]}, in metres. A joint may also be [null,
 //   null, null]. 4D association's has its own skeleton as "joints19".
-// - coco3d, in COCO's manner and metres: `images` are the frames (id is the
-//   frame's number), `annotations` the people, with `keypoints_3d` = x, y, z, v
-//   a joint (v as COCO's: 2 observed, 1 inferred, 0 without position) and
-//   `track_id`; the first of `categories` names joints and bones (from 1).
 // - longcw's annotation_3d.json and result_3d.json: [{"timestamp": s, "poses":
 //   [{"id", "points_3d": [[x, y, z] cm, ...], "scores": [...]}]}, ...]. A joint
 //   with score 0 is missing. Results have ids beyond 2^63.
-#include <nlohmann/json.hpp>
 #include <set>
 #include <unordered_map>
 #include <vector>
@@ -18,10 +13,8 @@
 #include "core/base/error.h"
 #include "core/io/files/atomic_file.h"
 #include "core/io/text/bulk_json.h"
-#include "core/io/text/json.h"
 #include "core/io/text/json_output.h"
 #include "core/io/text/longcw.h"
-#include "core/io/text/skeleton_json.h"
 #include "core/io/tracks/format.h"
 #include "core/io/tracks/shared.h"
 
@@ -127,110 +120,6 @@ TrackSequence ReadPoses(JsonValue outermost, const TrackReadOptions& options,
   return collector.Finish();
 }
 
-// ---- coco3d ----
-
-std::string CategoryText(const Skeleton& skeleton) {
-  Json bones = Json::array();
-  for (const Bone& bone : skeleton.bones()) {
-    bones.push_back({bone.a + 1, bone.b + 1});
-  }
-  const Json category = {{"id", 1},
-                         {"name", "person"},
-                         {"keypoints", skeleton.joints()},
-                         {"skeleton", bones},
-                         {"layout", skeleton.name()}};
-  return DumpJson(category);
-}
-
-std::string InfoText(const TrackHeader& header) {
-  Json info = {{"description", "keypoints_3d: x, y, z, v of each joint"},
-               {"unit", "m"}};
-  if (header.frame_rate_hz > 0.0) info["frame_rate"] = header.frame_rate_hz;
-  return DumpJson(info);
-}
-
-void WriteAnnotation(const PersonPose& person, int64_t frame, int64_t number,
-                     const PersonNames& names, JsonOutput* out) {
-  out->Add("{\"id\": ", number, ", \"image_id\": ", frame,
-           ", \"category_id\": 1, \"track_id\": ", person.id.value());
-  const auto name = names.find(person.id);
-  if (name != names.end()) out->Text(", \"name\": " + JsonText(name->second));
-  out->Add(", \"num_keypoints\": ", CountPresent(person.joints),
-           ", \"keypoints_3d\": [");
-  out->Join(person.joints, [out](const Joint3d& joint) {
-    const Vector3d at_m = PositionOrZero(joint);
-    out->Numbers({at_m.x(), at_m.y(), at_m.z()});
-    out->Add(", ", static_cast<int>(joint.status));  // as COCO counts
-  });
-  out->Text("]}");
-}
-
-Skeleton SkeletonOf(const JsonObject& category,
-                    const TrackReadOptions& options) {
-  std::vector<std::string> joints;
-  for (const JsonValue joint :
-       AsArray(Required(category, "keypoints"), "keypoints")) {
-    joints.emplace_back(AsText(joint, "keypoints"));
-  }
-  std::vector<Bone> bones;
-  JsonValue skeleton;
-  if (Get(category, "skeleton", &skeleton)) {
-    bones = ReadBones(skeleton, "skeleton", 1, static_cast<int>(joints.size()));
-  }
-  return SkeletonOfNames(joints, options, bones);
-}
-
-// The frame rate that the file tells, where the options do not; 0: it does not.
-double ReadInfo(const JsonObject& root, const TrackReadOptions& options) {
-  JsonValue info;
-  JsonValue value;
-  double rate_hz = 0.0;
-  if (!Get(root, "info", &info)) return rate_hz;
-  const JsonObject object = AsObject(info, "info");
-  if (options.frame_rate_hz == 0.0 && Get(object, "frame_rate", &value)) {
-    rate_hz = AsFrameRate(value, "frame_rate");
-  }
-  if (Get(object, "unit", &value) && AsText(value, "unit") != "m") {
-    throw InputError("unit: expected m");
-  }
-  return rate_hz;
-}
-
-void ReadAnnotation(const JsonObject& entry, TrackCollector* collector) {
-  const int64_t frame = AsFrame(Required(entry, "image_id"), "image_id");
-  const TrackId id(AsId(Required(entry, "track_id"), "track_id"));
-  constexpr double kInferred = 1.5;  // between COCO's 1 and 2
-  ReadWeighted(entry, "keypoints_3d", 1.0, kInferred,
-               &collector->Add(frame, id)->joints);
-}
-
-TrackSequence ReadCoco3d(JsonValue outermost, const TrackReadOptions& options,
-                         std::string* place) {
-  const JsonObject root = AsObject(outermost, kOutermost);
-  const double rate_hz = ReadInfo(root, options);
-  const JsonArray categories =
-      AsArray(Required(root, "categories"), "categories");
-  if (categories.size() == 0) throw InputError("categories: is empty");
-  TrackCollector collector(
-      "coco3d",
-      SkeletonOf(AsObject(*categories.begin(), "categories"), options), options,
-      rate_hz);
-  ForEachObject(AsArray(Required(root, "images"), "images"), "images", place,
-                [&](const JsonObject& image) {
-                  TrackFrame* frame =
-                      collector.Touch(AsFrame(Required(image, "id"), "id"));
-                  JsonValue time;
-                  if (Get(image, "time_s", &time)) {
-                    frame->time = AsTime(time, "time_s");
-                  }
-                });
-  ForEachObject(AsArray(Required(root, "annotations"), "annotations"),
-                "annotations", place, [&](const JsonObject& entry) {
-                  ReadAnnotation(entry, &collector);
-                });
-  return collector.Finish();
-}
-
 // ---- longcw ----
 
 uint64_t ReadLongcwId(const JsonObject& pose) {
@@ -322,98 +211,6 @@ TrackSequence ReadPosesTracks(const std::string& path,
   return ReadJsonFile(path, [&](JsonValue root, std::string* place) {
     return ReadPoses(root, options, place);
   });
-}
-
-void WritePosesTracks(const std::string& path, const TrackSequence& tracks,
-                      const TrackExportOptions& /*options*/,
-                      LostFields* lost_fields) {
-  AtomicFile file(path);
-  file.Write("{\"unit\": \"m\", \"poses\": [");
-  JsonOutput out;
-  const char* separator = "\n";
-  for (const TrackFrame& frame : tracks.frames) {
-    for (const PersonPose& person : frame.people) {
-      out.Add(separator, "{\"frame\": ", frame.frame,
-              ", \"id\": ", person.id.value(), ", \"joints\": [");
-      separator = ",\n";
-      out.Join(person.joints, [&](const Joint3d& joint) {
-        joint.present() ? WritePoint(joint.position_m, &out) : out.Text("null");
-      });
-      out.Text("]}");
-    }
-    out.FlushTo(&file);
-  }
-  file.Write("\n]}\n");
-  file.Commit();
-  const TrackContents contents = ContentsOf(tracks);
-  NotePositionsOnly(contents, lost_fields);
-  NoteLosses(contents, {Loss::kClock, Loss::kEmptyFrames}, lost_fields);
-  const Skeleton& skeleton = tracks.header.skeleton;
-  const Skeleton* told = SkeletonOfPoses(skeleton.joints().size());
-  if (told == nullptr || *told != skeleton) NoteSkeleton(tracks, lost_fields);
-}
-
-bool RecogniseCoco3dTracks(const TrackHead& head) {
-  return head.HasKey("categories") && head.HasKey("images") &&
-         head.beginning.find("keypoints_3d") != std::string::npos;
-}
-
-TrackSequence ReadCoco3dTracks(const std::string& path,
-                               const TrackReadOptions& options) {
-  return ReadJsonFile(path, [&](JsonValue root, std::string* place) {
-    return ReadCoco3d(root, options, place);
-  });
-}
-
-PersonNames ReadCoco3dNames(const std::string& path) {
-  return ReadJsonFile(path, [](JsonValue root, std::string*) {
-    PersonNames names;
-    for (const JsonValue value :
-         AsArray(Required(AsObject(root, kOutermost), "annotations"),
-                 "annotations")) {
-      const JsonObject entry = AsObject(value, "annotations");
-      JsonValue name;
-      if (!Get(entry, "name", &name)) continue;
-      names[TrackId(AsId(Required(entry, "track_id"), "track_id"))] =
-          std::string(AsText(name, "name"));
-    }
-    return names;
-  });
-}
-
-void WriteCoco3dTracks(const std::string& path, const TrackSequence& tracks,
-                       const TrackExportOptions& options,
-                       LostFields* lost_fields) {
-  const TrackContents contents = ContentsOf(tracks);
-  AtomicFile file(path);
-  file.Write("{\"info\": " + InfoText(tracks.header) + ",\n\"categories\": [" +
-             CategoryText(tracks.header.skeleton) + "],\n\"images\": [");
-  JsonOutput out;
-  const char* separator = "\n";
-  for (const TrackFrame& frame : tracks.frames) {
-    out.Add(separator, "{\"id\": ", frame.frame);
-    separator = ",\n";
-    if (contents.has_clock) out.Add(", \"time_s\": ", ToSeconds(frame.time));
-    out.Text("}");
-    out.FlushTo(&file);
-  }
-  out.Text("],\n\"annotations\": [");
-  separator = "\n";
-  int64_t number = 0;
-  for (const TrackFrame& frame : tracks.frames) {
-    for (const PersonPose& person : frame.people) {
-      out.Text(separator);
-      separator = ",\n";
-      WriteAnnotation(person, frame.frame, ++number, options.names, &out);
-    }
-    out.FlushTo(&file);
-  }
-  out.Text("]}\n");
-  out.FlushTo(&file);
-  file.Commit();
-  lost_fields->push_back("the configuration is not kept");
-  NoteLosses(contents, {Loss::kCovariances, Loss::kViews, Loss::kUnknownClock},
-             lost_fields);
 }
 
 bool RecogniseLongcwTracks(const TrackHead& head) { return head.kind == '['; }

@@ -79,7 +79,7 @@ std::vector<Writer> Writers() {
   convert("DETECTIONS", "openpose", "", true);
   convert("DETECTIONS", "coco", "", true);
   for (const char* format :
-       {"kinegraph", "tum", "4da", "longcw", "poses", "csv", "npz"}) {
+       {"kinegraph", "tum", "4da", "longcw", "csv", "npz"}) {
     convert("TRUTH", format, "", false);
   }
   convert("TRUTH", "panoptic", "", true);

@@ -503,49 +503,6 @@ TEST_F(FormatReaders, AniposeTable) {
 
 // ---- COCO's JSON, as its own tools index it: by the ids of images ----
 
-TEST_F(FormatReaders, CocoWithThreeDimensions) {
-  Convert("take.json", "--to=coco3d");
-  const Json data = Json::parse(ReadTextFile(Path("take.json")));
-  const Json& category = data["categories"][0];
-  EXPECT_EQ(data["info"]["frame_rate"], 50.0);
-  EXPECT_EQ(category["keypoints"], Json(Body25().joints()));
-  Json bones;  // from 1
-  for (const Bone& bone : Body25().bones()) {
-    bones.push_back({bone.a + 1, bone.b + 1});
-  }
-  EXPECT_EQ(category["skeleton"], bones);
-  std::map<int64_t, double> times_s;
-  for (const Json& image : data["images"]) {
-    EXPECT_TRUE(times_s.emplace(image["id"], image["time_s"]).second);
-  }
-  for (const TrackFrame& frame : recording_.frames) {
-    EXPECT_EQ(times_s.at(frame.frame), ToSeconds(frame.time));
-  }
-  std::map<std::pair<int64_t, int64_t>, Json> people;
-  for (const Json& entry : data["annotations"]) {
-    EXPECT_EQ(entry["category_id"], category["id"]);
-    EXPECT_EQ(times_s.count(entry["image_id"]), 1u);
-    people[{entry["image_id"], entry["track_id"]}] = entry;
-  }
-  ASSERT_EQ(people.size(), 39u + 22u);
-  ForEachJoint(
-      recording_, [&](const PersonPose* person, size_t j, int64_t f, size_t p) {
-        const auto found = people.find({f, p == 0 ? 3 : 12});
-        ASSERT_EQ(found != people.end(), person != nullptr);
-        if (person == nullptr) return;
-        const Json& numbers = found->second["keypoints_3d"];
-        EXPECT_EQ(numbers.size(), 4u * 25u);
-        EXPECT_EQ(found->second["num_keypoints"], CountPresent(person->joints));
-        const Joint3d& joint = person->joints[j];
-        EXPECT_EQ(numbers[4 * j + 3], static_cast<int>(joint.status));
-        for (size_t axis = 0; joint.present() && axis < 3; ++axis) {
-          EXPECT_EQ(numbers[4 * j + axis],
-                    joint.position_m[static_cast<Eigen::Index>(axis)])
-              << "bit for bit";
-        }
-      });
-}
-
 void ExpectCocoPerson(const Detection& person, const Json& entry) {
   const std::vector<double> numbers = entry["keypoints"];
   const std::vector<double> box = entry["bbox"];  // left, top, width, height

@@ -1,0 +1,28 @@
+// Formats that were read or written once, and the way on.
+#ifndef KINEGRAPH_CORE_IO_TEXT_GONE_FORMATS_H_
+#define KINEGRAPH_CORE_IO_TEXT_GONE_FORMATS_H_
+
+#include <string>
+#include <string_view>
+
+namespace kinegraph {
+
+// What a message about a format of that name adds; empty for others.
+inline std::string WayOnFrom(std::string_view format) {
+  if (format == "coco3d") {
+    return "; coco3d was removed: csv, npz and JSON Lines hold as much, and "
+           "earlier versions convert to them";
+  }
+  if (format == "poses") {
+    return "; poses is only read: write csv, npz or JSON Lines";
+  }
+  if (format == "smap") {
+    return "; smap was removed: write its detections as JSON Lines "
+           "(docs/formats.md)";
+  }
+  return "";
+}
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_CORE_IO_TEXT_GONE_FORMATS_H_
