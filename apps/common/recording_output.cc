@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/common/table.h"
+#include "core/base/constants.h"
 #include "core/base/error.h"
 #include "core/io/detections/view_pairing.h"
 #include "core/io/text/json.h"
@@ -101,12 +102,10 @@ std::string PairText(const RecordingReport& report) {
          "doctor` looks closer.\n";
 }
 
-constexpr double kDegrees = 57.29577951308232;  // a radian
-
 Json Vector(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 
 Json ChangeJson(const CameraChange& change) {
-  return {{"rotation_deg", Vector(kDegrees * change.segment<3>(kRotationAt))},
+  return {{"rotation_deg", Vector(kDegPerRad * change.segment<3>(kRotationAt))},
           {"centre_mm", Vector(1e3 * change.segment<3>(kCentreAt))},
           {"shift_px", {change[kShiftAt], change[kShiftAt + 1]}},
           {"focal_percent", 100.0 * std::expm1(change[kFocalAt])},

@@ -7,6 +7,7 @@
 namespace kinegraph {
 
 inline constexpr double kPi = 3.14159265358979323846;
+inline constexpr double kDegPerRad = 180.0 / kPi;
 inline constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 inline constexpr double kCentimetresPerMetre = 100.0;

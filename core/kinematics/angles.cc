@@ -13,7 +13,6 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-constexpr double kDegrees = 180.0 / kPi;
 constexpr double kSigmas = 1.959964;       // 95 % of one dimension
 constexpr double kDiscSigmas = 2.447747;   // 95 % of two
 constexpr double kShortest = 1e-6;         // m; below it is no direction
@@ -184,7 +183,7 @@ void AddInterval(const AngleInFrame& rule, const Points& points,
                  AngleEstimate* estimate) {
   const auto sigma = SigmaOf(rule, points, covariances, up);
   if (!sigma) return;
-  const double half_deg = kSigmas * *sigma * kDegrees;
+  const double half_deg = kSigmas * *sigma * kDegPerRad;
   estimate->low_deg = estimate->deg - half_deg;
   estimate->high_deg = estimate->deg + half_deg;
   if (rule.low_deg == rule.high_deg) return;
@@ -258,8 +257,8 @@ void AddInterval(const AngleBetween& rule, const Pair& pair,
   const double half =
       to_line < disc ? disc
                      : kSigmas * std::sqrt(std::max(0.0, covariance(0, 0)));
-  const double low = std::max(0.0, pair.rad - half) * kDegrees;
-  const double high = std::min(kPi, pair.rad + half) * kDegrees;
+  const double low = std::max(0.0, pair.rad - half) * kDegPerRad;
+  const double high = std::min(kPi, pair.rad + half) * kDegPerRad;
   const double a = rule.offset_deg + rule.factor * low;
   const double b = rule.offset_deg + rule.factor * high;
   estimate->low_deg = std::min(a, b);
@@ -368,14 +367,14 @@ std::optional<AngleEstimate> MeasureAngle(const JointAngle& angle,
   if (const auto* rule = std::get_if<AngleBetween>(&angle.rule)) {
     const auto pair = Pair::Of(*rule, points);
     if (!pair) return std::nullopt;
-    estimate.deg = rule->offset_deg + rule->factor * pair->rad * kDegrees;
+    estimate.deg = rule->offset_deg + rule->factor * pair->rad * kDegPerRad;
     if (known) AddInterval(*rule, *pair, covariances, &estimate);
     return estimate;
   }
   const AngleInFrame& rule = std::get<AngleInFrame>(angle.rule);
   const auto rad = rule.measure(points, up, rule.side);
   if (!rad) return std::nullopt;
-  estimate.deg = *rad * kDegrees;
+  estimate.deg = *rad * kDegPerRad;
   if (known) AddInterval(rule, points, covariances, up, &estimate);
   return estimate;
 }

@@ -7,14 +7,13 @@
 #include <optional>
 #include <utility>
 
+#include "core/base/constants.h"
 #include "core/evaluation/statistics.h"
 #include "solvers/cameras/refine.h"
 #include "solvers/scene/hypothesis.h"
 
 namespace kinegraph {
 namespace {
-
-constexpr double kDegreesPerRadian = 57.29577951308232;
 
 // Of a subject's size, 1.7 m of a person. Lasting offsets of detectors are 10
 // to 39 mm in the median, 30 to 86 at 90 %.
@@ -445,9 +444,8 @@ class Explainer {
                          change[kShiftAt], change[kShiftAt + 1]);
     }
     if (kind == "rotation") {
-      return fmt::format(
-          "it fits turned by {:.2f} degrees",
-          kDegreesPerRadian * change.segment<3>(kRotationAt).norm());
+      return fmt::format("it fits turned by {:.2f} degrees",
+                         kDegPerRad * change.segment<3>(kRotationAt).norm());
     }
     if (kind == "lens") {
       return fmt::format(

@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/base/constants.h"
 #include "core/evaluation/statistics.h"
 #include "solvers/cameras/camera_change.h"
 #include "solvers/session/run.h"
@@ -320,9 +321,8 @@ std::optional<Ground> GroundOf(const TrackHeader& header,
   }
   ground.foot_count = SamplesOf(feet);
   ground.spread_m = std::sqrt(squares / static_cast<double>(ground.foot_count));
-  constexpr double kDegreesPerRadian = 57.29577951308232;
   ground.tilt_deg =
-      kDegreesPerRadian * std::acos(std::min(1.0, std::max(-1.0, R(2, 2))));
+      kDegPerRad * std::acos(std::min(1.0, std::max(-1.0, R(2, 2))));
   return ground;
 }
 

@@ -21,7 +21,6 @@ using Eigen::Matrix3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kDegPerRad = 57.29577951308232;
 // Huber's loss grows linearly beyond so many median residuals.
 constexpr double kHuberMedians = 1.5;
 // Of speeds, beyond so many root mean squares: a median residual is that of

@@ -255,8 +255,6 @@ void ReadBvhFrames(const Hierarchy& hierarchy,
 // stand as Zrotation Xrotation Yrotation: a joint is turned by Rz Rx Ry. Y is
 // up.
 
-constexpr double kDegrees = 180.0 / kPi;
-
 // Angles about z, x and y [rad]: of the two triples that give the rotation the
 // one nearer to the last row's, so that a curve has no jumps.
 Vector3d AnglesOf(const Eigen::Quaterniond& rotation, const Vector3d& last) {
@@ -440,8 +438,8 @@ class BvhWriter {
     for (const size_t j : order) {
       Vector3d& angles = (*last)[j];
       angles = AnglesOf(motion.Local(tree_, row, j), angles);
-      text += fmt::format(" {:.6f} {:.6f} {:.6f}", kDegrees * angles[0],
-                          kDegrees * angles[1], kDegrees * angles[2]);
+      text += fmt::format(" {:.6f} {:.6f} {:.6f}", kDegPerRad * angles[0],
+                          kDegPerRad * angles[1], kDegPerRad * angles[2]);
     }
     return text + "\n";
   }
