@@ -1,12 +1,14 @@
 // kinegraph-kinematics: joint angles, speeds and distances of tracks.
 #include "core/kinematics/kinematics.h"
 
+#include <fmt/format.h>
 #include <gflags/gflags.h>
 
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -21,6 +23,7 @@
 #include "core/io/text/joint_names.h"
 #include "core/io/text/json_output.h"
 #include "core/io/tracks/format.h"
+#include "core/io/tracks/reading_notes.h"
 #include "core/io/tracks/tracks.h"
 #include "core/kinematics/ground.h"
 
@@ -28,7 +31,7 @@ DEFINE_string(tracks, "", "3D tracks in any format that is read");
 DEFINE_string(out, "", "NAME.csv: a row a person and frame");
 DEFINE_string(up, "auto",
               "axis of the world that points upwards: x, -x, y, -y, z, -z; "
-              "auto: as people stand");
+              "auto: as the format of the file, the floor and people say");
 DEFINE_bool(observed, false,
             "joints that fewer than two views support in a frame count as "
             "missing");
@@ -165,12 +168,20 @@ std::string Digest(const KinematicsTable& table, const PersonNames& names) {
   return result;
 }
 
+std::string UpText(const std::optional<Eigen::Vector3d>& up) {
+  if (!up.has_value()) return "not known";
+  // No -0.
+  return fmt::format("({:g}, {:g}, {:g})", up->x() + 0.0, up->y() + 0.0,
+                     up->z() + 0.0);
+}
+
 void RunKinematics() {
   RequireFlag("tracks", FLAGS_tracks);
   RequireFlag("out", FLAGS_out);
   RequireCsv();
   KinematicsOptions options;
   options.up = ParseUp(FLAGS_up);
+  options.known.stated = StatedUp(FLAGS_tracks);
   options.observed_only = FLAGS_observed;
   const TrackSequence tracks = ReadInput();
   const PersonNames names = ReadPersonNames(FLAGS_tracks);
@@ -185,8 +196,8 @@ void RunKinematics() {
   SayNotes(table.notes, "kinegraph-kinematics: ");
   std::FILE* summary = SummaryStream(FLAGS_out);
   std::fputs(Digest(table, names).c_str(), summary);
-  std::fprintf(summary, "up is (%g, %g, %g); %zu rows of %zu columns -> %s\n",
-               table.up.x(), table.up.y(), table.up.z(), table.rows.size(),
+  std::fprintf(summary, "up is %s; %zu rows of %zu columns -> %s\n",
+               UpText(table.up).c_str(), table.rows.size(),
                table.columns.size() + 3, FLAGS_out.c_str());
 }
 

@@ -29,6 +29,7 @@
 #include "core/io/text/json.h"
 #include "core/io/tracks/format.h"
 #include "core/io/tracks/identity_edits.h"
+#include "core/io/tracks/reading_notes.h"
 #include "core/io/tracks/tracks.h"
 #include "core/kinematics/ground.h"
 #include "solvers/session/run.h"
@@ -314,6 +315,7 @@ void RunReport() {
   }
   PageInput input;
   input.results = ReadResults();
+  page_options.stated_up = StatedUp(ParseList(FLAGS_tracks, "tracks").front());
   input.title = FLAGS_title.empty() ? input.results.front().label : FLAGS_title;
   ReadViews(run_options, &input);
   LeaveOutCameras(&input);

@@ -11,6 +11,7 @@
 #include "core/io/configuration/recording_files.h"
 #include "core/io/text/joint_names.h"
 #include "core/io/tracks/c3d.h"
+#include "core/io/tracks/reading_notes.h"
 #include "core/kinematics/ground.h"
 #include "core/kinematics/kinematics.h"
 
@@ -197,7 +198,8 @@ MarkerStudy RunMarkerStudy(const MarkerRequest& request) {
     throw InputError(request.tracks, "",
                      "no frame of it lies where the ground truth has markers");
   }
-  study.up = UpDirection(truth, {});
+  study.up = UpDirection(truth, {StatedUp(request.ground_truth)})
+                 .value_or(Eigen::Vector3d::UnitZ());
   AddEvents(request, &study);
   study.agreement = CompareMotion(study.motion, study.up, study.block_s);
   AddAngles(&study);

@@ -190,6 +190,7 @@ class PageMaker {
   Json DetectionsJson() const;
   // With the pictures and videos that go with them.
   Json CamerasJson();
+  void FindUp(const TrackSequence& lead);
   Json PicturesJson(const std::map<int64_t, std::string>& pictures);
   Json VideoJson(const PageVideo& video);
   size_t view_count() const {
@@ -203,7 +204,9 @@ class PageMaker {
   bool assumed_rate_ = false;  // no file tells times
   std::map<int64_t, const DetectionFrame*> detections_;
   std::map<int64_t, uint32_t> index_;  // of the frames that are kept
-  Eigen::Vector3d up_ = Eigen::Vector3d::UnitZ();
+  UpEvidence up_evidence_;
+  Eigen::Vector3d up_ = Eigen::Vector3d::UnitZ();  // that is drawn
+  bool up_is_known_ = true;
   std::vector<Colours> colours_;
   Json moments_ = Json::array();
   PageData data_;
@@ -390,7 +393,8 @@ Json PageMaker::ResultJson(size_t r) {
 // asked for.
 void PageMaker::AddAngles(const TrackSequence& tracks, Json* json) {
   KinematicsOptions options;
-  options.up = up_;
+  if (up_is_known_) options.up = up_;
+  options.known = up_evidence_;
   const KinematicsTable table = MeasureKinematics(tracks, options);
   Json names = Json::array();
   std::map<std::string, Json> lists;
@@ -521,6 +525,23 @@ Json PageMaker::CamerasJson() {
   return cameras;
 }
 
+void PageMaker::FindUp(const TrackSequence& lead) {
+  const auto up =
+      options_.up.has_value() ? options_.up : UpDirection(lead, up_evidence_);
+  up_is_known_ = up.has_value();
+  if (up_is_known_) {
+    up_ = *up;
+    return;
+  }
+  const Eigen::Vector3d& cameras = up_evidence_.of_cameras;
+  if (cameras.norm() > 0.0) up_ = cameras.normalized();
+  if (!IsHuman(lead.header.skeleton)) return;
+  data_.notes.emplace_back(
+      "which way is up is not known, as people may be lying: drawn as the "
+      "cameras are held, else with z up, and angles that rest on it are left "
+      "out (--up=z)");
+}
+
 PageData PageMaker::Make() {
   ChooseStrides();
   std::vector<double> numbers;
@@ -535,8 +556,8 @@ PageData PageMaker::Make() {
   data_.frames = numbers.size();
 
   const TrackSequence& lead = input_.results[0].tracks;
-  up_ = options_.up.has_value() ? *options_.up
-                                : UpDirection(lead, input_.cameras);
+  up_evidence_ = {options_.stated_up, UpOfCameras(input_.cameras)};
+  FindUp(lead);
   Json page = {{"title", input_.title},
                {"frames", Base64(numbers)},
                {"times", Base64(times_s)},

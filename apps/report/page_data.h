@@ -64,8 +64,10 @@ struct PageInput {
 
 struct PageOptions {
   bool with_covariance = false;
-  std::optional<Eigen::Vector3d> up;  // unit; nullopt: from people or cameras
-  size_t max_bytes = 50000000;        // of the data; more is decimated
+  // Unit; nullopt: from people, cameras and what the tracks' format states.
+  std::optional<Eigen::Vector3d> up;
+  size_t max_bytes = 50000000;  // of the data; more is decimated
+  std::optional<Eigen::Vector3d> stated_up = {};  // StatedUp
 };
 
 // The encoded data and what was left out to keep it small.

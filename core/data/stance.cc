@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 namespace kinegraph {
 namespace {
@@ -10,6 +11,9 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr double kRadiansPerDegree = 3.14159265358979323846 / 180.0;
+
+// Directions that are the same way up: who sits or bends leans by less.
+constexpr double kAlike_deg = 50.0;
 
 // Mean of the class's joints; nullopt when none is there.
 std::optional<Vector3d> Centre(const Skeleton& skeleton, const Pose3d& pose,
@@ -52,53 +56,154 @@ std::optional<Vector3d> NearestAxis(const Vector3d& direction,
 }
 
 void Stance::See(const PersonPose& person) {
-  const auto low = Centre(skeleton_, person.joints, JointClass::kAnkle);
+  constexpr double kAbove = 0.1;     // of the way from below to the shoulders
+  constexpr size_t kMost = 2000;     // bodies; more tell no more
+  constexpr double kStraight = 0.8;  // cosine; who sits on a chair has 0.6
   const auto high = Centre(skeleton_, person.joints, JointClass::kShoulder);
+  const auto hips = Centre(skeleton_, person.joints, JointClass::kHip);
+  const auto ankles = Centre(skeleton_, person.joints, JointClass::kAnkle);
+  const auto low = ankles ? ankles : hips;
   if (!low || !high) return;
   const Vector3d body_m = *high - *low;
-  if (!body_m.allFinite()) return;
-  body_sum_m_ += body_m;
   const auto hands = Centre(skeleton_, person.joints, JointClass::kWrist);
-  constexpr double kAbove = 0.1;  // of the way from ankles to shoulders
-  if (!(body_m.norm() > 0.0) ||
+  if (!body_m.allFinite() || !(body_m.norm() > 0.0) ||
       (hands && (*hands - *high).dot(body_m) > kAbove * body_m.squaredNorm())) {
     return;
   }
-  direction_sum_ += body_m.normalized();
-  constexpr double kMost = std::numeric_limits<double>::max();
-  Extent extent = {{kMost, kMost, kMost}, {-kMost, -kMost, -kMost}};
+  if (seen_++ % stride_ != 0) return;
+  Body body;
+  body.up = body_m.normalized();
+  if (hips && ankles) {
+    const Vector3d trunk = (*high - *hips).stableNormalized();
+    body.is_straight =
+        trunk.dot((*hips - *ankles).stableNormalized()) > kStraight;
+    // Who sits or bends has the trunk or the legs upright.
+    if (!body.is_straight) body.up = (body.up + trunk).stableNormalized();
+  }
   for (const Joint3d& joint : person.joints) {
-    if (!joint.present()) continue;
-    for (size_t k = 0; k < 3; ++k) {
-      const double at_m = joint.position_m[static_cast<Eigen::Index>(k)];
-      extent.low_m[k] = std::min(extent.low_m[k], at_m);
-      extent.high_m[k] = std::max(extent.high_m[k], at_m);
+    if (joint.present() && joint.position_m.allFinite()) {
+      body.joints_m.push_back(joint.position_m);
     }
   }
-  extents_.push_back(extent);
+  bodies_.push_back(std::move(body));
+  if (bodies_.size() < kMost) return;
+  for (size_t i = 0; 2 * i < bodies_.size(); ++i) {
+    bodies_[i] = std::move(bodies_[2 * i]);
+  }
+  bodies_.resize((bodies_.size() + 1) / 2);
+  stride_ *= 2;
 }
 
-std::optional<Vector3d> Stance::Up() const {
-  constexpr double kAgreement = 0.8;  // as of directions spread by 37 degrees
-  const double sum = direction_sum_.norm();
-  if (extents_.empty() ||
-      sum < kAgreement * static_cast<double>(extents_.size())) {
+double Stance::Body::Low(const Vector3d& along) const {
+  double low_m = std::numeric_limits<double>::infinity();
+  for (const Vector3d& at : joints_m) low_m = std::min(low_m, along.dot(at));
+  return low_m;
+}
+
+double Stance::Body::High(const Vector3d& along) const { return -Low(-along); }
+
+// The largest first; each body is of one.
+std::vector<Stance::Group> Stance::Groups() const {
+  constexpr double kLeastShare = 0.05;
+  const double alike = std::cos(kAlike_deg * kRadiansPerDegree);
+  const double near = std::cos(30.0 * kRadiansPerDegree);
+  std::vector<const Body*> left;
+  for (const Body& body : bodies_) left.push_back(&body);
+  std::vector<Group> groups;
+  while (!left.empty()) {
+    // About the body that most others are near to, of some.
+    constexpr size_t kTried = 50;
+    Vector3d middle = Vector3d::Zero();
+    size_t most = 0;
+    for (size_t i = 0; i < std::min(kTried, left.size()); ++i) {
+      const Vector3d& at =
+          left[i * left.size() / std::min(kTried, left.size())]->up;
+      Vector3d sum = Vector3d::Zero();
+      size_t count = 0;
+      for (const Body* body : left) {
+        if (body->up.dot(at) < near) continue;
+        sum += body->up;
+        ++count;
+      }
+      if (count <= most) continue;
+      most = count;
+      middle = sum.normalized();
+    }
+    Group group;
+    std::vector<const Body*> others;
+    double count = 0.0;
+    for (const Body* body : left) {
+      if (body->up.dot(middle) < alike) {
+        others.push_back(body);
+        continue;
+      }
+      group.up += body->up;
+      group.straight += body->is_straight ? 1.0 : 0.0;
+      ++count;
+    }
+    // A mean is near to most of what it is made of.
+    if (others.size() == left.size()) break;
+    left = std::move(others);
+    group.share = count / static_cast<double>(bodies_.size());
+    group.straight /= count;
+    group.up.normalize();
+    if (group.share < kLeastShare) break;
+    groups.push_back(group);
+  }
+  return groups;
+}
+
+double Stance::FloorSpread(const Vector3d& up) const {
+  std::vector<double> lows_m;
+  for (const Body& body : bodies_) lows_m.push_back(body.Low(up));
+  return Quantile(lows_m, 0.95) - Quantile(lows_m, 0.05);
+}
+
+// Whoever walks or lies does so on a floor, which stays where it is along up
+// and nowhere else; who stays in one place has a floor in every direction.
+std::optional<Vector3d> Stance::ByFloor(
+    const std::vector<Group>& groups,
+    const std::vector<Vector3d>& others) const {
+  constexpr double kFloor_m = 0.7;  // from lying on it to a bed
+  constexpr double kTimes = 2.5;
+  constexpr double kApart_m = 0.4;
+  const double alike = std::cos(kAlike_deg * kRadiansPerDegree);
+  std::vector<Vector3d> candidates;
+  for (const Group& group : groups) candidates.push_back(group.up);
+  for (const Vector3d& other : others) {
+    if (std::none_of(
+            candidates.begin(), candidates.end(),
+            [&](const Vector3d& one) { return one.dot(other) > alike; })) {
+      candidates.push_back(other);
+    }
+  }
+  double least_m = std::numeric_limits<double>::infinity();
+  double next_m = least_m;
+  Vector3d best = Vector3d::Zero();
+  for (const Vector3d& up : candidates) {
+    const double spread_m = FloorSpread(up);
+    if (spread_m < least_m) {
+      next_m = least_m;
+      least_m = spread_m;
+      best = up;
+    } else {
+      next_m = std::min(next_m, spread_m);
+    }
+  }
+  if (candidates.size() < 2 || least_m > kFloor_m ||
+      next_m < std::max(kTimes * least_m, least_m + kApart_m)) {
     return std::nullopt;
   }
-  return Vector3d(direction_sum_ / sum);
+  return best;
 }
 
 bool Stance::MayLie(const Vector3d& up) const {
-  Eigen::Index axis = 0;
-  up.cwiseAbs().maxCoeff(&axis);
-  const auto k = static_cast<size_t>(axis);
   std::vector<double> lows_m;
   std::vector<double> highs_m;
   std::vector<double> middles_m;
-  for (const Extent& extent : extents_) {
-    const bool is_positive = up[axis] > 0.0;
-    lows_m.push_back(is_positive ? extent.low_m[k] : -extent.high_m[k]);
-    highs_m.push_back(is_positive ? extent.high_m[k] : -extent.low_m[k]);
+  for (const Body& body : bodies_) {
+    lows_m.push_back(body.Low(up));
+    highs_m.push_back(body.High(up));
     middles_m.push_back(0.5 * (lows_m.back() + highs_m.back()));
   }
   const double low_m = Quantile(lows_m, 0.5);
@@ -112,15 +217,44 @@ bool Stance::MayLie(const Vector3d& up) const {
          Quantile(middles_m, 0.95) - Quantile(middles_m, 0.05) < kSpread_m;
 }
 
+std::optional<Vector3d> Stance::Up(const UpEvidence& known) const {
+  constexpr double kNearlyAll = 0.8;  // of the bodies
+  constexpr double kSits_deg = 40.0;
+  const double alike = std::cos(kAlike_deg * kRadiansPerDegree);
+  std::optional<Vector3d> cameras;
+  if (known.of_cameras.norm() > 0.0) {
+    cameras = NearestAxis(known.of_cameras, kSits_deg)
+                  .value_or(known.of_cameras.normalized());
+  }
+  if (bodies_.empty()) return known.stated ? known.stated : cameras;
+  const std::vector<Group> groups = Groups();
+  std::vector<Vector3d> others;
+  if (known.stated) others.push_back(*known.stated);
+  if (cameras) others.push_back(*cameras);
+  if (auto up = ByFloor(groups, others)) return up;
+  const bool is_one = !groups.empty() && groups.front().share >= kNearlyAll;
+  if (!is_one) return known.stated ? known.stated : cameras;
+  const Group& all = groups.front();
+  // Nobody lies head down, or sits while lying.
+  const auto may_lie = [&](const Vector3d& up) {
+    return all.straight > 0.5 && std::abs(all.up.dot(up)) < alike && MayLie(up);
+  };
+  if (known.stated) {
+    const bool stands_across =
+        all.up.dot(*known.stated) < alike && !may_lie(*known.stated);
+    if (!stands_across) return known.stated;
+  }
+  if (cameras && all.up.dot(*cameras) < alike) return std::nullopt;
+  if (!cameras && may_lie(Vector3d::UnitZ())) return std::nullopt;
+  // Who sits leans by more than a world is tilted.
+  return all.straight > 0.5 ? std::optional(all.up)
+                            : NearestAxis(all.up, kSits_deg);
+}
+
 std::optional<Vector3d> Stance::UpUnlike(const Vector3d& up,
-                                         const CameraRig& cameras) const {
-  const double alike = std::cos(50.0 * kRadiansPerDegree);
-  const auto own = Up();
-  if (!own || own->dot(up) > alike) return std::nullopt;
-  const Vector3d of_cameras = UpOfCameras(cameras);
-  if (of_cameras.norm() > 0.0) {
-    if (own->dot(of_cameras.normalized()) < alike) return std::nullopt;
-  } else if (own->dot(up) > -alike && MayLie(up)) {  // nobody lies head down
+                                         const UpEvidence& known) const {
+  const auto own = Up(known);
+  if (!own || own->dot(up) > std::cos(kAlike_deg * kRadiansPerDegree)) {
     return std::nullopt;
   }
   return own;

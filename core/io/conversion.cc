@@ -398,7 +398,7 @@ void NoteAxes(const TrackSequence& tracks, const TrackFormat& from,
     }
     return;
   }
-  const auto note = FindAxesNote(stance, {}, to, axes);
+  const auto note = FindAxesNote(stance, {}, to, axes, StatedUp(from));
   if (!note) return;
   if (note->axes.empty()) {
     lost_fields->push_back(note->text +

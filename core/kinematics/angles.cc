@@ -343,6 +343,12 @@ std::vector<JointAngle> AnglesOf(const Skeleton& skeleton) {
   Add(skeleton, "trunk_turn", TrunkJoints(), AngleInFrame{TrunkTurn}, &angles);
   Add(skeleton, "pelvis_obliquity", {"l_hip", "r_hip"},
       AngleInFrame{PelvisObliquity, 1.0, -90.0, 90.0}, &angles);
+  for (JointAngle& angle : angles) {
+    const auto* rule = std::get_if<AngleInFrame>(&angle.rule);
+    angle.needs_up = rule != nullptr && (rule->measure == TrunkForward ||
+                                         rule->measure == TrunkRight ||
+                                         rule->measure == PelvisObliquity);
+  }
   return angles;
 }
 

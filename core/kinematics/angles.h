@@ -39,6 +39,7 @@ struct AngleInFrame {
 struct JointAngle {
   std::string name;         // "l_knee_flexion"
   std::vector<int> joints;  // of the skeleton, as the rule takes them
+  bool needs_up = false;    // else it is the same in any world
   std::variant<AngleBetween, AngleInFrame> rule;
 };
 

@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "core/base/error.h"
-#include "core/data/stance.h"
 
 namespace kinegraph {
 namespace {
@@ -34,15 +33,11 @@ std::optional<Eigen::Vector3d> ParseUp(const std::string& text,
   return sign * Eigen::Vector3d::Unit(static_cast<Eigen::Index>(index));
 }
 
-Eigen::Vector3d UpDirection(const TrackSequence& tracks,
-                            const CameraRig& cameras) {
-  const Stance stance = StanceOf(tracks.header.skeleton, tracks.frames);
-  if (const auto up = stance.Up()) return Snapped(*up);
-  for (const Eigen::Vector3d& up :
-       {stance.body_sum_m(), UpOfCameras(cameras)}) {
-    if (up.norm() > 0.0) return Snapped(up);
-  }
-  return Eigen::Vector3d::UnitZ();
+std::optional<Eigen::Vector3d> UpDirection(const TrackSequence& tracks,
+                                           const UpEvidence& known) {
+  const auto up = StanceOf(tracks.header.skeleton, tracks.frames).Up(known);
+  if (!up.has_value()) return std::nullopt;
+  return Snapped(*up);
 }
 
 double FloorHeight(const TrackSequence& tracks, const Eigen::Vector3d& up) {

@@ -7,7 +7,7 @@
 #include <string>
 
 #include "core/data/pose.h"
-#include "core/geometry/camera.h"
+#include "core/data/stance.h"
 
 namespace kinegraph {
 
@@ -15,10 +15,9 @@ namespace kinegraph {
 std::optional<Eigen::Vector3d> ParseUp(const std::string& text,
                                        const std::string& what = "--up");
 
-// People stand: the mean direction from ankles to shoulders, else the cameras'
-// mean upward direction, else z. Snapped to a world axis within 25 degrees.
-Eigen::Vector3d UpDirection(const TrackSequence& tracks,
-                            const CameraRig& cameras);
+// Stance::Up, on a world axis within 25 degrees; nullopt where it is not known.
+std::optional<Eigen::Vector3d> UpDirection(const TrackSequence& tracks,
+                                           const UpEvidence& known = {});
 
 // Height of the floor along `up` [m]: what one in fifty of the poses' lowest
 // joints stays below, less the height of an ankle.

@@ -107,17 +107,20 @@ struct MovingPoint {
   MassWeights weights;
   bool along_floor = false;
 
-  MaybePoint Of(const PersonPose& person, const Vector3d& up) const {
+  // Only where up is known is there a floor to go along.
+  MaybePoint Of(const PersonPose& person,
+                const std::optional<Vector3d>& up) const {
     MaybePoint point = CentreOf(weights, person.joints);
-    if (point && along_floor) *point -= up.dot(*point) * up;
+    if (point && along_floor) *point -= up->dot(*point) * *up;
     return point;
   }
 };
 
-std::vector<MovingPoint> MovingPoints(const Skeleton& skeleton) {
+std::vector<MovingPoint> MovingPoints(const Skeleton& skeleton,
+                                      bool has_floor) {
   std::vector<MovingPoint> points;
   const int left = skeleton.IndexOf("l_hip"), right = skeleton.IndexOf("r_hip");
-  if (left >= 0 && right >= 0) {
+  if (left >= 0 && right >= 0 && has_floor) {
     points.push_back({"pelvis", {{left, 0.5}, {right, 0.5}}, true});
   }
   const MassWeights mass = MassWeightsOf(skeleton);
@@ -129,19 +132,33 @@ std::vector<MovingPoint> MovingPoints(const Skeleton& skeleton) {
   return points;
 }
 
+// All angles, or, where up is not known, those of the body alone.
+std::vector<JointAngle> AnglesThatRestOn(const std::optional<Vector3d>& up,
+                                         const Skeleton& skeleton) {
+  std::vector<JointAngle> angles = AnglesOf(skeleton);
+  if (up.has_value()) return angles;
+  angles.erase(
+      std::remove_if(angles.begin(), angles.end(),
+                     [](const JointAngle& angle) { return angle.needs_up; }),
+      angles.end());
+  return angles;
+}
+
 // Fills the columns of one table.
 class Measurement {
  public:
   Measurement(const TrackSequence& tracks, const KinematicsOptions& options)
       : tracks_(tracks),
         options_(options),
-        angles_(AnglesOf(tracks.header.skeleton)),
+        up_(options.up.has_value() ? options.up
+                                   : UpDirection(tracks, options.known)),
+        angles_(AnglesThatRestOn(up_, tracks.header.skeleton)),
         mass_(MassWeightsOf(tracks.header.skeleton)),
-        points_(MovingPoints(tracks.header.skeleton)),
+        points_(MovingPoints(tracks.header.skeleton, up_.has_value())),
         frame_time_(FrameTime(tracks)),
         intervals_(HasCovariances(tracks)) {
     table_.has_times = frame_time_ > 0;
-    table_.up = options.up.has_value() ? *options.up : UpDirection(tracks, {});
+    table_.up = up_;
   }
 
   KinematicsTable Run() {
@@ -186,7 +203,8 @@ class Measurement {
     const PersonPose person = Usable(given);
     KinematicsRow row{frame.frame, frame.time, person.id, {}};
     for (const JointAngle& angle : angles_) {
-      const auto estimate = MeasureAngle(angle, person, table_.up);
+      const auto estimate =
+          MeasureAngle(angle, person, up_.value_or(Vector3d::Zero()));
       row.values.push_back(estimate ? estimate->deg : kNan);
       if (!intervals_) continue;
       row.values.push_back(estimate ? estimate->low_deg.value_or(kNan) : kNan);
@@ -202,7 +220,7 @@ class Measurement {
     std::vector<MaybePoint> places;
     if (frame_time_ > 0) {
       for (const MovingPoint& point : points_) {
-        places.push_back(point.Of(person, table_.up));
+        places.push_back(point.Of(person, up_));
       }
     }
     rows_of_[person.id].push_back({table_.rows.size(), std::move(places)});
@@ -271,6 +289,11 @@ class Measurement {
              table_.angles.end();
     };
     const std::string whose = "the skeleton " + skeleton.name();
+    if (!up_.has_value()) {
+      table_.notes.emplace_back(
+          "which way is up is not known, as people may be lying: no lean of "
+          "the trunk, obliquity, speed and way of the pelvis (--up=z)");
+    }
     if (!has("l_ankle_dorsiflexion") && !has("r_ankle_dorsiflexion")) {
       table_.notes.push_back(whose + " has no heels and toes: no ankle angles");
     }
@@ -289,6 +312,7 @@ class Measurement {
 
   const TrackSequence& tracks_;
   const KinematicsOptions options_;
+  const std::optional<Vector3d> up_;
   const std::vector<JointAngle> angles_;
   const MassWeights mass_;
   const std::vector<MovingPoint> points_;

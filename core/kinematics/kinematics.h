@@ -11,12 +11,15 @@
 #include "core/base/ids.h"
 #include "core/base/time.h"
 #include "core/data/pose.h"
+#include "core/data/stance.h"
 
 namespace kinegraph {
 
 struct KinematicsOptions {
-  // Upwards in the world, a unit vector; nullopt: as people stand.
+  // Upwards in the world, a unit vector; nullopt: as people stand and `known`
+  // says.
   std::optional<Eigen::Vector3d> up;
+  UpEvidence known;
   // Joints that fewer than two views support in a frame count as missing.
   bool observed_only = false;
 };
@@ -34,11 +37,13 @@ struct KinematicsRow {
 //   com_x_m, com_y_m, com_z_m        centre of mass in the world
 //   NAME_speed_m_s                   pelvis (along the floor), com, joints
 //   pelvis_path_m                    way of the pelvis along the floor so far
-// Speeds and paths are there only when the recording has times.
+// Speeds and paths are there only when the recording has times; the lean of the
+// trunk, the pelvis' obliquity, speed and path only when up is known.
 struct KinematicsTable {
-  Eigen::Vector3d up = Eigen::Vector3d::UnitZ();  // that was used
-  bool has_times = false;                         // else all times are 0
-  std::vector<std::string> angles;                // names, without unit
+  // That was used; where it is not known, nothing that rests on it is there.
+  std::optional<Eigen::Vector3d> up;
+  bool has_times = false;           // else all times are 0
+  std::vector<std::string> angles;  // names, without unit
   std::vector<std::string> columns;
   std::vector<KinematicsRow> rows;  // by frame, then as people stand in it
   std::vector<std::string> notes;   // what is not there, and why

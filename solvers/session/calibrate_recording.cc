@@ -159,10 +159,11 @@ class Finisher {
     if (!IsHuman(recording().header.skeleton)) return;
     const TrackSequence first =
         QuickTracks(options_, result_->cameras, recording());
-    const Eigen::Vector3d body =
-        StanceOf(first.header.skeleton, first.frames).body_sum_m();
-    if (!(body.norm() > 0.0)) return;
-    result_->cameras = WithoutUpAxis(result_->cameras, body.normalized());
+    const Eigen::Vector3d of_cameras = UpOfCameras(result_->cameras);
+    const Eigen::Vector3d up = StanceOf(first.header.skeleton, first.frames)
+                                   .Up({std::nullopt, of_cameras})
+                                   .value_or(of_cameras.normalized());
+    result_->cameras = WithoutUpAxis(result_->cameras, up);
     const TrackSequence tracks =
         QuickTracks(options_, result_->cameras, recording());
     result_->ground = GroundOf(tracks.header, tracks.frames);

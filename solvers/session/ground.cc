@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "core/base/constants.h"
+#include "core/data/stance.h"
 #include "core/evaluation/statistics.h"
 #include "solvers/cameras/camera_change.h"
 #include "solvers/session/run.h"
@@ -300,7 +301,10 @@ std::optional<Ground> GroundOf(const TrackHeader& header,
   if (!(axis.norm() > 0.0) || SamplesOf(feet) < kFewestFeet) {
     return std::nullopt;
   }
-  const Eigen::Vector3d body = axis.normalized();
+  // Where most lie, those who stand say more.
+  const Eigen::Vector3d mean = axis.normalized();
+  const Eigen::Vector3d body =
+      StanceOf(header.skeleton, frames).UpUnlike(mean).value_or(mean);
   Upturn best;
   for (const Guess& guess : GuessesOf(body)) {
     const Upturn one = TurnUp(feet, body, guess);

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/base/median.h"
+#include "core/io/files/text_file.h"
 #include "core/io/text/joint_names.h"
 #include "core/skeleton/body_joints.h"
 
@@ -81,10 +82,23 @@ Stance StanceOf(const TrackSequence& tracks) {
   return StanceOf(named, tracks.frames);
 }
 
+std::optional<Vector3d> StatedUp(const TrackFormat& format) {
+  // Readers turn it to z.
+  if (!format.axes.has_value()) return std::nullopt;
+  return Vector3d(Vector3d::UnitZ());
+}
+
+std::optional<Vector3d> StatedUp(const std::string& path,
+                                 const TrackReadOptions& options) {
+  if (IsPipe(path)) return std::nullopt;
+  return StatedUp(FormatOfTracks(path, options));
+}
+
 std::optional<AxesNote> FindAxesNote(const Stance& stance,
                                      const CameraRig& cameras,
                                      const TrackFormat& format,
-                                     const std::optional<AxisMap>& axes) {
+                                     const std::optional<AxisMap>& axes,
+                                     const std::optional<Vector3d>& stated) {
   if (!format.axes.has_value()) return std::nullopt;
   const AxisMap used = axes.value_or(*format.axes);
   // That of the file which shows the world's z as up, X being 0.
@@ -92,7 +106,7 @@ std::optional<AxesNote> FindAxesNote(const Stance& stance,
   while (format.axes->axis[file_axis] != 2) ++file_axis;
   const Vector3d shown =
       used.sign[file_axis] * Vector3d::Unit(used.axis[file_axis]);
-  const auto up = stance.UpUnlike(shown, cameras);
+  const auto up = stance.UpUnlike(shown, {stated, UpOfCameras(cameras)});
   if (!up) return std::nullopt;
   AxesNote note;
   note.text = "people stand along " + DirectionText(*up) +

@@ -31,10 +31,18 @@ struct AxesNote {
   std::string text;
   std::string axes;
 };
-std::optional<AxesNote> FindAxesNote(const Stance& stance,
-                                     const CameraRig& cameras,
-                                     const TrackFormat& format,
-                                     const std::optional<AxisMap>& axes);
+// `stated`: StatedUp of where the tracks are from.
+std::optional<AxesNote> FindAxesNote(
+    const Stance& stance, const CameraRig& cameras, const TrackFormat& format,
+    const std::optional<AxisMap>& axes,
+    const std::optional<Eigen::Vector3d>& stated = std::nullopt);
+
+// The world's axis that the format of a file shows as up; nullopt where it has
+// none.
+std::optional<Eigen::Vector3d> StatedUp(const TrackFormat& format);
+// Of a file; nullopt for a pipe too.
+std::optional<Eigen::Vector3d> StatedUp(const std::string& path,
+                                        const TrackReadOptions& options = {});
 
 // The --axes with which a file that is read as `read` has the world's axis `up`
 // along z.

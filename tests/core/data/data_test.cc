@@ -13,6 +13,7 @@
 #include "core/data/observation.h"
 #include "core/data/stance.h"
 #include "tests/support/rig.h"
+#include "tests/support/standing_person.h"
 
 namespace kinegraph {
 namespace {
@@ -112,6 +113,107 @@ TEST(NearestAxis, HasASignAndALimit) {
   // The space diagonal is 54.7 degrees off every axis.
   EXPECT_FALSE(NearestAxis({1.0, 1.0, 1.0}, 54.0).has_value());
   EXPECT_TRUE(NearestAxis({1.0, 1.0, 1.0}, 55.0).has_value());
+}
+
+// Poses of one person under turns of the world.
+class People {
+ public:
+  // Stands at (x, y), turned by degrees about y: -90 lies on the back.
+  void Add(double x_m, double y_m, double turn_deg = 0.0,
+           double height_m = 0.0) {
+    testing::PosedPerson person;
+    Add(person, x_m, y_m, turn_deg, height_m);
+  }
+  void Add(const testing::PosedPerson& posed, double x_m, double y_m,
+           double turn_deg, double height_m) {
+    const Eigen::AngleAxisd turn(turn_deg * 3.14159265358979323846 / 180.0,
+                                 Eigen::Vector3d::UnitY());
+    PersonPose pose = posed.pose();
+    for (Joint3d& joint : pose.joints) {
+      joint.position_m =
+          turn * joint.position_m + Eigen::Vector3d(x_m, y_m, height_m);
+    }
+    stance_.See(pose);
+  }
+  const Stance& stance() const { return stance_; }
+
+ private:
+  Stance stance_{Body25()};
+};
+
+testing::PosedPerson SittingOnTheFloor() {
+  testing::PosedPerson person;
+  for (const std::string side : {"l_", "r_"}) {
+    for (const char* joint : {"shoulder", "elbow", "wrist"}) {
+      person.Put(side + joint,
+                 person.At(side + joint) - Eigen::Vector3d(0.0, 0.0, 0.9));
+    }
+    const double y = person.At(side + "hip").y();
+    person.Put(side + "hip", {0.0, y, 0.1});
+    person.Put(side + "knee", {0.5, y, 0.1});
+    person.Put(side + "ankle", {0.9, y, 0.1});
+    person.Put(side + "heel", {0.95, y, 0.05});
+    person.Put(side + "big_toe", {0.95, y, 0.25});
+  }
+  return person;
+}
+
+TEST(Stance, WhoStandsPointsUpInAnyWorld) {
+  People people;
+  for (int k = 0; k < 50; ++k) people.Add(0.05 * k, 1.0);
+  EXPECT_EQ(NearestAxis(*people.stance().Up(), 1.0), Eigen::Vector3d::UnitZ());
+  // A world with x up, where they walk.
+  People turned;
+  for (int k = 0; k < 50; ++k) turned.Add(2.0, 0.05 * k, 90.0, 2.0);
+  EXPECT_EQ(NearestAxis(*turned.stance().Up(), 1.0), Eigen::Vector3d::UnitX());
+}
+
+// On the floor and on a bed nothing tells it from a world on its side but what
+// the file states, or cameras.
+TEST(Stance, WhoLiesLeavesUpOpen) {
+  for (const double height_m : {0.2, 0.7}) {
+    People people;
+    for (int k = 0; k < 50; ++k) people.Add(0.5, 0.002 * k, -90.0, height_m);
+    EXPECT_FALSE(people.stance().Up().has_value()) << height_m;
+    const Eigen::Vector3d z = Eigen::Vector3d::UnitZ();
+    EXPECT_EQ(people.stance().Up({z}), z);
+    EXPECT_FALSE(people.stance().Up({std::nullopt, z}).has_value())
+        << "the cameras may be turned";
+    EXPECT_FALSE(people.stance().UpUnlike(z, {z}).has_value());
+  }
+}
+
+// A fifth of the time somebody walks: the floor stays where it is along z
+// alone.
+TEST(Stance, TheFloorCountsMoreThanWhoLies) {
+  for (const double height_m : {0.2, 0.6}) {
+    People people;
+    for (int k = 0; k < 20; ++k) people.Add(0.2 * k, 0.05 * k);
+    for (int k = 0; k < 80; ++k) people.Add(0.5, 0.0, 90.0, height_m);
+    const auto up = people.stance().Up();
+    ASSERT_TRUE(up.has_value()) << height_m;
+    EXPECT_EQ(NearestAxis(*up, 5.0), Eigen::Vector3d::UnitZ()) << height_m;
+    // More than the file, too.
+    EXPECT_EQ(NearestAxis(*people.stance().Up({Eigen::Vector3d::UnitX()}), 5.0),
+              Eigen::Vector3d::UnitZ());
+  }
+}
+
+TEST(Stance, WhoSitsOnTheFloorHasAnUprightTrunk) {
+  People people;
+  for (int k = 0; k < 50; ++k) {
+    people.Add(SittingOnTheFloor(), 0.3, 0.001 * k, 0.0, 0.0);
+  }
+  EXPECT_EQ(people.stance().Up(), Eigen::Vector3d::UnitZ());
+}
+
+// A file that is on its side: who walks across its axis does not lie.
+TEST(Stance, AStatedAxisYieldsToWhoCannotLie) {
+  People people;
+  for (int k = 0; k < 50; ++k) people.Add(0.0, 1.0, 90.0, 3.0 + 0.04 * k);
+  const Eigen::Vector3d z = Eigen::Vector3d::UnitZ();
+  EXPECT_EQ(NearestAxis(*people.stance().Up({z}), 1.0),
+            Eigen::Vector3d::UnitX());
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 // Speeds, ways and centres of mass of motions that are known.
 #include "core/kinematics/kinematics.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -145,6 +146,32 @@ TEST(Kinematics, CentreOfMassByHand) {
   hand.header.skeleton = Skeleton("hand", {"a", "b"}, {});
   hand.frames[0].people[0].joints.resize(2);
   EXPECT_EQ(MeasureKinematics(hand).IndexOf("com_z_m"), -1);
+}
+
+// Somebody who lies: angles of the body stay, what rests on up goes.
+TEST(Kinematics, WhereUpIsNotKnownNothingRestsOnIt) {
+  TrackSequence tracks = Walk(11);
+  for (TrackFrame& frame : tracks.frames) {
+    for (Joint3d& joint : frame.people[0].joints) {
+      const Vec at = joint.position_m;
+      joint.position_m = {at.z(), at.y(), 0.3 + 0.5 * at.x()};
+    }
+  }
+  const KinematicsTable table = MeasureKinematics(tracks);
+  EXPECT_FALSE(table.up.has_value());
+  for (const char* column :
+       {"trunk_forward_deg", "trunk_right_deg", "pelvis_obliquity_deg",
+        "pelvis_speed_m_s", "pelvis_path_m"}) {
+    EXPECT_EQ(table.IndexOf(column), -1) << column;
+  }
+  EXPECT_NEAR(ValueAt(table, 5, "l_knee_flexion_deg"), 0.0, 1e-6);
+  EXPECT_NEAR(ValueAt(table, 5, "com_speed_m_s"), 0.75, 0.3);
+  EXPECT_THAT(table.notes, ::testing::Contains(::testing::HasSubstr("--up=z")));
+  KinematicsOptions options;
+  options.known.stated = Vec::UnitZ();
+  const KinematicsTable stated = MeasureKinematics(tracks, options);
+  EXPECT_EQ(stated.up, Vec::UnitZ());
+  EXPECT_NEAR(std::abs(ValueAt(stated, 5, "trunk_forward_deg")), 90.0, 1e-6);
 }
 
 }  // namespace
