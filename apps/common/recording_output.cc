@@ -226,11 +226,10 @@ std::string Flag(const std::string& name, const std::string& value) {
 void NameInputs(const std::string& recording, const std::string& configuration,
                 const std::string& corrected, std::vector<Finding>* findings) {
   for (Finding& finding : *findings) {
-    if (finding.fix == kUseCorrected) {
-      finding.fix = Flag("cameras", corrected).substr(1);
-    }
     for (const auto& [mark, flags] :
-         {std::pair{std::string(" INPUTS"), recording + configuration},
+         {std::pair{std::string(kUseCorrected),
+                    Flag("cameras", corrected).substr(1)},
+          {std::string(" INPUTS"), recording + configuration},
           {std::string(" RECORDING"), recording}}) {
       const size_t at = finding.fix.find(mark);
       if (at != std::string::npos) finding.fix.replace(at, mark.size(), flags);

@@ -162,6 +162,34 @@ ExchangedSides FindExchangedSides(const CameraRig& cameras,
 std::string ExchangeSidesFlag(const std::vector<char>& views,
                               const std::vector<std::string>& names);
 
+// Of detections.mirror_px: an axis, 'x' or 'y', and the sum of a coordinate and
+// the mirrored one.
+std::string MirrorText(char axis, double sum_px);
+// The flag that mirrors views back: such a text a view, empty where it stays.
+std::string MirrorFlag(const std::vector<std::string>& mirrors,
+                       const std::vector<std::string>& names);
+// The texts for images of these cameras whose y counts from the bottom.
+std::vector<std::string> FromTheBottom(const CameraRig& cameras);
+
+// Of people in 3D, how many have their noses behind the shoulders: their left
+// and right are exchanged, or their world is a mirror image.
+struct Noses {
+  int backwards = 0;
+  int looked_at = 0;
+  bool are_backwards() const {
+    constexpr int kEnough = 10;
+    constexpr double kMost = 0.8;
+    return looked_at >= kEnough && backwards > kMost * looked_at;
+  }
+};
+Noses NosesOf(const CameraRig& cameras, const std::vector<ViewPeople>& ideal,
+              const Skeleton& skeleton);
+
+// Whether nearly all people stand on their heads in the images. With noses
+// behind the shoulders, y counts from the bottom; images that are turned leave
+// noses where they are.
+bool StandOnHeads(const DetectionSequence& seen);
+
 // Left and right of these views.
 void ExchangeSides(const std::vector<char>& views,
                    DetectionSequence* detections);

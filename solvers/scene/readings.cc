@@ -56,53 +56,87 @@ const std::vector<PoseReading>& PoseReadings() {
   return kAll;
 }
 
-// What was done to the images before people were detected in them. Pixels of
-// the images as the cameras took them, from those that the detector was shown:
-// taken = turn * shown + offset. (0, 0) is the middle of the first pixel.
+// What was done to the images before people were detected in them: they were
+// turned, then mirrored. Pixels of the images as the cameras took them, from
+// those of the turned ones: taken = turn * turned + offset. (0, 0) is the
+// middle of the first pixel.
 struct ImageReading {
   const char* words;
   std::array<double, 4> turn;     // by rows
   std::array<bool, 2> from_ends;  // the offset: of the last column, row
-  ImageTurn lens;                 // of the camera that takes what was shown
+  ImageTurn lens;                 // of the camera that takes what was turned
+  char mirrored = '\0';           // the axis whose pixels count from the end
 };
-constexpr std::array<ImageReading, 5> kImages = {
+// All eight ways in which a picture can lie.
+constexpr std::array<ImageReading, 8> kImages = {
     {{"as taken", {1.0, 0.0, 0.0, 1.0}, {false, false}, ImageTurn::kHalf},
-     {"turned by 90 degrees clockwise",
+     {"the images were turned by 90 degrees clockwise",
       {0.0, 1.0, -1.0, 0.0},
       {false, true},
       ImageTurn::kClockwise},
-     {"turned by 180 degrees",
+     {"the images were turned by 180 degrees",
       {-1.0, -0.0, -0.0, -1.0},
       {true, true},
       ImageTurn::kHalf},
-     {"turned by 90 degrees anticlockwise",
+     {"the images were turned by 90 degrees anticlockwise",
       {0.0, -1.0, 1.0, 0.0},
       {true, false},
       ImageTurn::kCounterClockwise},
-     {"mirrored", {-1.0, 0.0, 0.0, 1.0}, {true, false}, ImageTurn::kHalf}}};
+     {"the images were mirrored",
+      {1.0, 0.0, 0.0, 1.0},
+      {false, false},
+      ImageTurn::kHalf,
+      'x'},
+     {"y counts from the bottom of the images",
+      {1.0, 0.0, 0.0, 1.0},
+      {false, false},
+      ImageTurn::kHalf,
+      'y'},
+     {"the images were turned by 90 degrees clockwise and mirrored",
+      {0.0, 1.0, -1.0, 0.0},
+      {false, true},
+      ImageTurn::kClockwise,
+      'x'},
+     {"the images were turned by 90 degrees anticlockwise and mirrored",
+      {0.0, -1.0, 1.0, 0.0},
+      {true, false},
+      ImageTurn::kCounterClockwise,
+      'x'}}};
 constexpr int kImageAsRead = 0;
-constexpr int kMirrored = 4;
 
 struct ImageMap {
   ImageMap(const Camera& camera, int image)
       : turn(Eigen::Map<const Eigen::Matrix<double, 2, 2, Eigen::RowMajor>>(
             kImages[image].turn.data())),
         offset(kImages[image].from_ends[0] ? ImageWidth(camera) - 1.0 : 0.0,
-               kImages[image].from_ends[1] ? ImageHeight(camera) - 1.0 : 0.0) {}
+               kImages[image].from_ends[1] ? ImageHeight(camera) - 1.0 : 0.0),
+        mirrored(kImages[image].mirrored) {
+    if (mirrored == '\0') return;
+    // Of the turned image.
+    const bool is_width = (mirrored == 'x') == (turn(0, 0) != 0.0);
+    sum_px = (is_width ? ImageWidth(camera) : ImageHeight(camera)) - 1.0;
+  }
 
+  Eigen::Vector2d Unmirrored(Eigen::Vector2d shown) const {
+    if (mirrored == 'x') shown.x() = sum_px - shown.x();
+    if (mirrored == 'y') shown.y() = sum_px - shown.y();
+    return shown;
+  }
   Eigen::Vector2d Taken(const Eigen::Vector2d& shown) const {
-    return offset + turn * shown;
+    return offset + turn * Unmirrored(shown);
   }
 
   Eigen::Matrix2d turn;
   Eigen::Vector2d offset;
+  char mirrored;
+  double sum_px = 0.0;  // of a coordinate and the mirrored one
 };
 
-// The camera whose images are those that the detector was shown. No camera
-// takes mirrored ones.
+// The camera whose images are those that were turned. No camera takes mirrored
+// ones.
 Camera Seeing(const Camera& camera, int image) {
-  if (image == kImageAsRead || image == kMirrored) return camera;
   const ImageMap map(camera, image);
+  if (map.turn.isIdentity()) return camera;
   return Edited(camera, [&](CameraParameters* seeing) {
     Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
     turn.topLeftCorner<2, 2>() = map.turn.transpose();
@@ -380,13 +414,25 @@ void AddWords(const SetUp& set_up, const Reading& as_read,
         fmt::format("the camera matrix fits multiplied by {:.4g}",
                     reading.image_scale));
   }
-  for (size_t v = 0; v < reading.images.size(); ++v) {
+  const CameraRig cameras = CamerasOf(set_up.cameras, reading);
+  std::vector<std::string> mirrors(cameras.size());
+  bool turned = false;
+  for (size_t v = 0; v < mirrors.size(); ++v) {
+    const ImageMap map(cameras[v], reading.images[v]);
+    turned = turned || !map.turn.isIdentity();
+    if (map.mirrored == '\0') continue;
+    mirrors[v] = MirrorText(map.mirrored, map.sum_px);
+  }
+  const std::string mirror_fix =
+      MirrorFlag(mirrors, set_up.input.detections.header.view_names);
+  for (size_t v = 0; v < mirrors.size(); ++v) {
     const int image = reading.images[v];
     if (image == kImageAsRead) continue;
     say("image", reading.AllImagesAlike() ? "" : set_up.CameraName(v),
-        image == kMirrored ? "mirror the images back before people are detected"
-                           : kUseCorrected,
-        std::string("the images were ") + kImages[image].words);
+        mirror_fix.empty() ? kUseCorrected
+        : turned           ? kUseCorrected + (" " + mirror_fix)
+                           : mirror_fix,
+        kImages[image].words);
     if (reading.AllImagesAlike()) break;
   }
   std::string map;
@@ -426,19 +472,14 @@ std::optional<Answer> AskForOtherReading(const SetUp& set_up) {
   answer.cameras = CamerasOf(set_up.cameras, reading);
   for (size_t v = 0; v < set_up.cameras.size(); ++v) {
     Camera& camera = (*answer.cameras)[v];
+    const ImageMap map(camera, reading.images[v]);
     camera = Seeing(camera, reading.images[v]);
-    if (reading.images[v] != kMirrored) continue;
-    if (!answer.detections.has_value()) {
-      answer.detections = set_up.detections;
-      answer.notes.emplace_back(
-          "no camera sees mirrored images: the corrected calibration holds "
-          "for the images mirrored back");
-    }
-    const ImageMap map(camera, kMirrored);
+    if (map.mirrored == '\0') continue;
+    if (!answer.detections.has_value()) answer.detections = set_up.detections;
     for (DetectionFrame& frame : answer.detections->frames) {
       for (Detection& detection : frame.views[v].detections) {
         for (Keypoint& joint : detection.joints) {
-          joint.px = map.Taken(joint.px);
+          joint.px = map.Unmirrored(joint.px);
         }
       }
     }

@@ -131,12 +131,7 @@ std::optional<OtherRate> FindOtherRate(const SetUp& set_up) {
 
 // ---- Sides ----
 
-// Of people in 3D, how many have their noses behind: shoulders, hips and trunk
-// tell which way is ahead.
-struct Noses {
-  int backwards = 0;
-  int looked_at = 0;
-};
+// Shoulders, hips and trunk tell which way is ahead.
 Noses LookAhead(const std::vector<PlacedPerson>& people,
                 const Skeleton& skeleton) {
   Noses noses;
@@ -487,34 +482,99 @@ ExchangedSides FindExchangedSides(const CameraRig& cameras,
   return found;
 }
 
+std::string MirrorText(char axis, double sum_px) {
+  return fmt::format("{}{:g}", axis, sum_px);
+}
+
+std::string MirrorFlag(const std::vector<std::string>& mirrors,
+                       const std::vector<std::string>& names) {
+  std::string keys;
+  for (size_t v = 0; v < mirrors.size(); ++v) {
+    if (mirrors[v].empty()) continue;
+    keys += (keys.empty() ? "'--set=" : ";") +
+            ("detections.mirror_px." + names[v]) + "=" + mirrors[v];
+  }
+  return keys.empty() ? keys : keys + "'";
+}
+
+std::vector<std::string> FromTheBottom(const CameraRig& cameras) {
+  std::vector<std::string> mirrors;
+  for (const Camera& camera : cameras) {
+    mirrors.push_back(MirrorText('y', ImageHeight(camera) - 1.0));
+  }
+  return mirrors;
+}
+
+Noses NosesOf(const CameraRig& cameras, const std::vector<ViewPeople>& ideal,
+              const Skeleton& skeleton) {
+  std::vector<int> frames(ideal.empty() ? 0 : ideal.front().frames.size());
+  std::iota(frames.begin(), frames.end(), 0);
+  return LookAhead(PlacePeople(cameras, ideal, frames), skeleton);
+}
+
+bool StandOnHeads(const DetectionSequence& seen) {
+  constexpr int kEnough = 10;
+  constexpr double kNearlyAll = 0.9;
+  const Skeleton& skeleton = seen.header.skeleton;
+  const auto middle = [&](const Detection& one, const std::string& part) {
+    const int l = skeleton.IndexOf("l_" + part);
+    const int r = skeleton.IndexOf("r_" + part);
+    std::optional<Eigen::Vector2d> px;
+    if (l >= 0 && r >= 0 && one.joints[l].found && one.joints[r].found) {
+      px = 0.5 * (one.joints[l].px + one.joints[r].px);
+    }
+    return px;
+  };
+  int upright = 0;
+  int on_heads = 0;
+  for (const DetectionFrame& frame : seen.frames) {
+    for (const ViewDetections& view : frame.views) {
+      for (const Detection& one : view.detections) {
+        const auto shoulders = middle(one, "shoulder");
+        const auto hips = middle(one, "hip");
+        if (!shoulders || !hips) continue;
+        const Eigen::Vector2d trunk = *hips - *shoulders;
+        if (std::abs(trunk.y()) <= std::abs(trunk.x())) continue;
+        ++(trunk.y() > 0.0 ? upright : on_heads);
+      }
+    }
+  }
+  return on_heads >= kEnough && on_heads > kNearlyAll * (upright + on_heads);
+}
+
 // Left and right, exchanged in some views or in all.
 std::optional<Answer> AskForSides(const SetUp& set_up) {
   const DetectionSequence seen = FramesOf(set_up.detections, set_up.frames);
   const ExchangedSides found = FindExchangedSides(set_up.cameras, seen);
   if (found.any() && !found.gain.is_enough()) return std::nullopt;
-  std::vector<int> frames(seen.frames.size());
-  std::iota(frames.begin(), frames.end(), 0);
   const Noses noses =
-      LookAhead(PlacePeople(set_up.cameras, found.people, frames),
-                set_up.detections.header.skeleton);
+      NosesOf(set_up.cameras, found.people, set_up.detections.header.skeleton);
   std::vector<char> exchanged = found.views;
-  constexpr int kEnough = 10;
-  constexpr double kMost = 0.8;
-  if (noses.looked_at >= kEnough && noses.backwards > kMost * noses.looked_at) {
+  if (noses.are_backwards()) {
     for (char& view : exchanged) view = !view;
   } else if (!found.any()) {
     return std::nullopt;
   }
-  const std::string fix =
-      ExchangeSidesFlag(exchanged, set_up.input.detections.header.view_names);
+  const std::vector<std::string>& names =
+      set_up.input.detections.header.view_names;
+  const std::string fix = ExchangeSidesFlag(exchanged, names);
   Answer answer;
   const bool all = std::count(exchanged.begin(), exchanged.end(), 0) == 0;
   if (all) {
-    answer =
-        Said({"sides", "", 0.9, 0.0, 0.0, fix,
-              fmt::format("left and right are exchanged: noses lie behind the "
-                          "shoulders in {} of {} people",
-                          noses.backwards, noses.looked_at)});
+    const std::string evidence =
+        fmt::format("noses lie behind the shoulders in {} of {} people",
+                    noses.backwards, noses.looked_at);
+    answer = StandOnHeads(seen)
+                 ? Said({"image", "", 0.9, 0.0, 0.0,
+                         "kinegraph calibrate RECORDING " +
+                             MirrorFlag(FromTheBottom(set_up.cameras), names) +
+                             " --out=cameras.json",
+                         "y counts from the bottom of the images, and the "
+                         "calibration is of such images, a mirror image of the "
+                         "room: people stand on their heads in them, and " +
+                             evidence})
+                 : Said({"sides", "", 0.9, 0.0, 0.0, fix,
+                         "left and right are exchanged: " + evidence});
   }
   for (size_t v = 0; v < exchanged.size(); ++v) {
     if (all || !exchanged[v]) continue;

@@ -1,5 +1,7 @@
 #include "solvers/session/calibrate_recording.h"
 
+#include <fmt/format.h>
+
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -9,6 +11,8 @@
 #include "core/base/median.h"
 #include "core/data/stance.h"
 #include "core/skeleton/body_joints.h"
+#include "solvers/scene/hypothesis.h"
+#include "solvers/scene/plausible.h"
 #include "solvers/scene/view_agreement.h"
 #include "solvers/session/diagnose.h"
 #include "solvers/session/ready_recording.h"
@@ -238,6 +242,36 @@ class Finisher {
   RecordingCalibration* result_;
 };
 
+// Whether the world that was found is a mirror image, which two views never
+// tell, and its people do: refused where the images are upside down too, else
+// said, as left and right that are exchanged look alike.
+void CheckMirror(const std::vector<std::string>& view_names,
+                 const RigInput& input, RigResult* rig) {
+  const std::vector<int> frames =
+      FramesToLookAt(PeopleOfViews(rig->recording), kFramesToLookAt);
+  const DetectionSequence seen = FramesOf(rig->recording, frames);
+  const Noses noses = NosesOf(rig->cameras, IdealPeople(seen, rig->cameras),
+                              seen.header.skeleton);
+  if (!noses.are_backwards()) return;
+  const std::string behind =
+      fmt::format("noses lie behind the shoulders in {} of {} people",
+                  noses.backwards, noses.looked_at);
+  if (StandOnHeads(seen)) {
+    rig->verdict = RigVerdict::kRefused;
+    rig->reasons = {
+        "y counts from the bottom of the images, which makes the room a mirror "
+        "image: people stand on their heads, and " +
+        behind + ": calibrate and track with " +
+        MirrorFlag(FromTheBottom(input.intrinsics), view_names)};
+    return;
+  }
+  rig->reasons.push_back(
+      behind + ": left and right are exchanged (track with " +
+      ExchangeSidesFlag(std::vector<char>(view_names.size(), 1), view_names) +
+      "), or pixels were mirrored after detection, and the room is a mirror "
+      "image (detections.mirror_px)");
+}
+
 }  // namespace
 
 RecordingCalibration CalibrateRecording(const RunOptions& options,
@@ -260,6 +294,9 @@ RecordingCalibration CalibrateRecording(const RunOptions& options,
   RecordingCalibration result;
   result.view_names = scene.view_names;
   result.rig = EstimateRig(rig);
+  if (result.rig.verdict != RigVerdict::kRefused) {
+    CheckMirror(scene.view_names, rig, &result.rig);
+  }
   if (result.rig.verdict != RigVerdict::kRefused) {
     Finisher(options, input, MiddleOf(detections), &result).Run();
   }

@@ -377,7 +377,7 @@ std::vector<Finding> CausesOf(const Diagnosis& diagnosis, bool knows_unit) {
     if (finding.kind == "clock_offset") {
       finding.evidence += "; if it is the clock " + finding.fix;
       finding.fix = kLookCloser;
-    } else if (finding.fix == kUseCorrected) {
+    } else if (finding.fix.rfind(kUseCorrected, 0) == 0) {
       finding.fix = kLookCloser;
     }
     causes.push_back(std::move(finding));

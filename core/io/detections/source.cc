@@ -4,6 +4,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <cstdlib>
 #include <filesystem>
 #include <utility>
 #include <vector>
@@ -131,6 +132,36 @@ bool IsBeyondImages(const Eigen::AlignedBox2d& box) {
          box.max().minCoeff() < -kLargestImagePx;
 }
 
+// An axis of the image, and the sum of a pixel's coordinate and the mirrored
+// one.
+struct Mirror {
+  Eigen::Index axis = 0;
+  double sum_px = 0.0;
+};
+
+Mirror MirrorOf(const std::string& key, const std::string& text) {
+  char* end = nullptr;
+  const std::string number = text.empty() ? "" : text.substr(1);
+  const double sum_px = std::strtod(number.c_str(), &end);
+  if (number.empty() || *end != '\0' || (text[0] != 'x' && text[0] != 'y') ||
+      !(sum_px > 0.0 && sum_px <= kLargestImagePx)) {
+    throw OptionError(
+        key, fmt::format("found '{}', expected x or y and the width or height "
+                         "of the image less 1, as in x1279",
+                         Printable(text)));
+  }
+  return {text[0] == 'x' ? 0 : 1, sum_px};
+}
+
+void MirrorBack(const Mirror& mirror, ViewDetections* view) {
+  for (Detection& detection : view->detections) {
+    for (Keypoint& joint : detection.joints) {
+      if (!joint.found) continue;
+      joint.px[mirror.axis] = mirror.sum_px - joint.px[mirror.axis];
+    }
+  }
+}
+
 // Refuses what would take too long to associate, and what are no pixels: views
 // whose positions are shares of the image, 0 .. 1 (MediaPipe, OpenPose with
 // --keypoint_scale 3) or -1 .. 1 (4), and those where no image reaches. One
@@ -144,14 +175,12 @@ class CheckedSource : public DetectionSource {
         source_(std::move(source)),
         positions_(source_->header().view_names.size()) {
     for (const std::string& name : options.exchange_sides) {
-      const std::vector<std::string>& views = header().view_names;
-      const auto at = std::find(views.begin(), views.end(), name);
-      if (at == views.end()) {
-        throw OptionError(
-            "detections.exchange_sides",
-            "the detections have no view '" + Printable(name) + "'");
-      }
-      exchanged_.push_back(static_cast<size_t>(at - views.begin()));
+      exchanged_.push_back(ViewNamed(name, "detections.exchange_sides"));
+    }
+    for (const auto& [name, text] : options.mirror_px) {
+      const std::string key = "detections.mirror_px";
+      mirrors_.emplace_back(ViewNamed(name, key),
+                            MirrorOf(key + "." + name, text));
     }
     CheckMost("skeleton", header().skeleton.joint_count(), "joints",
               options.max_joints, "detections.max_joints");
@@ -171,6 +200,9 @@ class CheckedSource : public DetectionSource {
         CheckCounts(*frame);
         Located(path_, [&] { SeePositions(*frame); });
         for (const size_t v : exchanged_) ExchangeSides(&frame->views[v]);
+        for (const auto& [v, mirror] : mirrors_) {
+          MirrorBack(mirror, &frame->views[v]);
+        }
         return true;
       } catch (const InputError& error) {
         if (!options_.skip_bad_frames) throw;
@@ -190,6 +222,16 @@ class CheckedSource : public DetectionSource {
     int64_t far = 0;          // people beyond any image
     Eigen::AlignedBox2d box;  // of all of them
   };
+
+  size_t ViewNamed(const std::string& name, const std::string& key) const {
+    const std::vector<std::string>& views = header().view_names;
+    const auto at = std::find(views.begin(), views.end(), name);
+    if (at == views.end()) {
+      throw OptionError(
+          key, "the detections have no view '" + Printable(name) + "'");
+    }
+    return static_cast<size_t>(at - views.begin());
+  }
 
   void CheckMost(const std::string& place, int64_t count, const char* what,
                  int64_t most, const char* key) const {
@@ -282,8 +324,9 @@ class CheckedSource : public DetectionSource {
   const std::string path_;
   const DetectionReadOptions options_;
   const std::unique_ptr<DetectionSource> source_;
-  std::vector<Positions> positions_;  // one a view
-  std::vector<size_t> exchanged_;     // views
+  std::vector<Positions> positions_;                // one a view
+  std::vector<size_t> exchanged_;                   // views
+  std::vector<std::pair<size_t, Mirror>> mirrors_;  // of views
   BadFrames bad_;
 };
 
@@ -303,6 +346,9 @@ void DetectionReadOptions::Describe(OptionVisitor& visitor) {
                  "what a joint with confidence 0, or at exactly (0, 0), is");
   visitor.TextList("exchange_sides", &exchange_sides,
                    "views in which left and right are exchanged");
+  visitor.TextMap("mirror_px", &mirror_px,
+                  "mirrored views: x1279 reads 1279 - x for x, y719 719 - y "
+                  "for y");
   visitor.Integer("first_frame", &first_frame,
                   Between(0.0, static_cast<double>(kMaxFrame)), "frames",
                   "frame number of a file that names none");

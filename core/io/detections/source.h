@@ -40,6 +40,9 @@ struct DetectionReadOptions {
   std::map<std::string, int64_t> view_frame_offset;
   // Views whose detector takes left for right.
   std::vector<std::string> exchange_sides;
+  // Views whose images were mirrored: "x1279" reads 1279 - x for x, "y719"
+  // 719 - y for y [px].
+  std::map<std::string, std::string> mirror_px;
   // Frame number of a file that names none (SMAP).
   int64_t first_frame = 0;
   // Association compares everybody with everybody and every joint: what goes

@@ -63,6 +63,21 @@ std::vector<Case> Cases() {
        [](FaultyScene* scene) {
          ExchangeSides({0, 1, 0, 0}, &scene->detections);
        }},
+      {"image",  // y counts from the bottom in all views
+       [](FaultyScene* scene) {
+         for (size_t v = 0; v < 4; ++v) {
+           const double bottom = scene->cameras[v].height_px() - 1.0;
+           testing::ChangeJoints(scene, v, [=](Keypoint* joint) {
+             joint->px.y() = bottom - joint->px.y();
+           });
+         }
+       }},
+      {"image",  // one view's are turned by 90 degrees and mirrored
+       [](FaultyScene* scene) {
+         testing::ChangeJoints(scene, 1, [](Keypoint* joint) {
+           std::swap(joint->px.x(), joint->px.y());
+         });
+       }},
       {"image_size",
        [](FaultyScene* scene) {
          testing::ChangeJoints(scene, 1, [](Keypoint* joint) {
@@ -187,7 +202,7 @@ TEST(Advice, OfTrackRunsAsPrinted) {
 
 INSTANTIATE_TEST_SUITE_P(Kinds, Fixes, ::testing::ValuesIn(Cases()),
                          [](const auto& test) {
-                           return std::string(test.param.kind);
+                           return test.param.kind + std::to_string(test.index);
                          });
 
 }  // namespace

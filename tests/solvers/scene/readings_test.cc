@@ -78,9 +78,9 @@ TEST(Readings, ExchangedViewsAreNamed) {
                                               scene.cameras[1].name() + "'");
 }
 
-// Images turned and mirrored before people were detected, and the camera that
-// sees what the detector saw: it projects to the pixels as they are shown, lens
-// and all.
+// Images turned and mirrored before people were detected, in all ways, and the
+// camera that sees what the detector saw: it projects to the pixels as they are
+// shown, lens and all, or to those that the flag mirrors back.
 TEST(Readings, TurnedAndMirroredImagesAreNamed) {
   FaultySceneOptions options = {4, 4, 4, 4.0};
   options.distortion = {-0.1, 0.02, 0.004, -0.003, 0.0};
@@ -88,38 +88,75 @@ TEST(Readings, TurnedAndMirroredImagesAreNamed) {
   const Camera& camera = taken.cameras[2];
   const double right = camera.width_px() - 1.0;
   const double bottom = camera.height_px() - 1.0;
-  using Shown = std::function<Eigen::Vector2d(const Eigen::Vector2d&)>;
-  const std::vector<std::pair<std::string, Shown>> images = {
-      {"turned by 90 degrees clockwise",
-       [=](const auto& p) { return Eigen::Vector2d(bottom - p.y(), p.x()); }},
-      {"turned by 180 degrees",
-       [=](const auto& p) {
-         return Eigen::Vector2d(right - p.x(), bottom - p.y());
-       }},
-      {"turned by 90 degrees anticlockwise",
-       [=](const auto& p) { return Eigen::Vector2d(p.y(), right - p.x()); }},
-      {"mirrored",
-       [=](const auto& p) { return Eigen::Vector2d(right - p.x(), p.y()); }}};
-  for (const auto& [words, shown] : images) {
+  using Map = std::function<Eigen::Vector2d(const Eigen::Vector2d&)>;
+  struct Image {
+    std::string words;
+    Map turned;
+    std::string mirror;  // of the key
+  };
+  const Map as_taken = [](const auto& p) { return p; };
+  const Map clockwise = [=](const auto& p) {
+    return Eigen::Vector2d(bottom - p.y(), p.x());
+  };
+  const Map half = [=](const auto& p) {
+    return Eigen::Vector2d(right - p.x(), bottom - p.y());
+  };
+  const Map anticlockwise = [=](const auto& p) {
+    return Eigen::Vector2d(p.y(), right - p.x());
+  };
+  const auto of_width = [](double width) { return MirrorText('x', width); };
+  const std::vector<Image> images = {
+      {"were turned by 90 degrees clockwise;", clockwise, ""},
+      {"were turned by 180 degrees;", half, ""},
+      {"were turned by 90 degrees anticlockwise;", anticlockwise, ""},
+      {"the images were mirrored;", as_taken, of_width(right)},
+      {"y counts from the bottom of the images;", as_taken,
+       MirrorText('y', bottom)},
+      {"were turned by 90 degrees clockwise and mirrored;", clockwise,
+       of_width(bottom)},
+      {"were turned by 90 degrees anticlockwise and mirrored;", anticlockwise,
+       of_width(bottom)}};
+  const std::string& view = taken.detections.header.view_names[2];
+  for (const auto& [words, turned, mirror] : images) {
     FaultyScene scene = taken;
     testing::ChangeJoints(
-        &scene, 2, [&](Keypoint* joint) { joint->px = shown(joint->px); });
+        &scene, 2, [&, &turn = turned, &axis = mirror](Keypoint* joint) {
+          joint->px = turn(joint->px);
+          if (axis.empty()) return;
+          double& at = axis[0] == 'x' ? joint->px.x() : joint->px.y();
+          at = std::stod(axis.substr(1)) - at;
+        });
     const auto answer = AnswerTo(scene);
     ASSERT_TRUE(answer.has_value()) << words;
     ASSERT_EQ(answer->findings.size(), 1u);
     EXPECT_EQ(answer->findings[0].kind, "image");
     EXPECT_EQ(answer->findings[0].camera, camera.name());
     EXPECT_NE(answer->findings[0].evidence.find(words), std::string::npos);
-    const bool mirrored = words == "mirrored";
-    EXPECT_EQ(answer->detections.has_value(), mirrored);
+    EXPECT_EQ(answer->detections.has_value(), !mirror.empty());
+    const std::string& fix = answer->findings[0].fix;
+    EXPECT_EQ(fix.find(kUseCorrected) == 0,
+              turned(Eigen::Vector2d(1.0, 2.0)) != Eigen::Vector2d(1.0, 2.0))
+        << fix;
+    EXPECT_EQ(fix.find("'--set=detections.mirror_px." + view + "=" + mirror +
+                       "'") != std::string::npos,
+              !mirror.empty())
+        << fix;
+    // As taken, the other views stay as they are.
+    if (!mirror.empty()) {
+      const auto& people = answer->detections->frames[0].views[2].detections;
+      const auto& own = taken.detections.frames[0].views[2].detections;
+      ASSERT_EQ(people.size(), own.size());
+      for (size_t d = 0; d < own.size(); ++d) {
+        EXPECT_LT((people[d].joints[0].px - turned(own[d].joints[0].px)).norm(),
+                  1e-9);
+      }
+    }
     for (const Eigen::Vector3d& point :
          {Eigen::Vector3d(0.5, 0.3, 1.0), Eigen::Vector3d(-1.0, 0.8, 0.2)}) {
       const Eigen::Vector2d px = *camera.Project(point);
       // Exact but for rounding.
-      EXPECT_LT(
-          (*(*answer->cameras)[2].Project(point) - (mirrored ? px : shown(px)))
-              .norm(),
-          1e-9)
+      EXPECT_LT((*(*answer->cameras)[2].Project(point) - turned(px)).norm(),
+                1e-9)
           << words;
     }
   }

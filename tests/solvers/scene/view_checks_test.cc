@@ -108,6 +108,34 @@ TEST(ViewChecks, ViewsWithoutACommonFrameAreNamed) {
   EXPECT_EQ(diagnosis.findings[1].camera, scene.cameras[3].name());
 }
 
+// All images with y counted from the bottom, and the cameras that fit them: in
+// a world that is a mirror image, where every view agrees. Names that are
+// exchanged leave people on their feet.
+TEST(ViewChecks, AMirrorImageOfTheRoomIsNamed) {
+  FaultyScene scene = FourViews(3);
+  const Eigen::DiagonalMatrix<double, 3> flip(1.0, -1.0, 1.0);
+  const Eigen::DiagonalMatrix<double, 3> mirror(1.0, 1.0, -1.0);
+  for (size_t v = 0; v < scene.cameras.size(); ++v) {
+    const double bottom = scene.cameras[v].height_px() - 1.0;
+    testing::ChangeJoints(&scene, v, [=](Keypoint* joint) {
+      joint->px.y() = bottom - joint->px.y();
+    });
+    scene.cameras[v] = Edited(scene.cameras[v], [&](CameraParameters* camera) {
+      camera->R = flip * camera->R * mirror;
+      camera->t = flip * camera->t;
+      camera->K(1, 2) = bottom - camera->K(1, 2);
+    });
+  }
+  EXPECT_TRUE(StandOnHeads(scene.detections));
+  const Diagnosis diagnosis = DiagnoseScene(scene);
+  ExpectOnly(diagnosis, "image", "");
+  EXPECT_NE(diagnosis.findings[0].fix.find("kinegraph calibrate RECORDING"),
+            std::string::npos);
+  for (const std::string& flag : FromTheBottom(scene.cameras)) {
+    EXPECT_NE(diagnosis.findings[0].fix.find("=" + flag), std::string::npos);
+  }
+}
+
 TEST(ViewChecks, ExchangedSidesAreNamed) {
   FaultyScene scene = FourViews(5);
   ExchangeSides({0, 0, 1, 0}, &scene.detections);

@@ -502,6 +502,37 @@ TEST(ViewTimes, AreTimesOfCapture) {
       InputError);
 }
 
+// Mirrored pixels are those of the other end; joints that are missing stay so.
+TEST(Source, MirroredViewsAreMirroredBack) {
+  const std::string text = OwnFile(
+      R"({"frame": 1, "time": 0.04, "views": {"a": [{"joints": [[10, 20, 0.9]]}], )"
+      R"("b": [{"joints": [[10, 20, 0.9]]}]}})");
+  DetectionReadOptions options;
+  options.mirror_px = {{"b", "y719"}};
+  const TemporaryFolder folder;
+  const std::string path = folder.Write("a.jsonl", text);
+  const DetectionSequence read = ReadDetections(path, options);
+  const auto px = [&](size_t view) {
+    return read.frames[0].views[view].detections[0].joints[0].px;
+  };
+  EXPECT_EQ(px(0), Eigen::Vector2d(10.0, 20.0));
+  EXPECT_EQ(px(1), Eigen::Vector2d(10.0, 699.0));
+  options.mirror_px = {{"b", "x1279"}};
+  EXPECT_EQ(ReadDetections(path, options)
+                .frames[0]
+                .views[1]
+                .detections[0]
+                .joints[0]
+                .px,
+            Eigen::Vector2d(1269.0, 20.0));
+  for (const char* bad : {"", "x", "719", "z719", "y-1", "y1e9", "y7x"}) {
+    options.mirror_px = {{"b", bad}};
+    EXPECT_THROW(ReadDetections(path, options), OptionError) << bad;
+  }
+  options.mirror_px = {{"c", "y719"}};
+  EXPECT_THROW(ReadDetections(path, options), OptionError);
+}
+
 // A view whose files begin at another number joins the frames of the others.
 TEST(RatedSource, OffsetsAreTakenFromTheNumbersOfAView) {
   DetectionReadOptions options;
