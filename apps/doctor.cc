@@ -3,19 +3,24 @@
 #include <fmt/format.h>
 #include <gflags/gflags.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
+#include <utility>
 
 #include "apps/common/app.h"
 #include "apps/common/config_folder.h"
 #include "apps/common/recording_output.h"
 #include "core/base/error.h"
 #include "core/io/calibration/calibration.h"
+#include "core/io/configuration/refinement_record.h"
 #include "core/io/detections/source.h"
 #include "core/io/files/atomic_file.h"
 #include "core/io/text/json.h"
 #include "solvers/session/diagnose.h"
+#include "solvers/session/ready_recording.h"
 
 DEFINE_string(cameras, "", "calibration file or folder");
 DEFINE_string(detections, "", "2D detections: a file or a folder");
@@ -85,6 +90,33 @@ DetectionSequence ReadRecording(RunOptions* options, std::string* note) {
   return ReadDetections(FLAGS_detections, DetectionOptionsOf(*options));
 }
 
+bool AreAlike(const Camera& a, const Camera& b) {
+  return a.K() == b.K() && a.R() == b.R() && a.t() == b.t() &&
+         a.lens() == b.lens();
+}
+
+// What the calibration records beside its cameras: their clocks, and, of those
+// that stay as they are, the covariance. Empty where it records nothing.
+std::string RecordFor(const CameraRig& corrected, const CameraRig& stated,
+                      std::optional<RefinementRecord> record) {
+  if (!record.has_value()) return "";
+  const bool stay = std::all_of(
+      corrected.begin(), corrected.end(), [&](const Camera& camera) {
+        return std::any_of(stated.begin(), stated.end(), [&](const auto& one) {
+          return one.name() == camera.name() && AreAlike(one, camera);
+        });
+      });
+  if (!stay) {
+    record->covariance.resize(0, 0);
+    for (RefinementRecord::Camera& camera : record->cameras) {
+      camera.places.clear();
+    }
+  }
+  ReadyRecording ready;
+  ready.record = std::move(record);
+  return RefinementJson(ready);
+}
+
 void RunDoctor() {
   RequireFlag("cameras", FLAGS_cameras);
   RequireFlag("detections", FLAGS_detections);
@@ -99,7 +131,9 @@ void RunDoctor() {
   AtomicFolder folder(WithFolders(FLAGS_out));
   std::string note;
   const DetectionSequence recording = ReadRecording(&options, &note);
-  Diagnosis diagnosis = DiagnoseRecording(options, request, recording, unit);
+  const auto record = ReadRefinementRecord(FLAGS_cameras);
+  Diagnosis diagnosis =
+      DiagnoseRecording(options, request, recording, unit, record);
   NameInputs(
       Flag("cameras", FLAGS_cameras) + Flag("detections", FLAGS_detections),
       Flag("config", FLAGS_config) + Flag("set", FLAGS_set) +
@@ -108,7 +142,8 @@ void RunDoctor() {
   if (!note.empty()) diagnosis.notes.push_back(note);
   WriteTextFile(folder.PathOf("doctor.json"), JsonReport(diagnosis));
   WriteTextFile(folder.PathOf("doctor.md"), MarkdownReport(diagnosis));
-  WriteCameras(folder.PathOf("cameras.json"), diagnosis.cameras);
+  WriteCameras(folder.PathOf("cameras.json"), diagnosis.cameras,
+               RecordFor(diagnosis.cameras, request.cameras, record));
   folder.Commit();
   std::printf("%s\n", ToString(diagnosis.verdict));
   for (const Finding& finding : diagnosis.findings) {

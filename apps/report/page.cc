@@ -100,6 +100,73 @@ std::string WithoutAngleBrackets(const std::string& json) {
   return safe;
 }
 
+namespace {
+
+// The value of "cameras.refine"; null without one.
+Json ValueOf(const Json& config, const std::string& dotted) {
+  const Json* value = &config;
+  for (const std::string& key : Split(dotted, '.')) {
+    const auto inner = value->is_object() ? value->find(key) : value->end();
+    if (inner == value->end()) return Json();
+    value = &*inner;
+  }
+  return *value;
+}
+
+// Of a fix that is nothing but --set, quoted or not: whether all of it is set.
+bool IsSet(const std::string& fix, const Json& config) {
+  const size_t quotes = fix.rfind("'", 0) == 0 ? 1 : 0;
+  const std::string flag = "--set=";
+  if (fix.size() < flag.size() + 2 * quotes ||
+      fix.compare(quotes, flag.size(), flag) != 0) {
+    return false;
+  }
+  const std::string keys =
+      fix.substr(quotes + flag.size(), fix.size() - flag.size() - 2 * quotes);
+  for (const std::string& part : Split(keys, ';')) {
+    const size_t equals = part.find('=');
+    if (equals == std::string::npos) return false;
+    const Json value = ValueOf(config, part.substr(0, equals));
+    const std::string wanted = part.substr(equals + 1);
+    if (value.is_null()) return false;
+    if ((value.is_string() ? value.get<std::string>() : value.dump()) !=
+        wanted) {
+      return false;
+    }
+  }
+  return true;
+}
+
+// Whether cameras.refine or cameras.refine_clock estimates what was found.
+bool IsRefined(const std::string& kind, const Json& config) {
+  if (kind == "clock_offset" || kind == "clock_drift") {
+    return ValueOf(config, "cameras.refine_clock") == true;
+  }
+  const Json refine = ValueOf(config, "cameras.refine");
+  if (!refine.is_string() || refine == "off") return false;
+  const bool pose = refine == "pose" || refine == "pose_focal";
+  return (kind == "shift" && (pose || refine == "shift")) ||
+         (kind == "rotation" && (pose || refine == "rotation")) ||
+         (kind == "focal_length" && refine == "pose_focal");
+}
+
+}  // namespace
+
+void LeaveOutMended(const std::string& config_json, Json* doctor) {
+  const Json config = Json::parse(config_json, nullptr, false);
+  if (!config.is_object()) return;
+  Json left = Json::array();
+  for (const Json& finding : doctor->at("findings")) {
+    if (IsSet(finding.at("fix").get<std::string>(), config) ||
+        IsRefined(finding.at("kind").get<std::string>(), config)) {
+      (*doctor)["mended"] = true;
+    } else {
+      left.push_back(finding);
+    }
+  }
+  (*doctor)["findings"] = std::move(left);
+}
+
 Json ReadSummaryJson(const std::string& text, const std::string& file) {
   Json json = ParseJson(text, file);
   const JsonField root(json, file);

@@ -51,6 +51,10 @@ std::string WithoutAngleBrackets(const std::string& json);
 Json ReadSummaryJson(const std::string& text, const std::string& file);
 Json ReadDoctorJson(const std::string& text, const std::string& file);
 
+// Leaves out of the doctor's findings what the configuration of a result mends
+// already: the keys of the fix stand in it, or it refines what was found.
+void LeaveOutMended(const std::string& config_json, Json* doctor);
+
 // The page's sources, put into the program by embed.cmake.
 namespace assets {
 

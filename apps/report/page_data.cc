@@ -583,6 +583,7 @@ PageData PageMaker::Make() {
   page["moments"] = moments_;
   if (!input_.doctor_json.empty()) {
     page["doctor"] = ReadDoctorJson(input_.doctor_json, "doctor.json");
+    LeaveOutMended(lead.header.config_json, &page["doctor"]);
   }
   page["bytes"] = {{"detections", data_.detection_bytes},
                    {"covariances", data_.covariance_bytes},

@@ -15,6 +15,7 @@
 #include "core/geometry/camera.h"
 #include "core/tracking/replay.h"
 #include "solvers/cameras/bundle.h"
+#include "solvers/cameras/camera_change.h"
 #include "solvers/scene/plausible.h"
 
 namespace kinegraph {
@@ -23,6 +24,10 @@ struct DoctorInput {
   CameraRig cameras;  // one a view of the detections, in their order
   DetectionSequence detections;
   double frame_rate_hz = 0.0;
+  // Standard deviations of the cameras and their clocks, where the calibration
+  // states them; empty: it states none. What is within three of them is
+  // mentioned, and changes nothing.
+  std::vector<CameraChange> stated_sigma;
   // How the file's lengths were read: units a metre (1, 100, 1000), and
   // whether cameras.unit may change that.
   double units_per_metre = 1.0;
@@ -62,6 +67,7 @@ struct Finding {
 // the first the command that writes cameras.json says where.
 inline constexpr char kUseCorrected[] = "--cameras=cameras.json of this report";
 inline constexpr char kLookCloser[] = "kinegraph doctor INPUTS --out=doctor";
+inline constexpr char kRefineClocks[] = "--set=cameras.refine_clock=true";
 inline constexpr char kCalibrateAnew[] =
     "kinegraph calibrate RECORDING --out=cameras.json";
 

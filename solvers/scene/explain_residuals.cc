@@ -25,6 +25,8 @@ constexpr double kBiasSigmas = 3.0;      // of the mean bias over joints, people
 constexpr double kLeastExplained = 0.4;  // of what lasts
 constexpr double kWorthATry = 0.2;       // of what lasts
 constexpr double kUntold = 0.3;          // confidence
+constexpr char kWithinStated[] =
+    "; that is within what the calibration says of its own errors";
 
 // Of the bodies, by their boxes in the images and how far they are away [m].
 double SubjectSize(const SetUp& set_up) {
@@ -393,7 +395,7 @@ class Explainer {
       const CameraChange& change = one.fit.changes[v];
       Finding finding;
       finding.camera = set_up_.CameraName(v);
-      finding.told = one.doubt.empty();
+      finding.told = one.doubt.empty() && !IsStated(v, change - changes_[v]);
       finding.confidence = finding.told ? Shared(0.95, alike) : kUntold;
       finding.before_px = one.gain.views[v].before_px;
       finding.after_px = one.gain.views[v].after_px;
@@ -401,17 +403,19 @@ class Explainer {
         finding.kind = one.model.kind;
         finding.fix = kUseCorrected;
         finding.evidence = Words(one.model.kind, change);
-        if (!finding.told) {
+        if (!one.doubt.empty()) {
           finding.evidence +=
               "; this cannot be told from the detector's bias: " + one.doubt;
           finding.fix =
               "record a person who walks through the whole room, or a board, "
               "and look again";
+        } else if (!finding.told) {
+          finding.evidence += kWithinStated;
         }
         findings_.push_back(finding);
         continue;
       }
-      finding.fix = "--set=cameras.refine_clock=true";
+      finding.fix = kRefineClocks;
       for (const int place : {kOffsetAt, kDriftAt}) {
         if (!IsLate(v, one.fit, place)) continue;
         const double late = change[place] - UsualClock(one.fit.changes, place);
@@ -426,9 +430,18 @@ class Explainer {
                       "it runs {:+.0f} ppm against the usual of all views, "
                       "{:+.0f} ms over the recording",
                       1e6 * late, 1e3 * late * segments_.span_s);
+        if (!finding.told) finding.evidence += kWithinStated;
         findings_.push_back(finding);
       }
     }
+  }
+
+  // Whether a change is no more than what the calibration itself leaves open.
+  bool IsStated(size_t view, const CameraChange& change) const {
+    constexpr double kSigmas = 3.0;
+    const std::vector<CameraChange>& stated = set_up_.input.stated_sigma;
+    if (stated.empty() || stated[view].isZero()) return false;
+    return (change.array().abs() <= kSigmas * stated[view].array()).all();
   }
 
   bool IsLate(size_t view, const BundleResult& fit, int place) const {

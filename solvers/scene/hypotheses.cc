@@ -283,7 +283,7 @@ std::optional<Answer> AskForLags(const SetUp& set_up) {
     answer.findings.push_back(
         {"clock_offset", set_up.CameraName(v), sureness,
          clocks.all.before.mean_px(), clocks.all.after.mean_px(),
-         "--set=cameras.refine_clock=true",
+         kRefineClocks,
          fmt::format("its frames agree best with those of most views {:+} "
                      "frames away ({:+.3f} s)",
                      lag, -lag / set_up.input.frame_rate_hz)});

@@ -1,5 +1,6 @@
 #include "solvers/session/diagnose.h"
 
+#include <cmath>
 #include <string>
 #include <utility>
 #include <vector>
@@ -7,6 +8,8 @@
 #include "core/io/detections/skeleton_fit.h"
 #include "core/skeleton/body_joints.h"
 #include "core/tracking/tracker.h"
+#include "solvers/cameras/camera_change.h"
+#include "solvers/session/ready_recording.h"
 #include "solvers/session/subject_gauge.h"
 
 namespace kinegraph {
@@ -50,12 +53,34 @@ const Skeleton* BetterSkeleton(const DetectionSequence& detections) {
   return best == 0 ? nullptr : candidates[best];
 }
 
+// Of each camera, in a metre that is so long; zero where nothing is stated.
+std::vector<CameraChange> StatedSigma(const RefinementRecord& record,
+                                      const CameraRig& cameras, double metre) {
+  std::vector<CameraChange> sigmas(cameras.size(), CameraChange::Zero());
+  if (record.covariance.rows() == 0) return sigmas;
+  Eigen::Index at = 0;
+  for (const RefinementRecord::Camera& one : record.cameras) {
+    CameraChange sigma = CameraChange::Zero();
+    for (const int place : one.places) {
+      const bool is_length = place >= kCentreAt && place < kCentreAt + 3;
+      sigma[place] =
+          std::sqrt(record.covariance(at, at)) / (is_length ? metre : 1.0);
+      ++at;
+    }
+    for (size_t v = 0; v < cameras.size(); ++v) {
+      if (cameras[v].name() == one.name) sigmas[v] = sigma;
+    }
+  }
+  return sigmas;
+}
+
 }  // namespace
 
 Diagnosis DiagnoseRecording(const RunOptions& options,
                             const RunRequest& request,
                             const DetectionSequence& detections,
-                            const CalibrationUnit& unit) {
+                            const CalibrationUnit& unit,
+                            const std::optional<RefinementRecord>& recorded) {
   // Joints by their right names first: nothing else is asked of wrong ones.
   DetectionHeader header = detections.header;
   const Skeleton* better = BetterSkeleton(detections);
@@ -65,7 +90,11 @@ Diagnosis DiagnoseRecording(const RunOptions& options,
   input.frame_rate_hz = scene.model.frame_rate_hz;
   input.units_per_metre = unit.per_metre;
   input.unit_can_be_set = unit.can_be_changed;
-  input.detections = UsedViewsOf(scene, AskedFrames(request, detections));
+  const bool has_clocks = recorded.has_value() && recorded->has_clocks();
+  input.detections = UsedViewsOf(
+      scene, has_clocks
+                 ? WithRecordedClocks(options, request, *recorded, detections)
+                 : AskedFrames(request, detections));
   input.detections.header.skeleton = header.skeleton;
   // The doctor has a word of his own on people who are too small or too large.
   const SubjectScale scale =
@@ -73,6 +102,10 @@ Diagnosis DiagnoseRecording(const RunOptions& options,
           ? SubjectScale()
           : ScaleOf(options, scene.model.cameras, input.detections);
   input.cameras = scale.IntoRun(scene.model.cameras);
+  if (recorded.has_value()) {
+    input.stated_sigma =
+        StatedSigma(*recorded, scene.model.cameras, scale.metres());
+  }
   const RunOptions scaled = scale.IntoRun(options);
   input.match = [&](const CameraRig& cameras,
                     const DetectionSequence& aligned) {
@@ -82,6 +115,12 @@ Diagnosis DiagnoseRecording(const RunOptions& options,
   };
   Diagnosis diagnosis = Diagnose(input);
   diagnosis.cameras = scale.IntoWorld(diagnosis.cameras);
+  for (Finding& finding : diagnosis.findings) {
+    // A run refuses to refine what is refined already.
+    if (has_clocks && finding.fix == kRefineClocks) {
+      finding.fix = kCalibrateAnew;
+    }
+  }
   if (better != nullptr) {
     diagnosis.findings.insert(diagnosis.findings.begin(),
                               {"skeleton", "", 0.9, 0.0, 0.0,

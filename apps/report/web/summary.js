@@ -85,7 +85,7 @@ export function makeSummary() {
       if (apart === apart) line(result.label + ': ' + human(apart) + ' ' + LENGTH.unit + ' from ' + referenceName() + ' in the median');
     }
   });
-  if (data.doctor) line('Doctor: ' + data.doctor.verdict + (data.doctor.findings.length ? ', see the top of the page' : ''), data.doctor.findings.length ? 'warning' : '');
+  if (data.doctor) line('Doctor: ' + data.doctor.verdict + (data.doctor.findings.length ? ', see the top of the page' : data.doctor.mended ? ', which the configuration mends' : ''), data.doctor.findings.length ? 'warning' : '');
   byId('summary-card').hidden = !box.firstChild;
 }
 

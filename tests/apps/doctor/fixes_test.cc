@@ -200,6 +200,41 @@ TEST(Advice, OfTrackRunsAsPrinted) {
   EXPECT_GT(commands, 0) << summary.at("warnings").dump();
 }
 
+// Clocks that a calibration records are those of the recording: nothing is
+// wrong then, and they are handed on.
+TEST(Records, ClocksOfACalibrationAreRead) {
+  const testing::TemporaryFolder folder;
+  const std::string path = folder.path().string();
+  testing::FaultySceneOptions options = {21, 4, 2, 5.0};
+  options.clock_offset_s = {0.0, 0.4, 0.0, -0.28};
+  const FaultyScene scene = testing::MakeFaultyScene(options);
+  MemorySource source(scene.detections);
+  LostFields lost_fields;
+  FindDetectionFormat("kinegraph")
+      ->write(path + "/det.jsonl", {}, &source, &lost_fields);
+  nlohmann::json cameras = nlohmann::json::array();
+  for (size_t v = 0; v < 4; ++v) {
+    cameras.push_back(
+        {{"name", scene.cameras[v].name()},
+         {"clock", {{"offset_s", options.clock_offset_s[v]}, {"drift", 0.0}}}});
+  }
+  const nlohmann::json record = {{"cameras", cameras}};
+  const std::string detections = " --detections='" + path + "/det.jsonl'";
+  WriteCameras(path + "/without.json", scene.cameras);
+  WriteCameras(path + "/with.json", scene.cameras, record.dump());
+  const auto without =
+      Doctor("--cameras='" + path + "/without.json'" + detections, path + "/a");
+  EXPECT_EQ(without.at("verdict"), "suspect");
+  const auto with =
+      Doctor("--cameras='" + path + "/with.json'" + detections, path + "/b");
+  EXPECT_EQ(with.at("verdict"), "sound") << with.dump();
+  const auto handed_on =
+      nlohmann::json::parse(testing::ContentOf(path + "/b/cameras.json"));
+  EXPECT_EQ(
+      handed_on.at("refinement").at("cameras")[1].at("clock").at("offset_s"),
+      0.4);
+}
+
 INSTANTIATE_TEST_SUITE_P(Kinds, Fixes, ::testing::ValuesIn(Cases()),
                          [](const auto& test) {
                            return test.param.kind + std::to_string(test.index);

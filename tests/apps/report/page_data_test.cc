@@ -118,6 +118,38 @@ TEST(PageData, ADoctorsFileThatIsNoneIsRefused) {
   }
 }
 
+// What the configuration of the tracks mends is no news.
+TEST(PageData, FindingsThatTheConfigurationMendsAreLeftOut) {
+  const auto finding = [](const char* kind, const char* fix) {
+    return Json{{"kind", kind}, {"fix", fix}, {"confidence", 0.9}};
+  };
+  const Json doctor = {
+      {"verdict", "suspect"},
+      {"findings",
+       {finding("clock_offset", "--set=cameras.refine_clock=true"),
+        finding("view_rate", "--set=input.view_frame_rate.a=50"),
+        finding("sides", "'--set=detections.exchange_sides=[\"a\",\"b\"]'"),
+        finding("rotation", "--cameras=doctor/cameras.json"),
+        finding("unit", "--set=cameras.unit=mm")}}};
+  const auto left = [&](const char* config) {
+    PageInput input = InputOf(Walk(3, 1, 25.0));
+    input.results[0].tracks.header.config_json = config;
+    input.doctor_json = doctor.dump();
+    std::string kinds;
+    for (const Json& one : PageOf(input)["doctor"]["findings"]) {
+      kinds += one["kind"].get<std::string>() + " ";
+    }
+    return kinds;
+  };
+  EXPECT_EQ(left("{}"), "clock_offset view_rate sides rotation unit ");
+  EXPECT_EQ(left(R"({"cameras": {"refine_clock": true, "unit": "mm"}})"),
+            "view_rate sides rotation ");
+  EXPECT_EQ(left(R"({"cameras": {"refine": "pose"}, "input":
+                     {"view_frame_rate": {"a": "50"}}, "detections":
+                     {"exchange_sides": ["a", "b"]}})"),
+            "clock_offset unit ");
+}
+
 TEST(PageData, JointsComeBackWithinHalfAQuantum) {
   const TrackSequence tracks = Walk(10, 2, 25.0);
   const PageData data = MakePageData(InputOf(tracks));
