@@ -313,16 +313,15 @@ std::vector<CameraWarning> CameraCheck::Warnings(double metre) const {
   }
   for (size_t v = 0; v < views.size(); ++v) {
     const View& view = views[v];
-    if (view.people < kEnoughPeople) continue;
     const std::string name = "'" + Printable(cameras_[v].name()) + "'";
-    if (static_cast<double>(view.seen) <
-        kStrangerShare * static_cast<double>(view.people)) {
+    if (HardlyAny(view.seen, view.people)) {
       warnings.push_back(
           {Kind::kHardlySeen,
            fmt::format("{} sees {} of {} people where the others put them",
                        name, view.seen, view.people)});
       continue;
     }
+    if (view.people < kEnoughPeople) continue;
     const double shift_px = std::hypot(view.x_px, view.y_px);
     if (view.px_per_m > 0.0 && shift_px >= kLeastM * view.px_per_m) {
       warnings.push_back(

@@ -282,8 +282,7 @@ std::optional<Answer> AskForLags(const SetUp& set_up) {
     if (std::abs(lag) <= (by_more ? 1 : 0)) continue;
     answer.findings.push_back(
         {"clock_offset", set_up.CameraName(v), sureness,
-         clocks.all.before.mean_px(), clocks.all.after.mean_px(),
-         kRefineClocks,
+         clocks.all.before.mean_px(), clocks.all.after.mean_px(), kRefineClocks,
          fmt::format("its frames agree best with those of most views {:+} "
                      "frames away ({:+.3f} s)",
                      lag, -lag / set_up.input.frame_rate_hz)});
@@ -372,10 +371,7 @@ std::optional<Answer> AskForStrangers(const SetUp& set_up) {
   for (size_t v = 0; v < set_up.cameras.size(); ++v) {
     const int64_t all = set_up.segments.detections[v];
     const int64_t matched = set_up.segments.matched[v];
-    if (all < kEnoughDetections ||
-        static_cast<double>(matched) >
-            kStrangerShare * static_cast<double>(all))
-      continue;
+    if (!HardlyAny(matched, all)) continue;
     answer.strangers.push_back(v);
     answer.findings.push_back(
         {"never_matched", set_up.CameraName(v), 0.9, 0.0, 0.0,

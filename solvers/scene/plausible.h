@@ -3,6 +3,9 @@
 #ifndef KINEGRAPH_SOLVERS_SCENE_PLAUSIBLE_H_
 #define KINEGRAPH_SOLVERS_SCENE_PLAUSIBLE_H_
 
+#include <cmath>
+#include <cstdint>
+
 namespace kinegraph {
 
 // Of the joints that are looked at; detectors whose confidences are small
@@ -33,10 +36,29 @@ inline constexpr double kLongestGapS = 1.0;
 // Clocks of cameras that somebody started by hand [s].
 inline constexpr double kLongestLagS = 10.0;
 
-// Detections of a view below which nothing is said of it.
+// Detections of a view that may show people.
 inline constexpr int kEnoughDetections = 20;
-// Share of a view's detections that are matched: fewer is a stranger.
-inline constexpr double kStrangerShare = 0.2;
+
+// Whether a view is a stranger: fewer than a fifth of its detections are
+// matched, and so few that of one that is matched by halves it happens once in
+// a hundred recordings.
+inline bool HardlyAny(int64_t matched, int64_t all) {
+  constexpr double kShare = 0.2;
+  constexpr double kChance = 0.01;
+  if (static_cast<double>(matched) > kShare * static_cast<double>(all)) {
+    return false;
+  }
+  // Beyond so many a fifth is rarer than that.
+  constexpr int64_t kMany = 60;
+  if (all >= kMany) return true;
+  double ways = std::pow(0.5, static_cast<double>(all));
+  double chance = 0.0;
+  for (int64_t k = 0; k <= matched; ++k) {
+    chance += ways;
+    ways *= static_cast<double>(all - k) / static_cast<double>(k + 1);
+  }
+  return chance <= kChance;
+}
 
 }  // namespace kinegraph
 

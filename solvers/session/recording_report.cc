@@ -23,7 +23,6 @@ namespace kinegraph {
 namespace {
 
 constexpr size_t kErrorSample = 4096;  // errors that are kept for quantiles
-constexpr int kMinJoints = 5;          // fewer is no person
 constexpr size_t kMaxCounted = 64;     // people in a view, and more
 
 // A fair sample of a stream of numbers of any length (Vitter's reservoir), the
@@ -139,6 +138,7 @@ struct RecordingReporter::Impl {
       : scene_(scene),
         is_stream_(is_stream),
         detection_skeleton_(detection_skeleton),
+        least_joints_(LeastJoints(detection_skeleton)),
         map_(MapByName(detection_skeleton, scene.model.skeleton)),
         limbs_(scene.model.skeleton),
         candidates_(SkeletonsLike(detection_skeleton_)),
@@ -199,6 +199,7 @@ struct RecordingReporter::Impl {
     RecordingFacts facts;
     const Diagnosis diagnosis = Diagnose(BeginningOf());
     if (report.height_m == 0.0) facts.stature_m = diagnosis.stature_m;
+    facts.views_examined = diagnosis.verdict != DoctorVerdict::kNotExamined;
     facts.body_speed_mps = speed_mps_.Quantile(0.95);
     facts.followed_mps = FollowedSpeed();
     facts.implausible_bones = fit_.Implausible(0);
@@ -261,7 +262,7 @@ struct RecordingReporter::Impl {
     CameraStatistics& camera = cameras_[v];
     size_t people = 0;
     for (const Detection& detection : view.detections) {
-      if (CountFound(detection) < kMinJoints) continue;
+      if (CountFound(detection) < least_joints_) continue;
       ++people;
       ++camera.counts.detections;
       camera.person_px.Add(DiagonalPx(BoxAround(detection.joints)));
@@ -277,7 +278,7 @@ struct RecordingReporter::Impl {
     const Detection* at = FindDetection(seen.views[v], match.detection_idx);
     if (at == nullptr) return;
     CameraStatistics& camera = cameras_[v];
-    if (CountFound(*at) >= kMinJoints) ++camera.counts.matched;
+    if (CountFound(*at) >= least_joints_) ++camera.counts.matched;
     for (size_t j = 0; j < person.joints.size(); ++j) {
       if (map_[j] < 0 || !person.joints[j].present()) continue;
       const Keypoint& joint = at->joints[map_[j]];
@@ -371,9 +372,9 @@ struct RecordingReporter::Impl {
 
   int MostPeople(const CameraStatistics& camera) const {
     int64_t frames = 0;
-    for (size_t people = kMaxCounted; people-- > 0;) {
+    for (size_t people = kMaxCounted; people-- > 1;) {
       frames += camera.frames_with[people];
-      if (20 * frames >= frames_) return static_cast<int>(people);
+      if (frames > 0 && 20 * frames >= frames_) return static_cast<int>(people);
     }
     return 0;
   }
@@ -381,6 +382,7 @@ struct RecordingReporter::Impl {
   const RunScene& scene_;
   const bool is_stream_;
   const Skeleton detection_skeleton_;
+  const int least_joints_;  // of a detection that is looked at
   const std::vector<int> map_;
   const Limbs limbs_;
   const std::vector<const Skeleton*> candidates_;

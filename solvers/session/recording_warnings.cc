@@ -189,7 +189,8 @@ class Warnings {
                       "{:.0f} % of a person's size in the image: calibration, "
                       "pairing of views and cameras, or clocks may be wrong",
                       report_->median_px, 100.0 * share));
-    AddIf(MatchedShare() < kMinMatched, "matched",
+    // Few are matched where views show other people, too: beds of a ward.
+    AddIf(!facts_.views_examined && MatchedShare() < kMinMatched, "matched",
           fmt::format("{:.0f} % of the detections belong to a person who was "
                       "found: views may have each other's cameras "
                       "(cameras.map), other frames than each other, turned or "
@@ -319,6 +320,10 @@ double TypicalHeight(const std::vector<PersonReport>& people) {
     if (2 * below >= frames) return height_m;
   }
   return 0.0;
+}
+
+int LeastJoints(const Skeleton& skeleton) {
+  return std::min(5, skeleton.joint_count());
 }
 
 double JointsOf17(const Detection& detection, const Skeleton& skeleton) {

@@ -27,6 +27,8 @@ struct RecordingFacts {
   std::vector<double> holes_s;     // longer steps than kHole, ascending in time
   int64_t steps_back = 0;          // how often the clock stood or stepped back
   int64_t empty_frames = 0;        // no view shows anybody; of report.frames
+  // Whether the doctor could look at the views, and says what is wrong there.
+  bool views_examined = false;
   bool independent_frames = false;  // as the options say
   bool in_seconds = false;          // graph mode
   bool links = false;               // identity.link
@@ -35,6 +37,10 @@ struct RecordingFacts {
   double joints_of_17 = 0.0;
   double least_joints_of_17 = 0.0;
 };
+
+// Joints of a detection that counts as somebody: five, or all that a smaller
+// skeleton has.
+int LeastJoints(const Skeleton& skeleton);
 
 // How many of the joints that association compares were found, as if there were
 // 17 of them.

@@ -1,6 +1,8 @@
 #include "solvers/session/survey.h"
 
 #include <algorithm>
+#include <array>
+#include <deque>
 #include <memory>
 #include <utility>
 #include <vector>
@@ -21,47 +23,71 @@ namespace kinegraph {
 namespace {
 
 constexpr size_t kFramesToTry = 250;
-constexpr int kMinSeenJoints = 5;
-
-bool ShowsPeopleTwice(const DetectionFrame& frame) {
-  int views = 0;
+// How many joints the second fullest view shows: what two views can place.
+int JointsSeenTwice(const DetectionFrame& frame, int least_joints) {
+  std::array<int, 2> most = {0, 0};
   for (const ViewDetections& view : frame.views) {
-    views += std::any_of(view.detections.begin(), view.detections.end(),
-                         [](const Detection& detection) {
-                           return CountFound(detection) >= kMinSeenJoints;
-                         });
+    int joints = 0;
+    for (const Detection& detection : view.detections) {
+      const int found = CountFound(detection);
+      if (found >= least_joints) joints += found;
+    }
+    if (joints > most[0]) std::swap(joints, most[0]);
+    most[1] = std::max(most[1], joints);
   }
-  return views >= 2;
+  return most[1];
 }
 
-// Reads the whole recording and keeps the frames to try: consecutive ones, from
-// the first that shows people in two views.
-DetectionSequence ReadBeginning(DetectionSource* source,
-                                RecordingSurvey* survey) {
-  DetectionSequence beginning;
+// Consecutive frames to try.
+struct FramesToTry {
+  DetectionSequence beginning;  // from the first that shows people in two views
+  DetectionSequence fullest;    // of which two views show most
+};
+
+// Reads the whole recording.
+FramesToTry ReadFramesToTry(DetectionSource* source, RecordingSurvey* survey) {
+  FramesToTry frames;
+  const int least_joints = LeastJoints(source->header().skeleton);
+  std::deque<DetectionFrame> last;
+  std::deque<int> joints;
+  int64_t sum = 0;
+  int64_t most = 0;
   DetectionFrame frame;
-  bool begun = false;
   while (source->Next(&frame)) {
     if (survey->frames++ == 0) survey->first_frame = frame.frame;
     survey->last_frame = frame.frame;
-    begun = begun || ShowsPeopleTwice(frame);
-    if (begun && beginning.frames.size() < kFramesToTry) {
-      beginning.frames.push_back(frame);
+    joints.push_back(JointsSeenTwice(frame, least_joints));
+    sum += joints.back();
+    const bool begun = !frames.beginning.frames.empty() || joints.back() > 0;
+    if (begun && frames.beginning.frames.size() < kFramesToTry) {
+      frames.beginning.frames.push_back(frame);
     }
+    last.push_back(frame);
+    if (last.size() > kFramesToTry) {
+      sum -= joints.front();
+      joints.pop_front();
+      last.pop_front();
+    }
+    // Copied where it is worth it, so that this takes no time.
+    constexpr double kMore = 1.1;
+    if (static_cast<double>(sum) <= kMore * static_cast<double>(most)) continue;
+    most = sum;
+    frames.fullest.frames.assign(last.begin(), last.end());
   }
-  beginning.header = source->header();
-  survey->detections = beginning.header;
-  survey->frames_tried = static_cast<int64_t>(beginning.frames.size());
-  return beginning;
+  frames.beginning.header = source->header();
+  frames.fullest.header = source->header();
+  survey->detections = source->header();
+  return frames;
 }
 
 // Joints of 17 that half of the detections show at most.
 double UsualJoints(const DetectionSequence& beginning) {
   std::vector<double> joints;
+  const int least_joints = LeastJoints(beginning.header.skeleton);
   for (const DetectionFrame& frame : beginning.frames) {
     for (const ViewDetections& view : frame.views) {
       for (const Detection& detection : view.detections) {
-        if (CountFound(detection) < kMinSeenJoints) continue;
+        if (CountFound(detection) < least_joints) continue;
         joints.push_back(JointsOf17(detection, beginning.header.skeleton));
       }
     }
@@ -99,6 +125,8 @@ SurveyTrial Try(const SurveyRequest& asked, RunOptions options,
   request.without_cameras = asked.without_cameras;
   request.kept_matches = KeptMatches::kDetections;
   options.refine = RefineOptions();  // for the whole recording to decide
+  // As the configuration has it; a dozen frames measure nobody without it.
+  options.tracker.life.backfill = true;
   const auto record = ReadRefinementRecord(asked.cameras);
   const ReadyRecording ready =
       MakeRecordingReady(options, request, record, [&] { return as_told; });
@@ -262,12 +290,25 @@ RecordingSurvey SurveyRecording(const SurveyRequest& request) {
         "--frame_rate=HZ");
   }
   PairViews(source->header().view_names, request.options.cameras, &survey);
-  const DetectionSequence beginning = ReadBeginning(source.get(), &survey);
+  const FramesToTry frames = ReadFramesToTry(source.get(), &survey);
   if (survey.frames == 0) {
     throw InputError(request.detections, "", "holds no frames");
   }
-  SettleUnit(request, beginning, &survey);
-  SettleJoints(request, beginning, &survey);
+  const DetectionSequence* tried = &frames.beginning;
+  SettleUnit(request, *tried, &survey);
+  // Those who come first may be far away, or half hidden.
+  if (survey.report.height_m == 0.0 && IsHuman(survey.detections.skeleton) &&
+      !frames.fullest.frames.empty() &&
+      frames.fullest.frames.front().frame != tried->frames.front().frame) {
+    RecordingSurvey fullest = survey;
+    SettleUnit(request, frames.fullest, &fullest);
+    if (fullest.report.height_m > 0.0) {
+      survey = std::move(fullest);
+      tried = &frames.fullest;
+    }
+  }
+  SettleJoints(request, *tried, &survey);
+  survey.frames_tried = static_cast<int64_t>(tried->frames.size());
   if (!request.without_cameras.empty()) {
     for (const CameraReport& camera : survey.report.cameras) {
       survey.use.push_back(camera.camera);

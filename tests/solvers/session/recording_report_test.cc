@@ -13,6 +13,7 @@
 #include <utility>
 #include <vector>
 
+#include "solvers/scene/plausible.h"
 #include "solvers/session/recording_warnings.h"
 #include "solvers/session/subject_gauge.h"
 #include "tests/solvers/session/recordings.h"
@@ -76,6 +77,38 @@ TEST(RecordingReport, SoundTakesHaveFiguresAndNoWarnings) {
       EXPECT_NEAR(person.height_m, 1.72, 0.3);
     }
   }
+}
+
+// The two ends of a box are as good as 17 joints.
+TEST(RecordingReport, SkeletonsOfTwoPointsAreCounted) {
+  Recording recording = SoundRecording();
+  recording.detections.header.skeleton = Skeleton("box", {"top", "bottom"}, {});
+  for (DetectionFrame& frame : recording.frames()) {
+    for (ViewDetections& view : frame.views) {
+      for (Detection& one : view.detections) {
+        one.joints = {one.joints[0], one.joints[15]};
+      }
+    }
+  }
+  const RecordingReport report = ReportOf(recording);
+  EXPECT_EQ(report.most_people_in_a_view, 2);
+  EXPECT_GT(report.poses, 0);
+  for (const CameraReport& camera : report.cameras) {
+    EXPECT_GT(camera.matched_share(), 0.8) << camera.view;
+  }
+  EXPECT_THAT(KindsOf(report.warnings),
+              ::testing::Not(::testing::Contains("nobody")));
+}
+
+// Two of 15 are few, one of eight may be bad luck.
+TEST(RecordingReport, AViewIsAStrangerByShareAndCount) {
+  EXPECT_TRUE(HardlyAny(2, 15));
+  EXPECT_TRUE(HardlyAny(4, 20));
+  EXPECT_TRUE(HardlyAny(1000, 10000));
+  EXPECT_FALSE(HardlyAny(1, 8));
+  EXPECT_FALSE(HardlyAny(0, 0));
+  EXPECT_FALSE(HardlyAny(3, 12));
+  EXPECT_FALSE(HardlyAny(5, 20));
 }
 
 // Every frame but those between `from` and `to`.

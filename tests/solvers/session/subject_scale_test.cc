@@ -239,6 +239,47 @@ TEST(SubjectScale, WhatIsStatedIsNotMeasured) {
       Measured(HumanRecording(), 1.0, "cameras.subject_m=1.1").is_one());
 }
 
+// A lure in front of an animal belongs to nobody.
+TEST(SubjectScale, PointsFarFromTheBodyDoNotCount) {
+  const Recording animal = AnimalRecording();
+  Recording with_lure = animal;
+  std::vector<std::string> joints = animal.detections.header.skeleton.joints();
+  for (size_t i = 0; i < 3; ++i) joints.push_back("lure" + std::to_string(i));
+  with_lure.detections.header.skeleton =
+      Skeleton("animal", joints, Coco17().bones());
+  for (DetectionFrame& frame : with_lure.detections.frames) {
+    for (size_t v = 0; v < frame.views.size(); ++v) {
+      const auto px = animal.request.cameras[v].Project({0.0, 0.0, 9.0});
+      for (Detection& one : frame.views[v].detections) {
+        Keypoint lure;
+        if (px.has_value()) lure = {*px, 0.9, true};
+        one.joints.resize(joints.size(), lure);
+      }
+    }
+  }
+  // What is left out is a few of the body's own.
+  EXPECT_NEAR(Measured(with_lure, 1.0).size_m(), Measured(animal, 1.0).size_m(),
+              0.2);
+}
+
+// Of the two ends of a box the size is their distance.
+TEST(SubjectScale, TwoPointsAreAllOfIt) {
+  Recording recording = AnimalRecording();
+  const int head = Coco17().IndexOf("nose");
+  const int foot = Coco17().IndexOf("l_ankle");
+  recording.detections.header.skeleton = Skeleton("box", {"top", "bottom"}, {});
+  for (DetectionFrame& frame : recording.detections.frames) {
+    for (ViewDetections& view : frame.views) {
+      for (Detection& one : view.detections) {
+        one.joints = {one.joints[static_cast<size_t>(head)],
+                      one.joints[static_cast<size_t>(foot)]};
+      }
+    }
+  }
+  // From ankle to nose are nine tenths of 1.72 m.
+  EXPECT_NEAR(Measured(recording, 1.0).size_m(), 0.9 * kStature_m, 0.1);
+}
+
 TEST(SubjectScale, APointHasNoSize) {
   Recording recording = AnimalRecording();
   recording.detections.header.skeleton = Skeleton("drone", {"drone"}, {});
