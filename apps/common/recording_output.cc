@@ -228,7 +228,8 @@ void NameInputs(const std::string& recording, const std::string& configuration,
   for (Finding& finding : *findings) {
     for (const auto& [mark, flags] :
          {std::pair{std::string(kUseCorrected),
-                    Flag("cameras", corrected).substr(1)},
+                    corrected.empty() ? corrected
+                                      : Flag("cameras", corrected).substr(1)},
           {std::string(" INPUTS"), recording + configuration},
           {std::string(" RECORDING"), recording}}) {
       const size_t at = finding.fix.find(mark);

@@ -156,15 +156,17 @@ void LeaveOutMended(const std::string& config_json, Json* doctor) {
   const Json config = Json::parse(config_json, nullptr, false);
   if (!config.is_object()) return;
   Json left = Json::array();
+  bool mended = false;
   for (const Json& finding : doctor->at("findings")) {
     if (IsSet(finding.at("fix").get<std::string>(), config) ||
         IsRefined(finding.at("kind").get<std::string>(), config)) {
-      (*doctor)["mended"] = true;
+      mended = true;
     } else {
       left.push_back(finding);
     }
   }
   (*doctor)["findings"] = std::move(left);
+  if (mended) (*doctor)["mended"] = true;
 }
 
 Json ReadSummaryJson(const std::string& text, const std::string& file) {

@@ -253,7 +253,7 @@ std::optional<Vector3d> Stance::Up(const UpEvidence& known) const {
 
 std::optional<Vector3d> Stance::UpUnlike(const Vector3d& up,
                                          const UpEvidence& known) const {
-  const auto own = Up(known);
+  const auto own = bodies_.empty() ? std::nullopt : Up(known);
   if (!own || own->dot(up) > std::cos(kAlike_deg * kRadiansPerDegree)) {
     return std::nullopt;
   }

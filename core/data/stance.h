@@ -43,7 +43,8 @@ class Stance {
   // and does not count.
   std::optional<Eigen::Vector3d> Up(const UpEvidence& known = {}) const;
 
-  // The same where it is more than 50 degrees off `up`, a unit vector.
+  // The same where people were seen and it is more than 50 degrees off `up`, a
+  // unit vector.
   std::optional<Eigen::Vector3d> UpUnlike(const Eigen::Vector3d& up,
                                           const UpEvidence& known = {}) const;
 

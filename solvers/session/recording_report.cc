@@ -6,6 +6,7 @@
 #include <optional>
 #include <utility>
 
+#include "core/base/error.h"
 #include "core/base/median.h"
 #include "core/base/random.h"
 #include "core/data/box.h"
@@ -215,8 +216,34 @@ struct RecordingReporter::Impl {
     facts.joints_of_17 = joints_of_17_.Quantile(0.5);
     facts.least_joints_of_17 = KeyOf("initialisation", "min_joints", 0.0);
     report.cameras_off = check_.Warnings(scale_.metres());
+    AddStrangers(&report);
     AddWarnings(facts, diagnosis, &report);
     return report;
+  }
+
+  // Views that show no more people than were written, in the right place maybe,
+  // and nearly none of them alike.
+  static void AddStrangers(RecordingReport* report) {
+    constexpr double kOthers = 1.2;  // who else may be in a picture
+    using Kind = CameraWarning::Kind;
+    for (const CameraReport& camera : report->cameras) {
+      const std::string name = "'" + Printable(camera.camera) + "'";
+      const bool is_named = std::any_of(
+          report->cameras_off.begin(), report->cameras_off.end(),
+          [&](const CameraWarning& one) {
+            return one.kind == Kind::kHardlySeen && one.text.find(name) == 0;
+          });
+      if (is_named || !HardlyAny(camera.matched, camera.detections) ||
+          static_cast<double>(camera.detections) >
+              kOthers * static_cast<double>(report->poses)) {
+        continue;
+      }
+      report->cameras_off.push_back(
+          {Kind::kHardlySeen,
+           name + " shows " + std::to_string(camera.detections) +
+               " people, of whom " + std::to_string(camera.matched) +
+               " are matched to one who was found"});
+    }
   }
 
   // The beginning of the recording, from the first frame in which two views

@@ -155,7 +155,8 @@ TEST_P(Fixes, RunAsPrintedAndMend) {
     if (const size_t set = fix.find("--set="); set != std::string::npos) {
       // One --set holds all keys.
       const std::string mark = set == 0 ? "'" : "";
-      arguments = cameras + detections + " " + mark +
+      const bool has_cameras = fix.rfind("--cameras=", 0) == 0;
+      arguments = (has_cameras ? "" : cameras) + detections + " " + mark +
                   std::string(fix).insert(set + 6, keys + ";") + mark;
     } else {
       ASSERT_EQ(fix.rfind("--cameras=", 0), 0u) << fix;

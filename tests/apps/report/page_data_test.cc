@@ -136,7 +136,8 @@ TEST(PageData, FindingsThatTheConfigurationMendsAreLeftOut) {
     input.results[0].tracks.header.config_json = config;
     input.doctor_json = doctor.dump();
     std::string kinds;
-    for (const Json& one : PageOf(input)["doctor"]["findings"]) {
+    const Json page = PageOf(input);
+    for (const Json& one : page["doctor"]["findings"]) {
       kinds += one["kind"].get<std::string>() + " ";
     }
     return kinds;
