@@ -77,6 +77,7 @@ EstimatorFactory OverPoints(const EstimatorOptions& options, PointKind points,
                             MakeFilter make_filter) {
   FilterOptions filters = options.filters;
   filters.kalman.process_noise = options.graph.process_noise;
+  filters.whittaker.smoothness = filters.smoothing_spline;
   return [=, noise = options.graph, filters = std::move(filters),
           make_filter = std::move(make_filter)](const SceneModel& scene) {
     return MakeOfflineFilter(scene, filters.segments,
@@ -87,7 +88,8 @@ EstimatorFactory OverPoints(const EstimatorOptions& options, PointKind points,
 }
 
 // A smoother over the points that filters.points names. `make_filter` makes it
-// from its options, and the frame rate [Hz] where it asks for it.
+// from its options, and where it asks for them the frame rate [Hz] and what
+// shares a cut-off.
 template <typename Options, typename Make>
 Smoother Filter(OutputKind kind, std::string name, Causal causal,
                 Options FilterOptions::*filter, Make make_filter,
@@ -104,7 +106,12 @@ Smoother Filter(OutputKind kind, std::string name, Causal causal,
         options, options.filters.points,
         with_covariances ? PointCovariances::kOn : PointCovariances::kOff,
         [=](const FilterOptions& filters, [[maybe_unused]] double rate_hz) {
-          if constexpr (std::is_invocable_v<Make, const Options&, double>) {
+          if constexpr (std::is_invocable_v<Make, const Options&, double,
+                                            CutoffPer>) {
+            return make_filter(filters.*filter, rate_hz,
+                               filters.segments.cutoff_per);
+          } else if constexpr (std::is_invocable_v<Make, const Options&,
+                                                   double>) {
             return make_filter(filters.*filter, rate_hz);
           } else {
             return make_filter(filters.*filter);
@@ -168,6 +175,20 @@ std::vector<Smoother> OfFewSamples() {
   const Causal trailing = [](const EstimatorOptions& options) {
     return options.filters.hampel_median.side == WindowSide::kTrailing;
   };
+  const Causal forwards = [](const EstimatorOptions& options) {
+    return !options.filters.one_euro.zero_phase;
+  };
+  const auto one_euro = [](std::string name, std::string title,
+                           bool zero_phase) {
+    return Variant(std::move(name), std::move(title),
+                   {Field("min_cutoff_hz", "Hz", {1.0, 2.0, 4.0, 8.0, 16.0},
+                          &F::one_euro, &OneEuroOptions::min_cutoff_hz),
+                    Field("beta_per_m", "1/m", {1.0, 3.0, 10.0, 30.0, 100.0},
+                          &F::one_euro, &OneEuroOptions::beta_per_m)},
+                   [zero_phase](double, EstimatorOptions* options) {
+                     options->filters.one_euro.zero_phase = zero_phase;
+                   });
+  };
   return {
       Filter(
           OutputKind::kCentredGaussian, "centred_gaussian", Never,
@@ -185,13 +206,36 @@ std::vector<Smoother> OfFewSamples() {
                        Field("hampel_threshold", "sigmas", {2.0, 3.0},
                              &F::hampel_median,
                              &HampelMedianOptions::hampel_threshold)})}),
-      Filter(OutputKind::kOneEuro, "one_euro", Always, &F::one_euro,
+      Filter(OutputKind::kOneEuro, "one_euro", forwards, &F::one_euro,
              OneEuroFilter,
-             {Variant("one_euro", "One-Euro",
-                      {Field("min_cutoff_hz", "Hz", {1.0, 2.0, 4.0, 8.0, 16.0},
-                             &F::one_euro, &OneEuroOptions::min_cutoff_hz),
-                       Field("beta_per_m", "1/m", {1.0, 3.0, 10.0, 30.0, 100.0},
-                             &F::one_euro, &OneEuroOptions::beta_per_m)})})};
+             {one_euro("one_euro", "One-Euro", false),
+              one_euro("one_euro_zero_phase", "One-Euro, zero phase", true)}),
+      Filter(OutputKind::kLoess, "loess", Never, &F::loess, LoessFilter,
+             {Variant("loess", "LOESS",
+                      {Field("window_s", "s", {0.2, 0.28, 0.4, 0.6, 0.9, 1.3},
+                             &F::loess, &LoessOptions::window_s)})})};
+}
+
+// A low-pass at the cut-off that `values` says.
+SmootherVariant AtCutoff(std::string name, std::string title,
+                         FilterSignal on = FilterSignal::kPosition) {
+  return Variant(
+      std::move(name), std::move(title),
+      {Field("cutoff_hz", "Hz", {1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0},
+             &FilterOptions::butterworth, &ButterworthOptions::cutoff_hz)},
+      [on](double, EstimatorOptions* options) {
+        options->filters.butterworth.choice = CutoffChoice::kFixed;
+        options->filters.butterworth.on = on;
+      });
+}
+
+// A curve that weighs misfit against roughness by cross-validation.
+SmootherVariant ByGcv(std::string name, std::string title) {
+  return Variant(std::move(name), std::move(title), {},
+                 [](double, EstimatorOptions* options) {
+                   options->filters.smoothing_spline.choice =
+                       CutoffChoice::kGcv;
+                 });
 }
 
 // The whole signal at once, without delay.
@@ -201,18 +245,19 @@ std::vector<Smoother> OfWholeSignals() {
       Filter(
           OutputKind::kButterworth, "butterworth", Never, &F::butterworth,
           ButterworthFilter,
-          {AlsoOnRobustPoints(Variant(
-               "butterworth", "Butterworth, zero phase",
-               {Field("cutoff_hz", "Hz", {1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0},
-                      &F::butterworth, &ButterworthOptions::cutoff_hz)},
-               [](double, EstimatorOptions* options) {
-                 options->filters.butterworth.choice = CutoffChoice::kFixed;
-               })),
+          {AlsoOnRobustPoints(
+               AtCutoff("butterworth", "Butterworth, zero phase")),
            Variant("butterworth_residual", "Butterworth, residual analysis", {},
                    [](double, EstimatorOptions* options) {
                      options->filters.butterworth.choice =
-                         CutoffChoice::kResidualAnalysis;
-                   })}),
+                         CutoffChoice::kWinter;
+                     options->filters.butterworth.on = FilterSignal::kPosition;
+                   }),
+           AtCutoff("butterworth_speed", "Butterworth on speed",
+                    FilterSignal::kSpeed)}),
+      Filter(OutputKind::kCriticallyDamped, "critically_damped", Never,
+             &F::butterworth, CriticallyDampedFilter,
+             {AtCutoff("critically_damped", "critically damped, zero phase")}),
       Filter(
           OutputKind::kSavitzkyGolay, "savitzky_golay", Never,
           &F::savitzky_golay, SavitzkyGolayFilter,
@@ -222,11 +267,16 @@ std::vector<Smoother> OfWholeSignals() {
                      &F::savitzky_golay, &SavitzkyGolayOptions::window_s)})}),
       Filter(OutputKind::kSmoothingSpline, "smoothing_spline", Never,
              &F::smoothing_spline, SmoothingSplineFilter,
-             {Variant("gcv_spline", "smoothing spline, GCV", {},
-                      [](double, EstimatorOptions* options) {
-                        options->filters.smoothing_spline.choice =
-                            SmoothnessChoice::kGcv;
-                      })})};
+             {ByGcv("gcv_spline", "smoothing spline, GCV")}),
+      Filter(OutputKind::kQuinticSpline, "quintic_spline", Never,
+             &F::smoothing_spline, QuinticSplineFilter,
+             {ByGcv("quintic_spline", "quintic spline, GCV")}),
+      Filter(OutputKind::kWhittaker, "whittaker", Never, &F::whittaker,
+             WhittakerFilter, {ByGcv("whittaker", "Whittaker-Henderson, GCV")}),
+      Filter(OutputKind::kTrend, "trend", Never, &F::trend, TrendPointFilter,
+             {Variant("trend", "l1 trend filtering",
+                      {Field("lambda_m", "m", {0.01, 0.03, 0.1, 0.3, 1.0, 3.0},
+                             &F::trend, &TrendOptions::lambda_m)})})};
 }
 
 // A state along time.

@@ -3,6 +3,7 @@
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace kinegraph {
 
@@ -45,6 +46,18 @@ double Alpha(double step_s, double cutoff_hz) {
 
 Samples OneEuro(const OneEuroOptions& options,
                 const std::vector<double>& times_s, const Samples& values) {
+  if (options.zero_phase) {
+    OneEuroOptions pass = options;
+    pass.zero_phase = false;
+    std::vector<double> backwards_s;  // the same steps, the last one first
+    for (auto time = times_s.rbegin(); time != times_s.rend(); ++time) {
+      backwards_s.push_back(times_s.back() - *time);
+    }
+    const Samples forwards = OneEuro(pass, times_s, values);
+    return OneEuro(pass, backwards_s, forwards.colwise().reverse())
+        .colwise()
+        .reverse();
+  }
   constexpr double kSpeedCutoffHz = 1.0;  // the paper's
   Samples filtered = values;
   for (Eigen::Index c = 0; c < values.cols(); ++c) {
@@ -266,56 +279,74 @@ Samples FiltFilt(const std::vector<FilterSection>& sections,
   return filtered;
 }
 
-double ResidualAnalysisCutoff(const ButterworthOptions& options, double rate_hz,
-                              const Samples& values) {
-  constexpr int kCandidates = 45;
-  constexpr int kLineFrom = 25;
-  ButterworthOptions tried = options;
-  tried.choice = CutoffChoice::kFixed;
-  std::vector<double> cutoffs;
-  std::vector<double> residuals;
-  for (int k = 1; k <= kCandidates; ++k) {
-    tried.cutoff_hz = 0.01 * k * rate_hz;
-    cutoffs.push_back(tried.cutoff_hz);
-    const Samples rest = values - ZeroPhaseButterworth(tried, rate_hz, values);
-    residuals.push_back(
-        std::sqrt(rest.squaredNorm() / static_cast<double>(values.rows())));
-  }
-  double mean_x = 0.0;
-  double mean_y = 0.0;
-  const int count = kCandidates - kLineFrom + 1;
-  for (int k = kLineFrom - 1; k < kCandidates; ++k) {
-    mean_x += cutoffs[k] / count;
-    mean_y += residuals[k] / count;
-  }
-  double xx = 0.0;
-  double xy = 0.0;
-  for (int k = kLineFrom - 1; k < kCandidates; ++k) {
-    xx += (cutoffs[k] - mean_x) * (cutoffs[k] - mean_x);
-    xy += (cutoffs[k] - mean_x) * (residuals[k] - mean_y);
-  }
-  const double noise = mean_y - xy / xx * mean_x;
-  for (int k = 0; k < kCandidates; ++k) {
-    if (residuals[k] > noise) continue;
-    if (k == 0) return cutoffs[0];
-    const double share =
-        (residuals[k - 1] - noise) / (residuals[k - 1] - residuals[k]);
-    return cutoffs[k - 1] + share * (cutoffs[k] - cutoffs[k - 1]);
-  }
-  return cutoffs.back();
+Samples OnSpeed(const std::function<Samples(const Samples&)>& filter,
+                const Samples& values) {
+  const Eigen::Index steps = values.rows() - 1;
+  if (steps < 2) return values;
+  Samples sums = Samples::Zero(values.rows(), values.cols());
+  sums.bottomRows(steps) =
+      filter(values.bottomRows(steps) - values.topRows(steps));
+  for (Eigen::Index i = 1; i <= steps; ++i) sums.row(i) += sums.row(i - 1);
+  return sums.rowwise() + (values.colwise().mean() - sums.colwise().mean());
 }
 
-Samples ZeroPhaseButterworth(const ButterworthOptions& options, double rate_hz,
-                             const Samples& values) {
+namespace {
+
+// `sections` are those of a pass at a cut-off.
+LowPass TwoPasses(
+    const ButterworthOptions& options, double rate_hz,
+    std::function<std::vector<FilterSection>(double cutoff_hz)> sections) {
+  LowPass low_pass;
+  low_pass.rate_hz = rate_hz;
+  const int padding = 3 * (static_cast<int>(options.order) + 1);
+  low_pass.filter = [=, on = options.on, sections = std::move(sections)](
+                        double cutoff_hz, const Samples& values) {
+    const auto filter = [&](const Samples& signal) {
+      return FiltFilt(sections(cutoff_hz), signal, padding);
+    };
+    return on == FilterSignal::kSpeed ? OnSpeed(filter, values)
+                                      : filter(values);
+  };
+  return low_pass;
+}
+
+}  // namespace
+
+LowPass ZeroPhaseButterworth(const ButterworthOptions& options,
+                             double rate_hz) {
   const int order = static_cast<int>(options.order);
-  double cutoff_hz = options.choice == CutoffChoice::kResidualAnalysis
-                         ? ResidualAnalysisCutoff(options, rate_hz, values)
-                         : options.cutoff_hz;
-  if (options.correct_cutoff) {
-    cutoff_hz = TwoPassCutoff(order, cutoff_hz, rate_hz);
-  }
-  return FiltFilt(ButterworthLowPass(order, cutoff_hz, rate_hz), values,
-                  3 * (order + 1));
+  const auto of_a_pass_hz = [=, correct = options.correct_cutoff](double hz) {
+    return correct ? TwoPassCutoff(order, hz, rate_hz) : hz;
+  };
+  LowPass low_pass = TwoPasses(options, rate_hz, [=](double cutoff_hz) {
+    return ButterworthLowPass(order, of_a_pass_hz(cutoff_hz), rate_hz);
+  });
+  low_pass.gain = [=](double frequency_hz, double cutoff_hz) {
+    const double ratio = Prewarp(frequency_hz, rate_hz) /
+                         Prewarp(of_a_pass_hz(cutoff_hz), rate_hz);
+    return 1.0 / (1.0 + std::pow(ratio, 2.0 * order));
+  };
+  return low_pass;
+}
+
+LowPass ZeroPhaseCriticallyDamped(const ButterworthOptions& options,
+                                  double rate_hz) {
+  const int order = static_cast<int>(options.order);
+  // Half the power of the passes that the cut-off is meant for.
+  const double passes = options.correct_cutoff ? 2.0 : 1.0;
+  const double half = std::sqrt(std::pow(2.0, 1.0 / (passes * order)) - 1.0);
+  LowPass low_pass = TwoPasses(options, rate_hz, [=](double cutoff_hz) {
+    const double w = Prewarp(cutoff_hz, rate_hz) / half;
+    const double b0 = w / (1.0 + w);
+    return std::vector<FilterSection>(
+        order, {b0, b0, 0.0, (w - 1.0) / (w + 1.0), 0.0});
+  });
+  low_pass.gain = [=](double frequency_hz, double cutoff_hz) {
+    const double ratio =
+        half * Prewarp(frequency_hz, rate_hz) / Prewarp(cutoff_hz, rate_hz);
+    return std::pow(1.0 + ratio * ratio, -order);
+  };
+  return low_pass;
 }
 
 }  // namespace kinegraph

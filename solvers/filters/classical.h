@@ -4,8 +4,10 @@
 #define KINEGRAPH_SOLVERS_FILTERS_CLASSICAL_H_
 
 #include <cstdint>
+#include <functional>
 #include <vector>
 
+#include "solvers/filters/cutoff.h"
 #include "solvers/filters/joint_segment.h"
 #include "solvers/filters/options.h"
 
@@ -21,7 +23,8 @@ Samples CentredGaussian(double sigma_s, const std::vector<double>& times_s,
 // Roussel and Vogel, CHI 2012, algorithm 1), column by column, by the real time
 // between two values. The first value passes. The speed is that from the last
 // filtered value to the new raw one, as in the paper; the authors' programs
-// took the last raw value until August 2023.
+// took the last raw value until August 2023. With zero phase the result runs
+// through the filter once more, backwards.
 Samples OneEuro(const OneEuroOptions& options,
                 const std::vector<double>& times_s, const Samples& values);
 
@@ -82,20 +85,22 @@ double TwoPassCutoff(int order, double cutoff_hz, double rate_hz);
 Samples FiltFilt(const std::vector<FilterSection>& sections,
                  const Samples& values, int padding);
 
-// Residual analysis (Winter, section 3.4.4.3), made a rule: the root mean
-// square R of what a cut-off takes away, all columns together, falls on a
-// straight line over the cut-off where only noise is left to take. The line is
-// fitted to the cut-offs from one quarter to 0.45 of the rate; its value at
-// zero is the noise, and the answer is the lowest cut-off whose R is not above
-// it, between candidates by interpolation. Candidates: every hundredth of the
-// rate up to 0.45 of it. [Hz]
-double ResidualAnalysisCutoff(const ButterworthOptions& options, double rate_hz,
-                              const Samples& values);
+// Differences from value to value, filtered and summed up again; the sum has
+// the mean of the values.
+Samples OnSpeed(const std::function<Samples(const Samples&)>& filter,
+                const Samples& values);
 
-// The whole of it: choice of the cut-off, correction, and padding by scipy's
-// rule.
-Samples ZeroPhaseButterworth(const ButterworthOptions& options, double rate_hz,
-                             const Samples& values);
+// Two passes of ButterworthLowPass, padded by scipy's rule, on what
+// `options.on` names; `options.choice` and `options.cutoff_hz` are left to the
+// caller of the low-pass.
+LowPass ZeroPhaseButterworth(const ButterworthOptions& options, double rate_hz);
+
+// The same with all poles at one real frequency, so that nothing overshoots
+// (Robertson and Dowling, J. Electromyogr. Kinesiol. 13, 569, 2003): the power
+// of both passes is 1 / (1 + r^2)^(2 order), r the ratio of analogue
+// frequencies.
+LowPass ZeroPhaseCriticallyDamped(const ButterworthOptions& options,
+                                  double rate_hz);
 
 }  // namespace kinegraph
 

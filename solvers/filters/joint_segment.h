@@ -24,12 +24,17 @@ struct JointSegment {
   // asked for.
   std::vector<Eigen::Matrix3d> covariances_m2;
   JointClass joint_class = JointClass::kOther;
+  // For a rule of the cut-off: the one of the whole body [Hz]; else the rule
+  // is asked.
+  std::optional<double> cutoff_hz;
 };
 
 struct SegmentEstimate {
   Samples positions_m;  // n x 3
   // One a frame [m^2]; empty for methods that give none.
   std::vector<std::optional<Eigen::Matrix3d>> covariances_m2;
+  // By coordinate, what a rule chose [Hz]; empty where none was asked.
+  std::vector<double> cutoffs_hz = {};
 };
 
 using SegmentFilter = std::function<SegmentEstimate(const JointSegment&)>;

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <glog/logging.h>
 
+#include <algorithm>
 #include <cmath>
 #include <iterator>
 #include <optional>
@@ -11,10 +12,13 @@
 #include <vector>
 
 #include "core/base/error.h"
+#include "core/base/weighted_quantile.h"
 #include "core/tracking/estimator.h"
 #include "solvers/filters/classical.h"
+#include "solvers/filters/cutoff.h"
 #include "solvers/filters/kalman.h"
-#include "solvers/filters/smoothing_spline.h"
+#include "solvers/filters/loess.h"
+#include "solvers/filters/penalised.h"
 
 namespace kinegraph {
 namespace {
@@ -28,6 +32,7 @@ class OfflineFilter final : public Estimator {
         filter_(std::move(filter)),
         // Half a frame of slack, as FrameClock gives.
         max_gap_s_(options.max_gap_s + 0.5 / scene.frame_rate_hz),
+        cutoff_per_(options.cutoff_per),
         samples_(scene.skeleton.joint_count()) {}
 
   void Add(const EstimatorFrame& frame) override {
@@ -59,7 +64,15 @@ class OfflineFilter final : public Estimator {
   }
 
   void Finish() override {
-    for (size_t j = 0; j < samples_.size(); ++j) FilterJoint(j);
+    std::vector<Piece> pieces;
+    for (size_t j = 0; j < samples_.size(); ++j) Collect(j, &pieces);
+    std::vector<SegmentEstimate> estimates;
+    estimates.reserve(pieces.size());
+    for (const Piece& piece : pieces) {
+      estimates.push_back(filter_(piece.segment));
+    }
+    if (cutoff_per_ == CutoffPer::kBody) WithOneCutoff(&pieces, &estimates);
+    for (size_t i = 0; i < pieces.size(); ++i) Write(pieces[i], estimates[i]);
     finals_ = std::move(collected_);
     collected_.clear();
   }
@@ -69,8 +82,14 @@ class OfflineFilter final : public Estimator {
     size_t frame_idx = 0;  // into collected_
     JointPoint point;
   };
+  // Of a joint, between two gaps.
+  struct Piece {
+    size_t joint_idx = 0;
+    size_t frame_idx = 0;  // of its first frame
+    JointSegment segment;
+  };
 
-  void FilterJoint(size_t joint_idx) {
+  void Collect(size_t joint_idx, std::vector<Piece>* pieces) const {
     const std::vector<Sample>& samples = samples_[joint_idx];
     for (size_t first = 0, next = 0; first < samples.size(); first = next) {
       next = first + 1;
@@ -80,21 +99,43 @@ class OfflineFilter final : public Estimator {
                  max_gap_s_) {
         ++next;
       }
-      JointSegment segment = Segment(samples, first, next - 1);
-      segment.joint_class =
+      Piece& piece = pieces->emplace_back();
+      piece.joint_idx = joint_idx;
+      piece.frame_idx = samples[first].frame_idx;
+      piece.segment = Segment(samples, first, next - 1);
+      piece.segment.joint_class =
           scene_.skeleton.joint_class(static_cast<int>(joint_idx));
-      const SegmentEstimate estimate = filter_(segment);
-      for (size_t i = 0; i < segment.times_s.size(); ++i) {
-        PersonPose& person = collected_[samples[first].frame_idx + i].person;
-        Joint3d& joint = person.joints[joint_idx];
-        joint.position_m =
-            estimate.positions_m.row(static_cast<Eigen::Index>(i)).transpose();
-        joint.status = segment.sampled[i] ? JointStatus::kObserved
-                                          : JointStatus::kInferred;
-        if (estimate.covariances_m2.empty()) continue;
-        person.covariances.resize(samples_.size());
-        person.covariances[joint_idx] = estimate.covariances_m2[i];
+    }
+  }
+
+  void WithOneCutoff(std::vector<Piece>* pieces,
+                     std::vector<SegmentEstimate>* estimates) const {
+    std::vector<WeightedValue> chosen_hz;
+    for (const SegmentEstimate& estimate : *estimates) {
+      const auto frames = static_cast<double>(estimate.positions_m.rows());
+      for (const double hz : estimate.cutoffs_hz) {
+        chosen_hz.push_back({hz, frames});
       }
+    }
+    if (chosen_hz.empty()) return;
+    const double median_hz = WeightedQuantile(std::move(chosen_hz), 0.5);
+    for (size_t i = 0; i < pieces->size(); ++i) {
+      (*pieces)[i].segment.cutoff_hz = median_hz;
+      (*estimates)[i] = filter_((*pieces)[i].segment);
+    }
+  }
+
+  void Write(const Piece& piece, const SegmentEstimate& estimate) {
+    for (size_t i = 0; i < piece.segment.times_s.size(); ++i) {
+      PersonPose& person = collected_[piece.frame_idx + i].person;
+      Joint3d& joint = person.joints[piece.joint_idx];
+      joint.position_m =
+          estimate.positions_m.row(static_cast<Eigen::Index>(i)).transpose();
+      joint.status = piece.segment.sampled[i] ? JointStatus::kObserved
+                                              : JointStatus::kInferred;
+      if (estimate.covariances_m2.empty()) continue;
+      person.covariances.resize(samples_.size());
+      person.covariances[piece.joint_idx] = estimate.covariances_m2[i];
     }
   }
 
@@ -137,6 +178,7 @@ class OfflineFilter final : public Estimator {
   JointPoints point_source_;
   const SegmentFilter filter_;
   const double max_gap_s_;
+  const CutoffPer cutoff_per_;
   std::vector<FinalPose> collected_;          // one a frame
   std::vector<std::vector<Sample>> samples_;  // by joint
   std::vector<FinalPose> finals_;
@@ -216,6 +258,97 @@ Samples Hold(const JointSegment& segment, const Samples& values) {
   return held;
 }
 
+// One cut-off a coordinate [Hz], by a rule.
+std::vector<double> CutoffsOf(CutoffChoice rule, CutoffPer per,
+                              const LowPass& low_pass,
+                              const JointSegment& segment) {
+  if (!segment.cutoff_hz.has_value()) {
+    return ChooseCutoffs(rule, per, low_pass, segment.positions_m);
+  }
+  return std::vector<double>(static_cast<size_t>(segment.positions_m.cols()),
+                             *segment.cutoff_hz);
+}
+
+SegmentFilter Recursive(const std::string& name,
+                        const ButterworthOptions& options, CutoffPer per,
+                        const LowPass& low_pass) {
+  if (options.choice == CutoffChoice::kFixed) {
+    RequireBelowNyquist("filters.butterworth.cutoff", options.cutoff_hz,
+                        low_pass.rate_hz);
+  }
+  return [=](const JointSegment& segment) -> SegmentEstimate {
+    RequireUniformTime(name, segment.times_s, low_pass.rate_hz);
+    const Samples& values = segment.positions_m;
+    if (options.choice == CutoffChoice::kFixed) {
+      return {low_pass.filter(options.cutoff_hz, values), {}};
+    }
+    SegmentEstimate estimate = {
+        values, {}, CutoffsOf(options.choice, per, low_pass, segment)};
+    for (Eigen::Index c = 0; c < values.cols(); ++c) {
+      estimate.positions_m.col(c) = low_pass.filter(
+          estimate.cutoffs_hz[static_cast<size_t>(c)], values.col(c));
+    }
+    return estimate;
+  };
+}
+
+using MakeCurve = std::function<std::unique_ptr<PenalisedCurve>(
+    const std::vector<double>& times_s, const std::vector<char>& sampled,
+    const Samples& values)>;
+
+// `rough`: the derivative that counts as rough.
+SegmentFilter Penalised(const SmoothingSplineOptions& options, double rate_hz,
+                        CutoffPer per, int rough, MakeCurve make) {
+  if (options.choice == CutoffChoice::kFixed) {
+    RequireBelowNyquist("filters.smoothing_spline.cutoff", options.cutoff_hz,
+                        rate_hz);
+  }
+  return [=, make = std::move(make)](
+             const JointSegment& segment) -> SegmentEstimate {
+    const auto count =
+        std::count(segment.sampled.begin(), segment.sampled.end(), 1);
+    if (count < 2 * rough + 1) return {segment.positions_m, {}};
+    const auto curve_of = [&](const Samples& values) {
+      return make(segment.times_s, segment.sampled, values);
+    };
+    const auto all = curve_of(segment.positions_m);
+    if (options.choice == CutoffChoice::kFixed) {
+      return {all->Fit(all->LambdaOf(options.cutoff_hz)), {}};
+    }
+    if (options.choice == CutoffChoice::kLambda) {
+      return {all->Fit(options.lambda), {}};
+    }
+    SegmentEstimate estimate = {segment.positions_m, {}};
+    const Eigen::Index columns = segment.positions_m.cols();
+    if (options.choice != CutoffChoice::kGcv || segment.cutoff_hz.has_value()) {
+      LowPass low_pass;
+      low_pass.rate_hz = rate_hz;
+      low_pass.filter = [&](double cutoff_hz, const Samples& values) {
+        const auto curve = curve_of(values);
+        return curve->Fit(curve->LambdaOf(cutoff_hz));
+      };
+      estimate.cutoffs_hz = CutoffsOf(options.choice, per, low_pass, segment);
+    } else if (per != CutoffPer::kAxis) {
+      const double lambda = all->BestLambda();
+      estimate.positions_m = all->Fit(lambda);
+      estimate.cutoffs_hz.assign(static_cast<size_t>(columns),
+                                 all->CutoffOf(lambda));
+      return estimate;
+    } else {
+      for (Eigen::Index c = 0; c < columns; ++c) {
+        const auto curve = curve_of(segment.positions_m.col(c));
+        estimate.cutoffs_hz.push_back(curve->CutoffOf(curve->BestLambda()));
+      }
+    }
+    for (Eigen::Index c = 0; c < columns; ++c) {
+      const auto curve = curve_of(segment.positions_m.col(c));
+      estimate.positions_m.col(c) = curve->Fit(
+          curve->LambdaOf(estimate.cutoffs_hz[static_cast<size_t>(c)]));
+    }
+    return estimate;
+  };
+}
+
 // `segment` with the class's constant for every sample's covariance.
 JointSegment WithConstantNoise(const KalmanOptions& options,
                                JointSegment segment) {
@@ -280,15 +413,15 @@ SegmentFilter OneEuroFilter(const OneEuroOptions& options) {
 }
 
 SegmentFilter ButterworthFilter(const ButterworthOptions& options,
-                                double rate_hz) {
-  if (options.choice == CutoffChoice::kFixed) {
-    RequireBelowNyquist("filters.butterworth.cutoff", options.cutoff_hz,
-                        rate_hz);
-  }
-  return [options, rate_hz](const JointSegment& segment) -> SegmentEstimate {
-    RequireUniformTime("butterworth", segment.times_s, rate_hz);
-    return {ZeroPhaseButterworth(options, rate_hz, segment.positions_m), {}};
-  };
+                                double rate_hz, CutoffPer per) {
+  return Recursive("butterworth", options, per,
+                   ZeroPhaseButterworth(options, rate_hz));
+}
+
+SegmentFilter CriticallyDampedFilter(const ButterworthOptions& options,
+                                     double rate_hz, CutoffPer per) {
+  return Recursive("critically_damped", options, per,
+                   ZeroPhaseCriticallyDamped(options, rate_hz));
 }
 
 SegmentFilter SavitzkyGolayFilter(const SavitzkyGolayOptions& options,
@@ -301,26 +434,66 @@ SegmentFilter SavitzkyGolayFilter(const SavitzkyGolayOptions& options,
   };
 }
 
-SegmentFilter SmoothingSplineFilter(const SmoothingSplineOptions& options,
-                                    double rate_hz) {
-  if (options.choice == SmoothnessChoice::kCutoff) {
-    RequireBelowNyquist("filters.smoothing_spline.cutoff", options.cutoff_hz,
-                        rate_hz);
-  }
+SegmentFilter LoessFilter(const LoessOptions& options) {
   return [options](const JointSegment& segment) -> SegmentEstimate {
     const SampledRows rows = SamplesOf(segment);
-    constexpr size_t kFewest = 5;
     const size_t count = rows.times_s.size();
-    if (count < kFewest) return {segment.positions_m, {}};
+    const int degree = static_cast<int>(options.degree);
+    if (count < static_cast<size_t>(degree) + 2) {
+      return {segment.positions_m, {}};
+    }
     const double step_s = (rows.times_s.back() - rows.times_s.front()) /
                           static_cast<double>(count - 1);
-    const double lambda_s3 = options.choice == SmoothnessChoice::kGcv
-                                 ? ChooseLambdaByGcv(rows.times_s, rows.values)
-                                 : LambdaOfCutoff(options.cutoff_hz, step_s);
-    return {
-        SmoothingSpline(lambda_s3, rows.times_s, rows.values, segment.times_s),
-        {}};
+    const int neighbours =
+        std::max(degree + 2,
+                 static_cast<int>(std::lround(std::min(
+                     options.window_s / step_s, static_cast<double>(count)))));
+    return {Loess(neighbours, degree, static_cast<int>(options.iterations),
+                  rows.times_s, rows.values, segment.times_s),
+            {}};
   };
+}
+
+SegmentFilter TrendPointFilter(const TrendOptions& options) {
+  return [options](const JointSegment& segment) -> SegmentEstimate {
+    const SampledRows rows = SamplesOf(segment);
+    const Samples trend =
+        TrendFilter(options.lambda_m, rows.times_s, rows.values);
+    // Straight between samples, as the trend is.
+    SegmentEstimate estimate = {segment.positions_m, {}};
+    Eigen::Index next = 0;
+    for (Eigen::Index i = 0; i < estimate.positions_m.rows(); ++i) {
+      const double time_s = segment.times_s[static_cast<size_t>(i)];
+      while (rows.times_s[static_cast<size_t>(next)] < time_s) ++next;
+      const double end_s = rows.times_s[static_cast<size_t>(next)];
+      estimate.positions_m.row(i) = trend.row(next);
+      if (end_s == time_s) continue;
+      const double begin_s = rows.times_s[static_cast<size_t>(next) - 1];
+      estimate.positions_m.row(i) -= (end_s - time_s) / (end_s - begin_s) *
+                                     (trend.row(next) - trend.row(next - 1));
+    }
+    return estimate;
+  };
+}
+
+SegmentFilter SmoothingSplineFilter(const SmoothingSplineOptions& options,
+                                    double rate_hz, CutoffPer per) {
+  return Penalised(options, rate_hz, per, 2, MakeCubicSpline);
+}
+
+SegmentFilter QuinticSplineFilter(const SmoothingSplineOptions& options,
+                                  double rate_hz, CutoffPer per) {
+  return Penalised(options, rate_hz, per, 3, MakeQuinticSpline);
+}
+
+SegmentFilter WhittakerFilter(const WhittakerOptions& options, double rate_hz,
+                              CutoffPer per) {
+  const int order = static_cast<int>(options.order);
+  return Penalised(
+      options.smoothness, rate_hz, per, order,
+      [order](const auto& times_s, const auto& sampled, const auto& values) {
+        return MakeWhittaker(order, times_s, sampled, values);
+      });
 }
 
 SegmentFilter KalmanPointFilter(const KalmanOptions& options) {

@@ -20,7 +20,10 @@ namespace kinegraph {
 // signal into segments that know nothing of each other, and the joint is
 // missing in it, as before its first and after its last sample. Bridged
 // positions are linear between the samples before anything is filtered; a
-// filter that does without them uses the samples alone.
+// filter that does without them uses the samples alone. Where `cutoff_per` is
+// the body, a filter whose cut-off a rule chooses runs twice: the second time
+// all joints have the median of what was chosen, each as often as it has
+// frames.
 //
 // Last() is the newest initial pose and Predict() holds it: not meant to serve
 // association. Throws OptionError for bad options; Finish() passes on what
@@ -32,21 +35,35 @@ std::unique_ptr<Estimator> MakeOfflineFilter(
 // Each checks its options against the frame rate [Hz] (OptionError). Filters
 // that need uniform time throw InputError for a segment without.
 //
-// What they make of bridged frames: the Gaussian, the centred median,
-// Butterworth and Savitzky-Golay take the linear bridge for samples. The causal
-// ones (One-Euro, the trailing median) hold their last value. The spline, the
-// Kalman filter and the RTS smoother go over the gap by their own model.
+// What they make of bridged frames: the Gaussian, the centred median, the
+// recursive ones and Savitzky-Golay take the linear bridge for samples.
+// One-Euro and the trailing median hold their last value. The others go over
+// the gap by their own model.
 SegmentFilter PointsAsTheyAre(PointCovariances covariances);
 SegmentFilter CentredGaussianFilter(const CentredGaussianOptions& options);
 SegmentFilter HampelMedianFilter(const HampelMedianOptions& options);
 SegmentFilter OneEuroFilter(const OneEuroOptions& options);
+// Both on the options of `butterworth`.
 SegmentFilter ButterworthFilter(const ButterworthOptions& options,
-                                double rate_hz);
+                                double rate_hz,
+                                CutoffPer per = CutoffPer::kJoint);
+SegmentFilter CriticallyDampedFilter(const ButterworthOptions& options,
+                                     double rate_hz,
+                                     CutoffPer per = CutoffPer::kJoint);
 SegmentFilter SavitzkyGolayFilter(const SavitzkyGolayOptions& options,
                                   double rate_hz);
-// Fewer than five samples stay as they are: too few to choose a smoothness by.
+SegmentFilter LoessFilter(const LoessOptions& options);
+SegmentFilter TrendPointFilter(const TrendOptions& options);
+// Fewer than 2 m + 1 samples, m the derivative that is rough, stay as they are:
+// too few to choose a smoothness by.
 SegmentFilter SmoothingSplineFilter(const SmoothingSplineOptions& options,
-                                    double rate_hz);
+                                    double rate_hz,
+                                    CutoffPer per = CutoffPer::kJoint);
+SegmentFilter QuinticSplineFilter(const SmoothingSplineOptions& options,
+                                  double rate_hz,
+                                  CutoffPer per = CutoffPer::kJoint);
+SegmentFilter WhittakerFilter(const WhittakerOptions& options, double rate_hz,
+                              CutoffPer per = CutoffPer::kJoint);
 SegmentFilter KalmanPointFilter(const KalmanOptions& options);
 SegmentFilter RtsPointSmoother(const KalmanOptions& options);
 

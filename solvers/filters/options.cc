@@ -16,6 +16,8 @@ void DescribeIn(OptionVisitor& visitor, const std::string& table,
 void OfflineFilterOptions::Describe(OptionVisitor& visitor) {
   visitor.Number("max_gap", &max_gap_s, NonNegative(), "s",
                  "longest gap between samples that is bridged");
+  visitor.Choice("cutoff_per", &cutoff_per, {"axis", "joint", "body"},
+                 "what shares a cut-off that a rule chooses");
 }
 
 void RobustTriangulationOptions::Describe(OptionVisitor& visitor) {
@@ -44,17 +46,23 @@ void OneEuroOptions::Describe(OptionVisitor& visitor) {
   visitor.Number("min_cutoff", &min_cutoff_hz, Positive(), "Hz", "at rest");
   visitor.Number("beta", &beta_per_m, NonNegative(), "1/m",
                  "the cut-off grows by so many Hz per m/s");
+  visitor.Boolean("zero_phase", &zero_phase,
+                  "forwards, then backwards: no lag, not causal");
 }
 
 void ButterworthOptions::Describe(OptionVisitor& visitor) {
   visitor.Integer("order", &order, Between(1, 8), "",
                   "of each of the two passes");
-  visitor.Choice("choice", &choice, {"fixed", "residual_analysis"},
-                 "of the cut-off, the latter for each joint alone");
+  visitor.Choice("choice", &choice,
+                 {"fixed", "winter", "challis", "yu", "jackson", "gcv",
+                  "power95", "power99"},
+                 "of the cut-off: as given, or by a rule (docs/filters.md)");
   visitor.Number("cutoff", &cutoff_hz, Positive(), "Hz",
                  "below half the frame rate");
   visitor.Boolean("correct_cutoff", &correct_cutoff,
                   "half the power at the cut-off after both passes, not one");
+  visitor.Choice("on", &on, {"position", "speed"},
+                 "what is filtered; speeds are summed up again");
 }
 
 void SavitzkyGolayOptions::Describe(OptionVisitor& visitor) {
@@ -64,10 +72,32 @@ void SavitzkyGolayOptions::Describe(OptionVisitor& visitor) {
 }
 
 void SmoothingSplineOptions::Describe(OptionVisitor& visitor) {
-  visitor.Choice("choice", &choice, {"gcv", "cutoff"},
-                 "how smooth: by generalised cross-validation, or the cut-off");
+  visitor.Choice("choice", &choice,
+                 {"cutoff", "winter", "challis", "yu", "jackson", "gcv",
+                  "power95", "power99", "lambda"},
+                 "how smooth: by generalised cross-validation, another rule, "
+                 "the cut-off or lambda");
   visitor.Number("cutoff", &cutoff_hz, Positive(), "Hz",
                  "where the amplitude is halved");
+  visitor.Number("lambda", &lambda, Positive(), "",
+                 "weight of the roughness where samples are a frame apart");
+}
+
+void WhittakerOptions::Describe(OptionVisitor& visitor) {
+  visitor.Integer("order", &order, Between(2, 3), "", "of the differences");
+}
+
+void LoessOptions::Describe(OptionVisitor& visitor) {
+  visitor.Number("window", &window_s, NonNegative(), "s",
+                 "of the samples that a polynomial is fitted to");
+  visitor.Integer("degree", &degree, Between(1, 2), "", "of the polynomials");
+  visitor.Integer("iterations", &iterations, Between(0, 20), "",
+                  "that weigh outliers down");
+}
+
+void TrendOptions::Describe(OptionVisitor& visitor) {
+  visitor.Number("lambda", &lambda_m, Positive(), "m",
+                 "weight of kinks where samples are a frame apart");
 }
 
 void KalmanOptions::Describe(OptionVisitor& visitor) {
@@ -96,6 +126,9 @@ void FilterOptions::Describe(OptionVisitor& visitor) {
   DescribeIn(visitor, "butterworth", &butterworth);
   DescribeIn(visitor, "savitzky_golay", &savitzky_golay);
   DescribeIn(visitor, "smoothing_spline", &smoothing_spline);
+  DescribeIn(visitor, "whittaker", &whittaker);
+  DescribeIn(visitor, "loess", &loess);
+  DescribeIn(visitor, "trend", &trend);
   DescribeIn(visitor, "kalman", &kalman);
   visitor.Leave();
 }

@@ -16,11 +16,19 @@ enum class PointKind {
   kRobust,  // robust triangulation of the frame's own views, all of them
 };
 
+// What shares a cut-off that a rule chooses.
+enum class CutoffPer {
+  kAxis,
+  kJoint,  // the three axes of a joint
+  kBody,   // all joints of a person: the median of the joints'
+};
+
 // How samples become signals, alike for every filter.
 struct OfflineFilterOptions {
   // Longest time between two samples of a joint that is bridged [s]: twice
   // graph.bridging_limit_s, which reaches into a gap from either end.
   double max_gap_s = 1.0;
+  CutoffPer cutoff_per = CutoffPer::kJoint;
 
   // Into the table [filters].
   void Describe(OptionVisitor& visitor);
@@ -67,13 +75,31 @@ struct HampelMedianOptions {
 struct OneEuroOptions {
   double min_cutoff_hz = 2.0;
   double beta_per_m = 1.0;  // the cut-off grows by so many Hz per m/s
+  bool zero_phase = false;  // forwards, then backwards: not causal
 
   // Table [filters.one_euro].
   void Describe(OptionVisitor& visitor);
 };
 
-enum class CutoffChoice { kFixed, kResidualAnalysis };
+// Where a cut-off comes from: as given, or by a rule (cutoff.h).
+enum class CutoffChoice {
+  kFixed,
+  kWinter,
+  kChallis,
+  kYu,
+  kJackson,
+  kGcv,
+  kPower95,
+  kPower99,
+  kLambda,  // of penalised curves alone
+};
 
+enum class FilterSignal {
+  kPosition,
+  kSpeed,  // differences from frame to frame, summed up again
+};
+
+// Of both recursive low-passes.
 struct ButterworthOptions {
   int64_t order = 2;  // of each of the two passes
   CutoffChoice choice = CutoffChoice::kFixed;
@@ -81,6 +107,7 @@ struct ButterworthOptions {
   // The cut-off is where both passes together have half the power; without,
   // where each of them has, as most programs take it.
   bool correct_cutoff = true;
+  FilterSignal on = FilterSignal::kPosition;
 
   // Table [filters.butterworth].
   void Describe(OptionVisitor& visitor);
@@ -95,13 +122,40 @@ struct SavitzkyGolayOptions {
   void Describe(OptionVisitor& visitor);
 };
 
-enum class SmoothnessChoice { kGcv, kCutoff };
-
+// Of all curves that weigh misfit against roughness.
 struct SmoothingSplineOptions {
-  SmoothnessChoice choice = SmoothnessChoice::kGcv;
+  CutoffChoice choice = CutoffChoice::kGcv;
   double cutoff_hz = 4.0;  // where the amplitude is halved; choice "cutoff"
+  // Weight of the roughness where samples are a frame apart; choice "lambda".
+  double lambda = 10.0;
 
   // Table [filters.smoothing_spline].
+  void Describe(OptionVisitor& visitor);
+};
+
+struct WhittakerOptions {
+  int64_t order = 2;                  // of the differences
+  SmoothingSplineOptions smoothness;  // those of the spline
+
+  // Table [filters.whittaker], without the smoothness.
+  void Describe(OptionVisitor& visitor);
+};
+
+struct LoessOptions {
+  // Of the samples that a polynomial is fitted to, at most.
+  double window_s = 0.4;
+  int64_t degree = 2;
+  int64_t iterations = 2;  // robust ones
+
+  // Table [filters.loess].
+  void Describe(OptionVisitor& visitor);
+};
+
+struct TrendOptions {
+  // The weight of kinks [m], where samples are a frame apart.
+  double lambda_m = 0.1;
+
+  // Table [filters.trend].
   void Describe(OptionVisitor& visitor);
 };
 
@@ -138,9 +192,12 @@ struct FilterOptions {
   CentredGaussianOptions centred_gaussian;
   HampelMedianOptions hampel_median;
   OneEuroOptions one_euro;
-  ButterworthOptions butterworth;
+  ButterworthOptions butterworth;  // of critically_damped too
   SavitzkyGolayOptions savitzky_golay;
-  SmoothingSplineOptions smoothing_spline;
+  SmoothingSplineOptions smoothing_spline;  // of quintic_spline too
+  WhittakerOptions whittaker;
+  LoessOptions loess;
+  TrendOptions trend;
   KalmanOptions kalman;  // of the RTS smoother too
 
   // Table [filters], a table below it for each filter.

@@ -221,20 +221,24 @@ double ChooseLambdaByGcv(const std::vector<double>& times_s,
   const auto score = [&](double x) { return system.Gcv(std::pow(10.0, x)); };
   const double low = log_lambda(2.0);
   const double high = log_lambda(1e-3);
-  constexpr double kGrid = 0.1;
+  return std::pow(10.0, LeastOnGrid(low, high, 0.1, score)) *
+         Cube(system.step_s());
+}
+
+double LeastOnGrid(double low, double high, double step,
+                   const std::function<double(double)>& score) {
   double best = low;
   double best_score = score(low);
-  for (double x = low + kGrid; x <= high; x += kGrid) {
+  for (double x = low + step; x <= high; x += step) {
     const double here = score(x);
     if (here < best_score) {
       best_score = here;
       best = x;
     }
   }
-  // Golden section between the neighbours.
   constexpr double kGolden = 0.6180339887498949;
-  double a = std::max(low, best - kGrid);
-  double b = std::min(high, best + kGrid);
+  double a = std::max(low, best - step);
+  double b = std::min(high, best + step);
   double left = b - kGolden * (b - a);
   double right = a + kGolden * (b - a);
   double left_score = score(left);
@@ -252,7 +256,7 @@ double ChooseLambdaByGcv(const std::vector<double>& times_s,
       right_score = score(right);
     }
   }
-  return std::pow(10.0, 0.5 * (a + b)) * Cube(system.step_s());
+  return 0.5 * (a + b);
 }
 
 double LambdaOfCutoff(double cutoff_hz, double step_s) {

@@ -2,6 +2,7 @@
 #ifndef KINEGRAPH_SOLVERS_FILTERS_SMOOTHING_SPLINE_H_
 #define KINEGRAPH_SOLVERS_FILTERS_SMOOTHING_SPLINE_H_
 
+#include <functional>
 #include <vector>
 
 #include "solvers/filters/joint_segment.h"
@@ -32,6 +33,11 @@ double GcvScore(double lambda_s3, const std::vector<double>& times_s,
 // a golden section. At least five values.
 double ChooseLambdaByGcv(const std::vector<double>& times_s,
                          const Samples& values);
+
+// Where `score` is least between `low` and `high`: a grid of `step`, then a
+// golden section between the neighbours of the best, to 1e-6.
+double LeastOnGrid(double low, double high, double step,
+                   const std::function<double(double)>& score);
 
 // The lambda [s^3] that halves the amplitude of a wave of `cutoff_hz` where
 // values stand every `step_s`, far from the ends and well below the sampling

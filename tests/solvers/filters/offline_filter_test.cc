@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Cholesky>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -77,6 +78,39 @@ TEST(OfflineFilterTest, LongGapsPartTheSignal) {
   EXPECT_EQ(lengths[1], 1u);
   for (int k = 0; k < 6; ++k) {
     EXPECT_EQ(finals[k].person.joints[0].present(), k < 2 || k == 5) << k;
+  }
+}
+
+TEST(OfflineFilterTest, OneCutoffForTheBodyIsTheMedian) {
+  // Five frames of a joint that moves and one frame of it alone; the rule says
+  // 2 Hz for long signals and 9 Hz for short ones.
+  std::vector<EstimatorFrame> frames;
+  for (int k = 0; k < 5; ++k) frames.push_back(FrameAt(k, k));
+  for (int k = 5; k < 9; ++k) frames.push_back(FailedFrame(k));
+  frames.push_back(FrameAt(9, 9.0));
+  for (const CutoffPer per : {CutoffPer::kJoint, CutoffPer::kBody}) {
+    OfflineFilterOptions options;
+    options.max_gap_s = 0.12;
+    options.cutoff_per = per;
+    std::vector<std::optional<double>> given;
+    const auto estimator =
+        MakeOfflineFilter(Scene(), options, Points(),
+                          [&](const JointSegment& segment) -> SegmentEstimate {
+                            given.push_back(segment.cutoff_hz);
+                            return {segment.positions_m,
+                                    {},
+                                    {segment.times_s.size() > 1 ? 2.0 : 9.0}};
+                          });
+    testing::Run(estimator.get(), frames);
+    const bool body = per == CutoffPer::kBody;
+    ASSERT_EQ(given.size(), (body ? 2u : 1u) * 2u * 17u);
+    for (size_t i = 0; i < given.size(); ++i) {
+      if (i < 2 * 17) {
+        EXPECT_EQ(given[i], std::nullopt);
+      } else {
+        EXPECT_EQ(given[i], 2.0);
+      }
+    }
   }
 }
 
@@ -231,7 +265,8 @@ TEST(OfflineFilterTest, RefusalsNameTheEstimator) {
                                         FrameAt(3, 2.0)};
   EstimatorOptions options;
   for (const OutputKind kind :
-       {OutputKind::kButterworth, OutputKind::kSavitzkyGolay}) {
+       {OutputKind::kButterworth, OutputKind::kCriticallyDamped,
+        OutputKind::kSavitzkyGolay}) {
     const auto estimator = MakeOutput(kind, options)(Scene());
     for (const EstimatorFrame& frame : frames) estimator->Add(frame);
     EXPECT_THROW(estimator->Finish(), InputError);
@@ -241,7 +276,8 @@ TEST(OfflineFilterTest, RefusalsNameTheEstimator) {
   for (const OutputKind kind :
        {OutputKind::kRawDlt, OutputKind::kCentredGaussian,
         OutputKind::kHampelMedian, OutputKind::kOneEuro,
-        OutputKind::kSmoothingSpline}) {
+        OutputKind::kSmoothingSpline, OutputKind::kQuinticSpline,
+        OutputKind::kWhittaker, OutputKind::kLoess, OutputKind::kTrend}) {
     const auto estimator = MakeOutput(kind, options)(Scene());
     EXPECT_EQ(testing::Run(estimator.get(), frames).size(), 3u);
   }

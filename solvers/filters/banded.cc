@@ -1,0 +1,88 @@
+#include "solvers/filters/banded.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace kinegraph {
+
+BandedLeastSquares::BandedLeastSquares(Eigen::Index unknowns, int width,
+                                       Eigen::Index columns)
+    : width_(width),
+      R_(Eigen::MatrixXd::Zero(width, unknowns)),
+      right_(Eigen::MatrixXd::Zero(columns, unknowns)),
+      row_(width),
+      b_(columns) {}
+
+void BandedLeastSquares::AddRow(Eigen::Index first, double factor,
+                                const Eigen::Ref<const Eigen::VectorXd>& row,
+                                const Eigen::Ref<const Eigen::VectorXd>& b) {
+  row_.setZero();
+  row_.head(row.size()) = factor * row;
+  b_.setZero();
+  b_.head(b.size()) = factor * b;
+  for (Eigen::Index i = first; i < R_.cols(); ++i) {
+    if (row_(0) != 0.0) {
+      const double radius = std::hypot(R_(0, i), row_(0));
+      const double c = R_(0, i) / radius;
+      const double s = row_(0) / radius;
+      for (int k = 0; k < width_; ++k) {
+        const double above = R_(k, i);
+        R_(k, i) = c * above + s * row_(k);
+        row_(k) = c * row_(k) - s * above;
+      }
+      for (Eigen::Index j = 0; j < b_.size(); ++j) {
+        const double above = right_(j, i);
+        right_(j, i) = c * above + s * b_(j);
+        b_(j) = c * b_(j) - s * above;
+      }
+    }
+    // The first entry is zero now: the row begins at the next unknown.
+    std::copy(row_.data() + 1, row_.data() + width_, row_.data());
+    row_(width_ - 1) = 0.0;
+    if (row_.isZero(0.0)) return;
+  }
+}
+
+Samples BandedLeastSquares::SolveTriangle(Samples right) const {
+  for (Eigen::Index i = R_.cols() - 1; i >= 0; --i) {
+    for (Eigen::Index k = 1; k < width_ && i + k < R_.cols(); ++k) {
+      right.row(i) -= R_(k, i) * right.row(i + k);
+    }
+    right.row(i) /= R_(0, i);
+  }
+  return right;
+}
+
+Samples BandedLeastSquares::Solve() const {
+  return SolveTriangle(right_.transpose());
+}
+
+Eigen::VectorXd BandedLeastSquares::SolveNormal(Eigen::VectorXd right) const {
+  for (Eigen::Index i = 0; i < R_.cols(); ++i) {
+    right(i) /= R_(0, i);
+    for (Eigen::Index k = 1; k < width_ && i + k < R_.cols(); ++k) {
+      right(i + k) -= R_(k, i) * right(i);
+    }
+  }
+  return SolveTriangle(std::move(right));
+}
+
+Eigen::MatrixXd BandedLeastSquares::InverseBands() const {
+  Eigen::MatrixXd P = Eigen::MatrixXd::Zero(width_, R_.cols());
+  // With P the inverse, R P is lower triangular with 1 / R(i, i) on its
+  // diagonal: row i of P follows from those below.
+  for (Eigen::Index i = R_.cols() - 1; i >= 0; --i) {
+    for (Eigen::Index j = width_ - 1; j >= 0; --j) {
+      if (i + j >= R_.cols()) continue;
+      double sum = j == 0 ? 1.0 / R_(0, i) : 0.0;
+      for (Eigen::Index k = 1; k < width_ && i + k < R_.cols(); ++k) {
+        sum -= R_(k, i) * P(std::abs(k - j), i + std::min(k, j));
+      }
+      P(j, i) = sum / R_(0, i);
+    }
+  }
+  return P;
+}
+
+}  // namespace kinegraph

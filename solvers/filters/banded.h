@@ -1,0 +1,47 @@
+// Least squares whose rows see few neighbouring unknowns.
+#ifndef KINEGRAPH_SOLVERS_FILTERS_BANDED_H_
+#define KINEGRAPH_SOLVERS_FILTERS_BANDED_H_
+
+#include <Eigen/Core>
+
+#include "solvers/filters/joint_segment.h"
+
+namespace kinegraph {
+
+// Minimises |A x - b|^2 by Givens rotations, row by row (Golub and Van Loan,
+// Matrix Computations, section 5.2): the normal equations of smooth curves have
+// the square of this condition number, which costs half of the digits. Rows
+// that come in the order of their first unknown cost O(width^2).
+class BandedLeastSquares {
+ public:
+  // Rows see at most `width` neighbouring unknowns; b has `columns` columns.
+  BandedLeastSquares(Eigen::Index unknowns, int width, Eigen::Index columns);
+
+  // `factor` times a row that has `row` at the unknowns from `first` on; `b`
+  // may be empty: zeros.
+  void AddRow(Eigen::Index first, double factor,
+              const Eigen::Ref<const Eigen::VectorXd>& row,
+              const Eigen::Ref<const Eigen::VectorXd>& b);
+
+  // Row i of the triangle that all rows come to, from unknown i on.
+  Eigen::VectorXd TriangleRow(Eigen::Index i) const { return R_.col(i); }
+  // One row an unknown, one column a column of b.
+  Samples Solve() const;
+  // The x of A'A x = `right`.
+  Eigen::VectorXd SolveNormal(Eigen::VectorXd right) const;
+  // Row k: the k-th diagonal above the main one of (A'A)^-1, k < width; the
+  // entry (i, i + k) is in column i (Hutchinson and de Hoog 1985).
+  Eigen::MatrixXd InverseBands() const;
+
+ private:
+  Samples SolveTriangle(Samples right) const;
+
+  int width_;
+  Eigen::MatrixXd R_;        // entry (i, i + k) of the triangle at (k, i)
+  Eigen::MatrixXd right_;    // a column an unknown
+  Eigen::VectorXd row_, b_;  // scratch
+};
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_SOLVERS_FILTERS_BANDED_H_

@@ -1,0 +1,459 @@
+#include "solvers/filters/penalised.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+
+#include "solvers/filters/banded.h"
+#include "solvers/filters/smoothing_spline.h"
+
+namespace kinegraph {
+namespace {
+
+double MeanStep(const std::vector<double>& times) {
+  return (times.back() - times.front()) / static_cast<double>(times.size() - 1);
+}
+
+// Times in mean steps, from the first.
+std::vector<double> InFrames(const std::vector<double>& times) {
+  const double step = MeanStep(times);
+  std::vector<double> frames;
+  frames.reserve(times.size());
+  for (const double time : times) frames.push_back((time - times[0]) / step);
+  return frames;
+}
+
+// Weights of the divided difference of `order` of values at x[first] and those
+// after it, times `order`!: the derivative of a polynomial of that degree.
+Eigen::VectorXd DividedDifference(const std::vector<double>& x, size_t first,
+                                  int order) {
+  Eigen::VectorXd weights = Eigen::VectorXd::Ones(order + 1);
+  for (int i = 0; i <= order; ++i) {
+    for (int k = 0; k <= order; ++k) {
+      if (k != i) weights(i) /= x[first + i] - x[first + k];
+    }
+    for (int k = 2; k <= order; ++k) weights(i) *= k;
+  }
+  return weights;
+}
+
+struct BandedRow {
+  Eigen::Index first = 0;
+  Eigen::VectorXd entries;
+};
+
+// Any such curve, linear in its unknowns.
+class LinearCurve : public PenalisedCurve {
+ public:
+  LinearCurve(double step, Eigen::Index unknowns, int width)
+      : PenalisedCurve(step), unknowns_(unknowns), width_(width) {}
+
+  double Gcv(double lambda) const final {
+    const BandedLeastSquares system = System(lambda);
+    const Samples x = system.Solve();
+    const Eigen::MatrixXd inverse = system.InverseBands();
+    double misfit = 0.0;
+    double trace = static_cast<double>(data_.size());
+    for (size_t i = 0; i < data_.size(); ++i) {
+      const auto& [first, row] = data_[i];
+      const Eigen::Index n = row.size();
+      misfit += (values_.col(static_cast<Eigen::Index>(i)) -
+                 x.middleRows(first, n).transpose() * row)
+                    .squaredNorm();
+      for (Eigen::Index a = 0; a < n; ++a) {
+        for (Eigen::Index b = 0; b < n; ++b) {
+          trace -= row(a) * row(b) *
+                   inverse(std::abs(a - b), first + std::min(a, b));
+        }
+      }
+    }
+    return static_cast<double>(data_.size()) * misfit / (trace * trace);
+  }
+
+ protected:
+  BandedLeastSquares System(double lambda) const {
+    const double root = std::sqrt(lambda);
+    BandedLeastSquares system(unknowns_, width_, values_.rows());
+    const Eigen::VectorXd none;
+    size_t next = 0;
+    const auto add_data = [&] {
+      system.AddRow(data_[next].first, 1.0, data_[next].entries,
+                    values_.col(static_cast<Eigen::Index>(next)));
+      ++next;
+    };
+    for (const auto& [first, row] : roughness_) {
+      while (next < data_.size() && data_[next].first <= first) add_data();
+      system.AddRow(first, root, row, none);
+    }
+    while (next < data_.size()) add_data();
+    return system;
+  }
+
+  // The same roughness in one row an unknown.
+  void ReduceRoughness() {
+    BandedLeastSquares system(unknowns_, width_, 0);
+    const Eigen::VectorXd none;
+    for (const auto& [first, row] : roughness_) {
+      system.AddRow(first, 1.0, row, none);
+    }
+    roughness_.clear();
+    for (Eigen::Index i = 0; i < unknowns_; ++i) {
+      roughness_.push_back({i, system.TriangleRow(i)});
+    }
+  }
+
+  std::vector<BandedRow> data_;       // one a sample
+  std::vector<BandedRow> roughness_;  // both ascending by `first`
+  Eigen::MatrixXd values_;            // a column a sample
+
+ private:
+  Eigen::Index unknowns_;
+  int width_;
+};
+
+Samples SampledRowsOf(const std::vector<char>& sampled, const Samples& values) {
+  Samples rows(values.rows(), values.cols());
+  Eigen::Index count = 0;
+  for (size_t i = 0; i < sampled.size(); ++i) {
+    if (sampled[i])
+      rows.row(count++) = values.row(static_cast<Eigen::Index>(i));
+  }
+  rows.conservativeResize(count, Eigen::NoChange);
+  return rows;
+}
+
+class WhittakerCurve final : public LinearCurve {
+ public:
+  WhittakerCurve(int order, const std::vector<double>& times,
+                 const std::vector<char>& sampled, const Samples& values)
+      : LinearCurve(MeanStep(times), values.rows(), order + 1), order_(order) {
+    const std::vector<double> x = InFrames(times);
+    for (size_t i = 0; i < x.size(); ++i) {
+      const auto first = static_cast<Eigen::Index>(i);
+      if (sampled[i]) data_.push_back({first, Eigen::VectorXd::Ones(1)});
+      if (i + order >= x.size()) continue;
+      const double span = (x[i + order] - x[i]) / order;
+      roughness_.push_back(
+          {first, std::sqrt(span) * DividedDifference(x, i, order)});
+    }
+    values_ = SampledRowsOf(sampled, values).transpose();
+  }
+
+  Samples Fit(double lambda) const override { return System(lambda).Solve(); }
+
+ private:
+  // The gain is 1 / (1 + lambda (2 sin(pi f))^(2 order)).
+  double LambdaOfFrames(double cutoff) const override {
+    return std::pow(2.0 * std::sin(M_PI * cutoff), -2.0 * order_);
+  }
+  double CutoffInFrames(double lambda) const override {
+    const double sine = 0.5 * std::pow(lambda, -0.5 / order_);
+    return std::asin(std::min(1.0, sine)) / M_PI;
+  }
+
+  int order_;
+};
+
+class QuinticCurve final : public LinearCurve {
+ public:
+  QuinticCurve(const std::vector<double>& times,
+               const std::vector<double>& sample_times, const Samples& samples)
+      : LinearCurve(MeanStep(sample_times), samples.rows() + kDegree - 1,
+                    kDegree + 1) {
+    const std::vector<double> x = InFrames(sample_times);
+    for (const double time : times) {
+      at_.push_back((time - sample_times[0]) / step());
+    }
+    // Those outside are arbitrary; there the curve is not asked for.
+    for (int k = kDegree; k > 0; --k) knots_.push_back(-k);
+    knots_.insert(knots_.end(), x.begin(), x.end());
+    for (int k = 1; k <= kDegree; ++k) knots_.push_back(x.back() + k);
+    // Gauss and Legendre's three points integrate degree five; a squared third
+    // derivative has degree four.
+    const double side = std::sqrt(0.6);
+    const std::array<double, 3> places = {-side, 0.0, side};
+    const std::array<double, 3> weights = {5.0 / 9.0, 8.0 / 9.0, 5.0 / 9.0};
+    for (size_t i = 0; i < x.size(); ++i) {
+      data_.push_back(Basis(x[i], 0));
+      if (i + 1 == x.size()) continue;
+      const double half = 0.5 * (x[i + 1] - x[i]);
+      for (int q = 0; q < 3; ++q) {
+        BandedRow row = Basis(x[i] + half * (1.0 + places[q]), 3);
+        row.entries *= std::sqrt(half * weights[q]);
+        roughness_.push_back(std::move(row));
+      }
+    }
+    values_ = samples.transpose();
+    ReduceRoughness();
+  }
+
+  Samples Fit(double lambda) const override {
+    const Samples coefficients = System(lambda).Solve();
+    Samples result(static_cast<Eigen::Index>(at_.size()), values_.rows());
+    for (size_t i = 0; i < at_.size(); ++i) {
+      const auto [first, row] = Basis(at_[i], 0);
+      result.row(static_cast<Eigen::Index>(i)) =
+          row.transpose() * coefficients.middleRows(first, row.size());
+    }
+    return result;
+  }
+
+ private:
+  // The gain of many samples a wave is 1 / (1 + lambda (2 pi f)^6).
+  double LambdaOfFrames(double cutoff) const override {
+    return std::pow(2.0 * M_PI * cutoff, -6.0);
+  }
+  double CutoffInFrames(double lambda) const override {
+    return std::pow(lambda, -1.0 / 6.0) / (2.0 * M_PI);
+  }
+
+  static constexpr int kDegree = 5;
+
+  // A derivative of the B-splines that are not zero at x (de Boor 1978,
+  // chapter X).
+  BandedRow Basis(double x, int derivative) const {
+    const auto above = std::upper_bound(knots_.begin() + kDegree + 1,
+                                        knots_.end() - kDegree - 1, x);
+    const auto k = static_cast<int>(above - knots_.begin()) - 1;
+    const auto knot = [&](int i) { return knots_[static_cast<size_t>(i)]; };
+    // b(i): the one that begins at knot k - degree + i.
+    Eigen::VectorXd b = Eigen::VectorXd::Ones(1);
+    for (int degree = 1; degree <= kDegree; ++degree) {
+      const bool rises = degree <= kDegree - derivative;
+      Eigen::VectorXd next = Eigen::VectorXd::Zero(degree + 1);
+      for (int i = 0; i < degree; ++i) {
+        const double left = knot(k - degree + 1 + i);
+        const double right = knot(k + 1 + i);
+        const double share = b(i) / (right - left);
+        next(i) += share * (rises ? right - x : -degree);
+        next(i + 1) += share * (rises ? x - left : degree);
+      }
+      b = std::move(next);
+    }
+    return {k - kDegree, std::move(b)};
+  }
+
+  std::vector<double> knots_;
+  std::vector<double> at_;  // times of the frames, in mean steps of samples
+};
+
+class CubicCurve final : public PenalisedCurve {
+ public:
+  CubicCurve(const std::vector<double>& times_s,
+             const std::vector<double>& sample_times_s, const Samples& samples)
+      : PenalisedCurve(MeanStep(sample_times_s)),
+        times_s_(times_s),
+        sample_times_s_(sample_times_s),
+        samples_(samples) {}
+
+  Samples Fit(double lambda) const override {
+    return SmoothingSpline(lambda * Cube(), sample_times_s_, samples_,
+                           times_s_);
+  }
+  double Gcv(double lambda) const override {
+    return GcvScore(lambda * Cube(), sample_times_s_, samples_);
+  }
+  double BestLambda() const override {
+    return ChooseLambdaByGcv(sample_times_s_, samples_) / Cube();
+  }
+
+ private:
+  double Cube() const { return step() * step() * step(); }
+  double LambdaOfFrames(double cutoff) const override {
+    return LambdaOfCutoff(cutoff, 1.0);
+  }
+  double CutoffInFrames(double lambda) const override {
+    return std::pow(lambda, -0.25) / (2.0 * M_PI);
+  }
+
+  std::vector<double> times_s_;
+  std::vector<double> sample_times_s_;
+  Samples samples_;
+};
+
+std::vector<double> TimesOfSamples(const std::vector<double>& times,
+                                   const std::vector<char>& sampled) {
+  std::vector<double> sample_times;
+  for (size_t i = 0; i < times.size(); ++i) {
+    if (sampled[i]) sample_times.push_back(times[i]);
+  }
+  return sample_times;
+}
+
+}  // namespace
+
+std::unique_ptr<PenalisedCurve> MakeWhittaker(int order,
+                                              const std::vector<double>& times,
+                                              const std::vector<char>& sampled,
+                                              const Samples& values) {
+  return std::make_unique<WhittakerCurve>(order, times, sampled, values);
+}
+
+std::unique_ptr<PenalisedCurve> MakeQuinticSpline(
+    const std::vector<double>& times, const std::vector<char>& sampled,
+    const Samples& values) {
+  return std::make_unique<QuinticCurve>(times, TimesOfSamples(times, sampled),
+                                        SampledRowsOf(sampled, values));
+}
+
+std::unique_ptr<PenalisedCurve> MakeCubicSpline(
+    const std::vector<double>& times, const std::vector<char>& sampled,
+    const Samples& values) {
+  return std::make_unique<CubicCurve>(times, TimesOfSamples(times, sampled),
+                                      SampledRowsOf(sampled, values));
+}
+
+double PenalisedCurve::BestLambda() const {
+  // By a tenth of a decade of the cut-off.
+  const double log_cutoff = LeastOnGrid(
+      -3.0, std::log10(0.5), 0.1,
+      [this](double x) { return Gcv(LambdaOfFrames(std::pow(10.0, x))); });
+  return LambdaOfFrames(std::pow(10.0, log_cutoff));
+}
+
+// ---- Trend filtering ----
+
+namespace {
+
+// One column. D takes values to changes of slope.
+class TrendSolver {
+ public:
+  TrendSolver(double lambda, const std::vector<double>& x,
+              const Eigen::VectorXd& y)
+      : lambda_(lambda), y_(y), count_(y.size() - 2) {
+    for (Eigen::Index i = 0; i < count_; ++i) {
+      const auto k = static_cast<size_t>(i);
+      const double before = 1.0 / (x[k + 1] - x[k]);
+      const double behind = 1.0 / (x[k + 2] - x[k + 1]);
+      D_.emplace_back(before, -before - behind, behind);
+    }
+  }
+
+  Eigen::VectorXd Run() {
+    const Eigen::VectorXd Dy = Times(y_);
+    u_ = Eigen::VectorXd::Zero(count_);
+    above_ = below_ = Eigen::VectorXd::Ones(count_);
+    constexpr int kMaxSteps = 200;
+    // Relative to the duality gap of the start. The values are as near to the
+    // solution as the root of the gap at worst, which is 1e-8 of their own
+    // root mean square; where the kinks are plain they are as near as the gap.
+    constexpr double kLeastGap = 1e-16;
+    double sharpness = 1e-10;
+    double first_gap = 0.0;
+    for (int step = 0; step < kMaxSteps; ++step) {
+      const Eigen::VectorXd z = TransposeTimes(u_);  // y - z is the trend
+      const double gap =
+          lambda_ * (Dy - Times(z)).cwiseAbs().sum() - u_.dot(Dy - Times(z));
+      if (step == 0) first_gap = gap;
+      if (!(gap > kLeastGap * first_gap)) break;
+      sharpness = std::max(sharpness, 2.0 * 2.0 * count_ / gap);
+      if (!NewtonStep(Dy, sharpness)) break;
+    }
+    return y_ - TransposeTimes(u_);
+  }
+
+ private:
+  Eigen::VectorXd Times(const Eigen::VectorXd& z) const {
+    Eigen::VectorXd result(count_);
+    for (Eigen::Index i = 0; i < count_; ++i) {
+      result(i) = D_[static_cast<size_t>(i)].dot(z.segment<3>(i));
+    }
+    return result;
+  }
+  Eigen::VectorXd TransposeTimes(const Eigen::VectorXd& u) const {
+    Eigen::VectorXd result = Eigen::VectorXd::Zero(count_ + 2);
+    for (Eigen::Index i = 0; i < count_; ++i) {
+      result.segment<3>(i) += D_[static_cast<size_t>(i)] * u(i);
+    }
+    return result;
+  }
+  // How far from a solution: gradient, and products of slacks and multipliers.
+  double Residual(const Eigen::VectorXd& u, const Eigen::VectorXd& above,
+                  const Eigen::VectorXd& below, const Eigen::VectorXd& Dy,
+                  double sharpness) const {
+    const Eigen::VectorXd gradient =
+        Times(TransposeTimes(u)) - Dy + above - below;
+    const Eigen::ArrayXd up = above.array() * (lambda_ - u.array());
+    const Eigen::ArrayXd down = below.array() * (lambda_ + u.array());
+    return std::sqrt(gradient.squaredNorm() +
+                     (up - 1.0 / sharpness).matrix().squaredNorm() +
+                     (down - 1.0 / sharpness).matrix().squaredNorm());
+  }
+  bool NewtonStep(const Eigen::VectorXd& Dy, double sharpness) {
+    const Eigen::ArrayXd up = lambda_ - u_.array();
+    const Eigen::ArrayXd down = lambda_ + u_.array();
+    const Eigen::ArrayXd diagonal = above_.array() / up + below_.array() / down;
+    // (D D' + diagonal) du = right, as least squares with rows of D'.
+    BandedLeastSquares system(count_, 3, 0);
+    const Eigen::VectorXd none;
+    for (Eigen::Index i = 0; i < count_ + 2; ++i) {
+      const Eigen::Index first = std::max<Eigen::Index>(0, i - 2);
+      const Eigen::Index last = std::min(i, count_ - 1);
+      Eigen::VectorXd row(last - first + 1);
+      for (Eigen::Index k = first; k <= last; ++k) {
+        row(k - first) = D_[static_cast<size_t>(k)](i - k);
+      }
+      system.AddRow(first, 1.0, row, none);
+      if (i < 2) continue;
+      system.AddRow(i - 2, std::sqrt(diagonal(i - 2)), Eigen::VectorXd::Ones(1),
+                    none);
+    }
+    const Eigen::VectorXd right =
+        Dy - Times(TransposeTimes(u_)) -
+        ((1.0 / up - 1.0 / down) / sharpness).matrix();
+    const Eigen::VectorXd du = system.SolveNormal(right);
+    const Eigen::VectorXd d_above =
+        ((1.0 / sharpness + above_.array() * du.array()) / up - above_.array())
+            .matrix();
+    const Eigen::VectorXd d_below =
+        ((1.0 / sharpness - below_.array() * du.array()) / down -
+         below_.array())
+            .matrix();
+    double length = 1.0;
+    for (Eigen::Index i = 0; i < count_; ++i) {
+      if (d_above(i) < 0.0) length = std::min(length, -above_(i) / d_above(i));
+      if (d_below(i) < 0.0) length = std::min(length, -below_(i) / d_below(i));
+    }
+    length *= 0.99;
+    const double before = Residual(u_, above_, below_, Dy, sharpness);
+    constexpr int kMaxHalvings = 40;
+    for (int k = 0; k < kMaxHalvings; ++k, length *= 0.5) {
+      const Eigen::VectorXd u = u_ + length * du;
+      if (!(u.cwiseAbs().maxCoeff() < lambda_)) continue;
+      const Eigen::VectorXd above = above_ + length * d_above;
+      const Eigen::VectorXd below = below_ + length * d_below;
+      if (Residual(u, above, below, Dy, sharpness) >
+          (1.0 - 0.01 * length) * before) {
+        continue;
+      }
+      u_ = u;
+      above_ = above;
+      below_ = below;
+      return true;
+    }
+    return false;
+  }
+
+  double lambda_;
+  Eigen::VectorXd y_;
+  Eigen::Index count_;  // of changes of slope
+  std::vector<Eigen::RowVector3d> D_;
+  Eigen::VectorXd u_;
+  Eigen::VectorXd above_, below_;  // multipliers of the two bounds
+};
+
+}  // namespace
+
+Samples TrendFilter(double lambda, const std::vector<double>& times,
+                    const Samples& values) {
+  if (values.rows() < 3) return values;
+  const std::vector<double> x = InFrames(times);
+  Samples trend(values.rows(), values.cols());
+  for (Eigen::Index c = 0; c < values.cols(); ++c) {
+    trend.col(c) = TrendSolver(lambda, x, values.col(c)).Run();
+  }
+  return trend;
+}
+
+}  // namespace kinegraph
