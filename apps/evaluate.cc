@@ -18,6 +18,7 @@
 #include "core/base/error.h"
 #include "core/base/text.h"
 #include "core/evaluation/correspondence.h"
+#include "core/io/calibration/calibration.h"
 #include "core/io/files/atomic_file.h"
 #include "core/io/text/joint_names.h"
 #include "core/io/tracks/tracks.h"
@@ -26,7 +27,7 @@ DEFINE_string(tracks, "", "tracks to evaluate");
 DEFINE_string(ground_truth, "", "what to compare with: a file or a folder");
 DEFINE_string(protocol, "",
               "shelf, campus, campus_extended, 4d_association, panoptic, "
-              "mpjpe, identity, parity, markers or held_out_camera");
+              "mpjpe, identity, parity, markers, cameras or held_out_camera");
 DEFINE_string(joints, "",
               "markers: which markers make a joint (TOML, docs/validate.md); "
               "empty: a known marker set, by its labels");
@@ -54,7 +55,8 @@ DEFINE_string(annotated, "",
               "people counts neither way); empty: some for actorsGT.mat of "
               "Shelf and Campus, else everybody");
 DEFINE_bool(lost, false, "PCP: list every lost part");
-DEFINE_string(cameras, "", "held_out_camera: calibration file or folder");
+DEFINE_string(cameras, "",
+              "cameras, held_out_camera: calibration file or folder");
 DEFINE_string(detections, "", "held_out_camera: 2D detections");
 DEFINE_string(config, "", "held_out_camera: configuration (TOML)");
 DEFINE_string(mode, "", "held_out_camera: paper or graph");
@@ -80,6 +82,7 @@ namespace kinegraph {
 namespace {
 
 constexpr const char* kHeldOutCamera = "held_out_camera";
+constexpr const char* kCameras = "cameras";
 
 // ---- Flags
 
@@ -250,6 +253,12 @@ void RunPcp(PcpProtocol protocol) {
   const Compared compared = ReadBoth(protocol.frames, options);
   EvaluationOutput output = DescribePcp(
       EvaluatePcp(compared.truth, compared.tracks, protocol), FLAGS_lost);
+  MpjpeOptions options_of_joints;
+  options_of_joints.frames = protocol.frames;
+  Append("joints",
+         DescribePck(
+             EvaluateMpjpe(compared.truth, compared.tracks, options_of_joints)),
+         &output);
   AppendMotion(compared, protocol.frames, &output);
   Finish(compared, std::move(output));
 }
@@ -306,6 +315,17 @@ void RunPanoptic() {
   Finish(compared, std::move(output));
 }
 
+// ---- Cameras
+
+void RunCameras() {
+  RefuseFlags({"tracks", "frames", "unit"});
+  RequireFlag("cameras", FLAGS_cameras);
+  RequireFlag("ground_truth", FLAGS_ground_truth);
+  Finish(DescribeCameras(
+      EvaluateCameras(ReadCameras(FLAGS_ground_truth), FLAGS_ground_truth,
+                      ReadCameras(FLAGS_cameras), FLAGS_cameras)));
+}
+
 // ---- Held-out cameras
 
 void RunHeldOut() {
@@ -333,22 +353,24 @@ void RunEvaluate() {
     }
   }
   if (FLAGS_protocol != kHeldOutCamera) {
-    RefuseFlags({"cameras", "detections", "config", "mode", "set",
-                 "held_out_set", "reference", "runs", "folds"});
+    if (FLAGS_protocol != kCameras) RefuseFlags({"cameras"});
+    RefuseFlags({"detections", "config", "mode", "set", "held_out_set",
+                 "reference", "runs", "folds"});
   }
   if (FLAGS_protocol != "identity") RefuseFlags({"annotated"});
   if (!pcp) RefuseFlags({"head", "endpoints", "matching", "lost"});
   if (pcp) return RunPcp(*pcp);
   constexpr std::pair<const char*, void (*)()> kProtocols[] = {
-      {"panoptic", RunPanoptic}, {"mpjpe", RunMpjpe},
-      {"identity", RunIdentity}, {"parity", RunParity},
-      {"markers", RunMarkers},   {kHeldOutCamera, RunHeldOut}};
+      {"panoptic", RunPanoptic},   {"mpjpe", RunMpjpe},
+      {"identity", RunIdentity},   {"parity", RunParity},
+      {"markers", RunMarkers},     {kCameras, RunCameras},
+      {kHeldOutCamera, RunHeldOut}};
   for (const auto& [name, run] : kProtocols) {
     if (FLAGS_protocol == name) return run();
   }
   FailFlag("protocol", FLAGS_protocol,
            "shelf, campus, campus_extended, 4d_association, panoptic, mpjpe, "
-           "identity, parity, markers or held_out_camera");
+           "identity, parity, markers, cameras or held_out_camera");
 }
 
 }  // namespace

@@ -302,6 +302,57 @@ EvaluationOutput DescribeParity(const ParityResult& result,
            {"paired_person_frames", result.paired_person_frames}}};
 }
 
+EvaluationOutput DescribePck(const MpjpeResult& result) {
+  std::string text =
+      "PA-MPJPE, mm: " + Fixed(result.aligned_m * kMmPerM, 1) + "\n";
+  Json pck = Json::object();
+  for (size_t i = 0; i < result.pck.size(); ++i) {
+    const std::string limit = Fixed(result.pck_m[i] * kMmPerM, 0) + "mm";
+    text += "PCK@" + limit + ", %: " + PercentCell(result.pck[i]) + "\n";
+    pck[limit] = ToJson(result.pck[i]);
+  }
+  return {std::move(text), {{"pa_m", result.aligned_m}, {"pck", pck}}};
+}
+
+EvaluationOutput DescribeCameras(const CameraResult& result) {
+  const auto mm = [](double metres) { return Fixed(metres * kMmPerM, 1); };
+  Table table({"camera", "position, mm", "scale-aligned, mm", "rotation, deg"});
+  Json cameras = Json::array();
+  for (const CameraError& camera : result.cameras) {
+    table.AddRow({camera.name, mm(camera.position_m),
+                  mm(camera.scaled_position_m), Fixed(camera.rotation_deg, 3)});
+    cameras.push_back({{"name", camera.name},
+                       {"position_m", camera.position_m},
+                       {"scaled_position_m", camera.scaled_position_m},
+                       {"rotation_deg", camera.rotation_deg}});
+  }
+  table.AddRow({"mean (TE, s-TE, AE)", mm(result.te_m), mm(result.scaled_te_m),
+                Fixed(result.ae_deg, 3)});
+  std::string text = table.ToString() +
+                     "scale, true over found: " + Fixed(result.scale, 4) + "\n";
+  const auto shares = [&text](const std::string& name, const std::string& unit,
+                              const std::vector<double>& limits,
+                              const std::vector<Share>& of) {
+    Json json = Json::object();
+    for (size_t i = 0; i < limits.size(); ++i) {
+      const std::string limit = Fixed(limits[i], 0);
+      text += name + "@" + limit + unit + ", %: " + PercentCell(of[i]) + "\n";
+      json[limit] = ToJson(of[i]);
+    }
+    return json;
+  };
+  Json json = {{"te_m", result.te_m},
+               {"scaled_te_m", result.scaled_te_m},
+               {"ae_deg", result.ae_deg},
+               {"scale", result.scale},
+               {"cameras", cameras}};
+  json["rra_deg"] = shares("RRA", " deg", result.rra_deg, result.rra);
+  json["scaled_cca_percent"] =
+      shares("s-CCA", " %", result.cca_percent, result.scaled_cca);
+  json["cca_percent"] = shares("CCA", " %", result.cca_percent, result.cca);
+  return {std::move(text), std::move(json)};
+}
+
 EvaluationOutput DescribeMpjpe(const MpjpeResult& result) {
   const auto mm = [](double metres) { return Fixed(metres * kMmPerM, 1); };
   const auto scaled = [](Interval interval) {
@@ -328,16 +379,20 @@ EvaluationOutput DescribeMpjpe(const MpjpeResult& result) {
                 mm(result.bias_removed_m)});
   table.AddRow({"interval", "", scaled(result.raw_interval),
                 scaled(result.bias_removed_interval)});
-  return {table.ToString() + "people found, %: " + PercentCell(result.found) +
-              "\ntheir joints found, %: " + PercentCell(result.joints_found) +
-              "\n",
-          {{"raw_m", result.raw_m},
-           {"raw_interval_m", ToJson(result.raw_interval)},
-           {"bias_removed_m", result.bias_removed_m},
-           {"bias_removed_interval_m", ToJson(result.bias_removed_interval)},
-           {"joints", joints},
-           {"people_found", ToJson(result.found)},
-           {"joints_found", ToJson(result.joints_found)}}};
+  EvaluationOutput aligned = DescribePck(result);
+  EvaluationOutput output = {
+      table.ToString() + aligned.text +
+          "people found, %: " + PercentCell(result.found) +
+          "\ntheir joints found, %: " + PercentCell(result.joints_found) + "\n",
+      {{"raw_m", result.raw_m},
+       {"raw_interval_m", ToJson(result.raw_interval)},
+       {"bias_removed_m", result.bias_removed_m},
+       {"bias_removed_interval_m", ToJson(result.bias_removed_interval)},
+       {"joints", joints},
+       {"people_found", ToJson(result.found)},
+       {"joints_found", ToJson(result.joints_found)}}};
+  output.json.update(aligned.json);
+  return output;
 }
 
 EvaluationOutput DescribeIdentity(const IdentityResult& result) {

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "core/evaluation/cameras.h"
 #include "core/evaluation/held_out.h"
 #include "core/evaluation/identity.h"
 #include "core/evaluation/motion.h"
@@ -31,6 +32,9 @@ EvaluationOutput DescribeParity(const ParityResult& result,
                                 const ParityOptions& options,
                                 const Skeleton& reference_skeleton);
 EvaluationOutput DescribeMpjpe(const MpjpeResult& result);
+// PA-MPJPE and PCK, which DescribeMpjpe has too.
+EvaluationOutput DescribePck(const MpjpeResult& result);
+EvaluationOutput DescribeCameras(const CameraResult& result);
 EvaluationOutput DescribeIdentity(const IdentityResult& result);
 EvaluationOutput DescribePanoptic(const PanopticResult& result,
                                   const PanopticOptions& options);

@@ -60,6 +60,47 @@ std::vector<Residual> Residuals(const std::vector<PersonPair>& pairs,
   return residuals;
 }
 
+// Distances to the true joints after the pose is moved, turned and scaled onto
+// them (Umeyama 1991), added to `sum`. Fewer than three joints fit anything.
+void AddAligned(const PersonPair& pair, const JointPairs& joints, double* sum_m,
+                int64_t* count) {
+  Eigen::Matrix3Xd truth(3, joints.size());
+  Eigen::Matrix3Xd found(3, joints.size());
+  Eigen::Index common = 0;
+  for (const JointPair& joint : joints) {
+    const Joint3d& expected = pair.truth->joints[joint.a];
+    const Joint3d& one = pair.found->joints[joint.b];
+    if (!expected.present() || !one.present()) continue;
+    truth.col(common) = expected.position_m;
+    found.col(common++) = one.position_m;
+  }
+  if (common < 3) return;
+  const Eigen::Matrix3Xd to = truth.leftCols(common);
+  const Eigen::Matrix3Xd from = found.leftCols(common);
+  const Eigen::Matrix4d fit = Eigen::umeyama(from, to, true);
+  const Eigen::Matrix3Xd aligned =
+      (fit.topLeftCorner<3, 3>() * from).colwise() +
+      Vector3d(fit.topRightCorner<3, 1>());
+  *sum_m += (aligned - to).colwise().norm().sum();
+  *count += common;
+}
+
+void AddNear(const PersonPair& pair, const JointPairs& joints,
+             MpjpeResult* result) {
+  for (const JointPair& joint : joints) {
+    const Joint3d& expected = pair.truth->joints[joint.a];
+    if (!expected.present()) continue;
+    double distance_m = kNoGate;
+    if (pair.found != nullptr && pair.found->joints[joint.b].present()) {
+      distance_m =
+          (pair.found->joints[joint.b].position_m - expected.position_m).norm();
+    }
+    for (size_t i = 0; i < result->pck.size(); ++i) {
+      result->pck[i].Add(distance_m < result->pck_m[i]);
+    }
+  }
+}
+
 std::vector<Vector3d> Offsets(const std::vector<Residual>& residuals,
                               size_t joint_count) {
   std::vector<std::vector<double>> values(joint_count * 3);
@@ -185,9 +226,15 @@ MpjpeResult EvaluateMpjpe(const TrackSequence& truth,
       Residuals(pairs, joints, skeleton, options.up, &result);
   const std::vector<Vector3d> offsets = Offsets(residuals, joints.size());
 
+  ErrorSum aligned;
+  result.pck.resize(result.pck_m.size());
   for (const PersonPair& pair : pairs) {
     result.people.push_back({pair.frame, pair.truth->id.value(), 0, 0.0, 0.0});
+    AddNear(pair, joints, &result);
+    if (pair.found == nullptr) continue;
+    AddAligned(pair, joints, &aligned.raw_m, &aligned.count);
   }
+  result.aligned_m = Divide(aligned.raw_m, aligned.count);
   std::vector<ErrorSum> of_joint(joints.size());
   ErrorSum total;
   for (const Residual& residual : residuals) {

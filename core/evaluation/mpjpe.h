@@ -48,7 +48,14 @@ struct PersonError {
 struct MpjpeResult {
   double raw_m = 0.0;           // mean over all compared joints; NaN: none
   double bias_removed_m = 0.0;  // the same after the offsets
-  Interval raw_interval;        // blocks drawn within each actor
+  // PA-MPJPE: after each pose is moved, turned and scaled onto the true one
+  // (Procrustes); NaN: nobody with three joints or more.
+  double aligned_m = 0.0;
+  // PCK: true joints whose found ones are nearer than 50, 100, 150 mm; those
+  // that were not found count as far.
+  std::vector<double> pck_m = {0.05, 0.1, 0.15};
+  std::vector<Share> pck;
+  Interval raw_interval;  // blocks drawn within each actor
   Interval bias_removed_interval;
   std::vector<JointError> joints;   // of the same name, in the truth's order
   std::vector<PersonError> people;  // by actor, then by frame

@@ -74,7 +74,8 @@ TEST_F(EvaluateProgramTest, PcpAsTextAndJson) {
   const std::string json = Path("result.json");
   ExpectPrinted(
       "--protocol=shelf" + Against(found_, truth_) + " --json='" + json + "'",
-      {"90.00 (18/20)", "frames 300:601", "covered, %: 100.00 (2/2)"});
+      {"90.00 (18/20)", "frames 300:601", "covered, %: 100.00 (2/2)",
+       "PA-MPJPE, mm: ", "PCK@150mm, %: 92.86 (26/28)"});
   const Json result = ParseJson(ContentOf(json), json)["result"];
   EXPECT_EQ(result["actors"][0]["parts"]["total"]["count"], 18);
   EXPECT_EQ(result["lost"].size(), 2u);
@@ -107,6 +108,44 @@ TEST_F(EvaluateProgramTest, OtherProtocols) {
 }
 
 // Some names are another program's, some nobody's: each that is known counts.
+TEST_F(EvaluateProgramTest, CamerasAgainstTrueOnes) {
+  // Three cameras on a line along x that look along z; one of the found ones
+  // is 0.3 m too high.
+  const auto file = [this](const std::string& name, double lift_m) {
+    std::ostringstream text;
+    text << R"({"kinegraph_cameras": 1, "units": {"length": "m"}, )"
+         << R"("cameras": [)";
+    for (int i = 0; i < 3; ++i) {
+      text << (i ? ", " : "") << R"({"name": "cam)" << i
+           << R"(", "image_size": [640, 480], "model": "pinhole",)"
+           << R"( "K": [[600, 0, 320], [0, 600, 240], [0, 0, 1]],)"
+           << R"( "distortion": [], "cam_from_world": {"R": [[1, 0, 0],)"
+           << R"( [0, 1, 0], [0, 0, 1]], "t": [)" << -2 * i << ", "
+           << (i == 1 ? lift_m : 0.0) << ", 0]}}";
+    }
+    text << "]}";
+    return folder_.Write(name, text.str());
+  };
+  const std::string truth = file("true_cameras.json", 0.0);
+  const std::string found = file("cameras.json", 0.3);
+  // The mean takes a third of the 0.3 m from each: 0.2 and twice 0.1 m.
+  const std::string json = Path("result.json");
+  ExpectPrinted("--protocol=cameras --cameras='" + found +
+                    "' --ground_truth='" + truth + "' --json='" + json + "'",
+                {"mean (TE, s-TE, AE)", "RRA@5 deg, %: 100.00 (3/3)",
+                 "CCA@15 %, %: 100.00 (3/3)"});
+  const Json result = ParseJson(ContentOf(json), json)["result"];
+  EXPECT_EQ(result["cameras"].size(), 3u);
+  EXPECT_GT(result["te_m"].get<double>(), 0.1);
+  EXPECT_LT(result["te_m"].get<double>(), 0.3);
+  ExpectRefused("--protocol=cameras --cameras='" + found + "'",
+                "--ground_truth");
+  ExpectRefused("--protocol=cameras --cameras='" + found +
+                    "' --ground_truth='" + truth + "' --tracks='" + found_ +
+                    "'",
+                "--tracks has no meaning");
+}
+
 TEST_F(EvaluateProgramTest, JointsUnderOtherNames) {
   const auto renamed =
       [](const std::vector<std::pair<std::string, std::string>>& names) {

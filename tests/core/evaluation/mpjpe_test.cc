@@ -44,6 +44,40 @@ TEST(MpjpeTest, RawIsTheMeanDistance) {
   EXPECT_EQ(result.found.count, 1);
 }
 
+TEST(MpjpeTest, AlignedForgetsPlaceTurnAndSize) {
+  Pose3d pose = Turned(StandingTum14(), 0.3);
+  for (Joint3d& joint : pose) {
+    joint.position_m = 1.1 * joint.position_m + Vector3d(0.05, 0.0, 0.1);
+  }
+  const MpjpeResult result = EvaluateMpjpe(Alone(), Alone(pose, 4));
+  EXPECT_GT(result.raw_m, 0.05);
+  EXPECT_NEAR(result.aligned_m, 0.0, 1e-12);
+  // What is left of one joint that is off, the others give way to.
+  pose = StandingTum14();
+  pose[0].position_m.y() += 0.7;
+  const MpjpeResult bent = EvaluateMpjpe(Alone(), Alone(pose, 4));
+  EXPECT_GT(bent.aligned_m, 0.0);
+}
+
+TEST(MpjpeTest, PckCountsWhatWasNotFoundAsFar) {
+  Pose3d pose = StandingTum14();
+  pose[0].position_m.y() += 0.07;
+  pose[1].position_m.y() += 0.12;
+  pose[2].position_m.y() += 0.2;
+  pose[3].status = JointStatus::kMissing;
+  const MpjpeResult result = EvaluateMpjpe(Alone(), Alone(pose, 4));
+  EXPECT_EQ(result.pck[0].count, 10);  // 50 mm
+  EXPECT_EQ(result.pck[1].count, 11);  // 100 mm
+  EXPECT_EQ(result.pck[2].count, 12);  // 150 mm
+  EXPECT_EQ(result.pck[2].total, 14);
+  // Nobody near: all are far.
+  const MpjpeResult alone =
+      EvaluateMpjpe(Alone(), Alone(Moved(StandingTum14(), 5.0), 4));
+  EXPECT_EQ(alone.pck[2].count, 0);
+  EXPECT_EQ(alone.pck[2].total, 14);
+  EXPECT_TRUE(std::isnan(alone.aligned_m));
+}
+
 TEST(MpjpeTest, AConstantBodyFrameOffsetIsRemoved) {
   // Two people who turn; hips 5 cm too far forward, ankles 3 cm too high.
   Pose3d shifted = StandingTum14();
