@@ -15,6 +15,7 @@
 #include "apps/common/plot.h"
 #include "apps/common/track_files.h"
 #include "apps/compare/comparison.h"
+#include "apps/compare/cutoffs.h"
 #include "apps/compare/output.h"
 #include "apps/compare/scores.h"
 #include "apps/compare/strategies.h"
@@ -66,6 +67,8 @@ DEFINE_bool(
     "remove a constant pixel shift from each camera, fitted on the other fold");
 DEFINE_bool(errors, false,
             "also write every scored joint's held-out error (errors.csv)");
+DEFINE_bool(angles, false,
+            "with a ground truth: score joint flexions, too (degrees)");
 DEFINE_bool(plots, true, "draw the plots (needs gnuplot)");
 DEFINE_string(plot_strategies,
               "raw_dlt,causal_gaussian,butterworth,rts_cv,batch,batch_bones",
@@ -92,7 +95,7 @@ void CheckCompareFlags() {
     const std::string other =
         FirstGiven({"cameras", "detections", "frames", "ground_truth",
                     "protocol", "markers", "folds", "parameters",
-                    "held_out_set", "fit_shift", "errors"});
+                    "held_out_set", "fit_shift", "errors", "angles"});
     if (!other.empty()) {
       throw InputError("--" + other +
                        " is of one recording: it does not go with --manifest");
@@ -103,6 +106,9 @@ void CheckCompareFlags() {
   }
   if (!FLAGS_markers.empty() && !FLAGS_ground_truth.empty()) {
     throw InputError("--markers is a ground truth: use one of them");
+  }
+  if (FLAGS_angles && FLAGS_ground_truth.empty() && FLAGS_markers.empty()) {
+    throw InputError("--angles needs --ground_truth or --markers");
   }
   if (!FLAGS_joints.empty() && FLAGS_markers.empty()) {
     throw InputError("--joints belongs to --markers");
@@ -258,6 +264,7 @@ CompareResult PrepareResult(FrozenRecording recording,
       MakeComparison(std::move(recording.options), std::move(recording.run),
                      std::move(folds), set, FLAGS_threads);
   ReadTruth(&result.comparison);
+  result.comparison.angles = FLAGS_angles;
   result.baseline_idx = IndexOf(strategies, FLAGS_baseline);
   for (size_t s = 0; s < strategies.size(); ++s) {
     StrategyResult& one = result.strategies.emplace_back();
@@ -286,12 +293,15 @@ void WriteTunedValues(const std::vector<Strategy>& strategies,
   WriteParameters(strategies, chosen, path);
 }
 
-std::string PlotsText(const CompareResult& result, const std::string& folder) {
+std::string PlotsText(const CompareResult& result,
+                      const std::vector<ChosenCutoff>& cutoffs,
+                      const std::string& folder) {
   PlotChoice choice;
   choice.strategies = ParseList(FLAGS_plot_strategies, "plot_strategies");
   choice.joint = FLAGS_joint;
   std::string text = "\n## Plots\n";
-  for (const std::string& name : WriteComparePlots(result, choice, folder)) {
+  for (const std::string& name :
+       WriteComparePlots(result, cutoffs, choice, folder)) {
     text += "\n![" + name + "](" + name + ")\n";
   }
   return text;
@@ -313,11 +323,16 @@ void CompareOneRecording(const std::vector<Strategy>& strategies,
   if (FLAGS_errors) {
     WriteTextFile(folder->PathOf("errors.csv"), ErrorsCsv(result));
   }
-  std::string markdown = CompareMarkdown(result);
+  const std::vector<ChosenCutoff> cutoffs = ChooseCutoffs(result);
+  WriteTextFile(folder->PathOf("cutoffs.csv"), CutoffsCsv(result, cutoffs));
+  if (result.comparison.truth.has_value()) {
+    WriteTextFile(folder->PathOf("derivatives.csv"), DerivativesCsv(result));
+  }
+  std::string markdown = CompareMarkdown(result, cutoffs);
   if (FLAGS_tune) {
     WriteTunedValues(strategies, result, folder->PathOf("parameters.toml"));
   }
-  if (FLAGS_plots) markdown += PlotsText(result, folder->PathOf(""));
+  if (FLAGS_plots) markdown += PlotsText(result, cutoffs, folder->PathOf(""));
   WriteTextFile(folder->PathOf("compare.md"), markdown);
   // Times differ each time, all else does not.
   WriteTextFile(folder->PathOf("runtime.json"),

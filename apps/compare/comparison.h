@@ -52,6 +52,7 @@ struct Comparison {
   std::vector<PersonFrames> people;  // that are written, in the folds' frames
   std::optional<TrackSequence> truth;
   std::optional<PcpProtocol> protocol;  // of PCP; frames those of the folds
+  bool angles = false;                  // flexions are scored, too
   int threads = 1;
 
   const SceneModel& scene() const { return run.scene.model; }

@@ -39,6 +39,11 @@ std::string DifferenceCell(const Measure& measure) {
                       measure.decimals);
 }
 
+// Empty for NaN.
+std::string Number(double value) {
+  return std::isfinite(value) ? fmt::format("{:.10g}", value) : "";
+}
+
 // JSON has null for NaN.
 Json MeasureJson(const Measure& measure) {
   return {{"title", measure.title},
@@ -176,6 +181,30 @@ std::string TruthTable(const CompareResult& result) {
                     DifferenceOf("pcp_percent"), VerdictOf("pcp_percent")});
   }
   columns.push_back(ValueOf("lag_to_truth_ms", "lag [ms]"));
+  return StrategyTable(result, columns);
+}
+
+std::string DerivativeTable(const CompareResult& result) {
+  return StrategyTable(
+      result,
+      {IntervalOf("velocity_rms_m_s", "velocity, RMS [m/s]"),
+       ValueOf("speed_bias_m_s", "speed, bias"),
+       IntervalOf("acceleration_rms_m_s2", "acceleration, RMS [m/s^2]"),
+       ValueOf("acceleration_bias_m_s2", "bias"),
+       ValueOf("peak_acceleration_error_percent", "peaks [%]"),
+       ValueOf("peak_instant_ms", "their instant [ms]"),
+       ValueOf("contact_acceleration_rms_m_s2", "contacts: RMS [m/s^2]"),
+       ValueOf("contact_peak_acceleration_error_percent", "peaks [%]"),
+       ValueOf("contact_peak_instant_ms", "their instant [ms]")});
+}
+
+std::string AngleTable(const CompareResult& result) {
+  std::vector<Column> columns = {
+      IntervalOf("flexion_rms_deg", "all flexions, RMS [deg]"),
+      VerdictOf("flexion_rms_deg")};
+  for (const AngleErrors& angle : result.baseline().scores.angles) {
+    columns.push_back(ValueOf(angle.name + "_rms_deg", angle.name));
+  }
   return StrategyTable(result, columns);
 }
 
@@ -398,16 +427,13 @@ Json CompareJson(const CompareResult& result) {
 std::string CompareCsv(const CompareResult& result) {
   Table table({"strategy", "measure", "unit", "value", "low", "high",
                "difference", "difference_low", "difference_high", "verdict"});
-  const auto number = [](double value) {
-    return std::isfinite(value) ? fmt::format("{:.10g}", value) : "";
-  };
   for (const StrategyResult& one : result.strategies) {
     for (const Measure& measure : one.measures) {
       table.AddRow({one.strategy.name, measure.key, measure.unit,
-                    number(measure.value), number(measure.interval.low),
-                    number(measure.interval.high), number(measure.difference),
-                    number(measure.difference_interval.low),
-                    number(measure.difference_interval.high), Judged(measure)});
+                    Number(measure.value), Number(measure.interval.low),
+                    Number(measure.interval.high), Number(measure.difference),
+                    Number(measure.difference_interval.low),
+                    Number(measure.difference_interval.high), Judged(measure)});
     }
   }
   return table.ToString(TableStyle::kCsv);
@@ -432,7 +458,34 @@ std::string ErrorsCsv(const CompareResult& result) {
   return table.ToString(TableStyle::kCsv);
 }
 
-std::string CompareMarkdown(const CompareResult& result) {
+std::string DerivativesCsv(const CompareResult& result) {
+  Table table({"strategy", "joint", "frames", "n", "velocity_rms_m_s",
+               "speed_bias_m_s", "acceleration_rms_m_s2",
+               "acceleration_bias_m_s2", "peaks",
+               "peak_acceleration_error_percent", "peak_instant_ms"});
+  for (const StrategyResult* one : result.Ran()) {
+    const DerivativeResult& scores = *one->scores.derivatives;
+    for (int scope = 0; scope < kDerivativeScopes; ++scope) {
+      for (size_t j = 0; j <= scores.joints.size(); ++j) {
+        const bool all = j == scores.joints.size();
+        const DerivativeErrors& errors =
+            all ? scores.all[scope] : scores.by_joint[scope][j];
+        table.AddRow(
+            {one->strategy.name, all ? "all" : scores.joints[j],
+             scope == 0 ? "all" : "contacts", std::to_string(errors.count),
+             Number(errors.velocity_rms_m_s), Number(errors.speed_bias_m_s),
+             Number(errors.acceleration_rms_m_s2),
+             Number(errors.acceleration_bias_m_s2),
+             std::to_string(errors.peaks), Number(errors.peak_error_percent),
+             Number(errors.peak_instant_ms)});
+      }
+    }
+  }
+  return table.ToString(TableStyle::kCsv);
+}
+
+std::string CompareMarkdown(const CompareResult& result,
+                            const std::vector<ChosenCutoff>& cutoffs) {
   const Comparison& comparison = result.comparison;
   std::string text = fmt::format(
       "# Smoothing strategies compared\n\nFrames {} at {} Hz, {} cameras, {} "
@@ -470,6 +523,25 @@ std::string CompareMarkdown(const CompareResult& result) {
     text += "\n## Against the ground truth\n\n" + TruthTable(result) +
             "\nMPJPE against " + result.baseline().strategy.title + ":\n\n" +
             Ranking(result, "mpjpe_mm");
+    text += fmt::format(
+        "\n## Velocities and accelerations against the ground truth\n\n{}\n"
+        "Of every strategy, and of the truth, central differences of the "
+        "positions that are written, at the frame rate. Contacts: {} instants "
+        "at which a true ankle that goes down is slowed by more than one g, "
+        "and 0.1 s around them. Peaks: found over true, less one. By joint: "
+        "derivatives.csv.\n",
+        DerivativeTable(result),
+        result.baseline().scores.derivatives->contacts);
+    if (comparison.angles) {
+      text += "\n## Joint angles against the ground truth, RMS [deg]\n\n" +
+              AngleTable(result);
+    }
+  }
+  if (!cutoffs.empty()) {
+    text += "\n## Cut-offs that rules choose, x / y / z [Hz]\n\n" +
+            CutoffsTable(result, cutoffs) +
+            "\nOf Butterworth on the points that filters smooth; medians of "
+            "the people. Each: cutoffs.csv.\n";
   }
   const std::string consistency = ConsistencyTable(result);
   if (!consistency.empty()) {

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "apps/compare/cutoffs.h"
 #include "apps/compare/scores.h"
 #include "core/io/text/json.h"
 
@@ -20,7 +21,11 @@ std::string CompareCsv(const CompareResult& result);
 // One row a scored joint: its frame and each strategy's held-out error [px],
 // empty without a prediction.
 std::string ErrorsCsv(const CompareResult& result);
-std::string CompareMarkdown(const CompareResult& result);
+// One row a strategy, joint ("all": together) and part of the frames: errors of
+// velocity and acceleration. Only with a truth.
+std::string DerivativesCsv(const CompareResult& result);
+std::string CompareMarkdown(const CompareResult& result,
+                            const std::vector<ChosenCutoff>& cutoffs);
 
 // Processor time of each strategy.
 Json RuntimeJson(const CompareResult& result);
@@ -52,9 +57,9 @@ struct PlotChoice {
 };
 
 // Writes SVG files into `folder` and returns their names.
-std::vector<std::string> WriteComparePlots(const CompareResult& result,
-                                           const PlotChoice& choice,
-                                           const std::string& folder);
+std::vector<std::string> WriteComparePlots(
+    const CompareResult& result, const std::vector<ChosenCutoff>& cutoffs,
+    const PlotChoice& choice, const std::string& folder);
 
 }  // namespace kinegraph
 

@@ -245,6 +245,35 @@ NamedPlot LagSweep(const CompareResult& result) {
   return {"lag_sweep.svg", {error, distance}, {1000, 420, 2}};
 }
 
+// The median of people and axes, and the range, by joint and rule.
+NamedPlot Cutoffs(const CompareResult& result,
+                  const std::vector<ChosenCutoff>& cutoffs) {
+  Plot plot;
+  plot.title = "Cut-offs that rules choose (bars: least and greatest)";
+  plot.y.label = "cut-off [Hz]";
+  plot.x.categories = result.comparison.scene().skeleton.joints();
+  for (size_t rule = 0; rule < CutoffRules().size(); ++rule) {
+    PlotSeries series = {CutoffRules()[rule].first, PlotStyle::kPoints};
+    std::map<int, std::vector<double>> by_joint_hz;
+    for (const ChosenCutoff& one : cutoffs) {
+      if (one.rule_idx != static_cast<int>(rule)) continue;
+      auto& joint_hz = by_joint_hz[one.joint_idx];
+      joint_hz.insert(joint_hz.end(), one.cutoffs_hz.begin(),
+                      one.cutoffs_hz.begin() + 3);
+    }
+    for (const auto& [joint, of_joint_hz] : by_joint_hz) {
+      Interval range;
+      range.low = Quantile(of_joint_hz, 0.0);
+      range.high = Quantile(of_joint_hz, 1.0);
+      // Beside each other.
+      series.Add(joint + 0.1 * (static_cast<double>(rule) - 3.0),
+                 Quantile(of_joint_hz, 0.5), range);
+    }
+    plot.series.push_back(std::move(series));
+  }
+  return {"cutoffs.svg", {plot}, {1200, 520}};
+}
+
 // One line a value of the second parameter, over the first.
 Plot TuningPanel(const StrategyResult& one) {
   const std::vector<SmootherParameter>& parameters = one.strategy.parameters;
@@ -289,13 +318,14 @@ NamedPlot TuningCurves(const CompareResult& result) {
 
 }  // namespace
 
-std::vector<std::string> WriteComparePlots(const CompareResult& result,
-                                           const PlotChoice& choice,
-                                           const std::string& folder) {
+std::vector<std::string> WriteComparePlots(
+    const CompareResult& result, const std::vector<ChosenCutoff>& cutoffs,
+    const PlotChoice& choice, const std::string& folder) {
   std::vector<NamedPlot> plots = {
       ErrorAgainstSmoothness(result), Differences(result),
       ByJointClass(result, choice), OneTrajectory(result, choice)};
   if (!result.lag_sweep.empty()) plots.push_back(LagSweep(result));
+  if (!cutoffs.empty()) plots.push_back(Cutoffs(result, cutoffs));
   NamedPlot tuning = TuningCurves(result);
   if (!tuning.panels.empty()) plots.push_back(std::move(tuning));
   std::vector<std::string> names;

@@ -17,6 +17,7 @@
 #include "core/evaluation/motion.h"
 #include "core/evaluation/mpjpe.h"
 #include "core/evaluation/statistics.h"
+#include "core/kinematics/angles.h"
 
 namespace kinegraph {
 namespace {
@@ -49,6 +50,46 @@ std::vector<RatioSeries> ErrorSeries(const std::vector<PersonError>& people,
   return series;
 }
 
+// Flexions of both, as far as both skeletons have the joints.
+std::vector<AngleErrors> FlexionErrors(const Comparison& comparison,
+                                       const TrackSequence& tracks) {
+  const TrackSequence& truth = *comparison.truth;
+  const Eigen::Vector3d up = UpOfTruth(truth);
+  std::vector<std::pair<JointAngle, JointAngle>> angles;
+  std::vector<AngleErrors> errors;
+  for (const JointAngle& expected : AnglesOf(truth.header.skeleton)) {
+    if (expected.name.find("flexion") == std::string::npos) continue;
+    for (const JointAngle& found : AnglesOf(tracks.header.skeleton)) {
+      if (found.name != expected.name) continue;
+      angles.emplace_back(expected, found);
+      errors.push_back({expected.name, {}});
+    }
+  }
+  std::map<int64_t, std::vector<RatioSeries>> actors;
+  const JointPairs joints =
+      CommonJoints(truth.header.skeleton, tracks.header.skeleton);
+  for (const PersonPair& pair : PairPeople(truth, tracks, joints, kPersonGateM,
+                                           comparison.scored_frames())) {
+    std::vector<RatioSeries>& series = actors[pair.truth->id.value()];
+    series.resize(angles.size());
+    for (size_t a = 0; a < angles.size(); ++a) {
+      RatioUnit& unit = series[a].emplace_back();
+      if (pair.found == nullptr) continue;
+      const auto expected = MeasureAngle(angles[a].first, *pair.truth, up);
+      const auto found = MeasureAngle(angles[a].second, *pair.found, up);
+      if (!expected.has_value() || !found.has_value()) continue;
+      const double turn = std::remainder(found->deg - expected->deg, 360.0);
+      unit = {turn * turn, 1.0};
+    }
+  }
+  for (auto& [actor, series] : actors) {
+    for (size_t a = 0; a < angles.size(); ++a) {
+      errors[a].squared_deg2.push_back(std::move(series[a]));
+    }
+  }
+  return errors;
+}
+
 void AddTruth(const Comparison& comparison, const BootstrapOptions& bootstrap,
               StrategyScores* scores) {
   const TrackSequence& tracks = scores->run.tracks;
@@ -64,6 +105,10 @@ void AddTruth(const Comparison& comparison, const BootstrapOptions& bootstrap,
       ErrorSeries(mpjpe.people, &PersonError::bias_removed_m);
   scores->truth_consistency =
       EvaluateConsistency(*comparison.truth, tracks, options.frames).all;
+  scores->derivatives =
+      EvaluateDerivatives(*comparison.truth, tracks,
+                          {comparison.rate_hz(), options.frames, options.up});
+  if (comparison.angles) scores->angles = FlexionErrors(comparison, tracks);
   if (comparison.protocol.has_value()) {
     scores->pcp = EvaluatePcp(*comparison.truth, tracks, *comparison.protocol);
   }
@@ -143,6 +188,12 @@ void ScoreView(const Comparison& comparison, const Strategy& strategy,
 
 constexpr double kMmPerM = 1000.0;
 
+// Of squares: the root of their mean.
+double RootOfRatio(const std::vector<RatioSeries>& series,
+                   const DrawCounts* counts) {
+  return std::sqrt(PooledRatio(series, counts));
+}
+
 Interval Scaled(Interval interval, double factor) {
   interval.low *= factor;
   interval.high *= factor;
@@ -168,19 +219,25 @@ class MeasureList {
   }
   void Ratio(Measure measure, const std::vector<RatioSeries>& own,
              const std::vector<RatioSeries>& baseline, double factor,
-             const BootstrapOptions& bootstrap) {
-    measure.value = factor * PooledRatio(own);
+             const BootstrapOptions& bootstrap,
+             RatioScore score = PooledRatio) {
+    measure.value = factor * score(own, nullptr);
     if (!std::isnan(measure.value)) {
-      measure.interval =
-          Scaled(RatioInterval(PooledRatio, own, bootstrap), factor);
-      measure.difference = measure.value - factor * PooledRatio(baseline);
+      measure.interval = Scaled(RatioInterval(score, own, bootstrap), factor);
+      measure.difference = measure.value - factor * score(baseline, nullptr);
       if (!is_baseline_ && !std::isnan(measure.difference)) {
-        measure.difference_interval = Scaled(
-            PairedInterval(PooledRatio, own, baseline, bootstrap), factor);
+        measure.difference_interval =
+            Scaled(PairedInterval(score, own, baseline, bootstrap), factor);
       }
     }
     measure.verdict = VerdictOf(measure.difference_interval);
     measures_.push_back(std::move(measure));
+  }
+
+  // The root of the pooled ratio of squares.
+  void Root(Measure measure, const std::vector<RatioSeries>& own,
+            const std::vector<RatioSeries>& baseline) {
+    Ratio(std::move(measure), own, baseline, 1.0, bootstrap_, RootOfRatio);
   }
 
   void Pcp(Measure measure, const PcpResult& own, const PcpResult& baseline) {
@@ -261,6 +318,52 @@ void AddMotionMeasures(const StrategyScores& own,
       own.run.delay.has_value() ? kMmPerM * ToSeconds(*own.run.delay) : kNan);
 }
 
+void AddDerivativeMeasures(const DerivativeResult& own,
+                           const DerivativeResult& baseline,
+                           MeasureList* list) {
+  for (int scope = 0; scope < kDerivativeScopes; ++scope) {
+    const std::string key = scope == 0 ? "" : "contact_";
+    const std::string where = scope == 0 ? "" : ", around contacts";
+    const DerivativeErrors& all = own.all[scope];
+    list->Root(
+        {key + "velocity_rms_m_s", "velocity error, RMS" + where, "m/s", 3},
+        own.velocity_m2_s2[scope], baseline.velocity_m2_s2[scope]);
+    list->Plain({key + "speed_bias_m_s", "speed, bias" + where, "m/s", 3},
+                all.speed_bias_m_s);
+    list->Root({key + "acceleration_rms_m_s2",
+                "acceleration error, RMS" + where, "m/s^2", 2},
+               own.acceleration_m2_s4[scope],
+               baseline.acceleration_m2_s4[scope]);
+    list->Plain({key + "acceleration_bias_m_s2",
+                 "length of acceleration, bias" + where, "m/s^2", 2},
+                all.acceleration_bias_m_s2);
+    list->Plain(
+        {key + "peak_acceleration_error_percent",
+         "peak acceleration, found over true, less one" + where, "%", 1},
+        all.peak_error_percent);
+    list->Plain({key + "peak_instant_ms",
+                 "instant of peak acceleration, distance" + where, "ms", 1},
+                all.peak_instant_ms);
+  }
+}
+
+void AddAngleMeasures(const std::vector<AngleErrors>& own,
+                      const std::vector<AngleErrors>& baseline,
+                      MeasureList* list) {
+  std::vector<RatioSeries> own_all;
+  std::vector<RatioSeries> baseline_all;
+  for (size_t a = 0; a < own.size(); ++a) {
+    const auto& mine = own[a].squared_deg2;
+    const auto& other = baseline[a].squared_deg2;
+    list->Root({own[a].name + "_rms_deg", own[a].name + ", RMS", "deg", 2},
+               mine, other);
+    own_all.insert(own_all.end(), mine.begin(), mine.end());
+    baseline_all.insert(baseline_all.end(), other.begin(), other.end());
+  }
+  list->Root({"flexion_rms_deg", "all flexions, RMS", "deg", 2}, own_all,
+             baseline_all);
+}
+
 void AddTruthMeasures(const StrategyScores& own, const StrategyScores& baseline,
                       MeasureList* list) {
   list->Ratio({"mpjpe_mm", "MPJPE", "mm", 1}, own.mpjpe, baseline.mpjpe,
@@ -278,6 +381,8 @@ void AddTruthMeasures(const StrategyScores& own, const StrategyScores& baseline,
   list->Plain(
       {"truth_nees_per_dof", "NEES per degree of freedom, truth", "", 2},
       own.truth_consistency.nees_per_dof);
+  AddDerivativeMeasures(*own.derivatives, *baseline.derivatives, list);
+  if (!own.angles.empty()) AddAngleMeasures(own.angles, baseline.angles, list);
 }
 
 std::vector<Measure> MeasuresOf(const Comparison& comparison,
@@ -338,6 +443,22 @@ void AddLagSweep(CompareResult* result) {
         {s, one.strategy.lag_frames, Quantile(distances, 0.5),
          Quantile(distances, 0.95), Quantile(distances, 0.99)});
   }
+}
+
+// StrategyRun::alike of that strategy, be it asked for or not.
+TrackSequence AlikeOf(const std::string& name, const Comparison& comparison,
+                      const std::vector<Strategy>& strategies,
+                      const std::vector<StrategyScores>& scores) {
+  const size_t at = IndexOf(strategies, name);
+  if (at < strategies.size() && scores[at].refused.empty()) {
+    return scores[at].run.alike;
+  }
+  const Strategy strategy = ChooseStrategies({name}).front();
+  const StrategyValues defaults = DefaultValues(strategy, comparison.rate_hz(),
+                                                comparison.options.estimators);
+  return RunWithAll(comparison, strategy,
+                    FoldValues(comparison.folds.size(), defaults))
+      .alike;
 }
 
 // Delays behind the truth (if any) and behind `reference`.
@@ -487,18 +608,12 @@ void Score(CompareResult* result) {
     throw InputError("--baseline=" + result->baseline().strategy.name + ": " +
                      baseline.refused);
   }
-  const size_t batch = IndexOf(strategies, kOfflineReference);
-  TrackSequence reference;
-  if (batch < strategies.size() && scores[batch].refused.empty()) {
-    reference = scores[batch].run.alike;
-  } else {
-    const Strategy strategy = ChooseStrategies({kOfflineReference}).front();
-    const StrategyValues defaults = DefaultValues(
-        strategy, comparison.rate_hz(), comparison.options.estimators);
-    reference = RunWithAll(comparison, strategy,
-                           FoldValues(comparison.folds.size(), defaults))
-                    .alike;
-  }
+  const TrackSequence reference =
+      AlikeOf(kOfflineReference, comparison, strategies, scores);
+  const bool robust =
+      comparison.options.estimators.filters.points == PointKind::kRobust;
+  result->points = AlikeOf(robust ? "robust_triangulation" : "raw_dlt",
+                           comparison, strategies, scores);
   for (size_t s = 0; s < strategies.size(); ++s) {
     AddLags(comparison, reference, &scores[s]);
     result->strategies[s].scores = std::move(scores[s]);

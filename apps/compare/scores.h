@@ -13,6 +13,7 @@
 #include "apps/compare/strategies.h"
 #include "apps/compare/tuning.h"
 #include "core/base/constants.h"
+#include "core/evaluation/derivatives.h"
 #include "core/evaluation/held_out.h"
 #include "core/evaluation/motion.h"
 #include "core/evaluation/mpjpe.h"
@@ -20,6 +21,12 @@
 #include "core/evaluation/statistics.h"
 
 namespace kinegraph {
+
+// Of one flexion against the truth's; a unit a true person in a frame.
+struct AngleErrors {
+  std::string name;  // "l_knee_flexion"
+  std::vector<RatioSeries> squared_deg2;
+};
 
 // What a strategy is judged by. Series are laid out alike for all strategies of
 // a comparison.
@@ -47,6 +54,8 @@ struct StrategyScores {
 
   std::optional<PcpResult> pcp;
   std::vector<RatioSeries> mpjpe, mpjpe_bias_removed;  // empty without truth
+  std::optional<DerivativeResult> derivatives;
+  std::vector<AngleErrors> angles;  // empty unless asked for
   std::optional<double> lag_to_truth_s;
   std::optional<double> lag_to_batch_s;
   Consistency truth_consistency, held_out_consistency;
@@ -117,6 +126,8 @@ struct CompareResult {
   std::vector<LagPoint> lag_sweep;  // empty without a batch
   // By fold, those that its detections were freed of; empty: none were.
   std::vector<std::vector<Eigen::Vector2d>> shifts_px;
+  // The points that filters smooth (filters.points), as StrategyRun::alike.
+  TrackSequence points;
 
   const StrategyResult& baseline() const { return strategies[baseline_idx]; }
   // Those that were not refused.

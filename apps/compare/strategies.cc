@@ -48,6 +48,28 @@ std::vector<Strategy> MakeTable() {
   return table;
 }
 
+// Filters with a cut-off by each rule; some are variants of their own.
+std::vector<Strategy> ByRules() {
+  std::vector<Strategy> strategies;
+  for (const OutputKind kind :
+       {OutputKind::kButterworth, OutputKind::kCriticallyDamped,
+        OutputKind::kSmoothingSpline, OutputKind::kQuinticSpline,
+        OutputKind::kWhittaker}) {
+    const Smoother& smoother = SmootherOf(kind);
+    for (const auto& [name, rule] : CutoffRules()) {
+      Strategy& strategy = strategies.emplace_back();
+      strategy.kind = kind;
+      strategy.name = smoother.name + "_" + name;
+      strategy.title = smoother.name + ", rule " + name;
+      strategy.fix = [rule = rule](double, EstimatorOptions* options) {
+        options->filters.butterworth.choice = rule;
+        options->filters.smoothing_spline.choice = rule;
+      };
+    }
+  }
+  return strategies;
+}
+
 void Apply(const Strategy& strategy, const StrategyValues& values,
            double rate_hz, EstimatorOptions* options) {
   CHECK_EQ(values.size(), strategy.parameters.size()) << strategy.name;
@@ -65,8 +87,9 @@ const std::vector<Strategy>& AllStrategies() {
 }
 
 std::vector<Strategy> ChooseStrategies(const std::vector<std::string>& names) {
-  const std::vector<Strategy>& all = AllStrategies();
-  if (names.empty()) return all;
+  if (names.empty()) return AllStrategies();
+  std::vector<Strategy> all = AllStrategies();
+  for (Strategy& strategy : ByRules()) all.push_back(std::move(strategy));
   std::vector<Strategy> chosen;
   for (const std::string& name : names) {
     const size_t at = IndexOf(all, name);
@@ -82,6 +105,15 @@ std::vector<Strategy> ChooseStrategies(const std::vector<std::string>& names) {
     chosen.push_back(all[at]);
   }
   return chosen;
+}
+
+const std::vector<std::pair<std::string, CutoffChoice>>& CutoffRules() {
+  static const std::vector<std::pair<std::string, CutoffChoice>> rules = {
+      {"winter", CutoffChoice::kWinter},  {"challis", CutoffChoice::kChallis},
+      {"yu", CutoffChoice::kYu},          {"jackson", CutoffChoice::kJackson},
+      {"gcv", CutoffChoice::kGcv},        {"power95", CutoffChoice::kPower95},
+      {"power99", CutoffChoice::kPower99}};
+  return rules;
 }
 
 size_t IndexOf(const std::vector<Strategy>& strategies,

@@ -26,9 +26,13 @@ struct Strategy : SmootherVariant {
 
 // All of them, in the order in which they are printed.
 const std::vector<Strategy>& AllStrategies();
-// Those named, in that order; no name: all. Throws InputError for an unknown or
-// repeated one.
+// Those named, in that order; no name: all. Filters with a cut-off are known
+// with each rule, too, as "whittaker_yu", which are run by name alone. Throws
+// InputError for an unknown or repeated one.
 std::vector<Strategy> ChooseStrategies(const std::vector<std::string>& names);
+
+// The rules of a cut-off: "winter", ..., as filters.*.choice takes them.
+const std::vector<std::pair<std::string, CutoffChoice>>& CutoffRules();
 
 // Where a name stands among `strategies`; their number where it does not.
 size_t IndexOf(const std::vector<Strategy>& strategies,

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cstdlib>
 #include <filesystem>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <string>
@@ -33,6 +34,7 @@ using testing::Done;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::MatchesRegex;
+using ::testing::Not;
 using testing::Refusal;
 
 // Two people, five cameras, six seconds at 25 Hz; white noise.
@@ -376,7 +378,8 @@ TEST_F(CompareCommand, WritesTheSameFilesWhateverTheThreads) {
   for (const std::string threads : {"1", "3"}) {
     const auto outcome = Done(
         "compare",
-        Flags(threads, strategies + "--tune --errors --threads=" + threads));
+        Flags(threads,
+              strategies + "--tune --errors --angles --threads=" + threads));
     // On a slow machine progress speaks after half a minute.
     EXPECT_THAT(outcome.errors,
                 MatchesRegex("((tuning|scoring) +[0-9][^\n]*\n)*"));
@@ -390,7 +393,8 @@ TEST_F(CompareCommand, WritesTheSameFilesWhateverTheThreads) {
   }
   for (const std::string name :
        {"/compare.json", "/compare.csv", "/compare.md", "/errors.csv",
-        "/parameters.toml", "/recommended.toml"}) {
+        "/cutoffs.csv", "/derivatives.csv", "/parameters.toml",
+        "/recommended.toml"}) {
     const std::string one = ContentOf(Path("1" + name));
     EXPECT_FALSE(one.empty()) << name;
     EXPECT_EQ(one, ContentOf(Path("3" + name))) << name;
@@ -404,10 +408,62 @@ TEST_F(CompareCommand, WritesTheSameFilesWhateverTheThreads) {
               kind == OutputKind::kRts);
   EXPECT_THAT(ContentOf(Path("1/compare.md")), HasSubstr("Best: "));
   // What was tuned can be scored again without tuning.
-  Done("compare", Flags("again", strategies + "--parameters='" +
+  Done("compare", Flags("again", strategies + "--angles --parameters='" +
                                      Path("1/parameters.toml") + "'"));
   EXPECT_EQ(ContentOf(Path("1/compare.csv")),
             ContentOf(Path("again/compare.csv")));
+}
+
+// Rows of a CSV that has no quotes, by the header's names.
+std::vector<std::map<std::string, std::string>> RowsOfCsv(
+    const std::string& text) {
+  std::vector<std::vector<std::string>> cells;
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line);) {
+    std::istringstream parts(line + ",");
+    cells.emplace_back();
+    for (std::string part; std::getline(parts, part, ',');) {
+      cells.back().push_back(part);
+    }
+  }
+  std::vector<std::map<std::string, std::string>> rows;
+  for (size_t i = 1; i < cells.size(); ++i) {
+    rows.emplace_back();
+    for (size_t c = 0; c < cells[i].size(); ++c) {
+      rows.back()[cells[0].at(c)] = cells[i][c];
+    }
+  }
+  return rows;
+}
+
+TEST_F(CompareCommand, RulesAndDerivatives) {
+  Done("compare",
+       Flags("out", "--strategies=raw_dlt,butterworth_yu,rts_cv --noplots"));
+  // Every rule for three axes and all of them together, of most joints of both.
+  const auto cutoffs = RowsOfCsv(ContentOf(Path("out/cutoffs.csv")));
+  EXPECT_EQ(cutoffs.size() % (7 * 4), 0u);
+  EXPECT_GE(cutoffs.size(), 7u * 4u * 20u);
+  for (const auto& row : cutoffs) {
+    EXPECT_GE(std::stod(row.at("cutoff_hz")), 0.25) << row.at("rule");
+    EXPECT_LE(std::stod(row.at("cutoff_hz")), 0.45 * 25.0) << row.at("rule");
+  }
+  std::map<std::string, std::map<std::string, double>> derivatives;
+  for (const auto& row : RowsOfCsv(ContentOf(Path("out/derivatives.csv")))) {
+    if (row.at("joint") != "all" || row.at("frames") != "all") continue;
+    auto& mine = derivatives[row.at("strategy")];
+    mine["v"] = std::stod(row.at("velocity_rms_m_s"));
+    mine["a"] = std::stod(row.at("acceleration_rms_m_s2"));
+  }
+  // Differences of raw points are worse than any smoother's.
+  for (const std::string name : {"butterworth_yu", "rts_cv"}) {
+    EXPECT_LT(derivatives[name]["v"], derivatives["raw_dlt"]["v"]) << name;
+    EXPECT_LT(derivatives[name]["a"], 0.5 * derivatives["raw_dlt"]["a"])
+        << name;
+  }
+  const std::string markdown = ContentOf(Path("out/compare.md"));
+  EXPECT_THAT(markdown, HasSubstr("## Cut-offs that rules choose"));
+  EXPECT_THAT(markdown, HasSubstr("central differences"));
+  EXPECT_THAT(markdown, Not(HasSubstr("Joint angles")));
 }
 
 TEST_F(CompareCommand, DrawsItsPlots) {
@@ -417,7 +473,8 @@ TEST_F(CompareCommand, DrawsItsPlots) {
   Done("compare", Flags("out", "--strategies=raw_dlt,window_0,window_3,batch"));
   for (const std::string name :
        {"held_out_smoothness.svg", "held_out_difference.svg",
-        "error_by_joint_class.svg", "trajectory.svg", "lag_sweep.svg"}) {
+        "error_by_joint_class.svg", "trajectory.svg", "lag_sweep.svg",
+        "cutoffs.svg"}) {
     EXPECT_THAT(ContentOf(Path("out/" + name)), HasSubstr("</svg>")) << name;
   }
 }

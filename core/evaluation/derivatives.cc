@@ -1,0 +1,273 @@
+#include "core/evaluation/derivatives.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <optional>
+#include <utility>
+
+#include "core/base/constants.h"
+#include "core/evaluation/correspondence.h"
+
+namespace kinegraph {
+namespace {
+
+using Eigen::Vector3d;
+
+struct Motion {
+  Vector3d velocity_m_s = Vector3d::Zero();
+  Vector3d acceleration_m_s2 = Vector3d::Zero();
+};
+using OptionalMotion = std::optional<Motion>;
+
+// Of one joint of one person, a place a frame.
+struct JointMotion {
+  std::vector<OptionalMotion> truth, found;
+};
+
+// The frames of one true person.
+struct PersonMotion {
+  std::vector<int64_t> frames;
+  std::vector<JointMotion> joints;
+  std::vector<char> at_contact;
+};
+
+OptionalMotion MotionAt(const Joint3d& before, const Joint3d& at,
+                        const Joint3d& after, double rate_hz) {
+  if (!before.present() || !at.present() || !after.present()) {
+    return std::nullopt;
+  }
+  return Motion{
+      0.5 * rate_hz * (after.position_m - before.position_m),
+      rate_hz * rate_hz *
+          (after.position_m - 2.0 * at.position_m + before.position_m)};
+}
+
+PersonMotion MotionOf(const std::vector<PersonPair>& pairs,
+                      const JointPairs& joints, double rate_hz) {
+  PersonMotion person;
+  person.joints.resize(joints.size());
+  for (size_t k = 0; k < pairs.size(); ++k) {
+    person.frames.push_back(pairs[k].frame);
+    const bool inside = k > 0 && k + 1 < pairs.size() &&
+                        pairs[k + 1].frame - pairs[k - 1].frame == 2;
+    const bool same = inside && pairs[k - 1].found != nullptr &&
+                      pairs[k].found != nullptr &&
+                      pairs[k + 1].found != nullptr &&
+                      pairs[k - 1].found->id == pairs[k].found->id &&
+                      pairs[k + 1].found->id == pairs[k].found->id;
+    for (size_t j = 0; j < joints.size(); ++j) {
+      OptionalMotion truth;
+      OptionalMotion found;
+      if (inside) {
+        const auto at = [&](size_t i) -> const Joint3d& {
+          return pairs[i].truth->joints[joints[j].a];
+        };
+        truth = MotionAt(at(k - 1), at(k), at(k + 1), rate_hz);
+      }
+      if (same) {
+        const auto at = [&](size_t i) -> const Joint3d& {
+          return pairs[i].found->joints[joints[j].b];
+        };
+        found = MotionAt(at(k - 1), at(k), at(k + 1), rate_hz);
+      }
+      person.joints[j].truth.push_back(truth);
+      person.joints[j].found.push_back(found);
+    }
+  }
+  person.at_contact.assign(person.frames.size(), 0);
+  return person;
+}
+
+// The place of the greatest of `score` in reach of `middle`; -1: nowhere.
+template <typename Score>
+int Greatest(int middle, int reach, int count, const Score& score) {
+  int best = -1;
+  double most = 0.0;
+  for (int k = std::max(0, middle - reach);
+       k <= std::min(count - 1, middle + reach); ++k) {
+    const std::optional<double> here = score(k);
+    if (!here.has_value() || (best >= 0 && *here <= most)) continue;
+    best = k;
+    most = *here;
+  }
+  return best;
+}
+
+// Marks the frames around contacts of an ankle and returns their number.
+int64_t MarkContacts(const JointMotion& ankle, const Vector3d& up, int reach,
+                     std::vector<char>* at_contact) {
+  constexpr double kG_m_s2 = 9.81;
+  const int count = static_cast<int>(ankle.truth.size());
+  const auto slowed = [&](int k) -> std::optional<double> {
+    const OptionalMotion& motion = ankle.truth[static_cast<size_t>(k)];
+    if (!motion.has_value()) return std::nullopt;
+    return motion->acceleration_m_s2.dot(up);
+  };
+  int64_t contacts = 0;
+  for (int k = 1; k < count; ++k) {
+    const OptionalMotion& before = ankle.truth[static_cast<size_t>(k) - 1];
+    const auto here = slowed(k);
+    if (!here.has_value() || *here <= kG_m_s2 || !before.has_value() ||
+        before->velocity_m_s.dot(up) >= 0.0 ||
+        Greatest(k, reach, count, slowed) != k) {
+      continue;
+    }
+    ++contacts;
+    for (int i = std::max(0, k - reach); i <= std::min(count - 1, k + reach);
+         ++i) {
+      (*at_contact)[static_cast<size_t>(i)] = 1;
+    }
+  }
+  return contacts;
+}
+
+// Sums that become DerivativeErrors.
+struct ErrorSums {
+  int64_t count = 0;
+  double velocity = 0.0, speed = 0.0, acceleration = 0.0, length = 0.0;
+  int64_t peaks = 0;
+  double peak = 0.0, instant_s = 0.0;
+
+  void Add(const Motion& truth, const Motion& found) {
+    ++count;
+    velocity += (found.velocity_m_s - truth.velocity_m_s).squaredNorm();
+    speed += found.velocity_m_s.norm() - truth.velocity_m_s.norm();
+    acceleration +=
+        (found.acceleration_m_s2 - truth.acceleration_m_s2).squaredNorm();
+    length += found.acceleration_m_s2.norm() - truth.acceleration_m_s2.norm();
+  }
+  DerivativeErrors Errors() const {
+    const auto mean = [](double sum, int64_t of) {
+      return of == 0 ? kNan : sum / static_cast<double>(of);
+    };
+    return {count,
+            std::sqrt(mean(velocity, count)),
+            mean(speed, count),
+            std::sqrt(mean(acceleration, count)),
+            mean(length, count),
+            peaks,
+            100.0 * mean(peak, peaks),
+            1000.0 * mean(instant_s, peaks)};
+  }
+};
+
+// Sums by scope, which the peaks of a joint enter, too.
+using ScopedSums = std::array<ErrorSums*, kDerivativeScopes>;
+
+void AddPeaks(const JointMotion& joint, const std::vector<char>& at_contact,
+              double rate_hz, const std::vector<ScopedSums>& sums) {
+  const int count = static_cast<int>(joint.truth.size());
+  const int around = std::max(1, static_cast<int>(std::lround(0.25 * rate_hz)));
+  const int reach = std::max(1, static_cast<int>(std::lround(0.1 * rate_hz)));
+  const auto length = [](const std::vector<OptionalMotion>& motion) {
+    return [&motion](int k) -> std::optional<double> {
+      const OptionalMotion& one = motion[static_cast<size_t>(k)];
+      if (!one.has_value()) return std::nullopt;
+      return one->acceleration_m_s2.norm();
+    };
+  };
+  const auto of_truth = length(joint.truth);
+  const auto of_found = length(joint.found);
+  double squares = 0.0;
+  double total = 0.0;
+  for (int k = 0; k < count; ++k) {
+    const auto here = of_truth(k);
+    if (!here.has_value()) continue;
+    squares += *here * *here;
+    total += 1.0;
+  }
+  const double least = 2.0 * std::sqrt(squares / total);
+  for (int k = 0; k < count; ++k) {
+    const auto peak = of_truth(k);
+    if (!peak.has_value() || *peak <= least ||
+        Greatest(k, around, count, of_truth) != k) {
+      continue;
+    }
+    const int at = Greatest(k, reach, count, of_found);
+    if (at < 0) continue;
+    const double share = *of_found(at) / *peak - 1.0;
+    for (const ScopedSums& each : sums) {
+      for (int scope = 0; scope < kDerivativeScopes; ++scope) {
+        if (scope == 1 && !at_contact[static_cast<size_t>(k)]) continue;
+        ++each[scope]->peaks;
+        each[scope]->peak += share;
+        each[scope]->instant_s += std::abs(at - k) / rate_hz;
+      }
+    }
+  }
+}
+
+}  // namespace
+
+DerivativeResult EvaluateDerivatives(const TrackSequence& truth,
+                                     const TrackSequence& tracks,
+                                     const DerivativeOptions& options) {
+  const Skeleton& skeleton = truth.header.skeleton;
+  const JointPairs joints = CommonJoints(skeleton, tracks.header.skeleton);
+  std::map<TrackId, std::vector<PersonPair>> people;
+  for (const PersonPair& pair :
+       PairPeople(truth, tracks, joints, kPersonGateM, options.frames)) {
+    people[pair.truth->id].push_back(pair);
+  }
+  DerivativeResult result;
+  std::array<std::vector<ErrorSums>, kDerivativeScopes> of_joint;
+  std::array<ErrorSums, kDerivativeScopes> of_all;
+  for (int scope = 0; scope < kDerivativeScopes; ++scope) {
+    of_joint[scope].resize(joints.size());
+  }
+  for (const JointPair& joint : joints) {
+    result.joints.push_back(skeleton.joints()[joint.a]);
+  }
+  const int reach =
+      std::max(1, static_cast<int>(std::lround(0.1 * options.rate_hz)));
+  for (const auto& [id, pairs] : people) {
+    PersonMotion person = MotionOf(pairs, joints, options.rate_hz);
+    for (size_t j = 0; j < joints.size(); ++j) {
+      if (result.joints[j] != "l_ankle" && result.joints[j] != "r_ankle") {
+        continue;
+      }
+      result.contacts +=
+          MarkContacts(person.joints[j], options.up, reach, &person.at_contact);
+    }
+    for (int scope = 0; scope < kDerivativeScopes; ++scope) {
+      result.velocity_m2_s2[scope].emplace_back(pairs.size());
+      result.acceleration_m2_s4[scope].emplace_back(pairs.size());
+    }
+    for (size_t j = 0; j < joints.size(); ++j) {
+      const JointMotion& motion = person.joints[j];
+      for (size_t k = 0; k < pairs.size(); ++k) {
+        if (!motion.truth[k].has_value() || !motion.found[k].has_value()) {
+          continue;
+        }
+        const Motion& expected = *motion.truth[k];
+        const Motion& found = *motion.found[k];
+        for (int scope = 0; scope < kDerivativeScopes; ++scope) {
+          if (scope == 1 && !person.at_contact[k]) continue;
+          of_joint[scope][j].Add(expected, found);
+          of_all[scope].Add(expected, found);
+          RatioUnit& velocity = result.velocity_m2_s2[scope].back()[k];
+          velocity.sum +=
+              (found.velocity_m_s - expected.velocity_m_s).squaredNorm();
+          velocity.weight += 1.0;
+          RatioUnit& acceleration = result.acceleration_m2_s4[scope].back()[k];
+          acceleration.sum +=
+              (found.acceleration_m_s2 - expected.acceleration_m_s2)
+                  .squaredNorm();
+          acceleration.weight += 1.0;
+        }
+      }
+      AddPeaks(motion, person.at_contact, options.rate_hz,
+               {{&of_joint[0][j], &of_joint[1][j]}, {&of_all[0], &of_all[1]}});
+    }
+  }
+  for (int scope = 0; scope < kDerivativeScopes; ++scope) {
+    for (const ErrorSums& sums : of_joint[scope]) {
+      result.by_joint[scope].push_back(sums.Errors());
+    }
+    result.all[scope] = of_all[scope].Errors();
+  }
+  return result;
+}
+
+}  // namespace kinegraph

@@ -1,0 +1,102 @@
+#include "core/evaluation/derivatives.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+
+#include "tests/core/evaluation/people.h"
+
+namespace kinegraph::testing {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr double kRate_hz = 100.0;
+
+// A standing person whose joints all move by `path`, from 0 to `count` frames.
+TrackSequence Moving(int count, const std::function<Vector3d(double)>& path) {
+  std::vector<TrackFrame> frames;
+  for (int k = 0; k < count; ++k) {
+    Pose3d pose = StandingTum14();
+    for (Joint3d& joint : pose) joint.position_m += path(k / kRate_hz);
+    frames.push_back(Frame(k, {Person(0, pose)}));
+  }
+  return Tracks(frames);
+}
+
+DerivativeOptions Options() {
+  DerivativeOptions options;
+  options.rate_hz = kRate_hz;
+  return options;
+}
+
+TEST(DerivativesTest, ErrorsAreThoseOfTheDifference) {
+  // A parabola of another curvature: its velocity error grows as 0.4 t, its
+  // acceleration error is 0.4 everywhere, both exact for central differences.
+  const auto truth = Moving(
+      101, [](double t) { return Vector3d(0.5 * t + 0.5 * t * t, 0.0, 0.0); });
+  const auto found = Moving(
+      101, [](double t) { return Vector3d(0.5 * t + 0.7 * t * t, 0.0, 0.0); });
+  const DerivativeResult result = EvaluateDerivatives(truth, found, Options());
+  double squares = 0.0;
+  for (int k = 1; k < 100; ++k) squares += std::pow(0.4 * k / kRate_hz, 2);
+  const DerivativeErrors& all = result.all[0];
+  EXPECT_EQ(all.count, 99 * 14);
+  EXPECT_NEAR(all.velocity_rms_m_s, std::sqrt(squares / 99.0), 1e-9);
+  EXPECT_NEAR(all.speed_bias_m_s, 0.4 * 0.5, 1e-9);
+  EXPECT_NEAR(all.acceleration_rms_m_s2, 0.4, 1e-9);
+  EXPECT_NEAR(all.acceleration_bias_m_s2, 0.4, 1e-9);
+  EXPECT_NEAR(result.by_joint[0][3].acceleration_rms_m_s2, 0.4, 1e-9);
+  // Nothing peaks, nobody lands.
+  EXPECT_EQ(all.peaks, 0);
+  EXPECT_EQ(result.contacts, 0);
+  EXPECT_EQ(result.all[1].count, 0);
+  EXPECT_TRUE(std::isnan(result.all[1].velocity_rms_m_s));
+}
+
+// Falls at 3 m/s until `at_s`, then stands; rounded off over `round_s`.
+Vector3d Landing(double t, double at_s, double round_s) {
+  const double before = t - at_s;
+  const double smooth =
+      0.5 * (before + std::sqrt(before * before + round_s * round_s));
+  return {0.0, 0.0, -3.0 * (before - smooth)};
+}
+
+TEST(DerivativesTest, ALandingThatIsSmoothedLosesItsPeak) {
+  // The second derivative of the rounded path is 3 r^2 / (2 (t^2 + r^2)^1.5):
+  // 1.5 / r at its peak, which a radius of 0.04 s instead of 0.01 quarters.
+  const auto truth =
+      Moving(200, [](double t) { return Landing(t, 1.0, 0.01); });
+  const auto found =
+      Moving(200, [](double t) { return Landing(t, 1.03, 0.04); });
+  const DerivativeResult result = EvaluateDerivatives(truth, found, Options());
+  EXPECT_EQ(result.contacts, 2);  // both ankles
+  const DerivativeErrors& contacts = result.all[1];
+  EXPECT_EQ(contacts.count, 21 * 14);  // 0.1 s on either side
+  EXPECT_EQ(contacts.peaks, 14);
+  EXPECT_NEAR(contacts.peak_instant_ms, 30.0, 1e-9);
+  // A central difference over 0.01 s takes some from the sharp peak:
+  // 2 (sqrt(2) - 1) of it, by the path's values at -0.01, 0 and 0.01 s.
+  const double seen = 2.0 * (std::sqrt(2.0) - 1.0);
+  const double smoothed = 2.0 * 16.0 * (std::sqrt(1.0 + 1.0 / 16.0) - 1.0);
+  EXPECT_NEAR(contacts.peak_error_percent,
+              100.0 * (0.25 * smoothed / seen - 1.0), 1e-6);
+  EXPECT_LT(contacts.acceleration_bias_m_s2, 0.0);
+}
+
+TEST(DerivativesTest, FramesApartAreNoNeighbours) {
+  auto truth = Moving(20, [](double t) { return Vector3d(t, 0.0, 0.0); });
+  auto found = truth;
+  found.frames.erase(found.frames.begin() + 10);
+  const DerivativeResult result = EvaluateDerivatives(truth, found, Options());
+  EXPECT_EQ(result.all[0].count, (18 - 3) * 14);
+  // Another identity is another person.
+  found = truth;
+  for (int k = 10; k < 20; ++k) found.frames[k].people[0].id = TrackId(7);
+  EXPECT_EQ(EvaluateDerivatives(truth, found, Options()).all[0].count,
+            (18 - 2) * 14);
+}
+
+}  // namespace
+}  // namespace kinegraph::testing
