@@ -323,6 +323,17 @@ class BatchEstimator final : public Estimator {
       }
       covariances[j] = std::vector<Eigen::Matrix3d>();
     }
+    DropUnsure();
+  }
+
+  // By the lengths that bones have where both ends were observed.
+  void DropUnsure() {
+    BoneLengths lengths(scene_.skeleton);
+    for (const FinalPose& one : finals_) {
+      lengths.AddPose(one.person.joints, 1.0 / scene_.frame_rate_hz);
+    }
+    const std::vector<KnownBone> bones = lengths.Known();
+    for (FinalPose& one : finals_) DropUnsureJoints(bones, &one.person);
   }
 
   // A bone leaves two places on the ray of a view that alone sees its end, and

@@ -1,6 +1,9 @@
 #include "solvers/graph/outcome.h"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <cmath>
+#include <numeric>
 
 namespace kinegraph {
 
@@ -67,6 +70,81 @@ void WriteJoint(const JointChain& chain, size_t k, int joint_idx,
     const PixelMeasurement& measurement = chain.measurements[m];
     pose->matches[measurement.view_slot].weights[joint_idx] =
         measurement.gated ? 0.0 : measurement.weight;
+  }
+}
+
+namespace {
+
+// Of a bone's length: a joint stated worse than this may as well stand on the
+// other side of its neighbour.
+constexpr double kShareOfBone = 0.5;
+
+// Joints whose stated deviation is too large for their bones.
+std::vector<char> FindUnsure(const std::vector<KnownBone>& bones,
+                             const PersonPose& pose) {
+  const size_t joints = pose.joints.size();
+  std::vector<double> longest_m(joints, 0.0);
+  for (const KnownBone& bone : bones) {
+    for (const int end : {bone.ends.a, bone.ends.b}) {
+      longest_m[end] = std::max(longest_m[end], bone.length_m);
+    }
+  }
+  std::vector<char> unsure(joints, 0);
+  for (size_t j = 0; j < pose.covariances.size(); ++j) {
+    const std::optional<Eigen::Matrix3d>& covariance = pose.covariances[j];
+    if (!pose.joints[j].present() || !covariance || longest_m[j] == 0.0) {
+      continue;
+    }
+    const double most_m = kShareOfBone * longest_m[j];
+    // The trace bounds the greatest eigenvalue.
+    if (covariance->trace() <= most_m * most_m) continue;
+    Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver;
+    solver.computeDirect(*covariance, Eigen::EigenvaluesOnly);
+    unsure[j] = !(solver.eigenvalues()[2] <= most_m * most_m);
+  }
+  return unsure;
+}
+
+// By joint, the lowest joint of those that it is connected with by bones that
+// keep their lengths.
+std::vector<int> FindParts(const std::vector<KnownBone>& bones,
+                           const PersonPose& pose) {
+  std::vector<int> part(pose.joints.size());
+  std::iota(part.begin(), part.end(), 0);
+  for (const KnownBone& bone : bones) {
+    const Joint3d& a = pose.joints[bone.ends.a];
+    const Joint3d& b = pose.joints[bone.ends.b];
+    if (!a.present() || !b.present()) continue;
+    const double off_m =
+        std::abs((a.position_m - b.position_m).norm() - bone.length_m);
+    if (!(off_m <= kShareOfBone * bone.length_m)) continue;
+    const int from = std::max(part[bone.ends.a], part[bone.ends.b]);
+    const int to = std::min(part[bone.ends.a], part[bone.ends.b]);
+    std::replace(part.begin(), part.end(), from, to);
+  }
+  return part;
+}
+
+}  // namespace
+
+void DropUnsureJoints(const std::vector<KnownBone>& bones, PersonPose* pose) {
+  const std::vector<char> unsure = FindUnsure(bones, *pose);
+  if (std::find(unsure.begin(), unsure.end(), 1) == unsure.end()) return;
+  const std::vector<int> part = FindParts(bones, *pose);
+  const int present = CountPresent(pose->joints);
+  std::vector<int> size(part.size(), 0);
+  std::vector<char> has_sure(part.size(), 0);
+  for (size_t j = 0; j < part.size(); ++j) {
+    if (!pose->joints[j].present()) continue;
+    ++size[part[j]];
+    has_sure[part[j]] |= !unsure[j];
+  }
+  for (size_t j = 0; j < part.size(); ++j) {
+    if (!unsure[j] || has_sure[part[j]] || 2 * size[part[j]] > present) {
+      continue;
+    }
+    pose->joints[j].status = JointStatus::kMissing;
+    pose->covariances[j].reset();
   }
 }
 

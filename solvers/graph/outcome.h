@@ -4,6 +4,7 @@
 
 #include <vector>
 
+#include "core/skeleton/skeleton.h"
 #include "core/tracking/estimator.h"
 #include "solvers/graph/assembler.h"
 #include "solvers/graph/options.h"
@@ -45,6 +46,21 @@ FinalPose PoseOf(const FrameRecord& record, int joint_count, KeptMatches kept,
 void WriteJoint(const JointChain& chain, size_t k, int joint_idx,
                 JointStatus status, int inlier_views,
                 const Eigen::Matrix3d* covariance, PersonPose* pose);
+
+// A bone of a person, and how long it is.
+struct KnownBone {
+  Bone ends;
+  double length_m = 0.0;
+};
+
+// Makes joints missing that are not known to belong where they stand. A joint
+// is unsure when its stated standard deviation, along the worst direction,
+// exceeds half the length of the longest of its bones. An unsure joint stays if
+// bones that keep their lengths within a half connect it to a joint that is
+// sure or to most of the body. What neither has a bone of known length nor a
+// covariance is left alone. Called once per pose, after WriteJoint, so that
+// whatever is written of a track (JSON, TRC, BVH, glTF, the page) follows it.
+void DropUnsureJoints(const std::vector<KnownBone>& bones, PersonPose* pose);
 
 }  // namespace kinegraph
 

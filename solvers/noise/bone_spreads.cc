@@ -437,18 +437,18 @@ BoneConstraint ConstraintOf(const Bone& bone, const BoneEstimate& estimate,
   return constraint;
 }
 
-BoneLengths::BoneLengths(const Skeleton& skeleton) {
-  const std::vector<Bone> bones = RigidPairs(skeleton);
+BoneLengths::BoneLengths(const Skeleton& skeleton)
+    : bones_(RigidPairs(skeleton)) {
   const bool is_human = IsHuman(skeleton);
-  for (size_t i = 0; i < bones.size(); ++i) {
-    const int earlier = MirrorOf(skeleton, bones, i, i);
+  for (size_t i = 0; i < bones_.size(); ++i) {
+    const int earlier = MirrorOf(skeleton, bones_, i, i);
     counted_as_.push_back(earlier < 0 ? i : counted_as_[earlier]);
     population_m_.push_back(
-        is_human ? PopulationLength(skeleton.joints()[bones[i].a],
-                                    skeleton.joints()[bones[i].b])
+        is_human ? PopulationLength(skeleton.joints()[bones_[i].a],
+                                    skeleton.joints()[bones_[i].b])
                  : std::nullopt);
   }
-  seen_.resize(bones.size());
+  seen_.resize(bones_.size());
 }
 
 void BoneLengths::Add(int bone_idx, double distance_m, double duration_s) {
@@ -459,6 +459,27 @@ void BoneLengths::Add(int bone_idx, double distance_m, double duration_s) {
   seen.seconds.resize(kBinCount);
   seen.seconds[static_cast<int>(bin)] += static_cast<float>(duration_s);
   seen.total_s += duration_s;
+}
+
+void BoneLengths::AddPose(const Pose3d& pose, double duration_s) {
+  for (size_t i = 0; i < bones_.size(); ++i) {
+    const Joint3d& a = pose[bones_[i].a];
+    const Joint3d& b = pose[bones_[i].b];
+    if (a.status != JointStatus::kObserved ||
+        b.status != JointStatus::kObserved) {
+      continue;
+    }
+    Add(static_cast<int>(i), (a.position_m - b.position_m).norm(), duration_s);
+  }
+}
+
+std::vector<KnownBone> BoneLengths::Known() const {
+  std::vector<KnownBone> known;
+  for (size_t i = 0; i < bones_.size(); ++i) {
+    const std::optional<double> length_m = Length(static_cast<int>(i));
+    if (length_m.has_value()) known.push_back({bones_[i], *length_m});
+  }
+  return known;
 }
 
 std::optional<double> BoneLengths::Length(int bone_idx) const {

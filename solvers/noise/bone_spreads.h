@@ -12,6 +12,7 @@
 #include "core/skeleton/skeleton.h"
 #include "core/tracking/estimator.h"
 #include "solvers/graph/options.h"
+#include "solvers/graph/outcome.h"
 #include "solvers/graph/problem.h"
 #include "solvers/noise/bone_looks.h"
 #include "solvers/noise/pixel_noise.h"
@@ -152,8 +153,13 @@ class BoneLengths {
   // for `duration_s`.
   void Add(int bone_idx, double distance_m, double duration_s);
 
+  // Those of a pose whose ends were both observed.
+  void AddPose(const Pose3d& pose, double duration_s);
+
   // nullopt while neither enough was seen nor the population's is known.
   std::optional<double> Length(int bone_idx) const;
+  // All bones whose length is known.
+  std::vector<KnownBone> Known() const;
 
  private:
   static constexpr double kBin = 0.002;  // m
@@ -165,6 +171,7 @@ class BoneLengths {
     double total_s = 0.0;
   };
 
+  std::vector<Bone> bones_;  // RigidPairs
   // Of each bone, itself or its mirror: whose place in `seen_` they share.
   std::vector<size_t> counted_as_;
   std::vector<std::optional<double>> population_m_;

@@ -49,6 +49,7 @@ class WindowEstimator final : public Estimator {
         notes_(std::move(notes)),
         learnt_(notes_->NewPerson()),
         bones_(scene_, options_),
+        written_lengths_(scene_.skeleton),
         supports_(scene_.skeleton.joint_count()),
         solve_every_(SolveEvery(scene_.frame_rate_hz, options_.lag_s)),
         last_states_(scene_.skeleton.joint_count(), State::Zero()) {}
@@ -256,6 +257,11 @@ class WindowEstimator final : public Estimator {
                    &finals_[offset + k - final_count_].person);
       }
     }
+    for (size_t i = offset; i < finals_.size(); ++i) {
+      written_lengths_.AddPose(finals_[i].person.joints,
+                               1.0 / scene_.frame_rate_hz);
+      DropUnsureJoints(written_lengths_.Known(), &finals_[i].person);
+    }
     final_count_ = end;
     if (learns) LearnNoiseScale(squares);
   }
@@ -290,6 +296,7 @@ class WindowEstimator final : public Estimator {
   const std::shared_ptr<RecordingNotes> notes_;
   const std::shared_ptr<LearntNoise> learnt_;
   PersonBones bones_;
+  BoneLengths written_lengths_;  // of final poses
   CausalNoiseScale learnt_scale_;
   double noise_scale_ = 1.0;            // the factor in the problem's sigmas
   std::vector<FrameRecord> records_;    // as problem_.times

@@ -136,5 +136,80 @@ TEST(JointSupport, RemembersTheLastFrameWithAView) {
   EXPECT_EQ(support.last_time, 30);
 }
 
+// A trunk and a leg of 0.4 m bones, all sure, standing upright.
+struct TrunkAndLeg {
+  enum Joint { kNeck, kHip, kKnee, kAnkle, kCount };
+
+  const std::vector<KnownBone> bones = {
+      {{kNeck, kHip}, 0.4}, {{kHip, kKnee}, 0.4}, {{kKnee, kAnkle}, 0.4}};
+  PersonPose pose;
+
+  TrunkAndLeg() {
+    for (int j = 0; j < kCount; ++j) {
+      pose.joints.push_back({{0.0, 0.0, -0.4 * j}, JointStatus::kInferred});
+      pose.covariances.push_back(
+          Eigen::Matrix3d(1e-4 * Eigen::Matrix3d::Identity()));
+    }
+  }
+  void MakeUnsure(int joint, double sigma_m) {
+    // Along one axis alone, as depth is.
+    (*pose.covariances[joint])(1, 1) = sigma_m * sigma_m;
+  }
+  void Move(int joint, double by_m) {
+    pose.joints[joint].position_m.y() += by_m;
+  }
+  std::vector<int> Missing() {
+    DropUnsureJoints(bones, &pose);
+    std::vector<int> missing;
+    for (int j = 0; j < kCount; ++j) {
+      if (!pose.joints[j].present()) missing.push_back(j);
+      EXPECT_EQ(pose.joints[j].present(), pose.covariances[j].has_value());
+    }
+    return missing;
+  }
+};
+
+TEST(DropUnsureJoints, OfALegThatIsFarFromItsHip) {
+  TrunkAndLeg body;
+  for (const int j : {body.kKnee, body.kAnkle}) {
+    body.MakeUnsure(j, 3.0);
+    body.Move(j, 3.0);
+  }
+  EXPECT_EQ(body.Missing(), (std::vector<int>{body.kKnee, body.kAnkle}));
+}
+
+TEST(DropUnsureJoints, NoneThatABoneHolds) {
+  TrunkAndLeg body;
+  body.MakeUnsure(body.kKnee, 3.0);
+  body.MakeUnsure(body.kAnkle, 3.0);
+  EXPECT_TRUE(body.Missing().empty());
+}
+
+TEST(DropUnsureJoints, AtMoreThanHalfOfTheBone) {
+  for (const double sigma_m : {0.19, 0.21}) {
+    TrunkAndLeg body;
+    body.MakeUnsure(body.kAnkle, sigma_m);
+    body.Move(body.kAnkle, 1.0);
+    EXPECT_EQ(body.Missing().empty(), sigma_m < 0.2) << sigma_m;
+  }
+}
+
+TEST(DropUnsureJoints, NoneOfAWholeBodyWhoseDepthIsOpen) {
+  TrunkAndLeg body;
+  for (int j = 0; j < body.kCount; ++j) body.MakeUnsure(j, 1.0);
+  EXPECT_TRUE(body.Missing().empty());
+}
+
+TEST(DropUnsureJoints, NoneWhoseBonesOrCovariancesAreUnknown) {
+  TrunkAndLeg body;
+  body.MakeUnsure(body.kAnkle, 3.0);
+  body.Move(body.kAnkle, 3.0);
+  DropUnsureJoints({}, &body.pose);
+  EXPECT_TRUE(body.pose.joints[body.kAnkle].present());
+  body.pose.covariances.clear();
+  DropUnsureJoints(body.bones, &body.pose);
+  EXPECT_TRUE(body.pose.joints[body.kAnkle].present());
+}
+
 }  // namespace
 }  // namespace kinegraph
