@@ -4,6 +4,7 @@
 #include <cmath>
 #include <optional>
 
+#include "core/association/few_joints.h"
 #include "core/data/box.h"
 
 namespace kinegraph {
@@ -61,6 +62,19 @@ double GatePx(const Pose3d& pose, double age_frames, const Camera& camera,
                                 camera.focal_px() * reach_m / depth_m);
 }
 
+namespace {
+
+// Where gates are not the paper's: so few joints may agree by chance, unless
+// none of them speaks against it, and they lie in the inner half of the gate on
+// average.
+bool FewMatch(int common, int positive, double positive_sum, size_t joints) {
+  constexpr double kWellWithin = 0.5;
+  return common >= ScaledJoints(kFewestJoints, joints) && positive == common &&
+         positive_sum >= kWellWithin * common;
+}
+
+}  // namespace
+
 double Affinity(const Observation& observation, const ProjectedPose& projected,
                 double age_frames, double gate_px,
                 const std::vector<int>& joints,
@@ -86,8 +100,10 @@ double Affinity(const Observation& observation, const ProjectedPose& projected,
       positive_sum += affinity;
     }
   }
-  if (common == 0 ||
-      common < ScaledJoints(options.min_common_joints, joints.size())) {
+  if (common == 0) return 0.0;
+  if (common < ScaledJoints(options.min_common_joints, joints.size()) &&
+      !(options.reach_m_per_frame > 0.0 &&
+        FewMatch(common, positive, positive_sum, joints.size()))) {
     return 0.0;
   }
   const double decay = std::exp(-options.lambda_a_per_frame * age_frames);

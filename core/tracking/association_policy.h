@@ -25,6 +25,8 @@ struct AssociationState {
   const std::vector<std::unique_ptr<Track>>& tracks;
   // [view][track]: index of the observation, or -1.
   const std::vector<std::vector<int>>& matches;
+  // Epipolar distance at which two views of somebody new contradict.
+  double alpha_new_px = 0.0;
 };
 
 // The paper's policy, which adds nothing. The tracker calls the functions of a
@@ -54,6 +56,11 @@ class AssociationPolicy {
   virtual void LearnUpdates() {}
   // Whether an update counts for the life of its track.
   virtual bool Counts(const Track&) const { return true; }
+  // Whether people of whom a frame shows fewer joints than a new person needs
+  // begin once they have been seen for long enough, and, of all that are seen
+  // in the frame, those that have.
+  virtual bool AwaitsSlight() const { return false; }
+  virtual void SeeSlight(std::vector<NewPerson>*) {}
   virtual bool MayBegin(const NewPerson&) const { return true; }
   virtual void LearnBeginning(const NewPerson&, TrackId) {}
 };

@@ -1,6 +1,6 @@
 // The policy of graph mode. By Eq. 1 alone a lost track takes whoever comes
 // near to where it was last seen: its gate grows with its age, and a single
-// view cannot tell people apart who stand behind each other. Four rules speak
+// view cannot tell people apart who stand behind each other. These rules speak
 // against such exchanges of identity and against duplicate tracks:
 // - A 2D tracklet (core/association/tracklets.h) that belonged to a track which
 //   is lost by now belongs to it still. No other track takes its detections,
@@ -12,6 +12,8 @@
 // - Where so many detections are nobody's that the views of an update agree by
 //   chance, it keeps the track alive only if two views share two thirds of the
 //   joints.
+// - Somebody whom few joints show, behind a table, begins when two views have
+//   agreed on those for long enough: six joints for a second.
 // - A new person where a track was seen in this very frame is a duplicate of
 //   it; one made of tracklets of two lost tracks is nobody; so is one of whom
 //   some cameras that look there see nothing, where so many detections are
@@ -49,6 +51,7 @@ class GraphAssociation final : public AssociationPolicy {
   }
 
   void StartAnew() override {
+    slight_.clear();
     tracklets_.assign(
         state_.scene.cameras.size(),
         ViewTracklets(state_.scene.skeleton.association_joints()));
@@ -135,6 +138,61 @@ class GraphAssociation final : public AssociationPolicy {
            !AgreeByChance(views, static_cast<int>(by_two), frame.initial);
   }
 
+  // Not where even the two views with the fewest would agree by chance: a third
+  // one tells nothing of so few joints.
+  bool AwaitsSlight() const override {
+    std::vector<int> unexplained;
+    for (size_t v = 0; v < state_.scene.cameras.size(); ++v) {
+      const int count = CountUnexplained(v, 0);
+      if (count > 0) unexplained.push_back(count);
+    }
+    if (unexplained.size() < 2) return false;
+    std::partial_sort(unexplained.begin(), unexplained.begin() + 2,
+                      unexplained.end());
+    return state_.scene.cameras.size() == 2 ||
+           kPairAgrees * unexplained[0] * unexplained[1] <= kMostGroups;
+  }
+
+  // Those of the frame are followed by their place, from frame to frame; what
+  // agrees by chance does not stay there, or not for long.
+  void SeeSlight(std::vector<NewPerson>* people) override {
+    // Six joints that two views show for a second.
+    constexpr double kEnoughJointSeconds = 6.0;
+    constexpr double kForgottenS = 0.4;
+    constexpr double kOnePlaceM = 0.2;
+    slight_.erase(std::remove_if(slight_.begin(), slight_.end(),
+                                 [&](const Slight& one) {
+                                   return ToSeconds(state_.time - one.time) >
+                                          LongestPause(kForgottenS);
+                                 }),
+                  slight_.end());
+    std::vector<NewPerson> enough;
+    for (NewPerson& person : *people) {
+      if (!AgreesWell(person)) continue;
+      const Pose3d& pose = person.reconstruction.pose;
+      auto at =
+          std::find_if(slight_.begin(), slight_.end(), [&](const Slight& one) {
+            return one.time < state_.time &&
+                   SeenAtOnePlace(one.pose, pose, kOnePlaceM);
+          });
+      const double weight = JointsTwice(person);
+      if (at == slight_.end()) {
+        slight_.push_back({state_.time, pose, weight, 0.0});
+        continue;
+      }
+      // Trapezoids: what was seen at both ends of the time between.
+      at->joint_seconds +=
+          0.5 * (at->joints + weight) * ToSeconds(state_.time - at->time);
+      at->time = state_.time;
+      at->pose = pose;
+      at->joints = weight;
+      if (at->joint_seconds < kEnoughJointSeconds) continue;
+      enough.push_back(std::move(person));
+      slight_.erase(at);
+    }
+    *people = std::move(enough);
+  }
+
   bool MayBegin(const NewPerson& person) const override {
     return !TrackSeenAt(person).has_value() && !IsOfTwoOwners(person) &&
            !IsByChance(person);
@@ -148,6 +206,62 @@ class GraphAssociation final : public AssociationPolicy {
   }
 
  private:
+  // Two views of two people agree in up to so many of the cases: 0.05 on
+  // Shelf, 0.02 to 0.2 among thirty people before twelve cameras.
+  static constexpr double kPairAgrees = 0.05;
+  static constexpr double kMostGroups = 1.0;
+
+  // Somebody of whom too little is seen to begin.
+  struct Slight {
+    TimeNs time = 0;  // last seen
+    Pose3d pose;
+    double joints = 0.0;  // that agreed then
+    double joint_seconds = 0.0;
+  };
+
+  // Two frames lie within any pause that is allowed.
+  double LongestPause(double seconds) const {
+    return std::max(seconds, 1.5 * state_.rhythm.usual_frames() /
+                                 state_.scene.frame_rate_hz);
+  }
+
+  // Joints that two views show, those of three twice, and so on.
+  double JointsTwice(const NewPerson& person) const {
+    int count = 0;
+    for (const int j : state_.scene.skeleton.association_joints()) {
+      count += std::max(
+          0,
+          person.reconstruction.fresh_inlier_views[static_cast<size_t>(j)] - 1);
+    }
+    return count;
+  }
+
+  // Whether the joints lie where the views saw them, on average in the inner
+  // half of the gate within which two views do not contradict: of two views
+  // each has half of the distance.
+  bool AgreesWell(const NewPerson& person) const {
+    const double most_px = 0.25 * state_.alpha_new_px;
+    double sum_px = 0.0;
+    int count = 0;
+    for (const Observation* member : person.members) {
+      const Camera& camera =
+          state_.scene.cameras[static_cast<size_t>(member->view_idx)];
+      for (const int joint : state_.scene.skeleton.association_joints()) {
+        const auto j = static_cast<size_t>(joint);
+        if (!person.reconstruction.triangulated[j] ||
+            !member->joints[j].found) {
+          continue;
+        }
+        const auto px =
+            camera.Project(person.reconstruction.pose[j].position_m);
+        if (!px.has_value()) return false;
+        sum_px += (*px - member->joints[j].px).norm();
+        ++count;
+      }
+    }
+    return count > 0 && sum_px <= most_px * count;
+  }
+
   // By the frames before this one: without an update for a tenth of a second,
   // in which a detector looked.
   bool IsLost(const Track& track) const {
@@ -232,10 +346,6 @@ class GraphAssociation final : public AssociationPolicy {
   // coordinate, each further one in two.
   bool AgreeByChance(const std::vector<size_t>& views, int joints,
                      const Pose3d& pose) const {
-    // Two views of two people agree in up to so many of the cases: 0.05 on
-    // Shelf, 0.02 to 0.2 among thirty people before twelve cameras.
-    constexpr double kPairAgrees = 0.05;
-    constexpr double kMostGroups = 1.0;
     double groups = std::pow(kPairAgrees, -3);
     for (const size_t view_idx : views) {
       groups *= kPairAgrees * kPairAgrees * CountUnexplained(view_idx, joints);
@@ -287,6 +397,7 @@ class GraphAssociation final : public AssociationPolicy {
 
   const AssociationState& state_;
   std::vector<ViewTracklets> tracklets_;  // [view]
+  std::vector<Slight> slight_;
 };
 
 }  // namespace

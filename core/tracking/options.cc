@@ -113,8 +113,14 @@ TrackLifeOptions LifeInFrames(const TrackLifeOptions& options,
   TrackLifeOptions life = options;
   life.in_seconds = false;
   if (options.in_seconds) {
-    life.max_age_frames = options.max_age_s * frame_rate_hz;
-    life.max_gap_frames = options.max_gap_s * frame_rate_hz;
+    // A detector misses people for a frame or more at any rate: where frames
+    // are rare, ages and gaps grow with their distance, up to five times.
+    constexpr double kRareHz = 12.5;  // below it 0.4 s are fewer than 5 frames
+    constexpr double kMostTimes = 5.0;
+    const double per_s =
+        std::max(frame_rate_hz, std::min(kRareHz, kMostTimes * frame_rate_hz));
+    life.max_age_frames = options.max_age_s * per_s;
+    life.max_gap_frames = options.max_gap_s * per_s;
     life.confirm_hits = std::max<int64_t>(
         2, 1 + std::llround(options.confirm_s * frame_rate_hz));
     // One and a half: at one missed frame the clock's slack is used up.

@@ -7,6 +7,7 @@
 #include <string>
 #include <utility>
 
+#include "core/association/few_joints.h"
 #include "core/base/error.h"
 #include "core/base/parallel.h"
 #include "core/system/process.h"
@@ -80,6 +81,14 @@ SceneModel Checked(SceneModel scene) {
   return scene;
 }
 
+// Of somebody whom few joints show.
+InitialisationOptions OfFewJoints(InitialisationOptions options) {
+  options.min_common_joints =
+      std::min(options.min_common_joints, kFewestJoints);
+  options.min_joints = std::min(options.min_joints, kFewestJoints);
+  return options;
+}
+
 }  // namespace
 
 Tracker::Tracker(SceneModel scene, const Skeleton& detection_skeleton,
@@ -102,6 +111,9 @@ Tracker::Tracker(SceneModel scene, const Skeleton& detection_skeleton,
       initialiser_(options_.initialisation, epipolar_,
                    &evidence_.reconstructor(),
                    scene_.skeleton.association_joints()),
+      slight_initialiser_(OfFewJoints(options_.initialisation), epipolar_,
+                          &evidence_.reconstructor(),
+                          scene_.skeleton.association_joints()),
       cross_view_(options_.association.affinity == AffinityKind::kCrossView),
       memory_depth_(
           options_.reconstruction.newest == NewestRule::kJoint
@@ -109,8 +121,10 @@ Tracker::Tracker(SceneModel scene, const Skeleton& detection_skeleton,
               : 1),
       unmatched_(scene_.cameras.size()),
       matches_(scene_.cameras.size()),
-      state_{scene_,        clock_,  rhythm_, last_time_,
-             observations_, tracks_, matches_},
+      state_{scene_,        clock_,
+             rhythm_,       last_time_,
+             observations_, tracks_,
+             matches_,      options_.initialisation.alpha_filter_px},
       policy_(MakeAssociationPolicy(options_.rules, state_)) {}
 
 Tracker::~Tracker() = default;
@@ -308,9 +322,27 @@ void Tracker::FindNewPeople(const DetectionFrame& frame) {
     Withdraw(*track, frame);
     withdrawn = true;
   }
-  if (!withdrawn) return;
-  CollectUnmatched();
-  initialiser_.Run(unmatched_, &new_people_);
+  if (withdrawn) {
+    CollectUnmatched();
+    initialiser_.Run(unmatched_, &new_people_);
+  }
+  if (policy_->AwaitsSlight()) FindSlightPeople();
+}
+
+// Likewise with fewer joints, on the detections that are left.
+void Tracker::FindSlightPeople() {
+  for (const NewPerson& person : new_people_) {
+    for (const Observation* member : person.members) {
+      ObservationGroup& left =
+          unmatched_[static_cast<size_t>(member->view_idx)];
+      left.erase(std::find(left.begin(), left.end(), member));
+    }
+  }
+  slight_initialiser_.Run(unmatched_, &slight_people_);
+  policy_->SeeSlight(&slight_people_);
+  for (NewPerson& person : slight_people_) {
+    new_people_.push_back(std::move(person));
+  }
 }
 
 // The track's matches of this frame are undone, and its life ends.

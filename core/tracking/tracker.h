@@ -104,6 +104,7 @@ class Tracker {
   void Estimate();
   void StepLives(TimeNs time, bool is_look);
   void FindNewPeople(const DetectionFrame& frame);
+  void FindSlightPeople();
   void Withdraw(size_t target, const DetectionFrame& frame);
   void StartNewPeople(const DetectionFrame& frame);
   void StartTrack(const NewPerson& person, const DetectionFrame& frame);
@@ -123,6 +124,7 @@ class Tracker {
   ViewMatcher matcher_;
   EvidenceStep evidence_;
   Initialiser initialiser_;
+  Initialiser slight_initialiser_;
   const bool cross_view_;   // the affinity of Chen et al.
   const int memory_depth_;  // poses of a view that a track remembers
 
@@ -142,6 +144,7 @@ class Tracker {
   std::vector<char> forbidden_;            // of a view, [track][observation]
   Pose3d predicted_;
   std::vector<NewPerson> new_people_;
+  std::vector<NewPerson> slight_people_;  // of fewer joints
   std::vector<FinalPose> finals_;
 
   const AssociationState state_;  // of the members above

@@ -19,6 +19,7 @@
 #include "solvers/session/diagnose.h"
 #include "solvers/session/recording_warnings.h"
 #include "solvers/session/subject_gauge.h"
+#include "solvers/session/unfollowed.h"
 
 namespace kinegraph {
 namespace {
@@ -145,6 +146,7 @@ struct RecordingReporter::Impl {
         candidates_(SkeletonsLike(detection_skeleton_)),
         fit_(candidates_),
         check_(scene.model.cameras, detection_skeleton, scene.model.skeleton),
+        unfollowed_(scene.model.cameras, map_, kMinJoints),
         cameras_(scene.view_names.size()) {
     for (size_t v = 0; v < cameras_.size(); ++v) {
       cameras_[v].counts.view = scene.view_names[v];
@@ -160,6 +162,7 @@ struct RecordingReporter::Impl {
     for (size_t v = 0; v < cameras_.size(); ++v) SeeView(seen.views[v], v);
     Keep(seen);
     check_.See(seen, tracked);
+    unfollowed_.See(seen, tracked);
     for (const PersonPose& person : tracked.people) {
       SeePerson(tracked, person);
       for (const ViewMatch& match : person.matches) {
@@ -215,6 +218,7 @@ struct RecordingReporter::Impl {
     facts.independent_frames = KeyOf("input", "independent_frames", false);
     facts.joints_of_17 = joints_of_17_.Quantile(0.5);
     facts.least_joints_of_17 = KeyOf("initialisation", "min_joints", 0.0);
+    facts.unfollowed = unfollowed_.Often();
     report.cameras_off = check_.Warnings(scale_.metres());
     AddStrangers(&report);
     AddWarnings(facts, diagnosis, &report);
@@ -415,6 +419,7 @@ struct RecordingReporter::Impl {
   const std::vector<const Skeleton*> candidates_;
   SkeletonFit fit_;
   CameraCheck check_;
+  UnfollowedPeople unfollowed_;
   SubjectScale scale_;
   std::vector<CameraStatistics> cameras_;
   std::map<TrackId, PersonStatistics> people_;

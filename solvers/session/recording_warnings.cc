@@ -37,6 +37,7 @@ class Warnings {
       AddSpeed();
     }
     AddIdentities();
+    AddUnfollowed();
   }
 
  private:
@@ -297,6 +298,24 @@ class Warnings {
                     "once: some may come and go, or be lost and found",
                     identities, report_->most_people_in_a_view),
         facts_.links ? kLookCloser : "--set=identity.link=true");
+  }
+
+  // People whom the average over everybody hides, each view by itself.
+  void AddUnfollowed() {
+    constexpr size_t kMost = 8;  // lines
+    if (facts_.independent_frames) return;
+    const auto& all = facts_.unfollowed;
+    for (size_t i = 0; i < std::min(all.size(), kMost); ++i) {
+      const UnfollowedPerson& one = all[i];
+      Add("unfollowed",
+          fmt::format(
+              "view {}: a person is seen in {:.0f} % of the frames "
+              "({}..{}) and never followed; a track needs two views that "
+              "agree on four joints of 17 or more",
+              report_->cameras[one.view].view, 100.0 * one.share,
+              one.first_frame, one.last_frame),
+          kLookCloser);
+    }
   }
 
   const RecordingFacts& facts_;

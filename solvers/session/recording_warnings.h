@@ -13,6 +13,7 @@
 #include "core/skeleton/skeleton.h"
 #include "solvers/scene/doctor.h"
 #include "solvers/session/recording_report.h"
+#include "solvers/session/unfollowed.h"
 
 namespace kinegraph {
 
@@ -36,6 +37,7 @@ struct RecordingFacts {
   // needs (initialisation.min_joints); 0: not known.
   double joints_of_17 = 0.0;
   double least_joints_of_17 = 0.0;
+  std::vector<UnfollowedPerson> unfollowed;
 };
 
 // Joints of a detection that counts as somebody: five, or all that a smaller

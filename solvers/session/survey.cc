@@ -113,6 +113,7 @@ bool MayBeRefined(const RecordingReport& report) {
                      [](const Finding& warning) {
                        return warning.kind == "camera" ||
                               warning.kind == "error" ||
+                              warning.kind == "unfollowed" ||
                               warning.kind == kClockOffset;
                      });
 }

@@ -70,6 +70,30 @@ TEST(AffinityTest, IsWorkedOutByHand) {
   }
 }
 
+// Where the gate grows as people move, graph mode's, fewer common joints than
+// six are a match where all lie in its inner half on average, but not three.
+TEST(AffinityTest, FewJointsMatchWhereNoneSpeaksAgainstIt) {
+  AssociationOptions graph = Options();
+  graph.reach_m_per_frame = 0.12;
+  const auto affinity = [&](int found, double last_px, double others_px) {
+    Observation observation;
+    for (int j = 0; j < 17; ++j) {
+      const double px = j + 1 == found ? last_px : others_px;
+      observation.joints.push_back({{px, 0.0}, 1.0, j < found});
+    }
+    const ProjectedPose origin = {
+        std::vector<Eigen::Vector2d>(17, Eigen::Vector2d::Zero()),
+        std::vector<char>(17, 1)};
+    return Affinity(observation, origin, 1.0, 70.0, AllJoints(), graph);
+  };
+  const double e3 = std::exp(-3.0);
+  EXPECT_NEAR(affinity(5, 14.0, 14.0), 0.8 * e3, 1e-16);
+  EXPECT_NEAR(affinity(4, 14.0, 14.0), 0.8 * e3, 1e-16);
+  EXPECT_EQ(affinity(3, 14.0, 14.0), 0.0);
+  EXPECT_EQ(affinity(5, 36.0, 36.0), 0.0);  // beyond half of 70 px
+  EXPECT_EQ(affinity(5, 71.0, 0.0), 0.0);   // one speaks against it
+}
+
 class ViewMatcherTest : public ::testing::Test {
  protected:
   std::vector<int> Match(const std::vector<AssociationTarget>& targets,

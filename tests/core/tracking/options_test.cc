@@ -75,5 +75,26 @@ TEST(Gates, GrowWithFocalLengthAndShrinkWithDistance) {
   EXPECT_NEAR(epipolar(10.0, 1000.0), 200 * 0.19, 1e-9);
 }
 
+TEST(TrackLife, GrowsWithTheFrameIntervalWhereFramesAreRare) {
+  TrackLifeOptions options;
+  options.in_seconds = true;
+  options.max_age_s = 0.4;
+  options.max_gap_s = 0.2;
+  const struct {
+    double rate_hz;
+    double age_frames;
+  } kCases[] = {{25.0, 10.0},
+                {12.5, 5.0},
+                {4.0, 5.0},
+                // Up to five times as long.
+                {1.0, 2.0},
+                {0.1, 0.2}};
+  for (const auto& one : kCases) {
+    const TrackLifeOptions life = LifeInFrames(options, one.rate_hz);
+    EXPECT_NEAR(life.max_age_frames, one.age_frames, 1e-12) << one.rate_hz;
+    EXPECT_NEAR(life.max_gap_frames, 0.5 * one.age_frames, 1e-12);
+  }
+}
+
 }  // namespace
 }  // namespace kinegraph

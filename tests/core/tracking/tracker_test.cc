@@ -234,6 +234,45 @@ TEST_F(TrackerTest, WhomTwoViewsOfFiveShowAmongStraysIsNobody) {
   EXPECT_EQ(count(AssociationRules::kPaper, 2, 5), 1u);
 }
 
+// Two views show six joints of somebody, who is a person after a second of it;
+// one frame of ten joints was always enough. In paper mode six are never.
+TEST_F(TrackerTest, WhomFewJointsShowBeginsWithTime) {
+  const auto people_after = [&](AssociationRules rules, int frames,
+                                size_t joints) {
+    const auto tracker = Make(By(rules));
+    for (int f = 0; f < frames; ++f) {
+      DetectionFrame seen = See(f, {Stander()});
+      for (size_t v = 2; v < seen.views.size(); ++v) {
+        seen.views[v].detections.clear();
+      }
+      std::vector<Keypoint>& few = seen.views[1].detections[0].joints;
+      std::fill(few.begin() + static_cast<long>(joints), few.end(), Keypoint());
+      tracker->Process(seen, &frames_);
+    }
+    return tracker->people_so_far();
+  };
+  EXPECT_EQ(people_after(AssociationRules::kGraph, 1, 10), 1);
+  EXPECT_EQ(people_after(AssociationRules::kGraph, 20, 6), 0);
+  EXPECT_EQ(people_after(AssociationRules::kGraph, 30, 6), 1);
+  EXPECT_EQ(people_after(AssociationRules::kPaper, 50, 6), 0);
+}
+
+// What agrees for 0.4 s in each second is forgotten in between.
+TEST_F(TrackerTest, WhomFewJointsShowNowAndThenIsNobody) {
+  const auto tracker = Make(By(AssociationRules::kGraph));
+  for (int f = 0; f < 100; ++f) {
+    DetectionFrame seen = See(f, {Stander()});
+    for (size_t v = 2; v < seen.views.size(); ++v) {
+      seen.views[v].detections.clear();
+    }
+    std::vector<Keypoint>& few = seen.views[1].detections[0].joints;
+    std::fill(few.begin() + 6, few.end(), Keypoint());
+    if (f % 25 >= 10) seen.views[1].detections.clear();
+    tracker->Process(seen, &frames_);
+  }
+  EXPECT_EQ(tracker->people_so_far(), 0);
+}
+
 // The second of two views that are left sees half of somebody. That is enough
 // to live on, but not among strays, where it may be chance; all of the joints
 // are enough there.

@@ -1,0 +1,67 @@
+// People whom a view shows for long and nobody follows: behind a table, at the
+// edge of what two views see. What is matched on average does not show them.
+#ifndef KINEGRAPH_SOLVERS_SESSION_UNFOLLOWED_H_
+#define KINEGRAPH_SOLVERS_SESSION_UNFOLLOWED_H_
+
+#include <Eigen/Geometry>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "core/data/detection.h"
+#include "core/data/pose.h"
+#include "core/geometry/camera.h"
+
+namespace kinegraph {
+
+struct UnfollowedPerson {
+  size_t view = 0;
+  double share = 0.0;  // of the recording's frames
+  int64_t first_frame = 0;
+  int64_t last_frame = 0;
+};
+
+// Follows detections that belong to no tracked person from frame to frame, by
+// their boxes. Memory grows with the people in one frame alone.
+class UnfollowedPeople {
+ public:
+  // `cameras` must outlive it. `map`: for each joint of the tracks that of the
+  // detections, or -1. Detections of fewer than `least_joints` do not count.
+  UnfollowedPeople(const CameraRig& cameras, std::vector<int> map,
+                   int least_joints);
+
+  // `seen` has the used views; `tracked` who was written of the frame.
+  void See(const DetectionFrame& seen, const TrackFrame& tracked);
+
+  // Those who were seen in a fifth of the frames, twenty or more; the most
+  // often seen first.
+  std::vector<UnfollowedPerson> Often() const;
+
+ private:
+  struct Chain {
+    Eigen::AlignedBox2d box;  // in the frame where it was last seen
+    TimeNs time = 0;          // of that
+    UnfollowedPerson person;
+    int64_t frames = 0;
+  };
+
+  // Whether a tracked person stands where the detection is.
+  bool IsFollowed(const Detection& detection, size_t view,
+                  const TrackFrame& tracked) const;
+  void Continue(const Eigen::AlignedBox2d& box, size_t view,
+                const DetectionFrame& seen);
+  bool IsOften(const Chain& chain) const;
+
+  const CameraRig& cameras_;
+  const std::vector<int> map_;
+  const int least_joints_;
+  int64_t frames_ = 0;
+  double step_s_ = 0.0;  // the longest between two frames, up to a second
+  TimeNs last_time_ = 0;
+  std::vector<Chain> chains_;  // that may go on
+  std::vector<Chain> ended_;   // that were seen often enough by then
+};
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_SOLVERS_SESSION_UNFOLLOWED_H_

@@ -1,0 +1,54 @@
+#include "solvers/session/unfollowed.h"
+
+#include <gtest/gtest.h>
+
+#include "core/skeleton/skeleton.h"
+#include "tests/support/rig.h"
+
+namespace kinegraph {
+namespace {
+
+constexpr int kFrames = 50;
+
+// Two people before three cameras, of whom only the first is tracked, the
+// second in the last `followed` frames as well; the second is seen by view 1
+// alone, in `seen` of the frames.
+std::vector<UnfollowedPerson> Often(int seen, int followed) {
+  const CameraRig cameras = testing::RingOfCameras(3);
+  UnfollowedPeople people(cameras, MapByName(Coco17(), Coco17()), 5);
+  const Pose3d first = testing::StandingPerson(-1.0, 0.0);
+  const Pose3d second = testing::StandingPerson(1.0, 0.0);
+  for (int f = 0; f < kFrames; ++f) {
+    DetectionFrame frame = testing::FrameSeenBy(cameras, f, {first, second});
+    for (size_t v = 0; v < cameras.size(); ++v) {
+      if (v != 1 || f >= seen) frame.views[v].detections.pop_back();
+    }
+    TrackFrame tracked;
+    tracked.people.resize(1);
+    tracked.people[0].joints = first;
+    if (f >= kFrames - followed) {
+      tracked.people.emplace_back();
+      tracked.people[1].joints = second;
+    }
+    people.See(frame, tracked);
+  }
+  return people.Often();
+}
+
+TEST(Unfollowed, WhomAViewShowsAndNoTrackFollowsIsNamedWithViewAndShare) {
+  const std::vector<UnfollowedPerson> often = Often(30, 0);
+  ASSERT_EQ(often.size(), 1u);
+  EXPECT_EQ(often[0].view, 1u);
+  EXPECT_DOUBLE_EQ(often[0].share, 0.6);
+  EXPECT_EQ(often[0].first_frame, 0);
+  EXPECT_EQ(often[0].last_frame, 29);
+}
+
+TEST(Unfollowed, WhoIsTrackedIsNotThoughNoViewWasMatched) {
+  EXPECT_TRUE(Often(kFrames, kFrames).empty());
+}
+
+TEST(Unfollowed, WhoIsSeenSeldomIsNot) { EXPECT_TRUE(Often(19, 0).empty()); }
+
+}  // namespace
+}  // namespace kinegraph
