@@ -12,6 +12,7 @@
 #include "apps/common/app.h"
 #include "apps/common/config_folder.h"
 #include "apps/common/recording_output.h"
+#include "apps/common/table.h"
 #include "core/base/error.h"
 #include "core/base/text.h"
 #include "core/evaluation/statistics.h"
@@ -151,6 +152,9 @@ std::string FindingsText(const RecordingSurvey& survey,
         : survey.cameras_are_off ? "cameras and clocks"
                                  : "clocks");
   }
+  if (!survey.left.empty()) {
+    text += Wrapped("not refined: " + survey.left, 98, "  ");
+  }
   return text;
 }
 
@@ -189,7 +193,7 @@ std::string ConfigText(const RecordingSurvey& survey) {
       "# All keys: `kinegraph track --keys`.\n"
       "mode = \"graph\"\n\n[input]\n";
   text += fmt::format(
-      "frame_rate = {:.17g}  # Hz, {}\n", survey.detections.frame_rate_hz,
+      "frame_rate = {}  # Hz, {}\n", survey.detections.frame_rate_hz,
       FLAGS_frame_rate > 0.0 ? "as given" : "as the detections tell");
   text += "\n[detections]\n";
   const Skeleton& skeleton = survey.detections.skeleton;

@@ -141,6 +141,11 @@ void AddRefinement(const Refinement& refinement, Json* json) {
          {"before_px", step.gain.before_px},
          {"after_px", step.gain.after_px},
          {"gain_interval_px", {step.gain.low_px, step.gain.high_px}}});
+    if (!step.left_out.has_value()) continue;
+    steps.back()["left_out"] = {
+        {"before_px", step.left_out->before_px},
+        {"after_px", step.left_out->after_px},
+        {"gain_interval_px", {step.left_out->low_px, step.left_out->high_px}}};
   }
   (*json)["steps"] = steps;
   (*json)["stretches"] = refinement.segments;

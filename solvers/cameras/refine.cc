@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "core/evaluation/statistics.h"
+#include "solvers/cameras/left_out.h"
 
 namespace kinegraph {
 namespace {
@@ -36,6 +37,16 @@ void StoreUncertainty(const BundleResult& result, Refinement* refinement) {
   }
 }
 
+// Whether cameras that took no part in the fit see a certain gain, too; where
+// there are too few to ask, what is asked for is taken on the other evidence.
+bool HelpsOthers(const CameraRig& cameras, const SceneSegments& segments,
+                 const FreeParameters& free, const BundleOptions& options,
+                 const Refinement& refinement, RefineStep* step) {
+  step->left_out =
+      LeftOutGain(cameras, segments, free, refinement.changes, options);
+  return !step->left_out.has_value() || step->left_out->certain();
+}
+
 // Fits, decides, and keeps what was worth it.
 void TakeStep(const CameraRig& cameras, const SceneSegments& segments,
               const FreeParameters& free, const std::string& what,
@@ -59,6 +70,9 @@ void TakeStep(const CameraRig& cameras, const SceneSegments& segments,
     step.reason = "the gain on the other half of the recording is below 1 %";
   } else if (!gain_across(Halving::kJoints).certain()) {
     step.reason = "the gain on the other half of the joints is not certain";
+  } else if (free.any_camera() && !HelpsOthers(cameras, segments, free, options,
+                                               *refinement, &step)) {
+    step.reason = "cameras that took no part see no gain";
   } else {
     step.taken = true;
     refinement->changes = result.changes;

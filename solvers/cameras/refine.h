@@ -3,6 +3,7 @@
 #ifndef KINEGRAPH_SOLVERS_CAMERAS_REFINE_H_
 #define KINEGRAPH_SOLVERS_CAMERAS_REFINE_H_
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -39,6 +40,8 @@ struct RefineStep {
   bool taken = false;
   std::string reason;  // why not, in words; empty when taken
   FitGain gain;        // on the other half of the recording
+  // In cameras that took no part, where that was asked and there are enough.
+  std::optional<FitGain> left_out = std::nullopt;
 };
 
 struct Refinement {
