@@ -95,6 +95,13 @@ bool IsCommand(const std::string& fix) {
          fix.rfind("kinegraph ", 0) == 0;
 }
 
+std::string PresenceText(const RecordingReport& report) {
+  if (report.least_confidence == 0.0) return "";
+  return fmt::format(
+      "joints below a confidence of {:g} lie anywhere and count as missing\n",
+      report.least_confidence);
+}
+
 // Of two views that nothing speaks against.
 std::string PairText(const RecordingReport& report) {
   if (report.cameras.size() != 2 || !report.warnings.empty()) return "";
@@ -194,8 +201,8 @@ Json RowsJson(const Eigen::MatrixXd& matrix) {
 
 std::string ReportText(const RecordingReport& report) {
   if (report.poses == 0) return PairingText(report) + WarningsText(report);
-  return PairingText(report) + CameraLines(report) + PeopleLines(report) +
-         WarningsText(report) + PairText(report);
+  return PairingText(report) + PresenceText(report) + CameraLines(report) +
+         PeopleLines(report) + WarningsText(report) + PairText(report);
 }
 
 std::string WarningsText(const RecordingReport& report) {
@@ -282,6 +289,9 @@ std::string ReportJson(const RecordingReport& report, const RunSummary& run,
   json["most_people_in_a_view"] = report.most_people_in_a_view;
   json["height_m"] = report.height_m > 0.0 ? Json(report.height_m) : Json();
   json["paired"] = ToString(report.paired_by);
+  if (report.least_confidence > 0.0) {
+    json["least_confidence"] = report.least_confidence;
+  }
   if (!run.subject_scale.is_one()) {
     json["subject"] = {{"size_m", run.subject_scale.size_m()},
                        {"scale", run.subject_scale.metres()}};

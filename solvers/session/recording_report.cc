@@ -179,6 +179,7 @@ struct RecordingReporter::Impl {
     report.frames = frames_;
     report.poses = poses_;
     report.frame_rate_hz = scene_.model.frame_rate_hz;
+    report.least_confidence = scene_.least_confidence;
     report.working_distance_m = WorkingDistance(scene_.model.cameras);
     report.skeleton = detection_skeleton_.name();
     report.is_human = IsHuman(detection_skeleton_);

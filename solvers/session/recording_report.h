@@ -62,6 +62,8 @@ struct RecordingReport {
   double p90_px = 0.0;
   // As many people as some view shows in one frame of twenty.
   int most_people_in_a_view = 0;
+  // Joints with less confidence were not there (presence.h); 0: all were.
+  double least_confidence = 0.0;
   double height_m = 0.0;  // median over people, weighed by their frames
   PairedBy paired_by = PairedBy::kMap;  // views with cameras
   std::vector<CameraReport> cameras;

@@ -6,6 +6,7 @@
 #include "core/base/error.h"
 #include "core/io/configuration/config.h"
 #include "core/io/detections/view_pairing.h"
+#include "solvers/session/presence.h"
 
 namespace kinegraph {
 namespace {
@@ -108,6 +109,7 @@ void KeepUsedViews(const RunScene& scene, DetectionFrame* frame,
   for (size_t v = 0; v < scene.used_views.size(); ++v) {
     std::swap(kept->views[v], frame->views[scene.used_views[v]]);
   }
+  DropAbsentJoints(scene.least_confidence, kept);
 }
 
 DetectionSequence UsedViewsOf(const RunScene& scene,

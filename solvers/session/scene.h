@@ -37,6 +37,8 @@ struct RunScene {
   std::vector<std::string> view_names;  // of the used views
   TrackHeader header;                   // of the tracks to come
   PairedBy paired_by = {};              // views with cameras
+  // Joints with less are not there (presence.h); 0: all are.
+  double least_confidence = 0.0;
 };
 
 // Pairs views with cameras, leaves out what is not wanted, settles skeleton and
@@ -44,7 +46,8 @@ struct RunScene {
 RunScene PrepareScene(const RunOptions& options, const RunRequest& request,
                       const DetectionHeader& detections);
 
-// `frame` with the scene's used views alone; moves them.
+// `frame` with the scene's used views alone, without joints that are not there;
+// moves them.
 void KeepUsedViews(const RunScene& scene, DetectionFrame* frame,
                    DetectionFrame* kept);
 DetectionSequence UsedViewsOf(const RunScene& scene,

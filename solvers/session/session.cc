@@ -17,6 +17,7 @@
 #include "core/tracking/second_pass.h"
 #include "core/tracking/tracker.h"
 #include "solvers/noise/recording_notes.h"
+#include "solvers/session/presence.h"
 #include "solvers/session/subject_gauge.h"
 #include "solvers/session/subject_scale.h"
 
@@ -121,6 +122,32 @@ class Turn {
   std::atomic<bool>* taken_;
 };
 
+// From the first frames of a recording that can be read again.
+RunScene WithPresence(RunScene scene, const RunOptions& options,
+                      const RunRequest& request, const SourceOpener& reopen) {
+  constexpr int kFramesToRead = 500;
+  constexpr int kEvery = 2;  // errors of neighbours are alike
+  if (!reopen || options.estimators.mode == Mode::kPaper) return scene;
+  PresenceLearner learner(scene.model.cameras);
+  const std::unique_ptr<DetectionSource> source = reopen();
+  DetectionFrame all_views;
+  DetectionFrame used;
+  for (int read = 0; read < kFramesToRead && source->Next(&all_views);) {
+    if (!ContainsFrame(request.frames, all_views.frame)) {
+      if (!request.frames.empty() &&
+          all_views.frame >= request.frames.back().end) {
+        break;
+      }
+      continue;
+    }
+    if (read++ % kEvery != 0) continue;
+    KeepUsedViews(scene, &all_views, &used);
+    learner.See(used);
+  }
+  scene.least_confidence = learner.LeastConfidence();
+  return scene;
+}
+
 }  // namespace
 
 int PassCount(const RunOptions& options) {
@@ -136,7 +163,8 @@ struct Session::Impl {
        SourceOpener reopen)
       : options_(WithRulesOfMode(options)),
         request_(request),
-        scene_(PrepareScene(options_, request_, detections)),
+        scene_(WithPresence(PrepareScene(options_, request_, detections),
+                            options_, request_, reopen)),
         detections_(detections),
         clock_(LongestPause(options_, scene_.model.frame_rate_hz)),
         reopen_(std::move(reopen)),
