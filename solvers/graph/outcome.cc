@@ -89,6 +89,10 @@ std::vector<char> FindUnsure(const std::vector<KnownBone>& bones,
       longest_m[end] = std::max(longest_m[end], bone.length_m);
     }
   }
+  // A joint whose bones were never measured is judged by the longest bone.
+  double any_m = 0.0;
+  for (const double length_m : longest_m) any_m = std::max(any_m, length_m);
+  std::replace(longest_m.begin(), longest_m.end(), 0.0, any_m);
   std::vector<char> unsure(joints, 0);
   for (size_t j = 0; j < pose.covariances.size(); ++j) {
     const std::optional<Eigen::Matrix3d>& covariance = pose.covariances[j];

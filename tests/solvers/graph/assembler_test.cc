@@ -200,6 +200,16 @@ TEST(DropUnsureJoints, NoneOfAWholeBodyWhoseDepthIsOpen) {
   EXPECT_TRUE(body.Missing().empty());
 }
 
+// Feet that two views never showed: the body's longest bone is the measure.
+TEST(DropUnsureJoints, OfABoneThatWasNeverMeasured) {
+  TrunkAndLeg body;
+  body.MakeUnsure(body.kAnkle, 3.0);
+  body.Move(body.kAnkle, 3.0);
+  DropUnsureJoints({body.bones[0], body.bones[1]}, &body.pose);
+  EXPECT_FALSE(body.pose.joints[body.kAnkle].present());
+  EXPECT_TRUE(body.pose.joints[body.kKnee].present());
+}
+
 TEST(DropUnsureJoints, NoneWhoseBonesOrCovariancesAreUnknown) {
   TrunkAndLeg body;
   body.MakeUnsure(body.kAnkle, 3.0);
