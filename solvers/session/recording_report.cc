@@ -146,7 +146,7 @@ struct RecordingReporter::Impl {
         candidates_(SkeletonsLike(detection_skeleton_)),
         fit_(candidates_),
         check_(scene.model.cameras, detection_skeleton, scene.model.skeleton),
-        unfollowed_(scene.model.cameras, map_, kMinJoints),
+        unfollowed_(scene.model.cameras, map_, least_joints_),
         cameras_(scene.view_names.size()) {
     for (size_t v = 0; v < cameras_.size(); ++v) {
       cameras_[v].counts.view = scene.view_names[v];

@@ -167,7 +167,7 @@ TEST(Compare, RefusesAStrategyThatTheTakeDoesNotSuit) {
   result.strategies[1].values = {{20.0}};  // above half of 25 Hz
   Score(&result);
   EXPECT_FALSE(result.strategies[1].scores.refused.empty());
-  EXPECT_THAT(CompareMarkdown(result), HasSubstr("cannot be run here"));
+  EXPECT_THAT(CompareMarkdown(result, {}), HasSubstr("cannot be run here"));
 }
 
 // ---- Tuning
