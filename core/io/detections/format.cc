@@ -36,6 +36,7 @@ KINEGRAPH_DECLARE(DeepLabCutH5);
 KINEGRAPH_DECLARE(Sleap);
 KINEGRAPH_DECLARE(Freemocap);
 KINEGRAPH_DECLARE(Longcw);
+KINEGRAPH_DECLARE(Smap);
 #undef KINEGRAPH_DECLARE
 
 namespace {
@@ -101,7 +102,9 @@ const std::vector<DetectionFormat>& DetectionFormats() {
       {"freemocap", "FreeMoCap's 2D points, one NPY of all cameras", ".npy",
        Files::kOne, RecogniseFreemocap, OpenFreemocap},
       {"longcw", "annotation_2d.json", ".json", Files::kOne, RecogniseLongcw,
-       OpenLongcw, WriteLongcw, /*names_image_size=*/true}};
+       OpenLongcw, WriteLongcw, /*names_image_size=*/true},
+      {"smap", "a file a view", ".json", Files::kFileAView, RecogniseSmap,
+       OpenSmap}};
   return kFormats;
 }
 

@@ -15,7 +15,6 @@
 #include "core/io/detections/format.h"
 #include "core/io/detections/formats.h"
 #include "core/io/text/bulk_json.h"
-#include "core/io/text/gone_formats.h"
 
 namespace kinegraph {
 namespace {
@@ -75,9 +74,8 @@ DetectionReadOptions Checked(DetectionReadOptions options) {
   throw InputError(
       path, "",
       fmt::format("is no known detection format, expected one of {} (`convert "
-                  "--formats` says what they are){}",
-                  fmt::join(names.begin() + 1, names.end(), ", "),
-                  WayOnFrom(head.HasKey("3d_pairs") ? "smap" : "")));
+                  "--formats` says what they are)",
+                  fmt::join(names.begin() + 1, names.end(), ", ")));
 }
 
 const DetectionFormat& RecognisedFormat(const std::string& path) {

@@ -16,10 +16,6 @@ inline std::string WayOnFrom(std::string_view format) {
   if (format == "poses") {
     return "; poses is only read: write csv, npz or JSON Lines";
   }
-  if (format == "smap") {
-    return "; smap was removed: write its detections as JSON Lines "
-           "(docs/formats.md)";
-  }
   return "";
 }
 
