@@ -219,7 +219,14 @@ TrackSequence MarkersAsTruth(const std::string& path, const std::string& rules,
   PairedMotion motion =
       PairMotion(truth, paths, tracks, alignment.person, false,
                  alignment.joints, alignment.clock, alignment.world);
+  // PairMotion numbers frames as the tracks do, with the markers' times.
+  std::map<int64_t, TimeNs> times;
+  for (const TrackFrame& frame : tracks.frames) {
+    times[frame.frame] = frame.time;
+  }
+  motion.truth.header.frame_rate_hz = tracks.header.frame_rate_hz;
   for (TrackFrame& frame : motion.truth.frames) {
+    frame.time = times.at(frame.frame);
     for (Joint3d& joint : frame.people.front().joints) {
       joint.position_m = tracks_from_truth * joint.position_m;
     }
