@@ -122,12 +122,16 @@ class Turn {
   std::atomic<bool>* taken_;
 };
 
-// From the first frames of a recording that can be read again.
+// From the first frames of a recording that is read twice anyway; what is
+// written from one pass must not depend on frames to come.
 RunScene WithPresence(RunScene scene, const RunOptions& options,
                       const RunRequest& request, const SourceOpener& reopen) {
   constexpr int kFramesToRead = 500;
   constexpr int kEvery = 2;  // errors of neighbours are alike
-  if (!reopen || options.estimators.mode == Mode::kPaper) return scene;
+  if (!reopen || options.estimators.mode == Mode::kPaper ||
+      !options.tracker.life.second_pass) {
+    return scene;
+  }
   PresenceLearner learner(scene.model.cameras);
   const std::unique_ptr<DetectionSource> source = reopen();
   DetectionFrame all_views;
