@@ -11,9 +11,10 @@
 namespace kinegraph {
 namespace {
 
-constexpr double kOften = 0.2;         // of the frames
-constexpr int64_t kFewestFrames = 20;  // as for what is said of a view
-constexpr double kAwayS = 0.4;         // as a track that is lost
+constexpr double kOften = 0.2;  // of the frames
+// Somebody who walks in is confirmed within a second or so.
+constexpr double kLeastS = 3.0;
+constexpr double kAwayS = 0.4;  // as a track that is lost
 
 }  // namespace
 
@@ -44,7 +45,9 @@ bool UnfollowedPeople::IsFollowed(const Detection& detection, size_t view,
 void UnfollowedPeople::See(const DetectionFrame& seen,
                            const TrackFrame& tracked) {
   constexpr double kLongestStepS = 1.0;
-  if (frames_++ > 0) {
+  if (frames_++ == 0) {
+    first_time_ = seen.time;
+  } else {
     const double passed_s = ToSeconds(seen.time - last_time_);
     if (passed_s < kLongestStepS) step_s_ = std::max(step_s_, passed_s);
   }
@@ -52,7 +55,7 @@ void UnfollowedPeople::See(const DetectionFrame& seen,
   const double away_s = std::max(kAwayS, 1.5 * step_s_);
   for (size_t i = chains_.size(); i-- > 0;) {
     if (ToSeconds(seen.time - chains_[i].time) <= away_s) continue;
-    if (chains_[i].frames >= kFewestFrames) ended_.push_back(chains_[i]);
+    if (IsLong(chains_[i])) ended_.push_back(chains_[i]);
     chains_.erase(chains_.begin() + static_cast<std::ptrdiff_t>(i));
   }
   // What is often in so many frames already, or may be yet, stays.
@@ -111,10 +114,16 @@ void UnfollowedPeople::Continue(const Eigen::AlignedBox2d& box, size_t view,
   ++nearest->frames;
 }
 
+bool UnfollowedPeople::IsLong(const Chain& chain) const {
+  if (frames_ < 2) return false;
+  const double step_s =
+      ToSeconds(last_time_ - first_time_) / static_cast<double>(frames_ - 1);
+  return static_cast<double>(chain.frames) * step_s >= kLeastS;
+}
+
 bool UnfollowedPeople::IsOften(const Chain& chain) const {
-  return chain.frames >= kFewestFrames &&
-         static_cast<double>(chain.frames) >=
-             kOften * static_cast<double>(frames_);
+  return IsLong(chain) && static_cast<double>(chain.frames) >=
+                              kOften * static_cast<double>(frames_);
 }
 
 std::vector<UnfollowedPerson> UnfollowedPeople::Often() const {

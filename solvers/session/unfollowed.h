@@ -33,7 +33,7 @@ class UnfollowedPeople {
   // `seen` has the used views; `tracked` who was written of the frame.
   void See(const DetectionFrame& seen, const TrackFrame& tracked);
 
-  // Those who were seen in a fifth of the frames, twenty or more; the most
+  // Those who were seen in a fifth of the frames and for 3 s or more; the most
   // often seen first.
   std::vector<UnfollowedPerson> Often() const;
 
@@ -50,6 +50,7 @@ class UnfollowedPeople {
                   const TrackFrame& tracked) const;
   void Continue(const Eigen::AlignedBox2d& box, size_t view,
                 const DetectionFrame& seen);
+  bool IsLong(const Chain& chain) const;
   bool IsOften(const Chain& chain) const;
 
   const CameraRig& cameras_;
@@ -57,6 +58,7 @@ class UnfollowedPeople {
   const int least_joints_;
   int64_t frames_ = 0;
   double step_s_ = 0.0;  // the longest between two frames, up to a second
+  TimeNs first_time_ = 0;
   TimeNs last_time_ = 0;
   std::vector<Chain> chains_;  // that may go on
   std::vector<Chain> ended_;   // that were seen often enough by then

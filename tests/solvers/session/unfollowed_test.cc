@@ -8,7 +8,7 @@
 namespace kinegraph {
 namespace {
 
-constexpr int kFrames = 50;
+constexpr int kFrames = 250;  // 10 s
 
 // Two people before three cameras, of whom only the first is tracked, the
 // second in the last `followed` frames as well; the second is seen by view 1
@@ -36,19 +36,19 @@ std::vector<UnfollowedPerson> Often(int seen, int followed) {
 }
 
 TEST(Unfollowed, WhomAViewShowsAndNoTrackFollowsIsNamedWithViewAndShare) {
-  const std::vector<UnfollowedPerson> often = Often(30, 0);
+  const std::vector<UnfollowedPerson> often = Often(150, 0);
   ASSERT_EQ(often.size(), 1u);
   EXPECT_EQ(often[0].view, 1u);
   EXPECT_DOUBLE_EQ(often[0].share, 0.6);
   EXPECT_EQ(often[0].first_frame, 0);
-  EXPECT_EQ(often[0].last_frame, 29);
+  EXPECT_EQ(often[0].last_frame, 149);
 }
 
 TEST(Unfollowed, WhoIsTrackedIsNotThoughNoViewWasMatched) {
   EXPECT_TRUE(Often(kFrames, kFrames).empty());
 }
 
-TEST(Unfollowed, WhoIsSeenSeldomIsNot) { EXPECT_TRUE(Often(19, 0).empty()); }
+TEST(Unfollowed, WhoIsSeenSeldomIsNot) { EXPECT_TRUE(Often(49, 0).empty()); }
 
 }  // namespace
 }  // namespace kinegraph
