@@ -153,7 +153,7 @@ std::string FindingsText(const RecordingSurvey& survey,
                                  : "clocks");
   }
   if (!survey.left.empty()) {
-    text += Wrapped("not refined: " + survey.left, 98, "  ");
+    text += Wrapped("cameras are not refined: " + survey.left, 98, "  ");
   }
   return text;
 }

@@ -277,34 +277,33 @@ void SettleJoints(SurveyRequest request, const DetectionSequence& beginning,
   }
 }
 
-// Keeps what a refinement of these frames takes, of cameras where others that
-// took no part in the fit see a gain.
+// Cameras that are off are offered for refinement where a fit of these frames
+// takes it and cameras that took no part in the fit see a gain. Clocks are left
+// to the run, which judges them by the whole recording.
 void SettleRefinement(const SurveyRequest& request,
                       const DetectionSequence& beginning,
                       RecordingSurvey* survey) {
-  if (!survey->cameras_are_off && !survey->clocks_are_off) return;
+  if (!survey->cameras_are_off) return;
   RunOptions options = request.options;
   options.cameras.map = survey->map;
   if (survey->min_joints.has_value()) {
     InitialisationOptions& new_people = options.tracker.initialisation;
     new_people.min_joints = new_people.min_common_joints = *survey->min_joints;
   }
-  options.refine.refine =
-      survey->cameras_are_off ? RefineKind::kPose : RefineKind::kOff;
+  options.refine.refine = RefineKind::kPose;
   options.refine.refine_clock = survey->clocks_are_off;
   RunRequest run;
   run.cameras = survey->cameras;
   run.without_cameras = request.without_cameras;
   const ReadyRecording ready = RefineRecording(options, run, beginning);
-  survey->cameras_are_off = survey->clocks_are_off = false;
+  survey->cameras_are_off = false;
   for (const RefineStep& step : ready.refinement->steps) {
-    const bool is_clock = step.what == "clock";
-    if (step.taken && (is_clock || step.left_out.has_value())) {
-      (is_clock ? survey->clocks_are_off : survey->cameras_are_off) = true;
+    if (step.what == "clock") continue;
+    if (step.taken && step.left_out.has_value()) {
+      survey->cameras_are_off = true;
       continue;
     }
     survey->left += (survey->left.empty() ? "" : "; ") +
-                    (is_clock ? std::string("clocks: ") : "cameras: ") +
                     (step.taken ? "not known, with fewer than four views no "
                                   "camera can be left out of the fit"
                                 : step.reason);

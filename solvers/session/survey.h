@@ -34,7 +34,7 @@ struct SurveyTrial {
   // (cameras.refine, cameras.refine_clock).
   bool cameras_are_off = false;
   bool clocks_are_off = false;
-  // Why a refinement that was worth a try is not offered, in words.
+  // Why the refinement of cameras that are off is not offered, in words.
   std::string left;
 };
 
