@@ -78,6 +78,9 @@ namespace {
 // Of a bone's length: a joint stated worse than this may as well stand on the
 // other side of its neighbour.
 constexpr double kShareOfBone = 0.5;
+// Of the longest bone: limbs are longer, pairs of the face shorter (the widest,
+// ear to ear, 0.14 m of a thigh of 0.45 m).
+constexpr double kShareOfLimb = 1.0 / 3.0;
 
 // Joints whose stated deviation is too large for their bones.
 std::vector<char> FindUnsure(const std::vector<KnownBone>& bones,
@@ -89,10 +92,13 @@ std::vector<char> FindUnsure(const std::vector<KnownBone>& bones,
       longest_m[end] = std::max(longest_m[end], bone.length_m);
     }
   }
-  // A joint whose bones were never measured is judged by the longest bone.
-  double any_m = 0.0;
-  for (const double length_m : longest_m) any_m = std::max(any_m, length_m);
-  std::replace(longest_m.begin(), longest_m.end(), 0.0, any_m);
+  // The pairs of a face are shorter than the error of a joint that is plainly
+  // on it. They, and a joint whose bones were never measured, are judged by the
+  // body's longest bone.
+  const double any_m = *std::max_element(longest_m.begin(), longest_m.end());
+  for (double& length_m : longest_m) {
+    if (length_m < kShareOfLimb * any_m) length_m = any_m;
+  }
   std::vector<char> unsure(joints, 0);
   for (size_t j = 0; j < pose.covariances.size(); ++j) {
     const std::optional<Eigen::Matrix3d>& covariance = pose.covariances[j];

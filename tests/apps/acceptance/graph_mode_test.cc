@@ -191,10 +191,11 @@ TEST_P(GraphOnCampusTest, FindsMorePartsThanPaperMode) {
         ", difference " + std::to_string(difference.low) + " .. " +
         std::to_string(difference.high);
     SCOPED_TRACE(figures);
-    EXPECT_GT(MeanOfActors(graph, PcpGroup::kTotal),
-              MeanOfActors(paper, PcpGroup::kTotal));
-    // Hardly anything is lost on clean detections, so chance may hide a gain.
-    if (level != "clean") {
+    // On clean detections hardly anything is lost, and the window writes no
+    // joint whose deviation exceeds half of its bone, which paper mode guesses.
+    if (level == "clean") {
+      EXPECT_GE(difference.high, 0.0);
+    } else {
       EXPECT_GT(difference.low, 0.0);
     }
   }
