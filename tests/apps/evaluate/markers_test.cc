@@ -316,6 +316,7 @@ TEST_F(MarkersProgramTest, WhatIsMissingIsADash) {
     frame.frame = f;
     frame.time = FromSeconds(f / 50.0);
     PersonPose& person = frame.people.emplace_back();
+    person.id = TrackId(0);
     person.joints = {
         {Eigen::Vector3d(1.5 * std::cos(f / 50.0) + 0.01 * random.Normal(),
                          1.5 * std::sin(f / 50.0), 0.5),
