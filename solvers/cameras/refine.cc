@@ -37,16 +37,6 @@ void StoreUncertainty(const BundleResult& result, Refinement* refinement) {
   }
 }
 
-// Whether cameras that took no part in the fit see a certain gain, too; where
-// there are too few to ask, what is asked for is taken on the other evidence.
-bool HelpsOthers(const CameraRig& cameras, const SceneSegments& segments,
-                 const FreeParameters& free, const BundleOptions& options,
-                 const Refinement& refinement, RefineStep* step) {
-  step->left_out =
-      LeftOutGain(cameras, segments, free, refinement.changes, options);
-  return !step->left_out.has_value() || step->left_out->certain();
-}
-
 // Fits, decides, and keeps what was worth it.
 void TakeStep(const CameraRig& cameras, const SceneSegments& segments,
               const FreeParameters& free, const std::string& what,
@@ -70,9 +60,6 @@ void TakeStep(const CameraRig& cameras, const SceneSegments& segments,
     step.reason = "the gain on the other half of the recording is below 1 %";
   } else if (!gain_across(Halving::kJoints).certain()) {
     step.reason = "the gain on the other half of the joints is not certain";
-  } else if (free.any_camera() && !HelpsOthers(cameras, segments, free, options,
-                                               *refinement, &step)) {
-    step.reason = "cameras that took no part see no gain";
   } else {
     step.taken = true;
     refinement->changes = result.changes;
@@ -104,6 +91,22 @@ void StepTogether(const CameraRig& cameras, const SceneSegments& segments,
   refinement->steps[0].taken = false;
   refinement->steps[0].reason =
       "clocks and cameras cannot be told apart in this recording";
+}
+
+// Whether cameras that took no part in the fit see a certain gain, too, with
+// the clocks as they are; where there are too few to ask, what is asked for is
+// taken on the other evidence.
+bool HelpsOthers(const CameraRig& cameras, const SceneSegments& segments,
+                 const FreeParameters& free, const BundleOptions& options,
+                 const Refinement& refinement, RefineStep* step) {
+  std::vector<CameraChange> stated(cameras.size(), CameraChange::Zero());
+  for (size_t v = 0; v < cameras.size(); ++v) {
+    for (const int place : {kOffsetAt, kDriftAt}) {
+      stated[v][place] = refinement.changes[v][place];
+    }
+  }
+  step->left_out = LeftOutGain(cameras, segments, free, stated, options);
+  return !step->left_out.has_value() || step->left_out->certain();
 }
 
 // Samples that say the same: of a view, of one joint, within a second, in the
@@ -239,6 +242,7 @@ Refinement RefineScene(const CameraRig& cameras,
   } else if (options.refine_clock) {
     step(clocks, "clock");
   }
+  const Refinement clocks_alone = refinement;
   if (free.any_camera()) {
     step(free, RefineKindNames()[static_cast<size_t>(options.refine)]);
   }
@@ -251,6 +255,16 @@ Refinement RefineScene(const CameraRig& cameras,
     both.offset = clocks.offset;
     both.drift = clocks.drift;
     StepTogether(cameras, segments, both, bundle, &refinement);
+  }
+  // Clocks and cameras may have to be set right together to help the others.
+  if (free.any_camera() && refinement.steps.back().taken &&
+      !HelpsOthers(cameras, segments, free, bundle, refinement,
+                   &refinement.steps.back())) {
+    RefineStep refused = std::move(refinement.steps.back());
+    refused.taken = false;
+    refused.reason = "cameras that took no part see no gain";
+    refinement = clocks_alone;
+    refinement.steps.push_back(std::move(refused));
   }
   if (!AnyIsFar(refinement.changes)) return refinement;
   RefineStep clock = refinement.steps.front();
