@@ -76,7 +76,7 @@ std::optional<double> SizeOf(const Pose3d& pose, const Limbs& limbs,
                              bool is_human) {
   if (is_human) {
     const auto height_m = limbs.HeightOf(pose);
-    return height_m > 0.0 ? height_m : std::nullopt;
+    return height_m > 0.0 && std::isfinite(*height_m) ? height_m : std::nullopt;
   }
   constexpr double kSizeOfExtent = kPersonSize_m / 1.3;
   constexpr size_t kFewPoints = 4;
@@ -89,7 +89,7 @@ std::optional<double> SizeOf(const Pose3d& pose, const Limbs& limbs,
   }
   if (distances_m.empty()) return std::nullopt;
   const double extent_m = Quantile(std::move(distances_m), 0.9);
-  if (!(extent_m > 0.0)) return std::nullopt;
+  if (!(extent_m > 0.0 && std::isfinite(extent_m))) return std::nullopt;
   return pose.size() <= kFewPoints ? extent_m : kSizeOfExtent * extent_m;
 }
 
@@ -286,7 +286,9 @@ void SubjectGauge::SeePair(size_t a, size_t b, const DetectionFrame& frame) {
     }
     if (!(best.off < kOne)) continue;
     const auto size = SizeOf(best.pose, limbs_, is_human_);
-    if (size.has_value()) sizes_m_.push_back(cameras_m_ * *size);
+    if (!size.has_value()) continue;
+    const double size_m = cameras_m_ * *size;
+    if (size_m > 0.0 && std::isfinite(size_m)) sizes_m_.push_back(size_m);
   }
 }
 

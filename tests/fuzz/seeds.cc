@@ -229,6 +229,9 @@ const std::map<std::string, std::vector<std::string>>& ByHand() {
        {"sync_index,port,frame_index,frame_time,point_id,img_loc_x,img_loc_y,"
         "obj_loc_x,obj_loc_y\n6,0,5,1000.0,0,100,200,,\n"
         "7,1,5,1000.1,11,110.5,210,,\n"}},
+      {"tracks_poses",
+       {R"({"poses": [{"frame": 3, "id": 1, "joints": [[1, 2, 3], null)" +
+        Repeated(", [1.5, 2, 0]", 15) + "]}]}"}},
       {"scene",
        {std::string("\x01\x02\x80\x02\x03\x40\x40\x40\x40\x01\x01", 11)}},
       {"page", {std::string(200, '\x41'), "</script>"}},

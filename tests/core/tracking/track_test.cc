@@ -100,10 +100,12 @@ TEST(LifeInFramesTest, SecondsLastAtEveryRateAndPaperModeCountsFrames) {
        {Case{LifeInFrames({}, 120.0), 3, 10.0, 0.0},  // paper mode
         {InSeconds(25.0), 3, 10.0, 10.0},             // the paper's
         {InSeconds(120.0), 11, 48.0, 48.0},           // 0.08 s are 9.6 frames
-        {InSeconds(10.0), 2, 4.0, 4.0},
-        // A track can miss nothing: a false positive cannot be told by its
-        // age.
-        {InSeconds(2.0), 1, 0.8, 0.8}}) {
+        // Below 12.5 Hz ages and gaps grow, up to five times.
+        {InSeconds(10.0), 2, 5.0, 5.0},
+        {InSeconds(2.0), 2, 4.0, 4.0},
+        // A track can miss nothing: a false positive cannot be recognised by
+        // its age.
+        {InSeconds(0.5), 1, 1.0, 1.0}}) {
     EXPECT_EQ(one.life.confirm_hits, one.confirm_hits);
     EXPECT_DOUBLE_EQ(one.life.max_age_frames, one.max_age_frames);
     EXPECT_DOUBLE_EQ(one.life.max_gap_frames, one.max_gap_frames);
