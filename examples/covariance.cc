@@ -1,5 +1,5 @@
-// How sure is each joint? Prints, for every tenth frame, the wrist's longest
-// 95 % half-axis beside its true error. The scene is synthetic: truth is known.
+// Uncertainty of a joint: prints, for every tenth frame, the longest 95 %
+// half-axis of the wrist beside its true error in a synthetic scene.
 #include <kinegraph/kinegraph.h>
 
 #include <Eigen/Eigenvalues>
@@ -23,7 +23,7 @@ int main() {
   const int wrist = recording.scene.skeleton.IndexOf("l_wrist");
   int count = 0;
   for (size_t k = 0; k < tracks.frames.size(); k += 10) {
-    // Frames with one person need no search for who is who.
+    // With one person in the frame, no matching with the truth is needed.
     if (tracks.frames[k].people.size() != 1) continue;
     if (recording.truth.frames[k].people.size() != 1) continue;
     const kinegraph::PersonPose& person = tracks.frames[k].people[0];

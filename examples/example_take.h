@@ -1,5 +1,4 @@
-// A small synthetic recording for the examples: two people for four seconds,
-// whose truth is known. Yours comes from cameras and a detector.
+// A small synthetic recording with known truth: two people for four seconds.
 #ifndef KINEGRAPH_EXAMPLES_EXAMPLE_TAKE_H_
 #define KINEGRAPH_EXAMPLES_EXAMPLE_TAKE_H_
 

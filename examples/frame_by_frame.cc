@@ -1,6 +1,6 @@
-// Feeds detections from memory, one frame at a time, as a live program does,
-// and uses each frame as soon as it is final. The detections are a synthetic
-// scene's; yours come from your detector.
+// Processes detections from memory, one frame at a time, as a live program
+// does, and uses each frame as soon as it is final. Here the detections are
+// synthetic.
 #include <kinegraph/kinegraph.h>
 
 #include <cstdio>
@@ -12,7 +12,7 @@ int main() {
 
   kinegraph::RunOptions options;
   options.estimators.mode = kinegraph::Mode::kGraph;
-  options.estimators.graph.lag_s = 0.2;  // final so long after its capture
+  options.estimators.graph.lag_s = 0.2;  // delay until a frame is final
   kinegraph::RunRequest request;
   request.cameras = recording.scene.cameras;
   kinegraph::Session session(options, request, recording.detections.header);

@@ -1,4 +1,4 @@
-// Joint angles with their 95 % intervals, of everybody and every second.
+// Prints a joint angle with its 95 % interval, every second for every person.
 #include <kinegraph/kinegraph.h>
 
 #include <cstdio>

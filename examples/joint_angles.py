@@ -1,9 +1,9 @@
-"""Joint angles with their intervals, and how they hold against a truth:
+"""Plots joint angles with their intervals, and compares them with a truth:
 
     python3 joint_angles.py TRACKS OUT.png [TRUTH]
 
 Plots both knees of the first person. With a ground truth, prints for each angle
-the error and the share of the 95 % intervals that hold it.
+the RMS error and the share of 95 % intervals that contain the true angle.
 """
 
 import sys
@@ -40,7 +40,7 @@ def plot(table, path):
 
 
 def nearest_truth(table, truth):
-    """For each row the truth's row of the same time whose mass is nearest."""
+    """For each row, the true row of the same time with the nearest mass."""
     instants = [np.round(1e3 * t.times_s) for t in (table, truth)]  # ms
     if not all(np.isfinite(times).all() for times in instants):
         instants = [table.frames, truth.frames]

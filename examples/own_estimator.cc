@@ -1,6 +1,6 @@
-// A smoother of one's own behind the interface that the built-in ones use: here
-// the mean of the last three triangulated positions. Association, new people
-// and track life stay kinegraph's.
+// A custom smoother, behind the interface of the built-in ones: the mean of the
+// last three triangulated positions. Association, new people and track life are
+// unchanged.
 #include <kinegraph/kinegraph.h>
 
 #include <cstdio>

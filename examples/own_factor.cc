@@ -1,7 +1,7 @@
-// A factor of one's own: feet that are near the floor rest on it. A cost
-// function of Ceres sees the states of the solve, position and velocity of a
-// joint in a frame; estimates and covariances follow. Prints the ankles' error
-// without and with it. The scene is synthetic: truth is known.
+// A custom factor: feet near the floor rest on it. It is a cost function of
+// Ceres on the states of the solve, position and velocity of a joint in a
+// frame; estimates and covariances include it. Prints the error of the ankles
+// in a synthetic scene without and with it.
 #include <ceres/autodiff_cost_function.h>
 #include <kinegraph/kinegraph.h>
 
@@ -37,7 +37,7 @@ std::vector<kinegraph::UserFactor> FeetOnTheFloor(
     contact.factor = kinegraph::FromCeres(
         new ceres::AutoDiffCostFunction<FloorContact, 4, 6>(new FloorContact));
     contact.states = {{joint, 0}};
-    // A foot that swings low is no contact: then the factor gives way.
+    // The loss releases a foot that swings low without contact.
     contact.loss = kinegraph::LossKind::kGemanMcClure;
     contact.loss_scale = 2.0;
     factors.push_back(contact);

@@ -1,9 +1,9 @@
-# A notebook as a script (the cells of VS Code, Spyder and Jupytext): which
-# smoother for this take?  python3 smoothers.py TAKE_FOLDER OUT.png
-# TAKE_FOLDER holds cameras.json, detections.jsonl and truth.jsonl, as
-# `kinegraph synthesize --out=TAKE_FOLDER` writes them.
+# Compares smoothers on a recording, as a notebook script (cells of VS Code,
+# Spyder and Jupytext): python3 smoothers.py FOLDER OUT.png
+# FOLDER contains cameras.json, detections.jsonl and truth.jsonl, as written by
+# `kinegraph synthesize --out=FOLDER`.
 
-# %% The take
+# %% The recording
 import sys
 
 import kinegraph as kg
@@ -19,7 +19,7 @@ detections = kg.read_detections(f"{folder}/detections.jsonl")
 truth = kg.read_tracks(f"{folder}/truth.jsonl")
 print(detections, "by", cameras)
 
-# %% Track once, and keep who was matched with what
+# %% Track once, and keep the matches
 frozen = kg.Frozen(cameras, detections)
 
 # %% The same matches, smoothed in several ways
@@ -46,5 +46,5 @@ lines.legend()
 figure.tight_layout()
 figure.savefig(out, dpi=120)
 
-# %% Sound?
+# %% Check
 assert np.isfinite(list(errors_mm.values())).all()

@@ -1,7 +1,7 @@
-"""Tracks a take and plots it: python3 track_and_plot.py CAMERAS DETECTIONS OUT
+"""Tracks and plots: python3 track_and_plot.py CAMERAS DETECTIONS OUT
 
-Writes OUT/tracks.jsonl, OUT/paths.png (where everybody went, from above) and
-OUT/joint.png (one joint's height with its 95 % band).
+Writes OUT/tracks.jsonl, OUT/paths.png (paths of all people from above) and
+OUT/joint.png (height of one joint with its 95 % band).
 """
 
 import os

@@ -1,5 +1,4 @@
-// Tracks a recorded recording from its files: track_recording CAMERAS
-// DETECTIONS OUT
+// Tracks a recording from its files: track_take CAMERAS DETECTIONS OUT
 #include <kinegraph/kinegraph.h>
 
 #include <cstdio>

@@ -3,10 +3,10 @@ OpenSim: written from its documentation (Scale and IK settings files, 4.x).
 
     python3 make_setup.py person_0.trc Rajagopal2016.osim OUT [--mass=KG]
 
-The TRC is that of `kinegraph convert --to=trc --markers=opensim` (our own and
-Pose2Sim's names will do too), of COCO-17, BODY_25 or another skeleton with
-these joints. Writes OUT/markers.xml, OUT/scale.xml, OUT/ik.xml and OUT/run.py,
-and says how to run them. Needs no OpenSim itself.
+The TRC comes from `kinegraph convert --to=trc --markers=opensim` (our own and
+Pose2Sim's names work too), with COCO-17, BODY_25 or another skeleton with these
+joints. Writes OUT/markers.xml, OUT/scale.xml, OUT/ik.xml and OUT/run.py, and
+prints how to run them. Does not need OpenSim itself.
 
 Markers are joint centres. In OpenSim's whole-body models (Rajagopal 2016,
 gait2392 with arms) a segment's origin is the centre of the joint that carries
@@ -19,8 +19,8 @@ import sys
 import xml.etree.ElementTree as ET
 
 # Joint: segment, place in it [m], weight of inverse kinematics. Origins are
-# exact in the models named above; others are places on a generic adult, and
-# what they cost is taken off the weight.
+# exact in the models named above; others are places on a generic adult and have
+# less weight.
 JOINTS = {}
 for side in ("l", "r"):
     JOINTS.update(
@@ -171,7 +171,7 @@ def scale_tool(joints, arguments, trc, span):
     child(scaler, "time_range", span)
     child(scaler, "preserve_mass_distribution", "true")
     child(scaler, "output_model_file", "scaled.osim")
-    # Markers stay joint centres: none is moved to where it was measured.
+    # Markers stay joint centres: none is moved to its measured place.
     child(child(tool, "MarkerPlacer"), "apply", "false")
     return tool
 

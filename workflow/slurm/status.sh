@@ -1,9 +1,9 @@
 #!/bin/bash
-# What became of a job of Slurm, in the words that Snakemake asks for.
+# State of a Slurm job, in Snakemake's terms.
 state=$(scontrol show job --oneliner "$1" 2>/dev/null |
   sed -n 's/.* JobState=\([A-Z_]*\).*/\1/p')
-# The controller forgets jobs that ended minutes ago; the accounting, where there
-# is one, does not.
+# The controller forgets jobs minutes after they end; the accounting, if enabled,
+# does not.
 if [[ -z $state ]]; then
   state=$(sacct -X -n -P -o State -j "$1" 2>/dev/null | head -n 1)
 fi
