@@ -17,7 +17,7 @@ FROM debian:12-slim
 COPY --from=build /build/kinegraph_*.deb /tmp/
 RUN apt-get update \
     && apt-get install -y --no-install-recommends /tmp/kinegraph_*.deb \
-      python3-numpy gnuplot-nox \
+      python3-numpy gnuplot-nox python3-h5py python3-scipy ffmpeg \
     && rm -rf /tmp/kinegraph_*.deb /var/lib/apt/lists/*
 WORKDIR /work
 ENTRYPOINT ["kinegraph"]

@@ -68,7 +68,7 @@ setup(
     version=version(),
     packages=["kinegraph"],
     package_dir={"kinegraph": "python/kinegraph"},
-    package_data={"kinegraph": ["*.pyi", "py.typed"]},
+    package_data={"kinegraph": ["*.pyi", "py.typed", "adapters/*.py"]},
     ext_modules=[Extension("kinegraph._kinegraph", sources=[])],
     cmdclass={"build_ext": CMakeBuild},
     options={

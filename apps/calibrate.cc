@@ -13,6 +13,7 @@
 #include <utility>
 #include <vector>
 
+#include "apps/common/adapter_flag.h"
 #include "apps/common/app.h"
 #include "apps/common/config_folder.h"
 #include "apps/common/recording_output.h"
@@ -330,6 +331,7 @@ void WriteAll(const RecordingCalibration& recording, const KnownLength& length,
 }
 
 void RunCalibrate() {
+  UseAdapterFlag();
   RequireFlag("detections", FLAGS_detections);
   RequireFlag("out", FLAGS_out);
   const CalibrationFormat* format = FindCalibrationFormat(FLAGS_to);

@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "apps/common/adapter_flag.h"
 #include "apps/common/app.h"
 #include "apps/common/ground_truth.h"
 #include "apps/common/plot.h"
@@ -363,6 +364,7 @@ void CompareManyRecordings(const std::vector<Strategy>& strategies,
 }
 
 void RunCompare() {
+  UseAdapterFlag();
   CheckCompareFlags();
   if (FLAGS_plots && FLAGS_manifest.empty()) RequirePlotTool();
   const std::vector<Strategy> strategies = ReadStrategies();

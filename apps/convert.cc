@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <string>
 
+#include "apps/common/adapter_flag.h"
 #include "apps/common/app.h"
 #include "apps/common/track_files.h"
 #include "core/base/error.h"
@@ -61,6 +62,7 @@ ConversionOptions OptionsOfFlags() {
 }
 
 void RunConvert() {
+  UseAdapterFlag();
   if (FLAGS_formats) {
     std::fputs(FormatList().c_str(), stdout);
     return;

@@ -10,6 +10,7 @@
 #include <string>
 #include <utility>
 
+#include "apps/common/adapter_flag.h"
 #include "apps/common/app.h"
 #include "apps/common/config_folder.h"
 #include "apps/common/recording_output.h"
@@ -118,6 +119,7 @@ std::string RecordFor(const CameraRig& corrected, const CameraRig& stated,
 }
 
 void RunDoctor() {
+  UseAdapterFlag();
   RequireFlag("cameras", FLAGS_cameras);
   RequireFlag("detections", FLAGS_detections);
   RequireFlag("out", FLAGS_out);

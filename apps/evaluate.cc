@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "apps/common/adapter_flag.h"
 #include "apps/common/app.h"
 #include "apps/common/evaluation_output.h"
 #include "apps/common/ground_truth.h"
@@ -343,6 +344,7 @@ void RunHeldOut() {
 
 // Runs the protocol and refuses flags that belong to others alone.
 void RunEvaluate() {
+  UseAdapterFlag();
   RequireFlag("protocol", FLAGS_protocol);
   const auto pcp = PcpProtocolByName(FLAGS_protocol);
   if (FLAGS_protocol != "markers") {

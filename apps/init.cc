@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "apps/common/adapter_flag.h"
 #include "apps/common/app.h"
 #include "apps/common/config_folder.h"
 #include "apps/common/recording_output.h"
@@ -341,6 +342,7 @@ std::pair<int, int> LikelyImageSize(const DetectionSequence& recording) {
 }
 
 void RunInit() {
+  UseAdapterFlag();
   RequireFlag("detections", FLAGS_detections);
   if (FLAGS_cameras.empty()) OfferCalibrate();
   RequireFlag("out", FLAGS_out);

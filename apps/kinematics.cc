@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "apps/common/adapter_flag.h"
 #include "apps/common/app.h"
 #include "apps/common/table.h"
 #include "apps/common/track_files.h"
@@ -176,6 +177,7 @@ std::string UpText(const std::optional<Eigen::Vector3d>& up) {
 }
 
 void RunKinematics() {
+  UseAdapterFlag();
   RequireFlag("tracks", FLAGS_tracks);
   RequireFlag("out", FLAGS_out);
   RequireCsv();

@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "apps/common/adapter_flag.h"
 #include "apps/common/app.h"
 #include "apps/common/config_folder.h"
 #include "apps/common/progress.h"
@@ -302,6 +303,7 @@ std::string SummaryText(const PageData& data, size_t page_bytes) {
 }
 
 void RunReport() {
+  UseAdapterFlag();
   RequireFlag("tracks", FLAGS_tracks);
   RequireFlag("out", FLAGS_out);
   PageOptions page_options;

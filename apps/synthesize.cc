@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "apps/common/adapter_flag.h"
 #include "apps/common/app.h"
 #include "apps/common/config_folder.h"
 #include "apps/common/synthesis.h"
@@ -59,6 +60,7 @@ void WriteDetectionsAs(const DetectionFormat& format,
 }
 
 void RunSynthesize() {
+  UseAdapterFlag();
   if (FLAGS_keys) {
     std::fputs(KeyTable(KeysOf<SynthesisOptions>()).c_str(), stdout);
     return;

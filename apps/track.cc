@@ -9,6 +9,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "apps/common/adapter_flag.h"
 #include "apps/common/app.h"
 #include "apps/common/config_folder.h"
 #include "apps/common/interruption.h"
@@ -375,6 +376,7 @@ void SayOutcome(const Recording& recording, const Session& session,
 }
 
 void RunTrack() {
+  UseAdapterFlag();
   if (FLAGS_keys) {
     std::fputs(KeysText().c_str(), stdout);
     return;

@@ -1,6 +1,5 @@
 # cmake --install: commands, libraries, headers, configurations, and a package
 # that find_package(kinegraph) finds.
-include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
 
 # The umbrella: every library but what belongs to the commands.

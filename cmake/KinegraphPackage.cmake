@@ -48,9 +48,9 @@ if(TARGET kinegraph_python)
     "python3 (>= 3.${Python3_VERSION_MINOR}), python3 (<< 3.${next_minor})")
 endif()
 set(CPACK_DEBIAN_PACKAGE_RECOMMENDS "gnuplot-nox, python3-numpy")
-# For programs that link the library.
+# For programs that link the library; and what adapters need.
 set(CPACK_DEBIAN_PACKAGE_SUGGESTS "g++, cmake, make, libceres-dev, libeigen3-dev,\
  libgoogle-glog-dev, libgflags-dev, libtomlplusplus-dev, libsimdjson-dev,\
- nlohmann-json3-dev, libyaml-cpp-dev, libpugixml-dev,\
- libhdf5-dev, libfmt-dev, pkg-config")
+ nlohmann-json3-dev, libyaml-cpp-dev, libpugixml-dev, libfmt-dev,\
+ python3-h5py, python3-scipy, ffmpeg")
 include(CPack)

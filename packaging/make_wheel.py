@@ -30,9 +30,6 @@ NEWEST = {
     "GLIBC": GLIBC, "GLIBCXX": (3, 4, 30), "CXXABI": (1, 3, 13),
     "GCC": (12, 0, 0), "ZLIB": (1, 2, 9),
 }  # fmt: skip
-# HDF5 reaches files in the cloud through these. Our readers never do, so that
-# functions that fail stand for them.
-STUBBED = {"libcurl.so.4", "libcrypto.so.3"}
 # A BLAS of one thread, the last that is there: ATLAS, which Debian's Ceres links, else
 # the reference.
 PREFERRED = ["blas", "lapack", "atlas"]
@@ -64,35 +61,7 @@ def own_name(library):
     return library.replace(".so", "-kinegraph.so", 1)
 
 
-def make_stub(library, callers, folder):
-    """A library with what `callers` take from it; each function returns 0."""
-    functions = set()
-    for caller in callers:
-        functions |= set(
-            re.findall(r"\*UND\*\s+\S+\s+\(?(\w+?_[\d.]+\w*|\w+)\)?\s+(\w+)",
-                       output("objdump", "-T", caller))
-        )  # fmt: skip
-    prefix = {"libcurl.so.4": "CURL_", "libcrypto.so.3": "OPENSSL_"}[library]
-    functions = sorted(f for f in functions if f[0].startswith(prefix))
-    (folder / "stub.c").write_text(
-        "".join(f"void *{name}(void) {{ return 0; }}\n" for _, name in functions)
-    )
-    (folder / "stub.map").write_text(
-        "".join(
-            f"{version} {{ global: "
-            + " ".join(f"{name};" for v, name in functions if v == version)
-            + " };\n"
-            for version in sorted({v for v, _ in functions})
-        )
-    )
-    made = folder / library
-    output("gcc", "-shared", "-fPIC", "-nostdlib", "-fno-builtin", "-w",
-           f"-Wl,-soname,{library}", f"-Wl,--version-script,{folder}/stub.map",
-           folder / "stub.c", "-o", made)  # fmt: skip
-    return str(made)
-
-
-def collect_libraries(programs, libs, scratch):
+def collect_libraries(programs, libs):
     """Copies what the programs need into `libs`; returns where each came from."""
     paths = {}
     for program in programs:
@@ -103,10 +72,6 @@ def collect_libraries(programs, libs, scratch):
         name = wanted.pop()
         if name in EXPECTED or name in sources:
             continue
-        if name in STUBBED:
-            users = [path for path in paths.values() if name in needed(path)]
-            callers = [path for path in users if "hdf5" in path]
-            paths[name] = make_stub(name, callers, scratch)
         if name not in paths:
             sys.exit(f"make_wheel: error: {name} is nowhere")
         sources[name] = paths[name]
@@ -163,9 +128,7 @@ def add_licences(sources, folder):
     for name in ("LICENSE", "third_party_notes.md"):
         shutil.copy(ROOT / name, folder)
     packages = set(INSIDE)
-    packages |= {
-        package_of(path) for name, path in sources.items() if name not in STUBBED
-    }
+    packages |= {package_of(path) for path in sources.values()}
     lines = []
     for package in sorted(packages):
         shutil.copy(f"/usr/share/doc/{package}/copyright", folder / package)
@@ -189,6 +152,9 @@ def metadata(version):
         "License: BSD-3-Clause (sources), GPL-3.0-or-later (this binary)\n"
         "Requires-Python: >=3.9\n"
         "Requires-Dist: numpy\n"
+        "Provides-Extra: files\n"
+        "Requires-Dist: h5py; extra == \"files\"\n"
+        "Requires-Dist: scipy; extra == \"files\"\n"
         "Description-Content-Type: text/markdown\n\n"
         + (ROOT / "README.md").read_text(encoding="utf-8")
     )
@@ -240,7 +206,8 @@ def stage_files(build, stage, version):
     shutil.copy(ROOT / "packaging" / "kinegraph_script.py", script)
     for path in (folder / "kinegraph", script):
         path.chmod(0o755)
-    return [*folder.glob("kinegraph-*"), *package.glob("_kinegraph*.so")]
+    commands = [p for p in folder.glob("kinegraph-*") if p.name != "kinegraph-adapters"]
+    return [*commands, *package.glob("_kinegraph*.so")]
 
 
 def main():
@@ -258,7 +225,7 @@ def main():
         programs = stage_files(build, stage, version)
         libs = stage / "kinegraph.libs"
         libs.mkdir()
-        sources = collect_libraries(programs, libs, scratch)
+        sources = collect_libraries(programs, libs)
         for program in programs:
             up = "../.." if program.parent.name == "bin" else ".."
             relink(program, f"$ORIGIN/{up}/kinegraph.libs", sources)

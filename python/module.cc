@@ -30,6 +30,7 @@
 #include "core/evaluation/frame_pairing.h"
 #include "core/evaluation/world_check.h"
 #include "core/geometry/lens.h"
+#include "core/io/adapters/adapter.h"
 #include "core/io/calibration/format.h"
 #include "core/io/configuration/config.h"
 #include "core/io/conversion.h"
@@ -1010,6 +1011,8 @@ void BindFiles(py::module_& m) {
         "Writes 3D poses in any format that is written; without `format` the\n"
         "one that the path's extension chooses, else our own. names_of: file\n"
         "that holds names of people. Returns what the format leaves out.");
+  m.def("_set_adapters", &SetOwnAdapters, "command"_a,
+        "How kinegraph-adapters is started.");
   m.def("_convert", &ConvertFiles, "source"_a, "target"_a, "to"_a, "from_"_a,
         "skeleton"_a, "frame_rate_hz"_a, "image_size"_a, "unit"_a, "axes"_a,
         "markers"_a, "person"_a, "set"_a, "What convert() calls.");

@@ -265,6 +265,7 @@ FrameRange ParseFrameRange(const std::string& text, const std::string& flag) {
 // What --help shows of a flag, by its name, or by command and name where it
 // means another thing there.
 constexpr std::pair<const char*, const char*> kFlagExamples[] = {
+    {"adapter", "./my_reader.py"},
     {"align", "none"},
     {"annotated", "everybody"},
     {"axes", "x,-z,y"},

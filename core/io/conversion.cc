@@ -15,6 +15,7 @@
 #include "core/base/time.h"
 #include "core/data/identity_edit.h"
 #include "core/data/limits.h"
+#include "core/io/adapters/adapter.h"
 #include "core/io/calibration/calibration.h"
 #include "core/io/calibration/format.h"
 #include "core/io/configuration/config.h"
@@ -137,7 +138,8 @@ FileKind ChooseKind(const ConversionOptions& flags) {
   if (Contains(both, kind)) return kind;
   // A session's folder holds cameras and detections.
   if (Contains(both, kDetections) && IsFolder(flags.in) &&
-      RecogniseDetections(LookAtDetections(flags.in)) != nullptr) {
+      (RecogniseDetections(LookAtDetections(flags.in)) != nullptr ||
+       AdapterOf(flags.in, AdapterKind::kDetections).has_value())) {
     return kDetections;
   }
   throw InputError(flags.in, "",

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/base/error.h"
+#include "core/io/adapters/adapter.h"
 #include "core/io/calibration/format.h"
 #include "core/io/detections/format.h"
 #include "core/io/files/text_file.h"
@@ -18,7 +19,20 @@ namespace {
 
 namespace fs = std::filesystem;
 
-[[noreturn]] void FailUnknown(const std::string& path) {
+FileKind KindBy(const Adapter& adapter) {
+  switch (adapter.kind) {
+    case AdapterKind::kCameras:
+      return FileKind::kCalibration;
+    case AdapterKind::kDetections:
+      return FileKind::kDetections;
+    default:
+      return FileKind::kTracks;
+  }
+}
+
+// Of what no format of ours recognises.
+FileKind KindByAdapter(const std::string& path) {
+  if (const auto adapter = AdapterOf(path)) return KindBy(*adapter);
   throw InputError(path, "",
                    "is no calibration, detections or tracks in a known format "
                    "(--from can name one)");
@@ -83,27 +97,22 @@ bool LooksLikeTomlOrYaml(const std::string& text) {
 }
 
 // Tables of key points begin with letters, maybe in quotation marks, as no
-// other text of ours does; HDF5 and NumPy's arrays with a byte of their own.
+// other text of ours does.
 bool IsDetectionTable(const std::string& path) {
   const std::string text = Beginning(path);
   if (text.empty()) return false;
   const bool is_letter = std::isalpha(static_cast<unsigned char>(text[0])) != 0;
-  if (!is_letter && text[0] != '"' && text[0] != '\x89' && text[0] != '\x93') {
-    return false;
-  }
+  if (!is_letter && text[0] != '"') return false;
   return RecogniseDetections(LookAtDetections(path)) != nullptr;
 }
 
 // Laboratories' calibrations: those whose bytes are no plain text by their
-// names, XML and pickles by how they begin.
+// names, XML by how it begins.
 bool IsOfLaboratory(const std::string& path) {
-  if (HasExtension(path, {".calib", ".mcal", ".xcp", ".pickle", ".pkl"})) {
-    return true;
-  }
+  if (HasExtension(path, {".calib", ".mcal", ".xcp"})) return true;
   const std::string text = BeginningOf(path, 16);
   const size_t first = text.find_first_not_of(" \t\r\n");
-  return first != std::string::npos &&
-         (text[first] == '<' || text[first] == '\x80');
+  return first != std::string::npos && text[first] == '<';
 }
 
 FileKind KindOfFile(const std::string& path) {
@@ -118,12 +127,16 @@ FileKind KindOfFile(const std::string& path) {
   if (head.kind == '{') return KindOfObject(head);
   if (head.kind == '[') return KindOfArray(path);
   if (IsNumberTable(Beginning(path).substr(0, 200))) return KindOfNumbers(path);
-  FailUnknown(path);
+  return KindByAdapter(path);
 }
 
 FileKind KindOfFolder(const std::string& path) {
   if (AreSurelyTracks(path)) return FileKind::kTracks;
   if (IsCalibrationFolder(path)) return FileKind::kCalibration;
+  if (RecogniseDetections(LookAtDetections(path)) != nullptr) {
+    return FileKind::kDetections;
+  }
+  if (const auto adapter = AdapterOf(path)) return KindBy(*adapter);
   const std::vector<std::string> names = ListFolder(path);
   for (const std::string& name : names) {
     const std::string inside = path + "/" + name;
@@ -135,7 +148,7 @@ FileKind KindOfFolder(const std::string& path) {
     return PeekJson(inside).kind == '[' ? FileKind::kDetections
                                         : KindOfFile(inside);
   }
-  FailUnknown(path);
+  return KindByAdapter(path);
 }
 
 }  // namespace
@@ -153,6 +166,7 @@ const char* ToString(FileKind kind) {
 }
 
 FileKind RecogniseKind(const std::string& path) {
+  if (const auto given = GivenAdapterOf(path)) return KindBy(*given);
   return IsFolder(path) ? KindOfFolder(path) : KindOfFile(path);
 }
 

@@ -156,9 +156,13 @@ bool WaitForInput(int descriptor, int stop) {
   }
 }
 
-bool HasInput(int descriptor) {
+bool HasInput(int descriptor, int wait_ms) {
   pollfd one = {descriptor, POLLIN, 0};
-  return poll(&one, 1, 0) > 0;
+  int ready = 0;
+  do {
+    ready = poll(&one, 1, wait_ms);
+  } while (ready < 0 && errno == EINTR);
+  return ready > 0;
 }
 
 bool MakePipe(int ends[2]) { return pipe2(ends, O_CLOEXEC) == 0; }

@@ -92,7 +92,8 @@ bool ReaderIsGone(int descriptor);
 // Waits until one of them has something to read or is at its end; false when it
 // is `stop`.
 bool WaitForInput(int descriptor, int stop);
-bool HasInput(int descriptor);
+// Whether something can be read, or the end is there, within so long.
+bool HasInput(int descriptor, int wait_ms = 0);
 
 // Both ends, the one to read first; false when the system refuses.
 bool MakePipe(int ends[2]);

@@ -3,7 +3,6 @@
 #include <fcntl.h>
 #include <spawn.h>
 #include <sys/prctl.h>
-#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 #ifdef __GLIBC__
@@ -14,9 +13,7 @@
 #include <climits>
 #include <csignal>
 #include <ctime>
-#include <exception>
 #include <memory>
-#include <new>
 #include <system_error>
 #include <thread>
 
@@ -52,36 +49,18 @@ std::vector<char*> Pointers(std::vector<std::string>* words) {
   _exit(127);
 }
 
-// Silent, without a core file.
-[[noreturn]] void DoAndLeave(const std::function<void()>& work, rlim_t limit_s,
-                             pid_t parent) {
-  prctl(PR_SET_PDEATHSIG, SIGKILL);
-  if (getppid() != parent) _exit(1);
-  const int nowhere = open("/dev/null", O_RDWR);
-  dup2(nowhere, STDOUT_FILENO);
-  dup2(nowhere, STDERR_FILENO);
-  const rlimit no_core = {0, 0};
-  setrlimit(RLIMIT_CORE, &no_core);
-  const rlimit time = {limit_s, limit_s};
-  setrlimit(RLIMIT_CPU, &time);
-  // What the program does when memory runs out or nobody catches is its own.
-  std::set_new_handler(nullptr);
-  std::set_terminate([] { _exit(1); });
-  try {
-    work();
-  } catch (...) {
-  }
-  _exit(0);
+ProcessEnd EndOf(int status) {
+  ProcessEnd end;
+  if (WIFEXITED(status)) end.code = WEXITSTATUS(status);
+  if (WIFSIGNALED(status)) end.signal = WTERMSIG(status);
+  return end;
 }
 
 ProcessEnd WaitFor(pid_t process) {
   int status = 0;
   while (waitpid(process, &status, 0) < 0 && errno == EINTR) {
   }
-  ProcessEnd end;
-  if (WIFEXITED(status)) end.code = WEXITSTATUS(status);
-  if (WIFSIGNALED(status)) end.signal = WTERMSIG(status);
-  return end;
+  return EndOf(status);
 }
 
 // `child` never comes back.
@@ -117,12 +96,6 @@ ProcessEnd RunInFolder(std::vector<std::string> words,
   });
 }
 
-ProcessEnd Rehearse(const std::function<void()>& work, int limit_s) {
-  return InProcess([&](pid_t parent) {
-    DoAndLeave(work, static_cast<rlim_t>(limit_s), parent);
-  });
-}
-
 ProcessEnd RunWithStreams(std::vector<std::string> words, std::FILE* input,
                           std::FILE* output, std::FILE* errors,
                           const std::string& setting) {
@@ -146,6 +119,51 @@ ProcessEnd RunWithStreams(std::vector<std::string> words, std::FILE* input,
                                   arguments.data(), environment.data());
   posix_spawn_file_actions_destroy(&actions);
   return none.not_started != 0 ? none : WaitFor(process);
+}
+
+RunningProgram::RunningProgram(std::vector<std::string> words, int input,
+                               int output, int errors) {
+  posix_spawn_file_actions_t actions;
+  posix_spawn_file_actions_init(&actions);
+  if (input < 0) {
+    posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, "/dev/null",
+                                     O_RDONLY, 0);
+  } else {
+    posix_spawn_file_actions_adddup2(&actions, input, STDIN_FILENO);
+  }
+  posix_spawn_file_actions_adddup2(&actions, output, STDOUT_FILENO);
+  posix_spawn_file_actions_adddup2(&actions, errors, STDERR_FILENO);
+  const std::vector<char*> arguments = Pointers(&words);
+  pid_t process = 0;
+  end_.not_started = posix_spawnp(&process, arguments[0], &actions, nullptr,
+                                  arguments.data(), environ);
+  posix_spawn_file_actions_destroy(&actions);
+  if (end_.not_started == 0) process_ = process;
+}
+
+RunningProgram::~RunningProgram() { Wait(0); }
+
+ProcessEnd RunningProgram::Wait(int most_ms) {
+  const auto process = static_cast<pid_t>(process_);
+  for (int waited_ms = 0; process_ != 0; ++waited_ms) {
+    int status = 0;
+    const pid_t ended = waitpid(process, &status, WNOHANG);
+    if (ended == process) {
+      end_ = EndOf(status);
+      process_ = 0;
+    } else if (ended < 0 && errno != EINTR) {
+      process_ = 0;  // somebody else has waited for it
+    } else if (waited_ms >= most_ms) {
+      kill(process, SIGKILL);
+      end_ = WaitFor(process);
+      was_ended_ = true;
+      process_ = 0;
+    } else {
+      const timespec moment = {0, 1'000'000};
+      nanosleep(&moment, nullptr);
+    }
+  }
+  return end_;
 }
 
 std::string FirstLineOf(const std::string& command) {

@@ -36,11 +36,26 @@ ProcessEnd RunWithStreams(std::vector<std::string> words, std::FILE* input,
                           std::FILE* output, std::FILE* errors,
                           const std::string& setting);
 
-// Does work in a process of its own, of which nothing stays but how it ended:
-// for libraries that damaged input brings down. Exceptions end it well, for
-// they come again where the work is done in earnest. More than `limit_s` of
-// processor time ends it by a signal.
-ProcessEnd Rehearse(const std::function<void()>& work, int limit_s);
+// A program that runs beside this one, found by its name, with these
+// descriptors for its standard streams; it takes its input from nowhere where
+// that is -1.
+class RunningProgram {
+ public:
+  RunningProgram(std::vector<std::string> words, int input, int output,
+                 int errors);
+  ~RunningProgram();  // ends it
+  RunningProgram(const RunningProgram&) = delete;
+  RunningProgram& operator=(const RunningProgram&) = delete;
+
+  // Until it has ended, or so long; then it is ended.
+  ProcessEnd Wait(int most_ms);
+  bool was_ended() const { return was_ended_; }
+
+ private:
+  int64_t process_ = 0;  // 0: it has ended, as `end_` says
+  bool was_ended_ = false;
+  ProcessEnd end_;
+};
 
 // The first line that a command of the shell prints; empty when it fails.
 std::string FirstLineOf(const std::string& command);

@@ -89,7 +89,11 @@ Config = Union[str, "os.PathLike[str]", None]
 # Keys to change, {"graph.lag_s": 0.2} or "key=value;key=value".
 Settings = Union[str, Mapping[str, Any], None]
 
-_CONFIGS = os.path.join(os.path.dirname(os.path.abspath(__file__)), "configs")
+_FOLDER = os.path.dirname(os.path.abspath(__file__))
+_CONFIGS = os.path.join(_FOLDER, "configs")
+if sys.executable:
+    # This Python, with the libraries that its user has installed for it.
+    _kinegraph._set_adapters([sys.executable, os.path.join(_FOLDER, "adapters")])
 
 
 def config_path(config: Config = None) -> str:

@@ -39,7 +39,7 @@ class TemporaryPath {
   const std::filesystem::path path_;
 };
 
-// A file: HDF5 opens none without a name, as memfd_create's are.
+// A file.
 class InputFile : public TemporaryPath {
  public:
   explicit InputFile(const std::string& bytes) : TemporaryPath("_file") {

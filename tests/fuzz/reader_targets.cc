@@ -8,7 +8,6 @@
 #include "core/io/configuration/refinement_record.h"
 #include "core/io/detections/format.h"
 #include "core/io/detections/source.h"
-#include "core/io/detections/video_times.h"
 #include "core/io/detections/writer.h"
 #include "core/io/tracks/c3d.h"
 #include "core/io/tracks/format.h"
@@ -16,10 +15,6 @@
 #include "core/io/tracks/tracks.h"
 #include "tests/fuzz/input_file.h"
 #include "tests/fuzz/targets.h"
-
-// Asked by the leak sanitizer: Debian's HDF5 leaks where it refuses a file.
-extern "C" const char* __lsan_default_suppressions();
-extern "C" const char* __lsan_default_suppressions() { return "leak:libhdf5"; }
 
 namespace kinegraph::testing {
 namespace {
@@ -63,7 +58,7 @@ bool FuzzRewrittenTracks(const std::string& bytes) {
   return Reading(bytes, [](const std::string& path) {
     const TrackSequence tracks = ReadTracks(path);
     for (const TrackFormat& format : TrackFormats()) {
-      if (format.write == nullptr) continue;
+      if (format.write == nullptr || format.is_of_adapter) continue;
       const TemporaryPath result("_result");
       LostFields lost_fields;
       const bool is_written = Accepts([&] {
@@ -133,21 +128,20 @@ std::vector<FuzzTarget> ReaderTargets() {
                  ReadRefinementRecord(path);
                  RefinementText(path);
                }),
-      OfReader("video_times",
-               [](const std::string& path) { ReadVideoTimes(path); }),
       {"rewritten_calibration", FuzzRewrittenCalibration},
       {"rewritten_detections", FuzzRewrittenDetections},
       {"rewritten_tracks", FuzzRewrittenTracks},
       {"detections", NamedBy("", FuzzDetections<InputFile>)},
       {"tracks", NamedBy("", FuzzTracks<InputFile>)}};
-  // Those that are written are seeds of the two targets above.
+  // Those that are written are seeds of the two targets above. What an adapter
+  // reads is a process of its own (tests/adapters/adapters_test.py).
   for (const CalibrationFormat& format : CalibrationFormats()) {
-    if (format.write != nullptr) continue;
+    if (format.write != nullptr || format.recognise == nullptr) continue;
     targets.push_back({"calibration_" + format.name,
                        NamedBy(format.name, FuzzCalibration<InputFile>)});
   }
   for (const DetectionFormat& format : DetectionFormats()) {
-    if (format.open == nullptr) continue;
+    if (format.recognise == nullptr) continue;
     const auto fuzz = format.files == DetectionFormat::Files::kFolderAView
                           ? FuzzDetections<InputFolder>
                           : FuzzDetections<InputFile>;
@@ -155,7 +149,7 @@ std::vector<FuzzTarget> ReaderTargets() {
         {"detections_" + format.name, NamedBy(format.name, fuzz)});
   }
   for (const TrackFormat& format : TrackFormats()) {
-    if (format.read == nullptr) continue;
+    if (format.read == nullptr || format.is_of_adapter) continue;
     const auto fuzz = format.files == TrackFormat::Files::kFileAFrame
                           ? FuzzTracks<InputFolder>
                           : FuzzTracks<InputFile>;

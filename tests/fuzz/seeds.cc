@@ -13,8 +13,6 @@
 #include "tests/fuzz/input_file.h"
 #include "tests/fuzz/targets.h"
 #include "tests/support/base64.h"
-#include "tests/support/hdf5_files.h"
-#include "tests/support/opencap_pickles.h"
 
 namespace kinegraph::testing {
 namespace {
@@ -196,9 +194,6 @@ const std::map<std::string, std::vector<std::string>>& ByHand() {
         R"( "camera": null, "confidence": 0.9, "before_px": 8.5,)"
         R"( "after_px": 3.5, "fix": "</script>", "evidence": "x"}],)"
         R"( "notes": ["y"]})"}},
-      {"video_times",
-       {BytesOf(KINEGRAPH_SOURCE_DIR "/tests/apps/report/videos/bars.mp4"),
-        BytesOf(KINEGRAPH_SOURCE_DIR "/tests/apps/report/videos/bars.webm")}},
       {"calibration_qualisys",
        {"<?xml version='1.0'?><calibration qtm-version='none'><cameras><camera "
         "serial='a' active='1'><fov_video left='0' top='0' right='1279' "
@@ -220,15 +215,9 @@ const std::map<std::string, std::vector<std::string>>& ByHand() {
         "OrientMatrix2='0' OrientMatrix3='0' OrientMatrix4='1' "
         "OrientMatrix5='0' OrientMatrix6='0' OrientMatrix7='0' "
         "OrientMatrix8='1'/></Camera></Cameras></Calibration></Profile>"}},
-      {"calibration_opencap",
-       {FromBase64(kOpencapProtocol2), FromBase64(kOpencapProtocol5)}},
       {"calibration_biocv",
        {"1280\n720\n600 0 320\n0 600 240\n0 0 1\n\n1 0 0 1\n0 1 0 2\n"
         "0 0 1 3\n0 0 0 1\n\n0.1 0 0 0 0\n"}},
-      {"detections_caliscope",
-       {"sync_index,port,frame_index,frame_time,point_id,img_loc_x,img_loc_y,"
-        "obj_loc_x,obj_loc_y\n6,0,5,1000.0,0,100,200,,\n"
-        "7,1,5,1000.1,11,110.5,210,,\n"}},
       {"tracks_poses",
        {R"({"poses": [{"frame": 3, "id": 1, "joints": [[1, 2, 3], null)" +
         Repeated(", [1.5, 2, 0]", 15) + "]}]}"}},
@@ -243,16 +232,9 @@ const std::map<std::string, std::vector<std::string>>& ByHand() {
         "scorer,,,me,me,me,me\nindividuals,,,a,a,b,b\n"
         "bodyparts,,,nose,nose,nose,nose\ncoords,,,x,y,x,y\n"
         "labeled-data,cam1,img0012.png,1,2,3,4\n"}},
-      {"detections_freemocap",
-       // One camera, one frame of 17 points; the header has 70 bytes.
-       {std::string("\x93NUMPY\x01\x00\x46\x00", 10) +
-        "{'descr': '<f8', 'fortran_order': False, 'shape': (1, 1, 17, 2), }" +
-        std::string(3, ' ') + "\n" + std::string(17 * 2 * 8, '\x40')}},
       {"tracks_freemocap",
        {"nose_x,nose_y,nose_z,left_hip_x,left_hip_y,left_hip_z\n"
         "100,200,300,,,\n1000,-2000,3000,1,2,3\n"}},
-      {"detections_sleap", {SleapHdf5()}},
-      {"detections_deeplabcut_h5", {DeepLabCutHdf5()}},
       {"configuration",
        {BytesOf(KINEGRAPH_SOURCE_DIR "/configs/offline.toml"),
         BytesOf(KINEGRAPH_SOURCE_DIR "/configs/paper/shelf.toml")}},

@@ -13,6 +13,7 @@ function(run)
 endfunction()
 
 run(${CMAKE_COMMAND} --install ${BUILD} --config ${CONFIG} --prefix ${prefix})
+run(${prefix}/bin/kinegraph-adapters --list)
 foreach(header kinegraph.h core/geometry/camera.h solvers/session/session.h)
   if(NOT EXISTS ${prefix}/include/kinegraph/${header})
     message(FATAL_ERROR "include/kinegraph/${header} is not there")

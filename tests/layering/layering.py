@@ -19,7 +19,7 @@ INCLUDES = [
      ("core/data/x.h", "#include <ceres/ceres.h>")),
     (r"gflags/.*", ["apps"], "gflags is for apps alone",
      ("core/data/x.h", "#include <gflags/gflags.h>")),
-    (r"toml\+\+/.*|toml\.hpp|simdjson.*|yaml-cpp/.*|hdf5.*",
+    (r"toml\+\+/.*|toml\.hpp|simdjson.*|yaml-cpp/.*",
      ["core/io"], "format libraries are for core/io alone",
      ("core/tracking/x.cc", '#include "simdjson.h"')),
     (r"nlohmann/.*", ["core/io", "apps"],

@@ -2,6 +2,9 @@
 
 #include <cstdlib>
 
+#include "core/io/adapters/adapter.h"
+#include "tests/support/test_data.h"
+
 namespace {
 
 // Every test starts from the same state of the C library's generator; the
@@ -14,6 +17,10 @@ class SeedBeforeEachTest : public ::testing::EmptyTestEventListener {
 
 int main(int argc, char** argv) {
   ::testing::InitGoogleTest(&argc, argv);
+  // They lie beside the commands, not beside this program.
+  const auto adapters =
+      kinegraph::testing::BuildFile("apps/kinegraph-adapters");
+  kinegraph::SetOwnAdapters({adapters.string()});
   ::testing::UnitTest::GetInstance()->listeners().Append(
       new SeedBeforeEachTest);
   return RUN_ALL_TESTS();

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "core/base/error.h"
+#include "core/io/adapters/adapter.h"
 #include "core/io/calibration/format.h"
 
 namespace kinegraph {
@@ -21,9 +22,15 @@ CalibrationFile ReadFile(const std::string& path, const std::string& name) {
     }
     return format->read(LookAtCalibration(path, *format));
   }
+  if (const auto given = GivenAdapterOf(path, AdapterKind::kCameras)) {
+    return ReadByAdapter(*given, path);
+  }
   const CalibrationHead head = LookAtCalibration(path);
   const CalibrationFormat* format = RecogniseCalibration(head);
   if (format != nullptr) return format->read(head);
+  if (const auto adapter = AdapterOf(path, AdapterKind::kCameras)) {
+    return ReadByAdapter(*adapter, path);
+  }
   throw InputError(
       path, "",
       head.is_folder

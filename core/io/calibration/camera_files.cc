@@ -1,5 +1,5 @@
 // Calibrations of a file a camera: TUM's projection matrices, bioCV's tables of
-// numbers and OpenCap's pickles.
+// numbers, and OpenCap's pickles.
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
@@ -200,79 +200,23 @@ CalibrationFile ReadBiocv(const CalibrationHead& head) {
 }
 
 // ---- OpenCap ----
-// OpenCap's cameraIntrinsicsExtrinsics.pickle, one a camera in
-// Videos/CAMERA of a session's folder: a dictionary of NumPy arrays
-// intrinsicMat (3x3 px), distortion (OpenCV's five), imageSize (height, width),
-// rotation (3x3) and translation (mm), x_cam = R X + t. The world is that of
-// the calibration board. The camera's name is that of its folder.
+// Python's pickles, which an adapter reads.
 
-namespace {
-
-constexpr const char* kPickle = "cameraIntrinsicsExtrinsics.pickle";
-
-// The pickles of a session, from its folder: of the folders of cameras in
-// Videos, or in `path` itself, or the one that is there.
-std::vector<std::string> FindPickles(const std::string& path) {
+bool IsOpencapFolder(const std::string& path) {
+  constexpr const char* kPickle = "cameraIntrinsicsExtrinsics.pickle";
   const fs::path folder = path;
-  if (IsFile((folder / kPickle).string())) return {kPickle};
-  for (const fs::path parent : {"Videos", ""}) {
-    if (!IsFolder((folder / parent).string())) continue;
-    std::vector<std::string> cameras = ListFolder((folder / parent).string());
-    std::sort(cameras.begin(), cameras.end(), NaturalLess);
-    std::vector<std::string> files;
-    for (const std::string& camera : cameras) {
-      const fs::path file = parent / camera / kPickle;
-      if (IsFile((folder / file).string())) files.push_back(file.string());
+  if (IsFile((folder / kPickle).string())) return true;
+  for (const fs::path& parent : {folder / "Videos", folder}) {
+    if (!IsFolder(parent.string())) continue;
+    for (const std::string& camera : ListFolder(parent.string())) {
+      if (IsFile((parent / camera / kPickle).string())) return true;
     }
-    if (!files.empty()) return files;
   }
-  return {};
-}
-
-std::string NameOf(const std::string& file) {
-  std::error_code error;
-  const fs::path path = fs::absolute(file, error);
-  const std::string folder = path.parent_path().filename().string();
-  return path.filename() == kPickle && !folder.empty() ? folder
-                                                       : path.stem().string();
-}
-
-CameraRecord ReadOpencapCamera(const std::string& file) {
-  constexpr size_t kMaxBytes = size_t{1} << 20;
-  const Json json = ParsePickle(ReadBytes(file, kMaxBytes), file);
-  CameraRecord record;
-  record.file = file;
-  record.name = NameOf(file);
-  KeyReader camera(JsonField(json, file));
-  record.K = camera.Matrix3("intrinsicMat");
-  camera.ReadLens(&record);
-  const std::vector<double> size = camera.At("imageSize").Matrix(2, 1);
-  record.height_px = static_cast<int64_t>(std::clamp(size[0], 0.0, 1e9));
-  record.width_px = static_cast<int64_t>(std::clamp(size[1], 0.0, 1e9));
-  if (!camera.Find("rotation").has_value()) {
-    camera.object().Fail(std::string("has no rotation: cameraIntrinsics.pickle "
-                                     "has the lens alone, expected ") +
-                         kPickle);
-  }
-  record.R = camera.Matrix3("rotation");
-  record.t = camera.Vector3("translation");
-  camera.Find("rotation_EulerAngles");
-  camera.RejectUnread();
-  return record;
-}
-
-}  // namespace
-
-bool RecogniseOpencap(const CalibrationHead& head) {
-  if (head.is_folder) return !FindPickles(head.path).empty();
-  return head.Is(CalibrationSyntax::kPickle);
+  return false;
 }
 
 CalibrationFile ReadOpencap(const CalibrationHead& head) {
-  std::vector<std::string> files;
-  if (head.is_folder) files = FindPickles(head.path);
-  return ReadFileACamera(head, files, LengthUnit::kMillimetre,
-                         ReadOpencapCamera);
+  return ReadByAdapter(OwnAdapter("opencap", AdapterKind::kCameras), head.path);
 }
 
 }  // namespace kinegraph

@@ -31,9 +31,10 @@ KINEGRAPH_DECLARE(Colmap);
 KINEGRAPH_DECLARE(Qualisys);
 KINEGRAPH_DECLARE(Vicon);
 KINEGRAPH_DECLARE(Optitrack);
-KINEGRAPH_DECLARE(Opencap);
 KINEGRAPH_DECLARE(Biocv);
 #undef KINEGRAPH_DECLARE
+CalibrationFile ReadOpencap(const CalibrationHead& head);
+bool IsOpencapFolder(const std::string& path);
 
 namespace {
 
@@ -125,7 +126,7 @@ const std::vector<CalibrationFormat>& CalibrationFormats() {
        ReadOptitrack},
       {"opencap",
        "a session's folder, cameraIntrinsicsExtrinsics.pickle a camera",
-       Syntax::kPickle, RecogniseOpencap, ReadOpencap},
+       Syntax::kOther, nullptr, ReadOpencap},
       {"biocv", "bioCV's .calib, a file a camera", Syntax::kNumbers,
        RecogniseBiocv, ReadBiocv}};
   return kFormats;
@@ -154,7 +155,6 @@ bool CalibrationHead::HasFile(const std::string& name) const {
 CalibrationHead LookAtCalibration(const std::string& path) {
   if (IsFolder(path)) return LookAtFolder(path);
   std::string text = ReadBytes(path, kMaxSmallFileBytes);
-  if (IsPickle(text)) return Parsed(path, Syntax::kPickle, text);
   // XML states its own encoding; no other text may be in UTF-16.
   if (IsUtf16(text) && IsUtf16Xml(text)) {
     return Parsed(path, Syntax::kXml, text);
@@ -206,13 +206,14 @@ CalibrationFile ReadFileACamera(const CalibrationHead& head,
 
 const CalibrationFormat* RecogniseCalibration(const CalibrationHead& head) {
   for (const CalibrationFormat& format : CalibrationFormats()) {
-    if (format.recognise(head)) return &format;
+    if (format.recognise != nullptr && format.recognise(head)) return &format;
   }
   return nullptr;
 }
 
 bool IsCalibrationFolder(const std::string& path) {
-  return RecogniseCalibration(LookAtFolder(path)) != nullptr;
+  return RecogniseCalibration(LookAtFolder(path)) != nullptr ||
+         IsOpencapFolder(path);
 }
 
 }  // namespace kinegraph

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "core/geometry/camera.h"
+#include "core/io/adapters/adapter.h"
 #include "core/io/calibration/camera_record.h"
 #include "core/io/text/json.h"
 #include "core/io/text/lost_fields.h"
@@ -19,15 +20,7 @@
 namespace kinegraph {
 
 // How the text of a calibration is written.
-enum class CalibrationSyntax {
-  kJson,
-  kToml,
-  kYaml,
-  kXml,
-  kPickle,
-  kNumbers,
-  kOther
-};
+enum class CalibrationSyntax { kJson, kToml, kYaml, kXml, kNumbers, kOther };
 
 // What a path looks like, for recognising its format and for reading it.
 struct CalibrationHead {
@@ -64,7 +57,7 @@ struct CalibrationFormat {
   std::string name;
   std::string layout;  // one line for people
   CalibrationSyntax syntax = CalibrationSyntax::kJson;
-  Recognise recognise = nullptr;
+  Recognise recognise = nullptr;  // null: an adapter does
   Read read = nullptr;
   Write write = nullptr;  // null: read only
 };
@@ -82,6 +75,9 @@ CalibrationHead LookAtCalibration(const std::string& path,
 const CalibrationFormat* RecogniseCalibration(const CalibrationHead& head);
 // Whether a folder is a calibration by the names of its files.
 bool IsCalibrationFolder(const std::string& path);
+
+// What an adapter prints of a path: our own format, in any unit.
+CalibrationFile ReadByAdapter(const Adapter& adapter, const std::string& path);
 
 // Reads the file that was given, or these of its folder, each of one camera.
 CalibrationFile ReadFileACamera(const CalibrationHead& head,

@@ -1,6 +1,7 @@
 // Calibrations in JSON: our own, and those of 4D association, VoxelPose, longcw
 // and CMU Panoptic.
 #include <algorithm>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -96,12 +97,18 @@ CalibrationFile ReadKinegraph(const CalibrationHead& head) {
   KeyReader root(head.Root());
   const JsonField version = root.At("kinegraph_cameras");
   if (version.Integer() != 1) version.FailExpected("version 1");
-  if (const auto units = root.Find("units")) {
-    const JsonField length = units->At("length");
-    if (length.Text() != "m") length.FailExpected("'m'");
-  }
   CalibrationFile file;
   file.states_unit = true;
+  if (const auto units = root.Find("units")) {
+    const std::map<std::string, LengthUnit> known = {
+        {"m", LengthUnit::kMetre},
+        {"cm", LengthUnit::kCentimetre},
+        {"mm", LengthUnit::kMillimetre}};
+    const JsonField length = units->At("length");
+    const auto unit = known.find(length.Text());
+    if (unit == known.end()) length.FailExpected("'m', 'cm' or 'mm'");
+    file.unit = unit->second;
+  }
   for (const JsonField& camera : root.At("cameras").Elements("camera")) {
     file.cameras.push_back(
         ReadNamed(camera, camera.At("name").Text(), ReadKinegraphCamera));
@@ -109,6 +116,15 @@ CalibrationFile ReadKinegraph(const CalibrationHead& head) {
   root.Find("refinement");     // how the cameras came about
   root.Find(kFingerprintKey);  // of the tracks that they came with
   root.RejectUnread();
+  return file;
+}
+
+CalibrationFile ReadByAdapter(const Adapter& adapter, const std::string& path) {
+  CalibrationHead head;
+  head.path = path;
+  head.json = ParseJson(OutputOf(adapter, path), path);
+  CalibrationFile file = ReadKinegraph(head);
+  file.states_unit = false;  // it is the adapter that does, not the file
   return file;
 }
 

@@ -6,7 +6,6 @@
 #include <optional>
 
 #include "core/base/error.h"
-#include "core/io/binary/hdf5_file.h"
 #include "core/io/detections/formats.h"
 #include "core/io/files/folder_entry.h"
 #include "core/io/files/text_file.h"
@@ -25,23 +24,32 @@ namespace kinegraph {
                      const DetectionWriteOptions& options,           \
                      DetectionSource* source, LostFields* lost_fields)
 KINEGRAPH_DECLARE(Kinegraph);
-KINEGRAPH_DECLARE(Caliscope);
 KINEGRAPH_DECLARE(Openpose);
 KINEGRAPH_DECLARE(Coco);
 KINEGRAPH_DECLARE(CocoViews);
 KINEGRAPH_DECLARE(Mmpose);
 KINEGRAPH_DECLARE(Mediapipe);
 KINEGRAPH_DECLARE(DeepLabCut);
-KINEGRAPH_DECLARE(DeepLabCutH5);
-KINEGRAPH_DECLARE(Sleap);
-KINEGRAPH_DECLARE(Freemocap);
 KINEGRAPH_DECLARE(Longcw);
 KINEGRAPH_DECLARE(Smap);
 #undef KINEGRAPH_DECLARE
+std::unique_ptr<DetectionSource> OpenDeepLabCutH5(
+    const std::string& path, const DetectionReadOptions& options);
 
 namespace {
 
 namespace fs = std::filesystem;
+
+// Of a format that kinegraph-adapters reads.
+template <const char* const& kName>
+std::unique_ptr<DetectionSource> OpenOurs(const std::string& path,
+                                          const DetectionReadOptions& options) {
+  return OpenByAdapter(OwnAdapter(kName, AdapterKind::kDetections), path,
+                       options);
+}
+constexpr const char* kCaliscope = "caliscope";
+constexpr const char* kFreemocap = "freemocap";
+constexpr const char* kSleap = "sleap";
 
 // With the extension of a format that has several files.
 bool IsDataFile(const fs::path& path) {
@@ -74,7 +82,7 @@ const std::vector<DetectionFormat>& DetectionFormats() {
       {"kinegraph", "JSON Lines", ".jsonl", Files::kOne, RecogniseKinegraph,
        OpenKinegraph, WriteKinegraph},
       {"caliscope", "Caliscope's xy_TRACKER.csv, or the folder of its session",
-       ".csv", Files::kSession, RecogniseCaliscope, OpenCaliscope},
+       ".csv", Files::kSession, nullptr, OpenOurs<kCaliscope>},
       {"openpose",
        "a folder a view, a file a frame (OpenPose, Pose2Sim, Sports2D)",
        ".json", Files::kFolderAView, RecogniseOpenpose, OpenOpenpose,
@@ -95,12 +103,12 @@ const std::vector<DetectionFormat>& DetectionFormats() {
        "detectors that are fused",
        ".csv", Files::kFileAView, RecogniseDeepLabCut, OpenDeepLabCut},
       {"deeplabcut_h5", "DeepLabCut's HDF5, a file a view", ".h5",
-       Files::kFileAView, RecogniseDeepLabCutH5, OpenDeepLabCutH5},
+       Files::kFileAView, nullptr, OpenDeepLabCutH5},
       {"sleap",
        "analysis HDF5, a file a view, or sleap-anipose's folder a camera",
-       ".h5", Files::kFileAView, RecogniseSleap, OpenSleap},
+       ".h5", Files::kFileAView, nullptr, OpenOurs<kSleap>},
       {"freemocap", "FreeMoCap's 2D points, one NPY of all cameras", ".npy",
-       Files::kOne, RecogniseFreemocap, OpenFreemocap},
+       Files::kOne, nullptr, OpenOurs<kFreemocap>},
       {"longcw", "annotation_2d.json", ".json", Files::kOne, RecogniseLongcw,
        OpenLongcw, WriteLongcw, /*names_image_size=*/true},
       {"smap", "a file a view", ".json", Files::kFileAView, RecogniseSmap,
@@ -142,14 +150,6 @@ DetectionHead LookAtDetections(const std::string& path) {
   head.kind = json.kind;
   head.keys = json.keys;
   head.beginning = BeginningOf(head.file, 1 << 16);
-  if (IsHdf5(head.file)) {
-    try {
-      head.keys = Hdf5Names(head.file);
-    } catch (const InputError&) {
-      // Beside other files of a folder it may be nobody's.
-      if (!head.is_folder) throw;
-    }
-  }
   return head;
 }
 
@@ -163,7 +163,7 @@ bool LeavesOutEmptyFrames(const std::string& path,
 
 const DetectionFormat* RecogniseDetections(const DetectionHead& head) {
   for (const DetectionFormat& format : DetectionFormats()) {
-    if (format.recognise(head)) return &format;
+    if (format.recognise != nullptr && format.recognise(head)) return &format;
   }
   return nullptr;
 }

@@ -30,10 +30,9 @@ struct DetectionHead {
   // The file itself, or the first of the folder's .json and .csv files, or of
   // its first folder's; empty when there is none.
   std::string file;
-  char kind = '\0';  // first character of it that is no space
-  // Outermost keys of a JSON object, outermost names of an HDF5 file.
-  std::vector<std::string> keys;
-  std::string beginning;  // its first 64 KiB
+  char kind = '\0';               // first character of it that is no space
+  std::vector<std::string> keys;  // outermost keys of a JSON object
+  std::string beginning;          // its first 64 KiB
 
   bool HasKey(const std::string& key) const;
   std::vector<std::string> FirstRow() const;  // of a table
@@ -63,7 +62,7 @@ struct DetectionFormat {
   std::string layout;     // one line for people
   std::string extension;  // of its files
   Files files = Files::kOne;
-  Recognise recognise = nullptr;
+  Recognise recognise = nullptr;  // null: an adapter does
   Open open = nullptr;
   Write write = nullptr;          // null: read only
   bool names_image_size = false;  // what is written does (--image_size)

@@ -12,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/io/adapters/adapter.h"
 #include "core/io/detections/source.h"
 #include "core/io/text/bulk_json.h"
 
@@ -116,6 +117,20 @@ using ReadView = void (*)(const std::string& path, size_t view_idx,
 std::unique_ptr<DetectionSource> ReadViews(const NamedPaths& files,
                                            const DetectionReadOptions& options,
                                            ReadView read);
+
+// Our own lines that come through a pipe, which is closed (OwnLines).
+std::unique_ptr<DetectionSource> OpenLines(const std::string& name,
+                                           const DetectionReadOptions& options,
+                                           int pipe, int silence_ms);
+
+// What an adapter prints of a path. Of people without a joint the second keeps
+// their places.
+std::unique_ptr<DetectionSource> OpenByAdapter(
+    const Adapter& adapter, const std::string& path,
+    const DetectionReadOptions& options);
+std::unique_ptr<DetectionSource> OpenEverybodyByAdapter(
+    const Adapter& adapter, const std::string& path,
+    const DetectionReadOptions& options);
 
 // Calls `read` with each object of the array that `list` gives. What any of
 // this throws names the file and the place in the array, "entry 3".

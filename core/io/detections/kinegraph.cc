@@ -29,9 +29,19 @@ class KinegraphSource : public DetectionSource {
       : options_(options), lines_(path) {
     lines_.ReadHeader([&](const JsonObject& object) { ReadHeader(object); });
   }
+  // What an adapter prints.
+  KinegraphSource(const std::string& name, const DetectionReadOptions& options,
+                  int pipe, int silence_ms)
+      : options_(options),
+        is_of_adapter_(true),
+        lines_(name, pipe, silence_ms) {
+    lines_.ReadHeader([&](const JsonObject& object) { ReadHeader(object); });
+  }
 
   const DetectionHeader& header() const override { return header_; }
-  int64_t frame_count() const override { return lines_.CountFrames(); }
+  int64_t frame_count() const override {
+    return is_of_adapter_ ? stated_frames_ : lines_.CountFrames();
+  }
 
   BadFrames bad_frames() const override { return bad_; }
 
@@ -62,7 +72,8 @@ class KinegraphSource : public DetectionSource {
         {"kinegraph_detections", Presence::kRequired, &Self::AcceptVersion},
         {"skeleton", Presence::kRequired, &Self::AcceptSkeleton},
         {"frame_rate", Presence::kOptional, &Self::AcceptFrameRate},
-        {"views", Presence::kRequired, &Self::AcceptViewNames}};
+        {"views", Presence::kRequired, &Self::AcceptViewNames},
+        {"frames", Presence::kOptional, &Self::AcceptFrameCount}};
     ReadKeys(object, kKeys, this, &header_);
     if (options_.frame_rate_hz > 0.0) {
       header_.frame_rate_hz = options_.frame_rate_hz;
@@ -75,7 +86,12 @@ class KinegraphSource : public DetectionSource {
   }
   void AcceptSkeleton(JsonValue value, std::string_view,
                       DetectionHeader* header) {
-    header->skeleton = ReadSkeleton(value);
+    header->skeleton =
+        is_of_adapter_ ? ReadStatedSkeleton(value) : ReadSkeleton(value);
+  }
+  void AcceptFrameCount(JsonValue value, std::string_view key,
+                        DetectionHeader*) {
+    if (!value.is_null()) stated_frames_ = AsFrame(value, key);
   }
   void AcceptFrameRate(JsonValue value, std::string_view key,
                        DetectionHeader* header) {
@@ -210,8 +226,10 @@ class KinegraphSource : public DetectionSource {
   }
 
   const DetectionReadOptions options_;
+  const bool is_of_adapter_ = false;
   OwnLines lines_;
   DetectionHeader header_;
+  int64_t stated_frames_ = -1;
   BadFrames bad_;
   std::optional<TimeNs> last_time_;
   bool has_time_ = false;                    // of one frame
@@ -221,6 +239,12 @@ class KinegraphSource : public DetectionSource {
 };
 
 }  // namespace
+
+std::unique_ptr<DetectionSource> OpenLines(const std::string& name,
+                                           const DetectionReadOptions& options,
+                                           int pipe, int silence_ms) {
+  return std::make_unique<KinegraphSource>(name, options, pipe, silence_ms);
+}
 
 bool RecogniseKinegraph(const DetectionHead& head) {
   return head.HasKey("kinegraph_detections");

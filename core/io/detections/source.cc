@@ -78,35 +78,69 @@ DetectionReadOptions Checked(DetectionReadOptions options) {
                   fmt::join(names.begin() + 1, names.end(), ", ")));
 }
 
-const DetectionFormat& RecognisedFormat(const std::string& path) {
-  const DetectionHead head = LookAtDetections(path);
-  const DetectionFormat* format = RecogniseDetections(head);
-  if (format == nullptr) FailUnknown(path, head);
-  if (head.is_folder && format->files == DetectionFormat::Files::kOne) {
+void CheckWhole(const DetectionHead& head, const DetectionFormat& format) {
+  if (head.is_folder && format.files == DetectionFormat::Files::kOne) {
     throw InputError(head.file, "",
                      "names a whole recording: give this file, not its folder");
   }
-  return *format;
+}
+
+void CheckSkipping(const std::string& path, const std::string& format,
+                   const DetectionReadOptions& options) {
+  if (!options.skip_bad_frames || format == "kinegraph") return;
+  throw OptionError("input.skip_bad_frames",
+                    "is for our own detections (JSON Lines), and '" +
+                        Printable(path) + "' is " + format);
+}
+
+std::unique_ptr<DetectionSource> OpenAs(const Adapter& adapter,
+                                        const std::string& path,
+                                        const DetectionReadOptions& options) {
+  CheckSkipping(path, adapter.name, options);
+  return OpenByAdapter(adapter, path, options);
+}
+
+std::unique_ptr<DetectionSource> OpenAs(const DetectionFormat& format,
+                                        const std::string& path,
+                                        const DetectionReadOptions& options) {
+  CheckSkipping(path, format.name, options);
+  return format.open(path, options);
+}
+
+// By content.
+std::unique_ptr<DetectionSource> OpenAny(const std::string& path,
+                                         const DetectionReadOptions& options) {
+  // What comes through a pipe cannot be looked at and then read.
+  if (IsPipe(path)) {
+    return OpenAs(*FindDetectionFormat("kinegraph"), path, options);
+  }
+  if (const auto given = GivenAdapterOf(path, AdapterKind::kDetections)) {
+    return OpenAs(*given, path, options);
+  }
+  const DetectionHead head = LookAtDetections(path);
+  const DetectionFormat* format = RecogniseDetections(head);
+  if (format != nullptr) {
+    CheckWhole(head, *format);
+    return OpenAs(*format, path, options);
+  }
+  const auto adapter = AdapterOf(path, AdapterKind::kDetections);
+  if (!adapter.has_value()) FailUnknown(path, head);
+  // One of our list may have more to do than to ask its adapter.
+  format = FindDetectionFormat(adapter->name);
+  return format != nullptr ? OpenAs(*format, path, options)
+                           : OpenAs(*adapter, path, options);
 }
 
 std::unique_ptr<DetectionSource> Open(const std::string& path,
                                       const DetectionReadOptions& options) {
-  // What comes through a pipe cannot be looked at and then read.
-  const std::string name = options.format == "auto" && IsPipe(path)
-                               ? std::string("kinegraph")
-                               : options.format;
-  const DetectionFormat* format =
-      name == "auto" ? &RecognisedFormat(path) : FindDetectionFormat(name);
+  if (options.format == "auto") return OpenAny(path, options);
+  const DetectionFormat* format = FindDetectionFormat(options.format);
   if (format == nullptr) {
-    throw OptionError("detections.format",
-                      "found '" + Printable(name) + "', which is not read");
+    throw OptionError(
+        "detections.format",
+        "found '" + Printable(options.format) + "', which is not read");
   }
-  if (options.skip_bad_frames && format->name != "kinegraph") {
-    throw OptionError("input.skip_bad_frames",
-                      "is for our own detections (JSON Lines), and '" +
-                          Printable(path) + "' is " + format->name);
-  }
-  return format->open(path, options);
+  return OpenAs(*format, path, options);
 }
 
 // ---- Checks of what is read ----

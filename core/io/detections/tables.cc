@@ -4,7 +4,6 @@
 #include <limits>
 #include <map>
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <string>
 #include <tuple>
 #include <vector>
@@ -12,8 +11,6 @@
 #include "core/base/error.h"
 #include "core/base/text.h"
 #include "core/data/box.h"
-#include "core/data/limits.h"
-#include "core/io/binary/hdf5_file.h"
 #include "core/io/detections/format.h"
 #include "core/io/detections/formats.h"
 #include "core/io/detections/view_files.h"
@@ -22,7 +19,6 @@
 #include "core/io/text/bulk_json.h"
 #include "core/io/text/csv_rows.h"
 #include "core/io/text/joint_names.h"
-#include "core/io/text/json.h"
 #include "core/io/text/json_output.h"
 #include "core/io/text/names.h"
 
@@ -285,103 +281,26 @@ void ReadDeepLabCutView(const std::string& path, size_t view_idx,
 }
 
 // ---- HDF5 ----
-// pandas' table "df_with_missing", whose index is the frame and whose columns
-// are named by scorer, individual, bodypart and coord. The names are a Python
-// list of tuples, pickled by PyTables in protocol 0.
-
-constexpr const char* kTable = "df_with_missing/table";
-constexpr const char* kValues = "values_block_0";
-
-// The names of each column: a list of tuples of texts.
-std::vector<Texts> ColumnNames(const std::string& pickled) {
-  try {
-    return ParseTextPickle(pickled, kTable).get<std::vector<Texts>>();
-  } catch (const InputError&) {
-  } catch (const Json::exception&) {
-  }
-  throw InputError(
-      "expected the names of columns as DeepLabCut's pandas writes them");
-}
-
-// `width`: numbers a frame, a name each.
-DeepLabCutColumns ColumnsOf(const Hdf5File& file, size_t width) {
-  const std::string pickled =
-      file.Attribute(kTable, std::string(kValues) + "_kind");
-  Texts individuals;
-  Texts parts;
-  Texts coords;
-  for (const Texts& names : ColumnNames(pickled)) {
-    // scorer, (individual,) bodypart, coord
-    if (names.size() != 3 && names.size() != 4) {
-      throw InputError("found a column of " + std::to_string(names.size()) +
-                       " names, expected scorer, bodypart and coord");
-    }
-    if (names.size() == 4) individuals.push_back(names[1]);
-    parts.push_back(names[names.size() - 2]);
-    coords.push_back(names.back());
-  }
-  if (!individuals.empty() && individuals.size() != parts.size()) {
-    throw InputError("some columns name an individual and some do not");
-  }
-  if (coords.size() != width) {
-    throw InputError("has " + std::to_string(width) + " numbers a frame, and " +
-                     std::to_string(coords.size()) + " names of columns");
-  }
-  return FindDeepLabCutColumns(individuals, parts, coords, 0);
-}
-
-void AddTable(const DeepLabCutColumns& columns,
-              const std::vector<double>& frames,
-              const std::vector<double>& values, size_t view_idx,
-              const DetectionReadOptions& options,
-              DeepLabCutRecording* recording) {
-  recording->SettleSkeleton(columns.labels);
-  for (size_t r = 0; r < frames.size(); ++r) {
-    const double* row = &values[r * (values.size() / frames.size())];
-    if (!(frames[r] >= 0.0 && frames[r] <= static_cast<double>(kMaxFrame))) {
-      throw InputError("found a frame below 0 or too large");
-    }
-    const auto frame = static_cast<int64_t>(frames[r]);
-    recording->Touch(frame);
-    for (size_t p = 0; p < columns.people.size(); ++p) {
-      std::vector<Keypoint> joints;
-      for (const KeypointColumns& at : columns.people[p]) {
-        const double confidence = at.confidence < 0 ? 1.0 : row[at.confidence];
-        joints.push_back(MakeKeypoint(row[at.x], row[at.y], confidence,
-                                      options.zero_confidence));
-      }
-      recording->AddPerson(frame, view_idx, p, std::move(joints));
-    }
-  }
-}
+// Read by an adapter, which prints every individual in every frame.
 
 void ReadDeepLabCutH5View(const std::string& path, size_t view_idx,
                           const DetectionReadOptions& options,
                           DeepLabCutRecording* recording) {
-  ReadHdf5(path, [&](const Hdf5File& file) {
-    if (!file.Has("df_with_missing") || !file.Has(kTable)) {
-      throw InputError(path, "",
-                       "has no df_with_missing/table, expected DeepLabCut's "
-                       "predictions as it writes them (pandas' "
-                       "format='table')");
-    }
-    if (file.Attribute(kTable, "index_kind") != "integer") {
-      throw InputError(path, kTable,
-                       "has no frame numbers, expected DeepLabCut's "
-                       "predictions of a video (labels of pictures are CSV)");
-    }
-    size_t width = 0;
-    size_t one = 0;
-    const std::vector<double> frames = file.Field(kTable, "index", &one);
-    const std::vector<double> values = file.Field(kTable, kValues, &width);
-    Located(
-        path, [] { return kTable; },
-        [&] {
-          const DeepLabCutColumns columns = ColumnsOf(file, width);
-          if (one != 1) throw InputError("index: expected one number a frame");
-          AddTable(columns, frames, values, view_idx, options, recording);
-        });
+  const auto view = OpenEverybodyByAdapter(
+      OwnAdapter("deeplabcut_h5", AdapterKind::kDetections), path, options);
+  const Skeleton& skeleton = view->header().skeleton;
+  Located(path, [&] {
+    recording->SettleSkeleton(skeleton.joints(), skeleton.bones(),
+                              skeleton.name());
   });
+  for (DetectionFrame frame; view->Next(&frame);) {
+    recording->Touch(frame.frame);
+    auto& people = frame.views.front().detections;
+    for (size_t p = 0; p < people.size(); ++p) {
+      recording->AddPerson(frame.frame, view_idx, p,
+                           std::move(people[p].joints));
+    }
+  }
 }
 
 }  // namespace
@@ -394,10 +313,6 @@ bool RecogniseDeepLabCut(const DetectionHead& head) {
 std::unique_ptr<DetectionSource> OpenDeepLabCut(
     const std::string& path, const DetectionReadOptions& options) {
   return OpenDetectors(path, options, ".csv", ReadDeepLabCutView);
-}
-
-bool RecogniseDeepLabCutH5(const DetectionHead& head) {
-  return head.HasKey("df_with_missing");
 }
 
 std::unique_ptr<DetectionSource> OpenDeepLabCutH5(

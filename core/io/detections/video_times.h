@@ -17,9 +17,8 @@ std::string VideoType(const std::string& path);
 
 // Times of the pictures of the first video track [s], ascending, zero where
 // playback begins; pictures before it, which an edit list cuts off, are left
-// out. Empty where the file keeps no list of its pictures (MP4 in fragments).
-// Throws InputError naming the file when it is none of these containers, has no
-// video track, or ends too early.
+// out. Read by ffprobe. Throws InputError naming the file when ffprobe is not
+// there, or finds no such track.
 std::vector<double> ReadVideoTimes(const std::string& path);
 
 }  // namespace kinegraph

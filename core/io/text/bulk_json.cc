@@ -286,6 +286,12 @@ OwnLines::OwnLines(const std::string& path)
   buffer_.resize((size_t{1} << 16) + kPadding);
 }
 
+OwnLines::OwnLines(const std::string& name, int pipe, int silence_ms)
+    : path_(name), file_(StreamOf(pipe, "rb")), silence_ms_(silence_ms) {
+  if (file_ == nullptr) FailToRead(name);
+  buffer_.resize((size_t{1} << 16) + kPadding);
+}
+
 bool OwnLines::Fill() {
   if (begin_ > 0) {  // move what is not read yet to the front
     std::memmove(buffer_.data(), buffer_.data() + begin_, end_ - begin_);
@@ -302,13 +308,19 @@ bool OwnLines::Fill() {
   // One read, which gives what is there: a line of a live stream must not wait
   // until later ones fill the buffer.
   const int descriptor = DescriptorOf(file_.get());
-  if (!InputStop::WaitForInput(descriptor)) return false;
+  if (silence_ms_ < 0) {
+    if (!InputStop::WaitForInput(descriptor)) return false;
+  } else if (!HasInput(descriptor, silence_ms_)) {
+    throw InputError(path_, "",
+                     "its adapter has printed nothing for " +
+                         std::to_string(silence_ms_ / 1000) + " s");
+  }
   const int64_t got = ReadSome(descriptor, buffer_.data() + end_,
                                buffer_.size() - kPadding - end_);
   if (got < 0) FailToRead(path_);
   end_ += static_cast<size_t>(got);
   // Standard input may be a file that grows, which is a stream like others.
-  if (got == 0 && path_ != "/dev/stdin") {
+  if (got == 0 && silence_ms_ < 0 && path_ != "/dev/stdin") {
     InputFiles::Note(descriptor, path_);
   }
   return got > 0;
@@ -331,7 +343,7 @@ bool OwnLines::NextLine() {
     if (!Fill()) break;
     searched = begin_ + searched_of_line;
   }
-  if (InputStop::HasHappened()) return false;  // maybe half a line
+  if (silence_ms_ < 0 && InputStop::HasHappened()) return false;  // half a line
   length_ = end_ - begin_;  // the last line may lack its newline
   next_ = end_;
   return length_ > 0;

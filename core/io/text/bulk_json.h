@@ -142,6 +142,9 @@ class OwnLines {
  public:
   // Throws InputError when the file cannot be read.
   explicit OwnLines(const std::string& path);
+  // Of a pipe, which it closes; `name` stands for it in messages. Silence of
+  // more than `silence_ms` throws InputError.
+  OwnLines(const std::string& name, int pipe, int silence_ms);
 
   // `read` gets the object that the next line holds; file and line stand in
   // front of what it throws. Throws InputError where there is no line.
@@ -188,6 +191,7 @@ class OwnLines {
 
   std::string path_;
   std::unique_ptr<std::FILE, Closer> file_;
+  int silence_ms_ = -1;       // none is too long
   std::vector<char> buffer_;  // simdjson's padding included
   size_t begin_ = 0;          // of the current line
   size_t length_ = 0;

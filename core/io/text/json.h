@@ -36,18 +36,6 @@ Json ParseJson(const std::string& text, const std::string& file);
 // than 16 MiB of values, aliases written out.
 Json ParseYaml(const std::string& text, const std::string& file);
 
-// Python's pickle of numbers, texts, lists, dictionaries and NumPy arrays
-// (protocols 2 to 5), an array as rows of rows. A pickle is a program: of its
-// instructions only those are followed that build such values, and of the
-// functions that it may call only the four with which Python and NumPy store an
-// array. Anything else is refused by its name; nothing is executed. Throws
-// InputError naming `file`.
-Json ParsePickle(const std::string& bytes, const std::string& file);
-// Whether bytes begin as such a pickle does.
-bool IsPickle(const std::string& bytes);
-// The same of protocol 0, which has no mark to know it by.
-Json ParseTextPickle(const std::string& bytes, const std::string& file);
-
 // NaN or an infinity as Python writes them into JSON, which knows neither: the
 // one that `text` begins with; empty where it begins with none.
 std::string_view NotANumberAt(std::string_view text);

@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/io/text/joint_names.h"
 #include "core/io/text/json.h"
 
 namespace kinegraph {
@@ -28,14 +29,23 @@ std::vector<Bone> ReadBones(JsonValue value, std::string_view key, int first,
   return bones;
 }
 
+namespace {
+
+std::vector<std::string> ReadJoints(const JsonObject& skeleton) {
+  std::vector<std::string> joints;
+  for (const JsonValue joint :
+       AsArray(Required(skeleton, "joints"), "skeleton.joints")) {
+    joints.emplace_back(AsText(joint, "skeleton.joints"));
+  }
+  return joints;
+}
+
+}  // namespace
+
 Skeleton ReadSkeleton(JsonValue value) {
   const JsonObject object = AsObject(value, "skeleton");
   const std::string name(AsText(Required(object, "name"), "skeleton.name"));
-  std::vector<std::string> joints;
-  for (const JsonValue joint :
-       AsArray(Required(object, "joints"), "skeleton.joints")) {
-    joints.emplace_back(AsText(joint, "skeleton.joints"));
-  }
+  std::vector<std::string> joints = ReadJoints(object);
   std::vector<Bone> bones =
       ReadBones(Required(object, "bones"), "skeleton.bones", 0,
                 std::numeric_limits<int>::max());
@@ -44,6 +54,28 @@ Skeleton ReadSkeleton(JsonValue value) {
   } catch (const OptionError& error) {
     throw InputError(std::string("skeleton.") + error.what());
   }
+}
+
+Skeleton ReadStatedSkeleton(JsonValue value) {
+  if (value.is_string()) {
+    const std::string name(AsText(value, "skeleton"));
+    if (const Skeleton* known = FindSkeleton(name)) return *known;
+    throw InputError(fmt::format("skeleton: found '{}', expected one of {}",
+                                 Printable(name),
+                                 fmt::join(SkeletonNames(), ", ")));
+  }
+  const JsonObject object = AsObject(value, "skeleton");
+  const std::vector<std::string> labels = ReadJoints(object);
+  std::string_view name;
+  Get(object, "name", &name);
+  JsonValue bones;
+  if (object.at_key("bones").get(bones)) {
+    return SkeletonOfLabels(labels, {}, std::string(name));
+  }
+  return SkeletonOfLabels(labels,
+                          ReadBones(bones, "skeleton.bones", 0,
+                                    static_cast<int>(labels.size()) - 1),
+                          std::string(name));
 }
 
 std::string SkeletonJson(const Skeleton& skeleton) {

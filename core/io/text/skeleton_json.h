@@ -15,6 +15,11 @@ namespace kinegraph {
 // Throws InputError without a file (bulk_json.h).
 Skeleton ReadSkeleton(JsonValue value);
 
+// What an adapter states: the name of a built-in skeleton, or {"joints": labels
+// in any spelling, "bones": pairs, if there are any}, under our names
+// (SkeletonOfLabels). Throws as ReadSkeleton.
+Skeleton ReadStatedSkeleton(JsonValue value);
+
 // Pairs of joints counted from `first` to `last`, as indices from 0. Throws
 // InputError "KEY: ..." without a file.
 std::vector<Bone> ReadBones(JsonValue value, std::string_view key, int first,

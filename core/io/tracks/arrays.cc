@@ -1,5 +1,5 @@
-// Arrays that are dense over frames, people and joints: NumPy's .npz, and the
-// netCDF of the Python package `movement`.
+// Arrays that are dense over frames, people and joints: NumPy's .npz, and what
+// the Python package `movement` reads.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -10,8 +10,6 @@
 #include "core/base/constants.h"
 #include "core/base/error.h"
 #include "core/data/limits.h"
-#include "core/geometry/ball_probability.h"
-#include "core/io/binary/netcdf_file.h"
 #include "core/io/binary/npz_file.h"
 #include "core/io/text/bulk_json.h"
 #include "core/io/tracks/format.h"
@@ -279,109 +277,6 @@ void AddSkeleton(const Skeleton& skeleton, NpzFile* file) {
   file->AddTexts("skeleton", {}, {skeleton.name()});
 }
 
-// ---- movement ----
-//
-// A data set of poses as the Python package `movement` keeps them, for
-// xarray: netCDF with the dimensions time, space, keypoints and individuals.
-
-// A joint in a frame; nobody where the person is not there.
-struct JointCell {
-  const PersonPose* person = nullptr;
-  size_t joint_idx = 0;
-
-  const Joint3d* joint() const {
-    return person == nullptr ? nullptr : &person->joints[joint_idx];
-  }
-  const Eigen::Matrix3d* covariance() const {
-    if (person == nullptr || !joint()->present()) return nullptr;
-    if (person->covariances.empty()) return nullptr;
-    const auto& covariance = person->covariances[joint_idx];
-    return covariance ? &*covariance : nullptr;
-  }
-};
-
-// The joints in [time, keypoints, individuals].
-class JointCells {
- public:
-  JointCells(const TrackSequence& tracks, const std::vector<int64_t>& ids)
-      : people_(tracks.frames.size() * ids.size()),
-        id_count_(ids.size()),
-        joint_count_(tracks.header.skeleton.joints().size()) {
-    for (size_t f = 0; f < tracks.frames.size(); ++f) {
-      for (const PersonPose& person : tracks.frames[f].people) {
-        people_[f * id_count_ + PlaceOf(person, ids)] = &person;
-      }
-    }
-  }
-
-  JointCell At(size_t i) const {
-    const size_t f = i / (id_count_ * joint_count_);
-    return {people_[f * id_count_ + i % id_count_],
-            i / id_count_ % joint_count_};
-  }
-  // `value(cell, axis)` of what stands at a place in [time, space, keypoints,
-  // individuals].
-  template <typename Value>
-  double InSpace(size_t i, const Value& value) const {
-    const size_t plane = joint_count_ * id_count_;
-    return value(At(i / (3 * plane) * plane + i % plane),
-                 static_cast<int>(i / plane % 3));
-  }
-
- private:
-  std::vector<const PersonPose*> people_;  // [time, individuals]
-  const size_t id_count_;
-  const size_t joint_count_;
-};
-
-// The probability that it lies within 50 mm of where it is.
-double ConfidenceOf(const JointCell& cell) {
-  constexpr double kWithinM = 0.05;
-  const Eigen::Matrix3d* covariance = cell.covariance();
-  return covariance == nullptr ? kNan
-                               : ProbabilityWithin(kWithinM, *covariance);
-}
-
-double PositionOf(const JointCell& cell, int axis) {
-  const Joint3d* joint = cell.joint();
-  return joint == nullptr || !joint->present() ? kNan : joint->position_m[axis];
-}
-
-double SigmaOf(const JointCell& cell, int axis) {
-  const Eigen::Matrix3d* covariance = cell.covariance();
-  return covariance == nullptr ? kNan : std::sqrt((*covariance)(axis, axis));
-}
-
-// The variables of each joint; `frames` and `individuals` are dimensions.
-void AddJointVariables(const JointCells& cells, bool has_covariances, int time,
-                       int space, int keypoints, int individuals,
-                       NetcdfFile* file) {
-  const auto with = [](const char* name, const char* value) {
-    return NetcdfFile::Attributes{{"coordinates", "frame identity"},
-                                  {name, value}};
-  };
-  const std::vector<int> dense = {time, space, keypoints, individuals};
-  const std::vector<int> a_joint = {time, keypoints, individuals};
-  file->Doubles("position", dense, with("units", "m"),
-                [&cells](size_t i) { return cells.InSpace(i, PositionOf); });
-  file->Doubles(
-      "confidence", a_joint,
-      with("long_name", "probability that the joint lies within 50 mm"),
-      [&cells](size_t i) { return ConfidenceOf(cells.At(i)); });
-  file->Bytes(
-      "status", a_joint, with("long_name", "2 observed, 1 inferred, 0 missing"),
-      [&cells](size_t i) {
-        const Joint3d* joint = cells.At(i).joint();
-        return static_cast<int8_t>(joint == nullptr ? JointStatus::kMissing
-                                                    : joint->status);
-      });
-  if (!has_covariances) return;
-  NetcdfFile::Attributes sigma = with("units", "m");
-  sigma.emplace_back("long_name", "standard deviation of the position");
-  file->Doubles("position_sigma", dense, sigma,
-                [&cells](size_t i) { return cells.InSpace(i, SigmaOf); });
-}
-
 }  // namespace
 
 bool RecogniseNpzTracks(const TrackHead& head) {
@@ -470,40 +365,16 @@ void WriteNpzTracks(const std::string& path, const TrackSequence& tracks,
   NoteLosses(contents, {Loss::kUnknownClock, Loss::kMatches}, lost_fields);
 }
 
+// A data set of poses as the Python package `movement` keeps them, for xarray:
+// netCDF, which an adapter writes.
 void WriteMovementTracks(const std::string& path, const TrackSequence& tracks,
                          const TrackExportOptions& options,
                          LostFields* lost_fields) {
   const TrackContents contents = ContentsOf(tracks);
-  const std::vector<int64_t> ids = RequirePeople(tracks);
-  const std::vector<std::string>& joints = tracks.header.skeleton.joints();
-  const JointCells cells(tracks, ids);
-  NetcdfFile file;
-  const int time = file.Dimension("time", tracks.frames.size());
-  const int space = file.Dimension("space", 3);
-  const int keypoints = file.Dimension("keypoints", joints.size());
-  const int individuals = file.Dimension("individuals", ids.size());
-  file.Attribute("ds_type", "poses");
-  file.Attribute("source_software", "kinegraph");
-  file.Attribute("time_unit", contents.has_clock ? "seconds" : "frames");
-  if (tracks.header.frame_rate_hz > 0.0) {
-    file.Attribute("fps", tracks.header.frame_rate_hz);
-  }
-  const auto frame_number = [&](size_t f) {
-    return static_cast<double>(tracks.frames[f].frame);
-  };
-  file.Doubles("time", {time}, {}, [&](size_t f) {
-    return contents.has_clock ? ToSeconds(tracks.frames[f].time)
-                              : frame_number(f);
-  });
-  file.Texts("space", space, {"x", "y", "z"});
-  file.Texts("keypoints", keypoints, joints);
-  file.Texts("individuals", individuals, PersonTitles(ids, options.names));
-  file.Doubles("frame", {time}, {}, frame_number);
-  file.Doubles("identity", {individuals}, {},
-               [&](size_t p) { return static_cast<double>(ids[p]); });
-  AddJointVariables(cells, contents.has_covariances, time, space, keypoints,
-                    individuals, &file);
-  file.Write(path);
+  TrackWriteOptions write;
+  write.titles = PersonTitles(RequirePeople(tracks), options.names);
+  write.within_m = 0.05;
+  WriteTracksByAdapter("movement", path, tracks, write);
   lost_fields->push_back("bones, views and configuration are not kept");
   lost_fields->push_back(
       contents.has_covariances

@@ -5,6 +5,7 @@
 #include "core/base/error.h"
 #include "core/base/text.h"
 #include "core/data/limits.h"
+#include "core/io/adapters/adapter.h"
 #include "core/io/files/text_file.h"
 #include "core/io/text/bulk_json.h"
 #include "core/io/text/csv_rows.h"
@@ -49,6 +50,21 @@ void Check(const TrackReadOptions& options) {
   if (options.first_frame < 0 || options.first_frame > kMaxFrame) {
     throw OptionError("first_frame", "expected a frame number >= 0");
   }
+}
+
+// What an adapter recognises that is none of our list.
+const TrackFormat& FormatOfAdapters() {
+  static const TrackFormat kFormat = {
+      "adapter",
+      "",
+      {},
+      nullptr,
+      [](const std::string& path, const TrackReadOptions& options) {
+        const auto adapter = AdapterOf(path, AdapterKind::kTracks);
+        if (!adapter.has_value()) throw InputError(path, "", "has changed");
+        return ReadTracksByAdapter(*adapter, path, options);
+      }};
+  return kFormat;
 }
 
 // In another unit than the format's usual one.
@@ -118,6 +134,10 @@ struct Row : TrackFormat {
     is_unmistakable = false;
     return *this;
   }
+  Row& OfAdapter() {
+    is_of_adapter = true;
+    return *this;
+  }
 };
 
 }  // namespace
@@ -171,7 +191,8 @@ const std::vector<TrackFormat>& TrackFormats() {
       Row("movement", "netCDF for movement and xarray, m")
           .Extensions(".nc")
           .Writes(WriteMovementTracks)
-          .WithNames(),
+          .WithNames()
+          .OfAdapter(),
       Row("anipose", "Anipose's table of 3D points, mm, a file a person")
           .Writes(WriteAniposeTracks)
           .WithNames()
@@ -197,9 +218,10 @@ const std::vector<TrackFormat>& TrackFormats() {
           .UsualUnit(0.01)
           .FileAFrame(),
       Row("tum", "actorsGT.mat")
-          .Reads(RecogniseTumTracks, ReadTumTracks)
+          .Reads(nullptr, ReadTumTracks)
           .Writes(WriteTumTracks)
-          .UsualUnit(1.0)};
+          .UsualUnit(1.0)
+          .OfAdapter()};
   return kFormats;
 }
 
@@ -291,9 +313,15 @@ const TrackFormat& FormatOfTracks(const std::string& path,
                                     WayOnFrom(options.format));
   }
   if (IsPipe(path)) return *FindTrackFormat("kinegraph");
+  if (GivenAdapterOf(path, AdapterKind::kTracks)) return FormatOfAdapters();
   const TrackHead head = LookAtTracks(path);
   const TrackFormat* format = RecogniseTracks(head);
   if (format != nullptr) return *format;
+  if (const auto adapter = AdapterOf(path, AdapterKind::kTracks)) {
+    const TrackFormat* ours = FindTrackFormat(adapter->name);
+    return ours != nullptr && ours->read != nullptr ? *ours
+                                                    : FormatOfAdapters();
+  }
   if (head.HasKey("kinegraph_detections")) {
     throw InputError(path, "", "is a file of detections, expected tracks");
   }

@@ -78,6 +78,8 @@ struct TrackFormat {
   std::string person_extension = "";  // of a file a person
   // Whatever it recognises is of no other kind than tracks.
   bool is_unmistakable = true;
+  // kinegraph-adapters recognises, reads and writes it.
+  bool is_of_adapter = false;
 };
 
 const std::vector<TrackFormat>& TrackFormats();

@@ -1,4 +1,6 @@
 // Our own tracks, JSON Lines: a header line, then a line a frame.
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <fstream>
 #include <limits>
@@ -11,6 +13,7 @@
 #include "core/base/error.h"
 #include "core/data/checks.h"
 #include "core/data/limits.h"
+#include "core/geometry/ball_probability.h"
 #include "core/io/files/atomic_file.h"
 #include "core/io/text/bulk_json.h"
 #include "core/io/text/json.h"
@@ -78,6 +81,12 @@ class TrackWriter::Impl {
       WriteArray(views_, [this](const std::string& view) { out_.Text(view); });
     }
     WriteNames();
+    if (!options_.titles.empty()) {
+      out_.Text(", \"titles\": ");
+      WriteArray(options_.titles, [this](const std::string& title) {
+        out_.Text(JsonText(title));
+      });
+    }
     out_.Add(", \"config\": ", config, "}\n");
     out_.FlushTo(&file_);
   }
@@ -104,6 +113,7 @@ class TrackWriter::Impl {
       out_.Add("\"", ToString(joint.status), "\"");
     });
     WriteCovariances(person);
+    if (options_.within_m > 0.0) WriteWithin(person);
     if (!person.inlier_views.empty()) {
       CheckLength(person.inlier_views.size());
       out_.Text(", \"views\": ");
@@ -127,6 +137,16 @@ class TrackWriter::Impl {
       WriteNumbers({(*c)(0, 0), (*c)(0, 1), (*c)(0, 2), (*c)(1, 1), (*c)(1, 2),
                     (*c)(2, 2)});
     });
+  }
+
+  void WriteWithin(const PersonPose& person) {
+    if (person.covariances.empty()) return;
+    out_.Text(", \"within\": ");
+    WriteArray(person.covariances,
+               [this](const std::optional<Eigen::Matrix3d>& c) {
+                 if (!c) return out_.Text("null");
+                 out_.Number(ProbabilityWithin(options_.within_m, *c));
+               });
   }
 
   void WriteObservations(const PersonPose& person) {
@@ -208,6 +228,12 @@ constexpr int kMaxInt = std::numeric_limits<int>::max();
 class KinegraphTrackReader {
  public:
   explicit KinegraphTrackReader(const std::string& path) : lines_(path) {}
+  // What an adapter prints. `skeleton` replaces its own of as many joints.
+  KinegraphTrackReader(const std::string& name, int pipe, int silence_ms,
+                       const std::optional<Skeleton>& skeleton)
+      : lines_(name, pipe, silence_ms),
+        is_of_adapter_(true),
+        skeleton_(skeleton) {}
 
   TrackSequence Read(double frame_rate_hz) {
     lines_.ReadHeader([&](const JsonObject& object) { ReadHeader(object); });
@@ -246,7 +272,15 @@ class KinegraphTrackReader {
     AsInteger(value, key, 1, 1);
   }
   void AcceptSkeleton(JsonValue value, std::string_view, TrackHeader* header) {
-    header->skeleton = ReadSkeleton(value);
+    if (!is_of_adapter_) {
+      header->skeleton = ReadSkeleton(value);
+      return;
+    }
+    header->skeleton = ReadStatedSkeleton(value);
+    if (!skeleton_.has_value()) return;
+    CheckCount("skeleton", header->skeleton.joints().size(),
+               skeleton_->joints().size(), " joints");
+    header->skeleton = *skeleton_;
   }
   void CheckUnits(JsonValue value, std::string_view key, TrackHeader*) {
     const JsonObject units = AsObject(value, key);
@@ -458,6 +492,8 @@ class KinegraphTrackReader {
   }
 
   OwnLines lines_;
+  const bool is_of_adapter_ = false;
+  const std::optional<Skeleton> skeleton_;
   TrackHeader header_;
   bool has_time_ = false;              // of one frame
   std::vector<JointStatus> statuses_;  // of one person
@@ -473,6 +509,34 @@ bool RecogniseKinegraphTracks(const TrackHead& head) {
 TrackSequence ReadKinegraphTracks(const std::string& path,
                                   const TrackReadOptions& options) {
   return KinegraphTrackReader(path).Read(options.frame_rate_hz);
+}
+
+TrackSequence ReadTracksByAdapter(const Adapter& adapter,
+                                  const std::string& path,
+                                  const TrackReadOptions& options) {
+  std::vector<std::string> flags;
+  if (options.skeleton.has_value()) {
+    flags.push_back(
+        fmt::format("--joints={}", options.skeleton->joints().size()));
+  }
+  AdapterRun run(adapter, path, flags);
+  TrackSequence tracks = run.Guard([&] {
+    return KinegraphTrackReader(path, run.TakeOutput(), run.silence_ms(),
+                                options.skeleton)
+        .Read(options.frame_rate_hz);
+  });
+  run.Finish();
+  return tracks;
+}
+
+void WriteTracksByAdapter(const std::string& format, const std::string& path,
+                          const TrackSequence& tracks,
+                          const TrackWriteOptions& options) {
+  AtomicFile file(path);
+  file.Write(WriteByAdapter(format, path, [&](const std::string& lines) {
+    WriteTracks(lines, tracks, options);
+  }));
+  file.Commit();
 }
 
 PersonNames ReadKinegraphNames(const std::string& path) {

@@ -15,11 +15,13 @@
 #include <vector>
 
 #include "core/data/identity_edit.h"
+#include "core/io/adapters/adapter.h"
 #include "core/io/files/text_file.h"
 #include "core/io/text/bulk_json.h"
 #include "core/io/text/json_output.h"
 #include "core/io/text/lost_fields.h"
 #include "core/io/tracks/tracks.h"
+#include "core/io/tracks/writer.h"
 
 namespace kinegraph {
 
@@ -90,6 +92,16 @@ class TrackCollector {
   TrackHeader header_;
   std::map<int64_t, TrackFrame> frames_;
 };
+
+// What an adapter prints: our own tracks, under the option's skeleton where it
+// has as many joints.
+TrackSequence ReadTracksByAdapter(const Adapter& adapter,
+                                  const std::string& path,
+                                  const TrackReadOptions& options);
+// Writes a file of a format of kinegraph-adapters.
+void WriteTracksByAdapter(const std::string& format, const std::string& path,
+                          const TrackSequence& tracks,
+                          const TrackWriteOptions& options);
 
 // ---- Rows: formats with a row for every frame ----
 

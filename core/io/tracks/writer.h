@@ -15,6 +15,10 @@ struct TrackWriteOptions {
   // in the header.
   bool observations = false;
   PersonNames names = {};  // in the header
+  // For adapters: what each person is called, in the header, and beside a
+  // covariance the probability that the joint lies within so far [m].
+  std::vector<std::string> titles = {};
+  double within_m = 0.0;
 };
 
 // JSON Lines, one frame a line; numbers read back bit for bit. The file appears

@@ -631,7 +631,10 @@ void ExpectAnimals(const fs::path& views, const std::string& format,
   }
   // Cut off, it is refused by name.
   const TemporaryFolder folder;
-  const std::string whole = ReadTextFile(views / "cam0.h5");
+  const fs::path one = fs::is_directory(views / "cam0")
+                           ? views / "cam0/take.analysis.h5"
+                           : views / "cam0.h5";
+  const std::string whole = ReadTextFile(one);
   const std::string cut =
       folder.Write("cut.h5", whole.substr(0, whole.size() / 2));
   DetectionReadOptions options;
@@ -640,31 +643,24 @@ void ExpectAnimals(const fs::path& views, const std::string& format,
               HasSubstr("cut.h5"));
 }
 
-TEST_F(FormatReaders, SleapsHdf5) {
-  if (!HasPython("h5py, numpy")) GTEST_SKIP() << "needs python3-h5py";
-  const fs::path views = folder_.path() / "views";
-  fs::create_directory(views);
-  RunCommand(Python("sleap_writer.py", views));
-  ExpectAnimals(views, "sleap", 2, true);
-  EXPECT_EQ(ReadDetections(views).header.skeleton.bones().size(), 2u);
-  // A bone that no int holds.
-  const fs::path cam0 = views / "cam0.h5";  // tells the skeleton
-  RunCommand("/usr/bin/python3 -c \"import h5py; h5py.File('" + cam0.string() +
-             "', 'a')['edge_inds'][0, 1] = 127777777777\"");
-  EXPECT_THAT(testing::InputErrorOf([&] { ReadDetections(views); }),
-              HasSubstr("edge_inds: found 127777777777, expected 0 .. 2"));
-}
-
-TEST_F(FormatReaders, DeepLabCutsHdf5) {
-  if (!HasPython("pandas, tables")) {
-    GTEST_SKIP() << "needs python3-pandas and python3-tables";
+// Files that the libraries of their own world write
+// (tests/adapters/samples.py).
+TEST_F(FormatReaders, SleapAndDeepLabCut) {
+  if (!HasPython("h5py, pandas, tables, scipy")) {
+    GTEST_SKIP() << "needs python3-h5py, -pandas, -tables and -scipy";
   }
-  for (const char* name : {"one", "two"}) {
-    fs::create_directory(folder_.path() / name);
-  }
-  RunCommand(Python("deeplabcut_writer.py", folder_.path()));
-  ExpectAnimals(folder_.path() / "one", "deeplabcut_h5", 1, false);
-  ExpectAnimals(folder_.path() / "two", "deeplabcut_h5", 2, false);
+  RunCommand("/usr/bin/python3 '" +
+             testing::ProjectFile("tests/adapters/samples.py").string() +
+             "' '" + folder_.path().string() + "'");
+  ExpectAnimals(folder_.path() / "sleap", "sleap", 2, true);
+  EXPECT_EQ(ReadDetections(Path("sleap")).header.skeleton.bones().size(), 2u);
+  ExpectAnimals(folder_.path() / "session", "sleap", 2, true);
+  ExpectAnimals(folder_.path() / "dlc_one", "deeplabcut_h5", 1, false);
+  ExpectAnimals(folder_.path() / "dlc_two", "deeplabcut_h5", 2, false);
+  // Two detectors that are a quarter of a pixel apart.
+  const DetectionSequence fused = ReadDetections(Path("dlc_seeds"));
+  EXPECT_EQ(fused.frames.at(0).views.at(0).detections.at(0).joints.at(0).px,
+            Eigen::Vector2d(1.125, 2.0));
 }
 
 // ---- COLMAP ----

@@ -49,5 +49,17 @@ TEST(FileKind, LaboratoriesCalibrations) {
   }
 }
 
+// Its folders of cameras are no views of detections.
+TEST(FileKind, OpenCapsSession) {
+  const TemporaryFolder folder;
+  folder.Write("session/Videos/Cam0/cameraIntrinsicsExtrinsics.pickle", "");
+  for (const char* where :
+       {"session", "session/Videos", "session/Videos/Cam0"}) {
+    EXPECT_EQ(RecogniseKind((folder.path() / where).string()),
+              FileKind::kCalibration)
+        << where;
+  }
+}
+
 }  // namespace
 }  // namespace kinegraph

@@ -1,44 +1,50 @@
 #include "core/system/process.h"
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <csignal>
-#include <cstdlib>
-#include <stdexcept>
+#include <string>
+
+#include "core/system/file.h"
 
 namespace kinegraph {
 namespace {
 
-constexpr int kLimit_s = 60;
-
-TEST(RehearseTest, NothingOfItStays) {
-  int number = 1;
-  EXPECT_TRUE(Rehearse([&] { number = 2; }, kLimit_s).well());
-  EXPECT_EQ(number, 1);
+// Prints and says nothing that anybody reads.
+ProcessEnd EndOf(const std::string& script, int most_ms, bool* was_ended) {
+  RunningProgram program({"/bin/sh", "-c", script}, -1, kStandardOutput,
+                         kStandardError);
+  const ProcessEnd end = program.Wait(most_ms);
+  *was_ended = program.was_ended();
+  return end;
 }
 
-TEST(RehearseTest, AnExceptionEndsItWell) {
-  EXPECT_TRUE(
-      Rehearse([] { throw std::runtime_error("refused"); }, kLimit_s).well());
+constexpr int kLong_ms = 60'000;
+
+TEST(RunningProgramTest, SaysHowItEnded) {
+  bool was_ended = true;
+  EXPECT_TRUE(EndOf("true", kLong_ms, &was_ended).well());
+  EXPECT_FALSE(was_ended);
+  EXPECT_EQ(EndOf("exit 3", kLong_ms, &was_ended).code, 3);
+  EXPECT_EQ(EndOf("kill -SEGV $$", kLong_ms, &was_ended).signal, SIGSEGV);
+  EXPECT_FALSE(was_ended);
 }
 
-TEST(RehearseTest, TellsWhatBroughtItDown) {
-  EXPECT_EQ(Rehearse([] { raise(SIGKILL); }, kLimit_s).signal, SIGKILL);
-  EXPECT_FALSE(Rehearse([] { std::abort(); }, kLimit_s).well());
-  EXPECT_EQ(Rehearse([] { _exit(3); }, kLimit_s).code, 3);
+TEST(RunningProgramTest, IsEndedAfterSoLong) {
+  bool was_ended = false;
+  EXPECT_EQ(EndOf("sleep 600", 50, &was_ended).signal, SIGKILL);
+  EXPECT_TRUE(was_ended);
 }
 
-TEST(RehearseTest, EndsWhatDoesNotEnd) {
-  const volatile bool for_ever = true;
-  EXPECT_NE(Rehearse(
-                [&] {
-                  while (for_ever) {
-                  }
-                },
-                1)
-                .signal,
-            0);
+TEST(RunningProgramTest, HasNoInput) {
+  bool was_ended = true;
+  EXPECT_EQ(EndOf("read line", kLong_ms, &was_ended).code, 1);
+}
+
+TEST(RunningProgramTest, OneThatIsNotThereIsNotStarted) {
+  RunningProgram program({"/no/such/program"}, -1, kStandardOutput,
+                         kStandardError);
+  EXPECT_NE(program.Wait(kLong_ms).not_started, 0);
 }
 
 }  // namespace

@@ -281,6 +281,7 @@ TEST(CalibrationFormats, EveryResultIsRecognisedByItsOwnFormatAlone) {
     written.write(path, cameras, &lost_fields);
     const CalibrationHead head = LookAtCalibration(path);
     for (const CalibrationFormat& format : CalibrationFormats()) {
+      if (format.recognise == nullptr) continue;  // an adapter does
       EXPECT_EQ(format.recognise(head), &format == &written)
           << written.name << " by " << format.name;
     }

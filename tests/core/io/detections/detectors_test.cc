@@ -14,7 +14,6 @@
 #include "core/io/file_kind.h"
 #include "core/io/files/text_file.h"
 #include "tests/core/io/detections/detection_files.h"
-#include "tests/support/hdf5_files.h"
 
 namespace kinegraph {
 namespace {
@@ -179,22 +178,6 @@ std::vector<std::pair<int, int>> EndsOf(const Skeleton& skeleton) {
   std::vector<std::pair<int, int>> ends;
   for (const Bone& bone : skeleton.bones()) ends.emplace_back(bone.a, bone.b);
   return ends;
-}
-
-// Edges of the file, whatever a human has between joints of these names.
-TEST(DetectorFiles, SleapHasItsOwnEdges) {
-  testing::SleapFile file;
-  file.nodes = {"left_shoulder", "left_elbow", "left_wrist"};
-  file.edges = {2, 0, 0, 1};
-  const std::vector<std::pair<int, int>> edges = {{2, 0}, {0, 1}};
-  const auto skeleton = [&] {
-    return RecordingIn("a.h5", testing::SleapHdf5(file)).header.skeleton;
-  };
-  EXPECT_EQ(EndsOf(skeleton()), edges);
-  file.edges = {2, 0, 1, 0, 1, 2};  // as MATLAB has {2, 0}, {0, 1}, {1, 2}
-  file.edge_sides = {2, 3};
-  EXPECT_EQ(EndsOf(skeleton()),
-            (std::vector<std::pair<int, int>>{{2, 0}, {0, 1}, {1, 2}}));
 }
 
 TEST(DetectorFiles, CocoHasItsOwnBones) {
@@ -368,21 +351,6 @@ TEST(DetectorFiles, SharesOfTheImageAreNoPixels) {
         RecordingOf(1, pixels, shares)}) {
     EXPECT_GT(RecordingIn("sound.jsonl", recording).frames.size(), 0u);
   }
-}
-
-// SLEAP's names move behind the numbers of a recording of more than two
-// seconds.
-TEST(DetectorFiles, SleapsFileIsAskedForItsNames) {
-  const TemporaryFolder folder;
-  testing::SleapFile content;
-  content.sides = {3000, 1, 3, 2};
-  content.other_sets = 12;
-  const std::string bytes = testing::SleapHdf5(content);
-  ASSERT_GT(bytes.find("node_names"), size_t{1} << 16);
-  const std::string path = folder.Write("cam1.h5", bytes);
-  EXPECT_EQ(RecogniseKind(path), FileKind::kDetections);
-  EXPECT_EQ(ReadDetections(path).frames.size(), 3000u);
-  FaultOf("half.h5", bytes.substr(0, 70000));
 }
 
 TEST(DetectorFiles, TimesAreNoFrameNumbers) {

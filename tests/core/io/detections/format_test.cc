@@ -174,6 +174,7 @@ TEST(DetectionExport, EveryFormatReadsBackBitForBit) {
         Write(format.name, path, sequence, {{640, 480}});
         const DetectionHead head = LookAtDetections(path);
         for (const DetectionFormat& other : DetectionFormats()) {
+          if (other.recognise == nullptr) continue;  // an adapter does
           EXPECT_EQ(other.recognise(head), &other == &format) << other.name;
         }
         ExpectSameDetections(sequence, ReadDetections(path));

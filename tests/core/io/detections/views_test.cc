@@ -16,7 +16,6 @@
 #include "core/io/files/text_file.h"
 #include "core/io/tracks/tracks.h"
 #include "tests/core/io/detections/detection_files.h"
-#include "tests/support/hdf5_files.h"
 
 namespace kinegraph {
 namespace {
@@ -341,25 +340,6 @@ TEST(CaliscopeDetections, SamplesOfOthersAreRead) {
       ReadDetections(recordings + "/caliscope_board");
   EXPECT_EQ(board.header.skeleton.joint_count(), 12);
   EXPECT_EQ(board.frames.size(), 57u);
-}
-
-// sleap-anipose's: a folder a camera, other HDF5 beside them.
-TEST(SleapSession, IsAFolderACamera) {
-  const TemporaryFolder folder;
-  const std::string bytes = testing::SleapHdf5();
-  folder.Write("s/calibration.toml", "[metadata]\n");
-  folder.Write("s/points3d.h5", "\x89HDF of another program");
-  for (const char* camera : {"top", "back", "mid"}) {
-    folder.Write("s/" + std::string(camera) + "/minimal.analysis.h5", bytes);
-    folder.Write("s/" + std::string(camera) + "/other.h5", "no HDF5");
-  }
-  const std::string path = (folder.path() / "s").string();
-  const DetectionSequence recording = ReadDetections(path);
-  EXPECT_THAT(recording.header.view_names, ElementsAre("back", "mid", "top"));
-  ASSERT_EQ(recording.frames.size(), 3u);
-  EXPECT_EQ(recording.frames[0].views[2].detections.size(), 1u);
-  folder.Write("s/mid/second.analysis.h5", bytes);
-  ExpectInputError([&] { ReadDetections(path); }, "mid: holds 2 analyses");
 }
 
 TEST(SleapSession, ASampleOfOthersIsRead) {

@@ -1,0 +1,22 @@
+#include "apps/common/adapter_flag.h"
+
+#include <gflags/gflags.h>
+
+#include "apps/common/app.h"
+#include "core/io/adapters/adapter.h"
+#include "core/io/files/text_file.h"
+
+DEFINE_string(adapter, "",
+              "program that prints a file of a format of yours as JSON Lines "
+              "(docs/adapters.md); asked before any format of ours");
+
+namespace kinegraph {
+
+void UseAdapterFlag() {
+  if (!FLAGS_adapter.empty() && !IsFile(FLAGS_adapter)) {
+    FailFlag("adapter", FLAGS_adapter, "an executable file");
+  }
+  SetAdapter(FLAGS_adapter);
+}
+
+}  // namespace kinegraph

@@ -1,0 +1,182 @@
+"""kinegraph-adapters: prints files of other programs as our own JSON Lines.
+
+    kinegraph-adapters FILE                what it holds, on standard output
+    kinegraph-adapters --recognise FILE    kind and format; nothing where unknown
+    kinegraph-adapters --write=FORMAT      tracks from standard input, in that format
+    kinegraph-adapters --packages FILE...  Debian packages that these files need
+    kinegraph-adapters --list              the formats
+
+--format=NAME names the format of FILE. What the user set comes as --joints=N (of
+detections.skeleton), --first_frame=N and --frame_rate=HZ. KINEGRAPH_ADAPTERS names a
+folder with programs of the user's own, which are asked after ours. Exit code 2: the
+file cannot be read, one line on standard error says why.
+"""
+
+from __future__ import annotations
+
+import importlib
+import importlib.util
+import os
+import pathlib
+import signal
+import subprocess
+import sys
+
+# One thread is enough; each more would take of the memory that is granted below.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+os.environ.setdefault("OMP_NUM_THREADS", "1")
+
+from common import Options, Refusal, most_bytes
+
+# In the order in which they are asked. Each is a module with KIND, PACKAGES (modules
+# of Python that it needs), recognise(path), read(path, options), and perhaps
+# write(lines, out).
+FORMATS = ["sleap", "deeplabcut_h5", "freemocap", "caliscope", "opencap", "tum", "movement"]
+KINDS = ("cameras", "detections", "tracks")
+
+
+class Usage(Exception):
+    pass
+
+
+def load(name):
+    if name not in FORMATS:
+        raise Usage(f"--format: found '{name}', expected one of {', '.join(FORMATS)}")
+    return importlib.import_module(name)
+
+
+def own_programs():
+    """Executables in the user's folder, in the order of their names."""
+    folder = os.environ.get("KINEGRAPH_ADAPTERS", "")
+    if not folder:
+        return []
+    try:
+        names = sorted(os.listdir(folder))
+    except OSError as error:
+        raise Usage(f"KINEGRAPH_ADAPTERS: {folder}: {error.strerror}") from error
+    paths = [os.path.join(folder, name) for name in names if name[0] != "."]
+    return [p for p in paths if os.path.isfile(p) and os.access(p, os.X_OK)]
+
+
+def kind_by(program, path):
+    """What a program of the user's own takes the file for; None: not its own."""
+    try:
+        asked = subprocess.run(
+            [program, "--recognise", str(path)],
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            timeout=20,
+        )
+    except (OSError, subprocess.TimeoutExpired) as error:
+        raise Usage(f"{program}: {error}") from error
+    words = asked.stdout.decode("utf-8", "replace").split()
+    known = asked.returncode == 0 and words and words[0] in KINDS
+    return words[0] if known else None
+
+
+def recognise(path):
+    """Kind, and the format or the user's own program; None where nobody knows it."""
+    for name in FORMATS:
+        module = load(name)
+        if module.recognise(path):
+            return module.KIND, name
+    for program in own_programs():
+        kind = kind_by(program, path)
+        if kind:
+            return kind, program
+    return None
+
+
+def lacking(module):
+    return [name for name in module.PACKAGES if importlib.util.find_spec(name) is None]
+
+
+def limit_memory(path):
+    """A file stands for some hundred times its own bytes, no more."""
+    try:
+        import resource
+
+        pages = int(pathlib.Path("/proc/self/statm").read_text().split()[0])
+    except (ImportError, OSError):
+        return  # not every system has it
+    stored = 0
+    for folder, _, files in os.walk(path) if path.is_dir() else [(path.parent, [], [path])]:
+        stored += sum(os.path.getsize(os.path.join(folder, name)) for name in files)
+    limit = pages * os.sysconf("SC_PAGE_SIZE") + (512 << 20) + most_bytes(stored)
+    resource.setrlimit(resource.RLIMIT_AS, (limit, limit))
+
+
+def read(path, name, options):
+    if not name:
+        found = recognise(path)
+        if found is None:
+            raise Refusal(path, "", "is no format that an adapter knows")
+        name = found[1]
+    if os.path.isabs(name):  # the user's own
+        os.execv(name, [name, *sys.argv[1:]])
+    limit_memory(path)
+    for text in load(name).read(path, options):
+        sys.stdout.buffer.write(text)
+
+
+def run(arguments):
+    flags = {}
+    paths = []
+    for argument in arguments:
+        if argument.startswith("--"):
+            key, _, value = argument[2:].partition("=")
+            flags[key] = value
+        else:
+            paths.append(pathlib.Path(argument))
+    options = Options(
+        int(flags.pop("joints")) if "joints" in flags else None,
+        int(flags.pop("first_frame", 0)),
+        float(flags.pop("frame_rate")) if "frame_rate" in flags else None,
+    )
+    name = flags.pop("format", "")
+    if flags.keys() == {"list"} and not paths:
+        for name in FORMATS:
+            print(name, load(name).KIND, *load(name).PACKAGES)
+    elif flags.keys() == {"packages"}:
+        found = [recognise(path) for path in paths]
+        needed = [load(f[1]) for f in found if f and f[1] in FORMATS]
+        for lack in sorted({name for module in needed for name in lacking(module)}):
+            print(f"python3-{lack}")
+    elif flags.keys() == {"write"} and not paths:
+        load(flags["write"]).write(sys.stdin.buffer, sys.stdout.buffer)
+    elif flags.keys() == {"recognise"} and len(paths) == 1:
+        found = recognise(paths[0])
+        if found:
+            print(*found)
+    elif not flags and len(paths) == 1:
+        read(paths[0], name, options)
+    else:
+        raise Usage(f"found {' '.join(arguments) or 'nothing'}, expected: {__doc__}")
+    sys.stdout.flush()
+
+
+def main():
+    signal.signal(signal.SIGPIPE, signal.SIG_DFL)  # a reader that leaves ends us
+    try:
+        run(sys.argv[1:])
+    except ModuleNotFoundError as error:
+        sys.exit(
+            fail(
+                f"needs Python's {error.name}: apt-get install python3-{error.name}, or "
+                "in an environment of Python pip install 'kinegraph[files]'"
+            )
+        )
+    except MemoryError:
+        sys.exit(fail("asks for more memory than its bytes can stand for"))
+    except (Refusal, Usage, OSError, ValueError) as error:
+        sys.exit(fail(str(error)))
+
+
+def fail(message):
+    print(" ".join(message.split()), file=sys.stderr)
+    return 2
+
+
+if __name__ == "__main__":
+    main()

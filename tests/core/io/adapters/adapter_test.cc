@@ -1,0 +1,105 @@
+#include "core/io/adapters/adapter.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <string>
+
+#include "core/base/error.h"
+#include "core/io/detections/source.h"
+#include "core/system/file.h"
+#include "tests/core/io/input_error.h"
+#include "tests/support/test_data.h"
+
+namespace kinegraph {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+using testing::InputErrorOf;
+using testing::TemporaryFolder;
+
+class AdapterTest : public ::testing::Test {
+ protected:
+  ~AdapterTest() override { SetAdapter(""); }
+
+  Adapter Shell(const std::string& script) const {
+    return {{"/bin/sh", "-c", script, "sh"},
+            AdapterKind::kDetections,
+            "a test's",
+            ""};
+  }
+
+  const TemporaryFolder folder_;
+  const std::string path_ = folder_.Write("a.xyz", "content");
+};
+
+TEST_F(AdapterTest, PrintsAFile) {
+  EXPECT_EQ(OutputOf(Shell("cat \"$1\"; echo .; echo note >&2"), path_),
+            "content.\n");
+}
+
+TEST_F(AdapterTest, SilenceEndsIt) {
+  AdapterRun run(Shell("sleep 600"), path_, {}, /*silence_ms=*/100);
+  const Descriptor output(run.TakeOutput());
+  EXPECT_FALSE(HasInput(output.get(), run.silence_ms()));
+  // It is ended by the destructor; this test would last ten minutes else.
+}
+
+TEST_F(AdapterTest, AHangIsOneLine) {
+  const Adapter hangs = Shell("echo begun; sleep 600");
+  AdapterRun run(hangs, path_, {}, /*silence_ms=*/100);
+  const std::string said = InputErrorOf(
+      [&] { run.Guard([]() -> int { throw InputError("nothing came"); }); });
+  EXPECT_EQ(said, "nothing came") << "the program did not fail by itself";
+}
+
+TEST_F(AdapterTest, ItsOwnFaultComesFirst) {
+  AdapterRun run(Shell("echo a >&2; echo 'no good' >&2; exit 2"), path_);
+  const Descriptor output(run.TakeOutput());
+  EXPECT_EQ(InputErrorOf([&] {
+              run.Guard([]() -> int { throw InputError("half a line"); });
+            }),
+            path_ + ": no good");
+  EXPECT_EQ(InputErrorOf([&] { run.Finish(); }), path_ + ": no good");
+}
+
+TEST_F(AdapterTest, WhatCannotBeStartedSaysHowItIsGot) {
+  Adapter none = {{"/no/such/program"}, AdapterKind::kDetections, "it", ""};
+  none.hint = "apt-get install it";
+  EXPECT_THAT(InputErrorOf([&] { OutputOf(none, path_); }),
+              HasSubstr("a.xyz: needs it, which cannot be started (No such "
+                        "file or directory): apt-get install it"));
+}
+
+TEST_F(AdapterTest, TheGivenOneIsAskedFirst) {
+  const std::string program = folder_.Write(
+      "reader",
+      "#!/bin/sh\n"
+      "if [ \"$1\" = --recognise ]; then\n"
+      "  case $2 in *.jsonl) echo detections ;; *) exit 1 ;; esac\n"
+      "  exit\n"
+      "fi\n"
+      "echo '{\"kinegraph_detections\": 1, \"skeleton\": {\"joints\": "
+      "[\"LAnkle\", \"tail\"]}, \"views\": [\"a\"]}'\n"
+      "echo '{\"frame\": 7, \"views\": {\"a\": [{\"joints\": [null, null]}, "
+      "{\"joints\": [[3, 4, 1], null]}]}}'\n");
+  fs::permissions(program, fs::perms::owner_all);
+  SetAdapter(program);
+  EXPECT_FALSE(GivenAdapterOf(path_).has_value());
+  // By content it would be ours, and a broken one.
+  const std::string ours =
+      folder_.Write("b.jsonl", "{\"kinegraph_detections\": 1}\n");
+  const DetectionSequence recording = ReadDetections(ours);
+  EXPECT_EQ(recording.header.skeleton.joints(),
+            (std::vector<std::string>{"l_ankle", "tail"}));
+  ASSERT_EQ(recording.frames.size(), 1u);
+  const auto& people = recording.frames[0].views[0].detections;
+  ASSERT_EQ(people.size(), 1u) << "who has no joint is nobody";
+  EXPECT_EQ(people[0].index_in_file, 0);
+  EXPECT_EQ(people[0].joints[0].px, Eigen::Vector2d(3, 4));
+}
+
+}  // namespace
+}  // namespace kinegraph
