@@ -7,7 +7,7 @@
 namespace kinegraph {
 namespace {
 
-// Gauss and Legendre's rule with twelve points, on [0, 1].
+// Gauss-Legendre rule with twelve points, on [0, 1].
 template <typename Function>
 double Integral(const Function& function) {
   constexpr double kPlaces[] = {0.1252334085114689, 0.3678314989981802,
@@ -26,8 +26,8 @@ double Integral(const Function& function) {
 }
 
 // Integral of a Gaussian's density times `function` over -end .. end, where
-// `function` is even; what lies beyond six sigmas is nothing. Over the angle of
-// a circle, on which chords are smooth.
+// `function` is even; truncated at six sigmas. Substitutes the angle of a
+// circle, in which chords are smooth.
 template <typename Function>
 double Expected(double sigma, double end, const Function& function) {
   constexpr double kDensity = 0.3989422804014327;  // 1 / sqrt(2 pi)
@@ -51,7 +51,7 @@ double ProbabilityWithin(double radius_m,
           .eigenvalues()
           .cwiseMax(kLeastVariance)
           .cwiseSqrt();
-  constexpr double kAll = 8.0;  // sigmas: beyond lies 1e-14
+  constexpr double kAll = 8.0;  // in sigmas: 1e-14 lies outside
   if (radius_m > kAll * sigma_m[2]) return 1.0;
   const auto chord = [](double radius, double x) {
     return std::sqrt(std::max(0.0, radius * radius - x * x));

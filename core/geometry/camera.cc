@@ -12,7 +12,7 @@
 namespace kinegraph {
 namespace {
 
-// Raises the reason why a calibration cannot be used.
+// Throws the reason why a calibration cannot be used.
 void CheckParameters(const CameraParameters& p) {
   if (!p.K.allFinite()) throw OptionError("K", "not all numbers are finite");
   if (!p.R.allFinite()) throw OptionError("R", "not all numbers are finite");
@@ -22,7 +22,7 @@ void CheckParameters(const CameraParameters& p) {
                                         " x " + std::to_string(p.height_px) +
                                         " px, expected no negative size");
   }
-  constexpr double kRounding = 1e-6;  // of files that print six digits
+  constexpr double kRounding = 1e-6;  // for files that print six digits
   if (!(p.K(0, 0) > 0.0) || !(p.K(1, 1) > 0.0)) {
     throw OptionError("K", "singular or mirrored: focal lengths must be > 0");
   }
@@ -46,8 +46,8 @@ void CheckParameters(const CameraParameters& p) {
   }
 }
 
-// Nearest rotation, where rounding in the file left more than double
-// precision's; exact rotations stay as they are, bit for bit.
+// Nearest rotation. A matrix that is orthonormal to double precision is
+// returned unchanged, bit for bit.
 Eigen::Matrix3d Orthonormal(const Eigen::Matrix3d& R) {
   const Eigen::Matrix3d gram = R * R.transpose();
   if ((gram - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff() < 1e-9) {

@@ -16,10 +16,10 @@ namespace kinegraph {
 using Matrix34d = Eigen::Matrix<double, 3, 4>;
 using Matrix23d = Eigen::Matrix<double, 2, 3>;
 
-// What a calibration file says of one camera.
+// One camera as a calibration file describes it.
 struct CameraParameters {
   std::string name;
-  int width_px = 0;  // 0: not known
+  int width_px = 0;  // 0: unknown
   int height_px = 0;
   Eigen::Matrix3d K = Eigen::Matrix3d::Identity();  // pixels
   std::shared_ptr<const Lens> lens;                 // null: ideal pinhole
@@ -27,7 +27,7 @@ struct CameraParameters {
   Eigen::Vector3d t = Eigen::Vector3d::Zero();      // cam_from_world, metres
 };
 
-// Immutable; a value that may be shared between threads.
+// Immutable, so it may be shared between threads.
 class Camera {
  public:
   // Throws OptionError when K is singular or not an upper-triangular matrix
@@ -44,7 +44,7 @@ class Camera {
   const Eigen::Vector3d& t() const { return parameters_.t; }
   const std::shared_ptr<const Lens>& lens() const { return parameters_.lens; }
   const CameraParameters& parameters() const { return parameters_; }
-  // The same as plain numbers, for formulas over packs of points.
+  // The same as plain numbers, for code that works on packs of points.
   const CameraModel& model() const { return model_; }
   // P = K [R | t]: world [m] to ideal (undistorted) pixels, homogeneous.
   const Matrix34d& P() const { return P_; }
@@ -58,14 +58,14 @@ class Camera {
     return parameters_.R.row(2).dot(point_in_world) + parameters_.t.z();
   }
 
-  // Raw pixel of a world point; nullopt when it is not in front of the camera
-  // or outside the region in which the lens is one-to-one. `jacobian`, if not
-  // null, receives d pixel / d point (2x3, px/m).
+  // Raw pixel of a world point; nullopt when the point is not in front of the
+  // camera or is outside the region in which the lens model is one-to-one.
+  // `jacobian`, if not null, receives d pixel / d point (2x3, px/m).
   std::optional<Eigen::Vector2d> Project(const Eigen::Vector3d& point_in_world,
                                          Matrix23d* jacobian = nullptr) const;
 
-  // Ideal pixel (as of a pinhole with the same K) of a raw one; nullopt where
-  // the lens cannot be inverted.
+  // Ideal pixel (that of a pinhole with the same K) of a raw one; nullopt where
+  // the lens model cannot be inverted.
   std::optional<Eigen::Vector2d> Undistort(const Eigen::Vector2d& raw_px) const;
 
   // Unit direction in the world of the ray through an ideal pixel; the ray
@@ -89,7 +89,7 @@ class Camera {
 double DistanceToRay(const Camera& camera, const Eigen::Vector2d& ideal_px,
                      const Eigen::Vector3d& point_m);
 
-// The cameras of a scene, in the order of the views.
+// The cameras of a scene, in view order.
 using CameraRig = std::vector<Camera>;
 
 }  // namespace kinegraph

@@ -1,7 +1,7 @@
-// The arithmetic of the direct linear transformation over T: a double, which
-// triangulation.h takes one point at a time, or a pack (core/base/pack.h) of
-// them, which dlt_lanes.h does. Included by files that are compiled for one
-// instruction set each; nothing of Eigen.
+// The arithmetic of the direct linear transformation over T: a double
+// (triangulation.h, one point at a time) or a pack of them (core/base/pack.h,
+// used by dlt_lanes.h). Included by files that are compiled for one instruction
+// set each, so it must not use Eigen.
 #ifndef KINEGRAPH_CORE_GEOMETRY_DLT_KERNEL_H_
 #define KINEGRAPH_CORE_GEOMETRY_DLT_KERNEL_H_
 
@@ -10,15 +10,15 @@
 
 namespace kinegraph {
 
-// The rows of A, kept few by orthogonal reduction: |A X| depends on R of
-// A = Q R alone. The normal matrix A^T A would square the condition number, and
-// a point seen by one new view and one three frames old has weights of 1 and
-// e^-15 (Golub and Van Loan, Matrix Computations, section 5.3).
+// The rows of A, kept few by orthogonal reduction: |A X| depends on R of A = Q
+// R alone. The normal matrix A^T A would square the condition number, which
+// matters when a new view is combined with one three frames old: the weights
+// are 1 and e^-15 (Golub and Van Loan, Matrix Computations, section 5.3).
 template <typename T>
 class RowReducer {
  public:
   // Appends `weight` times the unit vector along (pixel p3 - p_axis); `P` is
-  // 3x4 by columns. Without a positive weight the row is zero.
+  // 3x4 by columns. The row is zero unless the weight is positive.
   void Add(const double* P, const T& pixel, int axis, const T& weight) {
     if (rows_ == kCapacity) Reduce();
     T row[4];
@@ -48,7 +48,7 @@ class RowReducer {
       const T norm = Sqrt(norm_squared);
       const T alpha = Select(pivot[k] > T(0.0), -norm, norm);
       // Reflector v = pivot - alpha e_k, v^T v = 2 (norm^2 - alpha pivot_k).
-      // That of a column of zeros is scaled by zero and leaves all as it is.
+      // For a column of zeros it is scaled by zero and changes nothing.
       const T scale =
           Select(empty, T(0.0), 1.0 / (norm_squared - alpha * pivot[k]));
       pivot[k] -= alpha;
@@ -74,11 +74,11 @@ class RowReducer {
 };
 
 // Right singular vector of the smallest singular value of the upper-triangular
-// R, which is the dominant eigenvector of G = (R^T R)^-1 = S S^T: squares G,
-// scaled to trace 1, until it has rank one, G = x x^T. A squaring doubles the
-// digits; noise of pixels needs two or three. The mask is false where R is
-// singular or its two smallest singular values are nearly equal; the vector is
-// zero there.
+// R, which is the dominant eigenvector of G = (R^T R)^-1 = S S^T. Squares G,
+// scaled to trace 1, until it has rank one, G = x x^T. Each squaring doubles
+// the number of correct digits; with pixel noise two or three suffice. Where R
+// is singular or its two smallest singular values are nearly equal, the mask is
+// false and the vector zero.
 template <typename T>
 Mask<T> SmallestSingularVector(const RowReducer<T>& rows, T vector[4]) {
   T S[4][4];  // R^-1, upper triangular
@@ -104,14 +104,14 @@ Mask<T> SmallestSingularVector(const RowReducer<T>& rows, T vector[4]) {
     }
   }
   constexpr int kMaxSquarings = 7;
-  Mask<T> settled = T(0.0) > T(0.0);  // in no lane yet
+  Mask<T> settled = T(0.0) > T(0.0);  // no lane yet
   for (int k = 0; k < 4; ++k) vector[k] = 0.0;
   for (int squaring = 0; squaring < kMaxSquarings; ++squaring) {
     const T inverse_trace = 1.0 / ((G[0][0] + G[1][1]) + (G[2][2] + G[3][3]));
     for (auto& row : G) {
       for (T& value : row) value *= inverse_trace;
     }
-    // Squared Frobenius norm: even rows apart from odd ones, columns in pairs.
+    // Squared Frobenius norm: even and odd rows separately, columns in pairs.
     T pairs[2];
     for (int odd = 0; odd < 2; ++odd) {
       T columns[4];
@@ -120,12 +120,12 @@ Mask<T> SmallestSingularVector(const RowReducer<T>& rows, T vector[4]) {
       }
       pairs[odd] = (columns[0] + columns[1]) + (columns[2] + columns[3]);
     }
-    // Trace minus norm is the share of the other eigenvalues: 1e-15 of it
-    // leaves an error of that size in the direction.
+    // Trace minus norm is the share of the other eigenvalues; 1e-15 leaves an
+    // error of that size in the direction.
     const T others = 1.0 - Sqrt(pairs[0] + pairs[1]);
     const Mask<T> now = And(And(regular, others < T(1e-15)), Not(settled));
     if (Any(now)) {
-      // The column of the largest diagonal entry, made a unit vector.
+      // The column of the largest diagonal entry, normalised.
       T best = G[0][0];
       T column[4] = {G[0][0], G[1][0], G[2][0], G[3][0]};
       for (int c = 1; c < 4; ++c) {
@@ -163,16 +163,17 @@ T Dot3(const T a[3], const T b[3]) {
   return a[0] * b[0] + (a[1] * b[1] + a[2] * b[2]);
 }
 
-// Whether two rays to a point differ by the least angle. Compares each with the
-// first: where all are within half of the least angle of it, no two reach it,
-// and in between the answer errs by a factor of two at most.
+// Whether the angle between any two rays to a point reaches the minimum. Each
+// ray is compared with the first only: if all are within half of the minimum of
+// the first, no two reach it; otherwise the result is wrong by a factor of two
+// in the angle at most.
 template <typename T>
 class ParallaxTest {
  public:
   explicit ParallaxTest(double min_angle_rad)
       : limit_(min_angle_rad * min_angle_rad) {}
 
-  // The ray from a camera's centre, where the camera counts.
+  // The ray from a camera's centre, in the lanes where the camera counts.
   void Add(const double centre[3], const T point[3], const Mask<T>& counts) {
     T ray[3];
     for (int i = 0; i < 3; ++i) ray[i] = point[i] - centre[i];
@@ -191,7 +192,7 @@ class ParallaxTest {
  private:
   const double limit_;
   T first_[3] = {T(0.0), T(0.0), T(0.0)};
-  Mask<T> begun_ = T(0.0) > T(0.0);  // in no lane yet
+  Mask<T> begun_ = T(0.0) > T(0.0);  // no lane yet
   Mask<T> passed_ = begun_;
 };
 
@@ -250,7 +251,7 @@ void TriangulateLanesWith(const LaneView* views, int view_count, int lanes,
   }
 }
 
-// As EpipolarGeometry::WeightedDistance with weights of 1.
+// EpipolarGeometry::WeightedDistance with weights of 1.
 template <typename T>
 void MarkConflictsWith(const LaneView& a, const LaneView& b, const double* f,
                        double alpha_px, int lanes, double* conflict) {
@@ -273,7 +274,7 @@ void MarkConflictsWith(const LaneView& a, const LaneView& b, const double* f,
     const T length_b = Sqrt(norm_b);
     const T distance =
         0.5 * residual * (length_b + length_a) / (length_a * length_b);
-    // On an epipole nothing speaks against the pair.
+    // At an epipole the distance is undefined, which is no conflict.
     const Mask<T> defined = And(norm_a > T(0.0), norm_b > T(0.0));
     const Mask<T> apart = 1.0 - distance / alpha_px < T(0.0);
     const T marked = Select(And(And(both, defined), apart), T(1.0),
@@ -282,7 +283,7 @@ void MarkConflictsWith(const LaneView& a, const LaneView& b, const double* f,
   }
 }
 
-// The same by instruction set, for the dispatch of dlt_lanes.h alone.
+// One set of entry points per instruction set; only dlt_lanes.h calls them.
 #define KINEGRAPH_DLT_LANES(Set)                                               \
   void TriangulateLanes##Set(const LaneView* views, int view_count, int lanes, \
                              const DltLanesOptions& options,                   \

@@ -28,7 +28,8 @@ double EpipolarGeometry::WeightedDistance(int view_a,
                                           double weight_a, int view_b,
                                           const Eigen::Vector2d& b_px,
                                           double weight_b) const {
-  // Written out: this is the innermost loop of filter and initialisation.
+  // Scalar code: this is the innermost loop of the joints filter and of
+  // initialisation.
   const double* f = fundamental_[view_a * view_count_ + view_b].data();
   const double ax = a_px.x();
   const double ay = a_px.y();
@@ -46,8 +47,8 @@ double EpipolarGeometry::WeightedDistance(int view_a,
   const double norm_b = in_b_x * in_b_x + in_b_y * in_b_y;
   const double norm_a = in_a_x * in_a_x + in_a_y * in_a_y;
   if (!(norm_a > 0.0) || !(norm_b > 0.0)) return 0.0;
-  // residual (weight_a / |l_a| + weight_b / |l_b|) / 2 with one division: l_a
-  // lies in view a and is met by a.
+  // residual (weight_a / |l_a| + weight_b / |l_b|) / 2 with one division; l_a
+  // is the line in view a, so a's distance is measured from it.
   const double length_a = std::sqrt(norm_a);
   const double length_b = std::sqrt(norm_b);
   return 0.5 * residual * (weight_a * length_b + weight_b * length_a) /

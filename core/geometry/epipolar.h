@@ -1,4 +1,5 @@
-// Epipolar geometry of a rig: which points of two views can be one point.
+// Epipolar geometry of a rig: which points of two views can be the same world
+// point.
 #ifndef KINEGRAPH_CORE_GEOMETRY_EPIPOLAR_H_
 #define KINEGRAPH_CORE_GEOMETRY_EPIPOLAR_H_
 
@@ -9,9 +10,9 @@
 
 namespace kinegraph {
 
-// F with x_b^T F x_a = 0 for the ideal pixels x_a, x_b of one world point.
-// Hartley and Zisserman, Multiple View Geometry, section 9.2. Zero when both
-// cameras stand in the same place.
+// F with x_b^T F x_a = 0 for the ideal pixels x_a, x_b of one world point
+// (Hartley and Zisserman, Multiple View Geometry, section 9.2). Zero when the
+// two camera centres coincide.
 Eigen::Matrix3d FundamentalMatrix(const Camera& a, const Camera& b);
 
 // The fundamental matrices of all pairs of views, computed once.
@@ -20,14 +21,14 @@ class EpipolarGeometry {
   explicit EpipolarGeometry(const CameraRig& cameras);
 
   // Mean of the two distances [px] between each point and the epipolar line of
-  // the other (paper Eq. 2), from ideal pixels. Zero where the lines are not
-  // defined (a point on the epipole): nothing speaks against the pair.
+  // the other (paper Eq. 2), from ideal pixels. Zero where the lines are
+  // undefined (a point on the epipole), which is no conflict.
   double Distance(int view_a, const Eigen::Vector2d& a_px, int view_b,
                   const Eigen::Vector2d& b_px) const {
     return WeightedDistance(view_a, a_px, 1.0, view_b, b_px, 1.0);
   }
 
-  // F of the pair by columns, for lanes (core/geometry/dlt_lanes.h).
+  // F of the pair by columns, for core/geometry/dlt_lanes.h.
   const double* fundamental(int view_a, int view_b) const {
     return fundamental_[view_a * view_count_ + view_b].data();
   }

@@ -10,7 +10,7 @@
 namespace kinegraph {
 namespace {
 
-// By bisection, where `slope` is positive at `low` and not at `high`.
+// Root by bisection; `slope` is positive at `low` and not at `high`.
 template <typename Slope>
 double WhereZero(const Slope& slope, double low, double high) {
   for (int step = 0; step < 60; ++step) {
@@ -20,10 +20,10 @@ double WhereZero(const Slope& slope, double low, double high) {
   return low;
 }
 
-// Smallest s = r^2 > 0 where d(r + k1 r^3 + k2 r^5 + k3 r^7)/dr
-// = 1 + 3 k1 s + 5 k2 s^2 + 7 k3 s^3 falls to zero. Beyond it the radial model
-// folds back. Scans outwards and bisects; infinite when it never folds within
-// r^2 = 100 (84 degrees off the axis).
+// Smallest s = r^2 > 0 where d(r + k1 r^3 + k2 r^5 + k3 r^7)/dr = 1 + 3 k1 s +
+// 5 k2 s^2 + 7 k3 s^3 falls to zero; beyond it the radial model folds back.
+// Scans outwards, then bisects; infinite when it does not fold within r^2 = 100
+// (84 degrees off the axis).
 double FirstFold(double k1, double k2, double k3) {
   const auto slope = [&](double s) {
     return 1.0 + s * (3.0 * k1 + s * (5.0 * k2 + s * 7.0 * k3));
@@ -73,8 +73,8 @@ FisheyeRadius RadiusAt(const LensModel& lens, double angle) {
                s * (5.0 * lens.k2 + s * (7.0 * lens.k3 + s * 9.0 * lens.k4)))};
 }
 
-// The smallest angle [rad] at which the slope falls to zero, at most 90
-// degrees.
+// The smallest angle [rad] at which the slope falls to zero, 90 degrees if it
+// does not.
 double FirstFisheyeFold(const LensModel& lens) {
   constexpr double kRightAngle = 1.57079632679489662;
   constexpr int kSteps = 2000;
@@ -121,8 +121,8 @@ std::optional<Eigen::Vector2d> OpenCv5Lens::Undistort(
     ideal *= std::sqrt(limit / ideal.squaredNorm());
   }
   constexpr int kMaxIterations = 50;
-  // Normalised units: 1e-13 is far below a millionth of a pixel, and above
-  // rounding for points with |x| of order one.
+  // In normalised units: 1e-13 is far below a millionth of a pixel, and above
+  // rounding error for |x| of order one.
   const double tolerance = 1e-13 * (1.0 + distorted.norm());
   for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
     Eigen::Matrix2d jacobian;
@@ -138,8 +138,8 @@ std::optional<Eigen::Vector2d> OpenCv5Lens::Undistort(
     ideal -= step;
   }
   const double error = (Distort(ideal, nullptr) - distorted).norm();
-  // A point that Newton could not settle to rounding but that is right to a
-  // ten-thousandth of a pixel (focal length about 1000 px) is good enough.
+  // Where Newton's method did not converge to rounding, accept an error of a
+  // ten-thousandth of a pixel (at a focal length of about 1000 px).
   return error < 1e-7 ? std::optional<Eigen::Vector2d>(ideal) : std::nullopt;
 }
 
@@ -173,7 +173,7 @@ std::optional<Eigen::Vector2d> FisheyeLens::Undistort(
   const double radius = distorted.norm();
   if (!(radius < RadiusAt(plain_, max_angle_).radius)) return std::nullopt;
   // The radius grows with the angle up to max_angle_: Newton's method, with
-  // bisection where it would leave the interval that holds the root.
+  // bisection where a step would leave the bracket.
   double low = 0.0;
   double high = max_angle_;
   double angle = std::min(radius, 0.5 * max_angle_);
@@ -184,7 +184,7 @@ std::optional<Eigen::Vector2d> FisheyeLens::Undistort(
     (error > 0.0 ? high : low) = angle;
     double next = angle - error / at.slope;
     if (!(next > low && next < high)) next = 0.5 * (low + high);
-    // As far as doubles tell angles of order one apart.
+    // The resolution of doubles of order one.
     const bool settled = std::abs(next - angle) <= 4e-16 || error == 0.0;
     angle = error == 0.0 ? angle : next;
     if (settled) break;

@@ -1,4 +1,4 @@
-// Lens models: how a ray's ideal image point is displaced.
+// Lens models: how the image point of a ray is displaced.
 #ifndef KINEGRAPH_CORE_GEOMETRY_LENS_H_
 #define KINEGRAPH_CORE_GEOMETRY_LENS_H_
 
@@ -14,8 +14,8 @@
 namespace kinegraph {
 
 // Works on normalised coordinates x/z, y/z of the camera frame (dimensionless).
-// Another model joins by deriving from this class and naming itself in
-// MakeLens, with its formula in projection.h.
+// To add a model, derive from this class, name it in MakeLens and add its
+// formula to projection.h.
 class Lens {
  public:
   virtual ~Lens() = default;
@@ -24,8 +24,8 @@ class Lens {
   // The same as plain numbers.
   virtual const LensModel& plain() const = 0;
 
-  // Distorted point of an ideal one. `jacobian`, if not null, receives
-  // d distorted / d ideal (2x2).
+  // Distorted point of an ideal one. `jacobian`, if not null, receives d
+  // distorted / d ideal (2x2).
   virtual Eigen::Vector2d Distort(const Eigen::Vector2d& ideal,
                                   Eigen::Matrix2d* jacobian) const = 0;
   // Ideal point of a distorted one; nullopt where the model cannot be
@@ -33,12 +33,12 @@ class Lens {
   virtual std::optional<Eigen::Vector2d> Undistort(
       const Eigen::Vector2d& distorted) const = 0;
   // Whether the model is one-to-one at this ideal point. Points outside do not
-  // reach the image although the polynomial gives them a place.
+  // reach the image although the polynomial has a value there.
   virtual bool InDomain(const Eigen::Vector2d& ideal) const = 0;
 };
 
-// OpenCV's five coefficients k1 k2 p1 p2 k3 (radial and tangential, Brown);
-// the formula stands at Distort in projection.h.
+// OpenCV's five coefficients k1 k2 p1 p2 k3 (radial and tangential, Brown); for
+// the formula see Distort in projection.h.
 class OpenCv5Lens final : public Lens {
  public:
   // Throws OptionError for a coefficient that is not finite.
@@ -60,11 +60,12 @@ class OpenCv5Lens final : public Lens {
 
 inline constexpr const char* kFisheyeModel = "opencv_fisheye";
 
-// OpenCV's fisheye model with k1 k2 k3 k4 (Kannala and Brandt); the formula
-// stands at DistortFisheye in projection.h. As every lens here it works on x/z,
-// y/z, so it sees rays less than 90 degrees off the axis: pixels further out
-// have no ideal point, points at the camera's side or behind it no image. It is
-// one-to-one up to where its polynomial turns back, or up to 90 degrees.
+// OpenCV's fisheye model with k1 k2 k3 k4 (Kannala and Brandt); for the formula
+// see DistortFisheye in projection.h. Like every lens here it works on x/z, y/z
+// and so is limited to rays less than 90 degrees off the axis: pixels further
+// out have no ideal point, and points beside or behind the camera have no
+// image. It is one-to-one up to 90 degrees, or to the angle at which its
+// polynomial folds back if that is smaller.
 class FisheyeLens final : public Lens {
  public:
   // Throws OptionError for a coefficient that is not finite.
@@ -81,27 +82,27 @@ class FisheyeLens final : public Lens {
 
  private:
   LensModel plain_;
-  double max_angle_ = 0.0;  // rad off the axis
+  double max_angle_ = 0.0;  // [rad] off the axis
 };
 
-// nullptr (an ideal pinhole) for "pinhole", or "opencv5" with nothing but zeros
-// (a fisheye lens of zeros bends, too). Throws OptionError for an unknown model
+// nullptr (an ideal pinhole) for "pinhole", or for "opencv5" with only zeros; a
+// fisheye lens of zeros is no pinhole. Throws OptionError for an unknown model
 // or a wrong number of parameters: "opencv5" takes 0, 2, 4 or 5,
 // "opencv_fisheye" up to 4.
 std::shared_ptr<const Lens> MakeLens(const std::string& model,
                                      const std::vector<double>& parameters);
 
-// What k1 and the ideal point (x, y) are multiplied with in the distorted point
-// of a lens (null: a pinhole, whose k1 is OpenCV's): r^2, or a^3 / r of a
-// fisheye lens. `jacobian`, if not null, receives the derivative of this times
-// (x, y) by (x, y).
+// The factor of k1 and the ideal point (x, y) in the lens' distorted point
+// (null: a pinhole, whose k1 is OpenCV's): r^2, or a^3 / r for a fisheye lens.
+// `jacobian`, if not null, receives the derivative of this factor times (x, y)
+// by (x, y).
 double FirstRadialFactor(const Lens* lens, const Eigen::Vector2d& ideal,
                          Eigen::Matrix2d* jacobian);
-// The lens (null: a pinhole) with this added to its k1.
+// The lens (null: a pinhole) with `added` added to its k1.
 std::shared_ptr<const Lens> WithRadial(const std::shared_ptr<const Lens>& lens,
                                        double added);
-// The lens of the image turned by 180 or by 90 degrees (clockwise or not): the
-// tangential terms turn with it.
+// The lens of an image turned by 180 degrees, or by 90 degrees clockwise or
+// counterclockwise: the tangential terms turn with it.
 enum class ImageTurn { kHalf, kClockwise, kCounterClockwise };
 std::shared_ptr<const Lens> Turned(const std::shared_ptr<const Lens>& lens,
                                    ImageTurn turn);

@@ -1,8 +1,7 @@
 // World -> camera -> lens -> pixels, stated once for one point and for lanes.
 //
-// Plain numbers and nothing of Eigen, so that files compiled for wider
-// instruction sets may use it (core/base/pack.h). Camera::Project is this with
-// T = double.
+// Plain numbers and no Eigen, so that files compiled for wider instruction sets
+// may use it (core/base/pack.h). Camera::Project is this with T = double.
 #ifndef KINEGRAPH_CORE_GEOMETRY_PROJECTION_H_
 #define KINEGRAPH_CORE_GEOMETRY_PROJECTION_H_
 
@@ -10,13 +9,13 @@
 
 namespace kinegraph {
 
-// A lens as plain numbers (core/geometry/lens.h). Another model joins with a
-// kind, and with its formula in Distort.
+// A lens as plain numbers (core/geometry/lens.h). To add a model, add a kind
+// here and its formula in Distort.
 enum class LensKind { kNone, kOpenCv5, kFisheye };
 struct LensModel {
   LensKind kind = LensKind::kNone;  // none: an ideal pinhole
   double k1 = 0.0, k2 = 0.0, p1 = 0.0, p2 = 0.0, k3 = 0.0;
-  double k4 = 0.0;  // of kFisheye, which has no p1 and p2
+  double k4 = 0.0;  // kFisheye, which has no p1 and p2
   // One-to-one up to this squared distance from the axis (dimensionless).
   double max_radius_squared = 0.0;
 };
@@ -57,8 +56,8 @@ KINEGRAPH_INLINE void DistortOpenCv5(const LensModel& lens, const T& x,
       y * radial + lens.p1 * (r2 + 2.0 * y * y) + 2.0 * lens.p2 * x * y;
 }
 
-// The same by OpenCV's fisheye model (Kannala and Brandt 2006, symmetric part):
-// the ray at the angle a = atan(r) off the axis comes to lie at the radius
+// The same for OpenCV's fisheye model (Kannala and Brandt 2006, symmetric
+// part): a ray at the angle a = atan(r) off the axis is imaged at the radius
 //   r' = a (1 + k1 a^2 + k2 a^4 + k3 a^6 + k4 a^8)
 // in the direction of (x, y).
 template <typename T>
@@ -66,8 +65,8 @@ KINEGRAPH_INLINE void DistortFisheye(const LensModel& lens, const T& x,
                                      const T& y, T* distorted_x, T* distorted_y,
                                      T* jacobian) {
   const T r2 = x * x + y * y;
-  // Below it the first term of the series in r is exact to rounding, and the
-  // quotients of the closed form are 0 / 0 in the end.
+  // Below it the first term of the series in r is exact to rounding; at r = 0
+  // the quotients of the closed form are 0 / 0.
   const auto small = r2 < T(1e-8);
   const T safe_r2 = Select(small, T(1.0), r2);
   const T r = Sqrt(safe_r2);
@@ -93,7 +92,7 @@ KINEGRAPH_INLINE void DistortFisheye(const LensModel& lens, const T& x,
   *distorted_y = y * scale;
 }
 
-// By the formula of the lens, which must have one.
+// By the lens' own formula; its kind must not be kNone.
 template <typename T>
 KINEGRAPH_INLINE void Distort(const LensModel& lens, const T& x, const T& y,
                               T* distorted_x, T* distorted_y, T* jacobian) {
@@ -111,10 +110,10 @@ KINEGRAPH_INLINE Mask<T> InDomain(const LensModel& lens, const T& x,
   return x * x + y * y <= T(lens.max_radius_squared);
 }
 
-// Raw pixel (u, v) of a world point [m]. `jacobian`, if not null, receives
-// d (u, v) / d point, 2x3 by rows [px/m]. True where there is an image: in
-// front of the camera and inside the lens' region. Elsewhere the numbers are of
-// no use.
+// Raw pixel (u, v) of a world point [m]. `jacobian`, if not null, receives d
+// (u, v) / d point, 2x3 by rows [px/m]. The mask is true where the point has an
+// image: in front of the camera and inside the lens' region. Elsewhere the
+// outputs are meaningless.
 template <typename T>
 KINEGRAPH_INLINE Mask<T> Project(const CameraModel& camera, const T point[3],
                                  T* u, T* v, T* jacobian) {
@@ -123,7 +122,7 @@ KINEGRAPH_INLINE Mask<T> Project(const CameraModel& camera, const T point[3],
   const T z = R[2][0] * point[0] + R[2][1] * point[1] + R[2][2] * point[2] +
               camera.t[2];
   Mask<T> visible = z > T(0.0);
-  // Elsewhere the numbers mean nothing, but they are numbers.
+  // Elsewhere the outputs are meaningless but finite.
   const T inverse_z = 1.0 / Select(visible, z, T(1.0));
   const T x = (R[0][0] * point[0] + R[0][1] * point[1] + R[0][2] * point[2] +
                camera.t[0]) *
@@ -141,7 +140,7 @@ KINEGRAPH_INLINE Mask<T> Project(const CameraModel& camera, const T point[3],
   }
   *u = camera.fx * distorted_x + camera.skew * distorted_y + camera.cx;
   *v = camera.fy * distorted_y + camera.cy;
-  // Written so that what is no number has no image.
+  // Written so that NaN counts as no image.
   const T kHuge = 1e300;
   visible = And(visible, And(Abs(*u) < kHuge, Abs(*v) < kHuge));
   if (jacobian == nullptr) return visible;

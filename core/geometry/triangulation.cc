@@ -8,8 +8,8 @@
 namespace kinegraph {
 namespace {
 
-// The unit vector X that minimises |A X|; where the squarings do not settle, by
-// an SVD of R.
+// The unit vector X that minimises |A X|; by an SVD of R where the squarings do
+// not converge.
 Eigen::Vector4d Solve(RowReducer<double>* rows) {
   rows->Reduce();
   Eigen::Vector4d vector;
@@ -22,7 +22,7 @@ Eigen::Vector4d Solve(RowReducer<double>* rows) {
   return svd.matrixV().col(3);
 }
 
-// Measurements without weight did not make the point and say nothing of it.
+// Measurements of weight 0 did not contribute to the point and are ignored.
 bool HasParallax(Span<PointMeasurement> measurements,
                  const Eigen::Vector3d& point, double min_angle_rad) {
   ParallaxTest<double> parallax(min_angle_rad);

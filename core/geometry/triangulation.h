@@ -12,32 +12,32 @@ namespace kinegraph {
 enum class TriangulationStatus {
   kOk,
   kTooFewViews,   // fewer than two measurements with a positive weight
-  kNotFinite,     // a measurement or the solution is not a number
-  kParallelRays,  // no two rays differ by the least angle asked for
-  kBehindCamera,  // the point is behind a camera that claims to see it
+  kNotFinite,     // a measurement or the solution is not finite
+  kParallelRays,  // no two rays differ by the minimum angle
+  kBehindCamera,  // the point is behind a camera that measured it
 };
 const char* ToString(TriangulationStatus status);
 
 struct PointMeasurement {
   const Camera* camera = nullptr;
   Eigen::Vector2d ideal_px = Eigen::Vector2d::Zero();
-  double weight = 1.0;  // of the equation; its square weighs the residual
+  double weight = 1.0;  // of the equations; its square weights the residual
 };
 
 struct TriangulationResult {
   TriangulationStatus status = TriangulationStatus::kTooFewViews;
-  Eigen::Vector3d point_m = Eigen::Vector3d::Zero();  // valid when kOk
+  Eigen::Vector3d point_m = Eigen::Vector3d::Zero();  // valid if kOk
   bool ok() const { return status == TriangulationStatus::kOk; }
 };
 
 struct TriangulationOptions {
-  double min_angle_rad = 1e-4;   // least angle between two rays at the point
-  bool require_in_front = true;  // of every camera that measured it
+  double min_angle_rad = 1e-4;   // minimum angle between two rays at the point
+  bool require_in_front = true;  // of every camera that measured the point
 };
 
-// Direct linear transformation: the unit vector X that minimises |A X|, where
-// each view gives two rows u p3 - p1 and v p3 - p2 (Hartley and Zisserman,
-// section 12.2), each row made a unit vector and multiplied by the weight.
+// Direct linear transformation: the unit vector X that minimises |A X|. Each
+// view gives two rows, u p3 - p1 and v p3 - p2 (Hartley and Zisserman, section
+// 12.2), each normalised and multiplied by the weight.
 TriangulationResult TriangulateDlt(Span<PointMeasurement> measurements,
                                    const TriangulationOptions& options = {});
 
