@@ -50,8 +50,8 @@ double GatePx(const Pose3d& pose, double age_frames, const Camera& camera,
               const AssociationOptions& options) {
   const double paper_px = options.alpha_2d_px_per_frame * age_frames;
   if (!(options.reach_m_per_frame > 0.0)) return paper_px;
-  // Frames off the beat may follow each other closely; errors of the detector
-  // and of the prediction are as large then.
+  // Where frames are irregular two may follow each other closely; errors of the
+  // detector and of the prediction do not shrink with the interval.
   if (!(age_frames > 1.0)) return options.alpha_2d_px_per_frame;
   const std::optional<Eigen::Vector3d> centre = MeanPosition(pose);
   if (!centre.has_value()) return paper_px;
@@ -64,9 +64,8 @@ double GatePx(const Pose3d& pose, double age_frames, const Camera& camera,
 
 namespace {
 
-// Where gates are not the paper's: so few joints may agree by chance, unless
-// none of them speaks against it, and they lie in the inner half of the gate on
-// average.
+// Outside paper mode: so few joints may agree by chance, unless every one of
+// them lies within its gate and, on average, in the inner half of it.
 bool FewMatch(int common, int positive, double positive_sum, size_t joints) {
   constexpr double kWellWithin = 0.5;
   return common >= ScaledJoints(kFewestJoints, joints) && positive == common &&
@@ -80,9 +79,9 @@ double Affinity(const Observation& observation, const ProjectedPose& projected,
                 const std::vector<int>& joints,
                 const AssociationOptions& options) {
   // Eq. 1, of joint n at age dt = t - t':
-  //   g_n = (1 - d_n / (alpha_2d dt)) exp(-lambda_a dt),
-  // whose second factor is that of the whole pair. The part-aware affinity is
-  // the mean over the joints with g_n > 0 if these are epsilon or more.
+  //   g_n = (1 - d_n / (alpha_2d dt)) exp(-lambda_a dt)
+  // The second factor is common to all joints. The part-aware affinity is the
+  // mean over the joints with g_n > 0 if there are at least epsilon of them.
   const double scale = 1.0 / gate_px;
   int common = 0;
   int positive = 0;
@@ -173,7 +172,7 @@ double ViewMatcher::AffinityOf(const AssociationTarget& target,
                                const Eigen::AlignedBox2d& box,
                                const Camera& camera) const {
   if (options_.affinity != AffinityKind::kCrossView) {
-    // A joint beyond its gate adds nothing, or less.
+    // A joint beyond its gate contributes nothing, or a negative amount.
     if (GapPx(box, box_) > gate_px_) return 0.0;
     return Affinity(observation, projected_, target.age_frames, gate_px_,
                     joints_, options_);
@@ -204,7 +203,7 @@ void ViewMatcher::Match(const std::vector<AssociationTarget>& targets,
     SetTarget(targets[row], camera);
     for (size_t col = 0; col < cols; ++col) {
       // A pair that may not match must not influence the assignment either, so
-      // a negative affinity counts as zero.
+      // a negative affinity is set to zero.
       const size_t pair = row * cols + col;
       affinities_[pair] =
           !barred.empty() && barred[pair]

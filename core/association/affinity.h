@@ -25,32 +25,33 @@ struct LastSeenJoint {
   double age_frames = 0.0;                       // > 0
 };
 
-// A person as association sees them: the last stored pose, in graph mode moved
-// to where it is expected, and its age.
+// A person as association sees them: the last stored pose (in graph mode moved
+// to where it is expected now) and its age.
 struct AssociationTarget {
   const Pose3d* pose = nullptr;
   double age_frames = 0.0;  // > 0
-  // cross_view alone: the pose expected now, with the age of what it rests on
-  // (0 when views of this very frame are in it); null: `pose` itself.
+  // cross_view only: the pose expected now, with the age of the data behind it
+  // (0 when it includes views of the current frame); null: `pose` itself.
   const Pose3d* expected = nullptr;
   double expected_age_frames = 0.0;
-  // cross_view with Target2d::kMatched: one a joint; null: never seen here.
+  // cross_view with Target2d::kMatched: one per joint; null: never seen in this
+  // view.
   const std::vector<LastSeenJoint>* last_seen = nullptr;
 };
 
 // A 3D pose projected into one view.
 struct ProjectedPose {
   std::vector<Eigen::Vector2d> px;  // raw pixels
-  std::vector<char> valid;          // one a joint
+  std::vector<char> valid;          // one per joint
 };
 
-// Projects the joints listed in `joints`; others become not valid. A joint
-// without a position, behind the camera or beyond the lens is not valid.
+// Projects the joints listed in `joints`; all others become invalid. So does a
+// joint without a position, behind the camera or outside the lens' region.
 void ProjectPose(const Pose3d& pose, const Camera& camera,
                  const std::vector<int>& joints, ProjectedPose* projected);
 
-// Affinity of an observation to a projected pose that is `age_frames` old
-// (> 0), over the joints listed that both have. 0 means no match; body-aware
+// Affinity of an observation to a projected pose of age `age_frames` (> 0),
+// over the listed joints that both have. 0 means no match; body-aware
 // affinities may be negative. `gate_px` is the distance at which the affinity
 // of a joint falls to zero (GatePx).
 double Affinity(const Observation& observation, const ProjectedPose& projected,
@@ -58,34 +59,34 @@ double Affinity(const Observation& observation, const ProjectedPose& projected,
                 const std::vector<int>& joints,
                 const AssociationOptions& options);
 
-// The gate of a person whose pose is `age_frames` old: alpha_2d a frame; with
-// reach_m_per_frame not less than alpha_2d, and not more than that and what a
-// person may have moved since.
+// The gate of a person whose pose is `age_frames` old: alpha_2d per frame. With
+// reach_m_per_frame it is at least alpha_2d, and at most alpha_2d plus the
+// distance that a person can have moved since.
 double GatePx(const Pose3d& pose, double age_frames, const Camera& camera,
               const AssociationOptions& options);
 
-// Chen et al.: sum over the joints listed that the observation has of
+// Chen et al.: sum, over the listed joints that the observation has, of
 //   w2d (1 - d2d / (alpha_2d age2d)) exp(-lambda_a age2d)
 // + w3d (1 - d3d / alpha_3d) exp(-lambda_a age3d),
-// d2d [px] the distance from `last_seen`, d3d [m] that of the expected joint
-// from the detected joint's ray. A term without its joint is zero; a joint
-// without both takes no part. 0 where too few take part.
+// where d2d [px] is the distance from `last_seen` and d3d [m] that of the
+// expected joint from the detected joint's ray. A term without its joint is
+// zero; a joint without both is skipped. 0 where too few joints remain.
 double CrossViewAffinity(const Observation& observation,
                          const std::vector<LastSeenJoint>& last_seen,
                          const Pose3d& expected, double expected_age_frames,
                          const Camera& camera, const std::vector<int>& joints,
                          const AssociationOptions& options);
 
-// Matches the observations of one view with targets: an affinity matrix and
-// the assignment of the largest total. Keeps its memory between calls.
+// Matches the observations of one view with targets: an affinity matrix and the
+// assignment of the largest total. Reuses its memory between calls.
 class ViewMatcher {
  public:
   ViewMatcher(const AssociationOptions& options, std::vector<int> joints)
       : options_(options), joints_(std::move(joints)) {}
 
   // (*match)[target] is the index of its observation, or -1. A pair is a match
-  // only if its affinity is > 0, with no tolerance. Pairs that are `barred`
-  // (row-major targets x observations; empty: none) are no matches.
+  // only if its affinity is > 0, with no tolerance. Pairs marked in `barred`
+  // (row-major targets x observations; empty: none) cannot match.
   void Match(const std::vector<AssociationTarget>& targets,
              Span<Observation> observations, const Camera& camera,
              const std::vector<char>& barred, std::vector<int>* match);
@@ -99,7 +100,7 @@ class ViewMatcher {
   const std::vector<double>& affinities() const { return affinities_; }
 
  private:
-  // Whom the calls of AffinityOf that follow are about.
+  // The target of the calls of AffinityOf that follow.
   void SetTarget(const AssociationTarget& target, const Camera& camera);
   // `box` is around the observation's joints.
   double AffinityOf(const AssociationTarget& target,
@@ -111,8 +112,8 @@ class ViewMatcher {
   HungarianSolver solver_;
   std::vector<double> affinities_;
   std::vector<Eigen::AlignedBox2d> boxes_;  // of the observations
-  // The target in this view, and for cross_view its joints as last seen; none
-  // where what was matched counts.
+  // The target in this view and, for cross_view, its joints as last seen; empty
+  // for Target2d::kMatched, which uses the matched joints.
   ProjectedPose projected_;
   Eigen::AlignedBox2d box_;
   double gate_px_ = 0.0;

@@ -9,8 +9,8 @@ namespace kinegraph {
 enum class AffinityKind {
   kPart,  // mean over the joints with a positive affinity (the paper's)
   kBody,  // mean over all joints (the ablation's baseline)
-  // Chen et al.: a sum over joints of what the last 2D joint of this view and
-  // the expected 3D joint say.
+  // Chen et al.: a sum over joints of two terms, the distance from the last 2D
+  // joint in this view and from the expected 3D joint.
   kCrossView,
 };
 
@@ -25,18 +25,19 @@ struct AssociationOptions {
   double alpha_2d_px_per_frame = 70.0;
   double lambda_a_per_frame = 3.0;
   // Graph mode: after the first frame without a match the gate of Eq. 1 grows
-  // no faster than people move. The paper's grows by alpha_2d a frame and soon
-  // reaches strangers. 0: the paper's.
+  // no faster than people move. The paper's gate grows by alpha_2d per frame
+  // and soon reaches other people. 0: the paper's gate.
   double max_speed_mps = 3.0;
-  // Graph mode: so long a person is expected to go on as their body went; then
-  // they stay. 0: expected where they were last seen, the paper's.
+  // Graph mode: for this long a lost person is expected to continue with the
+  // motion of the body, then to stand still. 0: expected where last seen, as in
+  // the paper.
   double prediction_s = 0.2;
-  // Joints of 17 that must have a positive affinity. Where joints are missing
+  // Joints of 17 that must have a positive affinity. Where joints are missing,
   // the same share of the joints that both poses have.
   double epsilon_joints = 10.0;
-  // Of 17; fewer common joints than this are no match at all.
+  // Of 17; a pair with fewer common joints cannot match.
   double min_common_joints = 6.0;
-  // cross_view alone.
+  // cross_view only.
   Target2d target_2d = Target2d::kMatched;
   double alpha_3d_m = 0.15;
 
@@ -44,9 +45,9 @@ struct AssociationOptions {
   double weight_2d = 0.4;
   double weight_3d = 0.6;
 
-  // Set by the tracker from max_speed, no key; 0: the gate is the paper's.
+  // Not a key: set by the tracker from max_speed. 0: the paper's gate.
   double reach_m_per_frame = 0.0;
-  // Likewise prediction_s in graph mode, 0 in paper mode.
+  // Not a key: prediction_s in graph mode, 0 in paper mode.
   double horizon_s = 0.0;
 
   void Describe(OptionVisitor& visitor);

@@ -10,18 +10,18 @@ namespace kinegraph {
 namespace {
 
 // Gate from one detection to the next, as a share of the person's size in the
-// image: the detector's noise, and twice the speed of a runner (1.7 m tall, 4
-// m/s across the view).
+// image: detector noise, and per second twice the speed of a runner (1.7 m
+// tall, 4 m/s across the view).
 constexpr double kNoise = 0.06;
 constexpr double kPerSecond = 2.5;
-// Greatest ratio of the nearest to the second nearest distance.
+// Greatest ratio of the nearest distance to the second nearest.
 constexpr double kMaxRatio = 0.5;
 constexpr double kMinCommon = 6.0;  // joints of 17
-// A tracklet ends after so long without a detection.
+// A tracklet ends after this time without a detection.
 constexpr double kMissed = 0.2;  // s
-// It belongs to the track that has had it for so long, ...
+// Time for which a track must hold a tracklet to own it, ...
 constexpr double kOwned = 0.2;  // s
-// ... until the track has not had it for so long.
+// ... and time without holding it after which the ownership lapses.
 constexpr double kForgotten = 2.0;  // s
 
 constexpr double kFar = std::numeric_limits<double>::max();
@@ -100,7 +100,7 @@ void ViewTracklets::Follow(Span<Observation> observations, TimeNs time) {
     tracklet.joints = observation.joints;
     tracklet.box = BoxAround(observation.joints);
   }
-  // A tracklet ends where somebody who is near may go on with it, whoever does.
+  // A tracklet ends where its continuation is ambiguous.
   std::vector<char> ended(tracklets_.size(), 0);
   const std::vector<Candidate> candidates = Candidates();
   std::vector<const Candidate*> best(seen_.size(), nullptr);

@@ -1,5 +1,5 @@
-// 2D tracklets: detections of one view that follow each other from frame to
-// frame, by the image alone, and the tracks that they belong to.
+// 2D tracklets: detections of one view linked from frame to frame by the image
+// alone, and the tracks that own them.
 #ifndef KINEGRAPH_CORE_ASSOCIATION_TRACKLETS_H_
 #define KINEGRAPH_CORE_ASSOCIATION_TRACKLETS_H_
 
@@ -17,25 +17,25 @@ namespace kinegraph {
 
 // The tracklets of one view. A detection continues the nearest tracklet if
 // every other tracklet is at least twice as far from the detection and every
-// other detection twice as far from the tracklet. Where that is ambiguous
-// tracklets end and new ones begin, so that a tracklet is short rather than
+// other detection twice as far from the tracklet. Where that is ambiguous,
+// tracklets end and new ones begin: a tracklet may be short but must not be
 // wrong.
 //
-// A tracklet belongs to the track that was given its detections for 0.2 s; what
-// continues it is that person still.
+// A tracklet belongs to the track that was matched with its detections for 0.2
+// s; detections that continue it are assumed to show the same person.
 class ViewTracklets {
  public:
-  // `joints` are those that count (Skeleton::association_joints).
+  // `joints`: the joints that are compared (Skeleton::association_joints).
   explicit ViewTracklets(std::vector<int> joints)
       : joints_(std::move(joints)) {}
 
   // The detections of the next frame.
   void Follow(Span<Observation> observations, TimeNs time);
 
-  // Of the detections of that frame, by their index: the track to which the
-  // tracklet belongs.
+  // The track that owns the tracklet of this detection, by the detection's
+  // index in the last Follow.
   std::optional<TrackId> OwnerOf(size_t observation_idx) const;
-  // The detection was given to a track, and that fitted.
+  // The detection was matched with a track, and the update succeeded.
   void Claim(size_t observation_idx, TrackId track);
 
  private:
@@ -43,7 +43,7 @@ class ViewTracklets {
     TimeNs time = 0;  // of the newest detection
     std::vector<Keypoint> joints;
     Eigen::AlignedBox2d box;
-    // Who had it last, since when, and until when.
+    // The last track matched with it, and the first and last time it was.
     TrackId owner;
     TimeNs since = 0;
     TimeNs until = 0;
@@ -63,7 +63,7 @@ class ViewTracklets {
   std::vector<int> joints_;
   TimeNs now_ = 0;
   std::vector<Tracklet> tracklets_;
-  // The detections of the frame, without owners yet.
+  // The detections of the frame, before they inherit owners.
   std::vector<Tracklet> seen_;
   std::vector<size_t> tracklet_of_;  // [observation]
 };
