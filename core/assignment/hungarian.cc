@@ -9,13 +9,13 @@
 namespace kinegraph {
 namespace {
 
-// Rows and columns by the part that pairs of positive gain connect them to.
+// Rows and columns, split into the parts that pairs of positive gain connect.
 struct AssignmentPart {
   std::vector<int> rows;
   std::vector<int> cols;
 };
 
-// A part is known by one of its rows and columns; columns count behind rows.
+// A part is represented by one of its nodes; columns are numbered after rows.
 int RootOf(int node, std::vector<int>* parent) {
   while ((*parent)[node] != node) {
     (*parent)[node] = (*parent)[(*parent)[node]];
@@ -112,8 +112,8 @@ void HungarianSolver::MaximisePositive(Span<double> gain, int rows, int cols,
   }
 }
 
-// Adds the rows one by one; each is assigned along the shortest augmenting
-// path in reduced costs, which keeps the potentials feasible.
+// Adds the rows one by one; each is assigned along the shortest augmenting path
+// in reduced costs, which keeps the potentials feasible.
 void HungarianSolver::Solve(int rows, int cols) {
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   row_potential_.assign(rows, 0.0);

@@ -8,25 +8,25 @@
 
 namespace kinegraph {
 
-// The Hungarian algorithm (Kuhn 1955) in its form by shortest augmenting paths
-// with dual potentials (Jonker and Volgenant 1987): O(n^2 m) for the smaller
-// side n and the larger m. An object keeps its memory between calls.
+// The Hungarian algorithm (Kuhn 1955) in its shortest-augmenting-path form with
+// dual potentials (Jonker and Volgenant 1987): O(n^2 m) for the smaller side n
+// and the larger m. Reuses its memory between calls.
 //
-// Of several best assignments the same one is given on every machine: ties in
-// the search for the next column go to the lowest index.
+// Among several optimal assignments the result is the same on every machine:
+// ties in the search for the next column go to the lowest index.
 class HungarianSolver {
  public:
-  // `cost` is row-major, rows x cols, all finite (anything else throws
-  // std::invalid_argument). Every row is assigned when rows <= cols, every
-  // column otherwise. (*col_of_row)[r] is the column of row r, or -1.
+  // `cost` is row-major, rows x cols; throws std::invalid_argument unless all
+  // are finite. Every row is assigned when rows <= cols, every column
+  // otherwise. (*col_of_row)[r] is the column of row r, or -1.
   void Minimise(Span<double> cost, int rows, int cols,
                 std::vector<int>* col_of_row);
   // The same for the largest total.
   void Maximise(Span<double> gain, int rows, int cols,
                 std::vector<int>* col_of_row);
-  // The largest total of pairs whose gain is > 0; no others are assigned. Rows
-  // and columns that such pairs do not connect are solved apart, so that many
-  // of them take little longer than few.
+  // The largest total of pairs whose gain is > 0; other pairs are not assigned.
+  // Rows and columns that such pairs do not connect are solved as separate
+  // problems, so the cost grows little with their number.
   void MaximisePositive(Span<double> gain, int rows, int cols,
                         std::vector<int>* col_of_row);
 
