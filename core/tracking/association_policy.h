@@ -1,5 +1,5 @@
-// What a mode adds to the paper's association: which pairs may not be matched,
-// which new people are nobody new.
+// What a mode adds to the paper's association: which pairs may not be matched
+// and which new people must not start a track.
 #ifndef KINEGRAPH_CORE_TRACKING_ASSOCIATION_POLICY_H_
 #define KINEGRAPH_CORE_TRACKING_ASSOCIATION_POLICY_H_
 
@@ -15,7 +15,7 @@
 
 namespace kinegraph {
 
-// The tracker's view of the frame at hand.
+// The tracker's state in the current frame.
 struct AssociationState {
   const SceneModel& scene;
   const FrameClock& clock;
@@ -25,52 +25,52 @@ struct AssociationState {
   const std::vector<std::unique_ptr<Track>>& tracks;
   // [view][track]: index of the observation, or -1.
   const std::vector<std::vector<int>>& matches;
-  // Epipolar distance at which two views of somebody new contradict.
+  // Epipolar distance beyond which two views of a new person conflict.
   double alpha_new_px = 0.0;
 };
 
-// The paper's policy, which adds nothing. The tracker calls the functions of a
-// frame in the order in which they stand here. Pairs are row-major, tracks x
+// The paper's policy, which adds nothing. The tracker calls these functions in
+// the order of their declaration, once per frame. Pairs are row-major, tracks x
 // observations of the view.
 class AssociationPolicy {
  public:
   virtual ~AssociationPolicy() = default;
 
-  // What was learnt of the frames so far says nothing of those to come.
+  // Discards all state: the frames to come are independent of those so far.
   virtual void StartAnew() {}
   // Before a view is matched: marks pairs that may not match, or leaves
   // `forbidden` empty.
   virtual void Forbid(size_t /*view_idx*/, std::vector<char>* /*forbidden*/) {}
-  // After all views were matched: true for a second matching of the view, with
-  // all pairs marked but those that may be matched yet.
+  // After all views were matched: true to match the view a second time, with
+  // every pair marked that must not be matched in that second round.
   virtual bool MatchesAgain(size_t /*view_idx*/,
                             std::vector<char>* /*forbidden*/) {
     return false;
   }
-  // After the updates: the track, by its index, that was recovered with
-  // detections of somebody else, as this person shows.
+  // After the updates: index of the track that this new person shows to have
+  // been recovered with another person's detections.
   virtual std::optional<size_t> FalseRecovery(const NewPerson&) const {
     return std::nullopt;
   }
-  // Updates and new people of the frame are known.
+  // Called once the updates and new people of the frame are known.
   virtual void LearnUpdates() {}
-  // Whether an update counts for the life of its track.
+  // Whether an update counts towards the life of its track.
   virtual bool Counts(const Track&) const { return true; }
-  // Whether people of whom a frame shows fewer joints than a new person needs
-  // begin once they have been seen for long enough, and, of all that are seen
-  // in the frame, those that have.
+  // Whether people who show fewer joints than a new person needs may start once
+  // they have been visible for long enough; SeeSlight reduces the frame's
+  // candidates to those that have.
   virtual bool AwaitsSlight() const { return false; }
   virtual void SeeSlight(std::vector<NewPerson>*) {}
   virtual bool MayBegin(const NewPerson&) const { return true; }
   virtual void LearnBeginning(const NewPerson&, TrackId) {}
 };
 
-// Whether most of the joints that both have seen (kObserved), three or more,
-// are nearer than `within_m`. Where the others are is a prediction's word, and
-// of two views one joint may be triangulated metres off.
+// Whether most of the joints observed in both (kObserved; at least three) are
+// nearer than `within_m`. Other joints are predicted, and a joint triangulated
+// from two views may be metres off.
 bool SeenAtOnePlace(const Pose3d& a, const Pose3d& b, double within_m);
 
-// That of `rules`; `state` must outlive it.
+// The policy for `rules`; `state` must outlive it.
 std::unique_ptr<AssociationPolicy> MakeAssociationPolicy(
     AssociationRules rules, const AssociationState& state);
 

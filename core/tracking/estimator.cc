@@ -9,7 +9,7 @@
 namespace kinegraph {
 namespace {
 
-// The one of `ways` with the least sum of distances from all; zero without any.
+// Geometric median among `ways`; zero if there are none.
 Eigen::Vector3d CommonWay(const std::vector<Eigen::Vector3d>& ways) {
   Eigen::Vector3d common = Eigen::Vector3d::Zero();
   double least = std::numeric_limits<double>::infinity();

@@ -1,8 +1,8 @@
 // The one interface of every strategy that turns associated detections into a
 // person's motion: causal Gaussian, window, batch, classical filters.
 //
-// An estimator belongs to one person. Association and track life are not its
-// business, so the same observations can be replayed through any strategy.
+// An estimator belongs to one person. It takes no part in association or track
+// life, so the same observations can be replayed through any strategy.
 #ifndef KINEGRAPH_CORE_TRACKING_ESTIMATOR_H_
 #define KINEGRAPH_CORE_TRACKING_ESTIMATOR_H_
 
@@ -19,13 +19,14 @@
 
 namespace kinegraph {
 
-// A detection matched in this very frame (never a re-used older one).
+// A detection matched in this frame, never a re-used older one.
 struct FreshView {
   int view_idx = 0;
   TimeNs capture_time = 0;
   int detection_idx = 0;                // index_in_file
-  std::vector<Keypoint> joints;         // raw pixels, one a joint of the tracks
-  std::vector<FilterVerdict> verdicts;  // one a joint
+  std::vector<Keypoint> joints;         // raw pixels, one per joint of the
+                                        // tracks
+  std::vector<FilterVerdict> verdicts;  // one per joint
 };
 
 // One frame of one person.
@@ -34,13 +35,13 @@ struct EstimatorFrame {
   TimeNs time = 0;
   std::vector<FreshView> views;  // may be empty
   // DLT after the joints filter. Any joint may be missing. kObserved joints
-  // were triangulated with two or more views of this frame, kInferred ones with
-  // older views, or predicted. Valid only if `has_initial`; without it the
-  // update failed, or nothing was matched.
+  // were triangulated from two or more views of this frame; kInferred joints
+  // used older views or were predicted. Valid only if `has_initial`, which is
+  // false when the update failed or nothing was matched.
   bool has_initial = false;
   Pose3d initial;
-  std::vector<char> triangulated;  // one a joint: by DLT, not predicted
-  // Inlier views of each joint in this frame, by the joints filter.
+  std::vector<char> triangulated;  // one per joint: by DLT, not predicted
+  // Inlier views of each joint in this frame, after the joints filter.
   std::vector<int> inlier_views;
 };
 
@@ -48,14 +49,14 @@ struct EstimatorFrame {
 struct FinalPose {
   int64_t frame = 0;
   TimeNs time = 0;
-  PersonPose person;  // without its id; joints empty when there is no pose
+  PersonPose person;  // without its id; no joints if there is no pose
 };
 
-// What final poses say of the views that saw them (PersonPose::matches).
+// How much of its views a final pose keeps (PersonPose::matches).
 enum class KeptMatches : uint8_t {
   kNone,
-  kDetections,  // which detections
-  kWeights,     // and how much each of their joints counted
+  kDetections,  // the detections
+  kWeights,     // and the weight of each of their joints
 };
 
 // Constants that every estimator of a scene shares.
@@ -70,32 +71,32 @@ class Estimator {
  public:
   virtual ~Estimator() = default;
 
-  // Frames come in ascending time, every frame of the track's life, the first
-  // with an initial pose.
+  // Frames in ascending time: every frame of the track's life, the first with
+  // an initial pose.
   virtual void Add(const EstimatorFrame& frame) = 0;
 
-  // The newest stored pose: of the last frame whose update succeeded. Empty
+  // The newest stored pose, from the last frame whose update succeeded. Empty
   // before the first Add.
   virtual const Pose3d& Last() const = 0;
   virtual TimeNs LastTime() const = 0;
   // The pose expected at `time` >= LastTime(), written to `pose`.
   virtual void Predict(TimeNs time, Pose3d* pose) const = 0;
 
-  // Moves out the poses that became final since the last call: one for each
-  // Add, in order, possibly frames later.
+  // Moves out the poses that became final since the last call, in order; there
+  // is one for each Add, possibly some frames later.
   virtual void ExtractFinals(std::vector<FinalPose>* finals) = 0;
-  // Makes all that is left final. Nothing may be added afterwards.
+  // Makes all remaining poses final. Nothing may be added afterwards.
   virtual void Finish() = 0;
 };
 
-// The newest pose of `estimator`, moved to where its body is expected at
-// `time`: by the way of the joint that goes most like the others, and no
-// farther than in `horizon_s`. How limbs swing is not expected.
+// The newest pose of `estimator`, translated to where its body is expected at
+// `time`: by the predicted motion most typical of the joints, limited to that
+// of `horizon_s`. The swing of the limbs is not predicted.
 void ExpectBody(const Estimator& estimator, TimeNs time, double horizon_s,
                 Pose3d* pose);
 
-// What `frame` says of its views, for a final pose: inlier views by the joints
-// filter; where matches are kept the score, and each view's detection, with
+// Copies the views of `frame` to a final pose: inlier views after the joints
+// filter and, where matches are kept, the score and each view's detection, with
 // weight 1 for joints that the filter kept and 0 for those it removed.
 void DescribeViews(const EstimatorFrame& frame, KeptMatches kept,
                    PersonPose* person);
@@ -106,8 +107,8 @@ using EstimatorFactory =
 // Moves all of `from` to the end of `to`: Estimator::ExtractFinals.
 void MoveFinals(std::vector<FinalPose>* from, std::vector<FinalPose>* to);
 
-// The pose `last` as what is expected later of somebody who stays: its joints
-// are inferred.
+// The pose `last` as a prediction for a person who stays where they are: its
+// joints become inferred.
 void ExpectUnmoved(const Pose3d& last, Pose3d* pose);
 
 }  // namespace kinegraph

@@ -1,6 +1,6 @@
-// The step between matching and estimating, which tracker, replay and second
-// pass share: views and a prediction, joints filter and DLT, evidence for the
-// estimator.
+// The step between matching and estimating, shared by tracker, replay and
+// second pass: from views and a prediction, by joints filter and DLT, to the
+// input of the estimator.
 #ifndef KINEGRAPH_CORE_TRACKING_EVIDENCE_H_
 #define KINEGRAPH_CORE_TRACKING_EVIDENCE_H_
 
@@ -17,46 +17,46 @@
 
 namespace kinegraph {
 
-// Writes what a reconstruction says into an estimator's frame: the fresh views
-// with their verdicts, inlier views, and the pose if `succeeded`. The frame's
-// number and time are the caller's.
+// Copies a reconstruction into an estimator's frame: the fresh views with their
+// verdicts, inlier views and, if `succeeded`, the pose. The caller sets frame
+// number and time.
 void FillEstimatorFrame(const std::vector<UsedView>& used,
                         const Reconstruction& reconstruction, bool succeeded,
                         EstimatorFrame* frame);
 
-// Keeps its memory between frames; one a thread.
+// Reuses its memory between frames; use one per thread.
 class EvidenceStep {
  public:
-  // `scene` and `epipolar` must outlive the object. Options with the gates of
-  // the scene (WithScaledGates).
+  // `scene` and `epipolar` must outlive the object. `options` must have the
+  // gates of the scene (WithScaledGates).
   EvidenceStep(const SceneModel& scene, const EpipolarGeometry& epipolar,
                const TrackerOptions& options);
 
-  // A frame in which nothing was matched: the estimator predicts.
+  // A frame without matches: the estimator predicts.
   void Begin(int64_t frame, TimeNs time, EstimatorFrame* evidence) const;
 
-  // The poses of a memory that are young enough at `time`.
+  // The poses of a memory that are recent enough at `time`.
   const std::vector<UsedView>& YoungViews(const ViewMemory& memory,
                                           TimeNs time);
 
-  // Joints filter and DLT with `predicted` deciding conflicts. False where the
-  // update fails: the evidence then has views and no pose.
+  // Joints filter and DLT; `predicted` decides conflicts. Returns false if the
+  // update fails: the evidence then has views but no pose.
   bool Update(const std::vector<UsedView>& views, const Pose3d& predicted,
               EstimatorFrame* evidence);
-  // The same without a prediction: somebody new. Fails with fewer joints
-  // triangulated than a new person must have.
+  // The same for a new person, who has no prediction. Fails with fewer
+  // triangulated joints than a new person must have.
   bool Initialise(const std::vector<UsedView>& views, EstimatorFrame* evidence);
-  // Without evidence: whether the views agree, and on what.
+  // Whether the views agree and on which joints, without writing evidence.
   bool Look(const std::vector<UsedView>& views, const Pose3d& predicted);
 
-  // Of the last call.
+  // Result of the last call.
   const Reconstruction& reconstruction() const { return reconstruction_; }
   Reconstructor& reconstructor() { return reconstructor_; }
 
  private:
   size_t joint_count_;
   FrameClock clock_;
-  double tau_frames_;  // older views do not count
+  double tau_frames_;  // older views are ignored
   double alpha_new_px_;
   const std::vector<int>& association_joints_;
   int min_new_joints_;

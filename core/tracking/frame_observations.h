@@ -1,5 +1,5 @@
-// The detections of one frame made ready: what the tracker, the replay and the
-// second pass share.
+// Prepares the detections of one frame; shared by tracker, replay and second
+// pass.
 #ifndef KINEGRAPH_CORE_TRACKING_FRAME_OBSERVATIONS_H_
 #define KINEGRAPH_CORE_TRACKING_FRAME_OBSERVATIONS_H_
 
@@ -16,22 +16,24 @@
 
 namespace kinegraph {
 
-// Whether two observations of one view are one person: on average the joints
-// that both found are apart by less than a twentieth of the larger one's box
-// (some 9 cm on an adult), and they are at least half of those of the one that
-// found fewer. Two people who overlap that well do so for a frame or two.
+// Whether two observations of one view show one person: the joints that both
+// found are apart by less than a twentieth of the larger one's box on average
+// (about 9 cm on an adult), and they are at least half of the joints of the
+// observation that found fewer. Two people overlap that well only for a frame
+// or two.
 bool IsOnePerson(const Observation& a, const Observation& b);
-// The same, with the boxes around their joints.
+// The same, given the boxes around their joints.
 bool IsOnePerson(const Observation& a, const Eigen::AlignedBox2d& box_a,
                  const Observation& b, const Eigen::AlignedBox2d& box_b);
 
-// Of duplicates keeps, at the place of the first, the one with more joints,
-// then the more confident one, then the first. Returns how many are left, in
-// front of the others; observations[count..] keep their memory.
+// Of each group of duplicates keeps, at the place of the first, the one with
+// more joints, then the more confident one, then the first. Returns the number
+// kept; they are moved to the front, and observations[count..] keep their
+// memory.
 size_t SuppressDuplicates(size_t count, std::vector<Observation>* observations);
 
-// Observations of each view of a frame, in the skeleton of the tracks. Keeps
-// its memory between frames.
+// Observations of each view of a frame, converted to the skeleton of the
+// tracks. Reuses its memory between frames.
 class FrameObservations {
  public:
   // `cameras` must outlive the object. Detections with fewer found joints than
@@ -40,7 +42,7 @@ class FrameObservations {
                     const Skeleton& tracks, double min_found_joints,
                     bool suppress_duplicates);
 
-  // Throws OptionError when the frame has not one view for each camera.
+  // Throws OptionError unless the frame has one view per camera.
   void Prepare(const DetectionFrame& frame);
 
   size_t view_count() const { return observations_.size(); }

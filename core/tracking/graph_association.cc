@@ -1,23 +1,25 @@
-// The policy of graph mode. By Eq. 1 alone a lost track takes whoever comes
-// near to where it was last seen: its gate grows with its age, and a single
-// view cannot tell people apart who stand behind each other. These rules speak
-// against such exchanges of identity and against duplicate tracks:
+// The policy of graph mode. By Eq. 1 alone a lost track takes any person who
+// comes near to where it was last seen: its gate grows with its age, and a
+// single view cannot distinguish people who stand behind each other. These
+// rules prevent such exchanges of identity, and duplicate tracks:
+//
 // - A 2D tracklet (core/association/tracklets.h) that belonged to a track which
-//   is lost by now belongs to it still. No other track takes its detections,
-//   unless two other views show that track already.
-// - A recovery that explains only some of the views of a person, while the rest
-//   would begin a new track at the same place, is false. The track ends as it
-//   was lost, and all views begin the new one; linking (core/identity) decides
-//   later whether they are the same.
-// - Where so many detections are nobody's that the views of an update agree by
-//   chance, it keeps the track alive only if two views share two thirds of the
-//   joints.
-// - Somebody whom few joints show, behind a table, begins when two views have
-//   agreed on those for long enough: six joints for a second.
-// - A new person where a track was seen in this very frame is a duplicate of
-//   it; one made of tracklets of two lost tracks is nobody; so is one of whom
-//   some cameras that look there see nothing, where so many detections are
-//   nobody's that as many views agree by chance.
+//   has since been lost still belongs to it. No other track takes its
+//   detections, unless two other views already show that track.
+// - A recovery that explains only some of the views of a person, while the
+//   other views would start a new track at the same place, is false. The track
+//   stays lost and ends, and all views start the new one; linking
+//   (core/identity) decides later whether the two are the same person.
+// - Where there are so many unmatched detections that the views of an update
+//   agree by chance, the update keeps the track alive only if two views share
+//   two thirds of the joints.
+// - A person of whom few joints are visible, behind a table for example, starts
+//   a track when two views have agreed on those joints for long enough: six
+//   joints for a second.
+// - A new person at the position of a track updated in this frame is a
+//   duplicate of it. One made of tracklets of two lost tracks is rejected, as
+//   is one that some cameras facing it do not detect, where there are so many
+//   unmatched detections that as many views agree by chance.
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -69,7 +71,8 @@ class GraphAssociation final : public AssociationPolicy {
     }
   }
 
-  // Opens what Forbid closed and nobody took to tracks that two views show.
+  // Detections that Forbid closed and that remain unmatched are opened to
+  // tracks that two views show.
   bool MatchesAgain(size_t view_idx, std::vector<char>* forbidden) override {
     constexpr int kSureViews = 2;
     const size_t count = state_.observations.OfView(view_idx).size();
@@ -105,7 +108,7 @@ class GraphAssociation final : public AssociationPolicy {
                                                                : std::nullopt;
   }
 
-  // A tracklet belongs to the track that takes it in a frame in which two of
+  // A tracklet belongs to the track matched with it in a frame in which two of
   // the track's views agree.
   void LearnUpdates() override {
     for (size_t t = 0; t < state_.tracks.size(); ++t) {
@@ -119,8 +122,9 @@ class GraphAssociation final : public AssociationPolicy {
     }
   }
 
-  // Where as many views agree by chance, a joint that one view sees is as good
-  // as lost, and an update that loses a third of the joints says nothing.
+  // Where as many views agree by chance, a joint seen by one view only is as
+  // good as missing, and an update without a third of the joints is no
+  // evidence.
   bool Counts(const Track& track) const override {
     const EstimatorFrame& frame = track.frame;
     std::vector<size_t> views;
@@ -138,8 +142,8 @@ class GraphAssociation final : public AssociationPolicy {
            !AgreeByChance(views, static_cast<int>(by_two), frame.initial);
   }
 
-  // Not where even the two views with the fewest would agree by chance: a third
-  // one tells nothing of so few joints.
+  // Not where even the two views with the fewest unmatched detections would
+  // agree by chance: with so few joints a third view adds no certainty.
   bool AwaitsSlight() const override {
     std::vector<int> unexplained;
     for (size_t v = 0; v < state_.scene.cameras.size(); ++v) {
@@ -153,10 +157,10 @@ class GraphAssociation final : public AssociationPolicy {
            kPairAgrees * unexplained[0] * unexplained[1] <= kMostGroups;
   }
 
-  // Those of the frame are followed by their place, from frame to frame; what
-  // agrees by chance does not stay there, or not for long.
+  // Candidates are linked from frame to frame by position. Chance agreements do
+  // not persist at one place for long.
   void SeeSlight(std::vector<NewPerson>* people) override {
-    // Six joints that two views show for a second.
+    // Six joints seen by two views for a second.
     constexpr double kEnoughJointSeconds = 6.0;
     constexpr double kForgottenS = 0.4;
     constexpr double kOnePlaceM = 0.2;
@@ -180,7 +184,7 @@ class GraphAssociation final : public AssociationPolicy {
         slight_.push_back({state_.time, pose, weight, 0.0});
         continue;
       }
-      // Trapezoids: what was seen at both ends of the time between.
+      // Trapezoidal rule over the interval since the last frame.
       at->joint_seconds +=
           0.5 * (at->joints + weight) * ToSeconds(state_.time - at->time);
       at->time = state_.time;
@@ -206,12 +210,12 @@ class GraphAssociation final : public AssociationPolicy {
   }
 
  private:
-  // Two views of two people agree in up to so many of the cases: 0.05 on
-  // Shelf, 0.02 to 0.2 among thirty people before twelve cameras.
+  // Upper bound of how often one view of each of two different people agree:
+  // 0.05 on Shelf, 0.02 to 0.2 with thirty people and twelve cameras.
   static constexpr double kPairAgrees = 0.05;
   static constexpr double kMostGroups = 1.0;
 
-  // Somebody of whom too little is seen to begin.
+  // A person of whom too little is visible to start a track.
   struct Slight {
     TimeNs time = 0;  // last seen
     Pose3d pose;
@@ -219,13 +223,14 @@ class GraphAssociation final : public AssociationPolicy {
     double joint_seconds = 0.0;
   };
 
-  // Two frames lie within any pause that is allowed.
+  // At least one and a half intervals between looks, so that consecutive looks
+  // are linked at any rate.
   double LongestPause(double seconds) const {
     return std::max(seconds, 1.5 * state_.rhythm.usual_frames() /
                                  state_.scene.frame_rate_hz);
   }
 
-  // Joints that two views show, those of three twice, and so on.
+  // Joints seen by two views count once, by three twice, and so on.
   double JointsTwice(const NewPerson& person) const {
     int count = 0;
     for (const int j : state_.scene.skeleton.association_joints()) {
@@ -236,9 +241,9 @@ class GraphAssociation final : public AssociationPolicy {
     return count;
   }
 
-  // Whether the joints lie where the views saw them, on average in the inner
-  // half of the gate within which two views do not contradict: of two views
-  // each has half of the distance.
+  // Whether the reprojection error of the joints is, on average, within the
+  // inner half of the gate for conflicts between two views; each of the two
+  // views has half of their distance.
   bool AgreesWell(const NewPerson& person) const {
     const double most_px = 0.25 * state_.alpha_new_px;
     double sum_px = 0.0;
@@ -262,8 +267,8 @@ class GraphAssociation final : public AssociationPolicy {
     return count > 0 && sum_px <= most_px * count;
   }
 
-  // By the frames before this one: without an update for a tenth of a second,
-  // in which a detector looked.
+  // Judged by the frames before this one: without an update for more than a
+  // tenth of a second in which the detector ran.
   bool IsLost(const Track& track) const {
     constexpr double kLostS = 0.1;
     const TimeNs age = state_.time - track.life.last_update();
@@ -272,8 +277,8 @@ class GraphAssociation final : public AssociationPolicy {
   }
 
   // The owner of the observation's tracklet, if that track is lost or gone.
-  // Tracks that are not lost are told apart by their 3D poses, which know more
-  // than one view does.
+  // Tracks that are not lost are distinguished by their 3D poses, which carry
+  // more information than one view.
   std::optional<TrackId> LostOwner(size_t view_idx,
                                    size_t observation_idx) const {
     const std::optional<TrackId> owner =
@@ -286,7 +291,7 @@ class GraphAssociation final : public AssociationPolicy {
     return is_followed ? std::nullopt : owner;
   }
 
-  // The same of each observation in the view.
+  // LostOwner of each observation in the view.
   std::vector<std::optional<TrackId>> LostOwners(size_t view_idx) const {
     std::vector<std::optional<TrackId>> owners;
     for (size_t k = 0; k < state_.observations.OfView(view_idx).size(); ++k) {
@@ -295,11 +300,11 @@ class GraphAssociation final : public AssociationPolicy {
     return owners;
   }
 
-  // The track that was triangulated in this frame where the person is.
+  // The track that was triangulated in this frame at the person's position.
   std::optional<size_t> TrackSeenAt(const NewPerson& person) const {
-    // Both are of this frame and differ by errors of triangulation. At 0.3 m a
-    // track that has gone astray kept the one it stood on from a track of their
-    // own.
+    // Both poses are of this frame and differ by triangulation errors only.
+    // With 0.3 m a track that had drifted onto another person kept that person
+    // from starting a track.
     constexpr double kOnePersonM = 0.2;
     for (size_t t = 0; t < state_.tracks.size(); ++t) {
       const EstimatorFrame& seen = state_.tracks[t]->frame;
@@ -341,9 +346,9 @@ class GraphAssociation final : public AssociationPolicy {
                          person.reconstruction.pose);
   }
 
-  // Whether views agree by chance on so many joints, at `pose`: how many groups
-  // as good as this one there are. The second view must agree in one
-  // coordinate, each further one in two.
+  // Whether these views agree by chance on so many joints at `pose`: the
+  // expected number of groups of detections that agree as well. The second view
+  // must agree in one coordinate, each further one in two.
   bool AgreeByChance(const std::vector<size_t>& views, int joints,
                      const Pose3d& pose) const {
     double groups = std::pow(kPairAgrees, -3);
@@ -353,7 +358,7 @@ class GraphAssociation final : public AssociationPolicy {
     return groups > kMostGroups && views.size() < CountLooking(pose);
   }
 
-  // Detections of so many joints that no track has taken.
+  // Unmatched detections with at least so many joints.
   int CountUnexplained(size_t view_idx, int joints) const {
     const Span<Observation> observations = state_.observations.OfView(view_idx);
     const auto counts = [&](const Observation& observation) {
@@ -367,8 +372,8 @@ class GraphAssociation final : public AssociationPolicy {
     return static_cast<int>(count);
   }
 
-  // Cameras in whose images half of the joints lie; where nobody tells how
-  // large these are, the principal point is taken for their middle.
+  // Cameras whose image contains more than half of the joints. Where the image
+  // size is unknown, the principal point is assumed to be its centre.
   size_t CountLooking(const Pose3d& pose) const {
     size_t looking = 0;
     for (const Camera& camera : state_.scene.cameras) {
@@ -388,7 +393,7 @@ class GraphAssociation final : public AssociationPolicy {
     return looking;
   }
 
-  // Within its view and frame.
+  // Index within its view and frame.
   size_t IndexOf(const Observation& observation) const {
     const auto view_idx = static_cast<size_t>(observation.view_idx);
     return static_cast<size_t>(&observation -
@@ -403,7 +408,7 @@ class GraphAssociation final : public AssociationPolicy {
 }  // namespace
 
 bool SeenAtOnePlace(const Pose3d& a, const Pose3d& b, double within_m) {
-  constexpr int kABody = 3;  // joints that tell where it is and how it stands
+  constexpr int kABody = 3;  // joints that determine position and orientation
   int seen = 0;
   int near = 0;
   for (size_t j = 0; j < a.size() && j < b.size(); ++j) {

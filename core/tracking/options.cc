@@ -16,7 +16,8 @@ constexpr double kUsualDistance = 4.0;  // m
 // The point nearest to all optical axes in the least-squares sense. False when
 // the axes do not determine it.
 bool MeetingPoint(const CameraRig& cameras, Eigen::Vector3d* point_m) {
-  // Below this share of a camera the axes are within some 10 degrees.
+  // An eigenvalue below this share of the number of cameras means axes within
+  // some 10 degrees of each other.
   constexpr double kParallel = 0.03;
   Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
   Eigen::Vector3d right = Eigen::Vector3d::Zero();
@@ -113,8 +114,8 @@ TrackLifeOptions LifeInFrames(const TrackLifeOptions& options,
   TrackLifeOptions life = options;
   life.in_seconds = false;
   if (options.in_seconds) {
-    // A detector misses people for a frame or more at any rate: where frames
-    // are rare, ages and gaps grow with their distance, up to five times.
+    // A detector misses people for a frame or more at any frame rate: at low
+    // rates ages and gaps grow with the frame interval, up to five times.
     constexpr double kRareHz = 12.5;  // below it 0.4 s are fewer than 5 frames
     constexpr double kMostTimes = 5.0;
     const double per_s =
@@ -123,7 +124,7 @@ TrackLifeOptions LifeInFrames(const TrackLifeOptions& options,
     life.max_gap_frames = options.max_gap_s * per_s;
     life.confirm_hits = std::max<int64_t>(
         2, 1 + std::llround(options.confirm_s * frame_rate_hz));
-    // One and a half: at one missed frame the clock's slack is used up.
+    // One and a half: with one missed frame the clock's tolerance is used up.
     if (life.max_age_frames < 1.5) life.confirm_hits = 1;
   }
   if (options.independent_frames) life.confirm_hits = 1;

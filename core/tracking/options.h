@@ -1,4 +1,4 @@
-// Everything that steers the front end, in the tables of a configuration.
+// All options of the front end, by configuration table.
 #ifndef KINEGRAPH_CORE_TRACKING_OPTIONS_H_
 #define KINEGRAPH_CORE_TRACKING_OPTIONS_H_
 
@@ -12,28 +12,28 @@ namespace kinegraph {
 struct TrackerOptions;
 
 enum class GateUnits {
-  kPixels,  // the keys in pixels and frames hold, as the paper gives them
-  kMetres,  // they follow from the keys of this table
+  kPixels,  // the keys in pixels and frames apply, as in the paper
+  kMetres,  // they are derived from the keys of this table
 };
 
-// Table [gates]. A gate in pixels is the length at the working distance plus
-// what a detector is wrong by however far away people are:
+// Table [gates]. A gate in pixels is a length at the working distance plus the
+// detector's error, which does not depend on the distance:
 //   alpha_epi = alpha_group = alpha_filter = s epipolar_m + detector_px
 //   alpha_2d  = s (reach_m + speed_mps / frame_rate) + motion_detector_px
-// with s = focal length / working distance [px/m], the median over cameras.
-// With the defaults Shelf's cameras (s = 310 px/m, 25 Hz) get 65 and 85 px
-// beside the paper's 60 and 70, Campus' (48 px/m) 15 and 26 beside 15 and 30.
+// with s = focal length / working distance [px/m], the median over cameras. The
+// defaults give 65 and 85 px for Shelf's cameras (s = 310 px/m, 25 Hz; the
+// paper: 60 and 70), 15 and 26 for Campus' (48 px/m; the paper: 15 and 30).
 struct GateOptions {
   GateUnits units = GateUnits::kPixels;
   double speed_mps = 2.6;
   double working_distance_m = 0.0;  // 0: where the optical axes meet
 
-  // Constants, no keys.
+  // Constants, not keys.
   double epipolar_m = 0.19;
   double detector_px = 6.0;
   double reach_m = 0.12;
   double motion_detector_px = 15.0;
-  // tau, lambda_a and lambda_t of the paper's 25 Hz in time.
+  // tau, lambda_a and lambda_t of the paper at 25 Hz, as times.
   double view_age_s = 0.12;
   double affinity_decay_per_s = 75.0;
   double view_decay_per_s = 125.0;
@@ -41,27 +41,27 @@ struct GateOptions {
   void Describe(OptionVisitor& visitor);
 };
 
-// Distance [m] of the cameras, in the median, from the point nearest to all
-// optical axes; 4 m where the axes are nearly parallel or meet behind the
-// cameras, and no point is near to them.
+// Median distance [m] of the cameras from the point nearest to all optical
+// axes; 4 m where that point is undetermined (axes nearly parallel) or behind
+// the cameras.
 double WorkingDistance(const CameraRig& cameras);
 
 // Median over the cameras of focal length / working distance [px/m].
 double PixelsPerMetre(const CameraRig& cameras, double working_distance_m);
 
-// The options with pixels and frames filled in where gates.units says so.
+// The options with pixels and frames filled in where gates.units requires it.
 TrackerOptions WithScaledGates(TrackerOptions options, const CameraRig& cameras,
                                double frame_rate_hz);
 
-// Track life. Times are seconds, so that a person may be hidden as long at
-// 120 Hz as at 25 Hz. Paper mode counts frames, as the paper does at 25 Hz: a
-// second is 25 frames there, whatever the recording's rate.
+// Track life. Times are in seconds, so that a person may be hidden for as long
+// at 120 Hz as at 25 Hz. Paper mode counts frames as the paper does at 25 Hz:
+// there a second is 25 frames whatever the recording's rate.
 struct TrackLifeOptions {
-  double confirm_s = 0.08;  // birth to the update that confirms
+  double confirm_s = 0.08;  // birth to the confirming update
   double max_age_s = 0.4;   // deleted this long after the last update
-  // Detections with fewer found joints are noise and never looked at.
+  // Detections with fewer found joints are treated as noise and ignored.
   double min_found_joints = 5.0;  // of 17
-  // Also write the frames of a track before it was confirmed, once it is.
+  // Also write the frames of a track before its confirmation.
   bool backfill = false;
   // Write confirmed frames without an update when an update follows within
   // this time: the estimator bridges them. 0: never.
@@ -70,24 +70,25 @@ struct TrackLifeOptions {
   // (core/tracking/second_pass.h).
   bool second_pass = false;
 
-  // Set by the run, no keys of this table: the times above in frames of the
-  // recording; hits are successful updates, birth included.
+  // Not keys of this table: the times above in frames of the recording, set by
+  // the run. Hits are successful updates, birth included.
   int64_t confirm_hits = 3;
   double max_age_frames = 10.0;
   double max_gap_frames = 0.0;
-  bool in_seconds = false;          // frames are yet to be told: graph mode
-  bool independent_frames = false;  // each frame is a recording of its own
+  bool in_seconds = false;          // graph mode: conversion to frames is
+                                    // pending
+  bool independent_frames = false;  // every frame is a recording of its own
 
   void Describe(OptionVisitor& visitor);
 };
 
-// The same life counted in frames of a recording's nominal rate. A track is
-// confirmed at two hits at least, but at once where frames are so rare that a
-// track could not miss one, and where they are independent.
+// The same life in frames of a recording's nominal rate. Confirmation takes at
+// least two hits, but only one where frames are so rare that a track would not
+// survive a missed one, or where frames are independent.
 TrackLifeOptions LifeInFrames(const TrackLifeOptions& options,
                               double frame_rate_hz);
 
-// What association does beside the paper (core/tracking/association_policy.h).
+// What association adds to the paper (core/tracking/association_policy.h).
 enum class AssociationRules { kPaper, kGraph };
 
 struct TrackerOptions {
@@ -97,13 +98,13 @@ struct TrackerOptions {
   TrackLifeOptions life;
   GateOptions gates;
 
-  // Set by the run, no key.
+  // Not a key: set by the run.
   AssociationRules rules = AssociationRules::kPaper;
   bool suppresses_duplicates() const {
     return rules == AssociationRules::kGraph;
   }
 
-  // With the life in frames and the reach a frame, for a recording's nominal
+  // With the life in frames and the reach per frame of a recording's nominal
   // rate.
   TrackerOptions At(double frame_rate_hz) const;
 

@@ -1,5 +1,5 @@
-// Queues of what waits for the end of a recording, in half of its memory: the
-// frames that estimators are given, and the poses of a first pass.
+// Queues of data that wait for the end of a recording, packed into half of
+// their memory: the frames given to estimators and the poses of a first pass.
 #ifndef KINEGRAPH_CORE_TRACKING_PACKED_QUEUE_H_
 #define KINEGRAPH_CORE_TRACKING_PACKED_QUEUE_H_
 
@@ -18,8 +18,8 @@
 
 namespace kinegraph {
 
-// Appends values to bytes, or reads them again: bytes(a, b, c) does either, so
-// that what a struct keeps is stated once, in its Exchange.
+// Appends values to bytes or reads them back. bytes(a, b, c) does either, so
+// each struct lists its fields once, in Exchange.
 template <bool kReads>
 class ByteExchange {
  public:
@@ -46,7 +46,7 @@ class ByteExchange {
   void One(Eigen::Matrix<double, kRows, 1>& vector) {
     Raw(vector.data(), sizeof(double) * kRows);
   }
-  // A covariance: half of it where it is symmetric to the bit.
+  // A covariance; half of it if it is exactly symmetric.
   void One(Eigen::Matrix3d& matrix) {
     bool symmetric = !kReads && matrix == matrix.transpose();
     One(symmetric);
@@ -115,20 +115,20 @@ void Exchange(Bytes& bytes, PersonPose& pose) {
         pose.score);
 }
 
-// Things lie one behind the other in blocks, which are not copied as the queue
-// grows and go back to the system when their last thing was taken: what is
-// allocated one by one lies scattered among other memory, and keeps the pages
-// around it.
+// Items lie one behind the other in blocks, which are not copied as the queue
+// grows and are freed when their last item was taken. Items allocated singly
+// would be scattered among other memory and keep the pages around them in use.
 template <typename T>
 class PackedQueue {
  public:
   void Push(const T& thing) {
-    // Writing changes nothing.
+    // Writing does not modify the item; Exchange takes non-const references for
+    // reading.
     ByteExchange<false> write(&packed_);
     packed_.clear();
     write(const_cast<T&>(thing));
     if (blocks_.empty()) {
-      blocks_.emplace_back();  // perhaps the only one, and small
+      blocks_.emplace_back();  // may stay the only one, so starts small
     } else if (blocks_.back().size() + packed_.size() > kBlockBytes) {
       blocks_.emplace_back().reserve(std::max(kBlockBytes, packed_.size()));
     }
@@ -137,7 +137,7 @@ class PackedQueue {
   }
   size_t size() const { return size_; }
   bool empty() const { return size_ == 0; }
-  // Takes the oldest thing out; there must be one.
+  // Removes and returns the oldest item; the queue must not be empty.
   T Pop() {
     T thing;
     ByteExchange<true> read(&blocks_.front(), taken_);
@@ -154,16 +154,16 @@ class PackedQueue {
  private:
   static constexpr size_t kBlockBytes = size_t{256} << 10;
 
-  std::deque<std::string> blocks_;  // of whole things
-  size_t taken_ = 0;                // bytes of the first block
+  std::deque<std::string> blocks_;  // each holds whole items
+  size_t taken_ = 0;                // bytes of the first block already read
   size_t size_ = 0;
-  std::string packed_;  // the newest thing; kept to reuse its memory
+  std::string packed_;  // the newest item; kept to reuse its memory
 };
 
-// What was measured and the initial pose come back bit by bit; what the joints
-// filter said of views (verdicts, inlier views) is not kept.
+// Measurements and the initial pose are restored bit by bit; the results of the
+// joints filter (verdicts, inlier views) are not kept.
 using PackedFrames = PackedQueue<EstimatorFrame>;
-// All but the identity.
+// Everything but the identity.
 using PackedPoses = PackedQueue<PersonPose>;
 
 }  // namespace kinegraph

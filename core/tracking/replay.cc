@@ -17,12 +17,12 @@ namespace kinegraph {
 
 struct MatchFreezer::Record {
   std::vector<FrozenFrame> frames;
-  std::vector<char> updated;  // one a frame
+  std::vector<char> updated;  // one per frame
 };
 
 namespace {
 
-// Passes everything on, and remembers what was matched.
+// Forwards everything and records which detections were matched.
 class FreezingEstimator final : public Estimator {
  public:
   FreezingEstimator(std::unique_ptr<Estimator> estimator,
@@ -54,7 +54,7 @@ class FreezingEstimator final : public Estimator {
   std::shared_ptr<MatchFreezer::Record> record_;
 };
 
-// Which frames the rules of track life write.
+// Decides by the rules of track life which frames are written.
 void DecideWritten(const TrackLifeOptions& options, const FrameClock& clock,
                    const std::vector<char>& updated,
                    std::vector<FrozenFrame>* frames) {
@@ -123,7 +123,7 @@ Replay::Replay(SceneModel scene, const DetectionSequence& detections,
   for (const FrozenPerson& person : matches_.people) {
     seen_.emplace_back(person.frames.size());
   }
-  std::vector<size_t> next(seen_.size(), 0);  // one a person
+  std::vector<size_t> next(seen_.size(), 0);  // one per person
   for (const DetectionFrame& frame : detections.frames) {
     frames_.push_back({frame.frame, frame.time, {}});
     bool is_prepared = false;
@@ -203,7 +203,7 @@ std::vector<ReplayedPerson> Replay::Prepare(int without_view,
   return people;
 }
 
-// One person's estimator at work.
+// The running estimator of one person.
 class RunningEstimator {
  public:
   RunningEstimator(const SceneModel& scene, const EstimatorFactory& estimator) {

@@ -1,7 +1,8 @@
-// The matches of a tracking run, frozen: whose 2D detections were whose, frame
-// by frame. Replayed, they go through joints filter, DLT and any estimator
-// again, also without one of the cameras, and nothing is associated anew. So
-// every smoothing strategy answers to the same question.
+// The matches of a tracking run, frozen: the 2D detections of each person,
+// frame by frame. In a replay they pass through joints filter, DLT and any
+// estimator again, optionally without one of the cameras, but are not
+// associated anew. All smoothing strategies are thus compared on the same
+// input.
 #ifndef KINEGRAPH_CORE_TRACKING_REPLAY_H_
 #define KINEGRAPH_CORE_TRACKING_REPLAY_H_
 
@@ -22,7 +23,7 @@
 
 namespace kinegraph {
 
-// A detection that belongs to a person.
+// A detection matched with a person.
 struct FrozenDetection {
   int view_idx = 0;       // of the run's cameras
   int detection_idx = 0;  // index_in_file
@@ -36,7 +37,7 @@ struct FrozenFrame {
   bool written = false;  // by the rules of track life
 };
 
-// A life from birth to the last frame, tentative frames included.
+// All frames from birth to death, tentative ones included.
 struct FrozenPerson {
   TrackId id;
   std::vector<FrozenFrame> frames;
@@ -46,7 +47,7 @@ struct FrozenMatches {
   std::vector<FrozenPerson> people;  // by ascending id
 };
 
-// Listens to a Tracker at the estimator that is written.
+// Records the matches of a Tracker at the estimator whose poses are written.
 //
 //   MatchFreezer freezer;
 //   Tracker tracker(scene, skeleton, options, freezer.Wrap(factory));
@@ -54,55 +55,56 @@ struct FrozenMatches {
 //   FrozenMatches matches = freezer.Matches(options.life, frame_rate_hz);
 class MatchFreezer {
  public:
-  // A factory of estimators that do what those of `estimator` do. The tracker
-  // numbers people in the order in which they are made.
+  // A factory whose estimators forward to those of `estimator`. The tracker
+  // numbers people in the order in which their estimators are made.
   EstimatorFactory Wrap(EstimatorFactory estimator);
 
-  // All people so far. Which frames are written follows from their hits and
-  // misses by the rules of track life.
+  // All people so far. Their hits and misses decide, by the rules of track
+  // life, which frames are written.
   FrozenMatches Matches(const TrackLifeOptions& life,
                         double frame_rate_hz) const;
 
-  struct Record;  // one person's
+  struct Record;  // of one person
 
  private:
   std::shared_ptr<std::vector<std::shared_ptr<Record>>> records_ =
       std::make_shared<std::vector<std::shared_ptr<Record>>>();
 };
 
-// What estimators are given of one person.
+// The input of one person's estimator.
 struct ReplayedPerson {
   TrackId id;
-  // From the first frame on in which enough joints could be triangulated.
+  // Starts with the first frame in which enough joints could be triangulated.
   // Points into the Replay.
   std::vector<EstimatorFrame> frames;
-  std::vector<char> written;  // one a frame
+  std::vector<char> written;  // one per frame
 };
 
-// An estimator's answer.
+// The output of an estimator.
 struct ReplayOutcome {
-  std::vector<FinalPose> finals;  // one a frame of the person
+  std::vector<FinalPose> finals;  // one per frame of the person
   int64_t cpu_ns = 0;             // processor time of the estimator
-  // How long after its frame the latest pose became final before the end of the
-  // recording; nullopt when none did (the estimator wants the whole recording).
+  // The longest time from a frame until its pose became final, before the end
+  // of the recording; nullopt when none did (the estimator needs the whole
+  // recording).
   std::optional<TimeNs> delay;
 };
 
-// Frozen matches with their detections at hand.
+// Frozen matches together with their detections.
 class Replay {
  public:
-  // `detections` has one view for each camera of `scene` and every frame that
-  // the matches name, else InputError. `feedback` is the run's causal
-  // estimator: its prediction serves the joints filter, as in the run. With a
-  // feedback of another kind than the run's the verdicts may differ.
+  // Throws InputError unless `detections` has one view per camera of `scene`
+  // and every frame in the matches. `feedback` is the run's causal estimator:
+  // its prediction is the input of the joints filter, as in the run. With
+  // another kind of estimator the filter's verdicts may differ from the run's.
   Replay(SceneModel scene, const DetectionSequence& detections,
          const FrozenMatches& matches, const TrackerOptions& options,
          EstimatorFactory feedback);
 
-  // Joints filter and DLT of everyone, as if the camera of view `without_view`
-  // had not been there (-1: with all). A person begins with the first frame in
-  // which the rest of the views triangulate as many joints as a new person must
-  // have. People without such a frame are left out.
+  // Joints filter and DLT for every person, without the camera of view
+  // `without_view` (-1: with all cameras). A person starts with the first frame
+  // in which the remaining views triangulate as many joints as a new person
+  // must have. People without such a frame are left out.
   std::vector<ReplayedPerson> Prepare(int without_view, int threads) const;
 
   const SceneModel& scene() const { return scene_; }
@@ -128,16 +130,16 @@ ReplayOutcome RunEstimator(const SceneModel& scene,
                            const ReplayedPerson& person,
                            const EstimatorFactory& estimator);
 
-// Runs an estimator over each person, all frames of the recording in order, as
-// a tracker does: what people learn of each other is the same. One outcome
-// each.
+// Runs an estimator over each person, all frames of the recording in order as a
+// tracker does, so that what estimators share between people is the same. One
+// outcome per person.
 std::vector<ReplayOutcome> RunEstimators(
     const SceneModel& scene, const std::vector<ReplayedPerson>& people,
     const EstimatorFactory& estimator);
 
-// Puts the outcomes of all people, which it moves, together: in each frame from
-// `first_frame` on the people who are written and have a pose. `frames` gives
-// numbers and times, ascending.
+// Combines the outcomes of all people, which it moves from: each frame from
+// `first_frame` on receives the people who are written in it and have a pose.
+// `frames` gives numbers and times, ascending.
 std::vector<TrackFrame> AssembleReplay(
     const std::vector<TrackFrame>& frames,
     const std::vector<ReplayedPerson>& people,

@@ -13,18 +13,18 @@
 namespace kinegraph {
 namespace {
 
-constexpr double kVelocitySeconds = 0.2;  // over which an end's is taken
+constexpr double kVelocitySeconds = 0.2;  // averaging time of an end's velocity
 constexpr double kFades = 0.5;            // s
-constexpr double kNewShare = 0.3;         // of a velocity that was just seen
+constexpr double kNewShare = 0.3;         // weight of the newest velocity
 
 struct Place {
-  int64_t index;  // of the frame
+  int64_t index;  // of its frame
   int64_t frame;
   TimeNs time;
   Eigen::Vector3d centre_m;
 };
 
-// Mean movement of the joints that both poses have.
+// Mean displacement of the joints that both poses have.
 std::optional<Eigen::Vector3d> Shift(const Pose3d& from, const Pose3d& to) {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   int count = 0;
@@ -37,7 +37,7 @@ std::optional<Eigen::Vector3d> Shift(const Pose3d& from, const Pose3d& to) {
   return Eigen::Vector3d(sum / count);
 }
 
-// From the place at `end` towards the inside of places [begin, stop).
+// Velocity at `end`, estimated from there towards the inside of [begin, stop).
 Eigen::Vector3d VelocityAt(const std::vector<Place>& places, size_t end,
                            size_t begin, size_t stop) {
   size_t inside = end;
@@ -111,11 +111,11 @@ void EndFollower::Agree(const Pose3d& pose, TimeNs time) {
 
 namespace {
 
-// How far back somebody is followed who appears.
+// The longest time for which a person is followed back from the first frame.
 constexpr TimeNs kLongestBack = 2'000'000'000;
-// Where one view alone sees somebody at the end of a track, the estimate must
-// know the joints as well as this on average: a third of the distance at which
-// two people pass each other.
+// At the end of a track that only one view sees, the joints' mean uncertainty
+// must not exceed this: a third of the distance at which two people pass each
+// other.
 constexpr double kSureSigma = 0.15;  // m
 
 bool IsSure(const PersonPose& person) {
@@ -130,8 +130,8 @@ bool IsSure(const PersonPose& person) {
   return count > 0 && sum_m2 < count * kSureSigma * kSureSigma;
 }
 
-// Whether somebody of `people` stands where `pose` is: joints within 0.3 m on
-// average, which is nearer than two people ever are for long.
+// Whether one of `people` stands at the position of `pose`: joints within 0.3 m
+// on average, closer than two people stay for long.
 bool IsTaken(const Pose3d& pose, const std::vector<PersonPose>& people) {
   constexpr double kSamePlace = 0.3;  // m
   return std::any_of(
@@ -180,7 +180,7 @@ void SecondPass::Process(const DetectionFrame& frame, TrackFrame first_pass) {
   TrackFrame& written = frames_.emplace_back();
   written.frame = frame.frame;
   written.time = frame.time;
-  // Stays where the second pass finds nobody.
+  // Kept where the second pass finds no match.
   written.people = std::move(first_pass.people);
   const std::vector<PersonPose>& people = written.people;
   observations_.Prepare(frame);
@@ -231,7 +231,7 @@ void SecondPass::AddFrame(int64_t frame, TimeNs time, TrackId id,
                           const Pose3d& start) {
   evidence_.Begin(frame, time, &work_);
   if (!used_views_.empty()) evidence_.Update(used_views_, start, &work_);
-  // The smoothed pose is the start wherever nothing was triangulated.
+  // Joints that were not triangulated start at the smoothed pose.
   work_.has_initial = true;
   work_.initial = start;
   for (size_t j = 0; j < start.size(); ++j) {
@@ -297,12 +297,12 @@ void SecondPass::ExtendBack(const PersonPose& person, TimeNs time,
   const std::vector<Beyond>& before = beyond_[person.id];
   const int64_t stop = before.empty() ? -1 : before.back().frame;
   EndFollower follower(person.joints, time, run.first_velocity_mps);
-  std::vector<Pose3d> expected;  // one a frame, from the last one on
+  std::vector<Pose3d> expected;  // one per frame, the last frame first
   std::vector<Seen> seen;
   for (size_t r = recent_.size(); r-- > 0;) {
     Recent& recent = recent_[r];
     const TrackFrame& written = frames_[recent.index];
-    // A frame that is theirs already, of a run or its end.
+    // The person is already in this frame, in another run or extension.
     const bool is_there = std::any_of(
         written.people.begin(), written.people.end(),
         [&](const PersonPose& other) { return other.id == person.id; });
@@ -383,7 +383,7 @@ std::map<int64_t, bool> SecondPass::KeptBeyond(
     while (stop < beyond.size() && beyond[stop].end == beyond[begin].end) {
       ++stop;
     }
-    // From the track outwards.
+    // From the end of the track outwards.
     std::vector<Beyond> end(beyond.begin() + static_cast<long>(begin),
                             beyond.begin() + static_cast<long>(stop));
     if (end.front().backward) std::reverse(end.begin(), end.end());
@@ -435,7 +435,7 @@ std::vector<TrackFrame> SecondPass::Finish(int threads) {
   PackBefore(frames_.size());
   std::vector<TrackId> ids;
   for (const auto& one : estimators_) ids.push_back(one.first);
-  // Nobody's solution waits for those of others: together they are large.
+  // Each solution is written and freed at once: together they would be large.
   std::mutex writing;
   ParallelFor(threads, static_cast<int>(ids.size()), [&](int i) {
     std::unique_ptr<Estimator>& estimator = estimators_.at(ids[i]);

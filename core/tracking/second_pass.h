@@ -1,5 +1,5 @@
-// Offline: a recording associated again with tracks that were smoothed over all
-// of it, and estimated anew.
+// Offline: associates a recording again with tracks that were smoothed over all
+// of it, and estimates anew.
 #ifndef KINEGRAPH_CORE_TRACKING_SECOND_PASS_H_
 #define KINEGRAPH_CORE_TRACKING_SECOND_PASS_H_
 
@@ -24,8 +24,7 @@
 
 namespace kinegraph {
 
-// Frames that follow each other, in all of which a person is there; how they
-// move at both ends.
+// Consecutive frames that all contain a person, and the velocity at both ends.
 struct TrackRun {
   int64_t first = 0;
   int64_t last = 0;
@@ -33,20 +32,21 @@ struct TrackRun {
   Eigen::Vector3d last_velocity_mps = Eigen::Vector3d::Zero();
 };
 
-// Of each person, ascending. `frames` ascend.
+// Runs of each person in ascending order. `frames` ascend.
 std::map<TrackId, std::vector<TrackRun>> FindRuns(
     const std::vector<TrackFrame>& frames);
 
-// Somebody who is followed beyond an end, forward or backward in time.
+// Follows a person beyond an end of a track, forward or backward in time.
 class EndFollower {
  public:
   EndFollower(Pose3d pose, TimeNs time, Eigen::Vector3d velocity_mps);
 
-  // The whole body moved on; the velocity fades within half a second.
+  // The body translated from the last pose; the velocity fades within half a
+  // second.
   Pose3d At(TimeNs time) const;
-  // Views agreed on this pose.
+  // Called when views agreed on this pose.
   void Agree(const Pose3d& pose, TimeNs time);
-  // When they last did, or the end of the track.
+  // Time of the last agreement, or the end of the track.
   TimeNs agreed() const { return time_; }
 
  private:
@@ -56,67 +56,71 @@ class EndFollower {
 };
 
 // The first pass associates with what it knows of the past; the smoothed tracks
-// know the frame itself and what follows. Each frame's detections are matched
-// with the poses of that very frame, by the affinity of a pose one frame old.
-// People, their identities and the frames in which they are written stay those
-// of the first pass; what belongs to them may change. Asked to, it follows
-// people beyond both ends of their tracks.
+// also use the frame itself and what follows. The detections of each frame are
+// matched with the poses of that same frame, with the affinity of a pose one
+// frame old. People, their identities and the frames in which they are written
+// stay those of the first pass; the detections matched with them may change.
+// Optionally follows people beyond both ends of their tracks.
 class SecondPass {
  public:
-  // As Tracker's; `estimator` makes the one that is written.
+  // As for Tracker; the poses of `estimator` are written.
   SecondPass(SceneModel scene, const Skeleton& detection_skeleton,
              const TrackerOptions& options, EstimatorFactory estimator);
 
-  // Follows people beyond the ends of their runs in `first_pass`, which are all
-  // frames of it, but for those named in `but`: with the detections that nobody
-  // took, while two views or more agree. Frames in between that fewer saw are
-  // written too, and at the very end those that one view saw, as long as the
-  // estimate is sure of them. Ends where nothing agrees for the life of a lost
-  // track, and where somebody else stands. Before the first frame.
+  // Call before the first frame. Follows people, except those in `but`, beyond
+  // the ends of their runs in `first_pass` (all its frames), using unmatched
+  // detections while two or more views agree. Frames with fewer views are also
+  // written if they lie in between, or if they are at the very end, one view
+  // sees the person and the estimate is sufficiently certain. Stops after the
+  // life of a lost track without agreement, or where another person stands.
   void ExtendEnds(const std::vector<TrackFrame>& first_pass,
                   const std::set<TrackId>& but);
 
-  // The next frame in ascending order, and what the first pass wrote for it
-  // (frames without people may be left out).
+  // The next frame, in ascending order, and what the first pass wrote for it
+  // (frames without people may be omitted).
   void Process(const DetectionFrame& frame, TrackFrame first_pass);
-  // Estimates everyone, on up to `threads` threads, and gives every frame.
-  // Nobody is lost: where the estimate has no joint, the first pass's stays.
+  // Estimates everyone, on up to `threads` threads, and returns every frame. No
+  // person is dropped: a joint that the estimate lacks is taken from the first
+  // pass.
   std::vector<TrackFrame> Finish(int threads);
 
  private:
-  // A frame that may be looked at once more, from later ends.
+  // A frame kept because a later track start may be followed back into it.
   struct Recent {
     DetectionFrame detections;
     size_t index = 0;                      // in frames_
     std::vector<std::vector<char>> taken;  // [view][observation]
   };
-  struct Place {  // of an observation in its frame
+  struct Place {  // an observation within its frame
     size_t view = 0;
     size_t index = 0;
   };
   struct Following {
     EndFollower follower;
-    int end = 0;  // counts ends
+    int end = 0;  // number of the extension
   };
-  enum class Seen { kByNobody, kByOne, kByTwo };  // views that agree, or more
+  // Number of views that agree; kByTwo: two or more.
+  enum class Seen { kByNobody, kByOne, kByTwo };
   // A frame beyond an end that was given to an estimator.
   struct Beyond {
     int64_t frame = 0;
     Seen seen = Seen::kByNobody;
-    int end = 0;  // counts ends
+    int end = 0;  // number of the extension
     bool backward = false;
   };
 
-  // Gives used_views_ to the estimator of a person.
+  // Passes used_views_ to the estimator of a person.
   void AddFrame(int64_t frame, TimeNs time, TrackId id, const Pose3d& start);
-  // The one of the person that begins or ends, as `end` says, in the frame.
+  // The run of the person whose first or last frame, selected by `end`, is
+  // `frame`.
   const TrackRun* FindRun(TrackId id, int64_t TrackRun::*end,
                           int64_t frame) const;
-  // Looks for somebody among what nobody took, fills used_views_ with their
-  // places; evidence_ then knows on what they agree.
+  // Searches the unmatched detections for a person and stores them in
+  // used_views_ and used_places_; evidence_ then holds the joints on which they
+  // agree.
   Seen Look(const Pose3d& expected, const Recent& recent,
             const FrameObservations& observations);
-  void Take(Recent* recent) const;  // used_places_
+  void Take(Recent* recent) const;  // marks used_places_
   void ExtendBack(const PersonPose& person, TimeNs time, const TrackRun& run);
   void ExtendOn(Recent* now);
   void Remember(Recent now);
@@ -134,11 +138,11 @@ class SecondPass {
   FrameObservations observations_;
   ViewMatcher matcher_;
   EvidenceStep evidence_;
-  TimeNs max_lost_;  // of a track
+  TimeNs max_lost_;  // life of a lost track
 
-  std::vector<TrackFrame> frames_;  // with the first pass's people
-  // Before this frame their poses are packed, [person][frame of theirs]: they
-  // are where the second pass finds nobody, and seldom.
+  std::vector<TrackFrame> frames_;  // hold the first pass's people
+  // Poses before this frame are packed, [person][its frames]: they are needed
+  // only where the second pass finds no match, which is rare.
   size_t packed_end_ = 0;
   std::map<TrackId, PackedPoses> packed_;
   std::map<TrackId, std::vector<TrackRun>> runs_;  // whose ends are extended
@@ -148,11 +152,11 @@ class SecondPass {
   std::deque<Recent> recent_;
   std::map<TrackId, std::unique_ptr<Estimator>> estimators_;
 
-  // This frame's work, kept to reuse its memory.
+  // Buffers of the current frame, kept to reuse their memory.
   std::vector<AssociationTarget> targets_;
   std::vector<std::vector<int>> matches_;  // [view][target]
   FrameObservations earlier_;
-  std::vector<Observation> free_;  // that nobody took
+  std::vector<Observation> free_;  // unmatched
   std::vector<UsedView> used_views_;
   std::vector<Place> used_places_;
   EstimatorFrame work_;

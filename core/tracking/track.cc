@@ -7,11 +7,11 @@
 namespace kinegraph {
 namespace {
 
-// So many pauses are remembered. Their third quartile is usual: of a detector
-// that leaves out every third frame half are 2 frames long, while holes in a
-// recording are few.
+// Number of pauses remembered. Their third quartile is the usual pause: if a
+// detector skips every third frame, half of the pauses are 2 frames long, while
+// gaps in a recording are few.
 constexpr size_t kRemembered = 15;
-// With fewer pauses known no frame without anybody is taken for a miss.
+// With fewer known pauses an empty frame never counts as a miss.
 constexpr size_t kEnough = 8;
 
 }  // namespace
@@ -57,7 +57,7 @@ void ViewMemory::Store(const Observation& observation, TimeNs frame_time) {
     entries_.insert(at, {frame_time, observation});
     return;
   }
-  // The oldest makes room, its memory is used again.
+  // The oldest entry is replaced and its memory reused.
   std::rotate(at, end - 1, end);
   at->frame_time = frame_time;
   at->observation = observation;
@@ -82,8 +82,7 @@ void TrackLife::ConfirmIfDue() {
 }
 
 void TrackLife::BeginFrame(TimeNs time, double look_frames) {
-  // Of consecutive frames, Step deletes at an age of max_age and so leaves
-  // nothing to do here.
+  // For consecutive frames Step already deletes tracks at an age of max_age.
   if (independent_frames_ ||
       !clock_.Less(time - last_update_, max_age_frames_ + look_frames)) {
     state_ = TrackState::kDeleted;
@@ -114,7 +113,7 @@ void WriteGate::Step(TimeNs time, TrackState state, bool updated) {
       was_confirmed_ = true;
     }
     if (updated) {
-      // Half a frame of slack: a gap of exactly max_gap frames is bridged.
+      // Half a frame of tolerance: a gap of exactly max_gap frames is bridged.
       const bool bridged =
           max_gap_frames_ > 0.0 &&
           clock_.Less(time - last_update_, max_gap_frames_ + 2.0);

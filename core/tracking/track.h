@@ -1,4 +1,4 @@
-// One person as the tracker follows them.
+// The state of one person in the tracker.
 #ifndef KINEGRAPH_CORE_TRACKING_TRACK_H_
 #define KINEGRAPH_CORE_TRACKING_TRACK_H_
 
@@ -18,23 +18,24 @@ namespace kinegraph {
 
 bool ShowsSomebody(const DetectionFrame& frame);
 
-// A detector may run in every third frame of a video, or a file of 120 Hz may
-// hold what was detected at 30: frames in between show nobody in any view, and
-// nobody is missed there. The times between frames that show somebody tell such
-// frames from those in which everybody has gone.
+// A detector may run on every third frame of a video, or a 120 Hz file may hold
+// detections made at 30 Hz: the frames in between are empty in every view,
+// which is no miss. The intervals between frames with detections distinguish
+// such frames from those in which everyone has left.
 class LookRhythm {
  public:
   explicit LookRhythm(const FrameClock& clock) : clock_(clock) {}
 
-  // The next frame. Whether somebody would have been seen in it: a view shows
-  // somebody, or none has for longer than the detector has lately paused.
+  // Processes the next frame. Returns whether the detector ran on it: some view
+  // has a detection, or none has had one for longer than the detector's recent
+  // pauses.
   bool IsLook(const DetectionFrame& frame);
 
-  // Usual time from one frame that shows somebody to the next [frames], 1 or
-  // more: the third quartile of the last ones.
+  // Usual interval between frames with detections [frames], at least 1: the
+  // third quartile of the recent ones.
   double usual_frames() const { return usual_frames_; }
-  // How many frames the newest one that shows somebody stands for: those since
-  // the one before, but no more than usual.
+  // The number of frames that the newest one with detections stands for: those
+  // since the previous one, at most the usual number.
   double newest_frames() const { return newest_frames_; }
 
  private:
@@ -42,19 +43,19 @@ class LookRhythm {
 
   FrameClock clock_;
   bool begun_ = false;
-  TimeNs last_ = 0;            // frame that showed somebody
+  TimeNs last_ = 0;            // last frame with detections
   std::deque<double> pauses_;  // [frames], the newest last
   double usual_frames_ = 1.0;
   double newest_frames_ = 1.0;
 };
 
 // The newest 2D poses of each view, in the order in which views first joined
-// the track. A view keeps its place when it is matched again or back after a
-// pause: the joints filter walks conflicts in this order. Poses of one view
-// follow each other, the newest first.
+// the track. A view keeps its position when it is matched again or returns
+// after a pause, because the joints filter visits conflicts in this order.
+// Poses of one view are adjacent, the newest first.
 class ViewMemory {
  public:
-  // Keeps so many poses of each view.
+  // Keeps up to `depth` poses per view.
   explicit ViewMemory(int depth = 1) : depth_(depth) {}
 
   struct Entry {
@@ -72,29 +73,29 @@ class ViewMemory {
 
 enum class TrackState { kTentative, kConfirmed, kDeleted };
 
-// Track life, after the authors' code (the paper is silent): confirmed at a
-// number of hits; a tentative track without a match is deleted at once, any
-// track when its last update is too old. Misses do not reset hits. Where a
-// detector does not look in every frame (LookRhythm), a hit counts as the
-// frames that it stands for, and two are enough.
+// Track life, after the authors' code (the paper does not specify it):
+// confirmed after a number of hits; a tentative track is deleted at its first
+// miss, any track when its last update is too old. Misses do not reset hits.
+// Where the detector does not run on every frame (LookRhythm), a hit counts as
+// the frames that it stands for, and two are enough.
 class TrackLife {
  public:
   // Options in frames (LifeInFrames).
   TrackLife(const TrackLifeOptions& options, const FrameClock& clock,
             TimeNs birth_time);
 
-  // A new frame begins. A track whose last update is longer ago than its age
-  // allows is deleted before it can match anything: where frames were dropped
-  // or cut out, its gate would by now be as wide as the image. Nothing lives on
-  // into another of several independent frames. `look_frames`: usual time from
-  // one look of the detector to the next.
+  // Starts a new frame. A track whose last update is older than its age limit
+  // is deleted before it can match anything: after dropped or cut frames its
+  // gate could cover the whole image. With independent frames every track is
+  // deleted. `look_frames`: usual interval between frames on which the detector
+  // runs.
   void BeginFrame(TimeNs time, double look_frames = 1.0);
 
-  // Tells of a frame in which the detector looked: matched in any view, and
-  // whether the update succeeded. The look stands for so many `frames`.
+  // Reports a frame on which the detector ran: whether any view matched, and
+  // whether the update succeeded. It stands for `frames` frames.
   void Step(TimeNs time, bool matched, bool updated, double frames = 1.0);
 
-  // The track is not what it seemed to be.
+  // Ends a track that proved to be false.
   void End() { state_ = TrackState::kDeleted; }
 
   TrackState state() const { return state_; }
@@ -109,12 +110,12 @@ class TrackLife {
   FrameClock clock_;
   TrackState state_ = TrackState::kTentative;
   int64_t hits_ = 1;         // birth is the first
-  double hit_frames_ = 1.0;  // that they stand for
+  double hit_frames_ = 1.0;  // frames that the hits stand for
   TimeNs last_update_;
 };
 
-// Which frames of a track are written. Tentative frames wait for confirmation
-// (or are dropped), gaps wait for the update that closes them.
+// Decides which frames of a track are written. Tentative frames wait for
+// confirmation (or are dropped), gaps wait for the update that closes them.
 class WriteGate {
  public:
   WriteGate(const TrackLifeOptions& options, const FrameClock& clock)
@@ -122,12 +123,13 @@ class WriteGate {
         max_gap_frames_(options.max_gap_frames),
         clock_(clock) {}
 
-  // Tells of the frame after TrackLife::Step.
+  // Reports the frame, after TrackLife::Step.
   void Step(TimeNs time, TrackState state, bool updated);
-  // The track is gone: what still waits is dropped.
+  // The track has ended: frames that still wait are dropped.
   void Close();
 
-  // Takes the verdict on the oldest frame not yet taken. False while it waits.
+  // Takes the decision on the oldest undecided frame; false while it is
+  // pending.
   bool Pop(bool* write);
 
  private:
@@ -154,17 +156,19 @@ struct Track {
   TrackLife life;
   WriteGate gate;
   ViewMemory memory;
-  std::unique_ptr<Estimator> feedback;  // serves association
-  std::unique_ptr<Estimator> output;  // null: the feedback's finals are written
+  std::unique_ptr<Estimator> feedback;  // used for association
+  std::unique_ptr<Estimator> output;    // null: the poses of `feedback` are
+                                        // written
 
   Estimator& writer() { return output != nullptr ? *output : *feedback; }
 
-  // This frame's work, kept to reuse its memory.
+  // Buffers of the current frame, kept to reuse their memory.
   EstimatorFrame frame;
   bool matched = false;
   Pose3d expected;                       // in this frame, for association
-  std::vector<LastSeenJoint> last_seen;  // in the view at hand, likewise
-  std::deque<FinalPose> finals;  // final, but the gate has not decided yet
+  std::vector<LastSeenJoint> last_seen;  // in the current view, for association
+  std::deque<FinalPose> finals;  // final poses on which the gate has not
+                                 // decided yet
 };
 
 }  // namespace kinegraph

@@ -43,7 +43,7 @@ void FrameAssembler::ExtractComplete(std::vector<TrackFrame>* frames) {
 
 namespace {
 
-// Adds the time until it dies to a stage; without stage times does nothing.
+// Adds its lifetime to a stage; does nothing if `times` is null.
 class StageTimer {
  public:
   StageTimer(StageTimes* times, int64_t StageTimes::*stage)
@@ -72,7 +72,7 @@ SceneModel Checked(SceneModel scene) {
   if (!(scene.frame_rate_hz > 0.0)) {
     throw OptionError("input.frame_rate", "not given, and no file tells it");
   }
-  const Limits sensible = Between(1e-3, 1e5);  // time-lapse to high speed
+  const Limits sensible = Between(1e-3, 1e5);  // from time-lapse to high speed
   if (!sensible.Contains(scene.frame_rate_hz)) {
     throw OptionError("input.frame_rate",
                       "found " + std::to_string(scene.frame_rate_hz) +
@@ -81,7 +81,7 @@ SceneModel Checked(SceneModel scene) {
   return scene;
 }
 
-// Of somebody whom few joints show.
+// For a person of whom few joints are visible.
 InitialisationOptions OfFewJoints(InitialisationOptions options) {
   options.min_common_joints =
       std::min(options.min_common_joints, kFewestJoints);
@@ -168,7 +168,7 @@ void Tracker::CheckFrame(const DetectionFrame& frame) const {
   }
 }
 
-// Parts with tracks that are too old to be matched in a frame at `time`.
+// Removes tracks that are too old to be matched in a frame at `time`.
 void Tracker::ForgetStale(TimeNs time) {
   bool any = false;
   for (const auto& track : tracks_) {
@@ -205,7 +205,7 @@ void Tracker::SetTargets(const DetectionFrame& frame) {
   }
 }
 
-// What each track last had in a view, joint by joint.
+// The joints of each track as last matched in a view.
 void Tracker::SetLastSeen(const DetectionFrame& frame, int view_idx) {
   for (const auto& track : tracks_) {
     track->last_seen.assign(scene_.skeleton.joint_count(), LastSeenJoint());
@@ -236,7 +236,7 @@ void Tracker::Associate(const DetectionFrame& frame) {
   CollectUnmatched();
 }
 
-// Eq. 1: the affinities of all tracks and the view's detections, and the
+// Eq. 1: the affinities of all tracks with the detections of the view, and the
 // assignment of the largest total.
 void Tracker::MatchView(size_t view_idx, TimeNs time) {
   matcher_.Match(targets_, observations_.OfView(view_idx),
@@ -247,8 +247,7 @@ void Tracker::MatchView(size_t view_idx, TimeNs time) {
   }
 }
 
-// The detection counts as matched and is remembered also if the update then
-// fails.
+// The detection counts as matched and is stored even if the update fails later.
 void Tracker::Assign(size_t view_idx, size_t observation_idx, size_t target,
                      TimeNs time) {
   Track& track = *tracks_[target];
@@ -256,7 +255,7 @@ void Tracker::Assign(size_t view_idx, size_t observation_idx, size_t target,
   track.memory.Store(observations_.OfView(view_idx)[observation_idx], time);
   matches_[view_idx][target] = static_cast<int>(observation_idx);
   if (!cross_view_ || !options_.reconstruction.incremental) return;
-  // Expected is the pose with the view that was matched just now.
+  // The expected pose now includes the view that was just matched.
   evidence_.Look(evidence_.YoungViews(track.memory, time), track.expected);
   track.expected = evidence_.reconstruction().pose;
   targets_[target].expected_age_frames = 0.0;
@@ -277,7 +276,7 @@ void Tracker::CollectUnmatched() {
   }
 }
 
-// Eq. 2 and 3, then DLT: of the tracks that were matched in some view.
+// Eq. 2 and 3, then DLT, for the tracks that were matched in any view.
 void Tracker::Reconstruct(const DetectionFrame& frame) {
   const StageTimer timer(stage_times_, &StageTimes::reconstruction_ns);
   for (const auto& track : tracks_) {
@@ -311,7 +310,7 @@ void Tracker::StepLives(TimeNs time, bool is_look) {
   }
 }
 
-// Algorithm 2, on the detections that no track was matched with.
+// Algorithm 2, on the unmatched detections.
 void Tracker::FindNewPeople(const DetectionFrame& frame) {
   const StageTimer timer(stage_times_, &StageTimes::initialisation_ns);
   initialiser_.Run(unmatched_, &new_people_);
@@ -329,7 +328,7 @@ void Tracker::FindNewPeople(const DetectionFrame& frame) {
   if (policy_->AwaitsSlight()) FindSlightPeople();
 }
 
-// Likewise with fewer joints, on the detections that are left.
+// The same with fewer joints, on the detections that are then left.
 void Tracker::FindSlightPeople() {
   for (const NewPerson& person : new_people_) {
     for (const Observation* member : person.members) {
@@ -345,7 +344,7 @@ void Tracker::FindSlightPeople() {
   }
 }
 
-// The track's matches of this frame are undone, and its life ends.
+// Undoes the track's matches of this frame and ends it.
 void Tracker::Withdraw(size_t target, const DetectionFrame& frame) {
   Track& track = *tracks_[target];
   for (std::vector<int>& matches : matches_) matches[target] = -1;
@@ -368,7 +367,7 @@ void Tracker::StartTrack(const NewPerson& person, const DetectionFrame& frame) {
       TrackId(next_id_++), TrackLife(options_.life, clock_, frame.time),
       WriteGate(options_.life, clock_), memory_depth_);
   policy_->LearnBeginning(person, track->id);
-  // The whole 2D poses are remembered, joints the filter removed included.
+  // Whole 2D poses are stored, including joints that the filter removed.
   std::vector<UsedView> views;
   for (const Observation* member : person.members) {
     track->memory.Store(*member, frame.time);
@@ -388,8 +387,8 @@ void Tracker::StartTrack(const NewPerson& person, const DetectionFrame& frame) {
   tracks_.push_back(std::move(track));
 }
 
-// Hands finals to the assembler, and parts with tracks whose life has ended, or
-// with every track.
+// Passes final poses to the assembler and removes tracks that have ended, or
+// all tracks.
 void Tracker::HandOver(Leaving leaving) {
   const auto ends = [&](const Track& track) {
     return leaving == Leaving::kEverybody ||
@@ -409,7 +408,7 @@ void Tracker::HandOver(Leaving leaving) {
 
 void Tracker::HandOverFinals(Track* track) {
   if (track->output != nullptr) {
-    // Nobody writes the feedback's finals; left alone they would pile up.
+    // The feedback's final poses are not written, but would accumulate.
     finals_.clear();
     track->feedback->ExtractFinals(&finals_);
   }

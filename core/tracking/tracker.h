@@ -1,7 +1,7 @@
-// The front end of Chu et al. (2021): calls the stages of a frame in their
-// order and owns no maths. 2D-3D association view by view (Eq. 1), joints
-// filter and DLT for each track (Eq. 2 and 3), new people from what is left
-// (Algorithm 2). What graph mode adds to association is a policy's
+// The front end of Chu et al. (2021): runs the stages of a frame in order and
+// contains no mathematics. 2D-3D association view by view (Eq. 1), joints
+// filter and DLT for each track (Eq. 2 and 3), new people from the unmatched
+// detections (Algorithm 2). What graph mode adds to association is a policy
 // (association_policy.h).
 #ifndef KINEGRAPH_CORE_TRACKING_TRACKER_H_
 #define KINEGRAPH_CORE_TRACKING_TRACKER_H_
@@ -27,15 +27,15 @@
 
 namespace kinegraph {
 
-// A frame leaves when every track that lived in it has said its last word on
-// it. Tracks speak in ascending frames, each frame of their life once.
+// Releases a frame once every track alive in it has resolved it. Tracks resolve
+// each frame of their life once, in ascending order.
 class FrameAssembler {
  public:
-  // The next frame; ascending. People that live in it follow by Join.
+  // The next frame, ascending. People alive in it follow by Join.
   void BeginFrame(int64_t frame, TimeNs time);
-  // The newest frame waits for a word of this track.
+  // The newest frame waits for one more track.
   void Join() { ++open_.back().waiting; }
-  // A track's word on a frame; `person` is null when it is not written.
+  // A track's result for a frame; `person` is null when it is not written.
   void Resolve(int64_t frame, PersonPose* person);
 
   // Moves out the frames that are complete, people by ascending id.
@@ -49,8 +49,8 @@ class FrameAssembler {
   std::deque<OpenFrame> open_;
 };
 
-// Processor time that the calling thread spent in each stage since the object
-// was made [ns]; the stages are those of the paper's table of runtimes.
+// Processor time that the calling thread spent in each stage since construction
+// [ns]; the stages are those of the paper's runtime table.
 struct StageTimes {
   int64_t preparation_ns = 0;     // skeleton conversion, undistortion
   int64_t association_ns = 0;     // projection, affinity, assignment
@@ -62,10 +62,9 @@ struct StageTimes {
 
 class Tracker {
  public:
-  // `detection_skeleton` is that of the frames to come; `scene.cameras` has a
-  // camera for each of their views, in the same order. With `output` empty the
-  // feedback estimator's poses are written. Throws OptionError for options out
-  // of range.
+  // `detection_skeleton` is that of the frames to come; `scene.cameras` has one
+  // camera per view, in the same order. If `output` is empty, the feedback
+  // estimator's poses are written. Throws OptionError for options out of range.
   Tracker(SceneModel scene, const Skeleton& detection_skeleton,
           const TrackerOptions& options, EstimatorFactory feedback,
           EstimatorFactory output = nullptr);
@@ -73,21 +72,21 @@ class Tracker {
   Tracker(const Tracker&) = delete;
   Tracker& operator=(const Tracker&) = delete;
 
-  // The next frame. Frames that became complete are added to `finished`.
-  // Throws InputError when frame number or time does not ascend, OptionError
-  // when there is not one view a camera.
+  // The next frame. Frames that became complete are added to `finished`. Throws
+  // InputError when frame number or time does not ascend, OptionError unless
+  // there is one view per camera.
   void Process(const DetectionFrame& frame, std::vector<TrackFrame>* finished);
-  // Nobody lives on into the next frame.
+  // Ends all tracks: no person continues into the next frame.
   void StartAnew();
   // No more frames: everything left becomes final.
   void Finish(std::vector<TrackFrame>* finished);
 
-  // People known now, tentative ones included.
+  // People currently tracked, tentative ones included.
   size_t track_count() const { return tracks_.size(); }
   int64_t people_so_far() const { return next_id_; }
-  // Null (the default) to measure nothing.
+  // Null (the default) disables the measurement.
   void set_stage_times(StageTimes* times) { stage_times_ = times; }
-  // Threads for the estimators; results do not depend on it.
+  // Threads for the estimators; does not affect results.
   void set_threads(int threads) { threads_ = threads; }
 
  private:
@@ -117,7 +116,7 @@ class Tracker {
   EstimatorFactory make_feedback_;
   EstimatorFactory make_output_;
   FrameClock clock_;
-  const bool goes_by_looks_;  // graph mode: empty frames may be no misses
+  const bool goes_by_looks_;  // graph mode: an empty frame need not be a miss
   LookRhythm rhythm_;
   EpipolarGeometry epipolar_;
   FrameObservations observations_;
@@ -126,7 +125,7 @@ class Tracker {
   Initialiser initialiser_;
   Initialiser slight_initialiser_;
   const bool cross_view_;   // the affinity of Chen et al.
-  const int memory_depth_;  // poses of a view that a track remembers
+  const int memory_depth_;  // poses per view that a track remembers
 
   std::vector<std::unique_ptr<Track>> tracks_;
   int64_t next_id_ = 0;
@@ -136,18 +135,19 @@ class Tracker {
   StageTimes* stage_times_ = nullptr;
   FrameAssembler assembler_;
 
-  // This frame's work, kept to reuse its memory.
+  // Buffers of the current frame, kept to reuse their memory.
   std::vector<ObservationGroup> unmatched_;  // [view]
   std::vector<AssociationTarget> targets_;
   std::vector<std::vector<int>> matches_;  // [view][track]
-  std::vector<int> view_match_;            // of a view, [track]
-  std::vector<char> forbidden_;            // of a view, [track][observation]
+  std::vector<int> view_match_;            // of the current view, [track]
+  std::vector<char> forbidden_;            // of the current view,
+                                           // [track][observation]
   Pose3d predicted_;
   std::vector<NewPerson> new_people_;
-  std::vector<NewPerson> slight_people_;  // of fewer joints
+  std::vector<NewPerson> slight_people_;  // with fewer joints
   std::vector<FinalPose> finals_;
 
-  const AssociationState state_;  // of the members above
+  const AssociationState state_;  // refers to the members above
   const std::unique_ptr<AssociationPolicy> policy_;
 };
 
