@@ -1,4 +1,4 @@
-// Numbers that every room uses.
+// Constants used throughout the project.
 #ifndef KINEGRAPH_CORE_BASE_CONSTANTS_H_
 #define KINEGRAPH_CORE_BASE_CONSTANTS_H_
 

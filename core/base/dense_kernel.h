@@ -1,11 +1,11 @@
-// The arithmetic of EliminateDense (dense_lanes.h) over the type of pack.
-// Included by the files that are compiled for one instruction set each; nothing
-// of Eigen.
+// The arithmetic of EliminateDense (dense_lanes.h) over a type of pack.
+// Included by files that are compiled for one instruction set each, so it must
+// not use Eigen.
 //
-// Left-looking, panels of four columns: what is left of a panel is subtracted
-// from a tile of its rows that stays in registers, and the panel's own corner
-// is solved there too. Rows lie in lanes; sums run over columns in their order,
-// so the bits do not depend on the lanes.
+// Left-looking, in panels of four columns: earlier columns are subtracted from
+// a tile of the panel's rows that stays in registers, and the panel's own
+// corner is solved there too. Rows lie in lanes; sums run over columns in
+// order, so the bits do not depend on the number of lanes.
 #ifndef KINEGRAPH_CORE_BASE_DENSE_KERNEL_H_
 #define KINEGRAPH_CORE_BASE_DENSE_KERNEL_H_
 
@@ -26,7 +26,7 @@ class DenseEliminator {
       const int first_row = column / T::kLanes * T::kLanes;
       SolvePanel(blocks_.pivot, first_row, size_, column, 0);
       if (blocks_.coupling != nullptr) {
-        // Rows from here on are zero in this panel.
+        // In this panel, rows from here on are zero.
         const int block = blocks_.block;
         const int end =
             block > 0 ? ((column + kPanel - 1) / block + 1) * block : size_;
@@ -107,7 +107,7 @@ class DenseEliminator {
     return true;
   }
 
-  // Rows [begin, end) of a panel, behind the columns before it.
+  // Rows [begin, end) of a panel, given the columns before it.
   void SolvePanel(double* square, int begin, int end, int column, int block) {
     int row = begin;
     for (; row + kTile * T::kLanes <= size_ && row < end;
@@ -165,7 +165,7 @@ class DenseEliminator {
   const DenseElimination& blocks_;
   const int size_;
   double corner_[kPanel][kPanel];
-  double inverse_[kPanel];  // of its diagonal
+  double inverse_[kPanel];  // of the corner's diagonal
 };
 
 template <typename T>
@@ -173,7 +173,7 @@ bool EliminateDenseWith(const DenseElimination& blocks) {
   return DenseEliminator<T>(blocks).Run();
 }
 
-// The same by instruction set, for the dispatch of EliminateDense alone.
+// One entry point per instruction set; only EliminateDense calls them.
 bool EliminateDenseAvx2(const DenseElimination& blocks);
 bool EliminateDenseAvx512(const DenseElimination& blocks);
 

@@ -14,12 +14,12 @@ std::string Join(const std::string& file, const std::string& where,
   return line + ": " + message;
 }
 
-// A message stays on one line whatever a file name or a key contains.
+// Keeps a message on one line, whatever a file name or key contains.
 std::string OneLine(const std::string& message) {
   return Printable(message, 1000);
 }
 
-// Terminals obey control characters, U+0080 to U+009F among them.
+// Terminals interpret control characters, including U+0080 to U+009F.
 bool IsControl(char32_t point) {
   return point < 0x20 || (point >= 0x7f && point < 0xa0);
 }

@@ -18,8 +18,8 @@ class InputError : public std::runtime_error {
              const std::string& message);
 };
 
-// An option outside its range: what() is "key: message". A reader of a
-// configuration adds file and line and throws InputError.
+// An option outside its range: what() is "key: message". The configuration
+// reader adds file and line and throws InputError.
 class OptionError : public std::runtime_error {
  public:
   OptionError(std::string key, const std::string& message);
@@ -31,8 +31,9 @@ class OptionError : public std::runtime_error {
   std::string message_;
 };
 
-// `text` on one line, fit to be shown: control characters and bytes that are no
-// UTF-8 replaced, cut at the letter that reaches `max_length` bytes.
+// `text` on one line, safe to print: control characters and bytes that are not
+// UTF-8 are replaced, and it is cut at the character that reaches `max_length`
+// bytes.
 std::string Printable(const std::string& text, size_t max_length = 60);
 
 }  // namespace kinegraph

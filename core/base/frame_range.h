@@ -1,4 +1,4 @@
-// Runs of frames, as flags and protocols name them.
+// Ranges of frames, as used by flags and evaluation protocols.
 #ifndef KINEGRAPH_CORE_BASE_FRAME_RANGE_H_
 #define KINEGRAPH_CORE_BASE_FRAME_RANGE_H_
 
@@ -16,7 +16,7 @@ struct FrameRange {
   bool Contains(int64_t frame) const { return frame >= begin && frame < end; }
 };
 
-// Whether `ranges` hold the frame; no range at all holds every frame.
+// Whether `ranges` contain the frame; without any range every frame counts.
 inline bool ContainsFrame(const std::vector<FrameRange>& ranges,
                           int64_t frame) {
   return ranges.empty() || std::any_of(ranges.begin(), ranges.end(),

@@ -1,5 +1,5 @@
-// Identities as types of their own, so that an identity never passes for an
-// index or for the identity of something else.
+// Identities as types of their own, so that one cannot be confused with an
+// index or with the identity of something else.
 #ifndef KINEGRAPH_CORE_BASE_IDS_H_
 #define KINEGRAPH_CORE_BASE_IDS_H_
 
@@ -23,7 +23,7 @@ class Id {
   int64_t value_ = -1;
 };
 
-// A person as the tracker knows them. Never reused within a run.
+// A person in the tracker. Never reused within a run.
 using TrackId = Id<struct TrackIdTag>;
 
 }  // namespace kinegraph

@@ -1,4 +1,4 @@
-// Which of the instruction sets that kernels are compiled for is used.
+// Selects one of the instruction sets for which kernels are compiled.
 #ifndef KINEGRAPH_CORE_BASE_INSTRUCTION_SET_H_
 #define KINEGRAPH_CORE_BASE_INSTRUCTION_SET_H_
 
@@ -8,15 +8,15 @@ namespace kinegraph {
 enum class InstructionSet { kBaseline, kAvx2, kAvx512 };
 const char* ToString(InstructionSet set);
 
-// The widest set that this machine has and that the build contains.
+// The widest set supported by both the machine and the build.
 InstructionSet BestInstructionSet();
 
-// The set that kernels use: the best one, unless another was asked for.
-// Results are the same bits with every set (core/base/pack.h).
+// The set that kernels use: the best one, unless overridden. Results are
+// bit-identical for every set (core/base/pack.h).
 InstructionSet CurrentInstructionSet();
 
 // For tests and benchmarks: uses `set`, or the best one where the machine does
-// not have it. Not while another thread computes.
+// not support it. Not while another thread computes.
 void UseInstructionSet(InstructionSet set);
 
 }  // namespace kinegraph

@@ -18,7 +18,7 @@ class LaneBuffer {
   const double* data() const { return aligned_; }
   double& operator[](size_t index) { return aligned_[index]; }
   double operator[](size_t index) const { return aligned_[index]; }
-  // What it holds afterwards is undefined.
+  // The contents are undefined afterwards.
   void Reserve(size_t size);
   void Assign(size_t size, double value);
 

@@ -5,8 +5,8 @@
 
 namespace kinegraph {
 
-// The value in the middle, the greater one of two: always one that was there.
-// 0 without values.
+// The middle value, for an even number the greater of the middle two: always
+// one of `values`. 0 if empty.
 double Median(std::vector<double> values);
 
 }  // namespace kinegraph

@@ -1,10 +1,10 @@
-// How a struct of options tells its keys, units and limits.
+// How an options struct declares its keys, units and limits.
 //
-// An options struct is plain: a default and a unit beside each field. Its
-// `void Describe(OptionVisitor&)` names every field once. Visitors then read a
-// TOML file into it, write its effective values into a result, list the keys
-// for the documentation, or check it. So the default lives in the struct alone,
-// and key and limits in Describe alone.
+// An options struct is plain: a default and a unit beside each field. Its `void
+// Describe(OptionVisitor&)` names every field once. Visitors then read a TOML
+// file into it, write its effective values into a result, list the keys for the
+// documentation, or check it. Defaults are therefore defined only in the
+// struct, keys and limits only in Describe.
 #ifndef KINEGRAPH_CORE_BASE_OPTIONS_H_
 #define KINEGRAPH_CORE_BASE_OPTIONS_H_
 
@@ -58,7 +58,7 @@ class OptionVisitor {
   virtual void NumberList(const std::string& key, std::vector<double>* value,
                           const Limits& limits, const std::string& unit,
                           const std::string& help) = 0;
-  // `values` has a number for each of `names`. A configuration states one for
+  // `values` has one number for each of `names`. A configuration gives one for
   // all of them (key = 6), or a table with some (key.wrist = 9).
   virtual void NumberTable(const std::string& key, double* values,
                            const std::vector<std::string>& names,
@@ -84,7 +84,7 @@ class OptionVisitor {
 };
 
 // Throws OptionError naming key, value and allowed range when a field is
-// outside its limits. For options made in code.
+// outside its limits. For options set in code.
 template <typename Options>
 void CheckOptions(const Options& options);
 

@@ -1,22 +1,22 @@
 // A pack of doubles: the same arithmetic on several lanes at once.
 //
-// A formula that is written over a scalar type T serves one point with
-// T = double and W points with T = Pack<W, ...>. Each lane does exactly
-// the operations that a double would do, in their order, so results do not
-// depend on the number of lanes. Every file that computes with packs is
-// compiled without contraction of products and sums (cmake/KinegraphTargets)
-// and uses nothing of Eigen, whose alignment depends on the instruction set.
+// A formula written over a scalar type T serves one point with T = double and W
+// points with T = Pack<W, ...>. Each lane performs exactly the operations of a
+// double in the same order, so results do not depend on the number of lanes.
+// Every file that computes with packs is compiled without contraction of
+// products and sums (cmake/KinegraphTargets) and must not use Eigen, whose
+// alignment depends on the instruction set.
 //
-// Written with the vector types of GCC and Clang. Beside the operators there
-// are, for packs and for double alike:
+// Based on the vector types of GCC and Clang. Besides the operators there are,
+// for packs and double alike:
 //   Mask<T>                 bool, or a pack of them
-//   Select(mask, a, b)      a where the mask holds, else b
+//   Select(mask, a, b)      a where the mask is true, else b
 //   Any(mask), All(mask)    over the lanes
 //   And, Or, Not            of masks
-//   Sqrt, Abs, Max, Min     Max(a, b) is b where a is no number
+//   Sqrt, Abs, Max, Min     Max(a, b) is b where a is NaN
 //   Log1p                   log(1 + a)
 //   Atan                    the arc tangent of a, radians
-// and sqrt and max by the names that std has.
+// and sqrt and max under their names in std.
 #ifndef KINEGRAPH_CORE_BASE_PACK_H_
 #define KINEGRAPH_CORE_BASE_PACK_H_
 
@@ -26,13 +26,13 @@ namespace kinegraph {
 
 #define KINEGRAPH_INLINE inline __attribute__((always_inline))
 
-// Instruction sets as types: what is compiled for one of them must not share a
-// symbol with what is compiled for another.
+// Instruction sets as types: code compiled for one of them must not share a
+// symbol with code compiled for another.
 struct BaselineTarget {};
 struct Avx2Target {};
 struct Avx512Target {};
 
-// The compilers' own vectors of W numbers.
+// The compiler's own vectors of W numbers.
 template <int W>
 struct VectorTypes;
 template <>
@@ -72,7 +72,7 @@ struct Pack {
   KINEGRAPH_INLINE Pack(double value) : v(value - Vector{}) {}
   KINEGRAPH_INLINE explicit Pack(Vector vector) : v(vector) {}
 
-  // W numbers from and to memory without asking for alignment.
+  // Loads and stores W numbers without alignment requirements.
   static KINEGRAPH_INLINE Pack Load(const double* from) {
     Pack pack;
     __builtin_memcpy(&pack.v, from, sizeof(Vector));
@@ -184,7 +184,7 @@ KINEGRAPH_INLINE bool All(PackMask<W, Target> mask) {
   return all != 0;
 }
 
-// The same words for a single number.
+// The same functions for a single number.
 KINEGRAPH_INLINE double Select(bool mask, double a, double b) {
   return mask ? a : b;
 }
@@ -200,7 +200,7 @@ KINEGRAPH_INLINE bool Not(bool a) { return !a; }
 KINEGRAPH_INLINE bool Any(bool mask) { return mask; }
 KINEGRAPH_INLINE bool All(bool mask) { return mask; }
 
-// What a comparison of two T gives.
+// The result type of a comparison of two T.
 template <typename T>
 using Mask = decltype(T() < T());
 

@@ -18,7 +18,7 @@ namespace {
 
 thread_local int allowed_threads = 1;
 
-// Sets allowed_threads while it lives.
+// Sets allowed_threads for its lifetime.
 class Allowance {
  public:
   explicit Allowance(int threads) : before_(allowed_threads) {
@@ -59,17 +59,17 @@ struct Batch {
   const int threads;
   const int count;
   const std::function<void(int)>& work;
-  const StopCheck* const stop_check;  // of the thread that called
+  const StopCheck* const stop_check;  // of the calling thread
   std::atomic<int> next{0};
-  std::vector<std::exception_ptr> errors;  // one a piece
-  std::exception_ptr stop;                 // heard of while waiting
-  int helpers = 0;  // threads of the pool at work on it; guarded by the pool
+  std::vector<std::exception_ptr> errors;  // one per piece
+  std::exception_ptr stop;                 // raised while waiting
+  int helpers = 0;  // pool threads working on it; guarded by the pool
 };
 
 // Threads that live as long as the program, so that a call of a few hundred
-// microseconds does not pay for starting them. A call may come from a piece of
-// another call: whoever calls works on its own pieces and waits only for what
-// others have begun, so no call waits for a free thread.
+// microseconds does not pay for starting them. A piece may itself call
+// ParallelFor: every caller works on its own pieces and waits only for pieces
+// already begun by others, so no call waits for a free thread.
 class ThreadPool {
  public:
   ~ThreadPool() {
@@ -94,10 +94,10 @@ class ThreadPool {
                    waiting_.end());
     const auto is_done = [&] { return batch->helpers == 0; };
     if (batch->stop_check == nullptr) return done_.wait(lock, is_done);
-    // Whoever waits still hears of a stop, which ends the others, too.
+    // A waiting caller still checks for a stop, which also ends the others.
     constexpr auto kPatience = std::chrono::milliseconds(50);
     while (!done_.wait_for(lock, kPatience, is_done)) {
-      lock.unlock();  // the check may wait for a lock of its own
+      lock.unlock();  // the check may take a lock of its own
       try {
         CheckStop();
       } catch (...) {
@@ -114,7 +114,7 @@ class ThreadPool {
         threads_.emplace_back([this] { Help(); });
       }
     } catch (const std::system_error&) {
-      // The system gives no more threads: those there are do the work.
+      // No more threads available: the existing ones do the work.
     }
   }
 
@@ -137,7 +137,8 @@ class ThreadPool {
   std::mutex mutex_;
   std::condition_variable wake_;
   std::condition_variable done_;
-  std::deque<Batch*> waiting_;  // a batch once for each helper it may have
+  // A batch appears once for each helper it may have.
+  std::deque<Batch*> waiting_;
   std::vector<std::thread> threads_;
   bool ending_ = false;
 };

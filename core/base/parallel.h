@@ -7,13 +7,13 @@
 namespace kinegraph {
 
 // Calls work(0) .. work(count - 1), each once, on up to `threads` threads. The
-// pieces must not touch each other's data, so the result is the same for any
-// number of threads. The exception of the lowest piece that threw is thrown
-// again here, after all have ended. Each piece may be stopped (stop_check.h).
+// pieces must not touch each other's data, so the result does not depend on the
+// number of threads. After all have ended, rethrows the exception of the lowest
+// piece that threw. Each piece may be stopped (stop_check.h).
 void ParallelFor(int threads, int count, const std::function<void(int)>& work);
 
 // The `threads` of the call whose piece this thread works on, 1 outside of any:
-// what a piece may hand on to a call of its own.
+// how many a piece may pass to a call of its own.
 int AllowedThreads();
 
 }  // namespace kinegraph

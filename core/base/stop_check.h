@@ -1,5 +1,5 @@
-// Long work that somebody may want no longer: a user who presses Ctrl-C, a
-// window that is closed.
+// Cancellation of long work: a user who presses Ctrl-C, a window that is
+// closed.
 #ifndef KINEGRAPH_CORE_BASE_STOP_CHECK_H_
 #define KINEGRAPH_CORE_BASE_STOP_CHECK_H_
 
@@ -8,8 +8,8 @@
 
 namespace kinegraph {
 
-// Throws (Stopped, or what it likes) when the work shall end. It is called
-// often, and on any thread that works.
+// Throws (Stopped, or any other exception) when the work should end. Called
+// often, from any working thread.
 using StopCheck = std::function<void()>;
 
 class Stopped : public std::exception {
@@ -17,11 +17,11 @@ class Stopped : public std::exception {
   const char* what() const noexcept override { return "stopped"; }
 };
 
-// While it lives, what this thread does, and what ParallelFor does for it on
-// others, asks `check` now and then: between people, between pieces of a
-// recording, between iterations of a solver. What is thrown comes out of the
-// call that was at work; the objects that it was working on are of no use any
-// more. One scope inside another counts alone. `check` must outlive the scope.
+// For its lifetime, the work of this thread, and what ParallelFor runs for it
+// on others, calls `check` regularly: between people, between pieces of a
+// recording, between iterations of a solver. What `check` throws leaves the
+// call that was running; the objects it was working on are no longer usable.
+// Only the innermost scope is active. `check` must outlive the scope.
 class StopScope {
  public:
   explicit StopScope(const StopCheck* check);
@@ -33,7 +33,7 @@ class StopScope {
   const StopCheck* before_;
 };
 
-// Asks the scope of this thread, if there is one.
+// Calls the check of this thread's scope, if there is one.
 void CheckStop();
 // That scope's check, or nullptr.
 const StopCheck* CurrentStopCheck();

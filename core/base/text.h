@@ -1,4 +1,4 @@
-// Texts: their parts and letters, and how far two are apart.
+// Text: splitting, characters, and the distance between two strings.
 #ifndef KINEGRAPH_CORE_BASE_TEXT_H_
 #define KINEGRAPH_CORE_BASE_TEXT_H_
 
@@ -12,18 +12,18 @@
 
 namespace kinegraph {
 
-// What stands before, between and behind the separators, be it nothing: one
-// part more than there are separators.
+// The parts between separators, which may be empty: one part more than there
+// are separators.
 std::vector<std::string> Split(const std::string& text, char separator);
 
-// Whether `text` ends in `end` and is more than that.
+// Whether `text` ends in `end` and is longer than it.
 bool EndsIn(std::string_view text, std::string_view end);
 
 // `text` without the blanks at its ends.
 std::string Trimmed(const std::string& text);
 
-// The number that the whole of `text` is, without a plus sign; none where it is
-// anything else, or beyond what Number holds.
+// The number that all of `text` represents, without a plus sign; nullopt for
+// anything else or a number out of range.
 template <typename Number>
 std::optional<Number> ParseNumber(std::string_view text) {
   Number number{};
@@ -33,24 +33,25 @@ std::optional<Number> ParseNumber(std::string_view text) {
   return number;
 }
 
-// `text` without the plus sign that may begin it.
+// `text` without a leading plus sign.
 inline std::string_view WithoutPlus(std::string_view text) {
   return text.substr(!text.empty() && text.front() == '+' ? 1 : 0);
 }
 
-// `text` as HTML and XML show it, in elements and quoted attributes.
+// `text` escaped for HTML and XML, in elements and quoted attributes.
 std::string HtmlText(const std::string& text);
 
-// Levenshtein's distance: the least number of characters to insert, delete or
-// replace that turns `a` into `b`. Takes time in proportion to both lengths.
+// Levenshtein distance: the least number of characters to insert, delete or
+// replace that turns `a` into `b`. The time is proportional to the product of
+// both lengths.
 size_t EditDistance(const std::string& a, const std::string& b);
 
 struct Utf8Letter {
-  std::optional<char32_t> point;  // none: the bytes are no UTF-8
-  size_t size = 1;                // bytes it takes; 1 where there is none
+  std::optional<char32_t> point;  // none: not valid UTF-8
+  size_t size = 1;                // in bytes; 1 if invalid
 };
 
-// The letter of UTF-8 (RFC 3629) that begins at text[begin], which is there.
+// The UTF-8 character (RFC 3629) at text[begin], which must exist.
 Utf8Letter LetterAt(std::string_view text, size_t begin);
 
 }  // namespace kinegraph

@@ -1,5 +1,5 @@
-// Time is an int64 number of nanoseconds. Constants of the paper that are given
-// per frame are turned into rates and durations with the nominal frame rate.
+// Time is an int64 number of nanoseconds. Constants that the paper gives per
+// frame are converted to rates and durations with the nominal frame rate.
 #ifndef KINEGRAPH_CORE_BASE_TIME_H_
 #define KINEGRAPH_CORE_BASE_TIME_H_
 
@@ -20,17 +20,17 @@ inline TimeNs FromSeconds(double seconds) {
   return static_cast<TimeNs>(std::llround(seconds * kNanosecondsPerSecond));
 }
 
-// The nominal beat of a recording. Converts between frames and time; whole
-// numbers of frames are compared with half a frame of slack, so that neither
-// rounding nor a jittering clock decides (in doubles an age of exactly 3 frames
-// passes `< 3 / 25.0` in a third of all frames).
+// The nominal rate of a recording. Converts between frames and time; whole
+// numbers of frames are compared with half a frame of tolerance, so that
+// neither rounding nor a jittering clock decides (in doubles an age of exactly
+// 3 frames passes `< 3 / 25.0` in a third of all frames).
 class FrameClock {
  public:
   // `frame_rate_hz` > 0.
   explicit FrameClock(double frame_rate_hz) : frame_rate_hz_(frame_rate_hz) {}
 
   double frame_rate_hz() const { return frame_rate_hz_; }
-  // Time of frame `frame` where no file tells it [ns].
+  // Time of frame `frame` where no file gives it [ns].
   TimeNs TimeOf(int64_t frame) const {
     return FromSeconds(static_cast<double>(frame) / frame_rate_hz_);
   }
@@ -38,7 +38,7 @@ class FrameClock {
   double Frames(TimeNs duration_ns) const {
     return ToSeconds(duration_ns) * frame_rate_hz_;
   }
-  // duration < limit, in frames, with half a frame of slack.
+  // duration < limit, in frames, with half a frame of tolerance.
   bool Less(TimeNs duration_ns, double limit_frames) const {
     return Frames(duration_ns) < limit_frames - 0.5;
   }

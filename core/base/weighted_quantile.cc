@@ -6,7 +6,7 @@
 namespace kinegraph {
 namespace {
 
-// Where a share is reached in ascending values, and whether exactly there.
+// Where a share is reached among ascending values, and whether exactly there.
 struct Reached {
   size_t at = 0;
   bool exactly = false;

@@ -1,4 +1,4 @@
-// Quantiles of values that do not all count the same.
+// Quantiles of weighted values.
 #ifndef KINEGRAPH_CORE_BASE_WEIGHTED_QUANTILE_H_
 #define KINEGRAPH_CORE_BASE_WEIGHTED_QUANTILE_H_
 
@@ -7,19 +7,19 @@
 
 namespace kinegraph {
 
-// A value and its weight, which is not negative.
+// A value and its weight >= 0.
 using WeightedValue = std::pair<double, double>;
 
-// The least of the values at or below which `share` of the weight lies. There
-// must be a value.
+// The least value at or below which `share` of the weight lies. `values` must
+// not be empty.
 double WeightedQuantile(std::vector<WeightedValue> values, double share);
 
-// The middle by weight: the mean of two neighbours where exactly half lies on
-// either side. There must be a value.
+// The weighted median: the mean of two neighbours where exactly half lies on
+// either side. `values` must not be empty.
 double WeightedMedian(std::vector<WeightedValue> values);
 
-// Of weights counted in bins, which has some: the place [bins] below which
-// `share` of all, `total`, lies; a bin's weight lies evenly in it.
+// For a histogram with at least one non-zero bin: the position [bins] below
+// which `share` of the `total` weight lies, interpolated linearly within a bin.
 double BinnedQuantile(const std::vector<float>& weights, double total,
                       double share);
 
