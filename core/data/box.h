@@ -1,4 +1,4 @@
-// Where in the image a detection is.
+// The position of a detection in the image.
 #ifndef KINEGRAPH_CORE_DATA_BOX_H_
 #define KINEGRAPH_CORE_DATA_BOX_H_
 
@@ -11,7 +11,7 @@
 
 namespace kinegraph {
 
-// The upright box around the joints that were found [px]; empty without any.
+// The upright box around the found joints [px]; empty if there are none.
 inline Eigen::AlignedBox2d BoxAround(const std::vector<Keypoint>& joints) {
   Eigen::AlignedBox2d box;
   for (const Keypoint& joint : joints) {
@@ -26,8 +26,8 @@ inline double DiagonalPx(const Eigen::AlignedBox2d& box) {
   return box.isEmpty() ? 0.0 : box.diagonal().norm();
 }
 
-// How far any joint of the one is from any of the other, at least [px]. An
-// empty box is infinitely far away.
+// Lower bound of the distance between any two joints of the boxes [px].
+// Infinite for an empty box.
 inline double GapPx(const Eigen::AlignedBox2d& a,
                     const Eigen::AlignedBox2d& b) {
   return std::max({a.min().x() - b.max().x(), b.min().x() - a.max().x(),

@@ -24,7 +24,7 @@ void CheckCount(const std::string& of, const char* what, size_t found,
                    ", expected " + std::to_string(expected));
 }
 
-// Each name once. `of`: "views".
+// Each name may occur once. `of`: "views".
 void CheckName(const std::string& of, const std::string& name,
                std::unordered_set<std::string>* seen) {
   if (seen->insert(name).second) return;
@@ -67,7 +67,7 @@ void CheckCameraNames(const CameraRig& cameras) {
 
 void CheckCaptureTime(const std::string& view, TimeNs capture_time,
                       TimeNs frame_time) {
-  // In doubles: the difference of any two times would not fit a TimeNs.
+  // In doubles: the difference of two arbitrary times may not fit a TimeNs.
   const double lag_s = ToSeconds(capture_time) - ToSeconds(frame_time);
   if (std::abs(lag_s) <= kLongestLagS) return;
   throw InputError("view_times: '" + Printable(view) + "' has " +
@@ -109,9 +109,9 @@ void CheckDetectionFrame(const DetectionHeader& header,
 
 namespace {
 
-// A billion: what goes beyond is an overflow, not a place.
+// Positions beyond a billion times the extent are overflows.
 constexpr double kFarthest = 1e9;  // times the extent of the cameras
-// Of the largest entry: rounding of sums and products.
+// Relative to the largest entry: rounding of sums and products.
 constexpr double kRounding = 1e-9;
 
 bool IsCovariance(const Eigen::Matrix3d& covariance) {
@@ -139,7 +139,7 @@ PoseCheck::PoseCheck(const CameraRig& cameras) {
     farthest_m_ =
         std::max(farthest_m_, kFarthest * (camera.centre() - centre_m_).norm());
   }
-  // Cameras in one place have no extent.
+  // Coincident cameras have no extent.
   if (farthest_m_ == 0.0) farthest_m_ = std::numeric_limits<double>::max();
 }
 
@@ -156,7 +156,7 @@ void PoseCheck::Require(const TrackHeader& header,
     for (size_t j = 0; j < person.joints.size(); ++j) {
       const Joint3d& joint = person.joints[j];
       if (!joint.present()) continue;
-      // Not so for what is not finite, either.
+      // Written so that NaN fails.
       if (!((joint.position_m - centre_m_).norm() <= farthest_m_)) {
         fail(j, "the position is no place in the scene");
       }

@@ -1,4 +1,4 @@
-// What detectors saw: 2D poses in the views of one frame.
+// Detections: 2D poses in the views of one frame.
 #ifndef KINEGRAPH_CORE_DATA_DETECTION_H_
 #define KINEGRAPH_CORE_DATA_DETECTION_H_
 
@@ -12,21 +12,21 @@
 
 namespace kinegraph {
 
-// One joint in one image. When `found` is false nothing else has a meaning:
-// the joint is not a measurement and takes no part anywhere.
+// One joint in one image. When `found` is false the other fields are
+// meaningless: the joint is not a measurement and is ignored everywhere.
 struct Keypoint {
   Eigen::Vector2d px = Eigen::Vector2d::Zero();  // raw (distorted) pixels
-  double confidence = 0.0;  // as the detector gives it; may exceed 1
+  double confidence = 0.0;  // as reported by the detector; may exceed 1
   bool found = false;
 };
 
-// One person in one image, as a detector grouped them.
+// One person in one image, as the detector grouped the joints.
 struct Detection {
   std::vector<Keypoint> joints;  // in the order of the sequence's skeleton
   int index_in_file = 0;         // counts from zero within its view and frame
 };
 
-// All people seen by one camera at one time.
+// All people detected by one camera at one time.
 struct ViewDetections {
   TimeNs capture_time = 0;  // this camera's own clock, offset included
   std::vector<Detection> detections;
@@ -39,11 +39,11 @@ struct DetectionFrame {
   std::vector<ViewDetections> views;
 };
 
-// What holds for a whole recording.
+// Properties of a whole recording.
 struct DetectionHeader {
   Skeleton skeleton;
   std::vector<std::string> view_names;
-  double frame_rate_hz = 0.0;  // 0: no file tells it
+  double frame_rate_hz = 0.0;  // 0: unknown
 };
 
 struct DetectionSequence {
@@ -51,15 +51,15 @@ struct DetectionSequence {
   std::vector<DetectionFrame> frames;  // ascending
 };
 
-// nullptr when there is no such frame.
+// nullptr if there is no such frame.
 const DetectionFrame* FindDetectionFrame(const DetectionSequence& detections,
                                          int64_t frame);
 
 // Number of found joints.
 int CountFound(const Detection& detection);
 
-// `detection` in another skeleton; `map` as MapByName(from, to) gives it.
-// Joints the source does not have are not found.
+// `detection` in another skeleton; `map` as returned by MapByName(from, to).
+// Joints that the source lacks are not found.
 Detection Convert(const Detection& detection, const std::vector<int>& map);
 
 }  // namespace kinegraph

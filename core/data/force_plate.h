@@ -1,4 +1,4 @@
-// What stands on a force plate, over time.
+// The load on a force plate, over time.
 #ifndef KINEGRAPH_CORE_DATA_FORCE_PLATE_H_
 #define KINEGRAPH_CORE_DATA_FORCE_PLATE_H_
 

@@ -1,4 +1,4 @@
-// The fixed set of detections that held-out-camera errors are computed on.
+// The fixed set of detections on which held-out-camera errors are computed.
 #ifndef KINEGRAPH_CORE_DATA_HELD_OUT_H_
 #define KINEGRAPH_CORE_DATA_HELD_OUT_H_
 
@@ -18,7 +18,7 @@ struct HeldOutDetection {
 };
 
 struct HeldOutSet {
-  double min_confidence = 0.3;  // of the joints that are scored
+  double min_confidence = 0.3;  // of joints that are scored
   double cap_px = 100.0;        // error of a joint without prediction
   double pairing_gate_m = 0.5;  // between a run's and the reference's people
   std::vector<HeldOutDetection> detections;

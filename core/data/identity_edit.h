@@ -1,5 +1,5 @@
-// A change of who is who in a recording: what automatic linking did, and what a
-// user corrects. One line of NAME.identity.jsonl.
+// A change of identities in a recording: by automatic linking, or a user's
+// correction. One line of NAME.identity.jsonl.
 #ifndef KINEGRAPH_CORE_DATA_IDENTITY_EDIT_H_
 #define KINEGRAPH_CORE_DATA_IDENTITY_EDIT_H_
 
@@ -15,12 +15,13 @@
 namespace kinegraph {
 
 enum class EditOp {
-  kJoin,       // persons[1] is persons[0]
-  kCut,        // in these frames persons[0] is somebody else: persons[1]
-  kSwap,       // in these frames the two are exchanged
-  kDelete,     // in these frames persons[0] is nobody
-  kName,       // persons[0] has a name
-  kUndecided,  // a join that the evidence neither makes nor forbids: no change
+  kJoin,    // persons[1] is the same person as persons[0]
+  kCut,     // in these frames persons[0] is another person: persons[1]
+  kSwap,    // in these frames the two are exchanged
+  kDelete,  // in these frames persons[0] is removed
+  kName,    // persons[0] has a name
+  // A join that the evidence neither supports nor excludes: no change.
+  kUndecided,
 };
 // "join", "cut", ...
 const char* ToString(EditOp op);
@@ -37,10 +38,10 @@ struct FrameSpan {
 struct IdentityEdit {
   EditOp op = EditOp::kJoin;
   std::vector<TrackId> persons;
-  // Join, undecided: the last frame of the one, the first of the other.
+  // Join, undecided: the last frame of the first, the first of the second.
   std::optional<FrameSpan> frames;
-  // What spoke for it: "bones" and "motion" in nats of log likelihood ratio,
-  // "gap_s", ... in order.
+  // Evidence for it, in order: "bones" and "motion" as log likelihood ratios in
+  // nats, "gap_s", ...
   std::vector<std::pair<std::string, double>> evidence;
   // By how many nats the second best explanation of the recording is worse.
   std::optional<double> margin;
@@ -48,12 +49,12 @@ struct IdentityEdit {
   std::string place;  // "file: line 3" of a correction, for messages
 };
 
-// What people are called who were given a name, by identity. Kept beside the
-// tracks: the tracker knows of none.
+// Names given to people, by identity. Kept beside the tracks; the tracker does
+// not use them.
 using PersonNames = std::map<TrackId, std::string>;
 
-// What people are called after these edits: `name` gives a name, and who is
-// joined to somebody without one brings theirs along.
+// The names after these edits: `name` sets a name, and a join passes it on to a
+// person without one.
 PersonNames NamesAfter(const std::vector<IdentityEdit>& edits);
 
 }  // namespace kinegraph

@@ -1,5 +1,6 @@
-// Bounds of the numbers in recordings, as docs/limits.md states them. Readers,
-// constructors and writers share them: what is written can be read.
+// Bounds of the numbers in recordings, as documented in docs/limits.md.
+// Readers, constructors and writers share them, so everything written can be
+// read.
 #ifndef KINEGRAPH_CORE_DATA_LIMITS_H_
 #define KINEGRAPH_CORE_DATA_LIMITS_H_
 
@@ -11,8 +12,8 @@ namespace kinegraph {
 inline constexpr int64_t kMaxFrame = int64_t{1} << 50;
 inline constexpr int64_t kMaxId = std::numeric_limits<int64_t>::max();
 inline constexpr double kMaxFrameRate_hz = 1e6;
-// To either side of zero: differences of two times fit a TimeNs, and the
-// seconds since 1970 of the next 90 years do.
+// Absolute value: differences of two times fit a TimeNs, and so do seconds
+// since 1970 for the next 90 years.
 inline constexpr double kMaxTime_s = 4.6e9;
 
 }  // namespace kinegraph

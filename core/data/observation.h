@@ -1,5 +1,5 @@
-// A detection made ready for geometry: in the skeleton of the tracks, with its
-// joints freed of lens distortion once.
+// A detection prepared for geometry: in the skeleton of the tracks, with its
+// joints undistorted once.
 #ifndef KINEGRAPH_CORE_DATA_OBSERVATION_H_
 #define KINEGRAPH_CORE_DATA_OBSERVATION_H_
 
@@ -13,27 +13,29 @@
 
 namespace kinegraph {
 
-// What the joints filter said of a joint in one view.
+// The joints filter's verdict on a joint in one view.
 enum class FilterVerdict : uint8_t { kUnmeasured, kKept, kRemoved };
 
 struct Observation {
   int view_idx = 0;
   int detection_idx = 0;  // index_in_file of the detection
   TimeNs capture_time = 0;
-  // One a joint of the tracks' skeleton. Raw pixels, for projection and gates.
+  // One per joint of the tracks' skeleton. Raw pixels, for projection and
+  // gates.
   std::vector<Keypoint> joints;
-  // One a joint, for epipolar distance and DLT; valid where the joint is found.
+  // One per joint, for epipolar distance and DLT; valid where the joint is
+  // found.
   std::vector<Eigen::Vector2d> ideal_px;
-  // Over the joints that count (Skeleton::association_joints), so that feet and
-  // hands do not outvote the body.
+  // Over the association joints (Skeleton::association_joints), so that feet
+  // and hands do not outvote the body.
   int found_count = 0;
-  double mean_confidence = 0.0;  // of the found ones; 0 when there are none
+  double mean_confidence = 0.0;  // of the found ones; 0 if there are none
 };
 
 // Fills `observation` (reusing its memory) from a detection seen by `camera`.
-// `map` as MapByName(detections' skeleton, tracks' skeleton) gives it;
-// `counted` are the joints that count. A joint whose pixel the lens cannot
-// explain is not found.
+// `map` as returned by MapByName(detections' skeleton, tracks' skeleton);
+// `counted` are the joints that are counted. A joint whose pixel cannot be
+// undistorted is not found.
 void MakeObservation(const Detection& detection, const std::vector<int>& map,
                      const std::vector<int>& counted, const Camera& camera,
                      int view_idx, TimeNs capture_time,

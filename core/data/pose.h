@@ -1,4 +1,4 @@
-// 3D poses and tracks: what the system answers.
+// 3D poses and tracks: the output of the system.
 #ifndef KINEGRAPH_CORE_DATA_POSE_H_
 #define KINEGRAPH_CORE_DATA_POSE_H_
 
@@ -16,12 +16,12 @@ namespace kinegraph {
 
 enum class JointStatus : uint8_t {
   kMissing,   // no position: never supported by two views in its track
-  kInferred,  // a position that at most one view supports in this frame
+  kInferred,  // a position supported by at most one view in this frame
   kObserved,  // two or more inlier views in this frame
 };
 const char* ToString(JointStatus status);
 
-// `position_m` has a meaning unless the status is kMissing.
+// `position_m` is valid unless the status is kMissing.
 struct Joint3d {
   Eigen::Vector3d position_m = Eigen::Vector3d::Zero();  // world
   JointStatus status = JointStatus::kMissing;
@@ -34,20 +34,21 @@ using Pose3d = std::vector<Joint3d>;
 // Number of joints that have a position.
 int CountPresent(const Pose3d& pose);
 
-// Mean of the finite joints that have a position [m]; nullopt without any.
+// Mean of the finite joints that have a position [m]; nullopt if there are
+// none.
 std::optional<Eigen::Vector3d> MeanPosition(const Pose3d& pose);
 
 // What one view contributed to a person in one frame.
 struct ViewMatch {
   int view_idx = 0;
   int detection_idx = 0;  // index_in_file of the matched detection
-  // One a joint: how much it counted, 0 (rejected) to 1; nullopt when the view
-  // did not measure the joint.
+  // One per joint: its weight, 0 (rejected) to 1; nullopt when the view did not
+  // measure the joint.
   std::vector<std::optional<double>> weights;
 };
 
-// One person in one frame, as written. Vectors besides `joints` may be empty,
-// else they have one entry a joint.
+// One person in one frame, as written. Vectors other than `joints` may be
+// empty; otherwise they have one entry per joint.
 struct PersonPose {
   TrackId id;
   Pose3d joints;
@@ -66,8 +67,8 @@ struct TrackFrame {
 struct TrackHeader {
   Skeleton skeleton;
   std::string mode;                     // "paper", "graph" or a source's name
-  double frame_rate_hz = 0.0;           // 0: not known
-  std::vector<std::string> view_names;  // names the matches' views
+  double frame_rate_hz = 0.0;           // 0: unknown
+  std::vector<std::string> view_names;  // the views that matches refer to
   std::string config_json = "{}";       // the effective configuration
 };
 

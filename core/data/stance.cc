@@ -12,10 +12,11 @@ using Eigen::Vector3d;
 
 constexpr double kRadiansPerDegree = 3.14159265358979323846 / 180.0;
 
-// Directions that are the same way up: who sits or bends leans by less.
+// Directions within this angle count as the same way up: people who sit or bend
+// lean by less.
 constexpr double kAlike_deg = 50.0;
 
-// Mean of the class's joints; nullopt when none is there.
+// Mean of the class's joints; nullopt if none is present.
 std::optional<Vector3d> Centre(const Skeleton& skeleton, const Pose3d& pose,
                                JointClass wanted) {
   Vector3d sum = Vector3d::Zero();
@@ -56,9 +57,10 @@ std::optional<Vector3d> NearestAxis(const Vector3d& direction,
 }
 
 void Stance::See(const PersonPose& person) {
-  constexpr double kAbove = 0.1;     // of the way from below to the shoulders
-  constexpr size_t kMost = 2000;     // bodies; more tell no more
-  constexpr double kStraight = 0.8;  // cosine; who sits on a chair has 0.6
+  // Relative to the length from lowest point to shoulders.
+  constexpr double kAbove = 0.1;
+  constexpr size_t kMost = 2000;     // bodies; more add no information
+  constexpr double kStraight = 0.8;  // cosine; 0.6 for a person on a chair
   const auto high = Centre(skeleton_, person.joints, JointClass::kShoulder);
   const auto hips = Centre(skeleton_, person.joints, JointClass::kHip);
   const auto ankles = Centre(skeleton_, person.joints, JointClass::kAnkle);
@@ -77,7 +79,7 @@ void Stance::See(const PersonPose& person) {
     const Vector3d trunk = (*high - *hips).stableNormalized();
     body.is_straight =
         trunk.dot((*hips - *ankles).stableNormalized()) > kStraight;
-    // Who sits or bends has the trunk or the legs upright.
+    // A person who sits or bends has either the trunk or the legs upright.
     if (!body.is_straight) body.up = (body.up + trunk).stableNormalized();
   }
   for (const Joint3d& joint : person.joints) {
@@ -102,7 +104,7 @@ double Stance::Body::Low(const Vector3d& along) const {
 
 double Stance::Body::High(const Vector3d& along) const { return -Low(-along); }
 
-// The largest first; each body is of one.
+// The largest first; each body is in one group.
 std::vector<Stance::Group> Stance::Groups() const {
   constexpr double kLeastShare = 0.05;
   const double alike = std::cos(kAlike_deg * kRadiansPerDegree);
@@ -111,7 +113,7 @@ std::vector<Stance::Group> Stance::Groups() const {
   for (const Body& body : bodies_) left.push_back(&body);
   std::vector<Group> groups;
   while (!left.empty()) {
-    // About the body that most others are near to, of some.
+    // Centred on the body to which most others are close, among a sample.
     constexpr size_t kTried = 50;
     Vector3d middle = Vector3d::Zero();
     size_t most = 0;
@@ -141,7 +143,7 @@ std::vector<Stance::Group> Stance::Groups() const {
       group.straight += body->is_straight ? 1.0 : 0.0;
       ++count;
     }
-    // A mean is near to most of what it is made of.
+    // A mean is near to most of its members.
     if (others.size() == left.size()) break;
     left = std::move(others);
     group.share = count / static_cast<double>(bodies_.size());
@@ -159,12 +161,13 @@ double Stance::FloorSpread(const Vector3d& up) const {
   return Quantile(lows_m, 0.95) - Quantile(lows_m, 0.05);
 }
 
-// Whoever walks or lies does so on a floor, which stays where it is along up
-// and nowhere else; who stays in one place has a floor in every direction.
+// People who walk or lie share a floor, whose height is constant along the
+// vertical and no other direction; for a person who stays in one place there is
+// a floor in every direction.
 std::optional<Vector3d> Stance::ByFloor(
     const std::vector<Group>& groups,
     const std::vector<Vector3d>& others) const {
-  constexpr double kFloor_m = 0.7;  // from lying on it to a bed
+  constexpr double kFloor_m = 0.7;  // from lying on the floor to lying on a bed
   constexpr double kTimes = 2.5;
   constexpr double kApart_m = 0.4;
   const double alike = std::cos(kAlike_deg * kRadiansPerDegree);
@@ -208,7 +211,7 @@ bool Stance::MayLie(const Vector3d& up) const {
   }
   const double low_m = Quantile(lows_m, 0.5);
   const double high_m = Quantile(highs_m, 0.5);
-  // A body is no thicker, a bed no higher; beds of a ward are alike.
+  // No body is thicker, no bed higher; beds of a ward are alike.
   constexpr double kThick_m = 0.7;
   constexpr double kHigh_m = 1.3;
   constexpr double kError_m = 0.15;
@@ -235,7 +238,7 @@ std::optional<Vector3d> Stance::Up(const UpEvidence& known) const {
   const bool is_one = !groups.empty() && groups.front().share >= kNearlyAll;
   if (!is_one) return known.stated ? known.stated : cameras;
   const Group& all = groups.front();
-  // Nobody lies head down, or sits while lying.
+  // A lying person is not head down and does not sit.
   const auto may_lie = [&](const Vector3d& up) {
     return all.straight > 0.5 && std::abs(all.up.dot(up)) < alike && MayLie(up);
   };
@@ -246,7 +249,7 @@ std::optional<Vector3d> Stance::Up(const UpEvidence& known) const {
   }
   if (cameras && all.up.dot(*cameras) < alike) return std::nullopt;
   if (!cameras && may_lie(Vector3d::UnitZ())) return std::nullopt;
-  // Who sits leans by more than a world is tilted.
+  // A sitting person leans by more than a world is tilted.
   return all.straight > 0.5 ? std::optional(all.up)
                             : NearestAxis(all.up, kSits_deg);
 }

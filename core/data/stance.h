@@ -1,6 +1,6 @@
-// Which way is up in the world of some tracks: one answer, which may be "not
-// known", from how people stand, the floor that they share, what a file states
-// and how the cameras are held.
+// Which way is up in the world of some tracks: one answer, possibly unknown,
+// from how people stand, the floor they share, what a file specifies and how
+// the cameras are oriented.
 #ifndef KINEGRAPH_CORE_DATA_STANCE_H_
 #define KINEGRAPH_CORE_DATA_STANCE_H_
 
@@ -14,55 +14,57 @@
 
 namespace kinegraph {
 
-// Mean way up of the cameras' images, not of unit length; zero without cameras.
+// Mean upward direction of the cameras' images, not normalised; zero without
+// cameras.
 Eigen::Vector3d UpOfCameras(const CameraRig& cameras);
 
-// The world axis, with its sign, that a direction is within so many degrees of;
-// nullopt when there is none.
+// The signed world axis within this angle of a direction; nullopt if there is
+// none.
 std::optional<Eigen::Vector3d> NearestAxis(const Eigen::Vector3d& direction,
                                            double within_deg);
 
-// What is known of up beside the people.
+// Evidence on the vertical besides the people.
 struct UpEvidence {
   // A unit vector: the vertical axis of a file whose format has one.
   std::optional<Eigen::Vector3d> stated;
   Eigen::Vector3d of_cameras = Eigen::Vector3d::Zero();  // UpOfCameras
 };
 
-// Looks at poses of a skeleton under our names.
+// Collects poses of a skeleton with our joint names.
 class Stance {
  public:
   explicit Stance(const Skeleton& skeleton) : skeleton_(skeleton) {}
   void See(const PersonPose& person);
 
-  // The unit vector that points up; nullopt where it is not known. In this
-  // order: the direction along which people stand whose lowest joints share a
-  // floor while in others they do not; the stated axis, unless people stand
-  // across it who cannot be lying; the direction along which people stand,
-  // unless they may lie. Who has both hands above the head may stand on them
-  // and does not count.
+  // The unit vector that points up; nullopt if unknown. In this order: the
+  // direction in which people stand whose lowest joints share a floor in it,
+  // but not in other directions; the stated axis, unless people stand across it
+  // who cannot be lying; the direction in which people stand, unless they may
+  // be lying. A person with both hands above the head may be standing on them
+  // and is ignored.
   std::optional<Eigen::Vector3d> Up(const UpEvidence& known = {}) const;
 
-  // The same where people were seen and it is more than 50 degrees off `up`, a
-  // unit vector.
+  // The same, if people were seen and it differs from `up`, a unit vector, by
+  // more than 50 degrees.
   std::optional<Eigen::Vector3d> UpUnlike(const Eigen::Vector3d& up,
                                           const UpEvidence& known = {}) const;
 
  private:
   struct Body {
-    Eigen::Vector3d up;  // unit: from ankles to shoulders; who sits: the trunk
+    // Unit: from ankles to shoulders; for a sitting person the trunk.
+    Eigen::Vector3d up;
     bool is_straight = false;
     std::vector<Eigen::Vector3d> joints_m;
 
-    // Least and largest coordinate along a direction [m].
+    // Least and greatest coordinate along a direction [m].
     double Low(const Eigen::Vector3d& along) const;
     double High(const Eigen::Vector3d& along) const;
   };
-  // Bodies that point one way.
+  // Bodies with a common upward direction.
   struct Group {
     Eigen::Vector3d up = Eigen::Vector3d::Zero();  // unit: their mean
     double share = 0.0;                            // of all bodies
-    double straight = 0.0;                         // share of its own
+    double straight = 0.0;                         // as a share of the group
   };
 
   std::vector<Group> Groups() const;
@@ -73,9 +75,9 @@ class Stance {
   bool MayLie(const Eigen::Vector3d& up) const;
 
   Skeleton skeleton_;
-  std::vector<Body> bodies_;  // evenly among those seen
+  std::vector<Body> bodies_;  // evenly spaced among those seen
   int64_t seen_ = 0;
-  int64_t stride_ = 1;  // every so many-th is kept
+  int64_t stride_ = 1;  // one in `stride_` is kept
 };
 
 Stance StanceOf(const Skeleton& skeleton,

@@ -1,6 +1,6 @@
-// What a detector adds to the joints that it shows, by where the camera stands
-// around the body: the value, as it is learnt and kept in files. What it means
-// is in solvers/noise/bias_model.h.
+// The detector's bias of each joint as a function of the camera's direction
+// around the body: the value that is learnt and kept in files. For its meaning
+// see solvers/noise/bias_model.h.
 #ifndef KINEGRAPH_CORE_DATA_VIEW_BIAS_H_
 #define KINEGRAPH_CORE_DATA_VIEW_BIAS_H_
 
@@ -17,22 +17,23 @@ inline constexpr int kViewFeatureCount = 10;
 using ViewCoefficients = std::array<double, kViewFeatureCount>;
 
 struct ViewBias {
-  // Left and right partners share a line.
+  // Left and right partners share an entry.
   struct OfJoint {
     std::string joint;  // without "l_" and "r_"
     ViewCoefficients across_m{};
     ViewCoefficients along_m{};
-    bool used = false;  // else the coefficients count as zero
-    // Joints of single frames and views that told them.
+    bool used = false;  // else the coefficients are taken as zero
+    // Number of joints in single frames and views used to learn it.
     int64_t observations = 0;
-    // Share of the squared residuals that coefficients of one half of the
-    // recording explain in the other, and its standard error over stretches of
-    // time.
+    // Share of the squared residuals in one half of the recording that the
+    // coefficients of the other explain, and its standard error over segments
+    // of time.
     double gain = 0.0;
     double gain_error = 0.0;
   };
   std::vector<OfJoint> joints;
-  // Least azimuth that most cameras have seen people from [degrees].
+  // Range of azimuths from which most cameras have seen people, at least
+  // [degrees].
   double azimuth_deg = 0.0;
 
   bool empty() const {
