@@ -12,10 +12,10 @@ inline constexpr double kThighShare = 0.245;
 inline constexpr double kShankShare = 0.246;
 inline constexpr double kAnkleHeightShare = 0.039;
 inline constexpr double kFootShare = 0.152;
-// From the middle of the hips to that of the shoulders.
+// From the midpoint of the hips to that of the shoulders.
 inline constexpr double kTrunkShare = 0.288;
 inline constexpr double kHalfShoulderShare = 0.129;
-// From the ankle of a standing person up to the shoulder: 0.818 - 0.039.
+// From ankle to shoulder of a standing person: 0.818 - 0.039.
 inline constexpr double kAnkleToShoulderShare = 0.779;
 
 }  // namespace kinegraph

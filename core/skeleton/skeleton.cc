@@ -15,15 +15,15 @@ namespace {
 
 using Names = std::vector<std::string>;
 
-// A built-in skeleton: its joints in their published order, and its bones, each
-// of two joints.
+// A built-in skeleton: its joints in their published order, and its bones as
+// pairs of joints.
 struct Layout {
   const char* name;
   const char* joints;
   const char* bones;
 };
 
-// The words of a text; a word that names a group stands for the words of that.
+// The words of a text; the name of a group expands to the words of the group.
 Names Words(const std::string& text) {
   static const std::map<std::string, std::string> kGroups = {
       {"coco17",
@@ -35,7 +35,7 @@ Names Words(const std::string& text) {
       {"girdles",
        "l_shoulder-r_shoulder l_hip-r_hip l_shoulder-l_hip r_shoulder-r_hip"},
       {"face", "nose-l_eye nose-r_eye l_eye-l_ear r_eye-r_ear"},
-      // The trunk of skeletons that have a neck and the middle of the hips.
+      // The trunk of skeletons that have a neck and a mid-hip.
       {"spine",
        "neck-l_shoulder neck-r_shoulder neck-mid_hip mid_hip-l_hip "
        "mid_hip-r_hip neck-nose"},
@@ -117,7 +117,7 @@ Skeleton::Skeleton(std::string name, std::vector<std::string> joints,
       bones_(std::move(bones)) {
   const int count = joint_count();
   if (count == 0) throw OptionError("joints", "a skeleton needs joints");
-  // Names are compared pair by pair.
+  // Bounded because names are compared pairwise.
   constexpr int kMaxJoints = 10000;
   if (count > kMaxJoints) {
     throw OptionError("joints", "a skeleton of " + std::to_string(count) +
@@ -178,10 +178,10 @@ bool operator==(const Skeleton& a, const Skeleton& b) {
 namespace {
 
 // Name of iBUG's face point `point` of 68. Points of a pair share the number of
-// the one on the person's right, which has the smaller number except in the
+// the one on the person's right, which is the smaller number except in the
 // lower rows of eyes and mouth.
 std::string FacePoint(int point) {
-  // Runs of points that mirror each other: first <-> last, and so on.
+  // Rows of points that mirror each other: first <-> last, and so on.
   constexpr std::array<std::array<int, 2>, 6> kRows = {
       {{0, 16}, {17, 26}, {31, 35}, {48, 54}, {55, 59}, {60, 64}}};
   int partner = point;
@@ -194,7 +194,7 @@ std::string FacePoint(int point) {
   if (point == 46 || point == 47) partner = 87 - point;
   if (point >= 65) partner = 132 - point;  // inner lower lip 65..67
   if (partner == point) return "face_" + std::to_string(point);
-  // In iBUG's order the person's right comes first but along the lower lip,
+  // In iBUG's order the person's right comes first, except along the lower lip,
   // which runs back from left to right.
   const bool lower_lip = (point >= 55 && point <= 59) || point >= 65;
   const bool right = lower_lip ? point > partner : point < partner;
@@ -202,7 +202,7 @@ std::string FacePoint(int point) {
          std::to_string(right ? point : partner);
 }
 
-// COCO-WholeBody's joints behind COCO-17's, and its fingers' bones.
+// COCO-WholeBody's joints after COCO-17's, and the bones of its fingers.
 Skeleton MakeWholeBody133() {
   Names joints = Coco17Joints();
   for (const std::string side : {"l_", "r_"}) {
@@ -225,7 +225,7 @@ Skeleton MakeWholeBody133() {
   return Make("wholebody133", joints, bones);
 }
 
-// Of those with as many joints the commonest first.
+// The most common first among those with equally many joints.
 constexpr Layout kLayouts[] = {
     {"coco17", "coco17",
      "limbs girdles face l_ear-l_shoulder r_ear-r_shoulder"},
@@ -340,7 +340,7 @@ std::vector<const Skeleton*> SkeletonsOfSize(size_t joint_count) {
 }
 
 int ScaledJoints(double joints_of_17, size_t count) {
-  // 11 / 17 * 17 must stay 11 whatever the rounding.
+  // 11 / 17 * 17 must remain 11 in spite of rounding.
   constexpr double kSlack = 1e-9;
   const double joints = joints_of_17 /
                         static_cast<double>(Coco17Joints().size()) *

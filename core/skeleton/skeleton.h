@@ -1,4 +1,4 @@
-// Joints, bones and mirror pairs of a body model, by the field's names.
+// Joints, bones and mirror pairs of a body model, by their customary names.
 #ifndef KINEGRAPH_CORE_SKELETON_SKELETON_H_
 #define KINEGRAPH_CORE_SKELETON_SKELETON_H_
 
@@ -8,7 +8,7 @@
 
 namespace kinegraph {
 
-// Classes of joints that share noise figures.
+// Classes of joints with common noise figures.
 enum class JointClass {
   kHead,   // nose, eyes, ears, mouth, face, top and bottom of the head
   kTrunk,  // neck, mid-hip
@@ -19,12 +19,12 @@ enum class JointClass {
   kKnee,
   kAnkle,
   kFoot,   // heels and toes
-  kOther,  // fingers and joints with names of their own
+  kOther,  // fingers and joints of other names
 };
 inline constexpr int kJointClassCount = 10;
 const char* ToString(JointClass joint_class);
 
-// Class by joint name; "l_" and "r_" do not matter.
+// Class by joint name; "l_" and "r_" are ignored.
 JointClass ClassOfJoint(const std::string& joint_name);
 
 struct Bone {
@@ -36,7 +36,7 @@ class Skeleton {
  public:
   Skeleton() = default;
   // Mirror partners follow from names ("l_x" and "r_x"). Throws OptionError for
-  // an empty or repeated joint name or a bone that leaves the joints.
+  // an empty or repeated joint name or a bone with a joint out of range.
   Skeleton(std::string name, std::vector<std::string> joints,
            std::vector<Bone> bones);
 
@@ -44,15 +44,15 @@ class Skeleton {
   int joint_count() const { return static_cast<int>(joints_.size()); }
   const std::vector<std::string>& joints() const { return joints_; }
   const std::vector<Bone>& bones() const { return bones_; }
-  // Index of the joint on the other side; the joint itself when central.
+  // Index of the joint on the other side; the joint itself if central.
   int mirror(int joint_idx) const { return mirror_[joint_idx]; }
   JointClass joint_class(int joint_idx) const { return classes_[joint_idx]; }
-  // -1 when there is no such joint.
+  // -1 if there is no such joint.
   int IndexOf(const std::string& joint_name) const;
 
   // The joints that association compares: those of COCO-17 by name, so that
-  // feet and hands do not outvote the body; all joints of a skeleton that
-  // shares fewer than half of COCO-17's.
+  // feet and hands do not outvote the body; all joints if the skeleton has
+  // fewer than half of COCO-17's.
   const std::vector<int>& association_joints() const {
     return association_joints_;
   }
@@ -74,7 +74,7 @@ inline bool operator!=(const Skeleton& a, const Skeleton& b) {
 // Built-in skeletons. Left and right are the person's own.
 const Skeleton& Coco17();
 const Skeleton& Body25();      // OpenPose
-const Skeleton& Body25B();     // OpenPose, unmarked in its files
+const Skeleton& Body25B();     // OpenPose, not identified in its files
 const Skeleton& Coco18();      // OpenPose's 18-joint COCO layout
 const Skeleton& Tum14();       // Campus and Shelf ground truth
 const Skeleton& Panoptic19();  // CMU Panoptic
@@ -84,28 +84,28 @@ const Skeleton& Tum15();       // Tum14 and mid_hip (4D association's gt.txt)
 // AlphaPose, RTMPose ("body with feet"), Pose2Sim: COCO-17, head_top, neck,
 // mid_hip, toes and heels.
 const Skeleton& Halpe26();
-// MediaPipe's (BlazePose's) 33 landmarks; a foot's front end is its index toe.
+// MediaPipe's (BlazePose's) 33 landmarks; big_toe is its foot index.
 const Skeleton& MediaPipe33();
 // COCO-WholeBody: COCO-17, six joints of the feet, 68 points of the face in
-// iBUG's order, 21 of each hand (0 its root, then four a finger, thumb first).
-// Of a pair in the face both are called by the number of the right one:
+// iBUG's order, 21 of each hand (0 its root, then four per finger, thumb
+// first). Both points of a pair in the face have the number of the right one:
 // r_face_0 and l_face_0 are iBUG's points 0 and 16.
 const Skeleton& WholeBody133();
 
-// nullptr when no built-in skeleton has that name.
+// nullptr if no built-in skeleton has that name.
 const Skeleton* FindSkeleton(const std::string& name);
 // Names of the built-in skeletons, for messages and documentation.
 std::vector<std::string> SkeletonNames();
-// The built-in one with these joints in this order, or nullptr.
+// The built-in skeleton with these joints in this order, or nullptr.
 const Skeleton* FindSkeletonOf(const std::vector<std::string>& joints);
-// The built-in ones with so many joints, the commonest first.
+// The built-in skeletons with so many joints, the most common first.
 std::vector<const Skeleton*> SkeletonsOfSize(size_t joint_count);
 
-// A number of joints given for COCO-17, as the paper gives them, for `count`
+// Converts a number of joints given for COCO-17, as in the paper, to `count`
 // joints: the same share, rounded up.
 int ScaledJoints(double joints_of_17, size_t count);
 
-// For each joint of `to` the joint of `from` with the same name, or -1.
+// For each joint of `to`, the joint of `from` with the same name, or -1.
 std::vector<int> MapByName(const Skeleton& from, const Skeleton& to);
 
 }  // namespace kinegraph
