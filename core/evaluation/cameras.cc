@@ -30,9 +30,10 @@ struct WorldAlignment {
 
 using CameraPairs = std::vector<std::pair<const Camera*, const Camera*>>;
 
-// Whether the centres, given from their mean, leave a turn about a line open.
+// Whether the centres, relative to their mean, are collinear, so that a
+// rotation about a line is undetermined.
 bool OnALine(const Eigen::Matrix3Xd& from_mean) {
-  constexpr double kWidth = 0.05;  // over length
+  constexpr double kWidth = 0.05;  // relative to the length
   const Matrix3d scatter = from_mean * from_mean.transpose();
   const Vector3d squares = Eigen::JacobiSVD<Matrix3d>(scatter).singularValues();
   return !(squares(1) > kWidth * kWidth * squares(0));

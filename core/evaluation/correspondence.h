@@ -1,5 +1,5 @@
-// Correspondence of frames, people and joints between two results, which every
-// measure uses.
+// Correspondence of frames, people and joints between two results, shared by
+// every measure.
 #ifndef KINEGRAPH_CORE_EVALUATION_CORRESPONDENCE_H_
 #define KINEGRAPH_CORE_EVALUATION_CORRESPONDENCE_H_
 
@@ -17,13 +17,13 @@
 
 namespace kinegraph {
 
-// Distance up to which a person found counts as the true one [m]
-// (design: covered, identity, one-to-one PCP, held-out pairing).
+// Greatest distance at which a found person matches a true one [m] (design:
+// covered, identity, one-to-one PCP, held-out pairing).
 inline constexpr double kPersonGateM = 0.5;
 inline constexpr double kNoGate = std::numeric_limits<double>::infinity();
 
-// By number, within one recording (frames of two: PairFrames); nullptr when
-// there is no such frame.
+// By number, within one recording (for frames of two recordings: PairFrames);
+// nullptr if there is no such frame.
 const TrackFrame* FindFrame(const TrackSequence& tracks, int64_t frame);
 
 // The same joint in two skeletons.
@@ -35,38 +35,38 @@ using JointPairs = std::vector<JointPair>;
 
 // Joints of the same name, in the order of `a`.
 JointPairs CommonJoints(const Skeleton& a, const Skeleton& b);
-// Throws InputError naming file `b` when there are none: a score would say that
-// nobody was found.
+// Throws InputError naming file `b` if there are none: a score would wrongly
+// report that no person was found.
 void RequireCommonJoints(const Skeleton& a, const std::string& file_a,
                          const Skeleton& b, const std::string& file_b);
-// Only shoulders, elbows, wrists, hips, knees and ankles of those: the twelve
-// joints that all conventions agree on. All common joints when there are none.
+// Only shoulders, elbows, wrists, hips, knees and ankles: the twelve joints
+// that all conventions share. All common joints if there are none of these.
 JointPairs CommonBodyJoints(const Skeleton& a, const Skeleton& b);
 
-// Mean distance over the joints that both poses have [m]; nullopt when they
-// share none.
+// Mean distance over the joints that both poses have [m]; nullopt if there are
+// none.
 std::optional<double> MeanDistance(const Pose3d& a, const Pose3d& b,
                                    const JointPairs& joints);
 
-// Rows and columns of a cost matrix that were put together.
+// A pair of row and column of a cost matrix.
 struct CostPair {
   int row = 0;
   int column = 0;
   double cost = 0.0;
 };
 
-// One-to-one pairs with cost <= gate: as many as there can be, and of those
-// the least total cost. An entry that is not a number is no candidate. Pairs
-// come in the order of their rows.
+// One-to-one pairs with cost <= gate: the greatest possible number and, among
+// those, the least total cost. NaN entries are no candidates. Pairs are in row
+// order.
 std::vector<CostPair> MatchOneToOne(const Eigen::MatrixXd& cost, double gate);
 
 // MeanDistance of every person of `a` (rows) to every person of `b` (columns);
-// NaN where it is undefined.
+// NaN where undefined.
 Eigen::MatrixXd PersonDistances(const std::vector<PersonPose>& a,
                                 const std::vector<PersonPose>& b,
                                 const JointPairs& joints);
 
-// A true person of a frame and the one found for it (nullptr: none).
+// A true person of a frame and the person found for it (nullptr: none).
 struct PersonPair {
   int64_t frame = 0;  // of the tracks
   const PersonPose* truth = nullptr;
@@ -77,7 +77,7 @@ struct PersonPair {
 // by mean distance over `joints` (a: truth, b: tracks).
 std::vector<PersonPair> PairPeople(const FramePairing& frames,
                                    const JointPairs& joints, double gate_m);
-// The same of all frames in `ranges` that PairFrames pairs.
+// The same for all frames in `ranges` that PairFrames pairs.
 std::vector<PersonPair> PairPeople(const TrackSequence& truth,
                                    const TrackSequence& tracks,
                                    const JointPairs& joints, double gate_m,

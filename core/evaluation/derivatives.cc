@@ -20,7 +20,7 @@ struct Motion {
 };
 using OptionalMotion = std::optional<Motion>;
 
-// Of one joint of one person, a place a frame.
+// For one joint of one person, one entry per frame.
 struct JointMotion {
   std::vector<OptionalMotion> truth, found;
 };
@@ -79,7 +79,8 @@ PersonMotion MotionOf(const std::vector<PersonPair>& pairs,
   return person;
 }
 
-// The place of the greatest of `score` in reach of `middle`; -1: nowhere.
+// The index of the greatest `score` within `reach` of `middle`; -1 if there is
+// none.
 template <typename Score>
 int Greatest(int middle, int reach, int count, const Score& score) {
   int best = -1;
@@ -152,7 +153,7 @@ struct ErrorSums {
   }
 };
 
-// Sums by scope, which the peaks of a joint enter, too.
+// Sums by scope, to which the peaks of a joint are added too.
 using ScopedSums = std::array<ErrorSums*, kDerivativeScopes>;
 
 void AddPeaks(const JointMotion& joint, const std::vector<char>& at_contact,

@@ -15,25 +15,27 @@
 namespace kinegraph {
 namespace {
 
-// Rates closer than this are the same: 29.97 (30000/1001) and 30 Hz.
+// Rates closer than this are treated as equal: 29.97 (30000/1001) and 30 Hz.
 constexpr double kSameRate = 0.002;
-// A stated rate farther than this from that of the times contradicts them; the
-// nearest usual rates, 24 and 25 Hz, differ by twice as much.
+// A stated rate that differs by more from the rate of the times contradicts
+// them; the closest usual rates, 24 and 25 Hz, differ by twice as much.
 constexpr double kSameClock = 0.02;
-// Frames of different rates that are no farther apart show the same instant:
-// times in whole milliseconds are up to half a millisecond off on each side
-// (and a double is not exact). At 1.5 m/s, a walk, it makes 1.5 mm.
+// Frames of recordings with different rates show the same instant up to this
+// difference: times in whole milliseconds have errors of up to half a
+// millisecond on each side (and doubles are not exact). At 1.5 m/s, a walk, it
+// amounts to 1.5 mm.
 constexpr TimeNs kSameInstant = 1'001'000;
-// Cameras of 25 and of 30 Hz take so many times more frames in the same time.
+// Ratio of the numbers of frames that cameras of 25 and of 30 Hz take in the
+// same time.
 constexpr double kLeastRatio = 1.2;
-// Above this share of a frame a gap is more than rounding of times and rates
-// (as in the TRC reader).
+// A gap above this share of a frame exceeds rounding of times and rates (as in
+// the TRC reader).
 constexpr double kRoundingFrames = 0.25;
 
 // The times of a recording's frames.
 struct Clock {
-  std::vector<TimeNs> times;  // ascending; empty: not known
-  double rate_hz = 0.0;       // 0: not known
+  std::vector<TimeNs> times;  // ascending; empty: unknown
+  double rate_hz = 0.0;       // 0: unknown
 
   bool is_known() const { return !times.empty() && rate_hz > 0.0; }
   size_t NearestTo(TimeNs time) const {
@@ -56,7 +58,7 @@ Clock ClockOf(const TrackSequence& recording, const std::string& name,
   Clock clock;
   clock.rate_hz = stated_hz;
   if (frames.empty()) return clock;
-  std::vector<double> rates_hz;  // of single steps
+  std::vector<double> rates_hz;  // from single steps
   for (size_t f = 1; f < frames.size(); ++f) {
     const TimeNs step = frames[f].time - frames[f - 1].time;
     if (step <= 0) {
@@ -73,7 +75,7 @@ Clock ClockOf(const TrackSequence& recording, const std::string& name,
     const double mean_hz =
         static_cast<double>(frames.back().frame - frames.front().frame) /
         ToSeconds(frames.back().time - frames.front().time);
-    // The mean suffers from pauses, the median from rounding.
+    // The mean is affected by pauses, the median by rounding.
     const auto is_stated = [&](double rate_hz) {
       return std::abs(rate_hz - stated_hz) <= kSameClock * rate_hz;
     };
@@ -87,8 +89,8 @@ Clock ClockOf(const TrackSequence& recording, const std::string& name,
     }
   }
   if (!(clock.rate_hz > 0.0)) return clock;
-  // A part of a recording whose frames keep their numbers and whose times begin
-  // at zero: its place in the recording is that of the numbers.
+  // A part of a recording whose frames keep their numbers while its times begin
+  // at zero: the numbers give its position in the recording.
   const auto number = static_cast<double>(frames.front().frame);
   const double elapsed = ToSeconds(frames.front().time) * clock.rate_hz;
   const bool begins_anew = elapsed >= 0.0 && elapsed < 1.5 && number >= 2.0 &&
@@ -101,10 +103,10 @@ Clock ClockOf(const TrackSequence& recording, const std::string& name,
   return clock;
 }
 
-// Where an instant lies among the frames of a recording.
+// The position of an instant among the frames of a recording.
 struct Place {
-  int64_t frame = 0;  // the nearest number, whether or not there is a frame
-  TimeNs off = 0;     // from that frame's instant
+  int64_t frame = 0;  // the nearest number, whether or not the frame exists
+  TimeNs off = 0;     // offset from that frame's instant
 };
 
 Place PlaceOf(TimeNs time, const Clock& clock,
@@ -175,7 +177,7 @@ class Pairer {
     }
   }
 
-  // One-to-one, the nearest first. False where no frames meet.
+  // One-to-one, the nearest first. False if no frames coincide.
   bool PairByTime() {
     const TimeNs reach =
         same_rate_ ? FromSeconds(0.5 / tracks_clock_.rate_hz) : kSameInstant;
@@ -271,7 +273,7 @@ class Pairer {
     }
   }
 
-  // Equal numbers that seem to be different times.
+  // Equal frame numbers that appear to be different times.
   void NoteLengths() {
     if (!frames_.empty()) return;
     if (truth_.frames.empty() || tracks_.frames.empty()) return;

@@ -1,5 +1,5 @@
-// Which frames of two recordings show the same instant: the one pairing that
-// every comparison goes through.
+// Decides which frames of two recordings show the same instant, for every
+// comparison.
 #ifndef KINEGRAPH_CORE_EVALUATION_FRAME_PAIRING_H_
 #define KINEGRAPH_CORE_EVALUATION_FRAME_PAIRING_H_
 
@@ -17,7 +17,7 @@ struct FramePair {
   // The tracks' number for this instant, whether or not they have the frame.
   int64_t frame = 0;
   const TrackFrame* truth = nullptr;   // nullptr: no frame
-  const TrackFrame* tracks = nullptr;  // likewise; never both
+  const TrackFrame* tracks = nullptr;  // the same; never both null
 };
 
 struct FramePairing {
@@ -25,34 +25,34 @@ struct FramePairing {
   // recordings.
   std::vector<FramePair> pairs;
   bool is_by_time = false;      // else by frame number
-  double truth_rate_hz = 0.0;   // 0: not known
-  double tracks_rate_hz = 0.0;  // likewise
+  double truth_rate_hz = 0.0;   // 0: unknown
+  double tracks_rate_hz = 0.0;  // 0: unknown
   int64_t truth_frames = 0;     // compared, with or without a counterpart
   int64_t truth_between = 0;    // not compared: between the tracks' instants
   double max_gap_s = 0.0;       // between the times of a pair
-  // What a score of these pairs needs said, a line each: different rates or
-  // numbers, contradictions within a file. Usually empty.
+  // Remarks that a score of these pairs requires, a line each: different rates
+  // or numbers, contradictions within a file. Usually empty.
   std::vector<std::string> notes;
 };
 
-// What messages call the two recordings.
+// The names of the two recordings in messages.
 struct PairingNames {
   std::string truth = "the ground truth";
   std::string tracks = "the tracks";
 };
 
 // By time where both recordings have times and a rate, else by frame number;
-// those in `frames`, which count as the tracks do (none: all). Nothing is
-// interpolated: at different rates only instants at which both have a frame are
-// compared, and frames between them count neither way. Throws InputError naming
-// both rates where they differ and no two frames have the same time.
+// restricted to `frames`, in the tracks' numbers (empty: all). Nothing is
+// interpolated: at different rates only common instants are compared, and
+// frames between them are ignored. Throws InputError naming both rates where
+// they differ and no two frames have the same time.
 FramePairing PairFrames(const TrackSequence& truth, const TrackSequence& tracks,
                         const std::vector<FrameRange>& frames = {},
                         const PairingNames& names = {});
 
-// Gives the frames of `recording` the numbers that `lead` has for the same
+// Renumbers the frames of `recording` like those of `lead` at the same
 // instants; frames between those of the lead are dropped. Returns the notes.
-// Throws as PairFrames.
+// Throws as PairFrames does.
 std::vector<std::string> NumberFramesLike(const TrackSequence& lead,
                                           const PairingNames& names,
                                           TrackSequence* recording);

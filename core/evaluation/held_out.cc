@@ -37,7 +37,7 @@ const Detection& FindDetection(const DetectionSequence& detections,
                    ": no such detection in the detections given");
 }
 
-// Which person of the run (nullptr: none) stands for each person of the
+// The person of the run (nullptr: none) matched with each person of the
 // reference in a frame.
 using PeopleOfRun = std::map<TrackId, const PersonPose*>;
 
@@ -62,7 +62,7 @@ PeopleOfRun PairPeopleOf(const FramePair& frame, const JointPairs& joints,
   return pairs;
 }
 
-// Each frame of the reference (`tracks` of a pair) and that of the run.
+// Each frame of the reference (`tracks` of a pair) and its frame of the run.
 std::map<int64_t, FramePair> PairRuns(const TrackSequence& reference,
                                       const TrackSequence& run) {
   const FramePairing pairing =
@@ -71,7 +71,7 @@ std::map<int64_t, FramePair> PairRuns(const TrackSequence& reference,
   for (const FramePair& pair : pairing.pairs) {
     if (pair.tracks != nullptr) frames[pair.frame] = pair;
   }
-  // Every detection counts.
+  // No detection may be left out.
   if (frames.size() < reference.frames.size()) {
     throw InputError(fmt::format(
         "the run has {:.5g} Hz, the reference {:.5g} Hz: expected the same, a "
@@ -81,8 +81,8 @@ std::map<int64_t, FramePair> PairRuns(const TrackSequence& reference,
   return frames;
 }
 
-// Projection of a joint of `person`; nullopt without a person, a joint or a
-// pixel.
+// Projection of a joint of `person`; nullopt without a person, a joint or an
+// image.
 std::optional<Vector2d> Predict(const PersonPose* person, int joint,
                                 const Camera& camera) {
   if (person == nullptr || joint < 0) return std::nullopt;
@@ -116,8 +116,8 @@ size_t UnitOf(const std::vector<int64_t>& frames, int64_t frame) {
       std::lower_bound(frames.begin(), frames.end(), frame) - frames.begin());
 }
 
-// The selected joints by ascending error, and how many of each error a set of
-// drawn frames has.
+// The selected joints by ascending error, and how often each occurs in a set of
+// drawn frames.
 class SortedErrors {
  public:
   SortedErrors(const HeldOutScores& scores, const HeldOutFilter& filter,
@@ -307,8 +307,8 @@ RatioSeries TruncatedErrors(const HeldOutScores& scores,
 }
 
 Consistency HeldOutConsistency(const HeldOutScores& scores) {
-  // Within which 95 % of normal residuals lie: the quantile of chi-square with
-  // two degrees of freedom.
+  // Contains 95 % of normal residuals: the quantile of chi-square with two
+  // degrees of freedom.
   constexpr double kChiSquare95Of2 = 5.991464547107979;
   Consistency consistency;
   std::vector<double> squared;

@@ -1,5 +1,6 @@
-// Held-out-camera error: how well tracks made without a camera predict what
-// that camera saw. It needs no ground truth and cannot be won by smoothing.
+// Held-out-camera error: how well tracks made without a camera predict that
+// camera's detections. It needs no ground truth, and smoothing cannot improve
+// it artificially.
 #ifndef KINEGRAPH_CORE_EVALUATION_HELD_OUT_H_
 #define KINEGRAPH_CORE_EVALUATION_HELD_OUT_H_
 
@@ -30,10 +31,11 @@ struct HeldOutPerson {
 struct HeldOutJoint {
   size_t person_idx = 0;  // in HeldOutScores::people
   JointClass joint_class = JointClass::kOther;
-  double error_px = 0.0;  // capped; the cap itself without a prediction
+  double error_px = 0.0;  // capped; equals the cap without a prediction
   bool predicted = false;
-  // r' (J Sigma J' + sigma^2 I)^-1 r of the residual r, where the run gives a
-  // covariance Sigma and the caller a sigma: 2 on average if both are right.
+  // r' (J Sigma J' + sigma^2 I)^-1 r of the residual r, where the run has a
+  // covariance Sigma and the caller gives a sigma: 2 on average if both are
+  // right.
   std::optional<double> normalised_squared;
 };
 
@@ -43,9 +45,9 @@ struct HeldOutScores {
   std::vector<HeldOutJoint> joints;
 };
 
-// The scored set where none is given: every detection that `reference` (tracks
-// of all cameras, with their matches) was made from. `cap_px` is for the caller
-// to choose: 10 % of the image width.
+// The default scored set: every detection from which `reference` (tracks of all
+// cameras, with their matches) was made. The caller chooses `cap_px`: 10 % of
+// the image width.
 HeldOutSet MakeHeldOutSet(const TrackSequence& reference, double cap_px);
 
 // Standard deviation of one coordinate of a detected joint [px].
@@ -53,7 +55,7 @@ using DetectorSigma =
     std::function<double(JointClass joint_class, double confidence,
                          double depth_m, double focal_px)>;
 
-// What the detector adds to a joint's pixel in that camera [px].
+// The detector's bias of a joint's pixel in that camera [px].
 using DetectorBias = std::function<Eigen::Vector2d(
     const PersonPose& person, int joint_idx, const Camera& camera)>;
 
@@ -64,28 +66,28 @@ struct HeldOutRules {
   };
   Pairing pairing = Pairing::kByDistance;
   DetectorSigma sigma_px;  // empty: no normalised residuals
-  // Empty: the 3D point alone is scored; else what the detector would say of
-  // it. Scores of the two kinds are never mixed.
+  // Empty: scores the 3D point alone; else its prediction of the detection,
+  // bias included. Scores of the two kinds must not be mixed.
   DetectorBias bias_px;
 };
 
 // Scores `run`, made without the camera of view `view_idx`, on that view's part
-// of the set and appends to `scores`. Scored are the joints that detections and
-// `reference` both name, with the set's least confidence; so feet that only
-// some skeletons have do not change the set. The people of the run are paired
-// with those of the reference as `rules` say. A prediction farther away than
-// the cap is as good as none. Throws InputError when the set names a frame,
-// detection or person that is not there.
+// of the set and appends to `scores`. Scored are the joints that both the
+// detections and `reference` have, above the set's minimum confidence, so feet
+// that only some skeletons have do not change the set. The people of the run
+// are paired with those of the reference by `rules`. A prediction farther away
+// than the cap counts as none. Throws InputError when the set refers to a
+// frame, detection or person that does not exist.
 void ScoreHeldOutCamera(const HeldOutSet& set,
                         const DetectionSequence& detections, int view_idx,
                         const Camera& camera, const TrackSequence& reference,
                         const TrackSequence& run, HeldOutScores* scores,
                         const HeldOutRules& rules = {});
 
-// The figures that are printed, in this order.
+// The reported figures, in this order.
 enum class HeldOutFigure { kMedian, kP90, kP97, kMeanTruncated };
 inline constexpr int kHeldOutFigureCount = 4;
-// Errors count at most this much in kMeanTruncated [px].
+// Upper limit of a single error in kMeanTruncated [px].
 inline constexpr double kHeldOutTruncationPx = 30.0;
 
 struct HeldOutSummary {
@@ -106,13 +108,13 @@ HeldOutFilter JointsOfClass(JointClass joint_class);
 HeldOutFilter JointsOfView(int view_idx);
 HeldOutFilter JointsWithoutFace();
 
-// Blocks of frames are drawn with all their cameras and people together.
+// Blocks of frames are drawn together with all their cameras and people.
 HeldOutSummary SummariseHeldOut(const HeldOutScores& scores,
                                 const HeldOutFilter& filter,
                                 const BootstrapOptions& options = {});
 
-// Sum and number of min(error, 30 px) of each frame that the scores have,
-// ascending: their pooled ratio is kMeanTruncated.
+// Sum and number of min(error, 30 px) of each frame in the scores, ascending:
+// their pooled ratio is kMeanTruncated.
 RatioSeries TruncatedErrors(const HeldOutScores& scores,
                             const HeldOutFilter& filter);
 // The frames of those units.

@@ -14,15 +14,15 @@ namespace {
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-// State of a true person while the frames are read.
+// State of a true person while frames are processed.
 struct PersonState {
   TrackId last_match;
   bool ever_matched = false;
-  bool holds_match = false;  // nobody else had that identity since
-  bool lost_since = false;   // true people without a match after one
+  bool holds_match = false;  // no other person has had that identity since
+  bool lost_since = false;   // without a match after having had one
 };
 
-// Matches of one frame: people that stay together first, then the rest.
+// Matches of one frame: first the pairs that persist, then the rest.
 std::vector<CostPair> MatchFrame(const std::vector<PersonPose>& truth,
                                  const std::vector<PersonPose>& found,
                                  const MatrixXd& distances,
@@ -48,7 +48,7 @@ std::vector<CostPair> MatchFrame(const std::vector<PersonPose>& truth,
   return pairs;
 }
 
-// Follows the true people of a frame; counts switches and fragments.
+// Updates the true people of a frame; counts switches and fragments.
 void FollowPeople(const std::vector<PersonPose>& truth,
                   const std::vector<PersonPose>& found,
                   const std::vector<CostPair>& pairs,
@@ -81,9 +81,9 @@ bool IsHidden(const PersonPose& person) {
                       });
 }
 
-// The found people who count, ascending: all but those without a match who
-// stand where the truth has a hidden person or, where it does not have
-// everybody, far from all that it has.
+// Indices of the found people who are scored, ascending: all but those without
+// a match at the position of a hidden person or, where the truth is incomplete,
+// far from all annotated people.
 std::vector<int> CountedPeople(const std::vector<PersonPose>& hidden,
                                const std::vector<PersonPose>& found,
                                const std::vector<CostPair>& pairs,
@@ -115,11 +115,11 @@ std::vector<int> CountedPeople(const std::vector<PersonPose>& hidden,
   return counted;
 }
 
-// What needs the whole recording: IDF1's choice of identities, and HOTA, which
-// prefers pairs of people that are similar over the recording.
+// Scores that need the whole recording: IDF1's choice of identities, and HOTA,
+// which prefers pairs of people that are similar over the recording.
 class WholeRecording {
  public:
-  // `distances`: of true people (rows) to found ones (columns).
+  // `distances`: from true people (rows) to found ones (columns).
   void Add(const std::vector<PersonPose>& truth,
            const std::vector<PersonPose>& found,
            const std::vector<int>& counted, const MatrixXd& distances) {
@@ -134,7 +134,7 @@ class WholeRecording {
     similarities.are_near = kept.array() <= kPersonGateM;
     similarities.values = kept.unaryExpr([](double distance_m) {
       const double similarity = 1.0 - distance_m / (2.0 * kPersonGateM);
-      return similarity > 0.0 ? similarity : 0.0;  // also of NaN
+      return similarity > 0.0 ? similarity : 0.0;  // NaN included
     });
   }
   int64_t true_people() const {
@@ -144,10 +144,11 @@ class WholeRecording {
     return static_cast<int64_t>(found_index_.size());
   }
 
-  // The most frames that a one-to-one choice of identities explains.
+  // The greatest number of frames that a one-to-one choice of identities
+  // explains.
   int64_t IdentityTruePositives() const {
-    // The gain as a negative cost. A pair that was never together gains 0 and
-    // may be chosen, so that the number of pairs does not matter.
+    // The gain as a negative cost. A pair that never coincided gains 0 and may
+    // be chosen, so that the number of pairs is irrelevant.
     MatrixXd cost = MatrixXd::Zero(truth_index_.size(), found_index_.size());
     for (const Similarities& frame : frames_) {
       for (size_t i = 0; i < frame.truth.size(); ++i) {
@@ -188,7 +189,7 @@ class WholeRecording {
   }
 
  private:
-  // A similarity on a threshold passes it, however it was rounded.
+  // A similarity at a threshold passes, whatever its rounding.
   static constexpr double kRounding = 1e-9;
   static double Threshold(int t) { return 0.05 * (t + 1); }
 
@@ -201,7 +202,7 @@ class WholeRecording {
   struct Totals {
     VectorXd truth;      // person-frames of each true person
     VectorXd found;      // and of each identity
-    MatrixXd alignment;  // how much two of them go together
+    MatrixXd alignment;  // how strongly they correspond
   };
 
   static int IndexOf(TrackId id, std::map<TrackId, int>* index) {
@@ -216,7 +217,7 @@ class WholeRecording {
     for (const Similarities& frame : frames_) {
       for (const int i : frame.truth) totals.truth(i) += 1.0;
       for (const int k : frame.found) totals.found(k) += 1.0;
-      // With no people on one side Eigen's sums would read no memory.
+      // Without people on one side Eigen's sums would read invalid memory.
       if (frame.values.size() == 0) continue;
       const VectorXd rows = frame.values.rowwise().sum();
       const Eigen::RowVectorXd columns = frame.values.colwise().sum();
@@ -261,7 +262,7 @@ class WholeRecording {
     scores.detection = pairs / people;
     double sum = 0.0;
     for (const double similarity : matched) sum += similarity;
-    // Without a match there is no error of localisation.
+    // Without a match there is no localisation error.
     scores.localisation = pairs > 0.0 ? sum / pairs : 1.0;
     for (int i = 0; i < together.rows(); ++i) {
       for (int k = 0; k < together.cols(); ++k) {

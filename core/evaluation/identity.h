@@ -13,14 +13,14 @@
 
 namespace kinegraph {
 
-// Whom a ground truth annotates.
+// Which people a ground truth annotates.
 enum class Annotated {
   kEverybody,
-  kSome,  // there may be people whom nobody marked
+  kSome,  // there may be people without annotation
 };
 
 struct IdentityOptions {
-  std::vector<FrameRange> frames;  // of the tracks; none: all
+  std::vector<FrameRange> frames;  // of the tracks; empty: all
   Annotated annotated = Annotated::kEverybody;
 };
 
@@ -29,7 +29,7 @@ struct IdentityOptions {
 // as for MOTA and IDF1.
 inline constexpr int kHotaThresholdCount = 19;  // 0.05, 0.10, ... 0.95
 
-// One threshold of HOTA, or the mean over them. NaN when there is nobody.
+// One threshold of HOTA, or the mean over them. NaN without people.
 struct HotaScores {
   double hota = 0.0;
   double detection = 0.0;     // DetA
@@ -46,39 +46,38 @@ struct IdentityResult {
   int64_t matches = 0;
   int64_t misses = 0;           // true person-frames without a match
   int64_t false_positives = 0;  // found person-frames without a match
-  // A true person is matched to another identity than the last time.
+  // Times a true person was matched to another identity than before.
   int64_t switches = 0;
-  // A true person that was matched is lost and later matched again.
+  // Times a matched true person was lost and matched again later.
   int64_t fragments = 0;
-  // Frames explained when every true person stands for one identity, chosen
-  // once for the whole recording so that they are most.
+  // Frames explained when every true person is assigned one identity for the
+  // whole recording, chosen to maximise their number.
   int64_t identity_true_positives = 0;
-  // Found person-frames that count neither way; not among found_person_frames.
-  int64_t on_hidden_people = 0;      // they stand where truth hides somebody
-  int64_t beside_annotations = 0;    // nobody is annotated there (kSome)
+  // Found person-frames that are not scored; excluded from found_person_frames.
+  int64_t on_hidden_people = 0;      // where the truth has a hidden person
+  int64_t beside_annotations = 0;    // where there is no annotation (kSome)
   int64_t hidden_person_frames = 0;  // of the truth
   std::array<HotaScores, kHotaThresholdCount> hota_at{};
 
-  // 1 - (misses + false positives + switches) / true person-frames; NaN when
+  // 1 - (misses + false positives + switches) / true person-frames; NaN if
   // there are none.
   double Mota() const;
-  double Idf1() const;      // NaN when there is nobody on either side
+  double Idf1() const;      // NaN without people on both sides
   HotaScores Hota() const;  // means over the thresholds
 };
 
-// The gate is kPersonGateM, of the mean distance over joints of the same name.
+// The gate is kPersonGateM, on the mean distance over joints of the same name.
 //
 // In each frame a true person keeps the identity it had while the two stay
-// within the gate and nobody else has had it since; the others are matched
+// within the gate and no other person has had it since; the others are matched
 // one-to-one.
 //
-// Fair to a truth that does not say everything:
-// - Frames that it does not have are not scored. A frame that it has without
-//   people is one with nobody in it.
-// - A true person without an observed joint is hidden: they need not be found,
-//   and a pose that stands where they are counts neither way.
-// - With Annotated::kSome a pose within the gate of nobody annotated counts
-//   neither way. A second pose on an annotated person is a false positive.
+// Accounts for an incomplete truth: - Frames that it does not contain are not
+// scored. A frame that it contains without people is empty. - A true person
+// without an observed joint is hidden: they need not be found, and a pose at
+// their position is not scored. - With Annotated::kSome a pose that is not
+// within the gate of any annotated person is not scored. A second pose on an
+// annotated person is a false positive.
 IdentityResult EvaluateIdentity(const TrackSequence& truth,
                                 const TrackSequence& tracks,
                                 const IdentityOptions& options = {});

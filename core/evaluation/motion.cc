@@ -62,7 +62,7 @@ std::map<TrackId, Poses> PosesByIdentity(
   return people;
 }
 
-// nullptr: none.
+// nullptr if there is none.
 const Pose3d* PoseAt(const Poses& poses, int64_t frame) {
   const auto at = poses.find(frame);
   return at == poses.end() ? nullptr : at->second;
@@ -85,7 +85,8 @@ std::vector<double> DifferenceWeights(int order) {
 }
 
 // Sum over the joints of `scale` times the length of the difference of the
-// poses (nullptr: none), and how many joints are observed in all of them.
+// poses (nullptr: none), and the number of joints that are observed in all of
+// them.
 RatioUnit Difference(const std::vector<const Pose3d*>& poses,
                      const std::vector<double>& weights,
                      const std::vector<int>& joints, double scale) {
@@ -164,7 +165,7 @@ std::vector<std::vector<const Pose3d*>> PosesOf(
   return poses;
 }
 
-// Whether `count` frames from `first` on follow each other without a gap.
+// Whether `count` frames from `first` on are consecutive.
 bool Consecutive(const std::vector<int64_t>& frames, size_t first,
                  size_t count) {
   return first + count <= frames.size() &&
@@ -181,7 +182,7 @@ class HighPassPower {
       window_[i] = 0.5 - 0.5 * std::cos(2.0 * kPi * (i + 0.5) / length);
       trend_[i] = i - 0.5 * (length - 1);
     }
-    // The discrete Fourier transform, bins above the cut-off alone.
+    // The discrete Fourier transform, only bins above the cut-off.
     const int first =
         static_cast<int>(std::floor(cutoff_hz * length / rate_hz)) + 1;
     const int last = length / 2;
@@ -191,7 +192,7 @@ class HighPassPower {
     bin_weight_.resize(bins);
     for (int b = 0; b < bins; ++b) {
       const int bin = first + b;
-      // Two-sided power, folded; the bin at half the rate is there once.
+      // Two-sided power, folded; the bin at half the rate occurs once.
       bin_weight_[b] = 2 * bin == length ? 1.0 : 2.0;
       for (int i = 0; i < length; ++i) {
         const double angle = 2.0 * kPi * bin * i / length;
@@ -234,14 +235,14 @@ std::optional<double> SegmentPower(const std::vector<const Pose3d*>& poses,
 
 // ---- Delay ------------------------------------------------------------------
 
-// From one pose to another; nullopt where one is missing.
+// Displacement from one pose to another; nullopt where one is missing.
 std::optional<Vector3d> MotionOf(const Pose3d* a, const Pose3d* b, int joint) {
   if (a == nullptr || b == nullptr) return std::nullopt;
   if (!(*a)[joint].present() || !(*b)[joint].present()) return std::nullopt;
   return (*b)[joint].position_m - (*a)[joint].position_m;
 }
 
-// Sums for shifts of -reach .. reach frames, over the same places for all.
+// Sums for shifts of -reach .. reach frames, over the same samples for all.
 struct Correlation {
   std::vector<double> product;  // reference at t, tracks at t + shift
   std::vector<double> energy;   // of the tracks there
@@ -330,7 +331,8 @@ std::vector<RatioSeries> DifferenceSeries(
 std::vector<RatioSeries> PowerSeries(const TrackSequence& tracks,
                                      const std::vector<PersonFrames>& people,
                                      double rate_hz) {
-  constexpr double kCutoffHz = 6.0;  // voluntary movement has little above
+  // Voluntary movement has little power above.
+  constexpr double kCutoffHz = 6.0;
   constexpr double kSegmentS = 2.0;  // frequency resolution: 1 / kSegmentS
   std::vector<RatioSeries> all(people.size());
   if (rate_hz <= 2.0 * kCutoffHz) return all;
@@ -373,12 +375,12 @@ std::optional<double> EstimateLag(const TrackSequence& reference,
       std::max(2, static_cast<int>(std::ceil(kMaxLagS * rate_hz)));
   const JointPairs joints =
       CommonBodyJoints(reference.header.skeleton, tracks.header.skeleton);
-  // The reference is sampled at the instants that both have, which need not be
+  // The reference is sampled at the common instants, which need not be
   // neighbouring frames of the tracks.
   const FramePairing pairing = PairFrames(reference, tracks);
   std::map<TrackId, Poses> true_people;
   int64_t stride = 0;
-  std::optional<int64_t> last;  // instant that both have
+  std::optional<int64_t> last;  // common instant
   for (const FramePair& both : pairing.pairs) {
     if (both.truth == nullptr) continue;
     for (const PersonPose& person : both.truth->people) {
@@ -423,7 +425,7 @@ std::optional<double> EstimateLag(const TrackSequence& reference,
   for (size_t i = 1; i < count; ++i) {
     if (correlation.At(i) > correlation.At(best)) best = i;
   }
-  // At an end there is no maximum.
+  // A maximum at an end is no local maximum.
   if (best == 0 || best + 1 == count || !(correlation.At(best) > 0.0)) {
     return std::nullopt;
   }

@@ -1,6 +1,5 @@
-// What a motion looks like without a ground truth (jitter, smoothness,
-// constancy of the body), how much of the true people it has, and how late it
-// is.
+// Properties of a motion without a ground truth (jitter, smoothness, constancy
+// of the body), coverage of the true people, and delay.
 #ifndef KINEGRAPH_CORE_EVALUATION_MOTION_H_
 #define KINEGRAPH_CORE_EVALUATION_MOTION_H_
 
@@ -16,22 +15,22 @@
 namespace kinegraph {
 
 struct MotionOptions {
-  std::vector<FrameRange> frames;  // none: all
+  std::vector<FrameRange> frames;  // empty: all
 };
 
 struct MotionResult {
-  // Of shoulders, elbows, wrists, hips, knees and ankles, and the twelve bones
-  // between them: the same for every skeleton that has them.
+  // Over shoulders, elbows, wrists, hips, knees and ankles, and the twelve
+  // bones between them, to be comparable between skeletons.
   //
   // Mean of |p(k+1) - 2 p(k) + p(k-1)| rate^2 over joints that are observed in
-  // three frames of consecutive numbers [m/s^2]; NaN when there are none.
+  // three consecutive frames [m/s^2]; NaN if there are none.
   double acceleration_m_s2 = 0.0;
   int64_t acceleration_count = 0;
   Interval acceleration_interval;  // blocks drawn within each person
   // Mean over bones and people of the standard deviation of the bone's length
   // over time, wherever both ends have a position [m].
   double bone_length_spread_m = 0.0;
-  int64_t bone_count = 0;  // bones times people, of at least two frames each
+  int64_t bone_count = 0;  // bones times people, with at least two frames each
 };
 
 // `frame_rate_hz` > 0, else OptionError.
@@ -44,32 +43,31 @@ MotionResult EvaluateMotion(const TrackSequence& tracks, double frame_rate_hz,
 Share EvaluateCoverage(const TrackSequence& truth, const TrackSequence& tracks,
                        const std::vector<FrameRange>& frames = {});
 
-// ---- Smoothness. Units are laid out over person-frames that the caller fixes,
-// so that several results can be compared frame by frame.
+// ---- Smoothness. The caller fixes the person-frames of the units, so that
+// several results can be compared frame by frame.
 
 // The frames of a person, ascending.
 struct PersonFrames {
   TrackId id;
   std::vector<int64_t> frames;
 };
-// Of everyone in the tracks, by ascending id.
+// For everyone in the tracks, by ascending id.
 std::vector<PersonFrames> PersonFramesOf(const TrackSequence& tracks);
 
 // |difference of order `order` of the position| rate^order, summed over the
 // twelve body joints that are observed in order + 1 consecutive frames: mean
-// acceleration [m/s^2] for 2, jerk [m/s^3] for 3. One series a person, one unit
-// for each of their frames; the pooled ratio is the mean over joints.
+// acceleration [m/s^2] for 2, jerk [m/s^3] for 3. One series per person, one
+// unit per frame; the pooled ratio is the mean over joints.
 std::vector<RatioSeries> DifferenceSeries(
     const TrackSequence& tracks, const std::vector<PersonFrames>& people,
     int order, double rate_hz);
 
-// Power of a body joint's position above 6 Hz [m^2], x, y and z together
-// (the mean square of that part of the motion). Welch (1967): segments of two
-// seconds that overlap by half, each freed of its straight line and tapered by
-// a Hann window. A joint takes part in a segment when it has a position,
-// observed or inferred, in all its frames. One series a person, one unit a
-// segment (whether any joint takes part or not). Empty series when the rate is
-// too low for the cut-off.
+// Power of a body joint's position above 6 Hz [m^2], x, y and z together (the
+// mean square of that part of the motion). Welch (1967): segments of two
+// seconds with half overlap, each detrended and tapered by a Hann window. A
+// segment includes the joints with a position, observed or inferred, in all its
+// frames. One series per person, one unit per segment, even without joints.
+// Empty series when the rate is too low for the cut-off.
 std::vector<RatioSeries> PowerSeries(const TrackSequence& tracks,
                                      const std::vector<PersonFrames>& people,
                                      double rate_hz);
@@ -77,10 +75,10 @@ std::vector<RatioSeries> PowerSeries(const TrackSequence& tracks,
 // The delay of `tracks` behind `reference` [s] that maximises the
 // cross-correlation of their velocities within 0.4 s (Knapp and Carter 1976,
 // without weighting), all common body joints and axes together; a parabola
-// through the greatest value and its neighbours gives fractions of a frame.
-// `rate_hz` and `frames` (none: all) are the tracks'. People are paired frame
-// by frame within 0.5 m. Negative: too early. nullopt when too little of the
-// two overlaps or nobody moves.
+// through the maximum and its neighbours gives fractions of a frame. `rate_hz`
+// and `frames` (empty: all) are the tracks'. People are paired frame by frame
+// within 0.5 m. Negative: tracks lead. nullopt when the overlap is too short or
+// there is no motion.
 std::optional<double> EstimateLag(const TrackSequence& reference,
                                   const TrackSequence& tracks, double rate_hz,
                                   const std::vector<FrameRange>& frames = {});

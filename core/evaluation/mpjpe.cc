@@ -19,8 +19,8 @@ constexpr double kLeastAxisM = 1e-3;
 // One joint of one true person that was found.
 struct Residual {
   size_t person_idx = 0;
-  size_t joint_idx = 0;         // in the pairs
-  Vector3d found_minus_true_m;  // in the body frame if there is one
+  size_t joint_idx = 0;         // index of the joint pair
+  Vector3d found_minus_true_m;  // in the body frame if defined
   bool in_body_frame = false;
 };
 
@@ -60,8 +60,8 @@ std::vector<Residual> Residuals(const std::vector<PersonPair>& pairs,
   return residuals;
 }
 
-// Distances to the true joints after the pose is moved, turned and scaled onto
-// them (Umeyama 1991), added to `sum`. Fewer than three joints fit anything.
+// Distances to the true joints after a similarity alignment of the pose
+// (Umeyama 1991), added to `sum`. Fewer than three joints would fit anything.
 void AddAligned(const PersonPair& pair, const JointPairs& joints, double* sum_m,
                 int64_t* count) {
   Eigen::Matrix3Xd truth(3, joints.size());
@@ -133,7 +133,7 @@ double Divide(double sum, int64_t count) {
 Interval PersonInterval(const std::vector<PersonError>& people,
                         double PersonError::*error,
                         const BootstrapOptions& options) {
-  std::vector<RatioSeries> series;  // one an actor
+  std::vector<RatioSeries> series;  // one per actor
   for (size_t i = 0; i < people.size(); ++i) {
     if (i == 0 || people[i].actor != people[i - 1].actor) series.emplace_back();
     series.back().push_back(
@@ -142,7 +142,7 @@ Interval PersonInterval(const std::vector<PersonError>& people,
   return RatioInterval(PooledRatio, series, options);
 }
 
-// Squared Mahalanobis distance within which 95 % of normal errors lie: the
+// Squared Mahalanobis distance that contains 95 % of normal errors: the
 // quantile of chi-square with three degrees of freedom.
 constexpr double kChiSquare95Of3 = 7.814727903251179;
 

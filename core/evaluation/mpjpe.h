@@ -1,10 +1,10 @@
-// Mean per joint position error (MPJPE), raw and with the difference of
-// definition removed.
+// Mean per joint position error (MPJPE), raw and with differences of definition
+// removed.
 //
-// A detector's joints and an annotation's differ by some constant centimetres
-// (hips most of all). One constant offset per joint in the body's own frame
-// (right, forward, up), the same for all people, is that difference; what is
-// left is error.
+// The joints of a detector and of an annotation differ by a constant few
+// centimetres (most of all at the hips). That difference is modelled as one
+// constant offset per joint in the body's own frame (right, forward, up), the
+// same for all people; the remainder is error.
 #ifndef KINEGRAPH_CORE_EVALUATION_MPJPE_H_
 #define KINEGRAPH_CORE_EVALUATION_MPJPE_H_
 
@@ -22,7 +22,7 @@
 namespace kinegraph {
 
 struct MpjpeOptions {
-  std::vector<FrameRange> frames;                 // of the tracks; none: all
+  std::vector<FrameRange> frames;                 // of the tracks; empty: all
   Eigen::Vector3d up = Eigen::Vector3d::UnitZ();  // in the world
 };
 
@@ -40,19 +40,19 @@ struct JointError {
 struct PersonError {
   int64_t frame = 0;
   int64_t actor = 0;
-  int joint_count = 0;  // compared; 0 when nobody was found
+  int joint_count = 0;  // compared; 0: person not found
   double raw_m = 0.0;
   double bias_removed_m = 0.0;
 };
 
 struct MpjpeResult {
   double raw_m = 0.0;           // mean over all compared joints; NaN: none
-  double bias_removed_m = 0.0;  // the same after the offsets
-  // PA-MPJPE: after each pose is moved, turned and scaled onto the true one
-  // (Procrustes); NaN: nobody with three joints or more.
+  double bias_removed_m = 0.0;  // the same after removal of the offsets
+  // PA-MPJPE: after Procrustes alignment of each pose with the true one
+  // (rotation, translation, scale); NaN without people of three joints or more.
   double aligned_m = 0.0;
-  // PCK: true joints whose found ones are nearer than 50, 100, 150 mm; those
-  // that were not found count as far.
+  // PCK: share of true joints whose found ones are within 50, 100, 150 mm;
+  // joints not found count as farther.
   std::vector<double> pck_m = {0.05, 0.1, 0.15};
   std::vector<Share> pck;
   Interval raw_interval;  // blocks drawn within each actor
@@ -60,7 +60,8 @@ struct MpjpeResult {
   std::vector<JointError> joints;   // of the same name, in the truth's order
   std::vector<PersonError> people;  // by actor, then by frame
   Share found;                      // true person-frames with a counterpart
-  Share joints_found;               // joints of those that the counterpart has
+  // Joints of those people that the counterpart has.
+  Share joints_found;
 };
 
 // The body frame in world axes: columns right, forward, up. nullopt when the
@@ -70,32 +71,32 @@ std::optional<Eigen::Matrix3d> BodyFrame(const Pose3d& pose,
                                          const Eigen::Vector3d& up);
 
 // Joints are compared by name, people one-to-one within kPersonGateM. A true
-// person without a body frame counts raw only.
+// person without a body frame only contributes to the raw errors.
 MpjpeResult EvaluateMpjpe(const TrackSequence& truth,
                           const TrackSequence& tracks,
                           const MpjpeOptions& options = {},
                           const BootstrapOptions& bootstrap = {});
 
-// ---- Stated covariances against the errors that were made
+// ---- Reported covariances against actual errors
 
 struct Consistency {
-  // Within the 95 % ellipse or ellipsoid. A covariance that is not positive
-  // definite covers nothing.
+  // Errors within the 95 % ellipse or ellipsoid. A covariance that is not
+  // positive definite contains none.
   Share covered;
-  // Normalised estimation error squared, mean per degree of freedom: 1 when the
-  // covariances are right, larger when they are too sure (Bar-Shalom, Li,
+  // Normalised estimation error squared, mean per degree of freedom: 1 for
+  // correct covariances, larger for too small ones (Bar-Shalom, Li,
   // Kirubarajan, Estimation with Applications to Tracking and Navigation,
   // section 5.4). NaN: no covariances.
   double nees_per_dof = 0.0;
 };
 
-// Of the joints with one status.
+// For the joints of one status.
 struct ConsistencyRow {
   JointStatus status = JointStatus::kObserved;
-  // Errors of joints with a position, stated or not.
+  // Errors of joints with a position, with or without covariance.
   int64_t count = 0;
   double rmse_m = 0.0;        // NaN: none
-  Consistency stated;         // of those with a covariance
+  Consistency stated;         // for those with a covariance
   double stated_rms_m = 0.0;  // square root of the covariances' mean trace
 };
 
@@ -105,8 +106,8 @@ struct ConsistencyResult {
   Consistency all;  // both together
 };
 
-// Joints are compared by name, people as EvaluateMpjpe pairs them. `frames` are
-// those of the tracks; none: all.
+// Joints are compared by name, people paired as in EvaluateMpjpe. `frames` are
+// those of the tracks; empty: all.
 ConsistencyResult EvaluateConsistency(
     const TrackSequence& truth, const TrackSequence& tracks,
     const std::vector<FrameRange>& frames = {});

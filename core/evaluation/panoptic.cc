@@ -40,7 +40,7 @@ class Panoptic15Converter {
   std::vector<int> source_;
 };
 
-// A found pose and the true person it takes.
+// A found pose and the true person assigned to it.
 struct Candidate {
   double error_m = 0.0;
   double score = 0.0;
@@ -61,7 +61,7 @@ std::vector<Pose3d> TruePeople(const TrackFrame& frame,
   return people;
 }
 
-// The nearest true person; nullopt when there is none to compare with.
+// The nearest true person; nullopt if no joints can be compared.
 std::optional<Candidate> Take(const Pose3d& found,
                               const std::vector<Pose3d>& true_people,
                               int64_t first_person, const JointPairs& joints,
@@ -80,8 +80,8 @@ std::optional<Candidate> Take(const Pose3d& found,
   return nearest;
 }
 
-// Marks per candidate, in order: it is the first within the threshold that
-// takes its true person.
+// Marks each candidate, in order, that is the first within the threshold for
+// its true person.
 std::vector<bool> FirstWithin(const std::vector<Candidate>& candidates,
                               int64_t true_people, double threshold_m) {
   std::vector<bool> taken(static_cast<size_t>(true_people), false);
@@ -135,7 +135,7 @@ PanopticResult EvaluatePanoptic(const TrackSequence& truth,
         auto candidate = Take(convert_found(person.joints), people, true_people,
                               joints, &result.joints_compared);
         ++result.found_person_frames;
-        if (!candidate) {  // no joint to compare: a false positive
+        if (!candidate) {  // no common joint: a false positive
           candidate = Candidate{std::numeric_limits<double>::infinity(), 0.0,
                                 true_people};
         }

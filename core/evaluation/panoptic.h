@@ -1,5 +1,5 @@
-// The measures of CMU Panoptic as VoxelPose defines them (Tu et al., ECCV
-// 2020): average precision by pose error, recall at 500 mm, MPJPE.
+// The measures of CMU Panoptic as defined by VoxelPose (Tu et al., ECCV 2020):
+// average precision by pose error, recall at 500 mm, MPJPE.
 #ifndef KINEGRAPH_CORE_EVALUATION_PANOPTIC_H_
 #define KINEGRAPH_CORE_EVALUATION_PANOPTIC_H_
 
@@ -13,31 +13,31 @@
 namespace kinegraph {
 
 struct PanopticOptions {
-  std::vector<FrameRange> frames;  // of the tracks; none: all
+  std::vector<FrameRange> frames;  // of the tracks; empty: all
   std::vector<double> thresholds_m = {0.025, 0.050, 0.075, 0.100, 0.125, 0.150};
   double recall_threshold_m = 0.5;
 };
 
 struct PanopticResult {
-  std::vector<double> average_precision;  // 0..1, one a threshold
-  std::vector<Share> recall;              // true people, one a threshold
+  std::vector<double> average_precision;  // 0..1, one per threshold
+  std::vector<Share> recall;              // true people, one per threshold
   Share recall_at_limit;                  // true people within 500 mm
-  double mpjpe_m = 0.0;                   // NaN: nobody within 500 mm
+  double mpjpe_m = 0.0;                   // NaN: no person within 500 mm
   int64_t found_person_frames = 0;
-  // Joints compared: those that a found pose has of the ones its true person
-  // has. Below one the scores are of the joints that are there.
+  // Joints compared: share of a true person's joints that the found pose has.
+  // Below one, the scores only cover the existing joints.
   Share joints_compared;
 };
 
-// Each found pose takes the true person of its frame with the least mean
-// distance over the joints that both have, of the first fifteen joints of the
-// Panoptic skeleton. Poses by falling score (in order, where the tracks have no
-// scores); each true person counts for the first pose that takes it within the
-// threshold, every other pose is a false positive. Precision is made falling
-// from the right before it is summed over recall. A skeleton without neck or
-// mid-hip gets the middle of the shoulders or hips. True people without
-// mid-hip and frames without true people are left out; so are true joints that
-// are not observed (confidence of at most 0.1).
+// Each found pose is assigned the true person of its frame with the least mean
+// distance over the common joints among the first fifteen of the Panoptic
+// skeleton. Poses are sorted by descending score (in order, if the tracks have
+// no scores). For each true person the first pose within the threshold is
+// correct and every other pose a false positive. Precision is made monotonic
+// from the right before it is integrated over recall. A skeleton without neck
+// or mid-hip gets the middle of the shoulders or hips. True people without
+// mid-hip, frames without true people, and true joints that are not observed
+// (confidence of at most 0.1) are left out.
 PanopticResult EvaluatePanoptic(const TrackSequence& truth,
                                 const TrackSequence& tracks,
                                 const PanopticOptions& options = {});

@@ -9,7 +9,7 @@
 namespace kinegraph {
 namespace {
 
-// Which identities of the one stood for which of the other.
+// For each identity of one result, the identities of the other matched with it.
 using IdentityMap = std::map<TrackId, std::set<TrackId>>;
 
 bool IsUnique(const IdentityMap& map) {
@@ -18,7 +18,7 @@ bool IsUnique(const IdentityMap& map) {
   });
 }
 
-// Adds the joints of a pair of people; nullptr stands for nobody.
+// Adds the joints of a pair of people; nullptr: no person.
 void AddJoints(int64_t frame, const PersonPose* reference,
                const PersonPose* person, const JointPairs& joints,
                const ParityOptions& options, ParityResult* result) {

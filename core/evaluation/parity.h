@@ -13,12 +13,12 @@
 namespace kinegraph {
 
 struct ParityOptions {
-  double near_m = 1e-3;            // "equal" for the eye
-  double very_near_m = 1e-5;       // equal but for rounding
-  std::vector<FrameRange> frames;  // none: all
+  double near_m = 1e-3;            // visually equal
+  double very_near_m = 1e-5;       // equal up to rounding
+  std::vector<FrameRange> frames;  // empty: all
 };
 
-// Where the two lie farthest apart, or one lacks the joint.
+// The greatest distance between the two, or a joint that one lacks.
 struct WorstJoint {
   double distance_m = 0.0;
   int64_t frame = 0;
@@ -27,14 +27,14 @@ struct WorstJoint {
 };
 
 struct ParityResult {
-  // Joints that both have within the distance. The total counts every joint
-  // that either has, those of people without a counterpart too, so that
-  // leaving something out is never free.
+  // Joints that both have within the distance. The total includes every joint
+  // of either result, also of people without a counterpart, so that omissions
+  // always count.
   Share near;
   Share very_near;
-  int64_t joints_missing = 0;  // the reference has it, the other does not
-  int64_t joints_extra = 0;    // the other has it, the reference does not
-  WorstJoint worst;            // of the joints that both have
+  int64_t joints_missing = 0;  // in the reference only
+  int64_t joints_extra = 0;    // in the other only
+  WorstJoint worst;            // among joints that both have
   // Whether the pairs of all frames map identities one-to-one.
   bool identities_one_to_one = true;
   int64_t identities = 0;            // of the tracks
@@ -44,7 +44,7 @@ struct ParityResult {
   int64_t paired_person_frames = 0;
 };
 
-// People are paired in each frame one-to-one by mean distance over the joints
+// People are paired one-to-one in each frame by mean distance over the joints
 // of the same name, without a gate. Joints that one skeleton lacks are not
 // compared.
 ParityResult EvaluateParity(const TrackSequence& reference,

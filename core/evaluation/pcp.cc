@@ -22,7 +22,7 @@ constexpr double kFaceForwardM = 0.125;  // k4d
 constexpr double kFaceUpM = 0.145;
 constexpr double kMvposeShare = 0.75;  // kVoxelposeShelf
 
-// What a head is made from.
+// The sources of a head.
 enum HeadSource {
   kNose,
   kLeftEar,
@@ -54,7 +54,7 @@ const Joint3d& At(const Pose3d& pose, int joint) {
   return joint < 0 ? kMissing : pose[joint];
 }
 
-// From m towards the nose n, each world axis with its own factor.
+// From m towards the nose n, with a factor per world axis.
 Vector3d Towards(const Vector3d& m, const Vector3d& n, double x, double y,
                  double z) {
   return m + (n - m).cwiseProduct(Vector3d(x, y, z));
@@ -62,7 +62,7 @@ Vector3d Towards(const Vector3d& m, const Vector3d& n, double x, double y,
 
 // ---- Parts ------------------------------------------------------------------
 
-// Index of the middle of the hips, appended to the joints of Tum14.
+// Index of the mid-hip, appended to the joints of Tum14.
 constexpr int kTorsoEnd = 14;
 
 struct PartDefinition {
@@ -85,7 +85,7 @@ constexpr std::array<PartDefinition, kPcpPartCount> kParts = {{
     {"torso", PcpGroup::kTorso, kTorsoEnd, 12},
 }};
 
-// The 14 joints and the middle of the hips.
+// The 14 joints and the mid-hip.
 class PcpPoseMaker {
  public:
   PcpPoseMaker(const Skeleton& from, const PcpProtocol& protocol)
@@ -154,7 +154,7 @@ const PersonPose* Nearest(const PersonPose& truth,
   return nearest;
 }
 
-// The prediction of each true person, or nullptr.
+// The prediction for each true person, or nullptr.
 std::vector<const PersonPose*> MatchPeople(const std::vector<PersonPose>& truth,
                                            const std::vector<PersonPose>& found,
                                            const PcpProtocol& protocol) {
@@ -203,7 +203,7 @@ PcpPersonFrame ScorePerson(int64_t frame, const PersonPose& truth,
   scored.frame = frame;
   scored.actor = truth.id.value();
   const Pose3d* pose = found == nullptr ? nullptr : &found->joints;
-  LostPart part;  // of which the next is written over the one before
+  LostPart part;  // buffer, overwritten by each part
   part.frame = frame;
   part.actor = scored.actor;
   if (found != nullptr) {
@@ -231,8 +231,8 @@ PcpPersonFrame ScorePerson(int64_t frame, const PersonPose& truth,
   return scored;
 }
 
-// The frame nearest in time to one of the ground truth, the earlier of two
-// equally near; nullptr: none is near enough.
+// The frame nearest in time to one of the ground truth, the earlier one on a
+// tie; nullptr if none is near enough.
 const TrackFrame* NearestInTime(const TrackSequence& tracks,
                                 const TrackFrame& true_frame,
                                 double max_time_gap_s) {

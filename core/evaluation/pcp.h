@@ -1,8 +1,8 @@
 // Percentage of correct parts (PCP) on Campus and Shelf.
 //
-// The published tables differ in the head conversion, in what makes a part
-// correct and in how people are matched; a protocol is a value that says all
-// of it.
+// The published tables differ in the head conversion, in the criterion for a
+// correct part and in how people are matched; a protocol value specifies all of
+// these.
 #ifndef KINEGRAPH_CORE_EVALUATION_PCP_H_
 #define KINEGRAPH_CORE_EVALUATION_PCP_H_
 
@@ -23,11 +23,11 @@
 namespace kinegraph {
 
 // From any skeleton to the 14 joints of the Campus and Shelf ground truth.
-// Detectors find a nose and ears, the annotation has the bottom and the top of
-// the head. Publications differ in how they make one from the other, and the
-// choice alone can move a PCP by a percent; so it is named.
-// With m = middle of the shoulders, n = nose, e = middle of the ears; products
-// are taken axis by axis in the world (z up), as the published ones are.
+// Detectors report nose and ears, the annotation has the bottom and the top of
+// the head. Publications differ in the conversion, and the choice alone can
+// change a PCP by a percent, so it is named explicitly. With m = middle of the
+// shoulders, n = nose, e = middle of the ears; products are taken axis by axis
+// in the world (z up), as in the publications.
 enum class HeadConversion {
   // top = m + (n - m) * (0.78, 0.5, 1.5), bottom = m + (n - m) * (0.3, 0.4,
   // 0.6)
@@ -52,14 +52,14 @@ enum class HeadConversion {
 const char* ToString(HeadConversion conversion);
 
 // By the name of a command's flag: chu, mvpose, voxelpose, 4d, raw. "voxelpose"
-// is the Campus form where `campus` is set. nullopt for another name.
+// selects the Campus form if `campus`. nullopt for another name.
 std::optional<HeadConversion> HeadConversionByName(const std::string& name,
                                                    bool campus);
 
-// Poses of one skeleton to Tum14. A joint is taken by its name; the two of the
-// head are computed unless the skeleton has both (then it is a ground truth
-// itself). What lacks a source, in the skeleton or in the pose, is missing. A
-// computed joint is observed only if all its sources are.
+// Converts poses of one skeleton to Tum14. Joints are selected by name; the two
+// of the head are computed unless the skeleton has both (which makes it a
+// ground truth). A joint without a source, in the skeleton or in the pose, is
+// missing. A computed joint is observed only if all its sources are.
 class Tum14Converter {
  public:
   Tum14Converter(const Skeleton& from, HeadConversion conversion);
@@ -70,8 +70,8 @@ class Tum14Converter {
   std::pair<Joint3d, Joint3d> Head(const Pose3d& pose) const;
 
   HeadConversion conversion_;
-  std::vector<int> source_;       // of each joint of Tum14, or -1
-  std::vector<int> head_source_;  // of what a head is made from
+  std::vector<int> source_;       // for each joint of Tum14, or -1
+  std::vector<int> head_source_;  // of the sources of a head
 };
 
 // The middle of two joints: missing if one of them is.
@@ -98,13 +98,13 @@ const char* ToString(PcpGroup group);  // "head", "upper arms", ..., "total"
 PcpGroup PcpGroupOf(int part);         // never kTotal
 
 enum class EndpointRule {
-  kMean,  // the mean of the errors of both ends counts
-  kEach,  // each end counts
+  kMean,  // the mean error of both ends decides
+  kEach,  // both ends must be correct
 };
 enum class PersonMatching {
   // Each true person takes the nearest prediction (least mean squared distance
-  // over the joints that both have), however far, and also one that another
-  // true person took.
+  // over the joints that both have), at any distance, even if another true
+  // person takes it too.
   kNearest,
   // One-to-one by mean distance, up to the gate.
   kOneToOne,
@@ -115,39 +115,42 @@ const char* ToString(PersonMatching matching);  // "nearest", "one_to_one"
 
 struct PcpProtocol {
   std::string name;
-  std::vector<FrameRange> frames;  // of the tracks; none: all
-  // Where the result has no frame of this instant: the frame nearest in time
-  // stands for it, at most this far away [s]. 0: nobody was found.
+  std::vector<FrameRange> frames;  // of the tracks; empty: all
+  // If the result has no frame of this instant, the frame nearest in time
+  // replaces it, at most this far away [s]. 0: treated as a frame without
+  // people.
   double max_time_gap_s = 0.0;
   HeadConversion head = HeadConversion::kChu;
   EndpointRule endpoints = EndpointRule::kMean;
   double tolerance = 0.5;  // share of the true length
-  // An error must lie below the tolerance; else it may also equal it.
+  // Whether an error equal to the tolerance is incorrect.
   bool strictly_less = false;
   PersonMatching matching = PersonMatching::kNearest;
-  double gate_m = kPersonGateM;  // of kOneToOne
-  // 4D association's own program: the middle of the hips is a joint of its
-  // own, in the matching and as the torso's lower end; a true person for whom
-  // no prediction is left is not counted; zeros stored for joints that were
-  // not found are positions (StoredZeros::kKeep of the reader).
+  double gate_m = kPersonGateM;  // for kOneToOne
+  // 4D association's own program: the mid-hip is a joint of its own, in the
+  // matching and as the torso's lower end; a true person for whom no prediction
+  // is left is not counted; zeros stored for joints that were not found are
+  // treated as positions (StoredZeros::kKeep of the reader).
   bool mid_hip_is_a_joint = false;
   bool skip_unmatched = false;
   bool stored_zeros_are_positions = false;
-  // Whose mean is the headline; none: all. Actors count from zero.
+  // Actors whose mean is the headline figure; empty: all. Actors are numbered
+  // from zero.
   std::vector<int64_t> headline_actors = {0, 1, 2};
 };
 
 // Frames 300..600, chu head, mean rule, nearest.
 PcpProtocol ShelfProtocol();
-// Frames 350..470 and 650..750; a frame that the result does not have is the
-// nearest one in time, at most 0.1 s away.
+// Frames 350..470 and 650..750; a missing frame is replaced by the nearest in
+// time, at most 0.1 s away.
 PcpProtocol CampusProtocol();
 // Frames 350..750.
 PcpProtocol CampusExtendedProtocol();
 // Shelf by the rules of 4D association's own program (Zhang et al. 2020).
 PcpProtocol FourDAssociationProtocol();
 
-// "shelf", "campus", "campus_extended", "4d_association"; nullopt for another.
+// "shelf", "campus", "campus_extended", "4d_association"; nullopt for another
+// name.
 std::optional<PcpProtocol> PcpProtocolByName(const std::string& name);
 
 enum class PartVerdict : uint8_t {
@@ -160,31 +163,30 @@ enum class PartVerdict : uint8_t {
 struct PcpPersonFrame {
   int64_t frame = 0;
   int64_t actor = 0;
-  std::optional<TrackId> predicted;  // nullopt: nobody
+  std::optional<TrackId> predicted;  // nullopt: none
   std::array<PartVerdict, kPcpPartCount> parts{};
 
   Share Count(PcpGroup group) const;
 };
 
-// Why a part was counted wrong.
+// Why a part is incorrect.
 enum class LossReason {
   kNobody,     // no prediction in the frame
   kElsewhere,  // the nearest prediction is beyond kPersonGateM: another person
   kNoJoint,    // the prediction lacks an end
-  kTooFar,     // an end, or both, too far off
+  kTooFar,     // one end or both beyond the tolerance
 };
 inline constexpr int kLossReasonCount = 4;
 const char* ToString(LossReason reason);  // "nobody", "elsewhere", ...
 
-// A part that was counted wrong. An error is nullopt where there is no
-// predicted joint.
+// An incorrect part. An error is nullopt where there is no predicted joint.
 struct LostPart {
   int64_t frame = 0;
   int64_t actor = 0;
   int part = 0;
   std::optional<TrackId> predicted;
   double length_m = 0.0;
-  std::optional<double> first_error_m;  // farther from the trunk or lower
+  std::optional<double> first_error_m;  // the distal end, or the lower one
   std::optional<double> second_error_m;
   // Mean distance of the prediction over the joints that both have.
   std::optional<double> person_distance_m;
@@ -198,18 +200,18 @@ struct PcpResult {
   std::vector<LostPart> lost;                 // in that order
 
   std::vector<int64_t> Actors() const;  // ascending
-  // The actors of the headline that the ground truth has.
+  // The actors of the headline that the ground truth contains.
   std::vector<int64_t> HeadlineActors() const;
 };
 
 PcpResult EvaluatePcp(const TrackSequence& truth, const TrackSequence& tracks,
                       const PcpProtocol& protocol);
 
-// Right and all parts of a group: of one actor, and of the headline's actors
-// pooled.
+// Correct parts and all parts of a group: of one actor, and of the headline's
+// actors pooled.
 Share CountParts(const PcpResult& result, int64_t actor, PcpGroup group);
 Share PooledParts(const PcpResult& result, PcpGroup group);
-// Plain mean over the headline's actors [%]; NaN when none was counted.
+// Unweighted mean over the headline's actors [%]; NaN if none was counted.
 double MeanOfActors(const PcpResult& result, PcpGroup group);
 
 // Intervals in percent, blocks drawn within each actor.
@@ -217,8 +219,8 @@ Interval ActorInterval(const PcpResult& result, int64_t actor, PcpGroup group,
                        const BootstrapOptions& options = {});
 Interval MeanOfActorsInterval(const PcpResult& result, PcpGroup group,
                               const BootstrapOptions& options = {});
-// Of MeanOfActors(a) - MeanOfActors(b), the same frames drawn of both. Throws
-// OptionError when the two were not scored on the same person-frames.
+// For MeanOfActors(a) - MeanOfActors(b), with the same frames drawn for both.
+// Throws OptionError when the two were not scored on the same person-frames.
 Interval MeanOfActorsDifference(const PcpResult& a, const PcpResult& b,
                                 PcpGroup group,
                                 const BootstrapOptions& options = {});

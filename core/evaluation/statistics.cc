@@ -11,8 +11,8 @@
 namespace kinegraph {
 namespace {
 
-// Where quantile `q` of `count` ordered values lies: between rank `below` and
-// the next, `between` of the way.
+// Position of quantile `q` among `count` ordered values: `between` of the way
+// from rank `below` to the next.
 struct Rank {
   Rank(int64_t count, double q) {
     const double position = q * static_cast<double>(count - 1);
@@ -98,7 +98,8 @@ std::vector<int64_t> Lengths(const std::vector<RatioSeries>& series) {
   return lengths;
 }
 
-// Adds the units of a series; `next` is the place of its first in the counts.
+// Adds the units of a series; `next` is the index of its first one in the
+// counts.
 void AddUnits(const RatioSeries& units, const DrawCounts* counts, size_t* next,
               RatioUnit* sum) {
   for (const RatioUnit& unit : units) {

@@ -1,4 +1,4 @@
-// Small statistics that several measures share, and intervals of scores.
+// Statistics shared by several measures, and intervals of scores.
 #ifndef KINEGRAPH_CORE_EVALUATION_STATISTICS_H_
 #define KINEGRAPH_CORE_EVALUATION_STATISTICS_H_
 
@@ -12,7 +12,7 @@
 
 namespace kinegraph {
 
-// How many of how many.
+// A part of a total.
 struct Share {
   int64_t count = 0;
   int64_t total = 0;
@@ -26,7 +26,7 @@ struct Share {
     total += other.total;
     return *this;
   }
-  // NaN when there is nothing to count.
+  // NaN if the total is zero.
   double fraction() const;
   double percent() const { return 100.0 * fraction(); }
 };
@@ -39,28 +39,29 @@ double StandardDeviation(const std::vector<double>& values);
 // Quantile `q` in 0..1 with linear interpolation between order statistics, so
 // that 0 gives the least and 1 the greatest value; NaN for no values.
 double Quantile(std::vector<double> values, double q);
-// The same of values that are ascending already and repeated: `upto`[i] is how
-// often values 0 .. i were taken together. Equal to Quantile of the repeated
-// values, without a copy.
+// The same for repeated values: `ascending` are distinct, and `upto`[i] is the
+// total number of the values 0 .. i. Equal to Quantile of the repeated values,
+// without a copy.
 double QuantileOfRepeated(const std::vector<double>& ascending,
                           const std::vector<int64_t>& upto, double q);
 
 // ---- Confidence intervals of scores: a seeded block bootstrap
 //
-// Errors of neighbouring frames are alike, so whole blocks of frames are drawn
-// (moving blocks: Kuensch 1989, "The jackknife and the bootstrap for general
-// stationary observations"), within each series (an actor, a recording). A
-// block that runs over the end continues at the beginning (Politis and Romano
-// 1992): every frame is drawn equally often, also in a short series.
+// Errors of neighbouring frames are correlated, so whole blocks of frames are
+// drawn (moving blocks: Kuensch 1989, "The jackknife and the bootstrap for
+// general stationary observations"), within each series (an actor, a
+// recording). A block that extends over the end continues at the beginning
+// (Politis and Romano 1992): every frame is drawn equally often, also in a
+// short series.
 
 struct BootstrapOptions {
-  int64_t block_length = 25;  // frames
+  int64_t block_length = 25;  // in frames
   int64_t resamples = 2000;
   double confidence = 0.95;
   int64_t seed = 1;
 };
 
-// All NaN when the score has no value.
+// All NaN if the score is undefined.
 struct Interval {
   double low = std::numeric_limits<double>::quiet_NaN();
   double high = std::numeric_limits<double>::quiet_NaN();
@@ -71,48 +72,49 @@ struct Interval {
 // series one after the other.
 using DrawCounts = std::vector<int64_t>;
 
-// The percentile interval of `statistic`. A resample in which the statistic
-// has no value (NaN) is left out. For a paired difference of two methods let
-// the statistic compute both from the same counts.
+// The percentile interval of `statistic`. Resamples in which the statistic is
+// undefined (NaN) are left out. For a paired difference of two methods let the
+// statistic compute both from the same counts.
 //
-// A series no longer than a block would come out whole each time and so look
+// A series no longer than a block would be drawn whole each time and so appear
 // certain; its blocks are half its length.
 Interval BlockBootstrap(
     const std::vector<int64_t>& series_lengths,
     const std::function<double(const DrawCounts&)>& statistic,
     const BootstrapOptions& options = {});
 
-// The same for several scores that are computed together; each statistic call
-// gives as many values as there are scores.
+// The same for several scores that are computed together; each call of the
+// statistic returns one value per score.
 std::vector<Interval> BlockBootstrapAll(
     const std::vector<int64_t>& series_lengths, size_t score_count,
     const std::function<std::vector<double>(const DrawCounts&)>& statistic,
     const BootstrapOptions& options = {});
 
-// Units that add up: the score is sum / weight over the drawn units, as a
-// share or a mean is.
+// Additive units: the score is sum / weight over the drawn units, as for a
+// share or a mean.
 struct RatioUnit {
   double sum = 0.0;
   double weight = 0.0;
 };
 using RatioSeries = std::vector<RatioUnit>;
 
-// A score of units that were drawn so often; without counts of each once.
+// The score of units drawn as often as `counts` says; without counts, of each
+// once.
 using RatioScore = double (*)(const std::vector<RatioSeries>& series,
                               const DrawCounts* counts);
 
-// Mean over the series of their ratios; series without weight are left out.
+// Mean of the series' ratios; series without weight are left out.
 double MeanOfRatios(const std::vector<RatioSeries>& series,
                     const DrawCounts* counts = nullptr);
 // All units of all series together: the sum of the sums over that of the
-// weights, as a mean over joints is; NaN without weight.
+// weights, as for a mean over joints; NaN without weight.
 double PooledRatio(const std::vector<RatioSeries>& series,
                    const DrawCounts* counts = nullptr);
 
 Interval RatioInterval(RatioScore score, const std::vector<RatioSeries>& series,
                        const BootstrapOptions& options = {});
-// Of the score of a less that of b, the same units drawn of both. Throws
-// OptionError when a and b differ in shape.
+// For the score of a minus that of b, with the same units drawn for both.
+// Throws OptionError when a and b differ in shape.
 Interval PairedInterval(RatioScore score, const std::vector<RatioSeries>& a,
                         const std::vector<RatioSeries>& b,
                         const BootstrapOptions& options = {});

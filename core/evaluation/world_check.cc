@@ -57,7 +57,7 @@ JointPairs SameJoints(size_t count) {
 
 struct Fit {
   Share found;
-  double distance_m = 0.0;  // sum over those found
+  double distance_m = 0.0;  // sum over the people found
 
   bool IsBetterThan(const Fit& other) const {
     if (found.count != other.found.count) {
@@ -89,7 +89,7 @@ Fit FitOf(const std::vector<Sample>& samples, const JointPairs& joints,
   return fit;
 }
 
-// All 48, the turns before the mirror images.
+// All 48; rotations before reflections.
 std::vector<Matrix3d> SignedPermutations() {
   std::vector<Matrix3d> turns, mirrors;
   std::array<int, 3> order = {0, 1, 2};
@@ -157,7 +157,7 @@ WorldCheck CheckWorld(const FramePairing& frames, const JointPairs& joints) {
   if (2 * check.found.count > check.found.total) return check;
   Fit best = as_it_stands;
   OtherWorld other;
-  // Metres, centimetres and millimetres, taken for each other.
+  // Confusions of metres, centimetres and millimetres.
   for (const double scale : {1.0, 0.001, 1000.0, 0.01, 100.0, 0.1, 10.0}) {
     for (const Matrix3d& axes : SignedPermutations()) {
       const Fit fit = FitOf(samples, same, axes, scale);
@@ -166,8 +166,9 @@ WorldCheck CheckWorld(const FramePairing& frames, const JointPairs& joints) {
       other = {axes, scale, fit.found};
     }
   }
-  // People of a turned world meet tracks here and there by chance. Whoever is
-  // found as the files stand, a fourth of the best or more, is taken for right.
+  // In a rotated world people coincide with tracks here and there by chance. If
+  // the files as they are reach a fourth of the best number or more, they are
+  // assumed to be right.
   if (2 * best.found.count > best.found.total &&
       4 * check.found.count < best.found.count) {
     check.other = other;

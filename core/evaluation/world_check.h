@@ -1,5 +1,6 @@
-// Whether a ground truth is in the world of the tracks: where hardly anybody is
-// found, whether other axes or another unit of length would find them.
+// Checks that a ground truth is in the world of the tracks: where few people
+// are found, searches for other axes or another unit of length that would find
+// them.
 #ifndef KINEGRAPH_CORE_EVALUATION_WORLD_CHECK_H_
 #define KINEGRAPH_CORE_EVALUATION_WORLD_CHECK_H_
 
@@ -13,30 +14,32 @@
 
 namespace kinegraph {
 
-// What turns and scales the truth onto the tracks.
+// The rotation and scale from the truth to the tracks.
 struct OtherWorld {
-  // Tracks' world from the truth's: a permutation of axes with signs.
+  // From the truth's to the tracks' world: a signed permutation of axes.
   Eigen::Matrix3d axes = Eigen::Matrix3d::Identity();
   double scale = 1.0;  // a power of ten
-  Share found;         // true people near a track, then
+  Share found;         // true people near a track in that world
 
   bool is_mirrored() const;
-  // "x,-z,y": which axes of the tracks' world X, Y and Z of the truth are.
+  // "x,-z,y": the axes of the tracks' world that correspond to X, Y and Z of
+  // the truth.
   std::string AxesText() const;
 };
 
 struct WorldCheck {
-  Share found;  // true people near a track, as the files stand
-  // Where few are found as it stands and most otherwise.
+  Share found;  // true people near a track with the files as they are
+  // Set where few are found with the files as they are, and most in another
+  // world.
   std::optional<OtherWorld> other;
 
-  // That few are found, and what would find them or may be wrong; empty where
-  // somebody is found and nothing else would find more.
+  // Reports that few are found, with the remedy or possible causes; empty where
+  // people are found and no other world finds more.
   std::string Text() const;
 };
 
-// True people are found as EvaluateCoverage has it, in up to 200 of the frames
-// in which both have people.
+// True people are found in the sense of EvaluateCoverage, in up to 200 of the
+// frames in which both have people.
 WorldCheck CheckWorld(const FramePairing& frames, const JointPairs& joints);
 
 }  // namespace kinegraph

@@ -54,7 +54,7 @@ PersonPose Moved(const PersonPose& person, const JointPairs& joints,
   return moved;
 }
 
-// Who is to compare with `truth`, in its world; nullopt: nobody.
+// The person to compare with `truth`, in its world; nullopt if there is none.
 std::optional<PersonPose> Choose(const TrackFrame& frame, TrackId person,
                                  bool only, const Pose3d& truth,
                                  const JointPairs& joints,
@@ -135,7 +135,7 @@ Vector3d MedianOffset(const std::vector<const Error*>& errors, size_t begin,
   return offset;
 }
 
-// Errors of one joint, freed of what the other half of them has as its offset.
+// Errors of one joint, each half minus the offset of the other half.
 std::vector<Vector3d> WithoutOffset(const std::vector<const Error*>& errors) {
   const size_t middle = errors.size() / 2;
   const Vector3d of_first = MedianOffset(errors, 0, middle);
@@ -244,8 +244,8 @@ JointAgreement Summarise(const std::string& joint,
 
 // ---- Published protocols ----------------------------------------------------
 
-// Procrustes' similarity of `found` to `truth` applied to `found`; nullopt for
-// fewer than three points. The columns belong together.
+// `found` after the Procrustes similarity to `truth`; nullopt for fewer than
+// three points. Columns correspond.
 std::optional<Matrix3Xd> ProcrustesAligned(const Matrix3Xd& found,
                                            const Matrix3Xd& truth) {
   constexpr Eigen::Index kLeastPoints = 3;
@@ -255,7 +255,7 @@ std::optional<Matrix3Xd> ProcrustesAligned(const Matrix3Xd& found,
                    similarity.topRightCorner<3, 1>());
 }
 
-// The joints that both have in a frame, one a column.
+// The joints that both have in a frame, one per column.
 std::pair<Matrix3Xd, Matrix3Xd> CommonPoints(const PersonPose& truth,
                                              const PersonPose& found) {
   Matrix3Xd a(3, truth.joints.size()), b(3, truth.joints.size());
@@ -355,7 +355,7 @@ void Calibration::Add(const Vector3d& error_m, const Matrix3d& covariance) {
   constexpr double kMmPerM = 1000.0;
   ++count_;
   const Eigen::LLT<Matrix3d> root(covariance);
-  if (root.info() != Eigen::Success) return;  // covers nothing
+  if (root.info() != Eigen::Success) return;  // contains no error
   const Matrix3d lower = root.matrixL();
   const double squared = root.matrixL().solve(error_m).squaredNorm();
   const double share = ChiSquareCdf3(squared);
@@ -461,7 +461,7 @@ ValueAgreement CompareValues(const std::vector<PairedValue>& values,
     const double freed = differences[i] - offset;
     squared += differences[i] * differences[i];
     freed_squared += freed * freed;
-    // The interval about the found value, around the difference instead.
+    // The interval, centred on the found value, moved to the difference.
     const double below = there[i].low - there[i].found;
     const double above = there[i].high - there[i].found;
     if (!std::isfinite(below) || !std::isfinite(above)) continue;

@@ -1,6 +1,6 @@
-// Agreement of tracks with markers, once both are on one clock and in one
-// world: errors by joint and axis of the body, stated intervals, and the
-// measures of published protocols.
+// Agreement of tracks with markers, once both have a common clock and world:
+// errors by joint and axis of the body, reported intervals, and the measures of
+// published protocols.
 #ifndef KINEGRAPH_CORE_EVALUATION_MARKERS_AGREEMENT_H_
 #define KINEGRAPH_CORE_EVALUATION_MARKERS_AGREEMENT_H_
 
@@ -21,26 +21,26 @@ namespace kinegraph {
 struct PairedMotion {
   TrackSequence truth;
   TrackSequence tracks;
-  std::vector<bool> is_centre;  // one a joint: its errors are pooled
+  std::vector<bool> is_centre;  // one per joint: its errors are pooled
 };
 
-// The truth's joints between its samples, in each frame of the tracks that its
-// clock reaches. Of several people that of `person`; in frames without that one
-// who is nearest, within half a metre, unless `only` that one is meant.
-// Covariances turn with the tracks.
+// The truth's joints, interpolated between its samples, in each frame of the
+// tracks that its clock covers. Of several people `person`; in frames without
+// that person the nearest one, within half a metre, unless `only` that person
+// is requested. Covariances rotate with the tracks.
 PairedMotion PairMotion(const TrackSequence& truth, const JointPaths& paths,
                         const TrackSequence& tracks, TrackId person, bool only,
                         const JointPairs& joints, const ClockFit& clock,
                         const WorldFit& world);
 
-// Stated covariances against the errors that were made.
+// Reported covariances against actual errors.
 class Calibration {
  public:
   void Add(const Eigen::Vector3d& error_m, const Eigen::Matrix3d& covariance);
 
   int64_t count() const { return count_; }
-  // Share of the errors within the ellipsoid that should hold `level` of them,
-  // a multiple of 0.05; NaN without covariances.
+  // Share of the errors within the ellipsoid of probability `level`, a multiple
+  // of 0.05; NaN without covariances.
   double Covered(double level) const;
   // Mean over the levels 0.05, 0.10, ..., 0.95 of |covered - level|.
   double ExpectedCalibrationError() const;
@@ -59,7 +59,7 @@ class Calibration {
 };
 
 struct JointAgreement {
-  std::string joint;  // "pooled": of all that count
+  std::string joint;  // "pooled": over all pooled joints
   int64_t count = 0;
   double median_m = 0.0;  // NaN: none, as all below
   double mean_m = 0.0;
@@ -70,7 +70,7 @@ struct JointAgreement {
   // around it (Bland and Altman 1986).
   Eigen::Vector3d bias_m = Eigen::Vector3d::Zero();
   Eigen::Vector3d limits_m = Eigen::Vector3d::Zero();
-  // Each half freed of the median offset in the body's frame of the other.
+  // Each half minus the median offset of the other, in the body's frame.
   double after_offset_median_m = 0.0;
   // Root mean square of the difference's first and second derivative.
   double velocity_rms_m_s = 0.0;
@@ -81,15 +81,15 @@ struct JointAgreement {
 
 struct MotionAgreement {
   std::vector<JointAgreement> joints;
-  JointAgreement pooled;  // of the centres; of all joints where there is none
+  JointAgreement pooled;  // of the centres; of all joints if there are none
   double mean_of_medians_m = 0.0;  // of the joints that are pooled
   Calibration observed, inferred;  // of the joints that are pooled
   // Mean per joint error of all joints after Procrustes' turn, shift and scale
   // in each frame (Ionescu et al. 2014, protocol 2 of Human3.6M).
   double pa_mpjpe_m = 0.0;
   // Share of the joints within 150 mm, and the mean of that share over 0, 5,
-  // ..., 150 mm (3DPCK and AUC of MPI-INF-3DHP, Mehta et al. 2017), the middle
-  // of the hips in one place; as they stand where hips are missing.
+  // ..., 150 mm (3DPCK and AUC of MPI-INF-3DHP, Mehta et al. 2017), with the
+  // mid-hips aligned; without alignment where hips are missing.
   Share pck_150;
   double auc = 0.0;
   bool root_aligned = false;
@@ -111,11 +111,11 @@ struct ValueAgreement {
   double bias = 0.0;
   double limits = 0.0;  // 1.96 standard deviations
   double rms = 0.0;
-  double after_offset_rms = 0.0;  // as of joints
+  double after_offset_rms = 0.0;  // as for joints
   Share covered;                  // by the interval
   Share covered_after_offset;
 };
-// Values in the order of time. `period` > 0: they go round, as angles do.
+// Values in temporal order. `period` > 0: cyclic, as angles are.
 ValueAgreement CompareValues(const std::vector<PairedValue>& values,
                              double period);
 

@@ -21,10 +21,10 @@ using Eigen::Matrix3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-// Huber's loss grows linearly beyond so many median residuals.
+// Huber's loss is linear beyond this number of median residuals.
 constexpr double kHuberMedians = 1.5;
-// Of speeds, beyond so many root mean squares: a median residual is that of
-// standing still.
+// For speeds, beyond this number of root mean squares: the median residual is
+// that of standing still.
 constexpr double kClockHuberRms = 6.0;
 
 std::string Text(const char* format, double value) {
@@ -40,7 +40,7 @@ double HuberWeight(double residual, double limit) {
 
 // ---- Clock ------------------------------------------------------------------
 
-// Speeds of all joints at even times; NaN where there is none.
+// Speeds of all joints at uniform times; NaN where undefined.
 struct SpeedGrid {
   SpeedGrid(const JointPaths& paths, double step_s, double half_s)
       : joints(paths.joint_count()), is_seen(joints) {
@@ -88,7 +88,7 @@ double Correlation(const SpeedGrid& a, const SpeedGrid& b, int64_t shift,
          std::sqrt((aa - sum_a * sum_a / n) * (bb - sum_b * sum_b / n));
 }
 
-// Speeds vary over time by this much where somebody moves [m/s].
+// Speeds vary by at least this much over time where there is motion [m/s].
 void RequireMotion(const JointPaths& paths, double half_s, const char* whose) {
   constexpr double kLeastM_S = 0.05;
   std::vector<double> deviations = {0.0};
@@ -109,12 +109,12 @@ void RequireMotion(const JointPaths& paths, double half_s, const char* whose) {
       " m/s; --align=world or none");
 }
 
-// The shift at which the speeds correlate best, to a step.
+// The shift of greatest correlation of the speeds, to one step.
 double CoarseOffset(const JointPaths& truth, const JointPaths& tracks,
                     double half_s) {
   constexpr double kStepS = 0.04;
   constexpr double kLeastCorrelation = 0.5;
-  constexpr double kAlike = 0.999;  // more says no more
+  constexpr double kAlike = 0.999;  // more adds no information
   // At least a second, or half of the shorter recording.
   const SpeedGrid a(truth, kStepS, half_s), b(tracks, kStepS, half_s);
   const double least_frames = std::min(
@@ -126,7 +126,7 @@ double CoarseOffset(const JointPaths& truth, const JointPaths& tracks,
   const auto reach = static_cast<int64_t>(kMostWork / std::max(1.0, pass));
   double best = 0.0, best_correlation = 0.0;
   int64_t best_shift = 0;
-  double joints = 0.0;  // that have a speed in both
+  double joints = 0.0;  // with a speed in both
   for (size_t j = 0; j < a.joints; ++j) {
     if (a.is_seen[j] && b.is_seen[j]) joints += 1.0;
   }
@@ -137,7 +137,7 @@ double CoarseOffset(const JointPaths& truth, const JointPaths& tracks,
     const auto overlap = static_cast<double>(
         std::min(b.count, a.count - shift) - std::max<int64_t>(0, -shift));
     // Significance of the correlation (Fisher's transform): a short overlap
-    // correlates easily by chance.
+    // easily correlates by chance.
     const double score =
         std::atanh(std::min(correlation, kAlike)) * std::sqrt(overlap);
     if (!(score > best)) continue;
@@ -156,7 +156,7 @@ double CoarseOffset(const JointPaths& truth, const JointPaths& tracks,
          kStepS * static_cast<double>(best_shift);
 }
 
-// What a pass over all speeds gives the least squares in offset and drift.
+// Sums of one pass over all speeds for the least squares in offset and drift.
 struct ClockSums {
   Matrix2d information = Matrix2d::Zero();
   Vector2d gradient = Vector2d::Zero();
@@ -164,14 +164,15 @@ struct ClockSums {
   double squared = 0.0;
   double count = 0.0;
 
-  // Covariance of the gradient from sums over seconds and over joints, as
-  // neighbouring frames have correlated errors and a joint has a lasting one.
+  // Covariance of the gradient from sums over seconds and over joints, because
+  // errors of neighbouring frames are correlated and a joint has lasting ones.
   Matrix2d Spread() const {
     Matrix2d spread = Matrix2d::Zero();
     for (const auto* parts : {&of_second, &of_joint}) {
       const auto parts_count = static_cast<double>(parts->size());
       if (parts_count < 2.0) continue;
-      // Their sum is zero at the minimum, so a few seem to vary less.
+      // Their sum is zero at the minimum, so a few parts underestimate the
+      // variance.
       const double few = parts_count / (parts_count - 1.0);
       for (const Vector2d& part : *parts)
         spread += few * part * part.transpose();
@@ -180,7 +181,7 @@ struct ClockSums {
   }
 };
 
-constexpr double kStepS = 0.005;  // by which the speed's slope is taken
+constexpr double kStepS = 0.005;  // step for the slope of the speed
 
 ClockSums SumClock(const JointPaths& truth, const JointPaths& tracks,
                    const ClockFit& clock, double half_s, double limit) {
@@ -218,8 +219,8 @@ ClockFit FitClock(const JointPaths& truth, const JointPaths& tracks,
                   bool with_drift) {
   constexpr int kMostRounds = 50;
   constexpr double kStepToleranceS = 1e-7;
-  // Both are differentiated over the same time, long enough that what programs
-  // smooth away (above some 6 Hz), and skin does at impacts, does not count.
+  // Both are differentiated over the same time, long enough to exclude what
+  // programs smooth away (above some 6 Hz) and what skin adds at impacts.
   const double half_s = std::max({truth.frame_s(), tracks.frame_s(), 0.05});
   RequireMotion(truth, half_s, "the ground truth");
   RequireMotion(tracks, half_s, "the tracks");
@@ -283,8 +284,8 @@ struct RigidFit {
   }
 };
 
-// Weighted closed form (Umeyama 1991 without scale), the weights anew from the
-// residuals each time. `sign` -1: the best mirror image.
+// Weighted closed form (Umeyama 1991 without scale), with weights recomputed
+// from the residuals each time. `sign` -1: the best mirror image.
 RigidFit FitRigid(const std::vector<PointPair>& pairs, double sign) {
   constexpr int kRounds = 30;
   RigidFit fit;
@@ -326,8 +327,8 @@ RigidFit FitRigid(const std::vector<PointPair>& pairs, double sign) {
   return fit;
 }
 
-// Of turn and shift at the middle: joints as the independent pieces, since what
-// they disagree by lasts.
+// Of rotation and translation at the middle, with joints as the independent
+// pieces, because their disagreements last.
 Eigen::Matrix<double, 6, 6> RigidCovariance(const std::vector<PointPair>& pairs,
                                             const RigidFit& fit,
                                             size_t joint_count) {
@@ -375,7 +376,7 @@ void RequireExtent(const std::vector<PointPair>& pairs) {
       " mm of a line; more joints (--joints), or --align=clock or none");
 }
 
-// Says so of a motion that has no place in the other's world at all.
+// Reports a motion that does not fit the other's world in any way.
 class MirroredAxes : public InputError {
  public:
   using InputError::InputError;
@@ -383,7 +384,7 @@ class MirroredAxes : public InputError {
 
 WorldFit FitWorld(const JointPaths& truth, const JointPaths& tracks,
                   const ClockFit& clock, const std::vector<bool>& use) {
-  // A mirror image that fits so much better is no chance.
+  // A mirror image that fits this much better is not due to chance.
   constexpr double kFarBetter = 0.5;
   constexpr double kBadM = 0.04;
   const std::vector<PointPair> pairs = PointPairs(truth, tracks, clock, use);
@@ -460,8 +461,8 @@ double MedianDistance(const JointPaths& truth, const JointPaths& tracks,
   return Quantile(distances_m, 0.5);
 }
 
-// Those who are there for a quarter of the frames that the longest is, longest
-// first.
+// People present for at least a quarter of the frames of the longest track,
+// longest first.
 std::vector<TrackId> Candidates(const TrackSequence& tracks) {
   constexpr size_t kMost = 8;
   std::map<TrackId, int64_t> counts;
@@ -490,8 +491,8 @@ void RequireOverlap(const JointPaths& truth, const JointPaths& tracks) {
                    " s; --align=both or clock finds the shift");
 }
 
-// A fit that was not asked for is only reported, so it may fail; mirrored axes
-// are wrong whatever is asked for.
+// A fit that was not requested is only reported and may fail; mirrored axes are
+// always an error.
 template <typename Fit>
 auto Try(bool wanted, const Fit& fit) -> std::optional<decltype(fit())> {
   if (wanted) return fit();
@@ -637,7 +638,7 @@ Alignment AlignRecordings(const TrackSequence& truth,
   const JointPairs joints =
       CommonJoints(truth.header.skeleton, tracks.header.skeleton);
   const JointPaths truth_paths = TruthPaths(truth, joints);
-  // Of toes and heads different points may be meant, whose speeds differ.
+  // Toes and heads may be defined differently, with different speeds.
   const JointPairs by_body =
       CommonBodyJoints(truth.header.skeleton, tracks.header.skeleton);
   const JointPaths body_truth = TruthPaths(truth, by_body);

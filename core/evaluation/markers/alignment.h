@@ -1,4 +1,4 @@
-// Brings two recordings of the same motion onto one clock and into one world.
+// Brings two recordings of the same motion to one clock and into one world.
 #ifndef KINEGRAPH_CORE_EVALUATION_MARKERS_ALIGNMENT_H_
 #define KINEGRAPH_CORE_EVALUATION_MARKERS_ALIGNMENT_H_
 
@@ -12,16 +12,17 @@
 
 namespace kinegraph {
 
-// One person's joints over time. A gap stays a gap.
+// One person's joints over time. Gaps remain gaps.
 class JointPaths {
  public:
-  // Of the joints given, in their order; the frames in which the person is.
+  // For the given joints, in their order; the frames in which the person is
+  // present.
   JointPaths(const TrackSequence& tracks, TrackId person,
              const std::vector<int>& joints);
 
-  // By the cubic through the four samples around, near the ends and gaps the
-  // straight line; nullopt where one of the two samples next to it is missing
-  // or they are more than one and a half frames apart.
+  // By the cubic through the four surrounding samples, near ends and gaps
+  // linear; nullopt where one of the two adjacent samples is missing or they
+  // are more than one and a half frames apart.
   std::optional<Eigen::Vector3d> At(double time_s, size_t joint) const;
   // Over `half_s` to each side [m/s].
   std::optional<double> Speed(double time_s, size_t joint, double half_s) const;
@@ -56,7 +57,7 @@ struct ClockFit {
 
 struct WorldFit {
   Eigen::Isometry3d truth_from_tracks = Eigen::Isometry3d::Identity();
-  // One standard deviation, by how joints disagree.
+  // One standard deviation, from the disagreement of joints.
   double rotation_sigma_deg = 0.0;
   double translation_sigma_m = 0.0;  // at the middle of the motion
 
@@ -68,10 +69,10 @@ enum class Align { kNone, kClock, kWorld, kBoth };
 struct Alignment {
   TrackId person;     // of the tracks
   JointPairs joints;  // a: truth, b: tracks
-  ClockFit clock;     // as asked for, else none
+  ClockFit clock;     // as requested, else identity
   WorldFit world;
-  // Median distance of all joints [m] as they stand, on one clock, and in one
-  // world, too; NaN where it cannot be said.
+  // Median distance of all joints [m] without any alignment, on one clock, and
+  // also in one world; NaN where undefined.
   double median_none_m = 0.0;
   double median_clock_m = 0.0;
   double median_both_m = 0.0;
@@ -80,28 +81,29 @@ struct Alignment {
 struct AlignRequest {
   Align align = Align::kBoth;
   bool with_drift = false;
-  std::optional<TrackId> person;  // of the tracks; nullopt: who fits best
+  std::optional<TrackId> person;  // of the tracks; nullopt: the best fit
 };
 
-// The clock: speeds of all joints, which no turn of the world changes, are laid
-// over each other, by their correlation at any shift, then by robust least
-// squares. Uncertain by how its gradient varies from second to second. The
-// world: rigid, by least squares with Huber's loss at one and a half median
-// residuals.
+// The clock: matches the speeds of all joints, which do not depend on the
+// world's orientation, by their correlation at any shift, then by robust least
+// squares. Its uncertainty follows from the variation of the gradient from
+// second to second. The world: rigid, by least squares with Huber's loss at one
+// and a half median residuals.
 //
-// `truth` is of one person. `is_centre`, one a joint of the truth: the world is
-// fitted to these where they are three or more. Throws InputError without a
-// file when nobody moves or the motions are not alike, when the points fix no
-// rotation, when units differ, or when a mirror image fits far better.
+// `truth` has one person. `is_centre`, one per joint of the truth: the world is
+// fitted to these if there are at least three. Throws InputError without a file
+// name when there is no motion or the motions do not agree, when the points do
+// not determine a rotation, when units differ, or when a mirror image fits far
+// better.
 Alignment AlignRecordings(const TrackSequence& truth,
                           const std::vector<bool>& is_centre,
                           const TrackSequence& tracks,
                           const AlignRequest& request);
 
-// The only person of it. Throws InputError without a file for none or several.
+// Its only person. Throws InputError without a file name for none or several.
 TrackId OnlyPerson(const TrackSequence& tracks);
 
-// A joint of the pairs each.
+// One joint for each of the pairs.
 JointPaths TruthPaths(const TrackSequence& truth, const JointPairs& joints);
 
 }  // namespace kinegraph

@@ -13,7 +13,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-// Extremes of a step stand farther apart than this [s].
+// Minimum time between extremes of a step [s].
 constexpr double kWindowS = 0.2;
 
 // A joint's positions, NaN where it is missing.
@@ -57,10 +57,10 @@ class Finder {
       heels.push_back(Ahead(foot, {"heel", "ankle"}));
       toes.push_back(Ahead(foot, {"big_toe", "small_toe", "ankle"}));
       const auto [low_m, high_m] = RangeOf(heels.back());
-      // NaN where nothing of the foot is there.
+      // NaN where the foot has no joints.
       swing_m = high_m >= low_m ? std::min(swing_m, high_m - low_m) : 0.0;
     }
-    // Both heels swing by more than a squat or a jump moves them.
+    // Both heels swing farther than in a squat or a jump.
     constexpr double kLeastSwingM = 0.3;
     result.is_walk = swing_m > kLeastSwingM;
     for (const Foot foot : {Foot::kLeft, Foot::kRight}) {
@@ -80,7 +80,7 @@ class Finder {
   }
 
  private:
-  // The first of these that the skeleton has.
+  // The first of these joints that the skeleton has.
   std::vector<Vector3d> Part(Foot foot,
                              const std::vector<std::string>& names) const {
     for (const std::string& name : names) {
@@ -92,7 +92,7 @@ class Finder {
     return PointsOf(motion_, "");
   }
 
-  // How far ahead of the pelvis it is, along the feet [m].
+  // Distance ahead of the pelvis along the direction of the feet [m].
   std::vector<double> Ahead(Foot foot, const std::vector<std::string>& names) {
     const std::vector<Vector3d> points = Part(foot, names);
     const std::vector<Vector3d> toes = Part(foot, {"big_toe", "small_toe"});
@@ -111,7 +111,7 @@ class Finder {
     return ahead;
   }
 
-  // From the pelvis' first place to its last.
+  // From the pelvis' first position to its last.
   Vector3d Way() const {
     std::vector<Vector3d> places;
     for (const Vector3d& place : pelvis_) {
@@ -122,7 +122,7 @@ class Finder {
     return way - way.dot(up_) * up_;
   }
 
-  // What nearly all of the values lie between, 5 % at either end apart.
+  // The range of the values without 5 % at either end.
   static std::pair<double, double> RangeOf(std::vector<double> values) {
     values.erase(std::remove_if(values.begin(), values.end(),
                                 [](double value) { return std::isnan(value); }),
@@ -130,7 +130,7 @@ class Finder {
     return {Quantile(values, 0.05), Quantile(values, 0.95)};
   }
 
-  // Whether it is the greatest within the window, of which it is no end.
+  // Whether it is the maximum within the window, and not at its edge.
   bool IsPeak(const std::vector<double>& values, size_t i, double sign) const {
     if (std::isnan(values[i])) return false;
     for (int way : {-1, 1}) {
@@ -169,7 +169,7 @@ class Finder {
   }
 
   void AddVertical(Foot foot, std::vector<FootEvent>* events) const {
-    constexpr double kLeastM_S = 0.8;  // feet that shuffle rise more slowly
+    constexpr double kLeastM_S = 0.8;  // shuffling feet rise more slowly
     const std::vector<Vector3d> toes =
         Part(foot, {"big_toe", "small_toe", "ankle"});
     std::vector<double> speed(toes.size(), kNan);
@@ -186,7 +186,7 @@ class Finder {
     }
   }
 
-  // Where, going `way` from the peak, half of it is left.
+  // Where half of the peak remains, in direction `way` from it.
   void Cross(Foot foot, bool is_contact, const std::vector<double>& speed,
              size_t peak, int way, std::vector<FootEvent>* events) const {
     const double half = 0.5 * speed[peak];
@@ -210,7 +210,7 @@ class Finder {
   std::vector<Vector3d> pelvis_;
 };
 
-// Times at which the load passes the threshold, and whether upwards.
+// Times at which the load crosses the threshold, and whether upwards.
 std::vector<std::pair<double, bool>> Crossings(const ForcePlate& plate) {
   constexpr double kThresholdN = 20.0;
   constexpr double kKnockS = 0.05;

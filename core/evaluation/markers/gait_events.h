@@ -1,5 +1,5 @@
-// When feet touch the floor and leave it, from the motion of joints, and from
-// force plates.
+// Times of foot contact and foot off, from the motion of joints and from force
+// plates.
 #ifndef KINEGRAPH_CORE_EVALUATION_MARKERS_GAIT_EVENTS_H_
 #define KINEGRAPH_CORE_EVALUATION_MARKERS_GAIT_EVENTS_H_
 
@@ -15,35 +15,35 @@ enum class Foot { kLeft, kRight };
 
 struct FootEvent {
   Foot foot = Foot::kLeft;
-  bool is_contact = true;  // heel strike or landing; else the foot leaves
+  bool is_contact = true;  // heel strike or landing; else foot off
   double time_s = 0.0;
 };
 
 struct FootEvents {
-  // By the feet's way relative to the pelvis (Zeni, Richards, Higginson 2008);
-  // else nobody walked, and the forefoot's vertical speed decides: it leaves
-  // when it has half of the speed with which it rises, and lands when it has
-  // lost half of that with which it falls.
+  // By the feet's displacement relative to the pelvis (Zeni, Richards,
+  // Higginson 2008). Without walking the vertical speed of the forefoot
+  // decides: foot off at half of its upward peak speed, landing when half of
+  // its downward peak speed is lost.
   bool is_walk = false;
   std::vector<FootEvent> events;  // by foot, ascending
 };
 
-// Of the first person of the frames; heels and toes, where they are missing the
-// ankles. `up` is the world's. Without ankles no events.
+// Of the first person of the frames; from heels and toes, or ankles where they
+// are missing. `up` is the world's. No events without ankles.
 FootEvents FindFootEvents(const TrackSequence& motion,
                           const Eigen::Vector3d& up);
 
 // Median time between contacts of the same foot [s]; NaN for fewer than two.
 double StrideTime(const FootEvents& events);
 
-// An event of a plate and the one found for it.
+// An event of a plate and the found one matched with it.
 struct TimedEvent {
   FootEvent plate;
   double found_minus_plate_s = 0.0;  // NaN: none of that foot within 0.15 s
 };
 
-// The load passes 20 N; the foot is that whose ankle is nearest to the plate.
-// Loads that last, or pause, less than 50 ms are knocks.
+// The load crosses 20 N; the foot is the one whose ankle is nearest to the
+// plate. Loads, or pauses, of less than 50 ms are treated as knocks.
 std::vector<TimedEvent> CompareWithPlates(const std::vector<ForcePlate>& plates,
                                           const FootEvents& found,
                                           const TrackSequence& motion,

@@ -18,9 +18,9 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 using Names = std::vector<std::string>;
 
-// Radius of a marker with half the joint's width below it [m]: ankles of adults
-// are some 70 mm wide, knees 100 mm; a shoulder's centre lies some 45 mm below
-// the acromion.
+// Radius of a marker plus half the joint's width [m]: ankles of adults are some
+// 70 mm wide, knees 100 mm; a shoulder's centre lies some 45 mm below the
+// acromion.
 constexpr double kAnkleM = 0.042;
 constexpr double kKneeM = 0.057;
 constexpr double kShoulderM = 0.045;
@@ -39,8 +39,8 @@ std::string Squeezed(const std::string& label) {
   return squeezed;
 }
 
-// What nearly all labels begin with, as "Anna_" or "Q_": a subject's or a set's
-// name. Not a side, "L_".
+// The common prefix of nearly all labels, such as "Anna_" or "Q_": the name of
+// a subject or a set. Not a side, "L_".
 std::string PrefixOf(const Names& labels) {
   if (labels.empty()) return "";
   const std::string& first = labels.front();
@@ -57,7 +57,7 @@ std::string PrefixOf(const Names& labels) {
 
 // ---- The sets ---------------------------------------------------------------
 
-// "*" in a name stands for the side.
+// "*" in a name is replaced by the side.
 std::string Sided(std::string name, char side) {
   std::replace(name.begin(), name.end(), '*', side);
   return name;
@@ -88,7 +88,7 @@ JointRule Hip(const Names& asis, const Names& psis) {
   return rule;
 }
 
-// Rules of one side made those of both.
+// Expands rules of one side to both.
 MarkerSet BothSides(const std::string& name,
                     const std::vector<JointRule>& rules) {
   MarkerSet set{name, {}};
@@ -99,7 +99,7 @@ MarkerSet BothSides(const std::string& name,
            {&rule.markers, &rule.along, &rule.asis, &rule.psis}) {
         for (std::string& text : *names) text = Sided(text, side);
       }
-      // A pelvis' axis points inwards on the left alone.
+      // A pelvis axis points inwards on the left only.
       if (side == 'r' && rule.along == Names{"lasi", "rasi"}) {
         rule.along = {"rasi", "lasi"};
       }
@@ -134,7 +134,7 @@ MarkerSet QualisysSports() {
        Near("*_small_toe", {"*Forefoot5"})});
 }
 
-// The model's own centres are in the file where it was run.
+// The model's own centres exist in the file if the model was run.
 MarkerSet PlugInGait() {
   return BothSides(
       "Plug-in Gait",
@@ -199,7 +199,7 @@ Names NamesIn(const JointRule& rule) {
   return names;
 }
 
-// Places of markers, and behind them those of joints as rules define them.
+// Positions of markers, followed by those of joints as rules define them.
 class Places {
  public:
   explicit Places(const Names& labels) {
@@ -240,7 +240,7 @@ class Places {
   size_t count_ = 0;
 };
 
-// A rule with the places of its names.
+// A rule with the indices of its names.
 struct Placed {
   const JointRule* rule;
   std::vector<size_t> markers, along, asis, psis;
@@ -312,8 +312,8 @@ std::optional<Vector3d> JointAt(const Placed& placed, const Pose3d& points) {
   return Vector3d(*at_m + rule.by_m * (*to - *from).normalized());
 }
 
-// The point of the pelvis from which each of the thigh's markers keeps its
-// distance: least squares in the squared distances, which are linear in it
+// The point of the pelvis at constant distance from each of the thigh's
+// markers: least squares in the squared distances, in which it is linear
 // (Gamage and Lasenby 2002).
 Vector3d FunctionalHip(const Placed& placed, const std::vector<Pose3d>& poses) {
   Matrix3d information = Matrix3d::Zero();
@@ -340,8 +340,8 @@ Vector3d FunctionalHip(const Placed& placed, const std::vector<Pose3d>& poses) {
     }
     count += static_cast<double>(points.size());
   }
-  // In the direction in which the markers move least they must move by more
-  // than skin over bone does.
+  // Even in the direction of least movement, the markers must move by more than
+  // skin does over bone.
   constexpr double kLeastM = 0.008;
   const Eigen::SelfAdjointEigenSolver<Matrix3d> spread(information / 2.0);
   if (!(count > 0.0) ||
@@ -354,7 +354,7 @@ Vector3d FunctionalHip(const Placed& placed, const std::vector<Pose3d>& poses) {
   return information.ldlt().solve(right_side);
 }
 
-// Of two subjects, "Anna:LKNE" and "Ben:LKNE", none is meant.
+// With two subjects, "Anna:LKNE" and "Ben:LKNE", the subject is ambiguous.
 void RequireOneSubject(const Names& labels) {
   std::map<std::string, std::string> seen;
   for (const std::string& label : labels) {
@@ -369,7 +369,7 @@ void RequireOneSubject(const Names& labels) {
   }
 }
 
-// The rules that hold, in their order, and what the others lack.
+// The rules that apply, in their order, and what the others lack.
 std::vector<Placed> Place(const MarkerSet& set, const Names& labels,
                           Names* lacking) {
   Places places(labels);
@@ -470,7 +470,7 @@ MarkerJoints JointsOfMarkers(const TrackSequence& markers,
   }
   result.tracks.header = markers.header;
   result.tracks.header.skeleton = Skeleton(set.name, joints, BonesOf(joints));
-  // Markers, and behind them the joints defined so far.
+  // Markers, followed by the joints defined so far.
   std::vector<Pose3d> poses;
   for (const TrackFrame& frame : markers.frames) {
     for (const PersonPose& person : frame.people) {

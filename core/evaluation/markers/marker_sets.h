@@ -13,19 +13,20 @@ namespace kinegraph {
 // Plug-in Gait, Qualisys Sports, CAST, OpenCap, Theia3D's segments.
 const std::vector<MarkerSet>& MarkerSets();
 
-// The set that most of the labels belong to, whatever their spelling ("LKNE",
-// "Anna:l_kne"); nullptr where fewer than four do, joints' own names aside.
+// The set to which most of the labels belong, in any spelling ("LKNE",
+// "Anna:l_kne"); nullptr if fewer than four do, not counting joints' own names.
 const MarkerSet* RecogniseMarkerSet(const std::vector<std::string>& labels);
 
 struct MarkerJoints {
-  TrackSequence tracks;              // of the joints that the rules define
-  std::vector<bool> is_centre;       // one a joint
-  std::vector<std::string> lacking;  // joints left out, and the markers missing
+  TrackSequence tracks;         // of the joints that the rules define
+  std::vector<bool> is_centre;  // one per joint
+  // Joints left out, with their missing markers.
+  std::vector<std::string> lacking;
 };
 
-// A joint is missing in the frames in which one of its markers is. Throws
-// InputError without a file when no rule's markers are there, or when a hip
-// that turns too little is asked for.
+// A joint is missing in frames in which one of its markers is. Throws
+// InputError without a file name when no rule has its markers, or when a
+// functional hip is requested whose rotation is too small.
 MarkerJoints JointsOfMarkers(const TrackSequence& markers,
                              const MarkerSet& set);
 
