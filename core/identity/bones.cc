@@ -11,44 +11,44 @@
 namespace kinegraph {
 namespace {
 
-// Adults' bone lengths differ by about 4 % with their stature and by as much
-// again bone by bone (Drillis and Contini's shares hold on average only).
+// Adults' bone lengths differ by about 4 % with their stature, and by as much
+// again from bone to bone (Drillis and Contini's shares are averages).
 constexpr double kStatureSigma = 0.04;
 constexpr double kBoneSigma = 0.035;
 
 constexpr double kPieceSeconds = 1.0;
 constexpr size_t kMinFramesOfPiece = 3;
-// Before anything was learnt: 3 %, about 1 cm, between pieces of one body.
+// Default before learning: 3 %, about 1 cm, between pieces of one body.
 constexpr double kDefaultPieceSigma = 0.03;
 constexpr size_t kMinPiecesToLearn = 10;
-// A joint's stated errors are correlated over about this time: over tracks of
-// 1.5 to 8 s (walkers before two to six cameras, recorded motion), the medians
-// of one body differ by the stated standard deviation of a frame times
-// sqrt(0.35 s / length of the shorter one), or by the floors below. With
-// graph.bones the frames of a track share one length, so their own spread does
-// not tell its error.
+// Correlation time of a joint's reported errors: over tracks of 1.5 to 8 s
+// (people walking, two to six cameras, recorded motion), the medians of one
+// body differ by a frame's reported standard deviation times sqrt(0.35 s /
+// length of the shorter track), or by the floors below. With graph.bones all
+// frames of a track share one length, so their own spread is no measure of its
+// error.
 constexpr double kErrorLasts = 0.35;  // s
-// Lasting errors (a view's bias, a posture) do not average out, so a length is
-// never known better than to 1 % and 4 mm. On Shelf the medians of 3 s of one
-// body differ by 1.2 % in thigh and upper arm, where the spread within a second
-// predicts 0.6 %. Detectors place shoulders and hips of one person closer
-// together or wider apart as the person turns.
+// Lasting errors (a view's bias, a posture) do not average out, so the
+// uncertainty of a length is at least 1 % and 4 mm. On Shelf the medians of 3 s
+// of one body differ by 1.2 % in thigh and upper arm, where the spread within a
+// second predicts 0.6 %. Detectors place a person's shoulders and hips closer
+// together or further apart as the person turns.
 constexpr double kFloorSigma = 0.01;
 constexpr double kFloor = 0.004;          // m
-constexpr double kShouldersFloor = 0.01;  // m, of their distance
+constexpr double kShouldersFloor = 0.01;  // m, distance between the shoulders
 constexpr double kHipsFloor = 0.015;      // m
 
 // Prior probability that a bone is measured wrongly in one of two tracks,
-// because it was hidden for most of it or confused with another, and the spread
-// of such lengths. Such a bone is no evidence.
+// because it was mostly hidden or confused with another, and the spread of such
+// lengths. Such a bone is no evidence.
 constexpr double kWrongBone = 0.05;
 constexpr double kWrongSigma = 0.25;
-// The stature is integrated out numerically, at this many places within three
+// The stature is integrated out numerically, at this many points within three
 // sigmas.
 constexpr int kStatures = 25;
 
-// Variance of the bone's length that the two joints' covariances state [m^2],
-// as if their errors were independent; 0: not stated.
+// Variance of the bone's length from the two joints' covariances [m^2],
+// assuming independent errors; 0: no covariances.
 double StatedVariance(const PersonPose& pose, const Bone& bone) {
   if (pose.covariances.size() != pose.joints.size()) return 0.0;
   const auto& a = pose.covariances[static_cast<size_t>(bone.a)];
@@ -60,7 +60,7 @@ double StatedVariance(const PersonPose& pose, const Bone& bone) {
   return std::max(0.0, along.dot((*a + *b) * along));
 }
 
-// Seconds between a tracklet's frames, on average.
+// Mean interval between a tracklet's frames [s].
 double FrameSeconds(const Tracklet& tracklet) {
   const size_t count = tracklet.frames.size();
   if (count < 2) return 0.0;
@@ -68,7 +68,7 @@ double FrameSeconds(const Tracklet& tracklet) {
          static_cast<double>(count - 1);
 }
 
-// The frames of one bone in one piece.
+// Collects the frames of one bone in one piece.
 class PieceMaker {
  public:
   PieceMaker(double frame_s, std::vector<BoneSamples::Piece>* to)
@@ -105,8 +105,8 @@ class PieceMaker {
  private:
   double seconds_each_;
   std::vector<BoneSamples::Piece>* to_;
-  std::vector<double> lengths_;    // logarithms
-  std::vector<double> variances_;  // of these
+  std::vector<double> lengths_;    // as logarithms
+  std::vector<double> variances_;  // of lengths_
   TimeNs begin_ = 0;
   TimeNs newest_ = 0;
 };
@@ -187,7 +187,7 @@ void BoneModel::Learn(const std::vector<BoneSamples>& tracklets) {
       }
     }
     if (deviations.size() < kMinPiecesToLearn) continue;
-    // Of a normal distribution the median deviation is 0.6745 sigma.
+    // For a normal distribution the median absolute deviation is 0.6745 sigma.
     piece_sigma_[g] = std::max(kFloorSigma, Median(deviations) / 0.6745);
   }
 }
@@ -213,7 +213,7 @@ BoneModel::Length BoneModel::LengthOf(const BoneSamples& samples,
     weighted.emplace_back(piece.log_length, 1.0 / VarianceOf(piece, bone));
     information += weighted.back().second;
   }
-  // A median of many varies more than their mean, by pi / 2.
+  // The variance of a median of many values is pi / 2 times that of their mean.
   const double of_median = pieces.size() < 3 ? 1.0 : 0.5 * M_PI;
   length.known = true;
   length.log_length = WeightedMedian(std::move(weighted));
@@ -231,8 +231,8 @@ double BoneModel::LogRatio(const BoneSamples& a, const BoneSamples& b) const {
     const Length one = LengthOf(a, g);
     const Length other = LengthOf(b, g);
     if (!one.known || !other.known) continue;
-    // Clamped: beyond what a body explains, the size of the difference is no
-    // further evidence.
+    // Clamped: beyond what one body explains, a larger difference is no further
+    // evidence.
     difference.push_back(
         std::clamp(one.log_length - other.log_length, -kMost, kMost));
     variance.push_back(one.variance + other.variance);
@@ -246,8 +246,8 @@ double BoneModel::LogRatio(const BoneSamples& a, const BoneSamples& b) const {
     }
     return product;
   };
-  // Two people drawn from the population differ by a stature, which all bones
-  // share, and bone by bone.
+  // Two people drawn from the population differ by a stature, shared by all
+  // bones, and in each bone.
   const double sigma = std::sqrt(2.0) * kStatureSigma;
   const double step = 6.0 * sigma / (kStatures - 1);
   double two = 0.0;

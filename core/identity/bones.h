@@ -1,4 +1,4 @@
-// Bone lengths as evidence that two pieces of tracks are one body. Their
+// Bone lengths as evidence that two pieces of tracks show one person. Their
 // uncertainty is learnt from the recording.
 #ifndef KINEGRAPH_CORE_IDENTITY_BONES_H_
 #define KINEGRAPH_CORE_IDENTITY_BONES_H_
@@ -11,35 +11,36 @@
 
 namespace kinegraph {
 
-// The bone lengths of a body, left and right separately, as medians over pieces
-// of a second, since errors of neighbouring frames are correlated.
+// The bone lengths of a person, left and right separately, as medians over
+// pieces of a second, because errors of neighbouring frames are correlated.
 struct BoneSamples {
   struct Piece {
     double log_length = 0.0;
     double seconds = 0.0;          // observed
-    double stated_variance = 0.0;  // of the log length; 0: not stated
+    double stated_variance = 0.0;  // of the log length; 0: unknown
   };
   std::vector<std::vector<Piece>> of_bone;
 
-  // The samples of both, as of one body.
+  // Merges the samples of both, assumed to be one person.
   void Append(const BoneSamples& other);
 };
 
 class BoneModel {
  public:
-  // Limbs, shoulders, hips, and the side from shoulder to hip: bones that keep
-  // their length.
+  // Uses the bones that keep their length: limbs, shoulders, hips, and from
+  // shoulder to hip.
   explicit BoneModel(const Skeleton& skeleton);
 
-  // From the clean frames, joints observed by two views alone.
+  // From the clean frames, using only joints observed by two views.
   BoneSamples Measure(const Tracklet& tracklet) const;
-  // Learns from all tracklets how much the pieces of one body differ.
+  // Learns from all tracklets how much the pieces of one person differ.
   void Learn(const std::vector<BoneSamples>& tracklets);
 
-  // Log likelihood ratio [nats] of the two sets of lengths under one body and
-  // under two bodies drawn from the population. 0 without a common bone.
+  // Log likelihood ratio [nats] of the two sets of lengths, for one person
+  // against two people drawn from the population. 0 without a common bone.
   double LogRatio(const BoneSamples& a, const BoneSamples& b) const;
-  // Mean absolute difference of the bones that both have [m]; 0 without any.
+  // Mean absolute difference of the bones that both have [m]; 0 if there are
+  // none.
   double MeanDifference(const BoneSamples& a, const BoneSamples& b) const;
 
  private:
@@ -53,7 +54,7 @@ class BoneModel {
 
   struct KeptBone {
     Bone bone;
-    double floor_m = 0.0;  // of the errors that last
+    double floor_m = 0.0;  // of lasting errors
   };
   std::vector<KeptBone> bones_;
   std::vector<double> piece_sigma_;  // of the log length in 1 s, by bone

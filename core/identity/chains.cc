@@ -14,21 +14,22 @@ namespace kinegraph {
 namespace {
 
 constexpr double kForbidden = 1e6;  // nats
-// Prior log odds that whoever appears is a person of the recording rather than
-// a newcomer: 20 to 1.
+// Prior log odds that a person who appears is already known rather than new: 20
+// to 1.
 constexpr double kKnownRather = 3.0;  // nats
-// Absences are distributed as 1 / length between these limits [s]. A known
-// person is likelier than a newcomer by the odds above after an absence of
-// kUsualAbsence.
+// Durations of absences have the density 1 / duration between these limits [s].
+// After an absence of kUsualAbsence a known person is more likely than a new
+// one by the odds above.
 constexpr double kShortAbsence = 0.2;
 constexpr double kUsualAbsence = 3.0;
 constexpr double kLongAbsence = 30.0;
-constexpr double kMaxOverlap = 0.5;  // s, of a dying track and its successor
-// With up to this many chains the margin is exact: the second best assignment
-// is computed.
+// Between a dying track and its successor [s].
+constexpr double kMaxOverlap = 0.5;
+// Up to this number of chains the margin is exact, from the second best
+// assignment.
 constexpr size_t kExactChains = 100;
 
-// A chain put into a gap of another.
+// A chain inserted into a gap of another.
 struct Insertion {
   size_t guest = 0;  // chains
   size_t host = 0;
@@ -64,8 +65,8 @@ class Linker {
   }
 
   void Run() {
-    // With a known number of people the reward of a join grows until no more
-    // are left.
+    // With a known number of people, the reward of a join is raised until no
+    // more chains than that are left.
     constexpr double kStep = 2.0;
     constexpr double kMost = 20.0;
     JoinAll();
@@ -109,7 +110,7 @@ class Linker {
            together.OfNearlyAll(static_cast<size_t>(together.frames));
   }
 
-  // Whether somebody may appear or vanish in this state.
+  // Whether people may appear or disappear in this state.
   bool IsEntry(const MotionState& state) const {
     if (options_.entries.size() < 4) return true;
     if (state.time - recording_begin_ < FromSeconds(kMaxOverlap) ||
@@ -126,7 +127,7 @@ class Linker {
     return false;
   }
 
-  // Log of how likely an absence of this length is, against the usual one.
+  // Log probability of an absence of this duration relative to the usual one.
   static double Absence(const MotionState& end, const MotionState& begin) {
     return std::log(kUsualAbsence / std::clamp(ToSeconds(begin.time - end.time),
                                                kShortAbsence, kLongAbsence));
@@ -143,14 +144,14 @@ class Linker {
     const MotionState& begin = begin_[static_cast<size_t>(first)];
     evidence.allowed = true;
     evidence.bones = BonesOf(from, to);
-    // Of two that overlap in time, the states at the same moment are compared.
+    // If the two overlap in time, their states at the same moment are compared.
     const bool at_once = begin.time <= end.time;
     evidence.motion = motion_.LogRatio(
         at_once ? StateUpTo(Last(from), begin.time) : end, begin, frame_s_);
     evidence.other = kKnownRather + Absence(end, begin);
     if (pieces_.next[last] == first) {
-      // While no view sees the person, the tracker's continuation is worth
-      // half, less what the motion across an unseen hop says against it.
+      // While no view sees the person, the tracker's continuation counts half,
+      // minus what the motion across an unseen hop indicates against it.
       double continuity =
           (pieces_.blind[last] ? 0.5 : 1.0) * options_.continuity;
       for (const auto& [before, after] : pieces_.hops[last]) {
@@ -165,7 +166,7 @@ class Linker {
   }
 
   double BonesOf(const Chain& one, const Chain& other) const {
-    // The ratio is symmetric up to rounding.
+    // Ordered, because the ratio is symmetric only up to rounding.
     if (other.number < one.number) return BonesOf(other, one);
     const auto [known, fresh] =
         known_bones_.try_emplace({one.number, other.number}, 0.0);
@@ -183,8 +184,9 @@ class Linker {
     }
   }
 
-  // Rows are the chains that begin, columns those that end and "nobody" for
-  // each row. Returns the cost and the predecessors, -1 for nobody.
+  // Rows are the chains that begin; columns those that end, and "no
+  // predecessor" for each row. Returns the cost and the predecessors, -1 for
+  // none.
   double Assign(const std::vector<std::pair<int, int>>& forbidden,
                 std::vector<int>* predecessor) {
     const size_t n = chains_.size();
@@ -212,8 +214,8 @@ class Linker {
     return total;
   }
 
-  // The best assignment in which the two are not one person, neither directly
-  // nor through others.
+  // The best assignment in which the two are different people, joined neither
+  // directly nor through others.
   double BestApart(int from, int to,
                    const std::vector<std::pair<int, int>>& forbidden) {
     constexpr size_t kDeepest = 4;
@@ -228,9 +230,9 @@ class Linker {
     }
     if (at != from) return total;
     if (forbidden.size() >= kDeepest) {
-      // A person who is hidden often may be joined in many ways. Letting the
-      // later piece follow nobody separates the two for certain, if not at the
-      // least cost.
+      // A person who is hidden often may be joined in many ways. Giving the
+      // later piece no predecessor certainly separates the two, though perhaps
+      // not at the least cost.
       std::vector<std::pair<int, int>> more = forbidden;
       for (int before = 0; before < static_cast<int>(chains_.size());
            ++before) {
@@ -247,7 +249,8 @@ class Linker {
     return best;
   }
 
-  // How much worse the best assignment is in which the two are two people.
+  // By how much the best assignment in which the two are different people is
+  // worse.
   double Margin(int from, int to, double best,
                 const std::vector<int>& predecessor) {
     if (chains_.size() <= kExactChains) {
@@ -270,7 +273,7 @@ class Linker {
       margin = std::min(margin, gain(from, to) + gain(f, t) -
                                     std::max(0.0, gain(f, to)) -
                                     std::max(0.0, gain(from, t)));
-      // A chain that nobody follows may take this one's place.
+      // A chain without a successor may take this one's place.
       if (!used[static_cast<size_t>(t)] && !evidence_[from][t].allowed) {
         margin = std::min(margin, gain(from, to) - gain(t, to));
       }
@@ -291,7 +294,7 @@ class Linker {
     return link;
   }
 
-  // Joins what is clear, until nothing new is.
+  // Makes the clear joins, repeatedly until there are no new ones.
   void JoinAll() {
     do {
       while (JoinClear()) {
@@ -320,7 +323,7 @@ class Linker {
   }
 
   // Two pieces of one chain may clearly be one person while the piece between
-  // them is not. Returns the clearest such joins, or none.
+  // them is not. Returns the clearest such joins, if any.
   std::vector<std::pair<int, int>> JoinAcross(
       const std::vector<int>& predecessor, double best) {
     if (chains_.size() > kExactChains) return {};
@@ -345,7 +348,7 @@ class Linker {
     return joins;
   }
 
-  // Inserts the clearest chain that exists only while another person is away.
+  // Inserts the clearest chain that exists only while another person is absent.
   bool InsertClear() {
     WeighAll();
     const std::vector<Insertion> all = FindInsertions();
@@ -359,7 +362,8 @@ class Linker {
     return true;
   }
 
-  // Where chain `guest` fits into chain `host`, by all gaps of the host.
+  // Whether chain `guest` fits into chain `host`, considering all gaps of the
+  // host.
   std::optional<Insertion> Fit(size_t guest, size_t host) const {
     const Chain& one = chains_[guest];
     const Chain& other = chains_[host];
@@ -388,7 +392,7 @@ class Linker {
     return std::nullopt;
   }
 
-  // Whether the two are never seen at once, as far as their pieces tell.
+  // Whether the two never appear at once, judging by their pieces.
   bool MayBeOne(size_t one, size_t other) const {
     for (const int a : chains_[one].pieces) {
       for (const int b : chains_[other].pieces) {
@@ -403,8 +407,8 @@ class Linker {
     return true;
   }
 
-  // All insertions with a positive log odds, each with its advantage over no
-  // insertion and over the insertions it excludes.
+  // All insertions with positive log odds, each with its advantage over no
+  // insertion and over the insertions that it excludes.
   std::vector<Insertion> FindInsertions() const {
     std::vector<Insertion> all;
     for (size_t guest = 0; guest < chains_.size(); ++guest) {
@@ -415,7 +419,7 @@ class Linker {
       }
     }
     for (Insertion& one : all) {
-      double rival = 0.0;  // nobody
+      double rival = 0.0;  // no insertion
       for (const Insertion& other : all) {
         const bool same_guest = other.guest == one.guest &&
                                 other.host != one.host &&
@@ -459,8 +463,8 @@ class Linker {
     chains_.erase(chains_.begin() + static_cast<long>(insertion.guest));
   }
 
-  // `joins` are a one-to-one choice without cycles: a chain follows one that
-  // began earlier.
+  // `joins` are one-to-one and without cycles: a chain follows one that began
+  // earlier.
   void Merge(const std::vector<std::pair<int, int>>& joins) {
     std::vector<int> next(chains_.size(), -1);
     std::vector<char> follows(chains_.size(), 0);
@@ -484,7 +488,7 @@ class Linker {
     chains_ = std::move(merged);
   }
 
-  // Pieces that are not clearly another person continue as tracked.
+  // Pieces that are not clearly another person continue as in the tracker.
   void GoOnAsTracked() {
     WeighAll();
     std::vector<std::pair<int, int>> joins;
@@ -503,8 +507,8 @@ class Linker {
     Merge(joins);
   }
 
-  // Joins of the best explanation below the margin, and for a piece that it
-  // joins with none, the nearest candidate.
+  // Joins of the best explanation with too small a margin, and for a piece
+  // without a join its best candidate.
   void FindUndecided() {
     WeighAll();
     std::vector<int> predecessor;
@@ -512,7 +516,7 @@ class Linker {
     for (size_t to = 0; to < chains_.size(); ++to) {
       int nearest = -1;
       double most = -options_.min_margin;
-      double second = 0.0;  // nobody
+      double second = 0.0;  // no join
       for (size_t from = 0; from < chains_.size(); ++from) {
         const Evidence& evidence = evidence_[from][to];
         if (!evidence.allowed || evidence.total() <= -options_.min_margin) {
@@ -530,7 +534,8 @@ class Linker {
       if (nearest < 0 && chosen < 0) continue;
       Link link =
           MakeLink(chosen >= 0 ? chosen : nearest, static_cast<int>(to));
-      // A join that the best explanation does not make has no margin over it.
+      // The margin of a join that the best explanation does not contain is not
+      // positive.
       link.margin =
           chosen >= 0 ? Margin(chosen, static_cast<int>(to), best, predecessor)
                       : std::min(0.0, most - second);
@@ -547,9 +552,11 @@ class Linker {
   TimeNs recording_begin_ = std::numeric_limits<TimeNs>::max();
   TimeNs recording_end_ = std::numeric_limits<TimeNs>::min();
   std::vector<Chain> chains_;
-  int next_number_ = 0;                                        // of a chain
-  mutable std::map<std::pair<int, int>, double> known_bones_;  // by numbers
-  std::vector<std::vector<Evidence>> evidence_;                // [from][to]
+  // For the next chain.
+  int next_number_ = 0;
+  // By chain numbers.
+  mutable std::map<std::pair<int, int>, double> known_bones_;
+  std::vector<std::vector<Evidence>> evidence_;  // [from][to]
   double reward_ = 0.0;
   HungarianSolver solver_;
   std::vector<Link> links_;

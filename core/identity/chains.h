@@ -1,4 +1,4 @@
-// Which pieces of tracks are one person.
+// Decides which pieces of tracks are one person.
 #ifndef KINEGRAPH_CORE_IDENTITY_CHAINS_H_
 #define KINEGRAPH_CORE_IDENTITY_CHAINS_H_
 
@@ -15,7 +15,7 @@ namespace kinegraph {
 struct Chain {
   std::vector<int> pieces;  // ascending in time
   BoneSamples bones;
-  int number = 0;  // never given twice
+  int number = 0;  // never reused
 };
 
 // Evidence for a join, as log odds [nats].
@@ -27,26 +27,26 @@ struct Evidence {
   double total() const { return bones + motion + other; }
 };
 
-// One piece that another one follows.
+// A piece and its successor.
 struct Link {
   int from = 0;  // pieces
   int to = 0;
   Evidence evidence;
   double gap_s = 0.0;
   double bone_difference_m = 0.0;
-  double margin = 0.0;  // against the best explanation without it, nats
+  double margin = 0.0;  // over the best explanation without it, nats
   bool decided = false;
 };
 
 struct LinkedPieces {
   Pieces pieces;
   std::vector<Chain> chains;
-  std::vector<Link> links;      // that made the chains
-  std::vector<Link> undecided;  // the nearest that were not made
+  std::vector<Link> links;      // joins within the chains
+  std::vector<Link> undecided;  // best candidates that were not joined
 };
 
 // Cuts the tracks at contacts and joins the pieces that are clearly one person:
-// one assignment over all of them, again and again until nothing new is clear.
+// one assignment over all of them, repeated until there are no new clear joins.
 LinkedPieces JoinPieces(const Skeleton& skeleton, double frame_rate_hz,
                         const LinkOptions& options,
                         const std::vector<Tracklet>& tracks);

@@ -86,7 +86,7 @@ std::string CheckFrames(const IdentityEdit& edit,
     return "frames: " + std::to_string(edit.frames->first) + " to " +
            std::to_string(edit.frames->last) + " is an empty range";
   }
-  // One of the two is enough for an exchange.
+  // For an exchange one of the two suffices.
   const bool there = IsThere(frames, edit.persons[0], *edit.frames) ||
                      (edit.op == EditOp::kSwap &&
                       IsThere(frames, edit.persons[1], *edit.frames));

@@ -1,4 +1,4 @@
-// Edits of identities in tracked frames.
+// Applies edits of identities to tracked frames.
 #ifndef KINEGRAPH_CORE_IDENTITY_EDITS_H_
 #define KINEGRAPH_CORE_IDENTITY_EDITS_H_
 
@@ -10,21 +10,21 @@
 
 namespace kinegraph {
 
-// Does what one edit says; a cut without a second person takes the next free
-// identity and writes it into the edit. Names and undecided joins change no
-// frame. Returns what is wrong with the edit, and then changes nothing: an
-// unknown person, frames in which a person is not, two people who are both
-// there in a frame; empty when all is well.
+// Applies one edit; a cut without a second person takes the next free identity
+// and stores it in the edit. Names and undecided joins change no frame. If the
+// edit is invalid, returns the reason and changes nothing: an unknown person,
+// frames in which a person is absent, two people who are both present in a
+// frame. Empty on success.
 std::string ApplyEdit(IdentityEdit* edit, std::vector<TrackFrame>* frames);
 
-// Does what the edits say, in order, and appends those that fit to `done`.
-// Returns a line for each that does not: what it asks for and what is wrong.
-// Such a join stands in `done` as undecided.
+// Applies the edits in order and appends the valid ones to `done`. Returns a
+// line for each invalid one: the edit and the reason. An invalid join is
+// appended to `done` as undecided.
 std::vector<std::string> ApplyEdits(std::vector<IdentityEdit> edits,
                                     std::vector<TrackFrame>* frames,
                                     std::vector<IdentityEdit>* done);
 
-// Whether two lines ask for the same: operation, people, frames and name.
+// Whether two edits request the same: operation, people, frames and name.
 bool SameEdit(const IdentityEdit& a, const IdentityEdit& b);
 
 }  // namespace kinegraph

@@ -14,8 +14,7 @@
 namespace kinegraph {
 namespace {
 
-// Removals of tracks that stand where a longer one stands nearly all their
-// life.
+// Removals of tracks that nearly always coincide with a longer one.
 std::vector<IdentityEdit> FindDuplicates(const std::vector<Tracklet>& tracks) {
   std::vector<IdentityEdit> edits;
   for (size_t i = 0; i < tracks.size(); ++i) {
@@ -47,8 +46,8 @@ std::vector<IdentityEdit> FindDuplicates(const std::vector<Tracklet>& tracks) {
   return edits;
 }
 
-// The edits that give the tracks that were cut into pieces one number a chain,
-// and those that stay undecided.
+// The edits that give the pieces of each chain one identity, and those that
+// remain undecided.
 class EditWriter {
  public:
   EditWriter(const LinkedPieces& linked, int64_t last_frame)
@@ -87,8 +86,8 @@ class EditWriter {
   }
 
  private:
-  // The nearest piece before or after the beginning of `piece`, not `but`, that
-  // has its label now; -1 without one.
+  // The nearest piece before or after the beginning of `piece`, except `but`,
+  // that currently has its label; -1 if there is none.
   int Neighbour(int piece, bool after, int but = -1) const {
     const auto first = [&](int p) { return tracklets_[p].first().frame; };
     const auto precedes = [&](int a, int b) {
@@ -108,7 +107,7 @@ class EditWriter {
     return Neighbour(piece, /*after=*/true, but);
   }
 
-  // With what speaks for it; null: nothing of its own.
+  // With its evidence; null: none of its own.
   static IdentityEdit EditOf(EditOp op, std::vector<TrackId> persons,
                              const FrameSpan& frames, const Link* link) {
     IdentityEdit edit;
@@ -133,7 +132,7 @@ class EditWriter {
     return link == evidence_.end() ? nullptr : link->second;
   }
 
-  // Gives `piece` and all later ones of its label another one.
+  // Gives `piece` and all later ones of its label a new label.
   void Relabel(int piece, TrackId from, TrackId to) {
     const int64_t first = tracklets_[piece].first().frame;
     for (size_t p = 0; p < label_.size(); ++p) {
@@ -153,9 +152,9 @@ class EditWriter {
     Relabel(piece, old, fresh);
   }
 
-  // Two tracks each of which continued as the other's person.
+  // Two tracks, each of which continued as the other's person.
   bool Exchange(int piece, int wanted) {
-    const int earlier = Earlier(piece);  // was followed by `piece`
+    const int earlier = Earlier(piece);  // `piece` followed it
     const int rival = Later(wanted, piece);
     if (earlier < 0 || rival < 0 || before_[rival] != earlier ||
         after_[wanted] != piece) {
@@ -178,7 +177,7 @@ class EditWriter {
     return true;
   }
 
-  // Makes the label of `piece` that of the piece before it in its chain.
+  // Gives `piece` the label of its predecessor in its chain.
   void Settle(int piece) {
     const int wanted = before_[piece];
     const int earlier = Earlier(piece);
@@ -202,7 +201,7 @@ class EditWriter {
     }
   }
 
-  // Where both are present, the end of the track that dies is removed.
+  // Where both are present, removes the end of the dying track.
   void Trim(int from, int to) {
     const FrameSpan both = {tracklets_[to].first().frame,
                             tracklets_[from].last().frame};
@@ -216,9 +215,9 @@ class EditWriter {
   const std::vector<Tracklet>& tracklets_;
   int64_t last_frame_;
   std::vector<TrackId> label_;  // of each piece, after the edits so far
-  std::vector<int> before_;     // in its chain, or -1
+  std::vector<int> before_;     // predecessor in its chain, or -1
   std::vector<int> after_;
-  std::map<int, const Link*> evidence_;  // by the piece joined
+  std::map<int, const Link*> evidence_;  // by the later piece of the join
   int64_t next_id_ = 0;
   std::vector<IdentityEdit> edits_;
 };

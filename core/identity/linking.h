@@ -1,5 +1,5 @@
-// Who is who over the whole recording: tracks joined, exchanged, cut and
-// removed by all the evidence there is, not by what came first.
+// Identities over the whole recording: tracks are joined, exchanged, cut and
+// removed by all the available evidence, regardless of order in time.
 #ifndef KINEGRAPH_CORE_IDENTITY_LINKING_H_
 #define KINEGRAPH_CORE_IDENTITY_LINKING_H_
 
@@ -13,26 +13,25 @@
 
 namespace kinegraph {
 
-// Decides and changes `frames` (ascending); returns what was done, in order.
-// The same edits applied to the same frames give the same result (ApplyEdit).
-// What was decided and does not fit is left out, with a line each in `left_out`
-// (ApplyEdits).
+// Changes `frames` (ascending) and returns the edits in order. The same edits
+// applied to the same frames give the same result (ApplyEdit). Edits that prove
+// invalid are omitted, with a line each in `left_out` (ApplyEdits).
 //
-// Tracks are cut where they may have gone on with the wrong person
-// (tracklet.h). The pieces are then put together again as the assignment of
-// each piece to the one before it, or to nobody, that has the greatest sum of
-// log likelihood ratios: of bone lengths, of the motion across the gap, of
-// going on as tracked (after Zhang, Li and Nevatia 2008, whose minimum-cost
-// flow without reward for a piece is this assignment). Pieces that are seen at
-// once are two people. A join counts when every assignment without it is worse
-// by the margin; what was joined is one body from then on, and the rest is
-// decided again.
+// Tracks are cut where they may have continued with the wrong person
+// (tracklet.h). The pieces are then joined by the assignment of each piece to
+// its predecessor, or to none, that has the greatest sum of log likelihood
+// ratios: of bone lengths, of the motion across the gap, of continuing as
+// tracked (after Zhang, Li and Nevatia 2008, whose minimum-cost flow without
+// reward for a piece is this assignment). Pieces visible at the same time are
+// different people. A join is made when every assignment without it is worse by
+// the margin; joined pieces are then treated as one, and the rest is decided
+// again.
 std::vector<IdentityEdit> LinkIdentities(
     const Skeleton& skeleton, double frame_rate_hz, const LinkOptions& options,
     std::vector<TrackFrame>* frames,
     std::vector<std::string>* left_out = nullptr);
 
-// Throws OptionError for a value out of range or entries that are no spheres.
+// Throws OptionError for a value out of range or entries that are not spheres.
 void CheckLinkOptions(const LinkOptions& options);
 
 }  // namespace kinegraph

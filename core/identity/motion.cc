@@ -11,31 +11,31 @@ namespace kinegraph {
 namespace {
 
 // Standard deviations of the speed on each axis of people who stand, shuffle,
-// stroll and stride (equally likely), and the times for which a velocity and an
-// activity last.
+// stroll and stride (equally likely), and the time constants of velocity and
+// activity.
 constexpr std::array<double, 4> kSpeedSigmas = {0.1, 0.3, 0.6, 1.2};  // m/s
 constexpr double kSpeedLasts = 1.0;                                   // s
 constexpr double kDoingLasts = 1.5;                                   // s
-// Of a measured one, as kStateSigmaM of a position.
+// Standard deviation of a measured velocity, corresponding to kStateSigmaM.
 constexpr double kVelocitySigma = 0.2;  // m/s
 constexpr double kMarginAround = 0.5;   // m
-// Share of people who come back from elsewhere: (gap / kElsewhere)^3, at most
-// nine in ten.
+// Share of people who left and returned: (gap / kElsewhere)^3, at most nine in
+// ten.
 constexpr double kElsewhere = 5.0;  // s
 constexpr double kMostElsewhere = 0.9;
 // Heading. Of recorded people who stand, walk, hop and turn, half have turned
-// by less than 0.1, 0.3 and 0.4 rad after 0.5, 1 and 2 s; the others are taken
-// as uniform.
+// by less than 0.1, 0.3 and 0.4 rad after 0.5, 1 and 2 s; the others are
+// assumed to be uniform.
 constexpr double kTurnSigma = 0.15;     // rad
 constexpr double kTurnGrows = 0.2;      // rad / sqrt(s)
 constexpr double kMostTurnSigma = 0.5;  // rad
-constexpr double kKeepsFacing = 0.4;    // share, fading as kKeepsLong
+constexpr double kKeepsFacing = 0.4;    // share, decaying with kKeepsLong
 constexpr double kKeepsLong = 0.7;      // s
-constexpr double kStillFacing = 0.35;   // share, fading as kStillLong
+constexpr double kStillFacing = 0.35;   // share, decaying with kStillLong
 constexpr double kStillLong = 20.0;     // s
-constexpr double kWalkingSpeed = 1.0;   // m/s; faces where it goes
-constexpr double kLeastAcross = 0.05;   // m, shorter tells no direction
-// A prediction has at least this share within the space.
+constexpr double kWalkingSpeed = 1.0;   // m/s; faces in the direction of motion
+constexpr double kLeastAcross = 0.05;   // m; shorter: no direction
+// At least this share of a prediction lies within the space.
 constexpr double kLeastWithin = 0.05;
 
 // log of a zero-mean normal density over (dx, dv).
@@ -50,7 +50,7 @@ double LogNormal(double x, double variance) {
   return -0.5 * (x * x / variance + std::log(2.0 * M_PI * variance));
 }
 
-// Of a normal distribution, between two limits.
+// Probability of a normal distribution between two limits.
 double ShareWithin(double mean, double variance, double low, double high) {
   const double scale = std::sqrt(2.0 * variance);
   const double share =
@@ -81,9 +81,9 @@ Doing LogSpeeds(const Eigen::Vector2d& velocity_mps) {
   return logs;
 }
 
-// After a gap (Uhlenbeck and Ornstein 1930): covariance of position and
-// velocity given both before it, with the errors of the two states. The first
-// one's velocity is carried along.
+// Distribution after a gap (Uhlenbeck and Ornstein 1930): covariance of
+// position and velocity given both before it, including the errors of the two
+// states. The first state's velocity is carried along.
 struct Expected {
   Expected(double speed_sigma, double gap_s)
       : keeps(std::exp(-gap_s / kSpeedLasts)),
@@ -103,8 +103,8 @@ struct Expected {
                        (1.0 + keeps * keeps) * velocity_variance;
   }
 
-  double keeps;      // share of the velocity
-  double carried_s;  // how long it is carried along
+  double keeps;      // remaining share of the velocity
+  double carried_s;  // effective time of carrying it along
   Eigen::Matrix2d covariance;
 };
 
@@ -182,8 +182,8 @@ double IdentityMotion::LogRatio(const MotionState& from, const MotionState& to,
       LogSum(same) + body - other + std::log1p(-share), std::log(share)});
 }
 
-// After a gap a person mostly faces the same way, or any other. The turn of a
-// walking person is already in the velocity.
+// After a gap a person mostly faces the same way, otherwise any direction. The
+// turn of a walking person is already contained in the velocity.
 double IdentityMotion::LogTurn(const MotionState& from, const MotionState& to,
                                double gap_s) const {
   const Eigen::Vector2d before = floor_ * from.across_m;

@@ -1,5 +1,5 @@
-// Motion as evidence: how likely a person gets from one state to another in the
-// time between them.
+// Motion as evidence: how likely a person moved from one state to another in
+// the time between them.
 #ifndef KINEGRAPH_CORE_IDENTITY_MOTION_H_
 #define KINEGRAPH_CORE_IDENTITY_MOTION_H_
 
@@ -12,17 +12,17 @@
 namespace kinegraph {
 
 // Motion across a gap: an Ornstein-Uhlenbeck process of the velocity (time
-// constant one second) on each axis of the floor, within the space that is
-// used. Its scale depends on the activity (stand, shuffle, stroll, stride),
-// which the velocity before the gap tells and which lasts for some seconds. The
-// predicted position and velocity, with covariance, are weighed against the
-// alternative that one person left and another came, anywhere. A standing
-// person mostly keeps facing the same way. With the gap grows the share of
-// people who left and came back.
+// constant one second) on each axis of the floor, within the occupied space.
+// Its scale depends on the activity (stand, shuffle, stroll, stride), which is
+// inferred from the velocity before the gap and lasts for some seconds. The
+// predicted position and velocity, with covariance, are compared with the
+// alternative that one person left and another arrived, anywhere. A standing
+// person mostly keeps facing the same way. The share of people who left and
+// returned grows with the gap.
 class IdentityMotion {
  public:
-  // The floor is the plane on which people spread most; used is the rectangle
-  // around the centres of all people and half a metre more.
+  // The floor is the plane in which people spread most; the occupied space is
+  // the rectangle around the centres of all people, plus half a metre.
   explicit IdentityMotion(const std::vector<Tracklet>& tracklets);
   // A rectangle of x and y.
   IdentityMotion(const Eigen::Vector2d& low_m, const Eigen::Vector2d& high_m)
@@ -32,14 +32,14 @@ class IdentityMotion {
     floor_.leftCols<2>().setIdentity();
   }
 
-  // Log likelihood ratio [nats] of the state `to` for the same person as in
-  // `from` and for another. A `to` that is not later counts as `frame_s` later.
+  // Log likelihood ratio [nats] of the state `to`, for the person in `from`
+  // against another. A `to` that is not later is treated as `frame_s` later.
   double LogRatio(const MotionState& from, const MotionState& to,
                   double frame_s) const;
 
  private:
-  // Log likelihood ratio [nats] of the heading in `to` for the same person as
-  // in `from` and for another.
+  // Log likelihood ratio [nats] of the heading in `to`, for the person in
+  // `from` against another.
   double LogTurn(const MotionState& from, const MotionState& to,
                  double gap_s) const;
   Eigen::Vector2d OnFloor(const Eigen::Vector3d& position_m) const {
@@ -50,7 +50,7 @@ class IdentityMotion {
   Eigen::Vector2d high_m_ = Eigen::Vector2d::Zero();
   Eigen::Vector3d origin_m_ = Eigen::Vector3d::Zero();
   Eigen::Matrix<double, 2, 3> floor_ = Eigen::Matrix<double, 2, 3>::Zero();
-  PostureModel postures_;  // how alike people hold themselves
+  PostureModel postures_;  // how similar the postures of different people are
 };
 
 }  // namespace kinegraph

@@ -12,18 +12,19 @@ namespace kinegraph {
 struct LinkOptions {
   bool link = false;  // graph mode; needs the whole recording
 
-  // By how many nats (powers of e) a change must beat the second best
-  // explanation: 2 are odds of 7 to 1.
+  // By how many nats (powers of e) a change must exceed the second best
+  // explanation: 2 nats are odds of 7 to 1.
   double min_margin = 2.0;
   // Absences up to this are bridged with motion and bones; 0: any [s].
   double max_absence_s = 0.0;
 
-  // Hints; 0 and empty: not known.
-  int64_t people = 0;           // in the whole recording
-  std::vector<double> entries;  // spheres where people come and go: x, y, z, r
+  // Hints; 0 and empty: unknown.
+  int64_t people = 0;  // in the whole recording
+  // Spheres in which people appear and disappear: x, y, z, r.
+  std::vector<double> entries;
 
-  // Constants, no keys [nats]: the advantage with which what continues as the
-  // tracker had it starts, and what coming or going outside the entries costs.
+  // Constants, not keys [nats]: prior in favour of continuing as tracked, and
+  // the penalty of appearing or disappearing outside the entries.
   double continuity = 4.0;
   double entry_penalty = 4.0;
 

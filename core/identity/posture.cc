@@ -13,23 +13,23 @@ namespace kinegraph {
 namespace {
 
 constexpr size_t kMinCommon = 8;      // of twelve joints
-constexpr double kLeastWidth = 0.05;  // m, shorter tells no direction
+constexpr double kLeastWidth = 0.05;  // m; shorter: no direction
 // Postures of recorded people (walk, dance, hop, stand): the root mean square
-// distance to the own posture a time later has the median 0.08 m after 0.1 s,
-// 0.11 after 0.2, 0.18 after 0.5 and 0.2 from 1 s on; that of two people has
-// the median 0.28 m. Half of each distribution lies within a quarter of its
-// median.
-constexpr double kSwing = 0.21;       // m, in the end
+// distance to a person's own posture has the median 0.08 m after 0.1 s, 0.11
+// after 0.2, 0.18 after 0.5 and 0.2 from 1 s on; that of two people has the
+// median 0.28 m. Half of each distribution lies within a quarter of its median.
+constexpr double kSwing = 0.21;       // m, asymptotic
 constexpr double kSwingGrows = 0.45;  // s
-constexpr double kLeastSwing = 0.06;  // m, the error of two poses
+constexpr double kLeastSwing = 0.06;  // m, error of two poses
 constexpr double kStrangers = 0.28;   // m
 constexpr double kLogSpread = 0.4;    // of each distribution
-// A hidden person may have begun something else: the share that continues, and
-// how it decays.
+// A hidden person may have changed activity: the share that continues, and its
+// decay.
 constexpr double kGoesOn = 0.9;
-constexpr double kGoesOnLong = 3.0;   // s
-constexpr double kMost = 2.5;         // nats
-constexpr double kLookEvery = 0.5;    // s, when strangers are compared
+constexpr double kGoesOnLong = 3.0;  // s
+constexpr double kMost = 2.5;        // nats
+// Sampling interval for different people [s].
+constexpr double kLookEvery = 0.5;
 constexpr size_t kMinStrangers = 20;  // pairs of postures
 
 double Swing(double gap_s) {
@@ -37,7 +37,8 @@ double Swing(double gap_s) {
                   kSwing * std::sqrt(1.0 - std::exp(-gap_s / kSwingGrows)));
 }
 
-// x to the left, y back or forth, z up; none where the direction is not known.
+// x to the left, y forward or backward, z up; nullopt where the heading is
+// unknown.
 std::optional<Eigen::Matrix3d> Axes(const LimbPosture& posture,
                                     const Eigen::Vector3d& up) {
   const Eigen::Vector3d across =
@@ -104,7 +105,7 @@ double PostureModel::LogRatio(const LimbPosture& from, const LimbPosture& to,
   const std::optional<double> distance = PostureDistance(from, to, up_);
   if (!distance.has_value()) return 0.0;
   const double swing = Swing(gap_s);
-  // Where all people do the same, posture is no evidence.
+  // Where everyone does the same, posture is no evidence.
   const double strangers = std::max(strangers_m_, swing);
   const double x = std::log(std::max(*distance, kLeastSwing));
   const auto squared = [&](double median) {

@@ -1,4 +1,4 @@
-// Posture as evidence across a short gap: limbs stay where they were.
+// Posture as evidence across a short gap: limbs keep their position.
 #ifndef KINEGRAPH_CORE_IDENTITY_POSTURE_H_
 #define KINEGRAPH_CORE_IDENTITY_POSTURE_H_
 
@@ -10,29 +10,29 @@
 
 namespace kinegraph {
 
-// Root mean square distance of the limbs when both face the same way [m]; `up`
-// is a unit vector. nullopt where too few joints are common or a heading is not
-// known.
+// Root mean square distance of the limbs after aligning both headings [m]; `up`
+// is a unit vector. nullopt if there are too few common joints or a heading is
+// unknown.
 std::optional<double> PostureDistance(const LimbPosture& a,
                                       const LimbPosture& b,
                                       const Eigen::Vector3d& up);
 
 class PostureModel {
  public:
-  // Learns from people who are there at once how alike two people of this
-  // recording hold themselves.
+  // Learns from people present at the same time how similar the postures of two
+  // people in this recording are.
   PostureModel(const std::vector<Tracklet>& tracklets,
                const Eigen::Vector3d& up);
 
-  // Log likelihood ratio [nats] of the second posture, so long after the first,
-  // for the same person and for another.
+  // Log likelihood ratio [nats] of the second posture, `to`, that much later
+  // than the first, for the same person against another.
   double LogRatio(const LimbPosture& from, const LimbPosture& to,
                   double gap_s) const;
   double strangers_m() const { return strangers_m_; }
 
  private:
   Eigen::Vector3d up_;
-  double strangers_m_;  // median distance of two people
+  double strangers_m_;  // median distance between two people
 };
 
 }  // namespace kinegraph

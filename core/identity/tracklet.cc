@@ -54,7 +54,8 @@ std::optional<double> Distance(const Pose3d& a, const Pose3d& b) {
   return sum / count;
 }
 
-constexpr double kStateSeconds = 0.3;  // at an end, of which a state is told
+// Length of an end from which a state is estimated.
+constexpr double kStateSeconds = 0.3;
 
 MotionState FitState(const Tracklet& tracklet, size_t begin, size_t end,
                      TimeNs at) {
@@ -74,8 +75,7 @@ MotionState FitState(const Tracklet& tracklet, size_t begin, size_t end,
     moment += time_s * (tracklet.frames[k].centre_m - mean);
     across += tracklet.frames[k].across_m / count;
   }
-  // Shrunk towards rest where the frames span too little time to tell a
-  // velocity.
+  // Shrinks the velocity towards zero where the frames span too little time.
   constexpr double kUsualSpeed = 0.9;  // m/s
   const double rest =
       count * kStateSigmaM * kStateSigmaM / (12.0 * kUsualSpeed * kUsualSpeed);
@@ -87,7 +87,7 @@ MotionState FitState(const Tracklet& tracklet, size_t begin, size_t end,
   return state;
 }
 
-// Of the frames begin .. end - 1 the last.
+// The state at the last of the frames begin .. end - 1.
 MotionState StateBefore(const Tracklet& tracklet, size_t begin, size_t end) {
   const TimeNs at = tracklet.frames[end - 1].time;
   size_t from = end - 1;
@@ -175,22 +175,25 @@ std::vector<Tracklet> CollectTracklets(const std::vector<TrackFrame>& frames,
 
 namespace {
 
-// People pass each other with about half a metre between their centres. A
-// person lost or found within a metre may be the one the other track follows.
+// People pass each other with about half a metre between their centres. The
+// track of a person who lost or gained a track within a metre may follow the
+// wrong one.
 constexpr double kNear = 1.0;          // m
 constexpr double kTouching = 0.4;      // m
 constexpr double kMayExchange = 1.5;   // m
-constexpr double kExchangeTime = 0.4;  // s, in which an exchange shows
-constexpr double kBefore = 0.4;        // s, a track is bad before it is lost
-constexpr double kAfter = 0.2;         // s
-constexpr double kLeast = 1.0;         // s of clean frames that make a piece
-constexpr double kLeastAtHop = 0.4;    // s, before or after a hop (kHop)
-constexpr double kMerge = kLeast;      // contacts nearer than this are one
-// A track that no view sees for this long may be found again on another person.
+constexpr double kExchangeTime = 0.4;  // s, within which an exchange shows
+// A track is unreliable before it is lost [s].
+constexpr double kBefore = 0.4;
+constexpr double kAfter = 0.2;       // s
+constexpr double kLeast = 1.0;       // s of clean frames required in a piece
+constexpr double kLeastAtHop = 0.4;  // s, before or after a hop (kHop)
+constexpr double kMerge = kLeast;    // closer contacts are merged
+// A track that no view sees for this long may be recovered on another person.
 constexpr double kBlind = 0.12;       // s
-constexpr double kAroundBlind = 0.1;  // s, bent by what is not seen
-// A track that is found again this far from its prediction, about three times
-// the error of a position, was found on another person or has turned meanwhile.
+constexpr double kAroundBlind = 0.1;  // s, affected by the missing views
+// A track recovered at this distance from its prediction, about three times the
+// error of a position, was recovered on another person, or the person turned
+// meanwhile.
 constexpr double kHop = 0.25;  // m
 
 struct Interval {
@@ -200,7 +203,7 @@ struct Interval {
   std::vector<Pieces::Hop> hops;
 };
 
-// Who is there in each frame, and where in their tracks.
+// The people present in each frame, and their positions in their tracks.
 struct Crowd {
   explicit Crowd(const std::vector<Tracklet>& tracks) {
     for (size_t t = 0; t < tracks.size(); ++t) {
@@ -229,8 +232,8 @@ long IndexAt(const Tracklet& track, TimeNs time) {
   return static_cast<long>(later - track.frames.begin()) - 1;
 }
 
-// Whether the two seem to have changed places within kExchangeTime after these
-// frames: each is nearer to where the other would have gone.
+// Whether the two seem to have exchanged places within kExchangeTime after
+// these frames: each is nearer to the other's prediction.
 bool SeemExchanged(const Tracklet& a, size_t ka, const Tracklet& b, size_t kb) {
   const TimeNs now = a.frames[ka].time;
   const TimeNs earlier = now - FromSeconds(0.5 * kExchangeTime);
@@ -264,7 +267,7 @@ bool SeemExchanged(const Tracklet& a, size_t ka, const Tracklet& b, size_t kb) {
 
 using Intervals = std::vector<std::vector<Interval>>;  // [track]
 
-// Contacts of others with a track that begins or ends at `at` in the recording.
+// Adds contacts of others with a track that begins or ends at `at`.
 void AddEnd(const Crowd& crowd, const std::vector<Tracklet>& tracks, size_t of,
             const TrackletFrame& at, Intervals* intervals) {
   for (const Crowd::Place& place : crowd.present.at(at.frame)) {
@@ -323,7 +326,7 @@ bool IsSeen(const PersonPose& person) {
 
 // From the last frame in which a track is seen to the next.
 Pieces::Hop HopOf(const Tracklet& track, size_t from, size_t to) {
-  // A state reads less than a second.
+  // A state uses less than a second.
   const long enough = IndexAt(track, track.frames[to].time + FromSeconds(1.0));
   Tracklet after;
   after.body_joints = track.body_joints;
@@ -339,7 +342,7 @@ void AddBlind(const std::vector<Tracklet>& tracks, Intervals* intervals) {
     size_t seen = 0;
     for (size_t k = 0; k < frames.size(); ++k) {
       const PersonPose& pose = *frames[k].pose;
-      // Without counts of views, every pose counts as seen.
+      // Without counts of views, every pose is treated as seen.
       if (!pose.inlier_views.empty() && !IsSeen(pose)) continue;
       if (frames[k].time - frames[seen].time >= FromSeconds(kBlind)) {
         (*intervals)[t].push_back(
@@ -374,7 +377,7 @@ std::vector<Interval> Merged(std::vector<Interval> intervals) {
   return merged;
 }
 
-// Distance of a track that is found again from its prediction [m].
+// Distance of a recovered track from its prediction [m].
 double Astray(const Pieces::Hop& hop) {
   const auto& [before, after] = hop;
   return (after.position_m - before.position_m -
@@ -382,7 +385,7 @@ double Astray(const Pieces::Hop& hop) {
       .norm();
 }
 
-// Of those of at least kHop; null without one.
+// The farthest hop of at least kHop; null if there is none.
 const Pieces::Hop* FarthestHop(const Interval& contact) {
   const auto farthest = std::max_element(
       contact.hops.begin(), contact.hops.end(),
@@ -427,7 +430,7 @@ void CutTrack(const Tracklet& track, const std::vector<Interval>& contacts,
   const auto add = [&](Tracklet piece, bool goes_on, const Interval& contact) {
     pieces->tracklets.push_back(std::move(piece));
     pieces->blind.push_back(contact.blind);
-    // Of a blind contact alone the pieces' own states tell.
+    // For a blind contact the pieces' own states suffice.
     pieces->hops.push_back(contact.blind ? std::vector<Pieces::Hop>()
                                          : contact.hops);
     pieces->next.push_back(goes_on ? static_cast<int>(pieces->tracklets.size())
@@ -485,7 +488,7 @@ Pieces CutAtContacts(const std::vector<Tracklet>& tracks) {
 }
 
 Together Compare(const Tracklet& a, const Tracklet& b) {
-  constexpr double kSamePlace = 0.35;  // m, people are never nearer for long
+  constexpr double kSamePlace = 0.35;  // m, closer than people stay for long
   Together together;
   size_t k = 0;
   for (const TrackletFrame& frame : a.frames) {

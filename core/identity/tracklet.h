@@ -1,6 +1,6 @@
-// Pieces of tracks: what identities are decided on. Tracks are cut at contacts:
-// where they come so near to one another, or are lost or found so near to
-// another, that the tracker may have continued with the wrong person.
+// Pieces of tracks, the unit of identity decisions. Tracks are cut at contacts:
+// where they come close to each other, or are lost or recovered close to
+// another, so that the tracker may have continued with the wrong person.
 #ifndef KINEGRAPH_CORE_IDENTITY_TRACKLET_H_
 #define KINEGRAPH_CORE_IDENTITY_TRACKLET_H_
 
@@ -16,13 +16,13 @@
 
 namespace kinegraph {
 
-// One person in one frame. Points into the frames it was made from.
+// One person in one frame. Points into the frames it was created from.
 struct TrackletFrame {
   int64_t frame = 0;
   TimeNs time = 0;
   const PersonPose* pose = nullptr;
   Eigen::Vector3d centre_m = Eigen::Vector3d::Zero();  // of the trunk, world
-  // From right to left, shoulders and hips on average; zero: not known.
+  // From right to left, mean of shoulders and hips; zero: unknown.
   Eigen::Vector3d across_m = Eigen::Vector3d::Zero();
 };
 
@@ -30,14 +30,14 @@ struct Tracklet {
   TrackId id;
   std::vector<TrackletFrame> frames;  // ascending
   std::vector<int> body_joints;       // shoulders to wrists, hips to ankles
-  // Frames at the beginning and at the end that are no evidence, as another
-  // person was too near.
+  // Number of frames at the beginning and the end that are ignored, because
+  // another person was too close.
   size_t dirty_begin = 0;
   size_t dirty_end = 0;
 
   const TrackletFrame& first() const { return frames.front(); }
   const TrackletFrame& last() const { return frames.back(); }
-  // Indices of the clean frames; all when none are clean.
+  // Indices of the clean frames; of all if none are clean.
   size_t clean_begin() const { return HasClean() ? dirty_begin : 0; }
   size_t clean_end() const {
     return HasClean() ? frames.size() - dirty_end : frames.size();
@@ -47,19 +47,19 @@ struct Tracklet {
   bool HasClean() const { return dirty_begin + dirty_end < frames.size(); }
 };
 
-// Everybody's frames with a centre, by ascending identity. Hips and shoulders
-// make the centre, or, without them, all joints.
+// Frames with a centre, of everyone, by ascending identity. The centre is the
+// mean of hips and shoulders or, without them, of all joints.
 std::vector<Tracklet> CollectTracklets(const std::vector<TrackFrame>& frames,
                                        const Skeleton& skeleton);
 
-// Of two tracks: frames in which both are there, and in which their joints are
-// within 0.35 m on average, at one place.
+// For two tracks: number of frames in which both are present, and in which
+// their joints coincide, within 0.35 m on average.
 struct Together {
   int64_t frames = 0;
   int64_t same_place = 0;
-  double distance_m = 0.0;  // mean over those at the same place
+  double distance_m = 0.0;  // mean over the coinciding frames
 
-  // Whether they stand together nearly all of this time.
+  // Whether they coincide nearly all of this time.
   bool OfNearlyAll(size_t frame_count) const {
     return ShareOf(frame_count) >= 0.8;
   }
@@ -70,11 +70,11 @@ struct Together {
 Together Compare(const Tracklet& a, const Tracklet& b);
 
 // Standard deviation of the position of a state: the trunk's centre sways about
-// a straight walk, and is measured worst just where a person is lost.
+// a straight walk, and is least accurate just where a person is lost.
 inline constexpr double kStateSigmaM = 0.08;
 
-// Shoulders to wrists and hips to ankles from the trunk's centre, in world axes
-// [m]; NaN where a joint has no position. Empty: not known.
+// Shoulders to wrists and hips to ankles relative to the trunk's centre, in
+// world axes [m]; NaN where a joint has no position. Empty: unknown.
 struct LimbPosture {
   std::vector<Eigen::Vector3d> limbs_m;
   Eigen::Vector3d across_m = Eigen::Vector3d::Zero();
@@ -86,24 +86,25 @@ struct MotionState {
   TimeNs time = 0;
   Eigen::Vector3d position_m = Eigen::Vector3d::Zero();  // of the trunk, world
   Eigen::Vector3d velocity_mps = Eigen::Vector3d::Zero();
-  // From right to left, which turns as the person does; zero: not known.
+  // From right to left, the person's heading; zero: unknown.
   Eigen::Vector3d across_m = Eigen::Vector3d::Zero();
   LimbPosture posture = {};  // in the outermost frame
 };
 
-// Where a tracklet's clean frames begin and end: a line through the outermost
-// 0.3 s. It must have frames.
+// The state at the beginning and end of a tracklet's clean frames: a line
+// fitted to the outermost 0.3 s. The tracklet must have frames.
 MotionState StateAtBegin(const Tracklet& tracklet);
 MotionState StateAtEnd(const Tracklet& tracklet);
-// The same at the last of all frames not later than `time`; the tracklet must
-// have begun by then.
+// The same at the last frame not later than `time`; the tracklet must have
+// begun by then.
 MotionState StateUpTo(const Tracklet& tracklet, TimeNs time);
 
 struct Pieces {
   std::vector<Tracklet> tracklets;  // by ascending identity, then time
-  // The piece with which the tracker went on, or -1.
+  // The piece with which the tracker continued, or -1.
   std::vector<int> next;
-  // Whether it did so blindly: cut because no view saw the person for a while.
+  // Whether it continued blindly: cut because no view saw the person for a
+  // while.
   std::vector<char> blind;
   // Within a longer contact at whose cut the tracker continued: the states
   // before and after the frames that no view saw.
