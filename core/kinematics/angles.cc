@@ -13,9 +13,10 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-constexpr double kSigmas = 1.959964;       // 95 % of one dimension
-constexpr double kDiscSigmas = 2.447747;   // 95 % of two
-constexpr double kShortest = 1e-6;         // m; below it is no direction
+constexpr double kSigmas = 1.959964;      // 95 % of one dimension
+constexpr double kDiscSigmas = 2.447747;  // 95 % of two
+// A shorter vector has no direction [m].
+constexpr double kShortest = 1e-6;
 constexpr double kLeastSine = 0.17364818;  // of 10 degrees
 
 using Points = std::vector<Vector3d>;
@@ -37,7 +38,7 @@ std::optional<Vector3d> Unit(const Vector3d& vector) {
   return vector / norm;
 }
 
-// Two directions that lie nearly on one line span no plane.
+// Two nearly collinear directions span no plane.
 std::optional<Vector3d> Normal(const Vector3d& a, const Vector3d& b) {
   const auto unit_a = Unit(a);
   const auto unit_b = Unit(b);
@@ -47,7 +48,7 @@ std::optional<Vector3d> Normal(const Vector3d& a, const Vector3d& b) {
   return normal.normalized();
 }
 
-// Y is kept, Z turned to be at right angles to it.
+// Y is kept, Z turned perpendicular to it.
 std::optional<Axes> AxesByUp(const Vector3d& up, const Vector3d& right) {
   const auto forward = Normal(up, right);
   if (!forward) return std::nullopt;
@@ -63,8 +64,8 @@ std::optional<Axes> AxesByRight(const Vector3d& up, const Vector3d& right) {
   return Axes{*forward, z.cross(*forward), z};
 }
 
-// Points of what follows: l_hip, r_hip, l_shoulder, r_shoulder, then the knee
-// or elbow of the limb; `side` says which hip or shoulder is the limb's.
+// Points of the functions below: l_hip, r_hip, l_shoulder, r_shoulder, then the
+// knee or elbow of the limb; `side` selects the limb's hip or shoulder.
 Vector3d Hips(const Points& p) { return p[1] - p[0]; }
 Vector3d Shoulders(const Points& p) { return p[3] - p[2]; }
 Vector3d Trunk(const Points& p) {
@@ -117,7 +118,7 @@ std::optional<double> ShoulderPlane(const Points& p, const Vector3d&,
   return Around(arm->x(), side * arm->z());
 }
 
-// The trunk in the frame of up and the hips' heading.
+// The trunk in the frame of the vertical and the hips' heading.
 std::optional<Vector3d> Lean(const Points& p, const Vector3d& up) {
   return In(AxesByUp(up, Hips(p)), Unit(Trunk(p)));
 }
@@ -150,12 +151,13 @@ std::optional<double> PelvisObliquity(const Points& p, const Vector3d& up,
   return Tilt(up.dot(*hips));
 }
 
-// ---- How sure ---------------------------------------------------------------
+// ---- Uncertainty
+// -------------------------------------------------------------
 
 double Wrapped(double rad) { return std::remainder(rad, 2.0 * kPi); }
 
-// Standard deviation [rad], by central differences. A step of a micrometre in
-// angles of about 3 rad/m leaves ten digits.
+// Standard deviation [rad], by central differences. A step of a micrometre
+// leaves ten digits for angles that change by about 3 rad/m.
 std::optional<double> SigmaOf(const AngleInFrame& rule, Points points,
                               const std::vector<Matrix3d>& covariances,
                               const Vector3d& up) {
@@ -210,7 +212,7 @@ struct Pair {
     const auto unit_from = Unit(from);
     const auto unit_to = Unit(to);
     if (!unit_from || !unit_to) return std::nullopt;
-    // atan2 keeps its digits where acos loses half of them.
+    // atan2 keeps digits of which acos loses half.
     const double rad =
         std::atan2(unit_from->cross(*unit_to).norm(), unit_from->dot(*unit_to));
     return Pair{*unit_from, *unit_to, from.norm(), to.norm(), rad};
@@ -218,17 +220,17 @@ struct Pair {
 };
 
 // Covariance [rad^2] of the error in the plane of the two directions, which is
-// the error of the angle, and of that across it.
+// the error of the angle, and of the error across it.
 Eigen::Matrix2d PlaneCovariance(const AngleBetween& rule, const Pair& pair,
                                 const std::vector<Matrix3d>& covariances) {
-  // On one line, any plane through it will do.
+  // For collinear directions any plane through them will do.
   Vector3d across = pair.from.cross(pair.to);
   if (across.norm() < 1e-9) across = pair.from.unitOrthogonal();
   across.normalize();
-  // How the angle grows when either direction moves.
+  // Derivative of the angle by either direction.
   const Vector3d by_from = -across.cross(pair.from);
   const Vector3d by_to = across.cross(pair.to);
-  // Across the plane, the directions part (or, pointing apart, meet).
+  // Across the plane, the directions separate (or, if opposite, approach).
   const double apart = pair.rad < kPi / 2.0 ? 1.0 : -1.0;
   Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();
   for (size_t i = 0; i < covariances.size(); ++i) {
@@ -242,8 +244,9 @@ Eigen::Matrix2d PlaneCovariance(const AngleBetween& rule, const Pair& pair,
   return covariance;
 }
 
-// An angle between two directions is never below 0: near the line, the error
-// across the plane adds to it, and the interval is the radius of a disc.
+// An angle between two directions is never below 0: for nearly collinear
+// directions the error across the plane adds to it, and the interval is the
+// radius of a disc.
 void AddInterval(const AngleBetween& rule, const Pair& pair,
                  const std::vector<Matrix3d>& covariances,
                  AngleEstimate* estimate) {
@@ -265,7 +268,8 @@ void AddInterval(const AngleBetween& rule, const Pair& pair,
   estimate->high_deg = std::max(a, b);
 }
 
-// ---- Which a skeleton has ---------------------------------------------------
+// ---- Angles of a skeleton
+// ----------------------------------------------------
 
 using Names = std::vector<std::string>;
 
@@ -316,7 +320,7 @@ void AddSide(const Skeleton& skeleton, double side,
     Add(skeleton, start + name, joints, std::move(rule), angles);
   };
   const std::string knee = start + "knee", elbow = start + "elbow";
-  // MediaPipe's name of a foot's front end is another.
+  // MediaPipe's foot index has a different definition.
   const bool has_toe = skeleton.IndexOf(start + "big_toe") >= 0;
   const std::string toe = start + (has_toe ? "big_toe" : "foot_index");
   add("hip_flexion", TrunkAnd(knee), AngleInFrame{HipFlexion, side});

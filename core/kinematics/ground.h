@@ -15,12 +15,12 @@ namespace kinegraph {
 std::optional<Eigen::Vector3d> ParseUp(const std::string& text,
                                        const std::string& what = "--up");
 
-// Stance::Up, on a world axis within 25 degrees; nullopt where it is not known.
+// Stance::Up, on a world axis within 25 degrees; nullopt if unknown.
 std::optional<Eigen::Vector3d> UpDirection(const TrackSequence& tracks,
                                            const UpEvidence& known = {});
 
-// Height of the floor along `up` [m]: what one in fifty of the poses' lowest
-// joints stays below, less the height of an ankle.
+// Height of the floor along `up` [m]: the 2 % quantile of the poses' lowest
+// joints, minus the height of an ankle.
 double FloorHeight(const TrackSequence& tracks, const Eigen::Vector3d& up);
 
 }  // namespace kinegraph

@@ -15,8 +15,8 @@ using Eigen::Vector3d;
 
 using MaybePoint = std::optional<Vector3d>;
 
-// A segment of one side: its share of the mass, and how far from its first to
-// its second joint its centre lies, as a share of its length.
+// A segment of one side: its share of the mass, and the position of its centre
+// of mass between its first and second joint, as a share of its length.
 struct BodySegment {
   const char* from;
   const char* to;
@@ -24,8 +24,8 @@ struct BodySegment {
   double centre;
 };
 
-// The trunk with head and neck (0.578) runs from hip to shoulder, half of it on
-// each side.
+// The trunk with head and neck (0.578) extends from hip to shoulder, half of it
+// on each side.
 constexpr BodySegment kSegments[] = {{"hip", "shoulder", 0.5 * 0.578, 0.66},
                                      {"shoulder", "elbow", 0.028, 0.436},
                                      {"elbow", "wrist", 0.022, 0.682},
@@ -56,8 +56,8 @@ MassWeights MassWeightsOf(const Skeleton& skeleton) {
   return result;
 }
 
-// Of the joints with these weights [m]; nullopt without weights or when one of
-// the joints is missing.
+// Weighted mean of the joints [m]; nullopt without weights or when one of the
+// joints is missing.
 MaybePoint CentreOf(const MassWeights& weights, const Pose3d& pose) {
   if (weights.empty()) return std::nullopt;
   Vector3d centre = Vector3d::Zero();
@@ -69,8 +69,8 @@ MaybePoint CentreOf(const MassWeights& weights, const Pose3d& pose) {
   return centre;
 }
 
-// Joints that get a column of speeds: all but those of fingers and face, except
-// the nose.
+// Joints with a column of speeds: all but those of fingers and face, except the
+// nose.
 bool HasSpeed(const Skeleton& skeleton, int joint_idx) {
   const JointClass joint_class = skeleton.joint_class(joint_idx);
   if (joint_class == JointClass::kOther) return false;
@@ -89,7 +89,7 @@ bool HasCovariances(const TrackSequence& tracks) {
   return false;
 }
 
-// The median time between two frames [ns]; 0 when the recording has no clock.
+// The median time between two frames [ns]; 0 if the recording has no times.
 TimeNs FrameTime(const TrackSequence& tracks) {
   std::vector<TimeNs> steps;
   for (size_t k = 1; k < tracks.frames.size(); ++k) {
@@ -101,13 +101,13 @@ TimeNs FrameTime(const TrackSequence& tracks) {
   return std::max<TimeNs>(0, *middle);
 }
 
-// A point with a speed, and whether only its motion along the floor counts.
+// A point with a speed, and whether only its horizontal motion counts.
 struct MovingPoint {
   std::string name;
   MassWeights weights;
   bool along_floor = false;
 
-  // Only where up is known is there a floor to go along.
+  // Horizontal motion is only defined where up is known.
   MaybePoint Of(const PersonPose& person,
                 const std::optional<Vector3d>& up) const {
     MaybePoint point = CentreOf(weights, person.joints);
@@ -132,7 +132,7 @@ std::vector<MovingPoint> MovingPoints(const Skeleton& skeleton,
   return points;
 }
 
-// All angles, or, where up is not known, those of the body alone.
+// All angles or, where up is unknown, only those within the body.
 std::vector<JointAngle> AnglesThatRestOn(const std::optional<Vector3d>& up,
                                          const Skeleton& skeleton) {
   std::vector<JointAngle> angles = AnglesOf(skeleton);
@@ -198,7 +198,7 @@ class Measurement {
     return !points_.empty() && points_.front().along_floor;
   }
 
-  // What does not need the neighbouring frames; the rest stays NaN.
+  // Values that do not depend on neighbouring frames; the rest stays NaN.
   void AddRow(const TrackFrame& frame, const PersonPose& given) {
     const PersonPose person = Usable(given);
     KinematicsRow row{frame.frame, frame.time, person.id, {}};
@@ -238,7 +238,7 @@ class Measurement {
     return person;
   }
 
-  // A person's place in the table, and where its points are.
+  // A person's row in the table, and the positions of its points.
   struct At {
     size_t row;
     std::vector<MaybePoint> places;
@@ -269,7 +269,7 @@ class Measurement {
     return (*to - *from).norm() / ToSeconds(t2 - t0);
   }
 
-  // Adds the path in straight lines between known positions.
+  // Adds the length of straight lines between known positions.
   void AddPath(const std::vector<At>& rows) {
     MaybePoint last;
     double path_m = 0.0;
