@@ -38,7 +38,7 @@ double GroupingRule::AffinitySum(const ObservationGroup& group,
     int common = 0;
     auto left = static_cast<double>(joints_.size());
     for (const int j : joints_) {
-      // One that is far off is so by its first joints.
+      // For a distant detection the first joints already decide.
       if (group.size() == 1 && sum + left < 0.0) return 0.0;
       left -= 1.0;
       if (!member->joints[j].found || !detection.joints[j].found) continue;
@@ -57,7 +57,7 @@ double GroupingRule::AffinitySum(const ObservationGroup& group,
 }
 
 double GroupingRule::Cost(const Observation& a, const Observation& b) const {
-  // Two poses without a common joint cost as much as a clear contradiction.
+  // Two poses without a common joint cost as much as a clear conflict.
   constexpr double kNothingInCommon = 1e6;
   double sum = 0.0;
   int common = 0;
@@ -95,8 +95,9 @@ Initialiser::Initialiser(const InitialisationOptions& options,
       joints_(joints),
       rule_(options, epipolar, std::move(joints)) {}
 
-// Algorithm 2, a view: its detections join the groups of the views before by
-// the assignment of the largest total gain, or begin groups of their own.
+// Algorithm 2 for one view: its detections join the groups of the previous
+// views by the assignment of the largest total gain, or start groups of their
+// own.
 void Initialiser::AssignView(const ObservationGroup& detections) {
   const size_t cols = detections.size();
   gains_.resize(groups_.size() * cols);
@@ -115,7 +116,7 @@ void Initialiser::AssignView(const ObservationGroup& detections) {
   for (size_t g = 0; g < group_count; ++g) {
     const int d = detection_of_group_[g];
     if (d < 0) continue;
-    // There is no second choice: a refused pair stays unjoined.
+    // No second choice: a rejected pair stays unmatched.
     if (!rule_.Accept(groups_[g], *detections[d])) continue;
     groups_[g].push_back(detections[d]);
     joined[d] = 1;

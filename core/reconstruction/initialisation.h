@@ -1,4 +1,4 @@
-// New people from detections that belong to nobody yet (paper Algorithm 2).
+// New people from unmatched detections (paper Algorithm 2).
 #ifndef KINEGRAPH_CORE_RECONSTRUCTION_INITIALISATION_H_
 #define KINEGRAPH_CORE_RECONSTRUCTION_INITIALISATION_H_
 
@@ -13,10 +13,10 @@
 
 namespace kinegraph {
 
-// Detections of different views that seem to be one person, in view order.
+// Detections of different views that appear to be one person, in view order.
 using ObservationGroup = std::vector<const Observation*>;
 
-// How much a detection belongs to a group, by one of the two published rules.
+// Affinity of a detection to a group, by one of the two published rules.
 class GroupingRule {
  public:
   // `epipolar` must outlive the rule. `joints` are the association joints.
@@ -60,9 +60,9 @@ class Initialiser {
               const EpipolarGeometry& epipolar, Reconstructor* reconstructor,
               std::vector<int> joints);
 
-  // `unmatched[view]` lists the detections of a view that nobody took. Goes
-  // from view to view: each detection joins a group or starts one; groups of
-  // two or more views pass the joints filter and DLT.
+  // `unmatched[view]` lists the unmatched detections of a view. Proceeds view
+  // by view: each detection joins a group or starts one; groups of two or more
+  // views pass through the joints filter and DLT.
   void Run(const std::vector<ObservationGroup>& unmatched,
            std::vector<NewPerson>* people);
 

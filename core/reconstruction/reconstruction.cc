@@ -79,8 +79,8 @@ void JointsFilter::Apply(Span<JointRay> rays, double alpha_px,
 }
 
 void ReconstructionOptions::Describe(OptionVisitor& visitor) {
-  // With the half frame of slack of FrameClock::Less, a view of this very frame
-  // would not count below 1.
+  // At least 1: with the half frame of tolerance of FrameClock::Less, a smaller
+  // value would exclude views of the current frame.
   visitor.Number("tau", &tau_frames, Between(1.0, 1e6), "frames",
                  "a view's newest 2D pose counts while younger than this");
   visitor.Number("lambda_t", &lambda_t_per_frame, NonNegative(), "1/frame",
@@ -133,8 +133,8 @@ bool Reconstructor::KeepsEnough(const Reconstruction& reconstruction) const {
   if (options_.lost == LostRule::kSeen) {
     return lost <= options_.max_lost_share * seen;
   }
-  // Views that share hardly a joint do not show one person: of two views that
-  // miss half of the joints each, a third of what is seen is in both.
+  // Views with hardly any joint in common do not show one person. If two views
+  // miss half of the joints each, a third of the joints seen is in both.
   constexpr double kLeastShared = 0.25;
   const int alone = reconstruction.alone_joints;
   return seen - lost >= kLeastShared * seen &&
@@ -228,11 +228,11 @@ void Reconstructor::KeepConfident(Span<UsedView> views, size_t joint_idx) {
   }
 }
 
-// What is removed is present no longer; notes the verdicts.
+// Removed joints are no longer present; records the verdicts.
 void Reconstructor::Filter(Span<UsedView> views, double alpha_px,
                            const Pose3d* predicted,
                            Reconstruction* reconstruction) {
-  // "Without the filter" means the update's; initialisation keeps its own.
+  // Disabling the filter only affects updates; initialisation always uses it.
   const bool filters = options_.joints_filter || predicted == nullptr;
   if (filters) FindConflicts(views, alpha_px);
   for (size_t j = 0; j < joints_; ++j) {
