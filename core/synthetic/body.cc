@@ -23,8 +23,9 @@ Matrix3d RotX(double a) { return RotationAbout(Vector3d::UnitX(), a); }
 Matrix3d RotY(double a) { return RotationAbout(Vector3d::UnitY(), a); }
 Matrix3d RotZ(double a) { return RotationAbout(Vector3d::UnitZ(), a); }
 
-// Distance hip to ankle for a wanted one: equal well below the leg's length,
-// and smoothly held below it above, so that the knee never snaps straight.
+// Distance from hip to ankle for a requested one: equal well below the leg's
+// length, and smoothly limited near it, so that the knee never straightens
+// abruptly.
 double ReachableDistance(double wanted_m, double leg_m) {
   const double limit = 0.999 * leg_m;
   const double softness = 0.035 * leg_m;
@@ -151,8 +152,8 @@ std::optional<int> NumberAfter(const std::string& prefix,
   return std::stoi(digits);
 }
 
-// Point of a whole-body skeleton: spread over the front of the head or over
-// the five fingers of a hand (0 is its root, then four points a finger).
+// Point of a whole-body skeleton: distributed over the front of the head or the
+// five fingers of a hand (0 is its root, then four points per finger).
 std::optional<BodyPoint> WholeBodyPoint(const BodyShape& shape,
                                         const std::string& name) {
   const double h = shape.stature;
@@ -195,7 +196,7 @@ BodyShape MakeBodyShape(double stature_m, double leg_share) {
   shape.hip_half_width = 0.05 * h;
   shape.foot_length = kFootShare * h;
   shape.head_height = 0.165 * h;
-  // The trunk takes what the legs leave of the stature.
+  // The trunk is the stature minus the legs.
   const double hips = shape.leg() + shape.ankle_height;
   shape.neck_height = h - shape.head_height - hips;
   shape.shoulder_height = shape.neck_height - 0.02 * h;

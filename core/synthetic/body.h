@@ -1,5 +1,5 @@
 // The articulated body of a synthetic person: rigid segments of constant size,
-// the posture that places them, and what they hide.
+// the posture that places them, and the occlusion they cause.
 //
 // Frames: x forward, y to the person's left, z up when standing upright.
 #ifndef KINEGRAPH_CORE_SYNTHETIC_BODY_H_
@@ -13,13 +13,13 @@
 
 namespace kinegraph {
 
-// Sided things come left first.
+// Left before right.
 enum Side { kLeft = 0, kRight = 1 };
 
 // +1 on the left, -1 on the right: the sign of y.
 inline double SignOf(int side) { return side == kLeft ? 1.0 : -1.0; }
 
-// Rigid parts. A sided one is found by Sided(part, side).
+// Rigid parts; Sided(part, side) selects one with two sides.
 enum class Segment {
   kPelvis,  // origin: middle of the hip joints
   kThorax,  // same origin; turns about the spine
@@ -72,12 +72,12 @@ struct ArmPosture {
 };
 
 struct FootPosture {
-  Eigen::Vector3d ankle_m = Eigen::Vector3d::Zero();  // wanted, world
+  Eigen::Vector3d ankle_m = Eigen::Vector3d::Zero();  // requested, world
   double yaw = 0.0;    // direction of the toes about world z [rad]
   double pitch = 0.0;  // toes down is positive [rad]
 };
 
-// Everything that moves.
+// All variables of the motion.
 struct Posture {
   Eigen::Vector3d pelvis_m = Eigen::Vector3d::Zero();  // world
   double heading = 0.0;     // of the pelvis about world z [rad]
@@ -95,8 +95,8 @@ struct SegmentPose {
 };
 using BodyPose = std::array<SegmentPose, kSegmentCount>;
 
-// Places all segments. The knees follow from the wanted ankles; an ankle that
-// the leg does not reach comes as near as it smoothly can.
+// Places all segments. The knees follow from the requested ankles; an ankle out
+// of the leg's reach is approached as far as possible without abrupt changes.
 BodyPose PlaceBody(const BodyShape& shape, const Posture& posture);
 
 // A point fixed to a segment.
@@ -111,9 +111,9 @@ inline Eigen::Vector3d PositionOf(const BodyPoint& point,
   return segment.origin_m + segment.R * point.offset_m;
 }
 
-// One point a joint of the skeleton, found by the joint's name. Throws
-// OptionError("skeleton", ...) when a name is not known; those of all built-in
-// skeletons are.
+// One point per joint of the skeleton, by the joint's name. Throws
+// OptionError("skeleton", ...) for an unknown name; those of all built-in
+// skeletons are known.
 std::vector<BodyPoint> PointsOf(const BodyShape& shape,
                                 const Skeleton& skeleton);
 
@@ -123,26 +123,26 @@ double SquaredSegmentDistance(const Eigen::Vector3d& p0,
                               const Eigen::Vector3d& q0,
                               const Eigen::Vector3d& q1);
 
-// A body part that hides what is behind it: all within `radius_m` of the line
-// from a to b, in the world.
+// A body part that occludes what is behind it: everything within `radius_m` of
+// the line from a to b, in the world.
 struct Capsule {
   Eigen::Vector3d a = Eigen::Vector3d::Zero();
   Eigen::Vector3d b = Eigen::Vector3d::Zero();
   double radius_m = 0.0;
 };
 
-// A body as an obstacle to sight.
+// A body as an occluder.
 class Obstacle {
  public:
-  // `centre`: about the middle of the capsules.
+  // `centre`: near the middle of the capsules.
   Obstacle(std::vector<Capsule> capsules, const Eigen::Vector3d& centre);
 
-  // Whether the body cuts the line of sight between two points.
+  // Whether the body blocks the line of sight between two points.
   bool Hides(const Eigen::Vector3d& eye, const Eigen::Vector3d& point) const;
 
  private:
   std::vector<Capsule> capsules_;
-  Eigen::Vector3d centre_;  // of a sphere around all
+  Eigen::Vector3d centre_;  // of a bounding sphere
   double radius_m_ = 0.0;
 };
 

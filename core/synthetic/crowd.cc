@@ -17,9 +17,9 @@ constexpr double kStep = 0.05;  // of the simulation [s]
 constexpr int kStepsPerKnot = 4;
 constexpr double kRelaxation = 0.6;        // of the walking velocity [s]
 constexpr double kMaxAcceleration = 2.5;   // [m/s^2]
-constexpr double kAvoidanceHorizon = 2.5;  // looks this far ahead [s]
-constexpr double kSeatClearance = 0.35;    // wider berth round a seat [m]
-constexpr double kPatience = 9.0;          // then another goal is chosen [s]
+constexpr double kAvoidanceHorizon = 2.5;  // looks ahead this far [s]
+constexpr double kSeatClearance = 0.35;    // greater distance from a seat [m]
+constexpr double kPatience = 9.0;          // before choosing another goal [s]
 
 double Wrap(double angle_rad) { return std::remainder(angle_rad, 2.0 * kPi); }
 
@@ -49,7 +49,7 @@ struct Agent {
   bool walks() const { return deed == Deed::kWalk || deed == Deed::kLeave; }
   bool inside() const { return deed != Deed::kOutside; }
   bool sits() const { return deed == Deed::kSit; }
-  // Middle of the room that the person takes.
+  // Centre of the space that the person occupies.
   Vector2d centre() const {
     if (!sits()) return position;
     return position - 0.5 * kSeatDistance * Direction(heading);
@@ -66,7 +66,7 @@ class Crowd {
         agents_(static_cast<size_t>(people)) {}
 
   std::vector<Itinerary> Run() {
-    // All are outside, so that those not yet placed take no room.
+    // All are outside, so that those not yet placed occupy no space.
     for (Agent& agent : agents_) agent.deed = Deed::kOutside;
     for (Agent& agent : agents_) Place(agent);
     const auto steps =
@@ -99,7 +99,7 @@ class Crowd {
 
  private:
   double outer_radius() const { return options_.area_radius_m + kOuterMargin; }
-  // Closest that the centres of two people may come.
+  // Minimum distance of the centres of two people.
   double MinDistance(const Agent& a, const Agent& b) const {
     return options_.min_distance_m + (a.sits() ? 0.5 * kSeatClearance : 0.0) +
            (b.sits() ? 0.5 * kSeatClearance : 0.0);
@@ -115,9 +115,9 @@ class Crowd {
     return room;
   }
 
-  // People start at free places, visitors possibly outside.
+  // People start at free positions, visitors possibly outside.
   void Place(Agent& agent) {
-    agent.deed = Deed::kOutside;  // takes no room until placed
+    agent.deed = Deed::kOutside;  // occupies no space until placed
     agent.speed = options_.walking_speed_ms *
                   std::clamp(random_.Normal(1.0, 0.13), 0.7, 1.3);
     agent.visitor = random_.Chance(options_.visitors);
@@ -144,7 +144,7 @@ class Crowd {
     Begin(agent, Deed::kStand, random_.Uniform(0.2, 1.5));
   }
 
-  // Gestures fill the wanted share of time, each 1.5 .. 4 s.
+  // Gestures fill the requested share of time, 1.5 .. 4 s each.
   void PlanGestures(Itinerary* itinerary) {
     if (options_.arm_motion <= 0.0) return;
     constexpr double kMeanLength = 2.75;
@@ -172,8 +172,8 @@ class Crowd {
         }
         return;
       case Deed::kOutside: {
-        // Walks to another door unseen; half the way through, so that the
-        // smoothing of the path does not reach into what is seen.
+        // Walks to another door unseen, half the way through, so that the
+        // smoothing of the path does not affect visible parts.
         const double left = agent.deed_until_s - now_s_;
         if (left > 1.2 && left <= 1.2 + kStep) {
           agent.position =
@@ -188,7 +188,7 @@ class Crowd {
       }
       case Deed::kWalk:
         if (over || (agent.goal - agent.position).norm() < 0.3) {
-          // Comes to rest before anything but walking on.
+          // Comes to rest before anything except walking on.
           if (random_.Chance(options_.walking)) {
             BeginWalk(agent);
           } else {
@@ -227,7 +227,7 @@ class Crowd {
       agent.wanted_heading += random_.Chance(0.5) ? turn : -turn;
       Begin(agent, Deed::kTurn, 0.8 + turn / 1.5);
     } else {
-      // The seat needs room behind the person.
+      // The seat needs space behind the person.
       const Vector2d seat =
           agent.position - kSeatDistance * Direction(agent.heading);
       if (Room(seat, agent) < options_.min_distance_m + kSeatClearance) {
@@ -256,7 +256,7 @@ class Crowd {
 
   void ComeIn(Agent& agent) {
     if (Room(agent.position, agent) < 2.0 * options_.min_distance_m) {
-      agent.deed_until_s = now_s_ + 0.5;  // somebody stands in the door
+      agent.deed_until_s = now_s_ + 0.5;  // the door is occupied
       return;
     }
     agent.plan.present.push_back({now_s_, span_.end_s});
@@ -282,9 +282,9 @@ class Crowd {
     return goal;
   }
 
-  // Sum of repulsions from people in the way [m/s^2]: from those whom the
-  // straight continuation passes too closely (more, the sooner), and from those
-  // who are near.
+  // Sum of repulsions from people in the way [m/s^2]: from those whom a
+  // straight continuation would pass too closely (stronger, the sooner), and
+  // from those nearby.
   Vector2d Avoidance(const Agent& agent) const {
     Vector2d push = Vector2d::Zero();
     for (const Agent& other : agents_) {
@@ -338,7 +338,7 @@ class Crowd {
     if (agent.velocity.norm() > limit)
       agent.velocity *= limit / agent.velocity.norm();
     agent.position += kStep * agent.velocity;
-    // A walker looks where they go.
+    // A walker looks in the direction of motion.
     if (agent.walks() && agent.velocity.norm() > 0.3) {
       agent.wanted_heading =
           agent.heading + Wrap(AngleOf(agent.velocity) - agent.heading);
@@ -357,7 +357,7 @@ class Crowd {
     agent.heading += kStep * agent.heading_rate;
   }
 
-  // Separates people whom steering has not kept apart.
+  // Separates people whom steering did not keep apart.
   void KeepApart() {
     for (size_t i = 0; i < agents_.size(); ++i) {
       for (size_t k = i + 1; k < agents_.size(); ++k) {
@@ -369,8 +369,7 @@ class Crowd {
         const double overlap = MinDistance(a, b) - distance;
         if (overlap <= 0.0) continue;
         const Vector2d away = offset / distance;
-        // A sitting person is not pushed. At most 0.6 m/s, which looks like a
-        // step aside.
+        // A sitting person is not pushed. At most 0.6 m/s, like a step aside.
         const double push = std::min(overlap, 0.6 * kStep);
         const double share_a = a.sits() ? 0.0 : (b.sits() ? 1.0 : 0.5);
         const double share_b = b.sits() ? 0.0 : 1.0 - share_a;

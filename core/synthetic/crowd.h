@@ -25,8 +25,9 @@ struct Gesture {
 // Plan of one person.
 struct Itinerary {
   UniformSpline path;             // x [m], y [m], heading [rad, unwrapped]
-  std::vector<TimeSpan> present;  // where empty or outside: not in the scene
-  std::vector<TimeSpan> seated;   // from beginning to sit to standing again
+  std::vector<TimeSpan> present;  // empty or outside: not in the scene
+  // From the start of sitting down until standing again.
+  std::vector<TimeSpan> seated;
   std::vector<Gesture> gestures;
 };
 
@@ -34,7 +35,7 @@ struct Itinerary {
 inline constexpr double kSitDownTime = 1.6;
 // Distance that the pelvis moves back onto the seat [m].
 inline constexpr double kSeatDistance = 0.38;
-// How far outside the area people appear and vanish [m].
+// How far outside the area people appear and disappear [m].
 inline constexpr double kOuterMargin = 0.8;
 
 // `span` is simulated. Same seed, same plans.

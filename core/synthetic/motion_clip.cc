@@ -10,8 +10,8 @@ namespace {
 using Eigen::Index;
 using Eigen::MatrixXd;
 
-// Longest stretch without a frame of a person that the spline bridges [s]; in a
-// longer one the person is not in the scene.
+// Longest gap of a person that the spline bridges [s]; during a longer one the
+// person is not in the scene.
 constexpr double kLongestClipGap = 0.25;
 
 // The frames of one person.
@@ -84,7 +84,7 @@ MatrixXd ValuesOf(const MotionClip& clip, const Knots& knots, size_t begin,
   return values;
 }
 
-// Stretches of frames without a long gap between them.
+// Segments of frames without a long gap between them.
 std::vector<KnotSpline> PiecesOf(const MotionClip& clip, const Knots& knots,
                                  const std::vector<int>& map) {
   std::vector<KnotSpline> pieces;

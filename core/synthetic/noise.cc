@@ -16,8 +16,8 @@ namespace {
 
 using Eigen::Vector2d;
 
-// A seed of its own for each kind of chance, view and person (or whatever the
-// two numbers count), so that one does not disturb another.
+// A separate seed for each kind of randomness, view and person (or whatever the
+// two numbers count), so that one does not affect another.
 enum class Stream {
   kPixels,
   kOutliers,
@@ -49,7 +49,8 @@ struct LabelledDetection {
   DetectionTruth truth;
 };
 
-// ---- What a detector makes of a person --------------------------------------
+// ---- Detections of a person
+// ---------------------------------------------------
 
 constexpr double kLeastConfidence = 0.05;
 
@@ -71,7 +72,7 @@ bool InSwap(Swap swap, JointClass c) {
          (swap == Swap::kLeg && IsBelowHips(c));
 }
 
-// Joints that are not found, or no longer, are no outliers.
+// Joints that are not found are no outliers.
 void DropLostOutliers(LabelledDetection* labelled) {
   auto& outliers = labelled->truth.outliers;
   outliers.erase(std::remove_if(outliers.begin(), outliers.end(),
@@ -84,7 +85,7 @@ void DropLostOutliers(LabelledDetection* labelled) {
 // From exact projections to detections with all modelled errors.
 class PersonObserver {
  public:
-  // `seed` gives that of each kind of chance. References must outlive the
+  // `seed` derives that of each kind of randomness. References must outlive the
   // observer.
   PersonObserver(const NoiseOptions& options, const Scene& scene,
                  const Camera& camera, int person_idx,
@@ -162,8 +163,8 @@ class PersonObserver {
  private:
   struct JointState {
     const JointNoise* noise = nullptr;
-    // The share of frames in which it is found, by azimuth; null where the
-    // table does not name it.
+    // The share of frames in which it is found, by azimuth; null if the table
+    // lacks it.
     const std::vector<double>* found_by_azimuth = nullptr;
     Vector2d fixed = Vector2d::Zero();
     SlowGaussian slow;
@@ -172,12 +173,12 @@ class PersonObserver {
     MarkovBursts missing;
     FixedBursts outlier;
     Vector2d displacement = Vector2d::Zero();
-    int other = -1;  // the person on whom the outlier lies
+    int other = -1;  // person onto whom the outlier falls
     bool started = false;
   };
   struct Displacement {
     Vector2d px = Vector2d::Zero();
-    double sigma_factor = 1.0;  // what the confidence tells
+    double sigma_factor = 1.0;  // reflected in the confidence
   };
 
   double Frames(double seconds) const { return seconds * frame_rate_hz_; }
@@ -262,7 +263,7 @@ class PersonObserver {
     return person;
   }
 
-  // Whether the joint is an outlier; moves `px` then.
+  // Whether the joint is an outlier; if so, moves `px`.
   bool Outlier(int joint, const std::vector<PersonSight>& sights,
                Vector2d* px) {
     JointState& state = joints_[joint];
@@ -290,7 +291,7 @@ class PersonObserver {
       }
     }
     Vector2d displacement = DepthScale(noise, sight) * state.displacement;
-    // A detector finds nothing outside the image.
+    // Detectors find nothing outside the image.
     if (!IsInImage(camera_, *px + displacement)) displacement = -displacement;
     *px += displacement;
     return true;
@@ -300,8 +301,7 @@ class PersonObserver {
                    bool* outlier) {
     const PersonSight& person = sights[person_];
     const JointSight& sight = person.joints[joint];
-    // Every process advances, whether the person is seen or not, so that time
-    // passes.
+    // Every process advances, whether the person is seen or not.
     const bool misses = Misses(joint, person);
     const Displacement noise = PixelNoise(joint, sight);
     Keypoint keypoint;
@@ -342,12 +342,12 @@ class PersonObserver {
       joints[j] = before[source(j)];
       changed = changed || (source(j) != j && joints[j].found);
     }
-    // A swap of what was not found is none.
+    // Swapping joints that were not found has no effect.
     labelled->truth.swap = changed ? swap : Swap::kNone;
     for (int& joint : labelled->truth.outliers) joint = source(joint);
   }
 
-  // What lies above or below the hips, which are below.
+  // The part above or below the hips, which belong to the lower one.
   LabelledDetection PartOf(const LabelledDetection& whole,
                            DetectionKind kind) const {
     LabelledDetection part = whole;
@@ -363,7 +363,7 @@ class PersonObserver {
     return part;
   }
 
-  // The same person found again, a little off and less complete.
+  // A duplicate of the same person, slightly displaced and less complete.
   LabelledDetection SecondOf(const LabelledDetection& first) {
     constexpr double kSigmaPx = 3.0;
     constexpr double kKept = 0.7;
@@ -400,10 +400,11 @@ class PersonObserver {
   std::vector<JointState> joints_;
 };
 
-// ---- What it finds where nobody is ------------------------------------------
+// ---- False positives
+// -----------------------------------------------------------
 
-// Each false positive is a part of a person's pose at a random place and size,
-// and lives for some frames.
+// Each false positive is a part of a person's pose at a random position and
+// size, and lives for some frames.
 class FalsePeople {
  public:
   // References must outlive the object.
@@ -423,7 +424,7 @@ class FalsePeople {
         std::remove_if(alive_.begin(), alive_.end(),
                        [&](const auto&) { return random_.Chance(1.0 / life); }),
         alive_.end());
-    // In the mean as many come as go.
+    // On average as many appear as disappear.
     const double born =
         started_ ? options_.false_people / life : options_.false_people;
     started_ = true;
@@ -446,7 +447,7 @@ class FalsePeople {
  private:
   using MaybePixels = std::vector<std::optional<Vector2d>>;
 
-  // Knuth's method; fine for the small means here.
+  // Knuth's method; sufficient for the small means here.
   int64_t Poisson(double mean) {
     const double limit = std::exp(-mean);
     int64_t count = 0;
@@ -457,7 +458,7 @@ class FalsePeople {
     return count;
   }
 
-  // A random person's projection at a random time; empty where it has none.
+  // A random person's projection at a random time; empty if there is none.
   MaybePixels SomePose() {
     MaybePixels joints;
     const auto frame = static_cast<size_t>(
@@ -505,7 +506,7 @@ class FalsePeople {
       Keypoint& joint = figure.joints[j];
       joint.px = Vector2d(x, y) + scale * (*joints[j] - anchor);
       joint.found = IsInImage(camera_, joint.px);
-      constexpr double kConfidence = 0.8;  // of that of true ones, on Shelf
+      constexpr double kConfidence = 0.8;  // relative to true ones, on Shelf
       joint.confidence =
           std::clamp(kConfidence * options_.confidence +
                          options_.confidence_sigma * random_.Normal(),
@@ -574,7 +575,7 @@ bool HiddenMatters(const JointNoise& noise) {
   return noise.hidden_missing_rate > 0.0 || noise.hidden_noise_factor != 1.0;
 }
 
-// Whether any option depends on occlusion, which is slow to compute.
+// Whether any option depends on occlusion, which is expensive to compute.
 bool HiddenMatters(const NoiseOptions& options) {
   return options.hidden_missed_rate > 0.0 || HiddenMatters(options.joints) ||
          std::any_of(

@@ -15,49 +15,49 @@
 
 namespace kinegraph {
 
-// Of single joints. The variance of the pixel noise is split into a static
+// For single joints. The variance of the pixel noise is split into a static
 // share (constant over the recording for each person, view and joint), a white
 // share and the rest, which is time-correlated (AR(1)); without a correlation
 // time the rest is white too.
 struct JointNoise {
-  double sigma_px = 0.0;           // standard deviation of each axis
-  double reference_depth_m = 0.0;  // pixel figures hold there and fall with
-                                   // 1/depth; 0: they hold everywhere
-  double floor_px = 0.0;           // white noise added at all depths
-  double student_dof = 0.0;        // tails of what is not static; 0: Gaussian
+  double sigma_px = 0.0;  // standard deviation of each axis
+  // Depth of the pixel figures, which scale with 1/depth; 0: any depth.
+  double reference_depth_m = 0.0;
+  double floor_px = 0.0;     // white noise added at all depths
+  double student_dof = 0.0;  // tails of the non-static part; 0: Gaussian
   double static_share = 0.0;
   double white_share = 0.0;
   double correlation_time_s = 0.0;
 
   double outlier_rate = 0.0;      // share of the observed joints
-  double outlier_burst_s = 0.0;   // exact length; 0: each one by itself
+  double outlier_burst_s = 0.0;   // exact length; 0: independent
   double outlier_min_px = 30.0;   // distance from the truth, uniform, in a
-  double outlier_max_px = 200.0;  // direction that stays for the burst
-  double outlier_on_other = 0.0;  // share on the same joint of a near person
+  double outlier_max_px = 200.0;  // direction that is constant in a burst
+  double outlier_on_other = 0.0;  // share on the same joint of a nearby person
 
   double missing_rate = 0.0;
-  double missing_burst_s = 0.0;      // mean length; 0: each by itself
+  double missing_burst_s = 0.0;      // mean length; 0: independent
   double hidden_missing_rate = 0.0;  // where another body is in front
-  double hidden_noise_factor = 1.0;  // on the sigma, there
+  double hidden_noise_factor = 1.0;  // factor on the sigma there
 
   void Describe(OptionVisitor& visitor);
 };
 
-// Table [noise]. All zero, as it comes: exact projections of all joints inside
+// Table [noise]. All zero by default: exact projections of all joints inside
 // the images.
 struct NoiseOptions {
   int64_t seed = 1;
   JointNoise joints;
-  // Instead of `joints`, for classes that were measured apart.
+  // Replaces `joints` for classes that were measured separately.
   std::map<JointClass, JointNoise> by_class;
-  // Joint name to the share of frames in which it is found, by the azimuth of
-  // the camera around the person: equal bins from -180 degrees, 0 in front, +90
-  // on the right-hand side. Instead of `missing_rate`.
+  // Replaces `missing_rate`: by joint name, the share of frames in which it is
+  // found, by the azimuth of the camera around the person, in equal bins from
+  // -180 degrees, 0 in front, +90 on the right-hand side.
   std::map<std::string, std::vector<double>> found_by_azimuth;
 
-  // Confidence: a mean, less for hidden and wrong joints; each observation's
-  // sigma varies by `noise_spread` (log), and its confidence tells: it falls
-  // with the square of the sigma.
+  // Confidence: a mean, lower for hidden and wrong joints. Each observation's
+  // sigma varies by `noise_spread` (log), and its confidence reflects it: it
+  // falls with the square of the sigma.
   double confidence = 1.0;
   double confidence_sigma = 0.0;
   double hidden_confidence_factor = 0.9;
@@ -68,25 +68,25 @@ struct NoiseOptions {
   double missed_rate = 0.0;
   double missed_burst_s = 0.0;
   double hidden_missed_rate = 0.0;  // when most joints are hidden
-  int64_t min_joints = 1;           // fewer found: no detection
+  int64_t min_joints = 1;           // with fewer found: no detection
   double false_people = 0.0;        // mean number per image
   double false_life_s = 0.24;       // mean
   double swap_whole_rate = 0.0;     // left and right exchanged
   double swap_arm_rate = 0.0;
   double swap_leg_rate = 0.0;
-  double swap_burst_s = 0.0;      // mean length; 0: each frame by itself
+  double swap_burst_s = 0.0;      // mean length; 0: independent frames
   double fragment_rate = 0.0;     // split at the hips into two detections
   double double_rate = 0.0;       // found twice
   double fragment_burst_s = 0.0;  // of fragments and duplicates
 
   // Clocks.
-  double dropped_frame_rate = 0.0;     // whole frames that are not there
-  double dropped_view_rate = 0.0;      // single views without detections
-  double drop_burst_s = 0.0;           // mean length; 0: each by itself
-  std::vector<double> clock_offset_s;  // one a camera, the rest 0: it looks
-                                       // this much later
-  double time_jitter_s = 0.0;          // frames come off the beat by this sigma
-  bool tell_times = true;  // times tell offset and jitter; else the beat
+  double dropped_frame_rate = 0.0;  // missing whole frames
+  double dropped_view_rate = 0.0;   // single views without detections
+  double drop_burst_s = 0.0;        // mean length; 0: independent
+  // One per camera, the rest 0: it captures this much later.
+  std::vector<double> clock_offset_s;
+  double time_jitter_s = 0.0;  // standard deviation of the frame times
+  bool tell_times = true;      // times include offset and jitter; else nominal
 
   const JointNoise& Of(JointClass joint_class) const;
   // Throws OptionError for options outside their limits.
@@ -97,12 +97,12 @@ struct NoiseOptions {
 enum class Swap { kNone, kWhole, kArm, kLeg };
 enum class DetectionKind { kPerson, kUpperPart, kLowerPart, kDouble, kFalse };
 
-// What stands behind one detection.
+// The truth behind one detection.
 struct DetectionTruth {
-  int person = -1;  // index in the scene; -1: nobody
+  int person = -1;  // index in the scene; -1: none
   DetectionKind kind = DetectionKind::kPerson;
   Swap swap = Swap::kNone;
-  std::vector<int> outliers;  // joints that are wrong by far
+  std::vector<int> outliers;  // joints with gross errors
 };
 
 // "", "swap_whole", "swap_arm", "swap_leg", "fragment_upper", "fragment_lower",
@@ -114,8 +114,8 @@ struct ObservationTruth {
   std::vector<std::vector<std::vector<DetectionTruth>>> frames;
 };
 
-// Same scene, same options, same bits. `truth` may be null. Turning one kind of
-// noise on or off leaves the draws of the others as they were. Throws
+// Same scene and options, same bits. `truth` may be null. Enabling or disabling
+// one kind of noise does not affect the random numbers of the others. Throws
 // OptionError for options outside their limits.
 DetectionSequence Observe(const Scene& scene, const NoiseOptions& options,
                           ObservationTruth* truth);

@@ -1,4 +1,4 @@
-// Random processes in time, one value a frame, each started in its stationary
+// Random processes in time, one value per frame, each started in its stationary
 // state.
 #ifndef KINEGRAPH_CORE_SYNTHETIC_NOISE_PROCESS_H_
 #define KINEGRAPH_CORE_SYNTHETIC_NOISE_PROCESS_H_
@@ -12,25 +12,25 @@ namespace kinegraph {
 // Independent numbers of unit variance.
 Eigen::Vector2d NormalVector(Random* random);
 
-// Something that is on with a given rate, in bursts of geometric length: a
-// two-state Markov chain. It compares a hidden uniform number, redrawn now and
-// then, with the rate, so the rate may change from frame to frame.
+// An event that is on at a given rate, in bursts of geometric length: a
+// two-state Markov chain. It compares a hidden uniform number, redrawn
+// occasionally, with the rate, so the rate may change from frame to frame.
 class MarkovBursts {
  public:
   // Whether it is on in the next frame. `mean_frames` is the mean length of a
-  // burst; where it is shorter than that of independent frames,
-  // 1 / (1 - rate), frames are independent.
+  // burst; if it is shorter than that of independent frames, 1 / (1 - rate),
+  // frames are independent.
   bool Step(double rate, double mean_frames, Random* random);
 
  private:
   double level_ = -1.0;  // none drawn yet
 };
 
-// Something that is on with a given rate, in bursts of exactly `frames` frames.
+// An event that is on at a given rate, in bursts of exactly `frames` frames.
 class FixedBursts {
  public:
-  // `began` tells whether a burst begins in this frame (or was under way when
-  // the first frame came).
+  // `began`: whether a burst begins in this frame (or was in progress at the
+  // first frame).
   bool Step(double rate, int frames, Random* random, bool* began);
 
  private:

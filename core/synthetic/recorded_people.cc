@@ -22,21 +22,21 @@ using RecordedPeople = std::vector<std::shared_ptr<const Actor>>;
 
 // How a clip is played.
 struct ClipSetting {
-  // Turned about the vertical axis through `centre_m`, which then comes to
-  // `place_m`. Heights stay as they are, and so does the contact with the
+  // Rotation about the vertical axis through `centre_m`, which is then moved to
+  // `place_m`. Heights do not change, and neither does the contact with the
   // ground.
   Vector2d centre_m = Vector2d::Zero();
   Vector2d place_m = Vector2d::Zero();
   double turn_rad = 0.0;
-  double start_s = 0.0;  // appears, time of the scene
-  double hold_s = 0.0;   // the first pose is held for so long before it moves
+  double start_s = 0.0;      // time of appearance in the scene
+  double hold_s = 0.0;       // duration of the first pose before it moves
   double hold_sway_m = 0.0;  // of a held body: RMS, forward, 1 m above ankles
-  // Centres of joints that are no points of rigid bones: each moves to and fro
-  // in the frame of the trunk as its joint bends, by an amplitude that is drawn
-  // uniformly between half of this and one and a half of it, in a direction of
-  // its own. The whole way (from minus to plus the amplitude) is gone over the
-  // range of angles in the clip, or over about thirty degrees where the joint
-  // bends less. Wrist and ankle follow elbow and knee. 0: none.
+  // Joint centres are not points of rigid bones: each oscillates in the frame
+  // of the trunk as its joint bends, with an amplitude drawn uniformly from
+  // half to one and a half times this, in a direction of its own. The whole
+  // range (from minus to plus the amplitude) corresponds to the range of angles
+  // in the clip, or to about thirty degrees if the joint bends less. Wrist and
+  // ankle follow elbow and knee. 0: none.
   double joint_sway_m = 0.0;
 };
 
@@ -51,13 +51,13 @@ double ClipTimeAt(const ClipSetting& setting, double time_s) {
   return kStartRamp * x * x * x * x * (2.5 + x * (x - 3.0));
 }
 
-// How long a clip is in the scene.
+// Duration of a clip in the scene.
 double TimeInScene(const ClipSetting& setting, double clip_length_s) {
   if (setting.hold_s <= 0.0) return clip_length_s;
   if (clip_length_s >= 0.5 * kStartRamp) {
     return setting.hold_s + clip_length_s + 0.5 * kStartRamp;
   }
-  // A clip that is over before it has gathered speed.
+  // A clip that ends before reaching full speed.
   double low = 0.0;
   double high = kStartRamp;
   for (int i = 0; i < 60; ++i) {
@@ -69,19 +69,19 @@ double TimeInScene(const ClipSetting& setting, double clip_length_s) {
   return setting.hold_s + high;
 }
 
-// Clips state times in microseconds, scenes in nanoseconds: a time that misses
-// a clip's end by rounding counts as the end.
+// Clips have times in microseconds, scenes in nanoseconds: a time beyond a
+// clip's end by rounding is treated as the end.
 constexpr double kTimeSlack = 1e-4;
 
-// The body's sway dies away before the clip moves [s].
+// The body's sway fades before the clip moves [s].
 constexpr double kSwayFade = 1.0;
-// To the side people who stand sway less than forward.
+// Standing people sway less to the side than forward.
 constexpr double kSideShare = 0.6;
 // Quiet standing has nearly all of its sway below 1 Hz (Winter 1995, Human
 // balance and posture control during standing and walking); incommensurate.
 constexpr std::array<double, 5> kSwayHz = {0.11, 0.23, 0.37, 0.59, 0.83};
 
-// Range of a cosine that counts at least: about thirty degrees.
+// Minimum range of a cosine: about thirty degrees.
 constexpr double kLeastHalfRange = 0.13;
 
 Vector3d HorizontalPart(const Vector3d& v) { return {v.x(), v.y(), 0.0}; }
@@ -103,7 +103,7 @@ double CosineOf(const std::vector<Vector3d>& points,
   return norms > 0.0 ? a.dot(b) / norms : 0.0;
 }
 
-// The names of the joints that span the angle of a joint, without the side.
+// The names of the joints that define the angle of a joint, without the side.
 struct AngleNames {
   const char* joint;
   std::array<const char*, 3> span;
@@ -126,8 +126,8 @@ std::vector<Vector3d> PointsOfVector(const Eigen::VectorXd& coordinates) {
   return points;
 }
 
-// From lengths of segments, which are shares of the stature (Drillis and
-// Contini 1966): from hip to shoulder 0.29, thigh and shank 0.49 together.
+// From lengths of segments as shares of the stature (Drillis and Contini 1966):
+// hip to shoulder 0.29, thigh and shank together 0.49.
 double StatureOf(const Skeleton& skeleton, const std::vector<Vector3d>& points,
                  double hip_to_shoulder_m) {
   const int hip = skeleton.IndexOf("l_hip");
@@ -146,12 +146,12 @@ Vector3d RandomDirection(Random* random) {
   return Vector3d(x, y, z).normalized();
 }
 
-// A person whose motion was recorded: a spline through the joints of a tracks
-// file, placed in the scene, perhaps held at the first pose for a while.
+// A person with recorded motion: a spline through the joints of a tracks file,
+// placed in the scene, optionally holding the first pose for a while.
 class RecordedActor : public Actor {
  public:
-  // Throws OptionError("clips", ...) when the skeleton has no shoulders or hips
-  // or they coincide: then there is no frame of the trunk.
+  // Throws OptionError("clips", ...) if the skeleton has no shoulders or hips
+  // or they coincide, so that the trunk has no frame.
   RecordedActor(RecordedMotion motion, const ClipSetting& setting,
                 uint64_t joint_sway_seed, uint64_t body_sway_seed)
       : motion_(std::move(motion)),
@@ -240,11 +240,11 @@ class RecordedActor : public Actor {
  private:
   using Points = std::vector<Vector3d>;
 
-  // How a joint's centre moves in the frame of the trunk.
+  // Motion of a joint's centre in the frame of the trunk.
   struct CentreSway {
     int joint = 0;
     std::array<int, 3>
-        angle{};          // the joints that span it, its own in the middle
+        angle{};          // the joints that define it, its own in the middle
     double middle = 0.0;  // of the angle's cosine
     double half_range = 1.0;
     Vector3d amplitude_m = Vector3d::Zero();  // in the trunk
@@ -320,7 +320,7 @@ class RecordedActor : public Actor {
     }
   }
 
-  // A held body turns about its ankles as one piece (an inverted pendulum).
+  // A held body rotates rigidly about its ankles (an inverted pendulum).
   void AddBodySway(double time_s, Points* points) const {
     const double left_s = setting_.start_s + setting_.hold_s - time_s;
     if (setting_.hold_sway_m <= 0.0 || left_s <= 0.0) return;
@@ -346,11 +346,12 @@ class RecordedActor : public Actor {
     if (HasBoth(ankles)) {
       pivot = 0.5 * ((*points)[ankles[0]] + (*points)[ankles[1]]);
     }
-    // The body's own directions, level; who lies has none and takes the room's.
+    // The body's own directions, horizontal; a lying body has none and takes
+    // the room's.
     Vector3d left = HorizontalPart(trunk.R.col(1));
     left = left.norm() > 0.1 ? left.normalized() : Vector3d::UnitY();
     const Vector3d forward = left.cross(Vector3d::UnitZ());
-    // Turning about `left` leans forward, about `forward` to the right.
+    // Rotation about `left` leans forward, about `forward` to the right.
     const Vector3d turn =
         angle * (sway[0] * left + kSideShare * sway[1] * forward);
     const double size = turn.norm();
@@ -386,7 +387,7 @@ class RecordedActor : public Actor {
   std::array<std::array<double, kSwayTerms>, 2> phases_{};
 };
 
-// Everywhere that anything of a clip is, seen from above.
+// All positions in a clip, seen from above.
 std::vector<Vector2d> WayOf(const std::vector<RecordedMotion>& motions) {
   std::vector<Vector2d> way;
   for (const RecordedMotion& motion : motions) {
@@ -404,8 +405,8 @@ double At(const std::vector<double>& list, size_t i) {
   return i < list.size() ? list[i] : 0.0;
 }
 
-// A list with a number a clip is whole or left out, or it may end early: the
-// rest are then 0.
+// A list with one number per clip may be absent or end early: the rest is then
+// 0.
 void CheckCount(const char* key, const std::vector<double>& list, size_t clips,
                 bool may_end_early) {
   if (list.size() == clips || list.empty()) return;
@@ -429,10 +430,10 @@ void CheckLists(const RecordedPeopleOptions& options, size_t clips) {
   }
 }
 
-// The least distance of two trunks in the time that both are there.
+// The least distance of two trunks while both are present.
 double ClosestOf(const RecordedPeople& some, const RecordedPeople& others) {
   constexpr double kSampleStep =
-      0.1;  // [s]: nobody goes farther than 0.5 m in it
+      0.1;  // [s]: no person moves farther than 0.5 m in it
   double closest = std::numeric_limits<double>::infinity();
   for (const auto& a : some) {
     for (const auto& b : others) {
@@ -449,14 +450,14 @@ double ClosestOf(const RecordedPeople& some, const RecordedPeople& others) {
   return closest;
 }
 
-// The people of clip `clip_idx` behind those of the clips before it. A place
-// that is given, and a turn, are taken as they are; else places are drawn until
-// people of different clips keep apart.
+// Appends the people of clip `clip_idx`. A given position and rotation are used
+// as they are; otherwise positions are drawn until people of different clips
+// keep their distance.
 void AddClip(const RecordedPeopleOptions& options, const ClipRoom& room,
              const std::vector<RecordedMotion>& motions, size_t clip_idx,
              Random* seeds, RecordedPeople* people) {
   constexpr int kAttempts = 300;
-  // One fork a kind of chance, so that one leaves the others as they are.
+  // One fork per kind of randomness, so that one does not affect the others.
   Random random(seeds->Fork());
   const uint64_t joint_sway_seed = seeds->Fork();
   const uint64_t body_sway_seed = seeds->Fork();

@@ -1,5 +1,5 @@
 // People of a scene from tracks files: clips of recorded motion, each with its
-// place, its direction and its time.
+// position, direction and time.
 #ifndef KINEGRAPH_CORE_SYNTHETIC_RECORDED_PEOPLE_H_
 #define KINEGRAPH_CORE_SYNTHETIC_RECORDED_PEOPLE_H_
 
@@ -15,15 +15,15 @@
 
 namespace kinegraph {
 
-// Table [motion]: recorded people take the place of simulated ones. Lists have
-// one entry a clip, in the order of `clips`.
+// Table [motion]: recorded people replace simulated ones. Lists have one entry
+// per clip, in the order of `clips`.
 struct RecordedPeopleOptions {
   std::vector<std::string> clips;  // tracks files; empty: people are simulated
-  std::vector<double> start_s;     // when each appears; what is not given: 0
-  // For how long each holds its first pose before it moves; not given: 0.
+  std::vector<double> start_s;     // time of appearance; not given: 0
+  // How long each holds its first pose before it moves; not given: 0.
   std::vector<double> hold_s;
-  // Where the middle of each clip's way stands and by how much the clip is
-  // turned about the vertical; empty: drawn from scene.seed.
+  // Position of the centre of each clip's path and rotation of the clip about
+  // the vertical; empty: drawn from scene.seed.
   std::vector<double> x_m;
   std::vector<double> y_m;
   std::vector<double> turn_deg;
@@ -33,7 +33,7 @@ struct RecordedPeopleOptions {
   void Describe(OptionVisitor& visitor);
 };
 
-// A tracks file as it was read.
+// A tracks file as read.
 struct MotionClip {
   std::string name;  // the file
   TrackSequence tracks;
@@ -43,41 +43,40 @@ struct MotionClip {
 // frame).
 struct RecordedMotion {
   std::string clip;  // the file, for messages and scene.json
-  TrackId id;        // the person's in it
+  TrackId id;        // of the person in the file
   Skeleton skeleton;
   // Coordinates of all joints, x y z of the first, then of the next. One piece
-  // for each stretch without a gap; at least one.
+  // for each segment without a gap; at least one.
   std::vector<KnotSpline> pieces;
 };
 
 // The people of one clip in the joints of `skeleton`, matched by name. Throws
-// InputError naming the file and what is wrong: no people, a joint that the
-// file does not have, a position that is missing or not finite, times that do
-// not ascend, fewer than two frames.
+// InputError naming the file and the problem: no people, a joint that the file
+// lacks, a position that is missing or not finite, times that do not ascend,
+// fewer than two frames.
 std::vector<RecordedMotion> MotionsOf(const MotionClip& clip,
                                       const Skeleton& skeleton);
 
-// The room that clips are placed in.
+// The room in which clips are placed.
 struct ClipRoom {
-  double radius_m = 3.0;        // people stay inside where they fit
-  double min_distance_m = 0.0;  // of the trunks of people of different clips
+  double radius_m = 3.0;        // people stay inside if they fit
+  double min_distance_m = 0.0;  // between trunks of people of different clips
   uint64_t seed = 1;
 };
 
-// After a held pose the clip's time gathers speed for so long, from rest to
-// its own pace: people who walk from the first frame on do not start with a
+// After a held pose the clip's time accelerates for this long from rest to its
+// normal rate: people who walk from the first frame on do not start with a
 // jump.
 inline constexpr double kStartRamp = 0.3;
 
-// All people of all clips. Those of one file keep their places among each
-// other. A clip added at the end leaves the ones before it where they are.
-// Throws InputError as MotionsOf does, and OptionError naming the key of the
-// table.
+// All people of all clips. People of one file keep their relative positions.
+// Adding a clip at the end does not move earlier ones. Throws InputError as
+// MotionsOf does, and OptionError naming the key of the table.
 std::vector<std::shared_ptr<const Actor>> MakeRecordedPeople(
     const RecordedPeopleOptions& options, const std::vector<MotionClip>& clips,
     const Skeleton& skeleton, const ClipRoom& room);
 
-// When the last of the people leaves [s].
+// When the last person leaves [s].
 double EndOf(const std::vector<std::shared_ptr<const Actor>>& people);
 
 }  // namespace kinegraph

@@ -18,7 +18,7 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 // cam_from_world rotation of a camera at `centre` that looks at `target`; the
-// world's z stays up in the image.
+// world's z is up in the image.
 Matrix3d LookAt(const Vector3d& centre, const Vector3d& target) {
   const Vector3d z = (target - centre).normalized();
   const Vector3d x = z.cross(Vector3d::UnitZ()).normalized();
@@ -95,7 +95,7 @@ void CheckPeopleOffCameras(const Scene& scene) {
   }
 }
 
-// Direction of the camera as the person sees it [deg].
+// Direction of the camera relative to the person [deg].
 double AzimuthOf(const Camera& camera, const SegmentPose& trunk) {
   const Vector3d to_camera = camera.centre() - trunk.origin_m;
   const double forward = to_camera.dot(trunk.R.col(0));
@@ -177,7 +177,7 @@ CameraRig MakeRing(const RingOptions& options) {
   CameraRig rig;
   const auto lens =
       MakeLens(options.fisheye ? kFisheyeModel : "opencv5", options.distortion);
-  // Two cameras that face each other see no depth, so a pair stands at a right
+  // Opposite cameras cannot determine depth, so a pair is placed at a right
   // angle.
   const double arc = options.arc_deg * kPi / 180.0;
   const bool closed = options.arc_deg >= 360.0;

@@ -1,5 +1,5 @@
 // A synthetic scene: cameras around an area and people moving in it, with the
-// exact truth. What detectors make of it is the business of noise.h.
+// exact truth. For simulated detections see noise.h.
 #ifndef KINEGRAPH_CORE_SYNTHETIC_SCENE_H_
 #define KINEGRAPH_CORE_SYNTHETIC_SCENE_H_
 
@@ -24,8 +24,8 @@ struct RingOptions {
   int64_t count = 5;
   double radius_m = 6.5;
   double height_m = 2.6;
-  double target_height_m = 0.9;  // the point looked at, above the middle
-  double arc_deg = 360.0;        // the ring's part that is used
+  double target_height_m = 0.9;  // target point, above the centre
+  double arc_deg = 360.0;        // part of the ring in use
   int64_t width_px = 1280;
   int64_t height_px = 720;
   double focal_px = 800.0;
@@ -39,15 +39,15 @@ struct RingOptions {
 struct CrowdOptions {
   double area_radius_m = 3.0;     // people walk inside this circle
   double walking_speed_ms = 1.1;  // mean over people
-  double min_distance_m = 0.55;   // closest that two people pass (centres)
-  // After each walk the next deed is drawn with these weights.
+  double min_distance_m = 0.55;   // minimum distance of two people (centres)
+  // After each walk the next action is drawn with these weights.
   double walking = 0.55;
   double standing = 0.2;
   double turning = 0.1;
   double sitting = 0.15;
   double arm_motion = 0.3;  // share of time with a gesture
   double visitors = 0.3;    // share of people who come and go
-  double crossing = 0.7;    // share of walks led through the middle
+  double crossing = 0.7;    // share of walks through the centre
 
   void Describe(OptionVisitor& visitor);
 };
@@ -61,9 +61,9 @@ struct SceneOptions {
   std::string skeleton = "coco17";
   double stature_m = 1.72;        // mean
   double stature_sigma_m = 0.09;  // over people
-  // Turning of thorax and head against the pelvis, as a share of what people
-  // do. At 0 every bone of every skeleton keeps its length; else those that
-  // cross the spine or the neck (shoulder to hip, ear to shoulder) breathe by
+  // Rotation of thorax and head relative to the pelvis, as a share of people's
+  // own. At 0 every bone of every skeleton keeps its length; otherwise those
+  // across the spine or the neck (shoulder to hip, ear to shoulder) vary by
   // millimetres to centimetres, as in real people.
   double trunk_flexibility = 0.0;
   CrowdOptions motion;
@@ -77,13 +77,13 @@ struct TimeSpan {
   double end_s = 0.0;
 };
 
-// What is told about a person beside the poses.
+// Properties of a person besides the poses.
 struct ActorFacts {
-  double stature_m = 0.0;         // estimated where motion was recorded
+  double stature_m = 0.0;         // estimated for recorded motion
   std::vector<TimeSpan> present;  // in the scene
   std::vector<TimeSpan> seated;
   std::string clip;  // file of the recorded motion; empty: simulated
-  TrackId clip_id;   // the person's in that file
+  TrackId clip_id;   // of the person in that file
 };
 
 // A person, simulated or recorded: a pure function of time, so that any camera
@@ -93,12 +93,12 @@ class Actor {
   virtual ~Actor() = default;
 
   virtual bool PresentAt(double time_s) const = 0;
-  // One entry a joint of the scene's skeleton; asked only where present, as
-  // the two below.
+  // One entry per joint of the scene's skeleton. Call this and the two below
+  // only while present.
   virtual Pose3d PoseAt(double time_s) const = 0;
-  // x forward, y to the left: what a detector calls the person's front.
+  // x forward, y to the left; defines the person's front for detectors.
   virtual SegmentPose TrunkAt(double time_s) const = 0;
-  // The body as what hides others.
+  // The body as an occluder.
   virtual Obstacle ObstacleAt(double time_s) const = 0;
 
   virtual ActorFacts Facts() const = 0;
@@ -114,44 +114,43 @@ struct Scene {
   std::vector<std::vector<Pose3d>> poses;
 };
 
-// How far outside the scene's time its motion is defined [s]: clock offsets and
-// jitter may reach that far.
+// How far outside the scene's time its motion is defined [s]; limits clock
+// offsets and jitter.
 inline constexpr double kSceneMargin = 2.0;
 
 // Throws OptionError for options outside their limits, an unknown skeleton or
 // joint, or cameras inside the area.
 Scene MakeScene(const SceneOptions& options);
-// The same with a skeleton of one's own; `options.skeleton` is not looked at.
+// The same with a given skeleton; `options.skeleton` is ignored.
 Scene MakeScene(const SceneOptions& options, const Skeleton& skeleton);
-// The same with people of one's own (recorded ones, recorded_people.h) in place
-// of simulated ones; of `options` the people, stature and motion are not looked
-// at. Throws OptionError("clips", ...) when somebody comes so near to a camera
-// that half a metre is not left.
+// The same with given people (recorded ones, recorded_people.h) instead of
+// simulated ones; people, stature and motion in `options` are ignored. Throws
+// OptionError("clips", ...) if a person comes within half a metre of a camera.
 Scene MakeScene(const SceneOptions& options, const Skeleton& skeleton,
                 std::vector<std::shared_ptr<const Actor>> people);
 
 CameraRig MakeRing(const RingOptions& options);
 
-// Pose of a person at any moment of the scene; empty when not in it.
+// Pose of a person at any moment of the scene; empty while absent.
 Pose3d PersonAt(const Actor& person, TimeNs time);
 
 // A person of the scene at one moment.
 struct PersonMoment {
-  Pose3d pose;  // empty: not there, and what follows says nothing
+  Pose3d pose;  // empty: absent, the other fields are meaningless
   SegmentPose trunk;
-  std::optional<Obstacle> obstacle;  // where hiding matters
+  std::optional<Obstacle> obstacle;  // if occlusion matters
 };
 struct SceneMoment {
   TimeNs time = 0;
   std::vector<PersonMoment> people;
 };
 
-// Everybody at `time`; obstacles are slow to place.
+// Everyone at `time`; obstacles are expensive to compute.
 SceneMoment LookAtScene(const Scene& scene, TimeNs time, bool with_obstacles);
 
 bool IsInImage(const Camera& camera, const Eigen::Vector2d& px);
 
-// What the camera could see of one joint.
+// The view of a camera on one joint.
 struct JointSight {
   bool in_image = false;
   bool hidden = false;                           // by another body
@@ -166,13 +165,13 @@ struct PersonSight {
   std::vector<JointSight> joints;
 };
 
-// What a camera sees of each person, before any fault of a detector.
+// The view of a camera on each person, before any error of a detector.
 std::vector<PersonSight> Sights(const Camera& camera, const SceneMoment& moment,
                                 int joint_count);
 
 // The truth as tracks: all joints observed, person i has id i.
 TrackSequence TruthOf(const Scene& scene);
-// The same at the frames and times that the detections tell.
+// The same at the frames and times of the detections.
 TrackSequence TruthFor(const Scene& scene, const DetectionSequence& detections);
 
 }  // namespace kinegraph

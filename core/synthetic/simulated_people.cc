@@ -14,10 +14,11 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kSwingShare = 0.85;     // of a step's period
-constexpr double kHeelRiseTime = 0.22;   // before the foot leaves the ground
-constexpr double kFootFlatTime = 0.13;   // after the heel strikes
-constexpr double kStepThreshold = 0.05;  // smaller displacements are borne [m]
+constexpr double kSwingShare = 0.85;    // of the period of a step
+constexpr double kHeelRiseTime = 0.22;  // before the foot leaves the ground
+constexpr double kFootFlatTime = 0.13;  // after the heel strikes
+// Smaller displacements are tolerated [m].
+constexpr double kStepThreshold = 0.05;
 constexpr double kTurnThreshold = 0.25;  // [rad]
 constexpr double kSeatHeight = 0.3;      // of the hips, share of the stature
 
@@ -55,7 +56,7 @@ ArmPosture GesturePosture(GestureKind kind, double time_s) {
   return {};
 }
 
-// A foot on the ground: where the ankle stands when the foot is flat.
+// A foot on the ground: position of the ankle when the foot is flat.
 struct Footprint {
   Vector2d position_m = Vector2d::Zero();
   double yaw = 0.0;
@@ -72,8 +73,8 @@ struct Step {
 class SimulatedActor : public Actor {
  public:
   // `skeleton` is the scene's; `seed` draws personal habits;
-  // `trunk_flexibility` scales the turning of thorax and head against the
-  // pelvis (0: trunk and head are one rigid part).
+  // `trunk_flexibility` scales the rotation of thorax and head relative to the
+  // pelvis (0: trunk and head are rigid).
   SimulatedActor(const BodyShape& shape, const Skeleton& skeleton,
                  Itinerary itinerary, TimeSpan span, double trunk_flexibility,
                  uint64_t seed)
@@ -145,14 +146,14 @@ class SimulatedActor : public Actor {
     const Vector2d left(-forward.y(), forward.x());
     const Vector2d apart = (posture.feet[kLeft].ankle_m.head<2>() -
                             posture.feet[kRight].ankle_m.head<2>());
-    // Left foot before the right one, as share of the legs' length.
+    // Left foot relative to the right one, as a share of the legs' length.
     const double stride = apart.dot(forward) / shape_.leg();
 
     double transition = 0.0;
     const double seat = SeatShare(time_s, &transition);
 
     // The pelvis sinks when the feet are apart (inverted pendulum), moves over
-    // the standing foot, and sways a little.
+    // the standing foot, and sways slightly.
     const double half = 0.5 * apart.norm();
     const double upright = 0.98 * shape_.leg() + shape_.ankle_height -
                            0.42 * half * half / shape_.leg();
@@ -170,7 +171,8 @@ class SimulatedActor : public Actor {
     posture.lean = 0.03 + 0.04 * stride * stride + 0.6 * transition -
                    0.08 * seat + 0.01 * Sine(time_s, 0.21, habits_.phase[5]);
 
-    // Pelvis with the leading leg, thorax against it; the head looks ahead.
+    // The pelvis rotates with the leading leg, the thorax against it; the head
+    // looks ahead.
     const double pelvis_yaw = -0.12 * trunk_flexibility_ * stride;
     posture.heading += pelvis_yaw;
     posture.twist = -2.0 * pelvis_yaw;
@@ -182,7 +184,7 @@ class SimulatedActor : public Actor {
         (-0.6 * posture.lean + 0.08 * Sine(time_s, 0.19, habits_.phase[4]));
 
     for (const int side : {kLeft, kRight}) {
-      // Each arm goes with the opposite leg.
+      // Each arm swings with the opposite leg.
       const double swing =
           -SignOf(side) * 0.5 * habits_.arm_swing * stride * (1.0 - seat);
       posture.arms[side] = ArmAt(time_s, side, swing, seat);
@@ -190,7 +192,7 @@ class SimulatedActor : public Actor {
     return posture;
   }
 
-  // Where a foot stands when the person stands where the path is at `time_s`.
+  // Position of a foot for a person standing where the path is at `time_s`.
   Footprint Neutral(double time_s, int side) const {
     const Vector3d root = itinerary_.path.At(time_s);
     const double heading = root.z();
@@ -201,7 +203,7 @@ class SimulatedActor : public Actor {
     return {root.head<2>() + aside * left, heading + SignOf(side) * 0.1};
   }
 
-  // Quicker steps at higher speed: cadence grows with the square root of speed
+  // Faster steps at higher speed: cadence grows with the square root of speed
   // (Grieve and Gear 1966 found an exponent of about 0.4 to 0.5).
   double StepPeriod(double time_s) const {
     constexpr double kHalf = 0.15;
@@ -216,7 +218,7 @@ class SimulatedActor : public Actor {
                       0.75);
   }
 
-  // A seat is near enough in time that the feet stay where they are.
+  // Whether a seat is so near in time that the feet stay in place.
   bool SeatedAround(double time_s) const {
     return std::any_of(itinerary_.seated.begin(), itinerary_.seated.end(),
                        [&](const TimeSpan& span) {
@@ -225,9 +227,9 @@ class SimulatedActor : public Actor {
                        });
   }
 
-  // Feet step in turn. A foot lands where it will be neutral in the middle of
-  // its stance, so that the body passes over it; when the body comes to rest so
-  // do the feet.
+  // Feet step alternately. A foot lands where it will be neutral in the middle
+  // of its stance, so that the body passes over it; when the body stops, so do
+  // the feet.
   void PlanSteps(TimeSpan span) {
     std::array<Footprint, 2> feet = {Neutral(span.begin_s, kLeft),
                                      Neutral(span.begin_s, kRight)};
@@ -273,7 +275,7 @@ class SimulatedActor : public Actor {
     const auto after = std::upper_bound(
         steps.begin(), steps.end(), time_s,
         [](double t, const Step& step) { return t < step.swing.begin_s; });
-    // The swing now or last, or the first one to come.
+    // The current or last swing, or the first one to come.
     const Step& current = after == steps.begin() ? *after : *(after - 1);
     const double duration = current.swing.end_s - current.swing.begin_s;
     const double progress = (time_s - current.swing.begin_s) / duration;
@@ -306,8 +308,8 @@ class SimulatedActor : public Actor {
     if (after != steps.end() && after != steps.begin()) add(*after);
     foot.pitch = toes_down - toes_up;
 
-    // The foot rolls over the ball with the toes down and over the heel with
-    // the toes up; the ankle moves accordingly.
+    // The foot rolls over the ball with toes down and over the heel with toes
+    // up; the ankle moves accordingly.
     const double ball = 0.68 * shape_.foot_length;
     const double heel = 0.2 * shape_.foot_length;
     const double height = shape_.ankle_height;
@@ -323,7 +325,7 @@ class SimulatedActor : public Actor {
   }
 
   // 0: upright, 1: seated. `transition` is 1 in the middle of sitting down or
-  // standing up and 0 at their ends.
+  // standing up and 0 at either end.
   double SeatShare(double time_s, double* transition) const {
     double share = 0.0;
     *transition = 0.0;

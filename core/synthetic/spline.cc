@@ -14,9 +14,9 @@ VectorXd SlopeOf(const std::vector<double>& times, const MatrixXd& values,
          (times[static_cast<size_t>(i) + 1] - times[static_cast<size_t>(i)]);
 }
 
-// Second derivatives at the knots, four or more. Those of the inner knots
-// solve a tridiagonal system; those of the two ends lie on the straight line
-// through their two neighbours, which is what "not a knot" says.
+// Second derivatives at the knots, of which there are at least four. Those of
+// the inner knots solve a tridiagonal system; those of the two ends are
+// extrapolated linearly from their two neighbours, the "not a knot" condition.
 MatrixXd SecondDerivatives(const std::vector<double>& times,
                            const MatrixXd& values) {
   const Index last = values.cols() - 1;

@@ -11,9 +11,9 @@
 
 namespace kinegraph {
 
-// Uniform cubic B-spline, smooth to the second derivative. Follows its control
-// points without passing through them, which smooths them;
-// stays in their convex hull. Held at the ends.
+// Uniform cubic B-spline, smooth to the second derivative. Approximates its
+// control points without passing through them, which smooths them; stays in
+// their convex hull. Constant beyond the ends.
 class UniformSpline {
  public:
   UniformSpline() = default;
@@ -65,15 +65,16 @@ inline double SmoothBump(double time_s, double rise_s, double top_s,
 }
 
 // Cubic spline through points at any times. Interpolates vectors of one size,
-// each coordinate by itself, with a continuous second derivative. The ends are
-// "not a knot": the first two intervals share one cubic, and so do the last
-// two, so nothing is assumed about speed or acceleration there (de Boor, A
-// Practical Guide to Splines, chapter IV). Three knots give a parabola, two a
-// line.
+// each coordinate separately, with a continuous second derivative. The end
+// condition is "not a knot": the first two intervals share one cubic, and so do
+// the last two, so nothing is assumed about speed or acceleration there (de
+// Boor, A Practical Guide to Splines, chapter IV). Three knots give a parabola,
+// two a line.
 class KnotSpline {
  public:
   KnotSpline() = default;
-  // `times_s` ascend strictly; `values` has one column a knot. At least two.
+  // `times_s` must ascend strictly; `values` has one column per knot. At least
+  // two.
   KnotSpline(std::vector<double> times_s, Eigen::MatrixXd values);
 
   double begin_s() const { return times_s_.front(); }
@@ -81,8 +82,7 @@ class KnotSpline {
   const std::vector<double>& times_s() const { return times_s_; }
   const Eigen::MatrixXd& values() const { return values_; }
 
-  // A time outside the knots counts as the nearest end: nothing is
-  // extrapolated.
+  // Times outside the knots are clamped to the nearest end: no extrapolation.
   Eigen::VectorXd At(double time_s) const;
 
  private:
