@@ -1,5 +1,5 @@
-// Files as the operating system has them, by descriptor. What fails leaves its
-// reason in errno.
+// Files of the operating system, by descriptor. On failure errno has the
+// reason.
 #ifndef KINEGRAPH_CORE_SYSTEM_FILE_H_
 #define KINEGRAPH_CORE_SYSTEM_FILE_H_
 
@@ -20,8 +20,9 @@ enum class FileType { kRegular, kFolder, kBlockDevice, kOther };
 
 struct FileStatus {
   FileType kind = FileType::kOther;
-  int64_t size = 0;  // bytes; 0 where it has none
-  // Which file it is, by whatever name: of two that exist, equal for one alone.
+  int64_t size = 0;  // bytes; 0 if not applicable
+  // Identifies the file under any name; two existing files never have the same
+  // number.
   std::pair<uint64_t, uint64_t> number;
   std::pair<int64_t, int64_t> changed;  // s, ns
   unsigned permissions = 0;
@@ -31,17 +32,17 @@ std::optional<FileStatus> StatusOf(const std::string& path);
 std::optional<FileStatus> StatusOf(int descriptor);
 bool CanBeWritten(const std::string& path);
 
-// -1 when the system refuses. No program that is started inherits one.
+// -1 on failure. Not inherited by child programs.
 int OpenToRead(const std::string& path);
-int OpenToWrite(const std::string& path);  // what is no regular file
-// Fails where anything is, a link too.
+int OpenToWrite(const std::string& path);  // also if not a regular file
+// Fails if the path exists, even as a link.
 int OpenNew(const std::string& path);
 int Duplicate(int descriptor);
 void CloseFile(int descriptor);
 std::FILE* StreamOf(int descriptor, const char* mode);
 int DescriptorOf(std::FILE* stream);
 
-// Closes what it holds.
+// Owns a descriptor and closes it.
 class Descriptor {
  public:
   explicit Descriptor(int opened) : value_(opened) {}
@@ -56,48 +57,49 @@ class Descriptor {
   int value_;
 };
 
-// Bytes that are there, 0 at the end, -1 when the system refuses.
+// Available bytes, 0 at the end, -1 on failure.
 int64_t ReadSome(int descriptor, char* to, size_t size);
 bool SetPermissions(int descriptor, unsigned permissions);
 
-// 0, or -1 when the system refuses.
+// 0, or -1 on failure.
 int MakeOneFolder(const std::string& path);
 void RemoveFile(const std::string& path);
 void RemoveEmptyFolder(const std::string& path);
 
-// Brings an open file's bytes to the disk: 0, or -1 when they were lost; a file
-// system that knows no such request counts as done.
+// Flushes an open file to disk: 0, or -1 if data was lost; a file system that
+// does not support it counts as success.
 int SyncFile(int descriptor);
-// Everything below a folder: its whole file system. As SyncFile.
+// Flushes the whole file system that holds a folder. Returns as SyncFile.
 int SyncTree(const std::string& folder);
-// The entry of a name in its folder. Best effort: the name is there already.
+// Flushes the entry of a name in its folder. Best effort: the name already
+// exists.
 void SyncFolderOf(const std::string& path);
 
-// Where the open files of this process have their numbers for names.
+// The folder that lists the open files of this process by number.
 std::string FolderOfOpenFiles();
 
 // ---- Standard streams, pipes and the terminal
 
 bool IsTerminal(int descriptor);
 
-// Once, at the beginning. A standard stream that was closed by the caller would
-// give its number to the next file opened, and messages would end inside a
-// result: such streams become ones that fail. A reader that leaves a pipe does
-// not end the program half way through a file.
+// Call once, at the start. A standard stream closed by the caller would give
+// its number to the next file opened, and messages would end up inside a
+// result: such streams are replaced by ones that fail. A broken pipe does not
+// end the program in the middle of a file.
 void PrepareStandardStreams();
 
-// Whether whoever read the other end of a pipe is gone.
+// Whether the reading end of a pipe is closed.
 bool ReaderIsGone(int descriptor);
 
-// Waits until one of them has something to read or is at its end; false when it
-// is `stop`.
+// Waits until either descriptor is readable or at its end; false if it is
+// `stop`.
 bool WaitForInput(int descriptor, int stop);
 // Whether something can be read, or the end is there, within so long.
 bool HasInput(int descriptor, int wait_ms = 0);
 
-// Both ends, the one to read first; false when the system refuses.
+// Both ends, the reading end first; false on failure.
 bool MakePipe(int ends[2]);
-// Without waiting for anybody; what cannot be written is lost.
+// Without blocking; what cannot be written is lost.
 void WriteAtOnce(int descriptor, const std::string& text);
 
 }  // namespace kinegraph
