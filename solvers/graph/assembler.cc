@@ -14,7 +14,7 @@ namespace {
 
 constexpr TimeNs kNever = std::numeric_limits<TimeNs>::min();
 
-// Confidence as far as it is trusted: GraphOptions::min_confidence to 1.
+// Confidence, clamped to the trusted range: GraphOptions::min_confidence to 1.
 double TrustedConfidence(const GraphOptions& options, double confidence) {
   return std::min(1.0, std::max(options.min_confidence, confidence));
 }
@@ -44,8 +44,8 @@ bool Triangulated(const EstimatorFrame& frame, size_t joint) {
                                     : frame.triangulated[joint] != 0;
 }
 
-// The tracker hands views over in the order in which a track first had them,
-// the second pass in that of the cameras. The same matches are the same
+// The tracker passes views in the order in which the track first had them, the
+// second pass in camera order. Sorting makes equal matches an identical
 // problem.
 std::vector<const FreshView*> InCameraOrder(const EstimatorFrame& frame) {
   std::vector<const FreshView*> views;
@@ -178,17 +178,18 @@ double InformationScale(const GraphOptions& options, double dt_s) {
 }
 
 double CentrePerSigma(const GraphOptions& options, double dt_s) {
-  // How long people hold a limb where it is [s].
+  // Time for which people hold a limb in one position [s].
   constexpr double kHeldS = 3.0;
   return std::sqrt(std::tanh(0.5 * dt_s / kHeldS)) /
          options.birth_position_sigma_m;
 }
 
 SolveSchedule MakeSchedule(const GraphOptions& options) {
-  // 1.5 sigmas: nearly efficient for clean observations, yet an outlier pulls
-  // like two good ones at most (Huber and Ronchetti, Robust Statistics).
+  // 1.5 sigmas: nearly efficient for clean observations, yet an outlier has at
+  // most the influence of two good ones (Huber and Ronchetti, Robust
+  // Statistics).
   constexpr double kHuberScale = 1.5;
-  // Earlier stages only hand over a start.
+  // Earlier stages only provide a start.
   constexpr int kEarlyIterations = 3;
   const int last_iterations = static_cast<int>(options.max_iterations);
   SolveSchedule schedule;

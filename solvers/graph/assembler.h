@@ -1,4 +1,4 @@
-// From the frames an estimator is given to the values of a problem.
+// Converts the frames given to an estimator into the values of a problem.
 #ifndef KINEGRAPH_SOLVERS_GRAPH_ASSEMBLER_H_
 #define KINEGRAPH_SOLVERS_GRAPH_ASSEMBLER_H_
 
@@ -14,7 +14,7 @@
 
 namespace kinegraph {
 
-// What a final pose needs to know of its frame besides the estimate.
+// What a final pose needs from its frame besides the estimate.
 struct FrameRecord {
   struct View {
     int view_idx = 0;
@@ -24,23 +24,23 @@ struct FrameRecord {
   TimeNs time = 0;
   std::vector<View> views;
   double score = 0.0;  // mean confidence of the matched joints
-  // Joints that the initial pose triangulated; their positions are the states
-  // that were appended with the frame.
+  // Joints triangulated in the initial pose; their positions are the states
+  // appended with the frame.
   std::vector<bool> triangulated;
 };
 
-// Turns fresh detections into measurements: sigma by confidence, joint class
+// Converts fresh detections into measurements: sigma by confidence, joint class
 // and the depth of the person's initial centre; information by the time since
-// the view's last measurement of the joint. Whatever is not finite or behind
-// the camera is no measurement.
+// the view's last measurement of the joint. Skips whatever is not finite or
+// behind the camera.
 class Assembler {
  public:
   // `scene` and `options` must outlive the assembler.
   Assembler(const SceneModel& scene, const GraphOptions& options);
 
-  // Appends the frame to the problem. New states stand where the initial pose
-  // triangulated the joint, else at the person's centre, at rest. The first
-  // frame makes the joints and sets their birth priors. Time must have
+  // Appends the frame to the problem. New states start at the initial pose
+  // where that was triangulated, else at the person's centre, at rest. The
+  // first frame creates the joints and sets their birth priors. Time must have
   // advanced.
   FrameRecord Append(const EstimatorFrame& frame, PersonProblem* problem);
 
@@ -51,46 +51,47 @@ class Assembler {
 
   const SceneModel& scene_;
   const GraphOptions& options_;
-  // Middle of the joints of the last initial pose.
+  // Mean of the joints of the last initial pose.
   Eigen::Vector3d centre_ = Eigen::Vector3d::Zero();
   // Time of the last measurement by view and joint.
   std::vector<TimeNs> last_measured_;
 };
 
-// How far off a detector is, and how much each of its answers tells.
+// The detector's noise: how large its errors are, and how much information each
+// observation carries.
 
-// Where the noise is learnt from the recording its sigmas are widened by this,
-// and information is raised by the square: the same curvature at small
-// residuals, a robust loss that doubts a little later.
+// Where the noise is learnt from the recording, its sigmas are multiplied by
+// this and information by its square: the curvature at small residuals is the
+// same, but a robust loss reduces weights somewhat later.
 inline constexpr double kLearntWidening = 1.25;
 
 // Standard deviation of one coordinate of a detected joint [px]. It scales with
-// the person's size in the image, focal_px / depth_m, because detectors work
-// on a person's crop; `depth_m` > 0 is that of the initial pose, so that the
-// sigma is constant during a solve.
+// the person's size in the image, focal_px / depth_m, because detectors work on
+// a person's crop; `depth_m` > 0 is that of the initial pose, so that the sigma
+// is constant during a solve.
 double PixelSigma(const GraphOptions& options, JointClass joint_class,
                   double confidence, double depth_m, double focal_px);
 
 // Factor on the information of an observation made `dt_s` after the previous
-// one of the same joint in the same view: detector errors are correlated over
-// correlation_time_s, and a chain of first-order correlated errors carries
-// (1 - rho) / (1 + rho), rho = exp(-dt / tau), of the information of as many
-// independent ones (variance of the mean of an AR(1) process). So the
-// information per second does not grow with the frame rate without bound.
+// one of the same joint in the same view. Detector errors are correlated over
+// correlation_time_s, and a chain of first-order correlated errors carries (1 -
+// rho) / (1 + rho), rho = exp(-dt / tau), of the information of as many
+// independent ones (variance of the mean of an AR(1) process). Information per
+// second therefore stays bounded as the frame rate grows.
 double InformationScale(const GraphOptions& options, double dt_s);
 
-// 1 / sigma [1/m] of BodyCentre in a frame `dt_s` after the one before. Where a
-// joint is about its person is as uncertain as at birth and changes slowly, so
-// a frame tells as little of it as InformationScale has it: a sixth of the
-// birth prior's information a second. For a joint that two views see to a
-// centimetre in every frame that is less than 1e-5 of what is known.
+// 1 / sigma [1/m] of BodyCentre in a frame `dt_s` after the one before. The
+// offset of a joint from its person is as uncertain as at birth and changes
+// slowly, so frames are correlated as in InformationScale: per second they
+// carry a sixth of the birth prior's information. For a joint that two views
+// measure to a centimetre in every frame that is less than 1e-5 of the total.
 double CentrePerSigma(const GraphOptions& options, double dt_s);
 
-// Convex losses need one stage. The others start with Huber, whose only
-// minimum does not depend on the start, and then narrow to their own scale
-// (graduated non-convexity: Blake and Zisserman 1987; Yang et al., RA-L 2020).
-// A redescending loss that starts from an old estimate instead can lock good
-// views out for ever, so every window runs the whole schedule again.
+// Convex losses need one stage. The others start with Huber, whose only minimum
+// does not depend on the start, and then narrow to their own scale (graduated
+// non-convexity: Blake and Zisserman 1987; Yang et al., RA-L 2020). A
+// redescending loss started from an old estimate can exclude good views
+// permanently, so every window runs the whole schedule again.
 SolveSchedule MakeSchedule(const GraphOptions& options);
 
 }  // namespace kinegraph

@@ -1,12 +1,13 @@
-// A person's factors: of each joint those of solvers/factors/factors.h,
-// and what couples joints. Information of covariances, marginalisation,
-// couplings and Ceres walk them here; chains in lanes
-// (solvers/block_tridiagonal/chain_kernel.h) walk the former over packs.
+// A person's factors: those of each joint, from solvers/factors/factors.h, and
+// those that couple joints. Information of covariances, marginalisation,
+// couplings and Ceres all use this list; chains in lanes
+// (solvers/block_tridiagonal/chain_kernel.h) iterate over the joints' factors
+// with packs.
 //
 // A visitor is called as
 //   bool visit(const Factor& factor, const Keys<Factor::kKeys>& keys,
 //              const Robustness& robustness)
-// for each factor, and ends the walk by returning false. Factors come by value
+// for each factor; returning false ends the walk. Factors are passed by value
 // and may be kept; what they point to belongs to the problem.
 #ifndef KINEGRAPH_SOLVERS_GRAPH_FACTOR_LIST_H_
 #define KINEGRAPH_SOLVERS_GRAPH_FACTOR_LIST_H_
@@ -23,7 +24,7 @@
 
 namespace kinegraph {
 
-// A camera as reprojections of doubles see it.
+// A camera as the View of a reprojection factor over doubles.
 struct CameraView {
   const Camera* camera = nullptr;  // outlives the factor
 
@@ -45,14 +46,14 @@ struct CameraView {
 
 using CameraReprojection = Reprojection<double, CameraView>;
 
-// Which factors a walk visits, and how.
+// Which factors to visit, and how.
 struct FactorWalk {
   SolveStage stage;  // the loss of reprojections
   // Factors whose earliest state is in frames begin .. end - 1.
   size_t begin = 0;
   size_t end = static_cast<size_t>(-1);
-  bool priors = true;  // the joints' own
-  // Priors state what covariances do (StatePrior::A_stated).
+  bool priors = true;  // of the joints
+  // Priors hold the information used for covariances (StatePrior::A_stated).
   bool stated = false;
 };
 
@@ -69,12 +70,12 @@ inline GaussianPrior<double> PriorOf(const StatePrior& prior, bool stated) {
           prior.b.data()};
 }
 
-// A joint's chain as factors.h walks it.
+// A joint's chain in the form that factors.h iterates over.
 class JointFactors {
  public:
   using Counting = Robustness;
 
-  // A chain of `problem`, or one with the same frames.
+  // `chain` is one of `problem`, or has the same frames.
   JointFactors(const PersonProblem& problem, const JointChain& chain,
                const FactorWalk& walk)
       : times_(problem.times),
@@ -119,7 +120,7 @@ class JointFactors {
   const Robustness pixels_;
 };
 
-// The factors of one joint of `problem`; `joint` enters the keys only.
+// The factors of one joint of `problem`; `joint` only enters the keys.
 template <typename Visit>
 bool ForEachFactor(const PersonProblem& problem, const JointChain& chain,
                    int joint, const FactorWalk& walk, Visit&& visit) {
@@ -155,7 +156,7 @@ bool ForEachCoupling(const PersonProblem& problem, const FactorWalk& walk,
   return true;
 }
 
-// All of a person's factors but the person's prior (PersonProblem::prior).
+// All of a person's factors except the person's prior (PersonProblem::prior).
 template <typename Visit>
 bool ForEachFactor(const PersonProblem& problem, const FactorWalk& walk,
                    Visit&& visit) {
@@ -170,7 +171,7 @@ bool ForEachFactor(const PersonProblem& problem, const FactorWalk& walk,
   return ForEachCoupling(problem, walk, visit);
 }
 
-// A factor's residuals and Jacobians at states, and what it counts.
+// A factor's residuals and Jacobians at given states, and its robustness.
 template <typename Factor>
 struct Linearised {
   double residual[Factor::kResiduals];
@@ -183,7 +184,7 @@ struct Linearised {
   }
 };
 
-// Evaluates a factor at `state_of(key)` [6]; false where it has no value.
+// Evaluates a factor at `state_of(key)` [6]; false where it is undefined.
 template <typename Factor, typename StateOf>
 bool LineariseFactor(const Factor& factor, const Keys<Factor::kKeys>& keys,
                      const StateOf& state_of, Linearised<Factor>* linear) {
@@ -192,7 +193,7 @@ bool LineariseFactor(const Factor& factor, const Keys<Factor::kKeys>& keys,
   return factor.Evaluate(states, linear->residual, linear->by_states);
 }
 
-// At a problem's states.
+// The same at a problem's states.
 template <typename Factor>
 bool LineariseFactor(const Factor& factor, const Keys<Factor::kKeys>& keys,
                      const PersonProblem& problem, Linearised<Factor>* linear) {
@@ -200,8 +201,8 @@ bool LineariseFactor(const Factor& factor, const Keys<Factor::kKeys>& keys,
   return LineariseFactor(factor, keys, state_of, linear);
 }
 
-// The weight rho' that a factor has at the estimate: of a measurement the
-// stored one, which the solver may have taken away.
+// The weight rho' of a factor at the estimate: for a measurement the stored
+// one, which the solver may have set to zero.
 inline double WeightAtEstimate(const JointChain& chain,
                                const Robustness& robustness,
                                double squared_norm) {

@@ -21,8 +21,8 @@
 namespace kinegraph {
 namespace {
 
-// What is left of a frame is kept twice: for the estimate, which the loss
-// weighs, and for the covariances that are stated (StatePrior::A_stated).
+// The remainder of a frame is kept twice: for the estimate, weighted by the
+// loss, and for the reported covariances (StatePrior::A_stated).
 enum class KeptFor { kEstimate, kCovariance };
 
 // Factors whose earliest state is in the first frame.
@@ -33,8 +33,8 @@ FactorWalk FirstFrame(KeptFor use) {
   return walk;
 }
 
-// Calls `visit(linearised factor, keys, what it counts)` for a joint's factors
-// of the first frame; `correction` is that of the observations.
+// Calls `visit(linearised factor, keys, robustness)` for a joint's factors of
+// the first frame; `correction` is that of the observations.
 template <typename Visit>
 void LineariseFirst(const PersonProblem& problem, const JointChain& chain,
                     const FactorWalk& walk, double correction,
@@ -123,7 +123,7 @@ StatePrior MarginaliseFirstState(const PersonProblem& problem,
 
 Eigen::Index ColumnOf(const StateKey& key) { return kStateSize * key.joint; }
 
-// A square for EliminateDense, of which its caller sees `size` rows.
+// A square padded for EliminateDense, of which the caller sees `size` rows.
 class PaddedSquare {
  public:
   explicit PaddedSquare(Eigen::Index size)
@@ -146,8 +146,8 @@ class PaddedSquare {
   LaneBuffer numbers_;
 };
 
-// Information of the first two frames' states (of the first, of the second,
-// and between them with the second's as rows) and the gradients.
+// Information of the first two frames' states (first, second, and the block
+// between them with the second's as rows) and the gradients.
 struct TwoFrames {
   explicit TwoFrames(Eigen::Index size)
       : first(size),
@@ -161,10 +161,10 @@ struct TwoFrames {
   PaddedSquare second;
   Eigen::VectorXd first_gradient;
   Eigen::VectorXd second_gradient;
-  bool joints_apart = true;  // `below` has one block a joint
+  bool joints_apart = true;  // `below` has one block per joint
 };
 
-// Adds a' b, times `weight`, at a place of `information`.
+// Adds `weight` a' b to a block of `information`.
 template <typename JacobianA, typename JacobianB>
 void AddBlock(const JacobianA& a, const JacobianB& b, double weight,
               Eigen::Index row, Eigen::Index column,
@@ -256,11 +256,13 @@ void AddUser(const PersonProblem& problem, TwoFrames* frames) {
   }
 }
 
-// Leaves in `second` and its gradient what both frames say of the second's
-// states. False where the first frame's are not determined.
+// Eliminates the first frame's states, leaving information and gradient of the
+// second's in `second`. False where the first frame's states are not
+// determined.
 bool EliminateFirst(TwoFrames* frames) {
-  // A sum of n products is good to n units of rounding of what it is taken
-  // from; so much stays of joints that were not seen for very long.
+  // Rounding error of a sum of n products is n units of rounding of what it is
+  // subtracted from; this much information remains of joints that have not been
+  // seen for very long.
   auto second = frames->second.inside();
   const double size = static_cast<double>(second.rows());
   second.diagonal() *= 1.0 + size * std::numeric_limits<double>::epsilon();
@@ -295,18 +297,18 @@ std::optional<TwoFrames> LeaveFirst(const PersonProblem& problem, KeptFor use,
 // A prior on the second states of all joints together, where bones couple them,
 // by Schur complement. With x1 the states of the first frame, x2 those of the
 // second, and the factors that touch x1 linearised at the estimate, the cost
-// is, but for a constant,
+// is, up to a constant,
 //   1/2 [d1 d2] [L11 L21'] [d1] + [g1' g2'] [d1]
 //               [L21 L22 ] [d2]             [d2]
-// in the steps d1, d2. Whatever d2 is, d1 = -L11^-1 (g1 + L21' d2) is best; put
-// in, it leaves a prior on d2 alone,
+// in the steps d1, d2. For any d2 the minimum over d1 is at d1 = -L11^-1 (g1 +
+// L21' d2); substituting it leaves a prior on d2 alone,
 //   information L22 - L21 L11^-1 L21',   gradient g2 - L21 L11^-1 g1,
-// whose minimum and inverse are those of the whole problem's second frame: what
-// later factors add concerns d2 only. L11 = C C' is factored once; the columns
-// of C^-1 L21' are what the product subtracts. Without bones, L11 falls into a
-// block a joint, which EliminateDense uses.
-// nullopt where the information is not positive definite, which takes a factor
-// of the user's own that says so.
+// whose minimum and inverse are those of the second frame in the whole problem,
+// because later factors concern d2 only. L11 = C C' is factored once; the
+// columns of C^-1 L21' give the product that is subtracted. Without bones, L11
+// falls into one block per joint, which EliminateDense exploits. Returns
+// nullopt where the information is not positive definite, which only a user's
+// factor can cause.
 std::optional<PersonPrior> MarginaliseFirstFrame(const PersonProblem& problem,
                                                  double correction) {
   std::optional<TwoFrames> kept = LeaveFirst(problem, KeptFor::kEstimate, 1.0);

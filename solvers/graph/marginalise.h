@@ -1,4 +1,4 @@
-// Drops the first frame of a person's problem.
+// Removes the first frame of a person's problem by marginalisation.
 #ifndef KINEGRAPH_SOLVERS_GRAPH_MARGINALISE_H_
 #define KINEGRAPH_SOLVERS_GRAPH_MARGINALISE_H_
 
@@ -12,10 +12,10 @@
 namespace kinegraph {
 
 // Replaces the first frame of every joint by the prior on its second state that
-// the first state's factors leave: prior, measurements at their weights,
-// motion. With bones, or a person's prior from earlier frames, also by one on
-// all second states. `correction` is that of the loss (InformationCorrection);
-// it enters only what is kept for covariances. Two frames at least.
+// follows from the first state's factors: prior, measurements at their weights,
+// motion. With bones, or a person's prior from earlier frames, adds one on all
+// second states. `correction` is that of the loss (InformationCorrection); it
+// only affects what is kept for covariances. Needs at least two frames.
 void DropFirstFrame(double correction, PersonProblem* problem);
 
 // residual(x) = A (x - x0) + b over the kept variables; A upper triangular.
@@ -26,23 +26,23 @@ struct SquareRootPrior {
 };
 
 // Takes the rows [J r] of whitened factors that touch the dropped variables,
-// linearised at x0; the first columns belong to those. Rotating rows does not
-// change their sum of squares, and Householder reflections bring them to an
-// upper triangle,
+// linearised at x0; the columns of the dropped variables come first. Rotating
+// rows does not change their sum of squares, and Householder reflections bring
+// them to an upper triangle,
 //   |R11 d1 + R12 d2 + c1|^2 + |A d2 + b|^2 + a constant.
-// Whatever d2 is, d1 = -R11^-1 (R12 d2 + c1) brings the first term to zero: the
-// second is the factor on the kept variables. A' A is the Schur complement of
-// the information, without the squares that would cost half of the digits
+// For any d2, d1 = -R11^-1 (R12 d2 + c1) makes the first term zero: the second
+// is the factor on the kept variables. A' A is the Schur complement of the
+// information, without forming squares, which would cost half of the digits
 // (Kaess et al., iSAM2, IJRR 2012, sec. 2; Dellaert and Kaess, Factor Graphs
-// for Robot Perception, 2017, sec. 5.3). Directions about which nothing is
-// known get a zero row.
+// for Robot Perception, 2017, sec. 5.3). Directions without any information get
+// a zero row.
 template <int kColumns>
 class RowTriangle {
  public:
-  using Row = std::array<double, kColumns + 1>;  // the residual last
+  using Row = std::array<double, kColumns + 1>;  // residual last
 
-  // Of `row` and of all that came before, columns `end` .. are zero. Rows that
-  // leave columns out go first: they cost less.
+  // In `row` and all earlier rows, columns `end` .. are zero. Adding rows with
+  // fewer columns first is cheaper.
   void Add(const Row& row, int end = kColumns) {
     if (count_ == kMostRows || end != end_) Reduce();
     end_ = end;
@@ -52,7 +52,7 @@ class RowTriangle {
     ++count_;
   }
 
-  // Nothing is added afterwards.
+  // No rows may be added afterwards.
   template <int kDropped>
   SquareRootPrior<kColumns - kDropped> Drop() {
     Reduce();
@@ -80,7 +80,7 @@ class RowTriangle {
       if (norm == 0.0) continue;
       const double left = pivot[0] > 0.0 ? -norm : norm;
       pivot[0] -= left;
-      // Of I - v v' / (norm |v_0|).
+      // Reflector I - v v' / (norm |v_0|).
       const double share = 1.0 / (norm * std::abs(pivot[0]));
       for (int column = i + 1; column <= kColumns; ++column) {
         if (column == end_) column = kColumns;
@@ -94,8 +94,8 @@ class RowTriangle {
   }
 
   double columns_[kColumns + 1][kMostRows];
-  int count_ = 0;  // of rows
-  int end_ = 0;    // of columns that are not zero but for the residual's
+  int count_ = 0;  // number of rows
+  int end_ = 0;    // number of leading non-zero columns, without the residual
 };
 
 }  // namespace kinegraph

@@ -20,7 +20,7 @@ void DescribeJointClasses(OptionVisitor& visitor, const std::string& name,
 
 namespace {
 
-// The keys in groups; a configuration lists them in this order.
+// The keys in groups, in the order in which a configuration lists them.
 void DescribeLoss(GraphOptions* options, OptionVisitor& visitor) {
   visitor.Choice("loss", &options->loss, LossNames(),
                  "robust loss of the reprojections");

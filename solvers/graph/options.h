@@ -1,4 +1,5 @@
-// Options of the factor-graph estimators, table [graph]. Free of any solver.
+// Options of the factor-graph estimators, table [graph]. Independent of any
+// solver.
 #ifndef KINEGRAPH_SOLVERS_GRAPH_OPTIONS_H_
 #define KINEGRAPH_SOLVERS_GRAPH_OPTIONS_H_
 
@@ -17,7 +18,7 @@
 
 namespace kinegraph {
 
-// A number for each class of joints, in the order of JointClass.
+// One number per class of joints, in the order of JointClass.
 using JointClassTable = std::array<double, kJointClassCount>;
 
 // The key `name`: one number, or a table by class of joint.
@@ -25,19 +26,19 @@ void DescribeJointClasses(OptionVisitor& visitor, const std::string& name,
                           JointClassTable* table, const std::string& unit,
                           const std::string& help);
 
-// Who has the last word on the minimum. Both minimise the same factors.
+// The solver that determines the minimum. Both minimise the same factors.
 enum class GraphSolver {
-  kCeres,             // one Ceres problem a person with all factors
-  kBlockTridiagonal,  // block-tridiagonal elimination; bones by conjugate
-                      // gradients on top
+  kCeres,  // one Ceres problem per person with all factors
+  // Block-tridiagonal elimination, with conjugate gradients for bones.
+  kBlockTridiagonal,
 };
 // Names in the order of the enum.
 const char* ToString(GraphSolver solver);
 
-// What Ceres starts from.
+// Where Ceres starts.
 enum class GraphStart {
   kBasin,  // graduated non-convexity by block-tridiagonal elimination
-  kDlt,    // DLT and the joints filter: all stages are Ceres' own
+  kDlt,    // DLT and the joints filter: Ceres runs all stages
 };
 
 // Where a noise figure comes from.
@@ -46,50 +47,50 @@ enum class NoiseFrom {
   kFixed,      // the options' own figures
 };
 
-// Whether the detector's bias by view is learnt and taken away.
+// Whether the detector's bias per view is learnt and subtracted.
 enum class ViewBiasUse {
   kOff,
-  kOn,    // wherever the recording can tell it at all
-  kAuto,  // of the joints where the recording's other half gains
+  kOn,    // wherever the recording determines it
+  kAuto,  // for joints where it improves the other half of the recording
 };
 
 struct GraphOptions {
-  // The window keeps states this long before they become final [s]; 0.4 s are
-  // 10 frames at 25 Hz.
+  // Time for which the window keeps states before they become final [s]; 0.4 s
+  // are 10 frames at 25 Hz.
   double lag_s = 0.4;
 
   LossKind loss = LossKind::kGemanMcClure;
-  double loss_scale = 3.0;  // sigmas
+  double loss_scale = 3.0;  // in sigmas
 
   // Power of the white noise on acceleration [m^2/s^3].
-  //   head trunk shoulder elbow wrist hip knee ankle foot other
+  // head trunk shoulder elbow wrist hip knee ankle foot other
   JointClassTable process_noise = {2.0, 1.0, 1.4,  4.0,  6.0,
                                    1.0, 2.0, 10.0, 10.0, 6.0};
-  // Detector error of a confidence of 1 [px] at a depth of 4 m with a focal
+  // Detector error at a confidence of 1 [px], at a depth of 4 m with a focal
   // length of 1000 px. It scales with the size of the person in the image.
   JointClassTable sigma_px = {6.0, 6.0, 6.0, 6.0, 6.0, 6.0, 6.0, 6.0, 6.0, 6.0};
   double confidence_power = 0.5;  // sigma grows with confidence^-power
 
-  // Detector errors last: e-folding time [s], 0 for white noise. The
-  // information of each observation is scaled, after the loss, by
+  // Detector errors are correlated in time: e-folding time [s], 0 for white
+  // noise. The information of each observation is scaled, after the loss, by
   // information_scale (1 - rho) / (1 + rho), rho = exp(-dt / tau).
   double correlation_time_s = 0.1;
   double information_scale = 1.5;
-  // One factor on all sigmas of a person, from the residuals: of the whole
-  // recording (batch), or of what became final so far (window).
+  // One factor on all sigmas of a person, estimated from the residuals: of the
+  // whole recording (batch), or of the frames final so far (window).
   bool estimate_noise_scale = true;
 
-  // Learnt from the recording (solvers/noise), of each person. The pixel noise:
-  // how far off the detector is by class of joint and how long its errors last,
-  // around sigma_px, instead of the three fields above, and what confidences
-  // are worth (solvers/noise/frame_points.h), around confidence_power. The
-  // process noise: from moment to moment by class of joint, instead of the
-  // table.
+  // Learnt from the recording (solvers/noise) for each person. Pixel noise:
+  // size of the errors by class of joint and their correlation time, with
+  // sigma_px as the prior, instead of the three fields above, and the
+  // dependence on confidence (solvers/noise/frame_points.h), with
+  // confidence_power as the prior. Process noise: over time and by class of
+  // joint, instead of the table.
   NoiseFrom pixel_noise_from = NoiseFrom::kRecording;
   NoiseFrom process_noise_from = NoiseFrom::kRecording;
 
-  // The detector's bias as a function of the view, over all people of the
-  // recording (solvers/noise/bias_model.h).
+  // The detector's bias as a function of the viewing direction, over all people
+  // of the recording (solvers/noise/bias_model.h).
   ViewBiasUse view_bias = ViewBiasUse::kOff;
 
   bool LearnsNoise() const {
@@ -99,12 +100,12 @@ struct GraphOptions {
 
   bool bones = false;
   double bone_sigma_m = 0.02;
-  // Length and freedom of each bone as the recording shows them
+  // Length and variability of each bone learnt from the recording
   // (solvers/noise/bone_spreads.h); or the median of the estimates and
   // bone_sigma_m.
   NoiseFrom bone_sigma_from = NoiseFrom::kRecording;
 
-  // A joint is written for at most this long without a supporting view [s].
+  // A joint without a supporting view is written for at most this long [s].
   double bridging_limit_s = 0.5;
   bool covariance = true;
 
@@ -112,19 +113,19 @@ struct GraphOptions {
   GraphStart start = GraphStart::kBasin;
   int64_t max_iterations = 300;    // of the last stage; earlier ones take three
   double step_tolerance_m = 3e-5;  // converged when no joint moves farther
-  // The batch solves a long recording in chunks of about this long, with a
-  // second of their neighbours on both sides; 0 for the recording as a whole
-  // [s].
+  // The batch solves a long recording in chunks of about this length,
+  // overlapping their neighbours by a second on both sides; 0 for the recording
+  // as a whole [s].
   double chunk_s = 10.0;
 
-  // Given in code alone: weight above which a view counts as an inlier (three
-  // sigmas under Geman-McClure with loss_scale 3), what lower confidences count
-  // as, multiples of loss_scale that a loss that is not convex
-  // runs through after a Huber stage, how far a new person's joints may be from
-  // its centre and how fast they move, the error that no detector falls below
-  // [px], a bias that is known and not learnt (unless view_bias is off),
-  // factors of the caller's own (solver ceres), and where estimators add how
-  // their solves ended.
+  // Not keys, set in code only: weight above which a view counts as an inlier
+  // (three sigmas under Geman-McClure with loss_scale 3); lower bound of
+  // confidences; multiples of loss_scale through which a non-convex loss runs
+  // after a Huber stage; how far a new person's joints may be from its centre
+  // and how fast they move; lower bound of the detector error [px]; a known
+  // bias used instead of a learnt one (unless view_bias is off); the caller's
+  // own factors (solver ceres); the ledger to which estimators add how their
+  // solves ended.
   double inlier_weight = 0.25;
   double min_confidence = 0.05;
   std::vector<double> stages = {2.0, 1.0};
@@ -138,7 +139,7 @@ struct GraphOptions {
   void Describe(OptionVisitor& visitor);
 };
 
-// CheckOptions, and that the parts go together. Throws OptionError.
+// CheckOptions, and that the options are consistent. Throws OptionError.
 void CheckGraphOptions(const GraphOptions& options);
 
 }  // namespace kinegraph

@@ -27,7 +27,7 @@ JointStatus StatusOf(int inlier_views, bool ever_two_views,
                      double nearest_support_s, double bridging_limit_s) {
   if (!ever_two_views) return JointStatus::kMissing;
   if (inlier_views >= 2) return JointStatus::kObserved;
-  // Half a millisecond of slack: frame times are rounded to nanoseconds.
+  // Half a millisecond of tolerance: frame times are rounded to nanoseconds.
   constexpr double kSlack = 5e-4;
   return nearest_support_s <= bridging_limit_s + kSlack ? JointStatus::kInferred
                                                         : JointStatus::kMissing;
@@ -75,14 +75,14 @@ void WriteJoint(const JointChain& chain, size_t k, int joint_idx,
 
 namespace {
 
-// Of a bone's length: a joint stated worse than this may as well stand on the
-// other side of its neighbour.
+// Share of a bone's length: a joint with a larger uncertainty may be on either
+// side of its neighbour.
 constexpr double kShareOfBone = 0.5;
 // Of the longest bone: limbs are longer, pairs of the face shorter (the widest,
 // ear to ear, 0.14 m of a thigh of 0.45 m).
 constexpr double kShareOfLimb = 1.0 / 3.0;
 
-// Joints whose stated deviation is too large for their bones.
+// Joints whose reported standard deviation is too large for their bones.
 std::vector<char> FindUnsure(const std::vector<KnownBone>& bones,
                              const PersonPose& pose) {
   const size_t joints = pose.joints.size();
@@ -92,9 +92,9 @@ std::vector<char> FindUnsure(const std::vector<KnownBone>& bones,
       longest_m[end] = std::max(longest_m[end], bone.length_m);
     }
   }
-  // The pairs of a face are shorter than the error of a joint that is plainly
-  // on it. They, and a joint whose bones were never measured, are judged by the
-  // body's longest bone.
+  // Pairs of a face are shorter than the usual error of its joints. These, and
+  // joints whose bones were never measured, are judged by the body's longest
+  // bone.
   const double any_m = *std::max_element(longest_m.begin(), longest_m.end());
   for (double& length_m : longest_m) {
     if (length_m < kShareOfLimb * any_m) length_m = any_m;
@@ -106,7 +106,7 @@ std::vector<char> FindUnsure(const std::vector<KnownBone>& bones,
       continue;
     }
     const double most_m = kShareOfBone * longest_m[j];
-    // The trace bounds the greatest eigenvalue.
+    // The trace is an upper bound of the greatest eigenvalue.
     if (covariance->trace() <= most_m * most_m) continue;
     Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver;
     solver.computeDirect(*covariance, Eigen::EigenvaluesOnly);
@@ -115,8 +115,8 @@ std::vector<char> FindUnsure(const std::vector<KnownBone>& bones,
   return unsure;
 }
 
-// By joint, the lowest joint of those that it is connected with by bones that
-// keep their lengths.
+// For each joint, the lowest index among the joints connected with it by bones
+// that keep their lengths.
 std::vector<int> FindParts(const std::vector<KnownBone>& bones,
                            const PersonPose& pose) {
   std::vector<int> part(pose.joints.size());

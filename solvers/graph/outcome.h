@@ -1,4 +1,4 @@
-// From estimates and weights to poses as they are written.
+// Converts estimates and weights to poses as they are written.
 #ifndef KINEGRAPH_SOLVERS_GRAPH_OUTCOME_H_
 #define KINEGRAPH_SOLVERS_GRAPH_OUTCOME_H_
 
@@ -12,33 +12,34 @@
 
 namespace kinegraph {
 
-// Views of the chain's frame `k` whose weight makes them inliers.
+// Number of views of the chain's frame `k` whose weight makes them inliers.
 int CountInliers(const JointChain& chain, size_t k, double inlier_weight);
 
-// What a solve found for frames of a joint.
+// The result of a solve for frames of one joint.
 struct JointOutcome {
   StateChain states;
   std::vector<double> weights;  // of the measurements
   std::vector<char> gated;
 };
 
-// What views have said of one joint so far.
+// Views that have supported one joint so far.
 struct JointSupport {
   bool by_two_views = false;  // in any frame of the track
   bool by_one_view = false;
   TimeNs last_time = 0;  // of the last frame with an inlier view
 };
 
-// Takes notice of a frame with that many inlier views.
+// Adds a frame with that many inlier views.
 void Extend(TimeNs time, int inlier_views, JointSupport* support);
 
-// observed: two or more inlier views; inferred: one or none, while the nearest
-// frame with an inlier view is within the bridging limit; missing otherwise,
-// and where no two views ever agreed.
+// observed: two or more inlier views; inferred: fewer, while the nearest frame
+// with an inlier view is within the bridging limit; missing otherwise, and
+// where no two views ever agreed.
 JointStatus StatusOf(int inlier_views, bool ever_two_views,
                      double nearest_support_s, double bridging_limit_s);
 
-// A final pose with everything but joints, weights and covariances filled in.
+// A final pose with everything filled in except joints, weights and
+// covariances.
 FinalPose PoseOf(const FrameRecord& record, int joint_count, KeptMatches kept,
                  bool covariances);
 
@@ -47,19 +48,19 @@ void WriteJoint(const JointChain& chain, size_t k, int joint_idx,
                 JointStatus status, int inlier_views,
                 const Eigen::Matrix3d* covariance, PersonPose* pose);
 
-// A bone of a person, and how long it is.
+// A bone of a person and its length.
 struct KnownBone {
   Bone ends;
   double length_m = 0.0;
 };
 
-// Makes joints missing that are not known to belong where they stand. A joint
-// is unsure when its stated standard deviation, along the worst direction,
-// exceeds half the length of the longest of its bones. An unsure joint stays if
-// bones that keep their lengths within a half connect it to a joint that is
-// sure or to most of the body. What neither has a bone of known length nor a
-// covariance is left alone. Called once per pose, after WriteJoint, so that
-// whatever is written of a track (JSON, TRC, BVH, glTF, the page) follows it.
+// Marks joints as missing whose position is not known well enough. A joint is
+// unsure when its reported standard deviation, along the worst direction,
+// exceeds half the length of its longest bone. An unsure joint is kept if bones
+// that keep their lengths to within a half connect it to a sure joint or to
+// most of the body. A joint without a covariance, or with no known bone length
+// to compare, is kept. Called once per pose, after WriteJoint, so that every
+// output of a track (JSON, TRC, BVH, glTF, the page) is consistent with it.
 void DropUnsureJoints(const std::vector<KnownBone>& bones, PersonPose* pose);
 
 }  // namespace kinegraph

@@ -67,7 +67,7 @@ int DoubtUnsettled(const StateChain& step, JointChain* chain) {
   constexpr double kUnsettled = 0.05;  // m
   int count = 0;
   for (size_t k = 0; k < step.size(); ++k) {
-    // Written so that a move that is no number counts too.
+    // Written so that NaN counts as a large move.
     if (step[k].head<3>().cwiseAbs().maxCoeff() < kUnsettled) continue;
     ++count;
     for (int32_t m = chain->first[k]; m < chain->first[k + 1]; ++m) {

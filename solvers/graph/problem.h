@@ -1,4 +1,5 @@
-// One person's factor graph as plain values: what every solver minimises.
+// One person's factor graph as plain values: the cost that every solver
+// minimises.
 //
 // Cost of joint n over its frames k:
 //   0.5 |prior(x_0)|^2 + 0.5 sum |body_centre(x_k)|^2
@@ -31,28 +32,28 @@ namespace kinegraph {
 using State = Eigen::Matrix<double, kStateSize, 1>;
 using Matrix6d = Eigen::Matrix<double, kStateSize, kStateSize>;
 
-// Which states a factor sees.
+// Identifies a state that a factor depends on.
 struct StateKey {
   int joint = 0;
   size_t frame = 0;
 };
 
-// States that a factor sees, the earliest frame first.
+// States that a factor depends on, the earliest frame first.
 template <int kCount>
 using Keys = std::array<StateKey, kCount>;
 
-// How a factor's squared residual s counts: 0.5 information rho(s).
+// The cost of a factor with squared residual s: 0.5 information rho(s).
 struct Robustness {
   LossKind loss = LossKind::kNone;
   double scale = 1.0;
   double information = 1.0;
-  // Of the chain's measurements, the one this is; -1 for other factors.
+  // Index of the measurement in its chain; -1 for other factors.
   int32_t measurement = -1;
 
   LossValue Evaluate(double s) const { return EvaluateLoss(loss, scale, s); }
 };
 
-// A user's factor on the states of a problem.
+// A user's factor attached to states of a problem.
 struct PlacedFactor {
   std::shared_ptr<const GeneralFactor> factor;
   std::vector<StateKey> keys;  // of one frame, or of two neighbouring ones
@@ -62,14 +63,14 @@ struct PlacedFactor {
   size_t last_frame() const;
 };
 
-// What `source` says of a frame that is the problem's frame `k`. Throws
-// OptionError for joints or frames that are not there, and where the number of
-// states is not the factor's.
+// The factors that `source` returns for a frame, the problem's frame `k`.
+// Throws OptionError for joints or frames that do not exist, and where the
+// number of states does not match the factor.
 std::vector<PlacedFactor> PlaceUserFactors(const UserFactorSource& source,
                                            const UserFrame& frame, size_t k,
                                            int joint_count);
 
-// A placed factor at states: whitened rows times the root of its weight.
+// A placed factor at given states: whitened rows times the root of its weight.
 struct GeneralRows {
   Eigen::VectorXd residual;
   std::vector<
@@ -78,22 +79,24 @@ struct GeneralRows {
 };
 
 // One joint in one view of one frame. All joints of a view in a frame share
-// camera and offset. In an order that leaves no gaps: a recording has millions.
+// camera and offset. Fields are ordered to avoid padding: a recording has
+// millions of these.
 struct PixelMeasurement {
   Eigen::Vector2d px;
-  // What the detector adds to the joint's true pixel in this view, as far as
-  // that is known.
+  // The detector's bias: known part of the difference between its pixel and the
+  // joint's true one in this view.
   Eigen::Vector2f bias_px = Eigen::Vector2f::Zero();
   double sigma_px = 1.0;
-  // Before anything was learnt from the recording: of the options' noise model.
+  // By the options' noise model, before anything was learnt from the recording.
   double model_sigma_px = 1.0;
   double information = 1.0;  // factor after the loss
-  double offset_s = 0.0;     // capture time less the frame's
+  double offset_s = 0.0;     // capture time minus the frame's
   const Camera* camera = nullptr;
-  double weight = 0.0;          // rho' at the estimate, set by the solver
-  float log_confidence = 0.0f;  // ln, as far as it is trusted
-  int16_t view_slot = 0;        // which of the frame's views
-  // Left out: the current estimate has no image in this view.
+  double weight = 0.0;  // rho' at the estimate, set by the solver
+  // Natural logarithm, clamped to the trusted range.
+  float log_confidence = 0.0f;
+  int16_t view_slot = 0;  // index among the frame's views
+  // Excluded: the current estimate has no image in this view.
   bool gated = false;
 };
 static_assert(sizeof(PixelMeasurement) == 80);
@@ -103,28 +106,28 @@ struct StatePrior {
   Matrix6d A = Matrix6d::Identity();
   State x0 = State::Zero();
   State b = State::Zero();
-  // The same information with every observation times the correction of its
-  // loss (InformationCorrection): for covariances.
+  // The same with the information of every observation multiplied by the
+  // correction of its loss (InformationCorrection): for covariances.
   Matrix6d A_stated = Matrix6d::Identity();
 };
 
-// What is known of a joint before anything was measured: it starts somewhere
-// around `centre` [m], with a walking or running person's speed. A
-// constant-velocity chain is rank-deficient without it, and with it every
-// problem has full rank, whatever was seen. Sigmas > 0.
+// Knowledge of a joint before any measurement: it starts somewhere around
+// `centre` [m], with a velocity typical of walking or running. A
+// constant-velocity chain is rank-deficient without this prior; with it every
+// problem has full rank, whatever the views measured. Sigmas > 0.
 StatePrior BirthPrior(const Eigen::Vector3d& centre, double sigma_m,
                       double sigma_mps);
 
-using StateChain = std::vector<State>;         // of one joint, one a frame
+using StateChain = std::vector<State>;         // of one joint, one per frame
 using PersonStates = std::vector<StateChain>;  // [joint][frame]
 
-// Gaussian on the first states of all joints below each other.
+// Gaussian on the first states of all joints, stacked.
 struct PersonPrior {
   Eigen::MatrixXd A;  // upper triangular
   Eigen::VectorXd x0;
   Eigen::VectorXd b;
   Eigen::MatrixXd information;  // A'A
-  // The same for covariances, as StatePrior::A_stated.
+  // The same for covariances, as in StatePrior::A_stated.
   Eigen::MatrixXd stated;
 
   bool empty() const { return A.size() == 0; }
@@ -133,11 +136,11 @@ struct PersonPrior {
 };
 
 struct JointChain {
-  // Power of the white noise on acceleration [m^2/s^3] from frame k to frame
-  // k + 1: one less than states.
+  // Power of the white noise on acceleration [m^2/s^3] from frame k to frame k
+  // + 1; one element fewer than states.
   std::vector<double> process_noise;
   StatePrior prior;   // on states.front()
-  StateChain states;  // one a frame; start and result of a solve
+  StateChain states;  // one per frame; start and result of a solve
   // Measurements of frame k are measurements[first[k]] .. [first[k + 1]].
   std::vector<int32_t> first = {0};
   std::vector<PixelMeasurement> measurements;
@@ -151,20 +154,20 @@ struct BoneConstraint {
   double sigma_m = 0.02;
 };
 
-// Where the person is in a frame, as far as all joints are about there.
+// Approximate position of the person in a frame, a weak prior on all joints.
 struct PersonCentre {
   Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
-  double per_sigma = 0.0;  // 1/m; 0: nothing is known
+  double per_sigma = 0.0;  // 1/m; 0: no prior
 };
 
 struct PersonProblem {
-  std::vector<TimeNs> times;          // ascending, one a frame
-  std::vector<PersonCentre> centres;  // one a frame, or none at all
+  std::vector<TimeNs> times;          // ascending, one per frame
+  std::vector<PersonCentre> centres;  // one per frame, or empty
   std::vector<JointChain> joints;
   std::vector<BoneConstraint> bones;
-  // Replaces the joints' own priors where it is not empty.
+  // Replaces the joints' own priors unless it is empty.
   PersonPrior prior;
-  std::vector<PlacedFactor> user;  // of the library's user
+  std::vector<PlacedFactor> user;  // from the library's user
 
   // Whether the joints depend on each other.
   bool coupled() const {
@@ -179,47 +182,49 @@ struct PersonProblem {
 // The states of all joints.
 PersonStates StatesOf(const PersonProblem& problem);
 
-// At the problem's states; false where the factor has no value.
+// At the problem's states; false where the factor is undefined.
 bool LineariseGeneral(const PlacedFactor& placed, const PersonProblem& problem,
                       GeneralRows* rows);
 
 struct SolveStage {
   LossKind loss = LossKind::kNone;
-  double scale = 1.0;  // sigmas
+  double scale = 1.0;  // in sigmas
   int max_iterations = 10;
 };
 
-// Stages of a solve and when it has converged.
+// Stages of a solve and its convergence criterion.
 struct SolveSchedule {
   std::vector<SolveStage> stages;
   double step_tolerance_m = 1e-5;
   // Whether states that still move far at the end lose their measurements
-  // (SolveReport::unsettled). Not for solves that only hand over a start.
+  // (SolveReport::unsettled). False for solves that only provide a start.
   bool doubt_unsettled = true;
 };
 
 struct SolveReport {
-  bool finite = true;     // false: the start was kept, and nothing counts
+  bool finite = true;     // false: the start was kept, the rest is meaningless
   bool converged = true;  // in the last stage
   int iterations = 0;     // block-tridiagonal
   int ceres_iterations = 0;
   int ceres_problems = 0;
   double cost_decrease = 0.0;  // in Ceres' last stage
-  // States of one joint in one frame that were still far from settled: their
-  // measurements got no weight, so that status and covariance say so.
+  // Number of states (of one joint in one frame) that were still far from
+  // convergence: their measurements got zero weight, so that status and
+  // covariance reflect it.
   int unsettled = 0;
 };
 
-// Gates the measurements that the chain's states have no image of, and no
-// others.
+// Gates exactly the measurements of which the chain's states have no image.
 void GateMeasurements(JointChain* chain);
 
-// Weights of the measurements at the chain's states, under a stage's loss.
+// Stores the weights of the measurements at the chain's states, under a stage's
+// loss.
 void StoreWeights(const SolveStage& stage, JointChain* chain);
 
-// A solve ended before it converged, with `step` as its last. Where that still
-// moved a state by more than 5 cm there is no estimate to speak of: weights of
-// that frame's measurements become 0. Returns the number of such frames.
+// For a solve that ended before it converged, with `step` as its last step.
+// Frames whose state that step still moved by more than 5 cm have no usable
+// estimate: the weights of their measurements become 0. Returns the number of
+// such frames.
 int DoubtUnsettled(const StateChain& step, JointChain* chain);
 
 }  // namespace kinegraph

@@ -1,4 +1,4 @@
-// How the solves of a run ended, counted.
+// Counts of how the solves of a run ended.
 #ifndef KINEGRAPH_SOLVERS_GRAPH_SOLVE_COUNTS_H_
 #define KINEGRAPH_SOLVERS_GRAPH_SOLVE_COUNTS_H_
 
@@ -11,10 +11,10 @@
 
 namespace kinegraph {
 
-// Whole numbers only: their sums are the same in any order, so a run's counts
-// do not depend on its threads.
+// Integers only: their sums are the same in any order, so a run's counts do not
+// depend on its threads.
 struct SolveCounts {
-  int64_t solves = 0;            // results that an estimator took over
+  int64_t solves = 0;            // whose result an estimator used
   int64_t sweep_iterations = 0;  // of the block-tridiagonal solver
   int64_t ceres_problems = 0;    // ceres::Problem objects solved
   int64_t ceres_iterations = 0;
@@ -22,15 +22,15 @@ struct SolveCounts {
   int64_t ceres_decrease_millionths = 0;
 
   // What went wrong.
-  int64_t not_converged = 0;  // solves that reached their iterations
-  int64_t not_finite = 0;     // solves that found nothing finite
-  int64_t bones_dropped = 0;  // solves that went on without bones
+  int64_t not_converged = 0;  // solves that reached their maximum of iterations
+  int64_t not_finite = 0;     // solves without a finite result
+  int64_t bones_dropped = 0;  // solves that continued without bones
   // Positions of one joint in one frame that still moved by more than 5 cm:
-  // their views lost their weight, so that status and covariance say so.
+  // their views lost their weight, so that status and covariance reflect it.
   int64_t positions_in_doubt = 0;
   int64_t no_covariance = 0;  // not positive definite
 
-  // Whether everything was solved as it should be.
+  // Whether no solve had any trouble.
   bool AllWell() const;
   SolveCounts& operator+=(const SolveCounts& other);
 };
@@ -50,19 +50,19 @@ inline constexpr int64_t SolveCounts::*kSolveCounts[] = {
 static_assert(sizeof(SolveCounts) == sizeof(int64_t) * std::size(kSolveCounts),
               "a count is missing above");
 
-// What went wrong, what that means for the result and what helps, for people;
-// empty where nothing did. `where` says which frames did not converge.
+// What went wrong, what it means for the result and what helps, as text for
+// users; empty if nothing did. `where` names the frames that did not converge.
 std::string DescribeTroubles(const SolveCounts& counts,
                              const std::string& where = "");
 
-// Where a run's estimators add their counts, from any thread.
+// Collects the counts of a run's estimators, from any thread.
 class SolveLedger {
  public:
-  // Of a person of the frames first .. last.
+  // Adds the counts of a person who spans the frames first .. last.
   void Add(const SolveCounts& counts, int64_t first_frame, int64_t last_frame);
   SolveCounts Total() const;
-  // The people who did not converge, by their frames: "a person of frames 0 to
-  // 99, ..."; the first three of them.
+  // Frames of up to three people who did not converge: "a person of frames 0 to
+  // 99, ...".
   std::string NotConverged() const;
 
  private:
