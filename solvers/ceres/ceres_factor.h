@@ -1,4 +1,4 @@
-// The factors of solvers/factors as Ceres wants them.
+// Adapts the factors of solvers/factors to Ceres.
 #ifndef KINEGRAPH_SOLVERS_CERES_CERES_FACTOR_H_
 #define KINEGRAPH_SOLVERS_CERES_CERES_FACTOR_H_
 
@@ -15,7 +15,7 @@
 
 namespace kinegraph {
 
-// Any of them: a parameter block for each state that it sees.
+// Any factor of the list: one parameter block per state.
 template <typename Factor,
           typename Indices = std::make_index_sequence<Factor::kKeys>>
 class CeresFactor;
@@ -25,10 +25,10 @@ class CeresFactor<Factor, std::index_sequence<kIndices...>> final
     : public ceres::SizedCostFunction<
           Factor::kResiduals, (static_cast<void>(kIndices), kStateSize)...> {
  public:
-  CeresFactor() = default;  // to be set
+  CeresFactor() = default;  // set later
   explicit CeresFactor(const Factor& factor) : factor_(factor) {}
 
-  // Other numbers, between solves.
+  // Replaces the factor's numbers between solves.
   void Set(const Factor& factor) { factor_ = factor; }
 
   bool Evaluate(double const* const* parameters, double* residuals,
@@ -53,8 +53,8 @@ class CeresFactor<Factor, std::index_sequence<kIndices...>> final
   Factor factor_;
 };
 
-// PersonPrior as a factor on the first states of `joint_count` joints, which is
-// set before it is evaluated. The prior outlives it.
+// PersonPrior as a factor on the first states of `joint_count` joints. The
+// prior must be set before evaluation and must outlive it.
 class CeresPersonPrior final : public ceres::CostFunction {
  public:
   explicit CeresPersonPrior(size_t joint_count);
@@ -79,31 +79,32 @@ class GemanMcClureLoss final : public ceres::LossFunction {
 };
 
 // The caller owns the result (a Ceres problem takes it). `information` >= 0
-// scales the loss, not its threshold (ceres::ScaledLoss). Null when it would do
-// nothing.
+// scales the loss, not its threshold (ceres::ScaledLoss). Null for a loss
+// without effect.
 ceres::LossFunction* MakeCeresLoss(LossKind kind, double scale,
                                    double information);
 
-// Ceres spends more on a residual block than a projection costs, so the views
-// of a joint in a frame share one; each keeps its own loss, which is inside: of
-// a view's whitened residual r with s = r'r it shows
+// Ceres' overhead per residual block exceeds the cost of a projection, so the
+// views of a joint in a frame share one block. Each view keeps its own loss,
+// applied inside: for a view's whitened residual r with s = r'r the block
+// returns
 //   r~ = sqrt(information rho(s) / s) r,
-// so that 0.5 |r~|^2 is its cost, and as its Jacobian
+// so that 0.5 |r~|^2 is its cost, with the Jacobian
 //   sqrt(information) [sqrt(rho') (I - r r'/s) + rho' / sqrt(rho / s) r r'/s]
 //   J,
-// with which r~ has the true gradient information rho' J'r. Across r that is
-// iteratively reweighted least squares; along r it counts an outlier for less,
-// as its true curvature is less, and so converges in fewer steps.
+// for which r~ has the true gradient information rho' J'r. Across r that is
+// iteratively reweighted least squares; along r an outlier has less curvature,
+// as in the true cost, so that fewer steps are needed.
 //
-// It reads the measurements where they are, so that nothing is copied when a
-// window moves on. Two residuals for each view that is not gated, behind the
-// three of BodyCentre, which concerns the same state.
+// Reads the measurements in place, so nothing is copied when a window advances.
+// Two residuals for each view that is not gated, after the three of BodyCentre,
+// which concerns the same state.
 class ViewBundle final : public ceres::CostFunction {
  public:
   ViewBundle();
 
-  // The measurements of frame `k`, under the loss of `stage`. All of it
-  // outlives the solve, and what is gated does not change in it.
+  // The measurements of frame `k`, under the loss of `stage`. All arguments
+  // must outlive the solve, and gating must not change during it.
   void Set(const JointChain& chain, size_t k, const PersonCentre& centre,
            const SolveStage* stage);
 

@@ -21,7 +21,7 @@ using CeresMotion = CeresFactor<ConstantVelocity<double>>;
 using CeresBone = CeresFactor<BoneLength<double>>;
 using CeresPrior = CeresFactor<GaussianPrior<double>>;
 
-// A user's factor, which the problem keeps.
+// Adapter of a user's factor; the problem owns the factor.
 class CeresGeneral final : public ceres::CostFunction {
  public:
   explicit CeresGeneral(const GeneralFactor* factor) : factor_(factor) {
@@ -37,8 +37,8 @@ class CeresGeneral final : public ceres::CostFunction {
   const GeneralFactor* factor_;
 };
 
-// What Ceres is given for one frame: the joints' states as parameter blocks and
-// the factors whose latest state is among them. None of it ever moves.
+// Ceres' data for one frame: the joints' states as parameter blocks and the
+// factors whose latest state is among them. Their addresses never change.
 struct FrameBlocks {
   FrameBlocks(size_t joint_count, size_t bone_count)
       : states(joint_count),
@@ -48,18 +48,18 @@ struct FrameBlocks {
 
   std::vector<State> states;
   std::vector<ViewBundle> bundles;
-  std::vector<CeresMotion> motions;  // from the frame before
+  std::vector<CeresMotion> motions;  // from the previous frame
   std::vector<CeresBone> bones;
-  std::vector<ceres::ResidualBlockId> residuals;  // as added
+  std::vector<ceres::ResidualBlockId> residuals;  // in order of addition
 };
 
-// The last accepted step of all states; ends a solve in which no position moves
-// far any more, and one that somebody stops.
+// Records the last accepted step of all states. Ends a solve once no position
+// moves far any more, or when a stop is requested.
 class StepWatch final : public ceres::IterationCallback {
  public:
   using Frames = std::vector<std::unique_ptr<FrameBlocks>>;
 
-  // Watches the first `count` of the frames. `frames` outlives the watch.
+  // Watches the first `count` frames. `frames` must outlive the watch.
   void Begin(const Frames* frames, size_t count, double tolerance_m) {
     frames_ = frames;
     tolerance_m_ = tolerance_m;
@@ -72,9 +72,10 @@ class StepWatch final : public ceres::IterationCallback {
     step_.assign(before_.size(), State::Zero());
   }
 
-  // Frame by frame, in each by joint.
+  // Ordered by frame, then by joint.
   const std::vector<State>& step() const { return step_; }
-  // Throws what ended the solve (stop_check.h): Ceres is no place to throw.
+  // Rethrows the exception that ended the solve (stop_check.h); exceptions must
+  // not pass through Ceres.
   void RethrowStop() const {
     if (stop_ != nullptr) std::rethrow_exception(stop_);
   }
@@ -101,8 +102,8 @@ class StepWatch final : public ceres::IterationCallback {
         ++i;
       }
     }
-    // A trust region that holds the step back proves nothing: its damping is
-    // the diagonal over the radius.
+    // A short step is no sign of convergence if the trust region limits it: its
+    // damping is the diagonal over the radius.
     constexpr double kFree = 1e3;
     return farthest_m < tolerance_m_ && summary.trust_region_radius >= kFree
                ? ceres::SOLVER_TERMINATE_SUCCESSFULLY
@@ -121,15 +122,16 @@ ceres::Problem::Options ProblemOptions() {
   ceres::Problem::Options options;
   options.cost_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
   options.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
-  options.disable_all_safety_checks = true;  // our own blocks, no repeats
+  // All blocks are our own and distinct.
+  options.disable_all_safety_checks = true;
   options.enable_fast_removal = true;
   return options;
 }
 
-// Largest entry of the gradient at which Ceres takes a start for the minimum
-// [1/m, s/m]. From a gradient g a state of standard deviation s moves by some
-// g s^2: by the step's tolerance where a joint is known to a centimetre, as two
-// views tell it, and by no more than 3 % of its deviation where that is a
+// Largest gradient entry at which Ceres accepts the start as the minimum [1/m,
+// s/m]. For a gradient g, a state of standard deviation s moves by about g s^2:
+// by the step tolerance for a joint known to a centimetre, which is typical of
+// two views, and by at most 3 % of the standard deviation if that is a
 // decimetre.
 double GradientTolerance(double step_tolerance_m) {
   constexpr double kKnownM = 0.01;
@@ -139,7 +141,8 @@ double GradientTolerance(double step_tolerance_m) {
 ceres::Solver::Options SolverOptions(ceres::IterationCallback* callback) {
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
-  // CHOLMOD's supernodes would start OpenMP's threads, whatever num_threads is.
+  // CHOLMOD's supernodal factorisation would start OpenMP threads, whatever
+  // num_threads is.
   options.sparse_linear_algebra_library_type = ceres::EIGEN_SPARSE;
   options.num_threads = 1;
   options.logging_type = ceres::SILENT;
@@ -184,9 +187,9 @@ class CeresSolver::Graph {
     return k < person.centres.size() ? person.centres[k] : kUnknown;
   }
 
-  // Brings the blocks to the pattern of `person`.
+  // Adds or removes blocks to match the pattern of `person`.
   void Arrange(const PersonProblem& person) {
-    RemoveUser();  // a solve that was stopped leaves its own
+    RemoveUser();  // a stopped solve leaves them behind
     if (!HasPatternOf(person)) Reset(person);
     while (count_ > person.times.size()) RemoveFrame();
     while (count_ < person.times.size()) AddFrame(person);
@@ -205,7 +208,7 @@ class CeresSolver::Graph {
   }
 
   void Reset(const PersonProblem& person) {
-    problem_.reset();  // before what it points to
+    problem_.reset();  // before the data it points to
     frames_.clear();
     count_ = 0;
     problem_ = std::make_unique<ceres::Problem>(ProblemOptions());
@@ -256,8 +259,8 @@ class CeresSolver::Graph {
     ++count_;
   }
 
-  // In the reverse order of what was added: with fast removal Ceres fills the
-  // place of a block with the last one.
+  // In reverse order of addition: with fast removal Ceres fills the place of a
+  // removed block with the last one.
   void RemoveFrame() {
     FrameBlocks& frame = *frames_[--count_];
     while (!frame.residuals.empty()) {
@@ -340,16 +343,15 @@ class CeresSolver::Graph {
     watch_.Begin(&frames_, count_, step_tolerance_m);
     options_.max_num_iterations = stage.max_iterations;
     options_.gradient_tolerance = GradientTolerance(step_tolerance_m);
-    // What bones and motion alone hold lies in a curved valley, along which
-    // steps creep for ever without telling the states apart: a cost that falls
-    // by half a square of as many standard deviations as a step moves them.
-    // This share of the cost is 2e-3 for ten seconds of a person, six
-    // hundredths of a deviation.
+    // States held by bones and motion alone lie in a curved valley, along which
+    // steps continue almost indefinitely without a significant change: a step
+    // of n standard deviations lowers the cost by n^2 / 2. For ten seconds of a
+    // person this share of the cost is 2e-3, i.e. 0.06 standard deviations.
     options_.function_tolerance = 100.0 * step_tolerance_m * step_tolerance_m;
     options_.parameter_tolerance = 1e-4 * step_tolerance_m;  // rounding
     ceres::Solve(options_, problem_.get(), &summary_);
     if (summary_.iterations.empty()) {
-      // The last step of what found the start led behind a camera.
+      // The last step of the solve that provided the start led behind a camera.
       for (JointChain& chain : person->joints) GateMeasurements(&chain);
       Load(*person, stage);
       ceres::Solve(options_, problem_.get(), &summary_);
@@ -358,7 +360,7 @@ class CeresSolver::Graph {
     VLOG(2) << summary_.FullReport();
   }
 
-  // Adds what the stage did to the report.
+  // Adds the stage's result to the report.
   void Count(SolveReport* report) const {
     report->finite = summary_.IsSolutionUsable() && AllFinite();
     report->converged = summary_.termination_type == ceres::CONVERGENCE ||
@@ -379,11 +381,11 @@ class CeresSolver::Graph {
   }
 
   size_t joint_count_ = 0;
-  size_t count_ = 0;  // of frames_ that are in the problem
+  size_t count_ = 0;  // number of frames_ in the problem
   std::vector<std::pair<int, int>> bones_;
   SolveStage stage_;
   std::vector<std::unique_ptr<FrameBlocks>> frames_;
-  std::vector<CeresPrior> priors_;  // of the joints, where the person has none
+  std::vector<CeresPrior> priors_;  // of the joints, unless the person has one
   std::unique_ptr<CeresPersonPrior> person_prior_;
   std::vector<std::unique_ptr<CeresGeneral>> user_;
   std::vector<std::unique_ptr<ceres::LossFunction>> losses_;

@@ -1,4 +1,4 @@
-// A person's problem through Ceres.
+// Solves a person's problem with Ceres.
 #ifndef KINEGRAPH_SOLVERS_CERES_CERES_SOLVER_H_
 #define KINEGRAPH_SOLVERS_CERES_CERES_SOLVER_H_
 
@@ -12,13 +12,12 @@ namespace kinegraph {
 // person's prior and the user's factors. Trust region, sparse normal equations,
 // one thread.
 //
-// One ceres::Problem lives as long as the solver. A window's pattern hardly
-// changes: its blocks are those of frame 0, 1, ... of the window, and what
-// moves on when a frame comes and another leaves are the numbers in them.
-// Blocks are added at the end when there are more frames, and removed there
-// when there are fewer. States and factors lie here and belong to the solver,
-// not to Ceres. Which blocks there are, and in which order, depends on the
-// problem at hand alone: the result does not depend on what was solved before.
+// One ceres::Problem lives as long as the solver, because a window's pattern
+// hardly changes: its blocks are those of frame 0, 1, ... of the window, and as
+// frames arrive and leave only the numbers in them move. Blocks are added or
+// removed at the end when the number of frames changes. The solver, not Ceres,
+// owns states and factors. The blocks and their order depend on the current
+// problem only, so the result does not depend on earlier solves.
 class CeresSolver {
  public:
   CeresSolver();
@@ -28,11 +27,11 @@ class CeresSolver {
 
   // Runs the stages from the problem's states, with the measurements gated as
   // they are. States receive the minimum, measurements their weights there.
-  // Ceres ends each stage: at its start where the gradient is as good as zero
-  // (GradientTolerance in the source), or when a step that nothing damps moves
-  // no joint by more than the schedule's tolerance. Where a stage finds nothing
-  // finite its start stays, and later ones are not tried. Ceres' own summary is
-  // logged at VLOG level 2.
+  // Ceres ends a stage at its start where the gradient is negligible
+  // (GradientTolerance in the source), or when an undamped step moves no joint
+  // by more than the schedule's tolerance. If a stage finds nothing finite, its
+  // start is kept and later stages are skipped. Ceres' own summary is logged at
+  // VLOG level 2.
   SolveReport Solve(const SolveSchedule& schedule, PersonProblem* problem);
 
  private:
@@ -40,7 +39,7 @@ class CeresSolver {
   std::unique_ptr<Graph> graph_;
 };
 
-// The same with a solver of its own.
+// The same with a temporary solver.
 SolveReport SolveWithCeres(const SolveSchedule& schedule,
                            PersonProblem* problem);
 

@@ -19,8 +19,8 @@ class CostFunction;  // ceres/cost_function.h
 
 namespace kinegraph {
 
-// Takes ownership. Each of the cost's parameter blocks is a state [p; v]
-// [m, m/s]; residuals are whitened. Throws OptionError for blocks of another
+// Takes ownership. Each of the cost's parameter blocks is a state [p; v] [m,
+// m/s]; residuals must be whitened. Throws OptionError for blocks of another
 // size.
 std::shared_ptr<const GeneralFactor> FromCeres(ceres::CostFunction* cost);
 
