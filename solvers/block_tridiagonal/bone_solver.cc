@@ -14,7 +14,7 @@
 namespace kinegraph {
 namespace {
 
-// Where entry (row, column) of a symmetric 6x6 stands in a LaneBlock.
+// Index of entry (row, column) of a symmetric 6x6 in a LaneBlock.
 int PlaceInBlock(int row, int column) {
   if (row > column) std::swap(row, column);
   if (column < 3) return kSymmetric[row][column];
@@ -22,8 +22,9 @@ int PlaceInBlock(int row, int column) {
   return 6 + 3 * row + column - 3;
 }
 
-// The next step corrects what one leaves: far from the minimum a tenth of the
-// gradient, near it a hundredth, so that a short step means little is left.
+// Accuracy of a linear solve, relative to the gradient; the next step corrects
+// the rest. A tenth far from the minimum, a hundredth near it, so that a short
+// step implies convergence.
 constexpr double kNear = 0.01;
 constexpr double kFar = 0.1;
 
@@ -70,7 +71,7 @@ void BoneSolver::LoadPrior(const PersonPrior& prior) {
       }
     }
   }
-  // Lanes without a joint rest where they are.
+  // Lanes without a joint do not move.
   for (Eigen::Index lane = size / 6; lane < lanes; ++lane) {
     for (int i = 0; i < 6; ++i) prior_own_(lane, PlaceInBlock(i, i)) = 1.0;
   }
@@ -209,7 +210,7 @@ bool BoneSolver::RunStage(const PersonProblem& problem, const SolveStage& stage,
   if (!Linearise(problem, stage, &lanes_.states(), &system_)) return false;
   // Levenberg-Marquardt: none while steps lower the cost.
   double damping = 0.0;
-  // False where more is hopeless.
+  // False once further damping is hopeless.
   const auto raise = [&damping] {
     damping = damping > 0.0 ? 10.0 * damping : 1e-4;
     return damping < 1e10;

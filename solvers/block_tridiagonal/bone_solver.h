@@ -10,24 +10,24 @@
 
 namespace kinegraph {
 
-// As ChainSolver for problems with bones: each linear system is solved by
+// ChainSolver for problems with bones: each linear system is solved by
 // conjugate gradients, preconditioned with the joints' chains, which bones
-// couple only weakly. Joints lie in lanes. Keeps its work space between calls;
-// not for use by two threads at a time.
+// couple only weakly. Joints lie in lanes. Reuses its work space between calls;
+// not thread-safe.
 class BoneSolver {
  public:
-  // From the joints' states, with the measurements gated as they are, or anew
-  // where one that counts has no image. Where nothing finite is found the
-  // states stay as they are.
+  // Starts at the joints' states, with the measurements gated as they are, or
+  // gated anew where an active one has no image. If nothing finite is found,
+  // the states are unchanged.
   SolveReport Solve(const SolveSchedule& schedule, PersonProblem* problem);
 
  private:
-  // All joints' chains (the diagonal parts of what couples them included) and
-  // the couplings, at some states.
+  // All joints' chains (with the diagonal parts of the coupling factors) and
+  // the couplings, linearised at given states.
   struct System {
     LaneBuffer diagonal;
     LaneBuffer gradient;
-    LaneBuffer costs;  // of each lane
+    LaneBuffer costs;  // per lane
     LaneBuffer valid;
     std::vector<LaneCoupling> couplings;
     double cost = 0.0;
@@ -40,17 +40,17 @@ class BoneSolver {
   void Load(const PersonProblem& problem);
   void LoadPrior(const PersonPrior& prior);
   ChainLanes At(LaneBuffer* states) const;
-  // False where a measurement that counts has no image.
+  // False where an active measurement has no image.
   bool Linearise(const PersonProblem& problem, const SolveStage& stage,
                  LaneBuffer* states, System* system);
   void AddCouplings(const PersonProblem& problem, const LaneBuffer& states,
                     System* system) const;
   void AddPrior(const PersonPrior& prior, const LaneBuffer& states,
                 System* system) const;
-  // Of H step = -gradient; false where it is not positive definite. `accuracy`
-  // as that of LaneKernels::solve_coupled.
+  // Solves H step = -gradient; false where H is not positive definite.
+  // `accuracy` as for LaneKernels::solve_coupled.
   bool FindStep(double damping, double accuracy);
-  // candidate = states + step; returns how far that moves a position [m].
+  // candidate = states + step; returns the largest movement of a position [m].
   double MoveCandidate();
   void KeepCandidate();
   bool RunStage(const PersonProblem& problem, const SolveStage& stage,
@@ -63,7 +63,7 @@ class BoneSolver {
   System system_;
   System trial_;
   // Information of the person's prior: the joints' own blocks as LaneBlock, and
-  // what is between joints (LaneCouplings::first). Empty without one.
+  // those between joints (LaneCouplings::first). Empty without a prior.
   Eigen::MatrixXd prior_own_;    // [lanes x 21]
   Eigen::MatrixXd prior_cross_;  // [6 lanes x 6 joints]
   LaneBuffer candidate_, step_, workspace_;

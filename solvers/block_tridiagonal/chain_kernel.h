@@ -1,12 +1,12 @@
-// The arithmetic of chain_lanes.h over the type of pack. Included by the files
-// that are compiled for one instruction set each; nothing of Eigen.
+// The arithmetic of chain_lanes.h over a type of pack. Included by files that
+// are compiled for one instruction set each, so it must not use Eigen.
 //
-// With S_k the block that is left of frame k when all later ones are
+// With S_k the block that remains of frame k when all later ones are
 // eliminated, B_k right of the diagonal and P_k = S_k^-1:
 //   S_k = D_k - B_k P_k+1 B_k',   r_k = -g_k - B_k P_k+1 r_k+1,
 //   x_0 = P_0 r_0,   x_k+1 = P_k+1 (r_k+1 - B_k' x_k).
-// Eliminated from the last frame to the first, so that the covariance of a
-// window's oldest frame is P_0 and costs nothing more.
+// Elimination runs from the last frame to the first, so that the covariance of
+// a window's oldest frame is P_0, at no further cost.
 #ifndef KINEGRAPH_SOLVERS_BLOCK_TRIDIAGONAL_CHAIN_KERNEL_H_
 #define KINEGRAPH_SOLVERS_BLOCK_TRIDIAGONAL_CHAIN_KERNEL_H_
 
@@ -19,8 +19,8 @@
 
 namespace kinegraph {
 
-// A camera as reprojections of packs see it; where it has an image is noted
-// lane by lane.
+// A camera as the View of a reprojection factor over packs; records in which
+// lanes there is an image.
 template <typename T>
 struct LaneCamera {
   const CameraModel* camera;
@@ -40,13 +40,13 @@ struct LaneCamera {
 template <typename T>
 using LanePixel = Reprojection<T, LaneCamera<T>>;
 
-// Frame k's motion to the next, the same during a solve: information of both
+// Motion from frame k to the next, constant during a solve: information of both
 // ends and between them, each times the identity.
 template <typename T>
 struct LaneMotion {
   ConstantVelocity<T> factor;
   T from[3];      // pp, pv, vv at frame k
-  T to[3];        // and at frame k + 1
+  T to[3];        // at frame k + 1
   LaneAxis<T> m;  // between
 };
 
@@ -80,14 +80,14 @@ struct LaneSystem {
   LaneBlock<T>* diagonal;  // [frames]
   T (*gradient)[6];        // [frames]
   T cost;
-  Mask<T> valid;  // every measurement that counts has an image
+  Mask<T> valid;  // every active measurement has an image
 };
 
 // A group of W joints at a time.
 template <typename T>
 class ChainGroup {
  public:
-  // Numbers of work space for each frame and lane.
+  // Work space per frame and lane, in doubles.
   static constexpr long kNumbersPerFrame =
       (3 * sizeof(LaneBlock<T>) + sizeof(LaneMotion<T>) + 7 * sizeof(T[6])) /
       sizeof(T);
@@ -126,7 +126,7 @@ class ChainGroup {
     iterations_ = 0.0;
     finite_ = InAllLanes<T>();
     converged_ = finite_;
-    // Earlier stages only hand over a start.
+    // Earlier stages only provide a start.
     constexpr double kRoughly = 30.0;
     for (int i = 0; i < stage_count && Any(finite_); ++i) {
       const bool last = i + 1 == stage_count;
@@ -219,15 +219,15 @@ class ChainGroup {
             {Row(chains_.x_px, view), Row(chains_.y_px, view)},
             Row(chains_.per_sigma, view)};
   }
-  // The group's chains as factors.h walks them.
+  // The group's chains in the form that factors.h iterates over.
   struct Factors {
-    using Counting = int;  // the view of a pixel, else -1
+    using Counting = int;  // the view of a pixel, -1 for other factors
 
     const ChainGroup& group;
-    Mask<T>* visible;  // where the last pixel that was evaluated has an image
+    Mask<T>* visible;  // lanes in which the last evaluated pixel has an image
 
     int frame_count() const { return group.frames_; }
-    bool HasPrior() const { return true; }  // zero where it is left out
+    bool HasPrior() const { return true; }  // zero if there is none
     GaussianPrior<T> Prior() const {
       return {group.prior_root_, group.prior_x0_, group.prior_b_};
     }
@@ -240,14 +240,14 @@ class ChainGroup {
     }
     int PixelsBegin(int k) const { return group.chains_.first_view[k]; }
     int PixelsEnd(int k) const { return group.chains_.first_view[k + 1]; }
-    bool IsLeftOut(int) const { return false; }  // lane by lane: `counts`
+    bool IsLeftOut(int) const { return false; }  // handled per lane by `counts`
     LanePixel<T> Pixel(int view) const { return group.FactorOf(view, visible); }
     int Always() const { return -1; }
     int CountingOf(int view) const { return view; }
   };
 
-  // Adds up what the factors of frame k cost and their gradients; of pixels the
-  // information, too. That of the others BeginFrame has put there.
+  // Adds cost and gradient of the factors of frame k, and the information of
+  // pixels. The information of the other factors was added by BeginFrame.
   struct Lineariser {
     const ChainGroup& group;
     const LaneStage& stage;
@@ -374,8 +374,8 @@ class ChainGroup {
     prior_information_ = {};
   }
 
-  // Marks what the states can be projected to: of all that was measured, or of
-  // what counted until now.
+  // Marks the measurements of which the states have an image, among all
+  // measurements (kAnew) or among the active ones (kAsWell).
   enum class Gated { kAnew, kAsWell };
   void Gate(Gated gated) {
     for (int k = 0; k < frames_; ++k) {
@@ -469,8 +469,8 @@ class ChainGroup {
     }
   }
 
-  // Fills P_k; `damping` times the diagonal is added to it. The mask tells
-  // where all of it is positive definite.
+  // Fills P_k after adding `damping` times the diagonal. The mask is true where
+  // every block is positive definite.
   Mask<T> Eliminate(const LaneBlock<T>* diagonal, const T& damping) {
     const T grown = 1.0 + damping;
     Mask<T> definite = InAllLanes<T>();
@@ -488,8 +488,8 @@ class ChainGroup {
     return definite;
   }
 
-  // Writes candidates and keeps the steps where `usable`; returns how far the
-  // step moves any position [m].
+  // Writes candidates, and keeps the steps where `usable`; returns the largest
+  // movement of a position [m].
   T FindStep(const Mask<T>& usable) {
     for (int k = frames_; k-- > 0;) {
       T* r = right_[k];
@@ -530,7 +530,7 @@ class ChainGroup {
     return largest;
   }
 
-  // The candidate becomes the estimate, but in the `kept` lanes.
+  // Accepts the candidate, except in the `kept` lanes.
   void Keep(const Mask<T>& kept) {
     if (Any(kept)) {
       for (int k = 0; k < frames_; ++k) {
@@ -556,8 +556,8 @@ class ChainGroup {
   void RunStage(const LaneStage& stage, double step_tolerance_m) {
     Linearise(states_, stage, &current_);
     if (Any(And(finite_, Not(current_.valid)))) {
-      // The last step of the stage before led behind a camera: where that leads
-      // is not asked.
+      // The last step of the previous stage may have led behind a camera; it
+      // was not checked.
       Gate(Gated::kAsWell);
       Linearise(states_, stage, &current_);
     }
@@ -569,11 +569,12 @@ class ChainGroup {
       iterations_ += Select(active, T(1.0), T(0.0));
       const Mask<T> usable = And(active, Eliminate(current_.diagonal, damping));
       const T move = FindStep(usable);
-      // The last step of a stage: nothing is asked of where it leads.
+      // The last step of a stage is taken without checking its cost.
       const Mask<T> done = And(usable, move < T(step_tolerance_m));
       Mask<T> accepted = done;
       if (Any(And(active, Not(done)))) {
-        // Lanes without a step are linearised where they are: the same bits.
+        // Lanes without a step are linearised at the same states: identical
+        // bits.
         Linearise(candidate_, stage, &trial_);
         // Near a minimum rounding may raise the cost by a part in 1e12.
         const Mask<T> lower =

@@ -1,9 +1,9 @@
-// Chains of joints in lanes: what the kernels take and give, as plain arrays.
+// Chains of joints in lanes: inputs and outputs of the kernels as plain arrays.
 //
-// Rows of `lanes` numbers, one a joint; `lanes` is a multiple of kLaneMultiple
-// and lanes without a joint are filled like those of a joint that nobody sees.
-// A view is one camera's answer to one frame: its joints share camera and
-// clock.
+// Rows of `lanes` numbers, one per joint; `lanes` is a multiple of
+// kLaneMultiple, and lanes without a joint are filled as for a joint without
+// measurements. A view is one camera's detection in one frame: its joints share
+// camera and clock.
 #ifndef KINEGRAPH_SOLVERS_BLOCK_TRIDIAGONAL_CHAIN_LANES_H_
 #define KINEGRAPH_SOLVERS_BLOCK_TRIDIAGONAL_CHAIN_LANES_H_
 
@@ -14,18 +14,18 @@ namespace kinegraph {
 
 struct LaneFrameView {
   const CameraModel* camera = nullptr;
-  double offset_s = 0.0;  // capture time less the frame's
+  double offset_s = 0.0;  // capture time minus the frame's
 };
 
 struct ChainLanes {
   int frames = 0;
-  int joints = 0;  // lanes behind them are computed or not, and of no use
+  int joints = 0;  // results of further lanes are meaningless
   int lanes = 0;
-  const double* dt_s = nullptr;           // [frames - 1], not in lanes
+  const double* dt_s = nullptr;           // [frames - 1], not per lane
   const double* process_noise = nullptr;  // [frames - 1][lanes] m^2/s^3
-  // BodyCentre, the same in all lanes: x, y, z [m] and 1 / sigma [1/m], 0 for
+  // BodyCentre, the same in all lanes: x, y, z [m] and 1 / sigma [1/m], 0:
   // none.
-  const double (*centres)[4] = nullptr;  // [frames], not in lanes
+  const double (*centres)[4] = nullptr;  // [frames], not per lane
 
   // Views of frame k are views[first_view[k]] .. [first_view[k + 1]].
   const int* first_view = nullptr;
@@ -48,11 +48,11 @@ struct ChainLanes {
 
 struct LaneStage {
   LossKind loss = LossKind::kNone;
-  double scale = 1.0;  // sigmas
+  double scale = 1.0;  // in sigmas
   int max_iterations = 10;
 };
 
-// What became of a solve; [lanes], and the last step of every state.
+// The result of a solve, [lanes], and the last step of every state.
 struct LaneReports {
   double* finite = nullptr;     // 1, or 0: no result
   double* converged = nullptr;  // 1 or 0, in the last stage
@@ -60,7 +60,7 @@ struct LaneReports {
   double* steps = nullptr;  // [frames][6][lanes]
 };
 
-// Gauss-Newton system of all chains, each a row of lanes a number.
+// Gauss-Newton system of all chains: a row of lanes for each number.
 struct LaneSystemRows {
   double* diagonal = nullptr;  // [frames][21][lanes], as LaneBlock
   double* gradient = nullptr;  // [frames][6][lanes]
@@ -68,8 +68,8 @@ struct LaneSystemRows {
   double* valid = nullptr;     // [lanes] 1: every measurement has an image
 };
 
-// What a factor on the positions of two joints in one frame adds between them:
-// its information, joint a's axes by joint b's.
+// The information that a factor on the positions of two joints in one frame
+// adds between them: joint a's axes by joint b's.
 struct LaneCoupling {
   int frame = 0;
   int a = 0;  // lanes
@@ -77,17 +77,16 @@ struct LaneCoupling {
   double block[3][3];
 };
 
-// What couples the chains of a person.
+// The couplings between the chains of a person.
 struct LaneCouplings {
   const LaneCoupling* list = nullptr;
   int count = 0;
   // Between the joints' first states, [6 joints + i][6][lanes]; their own
-  // blocks are zero. Null without any.
+  // blocks are zero. Null if there are none.
   const double* first = nullptr;
 };
 
-// Numbers of work space that a call needs for so many frames; aligned to 64
-// bytes by the caller.
+// Work space for so many frames, in doubles; the caller aligns it to 64 bytes.
 long LaneWorkspaceSize(int frames);
 
 long CoupledWorkspaceSize(int frames, int lanes);
@@ -96,29 +95,29 @@ long CoupledWorkspaceSize(int frames, int lanes);
 struct LaneKernels {
   // Gates the measurements at the start (`counts`) and runs the stages: damped
   // Gauss-Newton by block-tridiagonal sweeps, each lane with its own damping
-  // and end. Writes states, counts, weights and reports.
+  // and termination. Writes states, counts, weights and reports.
   void (*solve)(const ChainLanes& chains, const LaneStage* stages,
                 int stage_count, double step_tolerance_m, double* workspace,
                 const LaneReports& reports);
-  // Covariances of frames 0 .. frame_end - 1 at states and weights, with every
-  // observation times `correction`: [frame_end][21][lanes], the upper triangle
-  // row by row. `known` [lanes]: 0 where the information is not positive
-  // definite.
+  // Covariances of frames 0 .. frame_end - 1 at the stored states and weights,
+  // with the information of every observation times `correction`:
+  // [frame_end][21][lanes], the upper triangle row by row. `known` [lanes]: 0
+  // where the information is not positive definite.
   void (*covariance)(const ChainLanes& chains, double correction, int frame_end,
                      double* workspace, double* covariances, double* known);
-  // The chains' system at their states. `own_priors`: those of ChainLanes
-  // count; without them lanes that have no joint are singular.
+  // The chains' system at their states. `own_priors`: include those of
+  // ChainLanes; without them lanes without a joint are singular.
   void (*linearise)(const ChainLanes& chains, const LaneStage& stage,
                     bool own_priors, double* workspace,
                     const LaneSystemRows& system);
   // Writes the measurements' weights at the chains' states.
   void (*weigh)(const ChainLanes& chains, const LaneStage& stage,
                 double* workspace);
-  // Solves H step = -gradient, step [frames][6][lanes], for the chains together
-  // with what couples them and `damping` times the chains' diagonal: conjugate
-  // gradients, preconditioned with the chains, down to a residual of `accuracy`
-  // of the gradient in the chains' norm. False where the chains are not
-  // positive definite.
+  // Solves H step = -gradient, step [frames][6][lanes], for the chains, their
+  // couplings and `damping` times the chains' diagonal: conjugate gradients,
+  // preconditioned with the chains, until the residual is `accuracy` times the
+  // gradient in the chains' norm. False where the chains are not positive
+  // definite.
   bool (*solve_coupled)(const ChainLanes& chains, const LaneSystemRows& system,
                         const LaneCouplings& couplings, double damping,
                         double accuracy, double* workspace, double* step);
@@ -126,7 +125,7 @@ struct LaneKernels {
 extern const LaneKernels kLaneKernelsAvx2;
 extern const LaneKernels kLaneKernelsAvx512;
 
-// Those of the widest set that may be used (core/base/instruction_set.h).
+// The kernels of the widest set that may be used (core/base/instruction_set.h).
 const LaneKernels& CurrentLaneKernels();
 
 }  // namespace kinegraph

@@ -1,4 +1,4 @@
-// Compiled for AVX2; empty on other machines.
+// Compiled for AVX2; empty on other architectures.
 #if defined(__x86_64__)
 #ifndef __AVX2__
 #error "not compiled for it: kinegraph_lanes in cmake/KinegraphTargets.cmake"

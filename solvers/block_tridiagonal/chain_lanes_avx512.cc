@@ -1,4 +1,4 @@
-// Compiled for AVX-512; empty on other machines.
+// Compiled for AVX-512; empty on other architectures.
 #if defined(__x86_64__)
 #ifndef __AVX512F__
 #error "not compiled for it: kinegraph_lanes in cmake/KinegraphTargets.cmake"

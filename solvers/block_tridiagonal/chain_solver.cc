@@ -29,7 +29,7 @@ void LaneProblem::LoadTimes(const PersonProblem& problem,
   }
 }
 
-// The views of every frame, each slot that any chain was measured in.
+// Lists the views of every frame: each slot in which any chain was measured.
 void LaneProblem::LoadViews(const std::vector<const JointChain*>& chains) {
   first_view_.assign(1, 0);
   views_.clear();
@@ -41,8 +41,8 @@ void LaneProblem::LoadViews(const std::vector<const JointChain*>& chains) {
   }
   place_.resize(count);
   for (size_t k = 0; k < frames_; ++k) {
-    // In the order of the slots, as each chain alone has them: a joint's sums
-    // then do not depend on which joints are beside it.
+    // Sorted by slot, as in each chain alone: a joint's sums then do not depend
+    // on the joints beside it.
     slots_.clear();
     for (const JointChain* chain : chains) {
       for (int32_t m = chain->first[k]; m < chain->first[k + 1]; ++m) {
@@ -109,7 +109,7 @@ void LaneProblem::LoadPriors(const std::vector<const JointChain*>& chains) {
       prior_b_[Row(i) + lane] = prior.b[i];
     }
   }
-  // Lanes without a joint rest at the origin.
+  // Lanes without a joint stay at the origin.
   for (size_t lane = chains.size(); lane < lanes_; ++lane) {
     for (size_t i = 0; i < 6; ++i) {
       prior_root_[Row(7 * i) + lane] = prior_root_stated_[Row(7 * i) + lane] =

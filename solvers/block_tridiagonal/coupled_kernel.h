@@ -1,10 +1,10 @@
-// The arithmetic of LaneKernels::solve_coupled (chain_lanes.h) over the type of
-// pack. Included by the files that are compiled for one instruction set each;
-// nothing of Eigen.
+// The arithmetic of LaneKernels::solve_coupled (chain_lanes.h) over a type of
+// pack. Included by files that are compiled for one instruction set each, so it
+// must not use Eigen.
 //
-// H = M + C, with M the chains and C what couples them. Directions d of
-// conjugate gradients are z + turn * d with M z = r, so M d = r + turn * (M d)
-// of the direction before: the chains' matrix itself is never multiplied.
+// H = M + C, with M the chains and C the couplings. Directions d of conjugate
+// gradients are z + turn * d with M z = r, so M d follows from the previous
+// direction as r + turn * (M d): M itself is never multiplied.
 #ifndef KINEGRAPH_SOLVERS_BLOCK_TRIDIAGONAL_COUPLED_KERNEL_H_
 #define KINEGRAPH_SOLVERS_BLOCK_TRIDIAGONAL_COUPLED_KERNEL_H_
 
@@ -15,8 +15,8 @@
 
 namespace kinegraph {
 
-// All arrays are rows of lanes; frames are the outer loop and groups of lanes
-// the inner one, so that the groups' sweeps overlap in the processor.
+// All arrays are rows of lanes. Frames are the outer loop and groups of lanes
+// the inner one, so that the sweeps of the groups overlap in the processor.
 template <typename T>
 class CoupledSolve {
  public:
@@ -77,7 +77,7 @@ class CoupledSolve {
     return true;
   }
 
-  // Once factorised.
+  // After a successful factorisation.
   void Solve(const double* gradient, double accuracy, double* step) {
     constexpr int kMaxIterations = 100;
     const long size = 6L * frames_ * chains_.lanes;

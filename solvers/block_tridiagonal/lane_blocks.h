@@ -14,9 +14,9 @@ struct LaneBlock {
   T vv[6];
 };
 
-inline constexpr int kLaneBlockSize = 21;  // numbers
+inline constexpr int kLaneBlockSize = 21;  // in numbers
 
-// Calls visit(place in a row of kLaneBlockSize, that number of each block).
+// Calls visit(index in a row of kLaneBlockSize, that number of each block).
 template <typename Visit, typename... Blocks>
 KINEGRAPH_INLINE void ForEachEntry(const Visit &visit, Blocks &...blocks) {
   for (int i = 0; i < 6; ++i) visit(i, blocks.pp[i]...);
@@ -24,7 +24,7 @@ KINEGRAPH_INLINE void ForEachEntry(const Visit &visit, Blocks &...blocks) {
   for (int i = 0; i < 6; ++i) visit(15 + i, blocks.vv[i]...);
 }
 
-// A mask that holds in all lanes.
+// A mask that is true in all lanes.
 template <typename T>
 KINEGRAPH_INLINE Mask<T> InAllLanes() {
   return T(0.0) < T(1.0);
@@ -33,14 +33,14 @@ KINEGRAPH_INLINE Mask<T> InAllLanes() {
 // Place of (row, column) in a symmetric 3x3 part.
 inline constexpr int kSymmetric[3][3] = {{0, 1, 2}, {1, 3, 4}, {2, 4, 5}};
 
-// 2x2 matrix each entry of which stands for that multiple of the 3x3 identity.
+// 2x2 matrix whose entries are multiples of the 3x3 identity.
 template <typename T>
 struct LaneAxis {
   T a[2][2];
 };
 
-// Inverse of a symmetric positive definite 3x3 by cofactors; the mask tells
-// where it is one.
+// Inverse of a symmetric positive definite 3x3 by cofactors; the mask is true
+// where it is positive definite.
 template <typename T>
 KINEGRAPH_INLINE Mask<T> Invert3(const T s[6], T inverse[6]) {
   const T xx = s[3] * s[5] - s[4] * s[4];

@@ -13,15 +13,15 @@
 namespace kinegraph {
 namespace {
 
-// Information of a joint's chain: diagonal blocks and those right of them.
+// Information of a joint's chain: diagonal blocks and those to their right.
 struct LinearChain {
   std::vector<Matrix6d> diagonal;
   std::vector<Matrix6d> upper;
 };
 
 // Blocks of the information at the chain's states and stored weights, each
-// observation's times `correction` (InformationCorrection of its loss). The
-// chain's own prior counts unless the person's stands in its place.
+// observation's times `correction` (InformationCorrection of its loss).
+// Includes the chain's own prior unless the person's prior replaces it.
 LinearChain LineariseInformation(const PersonProblem& problem,
                                  const JointChain& chain, double correction) {
   const size_t frames = problem.times.size();
@@ -58,8 +58,8 @@ LinearChain LineariseInformation(const PersonProblem& problem,
   return linear;
 }
 
-// What a factor on the positions of two joints in one frame adds between them:
-// the information by_a by_b'.
+// The information that a factor on the positions of two joints in one frame
+// adds between them: by_a by_b'.
 struct PointCoupling {
   int a = 0;
   int b = 0;
@@ -67,13 +67,13 @@ struct PointCoupling {
   Eigen::Vector3d by_b;
 };
 
-// Information of a person: a chain for each joint (the diagonal parts of
-// coupling factors included) and what couples the joints within a frame.
+// Information of a person: a chain for each joint (with the diagonal parts of
+// the coupling factors) and the couplings within a frame.
 struct PersonSystem {
   std::vector<LinearChain> chains;
   std::vector<std::vector<PointCoupling>> couplings;  // by frame
-  // Of the person's prior; the joints' own blocks stand in the chains. Empty
-  // without one.
+  // Of the person's prior; the joints' own blocks are in the chains. Empty
+  // without a prior.
   Eigen::MatrixXd prior_coupling;
 };
 
@@ -102,7 +102,8 @@ void AddCouplings(const PersonProblem& problem, PersonSystem* system) {
   ForEachCoupling(problem, FactorWalk(), add);
 }
 
-// What the prior says goes to the chains, and between joints to the coupling.
+// Adds the prior's own blocks to the chains and those between joints to the
+// coupling.
 void AddPrior(const PersonPrior& prior, PersonSystem* system) {
   system->prior_coupling = prior.stated;
   for (size_t j = 0; j < system->chains.size(); ++j) {
@@ -113,10 +114,10 @@ void AddPrior(const PersonPrior& prior, PersonSystem* system) {
   }
 }
 
-// Covariances by what each frame is told from both sides: a frame's pivot is
-// its own information with the messages of the frames behind and before it,
-// and a message is what the elimination of a neighbour leaves. Whole frames
-// are the blocks; a window is done when its oldest frame is reached.
+// Covariances by message passing from both sides: a frame's pivot is its own
+// information plus the messages of the later and earlier frames; a message is
+// what the elimination of a neighbour leaves. Blocks are whole frames. A window
+// is done when its oldest frame is reached.
 class FrameInversion {
  public:
   FrameInversion(const PersonProblem& problem, const PersonSystem& system)
@@ -151,10 +152,11 @@ class FrameInversion {
 
  private:
   using Square = Eigen::Map<Eigen::MatrixXd, 0, Eigen::OuterStride<>>;
-  using Triangle = std::vector<double>;  // a square's lower one, by columns
+  // Lower triangle of a square, by columns.
+  using Triangle = std::vector<double>;
 
-  // Frames whose messages are kept; those of later ones are made again from
-  // the last of their stretch.
+  // Number of frames whose messages are kept; those of later frames are
+  // recomputed from the last frame of their segment.
   size_t MotionSegment() const {
     constexpr size_t kBytes = 16 << 20;
     return std::max<size_t>(
@@ -179,8 +181,8 @@ class FrameInversion {
     }
   }
 
-  // What the user's factors say: frame by frame a dense block, and where they
-  // link two frames of any joints a dense one below.
+  // Information of the user's factors: a dense block per frame and, where they
+  // link two frames of any joints, a dense one below.
   void AddUserFactors() {
     GeneralRows rows;
     for (const PlacedFactor& placed : problem_.user) {
@@ -232,8 +234,9 @@ class FrameInversion {
     }
   }
 
-  // Loads what couples frames k and k + 1, with the states of `rows` as rows.
-  // Returns the size of its diagonal blocks, 0 where it has others.
+  // Loads the coupling of frames k and k + 1, with the states of `rows` as
+  // rows. Returns the size of its diagonal blocks, 0 if it is not
+  // block-diagonal.
   enum class RowsOf { kEarlier, kLater };
   int LoadCoupling(size_t k, RowsOf rows) {
     const bool later_rows = rows == RowsOf::kLater;
@@ -261,7 +264,7 @@ class FrameInversion {
                            next == nullptr ? nullptr : next->data()});
   }
 
-  // From the message that frame k has of later ones to that of frame k - 1.
+  // From the message of later frames to frame k, that to frame k - 1.
   bool PassBack(size_t k, const LaneBuffer& message, LaneBuffer* next) {
     std::copy_n(message.data(), rows_ * rows_, pivot_.data());
     AddDiagonal(k, &pivot_);
@@ -270,8 +273,8 @@ class FrameInversion {
     return Eliminate(block, next);
   }
 
-  // Messages from the last frame to the first: those of the first stretch are
-  // kept, and of the others that of the last frame.
+  // Messages from the last frame to the first. Keeps those of the first
+  // segment, and that of the last frame of each other segment.
   bool SweepBack(size_t frame_end) {
     const size_t segment = messages_.size();
     kept_.resize((frame_end + segment - 1) / segment);
@@ -289,7 +292,7 @@ class FrameInversion {
     return true;
   }
 
-  // The messages of a stretch once more.
+  // Recomputes the messages of a segment.
   bool Recall(size_t begin, size_t end) {
     messages_[end - 1 - begin] = std::move(kept_[begin / messages_.size()]);
     Restore(messages_[end - 1 - begin], &later_[(end - 1) % 2]);
@@ -301,7 +304,7 @@ class FrameInversion {
     return true;
   }
 
-  // The message that frame k + 1 has of earlier ones, from frame k's.
+  // From the message of earlier frames to frame k, that to frame k + 1.
   bool PassOn(size_t k) {
     std::swap(pivot_, earlier_);
     AddDiagonal(k, &pivot_);
@@ -310,7 +313,7 @@ class FrameInversion {
     return Eliminate(block, &earlier_);
   }
 
-  // Frame k's covariances, with the message it has of later ones.
+  // Covariances of frame k, given the message of later frames.
   bool Take(size_t k, const LaneBuffer& later) {
     for (size_t i = 0; i < rows_ * rows_; ++i) {
       pivot_[i] = earlier_[i] + later[i];
@@ -342,16 +345,17 @@ class FrameInversion {
   const PersonProblem& problem_;
   const PersonSystem& system_;
   const size_t frame_count_;
-  const size_t size_;                                // numbers of a frame
-  const size_t rows_;                                // of a square, padded
+  const size_t size_;  // numbers per frame
+  // Of a square, with padding.
+  const size_t rows_;
   std::map<size_t, Eigen::MatrixXd> user_diagonal_;  // by frame
   std::map<size_t, Eigen::MatrixXd> user_below_;     // by the earlier frame
-  // Squares of rows_ x rows_, of which the lower triangle counts.
+  // Squares of rows_ x rows_, of which only the lower triangle is used.
   LaneBuffer pivot_, coupling_;
-  LaneBuffer earlier_;              // the message of earlier frames
-  LaneBuffer later_[2];             // those of later frames, in turn
-  std::vector<Triangle> messages_;  // the same, in the stretch at hand
-  std::vector<Triangle> kept_;      // that of each stretch's last frame
+  LaneBuffer earlier_;              // message of earlier frames
+  LaneBuffer later_[2];             // messages of later frames, alternating
+  std::vector<Triangle> messages_;  // of later frames, in the current segment
+  std::vector<Triangle> kept_;      // of the last frame of each segment
   std::vector<std::vector<Matrix6d>>* covariances_ = nullptr;
 };
 

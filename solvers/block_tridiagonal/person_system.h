@@ -9,8 +9,8 @@
 namespace kinegraph {
 
 // Covariances of every joint's state in every frame by exact block-tridiagonal
-// selected inversion, frames as blocks. Factors are kept for a stretch of
-// frames only and computed again on the way back, so memory stays small.
+// selected inversion, frames as blocks. To bound memory, factors are kept for a
+// segment of frames only and recomputed on the way back.
 // covariances[joint][frame]; only frames before `frame_end` are kept. False
 // where the information is not positive definite.
 bool PersonCovariances(const PersonProblem& problem, double correction,
