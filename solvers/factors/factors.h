@@ -1,5 +1,5 @@
-// The factors, and the list of those of a joint, for one joint and for a pack
-// of joints. Nothing here knows Eigen or allocates (jacobian.h).
+// The factors, and the list of the factors of a joint, for one joint or a pack
+// of joints. Uses no Eigen and does not allocate (jacobian.h).
 #ifndef KINEGRAPH_SOLVERS_FACTORS_FACTORS_H_
 #define KINEGRAPH_SOLVERS_FACTORS_FACTORS_H_
 
@@ -11,19 +11,20 @@
 
 namespace kinegraph {
 
-// Nobody's joint is nearer to a camera [m]; a point that is says more by its
-// pixel than any detector knows, without bound.
+// No joint is nearer to a camera than this [m]. The information of a pixel on a
+// nearer point would grow without bound, beyond any detector's accuracy.
 inline constexpr double kNearestDepthM = 0.1;
 
 // A joint's pixel in one view:
 // r = (project(view, p + offset v) - u) / sigma_px                       [2]
 //
-// Key: state [p; v] [m, m/s]. `px` u is a raw pixel, the lens is inside
-// `project`. `offset_s` is the view's own capture time less the frame's time.
-// The sigma is constant: one that depended on the state would reward drifting
-// away. Evaluate is false where the point has no image: nearer than
-// kNearestDepthM, behind the camera or outside the lens' region; such a start
-// is gated when a problem is assembled. One view leaves the depth free.
+// Key: state [p; v] [m, m/s]. `px` u is a raw pixel; `project` includes the
+// lens. `offset_s` is the view's own capture time minus the frame's time. The
+// sigma is constant: one that depended on the state would reward moving away.
+// Evaluate returns false where the point has no image: nearer than
+// kNearestDepthM, behind the camera or outside the lens' region; such
+// measurements are gated when a problem is assembled. One view leaves the depth
+// free.
 //
 // View has bool Project(const T* point, T* px, T (*by_point)[3]) const;
 // `by_point`, 2x3 [px/m], may be null.
@@ -61,20 +62,21 @@ struct Reprojection {
   }
 };
 
-// A joint is somewhere about its person:
+// A joint is near its person:
 // r = (p - centre) / sigma                                               [3]
 //
-// Key: state [p; v] [m, m/s]. What no view or one view holds would else drift
-// with the motion for as long as it stays so, through the floor, or along the
-// ray into the camera, where an image says as much as one likes. The centre
-// [m] is given; sigma [m] is so large that what two views see does not notice.
+// Key: state [p; v] [m, m/s]. Without it a joint seen by no view or one view
+// would drift with the motion model for as long as that lasts: through the
+// floor, or along the ray towards the camera, where an image carries unbounded
+// information. The centre [m] is given; sigma [m] is so large that it has no
+// effect on joints seen by two views.
 template <typename T>
 struct BodyCentre {
   static constexpr int kResiduals = 3;
   static constexpr int kKeys = 1;
   using Jacobian = PointJacobian<kResiduals, T>;
 
-  const double* centre_m;  // [3]; outlives the factor
+  const double* centre_m;  // [3]; must outlive the factor
   double per_sigma;        // 1/m
 
   bool Evaluate(const T* const (&states)[kKeys], T* residual,
@@ -93,15 +95,15 @@ struct BodyCentre {
   }
 };
 
-// How a joint moves between two frames:
+// Motion of a joint between two frames:
 // r = L^-1 [p1 - p0 - dt v0; v1 - v0]                                    [6]
 //
-// L L' = Q(dt) = q [dt^3/3, dt^2/2; dt^2/2, dt] for each axis. Keys: states
-// [p; v] [m, m/s] of one joint in two frames dt apart. White noise on
-// acceleration with power q: Anderson and Barfoot, "Full STEAM ahead" (IROS
-// 2015); Barfoot, State Estimation for Robotics, ch. 11. Holds for any dt, so
-// gaps and dropped frames need no filling. Alone it leaves the common position
-// and velocity of a chain free: a chain needs a prior.
+// L L' = Q(dt) = q [dt^3/3, dt^2/2; dt^2/2, dt] for each axis. Keys: states [p;
+// v] [m, m/s] of one joint in two frames dt apart. White noise on acceleration
+// with power q: Anderson and Barfoot, "Full STEAM ahead" (IROS 2015); Barfoot,
+// State Estimation for Robotics, ch. 11. Valid for any dt, so gaps and dropped
+// frames need no filling. Alone it leaves the common position and velocity of a
+// chain free: a chain needs a prior.
 template <typename T>
 class ConstantVelocity {
  public:
@@ -109,7 +111,7 @@ class ConstantVelocity {
   static constexpr int kKeys = 2;
   using Jacobian = AxisJacobian<T>;
 
-  ConstantVelocity() = default;  // to be assigned to
+  ConstantVelocity() = default;  // assigned later
   // dt_s > 0 [s], q > 0 [m^2/s^3].
   ConstantVelocity(double dt_s, T q) : dt_s_(dt_s) {
     using std::sqrt;
@@ -143,12 +145,13 @@ class ConstantVelocity {
   T vv_;
 };
 
-// The distance of two joints of one bone:
+// The distance between the two ends of a bone:
 // r = (|p_a - p_b| - length) / sigma                                     [1]
 //
 // Keys: states [p; v] [m, m/s] of the bone's ends in one frame; length and
 // sigma > 0 [m]. Where the ends coincide the direction is undefined: the
-// residual stands, the Jacobian is zero, and other factors must part them.
+// residual is valid, the Jacobian is zero, and other factors must separate the
+// ends.
 template <typename T>
 struct BoneLength {
   static constexpr int kResiduals = 1;
@@ -178,10 +181,10 @@ struct BoneLength {
     return true;
   }
 
-  // A stretched bone also resists what turns it, which Gauss-Newton does not
-  // see: with J the Jacobian by one end, half the squared residual has the
-  // second derivative J'J + s (1 / sigma^2 - J'J), s = r sigma / |p_a - p_b|.
-  // Returns s, or 0 for a bone that is too short: there it is negative.
+  // A stretched bone also resists rotation, which Gauss-Newton ignores: with J
+  // the Jacobian by one end, half the squared residual has the second
+  // derivative J'J + s (1 / sigma^2 - J'J), s = r sigma / |p_a - p_b|. Returns
+  // s, or 0 for a compressed bone, whose s is negative.
   T Swing(const T& residual) const {
     using std::max;
     const T stretched = max(residual, T(0.0));
@@ -189,13 +192,13 @@ struct BoneLength {
   }
 };
 
-// What is known of one state before anything was measured, or from frames that
-// left a window:
+// Prior on one state, from before any measurement or from frames that left a
+// window:
 // r = A (x - x0) + b                                                     [6]
 //
 // Key: state x = [p; v] [m, m/s]. A is a square root of the information (A'A),
-// upper triangular, stored column by column; b is the residual at x0. All
-// three are someone else's and outlive the factor.
+// upper triangular, stored column by column; b is the residual at x0. The
+// caller owns all three, which must outlive the factor.
 template <typename T>
 struct GaussianPrior {
   static constexpr int kResiduals = kStateSize;
@@ -225,24 +228,25 @@ struct GaussianPrior {
   }
 };
 
-// Who walks the list of a joint's factors hands in a chain, which makes each
-// factor of its own numbers (doubles in solvers/graph/factor_list.h, packs in
-// solvers/block_tridiagonal/chain_kernel.h), and a visitor that takes every one
-// of them: a factor that is listed here and that a chain or a visitor does not
-// know is an error of the compiler.
+// Iterates over the factors of a joint. The caller supplies a chain, which
+// creates each factor from its own numbers (doubles in
+// solvers/graph/factor_list.h, packs in
+// solvers/block_tridiagonal/chain_kernel.h), and a visitor that accepts every
+// type of factor: one that a chain or a visitor does not handle is a compile
+// error.
 //
 // Visits the factors whose earliest state is that of frame k, as
 //   bool visit(const Factor& factor, const Chain::Counting& counting)
-// on the states of frames k .. k + Factor::kKeys - 1; false ends the walk. A
-// chain has
+// on the states of frames k .. k + Factor::kKeys - 1; returning false ends the
+// walk. A chain has
 //   frame_count()
 //   HasPrior(), Prior()           on the state of frame 0
 //   HasCentre(k), Centre(k)       on the state of frame k
 //   Motion(k)                     from frame k to frame k + 1
 //   PixelsBegin(k), PixelsEnd(k)  the measurements of frame k
 //   IsLeftOut(m), Pixel(m)        of measurement m
-//   Always(), CountingOf(m)       what the visitor is told of how a factor, and
-//                                 measurement m, counts
+//   Always(), CountingOf(m)       the `counting` of any other factor, and of
+//                                 measurement m
 template <typename Chain, typename Frame, typename Visit>
 KINEGRAPH_INLINE bool ForEachFactorOfFrame(const Chain& chain, Frame k,
                                            Visit&& visit) {

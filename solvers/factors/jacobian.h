@@ -1,8 +1,8 @@
-// Jacobians of factors by a state [p; v], in shapes that keep what is zero.
+// Jacobians of factors by a state [p; v], in types that exploit their zeros.
 //
-// T is double, or a pack of doubles where joints lie in lanes: whatever has
-// + - * /, and sqrt and max where a factor needs them. Nothing here knows Eigen
-// or allocates, so that a translation unit with wider vectors may include it.
+// T is double, or a pack of doubles where joints lie in lanes: any type with +
+// - * /, and sqrt and max where a factor needs them. Uses no Eigen and does not
+// allocate, so that files compiled for wider instruction sets may include it.
 #ifndef KINEGRAPH_SOLVERS_FACTORS_JACOBIAN_H_
 #define KINEGRAPH_SOLVERS_FACTORS_JACOBIAN_H_
 
@@ -11,9 +11,10 @@ namespace kinegraph {
 // Position [m] and velocity [m/s] in the world, x y z each.
 inline constexpr int kStateSize = 6;
 
-// Where the joint of `state` [6] is `offset_s` after the frame's time: a view's
-// clock is off by far less than a frame, so the velocity carries it. Nothing
-// else says how a late clock moves a point; PointJacobian is its derivative.
+// Position of the joint with `state` [6] at `offset_s` after the frame's time.
+// A view's clock is off by far less than a frame, so the velocity carries the
+// point over. The only place that models a late clock; PointJacobian is its
+// derivative.
 template <typename T>
 void PointAt(const T* state, double offset_s, T* point) {
   for (int i = 0; i < 3; ++i) {
@@ -21,8 +22,8 @@ void PointAt(const T* state, double offset_s, T* point) {
   }
 }
 
-// Of kRows residuals that see the point at offset_s: [by_point, offset_s
-// by_point], kRows x 6.
+// Jacobian of kRows residuals that depend on the point at offset_s: [by_point,
+// offset_s by_point], kRows x 6.
 template <int kRowCount, typename T>
 struct PointJacobian {
   static constexpr int kRows = kRowCount;
@@ -35,8 +36,8 @@ struct PointJacobian {
   }
 };
 
-// Of six residuals that treat the three axes alike: axis, each entry times the
-// 3x3 identity.
+// Jacobian of six residuals that treat the three axes alike: axis, each entry
+// times the 3x3 identity.
 template <typename T>
 struct AxisJacobian {
   static constexpr int kRows = kStateSize;
@@ -47,7 +48,7 @@ struct AxisJacobian {
   }
 };
 
-// Of any residuals.
+// Any Jacobian.
 template <int kRowCount, typename T>
 struct DenseJacobian {
   static constexpr int kRows = kRowCount;

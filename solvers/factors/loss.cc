@@ -22,7 +22,7 @@ namespace {
 double IntegrateCorrection(LossKind kind, double scale) {
   // s = r'r is exponential with mean 2. d psi/d r = w I + 2 w' r r' has the
   // expectation E[w + s w'] I, and E[psi psi'] = E[s w^2] / 2 I. Midpoint rule;
-  // the tail beyond s = 60 weighs 1e-13.
+  // the tail beyond s = 60 has a weight of 1e-13.
   constexpr int kSteps = 20000;
   constexpr double kEnd = 60.0;
   constexpr double kStep = kEnd / kSteps;
@@ -43,7 +43,7 @@ double IntegrateCorrection(LossKind kind, double scale) {
 }  // namespace
 
 double InformationCorrection(LossKind kind, double scale) {
-  // A run asks for a handful of losses, many times each.
+  // Cached: a run uses a handful of losses, many times each.
   static std::mutex mutex;
   static std::map<std::pair<LossKind, double>, double> known;
   const std::lock_guard<std::mutex> lock(mutex);

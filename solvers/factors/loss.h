@@ -1,4 +1,4 @@
-// Robust losses by name, free of any solver.
+// Robust losses by name, independent of any solver.
 //
 // A loss rho turns the squared norm s of a whitened residual (dimensionless)
 // into a cost 0.5 rho(s). All have rho(s) = s + O(s^2) near zero, so `scale` c
@@ -26,18 +26,19 @@ using LossValue = LossTerms<double>;
 // `scale` > 0 [sigmas], `s` >= 0.
 LossValue EvaluateLoss(LossKind kind, double scale, double s);
 
-// A loss that is not convex can lock good observations out when it starts from
-// a bad value; it needs a schedule that begins with a convex one.
+// A non-convex loss started far from the minimum can exclude good observations
+// permanently; it needs a schedule that begins with a convex loss.
 inline bool IsConvex(LossKind kind) {
   return kind == LossKind::kNone || kind == LossKind::kHuber;
 }
 
-// How much information one observation really gives under a loss, over the
-// weight the loss shows: for 2-vectors r ~ N(0, I), w = rho'(r'r), psi = w r,
+// The actual information of one observation under a loss, relative to the
+// weight that the loss gives: for 2-vectors r ~ N(0, I), w = rho'(r'r), psi = w
+// r,
 //   [E dpsi/dr]^2 / E[psi psi'] / E[w]
-// (the sandwich formula of M-estimators: Huber and Ronchetti, Robust
-// Statistics, ch. 6, over what J'WJ claims). 1 for no loss; above 1 for
-// redescending ones, whose J'WJ claims too little.
+// (the sandwich formula of M-estimators, Huber and Ronchetti, Robust
+// Statistics, ch. 6, divided by J'WJ). 1 for no loss; above 1 for redescending
+// losses, whose J'WJ is too small.
 double InformationCorrection(LossKind kind, double scale);
 
 }  // namespace kinegraph

@@ -1,4 +1,5 @@
-// The robust losses. Sources for wider registers read it: it includes nothing.
+// The robust losses. Includes nothing, because files compiled for wider
+// instruction sets include it.
 #ifndef KINEGRAPH_SOLVERS_FACTORS_LOSS_KIND_H_
 #define KINEGRAPH_SOLVERS_FACTORS_LOSS_KIND_H_
 

@@ -1,5 +1,5 @@
-// The robust losses' formulas, once for numbers and packs (loss.h explains
-// them). Light enough for files that compute in lanes.
+// The formulas of the robust losses (see loss.h), for numbers and packs. Light
+// enough to include in code that computes in lanes.
 #ifndef KINEGRAPH_SOLVERS_FACTORS_ROBUST_LOSS_H_
 #define KINEGRAPH_SOLVERS_FACTORS_ROBUST_LOSS_H_
 
