@@ -26,9 +26,9 @@ State Advance(const State& state, double dt_s) {
   return advanced;
 }
 
-// Frames from one solve to the next. What a solve finds changes at the rate of
-// motion, not of the camera: where frames come faster than 60 a second, several
-// wait for one solve, though not for longer than the lag.
+// Frames from one solve to the next. Results change at the rate of the motion,
+// not of the camera: above 60 frames per second several frames share one solve,
+// but none waits for longer than the lag.
 size_t SolveEvery(double frame_rate_hz, double lag_s) {
   constexpr double kSolveRateHz = 60.0;
   const double rounding = 1e-6;
@@ -55,7 +55,7 @@ class WindowEstimator final : public Estimator {
         last_states_(scene_.skeleton.joint_count(), State::Zero()) {}
 
   void Add(const EstimatorFrame& frame) override {
-    // The first frame waits for no other.
+    // The first frame is solved at once.
     const bool birth = last_.empty();
     if (birth) first_frame_ = frame.frame;
     unsolved_ = birth ? solve_every_ : unsolved_ + 1;
@@ -125,9 +125,9 @@ class WindowEstimator final : public Estimator {
   }
 
   // A new state starts where the frame's own views triangulate the joint, else
-  // where the motion leads; at the speed it had. A joint that had no position
-  // yet (missing in the frame before) has no motion to be led by: where this
-  // frame triangulates it, it stays there. Returns which joints those are.
+  // at the prediction, with the previous velocity. A joint without a previous
+  // position (missing in the last frame) cannot be predicted: where this frame
+  // triangulates it, it stays there. Returns which joints those are.
   std::vector<bool> StartNewStates() {
     std::vector<bool> placed_anew(joint_count(), false);
     if (records_.size() < 2) return placed_anew;
@@ -183,7 +183,7 @@ class WindowEstimator final : public Estimator {
   }
 
   void SolveBones() {
-    // Learnt from estimates without bones of frames that are about to become
+    // Learnt from estimates without bones, of frames that are about to become
     // final.
     const size_t end = DueEnd();
     for (size_t k = final_count_; k < end; ++k) bones_.AddFrame(problem_, k);
@@ -198,8 +198,9 @@ class WindowEstimator final : public Estimator {
 
   // End of the frames that are old enough to be final.
   size_t DueEnd() const {
-    // No frame waits for longer than the lag, those before the next solve
-    // included. Half a millisecond of slack: times are rounded to nanoseconds.
+    // No frame waits for longer than the lag, including those waiting for the
+    // next solve. Half a millisecond of tolerance: times are rounded to
+    // nanoseconds.
     const double next_s =
         static_cast<double>(solve_every_ - 1) / scene_.frame_rate_hz;
     const TimeNs lag = FromSeconds(options_.lag_s - next_s - 5e-4);
@@ -211,7 +212,7 @@ class WindowEstimator final : public Estimator {
     return end;
   }
 
-  // Sigmas of a window change all at once and seldom.
+  // The sigmas of a window all change together, and rarely.
   void LearnNoiseScale(const std::vector<double>& squares) {
     constexpr double kWorthIt = 0.02;
     learnt_scale_.Add(squares, noise_scale_);
@@ -296,15 +297,17 @@ class WindowEstimator final : public Estimator {
   const std::shared_ptr<RecordingNotes> notes_;
   const std::shared_ptr<LearntNoise> learnt_;
   PersonBones bones_;
-  BoneLengths written_lengths_;  // of final poses
+  BoneLengths written_lengths_;  // for final poses
   CausalNoiseScale learnt_scale_;
-  double noise_scale_ = 1.0;            // the factor in the problem's sigmas
-  std::vector<FrameRecord> records_;    // as problem_.times
-  std::vector<JointSupport> supports_;  // by frames that left the window
-  int64_t first_frame_ = 0;             // of the person
-  const size_t solve_every_;            // frames
-  size_t unsolved_ = 0;                 // of records_: the newest
-  size_t final_count_ = 0;              // of records_, already emitted
+  // Factor applied to the problem's sigmas.
+  double noise_scale_ = 1.0;
+  std::vector<FrameRecord> records_;    // one per problem_.times
+  std::vector<JointSupport> supports_;  // over frames that left the window
+  int64_t first_frame_ = 0;             // of this person
+  const size_t solve_every_;            // in frames
+  size_t unsolved_ = 0;                 // the newest of records_
+  // The first of records_, already emitted.
+  size_t final_count_ = 0;
   std::vector<FinalPose> finals_;
   Pose3d last_;
   std::vector<State> last_states_;

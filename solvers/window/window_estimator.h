@@ -1,4 +1,5 @@
-// The newest frames in a sliding window: final after a fixed lag.
+// Estimator over a sliding window of the newest frames: final after a fixed
+// lag.
 #ifndef KINEGRAPH_SOLVERS_WINDOW_WINDOW_ESTIMATOR_H_
 #define KINEGRAPH_SOLVERS_WINDOW_WINDOW_ESTIMATOR_H_
 
@@ -10,15 +11,14 @@
 
 namespace kinegraph {
 
-// Every Add solves the window anew, with the whole convexity schedule; where
-// frames come faster than 60 a second every second, third, ... does. A frame
-// that is graph.lag_s older than the newest, or is so before the next solve,
-// becomes final, and is marginalised
-// into a prior on its successor when the next frame comes. Memory does not grow
-// with the length of the track. Last() is the estimate at the newest frame
-// that was solved and in which a view measured anything. Throws OptionError for
-// bad options. `notes` are shared with the run's other people; null: notes of
-// its own.
+// Every Add solves the window anew, with the whole convexity schedule; above 60
+// frames per second only every second, third, ... Add does. A frame becomes
+// final when it is graph.lag_s older than the newest, or will be before the
+// next solve; it is marginalised into a prior on its successor when the next
+// frame arrives. Memory does not grow with the length of the track. Last() is
+// the estimate at the newest solved frame with a measurement. Throws
+// OptionError for bad options. `notes` are shared with the other people of the
+// run; null: separate notes.
 std::unique_ptr<Estimator> MakeWindowEstimator(
     const SceneModel& scene, const GraphOptions& options,
     std::shared_ptr<RecordingNotes> notes = nullptr);
