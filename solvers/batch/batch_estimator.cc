@@ -22,11 +22,11 @@
 namespace kinegraph {
 namespace {
 
-// A noise scale that moves less is not worth another solve.
+// A smaller change of the noise scale does not justify another solve.
 constexpr double kLeastChange = 0.02;
 
-// Starts between triangulated frames lie on the line between them, those
-// before the first and after the last stay where it was.
+// Linear interpolation of the starts between triangulated frames; constant
+// before the first and after the last.
 void InterpolateStarts(const std::vector<FrameRecord>& records, int joint_idx,
                        const std::vector<TimeNs>& times, JointChain* chain) {
   std::optional<size_t> previous;
@@ -44,7 +44,8 @@ void InterpolateStarts(const std::vector<FrameRecord>& records, int joint_idx,
     }
     previous = k;
   }
-  if (!previous.has_value()) return;  // all stand at the person's centre
+  // Never triangulated: all stay at the person's centre.
+  if (!previous.has_value()) return;
   for (size_t i = *previous + 1; i < records.size(); ++i) {
     chain->states[i].head<3>() = chain->states[*previous].head<3>();
   }
@@ -126,7 +127,8 @@ class BatchEstimator final : public Estimator {
       solution->records = std::move(records_);
       notes_->Keep(solution);
     }
-    // Finals may wait long for those of other people: nothing else should.
+    // Final poses may wait long for those of other people; free everything
+    // else.
     recording_ = {};
     stated_bones_.clear();
     noise_.reset();
@@ -165,8 +167,8 @@ class BatchEstimator final : public Estimator {
     solver_.SolveTogether(&recording_);
   }
 
-  // Takes over what the pass before found of this person, and solves anew where
-  // matches changed. False where that pass knows nobody like this.
+  // Reuses the previous pass' result for this person and solves only where
+  // matches changed. False if that pass has no such person.
   bool SolveAgain() {
     std::optional<KnownFrames> known =
         FindKnownFrames(notes_->SolvedPeople(), records_, recording_);
@@ -194,12 +196,11 @@ class BatchEstimator final : public Estimator {
     return true;
   }
 
-  // What the next pass needs in order not to solve this person anew; null where
-  // there is none.
+  // What the next pass needs to reuse this result; null if it cannot be reused.
   std::shared_ptr<SolvedPerson> Solution() const {
     if (!notes_->expects_another_pass()) return nullptr;
-    // One scale on all sigmas follows from residuals; users' factors may see
-    // what the next pass starts from.
+    // Both depend on more than the matches: a common noise scale on all
+    // residuals, a user's factors possibly on the start.
     const bool scales = options_.pixel_noise_from == NoiseFrom::kFixed &&
                         options_.estimate_noise_scale;
     if (scales || options_.user_factors || !solver_.KeptBones()) return nullptr;
@@ -215,8 +216,8 @@ class BatchEstimator final : public Estimator {
     return solution;
   }
 
-  // From the residuals that the stage has left. False where the scale changes
-  // by no more than the share `least_change`; then nothing is scaled.
+  // From the residuals after the stage. Returns false, and scales nothing, if
+  // the scale changes by no more than the share `least_change`.
   bool RescaleNoise(const SolveStage& stage, double least_change) {
     const double correction = InformationCorrection(stage.loss, stage.scale);
     const auto covariances = solver_.StateCovariances(recording_, correction);
@@ -233,7 +234,7 @@ class BatchEstimator final : public Estimator {
     return true;
   }
 
-  // Solves the joints under one factor on all sigmas.
+  // Solves the joints with one estimated factor on all sigmas.
   void LearnNoiseScale() {
     const SolveSchedule& whole = solver_.schedule();
     // The first stage is convex: its residuals do not depend on the start.
@@ -242,15 +243,15 @@ class BatchEstimator final : public Estimator {
     first.doubt_unsettled = false;
     solver_.SolveJoints(first, &recording_);
     RescaleNoise(first.stages.front(), 0.0);
-    // What the whole schedule leaves tells better who is an outlier. Solved
-    // from the convex stage again: a redescending loss may not start warm.
+    // Residuals of the whole schedule separate outliers better. Starts from the
+    // convex stage again, because a redescending loss must not start warm.
     solver_.SolveJoints(whole, &recording_);
     if (RescaleNoise(whole.stages.back(), kLeastChange)) {
       solver_.SolveJoints(whole, &recording_);
     }
   }
 
-  // Of the frames where the estimates without bones are trusted.
+  // From the frames where the estimates without bones are reliable.
   void AddBones() {
     PersonBones bones(scene_, options_);
     bones.SetLasting(noise_->correlation());
@@ -266,16 +267,16 @@ class BatchEstimator final : public Estimator {
   std::vector<std::vector<Eigen::Matrix3d>> Covariances() {
     std::vector<std::vector<Eigen::Matrix3d>> covariances(joint_count());
     if (!options_.covariance) return covariances;
-    // The next pass asks how sure a place is, and no more.
+    // The next pass only needs the uncertainty of each position.
     if (notes_->expects_another_pass()) {
       return solver_.JointCovariances(recording_);
     }
-    // Bones that could not be solved do not count.
+    // Bones that could not be solved are left out.
     const bool held = !recording_.bones.empty();
     if (held) std::swap(recording_.bones, stated_bones_);
     covariances = solver_.Covariances(recording_);
     if (held) std::swap(recording_.bones, stated_bones_);
-    // Bones of fixed freedom state what they always did.
+    // With fixed bone sigmas the covariances are reported as they are.
     if (held && options_.bone_sigma_from == NoiseFrom::kRecording) {
       DistrustBones(&covariances);
     }
@@ -293,10 +294,12 @@ class BatchEstimator final : public Estimator {
   void WriteFinals() {
     std::vector<std::vector<Eigen::Matrix3d>> covariances = Covariances();
     const std::vector<std::vector<int>> inliers = Inliers();
-    // Poses are as large as the measurements, which only weights still need.
+    // Poses take as much memory as the measurements, which only weights still
+    // need.
     if (scene_.kept_matches != KeptMatches::kWeights) {
       for (JointChain& chain : recording_.joints) {
-        chain.measurements = decltype(chain.measurements)();  // frees it
+        // Releases the memory.
+        chain.measurements = decltype(chain.measurements)();
       }
     }
     finals_.clear();
@@ -326,7 +329,7 @@ class BatchEstimator final : public Estimator {
     DropUnsure();
   }
 
-  // By the lengths that bones have where both ends were observed.
+  // Uses the bone lengths of frames in which both ends were observed.
   void DropUnsure() {
     BoneLengths lengths(scene_.skeleton);
     for (const FinalPose& one : finals_) {
@@ -336,11 +339,11 @@ class BatchEstimator final : public Estimator {
     for (FinalPose& one : finals_) DropUnsureJoints(bones, &one.person);
   }
 
-  // A bone leaves two places on the ray of a view that alone sees its end, and
-  // a circle without one. While two views have just seen the joint the motion
-  // tells which; later the estimate may stand at the wrong one, and no
-  // covariance of its surroundings says so. There what is stated is what is
-  // known without bones.
+  // With a bone, a joint seen by one view has two possible positions on its
+  // ray, and a joint seen by none a circle of them. Shortly after two views saw
+  // the joint, its motion determines the right one; later the estimate may be
+  // at the wrong one, which a local covariance cannot express. There the
+  // covariance without bones is reported.
   void DistrustBones(std::vector<std::vector<Eigen::Matrix3d>>* stated) {
     constexpr double kSurelyS = 0.1;
     const std::vector<std::vector<Eigen::Matrix3d>> alone =
@@ -371,14 +374,14 @@ class BatchEstimator final : public Estimator {
   const SceneModel scene_;
   const GraphOptions options_;
   RecordingSolver solver_;
-  PackedFrames frames_;      // until all are there
-  PersonProblem recording_;  // then
+  PackedFrames frames_;      // until Finish
+  PersonProblem recording_;  // from then on
   // As recording_'s, for covariances.
   std::vector<BoneConstraint> stated_bones_;
-  std::optional<PersonNoise> noise_;  // until all is solved
+  std::optional<PersonNoise> noise_;  // until everything is solved
   const std::shared_ptr<RecordingNotes> notes_;
   const BiasJoints bias_joints_;
-  // What is taken away, and where the solution is told; null: nothing, nowhere.
+  // The bias to subtract; null: none.
   const std::shared_ptr<const ViewBias> bias_;
   const std::shared_ptr<BiasSeries> series_;
   const std::shared_ptr<LearntNoise> learnt_;

@@ -1,4 +1,5 @@
-// The whole sequence at once: the offline reference and the window's oracle.
+// Estimates a whole sequence at once: the offline reference, with which the
+// window is compared.
 #ifndef KINEGRAPH_SOLVERS_BATCH_BATCH_ESTIMATOR_H_
 #define KINEGRAPH_SOLVERS_BATCH_BATCH_ESTIMATOR_H_
 
@@ -10,10 +11,11 @@
 
 namespace kinegraph {
 
-// Collects frames and solves in Finish(); every final pose comes then. As it
-// has no causal estimate, Last() is the newest initial pose and Predict() holds
-// it: not meant to serve association. Throws OptionError for bad options.
-// `notes` are shared with the run's other people; null: notes of its own.
+// Collects frames and solves in Finish(), which makes every pose final. There
+// is no causal estimate: Last() is the newest initial pose and Predict()
+// returns it unchanged, so it should not be used for association. Throws
+// OptionError for bad options. `notes` are shared with the other people of the
+// run; null: separate notes.
 std::unique_ptr<Estimator> MakeBatchEstimator(
     const SceneModel& scene, const GraphOptions& options,
     std::shared_ptr<RecordingNotes> notes = nullptr);

@@ -11,17 +11,17 @@
 namespace kinegraph {
 namespace {
 
-// How far what changes in a frame is felt.
+// Distance in time over which a change in one frame affects others.
 constexpr double kOverlapS = 1.1;
-// As far as the frames beside a chunk may reach for more of a joint.
+// Limit of the overlap where a joint is rarely measured.
 constexpr double kMostOverlapS = 5.5;
 
 double Seconds(const PersonProblem& problem, size_t from, size_t to) {
   return ToSeconds(problem.times[to] - problem.times[from]);
 }
 
-// Whether some joint is measured in fewer than `wanted` of the frames
-// begin .. end - 1.
+// Whether any joint is measured in fewer than `wanted` of the frames begin ..
+// end - 1.
 bool LacksFrames(const PersonProblem& problem, size_t begin, size_t end,
                  size_t wanted) {
   for (const JointChain& chain : problem.joints) {
@@ -34,14 +34,14 @@ bool LacksFrames(const PersonProblem& problem, size_t begin, size_t end,
   return false;
 }
 
-// The first frame that is at most `most_s` before frame `k`.
+// The first frame at most `most_s` before frame `k`.
 size_t FirstWithin(const PersonProblem& problem, size_t k, double most_s) {
   size_t first = k;
   while (first > 0 && Seconds(problem, first - 1, k) <= most_s) --first;
   return first;
 }
 
-// The end of the frames that are at most `most_s` after frame `k`.
+// The end of the frames at most `most_s` after frame `k`.
 size_t EndWithin(const PersonProblem& problem, size_t k, double most_s) {
   size_t end = k + 1;
   while (end < problem.times.size() && Seconds(problem, k, end) <= most_s) {
@@ -50,8 +50,8 @@ size_t EndWithin(const PersonProblem& problem, size_t k, double most_s) {
   return end;
 }
 
-// The chunk that owns frames begin .. end - 1. Across a gap of a joint it goes
-// on until the other side holds the joint as well.
+// The chunk that owns frames begin .. end - 1. Where a joint has a gap it
+// extends until the joint is also held from the other side.
 Chunk ChunkOf(const PersonProblem& problem, size_t begin, size_t end) {
   Chunk chunk = {FirstWithin(problem, begin, kOverlapS),
                  EndWithin(problem, end - 1, kOverlapS), begin, end};
@@ -81,7 +81,7 @@ std::vector<Chunk> MakeChunks(const PersonProblem& problem, double chunk_s) {
       chunk_s > 0.0 ? std::max(1, static_cast<int>(length_s / chunk_s)) : 1;
   size_t begin = 0;
   for (int i = 0; i < pieces && begin < count; ++i) {
-    // Equal spans of time; all frames up to and including the next limit.
+    // Equal spans of time; each takes all frames up to and including its limit.
     size_t end = begin;
     const double limit_s = length_s * (i + 1) / pieces;
     while (end < count &&
@@ -117,8 +117,8 @@ std::vector<JointOutcome> OutcomesOf(const PersonProblem& part,
 
 namespace {
 
-// Of the frames: of more the noise has to be learnt again, and with it all is
-// solved again.
+// Share of frames. If more have changed, noise must be learnt again, and
+// everything solved again.
 constexpr double kMostChanged = 0.0025;
 
 bool SameViews(const FrameRecord& a, const FrameRecord& b) {
@@ -131,7 +131,7 @@ bool SameViews(const FrameRecord& a, const FrameRecord& b) {
                     });
 }
 
-// Whether as many measurements were taken from the views.
+// Whether each view contributed as many measurements.
 bool SameCounts(const PersonProblem& graph, size_t k,
                 const SolvedPerson& person, size_t l) {
   for (size_t j = 0; j < graph.joints.size(); ++j) {
@@ -183,7 +183,7 @@ std::vector<Chunk> ChangedChunks(const PersonProblem& problem,
   while (begin < same.size()) {
     size_t end = begin + 1;
     if (!same[begin]) {
-      // Up to the next frame that has so many behind it that are the same.
+      // Up to the next frame that is followed by so many unchanged ones.
       for (size_t next = end; next < same.size(); ++next) {
         if (Seconds(problem, end - 1, next) > 2.0 * kOverlapS) break;
         if (!same[next]) end = next + 1;
@@ -215,13 +215,13 @@ void PasteKnown(const KnownFrames& known, PersonProblem* recording) {
 
 namespace {
 
-// The chunk as a problem of its own. Where the recording goes on before it, its
-// first states have the prior of a birth at their starts.
+// The chunk as a problem of its own. Where the recording has earlier frames,
+// its first states get a birth prior at their starts.
 PersonProblem CutOut(const PersonProblem& recording, const Chunk& chunk) {
   const auto at = [](const auto& values, size_t k) {
     return values.begin() + k;
   };
-  // A birth like any other: so weak that the frames of the overlap outweigh it.
+  // As weak as any birth prior, so that the frames of the overlap outweigh it.
   constexpr double kPositionSigma = 1.0;  // m
   constexpr double kVelocitySigma = 3.0;  // m/s
   const size_t begin = chunk.begin;
@@ -257,7 +257,7 @@ PersonProblem CutOut(const PersonProblem& recording, const Chunk& chunk) {
   return part;
 }
 
-// Writes the outcomes of all joints into the whole.
+// Copies the outcomes of all joints into the recording.
 void Paste(const std::vector<JointOutcome>& outcomes, const Chunk& chunk,
            PersonProblem* recording) {
   for (size_t j = 0; j < outcomes.size(); ++j) {
@@ -308,7 +308,7 @@ void RecordingSolver::ForEachChunk(const PersonProblem& recording,
 std::vector<char> RecordingSolver::Solve(const std::vector<Chunk>& chunks,
                                          const Work& work,
                                          PersonProblem* recording) {
-  // All are cut out before any is put back: they overlap.
+  // All chunks are cut out before any is pasted, because they overlap.
   std::vector<std::vector<JointOutcome>> outcomes(chunks.size());
   std::vector<char> without_bones(chunks.size());
   ForEachChunk(*recording, chunks,
@@ -344,7 +344,7 @@ void RecordingSolver::SolveTogether(PersonProblem* recording) {
         solver->Refine(part);
       },
       recording);
-  // Then the recording has none.
+  // Then the recording has no bones left.
   const bool as_a_whole = without_bones_.size() == 1;
   if (as_a_whole && without_bones_[0]) recording->bones.clear();
 }
@@ -371,8 +371,8 @@ std::vector<std::vector<Matrix>> RecordingSolver::InChunks(
     const PersonProblem& recording, const Of& of) {
   FreeWorkSpace();
   const std::vector<Chunk> chunks = MakeChunks(recording, options_.chunk_s);
-  // Each chunk writes its own frames. A joint that one chunk knows nothing of
-  // has none.
+  // Each chunk writes its own frames. A joint without covariances in any chunk
+  // has none at all.
   const size_t joints = recording.joints.size();
   std::vector<std::vector<Matrix>> whole(
       joints, std::vector<Matrix>(recording.times.size()));

@@ -1,9 +1,9 @@
-// A person's whole recording, in chunks that are solved on their own.
+// A person's whole recording, in chunks that are solved separately.
 //
-// What lies a second or two away has next to no say in where a joint is, so a
-// chunk with some frames of its neighbours on both sides finds, in its own
-// frames, what the whole recording would. Chunks are solved in parallel, and
-// stay in the processor's cache.
+// Observations more than a second or two away have almost no influence on a
+// joint. A chunk that overlaps its neighbours on both sides therefore gives the
+// same result for its own frames as the whole recording would. Chunks are
+// solved in parallel and fit into the processor's cache.
 #ifndef KINEGRAPH_SOLVERS_BATCH_RECORDING_SOLVER_H_
 #define KINEGRAPH_SOLVERS_BATCH_RECORDING_SOLVER_H_
 
@@ -25,8 +25,8 @@
 namespace kinegraph {
 
 struct Chunk {
-  // Frames begin .. end - 1 are solved, of which own_begin .. own_end - 1 are
-  // kept. Every frame is some chunk's own.
+  // Frames begin .. end - 1 are solved, and own_begin .. own_end - 1 of them
+  // kept. Every frame is owned by exactly one chunk.
   size_t begin = 0;
   size_t end = 0;
   size_t own_begin = 0;
@@ -34,75 +34,74 @@ struct Chunk {
 };
 
 // By times and counts of measurements: chunks whose own frames span about
-// `chunk_s` [s]; one of everything where it is 0 or the recording is not much
-// longer. The overlap is 1.1 s on each side (how far what changes in a frame is
-// felt; 28 frames at 25 Hz), and up to 5.5 s where a joint is measured in less
-// than half of that.
+// `chunk_s` [s]; a single chunk if it is 0 or the recording is not much longer.
+// The overlap is 1.1 s on each side (over which a change in one frame affects
+// others; 28 frames at 25 Hz), and up to 5.5 s where a joint is measured in
+// less than half of that.
 std::vector<Chunk> MakeChunks(const PersonProblem& problem, double chunk_s);
 
-// What a solve found for a chunk's own frames, of all joints.
+// The result for a chunk's own frames, of all joints.
 std::vector<JointOutcome> OutcomesOf(const PersonProblem& part,
                                      const Chunk& chunk);
 
-// Which frames of a person an earlier pass has solved already.
+// The frames of a person that an earlier pass has already solved.
 struct KnownFrames {
   std::shared_ptr<const SolvedPerson> person;
-  // By frame: that of the earlier pass, or of the nearest that it had.
+  // By frame: the corresponding frame of the earlier pass, or its nearest one.
   std::vector<size_t> frame_of;
   // By frame: matched and measured as in the earlier pass.
   std::vector<char> same;
 };
 
-// The one of `people` whose frames are these but for a fiftieth, if there is
-// one. So few other matches, mostly of one view, tell next to nothing new of
-// noise and bones.
+// The one of `people` with these frames except for at most a fiftieth, if there
+// is one. So few changed matches, mostly of one view, hardly affect noise and
+// bones.
 std::optional<KnownFrames> FindKnownFrames(
     const std::vector<std::shared_ptr<const SolvedPerson>>& people,
     const std::vector<FrameRecord>& records, const PersonProblem& graph);
 
-// Chunks whose own frames are all in which a change of those that are not the
-// same is felt.
+// Chunks whose own frames are all those affected by a frame that is not the
+// same.
 std::vector<Chunk> ChangedChunks(const PersonProblem& problem,
                                  const std::vector<char>& same);
 
-// Writes what the earlier pass found into the frames marked as the same.
+// Copies the result of the earlier pass into the frames marked as the same.
 void PasteKnown(const KnownFrames& known, PersonProblem* recording);
 
-// Does with every chunk of a recording what PersonSolver does with a problem,
-// on as many threads as the caller may use; the result is the same for any
-// number. What is learnt from the recording (noise, bones) is learnt by the
-// caller, over all chunks.
+// Applies PersonSolver to every chunk of a recording, on as many threads as the
+// caller may use; the result does not depend on their number. Noise and bones
+// are learnt by the caller, over all chunks.
 class RecordingSolver {
  public:
   explicit RecordingSolver(const GraphOptions& options);
 
   const SolveSchedule& schedule() const { return whole_.schedule(); }
 
-  // All joints, each as if alone.
+  // All joints, each independently.
   void SolveJoints(const SolveSchedule& schedule, PersonProblem* recording);
 
-  // Bones if there are any, then Ceres if the options name it.
+  // With bones if there are any, then with Ceres if the options select it.
   void SolveTogether(PersonProblem* recording);
 
-  // Both, in `chunks` alone. False where bones had to be left out.
+  // Both, for `chunks` only. False if bones had to be left out.
   bool SolveAnew(const std::vector<Chunk>& chunks, PersonProblem* recording);
 
-  // Whether SolveTogether solved all chunks with the bones that there are.
+  // Whether SolveTogether solved all chunks with their bones.
   bool KeptBones() const;
 
-  // Positions' covariances [joint][frame] in m^2, under what SolveTogether
-  // kept; a joint has none where they are not positive definite.
+  // Covariances of positions [joint][frame] in m^2, with the bones that
+  // SolveTogether kept; empty for a joint where they are not positive definite.
   std::vector<std::vector<Eigen::Matrix3d>> Covariances(
       const PersonProblem& recording);
-  // The same of each joint as if alone.
+  // The same with each joint treated independently.
   std::vector<std::vector<Eigen::Matrix3d>> JointCovariances(
       const PersonProblem& recording);
-  // Those of whole states, with the information times `correction`.
+  // Covariances of whole states, with the information times `correction`.
   std::vector<std::vector<Matrix6d>> StateCovariances(
       const PersonProblem& recording, double correction);
 
-  // SolveTogether and the covariances begin with it: each needs work space of
-  // its own kind.
+  // Called first by SolveTogether and by the covariances, which need different
+  // work space.
   void FreeWorkSpace();
 
   void HandInCounts(int64_t first_frame, int64_t last_frame) {
@@ -112,25 +111,25 @@ class RecordingSolver {
  private:
   using Work = std::function<void(PersonSolver*, PersonProblem*)>;
 
-  // Calls visit(chunk's number, solver, chunk as a problem of its own) for
-  // every chunk.
+  // Calls visit(chunk index, solver, chunk as a problem of its own) for every
+  // chunk.
   template <typename Visit>
   void ForEachChunk(const PersonProblem& recording,
                     const std::vector<Chunk>& chunks, const Visit& visit);
-  // What `of(solver, problem, end of its frames)` says of each chunk, joined.
+  // Concatenates `of(solver, problem, end of its frames)` over all chunks.
   template <typename Matrix, typename Of>
   std::vector<std::vector<Matrix>> InChunks(const PersonProblem& recording,
                                             const Of& of);
-  // Takes over what `work` does to the chunks' own frames. Whether that dropped
-  // their bones, by chunk.
+  // Applies `work` and keeps the result in the chunks' own frames. Returns by
+  // chunk whether it dropped the bones.
   std::vector<char> Solve(const std::vector<Chunk>& chunks, const Work& work,
                           PersonProblem* recording);
 
   const GraphOptions options_;
   PersonSolver whole_;
-  std::mutex taking_;  // of idle solvers, and of what they counted
-  std::vector<std::unique_ptr<PersonSolver>> idle_;  // of chunks, between them
-  std::vector<char> without_bones_;  // by chunk: they could not be solved
+  std::mutex taking_;  // protects idle solvers and counts
+  std::vector<std::unique_ptr<PersonSolver>> idle_;  // solvers not in use
+  std::vector<char> without_bones_;  // by chunk: solved without bones
 };
 
 }  // namespace kinegraph
