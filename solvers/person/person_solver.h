@@ -1,4 +1,4 @@
-// Solves a person's problem with the solver that the options name.
+// Solves a person's problem with the configured solver.
 #ifndef KINEGRAPH_SOLVERS_PERSON_PERSON_SOLVER_H_
 #define KINEGRAPH_SOLVERS_PERSON_PERSON_SOLVER_H_
 
@@ -15,62 +15,62 @@
 
 namespace kinegraph {
 
-// Keeps work space between calls; one a person. A result is made in three
-// steps, from states that DLT or an earlier solve has left:
+// Reuses work space between calls; use one per person. A solve has three steps,
+// starting from the states left by DLT or an earlier solve:
 //   SolveJoints  finds the basin, joint by joint: the stages of graduated
 //                non-convexity, by block-tridiagonal elimination
-//   SolveBones   the same with what couples the joints
+//   SolveBones   the same with the factors that couple the joints
 //   Refine       finds the minimum: one Ceres problem with all factors of the
-//                person, which Ceres ends
+//                person, run to convergence
 // With graph.solver = "sweeps" the last does nothing. With graph.start = "dlt"
-// Ceres does the first as well, and the second is none.
+// Ceres also performs the first, and the second does nothing.
 class PersonSolver {
  public:
   explicit PersonSolver(const GraphOptions& options);
 
-  // The schedule the options ask for.
+  // The schedule that the options define.
   const SolveSchedule& schedule() const { return schedule_; }
   // InformationCorrection of its last loss.
   double correction() const { return correction_; }
 
   // Gates the measurements at the joints' states and runs `schedule`, each
-  // joint as if alone. A solve that finds nothing finite keeps its start, and
+  // joint independently. A solve that finds nothing finite keeps its start, and
   // its measurements get no weight.
   void SolveJoints(const SolveSchedule& schedule, PersonProblem* problem);
 
-  // Couples the joints by the problem's bones, from the estimates that the
-  // joints have alone and under the last stage's loss. Where that finds nothing
-  // finite those estimates stay and the problem's bones are dropped.
+  // Couples the joints by the problem's bones, starting from the independent
+  // estimates, under the last stage's loss. If nothing finite is found, those
+  // estimates are kept and the problem's bones dropped.
   void SolveBones(PersonProblem* problem);
 
-  // Solver ceres: takes the whole problem, the user's factors included, to
-  // convergence under the last stage's loss. Where that finds nothing finite
-  // what it started from stays.
+  // Solver ceres: solves the whole problem, including the user's factors, to
+  // convergence under the last stage's loss. If nothing finite is found, the
+  // start is kept.
   void Refine(PersonProblem* problem);
 
   // Covariances of the frames before `frame_end` of all joints of a coupled
-  // problem; [joint][frame], empty where there are none.
+  // problem; [joint][frame], empty if undefined.
   std::vector<std::vector<Matrix6d>> BoneCovariances(
       const PersonProblem& problem, size_t frame_end);
 
-  // The same of joints that nothing couples.
+  // The same for joints without couplings.
   std::vector<std::vector<Matrix6d>> JointCovariances(
       const PersonProblem& problem, double correction, size_t frame_end);
 
-  // Gives back the memory that solves needed.
+  // Frees the memory that solves needed.
   void FreeWorkSpace();
 
-  // What was counted since the last call.
+  // The counts since the last call.
   SolveCounts ExtractCounts();
-  // Counts what another one has.
+  // Adds the counts of another solver.
   void AddCounts(const SolveCounts& counts) { counts_ += counts; }
 
-  // Adds what was counted since the last call to the options' ledger, and logs
-  // what went wrong in the frames first .. last of this person.
+  // Adds the counts since the last call to the options' ledger, and logs what
+  // went wrong in the frames first .. last of this person.
   void HandInCounts(int64_t first_frame, int64_t last_frame);
 
  private:
-  // What becomes of a solve: the estimator goes on with it, or Ceres does.
+  // How a solve is used: its result is taken over, or only starts Ceres.
   enum class Result { kTakenOver, kOnlyAStart };
   // Counts a solve.
   void Note(const SolveReport& report, Result result);
@@ -82,12 +82,13 @@ class PersonSolver {
   std::shared_ptr<SolveLedger> ledger_;
   SolveCounts counts_;
   SolveSchedule schedule_;
-  SolveSchedule last_stage_;  // of it
+  SolveSchedule last_stage_;  // of the schedule
   double correction_;
   ChainSolver chain_solver_;
   BoneSolver bone_solver_;
   CeresSolver ceres_solver_;
-  CeresSolver ceres_start_;          // start dlt: of problems without couplings
+  // Start dlt: for problems without couplings.
+  CeresSolver ceres_start_;
   std::vector<JointChain*> chains_;  // work space
 };
 
