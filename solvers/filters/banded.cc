@@ -37,7 +37,7 @@ void BandedLeastSquares::AddRow(Eigen::Index first, double factor,
         b_(j) = c * b_(j) - s * above;
       }
     }
-    // The first entry is zero now: the row begins at the next unknown.
+    // The first entry is now zero: the row begins at the next unknown.
     std::copy(row_.data() + 1, row_.data() + width_, row_.data());
     row_(width_ - 1) = 0.0;
     if (row_.isZero(0.0)) return;
@@ -71,7 +71,7 @@ Eigen::VectorXd BandedLeastSquares::SolveNormal(Eigen::VectorXd right) const {
 Eigen::MatrixXd BandedLeastSquares::InverseBands() const {
   Eigen::MatrixXd P = Eigen::MatrixXd::Zero(width_, R_.cols());
   // With P the inverse, R P is lower triangular with 1 / R(i, i) on its
-  // diagonal: row i of P follows from those below.
+  // diagonal: row i of P follows from the rows below.
   for (Eigen::Index i = R_.cols() - 1; i >= 0; --i) {
     for (Eigen::Index j = width_ - 1; j >= 0; --j) {
       if (i + j >= R_.cols()) continue;

@@ -1,4 +1,4 @@
-// Least squares whose rows see few neighbouring unknowns.
+// Least squares in which each row involves few neighbouring unknowns.
 #ifndef KINEGRAPH_SOLVERS_FILTERS_BANDED_H_
 #define KINEGRAPH_SOLVERS_FILTERS_BANDED_H_
 
@@ -9,23 +9,24 @@
 namespace kinegraph {
 
 // Minimises |A x - b|^2 by Givens rotations, row by row (Golub and Van Loan,
-// Matrix Computations, section 5.2): the normal equations of smooth curves have
-// the square of this condition number, which costs half of the digits. Rows
-// that come in the order of their first unknown cost O(width^2).
+// Matrix Computations, section 5.2). The normal equations of smooth curves have
+// the square of this condition number, which would cost half of the digits.
+// Rows in the order of their first unknown cost O(width^2) each.
 class BandedLeastSquares {
  public:
-  // Rows see at most `width` neighbouring unknowns; b has `columns` columns.
+  // Each row involves at most `width` neighbouring unknowns; b has `columns`
+  // columns.
   BandedLeastSquares(Eigen::Index unknowns, int width, Eigen::Index columns);
 
-  // `factor` times a row that has `row` at the unknowns from `first` on; `b`
-  // may be empty: zeros.
+  // Adds `factor` times a row with the entries `row` at the unknowns from
+  // `first` on; `b` may be empty: zeros.
   void AddRow(Eigen::Index first, double factor,
               const Eigen::Ref<const Eigen::VectorXd>& row,
               const Eigen::Ref<const Eigen::VectorXd>& b);
 
-  // Row i of the triangle that all rows come to, from unknown i on.
+  // Row i of the resulting triangle, from unknown i on.
   Eigen::VectorXd TriangleRow(Eigen::Index i) const { return R_.col(i); }
-  // One row an unknown, one column a column of b.
+  // One row per unknown, one column per column of b.
   Samples Solve() const;
   // The x of A'A x = `right`.
   Eigen::VectorXd SolveNormal(Eigen::VectorXd right) const;
@@ -38,7 +39,7 @@ class BandedLeastSquares {
 
   int width_;
   Eigen::MatrixXd R_;        // entry (i, i + k) of the triangle at (k, i)
-  Eigen::MatrixXd right_;    // a column an unknown
+  Eigen::MatrixXd right_;    // a column per unknown
   Eigen::VectorXd row_, b_;  // scratch
 };
 

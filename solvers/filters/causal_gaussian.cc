@@ -12,7 +12,7 @@
 namespace kinegraph {
 namespace {
 
-// Index into a list of `length` of place `index`, continued by half-sample
+// Index of place `index` in a list of `length`, continued by half-sample
 // symmetric reflection.
 int Reflect(int index, int length) {
   const int period = 2 * length;
@@ -85,7 +85,7 @@ class CausalGaussian final : public Estimator {
     Pose3d pose;
   };
 
-  // The unit of time of velocity_: seconds, or stored poses (frames).
+  // The time unit of velocity_: seconds, or stored poses (frames).
   double VelocityUnits(TimeNs duration) const {
     return options_.velocity == VelocityRule::kOverTime
                ? ToSeconds(duration)
@@ -94,11 +94,11 @@ class CausalGaussian final : public Estimator {
 
   void Store(const EstimatorFrame& frame) {
     const bool birth = stored_.empty();
-    // At most one old pose is dropped at a time, as the authors' code does.
+    // At most one old pose is dropped at a time, as in the authors' code.
     StoredPose entry;
     if (!birth && clock_.Frames(frame.time - stored_.front().time) >
                       options_.history_frames + 0.5) {
-      entry = std::move(stored_.front());  // its memory serves again
+      entry = std::move(stored_.front());  // reuses its memory
       stored_.pop_front();
     }
     entry.time = frame.time;
@@ -133,7 +133,7 @@ class CausalGaussian final : public Estimator {
     }
   }
 
-  // Weights for a list of this length, made once a length.
+  // Weights for a list of this length, computed once per length.
   static const std::vector<double>& Weights(
       std::vector<std::vector<double>>* cache, double sigma, int length) {
     while (static_cast<int>(cache->size()) <= length) {
@@ -153,7 +153,7 @@ class CausalGaussian final : public Estimator {
     Eigen::Vector3d body = Eigen::Vector3d::Zero();
     int moving = 0;
     for (int j = 0; j < joint_count_; ++j) {
-      // A joint that appeared lately has fewer differences.
+      // A joint that appeared recently has fewer differences.
       int back = differences;
       while (back > 0 && !stored_[length - 1 - back].pose[j].present()) --back;
       velocity_[j].setZero();

@@ -11,15 +11,15 @@
 
 namespace kinegraph {
 
-// Weights of a causal Gaussian: entry k belongs to the pose k places before the
-// newest, for a list of `length` poses. The kernel has radius
-// int(4 sigma + 0.5), is normalised, and the list is continued by half-sample
-// symmetric reflection (d c b a | a b c d | d c b a).
+// Weights of a causal Gaussian for a list of `length` poses: entry k belongs to
+// the pose k places before the newest. The kernel has radius int(4 sigma + 0.5)
+// and is normalised; the list is continued by half-sample symmetric reflection
+// (d c b a | a b c d | d c b a).
 std::vector<double> CausalGaussianWeights(double sigma, int length);
 
 // Stored poses are the smoothed ones, so the filter is recursive. The pose at
-// birth is stored as it is. A frame without an initial pose stores nothing: its
-// final is empty. Finals come at once.
+// birth is stored unchanged. A frame without an initial pose stores nothing and
+// its final pose is empty. Poses become final at once.
 std::unique_ptr<Estimator> MakeCausalGaussian(
     const SceneModel& scene, const CausalGaussianOptions& options);
 

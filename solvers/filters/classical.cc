@@ -12,7 +12,7 @@ namespace kinegraph {
 Samples CentredGaussian(double sigma_s, const std::vector<double>& times_s,
                         const Samples& values) {
   constexpr double kRadius = 4.0;  // sigmas
-  // A frame time is a rounded number of nanoseconds.
+  // Frame times are rounded to nanoseconds.
   const double reach_s = kRadius * sigma_s + 1e-6;
   Samples smoothed(values.rows(), values.cols());
   size_t first = 0;
@@ -49,7 +49,7 @@ Samples OneEuro(const OneEuroOptions& options,
   if (options.zero_phase) {
     OneEuroOptions pass = options;
     pass.zero_phase = false;
-    std::vector<double> backwards_s;  // the same steps, the last one first
+    std::vector<double> backwards_s;  // the same steps in reverse
     for (auto time = times_s.rbegin(); time != times_s.rend(); ++time) {
       backwards_s.push_back(times_s.back() - *time);
     }
@@ -80,8 +80,8 @@ Samples OneEuro(const OneEuroOptions& options,
 
 namespace {
 
-// Row m: how much each of `length` values counts in the fitted polynomial's
-// value at place m.
+// Row m: weight of each of `length` values in the fitted polynomial's value at
+// place m.
 Eigen::MatrixXd SmoothingMatrix(int length, int order) {
   Eigen::MatrixXd powers(length, order + 1);
   const double half = std::max(0.5 * (length - 1), 0.5);
@@ -127,7 +127,7 @@ Samples SavitzkyGolay(int length, int order, const Samples& values) {
 
 namespace {
 
-// The mean of the two in the middle when their number is even. Reorders.
+// For an even number the mean of the middle two. Reorders `values`.
 double Median(std::vector<double>* values) {
   const auto middle = values->begin() + static_cast<long>(values->size() / 2);
   std::nth_element(values->begin(), middle, values->end());
@@ -140,8 +140,8 @@ template <typename Visit>
 void ForEachWindow(double window_s, WindowSide side,
                    const std::vector<double>& times_s, const Samples& values,
                    Visit visit) {
-  // Frame times are rounded: a value at the rim of a centred window is in, one
-  // a whole window before a trailing one is out.
+  // Frame times are rounded: a value at the edge of a centred window is inside,
+  // one a whole window before the current one of a trailing window outside.
   constexpr double kSlackS = 1e-6;
   const bool centred = side == WindowSide::kCentred;
   const double back_s = centred ? 0.5 * window_s + kSlackS : window_s - kSlackS;
@@ -206,13 +206,13 @@ Samples HampelMedian(const HampelMedianOptions& options,
 namespace {
 
 // tan of half the digital angle: the analogue frequency that the bilinear
-// transform maps there.
+// transform maps to it.
 double Prewarp(double frequency_hz, double rate_hz) {
   return std::tan(M_PI * frequency_hz / rate_hz);
 }
 
-// One pass in place, transposed direct form II, each section at rest at the
-// first value.
+// One pass in place, transposed direct form II, each section initially in
+// steady state for the first value.
 void RunThrough(const std::vector<FilterSection>& sections,
                 Eigen::VectorXd* signal) {
   for (const FilterSection& s : sections) {
@@ -249,8 +249,8 @@ std::vector<FilterSection> ButterworthLowPass(int order, double cutoff_hz,
 }
 
 double TwoPassCutoff(int order, double cutoff_hz, double rate_hz) {
-  // Both passes: 1 / (1 + r^2n), r the ratio of analogue frequencies, is
-  // 1 / sqrt(2) at r = (sqrt(2) - 1)^(1/2n).
+  // Both passes: 1 / (1 + r^2n), r the ratio of analogue frequencies, is 1 /
+  // sqrt(2) at r = (sqrt(2) - 1)^(1/2n).
   const double ratio = std::pow(std::sqrt(2.0) - 1.0, 0.5 / order);
   return std::atan(Prewarp(cutoff_hz, rate_hz) / ratio) * rate_hz / M_PI;
 }
@@ -292,7 +292,7 @@ Samples OnSpeed(const std::function<Samples(const Samples&)>& filter,
 
 namespace {
 
-// `sections` are those of a pass at a cut-off.
+// `sections` designs one pass for a cut-off.
 LowPass TwoPasses(
     const ButterworthOptions& options, double rate_hz,
     std::function<std::vector<FilterSection>(double cutoff_hz)> sections) {
@@ -332,7 +332,7 @@ LowPass ZeroPhaseButterworth(const ButterworthOptions& options,
 LowPass ZeroPhaseCriticallyDamped(const ButterworthOptions& options,
                                   double rate_hz) {
   const int order = static_cast<int>(options.order);
-  // Half the power of the passes that the cut-off is meant for.
+  // Half power for as many passes as the cut-off is defined for.
   const double passes = options.correct_cutoff ? 2.0 : 1.0;
   const double half = std::sqrt(std::pow(2.0, 1.0 / (passes * order)) - 1.0);
   LowPass low_pass = TwoPasses(options, rate_hz, [=](double cutoff_hz) {

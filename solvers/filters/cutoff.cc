@@ -8,12 +8,12 @@
 namespace kinegraph {
 namespace {
 
-constexpr int kCandidates = 45;  // hundredths of the rate
+constexpr int kCandidates = 45;  // in hundredths of the rate
 constexpr double kLeast = 0.01;
 constexpr double kMost = 0.45;
 
-// Of the values with zeros behind them, at least twice their number in all:
-// squared lengths of the discrete Fourier transform, all columns together.
+// Squared magnitude of the discrete Fourier transform, summed over columns. The
+// values are zero-padded to at least twice their number.
 std::vector<double> SquaredSpectrum(const Samples& values) {
   size_t length = 2;
   while (length < 2 * static_cast<size_t>(values.rows())) length *= 2;
@@ -42,7 +42,7 @@ std::vector<double> Residuals(const LowPass& low_pass, const Samples& values) {
   return residuals;
 }
 
-// In hundredths of the rate, as the next.
+// In hundredths of the rate; so is Jackson's.
 double Winter(const std::vector<double>& residuals) {
   constexpr int kLineFrom = 25;
   double mean_x = 0.0;
@@ -105,7 +105,8 @@ double Challis(const LowPass& low_pass, const Samples& values) {
   for (int k = 2; k <= 50; ++k) {
     const Samples rest =
         values - low_pass.filter(0.005 * k * low_pass.rate_hz, values);
-    // Wiener and Khinchin: the transform of the squared spectrum.
+    // Wiener-Khinchin theorem: the autocorrelation is the transform of the
+    // power spectrum.
     const std::vector<double> power = SquaredSpectrum(rest);
     std::vector<std::complex<double>> correlation;
     const std::vector<std::complex<double>> even(power.begin(), power.end());
@@ -152,7 +153,7 @@ double Power(double share, const Samples& values) {
   for (size_t i = 0; i <= half; ++i) {
     sum += power[i];
     if (sum < share * total) continue;
-    // Between bins by interpolation; bins stand for all up to themselves.
+    // Interpolates between bins; a bin holds the power up to its own frequency.
     const double over = power[i] > 0.0 ? (sum - share * total) / power[i] : 0.0;
     return 100.0 * (static_cast<double>(i) - over) /
            static_cast<double>(power.size());

@@ -93,7 +93,7 @@ std::optional<JointPoint> JointPoints::FromViews(const EstimatorFrame& frame,
   for (size_t i = 0; i < views_.size() && !person->matches.empty(); ++i) {
     std::vector<std::optional<double>>& weights =
         person->matches[slots_[i]].weights;
-    if (joint_idx >= weights.size()) continue;  // not kept
+    if (joint_idx >= weights.size()) continue;  // weights are not kept
     weights[joint_idx] = robust.has_value() ? robust->weights[i] : 0.0;
   }
   if (!robust.has_value()) return std::nullopt;

@@ -1,4 +1,4 @@
-// Where the points come from that filters smooth.
+// The points that filters smooth.
 #ifndef KINEGRAPH_SOLVERS_FILTERS_JOINT_POINTS_H_
 #define KINEGRAPH_SOLVERS_FILTERS_JOINT_POINTS_H_
 
@@ -18,32 +18,32 @@ enum class PointCovariances { kOff, kOn };
 
 struct JointPoint {
   Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
-  Eigen::Matrix3d covariance_m2 = Eigen::Matrix3d::Identity();  // if asked for
+  Eigen::Matrix3d covariance_m2 = Eigen::Matrix3d::Identity();  // if requested
 };
 
-// Points of one person. A joint has a point in a frame that two or more of the
-// frame's own views support: those that the joints filter kept, or those that
-// robust triangulation gives weight. Nothing comes from views of older frames.
+// Points of one person. A joint has a point in a frame if two or more of the
+// frame's own views support it: views that the joints filter kept, or that have
+// weight in the robust triangulation. Views of older frames are not used.
 //
 // Sigmas (PixelSigma) are those at the depth of the person's last initial pose.
 class JointPoints {
  public:
-  // With covariances kDlt's are those of the views kept; a joint whose views
-  // leave a direction open then has no point.
+  // With covariances, those of kDlt come from the kept views; a joint whose
+  // views leave a direction undetermined has no point then.
   JointPoints(const SceneModel& scene, PointKind kind,
               PointCovariances covariances,
               const RobustTriangulationOptions& robust,
               const GraphOptions& noise);
 
-  // Points of a frame, one a joint. `person` (as DescribeViews fills it) gets
-  // the robust triangulation's inlier views and weights.
+  // Points of a frame, one per joint. Writes the robust triangulation's inlier
+  // views and weights to `person` (as filled by DescribeViews).
   void Find(const EstimatorFrame& frame,
             std::vector<std::optional<JointPoint>>* points, PersonPose* person);
 
  private:
   enum class Views { kAll, kKeptByFilter };
   // Fills views_ with the frame's measurements of a joint and slots_ with their
-  // places among the frame's views.
+  // indices among the frame's views.
   void CollectViews(const EstimatorFrame& frame, size_t joint_idx, Views which);
   std::optional<JointPoint> FromInitialPose(const EstimatorFrame& frame,
                                             size_t joint_idx);

@@ -1,4 +1,4 @@
-// One joint of one person between two gaps: what every offline filter works on.
+// One joint of one person between two gaps: the input of every offline filter.
 #ifndef KINEGRAPH_SOLVERS_FILTERS_JOINT_SEGMENT_H_
 #define KINEGRAPH_SOLVERS_FILTERS_JOINT_SEGMENT_H_
 
@@ -11,29 +11,30 @@
 
 namespace kinegraph {
 
-// One row a time, one column a coordinate.
+// One row per time, one column per coordinate.
 using Samples = Eigen::MatrixXd;
 
-// Entries are frames, from the first that sampled the joint to the last; both
+// One entry per frame, from the first sample of the joint to the last; both
 // ends are samples.
 struct JointSegment {
   std::vector<double> times_s;  // ascending, since the track's first frame
   Samples positions_m;          // n x 3, world; linear between samples
   std::vector<char> sampled;    // else bridged
-  // Of the samples [m^2]; one a frame, without meaning where not sampled or not
-  // asked for.
+  // Of the samples [m^2]; one per frame, undefined where not sampled or not
+  // requested.
   std::vector<Eigen::Matrix3d> covariances_m2;
   JointClass joint_class = JointClass::kOther;
-  // For a rule of the cut-off: the one of the whole body [Hz]; else the rule
-  // is asked.
+  // The cut-off of the whole body [Hz], if a rule has already chosen it; else
+  // the rule is applied to the joint.
   std::optional<double> cutoff_hz;
 };
 
 struct SegmentEstimate {
   Samples positions_m;  // n x 3
-  // One a frame [m^2]; empty for methods that give none.
+  // One per frame [m^2]; empty for methods without covariances.
   std::vector<std::optional<Eigen::Matrix3d>> covariances_m2;
-  // By coordinate, what a rule chose [Hz]; empty where none was asked.
+  // Per coordinate, the cut-off chosen by a rule [Hz]; empty if no rule was
+  // used.
   std::vector<double> cutoffs_hz = {};
 };
 

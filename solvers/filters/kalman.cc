@@ -24,7 +24,7 @@ Eigen::MatrixXd ProcessNoise(int derivatives, double power, double dt_s) {
                                  {dt3 / 6.0, dt2 / 2.0, dt_s}};
 }
 
-// Three coordinates of each derivative, position first.
+// Three coordinates per derivative, position first.
 template <int kSize>
 struct Belief {
   Eigen::Matrix<double, kSize, 1> mean;
@@ -62,7 +62,7 @@ void Update(const Eigen::Vector3d& measured, const Eigen::Matrix3d& noise,
   P = (I_KH * P * I_KH.transpose() + K * noise * K.transpose()).eval();
 }
 
-// What the filter believes at each time of a segment.
+// The filter's estimates at each time of a segment.
 template <int kSize>
 struct FilterRun {
   std::vector<Belief<kSize>> filtered;
@@ -117,7 +117,8 @@ FilterRun<kSize> RunFilter(const PointModel& model,
   return run;
 }
 
-// Makes the filter's beliefs the smoother's, from the last time to the first.
+// Turns the filter's estimates into the smoother's, from the last time to the
+// first.
 template <int kSize>
 void SmoothBack(FilterRun<kSize>* run) {
   std::vector<Belief<kSize>>& beliefs = run->filtered;
@@ -175,8 +176,8 @@ SegmentEstimate RtsSmoother(const PointModel& model,
 }
 
 PointModel ModelOf(const KalmanOptions& options, JointClass joint_class) {
-  // Powers of the white noise as multiples of the graph's: on acceleration, and
-  // on jerk.
+  // Power of the white noise, on acceleration and on jerk, as multiples of the
+  // graph's.
   constexpr double kOfAcceleration = 0.5;
   constexpr double kOfJerk_per_s2 = 25.0;
   const double power = options.process_noise[static_cast<int>(joint_class)];
@@ -185,7 +186,7 @@ PointModel ModelOf(const KalmanOptions& options, JointClass joint_class) {
   model.derivatives = velocity ? 2 : 3;
   model.power = options.process_noise_scale *
                 ((velocity ? kOfAcceleration : kOfJerk_per_s2) * power);
-  // What is known of a segment's first sample besides its position: m/s, m/s^2.
+  // Uncertainty of a segment's first sample besides its position: m/s, m/s^2.
   model.start_sigmas = {3.0, 30.0};
   return model;
 }

@@ -10,9 +10,9 @@
 
 namespace kinegraph {
 
-// Linear model of a point in space with `derivatives` 2 (position, velocity)
-// or 3 (and acceleration). Between two times dt apart the state moves as
-// without noise, plus Q(dt), white noise of `power` on the next derivative
+// Linear model of a point in space with `derivatives` 2 (position, velocity) or
+// 3 (and acceleration). Between two times dt apart the state moves
+// deterministically, plus Q(dt), white noise of `power` on the next derivative
 // (Bar-Shalom, Li and Kirubarajan, Estimation with Applications to Tracking and
 // Navigation, sections 6.2.2 and 6.2.3).
 struct PointModel {
@@ -21,13 +21,13 @@ struct PointModel {
   std::vector<double> start_sigmas = {};  // of the derivatives, m/s, m/s^2
 };
 
-// Estimates of every time of the segment. The first sample, which must be
-// there, is the first state, its covariance that of the position (one-point
-// initialisation; section 5.5.3 of the same book). `covariances_m2` holds one a
-// time; times without sample are predicted, so the covariance grows in a gap.
-// The filter (Kalman 1960, Joseph's form of the update) knows what came up to
-// its time, the smoother (Rauch, Tung and Striebel 1965) the whole segment. No
-// value is rejected.
+// Estimates at every time of the segment. The first sample, which must exist,
+// is the initial state, with its covariance as that of the position (one-point
+// initialisation; section 5.5.3 of the same book). `covariances_m2` has one
+// entry per time; times without sample are predicted, so the covariance grows
+// in a gap. The filter (Kalman 1960, Joseph's form of the update) uses samples
+// up to each time, the smoother (Rauch, Tung and Striebel 1965) the whole
+// segment. No value is rejected.
 SegmentEstimate KalmanFilter(const PointModel& model,
                              const JointSegment& segment);
 SegmentEstimate RtsSmoother(const PointModel& model,

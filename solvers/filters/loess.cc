@@ -7,8 +7,7 @@
 namespace kinegraph {
 namespace {
 
-// The mean of the two in the middle when their number is even, as usual for
-// LOESS.
+// For an even number the mean of the middle two, as usual for LOESS.
 double MedianResidual(Eigen::VectorXd residuals) {
   std::sort(residuals.begin(), residuals.end());
   const Eigen::Index middle = residuals.size() / 2;
@@ -46,7 +45,7 @@ Samples Loess(int neighbours, int degree, int iterations,
       }
       const Eigen::VectorXd both =
           weights.cwiseProduct(robust.segment(first, k));
-      // Where nothing but outliers is near, they are all there is.
+      // If all values nearby are outliers, they are used nevertheless.
       if (both.maxCoeff() > 0.0) weights = both;
       const auto roots = weights.cwiseSqrt().asDiagonal();
       // Centred at t: the polynomial's value is its first coefficient.
@@ -63,7 +62,7 @@ Samples Loess(int neighbours, int degree, int iterations,
     const Eigen::VectorXd residuals =
         (values - fit(times, robust)).rowwise().norm();
     const double limit = 6.0 * MedianResidual(residuals);
-    if (!(limit > 0.0)) break;  // half of the values are met
+    if (!(limit > 0.0)) break;  // at least half of the residuals are zero
     for (Eigen::Index j = 0; j < count; ++j) {
       const double share = std::min(1.0, residuals(j) / limit);
       robust(j) = (1.0 - share * share) * (1.0 - share * share);

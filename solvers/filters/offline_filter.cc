@@ -30,7 +30,7 @@ class OfflineFilter final : public Estimator {
       : scene_(scene),
         point_source_(std::move(points)),
         filter_(std::move(filter)),
-        // Half a frame of slack, as FrameClock gives.
+        // Half a frame of tolerance, as in FrameClock.
         max_gap_s_(options.max_gap_s + 0.5 / scene.frame_rate_hz),
         cutoff_per_(options.cutoff_per),
         samples_(scene.skeleton.joint_count()) {}
@@ -79,10 +79,10 @@ class OfflineFilter final : public Estimator {
 
  private:
   struct Sample {
-    size_t frame_idx = 0;  // into collected_
+    size_t frame_idx = 0;  // index into collected_
     JointPoint point;
   };
-  // Of a joint, between two gaps.
+  // Samples of a joint between two gaps.
   struct Piece {
     size_t joint_idx = 0;
     size_t frame_idx = 0;  // of its first frame
@@ -179,7 +179,7 @@ class OfflineFilter final : public Estimator {
   const SegmentFilter filter_;
   const double max_gap_s_;
   const CutoffPer cutoff_per_;
-  std::vector<FinalPose> collected_;          // one a frame
+  std::vector<FinalPose> collected_;          // one per frame
   std::vector<std::vector<Sample>> samples_;  // by joint
   std::vector<FinalPose> finals_;
   std::vector<std::optional<JointPoint>> points_;  // scratch
@@ -208,10 +208,9 @@ void RequireBelowNyquist(const std::string& key, double frequency_hz,
                frequency_hz, rate_hz));
 }
 
-// Throws InputError naming `estimator` when a step of time is more than half a
-// nominal frame longer or shorter than a frame: a frame was dropped, or the
-// clock is not that of the frame rate. `times_s` ascend, from the track's first
-// frame.
+// Throws InputError naming `estimator` when a time step differs from a nominal
+// frame by more than half a frame: a frame was dropped, or the frame rate is
+// wrong. `times_s` ascend, from the track's first frame.
 void RequireUniformTime(const std::string& estimator,
                         const std::vector<double>& times_s, double rate_hz) {
   // Frame times are rounded to nanoseconds.
@@ -247,7 +246,7 @@ SampledRows SamplesOf(const JointSegment& segment) {
   return rows;
 }
 
-// Back to all frames; those between samples hold the last value.
+// Expands to all frames; those between samples hold the last value.
 Samples Hold(const JointSegment& segment, const Samples& values) {
   Samples held(segment.positions_m.rows(), values.cols());
   Eigen::Index next = 0;
@@ -258,7 +257,7 @@ Samples Hold(const JointSegment& segment, const Samples& values) {
   return held;
 }
 
-// One cut-off a coordinate [Hz], by a rule.
+// One cut-off per coordinate [Hz], chosen by a rule.
 std::vector<double> CutoffsOf(CutoffChoice rule, CutoffPer per,
                               const LowPass& low_pass,
                               const JointSegment& segment) {
@@ -296,7 +295,7 @@ using MakeCurve = std::function<std::unique_ptr<PenalisedCurve>(
     const std::vector<double>& times_s, const std::vector<char>& sampled,
     const Samples& values)>;
 
-// `rough`: the derivative that counts as rough.
+// `rough`: the derivative that measures roughness.
 SegmentFilter Penalised(const SmoothingSplineOptions& options, double rate_hz,
                         CutoffPer per, int rough, MakeCurve make) {
   if (options.choice == CutoffChoice::kFixed) {
@@ -349,7 +348,7 @@ SegmentFilter Penalised(const SmoothingSplineOptions& options, double rate_hz,
   };
 }
 
-// `segment` with the class's constant for every sample's covariance.
+// `segment` with the class's constant as the covariance of every sample.
 JointSegment WithConstantNoise(const KalmanOptions& options,
                                JointSegment segment) {
   const double sigma_m = options.sigma_m[static_cast<int>(segment.joint_class)];
@@ -459,7 +458,7 @@ SegmentFilter TrendPointFilter(const TrendOptions& options) {
     const SampledRows rows = SamplesOf(segment);
     const Samples trend =
         TrendFilter(options.lambda_m, rows.times_s, rows.values);
-    // Straight between samples, as the trend is.
+    // Linear between samples, like the trend itself.
     SegmentEstimate estimate = {segment.positions_m, {}};
     Eigen::Index next = 0;
     for (Eigen::Index i = 0; i < estimate.positions_m.rows(); ++i) {

@@ -16,32 +16,33 @@ enum class PointKind {
   kRobust,  // robust triangulation of the frame's own views, all of them
 };
 
-// What shares a cut-off that a rule chooses.
+// What shares a cut-off chosen by a rule.
 enum class CutoffPer {
   kAxis,
   kJoint,  // the three axes of a joint
-  kBody,   // all joints of a person: the median of the joints'
+  kBody,   // all joints of a person: the median over joints
 };
 
-// How samples become signals, alike for every filter.
+// How samples become signals; the same for every filter.
 struct OfflineFilterOptions {
   // Longest time between two samples of a joint that is bridged [s]: twice
-  // graph.bridging_limit_s, which reaches into a gap from either end.
+  // graph.bridging_limit_s, which extends into a gap from both ends.
   double max_gap_s = 1.0;
   CutoffPer cutoff_per = CutoffPer::kJoint;
 
-  // Into the table [filters].
+  // Part of the table [filters].
   void Describe(OptionVisitor& visitor);
 };
 
 struct RobustTriangulationOptions {
-  double loss_scale = 3.0;  // sigmas
+  double loss_scale = 3.0;  // in sigmas
 
-  // Given in code alone.
+  // Not keys, set in code only.
   LossKind loss = LossKind::kGemanMcClure;
-  double inlier_weight = 0.25;  // views that weigh less do not support a point
-  // The last step [m]. Steps shrink by squares; one who only wants a start for
-  // another loss may stop earlier.
+  // Views with a lower weight do not support a point.
+  double inlier_weight = 0.25;
+  // Convergence limit [m]. Steps shrink quadratically; a caller that only needs
+  // a start for another loss may use a larger limit.
   double last_step_m = 1e-6;
 
   // Table [filters.robust_triangulation].
@@ -55,8 +56,8 @@ struct CentredGaussianOptions {
   void Describe(OptionVisitor& visitor);
 };
 
-// Which values a place sees. Time need not be uniform; at the ends there are
-// fewer.
+// The values in a window. Time may be non-uniform; at the ends there are fewer
+// values.
 enum class WindowSide {
   kCentred,   // at most half the window away
   kTrailing,  // itself and those before, less than the window away
@@ -64,7 +65,7 @@ enum class WindowSide {
 
 struct HampelMedianOptions {
   double hampel_window_s = 0.28;  // 7 frames at 25 Hz
-  double hampel_threshold = 3.0;  // standard deviations, by the MAD
+  double hampel_threshold = 3.0;  // in standard deviations, from the MAD
   double median_window_s = 0.2;   // 5 frames at 25 Hz
   WindowSide side = WindowSide::kCentred;
 
@@ -74,14 +75,14 @@ struct HampelMedianOptions {
 
 struct OneEuroOptions {
   double min_cutoff_hz = 2.0;
-  double beta_per_m = 1.0;  // the cut-off grows by so many Hz per m/s
+  double beta_per_m = 1.0;  // growth of the cut-off in Hz per m/s
   bool zero_phase = false;  // forwards, then backwards: not causal
 
   // Table [filters.one_euro].
   void Describe(OptionVisitor& visitor);
 };
 
-// Where a cut-off comes from: as given, or by a rule (cutoff.h).
+// Source of a cut-off: fixed, or a rule (cutoff.h).
 enum class CutoffChoice {
   kFixed,
   kWinter,
@@ -91,21 +92,21 @@ enum class CutoffChoice {
   kGcv,
   kPower95,
   kPower99,
-  kLambda,  // of penalised curves alone
+  kLambda,  // penalised curves only
 };
 
 enum class FilterSignal {
   kPosition,
-  kSpeed,  // differences from frame to frame, summed up again
+  kSpeed,  // differences from frame to frame, then summed up again
 };
 
-// Of both recursive low-passes.
+// For both recursive low-passes.
 struct ButterworthOptions {
   int64_t order = 2;  // of each of the two passes
   CutoffChoice choice = CutoffChoice::kFixed;
   double cutoff_hz = 6.0;  // below half the frame rate; choice "fixed"
-  // The cut-off is where both passes together have half the power; without,
-  // where each of them has, as most programs take it.
+  // true: both passes together have half the power at the cut-off. false: each
+  // of them has, as in most programs.
   bool correct_cutoff = true;
   FilterSignal on = FilterSignal::kPosition;
 
@@ -122,11 +123,11 @@ struct SavitzkyGolayOptions {
   void Describe(OptionVisitor& visitor);
 };
 
-// Of all curves that weigh misfit against roughness.
+// For all curves that balance misfit against roughness.
 struct SmoothingSplineOptions {
   CutoffChoice choice = CutoffChoice::kGcv;
-  double cutoff_hz = 4.0;  // where the amplitude is halved; choice "cutoff"
-  // Weight of the roughness where samples are a frame apart; choice "lambda".
+  double cutoff_hz = 4.0;  // amplitude halved; choice "cutoff"
+  // Weight of the roughness for samples one frame apart; choice "lambda".
   double lambda = 10.0;
 
   // Table [filters.smoothing_spline].
@@ -135,7 +136,7 @@ struct SmoothingSplineOptions {
 
 struct WhittakerOptions {
   int64_t order = 2;                  // of the differences
-  SmoothingSplineOptions smoothness;  // those of the spline
+  SmoothingSplineOptions smoothness;  // uses those of the spline
 
   // Table [filters.whittaker], without the smoothness.
   void Describe(OptionVisitor& visitor);
@@ -145,14 +146,14 @@ struct LoessOptions {
   // Of the samples that a polynomial is fitted to, at most.
   double window_s = 0.4;
   int64_t degree = 2;
-  int64_t iterations = 2;  // robust ones
+  int64_t iterations = 2;  // reweighted fits
 
   // Table [filters.loess].
   void Describe(OptionVisitor& visitor);
 };
 
 struct TrendOptions {
-  // The weight of kinks [m], where samples are a frame apart.
+  // Weight of kinks [m] for samples one frame apart.
   double lambda_m = 0.1;
 
   // Table [filters.trend].
@@ -166,13 +167,13 @@ enum class MotionModel {
 
 enum class MeasurementNoise {
   kTriangulation,  // the covariance of each sample
-  kConstant,       // sigma_m of the joint's class, alike in all directions
+  kConstant,       // sigma_m of the joint's class, isotropic
 };
 
 struct KalmanOptions {
   MotionModel motion = MotionModel::kConstantVelocity;
-  // The graph's own, [m^2/s^3]; the smoothers' factory fills it in. ModelOf
-  // tells what either motion model makes of it.
+  // The graph's own table [m^2/s^3], filled in by the smoothers' factory.
+  // ModelOf derives the power of either motion model from it.
   JointClassTable process_noise = GraphOptions().process_noise;
   double process_noise_scale = 1.0;
   MeasurementNoise measurement = MeasurementNoise::kTriangulation;
@@ -184,8 +185,8 @@ struct KalmanOptions {
 };
 
 struct FilterOptions {
-  // What filters smooth. The estimators raw_dlt and robust_triangulation are
-  // these points themselves.
+  // What filters smooth. The estimators raw_dlt and robust_triangulation return
+  // these points unfiltered.
   PointKind points = PointKind::kDlt;
   OfflineFilterOptions segments;
   RobustTriangulationOptions robust_triangulation;
@@ -205,19 +206,20 @@ struct FilterOptions {
 };
 
 enum class VelocityRule {
-  kOverTime,   // mean of the last differences over the real time between them
-  kPerUpdate,  // the authors' code: per stored pose, whatever the gap
+  kOverTime,   // mean of the last differences over the actual time between them
+  kPerUpdate,  // the authors' code: per stored pose, regardless of gaps
 };
 
 struct CausalGaussianOptions {
   bool smooth = true;
   double sigma_frames = 0.3;        // stored poses
-  double wrist_sigma_frames = 0.8;  // wrists alone, not elbows
+  double wrist_sigma_frames = 0.8;  // wrists only, not elbows
   double history_frames = 10.0;     // older stored poses are dropped
   int64_t velocity_differences = 5;
   VelocityRule velocity = VelocityRule::kOverTime;
-  // A joint that is not triangulated moves on with its own velocity for so
-  // long, then with the mean velocity of the joints that are. 0: for ever.
+  // A joint that is not triangulated continues with its own velocity for this
+  // long, then with the mean velocity of the triangulated joints. 0:
+  // indefinitely.
   double hold_frames = 10.0;
 
   // Table [gaussian].

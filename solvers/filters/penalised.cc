@@ -24,8 +24,8 @@ std::vector<double> InFrames(const std::vector<double>& times) {
   return frames;
 }
 
-// Weights of the divided difference of `order` of values at x[first] and those
-// after it, times `order`!: the derivative of a polynomial of that degree.
+// Weights of the divided difference of `order` of values at x[first] and
+// following, times `order`!: the derivative of a polynomial of that degree.
 Eigen::VectorXd DividedDifference(const std::vector<double>& x, size_t first,
                                   int order) {
   Eigen::VectorXd weights = Eigen::VectorXd::Ones(order + 1);
@@ -43,7 +43,7 @@ struct BandedRow {
   Eigen::VectorXd entries;
 };
 
-// Any such curve, linear in its unknowns.
+// Any such curve that is linear in its unknowns.
 class LinearCurve : public PenalisedCurve {
  public:
   LinearCurve(double step, Eigen::Index unknowns, int width)
@@ -90,7 +90,7 @@ class LinearCurve : public PenalisedCurve {
     return system;
   }
 
-  // The same roughness in one row an unknown.
+  // Reduces the roughness to one row per unknown.
   void ReduceRoughness() {
     BandedLeastSquares system(unknowns_, width_, 0);
     const Eigen::VectorXd none;
@@ -103,9 +103,9 @@ class LinearCurve : public PenalisedCurve {
     }
   }
 
-  std::vector<BandedRow> data_;       // one a sample
+  std::vector<BandedRow> data_;       // one per sample
   std::vector<BandedRow> roughness_;  // both ascending by `first`
-  Eigen::MatrixXd values_;            // a column a sample
+  Eigen::MatrixXd values_;            // a column per sample
 
  private:
   Eigen::Index unknowns_;
@@ -165,11 +165,11 @@ class QuinticCurve final : public LinearCurve {
     for (const double time : times) {
       at_.push_back((time - sample_times[0]) / step());
     }
-    // Those outside are arbitrary; there the curve is not asked for.
+    // Coefficients outside are arbitrary; the curve is not evaluated there.
     for (int k = kDegree; k > 0; --k) knots_.push_back(-k);
     knots_.insert(knots_.end(), x.begin(), x.end());
     for (int k = 1; k <= kDegree; ++k) knots_.push_back(x.back() + k);
-    // Gauss and Legendre's three points integrate degree five; a squared third
+    // Three-point Gauss-Legendre is exact for degree five; a squared third
     // derivative has degree four.
     const double side = std::sqrt(0.6);
     const std::array<double, 3> places = {-side, 0.0, side};
@@ -200,7 +200,7 @@ class QuinticCurve final : public LinearCurve {
   }
 
  private:
-  // The gain of many samples a wave is 1 / (1 + lambda (2 pi f)^6).
+  // For many samples per wave the gain is 1 / (1 + lambda (2 pi f)^6).
   double LambdaOfFrames(double cutoff) const override {
     return std::pow(2.0 * M_PI * cutoff, -6.0);
   }
@@ -210,14 +210,14 @@ class QuinticCurve final : public LinearCurve {
 
   static constexpr int kDegree = 5;
 
-  // A derivative of the B-splines that are not zero at x (de Boor 1978,
-  // chapter X).
+  // A derivative of the B-splines that are non-zero at x (de Boor 1978, chapter
+  // X).
   BandedRow Basis(double x, int derivative) const {
     const auto above = std::upper_bound(knots_.begin() + kDegree + 1,
                                         knots_.end() - kDegree - 1, x);
     const auto k = static_cast<int>(above - knots_.begin()) - 1;
     const auto knot = [&](int i) { return knots_[static_cast<size_t>(i)]; };
-    // b(i): the one that begins at knot k - degree + i.
+    // b(i): the B-spline that begins at knot k - degree + i.
     Eigen::VectorXd b = Eigen::VectorXd::Ones(1);
     for (int degree = 1; degree <= kDegree; ++degree) {
       const bool rises = degree <= kDegree - derivative;
@@ -305,7 +305,7 @@ std::unique_ptr<PenalisedCurve> MakeCubicSpline(
 }
 
 double PenalisedCurve::BestLambda() const {
-  // By a tenth of a decade of the cut-off.
+  // In steps of a tenth of a decade of the cut-off.
   const double log_cutoff = LeastOnGrid(
       -3.0, std::log10(0.5), 0.1,
       [this](double x) { return Gcv(LambdaOfFrames(std::pow(10.0, x))); });
@@ -316,7 +316,7 @@ double PenalisedCurve::BestLambda() const {
 
 namespace {
 
-// One column. D takes values to changes of slope.
+// For one column. D maps values to changes of slope.
 class TrendSolver {
  public:
   TrendSolver(double lambda, const std::vector<double>& x,
@@ -335,9 +335,9 @@ class TrendSolver {
     u_ = Eigen::VectorXd::Zero(count_);
     above_ = below_ = Eigen::VectorXd::Ones(count_);
     constexpr int kMaxSteps = 200;
-    // Relative to the duality gap of the start. The values are as near to the
-    // solution as the root of the gap at worst, which is 1e-8 of their own
-    // root mean square; where the kinks are plain they are as near as the gap.
+    // Relative to the duality gap of the start. At worst the distance to the
+    // solution is the root of the gap, i.e. 1e-8 of the values' root mean
+    // square; with well-defined kinks it is the gap itself.
     constexpr double kLeastGap = 1e-16;
     double sharpness = 1e-10;
     double first_gap = 0.0;
@@ -368,7 +368,7 @@ class TrendSolver {
     }
     return result;
   }
-  // How far from a solution: gradient, and products of slacks and multipliers.
+  // Distance from a solution: gradient, and products of slacks and multipliers.
   double Residual(const Eigen::VectorXd& u, const Eigen::VectorXd& above,
                   const Eigen::VectorXd& below, const Eigen::VectorXd& Dy,
                   double sharpness) const {
@@ -437,7 +437,7 @@ class TrendSolver {
 
   double lambda_;
   Eigen::VectorXd y_;
-  Eigen::Index count_;  // of changes of slope
+  Eigen::Index count_;  // number of changes of slope
   std::vector<Eigen::RowVector3d> D_;
   Eigen::VectorXd u_;
   Eigen::VectorXd above_, below_;  // multipliers of the two bounds

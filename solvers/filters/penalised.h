@@ -1,6 +1,6 @@
-// Smoothers that weigh misfit against roughness: Whittaker-Henderson, the
-// quintic smoothing spline, l1 trend filtering. Lambdas are those of values one
-// frame apart, whatever the unit of time: the mean step between the times.
+// Smoothers that balance misfit against roughness: Whittaker-Henderson, the
+// quintic smoothing spline, l1 trend filtering. Lambdas are for values one
+// frame (the mean step between the times) apart, whatever the unit of time.
 #ifndef KINEGRAPH_SOLVERS_FILTERS_PENALISED_H_
 #define KINEGRAPH_SOLVERS_FILTERS_PENALISED_H_
 
@@ -16,20 +16,20 @@ namespace kinegraph {
 class PenalisedCurve {
  public:
   virtual ~PenalisedCurve() = default;
-  // At the times that the curve was made with.
+  // At the times given at construction.
   virtual Samples Fit(double lambda) const = 0;
   // Generalised cross-validation (Craven and Wahba 1979), all columns together.
   virtual double Gcv(double lambda) const = 0;
   // The lambda that halves the amplitude of a wave of that frequency, in cycles
-  // a unit of time, far from the ends; and back.
+  // per unit of time, far from the ends; and its inverse.
   double LambdaOf(double cutoff) const {
     return LambdaOfFrames(cutoff * step_);
   }
   double CutoffOf(double lambda) const {
     return CutoffInFrames(lambda) / step_;
   }
-  // That of the least Gcv between cut-offs of 1/1000 and one half of a cycle a
-  // frame.
+  // The lambda of the least Gcv for cut-offs from 1/1000 to one half of a cycle
+  // per frame.
   virtual double BestLambda() const;
 
  protected:
@@ -37,7 +37,7 @@ class PenalisedCurve {
   double step() const { return step_; }
 
  private:
-  // In cycles a frame.
+  // In cycles per frame.
   virtual double LambdaOfFrames(double cutoff) const = 0;
   virtual double CutoffInFrames(double lambda) const = 0;
 
@@ -50,10 +50,10 @@ std::unique_ptr<PenalisedCurve> MakeCubicSpline(
     const Samples& values);
 
 // Whittaker 1923, Henderson 1924; Eilers 2003. The roughness is the sum of the
-// squared differences of `order` (2 or 3), on uneven time of divided
-// differences, each weighted by the time it spans over `order`, so that both
-// are the integral of the squared derivative. Frames without sample have no
-// misfit. At least 2 `order` + 1 samples.
+// squared differences of `order` (2 or 3); for non-uniform time, of divided
+// differences weighted by the time they span over `order`. Both approximate the
+// integral of the squared derivative. Frames without sample have no misfit.
+// Needs at least 2 `order` + 1 samples.
 std::unique_ptr<PenalisedCurve> MakeWhittaker(int order,
                                               const std::vector<double>& times,
                                               const std::vector<char>& sampled,
@@ -61,18 +61,18 @@ std::unique_ptr<PenalisedCurve> MakeWhittaker(int order,
 
 // The natural spline of degree five (Schoenberg 1964, Woltring 1986): the
 // roughness is the integral of the squared third derivative. Solved over all
-// B-splines on the samples' times, of which the natural ones are the best. At
+// B-splines on the samples' times; the optimum is a natural spline. Needs at
 // least seven samples.
 std::unique_ptr<PenalisedCurve> MakeQuinticSpline(
     const std::vector<double>& times, const std::vector<char>& sampled,
     const Samples& values);
 
 // l1 trend filtering (Kim, Koh, Boyd and Gorinevsky 2009): for each column the
-// z that minimises sum (y_i - z_i)^2 / 2 + lambda sum |change of z's slope a
-// frame at i|, so straight pieces with few kinks. Their primal-dual interior
-// point method on the dual, a quadratic program with bounds
-// |u_i| <= lambda; it starts at u = 0 for every column. lambda in the unit of
-// the values.
+// z that minimises sum (y_i - z_i)^2 / 2 + lambda sum |change of z's slope per
+// frame at i|, i.e. straight pieces with few kinks. Their primal-dual
+// interior-point method on the dual, a quadratic program with bounds |u_i| <=
+// lambda, starting at u = 0 for every column. lambda is in the unit of the
+// values.
 Samples TrendFilter(double lambda, const std::vector<double>& times,
                     const Samples& values);
 

@@ -16,13 +16,13 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 // Lower triangle of a symmetric matrix, row by row.
 using Lower = std::array<double, 6>;
 
-// Cost and Gauss-Newton system at a point. A view that cannot see the point
-// costs as if it were `kUnseen` sigmas off and pulls nowhere.
+// Cost and Gauss-Newton system at a point. A view in which the point has no
+// image contributes the cost of `kUnseen` sigmas and no gradient.
 struct Linearised {
   double cost = 0.0;
   Lower normal{};
-  // With the loss' own curvature along each residual, kept positive: steps by
-  // it do not creep as those of reweighting do.
+  // With the loss' own curvature along each residual, kept positive: fewer
+  // steps than with reweighting alone.
   Lower curvature{};
   Eigen::Vector3d gradient = Eigen::Vector3d::Zero();
   std::vector<double> weights;
@@ -32,7 +32,7 @@ void Linearise(LossKind loss, double scale,
                const std::vector<PixelPoint>& views,
                const Eigen::Vector3d& point_m, Linearised* at) {
   constexpr double kUnseen = 1e3;
-  // Sums in registers; of the symmetric ones the lower triangle.
+  // Sums in registers; the lower triangle of symmetric ones.
   double cost = 0.0;
   Lower normal{};
   Lower curvature{};
@@ -72,8 +72,8 @@ void Linearise(LossKind loss, double scale,
   at->gradient = gradient;
 }
 
-// By L D L' of a positive definite matrix. False for one that is none, or whose
-// pivots differ by more than rounding leaves.
+// By L D L' of a positive definite matrix. False if it is not positive
+// definite, or its pivots differ by more than rounding permits.
 bool Invert(const Lower& lower, Eigen::Matrix3d* inverse) {
   const double d0 = lower[0];
   const double l10 = lower[1] / d0;
@@ -84,7 +84,7 @@ bool Invert(const Lower& lower, Eigen::Matrix3d* inverse) {
   const double d2 = lower[5] - l20 * lower[3] - l21 * low;
   const double least = std::min({d0, d1, d2});
   if (!(least > 0.0) || !(least > 1e-12 * std::max({d0, d1, d2}))) return false;
-  // Of L the inverse is unit lower triangular too.
+  // The inverse of L is unit lower triangular too.
   const double m20 = l10 * l21 - l20;
   const double i0 = 1.0 / d0;
   const double i1 = 1.0 / d1;
@@ -98,7 +98,7 @@ bool Invert(const Lower& lower, Eigen::Matrix3d* inverse) {
   return inverse->allFinite();
 }
 
-// The cheapest start.
+// The start of lowest cost.
 bool FindStart(const RobustTriangulationOptions& options,
                const std::vector<PixelPoint>& views, Eigen::Vector3d* start) {
   std::vector<PointMeasurement> ideal;
@@ -163,7 +163,7 @@ std::optional<RobustPoint> RobustTriangulator::TriangulateFrom(
                 point.position_m + step_m, &there);
       if (there.cost <= here.cost) break;
     }
-    if (halvings > kMaxHalvings) break;  // as low as rounding allows
+    if (halvings > kMaxHalvings) break;  // as low as rounding permits
     point.position_m += step_m;
     std::swap(here, there);
     if (step_m.norm() < options_.last_step_m) break;

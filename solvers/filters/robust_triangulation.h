@@ -1,4 +1,4 @@
-// One point from several views, some of which may be wrong.
+// Triangulates a point from several views, some of which may be wrong.
 #ifndef KINEGRAPH_SOLVERS_FILTERS_ROBUST_TRIANGULATION_H_
 #define KINEGRAPH_SOLVERS_FILTERS_ROBUST_TRIANGULATION_H_
 
@@ -29,23 +29,23 @@ struct RobustPoint {
 // The point that minimises the sum of 0.5 rho(|project(X) - u|^2 / sigma^2)
 // over the views: an M-estimator on raw pixels (Hartley and Zisserman, Multiple
 // View Geometry, appendix 6.8), by Gauss-Newton with reweighting (Holland and
-// Welsch 1977). It starts from the cheapest of the DLT of all views and those
-// of every pair (as Fischler and Bolles 1981, but all pairs instead of random
-// ones), so that one wrong view among three does not decide.
+// Welsch 1977). Starts from the DLT of all views or of a pair, whichever has
+// the lowest cost (as Fischler and Bolles 1981, but with all pairs instead of
+// random ones), so that one wrong view in three does not determine the result.
 class RobustTriangulator {
  public:
   // Throws OptionError for bad options.
   explicit RobustTriangulator(const RobustTriangulationOptions& options);
 
-  // nullopt when no start stands in front of its cameras or fewer than two
-  // views support the end. Covariance: the inverse of the weighted normal
-  // matrix. Doubt in good views makes it an eighth too large at five views;
-  // InformationCorrection of the loss, meant for many measurements of each
+  // nullopt when no start is in front of its cameras or fewer than two views
+  // support the result. Covariance: the inverse of the weighted normal matrix.
+  // Reduced weights of good views make it an eighth too large at five views;
+  // InformationCorrection of the loss, which assumes many measurements of each
   // unknown, would make it a seventh too small at two.
   std::optional<RobustPoint> Triangulate(
       const std::vector<PixelPoint>& views) const;
 
-  // The minimum that the start leads to.
+  // The minimum reached from the start.
   std::optional<RobustPoint> TriangulateFrom(
       const Eigen::Vector3d& start_m,
       const std::vector<PixelPoint>& views) const;
@@ -54,8 +54,8 @@ class RobustTriangulator {
   RobustTriangulationOptions options_;
 };
 
-// (sum J'J / sigma^2)^-1 [m^2] of a point that was triangulated from these
-// views by whatever means; nullopt when they leave a direction open.
+// (sum J'J / sigma^2)^-1 [m^2] of a point triangulated from these views by any
+// method; nullopt when they leave a direction undetermined.
 std::optional<Eigen::Matrix3d> TriangulationCovariance(
     const std::vector<PixelPoint>& views, const Eigen::Vector3d& point_m);
 

@@ -10,7 +10,7 @@ namespace {
 
 // The second derivatives g at the inner times solve (R + lambda Q'Q) g = Q'y;
 // the values are y - lambda Q g. R is tridiagonal, Q'Q pentadiagonal. Time is
-// counted in mean steps, so that the numbers stay near one.
+// in mean steps, to keep the numbers near one.
 class SplineSystem {
  public:
   SplineSystem(const std::vector<double>& times_s, const Samples& values)
@@ -76,7 +76,7 @@ class SplineSystem {
     return g;
   }
 
-  // lambda Q g: what smoothing takes from the values.
+  // lambda Q g: what smoothing removes from the values.
   Samples Residuals(const Samples& g) const {
     Samples residuals = Samples::Zero(count_, g.cols());
     for (Eigen::Index i = 0; i < g.rows(); ++i) {
@@ -88,8 +88,8 @@ class SplineSystem {
     return residuals;
   }
 
-  // trace(I - A) = lambda trace(B^-1 Q'Q): only the five central diagonals of
-  // B^-1 are needed, which follow from the last back to the first.
+  // trace(I - A) = lambda trace(B^-1 Q'Q): needs only the five central
+  // diagonals of B^-1, computed from the last to the first.
   double TraceOfResiduals() const {
     const Eigen::Index inner = count_ - 2;
     double trace = 0.0;
@@ -145,7 +145,7 @@ class SplineSystem {
 double Cube(double x) { return x * x * x; }
 
 // The natural cubic spline with values `f` and second derivatives `g` (zero at
-// both ends), straight outside.
+// both ends), linear outside.
 Samples Evaluate(const SplineSystem& system, const std::vector<double>& times_s,
                  const Samples& f, const Samples& g,
                  const std::vector<double>& at_s) {

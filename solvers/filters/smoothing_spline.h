@@ -12,37 +12,37 @@ namespace kinegraph {
 
 // The function f that minimises, for each column,
 //   sum_i |y_i - f(t_i)|^2 + lambda_s3 integral |f''(t)|^2 dt
-// over the times of the values, at `at_s`: a cubic spline with straight ends
+// over the times of the values, evaluated at `at_s`: a natural cubic spline
 // (Reinsch 1967; the banded equations of Green and Silverman, Nonparametric
 // Regression and Generalized Linear Models, section 2.3). `times_s` ascend and
-// need not be uniform; there is no edge to pad. lambda_s3 >= 0 [s^3]. Outside
-// the times it goes on straight. Fewer than three values: the line through
-// them, or the value.
+// may be non-uniform; the ends need no padding. lambda_s3 >= 0 [s^3]. Linear
+// outside the times. Fewer than three values: the line through them, or the
+// value.
 Samples SmoothingSpline(double lambda_s3, const std::vector<double>& times_s,
                         const Samples& values, const std::vector<double>& at_s);
 
 // Generalised cross-validation (Craven and Wahba 1979), all columns together:
 //   n sum |y - f|^2 / trace(I - A)^2,
-// the trace from the central bands of the inverse (Hutchinson and de Hoog
-// 1985), as Woltring's GCVSPL (1986) does. At least three values.
+// with the trace from the central bands of the inverse (Hutchinson and de Hoog
+// 1985), as in Woltring's GCVSPL (1986). Needs at least three values.
 double GcvScore(double lambda_s3, const std::vector<double>& times_s,
                 const Samples& values);
 
-// The lambda [s^3] of the least GcvScore between cut-offs of 1/1000 and one
-// half of the mean sampling rate: a grid of a tenth of a decade in lambda, then
-// a golden section. At least five values.
+// The lambda [s^3] of the least GcvScore for cut-offs from 1/1000 to one half
+// of the mean sampling rate: a grid in steps of a tenth of a decade of lambda,
+// then a golden-section search. Needs at least five values.
 double ChooseLambdaByGcv(const std::vector<double>& times_s,
                          const Samples& values);
 
-// Where `score` is least between `low` and `high`: a grid of `step`, then a
-// golden section between the neighbours of the best, to 1e-6.
+// Minimum of `score` between `low` and `high`: a grid of `step`, then a
+// golden-section search between the neighbours of the best, to 1e-6.
 double LeastOnGrid(double low, double high, double step,
                    const std::function<double(double)>& score);
 
-// The lambda [s^3] that halves the amplitude of a wave of `cutoff_hz` where
-// values stand every `step_s`, far from the ends and well below the sampling
-// rate: 1 / (step (2 pi f)^4), for then the gain is
-// 1 / (1 + (f / cutoff)^4) (Craven and Wahba 1979).
+// The lambda [s^3] that halves the amplitude of a wave of `cutoff_hz` for
+// values `step_s` apart, far from the ends and well below the sampling rate: 1
+// / (step (2 pi f)^4), because the gain is then 1 / (1 + (f / cutoff)^4)
+// (Craven and Wahba 1979).
 double LambdaOfCutoff(double cutoff_hz, double step_s);
 
 }  // namespace kinegraph
