@@ -14,8 +14,9 @@ namespace {
 
 using BiasVector = Eigen::Matrix<double, kBiasSize, 1>;
 
-// Independent observations of mean weight that say zero, by class: large where
-// the bias was small beside the noise of real detections.
+// Strength of the prior at zero, in independent observations of mean weight, by
+// class: large where the bias was small compared with the noise of real
+// detections.
 double RidgeOf(JointClass joint_class) {
   // head trunk shoulder elbow wrist hip knee ankle foot other
   constexpr std::array<double, kJointClassCount> kRidges = {
@@ -32,13 +33,13 @@ int64_t FloorDivide(TimeNs time, TimeNs step) {
   return time >= 0 ? time / step : -((-time + step - 1) / step);
 }
 
-// What the views say of the joint's coefficients where it stands.
+// Contribution of the views to the joint's coefficients, at its position.
 void AddView(const BiasView& view, double independent, BiasSums* sums) {
   const auto& features = view.direction.features;
   const Eigen::Vector2d across = view.per_sigma * view.direction.across_px;
   const Eigen::Vector2d along = view.per_sigma * view.direction.along_px;
   const Eigen::Vector2d r = view.per_sigma * view.residual_px;
-  // Across and along are at right angles and equally long.
+  // Across and along are perpendicular and have equal length.
   const double weight = along.squaredNorm();
   const Eigen::Matrix<double, kViewFeatureCount, kViewFeatureCount> outer =
       weight * features * features.transpose();
@@ -59,7 +60,7 @@ void AddView(const BiasView& view, double independent, BiasSums* sums) {
   sums->independent += independent;
 }
 
-// How its pictures' shift adds to that.
+// Contribution of a shift of its images.
 void AddShift(const BiasView& view, BiasSums* sums) {
   const auto at = static_cast<size_t>(view.view_idx);
   if (sums->views.size() <= at) sums->views.resize(at + 1);
@@ -84,7 +85,7 @@ void AddShifts(const std::vector<BiasSums::OfView>& from,
   }
 }
 
-// How much less the squares become.
+// Reduction of the sum of squares.
 double GainOf(const BiasSums& sums, const BiasVector& bias) {
   return 2.0 * sums.g.dot(bias) - bias.dot(sums.A * bias);
 }
@@ -186,8 +187,8 @@ void BiasSeries::AddAzimuth(int view_idx, double azimuth) {
   ++azimuths_[view_idx][sector];
 }
 
-// The median over cameras of the sectors that each has seen more than a few
-// times.
+// The median over cameras of the number of sectors that each has seen more than
+// a few times.
 double BiasSeries::AzimuthDegrees() const {
   std::vector<int> seen;
   for (const auto& sectors : azimuths_) {
@@ -235,7 +236,7 @@ ViewBias::OfJoint BiasSeries::FitJoint(size_t name_idx, bool always) const {
   all += halves[1];
   ViewBias::OfJoint result;
   result.observations = all.observations;
-  // Of residuals that are all a shift's nothing but rounding may be left.
+  // Where a shift explains all residuals, only rounding may remain.
   if (all.observations == 0 || !(all.square > 0.0)) return result;
   const BiasVector bias = SolveBias(all, ridge);
   for (int i = 0; i < kViewFeatureCount; ++i) {
@@ -265,8 +266,8 @@ ViewBias::OfJoint BiasSeries::FitJoint(size_t name_idx, bool always) const {
   const double n = count;
   result.gain_error =
       std::sqrt(std::max(0.0, (squares - sum * sum / n) * n / (n - 1.0)));
-  // What explains less is a tenth of the errors' size at most, and its own
-  // error is as large.
+  // A smaller gain is at most a tenth of the errors' size, and its own error is
+  // as large.
   constexpr double kLeastGain = 0.01;
   result.used = always || sum > std::max(kLeastGain, LimitOfStudent(n - 1.0) *
                                                          result.gain_error);
@@ -276,9 +277,9 @@ ViewBias::OfJoint BiasSeries::FitJoint(size_t name_idx, bool always) const {
 ViewBias BiasSeries::Fit(bool always) const {
   ViewBias bias;
   bias.azimuth_deg = AzimuthDegrees();
-  // Where shifts of the cameras could pass for a bias each must have seen half
-  // a turn. Else they must have gone around people more than once together, or
-  // no side is seen by two of them.
+  // Where shifts of the cameras could be confused with a bias, each camera must
+  // have seen half a turn. Otherwise together they must have covered more than
+  // one turn, or no side is seen by two of them.
   const double least_deg =
       shifts_away_
           ? std::max(90.0, 360.0 / static_cast<double>(azimuths_.size()))
@@ -301,7 +302,7 @@ ViewBias BiasSeries::FitSolved(bool always) const {
       taken += 3.0 * static_cast<double>(block[i].looks);
     }
     if (!(numbers > 0.0)) continue;
-    // Two views and more of each: at least a quarter is kept.
+    // With two or more views at least a quarter remains.
     const double larger = numbers / (numbers - taken);
     for (double& coefficient : bias.joints[i].across_m) coefficient *= larger;
     for (double& coefficient : bias.joints[i].along_m) coefficient *= larger;
@@ -342,9 +343,10 @@ std::vector<BiasView> ViewsOf(const BiasJoints& joints,
 void TellBias(const BiasJoints& joints, const CameraRig& cameras,
               double frame_rate_hz, const ErrorCorrelation& correlation,
               const PersonProblem& solved, BiasSeries* series) {
-  // Errors of neighbouring frames are alike: ten looks a second tell it all.
+  // Errors of neighbouring frames are correlated: ten samples a second contain
+  // all the information.
   constexpr double kPeriodS = 0.1;
-  // As near to the period as frames come.
+  // As close to the period as the frame times permit.
   const TimeNs look_after = FromSeconds(kPeriodS - 0.5 / frame_rate_hz);
   const double independent = IndependentShare(correlation, kPeriodS);
   std::optional<TimeNs> looked;
@@ -371,8 +373,8 @@ void TellBias(const BiasJoints& joints, const CameraRig& cameras,
 
 namespace {
 
-// Where the body stands in the frame nearest to frame `k` that tells; null:
-// nowhere near.
+// The body's orientation in the nearest frame to `k` that determines it; null
+// if there is none nearby.
 const BodyStance* NearestStance(
     const std::vector<TimeNs>& times,
     const std::vector<std::optional<BodyStance>>& stances, size_t k) {

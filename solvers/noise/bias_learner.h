@@ -1,5 +1,5 @@
-// Learns the detector's bias from what the solutions of a recording leave, over
-// all people, and takes it from their pixels.
+// Learns the detector's bias from the residuals of a recording's solutions,
+// over all people, and subtracts it from their pixels.
 #ifndef KINEGRAPH_SOLVERS_NOISE_BIAS_LEARNER_H_
 #define KINEGRAPH_SOLVERS_NOISE_BIAS_LEARNER_H_
 
@@ -23,16 +23,17 @@ namespace kinegraph {
 
 inline constexpr int kBiasSize = 2 * kViewFeatureCount;
 
-// Normal equations of one joint's coefficients: with residuals
-// r = u - project(X) at the solution's positions X and directions D, whitened,
+// Normal equations of one joint's coefficients. With residuals r = u -
+// project(X) at the solution's positions X and directions D, whitened,
 //   A = sum D' D,  g = sum D' r.
-// X counts as known: neighbouring frames and bones have placed it with far less
-// of each view's error than its own frame can. A constant offset of the joint
-// in the body lies (nearly) in the span of the Jacobians J = d project / d X:
-// no image can tell it. So coefficients must not move the joint on the whole:
-// with offset = sum D' J B (B: the body's axes) they keep offset' c = 0, which
-// is orthogonal to the coefficients of a constant offset in the recording's own
-// metric D' D. What is written is the position of the detector's own joint.
+// X is assumed to be known: neighbouring frames and bones have determined it
+// with far less of each view's error than its own frame could. A constant
+// offset of the joint in the body lies (nearly) in the span of the Jacobians J
+// = d project / d X and is unobservable in images. Coefficients must therefore
+// not move the joint on average: with offset = sum D' J B (B: the body's axes)
+// they satisfy offset' c = 0, i.e. are orthogonal to the coefficients of a
+// constant offset in the recording's own metric D' D. The written position is
+// that of the detector's own joint.
 struct BiasSums {
   Eigen::Matrix<double, kBiasSize, kBiasSize> A = decltype(A)::Zero();
   Eigen::Matrix<double, kBiasSize, 1> g = decltype(g)::Zero();
@@ -42,12 +43,12 @@ struct BiasSums {
   double weight = 0.0;  // sum of the squared whitening [1/m^2]
   double square = 0.0;  // r' r
   int64_t observations = 0;
-  int64_t looks = 0;  // joints in frames, of which the observations are views
-  // What the observations count as beside a prior: errors that last are seen
-  // again and again.
+  int64_t looks = 0;  // joints in frames; the observations are views of these
+  // The observations' equivalent number of independent ones, relative to a
+  // prior: lasting errors are observed repeatedly.
   double independent = 0.0;
-  // By view, as many as were seen: what a shift of that camera's pictures by a
-  // pixel does, S (whitened).
+  // By view, for as many as were seen: the effect S (whitened) of a one-pixel
+  // shift of that camera's images.
   struct OfView {
     Eigen::Matrix<double, kBiasSize, 2> cross =
         Eigen::Matrix<double, kBiasSize, 2>::Zero();  // D' S
@@ -63,52 +64,54 @@ struct BiasSums {
 struct BiasView {
   int view_idx = 0;
   ViewDirection direction;
-  Eigen::Vector2d residual_px = Eigen::Vector2d::Zero();  // seen less projected
-  Matrix23d jacobian = Matrix23d::Zero();                 // d pixel / d point
-  double per_sigma = 1.0;  // root of the robust weight over sigma [1/px]
+  // Observed minus projected.
+  Eigen::Vector2d residual_px = Eigen::Vector2d::Zero();
+  Matrix23d jacobian = Matrix23d::Zero();  // d pixel / d point
+  double per_sigma = 1.0;  // root of the robust weight, over sigma [1/px]
 };
 
-// Views of a joint in a frame, at its solution's position; an observation
-// counts as `independent` ones (at most 1). One view alone contradicts nobody.
+// Views of a joint in a frame, at its solution's position; each observation
+// counts as `independent` ones (at most 1). A single view is ignored: it has no
+// residual.
 void AddViews(const std::vector<BiasView>& views, double independent,
               BiasSums* sums);
 
-// The share of an independent observation that each of a row counts as, which
-// come every `period_s`: the variance of a mean of AR(1) errors.
+// The share of an independent observation in each of a series that come every
+// `period_s`: the variance of a mean of AR(1) errors.
 double IndependentShare(const ErrorCorrelation& correlation, double period_s);
 
-// The ridge solution that moves no joint. `ridge` counts independent
-// observations of mean weight.
+// The ridge solution that does not move the joint. `ridge` is a number of
+// independent observations of mean weight.
 Eigen::Matrix<double, kBiasSize, 1> SolveBias(const BiasSums& sums,
                                               double ridge);
 
-// Sums of a recording in stretches of time, of which every other one belongs to
-// the same half. Of any length: when there are too many, neighbours are joined.
+// Sums over segments of a recording, alternating between its two halves. For
+// any length: when there are too many, neighbours are merged.
 class BiasSeries {
  public:
   BiasSeries(const BiasJoints& joints, int view_count);
 
   void Add(TimeNs time, const std::vector<BiasSums>& sums);
   void AddAzimuth(int view_idx, double azimuth);
-  // What another person's say, of as many joints and views.
+  // Adds another person's sums, which must have as many joints and views.
   void Add(const BiasSeries& other);
 
-  // A shift of a camera's pictures moves all joints alike. Where each camera
-  // has seen people from some sides only it would pass for their bias; so what
-  // the joints of a camera leave on average (weighted) is taken away.
-  // Afterwards nothing may be added.
+  // A shift of a camera's images moves all joints alike. Where each camera has
+  // seen people from some sides only, a shift could be confused with their
+  // bias, so the weighted mean over the joints of a camera is removed. Nothing
+  // may be added afterwards.
   void RemoveShifts();
 
   // A joint is used where cameras have seen people from enough sides and,
   // unless `always`, where the gain of one half's coefficients on the other is
-  // one per cent or more and surely positive: the lower 97.5 % limit over
-  // stretches of time.
+  // at least one per cent and significantly positive: the lower 97.5 % limit
+  // over segments.
   ViewBias Fit(bool always) const;
-  // The same where the positions were solved from the very views, and have been
-  // pulled by the bias: a bias lasts longer than neighbouring frames could
-  // correct, so a position takes 3 of the 2 n numbers that its n views add to
-  // it. The residuals have kept the share 1 - 3 / (2 n), and coefficients are
-  // as many times larger as that says.
+  // The same where the positions were solved from the same views and have
+  // absorbed part of the bias: a bias lasts longer than neighbouring frames
+  // could correct, so a position absorbs 3 of the 2 n numbers that its n views
+  // contribute. The residuals have kept the share 1 - 3 / (2 n), and
+  // coefficients are scaled up accordingly.
   ViewBias FitSolved(bool always) const;
 
  private:
@@ -119,21 +122,21 @@ class BiasSeries {
   ViewBias::OfJoint FitJoint(size_t name_idx, bool always) const;
 
   std::vector<std::string> names_;
-  std::vector<JointClass> classes_;  // of each name
+  std::vector<JointClass> classes_;  // one per name
   std::map<int64_t, std::vector<BiasSums>> blocks_;
   TimeNs block_ns_ = FromSeconds(1.0);
   std::vector<std::array<int64_t, kSectors>> azimuths_;  // by view
   bool shifts_away_ = false;
 };
 
-// Tells a series what the solution of a recording leaves, with the weights that
-// the solver gave. Measurements name `cameras`; errors last as `correlation`
-// says.
+// Adds the residuals of a recording's solution to a series, with the solver's
+// weights. Measurements refer to `cameras`; `correlation` is that of the
+// errors.
 void TellBias(const BiasJoints& joints, const CameraRig& cameras,
               double frame_rate_hz, const ErrorCorrelation& correlation,
               const PersonProblem& solved, BiasSeries* series);
 
-// Writes a bias to the pixels of a recording whose triangulated joints stand at
+// Writes a bias to the pixels of a recording whose triangulated joints are at
 // their states; `bias` may have other joints than `joints`.
 void WriteBias(const BiasJoints& joints, const ViewBias& bias,
                const std::vector<FrameRecord>& records,

@@ -12,7 +12,7 @@ bool HasSide(const std::string& name) {
          (name[0] == 'l' || name[0] == 'r');
 }
 
-// Axes with this up, the left as near to `left` as that allows.
+// Axes with this up, and the left as near to `left` as possible.
 std::optional<BodyAxes> AxesOf(const Eigen::Vector3d& up,
                                const Eigen::Vector3d& left) {
   constexpr double kLeast_m = 0.05;

@@ -1,4 +1,4 @@
-// The detector's bias as a function of the view: what ViewBias means.
+// The detector's bias as a function of the view: the definition of ViewBias.
 //
 //   u = project(X) + (f / z) (s b_across e_across + b_along e_along)
 //   b = C [1, cos p, sin p, cos 2p, sin 2p, cos 3p, sin 3p, e, e cos p, e sin
@@ -6,7 +6,7 @@
 //
 // p: azimuth of the camera in the body's frame, positive towards the joint's
 // own side; e: the component of the viewing direction along the trunk. e_along
-// is the image of the trunk's direction, e_across at right angles to it; s is
+// is the image of the trunk's direction, e_across is perpendicular to it; s is
 // -1 for joints of the right side, so that partners share coefficients C [m].
 #ifndef KINEGRAPH_SOLVERS_NOISE_BIAS_MODEL_H_
 #define KINEGRAPH_SOLVERS_NOISE_BIAS_MODEL_H_
@@ -25,7 +25,7 @@
 
 namespace kinegraph {
 
-// Directions of a body, orthonormal: where it faces, its left, its head.
+// Directions of a body, orthonormal: forward, left, up.
 struct BodyAxes {
   Eigen::Vector3d forward = Eigen::Vector3d::UnitX();
   Eigen::Vector3d left = Eigen::Vector3d::UnitY();
@@ -38,7 +38,7 @@ struct BodyStance {
   BodyAxes head;
 };
 
-// Where each joint's coefficients stand in a skeleton.
+// The index of each joint's coefficients.
 class BiasJoints {
  public:
   explicit BiasJoints(const Skeleton& skeleton);
@@ -48,11 +48,11 @@ class BiasJoints {
   int IndexOf(int joint_idx) const { return index_[joint_idx]; }
   double SideOf(int joint_idx) const { return side_[joint_idx]; }
   bool OnHead(int joint_idx) const { return on_head_[joint_idx]; }
-  // Of each name.
+  // One per name.
   const std::vector<JointClass>& classes() const { return classes_; }
 
-  // From shoulders and hips; nullopt where `at` does not know all four, or
-  // they lie together.
+  // From shoulders and hips; nullopt where `at` lacks any of the four, or they
+  // coincide.
   using PositionOf =
       std::function<std::optional<Eigen::Vector3d>(int joint_idx)>;
   std::optional<BodyStance> FrameOf(const PositionOf& at) const;
@@ -69,10 +69,10 @@ class BiasJoints {
   Pair ears_;
 };
 
-// A joint in a view: what its coefficients are multiplied with.
+// A joint in a view: the factors of its coefficients.
 struct ViewDirection {
   Eigen::Matrix<double, kViewFeatureCount, 1> features;
-  // Pixels for a metre across and along.
+  // Pixels per metre across and along.
   Eigen::Vector2d across_px = Eigen::Vector2d::Zero();
   Eigen::Vector2d along_px = Eigen::Vector2d::Zero();
   // Columns: forward, the joint's own side, up.
@@ -86,18 +86,19 @@ std::optional<ViewDirection> DirectionOf(const BiasJoints& joints,
                                          const Eigen::Vector3d& point_m,
                                          const Camera& camera);
 
-// The bias of a joint [px]; zero where it is not used.
+// The bias of a joint [px]; zero if unused.
 Eigen::Vector2d BiasOf(const ViewBias::OfJoint& bias,
                        const ViewDirection& direction);
 
-// The same bias with a line for each of `names`, unused where it has none.
+// The same bias with an entry for each of `names`, unused where `bias` has
+// none.
 ViewBias InOrderOf(const std::vector<std::string>& names, const ViewBias& bias);
 
-// What the detector would add to the joints of poses in any camera.
+// Predicts the detector's bias for the joints of poses, in any camera.
 class DetectionPredictor {
  public:
   DetectionPredictor(const Skeleton& skeleton, const ViewBias& bias);
-  // [px]; zero where the pose does not tell how the body stands.
+  // [px]; zero where the pose does not determine the body's orientation.
   Eigen::Vector2d BiasOf(const PersonPose& person, int joint_idx,
                          const Camera& camera) const;
 

@@ -15,10 +15,10 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-// Normal equations of the views that count.
+// Normal equations of the views with sufficient weight.
 struct NormalEquations {
   Matrix3d information = Matrix3d::Zero();
-  Matrix3d solver_information = Matrix3d::Zero();  // as the solver weighs them
+  Matrix3d solver_information = Matrix3d::Zero();  // with the solver's weights
   Vector3d gradient = Vector3d::Zero();
   double square = 0.0;
   int views = 0;
@@ -51,7 +51,7 @@ NormalEquations Linearise(const JointChain& chain, size_t k,
 // Noise-equivalent length of the smoother that is optimal for white noise on
 // acceleration, H(w) = 1 / (1 + (w / w_c)^4) with w_c^4 = q / (R h): it
 // averages over pi / (0.833 w_c) seconds (0.833: the integral of H^2 over w /
-// w_c). Not more than a second: motion is not stationary for longer.
+// w_c). At most a second: motion is not stationary for longer.
 double AveragedFrames(const JointChain& chain, size_t k, double variance_m2,
                       double interval_s) {
   if (chain.process_noise.empty()) return 1.0;
@@ -64,7 +64,7 @@ double AveragedFrames(const JointChain& chain, size_t k, double variance_m2,
 
 std::optional<BoneEnd> LocateEnd(const JointChain& chain, size_t k,
                                  double inlier_weight, double interval_s) {
-  // Gauss-Newton from the estimate, which is near.
+  // Gauss-Newton from the estimate, which is close.
   constexpr int kSteps = 3;
   BoneEnd end;
   end.estimate_m = chain.states[k].head<3>();
@@ -74,7 +74,7 @@ std::optional<BoneEnd> LocateEnd(const JointChain& chain, size_t k,
     sum = Linearise(chain, k, inlier_weight, end.position_m);
     if (sum.views < 2) return std::nullopt;
     const Eigen::LDLT<Matrix3d> factor(sum.information);
-    // A direction that is open to ten metres is no position.
+    // A direction with an uncertainty of ten metres determines no position.
     constexpr double kOpen = 0.01;  // 1 / m^2
     if (!factor.isPositive() || !(factor.vectorD().minCoeff() > kOpen)) {
       return std::nullopt;

@@ -14,20 +14,21 @@ namespace {
 
 double Square(double x) { return x * x; }
 
-// What looks say of a length, and how each of them deviates from it.
+// A length estimated from looks, and the deviation of each look.
 struct LengthFit {
   bool known = false;
-  // A median of lengths; else, beside much noise, a mean of squared ones.
+  // true: a median of lengths; false, with large noise: a mean of squared
+  // lengths.
   bool is_median = true;
   double length_m = 0.0;
-  // Below zero where looks vary less than their noise says.
+  // Negative where looks vary less than their noise predicts.
   double spread_m2 = 0.0;
   double noise_m2 = 0.0;           // of a look's length, on average
   double variance_m2 = 0.0;        // the same, spread included
   std::vector<double> deviations;  // of the looks, in sigmas
 };
 
-// Quantile of the values, with their weights, that `of` finds in looks.
+// Weighted quantile of the values that `of` extracts from looks.
 template <typename Of>
 double QuantileOf(const std::vector<BoneObservation>& looks, double share,
                   const Of& of) {
@@ -48,7 +49,7 @@ double LowChiSquare(int freedom) {
   return freedom * root * root * root;
 }
 
-// How right the modelled noise is: factor on its variance.
+// Accuracy of the modelled noise: factor on its variance.
 double NoiseScale(const std::vector<BoneObservation>& looks) {
   return std::max(1e-6, QuantileOf(looks, 0.3, [](const BoneObservation& look) {
                     return WeightedValue(
@@ -60,10 +61,10 @@ double Length(const BoneObservation& look, double scale) {
   return look.distance_m - scale * look.added_m;
 }
 
-// What keeps the variance of exact looks above zero [m^2].
+// Keeps the variance of exact looks above zero [m^2].
 constexpr double kLeastVariance = 1e-8;
 
-// Upper quartile of the looks' squared deviations, were the spread's variance
+// Upper quartile of the looks' squared deviations for a spread of variance
 // `spread`.
 double UpperQuartile(const std::vector<BoneObservation>& looks, double scale,
                      double length_m, double spread) {
@@ -79,14 +80,14 @@ double UpperQuartile(const std::vector<BoneObservation>& looks, double scale,
   return values[at];
 }
 
-// Of a bone that is much longer than the noise: length and spread in turn,
-// which hardly depend on each other.
+// For a bone much longer than the noise: alternates between length and spread,
+// which are nearly independent.
 LengthFit FitMedianLength(const std::vector<BoneObservation>& looks,
                           double scale) {
   LengthFit fit;
   fit.known = true;
   double spread = 0.0;   // variance
-  double missing = 0.0;  // share of the noise that looks do not show
+  double missing = 0.0;  // share of the noise not visible in looks
   for (int round = 0; round < 3; ++round) {
     fit.length_m = QuantileOf(looks, 0.5, [&](const BoneObservation& look) {
       return WeightedValue(
@@ -124,7 +125,7 @@ LengthFit FitMedianLength(const std::vector<BoneObservation>& looks,
   return fit;
 }
 
-// Of a bone beside which the noise is not small. A look's |d|^2 - tr N has the
+// For a bone not much longer than the noise. A look's |d|^2 - tr N has the
 // variance 4 L^2 v + 2 tr N^2 around L^2, with v along the bone.
 LengthFit FitSquaredLength(const std::vector<BoneObservation>& looks,
                            double scale) {
@@ -134,7 +135,7 @@ LengthFit FitSquaredLength(const std::vector<BoneObservation>& looks,
   for (const BoneObservation& look : looks) {
     values.emplace_back(Square(look.distance_m) - scale * look.noise_m2, 1.0);
   }
-  // From the median, which lies below the mean; a mean it has to be.
+  // Starts at the median, which lies below the required mean.
   double square_m2 = WeightedQuantile(values, 0.5);
   std::vector<double> variances_m4(looks.size());
   for (int round = 0; round < 5; ++round) {
@@ -169,8 +170,8 @@ LengthFit FitSquaredLength(const std::vector<BoneObservation>& looks,
   return fit;
 }
 
-// Whether the noise across the bone lengthens it by more than a twentieth: from
-// there on the second order is not enough.
+// Whether the noise across the bone lengthens it by more than a twentieth;
+// beyond that the second-order expansion is insufficient.
 bool IsNoisy(const std::vector<BoneObservation>& looks, double scale) {
   constexpr double kMost = 0.1;  // tr N / L^2
   const double noise = QuantileOf(looks, 0.5, [&](const BoneObservation& look) {
@@ -182,34 +183,34 @@ bool IsNoisy(const std::vector<BoneObservation>& looks, double scale) {
   return noise > kMost * (square - noise);
 }
 
-// Not known where every look is shorter than its noise. BoneSpreads says by
-// which model. There must be a look.
+// Undetermined where every look is shorter than its noise. BoneSpreads explains
+// the choice of model. `looks` must not be empty.
 LengthFit FitLength(const std::vector<BoneObservation>& looks) {
   const double scale = NoiseScale(looks);
   return IsNoisy(looks, scale) ? FitSquaredLength(looks, scale)
                                : FitMedianLength(looks, scale);
 }
 
-// People differ by a tenth, and detectors place joints elsewhere than
-// anatomists do.
+// People differ by a tenth, and detectors' joints differ from anatomical ones.
 constexpr double kPopulationShare = 0.15;
-// Left from right, of one person and one detector [m].
+// Difference of left and right, for one person and detector [m].
 constexpr double kAsymmetry = 0.01;
-// Looks without which a bone that no population knows is not known.
+// Looks required for a bone without a population length.
 constexpr int64_t kEnough = 25;
-// A length that varies by more than this share of itself says nothing that the
-// motion does not say better.
+// A length that varies by more than this share of itself adds nothing to the
+// motion model.
 constexpr double kGivesWay = 0.2;
 
 // Variance of the logarithm of a scale found from the upper quartile of N
 // values of chi-square with one degree of freedom, times N: p (1 - p) / (x
 // f(x))^2 with p = 0.75, x = 1.3233, f the density.
 constexpr double kQuartileVariance = 3.34;
-// Of a median of N Gaussian values, times N, over that of a mean.
+// Variance of a median of N Gaussian values, times N, relative to that of a
+// mean.
 constexpr double kMedianVariance = 1.571;
 
-// How many independent looks these are worth, for a mean and for a variance:
-// neighbours are alike.
+// Effective numbers of independent looks, for a mean and for a variance:
+// neighbouring looks are correlated.
 struct Worth {
   double of_mean = 1.0;
   double of_square = 1.0;
@@ -220,7 +221,7 @@ Worth WorthOf(const std::vector<double>& deviations) {
   double square = 0.0;
   double previous = 0.0;
   for (const double deviation : deviations) {
-    // Outliers would feign independence.
+    // Outliers would simulate independence.
     const double z = std::clamp(deviation, -3.0, 3.0);
     product += z * previous;
     square += z * z;
@@ -234,14 +235,14 @@ Worth WorthOf(const std::vector<double>& deviations) {
 }
 
 // Variance of the mean of errors whose correlation is exp(-|dt| / tau) over a
-// time T, over that of one of them; x = T / tau.
+// time T, relative to that of one of them; x = T / tau.
 double MeanOfLasting(double x) {
   constexpr double kShort = 1e-3;
   if (x < kShort) return 1.0;
   return 2.0 / x - 2.0 * (1.0 - std::exp(-x)) / (x * x);
 }
 
-// Of the first `end` bones that of the other side; -1: none.
+// Among the first `end` bones the one of the other side; -1: none.
 int MirrorOf(const Skeleton& skeleton, const std::vector<Bone>& bones,
              size_t bone_idx, size_t end) {
   const int a = skeleton.mirror(bones[bone_idx].a);
@@ -316,8 +317,8 @@ const BoneSpreads::Summary& BoneSpreads::SummaryOf(int bone_idx) const {
   return summary;
 }
 
-// Deviations show how long errors last up to a good part of the recording; what
-// stays for longer moves all looks alike.
+// Deviations reveal error correlations up to a good part of the recording;
+// longer ones affect all looks alike.
 double BoneSpreads::LengthVariance(const Summary& summary) const {
   if (!(lasting_.share > 0.0)) return summary.length_variance_m2;
   const double seen_s = static_cast<double>(summary.at_count) * frame_s_;
@@ -328,7 +329,7 @@ double BoneSpreads::LengthVariance(const Summary& summary) const {
 
 BoneSpreads::Pool BoneSpreads::PooledSpread() const {
   double weights = 0.0;
-  double squares = 0.0;  // of weights
+  double squares = 0.0;  // of the weights
   double sum = 0.0;
   std::vector<const Summary*> known;
   for (size_t i = 0; i < bones_.size(); ++i) {
@@ -411,7 +412,7 @@ std::optional<BoneEstimate> BoneSpreads::Estimate(int bone_idx) const {
   if (!(information > 0.0)) return std::nullopt;  // shorter than any noise
   estimate.length_m = sum / information;
   estimate.length_sigma_m = std::sqrt(1.0 / information);
-  // What was seen of neither side may vary as the population does.
+  // If neither side was seen, the length may vary as in the population.
   const Summary* seen = own.known ? &own : mirror;
   if (seen != nullptr) {
     SetSpread(*seen, &estimate);
@@ -483,8 +484,8 @@ std::vector<KnownBone> BoneLengths::Known() const {
 }
 
 std::optional<double> BoneLengths::Length(int bone_idx) const {
-  // Errors of a detector last about a fifth of a second: so many seconds make
-  // one independent look, good to 4 cm.
+  // Correlation time of a detector's errors, about a fifth of a second: this
+  // many seconds make one independent look, accurate to 4 cm.
   constexpr double kLook = 0.2;
   constexpr double kLookSigma = 0.04;     // m
   constexpr double kEnoughSeconds = 1.0;  // without a population's length

@@ -7,16 +7,16 @@
 namespace kinegraph {
 namespace {
 
-// Beyond two errors would fall with the fourth power of what detectors call
-// sure; none was seen to.
+// Beyond two, errors would fall with the fourth power of the detector's
+// confidence; no such detector was seen.
 constexpr std::array<double, 7> kPowers = {0.0, 0.25, 0.5, 0.75, 1.0, 1.5, 2.0};
 
-// [s], how long a detector's errors last, usually.
+// Usual correlation time of a detector's errors [s].
 constexpr double kMemory = 0.1;
 
 constexpr double kLogGreatest = 2.7725887222397811;  // ln 16
 
-// Greatest value of the parabola through the greatest entry and its neighbours.
+// Maximum of the parabola through the greatest entry and its neighbours.
 template <size_t N>
 double Greatest(const std::array<double, N>& values) {
   const auto at = static_cast<size_t>(
@@ -33,7 +33,7 @@ ConfidenceLearner::ConfidenceLearner(double believed_power,
                                      double frame_rate_hz)
     : believed_power_(believed_power),
       frame_s_(std::max(1.0 / frame_rate_hz, kMemory)),
-      // Share of the information of independent ones (InformationScale).
+      // Information relative to independent observations (InformationScale).
       weight_(std::tanh(0.5 * frame_s_ / kMemory)),
       powers_(kPowers.begin(), kPowers.end()) {
   const auto at =
@@ -45,7 +45,7 @@ ConfidenceLearner::ConfidenceLearner(double believed_power,
 }
 
 bool ConfidenceLearner::BeginFrame(TimeNs time) {
-  constexpr double kEarly = 0.5;  // of a millisecond: clocks are rounded
+  constexpr double kEarly = 0.5;  // tolerance in ms: clocks are rounded
   if (last_.has_value() &&
       ToSeconds(time - *last_) < frame_s_ - 1e-3 * kEarly) {
     return false;
@@ -56,7 +56,7 @@ bool ConfidenceLearner::BeginFrame(TimeNs time) {
 
 namespace {
 
-// A view of the joint that is added.
+// A view to be added to the joint.
 struct LinearView {
   Eigen::Matrix3d square;  // J' J, J by the position [sigmas/m]
   Eigen::Vector3d pull;    // J' r
@@ -66,8 +66,8 @@ struct LinearView {
 
 // With S the least sum of squares under the power's weights, d its degrees of
 // freedom and s the scale: -ln |sigmas| - ln |J' W J| / 2 - d ln s - (t + d) /
-// 2 ln(1 + S / (t s^2)), t the tails'. False where the views leave a direction
-// open.
+// 2 ln(1 + S / (t s^2)), with t the degrees of freedom of the tails. False
+// where the views leave a direction undetermined.
 template <size_t N>
 bool LogLikelihood(const std::vector<LinearView>& views, double added_power,
                    std::array<double, N>* log_likelihood) {
@@ -136,7 +136,7 @@ void ConfidenceLearner::Add(JointClass joint_class,
 }
 
 ConfidenceWeighting ConfidenceLearner::Fit() const {
-  // Between detectors the power varies by about so much.
+  // Standard deviation of the power between detectors.
   constexpr double kSpread = 0.5;
   ConfidenceWeighting best;
   best.mean_log = mean_log_;
@@ -161,7 +161,7 @@ namespace {
 constexpr double kLastScale = 3.0;  // sigmas
 
 constexpr double kExactM = 1e-6;
-constexpr double kRoughM = 1e-3;  // of a stage that another one follows
+constexpr double kRoughM = 1e-3;  // for a stage followed by another
 
 RobustTriangulator Stage(LossKind loss, double scale, double last_step_m) {
   RobustTriangulationOptions options;
@@ -230,7 +230,7 @@ bool FrameTriangulator::Load(const JointChain& chain, size_t k) {
   anywhere.require_in_front = false;
   const TriangulationResult dlt = TriangulateDlt(ideal_, anywhere);
   if (!dlt.ok()) return false;
-  // A view behind which the point would stand says nothing of noise.
+  // A view with the point behind it carries no information on noise.
   for (size_t v = views_.size(); v-- > 0;) {
     if (views_[v].camera->Project(dlt.point_m).has_value()) continue;
     views_.erase(views_.begin() + v);

@@ -18,7 +18,7 @@ struct Spectrum {
         h(frame_s) {}
 
   double operator()(double w) const { return 1.0 - share + share * Lasting(w); }
-  // Of the lasting part alone, as if it were all.
+  // Spectrum of the lasting part alone, normalised.
   double Lasting(double w) const {
     const double angle = std::min(kPi, w * h);
     return (1.0 - phi * phi) / (1.0 + phi * phi - 2.0 * phi * std::cos(angle));
@@ -30,14 +30,14 @@ struct Spectrum {
   double h;
 };
 
-// (1 / (1 + u^4))^2: the share of the errors' power that the smoother passes
-// at u times its crossover.
+// (1 / (1 + u^4))^2: share of the errors' power that the smoother passes at u
+// times its crossover.
 double Passed(double u) {
   const double gain = 1.0 / (1.0 + u * u * u * u);
   return gain * gain;
 }
 
-// Where the integrals over u end.
+// Upper end of the integrals over u.
 constexpr double kEnd = 4.0;
 
 // Knots of CovarianceFactorTable: from 1e-7 to 1e14 in process noise over
@@ -64,10 +64,10 @@ struct WhitePowers {
   double lag = Integral([](double u) { return u * u * u * u * Passed(u); });
 };
 
-// Integral over u of what is passed of the lasting errors' power. It has its
-// peak below 1 / time_s, which may lie far below the crossover, so over t with
-// w time_s = tan t, at midpoints: right to 1e-6 where the crossover is below 3
-// / time_s, to 1 % at 50.
+// Integral over u of the lasting errors' power that is passed. It peaks below 1
+// / time_s, which may be far below the crossover, so it is integrated over t
+// with w time_s = tan t, at midpoints: accurate to 1e-6 where the crossover is
+// below 3 / time_s, to 1 % at 50.
 double LastingPower(const Spectrum& spectrum, double crossover) {
   constexpr int kSteps = 16;
   const double end = std::atan(kEnd * crossover * spectrum.time_s);
@@ -137,7 +137,7 @@ Leftover LeftOver(const ErrorCorrelation& correlation, double frame_s,
     const double power = u * u * u * u;
     return Passed(u) * Passed(u) * power * power * spectrum(u * at.frequency);
   });
-  // Of the whole band, since most of it lies above the crossover.
+  // Over the whole band, because most of it lies above the crossover.
   constexpr int kBandSteps = 96;
   double first = 0.0;
   for (int i = 0; i < kBandSteps; ++i) {
@@ -147,7 +147,7 @@ Leftover LeftOver(const ErrorCorrelation& correlation, double frame_s,
         Passed(w / at.frequency) * power * power * spectrum(w) / kBandSteps;
   }
   static const WhitePowers white;
-  const double values = frame_s * at.frequency / kPi;  // an axis and frame
+  const double values = frame_s * at.frequency / kPi;  // per axis and frame
   return {at.divisor,
           3.0 * std::min(1.0, values),
           variance_m2 * values * noise,
@@ -197,7 +197,7 @@ double CovarianceFactorTable::At(double process_noise, double variance_m2) {
     const Knot& from = KnotAt(i);
     const Knot& to = KnotAt(i + 1);
     const Knot& after = KnotAt(i + 2);
-    if (before.divided == after.divided) {  // Lagrange's polynomial
+    if (before.divided == after.divided) {  // Lagrange polynomial
       return before.factor * (-t * (t - 1.0) * (t - 2.0) / 6.0) +
              from.factor * ((t + 1.0) * (t - 1.0) * (t - 2.0) / 2.0) +
              to.factor * (-(t + 1.0) * t * (t - 2.0) / 2.0) +
@@ -221,8 +221,8 @@ namespace {
 using Eigen::Matrix2d;
 using Eigen::Vector3d;
 
-// Kalman's filter and the smoother of Rauch, Tung and Striebel for positions
-// that white noise on acceleration drives. The axes share their variances.
+// Kalman filter and Rauch-Tung-Striebel smoother for positions driven by white
+// noise on acceleration. The axes share their variances.
 class MotionSmoother {
  public:
   explicit MotionSmoother(const std::vector<LagSample>& samples)
@@ -250,7 +250,7 @@ class MotionSmoother {
     }
   }
 
-  // In place. NaN: none.
+  // In place. NaN: no value.
   void Smooth(std::vector<Vector3d>* values) const {
     using Motion = Eigen::Matrix<double, 2, 3>;  // position, velocity
     std::vector<Motion> predicted, filtered;
@@ -294,7 +294,7 @@ void LagLearner::Add(const std::vector<LagSample>& samples) {
   }
   const std::vector<Vector3d> first = left;
   smoother.Smooth(&left);
-  // What is expected holds away from the ends.
+  // The expected values hold away from the ends.
   constexpr double kEndsS = 0.2;
   for (size_t k = 0; k < left.size(); ++k) {
     const LagSample& sample = samples[k];
@@ -315,14 +315,15 @@ void LagLearner::Add(const std::vector<LagSample>& samples) {
 }
 
 LagLearner::Ratios LagLearner::Fit() const {
-  // As if so many values had been as expected before.
+  // Prior: as if this many values had been as expected.
   constexpr double kPrior = 30.0;
-  // Above one it is outliers, or errors that last otherwise than was learnt,
-  // which tell nothing below the crossover.
+  // Above one it is due to outliers, or to a different correlation of the
+  // errors, which says nothing about frequencies below the crossover.
   constexpr double kLeastNoise = 0.5;
   constexpr double kMostNoise = 1.0;
   constexpr double kMostLag = 4.0;
-  // Of the squared norm of three normal values. Outliers do not move a median.
+  // Of the squared norm of three normal values. Medians are insensitive to
+  // outliers.
   constexpr double kMedian = 2.366;
   if (first_.empty()) return {};
   const double first =

@@ -1,4 +1,5 @@
-// What a recording told of the detector's noise and of the motion.
+// The detector's noise and the motion's process noise, as learnt from a
+// recording.
 #ifndef KINEGRAPH_SOLVERS_NOISE_LEARNT_NOISE_H_
 #define KINEGRAPH_SOLVERS_NOISE_LEARNT_NOISE_H_
 
@@ -10,8 +11,8 @@
 
 namespace kinegraph {
 
-// Correlation of a detector's errors over time: share * exp(-|dt| / time_s)
-// for dt > 0; the rest of the variance is white.
+// Correlation of a detector's errors over time: share * exp(-|dt| / time_s) for
+// dt > 0; the rest of the variance is white.
 struct ErrorCorrelation {
   double share = 0.0;  // 0 .. 1
   double time_s = 0.1;
@@ -20,10 +21,10 @@ struct ErrorCorrelation {
 // What was learnt, in physical units.
 struct LearntNoise {
   struct OfClass {
-    // Joints of single frames whose residuals told the detector's error; 0:
-    // nothing was learnt of this class.
+    // Joints of single frames used to learn the detector's error; 0: nothing
+    // was learnt for this class.
     int64_t joints_seen = 0;
-    // Error of a confidence of 1 at 4 m with a focal length of 1000 px [px].
+    // Error at a confidence of 1, at 4 m with a focal length of 1000 px [px].
     double sigma_px = 0.0;
     // Power of the white noise on acceleration [m^2/s^3]: the recording's
     // level.
@@ -45,8 +46,8 @@ std::string ToString(const LearntNoise& learnt);
 
 // {"error_time_s", "error_share", "confidence_power", "classes": {"wrist":
 // {"joints_seen", "sigma_px", "process_noise", "least_process_noise",
-// "greatest_process_noise"}, ...}}: classes of which something was seen, units
-// as in LearntNoise.
+// "greatest_process_noise"}, ...}}: the classes with observations, units as in
+// LearntNoise.
 std::string ToJson(const LearntNoise& learnt);
 
 }  // namespace kinegraph

@@ -10,8 +10,8 @@ namespace {
 
 constexpr double kLeastLevel = 1.0 / 40.0;
 constexpr double kGreatestLevel = 1000.0;
-// The part of a point's error that never lasts: of its variance, and a tenth of
-// a millimetre, which keeps it above zero.
+// The white part of a point's error: a share of its variance, plus a tenth of a
+// millimetre, which keeps it positive.
 constexpr double kFreshShare = 0.02;
 constexpr double kLeastVarianceM2 = 1e-8;
 
@@ -19,9 +19,9 @@ double LogLevelStep() {
   return std::log(kGreatestLevel / kLeastLevel) / (kLevelCount - 1);
 }
 
-// Whether a correction would lose what stands in the last two of the 16 digits
-// of a variance: what is predicted is so vague, as after a pause of hours, that
-// nothing is known.
+// Whether a correction would lose all but the last two of the 16 digits of a
+// variance: the prediction is so uncertain, as after a pause of hours, that it
+// carries no information.
 bool LosesDigits(double predicted_m2, double variance_m2) {
   return predicted_m2 > 1e14 * (kFreshShare * variance_m2 + kLeastVarianceM2);
 }
@@ -102,7 +102,7 @@ void FilterBank::Add(TimeNs time, const std::optional<FramePoint>& point,
   }
   if (!point.has_value()) return;
   for (int i = 0; i < 3; ++i) {
-    // The last level is driven most.
+    // The last level has the most process noise.
     if (LosesDigits(filters_.back()[i].pp, point->covariance_m2(i, i))) {
       Start(*point);
     }
@@ -195,7 +195,7 @@ LevelChain::LevelChain(double recording_level) {
   }
   stationary_ /= stationary_.sum();
   // Diffusion of the Ornstein-Uhlenbeck process, in steps: detailed balance
-  // makes its stationary distribution that of the jumps.
+  // gives the jump process its stationary distribution.
   const double rate_hz =
       kSpread * kSpread / kTime_s / (LogLevelStep() * LogLevelStep());
   rates_.setZero();
@@ -217,7 +217,7 @@ const LevelChain::Matrix& LevelChain::Transition(TimeNs dt) {
   if (known != known_.end() && known->first <= dt + kRounding) {
     return known->second;
   }
-  constexpr size_t kMany = 64;  // a clock that jitters by more
+  constexpr size_t kMany = 64;  // for a clock with more jitter
   if (known_.size() >= kMany) known_.clear();
   return known_.emplace(dt, Exponential(ToSeconds(dt))).first->second;
 }
@@ -231,7 +231,7 @@ LevelChain::Matrix LevelChain::Exponential(double dt_s) const {
     scaled *= 0.5;
     ++squarings;
   }
-  // Eigen's blocked product costs three times as much at this size.
+  // Eigen's blocked product is three times slower at this size.
   Matrix result = Matrix::Identity();
   Matrix term = Matrix::Identity();
   Matrix product;

@@ -1,6 +1,6 @@
-// How strongly joints are driven: which of them alike, by the evidence of
-// Kalman filters that assume different levels of process noise, for the
-// recording and from frame to frame.
+// How strongly joints are driven, which of them alike, for the recording and
+// from frame to frame, from the evidence of Kalman filters with different
+// levels of process noise.
 #ifndef KINEGRAPH_SOLVERS_NOISE_MOTION_LEVEL_H_
 #define KINEGRAPH_SOLVERS_NOISE_MOTION_LEVEL_H_
 
@@ -28,7 +28,7 @@ double UsualProcessNoise(JointClass joint_class);
 // ln of level `level` over the usual power: even steps from 1/40 to 1000.
 double LogLevel(int level);
 
-// Filters of one joint, one a level and axis.
+// Filters of one joint, one per level and axis.
 //
 // State x = (p, v, n): position, velocity, and the lasting part of the point's
 // error in units of its standard deviation. Over a time dt, with white noise of
@@ -38,26 +38,26 @@ double LogLevel(int level);
 //       [0  0 phi]        [    0           0      1 - phi^2 ]
 // (Bar-Shalom, Li and Kirubarajan, Estimation with Applications to Tracking and
 // Navigation, 2001, sec. 6.2.2; the third row keeps n at unit variance). A
-// point of variance R of which the share a lasts is
+// point of variance R with a lasting share a is
 //   z = p + g n + e,   g = sqrt(a R),   var e = (1 - a) R,
-// so that with H = (1, 0, g) the innovation z - H x has the variance
+// so with H = (1, 0, g) the innovation z - H x has the variance
 //   S = H P H' + (1 - a) R.
 // The likelihood of a level is the product of its innovations' densities: each
 // frame and axis adds -(ln S + (z - H x)^2 / S) / 2 to the level's log-evidence
 // (Schweppe, IEEE Trans. Information Theory 1965).
 class FilterBank {
  public:
-  // `usual` as UsualProcessNoise gives it.
+  // `usual` as returned by UsualProcessNoise.
   explicit FilterBank(double usual) : usual_(usual) {}
 
-  // The next frame: adds the log-evidence of each level to `evidence`. Nothing
-  // is added without a point. A robust likelihood: an innovation farther out
-  // than 3 (mean over axes of e^2 / S) counts less, and moves the filter less.
+  // The next frame: adds the log-evidence of each level to `evidence`; nothing
+  // without a point. A robust likelihood: innovations beyond 3 (mean over axes
+  // of e^2 / S) have a reduced weight, and affect the filter less.
   void Add(TimeNs time, const std::optional<FramePoint>& point,
            const ErrorCorrelation& correlation, Levels* evidence);
 
  private:
-  // Before the filter takes it in.
+  // Before the filter's correction.
   struct Innovation {
     double gain;    // of the lasting error [m]
     double error;   // [m]
@@ -69,8 +69,8 @@ class FilterBank {
     double p = 0.0, v = 0.0, n = 0.0;
     double pp = 1.0, pv = 0.0, vv = 9.0, pn = 0.0, vn = 0.0, nn = 1.0;
 
-    // `phi`: what is left of the lasting error; `q`: power of the white noise
-    // on acceleration [m^2/s^3].
+    // `phi`: remaining share of the lasting error; `q`: power of the white
+    // noise on acceleration [m^2/s^3].
     void Predict(double dt_s, double phi, double q);
     Innovation Innovate(double position_m, double variance_m2,
                         double lasting_share) const;
@@ -78,7 +78,7 @@ class FilterBank {
     void Correct(const Innovation& innovation, double wider);
   };
 
-  // The filters begin where the point is.
+  // Starts the filters at the point.
   void Start(const FramePoint& point);
 
   double usual_;
@@ -87,9 +87,9 @@ class FilterBank {
 };
 
 // Head, trunk, shoulders and hips move with the body: the joints of such a
-// class are one group. Limbs do not: who walks swings one leg while the other
-// stands, and who throws moves one arm. There the joints of a class that are on
-// one side of the body are a group.
+// class are one group. Limbs do not: in walking one leg swings while the other
+// stands, and in throwing one arm moves. There the joints of a class on one
+// side of the body are a group.
 class MotionGroups {
  public:
   explicit MotionGroups(const Skeleton& skeleton);
@@ -106,26 +106,28 @@ class MotionGroups {
 };
 
 // ln of the level, over the usual power, that maximises the evidence of all
-// frames together with a prior: standard deviation 1 around the usual power.
-// Between levels by a parabola; a tenth of the usual power at least.
+// frames together with a prior of standard deviation 1 around the usual power.
+// Interpolated between levels by a parabola; at least a tenth of the usual
+// power.
 double RecordingLevel(const Levels& evidence);
 
 // A Markov chain over the levels in continuous time: jumps to neighbouring
-// levels whose rates make an Ornstein-Uhlenbeck process around the recording's
-// level (standard deviation 1, time constant 0.5 s), and now and then, five
-// seconds apart, to any level.
+// levels with the rates of an Ornstein-Uhlenbeck process around the recording's
+// level (standard deviation 1, time constant 0.5 s) and, every five seconds on
+// average, to any level.
 class LevelChain {
  public:
   using Vector = Eigen::Matrix<double, kLevelCount, 1>;
   using Matrix = Eigen::Matrix<double, kLevelCount, kLevelCount>;
 
-  // `recording_level` as RecordingLevel gives it.
+  // `recording_level` as returned by RecordingLevel.
   explicit LevelChain(double recording_level);
 
-  // What is believed before anything is seen.
+  // The belief before any observation.
   const Vector& stationary() const { return stationary_; }
-  // Column i: where level i leads after `dt`. Valid until the next call; clocks
-  // jitter by nanoseconds, and such steps are one.
+  // Column i: distribution after `dt` from level i. Valid until the next call;
+  // steps that differ by a few nanoseconds, as clocks jitter, are treated as
+  // equal.
   const Matrix& Transition(TimeNs dt);
 
  private:
@@ -136,7 +138,7 @@ class LevelChain {
   std::map<TimeNs, Matrix> known_;  // by dt
 };
 
-// How well each level explains a frame, the best one 1.
+// How well each level explains a frame, relative to the best one.
 LevelChain::Vector Likelihood(const Levels& evidence);
 
 // Beliefs from one frame to the next, and back: the forward-backward algorithm
@@ -145,8 +147,8 @@ LevelChain::Vector Believe(const LevelChain::Vector& predicted,
                            const LevelChain::Vector& likelihood);
 
 // Mean of ln level under the beliefs of each frame, given the likelihoods of
-// all of them, `seen`. `first` is what is believed of the first frame before it
-// is seen.
+// all of them, `seen`. `first` is the belief for the first frame before its
+// observation.
 std::vector<double> SmoothLevels(const LevelChain::Vector& first,
                                  const std::vector<TimeNs>& times,
                                  const std::vector<LevelChain::Vector>& seen,

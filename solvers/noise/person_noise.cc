@@ -8,7 +8,7 @@
 namespace kinegraph {
 namespace {
 
-// Of a point before any was located: a centimetre.
+// For a point before any was located: a centimetre.
 constexpr double kUnknownVariance_m2 = 1e-4;
 
 }  // namespace
@@ -75,7 +75,7 @@ void PersonNoise::LearnRecordingsPixels(const PersonProblem& recording) {
   triangulator_.set_weighting(confidences_.Fit());
   knows_confidences_ = true;
   if (triangulator_.weighting().added_power == 0.0) return;
-  // Other points, and with them another size of the errors.
+  // Different points have errors of a different size.
   scales_ = NoiseScales();
   starts_.clear();
   learn();
@@ -107,7 +107,7 @@ std::vector<LevelChain::Vector> PersonNoise::Count(
   return likelihoods;
 }
 
-// Keeps the frame.
+// Also keeps the frame.
 void PersonNoise::Locate(const PersonProblem& problem, size_t k, size_t place) {
   Frame& frame = frames_.emplace_back();
   std::vector<Levels> evidence(static_cast<size_t>(groups_.size()));
@@ -136,9 +136,9 @@ void PersonNoise::Locate(const PersonProblem& problem, size_t k, size_t place) {
   likelihoods_.push_back(Count(evidence));
 }
 
-// The evidence once more from the end on, and the mean of both: a filter tells
-// that a joint is driven some frames after it is, and levels that come late
-// make the smoother lag.
+// Adds the evidence backwards in time and takes the mean of both: a filter
+// detects that a joint is driven some frames late, and late levels make the
+// smoother lag.
 void PersonNoise::LookBack() {
   std::vector<FilterBank> banks;
   banks.reserve(static_cast<size_t>(joint_count()));
@@ -193,7 +193,7 @@ void PersonNoise::AddFrame(const PersonProblem& problem, size_t k,
   if (fits) {
     RefreshScales();
     // Pairs of frames a quarter of a second apart: at a thousand frames a
-    // second some of them tell as much as all.
+    // second a subset has nearly all the information.
     LearnCorrelation(problem, k, 0);
   }
   Locate(problem, k, 0);
@@ -237,14 +237,15 @@ std::vector<double> PersonNoise::LevelsOf(int group) {
                       &chains_[static_cast<int>(groups_.joint_class(group))]);
 }
 
-// Heavy noise hides slow motion: a head that bobs in walking looks at rest, and
-// the evidence, of a model to which bobbing is foreign, says so too surely. A
-// person's joints move together, though, and limbs cannot hide. So below a
-// crossover at which the noise may hide motion a joint is as lively as the
-// person's joints are on average, each against its usual.
+// Large noise hides slow motion: a head that bobs in walking appears at rest,
+// and the evidence, from a model without bobbing, is overconfident about it.
+// But a person's joints move together, and limbs cannot hide. So below a
+// crossover at which the noise may hide motion, a joint is assumed to be as
+// active as the person's joints are on average, each relative to its usual
+// level.
 double PersonNoise::ProcessNoiseOf(int joint_idx, size_t k, double level,
                                    double activity) const {
-  // Below it lies nearly all of what trunk and head do in gait, whose
+  // In gait, trunk and head have nearly all their motion below it; such
   // recordings are filtered at 3 to 6 Hz.
   constexpr double kHides_hz = 2.5;
   const double usual =
@@ -329,7 +330,7 @@ void PersonNoise::Adopt(const AppliedNoise& noise,
   for (size_t k = 0; k < frame_of.size(); ++k) {
     frames_.push_back(noise.frames[frame_of[k]]);
     frames_.back().time = times[k];
-    frames_.back().divisors.clear();  // what is found again is the same
+    frames_.back().divisors.clear();  // recomputed identically
   }
 }
 
@@ -376,7 +377,7 @@ void PersonNoise::ApplyProcessNoise(PersonProblem* problem) {
   if (keeps_points_ && options_.pixel_noise_from == NoiseFrom::kRecording) {
     FindLag();
   }
-  if (keeps_points_) {  // they and what they told have served
+  if (keeps_points_) {  // no longer needed, nor what was derived from them
     points_ = decltype(points_)();
     likelihoods_ = decltype(likelihoods_)();
     keeps_points_ = false;
@@ -385,7 +386,7 @@ void PersonNoise::ApplyProcessNoise(PersonProblem* problem) {
   for (int j = 0; j < joint_count(); ++j) {
     const int c = ClassOf(j);
     for (size_t k = 1; k < frames_.size(); ++k) {
-      // Of an interval: that of the livelier of its ends.
+      // For an interval: the greater of its ends.
       const double q = std::max(frames_[k - 1].process_noise[j],
                                 frames_[k].process_noise[j]);
       problem->joints[j].process_noise[k - 1] = q;

@@ -1,5 +1,5 @@
-// What a recording tells of its own noise: the detector's and the motion's, of
-// one person.
+// The noise of one person in a recording: that of the detector and that of the
+// motion.
 #ifndef KINEGRAPH_SOLVERS_NOISE_PERSON_NOISE_H_
 #define KINEGRAPH_SOLVERS_NOISE_PERSON_NOISE_H_
 
@@ -19,13 +19,14 @@
 
 namespace kinegraph {
 
-// What a whole recording's noise is, once it is learnt.
+// The noise of a whole recording after learning.
 struct AppliedNoise {
   struct Frame {
     TimeNs time = 0;
-    std::vector<double> variance_m2;  // by joint: of the located point, an axis
+    // By joint: of the located point, per axis.
+    std::vector<double> variance_m2;
     std::vector<double> process_noise;  // by joint [m^2/s^3]
-    // By joint, as far as they were found (InformationDivisor).
+    // By joint, as far as computed (InformationDivisor).
     std::vector<double> divisors;
   };
   struct ByClass {
@@ -40,43 +41,43 @@ struct AppliedNoise {
   ConfidenceWeighting weighting;
 };
 
-// The batch gives it the whole recording at once, the window frame by frame.
+// The batch passes the whole recording at once, the window frame by frame.
 class PersonNoise {
  public:
   // `scene` and `options` must outlive it.
   PersonNoise(const SceneModel& scene, const GraphOptions& options);
 
-  // Everything from a whole recording.
+  // Learns everything from a whole recording.
   void LearnRecording(const PersonProblem& recording);
 
-  // From what was seen so far: the problem's frame `k`, which follows those
-  // that are kept; and how to forget the oldest of those. What the detector's
-  // errors are is fitted in frames before Apply, and in those alone.
+  // Learns from the frames so far: adds the problem's frame `k`, which follows
+  // the kept ones, or forgets the oldest of these. The detector's errors are
+  // only fitted in frames before Apply.
   enum class Refit { kNow, kLater };
   void AddFrame(const PersonProblem& problem, size_t k, Refit refit);
   void DropFirstFrame();
 
   // Writes process noise, sigmas and information of all frames of `problem`,
-  // which are those kept here. To a whole recording once: then nothing more is
-  // learnt.
+  // which must be the kept ones. For a whole recording call it once; nothing is
+  // learnt afterwards.
   void Apply(PersonProblem* problem);
-  // What was applied to a whole recording; nothing is left here.
+  // What was applied to a whole recording; moves it out.
   AppliedNoise ExtractApplied();
-  // In place of learning: `noise` of the same person, whose frame frame_of[k]
-  // is the one that stands at times[k].
+  // Instead of learning: takes `noise` of the same person, whose frame
+  // frame_of[k] is at times[k].
   void Adopt(const AppliedNoise& noise, const std::vector<size_t>& frame_of,
              const std::vector<TimeNs>& times);
-  // Motion in frames begin .. end - 1 anew, from frames from .. to - 1 around
-  // them; the rest of what was taken over stays.
+  // Learns the motion in frames begin .. end - 1 again, from frames from .. to
+  // - 1 around them; everything else adopted is unchanged.
   void LearnMotionAgain(const PersonProblem& recording, size_t from, size_t to,
                         size_t begin, size_t end);
 
-  // On the covariance of that joint, in a frame that Apply has seen. Where the
-  // joint is not `observed` both ratios are 1.
+  // Factor on the covariance of that joint, in a frame known to Apply. If the
+  // joint is not `observed`, both ratios are 1.
   double CovarianceFactorOf(int joint_idx, size_t k, bool observed);
 
   LearntNoise Learnt() const;
-  // How long the detector's errors last.
+  // Correlation of the detector's errors.
   const ErrorCorrelation& correlation() const { return correlation_; }
 
  private:
@@ -86,7 +87,7 @@ class PersonNoise {
   int ClassOf(int joint_idx) const {
     return static_cast<int>(scene_.skeleton.joint_class(joint_idx));
   }
-  // `place` is the frame's among those that are learnt from.
+  // `place` is the frame's index among those used for learning.
   bool Load(const PersonProblem& problem, size_t k, int joint_idx,
             size_t place);
   void LearnPixels(const PersonProblem& problem, size_t k);
@@ -95,12 +96,11 @@ class PersonNoise {
   void LookBack();
   void RefreshScales();
   void Locate(const PersonProblem& problem, size_t k, size_t place);
-  // Counts a frame's evidence of the levels, by group; returns their
-  // likelihoods.
+  // Adds a frame's evidence on the levels, by group; returns their likelihoods.
   std::vector<LevelChain::Vector> Count(const std::vector<Levels>& evidence);
   double FrameSeconds(size_t k) const;
   std::vector<double> LevelsOf(int group);
-  // `belief_` of that group, carried on to `time`.
+  // `belief_` of that group, propagated to `time`.
   LevelChain::Vector Foresee(int group, TimeNs time);
   double ProcessNoiseOf(int joint_idx, size_t k, double level,
                         double activity) const;
@@ -113,11 +113,11 @@ class PersonNoise {
   const SceneModel& scene_;
   const GraphOptions& options_;
   FrameTriangulator triangulator_;
-  // While frames are learnt from, which looks at each several times: of those
-  // frames, [frame][joint] in a row. Else empty.
+  // During learning, which visits each frame several times: of those frames,
+  // [frame][joint] in a row. Otherwise empty.
   std::vector<FrameTriangulator::Start> starts_;
   ConfidenceLearner confidences_;
-  bool knows_confidences_ = false;  // all that there is to know
+  bool knows_confidences_ = false;  // learning of confidences is complete
   NoiseScales scales_;
   CorrelationLearner correlations_;
   const MotionGroups groups_;
@@ -126,19 +126,19 @@ class PersonNoise {
       covariance_factors_;                // of a whole recording
   std::vector<FilterBank> banks_;         // by joint
   std::vector<double> last_variance_m2_;  // by joint
-  bool taken_over_ = false;  // nothing is found anew when it is applied
+  bool taken_over_ = false;  // adopted: nothing is recomputed on Apply
   AppliedNoise::ByClass by_class_;
   std::vector<Frame> frames_;
   // Of a whole recording, until its lag is known: located points and the
   // variances of their axes, [frame][joint] in a row; NaN: none.
   bool keeps_points_ = false;
   std::vector<Eigen::Matrix<float, 3, 2>> points_;
-  // Of the levels in the same frames, by group; where no joint of it was
-  // located all one.
+  // Of the levels in the same frames, by group; all one where none of its
+  // joints was located.
   std::vector<std::vector<LevelChain::Vector>> likelihoods_;
   std::array<Levels, kJointClassCount> evidence_{};  // of all frames ever
   std::array<bool, kJointClassCount> present_{};     // in the skeleton
-  // By group, of the frame before the first kept one; empty: the stationary
+  // By group, for the frame before the first kept one; empty: the stationary
   // belief.
   std::vector<LevelChain::Vector> belief_;
   TimeNs belief_time_ = 0;

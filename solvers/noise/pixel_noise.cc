@@ -10,7 +10,7 @@ namespace kinegraph {
 namespace {
 
 // The regularised incomplete gamma function P(a, x) by its series (Abramowitz
-// and Stegun 6.5.29). It converges for every x; the quantiles asked for are
+// and Stegun 6.5.29). It converges for every x; the requested quantiles are
 // near a.
 double GammaShare(double a, double x) {
   if (x <= 0.0) return 0.0;
@@ -30,7 +30,7 @@ double ChiSquareQuantile(double share, double degrees_of_freedom) {
   double low = 0.0;
   double high = a + 1.0;
   while (GammaShare(a, high) < share) high *= 2.0;
-  // Sixty halvings: the width of a double's digits.
+  // Sixty halvings: the precision of a double.
   for (int i = 0; i < 60; ++i) {
     const double middle = 0.5 * (low + high);
     (GammaShare(a, middle) < share ? low : high) = middle;
@@ -42,8 +42,8 @@ namespace {
 
 constexpr double kLowShare = 0.3;
 
-// Quantiles of what least squares leave of a point, by number of views from two
-// on.
+// Quantiles of the residuals of least squares at a point, by number of views
+// from two on.
 class QuantileTable {
  public:
   explicit QuantileTable(double share) {
@@ -56,7 +56,7 @@ class QuantileTable {
   }
 
  private:
-  static constexpr int kMostViews = 64;  // more count as the last
+  static constexpr int kMostViews = 64;  // larger numbers use the last entry
   std::array<double, kMostViews + 1> quantiles_{};
 };
 
@@ -88,8 +88,9 @@ double NoiseScales::LowQuantile(const Counts& counts) {
 }
 
 double NoiseScales::Scale(JointClass joint_class) const {
-  // As if so many joints with the modelled sigma had been seen by four views
-  // before, and so many of each class with the person's. Fewer views tell less.
+  // Prior: as if this many joints with the modelled sigma had been seen by four
+  // views, and as many of each class with the person's own scale. Fewer views
+  // weigh less.
   constexpr double kPrior = 20.0;
   constexpr double kClassPrior = 40.0;
   if (all_.joints == 0) return 1.0;
@@ -158,19 +159,20 @@ void CorrelationLearner::Add(int joint_idx, TimeNs time, double scale,
 }
 
 ErrorCorrelation CorrelationLearner::Fit() const {
-  // What detectors do (lag-one correlation 0.6 to 0.8 at 25 Hz), worth this
-  // many squared sigmas at each lag.
+  // Typical of detectors (lag-one correlation 0.6 to 0.8 at 25 Hz), with the
+  // weight of this many squared sigmas at each lag.
   constexpr double kPrior = 60.0;
   constexpr double kPriorShare = 0.9;
   constexpr double kPriorTime_s = 0.1;
-  // Sixty steps to a second, and on to ten: what lasts longer stays.
+  // Sixty steps up to a second, and on to ten; longer correlations are constant
+  // offsets.
   constexpr double kShortest_s = 0.02;
   constexpr double kOneSecond = 1.0;
   constexpr int kSteps = 60;
   constexpr int kStepsToLongest = 95;
-  // Below it the noise counts as white. White errors average out over frames
-  // and lasting ones do not, so of twice the frames half the share says as
-  // much.
+  // Below it the noise is treated as white. White errors average out over
+  // frames and lasting ones do not, so at twice the frame rate half the share
+  // has the same effect.
   constexpr double kLeastShare = 0.15;
   constexpr double kItsRateHz = 30.0;
   const double least_share = kLeastShare * std::min(1.0, frame_s_ * kItsRateHz);
@@ -242,7 +244,7 @@ void CollectSquares(const JointChain& chain,
                .Evaluate(states, at.residual, at.by_states)) {
         continue;
       }
-      // A view that alone decides where the joint is tells nothing of noise.
+      // A view that alone determines the joint carries no information on noise.
       const double left =
           1.0 - 0.5 * ExplainedVariance(at.by_states[0], covariances[k]);
       if (left < 0.3) continue;
@@ -272,7 +274,7 @@ double EstimateNoiseScale(std::vector<double> squares) {
     if (count == 0.0) break;
     variance = sum / count / mean_within;
   }
-  // As if this many residuals of scale 1 had been seen before.
+  // Prior: as if this many residuals of scale 1 had been seen.
   constexpr double kPriorCount = 20.0;
   const double count = static_cast<double>(squares.size());
   variance = (count * variance + kPriorCount) / (count + kPriorCount);

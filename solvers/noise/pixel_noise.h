@@ -1,6 +1,6 @@
-// How far off a detector is in this recording, and for how long: from residuals
-// of joints that were triangulated frame by frame, so that motion has no part
-// in it; and one factor on all sigmas, from what estimates leave.
+// The size and duration of a detector's errors in this recording, from
+// residuals of joints triangulated frame by frame, independent of motion; and
+// one factor on all sigmas, from the residuals of estimates.
 #ifndef KINEGRAPH_SOLVERS_NOISE_PIXEL_NOISE_H_
 #define KINEGRAPH_SOLVERS_NOISE_PIXEL_NOISE_H_
 
@@ -21,11 +21,11 @@ namespace kinegraph {
 // lies with probability `share`, 0 < share < 1. Relative error below 1e-9.
 double ChiSquareQuantile(double share, double degrees_of_freedom);
 
-// What least squares leave of one joint in one frame.
+// The least-squares residuals of one joint in one frame.
 struct TriangulationResiduals {
   struct View {
     int view_idx = 0;
-    Eigen::Vector2d residual = Eigen::Vector2d::Zero();  // modelled sigmas
+    Eigen::Vector2d residual = Eigen::Vector2d::Zero();  // in modelled sigmas
   };
   std::vector<View> views;  // two or more
   // Sum of their squares: chi-square with as many degrees of freedom times the
@@ -37,10 +37,10 @@ struct TriangulationResiduals {
 };
 
 // Factor on the modelled sigma, by class of joint. A low quantile of the
-// squares tolerates outliers, which only make large ones larger: of n views
-// with 2 n - 3 degrees of freedom the 0.3 quantile is matched. Classes of which
-// little was seen are drawn to the person's own scale, and that to 1. Counts in
-// bins of 2 %, so memory does not grow and what came first may be told any
+// squares tolerates outliers, which only enlarge large ones: for n views with 2
+// n - 3 degrees of freedom the 0.3 quantile is matched. Classes with few
+// observations are shrunk towards the person's own scale, and that towards 1.
+// Uses bins of 2 %, so memory does not grow and the result is available at any
 // time.
 class NoiseScales {
  public:
@@ -50,7 +50,7 @@ class NoiseScales {
 
   // Factor on sigma, 1/16 .. 16.
   double Scale(JointClass joint_class) const;
-  // Joints of that class and frame that were counted.
+  // Number of joints of that class and frame.
   int64_t count(JointClass joint_class) const;
 
  private:
@@ -69,24 +69,24 @@ class NoiseScales {
   Counts all_;
 };
 
-// Learns it from pairs of residuals of one joint in one view, up to a quarter
-// of a second apart, of frames in which as many views saw the joint and none is
-// far off.
+// Learns the correlation from pairs of residuals of one joint in one view, up
+// to a quarter of a second apart, in frames in which as many views saw the
+// joint and none is an outlier.
 class CorrelationLearner {
  public:
   CorrelationLearner(int joint_count, int view_count, double frame_rate_hz);
 
-  // The next frame of a joint; `scale` is what its sigma must be multiplied
-  // by. Time has advanced since the joint's last frame.
+  // The next frame of a joint; `scale` is the factor on its sigma. Time must
+  // have advanced since the joint's last frame.
   void Add(int joint_idx, TimeNs time, double scale,
            const TriangulationResiduals& residuals);
 
-  // As if a few pairs with the usual correlation of detectors had been seen
-  // before.
+  // With a prior: as if a few pairs with the usual correlation of detectors had
+  // been seen.
   ErrorCorrelation Fit() const;
 
  private:
-  // Of pairs of residuals so many frames apart.
+  // Of pairs of residuals this many frames apart.
   struct Lag {
     double product = 0.0;
     double square = 0.0;
@@ -105,34 +105,34 @@ class CorrelationLearner {
 };
 
 // Squared whitened residuals |r|^2 of a chain's frames `begin` .. `end` - 1 at
-// its states, each divided by the share 1 - trace(J C J') / 2 that the
-// estimate's own error leaves of it (C: covariances of the states). Appended to
+// its states, each divided by the share 1 - trace(J C J') / 2 that remains
+// after the estimate's own error (C: covariances of the states). Appended to
 // `squares`.
 void CollectSquares(const JointChain& chain,
                     const std::vector<Matrix6d>& covariances, size_t begin,
                     size_t end, std::vector<double>* squares);
 
 // The scale at which `squares` are those of standard normal 2-vectors, outliers
-// aside: starts at the median and then takes the mean of those within three
-// sigmas. Drawn towards 1 while there are few, bounded to 1/4 .. 4.
+// excluded: starts at the median and then takes the mean of those within three
+// sigmas. Shrunk towards 1 for small numbers, bounded to 1/4 .. 4.
 double EstimateNoiseScale(std::vector<double> squares);
 
 // Multiplies all sigmas.
 void ScaleSigmas(double scale, PersonProblem* problem);
 
-// The scale as far as frames that left a window tell it. Keeps a bounded number
-// of the newest residuals.
+// The scale estimated from frames that left a window. Keeps a bounded number of
+// the newest residuals.
 class CausalNoiseScale {
  public:
   double scale() const { return scale_; }
 
-  // To be called each time frames become final. True the first time and every
-  // fifth after it: the residuals of these frames are then to be given to Add.
-  // Errors of neighbouring frames are alike, so that these tell nearly as much
-  // as all.
+  // Call each time frames become final. True the first time and every fifth
+  // after it: then pass the residuals of these frames to Add. Errors of
+  // neighbouring frames are correlated, so these have nearly all the
+  // information.
   bool AwaitTurn();
   // `squares` come from CollectSquares of a problem whose sigmas the caller had
-  // multiplied by `applied`; that factor is taken out again here.
+  // multiplied by `applied`; that factor is removed again here.
   void Add(const std::vector<double>& squares, double applied);
 
  private:

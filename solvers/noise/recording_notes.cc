@@ -34,7 +34,7 @@ void AddClass(const LearntNoise::OfClass& from, LearntNoise::OfClass* to) {
   to->joints_seen += from.joints_seen;
 }
 
-// What is wrong with it is a fault of ours.
+// A failure is a bug of this program.
 void RequireFinite(const LearntNoise& learnt) {
   const auto require = [](double value, const char* what) {
     if (std::isfinite(value) && value >= 0.0) return;
@@ -139,7 +139,7 @@ void RecordingNotes::Forget(const SolvedPerson* person) {
 
 std::shared_ptr<LearntNoise> RecordingNotes::NewPerson() {
   const std::lock_guard<std::mutex> lock(mutex_);
-  // Those who have died are one from now on, so that an endless take does not
+  // Merges people whose tracks have ended, so that an endless take does not
   // fill the memory.
   constexpr size_t kMany = 1024;
   if (people_.size() >= kMany) {

@@ -1,5 +1,5 @@
 // What the estimators of a run learn from the recording: shared between its
-// people, and kept for whoever asks afterwards.
+// people, and available afterwards.
 #ifndef KINEGRAPH_SOLVERS_NOISE_RECORDING_NOTES_H_
 #define KINEGRAPH_SOLVERS_NOISE_RECORDING_NOTES_H_
 
@@ -19,7 +19,7 @@
 
 namespace kinegraph {
 
-// A person as one pass over a recording solved it, kept for the next pass.
+// A person as solved by one pass over a recording, kept for the next pass.
 struct SolvedPerson {
   struct Joint {
     JointOutcome outcome;        // of all frames
@@ -32,34 +32,36 @@ struct SolvedPerson {
   std::vector<BoneConstraint> stated_bones;  // of its covariances
 };
 
-// People register as they are born, one after the other; the rest may come from
-// any thread.
+// People register in order of birth from one thread; the other functions may be
+// called from any thread.
 class RecordingNotes {
  public:
   explicit RecordingNotes(const GraphOptions& options);
 
-  // Another pass follows this one, which keeps what people's solutions are;
-  // what they leave tells the detector's bias, where the options ask for it.
+  // Announces another pass after this one. This pass then keeps people's
+  // solutions, whose residuals determine the detector's bias if the options
+  // request it.
   void ExpectAnotherPass();
   bool expects_another_pass() const { return expects_another_pass_; }
-  // The run begins anew with the same recording, without the bias that was
-  // told: forgets what was learnt else. Nobody may write meanwhile.
+  // Starts the run again with the same recording, without the given bias:
+  // discards everything else learnt. No other thread may write meanwhile.
   void BeginPass();
 
-  // The bias to take away; null: none.
+  // The bias to subtract; null: none.
   std::shared_ptr<const ViewBias> view_bias() const { return view_bias_; }
-  // Where a person leaves what its solution tells of it; null: nowhere.
+  // Where a person stores the residuals of its solution; null: nowhere.
   std::shared_ptr<BiasSeries> NewSeries(const BiasJoints& joints,
                                         int view_count);
-  // People of the pass before this one whose solutions still hold.
+  // People of the previous pass whose solutions are still valid.
   void Keep(std::shared_ptr<const SolvedPerson> person);
   std::vector<std::shared_ptr<const SolvedPerson>> SolvedPeople() const;
   void Forget(const SolvedPerson* person);
-  // Where a person leaves what was learnt of its noise.
+  // Where a person stores what was learnt of its noise.
   std::shared_ptr<LearntNoise> NewPerson();
 
-  // Of all people that left something: geometric means, weighed by the joints
-  // seen; least and greatest process noise of any. Nobody may write meanwhile.
+  // Over all people with results: geometric means, weighted by the joints seen;
+  // least and greatest process noise of any. No other thread may write
+  // meanwhile.
   LearntNoise Noise() const;
 
  private:
