@@ -1,6 +1,6 @@
-// What changes in the middle of a recording: pictures that a view lost or has
-// twice, from which on its clock is off by whole frames, and a camera that was
-// moved, whose view no longer agrees with the others as it did.
+// Changes in the middle of a recording: images that a view lost or duplicated,
+// after which its clock is off by whole frames, and a camera that was moved,
+// whose view then agrees less with the others.
 #include <fmt/format.h>
 
 #include <Eigen/Cholesky>
@@ -23,8 +23,8 @@ namespace {
 
 // ---- A step in a series ----
 
-// What a bin of time says of a level: its information and the gradient of half
-// the squared error at 0, so that the level is -gradient / information.
+// Information of a time bin on a level, and the gradient of half the squared
+// error at 0; the level is -gradient / information.
 struct LevelBin {
   double time_s = 0.0;
   double information = 0.0;
@@ -42,15 +42,15 @@ LevelBin SumOf(const LevelBins& bins, size_t begin, size_t end) {
 }
 
 struct Step {
-  size_t bin = 0;  // the first one behind it
+  size_t bin = 0;  // the first one after it
   double before = 0.0;
   double after = 0.0;
   double sigma = 0.0;  // of the difference
-  double gain = 0.0;   // of the squared error, against a straight line
+  double gain = 0.0;   // in squared error, over a straight line
   double size() const { return std::abs(after - before); }
 };
 
-// What a straight line gains of the squared error.
+// Reduction of the squared error by a straight line.
 double GainOfLine(const LevelBins& bins) {
   Eigen::Matrix2d H = Eigen::Matrix2d::Zero();
   Eigen::Vector2d g = Eigen::Vector2d::Zero();
@@ -69,8 +69,8 @@ Step StepAt(const LevelBins& bins, size_t at, double least_scatter) {
   step.bin = at;
   step.before = -before.gradient / before.information;
   step.after = -after.gradient / after.information;
-  // How much more the bins scatter about the two levels than their information
-  // says: a detector's errors last.
+  // By how much the scatter of the bins about the two levels exceeds their
+  // information: a detector's errors are correlated in time.
   double squares = 0.0;
   double count = 0.0;
   for (size_t b = 0; b < bins.size(); ++b) {
@@ -91,7 +91,7 @@ Step StepAt(const LevelBins& bins, size_t at, double least_scatter) {
   return step;
 }
 
-// All steps with three bins or more that hold something on either side.
+// All steps with at least three non-empty bins on either side.
 std::vector<Step> StepsOf(const LevelBins& bins, double least_scatter) {
   constexpr std::ptrdiff_t kFewestBins = 3;
   const auto is_full = [](const LevelBin& bin) {
@@ -108,20 +108,20 @@ std::vector<Step> StepsOf(const LevelBins& bins, double least_scatter) {
   return steps;
 }
 
-// ---- Pictures lost or repeated ----
+// ---- Images lost or duplicated ----
 
 struct ClockJump {
   size_t view = 0;
   double at_s = 0.0;  // since the middle of the recording
-  // Pictures that are missing before `at_s`; negative: that are too many.
+  // Number of images missing before `at_s`; negative: too many.
   int missing = 0;
   double jump_s = 0.0;   // as measured
   double sigma_s = 0.0;  // its standard deviation
 };
 
-// What bins of time say of each view's offset, the others taken as right. A bin
-// is as long as a fortieth of the recording, and at least half a second: a
-// walker's step.
+// Estimates of each view's offset by time bin, assuming that the other views
+// are right. A bin is a fortieth of the recording, but at least half a second:
+// a walker's step.
 std::vector<LevelBins> OffsetBins(const CameraRig& cameras,
                                   const SceneSegments& segments,
                                   const SegmentOptions& options) {
@@ -155,7 +155,7 @@ std::vector<LevelBins> OffsetBins(const CameraRig& cameras,
   return bins;
 }
 
-// The stretches with a view's clock moved behind the split.
+// The segments with a view's clock moved after the split.
 SceneSegments Moved(const SceneSegments& segments, const ClockJump& jump) {
   SceneSegments moved = segments;
   for (MotionSegment& segment : moved.segments) {
@@ -169,14 +169,14 @@ SceneSegments Moved(const SceneSegments& segments, const ClockJump& jump) {
   return moved;
 }
 
-// The clearest jump of one view's clock, or nullopt. For each view and short
-// bins of time the clock's offset is estimated (steps of Gauss and Newton on
-// the stretches, their states eliminated, the other views taken as right); a
-// jump is two levels that explain the bins better than offset and drift do,
-// nearly whole frames apart.
+// The clearest jump of one view's clock, or nullopt. For each view the clock's
+// offset is estimated in short time bins (Gauss-Newton steps on the segments
+// with their states eliminated, assuming that the other views are right). A
+// jump is two levels, nearly whole frames apart, that explain the bins better
+// than offset and drift do.
 std::optional<ClockJump> FindClockJump(const SetUp& set_up) {
-  // Six standard deviations, for some forty splits of a handful of views; a
-  // step that a drift explains nearly as well is none.
+  // Six standard deviations, for some forty splits of a handful of views. A
+  // step that a drift explains nearly as well is rejected.
   constexpr double kSigmas = 6.0;
   constexpr double kLeastGain = 25.0;
   const double frame_s = 1.0 / std::max(1.0, set_up.input.frame_rate_hz);
@@ -201,7 +201,7 @@ std::optional<ClockJump> FindClockJump(const SetUp& set_up) {
   if (best.bin == 0) return std::nullopt;
   jump.jump_s = best.after - best.before;
   jump.sigma_s = best.sigma;
-  // One step falls short: the states and the loss take their share.
+  // One step falls short: part of the error goes into the states and the loss.
   constexpr int kMostSteps = 6;
   for (int round = 0; round < kMostSteps; ++round) {
     const Step left =
@@ -214,8 +214,8 @@ std::optional<ClockJump> FindClockJump(const SetUp& set_up) {
   return jump;
 }
 
-// The detections with the jump taken back: the view's pictures from index
-// `from` on move by what is missing.
+// The detections without the jump: the view's images from index `from` on are
+// shifted by the missing ones.
 DetectionSequence WithoutJump(const DetectionSequence& detections,
                               const ClockJump& jump, int64_t from) {
   return FramesMoved(detections, [&](size_t view, int64_t k) -> int64_t {
@@ -224,7 +224,8 @@ DetectionSequence WithoutJump(const DetectionSequence& detections,
   });
 }
 
-// Index of the first frame after a time since the middle of the recording.
+// Index of the first frame after a time relative to the middle of the
+// recording.
 int64_t IndexAfter(const std::vector<DetectionFrame>& frames, double at_s) {
   const TimeNs middle =
       frames.front().time + (frames.back().time - frames.front().time) / 2;
@@ -259,9 +260,9 @@ Finding FindingOf(const ClockJump& jump, const std::string& camera,
 
 struct CameraBreak {
   size_t view = 0;
-  size_t from = 0;  // index of the first frame behind it
-  // Agreement with the other views (PairAgreement) on either side, less that of
-  // the other views among themselves.
+  size_t from = 0;  // index of the first frame after it
+  // Agreement with the other views (PairAgreement) on either side, minus that
+  // of the other views among themselves.
   double before = 0.0;
   double after = 0.0;
 
@@ -282,7 +283,7 @@ struct Sides {
   double level() const { return own.score() - others.score(); }
 };
 
-// [view][frame looked at]
+// [view][frame examined]
 std::vector<std::vector<Sides>> LookAtFrames(
     const CameraRig& cameras, const std::vector<ViewPeople>& ideal,
     const std::vector<int>& frames) {
@@ -300,8 +301,8 @@ std::vector<std::vector<Sides>> LookAtFrames(
   return all;
 }
 
-// A view's levels by bins of neighbouring frames; a bin's time is the first
-// frame that it looks at.
+// A view's levels by bins of neighbouring frames; a bin's time is its first
+// examined frame.
 LevelBins BinsOf(const std::vector<Sides>& frames, size_t count) {
   LevelBins bins;
   for (size_t b = 0; b < count; ++b) {
@@ -315,7 +316,7 @@ LevelBins BinsOf(const std::vector<Sides>& frames, size_t count) {
   return bins;
 }
 
-// The frame about a step of the bins where the two sides differ most.
+// The frame near a step of the bins where the two sides differ most.
 size_t FrameOf(const std::vector<Sides>& frames, const LevelBins& bins,
                const Step& step) {
   const size_t begin = static_cast<size_t>(bins[step.bin - 1].time_s);
@@ -324,8 +325,8 @@ size_t FrameOf(const std::vector<Sides>& frames, const LevelBins& bins,
                          : frames.size();
   const double middle = 0.5 * (step.before + step.after);
   const double sign = step.after < step.before ? 1.0 : -1.0;
-  // Frames before it should lie on the one side of the middle, those behind it
-  // on the other.
+  // Frames before it should be on one side of the mean, those after it on the
+  // other.
   double sum = 0.0;
   double most = 0.0;
   size_t best = begin;
@@ -340,12 +341,12 @@ size_t FrameOf(const std::vector<Sides>& frames, const LevelBins& bins,
 }
 
 // The clearest break, or nullopt: two levels of one view's agreement, frame by
-// frame. With fewer than three views nobody can say whose it is. A lost picture
-// looks alike.
+// frame. With fewer than three views it cannot be attributed to a view. A lost
+// image has the same effect.
 std::optional<CameraBreak> FindCameraBreak(
     const CameraRig& cameras, const std::vector<ViewPeople>& ideal,
     const DetectionSequence& detections) {
-  // People who come, go and hide each other move the level, too.
+  // People who arrive, leave or hide each other also change the level.
   constexpr double kLeastStep = 0.04;
   constexpr double kSigmas = 5.0;
   constexpr int kMostFrames = 400;
@@ -393,8 +394,8 @@ DetectionSequence SideOf(const DetectionSequence& detections, size_t from,
   return part;
 }
 
-// Whether a lag makes the worse side as good as the other one: pictures were
-// lost, which are looked for later.
+// Whether a lag makes the worse side as good as the other: then images were
+// lost, which is examined later.
 bool IsLag(const SetUp& set_up, const CameraBreak& found, int worse) {
   constexpr double kNearly = 0.05;  // of agreement
   const auto ideal_of = [&](int side) {
@@ -422,7 +423,7 @@ Diagnosis DiagnosePart(const SetUp& set_up, DetectionSequence part) {
   return Diagnose(input, options);
 }
 
-// What is said of one side, as a finding of the whole.
+// Turns a finding on one side into one on the whole recording.
 Finding OfSide(const SetUp& set_up, const CameraBreak& found, Finding finding) {
   const auto& frames = set_up.detections.frames;
   const int64_t from = frames[found.from].frame;
@@ -446,9 +447,9 @@ Finding OfSide(const SetUp& set_up, const CameraBreak& found, Finding finding) {
 
 }  // namespace
 
-// A jump counts where the matches then fit better, and where it is still there
-// once the cameras are turned as fits best: of people who turn round, a camera
-// that is turned looks late for a while.
+// A jump is accepted if the matches then fit better and it remains after
+// refining the orientation of the cameras: with people who turn round, a
+// wrongly oriented camera appears late for a while.
 std::optional<Answer> AskForJump(const SetUp& set_up) {
   if (!MoveEnough(set_up.segments)) return std::nullopt;
   const auto jump = FindClockJump(set_up);
@@ -470,8 +471,8 @@ std::optional<Answer> AskForJump(const SetUp& set_up) {
   const int64_t from = IndexAfter(frames, jump->at_s);
   const auto view = static_cast<int>(jump->view);
   const double before_px = set_up.Fit().MeanPx(view);
-  // Pictures are lost whole: as many as fit best next to the estimate, which
-  // goes too far, since velocities are estimated with it.
+  // Whole images are lost: the number near the estimate that fits best. The
+  // estimate tends to be too large, because velocities are estimated with it.
   const int fewer =
       static_cast<int>(std::floor(jump->jump_s * set_up.input.frame_rate_hz));
   Answer answer;
@@ -497,9 +498,9 @@ std::optional<Answer> AskForJump(const SetUp& set_up) {
   return answer;
 }
 
-// The two sides of a break are diagnosed apart: what is said of the view on the
-// worse one and not on the other is the break. The rest of the diagnosis is of
-// the better side.
+// The two sides of a break are diagnosed separately: what is found for the view
+// on the worse side only is the break. The rest of the diagnosis uses the
+// better side.
 std::optional<Answer> AskForBreak(const SetUp& set_up) {
   if (!set_up.input.match || !set_up.options.looks_for_break) {
     return std::nullopt;

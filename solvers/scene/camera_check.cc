@@ -20,17 +20,16 @@
 namespace kinegraph {
 namespace {
 
-// What is worth a warning. A detector's own bias, averaged over joints and
-// directions, stays within a centimetre or so in each of the views that
-// take part.
+// Thresholds of a warning. A detector's own bias, averaged over joints and
+// directions, stays within about a centimetre in each contributing view.
 constexpr double kLeastM = 0.03;
 constexpr int64_t kEnoughPeople = 15;
-constexpr size_t kEnoughInMotion = 60;  // stretches
+constexpr size_t kEnoughInMotion = 60;  // segments
 constexpr double kCertainSigmas = 4.0;
 constexpr double kOfTheLargest = 0.6;
 
-// Mean distance [px] of the joints that both have, by their confidences;
-// infinite with too few.
+// Confidence-weighted mean distance [px] of the joints that both have; infinite
+// if there are too few.
 double Distance(const std::vector<std::optional<Eigen::Vector2d>>& projected,
                 const Detection& detection) {
   constexpr int kMinPersonJoints = 6;
@@ -55,8 +54,8 @@ bool InImage(const Camera& camera, const Eigen::Vector2d& px) {
          px.y() <= camera.height_px();
 }
 
-// What the views alone put a stretch where they show it; nullopt where they are
-// fewer than two, or where all look from one side, so that depth is a guess.
+// Where the views alone place a segment; nullopt if fewer than two see it, or
+// if all look from one side, so that depth is uncertain.
 std::optional<SegmentState> StateBy(const CameraRig& cameras,
                                     const SceneSegments& segments,
                                     const MotionSegment& segment) {
@@ -78,18 +77,18 @@ std::optional<SegmentState> StateBy(const CameraRig& cameras,
   return state;
 }
 
-// What one view sees, less where the others put it, stretch by stretch.
+// What one view observes minus the prediction of the others, by segment.
 struct Residuals {
-  int64_t tried = 0;  // stretches that were to be placed
+  int64_t tried = 0;  // segments to be placed
   std::vector<double> x_px;
   std::vector<double> y_px;
-  double px_per_m = 0.0;  // sum
-  // Velocities in the image, and squared ones in the room [m^2/s^2].
+  double px_per_m = 0.0;  // summed
+  // Velocities in the image, and squared velocities in the world [m^2/s^2].
   std::vector<Eigen::Vector2d> px_per_s;
   std::vector<double> squared_mps;
 
-  // `state` by the others. The velocity is that of all views: the mean of the
-  // view's own errors over the stretch does not touch it.
+  // `state` from the other views. The velocity is that of all views: it does
+  // not depend on the view's mean error over the segment.
   void Add(const Camera& camera, const MotionSegment& segment,
            const SegmentState& state,
            const std::vector<SegmentMeasurement>& own, double factor) {
@@ -114,15 +113,16 @@ struct Residuals {
     squared_mps.push_back(px_per_s.back().squaredNorm() / (scale * scale));
   }
 
-  // How much later than told the view's pictures are, beside what it is off for
-  // good: whoever walks one way takes that along.
+  // The lag of the view's images beyond the recorded times, estimated together
+  // with a constant offset, because a person walking in one direction confounds
+  // the two.
   void Describe(CameraCheck::View* view) const {
-    // What moves more slowly tells the detector's bias rather than the time.
+    // Slower motion reflects the detector's bias rather than the time.
     constexpr double kLeastSpeedMps = 0.3;
     view->x_px = Quantile(x_px, 0.5);
     view->y_px = Quantile(y_px, 0.5);
     view->px_per_m = px_per_m / static_cast<double>(x_px.size());
-    std::vector<WeightedValue> late_s;  // by squared speed
+    std::vector<WeightedValue> late_s;  // weighted by squared speed
     double sum = 0.0;
     double squares = 0.0;
     for (size_t i = 0; i < x_px.size(); ++i) {
@@ -138,8 +138,8 @@ struct Residuals {
     view->late_s = WeightedMedian(late_s);
     view->late_m = std::abs(view->late_s) *
                    std::sqrt(sum / static_cast<double>(view->in_motion));
-    // Of a median of normal values, by their median distance from it; as many
-    // of them as the weights leave.
+    // Standard error of a median of normal values, from their median distance
+    // from it and the effective number under the weights.
     for (WeightedValue& one : late_s) {
       one.first = std::abs(one.first - view->late_s);
     }
@@ -148,8 +148,8 @@ struct Residuals {
   }
 };
 
-// The detection of a view that lies nearest a person; null where that is more
-// than half a metre at their depth: they were not seen.
+// The detection of a view nearest to a person; null if it is more than half a
+// metre away at their depth: the person was not seen.
 const Detection* NearestTo(const ViewDetections& view, const Camera& camera,
                            const PersonPose& person,
                            const std::vector<int>& track_joint) {
@@ -175,8 +175,8 @@ const Detection* NearestTo(const ViewDetections& view, const Camera& camera,
   return nearest;
 }
 
-// What is near a person belongs to them, whatever the tracker took: a camera
-// that is off has few matches.
+// Assigns whatever is near to a person, regardless of the tracker's matches: a
+// camera with errors has few matches.
 FrozenFrame MatchesOf(const CameraRig& cameras, const DetectionFrame& frame,
                       const PersonPose& person,
                       const std::vector<int>& track_joint,
@@ -207,10 +207,11 @@ FrozenFrame MatchesOf(const CameraRig& cameras, const DetectionFrame& frame,
   return matches;
 }
 
-// A camera that takes part in a pose hides a part of its own error: each view
-// is compared with what the others alone say. One other view alone puts nothing
-// anywhere; of a pair both take part, and either hides half of what they differ
-// by, across each other's epipolar lines. Of many others some are asked.
+// A camera that contributes to a pose hides part of its own error, so each view
+// is compared with what the others alone predict. A single other view
+// determines no position: of a pair both contribute, and either hides half of
+// the disagreement, across each other's epipolar lines. With many other views
+// only some are used.
 Residuals ResidualsOf(const CameraRig& cameras, const SceneSegments& segments,
                       size_t view) {
   const bool is_pair = cameras.size() == 2;
@@ -255,7 +256,7 @@ CameraCheck::CameraCheck(CameraRig cameras, const Skeleton& detections,
 }
 
 void CameraCheck::See(const DetectionFrame& seen, const TrackFrame& tracked) {
-  constexpr TimeNs kBurst = 240'000'000;  // a stretch, and what rounds
+  constexpr TimeNs kBurst = 240'000'000;  // one segment, plus rounding
   constexpr size_t kMostFrames = 600;
   const TimeNs first = kept_.empty() ? seen.time : kept_.front().seen.time;
   const int64_t burst = (seen.time - first) / kBurst;
@@ -292,11 +293,11 @@ std::vector<CameraCheck::View> CameraCheck::Views(double metre) const {
   for (size_t v = 0; v < cameras.size(); ++v) {
     const Residuals residuals = ResidualsOf(cameras, segments, v);
     View& view = views[v];
-    // Views that stand together place nothing but what they see wrongly.
+    // Views close together only reproduce their own errors.
     const auto count = static_cast<int64_t>(residuals.x_px.size());
     if (2 * count < residuals.tried || count == 0) continue;
     residuals.Describe(&view);
-    // Where people are when, two views do not tell.
+    // Two views do not determine when people were where.
     if (cameras.size() == 2) view.in_motion = 0;
   }
   return views;
@@ -306,7 +307,7 @@ std::vector<CameraWarning> CameraCheck::Warnings(double metre) const {
   using Kind = CameraWarning::Kind;
   std::vector<CameraWarning> warnings;
   const std::vector<View> views = Views(metre);
-  double largest_s = 0.0;  // of the clocks
+  double largest_s = 0.0;  // among the clocks
   for (const View& view : views) {
     if (!IsCertain(view)) continue;
     largest_s = std::max(largest_s, std::abs(view.late_s));
@@ -330,7 +331,7 @@ std::vector<CameraWarning> CameraCheck::Warnings(double metre) const {
                "{} sees people {:.1f} px from where the others put them", name,
                shift_px)});
     }
-    // One clock that is off makes the others look so, to a smaller part.
+    // One wrong clock makes the others appear wrong, to a lesser extent.
     if (IsCertain(view) && view.late_m >= kLeastM &&
         std::abs(view.late_s) > kOfTheLargest * largest_s) {
       warnings.push_back(

@@ -1,5 +1,6 @@
-// A cheap look at a finished run: does each camera see people where, and when,
-// the others do? For warnings at the end of `track`; the doctor says more.
+// A cheap check of a finished run: does each camera see people where, and when,
+// the others do? Used for warnings at the end of `track`; the doctor examines
+// more.
 #ifndef KINEGRAPH_SOLVERS_SCENE_CAMERA_CHECK_H_
 #define KINEGRAPH_SOLVERS_SCENE_CAMERA_CHECK_H_
 
@@ -15,12 +16,12 @@
 
 namespace kinegraph {
 
-// One camera that is off, in a sentence that names it.
+// A camera with a problem, in a sentence that names it.
 struct CameraWarning {
   enum class Kind {
-    kHardlySeen,  // people are hardly found where the others put them
-    kElsewhere,   // people are seen beside where the others put them
-    kOffBeat,     // they are seen as if pictures were taken earlier or later
+    kHardlySeen,  // people are hardly detected where the others place them
+    kElsewhere,   // people are detected beside where the others place them
+    kOffBeat,     // they appear as if images were taken earlier or later
   };
   Kind kind;
   std::string text;
@@ -28,30 +29,32 @@ struct CameraWarning {
 
 class CameraCheck {
  public:
-  // Cameras in the order of the views; skeletons of detections and tracks.
+  // Cameras in view order; skeletons of detections and tracks.
   CameraCheck(CameraRig cameras, const Skeleton& detections,
               const Skeleton& tracks);
 
-  // A frame and what was written of it, ascending. Keeps bursts of them, evenly
-  // over the recording, as many for any length.
+  // A frame and what was written of it, ascending. Keeps bursts of frames,
+  // spread evenly over the recording; their number does not depend on its
+  // length.
   void See(const DetectionFrame& seen, const TrackFrame& tracked);
 
   struct View {
-    int64_t people = 0;  // written people whose place the view shows
-    int64_t seen = 0;    // of them, with a detection near by
-    // Of detection less the projection of what the other views say; of two
-    // views alone, across the epipolar line of the other. Medians.
+    int64_t people = 0;  // written people within the view's image
+    int64_t seen = 0;    // of these, with a detection nearby
+    // Detection minus the projection of the other views' estimate; with two
+    // views only, across the epipolar line of the other. Medians.
     double x_px = 0.0;
     double y_px = 0.0;
-    double px_per_m = 0.0;  // at the people's depth; 0: nothing is known
-    size_t in_motion = 0;   // stretches of joints
-    double late_s = 0.0;    // beyond what the times tell
+    double px_per_m = 0.0;  // at the people's depth; 0: unknown
+    size_t in_motion = 0;   // segments of joints
+    double late_s = 0.0;    // beyond the recorded times
     double late_sigma_s = 0.0;
-    double late_m = 0.0;  // what that is where joints move
+    double late_m = 0.0;  // the displacement this causes where joints move
   };
-  // With lengths in a metre that is so long (SubjectScale).
+  // With lengths in units of `metre` (SubjectScale).
   std::vector<View> Views(double metre = 1.0) const;
-  // Of each camera that is off; empty when all is well or too little was seen.
+  // For each camera with a problem; empty if there are none or too little was
+  // seen.
   std::vector<CameraWarning> Warnings(double metre = 1.0) const;
 
  private:
@@ -62,9 +65,9 @@ class CameraCheck {
   };
 
   CameraRig cameras_;
-  std::vector<int> track_joint_;  // of a detection's joint, or -1
+  std::vector<int> track_joint_;  // index of a detection's joint, or -1
   DetectionHeader header_;
-  int64_t stride_ = 1;  // of the bursts, every so many are kept
+  int64_t stride_ = 1;  // one burst in `stride_` is kept
   std::vector<Kept> kept_;
 };
 

@@ -9,27 +9,27 @@
 namespace kinegraph {
 namespace {
 
-// A lag must bring this much agreement (of 1): between people who stand about
-// any lag looks alike.
+// Minimum gain in agreement (of 1) from a lag: people who stand still agree at
+// almost any lag.
 constexpr double kMinClockGain = 0.04;
 constexpr int kFramesToCompare = 30;
-// Of one pair's gain, standard deviation; the best of many lags looks better
+// Standard deviation of one pair's gain; the best of many lags appears better
 // than it is by about three standard errors of the mean.
 constexpr double kGainSpread = 0.3;
 constexpr double kBestOfMany = 3.0;
-// Where people are paired, right clocks bring them clearly nearer to each
-// other's epipolar lines: by 27 % and more on takes 100 to 400 ms apart, also
-// with 8 px of noise. Turned cameras gain some agreement from one lag or
-// another, too, and 7 % of the distance.
+// Where people are matched, the right clocks bring them clearly nearer to each
+// other's epipolar lines: by at least 27 % on takes 100 to 400 ms apart, even
+// with 8 px of noise. Misoriented cameras also gain some agreement from one lag
+// or another, and 7 % of the distance.
 constexpr double kCloser = 0.85;
-// One view of five that was three frames late at 25 Hz, among the pairs that
-// show it: 10 to 28 % where some people stand and errors are 8 px, no lag of
-// turned cameras more than 8 %. It is judged on more frames than those on which
-// it was looked for.
+// One of five views, three frames late at 25 Hz, among the pairs that it
+// belongs to: 10 to 28 % where some people stand still and errors are 8 px;
+// with misoriented cameras no lag exceeds 8 %. Verified on more frames than the
+// search used.
 constexpr double kOneCloser = 0.91;
 constexpr int kFramesToJudge = 120;
-// Of two people: some two seconds. Where two frames take more, lags are tried
-// in longer steps.
+// Comparisons of two people; about two seconds. Where two frames take more,
+// lags are tried in larger steps.
 constexpr double kMostComparisons = 6e7;
 
 bool IsWorthIt(const AgreementGain& gain, double closer) {
@@ -59,8 +59,9 @@ class LagSearch {
     }
   }
 
-  // From up to eight views in turn as the middle: each other view's best lag on
-  // the way to it, then each view against all others until nothing changes.
+  // Takes up to eight views in turn as the reference: the best lag of each
+  // other view on its path to it, then of each view against all others until
+  // nothing changes.
   std::vector<int> BestLags() const {
     constexpr size_t kMostMiddles = 8;
     const size_t middles = std::min(views_, kMostMiddles);
@@ -94,9 +95,9 @@ class LagSearch {
   }
 
   // Lags of fewer than half of the views, each against all others as they are,
-  // the one that gains most first: what all views together hardly show.
+  // the largest gain first: a small total effect over all views.
   std::vector<int> LagsOfFew() const {
-    // Each pair of views before and after, from both sides.
+    // Each pair of views before and after, in both directions.
     const std::vector<int> frames = FramesToLookAt(ideal_, kFramesToJudge, 4);
     std::vector<int> lags(views_, 0);
     for (size_t found = 0; 2 * (found + 1) < views_; ++found) {
@@ -150,7 +151,7 @@ class LagSearch {
     return !scores_[std::min(a, b) * views_ + std::max(a, b)].empty();
   }
 
-  // With the other views at theirs; as it is where nothing is better.
+  // With the other views at their lags; unchanged if nothing is better.
   int BestLagOf(size_t v, const std::vector<int>& lags) const {
     const auto score_at = [&](int lag) {
       double score = 0.0;
@@ -178,8 +179,8 @@ class LagSearch {
     return total;
   }
 
-  // The views other than `middle`, each with the view nearer to it by which it
-  // is reached: where all pairs are compared that is the middle.
+  // The views other than `middle`, each with the next view on the path to it:
+  // `middle` itself if all pairs are compared.
   std::vector<std::pair<size_t, size_t>> WaysFrom(size_t middle) const {
     std::vector<std::pair<size_t, size_t>> ways;
     std::vector<char> reached(views_, 0);
@@ -219,8 +220,8 @@ ClockSearch SearchClocks(const CameraRig& cameras,
   if (views < 2) return search;
   const auto count = static_cast<int>(ideal[0].frames.size());
   const int reach = std::min(max_lag, count / 3);
-  // People hardly move in three frames of a fast camera, nor in a twentieth of
-  // a second.
+  // People hardly move in three frames of a fast camera, or in a twentieth of a
+  // second.
   int step = max_lag > 300 ? std::max(3, max_lag / 200) : 1;
   const int lags_tried = 2 * reach / step + 1;
   const std::vector<int> searched =

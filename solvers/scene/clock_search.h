@@ -1,5 +1,5 @@
-// Whole frames by which the clocks of the views differ, from people's motion:
-// the views agree best when each shows the same moment.
+// Whole-frame differences of the views' clocks, from people's motion: the views
+// agree best when each shows the same moment.
 #ifndef KINEGRAPH_SOLVERS_SCENE_CLOCK_SEARCH_H_
 #define KINEGRAPH_SOLVERS_SCENE_CLOCK_SEARCH_H_
 
@@ -13,8 +13,8 @@
 namespace kinegraph {
 
 struct ClockSearch {
-  // Frame k of the first view was taken with frame k + lag of view v. All zero
-  // when nothing speaks for a lag.
+  // Frame k of the first view was taken at the same time as frame k + lag of
+  // view v. All zero without evidence of a lag.
   std::vector<int> lag_frames;
   AgreementGain all;    // over all views
   AgreementGain moved;  // over the pairs whose lags differ
@@ -26,9 +26,9 @@ struct ClockSearch {
 ClockSearch SearchClocks(const CameraRig& cameras,
                          const std::vector<ViewPeople>& ideal, int max_lag);
 
-// The detections with each view's frames moved by its lag, so that a frame
-// shows one moment. Times stay the frames' own; where a view has no such frame
-// it saw nobody.
+// The detections with each view's frames shifted by its lag, so that a frame
+// shows one moment. Times stay those of the frames; where a view lacks the
+// frame, it has no detections.
 DetectionSequence Realigned(const DetectionSequence& detections,
                             const std::vector<int>& lag_frames);
 

@@ -48,8 +48,8 @@ SetUp::SetUp(const DoctorInput& the_input, const DoctorOptions& the_options)
       detections(WithUsualConfidences(input.detections)) {}
 
 void SetUp::Look() {
-  // At each pair of views, or so: most in the search for readings, which gives
-  // either view each of the cameras.
+  // Frames examined for about each pair of views; the search for readings needs
+  // most, because it gives either view each of the cameras.
   const int looks = 25 + 2 * static_cast<int>(cameras.size());
   raw = PeopleOfViews(detections);
   frames = FramesToLookAt(raw, options.frames_to_look_at, looks);
@@ -153,7 +153,7 @@ class Doctor {
                     set_up_.agreement.score(), set_up_.agreement.mean_px()));
     std::vector<Hypothesis> asked = Hypotheses();
     while (set_up_.readings_changed < kMostChanges) {
-      std::optional<Answer> best;  // of what is as good the first
+      std::optional<Answer> best;  // the first of equally good ones
       Hypothesis* of_best = nullptr;
       for (Hypothesis& one : asked) {
         std::optional<Answer> answer;
@@ -171,7 +171,7 @@ class Doctor {
     }
   }
 
-  // False where too few are matched to ask.
+  // False if there are too few matches.
   bool AskOfMatches() {
     set_up_.Match();
     Ask(Stage::kStrangers);
@@ -191,8 +191,8 @@ class Doctor {
     return true;
   }
 
-  // Exactly what an answer says is changed; what was seen with the set-up
-  // before is seen anew.
+  // Changes exactly what the answer specifies; observations that depend on it
+  // are recomputed.
   void Take(Answer answer, Stage stage) {
     std::move(answer.findings.begin(), answer.findings.end(),
               std::back_inserter(diagnosis_.findings));
@@ -210,7 +210,7 @@ class Doctor {
         frame.views[view].detections.clear();
       }
     }
-    if (stage == Stage::kFiles) return;  // looked at next
+    if (stage == Stage::kFiles) return;  // recomputed below
     set_up_.Look();
     if (stage < Stage::kStrangers) return;
     if (answer.segments) {
@@ -220,7 +220,7 @@ class Doctor {
     }
   }
 
-  // With `otherwise` where nothing was found to be wrong.
+  // With verdict `otherwise` if no fault was found.
   Diagnosis Closed(DoctorVerdict otherwise) {
     diagnosis_.cameras = set_up_.NamedCameras();
     const bool suspect =

@@ -1,4 +1,4 @@
-// Which single cameras and clocks explain what the matches do not fit.
+// Which single cameras and clocks explain the residuals of the matches.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -15,20 +15,21 @@
 namespace kinegraph {
 namespace {
 
-// Of a subject's size, 1.7 m of a person. Lasting offsets of detectors are 10
-// to 39 mm in the median, 30 to 86 at 90 %.
-constexpr double kLeastBias = 0.007;     // on average over joints
-constexpr double kUsualBias = 0.015;     // of one joint
-constexpr double kBeyondBias = 0.09;     // more than of any
-constexpr double kApart = 0.2;           // places
-constexpr double kBiasSigmas = 3.0;      // of the mean bias over joints, people
-constexpr double kLeastExplained = 0.4;  // of what lasts
-constexpr double kWorthATry = 0.2;       // of what lasts
+// As a share of a subject's size, 1.7 m for a person. Lasting offsets of
+// detectors are 10 to 39 mm in the median, 30 to 86 at 90 %.
+constexpr double kLeastBias = 0.007;  // mean over joints
+constexpr double kUsualBias = 0.015;  // of one joint
+constexpr double kBeyondBias = 0.09;  // exceeds that of any joint
+constexpr double kApart = 0.2;        // share of positions
+// Of the mean bias over joints and people.
+constexpr double kBiasSigmas = 3.0;
+constexpr double kLeastExplained = 0.4;  // of the lasting error
+constexpr double kWorthATry = 0.2;       // of the lasting error
 constexpr double kUntold = 0.3;          // confidence
 constexpr char kWithinStated[] =
     "; that is within what the calibration says of its own errors";
 
-// Of the bodies, by their boxes in the images and how far they are away [m].
+// Size of the subjects, from their boxes in the images and their distance [m].
 double SubjectSize(const SetUp& set_up) {
   std::vector<double> sizes_m;
   for (size_t v = 0; v < set_up.cameras.size(); ++v) {
@@ -68,8 +69,7 @@ class Explainer {
   const std::vector<Finding>& findings() const { return findings_; }
   const std::vector<CameraChange>& changes() const { return changes_; }
 
-  // Finds what explains the residuals best and takes it; false when nothing
-  // does.
+  // Applies what explains the residuals best; false if nothing does.
   bool Explain() {
     std::vector<Explanation> explanations;
     std::vector<Explanation> doubtful;
@@ -84,8 +84,8 @@ class Explainer {
     std::stable_sort(explanations.begin(), explanations.end(), fits_better);
     const auto likely =
         std::min_element(doubtful.begin(), doubtful.end(), fits_better);
-    // Said once, of what would explain most; where that is what cannot be told,
-    // neither can what explains less.
+    // Reported once, for the candidate that would explain most; if that one is
+    // uncertain, so are those that explain less.
     if (likely != doubtful.end() &&
         (explanations.empty() || fits_better(*likely, explanations.front()))) {
       if (!mentioned_) AddExplanation(*likely, 1);
@@ -94,7 +94,7 @@ class Explainer {
     }
     if (explanations.empty()) return false;
     const FitGain& best = explanations.front().gain.all;
-    // Within a tenth of what is gained they fit equally.
+    // Within a tenth of the gain they fit equally well.
     constexpr double kEqual = 0.1;
     const double limit_px =
         best.after_px + kEqual * (best.before_px - best.after_px);
@@ -127,7 +127,7 @@ class Explainer {
       return free;
     };
     std::vector<Model> models;
-    // Fewer than three pictures a stretch tell no speed.
+    // Fewer than three images per segment determine no speed.
     const bool has_speeds = segments_.frame_s <= 0.5 * options_.segments.span_s;
     if (!clocks_done_ && has_speeds && MoveEnough(segments_)) {
       models.push_back({"clock", ClockParametersOf(segments_.span_s)});
@@ -145,14 +145,15 @@ class Explainer {
     Model model;
     CrossedGain gain;  // on the other half of the recording
     BundleResult fit;
-    std::vector<char> moves;  // the views that it finds to be off
-    // Why it cannot be told from the detector's bias; empty where it can.
+    std::vector<char> moves;  // the views found to be wrong
+    // Why it cannot be distinguished from the detector's bias; empty if it can.
     std::string doubt;
   };
 
   static bool IsClock(const Model& model) { return model.kind == "clock"; }
 
-  // A clock that is noise shows as one only at its end, far from the usual.
+  // An apparent clock error that is noise only shows at its limit, far from the
+  // usual range.
   BundleOptions OptionsOf(const Model& model) const {
     BundleOptions options = options_;
     if (IsClock(model)) options.max_iterations = BundleOptions().max_iterations;
@@ -170,8 +171,8 @@ class Explainer {
                         OptionsOf(model), moves);
   }
 
-  // Fits a model with those views free alone that it finds to be off: cameras
-  // that are right keep their places.
+  // Fits a model in which only the views found to be wrong are free: correct
+  // cameras keep their parameters.
   std::optional<Explanation> FitModel(const Model& model) const {
     Explanation one;
     one.model = model;
@@ -183,7 +184,7 @@ class Explainer {
     return IsClock(model) ? Clock(std::move(one)) : Cameras(std::move(one));
   }
 
-  // Leaves those of the views of which something holds; false: none.
+  // Keeps those of the views for which `holds`; false: none.
   template <typename Holds>
   static bool Keep(std::vector<char>* views, const Holds& holds) {
     for (size_t v = 0; v < views->size(); ++v) {
@@ -192,8 +193,8 @@ class Explainer {
     return std::count(views->begin(), views->end(), 1) > 0;
   }
 
-  // A view is late where it stays so beside cameras that turn as they like: of
-  // people who turn round, a camera that is off looks like a clock.
+  // A view is late if it remains so when cameras may rotate freely: with people
+  // who turn round, a wrong camera resembles a clock error.
   std::optional<Explanation> Clock(Explanation one) const {
     const auto is_late = [&](const BundleResult& fit) {
       return [this, &fit](size_t v) {
@@ -205,8 +206,8 @@ class Explainer {
     beside.free.rotation = true;
     if (!Keep(&one.moves, is_late(Fit(beside, {})))) return std::nullopt;
     one.gain = Cross(Halving::kTime, one.model, {});
-    // Of the views that are late some must gain: who walks one way takes a bias
-    // along.
+    // Some of the late views must gain: a person walking in one direction
+    // confounds lag and bias.
     constexpr double kLeastOfLate = 0.1;
     std::vector<char> gaining = one.moves;
     const bool holds = one.gain.all.certain() &&
@@ -231,14 +232,14 @@ class Explainer {
       if (holds) return one;
     }
     const bool all = std::count(one.moves.begin(), one.moves.end(), 0) == 0;
-    if (!all) one.fit = Fit(one.model, one.moves);  // else the same again
+    if (!all) one.fit = Fit(one.model, one.moves);  // else the fit is unchanged
     if (!one.fit.usable) return std::nullopt;
     const auto fit_of = [&](const std::vector<CameraChange>& changes) {
       return MeasureFit(cameras_, segments_, changes, options_.segments);
     };
     const FitError before = fit_of(changes_);
     const FitError after = fit_of(one.fit.changes);
-    // Other halves never show more than the fit's own.
+    // Splits of the other half never give more gain than the fit itself.
     if (!Keep(&one.moves, [&](size_t v) {
           return after.LastingM(v) < (1.0 - kWorthATry) * before.LastingM(v);
         })) {
@@ -259,8 +260,8 @@ class Explainer {
     return BeatsBias(std::move(one), tried, joints);
   }
 
-  // Lens terms that were forgotten are alike in all views of one make, which
-  // biases of detectors are not: the spread is a quarter of the mean at most.
+  // Lens terms that were omitted are alike in all cameras of one model, unlike
+  // detector biases: their spread is at most a quarter of the mean.
   bool BendAlike(const BundleResult& fit) const {
     constexpr double kAlike = 0.25;
     const auto count = static_cast<Eigen::Index>(changes_.size());
@@ -277,10 +278,11 @@ class Explainer {
     return HasBoth() ? Halving::kBody : Halving::kJoints;
   }
 
-  // Each joint has a bias of its own in each view, for whole recordings
-  // (docs/doctor.md): what a camera's change explains must be more, at joints,
-  // times and places to which it was not fitted. The views whose change is;
-  // where it is of none, those that looked so, with what is in doubt.
+  // Each joint has its own bias in each view throughout a recording
+  // (docs/doctor.md): a change of a camera must explain more than that, at
+  // joints, times and positions to which it was not fitted. Returns the views
+  // for which it does; if there are none, those that appeared to, with the
+  // doubt.
   Explanation BeatsBias(Explanation one, const std::vector<char>& tried,
                         const CrossedGain& joints) const {
     std::vector<CrossedGain> gains = {one.gain, joints};
@@ -317,7 +319,8 @@ class Explainer {
       one.doubt = doubt;
       return one;
     }
-    // A camera that made up for others' faults stays once these are taken.
+    // A camera that compensated for others' faults needs no change once these
+    // are corrected.
     do {
       one.moves = told;
       const BundleResult again = Fit(one.model, told);
@@ -331,7 +334,7 @@ class Explainer {
     return one;
   }
 
-  // Shares of the stretches that are of hips and legs.
+  // Share of the segments that belong to hips and legs.
   double LowerShare() const {
     const double all = static_cast<double>(segments_.segments.size());
     const SceneSegments lower = HalfOf(segments_, Halving::kBody, 0);
@@ -342,7 +345,7 @@ class Explainer {
     const double lower = LowerShare();
     return lower > kLeast && lower < 1.0 - kLeast;
   }
-  // Of a skeleton without classes each joint is one of its own.
+  // Without joint classes, each joint is treated as its own class.
   bool OneClassSpeaks() const {
     const auto& classes = segments_.classes;
     return !HasBoth() &&
@@ -350,8 +353,8 @@ class Explainer {
                        [](JointClass one) { return one == JointClass::kHip; });
   }
 
-  // Biases of a view that know nothing of each other: classes of joints, times
-  // a few people.
+  // Number of independent biases of a view: classes of joints, times a few
+  // people.
   double CellCount(size_t view) const {
     std::set<int> classes;
     std::map<int, int> people;
@@ -363,13 +366,13 @@ class Explainer {
                                               : static_cast<int>(of));
       ++people[segment.person];
     }
-    constexpr int kMost = 3;  // people share a part of a detector's bias
+    constexpr int kMost = 3;  // people share part of a detector's bias
     return static_cast<double>(classes.size()) *
            std::min<double>(kMost, static_cast<double>(people.size()));
   }
 
-  // How far a fit's change moves what the view sees, at its depth [m]: root
-  // mean square.
+  // Displacement of the view's observations by a fit's change, at their depth
+  // [m]: root mean square.
   double MovedM(size_t view, const BundleResult& fit) const {
     const CameraChange change = fit.changes[view] - changes_[view];
     const Camera& camera = cameras_[view];
@@ -436,7 +439,8 @@ class Explainer {
     }
   }
 
-  // Whether a change is no more than what the calibration itself leaves open.
+  // Whether a change is within the uncertainty that the calibration itself
+  // reports.
   bool IsStated(size_t view, const CameraChange& change) const {
     constexpr double kSigmas = 3.0;
     const std::vector<CameraChange>& stated = set_up_.input.stated_sigma;
@@ -475,7 +479,7 @@ class Explainer {
   const SceneSegments& segments_;
   const BundleOptions& options_;
   std::vector<CameraChange> changes_;
-  const double subject_m_;  // size of the bodies
+  const double subject_m_;  // size of the subjects
   std::vector<Finding> findings_;
   bool clocks_done_ = false;
   bool cameras_done_ = false;
@@ -484,13 +488,13 @@ class Explainer {
 
 }  // namespace
 
-// Fits one kind of fault after the other (a clock, a shifted image, a turned
-// camera, another focal length or lens) to one half of the recording, measures
-// it on the other, and takes what explains most.
+// Fits one kind of fault after another (a clock, a shifted image, a rotated
+// camera, another focal length or lens) to one half of the recording, evaluates
+// it on the other, and applies the one that explains most.
 //
-// A late clock of a camera that looks at one walking person is a shifted image:
-// clocks and cameras compete. What explains most goes first; the other may
-// explain what is left.
+// With a single walking person, a late clock is indistinguishable from a
+// shifted image: clocks and cameras compete. The one that explains most is
+// applied first; the other may explain the rest.
 std::optional<Answer> AskResiduals(const SetUp& set_up) {
   Explainer explainer(set_up);
   for (int round = 0; round < 2; ++round) {
@@ -499,7 +503,7 @@ std::optional<Answer> AskResiduals(const SetUp& set_up) {
   Answer answer;
   answer.findings = explainer.findings();
   answer.cameras = RefinedCameras(set_up.cameras, explainer.changes());
-  answer.segments = set_up.segments;  // nothing is asked of them any more
+  answer.segments = set_up.segments;  // no longer examined
   return answer;
 }
 

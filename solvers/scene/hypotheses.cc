@@ -1,4 +1,4 @@
-// The list of hypotheses, and those that need few words.
+// The list of hypotheses, and the short ones.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -19,7 +19,7 @@ namespace {
 
 // ---- Files ----
 
-// Frames too far apart to follow anybody.
+// Frames too far apart to follow people.
 std::optional<Answer> AskForGaps(const SetUp& set_up) {
   const std::vector<DetectionFrame>& frames = set_up.input.detections.frames;
   std::vector<double> gaps_s;
@@ -36,8 +36,8 @@ std::optional<Answer> AskForGaps(const SetUp& set_up) {
                    gap_s)});
 }
 
-// Share of the joints that lie elsewhere in the other picture; nullopt where
-// the pictures show other people.
+// Share of the joints that differ between the two images; nullopt if they show
+// different people.
 std::optional<double> ChangedShare(const ViewDetections& a,
                                    const ViewDetections& b) {
   if (a.detections.empty() || a.detections.size() != b.detections.size()) {
@@ -59,9 +59,9 @@ std::optional<double> ChangedShare(const ViewDetections& a,
   return changed / all;
 }
 
-// Pictures that come twice: a detector says the same to the last digit. Where
-// detections are whole pixels and people stand, that is so by chance: the
-// picture before must have differed in nearly every joint.
+// Duplicated images: detections are identical to the last digit. With integer
+// pixels and people standing still this happens by chance, so the image before
+// must have differed in nearly every joint.
 std::optional<Finding> RepeatsOf(const SetUp& set_up, size_t view) {
   const std::vector<DetectionFrame>& frames = set_up.input.detections.frames;
   constexpr double kMoving = 0.8;
@@ -109,7 +109,7 @@ std::optional<Answer> AskForRepeats(const SetUp& set_up) {
   return answer;
 }
 
-// Frames in which a view shows anybody.
+// Frames in which a view has detections.
 struct ShownFrames {
   int64_t first = 0;
   int64_t last = -1;
@@ -131,9 +131,9 @@ std::vector<ShownFrames> FramesShown(const DetectionSequence& detections) {
   return shown;
 }
 
-// What is to be taken from each view's frame numbers so that all views have
-// frames in common: nothing but of those that share no frame with the view that
-// meets most; of equal ones the first view counts.
+// What to subtract from each view's frame numbers so that all views have common
+// frames: zero except for views without a common frame with the view that
+// overlaps most others (the first of equal ones).
 std::vector<int64_t> FrameOffsets(const std::vector<ShownFrames>& shown) {
   const ShownFrames* reference = nullptr;
   std::ptrdiff_t most = 0;
@@ -145,7 +145,7 @@ std::vector<int64_t> FrameOffsets(const std::vector<ShownFrames>& shown) {
     most = std::max(most, count);
   }
   std::vector<int64_t> offsets(shown.size(), 0);
-  if (reference == nullptr) return offsets;  // nobody shows anything
+  if (reference == nullptr) return offsets;  // no detections in any view
   for (size_t v = 0; v < shown.size(); ++v) {
     const ShownFrames& one = shown[v];
     const bool stays = !one.any() || one.Meets(*reference);
@@ -162,7 +162,7 @@ DetectionSequence WithFrameOffsets(const DetectionSequence& detections,
         return IndexOfFrame(detections,
                             detections.frames[k].frame + offsets[v]);
       });
-  // The others join the frames of the views that stay.
+  // The others are aligned with the frames of the unchanged views.
   const auto is_empty = [](const DetectionFrame& frame) {
     return std::all_of(
         frame.views.begin(), frame.views.end(),
@@ -213,14 +213,14 @@ std::optional<Answer> AskForFrameRanges(const SetUp& set_up) {
 
 // ---- Views with one calibration ----
 
-// The one that agrees less with the other views has another one's calibration.
-// It takes no part in what follows, else a clock or a turn would be made up for
-// it.
+// The view that agrees less with the others has another camera's calibration.
+// It is excluded from the following questions, which would otherwise compensate
+// with a clock or a rotation.
 std::optional<Answer> AskForTwins(const SetUp& set_up) {
   const auto alike = [&](size_t a, size_t b) {
     const Camera& one = set_up.cameras[a];
     const Camera& other = set_up.cameras[b];
-    // Nobody mounts two cameras within a millimetre, looking one way.
+    // Cameras are never mounted within a millimetre with the same orientation.
     return set_up.strangers.count(a) + set_up.strangers.count(b) == 0 &&
            (one.centre() - other.centre()).norm() <= 1e-3 &&
            (one.R() - other.R()).cwiseAbs().maxCoeff() <= 1e-4;
@@ -249,8 +249,8 @@ std::optional<Answer> AskForTwins(const SetUp& set_up) {
 
 // ---- Clocks, which compete with readings ----
 
-// The lag to which the others are nearest in sum: the clock that most views
-// have. Of equal ones the first view's.
+// The lag with the least sum of distances to the others: the clock of most
+// views; of equal ones the first view's.
 int UsualLag(const std::vector<int>& lags) {
   const auto distance = [&](int from) {
     int sum = 0;
@@ -266,7 +266,7 @@ std::optional<Answer> AskForLags(const SetUp& set_up) {
   const ClockSearch clocks =
       SearchClocks(set_up.cameras, set_up.ideal, set_up.LongestLag());
   if (!clocks.found()) return std::nullopt;
-  // An image that is moved makes who walks one way look late.
+  // A shifted image makes a person walking in one direction appear late.
   if (AMovedImageHelps(set_up)) return std::nullopt;
   const double sureness =
       AgreementGain::Sureness(clocks.moved.gain(), clocks.all.after.score());
@@ -274,7 +274,7 @@ std::optional<Answer> AskForLags(const SetUp& set_up) {
   std::vector<int> lags = clocks.lag_frames;
   const int usual = UsualLag(lags);
   for (int& lag : lags) lag -= usual;
-  // Beside seconds a frame either way is left to what the matches tell.
+  // Besides seconds, a lag of a frame or less is left to the matches.
   const bool by_more = std::any_of(lags.begin(), lags.end(),
                                    [](int lag) { return std::abs(lag) > 1; });
   for (size_t v = 0; v < set_up.cameras.size(); ++v) {
@@ -294,10 +294,10 @@ std::optional<Answer> AskForLags(const SetUp& set_up) {
 
 // ---- The world ----
 
-// No reading and no clock brings the views together.
+// No reading and no clock makes the views agree.
 std::optional<Answer> AskForAnotherRoom(const SetUp& set_up) {
-  // Sound takes agree to 0.5 and more; people of two views who are paired
-  // without any relation agree to 0.1 or so (docs/doctor.md).
+  // Sound takes agree to 0.5 or more; unrelated people of two views to about
+  // 0.1 (docs/doctor.md).
   constexpr double kUnrelated = 0.2;
   const PairAgreement& as_read = set_up.agreement;
   if (set_up.readings_changed > 0 || as_read.score() > kUnrelated) {
@@ -354,7 +354,7 @@ std::optional<Answer> AskForUnit(const SetUp& set_up) {
     answer.cameras = Rescaled(set_up.cameras, factor);
     return answer;
   }
-  // No unit explains it: a board whose squares were given wrongly.
+  // No unit explains it: perhaps a calibration board with wrong square size.
   answer.findings.push_back(
       {"unit", "", 0.5, px, px,
        "measure a length in the room and scale the calibration",
@@ -364,8 +364,8 @@ std::optional<Answer> AskForUnit(const SetUp& set_up) {
 
 // ---- With the tracker's matches ----
 
-// Views that are hardly ever matched. The few matches that they have are wrong,
-// and take no part in what follows.
+// Views with hardly any matches. Those few are wrong, so the views are excluded
+// from the following questions.
 std::optional<Answer> AskForStrangers(const SetUp& set_up) {
   Answer answer;
   for (size_t v = 0; v < set_up.cameras.size(); ++v) {
@@ -383,9 +383,9 @@ std::optional<Answer> AskForStrangers(const SetUp& set_up) {
   return answer;
 }
 
-// People who are faster than any: the frame rate is less than told.
+// People faster than any human: the frame rate is lower than specified.
 std::optional<Answer> AskForSpeed(const SetUp& set_up) {
-  // A recording that is told as too short by its rate has few stretches.
+  // A recording whose specified rate makes it too short has few segments.
   constexpr size_t kEnough = 20;
   const Skeleton& skeleton = set_up.detections.header.skeleton;
   std::vector<double> speeds_mps;
@@ -412,7 +412,7 @@ std::optional<Answer> AskForLens(const SetUp& set_up) {
   const FitGain gain = CompareFits(
       set_up.Fit(), MeasureFit(bare, set_up.segments, NoChanges(bare.size()),
                                set_up.options.bundle.segments));
-  // Lenses of a few coefficients that hardly bend anything fit either way.
+  // Lenses with small distortion fit either way.
   if (!gain.is_enough()) return std::nullopt;
   Answer answer =
       Said({"lens", "", 0.9, gain.before_px, gain.after_px,

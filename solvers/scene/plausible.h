@@ -1,5 +1,5 @@
-// What is plausible of people, cameras and recordings, once for all that judge
-// a set-up. None was fitted to a score.
+// Plausible ranges of people, cameras and recordings, for everything that
+// judges a set-up. None was fitted to a score.
 #ifndef KINEGRAPH_SOLVERS_SCENE_PLAUSIBLE_H_
 #define KINEGRAPH_SOLVERS_SCENE_PLAUSIBLE_H_
 
@@ -8,47 +8,48 @@
 
 namespace kinegraph {
 
-// Of the joints that are looked at; detectors whose confidences are small
-// throughout are scaled first (WithUsualConfidences).
+// Of examined joints; detectors with small confidences throughout are rescaled
+// first (WithUsualConfidences).
 inline constexpr double kMinJointConfidence = 0.3;
 
 // Statures of people of all ages: infants to basketball players [m].
 inline constexpr double kMinHeight = 0.5;
 inline constexpr double kMaxHeight = 2.3;
-// Statures that a median is taken of, and frames in which they are looked for.
+// Number of statures for a median, and of frames in which they are searched.
 inline constexpr int kEnoughStatures = 20;
 inline constexpr int kFramesToLookAt = 40;
 
-// From cameras to people: a desk, a stadium; to what is no human a microscope
-// [m].
+// From cameras to people [m]: from a desk to a stadium; for non-human subjects
+// from a microscope on.
 inline constexpr double kMinDistance = 0.5;
 inline constexpr double kMaxDistance = 150.0;
 inline constexpr double kNearest = 0.005;
 
-// Of the middle of the hips, 95 % of the time [m/s]; sprinters reach 10.
+// 95 % quantile of the speed of the mid-hip [m/s]; sprinters reach 10.
 inline constexpr double kMaxBodySpeed = 8.0;
 
-// Between two frames that anybody can be followed over [s]: beyond the first
-// somebody walks on past the gates, beyond the second nothing is motion.
+// Between two frames over which people can be followed [s]: beyond the first,
+// people walk out of the gates; beyond the second, there is no continuous
+// motion.
 inline constexpr double kHole = 0.4;
 inline constexpr double kLongestGapS = 1.0;
 
-// Clocks of cameras that somebody started by hand [s].
+// Clocks of cameras started by hand [s].
 inline constexpr double kLongestLagS = 10.0;
 
-// Detections of a view that may show people.
+// Detections of a view needed to judge it.
 inline constexpr int kEnoughDetections = 20;
 
-// Whether a view is a stranger: fewer than a fifth of its detections are
-// matched, and so few that of one that is matched by halves it happens once in
-// a hundred recordings.
+// Whether a view has practically no matches: fewer than a fifth of its
+// detections are matched, and so few that a view matched by half would show it
+// once in a hundred recordings.
 inline bool HardlyAny(int64_t matched, int64_t all) {
   constexpr double kShare = 0.2;
   constexpr double kChance = 0.01;
   if (static_cast<double>(matched) > kShare * static_cast<double>(all)) {
     return false;
   }
-  // Beyond so many a fifth is rarer than that.
+  // Beyond this number a fifth is rarer than that.
   constexpr int64_t kMany = 60;
   if (all >= kMany) return true;
   double ways = std::pow(0.5, static_cast<double>(all));

@@ -1,6 +1,6 @@
-// How a calibration may have been meant: conventions of poses and camera
-// matrices, turned and mirrored images, exchanged views. The reading under
-// which the views agree is searched for by changing one thing at a time.
+// Alternative interpretations of a calibration: conventions of poses and camera
+// matrices, rotated and mirrored images, exchanged views. Searches for the
+// reading under which the views agree by changing one thing at a time.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -17,8 +17,8 @@
 namespace kinegraph {
 namespace {
 
-// What the pose in the file is, if it was not read as it was meant, and what
-// the camera then is.
+// The meaning of the pose in the file if it was misread, and the camera that
+// results.
 struct PoseReading {
   const char* words;
   void (*read)(CameraParameters*);
@@ -46,7 +46,7 @@ const std::vector<PoseReading>& PoseReadings() {
          camera->t = columns * (columns * camera->t);
          camera->R.transposeInPlace();
        }},
-      // As in graphics.
+      // As in computer graphics.
       {"the camera's y points up and its z backwards",
        [](CameraParameters* camera) {
          const Eigen::Vector3d up(1.0, -1.0, -1.0);
@@ -56,18 +56,17 @@ const std::vector<PoseReading>& PoseReadings() {
   return kAll;
 }
 
-// What was done to the images before people were detected in them: they were
-// turned, then mirrored. Pixels of the images as the cameras took them, from
-// those of the turned ones: taken = turn * turned + offset. (0, 0) is the
-// middle of the first pixel.
+// What was done to the images before detection: they were rotated, then
+// mirrored. Pixels of the images as taken, from those of the rotated ones:
+// taken = turn * turned + offset. (0, 0) is the centre of the first pixel.
 struct ImageReading {
   const char* words;
   std::array<double, 4> turn;     // by rows
-  std::array<bool, 2> from_ends;  // the offset: of the last column, row
-  ImageTurn lens;                 // of the camera that takes what was turned
+  std::array<bool, 2> from_ends;  // the offset: index of the last column, row
+  ImageTurn lens;                 // of the camera that takes the rotated images
   char mirrored = '\0';           // the axis whose pixels count from the end
 };
-// All eight ways in which a picture can lie.
+// All eight orientations of an image.
 constexpr std::array<ImageReading, 8> kImages = {
     {{"as taken", {1.0, 0.0, 0.0, 1.0}, {false, false}, ImageTurn::kHalf},
      {"the images were turned by 90 degrees clockwise",
@@ -112,7 +111,7 @@ struct ImageMap {
                kImages[image].from_ends[1] ? ImageHeight(camera) - 1.0 : 0.0),
         mirrored(kImages[image].mirrored) {
     if (mirrored == '\0') return;
-    // Of the turned image.
+    // Of the rotated image.
     const bool is_width = (mirrored == 'x') == (turn(0, 0) != 0.0);
     sum_px = (is_width ? ImageWidth(camera) : ImageHeight(camera)) - 1.0;
   }
@@ -129,11 +128,10 @@ struct ImageMap {
   Eigen::Matrix2d turn;
   Eigen::Vector2d offset;
   char mirrored;
-  double sum_px = 0.0;  // of a coordinate and the mirrored one
+  double sum_px = 0.0;  // of a coordinate and its mirror image
 };
 
-// The camera whose images are those that were turned. No camera takes mirrored
-// ones.
+// The camera whose images are the rotated ones. No camera takes mirrored ones.
 Camera Seeing(const Camera& camera, int image) {
   const ImageMap map(camera, image);
   if (map.turn.isIdentity()) return camera;
@@ -152,13 +150,13 @@ Camera Seeing(const Camera& camera, int image) {
   });
 }
 
-// One way to read everything: what is changed from the file's words.
+// One reading of everything: the changes relative to the files.
 struct Reading {
   int pose = 0;                     // of PoseReadings
-  double image_scale = 1.0;         // of K's first two rows
-  std::vector<int> images;          // of kImages, one a view
+  double image_scale = 1.0;         // of the first two rows of K
+  std::vector<int> images;          // of kImages, one per view
   std::vector<int> camera_of_view;  // permutation
-  PairAgreement agreement;          // under it, over all views
+  PairAgreement agreement;          // under this reading, over all views
 
   explicit Reading(size_t views)
       : images(views, kImageAsRead), camera_of_view(views) {
@@ -172,7 +170,7 @@ struct Reading {
     return std::count(images.begin(), images.end(), images.front()) ==
            static_cast<std::ptrdiff_t>(images.size());
   }
-  // How many things it changes: the fewer, the likelier.
+  // Number of changes; fewer are more likely.
   int ChangeCount() const {
     int count = (pose != 0) + (image_scale != 1.0);
     const auto turned = static_cast<int>(
@@ -186,7 +184,7 @@ struct Reading {
   }
 };
 
-// What the views' cameras are under a reading (but for the images).
+// The views' cameras under a reading (images aside).
 CameraRig CamerasOf(const CameraRig& cameras, const Reading& reading) {
   CameraRig rig;
   for (const int camera : reading.camera_of_view) {
@@ -198,9 +196,9 @@ CameraRig CamerasOf(const CameraRig& cameras, const Reading& reading) {
   return rig;
 }
 
-// Agreement of views under readings. What a pair of views agrees to depends,
-// beside pose and scale, on the cameras and image readings of these two alone,
-// so that readings that differ in one view share most of their pairs; each is
+// Agreement of views under readings. Apart from pose and scale, the agreement
+// of a pair of views depends only on the cameras and image readings of these
+// two. Readings that differ in one view share most of their pairs; each is
 // computed once.
 class ReadingJudge {
  public:
@@ -227,7 +225,7 @@ class ReadingJudge {
       people_.clear();
       pairs_.clear();
     }
-    std::vector<size_t> seen;  // a number for each view as it is read
+    std::vector<size_t> seen;  // index of each view as it is read
     for (size_t v = 0; v < raw_.size(); ++v) {
       const auto camera = static_cast<size_t>(reading->camera_of_view[v]);
       seen.push_back((v * raw_.size() + camera) * kImages.size() +
@@ -267,16 +265,16 @@ class ReadingJudge {
   }
 
   const CameraRig& cameras_;
-  std::vector<ViewPeople> raw_;  // in the frames looked at
+  std::vector<ViewPeople> raw_;  // in the examined frames
   std::vector<int> frames_;      // all of these
-  Reading shared_;               // pose and scale of the pairs known
+  Reading shared_;               // pose and scale of the cached pairs
   CameraRig rig_;
   std::map<size_t, ViewPeople> people_;
   std::map<std::pair<size_t, size_t>, PairAgreement> pairs_;
 };
 
-// All ways to give the cameras to the views, where they are few; else those
-// that exchange two.
+// All assignments of cameras to views if there are few; else those that
+// exchange two.
 std::vector<std::vector<int>> Permutations(size_t views) {
   constexpr size_t kAllUpTo = 5;
   std::vector<int> order(views);
@@ -297,7 +295,7 @@ std::vector<std::vector<int>> Permutations(size_t views) {
   return permutations;
 }
 
-// By what a camera matrix may have to be multiplied; one K tells.
+// Possible factors of a camera matrix, judged by one K.
 std::vector<double> ImageScales(const SetUp& set_up) {
   std::vector<double> factors = {0.25,      1.0 / 3.0, 0.5, 2.0 / 3.0, 0.75,
                                  4.0 / 3.0, 1.5,       2.0, 3.0,       4.0};
@@ -317,7 +315,7 @@ std::vector<double> ImageScales(const SetUp& set_up) {
   return factors;
 }
 
-// Everything that differs from `from` in one thing.
+// All readings that differ from `from` in one thing.
 std::vector<Reading> Neighbours(const SetUp& set_up, const Reading& from) {
   std::vector<Reading> all;
   const auto add = [&](const auto& change) {
@@ -345,8 +343,8 @@ std::vector<Reading> Neighbours(const SetUp& set_up, const Reading& from) {
   return all;
 }
 
-// Whether a few of the frames leave it open that some reading agrees better by
-// far; where nothing comes near, the others need not be asked.
+// Whether, on a few of the frames, any reading might agree much better; if none
+// comes close, the remaining frames are not examined.
 bool SomeMayBeBetter(const SetUp& set_up) {
   constexpr size_t kFew = 8;
   constexpr double kChance = 0.06;  // of agreement, in so few
@@ -363,8 +361,8 @@ bool SomeMayBeBetter(const SetUp& set_up) {
   return false;
 }
 
-// The readings that agree better by far than `as_read` and fit equally well;
-// of these the simplest first. Changes one thing at a time, twice at most.
+// The readings that agree much better than `as_read` and equally well among
+// themselves, the simplest first. Changes one thing at a time, at most twice.
 std::vector<Reading> BetterReadings(const SetUp& set_up, Reading* as_read) {
   constexpr double kEqual = 0.025;
   constexpr int kRounds = 2;
@@ -395,7 +393,7 @@ std::vector<Reading> BetterReadings(const SetUp& set_up, Reading* as_read) {
   return better;
 }
 
-// What a reading changes, each with the words for it.
+// The changes of a reading, each with its description.
 void AddWords(const SetUp& set_up, const Reading& as_read,
               const Reading& reading, size_t alike,
               std::vector<Finding>* findings) {

@@ -19,8 +19,8 @@ namespace kinegraph {
 namespace {
 
 constexpr int kMinJoints = 6;
-// Of a person's size. A joint of a detector is off by two or three per cent of
-// it; another person by much more.
+// As a share of a person's size. Joints of a detector have errors of two or
+// three per cent; another person is much farther away.
 constexpr double kTolerance = 0.1;
 
 double SizeOf(const ViewPeople::Person& person) {
@@ -31,8 +31,8 @@ double SizeOf(const ViewPeople::Person& person) {
   return DiagonalPx(box);
 }
 
-// The people of a frame, ready to be compared with those of another view: a row
-// a joint, seven columns a person.
+// The people of a frame, prepared for comparison with those of another view:
+// one row per joint, seven columns per person.
 class ComparedPeople {
  public:
   ComparedPeople() = default;
@@ -59,8 +59,8 @@ class ComparedPeople {
   }
 
   // x, y, and 1 where the joint was found, else all 0; its epipolar line a, b,
-  // c in the other view; and by what a residual x_b' F x_a becomes a distance
-  // from that line, 0 where there is none.
+  // c in the other view; and the factor from a residual x_b' F x_a to the
+  // distance from that line, 0 where there is none.
   auto Of(size_t person) const {
     return columns_.middleCols<kColumns>(At(person));
   }
@@ -73,8 +73,8 @@ class ComparedPeople {
   Eigen::ArrayXXd columns_;
 };
 
-// Sum of the gains of all common joints over their number. Two people as
-// ComparedPeople::Of has them.
+// Sum of the gains of all common joints, and their number. Two people as
+// ComparedPeople::Of returns them.
 template <typename Columns>
 double PairGain(const Columns& a, double size_a, const Columns& b,
                 double size_b) {
@@ -95,8 +95,8 @@ double PairGain(const Columns& a, double size_a, const Columns& b,
 // People of one frame of a view.
 using People = std::vector<ViewPeople::Person>;
 
-// Whether the rays of most of a few joints come nearest each other in front of
-// both cameras.
+// Whether the rays of most of a few joints come closest to each other in front
+// of both cameras.
 bool InFront(const Camera& camera_a, const ViewPeople::Person& a,
              const Camera& camera_b, const ViewPeople::Person& b) {
   constexpr int kLooks = 5;
@@ -122,7 +122,7 @@ struct Match {
   size_t b = 0;
 };
 
-// People of two views who are one person: the best pairs first, nobody in two.
+// Matches people of two views one-to-one, best pairs first.
 std::vector<Match> MatchPeople(const Camera& camera_a, const People& a,
                                const ComparedPeople& of_a,
                                const Camera& camera_b, const People& b,
@@ -153,7 +153,8 @@ std::vector<Match> MatchPeople(const Camera& camera_a, const People& a,
   return matches;
 }
 
-// Each of a frame's people is compared with each of another view.
+// Bounds the work: each of a frame's people is compared with each of another
+// view.
 void KeepMostSeen(std::vector<ViewPeople::Person>* people) {
   constexpr size_t kMostPeople = 100;
   if (people->size() <= kMostPeople) return;
@@ -166,7 +167,7 @@ void KeepMostSeen(std::vector<ViewPeople::Person>* people) {
   people->resize(kMostPeople);
 }
 
-// As many of the frames as place enough people to tell what is asked of them.
+// As many of the frames as place enough people for the question.
 std::vector<int> FramesToPlace(const std::vector<ViewPeople>& ideal,
                                const std::vector<int>& frames) {
   constexpr size_t kEnoughPlaced = 1500;
@@ -269,7 +270,7 @@ std::vector<PairAgreement> AgreementsOf(const Camera& camera_a,
                                         const std::vector<int>& lags) {
   const Eigen::Matrix3d F = FundamentalMatrix(camera_a, camera_b);
   const Eigen::Matrix3d F_back = F.transpose();
-  // Of frames that were compared before, at another lag.
+  // Of frames already compared at another lag.
   std::unordered_map<int, ComparedPeople> known_a;
   std::unordered_map<int, ComparedPeople> known_b;
   std::vector<PairAgreement> agreements;
@@ -288,7 +289,7 @@ std::vector<PairAgreement> AgreementsOf(const Camera& camera_a,
       for (const auto& person : people_a) size_px += person.size_px;
       size_px *= kTolerance / static_cast<double>(people_a.size());
       agreement.distance_px += size_px * static_cast<double>(possible);
-      // Two cameras in one place see everything on each other's lines.
+      // Coincident cameras: everything lies on each other's lines.
       if (F.isZero()) continue;
       const auto [of_a, new_a] = known_a.try_emplace(k);
       if (new_a) of_a->second = ComparedPeople(F, people_a);

@@ -19,38 +19,39 @@
 
 namespace kinegraph {
 
-// The detections of one view over the recording, joints that count alone.
+// The detections of one view over the recording, restricted to the compared
+// joints.
 struct ViewPeople {
   struct Person {
-    std::vector<Eigen::Vector2d> px;  // one a joint that counts
+    std::vector<Eigen::Vector2d> px;  // one per compared joint
     std::vector<char> found;
     double size_px = 0.0;  // diagonal of the box around the joints
   };
   std::vector<std::vector<Person>> frames;  // [frame][person]
 };
 
-// Raw pixels, joints of confidence kMinJointConfidence and more; people with
-// fewer than six of them say too little. Of more than a hundred in a picture
-// those of whom most is seen.
+// Raw pixels, joints of at least kMinJointConfidence; people with fewer than
+// six such joints are ignored. Of more than a hundred in an image, those with
+// most joints.
 std::vector<ViewPeople> PeopleOfViews(const DetectionSequence& detections);
 
-// Ideal pixels: the lens of each view's camera taken out.
+// Ideal pixels: undistorted by each view's camera.
 ViewPeople Undistorted(const ViewPeople& view, const Camera& camera);
 std::vector<ViewPeople> IdealPeople(const DetectionSequence& detections,
                                     const CameraRig& cameras);
 
-// `count` of some frames, evenly among them.
+// `count` of the frames, evenly spaced.
 std::vector<int> Evenly(const std::vector<int>& frames, size_t count);
 
-// Some of the frames.
+// A selection of the frames.
 DetectionSequence FramesOf(const DetectionSequence& detections,
                            const std::vector<int>& frames);
 
-// Of the frame with a number, or -1.
+// Index of the frame with a number, or -1.
 int64_t IndexOfFrame(const DetectionSequence& detections, int64_t number);
 
-// The detections with what frame `source(view, k)` of a view shows in its frame
-// k; nothing where there is no such frame. Times stay the frames' own.
+// The detections with frame `source(view, k)` of each view in its frame k;
+// empty if there is no such frame. Times stay those of the frames.
 template <typename Source>
 DetectionSequence FramesMoved(const DetectionSequence& told,
                               const Source& source) {
@@ -73,8 +74,8 @@ DetectionSequence FramesMoved(const DetectionSequence& told,
 struct PairAgreement {
   double gain = 0.0;      // summed over matched people, 0 .. 1 each
   double possible = 0.0;  // people that could have been matched
-  // Distances from the epipolar lines [px], summed over `possible`; people
-  // without a match count with a tenth of their size.
+  // Distances from the epipolar lines [px], summed over `possible`; unmatched
+  // people contribute a tenth of their size.
   double distance_px = 0.0;
 
   double score() const { return possible > 0.0 ? gain / possible : 0.0; }
@@ -88,23 +89,23 @@ struct PairAgreement {
   }
 };
 
-// What another reading of files, images or clocks does to the agreement of some
-// views. One rule says whether it is taken, and how sure it is.
+// Change in the agreement of some views under another reading of files, images
+// or clocks. One rule decides whether it is accepted, and with what confidence.
 struct AgreementGain {
   PairAgreement before;
   PairAgreement after;
 
   double gain() const { return after.score() - before.score(); }
-  // Wrong readings of sound scenes stay below the right one; what chance gives
-  // to the best of many is a few hundredths. Two views of one person agree to
-  // 0.6 to 0.9.
+  // Wrong readings of sound scenes never exceed the right one by this much; the
+  // best of many gains a few hundredths by chance. Two views of one person
+  // agree to 0.6 to 0.9.
   static constexpr double kLeastGain = 0.08;
   static constexpr double kLeastScore = 0.3;
   static double Needed(double score_before) {
     return std::max(kLeastScore, score_before + kLeastGain);
   }
   bool is_enough() const { return after.score() >= Needed(before.score()); }
-  // The confidence of so much gained; nothing is surer than 0.95.
+  // The confidence for such a gain; at most 0.95.
   static double Sureness(double gained, double score_after) {
     return 0.95 * std::min(1.0, gained / 0.15) *
            std::min(1.0, score_after / 0.5);
@@ -113,10 +114,10 @@ struct AgreementGain {
 };
 
 // Two views at several lags: frame k of `a` is compared with frame k + lag of
-// `b`, which hold ideal pixels of the cameras. A pair of people gains the mean
+// `b`; both hold ideal pixels of the cameras. A pair of people gains the mean
 // over common joints of max(0, 1 - d / 0.1), d the distance from the epipolar
-// lines over the person's size; zero where the person would be behind a camera.
-// Pairs are taken greedily.
+// lines over the person's size; zero if the person would be behind a camera.
+// Pairs are matched greedily.
 std::vector<PairAgreement> AgreementsOf(const Camera& camera_a,
                                         const ViewPeople& a,
                                         const Camera& camera_b,
@@ -128,18 +129,18 @@ PairAgreement AgreementOf(const Camera& camera_a, const ViewPeople& a,
                           const Camera& camera_b, const ViewPeople& b,
                           const std::vector<int>& frames, int lag = 0);
 
-// The pairs of views that are compared, a < b: all of up to nine views; of more
-// each view with eight others, near and far in their order, so that the work
-// grows with the number of views instead of its square.
+// The pairs of views that are compared, a < b: all for up to nine views; for
+// more, each view with eight others, near and far in their order, so that the
+// work grows linearly with the number of views.
 std::vector<std::pair<size_t, size_t>> ComparedPairs(size_t view_count);
 
-// How often two people are compared where all these pairs are.
+// Number of comparisons of two people for all these pairs.
 double ComparisonsOfAll(const std::vector<ViewPeople>& views,
                         const std::vector<int>& frames);
 
-// Frames to look at: up to `count`, evenly among those in which two views or
-// more see people. Fewer, down to two, where all pairs of views, compared
-// `repeats` times, would take more than some four million comparisons of two
+// Frames to examine: up to `count`, evenly spaced among those in which two or
+// more views see people. Fewer, down to two, where all pairs of views, compared
+// `repeats` times, would need more than some four million comparisons of two
 // people: a tenth of a second.
 std::vector<int> FramesToLookAt(const std::vector<ViewPeople>& views, int count,
                                 int repeats = 1);
@@ -149,8 +150,8 @@ PairAgreement AgreementOfAll(const CameraRig& cameras,
                              const std::vector<ViewPeople>& ideal,
                              const std::vector<int>& frames);
 
-// People whom two views agree on, in 3D [m], their joints as in ViewPeople; of
-// all pairs of views, in as many of the frames as place some 1,500.
+// People on whom two views agree, in 3D [m], joints as in ViewPeople; over all
+// pairs of views, in as many of the frames as place some 1,500.
 struct PlacedPerson {
   int frame = 0;
   size_t view_a = 0;
@@ -161,11 +162,12 @@ std::vector<PlacedPerson> PlacePeople(const CameraRig& cameras,
                                       const std::vector<ViewPeople>& ideal,
                                       const std::vector<int>& frames);
 
-// The place of a joint in ViewPeople; -1 when it is not compared.
+// Index of a joint in ViewPeople; -1 if it is not compared.
 int PlaceOf(const Skeleton& skeleton, const std::string& joint_name);
 
-// Stature [m] of the people seen, from trunk, thigh and shank of those that
-// two views agree on; the median, and how many told it. Joints by name.
+// Stature [m] of the people seen, from trunk, thigh and shank of those on whom
+// two views agree: the median, and the number of people measured. Joints by
+// name.
 struct Stature {
   double median_m = 0.0;
   int count = 0;
@@ -173,7 +175,7 @@ struct Stature {
 Stature StatureOf(const CameraRig& cameras,
                   const std::vector<ViewPeople>& ideal,
                   const std::vector<int>& frames, const Skeleton& skeleton);
-// In up to so many frames of a recording.
+// In up to this many frames of a recording.
 Stature StatureOf(const CameraRig& cameras, const DetectionSequence& recording,
                   int frames);
 

@@ -1,5 +1,5 @@
-// Questions about the images of single views, asked before anything is asked
-// of cameras or clocks: rates, exchanged sides, scaled and cropped videos.
+// Hypotheses about the images of single views, before those about cameras or
+// clocks: rates, exchanged sides, scaled and cropped videos.
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
@@ -20,8 +20,8 @@ namespace {
 
 // ---- Rates ----
 
-// A view whose files count frames at another rate than the rest, `factor` times
-// as fast, their numbers too high by `offset`.
+// A view whose files count frames at another rate than the rest: `factor` times
+// as fast, with numbers too high by `offset`.
 struct OtherRate {
   size_t view = 0;
   double rate_hz = 0.0;
@@ -30,7 +30,7 @@ struct OtherRate {
   AgreementGain gain;  // with the others
 
   // The frame that shows what is nearest to frame `number`, and how many frames
-  // earlier than that it was taken; nullopt where it is nearer to another.
+  // earlier it was taken; nullopt if it is nearer to another.
   struct Shown {
     int64_t number = 0;
     double earlier = 0.0;
@@ -41,12 +41,12 @@ struct OtherRate {
     shown.number = std::llround(factor * told + offset);
     shown.earlier =
         told - (static_cast<double>(shown.number) - offset) / factor;
-    // Of two frames alike the later, as where the recording is read.
+    // Of two equally near frames the later, as when the recording is read.
     if (shown.earlier >= 0.5 || shown.earlier < -0.5) return std::nullopt;
     return shown;
   }
 
-  // Where frame k's picture stands in the files, or -1.
+  // Index of frame k's image in the files, or -1.
   int64_t From(const DetectionSequence& files, size_t k) const {
     const auto shown = At(files.frames[k].frame);
     return shown ? IndexOfFrame(files, shown->number) : -1;
@@ -84,11 +84,11 @@ std::optional<OtherRate> FindOtherRate(const SetUp& set_up) {
   constexpr std::array kRates = {12.0, 12.5, 15.0, 24.0,  25.0,  30.0,  48.0,
                                  50.0, 60.0, 90.0, 100.0, 120.0, 200.0, 240.0};
   constexpr int kFrames = 40;
-  // Half of the views at twice the rate are the others at half of it: of
-  // answers alike the faster one is taken.
+  // Half of the views at twice the rate is equivalent to the others at half of
+  // it: of equal answers the faster one is taken.
   constexpr double kAlike = 0.03;
   const DetectionSequence& files = set_up.detections;
-  // Each pair of views is compared from both sides.
+  // Each pair of views is compared in both directions.
   const std::vector<int> frames = FramesToLookAt(
       set_up.ideal, kFrames, 2 * static_cast<int>(kRates.size()));
   std::optional<OtherRate> best;
@@ -106,7 +106,7 @@ std::optional<OtherRate> FindOtherRate(const SetUp& set_up) {
           one.factor > 5.0) {
         continue;
       }
-      // The first frames of all belong together, or numbers count from 0.
+      // The first frames of all views belong together, or numbers count from 0.
       const auto first = static_cast<double>(files.frames.front().frame);
       const double together = first - one.factor * first;
       for (const double offset : {together, 0.0}) {
@@ -131,7 +131,7 @@ std::optional<OtherRate> FindOtherRate(const SetUp& set_up) {
 
 // ---- Sides ----
 
-// Shoulders, hips and trunk tell which way is ahead.
+// Shoulders, hips and trunk determine the forward direction.
 Noses LookAhead(const std::vector<PlacedPerson>& people,
                 const Skeleton& skeleton) {
   Noses noses;
@@ -146,18 +146,19 @@ Noses LookAhead(const std::vector<PlacedPerson>& people,
     if (!l || !r || !lh || !rh || !nose) continue;
     const Eigen::Vector3d up = (*l + *r - *lh - *rh).normalized();
     const Eigen::Vector3d ahead = ((*l - *r) + (*lh - *rh)).cross(up);
-    // Whoever is seen from the side has shoulders of no width.
+    // A person seen from the side has shoulders of no width.
     const double trunk = 0.5 * (*l + *r - *lh - *rh).norm();
     if (!((*l - *r).norm() > 0.3 * trunk) || ahead.norm() == 0.0) continue;
     const double nose_m = (*nose - 0.5 * (*l + *r)).dot(ahead.normalized());
-    if (std::abs(nose_m) < 0.1 * trunk) continue;  // who bends the head back
+    if (std::abs(nose_m) < 0.1 * trunk) continue;  // the head is tilted back
     ++noses.looked_at;
     noses.backwards += nose_m < 0.0 ? 1 : 0;
   }
   return noses;
 }
 
-// The agreement of all pairs of views, by whether one of the two is exchanged.
+// The agreement of all pairs of views, with and without exchanging one of the
+// two.
 class SidesTable {
  public:
   SidesTable(const CameraRig& cameras, const std::vector<ViewPeople>& people,
@@ -171,8 +172,8 @@ class SidesTable {
     }
   }
 
-  // Over the pairs of which one view is in `of` and the other is not, with the
-  // views of `exchanged` exchanged.
+  // Over the pairs with exactly one view in `of`, with the views of `exchanged`
+  // exchanged.
   PairAgreement Of(const std::vector<char>& exchanged,
                    const std::vector<char>& of) const {
     PairAgreement all;
@@ -183,8 +184,8 @@ class SidesTable {
     return all;
   }
 
-  // One view after the other, while that helps. One side of a split is as good
-  // as the other: of the smaller one.
+  // Greedily, one view at a time. Both sides of a split are equivalent: returns
+  // the smaller one.
   std::vector<char> Best() const {
     std::vector<char> exchanged(views_, 0);
     for (size_t round = 0; 2 * (round + 1) <= views_; ++round) {
@@ -214,8 +215,8 @@ class SidesTable {
 
 // ---- Images ----
 
-// A view whose video was scaled or cropped before people were detected: pixel
-// of the detections = scale * pixel of the camera - offset.
+// A view whose video was scaled or cropped before detection: pixel of the
+// detections = scale * pixel of the camera - offset.
 struct OtherImage {
   size_t view = 0;
   double scale = 1.0;
@@ -234,8 +235,7 @@ struct OtherImage {
       }
     });
   }
-  // (0, 0) is the middle of the first pixel, so that scales are about its
-  // corner.
+  // (0, 0) is the centre of the first pixel, so scaling is about its corner.
   Eigen::Vector2d Corner() const {
     return Eigen::Vector2d::Constant(0.5 * (scale - 1.0));
   }
@@ -260,7 +260,7 @@ struct ImageFit {
   }
 };
 
-// nullopt where the points say little, or do not fit.
+// nullopt if the points do not determine it, or do not fit.
 std::optional<ImageFit> FitImage(const Camera& camera,
                                  const PlacedPerson& placed,
                                  const ViewPeople::Person& seen) {
@@ -295,12 +295,12 @@ std::optional<ImageFit> FitImage(const Camera& camera,
   return fit;
 }
 
-// Videos are made smaller or larger by simple ratios.
+// Videos are scaled by simple ratios.
 constexpr std::array kRatios = {1.0,       0.5,  2.0, 2.0 / 3.0, 1.5, 0.75,
                                 4.0 / 3.0, 0.25, 4.0, 1.0 / 3.0, 3.0};
 
 double SimpleRatio(double scale) {
-  // A focal length is off by so much, or a camera stands nearer.
+  // Typical error of a focal length, or of a camera's distance.
   constexpr double kFocal = 0.08;
   if (std::abs(std::log(scale)) < kFocal) return 1.0;
   constexpr double kNear = 0.03;
@@ -310,7 +310,7 @@ double SimpleRatio(double scale) {
   return scale;
 }
 
-// What most fits agree on; none where they do not.
+// The consensus of most fits; nullopt if there is none.
 std::optional<OtherImage> CommonImage(std::vector<ImageFit> fits,
                                       double least_shift) {
   constexpr size_t kMost = 300;
@@ -349,7 +349,8 @@ std::optional<OtherImage> CommonImage(std::vector<ImageFit> fits,
   return image;
 }
 
-// Keeps what brings its view nearer to the others than the best so far.
+// Keeps the candidate that brings its view nearer to the others than the best
+// so far.
 void KeepBetter(const SetUp& set_up, const PairAgreement& before,
                 OtherImage image, std::optional<OtherImage>* best) {
   const Camera camera = image.Seen(set_up.cameras[image.view]);
@@ -363,7 +364,7 @@ void KeepBetter(const SetUp& set_up, const PairAgreement& before,
   }
 }
 
-// Two views place nobody whom a third one could see: sizes are tried.
+// Two views place no people for a third one to confirm: sizes are tried.
 std::optional<OtherImage> OtherSizeOfTwo(const SetUp& set_up) {
   std::optional<OtherImage> best;
   for (size_t v = 0; v < set_up.cameras.size(); ++v) {
@@ -377,7 +378,7 @@ std::optional<OtherImage> OtherSizeOfTwo(const SetUp& set_up) {
   return best;
 }
 
-// Images moved by less than `least_shift` of people's size are not moved.
+// Shifts of less than `least_shift` of people's size are ignored.
 std::optional<OtherImage> FindOtherImage(const SetUp& set_up,
                                          double least_shift) {
   const CameraRig& cameras = set_up.cameras;
@@ -387,7 +388,7 @@ std::optional<OtherImage> FindOtherImage(const SetUp& set_up,
   std::optional<OtherImage> best;
   for (size_t v = 0; v < cameras.size(); ++v) {
     const PairAgreement before = set_up.WithOthers(v);
-    // Where a view agrees nobody scaled it.
+    // A view that agrees was not scaled.
     if (before.score() > set_up.agreement.score()) continue;
     std::vector<ImageFit> fits;
     for (const PlacedPerson& person : people) {
@@ -421,7 +422,7 @@ std::optional<Answer> AskForOtherRate(const SetUp& set_up) {
   if (!rate.has_value()) return std::nullopt;
   std::string keys = "input.view_frame_rate." + set_up.ViewName(rate->view) +
                      "=" + fmt::format("{:.4g}", rate->rate_hz);
-  // Keys take whole frames; where that leaves a part, all count from 0.
+  // Keys take whole frames; if there is a remainder, all views count from 0.
   const bool whole = rate->offset == std::round(rate->offset);
   const int64_t first = set_up.detections.frames.front().frame;
   for (size_t v = 0; rate->offset != 0.0 && v < set_up.cameras.size(); ++v) {
@@ -542,7 +543,7 @@ bool StandOnHeads(const DetectionSequence& seen) {
   return on_heads >= kEnough && on_heads > kNearlyAll * (upright + on_heads);
 }
 
-// Left and right, exchanged in some views or in all.
+// Left and right exchanged in some or all views.
 std::optional<Answer> AskForSides(const SetUp& set_up) {
   const DetectionSequence seen = FramesOf(set_up.detections, set_up.frames);
   const ExchangedSides found = FindExchangedSides(set_up.cameras, seen);
@@ -587,15 +588,15 @@ std::optional<Answer> AskForSides(const SetUp& set_up) {
   return answer;
 }
 
-// A video that was scaled or cropped before people were detected.
+// A video scaled or cropped before detection.
 std::optional<Answer> AskForOtherImage(const SetUp& set_up) {
   if (set_up.AgreeAlready()) return std::nullopt;
-  constexpr double kLeastShift = 0.15;  // detectors are off by less
+  constexpr double kLeastShift = 0.15;  // detectors' errors are smaller
   const auto image = FindOtherImage(set_up, kLeastShift);
   if (!image.has_value()) return std::nullopt;
   const Camera& camera = set_up.cameras[image->view];
-  // Cameras that are turned by little look alike; by a tenth of the image
-  // nobody turns one without moving it.
+  // Slightly rotated cameras have the same effect; a tenth of the image is more
+  // than a camera would be rotated without being moved.
   const double share = image->offset_px.norm() / ImageWidth(camera);
   const bool either = !image->scaled() && share <= 0.1;
   std::string what;
