@@ -22,8 +22,8 @@
 namespace kinegraph {
 namespace {
 
-// Adults: 1.70 m, with a spread of 0.09 over people; the chain of joints that
-// detectors find is within 3 % of the one that anatomy means.
+// Adults: 1.70 m with a standard deviation of 0.09 m; the chain of joints that
+// detectors report is within 3 % of the anatomical one.
 constexpr double kStatureM = 1.70;
 constexpr double kStatureSpread = 0.053;
 constexpr double kChainSpread = 0.03;
@@ -35,8 +35,8 @@ TrackSequence QuickTracks(const RunOptions& options, const CameraRig& cameras,
   return TrackSequenceOf(QuickOptions(options), request, recording);
 }
 
-// Median of the distances of two joints over people and frames; 0 where they
-// are never seen together.
+// Median distance of two joints over people and frames; 0 if they are never
+// seen together.
 double DistanceIn(const TrackSequence& tracks, int a, int b) {
   std::vector<double> distances;
   for (const TrackFrame& frame : tracks.frames) {
@@ -58,7 +58,7 @@ int JointOf(const Skeleton& skeleton, const std::string& name) {
   return joint;
 }
 
-// What is named must be there, before minutes are spent.
+// Named joints and views must exist; checked before minutes are spent.
 void CheckNames(const KnownLength& length, const DetectionHeader& header) {
   if (length.kind == KnownLength::Kind::kDistance) {
     JointOf(header.skeleton, length.a);
@@ -74,8 +74,8 @@ void CheckNames(const KnownLength& length, const DetectionHeader& header) {
   }
 }
 
-// A world whose axes are all far from where people stand up, so that none of
-// them counts as told (GroundOf).
+// A world without an axis near the direction in which people stand, so that no
+// axis counts as the stated vertical (GroundOf).
 CameraRig WithoutUpAxis(const CameraRig& cameras, const Eigen::Vector3d& up) {
   Ground turn;
   turn.R = Eigen::Quaterniond::FromTwoVectors(
@@ -180,8 +180,8 @@ class Finisher {
         OnGround(result_->cameras, result_->ground.value_or(upright));
   }
 
-  // By how much the logarithm of the two cameras' distance grows with each
-  // parameter; nothing where another length tells the metre.
+  // Derivative of the logarithm of the two cameras' distance by each parameter;
+  // zero where another length determines the metre.
   Eigen::VectorXd LogDistance(Eigen::Index size) const {
     Eigen::VectorXd gradient = Eigen::VectorXd::Zero(size);
     if (input_.length.kind != KnownLength::Kind::kCameras) return gradient;
@@ -199,7 +199,7 @@ class Finisher {
     return gradient;
   }
 
-  // For cameras.json; the metre's uncertainty moves all centres together.
+  // For cameras.json; the uncertainty of the metre moves all centres together.
   void Record() {
     RigResult& rig = result_->rig;
     RefinementRecord& record = result_->record;
@@ -242,9 +242,9 @@ class Finisher {
   RecordingCalibration* result_;
 };
 
-// Whether the world that was found is a mirror image, which two views never
-// tell, and its people do: refused where the images are upside down too, else
-// said, as left and right that are exchanged look alike.
+// Whether the world is a mirror image, which two views cannot determine but
+// people can: rejected if the images are upside down too, else reported,
+// because exchanged left and right has the same effect.
 void CheckMirror(const std::vector<std::string>& view_names,
                  const RigInput& input, RigResult* rig) {
   const std::vector<int> frames =

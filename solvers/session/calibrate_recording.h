@@ -1,4 +1,4 @@
-// Cameras of a recording without a calibration: the rig by its people
+// Cameras of a recording without a calibration: the rig from its people
 // (solvers/rig), in metres, upright and on the floor.
 #ifndef KINEGRAPH_SOLVERS_SESSION_CALIBRATE_RECORDING_H_
 #define KINEGRAPH_SOLVERS_SESSION_CALIBRATE_RECORDING_H_
@@ -16,7 +16,7 @@
 
 namespace kinegraph {
 
-// Where the metre comes from; without any of these from people's stature.
+// The length that determines the metre; without any, people's stature.
 struct KnownLength {
   enum class Kind { kPopulation, kStature, kDistance, kCameras };
   Kind kind = Kind::kPopulation;
@@ -27,24 +27,24 @@ struct KnownLength {
 
 struct CalibrationInput {
   CameraRig cameras;         // intrinsics, with the names of the views
-  double focal_sigma = 0.0;  // RigInput
+  double focal_sigma = 0.0;  // as in RigInput
   KnownLength length;
 };
 
 struct RecordingCalibration {
-  std::vector<std::string> view_names;  // one a view of the rig
+  std::vector<std::string> view_names;  // one per view of the rig
   RigResult rig;
-  // In metres, z up from the floor where `ground` is there; of the used views.
+  // In metres; with z up from the floor if `ground` is set; of the used views.
   CameraRig cameras;
   std::optional<Ground> ground;
   double metres_per_unit = 1.0;  // of the rig's lengths
   double scale_sigma = 0.0;      // of the logarithm of all lengths
-  double stature_m = 0.0;        // of the people by then; 0: not measured
+  double stature_m = 0.0;        // of the people in that scale; 0: not measured
   RefinementRecord record;       // clocks and covariance, for cameras.json
 };
 
 // Throws InputError or OptionError where a joint, a view or the frame rate is
-// not there.
+// missing.
 RecordingCalibration CalibrateRecording(const RunOptions& options,
                                         const CalibrationInput& input,
                                         const DetectionSequence& detections);

@@ -38,8 +38,8 @@ std::vector<const Skeleton*> SkeletonsLike(const Skeleton& own) {
 
 namespace {
 
-// Another order of the joints with as many of them, which fits people's bones
-// clearly better; null where there is none.
+// Another skeleton with the same number of joints in a different order that
+// fits people's bones clearly better; null if there is none.
 const Skeleton* BetterSkeleton(const DetectionSequence& detections) {
   const auto candidates = SkeletonsLike(detections.header.skeleton);
   SkeletonFit fit(candidates);
@@ -53,7 +53,7 @@ const Skeleton* BetterSkeleton(const DetectionSequence& detections) {
   return best == 0 ? nullptr : candidates[best];
 }
 
-// Of each camera, in a metre that is so long; zero where nothing is stated.
+// For each camera, in units of `metre`; zero where the record has none.
 std::vector<CameraChange> StatedSigma(const RefinementRecord& record,
                                       const CameraRig& cameras, double metre) {
   std::vector<CameraChange> sigmas(cameras.size(), CameraChange::Zero());
@@ -81,7 +81,7 @@ Diagnosis DiagnoseRecording(const RunOptions& options,
                             const DetectionSequence& detections,
                             const CalibrationUnit& unit,
                             const std::optional<RefinementRecord>& recorded) {
-  // Joints by their right names first: nothing else is asked of wrong ones.
+  // Joint names first: with wrong ones nothing else can be examined.
   DetectionHeader header = detections.header;
   const Skeleton* better = BetterSkeleton(detections);
   if (better != nullptr) header.skeleton = *better;
@@ -96,7 +96,7 @@ Diagnosis DiagnoseRecording(const RunOptions& options,
                  ? WithRecordedClocks(options, request, *recorded, detections)
                  : AskedFrames(request, detections));
   input.detections.header.skeleton = header.skeleton;
-  // The doctor has a word of his own on people who are too small or too large.
+  // The doctor itself reports people who are too small or too large.
   const SubjectScale scale =
       IsHuman(header.skeleton)
           ? SubjectScale()
@@ -116,7 +116,7 @@ Diagnosis DiagnoseRecording(const RunOptions& options,
   Diagnosis diagnosis = Diagnose(input);
   diagnosis.cameras = scale.IntoWorld(diagnosis.cameras);
   for (Finding& finding : diagnosis.findings) {
-    // A run refuses to refine what is refined already.
+    // A run refuses to refine what is already refined.
     if (has_clocks && finding.fix == kRefineClocks) {
       finding.fix = kCalibrateAnew;
     }

@@ -1,4 +1,4 @@
-// The doctor (solvers/scene/doctor.h) on what a run would be given.
+// Runs the doctor (solvers/scene/doctor.h) on the input of a run.
 #ifndef KINEGRAPH_SOLVERS_SESSION_DIAGNOSE_H_
 #define KINEGRAPH_SOLVERS_SESSION_DIAGNOSE_H_
 
@@ -14,21 +14,21 @@
 
 namespace kinegraph {
 
-// Looks at the frames that the request asks for. The tracker runs with the
-// options' front end and the paper's estimator, whatever the mode. `recorded`:
-// the clocks and the covariance beside the request's cameras, which count as in
-// a run. Throws as PrepareScene.
+// Examines the requested frames. The tracker runs with the options' front end
+// and the paper's estimator in either mode. `recorded`: the clocks and
+// covariance recorded with the request's cameras, applied as in a run. Throws
+// as PrepareScene.
 Diagnosis DiagnoseRecording(
     const RunOptions& options, const RunRequest& request,
     const DetectionSequence& detections, const CalibrationUnit& unit,
     const std::optional<RefinementRecord>& recorded = std::nullopt);
 
-// The skeleton of some detections, then others with as many joints, in another
-// order.
+// The skeleton of some detections, then others with the same number of joints
+// in a different order.
 std::vector<const Skeleton*> SkeletonsLike(const Skeleton& own);
 
-// Tracks detections of the scene's views with its cameras, once, and freezes
-// the matches; one pass, the paper's estimator.
+// Tracks detections of the scene's views with its cameras, in one pass with the
+// paper's estimator, and freezes the matches.
 FrozenMatches MatchRecording(const RunOptions& options, const SceneModel& scene,
                              const DetectionSequence& detections);
 

@@ -20,11 +20,11 @@
 namespace kinegraph {
 namespace {
 
-// Feet that move more slowly than this stand; a walker's swing at 3 m/s.
+// Feet slower than this are standing; a swinging foot reaches 3 m/s.
 constexpr double kStandingMps = 0.4;
-constexpr double kRestS = 0.1;  // over this long
+constexpr double kRestS = 0.1;  // interval of the speed
 // Ankles are 0.039 of the stature above the floor (Drillis and Contini, 1966),
-// here of 1.72 m; toes and heels lie on it but for the shoe.
+// here of 1.72 m; toes and heels touch it except for the shoe.
 constexpr double kAnkleHeightM = 0.067;
 constexpr double kToeHeightM = 0.02;
 constexpr int64_t kFewestFeet = 50;
@@ -64,7 +64,7 @@ std::optional<Eigen::Vector3d> Middle(const Pose3d& joints,
   return 0.5 * (a.position_m + b.position_m);
 }
 
-// From ankles to shoulders, the mean over people and frames: people bow to all
+// From ankles to shoulders, mean over people and frames: people bend to all
 // sides.
 Eigen::Vector3d MeanBodyAxis(const Skeleton& skeleton,
                              const std::vector<TrackFrame>& frames) {
@@ -83,20 +83,20 @@ Eigen::Vector3d MeanBodyAxis(const Skeleton& skeleton,
 
 // A joint of a foot that rests in one place for a while.
 struct Stand {
-  Eigen::Vector3d point = Eigen::Vector3d::Zero();  // its mean
+  Eigen::Vector3d point = Eigen::Vector3d::Zero();  // mean position
   double height_m = 0.0;                            // above the floor
-  double weight = 1.0;  // toe, heel and ankle of one foot are one stand
+  double weight = 1.0;  // toe, heel and ankle of one foot share one weight
   int samples = 0;
 };
 
-// Where a person's joints were, newest last.
+// Recent positions of a person's joints, the newest last.
 struct Past {
   TimeNs time = 0;
   const Pose3d* joints = nullptr;
 };
 
-// The newest of the past that is at least kRestS old, and not much older:
-// between two frames of a fast camera noise looks like speed.
+// The newest entry that is at least kRestS old, and not much older: between two
+// frames of a fast camera noise looks like speed.
 const Past* LongEnoughAgo(const std::deque<Past>& past, TimeNs now) {
   const TimeNs least = FromSeconds(kRestS);
   for (auto at = past.rbegin(); at != past.rend(); ++at) {
@@ -106,7 +106,7 @@ const Past* LongEnoughAgo(const std::deque<Past>& past, TimeNs now) {
   return nullptr;
 }
 
-// Whether a joint is where it was, but for the swing of who stands.
+// Whether a joint has not moved, apart from the sway of a standing person.
 bool Rests(size_t joint, const Past& before, TimeNs now,
            const PersonPose& person) {
   const Joint3d& last = (*before.joints)[joint];
@@ -119,11 +119,11 @@ bool Rests(size_t joint, const Past& before, TimeNs now,
 // The stands of all people.
 std::vector<Stand> StandsIn(const Skeleton& skeleton,
                             const std::vector<TrackFrame>& frames) {
-  constexpr double kFarM = 0.3;  // who shuffles along stands anew
+  constexpr double kFarM = 0.3;  // a shuffling foot starts a new one
   const std::vector<FootJoint> feet = FeetOf(skeleton);
   std::vector<Stand> stands;
   std::map<TrackId, std::deque<Past>> pasts;
-  std::map<std::pair<TrackId, int>, size_t> open;  // stands that go on
+  std::map<std::pair<TrackId, int>, size_t> open;  // still continuing
   for (const TrackFrame& frame : frames) {
     for (const PersonPose& person : frame.people) {
       std::deque<Past>& past = pasts[person.id];
@@ -162,8 +162,8 @@ int64_t SamplesOf(const std::vector<Stand>& stands) {
   return samples;
 }
 
-// A rotation that takes `up` to z and keeps the old x axis in the plane of
-// the new x and z, or the old y axis where x points up.
+// A rotation that maps `up` to z and keeps the old x axis in the plane of the
+// new x and z, or the old y axis if x points up.
 Eigen::Matrix3d Upright(const Eigen::Vector3d& up) {
   const Eigen::Vector3d old = std::abs(up.x()) < 0.9 ? Eigen::Vector3d::UnitX()
                                                      : Eigen::Vector3d::UnitY();
@@ -183,17 +183,18 @@ double MedianOf(const std::vector<Stand>& feet, int axis) {
   return Quantile(values, 0.5);
 }
 
-// How people stand on average tells up this well: some take a bow all along.
+// Standard deviation of the mean standing direction as an estimate of up: some
+// people are bent all the time.
 constexpr double kBodySigmaRad = 0.12;
-// Calibrations are often made with one axis up, this exactly; the other way is
-// held against one that is not this much better (log of the odds, e^5 = 150).
+// Calibrations often have one axis exactly vertical; such an axis is preferred
+// unless another direction is this much more likely (log odds, e^5 = 150).
 constexpr double kAxisSigmaRad = 0.035;
 constexpr double kAxisOdds = 5.0;
 
-// Where up may be, before feet are asked.
+// A candidate for up, before feet are considered.
 struct Guess {
   Eigen::Vector3d up;
-  bool is_axis = false;  // of the world as it was
+  bool is_axis = false;  // of the original world
 };
 
 std::vector<Guess> GuessesOf(const Eigen::Vector3d& body) {
@@ -207,11 +208,11 @@ std::vector<Guess> GuessesOf(const Eigen::Vector3d& body) {
   return guesses;
 }
 
-// The floor z = a + b x + c y about the middle of the feet.
+// The floor z = a + b x + c y about the mean position of the feet.
 struct Floor {
   Eigen::Vector3d abc = Eigen::Vector3d::Zero();
   Eigen::Vector2d middle = Eigen::Vector2d::Zero();
-  double cost = 0.0;  // minus its log likelihood
+  double cost = 0.0;  // negative log likelihood
 
   Eigen::Vector3d Up() const {
     return Eigen::Vector3d(-abc[1], -abc[2], 1.0).normalized();
@@ -222,11 +223,12 @@ Eigen::Vector2d SlopeOf(const Eigen::Vector3d& up) {
   return -up.head<2>() / up.z();
 }
 
-// In a world that is nearly upright: feet on steps and chairs weigh little.
+// In a nearly upright world: feet on steps and chairs have little weight.
 Floor FitFloor(const std::vector<Stand>& feet, const Eigen::Vector3d& body,
                const Eigen::Vector3d* axis) {
   constexpr double kSigmaM = 0.03;  // of a stand
-  // A foot that is lifted, on a step or a chair costs no more than this, e^2.
+  // Upper limit of the cost of a foot that is lifted, on a step or a chair:
+  // e^2.
   constexpr double kMostCost = 2.0;
   Floor floor;
   floor.middle = {MedianOf(feet, 0), MedianOf(feet, 1)};
@@ -271,8 +273,8 @@ struct Upturn {
   double cost = std::numeric_limits<double>::infinity();
 };
 
-// The most likely up near a guess. The fit is linear in the slope; twice leaves
-// nothing of a few degrees.
+// The most likely up near a candidate. The fit is linear in the slope; two
+// iterations suffice for a few degrees.
 Upturn TurnUp(const std::vector<Stand>& feet, const Eigen::Vector3d& body,
               const Guess& guess) {
   Upturn result;
@@ -301,7 +303,7 @@ std::optional<Ground> GroundOf(const TrackHeader& header,
   if (!(axis.norm() > 0.0) || SamplesOf(feet) < kFewestFeet) {
     return std::nullopt;
   }
-  // Where most lie, those who stand say more.
+  // Where most people lie, the standing ones are more informative.
   const Eigen::Vector3d mean = axis.normalized();
   const Eigen::Vector3d body =
       StanceOf(header.skeleton, frames).UpUnlike(mean).value_or(mean);
@@ -320,7 +322,7 @@ std::optional<Ground> GroundOf(const TrackHeader& header,
   double squares = 0.0;
   for (const Stand& foot : feet) {
     const double off = foot.point.z() - foot.height_m + ground.t.z();
-    // A decimetre: a step, a chair.
+    // Clamped at a decimetre: a step, a chair.
     squares += foot.samples * std::min(off * off, 0.01);
   }
   ground.foot_count = SamplesOf(feet);
@@ -343,7 +345,7 @@ void TurnRecord(const Ground& ground, RefinementRecord* record) {
   Eigen::Index at = 0;
   for (const RefinementRecord::Camera& camera : record->cameras) {
     for (size_t i = 0; i < camera.places.size(); ++i, ++at) {
-      // The three of a centre stand together.
+      // The three coordinates of a centre are adjacent.
       if (camera.places[i] == kCentreAt) turn.block<3, 3>(at, at) = ground.R;
     }
   }

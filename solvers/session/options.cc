@@ -59,7 +59,7 @@ void RunOptions::Describe(OptionVisitor& visitor) {
 
 RunOptions WithRulesOfMode(RunOptions options) {
   if (options.estimators.mode == Mode::kPaper) {
-    constexpr double kRate_hz = 25.0;  // of the paper's frames
+    constexpr double kRate_hz = 25.0;  // frame rate of the paper
     TrackLifeOptions& life = options.tracker.life;
     life.max_age_frames = life.max_age_s * kRate_hz;
     life.confirm_hits = 1 + std::llround(life.confirm_s * kRate_hz);
@@ -73,7 +73,7 @@ RunOptions WithRulesOfMode(RunOptions options) {
   }
   if (options.input.independent_frames) {
     options.tracker.life.independent_frames = true;
-    options.identity.link = false;  // nothing tells who comes back
+    options.identity.link = false;  // no evidence on who returns
   }
   return options;
 }
@@ -165,8 +165,8 @@ DetectionReadOptions DetectionOptionsOf(const RunOptions& options) {
 }
 
 EstimatorFactory FeedbackOf(const RunOptions& options) {
-  // It is asked for the people of a replay one after the other, with and
-  // without cameras: they share nothing that is learnt.
+  // Called for the people of a replay one after the other, with and without
+  // cameras: they must not share what they learn.
   EstimatorOptions alone = options.estimators;
   alone.graph.view_bias = ViewBiasUse::kOff;
   return MakeEstimators(alone).feedback;

@@ -1,4 +1,4 @@
-// Everything a configuration can say of a run.
+// All options of a run, as in a configuration.
 #ifndef KINEGRAPH_SOLVERS_SESSION_OPTIONS_H_
 #define KINEGRAPH_SOLVERS_SESSION_OPTIONS_H_
 
@@ -19,22 +19,22 @@
 namespace kinegraph {
 
 struct InputOptions {
-  double frame_rate_hz = 0.0;  // 0: the files tell it
-  // Feeds the first frame so often before the recording, as the authors'
-  // warm-up; what is fed again is not written.
+  double frame_rate_hz = 0.0;  // 0: from the files
+  // Repeats the first frame this often before the recording, as in the authors'
+  // warm-up; repetitions are not written.
   int64_t repeat_first_frame = 0;
-  bool independent_frames = false;  // single frames, no motion between them
-  bool skip_bad_frames = false;     // of our own detections
-  // View -> rate [Hz] at which its files count frames, where it is another.
+  bool independent_frames = false;  // single frames without motion between them
+  bool skip_bad_frames = false;     // in our own detections
+  // View -> rate [Hz] at which its files count frames, if different.
   std::map<std::string, std::string> view_frame_rate;
-  // View -> what is taken from the frame numbers of its files.
+  // View -> offset subtracted from the frame numbers of its files.
   std::map<std::string, std::string> view_frame_offset;
 
   void Describe(OptionVisitor& visitor);
 };
 
 struct OutputOptions {
-  bool observations = false;  // write matches and weights too
+  bool observations = false;  // also write matches and weights
 
   void Describe(OptionVisitor& visitor);
 };
@@ -44,7 +44,7 @@ struct RunOptions {
   InputOptions input;
   std::string skeleton;  // of the tracks; empty: the detections'
   CameraReadOptions cameras;
-  RefineOptions refine;  // in the table of the cameras
+  RefineOptions refine;  // part of the cameras table
   // Size of the subject (subject_scale.h); 0: measured.
   double subject_m = 0.0;
   DetectionReadOptions detections;
@@ -56,19 +56,19 @@ struct RunOptions {
   void Describe(OptionVisitor& visitor);
 };
 
-// The options as the run's mode means them: paper mode counts a track's life in
-// frames of 25 Hz and never backfills, associates again, extrapolates or links,
-// whatever the keys say; graph mode counts seconds. Every run applies this; it
-// changes nothing when applied again.
+// The options as the run's mode interprets them: paper mode counts a track's
+// life in frames of 25 Hz and never backfills, associates again, extrapolates
+// or links, whatever the keys are; graph mode counts seconds. Every run applies
+// this; it is idempotent.
 RunOptions WithRulesOfMode(RunOptions options);
 
-// Reads a configuration with what the command line changes in it: `set` as
-// --set takes it, `mode` empty or as --mode takes it.
+// Reads a configuration with the command line's changes: `set` as in --set,
+// `mode` empty or as in --mode.
 RunOptions ReadRunOptions(const std::string& config_path,
                           const std::string& set, const std::string& mode);
 
-// The same for a configuration that is a text already; no text leaves every
-// key at its default.
+// The same for a configuration given as text; an empty text leaves every key at
+// its default.
 RunOptions ParseRunOptions(const std::string& toml, const std::string& set,
                            const std::string& mode);
 
@@ -76,7 +76,7 @@ RunOptions ParseRunOptions(const std::string& toml, const std::string& set,
 // in from the other tables.
 DetectionReadOptions DetectionOptionsOf(const RunOptions& options);
 
-// Whose prediction the joints filter uses.
+// The estimator whose prediction the joints filter uses.
 EstimatorFactory FeedbackOf(const RunOptions& options);
 
 }  // namespace kinegraph

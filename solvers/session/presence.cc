@@ -12,12 +12,12 @@
 namespace kinegraph {
 namespace {
 
-// Upper ends of the bins of confidence but for the last.
+// Upper ends of all bins of confidence except the last.
 constexpr std::array<double, 8> kEnds = {0.01, 0.03, 0.1, 0.2,
                                          0.3,  0.4,  0.5, 0.6};
 constexpr double kSure = 0.6;
-// Of a person's size in the image: beyond a limb, as far as a detector that
-// takes one joint for another is off.
+// As a share of a person's size in the image: beyond a limb, the error of a
+// detector that confuses two joints.
 constexpr double kAstray = 0.3;
 
 }  // namespace
@@ -59,7 +59,8 @@ double PresenceLearner::SureDistance(int view_a, const Ideal& a, int view_b,
 }
 
 void PresenceLearner::See(const DetectionFrame& frame) {
-  constexpr double kOnePerson = 0.1;  // of the size; two are farther apart
+  // Of the size; different people are farther apart.
+  constexpr double kOnePerson = 0.1;
   std::vector<std::vector<Ideal>> ideal;
   for (size_t v = 0; v < frame.views.size(); ++v) {
     ideal.emplace_back();
@@ -104,12 +105,12 @@ void PresenceLearner::Compare(int view_a, const Ideal& a, int view_b,
 }
 
 double PresenceLearner::LeastConfidence() const {
-  // Robust estimates bear one in four: of three views two are then right in
+  // Robust estimates tolerate one in four: of three views two are then right in
   // five of six cases.
   constexpr double kMostAstray = 0.25;
   constexpr int64_t kEnough = 50;
-  // The more confident, the fewer are astray: neighbours that say otherwise
-  // count as one (pool adjacent violators).
+  // Higher confidence implies fewer errors: neighbouring bins that contradict
+  // this are merged (pool adjacent violators).
   struct Pool {
     int64_t seen = 0;
     int64_t astray = 0;

@@ -1,7 +1,7 @@
-// Below which confidence a detector's joints are not there at all. Some write a
-// position for every joint, the highest place of a map that is low everywhere;
-// that is no measurement with a large error, and no power of the confidence
-// (solvers/noise/frame_points.h) describes it.
+// The confidence below which a detector's joints are absent. Some detectors
+// report a position for every joint, the maximum of a heat map that is low
+// everywhere; that is not a measurement with a large error, and no power of the
+// confidence (solvers/noise/frame_points.h) describes it.
 #ifndef KINEGRAPH_SOLVERS_SESSION_PRESENCE_H_
 #define KINEGRAPH_SOLVERS_SESSION_PRESENCE_H_
 
@@ -17,9 +17,9 @@
 
 namespace kinegraph {
 
-// Counts, by confidence, how many joints of a detection lie far from the
-// epipolar lines of the same joints that another view is sure of. Which two
-// detections are one person their sure joints tell.
+// Counts, by confidence, how many joints of a detection are far from the
+// epipolar lines of the same joints with high confidence in another view.
+// Detections are matched between views by joints with high confidence in both.
 class PresenceLearner {
  public:
   // `cameras` must outlive it.
@@ -27,7 +27,7 @@ class PresenceLearner {
 
   void See(const DetectionFrame& frame);
 
-  // Joints with less confidence are not there; 0: all are, or too little was
+  // Joints with less confidence are absent; 0: none are, or too little was
   // seen.
   double LeastConfidence() const;
 
@@ -37,15 +37,15 @@ class PresenceLearner {
     int64_t seen = 0;
     int64_t astray = 0;  // of them
   };
-  // A detection's joints, freed of the lens.
+  // A detection's joints, undistorted.
   struct Ideal {
     std::vector<Keypoint> joints;
-    double size_px = 0.0;  // of the box around those that are sure
+    double size_px = 0.0;  // of the box around joints with high confidence
   };
 
   Ideal IdealOf(const Detection& detection, const Camera& camera) const;
-  // Of the joints that both are sure of, in the median; infinite with fewer
-  // than four.
+  // Median over the joints with high confidence in both; infinite if fewer than
+  // four.
   double SureDistance(int view_a, const Ideal& a, int view_b,
                       const Ideal& b) const;
   void Compare(int view_a, const Ideal& a, int view_b, const Ideal& b);

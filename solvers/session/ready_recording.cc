@@ -36,8 +36,8 @@ RefinementRecord RecordOf(const RunScene& scene, const Refinement& refinement,
   return record;
 }
 
-// `detections` of all views with the record's clocks; those that the run does
-// not use, and cameras that the record does not know, stay as they are.
+// `detections` of all views with the record's clocks; views that the run does
+// not use, and cameras without a record, are unchanged.
 DetectionSequence Clocked(const RunScene& scene, const RefinementRecord& record,
                           const DetectionSequence& detections) {
   std::vector<CameraChange> changes(detections.header.view_names.size(),
@@ -101,7 +101,7 @@ ReadyRecording RefineRecording(const RunOptions& options,
   }
   refine(used);
   if (lags != none && refinement.hardly_moves) {
-    // Whoever rests looks alike at any time.
+    // A person at rest gives no information on the clock.
     lags = none;
     used = std::move(as_told);
     refine(used);
@@ -116,7 +116,7 @@ ReadyRecording RefineRecording(const RunOptions& options,
                 &refinement);
   }
   for (size_t v = 0; v < lags.size(); ++v) {
-    // The frames were moved by whole beats already.
+    // The frames were already shifted by whole frames.
     refinement.changes[v][kOffsetAt] -= lags[v] / scene.model.frame_rate_hz;
   }
   scale.IntoWorld(&refinement);
@@ -139,7 +139,7 @@ std::unique_ptr<CameraUncertainty> UncertaintyOf(
     const RefinementRecord& record, const RunScene& scene,
     const Skeleton& detection_skeleton) {
   if (record.covariance.rows() == 0) return nullptr;
-  // Rows of the record's cameras, for those that the run uses.
+  // Rows of those of the record's cameras that the run uses.
   std::vector<std::vector<int>> places;
   std::vector<Eigen::Index> rows;
   for (const Camera& camera : scene.model.cameras) {
@@ -190,7 +190,7 @@ ReadyRecording MakeRecordingReady(
     ready = RefineRecording(options, request, own);
   }
   if (options.refine.ground == GroundKind::kOff) return ready;
-  // From one more run over the recording with the cameras as they are now.
+  // From one more run over the recording, with the current cameras.
   RunRequest refined = request;
   refined.cameras = ready.cameras;
   ready.ground = FindGround(

@@ -1,6 +1,6 @@
-// What happens to cameras and clocks before a recording is tracked: the clocks
-// that a calibration records, refinement (cameras.refine,
-// cameras.refine_clock), and the floor (cameras.ground).
+// Changes to cameras and clocks before a recording is tracked: the clocks
+// recorded in a calibration, refinement (cameras.refine, cameras.refine_clock),
+// and the floor (cameras.ground).
 #ifndef KINEGRAPH_SOLVERS_SESSION_READY_RECORDING_H_
 #define KINEGRAPH_SOLVERS_SESSION_READY_RECORDING_H_
 
@@ -19,34 +19,34 @@
 
 namespace kinegraph {
 
-// Whether the options ask for anything that needs the whole recording first.
+// Whether the options request anything that needs the whole recording first.
 bool ChangesCameras(const RunOptions& options);
 
-// Where WithClocks counts drifts from.
+// The time from which WithClocks counts drifts.
 double MiddleOf(const DetectionSequence& detections);
 
-// The frames asked for with the clocks of a record, as the run that wrote it
-// saw them. Throws as PrepareScene.
+// The requested frames with the clocks of a record, as in the run that wrote
+// it. Throws as PrepareScene.
 DetectionSequence WithRecordedClocks(const RunOptions& options,
                                      const RunRequest& request,
                                      const RefinementRecord& record,
                                      const DetectionSequence& detections);
 
-// What the record's uncertainty does to the joints of a run; null when it
-// states none of the run's cameras.
+// The effect of the record's uncertainty on the joints of a run; null if it
+// covers none of the run's cameras.
 std::unique_ptr<CameraUncertainty> UncertaintyOf(
     const RefinementRecord& record, const RunScene& scene,
     const Skeleton& detection_skeleton);
 
 struct ReadyRecording {
-  CameraRig cameras;  // of the request; refined, on their floor
-  // Of this refinement, else of the calibration.
+  CameraRig cameras;  // those of the request; refined, on the floor
+  // From this refinement, else from the calibration.
   std::optional<RefinementRecord> record;
-  std::optional<Refinement> refinement;  // one change a used view
+  std::optional<Refinement> refinement;  // one change per used view
   std::optional<Ground> ground;
-  bool misses_ground = false;  // asked for, and too few feet rest
-  // The frames asked for, of all views, with their clocks set right; nullopt:
-  // as they are.
+  bool misses_ground = false;  // requested, but too few feet rest
+  // The requested frames of all views with corrected clocks; nullopt:
+  // unchanged.
   std::optional<DetectionSequence> detections;
 
   bool changes_cameras() const {
@@ -54,16 +54,16 @@ struct ReadyRecording {
   }
 };
 
-// Tracks the recording once to match it, with whole-frame lags of its clocks
-// found first where the options ask for clocks, and refines what they ask for.
-// Throws as PrepareScene.
+// Tracks the recording once to match it, after a search for whole-frame lags if
+// the options request clocks, and refines what they request. Throws as
+// PrepareScene.
 ReadyRecording RefineRecording(const RunOptions& options,
                                const RunRequest& request,
                                const DetectionSequence& detections);
 
-// `recorded`: what the request's calibration says of an earlier run. `read` is
-// called where the recording is needed. Throws as PrepareScene, and OptionError
-// when what is refined already is to be refined again.
+// `recorded`: the record of an earlier run in the request's calibration. `read`
+// is called if the recording is needed. Throws as PrepareScene, and OptionError
+// when something already refined is to be refined again.
 ReadyRecording MakeRecordingReady(
     const RunOptions& options, const RunRequest& request,
     const std::optional<RefinementRecord>& recorded,

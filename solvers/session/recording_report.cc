@@ -24,11 +24,12 @@
 namespace kinegraph {
 namespace {
 
-constexpr size_t kErrorSample = 4096;  // errors that are kept for quantiles
-constexpr size_t kMaxCounted = 64;     // people in a view, and more
+constexpr size_t kErrorSample = 4096;  // errors kept for quantiles
+// People in a view; higher numbers are clamped.
+constexpr size_t kMaxCounted = 64;
 
-// A fair sample of a stream of numbers of any length (Vitter's reservoir), the
-// same one for the same stream.
+// A uniform sample of a stream of numbers of any length (Vitter's reservoir
+// sampling), reproducible for the same stream.
 class StreamSample {
  public:
   explicit StreamSample(size_t size = 256) : size_(size) {}
@@ -82,17 +83,17 @@ CameraReport ReportOf(const CameraStatistics& camera) {
   return report;
 }
 
-// What limbs tell of a person: the stature, how much lengths vary, and how much
-// those of left and right differ.
+// Results from a person's limbs: stature, variation of the lengths, and
+// difference between left and right.
 PersonReport ReportOf(const PersonStatistics& person) {
-  // Fewer lengths than this say nothing of a bone.
+  // With fewer lengths a bone is ignored.
   constexpr int64_t kEnough = 10;
   PersonReport report = person.counts;
   double length_m = 0.0;
   double share = 0.0;
   std::vector<double> spreads;
   std::vector<double> differences;
-  double left_m = 0.0;  // of the pair that this one ends
+  double left_m = 0.0;  // length of the left partner
   for (size_t i = 0; i < Limbs::kCount; ++i) {
     const StreamSample& sample = person.limbs_m[i];
     double median_m = 0.0;
@@ -133,7 +134,7 @@ double CameraReport::error_share() const {
   return person_px > 0.0 ? median_px / person_px : 0.0;
 }
 
-// All of a reporter, which only `RecordingReporter` below reads and calls.
+// Implementation; only `RecordingReporter` below uses it.
 struct RecordingReporter::Impl {
   Impl(const RunScene& scene, const Skeleton& detection_skeleton,
        bool is_stream)
@@ -226,10 +227,10 @@ struct RecordingReporter::Impl {
     return report;
   }
 
-  // Views that show no more people than were written, in the right place maybe,
-  // and nearly none of them alike.
+  // Views that show no more people than were written, perhaps in the right
+  // place, with hardly any matches.
   static void AddStrangers(RecordingReport* report) {
-    constexpr double kOthers = 1.2;  // who else may be in a picture
+    constexpr double kOthers = 1.2;  // margin for other people in an image
     using Kind = CameraWarning::Kind;
     for (const CameraReport& camera : report->cameras) {
       const std::string name = "'" + Printable(camera.camera) + "'";
@@ -251,9 +252,9 @@ struct RecordingReporter::Impl {
     }
   }
 
-  // The beginning of the recording, from the first frame in which two views
-  // show people: as much as a search for lags of ten seconds needs, within
-  // bounds.
+  // Keeps the beginning of the recording, from the first frame in which two
+  // views show people: enough, within bounds, to search for lags of ten
+  // seconds.
   void Keep(const DetectionFrame& seen) {
     constexpr int64_t kMostJoints = 400000;
     const double longest_s = 3.0 * DoctorOptions().longest_lag_s;
@@ -275,11 +276,11 @@ struct RecordingReporter::Impl {
     beginning_.frames.push_back(seen);
   }
 
-  // What the doctor is asked with; he looks at views, not at tracks.
+  // The doctor's input; it examines views, not tracks.
   DoctorInput BeginningOf() const {
     DoctorInput input;
     input.cameras = scene_.model.cameras;
-    // Of people it is the doctor who finds the unit.
+    // For people the doctor determines the unit.
     if (!IsHuman(detection_skeleton_)) {
       input.cameras = scale_.IntoRun(input.cameras);
     }
@@ -351,7 +352,7 @@ struct RecordingReporter::Impl {
     }
   }
 
-  // A key of the configuration that the recording was tracked with.
+  // A key of the configuration with which the recording was tracked.
   template <typename Value>
   Value KeyOf(const char* table, const char* key, Value otherwise) const {
     const Json config = Json::parse(scene_.header.config_json, nullptr, false);
@@ -359,8 +360,8 @@ struct RecordingReporter::Impl {
     return found != config.end() ? found->value(key, otherwise) : otherwise;
   }
 
-  // 0 for gates in pixels, and where association expects people to go on as
-  // they went: then they are followed at any speed.
+  // 0 for gates in pixels, and where association predicts that people continue
+  // their motion: then they are followed at any speed.
   double FollowedSpeed() const {
     if (KeyOf("gates", "units", std::string()) != "metres" ||
         KeyOf("association", "prediction_s", 0.0) > 0.0) {
@@ -371,8 +372,8 @@ struct RecordingReporter::Impl {
            KeyOf("gates", "speed_mps", usual.speed_mps);
   }
 
-  // Notes the time since the frame before; called before SeeSpeeds, which sets
-  // last_time_.
+  // Records the time since the previous frame; called before SeeSpeeds, which
+  // sets last_time_.
   void SeeStep(const TrackFrame& frame) {
     if (frames_ < 2) return;
     constexpr size_t kMostHoles = 100000;
@@ -385,8 +386,7 @@ struct RecordingReporter::Impl {
     }
   }
 
-  // Notes how fast the middle of each person's hips has moved since the frame
-  // before.
+  // Records the speed of each person's mid-hip since the previous frame.
   void SeeSpeeds(const TrackFrame& frame) {
     std::map<TrackId, Eigen::Vector3d> now;
     for (const PersonPose& person : frame.people) {
@@ -414,7 +414,7 @@ struct RecordingReporter::Impl {
   const RunScene& scene_;
   const bool is_stream_;
   const Skeleton detection_skeleton_;
-  const int least_joints_;  // of a detection that is looked at
+  const int least_joints_;  // required of a detection
   const std::vector<int> map_;
   const Limbs limbs_;
   const std::vector<const Skeleton*> candidates_;

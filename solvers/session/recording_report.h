@@ -1,5 +1,5 @@
-// What a run says of itself at its end: how well its poses fit what the cameras
-// saw, how tall people are, and what looks wrong.
+// The report at the end of a run: how well its poses fit the detections, how
+// tall people are, and what looks wrong.
 //
 //   RecordingReporter reporter(session.scene(), source->header().skeleton);
 //   UsedFrames used(session.scene(), reopen);
@@ -28,16 +28,16 @@ namespace kinegraph {
 struct CameraReport {
   std::string view;
   std::string camera;
-  int64_t detections = 0;  // with enough joints to be looked at
-  int64_t matched = 0;     // of them, to a person who was written
-  int64_t joints = 0;      // of them, with a position
+  int64_t detections = 0;  // with enough joints to be considered
+  int64_t matched = 0;     // of these, with a person who was written
+  int64_t joints = 0;      // of these, with a position
   // Distance [px] of matched joints from the projected ones.
   double median_px = 0.0;
   double p90_px = 0.0;
   double person_px = 0.0;  // median diagonal of the box around a person
 
   double matched_share() const;
-  double error_share() const;  // median_px of person_px
+  double error_share() const;  // median_px relative to person_px
 };
 
 struct PersonReport {
@@ -45,9 +45,10 @@ struct PersonReport {
   int64_t frames = 0;
   int64_t first_frame = 0;
   int64_t last_frame = 0;
-  double height_m = 0.0;         // 0: too few limbs were seen
-  double bone_spread = 0.0;      // median over limbs of (p90 - p10) / median
-  double side_difference = 0.0;  // of left and right limbs, relative, mean
+  double height_m = 0.0;     // 0: too few limbs were seen
+  double bone_spread = 0.0;  // median over limbs of (p90 - p10) / median
+  // Mean relative difference of left and right limbs.
+  double side_difference = 0.0;
 };
 
 struct RecordingReport {
@@ -55,36 +56,37 @@ struct RecordingReport {
   int64_t poses = 0;
   double frame_rate_hz = 0.0;
   double working_distance_m = 0.0;
-  bool is_human = true;    // by the names of the joints
-  double subject_m = 0.0;  // size of who is no human; 0: not known
+  bool is_human = true;    // judged by the names of the joints
+  double subject_m = 0.0;  // size of a non-human subject; 0: unknown
   std::string skeleton;
   double median_px = 0.0;  // over all cameras
   double p90_px = 0.0;
-  // As many people as some view shows in one frame of twenty.
+  // The number of people that some view shows in at least one of twenty frames.
   int most_people_in_a_view = 0;
-  // Joints with less confidence were not there (presence.h); 0: all were.
+  // Joints with less confidence were treated as absent (presence.h); 0: none
+  // were.
   double least_confidence = 0.0;
-  double height_m = 0.0;  // median over people, weighed by their frames
-  PairedBy paired_by = PairedBy::kMap;  // views with cameras
+  double height_m = 0.0;  // median over people, weighted by their frames
+  PairedBy paired_by = PairedBy::kMap;  // how views were paired with cameras
   std::vector<CameraReport> cameras;
   std::vector<PersonReport> people;  // ascending ids
   std::vector<CameraWarning> cameras_off;
-  // What is implausible, what the doctor finds without tracking, and, where
-  // that is no cause, the cameras that are off.
+  // What is implausible, the doctor's findings without tracking and, unless
+  // these explain it, cameras with a problem.
   std::vector<Finding> warnings;
 };
 
-// Collects while frames go by; memory grows with the number of people alone,
-// by 40 KB each, or, in a stream, by what is reported of them.
+// Collects data while frames pass; memory grows only with the number of people,
+// by 40 KB each or, for a stream, by the size of their report.
 class RecordingReporter {
  public:
-  // `is_stream`: who has been away for a minute does not come back under the
-  // same identity, and what was collected of them is summed up.
+  // `is_stream`: people who have been away for a minute do not return under the
+  // same identity, so their data is summarised.
   RecordingReporter(const RunScene& scene, const Skeleton& detection_skeleton,
                     bool is_stream = false);
-  // Before Report: of what was tracked (Session::scale).
+  // Before Report: the scale of the run (Session::scale).
   void set_scale(const SubjectScale& scale);
-  // Frames that do not come are frames in which nobody was found: no holes.
+  // Frames that are not passed are empty frames, not gaps.
   void set_empty_frames_left_out(bool left_out);
   ~RecordingReporter();
   RecordingReporter(const RecordingReporter&) = delete;

@@ -13,8 +13,8 @@
 namespace kinegraph {
 namespace {
 
-// Limits of what is plausible. None was fitted to a score; beside each stands
-// what sound recordings show.
+// Limits of plausibility. None was fitted to a score; values of sound
+// recordings are given beside them.
 constexpr double kMaxErrorShare = 0.06;    // of a person's size; Shelf: 0.02
 constexpr double kMinMatched = 0.4;        // share of detections
 constexpr double kNearlyAllMatched = 0.9;  // share of detections
@@ -46,16 +46,16 @@ class Warnings {
         {kind, "", 0.0, 0.0, 0.0, std::move(fix), std::move(evidence)});
   }
 
-  // Of what looks odd and may have many causes.
+  // Adds a warning about something odd that may have many causes.
   void AddIf(bool holds, const std::string& kind, std::string evidence) {
     if (holds) Add(kind, std::move(evidence), kLookCloser);
   }
 
-  // Unit of the calibration. True when people have no plausible height; what is
-  // no human may be as small as it likes, and as near.
+  // Unit of the calibration. True when people have no plausible height;
+  // non-human subjects may have any size and distance.
   bool AddScale() {
     if (!report_->is_human) return AddScaleOfOthers();
-    // In a world too small or too large nobody is tracked.
+    // In a world that is too small or too large no person is tracked.
     const double height_m =
         report_->height_m > 0.0 ? report_->height_m : facts_.stature_m;
     const double distance_m = report_->working_distance_m;
@@ -145,7 +145,7 @@ class Warnings {
         100.0 * MatchedShare());
   }
 
-  // Too few joints for a new person, where somebody was not found.
+  // Too few joints for a new person, where a person was not found.
   bool AddFewJoints() {
     const auto fewer =
         FewerJoints(facts_.joints_of_17, facts_.least_joints_of_17);
@@ -161,8 +161,8 @@ class Warnings {
     return true;
   }
 
-  // Frames without anybody among those with people: a detector that did not
-  // look in every frame, which paper mode takes for misses.
+  // Empty frames among those with people: a detector that did not run on every
+  // frame, which paper mode treats as misses.
   bool AddEmptyFrames() {
     constexpr double kMany = 0.2;  // of the frames
     const double share =
@@ -190,7 +190,8 @@ class Warnings {
                       "{:.0f} % of a person's size in the image: calibration, "
                       "pairing of views and cameras, or clocks may be wrong",
                       report_->median_px, 100.0 * share));
-    // Few are matched where views show other people, too: beds of a ward.
+    // Few matches may be correct where views also show other people: beds of a
+    // ward.
     AddIf(!facts_.views_examined && MatchedShare() < kMinMatched, "matched",
           fmt::format("{:.0f} % of the detections belong to a person who was "
                       "found: views may have each other's cameras "
@@ -199,7 +200,7 @@ class Warnings {
                       100.0 * MatchedShare()));
   }
 
-  // Share of the detections that belong to a person; 1 where there are few.
+  // Share of the detections matched with a person; 1 if there are few.
   double MatchedShare() const {
     int64_t detections = 0;
     int64_t matched = 0;
@@ -254,7 +255,7 @@ class Warnings {
         "the frame rate may be wrong (input.frame_rate)");
   }
 
-  // Frames too far apart to follow anybody, all of them or some.
+  // Frames too far apart to follow people, some or all.
   void AddSteps() {
     if (facts_.independent_frames) return;
     if (facts_.steps_back > 0) {
@@ -290,7 +291,7 @@ class Warnings {
         MatchedShare() < kNearlyAllMatched) {
       AddFewJoints();
     }
-    // Nobody is followed from one single picture to another.
+    // Single independent images are not linked.
     if (facts_.independent_frames) return;
     if (identities <= 2 * report_->most_people_in_a_view + 2) return;
     Add("identities",
@@ -300,7 +301,7 @@ class Warnings {
         facts_.links ? kLookCloser : "--set=identity.link=true");
   }
 
-  // People whom the average over everybody hides, each view by itself.
+  // People hidden by the average over everyone; each view separately.
   void AddUnfollowed() {
     constexpr size_t kMost = 8;  // lines
     if (facts_.independent_frames) return;
@@ -356,7 +357,7 @@ double JointsOf17(const Detection& detection, const Skeleton& skeleton) {
 
 std::optional<double> FasterGate(double body_speed_mps, double followed_mps) {
   constexpr double kShare = 0.8;
-  constexpr double kLimbs = 1.4;  // times the body
+  constexpr double kLimbs = 1.4;  // speed relative to the body
   if (!(followed_mps > 0.0) || body_speed_mps > kMaxBodySpeed ||
       body_speed_mps <= kShare * followed_mps) {
     return std::nullopt;
@@ -366,8 +367,8 @@ std::optional<double> FasterGate(double body_speed_mps, double followed_mps) {
 
 std::optional<int> FewerJoints(double joints_of_17, double least) {
   constexpr double kWellWithin = 1.25;
-  constexpr double kCommon = 0.55;  // of the joints that a view shows
-  constexpr double kFewest = 4.0;   // a body's place and direction
+  constexpr double kCommon = 0.55;  // of the joints in a view
+  constexpr double kFewest = 4.0;   // position and direction of a body
   if (!(joints_of_17 > 0.0) || joints_of_17 >= kWellWithin * least) {
     return std::nullopt;
   }
@@ -384,19 +385,19 @@ std::string UnitsThatFit(double length_m, double least_m, double most_m) {
     if (length < least_m || length > most_m) continue;
     fixes +=
         std::string(fixes.empty() ? "" : " or ") + "--set=cameras.unit=" + unit;
-    if (metres > 1.0) break;  // whatever it was read in
+    if (metres > 1.0) break;  // independent of the unit that was read
   }
   return fixes;
 }
 
 namespace {
 
-// What the doctor found, for the report, which has words of its own for a unit.
+// The doctor's findings for the report, which words the unit itself.
 std::vector<Finding> CausesOf(const Diagnosis& diagnosis, bool knows_unit) {
   std::vector<Finding> causes;
   for (Finding finding : diagnosis.findings) {
     if (!finding.told || (finding.kind == "unit" && knows_unit)) continue;
-    // By whole frames alone cameras that are turned may look like clocks; and
+    // To whole frames only, misoriented cameras may resemble clock errors; and
     // the report writes no cameras.
     if (finding.kind == "clock_offset") {
       finding.evidence += "; if it is the clock " + finding.fix;
@@ -423,9 +424,9 @@ void AddWarnings(const RecordingFacts& facts, const Diagnosis& diagnosis,
   report->warnings.insert(report->warnings.begin(),
                           std::make_move_iterator(causes.begin()),
                           std::make_move_iterator(causes.end()));
-  // Whether the doctor has found what explains the rest, and a flag that mends
-  // it. What wants a closer look first may be another cause: cameras that are
-  // turned look like cropped images, or like clocks.
+  // Whether the doctor has found an explanation for the rest and a flag that
+  // corrects it. Findings that need a closer look may have another cause:
+  // misoriented cameras resemble cropped images, or clock errors.
   const bool is_explained = any([](const Finding& one) {
     return one.confidence > 0.5 && one.fix != kLookCloser;
   });
@@ -436,7 +437,7 @@ void AddWarnings(const RecordingFacts& facts, const Diagnosis& diagnosis,
     }
     return;
   }
-  // What merely looks odd is not told beside what explains it.
+  // Oddities are not reported beside their explanation.
   auto& all = report->warnings;
   all.erase(std::remove_if(all.begin(), all.end(),
                            [](const Finding& one) {

@@ -1,5 +1,5 @@
-// When a recording's figures mean that something is wrong with its set-up. For
-// solvers/session alone.
+// Warnings when a recording's figures indicate a problem of its set-up. For
+// solvers/session only.
 #ifndef KINEGRAPH_SOLVERS_SESSION_RECORDING_WARNINGS_H_
 #define KINEGRAPH_SOLVERS_SESSION_RECORDING_WARNINGS_H_
 
@@ -17,56 +17,61 @@
 
 namespace kinegraph {
 
-// What a report does not show but its warnings need.
+// What the warnings need besides the report.
 struct RecordingFacts {
-  double stature_m = 0.0;       // of people paired between views, untracked
-  double body_speed_mps = 0.0;  // 95th percentile, middle of the hips
-  double followed_mps = 0.0;    // as fast as gates in metres follow; 0: others
+  double stature_m = 0.0;       // of people matched between views, untracked
+  double body_speed_mps = 0.0;  // 95th percentile, mid-hip
+  // Speed that gates in metres follow; 0: other gates.
+  double followed_mps = 0.0;
   bool implausible_bones = false;  // SkeletonFit::Implausible of the skeleton
-  std::string better_skeleton;     // another that fits clearly better, or empty
-  double frame_step_s = 0.0;       // median time from frame to frame
-  std::vector<double> holes_s;     // longer steps than kHole, ascending in time
-  int64_t steps_back = 0;          // how often the clock stood or stepped back
-  int64_t empty_frames = 0;        // no view shows anybody; of report.frames
-  // Whether the doctor could look at the views, and says what is wrong there.
+  // Another skeleton that fits clearly better, or empty.
+  std::string better_skeleton;
+  double frame_step_s = 0.0;    // median time between frames
+  std::vector<double> holes_s;  // longer steps than kHole, ascending in time
+  // How often the clock stopped or stepped back.
+  int64_t steps_back = 0;
+  // Among report.frames: no detections in any view.
+  int64_t empty_frames = 0;
+  // Whether the doctor could examine the views; if so, it reports their
+  // problems.
   bool views_examined = false;
   bool independent_frames = false;  // as the options say
   bool in_seconds = false;          // graph mode
   bool links = false;               // identity.link
-  // In joints of 17: what a detection usually shows, and what a new person
-  // needs (initialisation.min_joints); 0: not known.
+  // In joints of 17: the usual number of a detection, and the number required
+  // of a new person (initialisation.min_joints); 0: unknown.
   double joints_of_17 = 0.0;
   double least_joints_of_17 = 0.0;
   std::vector<UnfollowedPerson> unfollowed;
 };
 
-// Joints of a detection that counts as somebody: five, or all that a smaller
-// skeleton has.
+// Joints required for a detection to count as a person: five, or all of a
+// smaller skeleton.
 int LeastJoints(const Skeleton& skeleton);
 
-// How many of the joints that association compares were found, as if there were
-// 17 of them.
+// Number of found association joints, scaled to 17.
 double JointsOf17(const Detection& detection, const Skeleton& skeleton);
 
-// Joints of 17 that a new person should need where detections usually show
-// `joints_of_17`; nullopt where `least` of them are well within what they show.
-// Of two views with a third of the joints missing in either, half is common.
+// The number of joints of 17 that should be required of a new person, where
+// detections usually have `joints_of_17`; nullopt if `least` is well within
+// that. If two views each miss a third of the joints, half are common.
 std::optional<int> FewerJoints(double joints_of_17, double least);
 
-// gates.speed_mps [m/s] for people who move at `body_speed_mps`, where gates
-// follow them up to `followed_mps`; nullopt where that is enough. A gate is as
-// wide as the way between two frames, and limbs are faster than the body.
+// Recommended gates.speed_mps [m/s] for people who move at `body_speed_mps`,
+// where gates follow up to `followed_mps`; nullopt if that suffices. A gate is
+// as wide as the distance moved between two frames, and limbs are faster than
+// the body.
 std::optional<double> FasterGate(double body_speed_mps, double followed_mps);
 
-// Median height of the people, each weighed by its frames; 0 when unknown.
+// Median height of the people, weighted by their frames; 0 if unknown.
 double TypicalHeight(const std::vector<PersonReport>& people);
 
-// Units in which the calibration's lengths may be instead, as flags joined by
-// " or ": those that bring `length_m` between the two; empty: none.
+// Other possible units of the calibration's lengths, as flags joined by " or ":
+// those that bring `length_m` into the range; empty: none.
 std::string UnitsThatFit(double length_m, double least_m, double most_m);
 
-// What the doctor found without tracking, then what merely looks odd; where the
-// one explains the other, that goes, and with it RecordingReport::cameras_off.
+// The doctor's findings without tracking, followed by mere oddities; those that
+// a finding explains are omitted, as is RecordingReport::cameras_off.
 void AddWarnings(const RecordingFacts& facts, const Diagnosis& diagnosis,
                  RecordingReport* report);
 

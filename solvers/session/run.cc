@@ -65,8 +65,8 @@ TrackSequence TrackSequenceOf(const RunOptions& options,
   Session session(options, asked, told.header,
                   [&] { return std::make_unique<MemorySource>(told); });
   if (progress) session.set_progress(progress);
-  // What the uncertainty of the cameras does to the covariances, which needs
-  // the matches.
+  // The effect of the cameras' uncertainty on the covariances, which needs the
+  // matches.
   const std::unique_ptr<CameraUncertainty> uncertainty =
       ready.record.has_value()
           ? UncertaintyOf(*ready.record, session.scene(), told.header.skeleton)
@@ -109,14 +109,14 @@ FrozenRun FreezeTracking(const RunOptions& options, const RunRequest& request,
   one_pass.identity.link = false;
   MatchFreezer freezer;
   EstimatorPair estimators = MakeEstimators(options.estimators);
-  // The estimator that is written sees every frame of a life.
+  // The written estimator receives every frame of a life.
   EstimatorFactory& written =
       estimators.output ? estimators.output : estimators.feedback;
   written = freezer.Wrap(std::move(written));
   Session session(one_pass, asked, told.header, std::move(estimators));
   FrozenRun run;
   run.scene = session.scene();
-  // The tracks say what was asked for, not what was left out.
+  // The tracks record what was requested, not what was left out.
   run.scene.header.config_json = EffectiveConfigJson(options);
   run.tracks.header = run.scene.header;
   run.detections.header = told.header;

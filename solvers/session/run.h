@@ -1,5 +1,5 @@
-// A whole tracking run over detections that can be read from the beginning:
-// what every command that tracks calls.
+// A whole tracking run over detections that can be read from the beginning;
+// used by every command that tracks.
 #ifndef KINEGRAPH_SOLVERS_SESSION_RUN_H_
 #define KINEGRAPH_SOLVERS_SESSION_RUN_H_
 
@@ -16,7 +16,7 @@
 
 namespace kinegraph {
 
-// Detections held in memory, as a source that can be read again and again.
+// Detections held in memory, as a source that can be read repeatedly.
 class MemorySource final : public DetectionSource {
  public:
   // `sequence` must outlive the source.
@@ -33,7 +33,7 @@ class MemorySource final : public DetectionSource {
   size_t next_ = 0;
 };
 
-// Holds the detections of frames that are not final yet: those that it is fed,
+// Holds the detections of frames that are not final yet: those passed to Feed
 // or, where everything waits for the end of the recording, those of a second
 // reading.
 class UsedFrames {
@@ -41,7 +41,7 @@ class UsedFrames {
   // Without `reopen` frames come from Feed. `scene` must outlive the object.
   UsedFrames(const RunScene& scene, SourceOpener reopen);
   void Feed(const DetectionFrame& used);
-  // Frames are asked for in ascending order; nullptr when it never came.
+  // Frames are requested in ascending order; nullptr if it does not exist.
   const DetectionFrame* At(int64_t frame);
 
  private:
@@ -53,15 +53,15 @@ class UsedFrames {
   DetectionFrame current_;
 };
 
-// Feeds `session` all that `source` gives and finishes it; `write` gets each
+// Passes everything in `source` to `session` and finishes it; `write` gets each
 // finished frame in order.
 void TrackAll(DetectionSource* source, Session* session,
               const std::function<void(TrackFrame&&)>& write);
 
-// Detections in memory, tracked, with cameras and clocks refined and the world
-// on its floor before, where the options ask for it. `view_bias`, if not null,
+// Tracks detections in memory, after refining cameras and clocks and placing
+// the world on its floor if the options request it. `view_bias`, if not null,
 // receives what was learnt of the detector's bias; `progress`, if not empty,
-// how many frames were read so far.
+// the number of frames read so far.
 TrackSequence TrackSequenceOf(
     const RunOptions& options, const RunRequest& request,
     const DetectionSequence& detections, ViewBias* view_bias = nullptr,
@@ -69,18 +69,19 @@ TrackSequence TrackSequenceOf(
 
 // A run whose matches are kept (core/tracking/replay.h).
 struct FrozenRun {
-  RunScene scene;      // its cameras in the run's metres
-  SubjectScale scale;  // of them
-  // As the tracker was fed: used views alone, the warm-up before `first_frame`.
+  RunScene scene;      // its cameras are in the run's metres
+  SubjectScale scale;  // of these metres
+  // As passed to the tracker: only used views, with the warm-up before
+  // `first_frame`.
   DetectionSequence detections;
-  int64_t first_frame = 0;  // that is written
+  int64_t first_frame = 0;  // to be written
   FrozenMatches matches;
   TrackSequence tracks;  // what the run itself wrote
 };
 
-// Tracks detections in memory and freezes the matches, with cameras and clocks
-// refined before, where the options ask for it. There is one pass: a second one
-// (tracking.second_pass) is left out, and the world stays where it is.
+// Tracks detections in memory and freezes the matches, after refining cameras
+// and clocks if the options request it. A single pass: a second one
+// (tracking.second_pass) is omitted, and the world is not moved.
 FrozenRun FreezeTracking(const RunOptions& options, const RunRequest& request,
                          const DetectionSequence& detections);
 

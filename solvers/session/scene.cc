@@ -15,9 +15,9 @@ bool IsNamed(const std::vector<std::string>& names, const std::string& name) {
   return std::find(names.begin(), names.end(), name) != names.end();
 }
 
-// The views of a run, each with its camera: those named in `without` (by the
-// name of the view or of its camera) are left out, and where `cameras.use`
-// chose cameras, the views of the others.
+// The views of a run with their cameras. Views in `without` (by the name of the
+// view or its camera) are left out and, where `cameras.use` selects cameras,
+// also the views of all others.
 struct UsedViews {
   std::vector<int> views;  // indices into the detections' views
   CameraRig cameras;

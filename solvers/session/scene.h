@@ -20,40 +20,40 @@ enum class PairedBy;  // core/io/detections/view_pairing.h
 
 // What a run needs besides its options.
 struct RunRequest {
-  CameraRig cameras;                         // as the calibration file has them
+  CameraRig cameras;                         // as in the calibration file
   std::vector<std::string> without_cameras;  // names of views or cameras
   std::vector<FrameRange> frames;            // ascending; empty: all
-  int threads = 1;                           // the result is the same
+  int threads = 1;                           // does not affect the result
   // Applied in order after automatic linking (core/identity/edits.h).
   std::vector<IdentityEdit> corrections;
-  // What poses carry, or more: output.observations asks for everything.
+  // The minimum that poses keep; output.observations requests everything.
   KeptMatches kept_matches = KeptMatches::kNone;
 };
 
-// The whole of a run but its frames.
+// Everything about a run except its frames.
 struct RunScene {
   SceneModel model;                     // cameras in the order of used views
   std::vector<int> used_views;          // indices into the source's views
   std::vector<std::string> view_names;  // of the used views
   TrackHeader header;                   // of the tracks to come
   PairedBy paired_by = {};              // views with cameras
-  // Joints with less are not there (presence.h); 0: all are.
+  // Joints with less confidence are absent (presence.h); 0: none are.
   double least_confidence = 0.0;
 };
 
-// Pairs views with cameras, leaves out what is not wanted, settles skeleton and
-// frame rate. Throws InputError or OptionError for what does not fit.
+// Pairs views with cameras, excludes unwanted ones, determines skeleton and
+// frame rate. Throws InputError or OptionError for inconsistent input.
 RunScene PrepareScene(const RunOptions& options, const RunRequest& request,
                       const DetectionHeader& detections);
 
-// `frame` with the scene's used views alone, without joints that are not there;
-// moves them.
+// `frame` with the scene's used views only, without absent joints; moves the
+// views.
 void KeepUsedViews(const RunScene& scene, DetectionFrame* frame,
                    DetectionFrame* kept);
 DetectionSequence UsedViewsOf(const RunScene& scene,
                               DetectionSequence detections);
 
-// The frames that the request asks for.
+// The frames that the request selects.
 DetectionSequence AskedFrames(const RunRequest& request,
                               const DetectionSequence& detections);
 

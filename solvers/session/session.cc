@@ -24,16 +24,16 @@
 namespace kinegraph {
 namespace {
 
-// The options with a place where estimators count.
+// The options with a ledger for the estimators' counts.
 RunOptions WithLedger(RunOptions options) {
   GraphOptions& graph = options.estimators.graph;
   if (graph.ledger == nullptr) graph.ledger = std::make_shared<SolveLedger>();
   return options;
 }
 
-// The longest time between two frames that anything in a run can tell from a
-// longer one: lives, gaps and absences end before it, and covariances keep
-// their digits over it.
+// The longest interval between frames that makes a difference in a run: lives,
+// gaps and absences end before it, and covariances keep their precision over
+// it.
 TimeNs LongestPause(const RunOptions& options, double frame_rate_hz) {
   constexpr double kHour_s = 3600.0;
   const TrackLifeOptions life =
@@ -45,17 +45,17 @@ TimeNs LongestPause(const RunOptions& options, double frame_rate_hz) {
   return FromSeconds(std::min(longest_s, 1e9));
 }
 
-// A clock may be set while it records, stand, or pause for a year. Estimators
-// get times that ascend, with pauses no longer than matters to any of them;
-// what is written has the recording's own.
+// A clock may be reset while recording, stop, or pause for a year. Estimators
+// receive ascending times without pauses longer than any of them can
+// distinguish; output has the recording's own times.
 class RecordingClock {
  public:
   explicit RecordingClock(TimeNs longest_pause)
       : longest_pause_(longest_pause) {}
 
-  // Puts the next frame on the run's time. True where the recording's clock
-  // stood or stepped back: nobody lives on from the frames before. Throws
-  // InputError, and stays as it was, when frame numbers do not ascend.
+  // Maps the next frame to the run's time. True where the recording's clock
+  // stopped or stepped back: no track continues over it. Throws InputError,
+  // without changing state, when frame numbers do not ascend.
   bool Enter(DetectionFrame* frame) {
     const TimeNs time = frame->time;
     bool starts_anew = false;
@@ -82,8 +82,7 @@ class RecordingClock {
     return starts_anew;
   }
 
-  // Gives a frame its own time back; frames ascend, and earlier ones are
-  // forgotten.
+  // Restores a frame's own time; frames ascend, and earlier ones are forgotten.
   void Leave(TrackFrame* frame) {
     while (segments_.size() > 1 && segments_[1].first_frame <= frame->frame) {
       segments_.pop_front();
@@ -92,17 +91,17 @@ class RecordingClock {
   }
 
  private:
-  // How much time passed where the clock does not tell.
+  // The assumed pause where the clock gives none.
   static constexpr TimeNs kUnknownPause = 1'000'000'000;
   struct Stretch {
     int64_t first_frame = 0;
-    TimeNs put_on = 0;  // by how much its times are later
+    TimeNs put_on = 0;  // shift added to its times
   };
 
   const TimeNs longest_pause_;
   std::deque<Stretch> segments_;
   int64_t last_frame_ = 0;
-  TimeNs last_time_ = 0;  // of the recording
+  TimeNs last_time_ = 0;  // of the recording's clock
 };
 
 // Marks an object as in use by one call.
@@ -122,12 +121,12 @@ class Turn {
   std::atomic<bool>* taken_;
 };
 
-// From the first frames of a recording that is read twice anyway; what is
-// written from one pass must not depend on frames to come.
+// Learns presence from the first frames of a recording that is read twice
+// anyway; the output of a single pass must not depend on later frames.
 RunScene WithPresence(RunScene scene, const RunOptions& options,
                       const RunRequest& request, const SourceOpener& reopen) {
   constexpr int kFramesToRead = 500;
-  constexpr int kEvery = 2;  // errors of neighbours are alike
+  constexpr int kEvery = 2;  // neighbouring errors are correlated
   if (!reopen || options.estimators.mode == Mode::kPaper ||
       !options.tracker.life.second_pass) {
     return scene;
@@ -158,7 +157,7 @@ int PassCount(const RunOptions& options) {
   return WithRulesOfMode(options).tracker.life.second_pass ? 2 : 1;
 }
 
-// All of a session, which only `Session` below reads and calls.
+// Implementation; only `Session` below uses it.
 struct Session::Impl {
   using MakeEstimatorPair = std::function<EstimatorPair(const RunOptions&)>;
 
@@ -188,7 +187,7 @@ struct Session::Impl {
     if (!ContainsFrame(request_.frames, frame->frame)) return {};
     KeepUsedViews(scene_, frame, &used_);
     const bool anew = clock_.Enter(&used_);
-    unusable_ = "was stopped in the middle of a frame";  // should it throw
+    unusable_ = "was stopped in the middle of a frame";  // in case it throws
     if (!settled_) gauge_.See(used_);
     if (settled_ || !gauge_.has_begun()) {
       ProcessUsed(used_, anew);
@@ -222,7 +221,7 @@ struct Session::Impl {
                            " and takes no more frames");
   }
 
-  // A used frame, and whether nobody lives on into it.
+  // A used frame, and whether tracks end before it.
   struct Waiting {
     DetectionFrame frame;
     bool anew = false;
@@ -241,7 +240,7 @@ struct Session::Impl {
     tracker_->set_stage_times(stage_times_);
   }
 
-  // Before anybody is known: frames until here showed nobody in two views.
+  // Called before anyone is tracked: no frame so far had people in two views.
   void SettleScale() {
     settled_ = true;
     scale_ = gauge_.Scale();
@@ -267,7 +266,7 @@ struct Session::Impl {
     if (NeedsWholeRecording()) Collect(&first_pass_);
   }
 
-  // What is final and was not returned yet.
+  // Final frames that were not returned yet.
   std::vector<TrackFrame> Written() {
     if (NeedsWholeRecording()) return {};
     std::vector<TrackFrame> written;
@@ -281,7 +280,7 @@ struct Session::Impl {
            !request_.corrections.empty();
   }
 
-  // Linking, then what the user corrects. Before the second pass, which then
+  // Linking, then the user's corrections. Before the second pass, which then
   // estimates each person as one.
   void DecideIdentities() {
     if (options_.identity.link) {
@@ -290,7 +289,7 @@ struct Session::Impl {
     }
     const size_t automatic = edits_.size();
     for (IdentityEdit edit : request_.corrections) {
-      // A line of this very run, handed in again, is done already.
+      // An edit of this same run, passed in again, is already applied.
       const bool done = std::any_of(
           edits_.begin(), edits_.begin() + static_cast<long>(automatic),
           [&](const IdentityEdit& one) { return SameEdit(one, edit); });
@@ -311,7 +310,8 @@ struct Session::Impl {
     first_frame_ = first.frame;
     const FrameClock clock(scene_.model.frame_rate_hz);
     for (int64_t k = options_.input.repeat_first_frame; k > 0; --k) {
-      DetectionFrame earlier = first;  // as it was k frames ago
+      // Copy with the number of k frames earlier.
+      DetectionFrame earlier = first;
       earlier.frame -= k;
       earlier.time -= clock.TimeOf(k);
       for (ViewDetections& view : earlier.views) {
@@ -326,7 +326,7 @@ struct Session::Impl {
     tracker_->Process(frame, &finished_);
   }
 
-  // Appends what the tracker finished, but for its warm-up.
+  // Appends what the tracker finished, except its warm-up.
   void Collect(std::vector<TrackFrame>* frames) {
     for (TrackFrame& frame : finished_) {
       if (frame.frame >= first_frame_) frames->push_back(std::move(frame));
@@ -352,7 +352,8 @@ struct Session::Impl {
     return false;
   }
 
-  // Whose tracks a user or the evidence made shorter: they stay so.
+  // People whose tracks were shortened by a user or the evidence: they are not
+  // extended again.
   std::set<TrackId> Shortened() const {
     std::set<TrackId> people;
     for (const IdentityEdit& edit : edits_) {
@@ -409,13 +410,13 @@ struct Session::Impl {
   const DetectionHeader detections_;
   const PoseCheck check_{scene_.model.cameras};
   RecordingClock clock_;
-  RecordingClock clock_again_ = clock_;  // of the second pass
+  RecordingClock clock_again_ = clock_;  // for the second pass
   const SourceOpener reopen_;
   const MakeEstimatorPair make_estimators_;
   SubjectGauge gauge_;
   SubjectScale scale_;
-  bool settled_ = false;         // the scale, once and for all
-  std::deque<Waiting> waiting_;  // for it
+  bool settled_ = false;         // the scale is final
+  std::deque<Waiting> waiting_;  // for the scale
   SceneModel model_;             // in the run's metres
   std::shared_ptr<RecordingNotes> notes_;
   EstimatorFactory second_pass_estimator_;
@@ -425,16 +426,16 @@ struct Session::Impl {
   std::function<void(int64_t)> progress_;
 
   std::atomic<bool> taken_{false};
-  const char* unusable_ = nullptr;  // why
+  const char* unusable_ = nullptr;  // the reason
   bool started_ = false;
-  int64_t first_frame_ = 0;  // that is written
+  int64_t first_frame_ = 0;  // to be written
   int64_t frames_read_ = 0;
-  DetectionFrame used_;               // the frame with the used views alone
-  std::vector<TrackFrame> finished_;  // by the tracker, to be collected
+  DetectionFrame used_;               // the frame with the used views only
+  std::vector<TrackFrame> finished_;  // from the tracker, to be collected
   std::vector<TrackFrame> first_pass_;
   std::vector<DetectionFrame> kept_;  // for the second pass
   std::vector<IdentityEdit> edits_;
-  std::vector<std::string> left_out_;  // of the linking
+  std::vector<std::string> left_out_;  // by the linking
   RunSummary summary_;
   std::set<TrackId> people_;
 };

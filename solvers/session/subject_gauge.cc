@@ -18,7 +18,7 @@
 namespace kinegraph {
 namespace {
 
-// Limbs of a body and their share of its height.
+// Limbs of a body and their share of the stature.
 struct Limb {
   const char* a;
   const char* b;
@@ -39,9 +39,9 @@ bool IsPerson(double size_m) {
   return size_m >= kMinHeight && size_m <= kMaxHeight;
 }
 
-// Of the joints that were observed, those of the body: what belongs to none, a
-// lure or a joint gone astray, lies far beyond its middle. The tip of a tail is
-// two or three times as far as most joints.
+// Of the observed joints, those of the body. Others, a lure or a misplaced
+// joint, are far from its centre; the tip of a tail is two or three times as
+// far as most joints.
 std::vector<Eigen::Vector3d> JointsOfTheBody(const Pose3d& pose) {
   constexpr double kFar = 4.0;
   std::vector<Eigen::Vector3d> joints_m;
@@ -69,9 +69,9 @@ std::vector<Eigen::Vector3d> JointsOfTheBody(const Pose3d& pose) {
   return joints_m;
 }
 
-// How large what was seen is [m]: the stature of a human, of others the extent,
-// which nine of ten distances between joints stay below. Of a human's joints
-// 1.3 m in 1.7 m of stature; of a few points, as the ends of a box, all of it.
+// Size of a subject [m]: the stature of a human; for others the extent, the 90
+// % quantile of the distances between joints. For a human's joints that is 1.3
+// m of 1.7 m stature; for a few points, such as the ends of a box, all of it.
 std::optional<double> SizeOf(const Pose3d& pose, const Limbs& limbs,
                              bool is_human) {
   if (is_human) {
@@ -93,7 +93,7 @@ std::optional<double> SizeOf(const Pose3d& pose, const Limbs& limbs,
   return pose.size() <= kFewPoints ? extent_m : kSizeOfExtent * extent_m;
 }
 
-// People keep their size unless nearly all looks say that they are none.
+// People keep their size unless nearly all looks show that they are not human.
 SubjectScale ScaleOfSizes(const std::vector<double>& sizes_m, bool is_human) {
   if (sizes_m.empty()) return SubjectScale();
   if (is_human) {
@@ -113,17 +113,17 @@ SubjectScale ScaleOfSizes(const std::vector<double>& sizes_m, bool is_human) {
   return SubjectScale::OfSize(Median(sizes_m));
 }
 
-// Whether a detection can be measured. Joints that a detector puts at one
-// place, as some do with all that they have not found, are as far apart as its
-// noise.
+// Whether a detection can be measured. Joints placed at one point, as some
+// detectors do with all that were not found, have only the detector's noise as
+// their distance.
 bool HasExtent(const Detection& detection) {
-  constexpr double kNoise_px = 10.0;  // of a detector, and more
+  constexpr double kNoise_px = 10.0;  // upper bound of the detector's noise
   return CountFound(detection) > 1 &&
          DiagonalPx(BoxAround(detection.joints)) > kNoise_px;
 }
 
-// Two detections as one subject: its joints, and how far they miss what was
-// seen, in the median, as a share of the subject's size in the images.
+// Two detections as one subject: its joints, and their median reprojection
+// error as a share of the subject's size in the images.
 struct Sighting {
   Pose3d pose;
   double off = std::numeric_limits<double>::infinity();
@@ -131,9 +131,9 @@ struct Sighting {
 
 Sighting Together(const Camera& camera_a, const Detection& a,
                   const Camera& camera_b, const Detection& b) {
-  constexpr double kAstray = 0.1;  // another subject's, or a false one
+  constexpr double kAstray = 0.1;  // another subject, or a false detection
   TriangulationOptions options;
-  options.min_angle_rad = 0.1;  // else depth is a guess
+  options.min_angle_rad = 0.1;  // else depth is uncertain
   const double per_a = 0.5 / std::max(1.0, DiagonalPx(BoxAround(a.joints)));
   const double per_b = 0.5 / std::max(1.0, DiagonalPx(BoxAround(b.joints)));
   Sighting sighting;
@@ -161,7 +161,7 @@ Sighting Together(const Camera& camera_a, const Detection& a,
   return sighting;
 }
 
-// How far cameras stand from their middle [m]; 1 where they stand in one place.
+// Extent of the cameras about their mean position [m]; 1 if they coincide.
 double SpreadOf(const CameraRig& cameras) {
   Eigen::Vector3d middle = Eigen::Vector3d::Zero();
   for (const Camera& camera : cameras) middle += camera.centre();
@@ -239,10 +239,10 @@ SubjectGauge::SubjectGauge(CameraRig cameras, const Skeleton& detections,
       stated_m_(stated_m),
       limbs_(detections),
       is_human_(IsHuman(detections)),
-      // A point has no size, and one view measures none.
+      // A point has no size, and one view cannot measure any.
       settled_(stated_m > 0.0 || detections.joint_count() < 2 ||
                cameras_.size() < 2) {
-  // What is triangulated depends a little on the unit of the world.
+  // Triangulation depends slightly on the unit of the world.
   cameras_ = Rescaled(cameras_, 1.0 / cameras_m_);
 }
 
@@ -262,7 +262,7 @@ void SubjectGauge::See(const DetectionFrame& frame) {
   const auto first = sizes_m_.begin() + static_cast<std::ptrdiff_t>(before);
   const std::vector<double> now(first, sizes_m_.end());
   if (!now.empty()) ++measured_;
-  // A stream of people is not kept waiting.
+  // A live stream of people must not wait long.
   const int enough = is_human_ ? 10 : 30;
   settled_ = measured_ >= enough || looks_ >= 3 * enough;
   if (is_human_ && !now.empty() && IsPerson(Median(now))) {
@@ -272,8 +272,9 @@ void SubjectGauge::See(const DetectionFrame& frame) {
 }
 
 void SubjectGauge::SeePair(size_t a, size_t b, const DetectionFrame& frame) {
-  constexpr double kOne = 0.03;    // of its size; two subjects miss by more
-  constexpr size_t kMostSeen = 8;  // of a view: more tell no more
+  // Of its size; different subjects differ by more.
+  constexpr double kOne = 0.03;
+  constexpr size_t kMostSeen = 8;  // in a view: more add no information
   const auto& seen_a = frame.views[a].detections;
   const auto& seen_b = frame.views[b].detections;
   for (size_t i = 0; i < std::min(seen_a.size(), kMostSeen); ++i) {

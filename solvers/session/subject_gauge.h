@@ -1,4 +1,4 @@
-// How large whom a run tracks is: lengths of limbs in poses, and the run's
+// The size of the subjects of a run: lengths of limbs in poses, and the run's
 // scale from what two views show.
 #ifndef KINEGRAPH_SOLVERS_SESSION_SUBJECT_GAUGE_H_
 #define KINEGRAPH_SOLVERS_SESSION_SUBJECT_GAUGE_H_
@@ -18,32 +18,32 @@
 
 namespace kinegraph {
 
-// Distance of two joints [m] where both were observed: what a bone factor or a
-// prediction filled in says nothing new. Joints below zero are none.
+// Distance of two joints [m] if both were observed: joints filled in by a bone
+// factor or a prediction carry no new information. Negative indices: none.
 std::optional<double> ObservedDistance(const Pose3d& pose, int a, int b);
 
-// Where limbs are in the poses of a skeleton; one that is no human's has none.
+// Limbs in the poses of a skeleton; none for a non-human skeleton.
 class Limbs {
  public:
-  // Left and right of four limbs in turn, and the trunk, from the middle of the
-  // hips to that of the shoulders.
+  // Left and right of four limbs in turn, and the trunk, from mid-hip to
+  // mid-shoulder.
   static constexpr size_t kSided = 8;
   static constexpr size_t kCount = kSided + 1;
-  // Of the stature; less than the least of all together says nothing of it.
+  // Relative to the stature.
   static double ShareOf(size_t limb);
   static constexpr double kLeastShare = 0.4;
 
   explicit Limbs(const Skeleton& skeleton);
 
-  // Lengths [m] that were observed in a pose.
+  // Lengths [m] of limbs observed in a pose.
   std::array<std::optional<double>, kCount> LengthsOf(const Pose3d& pose) const;
-  // Stature that one pose tells [m]; nullopt where too little was observed.
+  // Stature estimated from one pose [m]; nullopt if too little was observed.
   std::optional<double> HeightOf(const Pose3d& pose) const;
-  // Between two hips that were observed.
+  // Between two observed hips.
   std::optional<Eigen::Vector3d> MiddleOfHips(const Pose3d& pose) const;
 
  private:
-  // Joints; -1 where the skeleton has none.
+  // Joints; -1 where the skeleton lacks one.
   struct Pair {
     int a = -1;
     int b = -1;
@@ -53,41 +53,42 @@ class Limbs {
   Pair shoulders_;
 };
 
-// Finds the scale from the first frames in which two views show the subject:
-// the median, over pairs of views and frames, of the stature that limbs tell of
-// people, and of the extent of what is no human. People between 0.5 and 2.3 m,
-// and a subject that nothing measures, have the scale 1.
+// Determines the scale from the first frames in which two views show the
+// subject: the median, over pairs of views and frames, of the stature of people
+// from their limbs, or of the extent of a non-human subject. The scale is 1 for
+// people between 0.5 and 2.3 m and for a subject that cannot be measured.
 class SubjectGauge {
  public:
-  // `cameras` of the frames' views. `stated_m`: the size; 0: to be measured.
+  // `cameras` of the frames' views. `stated_m`: the known size; 0: to be
+  // measured.
   SubjectGauge(CameraRig cameras, const Skeleton& detections, double stated_m);
 
   void See(const DetectionFrame& frame);
-  // Whether two views have shown anybody.
+  // Whether two views have shown a subject.
   bool has_begun() const { return looks_ > 0; }
-  // Whether more frames change nothing. One look at people is enough.
+  // Whether more frames have no effect. One look at people is enough.
   bool is_settled() const { return settled_; }
-  // From what was seen so far.
+  // From the frames so far.
   SubjectScale Scale() const;
 
  private:
   void SeePair(size_t a, size_t b, const DetectionFrame& frame);
 
-  const double cameras_m_;  // how far apart they stand
-  CameraRig cameras_;       // in a world in which that is 1
+  const double cameras_m_;  // distance between them
+  CameraRig cameras_;       // in a world in which that distance is 1
   const double stated_m_;
   const Limbs limbs_;
   const bool is_human_;
   bool settled_ = false;
-  int looks_ = 0;     // frames in which two views show anybody
-  int measured_ = 0;  // of them, that told a size
+  int looks_ = 0;     // frames in which two views show a subject
+  int measured_ = 0;  // of these, with a measured size
   std::vector<double> sizes_m_;
 };
 
-// The scale for detections of `cameras`' views, all at hand.
+// The scale for detections of `cameras`' views, all in memory.
 SubjectScale ScaleOf(const RunOptions& options, const CameraRig& cameras,
                      const DetectionSequence& detections);
-// The scale of tracks that stand in the world.
+// The scale of tracks in the world.
 SubjectScale ScaleOf(const TrackSequence& tracks);
 
 }  // namespace kinegraph

@@ -1,7 +1,7 @@
-// The unit of length of a run. What tracker and estimators know of distances,
-// speeds and noise, constants and options alike, is known of people. A mouse or
-// a fly moves as they do in a world of its own size: the run divides the world
-// by this scale, and multiplies what it answers.
+// The unit of length of a run. All constants and options on distances, speeds
+// and noise in tracker and estimators are those of people. A mouse or a fly
+// moves similarly relative to its size: the run divides the world by this scale
+// and multiplies its results by it.
 #ifndef KINEGRAPH_SOLVERS_SESSION_SUBJECT_SCALE_H_
 #define KINEGRAPH_SOLVERS_SESSION_SUBJECT_SCALE_H_
 
@@ -15,22 +15,22 @@ namespace kinegraph {
 
 struct Refinement;  // solvers/cameras/refine.h
 
-// Whom the constants are made for.
+// The size for which the constants are made.
 inline constexpr double kPersonSize_m = 1.7;
 
 class SubjectScale {
  public:
-  SubjectScale() = default;  // people: everything stays as it is, bit by bit
-  // Of a subject as large as told [m]: its stature, or as long as it is.
+  SubjectScale() = default;  // people: everything unchanged, bit by bit
+  // Of a subject with this size [m]: its stature, or its extent.
   static SubjectScale OfSize(double size_m);
 
-  // Metres of the world in a metre of the run.
+  // Metres of the world per metre of the run.
   double metres() const { return metres_; }
   double size_m() const;
   bool is_one() const { return metres_ == 1.0; }
 
   CameraRig IntoRun(const CameraRig& cameras) const;
-  // Places in the world, and what is known beforehand of the detector's bias.
+  // Positions in the world, and a known bias of the detector.
   RunOptions IntoRun(RunOptions options) const;
   TrackFrame IntoRun(TrackFrame frame) const {
     return Times(1 / metres_, frame);

@@ -23,7 +23,8 @@ namespace kinegraph {
 namespace {
 
 constexpr size_t kFramesToTry = 250;
-// How many joints the second fullest view shows: what two views can place.
+// Number of joints in the second most complete view: what two views can
+// triangulate.
 int JointsSeenTwice(const DetectionFrame& frame, int least_joints) {
   std::array<int, 2> most = {0, 0};
   for (const ViewDetections& view : frame.views) {
@@ -41,7 +42,7 @@ int JointsSeenTwice(const DetectionFrame& frame, int least_joints) {
 // Consecutive frames to try.
 struct FramesToTry {
   DetectionSequence beginning;  // from the first that shows people in two views
-  DetectionSequence fullest;    // of which two views show most
+  DetectionSequence fullest;    // with most joints seen by two views
 };
 
 // Reads the whole recording.
@@ -68,7 +69,7 @@ FramesToTry ReadFramesToTry(DetectionSource* source, RecordingSurvey* survey) {
       joints.pop_front();
       last.pop_front();
     }
-    // Copied where it is worth it, so that this takes no time.
+    // Copied only if worthwhile, to keep this cheap.
     constexpr double kMore = 1.1;
     if (static_cast<double>(sum) <= kMore * static_cast<double>(most)) continue;
     most = sum;
@@ -80,7 +81,7 @@ FramesToTry ReadFramesToTry(DetectionSource* source, RecordingSurvey* survey) {
   return frames;
 }
 
-// Joints of 17 that half of the detections show at most.
+// Median over the detections of the number of joints, of 17.
 double UsualJoints(const DetectionSequence& beginning) {
   std::vector<double> joints;
   const int least_joints = LeastJoints(beginning.header.skeleton);
@@ -95,7 +96,7 @@ double UsualJoints(const DetectionSequence& beginning) {
   return joints.empty() ? 0.0 : Median(std::move(joints));
 }
 
-// The doctor's word for clocks that are whole frames off.
+// The doctor's kind of finding for clocks that are off by whole frames.
 constexpr const char* kClockOffset = "clock_offset";
 
 bool HasCamera(const RecordingReport& report, CameraWarning::Kind kind) {
@@ -104,8 +105,8 @@ bool HasCamera(const RecordingReport& report, CameraWarning::Kind kind) {
       [&](const CameraWarning& camera) { return camera.kind == kind; });
 }
 
-// Whether nothing but where cameras stand and look, and their clocks, seems
-// wrong. Of two, either may be: that is not for a configuration to settle.
+// Whether nothing except camera poses and clocks seems wrong. With two cameras
+// either may be wrong, which a configuration cannot decide.
 bool MayBeRefined(const RecordingReport& report) {
   return report.cameras.size() > 2 &&
          !HasCamera(report, CameraWarning::Kind::kHardlySeen) &&
@@ -118,15 +119,16 @@ bool MayBeRefined(const RecordingReport& report) {
                      });
 }
 
-// With the clocks that the calibration records, as a run takes them.
+// With the clocks recorded in the calibration, as in a run.
 SurveyTrial Try(const SurveyRequest& asked, RunOptions options,
                 const CameraRig& cameras, const DetectionSequence& as_told) {
   RunRequest request;
   request.cameras = cameras;
   request.without_cameras = asked.without_cameras;
   request.kept_matches = KeptMatches::kDetections;
-  options.refine = RefineOptions();  // for the whole recording to decide
-  // As the configuration has it; a dozen frames measure nobody without it.
+  options.refine = RefineOptions();  // left to the run over the whole recording
+  // As configured, plus backfill: without it a dozen frames are too few to
+  // measure people.
   options.tracker.life.backfill = true;
   const auto record = ReadRefinementRecord(asked.cameras);
   const ReadyRecording ready =
@@ -155,7 +157,7 @@ SurveyTrial Try(const SurveyRequest& asked, RunOptions options,
   SurveyTrial trial;
   trial.report = reporter.Report();
   trial.stance = std::move(stance);
-  // What was refined once is not refined again.
+  // Refinement is not repeated.
   if (!record.has_value() && MayBeRefined(trial.report)) {
     trial.cameras_are_off =
         HasCamera(trial.report, CameraWarning::Kind::kElsewhere);
@@ -173,7 +175,8 @@ bool HasPlausibleHeight(const RecordingReport& report) {
   return report.height_m >= kMinHeight && report.height_m <= kMaxHeight;
 }
 
-// As a run does; what nothing but the order of the names told is kept as a map.
+// As in a run; if only the order of the names decided, the pairing is kept as a
+// map.
 void PairViews(const std::vector<std::string>& views,
                const CameraReadOptions& options, RecordingSurvey* survey) {
   const ViewPairing pairing = PairViewsWithCameras(
@@ -209,7 +212,7 @@ void SettleUnit(const SurveyRequest& request,
     try {
       cameras = ReadCameras(request.cameras, options.cameras);
     } catch (const InputError&) {
-      // A format that states its unit takes no other.
+      // A format that specifies its unit takes no other.
       if (first) throw;
       continue;
     }
@@ -223,7 +226,7 @@ void SettleUnit(const SurveyRequest& request,
       survey->unit = unit.name;
       static_cast<SurveyTrial&>(*survey) = std::move(trial);
     }
-    // What is no human has no height to tell the unit by.
+    // The height of non-human subjects is no evidence of the unit.
     if (HasPlausibleHeight(survey->report) ||
         !IsHuman(beginning.header.skeleton)) {
       return;
@@ -232,16 +235,16 @@ void SettleUnit(const SurveyRequest& request,
   }
 }
 
-// Of the detections, those that belong to somebody who was found.
+// Share of the detections matched with a person.
 double MatchedOf(const RecordingReport& report) {
   int64_t sum = 0;
   for (const CameraReport& camera : report.cameras) sum += camera.matched;
   return static_cast<double>(sum);
 }
 
-// Where detections show few joints a new person may need fewer: tried, and kept
-// where clearly more of the detections are then matched, and as well. What was
-// tried and is no better is not advised either.
+// Where detections have few joints, a new person may require fewer. Tries it,
+// and keeps it if clearly more of the detections are then matched, equally
+// well. A setting that was tried without improvement is not recommended either.
 void SettleJoints(SurveyRequest request, const DetectionSequence& beginning,
                   RecordingSurvey* survey) {
   constexpr double kClearlyMore = 1.05;
@@ -254,7 +257,7 @@ void SettleJoints(SurveyRequest request, const DetectionSequence& beginning,
     const RecordingReport before = survey->report;
     RecordingSurvey tried = *survey;
     if (before.poses == 0) {
-      SettleUnit(request, beginning, &tried);  // nobody has told it yet
+      SettleUnit(request, beginning, &tried);  // not determined so far
     } else {
       static_cast<SurveyTrial&>(tried) =
           Try(request, request.options, survey->cameras, beginning);
@@ -277,9 +280,9 @@ void SettleJoints(SurveyRequest request, const DetectionSequence& beginning,
   }
 }
 
-// Cameras that are off are offered for refinement where a fit of these frames
-// takes it and cameras that took no part in the fit see a gain. Clocks are left
-// to the run, which judges them by the whole recording.
+// Offers to refine cameras with errors if a fit of these frames accepts it and
+// views that took no part in the fit improve. Clocks are left to the run, which
+// judges them by the whole recording.
 void SettleRefinement(const SurveyRequest& request,
                       const DetectionSequence& beginning,
                       RecordingSurvey* survey) {
@@ -330,7 +333,7 @@ RecordingSurvey SurveyRecording(const SurveyRequest& request) {
   }
   const DetectionSequence* tried = &frames.beginning;
   SettleUnit(request, *tried, &survey);
-  // Those who come first may be far away, or half hidden.
+  // People who come first may be far away or partly hidden.
   if (survey.report.height_m == 0.0 && IsHuman(survey.detections.skeleton) &&
       !frames.fullest.frames.empty() &&
       frames.fullest.frames.front().frame != tried->frames.front().frame) {

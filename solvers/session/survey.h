@@ -1,5 +1,5 @@
-// A first look at a recording: what it is made of and whether its parts fit,
-// before anybody has written a configuration for it.
+// A first examination of a recording: its contents and whether they are
+// consistent, before a configuration exists.
 #ifndef KINEGRAPH_SOLVERS_SESSION_SURVEY_H_
 #define KINEGRAPH_SOLVERS_SESSION_SURVEY_H_
 
@@ -20,21 +20,21 @@ namespace kinegraph {
 struct SurveyRequest {
   std::string cameras;  // paths
   std::string detections;
-  RunOptions options;  // to start from, as configs/default.toml has them
+  RunOptions options;  // initial values, as in configs/default.toml
   std::vector<std::string> without_cameras;  // names of views or cameras
 };
 
-// What tracking some frames tells.
+// Results of tracking some frames.
 struct SurveyTrial {
   RecordingReport report;
-  // How people stand in them; those whose skeleton is not human do not.
+  // How people stand in them; empty for a non-human skeleton.
   Stance stance = Stance(Skeleton());
-  // Some cameras see people beside where, or at another time than, the others
-  // put them, and nothing else looks wrong: worth to be refined
-  // (cameras.refine, cameras.refine_clock).
+  // Some cameras see people elsewhere, or at another time, than the others, and
+  // nothing else looks wrong: refinement is worthwhile (cameras.refine,
+  // cameras.refine_clock).
   bool cameras_are_off = false;
   bool clocks_are_off = false;
-  // Why the refinement of cameras that are off is not offered, in words.
+  // Why the refinement of cameras with errors is not offered, as text.
   std::string left;
 };
 
@@ -43,26 +43,25 @@ struct RecordingSurvey : SurveyTrial {
   int64_t frames = 0;
   int64_t first_frame = 0;
   int64_t last_frame = 0;
-  int64_t frames_tried = 0;  // that were tracked for the report
+  int64_t frames_tried = 0;  // tracked for the report
 
-  CameraRig cameras;  // in the unit that was settled on
-  std::string unit;   // "auto" where the file's own is right
-  // View -> camera as given, or where nothing but the order of the names tells.
+  CameraRig cameras;  // in the unit determined
+  std::string unit;   // "auto" if the file's own unit is right
+  // View -> camera as given, or where only the order of the names decided.
   std::map<std::string, std::string> map;
-  // Names of the cameras, where not all of the file's are used.
+  // Names of the cameras, if not all in the file are used.
   std::vector<std::string> use;
   PairedBy paired_by = PairedBy::kMap;
-  // What a new person should need (initialisation.min_joints and
-  // min_common_joints, of 17) where detections show few; else as in the
+  // Joints required of a new person (initialisation.min_joints and
+  // min_common_joints, of 17) where detections have few; else as in the
   // options.
   std::optional<int> min_joints;
 };
 
 // Reads cameras and detections and tracks up to 250 frames in which two views
-// show people: with the calibration's own unit, and where people come out as no
-// person is tall, with others.
-// Throws InputError when something cannot be read or paired, or when nothing
-// tells the frame rate, which is never guessed.
+// show people: with the calibration's own unit and, if people then have no
+// plausible height, with others. Throws InputError when something cannot be
+// read or paired, or when the frame rate is unknown, which is never guessed.
 RecordingSurvey SurveyRecording(const SurveyRequest& request);
 
 }  // namespace kinegraph

@@ -1,5 +1,5 @@
-// People whom a view shows for long and nobody follows: behind a table, at the
-// edge of what two views see. What is matched on average does not show them.
+// People whom a view shows for long but who are not tracked: behind a table, at
+// the edge of what two views see. The average share of matches hides them.
 #ifndef KINEGRAPH_SOLVERS_SESSION_UNFOLLOWED_H_
 #define KINEGRAPH_SOLVERS_SESSION_UNFOLLOWED_H_
 
@@ -21,31 +21,31 @@ struct UnfollowedPerson {
   int64_t last_frame = 0;
 };
 
-// Follows detections that belong to no tracked person from frame to frame, by
-// their boxes. Memory grows with the people in one frame alone.
+// Links unmatched detections from frame to frame by their boxes. Memory grows
+// only with the number of people in one frame.
 class UnfollowedPeople {
  public:
   // `cameras` must outlive it. `map`: for each joint of the tracks that of the
-  // detections, or -1. Detections of fewer than `least_joints` do not count.
+  // detections, or -1. Detections of fewer than `least_joints` are ignored.
   UnfollowedPeople(const CameraRig& cameras, std::vector<int> map,
                    int least_joints);
 
-  // `seen` has the used views; `tracked` who was written of the frame.
+  // `seen` has the used views; `tracked` the people written in the frame.
   void See(const DetectionFrame& seen, const TrackFrame& tracked);
 
-  // Those who were seen in a fifth of the frames and for 3 s or more; the most
-  // often seen first.
+  // Those seen in at least a fifth of the frames and for at least 3 s; the most
+  // frequent first.
   std::vector<UnfollowedPerson> Often() const;
 
  private:
   struct Chain {
-    Eigen::AlignedBox2d box;  // in the frame where it was last seen
-    TimeNs time = 0;          // of that
+    Eigen::AlignedBox2d box;  // in the frame where last seen
+    TimeNs time = 0;          // of that frame
     UnfollowedPerson person;
     int64_t frames = 0;
   };
 
-  // Whether a tracked person stands where the detection is.
+  // Whether a tracked person is at the position of the detection.
   bool IsFollowed(const Detection& detection, size_t view,
                   const TrackFrame& tracked) const;
   void Continue(const Eigen::AlignedBox2d& box, size_t view,
@@ -57,11 +57,11 @@ class UnfollowedPeople {
   const std::vector<int> map_;
   const int least_joints_;
   int64_t frames_ = 0;
-  double step_s_ = 0.0;  // the longest between two frames, up to a second
+  double step_s_ = 0.0;  // the longest frame interval, up to a second
   TimeNs first_time_ = 0;
   TimeNs last_time_ = 0;
-  std::vector<Chain> chains_;  // that may go on
-  std::vector<Chain> ended_;   // that were seen often enough by then
+  std::vector<Chain> chains_;  // may continue
+  std::vector<Chain> ended_;   // ended, and seen often enough
 };
 
 }  // namespace kinegraph
