@@ -57,11 +57,11 @@ EstimatorPair MakeEstimators(const EstimatorOptions& options) {
   const OutputKind feedback = options.feedback == FeedbackKind::kWindow
                                   ? OutputKind::kWindow
                                   : OutputKind::kGaussian;
-  const bool same = feedback == options.output;  // one serves both roles
+  const bool same = feedback == options.output;  // one estimator in both roles
   EstimatorPair pair;
   pair.notes = std::make_shared<RecordingNotes>(options.graph);
-  // Every factory has notes of its own: who is not of the same run and pass
-  // learns nothing from them.
+  // Every factory has its own notes: people of different runs or passes must
+  // not learn from each other.
   pair.feedback =
       SmootherOf(feedback).make(options, same ? pair.notes : nullptr);
   if (!same) pair.output = MakeOutput(options.output, options, pair.notes);

@@ -23,7 +23,8 @@ const char* ToString(Mode mode);
 
 // Estimators that can serve association: they must be causal.
 enum class FeedbackKind { kGaussian, kWindow };
-// Estimators that can be written; what each is: solvers/smoothers.h.
+// Estimators that can be written; for a description of each see
+// solvers/smoothers.h.
 enum class OutputKind {
   kRawDlt,
   kRobustTriangulation,
@@ -49,7 +50,7 @@ const std::vector<std::string>& OutputNames();
 
 struct EstimatorOptions {
   Mode mode = Mode::kGraph;
-  // In graph mode; paper mode is the Gaussian alone, whatever they say.
+  // Graph mode only; paper mode always uses the Gaussian in both roles.
   FeedbackKind feedback = FeedbackKind::kGaussian;
   OutputKind output = OutputKind::kWindow;
   CausalGaussianOptions gaussian;
@@ -61,12 +62,12 @@ struct EstimatorOptions {
   void Describe(OptionVisitor& visitor);
 };
 
-// Whether a pose depends on nothing that came after its frame. (Of a filter,
-// which joints of a bridged gap are written is known afterwards only.)
+// Whether a pose depends only on frames up to its own. (For a filter, which
+// joints of a bridged gap are written is nevertheless known only afterwards.)
 bool IsCausal(OutputKind kind, const EstimatorOptions& options);
 
-// One strategy alone, whatever mode and roles say. What its people learn from
-// the recording goes into `notes`; null: into notes of the factory's own.
+// One strategy alone, independent of mode and roles. What its people learn from
+// the recording is kept in `notes`; null: in notes of the factory's own.
 EstimatorFactory MakeOutput(OutputKind kind, const EstimatorOptions& options,
                             std::shared_ptr<RecordingNotes> notes = nullptr);
 
@@ -75,7 +76,7 @@ EstimatorFactory MakeOutput(OutputKind kind, const EstimatorOptions& options,
 struct EstimatorPair {
   EstimatorFactory feedback;
   EstimatorFactory output;
-  // What the estimators that are written learn of the recording; may be null.
+  // What the written estimators learn from the recording; may be null.
   std::shared_ptr<RecordingNotes> notes = nullptr;
 };
 

@@ -68,8 +68,8 @@ using Causal = std::function<bool(const EstimatorOptions&)>;
 bool Always(const EstimatorOptions&) { return true; }
 bool Never(const EstimatorOptions&) { return false; }
 
-// A smoother that filters the points of one kind. `make_filter` gets the frame
-// rate [Hz].
+// A smoother that filters points of one kind. `make_filter` gets the frame rate
+// [Hz].
 using MakeFilter =
     std::function<SegmentFilter(const FilterOptions&, double rate_hz)>;
 EstimatorFactory OverPoints(const EstimatorOptions& options, PointKind points,
@@ -87,16 +87,16 @@ EstimatorFactory OverPoints(const EstimatorOptions& options, PointKind points,
   };
 }
 
-// A smoother over the points that filters.points names. `make_filter` makes it
-// from its options, and where it asks for them the frame rate [Hz] and what
-// shares a cut-off.
+// A smoother over the points that filters.points names. `make_filter` creates
+// the filter from its options and, if it takes them, the frame rate [Hz] and
+// the shared cut-off.
 template <typename Options, typename Make>
 Smoother Filter(OutputKind kind, std::string name, Causal causal,
                 Options FilterOptions::*filter, Make make_filter,
                 std::vector<SmootherVariant> variants) {
   const auto make = [=](const EstimatorOptions& options,
                         const std::shared_ptr<RecordingNotes>&) {
-    // Only Kalman's take the points' covariances, where they are asked for.
+    // Only the Kalman filters use the points' covariances, if configured.
     bool with_covariances = false;
     if constexpr (std::is_same_v<Options, KalmanOptions>) {
       with_covariances = options.filters.kalman.measurement ==
@@ -121,7 +121,7 @@ Smoother Filter(OutputKind kind, std::string name, Causal causal,
   return {kind, std::move(name), std::move(causal), make, std::move(variants)};
 }
 
-// Points of one kind as they are.
+// Points of one kind, unfiltered.
 Smoother Points(OutputKind kind, std::string name, PointKind points,
                 PointCovariances covariances,
                 std::vector<SmootherVariant> variants) {
@@ -135,7 +135,7 @@ Smoother Points(OutputKind kind, std::string name, PointKind points,
   return {kind, std::move(name), Always, make, std::move(variants)};
 }
 
-// Each frame by itself, and what is written in paper mode.
+// Frame by frame, and the estimator of paper mode.
 std::vector<Smoother> OfSingleFrames() {
   const auto gaussian =
       [](const EstimatorOptions& options,
@@ -169,7 +169,7 @@ std::vector<Smoother> OfSingleFrames() {
                        })})}}};
 }
 
-// A few samples at once, along the signal.
+// Over a few samples of the signal.
 std::vector<Smoother> OfFewSamples() {
   using F = FilterOptions;
   const Causal trailing = [](const EstimatorOptions& options) {
@@ -216,7 +216,7 @@ std::vector<Smoother> OfFewSamples() {
                              &F::loess, &LoessOptions::window_s)})})};
 }
 
-// A low-pass at the cut-off that `values` says.
+// A low-pass whose cut-off `values` determine.
 SmootherVariant AtCutoff(std::string name, std::string title,
                          FilterSignal on = FilterSignal::kPosition) {
   return Variant(
@@ -229,7 +229,7 @@ SmootherVariant AtCutoff(std::string name, std::string title,
       });
 }
 
-// A curve that weighs misfit against roughness by cross-validation.
+// A curve that balances misfit against roughness by cross-validation.
 SmootherVariant ByGcv(std::string name, std::string title) {
   return Variant(std::move(name), std::move(title), {},
                  [](double, EstimatorOptions* options) {
@@ -279,7 +279,7 @@ std::vector<Smoother> OfWholeSignals() {
                              &F::trend, &TrendOptions::lambda_m)})})};
 }
 
-// A state along time.
+// State-space filters.
 std::vector<Smoother> OfStates() {
   const auto with_motion = [](std::string name, std::string title,
                               MotionModel model) {
@@ -329,8 +329,8 @@ SmootherParameter GraphLossScale() {
       [](EstimatorOptions& o) -> double& { return o.graph.loss_scale; });
 }
 
-// What `track` runs when nothing is said: noise and bones as the recording
-// shows them. Nothing to tune.
+// The default of `track`: noise and bones learnt from the recording. Nothing to
+// tune.
 SmootherVariant ThatLearns(SmootherVariant variant) {
   variant.name += "_take";
   variant.title += ", noise learnt";
@@ -372,7 +372,7 @@ SmootherVariant BatchOf(std::string name, std::string title, Bones bones,
                  });
 }
 
-// `make` makes an estimator of the graph.
+// `make` creates an estimator of the graph.
 Smoother OverGraph(
     OutputKind kind, std::string name,
     std::unique_ptr<Estimator> (*make)(const SceneModel&, const GraphOptions&,

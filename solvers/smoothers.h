@@ -1,4 +1,4 @@
-// One descriptor a smoother: all that the factory and `compare` know of it.
+// One descriptor per smoother, used by the factory and `compare`.
 #ifndef KINEGRAPH_SOLVERS_SMOOTHERS_H_
 #define KINEGRAPH_SOLVERS_SMOOTHERS_H_
 
@@ -14,46 +14,46 @@ namespace kinegraph {
 
 // A number that `compare` chooses by held-out error.
 struct SmootherParameter {
-  std::string name;  // key of a file of parameters
+  std::string name;  // key in a file of parameters
   std::string unit;
   std::vector<double> grid;  // ascending
   bool log = false;          // drawn on a log axis
   std::function<void(double, EstimatorOptions*)> set;
-  // What it is if nobody tells: as the configuration says.
+  // The default: the value in the configuration.
   std::function<double(const EstimatorOptions&)> get;
 };
 
-// One way to run a smoother that `compare` sets against others.
+// One variant of a smoother that `compare` evaluates.
 struct SmootherVariant {
   std::string name;   // "kalman_cv"
   std::string title;  // "Kalman, constant velocity"
-  // Fixes what makes it this one; may be empty.
+  // Sets the options that define this variant; may be empty.
   std::function<void(double rate_hz, EstimatorOptions*)> fix;
   // None to two.
   std::vector<SmootherParameter> parameters;
-  // Takes the values of this one, which has the same parameters and minimises
-  // the same cost, instead of being tuned itself.
+  // Copies the tuned values of this variant, which has the same parameters and
+  // minimises the same cost, instead of being tuned itself.
   std::string tuned_as;
-  // Frames that a window keeps; -1: no window.
+  // Number of frames in the window; -1: no window.
   int lag_frames = -1;
-  // Whether `compare` also runs it on points that outliers were kept out of.
+  // Whether `compare` also runs it on points from which outliers were excluded.
   bool also_on_robust_points = false;
 };
 
 struct Smoother {
   OutputKind kind = OutputKind::kWindow;
   std::string name;  // as output.estimator takes it
-  // Whether a pose depends on nothing that came after its frame.
+  // Whether a pose depends only on frames up to its own.
   std::function<bool(const EstimatorOptions&)> causal;
-  // What its people learn from the recording goes into `notes`; null: nobody
-  // learns from it.
+  // What its people learn from the recording is kept in `notes`; null: learns
+  // nothing.
   std::function<EstimatorFactory(const EstimatorOptions&,
                                  std::shared_ptr<RecordingNotes> notes)>
       make;
   std::vector<SmootherVariant> variants;  // in the order of the report
 };
 
-// All of them, in the order of OutputKind, which is that of the report, too.
+// All smoothers in the order of OutputKind, which is also that of the report.
 const std::vector<Smoother>& Smoothers();
 const Smoother& SmootherOf(OutputKind kind);
 
