@@ -1,5 +1,5 @@
-// Numbers as bytes, and how many bytes compressed ones may stand for. For
-// core/io alone.
+// Numbers as bytes, and the greatest size of decompressed data. For core/io
+// only.
 #ifndef KINEGRAPH_CORE_IO_BINARY_BYTES_H_
 #define KINEGRAPH_CORE_IO_BINARY_BYTES_H_
 
@@ -22,7 +22,7 @@ void AppendNumbers(std::string* bytes, Values... values) {
   (bytes->append(reinterpret_cast<const char*>(&values), sizeof(values)), ...);
 }
 
-// The little-endian number at a place, all of which is there.
+// The little-endian number at an offset; all of its bytes must exist.
 template <typename Value>
 Value NumberAt(std::string_view bytes, size_t at) {
   Value value{};
@@ -30,9 +30,9 @@ Value NumberAt(std::string_view bytes, size_t at) {
   return value;
 }
 
-// Deflate reaches 1032 times what is stored, where nothing but one value is.
-// Coordinates of one person among 250 whom a file has room for, all others
-// missing, reach 256 times; a little may be all one value.
+// Deflate reaches a ratio of 1032, for constant data. Coordinates of one person
+// in a file with room for 250, all others missing, reach 256; a small file may
+// be constant throughout.
 constexpr uint64_t MostUnpackedBytes(uint64_t stored_bytes) {
   return (uint64_t{32} << 20) + 256 * stored_bytes;
 }

@@ -12,9 +12,9 @@
 namespace kinegraph {
 namespace {
 
-// Of what `crc` is the sum of and `bytes` behind it; 0 is that of nothing.
+// Continues the checksum `crc` with `bytes`; 0 is that of no data.
 uint32_t ContinueCrc(uint32_t crc, std::string_view bytes) {
-  if (bytes.empty()) return crc;  // zlib begins anew where there is no data
+  if (bytes.empty()) return crc;  // zlib resets the sum if there is no data
   return static_cast<uint32_t>(
       crc32_z(crc, reinterpret_cast<const Bytef*>(bytes.data()), bytes.size()));
 }
@@ -22,9 +22,9 @@ uint32_t ContinueCrc(uint32_t crc, std::string_view bytes) {
 constexpr uint16_t kVersion = 20;  // of the archive: 2.0
 constexpr uint16_t kNone = 0;
 
-// What local header and central directory have in common, from "version
-// needed" to the length of the extra field: no flags, stored as it is, and the
-// first second of 1980, so that the same input gives the same bytes.
+// Fields common to local header and central directory, from "version needed" to
+// the length of the extra field: no flags, not compressed, and the first second
+// of 1980 as a fixed time, so that the same input gives the same bytes.
 void AppendCommon(const std::string& name, uint32_t crc, uint32_t size,
                   std::string* bytes) {
   constexpr uint16_t kFirstDay = 0x21;
@@ -60,7 +60,7 @@ std::string NpyHeader(const std::string& type,
   return header + dictionary;
 }
 
-// Code points of a UTF-8 text; what is none becomes U+FFFD.
+// Code points of a UTF-8 text; invalid bytes become U+FFFD.
 std::u32string CodePoints(const std::string& text) {
   constexpr char32_t kReplacement = 0xFFFD;
   std::u32string points;
@@ -91,7 +91,7 @@ void AppendUtf8(char32_t point, std::string* text) {
   put(0x80U | (point & 0x3FU));
 }
 
-// What stands between `begin` and `end` in the dictionary of an .npy header.
+// The text between `begin` and `end` in the dictionary of an .npy header.
 std::string Between(const std::string& dictionary, const std::string& begin,
                     char end) {
   const size_t at = dictionary.find(begin);
@@ -101,7 +101,7 @@ std::string Between(const std::string& dictionary, const std::string& begin,
   return to == std::string::npos ? "" : dictionary.substr(from, to - from);
 }
 
-// False where the array's numbers are of another type.
+// False if the array's numbers have another type.
 template <typename From, typename To>
 bool CastFrom(const NpyArray& array, std::vector<To>* values) {
   if (array.type != NpyType<From>()) return false;
@@ -114,7 +114,7 @@ bool CastFrom(const NpyArray& array, std::vector<To>* values) {
   return true;
 }
 
-// False for a type that is none of NumPy's integers.
+// False for a type that is not one of NumPy's integers.
 template <typename To>
 bool CastIntegers(const NpyArray& array, std::vector<To>* values) {
   return CastFrom<int8_t>(array, values) || CastFrom<uint8_t>(array, values) ||
@@ -137,7 +137,7 @@ void NpzFile::AddTexts(const std::string& name,
   }
   std::string bytes;
   for (std::u32string& row : rows) {
-    row.resize(width);  // shorter texts end with zeros
+    row.resize(width);  // shorter texts are padded with zeros
     for (const char32_t point : row) {
       AppendNumbers(&bytes, static_cast<uint32_t>(point));
     }
@@ -213,9 +213,10 @@ void NpzReader::Fail(const std::string& name,
   throw InputError(path_, name, message);
 }
 
-// Section 4.3.16 of the archive's description: the end is found from behind, a
-// comment may follow it. Then each entry of the central directory (4.3.12),
-// whose sizes count; a local header (4.3.7) only tells where its data begin.
+// Section 4.3.16 of APPNOTE.TXT: the end record is searched from the end,
+// because a comment may follow it. Then each entry of the central directory
+// (4.3.12), whose sizes are used; a local header (4.3.7) only gives the offset
+// of its data.
 void NpzReader::ReadDirectory() {
   constexpr size_t kEndBytes = 22;
   constexpr size_t kEntryBytes = 46;
@@ -227,7 +228,7 @@ void NpzReader::ReadDirectory() {
   }
   const auto count = NumberAt<uint16_t>(text, end + 10);
   size_t at = NumberAt<uint32_t>(text, end + 16);
-  size_t all_bytes = 0;  // many entries may name the same data
+  size_t all_bytes = 0;  // several entries may share the same data
   for (int i = 0; i < count; ++i) {
     if (at > end || end - at < kEntryBytes ||
         text.substr(at, 4) != "PK\x01\x02") {
@@ -303,7 +304,7 @@ NpyArray NpzReader::Parse(const std::string& name,
   size_t width = array.type.size() < 3
                      ? 0
                      : ParseNumber<size_t>(array.type.substr(2)).value_or(0);
-  // Elements without bytes could be as many as one likes.
+  // Elements of zero bytes could have any count.
   if (width == 0 || width > kWidest) {
     Fail(name, "has the type '" + Printable(array.type) + "'");
   }

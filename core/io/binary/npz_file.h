@@ -1,5 +1,5 @@
 // NumPy's .npz: an uncompressed zip archive of .npy arrays, written and read
-// without either library. For core/io alone.
+// without a library. For core/io only.
 //
 // Zip: PKWARE's APPNOTE.TXT, sections 4.3.7 (local header), 4.3.12 (central
 // directory), 4.3.16 (end). Arrays: NumPy's format description, version 1.0.
@@ -20,7 +20,7 @@ namespace kinegraph {
 // CRC-32 of zip (reflected polynomial 0xEDB88320).
 uint32_t Crc32(std::string_view bytes);
 
-// A type of numbers as NumPy writes it: "<f8".
+// NumPy's name of a number type: "<f8".
 template <typename Value>
 std::string NpyType() {
   static_assert(std::is_arithmetic_v<Value>);
@@ -35,8 +35,8 @@ class NpzFile {
  public:
   explicit NpzFile(const std::string& path) : file_(path) {}
 
-  // Arrays in C order; `shape` without entries is a single value. Their bytes
-  // are those of this machine, which must be little-endian.
+  // Arrays in C order; an empty `shape` is a single value. The bytes are those
+  // of this machine, which must be little-endian.
   template <typename Value>
   void Add(const std::string& name, const std::vector<size_t>& shape,
            const std::vector<Value>& values) {
@@ -50,7 +50,7 @@ class NpzFile {
 
   void Commit();
 
-  // A zip archive without extensions holds less than this.
+  // Upper limit of a zip archive without extensions.
   static constexpr uint64_t kMaxBytes = 0xFFFFFFFFu;
 
  private:
@@ -69,7 +69,7 @@ class NpzFile {
   std::vector<Entry> entries_;
 };
 
-// One array: type as NumPy writes it ("<f8"), and its bytes in C order.
+// One array: NumPy's type name ("<f8") and its bytes in C order.
 struct NpyArray {
   std::string type;
   std::vector<size_t> shape;
@@ -78,8 +78,8 @@ struct NpyArray {
   size_t Count() const;  // of elements
 };
 
-// Archives that are not compressed (numpy.savez), and .npy files, which are one
-// array of no name.
+// Uncompressed archives (numpy.savez), and .npy files, which are read as one
+// array with an empty name.
 class NpzReader {
  public:
   // Reads the whole file. All functions throw InputError naming file and array.
@@ -88,10 +88,9 @@ class NpzReader {
   NpzReader& operator=(const NpzReader&) = delete;
 
   bool Has(const std::string& name) const { return arrays_.count(name) > 0; }
-  // The array, which must be there with that many dimensions.
+  // The array, which must exist with this number of dimensions.
   const NpyArray& At(const std::string& name, size_t dimensions) const;
-  // Numbers of any real type of NumPy's; whole numbers must be of one of its
-  // integer types.
+  // Numbers of any real NumPy type; Integers requires one of its integer types.
   std::vector<double> Numbers(const std::string& name, size_t dimensions) const;
   std::vector<int64_t> Integers(const std::string& name,
                                 size_t dimensions) const;
