@@ -38,7 +38,7 @@ std::string Allowed(const Limits& limits, const std::string& unit) {
   return "allowed " + limits.ToString() + WithUnit(unit);
 }
 
-// What a value in the file looks like, for a message.
+// Description of a value in the file, for a message.
 std::string Found(const toml::node& node) {
   if (node.is_table()) return "a table";
   if (const toml::array* array = node.as_array()) {
@@ -54,14 +54,14 @@ std::string LastPart(const std::string& key) {
   return key.substr(key.rfind('.') + 1);  // npos + 1 is 0
 }
 
-// The known key most like an unknown one; empty when none is similar.
+// The known key most similar to an unknown one; empty if none is similar.
 std::string Nearest(const std::string& key, const std::set<std::string>& keys) {
-  constexpr size_t kLongest = 200;  // nobody mistypes more
+  constexpr size_t kLongest = 200;  // longer than any mistyped key
   if (key.size() > kLongest) return {};
   std::string nearest;
   size_t least = std::max<size_t>(2, key.size() / 3) + 1;
   for (const std::string& known : keys) {
-    // The right key in the wrong table counts as one step.
+    // The right key in the wrong table counts as one edit.
     const size_t distance =
         LastPart(known) == LastPart(key) ? 1 : EditDistance(key, known);
     if (distance < least) {
@@ -72,7 +72,7 @@ std::string Nearest(const std::string& key, const std::set<std::string>& keys) {
   return nearest;
 }
 
-// Keys and tables that went, and what stands in their place.
+// Removed keys and tables, and their replacements.
 struct GoneKey {
   const char* key;
   const char* instead;
@@ -136,10 +136,10 @@ struct OverrideValue {
 
 }  // namespace
 
-// ---- What is set, and what is known ----
+// ---- Keys that are set, and keys that are known ----
 
 struct ConfigFile::Impl {
-  // The file's value; nullptr when it has none.
+  // The file's value; nullptr if there is none.
   const toml::node* Find(const std::string& key) const {
     const toml::node* node = &table;
     for (const std::string& part : Split(key, '.')) {
@@ -215,7 +215,7 @@ struct ConfigFile::Impl {
   toml::table table;
   std::map<std::string, OverrideValue> overrides;
   std::set<std::string> known;
-  std::set<std::string> open;  // whatever is below these tables is known
+  std::set<std::string> open;  // any key below these tables is known
 };
 
 // ---- Reading values into options ----
@@ -336,7 +336,7 @@ class ConfigFile::Reader : public OptionVisitor {
     }
     tables_.push_back(key);
     for (const std::string& name : names) {
-      // A number for all on the command line wins over the file's table.
+      // A single number on the command line overrides the file's table.
       const std::string path = JoinKey(tables_, name);
       config_->known.insert(path);
       if (setting.text == nullptr || config_->FindOverride(path) != nullptr) {
@@ -422,7 +422,7 @@ class ConfigFile::Reader : public OptionVisitor {
     return *text;
   }
 
-  // What names something or counts it: 1 is "1".
+  // A name or a number: 1 is read as "1".
   static std::string ToTextOrNumber(const Setting& setting) {
     if (const auto whole = setting.node->value_exact<int64_t>()) {
       return std::to_string(*whole);
@@ -434,7 +434,7 @@ class ConfigFile::Reader : public OptionVisitor {
   }
 
   // Calls `visit` for each element of a list, also of one such as "[360, 288]"
-  // on a command line; false when the key is not set.
+  // on the command line; false if the key is not set.
   template <typename Visit>
   bool ForEachElement(const std::string& key, const std::string& expected,
                       const Visit& visit) const {
@@ -469,7 +469,7 @@ class ConfigFile::Reader : public OptionVisitor {
   std::vector<std::string> tables_;
 };
 
-// ---- The public face ----
+// ---- Public interface ----
 
 ConfigFile::ConfigFile(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 ConfigFile::ConfigFile(ConfigFile&&) noexcept = default;
@@ -549,7 +549,7 @@ InputError ConfigFile::Locate(const OptionError& error) const {
 
 namespace {
 
-// Bones by the names of their ends; every name must be a joint.
+// Bones by the names of their ends, each of which must be a joint.
 std::vector<Bone> ReadBones(const JsonField& field,
                             const std::vector<std::string>& joints) {
   std::vector<Bone> bones;

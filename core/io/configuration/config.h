@@ -1,6 +1,6 @@
-// TOML configurations: reading them into options, writing effective values,
-// listing the keys. Defaults live in the options' structs, limits in their
-// Describe (core/base/options.h); nothing here knows any key.
+// TOML configurations: reads them into options, writes effective values, lists
+// keys. Defaults are defined in the options' structs, limits in their Describe
+// (core/base/options.h); this file knows no specific key.
 #ifndef KINEGRAPH_CORE_IO_CONFIGURATION_CONFIG_H_
 #define KINEGRAPH_CORE_IO_CONFIGURATION_CONFIG_H_
 
@@ -15,8 +15,8 @@
 
 namespace kinegraph {
 
-// A configuration file with what the command line changes in it. Every error
-// is an InputError that names file, line and key:
+// A configuration file together with the command line's changes. Every error is
+// an InputError that names file, line and key:
 //
 //   ConfigFile config = ConfigFile::Read(path);
 //   config.Override("mode=graph;association.epsilon=9", "--set");
@@ -35,32 +35,32 @@ class ConfigFile {
   ~ConfigFile();
 
   // "key=value;key=value": dotted keys, scalar values, texts with or without
-  // quotes. A later call wins over an earlier one and both over the file;
-  // `source` ("--set") stands for file and line in messages.
+  // quotes. Later calls override earlier ones, and all override the file;
+  // `source` ("--set") replaces file and line in messages.
   void Override(const std::string& assignments, const std::string& source);
 
   // Reads every key of `options` that is present, checks type and limits, and
-  // remembers the keys as known. An integer passes for a number, never the
-  // other way round; NaN and infinities never pass.
+  // marks the keys as known. An integer is accepted as a number but not vice
+  // versa; NaN and infinities are rejected.
   template <typename Options>
   void Apply(Options* options) {
     const std::unique_ptr<OptionVisitor> reader = MakeReader();
     options->Describe(*reader);
   }
 
-  // The tables [skeletons.NAME] with joints = ["a", "b", ...] and
-  // bones = [["a", "b"], ...], in the order of their names. A built-in
-  // skeleton's name is refused.
+  // The tables [skeletons.NAME] with joints = ["a", "b", ...] and bones =
+  // [["a", "b"], ...], in order of names. The name of a built-in skeleton is
+  // rejected.
   std::vector<Skeleton> ReadSkeletons();
 
-  // Throws for the first key that nothing read asked for, naming the nearest
-  // one that was.
+  // Throws for the first key that was never read, suggesting the most similar
+  // known key.
   void RejectUnknown() const;
 
   // Whether the file or an override sets this key ("cameras.unit").
   bool Has(const std::string& key) const;
 
-  // The same error with the place where its key is set, if it is.
+  // The same error, with the place where its key is set, if any.
   InputError Locate(const OptionError& error) const;
 
  private:
@@ -81,7 +81,7 @@ Skeleton ResolveSkeleton(const std::string& name,
 using DescribeOptions = std::function<void(OptionVisitor&)>;
 
 // Effective values as JSON on one line, tables as nested objects, in the order
-// in which `describe` names them; numbers read back to the same bits.
+// of `describe`; numbers are read back to the same bits.
 std::string ConfigJson(const DescribeOptions& describe);
 
 // Effective values of several structs in one JSON object.
@@ -91,11 +91,11 @@ std::string EffectiveConfigJson(Options... options) {
       [&](OptionVisitor& visitor) { (options.Describe(visitor), ...); });
 }
 
-// A key for those who read about it.
+// A key, for documentation.
 struct ConfigKey {
   std::string table;  // "graph", "" for none
   std::string name;
-  std::string value;  // as TOML has it
+  std::string value;  // in TOML syntax
   std::string unit;
   std::string allowed;
   std::string help;
@@ -104,7 +104,7 @@ struct ConfigKey {
 };
 std::vector<ConfigKey> ListKeys(const DescribeOptions& describe);
 
-// The keys of a struct with the values that it has.
+// The keys of a struct with its current values.
 template <typename Options>
 std::vector<ConfigKey> KeysOf(Options options = {}) {
   return ListKeys([&](OptionVisitor& visitor) { options.Describe(visitor); });

@@ -9,15 +9,14 @@
 namespace kinegraph {
 namespace {
 
-// The parts with a comma between them, between the ends.
+// The parts separated by commas, between `begin` and `end`.
 std::string Joined(const std::string& begin,
                    const std::vector<std::string>& parts,
                    const std::string& end) {
   return begin + fmt::format("{}", fmt::join(parts, ", ")) + end;
 }
 
-// A value as TOML has it. Names of numbers stand without quotes, those of texts
-// with them.
+// A value in TOML syntax. Names of numbers are unquoted, those of texts quoted.
 std::string TomlText(const Json& value) {
   if (value.is_string()) return '"' + value.get<std::string>() + '"';
   if (value.is_number_float()) return fmt::format("{}", value.get<double>());
@@ -33,7 +32,7 @@ std::string TomlText(const Json& value) {
   return value.is_array() ? Joined("[", parts, "]") : Joined("{ ", parts, " }");
 }
 
-// Lists the keys, and gathers their values as nested objects.
+// Lists the keys, and collects their values as nested objects.
 class KeyLister : public OptionVisitor {
  public:
   std::vector<ConfigKey> keys;
@@ -69,7 +68,7 @@ class KeyLister : public OptionVisitor {
   void NumberTable(const std::string& key, double* values,
                    const std::vector<std::string>& names, const Limits& limits,
                    const std::string& unit, const std::string& help) override {
-    Json written = *values;  // of all, where they are alike
+    Json written = *values;  // the common value, if all are equal
     if (std::any_of(values, values + names.size(),
                     [&](double value) { return value != *values; })) {
       written = Json::object();
@@ -109,7 +108,7 @@ class KeyLister : public OptionVisitor {
   std::vector<std::string> tables_;
 };
 
-// A text inside a cell: "|" would end it.
+// Escapes a text for a cell, which "|" would end.
 std::string Cell(const std::string& text) {
   std::string cell;
   for (const char c : text) {

@@ -20,7 +20,7 @@ namespace fs = std::filesystem;
 
 using KeyTexts = std::vector<std::pair<std::string, std::string*>>;
 
-// The keys of a table and where their texts stand.
+// The keys of a table and the fields for their texts.
 KeyTexts TextsOf(ManifestRecording* recording) {
   return {{"name", &recording->name},
           {"cameras", &recording->cameras},
@@ -43,8 +43,8 @@ KeyTexts TextsOf(ManifestConfiguration* one) {
                    "is not known, expected one of " + known);
 }
 
-// The texts of one table; every key must be among them. The first `required`
-// must be there, and the name is that of a folder.
+// Reads the texts of one table. Unknown keys are rejected, the first `required`
+// must be present, and the name must be valid as a folder.
 void ReadTexts(const JsonField& table, const KeyTexts& texts, size_t required,
                std::set<std::string>* names) {
   std::string known;
@@ -71,7 +71,7 @@ void ReadTexts(const JsonField& table, const KeyTexts& texts, size_t required,
   }
 }
 
-// Paths as a manifest names them: absolute, or from its own folder.
+// Paths in a manifest: absolute, or relative to its folder.
 void Place(const std::string& manifest,
            std::initializer_list<std::string*> paths) {
   const fs::path folder = fs::absolute(manifest).parent_path();
@@ -102,7 +102,7 @@ void ReadConfigurations(const JsonField& tables, Manifest* manifest) {
   }
 }
 
-// JSON's escapes are TOML's too. Texts that are not given are left out.
+// JSON's escapes are valid in TOML. Absent texts are left out.
 template <typename Table>
 std::string TableText(const std::string& heading, Table table) {
   std::string text = "\n[[" + heading + "]]\n";

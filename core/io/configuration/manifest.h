@@ -50,11 +50,11 @@ struct Manifest {
   std::vector<ManifestConfiguration> configurations;
 };
 
-// Throws InputError naming file and key for what is missing, unknown, of the
-// wrong type, or named twice.
+// Throws InputError naming file and key for anything missing, unknown, of the
+// wrong type, or duplicate.
 Manifest ReadManifest(const std::string& path);
 
-// The text of a manifest that reads back as the same one from any folder.
+// Text of a manifest that reads back as the same from any folder.
 std::string ManifestText(const Manifest& manifest);
 
 }  // namespace kinegraph

@@ -26,7 +26,7 @@ std::string CameraName(JsonValue value) {
   return std::to_string(AsFrame(value, "camera"));
 }
 
-// The view that a camera of the set means.
+// The view that corresponds to a camera of the set.
 std::string ViewOf(const std::string& camera,
                    const std::vector<std::string>& view_names) {
   if (view_names.empty()) return camera;
@@ -180,7 +180,7 @@ HipRule RegressionOf(const JsonField& field) {
   field.FailExpected("\"harrington\" or \"bell\"");
 }
 
-// Of each key one joint has, what it means.
+// The meaning of each key of a joint.
 void ReadKey(const std::string& key, const JsonField& field, JointRule* rule) {
   if (key == "middle_of") {
     rule->markers = Texts(field);

@@ -1,5 +1,5 @@
-// Small files beside a recording: the set of detections that held-out-camera
-// errors are computed on, a detector's bias, and what a user states of joints.
+// Small files beside a recording: the set of detections for held-out-camera
+// errors, a detector's bias, and a user's definitions of joints.
 #ifndef KINEGRAPH_CORE_IO_CONFIGURATION_RECORDING_FILES_H_
 #define KINEGRAPH_CORE_IO_CONFIGURATION_RECORDING_FILES_H_
 
@@ -19,19 +19,19 @@ namespace kinegraph {
 HeldOutSet ReadHeldOutSet(const std::string& path,
                           const std::vector<std::string>& view_names = {});
 
-// NAME.bias.json: coefficients of a detector's bias, and how they were decided.
-// {"kinegraph_bias": 1, "azimuth_deg", "joints": [{"joint", "used",
+// NAME.bias.json: coefficients of a detector's bias, and the evidence for using
+// them. {"kinegraph_bias": 1, "azimuth_deg", "joints": [{"joint", "used",
 // "observations", "gain", "gain_error", "across_m": [10 numbers], "along_m"}]}
 // `tracks`: the fingerprint of the tracks beside it (side_files.h), or empty.
 void WriteViewBias(const std::string& path, const ViewBias& bias,
                    const std::string& tracks = "");
 
-// Throws InputError naming file and key for whatever is not such a file.
+// Throws InputError naming file and key for anything invalid.
 ViewBias ReadViewBias(const std::string& path);
 
-// What a joint is among a laboratory's markers, as a user states it:
-// [joints.NAME] with one of `middle_of`, `marker`, `regression`, `functional`
-// (docs/validate.md). Throws InputError naming file and key.
+// A user's definition of joints by a laboratory's markers: [joints.NAME] with
+// one of `middle_of`, `marker`, `regression`, `functional` (docs/validate.md).
+// Throws InputError naming file and key.
 MarkerSet ReadJointRules(const std::string& path);
 
 }  // namespace kinegraph

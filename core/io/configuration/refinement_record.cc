@@ -52,12 +52,12 @@ Eigen::MatrixXd CovarianceOf(const JsonField& field, int size) {
   return matrix;
 }
 
-// The file; an empty object where there can be no record.
+// The file; an empty object if it cannot have a record.
 Json JsonWithRecord(const std::string& path) {
   std::error_code error;
   if (!std::filesystem::is_regular_file(path, error)) return Json::object();
   const std::string text = ReadTextFile(path, kMaxSmallFileBytes);
-  // Other formats, and our own without a record, are not looked at further.
+  // Other formats, and our own without a record, are not parsed further.
   if (text.find("\"kinegraph_cameras\"") == std::string::npos ||
       text.find("\"refinement\"") == std::string::npos) {
     return Json::object();

@@ -1,6 +1,6 @@
-// What `track` decided of cameras and clocks, as its cameras.json records it,
-// so that a later run repeats the decision: the cameras themselves are the
-// file's, this is the rest.
+// The decisions of `track` on cameras and clocks, as recorded in its
+// cameras.json, so that a later run can repeat them: the cameras themselves are
+// in the file, this is the rest.
 #ifndef KINEGRAPH_CORE_IO_CONFIGURATION_REFINEMENT_RECORD_H_
 #define KINEGRAPH_CORE_IO_CONFIGURATION_REFINEMENT_RECORD_H_
 
@@ -12,8 +12,8 @@
 
 namespace kinegraph {
 
-// Names and units of what can be estimated of a camera and its clock, in the
-// order of a CameraChange (solvers/cameras/camera_change.h).
+// Names and units of the parameters of a camera and its clock, in the order of
+// a CameraChange (solvers/cameras/camera_change.h).
 inline constexpr std::array<const char*, 11> kCameraParameterNames = {
     "rotation_x_rad", "rotation_y_rad", "rotation_z_rad",  "centre_x_m",
     "centre_y_m",     "centre_z_m",     "shift_x_px",      "shift_y_px",
@@ -23,26 +23,26 @@ inline constexpr std::array<const char*, 11> kCameraParameterNames = {
 struct RefinementRecord {
   struct Camera {
     std::string name;
-    double offset_s = 0.0;  // added to its time of capture
-    double drift = 0.0;     // [s/s] of the time since `clock_zero_s`
-    // What was estimated: indices of kCameraParameterNames, ascending.
+    double offset_s = 0.0;  // added to the capture time
+    double drift = 0.0;     // [s/s], relative to the time since `clock_zero_s`
+    // Estimated parameters: indices of kCameraParameterNames, ascending.
     std::vector<int> places;
   };
   double clock_zero_s = 0.0;
   std::vector<Camera> cameras;
-  // Of all places, camera after camera; empty when nothing was estimated.
+  // Of all `places`, camera by camera; empty if nothing was estimated.
   Eigen::MatrixXd covariance;
 
   bool has_clocks() const;
 };
 
-// nullopt where `path` is not a cameras.json with a record. Throws InputError
-// for a record that cannot be read.
+// nullopt if `path` is not a cameras.json with a record. Throws InputError for
+// an unreadable record.
 std::optional<RefinementRecord> ReadRefinementRecord(const std::string& path);
 
-// The record as the file has it (JSON), to be written again with the same
-// cameras (WriteCameras); empty where there is none. Throws InputError for a
-// record that cannot be read.
+// The record as in the file (JSON), to be written again with the same cameras
+// (WriteCameras); empty if there is none. Throws InputError for an unreadable
+// record.
 std::string RefinementText(const std::string& path);
 
 }  // namespace kinegraph
