@@ -21,7 +21,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// ---- What is being written and does not have its final name yet ----
+// ---- Files being written, without their final name yet ----
 
 constexpr const char* kMark = ".partial-";
 
@@ -48,14 +48,14 @@ void RemovePartial(const std::string& path) {
 
 enum class PartialKind { kFile, kFolder };
 
-// Makes a new file (open with O_EXCL, so a planted link is never followed) or a
-// new folder beside `target`, under the name that `*temporary` gets. The file's
-// descriptor, or 0; -1 and errno when the system refuses.
+// Creates a file (open with O_EXCL, so a planted link is never followed) or a
+// folder beside `target`, under the name returned in `*temporary`. Returns the
+// file's descriptor, or 0; -1 and errno on failure.
 int MakeBeside(const std::string& target, PartialKind kind,
                std::string* temporary) {
   PartialList& list = ThePartialList();
   const std::lock_guard<std::mutex> lock(list.mutex);
-  constexpr int kAttempts = 1000;  // other threads, and what was left there
+  constexpr int kAttempts = 1000;  // other threads, and names left over
   for (int attempt = 0; attempt < kAttempts; ++attempt) {
     *temporary = target + kMark + std::to_string(ProcessNumber()) + "-" +
                  std::to_string(attempt);
@@ -67,7 +67,7 @@ int MakeBeside(const std::string& target, PartialKind kind,
   return -1;
 }
 
-// Gives it its final name; 0, or -1 and errno.
+// Renames it to its final name; 0, or -1 and errno.
 int RenamePartial(const std::string& path, const std::string& final_name) {
   PartialList& list = ThePartialList();
   const std::lock_guard<std::mutex> lock(list.mutex);
@@ -76,18 +76,18 @@ int RenamePartial(const std::string& path, const std::string& final_name) {
   return outcome;
 }
 
-// Whether the path leads into a folder of this process that is being written
-// and appears, and is brought to the disk, as a whole.
+// Whether the path is inside a folder being written by this process, which
+// appears and is flushed as a whole.
 bool IsInsidePartialFolder(const std::string& path) {
   const size_t mark = path.rfind(kMark + std::to_string(ProcessNumber()) + "-");
   return mark != std::string::npos && path.find('/', mark) != std::string::npos;
 }
 
-// ---- Where a path leads ----
+// ---- The destination of a path ----
 
-// The number of an open file that the path stands for: /dev/stdout leads to
-// /proc/self/fd/1. Opening such a path again would give a file of its own,
-// which knows nothing of >> and of what was written before.
+// The number of the open file that the path refers to: /dev/stdout leads to
+// /proc/self/fd/1. Opening such a path again would give a separate file that
+// ignores >> and whatever was written before.
 std::optional<int> OpenFileNamed(const fs::path& path) {
   std::error_code error;
   const std::string folder =
@@ -110,19 +110,20 @@ constexpr const char* kCannotWrite = "cannot be written";
 constexpr const char* kCannotMake = "cannot be made";
 
 struct Destination {
-  std::string path;              // the last one, no link itself
-  std::optional<int> open_file;  // the path names an open file of this process
+  std::string path;  // the final target, not a link
+  // Set if the path names an open file of this process.
+  std::optional<int> open_file;
 };
 
-// Follows links one by one, so that one to nothing is followed too.
+// Resolves links one by one, including links to a missing file.
 Destination Follow(const std::string& path) {
-  constexpr int kMaxLinks = 40;  // as the kernel has it
+  constexpr int kMaxLinks = 40;  // as in the kernel
   fs::path at = path;
   for (int i = 0; i < kMaxLinks; ++i) {
     if (const auto open_file = OpenFileNamed(at)) return {path, open_file};
     std::error_code error;
     const fs::path next = fs::read_symlink(at, error);
-    if (error) return {at.string(), std::nullopt};  // no link
+    if (error) return {at.string(), std::nullopt};  // not a link
     at = next.is_absolute() ? next : at.parent_path() / next;
   }
   Refuse(path, kCannotWrite, ELOOP);
@@ -140,7 +141,7 @@ void RefuseInput(const std::string& path, const std::string& target) {
                    "another file to write");
 }
 
-// Throws where a file cannot take the place of what `target` is.
+// Throws unless `target` can be replaced by a file.
 void CheckReplaceable(const std::string& path, const std::string& target,
                       const std::optional<FileStatus>& present) {
   if (!present.has_value()) return;
@@ -155,7 +156,7 @@ void CheckReplaceable(const std::string& path, const std::string& target,
   if (!CanBeWritten(target)) Refuse(path, kCannotWrite, errno);
 }
 
-// Throws where there is more than an empty folder.
+// Throws unless there is nothing or an empty folder.
 void CheckNewFolder(const std::string& path, const std::string& target) {
   if (path.empty()) throw InputError("an output folder has an empty name");
   std::error_code error;
@@ -168,7 +169,7 @@ void CheckNewFolder(const std::string& path, const std::string& target) {
                    "is there already, expected the name of a new folder");
 }
 
-// Brings a file, or a folder with all that is in it, to the disk.
+// Flushes a file, or a folder with its contents, to disk.
 int SyncPath(const std::string& path) {
   std::error_code error;
   if (fs::is_directory(path, error)) return SyncTree(path);
@@ -190,7 +191,7 @@ AtomicFile::AtomicFile(const std::string& path) : path_(path) {
     descriptor = Duplicate(*destination.open_file);
   } else if (CheckReplaceable(path, target_, present);
              !present.has_value() || present->kind == FileType::kRegular) {
-    // With the permissions that the user's umask gives (mkstemp would make it
+    // With permissions according to the user's umask (mkstemp would make it
     // private).
     descriptor = MakeBeside(target_, PartialKind::kFile, &temporary_);
     // Best effort: some file systems have no permissions.
@@ -226,11 +227,11 @@ void AtomicFile::Flush() {
 }
 
 void AtomicFile::Commit() {
-  Flush();  // where it fails, the destructor removes the rest
+  Flush();  // if it fails, the destructor removes the rest
   if (!temporary_.empty()) {
-    RefuseInput(path_, target_);  // files that were read since the beginning
-    // After a power cut the name must not lead to a file whose bytes never
-    // reached the disk. A folder that appears as a whole does this once.
+    RefuseInput(path_, target_);  // files read since the start
+    // After a power failure the name must not refer to a file whose bytes never
+    // reached the disk. A folder that appears as a whole is flushed once.
     if (!IsInsidePartialFolder(target_) && SyncFile(DescriptorOf(file_)) != 0) {
       Fail(path_, kCannotWrite);
     }
@@ -262,8 +263,8 @@ bool IsStandardOutput(const std::string& path) {
   if (destination.open_file.has_value()) {
     return *destination.open_file == kStandardOutput;
   }
-  // A pipe or terminal by another name. A regular file is replaced, and what is
-  // printed goes to the old one.
+  // A pipe or terminal under another name. A regular file is replaced, while
+  // printed output goes to the old one.
   const auto of_path = StatusOf(path);
   return of_path.has_value() && of_path->kind != FileType::kRegular &&
          of_path->number == of_stdout->number;
@@ -324,7 +325,7 @@ void OutputFolder::RemoveEmpty() {
 }
 
 void CheckFileName(const std::string& name, const std::string& what) {
-  constexpr size_t kLongest = 200;  // of 255, so that endings have room
+  constexpr size_t kLongest = 200;  // of 255, to leave room for suffixes
   const bool has_control = std::any_of(name.begin(), name.end(), [](char c) {
     return static_cast<unsigned char>(c) < ' ' || c == '\x7f';
   });
@@ -387,14 +388,14 @@ void AtomicFiles::Commit() {
   waiting_.erase(std::remove_if(waiting_.begin(), waiting_.end(), is_unwritten),
                  waiting_.end());
   for (const Waiting& one : waiting_) {
-    RefuseInput(one.path, one.target);  // files that were read meanwhile
+    RefuseInput(one.path, one.target);  // files read meanwhile
     const fs::file_status present = fs::status(one.target, ignored);
     if (fs::is_regular_file(present)) {
       fs::permissions(one.temporary, present.permissions(), ignored);
     }
     if (SyncPath(one.temporary) != 0) Fail(one.path, kCannotWrite);
   }
-  // A signal waits until all of them have their names.
+  // Signals wait until all files have their final names.
   PartialList& list = ThePartialList();
   const std::lock_guard<std::mutex> lock(list.mutex);
   for (const std::string& path : old_) RemoveFile(path);
@@ -414,7 +415,7 @@ void AtomicFiles::Commit() {
 
 void RemovePartialFilesForGood() {
   PartialList& list = ThePartialList();
-  list.mutex.lock();  // and never unlocked
+  list.mutex.lock();  // never unlocked
   for (const std::string& path : list.paths) RemoveAll(path);
 }
 

@@ -1,4 +1,4 @@
-// What stands in a folder.
+// Entries of a folder.
 #ifndef KINEGRAPH_CORE_IO_FILES_FOLDER_ENTRY_H_
 #define KINEGRAPH_CORE_IO_FILES_FOLDER_ENTRY_H_
 
@@ -10,7 +10,7 @@
 namespace kinegraph {
 
 // Whether an entry of a folder may hold data. Pipes, sockets and devices do
-// not: reading one could wait for ever. One that a user names is read.
+// not: reading one could block forever. One named by a user is read.
 inline bool IsFileOrFolder(const std::filesystem::directory_entry& entry) {
   using Type = std::filesystem::file_type;
   std::error_code ignored;
@@ -19,9 +19,8 @@ inline bool IsFileOrFolder(const std::filesystem::directory_entry& entry) {
          type != Type::character;
 }
 
-// Calls `visit` with each of these in a folder, in any order (text_file.cc).
-// Throws InputError naming the folder when it
-// cannot be listed.
+// Calls `visit` for each such entry of a folder, in any order (text_file.cc).
+// Throws InputError naming the folder if it cannot be listed.
 void ForEachEntry(
     const std::string& folder,
     const std::function<void(const std::filesystem::directory_entry& entry)>&

@@ -11,7 +11,7 @@
 namespace kinegraph {
 namespace {
 
-// What a file was like when it was read first.
+// Properties of a file when it was first read.
 struct State {
   std::string path;
   FileStatus status;
@@ -54,8 +54,8 @@ void InputFiles::Note(int descriptor, const std::string& path) {
     }
     return;
   }
-  // Under another name it may be another file with the number of one that is
-  // gone.
+  // Under another name it may be a different file with the number of a deleted
+  // one.
   if (known->second.path != path) {
     known->second = now;
   } else if (!(known->second == now)) {

@@ -18,9 +18,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// 128 bits that tell contents apart (not against somebody who means harm):
-// FNV-1a, and beside it a product and rotation a byte with other constants, two
-// hashes that do not collide together by accident.
+// 128 bits that identify contents (not against malicious input): FNV-1a, and a
+// second hash of a multiplication and rotation per byte with other constants,
+// unlikely to collide at the same time.
 class Fingerprint {
  public:
   void Add(std::string_view bytes) {
@@ -61,7 +61,7 @@ void AddFile(const std::string& path, Fingerprint* fingerprint) {
                    std::string("cannot be read: ") + std::strerror(errno));
 }
 
-// The value of the key, where a text begins with it.
+// The value of the key, if a text begins with it.
 std::string FingerprintAtHead(const std::string& text) {
   constexpr size_t kDigits = 32;
   constexpr const char* kSpace = " \t\r\n";

@@ -20,23 +20,23 @@ inline constexpr std::array<const char*, 4> kSideFileEnds = {
 std::string BesideTracks(const std::string& tracks_path,
                          const std::string& end);
 
-// 32 digits that tell tracks apart, of the bytes of a file or of all files in a
-// folder. Throws InputError when they cannot be read.
+// 32 digits that identify tracks, from the bytes of a file or of all files in a
+// folder. Throws InputError if they cannot be read.
 std::string FingerprintOfTracks(const std::string& path);
 
-// The key by which a JSON object, or the first line of JSON Lines, says of
-// which tracks it is. It stands first, so that nothing else need be read.
+// The key by which a JSON object, or the first line of JSON Lines, identifies
+// its tracks. It comes first, so that nothing else need be read.
 inline constexpr const char* kFingerprintKey = "tracks_fingerprint";
-// The text of a JSON object with that key; as it is without a fingerprint.
+// The text of a JSON object with that key; unchanged without a fingerprint.
 std::string WithFingerprint(const std::string& object,
                             const std::string& fingerprint);
 // Whether a line of JSON Lines is such an object.
 bool IsFingerprintLine(const std::string& line);
-// What a file says; empty where it is not there or says nothing.
+// The fingerprint in a file; empty if there is none.
 std::string FingerprintIn(const std::string& path);
 
-// The file of that end beside tracks, if it is theirs; empty where there is
-// none and where it is of other tracks: then `notes` gets a line that says so.
+// The file with that suffix beside tracks, if it belongs to them; empty if it
+// does not exist or belongs to other tracks: then `notes` gets a line about it.
 std::string SideFileOf(const std::string& tracks_path, const std::string& end,
                        std::vector<std::string>* notes);
 

@@ -24,7 +24,7 @@ namespace fs = std::filesystem;
                    std::string("cannot be read: ") + std::strerror(errno));
 }
 
-// Links are followed. A disk or a network that fails makes nothing absent.
+// Follows links. A failing disk or network does not count as absence.
 fs::file_type TypeAt(const std::string& path) {
   std::error_code error;
   const fs::file_type type = fs::status(path, error).type();
@@ -80,8 +80,8 @@ std::string ReadBytes(const std::string& path, size_t max_bytes) {
     refuse();
   }
   InputFiles::Note(file.get(), path);
-  // The size is a hint only: pipes have none, and files grow. A little more
-  // shows the end.
+  // The size is only a hint: pipes have none, and files grow. The extra bytes
+  // detect the end.
   constexpr size_t kMore = 1 << 12;
   std::string text(static_cast<size_t>(status->size) + kMore, '\0');
   size_t length = 0;

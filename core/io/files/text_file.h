@@ -1,4 +1,4 @@
-// Whole files, with errors a user can act on.
+// Whole files, with errors that a user can act on.
 #ifndef KINEGRAPH_CORE_IO_FILES_TEXT_FILE_H_
 #define KINEGRAPH_CORE_IO_FILES_TEXT_FILE_H_
 
@@ -9,44 +9,43 @@
 
 namespace kinegraph {
 
-// The file's bytes. Throws InputError naming the file when it is missing, a
-// folder, may not be read, or is larger than `max_bytes`.
+// The file's bytes. Throws InputError naming the file if it is missing, a
+// folder, unreadable, or larger than `max_bytes`.
 std::string ReadBytes(const std::string& path,
                       size_t max_bytes = std::numeric_limits<size_t>::max());
 // The same as plain text.
 std::string ReadTextFile(const std::string& path,
                          size_t max_bytes = std::numeric_limits<size_t>::max());
 
-// What spreadsheets and editors put around a text goes: UTF-8's byte order mark
-// is cut, and lines that end as on old Macs, by a carriage return alone, end by
-// a newline. Lines that end by both keep both. Throws InputError naming the
-// file when it is UTF-16 or compressed.
+// Normalises text from spreadsheets and editors: removes UTF-8's byte order
+// mark, and converts line ends of old Macs (a carriage return alone) to
+// newlines. CR LF stays. Throws InputError naming the file if it is UTF-16 or
+// compressed.
 void MakePlainText(const std::string& path, std::string* text);
 
-// At most the first `bytes`, as plain text; empty when it cannot be read.
+// At most the first `bytes`, as plain text; empty if unreadable.
 std::string BeginningOf(const std::string& path, size_t bytes);
 
-// Whether the path leads to a folder, or to anything but one; false for what is
-// not there or out of reach. Throws InputError when the disk does not answer.
+// Whether the path leads to a folder, or to something else; false if it does
+// not exist or is inaccessible. Throws InputError if the disk fails.
 bool IsFolder(const std::string& path);
 bool IsFile(const std::string& path);
 
-// A pipe cannot be looked into and then read: there only our own formats, which
-// are read in one go, are expected.
+// A pipe cannot be examined before it is read: only our own formats, which are
+// read in one pass, are supported there.
 bool IsPipe(const std::string& path);
 
-// `path` as seen from the folder of `file`, as a link in that file names it.
+// `path` relative to the folder of `file`, for a link in that file.
 std::string RelativeToFile(const std::string& path, const std::string& file);
 
-// Makes a folder and those above it. Throws InputError naming it when it cannot
-// be made.
+// Creates a folder and its parents. Throws InputError naming it on failure.
 void MakeFolder(const std::string& path);
 
 // Names of the files and folders in a folder, sorted as text. Throws InputError
-// naming the folder when it cannot be listed.
+// naming the folder if it cannot be listed.
 std::vector<std::string> ListFolder(const std::string& path);
 
-// Far more than any calibration or configuration has.
+// Far larger than any calibration or configuration.
 inline constexpr size_t kMaxSmallFileBytes = size_t{64} << 20;
 
 }  // namespace kinegraph
