@@ -11,7 +11,7 @@ namespace {
 
 constexpr std::string_view kSeparators = ",;\t";
 
-// Of the first line; what stands in quotation marks does not count.
+// Of the first line, ignoring quoted text.
 char SeparatorOf(std::string_view text) {
   bool quoted = false;
   for (const char c : text) {
@@ -22,7 +22,7 @@ char SeparatorOf(std::string_view text) {
   return ',';
 }
 
-// "-12,5e3" becomes "-12.5e3"; anything but such a number stays.
+// "-12,5e3" becomes "-12.5e3"; anything else is unchanged.
 void ReadDecimalComma(std::string* cell) {
   const size_t comma = cell->find(',');
   if (comma == std::string::npos ||

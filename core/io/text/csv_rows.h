@@ -1,4 +1,4 @@
-// Rows of CSV text. For core/io alone.
+// Rows of CSV text. For core/io only.
 #ifndef KINEGRAPH_CORE_IO_TEXT_CSV_ROWS_H_
 #define KINEGRAPH_CORE_IO_TEXT_CSV_ROWS_H_
 
@@ -10,17 +10,16 @@
 
 namespace kinegraph {
 
-// Cells of one row after the other (RFC 4180), blank lines left out. What
-// separates cells is the first comma, semicolon or tabulator of the first line,
-// or what a spreadsheet's line "sep=;" names. Where it is no comma,
-// spreadsheets of many countries write decimal commas: a cell such as 12,5
-// reads 12.5.
+// Cells row by row (RFC 4180), without blank lines. The separator is the first
+// comma, semicolon or tab in the first line, or the one in a spreadsheet's line
+// "sep=;". If it is not a comma, decimal commas, which spreadsheets write in
+// many countries, are accepted: 12,5 is read as 12.5.
 class CsvRows {
  public:
   explicit CsvRows(std::string_view text);
 
   // The cells are valid until the next call; false at the end. Throws
-  // InputError without a file, also where they are not `width`, if that is
+  // InputError without a file name, also if their number is not `width`, if
   // given.
   bool Next(std::vector<std::string>* cells, size_t width = 0);
 
@@ -40,20 +39,20 @@ class CsvRows {
   int64_t next_line_ = 1;
 };
 
-// The cells of the first row; none of a text that has no rows.
+// The cells of the first row; none for a text without rows.
 std::vector<std::string> FirstCsvRow(std::string_view text);
 
-// The number in a cell of a table; nullopt for an empty one and for NaN. Spaces
-// around it do not count. Throws InputError without a file for a text.
+// The number in a cell; nullopt for an empty one and for NaN. Surrounding
+// spaces are ignored. Throws InputError without a file name for other text.
 std::optional<double> NumberOfCell(std::string_view cell);
 
-// A text as a cell: quoted where RFC 4180 asks for it. Spreadsheets run a cell
-// that begins with = + - @ or a control character as a formula, whoever wrote
-// the name that it holds; an apostrophe before it makes it a text. One more
-// stands before a text that begins with an apostrophe, so that nothing is lost.
+// A text as a cell, quoted if RFC 4180 requires it. Spreadsheets execute a cell
+// that begins with = + - @ or a control character as a formula; a leading
+// apostrophe makes it a text. One is also added to a text that begins with an
+// apostrophe, so that the conversion is reversible.
 std::string CsvCell(const std::string& text);
 
-// The text of such a cell, its quotation marks removed already.
+// The text of such a cell, after removal of its quotation marks.
 std::string PlainCell(const std::string& cell);
 
 }  // namespace kinegraph

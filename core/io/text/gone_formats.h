@@ -1,4 +1,4 @@
-// Formats that were read or written once, and the way on.
+// Formats that are no longer supported, and the alternatives.
 #ifndef KINEGRAPH_CORE_IO_TEXT_GONE_FORMATS_H_
 #define KINEGRAPH_CORE_IO_TEXT_GONE_FORMATS_H_
 

@@ -14,7 +14,7 @@
 namespace kinegraph {
 namespace {
 
-// The letters and digits of a label, in small letters.
+// The letters and digits of a label, in lower case.
 std::string Squeezed(std::string_view label) {
   std::string squeezed;
   for (const char c : label) {
@@ -26,14 +26,15 @@ std::string Squeezed(std::string_view label) {
   return squeezed;
 }
 
-// What a label calls a part of the body.
+// A part of the body as named in labels.
 struct Part {
   std::string squeezed;
-  std::string own;    // its name where an exacter one has the joint
-  std::string joint;  // its name where none has
+  // Its name if another label is a more exact match of the joint.
+  std::string own;
+  std::string joint;  // its name otherwise
 };
 
-// Of a list of "own" or "own=joint".
+// From a list of "own" or "own=joint".
 std::vector<Part> PartsOf(const std::string& list) {
   std::vector<Part> parts;
   for (const std::string& part : Split(list, ' ')) {
@@ -43,8 +44,7 @@ std::vector<Part> PartsOf(const std::string& list) {
   return parts;
 }
 
-// Parts that one joint may be called by stand in order, the exacter before the
-// vaguer.
+// Alternatives for one joint are in order, the more exact ones first.
 const std::vector<Part>& SidedParts() {
   static const std::vector<Part> kParts = PartsOf(
       "eye eye_inner eye_outer ear mouth shoulder elbow wrist hand=wrist pinky "
@@ -60,16 +60,16 @@ const std::vector<Part>& CentralParts() {
   return kParts;
 }
 
-// A label as it is understood.
+// The interpretation of a label.
 struct Meaning {
   enum class Kind { kExact, kVague, kNone };
   Kind kind = Kind::kNone;
-  std::string joint;  // our name for it; the label itself where it names none
-  std::string own;    // ours where another label has the joint
-  int vagueness = 0;  // the more, the vaguer
+  std::string joint;  // our name for it; the label itself if unknown
+  std::string own;    // ours if another label is the joint
+  int vagueness = 0;  // higher: less exact
 };
 
-// What a label means whose squeezed name is one of `parts`.
+// The meaning of a label whose squeezed name is one of `parts`.
 std::optional<Meaning> MeaningAmong(const std::vector<Part>& parts,
                                     const std::string& squeezed,
                                     const std::string& side,
@@ -80,7 +80,7 @@ std::optional<Meaning> MeaningAmong(const std::vector<Part>& parts,
   if (part == parts.end()) return std::nullopt;
   const std::string joint = side + part->joint;
   const std::string own = side + part->own;
-  // Our spelling comes before any other.
+  // Our own spelling has precedence.
   return Meaning{joint == own ? Meaning::Kind::kExact : Meaning::Kind::kVague,
                  joint, own,
                  label == joint ? -1 : static_cast<int>(part - parts.begin())};
@@ -128,7 +128,7 @@ Meaning MeaningOf(const std::string& label) {
       }
     }
   }
-  // Points without a name of their own, as those of a face: "left_face_3".
+  // Points without a name of their own, such as those of a face: "left_face_3".
   for (const auto& [word, side] :
        {std::pair{"left_", "l_"}, {"right_", "r_"}}) {
     if (Strip(label, word, /*at_front=*/true, &rest)) {
@@ -183,7 +183,7 @@ std::vector<std::string> OurJointNames(const std::vector<std::string>& labels) {
     if (names[i].empty() && taken.insert(name).second) names[i] = name;
   };
   for (const auto& [joint, i] : exactest) give(i, joint);
-  // What is spelt as we spell it keeps that before other spellings of it.
+  // Labels in our own spelling keep it before other spellings are assigned.
   for (size_t i = 0; i < labels.size(); ++i) {
     if (meanings[i].own == labels[i]) give(i, labels[i]);
   }
@@ -234,9 +234,9 @@ Skeleton WithOurNames(const Skeleton& skeleton) {
 
 namespace {
 
-// MMPose has names of its own for the points of faces and hands.
+// MMPose has its own names for the points of faces and hands.
 const Skeleton* FindKnown(const std::vector<std::string>& joints) {
-  constexpr int kNamedAlike = 23;  // the body and its feet
+  constexpr int kNamedAlike = 23;  // body and feet
   const std::vector<std::string>& whole = WholeBody133().joints();
   if (joints.size() == whole.size() &&
       std::equal(joints.begin(), joints.begin() + kNamedAlike, whole.begin())) {
@@ -245,7 +245,7 @@ const Skeleton* FindKnown(const std::vector<std::string>& joints) {
   return FindSkeletonOf(joints);
 }
 
-// Those of COCO-17 between the joints that there are.
+// The bones of COCO-17 between the existing joints.
 std::vector<Bone> HumanBones(const Skeleton& skeleton) {
   std::vector<Bone> bones;
   if (!IsHuman(skeleton)) return bones;

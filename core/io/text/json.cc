@@ -12,9 +12,9 @@
 namespace kinegraph {
 namespace {
 
-// Builds the value while the parser, which does not recurse, goes through the
-// text: what is too much is refused before memory is taken for it. (The
-// library's own callback visits a whole list at each of its objects.)
+// Builds the value while the parser, which does not recurse, reads the text:
+// excess is rejected before memory is allocated. (The library's own callback
+// visits a whole list at each of its objects.)
 class Builder final : public nlohmann::json_sax<Json> {
  public:
   Builder(const std::string& text, const std::string& file)

@@ -16,7 +16,7 @@ void JsonOutput::Number(double value) {
   if (!std::isfinite(value)) {
     throw std::logic_error("a number to be written is not finite");
   }
-  if (value == 0.0) {  // "-0" would be read as an integer, without its sign
+  if (value == 0.0) {  // "-0" would be read as an integer and lose its sign
     Text(std::signbit(value) ? "-0.0" : "0");
     return;
   }

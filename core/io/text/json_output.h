@@ -1,5 +1,5 @@
-// Writing JSON fast: numbers as the shortest text that reads back bit for bit.
-// Only sources include this header.
+// Fast writing of JSON: numbers as the shortest text that reads back bit for
+// bit. Only sources include this header.
 #ifndef KINEGRAPH_CORE_IO_TEXT_JSON_OUTPUT_H_
 #define KINEGRAPH_CORE_IO_TEXT_JSON_OUTPUT_H_
 
@@ -21,17 +21,16 @@ class JsonOutput {
     buffer_.append(text.data(), text.data() + text.size());
   }
   void Integer(int64_t value);
-  // Throws std::logic_error when the value is not finite: nothing that is
-  // written may be.
+  // Throws std::logic_error if the value is not finite, which is a bug.
   void Number(double value);
   void Seconds(TimeNs time) { Number(ToSeconds(time)); }
 
-  // One after the other: texts, integers and numbers.
+  // Appends texts, integers and numbers one after the other.
   template <typename... Parts>
   void Add(const Parts&... parts) {
     (Put(parts), ...);
   }
-  // What `write` writes of each value, and `between` them.
+  // Calls `write` for each value, with `between` separating them.
   template <typename Values, typename Write>
   void Join(const Values& values, const Write& write,
             std::string_view between = ", ") {
@@ -46,7 +45,7 @@ class JsonOutput {
     Join(numbers, [this](double number) { Number(number); });
   }
 
-  // Hands what was written so far over to the file.
+  // Passes what was written so far to the file.
   void FlushTo(AtomicFile* file) {
     file->Write(buffer_.data(), buffer_.size());
     buffer_.clear();

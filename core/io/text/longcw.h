@@ -1,4 +1,4 @@
-// What longcw's files of detections and of poses share.
+// Common parts of longcw's files of detections and poses.
 #ifndef KINEGRAPH_CORE_IO_TEXT_LONGCW_H_
 #define KINEGRAPH_CORE_IO_TEXT_LONGCW_H_
 
@@ -11,8 +11,8 @@
 
 namespace kinegraph {
 
-// Its files give seconds, not frames; Campus, the set that comes in this
-// format, has 25 frames a second.
+// Its files have seconds, not frames; Campus, the set in this format, has 25
+// frames per second.
 inline constexpr double kLongcwFrameRateHz = 25.0;
 
 struct LongcwTime {
@@ -30,8 +30,9 @@ inline LongcwTime ReadLongcwTime(JsonValue value, double frame_rate_hz) {
   return {static_cast<int64_t>(frame), time};
 }
 
-// Before writing: the files have times and no frame numbers. Throws InputError
-// when there is no frame rate, or when a frame would be read as another one.
+// Call before writing: the files have times but no frame numbers. Throws
+// InputError if there is no frame rate, or if a frame would be read back as
+// another one.
 inline void RequireLongcwRate(double frame_rate_hz) {
   if (frame_rate_hz > 0.0) return;
   throw InputError(

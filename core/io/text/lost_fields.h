@@ -1,4 +1,4 @@
-// What a format could not say, told by its writer.
+// Fields that a format cannot hold, as reported by its writer.
 #ifndef KINEGRAPH_CORE_IO_TEXT_LOST_FIELDS_H_
 #define KINEGRAPH_CORE_IO_TEXT_LOST_FIELDS_H_
 

@@ -10,7 +10,7 @@ namespace {
 
 bool IsDigit(char c) { return c >= '0' && c <= '9'; }
 
-// Cuts a run of digits off the front of `text` and returns it without leading
+// Removes a leading run of digits from `text` and returns it without leading
 // zeros.
 std::string_view CutNumber(std::string_view* text) {
   size_t length = 0;
@@ -21,7 +21,7 @@ std::string_view CutNumber(std::string_view* text) {
   return digits;
 }
 
-// Of a file's name what may hold a frame number.
+// The part of a file's name that may hold a frame number.
 std::string_view BeforeEnd(std::string_view file_name) {
   const size_t keypoints = file_name.rfind("_keypoints");
   return file_name.substr(0, keypoints != std::string_view::npos
@@ -29,11 +29,11 @@ std::string_view BeforeEnd(std::string_view file_name) {
                                  : file_name.rfind('.'));
 }
 
-// Whether the name has seconds since 1970, or of any long clock, with their
-// fraction: "1305031102.175304.png".
+// Whether the name has seconds since 1970, or of any long-running clock, with
+// decimals: "1305031102.175304.png".
 bool HasSeconds(std::string_view name) {
   constexpr int kDigits = 9;
-  int digits = 0;  // of the run so far, leading zeros not counted
+  int digits = 0;  // of the current run, without leading zeros
   for (size_t i = 0; i + 1 < name.size(); ++i) {
     if (name[i] == '.' && digits >= kDigits && IsDigit(name[i + 1])) {
       return true;
@@ -45,7 +45,7 @@ bool HasSeconds(std::string_view name) {
   return false;
 }
 
-// What a number that no frame has looks like.
+// What an impossible frame number resembles.
 std::string TimeLikeness(std::optional<int64_t> number) {
   if (!number.has_value()) return "a time in nanoseconds";
   const size_t digits = std::to_string(*number).size();

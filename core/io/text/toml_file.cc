@@ -27,11 +27,11 @@ Json TableToJson(const toml::table& table) {
   return object;
 }
 
-// toml++ destroys and we walk tables recursively, and a key of a hundred
-// thousand parts ("a.a.a...") makes as many tables. So depth and number of
-// tables and values are bounded before parsing: from the outermost table down,
-// each part of a key and each bracket is a level. What the parser refuses it
-// refuses there, so that strings need only be followed as far as they are right
+// toml++ destroys tables recursively, and we recurse over them; a key of a
+// hundred thousand parts ("a.a.a...") creates as many tables. Depth and number
+// of tables and values are therefore limited before parsing: each part of a key
+// and each bracket is a level below the outermost table. Syntax errors are left
+// to the parser, so strings need only be followed while they are valid
 // (toml_test.cc compares the two).
 class TomlGuard {
  public:
@@ -78,9 +78,9 @@ class TomlGuard {
     }
   }
 
-  // Past the end of a string, or of the text; an open string is the parser's
-  // to report. Three quotes open a string over lines, and of up to five that
-  // close it the first two belong to it.
+  // Skips to the end of a string, or of the text; an unterminated string is
+  // reported by the parser. Three quotes open a multi-line string, and of up to
+  // five that close it the first two are part of it.
   void SkipString(char quote) {
     const bool over_lines = QuotesAt(quote, 3) == 3;
     at_ += over_lines ? 3 : 1;
@@ -102,7 +102,7 @@ class TomlGuard {
     }
   }
 
-  // How many quotes stand here, `most` at most.
+  // Number of quotes at this position, at most `most`.
   size_t QuotesAt(char quote, size_t most) const {
     size_t count = 0;
     while (count < most && at_ + count < text_.size() &&
@@ -122,7 +122,7 @@ class TomlGuard {
   int line_ = 1;
   int depth_ = 0;
   size_t values_ = 0;
-  std::vector<int> open_;  // the depth in front of each open bracket
+  std::vector<int> open_;  // depth before each open bracket
 };
 
 }  // namespace
@@ -148,7 +148,7 @@ Json ToJson(const toml::node& node) {
   if (const auto* integer = node.as_integer()) return Json(integer->get());
   if (const auto* number = node.as_floating_point()) return Json(number->get());
   if (const auto* boolean = node.as_boolean()) return Json(boolean->get());
-  std::ostringstream other;  // dates and times: as the file writes them
+  std::ostringstream other;  // dates and times: as written in the file
   node.visit([&other](const auto& value) { other << value; });
   return Json(other.str());
 }

@@ -1,4 +1,4 @@
-// TOML texts with errors in our words. For the readers of core/io alone.
+// TOML texts, with our own wording of errors. For the readers of core/io only.
 #ifndef KINEGRAPH_CORE_IO_TEXT_TOML_FILE_H_
 #define KINEGRAPH_CORE_IO_TEXT_TOML_FILE_H_
 
@@ -10,12 +10,11 @@
 
 namespace kinegraph {
 
-// Throws InputError naming `file` and line for a syntax error, a repeated
-// key or nesting that no sensible file has.
+// Throws InputError naming `file` and line for a syntax error, a duplicate key
+// or unreasonable nesting.
 toml::table ParseToml(const std::string& text, const std::string& file);
 
-// The same values as JSON, tables in the order of the file (toml++ sorts them
-// by name).
+// The same values as JSON, tables in file order (toml++ sorts them by name).
 Json ToJson(const toml::node& node);
 
 }  // namespace kinegraph

@@ -1,4 +1,4 @@
-// Words and numbers of plain text. For core/io alone.
+// Words and numbers of plain text. For core/io only.
 #ifndef KINEGRAPH_CORE_IO_TEXT_WORDS_H_
 #define KINEGRAPH_CORE_IO_TEXT_WORDS_H_
 
@@ -19,7 +19,7 @@ class Words {
 
   // Empty at the end.
   std::string_view Next();
-  // The following throw where the text ends, or holds something else; `what`
+  // These throw at the end of the text or if something else is found; `what`
   // completes "expected ...".
   std::string_view Need(const char* what);
   void Expect(const char* wanted);
@@ -28,7 +28,7 @@ class Words {
   [[noreturn]] static void Fail(std::string_view found,
                                 const std::string& expected);
 
-  // The line of the word that was read last.
+  // The line of the last word read.
   std::string Place() const { return "line " + std::to_string(line_); }
 
  private:
@@ -42,12 +42,12 @@ class Words {
   int64_t line_ = 1;
 };
 
-// Whether a text begins with numbers, as far as anybody would look.
+// Whether a text begins with numbers.
 bool IsNumberTable(std::string_view text);
 
 // The numbers of a small file, separated by spaces, commas or semicolons.
-// Throws InputError where one is not finite, or they are not `count`, which are
-// `what`.
+// Throws InputError if one is not finite, or if there are not `count` of them;
+// `what` describes these.
 std::vector<double> ReadNumberTable(const std::string& path, size_t count,
                                     const std::string& what);
 

@@ -14,8 +14,8 @@ struct XmlElement::Document {
   std::string file;
   pugi::xml_document tree;
 
-  // Counted in bytes of the file: right for UTF-8 and, as every line end has
-  // one byte of that value, for UTF-16.
+  // Counted in bytes of the file: correct for UTF-8 and, because every line end
+  // contains one byte of that value, for UTF-16.
   std::string LineAt(ptrdiff_t offset) const {
     const auto end =
         text.begin() +
@@ -106,7 +106,8 @@ std::vector<double> XmlElement::Numbers(const std::string& attribute,
 }
 
 XmlElement ParseXml(std::string text, const std::string& file) {
-  // Far more than a laboratory's cameras need; each element takes memory.
+  // Far more than a laboratory's cameras need; elements take more memory than
+  // their text.
   constexpr size_t kMaxBytes = size_t{16} << 20;
   if (text.size() > kMaxBytes) {
     throw InputError(file, "",

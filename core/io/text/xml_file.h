@@ -1,5 +1,5 @@
-// XML as laboratories' programs write calibrations. For the readers of core/io
-// alone.
+// XML calibrations written by laboratories' programs. For the readers of
+// core/io only.
 #ifndef KINEGRAPH_CORE_IO_TEXT_XML_FILE_H_
 #define KINEGRAPH_CORE_IO_TEXT_XML_FILE_H_
 
@@ -20,13 +20,13 @@ class XmlElement {
   // Throws InputError "file: line 12: message".
   [[noreturn]] void Fail(const std::string& message) const;
 
-  // Elements inside, in file order; Find gives the first or nullopt, At fails.
+  // Child elements in file order; Find returns the first or nullopt, At fails.
   std::vector<XmlElement> All(const std::string& name) const;
   std::optional<XmlElement> Find(const std::string& name) const;
   XmlElement At(const std::string& name) const;
 
   // Attributes. The numbers are finite; `Numbers` are separated by spaces, and
-  // a text before them is passed over (Vicon's "ViconRadial2 0 0 ...").
+  // a leading text is skipped (Vicon's "ViconRadial2 0 0 ...").
   std::optional<std::string> FindText(const std::string& attribute) const;
   std::string Text(const std::string& attribute) const;
   double Number(const std::string& attribute) const;
@@ -44,8 +44,8 @@ class XmlElement {
   pugi::xml_node node_;
 };
 
-// The outermost element of a text in UTF-8, UTF-16 or UTF-32. No entity but
-// XML's own five is replaced, nothing outside is read. Throws InputError naming
+// The root element of a text in UTF-8, UTF-16 or UTF-32. Only XML's own five
+// entities are replaced, and nothing external is read. Throws InputError naming
 // `file` for more than 16 MiB, and with the line for a syntax error.
 XmlElement ParseXml(std::string text, const std::string& file);
 

@@ -14,8 +14,9 @@
 namespace kinegraph {
 namespace {
 
-// Of memory: a value as kValueBytes and its text. Five thousand cameras.
-// Aliases let a short text stand for a huge one, so each pays for its copy.
+// In memory: kValueBytes per value plus its text. Enough for five thousand
+// cameras. Aliases let a short text represent a huge one, so each copy is
+// counted.
 constexpr size_t kMaxBytes = size_t{16} << 20;
 constexpr size_t kValueBytes = 64;
 
@@ -33,8 +34,8 @@ size_t BytesOf(const Json& value) {
   return bytes;
 }
 
-// Builds the value while the parser goes through the text, and ends the parser
-// at what is too much: it sees a value between any two commas of a list.
+// Builds the value while the parser reads the text, and stops the parser on
+// excess: the parser itself creates a value between any two commas of a list.
 class Builder final : public YAML::EventHandler {
  public:
   explicit Builder(std::string file) : file_(std::move(file)) {}
@@ -110,7 +111,7 @@ class Builder final : public YAML::EventHandler {
     Add(mark, std::move(value), anchor);
   }
 
-  // A value that is paid for.
+  // A value already counted.
   void Add(const YAML::Mark& mark, Json value, YAML::anchor_t anchor) {
     if (anchor != 0) {
       Pay(mark, BytesOf(value));
@@ -181,7 +182,7 @@ class Builder final : public YAML::EventHandler {
   size_t bytes_ = 0;
 };
 
-// The parser takes a second for each million open brackets before it hands on
+// The parser needs a second for each million open brackets before it reports
 // the first. Brackets in texts count too; no calibration has that many.
 void RefuseDeepBrackets(const std::string& text, const std::string& file) {
   int depth = 0;
@@ -196,8 +197,8 @@ void RefuseDeepBrackets(const std::string& text, const std::string& file) {
   }
 }
 
-// OpenCV writes "%YAML:1.0", which YAML does not know. The line stays, empty,
-// so that line numbers are the file's.
+// OpenCV writes "%YAML:1.0", which is not valid YAML. The line is replaced by
+// an empty one, to preserve line numbers.
 std::string WithoutDirective(const std::string& text) {
   if (text.rfind("%YAML", 0) != 0) return text;
   const size_t end = text.find('\n');
