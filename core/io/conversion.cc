@@ -36,7 +36,7 @@
 namespace kinegraph {
 namespace {
 
-// A format's name in one kind.
+// The name of a format of one kind.
 struct Format {
   FileKind kind;
   std::string name;
@@ -58,7 +58,7 @@ std::string LayoutOf(const TrackFormat& format) {
   return text;
 }
 
-// They follow from the three registries.
+// Derived from the three registries.
 std::vector<Format> Formats() {
   std::vector<Format> formats;
   for (const CalibrationFormat& format : CalibrationFormats()) {
@@ -87,8 +87,8 @@ std::string TextOf(const std::vector<FileKind>& kinds) {
   return fmt::format("{}", fmt::join(names, " or "));
 }
 
-// Kinds of the format that --`flag` names; throws when nothing of that name can
-// be read or written (`verb`).
+// Kinds with a format named by --`flag`; throws if no format of that name
+// supports `verb` (reading or writing).
 std::vector<FileKind> KindsOf(const std::string& flag, const std::string& name,
                               const std::string& verb, bool Format::*can) {
   std::vector<FileKind> kinds;
@@ -108,8 +108,8 @@ std::vector<FileKind> KindsOf(const std::string& flag, const std::string& name,
          WayOnFrom(name));
 }
 
-// What is to be converted: it follows from the two formats, and from the
-// input's content where several kinds are left.
+// The kind to convert: from the two formats and, if several kinds remain, from
+// the input's content.
 FileKind ChooseKind(const ConversionOptions& flags) {
   const std::vector<FileKind> to =
       KindsOf("to", flags.to, "written", &Format::writable);
@@ -126,7 +126,7 @@ FileKind ChooseKind(const ConversionOptions& flags) {
     Refuse("--from={} is of {}, --to={} of {}", flags.from, TextOf(from),
            flags.to, TextOf(to));
   }
-  // What is looked at would be gone from a pipe.
+  // Examining a pipe would consume it.
   if (IsPipe(flags.in)) {
     if (both.size() == 1) return both.front();
     throw InputError(flags.in, "",
@@ -147,7 +147,7 @@ FileKind ChooseKind(const ConversionOptions& flags) {
                        ", --to=" + flags.to + " is of " + TextOf(both));
 }
 
-// Everything that reading can be told.
+// All options of reading.
 struct ConvertOptions {
   CameraReadOptions cameras;
   DetectionReadOptions detections;
@@ -167,7 +167,7 @@ struct ConvertOptions {
   }
 };
 
-// Flags that mean nothing for what is converted are a mistake.
+// Flags that do not apply to the kind are an error.
 void CheckFlags(const ConversionOptions& flags, FileKind kind) {
   const auto refuse = [kind](const char* name, bool given,
                              const char* belongs_to) {
@@ -226,7 +226,7 @@ Skeleton SkeletonFlag(const ConversionOptions& flags) {
   }
 }
 
-// ---- One kind each: reads, writes, and says how much there was ----
+// ---- One function per kind: reads, writes, and reports how much ----
 
 std::string ConvertCalibration(const ConversionOptions& flags,
                                const ConvertOptions& options,
@@ -288,7 +288,7 @@ std::string ConvertDetections(const ConversionOptions& flags,
                      source.header().view_names.size());
 }
 
-// "0, 3, 7": the identities that there are.
+// "0, 3, 7": the existing identities.
 std::string KnownPeople(const std::vector<int64_t>& ids) {
   constexpr size_t kMostShown = 30;
   const size_t shown = std::min(ids.size(), kMostShown);
@@ -296,7 +296,7 @@ std::string KnownPeople(const std::vector<int64_t>& ids) {
                      shown < ids.size() ? ", ..." : "");
 }
 
-// What people of the tracks are called, in the file itself or beside it.
+// Names of people in the tracks, from the file itself or beside it.
 PersonNames NamesIn(const std::string& path, std::vector<std::string>* notes) {
   PersonNames names = ReadPersonNames(path);
   const std::string edits = SideFileOf(path, kIdentityEnd, notes);
@@ -304,7 +304,7 @@ PersonNames NamesIn(const std::string& path, std::vector<std::string>* notes) {
   return names;
 }
 
-// The identity that --person asks for.
+// The identity selected by --person.
 int64_t WantedPerson(const ConversionOptions& flags,
                      const std::vector<int64_t>& ids) {
   const auto is_there = [&ids](int64_t id) {
@@ -326,7 +326,7 @@ int64_t WantedPerson(const ConversionOptions& flags,
          notes.empty() ? "" : "; " + notes.front());
 }
 
-// Leaves the person of --person alone in the tracks.
+// Keeps only the person of --person in the tracks.
 void KeepPerson(const ConversionOptions& flags, const TrackFormat& to,
                 TrackSequence* tracks) {
   const std::vector<int64_t> ids = IdsOf(*tracks);
@@ -367,7 +367,7 @@ void RenameMarkers(const ConversionOptions& flags, const TrackFormat& to,
   tracks->header.skeleton = WithMarkerNames(tracks->header.skeleton, *names);
 }
 
-// Turns tracks whose file's X, Y, Z are the world axes that `axes` names.
+// Transforms tracks whose file's X, Y, Z are the world axes in `axes`.
 void ReadAs(const AxisMap& axes, TrackSequence* tracks) {
   Eigen::Matrix3d world_from_file;
   for (int i = 0; i < 3; ++i) {
@@ -387,7 +387,7 @@ void ReadAs(const AxisMap& axes, TrackSequence* tracks) {
   }
 }
 
-// That people do not stand up in the result, and what mends it.
+// Notes that people do not stand upright in the result, and the remedy.
 void NoteAxes(const TrackSequence& tracks, const TrackFormat& from,
               const TrackFormat& to, const std::optional<AxisMap>& axes,
               LostFields* lost_fields) {
@@ -410,7 +410,7 @@ void NoteAxes(const TrackSequence& tracks, const TrackFormat& from,
     lost_fields->push_back(note->text + ": --axes=" + note->axes +
                            " stands them up");
   } else {
-    // The flag would hold for both.
+    // The flag would apply to both.
     const AxisMap right = AxisMap::Parse(note->axes);
     lost_fields->push_back(
         note->text + ": convert to a .jsonl with --axes=" +
@@ -420,8 +420,8 @@ void NoteAxes(const TrackSequence& tracks, const TrackFormat& from,
   }
 }
 
-// --frame_rate is for input that does not tell. Throws where the times that it
-// tells are those of another one.
+// --frame_rate is for input without a rate. Throws if the input's times have a
+// different rate.
 void CheckFrameRate(const ConversionOptions& flags,
                     const TrackSequence& tracks) {
   if (!(flags.frame_rate_hz > 0.0) || tracks.frames.size() < 2) return;
@@ -431,7 +431,7 @@ void CheckFrameRate(const ConversionOptions& flags,
   if (!(seconds > 0.0)) return;
   const double rate_hz =
       static_cast<double>(last.frame - first.frame) / seconds;
-  constexpr double kAlike = 0.01;  // times of single frames may be off
+  constexpr double kAlike = 0.01;  // times of single frames may be inaccurate
   if (std::abs(rate_hz - flags.frame_rate_hz) <= kAlike * rate_hz) return;
   Refuse(
       "--frame_rate={:g} is for input that does not tell its rate: the "

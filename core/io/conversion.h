@@ -1,5 +1,5 @@
-// Calibrations, detections and tracks between formats: what kinegraph-convert
-// does.
+// Converts calibrations, detections and tracks between formats:
+// kinegraph-convert.
 #ifndef KINEGRAPH_CORE_IO_CONVERSION_H_
 #define KINEGRAPH_CORE_IO_CONVERSION_H_
 
@@ -9,16 +9,16 @@
 
 namespace kinegraph {
 
-// As the command's flags, by whose names messages call them.
+// The command's flags, whose names are used in messages.
 struct ConversionOptions {
   std::string in;             // file or folder
-  std::string out;            // likewise
+  std::string out;            // file or folder
   std::string from = "auto";  // format, by content
-  std::string to;             // format; empty: by the end of `out`
-  std::string skeleton;       // these two where the input does not tell
+  std::string to;             // format; empty: by the extension of `out`
+  std::string skeleton;       // this and unit, if the input has none
   double frame_rate_hz = 0.0;
   std::string unit;              // of calibrations and tracks: m, cm or mm
-  std::string image_size;        // "W,H" px, where a calibration does not tell
+  std::string image_size;        // "W,H" px, if a calibration has none
   std::string axes;              // "x,-z,y": world axes of the file's X, Y, Z
   std::string markers = "ours";  // names of joints: ours, pose2sim or opensim
   std::string person;            // the one to write, by number or name
@@ -27,13 +27,13 @@ struct ConversionOptions {
 
 struct Conversion {
   std::string what;        // "500 frames"
-  LostFields lost_fields;  // what the format leaves out
+  LostFields lost_fields;  // fields that the format cannot hold
 };
 
-// Makes the folder that `out` lies in. Throws InputError naming flag or file.
+// Creates the parent folder of `out`. Throws InputError naming flag or file.
 Conversion Convert(const ConversionOptions& options);
 
-// One line a format: kind, name, what can be done with it, what it is.
+// One line per format: kind, name, what it supports, description.
 std::string FormatList();
 
 }  // namespace kinegraph

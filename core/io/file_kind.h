@@ -10,8 +10,8 @@ enum class FileKind { kCalibration, kDetections, kTracks };
 const char* ToString(FileKind kind);
 
 // By content, for formats that ReadCameras, OpenDetections or ReadTracks
-// recognise. A guess, meant for choosing among them: they check what they read.
-// Throws InputError when the file cannot be read or looks like none of them.
+// recognise. A guess, used to choose among them; they check what they read.
+// Throws InputError when the file cannot be read or resembles none of them.
 FileKind RecogniseKind(const std::string& path);
 
 }  // namespace kinegraph
