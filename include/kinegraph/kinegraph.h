@@ -1,29 +1,29 @@
-// kinegraph: the 3D motion of people from the 2D poses that calibrated cameras
-// see. The one header a program needs:
+// kinegraph: the 3D motion of people from 2D poses in calibrated cameras. The
+// only header that a program needs:
 //
 //   #include <kinegraph/kinegraph.h>
 //
-// What it brings, in the order of a program:
+// Its contents, in the order of use:
 //   core/geometry/camera.h          cameras: projection, lenses
 //   core/skeleton/skeleton.h        joints, bones, mirror pairs
-//   core/data/detection.h           2D poses as a detector gives them
+//   core/data/detection.h           2D poses from a detector
 //   core/data/pose.h                3D poses as they are written
 //   core/io/calibration/calibration.h           ReadCameras, WriteCameras
 //   core/io/detections/source.h      ReadDetections, OpenDetections
 //   core/io/tracks/tracks.h, writer.h   ReadTracks, WriteTracks
 //   core/io/tracks/c3d.h        ReadSegments: poses of segments (C3D)
-//   solvers/session/options.h       RunOptions: what a configuration can say
+//   solvers/session/options.h       RunOptions: everything in a configuration
 //   solvers/session/session.h       Session: a run, frame by frame
 //   solvers/session/run.h           a whole recording at once; frozen matches
-//   core/tracking/estimator.h       the interface of a smoother of one's own
-//   solvers/ceres/user_factor.h     factors of one's own
+//   core/tracking/estimator.h       interface of a user's own smoother
+//   solvers/ceres/user_factor.h     a user's own factors
 //   core/evaluation/*.h             errors against a ground truth, identity
 //   core/kinematics/*.h             joint angles, speeds, distances
 //   core/synthetic/*.h              scenes with known truth
 //
-// Lengths are metres, images are pixels, times are nanoseconds (TimeNs) or, by
-// their suffix, seconds. Bad input throws InputError or OptionError, whose
-// what() is one line that names file, line or key.
+// Lengths are in metres, image coordinates in pixels, times in nanoseconds
+// (TimeNs) or, with the suffix _s, seconds. Bad input throws InputError or
+// OptionError, whose what() is one line that names file, line or key.
 #ifndef KINEGRAPH_KINEGRAPH_H_
 #define KINEGRAPH_KINEGRAPH_H_
 
