@@ -24,7 +24,7 @@ namespace {
 constexpr double kMmPerM = 1000.0;
 constexpr int kResamples = 2000;
 
-// A figure that tasks have, and where it stands in their files.
+// A figure in tasks, and its place in their files.
 struct BatchMeasure {
   const char* key;
   const char* title;
@@ -60,17 +60,17 @@ const BatchMeasure kMeasures[] = {
      "held_out.json", "/result/rows/0/p90_px/value",
      "/result/rows/0/p90_px/interval/standard_error", 1.0, 2}};
 
-// Recordings and configurations in the order of the tasks, and what was found.
+// Recordings and configurations in the order of the tasks, and their results.
 struct Results {
   std::vector<std::string> recordings;
   std::vector<std::string> configurations;
   std::vector<const Task*> missing;
   std::set<std::string> processors;
   std::set<std::string> commits;
-  // By key of the measure and configuration; none where no task has a figure.
+  // By key of the measure and configuration; absent if no task has the figure.
   std::map<std::pair<std::string, std::string>, BatchColumn> columns;
 
-  // A configuration that no recording has finished has an empty column.
+  // A configuration without any finished recording has an empty column.
   BatchColumn ColumnOf(const BatchMeasure& measure,
                        const std::string& configuration) const {
     const auto at = columns.find({measure.key, configuration});
@@ -112,7 +112,7 @@ void AddFigures(const Task& task, const std::string& folder, Results* results) {
       static_cast<size_t>(std::find(results->recordings.begin(),
                                     results->recordings.end(), task.recording) -
                           results->recordings.begin());
-  std::map<std::string, Json> files;  // each read once; null: not there
+  std::map<std::string, Json> files;  // each read once; null: missing
   for (const BatchMeasure& measure : kMeasures) {
     const auto [file, is_new] = files.try_emplace(measure.file);
     const std::string path = folder + "/" + measure.file;
@@ -256,7 +256,7 @@ Json ResultsJson(const Results& results) {
   return json;
 }
 
-// Bytes of a path that a link cannot say as they are.
+// Percent-encodes bytes of a path that a link cannot contain.
 std::string UrlOf(const std::string& path) {
   std::string url;
   for (const char c : path) {
@@ -332,8 +332,8 @@ BatchSummary SummariseDifference(const BatchColumn& a, const BatchColumn& b) {
   BatchColumn differences;
   for (size_t t = 0; t < std::min(a.size(), b.size()); ++t) {
     if (!a[t].has_value() || !b[t].has_value()) continue;
-    // The two errors count as independent. The same frames correlate them, so
-    // the interval is rather too wide.
+    // Assumes independent errors. The same frames correlate them, so the
+    // interval is rather too wide.
     differences.push_back(
         BatchValue{a[t]->value - b[t]->value,
                    std::hypot(a[t]->standard_error, b[t]->standard_error)});

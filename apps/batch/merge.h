@@ -15,16 +15,16 @@ namespace kinegraph {
 // A figure of one task.
 struct BatchValue {
   double value = 0.0;
-  double standard_error = 0.0;  // over frames; 0 where it is not known
+  double standard_error = 0.0;  // over frames; 0 if unknown
 };
 
-// [take]; no value where a recording does not have it.
+// [take]; no value if a recording lacks it.
 using BatchColumn = std::vector<std::optional<BatchValue>>;
 
 // Mean over the recordings that have a value, and its interval: recordings are
 // drawn with replacement, and each drawn recording's figure from a normal
 // distribution around its value with the standard error of its own block
-// bootstrap over frames. With one take the interval says nothing of other
+// bootstrap over frames. With one take the interval does not cover other
 // recordings.
 struct BatchSummary {
   int recordings = 0;
@@ -35,11 +35,12 @@ BatchSummary Summarise(const BatchColumn& column);
 // null without recordings.
 Json SummaryJson(const BatchSummary& summary);
 
-// The same of the difference of two configurations, recording by recording.
+// The same for the difference of two configurations, recording by recording.
 BatchSummary SummariseDifference(const BatchColumn& a, const BatchColumn& b);
 
 // Reads what is done below `out` and writes batch.json, batch.csv, batch.md and
-// index.html there. Returns how many tasks are not done; the tables name them.
+// index.html there. Returns the number of unfinished tasks, which the tables
+// name.
 int MergeBatch(const std::vector<Task>& tasks, const std::string& out);
 
 }  // namespace kinegraph

@@ -46,7 +46,7 @@ std::vector<TaskStep> StepsOf(const Manifest& manifest,
                               const ManifestRecording& recording,
                               const ManifestConfiguration& configuration) {
   const std::string tracks = "tracks.jsonl";
-  // Flags of every command that tracks. The recording's keys describe its data
+  // Flags for every command that tracks. The recording's keys describe its data
   // and come last.
   std::vector<std::string> tracking =
       Arguments({{"cameras", recording.cameras},
@@ -89,13 +89,13 @@ std::vector<TaskStep> StepsOf(const Manifest& manifest,
   return steps;
 }
 
-// The checksum of a file's content; of a folder or pipe, nothing.
+// The checksum of a file's contents; nothing for a folder or pipe.
 std::string ContentMark(const std::string& path) {
   if (path.empty() || !IsFile(path)) return path + "\n";
   return fmt::format("{} {:08x}\n", path, Crc32(ReadBytes(path)));
 }
 
-// What a task's programs print, and what the last one complained about.
+// Output of a task's programs, with the error of the last one.
 constexpr const char* kLog = "log.txt";
 constexpr const char* kErrors = "errors.txt";
 
@@ -107,7 +107,7 @@ std::string FailureFile(const Task& task, const std::string& out) {
   return FolderOf(task, out) + ".failed.txt";
 }
 
-// The programs of one build stand in one folder.
+// The programs of one build are in one folder.
 std::string ProgramOf(const std::string& command) {
   const std::string path = ProgramPath();
   if (path.empty()) throw std::runtime_error("cannot tell where programs are");
@@ -181,7 +181,7 @@ std::vector<Task> TasksOf(const Manifest& manifest) {
 
 TaskState StateOf(const Task& task, const std::string& out) {
   const std::string folder = FolderOf(task, out);
-  // Snakemake makes the folder itself, empty.
+  // Snakemake creates the folder itself, empty.
   if (!IsFolder(folder) || ListFolder(folder).empty()) {
     return TaskState::kMissing;
   }
@@ -196,7 +196,8 @@ TaskState StateOf(const Task& task, const std::string& out) {
 namespace {
 
 // Runs the steps one after the other. The folder appears under its name when
-// all of them are done; else DIR/TAKE/CONFIGURATION.failed.txt holds the error.
+// all of them are done; otherwise DIR/TAKE/CONFIGURATION.failed.txt holds the
+// error.
 TaskOutcome RunTask(const Task& task, const std::string& out) {
   TaskOutcome outcome;
   try {
@@ -219,11 +220,11 @@ TaskOutcome RunTask(const Task& task, const std::string& out) {
     outcome.error = error.what();
   }
   try {
-    // Where two batches share the work, the other one may have been first.
+    // If two batches share the work, the other one may have finished first.
     if (StateOf(task, out) == TaskState::kDone) return {true, ""};
     const OutputFolder recording_folder(out + "/" + task.recording);
     WriteTextFile(FailureFile(task, out), outcome.error + "\n");
-  } catch (const std::exception&) {  // it is told below all the same
+  } catch (const std::exception&) {  // reported below all the same
   }
   return outcome;
 }

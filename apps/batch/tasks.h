@@ -1,5 +1,5 @@
-// The tasks of a batch, each recording with each configuration, and their run:
-// several at once, each in programs of its own.
+// The tasks of a batch, each recording with each configuration, and their
+// execution: several at once, each in programs of its own.
 #ifndef KINEGRAPH_APPS_BATCH_TASKS_H_
 #define KINEGRAPH_APPS_BATCH_TASKS_H_
 
@@ -11,8 +11,8 @@
 
 namespace kinegraph {
 
-// One command of a task, run in the task's folder: what it reads of other steps
-// and what it writes stands there.
+// One command of a task, run in the task's folder, which holds its output and
+// what it reads of other steps.
 struct TaskStep {
   std::string command;  // "track" for kinegraph-track
   std::vector<std::string> arguments;
@@ -24,7 +24,7 @@ struct Task {
   std::string configuration;
   std::vector<TaskStep> steps;
   // Covers the arguments of all steps and the contents of the small files that
-  // they name: another fingerprint means another task.
+  // they name: a different fingerprint is a different task.
   std::string fingerprint;
 
   std::string Name() const { return recording + "/" + configuration; }
@@ -37,7 +37,7 @@ std::vector<Task> TasksOf(const Manifest& manifest);
 enum class TaskState {
   kMissing,  // not done yet
   kDone,     // by a task with the same fingerprint
-  kOther,    // done by another one: other inputs, or other settings
+  kOther,    // done by a different one: other inputs, or other settings
 };
 
 // State of the folder DIR/TAKE/CONFIGURATION, whose task.json names its
@@ -46,7 +46,7 @@ TaskState StateOf(const Task& task, const std::string& out);
 
 struct TaskOutcome {
   bool done = false;
-  std::string error;  // one line, the program's own
+  std::string error;  // one line, from the program itself
 };
 
 // Runs all of them, `jobs` at once, and calls `report` with each outcome, one
