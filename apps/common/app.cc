@@ -35,14 +35,14 @@ std::string ProgramName(const AppInfo& info) {
   return "kinegraph-" + info.command;
 }
 
-// Flags defined in a source file of apps/. glog and gflags bring some forty of
-// their own, which are none of the command's.
+// Flags defined in a source file of apps/. glog and gflags define some forty of
+// their own, which the commands do not offer.
 bool IsOwnFlag(const gflags::CommandLineFlagInfo& flag) {
   const std::string path = "/" + flag.filename;
   return path.find("/apps/") != std::string::npos;
 }
 
-// glog's flags that make VLOG speak.
+// glog's flags that enable VLOG.
 bool IsDiagnosisFlag(const std::string& name) {
   return name == "v" || name == "vmodule";
 }
@@ -98,14 +98,14 @@ std::string Article(const gflags::CommandLineFlagInfo& flag) {
   return flag.type.find("int") != std::string::npos ? "an " : "a ";
 }
 
-// A shell leaves the tilde of --out=~/x as it stands.
+// A shell does not expand the tilde of --out=~/x.
 std::string WithHome(const std::string& value) {
   const char* home = std::getenv("HOME");
   if (home == nullptr || value.rfind("~/", 0) != 0) return value;
   return home + value.substr(1);
 }
 
-// Walks the arguments once.
+// Parses the arguments in one pass.
 class CommandLineParser {
  public:
   explicit CommandLineParser(const std::vector<std::string>& arguments)
@@ -148,8 +148,8 @@ class CommandLineParser {
     Set(flag, "false");
   }
 
-  // The argument after a flag without "=". Another flag there means that the
-  // value was forgotten.
+  // The argument after a flag without "=". If that is another flag, the value
+  // is missing.
   std::string NextValue(const gflags::CommandLineFlagInfo& flag) {
     if (next_ == arguments_.size()) {
       throw InputError("--" + flag.name + ": a value is missing");
@@ -166,7 +166,8 @@ class CommandLineParser {
 
   void Set(const gflags::CommandLineFlagInfo& flag, const std::string& value) {
     const bool again = !seen_.insert(flag.name).second;
-    // Keys add up, so that a printed fix goes behind those already there.
+    // Keys accumulate, so that a suggested fix can be appended to existing
+    // ones.
     if (again && flag.name != "set") {
       throw InputError("--" + flag.name + " is given more than once");
     }
@@ -186,8 +187,8 @@ class CommandLineParser {
 };
 
 #ifdef NDEBUG
-// The attribute, not the keyword: Clang makes it part of the type, and glog
-// asks for it.
+// The attribute, not the keyword: Clang makes it part of the type, which glog
+// requires.
 __attribute__((noreturn)) void LeaveAfterFailedCheck() {
   RemovePartialFilesForGood();
   std::_Exit(kExitFailure);
@@ -199,15 +200,16 @@ void InitLogging(const AppInfo& info) {
   FLAGS_logtostderr = true;  // never a log file
   FLAGS_minloglevel = diagnosis ? google::GLOG_INFO : google::GLOG_FATAL;
   if (google::IsGoogleLoggingInitialized()) return;
-  static const std::string program = ProgramName(info);  // glog keeps a pointer
+  // Glog keeps the pointer.
+  static const std::string program = ProgramName(info);
   google::InitGoogleLogging(program.c_str());
 #ifdef NDEBUG
-  // A debug build aborts, so that a debugger or a core file shows the place.
+  // A debug build aborts, so that a debugger or core file shows the place.
   google::InstallFailureFunction(&LeaveAfterFailedCheck);
 #endif
 }
 
-// Throws if what was printed did not arrive.
+// Throws if printed output was not written.
 void FinishStdout() {
   errno = 0;
   std::cout.flush();
@@ -221,7 +223,7 @@ void FinishStdout() {
 
 void Run(int argc, char** argv, const AppInfo& info,
          const std::function<void()>& body) {
-  // argc is 0 when a program is started without even its own name.
+  // argc is 0 if a program is started without even its own name.
   const std::vector<std::string> arguments(argv + std::min(argc, 1),
                                            argv + argc);
   switch (ParseCommandLine(arguments)) {
@@ -241,9 +243,9 @@ void Run(int argc, char** argv, const AppInfo& info,
   FinishStdout();
 }
 
-// Prints the line and passes the exit code on.
+// Prints the line and returns the exit code.
 int Fail(const AppInfo& info, const std::string& message, int exit_code) {
-  std::cout.flush();  // what was printed before comes before
+  std::cout.flush();  // keeps the order of output
   std::fflush(stdout);
   const std::string line = ProgramName(info) +
                            ": error: " + Printable(message, kMaxErrorLength) +
@@ -262,8 +264,8 @@ FrameRange ParseFrameRange(const std::string& text, const std::string& flag) {
   FailFlag(flag, text, "A:B with A < B (A is included, B is not)");
 }
 
-// What --help shows of a flag, by its name, or by command and name where it
-// means another thing there.
+// The example of a flag in --help, by its name, or by command and name if its
+// meaning differs there.
 constexpr std::pair<const char*, const char*> kFlagExamples[] = {
     {"adapter", "./my_reader.py"},
     {"align", "none"},
@@ -343,7 +345,7 @@ constexpr std::pair<const char*, const char*> kFlagExamples[] = {
     {"up", "-y"},
     {"without_cameras", "cam2"}};
 
-// Empty: there is none.
+// Empty if there is none.
 std::string ExampleOf(const std::string& name) {
   for (const auto& [flag, example] : kFlagExamples) {
     if (flag == name) return example;

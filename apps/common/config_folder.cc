@@ -16,13 +16,13 @@
 namespace kinegraph {
 namespace {
 
-// "/usr/bin" of "/usr/bin/kinegraph-track"; empty for "/usr".
+// "/usr/bin" for "/usr/bin/kinegraph-track"; empty for "/usr".
 std::string Parent(const std::string& path) {
   const size_t slash = path.find_last_of('/');
   return slash == std::string::npos ? "" : path.substr(0, slash);
 }
 
-// Empty when it is nowhere.
+// Empty if not found.
 std::string FindProjectConfig(const std::string& name) {
   std::string folder = Parent(ProgramPath());
   const std::string installed =
@@ -51,7 +51,7 @@ std::string ShippedConfigs() {
   return "configurations of kinegraph: " + names;
 }
 
-// What recordings differ in; the other keys are right for most of them.
+// Keys that often differ between recordings; the others rarely need changes.
 constexpr const char* kEveryday[] = {
     "mode",
     "skeleton",
@@ -82,7 +82,7 @@ constexpr const char* kEveryday[] = {
     "graph.solver",
 };
 
-// The keys of every day in their order, before the others.
+// The everyday keys in their order, before the others.
 std::vector<ConfigKey> EverydayFirst(std::vector<ConfigKey> keys) {
   auto next = keys.begin();
   for (const char* name : kEveryday) {
@@ -107,7 +107,7 @@ std::string ProjectConfig(const std::string& name) {
 
 std::string FindConfig(const std::string& path) {
   const std::string folder = "configs/";
-  // What is no name of a file is for its reader to complain of.
+  // An invalid file name is reported by its reader.
   const bool absolute = path.empty() || path.front() == '/';
   if (absolute || IsFile(path) || IsFolder(path) || IsPipe(path)) return path;
   const std::string found = FindProjectConfig(
@@ -170,7 +170,7 @@ std::string CommentedConfig(const std::vector<ConfigKey>& given,
     std::string& help = shown.back().help;
     help[0] = static_cast<char>(std::toupper(help[0]));
   }
-  // A table is opened once.
+  // Each table has one header.
   std::vector<std::string> tables;
   for (const ConfigKey& key : shown) {
     if (std::find(tables.begin(), tables.end(), key.table) == tables.end()) {

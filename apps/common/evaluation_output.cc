@@ -86,7 +86,7 @@ std::string PcpTable(const PcpResult& result,
   return table.ToString();
 }
 
-// How many parts of each kind every actor lost.
+// Number of parts of each kind that every actor lost.
 std::string LostTally(const PcpResult& result) {
   const std::vector<int64_t> actors = result.Actors();
   std::map<std::pair<int, int64_t>, int64_t> lost;
@@ -259,7 +259,8 @@ EvaluationOutput DescribeParity(const ParityResult& result,
   const auto within = [](double distance_m) {
     return "joints within " + Fixed(distance_m * kMmPerM, 2) + " mm, %";
   };
-  const auto exactly = [](const Share& share) {  // 99.99 matters here
+  // A difference to 99.99 is significant.
+  const auto exactly = [](const Share& share) {
     return fmt::format("{} ({}/{})", Fixed(share.percent(), 4), share.count,
                        share.total);
   };

@@ -1,4 +1,4 @@
-// Results of core/evaluation as tables for people and as JSON for scripts.
+// Results of core/evaluation as tables for users and JSON for scripts.
 #ifndef KINEGRAPH_APPS_COMMON_EVALUATION_OUTPUT_H_
 #define KINEGRAPH_APPS_COMMON_EVALUATION_OUTPUT_H_
 
@@ -18,39 +18,39 @@
 
 namespace kinegraph {
 
-// The same result twice. In JSON lengths are metres or pixels as the key says,
-// shares counts with their percentage; a value that does not exist is null.
+// The same result in two forms. In JSON lengths are metres or pixels, as the
+// key says; shares are counts with their percentage; undefined values are null.
 struct EvaluationOutput {
   std::string text;
   Json json;
 };
 
-// Counts stand beside percentages, intervals beside the headline. `list_lost`
-// adds every lost part to the text (the JSON has them always).
+// Counts beside percentages, intervals beside the headline. `list_lost` adds
+// every lost part to the text (the JSON always has them).
 EvaluationOutput DescribePcp(const PcpResult& result, bool list_lost);
 EvaluationOutput DescribeParity(const ParityResult& result,
                                 const ParityOptions& options,
                                 const Skeleton& reference_skeleton);
 EvaluationOutput DescribeMpjpe(const MpjpeResult& result);
-// PA-MPJPE and PCK, which DescribeMpjpe has too.
+// PA-MPJPE and PCK, also part of DescribeMpjpe.
 EvaluationOutput DescribePck(const MpjpeResult& result);
 EvaluationOutput DescribeCameras(const CameraResult& result);
 EvaluationOutput DescribeIdentity(const IdentityResult& result);
 EvaluationOutput DescribePanoptic(const PanopticResult& result,
                                   const PanopticOptions& options);
 EvaluationOutput DescribeMotion(const MotionResult& result);
-// Empty text and null when no covariance is stated.
+// Empty text and null if there are no covariances.
 EvaluationOutput DescribeConsistency(const ConsistencyResult& result);
 EvaluationOutput DescribeCoverage(const Share& covered);
 // All joints, those without the face, each joint class and each view.
 EvaluationOutput DescribeHeldOut(const HeldOutScores& scores,
                                  const std::vector<std::string>& view_names);
 
-// Upwards in the world of a ground truth: in that of CMU Panoptic y points
-// down.
+// The upward direction in the world of a ground truth: in that of CMU Panoptic
+// y points down.
 Eigen::Vector3d UpOfTruth(const TrackSequence& truth);
 
-// Pieces that other tables share.
+// Helpers shared with other tables.
 std::string ActorName(int64_t actor);         // "actor 0"
 std::string PercentCell(const Share& share);  // "99.71 (2782/2790)"
 Json ToJson(const Interval& interval);

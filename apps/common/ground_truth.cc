@@ -37,7 +37,7 @@ AxisMap MapOf(const Matrix3d& matrix) {
   return map;
 }
 
-// The --axes with which the recording is read into the other world.
+// The --axes that transform the recording into the other world.
 std::string AxesInto(const ReadRecording& recording,
                      const Matrix3d& other_from_recording) {
   const TrackFormat& format = FormatOfTracks(recording.path, recording.options);
@@ -52,8 +52,8 @@ bool IsUpright(const TrackSequence& tracks) {
   return !StanceOf(tracks).UpUnlike(Eigen::Vector3d::UnitZ()).has_value();
 }
 
-// What mends the axes of one of the two: of the truth, unless only the tracks'
-// people do not stand along z.
+// The flag that corrects the axes of one of the two: of the truth, unless only
+// the tracks' people are not upright along z.
 std::string AxesAdvice(const ReadRecording& truth, const ReadRecording& tracks,
                        const OtherWorld& other) {
   if (other.is_mirrored()) return "a mirror image, which no --axes mends";
@@ -68,7 +68,7 @@ std::string AxesAdvice(const ReadRecording& truth, const ReadRecording& tracks,
                      axes);
 }
 
-// The --unit of the one whose format leaves its unit open.
+// The --unit for the recording whose format leaves its unit open.
 std::string UnitAdvice(const ReadRecording& truth, const ReadRecording& tracks,
                        const OtherWorld& other) {
   for (const auto& [recording, factor] :

@@ -1,4 +1,4 @@
-// What must hold before tracks are scored against a ground truth.
+// Conditions to check before tracks are scored against a ground truth.
 #ifndef KINEGRAPH_APPS_COMMON_GROUND_TRUTH_H_
 #define KINEGRAPH_APPS_COMMON_GROUND_TRUTH_H_
 
@@ -18,11 +18,10 @@ struct ReadRecording {
   const TrackSequence* tracks = nullptr;
 };
 
-// How frames are paired where that needs saying, and that nobody is found.
-// Throws InputError where rates cannot be paired, where other axes or another
-// unit would find the people that are not found as the files stand (naming the
-// flag), and where nobody is annotated in `frames`, which count as the tracks
-// do (none: all).
+// Returns notes on the pairing of frames, and on people not being found. Throws
+// InputError if rates cannot be paired, if other axes or another unit would
+// find people who are not found otherwise (naming the flag), and if no person
+// is annotated in `frames`, in the tracks' numbers (empty: all).
 std::vector<std::string> CheckGroundTruth(
     const ReadRecording& truth, const ReadRecording& tracks,
     const std::vector<FrameRange>& frames);

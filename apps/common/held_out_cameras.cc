@@ -29,13 +29,13 @@
 namespace kinegraph {
 namespace {
 
-// Cameras and detections that runs are scored with, be they tracked here or
+// Cameras and detections with which runs are scored, whether tracked here or
 // read from files.
 struct HeldOutInput {
   HeldOutRequest request;
   RunOptions options;
-  CameraRig rig;      // as the file has them
-  CameraRig cameras;  // in the order of the views
+  CameraRig rig;      // as in the file
+  CameraRig cameras;  // in view order
   DetectionSequence detections;
 
   const std::vector<std::string>& views() const {
@@ -67,7 +67,7 @@ HeldOutInput ReadHeldOutInput(const HeldOutRequest& request) {
   return input;
 }
 
-// Tracks with every view but `without` (none: -1).
+// Tracks with every view except `without` (none: -1).
 TrackSequence Track(const RunOptions& options, const HeldOutInput& input,
                     int without, const std::vector<FrameRange>& frames,
                     ViewBias* view_bias = nullptr) {
@@ -75,13 +75,13 @@ TrackSequence Track(const RunOptions& options, const HeldOutInput& input,
   run_request.cameras = input.rig;
   run_request.frames = frames;
   if (without >= 0) run_request.without_cameras = {input.views()[without]};
-  // Poses are scored in the cameras as the file has them.
+  // Poses are scored in the file's cameras, unchanged.
   RunOptions in_place = options;
   in_place.refine.ground = GroundKind::kOff;
   return TrackSequenceOf(in_place, run_request, input.detections, view_bias);
 }
 
-// The tracks that name the people of the scored set.
+// The tracks that define the people of the scored set.
 TrackSequence ReadOrTrackReference(const HeldOutInput& input) {
   const HeldOutRequest& request = input.request;
   if (!request.reference.empty()) return ReadTracks(request.reference);
@@ -93,12 +93,12 @@ TrackSequence ReadOrTrackReference(const HeldOutInput& input) {
   RequireFlag("config", request.config);
   RunOptions options =
       ReadRunOptions(FindConfig(request.config), request.set, "paper");
-  options.output.observations = true;  // whom each detection belongs to
+  options.output.observations = true;  // to know the person of each detection
   return Track(options, input, -1, request.frames);
 }
 
-// The detections that are scored. An error counts as no more than the cap: the
-// one that the set names, or HeldOutCapPx.
+// The detections that are scored. Errors are limited to the cap: that of the
+// set, or HeldOutCapPx.
 struct ScoredSet {
   HeldOutSet set;
   bool cap_by_width = false;
@@ -128,13 +128,13 @@ ScoredSet ReadOrMakeSet(const HeldOutInput& input,
   return scored;
 }
 
-// A run without a view, and what it has learnt of the detector.
+// A run without a view, and what it learnt about the detector.
 struct HeldOutRun {
   TrackSequence tracks;
   ViewBias bias;
 };
 
-// --runs, where it is given: one file a view.
+// --runs, if given: one file per view.
 void CheckRuns(const HeldOutInput& input) {
   const HeldOutRequest& request = input.request;
   if (request.runs.empty()) {
@@ -153,7 +153,7 @@ void CheckRuns(const HeldOutInput& input) {
   }
 }
 
-// The run without a view: read, or tracked.
+// The run without a view: read or tracked.
 HeldOutRun RunOf(const HeldOutInput& input, int view) {
   HeldOutRun run;
   const HeldOutRequest& request = input.request;
@@ -170,7 +170,7 @@ HeldOutRun RunOf(const HeldOutInput& input, int view) {
   return run;
 }
 
-// The bias learnt in `fold` alone, used in a run over all frames.
+// The bias learnt in `fold` only, applied in a run over all frames.
 HeldOutRun RunWithBiasOf(const HeldOutInput& input, const FrameRange& fold,
                          int view) {
   HeldOutRun run;
@@ -182,8 +182,8 @@ HeldOutRun RunWithBiasOf(const HeldOutInput& input, const FrameRange& fold,
   return run;
 }
 
-// Errors of the 3D points as they are projected, and of the detections that
-// they predict: those plus the bias that the run learnt of the detector.
+// Errors of the projected 3D points, and of the predicted detections: the same
+// plus the detector's bias learnt by the run.
 struct HeldOutColumns {
   HeldOutScores points;
   HeldOutScores detections;
@@ -209,7 +209,8 @@ struct HeldOutColumns {
   }
 };
 
-// Scores one view; with --folds each fold with what the other one taught.
+// Scores one view; with --folds, each fold with what was learnt on the other
+// one.
 void ScoreView(const HeldOutInput& input, const ScoredSet& scored, int view,
                const TrackSequence& reference, HeldOutColumns* columns) {
   const std::vector<FrameRange>& folds = input.request.folds;

@@ -1,5 +1,5 @@
-// The protocol held_out_camera: each camera in turn is left out of everything,
-// and what it saw is compared with the tracks of the others.
+// The protocol held_out_camera: each camera in turn is left out entirely, and
+// its detections are compared with the tracks of the others.
 #ifndef KINEGRAPH_APPS_COMMON_HELD_OUT_CAMERAS_H_
 #define KINEGRAPH_APPS_COMMON_HELD_OUT_CAMERAS_H_
 
@@ -13,7 +13,7 @@
 
 namespace kinegraph {
 
-// As the flags of evaluate, which errors name.
+// The flags of evaluate, which errors name.
 struct HeldOutRequest {
   std::string cameras;
   std::string detections;
@@ -22,18 +22,18 @@ struct HeldOutRequest {
   std::string mode;
   std::string held_out_set;
   std::string reference;
-  std::vector<std::string> runs;   // one a view; empty: tracked here
+  std::vector<std::string> runs;   // one per view; empty: tracked here
   std::vector<FrameRange> frames;  // empty: all
   std::vector<FrameRange> folds;   // two, or none
 };
 
 EvaluationOutput ScoreHeldOutCameras(const HeldOutRequest& request);
 
-// The detections that lie in `frames`; all where there are none.
+// The detections in `frames`; all if there are none.
 HeldOutSet PartIn(const std::vector<FrameRange>& frames, HeldOutSet set);
 
-// What an error counts as at most where nothing states it: a tenth of the width
-// of the camera's image. Throws InputError, naming `file`, without one.
+// The default limit of an error: a tenth of the width of the camera's image.
+// Throws InputError, naming `file`, if that is unknown.
 double HeldOutCapPx(const Camera& camera, const std::string& file);
 
 }  // namespace kinegraph

@@ -18,7 +18,7 @@
 namespace kinegraph {
 namespace {
 
-// Read by InputStop where a signal shall end the input first.
+// Read by InputStop if a signal should first end the input.
 std::atomic<int> end_of_input[2] = {{-1}, {-1}};
 
 void Say(const std::string& line) {
@@ -44,7 +44,7 @@ void WaitAndEnd(const std::string& program) {
 
 char last_words[128] = "kinegraph: error: out of memory\n";
 
-// Not all memory comes by operator new (Eigen's).
+// Not all memory is allocated by operator new (Eigen's is not).
 std::terminate_handler usual_terminate = nullptr;
 [[noreturn]] void HandleTerminate() {
   try {
@@ -58,7 +58,7 @@ std::terminate_handler usual_terminate = nullptr;
   std::abort();
 }
 
-// Before whatever else the program's own files construct.
+// Runs before any other construction in the program's own files.
 struct Handlers {
   Handlers() {
     usual_terminate = std::set_terminate(HandleTerminate);
@@ -77,7 +77,7 @@ void HandleInterruptions(const std::string& program) {
 
 void EndInputOnInterruption() {
   int ends[2];
-  if (!MakePipe(ends)) return;  // then the first signal abandons
+  if (!MakePipe(ends)) return;  // then the first signal aborts
   InputStop::ListenTo(ends[0]);
   end_of_input[0] = ends[0];
   end_of_input[1] = ends[1];
@@ -90,10 +90,11 @@ void NameProgram(const std::string& program) {
 
 void EndOutOfMemory() {
   static std::atomic<bool> is_ending{false};
-  if (is_ending.exchange(true)) {  // another thread is at it
+  // Another thread is already ending the program.
+  if (is_ending.exchange(true)) {
     while (true) std::this_thread::sleep_for(std::chrono::hours(1));
   }
-  std::fflush(stdout);  // what was printed before comes before
+  std::fflush(stdout);  // keeps the order of output
   std::fputs(last_words, stderr);
   std::_Exit(kExitFailure);
 }

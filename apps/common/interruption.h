@@ -1,4 +1,4 @@
-// What a command does when it is told to stop.
+// Behaviour of a command when it is told to stop.
 #ifndef KINEGRAPH_APPS_COMMON_INTERRUPTION_H_
 #define KINEGRAPH_APPS_COMMON_INTERRUPTION_H_
 
@@ -6,26 +6,25 @@
 
 namespace kinegraph {
 
-// From now on SIGINT, SIGTERM and SIGHUP remove what is half-written
-// (core/io/files/atomic_file.h), say one line on stderr, and end the program
-// as the signal would have: a shell sees 130, 143 or 129. A signal that is
-// ignored already stays so (nohup, a job in the background). A file that grows
-// beyond the limit of the shell (ulimit -f) becomes an ordinary error of
-// writing.
+// From now on SIGINT, SIGTERM and SIGHUP remove partially written files
+// (core/io/files/atomic_file.h), print one line on stderr, and end the program
+// as the signal would have done: a shell sees 130, 143 or 129. Signals already
+// ignored stay ignored (nohup, a job in the background). Exceeding the shell's
+// file size limit (ulimit -f) becomes an ordinary write error.
 void HandleInterruptions(const std::string& program);
 
 // For a stream without an end: from now on the first such signal only ends the
 // input (core/io/files/input_files.h), so that what was read is finished and
-// kept; the second does as above. After HandleInterruptions.
+// kept; the second acts as above. Call after HandleInterruptions.
 void EndInputOnInterruption();
 
-// What the one line begins with.
+// The prefix of that line.
 void NameProgram(const std::string& program);
 
-// Says so in one line and leaves with exit code 1; what is half-written stays
-// aside, for removing it needs memory. A program that links this ends so
+// Reports it in one line and exits with code 1; partially written files remain,
+// because removing them needs memory. A program that links this ends so
 // wherever an allocation fails. An exception would not do: destructors of
-// libraries allocate (JSON's), and so do threads of libraries, which catch
+// libraries (JSON's) allocate, and so do threads of libraries, which catch
 // nothing.
 [[noreturn]] void EndOutOfMemory();
 

@@ -12,7 +12,7 @@ namespace {
 
 constexpr const char* kUnknown = "unknown";
 
-// What stands after `separator` in the first line that begins with `key`.
+// The text after `separator` in the first line that begins with `key`.
 std::string Field(const std::string& path, const std::string& key,
                   char separator) {
   if (!IsFile(path)) return kUnknown;

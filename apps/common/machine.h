@@ -1,4 +1,4 @@
-// What a measurement was made on and with.
+// The machine and build of a measurement.
 #ifndef KINEGRAPH_APPS_COMMON_MACHINE_H_
 #define KINEGRAPH_APPS_COMMON_MACHINE_H_
 
@@ -7,12 +7,12 @@
 namespace kinegraph {
 
 struct Machine {
-  std::string processor;  // "unknown" where the system does not tell
-  int threads = 0;        // processors that the system offers
+  std::string processor;  // "unknown" if not available
+  int threads = 0;        // processors offered by the system
   std::string system;     // "Debian GNU/Linux 12 (bookworm)"
   std::string compiler;
-  // Of the sources that the program was built from, short; "-dirty" after it
-  // when they had changes; "unknown" without a repository.
+  // Short hash of the sources from which the program was built, with "-dirty"
+  // if they had changes; "unknown" without a repository.
   std::string commit;
 };
 

@@ -14,7 +14,7 @@
 namespace kinegraph {
 namespace {
 
-// Frame rate at which the file's figures per frame hold [Hz].
+// Frame rate of the file's figures per frame [Hz].
 constexpr double kFrameRateHz = 25.0;
 
 double NumberWithin(const JsonField& parent, const std::string& key, double low,
@@ -40,13 +40,13 @@ double Scaled(double rate, double factor) {
   return std::min(1.0, rate * factor);
 }
 
-// Mean length of a run that goes on with chance `stays`.
+// Mean length of a run that continues with probability `stays`.
 double RunSeconds(double stays) {
   constexpr double kLongest = 1000.0;  // frames
   return std::min(kLongest, 1.0 / std::max(1.0 - stays, 1e-9)) / kFrameRateHz;
 }
 
-// Something that happens to a share of the observations, in runs.
+// An event that affects a share of the observations, in runs.
 struct Event {
   double rate = 0.0;
   double mean_s = 0.0;
@@ -57,9 +57,10 @@ Event ReadEvent(const JsonField& parent, const std::string& rate) {
           Size(parent, "run_length_mean") / kFrameRateHz};
 }
 
-// Of a group of joints. The model's sigma is the scale of a Student core, each
-// axis, at the person's depth. Its static share is taken as Gaussian, the rest
-// as Student of that scale, whose variance is larger by dof / (dof - 2).
+// The noise of a group of joints. The model's sigma is the scale of a Student
+// core on each axis, at the person's depth. Its static share is assumed to be
+// Gaussian, the rest Student of that scale, whose variance is larger by dof /
+// (dof - 2).
 JointNoise ReadGroup(const JsonField& field, const JsonField& missing,
                      double outlier_on_other, const NoiseModelOptions& options,
                      double focal_px) {
@@ -74,7 +75,8 @@ JointNoise ReadGroup(const JsonField& field, const JsonField& missing,
   const double variance = static_share + (1.0 - static_share) * tails;
   const double scale_px = options.noise * sigma_m * focal_px;
   noise.sigma_px = scale_px * std::sqrt(variance);
-  noise.reference_depth_m = 1.0;  // metres times focal length: px at 1 m
+  // Scale is in metres times focal length: px at 1 m.
+  noise.reference_depth_m = 1.0;
   noise.floor_px = options.floor_px;
   noise.static_share = static_share / variance;
   const double white = std::max(0.0, 1.0 - static_share - slow_share);
@@ -101,8 +103,8 @@ JointNoise ReadGroup(const JsonField& field, const JsonField& missing,
   return noise;
 }
 
-// Joint to the shares in which it is missed less often by the factor. The entry
-// "bins" explains the others.
+// By joint, the share by which it is found, with the miss rate reduced by the
+// factor. The entry "bins" describes the others.
 std::map<std::string, std::vector<double>> ReadAzimuths(const JsonField& table,
                                                         double missing) {
   std::map<std::string, std::vector<double>> found;
@@ -119,7 +121,7 @@ std::map<std::string, std::vector<double>> ReadAzimuths(const JsonField& table,
   return found;
 }
 
-// Which measured group stands for a class, in the order of JointClass.
+// The measured group used for each class, in the order of JointClass.
 constexpr const char* kGroups[kJointClassCount] = {
     "face", "hip",  "shoulder", "elbow", "wrist",
     "hip",  "knee", "ankle",    "ankle", "face"};
@@ -165,7 +167,7 @@ void ApplyNoiseModel(const std::string& path, const NoiseModelOptions& options,
   noise->missed_burst_s = one_missed.mean_s;
   noise->hidden_missed_rate =
       Scaled(ReadShare(missed, "p_missed_if_mostly_hidden"), options.missed);
-  noise->min_joints = 4;  // as in the detections modelled with these figures
+  noise->min_joints = 4;  // as in detections modelled with these figures
   noise->false_people =
       Size(root.At("false_positive_person"), "mean_per_image") *
       options.false_people;

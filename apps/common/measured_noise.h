@@ -1,4 +1,4 @@
-// A modelled detector with the figures that were measured of a real one.
+// A modelled detector with the measured figures of a real one.
 #ifndef KINEGRAPH_APPS_COMMON_MEASURED_NOISE_H_
 #define KINEGRAPH_APPS_COMMON_MEASURED_NOISE_H_
 
@@ -9,7 +9,7 @@
 
 namespace kinegraph {
 
-// Table [noise.model]: measured figures in place of the joints' own keys, each
+// Table [noise.model]: measured figures instead of the joints' own keys, each
 // kind scaled by a factor.
 struct NoiseModelOptions {
   std::string file;  // relative to the configuration's folder; empty: none
@@ -25,9 +25,8 @@ struct NoiseModelOptions {
   void Describe(OptionVisitor& visitor);
 };
 
-// Reads the model `path` and puts its figures in place of the joints' own in
-// `noise`. `focal_px`: of the scene's cameras. Throws InputError naming the
-// file.
+// Reads the model `path` and replaces the joints' own figures in `noise`.
+// `focal_px`: of the scene's cameras. Throws InputError naming the file.
 void ApplyNoiseModel(const std::string& path, const NoiseModelOptions& options,
                      double focal_px, NoiseOptions* noise);
 

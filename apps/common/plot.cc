@@ -19,8 +19,8 @@
 namespace kinegraph {
 namespace {
 
-// Okabe and Ito's. Yellow is last and only drawn where it is asked for: it is
-// hard to see on white.
+// Okabe and Ito's palette. Yellow is last and only used on request, because it
+// is hard to see on white.
 const char* const kColours[] = {"#0072B2", "#D55E00", "#009E73", "#CC79A7",
                                 "#E69F00", "#56B4E9", "#000000", "#F0E442"};
 constexpr int kColourCount = 8;
@@ -28,12 +28,14 @@ constexpr int kCycledColours = kColourCount - 1;
 // gnuplot's filled circle, square, triangle, diamond and their like.
 constexpr int kMarks[] = {7, 5, 9, 13, 11, 15, 6, 4, 8, 12};
 constexpr int kMarkCount = 10;
-constexpr size_t kCloud = 300;          // more points are drawn as dots
-constexpr double kBarGroupWidth = 0.8;  // of the distance of two categories
+constexpr size_t kCloud = 300;  // larger clouds are drawn as dots
+// Relative to the distance of two categories.
+constexpr double kBarGroupWidth = 0.8;
 
 std::string Number(double value) { return fmt::format("{:.10g}", value); }
 
-// A text in gnuplot's single quotes, in which nothing but the quote is special.
+// Quotes a text for gnuplot's single quotes, in which only the quote is
+// special.
 std::string Quote(const std::string& text) {
   std::string quoted = "'";
   for (const char c : Printable(text, 200)) {
@@ -47,7 +49,7 @@ bool Shown(const PlotAxis& axis, double value) {
   return std::isfinite(value) && (!axis.log || value > 0.0);
 }
 
-// gnuplot refuses to choose the range of a plot without a point.
+// gnuplot cannot choose the range of a plot without points.
 std::string Range(const PlotAxis& axis, bool any_point, bool downwards) {
   std::optional<double> low = axis.low;
   std::optional<double> high = axis.high;
@@ -80,7 +82,7 @@ void SetAxis(const std::string& name, const PlotAxis& axis, bool any_point,
       "set {0}label {1}\n{2} {0}\nset {0}range {3}\n", name, Quote(axis.label),
       axis.log ? "set logscale" : "unset logscale",
       Range(axis, any_point, vertical && !axis.categories.empty()));
-  // Tilted names of many or long categories do not run into each other.
+  // Tilted labels avoid overlaps between many or long categories.
   size_t letters = 0;
   for (const std::string& category : axis.categories) {
     letters += category.size() + 2;
@@ -96,10 +98,10 @@ void SetAxis(const std::string& name, const PlotAxis& axis, bool any_point,
       names.empty() ? "autofreq" : fmt::format("({})", fmt::join(names, ", ")));
 }
 
-// A series with marks and errors in the places they are drawn at.
+// A series with marks and error bars at the positions where they are drawn.
 class SeriesScript {
  public:
-  // `block` is the name of its data; `bar`: its place among `bars`.
+  // `block` is the name of its data block; `bar`: its index among `bars`.
   SeriesScript(const Plot& plot, const PlotSeries& series, std::string block,
                int index, int bar, int bars)
       : plot_(plot),
@@ -149,7 +151,7 @@ class SeriesScript {
         block_ + " using 1:2" + With() + colour +
         (series_.style == PlotStyle::kBars ? " fs solid 0.85 noborder" : "") +
         (series_.name.empty() ? " notitle" : " title " + Quote(series_.name))};
-    // Drawn as vectors: gnuplot's own error bars blank out their middle.
+    // Drawn as vectors: gnuplot's own error bars leave a gap in their middle.
     const std::string bar =
         " with vectors heads size screen 0.004,90 lw 1.5" +
         (series_.style == PlotStyle::kBars ? " lc rgb '#000000'" : colour) +
@@ -178,7 +180,7 @@ class SeriesScript {
       case PlotStyle::kLine:
         return fmt::format(" with lines lw 2 dt {}", dash);
       case PlotStyle::kPoints:
-        // A cloud shows where it is dense.
+        // In a cloud, overlapping dots show density.
         return series_.x.size() > kCloud
                    ? " with points ps 0.25 pt 7"
                    : fmt::format(" with points ps 0.9 pt {}", mark_);
@@ -192,12 +194,12 @@ class SeriesScript {
   static std::string End(const PlotAxis& axis, const std::vector<double>& ends,
                          size_t i, double value) {
     if (ends.empty() || std::isnan(ends[i])) return "NaN";
-    // The end that a log axis has no place for stops at a tenth of the value.
+    // An end that a log axis cannot show is clipped at a tenth of the value.
     if (!Shown(axis, ends[i])) return Number(0.1 * value);
     return Number(ends[i]);
   }
 
-  // For gnuplot's double quotes in data, which know no escape.
+  // For gnuplot's double quotes in data, which have no escapes.
   std::string Label(size_t i) const {
     if (series_.labels.empty()) return "";
     std::string label = Printable(series_.labels[i]);
@@ -215,7 +217,7 @@ class SeriesScript {
   double shift_;
 };
 
-// Zero, or nothing where bars go below it: gnuplot then shows zero too.
+// Zero, or nothing if bars go below it: gnuplot then includes zero itself.
 std::optional<double> LeastBarEnd(const Plot& plot) {
   for (const PlotSeries& series : plot.series) {
     for (const auto* values : {&series.y, &series.y_low}) {
@@ -247,7 +249,7 @@ void AddPanel(const Plot& plot, size_t panel, std::string* script) {
   *script += "set title " + Quote(plot.title) + "\n";
   SetAxis("x", plot.x, AnyPoint(plot), script);
   PlotAxis y = plot.y;
-  // Bars are read by their length.
+  // Bars are compared by length, so they start at zero.
   if (bars > 0 && !y.low && !y.log) y.low = LeastBarEnd(plot);
   SetAxis("y", y, AnyPoint(plot), script);
   // In the order of PlotLegend.
@@ -255,7 +257,7 @@ void AddPanel(const Plot& plot, size_t panel, std::string* script) {
       "unset key", "set key on inside top right vertical Left reverse",
       "set key on outside right top vertical Left reverse",
       "set key on outside bottom center horizontal Left reverse"};
-  // gnuplot refuses an empty list.
+  // gnuplot rejects an empty list.
   if (elements.empty()) elements.push_back("NaN notitle");
   *script += fmt::format("{}\nplot {}\n", kKeys[static_cast<int>(plot.legend)],
                          fmt::join(elements, ", \\\n  "));
@@ -282,8 +284,8 @@ std::string Script(const std::vector<Plot>& panels, const PlotSize& size) {
   return script;
 }
 
-// gnuplot's title of every picture, which a browser shows and a screen reader
-// reads, becomes that of the plot.
+// Replaces gnuplot's generic title of an image, which browsers show and screen
+// readers read, by that of the plot.
 std::string WithTitle(std::string svg, const std::string& title) {
   const std::string standard = "<title>Gnuplot</title>";
   const size_t at = svg.find(standard);
@@ -292,7 +294,7 @@ std::string WithTitle(std::string svg, const std::string& title) {
                      "<title>" + HtmlText(Printable(title, 200)) + "</title>");
 }
 
-// ---- The program that draws ----
+// ---- Running gnuplot ----
 
 struct FileCloser {
   void operator()(std::FILE* file) const { std::fclose(file); }
@@ -320,8 +322,8 @@ std::string AllOf(const PlotFile& file) {
   return content;
 }
 
-// What gnuplot prints, given `script` and no settings of the user's. Throws
-// std::runtime_error where it is not installed or fails.
+// The output of gnuplot for `script`, without the user's settings. Throws
+// std::runtime_error if it is not installed or fails.
 std::string RunGnuplot(const std::string& script) {
   const PlotFile input = TemporaryFile();
   const PlotFile output = TemporaryFile();
@@ -330,7 +332,7 @@ std::string RunGnuplot(const std::string& script) {
   std::fflush(input.get());
   std::rewind(input.get());
 
-  // No start-up files; decimals as C writes them.
+  // No start-up files; decimal points as in C.
   const ProcessEnd end =
       RunWithStreams({"gnuplot", "-d", "-"}, input.get(), output.get(),
                      errors.get(), "LC_ALL=C.UTF-8");

@@ -25,10 +25,10 @@ enum class PlotStyle {
   kLine,
   kPoints,
   kLinePoints,
-  kBars,  // from zero; bars of several series stand side by side
+  kBars,  // from zero; bars of several series are side by side
 };
 
-// Values of one kind. Anything but `x` and `y` may be empty.
+// Values of one kind. Anything except `x` and `y` may be empty.
 struct PlotSeries {
   std::string name;  // in the legend
   PlotStyle style = PlotStyle::kLine;
@@ -37,8 +37,9 @@ struct PlotSeries {
   // Ends of the error bars; NaN: none.
   std::vector<double> x_low = {}, x_high = {};
   std::vector<double> y_low = {}, y_high = {};
-  std::vector<std::string> labels = {};  // beside the points
-  std::optional<int> colour = {};        // index; else in order of the series
+  std::vector<std::string> labels = {};  // next to the points
+  // Index; by default the order of the series.
+  std::optional<int> colour = {};
   bool dashed = false;
 
   void Add(double x_value, double y_value) {
@@ -57,7 +58,7 @@ struct PlotAxis {
   std::string label;  // with the unit: "error [px]"
   bool log = false;   // values that are not positive are left out
   std::optional<double> low, high;
-  // Names of the values 0, 1, 2, ...; the y axis then counts from the top.
+  // Names of the values 0, 1, 2, ...; the y axis then runs downwards.
   std::vector<std::string> categories;
 };
 
@@ -71,19 +72,19 @@ struct Plot {
 };
 
 struct PlotSize {
-  int width_px = 800;  // of the whole
+  int width_px = 800;  // of the whole image
   int height_px = 500;
   int columns = 1;  // of panels
 };
 
-// The panels of one picture, row by row, as SVG. Throws std::runtime_error in
-// one line when gnuplot is missing or fails.
+// The panels of one image, row by row, as SVG. Throws std::runtime_error with
+// one line if gnuplot is missing or fails.
 std::string RenderPlot(const std::vector<Plot>& panels,
                        const PlotSize& size = {});
 void WritePlot(const std::vector<Plot>& panels, const std::string& path,
                const PlotSize& size = {});
 
-// Throws the error of a missing gnuplot before any work is lost.
+// Throws the error of a missing gnuplot before any work is done.
 void RequirePlotTool();
 
 }  // namespace kinegraph

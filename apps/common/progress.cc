@@ -11,7 +11,8 @@ namespace kinegraph {
 namespace {
 
 constexpr std::chrono::milliseconds kBetweenDrawings(100);
-constexpr std::chrono::milliseconds kBetweenLines(30'000);  // in a pipe
+// When not on a terminal.
+constexpr std::chrono::milliseconds kBetweenLines(30'000);
 constexpr size_t kMaxLineLength = 79;  // characters; a longer line would wrap
 // Carriage return, then "erase to the end of the line" (ECMA-48 EL).
 constexpr char kWipe[] = "\r\033[K";
@@ -43,7 +44,7 @@ std::string ProgressLine(const std::string& label, int64_t done, int64_t total,
     const double share = static_cast<double>(done) / static_cast<double>(total);
     line += "/" + std::to_string(total) + "  " +
             std::to_string(static_cast<int>(100.0 * share)) + " %";
-    // Before the first second and the first step any guess would jump about.
+    // Before the first second and the first step an estimate would be unstable.
     if (done > 0 && done < total && elapsed_s >= 1.0) {
       line += "  " + Duration(elapsed_s * (1.0 - share) / share) + " left";
     }
@@ -81,7 +82,7 @@ void Progress::Show() {
   }
   const double elapsed_s = std::chrono::duration<double>(now - start_).count();
   const std::string line = ProgressLine(label_, done_, total_, elapsed_s);
-  // Where nobody watches, in a pipe or a log, each stays on a line of its own.
+  // Not on a terminal: in a pipe or log each update is a line of its own.
   std::fputs((on_terminal_ ? kWipe + line : line + "\n").c_str(), stderr);
   std::fflush(stderr);
   last_drawn_ = now;

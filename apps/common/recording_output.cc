@@ -66,7 +66,7 @@ std::string PeopleLines(const RecordingReport& report) {
   return text;
 }
 
-// Where names do not say it at a glance.
+// For names that do not make the pairing obvious.
 std::string PairingText(const RecordingReport& report) {
   if (report.paired_by < PairedBy::kWithin ||
       report.paired_by == PairedBy::kNumber) {
@@ -89,7 +89,7 @@ std::string TextOf(const Finding& finding) {
              : "view of " + finding.camera + ": " + finding.evidence;
 }
 
-// Not words: flags, or a command.
+// Whether it is flags or a command rather than prose.
 bool IsCommand(const std::string& fix) {
   return fix.rfind("--", 0) == 0 || fix.rfind("'--", 0) == 0 ||
          fix.rfind("kinegraph ", 0) == 0;
@@ -102,7 +102,7 @@ std::string PresenceText(const RecordingReport& report) {
       report.least_confidence);
 }
 
-// Of two views that nothing speaks against.
+// For two views without any finding.
 std::string PairText(const RecordingReport& report) {
   if (report.cameras.size() != 2 || !report.warnings.empty()) return "";
   return "note: two cameras hide much of each other's errors; `kinegraph "
@@ -211,7 +211,7 @@ std::string WarningsText(const RecordingReport& report) {
   for (size_t w = 0; w < warnings.size(); ++w) {
     const Finding& warning = warnings[w];
     text += Wrapped("warning: " + TextOf(warning) + ".", kColumns, "  ");
-    // What several have in common is said once.
+    // A fix shared by several warnings is printed once.
     if (w + 1 < warnings.size() && warnings[w + 1].fix == warning.fix) continue;
     text += IsCommand(warning.fix)
                 ? "try: " + warning.fix + "\n"
@@ -252,8 +252,7 @@ void NameInputs(const std::string& recording, const std::string& configuration,
 
 namespace {
 
-// How the solves of the people went; those of `track` that went as they should
-// are counted too.
+// How the solves of the people went; successful ones are counted too.
 Json SolverJson(const RunSummary& run) {
   const SolveCounts& counts = run.solves;
   return {{"name", run.solver},
@@ -319,11 +318,11 @@ std::string ReportJson(const RecordingReport& report, const RunSummary& run,
          {"bone_spread", person.bone_spread},
          {"side_difference", person.side_difference}});
   }
-  // Paper mode solves nothing.
+  // Paper mode has no solves.
   if (run.solves.solves > 0) json["solver"] = SolverJson(run);
   if (LearntAnything(learnt)) {
     json["noise"] = Json::parse(ToJson(learnt));
-    json["learnt"] = {ToString(learnt)};  // for people
+    json["learnt"] = {ToString(learnt)};  // for users
   }
   json["warnings"] = Json::array();
   for (const Finding& warning : report.warnings) {

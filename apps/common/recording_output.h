@@ -1,4 +1,4 @@
-// A run's report, for people and for programs.
+// A run's report, for users and programs.
 #ifndef KINEGRAPH_APPS_COMMON_RECORDING_OUTPUT_H_
 #define KINEGRAPH_APPS_COMMON_RECORDING_OUTPUT_H_
 
@@ -14,15 +14,15 @@
 
 namespace kinegraph {
 
-// Puts flags that name the recording and its configuration into fixes that are
-// commands, and the corrected cameras, where a command writes them.
+// Completes fixes that are commands with the flags that name the recording and
+// its configuration and, where a command writes them, the corrected cameras.
 void NameInputs(const std::string& recording, const std::string& configuration,
                 const std::string& corrected, std::vector<Finding>* findings);
-// `--name='value'` with a space before it; nothing where there is no value.
+// `--name='value'` preceded by a space; empty without a value.
 std::string Flag(const std::string& name, const std::string& value);
 
-// Several lines for a terminal, at most 100 columns; a warning is a line and
-// one of what to try, commands in one piece.
+// Several lines for a terminal, at most 100 columns; a warning has one line and
+// one with what to try. Commands are not broken.
 std::string ReportText(const RecordingReport& report);
 std::string WarningsText(const RecordingReport& report);
 
@@ -30,17 +30,17 @@ std::string WarningsText(const RecordingReport& report);
 std::string ReportJson(const RecordingReport& report, const RunSummary& run,
                        const LearntNoise& learnt);
 
-// What a later run repeats; the steps with what was decided and why; each
-// camera's change with its standard deviation: degrees, millimetres, pixels,
-// per cent, milliseconds, parts per million; the turn of the whole world that
-// followed.
+// What a later run repeats: the steps with each decision and its reason; each
+// camera's change with its standard deviation in degrees, millimetres, pixels,
+// per cent, milliseconds, parts per million; and the subsequent rotation of the
+// whole world.
 std::string RefinementJson(const ReadyRecording& recording);
 
 // The matrix as a list of its rows.
 Json RowsJson(const Eigen::MatrixXd& matrix);
 
-// One line a step: "rotation: taken, 7.31 px instead of 9.02 on the other half
-// of the recording"; one for the floor.
+// One line per step: "rotation: taken, 7.31 px instead of 9.02 on the other
+// half of the recording"; one for the floor.
 std::string RefinementText(const ReadyRecording& recording);
 
 }  // namespace kinegraph

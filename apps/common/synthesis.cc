@@ -19,7 +19,7 @@
 namespace kinegraph {
 namespace {
 
-// Keys of the joints that stand in [noise] beside a model would have no effect.
+// Keys of the joints in [noise] have no effect if a model is used.
 class JointKeyChecker : public OptionChecker {
  public:
   explicit JointKeyChecker(const ConfigFile& config) : config_(config) {}
@@ -36,7 +36,7 @@ class JointKeyChecker : public OptionChecker {
   const ConfigFile& config_;
 };
 
-// A path as a file names it: absolute, or from the file's own folder.
+// A path in a file: absolute, or relative to the file's folder.
 std::string Beside(const std::string& file, const std::string& path) {
   const size_t slash = file.rfind('/');
   if (path[0] == '/' || slash == std::string::npos) return path;
@@ -44,7 +44,7 @@ std::string Beside(const std::string& file, const std::string& path) {
 }
 
 struct Configuration {
-  ConfigFile file;  // says where a key is set
+  ConfigFile file;  // to locate a key in messages
   SynthesisOptions options;
   Skeleton skeleton;
 };
@@ -65,7 +65,7 @@ Configuration ReadConfiguration(const std::string& path,
     const std::string model = Beside(path, options.model.file);
     ApplyNoiseModel(model, options.model, options.scene.cameras.focal_px,
                     &options.noise);
-    config.Apply(&options);  // keys of the file win
+    config.Apply(&options);  // keys of the file take precedence
   }
   try {
     read.skeleton = ResolveSkeleton(options.scene.skeleton, skeletons);
@@ -75,8 +75,8 @@ Configuration ReadConfiguration(const std::string& path,
   return read;
 }
 
-// Reads the clips: those of the command line, else the configuration's. The
-// options then name the files as they were opened.
+// Reads the clips of the command line, else of the configuration. The options
+// then hold the opened paths.
 std::vector<MotionClip> ReadClips(const std::string& config_path,
                                   const std::vector<std::string>& motion,
                                   RecordedPeopleOptions* options) {
@@ -97,8 +97,8 @@ std::vector<MotionClip> ReadClips(const std::string& config_path,
   return clips;
 }
 
-// Frame rate and duration of the clips where nothing sets them: the first
-// clip's rate, and until the last of the people has left.
+// Frame rate and duration from the clips if they are not set: the first clip's
+// rate, and the time until the last person has left.
 void FitToClips(const ConfigFile& config, const std::vector<MotionClip>& clips,
                 const std::vector<std::shared_ptr<const Actor>>& people,
                 SceneOptions* scene) {
@@ -113,10 +113,9 @@ void FitToClips(const ConfigFile& config, const std::vector<MotionClip>& clips,
   scene->duration_s = frames / scene->frame_rate_hz;
 }
 
-// ---- scene.json: what a recording was asked for, and what stands behind each
-// ---- of its detections
+// ---- scene.json: the request, and the truth behind each detection ----
 
-// The figures of classes measured apart, for scene.json.
+// The figures of classes that were measured separately, for scene.json.
 struct ClassFigures {
   std::map<JointClass, JointNoise> by_class;
 
@@ -279,7 +278,7 @@ RecordingFiles WriteRecording(const SyntheticRecording& recording,
       in_folder("cameras.json"), in_folder("detections.jsonl"),
       in_folder("truth.jsonl"), in_folder("scene.json")};
   AtomicFiles aside;
-  // Nothing binds them to each other: no old one stays while they are renamed.
+  // The files are not renamed atomically, so old ones are removed first.
   for (const std::string& path :
        {files.scene, files.cameras, files.detections, files.truth}) {
     aside.Aside(path);

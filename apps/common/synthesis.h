@@ -1,5 +1,5 @@
-// A synthetic recording, from its configuration to its files: shared by the
-// commands that make one.
+// A synthetic recording, from its configuration to its files; shared by the
+// commands that create one.
 #ifndef KINEGRAPH_APPS_COMMON_SYNTHESIS_H_
 #define KINEGRAPH_APPS_COMMON_SYNTHESIS_H_
 
@@ -27,7 +27,7 @@ struct SynthesisOptions {
   void Describe(OptionVisitor& visitor);
 };
 
-// A scene, what detectors made of it, and the truth about both.
+// A scene, its simulated detections, and the truth about both.
 struct SyntheticRecording {
   SynthesisOptions options;
   Scene scene;
@@ -36,11 +36,11 @@ struct SyntheticRecording {
   TrackSequence truth;  // at the frames and times of the detections
 };
 
-// Makes the recording of a configuration (TOML; empty: all defaults) with what
-// the command line changes in it (`set` as --set takes it). `motion`: tracks
-// files in place of the configuration's motion.clips. With clips, frame rate
-// and duration are those of the clips where nothing sets them. Throws
-// InputError naming file, line and key.
+// Makes the recording of a configuration (TOML; empty: all defaults) with the
+// command line's changes (`set` as in --set). `motion`: tracks files that
+// replace the configuration's motion.clips. With clips, frame rate and duration
+// are those of the clips unless set. Throws InputError naming file, line and
+// key.
 SyntheticRecording MakeRecording(const std::string& config_path,
                                  const std::string& set,
                                  const std::vector<std::string>& motion = {});
@@ -50,10 +50,10 @@ struct RecordingFiles {
   std::string cameras;     // cameras.json
   std::string detections;  // detections.jsonl
   std::string truth;       // truth.jsonl: tracks
-  std::string scene;       // scene.json: what stands behind each detection
+  std::string scene;       // scene.json: the truth behind each detection
 };
 
-// Writes the four files and returns their paths; the folder is made if missing.
+// Writes the four files and returns their paths; creates the folder if missing.
 RecordingFiles WriteRecording(const SyntheticRecording& recording,
                               const std::string& folder);
 

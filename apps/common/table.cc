@@ -16,9 +16,9 @@
 namespace kinegraph {
 namespace {
 
-constexpr size_t kLeastFirstColumn = 24;  // letters
+constexpr size_t kLeastFirstColumn = 24;  // in characters
 
-// Whether a byte of UTF-8 text begins a character: all but the continuations
+// Whether a byte of UTF-8 text begins a character, i.e. is not a continuation
 // 10xxxxxx.
 bool BeginsLetter(char c) {
   return (static_cast<unsigned char>(c) & 0xc0) != 0x80;
@@ -40,8 +40,7 @@ std::vector<size_t> WidthsOf(const std::vector<Cells>& rows) {
   return widths;
 }
 
-// Without blanks at its end. `first_left`: columns after the first are set to
-// the right.
+// Without trailing blanks. Columns after the first are right-aligned.
 std::string Line(const Cells& row, const std::vector<size_t>& widths,
                  const std::string& before, const std::string& between,
                  const std::string& after, bool first_left = true) {
@@ -82,7 +81,7 @@ std::string ToMarkdown(std::vector<Cells> rows) {
   for (const Cells& row : rows) {
     text += Line(row, widths, "| ", " | ", " |");
     if (&row != &rows.front()) continue;
-    // "|---|---:|": a colon sets a column to the right.
+    // "|---|---:|": a colon aligns a column to the right.
     text += "|";
     for (const size_t& width : widths) {
       text += std::string(width + 1, '-') +
@@ -93,7 +92,7 @@ std::string ToMarkdown(std::vector<Cells> rows) {
   return text;
 }
 
-// A number, or the dash of Fixed: no spreadsheet takes it for a formula.
+// A number, or the dash of Fixed, which spreadsheets do not treat as a formula.
 bool IsFigure(const std::string& cell) {
   double value = 0.0;
   const char* const end = cell.data() + cell.size();
@@ -201,7 +200,7 @@ std::string Table::ToString(TableStyle style) const {
 
 std::string Fixed(double value, int decimals) {
   if (std::isnan(value)) return "-";
-  char text[350];  // the largest double has 309 digits before the point
+  char text[350];  // the largest double has 309 integer digits
   std::snprintf(text, sizeof(text), "%.*f", decimals, value);
   // No "-0.0".
   const bool zero = std::strspn(text, "-0.") == std::strlen(text);

@@ -1,6 +1,5 @@
 // Tables of text: aligned columns for a terminal, Markdown, or CSV; and
-// Markdown itself for a terminal of so many columns. All count characters, not
-// bytes.
+// Markdown laid out for a terminal. Widths are in characters, not bytes.
 #ifndef KINEGRAPH_APPS_COMMON_TABLE_H_
 #define KINEGRAPH_APPS_COMMON_TABLE_H_
 
@@ -20,14 +19,14 @@ inline void AppendCells(const std::string& part, Cells* cells) {
 inline void AppendCells(const Cells& part, Cells* cells) {
   cells->insert(cells->end(), part.begin(), part.end());
 }
-// Cells one after another; a part is a text, or cells itself.
+// Concatenates cells; a part is a text, or cells itself.
 template <typename... Part>
 Cells RowOf(const Part&... parts) {
   Cells cells;
   (AppendCells(parts, &cells), ...);
   return cells;
 }
-// A cell for each item of a list.
+// One cell per item of a list.
 template <typename List, typename Text>
 Cells CellsOf(const List& list, const Text& text) {
   Cells cells;
@@ -37,12 +36,12 @@ Cells CellsOf(const List& list, const Text& text) {
 
 enum class TableStyle { kPlain, kMarkdown, kCsv };
 
-// The first column is set to the left, all others (numbers) to the right.
+// The first column is left-aligned, all others (numbers) right-aligned.
 class Table {
  public:
   explicit Table(Cells header);
 
-  // Shorter rows are filled with empty cells; a longer one is a bug.
+  // Shorter rows are padded with empty cells; a longer one is a bug.
   void AddRow(Cells cells);
   // Lines end with '\n'.
   std::string ToString(TableStyle style = TableStyle::kPlain) const;
@@ -57,21 +56,21 @@ std::string Fixed(double value, int decimals);
 std::string IntervalCell(const Interval& interval, int decimals);
 std::string WithInterval(double value, const Interval& interval, int decimals);
 
-// How wide what commands print is at the most.
+// Maximum width of what commands print.
 inline constexpr size_t kTerminalColumns = 100;
 
-// Paragraphs wrap at spaces. Tables are lined up; one that is too wide loses
-// what its cells have in brackets, then letters of its first column, then
+// Wraps paragraphs at spaces and aligns tables; a table that is too wide loses
+// the bracketed parts of its cells, then characters of its first column, then
 // columns from the right, and a line says that `where` has them.
 std::string ForTerminal(const std::string& markdown, size_t columns,
                         const std::string& where);
 
-// Lines of at most `columns`, broken where there is white space; all but the
-// first begin with `indent`. A single word may be longer than a line.
+// Lines of at most `columns`, broken at white space; all but the first begin
+// with `indent`. A single word may exceed the width.
 std::string Wrapped(const std::string& text, size_t columns,
                     const std::string& indent = "");
 
-// At most `letters`, the last one a "~" where something is missing.
+// At most `letters` characters, the last one a "~" if truncated.
 std::string Cut(const std::string& text, size_t letters);
 
 }  // namespace kinegraph

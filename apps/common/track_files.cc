@@ -8,7 +8,7 @@
 namespace kinegraph {
 namespace {
 
-// Text after the last dot of the file's name, with the dot; empty without one.
+// The extension of the file's name, with the dot; empty if there is none.
 std::string ExtensionOf(const std::string& path) {
   const size_t slash = path.find_last_of('/');
   const size_t dot = path.find_last_of('.');

@@ -1,5 +1,4 @@
-// Tracks as commands read and write them, and where they say what they have
-// done.
+// Tracks as commands read and write them, and where they print their summary.
 #ifndef KINEGRAPH_APPS_COMMON_TRACK_FILES_H_
 #define KINEGRAPH_APPS_COMMON_TRACK_FILES_H_
 
@@ -21,39 +20,40 @@
 
 namespace kinegraph {
 
-// Where `track` writes its result: the extension of --out chooses the format.
+// The output of `track`: the extension of --out selects the format.
 //
 // .jsonl and .json are our own format, written as frames become final; others
-// (core/io/tracks/format.h) hold the recording until its end. Formats with a
-// file a person, such as .trc, make a folder of that name without the
+// (core/io/tracks/format.h) keep the recording until its end. Formats with one
+// file per person, such as .trc, create a folder of that name without the
 // extension.
 class TrackOutput {
  public:
-  // Throws as CheckTrackOutput and AtomicFiles. `observations` as
-  // TrackWriteOptions has it. `markers` names the joints of formats that have
-  // names of markers; others keep ours. `cameras` tell, beside people, which
-  // way is up: Finish() says when a format with a way up shows another, by its
-  // own axes or `axes`.
+  // Throws as CheckTrackOutput and AtomicFiles. `observations` as in
+  // TrackWriteOptions. `markers` names the joints in formats that have marker
+  // names; others keep ours. `cameras` are evidence, besides people, of which
+  // way is up: Finish() reports a format whose vertical axis differs, by
+  // definition or by `axes`.
   TrackOutput(const std::string& path, const TrackHeader& header,
               bool observations, const PersonNames& names, MarkerNames markers,
               const CameraRig& cameras, const std::optional<AxisMap>& axes);
 
   void Write(TrackFrame&& frame);
-  // Hands what was written to whoever reads a stream.
+  // Passes on what was written to the reader of a stream.
   void Flush();
-  // Completes the result, aside; files beside it can then be put there, too.
+  // Completes the result under its temporary name; side files can be added
+  // then.
   void Finish();
   AtomicFiles& files() { return files_; }
-  // After Finish(): makes the result appear, with what is beside it.
+  // After Finish(): makes the result and its side files appear.
   void Commit() { files_.Commit(); }
-  // File or folder that appears.
+  // The file or folder that will appear.
   const std::string& path() const { return path_; }
 
  private:
   AtomicFiles files_;
   std::string path_;
   std::optional<TrackWriter> writer_;  // of our own format
-  // Of another one, which gets the whole recording.
+  // For another format, which is written from the whole recording.
   const TrackFormat* format_ = nullptr;
   TrackExportOptions options_;
   MarkerNames markers_;
@@ -61,33 +61,33 @@ class TrackOutput {
   TrackSequence tracks_;
 };
 
-// Throws InputError, before any work is done: naming --out and the extensions
-// for an unknown one, --markers where the format has no names of markers,
-// --axes where it has no axes.
+// Throws InputError before any work is done: naming --out and the extensions
+// for an unknown one, --markers if the format has no marker names, --axes if it
+// has no axes.
 void CheckTrackOutput(const std::string& path, MarkerNames markers,
                       const std::optional<AxisMap>& axes);
 
-// "out/take" of "out/take.trc".
+// "out/take" for "out/take.trc".
 std::string WithoutExtension(const std::string& path);
 
-// The value of --markers. Throws InputError listing those that there are.
+// The value of --markers. Throws InputError listing the allowed ones.
 MarkerNames MarkersFlag(const std::string& text);
 
-// Says on stderr that people are as tall as nobody is, and which --unit mends
-// it, where the format leaves its unit open.
+// Reports on stderr that people have no plausible height, and which --unit
+// corrects it, if the format leaves its unit open.
 void PrintUnitNote(const std::string& command, const std::string& path,
                    const TrackReadOptions& options,
                    const TrackSequence& tracks);
 
-// Reads tracks of several files; --unit holds for those whose format leaves it
-// open. Throws InputError where it is given and all tell theirs.
+// Reads tracks of several files; --unit applies to those whose format leaves it
+// open. Throws InputError if it is given but no format does.
 class TrackInput {
  public:
   TrackInput(std::string command, const std::string& unit_flag,
              const std::vector<std::string>& paths);
   TrackSequence Read(const std::string& path,
                      const TrackReadOptions& options = {}) const;
-  // `options` with --unit, where it holds for that file.
+  // `options` with --unit if it applies to that file.
   TrackReadOptions OptionsFor(const std::string& path,
                               TrackReadOptions options) const;
 
@@ -96,14 +96,14 @@ class TrackInput {
   double unit_m_ = 0.0;
 };
 
-// Standard output, or standard error when the result `out` itself goes to
+// Standard output, or standard error if the result `out` itself goes to
 // standard output (--out=/dev/stdout).
 inline std::FILE* SummaryStream(const std::string& out) {
   return IsStandardOutput(out) ? stderr : stdout;
 }
 
-// What does not keep a command from its work, on standard error; `program`
-// stands before each line.
+// Prints notes on standard error that do not stop a command, each line prefixed
+// with `program`.
 inline void SayNotes(const std::vector<std::string>& notes,
                      const std::string& program = "") {
   for (const std::string& note : notes) {
