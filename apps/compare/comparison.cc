@@ -24,9 +24,9 @@
 namespace kinegraph {
 namespace {
 
-// Who was written in which frame, and which detections were theirs: of this
-// the held-out set is made, and the units that errors are counted in. Joints
-// count as present; where they are is left open.
+// The people written in each frame, with their detections: the basis of the
+// held-out set and of the units in which errors are counted. Joints are marked
+// as present, without positions.
 TrackSequence WrittenPeople(const FrozenRun& run,
                             const std::vector<FrameRange>& frames) {
   TrackSequence people;
@@ -57,7 +57,7 @@ TrackSequence WrittenPeople(const FrozenRun& run,
   return people;
 }
 
-// The detections of `set` that `wanted` names too.
+// Keeps the detections of `set` that are also in `wanted`.
 void Restrict(const HeldOutSet& wanted, HeldOutSet* set) {
   std::set<std::tuple<int64_t, std::string, int>> named;
   for (const HeldOutDetection& one : wanted.detections) {
@@ -94,7 +94,8 @@ DetectorSigma SigmaOf(const GraphOptions& options) {
 
 constexpr int kMaxRounds = 50;
 constexpr double kSettledPx = 0.01;
-// Two views agree on almost any point: their residuals tell little.
+// Two views agree on almost any point, so their residuals carry little
+// information.
 constexpr int kMinViews = 3;
 
 // Residuals of one view, by coordinate.
@@ -129,8 +130,8 @@ std::vector<Residuals> ResidualsOf(const FrozenRun& run,
   return views;
 }
 
-// The tracks with nothing but positions; a joint is observed where its
-// triangulation was (StrategyRun::alike).
+// The tracks with positions only; a joint is observed where its triangulation
+// was (StrategyRun::alike).
 TrackSequence AlikeObserved(const TrackSequence& tracks,
                             const std::vector<Fold>& folds) {
   TrackSequence alike;
@@ -255,7 +256,7 @@ StrategyRun RunWithAll(const Comparison& comparison, const Strategy& strategy,
     }
     if (IsCausalStrategy(strategy, values[f], comparison.rate_hz(),
                          comparison.options.estimators)) {
-      // It could answer at once, whenever this estimator does.
+      // It can respond at once whenever this estimator does.
       run.whole_recording = false;
       run.delay = 0;
     }

@@ -1,6 +1,6 @@
-// Recordings read and frozen, and strategies run on the same frozen matches,
-// whose detections may be freed of a constant pixel shift of each camera: what
-// is left when a calibration is off.
+// Recordings read and frozen, and strategies run on the same frozen matches. A
+// constant pixel shift per camera may be subtracted from the detections: what
+// remains of a calibration error.
 #ifndef KINEGRAPH_APPS_COMPARE_COMPARISON_H_
 #define KINEGRAPH_APPS_COMPARE_COMPARISON_H_
 
@@ -25,16 +25,16 @@
 
 namespace kinegraph {
 
-// Frozen matches ready for every estimator: with all cameras, and without each
-// camera in turn. Its detections may be shifted ones.
+// Frozen matches prepared for every estimator: with all cameras, and without
+// each camera in turn. Its detections may be shifted ones.
 struct PreparedRecording {
   DetectionSequence detections;
   std::unique_ptr<Replay> replay;
   std::vector<ReplayedPerson> all;                   // with all cameras
-  std::vector<std::vector<ReplayedPerson>> without;  // one a view
+  std::vector<std::vector<ReplayedPerson>> without;  // one per view
 };
 
-// A part of the recording: the frames that are scored, and on what.
+// A part of the recording: the frames that are scored, and on which detections.
 struct Fold {
   FrameRange frames;
   std::shared_ptr<const PreparedRecording> recording;
@@ -47,12 +47,12 @@ struct Comparison {
   // One with all frames, or two: what is chosen on one is scored on the other.
   std::vector<Fold> folds;
   HeldOutSet set;              // in the frames of the folds
-  std::vector<double> cap_px;  // one a view
-  TrackSequence reference;     // the people of the set, by the run's identities
-  std::vector<PersonFrames> people;  // that are written, in the folds' frames
+  std::vector<double> cap_px;  // one per view
+  TrackSequence reference;     // people of the set, by the run's identities
+  std::vector<PersonFrames> people;  // those written, in the folds' frames
   std::optional<TrackSequence> truth;
-  std::optional<PcpProtocol> protocol;  // of PCP; frames those of the folds
-  bool angles = false;                  // flexions are scored, too
+  std::optional<PcpProtocol> protocol;  // of PCP; with the frames of the folds
+  bool angles = false;                  // also scores flexions
   int threads = 1;
 
   const SceneModel& scene() const { return run.scene.model; }
@@ -63,44 +63,44 @@ struct Comparison {
   BootstrapOptions bootstrap() const;
 };
 
-// Frozen matches with the detections given (those of the run, or shifted ones),
+// Frozen matches with the given detections (those of the run, or shifted ones),
 // replayed with and without cameras.
 std::shared_ptr<const PreparedRecording> PrepareRecording(
     const FrozenRun& run, const RunOptions& options,
     DetectionSequence detections, int threads);
 
-// Fills in the folds' frames, the scored set and the rest from `run`. No fold:
-// one with all frames. `held_out_set`, if given, restricts what is scored to
-// its detections. Throws InputError when nothing is left to score.
+// Fills in the folds' frames, the scored set and the rest from `run`. Without
+// folds: one with all frames. `held_out_set`, if given, restricts scoring to
+// its detections. Throws InputError if nothing is left to score.
 Comparison MakeComparison(RunOptions options, FrozenRun run,
                           std::vector<Fold> folds,
                           const std::optional<HeldOutSet>& held_out_set,
                           int threads);
 
-// Values of a strategy, one set a fold.
+// Values of a strategy, one set per fold.
 using FoldValues = std::vector<StrategyValues>;
 
-// A strategy's answer with all cameras, in the frames of the folds, with the
+// A strategy's result with all cameras, in the frames of the folds, with the
 // values of each fold.
 struct StrategyRun {
-  TrackSequence tracks;  // empty once it is scored
+  TrackSequence tracks;  // empty after scoring
   // Its positions. A joint is observed where two views of the frame passed the
-  // joints filter: alike for all strategies, so that smoothness is judged on
-  // the same joints.
+  // joints filter: the same for all strategies, so that smoothness is compared
+  // on the same joints.
   TrackSequence alike;
   int64_t cpu_ns = 0;
-  int64_t person_frames = 0;  // that the estimators were given
+  int64_t person_frames = 0;  // passed to the estimators
   std::optional<TimeNs> delay;
-  bool whole_recording = false;  // nobody's pose was final before the end
+  bool whole_recording = false;  // no pose was final before the end
 };
 
-// Whether one run serves both folds: the same recording, with the same values.
+// Whether one run serves both folds: the same recording with the same values.
 bool SameRun(const Comparison& comparison, const FoldValues& values);
 
 StrategyRun RunWithAll(const Comparison& comparison, const Strategy& strategy,
                        const FoldValues& values);
 
-// The answer without one camera, in all frames.
+// The result without one camera, in all frames.
 TrackSequence RunWithout(const Comparison& comparison, const Strategy& strategy,
                          const StrategyValues& values,
                          const PreparedRecording& recording, size_t view);
@@ -109,17 +109,17 @@ TrackSequence RunWithout(const Comparison& comparison, const Strategy& strategy,
 void ScoreWithout(const Comparison& comparison, const Fold& fold, size_t view,
                   const TrackSequence& tracks, HeldOutScores* scores);
 
-// By how much detections lie beside the reprojection [px], one a view: the
-// medians, over x and y apart, of detection minus projection of the joints that
-// three or more views triangulate, in the frames given. Alternates between
-// triangulating with shifted detections and taking medians, until no shift
-// moves by 0.01 px or after 50 rounds. What all cameras would explain by moving
-// the world is not seen, and does no harm.
+// The shift of detections against their reprojection [px], one per view: the
+// medians, of x and y separately, of detection minus projection of the joints
+// that three or more views triangulate, in the given frames. Alternates between
+// triangulation with shifted detections and medians, until no shift changes by
+// 0.01 px or after 50 rounds. Shifts equivalent to moving the world are
+// unobservable, and harmless.
 std::vector<Eigen::Vector2d> FitShifts(const FrozenRun& run,
                                        const RunOptions& options,
                                        const FrameRange& frames, int threads);
 
-// Detections with the shift of their view taken off.
+// Detections minus the shift of their view.
 DetectionSequence Shifted(DetectionSequence detections,
                           const std::vector<Eigen::Vector2d>& shifts_px);
 
@@ -134,9 +134,9 @@ struct RecordingInput {
   std::string frames;
 };
 
-// Recordings of a manifest with its one configuration; `config`, `mode` and
-// `set` win over, or are added to, the manifest's. Throws InputError where
-// there are fewer than two recordings, or not one configuration.
+// Recordings of a manifest with its single configuration; `config` and `mode`
+// override, and `set` extends, the manifest's. Throws InputError unless there
+// are at least two recordings and exactly one configuration.
 std::vector<RecordingInput> RecordingsOf(const Manifest& manifest,
                                          const std::string& path,
                                          const std::string& config,

@@ -15,7 +15,7 @@
 namespace kinegraph {
 namespace {
 
-// Positions of a joint in frames that follow each other.
+// Positions of a joint in consecutive frames.
 struct LongestPiece {
   std::vector<Eigen::Vector3d> longest, current;
   int64_t last_frame = 0;
@@ -49,7 +49,7 @@ std::vector<ChosenCutoff> ChooseCutoffs(const CompareResult& result) {
   std::vector<ChosenCutoff> chosen;
   std::vector<const std::vector<Eigen::Vector3d>*> points;
   for (const auto& [key, piece] : pieces) {
-    // Of fewer no rule says anything.
+    // Rules need at least a second of data.
     if (static_cast<double>(piece.longest.size()) < comparison.rate_hz()) {
       continue;
     }

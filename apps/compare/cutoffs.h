@@ -1,4 +1,4 @@
-// What each rule of a cut-off chooses on a recording, joint by joint.
+// The cut-offs chosen by each rule on a recording, joint by joint.
 #ifndef KINEGRAPH_APPS_COMPARE_CUTOFFS_H_
 #define KINEGRAPH_APPS_COMPARE_CUTOFFS_H_
 
@@ -18,15 +18,15 @@ struct ChosenCutoff {
   std::vector<double> cutoffs_hz;
 };
 
-// By Butterworth as the configuration has it, of the points that it filters
-// (filters.points), each joint's longest time without a gap. By person, joint
-// and rule.
+// With the configured Butterworth filter, for the points that it filters
+// (filters.points), over each joint's longest interval without a gap. By
+// person, joint and rule.
 std::vector<ChosenCutoff> ChooseCutoffs(const CompareResult& result);
 
-// A row a person, joint, axis ("x", "y", "z", "all") and rule.
+// A row per person, joint, axis ("x", "y", "z", "all") and rule.
 std::string CutoffsCsv(const CompareResult& result,
                        const std::vector<ChosenCutoff>& chosen);
-// A row a joint, a column a rule: "x / y / z", the medians of the people.
+// A row per joint, a column per rule: "x / y / z", the medians over people.
 std::string CutoffsTable(const CompareResult& result,
                          const std::vector<ChosenCutoff>& chosen);
 

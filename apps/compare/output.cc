@@ -15,14 +15,14 @@
 namespace kinegraph {
 namespace {
 
-// "12.34 [12.00, 12.70]", where there is an interval.
+// "12.34 [12.00, 12.70]" if there is an interval.
 std::string ValueCell(const Measure& one) {
   return std::isnan(one.interval.low)
              ? Fixed(one.value, one.decimals)
              : WithInterval(one.value, one.interval, one.decimals);
 }
 
-// The verdict as words for a figure of which less, or more, is better.
+// The verdict in words, depending on whether less or more is better.
 std::string Judged(const Measure& measure) {
   if (measure.verdict == Verdict::kNone || measure.verdict == Verdict::kSame) {
     return ToString(measure.verdict);
@@ -77,14 +77,14 @@ Json TuningJson(const Strategy& strategy, const StrategyTuning& tuning) {
           {"curve", curve}};
 }
 
-// ---- Tables with a line a strategy ----
+// ---- Tables with one line per strategy ----
 
 struct Column {
   std::string header;
   std::function<std::string(const StrategyResult&)> cell;
 };
 
-// A column of one measure; "-" where a strategy does not have it.
+// A column of one measure; "-" if a strategy lacks it.
 Column OfMeasure(std::string key, std::string header,
                  std::string (*text)(const Measure&)) {
   return {std::move(header), [=](const StrategyResult& one) {
@@ -112,7 +112,8 @@ Column VerdictOf(std::string key) {
   return OfMeasure(std::move(key), "", Judged);
 }
 
-// Of the strategies that ran and that `shows` lets pass; empty without any.
+// For the strategies that ran and that `shows` accepts; empty if there are
+// none.
 std::string StrategyTable(
     const CompareResult& result, const std::vector<Column>& columns,
     TableStyle style = TableStyle::kMarkdown,
@@ -308,7 +309,8 @@ int64_t ScoredJoints(const CompareResult& result) {
   return joints;
 }
 
-// Three lines: who is better, not told apart and worse by a measure.
+// Three lines: strategies that are better, not significantly different, and
+// worse by a measure.
 std::string Ranking(const CompareResult& result, const std::string& key) {
   std::string text;
   for (const auto& [verdict, name] : {std::pair{Verdict::kLess, "better"},
@@ -363,7 +365,7 @@ Json StrategyJson(const StrategyResult& one,
   return entry;
 }
 
-// Processor time of a person in a frame.
+// Processor time per person and frame.
 double PerFrameUs(const StrategyRun& run) {
   return 1e-3 * static_cast<double>(run.cpu_ns) /
          static_cast<double>(std::max<int64_t>(1, run.person_frames));
@@ -449,7 +451,7 @@ std::string ErrorsCsv(const CompareResult& result) {
   for (size_t j = 0; j < first.joint_units.size(); ++j) {
     const auto unit = static_cast<size_t>(first.joint_units[j]);
     const auto error = [j](const StrategyResult* one) {
-      const float error_px = one->scores.joint_errors_px[j];  // all its digits
+      const float error_px = one->scores.joint_errors_px[j];  // with all digits
       return error_px < 0.0F ? "" : fmt::format("{:.9g}", error_px);
     };
     table.AddRow(
@@ -552,7 +554,7 @@ std::string CompareMarkdown(const CompareResult& result,
   if (!result.lag_sweep.empty()) {
     text += "\n## The window against the batch\n\n" + LagTable(result);
   }
-  if (result.strategies.front().tuning.has_value()) {  // then all are
+  if (result.strategies.front().tuning.has_value()) {  // then all have it
     text += "\n## Parameters, chosen by held-out error on two folds\n\n" +
             TuningTable(result);
   } else {

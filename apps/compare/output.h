@@ -1,5 +1,5 @@
-// A comparison as files and for people: tables (output.cc), what it ends with
-// (verdict.cc), pictures (plots.cc).
+// A comparison as files and text: tables (output.cc), conclusions (verdict.cc),
+// figures (plots.cc).
 #ifndef KINEGRAPH_APPS_COMPARE_OUTPUT_H_
 #define KINEGRAPH_APPS_COMPARE_OUTPUT_H_
 
@@ -14,15 +14,15 @@
 
 namespace kinegraph {
 
-// Everything but run times, which differ each time.
+// Everything except run times, which vary.
 Json CompareJson(const CompareResult& result);
-// Tidy: one row a strategy and measure.
+// Tidy: one row per strategy and measure.
 std::string CompareCsv(const CompareResult& result);
-// One row a scored joint: its frame and each strategy's held-out error [px],
+// One row per scored joint: its frame and each strategy's held-out error [px],
 // empty without a prediction.
 std::string ErrorsCsv(const CompareResult& result);
-// One row a strategy, joint ("all": together) and part of the frames: errors of
-// velocity and acceleration. Only with a truth.
+// One row per strategy, joint ("all": together) and subset of the frames:
+// errors of velocity and acceleration. Only with a truth.
 std::string DerivativesCsv(const CompareResult& result);
 std::string CompareMarkdown(const CompareResult& result,
                             const std::vector<ChosenCutoff>& cutoffs);
@@ -31,28 +31,29 @@ std::string CompareMarkdown(const CompareResult& result,
 Json RuntimeJson(const CompareResult& result);
 std::string RuntimeTable(const CompareResult& result);
 
-// Who is better and worse than the baseline by held-out error, in sentences: a
-// strategy is named only where the interval of the difference is clear of zero.
+// Which strategies are better and worse than the baseline by held-out error, in
+// sentences: a strategy is named only if the interval of the difference
+// excludes zero.
 std::string RankingText(const CompareResult& result);
 
-// Which strategy to use, how sure that is, and what it costs, in sentences.
+// Which strategy to use, how certain that is, and its cost, in sentences.
 std::string VerdictText(const CompareResult& result);
 
-// recommended.toml: the configuration that the comparison was given, with the
-// strategy of the least mean held-out error; keys at their defaults are left
-// out. Empty when nothing could be scored.
+// recommended.toml: the configuration of the comparison with the strategy of
+// the least mean held-out error; keys at their defaults are left out. Empty if
+// nothing could be scored.
 std::string RecommendedToml(const CompareResult& result);
 
 // The keys of `options` that differ from their defaults, a line each.
 std::string ChangedKeysToml(const RunOptions& options);
 
-// For a terminal, at most 100 columns: a row a strategy, the verdict, and the
+// For a terminal, at most 100 columns: a row per strategy, the verdict, and the
 // files of `folder` that hold the rest.
 std::string Digest(const CompareResult& result, const std::string& folder);
 
-// What is drawn where not all strategies fit.
+// What is drawn if not all strategies fit.
 struct PlotChoice {
-  std::vector<std::string> strategies;  // by name; those that are there
+  std::vector<std::string> strategies;  // by name; the existing ones
   std::string joint = "r_wrist";
 };
 

@@ -33,7 +33,7 @@ std::vector<const StrategyResult*> Chosen(const CompareResult& result,
   return chosen.empty() ? ran : chosen;
 }
 
-// Error against smoothness: one mark a strategy.
+// Error against smoothness: one mark per strategy.
 NamedPlot ErrorAgainstSmoothness(const CompareResult& result) {
   Plot plot;
   plot.title =
@@ -46,7 +46,8 @@ NamedPlot ErrorAgainstSmoothness(const CompareResult& result) {
     PlotSeries series = {one->strategy.title, PlotStyle::kPoints};
     const Measure& error = *one->Find(kHeldOut);
     const Measure& acceleration = *one->Find("acceleration_m_s2");
-    // Errors of all go up and down together; the difference tells more.
+    // The errors of all strategies are correlated, so the interval of the
+    // difference is more informative.
     Interval paired = error.difference_interval;
     paired.low += error.value - error.difference;
     paired.high += error.value - error.difference;
@@ -58,7 +59,7 @@ NamedPlot ErrorAgainstSmoothness(const CompareResult& result) {
   return {"held_out_smoothness.svg", {plot}, {1000, 640}};
 }
 
-// The difference to the baseline, which alone tells a ranking.
+// The difference to the baseline, which alone determines the ranking.
 NamedPlot Differences(const CompareResult& result) {
   Plot plot;
   plot.title = "Held-out error against " + result.baseline().strategy.title +
@@ -124,7 +125,7 @@ NamedPlot ByJointClass(const CompareResult& result, const PlotChoice& choice) {
   return {"error_by_joint_class.svg", {plot}, {1100, 520}};
 }
 
-// The position of one joint in all frames; NaN where there is none.
+// The position of one joint in all frames; NaN where missing.
 struct Trajectory {
   std::vector<double> time_s;
   std::vector<Eigen::Vector3d> position_m;
@@ -143,7 +144,7 @@ Trajectory TrajectoryOf(const TrackSequence& tracks, TrackId id, int joint) {
   return trajectory;
 }
 
-// The two seconds in which the joint goes farthest, as indices.
+// The two seconds in which the joint moves farthest, as indices.
 std::pair<size_t, size_t> LiveliestPart(const Trajectory& trajectory,
                                         double rate_hz) {
   const size_t count = trajectory.position_m.size();
@@ -245,7 +246,7 @@ NamedPlot LagSweep(const CompareResult& result) {
   return {"lag_sweep.svg", {error, distance}, {1000, 420, 2}};
 }
 
-// The median of people and axes, and the range, by joint and rule.
+// The median over people and axes, and the range, by joint and rule.
 NamedPlot Cutoffs(const CompareResult& result,
                   const std::vector<ChosenCutoff>& cutoffs) {
   Plot plot;
@@ -274,7 +275,7 @@ NamedPlot Cutoffs(const CompareResult& result,
   return {"cutoffs.svg", {plot}, {1200, 520}};
 }
 
-// One line a value of the second parameter, over the first.
+// One line per value of the second parameter, over the first.
 Plot TuningPanel(const StrategyResult& one) {
   const std::vector<SmootherParameter>& parameters = one.strategy.parameters;
   const SmootherParameter& first = parameters.front();

@@ -22,7 +22,7 @@
 namespace kinegraph {
 namespace {
 
-// Only what two views saw.
+// Keeps only joints seen by two views.
 TrackSequence ObservedAlone(TrackSequence tracks) {
   for (TrackFrame& frame : tracks.frames) {
     for (PersonPose& person : frame.people) {
@@ -36,7 +36,7 @@ TrackSequence ObservedAlone(TrackSequence tracks) {
   return tracks;
 }
 
-// One series an actor, laid out by the truth.
+// One series per actor, with units defined by the truth.
 std::vector<RatioSeries> ErrorSeries(const std::vector<PersonError>& people,
                                      double PersonError::*error) {
   std::map<int64_t, RatioSeries> actors;
@@ -50,7 +50,7 @@ std::vector<RatioSeries> ErrorSeries(const std::vector<PersonError>& people,
   return series;
 }
 
-// Flexions of both, as far as both skeletons have the joints.
+// Flexions of both, for the joints in both skeletons.
 std::vector<AngleErrors> FlexionErrors(const Comparison& comparison,
                                        const TrackSequence& tracks) {
   const TrackSequence& truth = *comparison.truth;
@@ -140,7 +140,7 @@ void AddMotion(const Comparison& comparison, StrategyScores* scores) {
 void AddHeldOut(const Comparison& comparison, const HeldOutScores& held_out,
                 StrategyScores* scores) {
   BootstrapOptions bootstrap = comparison.bootstrap();
-  // Quantiles cost a walk over all joints a resample.
+  // Quantiles cost a pass over all joints per resample.
   constexpr int64_t kMostWork = 400'000'000;
   const auto joints = static_cast<int64_t>(held_out.joints.size());
   bootstrap.resamples = std::clamp<int64_t>(
@@ -188,7 +188,7 @@ void ScoreView(const Comparison& comparison, const Strategy& strategy,
 
 constexpr double kMmPerM = 1000.0;
 
-// Of squares: the root of their mean.
+// For squares: the root of their mean.
 double RootOfRatio(const std::vector<RatioSeries>& series,
                    const DrawCounts* counts) {
   return std::sqrt(PooledRatio(series, counts));
@@ -298,7 +298,7 @@ void AddMotionMeasures(const StrategyScores& own,
   list->Ratio({"acceleration_m_s2", "acceleration", "m/s^2", 2},
               own.acceleration, baseline.acceleration);
   list->Ratio({"jerk_m_s3", "jerk", "m/s^3", 1}, own.jerk, baseline.jerk);
-  // Units are segments of two seconds that overlap by half.
+  // Units are segments of two seconds with half overlap.
   BootstrapOptions segments = bootstrap;
   segments.block_length = 2;
   list->Ratio({"power_above_6hz_mm2", "power above 6 Hz", "mm^2", 2}, own.power,
@@ -403,7 +403,7 @@ std::vector<Measure> MeasuresOf(const Comparison& comparison,
   return list.Take();
 }
 
-// Distances between the joints that two views saw, ascending frames [m].
+// Distances between the joints seen by two views, frames ascending [m].
 std::vector<double> Distances(const TrackSequence& a, const TrackSequence& b) {
   std::vector<double> distances;
   for (const TrackFrame& frame : a.frames) {
@@ -445,7 +445,7 @@ void AddLagSweep(CompareResult* result) {
   }
 }
 
-// StrategyRun::alike of that strategy, be it asked for or not.
+// StrategyRun::alike of that strategy, whether requested or not.
 TrackSequence AlikeOf(const std::string& name, const Comparison& comparison,
                       const std::vector<Strategy>& strategies,
                       const std::vector<StrategyScores>& scores) {
@@ -483,11 +483,12 @@ std::vector<StrategyScores> ScoreStrategies(
   std::vector<StrategyScores> all(strategies.size());
   const size_t views = comparison.views().size();
   const size_t folds = comparison.folds.size();
-  const size_t pieces = views + 1;  // each camera left out, the run with all
-  // The scores are a step, too.
+  // Each camera left out, and the run with all.
+  const size_t pieces = views + 1;
+  // Scoring counts as a step too.
   Progress progress(what,
                     static_cast<int64_t>(strategies.size() * (pieces + 1)));
-  // One after the other, so that a strategy's scores do not wait in memory.
+  // One at a time, so that the scores do not accumulate in memory.
   for (size_t s = 0; s < strategies.size(); ++s) {
     StrategyScores& scores = all[s];
     std::vector<HeldOutScores> parts(views * folds);

@@ -1,5 +1,5 @@
-// What strategies are judged by, and what a comparison found: figures with
-// their intervals.
+// The measures by which strategies are compared, and the results with their
+// intervals.
 #ifndef KINEGRAPH_APPS_COMPARE_SCORES_H_
 #define KINEGRAPH_APPS_COMPARE_SCORES_H_
 
@@ -22,40 +22,40 @@
 
 namespace kinegraph {
 
-// Of one flexion against the truth's; a unit a true person in a frame.
+// Of one flexion against the truth; one unit per true person and frame.
 struct AngleErrors {
   std::string name;  // "l_knee_flexion"
   std::vector<RatioSeries> squared_deg2;
 };
 
-// What a strategy is judged by. Series are laid out alike for all strategies of
-// a comparison.
+// All scores of a strategy. Series have the same units for all strategies of a
+// comparison.
 struct StrategyScores {
-  // Why it cannot be run on this recording, in one line; nothing else then
-  // counts.
+  // Why it cannot be run on this recording, in one line; the other fields are
+  // then meaningless.
   std::string refused;
 
   HeldOutSummary held_out;
   RatioSeries held_out_errors;  // min(error, 30 px)
-  // Each scored joint: its error; negative without a prediction. The unit (in
-  // held_out_errors) that it belongs to is the same for all strategies.
+  // For each scored joint its error; negative without a prediction. Its unit
+  // (in held_out_errors) is the same for all strategies.
   std::vector<float> joint_errors_px;
   std::vector<int32_t> joint_units;
   std::vector<int64_t> unit_frames;
-  // Of the joints that every strategy of the comparison predicts: AddCommon.
+  // Over the joints that every strategy of the comparison predicts: AddCommon.
   RatioSeries held_out_common;
   double held_out_common_median_px = 0.0;  // of their errors; NaN without any
   std::vector<RatioSeries> held_out_by_class;    // JointClass
   std::vector<HeldOutSummary> held_out_by_view;  // without intervals
   std::vector<RatioSeries> acceleration, jerk, power;
   double bone_spread_m = 0.0;
-  int64_t joints = 0;  // positions given, of those that all could have given
+  int64_t joints = 0;  // positions returned, of all possible ones
   int64_t joints_possible = 0;
 
   std::optional<PcpResult> pcp;
   std::vector<RatioSeries> mpjpe, mpjpe_bias_removed;  // empty without truth
   std::optional<DerivativeResult> derivatives;
-  std::vector<AngleErrors> angles;  // empty unless asked for
+  std::vector<AngleErrors> angles;  // empty unless requested
   std::optional<double> lag_to_truth_s;
   std::optional<double> lag_to_batch_s;
   Consistency truth_consistency, held_out_consistency;
@@ -63,21 +63,21 @@ struct StrategyScores {
   StrategyRun run;
 };
 
-// Runs and scores; all strategies side by side on the comparison's threads, the
-// same result for any number of them, but for the lags. `what` labels the
-// progress.
+// Runs and scores all strategies in parallel on the comparison's threads;
+// results do not depend on the number of threads, except for the lags. `what`
+// labels the progress.
 std::vector<StrategyScores> ScoreStrategies(
     const Comparison& comparison, const std::vector<Strategy>& strategies,
     const std::vector<FoldValues>& values, const std::string& what = "scoring");
 
-// Fills in held_out_common and its median, which compare strategies that leave
-// different gaps.
+// Fills in held_out_common and its median, by which strategies with different
+// gaps are compared.
 void AddCommon(std::vector<StrategyScores*> scores);
 
-// What the interval of the difference to the baseline says.
+// The conclusion from the interval of the difference to the baseline.
 enum class Verdict {
-  kNone,  // there is no difference to speak of: the baseline, no interval
-  kSame,  // the interval holds zero: not told apart
+  kNone,  // no difference: the baseline, or no interval
+  kSame,  // the interval contains zero: not significant
   kLess,  // all of it below zero
   kMore,
 };
@@ -115,7 +115,7 @@ struct StrategyResult {
 struct LagPoint {
   size_t result_idx = 0;
   int lag_frames = 0;
-  // Distance of the joints that two views saw [m].
+  // Distance between joints seen by two views [m].
   double median_m = 0.0, p95_m = 0.0, p99_m = 0.0;
 };
 
@@ -124,7 +124,7 @@ struct CompareResult {
   std::vector<StrategyResult> strategies;
   size_t baseline_idx = 0;
   std::vector<LagPoint> lag_sweep;  // empty without a batch
-  // By fold, those that its detections were freed of; empty: none were.
+  // By fold, those subtracted from its detections; empty: none.
   std::vector<std::vector<Eigen::Vector2d>> shifts_px;
   // The points that filters smooth (filters.points), as StrategyRun::alike.
   TrackSequence points;
@@ -135,11 +135,11 @@ struct CompareResult {
 };
 
 // Runs and scores the strategies with their values; delays are measured behind
-// the truth (if any) and behind the batch, be it asked for or not. Throws
-// InputError where the baseline cannot be run.
+// the truth (if any) and behind the batch, whether requested or not. Throws
+// InputError if the baseline cannot be run.
 void Score(CompareResult* result);
 
-// Fills in the measures and the lag sweep from the scores. Score calls it.
+// Fills in the measures and the lag sweep from the scores. Called by Score.
 void AddMeasures(CompareResult* result);
 
 }  // namespace kinegraph

@@ -12,7 +12,7 @@
 namespace kinegraph {
 namespace {
 
-// The same on points that outliers have been kept out of.
+// The same on points from which outliers were excluded.
 Strategy OnRobustPoints(Strategy strategy) {
   strategy.name += "_robust";
   strategy.title += ", on robust triangulation";
@@ -29,7 +29,7 @@ bool OfTheGraph(OutputKind kind) {
 }
 
 // In the order of the report: the classical ones, some of them on robust
-// points, the graph.
+// points, then the graph.
 std::vector<Strategy> MakeTable() {
   std::vector<Strategy> table;
   std::vector<Strategy> robust;
@@ -48,7 +48,7 @@ std::vector<Strategy> MakeTable() {
   return table;
 }
 
-// Filters with a cut-off by each rule; some are variants of their own.
+// Filters with a cut-off, by each rule; some are variants of their own.
 std::vector<Strategy> ByRules() {
   std::vector<Strategy> strategies;
   for (const OutputKind kind :

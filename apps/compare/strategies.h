@@ -1,4 +1,4 @@
-// The smoothing strategies that `compare` knows: the variants of every smoother
+// The smoothing strategies of `compare`: the variants of every smoother
 // (solvers/smoothers.h).
 #ifndef KINEGRAPH_APPS_COMPARE_STRATEGIES_H_
 #define KINEGRAPH_APPS_COMPARE_STRATEGIES_H_
@@ -15,7 +15,7 @@
 
 namespace kinegraph {
 
-// A variant of a smoother, or one on other points.
+// A variant of a smoother, possibly on other points.
 struct Strategy : SmootherVariant {
   Strategy() = default;
   Strategy(SmootherVariant variant, OutputKind of)
@@ -24,22 +24,22 @@ struct Strategy : SmootherVariant {
   OutputKind kind = OutputKind::kGaussian;
 };
 
-// All of them, in the order in which they are printed.
+// All of them, in the order of output.
 const std::vector<Strategy>& AllStrategies();
-// Those named, in that order; no name: all. Filters with a cut-off are known
-// with each rule, too, as "whittaker_yu", which are run by name alone. Throws
+// The named ones in that order; without names all. Filters with a cut-off also
+// exist with each rule, as "whittaker_yu", and run only if named. Throws
 // InputError for an unknown or repeated one.
 std::vector<Strategy> ChooseStrategies(const std::vector<std::string>& names);
 
-// The rules of a cut-off: "winter", ..., as filters.*.choice takes them.
+// The rules of a cut-off: "winter", ..., as in filters.*.choice.
 const std::vector<std::pair<std::string, CutoffChoice>>& CutoffRules();
 
-// Where a name stands among `strategies`; their number where it does not.
+// Index of a name among `strategies`; their number if absent.
 size_t IndexOf(const std::vector<Strategy>& strategies,
                const std::string& name);
-// The strategy whose tuned values this one takes: itself, mostly.
+// The strategy whose tuned values this one takes, usually itself.
 const Strategy& TunedAs(const Strategy& strategy);
-// Those whose grids have to be walked for `strategies`, each once.
+// Those whose grids must be evaluated for `strategies`, each once.
 std::vector<Strategy> TunedThemselves(const std::vector<Strategy>& strategies);
 
 inline constexpr const char* kDefaultBaseline = "causal_gaussian";
@@ -50,14 +50,14 @@ using StrategyValues = std::vector<double>;
 
 StrategyValues DefaultValues(const Strategy& strategy, double rate_hz,
                              const EstimatorOptions& options);
-// The options of graph mode that write this strategy's poses.
+// Options of graph mode for which this strategy's poses are written.
 EstimatorOptions OptionsOfStrategy(const Strategy& strategy,
                                    const StrategyValues& values, double rate_hz,
                                    EstimatorOptions options);
 EstimatorFactory MakeStrategy(const Strategy& strategy,
                               const StrategyValues& values, double rate_hz,
                               EstimatorOptions options);
-// Whether a pose depends on nothing that came after its frame.
+// Whether a pose depends only on frames up to its own.
 bool IsCausalStrategy(const Strategy& strategy, const StrategyValues& values,
                       double rate_hz, const EstimatorOptions& options);
 // All combinations of the grids, the last parameter fastest.

@@ -37,7 +37,7 @@ Comparison ComparisonOf(FrozenRecording recording,
                         {{all, prepared}}, std::nullopt, request.threads);
 }
 
-// What is wrong with one of many recordings names it.
+// Adds the recording's name to errors.
 template <typename Work>
 void ForRecording(const RecordingInput& input, const Work& work) {
   try {
@@ -73,7 +73,7 @@ StudyScore ScoreOf(const Comparison& comparison, const StrategyScores& own,
   return score;
 }
 
-// The study while it is made.
+// The study under construction.
 class Maker {
  public:
   explicit Maker(const StudyRequest& request)
@@ -93,7 +93,7 @@ class Maker {
   }
 
  private:
-  // Every grid on every recording.
+  // Evaluates every grid on every recording.
   void WalkGrids() {
     const std::vector<Strategy> tuned = TunedThemselves(request_.strategies);
     for (const Strategy& one : tuned) grids_[one.name].points = GridOf(one);
@@ -111,8 +111,8 @@ class Maker {
     }
   }
 
-  // Chosen without a recording (-1: on all); of a strategy that could be run on
-  // none of the others, those of the configuration.
+  // Chosen without one recording (-1: on all); for a strategy that ran on none
+  // of the others, those of the configuration.
   StrategyValues ValuesOf(size_t s, int left_out,
                           const StrategyValues& defaults) const {
     if (!request_.tune) return defaults;
@@ -122,7 +122,7 @@ class Maker {
     return best ? grid.points[*best] : defaults;
   }
 
-  // Values that somebody chooses of a strategy, each once.
+  // All values chosen for a strategy, each once.
   std::vector<StrategyValues> Wanted(size_t s,
                                      const StrategyValues& defaults) const {
     std::vector<StrategyValues> wanted;
@@ -169,8 +169,8 @@ class Maker {
     }
   }
 
-  // The errors of every strategy with the values that are chosen without a
-  // recording: the "points" among which the strategy is chosen.
+  // The errors of every strategy with the values chosen without a recording:
+  // the "points" among which the strategy is chosen.
   std::optional<size_t> BestStrategy(int left_out) const {
     std::vector<PointErrors> recordings(request_.recordings.size());
     for (size_t s = 0; s < request_.strategies.size(); ++s) {
@@ -202,14 +202,14 @@ class Maker {
 
   const StudyRequest& request_;
   std::map<std::string, StrategyPoints> grids_;
-  std::vector<StrategyPoints> chosen_;  // of the strategies asked for
+  std::vector<StrategyPoints> chosen_;  // of the requested strategies
   std::vector<StrategyValues> defaults_;
   Study study_;
 };
 
 // ---- Output
 
-// One strategy on all recordings that it ran on.
+// One strategy on all recordings on which it ran.
 BatchColumn StudyMeans(const Study& study, size_t s) {
   BatchColumn column;
   for (const StudyRecording& recording : study.recordings) {
@@ -221,8 +221,8 @@ BatchColumn StudyMeans(const Study& study, size_t s) {
   return column;
 }
 
-// The difference to the baseline of one strategy, or (nullopt) of the one that
-// was chosen without each recording.
+// The difference to the baseline of one strategy, or (nullopt) of the one
+// chosen without each recording.
 BatchSummary DifferenceOf(const Study& study, std::optional<size_t> strategy) {
   BatchColumn column;
   for (const StudyRecording& recording : study.recordings) {
@@ -268,7 +268,7 @@ std::string VerdictSentences(const Study& study) {
   return text;
 }
 
-// Strategy by strategy: mean, difference, and on how many recordings.
+// By strategy: mean, difference, and number of recordings.
 Table StrategyTable(const Study& study) {
   Table table(
       {"strategy", "held-out, px", "to baseline, px", "better / same / worse"});

@@ -1,10 +1,10 @@
 // A comparison over several recordings: values chosen on some are scored on
 // others.
 //
-// Every recording is left out once. The strategy and its values that do best on
-// the others are scored on it, so no figure comes from what was chosen on the
-// same recording. "Best" is the least mean over recordings of their mean
-// held-out error: each recording counts the same, however long it is.
+// Every recording is left out once. The strategy and its values that perform
+// best on the others are scored on it, so no figure is based on a choice made
+// on the same recording. "Best" is the least mean over recordings of their mean
+// held-out error: each recording has the same weight, whatever its length.
 #ifndef KINEGRAPH_APPS_COMPARE_STUDY_H_
 #define KINEGRAPH_APPS_COMPARE_STUDY_H_
 
@@ -20,17 +20,16 @@
 namespace kinegraph {
 
 // Held-out errors of a recording at several points: the sum of min(error, 30
-// px) and the number of joints; no weight where the recording refuses the
-// point.
+// px) and the number of joints; no weight if the recording refuses the point.
 using PointErrors = std::vector<RatioUnit>;
 
-// The point with the least mean over recordings of the recording's mean error;
-// the recording `left_out` (-1: none) has no say. A point that one of them
-// refuses is not chosen; nullopt when there is no other.
+// The point with the least mean over recordings of the recording's mean error,
+// ignoring the recording `left_out` (-1: none). A point that any of them
+// refuses is excluded; nullopt if there is no other.
 std::optional<size_t> BestPoint(const std::vector<PointErrors>& recordings,
                                 int left_out);
 
-// What a strategy scored on one recording, with values chosen on the others.
+// Scores of a strategy on one recording, with values chosen on the others.
 struct StudyScore {
   std::string refused;  // empty: it ran
   StrategyValues values;
@@ -44,9 +43,9 @@ struct StudyScore {
 
 struct StudyRecording {
   std::string name;
-  std::vector<StudyScore> scores;  // one a strategy
-  // The strategy that does best on the other recordings; nullopt: none could be
-  // run.
+  std::vector<StudyScore> scores;  // one per strategy
+  // The strategy that performs best on the other recordings; nullopt: none
+  // could be run.
   std::optional<size_t> chosen;
 };
 
@@ -55,22 +54,22 @@ struct Study {
   size_t baseline_idx = 0;
   bool tuned = false;
   std::vector<StudyRecording> recordings;
-  // Chosen on all recordings, for the next one; nullopt: none could be run.
+  // Chosen on all recordings, for future ones; nullopt: none could be run.
   std::optional<size_t> best;
   StrategyValues best_values;
-  // Of the first recording, as recommended.toml starts from.
+  // Of the first recording, the basis of recommended.toml.
   RunOptions options;
   double rate_hz = 0.0;
 };
 
-// On how many recordings the choice made without them is better than the
-// baseline, not told apart from it (or the baseline itself), and worse.
+// Number of recordings on which the choice made without them is better than the
+// baseline, not significantly different (or the baseline itself), and worse.
 struct StudyVerdict {
   int recordings = 0;  // with something to choose and to score
   int better = 0;
   int same = 0;
   int worse = 0;
-  int like_all = 0;  // whose choice is the strategy that all recordings choose
+  int like_all = 0;  // whose choice equals that of all recordings
 
   void Count(Verdict one) {
     ++(one == Verdict::kLess ? better : one == Verdict::kMore ? worse : same);
@@ -79,7 +78,7 @@ struct StudyVerdict {
 StudyVerdict HoldsFor(const Study& study);
 
 struct StudyRequest {
-  std::vector<RecordingInput> recordings;  // two or more
+  std::vector<RecordingInput> recordings;  // at least two
   std::vector<Strategy> strategies;
   size_t baseline_idx = 0;
   bool tune = false;
@@ -92,8 +91,8 @@ Study RunStudy(const StudyRequest& request);
 std::string StudyMarkdown(const Study& study);
 std::string StudyCsv(const Study& study);
 std::string StudyJson(const Study& study);
-// recommended.toml: the configuration with the best strategy; its head says for
-// how many recordings it holds. Empty without a best one.
+// recommended.toml: the configuration with the best strategy; its header states
+// for how many recordings it holds. Empty if there is no best one.
 std::string StudyToml(const Study& study);
 // For a terminal.
 std::string StudyDigest(const Study& study, const std::string& folder);

@@ -18,7 +18,7 @@
 namespace kinegraph {
 namespace {
 
-// Folds with a recording of their own: one where all share it.
+// Number of folds with a recording of their own: one if all share it.
 size_t RecordingCount(const Comparison& comparison) {
   const std::vector<Fold>& folds = comparison.folds;
   const bool shared = folds.back().recording == folds.front().recording;
@@ -34,7 +34,7 @@ double Ratio(const RatioUnit& unit) {
   return unit.weight > 0.0 ? unit.sum / unit.weight : kNan;
 }
 
-// The first of the least; 0 when all were refused.
+// The first least one; 0 if all were refused.
 size_t Least(const std::vector<RatioUnit>& errors) {
   size_t best = 0;
   for (size_t i = 1; i < errors.size(); ++i) {
@@ -108,7 +108,7 @@ StrategyTuning ChooseCrossed(const std::vector<StrategyValues>& grid,
 
 constexpr const char* kFoldTables[] = {"first", "second"};
 
-// All parameters of all strategies, for the readers and writers of options.
+// All parameters of all strategies, for readers and writers of options.
 struct FoldTable {
   std::string frames[2];
   std::vector<StrategyValues> values[2];
@@ -169,7 +169,8 @@ GridErrors ScoreGrid(const Comparison& comparison, const Strategy& strategy,
       }
     }
   }
-  grid.errors.resize(folds, grid.errors.front());  // the shared recording's
+  // Those of the shared recording.
+  grid.errors.resize(folds, grid.errors.front());
   return grid;
 }
 
@@ -210,7 +211,7 @@ void WriteParameters(const std::vector<Strategy>& strategies,
       text += fmt::format("\n[{}.{}]\n", table, strategies[s].name);
       for (size_t i = 0; i < strategies[s].parameters.size(); ++i) {
         const SmootherParameter& parameter = strategies[s].parameters[i];
-        // TOML tells integers from numbers; both are read.
+        // TOML distinguishes integers from numbers; both are accepted.
         text +=
             fmt::format("{} = {:.17g}{}\n", parameter.name,
                         parameters.strategies[s][fold][i],
@@ -224,7 +225,7 @@ void WriteParameters(const std::vector<Strategy>& strategies,
 ParameterFile ReadParameters(const std::string& path,
                              const std::vector<Strategy>& strategies,
                              double rate_hz, const EstimatorOptions& options) {
-  // All strategies are known keys, whichever were asked for.
+  // The keys of all strategies are known, whether requested or not.
   FoldTable table;
   for (const Strategy& strategy : AllStrategies()) {
     const StrategyValues values = DefaultValues(strategy, rate_hz, options);

@@ -1,5 +1,5 @@
-// Parameters chosen by held-out-camera error, the same rule for every strategy:
-// what is chosen on one fold of frames is scored on the other.
+// Parameters chosen by held-out-camera error, by the same rule for every
+// strategy: what is chosen on one fold of frames is scored on the other.
 #ifndef KINEGRAPH_APPS_COMPARE_TUNING_H_
 #define KINEGRAPH_APPS_COMPARE_TUNING_H_
 
@@ -25,13 +25,13 @@ struct StrategyTuning {
   std::vector<TuningPoint> points;  // in the order of GridOf
   FoldValues chosen;                // for each fold, chosen on the other
   double cross_px = 0.0;            // pooled over both folds
-  // The same with values chosen on the very fold they are scored on.
+  // The same with values chosen on the fold on which they are scored.
   double same_fold_px = 0.0;
   double cpu_s = 0.0;
 };
 
-// Two folds in `comparison`. Strategies that are tuned as another one take its
-// values, which are computed also when it is not among them. A strategy without
+// `comparison` must have two folds. Strategies tuned as another one take its
+// values, which are computed even if it is not among them. A strategy without
 // parameters has one point.
 std::vector<StrategyTuning> TuneStrategies(
     const Comparison& comparison, const std::vector<Strategy>& strategies);
@@ -39,8 +39,8 @@ std::vector<StrategyTuning> TuneStrategies(
 // Held-out errors of points of a strategy, over all views: the sum of
 // min(error, 30 px) and the number of joints. [recording of][frames of][point],
 // both by fold: a fold is scored on its own recording; what is chosen for it is
-// judged in the other fold's frames, on the same recording. No weight where the
-// strategy cannot do the recording with these values.
+// judged in the other fold's frames, on the same recording. No weight if the
+// strategy cannot process the recording with these values.
 struct GridErrors {
   std::vector<std::vector<std::vector<RatioUnit>>> errors;
   double cpu_s = 0.0;
@@ -51,15 +51,15 @@ GridErrors ScoreGrid(const Comparison& comparison, const Strategy& strategy,
 
 // Values in a file, TOML: tables [first] and [second], the folds, in each
 //   frames = "300:438"
-// and a table a strategy with its parameters. Reads back what it wrote.
+// and a table per strategy with its parameters. Reads back what it wrote.
 struct ParameterFile {
   std::vector<FrameRange> folds;       // two, or none: one set of values
-  std::vector<FoldValues> strategies;  // as those asked for
+  std::vector<FoldValues> strategies;  // in the requested order
 };
 void WriteParameters(const std::vector<Strategy>& strategies,
                      const ParameterFile& parameters, const std::string& path);
-// Values that the file does not give are the configuration's. Throws InputError
-// naming file and key.
+// Values absent from the file are the configuration's. Throws InputError naming
+// file and key.
 ParameterFile ReadParameters(const std::string& path,
                              const std::vector<Strategy>& strategies,
                              double rate_hz, const EstimatorOptions& options);

@@ -17,7 +17,7 @@ namespace {
 
 std::string Pixels(double value) { return Fixed(value, 2) + " px"; }
 
-// A part of a dotted key: bare where TOML allows it.
+// A part of a dotted key, unquoted if TOML allows it.
 std::string KeyPart(const std::string& part) {
   const bool bare =
       !part.empty() && std::all_of(part.begin(), part.end(), [](char c) {
@@ -27,8 +27,8 @@ std::string KeyPart(const std::string& part) {
   return bare ? part : JsonText(part);
 }
 
-// Effective keys by their dotted names, values as TOML writes them (scalars and
-// lists of scalars look alike in JSON and TOML). What is null is left out.
+// Effective keys by their dotted names, values in TOML syntax (scalars and
+// lists of scalars look alike in JSON and TOML). Null values are left out.
 std::map<std::string, std::string> Flatten(const Json& json,
                                            const std::string& prefix) {
   std::map<std::string, std::string> keys;
@@ -49,7 +49,7 @@ std::map<std::string, std::string> FlatKeysOf(const RunOptions& options) {
                  "");
 }
 
-// When a pose of the strategy is final.
+// When a pose of the strategy becomes final.
 std::string DelayText(const StrategyResult& one) {
   const double delay_ms = one.Find("final_after_ms")->value;
   if (std::isnan(delay_ms)) return "final at the end of the recording";
@@ -63,8 +63,8 @@ bool Overlap(const Measure& a, const Measure& b) {
          a.interval.low <= b.interval.high && b.interval.low <= a.interval.high;
 }
 
-// The one with the least mean held-out error among those that ran; nullptr when
-// nothing could be scored.
+// The strategy with the least mean held-out error among those that ran; nullptr
+// if nothing could be scored.
 const StrategyResult* BestStrategy(const CompareResult& result) {
   const StrategyResult* best = nullptr;
   double least = std::numeric_limits<double>::infinity();
@@ -77,7 +77,7 @@ const StrategyResult* BestStrategy(const CompareResult& result) {
   return best;
 }
 
-// Who is nearest to the truth, where there is one.
+// Which strategy is nearest to the truth, if there is one.
 std::string TruthText(const CompareResult& result) {
   const StrategyResult* nearest = nullptr;
   double least_mm = std::numeric_limits<double>::infinity();
