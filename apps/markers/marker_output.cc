@@ -20,7 +20,7 @@
 namespace kinegraph {
 namespace {
 
-constexpr double kMm = 1000.0;  // and ms, of metres and seconds
+constexpr double kMm = 1000.0;  // from metres to mm, from seconds to ms
 
 std::string BaseName(const std::string& path) {
   return path.substr(path.find_last_of('/') + 1);
@@ -89,7 +89,7 @@ Json EventsJson(const FootEvents& events) {
   return json;
 }
 
-// Of the events found: mean and mean size [s].
+// Over the matched events: mean and mean absolute value [s].
 std::pair<double, double> MeanOf(const std::vector<TimedEvent>& events) {
   std::vector<double> differences, sizes;
   for (const TimedEvent& event : events) {
@@ -151,7 +151,7 @@ Json AlignmentJson(const Alignment& alignment) {
 
 std::string Mm(double metres) { return Fixed(kMm * metres, 1); }
 
-// Whole millimetres of three axes, "+3 -12 +0"; "-" for one that is missing.
+// Whole millimetres of three axes, "+3 -12 +0"; "-" for a missing one.
 std::string AxesMm(const Eigen::Vector3d& metres, bool is_signed) {
   std::string text;
   for (const double m : metres) {
@@ -177,7 +177,7 @@ Cells ErrorRow(const JointAgreement& joint, bool is_apart) {
           Mm(joint.after_offset_median_m)};
 }
 
-// Of those whose markers enclose their centre; of all, where none do.
+// Joints whose centre is enclosed by markers; all joints if there are none.
 bool IsPooled(const MarkerStudy& study, size_t joint) {
   const std::vector<bool>& centres = study.motion.is_centre;
   return centres[joint] ||
@@ -340,7 +340,7 @@ std::string InputText(const MarkerInput& input) {
 
 // ---- Plots and the page
 
-// More points of a cloud, or of a line, show nothing more.
+// More points of a cloud or a line add nothing visible.
 constexpr size_t kMostPoints = 2000;
 
 size_t Stride(size_t count) {
@@ -354,8 +354,8 @@ PlotSeries Level(double x_low, double x_high, double y, bool dashed) {
   return line;
 }
 
-// Difference against mean of each joint's place on one axis of the body,
-// counted from the middle of the person's joints.
+// Difference against mean of each joint's position on one axis of the body,
+// relative to the mean of the person's joints.
 Plot BlandAltman(const MarkerStudy& study, int axis) {
   static const char* const kAxes[] = {"right", "forward", "up"};
   const PairedMotion& motion = study.motion;
@@ -457,8 +457,8 @@ Plot CalibrationCurve(const MotionAgreement& agreement) {
   return plot;
 }
 
-// bland_altman.svg, errors.svg and, with covariances, calibration.svg into a
-// folder that ends with '/'; the names of those written.
+// Writes bland_altman.svg, errors.svg and, with covariances, calibration.svg
+// into a folder that ends with '/'; returns the names written.
 std::vector<std::string> WriteMarkerPlots(const MarkerStudy& study,
                                           const std::string& folder) {
   std::vector<std::string> names = {"bland_altman.svg", "errors.svg"};
@@ -473,8 +473,7 @@ std::vector<std::string> WriteMarkerPlots(const MarkerStudy& study,
   return names;
 }
 
-// The truth's joints with all of its markers behind them, in the frames that
-// are scored.
+// The truth's joints followed by all of its markers, in the scored frames.
 TrackSequence WithMarkers(const MarkerStudy& study) {
   TrackSequence shown = study.motion.truth;
   if (study.truth.set.empty()) return shown;

@@ -27,7 +27,7 @@ constexpr AlignName kAlignNames[] = {{Align::kBoth, "both"},
                                      {Align::kWorld, "world"},
                                      {Align::kNone, "none"}};
 
-// Errors of what lies below name no file.
+// Adds the file to errors of lower levels, which do not name it.
 template <typename Work>
 auto Named(const std::string& path, const Work& work) {
   try {
@@ -56,7 +56,7 @@ void RequireCommon(const MarkerInput& truth, const MarkerInput& tracks) {
                        "; --joints=F.toml says what a joint is");
 }
 
-// Values of an angle in the rows of both tables, whose frames are the same.
+// Values of an angle in the rows of both tables, which have the same frames.
 std::vector<PairedValue> PairedAngles(const KinematicsTable& truth,
                                       const KinematicsTable& found,
                                       const std::string& angle) {
@@ -104,7 +104,7 @@ void AddEvents(const MarkerRequest& request, MarkerStudy* study) {
                                              study->motion.truth, study->up);
 }
 
-// [Hz]; by the times where the file tells no rate.
+// [Hz]; from the times if the file has no rate.
 double RateOf(const MarkerInput& input) {
   const TrackSequence& tracks = input.joints.tracks;
   double length_s = 0.0;
@@ -119,8 +119,8 @@ double RateOf(const MarkerInput& input) {
   return static_cast<double>(tracks.frames.size() - 1) / length_s;
 }
 
-// What a file says of joints: by `rules`, else by the set that its labels are
-// of, else by joints' names.
+// Joints of a file: by `rules`, else by the set to which its labels belong,
+// else by joints' names.
 MarkerInput ReadMarkerInput(const std::string& path, const std::string& rules,
                             TrackSequence points) {
   MarkerInput input;

@@ -1,5 +1,5 @@
 // Tracks against optical markers or another program's segments: reading,
-// aligning, scoring (marker_study.cc), and what was found (marker_output.cc).
+// aligning, scoring (marker_study.cc), and output (marker_output.cc).
 #ifndef KINEGRAPH_APPS_MARKERS_MARKER_STUDY_H_
 #define KINEGRAPH_APPS_MARKERS_MARKER_STUDY_H_
 
@@ -22,9 +22,9 @@ namespace kinegraph {
 struct MarkerRequest {
   std::string tracks;
   std::string ground_truth;
-  std::string joints;  // rules (TOML); empty: a set recognised by its labels
+  std::string joints;  // rules (TOML); empty: set recognised by its labels
   std::string unit;
-  std::vector<FrameRange> frames;  // of the tracks; none: all
+  std::vector<FrameRange> frames;  // of the tracks; empty: all
   bool plates = false;
   AlignRequest align;
 };
@@ -36,7 +36,7 @@ const char* ToString(Align align);
 struct MarkerInput {
   std::string path;
   std::string set;       // name of the set; empty: the file has joints
-  TrackSequence points;  // as the file has them
+  TrackSequence points;  // as in the file
   MarkerJoints joints;
 };
 
@@ -52,19 +52,19 @@ struct MarkerStudy {
   bool blocks_are_strides = false;
   std::map<std::string, ValueAgreement> angles;  // degrees
   FootEvents true_events, found_events;
-  // Empty without plates: by the markers, by the tracks.
+  // Empty without plates: from the markers, from the tracks.
   std::vector<TimedEvent> true_on_plates, found_on_plates;
 };
 
 // Throws InputError naming the file.
 MarkerStudy RunMarkerStudy(const MarkerRequest& request);
 
-// The markers' joints as a ground truth for the tracks given: in their frames,
-// on their clock and in their world, aligned to them.
+// The markers' joints as a ground truth for the given tracks: in their frames,
+// on their clock and in their world, aligned with them.
 TrackSequence MarkersAsTruth(const std::string& path, const std::string& rules,
                              const TrackSequence& tracks);
 
-// Millimetres, degrees and seconds as the keys say; null where there is none.
+// Millimetres, degrees and seconds as the keys say; null if undefined.
 Json MarkerJson(const MarkerStudy& study);
 std::string MarkerMarkdown(const MarkerStudy& study);
 // markers.json, markers.md, plots and page.html into a new folder.
