@@ -13,7 +13,7 @@ namespace kinegraph {
 namespace {
 
 constexpr double kApartSeconds = 0.5;
-// A track that pauses longer has no velocity across the pause.
+// No velocity is computed across longer pauses of a track.
 constexpr double kMaxStepSeconds = 0.25;
 constexpr double kSamePersonM = 1.0;
 
@@ -24,7 +24,7 @@ Moment At(MomentKind kind, const TrackFrame& frame, TrackId id) {
 struct Step {
   const Pose3d* pose = nullptr;
   TimeNs time = 0;
-  std::vector<Eigen::Vector3d> velocity;  // m/s, NaN where there is none
+  std::vector<Eigen::Vector3d> velocity;  // m/s, NaN where undefined
 };
 
 std::vector<Eigen::Vector3d> VelocityOf(const Pose3d& now, const Pose3d& before,
@@ -45,7 +45,7 @@ double BoneLength(const Pose3d& pose, const Bone& bone) {
   return (a.position_m - b.position_m).norm();
 }
 
-// Medians of each person's bones; NaN where a bone was never seen.
+// Medians of each person's bone lengths; NaN if never seen.
 std::map<TrackId, std::vector<double>> MedianBones(
     const TrackSequence& tracks) {
   const std::vector<Bone>& bones = tracks.header.skeleton.bones();
@@ -134,7 +134,7 @@ std::vector<Moment> SpeedJumps(const TrackSequence& tracks) {
         Moment moment = At(MomentKind::kSpeedJump, frame, person.id);
         for (size_t j = 0; j < before.velocity.size(); ++j) {
           const double jump = (now.velocity[j] - before.velocity[j]).norm();
-          if (!(jump > moment.value)) continue;  // NaN is no jump
+          if (!(jump > moment.value)) continue;  // rejects NaN
           moment.value = jump;
           moment.detail = names[j];
         }

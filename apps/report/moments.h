@@ -16,7 +16,7 @@ enum class MomentKind {
   kBone,        // m, from the bone's median of that person
   kDifference,  // m, mean joint distance to truth, or to the other result
   kStart,       // an identity appears after the first frame
-  kEnd,         // an identity is gone before the last frame
+  kEnd,         // an identity ends before the last frame
 };
 const char* ToString(MomentKind kind);
 
@@ -29,15 +29,15 @@ struct Moment {
   std::string detail;  // the joint, bone or view
 };
 
-// Those of one kind that stand out from all of the recording, the worst first;
-// of one person at most one within half a second. What is as large throughout
-// is no moment: a value stands out where it is farther above the upper quartile
-// than three times the distance of the quartiles (Tukey 1977, "far out"). Of
-// normal values that is one in 850,000.
+// Those of one kind that stand out from the whole recording, the worst first;
+// at most one per person within half a second. Values that are large throughout
+// do not stand out: the threshold lies above the upper quartile by three times
+// the distance of the quartiles (Tukey 1977, "far out"). Of normal values one
+// in 850,000 exceeds it.
 std::vector<Moment> Largest(std::vector<Moment> moments, size_t count);
 
-// One a person and frame: the largest change of a joint's velocity, the largest
-// deviation of a bone.
+// One per person and frame: the largest change of a joint's velocity, the
+// largest deviation of a bone.
 std::vector<Moment> SpeedJumps(const TrackSequence& tracks);
 std::vector<Moment> BoneDeviations(const TrackSequence& tracks);
 // Of identities, within the recording.
@@ -45,7 +45,7 @@ std::vector<Moment> StartsAndEnds(const TrackSequence& tracks);
 
 // Mean distance over shared joints to the nearest person of the other result;
 // people farther apart than a metre are not compared. [frame][person], negative
-// where there is none.
+// if there is none.
 std::vector<std::vector<double>> DifferencesTo(const TrackSequence& other,
                                                const TrackSequence& tracks);
 

@@ -24,7 +24,7 @@ void ExpectTexts(const JsonField& object, Keys keys) {
   for (const char* key : keys) object.At(key).Text();
 }
 
-// Where there is no value, the page leaves its line out.
+// Optional values: the page omits the line if there is none.
 void ExpectNumberIfAny(const JsonField& object, const char* key) {
   const std::optional<JsonField> field = object.Find(key);
   if (field.has_value() && !field->value().is_null()) field->Number();
@@ -42,7 +42,8 @@ void CheckNoise(const JsonField& noise) {
 
 }  // namespace
 
-// Walks the template once, so that nothing inserted is read as a place again.
+// Scans the template once, so that inserted text is never treated as a
+// placeholder.
 std::string MakePage(const std::string& title, const std::string& data_json) {
   const std::vector<std::pair<std::string, std::string>> places = {
       {"{{TITLE}}", HtmlText(title)},
@@ -102,7 +103,7 @@ std::string WithoutAngleBrackets(const std::string& json) {
 
 namespace {
 
-// The value of "cameras.refine"; null without one.
+// The value of "cameras.refine"; null if absent.
 Json ValueOf(const Json& config, const std::string& dotted) {
   const Json* value = &config;
   for (const std::string& key : Split(dotted, '.')) {
@@ -113,7 +114,8 @@ Json ValueOf(const Json& config, const std::string& dotted) {
   return *value;
 }
 
-// Of a fix that is nothing but --set, quoted or not: whether all of it is set.
+// For a fix that consists only of --set, quoted or not: whether all its keys
+// are set.
 bool IsSet(const std::string& fix, const Json& config) {
   const size_t quotes = fix.rfind("'", 0) == 0 ? 1 : 0;
   const std::string flag = "--set=";
@@ -137,7 +139,7 @@ bool IsSet(const std::string& fix, const Json& config) {
   return true;
 }
 
-// Whether cameras.refine or cameras.refine_clock estimates what was found.
+// Whether cameras.refine or cameras.refine_clock estimates the fault found.
 bool IsRefined(const std::string& kind, const Json& config) {
   if (kind == "clock_offset" || kind == "clock_drift") {
     return ValueOf(config, "cameras.refine_clock") == true;

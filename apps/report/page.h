@@ -1,5 +1,5 @@
-// The page itself: markup, style, scripts and data in one file, and how bytes,
-// numbers and files of others may stand inside it.
+// The page itself: markup, style, scripts and data in one file, and the
+// encoding of bytes, numbers and foreign files inside it.
 #ifndef KINEGRAPH_APPS_REPORT_PAGE_H_
 #define KINEGRAPH_APPS_REPORT_PAGE_H_
 
@@ -15,25 +15,25 @@
 
 namespace kinegraph {
 
-// `data_json` as MakePageData gives it.
+// `data_json` from MakePageData.
 std::string MakePage(const std::string& title, const std::string& data_json);
 
-// Writes it to a file, aside first. Returns its size in bytes; throws
-// InputError when the file cannot be written.
+// Writes it to a file atomically. Returns its size in bytes; throws InputError
+// if the file cannot be written.
 size_t WritePage(const std::string& title, const std::string& data_json,
                  const std::string& path);
 
 std::string Base64(std::string_view bytes);
 
-// The numbers as they lie in memory. Pages read them as little-endian, which
-// is what every machine is that we build on.
+// The numbers as in memory. Pages read them as little-endian, like every
+// supported machine.
 template <typename Number>
 std::string Base64(const std::vector<Number>& numbers) {
   return Base64(std::string_view(reinterpret_cast<const char*>(numbers.data()),
                                  numbers.size() * sizeof(Number)));
 }
 
-// The nearest whole multiple of `quantum`, kept inside the type.
+// The nearest multiple of `quantum`, clamped to the range of the type.
 template <typename Integer>
 Integer Quantise(double value, double quantum) {
   const double scaled = std::round(value / quantum);
@@ -42,20 +42,20 @@ Integer Quantise(double value, double quantum) {
   return static_cast<Integer>(std::clamp(scaled, low, high));
 }
 
-// JSON text without any "<": no tag and no comment can begin or end in it.
+// JSON text without "<", so that no tag or comment can begin or end in it.
 std::string WithoutAngleBrackets(const std::string& json);
 
-// Files beside tracks that the page shows, checked so that no script there
-// meets what it does not expect: NAME.summary.json of `track`, doctor.json of
-// `doctor`. Both throw InputError naming `file` and the place for what is none.
+// Files beside tracks that the page displays, validated so that its scripts
+// meet no unexpected data: NAME.summary.json of `track`, doctor.json of
+// `doctor`. Both throw InputError naming `file` and the place if it is invalid.
 Json ReadSummaryJson(const std::string& text, const std::string& file);
 Json ReadDoctorJson(const std::string& text, const std::string& file);
 
-// Leaves out of the doctor's findings what the configuration of a result mends
-// already: the keys of the fix stand in it, or it refines what was found.
+// Removes findings of the doctor that the configuration of a result already
+// corrects: the keys of the fix are set, or it refines the fault.
 void LeaveOutMended(const std::string& config_json, Json* doctor);
 
-// The page's sources, put into the program by embed.cmake.
+// The page's sources, embedded into the program by embed.cmake.
 namespace assets {
 
 extern const char* const kPageHtml;

@@ -28,8 +28,8 @@ constexpr size_t kMomentsOfAKind = 8;
 constexpr size_t kMaxStartsAndEnds = 60;
 constexpr int kMaxExtrasStride = 64;
 
-// The frames of all results, each once. Ground truth may go on for longer than
-// the tracks; only what lies within their span is shown.
+// The frames of all results, each once. Ground truth may be longer than the
+// tracks; only frames within their span are shown.
 std::map<int64_t, TimeNs> ClockOf(const PageInput& input) {
   std::map<int64_t, TimeNs> clock;
   for (const PageResult& result : input.results) {
@@ -41,7 +41,8 @@ std::map<int64_t, TimeNs> ClockOf(const PageInput& input) {
   return clock;
 }
 
-// A clock that stands still is replaced by an assumed rate. Whether it was.
+// Replaces a clock that stands still by an assumed rate. Returns whether it
+// did.
 bool RepairTimes(std::map<int64_t, TimeNs>* clock) {
   TimeNs last = 0;
   bool ascends = true;
@@ -87,7 +88,7 @@ Json ToJson(const Camera& camera, const std::string& view) {
   return json;
 }
 
-// What the poses of one result are made with, and what they leave.
+// Intermediate data of one result's poses.
 struct ResultWork {
   std::map<TrackId, uint16_t> person_of;         // index into the page's ids
   std::optional<DetectionPairing> pairing;       // tracks beside detections
@@ -97,7 +98,7 @@ struct ResultWork {
   std::vector<Moment> apart;
 };
 
-// The view that a person's projection misses by most.
+// The view with the greatest error of a person's projection.
 Moment WorstView(const TrackFrame& frame, const PersonPose& person, TimeNs time,
                  const std::vector<ViewPair>& pairs,
                  const std::vector<std::string>& view_names) {
@@ -111,7 +112,7 @@ Moment WorstView(const TrackFrame& frame, const PersonPose& person, TimeNs time,
   return worst;
 }
 
-// Bytes of the members that hold encoded arrays.
+// Number of bytes in the members that hold encoded arrays.
 size_t TextBytes(const Json& json, const std::vector<std::string>& keys) {
   size_t bytes = 0;
   for (const std::string& key : keys) {
@@ -155,7 +156,7 @@ void AddIdentity(const PageResult& result, Json* json) {
 
 class PageMaker {
  public:
-  // Lengths of the input are in `metre` metres.
+  // Lengths of the input are in units of `metre`.
   PageMaker(const PageInput& input, const PageOptions& options, double metre)
       : input_(input),
         options_(options),
@@ -188,7 +189,7 @@ class PageMaker {
   void AddAngles(const TrackSequence& tracks, Json* json);
   void AddMoments(size_t r, std::vector<Moment> moments);
   Json DetectionsJson() const;
-  // With the pictures and videos that go with them.
+  // With their images and videos.
   Json CamerasJson();
   void FindUp(const TrackSequence& lead);
   Json PicturesJson(const std::map<int64_t, std::string>& pictures);
@@ -201,11 +202,11 @@ class PageMaker {
   const PageOptions& options_;
   const double metre_;
   std::map<int64_t, TimeNs> clock_;
-  bool assumed_rate_ = false;  // no file tells times
+  bool assumed_rate_ = false;  // no file has times
   std::map<int64_t, const DetectionFrame*> detections_;
-  std::map<int64_t, uint32_t> index_;  // of the frames that are kept
+  std::map<int64_t, uint32_t> index_;  // of the kept frames
   UpEvidence up_evidence_;
-  Eigen::Vector3d up_ = Eigen::Vector3d::UnitZ();  // that is drawn
+  Eigen::Vector3d up_ = Eigen::Vector3d::UnitZ();  // as drawn
   bool up_is_known_ = true;
   std::vector<Colours> colours_;
   Json moments_ = Json::array();
@@ -223,7 +224,7 @@ void PageMaker::ChooseStrides() {
     for (const TrackFrame& frame : result.tracks.frames) {
       if (clock_.count(frame.frame) == 0) continue;
       const auto people = static_cast<double>(frame.people.size());
-      constexpr double kAngles = 16.0;  // that a body has, 2 bytes each
+      constexpr double kAngles = 16.0;  // per body, 2 bytes each
       poses += people * (20.0 + 2.0 * kAngles + 7.0 * joints + 2.0 * views);
       if (options_.with_covariance) poses += people * 4.0 * kAngles;
       extras += people * views * (2.0 + joints);
@@ -247,7 +248,7 @@ void PageMaker::ChooseStrides() {
       static_cast<int>(std::max(1.0, std::ceil(rest / budget)));
 }
 
-// A moment is shown on the kept frame nearest before it.
+// A moment is shown at the nearest kept frame before it.
 void PageMaker::AddMoments(size_t r, std::vector<Moment> moments) {
   for (const Moment& moment : moments) {
     if (clock_.count(moment.frame) == 0) continue;
@@ -263,8 +264,8 @@ void PageMaker::AddMoments(size_t r, std::vector<Moment> moments) {
   }
 }
 
-// What a result's distances are measured to: the ground truth; without one,
-// the first result is compared with the second.
+// The reference of a result's distances: the ground truth; without one, the
+// first result is compared with the second.
 std::optional<size_t> PageMaker::ReferenceOf(size_t r) const {
   if (input_.results[r].role == ResultRole::kGroundTruth) return std::nullopt;
   for (size_t other = 0; other < input_.results.size(); ++other) {
@@ -293,7 +294,7 @@ ResultWork PageMaker::WorkOf(size_t r) const {
   return work;
 }
 
-// Worst moments are looked for in every frame, kept or not.
+// Worst moments are searched in every frame, kept or not.
 void PageMaker::AddFrame(const TrackFrame& frame,
                          const std::vector<double>* differences,
                          ResultWork* work) {
@@ -375,7 +376,7 @@ Json PageMaker::ResultJson(size_t r) {
   }
   if (is_tracks) AddIdentity(result, &json);
   if (!result.summary_json.empty()) {
-    // An unreadable summary must not cost the page.
+    // An unreadable summary must not prevent the page.
     try {
       json["summary"] = ReadSummaryJson(result.summary_json,
                                         "the summary of " + result.label);
@@ -388,9 +389,9 @@ Json PageMaker::ResultJson(size_t r) {
   return json;
 }
 
-// {"names": [...], "quantum": degrees, "values": [Base64 a name], "low",
-// "high"}: an angle of each pose on the page; intervals where covariances are
-// asked for.
+// {"names": [...], "quantum": degrees, "values": [Base64 per name], "low",
+// "high"}: angles of each pose on the page; intervals if covariances are
+// requested.
 void PageMaker::AddAngles(const TrackSequence& tracks, Json* json) {
   KinematicsOptions options;
   if (up_is_known_) options.up = up_;
@@ -468,7 +469,7 @@ Json PageMaker::DetectionsJson() const {
           {"confidence", Base64(confidence)}};
 }
 
-// {"at": [places on the clock], "base64": [JPEG or PNG]}; frames that are not
+// {"at": [indices on the clock], "base64": [JPEG or PNG]}; frames that are not
 // on the page are left out.
 Json PageMaker::PicturesJson(const std::map<int64_t, std::string>& pictures) {
   Json json = {{"at", Json::array()}, {"base64", Json::array()}};
@@ -482,8 +483,8 @@ Json PageMaker::PicturesJson(const std::map<int64_t, std::string>& pictures) {
   return json;
 }
 
-// A frame's place in the video is the middle of the time for which its picture
-// is shown, so that no rounding leads to another one; -1: it has none.
+// The time of a frame in the video is the middle of the interval in which its
+// image is shown, so that rounding cannot select another one; -1: none.
 Json PageMaker::VideoJson(const PageVideo& video) {
   std::vector<double> at_s;
   const auto pictures = static_cast<int64_t>(video.times_s.size()) - 1;
@@ -596,7 +597,8 @@ PageData PageMaker::Make() {
 }  // namespace
 
 PageData MakePageData(const PageInput& input, const PageOptions& options) {
-  // What is drawn, told and quantised on the page is as large as people.
+  // Everything on the page is drawn, reported and quantised at the size of
+  // people.
   const SubjectScale scale = input.results.empty()
                                  ? SubjectScale()
                                  : ScaleOf(input.results.front().tracks);

@@ -1,5 +1,5 @@
-// What the page of `report` shows, and its encoding: numbers quantised into
-// small integers, so that long recordings stay small.
+// The data of the page of `report` and its encoding: numbers quantised to small
+// integers, so that long recordings stay small.
 #ifndef KINEGRAPH_APPS_REPORT_PAGE_DATA_H_
 #define KINEGRAPH_APPS_REPORT_PAGE_DATA_H_
 
@@ -18,29 +18,29 @@
 
 namespace kinegraph {
 
-// Where neither the video nor the tracks tell one.
+// If neither the video nor the tracks have one.
 inline constexpr double kFallbackRateHz = 25.0;
 
 // A video behind a panel.
 struct PageVideo {
   std::string source;       // a path relative to the page; empty: `bytes`
-  std::string bytes;        // the file, inside of the page
+  std::string bytes;        // the file, embedded in the page
   std::string type;         // "video/mp4"
-  int64_t first_frame = 0;  // number of its first picture
-  // When each picture is shown [s], and when the last one ends.
+  int64_t first_frame = 0;  // number of its first image
+  // When each image is shown [s], and when the last one ends.
   std::vector<double> times_s;
 };
 
 enum class ResultRole { kTracks, kGroundTruth };
 
 struct PageResult {
-  std::string label;  // shown as it is, never as markup
+  std::string label;  // shown as plain text, never as markup
   ResultRole role = ResultRole::kTracks;
   TrackSequence tracks;
-  // What `track` wrote beside it as NAME.summary.json; empty: nothing.
+  // NAME.summary.json of `track` beside it; empty: none.
   std::string summary_json = {};
-  // NAME.identity.jsonl: what was decided of who is who, and its very lines,
-  // which the page hands out again with what is corrected there.
+  // NAME.identity.jsonl: the identity decisions, and its lines verbatim, which
+  // the page exports again together with corrections made there.
   std::vector<IdentityEdit> identity_edits = {};
   std::vector<std::string> identity_lines = {};
   PersonNames names = {};
@@ -48,23 +48,24 @@ struct PageResult {
 
 struct PageInput {
   std::string title;
-  std::string doctor_json = {};     // DIR/doctor.json of `doctor`; empty: none
-  std::vector<PageResult> results;  // one or more; the first leads, truth last
-  CameraRig cameras;                // in the order of the detections' views
-  std::optional<DetectionSequence> detections;  // needs cameras
-  // Pictures behind the panels: one a camera, a path relative to the page with
-  // a number such as %06d for the frame's; empty: none.
+  std::string doctor_json = {};  // DIR/doctor.json of `doctor`; empty: none
+  // One or more; the first is the reference, truth last.
+  std::vector<PageResult> results;
+  CameraRig cameras;  // in the order of the detections' views
+  std::optional<DetectionSequence> detections;  // requires cameras
+  // Images behind the panels: one path per camera, relative to the page, with a
+  // number such as %06d for the frame; empty: none.
   std::vector<std::string> image_patterns;
-  // Pictures that are inside of the page instead: one map a camera, JPEG or PNG
-  // by the number of the frame.
+  // Embedded images instead: one map per camera, JPEG or PNG by frame number.
   std::vector<std::map<int64_t, std::string>> pictures;
-  // Or videos: one a camera or none.
+  // Or videos: at most one per camera.
   std::vector<std::optional<PageVideo>> videos;
 };
 
 struct PageOptions {
   bool with_covariance = false;
-  // Unit; nullopt: from people, cameras and what the tracks' format states.
+  // Unit vector; nullopt: from people, cameras and what the tracks' format
+  // specifies.
   std::optional<Eigen::Vector3d> up;
   size_t max_bytes = 50000000;  // of the data; more is decimated
   std::optional<Eigen::Vector3d> stated_up = {};  // StatedUp
@@ -78,15 +79,15 @@ struct PageData {
   int frame_stride = 1;   // 2: every second frame is kept
   int extras_stride = 1;  // the same for detections, weights and covariances
   size_t moments = 0;
-  // Of `json`, what was asked for beyond the poses [bytes].
+  // Part of `json` that was requested beyond the poses [bytes].
   size_t detection_bytes = 0;  // with matches, weights and residuals
   size_t covariance_bytes = 0;
   size_t picture_bytes = 0;
-  std::vector<std::string> notes;  // lines on what was left out for itself
+  std::vector<std::string> notes;  // notes on what was left out
 };
 
-// Throws InputError when there is no frame to show, or the doctor's file is
-// none.
+// Throws InputError if there is no frame to show, or if the doctor's file is
+// invalid.
 PageData MakePageData(const PageInput& input, const PageOptions& options = {});
 
 }  // namespace kinegraph

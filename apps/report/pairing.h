@@ -1,6 +1,5 @@
-// Who is who on the page: which detections a result's people belong to and how
-// far off they are, and the colour by which people of several results are
-// known.
+// Correspondences on the page: the detections of a result's people and their
+// residuals, and the colours of people in several results.
 #ifndef KINEGRAPH_APPS_REPORT_PAIRING_H_
 #define KINEGRAPH_APPS_REPORT_PAIRING_H_
 
@@ -17,11 +16,11 @@ namespace kinegraph {
 // One person in one view.
 struct ViewPair {
   int detection = -1;                 // position in the view's list; -1: none
-  std::optional<double> residual_px;  // mean over the joints that counted
+  std::optional<double> residual_px;  // mean over the joints with a weight
 };
 
 // Pairs the people of a frame with its detections: by the tracks' own matches
-// where they have them, else each with the nearest by mean pixel distance.
+// if they have them, else with the nearest by mean pixel distance.
 class DetectionPairing {
  public:
   // `cameras` are in the order of the detections' views.
@@ -31,7 +30,7 @@ class DetectionPairing {
   // [person][view].
   std::vector<std::vector<ViewPair>> Pair(const TrackFrame& tracks,
                                           const DetectionFrame& seen) const;
-  // The page's view of a view of the tracks; -1: the detections lack it.
+  // The page's view for a view of the tracks; -1: the detections lack it.
   int ViewOf(int track_view) const { return view_of_track_view_[track_view]; }
 
  private:
@@ -47,10 +46,10 @@ class DetectionPairing {
 };
 
 // Colours by identity: 0, 1, 2 in order of first appearance; an identity of a
-// later result takes the colour of the one that it is nearest to most often.
+// later result takes the colour of the one that it is most often nearest to.
 class Colours {
  public:
-  // `lead` is null for the result that leads.
+  // `lead` is null for the first result.
   Colours(const TrackSequence& tracks, const TrackSequence* lead,
           const Colours* lead_colours);
 

@@ -101,7 +101,7 @@ void PoseArrays::AddMatches(const PersonPose& person,
     for (size_t j = 0; j < match.weights.size(); ++j) {
       if (!match.weights[j].has_value()) continue;
       const double weight = std::clamp(*match.weights[j], 0.0, 1.0);
-      // A weight that is small but above zero must not be shown as rejected.
+      // A small positive weight must not be shown as rejected.
       weight_[at + static_cast<size_t>(view) * joint_count + j] =
           static_cast<uint8_t>(std::ceil(weight * kWeightSteps));
     }

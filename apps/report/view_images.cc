@@ -19,7 +19,7 @@ int64_t FirstFrame(const PageInput& input) {
   return frames.empty() ? 0 : frames.front().frame;
 }
 
-// Takes the number from the end of "cam1.mp4@100"; 0 where there is none.
+// Removes the number from the end of "cam1.mp4@100"; 0 if there is none.
 int64_t ExtractFirst(std::string* path) {
   const size_t at = path->rfind('@');
   if (at == std::string::npos || !IsVideoName(path->substr(0, at))) return 0;
@@ -35,7 +35,7 @@ int64_t ExtractFirst(std::string* path) {
   return std::stoll(number);
 }
 
-// Each picture's beginning and the end of the last one.
+// The start of each image and the end of the last one.
 std::vector<double> TimesOf(const std::string& path, const PageInput& input) {
   std::vector<double> times_s = ReadVideoTimes(path);
   if (times_s.empty()) {
@@ -80,7 +80,7 @@ ViewImages::Video ReadVideo(std::string path, const PageInput& input) {
   return video;
 }
 
-// Whether the name ends like a video's of which browsers know nothing.
+// Whether the extension is that of a video format that browsers cannot play.
 bool IsForeignVideo(const std::string& path) {
   std::string ending;
   for (const char c : path.substr(std::min(path.rfind('.'), path.size()))) {
@@ -179,7 +179,7 @@ size_t AddVideos(const ViewImages& images, const std::string& page_path,
       shown.source = RelativeToFile(path, page_path);
       continue;
     }
-    // A third more as Base64.
+    // Base64 adds a third.
     const size_t room = (max_bytes - std::min(bytes, max_bytes)) / 4 * 3;
     try {
       shown.bytes = ReadBytes(path, room);
@@ -195,7 +195,7 @@ size_t AddVideos(const ViewImages& images, const std::string& page_path,
   return bytes;
 }
 
-// ---- Pictures ----
+// ---- Images ----
 
 std::string PicturePath(const std::string& pattern, int64_t frame) {
   const size_t begin = pattern.find('%');

@@ -1,5 +1,5 @@
-// What --images names: pictures, a file a frame, or a video, behind the panel
-// of each view. They are linked from the page or put into it.
+// The files of --images: images, one file per frame, or a video, behind the
+// panel of each view. Linked from the page or embedded in it.
 #ifndef KINEGRAPH_APPS_REPORT_VIEW_IMAGES_H_
 #define KINEGRAPH_APPS_REPORT_VIEW_IMAGES_H_
 
@@ -14,9 +14,9 @@
 
 namespace kinegraph {
 
-// One entry a view, in the order of the detections'.
+// One entry per view, in the order of the detections'.
 struct ViewImages {
-  std::vector<std::string> patterns;  // of pictures; empty: none
+  std::vector<std::string> patterns;  // of images; empty: none
   struct Video {
     std::string path;
     PageVideo shown;  // without a source yet
@@ -26,37 +26,36 @@ struct ViewImages {
   bool has_patterns() const;
 };
 
-// Reads "VIEW=PATTERN;VIEW=VIDEO;VIEW=VIDEO@FIRST" as --images takes it, where
-// FIRST is the number of the video's first picture (0). A video whose container
-// does not list its pictures has them at the rate of the first result. Throws
-// InputError where a view is unknown, or pattern or video have nothing for the
-// first frame.
+// Reads "VIEW=PATTERN;VIEW=VIDEO;VIEW=VIDEO@FIRST" as in --images, where FIRST
+// is the number of the video's first image (0). If a video's container does not
+// list its images, the rate of the first result is assumed. Throws InputError
+// for an unknown view, or if pattern or video have nothing for the first frame.
 ViewImages ReadViewImages(const std::string& images, const PageInput& input);
 
-// How many frames of the first result lie outside of the video.
+// Number of frames of the first result outside the video.
 size_t FramesWithout(const ViewImages::Video& video, const PageInput& input);
 
-// Links the videos from the page at `page_path`, or puts their files into it
-// where they fit into `max_bytes` of text (0: link). Returns the bytes that
-// they take there. Throws InputError that says how to make them smaller.
+// Links the videos from the page at `page_path`, or embeds them if they fit
+// into `max_bytes` of text (0: link). Returns the bytes used. Throws InputError
+// that explains how to reduce their size.
 size_t AddVideos(const ViewImages& images, const std::string& page_path,
                  size_t max_bytes, PageInput* input);
 
-// "cam1/000042.jpg" of "cam1/%06d.jpg". Throws InputError unless the pattern
+// "cam1/000042.jpg" for "cam1/%06d.jpg". Throws InputError unless the pattern
 // has exactly one number such as %d or %06d.
 std::string PicturePath(const std::string& pattern, int64_t frame);
 
-// Pictures that are inside of the page.
+// Embedded images.
 struct EmbeddedPictures {
   int stride = 1;  // 2: those of every second frame
   size_t count = 0;
   size_t bytes = 0;  // of text in the page
 };
 
-// Puts the pictures of `patterns` (one a camera, empty: none) for the frames of
-// the first result into `input`, JPEG and PNG as the files are; of as many
-// frames as fit into `max_bytes` of text, evenly chosen. `step` is called after
-// each frame.
+// Embeds the images of `patterns` (one per camera, empty: none) for the frames
+// of the first result into `input`, JPEG and PNG unchanged; as many frames as
+// fit into `max_bytes` of text, evenly spaced. `step` is called after each
+// frame.
 EmbeddedPictures EmbedPictures(const std::vector<std::string>& patterns,
                                size_t max_bytes,
                                const std::function<void()>& step,
