@@ -30,19 +30,19 @@ Dataset Shelf(const std::string& name, const std::string& note,
           ShelfProtocol()};
 }
 
-// As the authors start: three frames before the first that is scored.
+// As in the authors' runs: three frames before the first scored one.
 constexpr const char* kWarmUp = "input.repeat_first_frame=3";
-// Zeros are positions, the recording is warmed up as the authors do.
+// Zeros are positions, and the recording is warmed up as by the authors.
 constexpr const char* kFilledSet =
     "detections.zero_confidence=position;input.repeat_first_frame=3";
-// configs/offline.toml in what Campus is tracked with.
+// configs/offline.toml, as overrides of the configuration for Campus.
 constexpr const char* kBatchSet =
     "output.estimator=batch;graph.bones=true;tracking.backfill=true;"
     "tracking.second_pass=true";
 
 // The joints filter of Chu et al. in the front end of Chen et al.
 constexpr const char* kFilterSet = "reconstruction.joints_filter=true";
-// A usual variant: the target is projected where it was not remembered.
+// A common variant: the target is projected instead of remembered.
 constexpr const char* kProjectedSet = "association.target_2d=projected";
 
 constexpr const char* kFromReal =
@@ -93,7 +93,7 @@ BenchmarkRecording RecordingOf(Dataset dataset, std::vector<Method> methods) {
   return {std::move(dataset), std::move(methods)};
 }
 
-// Other programs' results on Shelf that were published or run.
+// Results of other programs on Shelf, published or run by us.
 std::vector<ResultFile> ShelfResults() {
   const std::string filled = ShelfFilled().name;
   const std::string of_joints =
@@ -171,8 +171,8 @@ Benchmark DevelopersCampus() {
   return campus;
 }
 
-// The first of `names` that is in `folder` (relative to `root`), with its path
-// relative to `root`.
+// The first of `names` in `folder` (relative to `root`), as a path relative to
+// `root`.
 std::optional<std::string> FirstOf(const std::string& root,
                                    const std::string& folder,
                                    const std::vector<std::string>& names) {
@@ -185,7 +185,7 @@ std::optional<std::string> FirstOf(const std::string& root,
   return std::nullopt;
 }
 
-// The place of a calibration: a file by itself, or the folder of P0.txt.
+// The location of a calibration: a file by itself, or the folder of P0.txt.
 std::optional<std::string> FindCalibration(const std::string& root,
                                            const std::string& folder) {
   for (const char* name : {"", "Calibration", "calibration"}) {
@@ -196,8 +196,8 @@ std::optional<std::string> FindCalibration(const std::string& root,
                  {"cameras.json", "calibration.json", "Calib.toml"});
 }
 
-// An official download (docs/official_data.md); nullopt when none of the
-// folders' names is there.
+// An official download (docs/official_data.md); nullopt if none of the folder
+// names exists.
 std::optional<Benchmark> OfficialSet(const std::string& root, BenchmarkSet set,
                                      const std::vector<std::string>& names) {
   const auto folder = FirstOf(root, "", names);
@@ -220,7 +220,7 @@ std::optional<Benchmark> OfficialSet(const std::string& root, BenchmarkSet set,
                      "(docs/official_data.md)");
   }
   const bool shelf = set == BenchmarkSet::kShelf;
-  // Three frames before the first that is scored, as the authors run it.
+  // From three frames before the first scored one, as the authors run it.
   const FrameRange frames = shelf ? FrameRange{297, 601} : FrameRange{347, 751};
   Dataset dataset = {
       shelf ? "Shelf" : "Campus",
@@ -233,7 +233,7 @@ std::optional<Benchmark> OfficialSet(const std::string& root, BenchmarkSet set,
       {frames},
       shelf ? ShelfProtocol() : CampusProtocol()};
   std::vector<Method> methods = shelf ? ShelfMethods() : CampusMethods();
-  // The frames before the first are there; nothing is to be repeated.
+  // The frames before the first exist; none needs to be repeated.
   const auto is_warmed = [](const Method& method) {
     return method.name == "paper mode, text, warmed up";
   };

@@ -1,6 +1,6 @@
-// What tables are made of, by its places below the data folder: recordings,
-// ways to track them, results of others; and the tables of Chu et al. (2021) as
-// they are printed.
+// The data of the tables, by location below the data folder: recordings, ways
+// to track them, results of others; and the printed tables of Chu et al.
+// (2021).
 #ifndef KINEGRAPH_APPS_TABLES_DATASET_H_
 #define KINEGRAPH_APPS_TABLES_DATASET_H_
 
@@ -17,20 +17,20 @@ namespace kinegraph {
 
 struct Dataset {
   std::string name;  // "Shelf, filled"
-  // What the detections are: printed with every table made from them.
+  // The source of the detections, printed with every table based on them.
   std::string detections_note;
   std::string cameras;  // paths below the data folder
   std::string detections;
   std::string ground_truth;
   std::string config;              // below configs/
-  std::string set;                 // as --set takes it
-  std::vector<FrameRange> frames;  // tracked; none: all
+  std::string set;                 // as in --set
+  std::vector<FrameRange> frames;  // tracked; empty: all
   PcpProtocol protocol;
 };
 
-// Shelf with the reference's filled detections (the authors' configuration,
-// warmed up as they do) and with real ones (the paper's text), Campus with
-// three levels of modelled noise.
+// Shelf with the reference's filled detections (the authors' configuration and
+// warm-up) and with real ones (the paper's text), Campus with three levels of
+// modelled noise.
 Dataset ShelfFilled();
 Dataset ShelfReal();
 Dataset CampusModelled(const std::string& level);  // clean, typical, hard
@@ -54,7 +54,7 @@ inline TrackSequence TracksOf(const LoadedDataset& loaded) {
   return TracksOf(loaded, loaded.options);
 }
 
-// Names of methods that tables look for.
+// Names of methods that tables look up.
 inline constexpr const char* kChen = "†Chen et al.";
 inline constexpr const char* kChenWithFilter = "†Chen et al. + joints filter";
 
@@ -62,57 +62,57 @@ inline constexpr const char* kChenWithFilter = "†Chen et al. + joints filter";
 struct Method {
   std::string name;    // "paper mode, text"
   std::string config;  // below configs/
-  std::string set;     // as --set takes it
+  std::string set;     // as in --set
 };
 
-// A recording tracked in every way; the first is what the others are compared
-// with. Configuration and set of `dataset` are those of its first method.
+// A recording tracked by several methods, the first of which is the baseline.
+// Configuration and set of `dataset` are those of the first method.
 struct BenchmarkRecording {
   Dataset dataset;
   std::vector<Method> methods;
 };
 
-// What somebody else's program made.
+// The result of another program.
 struct ResultFile {
   std::string method;
   std::string path;  // below the data folder
   std::string detections_note;
-  std::string remark;  // what to know of its figures
-  // Name of the recording it was made from, where that is one of ours.
+  std::string remark;  // remark on its figures
+  // Name of the recording it was made from, if it is one of ours.
   std::string same_recording;
 };
 
 enum class BenchmarkSet { kShelf, kCampus };
 
-// A result under the rules of its own program, which are not the benchmark's.
+// A result under its own program's rules, which differ from the benchmark's.
 struct OwnRules {
   ResultFile result;
   std::string ground_truth;  // below the data folder
   PcpProtocol protocol;
-  std::string rules;  // what they are
+  std::string rules;  // description
 };
 
-// One benchmark: all that is scored against one ground truth.
+// One benchmark: everything scored against one ground truth.
 struct Benchmark {
   BenchmarkSet set = BenchmarkSet::kShelf;
   std::string ground_truth;  // below the data folder
   std::vector<BenchmarkRecording> recordings;
-  std::vector<ResultFile> results;        // of everybody in the recording
-  std::vector<ResultFile> single_person;  // of actor 0 alone
+  std::vector<ResultFile> results;        // of all people in the recording
+  std::vector<ResultFile> single_person;  // of actor 0 only
   std::vector<OwnRules> own_rules;
 
   bool is_shelf() const { return set == BenchmarkSet::kShelf; }
 };
 
 struct BenchmarkData {
-  std::string folder;  // everything above is below it
-  std::string set;  // set in each run after a method's own, as --set takes it
+  std::string folder;  // parent of all paths above
+  std::string set;  // applied to each run after the method's own, as in --set
   std::vector<Benchmark> benchmarks;
 };
 
-// What is in `folder`: either the developers' layout (shelf/, campus/ with
+// The contents of `folder`: either the developers' layout (shelf/, campus/ with
 // their READMEs) or official downloads (docs/official_data.md). Throws
-// InputError saying what was looked for when it is neither.
+// InputError listing what was expected if it is neither.
 BenchmarkData FindBenchmarks(const std::string& folder, const std::string& set);
 
 // The recording as a method tracks it.
@@ -121,14 +121,14 @@ LoadedDataset LoadDataset(const BenchmarkData& data,
                           const Method& method);
 
 // A line of a printed table. Cells are texts, so that "98" stays "98"; "-" is a
-// cell that the paper leaves empty.
+// cell left empty in the paper.
 struct PublishedRow {
   std::string method;
   std::vector<std::string> cells;
 };
 
 struct PublishedTable {
-  std::string caption;  // where in the paper, and what to know of it
+  std::string caption;  // place in the paper, and remarks
   std::vector<std::string> columns;
   std::vector<PublishedRow> rows;
 };
@@ -140,9 +140,9 @@ PublishedTable PublishedShelf();
 // PCP [%] of upper and lower arms and legs.
 PublishedTable PublishedCampusParts();
 PublishedTable PublishedShelfParts();
-// Milliseconds a frame by stage on Shelf, and frames a second.
+// Milliseconds per frame by stage on Shelf, and frames per second.
 PublishedTable PublishedRuntime();
-// The ablation survives in sentences alone: its figure is not in the source.
+// The ablation, quoted from the text: the figure is not in the paper's source.
 PublishedTable PublishedAblation();
 
 }  // namespace kinegraph

@@ -37,7 +37,7 @@ TrackedRow ReadResult(const ResultFile& result, const std::string& data_folder,
   return row;
 }
 
-// A file of other frames shall not pass for a bad score.
+// A file with other frames must not look like a bad score.
 void RequireScoredFrames(const LoadedDataset& loaded) {
   const Dataset& dataset = loaded.dataset;
   for (const DetectionFrame& frame : loaded.detections.frames) {
@@ -82,12 +82,12 @@ std::vector<HeadConversion> HeadConversionsOf(const Benchmark& benchmark) {
           HeadConversion::k4d, HeadConversion::kRaw};
 }
 
-// One row under one conversion and rule, which its protocol names.
+// One row under one conversion and rule, specified by its protocol.
 struct Score {
   PcpResult pcp;
   Interval mean;  // of the mean of actors
-  // Against the first method on the same detections; none for that one and for
-  // results on other detections.
+  // Difference to the first method on the same detections; none for that method
+  // itself and for results on other detections.
   std::optional<PcpDifference> difference;
 
   std::string MeanCell() const {
@@ -157,7 +157,7 @@ std::string DifferenceCell(const ScoredRow& row, const Score& score) {
 // Counts and intervals of every row under one conversion and rule.
 std::string CountsTable(const std::vector<ScoredRow>& rows, HeadConversion head,
                         EndpointRule rule, const PublishedTable* published) {
-  // Those of the printed columns, also where nobody annotated one of them.
+  // Those of the printed columns, even without annotations.
   const std::vector<int64_t>& actors =
       rows.front().scores.front().pcp.protocol.headline_actors;
   Table table(RowOf("method", "detections", CellsOf(actors, ActorName),
@@ -195,12 +195,12 @@ std::string ConversionsTable(const std::vector<ScoredRow>& rows,
   return table.ToString(TableStyle::kMarkdown);
 }
 
-// What one actor lost in one row.
+// The losses of one actor in one row.
 struct Loss {
   int64_t parts = 0;
   std::map<PcpGroup, int64_t> by_group;
   std::array<int64_t, kLossReasonCount> by_reason{};
-  std::vector<int64_t> frames;  // ascending, each once
+  std::vector<int64_t> frames;  // ascending, unique
 };
 
 constexpr PcpGroup kLossGroups[] = {PcpGroup::kHead,      PcpGroup::kTorso,
@@ -324,7 +324,7 @@ Json ScoreJson(const ScoredRow& row, const Score& score) {
 
 // ---- Smaller tables
 
-// Actor 0 alone: what single-person tools made of their input.
+// Actor 0 only: results of single-person tools on their input.
 TableOutput SinglePersonTable(const TrackedBenchmark& tracked,
                               const PcpProtocol& protocol) {
   Table table({"method", "mean rule", "each", "detections", "source"});
@@ -529,7 +529,7 @@ TableOutput PartsTable(const std::string& title,
                        const PublishedTable& published,
                        const TrackedBenchmark& tracked,
                        const PcpProtocol& protocol) {
-  // The printed order of body parts, then what the paper does not print.
+  // The printed order of body parts, then those that the paper does not print.
   constexpr PcpGroup kGroups[] = {PcpGroup::kUpperArms, PcpGroup::kLowerArms,
                                   PcpGroup::kUpperLegs, PcpGroup::kLowerLegs,
                                   PcpGroup::kTorso,     PcpGroup::kHead};

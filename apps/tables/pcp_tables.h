@@ -1,5 +1,5 @@
-// The paper's tables of PCP beside what was measured: everybody's tracks of a
-// benchmark, made or read once and scored in every way.
+// The paper's tables of PCP beside our measurements: all tracks of a benchmark,
+// made or read once and scored in every way.
 #ifndef KINEGRAPH_APPS_TABLES_PCP_TABLES_H_
 #define KINEGRAPH_APPS_TABLES_PCP_TABLES_H_
 
@@ -15,14 +15,14 @@
 
 namespace kinegraph {
 
-// A piece of the report: the same twice.
+// A part of the report, in two forms.
 struct TableOutput {
   std::string markdown;
   std::string details;  // Markdown too, for a page of its own; may be empty
   Json json;
 };
 
-// Tracks with their maker.
+// Tracks and their origin.
 struct TrackedRow {
   std::string method;
   std::string recording;  // name of the detections
@@ -37,8 +37,9 @@ struct TrackedRow {
 struct TrackedBenchmark {
   Benchmark benchmark;
   TrackSequence truth;
-  std::vector<TrackedRow> rows;  // ours, recording by recording, then results
-  std::vector<TrackedRow> single_person;  // results of actor 0 alone
+  // Ours, recording by recording, then results of others.
+  std::vector<TrackedRow> rows;
+  std::vector<TrackedRow> single_person;  // results of actor 0 only
   std::vector<PcpResult> own_rules;       // of benchmark.own_rules
 };
 
@@ -47,7 +48,7 @@ TrackedBenchmark TrackBenchmark(const BenchmarkData& data,
                                 const Benchmark& benchmark, Progress* progress);
 int64_t RowCount(const Benchmark& benchmark);
 
-// Of the means of actors [% PCP], paired on the same frames.
+// Between the means of actors [% PCP], paired on the same frames.
 struct PcpDifference {
   double value = 0.0;
   Interval interval;
@@ -57,7 +58,7 @@ struct PcpDifference {
 PcpDifference DifferenceOf(const PcpResult& pcp, const PcpResult& baseline,
                            PcpGroup group = PcpGroup::kTotal);
 
-// Of parts: right, all, percent.
+// Of parts: correct, all, percentage.
 Json PartsJson(const Share& share);
 
 // PCP by actor: the printed rows with every measured row under the paper's head
@@ -77,8 +78,8 @@ TableOutput PartsTable(const std::string& title,
 // The printed table alone, as Markdown and JSON.
 TableOutput PrintedTable(const PublishedTable& published);
 
-// "300-302, 410": ascending numbers, runs put together; after `max_runs` the
-// rest is counted.
+// "300-302, 410": ascending numbers, consecutive ones merged; after `max_runs`
+// the rest is only counted.
 std::string FrameRuns(const std::vector<int64_t>& frames, size_t max_runs);
 
 }  // namespace kinegraph

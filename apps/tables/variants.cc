@@ -101,8 +101,8 @@ Json AblationJson(const Dataset& dataset,
   return out;
 }
 
-// A row for the headline and one for the lower arms, where the recording is
-// tracked by the front end of Chen et al. with the joints filter and without.
+// A row for the headline and one for the lower arms, if the recording is
+// tracked by the front end of Chen et al. with and without the joints filter.
 void AddFilterInChen(const BenchmarkData& data,
                      const BenchmarkRecording& recording, Table* table,
                      Json* json) {
@@ -134,7 +134,7 @@ void AddFilterInChen(const BenchmarkData& data,
 
 constexpr double kNoLimit = std::numeric_limits<double>::infinity();
 constexpr int kStepsPerOctave = 4;
-// Between the error bars of two recordings, so that none hides another.
+// Offset between the error bars of two recordings, so that none hides another.
 constexpr double kBarShift = 0.012;
 
 Json SweepJson(const Sweep& sweep) {
@@ -162,7 +162,8 @@ Cells SweepCells(const Sweep& sweep) {
                             return a.mean_of_actors < b.mean_of_actors;
                           });
   const bool flat = least->mean_of_actors == greatest->mean_of_actors;
-  // The values that are told from the published one, with their differences.
+  // The values significantly different from the published one, with their
+  // differences.
   std::string told;
   for (const SweptValue& value : values) {
     if (!value.difference.is_told()) continue;
@@ -181,7 +182,7 @@ Cells SweepCells(const Sweep& sweep) {
       told.empty() ? "no value" : told};
 }
 
-// Of one benchmark.
+// For one benchmark.
 TableOutput SweepTable(const std::string& title,
                        const std::vector<Sweep>& sweeps,
                        const std::string& figure) {
@@ -212,8 +213,8 @@ TableOutput SweepTable(const std::string& title,
 
 // ---- Runtime
 
-constexpr int kRepetitions = 11;     // of each method; the median counts
-constexpr double kMaxSeconds = 5.0;  // a method, after its second repetition
+constexpr int kRepetitions = 11;     // of each method; the median is reported
+constexpr double kMaxSeconds = 5.0;  // per method, after its second repetition
 
 struct TimedMethod {
   const BenchmarkRecording* recording;
@@ -244,10 +245,10 @@ constexpr const char* kTimed[] = {"preparation",    "association",
                                   "initialisation", "whole"};
 
 struct Timing {
-  std::map<std::string, double> ms;  // a frame; by kTimed
+  std::map<std::string, double> ms;  // per frame; by kTimed
   int repetitions = 0;
 
-  // The stages of the paper's table, by which it computes its frame rate.
+  // The stages of the paper's table, from which its frame rate is computed.
   double PaperStages() const {
     return ms.at("association") + ms.at("reconstruction") +
            ms.at("initialisation");
@@ -461,7 +462,8 @@ std::vector<Plot> SensitivityPlots(const std::vector<Sweep>& sweeps) {
     double shift = -kBarShift;
     for (const Sweep& sweep : sweeps) {
       if (sweep.parameter != parameter.name) continue;
-      // The set is the figure's: "modelled hard" of "Campus, modelled hard".
+      // The set is part of the figure's title: "modelled hard" of "Campus,
+      // modelled hard".
       const std::string& name = sweep.dataset.name;
       const size_t comma = name.find(", ");
       PlotSeries line = {

@@ -1,6 +1,6 @@
-// Tables of the paper that track a recording again and again with something
-// changed: its ablation, its parameters swept over a factor of four, and its
-// runtimes by stage.
+// Tables of the paper that track a recording repeatedly with changes: its
+// ablation, its parameters varied over a factor of four, and its runtimes by
+// stage.
 #ifndef KINEGRAPH_APPS_TABLES_VARIANTS_H_
 #define KINEGRAPH_APPS_TABLES_VARIANTS_H_
 
@@ -26,35 +26,35 @@ struct AblationCell {
   PcpDifference difference;  // to the baseline; zero for the baseline itself
 };
 
-// The four cells; the baseline (body-aware without filter) first, the whole
-// paper last. "Without" means the update's filter: initialisation keeps its
-// own.
+// The four combinations; the baseline (body-aware without filter) first, the
+// full method last. "Without" refers to the update's filter: initialisation
+// keeps its own.
 std::vector<AblationCell> RunAblation(const LoadedDataset& loaded);
 
 // The paper's bars: what each ingredient adds to the baseline, with the paired
 // interval; a panel for the headline and one for the lower arms.
 struct AblatedRecording {
   std::string name;
-  std::vector<AblationCell> cells;  // as RunAblation gives them
+  std::vector<AblationCell> cells;  // from RunAblation
 };
 std::vector<Plot> AblationPlots(
     const std::vector<AblatedRecording>& recordings);
 
-// Of all recordings, its figure below the folder `out`; with the joints filter
-// in the front end of Chen et al., by which the paper shows that it helps
-// others too.
+// For all recordings, with its figure below the folder `out`; also with the
+// joints filter in the front end of Chen et al., by which the paper shows that
+// it helps other methods too.
 TableOutput AblationTable(const BenchmarkData& data, const std::string& out);
 
 // ---- Sensitivity
 
-// A parameter of the paper's table of parameters, as options hold it.
+// An entry of the paper's table of parameters, as stored in options.
 struct SweptParameter {
   std::string name;  // "alpha_epi"
   std::string unit;
-  // Its place; where the authors' code has others that the paper calls by the
-  // same name, they follow and are scaled alike.
+  // Its field, followed by others in the authors' code that the paper calls by
+  // the same name; they are scaled alike.
   std::vector<double& (*)(TrackerOptions*)> places;
-  double largest;  // that its key allows
+  double largest;  // allowed for its key
 
   double ValueIn(TrackerOptions options) const {
     return places.front()(&options);
@@ -62,7 +62,7 @@ struct SweptParameter {
   void Set(double value, TrackerOptions* options) const {
     const double factor = value / ValueIn(*options);
     for (const auto place : places) place(options) *= factor;
-    places.front()(options) = value;  // to the last bit
+    places.front()(options) = value;  // exactly
   }
 };
 
@@ -70,8 +70,8 @@ struct SweptParameter {
 // lambda_a.
 const std::vector<SweptParameter>& SweptParameters();
 
-// From half to twice `value` in equal steps of the logarithm, `value` in the
-// middle; cut at `largest`.
+// From half to twice `value` in equal logarithmic steps, `value` in the middle;
+// clipped at `largest`.
 std::vector<double> SweepValues(double value, double largest);
 
 struct SweptValue {
@@ -91,7 +91,7 @@ struct Sweep {
 
 Sweep RunSweep(const LoadedDataset& loaded, const SweptParameter& parameter);
 
-// One panel a parameter, one line a recording.
+// One panel per parameter, one line per recording.
 std::vector<Plot> SensitivityPlots(const std::vector<Sweep>& sweeps);
 
 // Every parameter on every recording with the recording's first method, its
