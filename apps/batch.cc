@@ -1,4 +1,4 @@
-// kinegraph-batch: recordings x configurations, each in a folder of its own.
+// kinegraph-batch: recordings x configurations, each in its own folder.
 #include <fmt/format.h>
 #include <gflags/gflags.h>
 
@@ -38,7 +38,7 @@ int JobCount() {
   return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
 }
 
-// The one task that --task names.
+// The one task named by --task.
 const Task& ChosenTask(const std::vector<Task>& tasks) {
   for (size_t i = 0; i < tasks.size(); ++i) {
     if (FLAGS_task == tasks[i].Name() || FLAGS_task == std::to_string(i)) {
@@ -49,8 +49,8 @@ const Task& ChosenTask(const std::vector<Task>& tasks) {
                    "' is none; --list names them");
 }
 
-// Those that are not done yet. Results of other settings are never mixed in
-// and never removed.
+// Tasks not done yet. Results of other settings are never mixed in and never
+// removed.
 std::vector<Task> TasksToDo(const std::vector<Task>& tasks, bool resume) {
   std::vector<Task> missing;
   size_t done = 0;
@@ -86,7 +86,7 @@ void Merge(const std::vector<Task>& tasks) {
               FLAGS_out.c_str());
 }
 
-// The results say what they are of, so that --merge needs no manifest.
+// The results include their manifest, so that --merge needs none.
 std::string KeptManifest() { return FLAGS_out + "/manifest.toml"; }
 
 void KeepManifest(const Manifest& manifest) {

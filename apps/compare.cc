@@ -81,7 +81,7 @@ DEFINE_string(out, "", "folder for the results; must not hold files yet");
 namespace kinegraph {
 namespace {
 
-// Frames that neither fold has, between two halves.
+// Frames between two halves that belong to neither fold.
 constexpr int64_t kGapFrames = 25;
 
 void CheckCompareFlags() {
@@ -91,8 +91,7 @@ void CheckCompareFlags() {
     RequireFlag("detections", FLAGS_detections);
     RequireFlag("config", FLAGS_config);
   } else {
-    // Several recordings bring their own files, and folds of frames are not
-    // needed.
+    // Several recordings have their own files and need no folds of frames.
     const std::string other =
         FirstGiven({"cameras", "detections", "frames", "ground_truth",
                     "protocol", "markers", "folds", "parameters",
@@ -200,7 +199,7 @@ void ReadTruth(Comparison* comparison) {
   }
 }
 
-// The strategies asked for; the baseline is always among them.
+// The requested strategies; the baseline is always included.
 std::vector<Strategy> ReadStrategies() {
   std::vector<Strategy> strategies =
       ChooseStrategies(ParseList(FLAGS_strategies, "strategies"));
@@ -211,8 +210,8 @@ std::vector<Strategy> ReadStrategies() {
   return strategies;
 }
 
-// What each fold is scored on: the detections as they are, or freed of the
-// shift that was fitted on the other fold.
+// The detections on which each fold is scored: unchanged, or minus the shift
+// fitted on the other fold.
 std::vector<Fold> PrepareFolds(const RunOptions& options, const FrozenRun& run,
                                const std::vector<FrameRange>& ranges,
                                CompareResult* result) {
@@ -244,7 +243,7 @@ void Tune(const std::vector<Strategy>& strategies, CompareResult* result) {
   }
 }
 
-// Folds, the scored set and the values that strategies begin with.
+// Folds, the scored set and the initial values of the strategies.
 CompareResult PrepareResult(FrozenRecording recording,
                             const std::vector<Strategy>& strategies) {
   const double rate_hz = recording.run.scene.model.frame_rate_hz;
@@ -335,7 +334,7 @@ void CompareOneRecording(const std::vector<Strategy>& strategies,
   }
   if (FLAGS_plots) markdown += PlotsText(result, cutoffs, folder->PathOf(""));
   WriteTextFile(folder->PathOf("compare.md"), markdown);
-  // Times differ each time, all else does not.
+  // Times differ from run to run; everything else is reproducible.
   WriteTextFile(folder->PathOf("runtime.json"),
                 DumpJson(RuntimeJson(result), 1) + "\n");
   WriteTextFile(folder->PathOf("recommended.toml"), RecommendedToml(result));

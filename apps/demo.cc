@@ -50,7 +50,7 @@ constexpr Mode kModes[] = {
 };
 
 TrackSequence Track(const Mode& mode, const SyntheticRecording& recording) {
-  // With matches and weights, which the page shows.
+  // With matches and weights, which the page displays.
   const RunOptions options = ReadRunOptions(ProjectConfig(mode.config),
                                             "output.observations=true", "");
   RunRequest request;
@@ -91,13 +91,13 @@ Scores ScoresOf(const TrackSequence& truth, const TrackSequence& tracks) {
           EvaluateMotion(tracks, truth.header.frame_rate_hz)};
 }
 
-// What IDF1 is made of: frames explained, of the mean of true and found.
+// IDF1 as a share: frames explained, of the mean of true and found.
 Share Idf1Of(const IdentityResult& identity) {
   return {2 * identity.identity_true_positives,
           identity.true_person_frames + identity.found_person_frames};
 }
 
-// A row for each measure, a column for each mode.
+// A row per measure, a column per mode.
 Table ScoreTable(const std::vector<Scores>& all, const MotionResult& truth,
                  int64_t true_people) {
   const auto title = [](const Mode& mode) { return mode.title; };
@@ -130,7 +130,7 @@ Table ScoreTable(const std::vector<Scores>& all, const MotionResult& truth,
   return table;
 }
 
-// How the shares count.
+// Explains how shares are counted.
 constexpr const char kLegend[] =
     "Joints within: of all joints that the truth or the result has, so misses "
     "and\nfalse people count as wrong. Found: within 0.5 m, mean over joints. "

@@ -1,4 +1,4 @@
-// kinegraph-doctor: what is wrong with a calibration or the clocks of a
+// kinegraph-doctor: finds what is wrong with a calibration or the clocks of a
 // recording.
 #include <fmt/format.h>
 #include <gflags/gflags.h>
@@ -79,7 +79,7 @@ std::string MarkdownReport(const Diagnosis& diagnosis) {
          "was found set right.\n";
 }
 
-// The recording; where nobody tells a frame rate, 25 Hz are taken for it.
+// The recording; 25 Hz are assumed if the frame rate is unknown.
 DetectionSequence ReadRecording(RunOptions* options, std::string* note) {
   DetectionSequence recording =
       ReadDetections(FLAGS_detections, DetectionOptionsOf(*options));
@@ -96,8 +96,8 @@ bool AreAlike(const Camera& a, const Camera& b) {
          a.lens() == b.lens();
 }
 
-// What the calibration records beside its cameras: their clocks, and, of those
-// that stay as they are, the covariance. Empty where it records nothing.
+// The calibration's record besides its cameras: their clocks and, for unchanged
+// cameras, the covariance. Empty if there is none.
 std::string RecordFor(const CameraRig& corrected, const CameraRig& stated,
                       std::optional<RefinementRecord> record) {
   if (!record.has_value()) return "";

@@ -1,5 +1,5 @@
-// kinegraph-evaluate: tracks against a ground truth, another result, or what a
-// camera saw that was left out.
+// kinegraph-evaluate: tracks against a ground truth, another result, or the
+// detections of a held-out camera.
 #include <gflags/gflags.h>
 
 #include <cstdio>
@@ -87,7 +87,7 @@ constexpr const char* kCameras = "cameras";
 
 // ---- Flags
 
-// A flag that a protocol does not use would be ignored in silence.
+// Rejects flags that a protocol does not use instead of silently ignoring them.
 void RefuseFlags(const std::vector<std::string>& names) {
   const std::string given = FirstGiven(names);
   if (given.empty()) return;
@@ -97,7 +97,8 @@ void RefuseFlags(const std::vector<std::string>& names) {
 
 std::vector<FrameRange> Frames() { return ParseFrameRanges(FLAGS_frames); }
 
-// Of two ways the one that the flag names; without it `chosen` stays.
+// Selects the alternative that the flag names; without the flag `chosen` is
+// unchanged.
 template <typename Way>
 void ChooseBetween(const std::string& flag, const std::string& text, Way one,
                    Way other, Way* chosen) {
@@ -193,7 +194,7 @@ struct Compared {
   std::vector<std::string> notes;  // already printed
 };
 
-// A wrong pair of files or of frames shall not pass for a bad score.
+// A wrong pair of files or of frames must not look like a bad score.
 Compared ReadBoth(const std::vector<FrameRange>& frames,
                   const TrackReadOptions& options = {}) {
   RequireFlag("tracks", FLAGS_tracks);
@@ -224,7 +225,7 @@ void Finish(const Compared& compared, EvaluationOutput output) {
   Finish(output);
 }
 
-// What can be said of a motion with and without a ground truth.
+// Properties of a motion with and without a ground truth.
 void AppendMotion(const Compared& compared,
                   const std::vector<FrameRange>& frames,
                   EvaluationOutput* output) {
@@ -342,7 +343,7 @@ void RunHeldOut() {
                               FLAGS_reference, runs, frames, folds}));
 }
 
-// Runs the protocol and refuses flags that belong to others alone.
+// Runs the protocol and rejects flags that belong only to others.
 void RunEvaluate() {
   UseAdapterFlag();
   RequireFlag("protocol", FLAGS_protocol);

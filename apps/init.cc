@@ -1,4 +1,4 @@
-// kinegraph-init: looks at a recording and writes a configuration for it.
+// kinegraph-init: examines a recording and writes a configuration for it.
 #include <fmt/format.h>
 #include <gflags/gflags.h>
 
@@ -61,8 +61,8 @@ std::string SizesOf(const CameraRig& cameras) {
   return fmt::format("{} x {} px", first.width_px(), first.height_px());
 }
 
-// Where people do not stand as files for other programs have them: BVH for
-// those with y up.
+// Reports if people do not stand as file formats of other programs require: BVH
+// for those with y up.
 std::string UprightText(const RecordingSurvey& survey,
                         const RunOptions& options) {
   if (options.refine.ground != GroundKind::kOff) return "";
@@ -105,7 +105,7 @@ std::string CamerasText(const CameraRig& cameras) {
       "            they look at a place {:.1f} m away\n",
       cameras.size(), SizesOf(cameras),
       PixelsPerMetre(cameras, distance_m) * distance_m, distance_m);
-  // Joints are then off while the views still agree.
+  // Missing lenses put joints off while the views still agree.
   const auto has_lens = [](const Camera& one) { return one.lens() != nullptr; };
   if (std::none_of(cameras.begin(), cameras.end(), has_lens)) {
     text +=
@@ -159,7 +159,7 @@ std::string FindingsText(const RecordingSurvey& survey,
   return text;
 }
 
-// Files may have bones of their own between the joints of a built-in skeleton.
+// Files may define their own bones between the joints of a built-in skeleton.
 bool SameBones(const Skeleton& one, const Skeleton& other) {
   return std::equal(
       one.bones().begin(), one.bones().end(), other.bones().begin(),
@@ -167,7 +167,7 @@ bool SameBones(const Skeleton& one, const Skeleton& other) {
       [](const Bone& a, const Bone& b) { return a.a == b.a && a.b == b.b; });
 }
 
-// How a whole recording is solved at once.
+// The estimator for a whole recording at once.
 constexpr const char* kWholeRecording =
     "\n[gates]\n"
     "units = \"metres\"   # scale with focal length, distance and rate\n"
@@ -235,8 +235,8 @@ std::string ConfigText(const RecordingSurvey& survey) {
   return text + kWholeRecording;
 }
 
-// The value of a key as it was read, in TOML: JSON's texts, numbers and lists
-// are TOML's too. What has no value of its own is a text.
+// The value of a key as read, in TOML; JSON's texts, numbers and lists are
+// valid TOML. Keys without a value of their own are texts.
 std::string TomlValue(const Json& effective, const std::string& dotted,
                       const std::string& given) {
   const Json* value = &effective;
@@ -248,7 +248,7 @@ std::string TomlValue(const Json& effective, const std::string& dotted,
   return value->dump();
 }
 
-// Puts `key = value` into its table, in the place of what stands there.
+// Sets `key = value` in its table, replacing an existing entry.
 void PutKey(const std::string& dotted, const std::string& value,
             std::string* text) {
   const size_t dot = dotted.find('.');
@@ -277,14 +277,14 @@ void PutKey(const std::string& dotted, const std::string& value,
   text->insert(begin, line);
 }
 
-// The configuration with what --set says, which must read back.
+// The configuration with the keys of --set; it must read back.
 std::string WithGivenKeys(const RunOptions& options, std::string text) {
   const Json effective = Json::parse(EffectiveConfigJson(options));
   for (const std::string& part : Split(FLAGS_set, ';')) {
     const size_t equals = part.find('=');
-    if (equals == std::string::npos) continue;  // refused when it was read
+    if (equals == std::string::npos) continue;  // rejected when read
     const std::string key = Trimmed(part.substr(0, equals));
-    if (key.rfind("cameras.map.", 0) == 0) continue;  // stands there already
+    if (key.rfind("cameras.map.", 0) == 0) continue;  // already present
     const std::string value = Trimmed(part.substr(equals + 1));
     PutKey(key, TomlValue(effective, key, value), &text);
   }
@@ -292,7 +292,7 @@ std::string WithGivenKeys(const RunOptions& options, std::string text) {
   return text;
 }
 
-// The smallest usual size of images that holds nearly all joints.
+// The smallest usual image size that contains nearly all joints.
 std::pair<int, int> LikelyImageSize(const DetectionSequence& recording) {
   std::vector<double> x;
   std::vector<double> y;
@@ -313,8 +313,8 @@ std::pair<int, int> LikelyImageSize(const DetectionSequence& recording) {
   constexpr std::pair<int, int> kUsual[] = {
       {640, 480},   {480, 640},   {1280, 720},  {720, 1280},
       {1920, 1080}, {1080, 1920}, {3840, 2160}, {2160, 3840}};
-  // Joints are found a little beyond the image's edge too, and cameras have a
-  // few rows more than the format.
+  // Joints are also found slightly outside the image, and cameras have a few
+  // rows more than the format.
   constexpr double kBeyond = 1.03;
   for (const auto& size : kUsual) {
     if (width <= kBeyond * size.first && height <= kBeyond * size.second) {
@@ -324,7 +324,7 @@ std::pair<int, int> LikelyImageSize(const DetectionSequence& recording) {
   return {static_cast<int>(width) + 1, static_cast<int>(height) + 1};
 }
 
-// Without a calibration: the command that makes one.
+// Without a calibration: suggests the command that makes one.
 [[noreturn]] void OfferCalibrate() {
   const SurveyRequest request = RequestOfFlags();
   const auto [width, height] = LikelyImageSize(

@@ -63,7 +63,7 @@ TrackSequence ReadInput() {
   if (!FLAGS_unit.empty()) read.unit_m = ParseLengthUnit(FLAGS_unit);
   TrackSequence tracks = ReadTracks(FLAGS_tracks, read);
   PrintUnitNote("kinematics", FLAGS_tracks, read, tracks);
-  // Angles are defined by our names; "RHip" and "right_hip" are r_hip.
+  // Angles are defined by our joint names; "RHip" and "right_hip" are r_hip.
   tracks.header.skeleton = WithOurNames(tracks.header.skeleton);
   return tracks;
 }
@@ -102,9 +102,9 @@ void WriteCsv(const KinematicsTable& table, const PersonNames& names) {
   file.Commit();
 }
 
-// ---- What is printed --------------------------------------------------------
+// ---- Output -----------------------------------------------------------------
 
-// Values of a column that are there, by person.
+// Existing values of a column, by person.
 using Values = std::map<TrackId, std::vector<double>>;
 
 Values ValuesOf(const KinematicsTable& table, const std::string& column) {
@@ -171,7 +171,7 @@ std::string Digest(const KinematicsTable& table, const PersonNames& names) {
 
 std::string UpText(const std::optional<Eigen::Vector3d>& up) {
   if (!up.has_value()) return "not known";
-  // No -0.
+  // Avoids -0.
   return fmt::format("({:g}, {:g}, {:g})", up->x() + 0.0, up->y() + 0.0,
                      up->z() + 0.0);
 }

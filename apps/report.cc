@@ -1,4 +1,4 @@
-// kinegraph-report: one self-contained page to look at a result.
+// kinegraph-report: one self-contained page that displays a result.
 #include <fmt/format.h>
 #include <gflags/gflags.h>
 
@@ -76,10 +76,10 @@ std::string BaseName(const std::string& path) {
   return path.substr(begin, end - begin);
 }
 
-// More would not be told apart.
+// More could not be distinguished.
 constexpr size_t kMaxResults = 6;
 
-// Results of the same file name are called by their whole path.
+// Results with the same file name are named by their whole path.
 void NameApart(const std::vector<std::string>& paths,
                std::vector<PageResult>* results) {
   for (size_t i = 0; i < paths.size(); ++i) {
@@ -130,7 +130,7 @@ std::vector<PageResult> ReadResults() {
     results.push_back({BaseName(FLAGS_ground_truth), ResultRole::kGroundTruth,
                        input.Read(FLAGS_ground_truth)});
   }
-  // They are compared joint by joint, and shown in the frames of the first.
+  // Compared joint by joint, and shown in the frames of the first.
   const TrackSequence& lead = results.front().tracks;
   const Skeleton& first = lead.header.skeleton;
   for (PageResult& result : results) {
@@ -145,8 +145,8 @@ std::vector<PageResult> ReadResults() {
   return results;
 }
 
-// Whether `track` was asked to move cameras. Headers of others hold what they
-// like.
+// Whether `track` was asked to change cameras. Headers of other programs may
+// contain anything.
 bool WereCamerasMoved(const TrackHeader& header) {
   const Json config = ParseJson(header.config_json, "the configuration");
   const auto says = [&config](const char* key, const Json& usual) {
@@ -157,8 +157,8 @@ bool WereCamerasMoved(const TrackHeader& header) {
          says("ground", "off");
 }
 
-// Of --cameras; where `track` moved them, those that it wrote beside the
-// result, in which alone the result fits the pictures.
+// The cameras of --cameras; if `track` changed them, those that it wrote beside
+// the result, because only in these the result fits the images.
 CameraRig CamerasOfResult(const RunOptions& options, const PageInput& input) {
   std::vector<std::string> notes;
   std::string moved;
@@ -172,10 +172,10 @@ CameraRig CamerasOfResult(const RunOptions& options, const PageInput& input) {
     std::fprintf(SummaryStream(FLAGS_out),
                  "cameras as `track` moved them: %s\n", moved.c_str());
   }
-  return ReadCameras(moved);  // their own unit, all that were used
+  return ReadCameras(moved);  // in their own unit, all that were used
 }
 
-// Leaves out what --without_cameras names, a view or its camera, as `track`.
+// Leaves out the views or cameras of --without_cameras, as in `track`.
 void LeaveOutCameras(PageInput* input) {
   for (const std::string& name :
        ParseList(FLAGS_without_cameras, "without_cameras")) {
@@ -234,8 +234,7 @@ std::string WhatVideosLack(const ViewImages& images, const PageInput& input) {
   return text;
 }
 
-// Links pictures and videos or puts them into the page; returns what to say of
-// it.
+// Links images and videos or embeds them in the page; returns a note about it.
 std::string AddImages(const ViewImages& images, PageInput* input) {
   const auto max_bytes = static_cast<size_t>(1e6 * FLAGS_embed_megabytes);
   const size_t taken = AddVideos(images, FLAGS_out, max_bytes, input);
@@ -278,7 +277,7 @@ std::string Megabytes(size_t bytes) {
 }
 
 std::string SummaryText(const PageData& data, size_t page_bytes) {
-  std::string extras;  // what the page holds beyond the poses
+  std::string extras;  // what the page holds besides the poses
   for (const auto& [name, bytes] :
        {std::pair{", detections ", data.detection_bytes},
         {", pictures ", data.picture_bytes},

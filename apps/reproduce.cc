@@ -1,4 +1,4 @@
-// kinegraph-reproduce: the paper's tables beside what is measured here.
+// kinegraph-reproduce: the paper's tables beside our measurements.
 #include <fmt/format.h>
 #include <gflags/gflags.h>
 
@@ -56,7 +56,7 @@ void CheckTable() {
                                fmt::join(kTables, ", ")));
 }
 
-// The report as it grows.
+// The report as it is built.
 struct Report {
   std::string markdown;
   std::string details;
@@ -85,7 +85,7 @@ void AddActorTables(const std::vector<TrackedBenchmark>& all, Report* report) {
        PublishedCampusExtended(), CampusExtendedProtocol()},
       {"shelf", "Shelf", BenchmarkSet::kShelf, PublishedShelf(),
        ShelfProtocol()}};
-  for (const auto& table : kActorTables) {  // the paper's order
+  for (const auto& table : kActorTables) {  // in the paper's order
     if (!Wanted(table.key)) continue;
     for (const TrackedBenchmark& tracked : all) {
       if (tracked.benchmark.set != table.set) continue;
@@ -110,7 +110,7 @@ void AddParts(const std::vector<TrackedBenchmark>& all, Report* report) {
   report->Add("parts", std::move(parts));
 }
 
-// Whether a table wants the tracks of a benchmark.
+// Whether a table needs the tracks of a benchmark.
 bool NeedsTracks(const Benchmark& benchmark) {
   if (Wanted("parts")) return true;
   return benchmark.is_shelf() ? Wanted("shelf")
@@ -138,7 +138,7 @@ void RunReproduce() {
   RequireFlag("out", FLAGS_out);
   CheckTable();
   if (Wanted("sensitivity") || Wanted("ablation")) RequirePlotTool();
-  // Before the work, so that a wrong place costs none.
+  // Created before the work, so that a wrong path fails early.
   const OutputFolder folder(FLAGS_out);
   const BenchmarkData data = FindBenchmarks(FLAGS_data, FLAGS_set);
   const Machine machine = ThisMachine();

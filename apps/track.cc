@@ -80,12 +80,12 @@ std::optional<AxisMap> AxesFlag() {
   return AxisMap::Parse(FLAGS_axes);
 }
 
-// Frames come one by one, without an end that could be waited for.
+// Frames arrive one by one, without an end to wait for.
 bool IsLive() { return FLAGS_detections == "-"; }
 
 bool CanBeReadAgain() { return !IsLive() && !IsPipe(FLAGS_detections); }
 
-// A stream is tracked with bounded memory and answered within the lag.
+// A stream is tracked with bounded memory, with results after the lag.
 void RequireLag(const RunOptions& given) {
   const RunOptions options = WithRulesOfMode(given);
   if (options.tracker.life.second_pass) {
@@ -107,7 +107,7 @@ void RequireLag(const RunOptions& given) {
   }
 }
 
-// Whether poses become final at the end of a person's track or of the
+// Whether poses become final only at the end of a person's track or of the
 // recording.
 bool WaitsForEnd(const RunOptions& options) {
   if (PassCount(options) > 1 || options.identity.link) return true;
@@ -117,8 +117,7 @@ bool WaitsForEnd(const RunOptions& options) {
          !IsCausal(estimators.output, estimators);
 }
 
-// ", the recording has 300 .. 600": after frames were asked for that it has
-// not.
+// ", the recording has 300 .. 600": if the requested frames do not exist.
 std::string KnownFrames(std::unique_ptr<DetectionSource> source) {
   DetectionFrame frame;
   if (!source->Next(&frame)) return "";
@@ -128,8 +127,8 @@ std::string KnownFrames(std::unique_ptr<DetectionSource> source) {
   return fmt::format(", the recording has {} .. {}", first, last);
 }
 
-// A live stream up to the first frame that cannot be read: it ends there as at
-// its end, so that what was read is finished and kept.
+// A live stream up to the first unreadable frame, which is treated as its end,
+// so that earlier frames are finished and kept.
 class ReadableFrames final : public DetectionSource {
  public:
   explicit ReadableFrames(std::unique_ptr<DetectionSource> source)
@@ -144,7 +143,7 @@ class ReadableFrames final : public DetectionSource {
       return false;
     }
   }
-  // What ended it, if it was an error.
+  // The error that ended it, if any.
   const std::optional<InputError>& error() const { return error_; }
 
  private:
@@ -152,8 +151,8 @@ class ReadableFrames final : public DetectionSource {
   std::optional<InputError> error_;
 };
 
-// What an earlier run records beside the cameras. Its clocks are applied to the
-// whole recording, and what is refined already is not refined again from there.
+// What an earlier run recorded with the cameras. Its clocks are applied to the
+// whole recording, and what is already refined is not refined again.
 std::optional<RefinementRecord> ReadRecord(const RunOptions& options) {
   std::optional<RefinementRecord> record = ReadRefinementRecord(FLAGS_cameras);
   if (!record.has_value() || !record->has_clocks()) return record;
@@ -171,20 +170,20 @@ std::optional<RefinementRecord> ReadRecord(const RunOptions& options) {
   return record;
 }
 
-// What a run starts from.
+// The input of a run.
 struct Recording {
   RunOptions options;
   RunRequest request;
   ReadyRecording ready;
 
-  // The frames from their beginning; may be called several times, but for a
+  // The frames from their beginning; may be called repeatedly, except for a
   // stream.
   std::unique_ptr<DetectionSource> Open() const {
     if (ready.detections.has_value()) {
       return std::make_unique<MemorySource>(*ready.detections);
     }
     DetectionReadOptions read = DetectionOptionsOf(options);
-    read.any_clock = true;  // the session starts anew where it does not go on
+    read.any_clock = true;  // the session restarts where it does not continue
     return OpenDetections(IsLive() ? "/dev/stdin" : FLAGS_detections, read);
   }
 };
@@ -221,8 +220,8 @@ Recording ReadRecording() {
                               DetectionOptionsOf(recording.options));
       });
   request.cameras = recording.ready.cameras;
-  // The report needs to know whose detection was whose, the uncertainty of the
-  // cameras how much each joint counted.
+  // The report needs the match of each detection, the cameras' uncertainty the
+  // weight of each joint.
   request.kept_matches = recording.ready.record.has_value()
                              ? KeptMatches::kWeights
                              : KeptMatches::kDetections;
@@ -232,8 +231,8 @@ Recording ReadRecording() {
 // Tracks all frames, writes them to `output` and reports on them.
 RecordingReport TrackFrames(const Recording& recording, DetectionSource* source,
                             Session* session, TrackOutput* output) {
-  // What waits for the end of the recording is read once more for the report,
-  // instead of being kept.
+  // If everything waits for the end of the recording, the detections are read
+  // again for the report instead of being kept.
   const bool again = WaitsForEnd(recording.options) && CanBeReadAgain();
   UsedFrames used(session->scene(), again ? SourceOpener([&recording] {
                     return recording.Open();
@@ -277,7 +276,7 @@ void RequireFrames(const Recording& recording, const RunSummary& summary) {
   throw InputError(FLAGS_detections, "", "no frame to track" + asked);
 }
 
-// Files beside the tracks, each with their fingerprint `tracks`.
+// Files beside the tracks, each with the tracks' fingerprint `tracks`.
 void WriteSideFiles(const Recording& recording, const Session& session,
                     const RecordingReport& report, const std::string& tracks,
                     AtomicFiles* files) {
@@ -291,7 +290,7 @@ void WriteSideFiles(const Recording& recording, const Session& session,
     WriteTrackedCameras(beside(kCamerasEnd), recording.ready.cameras,
                         RefinementJson(recording.ready), tracks);
   }
-  // Where a bias was looked for: what was found, and whether it is used.
+  // If a bias was to be learnt: the result, and whether it is used.
   const ViewBias bias = session.view_bias();
   if (!bias.joints.empty()) {
     WriteViewBias(beside(kBiasEnd), bias, tracks);
@@ -302,7 +301,7 @@ void WriteSideFiles(const Recording& recording, const Session& session,
                                 tracks));
 }
 
-// What was written a moment ago and cannot be read again is no bad input.
+// A file just written that cannot be read again is no input error.
 std::string FingerprintOfOwn(const std::string& path) {
   try {
     return FingerprintOfTracks(path);
@@ -311,8 +310,8 @@ std::string FingerprintOfOwn(const std::string& path) {
   }
 }
 
-// Tracks and what belongs to them appear together or not at all; what an
-// earlier run of the same name wrote beside its own goes.
+// Tracks and their side files appear together or not at all; side files of an
+// earlier run of the same name are removed.
 void CommitResult(const Recording& recording, const Session& session,
                   const RecordingReport& report, TrackOutput* output) {
   output->Finish();
@@ -328,7 +327,7 @@ void CommitResult(const Recording& recording, const Session& session,
   output->Commit();
 }
 
-// What the run passed over, for its report.
+// What the run skipped, for its report.
 void AddBadFrames(const BadFrames& bad, RecordingReport* report) {
   if (bad.count == 0) return;
   Finding passed;
