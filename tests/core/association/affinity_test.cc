@@ -70,8 +70,8 @@ TEST(AffinityTest, IsWorkedOutByHand) {
   }
 }
 
-// Where the gate grows as people move, graph mode's, fewer common joints than
-// six are a match where all lie in its inner half on average, but not three.
+// With graph mode's gate, which grows as people move, fewer than six common
+// joints match if all are in its inner half on average; three do not.
 TEST(AffinityTest, FewJointsMatchWhereNoneSpeaksAgainstIt) {
   AssociationOptions graph = Options();
   graph.reach_m_per_frame = 0.12;
@@ -91,7 +91,7 @@ TEST(AffinityTest, FewJointsMatchWhereNoneSpeaksAgainstIt) {
   EXPECT_NEAR(affinity(4, 14.0, 14.0), 0.8 * e3, 1e-16);
   EXPECT_EQ(affinity(3, 14.0, 14.0), 0.0);
   EXPECT_EQ(affinity(5, 36.0, 36.0), 0.0);  // beyond half of 70 px
-  EXPECT_EQ(affinity(5, 71.0, 0.0), 0.0);   // one speaks against it
+  EXPECT_EQ(affinity(5, 71.0, 0.0), 0.0);   // one is beyond the gate
 }
 
 class ViewMatcherTest : public ::testing::Test {
@@ -116,10 +116,11 @@ class ViewMatcherTest : public ::testing::Test {
 TEST_F(ViewMatcherTest, GivesEachPersonTheirDetection) {
   EXPECT_EQ(Match({{&left_, 1.0}, {&right_, 1.0}}, {right_, left_}),
             (std::vector<int>{1, 0}));
-  // A fresh track goes before a stale one.
+  // A recent track has precedence over a stale one.
   EXPECT_EQ(Match({{&left_, 4.0}, {&left_, 1.0}}, {left_}),
             (std::vector<int>{-1, 0}));
-  // Ten missed frames: the factor is e^-30 = 1e-13, and it must count.
+  // After ten missed frames the factor e^-30 = 1e-13 must not be rounded to
+  // zero.
   EXPECT_EQ(Match({{&left_, 10.0}}, {left_}), (std::vector<int>{0}));
   EXPECT_LT(matcher_.affinities()[0], 1e-12);
   const Pose3d behind = testing::StandingPerson(40.0, 0.0);  // the camera
@@ -148,9 +149,9 @@ TEST(GateTest, GrowsWithEveryFrameOrAsFarAsPeopleGo) {
   // As the paper's in the next frame, then 0.125 m, 25 px at 5 m, a frame.
   EXPECT_EQ(gate_px(0.125, 1.0, 5.0), 70.0);
   EXPECT_EQ(gate_px(0.125, 9.0, 5.0), 270.0);
-  // Never more than the paper's: 1 m away, 125 px a frame.
+  // Never more than the paper's: at 1 m, 125 px per frame.
   EXPECT_EQ(gate_px(0.125, 9.0, 1.0), 630.0);
-  // Soon after the last frame a detector errs no less.
+  // Shortly after the last frame a detector's errors are no smaller.
   EXPECT_EQ(gate_px(0.125, 0.1, 5.0), 70.0);
 }
 
@@ -195,7 +196,7 @@ class CrossViewAffinityTest : public ::testing::Test {
 TEST_F(CrossViewAffinityTest, SumsBothTermsOverTheJoints) {
   // 17 (0.4 * 0.8 + 0.6 * 0.6) e^-5.
   EXPECT_NEAR(Affinity(1.0), 17.0 * 0.68 * std::exp(-5.0), kRounding);
-  // What this frame saw does not decay.
+  // Observations of this frame do not decay.
   EXPECT_NEAR(Affinity(0.0), 17.0 * (0.32 * std::exp(-5.0) + 0.36), kRounding);
   // The image's term has its own age: 12 px of 2 * 60 px.
   for (LastSeenJoint& joint : last_seen_) joint.age_frames = 2.0;
@@ -244,7 +245,7 @@ TEST_F(CrossViewAffinityTest, AViewMatcherUsesIt) {
               kRounding);
   EXPECT_NEAR(matched(Target2d::kProjected),
               17.0 * (0.4 * 0.9 + 0.36) * std::exp(-5.0), kRounding);
-  // What is remembered does not matter then; what is expected does.
+  // The remembered joint is then ignored; the expected one is used.
   Pose3d nearer = expected_;
   for (Joint3d& joint : nearer) joint.position_m.y() = 0.0;
   target.expected = &nearer;

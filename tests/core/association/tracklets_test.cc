@@ -25,7 +25,7 @@ class TrackletsTest : public ::testing::Test {
     ++frame_;
   }
 
-  // Ten frames, 0.36 s, of two people who are given to tracks 1 and 2.
+  // Ten frames, 0.36 s, of two people assigned to tracks 1 and 2.
   void SeeTwo(double one_m, double other_m) {
     for (int k = 0; k < 10; ++k) {
       See({one_m, other_m});
@@ -43,7 +43,7 @@ class TrackletsTest : public ::testing::Test {
 
 TEST_F(TrackletsTest, WhoHadItHoldsWhatGoesOn) {
   SeeTwo(-0.8, 0.8);
-  See({0.8, -0.8});  // the order in the file says nothing
+  See({0.8, -0.8});  // order in the file is irrelevant
   EXPECT_EQ(tracklets_.OwnerOf(0), TrackId(2));
   EXPECT_EQ(tracklets_.OwnerOf(1), TrackId(1));
 }
@@ -60,7 +60,7 @@ TEST_F(TrackletsTest, ADetectorMayMissSomebodyForAWhile) {
 }
 
 TEST_F(TrackletsTest, WhoHadItForAMomentHoldsNothing) {
-  // 0.16 s, less than the 0.2 s that make a right.
+  // 0.16 s, less than the 0.2 s needed for ownership.
   for (int k = 0; k < 5; ++k) {
     See({0.0});
     tracklets_.Claim(0, TrackId(1));
@@ -69,13 +69,13 @@ TEST_F(TrackletsTest, WhoHadItForAMomentHoldsNothing) {
   See({0.0});
   tracklets_.Claim(0, TrackId(1));
   EXPECT_EQ(tracklets_.OwnerOf(0), TrackId(1));
-  // Whoever is given it then starts anew.
+  // The next track matched with it starts anew.
   tracklets_.Claim(0, TrackId(2));
   EXPECT_EQ(tracklets_.OwnerOf(0), std::nullopt);
 }
 
-// Of two who are side by side one is not seen: the other stands between the
-// places of both, and nothing tells whose it is.
+// One of two people side by side is not detected; the other stands between
+// their positions, so the detection is ambiguous.
 TEST_F(TrackletsTest, WhatIsNotClearIsNobodys) {
   SeeTwo(-0.05, 0.05);
   See({0.0});

@@ -26,7 +26,7 @@ TEST(ParallelForTest, DoesEachPieceOnce) {
 }
 
 TEST(ParallelForTest, ThrowsWhatTheLowestPieceThrew) {
-  // Two pieces fail; with several threads the others are done all the same.
+  // Two pieces fail; with several threads the others still complete.
   std::atomic<int> done{0};
   const auto work = [&](int i) {
     if (i == 3 || i == 7) throw std::runtime_error(std::to_string(i));
@@ -100,7 +100,7 @@ TEST(StopCheckTest, EndsTheWorkOfAllThreads) {
   }
 }
 
-// The caller has nothing left to do, and others work on.
+// The caller has no pieces left while others still work.
 TEST(StopCheckTest, IsHeardWhileWaiting) {
   const std::thread::id caller = std::this_thread::get_id();
   std::atomic<bool> stopped{false};

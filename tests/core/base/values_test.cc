@@ -36,7 +36,7 @@ TEST(WeightedQuantile, TheMedianLiesBetweenTwoHalves) {
   // Half of the weight is the first value's.
   EXPECT_EQ(WeightedMedian({{1.0, 2.0}, {2.0, 1.0}, {4.0, 1.0}}), 1.5);
   EXPECT_EQ(WeightedMedian({{1.0, 3.0}, {2.0, 1.0}, {4.0, 1.0}}), 1.0);
-  // A weight of nothing changes nothing.
+  // A weight of zero has no effect.
   const std::vector<WeightedValue> values = {
       {1.0, 1.0}, {2.0, 1.0}, {9.0, 1.0}, {50.0, 0.0}};
   EXPECT_EQ(WeightedMedian(values), 2.0);
@@ -88,7 +88,7 @@ TEST(Printable, LettersOfUtf8Stay) {
   }
 }
 
-// Terminals obey control characters, U+009B among them.
+// Terminals interpret control characters, U+009B among them.
 TEST(Printable, ControlCharactersAreReplaced) {
   EXPECT_EQ(Printable("a\nb\x1b[31m\x7f"), "a?b?[31m?");
   EXPECT_EQ(Printable("\xc2\x9b"), "?");

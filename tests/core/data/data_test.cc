@@ -1,4 +1,4 @@
-// The values of core/data that decide something.
+// Values in core/data that contain decisions.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -63,7 +63,7 @@ TEST(Checks, HeadersAndFramesKeepTheBoundsOfFiles) {
   };
   EXPECT_THAT(refused(), HasSubstr("views: is empty"));
   header.view_names = {"a", "b"};
-  EXPECT_THAT(refused(), IsEmpty());  // a rate of 0 is not known
+  EXPECT_THAT(refused(), IsEmpty());  // a rate of 0 means unknown
   for (const double hz : {1e300, -1.0, kNan}) {
     header.frame_rate_hz = hz;
     EXPECT_THAT(refused(), HasSubstr("frame_rate")) << hz;
@@ -168,8 +168,8 @@ TEST(Stance, WhoStandsPointsUpInAnyWorld) {
   EXPECT_EQ(NearestAxis(*turned.stance().Up(), 1.0), Eigen::Vector3d::UnitX());
 }
 
-// On the floor and on a bed nothing tells it from a world on its side but what
-// the file states, or cameras.
+// On the floor or a bed, only the file or the cameras distinguish it from a
+// world on its side.
 TEST(Stance, WhoLiesLeavesUpOpen) {
   for (const double height_m : {0.2, 0.7}) {
     People people;
@@ -183,8 +183,7 @@ TEST(Stance, WhoLiesLeavesUpOpen) {
   }
 }
 
-// A fifth of the time somebody walks: the floor stays where it is along z
-// alone.
+// A person walks a fifth of the time: the floor is constant along z only.
 TEST(Stance, TheFloorCountsMoreThanWhoLies) {
   for (const double height_m : {0.2, 0.6}) {
     People people;
@@ -207,7 +206,7 @@ TEST(Stance, WhoSitsOnTheFloorHasAnUprightTrunk) {
   EXPECT_EQ(people.stance().Up(), Eigen::Vector3d::UnitZ());
 }
 
-// A file that is on its side: who walks across its axis does not lie.
+// A file on its side: a person who walks across its axis is not lying.
 TEST(Stance, AStatedAxisYieldsToWhoCannotLie) {
   People people;
   for (int k = 0; k < 50; ++k) people.Add(0.0, 1.0, 90.0, 3.0 + 0.04 * k);

@@ -28,7 +28,7 @@ using ::testing::IsEmpty;
 
 constexpr double kSpeed = 1.5;  // m/s, a walk
 
-// Where who walks to and fro is at a time: as fast throughout.
+// Position at a time of a person walking to and fro at constant speed.
 double Place(double time_s) {
   return kSpeed * std::abs(std::remainder(time_s, 8.0));
 }
@@ -39,7 +39,7 @@ struct Recording {
   int64_t first_frame = 0;
   double start_s = 0.0;    // time of the first frame
   double digits_s = 1e-9;  // times are rounded to multiples of this
-  double late_s = 0.0;     // the person is where they were so long ago
+  double late_s = 0.0;     // positions lag by this much
 };
 
 TrackSequence Walk(const Recording& recording) {
@@ -93,8 +93,8 @@ TEST(PairFramesTest, OneClockPairsEqualNumbersAndSaysNothing) {
   }
 }
 
-// Every measure, at every ratio of rates: nobody is compared with where they
-// were at another time, and what lies between the instants is no miss.
+// For every measure and ratio of rates: no person is compared with a position
+// at another time, and frames between the common instants are no misses.
 TEST(PairFramesTest, EveryMeasureOfOtherRatesIsThatOfOneRate) {
   struct Rates {
     double truth_hz;
@@ -185,8 +185,8 @@ TEST(PairFramesTest, TimesInMillisecondsAreTheSameInstants) {
 }
 
 TEST(PairFramesTest, NumbersThatBeginElsewhereAreNotCompared) {
-  // As programs write that count from one, or that cut a recording and number
-  // what is left anew.
+  // As written by programs that count from one, or that cut a recording and
+  // renumber the rest.
   for (const int64_t first_frame : {1, 50}) {
     const FramePairing pairing =
         PairFrames(Walk({25.0, 100, first_frame}), Walk({}));
@@ -221,12 +221,12 @@ TEST(PairFramesTest, ClocksThatJitterPairByTheNearest) {
 }
 
 TEST(PairFramesTest, WhatContradictsItselfIsNoted) {
-  // Neither times nor numbers tell one rate from another.
+  // Neither times nor numbers reveal different rates.
   EXPECT_THAT(PairFrames(WithoutTimes(Walk({50.0, 200})), Walk({})).notes,
               ElementsAre(HasSubstr("the ground truth has no times")));
   EXPECT_THAT(PairFrames(Walk({}), WithoutTimes(Walk({50.0, 200}))).notes,
               ElementsAre(HasSubstr("the tracks has no times")));
-  // Of a part of a recording that is no contradiction.
+  // For a part of a recording that is no contradiction.
   EXPECT_THAT(
       PairFrames(WithoutTimes(Walk({25.0, 50, 25, 1.0})), Walk({})).notes,
       IsEmpty());

@@ -43,7 +43,7 @@ TEST(IdentityTest, CountsByHand) {
                 {2, 1, 0, 1, 1, 1},
                 1. / 3,
                 .4},
-           // A match stays though another comes nearer.
+           // A match persists although another comes nearer.
            Case{"0@0 | 0@0", "1@.25 | 1@.25 2@0", {2, 0, 1, 0, 0, 2}, .5, .8},
            // A frame that truth does not have, and one with nobody in it.
            Case{"0@0", "1@0 | 1@0", {1, 0, 0, 0, 0, 1}, 1, 1},
@@ -59,8 +59,8 @@ TEST(IdentityTest, CountsByHand) {
                 {4, 0, 0, 1, 0, 2},
                 .75,
                 .5},
-           // Identity 7 goes from person 0 to person 1, and then 0 comes near
-           // it, too: 7 stays with 1, whoever stands first in the truth.
+           // Identity 7 moves from person 0 to person 1, and then 0 comes near
+           // it, too: 7 stays with 1, independent of the order of the truth.
            Case{"0@0 1@3 | 0@0 1@3 | 0@2.7 1@3",
                 "7@0 | 7@3 | 7@3 8@2.4",
                 {4, 2, 0, 1, 1, 3},
@@ -133,7 +133,7 @@ TEST(HotaTest, PrefersWhoGoesTogetherOverTheRecording) {
   EXPECT_DOUBLE_EQ(result.hota_at[9].association, 1.0);
 }
 
-// ---- A truth that does not say everything
+// ---- An incomplete truth
 
 TEST(IdentityTest, PosesOnHiddenPeopleCountNeitherWay) {
   TrackSequence truth = Standing("0@0 | 0@0 | 0@0");

@@ -136,7 +136,7 @@ TEST(PcpTest, NoPredictionLosesAllParts) {
   EXPECT_TRUE(EvaluatePcp(truth, tracks, skipping).person_frames.empty());
 }
 
-// Who was taken for each true person; -1: nobody.
+// The person taken for each true person; -1: none.
 std::vector<int64_t> Taken(const std::vector<PersonPose>& truth,
                            const std::vector<PersonPose>& found,
                            PersonMatching matching) {
@@ -169,7 +169,7 @@ TEST(PcpTest, PeopleAreMatchedAsTheProtocolSays) {
   // The gate includes its limit.
   EXPECT_EQ(Taken({at(0, 0)}, {at(7, 0.5)}, kOneToOne), Ids{7});
   EXPECT_EQ(Taken({at(0, 0)}, {at(7, 0.5625)}, kOneToOne), Ids{-1});
-  // Of two equally near the first counts.
+  // Of two equally near the first is taken.
   EXPECT_EQ(Taken({at(0, 0)}, {at(8, 0.25), at(3, -0.25)}, kNearest), Ids{8});
   // The mean over joints that are there: person 4 has one joint, 1 m off;
   // person 5 all of them, each 0.5 m off. The sums of squares are 1 and 3.5,

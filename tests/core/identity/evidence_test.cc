@@ -1,4 +1,4 @@
-// What speaks for one person: bones (bones.h) and motion (motion.h).
+// Evidence for one person: bones (bones.h) and motion (motion.h).
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -125,7 +125,7 @@ TEST(MotionModelTest, WhoStandsIsNotExpectedFarAway) {
   };
   // 0.8 m away at rest after 0.6 s: a walker who stopped, hardly a stander.
   EXPECT_GT(ratio(1.2, 0.8), ratio(0.0, 0.8) + 1.0);
-  // And who stands is surer to be there still.
+  // And a standing person is more certain to remain there.
   EXPECT_GT(ratio(0.0, 0.0), ratio(1.2, 0.8) + 1.0);
 }
 
@@ -133,7 +133,7 @@ TEST(MotionModelTest, NobodyCrossesARoomAtOnce) {
   const IdentityMotion model = Box();
   const MotionState from = State(0.0, 0.0, 0.0);
   EXPECT_LT(model.LogRatio(from, State(0.2, 4.0, 0.0), 0.04), -8.0);
-  // The same after half a minute says next to nothing: at worst a half.
+  // The same after half a minute is hardly any evidence: at worst a half.
   EXPECT_NEAR(model.LogRatio(from, State(30.0, 4.0, 0.0), 0.04), 0.0, 0.8);
 }
 
@@ -156,20 +156,20 @@ TEST(MotionModelTest, WhoStandsFacesTheSameWay) {
   const double unknown =
       model.LogRatio(State(0.0, 0.0, 0.0), State(1.0, 0.0, 0.0), 0.04);
   EXPECT_GT(ratio(1.0, 0.1, 0.0), unknown + 1.0);
-  // Turned about it says less against them: people turn.
+  // Facing the other way weakens the evidence less: people turn.
   EXPECT_LT(ratio(1.0, 3.0, 0.0), unknown - 0.4);
   EXPECT_GT(ratio(1.0, 3.0, 0.0), unknown - 1.5);
   // Left and right are as good.
   EXPECT_NEAR(ratio(1.0, 0.5, 0.0), ratio(1.0, -0.5, 0.0), 1e-9);
-  // After minutes, and of who strides, next to nothing.
+  // After minutes, and for striding people, hardly any evidence.
   EXPECT_NEAR(ratio(120.0, 0.1, 0.0), ratio(120.0, 3.0, 0.0), 0.05);
   EXPECT_LT(ratio(1.0, 0.1, 2.0) - ratio(1.0, 3.0, 2.0),
             0.25 * (ratio(1.0, 0.1, 0.0) - ratio(1.0, 3.0, 0.0)));
 }
 
 TEST(MotionModelTest, PeopleStayInTheSpace) {
-  // After some seconds anything within the space may be; that much lies outside
-  // of it is no reason to expect less within.
+  // After some seconds the person may be anywhere in the space; probability
+  // outside it must not reduce that inside.
   const IdentityMotion model = Box();
   const double ratio =
       model.LogRatio(State(0.0, 0.0, 0.0), State(4.0, 1.0, 0.0), 0.04);
@@ -221,7 +221,7 @@ TEST(ContactsTest, AHopThatNobodySawIsKeptAndCutThere) {
   EXPECT_NEAR(after.position_m.x() - before.position_m.x(), 1.2, 0.03);
   EXPECT_GE(pieces.tracklets[1].first().frame, 140);
   EXPECT_LE(pieces.tracklets[1].first().frame, 150);
-  // Nobody does that.
+  // Impossible motion.
   EXPECT_LT(Box().LogRatio(before, after, 0.04), -3.0);
 }
 

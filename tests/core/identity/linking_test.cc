@@ -124,7 +124,7 @@ TEST(LinkingTest, ExchangedPeopleAreChangedBack) {
     EXPECT_LT(x_of(frame, 0), 0.0) << frame;
     EXPECT_GT(x_of(frame, 1), 0.0) << frame;
   }
-  // Who trusts the tracker more keeps what it did.
+  // With more trust in the tracker, its result is kept.
   LinkOptions trusting;
   trusting.continuity = 1000.0;
   EXPECT_TRUE(Link(crowd, trusting).Of(EditOp::kSwap).empty());
@@ -201,7 +201,8 @@ TEST(LinkingTest, AShortVisitInAGapOfAPersonIsTheirs) {
 }
 
 TEST(LinkingTest, PeopleWhoPassEachOtherStayWhoTheyAre) {
-  // As near as people pass, and of the same size: only motion tells.
+  // At the distance at which people pass, and of equal size: only motion
+  // distinguishes them.
   CrowdMaker crowd(200);
   crowd.Add({0, 0, 199, {-4.0, -0.25}, {1.0, 0.0}, 1.0})
       .Add({1, 0, 199, {4.0, 0.25}, {-1.0, 0.0}, 1.0});
@@ -318,8 +319,8 @@ TEST(LinkingTest, DoublesGo) {
 }
 
 TEST(LinkingTest, AKnownNumberOfPeopleJoinsWhatIsLeft) {
-  // Somebody too short to measure comes from elsewhere after ten seconds:
-  // nothing tells.
+  // A person seen too briefly to be measured enters after ten seconds: no
+  // evidence.
   CrowdMaker crowd(500);
   crowd.Add({0, 0, 199, {-2.0, 0.0}, {0.0, 0.0}, 1.0})
       .Add({1, 450, 451, {2.0, 0.0}, {0.0, 0.0}, 1.0});

@@ -13,7 +13,8 @@ namespace {
 
 const Eigen::Vector3d kUp = Eigen::Vector3d::UnitZ();
 
-// Who stands with the right wrist (joint 10) raised by so much, in one frame.
+// A standing person in one frame with the right wrist (joint 10) raised by this
+// much.
 LimbPosture Raised(double raised_m, double turn_rad = 0.0) {
   testing::CrowdMaker crowd(1);
   crowd.Add({0, 0, 0, {1.0, 2.0}, {0.0, 0.0}, 1.0}, 0.0);
@@ -52,7 +53,7 @@ TEST(PostureTest, TooFewJointsAreNoPosture) {
 
 TEST(PostureTest, ItTellsMuchAtOnceAndLittleLater) {
   const PostureModel model({}, kUp);
-  // 0.1 m as one's own after 0.2 s, 0.4 m as a stranger's.
+  // 0.1 m as one's own after 0.2 s, 0.4 m as another person's.
   const LimbPosture here = Raised(0.0);
   const LimbPosture own = Raised(0.1 * std::sqrt(12.0));
   const LimbPosture other = Raised(0.4 * std::sqrt(12.0));

@@ -1,5 +1,5 @@
-// Broken files: each ends in one InputError, a single line that names the file
-// and says what is wrong; never in a crash, a wrong answer or another error.
+// Broken files: each results in one InputError, a single line that names the
+// file and the problem; never in a crash, a wrong result or another error.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -55,7 +55,8 @@ std::string Replaced(std::string text, const std::string& what,
   return text.replace(at, what.size(), with);
 }
 
-// --- Good files, which the corpus spoils -----------------------------------
+// --- Valid files, which the corpus corrupts
+// ------------------------------------
 
 std::string OpenPose(int numbers) {
   return "{\"version\": 1.3, \"people\": [{\"person_id\": [-1], "
@@ -463,7 +464,8 @@ TEST(BrokenFiles, HeldOutSets) {
   }
 }
 
-// Python writes NaN into JSON, JavaScript null; names in texts are left alone.
+// Python writes NaN into JSON, JavaScript null; NaN within texts is not
+// changed.
 TEST(NotANumber, IsAMissingJoint) {
   const TemporaryFolder folder;
   const auto found = [&](const std::string& content, const std::string& what,

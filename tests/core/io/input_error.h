@@ -1,4 +1,4 @@
-// Inputs that must be refused, and the message of the InputError that does it.
+// Inputs that must be rejected, and the message of the resulting InputError.
 #ifndef KINEGRAPH_TESTS_CORE_IO_INPUT_ERROR_H_
 #define KINEGRAPH_TESTS_CORE_IO_INPUT_ERROR_H_
 
@@ -33,7 +33,7 @@ std::string InputErrorOf(const Call& call) {
   return {};
 }
 
-// `call` is refused with a message that says this.
+// `call` is rejected with a message that contains this.
 template <typename Call>
 void ExpectInputError(const Call& call, const std::string& said) {
   const std::string message = InputErrorOf(call);
@@ -41,7 +41,7 @@ void ExpectInputError(const Call& call, const std::string& said) {
       << message << "\nexpected: " << said;
 }
 
-// The message with which `read` refuses a file of this name and content, which
+// The message with which `read` rejects a file of this name and content; it
 // begins with the file.
 template <typename Read>
 std::string FaultIn(const std::string& name, const std::string& text,
@@ -53,7 +53,7 @@ std::string FaultIn(const std::string& name, const std::string& text,
   return message;
 }
 
-// Each of these texts is refused with a message that says what stands beside.
+// Each of these texts is rejected with a message that contains the second text.
 using Faults = std::vector<std::pair<std::string, std::string>>;
 template <typename Read>
 void ExpectFaultsIn(const std::string& name, const Faults& faults,

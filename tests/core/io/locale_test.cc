@@ -88,8 +88,8 @@ Written FilesOf(const fs::path& path) {
 }
 
 // Writes a path in either locale: the files are the same, and so is what is
-// read of them, as text of our own format. Whether a reader took them: some
-// formats have other skeletons, or lack the size of images.
+// read of them, as text of our own format. Returns whether a reader accepted
+// them: some formats have other skeletons, or lack image sizes.
 template <typename Write, typename Rewrite>
 bool ExpectSameInCommas(const Write& write, const Rewrite& rewrite) {
   const TemporaryFolder folder;

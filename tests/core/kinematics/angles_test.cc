@@ -39,7 +39,7 @@ void ExpectAngles(const PosedPerson& person,
   }
 }
 
-// These have no meaning.
+// These are undefined.
 void ExpectNone(const PosedPerson& person,
                 const std::vector<std::string>& names) {
   const auto angles = AnglesAt(person.pose());
@@ -47,7 +47,7 @@ void ExpectNone(const PosedPerson& person,
     EXPECT_EQ(angles.count(name), 0u) << name;
 }
 
-// Who stands but for this turn about the first joint.
+// A standing person except for this rotation about the first joint.
 PosedPerson Turned(const std::vector<std::string>& joints, double deg,
                    const Vec& axis) {
   PosedPerson person;
@@ -196,11 +196,11 @@ TEST(JointAngles, NothingIsMadeUp) {
   person = PosedPerson();
   person.Put("l_knee", person.At("l_hip"));
   ExpectNone(person, {"l_knee_flexion", "l_hip_flexion"});
-  // A thigh along the axis of flexion says nothing of flexion.
+  // With the thigh along the axis of flexion, flexion is undefined.
   person = Turned({"l_hip", "l_knee"}, 85, kX);
   ExpectNone(person, {"l_hip_flexion"});
   ExpectAngles(person, {{"l_hip_adduction", -85}});
-  // Who lies on the side has no heading.
+  // A person lying on their side has no heading.
   person = PosedPerson();
   EXPECT_EQ(AnglesAt(person.pose(), kY).count("trunk_forward"), 0u);
   person.pose().joints[PosedPerson::Index("l_ankle")].status =

@@ -148,7 +148,7 @@ TEST(Kinematics, CentreOfMassByHand) {
   EXPECT_EQ(MeasureKinematics(hand).IndexOf("com_z_m"), -1);
 }
 
-// Somebody who lies: angles of the body stay, what rests on up goes.
+// A lying person: angles within the body exist, those that depend on up do not.
 TEST(Kinematics, WhereUpIsNotKnownNothingRestsOnIt) {
   TrackSequence tracks = Walk(11);
   for (TrackFrame& frame : tracks.frames) {

@@ -121,7 +121,7 @@ TEST_F(ReconstructionTest, SixLostJointsOfSeventeenFailFiveDoNot) {
   EXPECT_EQ(out_.seen_joints, 17);
 }
 
-// Two views that miss joints each for itself contradict each other in none.
+// Two views that each miss different joints do not conflict in any.
 TEST_F(ReconstructionTest, JointsOfOneViewAreNotLostInGraphMode) {
   for (int j = 0; j < 12; ++j) SeenBy(j, {j % 2});
   EXPECT_TRUE(Update({0, 0}));

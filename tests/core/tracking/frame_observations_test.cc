@@ -90,7 +90,7 @@ Counts CountsOf(const CameraRig& cameras, const DetectionSequence& recording) {
   return counts;
 }
 
-// Nothing here tells of a duplicate, so none may be dropped.
+// There are no duplicates here, so none may be dropped.
 TEST(DuplicateSuppression, NobodyOnShelfAndPose2Sim) {
   for (const auto& [name, least_people] :
        {std::pair{"shelf/detections/openpose", 4000u},
@@ -107,10 +107,10 @@ TEST(DuplicateSuppression, NobodyOnShelfAndPose2Sim) {
   }
 }
 
-// Eight people crowd a small area before five cameras and a heavy detector that
-// makes no duplicates: whoever is dropped was another one. Passing right in
-// front of each other does it for a frame; more than one in a thousand would
-// cost tracks.
+// Eight people crowd a small area before five cameras, with a noisy detector
+// that makes no duplicates: whatever is dropped was another person. It happens
+// for a frame when people pass in front of each other; more than one in a
+// thousand would cost tracks.
 TEST(DuplicateSuppression, AnotherPersonIsSeldomTakenForOne) {
   SceneOptions scene_options;
   scene_options.seed = 951;

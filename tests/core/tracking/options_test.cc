@@ -59,8 +59,8 @@ TEST(Gates, MetresAndSecondsBecomePixelsAndFrames) {
   EXPECT_NEAR(scaled.reconstruction.tau_frames, 6.0, 1e-12);
 }
 
-// The same scene in half the size with the cameras at half the distance asks
-// for the same gates per person: pixels that grow with the image of a person.
+// The same scene at half the size with the cameras at half the distance has the
+// same gates per person: pixels proportional to a person's image.
 TEST(Gates, GrowWithFocalLengthAndShrinkWithDistance) {
   TrackerOptions options;
   options.gates.units = GateUnits::kMetres;

@@ -143,13 +143,13 @@ TEST(Replay, GivesTheRunAgain) {
     options.life.max_gap_frames = test.max_gap_frames;
     options.life.backfill = test.backfill;
     const FrozenRecording frozen = Freeze(test.estimators, options);
-    // However many threads there are.
+    // Independent of the number of threads.
     ExpectEqual(frozen.frames, ReplayAll(frozen.replay(), -1, frozen.written(),
                                          /*threads=*/3));
   }
 }
 
-// What a camera saw must not reach a replay without it, whatever it saw.
+// A replay without a camera must not depend on that camera's detections.
 TEST(Replay, HasNothingFromTheCameraLeftOut) {
   FrozenRecording frozen = Freeze(Paper());
   const auto run = [&] {

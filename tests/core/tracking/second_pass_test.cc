@@ -206,17 +206,18 @@ TEST_F(ExtendEndsTest, FollowsBeyondBothEnds) {
 }
 
 TEST_F(ExtendEndsTest, StopsWhereViewsDoNotAgree) {
-  // Frames 2 and 15 on are seen by nobody; 5 and 6 by one view, in between.
+  // Frames 2 and from 15 on are seen by no view; 5 and 6, in between, by one.
   for (const int f : {2, 15, 16, 17, 18, 19}) views_[f] = 0;
   for (const int f : {5, 6}) views_[f] = 1;
   EXPECT_EQ(Run(From(8, 12)), From(0, 15));
-  // Longer than a lost track lives (10 frames): what comes after is not theirs.
+  // Longer than the life of a lost track (10 frames): what follows is not the
+  // same person.
   for (int f = 0; f < kFrames; ++f) views_[f] = f < 3 || f > 13 ? 4 : 0;
   views_[14] = 4;
   EXPECT_EQ(Run(From(14, 17)), From(14, kFrames));
 }
 
-// 0.3 m, which is nearer than two people ever are for long.
+// 0.3 m, closer than two people stay for long.
 TEST_F(ExtendEndsTest, StopsWhereAnotherPersonStands) {
   people_[1] = testing::StandingPerson(-0.8 + 0.27, 0.0);
   EXPECT_EQ(Run(From(8, 12)), From(8, 12));

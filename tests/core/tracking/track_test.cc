@@ -75,7 +75,7 @@ TEST(TrackLifeTest, LooksThatAreRareConfirmByTheTimeTheyStandFor) {
   EXPECT_EQ(life.state(), TrackState::kTentative);
   life.Step(12 * kFrame, true, true, 6.0);
   EXPECT_EQ(life.state(), TrackState::kConfirmed);
-  // One look alone is never enough, however long it stands for.
+  // A single look is never enough, whatever number of frames it stands for.
   TrackLife once = Born();
   EXPECT_EQ(once.state(), TrackState::kTentative);
   once.Step(1 * kFrame, true, false, 100.0);
@@ -103,7 +103,7 @@ TEST(LifeInFramesTest, SecondsLastAtEveryRateAndPaperModeCountsFrames) {
         // Below 12.5 Hz ages and gaps grow, up to five times.
         {InSeconds(10.0), 2, 5.0, 5.0},
         {InSeconds(2.0), 2, 4.0, 4.0},
-        // A track can miss nothing: a false positive cannot be recognised by
+        // A track cannot miss a frame: a false positive cannot be recognised by
         // its age.
         {InSeconds(0.5), 1, 1.0, 1.0}}) {
     EXPECT_EQ(one.life.confirm_hits, one.confirm_hits);
@@ -155,7 +155,7 @@ TEST(WriteGateTest, GapsAreBridgedUpToTheirLimit) {
   EXPECT_EQ(Write(options, "uuu..."), "--ww???");
   EXPECT_EQ(Write(options, "uuu...u"), "--wwwwww");
   EXPECT_EQ(Write(options, "uuu....u"), "--ww----w");
-  // The end of a life is no gap.
+  // The end of a life is not a gap.
   EXPECT_EQ(Write(options, "uuu.........."), "--ww----------");
 }
 

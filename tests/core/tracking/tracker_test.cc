@@ -73,8 +73,8 @@ TEST_F(TrackerTest, ATrackSurvivesNineMissedFramesNotTen) {
 }
 
 TEST_F(TrackerTest, ADroppedStretchLongerThanALifeEndsEveryTrack) {
-  // Frames that are not there at all: a track of age 10 may still be matched,
-  // an older one not, although its gate has grown past the whole image.
+  // Missing frames: a track of age 10 may still be matched, an older one not,
+  // because its gate has grown beyond the image.
   for (const int age : {10, 11, 200}) {
     const auto tracker = Make();
     Show(tracker.get(), 0, 5, {Stander()});
@@ -85,7 +85,7 @@ TEST_F(TrackerTest, ADroppedStretchLongerThanALifeEndsEveryTrack) {
     ASSERT_EQ(frames_.size(), 6u);
     EXPECT_EQ(tracker->people_so_far(), age == 10 ? 1 : 2) << "age " << age;
     EXPECT_EQ(frames_[4].people.size(), 1u);
-    // Somebody new is not confirmed yet.
+    // A new person is not confirmed yet.
     EXPECT_EQ(frames_[5].people.size(), age == 10 ? 1u : 0u) << "age " << age;
   }
 }
@@ -142,9 +142,9 @@ TEST_F(TrackerTest, OneViewGoesOnWhileOlderOnesCount) {
   }
 }
 
-// A sprint start, 10 m/s^2 to 8 m/s: at the end each frame is 0.3 m from the
-// one before and 0.05 m from where the velocity of the last five leads; 20 px
-// are 0.1 m at 5 m.
+// A sprint start, 10 m/s^2 up to 8 m/s: at the end each frame is 0.3 m from the
+// previous one and 0.05 m from the prediction by the velocity of the last five;
+// 20 px are 0.1 m at 5 m.
 TEST_F(TrackerTest, WhoRunsIsExpectedFartherOn) {
   for (const double prediction_s : {0.0, 0.2}) {
     TrackerOptions options;
@@ -166,8 +166,8 @@ TEST_F(TrackerTest, WhoRunsIsExpectedFartherOn) {
   }
 }
 
-// A hop of 0.15 m, more than the gate of the views that see it from the side:
-// the others follow it, and nobody new has come.
+// A hop of 0.15 m, beyond the gate of the views from the side: the others
+// follow it, and no new person appears.
 TEST_F(TrackerTest, ViewsThatLoseSomebodyStartNoDouble) {
   for (const AssociationRules rules :
        {AssociationRules::kPaper, AssociationRules::kGraph}) {
@@ -217,9 +217,9 @@ DetectionFrame AmongStrays(DetectionFrame seen, size_t views, int strays) {
   return seen;
 }
 
-// Where six detections in either of two views are nobody's, one pair of them
-// agrees by chance: three cameras that look there and see nobody speak against
-// it.
+// With six unmatched detections in each of two views, one pair of them agrees
+// by chance: three cameras that face the position without a detection are
+// evidence against it.
 TEST_F(TrackerTest, WhomTwoViewsOfFiveShowAmongStraysIsNobody) {
   const auto count = [&](AssociationRules rules, size_t views, int strays) {
     TrackerOptions options;
@@ -234,8 +234,8 @@ TEST_F(TrackerTest, WhomTwoViewsOfFiveShowAmongStraysIsNobody) {
   EXPECT_EQ(count(AssociationRules::kPaper, 2, 5), 1u);
 }
 
-// Two views show six joints of somebody, who is a person after a second of it;
-// one frame of ten joints was always enough. In paper mode six are never.
+// Two views show six joints of a person, who starts a track after a second; one
+// frame of ten joints was always enough. In paper mode six never are.
 TEST_F(TrackerTest, WhomFewJointsShowBeginsWithTime) {
   const auto people_after = [&](AssociationRules rules, int frames,
                                 size_t joints) {
@@ -257,7 +257,7 @@ TEST_F(TrackerTest, WhomFewJointsShowBeginsWithTime) {
   EXPECT_EQ(people_after(AssociationRules::kPaper, 50, 6), 0);
 }
 
-// What agrees for 0.4 s in each second is forgotten in between.
+// Agreement for 0.4 s in each second is forgotten in between.
 TEST_F(TrackerTest, WhomFewJointsShowNowAndThenIsNobody) {
   const auto tracker = Make(By(AssociationRules::kGraph));
   for (int f = 0; f < 100; ++f) {
@@ -273,9 +273,9 @@ TEST_F(TrackerTest, WhomFewJointsShowNowAndThenIsNobody) {
   EXPECT_EQ(tracker->people_so_far(), 0);
 }
 
-// The second of two views that are left sees half of somebody. That is enough
-// to live on, but not among strays, where it may be chance; all of the joints
-// are enough there.
+// The second of the two remaining views sees half of a person. That keeps the
+// track alive, but not among strays, where it may be chance; there all joints
+// are needed.
 TEST_F(TrackerTest, WhoIsHardlySeenAmongStraysDiesAsIfUnseen) {
   const auto lives = [&](AssociationRules rules, size_t joints, int strays) {
     TrackerOptions options = By(rules);
@@ -298,11 +298,11 @@ TEST_F(TrackerTest, WhoIsHardlySeenAmongStraysDiesAsIfUnseen) {
   EXPECT_EQ(lives(AssociationRules::kPaper, 9, 0), 1u);
 }
 
-// Elbows to ankles leap by 2 m. Two views see only what stayed, and go on; the
-// others, which see all, do not fit any more. The track's own arms and legs are
-// where they were, but that is a prediction's word: nobody new has come. Unless
-// the track was lost before, for 0.16 s: then who is there may be another, whom
-// all views show.
+// Elbows to ankles jump by 2 m. Two views see only what stayed and follow it;
+// the others, which see everything, no longer fit. The track's own arms and
+// legs are where they were, but only as a prediction: this is no new person.
+// Unless the track was lost before, for 0.16 s: then it may be another person,
+// seen by all views.
 TEST_F(TrackerTest, ViewsOfOnePersonAreNotSharedByTwo) {
   const auto leaps = [](size_t j) { return j > 6 && j != 11 && j != 12; };
   Pose3d leaper = Stander();
@@ -347,10 +347,11 @@ TEST_F(TrackerTest, ViewsOfOnePersonAreNotSharedByTwo) {
   }
 }
 
-// Two cameras, and two people one behind the other for the second of them. The
-// hind one is lost to the first camera and to the tracker; then the front one
-// is missed by the second camera, which still shows the hind one within the
-// gate. It goes on as that one, and is taken for nobody else.
+// Two cameras, and for the second of them two people one behind the other. The
+// person behind is lost to the first camera and to the tracker; then the second
+// camera misses the person in front and still shows the one behind within the
+// gate. The track continues with that person and is not confused with the
+// other.
 TEST_F(TrackerTest, WhoIsLostIsNotTakenForSomebodyElse) {
   cameras_ = testing::RingOfCameras(4);
   cameras_ = {cameras_[0], cameras_[1]};
@@ -380,13 +381,13 @@ TEST_F(TrackerTest, WhoIsLostIsNotTakenForSomebodyElse) {
       }
     }
     EXPECT_EQ(tracker->people_so_far(), 2);
-    // The paper's tracker shows that the scene is one where it matters.
+    // The paper's tracker confirms that the scene tests this.
     EXPECT_EQ(taken > 0, rules == AssociationRules::kPaper);
   }
 }
 
-// After a tenth of a second without a detection the body has gone on by 0.6 m;
-// 0.2 s on it is expected to stay.
+// After a tenth of a second without a detection the body is predicted 0.6 m
+// further on; after 0.2 s it is expected to stay.
 TEST_F(TrackerTest, NobodyIsExpectedToGoOnForLong) {
   const auto estimator = Unsmoothed(Scene());
   const FrameClock clock(kFrameRate);
@@ -396,7 +397,7 @@ TEST_F(TrackerTest, NobodyIsExpectedToGoOnForLong) {
     frame.time = clock.TimeOf(f);
     frame.has_initial = true;
     frame.initial = testing::StandingPerson(0.24 * f, 0.0);  // 6 m/s
-    frame.initial[9].position_m.z() += 0.3 * f;  // a hand goes its own way
+    frame.initial[9].position_m.z() += 0.3 * f;  // a hand moves independently
     frame.triangulated.assign(frame.initial.size(), 1);
     estimator->Add(frame);
   }
@@ -478,7 +479,7 @@ TEST_F(TrackerTest, ThreadsDoNotChangeABit) {
   EXPECT_EQ(results[0], results[1]);
 }
 
-// Counts the finals that nobody has taken yet.
+// Counts final poses that have not been extracted.
 class FinalsCounter final : public Estimator {
  public:
   FinalsCounter(std::unique_ptr<Estimator> inner, int* waiting)
@@ -586,11 +587,11 @@ TEST_F(TrackerTest, TheFrontEndOfChenFollowsExactDetections) {
   }
 }
 
-// Somebody jumps 0.3 m aside as view 0 sees it, and view 2, opposite, sees them
-// for the first time: it has no 2D joint to compare with, and 0.3 m from the
-// ray is twice alpha_3d. View 0 remembers a 2D joint and is matched all the
-// same; with its measurement in what is expected, view 2 is too. Views 1 and 3
-// look along the jump.
+// A person jumps 0.3 m sideways as seen by view 0, and view 2, opposite, sees
+// them for the first time: it has no 2D joint to compare with, and 0.3 m from
+// the ray is twice alpha_3d. View 0 remembers a 2D joint and is matched
+// nevertheless; with its measurement in the expected pose, view 2 is too. Views
+// 1 and 3 look along the jump.
 TEST_F(TrackerTest, IncrementalUpdatesHelpTheViewsThatFollow) {
   cameras_ = testing::RingOfCameras(4);
   const Eigen::Vector3d aside = 0.3 * cameras_[0].R().row(0).transpose();

@@ -1,5 +1,5 @@
 // Truth in, truth out, through the whole front end: synthetic detections are
-// tracked, and what comes out is compared with the scene.
+// tracked and the result is compared with the scene.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -64,7 +64,7 @@ std::vector<TrackFrame> TrackAll(const Scene& scene,
 }
 
 // Errors [m] of all joints that every camera supports, of true and found poses
-// paired one to one at the frame's own time; nobody is found twice.
+// paired one-to-one at the frame's own time; no person may be found twice.
 std::vector<double> ErrorsOf(const Scene& scene,
                              const DetectionSequence& detections,
                              const std::vector<TrackFrame>& tracks) {
@@ -108,8 +108,8 @@ TEST(TruthTest, ExactDetectionsOfDistortingCamerasGiveTheSceneBack) {
   EXPECT_LT(*std::max_element(errors_m.begin(), errors_m.end()), 1e-6);
 }
 
-// Cameras that look 20 ms before or after the beat: a pose belongs to its
-// `time` if the detections tell when each camera looked.
+// Cameras that capture 20 ms before or after the nominal time: a pose belongs
+// to its `time` if the detections have each camera's capture time.
 TEST(TruthTest, ToldClockOffsetsAreUndoneAtTheFramesTime) {
   const Scene scene = SmallScene({});
   PlainOptions options;
@@ -138,9 +138,9 @@ TEST(TruthTest, ToldClockOffsetsAreUndoneAtTheFramesTime) {
   const double without_m = rms_m(0.0, true);
   const double told_m = rms_m(0.02, true);
   const double untold_m = rms_m(0.02, false);
-  // Untold, an offset moves each ray by 20 ms of the motion. Told, only the
-  // change of velocity within 20 ms is left: a t^2 / 2 = 2 mm at 10 m/s^2 for
-  // each ray, averaged over five cameras about 1 mm.
+  // Without capture times an offset moves each ray by 20 ms of the motion. With
+  // them, only the change of velocity within 20 ms remains: a t^2 / 2 = 2 mm at
+  // 10 m/s^2 for each ray, averaged over five cameras about 1 mm.
   EXPECT_LT(told_m, without_m + 0.001);
   EXPECT_LT(told_m, 0.5 * untold_m);
 }

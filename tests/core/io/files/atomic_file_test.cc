@@ -66,7 +66,7 @@ TEST_F(AtomicFilesTest, AreNoFoldersAndNeedAFolder) {
   }
 }
 
-// A folder appears as a whole, and takes the place of an empty one alone.
+// A folder appears as a whole, and only replaces an empty one.
 TEST_F(AtomicFilesTest, AFolderAppearsWhenCommitted) {
   const auto write_in = [](const AtomicFolder& folder) {
     WriteTextFile(folder.PathOf("a.txt"), "text");
@@ -147,8 +147,8 @@ TEST_F(AtomicFilesTest, AreRefusedBeforeAnythingIsWritten) {
   }
 }
 
-// The first file is renamed last: where it cannot be, it stays as it was, and
-// its fingerprint in the others is not that of what is there.
+// The first file is renamed last: if that fails it is unchanged, and the
+// fingerprints in the others differ from it.
 TEST_F(AtomicFilesTest, TheFirstAppearsAfterTheOthers) {
   AtomicFiles files;
   const std::string tracks = files.Aside(Path("a.jsonl"));

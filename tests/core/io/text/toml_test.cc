@@ -25,7 +25,7 @@ std::string Repeated(const std::string& part, int count) {
   return text;
 }
 
-// Empty: it is taken.
+// Empty if accepted.
 std::string TomlError(const std::string& text) {
   try {
     ToJson(ParseToml(text, "a.toml"));
@@ -81,9 +81,9 @@ TEST(ParseToml, LimitsValues) {
               HasSubstr("a.toml:1: holds more than 1000000 values"));
 }
 
-// The guard is tested against the parser that it guards: whatever it lets
-// through is parsed, walked and destroyed within 64 kB of stack, or this
-// program ends by a signal.
+// The guard is tested against the parser that it protects: whatever it accepts
+// is parsed, walked and destroyed within 64 kB of stack, or this program ends
+// by a signal.
 TEST(ParseToml, WhatTheGuardTakesNeedsLittleStack) {
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
   GTEST_SKIP() << "sanitizers need more stack";
