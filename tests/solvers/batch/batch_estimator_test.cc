@@ -100,7 +100,7 @@ TEST_F(BatchEstimatorTest, UsesEachCamerasOwnClock) {
   SimulatedNoise noise;
   noise.sigma_scale = 0.0;
   SimulatedRecording recording = Simulate(60, noise);
-  // Camera 0 looks 20 ms late, and sees where the joints are then.
+  // Camera 0 captures 20 ms late, and sees where the joints are then.
   for (size_t k = 0; k < 60; ++k) {
     recording.frames[k].views[0].capture_time += 20'000'000;
     for (size_t j = 0; j < 3; ++j) {
@@ -151,12 +151,13 @@ TEST_F(BatchEstimatorTest, ABoneAndOneViewDoNotPlaceAJointForLong) {
   const auto sigma_m = [](const std::vector<FinalPose>& finals, size_t k) {
     return std::sqrt(finals[k].person.covariances[kWrist]->trace());
   };
-  // Two frames are less than a tenth of a second: the bone counts.
+  // Two frames are less than a tenth of a second: the covariance with the bone
+  // is reported.
   EXPECT_LT(sigma_m(held, kLost + 1), sigma_m(free, kLost + 1));
-  // Ten are more. Both state the same but for where they stand and how right
-  // they take the pixels' noise to be.
+  // Ten are more. Both report the same except for positions and estimated pixel
+  // noise.
   EXPECT_NEAR(sigma_m(held, kLost + 10) / sigma_m(free, kLost + 10), 1.0, 0.2);
-  // The elbow has lost nothing.
+  // The elbow's covariance is unaffected.
   EXPECT_LT(std::sqrt(held[kLost + 10].person.covariances[1]->trace()),
             0.5 * sigma_m(held, kLost + 10));
 }

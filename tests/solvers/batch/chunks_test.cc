@@ -14,7 +14,7 @@
 namespace kinegraph {
 namespace {
 
-// An arm's take of half a minute, with gaps.
+// Half a minute of an arm, with gaps.
 class ChunksTest : public ::testing::Test {
  protected:
   void SetUp() override {
@@ -28,7 +28,7 @@ class ChunksTest : public ::testing::Test {
     recording_ = testing::Simulate(
         scene_, options_, testing::WalkingMotion(scene_, 750), noise, 61);
     recording_.Connect();
-    // Nobody sees anything for two seconds across the end of a chunk.
+    // No observations for two seconds across the end of a chunk.
     for (size_t k = 165; k < 215; ++k) recording_.frames[k].views.clear();
     problem_ = testing::Assemble(scene_, options_, recording_.frames);
   }
@@ -70,8 +70,8 @@ TEST_F(ChunksTest, OwnEveryFrameOnce) {
   EXPECT_TRUE(MakeChunks(PersonProblem(), 10.0).empty());
 }
 
-// Observed joints are where the whole recording puts them, within 0.1 mm for 99
-// of 100: what lies 28 frames away has next to no say.
+// Observed joints agree with the whole recording's within 0.1 mm for 99 of 100:
+// frames 28 away have almost no influence.
 TEST_F(ChunksTest, FindWhatTheWholeTakeFinds) {
   const PersonProblem whole = Solve(0.0, 1);
   const PersonProblem chunks = Solve(7.0, 1);
@@ -117,7 +117,7 @@ TEST_F(ChunksTest, CovariancesAreThoseOfTheWholeTake) {
     ASSERT_EQ(covariances[1][j].size(), 750u);
     for (size_t k = 0; k < 750; ++k) {
       const Matrix6d& whole = covariances[0][j][k];
-      // Behind a gap of two seconds half a second holds the joint.
+      // After a gap of two seconds, half a second determines the joint.
       if (CountInliers(solved.joints[j], k, options_.inlier_weight) < 2) {
         continue;
       }

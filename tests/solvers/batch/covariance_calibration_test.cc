@@ -1,4 +1,4 @@
-// Are the stated covariances right, and do outliers stay outside? Motion is
+// Are the reported covariances right, and do outliers stay outside? Motion is
 // drawn from the estimators' own prior, detections from their noise model.
 #include <gtest/gtest.h>
 
@@ -29,8 +29,8 @@ struct Consistency {
   double nees = 0.0;      // normalised estimation error squared
   double inside = 0.0;    // the 95 % ellipsoid
   double squared = 0.0;   // errors [m^2]
-  double variance = 0.0;  // what was stated [m^2]
-  // Of all that are written, bridged ones too.
+  double variance = 0.0;  // reported [m^2]
+  // Of all written poses, bridged ones included.
   double written = 0.0;
   double written_squared = 0.0;
   double rmse_m() const { return std::sqrt(written_squared / written); }
@@ -131,9 +131,8 @@ Consistency Measure(bool batch, const GraphOptions& options,
 
 class Defaults : public ::testing::TestWithParam<bool> {};
 
-// The default loss with exact white noise: J'WJ alone would claim too little,
-// the correction makes it right. And all defaults, with detections as detectors
-// make them.
+// The default loss with exact white noise: J'WJ alone would be too small, the
+// correction makes it right. And all defaults, with realistic detections.
 TEST_P(Defaults, Cover) {
   GraphOptions white = testing::FixedNoise();
   white.correlation_time_s = 0.0;
@@ -181,7 +180,7 @@ TEST_P(Defaults, GrossOutliersCostLittle) {
 INSTANTIATE_TEST_SUITE_P(Estimators, Defaults, ::testing::Bool());
 
 TEST(NoiseScale, IsFoundFromTheResiduals) {
-  // A detector twice as bad as the options say: the batch states so.
+  // A detector with twice the configured error: the batch reports it.
   GraphOptions options = testing::FixedNoise();
   options.correlation_time_s = 0.0;
   options.information_scale = 1.0;

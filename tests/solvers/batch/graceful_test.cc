@@ -1,5 +1,5 @@
-// Whatever goes wrong, an estimator answers finite poses whose status and
-// covariance say what they are worth.
+// Whatever goes wrong, an estimator returns finite poses with appropriate
+// status and covariance.
 #include <glog/logging.h>
 #include <gtest/gtest.h>
 
@@ -151,7 +151,7 @@ TEST_P(Graceful, LeavingAndComingBack) {
   EXPECT_EQ(finals[20].person.joints[0].status, JointStatus::kObserved);
   EXPECT_EQ(finals[35].person.joints[0].status, JointStatus::kInferred);
   EXPECT_EQ(finals[50].person.joints[0].status, JointStatus::kMissing);
-  // As near to what comes as to what was.
+  // Equally near to the next and the previous observation.
   EXPECT_EQ(finals[65].person.joints[0].status, JointStatus::kInferred);
   for (const size_t k : {33, 67}) {
     EXPECT_LT(
@@ -196,7 +196,7 @@ TEST_P(Graceful, AllDetectionsAreOutliers) {
   noise.outlier_high_px = 2000.0;
   Make(60, noise);
   const auto finals = Run();
-  // Hardly anything agrees, and the status says so.
+  // Hardly anything agrees, and the status reflects it.
   EXPECT_LT(Count(finals, JointStatus::kObserved), 60);
 }
 
@@ -268,7 +268,7 @@ TEST_P(GracefulOptions, ASolverThatMayNotConverge) {
   options.estimate_noise_scale = false;
   SimulatedRecording recording = testing::Simulate(
       scene, options, testing::WalkingMotion(scene, 30), SimulatedNoise(), 43);
-  // Starts a metre off: one step cannot settle.
+  // Starts a metre off: one step cannot converge.
   for (EstimatorFrame& frame : recording.frames) {
     for (Joint3d& joint : frame.initial) joint.position_m.x() += 1.0;
   }
@@ -277,8 +277,8 @@ TEST_P(GracefulOptions, ASolverThatMayNotConverge) {
   for (const FinalPose& pose : testing::Run(batch.get(), recording.frames)) {
     for (const Joint3d& joint : pose.person.joints) {
       EXPECT_TRUE(joint.position_m.allFinite());
-      // Ceres goes on from the block-tridiagonal step, and its own settles
-      // most.
+      // Ceres continues from the block-tridiagonal step, and its own converges
+      // for most.
       if (options.solver == GraphSolver::kBlockTridiagonal) {
         EXPECT_NE(joint.status, JointStatus::kObserved);
       }
@@ -289,7 +289,8 @@ TEST_P(GracefulOptions, ASolverThatMayNotConverge) {
 
 INSTANTIATE_TEST_SUITE_P(SolversAndBones, GracefulOptions, kAllKinds);
 
-// Lengths that no pose can have: the bone solver has to give up somewhere.
+// Lengths that are impossible in any pose: the bone solver must give up
+// somewhere.
 TEST(BoneSolverTest, SaysWhereItDidNotSettle) {
   SceneModel scene =
       testing::SmallScene(testing::RingOfCameras(5, 5.0, 1000.0), 25.0);

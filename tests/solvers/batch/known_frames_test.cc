@@ -74,8 +74,8 @@ class KnownFramesTest : public ::testing::Test {
 TEST_F(KnownFramesTest, TheSameMatchesAreNotSolvedAgain) {
   const Run alone = Pass(recording_.frames, nullptr);
   EXPECT_GT(alone.counts.solves, 0);
-  // The tracker remembers views in the order in which it matched them first:
-  // it does not matter.
+  // The tracker passes views in the order of their first match, which is
+  // irrelevant.
   std::vector<EstimatorFrame> turned = recording_.frames;
   for (EstimatorFrame& frame : turned) {
     std::reverse(frame.views.begin(), frame.views.end());

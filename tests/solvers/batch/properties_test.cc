@@ -1,7 +1,7 @@
-// What must not matter: where the world's origin lies, what a length is
-// measured in, how cameras, detections and people are numbered, an eye that
-// sees nothing, the direction of time. The matches of one run are frozen and
-// the batch estimates anew, with its defaults.
+// Invariances: the world's origin, the unit of length, the numbering of
+// cameras, detections and people, a camera without detections, the direction of
+// time. The matches of one run are frozen and the batch estimates again, with
+// its defaults.
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
@@ -164,17 +164,18 @@ TEST_P(PropertiesTest, AMovedWorldMovesTheResult) {
   EXPECT_LT(FarthestJoint(EstimateAll(world_, fixed), EstimateAll(moved, fixed),
                           move),
             kSameMinimumMetres);
-  // What is learnt of the noise is learnt from triangulated starts, and DLT
-  // (algebraic, as in the paper) sees the origin of the world: sigmas differ in
-  // the third digit, and a sigma that is 1 % off moves a joint by 1 % of its
-  // deviation of 10 to 20 mm from what the motion leads to.
+  // Noise is learnt from triangulated starts, and DLT (algebraic, as in the
+  // paper) depends on the world's origin: sigmas differ in the third digit, and
+  // a sigma with an error of 1 % moves a joint by 1 % of its deviation of 10 to
+  // 20 mm from the prediction.
   constexpr double kNoiseLearntElsewhereMetres = 2e-4;
   EXPECT_LT(FarthestJoint(estimate_, EstimateAll(moved), move),
             kNoiseLearntElsewhereMetres);
 }
 
-// Another unit of length: a world twice as large whose constants of length are
-// doubled too. The detector's error is stated at 4 m, which is then 8.
+// Another unit of length: a world twice as large with all lengths among the
+// constants doubled. The detector's error, defined at 4 m, is then defined at
+// 8.
 TEST_P(PropertiesTest, AnotherUnitScalesTheResult) {
   static constexpr double kUnit = 2.0;
   World scaled = world_;
@@ -256,9 +257,9 @@ TEST_P(PropertiesTest, ADoubledCameraTightensCovariances) {
       }
     }
   }
-  // One factor on all sigmas is estimated from the residuals, and single
-  // joints may lose a view to the loss, so the sum is looked at. A quarter
-  // more data of one direction tighten it by a few percent at least.
+  // One factor on all sigmas is estimated from the residuals, and single joints
+  // may lose a view to the loss, so the sum is tested. A quarter more data
+  // tighten it by at least a few per cent.
   EXPECT_GT(before, 0.0);
   EXPECT_LT(after, 0.98 * before);
 }
@@ -286,8 +287,7 @@ World Reversed(const World& world) {
   return other;
 }
 
-// What is estimated of the reversed take, by the frames of the recording
-// itself.
+// The estimate of the reversed take, by the recording's own frames.
 Estimate EstimateBackwards(const World& world,
                            const EstimatorOptions& options) {
   const int64_t last = world.detections.frames.back().frame;
@@ -301,10 +301,10 @@ Estimate EstimateBackwards(const World& world,
 }
 
 TEST_P(PropertiesTest, TimeReversedIsTheSameMotionBackwards) {
-  // What is learnt of the motion comes from filters that run forward
+  // The motion's noise is learnt by filters that run forward
   // (solvers/noise/motion_level.h): it differs by some per cent between the two
-  // directions, and a sigma that is 5 % off moves a joint by 5 % of its
-  // deviation of 10 to 20 mm from what the motion leads to.
+  // directions, and a sigma with an error of 5 % moves a joint by 5 % of its
+  // deviation of 10 to 20 mm from the prediction.
   constexpr double kMotionLearntBackwardsMetres = 1e-3;
   EXPECT_LT(FarthestJoint(estimate_, EstimateBackwards(world_, GraphMode())),
             kMotionLearntBackwardsMetres);

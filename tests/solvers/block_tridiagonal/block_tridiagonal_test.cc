@@ -22,8 +22,8 @@ namespace {
 using testing::ExpectSameStates;
 using testing::SimulatedNoise;
 
-// Ceres finds the minimum `ours` from the same start, and from there nothing
-// better.
+// Ceres finds the minimum `ours` from the same start, and nothing better when
+// started there.
 void ExpectMinimumOfCeres(const SolveSchedule& schedule, PersonProblem start,
                           const PersonProblem& ours, double tolerance_m) {
   EXPECT_TRUE(SolveWithCeres(schedule, &start).finite);
@@ -224,14 +224,14 @@ TEST_F(ChainSolverTest, SameBitsInAnyCompanyAndOnEveryInstructionSet) {
   joints.insert(joints.end(), problem_.joints.begin(), problem_.joints.end());
   joints.insert(joints.end(), problem_.joints.begin(), problem_.joints.end());
   ASSERT_GT(joints.size(), static_cast<size_t>(kLaneMultiple));
-  // Some of them unseen, some where no camera sees them.
+  // Some of them without measurements, some outside all images.
   joints[1].measurements.clear();
   joints[1].first.assign(joints[1].states.size() + 1, 0);
   for (State& state : joints[4].states) {
     state.head<3>() = 20.0 * scene_.cameras[0].centre();
   }
   SolveSchedule schedule = Exact(LossKind::kGemanMcClure, 3.0);
-  schedule.stages.back().max_iterations = 7;  // not all of them settle
+  schedule.stages.back().max_iterations = 7;  // not all of them converge
   UseInstructionSet(InstructionSet::kBaseline);
   ChainSolver solver;
   std::vector<JointChain> alone = joints;
@@ -329,8 +329,8 @@ TEST_F(BoneTest, MarginalisingKeepsValuesAndCovariances) {
   ExpectSameStates(by_ceres, rest, 1e-8);
 }
 
-// A joint that nobody sees for long leaves little beside what it is taken from:
-// the motion's information between two frames.
+// A joint without observations for long retains little information compared
+// with what is subtracted: that of the motion between two frames.
 TEST_F(BoneTest, MarginalisingKeepsAJointThatNobodySees) {
   constexpr size_t kFrames = 200;
   constexpr size_t kSeen = 5;
@@ -363,14 +363,15 @@ TEST_F(BoneTest, MarginalisingKeepsAJointThatNobodySees) {
   }
 }
 
-// What is stated knows the loss' correction also for frames that are gone.
+// Reported covariances include the loss' correction also for marginalised
+// frames.
 TEST_F(BoneTest, MarginalisingKeepsStatedCovariances) {
   Make(3, 10, SimulatedNoise());
   BoneSolver().Solve(Exact(LossKind::kGemanMcClure), &problem_);
   testing::ExpectDroppingKeepsCovariances(1.3, problem_);
 }
 
-// Bones steady both estimators: lengths vary less, and errors shrink.
+// Bones stabilise both estimators: lengths vary less, and errors shrink.
 TEST_F(BoneTest, EstimatorsGainFromBones) {
   SimulatedNoise noise;
   noise.correlation_time_s = 0.1;

@@ -1,4 +1,4 @@
-// What a window allocates once it is as long as it gets: nothing of its own.
+// A window of full length allocates no memory of its own.
 #include <gtest/gtest.h>
 
 #include <atomic>

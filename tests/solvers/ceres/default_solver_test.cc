@@ -1,4 +1,4 @@
-// Which solver a default run uses, told by its counts: no debugger needed.
+// The solver of a default run, identified by its counts.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -117,8 +117,8 @@ TEST_F(CeresThreadsTest, CeresAndWhatItCallsStayOnTheCallersThread) {
   EXPECT_EQ(ThreadsOfThisProcess(), before);
 }
 
-// What a solver has solved before leaves no trace in the bits: chunks of a
-// batch take whichever is idle.
+// Earlier solves of a solver do not affect its bits: chunks of a batch use
+// whichever is idle.
 class CeresSolverTest : public testing::SolverProblemTest {};
 
 TEST_F(CeresSolverTest, ForgetsWhatItSolvedBefore) {
@@ -160,9 +160,9 @@ TEST_F(CeresSolverTest, AStartWithoutAnImageIsGated) {
   EXPECT_EQ(chain.measurements[chain.first[9]].weight, 0.0);
 }
 
-// A joint that one view sees come nearer and nearer does not go through the
-// camera, where its information would have no bound: nobody's limb is a metre
-// or two from the rest for long.
+// A joint approaching the camera in its only view must not pass through it,
+// where its information would be unbounded: no limb is a metre or two from the
+// rest for long.
 TEST_F(CeresSolverTest, AJointOfOneViewStaysAboutItsPerson) {
   Make({1, 200, 71, false, 0}, SimulatedNoise());
   // Its pixels run outwards, as if it came towards the camera.
@@ -222,7 +222,7 @@ TEST(SolveCounts, TheLedgerTellsWhereNothingConverged) {
   EXPECT_EQ(ledger.NotConverged(), "");
   SolveCounts creeping = well;
   creeping.not_converged = 1;
-  // In whatever order threads hand in.
+  // In any order of the threads.
   for (const int64_t first : {30, 10, 40, 20}) {
     ledger.Add(creeping, first, first + 5);
   }

@@ -1,5 +1,5 @@
-// A user's own ceres::CostFunction is honoured by window, batch,
-// marginalisation and covariances.
+// A user's own ceres::CostFunction affects window, batch, marginalisation and
+// covariances.
 #include "solvers/ceres/user_factor.h"
 
 #include <ceres/autodiff_cost_function.h>
@@ -26,7 +26,7 @@ using testing::Apart;
 using testing::SimulatedNoise;
 using testing::SimulatedRecording;
 
-// As examples/own_factor.cc has it: a joint rests at a height above the floor.
+// As in examples/own_factor.cc: a joint rests at a height above the floor.
 struct FloorContact {
   template <typename T>
   bool operator()(const T* state, T* residual) const {
@@ -49,7 +49,7 @@ UserFactorSource Resting(const std::string& joint, int64_t first, int64_t last,
         FromCeres(new ceres::AutoDiffCostFunction<FloorContact, 4, 6>(
             new FloorContact{height_m}));
     contact.states = {{frame.skeleton->IndexOf(joint), frames_back}};
-    contact.loss = LossKind::kHuber;  // a wrong contact pulls, but gives way
+    contact.loss = LossKind::kHuber;  // a wrong contact has limited influence
     contact.loss_scale = 3.0;
     return factors;
   };
@@ -102,7 +102,7 @@ TEST_F(UserFactorTest, WindowAndBatchHonourIt) {
     EXPECT_LT(off(after), off(before)) << batch;
     ASSERT_TRUE(before.covariances[2] && after.covariances[2]);
     EXPECT_LT((*after.covariances[2])(2, 2), (*before.covariances[2])(2, 2));
-    // The other joints do not know of it: no bone ties them. Two solves that
+    // The other joints are unaffected: no bone connects them. Two solves that
     // converge to steps of 3e-5 m differ by about that.
     EXPECT_LT(Apart(after.joints[0], before.joints[0]), 1e-4);
     EXPECT_NEAR((*after.covariances[0])(2, 2), (*before.covariances[0])(2, 2),
@@ -125,7 +125,7 @@ TEST_F(UserFactorTest, WindowEqualsBatchAtTheEnd) {
   EXPECT_LT(
       Apart(batch.back().person.joints[2], window.back().person.joints[2]),
       2e-5);
-  // The factor did something.
+  // The factor has an effect.
   EXPECT_GT(Apart(batch[25].person.joints[2], plain[25].person.joints[2]),
             1e-3);
 }
@@ -139,7 +139,7 @@ TEST_F(UserFactorTest, EveryChunkOfTheBatchHonoursIt) {
   const PersonPose plain = Run(true, nullptr)[105].person;
   options_.chunk_s = 2.0;  // three of them
   const PersonPose chunk = Run(true, source)[105].person;
-  // What lies a second away has next to no say (chunks_test.cc).
+  // Observations a second away have almost no influence (chunks_test.cc).
   EXPECT_LT(Apart(chunk.joints[2], whole.joints[2]), 1e-4);
   EXPECT_GT(Apart(chunk.joints[2], plain.joints[2]), 1e-3);
   ASSERT_TRUE(chunk.covariances[2] && whole.covariances[2]);

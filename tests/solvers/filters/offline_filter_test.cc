@@ -132,7 +132,7 @@ TEST(OfflineFilterTest, NothingBeforeTheFirstOrAfterTheLastSample) {
 class EveryStrategyTest : public ::testing::TestWithParam<int> {
  protected:
   OutputKind kind() const { return static_cast<OutputKind>(GetParam()); }
-  // Window and batch have rules of their own.
+  // Window and batch have different rules.
   bool IsFilter() const {
     return kind() != OutputKind::kWindow && kind() != OutputKind::kBatch &&
            kind() != OutputKind::kGaussian;
@@ -271,8 +271,8 @@ TEST(OfflineFilterTest, RefusalsNameTheEstimator) {
     for (const EstimatorFrame& frame : frames) estimator->Add(frame);
     EXPECT_THROW(estimator->Finish(), InputError);
   }
-  // The other filters take time as it is, and a gap that parts the signal is
-  // no unevenness.
+  // The other filters accept non-uniform time, and a gap that splits the signal
+  // does not make it non-uniform.
   for (const OutputKind kind :
        {OutputKind::kRawDlt, OutputKind::kCentredGaussian,
         OutputKind::kHampelMedian, OutputKind::kOneEuro,
@@ -284,7 +284,7 @@ TEST(OfflineFilterTest, RefusalsNameTheEstimator) {
   options.filters.segments.max_gap_s = 0.05;
   const auto estimator = MakeOutput(OutputKind::kButterworth, options)(Scene());
   EXPECT_EQ(testing::Run(estimator.get(), frames).size(), 3u);
-  // Options that no frame rate can serve.
+  // Options invalid at any frame rate.
   options.filters.butterworth.cutoff_hz = 12.5;
   EXPECT_THROW(MakeOutput(OutputKind::kButterworth, options)(Scene()),
                OptionError);

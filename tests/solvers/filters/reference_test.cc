@@ -1,5 +1,5 @@
-// The filters beside independent ones: reference.py, by SciPy, statsmodels,
-// cvxopt and NumPy, made reference.json.
+// The filters against independent ones: reference.py created reference.json
+// with SciPy, statsmodels, cvxopt and NumPy.
 #include <gtest/gtest.h>
 
 #include <cstdlib>

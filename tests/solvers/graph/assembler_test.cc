@@ -62,7 +62,8 @@ TEST(NoiseScale, MedianAndTrimmedMeanIgnoreOutliers) {
     EXPECT_NEAR(EstimateNoiseScale(squares) / scale, 1.0, 0.016);
   }
   EXPECT_EQ(EstimateNoiseScale({}), 1.0);
-  EXPECT_NEAR(EstimateNoiseScale({8.0}), 1.0, 0.1);  // one says little
+  // One carries little information.
+  EXPECT_NEAR(EstimateNoiseScale({8.0}), 1.0, 0.1);
 }
 
 TEST(NoiseScale, CausalOneForgetsWhatIsOld) {
@@ -112,7 +113,7 @@ TEST(StatusOf, TellsBySupportNowEverAndNear) {
                           Case{1, true, 0.0, JointStatus::kInferred},
                           Case{0, true, 0.5, JointStatus::kInferred},
                           Case{0, true, 0.51, JointStatus::kMissing},
-                          // One view alone never told how far away it is.
+                          // One view alone never determined the distance.
                           Case{1, false, 0.0, JointStatus::kMissing},
                           Case{0, false, 0.1, JointStatus::kMissing}}) {
     EXPECT_EQ(StatusOf(one.inlier_views, one.ever_two_views,
@@ -200,7 +201,7 @@ TEST(DropUnsureJoints, NoneOfAWholeBodyWhoseDepthIsOpen) {
   EXPECT_TRUE(body.Missing().empty());
 }
 
-// Feet that two views never showed: the body's longest bone is the measure.
+// Feet that two views never showed: judged by the body's longest bone.
 TEST(DropUnsureJoints, OfABoneThatWasNeverMeasured) {
   TrunkAndLeg body;
   body.MakeUnsure(body.kAnkle, 3.0);

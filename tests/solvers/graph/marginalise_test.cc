@@ -107,7 +107,7 @@ TEST(Marginalise, MoreRowsThanAreKeptAtOnce) {
 }
 
 TEST(Marginalise, WhatIsUnknownStaysUnknown) {
-  // Only the dropped variable is measured: nothing is said of the kept one.
+  // Only the dropped variable is measured: no information on the kept one.
   Eigen::MatrixXd rows(2, 3);
   rows << 1.0, 0.0, 1.0, 0.0, 0.0, 0.0;
   const auto prior = Marginalise<2, 1>(rows);

@@ -26,7 +26,7 @@ class Looker {
   explicit Looker(uint64_t seed) : random_(seed) {}
 
   double noise_m = 0.01;     // of the length, truly
-  double modelled_m = 0.01;  // as the model has it
+  double modelled_m = 0.01;  // in the model
   double correlation = 0.0;  // of neighbouring looks' noise
 
   BoneObservation At(double length_m) {
@@ -54,7 +54,7 @@ class Looker {
   bool started_ = false;
 };
 
-// What so many looks tell of a bone whose length varies by `varies_m`.
+// The estimate from so many looks at a bone whose length varies by `varies_m`.
 BoneEstimate Told(Looker looker, int looks, double varies_m = 0.0) {
   Random random(7);
   BoneSpreads spreads(Legs());
@@ -67,7 +67,7 @@ BoneEstimate Told(Looker looker, int looks, double varies_m = 0.0) {
 TEST(BoneSpreads, ARigidBoneHasNoSpread) {
   for (const double modelled : {0.005, 0.01, 0.03}) {
     Looker looker(1);
-    looker.modelled_m = modelled;  // the residuals tell that it is wrong
+    looker.modelled_m = modelled;  // the residuals reveal the error
     const BoneEstimate estimate = Told(looker, 1000);
     // A median of 1000 looks of 1 cm: 0.4 mm.
     EXPECT_NEAR(estimate.length_sigma_m, 0.0004, 0.0001);
@@ -82,7 +82,7 @@ TEST(BoneSpreads, ARigidBoneHasNoSpread) {
   }
 }
 
-// A model that is wrong by two is told by the residuals.
+// The residuals reveal a model that is wrong by a factor of two.
 TEST(BoneSpreads, SpreadIsToldFromNoise) {
   for (const double modelled_m : {0.01, 0.02}) {
     Looker looker(2);
@@ -173,9 +173,9 @@ TEST(BoneSpreads, NoiseDoesNotLengthenABone) {
   }
 }
 
-// Two cameras side by side are far less sure of depth than of the rest. A bone
-// across is turned and lengthened by it, and a look's own direction would say
-// that it is a noisy one.
+// Two cameras side by side are much less accurate in depth. A bone across is
+// rotated and lengthened by it, and by a look's own direction it would count as
+// a noisy one.
 TEST(BoneSpreads, NoiseInDepthDoesNotShortenABone) {
   constexpr double kShort_m = 0.2;
   const Vector3d noise_m(0.01, 0.045, 0.01);
@@ -233,7 +233,7 @@ TEST(BoneSpreads, AnErrorThatStaysLeavesTheLengthUnsure) {
   // For a fiftieth of these ten seconds: 2 * 0.2 / 10 of that variance.
   spreads.SetLasting({0.25, 0.2}, kFrame_s);
   EXPECT_NEAR(spreads.Estimate(0)->length_sigma_m, 0.001, 0.0001);
-  // Too short to matter beside what the deviations say.
+  // Too short to matter compared with the deviations.
   spreads.SetLasting({0.25, 0.001}, kFrame_s);
   EXPECT_EQ(spreads.Estimate(0)->length_sigma_m, averaged_m);
 }
@@ -298,8 +298,8 @@ TEST(BoneSpreads, AskingOftenChangesNothing) {
     b.Add(0, often.At(kLength));
     (void)b.Estimate(0);
   }
-  // Worked out anew with every tenth more: the last time with 364 looks or
-  // more, whose median differs by less than its own error.
+  // Recomputed with every tenth more: the last time with at least 364 looks,
+  // whose median differs by less than its own error.
   EXPECT_NEAR(a.Estimate(0)->length_m, b.Estimate(0)->length_m, 0.0007);
 }
 
@@ -325,10 +325,10 @@ TEST(BoneSpreads, TheHeadIsRigid) {
   EXPECT_NEAR(spreads.Estimate(find(0, 4))->length_m, 0.15, 0.004);
 }
 
-// Nine frames that share a spread say it once: together 5 mm. What looks do not
-// show counts less: the fourth root of the frames. An error of the length is
-// one for all frames; in what is stated, nine of them say no more than the
-// length is known.
+// Nine frames with a common spread carry its information once: together 5 mm.
+// Spread that the looks cannot show counts less: the fourth root of the number
+// of frames. An error of the length is common to all frames; in reported
+// covariances nine of them have no more information than the length itself.
 TEST(BoneSpreads, AFactorAllowsWhatIsKnownOfTheBone) {
   struct Case {
     double spread_m, bound_m, length_sigma_m, frames;

@@ -44,7 +44,7 @@ ConfidenceWeighting Learnt(const Looks& looks, uint64_t seed) {
       px += Eigen::Vector2d(sigma_px * random.Normal(),
                             sigma_px * random.Normal());
       if (random.Chance(looks.outliers)) px.x() += 100.0;
-      // As the noise model has it, three times too large.
+      // In the noise model, three times too large.
       views.push_back({&camera, px, 9.0 * std::pow(confidence, -kBelieved)});
       log_confidences.push_back(std::log(confidence));
     }

@@ -169,8 +169,8 @@ double LagOf(const std::function<Vector3d(double)>& motion,
 }
 
 // Driven by white noise on its derivative of that order, whose power crosses
-// that of the errors at the crossover. Far below that it is held back, so that
-// nobody leaves for the horizon.
+// that of the errors at the crossover. Limited far below it, so that nothing
+// drifts away.
 std::function<Vector3d(double)> Driven(int order) {
   return [order, random = Random(11),
           derivatives =
@@ -201,7 +201,7 @@ TEST(MotionLagTest, WhoseMotionIsSlowDoesNotLag) {
                     1.0);
   };
   EXPECT_NEAR(LagOf(slow, {0.0, 0.1}), 0.0, kTolerance);
-  // Errors that last are not taken for motion.
+  // Lasting errors are not mistaken for motion.
   EXPECT_NEAR(LagOf(slow, {0.9, 0.1}), 0.0, kTolerance);
 }
 
@@ -221,15 +221,15 @@ TEST(MotionLagTest, OfLittleThePriorStays) {
   EXPECT_EQ(LagLearner().Fit().noise, 1.0);
 }
 
-// Points that are a fifth less off than their covariances say are no lag that
-// is missing.
+// Points a fifth more accurate than their covariances do not appear as missing
+// lag.
 TEST(MotionLagTest, SmallErrorsAreNoLagThatIsMissing) {
   for (const double off : {0.8, 1.0}) {
     for (const ErrorCorrelation correlation :
          {ErrorCorrelation{0.0, 0.1}, ErrorCorrelation{0.9, 0.1}}) {
       const LagLearner::Ratios ratios =
           RatiosOf(Driven(3), correlation, kLagFrames, off);
-      // Of lasting errors little is left above the crossover.
+      // Lasting errors leave little above the crossover.
       EXPECT_NEAR(ratios.noise, off * off, 0.15 * off * off);
       EXPECT_NEAR(ratios.lag, LagOf(Driven(3), correlation), kTolerance);
     }

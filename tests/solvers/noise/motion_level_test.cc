@@ -87,9 +87,9 @@ TEST(MotionLevelTest, ABurstIsFoundWhereItIs) {
     for (const Levels& frame : evidence) seen.push_back(Likelihood(frame));
     const std::vector<double> levels =
         SmoothLevels(chain.stationary(), times, seen, &chain);
-    // Three thousand times stronger. Before, by half a second, the level is
-    // that of rest, half way at most. Afterwards it may stay loose: the stiff
-    // filters lost the joint in the burst and are slow to find it again.
+    // Three thousand times stronger. Up to half a second before, the level is
+    // at most half way from that of rest. Afterwards it may remain high: the
+    // stiff filters lost the joint in the burst and are slow to recover it.
     for (size_t k = 0; k < levels.size(); ++k) {
       const double t = ToSeconds(times[k]);
       if (t > 4.1 && t < 4.4) {
@@ -98,7 +98,7 @@ TEST(MotionLevelTest, ABurstIsFoundWhereItIs) {
       if (t > 1.0 && t < 3.5) {
         EXPECT_LT(levels[k], std::log(2.0)) << t;
       }
-      // The burst itself stands out.
+      // The burst itself is clearly visible.
       if (t > 5.5) {
         EXPECT_LT(levels[k], std::log(20.0)) << t;
       }
@@ -147,9 +147,9 @@ void ShowSwing(TimeNs begin, FilterBank* bank, Levels* evidence) {
 
 class FilterBankPauses : public ::testing::TestWithParam<double> {};
 
-// After a minute even the least driven level has lost the joint by metres.
-// Between the evidence of a pause and that of two recordings stands the first
-// point after it alone, which tells of the levels what the ways of years would.
+// After a minute even the least driven level has lost the joint by metres. The
+// evidence of a recording with a pause differs from that of two recordings only
+// in the first point after it, which must not dominate the levels.
 TEST_P(FilterBankPauses, KeepTheirDigits) {
   const double usual = UsualProcessNoise(JointClass::kWrist);
   Levels whole{};
@@ -170,7 +170,7 @@ TEST_P(FilterBankPauses, KeepTheirDigits) {
     const double bound = 1.5 * std::log1p(spread / (kSigmaM * kSigmaM)) + 10.0;
     EXPECT_NEAR(whole[level], parts[level], bound) << "level " << level;
   }
-  // The level that the motion tells stays the one.
+  // The level determined by the motion is unchanged.
   EXPECT_EQ(std::max_element(whole.begin(), whole.end()) - whole.begin(),
             std::max_element(parts.begin(), parts.end()) - parts.begin());
 }

@@ -38,8 +38,8 @@ class PersonNoiseTest : public ::testing::Test {
         noise, Eigen::Vector3d::Zero(), &random);
   }
 
-  // Detections of that motion by a detector that is off by `sigma_scale` times
-  // what is modelled.
+  // Detections of that motion by a detector with `sigma_scale` times the
+  // modelled error.
   SimulatedRecording See(const std::vector<std::vector<State>>& truth,
                          double sigma_scale, uint64_t seed) const {
     SimulatedNoise noise;
@@ -126,7 +126,7 @@ TEST_F(PersonNoiseTest, EachCanBeSwitchedOffAlone) {
             given.measurements[0].sigma_px);
 }
 
-// Though the noise model believes in them.
+// Although the noise model assumes that they are informative.
 TEST_F(PersonNoiseTest, ConfidencesThatSayNothingAreNoticed) {
   GraphOptions without = testing::FixedNoise();
   without.confidence_power = 0.0;
@@ -198,10 +198,10 @@ TEST_F(PersonNoiseTest, ViewsThatAgreeAreHeardAfterALongRest) {
   }
 }
 
-// What comes after a frame tells of it as what came before: the recording shown
-// backwards has the same process noise, backwards. Which pairs of frames tell
-// how long errors last depends on the first, which leaves some hundredths; a
-// filter that looks one way alone is off by halves.
+// Frames after and before a frame are equally informative: the reversed
+// recording has the same process noise, reversed. Which pairs of frames
+// determine the correlation depends on the first one, which leaves some
+// hundredths; a filter in one direction alone is off by a half.
 TEST_F(PersonNoiseTest, ARecordingTellsTheSameBackwards) {
   const SimulatedRecording recording = Take(SimulatedNoise(), 2.0);
   const auto process_noise = [&](std::vector<EstimatorFrame> frames) {
@@ -247,8 +247,8 @@ TEST_F(PersonNoiseTest, AnArmThatRestsIsQuietBesideOneThatWorks) {
   }
 }
 
-// Heavy noise hides what a quiet joint does, so it is thought as lively as the
-// person's others; little noise shows that it rests, whatever they do.
+// Heavy noise hides a quiet joint's motion, so it is assumed to be as active as
+// the person's others; with little noise its rest is visible, whatever they do.
 TEST_F(PersonNoiseTest, NoiseHidesSlowMotionOfWhoMoves) {
   constexpr int kFrames = 300;
   const auto least_of_shoulder = [&](bool moves, double sigma_scale) {

@@ -139,7 +139,7 @@ TEST_F(ViewBiasTest, ADetectorWithoutOneIsLeftAlone) {
   EXPECT_TRUE(learnt.empty());
 }
 
-// A body-fixed offset is nothing that images can tell: it stays in the joint.
+// A body-fixed offset is unobservable in images: it stays in the joint.
 TEST_F(ViewBiasTest, AnOffsetInTheBodyIsNoBias) {
   BodyRecording recording;
   recording.offset_m = {0.02, -0.03, 0.03};
@@ -158,7 +158,7 @@ TEST_F(ViewBiasTest, AnOffsetInTheBodyIsNoBias) {
   EXPECT_LT(worst, 0.5);
 }
 
-// Then a bias cannot be told from a shift of each camera.
+// Then a bias cannot be distinguished from a shift of each camera.
 TEST_F(ViewBiasTest, IsOffWhereEverybodyFacesOneWay) {
   BodyRecording recording;
   recording.turns = 0.15;
@@ -222,8 +222,8 @@ TEST_F(ViewBiasTest, ViewsTellTheBiasAsItIs) {
   EXPECT_NEAR(told[kViewFeatureCount + 4], 0.015, 4e-4);
 }
 
-// Hips and knees whose positions are known, before a camera whose pictures are
-// shifted: 12 px are 5 cm there.
+// Hips and knees at known positions, before a camera with shifted images: 12 px
+// are 5 cm there.
 TEST_F(ViewBiasTest, AShiftPassesForABiasUnlessItIsTakenAway) {
   const auto greatest = [this](const ViewBias& bias) {
     double value = 0.0;
@@ -239,7 +239,7 @@ TEST_F(ViewBiasTest, AShiftPassesForABiasUnlessItIsTakenAway) {
   shifted.shift_px = {12.0, -7.0};
   const ViewBias passes = Learn(shifted, true);
   EXPECT_GT(greatest(passes), 5e-3);
-  EXPECT_FALSE(passes.joints[line_].used);  // 108 degrees do not do
+  EXPECT_FALSE(passes.joints[line_].used);  // 108 degrees are not enough
   shifted.removes_shifts = true;
   // Rounding of sums of 12,000 numbers of the size of a metre.
   EXPECT_LT(greatest(Learn(shifted, true)), 1e-9);
@@ -274,11 +274,11 @@ TEST_F(ViewBiasTest, OnePassTellsTheNext) {
   GraphOptions options;
   options.view_bias = ViewBiasUse::kOn;
   RecordingNotes notes(options);
-  EXPECT_EQ(notes.NewSeries(joints_, 1), nullptr);  // nobody asks
+  EXPECT_EQ(notes.NewSeries(joints_, 1), nullptr);  // not requested
   notes.ExpectAnotherPass();
   const auto first = notes.NewSeries(joints_, 1);
   const auto second = notes.NewSeries(joints_, 1);
-  // Whoever is done first.
+  // In any order.
   Tell(line_, 0.03, classes_.size(), second.get());
   Tell(line_, 0.01, classes_.size(), first.get());
   EXPECT_EQ(notes.view_bias(), nullptr);

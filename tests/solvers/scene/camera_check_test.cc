@@ -14,7 +14,7 @@ using testing::FaultyScene;
 using testing::FaultySceneOptions;
 using testing::MakeFaultyScene;
 
-// Tracks that are right, so that what is off are cameras and clocks.
+// Correct tracks, so that only cameras and clocks have errors.
 CameraCheck CheckOf(const FaultyScene& scene) {
   CameraCheck check(scene.cameras, scene.detections.header.skeleton,
                     scene.scene.skeleton);
@@ -50,12 +50,12 @@ TEST(CameraCheck, NamesTheImageThatIsShifted) {
   EXPECT_NE(Words(check).find("'" + scene.cameras[1].name() + "' sees people"),
             std::string::npos)
       << Words(check);
-  // The image's middle goes right and down, so people seem to be left and up.
+  // The image centre moves right and down, so people appear to be left and up.
   EXPECT_NEAR(check.Views()[1].x_px, -25.0, 2.0);
   EXPECT_NEAR(check.Views()[1].y_px, -10.0, 2.0);
 }
 
-// Of cameras side by side hardly a joint can be placed, and what can is wrong.
+// Cameras side by side can hardly place any joint, and then wrongly.
 TEST(CameraCheck, CamerasSideBySideAreNotAccused) {
   for (const uint64_t seed : {3, 4, 5}) {
     for (const double apart_m : {0.1, 0.3, 0.6}) {
@@ -83,8 +83,8 @@ TEST(CameraCheck, NamesTheClockThatIsLateUnlessItsTimeIsTold) {
   EXPECT_NE(Words(check).find(name + " sees people about"), std::string::npos)
       << Words(check);
   EXPECT_NE(Words(check).find("later than the others"), std::string::npos);
-  // The others are right: what they triangulate is at the time told. Straight
-  // lines over 0.2 s cut the corners of steps.
+  // The others are right: what they triangulate is at the recorded time.
+  // Straight lines over 0.2 s cut the corners of steps.
   EXPECT_NEAR(check.Views()[2].late_s, 0.1, 0.015);
   for (DetectionFrame& frame : scene.detections.frames) {
     frame.views[2].capture_time += FromSeconds(0.1);

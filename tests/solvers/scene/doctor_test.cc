@@ -47,7 +47,7 @@ Finding FoundKind(const Diagnosis& diagnosis, const std::string& kind,
   return one == nullptr ? Finding() : *one;
 }
 
-// Nothing is told of other cameras.
+// Nothing is reported about other cameras.
 void ExpectNoneBut(const Diagnosis& diagnosis, const std::string& camera) {
   for (const Finding& finding : diagnosis.findings) {
     EXPECT_EQ(finding.camera, camera) << DiagnosisWords(diagnosis);
@@ -61,8 +61,8 @@ TEST(Doctor, SoundScenesAreSound) {
   EXPECT_EQ(diagnosis.cameras.size(), 5u);
 }
 
-// Real detectors are off by centimetres, by joint and view, for whole
-// recordings: no fault of a camera, and what is said of one changes nothing.
+// Real detectors have errors of centimetres, by joint and view, for whole
+// recordings: no fault of a camera, and findings on one change nothing.
 TEST(Doctor, LastingOffsetsAreNoFaultOfCameras) {
   const uint64_t end = testing::kSanitized ? 42 : 45;
   for (uint64_t seed = 41; seed < end; ++seed) {
@@ -81,8 +81,7 @@ TEST(Doctor, LastingOffsetsAreNoFaultOfCameras) {
   }
 }
 
-// A turn that moves everybody is more than such offsets do; an image that is
-// shifted.
+// A rotation that moves everyone exceeds such offsets; so does a shifted image.
 TEST(Doctor, ACameraThatIsOffIsNamedAlone) {
   FaultyScene turned = MakeFaultyScene({46});
   testing::AddLastingOffsets(46, 1.0, &turned);
@@ -113,7 +112,7 @@ TEST(Doctor, AUnitIsToldByTheHeightOfPeopleAndNothingElseIs) {
   EXPECT_EQ(diagnosis.findings.size(), 1u) << DiagnosisWords(diagnosis);
 }
 
-// Thresholds are those of detectors whose joints have 0.6 and more as a rule.
+// Thresholds are for detectors with confidences of typically 0.6 and more.
 TEST(Doctor, SmallConfidencesHideNothing) {
   FaultyScene scene = MakeFaultyScene({12, 4});
   for (size_t v = 0; v < scene.cameras.size(); ++v) {
@@ -153,8 +152,8 @@ TEST(Doctor, ConfidencesAreScaledWhereTheyAreSmall) {
   EXPECT_DOUBLE_EQ(first_of({0.1, 0.2, 0.9}), 0.3);
 }
 
-// Somebody who stands tells nothing of clocks, whatever the detector's lasting
-// errors look like: joint by joint like a clock or a turn.
+// A person at rest gives no information on clocks, however much the detector's
+// lasting errors resemble a clock or a rotation joint by joint.
 class Standers : public ::testing::TestWithParam<double> {};
 
 TEST_P(Standers, TellNothingOfClocks) {
@@ -198,8 +197,8 @@ TEST(Doctor, TurnedCamerasAreNotTakenForClocks) {
   }
 }
 
-// Of two people who turn round, cameras that are all turned looked like a clock
-// that jumps by half a second, and like three late ones.
+// With two people who turn round, cameras that are all rotated looked like a
+// clock that jumps by half a second, and like three late ones.
 TEST(Doctor, OfTwoPeopleTurnedCamerasAreNoClocks) {
   if (testing::kSanitized) GTEST_SKIP() << "a quarter of an hour";
   for (const uint64_t seed : {93044, 307044}) {
@@ -219,8 +218,8 @@ TEST(Doctor, OfTwoPeopleTurnedCamerasAreNoClocks) {
   }
 }
 
-// Forgotten lens terms of every camera: 63 mm instead of 9 in a recording of
-// three walkers, and every view agrees within a pixel of its noise.
+// Omitted lens terms of every camera: 63 mm instead of 9 in a recording of
+// three walkers, while all views agree within a pixel of their noise.
 TEST(Doctor, ForgottenLensesAreNamed) {
   FaultySceneOptions options = {71};
   options.distortion = {-0.28, 0.1, 0.0, 0.0, 0.0};
@@ -237,8 +236,8 @@ TEST(Doctor, ForgottenLensesAreNamed) {
     }
     ++named;
     EXPECT_GT(lens->confidence, 0.8) << DiagnosisWords(diagnosis);
-    // The corrected camera bends towards the true one, and not beyond it: the
-    // second term is not fitted.
+    // The corrected camera distorts towards the true one, and not beyond it:
+    // the second term is not fitted.
     ASSERT_NE(diagnosis.cameras[v].lens(), nullptr);
     EXPECT_LT(diagnosis.cameras[v].lens()->parameters()[0], -0.05);
     EXPECT_GT(diagnosis.cameras[v].lens()->parameters()[0], -0.35);
@@ -287,7 +286,7 @@ TEST(Doctor, RepeatedPicturesAreCounted) {
   EXPECT_NE(frames.evidence.find("4 of"), std::string::npos) << frames.evidence;
 }
 
-// A recorder that loses two pictures numbers the rest as if it had not.
+// A recorder that loses two images numbers the rest as if it had not.
 TEST(Doctor, LostPicturesAreNamed) {
   FaultyScene scene = MakeFaultyScene({17});
   auto& frames = scene.detections.frames;
@@ -306,7 +305,7 @@ TEST(Doctor, LostPicturesAreNamed) {
   EXPECT_EQ(diagnosis.findings.size(), 1u) << DiagnosisWords(diagnosis);
 }
 
-// Somebody bumps into a camera in the middle of the recording.
+// A camera is knocked in the middle of the recording.
 TEST(Doctor, ACameraThatMovedInTheMiddleIsNamed) {
   FaultyScene scene = MakeFaultyScene({18});
   constexpr size_t kFrom = 90;
@@ -324,12 +323,12 @@ TEST(Doctor, ACameraThatMovedInTheMiddleIsNamed) {
   EXPECT_NE(turned.evidence.find("turned by 1.0"), std::string::npos)
       << turned.evidence;
   ExpectNoneBut(diagnosis, name);
-  // The calibration holds for the frames before it.
+  // The calibration is valid for the frames before it.
   EXPECT_LT(testing::AngleBetween(diagnosis.cameras[2], scene.cameras[2]),
             0.05);
 }
 
-// The other way round: it was calibrated after the recording.
+// The opposite: it was calibrated after the recording.
 TEST(Doctor, ACameraThatMovedBeforeItsCalibrationIsNamed) {
   FaultyScene scene = MakeFaultyScene({19});
   testing::TurnCameraFrom(110, 1, 2.0, 6, &scene);

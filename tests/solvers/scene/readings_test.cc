@@ -1,4 +1,4 @@
-// Other readings of files, images and clocks: what each question answers.
+// Other readings of files, images and clocks: the answer of each hypothesis.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -31,8 +31,7 @@ FaultyScene ShortScene(uint64_t seed) {
   return MakeFaultyScene({seed, 4, 4, 4.0});
 }
 
-// What a file holds when it was written under another convention, read as if
-// it were world to camera.
+// A file written under another convention, read as world to camera.
 TEST(Readings, ConventionsAreNamed) {
   using Stated = std::function<Camera(const Camera&)>;
   const auto pose = testing::WithExtrinsics;
@@ -57,7 +56,7 @@ TEST(Readings, ConventionsAreNamed) {
     ASSERT_TRUE(answer.has_value()) << words;
     EXPECT_EQ(answer->findings.front().kind, "convention");
     EXPECT_NE(answer->findings.front().evidence.find(words), std::string::npos);
-    // The very cameras come back.
+    // Exactly the same cameras are recovered.
     for (size_t v = 0; v < truth.size(); ++v) {
       const Camera& found = (*answer->cameras)[v];
       EXPECT_LT((found.centre() - truth[v].centre()).norm(), 1e-9);
@@ -169,16 +168,16 @@ TEST(ClockSearch, FindsLagsOfSeconds) {
   const std::vector<ViewPeople> people = PeopleOfViews(scene.detections);
   const ClockSearch search = SearchClocks(scene.cameras, people, 100);
   ASSERT_TRUE(search.found());
-  // A view that looks 0.96 s later shows the first view's moment 24 frames
-  // before. A frame either way is left to what comes after.
+  // A view that captures 0.96 s later shows the first view's moment 24 frames
+  // before. A frame either way is left to later stages.
   EXPECT_NEAR(search.lag_frames[1], -24, 1);
   EXPECT_NEAR(search.lag_frames[2], 0, 1);
   EXPECT_NEAR(search.lag_frames[3], 20, 1);
   EXPECT_GT(search.all.gain(), 0.0);
 }
 
-// Of many views each meets eight; lags are told through others, and which two
-// have each other's cameras, as where all meet.
+// With many views each is compared with eight; lags, and exchanged cameras, are
+// still found through intermediate views.
 TEST(ComparedPairs, OfManyViewsEachMeetsEight) {
   for (const size_t views : {2u, 9u, 10u, 13u, 32u}) {
     std::vector<int> met(views, 0);
@@ -205,8 +204,8 @@ TEST(ComparedPairs, OfManyViewsEachMeetsEight) {
   EXPECT_EQ(answer->findings.front().kind, "swapped_views");
 }
 
-// 120 ms of one view are too little for all views together, whose others agree,
-// and too much for stretches of a fifth of a second.
+// 120 ms of one view are too little for the agreement of all views, and too
+// much for segments of a fifth of a second.
 TEST(ClockSearch, OneViewOfFiveThatIsThreeFramesLateIsFound) {
   for (const uint64_t seed : {31, 32, 33}) {
     for (const size_t view : {0, 3}) {
@@ -218,7 +217,7 @@ TEST(ClockSearch, OneViewOfFiveThatIsThreeFramesLateIsFound) {
       const ClockSearch search = SearchClocks(scene.cameras, people, 250);
       for (size_t v = 0; v < 5; ++v) {
         const int lag = (v == view ? -3 : 0) - (view == 0 ? -3 : 0);
-        // A frame either way is left to what comes after.
+        // A frame either way is left to later stages.
         EXPECT_NEAR(search.lag_frames[v], lag, v == view || view == 0 ? 1 : 0)
             << "seed " << seed << ", view " << view << ", lag of " << v;
       }
@@ -226,7 +225,7 @@ TEST(ClockSearch, OneViewOfFiveThatIsThreeFramesLateIsFound) {
   }
 }
 
-// Of many lags some agree better by chance where little was compared.
+// Of many lags some agree better by chance if little was compared.
 TEST(ClockSearch, FewNoisyPeopleProveNoLag) {
   FaultySceneOptions options = {1, 2, 1, 2.0};
   options.noise_px = 20.0;

@@ -40,8 +40,8 @@ TEST(ViewChecks, AViewOfAnotherRateIsNamed) {
   for (const size_t view : {0u, 2u}) {
     FaultyScene scene = FourViews(3);
     auto& frames = scene.detections.frames;
-    // At 50 Hz every second picture is one of 25 Hz, and the others are nearly
-    // like those before them.
+    // At 50 Hz every second image is one of 25 Hz, and the others are nearly
+    // equal to their predecessors.
     std::vector<ViewDetections> own;
     for (const DetectionFrame& frame : frames) own.push_back(frame.views[view]);
     for (size_t k = 0; k < frames.size(); ++k) {
@@ -108,9 +108,9 @@ TEST(ViewChecks, ViewsWithoutACommonFrameAreNamed) {
   EXPECT_EQ(diagnosis.findings[1].camera, scene.cameras[3].name());
 }
 
-// All images with y counted from the bottom, and the cameras that fit them: in
-// a world that is a mirror image, where every view agrees. Names that are
-// exchanged leave people on their feet.
+// All images with y counted from the bottom, and the cameras that fit them: a
+// mirror image of the world, in which every view agrees. Exchanged names leave
+// people upright.
 TEST(ViewChecks, AMirrorImageOfTheRoomIsNamed) {
   FaultyScene scene = FourViews(3);
   const Eigen::DiagonalMatrix<double, 3> flip(1.0, -1.0, 1.0);
@@ -160,7 +160,7 @@ TEST(ViewChecks, AVideoOfAnotherSizeIsNamed) {
   }
 }
 
-// Two views place nobody: the sizes themselves are tried.
+// Two views cannot place people: the sizes themselves are tried.
 TEST(ViewChecks, ASizeOfTwoViewsIsNamed) {
   FaultyScene scene = FourViews(6);
   scene.cameras.erase(scene.cameras.begin() + 2, scene.cameras.end());
@@ -172,9 +172,9 @@ TEST(ViewChecks, ASizeOfTwoViewsIsNamed) {
   ExpectOnly(DiagnoseScene(scene), "image_size", scene.cameras[1].name());
 }
 
-// By 60 of 1,920 pixels an image may be cropped or a camera turned: what is
-// said is the shift, and no clock. By less it is not called cropped, but
-// somebody who walks one way looks late.
+// A shift of 60 of 1,920 pixels may be a cropped image or a rotated camera: it
+// is reported as a shift, and no clock is. Smaller shifts are not reported as
+// cropped, although a person walking in one direction appears late.
 TEST(ViewChecks, AnImageCroppedALittleIsShifted) {
   FaultyScene scene = FourViews(7);
   testing::ChangeJoints(&scene, 0,
@@ -201,7 +201,8 @@ TEST(ViewChecks, ACroppedVideoIsNamed) {
   EXPECT_NEAR(moved(1, 2), offset_px.y(), 2.0);
 }
 
-// A few pictures show how views agree, not whether a camera is a degree off.
+// A few images show how views agree, but not whether a camera is off by a
+// degree.
 TEST(ViewChecks, NobodyInTwoViewsAndAFewPicturesAreNotExamined) {
   FaultyScene alone = FourViews(8);
   for (DetectionFrame& frame : alone.detections.frames) {

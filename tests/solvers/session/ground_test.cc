@@ -42,7 +42,7 @@ TEST(Ground, ATiltedWorldStandsUp) {
   // a resting ankle rises with the heel.
   EXPECT_NEAR((ground->R * moved + ground->t).z(), 0.0, 0.04);
   EXPECT_NEAR(ground->R.determinant(), 1.0, 1e-9);
-  // Cameras see what they saw.
+  // Cameras see the same images.
   const CameraRig turned = Edited(scene.cameras, [&](CameraParameters* camera) {
     camera->R = camera->R * turn.transpose();
     camera->t = camera->t - camera->R * moved;

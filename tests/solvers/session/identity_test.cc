@@ -1,4 +1,4 @@
-// Who is who in a run: linking, corrections, single frames.
+// Identities in a run: linking, corrections, single frames.
 #include <gtest/gtest.h>
 
 #include <set>
@@ -16,7 +16,7 @@ Recording MakeRecording(int people, double duration_s) {
   return Record(MakeScene(Staying(5, people, 4, duration_s)));
 }
 
-// Two people for eight seconds; nobody is seen in the fourth.
+// Two people for eight seconds; no detections in the fourth.
 Recording TwoHidden() {
   Recording recording = MakeRecording(2, 8.0);
   for (DetectionFrame& frame : recording.detections.frames) {
@@ -111,7 +111,7 @@ TEST(SessionIdentity, TheSecondPassFollowsNobodyIntoWhatWasDeleted) {
   EXPECT_GE(frames, 100 - 21 - 3);
 }
 
-// Moments two seconds apart, handed in as if they followed each other.
+// Moments two seconds apart, passed as consecutive frames.
 Recording SingleFrames() {
   Recording recording = MakeRecording(3, 40.0);
   std::vector<DetectionFrame> kept;

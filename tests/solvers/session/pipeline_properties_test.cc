@@ -1,6 +1,5 @@
-// The whole pipeline in graph mode, on random scenes: the same people come out
-// wherever the world's origin lies and however cameras and detections are
-// numbered.
+// The whole pipeline in graph mode, on random scenes: the result does not
+// depend on the world's origin or on the numbering of cameras and detections.
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
@@ -37,8 +36,8 @@ TrackSequence TracksOf(const Recording& recording) {
 using MovePoint = std::function<Eigen::Vector3d(const Eigen::Vector3d&)>;
 Eigen::Vector3d Stays(const Eigen::Vector3d& point) { return point; }
 
-// Empty: the same people. Each person of `a` is the one of `b` that stands
-// where `move` takes them, in all frames the same one.
+// Empty if they are the same. Each person of `a` corresponds to the one of `b`
+// at the position given by `move`, the same one in all frames.
 std::string Difference(const TrackSequence& a, const TrackSequence& b,
                        const MovePoint& move) {
   // Half of the distance at which two people can stand.

@@ -1,5 +1,5 @@
-// What a run says of itself: of sound recordings nothing but figures, of
-// recordings that are set up wrongly the cause.
+// A run's report: only figures for sound recordings, the cause for wrong
+// set-ups.
 #include "solvers/session/recording_report.h"
 
 #include <gmock/gmock.h>
@@ -79,7 +79,7 @@ TEST(RecordingReport, SoundTakesHaveFiguresAndNoWarnings) {
   }
 }
 
-// The two ends of a box are as good as 17 joints.
+// The two ends of a box are handled like 17 joints.
 TEST(RecordingReport, SkeletonsOfTwoPointsAreCounted) {
   Recording recording = SoundRecording();
   recording.detections.header.skeleton = Skeleton("box", {"top", "bottom"}, {});
@@ -218,7 +218,7 @@ std::vector<WrongSetUp> WrongOnes() {
            {"clock_offset"},
            "cameras.refine_clock"},
           {"another_room",
-           // Each camera looks elsewhere.
+           // Every camera is rotated.
            ChangeCamera(kAll,
                         [](CameraParameters* p) {
                           const Eigen::Vector3d before = p->t;
@@ -279,8 +279,8 @@ INSTANTIATE_TEST_SUITE_P(RecordingReport, WrongSetUps,
                          ::testing::ValuesIn(WrongOnes()),
                          [](const auto& test) { return test.param.name; });
 
-// Of two views with two fifths of the joints missing a third is common: 6 of 17
-// on average, where a new person needs 10. People begin late then, if at all.
+// If two views each miss two fifths of the joints, a third is common: 6 of 17
+// on average, where a new person needs 10. People then start late, if at all.
 TEST(RecordingReport, WhoBeginsLateForWantOfJointsIsNamed) {
   const RecordingReport report = ReportOf(SoundRecording(Coco17(), 0.4));
   EXPECT_THAT(KindsOf(report.warnings), ::testing::Contains("joints"));
@@ -301,14 +301,14 @@ TEST(RecordingReport, AdviceFollowsFromFigures) {
   EXPECT_EQ(FewerJoints(12.5, 10.0), std::nullopt);
   EXPECT_EQ(FewerJoints(12.0, 10.0), 6);
   EXPECT_EQ(FewerJoints(6.0, 10.0), 4);
-  EXPECT_EQ(FewerJoints(6.0, 4.0), std::nullopt);   // asked for already
-  EXPECT_EQ(FewerJoints(0.0, 10.0), std::nullopt);  // nobody was seen
+  EXPECT_EQ(FewerJoints(6.0, 4.0), std::nullopt);   // already requested
+  EXPECT_EQ(FewerJoints(0.0, 10.0), std::nullopt);  // nothing detected
 
   EXPECT_EQ(FasterGate(1.4, 6.2), std::nullopt);  // walks, at 30 Hz
   EXPECT_EQ(FasterGate(4.9, 6.2), std::nullopt);
   EXPECT_EQ(FasterGate(6.2, 6.2), 9.0);
-  EXPECT_EQ(FasterGate(6.2, 12.6), std::nullopt);  // with the gate asked for
-  EXPECT_EQ(FasterGate(9.0, 6.2), std::nullopt);   // nobody: a wrong rate
+  EXPECT_EQ(FasterGate(6.2, 12.6), std::nullopt);  // with the recommended gate
+  EXPECT_EQ(FasterGate(9.0, 6.2), std::nullopt);   // implausible: a wrong rate
   EXPECT_EQ(FasterGate(6.2, 0.0), std::nullopt);   // gates in pixels
 
   EXPECT_EQ(UnitsThatFit(1720.0, 1.0, 2.3), "--set=cameras.unit=mm");
@@ -316,12 +316,12 @@ TEST(RecordingReport, AdviceFollowsFromFigures) {
   EXPECT_EQ(UnitsThatFit(0.00172, 1.0, 2.3), "--set=cameras.unit=m");
   EXPECT_EQ(UnitsThatFit(0.0172, 1.0, 2.3), "--set=cameras.unit=m");
   EXPECT_EQ(UnitsThatFit(6.0, 1.0, 2.3), "");
-  // The distance of a mouse's cameras in mm: all that may be are named.
+  // The distance of a mouse's cameras in mm: all possible units are named.
   EXPECT_EQ(UnitsThatFit(333.0, 0.005, 150.0),
             "--set=cameras.unit=cm or --set=cameras.unit=mm");
 }
 
-// A fly 12 mm from its cameras, and a mouse as long as it likes.
+// A fly 12 mm from its cameras, and a mouse of any size.
 TEST(RecordingReport, NoUnitIsToldByWhatIsNoHuman) {
   for (const bool is_human : {true, false}) {
     RecordingReport report;

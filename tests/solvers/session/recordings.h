@@ -104,7 +104,7 @@ inline TrackSequence FrameByFrame(const Recording& recording,
   return tracks;
 }
 
-// What a run says of itself at its end.
+// The report at the end of a run.
 inline RecordingReport ReportOf(const Recording& recording,
                                 const RunOptions& options) {
   RunRequest request = recording.request;

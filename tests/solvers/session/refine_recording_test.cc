@@ -121,8 +121,8 @@ TEST(RefineRecording, RefinedCamerasAreNearlyAsGoodAsTrueOnes) {
   }
 }
 
-// Who stands most of the time does not see that a clock is late, and thins what
-// the fit gains.
+// People who mostly stand give little information on a late clock, which
+// dilutes the gain of the fit.
 TEST(RefineRecording, ClocksAreFoundWherePeopleHopAndStop) {
   KINEGRAPH_DATA_OR_SKIP(clip, "motion/start_hop_stop_120hz.jsonl");
   FaultySceneOptions options = {7301, 5, 4, 10.0};

@@ -124,7 +124,7 @@ TEST(Session, RefusesAUnknownCameraByName) {
   }
 }
 
-// ---- Clocks that stand, step or pause ----
+// ---- Clocks that stop, step or pause ----
 
 void Shift(double seconds, DetectionFrame* frame) {
   frame->time += FromSeconds(seconds);
@@ -143,8 +143,8 @@ Recording WithPause(Recording recording, int64_t from, double seconds) {
 
 class Pauses : public ::testing::TestWithParam<double> {};
 
-// A pause of an hour ends everything that lives on from frame to frame, and a
-// longer one no more than that: the same bits.
+// A pause of an hour ends everything that continues from frame to frame; a
+// longer one has the same effect, bit for bit.
 TEST_P(Pauses, AreTrackedAsAnHourIs) {
   const Recording recording = TakeAt(25.0, 3.0);
   for (const bool batch : {false, true}) {
@@ -168,7 +168,7 @@ INSTANTIATE_TEST_SUITE_P(All, Pauses,
                          ::testing::Values(3.0 * 3600.0, kYear_s,
                                            40.0 * kYear_s));
 
-// What stands before a pause of any length is what it is alone.
+// The part before a pause of any length is the same as alone.
 TEST(SessionClock, ThePartBeforeAPauseIsAsItIsAlone) {
   const Recording recording = TakeAt(25.0, 3.0);
   Recording alone = recording;
@@ -189,7 +189,7 @@ TEST(SessionClock, AClockThatStandsForEverIsNoError) {
   for (DetectionFrame& frame : recording.detections.frames) {
     Shift(-ToSeconds(frame.time), &frame);
   }
-  // Every frame is a start of its own: nobody is ever confirmed.
+  // Every frame is a new start: no track is ever confirmed.
   EXPECT_EQ(PoseCount(Track(recording, GraphMode())), 0u);
 }
 
@@ -201,8 +201,8 @@ struct Pattern {
 
 class Looks : public ::testing::TestWithParam<Pattern> {};
 
-// Frames without anybody in any view, every so often: the people are those of
-// the same recording without these frames.
+// Frames without detections in any view, at regular intervals: the people are
+// those of the same recording without these frames.
 TEST_P(Looks, FramesWithoutALookChangeNobody) {
   const auto [rate_hz, on, off] = GetParam();
   for (const bool backfill : {false, true}) {

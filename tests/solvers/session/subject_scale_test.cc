@@ -32,7 +32,7 @@ Recording HumanRecording() {
                          noise);
 }
 
-// The same motion of somebody whose joints are no human's.
+// The same motion with joints of a non-human.
 Recording AnimalRecording() {
   Recording recording = HumanRecording();
   std::vector<std::string> joints = Coco17().joints();
@@ -239,7 +239,7 @@ TEST(SubjectScale, WhatIsStatedIsNotMeasured) {
       Measured(HumanRecording(), 1.0, "cameras.subject_m=1.1").is_one());
 }
 
-// A lure in front of an animal belongs to nobody.
+// A lure in front of an animal is not part of it.
 TEST(SubjectScale, PointsFarFromTheBodyDoNotCount) {
   const Recording animal = AnimalRecording();
   Recording with_lure = animal;
@@ -262,7 +262,7 @@ TEST(SubjectScale, PointsFarFromTheBodyDoNotCount) {
               0.2);
 }
 
-// Of the two ends of a box the size is their distance.
+// The size of a box with two points is their distance.
 TEST(SubjectScale, TwoPointsAreAllOfIt) {
   Recording recording = AnimalRecording();
   const int head = Coco17().IndexOf("nose");
@@ -293,8 +293,8 @@ TEST(SubjectScale, APointHasNoSize) {
                    0.1);
 }
 
-// A stream of people answers as soon as it did. Others wait for their size, and
-// nothing of theirs is lost.
+// A stream of people starts without delay. Others wait for their size, and none
+// of their frames is lost.
 TEST(SubjectScale, AStreamOfOthersBeginsWithItsSize) {
   const RunOptions options = ParseRunOptions("mode = \"paper\"\n", "", "");
   for (const bool is_human : {true, false}) {
@@ -318,8 +318,8 @@ TEST(SubjectScale, AStreamOfOthersBeginsWithItsSize) {
   }
 }
 
-// Some detectors put all joints that they have not found in the middle of the
-// picture, with some jitter or none.
+// Some detectors put all joints that were not found in the middle of the image,
+// with some jitter or none.
 TEST(SubjectScale, JointsAtOnePlaceHaveNoSize) {
   for (const double jitter_px : {0.0, 3.0}) {
     Recording recording = HumanRecording();

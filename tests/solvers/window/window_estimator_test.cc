@@ -44,7 +44,7 @@ GraphOptions LinearOptions() {
 }
 
 // Exactly affine cameras, no loss, no bones: everything is linear, and after
-// every frame the window knows what a batch over the frames so far knows.
+// every frame the window equals a batch over the frames so far.
 TEST(WindowEstimator, EqualsBatchOverTheFramesSoFarInAnAffineWorld) {
   const SceneModel scene = MakeScene(25.0, true);
   for (const double lag_s : {0.0, 0.12, 0.4}) {
@@ -194,7 +194,7 @@ TEST(WindowEstimator, JointsThatAreNeverSeenAreMissing) {
   EXPECT_LT(Apart(finals[45].person.joints[2], recording.truth[2][45]), 0.08);
 }
 
-// Frames that come faster than motion changes wait for each other, and none for
+// Frames faster than changes of the motion share a solve, and none waits for
 // longer than the lag.
 TEST(WindowEstimator, FastFramesShareASolve) {
   constexpr size_t kFrames = 240;
