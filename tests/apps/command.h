@@ -1,4 +1,4 @@
-// Commands as tests run them: one that shall succeed, one that shall refuse.
+// Runs commands in tests: those that must succeed and those that must fail.
 #ifndef KINEGRAPH_TESTS_APPS_COMMAND_H_
 #define KINEGRAPH_TESTS_APPS_COMMAND_H_
 
@@ -12,7 +12,7 @@
 
 namespace kinegraph::testing {
 
-// What a command says that comes to a good end.
+// The output of a command that succeeds.
 inline ProgramOutcome Done(const std::string& command,
                            const std::string& arguments) {
   ProgramOutcome outcome = RunProgram(command, arguments);
@@ -21,7 +21,7 @@ inline ProgramOutcome Done(const std::string& command,
   return outcome;
 }
 
-// What a command says that does not accept its input: one line, exit code 2.
+// The message of a command that rejects its input: one line, exit code 2.
 inline std::string Refusal(const std::string& command,
                            const std::string& arguments) {
   const ProgramOutcome outcome = RunProgram(command, arguments);

@@ -209,7 +209,7 @@ TEST(Convert, BadUsageIsOneLineAndExitTwo) {
   }
 }
 
-// Each note's advice is a command that runs and keeps the next note away.
+// The advice of each note is a command that runs and removes the note.
 TEST(Convert, PeopleOnTheirSideAndTheWayUp) {
   const TemporaryFolder folder;
   const std::string tracks = folder.path() / "take.jsonl";
@@ -267,7 +267,7 @@ TEST(Convert, AxesTurnTracksOfAnyFormat) {
   }
 }
 
-// What looks at a file to recognise it would take the beginning of a pipe away.
+// Examining a file to recognise it would consume the beginning of a pipe.
 TEST(Convert, ReadsTracksFromAPipe) {
   const TemporaryFolder folder;
   const std::string tracks = folder.path() / "take.jsonl";
@@ -281,7 +281,7 @@ TEST(Convert, ReadsTracksFromAPipe) {
     });
     const testing::ProgramOutcome outcome =
         testing::RunProgram("convert", "--in=" + pipe + arguments);
-    // Who never opened the pipe leaves the writer waiting.
+    // A reader that never opens the pipe leaves the writer blocked.
     const int reader = open(pipe.c_str(), O_RDONLY | O_NONBLOCK);
     writer.join();
     close(reader);
@@ -362,7 +362,7 @@ TEST(Convert, MarkersAreNamedAsOthersNameThem) {
   std::string named = ReadTextFile(tracks);
   named.insert(1, R"("names":{"3":"Carl"},)");
   EXPECT_EQ(chosen("Carl", folder.Write("own.jsonl", named)), TrackId(3));
-  // The last name that somebody was given counts.
+  // The last name given to a person is used.
   folder.Write("take.identity.jsonl",
                of_tracks + R"({"op": "name", "persons": [3], "name": "Anna"})"
                            "\n"

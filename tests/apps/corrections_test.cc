@@ -1,4 +1,4 @@
-// track --corrections: a file that somebody edited by hand.
+// track --corrections: a file edited by hand.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -19,8 +19,8 @@ using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
-// Two people who stand three metres apart for four seconds; the one at x = 1.5
-// is not there from 1.2 to 2.4 s, so that they come back as somebody new.
+// Two people three metres apart for four seconds; the one at x = 1.5 is absent
+// from 1.2 to 2.4 s, and so returns as a new identity.
 std::vector<Pose3d> TwoPeople(int frame) {
   std::vector<Pose3d> people = {StandingPerson(-1.5, 0.01 * frame)};
   if (frame < 30 || frame >= 60) {
@@ -37,7 +37,7 @@ class CorrectionsTest : public CommandTest {
     WriteCameras(Path("cameras.json"), rig);
   }
 
-  // Tracks with a file of these lines; its identities stay apart without them.
+  // Tracks with a file of these lines; without them identities are not merged.
   std::string Flags(const std::string& lines, const std::string& out) const {
     return "--cameras=" + Path("cameras.json") +
            " --detections=" + Path("seen.jsonl") +
@@ -87,7 +87,7 @@ TEST_F(CorrectionsTest, AFileEditedByHandGivesTheSameBytesEachTime) {
   EXPECT_LT(x_of(90, 0), -1.0);  // exchanged
   EXPECT_THAT(ContentOf(Path("one.jsonl")), HasSubstr("Anna"));
 
-  // What the run itself wrote may be handed in as it is.
+  // The run's own edits may be passed in unchanged.
   Done("track", Flags(ContentOf(Path("one.identity.jsonl")), "third.jsonl"));
   EXPECT_EQ(ContentOf(Path("third.jsonl")), ContentOf(Path("one.jsonl")));
 }

@@ -1,4 +1,4 @@
-// The demo as a newcomer meets it.
+// The demo as a new user runs it.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -76,7 +76,7 @@ TEST_F(DemoTest, TracksInEveryModeAndScores) {
   const ProgramOutcome outcome = Run("--set=scene.duration=3");
   EXPECT_EQ(outcome.errors, "");
 
-  // What it says it wrote is what is there.
+  // The files it names are the files that exist.
   std::set<std::string> there;
   for (const auto& entry : fs::directory_iterator(out_)) {
     there.insert(entry.path().filename().string());
@@ -116,7 +116,7 @@ TEST_F(DemoTest, TracksInEveryModeAndScores) {
       }
     }
   }
-  // Somebody is found, and about where they are.
+  // People are found, at about the right positions.
   for (const double percent : rows.at("people found (coverage), %")) {
     EXPECT_GT(percent, 50.0);
   }

@@ -1,5 +1,5 @@
-// A new user's way with a recording of their own: init, track, report, without
-// any configuration written by hand. The recordings are synthetic, their
+// A new user's steps with a recording of their own: init, track, report,
+// without a hand-written configuration. The recordings are synthetic, their
 // detector is modelled noise.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -248,8 +248,8 @@ std::string WithLateView(const std::string& detections, size_t frames_late) {
   return late;
 }
 
-// Cameras that were bumped into, and one that started late, are refined by what
-// `init` writes; a sound recording is left alone.
+// Cameras that were knocked, and one that started late, are refined by the
+// configuration from `init`; a sound recording is not changed.
 TEST_F(SmallRecording, InitHasWhatIsOffRefined) {
   Make("coco", "coco17", 3, 6.0);
   CameraRig turned;
@@ -272,12 +272,12 @@ TEST_F(SmallRecording, InitHasWhatIsOffRefined) {
             RefineKind::kPose);
   EXPECT_TRUE(written("cameras.json", "late.jsonl").refine_clock);
 
-  // What a calibration records of clocks is set right before anybody looks.
+  // Clocks recorded in a calibration are applied first.
   const std::string config = "--config='" + in + "/my.toml' ";
   Done("track", Flags("clocks.jsonl", "cameras.json", "late.jsonl") + config);
   EXPECT_FALSE(written("clocks.cameras.json", "late.jsonl").refine_clock);
 
-  // What was moved is what the page shows, though --cameras names the others.
+  // The page shows the changed cameras, although --cameras names the others.
   written("turned.json", "detections.jsonl");
   Done("track", Flags("take.jsonl", "turned.json") + config);
   EXPECT_THAT(Done("report", Flags("take.html", "turned.json") + config +

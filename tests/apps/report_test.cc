@@ -1,4 +1,4 @@
-// kinegraph-report itself: what it reads, says and refuses.
+// kinegraph-report itself: what it reads, prints and rejects.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -68,7 +68,8 @@ TEST_F(ReportTest, SaysHowMuchThePageHolds) {
   EXPECT_THAT(ContentOf(out_), HasSubstr("<title>a &lt; b</title>"));
 }
 
-// Files that begin as a JPEG and as a PNG: what is in them is the browser's.
+// Files that begin as a JPEG and as a PNG: their contents are left to the
+// browser.
 TEST_F(ReportTest, PicturesAreLinkedAndEmbeddedAsTheyAre) {
   const std::string view = ReadCameras(cameras_)[0].name();
   fs::create_directory(Path("pictures"));

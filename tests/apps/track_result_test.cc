@@ -1,4 +1,5 @@
-// What `track` leaves behind: a result with all that belongs to it, or nothing.
+// The output of `track`: a result with everything that belongs to it, or
+// nothing.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -87,7 +88,7 @@ TEST_F(TrackResultTest, AnOlderRunsFilesGoAndAreNotBelieved) {
   fs::copy(Path("a.identity.jsonl"), Path("b.identity.jsonl"));
   Done("track", Flags(Path("second.jsonl"), "b.jsonl"));
   EXPECT_THAT(FilesOf("b"), UnorderedElementsAre("b.jsonl", "b.summary.json"));
-  // Somebody puts it back.
+  // A user restores it.
   fs::copy(Path("a.identity.jsonl"), Path("b.identity.jsonl"));
   const ProgramOutcome nobody =
       RunProgram("convert", "--in=" + Path("b.jsonl") + anna);
@@ -131,7 +132,7 @@ TEST_F(TrackResultTest, AStreamKeepsWhatStandsBeforeABadLine) {
     EXPECT_EQ(ReadTracks(Path("day.jsonl")).frames.size(), 40u);
     EXPECT_THAT(FilesOf("day"),
                 UnorderedElementsAre("day.jsonl", "day.summary.json"));
-    // What is asked to be passed over is, and is counted.
+    // Bad frames are skipped on request, and counted.
     Done("track", Live(lines, "--set=input.skip_bad_frames=true"));
     EXPECT_EQ(ReadTracks(Path("day.jsonl")).frames.size(),
               static_cast<size_t>(kFrames));

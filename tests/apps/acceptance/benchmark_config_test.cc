@@ -1,5 +1,5 @@
-// configs/benchmark holds the figures of frozen configurations, whatever
-// becomes the default.
+// configs/benchmark keeps the figures of frozen configurations, independent of
+// defaults.
 #include <gtest/gtest.h>
 #include <toml++/toml.h>
 

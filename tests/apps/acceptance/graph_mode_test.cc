@@ -28,7 +28,7 @@ LoadedDataset LoadRawShelf() {
   return LoadDataset(ShelfReal(), testing::FindData("")->string());
 }
 
-// Tracks once without each camera and scores what that camera saw.
+// Tracks once without each camera and scores the prediction of its detections.
 HeldOutScores ScoreWithoutEachCamera(const LoadedDataset& shelf,
                                      const RunOptions& options) {
   const std::string folder = testing::FindData("shelf/reference")->string();
@@ -90,8 +90,8 @@ std::array<double, 2> FiguresOf(const HeldOutScores& scores,
           Quantile(errors_px, 0.9)};
 }
 
-// 0.88 and 0.80 of paper mode are what was asked of graph mode before it was
-// written. Interval by interval: all of what chance allows has to be better.
+// 0.88 and 0.80 of paper mode were required of graph mode before it was
+// written. For whole intervals: all values within chance must be better.
 // docs/results.md has the figures.
 TEST(GraphModeTest, PredictsHeldOutCamerasBetterThanPaperMode) {
   KINEGRAPH_DATA_OR_SKIP(data, "shelf/detections/openpose");
@@ -119,8 +119,8 @@ TEST(GraphModeTest, PredictsHeldOutCamerasBetterThanPaperMode) {
   // Ends of intervals for which the same frames were drawn of both modes.
   EXPECT_LE(mean.high, 0.88);
   EXPECT_LE(p90.high, 0.80);
-  // Its error is not smaller because it follows fewer people: of the same
-  // detections no fewer belong to somebody.
+  // Its error is not smaller because it tracks fewer people: as many of the
+  // same detections are matched.
   EXPECT_EQ(of_graph.paired.total, of_paper.paired.total);
   EXPECT_GE(of_graph.paired.count, of_paper.paired.count);
 }
@@ -135,9 +135,8 @@ TEST(GraphModeTest, MovesSmoothlyAndKeepsWhatTheAnnotationSays) {
   motion.frames = ShelfProtocol().frames;
   const MotionResult moves_paper = EvaluateMotion(paper, 25.0, motion);
   const MotionResult moves_graph = EvaluateMotion(graph, 25.0, motion);
-  // Asked for beforehand, as above: a quarter of paper mode's acceleration,
-  // bone lengths that vary by 7 mm, and 0.92 of its error against the
-  // annotation.
+  // Required beforehand, as above: a quarter of paper mode's acceleration, bone
+  // lengths that vary by 7 mm, and 0.92 of its error against the annotation.
   EXPECT_LE(moves_graph.acceleration_m_s2,
             0.25 * moves_paper.acceleration_m_s2);
   EXPECT_LE(moves_graph.bone_length_spread_m, 0.007);
@@ -156,7 +155,7 @@ TEST(GraphModeTest, MovesSmoothlyAndKeepsWhatTheAnnotationSays) {
     RecordProperty(std::string("pcp_difference_") + ToString(rule),
                    std::to_string(difference.low) + " .. " +
                        std::to_string(difference.high));
-    // Not worse beyond chance: the interval does not lie below zero.
+    // Not significantly worse: the interval is not entirely below zero.
     EXPECT_GE(difference.high, 0.0) << ToString(rule);
   }
 }

@@ -94,8 +94,8 @@ TEST(PaperModeTest, RawShelfDetections) {
   for (const TrackFrame& frame : tracks.frames) {
     for (const PersonPose& person : frame.people) ids.insert(person.id);
   }
-  // Five people are in one view at once; one may be lost and found again as
-  // somebody else.
+  // Five people are in one view at once; one may be lost and found again under
+  // another identity.
   EXPECT_LE(ids.size(), 6u);
   IdentityOptions options;
   options.frames = loaded.dataset.protocol.frames;

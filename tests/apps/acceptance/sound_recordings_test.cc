@@ -1,5 +1,5 @@
-// `track` without a configuration warns about nothing where nothing is wrong,
-// and does where cameras are off.
+// `track` without a configuration gives no warnings for sound recordings, and
+// does so if cameras have errors.
 // tests/solvers/session/recording_report_test.cc has twelve wrong set-ups.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -56,7 +56,7 @@ TEST(ClusterTest, SnakemakeMakesTheSameFiles) {
   const ProgramOutcome first = RunShell(run);
   ASSERT_EQ(first.exit_code, 0) << first.errors;
   study.ExpectSameFiles("plain", "snake");
-  // What is there is not made again; what is missing is.
+  // Existing results are not made again; missing ones are.
   const std::string done = study.Path("snake/take1/c0/task.json");
   const auto time = fs::last_write_time(done);
   fs::remove_all(study.Path("snake/take2/c1"));
@@ -73,8 +73,8 @@ TEST(ClusterTest, FortyTasksOnASlurmWhoseNodeDies) {
   ExpectSameAfterDeath(BatchStudy(Sets(20)), 40, "slurm_drill.sh");
 }
 
-// The same Snakefile, each task a job of Slurm; what dies with the node is
-// submitted again without anybody's doing.
+// The same Snakefile, each task a job of Slurm; tasks that die with the node
+// are resubmitted automatically.
 TEST(ClusterTest, SnakemakeOnASlurmWhoseNodeDies) {
   if (!AreThere({"snakemake", "slurmctld", "slurmd", "munged"})) {
     GTEST_SKIP() << "needs Snakemake and Slurm: apt-get install snakemake "

@@ -96,7 +96,7 @@ Verdict HeldOutVerdict(const CompareResult& result, size_t index) {
 TEST(Compare, RanksAKnownBetterAboveAndAKnownWorseBelow) {
   CompareResult result =
       Compare(MakeNoisyRecording(), "raw_dlt,batch,centred_gaussian");
-  // Smooths over seconds: nobody walks like that.
+  // Smooths over seconds, unlike any gait.
   result.strategies[2].values = {{1.5}};
   Score(&result);
   EXPECT_EQ(HeldOutVerdict(result, 0), Verdict::kNone);
@@ -105,7 +105,7 @@ TEST(Compare, RanksAKnownBetterAboveAndAKnownWorseBelow) {
   // The truth agrees.
   EXPECT_EQ(result.strategies[1].Find("mpjpe_mm")->verdict, Verdict::kLess);
   EXPECT_EQ(result.strategies[2].Find("mpjpe_mm")->verdict, Verdict::kMore);
-  // Both are smoother: that alone says nothing.
+  // Both are smoother, which alone proves nothing.
   for (const size_t index : {1u, 2u}) {
     for (const char* key :
          {"acceleration_m_s2", "jerk_m_s3", "power_above_6hz_mm2"}) {
@@ -141,7 +141,7 @@ TEST(Compare, DoesNotCallAWinWhatTheIntervalDoesNotTell) {
 TEST(Compare, TheBaselineReplayedIsTheBaseline) {
   CompareResult result =
       Compare(MakeNoisyRecording(), "raw_dlt,centred_gaussian");
-  // Four sigmas of 1 ms see no other frame.
+  // Four sigmas of 1 ms cover no other frame.
   result.strategies[1].values = {{0.001}};
   Score(&result);
   for (const char* key : {"held_out_mean_px", "mpjpe_mm"}) {
@@ -194,7 +194,7 @@ TEST(Tuning, ChoosesOnOneFoldAndScoresOnTheOther) {
   // Slow people and 6 px of noise: neither no smoothing nor the most.
   EXPECT_GT(tuning.chosen[0][0], strategies[1].parameters[0].grid.front());
   EXPECT_LT(tuning.chosen[0][0], strategies[1].parameters[0].grid.back());
-  // What is scored afterwards is what tuning said.
+  // Subsequent scores equal those of tuning.
   Score(&result);
   EXPECT_NEAR(result.strategies[1].Find("held_out_mean_px")->value,
               tuning.cross_px, 1e-9);

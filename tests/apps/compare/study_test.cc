@@ -28,7 +28,7 @@ TEST(BestPoint, IsTheLeastMeanOverTakesOfTheirMeans) {
   const std::vector<PointErrors> recordings = {{{200.0, 100.0}, {300.0, 100.0}},
                                                {{60.0, 10.0}, {30.0, 10.0}}};
   EXPECT_EQ(BestPoint(recordings, -1), 1u);
-  // The recording that is left out has no say.
+  // The recording left out has no influence.
   EXPECT_EQ(BestPoint(recordings, 1), 0u);
   EXPECT_EQ(BestPoint(recordings, 0), 1u);
   // The first of equals.
@@ -42,7 +42,7 @@ TEST(BestPoint, LeavesOutWhatATakeRefuses) {
   EXPECT_EQ(BestPoint(recordings, -1), 1u);
   EXPECT_EQ(BestPoint(recordings, 1), 0u);
   EXPECT_EQ(BestPoint({{refused}}, -1), std::nullopt);
-  EXPECT_EQ(BestPoint({{{1.0, 1.0}}}, 0), std::nullopt);  // nobody is left
+  EXPECT_EQ(BestPoint({{{1.0, 1.0}}}, 0), std::nullopt);  // none is left
 }
 
 StudyRecording TakeWith(size_t chosen, Verdict verdict) {

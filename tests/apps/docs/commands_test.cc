@@ -1,7 +1,7 @@
-// The commands that the pages show are run, in the order of each page, in a
-// folder where their names mean something, and print what the pages say: a
-// fenced block named `output` holds lines of what the block before it prints. A
-// block of TOML that begins with its name is that file.
+// Runs the commands shown on the pages, in order, in a folder where their names
+// exist, and compares the output: a fenced block named `output` holds lines
+// printed by the previous block. A TOML block that begins with its name is that
+// file.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -44,8 +44,8 @@ std::vector<Block> FencedBlocks(const std::string& page) {
 
 bool RunsCommands(const Block& block) {
   if (block.text.find("./kinegraph ") == std::string::npos) return false;
-  // Set-up and the demo have tests of their own; benchmarks and tuning take
-  // long; nobody has these videos.
+  // Set-up and the demo have their own tests; benchmarks and tuning take long;
+  // these videos do not exist.
   for (const char* word :
        {"./kinegraph build", "./kinegraph test", "./kinegraph demo", "cmake ",
         "benchmark", "--tune", ".mp4"}) {

@@ -29,7 +29,7 @@ TEST(DocsTest, ConfigurationPageListsEveryKey) {
       << "remake the tables with: ./kinegraph track --keys";
 }
 
-// A key that joins asks whether another can go.
+// A new key requires considering whether another can be removed.
 TEST(DocsTest, KeysAreNoMoreThanAgreed) {
   EXPECT_LE(KeysOf<RunOptions>().size(), 130u);
   EXPECT_THROW(KeyTables(KeysOf<SynthesisOptions>()), std::logic_error);
@@ -129,8 +129,7 @@ bool IsKey(const std::string& word, const std::set<std::string>& keys) {
   return keys.count(word.substr(0, word.rfind('.')) + ".NAME") == 1;
 }
 
-// A key that was renamed must not live on in a page: whoever copies it gets an
-// error.
+// A renamed key must not remain on a page: copying it would give an error.
 TEST(DocsTest, PagesNameOnlyKeysThatExist) {
   const std::set<std::string> keys = KeysOfConfigurations();
   std::set<std::string> tables;
@@ -182,7 +181,7 @@ TEST(DocsTest, PagesNameOnlyFilesThatExist) {
   }
 }
 
-// What a key means is said in one phrase, without a full stop.
+// The meaning of a key is one phrase, without a full stop.
 TEST(DocsTest, KeysAreExplainedInPhrases) {
   const std::string page = TextOf("docs/configuration.md");
   const std::vector<std::string> phrases =

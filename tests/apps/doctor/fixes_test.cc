@@ -1,5 +1,4 @@
-// What the doctor advises runs as printed, and then nothing of that kind is
-// found any more.
+// The doctor's advice runs as printed, and removes that kind of finding.
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -172,8 +171,8 @@ TEST_P(Fixes, RunAsPrintedAndMend) {
   }
 }
 
-// What `track` says of a camera that was turned is a command that runs as it
-// stands and finds that camera.
+// What `track` advises about a rotated camera is a command that runs as it is
+// and finds that camera.
 TEST(Advice, OfTrackRunsAsPrinted) {
   const testing::TemporaryFolder folder;
   Files files(folder.path().string());
@@ -201,8 +200,8 @@ TEST(Advice, OfTrackRunsAsPrinted) {
   EXPECT_GT(commands, 0) << summary.at("warnings").dump();
 }
 
-// Clocks that a calibration records are those of the recording: nothing is
-// wrong then, and they are handed on.
+// Clocks recorded in a calibration are applied to the recording: nothing is
+// wrong then, and they are passed on.
 TEST(Records, ClocksOfACalibrationAreRead) {
   const testing::TemporaryFolder folder;
   const std::string path = folder.path().string();

@@ -1,4 +1,4 @@
-// The program kinegraph-evaluate as its users meet it.
+// The program kinegraph-evaluate as users run it.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -107,7 +107,7 @@ TEST_F(EvaluateProgramTest, OtherProtocols) {
   ExpectPrinted("--protocol=panoptic" + against, {"AP, %"});
 }
 
-// Some names are another program's, some nobody's: each that is known counts.
+// Some names are another program's, some unknown: each known one is used.
 TEST_F(EvaluateProgramTest, CamerasAgainstTrueOnes) {
   // Three cameras on a line along x that look along z; one of the found ones
   // is 0.3 m too high.
@@ -202,7 +202,7 @@ TEST_F(EvaluateProgramTest, BadUsageIsOneLineAndTwo) {
   }
 }
 
-// Four seconds of somebody who walks away from the origin at 1.5 m/s.
+// Four seconds of a person who walks away from the origin at 1.5 m/s.
 TrackSequence Walker(double rate_hz) {
   TrackSequence tracks = Tracks({});
   tracks.header.mode = "graph";
@@ -266,7 +266,7 @@ TEST_F(EvaluateWalkerTest, RatesThatCannotBePairedAreNamed) {
   }
 }
 
-// What the line advises finds everybody.
+// With the advised flags everyone is found.
 TEST_F(EvaluateWalkerTest, OtherAxesAreNamedWithTheCommandThatMendsThem) {
   const std::string upright = Path("upright.jsonl");
   struct Case {

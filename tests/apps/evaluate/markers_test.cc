@@ -115,7 +115,7 @@ TEST_F(MarkersProgramTest, AShiftAndATurnAreTakenOff) {
   MARKERS_OR_SKIP();
   Run(theia, markers, "");
   const Json before = json_;
-  // Nobody knows the laboratory's clock to better than a third of a frame.
+  // The laboratory's clock is known to a third of a frame at best.
   EXPECT_NEAR(before["clock_s"].get<double>(), 0.0, 0.002);
   for (const Eigen::Vector3d& axis :
        {Eigen::Vector3d(0, 0, 1), Eigen::Vector3d(1, 2, -1)}) {
@@ -163,8 +163,8 @@ TEST_F(MarkersProgramTest, AFolderWithTablesPlotsAndPage) {
 }
 
 // A detector that sees the markers' joints through the laboratory's own
-// cameras: so much white noise, so much that lasts for 0.1 s, and an offset of
-// each joint in each view for all of the time, drawn with this length.
+// cameras: with white noise, noise with a correlation time of 0.1 s, and a
+// constant offset of each joint in each view, drawn with this length.
 struct Detector {
   double white_px = 0.0;
   double lasting_px = 0.0;
@@ -305,7 +305,7 @@ TEST_F(MarkersProgramTest, OwnRulesSayWhatAJointIs) {
   ExpectRefused(theia, markers, "--joints='" + typo + "'", "middel_of");
 }
 
-// A knee alone: its body has no axes, so that bias and limits are missing.
+// A knee alone: its body has no axes, so bias and limits are missing.
 TEST_F(MarkersProgramTest, WhatIsMissingIsADash) {
   TrackSequence knee;
   knee.header.skeleton = Skeleton("knee", {"l_knee"}, {});

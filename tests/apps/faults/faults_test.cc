@@ -52,7 +52,7 @@ class PipeTest : public ::testing::Test {
     return input;
   }
 
-  // What a program leaves that has begun to write and is told to stop.
+  // The remains of a program stopped after it has begun to write.
   void StopInTheMiddle(const std::string& line, int signal, const char* name) {
     RunningProgram program = Started(line, errors_);
     const std::ofstream input = BeginInput();
@@ -291,7 +291,7 @@ std::string ViewOf(const std::string& name, int count) {
   return text + "]";
 }
 
-// Refused in these words, and not with this key.
+// Rejected with these words, but not with this key.
 void ExpectLimit(const std::string& line, const std::string& says,
                  const std::string& set) {
   const ProgramOutcome refused = RunShell(line);
@@ -318,7 +318,7 @@ TEST(LimitTest, TooManyOfAnythingAreRefusedUntilTheKeyAllowsThem) {
   ExpectLimit(track(DetectionsOf(1, begin + ViewOf("cam0", 301) + "}}\n")),
               "frame 0, view 'cam0': has 301 detections",
               "detections.max_per_view=301");
-  // Of all views together, whatever a view alone may have.
+  // Limit of all views together, whatever the limit of one view.
   const std::string views = ViewOf("a", 300) + ", " + ViewOf("b", 300) + ", " +
                             ViewOf("c", 300) + ", " + ViewOf("d", 300);
   const std::string many = folder.Write(
@@ -331,7 +331,8 @@ TEST(LimitTest, TooManyOfAnythingAreRefusedUntilTheKeyAllowsThem) {
       "detections.max_per_frame=1200");
 }
 
-// A clock that was set in the middle: time and memory are those of the frames.
+// A clock set in the middle of a recording: time and memory depend only on the
+// frames.
 TEST(LimitTest, AJumpOfTheClockTakesNoMemory) {
   const TemporaryFolder folder;
   std::istringstream lines(ContentOf(Scene() + "/detections.jsonl"));
@@ -358,7 +359,7 @@ std::string OfflineCommand(const std::string& detections, const fs::path& out) {
                       DemoScene("8"), "configs/offline.toml");
 }
 
-// Ctrl-C while people are being solved: at once, in one line.
+// Ctrl-C during solving: ends at once, with one line.
 TEST(SignalTest, ASolveIsLeftAtOnce) {
   const TemporaryFolder folder;
   const std::string errors = (folder.path() / "errors").string();
@@ -375,7 +376,7 @@ TEST(SignalTest, ASolveIsLeftAtOnce) {
   program.Signal(SIGINT);
   const auto signal = clock();
   const int status = program.Wait();
-  // Nothing is waited for; the rest is a machine that is busy.
+  // Nothing waits; the rest is for a busy machine.
   EXPECT_LT(clock() - signal, std::chrono::seconds(2));
   ASSERT_TRUE(WIFSIGNALED(status)) << "the recording was solved too fast";
   EXPECT_EQ(WTERMSIG(status), SIGINT);
@@ -385,8 +386,8 @@ TEST(SignalTest, ASolveIsLeftAtOnce) {
   EXPECT_THAT(NamesIn(out), IsEmpty());
 }
 
-// Detections that change between the first reading and the last: the result is
-// not made, or is that of what was read first.
+// Detections that change between the first reading and the last: there is no
+// result, or that of the first reading.
 TEST(InputTest, AChangeUnderneathIsNoHarm) {
   const TemporaryFolder folder;
   const std::string errors = (folder.path() / "errors").string();

@@ -1,5 +1,5 @@
-// A drill for every writer: nothing half-written, one clear line, the right
-// exit code, and nothing of the user's lost.
+// A test for every writer: nothing partially written, one clear line, the right
+// exit code, and none of the user's files lost.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>
@@ -206,7 +206,7 @@ TEST_P(WriterTest, TwoAtOnceBothSucceedOrOneSaysWhy) {
 }
 
 TEST_P(FileWriterTest, PlantedLinksAreNotFollowed) {
-  // Whoever can guess the name of the file aside could have a victim's file
+  // If the temporary name were predictable, a victim's file could be
   // overwritten.
   const std::string victim = folder_.Write("victim", "precious");
   fs::create_symlink("victim", out_ + ".partial");

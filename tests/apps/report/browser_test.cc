@@ -1,5 +1,5 @@
-// The page in a real browser, worked as its users do: keys, mouse and fingers,
-// on screens from a phone to a desk.
+// The page in a real browser, operated as by users: keys, mouse and fingers, on
+// screens from a phone to a desk.
 #include "tests/support/browser.h"
 
 #include <gmock/gmock.h>
@@ -45,9 +45,9 @@ constexpr size_t kRightWrist = 10;
 const Eigen::Vector3d kSigmaM(0.02, 0.03, 0.04);
 const Eigen::Vector2d kShiftPx(70.0, 0.0);  // of a detection that is rejected
 
-// Three people who walk side by side; person 2 is gone after 60 frames. Four
+// Three people who walk side by side; person 2 is absent after 60 frames. Four
 // views: in view 0 a wrist of person 0 is an outlier, one of person 1 was not
-// found, and somebody is seen who is matched to nobody; view 1 misses person 2.
+// found, and there is an unmatched detection; view 1 misses person 2.
 struct Take {
   TrackSequence tracks;
   DetectionSequence detections;
@@ -137,7 +137,7 @@ class PageInBrowser : public ::testing::Test {
     }
   }
 
-  // Nothing may have gone wrong, whatever a test looked at.
+  // No test may leave errors in the browser.
   void TearDown() override {
     if (browser_ == nullptr) return;
     EXPECT_THAT(browser_->problems(), IsEmpty());
@@ -271,7 +271,7 @@ TEST_F(PageInBrowser, PlaybackKeepsTimeAndStopsAtTheEnd) {
   const Json second = state();
   const double played_s = second[0].get<double>() - first[0].get<double>();
   const double passed_s = second[1].get<double>() - first[1].get<double>();
-  // Never ahead of the clock, but for one picture (below 0.25 s); how far it
+  // Never ahead of the clock, except for one image (below 0.25 s); how far it
   // may fall behind depends on the machine.
   EXPECT_GT(played_s, 0.0);
   EXPECT_LT(played_s, passed_s + 0.25);
@@ -363,7 +363,7 @@ TEST_F(PageInBrowser, PanelsShowWhatWasMatchedRejectedAndMissing) {
                                            people[2].joints[15].position_m));
   ASSERT_TRUE(knee.has_value());
   expect_colour(1, *knee, {0x00, 0x9e, 0x73});
-  // Who a detection belongs to stands over it; nobody's has no name.
+  // A detection is labelled with its person; an unmatched one has no label.
   browser.Evaluate(
       "window.names = []; window.plain = CanvasRenderingContext2D.prototype"
       ".fillText; CanvasRenderingContext2D.prototype.fillText ="
@@ -481,7 +481,7 @@ constexpr const char* kLeastColourDifference = R"((() => {
   return least;
 })())";
 
-// Warnings and the doctor's findings stand before everything else.
+// Warnings and the doctor's findings come before everything else.
 TEST_F(PageInBrowser, WhatIsWrongStandsFirst) {
   PageInput input;
   input.title = "take";
@@ -752,7 +752,7 @@ INSTANTIATE_TEST_SUITE_P(
                       LayoutCase{"tablet", kTablet}),
     [](const auto& layout) { return std::string(layout.param.name); });
 
-// The yardsticks themselves: a spoilt page must not pass.
+// Tests of the checks themselves: a defective page must not pass.
 TEST_F(PageInBrowser, FaultsAreSeen) {
   Browser& browser = Open(kDesk);
   const auto spoil = [&](const std::string& style) {

@@ -1,5 +1,5 @@
 // The page's script is written as modules and joined into one scope, in which
-// no browser would miss an import. So a test does.
+// no browser would detect a missing import. This test does.
 #include <gtest/gtest.h>
 
 #include <filesystem>

@@ -82,7 +82,7 @@ TEST(PageData, FrameNumbersAreWhole) {
               ::testing::ElementsAre(0x1p50, 0x1p50 + 1, 0x1p50 + 2));
 }
 
-// Whatever stands beside the tracks, the page works.
+// Whatever the files beside the tracks, the page works.
 TEST(PageData, ASummaryThatIsNoneIsLeftOut) {
   PageInput input = InputOf(Walk(3, 1, 25.0));
   const std::string whole =
@@ -118,7 +118,7 @@ TEST(PageData, ADoctorsFileThatIsNoneIsRefused) {
   }
 }
 
-// What the configuration of the tracks mends is no news.
+// Faults that the configuration of the tracks corrects are not reported.
 TEST(PageData, FindingsThatTheConfigurationMendsAreLeftOut) {
   const auto finding = [](const char* kind, const char* fix) {
     return Json{{"kind", kind}, {"fix", fix}, {"confidence", 0.9}};
@@ -346,7 +346,7 @@ TEST(PageData, TwoResultsAreMeasuredAgainstTheTruth) {
   EXPECT_EQ(differences(0), std::vector<uint16_t>(5 * 2, 0));
   EXPECT_EQ(differences(1), std::vector<uint16_t>(5 * 2, 100)) << "in mm";
   EXPECT_FALSE(page["results"][2].contains("difference"));
-  // The same without truth: each is measured against the other.
+  // The same without truth: each is compared with the other.
   input.results.pop_back();
   const Json pair = PageOf(input);
   EXPECT_EQ(Decode<uint16_t>(pair["results"][0]["difference"]),

@@ -1,5 +1,5 @@
-// Videos behind the panels, in a real browser: the picture that is on the
-// screen is that of the frame, wherever one jumps.
+// Videos behind the panels, in a real browser: the displayed image belongs to
+// the frame, wherever one jumps.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -28,7 +28,7 @@ constexpr int kFirstPicture = 100;
 // Two more than the video has pictures.
 constexpr int kPictures = 42;
 
-// Nobody is there, so that nothing is drawn over the pictures.
+// Without people, so that nothing is drawn over the images.
 PageInput EmptyRecording() {
   PageInput input;
   input.title = "take";
@@ -129,7 +129,7 @@ TEST_P(VideoPanels, ShowThePictureOfTheFrame) {
   for (const int f : {0, 1, 2, 7, 14, 15, 16, 31, 39, 38, 3}) {
     browser_->Evaluate("kinegraph.setFrame(" + std::to_string(f) + ")");
     WaitUntilThere();
-    // A busy browser says that it is there before it has the picture.
+    // A busy browser reports the position before it shows the image.
     constexpr int kTries = 20;
     for (int i = 0; i < kTries; ++i) {
       if (NumberOn(0) == f && NumberOn(1) == f) break;
