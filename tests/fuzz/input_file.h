@@ -1,4 +1,4 @@
-// What a reader makes of some bytes.
+// Runs readers on arbitrary bytes.
 #ifndef KINEGRAPH_TESTS_FUZZ_INPUT_FILE_H_
 #define KINEGRAPH_TESTS_FUZZ_INPUT_FILE_H_
 
@@ -15,8 +15,8 @@
 
 namespace kinegraph::testing {
 
-// A name among the temporary ones (TMPDIR); what stands there is gone when the
-// object dies.
+// A unique temporary name (TMPDIR); whatever exists there is removed on
+// destruction.
 class TemporaryPath {
  public:
   explicit TemporaryPath(const std::string& end)
@@ -84,8 +84,8 @@ class InputFolder : public TemporaryPath {
   }
 };
 
-// Runs `act`; false where it refuses its input. Only what a user is told may be
-// thrown, in one line.
+// Runs `act`; false if it rejects its input. Only exceptions meant for users
+// are allowed, with one-line messages.
 template <typename Refusal = InputError, typename Act>
 bool Accepts(const Act& act) {
   try {
@@ -97,8 +97,8 @@ bool Accepts(const Act& act) {
   return false;
 }
 
-// Runs `read` on a file with these bytes, or on a folder. Readers may refuse
-// their options, too, with which the input does not fit.
+// Runs `read` on a file with these bytes, or on a folder. Readers may also
+// reject their options if the input does not match them.
 template <typename Input = InputFile, typename Read>
 bool Reading(const std::string& bytes, const Read& read) {
   const Input input(bytes);

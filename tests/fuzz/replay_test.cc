@@ -1,5 +1,5 @@
-// Inputs that once failed, replayed, and a few seeded mutations of good ones,
-// so that every build is tried a little. The hours are libFuzzer's
+// Replays inputs that once failed, and a few seeded mutations of valid ones, so
+// that every build is tested a little. Long runs use libFuzzer
 // (docs/robustness.md).
 #include <gtest/gtest.h>
 
@@ -31,7 +31,7 @@ class ReplayTest : public ::testing::TestWithParam<std::string> {
   const FuzzTarget &Target() const { return FindFuzzTarget(GetParam()); }
 };
 
-// Each was chosen because it once took memory, time or the program.
+// Each input once exhausted memory or time, or crashed the program.
 TEST_P(ReplayTest, InputsThatOnceFailed) {
   const fs::path folder = ProjectFile("tests/fuzz/regressions") / GetParam();
   int count = 0;
@@ -40,7 +40,7 @@ TEST_P(ReplayTest, InputsThatOnceFailed) {
       SCOPED_TRACE(entry.path().filename().string());
       const ProcessorTime used;
       Target().run(ContentOf(entry.path()));
-      // They took from ten seconds to for ever; now milliseconds.
+      // They took from ten seconds to forever; now milliseconds.
       EXPECT_LT(used.Seconds(), 5.0);
       ++count;
     }
@@ -48,7 +48,7 @@ TEST_P(ReplayTest, InputsThatOnceFailed) {
   RecordProperty("inputs", count);
 }
 
-// Otherwise its mutations would try nothing.
+// Otherwise their mutations would test nothing.
 TEST_P(ReplayTest, EveryGoodInputIsRead) {
   const std::vector<std::string> seeds = FuzzSeeds(GetParam());
   EXPECT_FALSE(seeds.empty());
@@ -61,7 +61,7 @@ TEST_P(ReplayTest, EveryGoodInputIsRead) {
       refused += seed.substr(0, 80) + "\n";
     }
   }
-  // Formats that are known by the name of their file alone are not recognised.
+  // Formats recognised only by file name are excluded.
   static const std::set<std::string> kByContent = {
       "detections", "tracks", "rewritten_detections", "rewritten_tracks"};
   const bool by_content = kByContent.count(GetParam()) > 0;

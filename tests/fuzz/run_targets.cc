@@ -15,7 +15,7 @@ namespace kinegraph::testing {
 namespace {
 
 // The bytes choose a small valid scene; the whole pipeline must give finite
-// positions, ascending frames and everybody once a frame.
+// positions, ascending frames and each person once per frame.
 bool FuzzScene(const std::string& bytes) {
   const auto byte = [&](size_t at) -> int {
     return at < bytes.size() ? static_cast<uint8_t>(bytes[at]) : 0;

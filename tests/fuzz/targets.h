@@ -1,9 +1,9 @@
-// What is fuzzed: one function a reader (every format of detections and of
-// tracks that is read from one file has its own), three that write what was
-// read in every format, one that makes scenes and one that makes the page's
-// data. Each takes any bytes, and comes back with whether
-// it made something of them; what a reader refuses, it refuses with InputError
-// or OptionError. Anything else ends the program, which the fuzzer notices.
+// Fuzz targets: one function per reader (every format of detections and tracks
+// that is read from one file has its own), three that write what was read in
+// every format, one for scenes and one for the page's data. Each takes any
+// bytes and returns whether they were valid; invalid input must be rejected
+// with InputError or OptionError. Anything else ends the program, which the
+// fuzzer reports.
 #ifndef KINEGRAPH_TESTS_FUZZ_TARGETS_H_
 #define KINEGRAPH_TESTS_FUZZ_TARGETS_H_
 

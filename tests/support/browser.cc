@@ -310,9 +310,9 @@ void Browser::Tap(PagePoint at) {
   Evaluate(
       "window.tapped = false; addEventListener('click',"
       "() => { window.tapped = true; }, {capture: true, once: true})");
-  // A finger that stays for half a second is no tap any more: on a busy machine
-  // the answer to its coming could take longer. Such a machine also swallows a
-  // tap that follows a drag at once; whoever sees nothing happen taps again.
+  // A finger held for half a second is not a tap, and on a busy machine the
+  // response to its touch could take longer. Such a machine may also ignore a
+  // tap directly after a drag; users then tap again.
   for (int attempt = 0; attempt < 5; ++attempt) {
     Send("Input.dispatchTouchEvent",
          {{"type", "touchStart"},

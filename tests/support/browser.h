@@ -1,6 +1,6 @@
-// A headless Chromium, worked as a user works it: real keys, clicks and
-// touches, any screen. It is spoken to through a pipe in the Chrome DevTools
-// Protocol (https://chromedevtools.github.io/devtools-protocol).
+// A headless Chromium, operated like a user: real keys, clicks and touches, any
+// screen. Controlled through a pipe by the Chrome DevTools Protocol
+// (https://chromedevtools.github.io/devtools-protocol).
 #ifndef KINEGRAPH_TESTS_SUPPORT_BROWSER_H_
 #define KINEGRAPH_TESTS_SUPPORT_BROWSER_H_
 
@@ -28,8 +28,8 @@ struct PagePoint {
   double y = 0.0;
 };
 
-// Every call throws std::runtime_error when the browser does not answer within
-// a minute, or when it answers with an error.
+// Every call throws std::runtime_error if the browser does not respond within a
+// minute or responds with an error.
 class Browser {
  public:
   static bool IsInstalled();
@@ -63,7 +63,7 @@ class Browser {
   // Fingers go from one place to another, one row a finger.
   void Drag(const std::vector<PagePoint>& from,
             const std::vector<PagePoint>& to);
-  // Waits for the click, which comes when the browser is sure of the tap.
+  // Waits for the click, which comes once the browser has recognised the tap.
   void Tap(PagePoint at);
   void Tap(const std::string& selector) { Tap(MiddleOf(selector)); }
 
@@ -74,7 +74,7 @@ class Browser {
   // security policies. Chromium's notes on software rendering are warnings and
   // not counted.
   const std::vector<std::string>& problems() const { return problems_; }
-  // Every address that was asked for.
+  // Every address requested.
   const std::vector<std::string>& requests() const { return requests_; }
 
  private:

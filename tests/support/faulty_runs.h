@@ -1,5 +1,4 @@
-// Commands run where something goes wrong: a full disk, a signal, a link in the
-// way.
+// Runs commands under faults: a full disk, a signal, a link in the way.
 #ifndef KINEGRAPH_TESTS_SUPPORT_FAULTY_RUNS_H_
 #define KINEGRAPH_TESTS_SUPPORT_FAULTY_RUNS_H_
 
@@ -77,8 +76,8 @@ inline bool HasPartial(const std::filesystem::path& folder) {
   });
 }
 
-// Whether a private mount namespace can be made, in which a small disk can be
-// mounted that nobody else sees.
+// Whether a private mount namespace can be created, in which a small disk can
+// be mounted that is invisible outside.
 inline bool CanMount() {
   static const bool can =
       RunShell("unshare -m mount -t tmpfs none /mnt").exit_code == 0;
@@ -122,7 +121,7 @@ class RunningProgram {
     raw.push_back(nullptr);
     process_ = fork();
     if (process_ != 0) return;
-    // Whoever starts the tests in the background may have these ignored.
+    // A shell that runs the tests in the background may have these ignored.
     for (const int number : {SIGINT, SIGTERM, SIGHUP, SIGPIPE}) {
       signal(number, SIG_DFL);
     }
@@ -167,8 +166,8 @@ bool WaitUntil(const Condition& condition) {
   return true;
 }
 
-// The writing end of a pipe, once a program reads it; a closed stream where
-// none does in time (a plain open would wait for ever).
+// The writing end of a pipe, once a program reads it; a closed stream if none
+// does in time (a plain open would block forever).
 inline std::ofstream OpenPipe(const std::string& path) {
   int reader_is_there = -1;
   WaitUntil([&] {

@@ -36,8 +36,7 @@ Scene SceneOf(const SceneOptions& scene, const FaultySceneOptions& options) {
                           scene.motion.min_distance_m, options.seed}));
 }
 
-// As views see it whose clocks drift: each second with the offsets that it
-// begins with.
+// Observations with drifting clocks: each second with the offsets at its start.
 DetectionSequence ObserveDrifting(const Scene& scene,
                                   const std::vector<double>& drift,
                                   NoiseOptions noise) {
@@ -88,7 +87,8 @@ FaultyScene MakeFaultyScene(const FaultySceneOptions& options) {
   // Real rigs are uneven: each camera stands a little off its place.
   Random random(options.seed * 7919 + 13);
   for (Camera& camera : result.scene.cameras) {
-    // Drawn one by one, for compilers differ in the order of arguments.
+    // Drawn in separate statements, because compilers evaluate arguments in
+    // different orders.
     const double z = random.Uniform(-0.5, 0.5);
     const double y = random.Uniform(-0.8, 0.8);
     const double x = random.Uniform(-0.8, 0.8);

@@ -1,5 +1,5 @@
-// Short synthetic recordings whose calibration or clocks are mis-stated on
-// purpose, for tests of what finds that out.
+// Short synthetic recordings whose calibration or clocks are deliberately
+// wrong, for tests of their detection.
 #ifndef KINEGRAPH_TESTS_SUPPORT_FAULTY_SCENE_H_
 #define KINEGRAPH_TESTS_SUPPORT_FAULTY_SCENE_H_
 
@@ -34,11 +34,12 @@ struct FaultySceneOptions {
   double frame_rate_hz = 25.0;
   double noise_px = 2.0;
   std::string skeleton = "coco17";
-  std::vector<double> distortion;      // of the lenses, as MakeLens takes it
-  std::vector<double> clock_offset_s;  // one a view; the times do not tell it
-  std::vector<double> clock_drift;     // one a view [s/s], likewise
-  // Uneven rings: even ones look alike from every camera, and no image could
-  // tell which is which.
+  std::vector<double> distortion;  // of the lenses, as MakeLens takes it
+  // One per view; not included in the times.
+  std::vector<double> clock_offset_s;
+  std::vector<double> clock_drift;  // one per view [s/s], likewise
+  // Uneven rings: even ones look alike from every camera, so that images could
+  // not distinguish them.
   double arc_deg = 290.0;
   // Tracks files whose people take the place of simulated ones, each at a place
   // and a turn drawn from `seed`, and when they appear (the rest at 0).
@@ -48,16 +49,16 @@ struct FaultySceneOptions {
 
 struct FaultyScene {
   Scene scene;        // the truth
-  CameraRig cameras;  // as they are stated: the truth, to be spoilt
+  CameraRig cameras;  // as stated: the truth, before faults are added
   DetectionSequence detections;
 };
 
 // A scene with Gaussian pixel noise, 2 % outliers and 3 % missing joints.
 FaultyScene MakeFaultyScene(const FaultySceneOptions& options);
 
-// Offsets that last: one a person, joint and view, drawn anew from `seed`, 10
-// mm in the median and 35 mm at 90 % (log-normal) times `scale`, at the
-// person's depth. Detectors have such (docs/doctor.md).
+// Lasting offsets: one per person, joint and view, drawn from `seed`, 10 mm in
+// the median and 35 mm at 90 % (log-normal) times `scale`, at the person's
+// depth. Real detectors have such offsets (docs/doctor.md).
 void AddLastingOffsets(uint64_t seed, double scale, FaultyScene* scene);
 
 // `camera` turned by `degrees` about a direction drawn from `seed`.
@@ -65,7 +66,7 @@ Camera Turned(const Camera& camera, double degrees, uint64_t seed);
 // With another image centre, or focal length times `factor`.
 Camera Shifted(const Camera& camera, double x_px, double y_px);
 Camera Magnified(const Camera& camera, double factor);
-// Without its lens terms, as somebody states it who forgot them.
+// Without its lens terms, as if omitted.
 Camera WithoutLens(const Camera& camera);
 // With other extrinsics.
 Camera WithExtrinsics(const Camera& camera, const Eigen::Matrix3d& R,
@@ -76,9 +77,8 @@ void ChangeJoints(FaultyScene* scene, size_t view,
                   const std::function<void(Keypoint*)>& change,
                   size_t from = 0);
 
-// Turns the camera of view `v` from frame index `from` on, as somebody does who
-// bumps into it: the detections move as its image does (no lens), the stated
-// cameras stay.
+// Rotates the camera of view `v` from frame index `from` on, as if knocked: the
+// detections move with its image (no lens), the stated cameras do not change.
 void TurnCameraFrom(size_t from, size_t v, double degrees, uint64_t seed,
                     FaultyScene* scene);
 

@@ -1,5 +1,5 @@
-// The processor time of the test, for bounds of what something may cost: unlike
-// the clock's it does not grow when others keep the machine busy.
+// The processor time of the test, for upper bounds on cost: unlike wall time it
+// does not grow when other programs keep the machine busy.
 #ifndef KINEGRAPH_TESTS_SUPPORT_PROCESSOR_TIME_H_
 #define KINEGRAPH_TESTS_SUPPORT_PROCESSOR_TIME_H_
 

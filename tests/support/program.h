@@ -1,4 +1,4 @@
-// Runs the commands as their users do.
+// Runs the commands as users do.
 #ifndef KINEGRAPH_TESTS_SUPPORT_PROGRAM_H_
 #define KINEGRAPH_TESTS_SUPPORT_PROGRAM_H_
 
@@ -8,7 +8,7 @@
 namespace kinegraph::testing {
 
 struct ProgramOutcome {
-  int exit_code = -1;  // -1: did not come to an end by itself
+  int exit_code = -1;  // -1: did not exit normally
   std::string output;  // on stdout
   std::string errors;  // on stderr
 };
@@ -17,7 +17,7 @@ struct ProgramOutcome {
 ProgramOutcome RunProgram(const std::string& command,
                           const std::string& arguments);
 
-// All bytes of a file; empty when it is not there.
+// All bytes of a file; empty if it does not exist.
 std::string ContentOf(const std::filesystem::path& path);
 
 }  // namespace kinegraph::testing

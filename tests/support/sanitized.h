@@ -1,5 +1,5 @@
-// Whether a sanitizer watches this build: it computes five times as long or
-// more, and tests that repeat themselves do so less often.
+// Whether the build uses a sanitizer: it is at least five times slower, and
+// tests with repetitions run fewer of them.
 #ifndef KINEGRAPH_TESTS_SUPPORT_SANITIZED_H_
 #define KINEGRAPH_TESTS_SUPPORT_SANITIZED_H_
 

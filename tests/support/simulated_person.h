@@ -21,8 +21,8 @@ namespace kinegraph::testing {
 CameraRig RingOfCameras(int count, double radius_m, double focal_px,
                         bool with_lens = false);
 
-// The defaults, but nothing is learnt from the recording: what a test states of
-// the noise is what the estimator believes.
+// The defaults, but nothing is learnt from the recording: the estimator uses
+// the noise that the test specifies.
 GraphOptions FixedNoise();
 
 // A shoulder, an elbow and a wrist, two bones.
@@ -57,8 +57,8 @@ struct SimulatedRecording {
   void Connect();
 };
 
-// Motion drawn from the very priors of `options`: birth around `centre`, white
-// noise on acceleration. By joint and frame.
+// Motion drawn from the priors of `options`: birth around `centre`, white noise
+// on acceleration. By joint and frame.
 std::vector<std::vector<State>> MotionFromPrior(const SceneModel& scene,
                                                 const GraphOptions& options,
                                                 const Eigen::Vector3d& centre,

@@ -1,5 +1,5 @@
-// Where tests find data that is not part of the project, the project's own
-// files, and a folder to write in.
+// Where tests find external data, the project's own files, and a folder to
+// write to.
 #ifndef KINEGRAPH_TESTS_SUPPORT_TEST_DATA_H_
 #define KINEGRAPH_TESTS_SUPPORT_TEST_DATA_H_
 
@@ -10,8 +10,8 @@
 namespace kinegraph::testing {
 
 // The folder of real data: $KINEGRAPH_DATA, else ../shared/data from the
-// project's root. `relative` names a file or folder in it; nullopt when it is
-// not there.
+// project's root. `relative` names a file or folder in it; nullopt if it does
+// not exist.
 std::optional<std::filesystem::path> FindData(const std::string& relative);
 
 // A file of the project, by its path from the root.
