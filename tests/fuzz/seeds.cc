@@ -245,10 +245,7 @@ const std::map<std::string, std::vector<std::string>>& ByHand() {
        {R"([{"frame_id": 7, "instances": [{"bbox": [[1, 2, 3, 4]],)"
         R"( "keypoints": [[7, 8])" +
         Repeated(", [1, 2]", 16) + R"(], "keypoint_scores": [0)" +
-        Repeated(", 1", 16) + "]}]}]"}},
-      {"detections_smap",
-       {R"({"3d_pairs": {"num": 1, "pred_2d": [[[1, 2, 0.5, 0.9])" +
-        Repeated(", [1, 2, 0, 1]", 14) + "]]}}"}}};
+        Repeated(", 1", 16) + "]}]}]"}}};
   return kSeeds;
 }
 

@@ -1,5 +1,4 @@
-// Files of single data sets: longcw's annotations of Campus and SMAP's results
-// on CMU Panoptic.
+// Files of a single data set: longcw's annotations of Campus.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -145,67 +144,6 @@ void WriteLongcw(const std::string& path, const DetectionWriteOptions& options,
               header.frame_rate_hz == kLongcwFrameRateHz);
   file.Write("\n}}\n");
   file.Commit();
-}
-
-// ---- SMAP ----
-// SMAP's output on CMU Panoptic, one file a view and frame: {"3d_pairs":
-// {"num", "pred_2d": people x 15 x [x, y, relative depth, score]}}.
-
-namespace {
-
-// Coordinates are those of the network's input: the 1920 x 1080 image scaled
-// to a width of 832 and centred in a height of 512.
-constexpr double kImageWidthPx = 1920.0;
-constexpr double kImageHeightPx = 1080.0;
-constexpr double kInputWidthPx = 832.0;
-constexpr double kInputHeightPx = 512.0;
-constexpr double kScale = kImageWidthPx / kInputWidthPx;
-constexpr double kBarPx = 0.5 * (kInputHeightPx - kImageHeightPx / kScale);
-
-void ReadPerson(JsonValue person, ZeroConfidence zero_confidence,
-                size_t joint_count, Detection* detection) {
-  for (const JsonValue joint : AsArray(person, "pred_2d")) {
-    double numbers[4];
-    AsNumbers(joint, "pred_2d", 4, numbers);
-    Keypoint point =
-        MakeKeypoint(numbers[0], numbers[1], numbers[3], zero_confidence);
-    point.px = (point.px - Eigen::Vector2d(0.0, kBarPx)) * kScale;
-    detection->joints.push_back(point);
-  }
-  CheckCount("pred_2d", detection->joints.size(), joint_count, " joints");
-}
-
-}  // namespace
-
-std::unique_ptr<DetectionSource> OpenSmap(const std::string& path,
-                                          const DetectionReadOptions& options) {
-  const auto files = ListViewFiles(path);
-  const DetectionHeader header =
-      HeaderOf(NamesOf(files), options, Panoptic15());
-  DetectionCollector collector(header);
-  collector.Touch(options.first_frame);
-  JsonFileParser parser;
-  for (size_t v = 0; v < files.size(); ++v) {
-    const std::string& file = files[v].second;
-    const JsonValue root = parser.Parse(file);
-    Located(
-        file, [] { return "3d_pairs"; },
-        [&] {
-          const JsonObject pairs = AsObject(
-              Required(AsObject(root, kOutermost), "3d_pairs"), "3d_pairs");
-          for (const JsonValue person :
-               AsArray(Required(pairs, "pred_2d"), "pred_2d")) {
-            ReadPerson(person, options.zero_confidence,
-                       header.skeleton.joints().size(),
-                       collector.Add(options.first_frame, v));
-          }
-        });
-  }
-  return collector.Finish();
-}
-
-bool RecogniseSmap(const DetectionHead& head) {
-  return head.HasKey("3d_pairs");
 }
 
 }  // namespace kinegraph

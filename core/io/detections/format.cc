@@ -31,7 +31,6 @@ KINEGRAPH_DECLARE(Mmpose);
 KINEGRAPH_DECLARE(Mediapipe);
 KINEGRAPH_DECLARE(DeepLabCut);
 KINEGRAPH_DECLARE(Longcw);
-KINEGRAPH_DECLARE(Smap);
 #undef KINEGRAPH_DECLARE
 std::unique_ptr<DetectionSource> OpenDeepLabCutH5(
     const std::string& path, const DetectionReadOptions& options);
@@ -110,9 +109,7 @@ const std::vector<DetectionFormat>& DetectionFormats() {
       {"freemocap", "FreeMoCap's 2D points, one NPY of all cameras", ".npy",
        Files::kOne, nullptr, OpenOurs<kFreemocap>},
       {"longcw", "annotation_2d.json", ".json", Files::kOne, RecogniseLongcw,
-       OpenLongcw, WriteLongcw, /*names_image_size=*/true},
-      {"smap", "a file a view", ".json", Files::kFileAView, RecogniseSmap,
-       OpenSmap}};
+       OpenLongcw, WriteLongcw, /*names_image_size=*/true}};
   return kFormats;
 }
 

@@ -15,6 +15,7 @@
 #include "core/io/detections/format.h"
 #include "core/io/detections/formats.h"
 #include "core/io/text/bulk_json.h"
+#include "core/io/text/gone_formats.h"
 
 namespace kinegraph {
 namespace {
@@ -74,8 +75,9 @@ DetectionReadOptions Checked(DetectionReadOptions options) {
   throw InputError(
       path, "",
       fmt::format("is no known detection format, expected one of {} (`convert "
-                  "--formats` says what they are)",
-                  fmt::join(names.begin() + 1, names.end(), ", ")));
+                  "--formats` says what they are){}",
+                  fmt::join(names.begin() + 1, names.end(), ", "),
+                  WayOnFrom(head.HasKey("3d_pairs") ? "smap" : "")));
 }
 
 void CheckWhole(const DetectionHead& head, const DetectionFormat& format) {

@@ -43,7 +43,7 @@ struct DetectionReadOptions {
   // Views whose images were mirrored: "x1279" reads 1279 - x for x, "y719"
   // 719 - y for y [px].
   std::map<std::string, std::string> mirror_px;
-  // Frame number of a file that names none (SMAP).
+  // Frame number of a file that names none (FreeMoCap).
   int64_t first_frame = 0;
   // Association compares everybody with everybody and every joint: what goes
   // beyond these is refused before it takes minutes a frame.

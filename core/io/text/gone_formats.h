@@ -16,6 +16,11 @@ inline std::string WayOnFrom(std::string_view format) {
   if (format == "poses") {
     return "; poses is only read: write csv, npz or JSON Lines";
   }
+  if (format == "smap") {
+    return "; smap was removed: print its detections as JSON Lines "
+           "(docs/formats.md) by a program of your own, --adapter=PROGRAM "
+           "(docs/adapters.md)";
+  }
   return "";
 }
 

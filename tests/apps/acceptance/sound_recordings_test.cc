@@ -55,13 +55,11 @@ TEST(SoundRecordings, CampusWarnsAboutNothing) {
 }
 
 TEST(SoundRecordings, SingleFrameWithItsSwitchWarnsAboutNothing) {
-  KINEGRAPH_DATA_OR_SKIP(data, "panoptic/calibration_160422_ultimatum1.json");
-  const std::string folder = testing::FindData("panoptic")->string();
-  EXPECT_EQ(WarningsOf("--cameras='" + data + "' --detections='" + folder +
-                       "/detections' --set='input.frame_rate=25;"
-                       "cameras.use=[00_00,00_01,00_03,00_07,00_16];"
-                       "detections.first_frame=10600;"
-                       "input.independent_frames=true'"),
+  KINEGRAPH_DATA_OR_SKIP(data, "shelf/calibration.json");
+  EXPECT_EQ(WarningsOf("--cameras='" + data + "' --detections='" +
+                       testing::FindData("shelf")->string() +
+                       "/detections/openpose' --frames=400:401 --set='"
+                       "input.frame_rate=25;input.independent_frames=true'"),
             "");
 }
 

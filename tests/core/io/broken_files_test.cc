@@ -77,12 +77,6 @@ std::string Longcw2d() {
          Repeat("[7, 8]", 14) + "], \"scores\": [" + Repeat("1", 14) + "]}]}}}";
 }
 
-std::string Smap() {
-  return "{\"model_pattern\": \"MIX\", \"3d_pairs\": {\"num\": 1, "
-         "\"pred_2d\": [[" +
-         Repeat("[5, 6, 0.5, 0.9]", 15) + "]]}}";
-}
-
 const std::string kSkeletonText =
     R"({"name": "s", "joints": ["a", "b"], "bones": [[0, 1]]})";
 
@@ -154,7 +148,6 @@ std::vector<Sample> Samples() {
   return {{kDetections, "take/cam0/a_3_keypoints.json", OpenPose(75)},
           {kDetections, "coco.json", Coco()},
           {kDetections, "longcw.json", Longcw2d()},
-          {kDetections, "smap.json", Smap()},
           {kDetections, "ours.jsonl", Detections()},
           {kTracks, "ours.jsonl", Tracks()},
           {kTracks, "gt.txt", FourDAssociation()},
@@ -276,10 +269,7 @@ TEST(BrokenFiles, Detections) {
            {Replaced(Longcw2d(), "[7, 8], ", ""), "found 13 joints"},
            {Replaced(Longcw2d(), "[1, 1", "[1"), "found 13 numbers"},
            {Replaced(Longcw2d(), "[7, 8]", "[7, 8, 9]"), "found 3 numbers"},
-           {Replaced(Smap(), "[5, 6, 0.5, 0.9]", "[5, 6, 0.5]"),
-            "found 3 numbers"},
-           {Replaced(Smap(), "[5, 6, 0.5, 0.9], ", ""), "found 14 joints"},
-           {"{\"3d_pairs\": {}}", "pred_2d: is missing"},
+           {"{\"3d_pairs\": {}}", "smap was removed"},
            {"{\"x\": 1}", "no known"},
            {"hello", "no known"},
            {"", "no known"},

@@ -290,7 +290,6 @@ TEST(DetectorFiles, JointsAtZeroAreMissingInEveryFormat) {
     }
   }
   const std::string coco = Listed("0, 0, 0.4", "10, 20, 0.5", 17);
-  const std::string smap = Listed("[0, 0, 1, 0.4]", "[10, 30, 1, 0.5]", 15);
   for (const auto& [name, text] :
        std::vector<std::pair<const char*, std::string>>{
            {"alphapose.json", R"([{"image_id": "7.jpg", "keypoints": [)" +
@@ -302,9 +301,7 @@ TEST(DetectorFiles, JointsAtZeroAreMissingInEveryFormat) {
                 coco + "]}]}"},
            {"deeplabcut.csv",
             "scorer,n,n,n,n,n,n\nbodyparts,a,a,a,b,b,b\ncoords,x,y,"
-            "likelihood,x,y,likelihood\n7,0,0,0.4,10,20,0.5\n"},
-           {"smap.json",
-            R"({"3d_pairs": {"num": 1, "pred_2d": [[)" + smap + "]]}}"}}) {
+            "likelihood,x,y,likelihood\n7,0,0,0.4,10,20,0.5\n"}}) {
     ExpectOnlySecond(folder.Write(name, text));
   }
 }

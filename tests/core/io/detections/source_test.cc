@@ -128,10 +128,6 @@ TEST(ReadDetections, RealRecordings) {
   expect("campus/annotation_2d.json",
          "tum14, 2000 frames at 25 Hz; Camera0 2175, Camera1 2175, Camera2 "
          "2175; 0 joints missing");
-  expect("panoptic/detections",
-         "panoptic15, 1 frames at 0 Hz; _0 3, _1 4, _3 5, _7 5, _16 4; 29 "
-         "joints missing",
-         OptionsWith("", 10600));
 }
 
 TEST(ReadDetections, ShelfOpenPose) {
@@ -222,24 +218,6 @@ TEST(ReadDetections, LongcwsAnnotationHasTimes) {
   ASSERT_NE(first, sequence.frames.end());
   EXPECT_EQ(first->views[0].detections[0].joints[0].px,
             Eigen::Vector2d(153.0, 204.0));
-}
-
-TEST(ReadDetections, SmapsPixelsAreThoseOfTheNetwork) {
-  KINEGRAPH_DATA_OR_SKIP(path, "panoptic/detections");
-  const DetectionSequence sequence =
-      ReadDetections(path, OptionsWith("", 10600));
-  EXPECT_EQ(sequence.frames.at(0).frame, 10600);
-  // pixel = (x * 1920 / 832, (y - 22) * 1920 / 832), from the README.
-  const Keypoint& neck = JointOf(sequence, 0, 0, 0, 0);
-  EXPECT_NEAR(neck.px.x(), 686.5302734375 * 1920 / 832, 1e-9);
-  EXPECT_NEAR(neck.px.y(), (241.8433837890625 - 22) * 1920 / 832, 1e-9);
-  double best = 0.0;
-  ForEachPerson(sequence, [&](const Detection& person, size_t) {
-    for (const Keypoint& joint : person.joints) {
-      best = std::max(best, joint.confidence);
-    }
-  });
-  EXPECT_NEAR(best, 4.637, 5e-4);
 }
 
 // Two views whose clocks differ, -0.0, tiny and huge numbers, a missing joint.
