@@ -10,18 +10,6 @@
 namespace kinegraph {
 namespace {
 
-// Bins of time that hold any stretch, however long the clock stands still in
-// between, each with its place.
-std::map<double, Eigen::Index> FilledBins(const SceneSegments& segments) {
-  std::map<double, Eigen::Index> bins;
-  for (const MotionSegment& segment : segments.segments) {
-    bins[std::floor(segment.middle_s / BinLength(segments))] = 0;
-  }
-  Eigen::Index place = 0;
-  for (auto& bin : bins) bin.second = place++;
-  return bins;
-}
-
 // What one stretch says, at its best state under the changes.
 void AddSegment(const CameraRig& cameras, const MotionSegment& segment,
                 const std::vector<CameraChange>& changes, double noise_scale,
@@ -85,6 +73,16 @@ RatioSeries SeriesOf(const FitError& error, int view) {
 }
 
 }  // namespace
+
+std::map<double, Eigen::Index> FilledBins(const SceneSegments& segments) {
+  std::map<double, Eigen::Index> bins;
+  for (const MotionSegment& segment : segments.segments) {
+    bins[std::floor(segment.middle_s / BinLength(segments))] = 0;
+  }
+  Eigen::Index place = 0;
+  for (auto& bin : bins) bin.second = place++;
+  return bins;
+}
 
 FitError MeasureFit(const CameraRig& cameras, const SceneSegments& segments,
                     const std::vector<CameraChange>& changes,

@@ -3,6 +3,7 @@
 #define KINEGRAPH_SOLVERS_CAMERAS_FIT_ERROR_H_
 
 #include <Eigen/Core>
+#include <map>
 #include <vector>
 
 #include "core/geometry/camera.h"
@@ -25,6 +26,10 @@ struct FitError {
   double LastingM(size_t view) const;
   double MeanPx(int view = -1) const;  // of all views: -1
 };
+
+// Bins of time that hold any stretch, however long the clock stands still in
+// between, by floor(middle_s / BinLength), each with its column.
+std::map<double, Eigen::Index> FilledBins(const SceneSegments& segments);
 
 FitError MeasureFit(const CameraRig& cameras, const SceneSegments& segments,
                     const std::vector<CameraChange>& changes,

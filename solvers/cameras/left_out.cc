@@ -11,17 +11,6 @@ namespace {
 
 constexpr double kCapPx = 30.0;
 
-// Bins of time that hold any stretch, each with its place.
-std::map<double, Eigen::Index> FilledBins(const SceneSegments& segments) {
-  std::map<double, Eigen::Index> bins;
-  for (const MotionSegment& segment : segments.segments) {
-    bins[std::floor(segment.middle_s / BinLength(segments))] = 0;
-  }
-  Eigen::Index place = 0;
-  for (auto& bin : bins) bin.second = place++;
-  return bins;
-}
-
 // Of a measurement, capped; the cap where it has no image.
 double CappedPx(const CameraRig& cameras,
                 const std::vector<CameraChange>& changes,

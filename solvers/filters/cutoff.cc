@@ -9,8 +9,8 @@ namespace kinegraph {
 namespace {
 
 constexpr int kCandidates = 45;  // in hundredths of the rate
-constexpr double kLeast = 0.01;
-constexpr double kMost = 0.45;
+constexpr double kLeastOfRate = 0.01;
+constexpr double kMostOfRate = 0.45;
 
 // Squared magnitude of the discrete Fourier transform, summed over columns. The
 // values are zero-padded to at least twice their number.
@@ -124,11 +124,11 @@ double Challis(const LowPass& low_pass, const Samples& values) {
 
 double Yu(const LowPass& low_pass, const Samples& values) {
   const double r = low_pass.rate_hz;
-  const double first_hz =
-      std::clamp(0.071 * r - 0.00003 * r * r, kLeast * r, kMost * r);
+  const double first_hz = std::clamp(0.071 * r - 0.00003 * r * r,
+                                     kLeastOfRate * r, kMostOfRate * r);
   const double rest = (values - low_pass.filter(first_hz, values)).norm();
   const double whole = (values.rowwise() - values.colwise().mean()).norm();
-  if (!(rest > 0.0)) return 100.0 * kMost;
+  if (!(rest > 0.0)) return 100.0 * kMostOfRate;
   const double percent = 100.0 * rest / whole;
   return 100.0 * (0.06 - 0.000022 * r + 5.95 / percent / r);
 }
@@ -166,7 +166,7 @@ double Power(double share, const Samples& values) {
 double ChooseCutoff(CutoffChoice rule, const LowPass& low_pass,
                     const Samples& values) {
   constexpr Eigen::Index kFewest = 10;
-  if (values.rows() < kFewest) return kMost * low_pass.rate_hz;
+  if (values.rows() < kFewest) return kMostOfRate * low_pass.rate_hz;
   const auto percent = [&] {
     switch (rule) {
       case CutoffChoice::kChallis:
@@ -185,7 +185,8 @@ double ChooseCutoff(CutoffChoice rule, const LowPass& low_pass,
         return Winter(Residuals(low_pass, values));
     }
   }();
-  return std::clamp(0.01 * percent, kLeast, kMost) * low_pass.rate_hz;
+  return std::clamp(0.01 * percent, kLeastOfRate, kMostOfRate) *
+         low_pass.rate_hz;
 }
 
 std::vector<double> ChooseCutoffs(CutoffChoice rule, CutoffPer per,

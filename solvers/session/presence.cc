@@ -18,7 +18,7 @@ constexpr std::array<double, 8> kEnds = {0.01, 0.03, 0.1, 0.2,
 constexpr double kSure = 0.6;
 // As a share of a person's size in the image: beyond a limb, the error of a
 // detector that confuses two joints.
-constexpr double kAstray = 0.3;
+constexpr double kAstrayShare = 0.3;
 
 }  // namespace
 
@@ -90,7 +90,7 @@ void PresenceLearner::See(const DetectionFrame& frame) {
 
 void PresenceLearner::Compare(int view_a, const Ideal& a, int view_b,
                               const Ideal& b) {
-  const double far_px = kAstray * 0.5 * (a.size_px + b.size_px);
+  const double far_px = kAstrayShare * 0.5 * (a.size_px + b.size_px);
   for (size_t j = 0; j < a.joints.size(); ++j) {
     const Keypoint& one = a.joints[j];
     const Keypoint& other = b.joints[j];

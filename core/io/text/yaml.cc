@@ -36,9 +36,9 @@ size_t BytesOf(const Json& value) {
 
 // Builds the value while the parser reads the text, and stops the parser on
 // excess: the parser itself creates a value between any two commas of a list.
-class Builder final : public YAML::EventHandler {
+class YamlBuilder final : public YAML::EventHandler {
  public:
-  explicit Builder(std::string file) : file_(std::move(file)) {}
+  explicit YamlBuilder(std::string file) : file_(std::move(file)) {}
 
   Json Take() { return std::move(root_); }
 
@@ -210,8 +210,8 @@ std::string WithoutDirective(const std::string& text) {
 Json ParseYaml(const std::string& text, const std::string& file) {
   RefuseDeepBrackets(text, file);
   std::istringstream stream(WithoutDirective(text));
-  Builder builder(file);
-  Builder further(file);
+  YamlBuilder builder(file);
+  YamlBuilder further(file);
   try {
     YAML::Parser parser(stream);
     if (!parser.HandleNextDocument(builder)) {
