@@ -8,6 +8,8 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <memory>
+#include <stdexcept>
 #include <string>
 #include <tuple>
 #include <utility>
@@ -16,6 +18,7 @@
 #include "apps/common/adapter_flag.h"
 #include "apps/common/app.h"
 #include "apps/common/config_folder.h"
+#include "apps/common/progress.h"
 #include "apps/common/recording_output.h"
 #include "apps/common/track_files.h"
 #include "core/base/error.h"
@@ -23,6 +26,8 @@
 #include "core/io/calibration/format.h"
 #include "core/io/detections/source.h"
 #include "core/io/files/atomic_file.h"
+#include "core/io/files/side_files.h"
+#include "core/io/files/text_file.h"
 #include "core/io/text/json.h"
 #include "solvers/session/calibrate_recording.h"
 
@@ -34,8 +39,10 @@ DEFINE_string(image_size, "", "size of the images [px] without --cameras: W,H");
 DEFINE_string(focal, "",
               "focal length [px] of all views, or one of each: PX[,PX...]; "
               "without it fields of view of 40 to 90 degrees are tried");
-DEFINE_double(focal_error, 0.0,
-              "how far focal lengths may be off [%]; 0: they are exact");
+DEFINE_double(
+    focal_error, 1.0,
+    "how far the lengths of --focal may be off [%]; 0: they are exact");
+DEFINE_bool(in_step, false, "the cameras share a trigger: no clock differs");
 DEFINE_double(scale, 0.0, "height of the people [m]");
 DEFINE_string(distance, "", "distance of two joints [m]: JOINT,JOINT,METRES");
 DEFINE_string(cameras_apart, "",
@@ -64,23 +71,36 @@ double NumberOf(const std::string& text, const std::string& flag) {
   return number;
 }
 
-KnownLength LengthOfFlags() {
-  if (!(FLAGS_scale >= 0.0 && std::isfinite(FLAGS_scale))) {
-    throw InputError("--scale: expected the height of the people in metres");
+// From a flea to a stadium; millimetres are refused.
+double MetresOf(double metres, const std::string& flag, double most) {
+  constexpr double kLeastM = 1e-4;
+  if (!(metres >= kLeastM && metres <= most)) {
+    throw InputError(fmt::format("--{}: {} m, expected {} .. {} m", flag,
+                                 metres, kLeastM, most));
   }
-  const int given = (FLAGS_scale > 0.0 ? 1 : 0) +
+  return metres;
+}
+
+KnownLength LengthOfFlags() {
+  constexpr double kTallestM = 20.0;
+  constexpr double kLongestM = 100.0;
+  constexpr double kFarthestM = 1000.0;
+  const int given = (FLAGS_scale != 0.0 ? 1 : 0) +
                     (FLAGS_distance.empty() ? 0 : 1) +
                     (FLAGS_cameras_apart.empty() ? 0 : 1);
   if (given > 1) {
     throw InputError(
         "--scale, --distance, --cameras_apart: expected one of them");
   }
-  if (FLAGS_scale > 0.0) {
-    return {KnownLength::Kind::kStature, FLAGS_scale, "", ""};
+  if (FLAGS_scale != 0.0) {
+    return {KnownLength::Kind::kStature,
+            MetresOf(FLAGS_scale, "scale", kTallestM), "", ""};
   }
-  for (const auto& [text, flag, kind] :
-       {std::tuple(FLAGS_distance, "distance", KnownLength::Kind::kDistance),
-        {FLAGS_cameras_apart, "cameras_apart", KnownLength::Kind::kCameras}}) {
+  for (const auto& [text, flag, kind, most] :
+       {std::tuple(FLAGS_distance, "distance", KnownLength::Kind::kDistance,
+                   kLongestM),
+        {FLAGS_cameras_apart, "cameras_apart", KnownLength::Kind::kCameras,
+         kFarthestM}}) {
     if (text.empty()) continue;
     const std::vector<std::string> parts = ParseList(text, flag);
     const std::string found = fmt::format("--{}: '{}'", flag, Printable(text));
@@ -90,7 +110,8 @@ KnownLength LengthOfFlags() {
     if (parts[0] == parts[1]) {
       throw InputError(found + " names one twice, expected two");
     }
-    return {kind, NumberOf(parts[2], flag), parts[0], parts[1]};
+    return {kind, MetresOf(NumberOf(parts[2], flag), flag, most), parts[0],
+            parts[1]};
   }
   return {};
 }
@@ -133,7 +154,8 @@ void CheckInside(const DetectionSequence& detections, int width, int height) {
   }
 }
 
-// Of pinhole cameras with the image's middle as principal point.
+// Of pinhole cameras with the image's middle as principal point: what is
+// estimated begins there.
 CameraRig RigOfFlags(const DetectionSequence& detections) {
   const std::vector<std::string>& views = detections.header.view_names;
   const std::vector<std::string> size =
@@ -177,7 +199,7 @@ CalibrationInput InputOfFlags(const RunOptions& options,
   if (!(FLAGS_focal_error >= 0.0 && FLAGS_focal_error <= 50.0)) {
     throw InputError("--focal_error: expected 0 .. 50 %");
   }
-  input.focal_sigma = 0.01 * FLAGS_focal_error;
+  input.in_step = FLAGS_in_step;
   if (!FLAGS_cameras.empty()) {
     if (!FLAGS_focal.empty() || !FLAGS_image_size.empty()) {
       throw InputError(
@@ -185,9 +207,16 @@ CalibrationInput InputOfFlags(const RunOptions& options,
           "already");
     }
     input.cameras = ReadCameras(FLAGS_cameras, options.cameras);
+    // They are exact but where it is said.
+    if (!FirstGiven({"focal_error"}).empty()) {
+      input.focal_sigma = 0.01 * FLAGS_focal_error;
+    }
     return input;
   }
   input.cameras = RigOfFlags(detections);
+  input.lenses_known = false;
+  input.focal_stated = !FLAGS_focal.empty();
+  input.focal_sigma = 0.01 * FLAGS_focal_error;
   // 40 to 90 degrees are one and a half of it on either side.
   if (FLAGS_focal.empty()) input.focal_sigma = 0.3;
   return input;
@@ -202,7 +231,8 @@ Json Told(double px) { return px > 0.0 ? Json(px) : Json(); }
 
 std::string JsonReport(const RecordingCalibration& recording,
                        const KnownLength& length,
-                       const std::vector<std::string>& views) {
+                       const std::vector<std::string>& views,
+                       const std::string& fingerprint) {
   Json of_views = Json::object();
   Json clocks = Json::object();
   Json left_out = Json::array();
@@ -229,16 +259,19 @@ std::string JsonReport(const RecordingCalibration& recording,
     scale["sigma"] = recording.scale_sigma;
     scale["stature_m"] = Told(recording.stature_m);
   }
-  const Json report = {{"verdict", ToString(recording.rig.verdict)},
-                       {"reasons", recording.rig.reasons},
-                       {"views", of_views},
-                       {"left_out", left_out},
-                       {"scale", scale},
-                       {"likely_right", recording.rig.likely_right},
-                       {"floor", recording.ground.has_value()},
-                       {"clocks_told", recording.rig.clocks_told},
-                       {"clocks", clocks},
-                       {"covariance", RowsJson(recording.record.covariance)}};
+  const Json report = {
+      {"cameras_fingerprint", fingerprint.empty() ? Json() : Json(fingerprint)},
+      {"verdict", ToString(recording.rig.verdict)},
+      {"reasons", recording.rig.reasons},
+      {"views", of_views},
+      {"left_out", left_out},
+      {"scale", scale},
+      {"likely_right", recording.rig.likely_right},
+      {"likely_right_by_lenses", recording.rig.likely_by_lenses},
+      {"floor", recording.ground.has_value()},
+      {"clocks_told", recording.rig.clocks_told},
+      {"clocks", clocks},
+      {"covariance", RowsJson(recording.record.covariance)}};
   return DumpJson(report, 1) + "\n";
 }
 
@@ -307,27 +340,54 @@ std::string ReportPath(const std::string& out) {
   return WithoutExtension(out) + ".calibrate.json";
 }
 
+// What --out may not be is said before minutes of work.
+void CheckOutput() {
+  const std::string path = WithFolders(FLAGS_out);
+  AtomicFiles files;
+  // Some formats are folders.
+  if (FLAGS_to != "kinegraph" && IsFolder(path)) {
+    files.FolderAside(path);
+  } else {
+    files.Aside(path);
+  }
+  if (!IsStream(path)) files.Aside(ReportPath(path));
+}
+
+void WriteCalibration(const RecordingCalibration& recording,
+                      const CalibrationFormat& format,
+                      const std::string& path) {
+  if (format.name == "kinegraph") {
+    ReadyRecording ready;
+    ready.cameras = recording.cameras;
+    ready.record = recording.record;
+    WriteCameras(path, recording.cameras, RefinementJson(ready));
+    return;
+  }
+  LostFields lost_fields;
+  format.write(path, recording.cameras, &lost_fields);
+  lost_fields.push_back("clocks and covariance stand in " +
+                        ReportPath(FLAGS_out) + " alone");
+  SayNotes(lost_fields);
+}
+
+// The calibration and its verdict appear together. A refusal leaves none, nor
+// that of an earlier recording.
 void WriteAll(const RecordingCalibration& recording, const KnownLength& length,
               const std::vector<std::string>& views,
               const CalibrationFormat& format) {
-  const std::string path = WithFolders(FLAGS_out);
-  AtomicFile report(ReportPath(path));
-  report.Write(JsonReport(recording, length, views));
-  if (recording.rig.verdict != RigVerdict::kRefused) {
-    if (format.name == "kinegraph") {
-      ReadyRecording ready;
-      ready.cameras = recording.cameras;
-      ready.record = recording.record;
-      WriteCameras(path, recording.cameras, RefinementJson(ready));
-    } else {
-      LostFields lost_fields;
-      format.write(path, recording.cameras, &lost_fields);
-      lost_fields.push_back("clocks and covariance stand in " +
-                            ReportPath(path) + " alone");
-      SayNotes(lost_fields);
-    }
+  const bool refused = recording.rig.verdict == RigVerdict::kRefused;
+  AtomicFiles files;
+  const bool is_folder = IsFolder(FLAGS_out);
+  const std::string aside =
+      is_folder ? files.FolderAside(FLAGS_out) : files.Aside(FLAGS_out);
+  if (!refused) WriteCalibration(recording, format, aside);
+  if (!IsStream(FLAGS_out)) {
+    WriteTextFile(files.Aside(ReportPath(FLAGS_out)),
+                  JsonReport(recording, length, views,
+                             refused ? "" : FingerprintOfTracks(aside)));
+    if (refused && !is_folder) files.RemoveOld(FLAGS_out);
   }
-  report.Commit();
+  files.Commit();
 }
 
 void RunCalibrate() {
@@ -342,6 +402,7 @@ void RunCalibrate() {
   }
   const RunOptions options =
       DefaultOptions(FLAGS_frame_rate, FLAGS_skeleton, FLAGS_set);
+  CheckOutput();
   const DetectionSequence detections =
       ReadDetections(FLAGS_detections, DetectionOptionsOf(options));
   if (detections.header.view_names.size() < 2) {
@@ -351,15 +412,32 @@ void RunCalibrate() {
     throw InputError(
         "--frame_rate: not given, and the detections do not tell it [Hz]");
   }
-  const CalibrationInput input = InputOfFlags(options, detections);
+  CalibrationInput input = InputOfFlags(options, detections);
+  CheckOutput();  // it may be what was read
+  std::unique_ptr<Progress> progress;
+  std::string stage;
+  input.progress = [&](const std::string& now, int done, int total) {
+    if (now != stage || progress == nullptr) {
+      progress.reset();
+      progress = std::make_unique<Progress>(now, total);
+      stage = now;
+    }
+    progress->Set(done);
+  };
   const RecordingCalibration recording =
       CalibrateRecording(options, input, detections);
+  progress.reset();
   WriteAll(recording, input.length, recording.view_names, *format);
   const bool refused = recording.rig.verdict == RigVerdict::kRefused;
   const std::string text =
-      FindingsText(recording, input.length, recording.view_names) + "-> " +
-      (refused ? ReportPath(FLAGS_out) : FLAGS_out) + "\n";
+      FindingsText(recording, input.length, recording.view_names) +
+      (refused ? "" : "-> " + FLAGS_out + "\n");
   std::fputs(text.c_str(), SummaryStream(FLAGS_out));
+  if (refused) {
+    throw std::runtime_error(
+        "refused, no calibration is written" +
+        (IsStream(FLAGS_out) ? "" : "; why: " + ReportPath(FLAGS_out)));
+  }
 }
 
 }  // namespace
@@ -371,7 +449,7 @@ int main(int argc, char** argv) {
       {"calibrate",
        "finds cameras and clocks from the people, without a calibration",
        "--detections=PATH [--image_size=W,H] [--focal=PX,..|--cameras=F] "
-       "[--frame_rate=HZ]\n"
+       "[--frame_rate=HZ] [--in_step]\n"
        "    [--scale=M|--distance=JOINT,JOINT,M|--cameras_apart=A,B,M] "
        "--out=cameras.json",
        {"--detections=openpose/ --image_size=1920,1080 --frame_rate=25 "

@@ -475,7 +475,11 @@ void ReducedSystem::AddPrior(const CameraChange& inverse_sigma,
     for (size_t i = 0; i < places_[v].size(); ++i) {
       const Eigen::Index at = begin_[v] + static_cast<Eigen::Index>(i);
       const int place = places_[v][i];
-      information_(at, at) += inverse_sigma[place] * inverse_sigma[place];
+      const double information = inverse_sigma[place] * inverse_sigma[place];
+      information_(at, at) += information;
+      // What is told has an error too: where it decides the sandwich is as
+      // wide as the prior.
+      prior_scores_(at, at) += information;
       if (gauge.rows() > 0) {
         held.col(at) =
             gauge.col(static_cast<Eigen::Index>(v) * kChangeSize + place);

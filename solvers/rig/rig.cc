@@ -1,15 +1,24 @@
 #include "solvers/rig/rig.h"
 
+#include <fmt/format.h>
+
+#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
+#include <map>
 #include <numeric>
+#include <optional>
+#include <string>
 #include <tuple>
 #include <utility>
 
+#include "core/base/error.h"
 #include "core/base/median.h"
 #include "core/base/random.h"
+#include "core/geometry/lens.h"
 #include "core/skeleton/body_joints.h"
 #include "solvers/cameras/fit_error.h"
 #include "solvers/cameras/refine.h"
@@ -48,6 +57,21 @@ constexpr double kMostApart = 2.0;
 // People whose places are no farther apart than this stay in one spot (the
 // limit of `doctor`, a fifth of a person).
 constexpr double kOneSpotM = 0.34;
+// Principal points lie about the image's middle, in shares of its width.
+constexpr double kShiftShare = 0.015;
+// Of the logarithm of a focal length of which nothing is known: fields of view
+// of 40 to 90 degrees.
+constexpr double kFocalUnknown = 0.3;
+// Of k1 about 0: lenses from telephoto to wide angle.
+constexpr double kLensSigma = 0.2;
+// A clock that is not told is that of the first view where its lag is no more
+// than this.
+constexpr int kNearFrames = 2;
+// Of clocks of cameras.
+constexpr double kDriftSigma = 2e-4;
+// Times that the files tell are right to this.
+constexpr double kToldTimeS = 0.02;
+constexpr double kToldLagS = 0.1;  // farthest from them
 // A view that agrees with the others this much less than the usual one does is
 // in the wrong place, and so are all where hardly anybody agrees.
 constexpr double kLeastOfUsual = 0.8;
@@ -86,6 +110,23 @@ DetectionSequence Regular(DetectionSequence detections,
   return recording;
 }
 
+// Whether any view's times differ from its frames'.
+bool TellsTimes(const DetectionSequence& detections) {
+  return std::any_of(detections.frames.begin(), detections.frames.end(),
+                     [](const DetectionFrame& frame) {
+                       return std::any_of(
+                           frame.views.begin(), frame.views.end(),
+                           [&](const ViewDetections& view) {
+                             return view.capture_time != frame.time;
+                           });
+                     });
+}
+
+// k1 of a lens; 0 of none.
+double RadialOf(const Camera& camera) {
+  return camera.lens() == nullptr ? 0.0 : camera.lens()->parameters()[0];
+}
+
 // Twice the rms distance of the cameras from their middle.
 double SizeOf(const CameraRig& cameras) {
   Eigen::Vector3d middle = Eigen::Vector3d::Zero();
@@ -98,22 +139,230 @@ double SizeOf(const CameraRig& cameras) {
   return 2.0 * std::sqrt(squares);
 }
 
+// How likely every view is as right as `calibrated` promises: the share of
+// errors drawn from a covariance that are.
+double LikelyRight(const Eigen::MatrixXd& covariance,
+                   const std::vector<std::vector<int>>& of_views,
+                   double size_m) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(covariance);
+  const Eigen::MatrixXd root =
+      solver.eigenvectors() *
+      solver.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal();
+  constexpr int kDraws = 2000;
+  Random random(1);
+  Eigen::VectorXd normal(root.cols());
+  int right = 0;
+  for (int draw = 0; draw < kDraws; ++draw) {
+    for (double& one : normal) one = random.Normal(0.0, 1.0);
+    const Eigen::VectorXd error = root * normal;
+    Eigen::Index at = 0;
+    bool within = true;
+    for (const auto& places : of_views) {
+      within =
+          within && kDegrees * error.segment<3>(at).norm() <= kPromisedDeg &&
+          error.segment<3>(at + kCentreAt).norm() <= kPromisedPlace * size_m;
+      at += static_cast<Eigen::Index>(places.size());
+    }
+    right += within ? 1 : 0;
+  }
+  return static_cast<double>(right) / kDraws;
+}
+
+// The covariance of all else were principal points and lenses as they are
+// estimated; these have none.
+Eigen::MatrixXd GivenLenses(const Eigen::MatrixXd& covariance,
+                            const std::vector<std::vector<int>>& of_views) {
+  std::vector<Eigen::Index> lenses;
+  Eigen::Index at = 0;
+  for (const auto& places : of_views) {
+    for (const int place : places) {
+      if (place == kShiftAt || place == kShiftAt + 1 || place == kLensAt) {
+        lenses.push_back(at);
+      }
+      ++at;
+    }
+  }
+  if (lenses.empty()) return covariance;
+  const Eigen::MatrixXd cross = covariance(Eigen::all, lenses);
+  Eigen::MatrixXd given =
+      covariance -
+      cross * covariance(lenses, lenses).ldlt().solve(cross.transpose());
+  given(Eigen::all, lenses).setZero();
+  given(lenses, Eigen::all).setZero();
+  return given;
+}
+
+// Without k1, which the record of a calibration has no place for: what is left
+// includes how unsure it is.
+void DropLens(std::vector<std::vector<int>>* of_views,
+              Eigen::MatrixXd* covariance) {
+  std::vector<Eigen::Index> kept;
+  Eigen::Index at = 0;
+  for (auto& places : *of_views) {
+    for (const int place : places) {
+      if (place != kLensAt) kept.push_back(at);
+      ++at;
+    }
+    places.erase(std::remove(places.begin(), places.end(), kLensAt),
+                 places.end());
+  }
+  *covariance = Eigen::MatrixXd((*covariance)(kept, kept));
+}
+
+// Largest standard deviation of three parameters in any direction.
+double Spread(const Eigen::MatrixXd& covariance, Eigen::Index begin) {
+  const Eigen::Matrix3d block = covariance.block<3, 3>(begin, begin);
+  return std::sqrt(std::max(
+      0.0,
+      Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(block).eigenvalues()[2]));
+}
+
+// Residuals of one view in standard deviations, each at most kMostOff, by bins
+// of time: sum, count.
+using ViewResiduals = std::map<int64_t, std::pair<double, int>>;
+
+// How far a joint lies, in the frame of a view that is nearest in time, from
+// the detected one that is nearest; nothing where none is detected.
+std::optional<double> NearestOff(const Camera& camera,
+                                 const MotionSegment& segment,
+                                 const SegmentState& state, int view,
+                                 const DetectionFrame& frame, TimeNs middle,
+                                 double noise_scale) {
+  constexpr double kMostOff = 10.0;
+  SegmentMeasurement one = segment.measurements.front();
+  one.view_idx = view;
+  std::optional<double> nearest;
+  for (const Detection& person : frame.views[view].detections) {
+    const Keypoint& joint = person.joints[segment.joint];
+    if (!joint.found) continue;
+    one.px = joint.px;
+    one.time_s = ToSeconds(frame.views[view].capture_time - middle);
+    const auto r = SegmentResidual(camera, CameraChange::Zero(), segment, state,
+                                   one, noise_scale);
+    if (!r.has_value()) return std::nullopt;
+    nearest = std::min({kMostOff, r->norm(), nearest.value_or(kMostOff)});
+  }
+  return nearest;
+}
+
+// Of each view: where the others see joints, and where it does. Whoever is
+// matched with whom in it, as the people of a view that moved are nobody's.
+std::vector<ViewResiduals> ResidualsBeside(const CameraRig& cameras,
+                                           const DetectionSequence& aligned,
+                                           const SceneSegments& segments,
+                                           const SegmentOptions& options) {
+  const std::vector<CameraChange> none = NoChanges(cameras.size());
+  const TimeNs first = aligned.frames.front().time;
+  const TimeNs middle = first + (aligned.frames.back().time - first) / 2;
+  std::vector<ViewResiduals> views(cameras.size());
+  for (const MotionSegment& segment : segments.segments) {
+    const auto bin = static_cast<int64_t>(
+        std::floor(segment.middle_s / BinLength(segments)));
+    const TimeNs at = middle + FromSeconds(segment.middle_s);
+    const auto frame = std::lower_bound(
+        aligned.frames.begin(), aligned.frames.end(), at,
+        [](const DetectionFrame& one, TimeNs time) { return one.time < time; });
+    if (frame == aligned.frames.end()) continue;
+    for (size_t v = 0; v < cameras.size(); ++v) {
+      const auto view = static_cast<int>(v);
+      MotionSegment others = segment;
+      auto& seen = others.measurements;
+      seen.erase(std::remove_if(seen.begin(), seen.end(),
+                                [&](const SegmentMeasurement& one) {
+                                  return one.view_idx == view;
+                                }),
+                 seen.end());
+      if (std::all_of(seen.begin(), seen.end(),
+                      [&](const SegmentMeasurement& one) {
+                        return one.view_idx == seen.front().view_idx;
+                      })) {
+        continue;
+      }
+      SegmentState state = segment.state;
+      if (!SolveSegment(cameras, none, others, segments.noise_scale, options,
+                        &state)) {
+        continue;
+      }
+      const auto off = NearestOff(cameras[v], others, state, view, *frame, at,
+                                  segments.noise_scale);
+      if (!off.has_value()) continue;
+      auto& [sum, count] = views[v][bin];
+      sum += *off;
+      count += 1;
+    }
+  }
+  return views;
+}
+
+// A moment at which a view's residuals step.
+struct ViewStep {
+  int64_t bin = 0;     // the first one after it
+  double ratio = 1.0;  // of the means of the worse side and the better one
+  bool is_worse_before = false;
+};
+
+// The moment that parts a view's residuals best: what lies on both sides for a
+// second and a half and more.
+ViewStep StepOf(const ViewResiduals& view) {
+  std::vector<std::pair<int64_t, double>> means;
+  for (const auto& [bin, one] : view) {
+    means.emplace_back(bin, one.first / one.second);
+  }
+  const auto count = static_cast<double>(means.size());
+  double all = 0.0;
+  double squares = 0.0;
+  for (const auto& [bin, mean] : means) {
+    all += mean;
+    squares += mean * mean;
+  }
+  constexpr size_t kLeastBins = 3;
+  constexpr double kLeastSigmas = 6.0;
+  ViewStep step;
+  double most = kLeastSigmas;
+  double sum = 0.0;
+  double sum_squares = 0.0;
+  for (size_t k = 1; k + kLeastBins <= means.size(); ++k) {
+    const double mean = means[k - 1].second;
+    sum += mean;
+    sum_squares += mean * mean;
+    if (k < kLeastBins) continue;
+    const auto before = static_cast<double>(k);
+    const double after = count - before;
+    const double first = sum / before;
+    const double second = (all - sum) / after;
+    const double variance = (sum_squares - sum * first +
+                             (squares - sum_squares) - (all - sum) * second) /
+                            std::max(1.0, count - 2.0);
+    const double sigma =
+        std::sqrt(std::max(1e-12, variance) * (1.0 / before + 1.0 / after));
+    if (std::abs(first - second) <= most * sigma) continue;
+    most = std::abs(first - second) / sigma;
+    step.bin = means[k].first;
+    step.is_worse_before = first > second;
+    step.ratio =
+        std::max(first, second) / std::max(1e-9, std::min(first, second));
+  }
+  return step;
+}
+
 class RigEstimate {
  public:
-  explicit RigEstimate(const RigInput& input)
+  RigEstimate(const RigInput& input, int attempt)
       : input_(input),
+        attempt_(attempt),
+        // Times that lead to nothing may be wrong.
+        tells_times_(attempt == 0 && TellsTimes(input.detections)),
         recording_(
             Regular(WithUsualConfidences(input.detections), &told_late_s_)),
         human_(IsHuman(recording_.header.skeleton)),
         intrinsics_(input.intrinsics) {
     result_.views.resize(intrinsics_.size());
+    forgotten_frames_.resize(intrinsics_.size(), 0);
   }
 
   RigResult Run() {
     if (!Start()) {
-      result_.reasons.push_back(
-          "no two views see the same people move: record people who walk "
-          "through the room, arms moving, where two cameras and more see them");
+      result_.reasons.push_back(WhyNoStart());
     } else if (!Adjust()) {
       result_.used.clear();
       result_.reasons.push_back(
@@ -132,7 +381,21 @@ class RigEstimate {
 
  private:
   bool Start() {
-    start_ = FindRigStart(recording_, intrinsics_, input_.focal_sigma);
+    RigSearch search;
+    search.focal_sigma = input_.focal_sigma;
+    search.attempt = attempt_;
+    if (tells_times_) search.longest_lag_s = kToldLagS;
+    if (input_.in_step) search.longest_lag_s = 0.0;
+    search.progress = [&](int done, int total) {
+      Report("pairs of views", done, total);
+    };
+    told_lags_.assign(intrinsics_.size(), 0);
+    for (size_t v = 0; v < intrinsics_.size() && tells_times_; ++v) {
+      told_lags_[v] = -static_cast<int>(
+          std::lround(told_late_s_[v] * recording_.header.frame_rate_hz));
+    }
+    if (tells_times_) recording_ = Realigned(recording_, told_lags_);
+    start_ = FindRigStart(recording_, intrinsics_, search);
     if (start_.views.empty()) return false;
     result_.used = start_.views;
     cameras_ = start_.cameras;
@@ -166,13 +429,16 @@ class RigEstimate {
         options.segments.span_s, kFrames / recording_.header.frame_rate_hz);
     options.rotation_sigma_rad = 1.0;
     options.centre_sigma_m = 10.0;
-    options.focal_sigma = std::max(1e-3, input_.focal_sigma);
-    options.offset_sigma_s = 0.1;
-    options.drift_sigma = 2e-4;
+    // Where variances of pixels are kUnmodelled times what the fit takes them
+    // for, what is told counts as much more beside them.
+    const double told = human_ ? 1.0 / std::sqrt(kUnmodelled) : 1.0;
+    options.focal_sigma = told * std::max(1e-3, input_.focal_sigma);
+    options.offset_sigma_s = tells_times_ ? kToldTimeS : 0.1;
+    options.drift_sigma = kDriftSigma;
+    options.lens_sigma = told * kLensSigma;
+    options.shift_sigma_px = told * kShiftShare * intrinsics_[0].width_px();
     for (size_t v = 0; v < cameras_.size(); ++v) {
-      const Camera& told = intrinsics_[result_.used[v]];
-      options.focal_told.push_back(
-          std::log(told.focal_px() / cameras_[v].focal_px()));
+      options.focal_told.push_back(FocalTold(v));
     }
     if (human_) {
       options.lasting_offset_m = kLastingOffsetM;
@@ -183,6 +449,45 @@ class RigEstimate {
     return options;
   }
 
+  // Logarithm of the focal length that is told over the one by now.
+  double FocalTold(size_t v) const {
+    const Camera& told = intrinsics_[result_.used[v]];
+    return std::log(told.focal_px() / cameras_[v].focal_px());
+  }
+
+  // The cameras with principal points and lenses as they are told, and what
+  // makes those of by now of them: priors are about what is told.
+  CameraRig WithToldLenses() const {
+    CameraRig told;
+    for (size_t v = 0; v < cameras_.size(); ++v) {
+      const Camera& given = intrinsics_[result_.used[v]];
+      told.push_back(Edited(cameras_[v], [&](CameraParameters* camera) {
+        camera->K.block<2, 1>(0, 2) = given.K().block<2, 1>(0, 2);
+        camera->lens = given.lens();
+      }));
+    }
+    return told;
+  }
+  std::vector<CameraChange> LensChanges() const {
+    std::vector<CameraChange> changes = NoChanges(cameras_.size());
+    for (size_t v = 0; v < cameras_.size(); ++v) {
+      const Camera& given = intrinsics_[result_.used[v]];
+      changes[v].segment<2>(kShiftAt) =
+          cameras_[v].K().block<2, 1>(0, 2) - given.K().block<2, 1>(0, 2);
+      changes[v][kLensAt] = RadialOf(cameras_[v]) - RadialOf(given);
+    }
+    return changes;
+  }
+
+  // Added to the times that the files tell.
+  double ClockOf(size_t v) const {
+    const auto of_recording = static_cast<size_t>(result_.used[v]);
+    return changes_[v][kOffsetAt] -
+           (lags_[v] + told_lags_[of_recording]) /
+               recording_.header.frame_rate_hz -
+           told_late_s_[of_recording];
+  }
+
   // Cameras, then clocks.
   bool Fit(int max_segments, bool clocks) {
     BundleOptions options = Options(max_segments);
@@ -190,13 +495,17 @@ class RigEstimate {
     free_ = FreeParameters();
     free_.rotation = free_.centre = true;
     free_.focal = input_.focal_sigma > 0.0;
-    fit_ = AdjustBundle(cameras_, segments_, free_, NoChanges(cameras_.size()),
-                        options);
-    if (!fit_.usable || !clocks || !MoveEnough(segments_)) return fit_.usable;
+    // Where who is who is hardly known, images take up what is wrong.
+    free_.shift = free_.lens = clocks && !input_.lenses_known;
+    const CameraRig told = WithToldLenses();
+    fit_ = AdjustBundle(told, segments_, free_, LensChanges(), options);
+    if (!fit_.usable || !clocks || input_.in_step || !MoveEnough(segments_)) {
+      return fit_.usable;
+    }
     const FreeParameters clock = ClockParametersOf(segments_.span_s);
     options.hold_velocities = human_;
     const BundleResult late =
-        AdjustBundle(cameras_, segments_, clock, fit_.changes, options);
+        AdjustBundle(told, segments_, clock, fit_.changes, options);
     if (!late.usable) return true;
     for (size_t v = 0; v < cameras_.size(); ++v) {
       if (late.Sigma(v, kOffsetAt) > kMostClockS) return true;
@@ -212,7 +521,7 @@ class RigEstimate {
     BundleOptions options = Options(max_segments);
     segments_ = MakeSegments(cameras_, aligned_, matches_, options.segments);
     options.hold_cameras = true;
-    fit_ = AdjustBundle(cameras_, segments_, free_, NoChanges(cameras_.size()),
+    fit_ = AdjustBundle(WithToldLenses(), segments_, free_, LensChanges(),
                         options);
     if (human_) fit_.covariance *= kUnmodelled;
     return fit_.usable;
@@ -240,6 +549,7 @@ class RigEstimate {
           break;
         }
         best = std::max(best, sum);
+        Report("adjusting", std::min(++rounds_, kMostRounds), kMostRounds);
         if (Rests(1e-3, 2e-4)) break;
       }
       return true;
@@ -262,8 +572,75 @@ class RigEstimate {
     }
     // A clock that still moves is not told.
     if (!Rests(0.005, 1e9)) free_.offset = free_.drift = false;
+    if (!free_.offset) ForgetNearLags();
     by_tracks();
+    if (!DropUnmatched(kMany)) return false;
     return Measure(kMany);
+  }
+
+  // What is not told of a clock is nothing: lags of a frame or two that the
+  // search has by chance.
+  void ForgetNearLags() {
+    changes_ = NoChanges(cameras_.size());
+    for (size_t v = 0; v < lags_.size(); ++v) {
+      const int apart = std::abs(lags_[v] - lags_[0]);
+      if (apart > kNearFrames) continue;
+      forgotten_frames_[result_.used[v]] = apart;
+      lags_[v] = lags_[0];
+      // Told times stay as they are told, between whole frames too.
+      if (tells_times_) changes_[v][kOffsetAt] -= ClockOf(v) - ClockOf(0);
+    }
+    aligned_ = WithClocks(Realigned(used_recording_, lags_), changes_);
+  }
+
+  // A view that the tracker matches with nobody says nothing of its camera,
+  // and would make all others unsure. False where fewer than two are left.
+  bool DropUnmatched(int max_segments) {
+    constexpr double kLeastShare = 0.02;  // of the usual view's stretches
+    constexpr int kLeast = 20;
+    const SceneSegments segments = MakeSegments(cameras_, aligned_, matches_,
+                                                Options(max_segments).segments);
+    std::vector<double> count(cameras_.size(), 0.0);
+    for (const MotionSegment& segment : segments.segments) {
+      std::vector<char> seen(cameras_.size(), 0);
+      for (const SegmentMeasurement& one : segment.measurements) {
+        seen[one.view_idx] = 1;
+      }
+      for (size_t v = 0; v < seen.size(); ++v) count[v] += seen[v];
+    }
+    const double least = std::max<double>(kLeast, kLeastShare * Median(count));
+    std::vector<int> kept;
+    for (size_t v = 0; v < count.size(); ++v) {
+      if (count[v] >= least) kept.push_back(static_cast<int>(v));
+    }
+    if (kept.size() == count.size()) return true;
+    if (kept.size() < 2) return false;
+    RigStart part;  // of what is kept
+    CameraRig cameras;
+    std::vector<int> lags;
+    std::vector<CameraChange> changes;
+    std::vector<int> used;
+    for (size_t v = 0, k = 0; v < count.size(); ++v) {
+      if (k < kept.size() && kept[k] == static_cast<int>(v)) {
+        cameras.push_back(cameras_[v]);
+        lags.push_back(lags_[v]);
+        changes.push_back(changes_[v]);
+        used.push_back(result_.used[v]);
+        ++k;
+      } else {
+        result_.views[result_.used[v]].left_out =
+            "where it was put nobody in it is matched with the others: another "
+            "time, another room, or a mirrored image";
+      }
+    }
+    cameras_ = std::move(cameras);
+    lags_ = std::move(lags);
+    changes_ = std::move(changes);
+    result_.used = std::move(used);
+    used_recording_ = OfViews(recording_, result_.used);
+    aligned_ = WithClocks(Realigned(used_recording_, lags_), changes_);
+    matches_ = input_.match(cameras_, aligned_);
+    return true;
   }
 
   // Whether the last fit moved clocks and cameras by less than this.
@@ -287,49 +664,21 @@ class RigEstimate {
       lags_[v] -= frames;
       changes_[v][kOffsetAt] -= frames / rate_hz;
     }
-    cameras_ = RefinedCameras(cameras_, fit_.changes);
-    aligned_ = WithClocks(Realigned(used_recording_, lags_), changes_);
-  }
-
-  // How likely every joined view is as right as `calibrated` promises: the
-  // share of errors drawn from the covariance that are.
-  double LikelyRight() const {
-    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(
-        fit_.covariance);
-    const Eigen::MatrixXd root =
-        solver.eigenvectors() *
-        solver.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal();
-    constexpr int kDraws = 2000;
-    Random random(1);
-    Eigen::VectorXd normal(root.cols());
-    int right = 0;
-    for (int draw = 0; draw < kDraws; ++draw) {
-      for (double& one : normal) one = random.Normal(0.0, 1.0);
-      const Eigen::VectorXd error = root * normal;
-      Eigen::Index at = 0;
-      bool within = true;
-      for (const auto& places : fit_.places) {
-        within = within &&
-                 kDegrees * error.segment<3>(at).norm() <= kPromisedDeg &&
-                 error.segment<3>(at + kCentreAt).norm() <=
-                     kPromisedPlace * SizeOf(cameras_);
-        at += static_cast<Eigen::Index>(places.size());
-      }
-      right += within ? 1 : 0;
+    for (size_t v = 1; v < fit_.changes.size() && tells_times_; ++v) {
+      // Not farther from what is told than that may be off.
+      const double late_s = ClockOf(v) - ClockOf(0);
+      const double most_s = 3.0 * kToldTimeS;
+      changes_[v][kOffsetAt] -= late_s - std::clamp(late_s, -most_s, most_s);
     }
-    return static_cast<double>(right) / kDraws;
-  }
-
-  double Spread(Eigen::Index begin) const {
-    return std::sqrt(Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(
-                         fit_.covariance.block<3, 3>(begin, begin))
-                         .eigenvalues()[2]);
+    cameras_ = RefinedCameras(WithToldLenses(), fit_.changes);
+    aligned_ = WithClocks(Realigned(used_recording_, lags_), changes_);
   }
 
   // Fits on either half: how far they are apart, in what a view may be unsure,
   // and what they leave of the half that they were not given, 0 where there is
   // none.
   struct Halves {
+    bool are_there = false;
     std::vector<double> apart;
     std::vector<double> left_out_px;
   };
@@ -338,13 +687,16 @@ class RigEstimate {
     options.wants_covariance = false;
     FreeParameters free = free_;
     free.offset = free.drift = false;
+    // Half of a recording tells less of lenses than all of it.
+    free.shift = free.lens = false;
     std::vector<BundleResult> fits;
     std::vector<FitError> errors;
     for (const int half : {0, 1}) {
+      Report("left-out halves", ++halves_, kMostHalves);
       fits.push_back(AdjustBundle(cameras_, HalfOf(segments_, halving, half),
                                   free, NoChanges(cameras_.size()), options));
       if (!fits.back().usable) {
-        return {std::vector<double>(cameras_.size(), 1e9),
+        return {false, std::vector<double>(cameras_.size(), 0.0),
                 std::vector<double>(cameras_.size(), 0.0)};
       }
       errors.push_back(MeasureFit(cameras_,
@@ -352,6 +704,7 @@ class RigEstimate {
                                   fits.back().changes, options.segments));
     }
     Halves halves;
+    halves.are_there = true;
     for (size_t v = 0; v < cameras_.size(); ++v) {
       const CameraChange off = fits[0].changes[v] - fits[1].changes[v];
       halves.apart.push_back(std::max(
@@ -368,48 +721,247 @@ class RigEstimate {
     result_.cameras = cameras_;
     result_.covariance = fit_.covariance;
     result_.places = fit_.places;
+    DropLens(&result_.places, &result_.covariance);
     result_.recording = aligned_;
     result_.size_m = SizeOf(cameras_);
-    result_.clocks_told = free_.offset;
-    result_.likely_right = LikelyRight();
+    result_.clocks_told = free_.offset || input_.in_step;
+    const Eigen::MatrixXd given = GivenLenses(fit_.covariance, fit_.places);
+    result_.likely_right =
+        LikelyRight(fit_.covariance, fit_.places, result_.size_m);
+    result_.likely_by_lenses = LikelyRight(given, fit_.places, result_.size_m);
     const std::vector<double> agreements =
         AgreementsOfViews(cameras_, aligned_);
     const double usual = Median(agreements);
     const Halves frames = HalvesOf(Halving::kTime);
     const Halves joints = HalvesOf(Halving::kJoints);
     const Halves people = HalvesOf(Halving::kPeople);
+    // A wand has too few points for two halves; nor do its errors last.
+    const Halves& tell = human_ || joints.are_there ? joints : frames;
     const FitError error = MeasureFit(
         cameras_, segments_, NoChanges(cameras_.size()), Options(0).segments);
+    const std::vector<std::string> breaks = Breaks();
     Eigen::Index at = 0;
     size_t sure = 0;
     for (size_t v = 0; v < cameras_.size(); ++v) {
-      const auto of_recording = static_cast<size_t>(result_.used[v]);
-      RigView& view = result_.views[of_recording];
+      RigView& view = result_.views[result_.used[v]];
       view.joined = true;
-      view.rotation_sigma_deg = kDegrees * Spread(at);
-      view.centre_sigma_m = Spread(at + kCentreAt);
+      view.rotation_sigma_deg = kDegrees * Spread(fit_.covariance, at);
+      view.centre_sigma_m = Spread(fit_.covariance, at + kCentreAt);
+      const double rotation_deg = kDegrees * Spread(given, at);
+      const double centre_m = Spread(given, at + kCentreAt);
       at += static_cast<Eigen::Index>(fit_.places[v].size());
-      view.clock_s = changes_[v][kOffsetAt] -
-                     lags_[v] / recording_.header.frame_rate_hz -
-                     told_late_s_[of_recording];
-      view.clock_sigma_s = free_.offset || v == 0
-                               ? fit_.Sigma(v, kOffsetAt)
-                               : kOfAFrame / recording_.header.frame_rate_hz;
+      view.clock_s = v == 0 ? 0.0 : ClockOf(v) - ClockOf(0);
+      view.clock_sigma_s =
+          free_.offset ? fit_.Sigma(v, kOffsetAt)
+          : v == 0 || input_.in_step
+              ? 0.0
+              : std::hypot(kOfAFrame, forgotten_frames_[result_.used[v]]) /
+                    recording_.header.frame_rate_hz;
       view.drift = changes_[v][kDriftAt];
       view.mean_px = error.MeanPx(static_cast<int>(v));
       view.left_out_px = {frames.left_out_px[v], joints.left_out_px[v],
                           people.left_out_px[v]};
-      view.halves_apart = joints.apart[v];
+      view.halves_apart = tell.apart[v];
       view.agreement = agreements[v];
-      const bool is_sure = view.rotation_sigma_deg <= kMostRotationDeg &&
-                           view.centre_sigma_m <= kMostPlace * result_.size_m &&
-                           joints.apart[v] <= kMostApart && TellsFocal() &&
+      const bool is_sure = rotation_deg <= kMostRotationDeg &&
+                           centre_m <= kMostPlace * result_.size_m &&
+                           tell.are_there && tell.apart[v] <= kMostApart &&
+                           TellsFocal() && !HasOddFocal(v) && !HasOddDrift(v) &&
                            agreements[v] >= kLeastAgreement &&
                            agreements[v] >= kLeastOfUsual * usual;
-      if (!is_sure) view.left_out = "its place is not sure enough";
-      sure += is_sure ? 1 : 0;
+      view.left_out = !breaks[v].empty() ? breaks[v]
+                      : is_sure          ? ""
+                                : WhyUnsure(rotation_deg, centre_m, tell, v,
+                                            agreements[v], usual);
+      sure += view.left_out.empty() ? 1 : 0;
     }
+    if (sure == cameras_.size()) result_.other_focal = OtherFocal();
     Verdict(sure);
+  }
+
+  // Which views' focal lengths the recording tells to be others than those that
+  // are stated; empty where it agrees.
+  std::string OtherFocal() const {
+    if (!input_.focal_stated || cameras_.size() < 3) return "";
+    BundleOptions options = Options(0);
+    options.focal_sigma = kFocalUnknown;
+    FreeParameters free = free_;
+    free.focal = true;
+    free.offset = free.drift = false;
+    const BundleResult fit =
+        AdjustBundle(WithToldLenses(), segments_, free, LensChanges(), options);
+    if (!fit.usable) return "";
+    // One right length in a thousand is as far off.
+    constexpr double kMostSigmas = 3.3;
+    std::vector<std::string> found;
+    for (size_t v = 0; v < cameras_.size(); ++v) {
+      const double off = fit.changes[v][kFocalAt] - options.focal_told[v];
+      const double sigma =
+          (human_ ? std::sqrt(kUnmodelled) : 1.0) * fit.Sigma(v, kFocalAt);
+      if (std::abs(off) <=
+          kMostSigmas * std::hypot(sigma, input_.focal_sigma)) {
+        continue;
+      }
+      const double told_px = intrinsics_[result_.used[v]].focal_px();
+      found.push_back(
+          fmt::format("{} {:.0f} +- {:.0f} px instead of {:.0f}",
+                      Printable(recording_.header.view_names[result_.used[v]]),
+                      told_px * std::exp(off), told_px * sigma, told_px));
+    }
+    return fmt::format("{}", fmt::join(found, ", "));
+  }
+
+  // Which limit a view fails, with what was measured.
+  std::string WhyUnsure(double rotation_deg, double centre_m,
+                        const Halves& halves, size_t v, double agreement,
+                        double usual) const {
+    if (!TellsFocal()) return "its focal length is not told";
+    if (HasOddFocal(v)) {
+      return fmt::format(
+          "it fits with a focal length of {:.0f} px alone, where {:.0f} is "
+          "stated or usual",
+          cameras_[v].focal_px(), intrinsics_[result_.used[v]].focal_px());
+    }
+    if (HasOddDrift(v)) {
+      return fmt::format(
+          "it fits with a clock that drifts by {:.1f} ms a second alone: a "
+          "lag of a stride, or another frame rate",
+          1e3 * changes_[v][kDriftAt]);
+    }
+    if (agreement < kLeastAgreement || agreement < kLeastOfUsual * usual) {
+      return fmt::format(
+          "its people lie on those of the others to {:.2f} of 1, the usual "
+          "view's to {:.2f}",
+          agreement, usual);
+    }
+    if (rotation_deg > kMostRotationDeg ||
+        centre_m > kMostPlace * result_.size_m) {
+      return fmt::format(
+          "its place is not sure enough: {:.1f} degrees and {:.1f} % of the "
+          "rig's size, at most {:.1f} and {:.1f}",
+          rotation_deg, 100.0 * centre_m / result_.size_m, kMostRotationDeg,
+          100.0 * kMostPlace);
+    }
+    if (!halves.are_there) return "half of what is recorded does not tell it";
+    return fmt::format(
+        "either half of what is recorded puts it elsewhere, {:.1f} times as "
+        "far apart as a view may be unsure",
+        halves.apart[v]);
+  }
+
+  // Of each view: what happened to it in the middle of the recording. Its
+  // residuals step, and the others' do not; empty where nothing did.
+  std::vector<std::string> Breaks() const {
+    // Half of the residuals of a view that did not move may be twice as large
+    // where people are hidden or far away; those of one that moved are more.
+    constexpr double kLeastRatio = 2.0;
+    constexpr double kMoreThanOthers = 1.5;
+    const std::vector<ViewResiduals> residuals =
+        ResidualsBeside(cameras_, aligned_, segments_, Options(0).segments);
+    std::vector<ViewStep> steps;
+    std::vector<double> ratios;
+    for (const ViewResiduals& one : residuals) {
+      steps.push_back(StepOf(one));
+      ratios.push_back(steps.back().ratio);
+    }
+    std::vector<std::string> breaks(residuals.size());
+    if (residuals.size() < 3) return breaks;  // which of two it is none says
+    const double usual = Median(ratios);
+    for (size_t v = 0; v < breaks.size(); ++v) {
+      if (ratios[v] < kLeastRatio || ratios[v] < kMoreThanOthers * usual) {
+        continue;
+      }
+      const double middle_s = 0.5 * segments_.span_s;
+      const ViewStep step = Sharpened(v, steps[v]);
+      const auto frame = static_cast<int64_t>(std::lround(
+          (middle_s + static_cast<double>(step.bin) * BinLength(segments_)) *
+          recording_.header.frame_rate_hz));
+      breaks[v] = fmt::format(
+          "at about frame {} its residuals change {:.0f}-fold and the others' "
+          "do not: the camera was moved or zoomed, or pictures are lost or "
+          "repeated; calibrate what is before and after apart",
+          recording_.frames.front().frame + frame, ratios[v]);
+    }
+    return breaks;
+  }
+
+  // The same step once the view is fitted to its better side: one camera for
+  // both sides lies between them, and blurs the moment.
+  ViewStep Sharpened(size_t v, const ViewStep& step) const {
+    SceneSegments better = segments_;
+    better.segments.clear();
+    for (const MotionSegment& segment : segments_.segments) {
+      const bool is_before = segment.middle_s < static_cast<double>(step.bin) *
+                                                    BinLength(segments_);
+      if (is_before != step.is_worse_before) better.segments.push_back(segment);
+    }
+    BundleOptions options = Options(0);
+    options.wants_covariance = false;
+    FreeParameters free;
+    free.rotation = free.centre = true;
+    std::vector<char> moves(cameras_.size(), 0);
+    moves[v] = 1;
+    const BundleResult fit = AdjustBundle(
+        cameras_, better, free, NoChanges(cameras_.size()), options, moves);
+    if (!fit.usable) return step;
+    const ViewStep sharp =
+        StepOf(ResidualsBeside(RefinedCameras(cameras_, fit.changes), aligned_,
+                               segments_, options.segments)[v]);
+    return sharp.ratio > step.ratio ? sharp : step;
+  }
+
+  // "people", or what else was recorded.
+  const char* Record() const {
+    return human_
+               ? "record people who walk through all of the room, arms "
+                 "moving, for a minute"
+               : "move what is recorded through all of the room for a minute";
+  }
+
+  // Why no two views were joined: what was followed, and what pairs share.
+  std::string WhyNoStart() const {
+    constexpr double kLeastS = 1.0;
+    const double rate_hz = recording_.header.frame_rate_hz;
+    const double span_s =
+        static_cast<double>(recording_.frames.size()) / rate_hz;
+    if (span_s < kLeastS) {
+      return fmt::format(
+          "the recording is {:.2g} s long, and nothing is followed for less "
+          "than a second: {}",
+          span_s, Record());
+    }
+    std::vector<int> tracklets(intrinsics_.size(), 0);
+    for (const ViewTracklet& one : start_.tracklets) ++tracklets[one.view];
+    std::vector<std::string> counts;
+    for (size_t v = 0; v < tracklets.size(); ++v) {
+      counts.push_back(fmt::format(
+          "{} {}", Printable(recording_.header.view_names[v]), tracklets[v]));
+    }
+    const auto seeing =
+        tracklets.size() - std::count(tracklets.begin(), tracklets.end(), 0);
+    const std::string followed =
+        fmt::format("what was followed for a second and more, by view: {}",
+                    fmt::join(counts, ", "));
+    if (seeing < 2) {
+      return fmt::format(
+          "fewer than two views follow anything for a second with ten "
+          "detections ({}): {}",
+          followed, Record());
+    }
+    double most = 0.0;
+    for (const PairFit& pair : start_.pairs) {
+      most = std::max(most, pair.evidence);
+    }
+    return fmt::format(
+        "no two views see the same {} move: the best pair shares {:.1f} s "
+        "({}); "
+        "{}, where two cameras and more see {}",
+        human_ ? "people" : "thing", most, followed, Record(),
+        human_ ? "them" : "it");
+  }
+
+  void Report(const std::string& stage, int done, int total) const {
+    if (input_.progress) input_.progress(stage, done, total);
   }
 
   void Verdict(size_t sure) {
@@ -419,25 +971,21 @@ class RigEstimate {
     result_.verdict = all && right      ? RigVerdict::kCalibrated
                       : sure >= kFewest ? RigVerdict::kPartly
                                         : RigVerdict::kRefused;
-    if (!free_.offset) {
+    if (!result_.clocks_told) {
       result_.reasons.push_back(
-          "the clocks are not told beyond whole frames: record faster motion");
+          "the clocks are not told beyond whole frames: record faster motion, "
+          "or say --in_step where the cameras share a trigger");
     }
     if (sure < result_.views.size() && sure == cameras_.size()) {
       result_.reasons.push_back(
-          "some views see nobody with the others: record people who walk where "
-          "each of them and another one see them");
+          "some views share nothing that moves with the others, or have "
+          "another "
+          "rate or time: see left out");
     }
     if (sure == cameras_.size()) {
-      if (right) return;
-      const std::string focal =
-          input_.focal_sigma > 0.0
-              ? "say focal lengths that are measured (--focal, --cameras), or "
-              : "";
-      result_.reasons.push_back(
-          "every view has its place, but 0.3 degrees and 1 % of the rig's size "
-          "are not sure: " +
-          focal + "record longer, and more people");
+      if (result_.likely_right < kLeastLikely) {
+        result_.reasons.push_back(WhyNotLikely());
+      }
       return;
     }
     if (!TellsFocal()) {
@@ -449,15 +997,53 @@ class RigEstimate {
           "two cameras that face each other hardly tell depth: put a third one "
           "beside them");
     } else if (human_ && PlacesApart(segments_) < kOneSpotM) {
-      result_.reasons.push_back(
-          "people stay in one spot, where a detector's lasting errors look "
-          "like cameras that are turned: record people who walk through all "
-          "of the room, arms moving, for a minute");
+      result_.reasons.push_back(fmt::format(
+          "people stay in one spot (half of the time within {:.2f} m), where a "
+          "detector's lasting errors look like cameras that are turned: {}",
+          PlacesApart(segments_), Record()));
     } else {
-      result_.reasons.push_back(
-          "what people do leaves cameras unsure: record people who walk "
-          "through all of the room, arms moving, for a minute");
+      std::vector<std::string> views;
+      for (const int v : result_.used) {
+        const std::string& why = result_.views[v].left_out;
+        if (why.empty()) continue;
+        views.push_back(Printable(recording_.header.view_names[v]) + ": " +
+                        why);
+      }
+      result_.reasons.push_back(fmt::format("{}", fmt::join(views, "; ")));
+      if (result_.verdict == RigVerdict::kRefused) {
+        result_.reasons.push_back(fmt::format("what tells more: {}", Record()));
+      }
     }
+  }
+
+  // Every view has its place, but not as sure as promised.
+  std::string WhyNotLikely() const {
+    double deg = 0.0;
+    double share = 0.0;
+    for (const int v : result_.used) {
+      deg = std::max(deg, result_.views[v].rotation_sigma_deg);
+      share = std::max(share, result_.views[v].centre_sigma_m / result_.size_m);
+    }
+    const std::string off = fmt::format(
+        "cameras may be off by {:.1f} degrees and {:.1f} % of the rig's size "
+        "(standard deviation)",
+        deg, 100.0 * share);
+    if (!input_.lenses_known && result_.likely_by_lenses >= kLeastLikely) {
+      return "lens: the recording does not tell principal points and "
+             "distortion "
+             "well enough, and with these " +
+             off + "; give lenses that are measured (--cameras), or record " +
+             (human_ ? "people" : "it") + " up to the edges of all images";
+    }
+    const std::string what =
+        !input_.lenses_known ? "give lenses that are measured (--cameras), or "
+        : input_.focal_sigma > 0.0
+            ? "say focal lengths that are measured (--focal, --cameras), or "
+            : "";
+    return "every view has its place, but 0.3 degrees and 1 % of the rig's "
+           "size "
+           "are not sure: " +
+           off + "; " + what + "record longer, and more people";
   }
 
   // Two cameras whose axes meet, as those of a room do, fit any focal lengths
@@ -468,16 +1054,43 @@ class RigEstimate {
     return cameras_.size() > 2 || input_.focal_sigma <= kNearlyKnown;
   }
 
+  // Mirrored images and wrong lags may fit with focal lengths that hardly any
+  // camera has.
+  bool HasOddFocal(size_t v) const {
+    constexpr double kMostSigmas = 3.3;  // one in a thousand
+    return std::abs(FocalTold(v)) > kMostSigmas * kFocalUnknown;
+  }
+
+  // Steps repeat: a lag of a stride and a drift may fit nearly as well as what
+  // is right. Files of 29.97 Hz that are read as 30 drift by a thousandth.
+  bool HasOddDrift(size_t v) const {
+    constexpr double kMostSigmas = 3.3;  // one in a thousand
+    constexpr double kNtsc = 1e-3;
+    const double drift =
+        std::abs(changes_[v][kDriftAt] - changes_[0][kDriftAt]);
+    return drift > kMostSigmas * kDriftSigma &&
+           std::abs(drift - kNtsc) > kDriftSigma;
+  }
+
   bool FaceEachOther() const {
     constexpr double kCosine = -0.94;  // of 160 degrees
     return cameras_[0].R().row(2).dot(cameras_[1].R().row(2)) < kCosine;
   }
 
+  static constexpr int kMostRounds = 17;
+  static constexpr int kMostHalves = 6;
+
   const RigInput& input_;
+  const int attempt_;
+  const bool tells_times_;
   std::vector<double> told_late_s_;
-  const DetectionSequence recording_;
+  std::vector<int> told_lags_;
+  DetectionSequence recording_;
   const bool human_;
   const CameraRig intrinsics_;
+  std::vector<int> forgotten_frames_;  // of lags, by view
+  int rounds_ = 0;
+  mutable int halves_ = 0;
   RigResult result_;
   // Of the joined views.
   CameraRig cameras_;
@@ -502,40 +1115,76 @@ const char* ToString(RigVerdict verdict) {
 
 namespace {
 
+// The part of the input that some views are.
+RigInput PartOf(const RigInput& input, const std::vector<int>& views) {
+  RigInput part = input;
+  part.detections = OfViews(input.detections, views);
+  part.intrinsics.clear();
+  for (const int v : views) part.intrinsics.push_back(input.intrinsics[v]);
+  return part;
+}
+
+// The result of a part of the views, `kept`, as one of all of them. `whole`:
+// what was found before, with why the others are left out.
+RigResult OfWhole(RigResult part, const std::vector<int>& kept,
+                  RigResult whole) {
+  for (RigView& view : whole.views) view.joined = false;
+  for (size_t i = 0; i < kept.size(); ++i) {
+    whole.views[kept[i]] = part.views[i];
+  }
+  for (int& v : part.used) v = kept[v];
+  if (part.verdict == RigVerdict::kCalibrated) {
+    part.verdict = RigVerdict::kPartly;
+  }
+  part.views = std::move(whole.views);
+  return part;
+}
+
+// Why views are left out, as a reason.
+void SayLeftOut(const DetectionHeader& header, RigResult* result) {
+  for (size_t v = 0; v < result->views.size(); ++v) {
+    const RigView& view = result->views[v];
+    if (view.joined || view.left_out.empty()) continue;
+    result->reasons.push_back(Printable(header.view_names[v]) +
+                              " is left out: " + view.left_out);
+  }
+}
+
+// Whether a later attempt stands where an earlier one was refused: three views
+// check each other, and two of a recording that is not understood fit by chance
+// (data of Campus: two of three views at 0.2 degrees stated, and 150 off).
+bool IsRescue(const RigResult& result) {
+  constexpr size_t kFewest = 3;
+  return result.verdict != RigVerdict::kRefused &&
+         result.used.size() >= kFewest;
+}
+
 // With left and right as the detections have them.
-RigResult EstimateAsShown(const RigInput& input) {
-  RigResult result = RigEstimate(input).Run();
+RigResult EstimateAsShown(const RigInput& input, int attempt) {
+  RigResult result = RigEstimate(input, attempt).Run();
   std::vector<int> sure;
-  bool unsure = false;
+  int worst = -1;  // of the joined views, the one of least agreement
   for (size_t v = 0; v < result.views.size(); ++v) {
     const RigView& view = result.views[v];
-    if (view.joined && view.left_out.empty()) {
-      sure.push_back(static_cast<int>(v));
+    if (!view.joined) continue;
+    if (view.left_out.empty()) sure.push_back(static_cast<int>(v));
+    if (worst < 0 || view.agreement < result.views[worst].agreement) {
+      worst = static_cast<int>(v);
     }
-    unsure = unsure || (view.joined && !view.left_out.empty());
   }
-  if (result.verdict != RigVerdict::kPartly || !unsure) return result;
-  // Without those that may spoil it.
-  RigInput part = input;
-  part.detections = OfViews(input.detections, sure);
-  part.intrinsics.clear();
-  for (const int v : sure) {
-    part.intrinsics.push_back(input.intrinsics[v]);
+  // Without those that may spoil it; where all are unsure, without the worst.
+  std::vector<int> kept = sure;
+  if (result.verdict == RigVerdict::kRefused && result.used.size() > 2) {
+    kept = result.used;
+    kept.erase(std::remove(kept.begin(), kept.end(), worst), kept.end());
   }
-  RigResult again = RigEstimate(part).Run();
-  const bool all_sure = std::all_of(
-      again.views.begin(), again.views.end(),
-      [](const RigView& view) { return view.joined && view.left_out.empty(); });
-  for (size_t i = 0; i < sure.size(); ++i) {
-    result.views[sure[i]] = again.views[i];
+  if (kept.size() < 2 || kept.size() == result.used.size()) return result;
+  RigResult again =
+      OfWhole(RigEstimate(PartOf(input, kept), attempt).Run(), kept, result);
+  if (result.verdict == RigVerdict::kRefused && !IsRescue(again)) {
+    return result;
   }
-  for (int& v : again.used) v = sure[v];
-  for (RigView& view : result.views) {
-    if (!view.left_out.empty()) view.joined = false;
-  }
-  again.verdict = all_sure ? RigVerdict::kPartly : RigVerdict::kRefused;
-  again.reasons = result.reasons;
-  again.views = std::move(result.views);
+  SayLeftOut(input.detections.header, &again);
   return again;
 }
 
@@ -563,16 +1212,73 @@ std::vector<char> MayBeExchanged(const RigResult& result) {
   return views;
 }
 
-}  // namespace
+// The recording with a view's frames taken so many times as fast: the moment of
+// frame k shows its frame k * factor.
+DetectionSequence AtRate(const DetectionSequence& detections, size_t view,
+                         double factor) {
+  DetectionSequence moved = detections;
+  const auto count = static_cast<int64_t>(detections.frames.size());
+  for (int64_t k = 0; k < count; ++k) {
+    ViewDetections& shown = moved.frames[k].views[view];
+    shown.detections.clear();
+    const auto from = std::llround(static_cast<double>(k) * factor);
+    if (from < count) {
+      shown.detections = detections.frames[from].views[view].detections;
+    }
+  }
+  return moved;
+}
 
-RigResult EstimateRig(const RigInput& input) {
+// Views that were joined to nothing may have been filmed at another rate: then
+// a pair of one of them and a joined view fits at that rate, by several seconds
+// and far better than at any other lag.
+void AskRates(const RigInput& input, RigResult* result) {
+  constexpr double kLeastEvidenceS = 3.0;
+  constexpr double kMostRival = 0.6;  // of the evidence
+  const double rate_hz = input.detections.header.frame_rate_hz;
+  if (result->used.empty()) return;
+  for (size_t v = 0; v < result->views.size(); ++v) {
+    RigView& view = result->views[v];
+    if (view.joined) continue;
+    const RigInput pair = PartOf(input, {result->used[0], static_cast<int>(v)});
+    double best = kLeastEvidenceS;
+    for (const double rate : {24.0, 25.0, 30.0, 50.0, 60.0, 100.0, 120.0}) {
+      const double factor = rate / rate_hz;
+      if (std::abs(factor - 1.0) < 0.02) continue;
+      std::vector<double> late_s;
+      const RigStart start = FindRigStart(
+          AtRate(Regular(WithUsualConfidences(pair.detections), &late_s), 1,
+                 factor),
+          pair.intrinsics, {});
+      if (start.views.size() < 2) continue;
+      const PairFit& fit = start.pairs[0];
+      if (fit.evidence <= best || fit.rival > kMostRival * fit.evidence) {
+        continue;
+      }
+      best = fit.evidence;
+      view.left_out = fmt::format(
+          "at {:.4g} Hz instead of {:.4g} it shows what view {} shows: "
+          "--set=input.view_frame_rate.{}={:.4g}",
+          rate, rate_hz,
+          Printable(input.detections.header.view_names[result->used[0]]),
+          Printable(input.detections.header.view_names[v]), rate);
+    }
+  }
+}
+
+RigResult EstimateWithSides(const RigInput& input) {
   if (input.detections.frames.empty()) {
     RigResult nothing;
     nothing.views.resize(input.intrinsics.size());
     nothing.reasons.push_back("there are no detections");
     return nothing;
   }
-  RigResult result = EstimateAsShown(input);
+  RigResult result = EstimateAsShown(input, 0);
+  // Chance has a part in the search: nothing is refused by one draw.
+  if (result.verdict == RigVerdict::kRefused) {
+    RigResult second = EstimateAsShown(input, 1);
+    if (IsRescue(second)) result = std::move(second);
+  }
   if (result.verdict == RigVerdict::kRefused ||
       !IsHuman(input.detections.header.skeleton)) {
     return result;
@@ -581,15 +1287,53 @@ RigResult EstimateRig(const RigInput& input) {
   if (std::count(views.begin(), views.end(), 1) == 0) return result;
   RigInput exchanged = input;
   ExchangeSides(views, &exchanged.detections);
-  RigResult again = EstimateAsShown(exchanged);
-  if (SumOfAgreements(again) <
-      SumOfAgreements(result) + AgreementGain::kLeastGain) {
+  RigResult again = EstimateAsShown(exchanged, 0);
+  // A mirrored image looks like one whose sides are exchanged, but for lenses,
+  // and so does a lag of half a stride: who says that detections are wrong is
+  // sure.
+  if (again.verdict == RigVerdict::kRefused ||
+      again.likely_by_lenses < kLeastLikely ||
+      (!IsRescue(again) && input.intrinsics.size() > 2) ||
+      (!again.other_focal.empty() && result.other_focal.empty()) ||
+      SumOfAgreements(again) <
+          SumOfAgreements(result) + AgreementGain::kLeastGain) {
     return result;
   }
   again.reasons.push_back(
       "left and right are exchanged in some views: track with " +
       ExchangeSidesFlag(views, input.detections.header.view_names));
   return again;
+}
+
+// Where the recording contradicts stated focal lengths, which draw all cameras
+// along: `result` as if none were stated; refused where that tells nothing.
+RigResult WithoutFocal(const RigInput& input, RigResult result) {
+  RigInput part = input;
+  part.focal_stated = false;
+  part.focal_sigma = kFocalUnknown;
+  RigResult again = EstimateWithSides(part);
+  const std::string found =
+      "the recording contradicts the focal lengths that are stated: " +
+      result.other_focal;
+  if (again.verdict == RigVerdict::kRefused) {
+    result.verdict = RigVerdict::kRefused;
+    result.reasons.push_back(found + "; without them the cameras are not told");
+    return result;
+  }
+  again.reasons.push_back(found + "; all are estimated as if none were stated");
+  if (again.verdict == RigVerdict::kCalibrated) {
+    again.verdict = RigVerdict::kPartly;
+  }
+  return again;
+}
+
+}  // namespace
+
+RigResult EstimateRig(const RigInput& input) {
+  RigResult result = EstimateWithSides(input);
+  if (!result.other_focal.empty()) result = WithoutFocal(input, result);
+  AskRates(input, &result);
+  return result;
 }
 
 }  // namespace kinegraph

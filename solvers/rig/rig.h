@@ -27,8 +27,16 @@ struct RigInput {
   // Standard deviation of the logarithm of the focal lengths about the guess;
   // 0: they are known.
   double focal_sigma = 0.0;
+  // They were measured: that the recording says otherwise is said.
+  bool focal_stated = false;
+  // Principal points and lenses are known; else they are estimated, from the
+  // image's middle and no distortion on.
+  bool lenses_known = true;
+  bool in_step = false;          // all views show the same moments
   DetectionSequence detections;  // with a frame rate
   RigMatcher match;
+  // May be empty: what is done, and how many steps of it of how many.
+  std::function<void(const std::string& stage, int done, int total)> progress;
 };
 
 // Mean residual of one view on the halves of the frames, joints or people that
@@ -45,7 +53,7 @@ struct RigView {
   double rotation_sigma_deg = 0.0;  // along the least sure axis
   double centre_sigma_m = 0.0;      // likewise
   double clock_s = 0.0;             // added to its time of capture
-  double clock_sigma_s = 0.0;       // 0: the first joined view
+  double clock_sigma_s = 0.0;       // 0: the first joined view, or in step
   double drift = 0.0;               // [s/s]
   double mean_px = 0.0;             // of residuals, each at most 30 px
   LeftOutPx left_out_px;
@@ -71,6 +79,10 @@ struct RigResult {
   bool clocks_told = false;  // beyond whole frames
   // How likely every joined view is within 0.3 degrees and 1 % of `size_m`.
   double likely_right = 0.0;
+  double likely_by_lenses = 0.0;  // the same were the lenses as estimated
+  // Focal lengths that the recording tells and that are not those stated, in
+  // words.
+  std::string other_focal;
   double size_m = 0.0;  // of the rig: twice the rms distance from its middle
   // The detections of the joined views with their clocks set right.
   DetectionSequence recording;

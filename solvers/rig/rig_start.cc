@@ -332,23 +332,26 @@ RigStart JoinPairs(const CameraRig& intrinsics,
 std::vector<PairFit> SearchPairs(const DetectionSequence& recording,
                                  const CameraRig& intrinsics,
                                  const std::vector<int>& joints,
-                                 double focal_sigma) {
-  const std::vector<ViewTracklet> tracklets =
-      FollowInViews(intrinsics, recording, joints);
+                                 const RigSearch& search,
+                                 const std::vector<ViewTracklet>& tracklets) {
   const auto views = static_cast<int>(intrinsics.size());
   PairSearchOptions options;
   options.frame_rate_hz = recording.header.frame_rate_hz;
-  options.focal_sigma = focal_sigma;
-  options.longest_lag_s =
-      std::min(options.longest_lag_s,
-               0.4 * static_cast<double>(recording.frames.size()) /
-                   options.frame_rate_hz);
+  options.focal_sigma = search.focal_sigma;
+  options.attempt = search.attempt;
+  options.longest_lag_s = std::min(
+      search.longest_lag_s, 0.4 * static_cast<double>(recording.frames.size()) /
+                                options.frame_rate_hz);
   const MotionSignals signals(tracklets, joints, recording.header.skeleton,
                               views, options.frame_rate_hz);
   std::vector<PairFit> pairs;
   for (int a = 0; a < views; ++a) {
     for (int b = a + 1; b < views; ++b) {
       pairs.push_back(SearchViewPair(tracklets, signals, a, b, options));
+      if (search.progress) {
+        search.progress(static_cast<int>(pairs.size()),
+                        views * (views - 1) / 2);
+      }
     }
   }
   return pairs;
@@ -397,13 +400,16 @@ std::vector<double> AgreementsOfViews(const CameraRig& cameras,
 }
 
 RigStart FindRigStart(const DetectionSequence& recording,
-                      const CameraRig& intrinsics, double focal_sigma) {
+                      const CameraRig& intrinsics, const RigSearch& search) {
+  const double focal_sigma = search.focal_sigma;
   const Skeleton& skeleton = recording.header.skeleton;
   const std::vector<int> joints = RigJoints(skeleton);
   const std::vector<Bone> bones = BonesOf(skeleton, joints);
-  const std::vector<PairFit> pairs =
-      SearchPairs(recording, intrinsics, joints, focal_sigma);
   RigStart best;
+  best.tracklets = FollowInViews(intrinsics, recording, joints);
+  const std::vector<PairFit> pairs =
+      SearchPairs(recording, intrinsics, joints, search, best.tracklets);
+  best.pairs = pairs;
   double most = -1.0;
   const auto guess = [&](double magnification) {
     const CameraRig guessed = Edited(intrinsics, [&](CameraParameters* camera) {

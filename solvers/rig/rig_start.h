@@ -3,6 +3,7 @@
 #ifndef KINEGRAPH_SOLVERS_RIG_RIG_START_H_
 #define KINEGRAPH_SOLVERS_RIG_RIG_START_H_
 
+#include <functional>
 #include <vector>
 
 #include "core/data/detection.h"
@@ -25,11 +26,19 @@ struct RigStart {
   std::vector<PairFit> pairs;
 };
 
+struct RigSearch {
+  double focal_sigma = 0.0;     // of RigInput
+  double longest_lag_s = 10.0;  // 0: the views are in step
+  int attempt = 0;              // PairSearchOptions
+  std::function<void(int done, int total)> progress;  // may be empty
+};
+
 // `recording` has every frame from the first to the last, at its time.
-// `intrinsics` and `focal_sigma` as in RigInput: focal lengths that are not
-// known are tried. Without views where no two see the same people move.
+// `intrinsics` as in RigInput: focal lengths that are not known are tried.
+// Without views where no two see the same people move; tracklets and pairs are
+// there all the same.
 RigStart FindRigStart(const DetectionSequence& recording,
-                      const CameraRig& intrinsics, double focal_sigma);
+                      const CameraRig& intrinsics, const RigSearch& search);
 
 // The people of the joined views, from the matches of the pairs, the surest
 // first. Views are counted among the joined ones, and frames are those of

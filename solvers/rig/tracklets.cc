@@ -18,7 +18,13 @@ constexpr double kGapS = 0.4;    // that a tracklet bridges, or
 constexpr int kGapFrames = 4;    // so many frames where they are rare
 constexpr double kLeastS = 1.0;  // of a tracklet
 constexpr int kLeastDetections = 10;
+// Joints that are found at once, and of these that two frames have in common;
+// all of a wand's, which has fewer.
 constexpr int kLeastJoints = 4;
+constexpr int kLeastCommon = 3;
+// A stick that points at the camera, or somebody half hidden, is not smaller
+// than so much of what it was a frame before.
+constexpr double kShrinks = 0.9;
 // How far the joints are from the last ones, in sizes of the person: at rest,
 // and per second since.
 constexpr double kGate = 0.1;
@@ -63,7 +69,10 @@ double DistanceOf(const NormalisedJoints& a, const NormalisedJoints& b) {
     const double distance = (a.col(j) - b.col(j)).norm();
     if (std::isfinite(distance)) distances.push_back(distance);
   }
-  if (distances.size() < 3) return std::numeric_limits<double>::infinity();
+  if (static_cast<int>(distances.size()) <
+      std::min(kLeastCommon, static_cast<int>(a.cols()))) {
+    return std::numeric_limits<double>::infinity();
+  }
   return Median(std::move(distances));
 }
 
@@ -170,7 +179,7 @@ class Follower {
     open.tracklet.joints.back() = person.second;
     open.last = person.second;
     open.time = time;
-    open.size = SizeOf(person.second);
+    open.size = std::max(SizeOf(person.second), kShrinks * open.size);
   }
 
   void Close(size_t index) {
@@ -279,7 +288,10 @@ std::vector<ViewTracklet> FollowInViews(const CameraRig& cameras,
       const auto& found = frame.views[v].detections;
       for (size_t d = 0; d < found.size(); ++d) {
         NormalisedJoints points = Normalised(cameras[v], found[d], joints);
-        if (CountFound(points) < kLeastJoints) continue;
+        if (CountFound(points) <
+            std::min(kLeastJoints, static_cast<int>(joints.size()))) {
+          continue;
+        }
         people.emplace_back(static_cast<int>(d), std::move(points));
       }
       DropFoundTwice(&people);

@@ -11,8 +11,12 @@ namespace {
 
 constexpr size_t kMostTracklets = 16;  // of a view, the longest, in the search
 constexpr int kLagsTried = 6;          // besides none
-constexpr int kDraws = 160;            // of a sample, for each lag
-constexpr int kRefined = 3;            // of the best poses, for each lag
+// Steps repeat: lags at which people move nearly as much alike as at the best
+// one are tried too, up to twenty.
+constexpr double kNearlyAlike = 0.75;
+constexpr int kMostLagsTried = 20;
+constexpr int kDraws = 160;  // of a sample, for each lag
+constexpr int kRefined = 3;  // of the best poses, for each lag
 // Distances in sizes of the person (some 1.8 m): a decimetre while searching,
 // half of it in the end.
 constexpr double kWide = 0.06;
@@ -158,7 +162,8 @@ class PairSearch {
         options_(options),
         of_a_(LongestOf(tracklets, a, kMostTracklets)),
         of_b_(LongestOf(tracklets, b, kMostTracklets)),
-        random_(static_cast<uint64_t>(1 + a * 1000 + b)) {}
+        random_(static_cast<uint64_t>(1 + a * 1000 + b +
+                                      options.attempt * 1000000)) {}
 
   PairFit Run(int a, int b) {
     PairFit pair;
@@ -199,6 +204,9 @@ class PairSearch {
   static constexpr size_t kFewPairs = 48;
   static constexpr size_t kAllPairs = 100000;
 
+  // Times as many lags and draws as in the first attempt.
+  int Effort() const { return 1 + options_.attempt; }
+
   // The lags at which people move alike, and none.
   std::vector<int> LikelyLags() const {
     const int step = signals_.step();
@@ -229,7 +237,10 @@ class PairSearch {
     std::sort(peaks.begin(), peaks.end());
     std::vector<int> lags = {0};
     for (const auto& peak : peaks) {
-      if (static_cast<int>(lags.size()) > kLagsTried) break;
+      const int count = static_cast<int>(lags.size());
+      const bool is_alike = peak.first <= kNearlyAlike * peaks.front().first &&
+                            count <= kMostLagsTried;
+      if (count > kLagsTried * Effort() && !is_alike) break;
       if (peak.second != 0) lags.push_back(peak.second);
     }
     return lags;
@@ -316,7 +327,7 @@ class PairSearch {
       sums[i] = candidates[i].likeness + (i > 0 ? sums[i - 1] : 0.0);
     }
     std::vector<Explanation> found;
-    for (int draw = 0; draw < kDraws; ++draw) {
+    for (int draw = 0; draw < kDraws * Effort(); ++draw) {
       const auto pose =
           EightPoint(Sample(candidates, sums), DrawMagnification());
       if (!pose.has_value()) continue;
@@ -339,8 +350,8 @@ class PairSearch {
   Explanation WithExactLag(const Explanation& coarse) const {
     Explanation best;
     best.score = -1.0;
-    for (int lag = coarse.lag - signals_.step();
-         lag <= coarse.lag + signals_.step(); ++lag) {
+    const int reach = options_.longest_lag_s > 0.0 ? signals_.step() : 0;
+    for (int lag = coarse.lag - reach; lag <= coarse.lag + reach; ++lag) {
       const auto candidates = CandidatesAt(lag, kExactFrames);
       Explanation one = Refine(
           candidates,

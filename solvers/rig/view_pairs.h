@@ -16,6 +16,8 @@ struct PairSearchOptions {
   double longest_lag_s = 10.0;
   // Standard deviation of the logarithm of the focal lengths; 0: known.
   double focal_sigma = 0.0;
+  // Later attempts draw otherwise, and more.
+  int attempt = 0;
 };
 
 struct TrackletMatch {

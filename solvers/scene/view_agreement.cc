@@ -18,7 +18,7 @@
 namespace kinegraph {
 namespace {
 
-constexpr int kMinJoints = 6;
+constexpr int kMinJoints = 6;  // or all, of a skeleton of fewer
 // As a share of a person's size. Joints of a detector have errors of two or
 // three per cent; another person is much farther away.
 constexpr double kTolerance = 0.1;
@@ -79,7 +79,7 @@ template <typename Columns>
 double PairGain(const Columns& a, double size_a, const Columns& b,
                 double size_b) {
   const double common = (a.col(2) * b.col(2)).sum();
-  if (common < kMinJoints) return 0.0;
+  if (common < std::min(kMinJoints, static_cast<int>(a.rows()))) return 0.0;
   const double per_a = 0.5 / (kTolerance * size_a);
   const double per_b = 0.5 / (kTolerance * size_b);
   return ((1.0 -
@@ -203,7 +203,8 @@ std::vector<ViewPeople> PeopleOfViews(const DetectionSequence& detections) {
           found += counts ? 1 : 0;
         }
         person.size_px = SizeOf(person);
-        if (found >= kMinJoints && person.size_px > 0.0) {
+        if (found >= std::min(kMinJoints, static_cast<int>(joints.size())) &&
+            person.size_px > 0.0) {
           people.push_back(std::move(person));
         }
       }

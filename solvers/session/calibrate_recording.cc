@@ -283,6 +283,10 @@ RecordingCalibration CalibrateRecording(const RunOptions& options,
   RigInput rig;
   rig.intrinsics = scene.model.cameras;
   rig.focal_sigma = input.focal_sigma;
+  rig.focal_stated = input.focal_stated;
+  rig.lenses_known = input.lenses_known;
+  rig.in_step = input.in_step;
+  rig.progress = input.progress;
   rig.detections = UsedViewsOf(scene, detections);
   rig.match = [&](const CameraRig& cameras,
                   const DetectionSequence& recording) {

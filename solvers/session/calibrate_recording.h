@@ -3,6 +3,7 @@
 #ifndef KINEGRAPH_SOLVERS_SESSION_CALIBRATE_RECORDING_H_
 #define KINEGRAPH_SOLVERS_SESSION_CALIBRATE_RECORDING_H_
 
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -26,8 +27,13 @@ struct KnownLength {
 };
 
 struct CalibrationInput {
-  CameraRig cameras;         // intrinsics, with the names of the views
-  double focal_sigma = 0.0;  // as in RigInput
+  CameraRig cameras;  // intrinsics, with the names of the views
+  // As RigInput has them.
+  double focal_sigma = 0.0;
+  bool focal_stated = false;
+  bool lenses_known = true;
+  bool in_step = false;
+  std::function<void(const std::string& stage, int done, int total)> progress;
   KnownLength length;
 };
 

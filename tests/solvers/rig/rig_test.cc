@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/geometry/lens.h"
 #include "core/synthetic/noise.h"
 #include "core/synthetic/scene.h"
 #include "solvers/scene/hypothesis.h"
@@ -244,6 +245,140 @@ TEST(Rig, PartlyWhereThePromiseIsNotSure) {
   ASSERT_FALSE(found.rig.reasons.empty());
   EXPECT_NE(found.rig.reasons.back().find("say focal lengths"),
             std::string::npos);
+}
+
+// The cameras with a lens and the principal point off the middle of the image,
+// as real ones have them.
+Scene WithRealLenses(Scene scene) {
+  int view = 0;
+  scene.cameras = Edited(scene.cameras, [&](CameraParameters* camera) {
+    camera->K(0, 2) += 0.01 * camera->width_px * (view % 2 == 0 ? 1.0 : -1.0);
+    camera->K(1, 2) -= 0.008 * camera->width_px;
+    camera->lens = MakeLens("opencv5", {-0.12, 0.0});
+    ++view;
+  });
+  return scene;
+}
+
+// What is asked for where nothing but the size of the images is known.
+CalibrationInput WithoutLenses(const CameraRig& cameras) {
+  CalibrationInput input = WithoutPlaces(cameras);
+  input.lenses_known = false;
+  input.focal_stated = true;
+  input.focal_sigma = 0.01;
+  input.cameras = Edited(input.cameras, [](CameraParameters* camera) {
+    camera->K(0, 2) = 0.5 * camera->width_px;
+    camera->K(1, 2) = 0.5 * camera->height_px;
+    camera->lens = nullptr;
+  });
+  return input;
+}
+
+// Pinholes that are believed turn cameras by what their images are shifted;
+// where lenses are not told, cameras are as unsure as that makes them.
+TEST(Rig, LensesThatAreNotKnownAreEstimated) {
+  const Scene scene = WithRealLenses(Walkers(16.0, 4));
+  const DetectionSequence recording = Observe(scene, Noise(), nullptr);
+  CalibrationInput input = WithoutLenses(scene.cameras);
+  const RecordingCalibration found =
+      CalibrateRecording(RunOptions(), input, recording);
+  ASSERT_EQ(found.cameras.size(), 4u);
+  // Two cameras against each other, three deviations.
+  const auto stated_deg = [](const RecordingCalibration& one) {
+    double most = 0.0;
+    for (const RigView& view : one.rig.views) {
+      most = std::max(most, view.rotation_sigma_deg);
+    }
+    return 3.0 * std::sqrt(2.0) * most;
+  };
+  const double error_deg = RotationError(scene.cameras, found.cameras);
+  EXPECT_LT(error_deg, stated_deg(found));
+  if (found.rig.verdict == RigVerdict::kCalibrated) {
+    EXPECT_LT(error_deg, 0.3);
+  } else {
+    ASSERT_FALSE(found.rig.reasons.empty());
+    EXPECT_NE(found.rig.reasons.back().find("lenses that are measured"),
+              std::string::npos)
+        << found.rig.reasons.back();
+  }
+  // The same as pinholes: off by more than is said.
+  input.lenses_known = true;
+  const RecordingCalibration pinholes =
+      CalibrateRecording(RunOptions(), input, recording);
+  ASSERT_EQ(pinholes.cameras.size(), 4u);
+  EXPECT_GT(RotationError(scene.cameras, pinholes.cameras),
+            stated_deg(pinholes));
+}
+
+TEST(Rig, AFocalLengthThatIsWrongIsSaid) {
+  const Scene scene = Walkers(16.0, 4);
+  const DetectionSequence recording = Observe(scene, Noise(), nullptr);
+  CalibrationInput right = WithoutLenses(scene.cameras);
+  CalibrationInput wrong = right;
+  wrong.cameras[0] = Edited(wrong.cameras[0], [](CameraParameters* camera) {
+    camera->K.topLeftCorner<2, 2>() *= 1.13;
+  });
+  const auto contradicts = [&](const CalibrationInput& input) {
+    const auto found = CalibrateRecording(RunOptions(), input, recording);
+    const auto& reasons = found.rig.reasons;
+    const bool said =
+        std::any_of(reasons.begin(), reasons.end(), [](const auto& reason) {
+          return reason.find("contradicts the focal") != std::string::npos;
+        });
+    if (said) {
+      EXPECT_NE(found.rig.verdict, RigVerdict::kCalibrated);
+    }
+    // Said or not, never sure and wrong.
+    double sigma_deg = 0.0;
+    for (const RigView& view : found.rig.views) {
+      sigma_deg = std::max(sigma_deg, view.rotation_sigma_deg);
+    }
+    EXPECT_LT(RotationError(scene.cameras, found.cameras),
+              3.0 * std::sqrt(2.0) * sigma_deg);
+    return said;
+  };
+  EXPECT_TRUE(contradicts(wrong));
+  EXPECT_FALSE(contradicts(right));
+}
+
+// A camera that is bumped a third into the recording.
+TEST(Rig, AViewThatMovedIsLeftOut) {
+  const Scene scene = Walkers(18.0, 4);
+  Scene after = scene;
+  after.cameras[2] = Edited(scene.cameras[2], [](CameraParameters* camera) {
+    const Eigen::Matrix3d turn = ExpRotation({0.02, 0.05, 0.0});
+    camera->R = turn * camera->R;
+    camera->t = turn * camera->t;
+  });
+  DetectionSequence recording = Observe(scene, Noise(), nullptr);
+  const DetectionSequence later = Observe(after, Noise(), nullptr);
+  const size_t step = recording.frames.size() / 3;
+  for (size_t k = step; k < recording.frames.size(); ++k) {
+    recording.frames[k].views[2] = later.frames[k].views[2];
+  }
+  const RecordingCalibration found = Calibrated(scene, recording);
+  ASSERT_EQ(found.rig.verdict, RigVerdict::kPartly);
+  EXPECT_EQ(found.rig.used, (std::vector<int>{0, 1, 3}));
+  const std::string& why = found.rig.views[2].left_out;
+  const size_t at = why.find("at about frame ");
+  ASSERT_NE(at, std::string::npos) << why;
+  // Within a second.
+  EXPECT_NEAR(std::stod(why.substr(at + 15)), static_cast<double>(step),
+              recording.header.frame_rate_hz);
+}
+
+// Cameras that share a trigger have no clocks.
+TEST(Rig, InStep) {
+  const Scene scene = Walkers(12.0);
+  CalibrationInput input = WithoutPlaces(scene.cameras);
+  input.in_step = true;
+  const RecordingCalibration found =
+      CalibrateRecording(RunOptions(), input, Observe(scene, Noise(), nullptr));
+  ASSERT_EQ(found.rig.verdict, RigVerdict::kCalibrated);
+  for (const RigView& view : found.rig.views) {
+    EXPECT_EQ(view.clock_s, 0.0);
+    EXPECT_EQ(view.clock_sigma_s, 0.0);
+  }
 }
 
 TEST(Rig, ViewsOfDifferentRoomsAndNobodyAreRefused) {

@@ -1,0 +1,71 @@
+// `calibrate` as a program: what it leaves, what it says, how it ends.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <string>
+
+#include "tests/apps/command.h"
+
+namespace kinegraph::testing {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+
+class CalibrateTest : public CommandTest {
+ protected:
+  // Somebody walks before three cameras for so many seconds.
+  std::string Seconds(double seconds) const {
+    const std::string name = "s" + std::to_string(static_cast<int>(seconds));
+    Done("synthesize",
+         "--config=" +
+             folder_.Write(name + ".toml",
+                           "[scene]\nseed = 4\npeople = 1\nduration = " +
+                               std::to_string(seconds) +
+                               "\n[scene.cameras]\ncount = 3\n") +
+             " --out=" + Path(name));
+    return Path(name) + "/detections.jsonl";
+  }
+};
+
+// Nobody tracks with the cameras of an earlier recording.
+TEST_F(CalibrateTest, ARefusalFailsAndLeavesNoCameras) {
+  const std::string out = folder_.Write("found.json", "of an earlier run\n");
+  const ProgramOutcome outcome =
+      RunProgram("calibrate", "--detections=" + Seconds(0.5) +
+                                  " --image_size=1920,1080 --out=" + out);
+  EXPECT_EQ(outcome.exit_code, 1);
+  EXPECT_THAT(outcome.output, HasSubstr("refused\n"));
+  EXPECT_THAT(outcome.errors, HasSubstr("found.calibrate.json"));
+  EXPECT_FALSE(fs::exists(out));
+  EXPECT_THAT(ContentOf(Path("found.calibrate.json")),
+              HasSubstr("\"verdict\": \"refused\""));
+}
+
+TEST_F(CalibrateTest, WhatCannotBeWrittenIsSaidBeforeTheWork) {
+  const std::string detections = Seconds(0.5);
+  fs::create_directory(Path("folder.json"));
+  const std::string file = folder_.Write("file", "");
+  for (const std::string& out :
+       {Path("folder.json"), file + "/c.json", detections}) {
+    Refusal("calibrate", "--detections=" + detections +
+                             " --image_size=1920,1080 --out=" + out);
+  }
+}
+
+// Millimetres for metres, and what overflows.
+TEST_F(CalibrateTest, LengthsHaveARange) {
+  const std::string detections = Seconds(0.5);
+  for (const std::string length :
+       {"scale=1750", "scale=1e300", "scale=-1", "distance=nose,l_hip,600",
+        "cameras_apart=cam0,cam1,4500"}) {
+    EXPECT_THAT(Refusal("calibrate", "--detections=" + detections +
+                                         " --image_size=1920,1080 --" + length +
+                                         " --out=" + Path("c.json")),
+                HasSubstr("--" + length.substr(0, length.find('='))));
+  }
+}
+
+}  // namespace
+}  // namespace kinegraph::testing
