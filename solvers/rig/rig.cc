@@ -345,6 +345,18 @@ ViewStep StepOf(const ViewResiduals& view) {
   return step;
 }
 
+// Of the bins on one side of a step.
+double MeanOf(const ViewResiduals& view, const ViewStep& step, bool worse) {
+  double sum = 0.0;
+  double count = 0.0;
+  for (const auto& [bin, one] : view) {
+    if (((bin < step.bin) == step.is_worse_before) != worse) continue;
+    sum += one.first;
+    count += one.second;
+  }
+  return sum / std::max(1.0, count);
+}
+
 class RigEstimate {
  public:
   RigEstimate(const RigInput& input, int attempt)
@@ -871,6 +883,7 @@ class RigEstimate {
       if (ratios[v] < kLeastRatio || ratios[v] < kMoreThanOthers * usual) {
         continue;
       }
+      if (!OwnPlaceExplains(v, steps[v], residuals[v])) continue;
       const double middle_s = 0.5 * segments_.span_s;
       const ViewStep step = Sharpened(v, steps[v]);
       const auto frame = static_cast<int64_t>(std::lround(
@@ -885,28 +898,51 @@ class RigEstimate {
     return breaks;
   }
 
-  // The same step once the view is fitted to its better side: one camera for
-  // both sides lies between them, and blurs the moment.
-  ViewStep Sharpened(size_t v, const ViewStep& step) const {
-    SceneSegments better = segments_;
-    better.segments.clear();
+  // Whether a place or a clock of its own explains the worse side of a view's
+  // step: by more than half, as a ratio. It does for a camera that was moved or
+  // lost pictures; people who are hidden or mistaken there stay as far off.
+  bool OwnPlaceExplains(size_t v, const ViewStep& step,
+                        const ViewResiduals& residuals) const {
+    const auto fit = FitToSide(v, step, /*worse=*/true);
+    if (!fit.has_value()) return false;
+    const ViewResiduals own =
+        ResidualsBeside(*fit, aligned_, segments_, Options(0).segments)[v];
+    const double better = MeanOf(residuals, step, /*worse=*/false);
+    return MeanOf(own, step, /*worse=*/true) <= std::sqrt(step.ratio) * better;
+  }
+
+  // The cameras with view `v` fitted to one side of its step alone.
+  std::optional<CameraRig> FitToSide(size_t v, const ViewStep& step,
+                                     bool worse) const {
+    SceneSegments side = segments_;
+    side.segments.clear();
     for (const MotionSegment& segment : segments_.segments) {
       const bool is_before = segment.middle_s < static_cast<double>(step.bin) *
                                                     BinLength(segments_);
-      if (is_before != step.is_worse_before) better.segments.push_back(segment);
+      if ((is_before == step.is_worse_before) == worse) {
+        side.segments.push_back(segment);
+      }
     }
     BundleOptions options = Options(0);
     options.wants_covariance = false;
     FreeParameters free;
     free.rotation = free.centre = true;
+    free.offset = !input_.in_step;
     std::vector<char> moves(cameras_.size(), 0);
     moves[v] = 1;
     const BundleResult fit = AdjustBundle(
-        cameras_, better, free, NoChanges(cameras_.size()), options, moves);
-    if (!fit.usable) return step;
-    const ViewStep sharp =
-        StepOf(ResidualsBeside(RefinedCameras(cameras_, fit.changes), aligned_,
-                               segments_, options.segments)[v]);
+        cameras_, side, free, NoChanges(cameras_.size()), options, moves);
+    if (!fit.usable) return std::nullopt;
+    return RefinedCameras(cameras_, fit.changes);
+  }
+
+  // The same step once the view is fitted to its better side: one camera for
+  // both sides lies between them, and blurs the moment.
+  ViewStep Sharpened(size_t v, const ViewStep& step) const {
+    const auto better = FitToSide(v, step, /*worse=*/false);
+    if (!better.has_value()) return step;
+    const ViewStep sharp = StepOf(
+        ResidualsBeside(*better, aligned_, segments_, Options(0).segments)[v]);
     return sharp.ratio > step.ratio ? sharp : step;
   }
 

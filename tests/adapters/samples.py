@@ -115,7 +115,7 @@ def main(folder):
         write_deeplabcut(folder / f"dlc_one/cam{v}.h5", v, [None])
         write_deeplabcut(folder / f"dlc_two/cam{v}.h5", v, ["a", "b"])
         for d in range(2):  # two detectors, one of them a little beside
-            write_deeplabcut(folder / f"dlc_seeds/s{d}/cam{v}.h5", v, [None], 0.25 * d)
+            write_deeplabcut(folder / f"dlc_seeds/s{d}/cam{v}.h5", v, [None], 0.125 * d)
         write_opencap(
             folder / f"opencap/Videos/Cam{v}/cameraIntrinsicsExtrinsics.pickle", 2 + 3 * v
         )

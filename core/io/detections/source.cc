@@ -121,12 +121,18 @@ std::unique_ptr<DetectionSource> OpenAny(const std::string& path,
   }
   const DetectionHead head = LookAtDetections(path);
   const DetectionFormat* format = RecogniseDetections(head);
-  if (format != nullptr) {
+  // Folders within a folder are views of OpenPose if nothing else.
+  const bool is_certain = !head.is_folder || head.kind != '\0';
+  if (format != nullptr && is_certain) {
     CheckWhole(head, *format);
     return OpenAs(*format, path, options);
   }
   const auto adapter = AdapterOf(path, AdapterKind::kDetections);
-  if (!adapter.has_value()) FailUnknown(path, head);
+  if (!adapter.has_value()) {
+    if (format == nullptr) FailUnknown(path, head);
+    CheckWhole(head, *format);
+    return OpenAs(*format, path, options);
+  }
   // One of our list may have more to do than to ask its adapter.
   format = FindDetectionFormat(adapter->name);
   return format != nullptr ? OpenAs(*format, path, options)

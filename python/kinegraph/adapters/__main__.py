@@ -101,7 +101,7 @@ def limit_memory(path):
     except (ImportError, OSError):
         return  # not every system has it
     stored = 0
-    for folder, _, files in os.walk(path) if path.is_dir() else [(path.parent, [], [path])]:
+    for folder, _, files in os.walk(path) if path.is_dir() else [(path.parent, [], [path.name])]:
         stored += sum(os.path.getsize(os.path.join(folder, name)) for name in files)
     limit = pages * os.sysconf("SC_PAGE_SIZE") + (512 << 20) + most_bytes(stored)
     resource.setrlimit(resource.RLIMIT_AS, (limit, limit))

@@ -657,10 +657,11 @@ TEST_F(FormatReaders, SleapAndDeepLabCut) {
   ExpectAnimals(folder_.path() / "session", "sleap", 2, true);
   ExpectAnimals(folder_.path() / "dlc_one", "deeplabcut_h5", 1, false);
   ExpectAnimals(folder_.path() / "dlc_two", "deeplabcut_h5", 2, false);
-  // Two detectors that are a quarter of a pixel apart.
+  // Two detectors that are an eighth of a pixel apart, less than a twentieth of
+  // the animal's box.
   const DetectionSequence fused = ReadDetections(Path("dlc_seeds"));
   EXPECT_EQ(fused.frames.at(0).views.at(0).detections.at(0).joints.at(0).px,
-            Eigen::Vector2d(1.125, 2.0));
+            Eigen::Vector2d(1.0625, 2.0));
 }
 
 // ---- COLMAP ----
