@@ -898,17 +898,21 @@ class RigEstimate {
     return breaks;
   }
 
-  // Whether a place or a clock of its own explains the worse side of a view's
-  // step: by more than half, as a ratio. It does for a camera that was moved or
-  // lost pictures; people who are hidden or mistaken there stay as far off.
+  // Whether a place or a clock of its own explains some of the worse side of a
+  // view's step: a third of the excess for a camera that was turned by 3
+  // degrees (the robust loss holds the fit back), none on Shelf, where people
+  // are hidden. A fifth lies between; few recordings stand behind it.
   bool OwnPlaceExplains(size_t v, const ViewStep& step,
                         const ViewResiduals& residuals) const {
+    constexpr double kLeastExplained = 0.2;
     const auto fit = FitToSide(v, step, /*worse=*/true);
     if (!fit.has_value()) return false;
     const ViewResiduals own =
         ResidualsBeside(*fit, aligned_, segments_, Options(0).segments)[v];
     const double better = MeanOf(residuals, step, /*worse=*/false);
-    return MeanOf(own, step, /*worse=*/true) <= std::sqrt(step.ratio) * better;
+    const double worse = MeanOf(residuals, step, /*worse=*/true);
+    return worse - MeanOf(own, step, /*worse=*/true) >=
+           kLeastExplained * (worse - better);
   }
 
   // The cameras with view `v` fitted to one side of its step alone.
