@@ -390,6 +390,16 @@ void WriteAll(const RecordingCalibration& recording, const KnownLength& length,
   files.Commit();
 }
 
+// The flag with which the recording is tracked where views are left out.
+std::string UseFlag(const RecordingCalibration& recording) {
+  if (recording.cameras.size() == recording.view_names.size()) return "";
+  std::string list;
+  for (const Camera& camera : recording.cameras) {
+    list += (list.empty() ? "\"" : ",\"") + Printable(camera.name()) + "\"";
+  }
+  return "; to use it add '--set=cameras.use=[" + list + "]'";
+}
+
 void RunCalibrate() {
   UseAdapterFlag();
   RequireFlag("detections", FLAGS_detections);
@@ -431,7 +441,7 @@ void RunCalibrate() {
   const bool refused = recording.rig.verdict == RigVerdict::kRefused;
   const std::string text =
       FindingsText(recording, input.length, recording.view_names) +
-      (refused ? "" : "-> " + FLAGS_out + "\n");
+      (refused ? "" : "-> " + FLAGS_out + UseFlag(recording) + "\n");
   std::fputs(text.c_str(), SummaryStream(FLAGS_out));
   if (refused) {
     throw std::runtime_error(

@@ -128,8 +128,9 @@ SurveyTrial Try(const SurveyRequest& asked, RunOptions options,
   request.kept_matches = KeptMatches::kDetections;
   options.refine = RefineOptions();  // left to the run over the whole recording
   // As configured, plus backfill: without it a dozen frames are too few to
-  // measure people.
+  // measure people; and linked, as by the configuration that is written.
   options.tracker.life.backfill = true;
+  options.identity.link = true;
   const auto record = ReadRefinementRecord(asked.cameras);
   const ReadyRecording ready =
       MakeRecordingReady(options, request, record, [&] { return as_told; });

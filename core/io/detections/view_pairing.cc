@@ -168,7 +168,9 @@ class Pairing {
       if (candidates.empty()) {
         throw InputError(view +
                          " has no camera of the same name or number among " +
-                         Listed(cameras_) + "; cameras.map can name one");
+                         Listed(cameras_) +
+                         "; cameras.map can name one, cameras.use leaves "
+                         "it out");
       }
       if (candidates.size() > 1) {
         std::vector<std::string> names;
