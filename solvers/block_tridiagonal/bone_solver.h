@@ -50,9 +50,14 @@ class BoneSolver {
   // Solves H step = -gradient; false where H is not positive definite.
   // `accuracy` as for LaneKernels::solve_coupled.
   bool FindStep(double damping, double accuracy);
-  // candidate = states + step; returns the largest movement of a position [m].
-  double MoveCandidate();
+  // candidate = states + scale step; returns the largest movement of a
+  // position [m].
+  double MoveCandidate(double scale);
   void KeepCandidate();
+  double Dot(const LaneBuffer& a, const LaneBuffer& b) const;
+  // After an accepted step: goes to the end of the series that it and the step
+  // before promise, if the cost is lower there.
+  void LeapAhead(const PersonProblem& problem, const SolveStage& stage);
   bool RunStage(const PersonProblem& problem, const SolveStage& stage,
                 double step_tolerance_m, SolveReport* report);
   bool AllFinite(const LaneBuffer& states) const;
@@ -67,6 +72,8 @@ class BoneSolver {
   Eigen::MatrixXd prior_own_;    // [lanes x 21]
   Eigen::MatrixXd prior_cross_;  // [6 lanes x 6 joints]
   LaneBuffer candidate_, step_, workspace_;
+  LaneBuffer before_;            // the step before step_
+  double before_squared_ = 0.0;  // its squared norm; 0: none that counts
 };
 
 }  // namespace kinegraph

@@ -141,8 +141,9 @@ double GradientTolerance(double step_tolerance_m) {
 ceres::Solver::Options SolverOptions(ceres::IterationCallback* callback) {
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
-  // CHOLMOD's supernodal factorisation would start OpenMP threads, whatever
-  // num_threads is.
+  // CHOLMOD's supernodal factorisation starts OpenMP threads, whatever
+  // num_threads is, and is no faster: 18 iterations of 332 frames with bones
+  // took 5.8 s with one thread and Debian's ATLAS, 4.7 s with Eigen.
   options.sparse_linear_algebra_library_type = ceres::EIGEN_SPARSE;
   options.num_threads = 1;
   options.logging_type = ceres::SILENT;
