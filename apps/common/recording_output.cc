@@ -338,6 +338,11 @@ std::string RefinementJson(const ReadyRecording& recording) {
   Json json = RecordJson(recording.record.value_or(RefinementRecord()));
   if (recording.refinement.has_value())
     AddRefinement(*recording.refinement, &json);
+  if (const auto& motion = recording.world_motion) {
+    json["world"] = {{"moved_mm", 1e3 * motion->moved_m},
+                     {"turned_deg", motion->turned_deg},
+                     {"scale", motion->scale}};
+  }
   if (recording.ground.has_value())
     json["ground"] = GroundJson(*recording.ground);
   return DumpJson(json);
@@ -371,6 +376,13 @@ std::string RefinementText(const ReadyRecording& recording) {
         step.what, step.taken ? "taken" : "left", step.gain.after_px,
         step.gain.before_px,
         step.reason.empty() ? "" : " (" + step.reason + ")");
+  }
+  if (const auto& motion = recording.world_motion) {
+    text += fmt::format(
+        "the world moves with the cameras: by {:.1f} mm in the mean around "
+        "where they look, turned by {:.2f} degrees, lengths by {:+.2f} %\n",
+        1e3 * motion->moved_m, motion->turned_deg,
+        100.0 * (motion->scale - 1.0));
   }
   return text + GroundText(recording);
 }

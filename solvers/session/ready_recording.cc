@@ -64,6 +64,14 @@ CameraRig WithNamesakes(CameraRig cameras, const CameraRig& others) {
   return cameras;
 }
 
+// Whether anything but clocks is changed.
+bool MovesCameras(const std::vector<CameraChange>& changes) {
+  return std::any_of(changes.begin(), changes.end(), [](CameraChange change) {
+    change[kOffsetAt] = change[kDriftAt] = 0.0;
+    return !change.isZero(0.0);
+  });
+}
+
 }  // namespace
 
 double MiddleOf(const DetectionSequence& detections) {
@@ -120,8 +128,11 @@ ReadyRecording RefineRecording(const RunOptions& options,
     refinement.changes[v][kOffsetAt] -= lags[v] / scene.model.frame_rate_hz;
   }
   scale.IntoWorld(&refinement);
-  ready.cameras = WithNamesakes(request.cameras,
-                                RefinedCameras(stated, refinement.changes));
+  const CameraRig refined = RefinedCameras(stated, refinement.changes);
+  if (MovesCameras(refinement.changes)) {
+    ready.world_motion = WorldMotionOf(stated, refined);
+  }
+  ready.cameras = WithNamesakes(request.cameras, refined);
   ready.record = RecordOf(scene, refinement, MiddleOf(asked));
   ready.detections = Clocked(scene, *ready.record, asked);
   return ready;

@@ -13,6 +13,7 @@
 #include "core/io/configuration/refinement_record.h"
 #include "solvers/cameras/camera_uncertainty.h"
 #include "solvers/cameras/refine.h"
+#include "solvers/cameras/world_motion.h"
 #include "solvers/session/ground.h"
 #include "solvers/session/options.h"
 #include "solvers/session/scene.h"
@@ -43,6 +44,8 @@ struct ReadyRecording {
   // From this refinement, else from the calibration.
   std::optional<RefinementRecord> record;
   std::optional<Refinement> refinement;  // one change per used view
+  // By the refined cameras, before the floor; nullopt: none was changed.
+  std::optional<WorldMotion> world_motion;
   std::optional<Ground> ground;
   bool misses_ground = false;  // requested, but too few feet rest
   // The requested frames of all views with corrected clocks; nullopt:
