@@ -1,0 +1,187 @@
+#!/usr/bin/env python3
+"""Scores recordings of others: research/takes.py [NAME ...] prints the table
+"Takes of others" of docs/results.md; research/remake calls it.
+
+Every recording is tracked with the configuration that `init` writes. Where
+there is no truth, each camera is left out in turn, and what it detects is
+compared with the projected tracks of the others and with plain triangulation
+(DLT) from the same views. The measures are those of KINEGRAPH_DATA/takes
+(evaluate_take.py, field_lib.py), which use nothing of this project. Needs
+numpy, scipy and h5py.
+"""
+import json
+import lzma
+import os
+import re
+import resource
+import subprocess
+import sys
+import tempfile
+
+import numpy as np
+
+ROOT = os.path.dirname(os.path.dirname(os.path.realpath(__file__)))
+DATA = os.environ.get("KINEGRAPH_DATA", os.path.join(ROOT, "../shared/data"))
+TAKES = os.path.join(DATA, "takes")
+PROGRAM = os.path.join(ROOT, "kinegraph")
+sys.dont_write_bytecode = True
+sys.path.insert(0, TAKES)
+import field_lib  # noqa: E402
+
+MISSING_PX = 30.0  # a point without an estimate, and the most that one counts
+
+
+def kinegraph(*words):
+    """Runs a command; its processor time [s]."""
+    def spent():
+        children = resource.getrusage(resource.RUSAGE_CHILDREN)
+        return children.ru_utime + children.ru_stime
+    before = spent()
+    subprocess.run([PROGRAM, *words], check=True, stdout=subprocess.DEVNULL,
+                   stderr=subprocess.DEVNULL)
+    return spent() - before
+
+
+def track(out, name, cameras, detections, *more):
+    """Tracks with the configuration of `init`; its path and arguments."""
+    words = ["--cameras=" + os.path.join(TAKES, cameras), "--detections=" + detections]
+    config = f"{out}/{name}.toml"
+    kinegraph("init", *words, *more, "--out=" + config)
+    path = f"{out}/{name}.jsonl"
+    seconds = kinegraph("track", "--threads=1", *words, "--config=" + config, "--out=" + path)
+    tracks = field_lib.tracks(path)[1]
+    poses = sum(len(people) for people in tracks.values())
+    people = len({i for frame in tracks.values() for i in frame})
+    return tracks, people, f"{1e3 * seconds / poses:.1f}", [*words, "--config=" + config]
+
+
+def three(errors):
+    return "{:.1f} / {:.1f} / {:.1f}".format(*field_lib.three(errors, MISSING_PX))
+
+
+def left_out(out, cameras, detections, matches, confidence, words):
+    plain, ours = [], []
+    for v, camera in enumerate(cameras):
+        path = f"{out}/without.jsonl"
+        kinegraph("track", *words, "--without_cameras=" + camera.name, "--out=" + path)
+        errors = field_lib.held_out(cameras, detections, matches, v,
+                                    field_lib.tracks(path)[1], confidence, MISSING_PX)
+        plain.append(errors[0])
+        ours.append(errors[1])
+    return three(np.concatenate(ours)), three(np.concatenate(plain))
+
+
+def pizza(out, first, last):
+    calibration = "pizza/calibration.json"
+    path = f"{out}/detections.jsonl"
+    cameras = field_lib.panoptic(os.path.join(TAKES, calibration))
+    seen = [{} for _ in cameras]
+    with lzma.open(os.path.join(TAKES, "pizza/detections.jsonl.xz"), "rt") as packed, \
+            open(path, "w", encoding="utf-8") as file:
+        for line in packed:
+            frame = json.loads(line)
+            if "views" in frame and "frame" in frame:
+                if not first <= frame["frame"] < last:
+                    continue
+                for v, camera in enumerate(cameras):
+                    seen[v][frame["frame"]] = [
+                        np.array([[0, 0, 0] if j is None else j for j in person["joints"]], float)
+                        for person in frame["views"].get(camera.name, [])]
+            file.write(line)
+    tracks, people, cost, words = track(out, "pizza", calibration, path, "--frame_rate=29.97")
+    matches = (np.load(os.path.join(TAKES, "pizza/matches.npy")) if first == 0 else
+               field_lib.make_matches(cameras, seen, tracks, range(first, last)))
+    ours, plain = left_out(out, cameras, seen, matches, 0.3, words)
+    return ["left out, px", ours, plain, "", str(people), cost]
+
+
+def cheetah(out):
+    with open(os.path.join(TAKES, "cheetah_acinoset/scene_sba.json"), encoding="utf-8") as file:
+        cameras = [field_lib.Cam(f"cam{v + 1}", c["k"], c["d"], c["r"], c["t"], None, True)
+                   for v, c in enumerate(json.load(file)["cameras"])]
+    folder = os.path.join(TAKES, "cheetah_acinoset/dlc")
+    seen = []
+    for camera in cameras:
+        with open(f"{folder}/{camera.name}.csv", encoding="utf-8") as file:
+            rows = [line.split(",") for line in file if line[0].isdigit()]
+        seen.append({int(row[0]): [np.array([float(x or 0) for x in row[1:]]).reshape(-1, 3)]
+                     for row in rows})
+    matches = np.array([[frame, 0] + [0] * len(cameras) for frame in seen[0]])
+    _, people, cost, words = track(out, "cheetah", "cheetah_acinoset/calibration.toml", folder,
+                                   "--frame_rate=90")
+    ours, plain = left_out(out, cameras, seen, matches, 0.6, words)
+    return ["left out, px", ours, plain, "", str(people), cost]
+
+
+def crowd(out, name):
+    """Boxes: the middle of top and bottom against the truth's centre."""
+    detections = os.path.join(TAKES, f"crowd_cmc/{name}.jsonl")
+    tracks, people, cost, _ = track(out, name, "crowd_cmc/cameras.json", detections)
+
+    def centres(frames):
+        return {frame: {i: np.nanmean(pose, 0) for i, pose in people.items()
+                        if np.isfinite(pose[:, 0]).any()} for frame, people in frames.items()}
+    truth = centres(field_lib.tracks(os.path.join(TAKES, f"crowd_cmc/gt_{name}.jsonl"))[1])
+    peer = centres(field_lib.tracks(os.path.join(TAKES, f"crowd_cmc/peer_{name}.jsonl"))[1])
+    scores = [field_lib.identity(truth, found, 0.5) for found in (centres(tracks), peer)]
+    return ["IDF1 within 0.5 m, %", f"{scores[0]['idf1']:.1f}", "", f"{scores[1]['idf1']:.1f}",
+            f"{people} of {scores[0]['people']}", cost]
+
+
+def by_take(out, name, label, measure):
+    """What evaluate_take.py prints under `label`, after the commands it names."""
+    environment = {**os.environ, "KG": PROGRAM, "OUT": out, "PYTHONDONTWRITEBYTECODE": "1"}
+    script = os.path.join(TAKES, "evaluate_take.py")
+    commands = subprocess.run([script, name, "--how"], check=True, stdout=subprocess.PIPE,
+                              text=True).stdout
+    printed = subprocess.run(["bash", "-c", commands], check=True, cwd=TAKES, env=environment,
+                             stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True).stdout
+    figures = {}
+    for line in printed.splitlines():
+        if line.startswith(label):
+            for who, figure in re.findall(r"(tracks|DLT|peer) +([\d.]+ / [\d.]+)", line):
+                figures.setdefault(who, figure)
+    return [measure, *(figures.get(who, "") for who in ("tracks", "DLT", "peer")), "", ""]
+
+
+# Name, source, how it is scored.
+SHOWN = [
+    ("pizza, frames 0 to 599", "Panoptic, OpenPose: five people at a table, five HD cameras",
+     lambda out: pizza(out, 0, 600)),
+    ("pizza, frames 600 to 1199", "the same", lambda out: pizza(out, 600, 1200)),
+    ("JulesFlick2", "AcinoSet, DeepLabCut: a running cheetah, six fisheye cameras", cheetah),
+    ("CMC1", "Ong et al.: boxes of three people, four cameras, 4 Hz; peer: MS-GLMB",
+     lambda out: crowd(out, "cmc1")),
+    ("CMC2", "Ong et al.: boxes of ten people, four cameras, 4 Hz; peer: MS-GLMB",
+     lambda out: crowd(out, "cmc2")),
+    ("caliscope_human", "Caliscope, MediaPipe: a sitting person, four webcams",
+     lambda out: by_take(out, "caliscope_human", "px at all", "left out, px")),
+    ("caliscope_board", "Caliscope: a board, four webcams; peer: Caliscope",
+     lambda out: by_take(out, "caliscope_board", "mm off a rigid board", "off a rigid board, mm")),
+    ("mouse_dannce", "DANNCE: labels of a mouse with added noise, six cameras",
+     lambda out: by_take(out, "mouse_dannce", "mm to the truth", "to the labels, mm")),
+    ("mouse_sleap", "sleap-anipose: a mouse, four cameras",
+     lambda out: by_take(out, "mouse_sleap", "px at side", "left out, px")),
+    ("fly_eks", "EKS: legs of a fly, three cameras",
+     lambda out: by_take(out, "fly_eks", "px at all", "left out, px")),
+    ("fly_deepfly3d", "DeepFly3D: a fly, seven cameras; peer: DeepFly3D",
+     lambda out: by_take(out, "fly_deepfly3d", "px in the views", "in the views, px")),
+    ("StaticTrial", "Pose2Sim: a standing person, four cameras; peer: Pose2Sim",
+     lambda out: by_take(out, "pose2sim_static/S00_P00_T00_StaticTrial", "px in the views",
+                         "in the views, px")),
+]
+HEAD = ["recording", "source", "measure", "kinegraph", "DLT", "peer", "identities",
+        "ms a person-frame"]
+
+
+def table(names=()):
+    lines = ["| " + " | ".join(HEAD) + " |", "|" + "---|" * len(HEAD)]
+    for name, source, score in SHOWN:
+        if not names or name.split(",")[0] in names:
+            with tempfile.TemporaryDirectory() as out:
+                lines.append("| " + " | ".join([name, source, *score(out)]) + " |")
+    return "\n".join(lines)
+
+
+if __name__ == "__main__":
+    print(table(sys.argv[1:]))
