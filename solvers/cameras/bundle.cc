@@ -161,6 +161,13 @@ CameraChange InverseSigmas(const BundleOptions& options) {
   return inverse;
 }
 
+// How often the prior of a change counts (BundleOptions::samples_at_once).
+double TimesCounted(int place, double samples_at_once) {
+  const bool is_once =
+      place == kLensAt || place == kOffsetAt || place == kDriftAt;
+  return is_once ? 1.0 : samples_at_once;
+}
+
 // Places of the changes that are estimated: one list a view.
 std::vector<std::vector<int>> FreePlaces(size_t views,
                                          const FreeParameters& free,
@@ -281,7 +288,10 @@ class BundleProblem {
 
   void AddCameras(const std::vector<std::vector<int>>& places,
                   const BundleOptions& options) {
-    const CameraChange inverse = InverseSigmas(options);
+    CameraChange inverse = InverseSigmas(options);
+    for (int i = 0; i < kChangeSize; ++i) {
+      inverse[i] *= std::sqrt(TimesCounted(i, options.samples_at_once));
+    }
     for (size_t v = 0; v < changes_.size(); ++v) {
       problem_.AddParameterBlock(changes_[v].data(), kChangeSize);
       ordering_->AddElementToGroup(changes_[v].data(), 2);
@@ -381,7 +391,8 @@ BundleResult AdjustBundle(const CameraRig& cameras,
   for (size_t s = 0; s < segments.segments.size(); ++s) {
     reduced.Add(problem.WithoutOffsets(s), problem.states()[s], result.changes);
   }
-  reduced.AddPrior(InverseSigmas(options), gauge, kGaugeSigma);
+  reduced.AddPrior(InverseSigmas(options), options.samples_at_once, gauge,
+                   kGaugeSigma);
   result.covariance = reduced.Covariance();
   result.largest_correlation = reduced.LargestCorrelation();
   return result;
@@ -457,6 +468,7 @@ void ReducedSystem::Add(const MotionSegment& segment, const SegmentState& state,
 }
 
 void ReducedSystem::AddPrior(const CameraChange& inverse_sigma,
+                             double samples_at_once,
                              const Eigen::MatrixXd& gauge, double gauge_sigma) {
   // The detector's offsets are eliminated first.
   const double prior = 1.0 / (offset_sigma_m_ * offset_sigma_m_);
@@ -476,10 +488,12 @@ void ReducedSystem::AddPrior(const CameraChange& inverse_sigma,
       const Eigen::Index at = begin_[v] + static_cast<Eigen::Index>(i);
       const int place = places_[v][i];
       const double information = inverse_sigma[place] * inverse_sigma[place];
-      information_(at, at) += information;
-      // What is told has an error too: where it decides the sandwich is as
-      // wide as the prior.
-      prior_scores_(at, at) += information;
+      const double times = TimesCounted(place, samples_at_once);
+      information_(at, at) += times * information;
+      // The score of a prior that counts n times has n^2 times its information
+      // as variance, so that the sandwich is as wide as the prior where that
+      // decides, whatever n is.
+      prior_scores_(at, at) += times * times * information;
       if (gauge.rows() > 0) {
         held.col(at) =
             gauge.col(static_cast<Eigen::Index>(v) * kChangeSize + place);

@@ -35,6 +35,11 @@ struct BundleOptions {
   double lens_sigma = 0.3;
   double offset_sigma_s = 0.5;
   double drift_sigma = 1e-3;
+  // Correlated samples per independent one, at least 1. The information of the
+  // recording counts so many times, and the priors of rotations, centres,
+  // shifts and focal lengths with it; their contribution to the covariance does
+  // not.
+  double samples_at_once = 1.0;
   // Standard deviation of a detector's offsets that last for the recording
   // [m, each axis across the ray]: one of each person, joint and view is
   // estimated with the cameras. 0: none.
@@ -114,10 +119,12 @@ class ReducedSystem {
   const Eigen::MatrixXd& information() const { return information_; }
   Eigen::VectorXd Gradient() const;  // of the cost
 
-  // After the last Add. What the calibration says, and what is held: `gauge`,
-  // rows on all changes below each other, each zero but for `gauge_sigma`.
-  void AddPrior(const CameraChange& inverse_sigma, const Eigen::MatrixXd& gauge,
-                double gauge_sigma);
+  // After the last Add. The priors of the calibration, of which those that do
+  // not concern clocks and lenses count `samples_at_once` times; and what is
+  // held: `gauge`, rows on all changes below each other, each zero but for
+  // `gauge_sigma`.
+  void AddPrior(const CameraChange& inverse_sigma, double samples_at_once,
+                const Eigen::MatrixXd& gauge, double gauge_sigma);
 
   // Covariance of the free parameters. Errors of a detector last, so it is the
   // sandwich over blocks of time (Huber and Ronchetti, Robust Statistics, ch.

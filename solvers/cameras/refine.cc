@@ -324,11 +324,7 @@ DetectionSequence WithClocks(const DetectionSequence& detections,
 
 BundleOptions WithLastingErrors(BundleOptions options,
                                 const SceneSegments& segments) {
-  const double factor = 1.0 / std::sqrt(std::max(1.0, SamplesAtOnce(segments)));
-  options.rotation_sigma_rad *= factor;
-  options.centre_sigma_m *= factor;
-  options.shift_sigma_px *= factor;
-  options.focal_sigma *= factor;
+  options.samples_at_once = std::max(1.0, SamplesAtOnce(segments));
   return options;
 }
 

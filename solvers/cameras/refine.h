@@ -70,8 +70,8 @@ Refinement RefineScene(const CameraRig& cameras,
                        const RefineOptions& options,
                        const BundleOptions& bundle = {});
 
-// A detector's errors last: what a view says of a joint within a second counts
-// once, however many frames and stretches it has. The priors' sigmas for that.
+// Errors of a detector last: what a view observes of a joint within a second is
+// one independent sample, however many frames and segments it has.
 BundleOptions WithLastingErrors(BundleOptions options,
                                 const SceneSegments& segments);
 

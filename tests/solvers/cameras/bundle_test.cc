@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
 #include <cmath>
 #include <vector>
 
@@ -90,6 +91,60 @@ TEST(Bundle, ClocksComeBack) {
         << v;
     EXPECT_LT(sigma_s, 0.004) << v;
   }
+}
+
+// A rotation and a shift of the image are nearly the same to a recording, so
+// that their priors decide how much is the one and how much the other: errors
+// of the shift, over what is stated, where calibrations are drawn from the
+// priors.
+TEST(Bundle, StatedSigmasHoldWherePriorsDecide) {
+  constexpr int kSeeds = 40;
+  BundleOptions options = Quick();
+  options.segments.max_segments = 150;
+  options.rotation_sigma_rad = 0.004;
+  options.shift_sigma_px = 5.0;
+  FreeParameters free;
+  free.rotation = free.shift = true;
+  double sum = 0.0;
+  for (uint64_t seed = 1; seed <= kSeeds; ++seed) {
+    FaultyScene scene = MakeFaultyScene({seed, 4, 2, 4.0});
+    Random random(seed);
+    std::vector<Eigen::Vector2d> shifts_px;
+    for (Camera& camera : scene.cameras) {
+      Eigen::Vector3d turn;
+      for (int i = 0; i < 3; ++i) {
+        turn[i] = options.rotation_sigma_rad * random.Normal();
+      }
+      shifts_px.emplace_back(options.shift_sigma_px * random.Normal(),
+                             options.shift_sigma_px * random.Normal());
+      camera = testing::Shifted(
+          testing::WithExtrinsics(
+              camera,
+              Eigen::AngleAxisd(turn.norm(), turn.normalized()) * camera.R(),
+              Eigen::AngleAxisd(turn.norm(), turn.normalized()) * camera.t()),
+          shifts_px.back().x(), shifts_px.back().y());
+    }
+    const SceneSegments segments = SegmentsOf(scene, options);
+    const BundleOptions lasting = WithLastingErrors(options, segments);
+    ASSERT_GT(lasting.samples_at_once, 4.0);
+    const BundleResult result = Adjusted(scene, segments, free, lasting);
+    ASSERT_TRUE(result.usable);
+    for (size_t v = 0; v < scene.cameras.size(); ++v) {
+      for (int axis = 0; axis < 2; ++axis) {
+        const double off =
+            result.changes[v][kShiftAt + axis] + shifts_px[v][axis];
+        const double sigma = result.Sigma(v, kShiftAt + axis);
+        // The priors decide: the recording alone would know a shift to a
+        // fraction of a pixel.
+        EXPECT_GT(sigma, 0.2 * options.shift_sigma_px);
+        sum += off * off / (sigma * sigma) / (8.0 * kSeeds);
+      }
+    }
+  }
+  // A seed's mean of eight squares has a standard deviation of 2^0.5 at most,
+  // that of 40 seeds 0.22: three of these.
+  EXPECT_GT(sum, 1.0 - 0.67);
+  EXPECT_LT(sum, 1.0 + 0.67);
 }
 
 // Rotations [rad] and logarithms of focal lengths, squared and summed over the
