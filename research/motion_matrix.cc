@@ -55,6 +55,8 @@ const std::vector<DetectorModel>& Detectors() {
   static const std::vector<DetectorModel> kDetectors = {
       {"white2", 2.0, 0.0, 0.0, 40.0, 0.0},
       {"slow4", 4.0, 0.1, 0.02, 40.0, 0.05},
+      {"slow8", 8.0, 0.1, 0.02, 40.0, 0.05},
+      {"slowest8", 8.0, 0.3, 0.02, 40.0, 0.05},
       {"hard8", 8.0, 0.0, 0.05, 40.0, 0.15}};
   return kDetectors;
 }
