@@ -68,7 +68,8 @@ std::string AxesAdvice(const ReadRecording& truth, const ReadRecording& tracks,
                      axes);
 }
 
-// The --unit for the recording whose format leaves its unit open.
+// What gives the recording whose format leaves its unit open the right one; a
+// --unit would be that of both.
 std::string UnitAdvice(const ReadRecording& truth, const ReadRecording& tracks,
                        const OtherWorld& other) {
   for (const auto& [recording, factor] :
@@ -82,8 +83,10 @@ std::string UnitAdvice(const ReadRecording& truth, const ReadRecording& tracks,
                               : *format.unit_m;
     for (const auto& [name, unit_m] : kLengthUnits) {
       if (std::abs(unit_m / (used_m * factor) - 1.0) > 1e-6) continue;
-      return fmt::format("--unit={} for {}", name,
-                         Printable(recording->path, 200));
+      return fmt::format(
+          "`kinegraph convert --in={} --unit={} --to=kinegraph "
+          "--out=NAME.jsonl`",
+          Printable(recording->path, 200), name);
     }
   }
   return "the unit that one of the two files states is wrong";

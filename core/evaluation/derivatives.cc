@@ -44,13 +44,14 @@ OptionalMotion MotionAt(const Joint3d& before, const Joint3d& at,
 }
 
 PersonMotion MotionOf(const std::vector<PersonPair>& pairs,
-                      const JointPairs& joints, double rate_hz) {
+                      const JointPairs& joints, double rate_hz,
+                      int64_t stride) {
   PersonMotion person;
   person.joints.resize(joints.size());
   for (size_t k = 0; k < pairs.size(); ++k) {
     person.frames.push_back(pairs[k].frame);
     const bool inside = k > 0 && k + 1 < pairs.size() &&
-                        pairs[k + 1].frame - pairs[k - 1].frame == 2;
+                        pairs[k + 1].frame - pairs[k - 1].frame == 2 * stride;
     const bool same = inside && pairs[k - 1].found != nullptr &&
                       pairs[k].found != nullptr &&
                       pairs[k + 1].found != nullptr &&
@@ -199,6 +200,19 @@ void AddPeaks(const JointMotion& joint, const std::vector<char>& at_contact,
   }
 }
 
+// Of the frames that are compared: 2 where a truth has every other frame of the
+// tracks. 0: there are none.
+int64_t StrideOf(const std::map<TrackId, std::vector<PersonPair>>& people) {
+  int64_t stride = 0;
+  for (const auto& [id, pairs] : people) {
+    for (size_t k = 1; k < pairs.size(); ++k) {
+      const int64_t step = pairs[k].frame - pairs[k - 1].frame;
+      if (step > 0 && (stride == 0 || step < stride)) stride = step;
+    }
+  }
+  return stride;
+}
+
 }  // namespace
 
 DerivativeResult EvaluateDerivatives(const TrackSequence& truth,
@@ -220,10 +234,12 @@ DerivativeResult EvaluateDerivatives(const TrackSequence& truth,
   for (const JointPair& joint : joints) {
     result.joints.push_back(skeleton.joints()[joint.a]);
   }
-  const int reach =
-      std::max(1, static_cast<int>(std::lround(0.1 * options.rate_hz)));
+  const int64_t stride = StrideOf(people);
+  const double rate_hz =
+      options.rate_hz / static_cast<double>(std::max<int64_t>(1, stride));
+  const int reach = std::max(1, static_cast<int>(std::lround(0.1 * rate_hz)));
   for (const auto& [id, pairs] : people) {
-    PersonMotion person = MotionOf(pairs, joints, options.rate_hz);
+    PersonMotion person = MotionOf(pairs, joints, rate_hz, stride);
     for (size_t j = 0; j < joints.size(); ++j) {
       if (result.joints[j] != "l_ankle" && result.joints[j] != "r_ankle") {
         continue;
@@ -258,7 +274,7 @@ DerivativeResult EvaluateDerivatives(const TrackSequence& truth,
           acceleration.weight += 1.0;
         }
       }
-      AddPeaks(motion, person.at_contact, options.rate_hz,
+      AddPeaks(motion, person.at_contact, rate_hz,
                {{&of_joint[0][j], &of_joint[1][j]}, {&of_all[0], &of_all[1]}});
     }
   }

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <optional>
 #include <tuple>
 #include <utility>
 
@@ -137,6 +138,15 @@ class Pairer {
     same_rate_ =
         std::abs(truth_clock_.rate_hz - tracks_clock_.rate_hz) <=
         kSameRate * std::max(truth_clock_.rate_hz, tracks_clock_.rate_hz);
+    if (const std::optional<TimeNs> drift = DriftOfEqualNumbers()) {
+      PairByNumber();
+      result_.notes.push_back(fmt::format(
+          "{}, {}: frames of equal number have the same time at first and are "
+          "{:.0f} ms apart in the end; frames are paired by number",
+          truth_clock_.Text(names_.truth + " has"),
+          tracks_clock_.Text(names_.tracks), 1e3 * ToSeconds(*drift)));
+      return std::move(result_);
+    }
     if (PairByTime()) {
       NoteTimes();
       return std::move(result_);
@@ -175,6 +185,39 @@ class Pairer {
     for (; found != end; ++found) {
       Add(found->frame, nullptr, &*found);
     }
+  }
+
+  // One rate written in two ways, 30000/1001 and 30 Hz: equal numbers begin at
+  // the same time and end, by the two rates, more than half a frame apart.
+  // Returns that difference; nullopt also where something else parts the times,
+  // such as a pause, which numbers do not show.
+  std::optional<TimeNs> DriftOfEqualNumbers() const {
+    if (!same_rate_) return std::nullopt;
+    std::optional<TimeNs> first, last;
+    int64_t from = 0;
+    int64_t to = 0;
+    auto found = tracks_.frames.begin();
+    for (size_t i = 0; i < truth_.frames.size(); ++i) {
+      const int64_t number = truth_.frames[i].frame;
+      while (found != tracks_.frames.end() && found->frame < number) ++found;
+      if (found == tracks_.frames.end()) break;
+      if (found->frame != number) continue;
+      const auto k = static_cast<size_t>(found - tracks_.frames.begin());
+      last = std::abs(truth_clock_.times[i] - tracks_clock_.times[k]);
+      to = number;
+      if (first.has_value()) continue;
+      first = last;
+      from = number;
+    }
+    if (!last.has_value()) return std::nullopt;
+    const double half_s = 0.5 / tracks_clock_.rate_hz;
+    const double by_rates_s =
+        static_cast<double>(to - from) *
+        std::abs(1.0 / truth_clock_.rate_hz - 1.0 / tracks_clock_.rate_hz);
+    const bool is_drift = ToSeconds(*first) <= half_s &&
+                          ToSeconds(*last) > half_s &&
+                          std::abs(ToSeconds(*last) - by_rates_s) <= half_s;
+    return is_drift ? last : std::nullopt;
   }
 
   // One-to-one, the nearest first. False if no frames coincide.

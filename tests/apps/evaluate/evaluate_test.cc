@@ -305,7 +305,9 @@ TEST_F(EvaluateWalkerTest, OtherUnitsAreNamedWithTheFlagThatMendsThem) {
   const ProgramOutcome refused =
       RunProgram("evaluate", "--protocol=mpjpe" + Against(tracks_, open));
   EXPECT_EQ(refused.exit_code, 2);
-  EXPECT_THAT(refused.errors, HasSubstr("lengths times 0.001: --unit=mm for"));
+  EXPECT_THAT(refused.errors,
+              HasSubstr("lengths times 0.001: `kinegraph convert --in=" + open +
+                        " --unit=mm --to=kinegraph --out=NAME.jsonl`"));
   ExpectPrinted("--protocol=mpjpe --unit=mm" + Against(tracks_, open),
                 {"people found, %: 100.00 (100/100)"});
   ExpectRefused(

@@ -55,6 +55,23 @@ TEST(DerivativesTest, ErrorsAreThoseOfTheDifference) {
   EXPECT_TRUE(std::isnan(result.all[1].velocity_rms_m_s));
 }
 
+// A truth with every other frame: differences over two frames of the tracks.
+TEST(DerivativesTest, TruthAtHalfTheRate) {
+  const auto parabola = [](double a) {
+    return [a](double t) { return Vector3d(a * t * t, 0.0, 0.0); };
+  };
+  const TrackSequence truth = Moving(101, parabola(0.5));
+  TrackSequence half = truth;
+  half.frames.clear();
+  for (size_t k = 0; k < truth.frames.size(); k += 2) {
+    half.frames.push_back(truth.frames[k]);
+  }
+  const DerivativeResult result =
+      EvaluateDerivatives(half, Moving(101, parabola(0.7)), Options());
+  EXPECT_EQ(result.all[0].count, 49 * 14);
+  EXPECT_NEAR(result.all[0].acceleration_rms_m_s2, 0.4, 1e-9);
+}
+
 // Falls at 3 m/s until `at_s`, then stands; rounded off over `round_s`.
 Vector3d Landing(double t, double at_s, double round_s) {
   const double before = t - at_s;

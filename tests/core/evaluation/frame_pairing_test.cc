@@ -188,8 +188,9 @@ TEST(PairFramesTest, NumbersThatBeginElsewhereAreNotCompared) {
   // As written by programs that count from one, or that cut a recording and
   // renumber the rest.
   for (const int64_t first_frame : {1, 50}) {
-    const FramePairing pairing =
-        PairFrames(Walk({25.0, 100, first_frame}), Walk({}));
+    const TrackSequence truth = Walk({25.0, 100, first_frame});
+    const TrackSequence tracks = Walk({});
+    const FramePairing pairing = PairFrames(truth, tracks);
     // Whose times begin at zero at frame 50 keeps its numbers instead.
     const int64_t shift = first_frame == 1 ? 0 : 50;
     EXPECT_EQ(Met(pairing), 100 - shift);
@@ -218,6 +219,37 @@ TEST(PairFramesTest, ClocksThatJitterPairByTheNearest) {
   const FramePairing late = PairFrames(Walk({}), tracks);
   ASSERT_EQ(late.notes.size(), 1u);
   EXPECT_THAT(late.notes[0], HasSubstr("by up to 12 ms"));
+}
+
+// 30000/1001 and 30 Hz are half a frame apart after 501 frames.
+TEST(PairFramesTest, OneRateWrittenInTwoWaysPairsNumbers) {
+  const TrackSequence truth = Walk({30.0, 1800});
+  const TrackSequence tracks = Walk({30000.0 / 1001.0, 1800});
+  const FramePairing pairing = PairFrames(truth, tracks);
+  ASSERT_EQ(pairing.pairs.size(), 1800u);
+  for (const FramePair& pair : pairing.pairs) {
+    ASSERT_NE(pair.truth, nullptr);
+    ASSERT_NE(pair.tracks, nullptr);
+    EXPECT_EQ(pair.truth->frame, pair.tracks->frame);
+  }
+  ASSERT_EQ(pairing.notes.size(), 1u);
+  EXPECT_THAT(pairing.notes[0], AllOf(HasSubstr("30 Hz"), HasSubstr("29.97 Hz"),
+                                      HasSubstr("paired by number")));
+}
+
+// A pause that the numbers do not show parts the times: they count.
+TEST(PairFramesTest, APausePairsTimes) {
+  TrackSequence tracks = Walk({25.0, 60});
+  for (size_t k = 30; k < tracks.frames.size(); ++k) {
+    tracks.frames[k].time += FromSeconds(10 / 25.0);
+  }
+  const TrackSequence truth = Walk({25.0, 100});
+  const FramePairing pairing = PairFrames(truth, tracks);
+  for (const FramePair& pair : pairing.pairs) {
+    if (pair.truth == nullptr || pair.tracks == nullptr) continue;
+    EXPECT_EQ(pair.truth->time, pair.tracks->time);
+  }
+  EXPECT_EQ(Met(pairing), 60);
 }
 
 TEST(PairFramesTest, WhatContradictsItselfIsNoted) {
