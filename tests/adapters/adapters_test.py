@@ -226,6 +226,39 @@ class Files(Adapters):
                 file["edge_inds"] = np.array(edges)
             self.assertEqual(self.lines(path)[0]["skeleton"]["bones"], expected)
 
+    def test_sleap_instances_corrected_by_hand_count(self):
+        path = self.folder / "a.h5"
+        samples.write_sleap(path, 0, own_order=False)
+        before = self.lines(path)
+        with h5py.File(path, "a") as file:
+            file["point_scores"][2, 0] = np.nan
+        after = self.lines(path)
+        person = after[1 + 2]["views"]["a"][0]["joints"]
+        was = before[1 + 2]["views"]["a"][0]["joints"]
+        self.assertEqual(person, [[x, y, 1] for x, y, _ in was])
+        self.assertEqual(after[:3] + after[4:], before[:3] + before[4:])
+
+    def test_a_link_to_nowhere_is_passed_over(self):
+        samples.write_sleap(self.folder / "s/top/take.analysis.h5", 0, True)
+        (self.folder / "s/top/take.mp4").symlink_to("/nowhere")
+        self.assertEqual(self.lines(self.folder / "s")[0]["views"], ["top"])
+
+    def test_actors_for_every_number_must_fit(self):
+        tracks = self.folder / "far.jsonl"
+        joints = [[0.0, 0.0, 1.0]] * 14
+        with open(tracks, "w") as file:
+            file.write(json.dumps({
+                "kinegraph": 1, "units": {"length": "m", "time": "s"}, "frame_rate": 25,
+                "skeleton": {"name": "own", "joints": [f"j{j}" for j in range(14)],
+                             "bones": []}}) + "\n")  # fmt: skip
+            for frame, number in ((0, 0), (900000, 300)):
+                file.write(json.dumps({"frame": frame, "time": frame / 25, "people": [
+                    {"id": number, "joints": joints, "status": ["observed"] * 14}
+                ]}) + "\n")  # fmt: skip
+        done = self.convert(f"--in={tracks}", "--to=tum", f"--out={self.folder / 'far.mat'}")
+        self.assertEqual(done.returncode, 2)
+        self.assertIn("would have 15.2 GB", done.stderr)
+
     def test_names_behind_the_numbers_are_found(self):
         # As in SLEAP's files of more than two seconds.
         path = self.folder / "a.h5"
@@ -323,7 +356,8 @@ class Interface(Adapters):
         own.mkdir()
         shutil.copy(reader, own)
         for flags, settings in (((f"--adapter={reader}",), {}),
-                                ((), {"KINEGRAPH_ADAPTERS": str(own)})):  # fmt: skip
+                                ((), {"KINEGRAPH_ADAPTERS": str(own)}),
+                                ((), {"KINEGRAPH_ADAPTERS": os.path.relpath(own)})):  # fmt: skip
             done = self.convert(*command, *flags, **settings)
             self.assertEqual(done.returncode, 0, done.stderr)
             header, *frames = map(json.loads, out.read_text().splitlines())
@@ -335,6 +369,26 @@ class Interface(Adapters):
                 [{"joints": [[124, 200, 0.1], [125, 201, 0.2], [126, 202, 0.3]]}],
             )
             out.unlink()
+
+    def test_no_input_is_written_over(self):
+        reader = self.reader("#!/bin/sh\n[ $1 = --recognise ] && echo tracks && exit\n"
+                             "cat $0.tracks\n")  # fmt: skip
+        pathlib.Path(f"{reader}.tracks").write_text(
+            '{"kinegraph":1,"units":{"length":"m","time":"s"},"frame_rate":25,'
+            '"skeleton":{"name":"own","joints":["a"],"bones":[]}}\n'
+        )
+        session = self.folder / "session"
+        (session / "a/b/c/d").mkdir(parents=True)  # deeper than sessions are read
+        inputs = [session / name for name in ("m.csv", "a/m.csv", "z/m.csv", "a/b/m.csv")]
+        for path in inputs:
+            path.parent.mkdir(exist_ok=True)
+            path.write_text("x")
+        for path in inputs:
+            done = self.convert(f"--adapter={reader}", f"--in={session}", "--to=csv",
+                                f"--out={path}")  # fmt: skip
+            self.assertEqual(done.returncode, 2, path)
+            self.assertIn("is an input of this command", done.stderr)
+            self.assertEqual(path.read_text(), "x")
 
     def test_no_file_starts_a_program(self):
         marker = self.folder / "started"

@@ -130,11 +130,14 @@ void NoteInputs(const std::string& path) {
     if (opened.get() >= 0) InputFiles::Note(opened.get(), file);
   };
   if (!IsFolder(path)) return note(path);
+  constexpr int kDeepest = 2;  // of the sessions that adapters read
   std::error_code error;
   for (fs::recursive_directory_iterator at(path, error), end; at != end;
        at.increment(error)) {
-    if (error || at.depth() > 2) break;
-    if (at->is_regular_file(error)) note(at->path().string());
+    if (error) throw InputError(path, "", "cannot be read: " + error.message());
+    if (at.depth() == kDeepest) at.disable_recursion_pending();
+    std::error_code none;
+    if (at->is_regular_file(none)) note(at->path().string());
   }
 }
 
@@ -384,8 +387,14 @@ std::string WriteByAdapter(
     // It reads everything before it prints, so neither waits for the other.
     write(FolderOfOpenFiles() + "/" + std::to_string(input.write));
   } catch (const std::exception&) {
-    finish(false);
-    throw;
+    // Where the program has ended, the pipe broke, and its fault is the cause.
+    constexpr int kMoment_ms = 200;
+    const ProcessEnd end = program.Wait(kMoment_ms);
+    if (program.was_ended()) throw;
+    const std::string fault =
+        Fault(end, kOwnProgram, "", LastLine(errors.get()));
+    if (fault.empty()) throw;
+    Throw(path, fault);
   }
   Pipe::Close(&input.write);
   constexpr size_t kMost = size_t{4} << 30;

@@ -14,6 +14,7 @@ file cannot be read, one line on standard error says why.
 
 from __future__ import annotations
 
+import contextlib
 import importlib
 import importlib.util
 import os
@@ -50,6 +51,7 @@ def own_programs():
     folder = os.environ.get("KINEGRAPH_ADAPTERS", "")
     if not folder:
         return []
+    folder = os.path.abspath(folder)
     try:
         names = sorted(os.listdir(folder))
     except OSError as error:
@@ -102,7 +104,9 @@ def limit_memory(path):
         return  # not every system has it
     stored = 0
     for folder, _, files in os.walk(path) if path.is_dir() else [(path.parent, [], [path.name])]:
-        stored += sum(os.path.getsize(os.path.join(folder, name)) for name in files)
+        for name in files:
+            with contextlib.suppress(OSError):  # a link to nowhere
+                stored += os.path.getsize(os.path.join(folder, name))
     limit = pages * os.sysconf("SC_PAGE_SIZE") + (512 << 20) + most_bytes(stored)
     resource.setrlimit(resource.RLIMIT_AS, (limit, limit))
 
@@ -114,7 +118,7 @@ def read(path, name, options):
             raise Refusal(path, "", "is no format that an adapter knows")
         name = found[1]
     if os.path.isabs(name):  # the user's own
-        os.execv(name, [name, *sys.argv[1:]])
+        os.execv(name, [name, *(a for a in sys.argv[1:] if not a.startswith("--format="))])
     limit_memory(path)
     for text in load(name).read(path, options):
         sys.stdout.buffer.write(text)

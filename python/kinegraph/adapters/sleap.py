@@ -122,6 +122,9 @@ def read_view(path):
             scores = in_order(sets, "point_scores", less, AXES[:3])
             if scores.shape != points.shape[:3]:
                 sets.fail("point_scores", "does not fit the tracks")
+            # Instances corrected by hand have no scores.
+            by_hand = np.isnan(scores) & np.isfinite(points).all(axis=3)
+            scores = np.where(by_hand, 1.0, scores)
         if points.size == 0:  # nobody, however many frames it claims
             points, scores = points[:0], scores[:0]
         return labels, bones, np.concatenate([points, scores[..., None]], axis=3)

@@ -16,6 +16,7 @@ VARIABLE = "actor3D"
 JOINTS = 14
 # The official file's shape; also keeps a stray identity from filling the disk.
 MOST_ACTORS, MOST_FRAMES = 1000, 1_000_000
+MOST_BYTES = 1 << 32  # sizes in version 5 of the format have 32 bits
 
 
 def recognise(path):
@@ -94,6 +95,15 @@ def write(lines, out):
             "an actor's number is its place in actorsGT.mat, a frame's too: the largest "
             f"id is {max(ids)}, expected below {MOST_ACTORS}; the last frame {last}, "
             f"expected below {MOST_FRAMES}"
+        )
+    # A cell without anybody takes 56 bytes: its tag, flags, two dimensions and name.
+    poses = sum(map(len, frames.values()))
+    size = 56 * (last + 1) * (max(ids) + 1) + 8 * 3 * count * poses
+    if size > MOST_BYTES:
+        raise ValueError(
+            f"actorsGT.mat would have {size / 1e9:.1f} GB, at most "
+            f"{MOST_BYTES / 1e9:.1f}: it has a cell for every id up to {max(ids)} in "
+            f"every frame up to {last}"
         )
     nobody = np.zeros((count, 0))[:0]
     actors = np.empty((1, max(ids) + 1), dtype=object)
