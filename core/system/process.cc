@@ -9,13 +9,16 @@
 #include <malloc.h>
 #endif
 
+#include <algorithm>
 #include <cerrno>
 #include <climits>
 #include <csignal>
 #include <ctime>
 #include <memory>
+#include <mutex>
 #include <system_error>
 #include <thread>
+#include <vector>
 
 extern char** environ;
 
@@ -61,6 +64,20 @@ ProcessEnd WaitFor(pid_t process) {
   while (waitpid(process, &status, 0) < 0 && errno == EINTR) {
   }
   return EndOf(status);
+}
+
+// Those of RunningProgram, which end with this process where a signal ends it.
+std::mutex programs_mutex;
+
+std::vector<pid_t>& Programs() {
+  static std::vector<pid_t>* const programs = new std::vector<pid_t>();
+  return *programs;
+}
+
+void Forget(pid_t program) {
+  auto& programs = Programs();
+  programs.erase(std::remove(programs.begin(), programs.end(), program),
+                 programs.end());
 }
 
 // `child` never comes back.
@@ -138,7 +155,10 @@ RunningProgram::RunningProgram(std::vector<std::string> words, int input,
   end_.not_started = posix_spawnp(&process, arguments[0], &actions, nullptr,
                                   arguments.data(), environ);
   posix_spawn_file_actions_destroy(&actions);
-  if (end_.not_started == 0) process_ = process;
+  if (end_.not_started != 0) return;
+  process_ = process;
+  const std::lock_guard<std::mutex> lock(programs_mutex);
+  Programs().push_back(process);
 }
 
 RunningProgram::~RunningProgram() { Wait(0); }
@@ -147,7 +167,13 @@ ProcessEnd RunningProgram::Wait(int most_ms) {
   const auto process = static_cast<pid_t>(process_);
   for (int waited_ms = 0; process_ != 0; ++waited_ms) {
     int status = 0;
-    const pid_t ended = waitpid(process, &status, WNOHANG);
+    pid_t ended = 0;
+    {
+      // A number that is waited for may be another program's next.
+      const std::lock_guard<std::mutex> lock(programs_mutex);
+      ended = waitpid(process, &status, WNOHANG);
+      if (ended != 0 && !(ended < 0 && errno == EINTR)) Forget(process);
+    }
     if (ended == process) {
       end_ = EndOf(status);
       process_ = 0;
@@ -155,7 +181,9 @@ ProcessEnd RunningProgram::Wait(int most_ms) {
       process_ = 0;  // somebody else has waited for it
     } else if (waited_ms >= most_ms) {
       kill(process, SIGKILL);
+      const std::lock_guard<std::mutex> lock(programs_mutex);
       end_ = WaitFor(process);
+      Forget(process);
       was_ended_ = true;
       process_ = 0;
     } else {
@@ -250,6 +278,10 @@ const char* SignalName(int number) {
 }
 
 void EndBySignal(int number) {
+  {
+    const std::lock_guard<std::mutex> lock(programs_mutex);
+    for (const pid_t program : Programs()) kill(program, SIGTERM);
+  }
   std::signal(number, SIG_DFL);
   // To the process, whose threads do not block it; then nothing goes on.
   kill(getpid(), number);
