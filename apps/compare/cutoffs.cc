@@ -21,10 +21,14 @@ struct LongestPiece {
   int64_t last_frame = 0;
 
   void Add(int64_t frame, const Eigen::Vector3d& position_m) {
-    if (frame != last_frame + 1) current.clear();
+    if (frame != last_frame + 1) End();
     current.push_back(position_m);
     last_frame = frame;
-    if (current.size() > longest.size()) longest = current;
+  }
+  // After the last frame, too.
+  void End() {
+    if (current.size() > longest.size()) std::swap(longest, current);
+    current.clear();
   }
 };
 
@@ -42,6 +46,7 @@ std::vector<ChosenCutoff> ChooseCutoffs(const CompareResult& result) {
       }
     }
   }
+  for (auto& [key, piece] : pieces) piece.End();
   ButterworthOptions options =
       comparison.options.estimators.filters.butterworth;
   options.on = FilterSignal::kPosition;

@@ -89,7 +89,7 @@ void Stance::See(const PersonPose& person) {
   }
   bodies_.push_back(std::move(body));
   if (bodies_.size() < kMost) return;
-  for (size_t i = 0; 2 * i < bodies_.size(); ++i) {
+  for (size_t i = 1; 2 * i < bodies_.size(); ++i) {
     bodies_[i] = std::move(bodies_[2 * i]);
   }
   bodies_.resize((bodies_.size() + 1) / 2);
