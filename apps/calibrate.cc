@@ -48,9 +48,9 @@ DEFINE_string(distance, "", "distance of two joints [m]: JOINT,JOINT,METRES");
 DEFINE_string(cameras_apart, "",
               "distance of two cameras [m]: VIEW,VIEW,METRES");
 DEFINE_double(frame_rate, 0.0,
-              "frame rate [Hz] where the files do not tell it; never guessed");
+              "frame rate [Hz] if the files do not specify it; never guessed");
 DEFINE_string(skeleton, "",
-              "skeleton of the detections where the file does not tell it");
+              "skeleton of the detections if the file does not specify it");
 DEFINE_string(set, "", "keys to change: key=value;key=value");
 DEFINE_string(to, "kinegraph",
               "format of the calibration (`convert --formats` lists them)");
@@ -332,7 +332,7 @@ std::string FindingsText(const RecordingCalibration& recording,
   return text + LeftOutText(recording.rig) + MetreText(recording, length) +
          "floor      " +
          (recording.ground.has_value() ? "from the feet, z up"
-                                       : "not told: no feet rest on it") +
+                                       : "unknown: no feet rest on it") +
          "\n";
 }
 
@@ -420,7 +420,7 @@ void RunCalibrate() {
   }
   if (!(detections.header.frame_rate_hz > 0.0)) {
     throw InputError(
-        "--frame_rate: not given, and the detections do not tell it [Hz]");
+        "--frame_rate: not given, and the detections do not specify it [Hz]");
   }
   CalibrationInput input = InputOfFlags(options, detections);
   CheckOutput();  // it may be what was read

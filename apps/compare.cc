@@ -51,7 +51,7 @@ DEFINE_string(markers, "",
               "optical markers, or another program's result, as ground truth: "
               "their clock and world are aligned to the tracks of the run");
 DEFINE_string(joints, "",
-              "which markers make a joint (TOML, docs/validate.md); empty: a "
+              "markers that define a joint (TOML, docs/validate.md); empty: a "
               "known marker set, by its labels");
 DEFINE_string(strategies, "", "strategies to run: a,b,...; empty: all");
 DEFINE_string(baseline, kinegraph::kDefaultBaseline,

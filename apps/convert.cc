@@ -20,12 +20,13 @@ DEFINE_string(out, "",
               "file to write, or folder for formats of several files; NAME.trc "
               "is the file of one person");
 DEFINE_string(skeleton, "", "skeleton of the input where it does not tell");
-DEFINE_double(frame_rate, 0.0, "frame rate [Hz] where the input does not tell");
+DEFINE_double(frame_rate, 0.0,
+              "frame rate [Hz] if the input does not specify it");
 DEFINE_string(unit, "",
               "unit of a calibration, or of tracks whose format does not tell "
               "it (BVH): m, cm or mm");
 DEFINE_string(image_size, "",
-              "image size [px] of a calibration that does not tell: W,H");
+              "image size [px] of a calibration without one: W,H");
 DEFINE_string(
     axes, "",
     "world axes that the file's X,Y,Z are, such as x,-z,y: of the format that "

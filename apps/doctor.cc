@@ -86,7 +86,7 @@ DetectionSequence ReadRecording(RunOptions* options, std::string* note) {
   if (recording.header.frame_rate_hz > 0.0) return recording;
   options->input.frame_rate_hz = 25.0;
   *note =
-      "no frame rate is told (input.frame_rate): 25 Hz taken, figures of "
+      "no frame rate is given (input.frame_rate): 25 Hz taken, figures of "
       "clocks are in 25ths of a second";
   return ReadDetections(FLAGS_detections, DetectionOptionsOf(*options));
 }

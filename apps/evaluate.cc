@@ -30,7 +30,7 @@ DEFINE_string(protocol, "",
               "shelf, campus, campus_extended, 4d_association, panoptic, "
               "mpjpe, identity, parity, markers, cameras or held_out_camera");
 DEFINE_string(joints, "",
-              "markers: which markers make a joint (TOML, docs/validate.md); "
+              "markers: markers that define a joint (TOML, docs/validate.md); "
               "empty: a known marker set, by its labels");
 DEFINE_bool(
     plates, false,
@@ -74,9 +74,10 @@ DEFINE_string(runs, "",
 DEFINE_string(folds, "",
               "held_out_camera: two frame ranges A:B,C:D; the detector's bias "
               "is learnt on each and scored on the other");
-DEFINE_string(unit, "",
-              "unit of tracks and ground truth whose format does not tell it "
-              "(BVH): m, cm or mm");
+DEFINE_string(
+    unit, "",
+    "unit of tracks and ground truth whose format does not specify it "
+    "(BVH): m, cm or mm");
 DEFINE_string(json, "", "file to write the result to");
 
 namespace kinegraph {

@@ -31,11 +31,11 @@
 DEFINE_string(cameras, "", "calibration file or folder");
 DEFINE_string(detections, "", "2D detections: a file or a folder");
 DEFINE_double(frame_rate, 0.0,
-              "frame rate [Hz] where the files do not tell it; never guessed");
+              "frame rate [Hz] if the files do not specify it; never guessed");
 DEFINE_string(skeleton, "",
-              "skeleton of the detections where the file does not tell it");
+              "skeleton of the detections if the file does not specify it");
 DEFINE_string(set, "",
-              "what neither file tells, kept in the configuration: "
+              "what neither file specifies, kept in the configuration: "
               "key=value;key=value, such as cameras.image_size=[360,288]");
 DEFINE_string(without_cameras, "", "names of cameras to leave out: a,b");
 DEFINE_string(out, "", "configuration to write (.toml)");
@@ -57,7 +57,7 @@ std::string SizesOf(const CameraRig& cameras) {
       return "images of different sizes";
     }
   }
-  if (first.width_px() == 0) return "image size not told";
+  if (first.width_px() == 0) return "image size not given";
   return fmt::format("{} x {} px", first.width_px(), first.height_px());
 }
 
@@ -195,7 +195,7 @@ std::string ConfigText(const RecordingSurvey& survey) {
       "mode = \"graph\"\n\n[input]\n";
   text += fmt::format(
       "frame_rate = {}  # Hz, {}\n", survey.detections.frame_rate_hz,
-      FLAGS_frame_rate > 0.0 ? "as given" : "as the detections tell");
+      FLAGS_frame_rate > 0.0 ? "as given" : "as in the detections");
   text += "\n[detections]\n";
   const Skeleton& skeleton = survey.detections.skeleton;
   const Skeleton* known = FindSkeleton(skeleton.name());

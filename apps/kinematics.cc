@@ -37,9 +37,10 @@ DEFINE_bool(observed, false,
             "joints that fewer than two views support in a frame count as "
             "missing");
 DEFINE_string(skeleton, "", "skeleton of the tracks where they do not tell");
-DEFINE_double(frame_rate, 0.0, "frame rate [Hz] where the tracks do not tell");
+DEFINE_double(frame_rate, 0.0,
+              "frame rate [Hz] if the tracks do not specify it");
 DEFINE_string(unit, "",
-              "unit of tracks whose format does not tell it (BVH): m, cm or "
+              "unit of tracks whose format does not specify it (BVH): m, cm or "
               "mm");
 
 namespace kinegraph {

@@ -60,7 +60,7 @@ DEFINE_string(doctor, "",
 DEFINE_string(title, "", "heading of the page; default: the tracks' name");
 DEFINE_string(up, "auto", "upward axis: auto, x, y, z, -x, -y or -z");
 DEFINE_string(unit, "",
-              "unit of tracks whose format does not tell it (BVH): m, cm or "
+              "unit of tracks whose format does not specify it (BVH): m, cm or "
               "mm");
 DEFINE_bool(with_covariance, false,
             "keep covariances, for ellipsoids and intervals");

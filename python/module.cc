@@ -1005,7 +1005,7 @@ void BindFiles(py::module_& m) {
       },
       "path"_a, "skeleton"_a = "", "frame_rate_hz"_a = 0.0, Unlocked(),
       "Reads 3D results or a ground truth in any known format. skeleton and\n"
-      "frame_rate_hz [Hz]: where the file does not tell.");
+      "frame_rate_hz [Hz]: if the file does not specify it.");
   m.def("write_tracks", &WriteTracksAs, "path"_a, "tracks"_a, "format"_a = "",
         "names_of"_a = "",
         "Writes 3D poses in any format that is written; without `format` the\n"

@@ -110,7 +110,9 @@ std::string FailureFile(const Task& task, const std::string& out) {
 // The programs of one build are in one folder.
 std::string ProgramOf(const std::string& command) {
   const std::string path = ProgramPath();
-  if (path.empty()) throw std::runtime_error("cannot tell where programs are");
+  if (path.empty()) {
+    throw std::runtime_error("cannot determine where the programs are");
+  }
   return path.substr(0, path.rfind('/') + 1) + "kinegraph-" + command;
 }
 

@@ -70,7 +70,8 @@ InputError UnknownFlag(const std::string& name) {
   }
   if (positive == "frames_out") {
     return InputError(
-        "--frames_out is gone: the page draws on the pictures of --images and "
+        "--frames_out was removed: the page draws on the pictures of --images "
+        "and "
         "saves what it shows as PNG or SVG");
   }
   const std::string shown = "unknown flag --" + Printable(name);

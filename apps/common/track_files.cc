@@ -120,7 +120,7 @@ TrackInput::TrackInput(std::string command, const std::string& unit_flag,
         return LeavesUnitOpen(path);
       })) {
     throw InputError(
-        "--unit belongs to tracks whose format does not tell it, "
+        "--unit belongs to tracks whose format does not specify it, "
         "as BVH; these tell it");
   }
 }

@@ -547,7 +547,7 @@ std::string CompareMarkdown(const CompareResult& result,
   }
   const std::string consistency = ConsistencyTable(result);
   if (!consistency.empty()) {
-    text += "\n## Do the covariances tell the truth?\n\n" + consistency +
+    text += "\n## Coverage of the covariances\n\n" + consistency +
             "\n95 % and 1 are right. Held-out residuals are normalised by "
             "J Sigma J' + sigma^2 with the sigmas of the table [graph].\n";
   }

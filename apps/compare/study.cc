@@ -240,10 +240,11 @@ std::string Cell(const BatchSummary& summary) {
   return WithInterval(summary.mean, summary.interval, 2);
 }
 
-// "better on 3, not told apart on 1, worse on 0 of 4 recordings"
+// "better on 3, no significant difference on 1, worse on 0 of 4 recordings"
 std::string Counts(const StudyVerdict& verdict) {
   return fmt::format(
-      "better on {}, not told apart on {}, worse on {} of {} recordings",
+      "better on {}, no significant difference on {}, worse on {} of {} "
+      "recordings",
       verdict.better, verdict.same, verdict.worse, verdict.recordings);
 }
 

@@ -28,7 +28,7 @@ void CheckCount(const std::string& of, const char* what, size_t found,
 void CheckName(const std::string& of, const std::string& name,
                std::unordered_set<std::string>* seen) {
   if (seen->insert(name).second) return;
-  throw InputError(of + ": '" + Printable(name) + "' stands there twice");
+  throw InputError(of + ": '" + Printable(name) + "' appears twice");
 }
 
 }  // namespace

@@ -434,7 +434,7 @@ void CheckFrameRate(const ConversionOptions& flags,
   constexpr double kAlike = 0.01;  // times of single frames may be inaccurate
   if (std::abs(rate_hz - flags.frame_rate_hz) <= kAlike * rate_hz) return;
   Refuse(
-      "--frame_rate={:g} is for input that does not tell its rate: the "
+      "--frame_rate={:g} is for input that does not specify its rate: the "
       "times in it are those of {:.6g} Hz",
       flags.frame_rate_hz, rate_hz);
 }

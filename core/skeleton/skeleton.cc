@@ -130,7 +130,7 @@ Skeleton::Skeleton(std::string name, std::vector<std::string> joints,
                         "joint " + std::to_string(j) + " has no name");
     }
     if (IndexOf(joints_[j]) != j) {
-      throw OptionError("joints", "'" + joints_[j] + "' stands there twice");
+      throw OptionError("joints", "'" + joints_[j] + "' appears twice");
     }
   }
   for (const Bone& bone : bones_) {

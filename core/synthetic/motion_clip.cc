@@ -28,7 +28,7 @@ std::string FrameName(int64_t frame) {
 std::map<TrackId, Knots> KnotsOf(const MotionClip& clip) {
   std::map<TrackId, Knots> people;
   if (clip.tracks.frames.empty()) {
-    throw InputError(clip.name, "", "no frames: nobody moves in this file");
+    throw InputError(clip.name, "", "no frames: the file contains no motion");
   }
   const std::vector<TrackFrame>& frames = clip.tracks.frames;
   for (size_t f = 0; f < frames.size(); ++f) {
@@ -46,7 +46,7 @@ std::map<TrackId, Knots> KnotsOf(const MotionClip& clip) {
     }
   }
   if (people.empty()) {
-    throw InputError(clip.name, "", "no people: nobody moves in this file");
+    throw InputError(clip.name, "", "no people: the file contains no motion");
   }
   return people;
 }

@@ -70,7 +70,8 @@ SceneModel Checked(SceneModel scene) {
     throw OptionError("cameras", "a scene needs at least one camera");
   }
   if (!(scene.frame_rate_hz > 0.0)) {
-    throw OptionError("input.frame_rate", "not given, and no file tells it");
+    throw OptionError("input.frame_rate",
+                      "not given, and no file specifies it");
   }
   const Limits sensible = Between(1e-3, 1e5);  // from time-lapse to high speed
   if (!sensible.Contains(scene.frame_rate_hz)) {

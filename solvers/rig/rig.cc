@@ -1098,7 +1098,7 @@ class RigEstimate {
         "(standard deviation)",
         deg, 100.0 * share);
     if (!input_.lenses_known && result_.likely_by_lenses >= kLeastLikely) {
-      return "lens: the recording does not tell principal points and "
+      return "lens: the recording does not determine principal points and "
              "distortion "
              "well enough, and with these " +
              off + "; give lenses that are measured (--cameras), or record " +

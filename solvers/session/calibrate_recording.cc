@@ -145,7 +145,7 @@ class Finisher {
     }
     if (!(measured > 0.0)) {
       result_->rig.reasons.push_back(
-          "nothing tells the metre: lengths are arbitrary");
+          "the metre is unknown: lengths are arbitrary");
       result_->scale_sigma = 1.0;
       return;
     }

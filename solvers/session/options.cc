@@ -12,7 +12,7 @@ namespace kinegraph {
 
 void InputOptions::Describe(OptionVisitor& visitor) {
   visitor.Number("frame_rate", &frame_rate_hz, NonNegative(), "Hz",
-                 "nominal frame rate; 0: the files tell it");
+                 "nominal frame rate; 0: as in the files");
   visitor.Integer("repeat_first_frame", &repeat_first_frame, Between(0, 1000),
                   "frames",
                   "how often the first frame is fed before the recording");

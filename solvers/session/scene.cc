@@ -81,7 +81,7 @@ RunScene PrepareScene(const RunOptions& options, const RunRequest& request,
   scene.model.frame_rate_hz = detections.frame_rate_hz;
   if (!(scene.model.frame_rate_hz > 0.0)) {
     throw OptionError("input.frame_rate",
-                      "not given, and the detections do not tell it [Hz]");
+                      "not given, and the detections do not specify it [Hz]");
   }
   scene.model.kept_matches = options.output.observations ? KeptMatches::kWeights
                                                          : request.kept_matches;

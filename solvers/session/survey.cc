@@ -324,7 +324,7 @@ RecordingSurvey SurveyRecording(const SurveyRequest& request) {
   if (!(source->header().frame_rate_hz > 0.0)) {
     throw InputError(
         request.detections, "",
-        "does not tell its frame rate, which is never guessed: give it with "
+        "does not specify its frame rate, which is never guessed: give it with "
         "--frame_rate=HZ");
   }
   PairViews(source->header().view_names, request.options.cameras, &survey);

@@ -190,7 +190,7 @@ TEST(Convert, BadUsageIsOneLineAndExitTwo) {
            {"--to=krt --skeleton=coco17", cameras, to_out,
             "--skeleton belongs to"},
            {"--to=csv --frame_rate=61", tracks, to_out,
-            "--frame_rate=61 is for input that does not tell its rate"},
+            "--frame_rate=61 is for input that does not specify its rate"},
            {"--to=trc --axes=x,z,y", tracks, to_out, "mirror image"},
            {"--to=csv --skeleton=octopus", tracks, to_out, "--skeleton"},
            {"--to=krt --set=cameras.unitt=cm", cameras, to_out, "cameras.unit"},

@@ -36,7 +36,7 @@ CalibrationFile ReadFile(const std::string& path, const std::string& name) {
       head.is_folder
           ? "is a folder without calibration.toml, intri.yml, P0.txt or other "
             "files of a known calibration format"
-          : "is no calibration in a known format (cameras.format can name "
+          : "is not a calibration in a known format (cameras.format can name "
             "one)");
 }
 
@@ -241,17 +241,18 @@ void CameraReadOptions::Describe(OptionVisitor& visitor) {
   const std::vector<std::string> names = CalibrationFormatNames();
   const auto at = std::find(names.begin(), names.end(), format);
   int index = at == names.end() ? 0 : static_cast<int>(at - names.begin());
-  visitor.ChoiceIndex("format", &index, names,
-                      "format of the calibration; auto tells it by content");
+  visitor.ChoiceIndex(
+      "format", &index, names,
+      "format of the calibration; auto recognises it by content");
   format = names[static_cast<size_t>(index)];
   visitor.Choice("unit", &unit, {"auto", "m", "cm", "mm"},
                  "unit of the calibration's lengths; auto is the format's own");
   visitor.NumberList("image_size", &image_size, Positive(), "px",
-                     "width and height where the calibration does not tell");
+                     "width and height if the calibration does not specify it");
   visitor.Boolean("ignore_distortion", &ignore_distortion,
                   "take every lens as an ideal pinhole");
   visitor.TextList("use", &use, "names of the cameras to use; empty: all");
-  visitor.TextMap("map", &map, "camera of a view, where names do not tell");
+  visitor.TextMap("map", &map, "camera of a view, where names do not match");
 }
 
 CameraRig ReadCameras(const std::string& path,

@@ -121,7 +121,7 @@ void WriteTum(const std::string& path, const CameraRig& cameras,
     const Camera& camera = cameras[c];
     if (camera.lens() != nullptr) {
       throw CannotWrite(camera,
-                        "has a lens, which a projection matrix cannot say "
+                        "has a lens, which a projection matrix cannot express "
                         "(cameras.ignore_distortion = true leaves it out)");
     }
     const std::string name = "P" + std::to_string(c);

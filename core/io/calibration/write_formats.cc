@@ -28,7 +28,7 @@ void WriteCalibration(const std::string& path, const std::string& format,
 void NoteUnknownSizes(const CameraRig& cameras, LostFields* lost_fields) {
   if (std::all_of(cameras.begin(), cameras.end(), HasSize)) return;
   lost_fields->push_back(
-      "image sizes that the input does not tell are left out; other "
+      "image sizes that the input does not specify are left out; other "
       "programs may need them (--image_size=W,H)");
 }
 
@@ -38,7 +38,7 @@ void CheckSkew(const Camera& camera) {
   // degrees by no more than itself, far below what a calibration knows.
   constexpr double kRoundingPx = 0.01;
   if (std::abs(camera.K()(0, 1)) > kRoundingPx) {
-    throw CannotWrite(camera, "a skewed K cannot be said in this format");
+    throw CannotWrite(camera, "a skewed K cannot be expressed in this format");
   }
 }
 
@@ -62,9 +62,10 @@ Eigen::Matrix<double, 5, 1> OpenCvCoefficients(const Camera& camera) {
   if (camera.lens() == nullptr) return coefficients;
   const std::vector<double> parameters = camera.lens()->parameters();
   if (camera.lens()->model() != "opencv5" || parameters.size() != 5) {
-    throw CannotWrite(camera, "the lens model '" + camera.lens()->model() +
-                                  "' cannot be said in this format; kinegraph, "
-                                  "pose2sim, opencv and colmap can");
+    throw CannotWrite(camera,
+                      "the lens model '" + camera.lens()->model() +
+                          "' cannot be expressed in this format; kinegraph, "
+                          "pose2sim, opencv and colmap can");
   }
   std::copy(parameters.begin(), parameters.end(), coefficients.data());
   return coefficients;

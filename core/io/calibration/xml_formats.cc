@@ -249,7 +249,7 @@ std::vector<double> LensOf(const XmlElement& frame,
   const double gap_px =
       focal_px * (ideal * k - displaced).cwiseAbs().maxCoeff();
   if (!(gap_px <= kLargestGapPx)) {
-    frame.Fail("the radial terms cannot be said by OpenCV's: " +
+    frame.Fail("the radial terms cannot be expressed by OpenCV's: " +
                std::to_string(gap_px) + " px apart");
   }
   return {k[0], k[1], 0.0, 0.0, k[2]};

@@ -67,7 +67,7 @@ std::unique_ptr<DetectionSource> ReadLongcwFile(
         ReadLongcwTime(Required(object, "timestamp"), header.frame_rate_hz);
     if (!seen.emplace(time.frame, view_idx).second) {
       throw InputError("frame " + std::to_string(time.frame) +
-                       " stands there twice for this camera");
+                       " appears twice for this camera");
     }
     DetectionFrame* frame = collector.Touch(time.frame);
     frame->time = time.time;
@@ -122,7 +122,7 @@ void WriteLongcw(const std::string& path, const DetectionWriteOptions& options,
   RequireLongcwRate(header.frame_rate_hz);
   if (size.width_px <= 0 || size.height_px <= 0) {
     throw InputError(
-        "longcw's files tell the image size, which detections do not have "
+        "longcw's files contain the image size, which detections do not have "
         "(--image_size=W,H)");
   }
   AtomicFile file(path);

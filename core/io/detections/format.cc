@@ -83,7 +83,7 @@ const std::vector<DetectionFormat>& DetectionFormats() {
       {"caliscope", "Caliscope's xy_TRACKER.csv, or the folder of its session",
        ".csv", Files::kSession, nullptr, OpenOurs<kCaliscope>},
       {"openpose",
-       "a folder a view, a file a frame (OpenPose, Pose2Sim, Sports2D)",
+       "one folder per view, one file per frame (OpenPose, Pose2Sim, Sports2D)",
        ".json", Files::kFolderAView, RecogniseOpenpose, OpenOpenpose,
        WriteOpenpose},
       {"coco", "COCO results, a file a view (AlphaPose too)", ".json",

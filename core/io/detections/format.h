@@ -54,7 +54,7 @@ struct DetectionFormat {
   enum class Files {
     kOne,          // the whole recording
     kFileAView,    // a folder with a file a view; one alone is a view
-    kFolderAView,  // a folder with a folder a view, a file a frame
+    kFolderAView,  // a folder with one folder per view, one file per frame
     kSession,      // the whole recording, found in the folder of its session
   };
 

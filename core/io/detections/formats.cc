@@ -68,7 +68,7 @@ NamedPaths ListViewFiles(const std::string& path,
   }
   if (files.empty()) {
     throw InputError(path, "",
-                     "holds no " + extension + " files, expected one a view");
+                     "holds no " + extension + " files, expected one per view");
   }
   SortByName(&files);
   return files;
@@ -306,7 +306,7 @@ void WriteFrames(DetectionSource* source, bool skeleton_told,
   };
   note(header.frame_rate_hz > 0.0 && !rate_told, "the frame rate is not kept");
   note(own_times, "times other than frame / frame rate are not kept");
-  note(!skeleton_told, "the file does not tell the skeleton '" +
+  note(!skeleton_told, "the file does not specify the skeleton '" +
                            header.skeleton.name() +
                            "': name it when reading (detections.skeleton)");
   note(zero_confidence_joints > 0,

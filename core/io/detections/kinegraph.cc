@@ -195,7 +195,7 @@ class KinegraphSource : public DetectionSource {
       const size_t view_idx = ViewOf(field.key);
       if (seen_views_[view_idx]) {
         throw InputError("views: '" + header_.view_names[view_idx] +
-                         "' stands there twice");
+                         "' appears twice");
       }
       seen_views_[view_idx] = true;
       std::vector<Detection>& detections = frame->views[view_idx].detections;

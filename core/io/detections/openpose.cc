@@ -53,7 +53,8 @@ OpenPoseView ListFrames(const std::string& folder) {
                             name);
   }
   if (view.files.empty()) {
-    throw InputError(folder, "", "holds no .json files, expected one a frame");
+    throw InputError(folder, "",
+                     "holds no .json files, expected one per frame");
   }
   std::sort(view.files.begin(), view.files.end());
   const auto twice = std::adjacent_find(
@@ -62,7 +63,7 @@ OpenPoseView ListFrames(const std::string& folder) {
   if (twice == view.files.end()) return view;
   throw InputError(
       folder, "frame " + std::to_string(twice->first),
-      "stands there twice: " + twice->second + ", " + std::next(twice)->second);
+      "appears twice: " + twice->second + ", " + std::next(twice)->second);
 }
 
 // BODY_25 before all others: OpenPose's own.

@@ -74,10 +74,11 @@ DetectionReadOptions Checked(DetectionReadOptions options) {
   const std::vector<std::string> names = FormatNames();
   throw InputError(
       path, "",
-      fmt::format("is no known detection format, expected one of {} (`convert "
-                  "--formats` says what they are){}",
-                  fmt::join(names.begin() + 1, names.end(), ", "),
-                  WayOnFrom(head.HasKey("3d_pairs") ? "smap" : "")));
+      fmt::format(
+          "is not a known detection format, expected one of {} (`convert "
+          "--formats` says what they are){}",
+          fmt::join(names.begin() + 1, names.end(), ", "),
+          WayOnFrom(head.HasKey("3d_pairs") ? "smap" : "")));
 }
 
 void CheckWhole(const DetectionHead& head, const DetectionFormat& format) {
@@ -381,7 +382,7 @@ void DetectionReadOptions::Describe(OptionVisitor& visitor) {
       "format of the detections; auto recognises it by content");
   format = names[static_cast<size_t>(index)];
   visitor.Text("skeleton", &skeleton_name,
-               "skeleton of the detections where the file does not tell it");
+               "skeleton of the detections if the file does not specify it");
   visitor.Choice("zero_confidence", &zero_confidence, {"missing", "position"},
                  "what a joint with confidence 0, or at exactly (0, 0), is");
   visitor.TextList("exchange_sides", &exchange_sides,

@@ -355,7 +355,7 @@ const char* ToString(PairedBy paired_by) {
     case PairedBy::kWithin:
       return "by the name of one within the other's";
     case PairedBy::kDistinct:
-      return "by what tells their names apart";
+      return "by the distinct parts of their names";
     case PairedBy::kNumber:
       return "by the last number in their names";
     case PairedBy::kOrder:

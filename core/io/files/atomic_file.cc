@@ -166,7 +166,7 @@ void CheckNewFolder(const std::string& path, const std::string& target) {
     return;
   }
   throw InputError(path, "",
-                   "is there already, expected the name of a new folder");
+                   "exists already, expected the name of a new folder");
 }
 
 // Flushes a file, or a folder with its contents, to disk.

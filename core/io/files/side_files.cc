@@ -139,7 +139,7 @@ std::string SideFileOf(const std::string& tracks_path, const std::string& end,
   const std::string found = FingerprintIn(path);
   if (!found.empty() && found == FingerprintOfTracks(tracks_path)) return path;
   notes->push_back(path +
-                   (found.empty() ? ": does not say of which tracks it is"
+                   (found.empty() ? ": does not name its tracks"
                                   : ": belongs to other tracks") +
                    ", and is left out; track again to have it anew");
   return "";

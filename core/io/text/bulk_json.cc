@@ -215,7 +215,7 @@ void FailMissing(std::string_view key) {
 }
 
 void FailTwice(std::string_view key) {
-  throw InputError(std::string(key) + ": stands there twice");
+  throw InputError(std::string(key) + ": appears twice");
 }
 
 void AsNumbers(JsonValue value, std::string_view key, size_t count,

@@ -266,7 +266,7 @@ Skeleton SkeletonOfLabels(const std::vector<std::string>& labels,
   std::set<std::string> once;
   for (const std::string& label : labels) {
     if (once.insert(label).second) continue;
-    throw InputError("joints: '" + Printable(label) + "' stands there twice");
+    throw InputError("joints: '" + Printable(label) + "' appears twice");
   }
   const std::vector<std::string> joints = OurJointNames(labels);
   try {

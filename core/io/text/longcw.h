@@ -36,7 +36,8 @@ inline LongcwTime ReadLongcwTime(JsonValue value, double frame_rate_hz) {
 inline void RequireLongcwRate(double frame_rate_hz) {
   if (frame_rate_hz > 0.0) return;
   throw InputError(
-      "longcw's files tell times, so a frame rate is needed, which the input "
+      "longcw's files contain times, so a frame rate is needed, which the "
+      "input "
       "does not tell (--frame_rate=HZ)");
 }
 inline void RequireLongcwTime(int64_t frame, TimeNs time,

@@ -122,7 +122,7 @@ std::vector<std::string> ListScenes(const std::string& path) {
 void ReadPanopticFrame(JsonValue root, int64_t frame,
                        TrackCollector* collector) {
   if (!collector->Touch(frame)->people.empty()) {
-    Refuse("frame {} stands there twice", frame);
+    Refuse("frame {} appears twice", frame);
   }
   const JsonArray bodies =
       AsArray(Required(AsObject(root, kOutermost), "bodies"), "bodies");

@@ -187,7 +187,7 @@ TrackSequence ReadLongcw(JsonValue outermost, const TrackReadOptions& options,
     const LongcwTime time = ReadLongcwTime(Required(frame, "timestamp"),
                                            collector.header().frame_rate_hz);
     if (!seen.insert(time.frame).second) {
-      Refuse("frame {} stands there twice", time.frame);
+      Refuse("frame {} appears twice", time.frame);
     }
     collector.Touch(time.frame)->time = time.time;
     for (const JsonValue value : poses) {

@@ -337,7 +337,7 @@ class KinegraphTrackReader {
       PersonPose person;
       ReadPerson(AsObject(element, key), &person);
       if (FindPerson(frame, person.id) != nullptr) {
-        Refuse("people: id {} stands there twice", person.id.value());
+        Refuse("people: id {} appears twice", person.id.value());
       }
       frame->people.push_back(std::move(person));
     }
@@ -426,7 +426,7 @@ class KinegraphTrackReader {
       match.detection_idx =
           static_cast<int>(AsInteger(field.value, key, 0, kMaxInt));
       if (MatchOf(match.view_idx, person) != nullptr) {
-        Refuse("matches: '{}' stands there twice",
+        Refuse("matches: '{}' appears twice",
                Printable(std::string(field.key)));
       }
       person->matches.push_back(match);
@@ -441,7 +441,7 @@ class KinegraphTrackReader {
   void CheckLength(size_t found, std::string_view key) const {
     const size_t expected = header_.skeleton.joints().size();
     if (found != expected) {
-      Refuse("{}: found {} entries, expected one a joint, {}", key, found,
+      Refuse("{}: found {} entries, expected one per joint, {}", key, found,
              expected);
     }
   }
@@ -478,7 +478,7 @@ class KinegraphTrackReader {
     for (const auto field : weights) {
       ViewMatch* match = MatchOf(ViewOf(field.key), person);
       if (match == nullptr || !match->weights.empty()) {
-        Refuse("weights: '{}' stands there twice or has no match",
+        Refuse("weights: '{}' appears twice or has no match",
                Printable(std::string(field.key)));
       }
       for (const JsonValue weight : AsArray(field.value, "weights")) {

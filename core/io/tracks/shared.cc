@@ -127,7 +127,7 @@ TrackFrame* TrackCollector::Touch(int64_t frame_number) {
 PersonPose* TrackCollector::Add(int64_t frame, TrackId id) {
   TrackFrame* at = Touch(frame);
   if (FindPerson(at, id) != nullptr) {
-    Refuse("frame {}: person {} stands there twice", frame, id.value());
+    Refuse("frame {}: person {} appears twice", frame, id.value());
   }
   PersonPose& person = at->people.emplace_back();
   person.id = id;
@@ -192,7 +192,7 @@ double RequireFrameRate(const TrackSequence& tracks,
                         const std::string& format) {
   if (tracks.header.frame_rate_hz > 0.0) return tracks.header.frame_rate_hz;
   Refuse(
-      "{} needs a frame rate, which the input does not tell "
+      "{} needs a frame rate, which the input does not specify "
       "(--frame_rate=HZ)",
       format);
 }
@@ -210,7 +210,7 @@ std::vector<int64_t> IdsOf(const TrackSequence& tracks) {
 std::vector<int64_t> RequirePeople(const TrackSequence& tracks) {
   std::vector<int64_t> ids = IdsOf(tracks);
   if (!ids.empty()) return ids;
-  throw InputError("the tracks have nobody in them, nothing to write");
+  throw InputError("the tracks contain no people, nothing to write");
 }
 
 std::optional<TrackId> PersonIdOf(std::string_view text) {
@@ -360,7 +360,7 @@ void NoteLosses(const TrackContents& contents,
                 "inferred joints read back as observed"},
                {Loss::kEmptyFrames, contents.empty_frames > 0,
                 std::to_string(contents.empty_frames) +
-                    " frames with nobody in them are not kept"},
+                    " frames without people are not kept"},
                {Loss::kClock, contents.has_clock,
                 "times and frame rate are not kept: name the rate when reading "
                 "(--frame_rate=HZ)"},
@@ -399,7 +399,7 @@ void NoteRenumbering(const TrackSequence& tracks, int64_t first_lost,
 }
 
 void NoteSkeleton(const TrackSequence& tracks, LostFields* lost_fields) {
-  lost_fields->push_back("the file does not tell the skeleton '" +
+  lost_fields->push_back("the file does not specify the skeleton '" +
                          tracks.header.skeleton.name() +
                          "': name it when reading (--skeleton)");
 }

@@ -217,7 +217,7 @@ void NoteAddedRows(const TrackSequence& tracks, size_t row_count,
 // anew by the format's readers.
 void NoteRenumbering(const TrackSequence& tracks, int64_t first_lost,
                      LostFields* lost_fields);
-// That the file does not tell the skeleton.
+// That the file does not specify the skeleton.
 void NoteSkeleton(const TrackSequence& tracks, LostFields* lost_fields);
 
 }  // namespace kinegraph

@@ -158,7 +158,7 @@ class CsvTrackReader {
     }
     const auto joint = static_cast<size_t>(index);
     if (seen_[joint]) {
-      Refuse("joint '{}' stands there twice", Printable(cell(kJoint)));
+      Refuse("joint '{}' appears twice", Printable(cell(kJoint)));
     }
     seen_[joint] = true;
     ReadJoint(cell, joint);

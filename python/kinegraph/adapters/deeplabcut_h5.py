@@ -97,7 +97,7 @@ def read(path, options):
         frames = rows["index"].astype(float)
         values = rows["values_block_0"].astype(float).reshape(len(rows), -1)
         if frames.ndim != 1:
-            sets.fail(TABLE, "index: expected one number a frame")
+            sets.fail(TABLE, "index: expected one number per frame")
         if values.shape[1] != len(names) and len(rows) > 0:
             sets.fail(
                 TABLE,

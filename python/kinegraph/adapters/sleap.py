@@ -31,7 +31,7 @@ def session_files(path):
         analyses = analyses_in(folder)
         if len(analyses) > 1:
             raise Refusal(
-                folder, "", f"holds {len(analyses)} analyses, expected one a camera"
+                folder, "", f"holds {len(analyses)} analyses, expected one per camera"
             )
         found += [(folder.name, analysis) for analysis in analyses]
     return found

@@ -88,7 +88,7 @@ def write(lines, out):
         frames[frame["frame"]] = people
     ids = {person for people in frames.values() for person in people}
     if not ids:
-        raise ValueError("the tracks have nobody in them")
+        raise ValueError("the tracks contain no people")
     last = max(frames)
     if max(ids) >= MOST_ACTORS or last >= MOST_FRAMES:
         raise ValueError(

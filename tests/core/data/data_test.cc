@@ -87,7 +87,7 @@ TEST(Checks, HeadersAndFramesKeepTheBoundsOfFiles) {
                 HasSubstr("time: is out of range"));
   }
   header.view_names = {"a", "a"};
-  EXPECT_THAT(refused(), HasSubstr("'a' stands there twice"));
+  EXPECT_THAT(refused(), HasSubstr("'a' appears twice"));
 }
 
 TEST(Checks, EachCameraHasANameOfItsOwn) {
@@ -95,7 +95,7 @@ TEST(Checks, EachCameraHasANameOfItsOwn) {
   EXPECT_THAT(ErrorOf([&] { CheckCameraNames(cameras); }), IsEmpty());
   cameras[1] = cameras[0];
   EXPECT_THAT(ErrorOf([&] { CheckCameraNames(cameras); }),
-              HasSubstr("stands there twice"));
+              HasSubstr("appears twice"));
 }
 
 TEST(EditOp, NamesReadBack) {

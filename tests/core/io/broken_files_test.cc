@@ -233,7 +233,7 @@ TEST(BrokenFiles, FoldersOfDetections) {
   Check(kDetections,
         {{"t/cam0/a_1_keypoints.json", OpenPose(75)},
          {"t/cam0/b_01_keypoints.json", OpenPose(75)}},
-        "t", "frame 1: stands there twice");
+        "t", "frame 1: appears twice");
   Check(kDetections, {{"a_1_keypoints.json", OpenPose(75)}},
         "a_1_keypoints.json", "one OpenPose frame");
   Check(kDetections, {{"t/ours.json", Detections()}}, "t", "whole recording");
@@ -279,14 +279,14 @@ TEST(BrokenFiles, Detections) {
             "line 1: kinegraph_detections: found 2, expected 1 .. 1"},
            {header("detections\": 1", "detections\": \"1\""), "found a text"},
            {header("\"frame_rate\"", "\"views\": [\"x\"], \"frame_rate\""),
-            "line 1: views: stands there twice"},
+            "line 1: views: appears twice"},
            {header("\"cam0\", \"cam1\"", ""), "views: is empty"},
-           {header("cam1", "cam0"), "'cam0' stands there twice"},
+           {header("cam1", "cam0"), "'cam0' appears twice"},
            {header("\"cam0\"", "0"), "views: found a number"},
            {header("\"skeleton\"", "\"skull\""), "skeleton: is missing"},
            {header(kSkeletonText.c_str(), "\"coco17\""),
             "skeleton: found a text, expected an object"},
-           {header("\"b\"", "\"a\""), "'a' stands there twice"},
+           {header("\"b\"", "\"a\""), "'a' appears twice"},
            {header("\"a\", \"b\"", ""), "joints"},
            {header("[0, 1]", "[0, 2]"), "bones"},
            {header("[0, 1]", "[0, 1, 0]"), "bones"},
@@ -299,9 +299,9 @@ TEST(BrokenFiles, Detections) {
             "line 3: time: found 0.040000 after 0.040000"},
            {line("\"frame\": 1", "\"frame\": -1"), "line 2: frame: found -1"},
            {line("\"time\"", "\"frame\": 2, \"time\""),
-            "line 2: frame: stands there twice"},
+            "line 2: frame: appears twice"},
            {line("{\"cam1\"", "{\"cam1\": [], \"cam1\""),
-            "'cam1' stands there twice"},
+            "'cam1' appears twice"},
            {line("\"cam1\"", "\"cam7\""), "'cam7' is not named in the header"},
            {line("{\"cam1\": 0.05", "{\"cam7\": 0.05"), "cam7"},
            {line("0.05", "\"0\""), "capture_times: found a text"},
@@ -335,7 +335,7 @@ TEST(BrokenFiles, Tracks) {
     return Replaced(FourDAssociation(), what, with);
   };
   Check(kTracks, {}, "nowhere", "No such file");
-  Check(kTracks, {{"x/y", ""}}, "x", "is no known format of tracks");
+  Check(kTracks, {{"x/y", ""}}, "x", "is not a known format of tracks");
   for (const Case& broken : std::vector<Case>{
            {"", "no known format"},
            {"{\"x\": 1}", "no known format"},
@@ -347,9 +347,9 @@ TEST(BrokenFiles, Tracks) {
            {header("{\"a\": 1}", "[1]"), "config: found an array"},
            {header("\"paper\"", "7"), "mode: found a number"},
            {header("\"mode\"", "\"mode\": \"graph\", \"mode\""),
-            "mode: stands there twice"},
+            "mode: appears twice"},
            {TrackHeaderLine() + TrackLine(kPersonText + ", " + kPersonText),
-            "line 2: people: id 2 stands there twice"},
+            "line 2: people: id 2 appears twice"},
            {person("\"id\": 2", "\"id\": -2"), "id: found -2"},
            {person("\"id\": 2", "\"id\": 18446744073709551615"), "id: "},
            {person("\"id\": 2", "\"no\": 2"), "id: is missing"},
@@ -369,14 +369,13 @@ TEST(BrokenFiles, Tracks) {
            {person("[2, 0]", "[2, -1]"), "views: found -1"},
            {person("[2, 0]", "[2, 0, 0]"), "views: found 3"},
            {person("{\"cam0\": 1}", "{\"cam0\": 1, \"cam0\": 2}"),
-            "matches: 'cam0' stands there twice"},
+            "matches: 'cam0' appears twice"},
            {person("\"cam0\": 1", "\"cam0\": \"1\""), "matches: found a text"},
            {person("\"matches\": {\"cam0\": 1}", "\"matches\": {}"),
             "has no match"},
            {person("[1, null]", "[1]"), "weights: found 1"},
            {person("0.5", "null"), "score: found null"},
-           {person("\"score\"", "\"id\": 3, \"score\""),
-            "id: stands there twice"},
+           {person("\"score\"", "\"id\": 3, \"score\""), "id: appears twice"},
            {Tracks() + TrackLine(""), "line 3: frame: found 1 after 1"},
            {TrackHeaderLine() + "{\"frame\": 1}", "people: is missing"},
            {Tracks().substr(0, Tracks().size() - 9), "line 2: "},
@@ -394,7 +393,7 @@ TEST(BrokenFiles, Tracks) {
            {gt("15 2", "16 2"), "found 16 joints"},
            {gt("15 2", "0 2"), "number of joints"},
            {"15 1\n2\n" + Repeat("3 " + Repeat("0", 60, " "), 2, "\n"),
-            "person 3 stands there twice"},
+            "person 3 appears twice"},
            {Replaced(Longcw3d(), "\"id\": 1", "\"id\": -1"), "entry 0: id"},
            {Replaced(Longcw3d(), "\"id\": 1", "\"id\": 118446744073709551615"),
             "valid JSON"},
@@ -404,7 +403,7 @@ TEST(BrokenFiles, Tracks) {
            {Replaced(Longcw3d(), "0.04", "-0.04"), "timestamp"},
            {"[{\"timestamp\": 1, \"poses\": []}, "
             "{\"timestamp\": 1.01, \"poses\": []}]",
-            "entry 1: frame 25 stands there twice"},
+            "entry 1: frame 25 appears twice"},
            {Coco(), "poses: is missing"},
            {Replaced(Poses(), "\"m\"", "\"mm\""), "unit: found 'mm'"},
            {Replaced(Poses(), "3,", "-3,"), "poses[0]: frame: found -3"},
@@ -413,15 +412,15 @@ TEST(BrokenFiles, Tracks) {
            {Replaced(Poses(), "[{",
                      "[{\"frame\": 3, \"id\": 0, \"joints\": [" +
                          Repeat("null", 17) + "]}, {"),
-            "poses[1]: frame 3: person 0 stands there twice"},
+            "poses[1]: frame 3: person 0 appears twice"},
            {Panoptic(), "frame number", "body.json"},
            {Replaced(Panoptic(), "1, 2, 3, ", ""), "joints19: found 73 numbers",
             "body_1.json"},
            {Replaced(
                 Panoptic(), "[{",
                 "[{\"id\": 4, \"joints19\": [" + Repeat("0", 76) + "]}, {"),
-            "person 4 stands there twice", "body_1.json"},
-           {"MATLAB rules", "is no known format of tracks"},
+            "person 4 appears twice", "body_1.json"},
+           {"MATLAB rules", "is not a known format of tracks"},
            {"MATLAB 5.0" + std::string(116, ' ') + "IM", "is truncated"},
            {"MATLAB 5.0" + std::string(116, ' ') + "MI",
             "is truncated or damaged"},

@@ -110,7 +110,7 @@ TEST(JointNames, AreAllDifferentHoweverTheyAreSpelt) {
       [] {
         SkeletonOfLabels({"LHip", "tail", "LHip"});
       },
-      "joints: 'LHip' stands there twice");
+      "joints: 'LHip' appears twice");
 }
 
 TEST(JointNames, OfSmplAreTheirsAndOurs) {

@@ -337,8 +337,7 @@ TEST(TracksCsv, ErrorsNameFileAndLine) {
        {"1.5,0,0,a,1,2,3,observed\n", "frame: found"},
        {"1,0,-1,a,1,2,3,observed\n", "id: found"},
        {row + row, "line 3: joint 'a' stands there"},
-       {row + "1,0,1,a,1,2,3,observed\n" + row,
-        "person 0 stands there twice"}});
+       {row + "1,0,1,a,1,2,3,observed\n" + row, "person 0 appears twice"}});
 }
 
 // Arrays as NumPy itself writes them, with its own choices in the archive.
