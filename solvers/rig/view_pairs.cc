@@ -15,6 +15,12 @@ constexpr int kLagsTried = 6;          // besides none
 // one are tried too, up to twenty.
 constexpr double kNearlyAlike = 0.75;
 constexpr int kMostLagsTried = 20;
+// A pair is undecided where another explanation has this share of the evidence
+// of the best one. Whoever walks rounds at a constant speed looks, some strides
+// later, like a person seen from elsewhere: a wrong lag then explains one
+// person as well as another wrong lag does, and the right one, which explains
+// everybody, may be less alike than all of those.
+constexpr double kUndecided = 0.8;
 constexpr int kDraws = 160;  // of a sample, for each lag
 constexpr int kRefined = 3;  // of the best poses, for each lag
 // Distances in sizes of the person (some 1.8 m): a decimetre while searching,
@@ -170,18 +176,15 @@ class PairSearch {
     pair.a = a;
     pair.b = b;
     std::vector<Explanation> found;
-    for (const int lag : LikelyLags()) {
-      for (Explanation& one : TryLag(lag)) found.push_back(std::move(one));
+    const LagsToTry lags = MakeLagsToTry();
+    TryLags(lags.likely, &found);
+    const Explanation first = BestOf(found);
+    if (RivalTo(first, found) > kUndecided * first.score) {
+      TryLags(lags.others, &found);
     }
     if (found.empty()) return pair;
-    const auto less = [](const Explanation& x, const Explanation& y) {
-      return x.score < y.score;
-    };
-    Explanation best = *std::max_element(found.begin(), found.end(), less);
-    best = WithExactLag(best);
-    for (const Explanation& other : found) {
-      if (IsOther(best, other)) pair.rival = std::max(pair.rival, other.score);
-    }
+    Explanation best = WithExactLag(BestOf(found));
+    pair.rival = RivalTo(best, found);
     pair.lag = best.lag;
     pair.pose = best.pose;
     pair.evidence = best.score;
@@ -207,8 +210,13 @@ class PairSearch {
   // Times as many lags and draws as in the first attempt.
   int Effort() const { return 1 + options_.attempt; }
 
-  // The lags at which people move alike, and none.
-  std::vector<int> LikelyLags() const {
+  struct LagsToTry {
+    std::vector<int> likely;
+    std::vector<int> others;  // where people move alike, but less
+  };
+
+  // The lags at which people move alike, the most alike first, and none.
+  LagsToTry MakeLagsToTry() const {
     const int step = signals_.step();
     const auto reach = static_cast<int>(options_.longest_lag_s *
                                         options_.frame_rate_hz / step);
@@ -235,15 +243,42 @@ class PairSearch {
       }
     }
     std::sort(peaks.begin(), peaks.end());
-    std::vector<int> lags = {0};
+    LagsToTry lags;
+    lags.likely = {0};
     for (const auto& peak : peaks) {
-      const int count = static_cast<int>(lags.size());
+      const int count = static_cast<int>(lags.likely.size());
       const bool is_alike = peak.first <= kNearlyAlike * peaks.front().first &&
                             count <= kMostLagsTried;
-      if (count > kLagsTried * Effort() && !is_alike) break;
-      if (peak.second != 0) lags.push_back(peak.second);
+      const bool is_likely = count <= kLagsTried * Effort() || is_alike;
+      if (peak.second == 0) continue;
+      (is_likely ? lags.likely : lags.others).push_back(peak.second);
     }
     return lags;
+  }
+
+  void TryLags(const std::vector<int>& lags, std::vector<Explanation>* found) {
+    for (const int lag : lags) {
+      for (Explanation& one : TryLag(lag)) found->push_back(std::move(one));
+    }
+  }
+
+  static Explanation BestOf(const std::vector<Explanation>& found) {
+    const auto best =
+        std::max_element(found.begin(), found.end(),
+                         [](const Explanation& x, const Explanation& y) {
+                           return x.score < y.score;
+                         });
+    return best == found.end() ? Explanation() : *best;
+  }
+
+  // The score of the best explanation that is another one.
+  double RivalTo(const Explanation& best,
+                 const std::vector<Explanation>& found) const {
+    double rival = 0.0;
+    for (const Explanation& other : found) {
+      if (IsOther(best, other)) rival = std::max(rival, other.score);
+    }
+    return rival;
   }
 
   std::vector<Candidate> CandidatesAt(int lag, size_t most_frames) const {
