@@ -15,13 +15,10 @@ constexpr int kLagsTried = 6;          // besides none
 // one are tried too, up to twenty.
 constexpr double kNearlyAlike = 0.75;
 constexpr int kMostLagsTried = 20;
-// A pair is undecided where another explanation has this share of the evidence
-// of the best one. Whoever walks rounds at a constant speed looks, some strides
-// later, like a person seen from elsewhere: a wrong lag then explains one
-// person as well as another wrong lag does, and the right one, which explains
-// everybody, may be less alike than all of those.
-constexpr double kUndecided = 0.8;
 constexpr int kDraws = 160;  // of a sample, for each lag
+// Half as many draws again take so many times as many points. Where a view is
+// narrow the noise of a dozen points, not who is who, spoils the pose.
+constexpr int kLarge = 3;
 constexpr int kRefined = 3;  // of the best poses, for each lag
 // Distances in sizes of the person (some 1.8 m): a decimetre while searching,
 // half of it in the end.
@@ -178,10 +175,13 @@ class PairSearch {
     std::vector<Explanation> found;
     const LagsToTry lags = MakeLagsToTry();
     TryLags(lags.likely, &found);
-    const Explanation first = BestOf(found);
-    if (RivalTo(first, found) > kUndecided * first.score) {
-      TryLags(lags.others, &found);
-    }
+    // Whoever walks a round at a constant speed looks, some strides later, like
+    // a person seen from elsewhere: a wrong lag then explains one person as
+    // well as another wrong lag does, and at the right one, which explains
+    // everybody, people may look less alike than at all of those.
+    pair.evidence = BestOf(found).score;
+    pair.rival = RivalTo(BestOf(found), found);
+    if (pair.is_undecided()) TryLags(lags.others, &found);
     if (found.empty()) return pair;
     Explanation best = WithExactLag(BestOf(found));
     pair.rival = RivalTo(best, found);
@@ -313,10 +313,11 @@ class PairSearch {
     return std::exp(options_.focal_sigma * random_.Uniform(-1.7, 1.7));
   }
 
+  // `times` as many points as are needed.
   std::vector<PointPair> Sample(const std::vector<Candidate>& candidates,
-                                const std::vector<double>& sums) {
-    constexpr int kOfOne = 12;
-    constexpr int kOfTwo = 8;
+                                const std::vector<double>& sums, int times) {
+    const int of_one = 12 * times;
+    const int of_two = 8 * times;
     std::vector<PointPair> sample;
     const auto add = [&](const Candidate& candidate, int count) {
       for (int i = 0; i < count; ++i) {
@@ -326,13 +327,13 @@ class PairSearch {
     };
     const size_t first = std::min(Draw(sums), candidates.size() - 1);
     const bool two = random_.Chance(0.5);
-    add(candidates[first], two ? kOfTwo : kOfOne);
+    add(candidates[first], two ? of_two : of_one);
     if (!two) return sample;
     const size_t second = std::min(Draw(sums), candidates.size() - 1);
     // Whoever is in both must be so in both views.
     const bool fits = (candidates[first].a == candidates[second].a) ==
                       (candidates[first].b == candidates[second].b);
-    add(candidates[fits ? second : first], kOfTwo);
+    add(candidates[fits ? second : first], of_two);
     return sample;
   }
 
@@ -362,9 +363,11 @@ class PairSearch {
       sums[i] = candidates[i].likeness + (i > 0 ? sums[i - 1] : 0.0);
     }
     std::vector<Explanation> found;
-    for (int draw = 0; draw < kDraws * Effort(); ++draw) {
+    const int draws = kDraws * Effort();
+    for (int draw = 0; draw < draws + draws / 2; ++draw) {
+      const int times = draw < draws ? 1 : kLarge;
       const auto pose =
-          EightPoint(Sample(candidates, sums), DrawMagnification());
+          EightPoint(Sample(candidates, sums, times), DrawMagnification());
       if (!pose.has_value()) continue;
       found.push_back(
           Explain(tracklets_, candidates, *pose, lag, kWide, kFewPairs));

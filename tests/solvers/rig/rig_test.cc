@@ -9,6 +9,8 @@
 #include <cmath>
 #include <memory>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "core/geometry/lens.h"
 #include "core/synthetic/noise.h"
@@ -458,22 +460,27 @@ class WalksRound : public Actor {
   double phase_rad_;
 };
 
-// Some strides later whoever walks a round looks like a person seen from
-// elsewhere: the right lag is found all the same.
-TEST(Rig, ALateViewWherePeopleWalkRounds) {
+// Four cameras around people who walk rounds.
+Scene Rounds(std::vector<std::shared_ptr<const Actor>> people, double seconds) {
   SceneOptions options;
-  options.duration_s = 30.0;
+  options.duration_s = seconds;
   options.frame_rate_hz = 30.0;
   options.cameras.count = 4;
   options.cameras.radius_m = 5.0;
   options.cameras.height_m = 2.2;
   options.cameras.focal_px = 900.0;
+  return MakeScene(options, Coco17(), std::move(people));
+}
+
+// Some strides later whoever walks a round looks like a person seen from
+// elsewhere: the right lag is found all the same.
+TEST(Rig, ALateViewWherePeopleWalkRounds) {
+  const Eigen::Vector2d aside(0.3, 0.5);
   const Scene scene =
-      MakeScene(options, Coco17(),
-                {std::make_shared<WalksRound>(
-                     1.6, 1.2, Eigen::Vector2d(0.0, 0.0), 0.0, 0.0),
-                 std::make_shared<WalksRound>(
-                     1.0, 1.0, Eigen::Vector2d(0.3, 0.5), 2.0, 1.0)});
+      Rounds({std::make_shared<WalksRound>(1.6, 1.2, Eigen::Vector2d(0.0, 0.0),
+                                           0.0, 0.0),
+              std::make_shared<WalksRound>(1.0, 1.0, aside, 2.0, 1.0)},
+             30.0);
   NoiseOptions noise = Noise();
   noise.clock_offset_s = {0.0, 1.0, 0.0, 0.0};
   const RecordingCalibration found =
@@ -483,6 +490,19 @@ TEST(Rig, ALateViewWherePeopleWalkRounds) {
   for (size_t v = 0; v < found.rig.views.size(); ++v) {
     EXPECT_NEAR(found.rig.views[v].clock_s, noise.clock_offset_s[v], 0.005);
   }
+}
+
+// One such person is the same one stride and an angle of the round later:
+// nothing tells which is right.
+TEST(Rig, OneRegularWalkerDoesNotTellTheClocks) {
+  const Scene scene =
+      Rounds({std::make_shared<WalksRound>(1.0, 1.0, Eigen::Vector2d(0.3, 0.5),
+                                           2.0, 1.0)},
+             20.0);
+  const RecordingCalibration found =
+      Calibrated(scene, Observe(scene, Noise(), nullptr));
+  EXPECT_NE(found.rig.verdict, RigVerdict::kCalibrated);
+  EXPECT_LE(found.rig.likely_right, 0.5);
 }
 
 TEST(Rig, ViewsOfDifferentRoomsAndNobodyAreRefused) {
