@@ -1346,7 +1346,8 @@ DetectionSequence AtRate(const DetectionSequence& detections, size_t view,
 
 // Views that were joined to nothing may have been filmed at another rate: then
 // a pair of one of them and a joined view fits at that rate, by several seconds
-// and far better than at any other lag.
+// and far better than at any other lag and at the stated rate: a camera that
+// was moved fits in part at both.
 void AskRates(const RigInput& input, RigResult* result) {
   constexpr double kLeastEvidenceS = 3.0;
   constexpr double kMostRival = 0.6;  // of the evidence
@@ -1356,18 +1357,23 @@ void AskRates(const RigInput& input, RigResult* result) {
     RigView& view = result->views[v];
     if (view.joined) continue;
     const RigInput pair = PartOf(input, {result->used[0], static_cast<int>(v)});
+    const auto fit_at = [&](double factor) {
+      std::vector<double> late_s;
+      return FindRigStart(
+          AtRate(Regular(WithUsualConfidences(pair.detections), &late_s), 1,
+                 factor),
+          pair.intrinsics, {});
+    };
+    const double stated_s = fit_at(1.0).pairs[0].evidence;
     double best = kLeastEvidenceS;
     for (const double rate : {24.0, 25.0, 30.0, 50.0, 60.0, 100.0, 120.0}) {
       const double factor = rate / rate_hz;
       if (std::abs(factor - 1.0) < 0.02) continue;
-      std::vector<double> late_s;
-      const RigStart start = FindRigStart(
-          AtRate(Regular(WithUsualConfidences(pair.detections), &late_s), 1,
-                 factor),
-          pair.intrinsics, {});
+      const RigStart start = fit_at(factor);
       if (start.views.size() < 2) continue;
       const PairFit& fit = start.pairs[0];
-      if (fit.evidence <= best || fit.rival > kMostRival * fit.evidence) {
+      if (fit.evidence <= best ||
+          std::max(fit.rival, stated_s) > kMostRival * fit.evidence) {
         continue;
       }
       best = fit.evidence;
