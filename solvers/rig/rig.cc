@@ -743,6 +743,11 @@ class RigEstimate {
     result_.likely_right =
         LikelyRight(fit_.covariance, fit_.places, result_.size_m);
     result_.likely_by_lenses = LikelyRight(given, fit_.places, result_.size_m);
+    if (!UndecidedViews().empty()) {
+      // One of two explanations that fit alike.
+      result_.likely_right *= 0.5;
+      result_.likely_by_lenses *= 0.5;
+    }
     const std::vector<double> agreements =
         AgreementsOfViews(cameras_, aligned_);
     const double usual = Median(agreements);
@@ -791,6 +796,37 @@ class RigEstimate {
     }
     if (sure == cameras_.size()) result_.other_focal = OtherFocal();
     Verdict(sure);
+  }
+
+  // Views that stand where they do because of pairs alone that another lag or
+  // place explains nearly as well.
+  std::vector<std::string> UndecidedViews() const {
+    constexpr double kSameS = 0.25;  // of PairFit::rival
+    const double most = kSameS * recording_.header.frame_rate_hz;
+    std::vector<int> lag_of(intrinsics_.size(), 0);
+    std::vector<char> joined(intrinsics_.size(), 0);
+    for (size_t v = 0; v < result_.used.size(); ++v) {
+      lag_of[result_.used[v]] = lags_[v];
+      joined[result_.used[v]] = 1;
+    }
+    std::vector<char> decided(intrinsics_.size(), 0);
+    std::vector<char> placed(intrinsics_.size(), 0);
+    for (const PairFit& pair : start_.pairs) {
+      if (joined[pair.a] == 0 || joined[pair.b] == 0 ||
+          std::abs(lag_of[pair.b] - lag_of[pair.a] - pair.lag) > most) {
+        continue;
+      }
+      for (const int v : {pair.a, pair.b}) {
+        placed[v] = 1;
+        if (!pair.is_undecided()) decided[v] = 1;
+      }
+    }
+    std::vector<std::string> views;
+    for (const int v : result_.used) {
+      if (placed[v] == 0 || decided[v] != 0) continue;
+      views.push_back(Printable(recording_.header.view_names[v]));
+    }
+    return views;
   }
 
   // Which views' focal lengths the recording tells to be others than those that
@@ -1087,6 +1123,16 @@ class RigEstimate {
 
   // Every view has its place, but not as sure as promised.
   std::string WhyNotLikely() const {
+    const std::vector<std::string> undecided = UndecidedViews();
+    if (!undecided.empty()) {
+      return fmt::format(
+          "what moves repeats so regularly that {} fit nearly as well at "
+          "another time and place: record {}, or say --in_step where the "
+          "cameras share a trigger",
+          fmt::join(undecided, ", "),
+          human_ ? "people who stop, turn and change their speed"
+                 : "motion that does not repeat");
+    }
     double deg = 0.0;
     double share = 0.0;
     for (const int v : result_.used) {
@@ -1300,7 +1346,8 @@ DetectionSequence AtRate(const DetectionSequence& detections, size_t view,
 
 // Views that were joined to nothing may have been filmed at another rate: then
 // a pair of one of them and a joined view fits at that rate, by several seconds
-// and far better than at any other lag.
+// and far better than at any other lag and at the stated rate: a camera that
+// was moved fits in part at both.
 void AskRates(const RigInput& input, RigResult* result) {
   constexpr double kLeastEvidenceS = 3.0;
   constexpr double kMostRival = 0.6;  // of the evidence
@@ -1310,18 +1357,23 @@ void AskRates(const RigInput& input, RigResult* result) {
     RigView& view = result->views[v];
     if (view.joined) continue;
     const RigInput pair = PartOf(input, {result->used[0], static_cast<int>(v)});
+    const auto fit_at = [&](double factor) {
+      std::vector<double> late_s;
+      return FindRigStart(
+          AtRate(Regular(WithUsualConfidences(pair.detections), &late_s), 1,
+                 factor),
+          pair.intrinsics, {});
+    };
+    const double stated_s = fit_at(1.0).pairs[0].evidence;
     double best = kLeastEvidenceS;
     for (const double rate : {24.0, 25.0, 30.0, 50.0, 60.0, 100.0, 120.0}) {
       const double factor = rate / rate_hz;
       if (std::abs(factor - 1.0) < 0.02) continue;
-      std::vector<double> late_s;
-      const RigStart start = FindRigStart(
-          AtRate(Regular(WithUsualConfidences(pair.detections), &late_s), 1,
-                 factor),
-          pair.intrinsics, {});
+      const RigStart start = fit_at(factor);
       if (start.views.size() < 2) continue;
       const PairFit& fit = start.pairs[0];
-      if (fit.evidence <= best || fit.rival > kMostRival * fit.evidence) {
+      if (fit.evidence <= best ||
+          std::max(fit.rival, stated_s) > kMostRival * fit.evidence) {
         continue;
       }
       best = fit.evidence;

@@ -16,6 +16,9 @@ constexpr int kLagsTried = 6;          // besides none
 constexpr double kNearlyAlike = 0.75;
 constexpr int kMostLagsTried = 20;
 constexpr int kDraws = 160;  // of a sample, for each lag
+// Half as many draws again take so many times as many points. Where a view is
+// narrow the noise of a dozen points, not who is who, spoils the pose.
+constexpr int kLarge = 3;
 constexpr int kRefined = 3;  // of the best poses, for each lag
 // Distances in sizes of the person (some 1.8 m): a decimetre while searching,
 // half of it in the end.
@@ -170,18 +173,18 @@ class PairSearch {
     pair.a = a;
     pair.b = b;
     std::vector<Explanation> found;
-    for (const int lag : LikelyLags()) {
-      for (Explanation& one : TryLag(lag)) found.push_back(std::move(one));
-    }
+    const LagsToTry lags = MakeLagsToTry();
+    TryLags(lags.likely, &found);
+    // Whoever walks a round at a constant speed looks, some strides later, like
+    // a person seen from elsewhere: a wrong lag then explains one person as
+    // well as another wrong lag does, and at the right one, which explains
+    // everybody, people may look less alike than at all of those.
+    pair.evidence = BestOf(found).score;
+    pair.rival = RivalTo(BestOf(found), found);
+    if (pair.is_undecided()) TryLags(lags.others, &found);
     if (found.empty()) return pair;
-    const auto less = [](const Explanation& x, const Explanation& y) {
-      return x.score < y.score;
-    };
-    Explanation best = *std::max_element(found.begin(), found.end(), less);
-    best = WithExactLag(best);
-    for (const Explanation& other : found) {
-      if (IsOther(best, other)) pair.rival = std::max(pair.rival, other.score);
-    }
+    Explanation best = WithExactLag(BestOf(found));
+    pair.rival = RivalTo(best, found);
     pair.lag = best.lag;
     pair.pose = best.pose;
     pair.evidence = best.score;
@@ -207,8 +210,13 @@ class PairSearch {
   // Times as many lags and draws as in the first attempt.
   int Effort() const { return 1 + options_.attempt; }
 
-  // The lags at which people move alike, and none.
-  std::vector<int> LikelyLags() const {
+  struct LagsToTry {
+    std::vector<int> likely;
+    std::vector<int> others;  // where people move alike, but less
+  };
+
+  // The lags at which people move alike, the most alike first, and none.
+  LagsToTry MakeLagsToTry() const {
     const int step = signals_.step();
     const auto reach = static_cast<int>(options_.longest_lag_s *
                                         options_.frame_rate_hz / step);
@@ -235,15 +243,42 @@ class PairSearch {
       }
     }
     std::sort(peaks.begin(), peaks.end());
-    std::vector<int> lags = {0};
+    LagsToTry lags;
+    lags.likely = {0};
     for (const auto& peak : peaks) {
-      const int count = static_cast<int>(lags.size());
+      const int count = static_cast<int>(lags.likely.size());
       const bool is_alike = peak.first <= kNearlyAlike * peaks.front().first &&
                             count <= kMostLagsTried;
-      if (count > kLagsTried * Effort() && !is_alike) break;
-      if (peak.second != 0) lags.push_back(peak.second);
+      const bool is_likely = count <= kLagsTried * Effort() || is_alike;
+      if (peak.second == 0) continue;
+      (is_likely ? lags.likely : lags.others).push_back(peak.second);
     }
     return lags;
+  }
+
+  void TryLags(const std::vector<int>& lags, std::vector<Explanation>* found) {
+    for (const int lag : lags) {
+      for (Explanation& one : TryLag(lag)) found->push_back(std::move(one));
+    }
+  }
+
+  static Explanation BestOf(const std::vector<Explanation>& found) {
+    const auto best =
+        std::max_element(found.begin(), found.end(),
+                         [](const Explanation& x, const Explanation& y) {
+                           return x.score < y.score;
+                         });
+    return best == found.end() ? Explanation() : *best;
+  }
+
+  // The score of the best explanation that is another one.
+  double RivalTo(const Explanation& best,
+                 const std::vector<Explanation>& found) const {
+    double rival = 0.0;
+    for (const Explanation& other : found) {
+      if (IsOther(best, other)) rival = std::max(rival, other.score);
+    }
+    return rival;
   }
 
   std::vector<Candidate> CandidatesAt(int lag, size_t most_frames) const {
@@ -278,10 +313,11 @@ class PairSearch {
     return std::exp(options_.focal_sigma * random_.Uniform(-1.7, 1.7));
   }
 
+  // `times` as many points as are needed.
   std::vector<PointPair> Sample(const std::vector<Candidate>& candidates,
-                                const std::vector<double>& sums) {
-    constexpr int kOfOne = 12;
-    constexpr int kOfTwo = 8;
+                                const std::vector<double>& sums, int times) {
+    const int of_one = 12 * times;
+    const int of_two = 8 * times;
     std::vector<PointPair> sample;
     const auto add = [&](const Candidate& candidate, int count) {
       for (int i = 0; i < count; ++i) {
@@ -291,13 +327,13 @@ class PairSearch {
     };
     const size_t first = std::min(Draw(sums), candidates.size() - 1);
     const bool two = random_.Chance(0.5);
-    add(candidates[first], two ? kOfTwo : kOfOne);
+    add(candidates[first], two ? of_two : of_one);
     if (!two) return sample;
     const size_t second = std::min(Draw(sums), candidates.size() - 1);
     // Whoever is in both must be so in both views.
     const bool fits = (candidates[first].a == candidates[second].a) ==
                       (candidates[first].b == candidates[second].b);
-    add(candidates[fits ? second : first], kOfTwo);
+    add(candidates[fits ? second : first], of_two);
     return sample;
   }
 
@@ -327,9 +363,11 @@ class PairSearch {
       sums[i] = candidates[i].likeness + (i > 0 ? sums[i - 1] : 0.0);
     }
     std::vector<Explanation> found;
-    for (int draw = 0; draw < kDraws * Effort(); ++draw) {
+    const int draws = kDraws * Effort();
+    for (int draw = 0; draw < draws + draws / 2; ++draw) {
+      const int times = draw < draws ? 1 : kLarge;
       const auto pose =
-          EightPoint(Sample(candidates, sums), DrawMagnification());
+          EightPoint(Sample(candidates, sums, times), DrawMagnification());
       if (!pose.has_value()) continue;
       found.push_back(
           Explain(tracklets_, candidates, *pose, lag, kWide, kFewPairs));
