@@ -178,8 +178,8 @@ std::string Digest(const CompareResult& result, const std::string& folder) {
          std::isnan(delay.value) ? "the end" : Fixed(delay.value, 0) + " ms"});
   }
   return table.ToString() +
-         "Held-out error in the mean; =: not told apart from the "
-         "baseline.\n\n" +
+         "Held-out error in the mean; =: not significantly different "
+         "from the baseline.\n\n" +
          Wrapped(VerdictText(result), kTerminalColumns) + "written to " +
          folder +
          ":\n  compare.md (all tables), compare.csv, compare.json, "

@@ -33,10 +33,9 @@ FileKind KindBy(const Adapter& adapter) {
 // Of what no format of ours recognises.
 FileKind KindByAdapter(const std::string& path) {
   if (const auto adapter = AdapterOf(path)) return KindBy(*adapter);
-  throw InputError(
-      path, "",
-      "is not a calibration, detections or tracks in a known format "
-      "(--from can name one)");
+  throw InputError(path, "",
+                   "is no calibration, detections or tracks in a known format "
+                   "(--from can name one)");
 }
 
 bool AreSurelyTracks(const std::string& path) {

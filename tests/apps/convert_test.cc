@@ -197,7 +197,7 @@ TEST(Convert, BadUsageIsOneLineAndExitTwo) {
            {"--to=krt --image_size=640", cameras, to_out, "image_size"},
            {"--to=csv", tracks, " --out=/dev/null/out", "/dev/null"},
            {"--to=trc", tracks, " --out=" + folder.path().string(),
-            "is there already"},
+            "exists already"},
            {"--to=csv", "", to_out, "--in is required"}}) {
     const std::string arguments =
         flags + (in.empty() ? "" : " --in=" + in) + to;

@@ -36,7 +36,7 @@ CalibrationFile ReadFile(const std::string& path, const std::string& name) {
       head.is_folder
           ? "is a folder without calibration.toml, intri.yml, P0.txt or other "
             "files of a known calibration format"
-          : "is not a calibration in a known format (cameras.format can name "
+          : "is no calibration in a known format (cameras.format can name "
             "one)");
 }
 

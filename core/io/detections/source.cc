@@ -74,11 +74,10 @@ DetectionReadOptions Checked(DetectionReadOptions options) {
   const std::vector<std::string> names = FormatNames();
   throw InputError(
       path, "",
-      fmt::format(
-          "is not a known detection format, expected one of {} (`convert "
-          "--formats` says what they are){}",
-          fmt::join(names.begin() + 1, names.end(), ", "),
-          WayOnFrom(head.HasKey("3d_pairs") ? "smap" : "")));
+      fmt::format("is no known detection format, expected one of {} (`convert "
+                  "--formats` says what they are){}",
+                  fmt::join(names.begin() + 1, names.end(), ", "),
+                  WayOnFrom(head.HasKey("3d_pairs") ? "smap" : "")));
 }
 
 void CheckWhole(const DetectionHead& head, const DetectionFormat& format) {

@@ -329,8 +329,8 @@ const TrackFormat& FormatOfTracks(const std::string& path,
       head.HasKey("categories") &&
       head.beginning.find("keypoints_3d") != std::string::npos;
   throw InputError(path, "",
-                   "is not a known format of tracks, expected one of " +
-                       known() + WayOnFrom(is_coco3d ? "coco3d" : ""));
+                   "is no known format of tracks, expected one of " + known() +
+                       WayOnFrom(is_coco3d ? "coco3d" : ""));
 }
 
 TrackSequence ReadTracks(const std::string& path,

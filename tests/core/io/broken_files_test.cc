@@ -335,7 +335,7 @@ TEST(BrokenFiles, Tracks) {
     return Replaced(FourDAssociation(), what, with);
   };
   Check(kTracks, {}, "nowhere", "No such file");
-  Check(kTracks, {{"x/y", ""}}, "x", "is not a known format of tracks");
+  Check(kTracks, {{"x/y", ""}}, "x", "is no known format of tracks");
   for (const Case& broken : std::vector<Case>{
            {"", "no known format"},
            {"{\"x\": 1}", "no known format"},
@@ -420,7 +420,7 @@ TEST(BrokenFiles, Tracks) {
                 Panoptic(), "[{",
                 "[{\"id\": 4, \"joints19\": [" + Repeat("0", 76) + "]}, {"),
             "person 4 appears twice", "body_1.json"},
-           {"MATLAB rules", "is not a known format of tracks"},
+           {"MATLAB rules", "is no known format of tracks"},
            {"MATLAB 5.0" + std::string(116, ' ') + "IM", "is truncated"},
            {"MATLAB 5.0" + std::string(116, ' ') + "MI",
             "is truncated or damaged"},

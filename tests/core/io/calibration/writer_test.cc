@@ -249,7 +249,7 @@ TEST(CalibrationWriter, NeverReplacesAFolderWithFiles) {
         WriteCalibration(folder.path(), "tum", RigWith(WithLens::kNo),
                          &lost_fields);
       },
-      "is there already");
+      "exists already");
   EXPECT_THAT(ListFolder(folder.path().string()), ElementsAre("mine.txt"));
 }
 

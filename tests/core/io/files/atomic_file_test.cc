@@ -84,8 +84,8 @@ TEST_F(AtomicFilesTest, AFolderAppearsWhenCommitted) {
   EXPECT_THAT(Names(), ElementsAre("result"));
   EXPECT_THAT(ListFolder(path), ElementsAre("a.txt"));
   for (const auto& [name, says] :
-       {std::pair<std::string, const char*>{path, "is there already"},
-        {path + "/a.txt", "is there already"},
+       {std::pair<std::string, const char*>{path, "exists already"},
+        {path + "/a.txt", "exists already"},
         {path + "/no/where", "cannot be made"},
         {"", "empty name"}}) {
     EXPECT_THAT(InputErrorOf([&name = name] { AtomicFolder folder(name); }),
@@ -143,7 +143,7 @@ TEST_F(AtomicFilesTest, AreRefusedBeforeAnythingIsWritten) {
   }
   for (const char* name : {"full", "file"}) {
     EXPECT_THAT(InputErrorOf([&] { files.FolderAside(Path(name)); }),
-                HasSubstr("is there already"));
+                HasSubstr("exists already"));
   }
 }
 

@@ -336,7 +336,7 @@ TEST(TracksCsv, ErrorsNameFileAndLine) {
        {"1,0,0,a,1,2,3,seen\n", "status: found"},
        {"1.5,0,0,a,1,2,3,observed\n", "frame: found"},
        {"1,0,-1,a,1,2,3,observed\n", "id: found"},
-       {row + row, "line 3: joint 'a' stands there"},
+       {row + row, "line 3: joint 'a' appears twice"},
        {row + "1,0,1,a,1,2,3,observed\n" + row, "person 0 appears twice"}});
 }
 
@@ -449,7 +449,7 @@ TEST(TrackExport, TrcRefusesWhatItCannotHold) {
   EXPECT_THAT(error_of(tracks), HasSubstr("span"));
   tracks = RandomTracks(Coco17());
   for (TrackFrame& frame : tracks.frames) frame.people.clear();
-  EXPECT_THAT(error_of(tracks), HasSubstr("nobody"));
+  EXPECT_THAT(error_of(tracks), HasSubstr("no people"));
   EXPECT_THAT(ListFolder(folder.path().string()), IsEmpty());
 }
 
