@@ -8,6 +8,7 @@
 #include <cerrno>
 #include <csignal>
 #include <cstdio>
+#include <ctime>
 
 namespace kinegraph {
 namespace {
@@ -140,6 +141,34 @@ void PrepareStandardStreams() {
     const int mode = fd == STDIN_FILENO ? O_WRONLY : O_RDONLY;
     if (open("/dev/null", mode) < 0) return;
   }
+}
+
+namespace {
+
+sigset_t OnlySigpipe() {
+  sigset_t set;
+  sigemptyset(&set);
+  sigaddset(&set, SIGPIPE);
+  return set;
+}
+
+}  // namespace
+
+BrokenPipesAreErrors::BrokenPipesAreErrors() {
+  const sigset_t sigpipe = OnlySigpipe();
+  sigset_t before;
+  pthread_sigmask(SIG_BLOCK, &sigpipe, &before);
+  was_blocked_ = sigismember(&before, SIGPIPE) == 1;
+}
+
+BrokenPipesAreErrors::~BrokenPipesAreErrors() {
+  if (was_blocked_) return;
+  const sigset_t sigpipe = OnlySigpipe();
+  // One that came while it was blocked would be delivered now.
+  const timespec no_time = {0, 0};
+  while (sigtimedwait(&sigpipe, nullptr, &no_time) < 0 && errno == EINTR) {
+  }
+  pthread_sigmask(SIG_UNBLOCK, &sigpipe, nullptr);
 }
 
 bool ReaderIsGone(int descriptor) {

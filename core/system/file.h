@@ -88,6 +88,20 @@ bool IsTerminal(int descriptor);
 // end the program in the middle of a file.
 void PrepareStandardStreams();
 
+// While it lives, a write of this thread to a pipe whose reader has gone fails
+// with EPIPE, and SIGPIPE does not end the process, whatever the process does
+// with that signal elsewhere.
+class BrokenPipesAreErrors {
+ public:
+  BrokenPipesAreErrors();
+  ~BrokenPipesAreErrors();
+  BrokenPipesAreErrors(const BrokenPipesAreErrors&) = delete;
+  BrokenPipesAreErrors& operator=(const BrokenPipesAreErrors&) = delete;
+
+ private:
+  bool was_blocked_ = false;
+};
+
 // Whether the reading end of a pipe is closed.
 bool ReaderIsGone(int descriptor);
 

@@ -384,6 +384,7 @@ std::string WriteByAdapter(
     if (!fault.empty()) Throw(path, fault);
   };
   try {
+    const BrokenPipesAreErrors broken_pipes_are_errors;
     // It reads everything before it prints, so neither waits for the other.
     write(FolderOfOpenFiles() + "/" + std::to_string(input.write));
   } catch (const std::exception&) {

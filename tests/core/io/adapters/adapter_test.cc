@@ -3,7 +3,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <csignal>
 #include <filesystem>
+#include <fstream>
 #include <string>
 
 #include "core/base/error.h"
@@ -99,6 +101,23 @@ TEST_F(AdapterTest, TheGivenOneIsAskedFirst) {
   ASSERT_EQ(people.size(), 1u) << "who has no joint is nobody";
   EXPECT_EQ(people[0].index_in_file, 0);
   EXPECT_EQ(people[0].joints[0].px, Eigen::Vector2d(3, 4));
+}
+
+// SIGPIPE's default action, which a program around the library may have left,
+// would end this test.
+TEST_F(AdapterTest, AWriterThatEndsEarlyIsAnError) {
+  ASSERT_NE(std::signal(SIGPIPE, SIG_DFL), SIG_ERR);
+  SetOwnAdapters({"/bin/sh", "-c", "echo 'no numpy' >&2; exit 1"});
+  const std::string fault = InputErrorOf([&] {
+    WriteByAdapter("movement", path_, [](const std::string& lines) {
+      std::ofstream file(lines);
+      file << std::string(1 << 20, 'a');  // more than a pipe holds
+      file.close();
+      if (!file) throw InputError("broken pipe");
+    });
+  });
+  SetOwnAdapters({});
+  EXPECT_EQ(fault, path_ + ": no numpy");
 }
 
 }  // namespace
