@@ -114,7 +114,7 @@ class ChainGroup {
     allot(&step_);
   }
 
-  void Solve(const LaneStage* stages, int stage_count, double step_tolerance_m,
+  void Solve(const LaneStage* stages, int stage_count,
              const LaneReports& reports) {
     LoadStates();
     LoadMotion();
@@ -126,13 +126,7 @@ class ChainGroup {
     iterations_ = 0.0;
     finite_ = InAllLanes<T>();
     converged_ = finite_;
-    // Earlier stages only provide a start.
-    constexpr double kRoughly = 30.0;
-    for (int i = 0; i < stage_count && Any(finite_); ++i) {
-      const bool last = i + 1 == stage_count;
-      RunStage(stages[i],
-               last ? step_tolerance_m : kRoughly * step_tolerance_m);
-    }
+    for (int i = 0; i < stage_count && Any(finite_); ++i) RunStage(stages[i]);
     StoreWeights(stages[stage_count - 1]);
     for (int k = 0; k < frames_; ++k) {
       for (int i = 0; i < 6; ++i) {
@@ -553,7 +547,7 @@ class ChainGroup {
     candidate_ = states;
   }
 
-  void RunStage(const LaneStage& stage, double step_tolerance_m) {
+  void RunStage(const LaneStage& stage) {
     Linearise(states_, stage, &current_);
     if (Any(And(finite_, Not(current_.valid)))) {
       // The last step of the previous stage may have led behind a camera; it
@@ -570,7 +564,7 @@ class ChainGroup {
       const Mask<T> usable = And(active, Eliminate(current_.diagonal, damping));
       const T move = FindStep(usable);
       // The last step of a stage is taken without checking its cost.
-      const Mask<T> done = And(usable, move < T(step_tolerance_m));
+      const Mask<T> done = And(usable, move < T(stage.step_tolerance_m));
       Mask<T> accepted = done;
       if (Any(And(active, Not(done)))) {
         // Lanes without a step are linearised at the same states: identical
@@ -615,11 +609,10 @@ class ChainGroup {
 
 template <typename T>
 void SolveChainLanesWith(const ChainLanes& chains, const LaneStage* stages,
-                         int stage_count, double step_tolerance_m,
-                         double* workspace, const LaneReports& reports) {
+                         int stage_count, double* workspace,
+                         const LaneReports& reports) {
   for (int lane = 0; lane < chains.joints; lane += T::kLanes) {
-    ChainGroup<T>(chains, lane, workspace)
-        .Solve(stages, stage_count, step_tolerance_m, reports);
+    ChainGroup<T>(chains, lane, workspace).Solve(stages, stage_count, reports);
   }
 }
 

@@ -50,6 +50,7 @@ struct LaneStage {
   LossKind loss = LossKind::kNone;
   double scale = 1.0;  // in sigmas
   int max_iterations = 10;
+  double step_tolerance_m = 1e-5;
 };
 
 // The result of a solve, [lanes], and the last step of every state.
@@ -97,8 +98,7 @@ struct LaneKernels {
   // Gauss-Newton by block-tridiagonal sweeps, each lane with its own damping
   // and termination. Writes states, counts, weights and reports.
   void (*solve)(const ChainLanes& chains, const LaneStage* stages,
-                int stage_count, double step_tolerance_m, double* workspace,
-                const LaneReports& reports);
+                int stage_count, double* workspace, const LaneReports& reports);
   // Covariances of frames 0 .. frame_end - 1 at the stored states and weights,
   // with the information of every observation times `correction`:
   // [frame_end][21][lanes], the upper triangle row by row. `known` [lanes]: 0

@@ -225,8 +225,10 @@ const std::vector<SolveReport>& ChainSolver::Solve(
   reports_.assign(frames == 0 ? chains.size() : 0, {});
   if (frames == 0) return reports_;
   stages_.clear();
-  for (const SolveStage& stage : schedule.stages) {
-    stages_.push_back({stage.loss, stage.scale, stage.max_iterations});
+  for (size_t i = 0; i < schedule.stages.size(); ++i) {
+    const SolveStage& stage = schedule.stages[i];
+    stages_.push_back({stage.loss, stage.scale, stage.max_iterations,
+                       schedule.StepToleranceM(i)});
   }
   for (size_t at = 0; at < chains.size(); at += kGroup) {
     CheckStop();
@@ -238,7 +240,7 @@ const std::vector<SolveReport>& ChainSolver::Solve(
     }
     CurrentLaneKernels().solve(
         lanes_.arrays(), stages_.data(), static_cast<int>(stages_.size()),
-        schedule.step_tolerance_m, workspace_.data(),
+        workspace_.data(),
         {finite_.data(), converged_.data(), iterations_.data(), steps_.data()});
     for (size_t i = at; i < end; ++i) {
       reports_.push_back(Unload(i - at, schedule, chains[i]));

@@ -166,8 +166,8 @@ class CeresSolver::Graph {
     if (person->times.empty()) return report;
     Arrange(*person);
     report.ceres_problems = 1;
-    for (const SolveStage& stage : schedule.stages) {
-      Run(stage, schedule.step_tolerance_m, person);
+    for (size_t i = 0; i < schedule.stages.size(); ++i) {
+      Run(schedule.stages[i], schedule.StepToleranceM(i), person);
       Count(&report);
       if (!report.finite) break;
       Unload(person);

@@ -194,8 +194,15 @@ struct SolveStage {
 
 // Stages of a solve and its convergence criterion.
 struct SolveSchedule {
+  // Earlier stages only provide a start, so their tolerance is this much wider.
+  static constexpr double kEarlyTolerance = 30.0;
+  double StepToleranceM(size_t stage) const {
+    return stage + 1 == stages.size() ? step_tolerance_m
+                                      : kEarlyTolerance * step_tolerance_m;
+  }
+
   std::vector<SolveStage> stages;
-  double step_tolerance_m = 1e-5;
+  double step_tolerance_m = 1e-5;  // of the last stage
   // Whether states that still move far at the end lose their measurements
   // (SolveReport::unsettled). False for solves that only provide a start.
   bool doubt_unsettled = true;

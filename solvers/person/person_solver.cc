@@ -82,6 +82,16 @@ void PersonSolver::Refine(PersonProblem* problem) {
   Note(ceres_solver_.Solve(last_stage_, problem), Result::kTakenOver);
 }
 
+void PersonSolver::SolveJointsAndRefine(PersonProblem* problem) {
+  if (start_ != GraphStart::kDlt || problem->coupled()) {
+    SolveJoints(schedule_, problem);
+    Refine(problem);
+    return;
+  }
+  for (JointChain& chain : problem->joints) GateMeasurements(&chain);
+  Note(ceres_solver_.Solve(schedule_, problem), Result::kTakenOver);
+}
+
 std::vector<std::vector<Matrix6d>> PersonSolver::BoneCovariances(
     const PersonProblem& problem, size_t frame_end) {
   std::vector<std::vector<Matrix6d>> covariances;

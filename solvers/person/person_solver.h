@@ -48,6 +48,11 @@ class PersonSolver {
   // start is kept.
   void Refine(PersonProblem* problem);
 
+  // SolveJoints with the schedule of the options, and Refine. With graph.start
+  // = "dlt" one Ceres problem performs both, unless something couples the
+  // joints.
+  void SolveJointsAndRefine(PersonProblem* problem);
+
   // Covariances of the frames before `frame_end` of all joints of a coupled
   // problem; [joint][frame], empty if undefined.
   std::vector<std::vector<Matrix6d>> BoneCovariances(

@@ -118,9 +118,13 @@ class WindowEstimator final : public Estimator {
 
   void Solve() {
     if (options_.LearnsNoise()) noise_.Apply(&problem_);
-    solver_.SolveJoints(solver_.schedule(), &problem_);
-    if (options_.bones) SolveBones();
-    solver_.Refine(&problem_);
+    if (options_.bones) {
+      solver_.SolveJoints(solver_.schedule(), &problem_);
+      SolveBones();
+      solver_.Refine(&problem_);
+    } else {
+      solver_.SolveJointsAndRefine(&problem_);
+    }
     unsolved_ = 0;
   }
 
