@@ -1,4 +1,4 @@
-// kinegraph-calibrate: cameras and clocks from the people themselves.
+// kinegraph-calibrate: estimates cameras and clocks from the people in view.
 #include <fmt/format.h>
 #include <gflags/gflags.h>
 
@@ -71,7 +71,8 @@ double NumberOf(const std::string& text, const std::string& flag) {
   return number;
 }
 
-// From a flea to a stadium; millimetres are refused.
+// From the size of a flea to that of a stadium (`most`), which rejects lengths
+// given in millimetres.
 double MetresOf(double metres, const std::string& flag, double most) {
   constexpr double kLeastM = 1e-4;
   if (!(metres >= kLeastM && metres <= most)) {
@@ -126,7 +127,7 @@ int SideOf(const std::string& text) {
   return static_cast<int>(side);
 }
 
-// Detectors find joints a little beyond the edge, but not many.
+// Detectors place few joints outside the image, and those not far outside.
 void CheckInside(const DetectionSequence& detections, int width, int height) {
   constexpr double kBeyond = 0.05;      // of the image's sides
   constexpr double kMostBeyond = 0.05;  // of the joints
@@ -154,8 +155,8 @@ void CheckInside(const DetectionSequence& detections, int width, int height) {
   }
 }
 
-// Of pinhole cameras with the image's middle as principal point: what is
-// estimated begins there.
+// Pinhole cameras with the principal point at the image's centre: the start of
+// the estimation.
 CameraRig RigOfFlags(const DetectionSequence& detections) {
   const std::vector<std::string>& views = detections.header.view_names;
   const std::vector<std::string> size =
@@ -178,7 +179,7 @@ CameraRig RigOfFlags(const DetectionSequence& detections) {
         focal.size(), views.size()));
   }
   CameraRig cameras;
-  // Without any: a field of view of 60 degrees along the longer side.
+  // Default: a field of view of 60 degrees along the longer side.
   if (focal.empty()) focal.push_back(0.866 * std::max(width, height));
   for (size_t v = 0; v < views.size(); ++v) {
     const double px = focal[focal.size() > 1 ? v : 0];
@@ -207,7 +208,7 @@ CalibrationInput InputOfFlags(const RunOptions& options,
           "already");
     }
     input.cameras = ReadCameras(FLAGS_cameras, options.cameras);
-    // They are exact but where it is said.
+    // Measured focal lengths are exact unless --focal_error is given.
     if (!FirstGiven({"focal_error"}).empty()) {
       input.focal_sigma = 0.01 * FLAGS_focal_error;
     }
@@ -217,16 +218,16 @@ CalibrationInput InputOfFlags(const RunOptions& options,
   input.lenses_known = false;
   input.focal_stated = !FLAGS_focal.empty();
   input.focal_sigma = 0.01 * FLAGS_focal_error;
-  // 40 to 90 degrees are one and a half of it on either side.
+  // Relative to 60 degrees, 40 and 90 degrees are 1.5 and 1.8 sigmas away.
   if (FLAGS_focal.empty()) input.focal_sigma = 0.3;
   return input;
 }
 
-// By KnownLength::Kind.
+// Indexed by KnownLength::Kind.
 constexpr std::array kMetreFrom = {"population", "scale", "distance",
                                    "cameras_apart"};
 
-// null where nothing could be left out.
+// null if there were no halves to hold out.
 Json Told(double px) { return px > 0.0 ? Json(px) : Json(); }
 
 std::string JsonReport(const RecordingCalibration& recording,
@@ -275,7 +276,7 @@ std::string JsonReport(const RecordingCalibration& recording,
   return DumpJson(report, 1) + "\n";
 }
 
-// Residuals on what a fit was not given, over the joined views.
+// Mean residuals on held-out parts, over the joined views.
 std::string LeftOutText(const RigResult& rig) {
   const std::pair<const char*, double LeftOutPx::*> kinds[] = {
       {"frames", &LeftOutPx::frames},
@@ -340,7 +341,7 @@ std::string ReportPath(const std::string& out) {
   return WithoutExtension(out) + ".calibrate.json";
 }
 
-// What --out may not be is said before minutes of work.
+// Reports an unusable --out before minutes of work.
 void CheckOutput() {
   const std::string path = WithFolders(FLAGS_out);
   AtomicFiles files;
@@ -370,8 +371,8 @@ void WriteCalibration(const RecordingCalibration& recording,
   SayNotes(lost_fields);
 }
 
-// The calibration and its verdict appear together. A refusal leaves none, nor
-// that of an earlier recording.
+// The calibration and its verdict appear together. A refusal removes the
+// calibration of an earlier recording.
 void WriteAll(const RecordingCalibration& recording, const KnownLength& length,
               const std::vector<std::string>& views,
               const CalibrationFormat& format) {
@@ -390,7 +391,7 @@ void WriteAll(const RecordingCalibration& recording, const KnownLength& length,
   files.Commit();
 }
 
-// The flag with which the recording is tracked where views are left out.
+// The flag to track with the calibrated views only, if some are left out.
 std::string UseFlag(const RecordingCalibration& recording) {
   if (recording.cameras.size() == recording.view_names.size()) return "";
   std::string list;
@@ -423,7 +424,7 @@ void RunCalibrate() {
         "--frame_rate: not given, and the detections do not specify it [Hz]");
   }
   CalibrationInput input = InputOfFlags(options, detections);
-  CheckOutput();  // it may be what was read
+  CheckOutput();  // the output may replace the input
   std::unique_ptr<Progress> progress;
   std::string stage;
   input.progress = [&](const std::string& now, int done, int total) {

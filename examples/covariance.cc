@@ -1,5 +1,5 @@
 // Uncertainty of a joint: prints, for every tenth frame, the longest 95 %
-// half-axis of the wrist beside its true error in a synthetic scene.
+// half-axis of the wrist next to its true error in a synthetic scene.
 #include <kinegraph/kinegraph.h>
 
 #include <Eigen/Eigenvalues>

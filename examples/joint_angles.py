@@ -1,4 +1,4 @@
-"""Plots joint angles with their intervals, and compares them with a truth:
+"""Plots joint angles with their intervals, and compares them with ground truth:
 
     python3 joint_angles.py TRACKS OUT.png [TRUTH]
 
@@ -40,7 +40,7 @@ def plot(table, path):
 
 
 def nearest_truth(table, truth):
-    """For each row, the true row of the same time with the nearest mass."""
+    """For each row, the true row at the same time with the nearest centre of mass."""
     instants = [np.round(1e3 * t.times_s) for t in (table, truth)]  # ms
     if not all(np.isfinite(times).all() for times in instants):
         instants = [table.frames, truth.frames]

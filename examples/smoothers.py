@@ -19,7 +19,7 @@ detections = kg.read_detections(f"{folder}/detections.jsonl")
 truth = kg.read_tracks(f"{folder}/truth.jsonl")
 print(detections, "by", cameras)
 
-# %% Track once, and keep the matches
+# %% Track once, and fix the matches
 frozen = kg.Frozen(cameras, detections)
 
 # %% The same matches, smoothed in several ways

@@ -1,6 +1,5 @@
-// The Python module `kinegraph`: arrays in, arrays out, the library in between.
-// What stands here converts; it computes nothing. python/kinegraph/__init__.py
-// is what a user imports.
+// The Python module `kinegraph`: converts between arrays and the library's
+// types, and computes nothing. Users import python/kinegraph/__init__.py.
 #include <pybind11/eigen.h>
 #include <pybind11/functional.h>
 #include <pybind11/numpy.h>
@@ -51,7 +50,7 @@ namespace {
 
 using Array = py::array_t<double, py::array::c_style | py::array::forcecast>;
 
-// (N,) of what `get` gives of each of N items.
+// (N,) array of `get` for each of N items.
 template <typename Number, typename Items, typename Get>
 py::array_t<Number> ArrayOver(const Items& items, const Get& get) {
   py::array_t<Number> numbers(static_cast<py::ssize_t>(items.size()));
@@ -60,7 +59,7 @@ py::array_t<Number> ArrayOver(const Items& items, const Get& get) {
   return numbers;
 }
 
-// For pickle, and so for copy.copy and copy.deepcopy.
+// Support for pickle, and thus for copy.copy and copy.deepcopy.
 template <typename T>
 auto Pickled() {
   return py::pickle([](const T& value) { return py::bytes(BytesOf(value)); },
@@ -97,7 +96,7 @@ Camera MakeCamera(const std::string& name, const Eigen::Matrix3d& K,
   return Camera(parameters);
 }
 
-// (N, 3) points in the world [m] to (N, 2) raw pixels, NaN where there is none.
+// (N, 3) points in the world [m] to (N, 2) raw pixels, NaN without an image.
 Array ProjectPoints(const Camera& camera, const Array& points) {
   if (points.ndim() != 2 || points.shape(1) != 3) {
     throw InputError("points: expected an array of shape (N, 3) [m]");
@@ -117,8 +116,8 @@ Array ProjectPoints(const Camera& camera, const Array& points) {
 
 // ---- Detections -------------------------------------------------------------
 
-// (people, joints, 3) of x [px], y [px], confidence; NaN anywhere, or (0, 0),
-// which YOLO's arrays have for what it does not see: not found.
+// (people, joints, 3) of x [px], y [px], confidence; NaN in any of these, or
+// (0, 0), which YOLO writes for joints it does not see, means not found.
 std::vector<Detection> DetectionsOf(const Array& people, int joint_count) {
   if (people.size() == 0) return {};
   if (people.ndim() != 3 || people.shape(1) != joint_count ||
@@ -160,7 +159,7 @@ Array ArrayOf(const std::vector<Detection>& detections, int joint_count) {
   return people;
 }
 
-// One frame: an array a view. `time_s` of the frame; without it frame / rate.
+// One frame from an array per view. `time_s`: default frame / rate.
 DetectionFrame FrameOf(int64_t number, const std::vector<Array>& views,
                        std::optional<double> time_s,
                        const DetectionHeader& header) {
@@ -232,8 +231,8 @@ py::array_t<int64_t> IdsOf(const TrackSequence& tracks) {
                             [](const auto& column) { return column.first; });
 }
 
-// (F, P, J, ...) of what `put(person, j, out)` writes of the joints of
-// everybody who is there, `tail` numbers each; `fill` elsewhere.
+// (F, P, J, tail...) array: `put(person, j, out)` writes the joints of people
+// who are present; `fill` elsewhere.
 template <typename Number, typename Put>
 py::array_t<Number> JointArray(const TrackSequence& tracks,
                                const std::vector<py::ssize_t>& tail,
@@ -286,7 +285,7 @@ Array CovariancesOf(const TrackSequence& tracks) {
         if (j >= person.covariances.size()) return;
         const auto& covariance = person.covariances[j];
         if (!covariance.has_value()) return;
-        // As files have it: the upper triangle, mirrored.
+        // The upper triangle, mirrored, as in files.
         for (int a = 0; a < 3; ++a) {
           for (int b = 0; b < 3; ++b) {
             *out++ = (*covariance)(std::min(a, b), std::max(a, b));
@@ -321,8 +320,8 @@ RunRequest RequestOf(const std::vector<Camera>& cameras,
   return request;
 }
 
-// Hears of Ctrl-C while the library works. Python runs handlers of signals on
-// its main thread alone; the other threads of the work stop when that one has.
+// Checks for Ctrl-C while the library works. Python runs signal handlers on its
+// main thread only; the other threads stop once that one has.
 class SignalCheck {
  public:
   void operator()() {
@@ -337,11 +336,11 @@ class SignalCheck {
     stopped_ = true;
     throw Stopped();
   }
-  // What a handler raised, KeyboardInterrupt as a rule.
+  // The exception of a handler, usually KeyboardInterrupt.
   const std::exception_ptr& error() const { return error_; }
 
  private:
-  // Taking Python's lock costs more than asking.
+  // Limits how often Python's lock is taken, which is costly.
   static constexpr std::chrono::milliseconds kPause{50};
   const std::thread::id owner_ = std::this_thread::get_id();
   std::chrono::steady_clock::time_point next_;
@@ -349,7 +348,7 @@ class SignalCheck {
   std::atomic<bool> stopped_{false};
 };
 
-// Runs `work` without Python's lock; Ctrl-C ends it.
+// Runs `work` without Python's lock; Ctrl-C interrupts it.
 template <typename Work>
 auto Interruptible(const Work& work) {
   SignalCheck signals;
@@ -374,7 +373,7 @@ TrackSequence Track(const std::vector<Camera>& cameras,
       RequestOf(cameras, frames, without_cameras, threads);
   const auto total =
       static_cast<int64_t>(given.frames.size()) * PassCount(options);
-  // How far the run is. Taking the interpreter's lock costs more than a frame.
+  // Reports progress. Taking the interpreter's lock costs more than a frame.
   const auto tell = [&progress, total](int64_t frames_read) {
     constexpr int64_t kStride = 16;  // frames
     CheckStop();
@@ -387,7 +386,7 @@ TrackSequence Track(const std::vector<Camera>& cameras,
       [&] { return TrackSequenceOf(options, request, given, nullptr, tell); });
 }
 
-// The matches of a run, frozen, to be smoothed again and again.
+// The fixed matches of a run, to be smoothed by several strategies.
 class Frozen {
  public:
   Frozen(const std::vector<Camera>& cameras,
@@ -439,7 +438,7 @@ class Frozen {
   std::vector<ReplayedPerson> people_;
 };
 
-// Of a session, which never has the whole recording.
+// Options for a session, which never has the whole recording.
 RunOptions LiveOptionsOf(const std::string& config, const std::string& set,
                          const std::string& mode) {
   const RunOptions options = OptionsOf(config, set, mode);
@@ -452,8 +451,8 @@ RunOptions LiveOptionsOf(const std::string& config, const std::string& set,
   return options;
 }
 
-// A Session that is fed arrays and answers with the frames that became final.
-// Calls from several threads wait for each other.
+// A Session that takes arrays and returns the frames that became final. Calls
+// from several threads are serialised.
 class LiveSession {
  public:
   LiveSession(const std::vector<Camera>& cameras, const std::string& skeleton,
@@ -477,7 +476,7 @@ class LiveSession {
   template <typename Work>
   TrackSequence Alone(const Work& work) {
     const std::thread::id self = std::this_thread::get_id();
-    if (owner_ == self) {  // a handler of signals; it would wait for ever
+    if (owner_ == self) {  // a signal handler, which would deadlock
       throw std::runtime_error(
           "this Session is at work already, further up in the same thread");
     }
@@ -505,9 +504,8 @@ class LiveSession {
 
 // ---- Scores -----------------------------------------------------------------
 
-// Tracks and truth as `evaluate` compares them: under our names of joints, in
-// frames that are paired and one world. What needs saying becomes a warning of
-// Python's.
+// Tracks and truth as `evaluate` compares them: with our joint names, in paired
+// frames and in the same world. Notes become Python warnings.
 class Scored {
  public:
   Scored(const TrackSequence& tracks, const TrackSequence& truth)
@@ -603,10 +601,10 @@ Array ColumnOf(const KinematicsTable& table, const std::string& column) {
 
 // ---- Files ------------------------------------------------------------------
 
-// str, bytes or os.PathLike; names that are no UTF-8 as Python holds them.
+// str, bytes or os.PathLike, including names that are not UTF-8.
 using Path = std::filesystem::path;
 
-// `found`, of that name, which must be written, too.
+// `found`, the format of this name, if it can be written.
 template <typename Format>
 const Format& WrittenFormat(const Format* found, const std::string& name,
                             const std::vector<Format>& formats) {
@@ -643,8 +641,8 @@ bool HasMatches(const TrackSequence& tracks) {
   return false;
 }
 
-// `names_of` is the file that the tracks came from, for the names of people in
-// it; empty for none.
+// `names_of`: the file with the names of people, usually the source of the
+// tracks; empty: none.
 LostFields WriteTracksAs(const Path& file, const TrackSequence& tracks,
                          const std::string& format, const Path& names_of) {
   const std::string path = file.string();
@@ -660,7 +658,7 @@ LostFields WriteTracksAs(const Path& file, const TrackSequence& tracks,
     lost_fields.push_back("names of people are not kept");
   }
   if (found.name == "kinegraph") {
-    // Observations are written where the tracks have some, as `track` does.
+    // Writes observations if the tracks have any, as `track` does.
     WriteTracks(path, tracks, {HasMatches(tracks), options.names});
   } else {
     found.write(path, tracks, options, &lost_fields);
@@ -708,10 +706,9 @@ LostFields ConvertFiles(const Path& source, const Path& target,
 void BindSkeleton(py::module_& m) {
   py::class_<Skeleton>(m, "Skeleton", "Joints and bones of a body model.")
       .def(py::init(&NamedSkeleton), "name"_a,
-           "The built-in skeleton of that name (see skeleton_names()).")
+           "The built-in skeleton of this name (see skeleton_names()).")
       .def(Pickled<Skeleton>())
-      .def_property_readonly("name", &Skeleton::name,
-                             "Its name, as files have it.")
+      .def_property_readonly("name", &Skeleton::name, "Its name, as in files.")
       .def_property_readonly("joints", &Skeleton::joints,
                              "Names of the J joints, in the order of arrays.")
       .def_property_readonly(
@@ -739,7 +736,7 @@ void BindCamera(py::module_& m) {
            "K (3, 3) [px]; R (3, 3), t (3,) [m]: x_camera = R x_world + t;\n"
            "model: opencv5 (k1 k2 p1 p2 k3) or opencv_fisheye (k1 k2 k3 k4);\n"
            "distortion: coefficients of the lens model, empty for none;\n"
-           "image_size: (width, height) [px], (0, 0) when not known.")
+           "image_size: (width, height) [px], (0, 0) if unknown.")
       .def(py::pickle(
           [](const Camera& camera) {
             const bool has_lens = camera.lens() != nullptr;
@@ -758,7 +755,7 @@ void BindCamera(py::module_& m) {
                               state[5].cast<std::string>(),
                               state[6].cast<std::pair<int, int>>());
           }))
-      .def_property_readonly("name", &Camera::name, "As the views name it.")
+      .def_property_readonly("name", &Camera::name, "Its name, as in views.")
       .def_property_readonly("K", &Camera::K, "(3, 3) [px].")
       .def_property_readonly("R", &Camera::R, "(3, 3), world to camera.")
       .def_property_readonly("t", &Camera::t, "(3,) [m], world to camera.")
@@ -782,7 +779,7 @@ void BindCamera(py::module_& m) {
           [](const Camera& camera) {
             return std::make_pair(camera.width_px(), camera.height_px());
           },
-          "(width, height) [px]; (0, 0) when not known.")
+          "(width, height) [px]; (0, 0) if unknown.")
       .def("project", &ProjectPoints, "points"_a,
            "(N, 3) points in the world [m] to (N, 2) raw pixels; NaN where a\n"
            "point has no image.")
@@ -793,10 +790,12 @@ void BindCamera(py::module_& m) {
 
 void BindDetections(py::module_& m) {
   py::class_<DetectionSequence>(m, "Detections", "2D poses of a recording.")
-      .def(py::init(&SequenceOf), "frames"_a, "skeleton"_a, "views"_a,
-           "frame_rate_hz"_a, "first_frame"_a = 0,
-           "frames[k][v]: array (people, joints, 3) of x [px], y [px] and\n"
-           "confidence; NaN: not found. views: a name a view, as its camera.")
+      .def(
+          py::init(&SequenceOf), "frames"_a, "skeleton"_a, "views"_a,
+          "frame_rate_hz"_a, "first_frame"_a = 0,
+          "frames[k][v]: array (people, joints, 3) of x [px], y [px] and\n"
+          "confidence; NaN or exactly (0, 0): not found. views: for each view\n"
+          "the name of its camera.")
       .def(Pickled<DetectionSequence>())
       .def(
           "__len__", [](const DetectionSequence& d) { return d.frames.size(); },
@@ -812,7 +811,7 @@ void BindDetections(py::module_& m) {
       .def_property_readonly(
           "frame_rate_hz",
           [](const DetectionSequence& d) { return d.header.frame_rate_hz; },
-          "[Hz]; 0 when not known.")
+          "[Hz]; 0 if unknown.")
       .def(
           "frame_numbers",
           [](const DetectionSequence& d) {
@@ -854,7 +853,7 @@ void BindTracks(py::module_& m) {
       .def_property_readonly(
           "frame_rate_hz",
           [](const TrackSequence& t) { return t.header.frame_rate_hz; },
-          "[Hz]; 0 when not known.")
+          "[Hz]; 0 if unknown.")
       .def_property_readonly(
           "mode", [](const TrackSequence& t) { return t.header.mode; },
           "\"paper\", \"graph\", or the format that was read.")
@@ -887,8 +886,8 @@ void BindTracks(py::module_& m) {
                              "Identities, ascending, (P,) int64.")
       .def_property_readonly(
           "positions_m", &PositionsOf,
-          "(F, P, J, 3) in the world [m]; NaN where a joint is missing. Made\n"
-          "anew at each access.")
+          "(F, P, J, 3) in the world [m]; NaN where a joint is missing. Each\n"
+          "access creates a new array.")
       .def_property_readonly("status", &StatusesOf,
                              "(F, P, J) uint8: MISSING, INFERRED or OBSERVED.")
       .def_property_readonly("covariance_m2", &CovariancesOf,
@@ -898,8 +897,9 @@ void BindTracks(py::module_& m) {
 void BindKinematics(py::module_& m) {
   py::class_<KinematicsTable>(
       m, "Kinematics",
-      "Joint angles, speeds and ways: a row a person and frame (R rows),\n"
-      "table[column] an array (R,). docs/kinematics.md defines the columns.")
+      "Joint angles, speeds and path lengths: one row per person and frame\n"
+      "(R rows); table[column] is an array (R,). docs/kinematics.md defines\n"
+      "the columns.")
       .def(Pickled<KinematicsTable>())
       .def(
           "__len__", [](const KinematicsTable& t) { return t.rows.size(); },
@@ -911,7 +911,7 @@ void BindKinematics(py::module_& m) {
       .def_readonly("angles", &KinematicsTable::angles,
                     "Names of the angles, without unit.")
       .def_readonly("notes", &KinematicsTable::notes,
-                    "What is not there, and why.")
+                    "Quantities that are omitted, with the reason.")
       .def_readonly("up", &KinematicsTable::up,
                     "(3,) unit vector upwards in the world, as used.")
       .def_property_readonly(
@@ -928,7 +928,7 @@ void BindKinematics(py::module_& m) {
               return t.has_times ? ToSeconds(row.time) : kNan;
             });
           },
-          "Times, (R,) [s]; NaN when they are not known.")
+          "Times, (R,) [s]; NaN if unknown.")
       .def_property_readonly(
           "ids",
           [](const KinematicsTable& t) {
@@ -945,26 +945,26 @@ void BindRuns(py::module_& m) {
         "frames"_a = std::vector<std::pair<int64_t, int64_t>>(),
         "without_cameras"_a = std::vector<std::string>(), "threads"_a = 1,
         "progress"_a = py::none(), "See kinegraph.track.");
-  m.def("kinematics", &Kinematics, "tracks"_a, "up"_a = "auto",
-        "observed_only"_a = false,
-        "Joint angles with 95 % intervals, speeds and ways; Kinematics.\n"
-        "up: axis of the world that points upwards (\"z\", \"-y\"), or "
-        "\"auto\":\n"
-        "as people stand. observed_only: joints that fewer than two views\n"
-        "support in a frame count as missing.");
-  py::class_<Frozen>(m, "Frozen", "A tracked take whose matches are kept.")
+  m.def(
+      "kinematics", &Kinematics, "tracks"_a, "up"_a = "auto",
+      "observed_only"_a = false,
+      "Joint angles with 95 % intervals, speeds and path lengths; returns\n"
+      "Kinematics. up: axis of the world that points upwards (\"z\", \"-y\"),\n"
+      "or \"auto\": as people stand. observed_only: joints that fewer than\n"
+      "two views support in a frame count as missing.");
+  py::class_<Frozen>(m, "Frozen", "A tracked take with fixed matches.")
       .def(py::init<const std::vector<Camera>&, const DetectionSequence&,
                     const std::string&, const std::string&>(),
            "cameras"_a, "detections"_a, "config"_a = "", "set"_a = "")
       .def_property_readonly("tracks", &Frozen::tracks,
-                             "What the run itself wrote.")
+                             "The result of the run itself.")
       .def("smooth", &Frozen::Smooth, "strategy"_a,
            "The same matches, smoothed by another strategy (strategies()).");
   m.def("strategies", &OutputNames, "Names of the smoothing strategies.");
   py::class_<LiveSession>(
       m, "Session",
-      "A run that is fed frame by frame. Calls from several threads wait for\n"
-      "each other; each Session is independent of every other.")
+      "A run on frames as they arrive. Calls from several threads are\n"
+      "serialised; Sessions are independent of each other.")
       .def(py::init<const std::vector<Camera>&, const std::string&,
                     const std::vector<std::string>&, double, const std::string&,
                     const std::string&, const std::string&>(),
@@ -973,11 +973,13 @@ void BindRuns(py::module_& m) {
       .def(
           "process", &LiveSession::Process, "frame"_a, "views"_a,
           "time_s"_a = py::none(),
-          "Feeds one frame, numbers ascending: an array (people, joints, 3) a\n"
-          "view of x [px], y [px], confidence; time_s: of the frame, without\n"
-          "it frame / frame_rate_hz. Returns Tracks of the frames that became\n"
-          "final.")
-      .def("finish", &LiveSession::Finish, "Tracks of the rest of the frames.");
+          "Processes one frame, with ascending numbers. views: per view an "
+          "array\n"
+          "(people, joints, 3) of x [px], y [px], confidence; time_s: of the\n"
+          "frame, default frame / frame_rate_hz. Returns Tracks of the frames\n"
+          "that became final.")
+      .def("finish", &LiveSession::Finish,
+           "Returns Tracks of the remaining frames.");
 }
 
 void BindFiles(py::module_& m) {
@@ -996,7 +998,7 @@ void BindFiles(py::module_& m) {
       },
       "path"_a, "skeleton"_a = "", "frame_rate_hz"_a = 0.0, Unlocked(),
       "Reads 2D detections in any known format. skeleton and frame_rate_hz\n"
-      "[Hz] win over the file's.");
+      "[Hz] override the file's.");
   m.def(
       "read_tracks",
       [](const Path& path, const std::string& skeleton, double frame_rate_hz) {
@@ -1004,33 +1006,34 @@ void BindFiles(py::module_& m) {
                                              skeleton, frame_rate_hz));
       },
       "path"_a, "skeleton"_a = "", "frame_rate_hz"_a = 0.0, Unlocked(),
-      "Reads 3D results or a ground truth in any known format. skeleton and\n"
-      "frame_rate_hz [Hz]: if the file does not specify it.");
-  m.def("write_tracks", &WriteTracksAs, "path"_a, "tracks"_a, "format"_a = "",
-        "names_of"_a = "",
-        "Writes 3D poses in any format that is written; without `format` the\n"
-        "one that the path's extension chooses, else our own. names_of: file\n"
-        "that holds names of people. Returns what the format leaves out.");
+      "Reads 3D results or a ground truth in any known format. skeleton: for\n"
+      "files that do not specify it; frame_rate_hz [Hz]: overrides the\n"
+      "file's.");
+  m.def(
+      "write_tracks", &WriteTracksAs, "path"_a, "tracks"_a, "format"_a = "",
+      "names_of"_a = "",
+      "Writes 3D poses in any format that can be written; by default the one\n"
+      "that the path's extension chooses, else our own. names_of: file with\n"
+      "the names of people. Returns what the format omits.");
   m.def("_set_adapters", &SetOwnAdapters, "command"_a,
-        "How kinegraph-adapters is started.");
+        "Sets the command of kinegraph-adapters.");
   m.def("_convert", &ConvertFiles, "source"_a, "target"_a, "to"_a, "from_"_a,
         "skeleton"_a, "frame_rate_hz"_a, "image_size"_a, "unit"_a, "axes"_a,
-        "markers"_a, "person"_a, "set"_a, "What convert() calls.");
+        "markers"_a, "person"_a, "set"_a, "Called by convert().");
   m.def("write_cameras", &WriteCamerasAs, "path"_a, "cameras"_a,
         "format"_a = "kinegraph",
-        "Writes a calibration; returns what the format leaves out.");
-  m.def(
-      "write_detections", &WriteDetectionsAs, "path"_a, "detections"_a,
-      "format"_a = "kinegraph", "image_size"_a = std::pair<int, int>(0, 0),
-      "Writes 2D detections; returns what the format leaves out. image_size:\n"
-      "(width, height) [px], for formats that hold it.");
+        "Writes a calibration; returns what the format omits.");
+  m.def("write_detections", &WriteDetectionsAs, "path"_a, "detections"_a,
+        "format"_a = "kinegraph", "image_size"_a = std::pair<int, int>(0, 0),
+        "Writes 2D detections; returns what the format omits. image_size:\n"
+        "(width, height) [px], for formats that contain it.");
   m.def(
       "file_kind",
       [](const Path& path) {
         return std::string(ToString(RecogniseKind(path.string())));
       },
       "path"_a,
-      "What a file or folder holds, by content: \"calibrations\",\n"
+      "The kind of a file or folder, by content: \"calibrations\",\n"
       "\"detections\" or \"tracks\".");
 }
 

@@ -1,5 +1,5 @@
-// Values as bytes and back, for pickle and copy.deepcopy. The bytes are of this
-// version on this machine: files in a format are for keeping.
+// Values as bytes and back, for pickle and copy.deepcopy. The bytes are valid
+// for this version on this machine only; store recordings in a file format.
 #ifndef KINEGRAPH_PYTHON_PICKLING_H_
 #define KINEGRAPH_PYTHON_PICKLING_H_
 
@@ -18,7 +18,7 @@
 
 namespace kinegraph {
 
-// Appends what it visits.
+// Appends visited values.
 class ByteWriter {
  public:
   static constexpr bool kReads = false;
@@ -36,7 +36,7 @@ class ByteWriter {
   std::string bytes_;
 };
 
-// Fills what it visits. Throws where the bytes end too early.
+// Sets visited values. Throws if the bytes end early.
 class ByteReader {
  public:
   static constexpr bool kReads = true;
@@ -50,7 +50,7 @@ class ByteReader {
     std::memcpy(data, bytes_.data() + at_, size);
     at_ += size;
   }
-  // Every element takes a byte at least.
+  // Every element takes at least one byte.
   size_t Count(size_t) {
     size_t count = 0;
     Raw(&count, sizeof(count));
@@ -87,7 +87,7 @@ void Visit(Bytes& bytes, TrackId& id) {
   id = TrackId(value);
 }
 
-// Declared before those that hold each other.
+// Declared before their definitions, which call each other.
 template <typename Bytes, typename T>
 void Visit(Bytes& bytes, std::optional<T>& value);
 template <typename Bytes, typename T>
@@ -185,7 +185,7 @@ void Visit(Bytes& bytes, std::vector<T>& values) {
   for (T& value : values) Visit(bytes, value);
 }
 
-// The writer changes nothing.
+// Writing does not modify the value.
 template <typename T>
 std::string BytesOf(const T& value) {
   ByteWriter writer;

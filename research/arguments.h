@@ -1,4 +1,4 @@
-// Flags of the programs in research.
+// Flags of the research programs.
 #ifndef KINEGRAPH_RESEARCH_ARGUMENTS_H_
 #define KINEGRAPH_RESEARCH_ARGUMENTS_H_
 
@@ -8,8 +8,8 @@
 
 namespace kinegraph::testing {
 
-// What follows `flag` ("--json=") in the argument that begins with it, which is
-// taken out; empty when there is none.
+// Removes the argument that begins with `flag` ("--json=") and returns the rest
+// of it; empty if there is none.
 inline std::string ExtractFlag(const std::string& flag,
                                std::vector<std::string>* arguments) {
   const auto at = std::find_if(

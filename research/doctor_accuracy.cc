@@ -1,13 +1,13 @@
-// How often the doctor names what is wrong with a mis-stated calibration, and
-// how often it calls a sound one suspect. Each kind of fault is put into
-// synthetic scenes of other seeds than the tests use, whose detector has
-// offsets that last.
+// How often the doctor identifies the fault of a misstated calibration, and how
+// often it reports a sound one as suspect. Each kind of fault is applied to
+// synthetic scenes of other seeds than the tests', with a detector that has
+// constant offsets.
 //
 //   doctor_accuracy [SCENES_A_KIND] [FIRST_SEED] [KIND] [--json=FILE]
 //
-// Prints one line a kind: named, not named, confidently wrong (a kind of
-// finding that is not the fault's with a confidence of 0.8 and more), and the
-// one-sided 95 % limits (Clopper and Pearson 1934).
+// Prints one line per kind: identified, not identified, confidently wrong (a
+// finding of another kind with a confidence of 0.8 or more), and the one-sided
+// 95 % limits (Clopper and Pearson 1934).
 #include <cmath>
 #include <cstdio>
 #include <fstream>
@@ -27,11 +27,11 @@ namespace {
 
 struct Fault {
   std::string name;
-  // Any of these kinds names it. None: the scene is sound.
+  // Findings that identify it. Empty: the scene is sound.
   std::set<std::string> kinds;
   std::function<void(Random*, FaultySceneOptions*)> options;
   std::function<void(Random*, FaultyScene*)> spoil;
-  bool recorded = false;  // people of data/motion
+  bool recorded = false;  // people from data/motion
 };
 
 size_t Any(Random* random, const FaultyScene& scene) {
@@ -61,7 +61,7 @@ void TurnImages(FaultyScene* scene, size_t v, int quarter_turns) {
   }
 }
 
-// Camera matrices of images so many times as large.
+// Scales camera matrices to images of another size.
 void ScaleImages(const std::function<double(const Camera&)>& factor,
                  FaultyScene* scene) {
   for (Camera& camera : scene->cameras) {
@@ -71,8 +71,7 @@ void ScaleImages(const std::function<double(const Camera&)>& factor,
   }
 }
 
-// The times of the frames as somebody tells them whose clock runs `factor`
-// times as fast.
+// Frame times stated by a clock that runs `factor` times as fast.
 void TellRate(double factor, FaultyScene* scene) {
   scene->scene.frame_rate_hz *= factor;
   scene->detections.header.frame_rate_hz *= factor;
@@ -90,14 +89,14 @@ std::vector<Fault> Faults() {
   const auto pose = [](const std::function<Camera(const Camera&)>& stated) {
     return [stated](Random*, FaultyScene* scene) { EachPose(scene, stated); };
   };
-  // One view of five, whose pictures are so much later than told.
+  // One view of five, whose images are later than stated by this much.
   const auto late = [](double offset_s) {
     return [offset_s](Random* random, FaultySceneOptions* o) {
       o->clock_offset_s.assign(5, 0.0);
       o->clock_offset_s[static_cast<size_t>(random->Index(5))] = offset_s;
     };
   };
-  // Three people who hop (data/motion), nobody in step.
+  // Three people who hop (data/motion), at different phases.
   const auto hop = [](FaultySceneOptions* o) {
     o->clips.assign(3, FindData("motion/hop_30hz.jsonl").value().string());
     o->clip_start_s = {0.0, 0.37, 0.74};
@@ -183,7 +182,7 @@ std::vector<Fault> Faults() {
               static_cast<size_t>(random->Index(
                   static_cast<int64_t>(scene->cameras.size() - 1)))) %
              scene->cameras.size();
-         // The names stay: views are paired by them.
+         // Views are paired by names, which are kept.
          CameraParameters one = scene->cameras[a].parameters();
          CameraParameters other = scene->cameras[b].parameters();
          std::swap(one.name, other.name);
@@ -316,13 +315,13 @@ std::vector<Fault> Faults() {
   };
 }
 
-// log of n over k.
+// Logarithm of n over k.
 double LogChoose(int n, int k) {
   return std::lgamma(n + 1.0) - std::lgamma(k + 1.0) - std::lgamma(n - k + 1.0);
 }
 
-// Upper one-sided 95 % limit of a rate of which `k` of `n` were seen: the p at
-// which k or fewer have a chance of 5 %.
+// Upper one-sided 95 % limit of a rate for `k` of `n` observed: the p for which
+// k or fewer have a probability of 5 %.
 double UpperLimit(int k, int n) {
   if (k >= n) return 1.0;
   double low = 0.0;
@@ -339,8 +338,8 @@ double UpperLimit(int k, int n) {
   return high;
 }
 
-// To standard error: what was said of a fault that was not named, or of more
-// than the fault.
+// Prints to standard error the findings on a fault that was not identified, or
+// findings beyond the fault.
 void PrintFindings(const std::string& fault, uint64_t seed,
                    const Diagnosis& diagnosis) {
   std::fprintf(stderr, "%s, scene %llu: %s\n", fault.c_str(),

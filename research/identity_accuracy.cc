@@ -1,25 +1,24 @@
-// Who is who on synthetic scenes: people who cross, are hidden, leave and come
-// back, and recorded clips placed in one room. Prints Markdown: paper mode,
-// graph mode without and with linking (core/identity/linking.h), and the
-// tracklets of graph mode joined by truth, which is the most that linking alone
-// could reach.
+// Accuracy of identities on synthetic scenes: people who cross, are hidden,
+// leave and return, and recorded clips placed in one room. Prints Markdown:
+// paper mode, graph mode without and with linking (core/identity/linking.h),
+// and the tracklets of graph mode joined by the truth, the best that linking
+// alone could reach.
 //
 //   identity_accuracy [--scenes=A,B] [--seeds=FIRST:END] [--set=KEY=VALUE;...]
 //     [--scene=KEY=VALUE;...] [--second_pass] [--linking_only] [--details]
 //     [--lines=FILE] [--tracks=FOLDER] [--json=FILE]
 //   identity_accuracy --table=FILE [--json=FILE]
 //
-// A scene is a name of the table below (default: all); several share a
-// beginning, "6p_5c". What was counted in each recording is appended to FILE,
-// and --table sums all lines of such a file, so that a long table can be made
-// in short pieces. --set changes what graph mode runs with: the whole recording
-// with the block-tridiagonal solver (configs/offline.toml), --scene what is
-// simulated (scene.stature_sigma=0: all of one height). --second_pass also
-// scores the tracks that `track` would write with linking and a second pass;
-// --linking_only leaves paper mode out. --details says of each change whether
-// it was right.
-// --tracks keeps the tracks of graph mode and reads them when they are there,
-// which makes it quick to try linking again.
+// A scene is a name of the table below (default: all), or the beginning of
+// several names, "6p_5c". The counts of each recording are appended to FILE of
+// --lines, and --table sums all lines of such a file, so that a long table can
+// be computed in parts. --set changes the options of graph mode, which runs on
+// the whole recording with the block-tridiagonal solver (configs/offline.toml);
+// --scene changes the simulation (scene.stature_sigma=0: all of one height).
+// --second_pass also scores the tracks that `track` would write with linking
+// and a second pass; --linking_only omits paper mode. --details lists each
+// change and whether it was right. --tracks stores the tracks of graph mode and
+// reuses existing ones, to repeat linking quickly.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -83,21 +82,21 @@ constexpr Layout kLayouts[] = {
 const char* const kClips[] = {"dance_30hz", "start_hop_stop_120hz",
                               "start_walk_stop_120hz", "hop_30hz"};
 
-// At 120 Hz a recording is shorter, for the sake of time.
+// Recordings at 120 Hz are shorter, to save time.
 double DurationS(const Layout& layout) {
   return layout.rate_hz > 100.0 ? 20.0 : 30.0;
 }
 constexpr double kGateM = 0.5;
-constexpr double kLasting = 1.0;  // s, an exchange that lasts
-// Joins with a margin below are counted by themselves: are they as often wrong
-// as it says (once in 13 times or more often)?
+constexpr double kLasting = 1.0;  // s, least duration of a lasting exchange
+// Joins with a smaller margin are counted separately: their expected error rate
+// is one in 13 or more.
 constexpr double kClose = 2.5;  // nats
-// Each person is hidden once, for one of these.
+// Each person is hidden once, for one of these durations.
 constexpr double kHidden[] = {0.2, 0.5, 1.0, 2.0, 5.0};  // s
-// Clips last no longer than 5 to 15 s.
+// Clips last only 5 to 15 s.
 constexpr double kHiddenClips[] = {0.2, 0.5, 1.0, 2.0};  // s
-// Two people meet when their middles come this near, and have parted when they
-// are this far [m].
+// Two people meet when their centres are this near, and part when they are this
+// far apart [m].
 constexpr double kMeet = 0.7;
 constexpr double kPart = 1.2;
 
@@ -115,7 +114,7 @@ std::string Overrides(const Layout& layout, int seed, double rate_hz,
          ";scene.duration=" + number(duration_s);
 }
 
-// Takes one person's detections out of a frame, and marks the truth.
+// Removes one person's detections from a frame, and marks the truth.
 void HideIn(size_t f, int person, SyntheticRecording* recording) {
   DetectionFrame& frame = recording->detections.frames[f];
   for (size_t v = 0; v < frame.views.size(); ++v) {
@@ -133,7 +132,7 @@ void HideIn(size_t f, int person, SyntheticRecording* recording) {
   }
 }
 
-// Hides each person once in all views, at a moment of their own.
+// Hides each person once in all views, at different times.
 void Hide(const Layout& layout, int seed, SyntheticRecording* recording) {
   Random random(static_cast<uint64_t>(seed));
   for (int person = 0; person < layout.people; ++person) {
@@ -150,7 +149,7 @@ void Hide(const Layout& layout, int seed, SyntheticRecording* recording) {
     const auto length =
         static_cast<int64_t>(std::llround(hidden_s * layout.rate_hz));
     const auto count = static_cast<int64_t>(there.size());
-    // They are seen for a second before and after.
+    // Visible for a second before and after.
     const auto margin = static_cast<int64_t>(layout.rate_hz);
     const int64_t room = count - 2 * margin - length;
     if (room < 1) continue;
@@ -161,7 +160,7 @@ void Hide(const Layout& layout, int seed, SyntheticRecording* recording) {
   }
 }
 
-// How often two people come near each other.
+// Number of encounters of two people.
 int Encounters(const TrackSequence& truth) {
   std::set<std::pair<TrackId, TrackId>> together;
   int count = 0;
@@ -184,8 +183,8 @@ int Encounters(const TrackSequence& truth) {
   return count;
 }
 
-// Writes into each pose's score which true person it is, -1 for nobody: where
-// poses stand does not change with their identities.
+// Stores the true person of each pose in its score, -1 if unmatched: positions
+// of poses do not depend on their identities.
 void MarkTruth(const TrackSequence& truth, TrackSequence* tracks) {
   const JointPairs joints =
       CommonJoints(truth.header.skeleton, tracks->header.skeleton);
@@ -203,10 +202,10 @@ void MarkTruth(const TrackSequence& truth, TrackSequence* tracks) {
   }
 }
 
-// The true person that each identity is in each frame.
+// The true person of each identity, by frame.
 class TrueNames {
  public:
-  // Of tracks that carry MarkTruth's marks.
+  // From tracks marked by MarkTruth.
   explicit TrueNames(const TrackSequence& marked) {
     for (const TrackFrame& frame : marked.frames) {
       for (const PersonPose& person : frame.people) {
@@ -225,7 +224,7 @@ class TrueNames {
     }
   }
 
-  // The one that an identity is most often; -1 for nobody.
+  // The most frequent true person of an identity; -1 if unmatched.
   TrackId Of(TrackId identity) const {
     std::map<TrackId, int> votes;
     const auto at = names_.find(identity);
@@ -252,8 +251,8 @@ class TrueNames {
   std::map<TrackId, std::vector<std::pair<int64_t, TrackId>>> names_;
 };
 
-// Identities that are one true person for kLasting and then another for as
-// long.
+// Number of times that an identity is one true person for kLasting and then
+// another for as long.
 int LastingExchanges(const TrueNames& names, double rate_hz) {
   const auto lasting = static_cast<int64_t>(kLasting * rate_hz);
   int exchanges = 0;
@@ -282,7 +281,8 @@ TrackSequence JoinedByTruth(const TrackSequence& truth,
       const TrackId name = names.Of(person.id);
       person.id =
           name.value() >= 0 ? name : TrackId(1'000'000 + person.id.value());
-      // Two tracks of one person at once: the later is somebody of their own.
+      // Of two simultaneous tracks of one person, the later is a person of its
+      // own.
       if (count[person.id]++ > 0) {
         person.id = TrackId(2'000'000 + person.id.value());
       }
@@ -291,7 +291,7 @@ TrackSequence JoinedByTruth(const TrackSequence& truth,
   return joined;
 }
 
-// What is counted in one recording, or in several.
+// Counts of one recording, or sums over several.
 struct Counts {
   double recordings = 0.0;
   double true_frames = 0.0;
@@ -338,8 +338,9 @@ Counts CountsOf(const TrackSequence& truth, const TrackSequence& tracks) {
   return counts;
 }
 
-// Who an identity mostly was in the second up to `frame`, or, `after`, in the
-// second from there on: next to a gap the frames are nobody's for a while.
+// The most frequent true person of an identity in the second up to `frame` or,
+// with `after`, in the second from it: frames next to a gap are often
+// unmatched.
 TrackId NameAt(const TrueNames& names, TrackId id, int64_t frame, bool after,
                double rate_hz) {
   const auto all = names.names().find(id);
@@ -358,7 +359,7 @@ TrackId NameAt(const TrueNames& names, TrackId id, int64_t frame, bool after,
   return most;
 }
 
-// Counts joins of two tracks that are two people.
+// Counts joins of tracks of different people.
 void CountJoins(const TrackSequence& truth, TrackSequence tracks,
                 const std::vector<IdentityEdit>& edits, bool details,
                 Counts* counts) {
@@ -401,7 +402,8 @@ void CountJoins(const TrackSequence& truth, TrackSequence tracks,
   }
 }
 
-// The tracks of each true person: identity, first and last frame, how many.
+// Prints the tracks of each true person: identity, first and last frame,
+// number.
 void PrintPieces(const char* mode, const TrackSequence& truth,
                  const TrackSequence& tracks) {
   const TrueNames names(truth, tracks);
@@ -459,7 +461,7 @@ void PrintTable(std::map<Key, Counts> table) {
   }
 }
 
-// The same figures for the pages, in per cent.
+// The same figures for the documentation, in per cent.
 void WriteJson(const std::string& path, std::map<Key, Counts> table) {
   std::ofstream file(path);
   file.precision(8);
@@ -585,7 +587,7 @@ class Benchmark {
     return recording;
   }
 
-  // The tracks of graph mode, from their file if they are there.
+  // The tracks of graph mode, from their file if it exists.
   TrackSequence FirstPass(const Layout& layout, int seed,
                           const SyntheticRecording& recording,
                           const RunOptions& options) const {

@@ -1,4 +1,4 @@
-// How far estimates are from recorded motion that a modelled detector saw, over
+// Errors of estimates on recorded motion seen by a modelled detector, over
 // clips, detectors and frame rates.
 //
 //   motion_matrix [--clips=A[:SECONDS],B] [--rates=25,60]
@@ -7,15 +7,15 @@
 //     [--solver=sweeps|ceres] [--details]
 //     [--oracle=FILE[,FILE]] [--write_oracle=FILE] [--json=FILE]
 //
-// Ratios are to the best fixed tuning of --oracle, of a batch with bones to the
-// better of those with bones and without.
+// Ratios are to the best fixed tuning of --oracle; for a batch with bones, to
+// the better of those with and without bones.
 //
-// --details adds to the JSON, by detector, coverage and errors by acceleration
+// --details adds to the JSON, per detector, coverage and errors by acceleration
 // and views with 95 % intervals: a bootstrap over clips and seeds.
 //
-// Fixed association: every detection is known to be the person's. Errors are
-// those of shoulders to ankles; a joint that is not written costs 500 mm. The
-// first second of a recording counts apart.
+// Association is fixed: every detection is the person's. Errors are those of
+// shoulders to ankles; a joint that is not written counts as 500 mm. The first
+// second of a recording is counted separately.
 #include <Eigen/Dense>
 #include <algorithm>
 #include <array>
@@ -46,8 +46,8 @@ using testing::MotionRecording;
 using testing::SteadyClip;
 
 constexpr double kNotWritten_m = 0.5;
-constexpr double kApart_s = 1.0;  // of the beginning
-// 95 % of chi-square with three degrees of freedom.
+constexpr double kApart_s = 1.0;  // counted separately at the beginning
+// 95 % quantile of chi-square with three degrees of freedom.
 constexpr double kChi95 = 7.8147;
 constexpr std::array<double, 4> kAccelerations = {5.0, 15.0, 30.0, 1e9};
 
@@ -86,7 +86,7 @@ struct Share2 {
   double percent() const { return 100.0 * inside / count; }
 };
 
-// Errors of one strategy, in one cell or in several.
+// Errors of one strategy, in one or several cells.
 struct Errors {
   std::vector<float> errors_m;
   std::array<std::vector<float>, 4> by_acceleration_m;
@@ -117,7 +117,7 @@ double RmseOf(const std::vector<float>& errors_m) {
 }
 
 double Acceleration(const SteadyClip& clip, size_t k, int joint_idx) {
-  // Over a thirtieth of a second at least, whatever the rate.
+  // Over at least a thirtieth of a second, at any rate.
   const auto step =
       static_cast<size_t>(std::max(1.0, std::round(clip.rate_hz / 30.0)));
   if (k < step || k + step >= clip.joints_m.size()) return 0.0;
@@ -262,7 +262,7 @@ std::vector<Cell> CellsOf(const Settings& settings) {
   return cells;
 }
 
-// Commit 98b8b86 with every tuning of process noise and loss.
+// Commit 98b8b86 with all tunings of process noise and loss.
 std::vector<Strategy> FixedTunings(OutputKind kind, bool bones,
                                    GraphSolver solver) {
   std::vector<Strategy> strategies;
@@ -351,7 +351,7 @@ std::vector<Strategy> Chosen(const Settings& settings) {
   return chosen;
 }
 
-// Best fixed tuning by cell and kind of estimator, frozen.
+// Best fixed tuning by cell and kind of estimator, as recorded.
 struct Frozen {
   std::string tuning;
   double rmse_mm = 0.0;
@@ -385,7 +385,7 @@ std::string KindOf(const std::string& strategy) {
              : "batch";
 }
 
-// What a strategy is held against in a cell; null: nothing is frozen.
+// The tuning to which a strategy is compared in a cell; null: none recorded.
 const Frozen* TunedFor(const Oracle& oracle, const std::string& strategy,
                        const std::string& cell) {
   const std::string kind = KindOf(strategy);
@@ -442,7 +442,8 @@ void Merge(const Errors& part, Errors* whole) {
   whole->frames += part.frames;
 }
 
-// Of one detector and strategy, every clip and seed (at all rates) for itself.
+// For one detector and strategy, the errors of each clip and seed (at all
+// rates).
 using Units = std::map<std::string, Errors>;
 
 Errors Pooled(const Units& units) {
@@ -451,11 +452,11 @@ Errors Pooled(const Units& units) {
   return whole;
 }
 
-// Sum and weight of each unit's part of a share or a mean.
+// Numerator and weight of a unit in a share or mean.
 using PartOf = std::function<std::pair<double, double>(const Errors&)>;
 
-// Sum over weight of all units, over that of `below` if it is given, and the
-// interval by drawing units; NaN, which JSON writes as null, without weight.
+// Weighted mean over all units, divided by that of `below` if given, with the
+// interval by resampling units; NaN, which JSON writes as null, without weight.
 nlohmann::json WithInterval(const Units& units, const PartOf& part,
                             double scale, const Units* below = nullptr,
                             bool root = false) {

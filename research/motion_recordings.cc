@@ -15,7 +15,7 @@
 namespace kinegraph::testing {
 namespace {
 
-// AR(1) errors of unit variance in each axis.
+// AR(1) errors of unit variance per axis.
 class SlowNoise {
  public:
   Eigen::Vector2d Next(double correlation, Random* random) {
@@ -61,8 +61,8 @@ DetectionSequence Detect(const SteadyClip& clip, const CameraRig& cameras,
       Detection& detection = view.detections.emplace_back();
       detection.joints.resize(joint_count);
       for (size_t j = 0; j < joint_count; ++j) {
-        // Every number is drawn in every frame: kinds of noise that are turned
-        // off leave the others as they were.
+        // All numbers are drawn in every frame, so that turning off one kind of
+        // noise leaves the others unchanged.
         const Eigen::Vector2d error =
             detector.sigma_px *
             slow[c * joint_count + j].Next(correlation, &random);
@@ -166,7 +166,7 @@ SteadyClip WithJointSway(const SteadyClip& clip, double amplitude_m,
          FromSeconds(static_cast<double>(k) / clip.rate_hz),
          {std::move(person)}});
   }
-  // The clip stays where it is.
+  // Keeps the position of the clip.
   RecordedPeopleOptions options;
   options.x_m = {0.5 * (low.x() + high.x())};
   options.y_m = {0.5 * (low.y() + high.y())};
@@ -201,7 +201,7 @@ SteadyClip AfterRest(const SteadyClip& clip, double seconds) {
                                0.0);
     auto& joints = longer.joints_m.emplace_back();
     for (const Eigen::Vector3d& joint : clip.joints_m.front()) {
-      // The feet stand.
+      // The feet stay in place.
       joints.push_back(joint + std::min(1.0, joint.z()) * sway);
     }
   }

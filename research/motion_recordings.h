@@ -1,5 +1,5 @@
-// Recorded motion seen by made-up cameras through a modelled detector, its
-// association known: what smoothers are compared on.
+// Recorded motion seen by synthetic cameras through a modelled detector, with
+// known association: the input of comparisons of smoothers.
 #ifndef KINEGRAPH_RESEARCH_MOTION_RECORDINGS_H_
 #define KINEGRAPH_RESEARCH_MOTION_RECORDINGS_H_
 
@@ -13,7 +13,7 @@
 
 namespace kinegraph::testing {
 
-// One person's joints at a steady rate.
+// One person's joints at a constant rate.
 struct SteadyClip {
   Skeleton skeleton;
   double rate_hz = 0.0;
@@ -24,34 +24,33 @@ struct SteadyClip {
   }
 };
 
-// The first person of a tracks file, all of whose joints are there, moved so
-// that the middle of its path stands over the origin.
+// The first person of a tracks file, who has to have all joints, moved so that
+// the centre of the path lies above the origin.
 SteadyClip LoadSteadyClip(const std::string& path);
 
-// The same motion at another rate, by a natural cubic spline through each
-// coordinate.
+// The same motion at another rate, by a natural cubic spline per coordinate.
 SteadyClip Resample(const SteadyClip& clip, double rate_hz);
 
-// The clip from its beginning, for `seconds` at most.
+// The first `seconds` of the clip, or all of it.
 SteadyClip FirstSeconds(const SteadyClip& clip, double seconds);
 
-// The first pose held for `seconds`, then the clip. The whole body sways
-// meanwhile as a standing person's does, a few millimetres below 1 Hz, and
-// comes to rest at the clip's first pose.
+// The first pose held for `seconds`, then the clip. Meanwhile the whole body
+// sways like a standing person's, a few millimetres below 1 Hz, and comes to
+// rest at the clip's first pose.
 SteadyClip AfterRest(const SteadyClip& clip, double seconds);
 
-// The clip with joint centres that are no points of rigid bones (JointSway in
+// The clip with joint centres that are not points of rigid bones (JointSway in
 // core/synthetic/recorded_people.h).
 SteadyClip WithJointSway(const SteadyClip& clip, double amplitude_m,
                          uint64_t seed);
 
-// What the detector does to a joint's exact image.
+// Errors of a detector on a joint's exact image.
 struct DetectorModel {
   std::string name;
-  double sigma_px = 0.0;            // each axis
+  double sigma_px = 0.0;            // per axis
   double correlation_time_s = 0.0;  // AR(1); 0: white
-  double outliers = 0.0;            // share of the joints, each by itself
-  double outlier_px = 40.0;         // their distance, in any direction
+  double outliers = 0.0;            // share of the joints, independently
+  double outlier_px = 40.0;         // their distance, in a random direction
   double missing = 0.0;             // share of the joints
 };
 
@@ -59,13 +58,13 @@ struct DetectorModel {
 // length 1250 px: a pixel is 4 mm at the origin.
 CameraRig MotionCameras(int count);
 
-// One person's take, ready for estimators: joints filter and DLT have run.
+// One person's take, ready for estimators: after the joints filter and DLT.
 struct MotionRecording {
   SceneModel scene;
   SteadyClip clip;  // the truth
   std::shared_ptr<const Replay> replay;
   ReplayedPerson person;
-  // Frame of the clip of the person's first frame.
+  // The clip's frame in which the person appears.
   int64_t first_frame = 0;
 };
 

@@ -1,10 +1,10 @@
-// A picture of a page of `report`, for the documentation:
+// A picture of a page by `report`, for the documentation:
 //
 //   build/research/page_picture PAGE.html OUT.png WIDTHxHEIGHT[@RATIO]
 //     [JAVASCRIPT]
 //
-// JAVASCRIPT brings the page to the state wanted: kinegraph.setFrame(30).
-// "phone" after the size makes the viewport that of a phone.
+// JAVASCRIPT sets the page's state: kinegraph.setFrame(30). "phone" after the
+// size makes the viewport that of a phone.
 #include <chrono>
 #include <cstdio>
 #include <filesystem>
@@ -32,7 +32,7 @@ int main(int argc, char** argv) {
     browser.Open(std::filesystem::absolute(argv[1]).string());
     browser.WaitFor("window.kinegraph && kinegraph.state.pictures > 0");
     if (argc > 4) browser.Evaluate(argv[4]);
-    // Two more pictures, so that what changed has been drawn.
+    // Two more renderings, so that the change has been drawn.
     browser.Evaluate(
         "(() => { window.enough = kinegraph.state.pictures + 3; })()");
     browser.WaitFor("kinegraph.state.pictures > enough");

@@ -1,14 +1,15 @@
-// What refining cameras and clocks is worth: synthetic recordings (5 cameras, 6
-// people, 10 s) whose calibration or clocks are off are tracked with the true
-// calibration, as stated, and refined, as `track` does it with the
-// configuration of everyday takes.
+// Gain of refining cameras and clocks: synthetic recordings (5 cameras, 6
+// people, 10 s) with a wrong calibration or wrong clocks are tracked with the
+// true calibration, with the stated one, and with the refined one, as `track`
+// does, by a batch with bones.
 //
 //   refine_accuracy [SEEDS] [FIRST_SEED] [FAULT] [--json=FILE]
 //
 // Per fault: mean error of joints [mm] true / stated / refined, their ratio,
-// share of joints in their 95 % ellipsoids after refinement, rms error of what
-// was refined (degrees, px, per cent or ms) with the rms that the covariance
-// states, how often the refinement was taken, and its processor time [s].
+// share of joints in their 95 % ellipsoids after refinement, rms error of the
+// refined parameters (degrees, px, per cent or ms) with the rms that the
+// covariance states, how often the refinement was accepted, and its processor
+// time [s].
 #include <Eigen/Geometry>
 #include <cmath>
 #include <cstdio>
@@ -34,20 +35,20 @@ namespace {
 
 constexpr double kDegrees = 180.0 / M_PI;
 
-// Tracks files of data/motion, and when their people appear [s].
+// Tracks files of data/motion, and the times at which their people appear [s].
 using Clips = std::vector<std::pair<std::string, double>>;
 
 struct Fault {
   std::string name;
-  std::string keys;  // of the refinement
+  std::string keys;  // options of the refinement
   int place = kRotationAt;
-  std::vector<double> offsets_s;  // of the clocks
+  std::vector<double> offsets_s;  // of the clocks, by view
   std::function<void(Random*, CameraRig*)> spoil;
   int cameras = 5;
-  Clips clips = {};  // of recorded people in place of simulated ones
+  Clips clips = {};  // recorded people instead of simulated ones
 };
 
-// The same clip four times, and nobody in step.
+// The same clip four times, at different phases.
 Clips FourOf(const std::string& clip) {
   return {{clip, 0.0}, {clip, 0.37}, {clip, 0.74}, {clip, 1.11}};
 }
@@ -81,7 +82,7 @@ std::vector<Fault> Faults() {
   const std::string clock = "cameras.refine_clock=true";
   const std::vector<double> in_time(5, 0.0);
   const std::vector<double> off_s = {0.0, 0.08, 0.0, -0.05, 0.0};
-  // Five seconds long: three people after three.
+  // Clips of five seconds: three people after three others.
   const Clips hop = {{"hop_30hz", 0.0}, {"hop_30hz", 0.37}, {"hop_30hz", 0.74},
                      {"hop_30hz", 5.0}, {"hop_30hz", 5.37}, {"hop_30hz", 5.74}};
   const Clips hop_stop = FourOf("start_hop_stop_120hz");
@@ -118,8 +119,8 @@ std::vector<Fault> Faults() {
   };
 }
 
-// Turn of each camera against the truth, in the world's axes, without what all
-// have in common (the world's own turn): rms over cameras [degrees].
+// Rotation error of each camera in the world's axes, relative to the mean over
+// cameras (the world's own rotation): rms over cameras [degrees].
 double AngleAboutMean(const CameraRig& cameras, const CameraRig& truth) {
   std::vector<Eigen::Vector3d> turns;
   Eigen::Vector3d mean = Eigen::Vector3d::Zero();
@@ -166,7 +167,8 @@ TrackSequence Tracked(const RunOptions& options, const CameraRig& cameras,
   return tracks;
 }
 
-// Errors of the parameters, and what the covariance states of them.
+// Errors of the parameters, and the standard deviations that the covariance
+// states.
 void AddParameters(const Fault& fault, const FaultyScene& scene,
                    const ReadyRecording& refined, Sums* sums) {
   for (size_t v = 0; v < scene.cameras.size(); ++v) {
@@ -201,8 +203,8 @@ void AddParameters(const Fault& fault, const FaultyScene& scene,
   }
 }
 
-// A scene whose clocks are off by more than the generator allows: whole seconds
-// are pictures that come later in the files.
+// A scene with larger clock errors than the generator allows: whole seconds are
+// realised by delaying images in the files.
 FaultyScene LateScene(FaultySceneOptions options,
                       const std::vector<double>& offsets_s) {
   std::vector<int64_t> frames;
@@ -247,8 +249,7 @@ void AddRecording(const Fault& fault, uint64_t seed, Sums* sums) {
   FaultyScene scene = LateScene(scene_options, fault.offsets_s);
   fault.spoil(&random, &scene.cameras);
   const TrackSequence truth = TruthOf(scene.scene);
-  // The block-tridiagonal solver: the same to a tenth of a millimetre, and
-  // faster.
+  // The block-tridiagonal solver: equal to a tenth of a millimetre, and faster.
   const std::string bare =
       "output.estimator=batch;graph.bones=true;graph.solver=sweeps";
   const RunOptions plain =
@@ -269,7 +270,7 @@ void AddRecording(const Fault& fault, uint64_t seed, Sums* sums) {
   }
   const TrackSequence tracks =
       Tracked(plain, refined.cameras, *refined.detections, &*refined.record);
-  // What the true clocks would give: the same people, seen in time.
+  // The result with the true clocks: the same people, observed in time.
   const DetectionSequence best =
       fault.offsets_s.empty() ? scene.detections
                               : MakeFaultyScene(scene_options).detections;

@@ -1,19 +1,19 @@
-// How right cameras are that the people told alone (`calibrate`): rooms of
-// drawn seeds with all that is drawn beside them.
+// Accuracy of cameras estimated from people alone (`calibrate`): rooms of
+// random seeds, with random parameters.
 //
 //   rig_accuracy FIRST_SEED COUNT [track]
 //
-// A line a room: what was drawn, verdict, largest errors of rotation [deg] and
-// place [% of the room] after a similarity, those errors in stated standard
-// deviations, rms error of the clocks [ms], processor time [s]; then a summary.
-// `track`: also the mean error of the people's joints with the found cameras
-// and clocks and with the true ones [mm]: after the cameras' similarity, and
-// after that of the tracks themselves.
+// Prints one line per room: its parameters, verdict, largest errors of rotation
+// [deg] and place [% of the room] after a similarity, number of errors
+// within the stated 95 % regions, rms error of the clocks [ms], processor
+// time [s]; then a summary. `track`: also the mean error of the people's joints
+// with the estimated cameras and clocks and with the true ones [mm], after the
+// cameras' similarity and after that of the tracks themselves.
 //
 //   rig_accuracy compare TRUTH FOUND [ALIGNED]
 //
-// The same errors of two calibrations, camera by camera. ALIGNED: where the
-// found one is written in the true one's world, for scores against truth.
+// The same errors for two calibrations, camera by camera. ALIGNED: writes the
+// found calibration in the world of the true one, for scores against truth.
 #include <Eigen/Geometry>
 #include <Eigen/SVD>
 #include <cmath>
@@ -49,8 +49,8 @@ struct CameraError {
   double room_share = 0.0;
 };
 
-// The similarity that the mean rotation and the centres tell: a point of the
-// found world is middle_f + scale Q (x - middle_t) of one of the true world.
+// The similarity by the mean rotation and the centres: the point x of the true
+// world is middle_f + scale Q (x - middle_t) in the found world.
 struct Alignment {
   Eigen::Matrix3d Q;
   Eigen::Vector3d middle_t = Eigen::Vector3d::Zero();
@@ -83,7 +83,7 @@ Alignment Align(const CameraRig& truth, const CameraRig& found) {
   return align;
 }
 
-// Errors of `found` against `truth`, after the similarity.
+// Errors of `found` relative to `truth`, after the similarity.
 std::vector<CameraError> ErrorsOf(const CameraRig& truth,
                                   const CameraRig& found) {
   const Alignment align = Align(truth, found);
@@ -102,7 +102,7 @@ std::vector<CameraError> ErrorsOf(const CameraRig& truth,
   return errors;
 }
 
-// The found cameras in the true world.
+// The found cameras, in the true world.
 CameraRig Aligned(const CameraRig& truth, const CameraRig& found) {
   const Alignment align = Align(truth, found);
   CameraRig aligned;
@@ -213,8 +213,8 @@ NoiseOptions Noise(Random* random, int cameras, double focal, double* sigma,
   NoiseOptions noise;
   noise.seed = static_cast<int64_t>(random->Index(1000000));
   *sigma = random->Uniform(2.0, 6.0);
-  // Of design/detector_bias.md: an offset of 9 mm on each axis that lasts for
-  // the recording, 14 at the hips.
+  // By the noise model of detectors: a constant offset of 9 mm per axis, 14 mm
+  // at the hips.
   const auto joint = [&](double lasting_mm) {
     JointNoise one;
     one.reference_depth_m = 5.0;
@@ -309,15 +309,15 @@ Room MakeRoom(int seed) {
 struct RoomScore {
   RigVerdict verdict = RigVerdict::kRefused;
   int cameras = 0;
-  double rotation_deg = 0.0;  // the worst
+  double rotation_deg = 0.0;  // the largest
   double place = 0.0;
-  int covered = 0;  // of the cameras' rotations and places, 95 %
+  int covered = 0;  // rotations and places within 95 %
   int counted = 0;
   double clock_ms = 0.0;
 };
 
-// Squared error in stated standard deviations. `floor`: what the similarity
-// holds and what is rounded.
+// Squared error in stated standard deviations. `floor`: sigma added for
+// rounding and what the similarity absorbs.
 double Squared(const Eigen::Vector3d& error, Eigen::Matrix3d covariance,
                double floor) {
   covariance.diagonal().array() += floor * floor;
@@ -342,11 +342,12 @@ RoomScore ScoreOf(const Room& room, const RecordingCalibration& found) {
     score.rotation_deg =
         std::max(score.rotation_deg, kDegrees * errors[v].rotation_rad.norm());
     score.place = std::max(score.place, errors[v].room_share);
-    constexpr double kChiSquare95 = 7.815;  // of three
+    constexpr double kChiSquare95 = 7.815;  // 95 % quantile, three degrees of
+                                            // freedom
     const Eigen::Matrix3d rotation = found.rig.covariance.block<3, 3>(at, at);
     const Eigen::Matrix3d centre =
         found.rig.covariance.block<3, 3>(at + 3, at + 3);
-    // The covariance is in metres by then.
+    // The covariance is in metres, the error in units of the found world.
     const double metres = found.metres_per_unit;
     score.covered +=
         (Squared(errors[v].rotation_rad, rotation, 2e-4) < kChiSquare95 ? 1
@@ -356,7 +357,7 @@ RoomScore ScoreOf(const Room& room, const RecordingCalibration& found) {
     score.counted += 2;
     at += static_cast<Eigen::Index>(found.rig.places[v].size());
     const auto view = static_cast<size_t>(found.rig.used[v]);
-    // It looks this much later: that is what was to be added.
+    // A view whose images are late by this much requires the same correction.
     clocks.push_back(found.rig.views[view].clock_s - room.late_s[view]);
     mean += clocks.back() / static_cast<double>(errors.size());
   }
@@ -366,7 +367,7 @@ RoomScore ScoreOf(const Room& room, const RecordingCalibration& found) {
   return score;
 }
 
-// `tracks` after the similarity that brings all of their joints nearest to the
+// `tracks` after the similarity that best aligns all of their joints with the
 // true ones.
 TrackSequence Nearest(const TrackSequence& truth, TrackSequence tracks) {
   const JointPairs joints =
@@ -399,7 +400,7 @@ TrackSequence Nearest(const TrackSequence& truth, TrackSequence tracks) {
   return tracks;
 }
 
-// Mean error of the joints with these cameras and clocks [m].
+// Mean error of the joints with given cameras and clocks [m].
 struct TrackingError {
   double as_cameras = 0.0;  // in the cameras' world
   double nearest = 0.0;     // after the similarity of the tracks themselves
@@ -416,11 +417,12 @@ TrackingError TrackingErrorOf(const Room& room, const RunOptions& options,
           EvaluateMpjpe(truth, Nearest(truth, tracks)).raw_m};
 }
 
-// How much larger errors are with the found cameras, as logarithms.
+// Logarithms of the ratio of errors with the found cameras to those with the
+// true ones.
 TrackingError CompareTracking(const Room& room, const RunOptions& options,
                               const RecordingCalibration& found) {
   std::vector<CameraChange> late(room.late_s.size(), CameraChange::Zero());
-  // The reference view's clock is the truth's in the found recording, too.
+  // The reference view's clock error remains in the found recording, too.
   CameraChange reference = CameraChange::Zero();
   reference[kOffsetAt] = room.late_s[0] - found.rig.views[0].clock_s;
   for (size_t v = 0; v < late.size(); ++v) {

@@ -23,7 +23,7 @@ constexpr double kKnownRather = 3.0;  // nats
 constexpr double kShortAbsence = 0.2;
 constexpr double kUsualAbsence = 3.0;
 constexpr double kLongAbsence = 30.0;
-// Between a dying track and its successor [s].
+// Largest overlap in time of a dying track with its successor [s].
 constexpr double kMaxOverlap = 0.5;
 // Up to this number of chains the margin is exact, from the second best
 // assignment.
@@ -488,7 +488,8 @@ class Linker {
     chains_ = std::move(merged);
   }
 
-  // Pieces that are not clearly another person continue as in the tracker.
+  // Joins pieces that are not clearly another person to the piece with which
+  // the tracker continued.
   void GoOnAsTracked() {
     WeighAll();
     std::vector<std::pair<int, int>> joins;

@@ -107,7 +107,7 @@ class EditWriter {
     return Neighbour(piece, /*after=*/true, but);
   }
 
-  // With its evidence; null: none of its own.
+  // With the evidence of `link`, if any.
   static IdentityEdit EditOf(EditOp op, std::vector<TrackId> persons,
                              const FrameSpan& frames, const Link* link) {
     IdentityEdit edit;
@@ -152,7 +152,7 @@ class EditWriter {
     Relabel(piece, old, fresh);
   }
 
-  // Two tracks, each of which continued as the other's person.
+  // Two tracks that each continued as the other's person: exchanges them.
   bool Exchange(int piece, int wanted) {
     const int earlier = Earlier(piece);  // `piece` followed it
     const int rival = Later(wanted, piece);

@@ -28,7 +28,7 @@ constexpr double kLogSpread = 0.4;    // of each distribution
 constexpr double kGoesOn = 0.9;
 constexpr double kGoesOnLong = 3.0;  // s
 constexpr double kMost = 2.5;        // nats
-// Sampling interval for different people [s].
+// Interval at which people present at the same time are compared [s].
 constexpr double kLookEvery = 0.5;
 constexpr size_t kMinStrangers = 20;  // pairs of postures
 

@@ -24,8 +24,8 @@ class PostureModel {
   PostureModel(const std::vector<Tracklet>& tracklets,
                const Eigen::Vector3d& up);
 
-  // Log likelihood ratio [nats] of the second posture, `to`, that much later
-  // than the first, for the same person against another.
+  // Log likelihood ratio [nats] of the posture `to`, `gap_s` after `from`, for
+  // the same person against another.
   double LogRatio(const LimbPosture& from, const LimbPosture& to,
                   double gap_s) const;
   double strangers_m() const { return strangers_m_; }

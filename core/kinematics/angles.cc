@@ -151,8 +151,7 @@ std::optional<double> PelvisObliquity(const Points& p, const Vector3d& up,
   return Tilt(up.dot(*hips));
 }
 
-// ---- Uncertainty
-// -------------------------------------------------------------
+// ---- Uncertainty ------------------------------------------------------------
 
 double Wrapped(double rad) { return std::remainder(rad, 2.0 * kPi); }
 
@@ -212,7 +211,7 @@ struct Pair {
     const auto unit_from = Unit(from);
     const auto unit_to = Unit(to);
     if (!unit_from || !unit_to) return std::nullopt;
-    // atan2 keeps digits of which acos loses half.
+    // atan2 is accurate for small angles, where acos loses half of the digits.
     const double rad =
         std::atan2(unit_from->cross(*unit_to).norm(), unit_from->dot(*unit_to));
     return Pair{*unit_from, *unit_to, from.norm(), to.norm(), rad};
@@ -223,7 +222,7 @@ struct Pair {
 // the error of the angle, and of the error across it.
 Eigen::Matrix2d PlaneCovariance(const AngleBetween& rule, const Pair& pair,
                                 const std::vector<Matrix3d>& covariances) {
-  // For collinear directions any plane through them will do.
+  // For collinear directions any plane through them is valid.
   Vector3d across = pair.from.cross(pair.to);
   if (across.norm() < 1e-9) across = pair.from.unitOrthogonal();
   across.normalize();
@@ -268,8 +267,7 @@ void AddInterval(const AngleBetween& rule, const Pair& pair,
   estimate->high_deg = std::max(a, b);
 }
 
-// ---- Angles of a skeleton
-// ----------------------------------------------------
+// ---- Angles of a skeleton ---------------------------------------------------
 
 using Names = std::vector<std::string>;
 
@@ -286,7 +284,7 @@ void Add(const Skeleton& skeleton, const std::string& name, const Names& joints,
   angles->push_back(std::move(angle));
 }
 
-// The bend of a chain of three joints.
+// The flexion of a chain of three joints.
 AngleBetween Bend() { return {{-1.0, 1.0, 0.0}, {0.0, -1.0, 1.0}, 0.0, 1.0}; }
 
 // Shin and sole: toes up is positive.

@@ -18,9 +18,9 @@ import os
 import sys
 import xml.etree.ElementTree as ET
 
-# Joint: segment, place in it [m], weight of inverse kinematics. Origins are
-# exact in the models named above; others are places on a generic adult and have
-# less weight.
+# Joint: segment, position in it [m], weight in inverse kinematics. Origins are
+# exact in the models named above; other positions are those of a generic adult
+# and have less weight.
 JOINTS = {}
 for side in ("l", "r"):
     JOINTS.update(
@@ -68,8 +68,8 @@ NAMES = {
     },
 }
 
-# Segments that are scaled by the distance between two joints. The trunk's
-# height and width, and the limbs, both sides together.
+# Limbs, scaled by the distance between two joints, both sides together. The
+# trunk's height and width are added in scale_tool().
 MEASUREMENTS = (
     ("thigh", ("hip", "knee"), ("femur",)),
     ("shank", ("knee", "ankle"), ("tibia",)),
@@ -91,7 +91,7 @@ def read_trc(path):
 
 
 def joints_of(markers):
-    """Joint -> the TRC's name of it, for those that a segment carries."""
+    """Maps joints in JOINTS to their names in the TRC."""
     found = {}
     for marker in markers:
         joint = NAMES.get(marker, marker)
@@ -171,7 +171,7 @@ def scale_tool(joints, arguments, trc, span):
     child(scaler, "time_range", span)
     child(scaler, "preserve_mass_distribution", "true")
     child(scaler, "output_model_file", "scaled.osim")
-    # Markers stay joint centres: none is moved to its measured place.
+    # Markers are joint centres: none is moved to its measured position.
     child(child(tool, "MarkerPlacer"), "apply", "false")
     return tool
 

@@ -1,4 +1,4 @@
-"""kinegraph: the 3D motion of people from the 2D poses that cameras see.
+"""kinegraph: 3D motion of people from 2D poses in several cameras.
 
     import kinegraph as kg
 
@@ -10,8 +10,7 @@
 
 Lengths are metres, images pixels, times seconds. Bad input raises InputError or
 OptionError (both are ValueErrors) with one line that names file, line or key.
-Everything is computed by the library that the commands use, so results are the
-same to the last bit.
+The commands use the same library, so their results are identical bit by bit.
 """
 
 from __future__ import annotations
@@ -21,8 +20,8 @@ import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, Union
 
-# A wheel's own libraries come before those that another module loaded for
-# everybody (RTLD_GLOBAL, as PyTorch loads its OpenMP and BLAS).
+# A wheel's own libraries take precedence over those that another module loaded
+# globally (RTLD_GLOBAL, as PyTorch loads its OpenMP and BLAS).
 _usual_flags = sys.getdlopenflags()
 if os.path.isdir(os.path.join(os.path.dirname(__file__), "..", "kinegraph.libs")):
     sys.setdlopenflags(_usual_flags | os.RTLD_DEEPBIND)
@@ -84,7 +83,7 @@ __all__ = [
     "write_tracks",
 ]
 
-# A file, or the name of one of the module's own configurations.
+# A file, or the name of one of the configurations in the module.
 Config = Union[str, "os.PathLike[str]", None]
 # Keys to change, {"graph.lag_s": 0.2} or "key=value;key=value".
 Settings = Union[str, Mapping[str, Any], None]
@@ -92,15 +91,16 @@ Settings = Union[str, Mapping[str, Any], None]
 _FOLDER = os.path.dirname(os.path.abspath(__file__))
 _CONFIGS = os.path.join(_FOLDER, "configs")
 if sys.executable:
-    # This Python, with the libraries that its user has installed for it.
+    # This interpreter, which has the libraries that its user installed.
     _kinegraph._set_adapters([sys.executable, os.path.join(_FOLDER, "adapters")])
 
 
 def config_path(config: Config = None) -> str:
-    """The file that a configuration's name stands for, as the commands find it.
+    """The file of a configuration, resolved as the commands do.
 
-    A file that is there is itself; "configs/offline.toml" and "offline.toml" are
-    the module's own. None: default.toml, which `track` uses without --config.
+    An existing file is returned as it is; "configs/offline.toml" and
+    "offline.toml" are in the module. None: default.toml, as `kinegraph track`
+    uses without --config.
     """
     if config is None:
         config = "default.toml"
@@ -113,7 +113,7 @@ def config_path(config: Config = None) -> str:
 
 
 def _assignments(settings: Settings) -> str:
-    """{"graph.lag_s": 0.2} as the commands' --set takes it."""
+    """{"graph.lag_s": 0.2} in the syntax of the commands' --set."""
     if not settings:
         return ""
     if isinstance(settings, str):
@@ -138,18 +138,18 @@ def track(
     threads: int = 1,
     progress: Callable[[int, int], object] | None = None,
 ) -> Tracks:
-    """Tracks everybody in a take.
+    """Tracks all people in a take.
 
     cameras: list of Camera. detections: Detections. config: a TOML file, or the
-    name of one of the module's own such as "offline.toml"; without one it is
-    default.toml, as for `kinegraph track` (config_path). set: keys to change,
-    {"graph.lag_s": 0.2} or "key=value;key=value". mode: "paper" or "graph",
-    wins over the file. frames: [(begin, end), ...], end excluded; none: all.
-    without_cameras: names to leave out. threads: the result is the same for any
-    number. progress: called as progress(frames_read, of).
+    name of one in the module such as "offline.toml"; default.toml if omitted, as
+    for `kinegraph track` (config_path). set: keys to change, {"graph.lag_s": 0.2}
+    or "key=value;key=value". mode: "paper" or "graph", overrides the file's.
+    frames: [(begin, end), ...], end excluded; empty: all. without_cameras: names
+    of cameras to omit. threads: does not change the result. progress: called as
+    progress(frames_read, total).
 
-    Returns Tracks. Other Python threads run meanwhile; Ctrl-C stops it, also
-    while the batch is solved.
+    Returns Tracks. Releases the interpreter's lock; Ctrl-C stops it, also while
+    the batch is solved.
     """
     return _kinegraph.track(
         list(cameras),
@@ -165,15 +165,15 @@ def track(
 
 
 class Session(_kinegraph.Session):
-    """A run that is fed frame by frame, as a live program does.
+    """A run on frames as they arrive, for live programs.
 
     cameras: list of Camera. skeleton: name of the detections' skeleton. views:
-    a name a view, as its camera. frame_rate_hz: of the frames [Hz]. config, set,
-    mode: as track() takes them.
+    for each view the name of its camera. frame_rate_hz: of the frames [Hz].
+    config, set, mode: as for track().
 
         session = kg.Session(cameras, "coco17", ["cam0", "cam1"], 25.0)
-        for k, views in enumerate(frames):   # an array (people, 17, 3) a view
-            use(session.process(k, views))   # Tracks of what became final
+        for k, views in enumerate(frames):   # per view an array (people, 17, 3)
+            use(session.process(k, views))   # Tracks of frames now final
         use(session.finish())
     """
 
@@ -199,10 +199,10 @@ class Session(_kinegraph.Session):
 
 
 class Frozen(_kinegraph.Frozen):
-    """A tracked take whose matches are kept, to compare smoothers on them.
+    """A tracked take with fixed matches, to compare smoothers on them.
 
-    cameras, detections, config, set: as track() takes them. tracks: what the run
-    itself gave; smooth(strategy): Tracks of the same matches.
+    cameras, detections, config, set: as for track(). tracks: the result of the
+    run itself; smooth(strategy): Tracks of the same matches.
     """
 
     def __init__(
@@ -244,14 +244,15 @@ def convert(
 ) -> list[str]:
     """Converts a calibration, detections or tracks, as `kinegraph convert` does.
 
-    What the source holds is told by its content, or by from_. to: name of a format
-    (`kinegraph convert --formats` lists them); tracks are told by the target's
-    end, such as ".c3d", without it. skeleton, frame_rate_hz [Hz], image_size
-    (width, height) [px], unit ("m", "cm", "mm"): where the source does not tell.
-    axes: world axes of the file's X, Y, Z, "x,-z,y". markers: "ours", "pose2sim"
-    or "opensim". person: the one to write, by identity or name. set: keys of
-    reading, {"detections.zero_confidence": "position"}. Folders of the target are
-    made. Returns what the format leaves out.
+    The source's format is recognised by its content, or specified by from_. to:
+    name of a format (`kinegraph convert --formats` lists them); if omitted, the
+    extension of the target chooses that of tracks, such as ".c3d". skeleton,
+    frame_rate_hz [Hz], image_size (width, height) [px], unit ("m", "cm", "mm"):
+    if the source does not specify them. axes: the world axes that the file's
+    X, Y, Z are, "x,-z,y". markers: "ours", "pose2sim" or "opensim". person: the
+    only one to write, by identity or name. set: keys for reading,
+    {"detections.zero_confidence": "position"}. Creates the folders of the target.
+    Returns what the format omits.
     """
     return _kinegraph._convert(
         os.fspath(source),
@@ -272,10 +273,10 @@ def convert(
 def evaluate(
     tracks: Tracks, truth: Tracks, protocol: str = "mpjpe"
 ) -> dict[str, Any]:
-    """Scores tracks against a ground truth (both Tracks); a dict.
+    """Scores tracks against a ground truth (both Tracks); returns a dict.
 
-    Frames are paired by time, as the command `evaluate` pairs them; what needs
-    saying of that, or that nobody is found, is a UserWarning.
+    Frames are paired by time, as the command `evaluate` does; notes on the
+    pairing, or on a lack of matches, are UserWarnings.
 
     "mpjpe": "mpjpe_m" and "bias_removed_m", the mean joint error [m] with and
     without each joint's constant offset; "joints_m", by joint; "found", the

@@ -112,8 +112,8 @@ class Kinematics:
     @property
     def ids(self) -> NDArray[np.int64]: ...
 
-# What Session, Frozen, track and convert of kinegraph/__init__.py call: their
-# arguments are typed there.
+# Called by Session, Frozen, track and convert of kinegraph/__init__.py, which
+# have the types of their arguments.
 class Session:
     def __init__(self, *arguments: Any) -> None: ...
     def process(

@@ -17,18 +17,18 @@
 namespace kinegraph {
 namespace {
 
-// Pixels of a metre across the ray where a stretch begins. An offset has them
-// fixed: were they to follow the estimate, the prior of the offsets would make
-// people smaller, thus focal lengths longer.
+// Pixels per metre across the ray at the stretch's start. Constant during the
+// solve: if it followed the estimate, the prior on the offsets would favour
+// smaller people and thus longer focal lengths.
 double PxPerMetre(const Camera& camera, const MotionSegment& segment) {
   constexpr double kLeastDepthM = 0.1;
   return camera.focal_px() /
          std::max(kLeastDepthM, camera.Depth(PositionOf(segment)));
 }
 
-// r = (project(change of camera, point at the capture) + offset - u) / sigma
-// [2] Blocks: the stretch's state [9], the camera's change [12] and the
-// detector's offset that lasts [2, m across the ray].
+// r = (project(changed camera, point at capture) + offset - u) / sigma [2].
+// Blocks: the stretch's state [9], the camera's change [12] and the detector's
+// constant offset [2, m across the ray].
 class SegmentFactor final
     : public ceres::SizedCostFunction<2, kSegmentSize, kChangeSize, 2> {
  public:
@@ -81,15 +81,15 @@ class SegmentFactor final
   double noise_scale_;
 };
 
-// r = x / sigma, element by element; an infinite sigma leaves an element out.
+// r = x / sigma per element; an infinite sigma removes an element.
 ceres::CostFunction* ZeroPrior(const Eigen::VectorXd& inverse_sigma) {
   return new ceres::NormalPrior(inverse_sigma.asDiagonal(),
                                 Eigen::VectorXd::Zero(inverse_sigma.size()));
 }
 
-// Rows of the gauge, as a matrix on all changes below each other: mean rotation
-// and mean translation (in the world) are zero, and the mean distance of the
-// cameras from their middle stays.
+// Rows of the gauge on the stacked changes of all cameras: they hold the mean
+// rotation and the mean translation (in the world) at zero, and the mean
+// distance of the cameras from their centroid constant.
 Eigen::MatrixXd GaugeRows(const CameraRig& cameras,
                           const std::vector<char>& moves) {
   const auto views = static_cast<Eigen::Index>(cameras.size());
@@ -145,8 +145,8 @@ class GaugeFactor final : public ceres::CostFunction {
   Eigen::MatrixXd rows_;
 };
 
-// A hundredth of a millimetre and of a milliradian: far below what any
-// recording says, far above rounding.
+// 0.01 mm and 0.01 mrad: far below what any recording determines, far above
+// rounding.
 constexpr double kGaugeSigma = 1e-5;
 
 CameraChange InverseSigmas(const BundleOptions& options) {
@@ -161,14 +161,14 @@ CameraChange InverseSigmas(const BundleOptions& options) {
   return inverse;
 }
 
-// How often the prior of a change counts (BundleOptions::samples_at_once).
+// Factor on the prior's information (BundleOptions::samples_at_once).
 double TimesCounted(int place, double samples_at_once) {
   const bool is_once =
       place == kLensAt || place == kOffsetAt || place == kDriftAt;
   return is_once ? 1.0 : samples_at_once;
 }
 
-// Places of the changes that are estimated: one list a view.
+// Indices of the estimated changes, one list per view.
 std::vector<std::vector<int>> FreePlaces(size_t views,
                                          const FreeParameters& free,
                                          const std::vector<char>& moves) {
@@ -181,7 +181,7 @@ std::vector<std::vector<int>> FreePlaces(size_t views,
   return places;
 }
 
-// Holds the Ceres problem and what its blocks point at.
+// Owns the Ceres problem and the memory of its blocks.
 class BundleProblem {
  public:
   BundleProblem(const CameraRig& cameras, const SceneSegments& segments,
@@ -213,7 +213,7 @@ class BundleProblem {
     solver.linear_solver_type = ceres::SPARSE_SCHUR;
     solver.sparse_linear_algebra_library_type = ceres::EIGEN_SPARSE;
     solver.linear_solver_ordering.reset(ordering_.release());
-    solver.num_threads = 1;  // the same sums in the same order
+    solver.num_threads = 1;  // keeps the order of summation
     solver.logging_type = ceres::SILENT;
     solver.max_num_iterations = max_iterations;
     solver.function_tolerance = 1e-9;
@@ -226,7 +226,7 @@ class BundleProblem {
 
   const std::vector<SegmentState>& states() const { return states_; }
 
-  // The stretch as a detector without offsets would have seen it.
+  // The stretch with the estimated detector offsets subtracted.
   MotionSegment WithoutOffsets(size_t index) const {
     MotionSegment segment = segments_.segments[index];
     for (SegmentMeasurement& measurement : segment.measurements) {
@@ -243,7 +243,8 @@ class BundleProblem {
     for (size_t s = 0; s < segments_.segments.size(); ++s) {
       const MotionSegment& segment = segments_.segments[s];
       states_[s] = segment.state;
-      // The start must have an image in every view, else Ceres refuses it.
+      // Ceres rejects a start without a finite residual: skip views without an
+      // image.
       bool added = false;
       for (const SegmentMeasurement& measurement : segment.measurements) {
         const auto v = static_cast<size_t>(measurement.view_idx);
@@ -315,7 +316,7 @@ class BundleProblem {
     }
   }
 
-  // Of a person, joint and view.
+  // Person, joint and view.
   static std::array<int, 3> KeyOf(const MotionSegment& segment,
                                   const SegmentMeasurement& measurement) {
     return {segment.person, segment.joint, measurement.view_idx};
@@ -323,9 +324,9 @@ class BundleProblem {
 
   const CameraRig& cameras_;
   const SceneSegments& segments_;
-  // Ceres takes the blocks of one elimination group in the order of their
-  // addresses, on which sums of rounded terms depend. The three groups are one
-  // array each, so that the allocator has no say.
+  // Ceres orders the blocks of one elimination group by their addresses, and
+  // the rounding of sums depends on that order. One array per group makes it
+  // independent of the allocator.
   std::vector<SegmentState> states_;
   std::vector<Eigen::Vector2d> offsets_;
   std::vector<CameraChange> changes_;
@@ -335,7 +336,7 @@ class BundleProblem {
   ceres::Problem problem_;
 };
 
-// Sums that are empty at first.
+// Treats an empty sum as zero.
 void AddTo(const Eigen::MatrixXd& one, Eigen::MatrixXd* sum) {
   if (sum->size() == 0) *sum = Eigen::MatrixXd::Zero(one.rows(), one.cols());
   *sum += one;
@@ -376,7 +377,7 @@ BundleResult AdjustBundle(const CameraRig& cameras,
   result.places = places;
   if (segments.segments.empty()) return result;
   BundleProblem problem(cameras, segments, places, start, options);
-  // With the centres fixed nothing is left free as a whole.
+  // With fixed centres there is no gauge freedom.
   const bool holds_gauge =
       free.centre && std::count(moving.begin(), moving.end(), 1) ==
                          static_cast<long>(moving.size());
@@ -423,7 +424,7 @@ void ReducedSystem::Add(const MotionSegment& segment, const SegmentState& state,
   const bool has_offsets = offset_sigma_m_ > 0.0;
   const auto offset_count =
       has_offsets ? 2 * static_cast<Eigen::Index>(places_.size()) : 0;
-  // Of the free parameters, then of the offsets.
+  // The free parameters, then the offsets.
   const Eigen::Index count = size_ + offset_count;
   Eigen::MatrixXd information = Eigen::MatrixXd::Zero(count, count);
   Eigen::MatrixXd cross = Eigen::MatrixXd::Zero(count, kSegmentSize);
@@ -470,7 +471,7 @@ void ReducedSystem::Add(const MotionSegment& segment, const SegmentState& state,
 void ReducedSystem::AddPrior(const CameraChange& inverse_sigma,
                              double samples_at_once,
                              const Eigen::MatrixXd& gauge, double gauge_sigma) {
-  // The detector's offsets are eliminated first.
+  // Eliminate the detector's offsets first.
   const double prior = 1.0 / (offset_sigma_m_ * offset_sigma_m_);
   for (auto& [key, one] : offsets_) {
     one.information.diagonal().array() += prior;
@@ -490,9 +491,9 @@ void ReducedSystem::AddPrior(const CameraChange& inverse_sigma,
       const double information = inverse_sigma[place] * inverse_sigma[place];
       const double times = TimesCounted(place, samples_at_once);
       information_(at, at) += times * information;
-      // The score of a prior that counts n times has n^2 times its information
-      // as variance, so that the sandwich is as wide as the prior where that
-      // decides, whatever n is.
+      // A prior multiplied by n has a score of n^2 times its information as
+      // variance; then the sandwich equals the prior where that dominates, for
+      // any n.
       prior_scores_(at, at) += times * times * information;
       if (gauge.rows() > 0) {
         held.col(at) =
@@ -520,8 +521,8 @@ Eigen::MatrixXd ReducedSystem::Covariance() const {
   for (const auto& [block, score] : scores_) {
     meat += score * score.transpose();
   }
-  // Few blocks make the sandwich thin: the usual factor of its degrees of
-  // freedom, and never less than the inverse information itself.
+  // Correction for the degrees of freedom of few blocks; variances are raised
+  // to the inverse information at least.
   const auto blocks = static_cast<double>(scores_.size());
   meat *= blocks / std::max(1.0, blocks - 1.0);
   Eigen::MatrixXd covariance = inverse * (meat + prior_scores_) * inverse;

@@ -1,6 +1,6 @@
-// Cameras and clocks of a recording by bundle adjustment: what the calibration
-// states is the prior, the people's short stretches (segments.h) are the
-// points. Triggs et al., "Bundle Adjustment: A Modern Synthesis", 2000.
+// Bundle adjustment of a recording's cameras and clocks: the stated calibration
+// is the prior, short stretches of people's motion (segments.h) are the points.
+// Triggs et al., "Bundle Adjustment: A Modern Synthesis", 2000.
 //
 // Cost: 0.5 sum rho(|reprojection|^2) over measurements
 //   + 0.5 sum |state prior|^2 over stretches (speed, acceleration)
@@ -23,33 +23,33 @@ namespace kinegraph {
 
 struct BundleOptions {
   SegmentOptions segments;
-  // How far a calibration may be off; weak, so that a few seconds of people
-  // outweigh it.
+  // Prior standard deviations of a calibration; weak, so that a few seconds of
+  // people outweigh them.
   double rotation_sigma_rad = 0.035;  // 2 degrees
   double centre_sigma_m = 0.1;
   double shift_sigma_px = 30.0;
   double focal_sigma = 0.05;
-  // Logarithm of the focal length that is told over the one that the camera
-  // has, one a view; empty: they are the same.
+  // Logarithm of the ratio of the given focal length, the prior's mean, to that
+  // of the camera; one per view. Empty: equal.
   std::vector<double> focal_told;
   double lens_sigma = 0.3;
   double offset_sigma_s = 0.5;
   double drift_sigma = 1e-3;
-  // Correlated samples per independent one, at least 1. The information of the
-  // recording counts so many times, and the priors of rotations, centres,
-  // shifts and focal lengths with it; their contribution to the covariance does
-  // not.
+  // Correlated samples per independent one, at least 1. A fit counts the
+  // recording's information this many times too often; the priors of rotations,
+  // centres, shifts and focal lengths are multiplied by it to match. The
+  // covariance compensates for this.
   double samples_at_once = 1.0;
-  // Standard deviation of a detector's offsets that last for the recording
-  // [m, each axis across the ray]: one of each person, joint and view is
-  // estimated with the cameras. 0: none.
+  // Standard deviation of a detector's constant offsets [m, per axis across the
+  // ray]: one offset per person, joint and view is estimated with the cameras.
+  // 0: none.
   double lasting_offset_m = 0.0;
-  // Stretches keep the velocities that they start with, for fits of clocks
-  // alone: estimated together with these they take up what a detector is off
-  // for longer than a stretch, and clocks go too far. Cameras must not be
-  // fitted so, which the velocities would hold where they are.
+  // Keeps the stretches' initial velocities, for fits of clocks only:
+  // velocities estimated with the clocks absorb detector errors that outlast a
+  // stretch, and clocks move too far. Not for fits of cameras, which fixed
+  // velocities would hold in place.
   bool hold_velocities = false;
-  // Cameras stay where they start; the covariance is theirs all the same.
+  // Keeps the cameras at their start; computes their covariance nevertheless.
   bool hold_cameras = false;
   bool wants_covariance = true;  // and correlations
   int max_iterations = 30;
@@ -57,23 +57,25 @@ struct BundleOptions {
 
 struct BundleResult {
   bool usable = false;
-  std::vector<CameraChange> changes;  // one a view
-  // Covariance of the free parameters: view after view, in the order of
-  // FreeParameters::Places, with errors that last (ReducedSystem::Covariance).
+  std::vector<CameraChange> changes;  // one per view
+  // Covariance of the free parameters, view by view in the order of
+  // FreeParameters::Places, including lasting errors
+  // (ReducedSystem::Covariance).
   Eigen::MatrixXd covariance;
-  std::vector<std::vector<int>> places;  // of the free parameters, one a view
-  // Largest correlation of a clock's parameter with a camera's, by the inverse
-  // of the information; 0 without both.
+  std::vector<std::vector<int>> places;  // of the free parameters, one list per
+                                         // view
+  // Largest correlation of a clock parameter with a camera parameter, by the
+  // inverse information; 0 unless both are free.
   double largest_correlation = 0.0;
 
-  // Standard deviation of a view's parameter; 0 where it was not estimated.
+  // Standard deviation of a view's parameter; 0 if it was not estimated.
   double Sigma(size_t view, int place) const;
 };
 
-// Estimates the free parameters of every view whose entry in `moves` is true
-// (empty: all). With centres free the mean rotation and translation of the
-// cameras stay, and so does the scale that their distances give; with clocks
-// free that of the first view is the reference.
+// Estimates the free parameters of every view with a true entry in `moves`
+// (empty: all). If centres are free, the cameras' mean rotation, mean
+// translation and mean distance are held; if clocks are free, the first view's
+// is the reference.
 BundleResult AdjustBundle(const CameraRig& cameras,
                           const SceneSegments& segments,
                           const FreeParameters& free,
@@ -81,8 +83,8 @@ BundleResult AdjustBundle(const CameraRig& cameras,
                           const BundleOptions& options,
                           const std::vector<char>& moves = {});
 
-// ---- What a recording says of cameras and clocks together, at the solution:
-// how sure each is, and which cannot be told apart ----
+// ---- Information of a recording on cameras and clocks at the solution: their
+// covariance and correlations ----
 
 // The normal equations of the cameras' free parameters c, from which the states
 // s_k of the people's motion segments are eliminated one by one: the reduced
@@ -98,50 +100,50 @@ BundleResult AdjustBundle(const CameraRig& cameras,
 // bracket is the information of the cameras with the states unknown; the right
 // one, segment by segment, is the score that the sandwich needs.
 //
-// A detector's offsets that last are eliminated likewise, person by person and
-// joint by joint, in what the stretches leave.
+// A detector's constant offsets are eliminated likewise, per person and joint,
+// from the system that the stretches leave.
 class ReducedSystem {
  public:
-  // `places`: the free parameters, one list a view. `state_information`: of the
-  // prior on a stretch's state. `offset_sigma_m`: of the detector's errors that
-  // last for the whole recording, of each person's joint in each view [m, each
-  // axis across the ray]. Cameras and segments must outlive the system.
+  // `places`: the free parameters, one list per view. `state_information`: of
+  // the prior on a stretch's state. `offset_sigma_m`: of the detector's
+  // constant error of each person's joint in each view [m, per axis across the
+  // ray]. Cameras and segments must outlive the system.
   ReducedSystem(const CameraRig& cameras, const SceneSegments& segments,
                 std::vector<std::vector<int>> places,
                 const SegmentState& state_information,
                 double offset_sigma_m = 0.0);
 
-  // What one stretch says.
+  // Adds the information of one stretch.
   void Add(const MotionSegment& segment, const SegmentState& state,
            const std::vector<CameraChange>& changes);
 
-  // Of the free parameters, view after view.
+  // Of the free parameters, view by view.
   const Eigen::MatrixXd& information() const { return information_; }
   Eigen::VectorXd Gradient() const;  // of the cost
 
-  // After the last Add. The priors of the calibration, of which those that do
-  // not concern clocks and lenses count `samples_at_once` times; and what is
-  // held: `gauge`, rows on all changes below each other, each zero but for
+  // Call after the last Add. Adds the calibration's priors, multiplied by
+  // `samples_at_once` except for clocks and lenses, and the constraints of
+  // `gauge`: rows on the stacked changes, each zero with standard deviation
   // `gauge_sigma`.
   void AddPrior(const CameraChange& inverse_sigma, double samples_at_once,
                 const Eigen::MatrixXd& gauge, double gauge_sigma);
 
-  // Covariance of the free parameters. Errors of a detector last, so it is the
-  // sandwich over blocks of time (Huber and Ronchetti, Robust Statistics, ch.
-  // 6), and never less than the inverse of the information. Empty where nothing
-  // is free.
+  // Covariance of the free parameters: the sandwich over blocks of time, as
+  // detector errors are correlated in time (Huber and Ronchetti, Robust
+  // Statistics, ch. 6), and never below the inverse information. Empty if
+  // nothing is free.
   Eigen::MatrixXd Covariance() const;
 
-  // Largest correlation of a clock's parameter with a camera's, by the inverse
-  // of the information; 0 without both.
+  // Largest correlation of a clock parameter with a camera parameter, by the
+  // inverse information; 0 unless both are free.
   double LargestCorrelation() const;
 
  private:
   Eigen::MatrixXd Inverse() const;
-  // What stretches of one person's joint say of its offsets in all views.
+  // Terms of one person's joint that involve its offsets in all views.
   struct Offsets {
     Eigen::MatrixXd cross;        // with the free parameters
-    Eigen::MatrixXd information;  // two axes a view
+    Eigen::MatrixXd information;  // two axes per view
     std::map<int64_t, Eigen::VectorXd> scores;
   };
 
@@ -150,7 +152,7 @@ class ReducedSystem {
   const std::vector<std::vector<int>> places_;
   const SegmentState state_information_;
   const double offset_sigma_m_;
-  std::vector<Eigen::Index> begin_;  // of each view's parameters
+  std::vector<Eigen::Index> begin_;  // of each view's first parameter
   Eigen::Index size_ = 0;
   Eigen::MatrixXd information_;
   // Gradients of the cost, by block of time.

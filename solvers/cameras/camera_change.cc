@@ -16,7 +16,7 @@ namespace {
 Eigen::Matrix3d LeftJacobian(const Eigen::Vector3d& vector) {
   const double angle = vector.norm();
   const Eigen::Matrix3d cross = CrossMatrix(vector);
-  // Below this the next terms of the series are under double precision.
+  // Below this angle the next terms of the series are under double precision.
   constexpr double kSmall = 1e-5;
   if (angle < kSmall) {
     return Eigen::Matrix3d::Identity() + 0.5 * cross + cross * cross / 6.0;
@@ -65,7 +65,8 @@ std::optional<Eigen::Vector2d> ProjectChanged(
     Eigen::Matrix2d d_term;
     const double factor =
         FirstRadialFactor(camera.lens().get(), ideal, &d_term);
-    // Where the term alone folds the image back there is no image.
+    // Beyond the radius at which the term folds the image back there is no
+    // image.
     const double along = ideal.dot(d_term * ideal);
     if (!(ideal.squaredNorm() + radial * along >= 0.0)) return std::nullopt;
     distorted += radial * factor * ideal;
@@ -115,7 +116,7 @@ CameraRig RefinedCameras(const CameraRig& cameras,
                          const std::vector<CameraChange>& changes) {
   CameraRig rig;
   for (size_t v = 0; v < cameras.size(); ++v) {
-    // What is not changed keeps its last bit.
+    // Unchanged cameras stay bitwise equal.
     rig.push_back(changes[v].isZero(0.0)
                       ? cameras[v]
                       : ChangedCamera(cameras[v], changes[v]));
@@ -143,7 +144,7 @@ void RescaleCentres(const std::vector<std::vector<int>>& places, double factor,
 
 namespace {
 
-// The blocks of a change, ascending.
+// The blocks of a change, in the order of FreeParameters::Places.
 struct ChangeBlock {
   bool FreeParameters::*is_free;
   int begin;

@@ -1,4 +1,4 @@
-// How a camera or its clock differs from what the calibration states.
+// Corrections of a camera and its clock relative to the calibration.
 #ifndef KINEGRAPH_SOLVERS_CAMERAS_CAMERA_CHANGE_H_
 #define KINEGRAPH_SOLVERS_CAMERAS_CAMERA_CHANGE_H_
 
@@ -12,23 +12,23 @@
 
 namespace kinegraph {
 
-// Places of a change's parameters in a vector; each begins a block.
+// Indices of a change's parameters; each begins a block.
 inline constexpr int kRotationAt = 0;  // 3 [rad], about the camera's own axes
 inline constexpr int kCentreAt = 3;    // 3 [m], in the world
 inline constexpr int kShiftAt = 6;     // 2 [px], on the image
 inline constexpr int kFocalAt = 8;     // 1, logarithm of the factor
-inline constexpr int kOffsetAt = 9;    // 1 [s], added to the time of capture
-inline constexpr int kDriftAt = 10;    // 1 [s/s], of the time in the recording
-inline constexpr int kLensAt = 11;     // 1, added to the lens' k1
+inline constexpr int kOffsetAt = 9;    // 1 [s], added to the capture time
+inline constexpr int kDriftAt = 10;    // 1 [s/s], over the time in the
+                                       // recording
+inline constexpr int kLensAt = 11;     // 1, added to the lens's k1
 inline constexpr int kChangeSize = 12;
 
-// All zero: the calibration is right. Ideal rays are turned by exp(rotation)
-// after the stated rotation; the centre moves in the world; the lens gets
-// another first radial term; the image is magnified about the principal point
-// and then shifted.
+// Zero: the calibration as stated. exp(rotation) is applied after the stated
+// rotation; the centre moves in the world; the first radial term of the lens
+// changes; the image is scaled about the principal point and then shifted.
 using CameraChange = Eigen::Matrix<double, kChangeSize, 1>;
 
-// Of each camera of a rig.
+// One zero change per camera.
 inline std::vector<CameraChange> NoChanges(size_t cameras) {
   return std::vector<CameraChange>(cameras, CameraChange::Zero());
 }
@@ -39,15 +39,15 @@ Eigen::Matrix3d CrossMatrix(const Eigen::Vector3d& v);
 // Rotation by |vector| radians about its direction.
 Eigen::Matrix3d ExpRotation(const Eigen::Vector3d& vector);
 
-// Raw pixel of a point in the camera that the change makes of `camera` (clock
-// aside). nullopt as Camera::Project. The Jacobians may be null: by the point
-// (2x3, px/m) and by the change (2 x kChangeSize; zero for the clock).
+// Raw pixel of a point in `camera` after the change (clock aside). nullopt as
+// for Camera::Project. The Jacobians may be null: by the point (2x3, px/m) and
+// by the change (2 x kChangeSize; zero for the clock).
 std::optional<Eigen::Vector2d> ProjectChanged(
     const Camera& camera, const CameraChange& change,
     const Eigen::Vector3d& point_m, Matrix23d* by_point = nullptr,
     Eigen::Matrix<double, 2, kChangeSize>* by_change = nullptr);
 
-// A camera with what `edit` changes in its parameters; all cameras of a rig.
+// A copy of a camera, or of all cameras of a rig, with its parameters edited.
 template <typename Edit>
 Camera Edited(const Camera& camera, const Edit& edit) {
   CameraParameters parameters = camera.parameters();
@@ -61,21 +61,22 @@ CameraRig Edited(const CameraRig& cameras, const Edit& edit) {
   return edited;
 }
 
-// The camera itself.
+// The camera after the change.
 Camera ChangedCamera(const Camera& camera, const CameraChange& change);
 
-// The cameras with their changes.
+// The cameras after their changes.
 CameraRig RefinedCameras(const CameraRig& cameras,
                          const std::vector<CameraChange>& changes);
 
-// The cameras in a world whose lengths are so many times as large.
+// The cameras in a world scaled by `factor`.
 CameraRig Rescaled(const CameraRig& cameras, double factor);
 
-// The same of a covariance of changes at `places`, one list a view.
+// Applies the same scale to a covariance of changes at `places`, one list per
+// view.
 void RescaleCentres(const std::vector<std::vector<int>>& places, double factor,
                     Eigen::MatrixXd* covariance);
 
-// Which parameters are estimated.
+// The parameters to estimate.
 struct FreeParameters {
   bool rotation = false;
   bool centre = false;
@@ -85,17 +86,17 @@ struct FreeParameters {
   bool offset = false;
   bool drift = false;
 
-  // Those at any of the places of a CameraChange.
+  // Those at any of the given indices of a CameraChange.
   static FreeParameters At(const std::vector<int>& places);
-  // Places in a CameraChange, ascending.
+  // Indices in a CameraChange, ascending.
   std::vector<int> Places() const;
   bool any_camera() const {
     return rotation || centre || shift || focal || lens;
   }
 };
 
-// A clock as it can be told from a recording of this length: its offset, and
-// its drift where 100 ppm of it are two milliseconds.
+// Clock parameters that a recording of this length determines: the offset, and
+// the drift where 100 ppm amount to two milliseconds.
 FreeParameters ClockParametersOf(double span_s);
 
 }  // namespace kinegraph

@@ -50,7 +50,7 @@ std::optional<CameraUncertainty::Sensitivity> CameraUncertainty::Of(
     }
     by_change.col(kOffsetAt) = by_point * velocity_mps;
     by_change.col(kDriftAt) = since_s * by_change.col(kOffsetAt);
-    // Pixel noise is a share of a person's size in the image.
+    // Pixel noise is proportional to a person's size in the image.
     const double sigma = cameras_[v].focal_px() / cameras_[v].Depth(point);
     const double weight = *match.weights[joint] *
                           std::clamp(keypoint.confidence, 0.05, 1.0) /
@@ -64,8 +64,8 @@ std::optional<CameraUncertainty::Sensitivity> CameraUncertainty::Of(
     ++views;
   }
   if (views < 2) return std::nullopt;
-  // Along nearly parallel rays the views say next to nothing, and the motion
-  // holds the joint: a thousandth of what they say in the mean stands for it.
+  // Nearly parallel rays leave the depth open, where the motion model holds the
+  // joint: a thousandth of the mean information stands in for it.
   information.diagonal().array() += 1e-3 * information.trace() / 3.0;
   return -information.inverse() * cross;
 }
@@ -104,7 +104,7 @@ void CameraUncertainty::AddToPerson(const DetectionFrame& seen, double passed_s,
     known += 1.0;
     left.pop_back();
   }
-  // A joint that is not seen hangs on those that are.
+  // Joints without an observation get the mean addition of the others.
   if (known == 0.0) return;
   for (const size_t j : left) *person->covariances[j] += mean / known;
 }

@@ -1,4 +1,4 @@
-// What the uncertainty of refined cameras and clocks does to the joints.
+// Propagates the uncertainty of refined cameras and clocks to the joints.
 //
 // An estimator takes the cameras as they are, so its covariance P is that of a
 // joint given the cameras. Eliminating cameras c and joint x together instead
@@ -24,22 +24,22 @@ namespace kinegraph {
 
 class CameraUncertainty {
  public:
-  // `places` of each view's change that are uncertain (camera_change.h) and the
-  // covariance of all of them, view after view, at the cameras as they are now.
-  // `detection_joint` of each joint of the tracks, or -1. Drifts count from
+  // `places`: uncertain components of each view's change (camera_change.h);
+  // `covariance`: of all of them, view by view, at the given cameras.
+  // `detection_joint`: for each joint of the tracks, or -1. Drift counts from
   // `clock_zero_s`.
   CameraUncertainty(CameraRig cameras, std::vector<std::vector<int>> places,
                     Eigen::MatrixXd covariance,
                     std::vector<int> detection_joint, double clock_zero_s);
 
-  // Adds to the covariances of a frame's people, which need their matches;
-  // joints without a covariance get none. Frames ascend.
+  // Adds to the covariances of a frame's people, which require their matches;
+  // joints without a covariance stay without. Call in the order of frames.
   void AddTo(const DetectionFrame& seen, TrackFrame* frame);
 
  private:
   using Sensitivity = Eigen::Matrix<double, 3, Eigen::Dynamic>;
 
-  // dx/dc of a joint; nullopt when fewer than two views say where it is.
+  // dx/dc of a joint; nullopt if fewer than two views observe it.
   std::optional<Sensitivity> Of(const DetectionFrame& seen,
                                 const PersonPose& person, size_t joint,
                                 const Eigen::Vector3d& velocity_mps,
@@ -60,7 +60,7 @@ class CameraUncertainty {
   Eigen::MatrixXd covariance_;
   std::vector<int> detection_joint_;
   double clock_zero_s_;
-  std::map<TrackId, Last> last_;  // of the frame before
+  std::map<TrackId, Last> last_;  // in the previous frame
 };
 
 }  // namespace kinegraph

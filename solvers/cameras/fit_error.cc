@@ -10,7 +10,7 @@
 namespace kinegraph {
 namespace {
 
-// What one stretch says, at its best state under the changes.
+// Adds the errors of one stretch, at its best state under the changes.
 void AddSegment(const CameraRig& cameras, const MotionSegment& segment,
                 const std::vector<CameraChange>& changes, double noise_scale,
                 const SegmentOptions& options, Eigen::Index bin,
@@ -47,7 +47,7 @@ void AddSegment(const CameraRig& cameras, const MotionSegment& segment,
   }
 }
 
-// Both, the bins one behind the other.
+// Concatenates the bins.
 FitError Joined(const FitError& a, const FitError& b) {
   FitError all;
   all.sum_px.resize(a.sum_px.rows(), a.sum_px.cols() + b.sum_px.cols());
@@ -59,7 +59,7 @@ FitError Joined(const FitError& a, const FitError& b) {
   return all;
 }
 
-// Of a view or all, bin by bin.
+// Of one view, or of all (-1), bin by bin.
 RatioSeries SeriesOf(const FitError& error, int view) {
   RatioSeries series;
   for (Eigen::Index bin = 0; bin < error.sum_px.cols(); ++bin) {

@@ -1,4 +1,3 @@
-// How well cameras explain a recording, and whether others do it better.
 #ifndef KINEGRAPH_SOLVERS_CAMERAS_FIT_ERROR_H_
 #define KINEGRAPH_SOLVERS_CAMERAS_FIT_ERROR_H_
 
@@ -13,58 +12,58 @@
 
 namespace kinegraph {
 
-// How well given cameras explain the recording: each stretch's state is
-// estimated for them, and its residuals summed by short bins of time.
+// How well given cameras explain a recording: each stretch's state is estimated
+// with them, and its residuals are summed over short bins of time.
 struct FitError {
   // Sums of min(|residual|, 30 px) and counts, [view, bin].
   Eigen::ArrayXXd sum_px;
   Eigen::ArrayXXd count;
-  // What lasts over a stretch: the length of its mean residual at its depth,
-  // summed by view, and the number of stretches.
+  // Errors that last over a stretch [m]: the length of its mean residual at its
+  // depth, summed by view, and the number of stretches.
   Eigen::ArrayXd lasting_m;
   Eigen::ArrayXd segments;
   double LastingM(size_t view) const;
-  double MeanPx(int view = -1) const;  // of all views: -1
+  double MeanPx(int view = -1) const;  // -1: of all views
 };
 
-// Bins of time that hold any stretch, however long the clock stands still in
-// between, by floor(middle_s / BinLength), each with its column.
+// Column of each bin of time with at least one stretch, by floor(middle_s /
+// BinLength); gaps of the clock take no columns.
 std::map<double, Eigen::Index> FilledBins(const SceneSegments& segments);
 
 FitError MeasureFit(const CameraRig& cameras, const SceneSegments& segments,
                     const std::vector<CameraChange>& changes,
                     const SegmentOptions& options);
 
-// The paired 95 % interval of MeanPx of `before` less that of `after`
-// (moving blocks of two bins), over one view or all (-1).
+// The decrease of MeanPx from `before` to `after` over one view or all (-1),
+// with its paired 95 % interval (moving blocks of two bins).
 struct FitGain {
   double before_px = 0.0;
   double after_px = 0.0;
   double low_px = 0.0;  // of the gain
   double high_px = 0.0;
-  // Of one view: what lasts over stretches, at people's depth.
+  // Of one view: FitError::LastingM, at people's depth.
   double lasting_before_m = 0.0;
   double lasting_after_m = 0.0;
-  // Share of it that is gone.
+  // The share of it that is removed.
   double explained() const {
     return lasting_before_m > 0.0 ? 1.0 - lasting_after_m / lasting_before_m
                                   : 0.0;
   }
-  // The interval excludes zero: the cameras after explain the recording better.
+  // The interval excludes zero: the later cameras explain the recording better.
   bool certain() const { return low_px > 0.0; }
   double share() const {
     return before_px > 0.0 ? 1.0 - after_px / before_px : 0.0;
   }
-  // The rule for whatever is fitted to matches: the gain is certain and no
-  // trifle.
+  // Criterion for anything fitted to matches: a gain that is certain and not
+  // negligible.
   static constexpr double kLeastShare = 0.05;
   bool is_enough() const { return certain() && share() >= kLeastShare; }
 };
 FitGain CompareFits(const FitError& before, const FitError& after,
                     int view = -1);
 
-// What a fit of some parameters (AdjustBundle) gives on the half of the
-// recording that it has not seen, both ways round.
+// Cross-validated gain of a fit of some parameters (AdjustBundle): measured on
+// the half of the recording that was held out, both ways.
 struct CrossedGain {
   FitGain all;
   std::vector<FitGain> views;

@@ -11,7 +11,7 @@ namespace {
 
 constexpr double kCapPx = 30.0;
 
-// Of a measurement, capped; the cap where it has no image.
+// Residual of a measurement, capped; the cap where it has no image.
 double CappedPx(const CameraRig& cameras,
                 const std::vector<CameraChange>& changes,
                 const MotionSegment& segment, const SegmentState& state,
@@ -22,13 +22,13 @@ double CappedPx(const CameraRig& cameras,
   return r.has_value() ? std::min(kCapPx, r->norm() * one.sigma_px) : kCapPx;
 }
 
-// A stretch as the other views see it, and what the view left out does.
+// A stretch by the other views, and the measurements of the view held out.
 struct SplitSegment {
   MotionSegment others;
   std::vector<SegmentMeasurement> left_out;
 };
 
-// Stretches that two views or more see besides `view`.
+// The stretches that at least two views other than `view` see.
 std::vector<SplitSegment> SplitBy(const SceneSegments& segments, int view) {
   std::vector<SplitSegment> split;
   for (const MotionSegment& segment : segments.segments) {
@@ -52,7 +52,7 @@ std::vector<SplitSegment> SplitBy(const SceneSegments& segments, int view) {
   return split;
 }
 
-// Adds errors in the view that was left out, at states by the others.
+// Adds the errors in the view held out, at the states by the others.
 void AddLeftOut(const CameraRig& cameras,
                 const std::vector<SplitSegment>& split,
                 const std::vector<CameraChange>& changes, double noise_scale,

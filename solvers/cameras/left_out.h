@@ -1,4 +1,3 @@
-// Whether other cameras explain a view that took no part in finding them.
 #ifndef KINEGRAPH_SOLVERS_CAMERAS_LEFT_OUT_H_
 #define KINEGRAPH_SOLVERS_CAMERAS_LEFT_OUT_H_
 
@@ -13,11 +12,11 @@
 
 namespace kinegraph {
 
-// What a fit of some parameters gives in a view that took no part in it and
-// stays as it starts: each view in turn, at points that two others or more
-// place. Cameras that are bent together agree better with each other and worse
-// with one that was left out. nullopt with fewer than four views: of three, two
-// would be left, which explain each other whatever they are.
+// Gain of a fit of some parameters in a view that took no part in it and keeps
+// its camera: each view in turn, at points that at least two others
+// triangulate. Cameras that are distorted jointly agree better with each other
+// and worse with one held out. nullopt with fewer than four views: of three,
+// the remaining two agree whatever they are.
 std::optional<FitGain> LeftOutGain(const CameraRig& cameras,
                                    const SceneSegments& segments,
                                    const FreeParameters& free,

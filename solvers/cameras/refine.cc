@@ -12,21 +12,22 @@
 namespace kinegraph {
 namespace {
 
-// A gain below this is not worth other cameras than those that were calibrated.
-// A clock that is late is: whoever stands does not see it, and thins the gain.
+// Least gain for which calibrated cameras are replaced. It does not apply where
+// a clock is late: people at rest give no information on the clock and dilute
+// the gain.
 constexpr double kLeastShareOfGain = 0.01;
-// Groups that move together this much cannot be told apart.
+// Clocks and cameras that are more correlated than this are indistinguishable.
 constexpr double kMostCorrelation = 0.95;
-// Fewer stretches leave chance too much room: a few hundred numbers of each
-// view for up to nine of its camera.
+// Least number of stretches: some hundred numbers per view for up to nine
+// camera parameters each.
 constexpr size_t kLeastSegments = 60;
 
-// Under a sixth of a frame a clock hardly matters, and what walking people do
-// to a detector's bias looks like it.
+// Clock errors below a sixth of a frame hardly matter, and the effect of
+// walking on a detector's bias looks like them.
 constexpr double kLeastLateFrames = 0.15;
 constexpr double kLateSigmas = 4.0;
 
-// What a fit states of its uncertainty.
+// Stores the covariance and sigmas of a fit.
 void StoreUncertainty(const BundleResult& result, Refinement* refinement) {
   refinement->places = result.places;
   refinement->covariance = result.covariance;
@@ -37,7 +38,7 @@ void StoreUncertainty(const BundleResult& result, Refinement* refinement) {
   }
 }
 
-// Fits, decides, and keeps what was worth it.
+// Fits, decides, and keeps the result if it is a gain.
 void TakeStep(const CameraRig& cameras, const SceneSegments& segments,
               const FreeParameters& free, const std::string& what,
               const BundleOptions& options, Refinement* refinement) {
@@ -68,9 +69,9 @@ void TakeStep(const CameraRig& cameras, const SceneSegments& segments,
   refinement->steps.push_back(std::move(step));
 }
 
-// Clocks (the first step) and cameras (the second) once more, together, from
-// where they are: what one took for the other is set right. Where they cannot
-// be told apart the clocks stay as they were stated.
+// Fits clocks (the first step) and cameras (the second) jointly from their
+// present values, which corrects what one absorbed of the other. If they are
+// indistinguishable, the clocks return to their stated values.
 void StepTogether(const CameraRig& cameras, const SceneSegments& segments,
                   const FreeParameters& both, const BundleOptions& options,
                   Refinement* refinement) {
@@ -93,9 +94,8 @@ void StepTogether(const CameraRig& cameras, const SceneSegments& segments,
       "clocks and cameras cannot be told apart in this recording";
 }
 
-// Whether cameras that took no part in the fit see a certain gain, too, with
-// the clocks as they are; where there are too few to ask, what is asked for is
-// taken on the other evidence.
+// Whether cameras that took no part in the fit show a certain gain, too, with
+// the present clocks. With too few cameras for this test it passes.
 bool HelpsOthers(const CameraRig& cameras, const SceneSegments& segments,
                  const FreeParameters& free, const BundleOptions& options,
                  const Refinement& refinement, RefineStep* step) {
@@ -109,9 +109,9 @@ bool HelpsOthers(const CameraRig& cameras, const SceneSegments& segments,
   return !step->left_out.has_value() || step->left_out->certain();
 }
 
-// Samples that say the same: of a view, of one joint, within a second, in the
-// mean. What a detector adds depends on where the body is seen from, which
-// hardly changes in less.
+// Mean number of samples of one joint in one view within a second, which count
+// as one: a detector's error depends on the direction from which the body is
+// seen, which hardly changes in less.
 double SamplesAtOnce(const SceneSegments& segments) {
   constexpr double kLastsS = 1.0;
   if (segments.segments.empty()) return 1.0;
@@ -130,7 +130,7 @@ double SamplesAtOnce(const SceneSegments& segments) {
   return said.empty() ? 1.0 : samples / static_cast<double>(said.size());
 }
 
-// Whether a clock is farther from the usual of all than stretches tell.
+// Whether any clock is farther from the median than stretches can determine.
 bool AnyIsFar(const std::vector<CameraChange>& changes) {
   const double usual_s = UsualClock(changes, kOffsetAt);
   return std::any_of(
@@ -150,7 +150,7 @@ double UsualClock(const std::vector<CameraChange>& changes, int place) {
 
 bool IsLate(const BundleResult& fit, size_t view, int place, double frame_s,
             double span_s) {
-  // The first view, which has none of its own, has the second one's.
+  // The first view is the reference and has no sigma: use the second one's.
   const double sigma = fit.Sigma(view == 0 ? 1 : view, place);
   if (!(sigma > 0.0)) return false;
   const double reach_s = place == kDriftAt ? span_s : 1.0;
@@ -256,7 +256,7 @@ Refinement RefineScene(const CameraRig& cameras,
     both.drift = clocks.drift;
     StepTogether(cameras, segments, both, bundle, &refinement);
   }
-  // Clocks and cameras may have to be set right together to help the others.
+  // Clocks and cameras may have to be corrected jointly to help the others.
   if (free.any_camera() && refinement.steps.back().taken &&
       !HelpsOthers(cameras, segments, free, bundle, refinement,
                    &refinement.steps.back())) {
@@ -302,7 +302,7 @@ DetectionSequence WithClocks(const DetectionSequence& detections,
           told.capture_time +
           FromSeconds(offset_s + drift * ToSeconds(told.capture_time - middle));
       // The frame whose time is nearest. Beyond the ends of the recording there
-      // is none to join.
+      // is none.
       auto at = std::lower_bound(
           frames.begin(), frames.end(), capture,
           [](const DetectionFrame& f, TimeNs time) { return f.time < time; });
@@ -331,17 +331,17 @@ BundleOptions WithLastingErrors(BundleOptions options,
 void RefineAgain(const CameraRig& cameras, const DetectionSequence& detections,
                  const FrozenMatches& matches, const BundleOptions& bundle,
                  Refinement* refinement) {
-  std::vector<int> taken;  // of any view
+  std::vector<int> taken;  // by any view
   for (const std::vector<int>& places : refinement->places) {
     taken.insert(taken.end(), places.begin(), places.end());
   }
   const FreeParameters free = FreeParameters::At(taken);
   std::vector<CameraChange> start = refinement->changes;
   for (CameraChange& change : start) {
-    change[kOffsetAt] = change[kDriftAt] = 0.0;  // the detections have them
+    change[kOffsetAt] = change[kDriftAt] = 0.0;  // already applied to the
+                                                 // detections
   }
-  // One fit instead of the decisions' many: it can afford more of the
-  // recording.
+  // A single fit, unlike the decisions' many, can afford more of the recording.
   constexpr int kTimesMore = 4;
   SegmentOptions more = bundle.segments;
   more.max_segments *= kTimesMore;

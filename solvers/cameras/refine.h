@@ -1,5 +1,5 @@
 // Refines the cameras and clocks of a recording from its own people, and
-// decides from the other half of the recording whether it was worth it.
+// decides on held-out halves of the recording whether to keep the result.
 #ifndef KINEGRAPH_SOLVERS_CAMERAS_REFINE_H_
 #define KINEGRAPH_SOLVERS_CAMERAS_REFINE_H_
 
@@ -18,75 +18,75 @@ namespace kinegraph {
 
 FreeParameters CameraParametersOf(RefineKind kind);
 
-// ---- Which views a fit of the clocks finds to be out of time ----
+// ---- Which views are out of time, according to a fit of the clocks ----
 
-// The first view's clock is the reference of a fit, which does not make it
-// right: views are late against the median of all.
+// Median over all views. The first view's clock is the reference of a fit but
+// may itself be wrong, so views are late relative to the median.
 double UsualClock(const std::vector<CameraChange>& changes, int place);
 
-// Whether the view's offset or drift (`place`) is off by more than four of its
-// standard deviations and more than 0.15 frames, over a recording of `span_s`
-// for the drift, and less than stretches tell (kFarthestClockS). `fit` has the
-// clocks free and no camera.
+// Whether the view's offset or drift (`place`; drift times `span_s`) deviates
+// by more than four standard deviations and more than 0.15 frames, but by less
+// than stretches can determine (kFarthestClockS). `fit`: with free clocks and
+// fixed cameras.
 bool IsLate(const BundleResult& fit, size_t view, int place, double frame_s,
             double span_s);
 
-// Whether any view's offset or drift is.
+// Whether any view's offset or drift is late.
 bool AnyIsLate(const BundleResult& fit, double frame_s, double span_s);
 
 // One step of the refinement: the clocks, or the cameras.
 struct RefineStep {
   std::string what;  // "clock", "shift", ...
   bool taken = false;
-  std::string reason;  // why not, in words; empty when taken
-  FitGain gain;        // on the other half of the recording
-  // In cameras that took no part, where that was asked and there are enough.
+  std::string reason;  // why it was not taken; empty if it was
+  FitGain gain;        // on the held-out half of the recording
+  // In cameras that took no part, if this was tested and there are enough.
   std::optional<FitGain> left_out = std::nullopt;
 };
 
 struct Refinement {
-  std::vector<CameraChange> changes;  // of the steps taken; one a view
-  // Standard deviations of the changes, zero where nothing was estimated.
+  std::vector<CameraChange> changes;  // of the steps taken; one per view
+  // Standard deviations of the changes; zero where nothing was estimated.
   std::vector<CameraChange> sigmas;
-  // Of the steps taken: their parameters, and the covariance of all of them,
-  // view after view; empty when none was taken.
-  std::vector<std::vector<int>> places;  // one list a view
+  // Parameters of the steps taken and their joint covariance, view by view;
+  // empty if none was taken.
+  std::vector<std::vector<int>> places;  // one list per view
   Eigen::MatrixXd covariance;
   std::vector<RefineStep> steps;
   double largest_correlation = 0.0;  // of a clock with a camera
-  int64_t segments = 0;              // that were used
-  // Whole frames that each view was moved by beforehand; part of `changes`.
+  int64_t segments = 0;              // number used
+  // Whole frames by which each view was shifted beforehand; part of `changes`.
   std::vector<int> lag_frames;
-  bool hardly_moves = false;  // nobody, so that no clock is told
+  bool hardly_moves = false;  // too little motion to determine clocks
 
   bool any_taken() const;
 };
 
-// Clocks come first, then cameras: a clock that is late looks like a shift that
-// follows the walking, and a camera that is moved would take it over.
+// Clocks come first, then cameras: a late clock looks like a shift in the
+// direction of walking, which a moved camera would absorb.
 Refinement RefineScene(const CameraRig& cameras,
                        const DetectionSequence& detections,
                        const FrozenMatches& matches,
                        const RefineOptions& options,
                        const BundleOptions& bundle = {});
 
-// Errors of a detector last: what a view observes of a joint within a second is
-// one independent sample, however many frames and segments it has.
+// Sets samples_at_once for lasting detector errors: the observations of a joint
+// in one view within a second count as one independent sample.
 BundleOptions WithLastingErrors(BundleOptions options,
                                 const SceneSegments& segments);
 
 // The second round: with cameras and clocks nearly right, the tracker matches
-// more and the noise is the detector's alone. Estimates what `refinement` has
-// taken once more, all of it together, from where it is. `detections` are those
-// of the first round with the clocks set right (WithClocks), `matches` theirs
-// with the refined cameras. Decisions stay.
+// more and only the detector's noise is left. Re-estimates all that
+// `refinement` has taken, jointly, from its present values. `detections` are
+// those of the first round with corrected clocks (WithClocks), `matches` theirs
+// with the refined cameras. Decisions do not change.
 void RefineAgain(const CameraRig& cameras, const DetectionSequence& detections,
                  const FrozenMatches& matches, const BundleOptions& bundle,
                  Refinement* refinement);
 
-// The detections with each view's capture times moved by its clock's offset
-// and drift. Measurements that are off by more than half a frame join the
-// frame that is nearest to their own time.
+// The detections with each view's capture times corrected by its clock's offset
+// and drift. Measurements that are off by more than half a frame move to the
+// frame nearest to their own time.
 DetectionSequence WithClocks(const DetectionSequence& detections,
                              const std::vector<CameraChange>& changes);
 

@@ -1,4 +1,4 @@
-// What of cameras and clocks is estimated from the people of a recording.
+// Parameters of the cameras that are refined from a recording's people.
 #ifndef KINEGRAPH_SOLVERS_CAMERAS_REFINE_OPTIONS_H_
 #define KINEGRAPH_SOLVERS_CAMERAS_REFINE_OPTIONS_H_
 
@@ -12,11 +12,11 @@ namespace kinegraph {
 enum class RefineKind { kOff, kShift, kRotation, kPose, kPoseFocal };
 const std::vector<std::string>& RefineKindNames();
 
-// Where the floor and the origin of the world come from.
+// Source of the world's floor and origin.
 enum class GroundKind { kOff, kFeet };
 const std::vector<std::string>& GroundKindNames();
 
-// Options of refinement, in the table "cameras" whose owner enters it.
+// Options of refinement, in the table "cameras", which the owner enters.
 struct RefineOptions {
   RefineKind refine = RefineKind::kOff;
   bool refine_clock = false;

@@ -26,7 +26,7 @@ void ForEachJoint(DetectionSequence* detections, const Visit& visit) {
   }
 }
 
-// A person's frame with what belongs to them.
+// A frame of a person with the matched detections.
 struct SeenView {
   int view = 0;
   const Detection* detection = nullptr;
@@ -56,7 +56,7 @@ std::vector<SeenFrame> FramesOf(const FrozenPerson& person,
   return frames;
 }
 
-// Runs of frames that belong together: at most `span` long, without gaps.
+// Runs of frames that form a stretch: at most `span` long, without gaps.
 struct Run {
   size_t person = 0;
   size_t begin = 0;
@@ -76,7 +76,7 @@ std::vector<Run> RunsOf(size_t person, const std::vector<SeenFrame>& frames,
   return runs;
 }
 
-// The frames' usual distance.
+// Median interval between frames.
 TimeNs BeatOf(const DetectionSequence& detections) {
   std::vector<double> gaps;
   for (size_t k = 1; k < detections.frames.size(); ++k) {
@@ -96,7 +96,7 @@ double JointSigma(const SegmentOptions& options, const Keypoint& joint,
                   options.sigma_px * scale / std::sqrt(confidence));
 }
 
-// DLT of the frame nearest the middle in which two views saw the joint.
+// DLT at the frame nearest the middle in which two views saw the joint.
 std::optional<Eigen::Vector3d> StartOf(const CameraRig& cameras,
                                        const std::vector<SeenFrame>& frames,
                                        const Run& run, int joint,
@@ -119,7 +119,7 @@ std::optional<Eigen::Vector3d> StartOf(const CameraRig& cameras,
     }
     if (measurements.size() < 2) continue;
     TriangulationOptions options;
-    options.min_angle_rad = 0.03;  // flatter rays say nothing of the depth
+    options.min_angle_rad = 0.03;  // flatter rays do not determine the depth
     const TriangulationResult result =
         TriangulateDlt({measurements.data(), measurements.size()}, options);
     if (result.ok()) return result.point_m;
@@ -128,7 +128,7 @@ std::optional<Eigen::Vector3d> StartOf(const CameraRig& cameras,
 }
 
 // Square root of the weight at the end (1) or the middle (0) of a stretch: a
-// Hann window, whose centre does not move with where its samples lie.
+// Hann window, whose centroid does not depend on the sampling times.
 double TaperAt(double share) {
   return std::abs(share) < 1.0 ? std::cos(0.5 * M_PI * share) : 0.0;
 }
@@ -173,7 +173,8 @@ bool MakeSegment(const CameraRig& cameras, const std::vector<SeenFrame>& frames,
   return std::count(seen.begin(), seen.end(), 1) >= 2;
 }
 
-// Matched detections and all, where two other views matched somebody.
+// Counts matched and all detections in frames where two other views have
+// matches.
 void CountMatches(const DetectionSequence& detections,
                   const FrozenMatches& matches, SceneSegments* segments) {
   std::map<int64_t, std::vector<int64_t>> by_frame;  // matches in each view
@@ -205,8 +206,8 @@ void CountMatches(const DetectionSequence& detections,
   }
 }
 
-// One factor on all sigmas: half of the squared norms of Gaussian residuals
-// are below 2 log 2, less what the states take up.
+// A common factor on all sigmas: the median of the squared norms of 2D Gaussian
+// residuals is 2 log 2, less the degrees of freedom of the states.
 double NoiseScale(const CameraRig& cameras,
                   const std::vector<CameraChange>& changes,
                   const std::vector<MotionSegment>& segments) {
@@ -228,8 +229,8 @@ double NoiseScale(const CameraRig& cameras,
   return std::sqrt(Quantile(norms, 0.5) / (2.0 * std::log(2.0)) / left);
 }
 
-// Root mean square of a stretch's velocity's standard deviations [m/s], at a
-// noise scale of 1.
+// Root mean square of the standard deviations of a stretch's velocity
+// components [m/s], at a noise scale of 1.
 double VelocitySigma(const CameraRig& cameras, const MotionSegment& segment,
                      const SegmentOptions& options) {
   Eigen::Matrix<double, kSegmentSize, kSegmentSize> information =
@@ -248,8 +249,8 @@ double VelocitySigma(const CameraRig& cameras, const MotionSegment& segment,
   return std::sqrt(variance);
 }
 
-// Of each stretch, its place along the direction in which people move most [m]:
-// its position less the mean one of its joint.
+// Coordinate of each stretch along the direction in which people move most [m],
+// relative to the mean position of its joint.
 std::vector<double> PlacesOf(const std::vector<MotionSegment>& segments) {
   std::map<int, std::pair<Eigen::Vector3d, double>> of_joint;
   for (const MotionSegment& segment : segments) {
@@ -287,8 +288,8 @@ bool IsLower(JointClass joint_class) {
          joint_class == JointClass::kAnkle || joint_class == JointClass::kFoot;
 }
 
-// Whether each stretch is in the first half. Joints go in pairs, since
-// skeletons name left and right in turn: each half has both sides.
+// Whether each stretch is in the first half. Joints stay in pairs, since
+// skeletons alternate left and right, so that each half has both sides.
 std::vector<bool> FirstHalf(const SceneSegments& scene, Halving halving) {
   const std::vector<MotionSegment>& segments = scene.segments;
   std::map<int, int> ranks;
@@ -382,8 +383,8 @@ bool SolveSegment(const CameraRig& cameras,
                   const std::vector<CameraChange>& changes,
                   const MotionSegment& segment, double noise_scale,
                   const SegmentOptions& options, SegmentState* state) {
-  // The loss is nearly convex from a triangulated start; steps are small after
-  // a handful.
+  // The loss is nearly convex around a triangulated start; a handful of steps
+  // converges.
   constexpr int kMaxIterations = 8;
   constexpr double kStepM = 1e-5;
   const SegmentState prior = PriorInformation(options);
@@ -401,7 +402,7 @@ bool SolveSegment(const CameraRig& cameras,
       H.noalias() += weight * J.transpose() * J;
       g.noalias() += weight * J.transpose() * *r;
     }
-    // One view leaves the depth free.
+    // With one view the depth is undetermined.
     H.topLeftCorner<3, 3>().diagonal().array() += kPositionInformation;
     const SegmentState step = H.ldlt().solve(g);
     if (!step.allFinite()) return false;
@@ -465,14 +466,13 @@ SceneSegments MakeSegments(const CameraRig& cameras,
   const std::vector<int>& joints = skeleton.association_joints();
   if (runs.empty() || joints.empty()) return result;
   const std::vector<CameraChange> no_change = NoChanges(cameras.size());
-  // Runs are taken evenly over the recording; two or three joints of each, in
-  // turn, so that all joints speak.
+  // Stretches are spread evenly over runs and joints.
   const double all = static_cast<double>(runs.size() * joints.size());
   const double step = std::max(1.0, all / options.max_segments);
   for (double at = 0.0; at < all; at += step) {
     const auto index = static_cast<size_t>(at);
     const Run& run = runs[index / joints.size()];
-    // A stride that shares no factor with the count visits each joint.
+    // The stride varies the joints from run to run.
     const int joint =
         joints[(index * 7 + index / joints.size() * 3) % joints.size()];
     MotionSegment segment;

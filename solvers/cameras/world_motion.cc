@@ -17,7 +17,7 @@ using Eigen::Vector3d;
 
 constexpr double kDegPerRad = 57.29577951308232;
 
-// Least squares over the distances to the axes.
+// Point of least squared distances to the optical axes.
 std::optional<Vector3d> LookedAt(const CameraRig& cameras) {
   Matrix3d information = Matrix3d::Zero();
   Vector3d pull = Vector3d::Zero();
@@ -71,7 +71,7 @@ std::optional<WorldMotion> WorldMotionOf(const CameraRig& before,
       }
     }
   }
-  constexpr size_t kFewest = 9;  // of 27: they span space, whichever are left
+  constexpr size_t kFewest = 9;  // of 27: never on one line
   if (from.size() < kFewest) return std::nullopt;
   Eigen::Matrix3Xd old_points(3, from.size()), new_points(3, from.size());
   WorldMotion motion;

@@ -1,4 +1,3 @@
-// How refined cameras move the world that they see.
 #ifndef KINEGRAPH_SOLVERS_CAMERAS_WORLD_MOTION_H_
 #define KINEGRAPH_SOLVERS_CAMERAS_WORLD_MOTION_H_
 
@@ -8,18 +7,18 @@
 
 namespace kinegraph {
 
-// The similarity that takes points where the old cameras see them to where the
-// new ones see the same pixels.
+// The similarity that maps points of the world of the old cameras to those that
+// the new cameras see at the same pixels.
 struct WorldMotion {
   double moved_m = 0.0;  // mean distance of the points
   double turned_deg = 0.0;
   double scale = 1.0;  // of lengths
 };
 
-// Over the part that two or more cameras see of a cube around the point nearest
-// to all optical axes, whose half edge is a quarter of the distance to the
-// nearest camera. `after` are the cameras of `before`, in the same order.
-// nullopt where the axes are parallel or too little is seen.
+// Evaluated on the part of a cube that at least two cameras see. Its centre is
+// the point nearest to all optical axes, its half edge a quarter of the
+// distance to the nearest camera. `after`: the cameras of `before`, in the same
+// order. nullopt where the axes are parallel or too little is seen.
 std::optional<WorldMotion> WorldMotionOf(const CameraRig& before,
                                          const CameraRig& after);
 

@@ -33,52 +33,53 @@ namespace {
 
 constexpr double kDegrees = 57.29577951308232;
 constexpr double kStatureM = 1.7;
-// How far a detector is off for a whole recording, of each person's joint in
-// each view, on each axis (of people 1.7 m tall): OpenPose's joints by 6 to 14
-// mm in the median of both axes, the mean of which is 1.18 of these.
+// Standard deviation [m] of a detector's constant error of each person's joint
+// in each view, per axis (for people 1.7 m tall). OpenPose's joints: 6 to 14 mm
+// as the median of the distance, which is 1.18 of this sigma.
 constexpr double kLastingOffsetM = 0.007;
-// Variances are so many times what stretches say that are independent of each
-// other and have one noise: outliers, tails and joints that are hidden.
+// Factor on the fit's variances, which assume independent stretches of one
+// noise level: accounts for outliers, heavy tails and hidden joints.
 constexpr double kUnmodelled = 3.0;
-// A view is calibrated when it is as sure as this: degrees, and shares of the
-// rig's size.
+// Largest sigmas of a calibrated view: degrees, and shares of the rig's size.
 constexpr double kMostRotationDeg = 0.8;
 constexpr double kMostPlace = 0.025;
-// What `calibrated` promises of every view, and how likely that must be.
+// Errors that `calibrated` promises for every view, and its least probability.
 constexpr double kPromisedDeg = 0.3;
 constexpr double kPromisedPlace = 0.01;
 constexpr double kLeastLikely = 0.8;
-// A clock that is less sure than this is not told.
+// Largest sigma [s] of a clock that is reported.
 constexpr double kMostClockS = 0.02;
-// Standard deviation of what is anywhere within a frame, in frames.
+// Standard deviation of a uniform distribution over one frame: 1 / sqrt(12).
 constexpr double kOfAFrame = 0.29;
-// Fits on halves of the joints may differ by this many times as much.
+// Largest distance between fits on halves of the joints, in units of the limits
+// above.
 constexpr double kMostApart = 2.0;
 // People whose places are no farther apart than this stay in one spot (the
-// limit of `doctor`, a fifth of a person).
+// limit `doctor` uses, a fifth of a stature).
 constexpr double kOneSpotM = 0.34;
-// Principal points lie about the image's middle, in shares of its width.
+// Sigma of principal points about the image's centre, in shares of its width.
 constexpr double kShiftShare = 0.015;
-// Of the logarithm of a focal length of which nothing is known: fields of view
-// of 40 to 90 degrees.
+// Sigma of the logarithm of an unknown focal length: fields of view of 40 to 90
+// degrees.
 constexpr double kFocalUnknown = 0.3;
-// Of k1 about 0: lenses from telephoto to wide angle.
+// Sigma of k1 about 0: telephoto to wide-angle lenses.
 constexpr double kLensSigma = 0.2;
-// A clock that is not told is that of the first view where its lag is no more
-// than this.
+// If clocks are not determined, lags up to this many frames are set to the
+// first view's.
 constexpr int kNearFrames = 2;
-// Of clocks of cameras.
+// Sigma of the clock drift of cameras [s/s].
 constexpr double kDriftSigma = 2e-4;
-// Times that the files tell are right to this.
+// Sigma of the capture times given in files [s].
 constexpr double kToldTimeS = 0.02;
-constexpr double kToldLagS = 0.1;  // farthest from them
-// A view that agrees with the others this much less than the usual one does is
-// in the wrong place, and so are all where hardly anybody agrees.
+constexpr double kToldLagS = 0.1;  // largest deviation searched
+// Least agreement of a view relative to the median one, and absolutely; below
+// these its pose is wrong.
 constexpr double kLeastOfUsual = 0.8;
 constexpr double kLeastAgreement = 0.5;
 
-// Every frame number from first to last, each at its time; no clock but the
-// frames' own. `late_s`: the mean of what each view's times told beside it.
+// Every frame number from first to last at its nominal time, which replaces the
+// capture times. `late_s`: mean difference of each view's capture times from
+// the nominal ones.
 DetectionSequence Regular(DetectionSequence detections,
                           std::vector<double>* late_s) {
   DetectionSequence recording;
@@ -110,7 +111,7 @@ DetectionSequence Regular(DetectionSequence detections,
   return recording;
 }
 
-// Whether any view's times differ from its frames'.
+// Whether any capture time differs from its frame's time.
 bool TellsTimes(const DetectionSequence& detections) {
   return std::any_of(detections.frames.begin(), detections.frames.end(),
                      [](const DetectionFrame& frame) {
@@ -122,12 +123,12 @@ bool TellsTimes(const DetectionSequence& detections) {
                      });
 }
 
-// k1 of a lens; 0 of none.
+// k1 of the lens; 0 without one.
 double RadialOf(const Camera& camera) {
   return camera.lens() == nullptr ? 0.0 : camera.lens()->parameters()[0];
 }
 
-// Twice the rms distance of the cameras from their middle.
+// Twice the rms distance of the cameras from their centroid.
 double SizeOf(const CameraRig& cameras) {
   Eigen::Vector3d middle = Eigen::Vector3d::Zero();
   const auto count = static_cast<double>(cameras.size());
@@ -139,8 +140,8 @@ double SizeOf(const CameraRig& cameras) {
   return 2.0 * std::sqrt(squares);
 }
 
-// How likely every view is as right as `calibrated` promises: the share of
-// errors drawn from a covariance that are.
+// Probability that every view is within the errors that `calibrated` promises:
+// the share of errors drawn from the covariance that are.
 double LikelyRight(const Eigen::MatrixXd& covariance,
                    const std::vector<std::vector<int>>& of_views,
                    double size_m) {
@@ -168,8 +169,8 @@ double LikelyRight(const Eigen::MatrixXd& covariance,
   return static_cast<double>(right) / kDraws;
 }
 
-// The covariance of all else were principal points and lenses as they are
-// estimated; these have none.
+// The covariance of the other parameters given principal points and lenses; the
+// rows and columns of these are 0.
 Eigen::MatrixXd GivenLenses(const Eigen::MatrixXd& covariance,
                             const std::vector<std::vector<int>>& of_views) {
   std::vector<Eigen::Index> lenses;
@@ -192,8 +193,8 @@ Eigen::MatrixXd GivenLenses(const Eigen::MatrixXd& covariance,
   return given;
 }
 
-// Without k1, which the record of a calibration has no place for: what is left
-// includes how unsure it is.
+// Removes k1, which the calibration record does not contain. The rest is the
+// marginal covariance: it includes the uncertainty of k1.
 void DropLens(std::vector<std::vector<int>>* of_views,
               Eigen::MatrixXd* covariance) {
   std::vector<Eigen::Index> kept;
@@ -217,12 +218,12 @@ double Spread(const Eigen::MatrixXd& covariance, Eigen::Index begin) {
       Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(block).eigenvalues()[2]));
 }
 
-// Residuals of one view in standard deviations, each at most kMostOff, by bins
-// of time: sum, count.
+// Residuals of one view in standard deviations, each limited to 10, by bins of
+// time: sum, count.
 using ViewResiduals = std::map<int64_t, std::pair<double, int>>;
 
-// How far a joint lies, in the frame of a view that is nearest in time, from
-// the detected one that is nearest; nothing where none is detected.
+// Distance [sigmas] of a joint from the nearest detected one in the given frame
+// of a view; nullopt where none is detected.
 std::optional<double> NearestOff(const Camera& camera,
                                  const MotionSegment& segment,
                                  const SegmentState& state, int view,
@@ -245,9 +246,9 @@ std::optional<double> NearestOff(const Camera& camera,
   return nearest;
 }
 
-// Of each view, or of `only` one: where the others see joints, and where it
-// does, whoever is matched with whom in it: the people of a view that moved are
-// matched with none.
+// Residuals of each view, or of `only` one, from joints that the other views
+// triangulate, against the nearest detected joint regardless of matches: people
+// in a view that moved remain unmatched.
 std::vector<ViewResiduals> ResidualsBeside(
     const CameraRig& cameras, const DetectionSequence& aligned,
     const SceneSegments& segments, const SegmentOptions& options,
@@ -298,13 +299,13 @@ std::vector<ViewResiduals> ResidualsBeside(
 
 // A moment at which a view's residuals step.
 struct ViewStep {
-  int64_t bin = 0;     // the first one after it
-  double ratio = 1.0;  // of the means of the worse side and the better one
+  int64_t bin = 0;     // the first bin after it
+  double ratio = 1.0;  // mean of the worse side over that of the better one
   bool is_worse_before = false;
 };
 
-// The moment that parts a view's residuals best: what lies on both sides for a
-// second and a half and more.
+// The most significant step of a view's residuals with at least three bins on
+// both sides.
 ViewStep StepOf(const ViewResiduals& view) {
   std::vector<std::pair<int64_t, double>> means;
   for (const auto& [bin, one] : view) {
@@ -347,7 +348,7 @@ ViewStep StepOf(const ViewResiduals& view) {
   return step;
 }
 
-// Of the bins on one side of a step.
+// Mean over the bins on one side of a step.
 double MeanOf(const ViewResiduals& view, const ViewStep& step, bool worse) {
   double sum = 0.0;
   double count = 0.0;
@@ -364,7 +365,7 @@ class RigEstimate {
   RigEstimate(const RigInput& input, int attempt)
       : input_(input),
         attempt_(attempt),
-        // Times that lead to nothing may be wrong.
+        // A second attempt ignores the given times, as they may be wrong.
         tells_times_(attempt == 0 && TellsTimes(input.detections)),
         recording_(
             Regular(WithUsualConfidences(input.detections), &told_late_s_)),
@@ -421,8 +422,8 @@ class RigEstimate {
     return true;
   }
 
-  // People are as tall as people are; other bodies are seen from some metres
-  // away.
+  // Sets the scale: the median stature of people; for other bodies an assumed
+  // size of the rig.
   void ScaleByStature() {
     constexpr int kFrames = 100;
     const Stature stature = StatureOf(cameras_, aligned_, kFrames);
@@ -437,14 +438,15 @@ class RigEstimate {
   BundleOptions Options(int max_segments) const {
     BundleOptions options;
     options.segments.max_segments = max_segments;
-    // Three frames at least, of which clocks tell.
+    // Clocks are determined only by stretches of three frames or more.
     constexpr double kFrames = 2.2;
     options.segments.span_s = std::max(
         options.segments.span_s, kFrames / recording_.header.frame_rate_hz);
     options.rotation_sigma_rad = 1.0;
     options.centre_sigma_m = 10.0;
-    // Where variances of pixels are kUnmodelled times what the fit takes them
-    // for, what is told counts as much more beside them.
+    // Measure() multiplies the covariance by kUnmodelled. Priors are narrowed
+    // by its root in advance, so that they keep their sigmas relative to the
+    // data.
     const double told = human_ ? 1.0 / std::sqrt(kUnmodelled) : 1.0;
     options.focal_sigma = told * std::max(1e-3, input_.focal_sigma);
     options.offset_sigma_s = tells_times_ ? kToldTimeS : 0.1;
@@ -458,19 +460,19 @@ class RigEstimate {
       options.lasting_offset_m = kLastingOffsetM;
       options.segments.tapered = true;
     }
-    // Cameras rest by then; single stretches may go on.
+    // Cameras have converged by then; some stretches may not have.
     options.max_iterations = 12;
     return options;
   }
 
-  // Logarithm of the focal length that is told over the one by now.
+  // Logarithm of the given focal length over the current one.
   double FocalTold(size_t v) const {
     const Camera& told = intrinsics_[result_.used[v]];
     return std::log(told.focal_px() / cameras_[v].focal_px());
   }
 
-  // The cameras with principal points and lenses as they are told, and what
-  // makes those of by now of them: priors are about what is told.
+  // The current cameras with the given principal points and lenses, about which
+  // the priors are; LensChanges() leads from these to the current ones.
   CameraRig WithToldLenses() const {
     CameraRig told;
     for (size_t v = 0; v < cameras_.size(); ++v) {
@@ -493,7 +495,7 @@ class RigEstimate {
     return changes;
   }
 
-  // Added to the times that the files tell.
+  // Clock correction [s], added to the capture times in the files.
   double ClockOf(size_t v) const {
     const auto of_recording = static_cast<size_t>(result_.used[v]);
     return changes_[v][kOffsetAt] -
@@ -502,14 +504,14 @@ class RigEstimate {
            told_late_s_[of_recording];
   }
 
-  // Cameras, then clocks.
+  // Fits cameras, then clocks.
   bool Fit(int max_segments, bool clocks) {
     BundleOptions options = Options(max_segments);
     segments_ = MakeSegments(cameras_, aligned_, matches_, options.segments);
     free_ = FreeParameters();
     free_.rotation = free_.centre = true;
     free_.focal = input_.focal_sigma > 0.0;
-    // Where who is who is hardly known, images take up what is wrong.
+    // Lens parameters would absorb mismatches while the matching is uncertain.
     free_.shift = free_.lens = clocks && !input_.lenses_known;
     const CameraRig told = WithToldLenses();
     fit_ = AdjustBundle(told, segments_, free_, LensChanges(), options);
@@ -530,7 +532,7 @@ class RigEstimate {
     return true;
   }
 
-  // How sure cameras and clocks are together, where they are by now.
+  // Covariance of cameras and clocks at the current estimate.
   bool Measure(int max_segments) {
     BundleOptions options = Options(max_segments);
     segments_ = MakeSegments(cameras_, aligned_, matches_, options.segments);
@@ -541,7 +543,7 @@ class RigEstimate {
     return fit_.usable;
   }
 
-  // Matches, cameras and clocks in turn; false where nothing fits.
+  // Alternates between matching and fitting; false where the fit fails.
   bool Adjust() {
     double best = 0.0;
     const auto rounds = [&](int most, int segments, bool clocks,
@@ -551,8 +553,8 @@ class RigEstimate {
         match();
         if (!Fit(segments, clocks)) return false;
         Take();
-        // Matches that are wrong may draw cameras away; how well all people
-        // agree, whoever is matched, then tells.
+        // Wrong matches may draw the cameras away. The agreement of all people,
+        // which does not depend on matches, shows it: go back.
         const std::vector<double> agreements =
             AgreementsOfViews(cameras_, aligned_);
         const double sum =
@@ -578,13 +580,13 @@ class RigEstimate {
       ScaleByStature();
       matches_ = input_.match(cameras_, aligned_);
     };
-    // Clocks wait until cameras are nearly right.
+    // Clocks are fitted once cameras are approximately right.
     if (!rounds(1, kFew, false, by_tracklets) ||
         !rounds(12, kFew, true, by_tracklets) ||
         !rounds(4, kMany, true, by_tracks)) {
       return false;
     }
-    // A clock that still moves is not told.
+    // A clock that has not converged is not reported.
     if (!Rests(0.005, 1e9)) free_.offset = free_.drift = false;
     if (!free_.offset) ForgetNearLags();
     by_tracks();
@@ -592,8 +594,8 @@ class RigEstimate {
     return Measure(kMany);
   }
 
-  // What is not told of a clock is nothing: lags of a frame or two that the
-  // search has by chance.
+  // Where clocks are not determined, lags of one or two frames are chance
+  // results of the search and are removed.
   void ForgetNearLags() {
     changes_ = NoChanges(cameras_.size());
     for (size_t v = 0; v < lags_.size(); ++v) {
@@ -601,14 +603,14 @@ class RigEstimate {
       if (apart > kNearFrames) continue;
       forgotten_frames_[result_.used[v]] = apart;
       lags_[v] = lags_[0];
-      // Told times stay as they are told, between whole frames too.
+      // Capture times in the files are kept, including fractions of a frame.
       if (tells_times_) changes_[v][kOffsetAt] -= ClockOf(v) - ClockOf(0);
     }
     aligned_ = WithClocks(Realigned(used_recording_, lags_), changes_);
   }
 
-  // A view that the tracker matches with nobody says nothing of its camera,
-  // and would make all others unsure. False where fewer than two are left.
+  // Drops views with hardly any matches: they do not constrain their cameras
+  // and would make all others uncertain. False where fewer than two remain.
   bool DropUnmatched(int max_segments) {
     constexpr double kLeastShare = 0.02;  // of the usual view's stretches
     constexpr int kLeast = 20;
@@ -629,7 +631,7 @@ class RigEstimate {
     }
     if (kept.size() == count.size()) return true;
     if (kept.size() < 2) return false;
-    RigStart part;  // of what is kept
+    RigStart part;
     CameraRig cameras;
     std::vector<int> lags;
     std::vector<CameraChange> changes;
@@ -657,7 +659,7 @@ class RigEstimate {
     return true;
   }
 
-  // Whether the last fit moved clocks and cameras by less than this.
+  // Whether the last fit changed clocks and cameras by less than this.
   bool Rests(double clock_s, double rotation_rad) const {
     return std::all_of(
         fit_.changes.begin(), fit_.changes.end(), [&](const CameraChange& one) {
@@ -666,12 +668,12 @@ class RigEstimate {
         });
   }
 
-  // The fit's cameras, and its clocks on the frames as they were.
+  // Applies the fit: its cameras, and its clocks on top of the present ones.
   void Take() {
     for (size_t v = 0; v < fit_.changes.size(); ++v) {
       changes_[v][kOffsetAt] += fit_.changes[v][kOffsetAt];
       changes_[v][kDriftAt] += fit_.changes[v][kDriftAt];
-      // Whole frames are a lag: who is who then stays with its frame.
+      // Whole frames become a lag, so that matches stay with their frames.
       const double rate_hz = recording_.header.frame_rate_hz;
       const auto frames =
           static_cast<int>(std::lround(changes_[v][kOffsetAt] * rate_hz));
@@ -679,7 +681,7 @@ class RigEstimate {
       changes_[v][kOffsetAt] -= frames / rate_hz;
     }
     for (size_t v = 1; v < fit_.changes.size() && tells_times_; ++v) {
-      // Not farther from what is told than that may be off.
+      // Limit the correction of given times to three of their sigmas.
       const double late_s = ClockOf(v) - ClockOf(0);
       const double most_s = 3.0 * kToldTimeS;
       changes_[v][kOffsetAt] -= late_s - std::clamp(late_s, -most_s, most_s);
@@ -688,9 +690,8 @@ class RigEstimate {
     aligned_ = WithClocks(Realigned(used_recording_, lags_), changes_);
   }
 
-  // Fits on either half: how far they are apart, in what a view may be unsure,
-  // and what they leave of the half that they were not given, 0 where there is
-  // none.
+  // Fits on either half: their distance in units of the limits of a calibrated
+  // view, and the mean residual on the half held out; 0 without halves.
   struct Halves {
     bool are_there = false;
     std::vector<double> apart;
@@ -701,7 +702,7 @@ class RigEstimate {
     options.wants_covariance = false;
     FreeParameters free = free_;
     free.offset = free.drift = false;
-    // Half of a recording tells less of lenses than all of it.
+    // Half of a recording constrains lenses less than all of it.
     free.shift = free.lens = false;
     std::vector<BundleResult> fits;
     std::vector<FitError> errors;
@@ -744,7 +745,7 @@ class RigEstimate {
         LikelyRight(fit_.covariance, fit_.places, result_.size_m);
     result_.likely_by_lenses = LikelyRight(given, fit_.places, result_.size_m);
     if (!UndecidedViews().empty()) {
-      // One of two explanations that fit alike.
+      // One of two explanations that fit equally well.
       result_.likely_right *= 0.5;
       result_.likely_by_lenses *= 0.5;
     }
@@ -754,7 +755,8 @@ class RigEstimate {
     const Halves frames = HalvesOf(Halving::kTime);
     const Halves joints = HalvesOf(Halving::kJoints);
     const Halves people = HalvesOf(Halving::kPeople);
-    // A wand has too few points for two halves; nor do its errors last.
+    // A wand has too few joints for halves, and its detection errors do not
+    // last.
     const Halves& tell = human_ || joints.are_there ? joints : frames;
     const FitError error = MeasureFit(
         cameras_, segments_, NoChanges(cameras_.size()), Options(0).segments);
@@ -798,8 +800,8 @@ class RigEstimate {
     Verdict(sure);
   }
 
-  // Views that stand where they do because of pairs alone that another lag or
-  // place explains nearly as well.
+  // Views placed only by pairs that another lag or pose explains nearly as
+  // well.
   std::vector<std::string> UndecidedViews() const {
     constexpr double kSameS = 0.25;  // of PairFit::rival
     const double most = kSameS * recording_.header.frame_rate_hz;
@@ -829,8 +831,8 @@ class RigEstimate {
     return views;
   }
 
-  // Which views' focal lengths the recording tells to be others than those that
-  // are stated; empty where it agrees.
+  // The views whose focal lengths, as the recording determines them, differ
+  // from those stated; empty where they agree.
   std::string OtherFocal() const {
     if (!input_.focal_stated || cameras_.size() < 3) return "";
     BundleOptions options = Options(0);
@@ -841,7 +843,7 @@ class RigEstimate {
     const BundleResult fit =
         AdjustBundle(WithToldLenses(), segments_, free, LensChanges(), options);
     if (!fit.usable) return "";
-    // One right length in a thousand is as far off.
+    // Exceeded by one right focal length in a thousand.
     constexpr double kMostSigmas = 3.3;
     std::vector<std::string> found;
     for (size_t v = 0; v < cameras_.size(); ++v) {
@@ -861,7 +863,7 @@ class RigEstimate {
     return fmt::format("{}", fmt::join(found, ", "));
   }
 
-  // Which limit a view fails, with what was measured.
+  // The limit that a view fails, with the measured value.
   std::string WhyUnsure(double rotation_deg, double centre_m,
                         const Halves& halves, size_t v, double agreement,
                         double usual) const {
@@ -899,11 +901,11 @@ class RigEstimate {
         halves.apart[v]);
   }
 
-  // Of each view: what happened to it in the middle of the recording. Its
-  // residuals step, and the others' do not; empty where nothing did.
+  // For each view, a change during the recording: its residuals step and those
+  // of the others do not. Empty without one.
   std::vector<std::string> Breaks() const {
-    // Half of the residuals of a view that did not move may be twice as large
-    // where people are hidden or far away; those of one that moved are more.
+    // On one side of a recording the residuals of a view that did not move may
+    // be twice as large, where people are hidden or far away.
     constexpr double kLeastRatio = 2.0;
     constexpr double kMoreThanOthers = 1.5;
     const std::vector<ViewResiduals> residuals =
@@ -915,7 +917,9 @@ class RigEstimate {
       ratios.push_back(steps.back().ratio);
     }
     std::vector<std::string> breaks(residuals.size());
-    if (residuals.size() < 3) return breaks;  // which of two it is none says
+    if (residuals.size() < 3)
+      return breaks;  // two views do not show which of
+                      // them changed
     const double usual = Median(ratios);
     for (size_t v = 0; v < breaks.size(); ++v) {
       if (ratios[v] < kLeastRatio || ratios[v] < kMoreThanOthers * usual) {
@@ -936,12 +940,12 @@ class RigEstimate {
     return breaks;
   }
 
-  // What a place or a clock of its own explains of the worse side of a view's
-  // step, in words; empty where neither does. Of a camera that was turned by 3
-  // degrees a place explains a third of the excess (the robust loss holds the
-  // fit back), of Shelf's cam2, where people are hidden, nothing; a fifth lies
-  // between, and few recordings stand behind it. Of thirty lags the best gains
-  // by chance, so that a clock has to explain half.
+  // Whether a separate pose or clock on the worse side of a view's step
+  // explains the step, in words; empty where neither does. For a camera turned
+  // by 3 degrees the pose explains a third of the excess (the robust loss holds
+  // the fit back); for Shelf's cam2, where people are hidden, nothing. The
+  // limit of a fifth rests on few recordings. The best of thirty lags gains by
+  // chance, so a clock has to explain half.
   std::string WhatExplains(size_t v, const ViewStep& step,
                            const ViewResiduals& residuals) const {
     constexpr double kLeastByClock = 0.5;
@@ -980,7 +984,7 @@ class RigEstimate {
                : "";
   }
 
-  // The cameras with view `v` fitted to one side of its step alone.
+  // The cameras, with view `v` fitted to one side of its step.
   std::optional<CameraRig> FitToSide(size_t v, const ViewStep& step,
                                      bool worse) const {
     SceneSegments side = segments_;
@@ -1005,8 +1009,8 @@ class RigEstimate {
     return RefinedCameras(cameras_, fit.changes);
   }
 
-  // The same step once the view is fitted to its better side: one camera for
-  // both sides lies between them, and blurs the moment.
+  // The same step, once the view is fitted to its better side: a camera fitted
+  // to both sides lies between them and blurs the moment.
   ViewStep Sharpened(size_t v, const ViewStep& step) const {
     const auto better = FitToSide(v, step, /*worse=*/false);
     if (!better.has_value()) return step;
@@ -1015,7 +1019,7 @@ class RigEstimate {
     return sharp.ratio > step.ratio ? sharp : step;
   }
 
-  // "people", or what else was recorded.
+  // What to record next.
   const char* Record() const {
     return human_
                ? "record people who walk through all of the room, arms "
@@ -1023,7 +1027,7 @@ class RigEstimate {
                : "move what is recorded through all of the room for a minute";
   }
 
-  // Why no two views were joined: what was followed, and what pairs share.
+  // Why no two views were joined: what was tracked, and what pairs share.
   std::string WhyNoStart() const {
     constexpr double kLeastS = 1.0;
     const double rate_hz = recording_.header.frame_rate_hz;
@@ -1121,7 +1125,7 @@ class RigEstimate {
     }
   }
 
-  // Every view has its place, but not as sure as promised.
+  // Why a rig whose views are all accurate is less certain than promised.
   std::string WhyNotLikely() const {
     const std::vector<std::string> undecided = UndecidedViews();
     if (!undecided.empty()) {
@@ -1161,7 +1165,7 @@ class RigEstimate {
            off + "; " + what + "record longer, and more people";
   }
 
-  // Two cameras whose axes meet, as those of a room do, fit any focal lengths
+  // Two cameras whose axes meet, as is usual in a room, fit any focal lengths
   // (Newsam et al., "Recovering Unknown Focal Lengths in Self-Calibration: An
   // Essentially Linear Algorithm and Degenerate Configurations", 1996).
   bool TellsFocal() const {
@@ -1169,15 +1173,15 @@ class RigEstimate {
     return cameras_.size() > 2 || input_.focal_sigma <= kNearlyKnown;
   }
 
-  // Mirrored images and wrong lags may fit with focal lengths that hardly any
-  // camera has.
+  // Mirrored images and wrong lags may fit with focal lengths that are
+  // implausible for a camera.
   bool HasOddFocal(size_t v) const {
     constexpr double kMostSigmas = 3.3;  // one in a thousand
     return std::abs(FocalTold(v)) > kMostSigmas * kFocalUnknown;
   }
 
-  // Steps repeat: a lag of a stride and a drift may fit nearly as well as what
-  // is right. Files of 29.97 Hz that are read as 30 drift by a thousandth.
+  // Steps repeat: a lag of one stride with a drift may fit nearly as well as
+  // the truth. Files of 29.97 Hz read as 30 Hz drift by a thousandth.
   bool HasOddDrift(size_t v) const {
     constexpr double kMostSigmas = 3.3;  // one in a thousand
     constexpr double kNtsc = 1e-3;
@@ -1203,19 +1207,19 @@ class RigEstimate {
   DetectionSequence recording_;
   const bool human_;
   const CameraRig intrinsics_;
-  std::vector<int> forgotten_frames_;  // of lags, by view
+  std::vector<int> forgotten_frames_;  // lags removed, by view
   int rounds_ = 0;
   mutable int halves_ = 0;
   RigResult result_;
-  // Of the joined views.
+  // Indexed by joined view.
   CameraRig cameras_;
   std::vector<int> lags_;
-  std::vector<CameraChange> changes_;  // clocks alone, after the lags
+  std::vector<CameraChange> changes_;  // clocks only, after the lags
   DetectionSequence used_recording_;
   DetectionSequence aligned_;
   RigStart start_;
   FrozenMatches matches_;
-  // The last fit.
+  // Of the last fit.
   SceneSegments segments_;
   FreeParameters free_;
   BundleResult fit_;
@@ -1230,7 +1234,7 @@ const char* ToString(RigVerdict verdict) {
 
 namespace {
 
-// The part of the input that some views are.
+// The input restricted to some views.
 RigInput PartOf(const RigInput& input, const std::vector<int>& views) {
   RigInput part = input;
   part.detections = OfViews(input.detections, views);
@@ -1239,8 +1243,8 @@ RigInput PartOf(const RigInput& input, const std::vector<int>& views) {
   return part;
 }
 
-// The result of a part of the views, `kept`, as one of all of them. `whole`:
-// what was found before, with why the others are left out.
+// Maps the result for the views `kept` back to all views. `whole`: the earlier
+// result, with the reasons why the other views are left out.
 RigResult OfWhole(RigResult part, const std::vector<int>& kept,
                   RigResult whole) {
   for (RigView& view : whole.views) view.joined = false;
@@ -1255,7 +1259,7 @@ RigResult OfWhole(RigResult part, const std::vector<int>& kept,
   return part;
 }
 
-// Why views are left out, as a reason.
+// Adds the views left out to the reasons.
 void SayLeftOut(const DetectionHeader& header, RigResult* result) {
   for (size_t v = 0; v < result->views.size(); ++v) {
     const RigView& view = result->views[v];
@@ -1265,16 +1269,16 @@ void SayLeftOut(const DetectionHeader& header, RigResult* result) {
   }
 }
 
-// Whether a later attempt stands where an earlier one was refused: three views
-// check each other, and two of a recording that is not understood fit by chance
-// (data of Campus: two of three views at 0.2 degrees stated, and 150 off).
+// Whether a later attempt may replace a refused one: three views check each
+// other, while two views of a failed recording fit by chance (Campus: two of
+// three views with a stated sigma of 0.2 degrees, 150 degrees off).
 bool IsRescue(const RigResult& result) {
   constexpr size_t kFewest = 3;
   return result.verdict != RigVerdict::kRefused &&
          result.used.size() >= kFewest;
 }
 
-// With left and right as the detections have them.
+// Estimates with left and right as detected.
 RigResult EstimateAsShown(const RigInput& input, int attempt) {
   RigResult result = RigEstimate(input, attempt).Run();
   std::vector<int> sure;
@@ -1287,7 +1291,7 @@ RigResult EstimateAsShown(const RigInput& input, int attempt) {
       worst = static_cast<int>(v);
     }
   }
-  // Without those that may spoil it; where all are unsure, without the worst.
+  // Drop the views that may spoil the rest; if all are unsure, the worst one.
   std::vector<int> kept = sure;
   if (result.verdict == RigVerdict::kRefused && result.used.size() > 2) {
     kept = result.used;
@@ -1311,8 +1315,8 @@ double SumOfAgreements(const RigResult& result) {
   return sum;
 }
 
-// Views whose left and right may be exchanged: what agrees better so, and what
-// found no place.
+// Views whose left and right may be exchanged: those that agree better so, and
+// those not joined.
 std::vector<char> MayBeExchanged(const RigResult& result) {
   constexpr int kFrames = 40;
   const std::vector<int> frames =
@@ -1327,8 +1331,8 @@ std::vector<char> MayBeExchanged(const RigResult& result) {
   return views;
 }
 
-// The recording with a view's frames taken so many times as fast: the moment of
-// frame k shows its frame k * factor.
+// The recording with one view's frame rate scaled by `factor`: moment k shows
+// its frame k * factor.
 DetectionSequence AtRate(const DetectionSequence& detections, size_t view,
                          double factor) {
   DetectionSequence moved = detections;
@@ -1344,10 +1348,10 @@ DetectionSequence AtRate(const DetectionSequence& detections, size_t view,
   return moved;
 }
 
-// Views that were joined to nothing may have been filmed at another rate: then
-// a pair of one of them and a joined view fits at that rate, by several seconds
-// and far better than at any other lag and at the stated rate: a camera that
-// was moved fits in part at both.
+// Checks whether views that were not joined have another frame rate. The pair
+// with a joined view then has several seconds of evidence at that rate, and far
+// more than at any other lag or at the stated rate. A camera that was moved
+// fits partly at both rates.
 void AskRates(const RigInput& input, RigResult* result) {
   constexpr double kLeastEvidenceS = 3.0;
   constexpr double kMostRival = 0.6;  // of the evidence
@@ -1395,7 +1399,7 @@ RigResult EstimateWithSides(const RigInput& input) {
     return nothing;
   }
   RigResult result = EstimateAsShown(input, 0);
-  // Chance has a part in the search: nothing is refused by one draw.
+  // The search is random: do not refuse after one attempt.
   if (result.verdict == RigVerdict::kRefused) {
     RigResult second = EstimateAsShown(input, 1);
     if (IsRescue(second)) result = std::move(second);
@@ -1409,9 +1413,8 @@ RigResult EstimateWithSides(const RigInput& input) {
   RigInput exchanged = input;
   ExchangeSides(views, &exchanged.detections);
   RigResult again = EstimateAsShown(exchanged, 0);
-  // A mirrored image looks like one whose sides are exchanged, but for lenses,
-  // and so does a lag of half a stride: who says that detections are wrong is
-  // sure.
+  // A mirrored image (except for its lens) and a lag of half a stride look like
+  // exchanged sides, so reporting wrong detections requires confidence.
   if (again.verdict == RigVerdict::kRefused ||
       again.likely_by_lenses < kLeastLikely ||
       (!IsRescue(again) && input.intrinsics.size() > 2) ||
@@ -1426,8 +1429,8 @@ RigResult EstimateWithSides(const RigInput& input) {
   return again;
 }
 
-// Where the recording contradicts stated focal lengths, which draw all cameras
-// along: `result` as if none were stated; refused where that tells nothing.
+// Where the recording contradicts the stated focal lengths, which distort all
+// cameras: the result without them; refused if that fails.
 RigResult WithoutFocal(const RigInput& input, RigResult result) {
   RigInput part = input;
   part.focal_stated = false;

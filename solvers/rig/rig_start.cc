@@ -18,10 +18,10 @@
 namespace kinegraph {
 namespace {
 
-// Seconds of people below which a pair joins nothing.
+// Least evidence [s] of a pair that joins a view.
 constexpr double kLeastEvidenceS = 0.6;
 
-// The pair seen from its other side.
+// The pair with its views exchanged.
 PairFit Turned(const PairFit& pair) {
   PairFit turned = pair;
   std::swap(turned.a, turned.b);
@@ -32,7 +32,7 @@ PairFit Turned(const PairFit& pair) {
   return turned;
 }
 
-// Depths in both views of what a match's tracklets have in common.
+// Depths of a common joint of a match in both views.
 struct SeenDepth {
   int frame = 0;  // of view a
   Eigen::Index joint = 0;
@@ -67,8 +67,8 @@ std::vector<SeenDepth> DepthsOfMatch(const std::vector<ViewTracklet>& tracklets,
   return seen;
 }
 
-// Sum of the median lengths of the bones, in baselines of the pair; 0 where
-// they are not seen.
+// Sum of the median bone lengths, in baselines of the pair; 0 where no bone was
+// seen.
 double BodyOf(const std::vector<ViewTracklet>& tracklets, const PairFit& pair,
               const std::vector<Bone>& bones) {
   std::vector<std::vector<double>> lengths(bones.size());
@@ -95,7 +95,7 @@ double BodyOf(const std::vector<ViewTracklet>& tracklets, const PairFit& pair,
   return sum;
 }
 
-// A tree of pairs, of which each joins one view to the rig.
+// A tree of pairs, each of which joins one view to the rig.
 class Joiner {
  public:
   Joiner(const CameraRig& intrinsics,
@@ -109,7 +109,7 @@ class Joiner {
         lags_(intrinsics.size(), 0),
         poses_(intrinsics.size()) {}
 
-  // Grows the tree that begins with a pair.
+  // Grows the tree from a first pair.
   void Grow(const PairFit& first) {
     joined_[first.a] = 1;
     for (std::optional<PairFit> edge = first; edge.has_value();
@@ -119,7 +119,7 @@ class Joiner {
     }
   }
 
-  // Seconds of people that joined it.
+  // Sum of the evidence of its pairs [s].
   double evidence() const { return evidence_; }
 
   RigStart Start() const {
@@ -145,7 +145,7 @@ class Joiner {
 
   bool Joined(int view) const { return joined_[view] != 0; }
 
-  // The pair of most evidence with one view joined, seen from that one.
+  // The best pair (PairFit::lead) with one view joined, with that view first.
   std::optional<PairFit> NextEdge() const {
     const PairFit* best = nullptr;
     for (const PairFit& pair : pairs_) {
@@ -157,7 +157,8 @@ class Joiner {
     return Joined(best->a) ? *best : Turned(*best);
   }
 
-  // The pose of view b in view a as the rig has it, with the pair's matches.
+  // Relative pose and lag of the pair's views in the rig, with the pair's
+  // matches.
   PairFit InRig(const PairFit& pair, double* length) const {
     PairFit in_rig = pair;
     const Pose& a = poses_[pair.a];
@@ -170,8 +171,8 @@ class Joiner {
     return in_rig;
   }
 
-  // Logarithms of the length of the edge: depths in view a by the rig over
-  // those by the edge.
+  // Logarithms of the length of the edge's baseline in the rig: depths in view
+  // a by the rig over those by the edge.
   std::vector<double> LengthsByDepth(const PairFit& edge) const {
     std::vector<double> lengths;
     for (const TrackletMatch& match : edge.matches) {
@@ -207,7 +208,7 @@ class Joiner {
     const std::vector<double> lengths = LengthsByDepth(edge);
     constexpr size_t kLeast = 40;
     if (lengths.size() >= kLeast) return std::exp(Median(lengths));
-    // Nobody is seen by three: people are about equally large.
+    // No person is seen by three views: assume the same body size.
     const double body = BodyOf(tracklets_, edge, bones_);
     return body > 0.0 ? body_ / body : 1.0;
   }
@@ -226,17 +227,17 @@ class Joiner {
   const std::vector<ViewTracklet>& tracklets_;
   const std::vector<PairFit>& pairs_;
   const std::vector<Bone>& bones_;
-  // Of each view.
+  // Indexed by view.
   std::vector<char> joined_;
   std::vector<int> lags_;
   std::vector<Pose> poses_;
-  double body_ = 0.0;  // BodyOf, in the rig's lengths
+  double body_ = 0.0;  // BodyOf in the rig's unit of length
   double evidence_ = 0.0;
 };
 
-// A set of tracklets for each, those that pairs of views take for one person,
-// the worthiest pair first. Nobody is in one view twice at once. `place`: of
-// each view among the joined ones, or -1.
+// A set index for each tracklet: tracklets that pairs of views match are one
+// person's, best matches first, with at most one tracklet per view at any time.
+// `place`: position of each view among the joined ones, or -1.
 std::vector<int> SetsOf(const RigStart& start, const std::vector<int>& place) {
   struct Edge {
     double worth;
@@ -247,7 +248,7 @@ std::vector<int> SetsOf(const RigStart& start, const std::vector<int>& place) {
   for (const PairFit& pair : start.pairs) {
     const int a = place[pair.a];
     const int b = place[pair.b];
-    // A pair of another clock says nothing of who is who.
+    // The matches of a pair with another lag do not hold at the rig's clocks.
     if (a < 0 || b < 0 ||
         std::abs(start.lag_frames[b] - start.lag_frames[a] - pair.lag) > 2) {
       continue;
@@ -283,7 +284,7 @@ std::vector<int> SetsOf(const RigStart& start, const std::vector<int>& place) {
   return set_of;
 }
 
-// The bones between some joints, by their places among these.
+// The bones between the given joints, by positions in `joints`.
 std::vector<Bone> BonesOf(const Skeleton& skeleton,
                           const std::vector<int>& joints) {
   const auto place = [&](int joint) {
@@ -298,9 +299,9 @@ std::vector<Bone> BonesOf(const Skeleton& skeleton,
   return bones;
 }
 
-// The tree of the most views, of these the one of most evidence. Trees that
-// begin elsewhere join the same views: one of each component. Pairs of little
-// evidence join nothing.
+// The tree of the most views, and among these of the most evidence. Trees of
+// one connected component join the same views, so one is grown per pair that is
+// the best of both its views.
 RigStart JoinPairs(const CameraRig& intrinsics,
                    const std::vector<ViewTracklet>& tracklets,
                    const std::vector<PairFit>& pairs,
@@ -434,7 +435,7 @@ RigStart FindRigStart(const DetectionSequence& recording,
     best.pairs = std::move(refitted);
   };
   guess(1.0);
-  constexpr int kSteps = 3;  // on both sides of the guess, to two sigmas
+  constexpr int kSteps = 3;  // on either side of the guess, up to two sigmas
   for (int step = -kSteps; focal_sigma > 0.0 && step <= kSteps; ++step) {
     if (step != 0) guess(std::exp(2.0 * step / kSteps * focal_sigma));
   }
@@ -448,7 +449,7 @@ FrozenMatches PeopleOf(const DetectionSequence& recording,
     place[start.views[i]] = static_cast<int>(i);
   }
   const std::vector<int> set_of = SetsOf(start, place);
-  std::map<int, std::map<int, FrozenFrame>> people;  // set, moment
+  std::map<int, std::map<int, FrozenFrame>> people;  // by set and moment
   const auto count = static_cast<int>(recording.frames.size());
   for (size_t i = 0; i < start.tracklets.size(); ++i) {
     const ViewTracklet& tracklet = start.tracklets[i];

@@ -14,24 +14,24 @@
 namespace kinegraph {
 namespace {
 
-constexpr double kGapS = 0.4;    // that a tracklet bridges, or
-constexpr int kGapFrames = 4;    // so many frames where they are rare
-constexpr double kLeastS = 1.0;  // of a tracklet
+constexpr double kGapS = 0.4;    // bridged by a tracklet, or
+constexpr int kGapFrames = 4;    // this many frames, at low frame rates
+constexpr double kLeastS = 1.0;  // duration of a tracklet
 constexpr int kLeastDetections = 10;
-// Joints that are found at once, and of these that two frames have in common;
-// all of a wand's, which has fewer.
+// Joints found in a detection, and joints common to two frames; at most all
+// joints of the skeleton, as a wand has fewer.
 constexpr int kLeastJoints = 4;
 constexpr int kLeastCommon = 3;
-// A stick that points at the camera, or somebody half hidden, is not smaller
-// than so much of what it was a frame before.
+// The size of a person shrinks by at most this factor per detection: a stick
+// that points at the camera or a half-hidden person keeps its gate.
 constexpr double kShrinks = 0.9;
-// How far the joints are from the last ones, in sizes of the person: at rest,
+// Gate on the distance from the last joints, in sizes of the person: at rest,
 // and per second since.
 constexpr double kGate = 0.1;
 constexpr double kGatePerSecond = 2.0;
-// Whoever is alone in the view may be so many times as far.
+// Factor on the gate where one person faces one open tracklet.
 constexpr double kAlone = 4.0;
-// Another one that is less than this many times as far may be meant as well.
+// A candidate is ambiguous if another one is less than this many times as far.
 constexpr double kClearly = 2.0;
 
 NormalisedJoints Normalised(const Camera& camera, const Detection& detection,
@@ -62,7 +62,7 @@ double SizeOf(const NormalisedJoints& points) {
   return box.diagonal().norm();
 }
 
-// Median distance of common joints; infinite where there are too few.
+// Median distance of the common joints; infinite where there are too few.
 double DistanceOf(const NormalisedJoints& a, const NormalisedJoints& b) {
   std::vector<double> distances;
   for (Eigen::Index j = 0; j < a.cols(); ++j) {
@@ -76,7 +76,7 @@ double DistanceOf(const NormalisedJoints& a, const NormalisedJoints& b) {
   return Median(std::move(distances));
 }
 
-// Whom a detector found twice is there once: the one of more joints.
+// Of detections of the same person, keeps the one with the most joints.
 void DropFoundTwice(std::vector<std::pair<int, NormalisedJoints>>* people) {
   constexpr double kSame = 0.05;  // of the person's size
   std::stable_sort(people->begin(), people->end(),
@@ -99,10 +99,10 @@ struct OpenTracklet {
   ViewTracklet tracklet;
   NormalisedJoints last;
   TimeNs time = 0;
-  double size = 0.0;  // of the last
+  double size = 0.0;  // at the last detection
 };
 
-// One view's tracklets.
+// Follows the people of one view.
 class Follower {
  public:
   Follower(int view, std::vector<ViewTracklet>* done)
@@ -116,7 +116,7 @@ class Follower {
         Close(s);
       }
     }
-    // Who goes on with what: [person], -1 nobody.
+    // For each person the tracklet it continues, or -1.
     const size_t count = open_.size();
     Eigen::MatrixXd distance(people.size(), count);
     for (size_t p = 0; p < people.size(); ++p) {
@@ -158,7 +158,7 @@ class Follower {
   static bool IsClear(const Eigen::MatrixXd& distance, size_t person,
                       size_t tracklet) {
     const double near = kClearly * distance(person, tracklet);
-    // Their own distance is one of them, but for 0.
+    // The pair's own distance is counted too, unless it is 0.
     return (distance.row(person).array() < near).count() <= 1 &&
            (distance.col(tracklet).array() < near).count() <= 1;
   }
@@ -200,12 +200,12 @@ class Follower {
   std::vector<OpenTracklet> open_;
 };
 
-// ---- Motion that looks alike from every side ----
+// ---- Motion signals ----
 
 constexpr double kSamplesPerSecond = 12.5;
-constexpr double kLastingS = 0.8;  // what stays for longer says nothing
+constexpr double kLastingS = 0.8;  // length of the high-pass filter
 
-// Mean over samples k - reach .. k + reach that are finite.
+// Mean of the finite samples among k - reach .. k + reach.
 Eigen::MatrixXf MovingMean(const Eigen::MatrixXf& values, int reach) {
   Eigen::MatrixXf mean(values.rows(), values.cols());
   for (Eigen::Index r = 0; r < values.rows(); ++r) {
@@ -226,7 +226,7 @@ Eigen::MatrixXf MovingMean(const Eigen::MatrixXf& values, int reach) {
   return mean;
 }
 
-// The joints whose mean is the body's middle: shoulders and hips of people.
+// The joints whose mean is the body's centre: shoulders and hips of people.
 std::vector<int> MiddleOf(const std::vector<int>& joints,
                           const Skeleton& skeleton) {
   std::vector<int> middle;
@@ -241,7 +241,7 @@ std::vector<int> MiddleOf(const std::vector<int>& joints,
   return middle.size() == 4 ? middle : all;
 }
 
-// Which way is up in a view's image: from hips to shoulders.
+// The upward direction in each view's image: mean from hips to shoulders.
 std::vector<Eigen::Vector2d> UpInViews(
     const std::vector<ViewTracklet>& tracklets, const std::vector<int>& joints,
     const Skeleton& skeleton, int view_count) {

@@ -1,5 +1,5 @@
-// 2D tracklets: a person in one view from frame to frame, by the image alone,
-// and their motion, by which views find each other's moments.
+// 2D tracklets: one person followed from frame to frame in one view, and motion
+// signals of tracklets that are comparable between views.
 #ifndef KINEGRAPH_SOLVERS_RIG_TRACKLETS_H_
 #define KINEGRAPH_SOLVERS_RIG_TRACKLETS_H_
 
@@ -12,18 +12,18 @@
 
 namespace kinegraph {
 
-// Joints in normalised image coordinates (x / z, y / z of the camera's frame,
-// the lens taken out), a column each; NaN where a joint was not found.
+// Joints in normalised image coordinates (x / z, y / z in the camera's frame,
+// lens distortion removed), one per column; NaN where a joint was not found.
 using NormalisedJoints = Eigen::Matrix<double, 2, Eigen::Dynamic>;
 
 struct ViewTracklet {
   int view = 0;
   int first = 0;  // index of its first frame in the recording
-  // One a frame from `first` on: the detection's place in its view; -1 where
+  // One per frame from `first` on: index of the detection in its view; -1 where
   // there is none.
   std::vector<int> detections;
   std::vector<NormalisedJoints> joints;  // empty where there is none
-  // Usual diagonal of the box around the joints, in normalised coordinates.
+  // Median diagonal of the joints' bounding box, in normalised coordinates.
   double size = 0.0;
 
   int end() const { return first + static_cast<int>(detections.size()); }
@@ -33,35 +33,35 @@ struct ViewTracklet {
   const NormalisedJoints& At(int frame) const { return joints[frame - first]; }
 };
 
-// Whether they have any frame in common.
+// Whether the tracklets overlap in time.
 inline bool Overlap(const ViewTracklet& x, const ViewTracklet& y) {
   return x.first < y.end() && y.first < x.end();
 }
 
-// The joints that speak of cameras: shoulders to wrists and hips to ankles of
-// people (heads are found in other places from other sides), all joints of
-// other skeletons.
+// The joints used to estimate cameras: shoulders to wrists and hips to ankles
+// of people (detectors place head joints differently from different sides); the
+// association joints of other skeletons.
 std::vector<int> RigJoints(const Skeleton& skeleton);
 
-// Tracklets of at least a second and ten detections, view by view. A
-// detection goes on with the tracklet that it is clearly nearest to; where two
-// come near, both tracklets end. `cameras`: intrinsics, one a view.
+// Tracklets of at least one second and ten detections, view by view. A
+// detection continues the tracklet that is clearly the nearest; tracklets that
+// compete for a detection end there. `cameras`: intrinsics, one per view.
 std::vector<ViewTracklet> FollowInViews(const CameraRig& cameras,
                                         const DetectionSequence& detections,
                                         const std::vector<int>& joints);
 
-// Motion of the tracklets that looks alike from every side: heights of joints
-// above the body's middle, and their speeds, without what lasts.
+// Signals that look alike from every side: heights of joints above the body's
+// centre and their image speeds, both high-pass filtered.
 class MotionSignals {
  public:
   MotionSignals(const std::vector<ViewTracklet>& tracklets,
                 const std::vector<int>& joints, const Skeleton& skeleton,
                 int view_count, double frame_rate_hz);
 
-  // Frames between samples.
+  // Frames per sample.
   int step() const { return step_; }
-  // Correlation of two tracklets, sample k of `a` with k + lag of `b`, and how
-  // many samples both have; 0 for less than a second.
+  // Correlation of two tracklets, sample k of `a` with k + lag of `b`, and the
+  // number of common samples; 0 below one second.
   struct Likeness {
     double correlation = 0.0;
     int samples = 0;
@@ -70,9 +70,9 @@ class MotionSignals {
 
  private:
   struct Signal {
-    int first = 0;  // sample
+    int first = 0;  // index of its first sample
     Eigen::MatrixXf values;
-    std::vector<double> energy;  // up to each sample
+    std::vector<double> energy;  // cumulative, up to each sample
   };
 
   int step_ = 1;

@@ -15,7 +15,8 @@
 namespace kinegraph {
 namespace {
 
-// Moves the points' middle to zero and their mean distance to sqrt 2.
+// Moves the points' centroid to the origin and scales their mean distance to
+// sqrt(2).
 Eigen::Matrix3d Balance(const std::vector<PointPair>& pairs,
                         Eigen::Vector2d PointPair::*side) {
   Eigen::Vector2d middle = Eigen::Vector2d::Zero();
@@ -31,7 +32,8 @@ Eigen::Matrix3d Balance(const std::vector<PointPair>& pairs,
   return balance;
 }
 
-// The matrix of least algebraic error; nullopt where a second one fits as well.
+// The matrix of least algebraic error; nullopt where the null space has more
+// than one dimension.
 std::optional<Eigen::Matrix3d> LinearFit(const std::vector<PointPair>& pairs) {
   const Eigen::Matrix3d Ta = Balance(pairs, &PointPair::a);
   const Eigen::Matrix3d Tb = Balance(pairs, &PointPair::b);
@@ -46,7 +48,7 @@ std::optional<Eigen::Matrix3d> LinearFit(const std::vector<PointPair>& pairs) {
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 9, 9>> solver(
       moments);
   if (solver.info() != Eigen::Success) return std::nullopt;
-  // A plane leaves two more directions open.
+  // Coplanar points leave two more directions undetermined.
   constexpr double kOpen = 1e-9;
   if (solver.eigenvalues()[1] < kOpen * solver.eigenvalues()[8]) {
     return std::nullopt;
@@ -76,7 +78,7 @@ std::array<RelativePose, 4> PosesOf(const Eigen::Matrix3d& essential,
            {other, -t, magnification}}};
 }
 
-// Tangents of the sphere at a unit vector.
+// Basis of the tangent plane of the unit sphere at `t`.
 Eigen::Matrix<double, 3, 2> Tangents(const Eigen::Vector3d& t) {
   Eigen::Matrix<double, 3, 2> tangents;
   tangents.col(0) = t.unitOrthogonal();
@@ -94,7 +96,7 @@ RelativePose Moved(const RelativePose& pose, const Step& step) {
   return moved;
 }
 
-// Signed Sampson distance in sizes of the person.
+// Signed Sampson distance, in sizes of the person.
 double SignedSampson(const Eigen::Matrix3d& essential, double magnification,
                      const PointPair& pair) {
   const Eigen::Vector3d a = (pair.a / magnification).homogeneous();
@@ -107,12 +109,12 @@ double SignedSampson(const Eigen::Matrix3d& essential, double magnification,
   return b.dot(line_b) / length * magnification / pair.size;
 }
 
-// Normal equations of the robust Sampson distances: the information and the
-// gradient of the first `size` steps, by numeric derivatives.
+// Normal equations of the robust Sampson distances in the first `size`
+// parameters (information and gradient), by numeric derivatives.
 std::pair<Eigen::Matrix<double, 6, 6>, Step> Linearise(
     const std::vector<PointPair>& pairs, const RelativePose& pose, double scale,
     int size) {
-  constexpr double kSmall = 1e-6;  // of the numeric derivatives
+  constexpr double kSmall = 1e-6;  // step of the numeric derivatives
   std::array<RelativePose, 6> nudged;
   std::array<Eigen::Matrix3d, 6> essentials;
   for (int i = 0; i < size; ++i) {
@@ -166,7 +168,7 @@ std::optional<Eigen::Vector2d> DepthsOf(const RelativePose& pose,
   const Eigen::Vector3d a =
       pose.R * (pair.a / pose.magnification).homogeneous();
   const Eigen::Vector3d b = (pair.b / pose.magnification).homogeneous();
-  // d_a a + t = d_b b, least squares.
+  // Least squares of d_a a + t = d_b b.
   Eigen::Matrix<double, 3, 2> A;
   A << a, -b;
   const Eigen::Matrix2d H = A.transpose() * A;

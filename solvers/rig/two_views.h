@@ -1,5 +1,5 @@
-// The pose of one view in another's frame from points that both see.
-// Hartley and Zisserman, Multiple View Geometry, chapters 9 and 11.
+// Relative pose of two views from points seen in both. Hartley and Zisserman,
+// Multiple View Geometry, chapters 9 and 11.
 #ifndef KINEGRAPH_SOLVERS_RIG_TWO_VIEWS_H_
 #define KINEGRAPH_SOLVERS_RIG_TWO_VIEWS_H_
 
@@ -9,19 +9,18 @@
 
 namespace kinegraph {
 
-// One point in both views, in normalised image coordinates as a guess of the
-// focal lengths has them.
+// One point in both views, in normalised image coordinates by the assumed focal
+// lengths.
 struct PointPair {
   Eigen::Vector2d a = Eigen::Vector2d::Zero();
   Eigen::Vector2d b = Eigen::Vector2d::Zero();
-  // Distances count in these [normalised coordinates]: the size of the person
-  // in both views, geometric mean.
+  // Unit of distances [normalised coordinates]: geometric mean of the person's
+  // size in both views.
   double size = 1.0;
 };
 
-// x_b = R x_a + t up to the length of t, which is one. Normalised coordinates
-// are those of the guess divided by `magnification`: the focal lengths are so
-// many times the guess, both of them.
+// x_b = R x_a + t with |t| = 1. Points of a PointPair are divided by
+// `magnification`: both focal lengths are the assumed ones times this.
 struct RelativePose {
   Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
   Eigen::Vector3d t = Eigen::Vector3d::UnitX();
@@ -30,34 +29,34 @@ struct RelativePose {
   Eigen::Matrix3d Essential() const;
 };
 
-// Squared distance of a pair from the epipolar geometry of `essential`
-// (Sampson, first order), in sizes of the person.
+// Squared first-order (Sampson) distance of a pair from the epipolar geometry
+// of `essential`, in sizes of the person.
 double SampsonSquared(const Eigen::Matrix3d& essential, double magnification,
                       const PointPair& pair);
 
-// Of the four poses of the same epipolar geometry the one in which most pairs
-// lie in front of both views.
+// The one of the four poses of the same epipolar geometry that puts the most
+// pairs in front of both views.
 RelativePose WithMostInFront(const std::vector<PointPair>& pairs,
                              const RelativePose& pose);
 
-// Sum of the robust costs that RefinePose makes least.
+// The robust cost that RefinePose minimises, without its prior.
 double RobustCost(const std::vector<PointPair>& pairs, const RelativePose& pose,
                   double scale);
 
-// The normalised eight-point algorithm for eight pairs and more. nullopt
-// where they leave it open: all in a plane, no baseline.
+// The normalised eight-point algorithm for eight or more pairs. nullopt where
+// the pairs do not determine a pose: all in one plane, or no baseline.
 std::optional<RelativePose> EightPoint(const std::vector<PointPair>& pairs,
                                        double magnification);
 
-// Depths in both views of a pair's midpoint, for a baseline of one; nullopt
-// where the rays are nearly parallel.
+// Depths of a pair's point in both views, for a baseline of one; nullopt where
+// the rays are nearly parallel.
 std::optional<Eigen::Vector2d> DepthsOf(const RelativePose& pose,
                                         const PointPair& pair);
 
-// The pose of least robust Sampson distances near `start` (Levenberg and
-// Marquardt on rotation, direction and, where `focal_sigma` is not zero, the
-// logarithm of the magnification with that prior). `scale`: Cauchy's, in sizes
-// of the person.
+// Minimises the robust Sampson distances from `start` on (Levenberg-Marquardt
+// over rotation, direction and, unless `focal_sigma` is 0, the logarithm of the
+// magnification with a normal prior of this sigma). `scale`: of the Cauchy
+// loss, in sizes of the person.
 RelativePose RefinePose(const std::vector<PointPair>& pairs,
                         const RelativePose& start, double scale,
                         double focal_sigma);

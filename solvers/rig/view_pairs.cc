@@ -9,32 +9,34 @@
 namespace kinegraph {
 namespace {
 
-constexpr size_t kMostTracklets = 16;  // of a view, the longest, in the search
-constexpr int kLagsTried = 6;          // besides none
-// Steps repeat: lags at which people move nearly as much alike as at the best
-// one are tried too, up to twenty.
+constexpr size_t kMostTracklets = 16;  // of a view, the longest ones, in the
+                                       // search
+constexpr int kLagsTried = 6;          // besides lag 0
+// Steps repeat: lags whose likeness is close to the best one's are tried too,
+// up to twenty.
 constexpr double kNearlyAlike = 0.75;
 constexpr int kMostLagsTried = 20;
-constexpr int kDraws = 160;  // of a sample, for each lag
-// Half as many draws again take so many times as many points. Where a view is
-// narrow the noise of a dozen points, not who is who, spoils the pose.
+constexpr int kDraws = 160;  // of a sample, per lag
+// Half as many draws again take samples larger by this factor: in a narrow
+// field of view the noise of a dozen points spoils the pose even if the matches
+// are right.
 constexpr int kLarge = 3;
-constexpr int kRefined = 3;  // of the best poses, for each lag
-// Distances in sizes of the person (some 1.8 m): a decimetre while searching,
-// half of it in the end.
+constexpr int kRefined = 3;  // best poses refined, per lag
+// Sampson distances that still gain, in sizes of the person (some 1.8 m): 0.1 m
+// during the search, half of it at the end.
 constexpr double kWide = 0.06;
 constexpr double kNarrow = 0.03;
 constexpr double kScale = 0.012;  // of the robust loss
-// Anybody's joints come near to some epipolar line.
+// Mean gain of unrelated joints, which lie near epipolar lines by chance.
 constexpr double kByChance = 0.35;
 
-// Joints that two tracklets have in common at a lag.
+// The common joints of two tracklets at a lag.
 struct Candidate {
   int a = 0;  // tracklets
   int b = 0;
-  double seconds = 0.0;  // both seen
+  double seconds = 0.0;  // in which both are seen
   double likeness = 0.0;
-  // In turn: those that poses are fitted to, and those that they are held to.
+  // Alternating: points that poses are fitted to, and points held out.
   std::vector<PointPair> fitted;
   std::vector<PointPair> held;
 };
@@ -52,7 +54,7 @@ std::vector<int> LongestOf(const std::vector<ViewTracklet>& tracklets, int view,
   return of_view;
 }
 
-// Frames that both tracklets have, of `a`.
+// Frames of `a` that both tracklets have.
 std::vector<int> CommonFrames(const ViewTracklet& a, const ViewTracklet& b,
                               int lag) {
   std::vector<int> frames;
@@ -86,7 +88,7 @@ Candidate MakeCandidate(const std::vector<ViewTracklet>& tracklets, int a,
       if (!points_a.col(j).allFinite() || !points_b.col(j).allFinite()) {
         continue;
       }
-      // Neighbouring joints and frames go to both sides.
+      // Neighbouring joints and frames alternate between the lists.
       auto& list = (turn + j / 2) % 2 == 0 ? candidate.fitted : candidate.held;
       list.push_back({points_a.col(j), points_b.col(j), size});
     }
@@ -110,7 +112,7 @@ double GainOf(const std::vector<PointPair>& pairs, const RelativePose& pose,
   return gain / count;
 }
 
-// A pose with whom it makes the same.
+// A pose and the matches that it implies.
 struct Explanation {
   RelativePose pose;
   int lag = 0;
@@ -119,7 +121,7 @@ struct Explanation {
   double score = 0.0;           // [s]
 };
 
-// Matches greedily; nobody is two people at once.
+// Matches greedily; a tracklet has at most one partner at any time.
 Explanation Explain(const std::vector<ViewTracklet>& tracklets,
                     const std::vector<Candidate>& candidates,
                     const RelativePose& pose, int lag, double width,
@@ -143,7 +145,8 @@ Explanation Explain(const std::vector<ViewTracklet>& tracklets,
           };
           const Candidate& one = candidates[i];
           const Candidate& other = candidates[m];
-          // The same in one view: the other view's may follow each other.
+          // One tracklet may match two of the other view if these do not
+          // overlap.
           return (one.a == other.a && clash(one.b, other.b)) ||
                  (one.b == other.b && clash(one.a, other.a));
         });
@@ -175,10 +178,10 @@ class PairSearch {
     std::vector<Explanation> found;
     const LagsToTry lags = MakeLagsToTry();
     TryLags(lags.likely, &found);
-    // Whoever walks a round at a constant speed looks, some strides later, like
-    // a person seen from elsewhere: a wrong lag then explains one person as
-    // well as another wrong lag does, and at the right one, which explains
-    // everybody, people may look less alike than at all of those.
+    // At a wrong lag a person who walks rounds at a constant speed looks, some
+    // strides later, like a person seen from elsewhere. All wrong lags then
+    // explain one person equally well, and the right one, which explains all
+    // people, may have a lower likeness than each of them: search all lags.
     pair.evidence = BestOf(found).score;
     pair.rival = RivalTo(BestOf(found), found);
     if (pair.is_undecided()) TryLags(lags.others, &found);
@@ -188,7 +191,7 @@ class PairSearch {
     pair.lag = best.lag;
     pair.pose = best.pose;
     pair.evidence = best.score;
-    // The short tracklets too.
+    // Match the short tracklets too.
     of_a_ = LongestOf(tracklets_, a, tracklets_.size());
     of_b_ = LongestOf(tracklets_, b, tracklets_.size());
     const auto candidates = CandidatesAt(best.lag, kFewFrames);
@@ -207,15 +210,14 @@ class PairSearch {
   static constexpr size_t kFewPairs = 48;
   static constexpr size_t kAllPairs = 100000;
 
-  // Times as many lags and draws as in the first attempt.
   int Effort() const { return 1 + options_.attempt; }
 
   struct LagsToTry {
     std::vector<int> likely;
-    std::vector<int> others;  // where people move alike, but less
+    std::vector<int> others;  // local maxima of lower likeness
   };
 
-  // The lags at which people move alike, the most alike first, and none.
+  // Lag 0, then the local maxima of the likeness of motion, best first.
   LagsToTry MakeLagsToTry() const {
     const int step = signals_.step();
     const auto reach = static_cast<int>(options_.longest_lag_s *
@@ -271,7 +273,7 @@ class PairSearch {
     return best == found.end() ? Explanation() : *best;
   }
 
-  // The score of the best explanation that is another one.
+  // The score of the best explanation that differs from `best`.
   double RivalTo(const Explanation& best,
                  const std::vector<Explanation>& found) const {
     double rival = 0.0;
@@ -313,7 +315,7 @@ class PairSearch {
     return std::exp(options_.focal_sigma * random_.Uniform(-1.7, 1.7));
   }
 
-  // `times` as many points as are needed.
+  // `times`: multiple of the minimal sample used here.
   std::vector<PointPair> Sample(const std::vector<Candidate>& candidates,
                                 const std::vector<double>& sums, int times) {
     const int of_one = 12 * times;
@@ -330,14 +332,14 @@ class PairSearch {
     add(candidates[first], two ? of_two : of_one);
     if (!two) return sample;
     const size_t second = std::min(Draw(sums), candidates.size() - 1);
-    // Whoever is in both must be so in both views.
+    // A tracklet in both matches needs the same partner in both.
     const bool fits = (candidates[first].a == candidates[second].a) ==
                       (candidates[first].b == candidates[second].b);
     add(candidates[fits ? second : first], of_two);
     return sample;
   }
 
-  // Matches and pose in turn.
+  // Alternates between matching and pose.
   Explanation Refine(const std::vector<Candidate>& candidates,
                      Explanation found, int rounds) const {
     for (int round = 0; round < rounds; ++round) {
@@ -384,7 +386,7 @@ class PairSearch {
     return best;
   }
 
-  // Of the whole frames near the lag, by all joints.
+  // Tries every frame near the coarse lag, with more points.
   Explanation WithExactLag(const Explanation& coarse) const {
     Explanation best;
     best.score = -1.0;
@@ -436,7 +438,7 @@ void RefitPose(const std::vector<ViewTracklet>& tracklets, PairFit* pair) {
   }
   constexpr size_t kLeast = 16;
   if (all.size() < kLeast) return;
-  // What is tried costs by the number of points.
+  // The cost of a trial is proportional to the number of points.
   constexpr size_t kMost = 400;
   std::vector<PointPair> few;
   const size_t step = std::max<size_t>(1, all.size() / kMost);

@@ -1,5 +1,5 @@
-// How two views stand to each other, how far their clocks are apart and whose
-// tracklet of one is whose in the other: all at once, from tracklets alone.
+// Joint search for the relative pose of two views, the lag between their clocks
+// and the matches of their tracklets.
 #ifndef KINEGRAPH_SOLVERS_RIG_VIEW_PAIRS_H_
 #define KINEGRAPH_SOLVERS_RIG_VIEW_PAIRS_H_
 
@@ -10,20 +10,20 @@
 
 namespace kinegraph {
 
-// What the search knows beforehand.
+// What is known before the search.
 struct PairSearchOptions {
   double frame_rate_hz = 25.0;
   double longest_lag_s = 10.0;
-  // Standard deviation of the logarithm of the focal lengths; 0: known.
+  // Standard deviation of the logarithm of the focal lengths; 0: exact.
   double focal_sigma = 0.0;
-  // Later attempts draw otherwise, and more.
+  // Later attempts use other random draws, and more of them.
   int attempt = 0;
 };
 
 struct TrackletMatch {
-  int a = 0;  // indices among all tracklets
+  int a = 0;  // indices into all tracklets
   int b = 0;
-  double gain = 0.0;  // 0 .. 1: how near their joints are to epipolar lines
+  double gain = 0.0;  // 0 .. 1: how close their joints are to epipolar lines
 };
 
 struct PairFit {
@@ -32,32 +32,32 @@ struct PairFit {
   int lag = 0;  // frame k of view a was taken with frame k + lag of view b
   RelativePose pose;
   std::vector<TrackletMatch> matches;
-  // Seconds of people that fit, on joints and frames that the pose was not
-  // fitted to, each less what anybody's joints would fit by chance.
+  // Seconds of matched people, on joints and frames that the pose was not
+  // fitted to, less the gain that unrelated joints reach by chance.
   double evidence = 0.0;
-  // The same of the best other explanation: a lag further than a quarter of a
-  // second off, or a rotation more than 20 degrees off.
+  // The evidence of the best different explanation: a lag more than a quarter
+  // of a second off, or a rotation more than 20 degrees off.
   double rival = 0.0;
 
-  // What the pair is worth for joining views.
+  // Rank of the pair when views are joined.
   double lead() const { return evidence - 0.5 * rival; }
-  // Whether another lag or place explains nearly as much. Rivals of recorded
-  // people have up to two thirds of the evidence (a fifth is usual), those of
-  // people who walk rounds as regularly as clockwork 0.93 and more.
+  // Whether another lag or pose explains nearly as much. On recorded people the
+  // rival has up to two thirds of the evidence (usually a fifth), on simulated
+  // people who walk rounds at a constant speed 0.93 and more.
   bool is_undecided() const {
     constexpr double kNearly = 0.8;
     return rival >= kNearly * evidence;
   }
 };
 
-// Searches lag, pose and matches of views `a` and `b`. Without any evidence
-// where nothing fits.
+// Searches lag, pose and matches of views `a` and `b`. The evidence is 0 where
+// nothing fits.
 PairFit SearchViewPair(const std::vector<ViewTracklet>& tracklets,
                        const MotionSignals& signals, int a, int b,
                        const PairSearchOptions& options);
 
-// Fits the pose anew to the points that the matches have in common, for the
-// focal lengths of the tracklets' normalised coordinates.
+// Refits the pose to the common points of the matches, at the focal lengths of
+// the tracklets' normalised coordinates.
 void RefitPose(const std::vector<ViewTracklet>& tracklets, PairFit* pair);
 
 }  // namespace kinegraph

@@ -46,7 +46,8 @@ struct Step {
   double before = 0.0;
   double after = 0.0;
   double sigma = 0.0;  // of the difference
-  double gain = 0.0;   // in squared error, over a straight line
+  double gain = 0.0;   // reduction of the squared error relative to a straight
+                       // line
   double size() const { return std::abs(after - before); }
 };
 
@@ -362,7 +363,7 @@ std::optional<CameraBreak> FindCameraBreak(
   std::optional<CameraBreak> found;
   for (size_t v = 0; v < all.size(); ++v) {
     const LevelBins bins = BinsOf(all[v], count);
-    Step best;  // the surest
+    Step best;  // the most significant one
     for (const Step& step : StepsOf(bins, 1e-12)) {
       if (best.bin == 0 ||
           step.size() * best.sigma > best.size() * step.sigma) {

@@ -307,7 +307,7 @@ std::vector<CameraWarning> CameraCheck::Warnings(double metre) const {
   using Kind = CameraWarning::Kind;
   std::vector<CameraWarning> warnings;
   const std::vector<View> views = Views(metre);
-  double largest_s = 0.0;  // among the clocks
+  double largest_s = 0.0;  // of certain clock errors
   for (const View& view : views) {
     if (!IsCertain(view)) continue;
     largest_s = std::max(largest_s, std::abs(view.late_s));

@@ -16,7 +16,7 @@
 
 namespace kinegraph {
 
-// A camera with a problem, in a sentence that names it.
+// A camera with a problem, and a sentence that describes it.
 struct CameraWarning {
   enum class Kind {
     kHardlySeen,  // people are hardly detected where the others place them
@@ -33,9 +33,9 @@ class CameraCheck {
   CameraCheck(CameraRig cameras, const Skeleton& detections,
               const Skeleton& tracks);
 
-  // A frame and what was written of it, ascending. Keeps bursts of frames,
-  // spread evenly over the recording; their number does not depend on its
-  // length.
+  // Takes a frame and the tracks written for it, in ascending order. Keeps
+  // bursts of frames spread evenly over the recording; their number does not
+  // depend on its length.
   void See(const DetectionFrame& seen, const TrackFrame& tracked);
 
   struct View {

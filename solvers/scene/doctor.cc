@@ -48,8 +48,9 @@ SetUp::SetUp(const DoctorInput& the_input, const DoctorOptions& the_options)
       detections(WithUsualConfidences(input.detections)) {}
 
 void SetUp::Look() {
-  // Frames examined for about each pair of views; the search for readings needs
-  // most, because it gives either view each of the cameras.
+  // Approximate number of comparisons of each pair of views, which bounds the
+  // frames examined; the search for readings needs most, as it gives either
+  // view each of the cameras.
   const int looks = 25 + 2 * static_cast<int>(cameras.size());
   raw = PeopleOfViews(detections);
   frames = FramesToLookAt(raw, options.frames_to_look_at, looks);
@@ -153,7 +154,7 @@ class Doctor {
                     set_up_.agreement.score(), set_up_.agreement.mean_px()));
     std::vector<Hypothesis> asked = Hypotheses();
     while (set_up_.readings_changed < kMostChanges) {
-      std::optional<Answer> best;  // the first of equally good ones
+      std::optional<Answer> best;  // the first of equal ones
       Hypothesis* of_best = nullptr;
       for (Hypothesis& one : asked) {
         std::optional<Answer> answer;
@@ -220,7 +221,7 @@ class Doctor {
     }
   }
 
-  // With verdict `otherwise` if no fault was found.
+  // The verdict is `otherwise` if no fault was found.
   Diagnosis Closed(DoctorVerdict otherwise) {
     diagnosis_.cameras = set_up_.NamedCameras();
     const bool suspect =

@@ -56,9 +56,9 @@ struct Finding {
   double confidence = 0.0;  // 0 .. 1; divided among findings that fit equally
   double before_px = 0.0;   // residual with the calibration as read
   double after_px = 0.0;    // with the fix
-  std::string fix;          // what to type or do
-  std::string evidence;     // in words, with figures
-  // Whether it exceeds a detector's bias; else it is mentioned but not applied.
+  std::string fix;          // a command, or what to do
+  std::string evidence;     // a sentence, with figures
+  // Whether it exceeds a detector's bias; otherwise it is only mentioned.
   bool told = true;
 };
 

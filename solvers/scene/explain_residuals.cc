@@ -21,11 +21,11 @@ constexpr double kLeastBias = 0.007;  // mean over joints
 constexpr double kUsualBias = 0.015;  // of one joint
 constexpr double kBeyondBias = 0.09;  // exceeds that of any joint
 constexpr double kApart = 0.2;        // share of positions
-// Of the mean bias over joints and people.
+// Standard deviations of the mean bias over joints and people.
 constexpr double kBiasSigmas = 3.0;
 constexpr double kLeastExplained = 0.4;  // of the lasting error
 constexpr double kWorthATry = 0.2;       // of the lasting error
-constexpr double kUntold = 0.3;          // confidence
+constexpr double kUntold = 0.3;          // confidence of what is only mentioned
 constexpr char kWithinStated[] =
     "; that is within what the calibration says of its own errors";
 

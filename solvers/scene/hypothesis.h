@@ -35,17 +35,17 @@ class SetUp {
   DetectionSequence detections;
 
   // People in the detections, in raw and in ideal pixels of the cameras, and
-  // the frames in which they are compared. Recomputed by Look.
+  // the frames in which they are compared. Recomputed by Look().
   std::vector<ViewPeople> raw;
   std::vector<ViewPeople> ideal;
   std::vector<int> frames;
-  PairAgreement agreement;  // of all pairs of views there
+  PairAgreement agreement;  // of all pairs of views in these
   void Look();
   // Views that agree this well cannot gain from another reading.
   bool AgreeAlready() const { return agreement.score() >= 0.85; }
 
-  // From the stage of the matches on: from the tracker with these cameras and
-  // detections. Recomputed by Match.
+  // From the stage of the matches on, by the tracker with these cameras and
+  // detections. Recomputed by Match().
   SceneSegments segments;
   FitError Fit() const;
   void Match();
@@ -67,8 +67,8 @@ class SetUp {
   // Agreement of all pairs of views, with other cameras or detections.
   double ScoreOf(const CameraRig& other_cameras,
                  const DetectionSequence& other_detections) const;
-  // Of a view with all others; optionally with another camera or people of its
-  // own.
+  // Agreement of a view with all others; optionally with another camera or
+  // other people of its own.
   PairAgreement WithOthers(size_t view) const;
   PairAgreement WithOthers(size_t view, const Camera& camera,
                            const ViewPeople& own,
@@ -139,10 +139,10 @@ Finding Found(const char* kind, const std::string& camera,
               const AgreementGain& gain, const std::string& fix,
               const std::string& what);
 
-// An answer that changes nothing.
+// An answer with a finding only.
 Answer Said(Finding finding);
 
-// From the camera, or twice its principal point [px].
+// The camera's, or twice the coordinate of its principal point [px].
 double ImageWidth(const Camera& camera);
 double ImageHeight(const Camera& camera);
 
@@ -167,7 +167,7 @@ std::string ExchangeSidesFlag(const std::vector<char>& views,
 // Value of detections.mirror_px: an axis, 'x' or 'y', and the sum of a
 // coordinate and its mirror image.
 std::string MirrorText(char axis, double sum_px);
-// The flag that mirrors views back: one such text per view, empty if not
+// The flag that mirrors views back: one such text per view, empty if it is not
 // mirrored.
 std::string MirrorFlag(const std::vector<std::string>& mirrors,
                        const std::vector<std::string>& names);

@@ -8,8 +8,8 @@
 
 namespace kinegraph {
 
-// Of examined joints; detectors with small confidences throughout are rescaled
-// first (WithUsualConfidences).
+// Least confidence of a joint that is examined; detectors with small
+// confidences throughout are rescaled first (WithUsualConfidences).
 inline constexpr double kMinJointConfidence = 0.3;
 
 // Statures of people of all ages: infants to basketball players [m].
@@ -19,8 +19,8 @@ inline constexpr double kMaxHeight = 2.3;
 inline constexpr int kEnoughStatures = 20;
 inline constexpr int kFramesToLookAt = 40;
 
-// From cameras to people [m]: from a desk to a stadium; for non-human subjects
-// from a microscope on.
+// Distance from cameras to people [m]: from a desk to a stadium; kNearest is
+// for non-human subjects, from a microscope on.
 inline constexpr double kMinDistance = 0.5;
 inline constexpr double kMaxDistance = 150.0;
 inline constexpr double kNearest = 0.005;
@@ -28,28 +28,28 @@ inline constexpr double kNearest = 0.005;
 // 95 % quantile of the speed of the mid-hip [m/s]; sprinters reach 10.
 inline constexpr double kMaxBodySpeed = 8.0;
 
-// Between two frames over which people can be followed [s]: beyond the first,
-// people walk out of the gates; beyond the second, there is no continuous
-// motion.
+// Longest interval between two frames over which people can be followed [s]:
+// beyond the first, people walk out of the gates; beyond the second, there is
+// no continuous motion.
 inline constexpr double kHole = 0.4;
 inline constexpr double kLongestGapS = 1.0;
 
-// Clocks of cameras started by hand [s].
+// Largest lag between cameras started by hand [s].
 inline constexpr double kLongestLagS = 10.0;
 
 // Detections of a view needed to judge it.
 inline constexpr int kEnoughDetections = 20;
 
 // Whether a view has practically no matches: fewer than a fifth of its
-// detections are matched, and so few that a view matched by half would show it
-// once in a hundred recordings.
+// detections are matched, and so few that a view with half of them matched
+// would have no more in one of a hundred recordings.
 inline bool HardlyAny(int64_t matched, int64_t all) {
   constexpr double kShare = 0.2;
   constexpr double kChance = 0.01;
   if (static_cast<double>(matched) > kShare * static_cast<double>(all)) {
     return false;
   }
-  // Beyond this number a fifth is rarer than that.
+  // Beyond this number a fifth is rarer than kChance.
   constexpr int64_t kMany = 60;
   if (all >= kMany) return true;
   double ways = std::pow(0.5, static_cast<double>(all));

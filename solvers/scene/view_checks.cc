@@ -29,8 +29,8 @@ struct OtherRate {
   double offset = 0.0;
   AgreementGain gain;  // with the others
 
-  // The frame that shows what is nearest to frame `number`, and how many frames
-  // earlier it was taken; nullopt if it is nearer to another.
+  // The view's frame nearest in time to frame `number`, and by how many frames
+  // it was taken earlier; nullopt if it is nearer to another frame.
   struct Shown {
     int64_t number = 0;
     double earlier = 0.0;

@@ -41,14 +41,14 @@ std::vector<std::string> OwnCommand() {
 
 std::string WithoutSlash(std::string path) {
   while (path.size() > 1 && path.back() == '/') path.pop_back();
-  // No flag and no protocol, whatever the file is called.
+  // Neither a flag nor a URL, whatever the name.
   const bool is_plain =
       path.rfind('-', 0) != 0 &&
       (path.rfind('/', 0) == 0 || path.find(':') == std::string::npos);
   return is_plain ? path : "./" + path;
 }
 
-// A pipe of which the other end goes to a program.
+// A pipe whose other end is passed to a program.
 struct Pipe {
   Pipe() {
     int both[2];
@@ -71,7 +71,7 @@ struct Pipe {
   int write = -1;
 };
 
-// All that comes, at most so much; false where silence is too long.
+// Reads up to `most` bytes; false after `silence_ms` without input.
 bool ReadAll(int descriptor, int silence_ms, size_t most, std::string* text) {
   char buffer[1 << 14];
   while (HasInput(descriptor, silence_ms)) {
@@ -83,7 +83,7 @@ bool ReadAll(int descriptor, int silence_ms, size_t most, std::string* text) {
   return false;
 }
 
-// The last line that is one, of what a program said.
+// The last line that is not empty of a program's standard error.
 std::string LastLine(std::FILE* file) {
   std::string text;
   std::rewind(file);
@@ -98,7 +98,7 @@ std::string LastLine(std::FILE* file) {
   return text.substr(text.find_last_of('\n') + 1);
 }
 
-// What is wrong with how a program ended; empty: nothing is.
+// The error with which a program ended; empty: none.
 std::string Fault(const ProcessEnd& end, const std::string& name,
                   const std::string& hint, const std::string& said) {
   if (end.not_started != 0) {
@@ -117,20 +117,20 @@ std::string Fault(const ProcessEnd& end, const std::string& name,
          std::to_string(end.code);
 }
 
-// The path in front, once.
+// Prepends the path unless it is there already.
 [[noreturn]] void Throw(const std::string& path, const std::string& fault) {
   if (fault.rfind(path, 0) == 0) throw InputError(fault);
   throw InputError(path, "", fault);
 }
 
-// So that they are not written over, and that one that changes is noticed.
+// Protects the inputs from being overwritten, and detects changes to them.
 void NoteInputs(const std::string& path) {
   const auto note = [](const std::string& file) {
     const Descriptor opened(OpenToRead(file));
     if (opened.get() >= 0) InputFiles::Note(opened.get(), file);
   };
   if (!IsFolder(path)) return note(path);
-  constexpr int kDeepest = 2;  // of the sessions that adapters read
+  constexpr int kDeepest = 2;  // depth of the sessions that adapters read
   std::error_code error;
   for (fs::recursive_directory_iterator at(path, error), end; at != end;
        at.increment(error)) {
@@ -148,7 +148,7 @@ std::optional<AdapterKind> ParseKind(const std::string& word) {
   return std::nullopt;
 }
 
-// Runs a program to its end; nullopt: it had to be ended.
+// Runs a program to its end; nullopt if it had to be killed.
 std::optional<ProcessEnd> Run(std::vector<std::string> words,
                               std::string* printed, std::string* said) {
   Pipe pipe;
@@ -166,7 +166,7 @@ std::optional<ProcessEnd> Run(std::vector<std::string> words,
   return end;
 }
 
-// "detections sleap", as kinegraph-adapters and other programs answer.
+// Parses an answer such as "detections sleap".
 std::optional<Adapter> Asked(std::vector<std::string> command,
                              const std::string& path, bool is_own) {
   std::vector<std::string> words = command;
@@ -180,9 +180,8 @@ std::optional<Adapter> Asked(std::vector<std::string> command,
                     std::to_string(kRecognise_ms / 1000) + " s");
   }
   const ProcessEnd& end = *ended;
-  // Of the user's own any failure means that the file is not its own; ours
-  // fails where something is wrong, and is not needed for what it does not
-  // know.
+  // For a user's program any failure means that it does not recognise the file.
+  // Ours fails only on an error, and is optional for other files.
   if (end.not_started != 0 && !is_own) {
     throw InputError(
         "--adapter", command.front(),
@@ -202,7 +201,7 @@ std::optional<Adapter> Asked(std::vector<std::string> command,
   return adapter;
 }
 
-// What a program answered of a path, for as long as the file is the same.
+// Caches a program's answer on a path until the file changes.
 std::optional<Adapter> AskedOnce(const std::vector<std::string>& command,
                                  const std::string& path, bool is_own) {
   using Key = std::pair<std::vector<std::string>, std::string>;
@@ -214,7 +213,7 @@ std::optional<Adapter> AskedOnce(const std::vector<std::string>& command,
   static auto* const answers = new std::map<Key, Answer>;
   const auto status = StatusOf(path);
   if (!status.has_value() || status->kind == FileType::kOther) {
-    return std::nullopt;  // a pipe cannot be looked at and then read
+    return std::nullopt;  // a pipe cannot be inspected before it is read
   }
   const std::lock_guard<std::mutex> lock(mutex);
   const auto known = answers->find({command, path});
@@ -235,7 +234,7 @@ std::optional<Adapter> Only(const std::optional<Adapter>& adapter,
 }  // namespace
 
 void SetAdapter(const std::string& program) {
-  // Found as a path, not in PATH: the user means a file.
+  // A path, not a name in PATH: the user means a file.
   TheSettings().given =
       program.empty() || program.find('/') != std::string::npos
           ? program
@@ -301,7 +300,7 @@ class AdapterRun::Impl {
     Pipe::Close(&pipe_.write);
   }
 
-  // From here on the reader's.
+  // The reader owns it from here on.
   int TakeOutput() { return std::exchange(pipe_.read, -1); }
   int silence_ms() const { return silence_ms_; }
 
@@ -314,7 +313,7 @@ class AdapterRun::Impl {
   }
 
   void ThrowItsFault() {
-    // One that has printed all has little left to do.
+    // After its last output a program ends soon.
     constexpr int kEnd_ms = 2000;
     const ProcessEnd end = program_->Wait(kEnd_ms);
     if (program_->was_ended()) return;
@@ -385,10 +384,10 @@ std::string WriteByAdapter(
   };
   try {
     const BrokenPipesAreErrors broken_pipes_are_errors;
-    // It reads everything before it prints, so neither waits for the other.
+    // It reads all input before it prints: no deadlock.
     write(FolderOfOpenFiles() + "/" + std::to_string(input.write));
   } catch (const std::exception&) {
-    // Where the program has ended, the pipe broke, and its fault is the cause.
+    // If the program has ended, the pipe broke because of its error.
     constexpr int kMoment_ms = 200;
     const ProcessEnd end = program.Wait(kMoment_ms);
     if (program.was_ended()) throw;

@@ -1,7 +1,7 @@
-// Programs that print files of other programs' formats as our own JSON Lines
-// (docs/adapters.md). kinegraph-adapters has ours; the user's own are in a
-// folder of which it knows, or named by SetAdapter. What a recording or a
-// configuration says never starts one. For core/io alone, but for the setters.
+// Programs that print files of other formats as our own JSON Lines
+// (docs/adapters.md). Ours are in kinegraph-adapters; the user's are in a
+// folder known to it, or given by SetAdapter. Neither a recording nor a
+// configuration can start one. For core/io only, except for the setters.
 #ifndef KINEGRAPH_CORE_IO_ADAPTERS_ADAPTER_H_
 #define KINEGRAPH_CORE_IO_ADAPTERS_ADAPTER_H_
 
@@ -14,52 +14,53 @@
 
 namespace kinegraph {
 
-// The user's own program, which is asked before any format of ours (--adapter);
-// empty: there is none.
+// The user's program, which is tried before any format of ours (--adapter);
+// empty: none.
 void SetAdapter(const std::string& program);
-// How kinegraph-adapters is started. Without it the one beside this program is
-// taken, else the one in PATH.
+// Command of kinegraph-adapters. Default: the one beside this program, else the
+// one in PATH.
 void SetOwnAdapters(const std::vector<std::string>& command);
 
 enum class AdapterKind { kCameras, kDetections, kTracks };
 
 struct Adapter {
-  std::vector<std::string> command;  // which the path follows
+  std::vector<std::string> command;  // the path is appended
   AdapterKind kind = AdapterKind::kDetections;
-  std::string name;  // of its format, or the program
-  std::string hint;  // how it is got, where it may not be there
+  std::string name;  // of its format, or of the program
+  std::string hint;  // how to install it, if it may be missing
 };
 
-// The program of SetAdapter, where it recognises the path.
+// The program of SetAdapter, if it recognises the path.
 std::optional<Adapter> GivenAdapterOf(const std::string& path);
-// Any adapter that recognises the path. Asked once for a path as it is. Throws
-// InputError where a program cannot be started.
+// Any adapter that recognises the path. Programs are asked once per state of
+// the path. Throws InputError if a program cannot be started.
 std::optional<Adapter> AdapterOf(const std::string& path);
-// The same where it is of that kind.
+// The same, for adapters of this kind only.
 std::optional<Adapter> GivenAdapterOf(const std::string& path,
                                       AdapterKind kind);
 std::optional<Adapter> AdapterOf(const std::string& path, AdapterKind kind);
-// One of kinegraph-adapters, whatever the path looks like.
+// One of kinegraph-adapters, regardless of the path.
 Adapter OwnAdapter(const std::string& format, AdapterKind kind);
 
-// An adapter that reads a path.
+// A running adapter that reads a path.
 class AdapterRun {
  public:
-  // `options` are flags such as "--joints=17". Without `silence_ms` it is a
-  // minute, and a second a megabyte. Throws InputError where it cannot start.
+  // `options` are flags such as "--joints=17". `silence_ms` is the longest wait
+  // for output, by default a minute and a second per megabyte. Throws
+  // InputError if the program cannot be started.
   AdapterRun(const Adapter& adapter, const std::string& path,
              const std::vector<std::string>& options = {}, int silence_ms = -1);
-  ~AdapterRun();  // ends it
+  ~AdapterRun();  // ends the program
 
-  // What it prints; whoever takes it closes it.
+  // Its standard output, to be closed by the caller.
   int TakeOutput();
   int silence_ms() const;
-  // To be called when all was read. Throws InputError naming path and cause
-  // when the program failed.
+  // Call after all was read. Throws InputError naming path and cause if the
+  // program failed.
   void Finish();
 
-  // Calls `read`. Where it throws because the program failed half-way, what the
-  // program says of that is thrown instead.
+  // Calls `read`. If it throws because the program failed midway, throws the
+  // program's own error instead.
   template <typename Read>
   auto Guard(const Read& read) {
     try {
@@ -80,9 +81,9 @@ class AdapterRun {
 // All that it prints.
 std::string OutputOf(const Adapter& adapter, const std::string& path);
 
-// Writes a format by kinegraph-adapters: `write` puts our lines into a file of
-// the name that it is given, and the bytes of the format come back. Throws as
-// AdapterRun does, naming `path`.
+// Writes a format by kinegraph-adapters: `write` writes our lines to the file
+// name it is given. Returns the bytes of the format. Throws as AdapterRun does,
+// naming `path`.
 std::string WriteByAdapter(
     const std::string& format, const std::string& path,
     const std::function<void(const std::string& lines)>& write);

@@ -40,10 +40,10 @@ CalibrationFile ReadFile(const std::string& path, const std::string& name) {
             "one)");
 }
 
-// ---- From a file's words to cameras ----
+// ---- From records to cameras ----
 
 struct ImageSize {
-  int64_t width_px = 0;  // 0: not told
+  int64_t width_px = 0;  // 0: unknown
   int64_t height_px = 0;
 };
 
@@ -81,7 +81,7 @@ std::string Text(const ImageSize& size) {
   return std::to_string(size.width_px) + " x " + std::to_string(size.height_px);
 }
 
-// Turns one record into a camera; every failure names file and camera.
+// Turns one record into a camera; every error names file and camera.
 class CameraBuilder {
  public:
   CameraBuilder(const CameraRecord& record, double per_metre,
@@ -99,7 +99,7 @@ class CameraBuilder {
       parameters.lens = ChooseLens();
       parameters.R = record_.R;
       if (record_.centre.has_value()) {
-        // The rotation is made exact first, so that the centre stays in place.
+        // Orthonormalise the rotation first, which keeps the centre in place.
         parameters.R = Camera(parameters).R();
         parameters.t = -(parameters.R * (*record_.centre / per_metre_));
       } else {
@@ -139,8 +139,8 @@ class CameraBuilder {
     return own;
   }
 
-  // Whether a picture is a whole sensor's at another resolution, whose sides
-  // were rounded.
+  // Whether an image is the whole sensor at another resolution, with rounded
+  // sides.
   bool IsScaled(const ImageSize& sensor, const ImageSize& picture) const {
     if (!record_.may_be_scaled || picture.width_px == 0) return false;
     const double high = static_cast<double>(picture.width_px) *
@@ -165,7 +165,7 @@ class CameraBuilder {
                                     static_cast<double>(record_.width_px),
                                 static_cast<double>(size.height_px) /
                                     static_cast<double>(record_.height_px));
-    // The middle of the first pixel is (0, 0) in both resolutions.
+    // The centre of the first pixel is (0, 0) at both resolutions.
     for (int i = 0; i < 2; ++i) {
       K.row(i) *= scale[i];
       K(i, 2) += 0.5 * scale[i] - 0.5;
@@ -176,7 +176,7 @@ class CameraBuilder {
   std::shared_ptr<const Lens> ChooseLens() const {
     if (options_.ignore_distortion) return nullptr;
     std::vector<double> coefficients = record_.distortion;
-    // Longer OpenCV models whose further terms are zero are this one.
+    // Longer OpenCV models whose further terms are zero are equivalent.
     const size_t count = record_.lens_model == kFisheyeModel ? 4 : 5;
     while (coefficients.size() > count && coefficients.back() == 0.0) {
       coefficients.pop_back();
@@ -257,7 +257,7 @@ void CameraReadOptions::Describe(OptionVisitor& visitor) {
 
 CameraRig ReadCameras(const std::string& path,
                       const CameraReadOptions& options) {
-  SizeOf(options);  // a wrong option is reported before any file
+  SizeOf(options);  // report a wrong option before reading files
   const CalibrationFile file = ReadFile(path, options.format);
   const double per_metre = PerMetre(file, path, options.unit);
   CameraRig cameras;

@@ -1,5 +1,5 @@
-// Reading and writing calibrations. Whatever a file's conventions, a Camera
-// has pixels, metres and cam_from_world.
+// Reading and writing calibrations. A Camera has pixels, metres and
+// cam_from_world, whatever the conventions of its file.
 #ifndef KINEGRAPH_CORE_IO_CALIBRATION_CALIBRATION_H_
 #define KINEGRAPH_CORE_IO_CALIBRATION_CALIBRATION_H_
 
@@ -22,11 +22,11 @@ enum class LengthUnit {
   kMillimetre,
 };
 
-// Options of reading cameras; the owner enters the table "cameras".
+// Options of reading cameras, in the table "cameras", which the owner enters.
 struct CameraReadOptions {
   std::string format = "auto";  // or a name of CalibrationFormatNames()
-  // Unit of the file's lengths. The formats' own: m, but mm for VoxelPose and
-  // cm for longcw and Panoptic.
+  // Unit of lengths in the file. kAuto: m, but mm for VoxelPose and cm for
+  // longcw and Panoptic.
   LengthUnit unit = LengthUnit::kAuto;
   std::vector<double> image_size;  // px: width, height; empty: the file's
   bool ignore_distortion = false;
@@ -37,22 +37,21 @@ struct CameraReadOptions {
 };
 
 // The cameras of a file (or of a folder, for formats of several files) in the
-// order of the file, or in that of `options.use`. Throws InputError naming file
-// and camera or key, OptionError for a wrong `options.image_size`.
+// order of the file or of `options.use`. Throws InputError naming file and
+// camera or key, OptionError for a wrong `options.image_size`.
 CameraRig ReadCameras(const std::string& path,
                       const CameraReadOptions& options = {});
 
 // The unit in which ReadCameras reads the lengths of a file.
 struct CalibrationUnit {
   double per_metre = 1.0;      // 1, 100 or 1000
-  bool can_be_changed = true;  // by cameras.unit: the file does not state it
+  bool can_be_changed = true;  // cameras.unit applies: the file states no unit
 };
 CalibrationUnit UnitOfCalibration(const std::string& path,
                                   const CameraReadOptions& options = {});
 
-// Writes our own format, which reads back to the same bits. `refinement` is a
-// JSON text that goes beside the cameras and that readers pass over; empty:
-// none.
+// Writes our own format, which reads back bit by bit. `refinement`: a JSON text
+// stored beside the cameras, which readers ignore; empty: none.
 void WriteCameras(const std::string& path, const CameraRig& cameras,
                   const std::string& refinement = "");
 

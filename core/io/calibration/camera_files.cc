@@ -1,5 +1,5 @@
-// Calibrations of a file a camera: TUM's projection matrices, bioCV's tables of
-// numbers, and OpenCap's pickles.
+// Calibrations with one file per camera: TUM's projection matrices, bioCV's
+// tables of numbers, and the recognition of OpenCap's pickles.
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
@@ -39,7 +39,7 @@ void Decompose(const Eigen::Matrix<double, 3, 4>& P, CameraRecord* record) {
   const Eigen::Matrix3d M = P.leftCols<3>();
   const double largest = M.cwiseAbs().maxCoeff();
   const double determinant = (M / largest).determinant();
-  // Pixels per unit of M's last row: a determinant this small is rounding.
+  // A determinant this small, relative to the largest element, is rounding.
   if (!(largest > 0.0) || !(std::abs(determinant) > 1e-12)) {
     throw InputError(record->file, "",
                      "the left 3 x 3 part of the projection is singular");
@@ -71,7 +71,7 @@ bool IsTumName(const std::string& name) {
          name.find_first_not_of("0123456789", 1) == name.size() - 4;
 }
 
-// The names that `is_one` takes, 2 before 10.
+// The names that `is_one` accepts, in natural order (2 before 10).
 std::vector<std::string> Sorted(const std::vector<std::string>& names,
                                 bool (*is_one)(const std::string& name)) {
   std::vector<std::string> files;
@@ -144,10 +144,10 @@ void WriteTum(const std::string& path, const CameraRig& cameras,
 }
 
 // ---- bioCV ----
-// bioCV's .calib, a file a camera: numbers separated by spaces and line ends,
-// the image's width and height, K (3x3 px, by rows), the pose (4x4 by rows:
-// x_cam = R X + t, mm) and OpenCV's k1 k2 p1 p2 k3. "00.mp4.calib" is the
-// camera "00".
+// bioCV's .calib, one file per camera: numbers separated by spaces and line
+// ends, the image's width and height, K (3x3 px, row-major), the pose (4x4,
+// row-major: x_cam = R X + t, mm) and OpenCV's k1 k2 p1 p2 k3. "00.mp4.calib"
+// is camera "00".
 
 namespace {
 
@@ -200,7 +200,7 @@ CalibrationFile ReadBiocv(const CalibrationHead& head) {
 }
 
 // ---- OpenCap ----
-// Python's pickles, which an adapter reads.
+// Python pickles, read by an adapter.
 
 bool IsOpencapFolder(const std::string& path) {
   constexpr const char* kPickle = "cameraIntrinsicsExtrinsics.pickle";

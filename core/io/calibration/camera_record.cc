@@ -12,7 +12,7 @@
 namespace kinegraph {
 namespace {
 
-// The words of a text. In the lists below each stands for all its spellings:
+// The words of a text. In the lists below a word stands for all its spellings:
 // "distcoeffs" for "dist_coeffs", "distCoeffs" and "Dist-Coeffs" (Plain).
 std::set<std::string> SetOf(const char* words) {
   std::istringstream stream(words);
@@ -29,8 +29,8 @@ std::string Plain(const std::string& key) {
   return plain;
 }
 
-// Lists of coefficients in OpenCV's order. The letters are looked at as they
-// are: "K" is the camera matrix and "k" the radial terms.
+// Lists of coefficients in OpenCV's order. Single letters are case-sensitive:
+// "K" is the camera matrix, "k" the radial terms.
 bool IsLensKey(const std::string& key) {
   static const std::set<std::string> kNames = SetOf(
       "dist kc distcoef distcoefs distcoeff distcoeffs distcoefficient "
@@ -61,8 +61,8 @@ std::vector<double> WithoutZeros(std::vector<double> coefficients) {
   return coefficients;
 }
 
-// Whether the model is OpenCV's fisheye one, by the names that ROS, Kalibr and
-// others give it.
+// Whether the model is OpenCV's fisheye model, by its names in ROS, Kalibr and
+// elsewhere.
 bool IsFisheyeModel(const JsonField& model) {
   if (model.value().is_null()) return false;
   const std::string name = Plain(model.Text());
@@ -86,7 +86,7 @@ bool IsFisheyeModel(const JsonField& model) {
 
 bool IsHarmlessKey(const std::string& key) {
   static const std::set<std::string> kNames = SetOf(
-      // Who and when.
+      // Identity and date.
       "name id index idx number label serial serialno serialnumber camera "
       "cameraname cameraid camid camname cameraserial type panel node vendor "
       "manufacturer make sensor date datetime time timestamp created createdat "
@@ -98,19 +98,19 @@ bool IsHarmlessKey(const std::string& key) {
       "size imgsize imagesize resolution width height w h imagewidth "
       "imageheight imgwidth imgheight fps framerate frames nframes nrofframes "
       "numframes ncameras numcameras "
-      // How good the calibration was.
+      // Quality of the calibration.
       "error errors rms rmse rmserror residual residuals reprojectionerror "
       "reprojerror meanerror meanreprojectionerror avgreprojectionerror "
       "averagereprojectionerror totalavgerr perviewerrors "
       "perviewreprojectionerrors stddeviations std adjusted converged "
       "iterations inliers "
-      // What it was made from.
+      // Its source.
       "board boardtype boardsize boardwidth boardheight squaresize "
       "squarelength markersize markerlength pattern patternsize dictionary "
       "flags flagvalue fixaspectratio aspectratio imagepoints gridpoints "
       "objectpoints "
-      // Poses of the board in the pictures (OpenCV), and what belongs to
-      // rectified images (ROS) or to undistorting them (4D association).
+      // Poses of the board in the images (OpenCV), and parameters of rectified
+      // (ROS) or undistorted images (4D association).
       "extrinsicparameters rectificationmatrix projectionmatrix rectifyalpha "
       "newcameramatrix optimalcameramatrix roi binningx binningy");
   return (!key.empty() && key.front() == '_') || kNames.count(Plain(key)) > 0;
@@ -203,7 +203,7 @@ void KeyReader::ReadImageSize(const std::string& width,
 
 void KeyReader::ReadCoefficients(bool is_fisheye,
                                  std::vector<std::vector<double>>* lenses) {
-  // In the order of OpenCV's vector, or of its fisheye model's.
+  // In the order of OpenCV's vector and of its fisheye model's.
   static const std::vector<const char*> kPolynomial = {"k1", "k2", "p1", "p2",
                                                        "k3", "k4", "k5", "k6"};
   static const std::vector<const char*> kFisheye = {"k1", "k2", "k3", "k4"};

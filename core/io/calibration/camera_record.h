@@ -1,5 +1,5 @@
-// What the readers of single calibration formats hand to ReadCameras, and how
-// they read it. For core/io alone.
+// Interface between ReadCameras and the readers of single formats. For core/io
+// only.
 #ifndef KINEGRAPH_CORE_IO_CALIBRATION_CAMERA_RECORD_H_
 #define KINEGRAPH_CORE_IO_CALIBRATION_CAMERA_RECORD_H_
 
@@ -16,18 +16,18 @@
 
 namespace kinegraph {
 
-// One camera in the words of its file: nothing is checked yet but shapes and
-// that numbers are finite.
+// One camera in the terms of its file. Only shapes have been checked, and that
+// numbers are finite.
 struct CameraRecord {
   std::string file;  // for messages
   std::string name;
-  int64_t width_px = 0;  // 0: not told
+  int64_t width_px = 0;  // 0: unknown
   int64_t height_px = 0;
   Eigen::Matrix3d K = Eigen::Matrix3d::Identity();
-  // K belongs to coordinates divided by the image size.
+  // K refers to coordinates divided by the image size.
   bool normalised_K = false;
-  // The size is that of the sensor: a picture of another size and the same
-  // proportions (cameras.image_size) is the whole of it, scaled.
+  // The size is the sensor's: an image of other size and the same proportions
+  // (cameras.image_size) is the whole sensor, scaled.
   bool may_be_scaled = false;
   std::string lens_model = "opencv5";
   std::vector<double> distortion;
@@ -41,25 +41,26 @@ struct CameraRecord {
 struct CalibrationFile {
   std::vector<CameraRecord> cameras;
   LengthUnit unit = LengthUnit::kMetre;  // the format's own
-  bool states_unit = false;              // it cannot be another one
+  bool states_unit = false;              // the file states its unit: ignore
+                                         // cameras.unit
 };
 
 // Row-major numbers as a matrix.
 Eigen::Matrix3d ToMatrix3(const std::vector<double>& row_major);
 Eigen::Vector3d ToVector3(const std::vector<double>& numbers);
-// K without skew, of fx, fy, cx, cy.
+// K without skew, from fx, fy, cx, cy.
 Eigen::Matrix3d CameraMatrix(const std::vector<double>& numbers);
-// The rotation of a quaternion w, x, y, z that a file writes with a dozen
-// digits; nullopt where it is none of unit length.
+// The rotation of a quaternion that is of unit length up to the rounding of a
+// text; nullopt otherwise.
 std::optional<Eigen::Matrix3d> RotationOf(const Eigen::Quaterniond& turn);
 
-// A rotation as a Rodrigues vector or a matrix.
+// A rotation, given as a Rodrigues vector or a matrix.
 Eigen::Matrix3d ReadRotation(const JsonField& field);
 
-// Reads the members of one object and remembers which it has read. A key that
-// nobody reads could be the lens or the pose under another name, and leaving it
-// out would bend every result without a word. So each key is read, or known to
-// say nothing of lens and pose, or refused:
+// Reads the members of one object and records which were read. An unknown key
+// may be the lens or the pose under another name, and ignoring it would distort
+// all results silently. So each key has to be read, be known to describe
+// neither lens nor pose, or is rejected:
 //
 //   KeyReader keys(camera);
 //   record.K = keys.Matrix3("K");
@@ -67,15 +68,15 @@ Eigen::Matrix3d ReadRotation(const JsonField& field);
 //   keys.RejectUnread();
 class KeyReader {
  public:
-  // `object` is not owned. Throws InputError when it is no object.
+  // `object` is not owned. Throws InputError if it is not an object.
   explicit KeyReader(const JsonField& object);
 
   const JsonField& object() const { return object_; }
-  // As JsonField's; the key counts as read.
+  // As JsonField's; marks the key as read.
   std::optional<JsonField> Find(const std::string& key);
   JsonField At(const std::string& key);
-  // The first of several spellings that the object has. Only it counts as
-  // read: a second one is refused unless the caller reads it, too.
+  // The first of several spellings that the object has. Only this one is marked
+  // as read: a second one is rejected unless the caller reads it, too.
   JsonField AtAny(const std::vector<std::string>& keys);
   Eigen::Matrix3d Matrix3(const std::string& key) {
     return ToMatrix3(At(key).Matrix(3, 3));
@@ -84,26 +85,26 @@ class KeyReader {
     return ToVector3(At(key).Matrix(3, 1));
   }
 
-  // Width and height as a pair, or each under a key of its own; left alone
-  // where the object does not tell them.
+  // Width and height as a pair, or each under its own key; unchanged if the
+  // object does not specify them.
   void ReadImageSize(const std::string& key, CameraRecord* record);
   void ReadImageSize(const std::string& width, const std::string& height,
                      CameraRecord* record);
 
-  // The lens under any name that programs give it: a list "distCoeffs",
-  // "dist_coef", "dist", "D", "distortion_coefficients", ... in OpenCV's order;
-  // lists "k" (3) and "p" (2); or numbers "k1" .. "k6", "p1", "p2".
-  // Several names must say the same. The name of a model ("camera_model",
-  // "distortion_model", ...) must be a pinhole, OpenCV's polynomial or its
-  // fisheye model, whose terms are k1 k2 k3 k4 in this order; "fisheye": true
-  // says the latter, too. Leaves `record` alone when nothing is said.
+  // The lens under any name that is in use: a list "distCoeffs", "dist_coef",
+  // "dist", "D", "distortion_coefficients", ... in OpenCV's order; lists "k"
+  // (3) and "p" (2); or numbers "k1" .. "k6", "p1", "p2". Several names must
+  // agree. A model's name ("camera_model", "distortion_model", ...) must be a
+  // pinhole, OpenCV's polynomial or its fisheye model, whose terms are k1 k2 k3
+  // k4 in this order; "fisheye": true specifies the latter, too. Leaves
+  // `record` unchanged if there is no lens.
   void ReadLens(CameraRecord* record);
 
   // "unit" or "units" as the text m, cm or mm (or their names).
   void ReadUnit(CalibrationFile* file);
 
-  // Throws for the first key that was not read and is not one of those that
-  // programs write beside lens and pose (names, dates, sizes, errors, boards).
+  // Throws for the first key that was neither read nor is known to accompany
+  // lens and pose (names, dates, sizes, errors, boards).
   void RejectUnread() const;
 
  private:
@@ -114,18 +115,18 @@ class KeyReader {
   std::set<std::string> read_;
 };
 
-// Whether a key says nothing of lens and pose, whatever the format: names,
-// dates, sizes, errors, boards. Letter case, '_', '-' and spaces do not count.
+// Whether a key describes neither lens nor pose in any format: names, dates,
+// sizes, errors, boards. Ignores case, '_', '-' and spaces.
 bool IsHarmlessKey(const std::string& key);
-// Refuses a key that could say something of them.
+// Rejects a key that may describe lens or pose.
 [[noreturn]] void FailUnread(const JsonField& object, const std::string& key);
 
-// Whether a member of an object of cameras is none: a number or text of one of
-// those names, or the unit.
+// Whether a member of an object of cameras is not a camera: a number or text
+// under a harmless key, or the unit.
 bool IsNoCamera(const std::string& key, const JsonField& field);
 
 // Reads each member of an object of cameras: `read` fills in the record, whose
-// file and name are set, and every key must have been read afterwards.
+// file and name are set, and has to read every key.
 template <typename Read>
 void ReadMembers(const JsonField& cameras, CalibrationFile* file,
                  const Read& read) {
@@ -140,7 +141,7 @@ void ReadMembers(const JsonField& cameras, CalibrationFile* file,
   }
 }
 
-// A camera of a list, which names itself under "name".
+// A camera of a list, identified by "name".
 template <typename Read>
 CameraRecord ReadNamed(const JsonField& field, const std::string& name,
                        const Read& read) {

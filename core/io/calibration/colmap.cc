@@ -2,13 +2,13 @@
 //   cameras.txt  CAMERA_ID MODEL WIDTH HEIGHT PARAMS...
 //   images.txt   IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME, then a line of
 //                the image's points, which may be empty
-// and points3D.txt, which says nothing of cameras. Lines that begin with # are
-// comments. x_cam = R X + t in a scale of COLMAP's own (metres unless told
-// otherwise). The middle of the first pixel is (0.5, 0.5) there and (0, 0)
-// here (https://colmap.github.io/format.html, seen for 3.8).
+// points3D.txt does not describe cameras and is ignored. Lines that begin with
+// # are comments. x_cam = R X + t in COLMAP's arbitrary scale (metres unless
+// cameras.unit is given). The centre of the first pixel is (0.5, 0.5) there and
+// (0, 0) here (https://colmap.github.io/format.html, as of 3.8).
 //
-// A camera that does not move is one image: its name is that of the image
-// without the extension, or of the image's folder where each image has its own.
+// A static camera is one image: its name is that of the image without the
+// extension, or of the image's folder where each image has its own.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -44,13 +44,13 @@ std::vector<std::string> WordsOf(const std::string& line) {
   return words;
 }
 
-// Lines of a file, split into words; says which line a failure belongs to.
+// Lines of a file, split into words; errors name the line.
 class ModelFile {
  public:
   explicit ModelFile(const std::string& path)
       : path_(path), text_(ReadTextFile(path, kMaxSmallFileBytes)) {}
 
-  // The next line that is no comment; of empty ones only if `keep_empty`.
+  // The next line that is not a comment; skips empty ones unless `keep_empty`.
   bool Next(std::vector<std::string>* words, bool keep_empty = false) {
     while (at_ < text_.size()) {
       const size_t end = std::min(text_.find('\n', at_), text_.size());
@@ -91,7 +91,7 @@ struct ColmapModel {
   bool is_fisheye = false;
 };
 
-// Models whose lens OpenCV's polynomial or its fisheye model says.
+// Models that OpenCV's polynomial or its fisheye model represents.
 const ColmapModel* FindModel(const std::string& name) {
   static const std::vector<ColmapModel> kModels = {
       {"SIMPLE_PINHOLE", 1, 0},
@@ -143,7 +143,7 @@ CameraRecord ReadIntrinsics(const ModelFile& file,
                            next[1] - kPixelMiddle});
   record.distortion.assign(next + 2, numbers.end());
   if (model->is_fisheye) record.lens_model = kFisheyeModel;
-  // MakeLens takes two coefficients or four.
+  // MakeLens requires at least two coefficients.
   if (record.distortion.size() == 1) record.distortion.push_back(0.0);
   return record;
 }
@@ -183,7 +183,7 @@ CameraRecord ReadImage(const ModelFile& file,
   return record;
 }
 
-// By their files, or by their folders where no two share one.
+// Names cameras by their files, or by their folders if these differ.
 void NameByImages(std::vector<CameraRecord>* cameras) {
   std::set<std::string> folders;
   for (const CameraRecord& camera : *cameras) {
@@ -243,7 +243,7 @@ std::string ImageLines(const Camera& camera, size_t id) {
   Eigen::Quaterniond turn(camera.R());
   if (turn.w() < 0.0) turn.coeffs() = -turn.coeffs();
   const Eigen::Vector3d& t = camera.t();
-  // The second line has the image's points.
+  // The second line is for the image's points: none.
   return fmt::format("{} {} {} {} {} {} {} {} {} {}.png\n\n", id, turn.w(),
                      turn.x(), turn.y(), turn.z(), t.x(), t.y(), t.z(), id,
                      camera.name());

@@ -12,7 +12,7 @@
 
 namespace kinegraph {
 
-// A source of its own, or one of its kind, defines the functions of a format.
+// The functions of a format are defined in a source of its own or of its kind.
 #define KINEGRAPH_DECLARE(Format)                                       \
   bool Recognise##Format(const CalibrationHead& head);                  \
   CalibrationFile Read##Format(const CalibrationHead& head);            \
@@ -50,7 +50,7 @@ CalibrationHead LookAtFolder(const std::string& path) {
   return head;
 }
 
-// A file of XML, JSON or TOML is parsed.
+// Parses XML, JSON or TOML.
 CalibrationHead Parsed(const std::string& path, Syntax syntax,
                        const std::string& text) {
   CalibrationHead head;
@@ -66,14 +66,14 @@ bool IsUtf16(const std::string& text) {
   return text.rfind("\xFF\xFE", 0) == 0 || text.rfind("\xFE\xFF", 0) == 0;
 }
 
-// Of a text in UTF-16, either byte order, whether its first letter is "<".
+// Whether the first character of a UTF-16 text, of either byte order, is "<".
 bool IsUtf16Xml(const std::string& text) {
   const size_t first =
       text.find_first_not_of(std::string_view("\xFF\xFE\0 \t\r\n", 7));
   return first != std::string::npos && text[first] == '<';
 }
 
-// What a text looks like, before it is parsed.
+// The syntax by the first characters and the extension, before parsing.
 Syntax GuessSyntax(const std::string& text, const std::string& path) {
   const size_t first = text.find_first_not_of(" \t\r\n");
   if (first == std::string::npos) {
@@ -94,8 +94,8 @@ Syntax GuessSyntax(const std::string& text, const std::string& path) {
 
 }  // namespace
 
-// In the order in which they are listed; no other order matters, as no two
-// recognise the same.
+// In the order of listings; recognition does not depend on it, as no two
+// formats recognise the same.
 const std::vector<CalibrationFormat>& CalibrationFormats() {
   static const std::vector<CalibrationFormat> kFormats = {
       {"kinegraph", "cameras.json", Syntax::kJson, RecogniseKinegraph,
@@ -155,7 +155,7 @@ bool CalibrationHead::HasFile(const std::string& name) const {
 CalibrationHead LookAtCalibration(const std::string& path) {
   if (IsFolder(path)) return LookAtFolder(path);
   std::string text = ReadBytes(path, kMaxSmallFileBytes);
-  // XML states its own encoding; no other text may be in UTF-16.
+  // XML states its own encoding; other texts may not be UTF-16.
   if (IsUtf16(text) && IsUtf16Xml(text)) {
     return Parsed(path, Syntax::kXml, text);
   }
@@ -183,7 +183,7 @@ bool IsYamlName(const std::string& name) {
 }
 
 Json ReadCalibrationYaml(const std::string& path) {
-  // Four thousand cameras; the parser is slow.
+  // Four thousand cameras; a limit as the parser is slow.
   constexpr size_t kMaxBytes = size_t{4} << 20;
   return ParseYaml(ReadTextFile(path, kMaxBytes), path);
 }

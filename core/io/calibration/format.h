@@ -1,6 +1,6 @@
-// The formats of calibrations: one entry each, from which follow recognition,
-// the key cameras.format, `convert --formats` and its flags, and the formats
-// that the Python module writes. A format joins by its functions and by two
+// The formats of calibrations, one entry each. Recognition, the key
+// cameras.format, `convert --formats` with its flags and the formats of the
+// Python module follow from it. A new format requires its functions and two
 // lines in format.cc.
 #ifndef KINEGRAPH_CORE_IO_CALIBRATION_FORMAT_H_
 #define KINEGRAPH_CORE_IO_CALIBRATION_FORMAT_H_
@@ -19,77 +19,78 @@
 
 namespace kinegraph {
 
-// How the text of a calibration is written.
+// Syntax of a calibration's text.
 enum class CalibrationSyntax { kJson, kToml, kYaml, kXml, kNumbers, kOther };
 
-// What a path looks like, for recognising its format and for reading it.
+// The beginning of a path's content, to recognise its format and to read it.
 struct CalibrationHead {
   std::string path;
   bool is_folder = false;
   std::vector<std::string> names;  // in the folder, sorted
-  // The rest is of a file.
+  // The rest applies to files.
   CalibrationSyntax syntax = CalibrationSyntax::kOther;
-  Json json;  // of JSON and TOML; of YAML for recognising alone
-  std::optional<XmlElement> xml;  // the outermost element of XML
+  Json json;  // of JSON and TOML; for YAML to recognise it only
+  std::optional<XmlElement> xml;  // root element of XML
 
   bool Is(CalibrationSyntax of_file) const {
     return !is_folder && syntax == of_file;
   }
-  // The file is JSON, an object that has the key.
+  // The file is a JSON object with this key.
   bool HasJsonKey(const std::string& key) const;
-  // The folder has a file of that name.
+  // The folder contains a file of this name.
   bool HasFile(const std::string& name) const;
   JsonField Root() const { return JsonField(json, path); }
-  // Throws InputError where the file is no XML.
+  // Throws InputError if the file is not XML.
   const XmlElement& XmlRoot() const;
 };
 
 struct CalibrationFormat {
   using Recognise = bool (*)(const CalibrationHead& head);
   using Read = CalibrationFile (*)(const CalibrationHead& head);
-  // Writes a file or a folder in the unit of the format; it appears when it is
-  // complete. What changes the geometry and cannot be said (a lens in TUM's
-  // matrices, a skewed K in VoxelPose's) throws InputError naming the camera;
-  // what is merely left out is added to `lost_fields`.
+  // Writes a file or a folder in the format's unit; it appears when complete.
+  // Throws InputError naming the camera if the format cannot represent its
+  // geometry (a lens in TUM's matrices, a skewed K in VoxelPose's); other
+  // omissions are added to `lost_fields`.
   using Write = void (*)(const std::string& path, const CameraRig& cameras,
                          LostFields* lost_fields);
 
   std::string name;
-  std::string layout;  // one line for people
+  std::string layout;  // one line for users
   CalibrationSyntax syntax = CalibrationSyntax::kJson;
-  Recognise recognise = nullptr;  // null: an adapter does
+  Recognise recognise = nullptr;  // null: an adapter recognises it
   Read read = nullptr;
   Write write = nullptr;  // null: read only
 };
 
 const std::vector<CalibrationFormat>& CalibrationFormats();
-// nullptr when there is none of that name.
+// nullptr if there is none of this name.
 const CalibrationFormat* FindCalibrationFormat(const std::string& name);
 
-// Looks at a path; throws InputError when it cannot be read or parsed.
+// Reads the beginning of a path; throws InputError if it cannot be read or
+// parsed.
 CalibrationHead LookAtCalibration(const std::string& path);
-// The same where the format is known, whatever the text looks like.
+// The same for a known format, whatever the text looks like.
 CalibrationHead LookAtCalibration(const std::string& path,
                                   const CalibrationFormat& format);
 // The format that recognises it, or nullptr.
 const CalibrationFormat* RecogniseCalibration(const CalibrationHead& head);
-// Whether a folder is a calibration by the names of its files.
+// Whether the names of a folder's files are those of a calibration.
 bool IsCalibrationFolder(const std::string& path);
 
-// What an adapter prints of a path: our own format, in any unit.
+// Reads what an adapter prints for a path: our own format, in any unit.
 CalibrationFile ReadByAdapter(const Adapter& adapter, const std::string& path);
 
-// Reads the file that was given, or these of its folder, each of one camera.
+// Reads the given file, or these files of the folder, with one camera each.
 CalibrationFile ReadFileACamera(const CalibrationHead& head,
                                 const std::vector<std::string>& files,
                                 LengthUnit unit,
                                 CameraRecord (*read)(const std::string& path));
 bool IsYamlName(const std::string& name);
 Json ReadCalibrationYaml(const std::string& path);
-// Whether P0.txt, P1.txt, ... are among the names of a folder's files.
+// Whether the names include P0.txt, P1.txt, ...
 bool HasTumFiles(const std::vector<std::string>& names);
 
-// Writes a file or a folder in a format of that name. Throws InputError where
+// Writes a file or a folder in the format of this name. Throws InputError if
 // there is none.
 void WriteCalibration(const std::string& path, const std::string& format,
                       const CameraRig& cameras, LostFields* lost_fields);

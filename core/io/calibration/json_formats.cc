@@ -17,8 +17,7 @@
 namespace kinegraph {
 namespace {
 
-// Whether the first member of an object is an object with all of these keys; of
-// a whole file without a list of its own, JSON.
+// Whether the first member of an object is an object with all of these keys.
 bool FirstMemberHas(const Json& json, const std::vector<const char*>& keys) {
   if (!json.is_object() || json.empty()) return false;
   const Json& first = json.front();
@@ -34,7 +33,7 @@ bool FirstMemberHas(const CalibrationHead& head,
          FirstMemberHas(head.json, keys);
 }
 
-// "cameras" of a program that is not ours.
+// "cameras" of another program.
 bool HasOthersCameras(const CalibrationHead& head) {
   return head.HasJsonKey("cameras") && !head.HasJsonKey("kinegraph_cameras");
 }
@@ -47,8 +46,8 @@ bool HasOthersCameras(const CalibrationHead& head) {
 //     {"name": "cam0", "image_size": [w, h] or null, "model": "opencv5",
 //      "K": 3x3 px, "distortion": [k1, k2, p1, p2, k3],
 //      "cam_from_world": {"R": 3x3, "t": [x, y, z]}}, ...],
-//    "refinement": {...}}  what `track` changed, if it did
-// (refinement_record.h)
+//    "refinement": {...}}
+// "refinement" records what `track` changed, if anything (refinement_record.h).
 
 namespace {
 
@@ -113,8 +112,8 @@ CalibrationFile ReadKinegraph(const CalibrationHead& head) {
     file.cameras.push_back(
         ReadNamed(camera, camera.At("name").Text(), ReadKinegraphCamera));
   }
-  root.Find("refinement");     // how the cameras came about
-  root.Find(kFingerprintKey);  // of the tracks that they came with
+  root.Find("refinement");     // provenance of the cameras
+  root.Find(kFingerprintKey);  // of the tracks they belong to
   root.RejectUnread();
   return file;
 }
@@ -124,7 +123,7 @@ CalibrationFile ReadByAdapter(const Adapter& adapter, const std::string& path) {
   head.path = path;
   head.json = ParseJson(OutputOf(adapter, path), path);
   CalibrationFile file = ReadKinegraph(head);
-  file.states_unit = false;  // it is the adapter that does, not the file
+  file.states_unit = false;  // the adapter states it, not the file
   return file;
 }
 
@@ -149,7 +148,7 @@ void WriteTrackedCameras(const std::string& path, const CameraRig& cameras,
                       tracks));
   const char* separator = "\n";
   for (const Camera& camera : cameras) {
-    // A name that is not UTF-8 is written with replacement characters.
+    // Names that are not UTF-8 are written with replacement characters.
     file.Write(separator + DumpJson(CameraJson(camera)));
     separator = ",\n";
   }
@@ -161,8 +160,8 @@ void WriteTrackedCameras(const std::string& path, const CameraRig& cameras,
 
 // ---- 4D association ----
 // {"0": {"K": 3x3 row-major, "RT": 3x4 row-major, "imgSize": [w, h]}, ...} as
-// 4D association writes it: x_cam = R X + t, metres, pixels. It calls a lens
-// "distCoeff"; any name that KeyReader::ReadLens knows will do.
+// 4D association writes it: x_cam = R X + t, metres, pixels. Its key of the
+// lens is "distCoeff"; any name that KeyReader::ReadLens knows is accepted.
 
 bool RecogniseKrt(const CalibrationHead& head) {
   return FirstMemberHas(head, {"RT"});
@@ -205,9 +204,9 @@ void WriteKrt(const std::string& path, const CameraRig& cameras,
 }
 
 // ---- VoxelPose ----
-// VoxelPose's JSON: {"0": {"R": 3x3, "T": 3x1, "fx", "fy", "cx", "cy",
-// "k": 3x1, "p": 2x1}, ...}, millimetres. T is the camera's centre:
-// x_cam = R (X - T). Radial k1 k2 k3 and tangential p1 p2.
+// {"0": {"R": 3x3, "T": 3x1, "fx", "fy", "cx", "cy", "k": 3x1, "p": 2x1}, ...},
+// millimetres. T is the camera's centre: x_cam = R (X - T). k: radial k1 k2 k3;
+// p: tangential p1 p2.
 
 bool RecogniseVoxelpose(const CalibrationHead& head) {
   return FirstMemberHas(head, {"T", "fx"}) && !FirstMemberHas(head, {"RT"});
@@ -256,9 +255,9 @@ void WriteVoxelpose(const std::string& path, const CameraRig& cameras,
 }
 
 // ---- longcw ----
-// JSON of longcw's crossview data: {"cameras": {"Camera0": {"K": 3x3,
-// "Tw": 4x4, "dist_coeffs": [k1, k2, p1, p2]}, ...}}. K belongs to coordinates
-// divided by the image's width and height; Tw is world_from_cam, centimetres.
+// JSON of longcw's crossview data: {"cameras": {"Camera0": {"K": 3x3, "Tw":
+// 4x4, "dist_coeffs": [k1, k2, p1, p2]}, ...}}. K refers to coordinates divided
+// by the image's width and height; Tw is world_from_cam, centimetres.
 
 bool RecogniseLongcw(const CalibrationHead& head) {
   return HasOthersCameras(head) && FirstMemberHas(head.json["cameras"], {"Tw"});
@@ -288,8 +287,8 @@ CalibrationFile ReadLongcw(const CalibrationHead& head) {
   return file;
 }
 
-// K is divided by the image size, which the file does not tell: a reader is
-// told one size for all cameras.
+// K is divided by the image size, which the file does not contain: readers
+// require it as an option, one size for all cameras.
 void WriteLongcw(const std::string& path, const CameraRig& cameras,
                  LostFields* lost_fields) {
   Json members = Json::object();
@@ -328,9 +327,9 @@ void WriteLongcw(const std::string& path, const CameraRig& cameras,
 }
 
 // ---- CMU Panoptic ----
-// CMU Panoptic's JSON: {"cameras": [{"name": "00_03", "resolution": [w, h],
-// "K": 3x3, "distCoef": [k1, k2, p1, p2, k3], "R": 3x3, "t": 3x1}, ...]}:
-// x_cam = R X + t, centimetres.
+// {"cameras": [{"name": "00_03", "resolution": [w, h], "K": 3x3, "distCoef":
+// [k1, k2, p1, p2, k3], "R": 3x3, "t": 3x1}, ...]}: x_cam = R X + t,
+// centimetres.
 
 bool RecognisePanoptic(const CalibrationHead& head) {
   return HasOthersCameras(head) && head.json["cameras"].is_array();

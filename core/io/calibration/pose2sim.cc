@@ -1,19 +1,18 @@
-// TOML of Pose2Sim, Anipose, FreeMoCap and Caliscope, a table a camera: name,
-// size [w, h], matrix 3x3 px, distortions [k1, k2, p1, p2(, k3)], rotation
-// (Rodrigues vector or 3x3, cam_from_world), translation. Lengths are metres in
-// Pose2Sim's and Caliscope's files; Anipose's have the unit of the calibration
-// board, which is millimetres in FreeMoCap's. The table "metadata" is no
-// camera.
+// TOML of Pose2Sim, Anipose, FreeMoCap and Caliscope, one table per camera:
+// name, size [w, h], matrix 3x3 px, distortions [k1, k2, p1, p2(, k3)],
+// rotation (Rodrigues vector or 3x3, cam_from_world), translation. Lengths are
+// metres in Pose2Sim's and Caliscope's files; in Anipose's they have the unit
+// of the calibration board, which is millimetres in FreeMoCap's. The table
+// "metadata" is not a camera.
 //
 // Caliscope's camera_array.toml has its cameras inside "cameras", its
-// config.toml beside the board and the pairs that it began with; those that it
-// did not place ("null", or no pose in newer versions) or ignores are no
-// cameras.
+// config.toml beside the board and the initial pairs. Cameras that it did not
+// place ("null", or no pose in newer versions) or ignores are skipped.
 //
-// A folder is read by its file of cameras: a session of Caliscope's
-// (camera_array.toml, or config.toml of old ones), of FreeMoCap's, Anipose's or
-// sleap-anipose's (calibration.toml). Where a board.toml beside it says that
-// the squares of the board are larger than 1, lengths are millimetres.
+// Of a folder the file of cameras is read: in a session of Caliscope
+// (camera_array.toml, or config.toml of old ones), FreeMoCap, Anipose or
+// sleap-anipose (calibration.toml). If a board.toml beside it specifies squares
+// larger than 1, lengths are millimetres.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -39,7 +38,7 @@ bool IsText(const std::optional<JsonField>& field, const char* text) {
          field->Text() == text;
 }
 
-// Whether Caliscope leaves a camera out.
+// Whether Caliscope ignores a camera or did not place it.
 bool IsUnplaced(const JsonField& camera) {
   const auto ignore = camera.Find("ignore");
   if (ignore.has_value() && ignore->value().is_boolean() && ignore->Boolean()) {
@@ -49,14 +48,14 @@ bool IsUnplaced(const JsonField& camera) {
          IsText(camera.Find("translation"), "null");
 }
 
-// Newer Caliscope leaves out what it does not know.
+// Newer versions of Caliscope omit unknown poses.
 bool HasNoPose(const JsonField& camera) {
   return !camera.Find("rotation").has_value() &&
          !camera.Find("translation").has_value();
 }
 
-// Tables and values of Caliscope's and Anipose's files that are no cameras,
-// whatever a camera is called: those have a matrix and a pose.
+// Tables and values of Caliscope's and Anipose's files that are not cameras,
+// even if a camera has this name: cameras have a matrix and a pose.
 bool IsBesideCameras(const std::string& key, const JsonField& field) {
   static const std::set<std::string> kKeys = {"metadata",
                                               "capture_volume",
@@ -84,8 +83,8 @@ CameraRecord ReadPose2simCamera(const std::string& name,
     camera->ReadLens(record);
     record->R = ReadRotation(camera->At("rotation"));
     record->t = camera->Vector3("translation");
-    // How Caliscope shows the pictures and what it made the camera from, and
-    // the pose once more, the other way round, as newer FreeMoCap writes it.
+    // Caliscope's display options and the data behind the camera, and the
+    // inverse pose that newer FreeMoCap adds.
     for (const char* key :
          {"port", "rotation_count", "exposure", "grid_count", "ignore",
           "verified_resolutions", "world_orientation", "world_position"}) {
@@ -94,8 +93,8 @@ CameraRecord ReadPose2simCamera(const std::string& name,
   });
 }
 
-// FreeMoCap says how large the squares of its board were: in millimetres,
-// unless nobody told it (1).
+// FreeMoCap states the side of its board's squares: in millimetres, unless the
+// user left it at 1.
 bool IsInMillimetres(const JsonField& root) {
   const auto metadata = root.Find("metadata");
   if (!metadata.has_value() || !metadata->value().is_object()) return false;
@@ -104,7 +103,7 @@ bool IsInMillimetres(const JsonField& root) {
          square->Number() > 1.0;
 }
 
-// Whether a table has cameras, for config.toml, which many programs have.
+// Whether a table contains cameras: other programs have a config.toml, too.
 bool HasCameras(const Json& root) {
   const auto is_camera = [](const Json& table) {
     return table.is_object() && table.contains("matrix") &&
@@ -118,7 +117,7 @@ Json ReadToml(const fs::path& path) {
   return ToJson(ParseToml(ReadTextFile(name, kMaxSmallFileBytes), name));
 }
 
-// The file of cameras in a session's folder; empty when there is none.
+// The file of cameras in a session's folder; empty if there is none.
 fs::path SessionFile(const CalibrationHead& head) {
   const fs::path folder = head.path;
   for (const char* name : {"camera_array.toml", "calibration.toml"}) {
@@ -131,7 +130,7 @@ fs::path SessionFile(const CalibrationHead& head) {
   return folder / kConfig;
 }
 
-// A board beside the calibration whose squares are larger than any in metres.
+// Whether the board beside the calibration has squares too large for metres.
 bool HasBoardInMillimetres(const fs::path& calibration) {
   const fs::path board = calibration.parent_path() / "board.toml";
   if (!IsFile(board.string())) return false;
@@ -194,7 +193,7 @@ void WritePose2sim(const std::string& path, const CameraRig& cameras,
   for (const Camera& camera : cameras) {
     const Eigen::Matrix3d& K = camera.K();
     text += fmt::format("[cam_{:02}]\n", ++number);
-    // JSON's escapes are TOML's.
+    // JSON's escapes are valid in TOML.
     text += "name = " + JsonText(camera.name()) + "\n";
     if (HasSize(camera)) {
       const Eigen::Vector2d size(camera.width_px(), camera.height_px());
@@ -202,7 +201,7 @@ void WritePose2sim(const std::string& path, const CameraRig& cameras,
     }
     text += "matrix = [" + DecimalList(K.row(0)) + ", " +
             DecimalList(K.row(1)) + ", " + DecimalList(K.row(2)) + "]\n";
-    // OpenCV's fifth term, k3, only where there is one, as in Pose2Sim's files.
+    // k3 only if it is not zero, as in Pose2Sim's files.
     Eigen::RowVectorXd terms = LensTerms(camera);
     if (terms.size() == 5 && terms[4] == 0.0) terms.conservativeResize(4);
     text += "distortions = " + DecimalList(terms) + "\n";

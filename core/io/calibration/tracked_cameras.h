@@ -1,4 +1,3 @@
-// The cameras that stand beside tracks.
 #ifndef KINEGRAPH_CORE_IO_CALIBRATION_TRACKED_CAMERAS_H_
 #define KINEGRAPH_CORE_IO_CALIBRATION_TRACKED_CAMERAS_H_
 
@@ -9,7 +8,7 @@
 namespace kinegraph {
 
 // As WriteCameras (calibration.h), with the fingerprint of the tracks beside
-// the file (side_files.h) where it is not empty.
+// the file (side_files.h) unless it is empty.
 void WriteTrackedCameras(const std::string& path, const CameraRig& cameras,
                          const std::string& refinement,
                          const std::string& tracks);

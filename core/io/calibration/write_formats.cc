@@ -33,9 +33,9 @@ void NoteUnknownSizes(const CameraRig& cameras, LostFields* lost_fields) {
 }
 
 void CheckSkew(const Camera& camera) {
-  // Cameras taken from rounded projection matrices have a little skew (Shelf
-  // 0.005 px). It moves a pixel by skew * y / z: within a field of view of 90
-  // degrees by no more than itself, far below what a calibration knows.
+  // Cameras from rounded projection matrices have a little skew (Shelf 0.005
+  // px). It moves a pixel by skew * y / z, at most by the skew itself within a
+  // field of view of 90 degrees: far below the accuracy of a calibration.
   constexpr double kRoundingPx = 0.01;
   if (std::abs(camera.K()(0, 1)) > kRoundingPx) {
     throw CannotWrite(camera, "a skewed K cannot be expressed in this format");

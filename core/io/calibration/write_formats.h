@@ -1,4 +1,4 @@
-// What the writers of single calibration formats share. For core/io alone.
+// Shared by the writers of single calibration formats. For core/io only.
 #ifndef KINEGRAPH_CORE_IO_CALIBRATION_WRITE_FORMATS_H_
 #define KINEGRAPH_CORE_IO_CALIBRATION_WRITE_FORMATS_H_
 
@@ -18,29 +18,30 @@ inline bool HasSize(const Camera& camera) {
   return camera.width_px() > 0 && camera.height_px() > 0;
 }
 
-// Notes that formats simply leave an unknown size out.
+// Notes unknown image sizes, which such formats omit.
 void NoteUnknownSizes(const CameraRig& cameras, LostFields* lost_fields);
 
-// A format without skew: throws InputError naming a camera that has more than
-// rounding, and notes the largest of the rest.
+// For formats without skew: throws InputError naming a camera whose skew
+// exceeds rounding; NoteSkew notes the largest of the others.
 void CheckSkew(const Camera& camera);
 void NoteSkew(const CameraRig& cameras, LostFields* lost_fields);
 
 // k1 k2 p1 p2 k3; zeros without a lens. Throws InputError naming the camera for
-// another model.
+// other models.
 Eigen::Matrix<double, 5, 1> OpenCvCoefficients(const Camera& camera);
 
 bool IsFisheye(const Camera& camera);
-// k1 k2 k3 k4 of a fisheye lens, OpenCV's five of another.
+// k1 k2 k3 k4 of a fisheye lens, else OpenCV's five.
 Eigen::RowVectorXd LensTerms(const Camera& camera);
 
 // "camera 'NAME': message".
 InputError CannotWrite(const Camera& camera, const std::string& message);
 
-// One JSON member a line, names that are not UTF-8 with replacement characters.
+// One JSON member per line; replacement characters for names that are not
+// UTF-8.
 std::string JsonLines(const Json& object);
 
-// All numbers of a matrix, row by row, in one list.
+// All numbers of a matrix in one list, row by row.
 template <typename Matrix>
 std::vector<double> RowMajor(const Matrix& matrix) {
   std::vector<double> numbers;
@@ -62,8 +63,8 @@ Json JsonRows(const Matrix& matrix) {
   return rows;
 }
 
-// The shortest text that reads back bit for bit, always with a point or an
-// exponent, so that it is no integer in languages that tell them apart.
+// The shortest text that reads back bit by bit, with a decimal point or an
+// exponent so that no language reads an integer.
 std::string DecimalText(double value);
 
 // "[1.0, 2.0]", row by row.
@@ -76,7 +77,7 @@ std::string DecimalList(const Matrix& matrix) {
   return text + "]";
 }
 
-// Direction times angle [rad] (Rodrigues) of a rotation.
+// Rodrigues vector [rad] of a rotation.
 Eigen::Vector3d RotationVector(const Eigen::Matrix3d& R);
 
 }  // namespace kinegraph

@@ -1,5 +1,5 @@
-// Calibrations in XML, as laboratories' systems write them. Of cameras that
-// only see markers and cameras that film, only the latter count.
+// Calibrations in XML, as systems of laboratories write them. Video cameras are
+// used, marker cameras are not.
 #include <Eigen/QR>
 #include <algorithm>
 #include <cctype>
@@ -11,7 +11,7 @@
 namespace kinegraph {
 namespace {
 
-// The text of an attribute, which may be absent, in small letters.
+// The text of an attribute in lower case, or `otherwise` if it is absent.
 std::string LowerText(const XmlElement& element, const char* attribute,
                       const char* otherwise) {
   std::string text = element.FindText(attribute).value_or(otherwise);
@@ -21,7 +21,7 @@ std::string LowerText(const XmlElement& element, const char* attribute,
   return text;
 }
 
-// A side of a picture, as a whole number.
+// A side of an image, truncated to a whole number.
 int64_t SidePx(double px, const XmlElement& element,
                const std::string& otherwise) {
   if (!(px >= 1.0 && px <= 1e6)) element.Fail(otherwise);
@@ -37,8 +37,7 @@ std::vector<double> NumbersOf(const XmlElement& element,
   return numbers;
 }
 
-// Takes those that `is_off` out, and those that do not film beside others that
-// do.
+// Removes the cameras that `is_off`, and those without video if others have it.
 template <typename IsOff, typename HasVideo>
 std::vector<XmlElement> FilmingCameras(std::vector<XmlElement> cameras,
                                        const IsOff& is_off,
@@ -53,7 +52,7 @@ std::vector<XmlElement> FilmingCameras(std::vector<XmlElement> cameras,
   return cameras;
 }
 
-// The camera's axes in the world, right, up and backwards, are the rows.
+// The rows are the camera's axes in the world: right, up and backwards.
 Eigen::Matrix3d RotationOfAxes(const Eigen::Matrix3d& axes) {
   return Eigen::Vector3d(1.0, -1.0, -1.0).asDiagonal() * axes;
 }
@@ -62,20 +61,20 @@ Eigen::Matrix3d RotationOfAxes(const Eigen::Matrix3d& axes) {
 
 // ---- Qualisys ----
 // Qualisys: NAME.qca.txt of QTM's project folder, and cal.txt as QTM exports it
-// for Theia; the same XML, an element <camera> each:
+// for Theia; the same XML, with one element <camera> per camera:
 //   fov_video left, top, right, bottom   the video on the sensor, whole pixels
 //   intrinsic focalLengthU, -V, centerPointU, -V   in 1/64 px of the sensor;
 //             skew; radialDistortion1..3, tangentalDistortion1..2
 //   transform x, y, z   the camera's position, mm; r11 .. r33, whose rows are
 //             the camera's axes in the world: x right, y up, z backwards
-// Cameras that only see markers are left out where others have video; so are
-// those that are not active or not calibrated. QTM's `viewrotation` says how
-// its window shows a picture: the numbers, and the video's file, are as the
-// sensor lies.
+// Marker cameras are skipped if others have video, and so are cameras that are
+// not active or not calibrated. QTM's `viewrotation` only concerns the display
+// in its window: the numbers and the video file are in the sensor's
+// orientation.
 //
-// The lens terms are OpenCV's, without unit. Pose2Sim, which divides them by
-// 64, multiplies by it where it writes such a file (qtm-version="none"), so
-// there they are read as it reads them.
+// The lens terms are OpenCV's, without unit. Pose2Sim divides them by 64 when
+// reading and multiplies them when writing such a file (qtm-version="none");
+// those are divided here, too.
 
 namespace {
 
@@ -89,8 +88,8 @@ bool IsOff(const XmlElement& camera) {
          says("calibrated", "false") || says("calibrated", "0");
 }
 
-// Models are "Miqus Video", "Miqus Video Plus", ...; files that other programs
-// wrote say "none" or nothing.
+// Models are "Miqus Video", "Miqus Video Plus", ...; other programs write
+// "none" or nothing.
 bool HasQualisysVideo(const XmlElement& camera) {
   const std::string model = LowerText(camera, "model", "none");
   return model == "none" || model.empty() ||
@@ -102,7 +101,7 @@ CameraRecord ReadQualisysCamera(const XmlElement& camera, double lens_divisor) {
   record.file = camera.file();
   record.name = camera.Text("serial");
   const XmlElement intrinsic = camera.At("intrinsic");
-  // No sensor has so few of the smaller units, nor so many pixels.
+  // No sensor has so few sixty-fourths of a pixel, or so many pixels.
   constexpr double kFewest = 20000.0;
   if (intrinsic.NumberOr("sensorMaxU", kFewest) < kFewest) {
     intrinsic.Fail("sensorMaxU: found " + intrinsic.Text("sensorMaxU") +
@@ -164,23 +163,24 @@ CalibrationFile ReadQualisys(const CalibrationHead& head) {
 }
 
 // ---- Vicon ----
-// Vicon's .xcp of Nexus, Shogun and Tracker: XML with an element <Camera> each:
+// Vicon's .xcp of Nexus, Shogun and Tracker: XML with one element <Camera> per
+// camera:
 //   DEVICEID, TYPE, DISPLAY_TYPE, SENSOR_SIZE "width height" px,
 //   PIXEL_ASPECT_RATIO, and in KeyFrames/KeyFrame
 //   FOCAL_LENGTH px; PRINCIPAL_POINT px; ORIENTATION, a quaternion x y z w that
 //   turns the world into the camera; POSITION of the camera, mm; and
 //   VICON_RADIAL2 "ViconRadial2 cx cy k1 k2 k3" or VICON_RADIAL "k1 k2".
-// Vicon's radial terms free a raw point of distortion: it moves from the
-// principal point by the factor 1 + k1 r^2 + k2 r^4 + k3 r^6, r in px. Terms
-// that are far too large for that are without unit, OpenCV's, as other
-// programs write and read them.
+// Vicon's radial terms undistort a raw point: its distance from the principal
+// point is multiplied by 1 + k1 r^2 + k2 r^4 + k3 r^6, r in px. Terms far too
+// large for that are OpenCV's, without unit, as other programs write and read
+// them.
 //
-// The last key frame counts, as it is the newest. Cameras that only see markers
-// are left out where others have video.
+// The last key frame is used, as it is the newest. Marker cameras are skipped
+// if others have video.
 
 namespace {
 
-// "Vue" is Vicon's own video camera, "VideoInputDevice:..." are others'.
+// "Vue" is Vicon's own video camera, "VideoInputDevice:..." are other makes.
 bool HasViconVideo(const XmlElement& camera) {
   for (const char* attribute : {"TYPE", "DISPLAY_TYPE"}) {
     const std::string type = LowerText(camera, attribute, "");
@@ -192,7 +192,7 @@ bool HasViconVideo(const XmlElement& camera) {
   return false;
 }
 
-// nullopt where the camera was never calibrated.
+// nullopt if the camera was never calibrated.
 std::optional<XmlElement> KeyFrameOf(const XmlElement& camera) {
   const auto frames = camera.Find("KeyFrames");
   if (!frames.has_value()) return std::nullopt;
@@ -201,7 +201,7 @@ std::optional<XmlElement> KeyFrameOf(const XmlElement& camera) {
   return all.back();
 }
 
-// k1 k2 k3 as the file has them.
+// k1 k2 k3 as in the file.
 Eigen::Vector3d RadialTerms(const XmlElement& frame) {
   if (frame.FindText("VICON_RADIAL2").has_value()) {
     const std::vector<double> all = frame.Numbers("VICON_RADIAL2", 5);
@@ -215,8 +215,8 @@ Eigen::Vector3d RadialTerms(const XmlElement& frame) {
 }
 
 // OpenCV's k1 k2 p1 p2 k3 of the lens that Vicon's terms undo, by least squares
-// over the radii of the image. Both are polynomials of a few terms; where they
-// are further apart than kLargestGap the file's lens cannot be said.
+// over the radii of the image. Both are polynomials of a few terms; if they
+// differ by more than kLargestGap, OpenCV's cannot represent the lens.
 std::vector<double> LensOf(const XmlElement& frame,
                            const CameraRecord& record) {
   const Eigen::Vector3d terms = RadialTerms(frame);
@@ -231,7 +231,7 @@ std::vector<double> LensOf(const XmlElement& frame,
     const double s = r * r;
     return Eigen::Vector3d(s, s * s, s * s * s);
   };
-  // No lens moves a corner by its whole distance.
+  // No lens moves a corner by its whole radius: these terms are OpenCV's.
   if (powers(corner_px).cwiseProduct(terms).cwiseAbs().maxCoeff() >= 1.0) {
     return {terms[0], terms[1], 0.0, 0.0, terms[2]};
   }
@@ -301,8 +301,8 @@ CalibrationFile ReadVicon(const CalibrationHead& head) {
 }
 
 // ---- OptiTrack ----
-// OptiTrack's .mcal of Motive 3: XML, often UTF-16, with an element <Camera>
-// each, in Calibration/Cameras:
+// OptiTrack's .mcal of Motive 3: XML, often UTF-16, with one element <Camera>
+// per camera in Calibration/Cameras:
 //   Serial; Attributes ImagerPixelWidth, ImagerPixelHeight
 //   IntrinsicStandardCameraModel HorizontalFocalLength, VerticalFocalLength,
 //     LensCenterX, LensCenterY [px], k1, k2, k3, TangentialX, TangentialY

@@ -17,8 +17,8 @@ namespace fs = std::filesystem;
 
 constexpr const char* kHead = "%YAML:1.0\n---\n";
 
-// A pose that is written in two ways must be one pose. Files are written with
-// six decimals; further apart they are two different ones.
+// Largest difference between two forms of the same pose: files have six
+// decimals.
 constexpr double kPoseRounding = 1e-3;
 
 std::vector<std::string> YamlFilesAmong(const std::vector<std::string>& names) {
@@ -34,8 +34,8 @@ std::string YamlNameOf(const JsonField& field) {
   return field.Text();
 }
 
-// Throws InputError naming a camera whose name cannot stand in a key of
-// OpenCV's FileStorage, which EasyMocap reads with.
+// Throws InputError naming a camera whose name cannot be part of a key of
+// OpenCV's FileStorage, which EasyMocap uses.
 void CheckKeyName(const Camera& camera) {
   const bool is_plain =
       std::all_of(camera.name().begin(), camera.name().end(), [](const char c) {
@@ -58,15 +58,15 @@ std::string OpencvMatrix(const std::string& key, const Matrix& matrix) {
 }  // namespace
 
 // ---- OpenCV ----
-// OpenCV's YAML, a file a camera: camera_matrix, distortion_coefficients,
+// OpenCV's YAML, one file per camera: camera_matrix, distortion_coefficients,
 // image_width, image_height as OpenCV's calibration program and ROS write them.
 // Neither writes a pose; it is read from rvec (or R, vector or matrix) and tvec
-// (or T): x_cam = R X + T, metres. The camera's name is camera_name or the
+// (or T): x_cam = R X + T, metres. The camera's name is camera_name, or the
 // file's.
 
 namespace {
 
-// The first of two spellings; where both are there they must agree.
+// The first of two spellings; if both are present they must agree.
 template <typename Read>
 auto ReadEither(KeyReader* camera, const char* first, const char* second,
                 const Read& read) {
@@ -102,8 +102,8 @@ CameraRecord ReadOpencvCamera(const std::string& path) {
   return record;
 }
 
-// The keys of OpenCV's and ROS' calibration programs, with R and T as OpenCV's
-// stereo calibration calls a pose.
+// The keys of OpenCV's and ROS's calibration programs, with R and T for the
+// pose as in OpenCV's stereo calibration.
 std::string OpencvCameraText(const Camera& camera) {
   std::string text;
   if (HasSize(camera)) {
@@ -112,7 +112,7 @@ std::string OpencvCameraText(const Camera& camera) {
   }
   text += "camera_name: \"" + camera.name() + "\"\n";
   text += OpencvMatrix("camera_matrix", camera.K());
-  // As OpenCV's calibration program marks it.
+  // The flag of OpenCV's calibration program.
   if (IsFisheye(camera)) text += "fisheye_model: 1\n";
   text += OpencvMatrix("distortion_coefficients", LensTerms(camera));
   text += OpencvMatrix("R", camera.R());
@@ -158,11 +158,11 @@ void WriteOpencv(const std::string& path, const CameraRig& cameras,
 }
 
 // ---- EasyMocap ----
-// EasyMocap: intri.yml with `names` and, a camera, K_NAME (3x3 px), dist_NAME
-// or D_NAME (k1 k2 p1 p2 k3) and perhaps W_NAME, H_NAME; extri.yml with R_NAME
-// (Rodrigues vector) or Rot_NAME (3x3) and T_NAME: x_cam = R X + T, metres.
-// Read from the folder of both, from one of the two, or from one file with the
-// content of both.
+// EasyMocap: intri.yml with `names` and, per camera, K_NAME (3x3 px), dist_NAME
+// or D_NAME (k1 k2 p1 p2 k3) and optionally W_NAME, H_NAME; extri.yml with
+// R_NAME (Rodrigues vector) or Rot_NAME (3x3) and T_NAME: x_cam = R X + T,
+// metres. Read from the folder of both, from either of the two, or from one
+// file with the content of both.
 
 namespace {
 
@@ -216,8 +216,7 @@ Json MembersOf(const Json& root, const std::string& name) {
   return camera;
 }
 
-// EasyMocap takes the cameras that `names` lists; what the file says of others
-// is passed over with them.
+// EasyMocap uses the cameras that `names` lists; members of others are ignored.
 void RejectUnreadMembers(const JsonField& root,
                          const std::vector<std::string>& names) {
   static const std::vector<std::string> kOfCameras = {

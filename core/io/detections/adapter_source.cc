@@ -49,7 +49,7 @@ class AdapterSource : public DetectionSource {
   std::unique_ptr<DetectionSource> lines_;
 };
 
-// Of people without any joint nobody was found.
+// Removes people without any found joint.
 class SeenPeople : public DetectionSource {
  public:
   explicit SeenPeople(std::unique_ptr<DetectionSource> source)

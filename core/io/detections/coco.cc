@@ -1,6 +1,6 @@
-// JSON of key points: COCO's results and MMPose's predictions, a file a view,
-// and COCO's annotations, one file of all. Frames need not ascend, so a file is
-// read whole.
+// JSON of keypoints: COCO results and MMPose predictions, one file per view,
+// and COCO annotations, one file for all views. Frames may be in any order, so
+// a file is read as a whole.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -34,7 +34,7 @@ namespace {
 
 constexpr const char* kKeypoints = "keypoints";
 
-// Where no file states the joints, the first person's number of them does.
+// If no file specifies the joints, their number for the first person decides.
 void SettleSkeletonByCount(size_t joint_count, DetectionCollector* collector) {
   if (collector->has_skeleton()) return;
   collector->set_skeleton(*DetectorSkeletons(joint_count, kKeypoints).front());
@@ -42,8 +42,7 @@ void SettleSkeletonByCount(size_t joint_count, DetectionCollector* collector) {
 
 // ---- COCO ----
 // [{"image_id": frame, "keypoints": [x, y, c, ...], ...}, ...]. AlphaPose
-// writes the image's file name instead of a number: then its last integer is
-// the frame.
+// writes the image's file name for the number; its last integer is the frame.
 
 int64_t FrameOf(JsonValue image_id) {
   if (!image_id.is_string()) return AsFrame(image_id, "image_id");
@@ -72,8 +71,8 @@ void ReadCocoFile(const std::string& path, size_t view_idx,
       });
 }
 
-// The score of a person is the mean confidence of the joints found, the box the
-// one around them.
+// The person's score is the mean confidence of the found joints, the box their
+// bounding box.
 void WriteCocoView(int64_t frame, const std::vector<Detection>& detections,
                    ViewFile* file) {
   for (const Detection& detection : detections) {
@@ -89,7 +88,7 @@ void WriteCocoView(int64_t frame, const std::vector<Detection>& detections,
 
 }  // namespace
 
-// AlphaPose's files have more keys and the same ones.
+// Also recognises AlphaPose's files, which have additional keys.
 bool RecogniseCoco(const DetectionHead& head) {
   return head.kind == '[' && !head.has_folders &&
          !head.Contains("\"keypoint_scores\"") &&
@@ -113,9 +112,9 @@ void WriteCoco(const std::string& path, const DetectionWriteOptions&,
 // ---- MMPose (RTMPose) ----
 // [{"frame_id": 0, "instances": [{"keypoints": [[x, y], ...],
 // "keypoint_scores": [s, ...]}]}], or the same list as "instance_info" of an
-// object, whose "meta_info" states the joints (keypoint_id2name), bones
-// (skeleton_links) and the skeleton's name (dataset_name). A folder a view with
-// a file an image has the list of instances alone in each.
+// object, whose "meta_info" specifies the joints (keypoint_id2name), bones
+// (skeleton_links) and the skeleton's name (dataset_name). In a folder per view
+// with one file per image, each file is a list of instances.
 
 namespace {
 
@@ -135,7 +134,7 @@ std::vector<std::string> LabelsOf(const JsonObject& names) {
   return labels;
 }
 
-// By `meta_info`, where there is one that names the joints.
+// Uses `meta_info` if it names the joints.
 void SettleMmposeSkeleton(JsonValue root, DetectionCollector* collector) {
   JsonObject file;
   JsonObject meta;
@@ -183,8 +182,8 @@ JsonArray FramesOf(JsonValue root) {
                  "instance_info");
 }
 
-// A file with all frames of a view, or a folder with the instances of an image
-// a file.
+// A file with all frames of a view, or a folder with one file of instances per
+// image.
 void ReadMmposeView(const std::string& path, size_t view_idx,
                     const DetectionReadOptions& options,
                     DetectionCollector* collector) {
@@ -251,13 +250,13 @@ void WriteMmpose(const std::string& path, const DetectionWriteOptions&,
 }
 
 // ---- COCO, one file of several cameras ----
-// One COCO file of several cameras: `images` are the views' frames, with the
-// camera by the key "camera" (or "view", "camera_id", or the folder of
-// file_name) and the frame by "frame_id" (or "frame", or the last integer of
-// file_name); `annotations` are people, with image_id and keypoints = x, y, v a
-// joint; the first of `categories` with keypoints names joints and bones (from
-// 1). v is COCO's flag, 0 for a joint that is not there, or a confidence up to
-// 1; "keypoint_scores", where somebody has them, are the confidences.
+// `images` are the views' frames, with the camera in "camera" (or "view",
+// "camera_id", or the folder of file_name) and the frame in "frame_id" (or
+// "frame", or the last integer of file_name); `annotations` are people, with
+// image_id and keypoints = x, y, v per joint; the first of `categories` with
+// keypoints names joints and bones (1-based). v is COCO's flag, 0 for a missing
+// joint, or a confidence up to 1; "keypoint_scores", if present, are the
+// confidences.
 
 namespace {
 
@@ -306,7 +305,7 @@ Image ReadImage(const JsonObject& object) {
   return image;
 }
 
-// Of the first category that has key points.
+// Of the first category with keypoints.
 std::optional<Skeleton> CocoViewsSkeleton(const JsonArray& categories) {
   for (const JsonValue value : categories) {
     const JsonObject category = AsObject(value, "a category");
@@ -411,7 +410,7 @@ void AddAnnotation(const Detection& detection, int64_t id, int64_t image_id,
 
 }  // namespace
 
-// Tracks in COCO's manner have keypoints_3d and come without cameras.
+// Tracks in COCO's layout have keypoints_3d and no cameras.
 bool RecogniseCocoViews(const DetectionHead& head) {
   return !head.is_folder && head.kind == '{' &&
          (head.HasKey("images") || head.HasKey("annotations")) &&
@@ -447,7 +446,7 @@ std::unique_ptr<DetectionSource> OpenCocoViews(
   for (const auto& [id, image] : images) collector.Touch(image.frame);
   for_each("annotations", "annotation", [&](const JsonObject& person) {
     JsonValue keypoints;
-    // Boxes and masks of other things.
+    // Boxes and masks of other objects.
     if (!Get(person, "keypoints", &keypoints)) return;
     const int64_t id = AsId(Required(person, "image_id"), "image_id");
     const auto image = images.find(id);
@@ -474,7 +473,7 @@ void WriteCocoViews(const std::string& path,
   out.Add("{\"info\": ", DumpJson(info), ",\n\"licenses\": [],\n",
           "\"categories\": [", CategoryText(header.skeleton), "],\n",
           "\"annotations\": [");
-  JsonOutput images;  // stand behind the annotations
+  JsonOutput images;  // written after the annotations
   int64_t image_count = 0;
   int64_t person_count = 0;
   const auto write = [&](const DetectionFrame& frame) {

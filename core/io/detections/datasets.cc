@@ -1,4 +1,4 @@
-// Files of a single data set: longcw's annotations of Campus.
+// Formats of single data sets: longcw's annotations of Campus.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -20,9 +20,9 @@
 namespace kinegraph {
 
 // ---- longcw ----
-// annotation_2d.json of longcw's Campus: {"image_wh": [w, h], "frames":
-// {"Camera0/0013.600.jpg": {"camera", "timestamp", "poses": [{"points_2d":
-// [[x, y], ...], "scores": [...]}]}, ...}}, in pixels.
+// annotation_2d.json: {"image_wh": [w, h], "frames": {"Camera0/0013.600.jpg":
+// {"camera", "timestamp", "poses": [{"points_2d": [[x, y], ...], "scores":
+// [...]}]}, ...}}, in pixels.
 
 namespace {
 
@@ -113,8 +113,9 @@ bool RecogniseLongcw(const DetectionHead& head) {
   return head.HasKey("frames") && head.HasKey("image_wh");
 }
 
-// longcw's annotation_2d.json, one file. Frames are told by their times alone,
-// so it needs a frame rate; it names the image size, which it must be given.
+// Writes one annotation_2d.json. Its frames are identified by their times,
+// which requires a frame rate; it contains the image size, which has to be
+// given.
 void WriteLongcw(const std::string& path, const DetectionWriteOptions& options,
                  DetectionSource* source, LostFields* lost_fields) {
   const ImageSize& size = options.image_size;

@@ -15,7 +15,7 @@
 
 namespace kinegraph {
 
-// A source of its own, or one of its kind, defines the functions of a format.
+// The functions of a format are defined in a source of its own or of its kind.
 #define KINEGRAPH_DECLARE(Format)                                    \
   bool Recognise##Format(const DetectionHead& head);                 \
   std::unique_ptr<DetectionSource> Open##Format(                     \
@@ -39,7 +39,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Of a format that kinegraph-adapters reads.
+// Opens a format that kinegraph-adapters reads.
 template <const char* const& kName>
 std::unique_ptr<DetectionSource> OpenOurs(const std::string& path,
                                           const DetectionReadOptions& options) {
@@ -50,7 +50,7 @@ constexpr const char* kCaliscope = "caliscope";
 constexpr const char* kFreemocap = "freemocap";
 constexpr const char* kSleap = "sleap";
 
-// With the extension of a format that has several files.
+// Whether it has the extension of a format of several files.
 bool IsDataFile(const fs::path& path) {
   const std::string extension = path.extension().string();
   return std::any_of(DetectionFormats().begin(), DetectionFormats().end(),
@@ -60,7 +60,7 @@ bool IsDataFile(const fs::path& path) {
                      });
 }
 
-// The first file of data in a folder, in natural order.
+// The first data file in a folder, in natural order.
 std::optional<std::string> FirstFile(const std::string& folder) {
   std::optional<std::string> first;
   for (const std::string& name : ListFolder(folder)) {
@@ -74,7 +74,7 @@ std::optional<std::string> FirstFile(const std::string& folder) {
 
 }  // namespace
 
-// In the order in which they are listed.
+// In the order of listings.
 const std::vector<DetectionFormat>& DetectionFormats() {
   using Files = DetectionFormat::Files;
   static const std::vector<DetectionFormat> kFormats = {

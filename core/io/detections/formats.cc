@@ -144,7 +144,7 @@ void DetectionCollector::SettleSkeleton(const std::vector<std::string>& labels,
                      std::to_string(known.joints().size()) + " of '" +
                      Printable(known.name()) + "'");
   }
-  if (labels_.empty()) return;  // the options' skeleton
+  if (labels_.empty()) return;  // the options specify the skeleton
   for (size_t j = 0; j < labels.size(); ++j) {
     if (labels[j] == labels_[j]) continue;
     throw InputError("joint " + std::to_string(j) + " is '" +

@@ -1,4 +1,4 @@
-// What the readers of detections share. For core/io/detections alone.
+// Shared by the readers of detections. For core/io/detections only.
 #ifndef KINEGRAPH_CORE_IO_DETECTIONS_FORMATS_H_
 #define KINEGRAPH_CORE_IO_DETECTIONS_FORMATS_H_
 
@@ -18,46 +18,47 @@
 
 namespace kinegraph {
 
-// The options that a format's `open` is given are checked; `skeleton` is set
-// when either the value or a name was given.
+// The options passed to a format's `open` are checked; `skeleton` is set if
+// either the value or a name was given.
 
-// What a file stores as x, y, confidence, in the file's own pixels. NaN, also
-// as confidence, is no measurement. Every reader asks here which points are
-// missing.
+// A keypoint from x, y, confidence in the file's pixels. NaN, also as
+// confidence, means that it was not found. All readers use this function to
+// decide which points are missing.
 Keypoint MakeKeypoint(double x_px, double y_px, double confidence,
                       ZeroConfidence zero_confidence);
-// Of three numbers a joint, one joint after the other.
+// From three numbers per joint, in order.
 void SetKeypoints(const std::vector<double>& numbers,
                   ZeroConfidence zero_confidence,
                   std::vector<Keypoint>* joints);
 
-// A view's name and the file or folder that has it.
+// A view's name and its file or folder.
 using NamedPaths = std::vector<std::pair<std::string, std::string>>;
 
-// The view files of a folder in natural order (without truth.json), or the one
-// file that `path` is; a view is named as its file, without the extension.
-// Throws InputError when there is none.
+// The view files of a folder in natural order (without truth.json), or the file
+// `path` itself; a view has the name of its file without the extension. Throws
+// InputError if there is none.
 NamedPaths ListViewFiles(const std::string& path,
                          const std::string& extension = ".json");
-// The folders in a folder, hidden ones left out, 2 before 10; none of a file.
+// The folders in a folder, without hidden ones, in natural order (2 before 10);
+// none for a file.
 NamedPaths ListViewFolders(const std::string& path);
 
-// What the options and the names of views say of a recording. `skeleton` holds
-// where the options name none.
+// The header by options and view names. `skeleton` is used if the options
+// specify none.
 DetectionHeader HeaderOf(std::vector<std::string> view_names,
                          const DetectionReadOptions& options,
                          const Skeleton& skeleton = Skeleton());
 std::vector<std::string> NamesOf(const NamedPaths& paths);
 
-// Layouts of detectors with so many joints, the commonest first. Throws
-// InputError without a file, naming `key`, when there is none.
+// Layouts of detectors with this number of joints, the most common first.
+// Throws InputError without a file, naming `key`, if there is none.
 std::vector<const Skeleton*> DetectorSkeletons(size_t joint_count,
                                                const std::string& key);
-// Whether a reader that counts joints takes them for this layout.
+// Whether a reader that counts joints assumes this layout.
 bool IsToldByJointCount(const Skeleton& skeleton);
 
-// Collects detections of formats whose files hold a whole recording, in any
-// order of frames, and hands them out frame by frame.
+// Collects detections of formats whose files contain a whole recording, with
+// frames in any order, and returns them frame by frame.
 class DetectionCollector : public DetectionSource {
  public:
   explicit DetectionCollector(DetectionHeader header)
@@ -68,24 +69,24 @@ class DetectionCollector : public DetectionSource {
   bool Next(DetectionFrame* frame) override;
 
   bool has_skeleton() const { return header_.skeleton.joint_count() > 0; }
-  // For files that tell it by their first person.
+  // For files whose first person determines it.
   void set_skeleton(const Skeleton& skeleton) { header_.skeleton = skeleton; }
-  // For files that state it, one after the other (SkeletonOfLabels). The first
-  // decides, where the options do not. Throws InputError without a file when
-  // the next one has other labels, or not as many as the options' skeleton.
+  // For files that state it, called once per file (SkeletonOfLabels). The first
+  // file decides unless the options do. Throws InputError without a file if a
+  // later one has other labels, or another number than the options' skeleton.
   void SettleSkeleton(const std::vector<std::string>& labels,
                       const std::vector<Bone>& bones = {},
                       const std::string& name = "");
-  // The place of a new detection, its index_in_file set.
+  // A new detection with its index_in_file set.
   Detection* Add(int64_t frame, size_t view_idx);
-  // The same of joints of which any was found.
+  // The same from joints; adds nothing if none was found.
   void AddFound(int64_t frame, size_t view_idx, std::vector<Keypoint> joints);
-  // Makes sure that the frame is there even if nobody was seen.
+  // Creates the frame if it does not exist, even without detections.
   DetectionFrame* Touch(int64_t frame);
   void DropAfter(int64_t frame) {
     frames_.erase(frames_.upper_bound(frame), frames_.end());
   }
-  // Itself as a source, when everything is there.
+  // Returns itself as a source once everything is collected.
   std::unique_ptr<DetectionSource> Finish();
 
  private:
@@ -95,36 +96,35 @@ class DetectionCollector : public DetectionSource {
   std::map<int64_t, DetectionFrame> frames_;
 };
 
-// Views whose files count frames at rates of their own, or from numbers of
-// their own: each is read at its own pace, and each of its frames joins the
-// frame of the recording that is nearest in time, with its own time of capture.
-// `open` opens the files anew, all views at the recording's rate; the options'
-// view_frame_rate_hz and view_frame_offset count. Of several frames of a view
-// that lie nearest to the same frame of the recording, the nearest joins. The
-// recording is read whole. Throws InputError for a view that there is not,
-// where the recording's own rate is not known, and for files that tell the
-// times of their frames.
+// Views whose files count frames at rates or from numbers of their own: each is
+// read at its own rate, and each of its frames joins the recording's frame that
+// is nearest in time, with its own capture time. If several frames of a view
+// are nearest to the same one, the closest joins. `open` opens the files anew,
+// with all views at the recording's rate; uses the options' view_frame_rate_hz
+// and view_frame_offset. Reads the whole recording. Throws InputError for a
+// view that does not exist, for an unknown rate of the recording and for files
+// that specify the times of their frames.
 std::unique_ptr<DetectionSource> OpenRated(
     const std::function<std::unique_ptr<DetectionSource>()>& open,
     const DetectionReadOptions& options);
 
-// Adds what the file of a view has.
+// Adds the content of a view's file.
 using ReadView = void (*)(const std::string& path, size_t view_idx,
                           const DetectionReadOptions& options,
                           DetectionCollector* collector);
-// Reads a file a view, one after the other. Where neither they nor the options
-// tell the skeleton, nobody was seen, and it is COCO's.
+// Reads the files of the views one after the other. If neither they nor the
+// options specify a skeleton, there are no detections, and it is COCO's.
 std::unique_ptr<DetectionSource> ReadViews(const NamedPaths& files,
                                            const DetectionReadOptions& options,
                                            ReadView read);
 
-// Our own lines that come through a pipe, which is closed (OwnLines).
+// Our own lines from a pipe, which is closed (OwnLines).
 std::unique_ptr<DetectionSource> OpenLines(const std::string& name,
                                            const DetectionReadOptions& options,
                                            int pipe, int silence_ms);
 
-// What an adapter prints of a path. Of people without a joint the second keeps
-// their places.
+// Reads what an adapter prints for a path. The second keeps people without any
+// joint at their indices.
 std::unique_ptr<DetectionSource> OpenByAdapter(
     const Adapter& adapter, const std::string& path,
     const DetectionReadOptions& options);
@@ -132,8 +132,8 @@ std::unique_ptr<DetectionSource> OpenEverybodyByAdapter(
     const Adapter& adapter, const std::string& path,
     const DetectionReadOptions& options);
 
-// Calls `read` with each object of the array that `list` gives. What any of
-// this throws names the file and the place in the array, "entry 3".
+// Calls `read` with each object of the array that `list` returns. Exceptions
+// name the file and the position in the array, "entry 3".
 template <typename List, typename Read>
 void ForEachObject(const std::string& path, const std::string& entry,
                    std::string_view key, const List& list, const Read& read) {
@@ -153,8 +153,8 @@ void AddPoints(const JsonArray& points, std::string_view key,
                const std::vector<double>& scores,
                ZeroConfidence zero_confidence, Detection* detection);
 
-// Reads a table: `header` is given its first row, `row` each of the others,
-// which are as wide. Throws InputError naming file and line.
+// Reads a table: passes its first row to `header` and each further row, of the
+// same width, to `row`. Throws InputError naming file and line.
 void ReadCsv(const std::string& path,
              const std::function<void(const std::vector<std::string>&)>& header,
              const std::function<void(const std::vector<std::string>&)>& row);

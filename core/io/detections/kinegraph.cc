@@ -1,9 +1,8 @@
 // Our own detections, JSON Lines. Header: {"kinegraph_detections": 1,
-// "skeleton": {...}, "frame_rate": 25.0, "views": ["cam0", ...]}; then a line a
-// frame: {"frame": 300, "time": 12.0, "views": {"cam0": [{"joints":
-// [[x, y, c] or null, ...]}, ...]}, "capture_times": {"cam0": 12.001}}.
-// capture_times, also called view_times, names only views whose clock is not
-// the frame's.
+// "skeleton": {...}, "frame_rate": 25.0, "views": ["cam0", ...]}; then one line
+// per frame: {"frame": 300, "time": 12.0, "views": {"cam0": [{"joints": [[x, y,
+// c] or null, ...]}, ...]}, "capture_times": {"cam0": 12.001}}. capture_times
+// (alias view_times) lists only views whose time differs from the frame's.
 #include <algorithm>
 #include <optional>
 #include <stdexcept>
@@ -29,7 +28,7 @@ class KinegraphSource : public DetectionSource {
       : options_(options), lines_(path) {
     lines_.ReadHeader([&](const JsonObject& object) { ReadHeader(object); });
   }
-  // What an adapter prints.
+  // Reads the output of an adapter.
   KinegraphSource(const std::string& name, const DetectionReadOptions& options,
                   int pipe, int silence_ms)
       : options_(options),
@@ -46,7 +45,7 @@ class KinegraphSource : public DetectionSource {
   BadFrames bad_frames() const override { return bad_; }
 
   bool Next(DetectionFrame* frame) override {
-    // What cannot be read at all must not be tried for ever.
+    // Gives up on input that is unreadable throughout.
     constexpr int kMostInARow = 1000;
     for (int bad = 1;; ++bad) {
       try {
@@ -157,7 +156,7 @@ class KinegraphSource : public DetectionSource {
     frame->time = AsTime(value, key);
     has_time_ = true;
   }
-  // Read when the frame's own time is known.
+  // Stored until the frame's own time is known.
   void TakeCaptureTimes(JsonValue value, std::string_view key,
                         DetectionFrame*) {
     if (capture_times_.has_value()) {
@@ -232,8 +231,8 @@ class KinegraphSource : public DetectionSource {
   int64_t stated_frames_ = -1;
   BadFrames bad_;
   std::optional<TimeNs> last_time_;
-  bool has_time_ = false;                    // of one frame
-  std::optional<JsonObject> capture_times_;  // of one frame
+  bool has_time_ = false;                    // of the current frame
+  std::optional<JsonObject> capture_times_;  // likewise
   std::string_view capture_key_;
   std::vector<bool> seen_views_;
 };
@@ -289,8 +288,8 @@ class DetectionWriter::Impl {
     }
     last_frame_ = frame.frame;
     out_.Add("{\"frame\": ", frame.frame);
-    // Without a clock all times are 0; left out, a reader that is told the
-    // frame rate can fill them in.
+    // Without a clock all times are 0; if omitted, a reader with a given frame
+    // rate can compute them.
     if (has_clock_ || frame.time != 0) {
       out_.Text(", \"time\": ");
       out_.Seconds(frame.time);
@@ -347,7 +346,7 @@ class DetectionWriter::Impl {
     out_.Text("]");
   }
 
-  // Only of views whose clock is not the frame's.
+  // Only of views whose time differs from the frame's.
   void WriteCaptureTimes(const DetectionFrame& frame) {
     bool any = false;
     for (size_t v = 0; v < views_.size(); ++v) {

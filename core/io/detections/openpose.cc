@@ -1,6 +1,6 @@
-// OpenPose's JSON output: one folder a view, one file a frame, each
+// OpenPose's JSON output: one folder per view, one file per frame, each
 // {"people": [{"pose_keypoints_2d": [x, y, c, ...], ...}, ...], ...}. A folder
-// with frames in it is a recording of one view.
+// that contains frames is a recording of one view.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -29,7 +29,7 @@ namespace fs = std::filesystem;
 
 constexpr const char* kOpenposeKeypoints = "pose_keypoints_2d";
 
-// Some hundred people tell two layouts apart beyond doubt.
+// Enough to distinguish two layouts with certainty.
 constexpr size_t kPeopleToRecogniseBy = 200;
 constexpr size_t kFilesAView = 40;
 
@@ -66,7 +66,7 @@ OpenPoseView ListFrames(const std::string& folder) {
       "appears twice: " + twice->second + ", " + std::next(twice)->second);
 }
 
-// BODY_25 before all others: OpenPose's own.
+// BODY_25, OpenPose's own layout, before all others.
 std::vector<const Skeleton*> ByNumberCount(size_t number_count) {
   if (number_count % 3 != 0) {
     throw InputError(std::string(kOpenposeKeypoints) + ": found " +
@@ -112,7 +112,8 @@ class OpenPoseSource : public DetectionSource {
       frame->views[v].capture_time = frame->time;
       std::vector<Detection>* detections = &frame->views[v].detections;
       OpenPoseView& view = views_[v];
-      // Also those of frames that another view kept from being read.
+      // Skips also files of frames that were not read because of an error in
+      // another view.
       while (view.next < view.files.size() &&
              view.files[view.next].first < frame->frame) {
         ++view.next;
@@ -128,10 +129,10 @@ class OpenPoseSource : public DetectionSource {
   }
 
  private:
-  // By the number of joints, and by the people's bones where several layouts
-  // have as many (skeleton_fit.h); BODY_25 where there is nobody. Of every view
-  // some files are asked that are spread over the recording, then the others,
-  // in case nobody is in the former.
+  // By the number of joints, and by the people's bones if several layouts have
+  // this number (skeleton_fit.h); BODY_25 without people. Samples files spread
+  // over the recording from every view first, then reads the others in case the
+  // samples have no people.
   Skeleton FindSkeleton() {
     std::vector<const Skeleton*> candidates;
     std::optional<SkeletonFit> fit;
@@ -150,8 +151,8 @@ class OpenPoseSource : public DetectionSource {
     return candidates.empty() ? Body25() : best();
   }
 
-  // Whether the layout is told with the people of one more file. The first
-  // person settles the candidates, everybody their fit.
+  // Whether the layout is determined with one more file. The first person
+  // determines the candidates, all people their fit.
   bool IsTold(const std::string& path, std::vector<const Skeleton*>* candidates,
               std::optional<SkeletonFit>* fit) {
     try {
@@ -170,7 +171,7 @@ class OpenPoseSource : public DetectionSource {
         }
       });
     } catch (const InputError&) {
-      // Whoever reads that frame is told of it.
+      // Reported when that frame is read.
       if (candidates->empty()) throw;
     }
     return candidates->size() == 1 ||
@@ -251,7 +252,7 @@ void WritePeople(const std::string& path,
 bool RecogniseOpenpose(const DetectionHead& head) {
   if (!head.is_folder) return false;
   if (head.HasKey("people")) return true;
-  // Folders of other files than JSON are detectors, not views.
+  // Folders without JSON files are detectors, not views.
   return head.has_folders && (head.kind == '{' || head.kind == '\0');
 }
 
@@ -260,8 +261,8 @@ std::unique_ptr<DetectionSource> OpenOpenpose(
   return std::make_unique<OpenPoseSource>(path, options);
 }
 
-// VIEW/VIEW_FFFFFFFFFFFF_keypoints.json for every view and frame, also where
-// nobody was seen; a missing joint is 0, 0, 0.
+// VIEW/VIEW_FFFFFFFFFFFF_keypoints.json for every view and frame, including
+// empty ones; a missing joint is 0, 0, 0.
 void WriteOpenpose(const std::string& path, const DetectionWriteOptions&,
                    DetectionSource* source, LostFields* lost_fields) {
   const DetectionHeader header = source->header();

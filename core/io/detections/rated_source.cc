@@ -13,10 +13,10 @@
 namespace kinegraph {
 namespace {
 
-// How a view counts: its rate [Hz], and what is taken from its numbers.
+// Frame rate of a view [Hz], and the offset subtracted from its frame numbers.
 using Counting = std::pair<double, int64_t>;
 
-// Of each view that the options name, and only of those.
+// Only of views that the options name.
 std::map<size_t, Counting> CountingOfViews(
     const DetectionHeader& header, const DetectionReadOptions& options) {
   std::map<size_t, Counting> counting;
@@ -51,15 +51,15 @@ bool ShowsAnybody(const DetectionFrame& frame,
   });
 }
 
-// Adds the frames of the views of the recording's own rate, from the first in
-// which they show somebody on; returns the last of these.
+// Adds the frames of the views at the recording's own rate, from the first one
+// with detections on; returns the last one with detections.
 int64_t AddOwnViews(const FrameClock& clock, const std::vector<size_t>& own,
                     const std::map<size_t, Counting>& others,
                     DetectionSource* source, DetectionCollector* collector) {
   int64_t last = -1;
   DetectionFrame frame;
   while (source->Next(&frame)) {
-    // A microsecond: files round their times.
+    // Tolerance of 1 us: files round their times.
     if (std::abs(frame.time - clock.TimeOf(frame.frame)) > FromSeconds(1e-6)) {
       throw InputError(
           "input.view_frame_rate: frame " + std::to_string(frame.frame) +
@@ -67,7 +67,8 @@ int64_t AddOwnViews(const FrameClock& clock, const std::vector<size_t>& own,
           "by view_times");
     }
     const bool has_any = ShowsAnybody(frame, own);
-    // Nobody's before the first: numbers of files that count otherwise.
+    // Skip empty frames before the first: other views' files number
+    // differently.
     if (!has_any && last < 0) continue;
     if (has_any) last = frame.frame;
     for (const auto& [v, counting] : others) {
@@ -79,9 +80,9 @@ int64_t AddOwnViews(const FrameClock& clock, const std::vector<size_t>& own,
   return last;
 }
 
-// Adds what views that count alike show to the frames of the recording that are
-// nearest in time; of two frames to the earlier, so that the recording does not
-// grow by half a frame. Returns the last of these.
+// Adds views with the same counting to the frames of the recording that are
+// nearest in time; a tie goes to the earlier frame, so that the recording does
+// not grow by half a frame. Returns the last of these.
 int64_t AddViews(const FrameClock& recording, const Counting& counting,
                  const std::vector<size_t>& views, DetectionSource* source,
                  DetectionCollector* collector) {
@@ -93,7 +94,7 @@ int64_t AddViews(const FrameClock& recording, const Counting& counting,
     const int64_t number = frame.frame - counting.second;
     if (number < 0 || !ShowsAnybody(frame, views)) continue;
     const TimeNs time = clock.TimeOf(number);
-    // The nanoseconds of times are less than a millionth of any frame.
+    // Times are rounded to nanoseconds: less than a millionth of a frame.
     const auto joined_number =
         static_cast<int64_t>(std::ceil(recording.Frames(time) - 0.5 - 1e-6));
     DetectionFrame* joined = collector->Touch(joined_number);
@@ -131,7 +132,7 @@ std::unique_ptr<DetectionSource> OpenRated(
   const FrameClock clock(header.frame_rate_hz);
   DetectionCollector collector(header);
   int64_t last = AddOwnViews(clock, own, others, source.get(), &collector);
-  // Files that count faster go on after the end of the recording.
+  // Files at a higher rate have numbers beyond the end of the recording.
   for (const auto& [counting, views] : alike) {
     last = std::max(last,
                     AddViews(clock, counting, views, open().get(), &collector));

@@ -16,7 +16,7 @@ constexpr size_t kMaxPeople = 4000;
 constexpr int kMinJoints = 8;
 constexpr size_t kMinBones = 4;
 
-// Arms, legs, trunk: what every layout of a body has.
+// Arms, legs and trunk, which every body layout has.
 std::vector<Bone> BonesOf(const Skeleton& skeleton) {
   if (!IsHuman(skeleton)) return {};
   std::vector<std::pair<std::string, std::string>> names = {
@@ -68,7 +68,7 @@ void SkeletonFit::See(const Detection& detection) {
       continue;
     }
     double length_px = 0.0;
-    std::vector<std::pair<size_t, double>> seen;  // bone, its length [px]
+    std::vector<std::pair<size_t, double>> seen;  // bone and its length [px]
     for (size_t i = 0; i < candidate.bones.size(); ++i) {
       const Bone& bone = candidate.bones[i];
       const Keypoint& a = detection.joints[static_cast<size_t>(bone.a)];

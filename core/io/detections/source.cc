@@ -112,7 +112,7 @@ std::unique_ptr<DetectionSource> OpenAs(const DetectionFormat& format,
 // By content.
 std::unique_ptr<DetectionSource> OpenAny(const std::string& path,
                                          const DetectionReadOptions& options) {
-  // What comes through a pipe cannot be looked at and then read.
+  // Input from a pipe cannot be inspected before it is read.
   if (IsPipe(path)) {
     return OpenAs(*FindDetectionFormat("kinegraph"), path, options);
   }
@@ -121,7 +121,7 @@ std::unique_ptr<DetectionSource> OpenAny(const std::string& path,
   }
   const DetectionHead head = LookAtDetections(path);
   const DetectionFormat* format = RecogniseDetections(head);
-  // Folders within a folder are views of OpenPose if nothing else.
+  // Subfolders are views of OpenPose by default only.
   const bool is_certain = !head.is_folder || head.kind != '\0';
   if (format != nullptr && is_certain) {
     CheckWhole(head, *format);
@@ -133,7 +133,7 @@ std::unique_ptr<DetectionSource> OpenAny(const std::string& path,
     CheckWhole(head, *format);
     return OpenAs(*format, path, options);
   }
-  // One of our list may have more to do than to ask its adapter.
+  // A format of ours may do more than call its adapter.
   format = FindDetectionFormat(adapter->name);
   return format != nullptr ? OpenAs(*format, path, options)
                            : OpenAs(*adapter, path, options);
@@ -151,15 +151,16 @@ std::unique_ptr<DetectionSource> Open(const std::string& path,
   return OpenAs(*format, path, options);
 }
 
-// ---- Checks of what is read ----
+// ---- Checks of the input ----
 
-// Joints may leave the image by as much as its size, -1 .. 2 or -3 .. 3.
+// Normalised joints may leave the image by its size: -1 .. 2, or -3 .. 3.
 constexpr double kMostShare = 3.0;
-// Shares of people spread over some of the image. What a detector writes for
-// joints that it does not see, such as (-1, -1), does not.
+// Normalised positions of people spread over part of the image, unlike the
+// placeholders that detectors write for unseen joints, such as (-1, -1).
 constexpr double kLeastSpread = 0.1;
-constexpr double kLargestImagePx = 65535.0;  // of JPEG; videos have fewer
-// One detection in the corner of an image is no reason to refuse a recording.
+constexpr double kLargestImagePx = 65535.0;  // limit of JPEG; videos are
+                                             // smaller
+// A single detection in a corner of the image does not reject a recording.
 constexpr int64_t kEnoughPeople = 10;
 
 bool CanBeShares(const Eigen::AlignedBox2d& box) {
@@ -172,8 +173,7 @@ bool IsBeyondImages(const Eigen::AlignedBox2d& box) {
          box.max().minCoeff() < -kLargestImagePx;
 }
 
-// An axis of the image, and the sum of a pixel's coordinate and the mirrored
-// one.
+// A mirrored axis, and the sum of a coordinate and its mirror image [px].
 struct Mirror {
   Eigen::Index axis = 0;
   double sum_px = 0.0;
@@ -202,10 +202,10 @@ void MirrorBack(const Mirror& mirror, ViewDetections* view) {
   }
 }
 
-// Refuses what would take too long to associate, and what are no pixels: views
-// whose positions are shares of the image, 0 .. 1 (MediaPipe, OpenPose with
-// --keypoint_scale 3) or -1 .. 1 (4), and those where no image reaches. One
-// position that can only be pixels settles its view.
+// Rejects what would take too long to associate, and positions that are not
+// pixels: views whose positions are normalised by the image, to 0 .. 1
+// (MediaPipe, OpenPose with --keypoint_scale 3) or -1 .. 1 (4), and those
+// beyond any image. One position that can only be in pixels settles its view.
 class CheckedSource : public DetectionSource {
  public:
   CheckedSource(std::string path, const DetectionReadOptions& options,
@@ -255,12 +255,12 @@ class CheckedSource : public DetectionSource {
   }
 
  private:
-  // Of the people in a view.
+  // Of the people in one view.
   struct Positions {
     bool are_pixels = false;
-    int64_t shares = 0;       // people who can be shares of the image
+    int64_t shares = 0;       // people whose positions may be normalised
     int64_t far = 0;          // people beyond any image
-    Eigen::AlignedBox2d box;  // of all of them
+    Eigen::AlignedBox2d box;  // around all of them
   };
 
   size_t ViewNamed(const std::string& name, const std::string& key) const {
@@ -297,7 +297,7 @@ class CheckedSource : public DetectionSource {
   }
 
   // Throws InputError without a file, naming the view, once enough people show
-  // that its positions are no pixels.
+  // that its positions are not pixels.
   void SeePositions(const DetectionFrame& frame) {
     for (size_t v = 0; v < positions_.size(); ++v) {
       Positions& seen = positions_[v];
@@ -316,7 +316,7 @@ class CheckedSource : public DetectionSource {
     }
   }
 
-  // The same for a recording in which nobody shows pixels.
+  // The same at the end of a recording without any position in pixels.
   void CheckShortRecording() const {
     if (std::none_of(positions_.begin(), positions_.end(),
                      [](const Positions& seen) { return seen.are_pixels; })) {
@@ -364,9 +364,9 @@ class CheckedSource : public DetectionSource {
   const std::string path_;
   const DetectionReadOptions options_;
   const std::unique_ptr<DetectionSource> source_;
-  std::vector<Positions> positions_;                // one a view
+  std::vector<Positions> positions_;                // one per view
   std::vector<size_t> exchanged_;                   // views
-  std::vector<std::pair<size_t, Mirror>> mirrors_;  // of views
+  std::vector<std::pair<size_t, Mirror>> mirrors_;  // by view
   BadFrames bad_;
 };
 

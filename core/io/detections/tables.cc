@@ -1,5 +1,5 @@
-// Tables with a column a coordinate: DeepLabCut's predictions and MediaPipe's
-// landmarks.
+// Tables with one column per coordinate: DeepLabCut's predictions and
+// MediaPipe's landmarks.
 #include <algorithm>
 #include <limits>
 #include <map>
@@ -25,14 +25,14 @@
 namespace kinegraph {
 namespace {
 
-// Where a joint of a person stands in a row; -1: there is no such column.
+// Columns of a person's joint; -1: there is none.
 struct KeypointColumns {
   int x = -1;
   int y = -1;
-  int confidence = -1;  // without it every joint that is there has 1
+  int confidence = -1;  // -1: joints that are present have 1
 };
 
-// One person of a row, a joint each; an empty cell or "nan" is no measurement.
+// The joints of one person in a row; an empty cell or "nan" is a missing joint.
 // Throws InputError without a file, naming the column by `labels`.
 std::vector<Keypoint> ReadKeypointRow(
     const std::vector<std::string>& cells,
@@ -58,10 +58,11 @@ std::vector<Keypoint> ReadKeypointRow(
 }  // namespace
 
 // ---- DeepLabCut ----
-// DeepLabCut's predictions (Lightning Pose's too), CSV or HDF5: a column a
-// coordinate, named by individual (several animals or people only), bodypart
-// and coord; a file a view. A folder with such a folder a detector (two seeds
-// of Lightning Pose, say) is one recording, in which they are fused.
+// DeepLabCut's predictions (and Lightning Pose's), CSV or HDF5, one file per
+// view: one column per coordinate, named by individual (with several animals or
+// people only), bodypart and coord. A folder with one such folder per detector
+// (for example two seeds of Lightning Pose) is one recording, in which they are
+// fused.
 
 namespace {
 
@@ -69,7 +70,7 @@ using Texts = std::vector<std::string>;
 
 // ---- Columns ----
 
-// Where the joints of each individual stand.
+// Columns of the joints of each individual.
 struct DeepLabCutColumns {
   Texts labels;  // bodyparts
   std::vector<std::vector<KeypointColumns>> people;
@@ -82,8 +83,8 @@ size_t DeepLabCutPlaceOf(const std::string& name, Texts* names) {
   return place;
 }
 
-// One name a column; `individuals` may be empty. Columns before `first` are the
-// index. Throws InputError without a file.
+// Takes one name per column; `individuals` may be empty. Columns before `first`
+// are the index. Throws InputError without a file.
 DeepLabCutColumns FindDeepLabCutColumns(const Texts& individuals,
                                         const Texts& parts, const Texts& coords,
                                         size_t first) {
@@ -115,7 +116,7 @@ DeepLabCutColumns FindDeepLabCutColumns(const Texts& individuals,
 
 // ---- Several detectors ----
 
-// What each of them says of one person.
+// Each detector's joints of one person.
 using Said = std::vector<std::vector<Keypoint>>;
 
 Keypoint FuseJoint(const Said& said, size_t j, int detectors, double apart_px) {
@@ -125,7 +126,7 @@ Keypoint FuseJoint(const Said& said, size_t j, int detectors, double apart_px) {
   for (const std::vector<Keypoint>& joints : said) {
     const Keypoint& joint = joints[j];
     if (!joint.found) continue;
-    // Of confidences that are all 0 each counts the same.
+    // If all confidences are 0, all have the same weight.
     const double weight = std::max(joint.confidence, 1e-12);
     sum_px += weight * joint.px;
     weight_sum += weight;
@@ -148,12 +149,12 @@ Keypoint FuseJoint(const Said& said, size_t j, int detectors, double apart_px) {
   return best;
 }
 
-// The recording as it is read. With several detectors, such as two seeds of one
-// network, each joint of a view is the mean of what they say, weighed by
-// confidence; its confidence is their mean, 0 for one who does not see it.
-// Where they are apart by more than a twentieth of the diagonal of the person's
-// box (some 9 cm on an adult, more than noise), the most confident one is taken
-// and the others count as not seeing the joint.
+// The recording being read. With several detectors, for example two seeds of
+// one network, each joint of a view is the mean of their positions weighted by
+// confidence; its confidence is the mean of theirs, 0 for a detector that does
+// not see it. If they differ by more than a twentieth of the diagonal of the
+// person's box (some 9 cm on an adult, more than noise), the most confident one
+// is taken and the others count as not seeing the joint.
 class DeepLabCutRecording : public DetectionCollector {
  public:
   DeepLabCutRecording(const DetectionHeader& header, int detectors)
@@ -173,7 +174,7 @@ class DeepLabCutRecording : public DetectionCollector {
     constexpr double kApart = 0.05;
     for (const auto& [place, said] : waiting_) {
       const auto& [frame, view_idx, person] = place;
-      Eigen::AlignedBox2d box;  // around all that the detectors found
+      Eigen::AlignedBox2d box;  // around all joints that the detectors found
       for (const std::vector<Keypoint>& joints : said) {
         box.extend(BoxAround(joints));
       }
@@ -188,12 +189,12 @@ class DeepLabCutRecording : public DetectionCollector {
 
  private:
   const int detectors_;
-  // By frame, view and person; with one detector nothing waits here.
+  // By frame, view and person; unused with one detector.
   std::map<std::tuple<int64_t, size_t, size_t>, Said> waiting_;
 };
 
-// Opens a folder with a file a view, one such file, or a folder with such a
-// folder a detector. `read` adds one file to the recording.
+// Opens a folder with one file per view, one such file, or a folder with one
+// such folder per detector. `read` adds one file to the recording.
 std::unique_ptr<DetectionSource> OpenDetectors(
     const std::string& path, const DetectionReadOptions& options,
     const std::string& extension,
@@ -223,12 +224,12 @@ std::unique_ptr<DetectionSource> OpenDetectors(
 }
 
 // ---- CSV ----
-// Header rows "scorer", "individuals", "bodyparts" and "coords", then a row a
-// frame.
+// Header rows "scorer", "individuals", "bodyparts" and "coords", then one row
+// per frame.
 
 struct DeepLabCutHeader {
   DeepLabCutColumns columns;
-  size_t first = 0;  // column that holds a coordinate
+  size_t first = 0;  // first column with a coordinate
   size_t width = 0;
 };
 
@@ -246,7 +247,7 @@ DeepLabCutHeader ReadDeepLabCutHeader(CsvRows* rows) {
       throw InputError("expected a row 'bodyparts'");
     }
     while (header.first < header.width && cells[header.first] != "x") {
-      ++header.first;  // the index: a frame, or folders and a file name
+      ++header.first;  // index: a frame, or folders and a file name
     }
     header.columns = FindDeepLabCutColumns(
         named["individuals"], named["bodyparts"], cells, header.first);
@@ -321,9 +322,10 @@ std::unique_ptr<DetectionSource> OpenDeepLabCutH5(
 }
 
 // ---- MediaPipe ----
-// MediaPipe's landmarks as a table, a file a view: "frame,NAME_x,NAME_y,
-// NAME_visibility,...", a row a frame (and, with a column "person", a person),
-// in pixels. Names are those of any skeleton, in any spelling.
+// MediaPipe's landmarks as a table, one file per view:
+// "frame,NAME_x,NAME_y,NAME_visibility,...", one row per frame (with a column
+// "person": per frame and person), in pixels. Names are those of any skeleton,
+// in any spelling.
 
 namespace {
 

@@ -37,7 +37,7 @@ std::string VideoType(const std::string& path) {
 }
 
 std::vector<double> ReadVideoTimes(const std::string& path) {
-  // Of the file alone: a list of other files or addresses is not followed.
+  // Only the file itself: lists of other files or addresses are not followed.
   const Adapter ffprobe = {
       {"ffprobe", "-v", "error", "-protocol_whitelist", "file",
        "-format_whitelist", "mov,matroska", "-select_streams", "v:0",
@@ -47,12 +47,12 @@ std::vector<double> ReadVideoTimes(const std::string& path) {
       "apt-get install ffmpeg"};
   std::vector<double> times_s;
   for (const std::string& line : Split(OutputOf(ffprobe, path), '\n')) {
-    // "1.234000,K__"; with a D what an edit list cuts off is never shown.
+    // "1.234000,K__"; the flag D marks frames that an edit list discards.
     const std::vector<std::string> cells = Split(line, ',');
     const auto time_s = ParseNumber<double>(cells.front());
     const bool is_shown =
         cells.size() > 1 && cells[1].find('D') == std::string::npos;
-    // Rounded to microseconds.
+    // ffprobe rounds to microseconds.
     if (is_shown && time_s.has_value() && *time_s > -1e-6) {
       times_s.push_back(*time_s);
     }

@@ -1,5 +1,4 @@
-// When the pictures of a video are shown, as its container says; nothing is
-// decoded.
+// Presentation times of a video's frames by its container; nothing is decoded.
 #ifndef KINEGRAPH_CORE_IO_DETECTIONS_VIDEO_TIMES_H_
 #define KINEGRAPH_CORE_IO_DETECTIONS_VIDEO_TIMES_H_
 
@@ -8,17 +7,17 @@
 
 namespace kinegraph {
 
-// By the end of its name: the containers that browsers play and that
-// ReadVideoTimes() knows (.mp4, .m4v, .mov, .webm, .mkv), in any case.
+// Whether the name ends, in any case, as the containers that browsers play and
+// ReadVideoTimes() reads: .mp4, .m4v, .mov, .webm, .mkv.
 bool IsVideoName(const std::string& path);
 
-// "video/mp4" and the like, of such a name.
+// MIME type of such a name, "video/mp4" and the like.
 std::string VideoType(const std::string& path);
 
-// Times of the pictures of the first video track [s], ascending, zero where
-// playback begins; pictures before it, which an edit list cuts off, are left
-// out. Read by ffprobe. Throws InputError naming the file when ffprobe is not
-// there, or finds no such track.
+// Presentation times [s] of the first video track, ascending, zero at the start
+// of playback; frames before it, cut off by an edit list, are omitted. Uses
+// ffprobe. Throws InputError naming the file if ffprobe is not installed or
+// finds no video track.
 std::vector<double> ReadVideoTimes(const std::string& path);
 
 }  // namespace kinegraph

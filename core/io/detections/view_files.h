@@ -1,5 +1,5 @@
-// What the writers of detections share: people in JSON, a file a view, and what
-// is lost. For core/io/detections alone.
+// Shared by the writers of detections: people in JSON, one file per view, and
+// lost fields. For core/io/detections only.
 #ifndef KINEGRAPH_CORE_IO_DETECTIONS_VIEW_FILES_H_
 #define KINEGRAPH_CORE_IO_DETECTIONS_VIEW_FILES_H_
 
@@ -16,38 +16,38 @@
 
 namespace kinegraph {
 
-// "x, y, confidence, ..." of all joints; zeros, here and below, where one was
-// not found.
+// "x, y, confidence, ..." of all joints; zeros, here and below, for joints that
+// were not found.
 void WriteKeypoints(const Detection& detection, JsonOutput* out);
 // "[x, y], ..." and "c, ...".
 void WritePoints(const Detection& detection, JsonOutput* out);
 void WriteConfidences(const Detection& detection, JsonOutput* out);
 
-// What COCO's files say of a person beside the joints: of those that were
-// found; zeros when there are none.
+// Fields of COCO besides the joints, over the found joints; zeros if there are
+// none.
 struct DetectionSummary {
   double score = 0.0;  // mean confidence
   int found = 0;
-  Eigen::Vector2d low_px = Eigen::Vector2d::Zero();  // the box around them
+  Eigen::Vector2d low_px = Eigen::Vector2d::Zero();  // of their bounding box
   Eigen::Vector2d size_px = Eigen::Vector2d::Zero();
 };
 DetectionSummary Summarise(const Detection& detection);
 // "x, y, width, height".
 void WriteBox(const DetectionSummary& summary, JsonOutput* out);
 
-// Hands each frame of `source` to `write`, and notes what a format loses that
-// stores frame numbers, x, y and confidence only. `skeleton_told` says whether
-// a reader recognises the skeleton by the file, `rate_told` whether it assumes
-// the right frame rate.
+// Passes each frame of `source` to `write`, and notes what is lost by a format
+// that stores only frame numbers, x, y and confidence. `skeleton_told`: readers
+// recognise the skeleton by the file; `rate_told`: they assume the right frame
+// rate.
 void WriteFrames(DetectionSource* source, bool skeleton_told,
                  LostFields* lost_fields,
                  const std::function<void(const DetectionFrame& frame)>& write,
                  bool rate_told = false);
 
-// A view's file while it is written.
+// A view's file during writing.
 struct ViewFile {
   explicit ViewFile(const std::string& path) : file(path) {}
-  // Begins the next entry of a JSON list, on a line of its own.
+  // Begins the next entry of a JSON list, on its own line.
   JsonOutput& Entry();
 
   AtomicFile file;
@@ -55,21 +55,21 @@ struct ViewFile {
   bool has_entries = false;
 };
 
-// Writes a folder with a file a view, named as the view: a table that begins
-// with `heading`, or without one a JSON list. `write` adds what is seen in a
-// frame. Returns how many frames have no detection. Throws InputError where a
-// name is no file's.
+// Writes a folder with one file per view, named after the view: a table with
+// the first line `heading`, or a JSON list if that is empty. `write` adds the
+// detections of a frame. Returns the number of frames without detections.
+// Throws InputError if a name cannot be a file's.
 int64_t WriteViewFiles(const std::string& path, const std::string& extension,
                        const std::string& heading, DetectionSource* source,
                        bool skeleton_told, LostFields* lost_fields,
                        void (*write)(int64_t frame,
                                      const std::vector<Detection>& detections,
                                      ViewFile* file));
-// Of formats that have an entry a person.
+// For formats with one entry per person.
 void NoteEmptyFrames(int64_t empty_frames, LostFields* lost_fields);
 
-// Readers of JSON take truth.json in a folder for something else: a view of
-// that name is refused. `format` completes "cannot be written as ...".
+// Readers of JSON ignore truth.json in a folder: throws for a view of that
+// name. `format` completes "cannot be written as ...".
 void RefuseViewTruth(const DetectionHeader& header, const std::string& format);
 
 }  // namespace kinegraph

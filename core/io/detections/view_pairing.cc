@@ -19,8 +19,8 @@ using Words = std::vector<std::string>;
 
 bool IsDigit(char c) { return c >= '0' && c <= '9'; }
 
-// "Recording_Cam-01" -> take, cam, 1. Numbers stay texts, so that none is too
-// large.
+// "Recording_Cam-01" -> recording, cam, 1. Numbers remain text, so that they
+// cannot overflow.
 Words WordsOf(const std::string& name) {
   Words words;
   char before = ' ';
@@ -86,7 +86,7 @@ std::string Joined(const Words& words) {
   return text;
 }
 
-// Without the words that all names begin with, and those that all end with.
+// Removes the words with which all names begin and those with which all end.
 std::vector<Words> Distinct(const std::vector<Words>& names) {
   if (names.size() < 2) return names;
   const auto shared = [&names](bool from_end) {
@@ -142,7 +142,7 @@ class Pairing {
     }
   }
 
-  // By the first rule that fits all of `views` that have no camera yet.
+  // By the first rule that fits all of `views` without a camera.
   bool PairRest(std::vector<size_t> views) {
     views.erase(std::remove_if(views.begin(), views.end(),
                                [this](size_t v) {
@@ -156,7 +156,7 @@ class Pairing {
            PairByOrder(views);
   }
 
-  // Why the rules do not fit.
+  // Throws with the reason why no rule fits.
   void Fail(const std::vector<size_t>& views) const {
     const bool may_be_left = unpaired_ == UnpairedViews::kLeaveOut;
     std::vector<int> claimed = owner_;
@@ -195,7 +195,7 @@ class Pairing {
     return cameras_[static_cast<size_t>(camera)];
   }
 
-  // Throws InputError where the camera is another view's.
+  // Throws InputError if the camera belongs to another view.
   void Claim(size_t view, int camera, std::vector<int>* owners) const {
     int& owner = (*owners)[static_cast<size_t>(camera)];
     if (owner != kNone) {
@@ -233,7 +233,8 @@ class Pairing {
     return Where([&](size_t c) { return view_rests_[v] == camera_rests_[c]; });
   }
 
-  // The cameras with the most words in common, one name whole in the other.
+  // The cameras with the most common words, of which one name contains the
+  // other.
   std::vector<int> Longest(size_t v) const {
     std::vector<size_t> common;
     size_t most = 1;
@@ -250,7 +251,8 @@ class Pairing {
               Candidates candidates) {
     std::map<size_t, int> pairs;
     std::set<int> taken;
-    // "cam01_json" and "cam_01" need no word about names within names.
+    // Names such as "cam01_json" and "cam_01" are reported as having equal
+    // numbers.
     bool same_numbers = paired_by == PairedBy::kWithin;
     for (const size_t v : views) {
       const std::vector<int> cameras = (this->*candidates)(v);
@@ -288,8 +290,8 @@ class Pairing {
     return true;
   }
 
-  // Names that share numbers are in the same order where one set counts from 0
-  // and the other from 1, not where some number is missing.
+  // Names with common numbers may be paired in order if one set counts from 0
+  // and the other from 1, but not if a number is missing.
   bool MayBeOrdered(const std::vector<size_t>& views,
                     const std::vector<int>& cameras) const {
     std::set<int64_t> of_views;
@@ -321,13 +323,13 @@ class Pairing {
   const UnpairedViews unpaired_;
   const std::vector<Words> view_words_;
   const std::vector<Words> camera_words_;
-  const std::vector<Words> view_rests_;  // what tells them apart
+  const std::vector<Words> view_rests_;  // without the common words
   const std::vector<Words> camera_rests_;
   std::vector<int> owner_;  // the view of each camera
   ViewPairing result_;
 };
 
-// Every name that the map uses must exist.
+// Every name in the map has to exist.
 void CheckMap(const std::vector<std::string>& views,
               const std::vector<std::string>& cameras,
               const std::map<std::string, std::string>& map) {

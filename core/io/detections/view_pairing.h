@@ -1,4 +1,4 @@
-// Which camera a view of the detections belongs to.
+// Assigns cameras to the views of detections.
 #ifndef KINEGRAPH_CORE_IO_DETECTIONS_VIEW_PAIRING_H_
 #define KINEGRAPH_CORE_IO_DETECTIONS_VIEW_PAIRING_H_
 
@@ -10,42 +10,43 @@
 
 namespace kinegraph {
 
-// What becomes of a view that no camera belongs to.
+// Treatment of a view without a camera.
 enum class UnpairedViews { kRefuse, kLeaveOut };
 
-// What told whose view it is, the surest first.
+// Criterion that paired a view, the most reliable first.
 enum class PairedBy {
   kMap,       // cameras.map
   kName,      // both have the same name
-  kWithin,    // the camera's name stands in the view's, or the other way round
+  kWithin,    // one name contains the other
   kNumber,    // both names have the same last integer
-  kDistinct,  // the same words and numbers tell the names of each apart
-  kOrder,     // nothing but the order of the names
+  kDistinct,  // without common words, the names are equal
+  kOrder,     // only the order of the names
 };
 // "in the order of their names, which are not alike": completes "paired ...".
 const char* ToString(PairedBy paired_by);
 
 struct ViewPairing {
   std::vector<int> camera_of_view;      // index of the camera; -1 for none
-  PairedBy paired_by = PairedBy::kMap;  // of the view that is least sure
+  PairedBy paired_by = PairedBy::kMap;  // of the least certain view
 };
 
-// For each view its camera: the one that `map` (view -> camera) names, else the
-// one of the same name. The others by the first of the following rules that
-// gives each of them a camera of its own; a rule that fits some of them alone
-// says nothing, since views 0, 1, 2 may be cameras 1, 2, 3.
+// The camera of each view: the one that `map` (view -> camera) names, else the
+// one of the same name. The other views are paired by the first of the
+// following rules that gives each of them a camera of its own. A rule that fits
+// only some is not applied, since views 0, 1, 2 may be cameras 1, 2, 3.
 //
-// The names are taken as words and numbers, whatever their case, separators and
-// leading zeros: "cam1" stands in "take_Cam-01_left", not in "cam10". The
-// camera whose name is the longest in the view's; the same last integer; the
-// same rest without the words that all views, and all cameras, begin and end
-// with; and the same place in the order of the names, where there are as many
-// views as cameras and no number speaks against it.
+// Names are compared as words and numbers, ignoring case, separators and
+// leading zeros: "take_Cam-01_left" contains "cam1", but not "cam10". The
+// rules: the camera with the longest name that the view's contains, or the
+// reverse; the same last integer; the same rest after removing the words with
+// which all views, or all cameras, begin and end; and the same position in the
+// order of the names, if there are as many views as cameras and no number
+// contradicts it.
 //
-// Views named in `without` are paired with the others, and need no camera.
-// Throws InputError when another view has no camera or more than one candidate,
-// when two views claim one camera, or when `map` names what is not there. With
-// kLeaveOut a view without a camera gets -1.
+// Views in `without` are paired with the others, and do not need a camera.
+// Throws InputError if another view has no camera or several candidates, if two
+// views claim one camera, or if `map` names an unknown one. With kLeaveOut a
+// view without a camera gets -1.
 ViewPairing PairViewsWithCameras(
     const std::vector<std::string>& view_names, const CameraRig& cameras,
     const std::map<std::string, std::string>& map = {},

@@ -9,23 +9,23 @@
 
 namespace kinegraph {
 
-// JSON Lines, one frame a line. The file appears under its name in Commit();
-// without it nothing is left. A detection's index_in_file is not kept: when
-// read again it is its place in the line.
+// JSON Lines, one frame per line. The file appears in Commit(); without it, it
+// is discarded. index_in_file is not stored: a reader sets it to the position
+// in the line.
 //
 //   DetectionWriter writer(path, header);
 //   while (source->Next(&frame)) writer.Write(frame);
 //   writer.Commit();
 class DetectionWriter {
  public:
-  // Throws InputError when the file cannot be made.
+  // Throws InputError if the file cannot be created.
   DetectionWriter(const std::string& path, const DetectionHeader& header);
   ~DetectionWriter();
   DetectionWriter(const DetectionWriter&) = delete;
   DetectionWriter& operator=(const DetectionWriter&) = delete;
 
-  // Frames ascend. Throws std::logic_error when they do not, when a number is
-  // not finite or when views or joints are not those of the header.
+  // Frames ascend. Throws std::logic_error if they do not, if a number is not
+  // finite or if views or joints do not match the header.
   void Write(const DetectionFrame& frame);
   void Commit();
 

@@ -1,5 +1,5 @@
-// Arrays that are dense over frames, people and joints: NumPy's .npz, and what
-// the Python package `movement` reads.
+// Arrays that are dense over frames, people and joints: NumPy's .npz, and the
+// format of the Python package `movement`.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -20,7 +20,7 @@ namespace {
 
 // ---- NumPy ----
 //
-// Tracks as NumPy's arrays, listed below; without `status` every position is an
+// Tracks as NumPy arrays, listed below; without `status` every position is an
 // observed joint.
 
 class NpzTrackReader {
@@ -114,7 +114,7 @@ class NpzTrackReader {
     }
   }
 
-  // Of the file, where the options have none; 0 where it is not known.
+  // The file's, unless the options specify one; 0 if unknown.
   double ReadFrameRate() const {
     if (options_.frame_rate_hz > 0.0 || !file_.Has("frame_rate")) return 0.0;
     const double rate = file_.Numbers("frame_rate", 0).front();
@@ -123,7 +123,7 @@ class NpzTrackReader {
     return rate > 0.0 ? rate : 0.0;
   }
 
-  // NaN: not known; then frame / frame rate stays.
+  // NaN: unknown; frame / frame rate remains.
   void ReadTimes(TrackCollector* collector) const {
     if (!file_.Has("times")) return;
     const std::vector<double> times_s = file_.Numbers("times", 1);
@@ -167,7 +167,7 @@ class NpzTrackReader {
     return std::isfinite(m[0]) && std::isfinite(m[1]) && std::isfinite(m[2]);
   }
 
-  // Of a file without them: a person without a number is not there.
+  // For files without `status`: a person without any number is absent.
   std::vector<int64_t> StatusesByPositions(size_t count) const {
     std::vector<int64_t> statuses(count);
     for (size_t i = 0; i < count; ++i) {
@@ -203,7 +203,7 @@ class NpzTrackReader {
   std::vector<int64_t> numbers_;
 };
 
-// The person's place among all, ascending.
+// The person's position in `ids`, which ascend.
 size_t PlaceOf(const PersonPose& person, const std::vector<int64_t>& ids) {
   return static_cast<size_t>(
       std::lower_bound(ids.begin(), ids.end(), person.id.value()) -
@@ -211,7 +211,7 @@ size_t PlaceOf(const PersonPose& person, const std::vector<int64_t>& ids) {
 }
 
 // An array over frames, people and joints with `width` values each, which
-// `fill` writes where a person is there.
+// `fill` sets where a person is present.
 template <typename Value, typename Fill>
 std::vector<Value> Dense(const TrackSequence& tracks,
                          const std::vector<int64_t>& ids, size_t width,
@@ -229,7 +229,7 @@ std::vector<Value> Dense(const TrackSequence& tracks,
   return values;
 }
 
-// Before gigabytes are filled that no file can take.
+// Fails before filling gigabytes that no file can hold.
 void CheckSize(const std::string& path, const std::vector<size_t>& shape,
                bool has_covariances) {
   double bytes = has_covariances ? 9 * 8.0 + 3 * 8.0 : 3 * 8.0;
@@ -305,14 +305,14 @@ PersonNames ReadNpzNames(const std::string& path) {
 // joints, dense over all of them:
 //   positions   float64 [F, P, J, 3]     m; NaN where there is none
 //   status      int8    [F, P, J]        2 observed, 1 inferred, 0 missing;
-//                                        -1 where the person is not there
+//                                        -1 if the person is absent
 //   views       int16   [F, P, J]        inlier views, -1 unknown; if any
 //   covariance  float64 [F, P, J, 3, 3]  m^2; NaN where there is none; if any
 //   ids         int64   [P]
-//   names       <U      [P]              if anybody has one; empty: none
+//   names       <U      [P]              if any person has one; empty: none
 //   frames      int64   [F]
-//   times       float64 [F]              s; NaN when they are not known
-//   frame_rate  float64 []               Hz; NaN when it is not known
+//   times       float64 [F]              s; NaN if unknown
+//   frame_rate  float64 []               Hz; NaN if unknown
 //   joints      <U      [J]              names
 //   bones       int32   [B, 2]           indices into joints
 //   skeleton    <U      []               name
@@ -325,7 +325,7 @@ void WriteNpzTracks(const std::string& path, const TrackSequence& tracks,
   const size_t joints = tracks.header.skeleton.joints().size();
   CheckSize(path, {frames, ids.size(), joints}, contents.has_covariances);
   NpzFile file(path);
-  // Each array is made, written and forgotten in turn.
+  // One array at a time, to bound memory.
   file.Add("positions", {frames, ids.size(), joints, 3},
            Dense(tracks, ids, 3, kNan,
                  [](const PersonPose& person, size_t j, double* to) {
@@ -365,8 +365,8 @@ void WriteNpzTracks(const std::string& path, const TrackSequence& tracks,
   NoteLosses(contents, {Loss::kUnknownClock, Loss::kMatches}, lost_fields);
 }
 
-// A data set of poses as the Python package `movement` keeps them, for xarray:
-// netCDF, which an adapter writes.
+// A data set of poses of the Python package `movement`, for xarray: netCDF,
+// written by an adapter.
 void WriteMovementTracks(const std::string& path, const TrackSequence& tracks,
                          const TrackExportOptions& options,
                          LostFields* lost_fields) {

@@ -1,4 +1,4 @@
-// Which axes of the world are X, Y and Z of a file.
+// The axes of the world that a file's X, Y and Z are.
 #ifndef KINEGRAPH_CORE_IO_TRACKS_AXIS_MAP_H_
 #define KINEGRAPH_CORE_IO_TRACKS_AXIS_MAP_H_
 
@@ -8,17 +8,16 @@
 
 namespace kinegraph {
 
-// Axes of a file: each is an axis of the world with a sign. The default is
-// TRC's.
+// Axes of a file, each an axis of the world with a sign. The default is TRC's.
 struct AxisMap {
   std::array<int, 3> axis = {1, 2, 0};
   std::array<double, 3> sign = {1.0, 1.0, 1.0};
 
-  // "y,z,x" (the default: from z up to y up), "x,-z,y". Throws InputError for
-  // anything but three different axes that keep left and right apart.
+  // "y,z,x" (the default: from z up to y up), "x,-z,y". Throws InputError
+  // unless the text is a permutation of the axes with signs that do not mirror.
   static AxisMap Parse(const std::string& text);
-  // The file's axis `of_file` (0: X) is the world's `of_world`, turned about by
-  // `sign`; the others follow in their order, with no mirror image.
+  // The file's axis `of_file` (0: X) is the world's `of_world`, with its
+  // direction by `sign`; the others follow in cyclic order, without mirroring.
   static AxisMap With(size_t of_file, int of_world, double sign);
   // The text that Parse() reads.
   std::string Text() const;
@@ -32,7 +31,7 @@ struct AxisMap {
     return {sign[0] * world[axis[0]], sign[1] * world[axis[1]],
             sign[2] * world[axis[2]]};
   }
-  // And back.
+  // From the file to the world.
   Eigen::Vector3d Invert(const Eigen::Vector3d& in_file) const {
     Eigen::Vector3d world;
     for (size_t i = 0; i < 3; ++i) {

@@ -1,4 +1,4 @@
-// Biovision's BVH: a hierarchy with offsets at rest, then a row a frame with a
+// Biovision's BVH: a hierarchy with rest offsets, then one row per frame with a
 // value for each channel, in centimetres and degrees. A file is one person.
 #include <fmt/format.h>
 
@@ -28,11 +28,11 @@ using Eigen::Vector3d;
 constexpr const char* kBvhExtension = ".bvh";
 constexpr double kBvhCentimetreM = 0.01;
 
-// ---- Reading: files by whichever program ----
+// ---- Reading: files of any program ----
 //
-// Channels in any order, several roots. Places of joints follow from offsets
-// and angles; a joint that lies on its parent in every frame is a pivot and
-// left out. Frames count from 0.
+// Channels in any order, several roots. Joint positions follow from offsets and
+// angles; a joint that coincides with its parent in every frame is a pivot and
+// is omitted. Frames count from 0.
 
 struct Channel {
   bool is_position = false;
@@ -73,7 +73,7 @@ size_t ReadChannels(Words* words, BvhNode* node) {
 Hierarchy ReadHierarchy(Words* words) {
   constexpr size_t kMostJoints = 10000;
   Hierarchy hierarchy;
-  std::vector<int> open;  // from the root to the joint that is being read
+  std::vector<int> open;  // from the root to the current joint
   const auto read_offset = [words] {
     Vector3d offset;
     for (double& number : offset) number = words->Number("an offset");
@@ -114,9 +114,9 @@ Hierarchy ReadHierarchy(Words* words) {
   return hierarchy;
 }
 
-// Places of all nodes in a frame. A channel of position takes the offset's
-// place, as MotionBuilder and Blender have it; rotations apply in the order of
-// their channels, the first outermost.
+// Positions of all nodes in a frame. Position channels replace the offset, as
+// in MotionBuilder and Blender; rotations apply in the order of their channels,
+// the first outermost.
 std::vector<Vector3d> PlacesOf(const Hierarchy& hierarchy,
                                const std::vector<double>& values) {
   constexpr double kRadians = kPi / 180.0;
@@ -149,12 +149,12 @@ std::vector<Vector3d> PlacesOf(const Hierarchy& hierarchy,
   return places;
 }
 
-// The names that CMU's and Mixamo's skeletons give to our joints: a segment is
-// called there, which begins at the joint.
+// Our joints by the names in CMU's and Mixamo's skeletons, which name the
+// segment that begins at the joint.
 std::string BodyName(const std::string& label) {
   static const std::map<std::string, std::string> kNames = {
       {"Hips", "mid_hip"},          {"Neck", "neck"},
-      {"Head", "head_base"},  // not its top, as other files have it
+      {"Head", "head_base"},  // not the head's top, as in other files
       {"LeftUpLeg", "l_hip"},       {"RightUpLeg", "r_hip"},
       {"LeftLeg", "l_knee"},        {"RightLeg", "r_knee"},
       {"LeftFoot", "l_ankle"},      {"RightFoot", "r_ankle"},
@@ -168,7 +168,7 @@ std::string BodyName(const std::string& label) {
   return found == kNames.end() ? label : found->second;
 }
 
-// The nodes that are joints, with their names and bones.
+// The nodes that are joints, with names and bones.
 struct BvhJoints {
   std::vector<size_t> nodes;
   std::vector<std::string> names;
@@ -221,9 +221,9 @@ Motion ReadMotion(Words* words) {
   return {static_cast<int64_t>(frames), 1.0 / step_s};
 }
 
-// The rate that a rounded time means: 0.033333 s are 30 Hz.
+// The rate that a rounded period stands for: 0.033333 s are 30 Hz.
 double NearWhole(double rate_hz) {
-  constexpr double kNear = 5e-4;  // a thousandth away is the next NTSC rate
+  constexpr double kNear = 5e-4;  // the next NTSC rate differs by a thousandth
   const double whole = std::round(rate_hz);
   return std::abs(rate_hz - whole) < kNear * whole ? whole : rate_hz;
 }
@@ -251,12 +251,11 @@ void ReadBvhFrames(const Hierarchy& hierarchy,
 
 // ---- Writing ----
 //
-// The root has its place and three angles, the other joints angles alone, which
-// stand as Zrotation Xrotation Yrotation: a joint is turned by Rz Rx Ry. Y is
-// up.
+// The root has its position and three angles, other joints only angles, in the
+// order Zrotation Xrotation Yrotation: a joint's rotation is Rz Rx Ry. Y is up.
 
-// Angles about z, x and y [rad]: of the two triples that give the rotation the
-// one nearer to the last row's, so that a curve has no jumps.
+// Angles about z, x and y [rad]: of the two triples for a rotation the one
+// nearer to the previous row's, so that curves have no jumps.
 Vector3d AnglesOf(const Eigen::Quaterniond& rotation, const Vector3d& last) {
   const Matrix3d r = rotation.toRotationMatrix();
   constexpr double kUpright = 1.0 - 1e-12;
@@ -266,10 +265,10 @@ Vector3d AnglesOf(const Eigen::Quaterniond& rotation, const Vector3d& last) {
   if (std::abs(r(2, 1)) < kUpright) {
     y = std::atan2(-r(2, 0), r(2, 2));
     z = std::atan2(-r(0, 1), r(1, 1));
-  } else {  // only the sum of the other two is told
+  } else {  // gimbal lock: only the sum of the other two is determined
     z = std::atan2(r(1, 0), r(0, 0));
   }
-  // The turns nearest to the last that lead to the same angles.
+  // Equivalent angles nearest to the previous ones.
   const auto unwound = [&last](Vector3d angles) {
     for (int k = 0; k < 3; ++k) {
       angles[k] += 2.0 * kPi * std::round((last[k] - angles[k]) / (2.0 * kPi));
@@ -291,8 +290,8 @@ std::string Offset(const Vector3d& offset_m, const std::string& indent) {
                      cm.z());
 }
 
-// The joint and those that hang on it, as text and in the order of a row's
-// angles.
+// The joint and its descendants as text, and their order, which is that of a
+// row's angles.
 void AddBvhJoint(const JointTree& tree, const TreeMotion& motion, size_t joint,
                  const std::string& indent, std::string* text,
                  std::vector<size_t>* order) {
@@ -312,7 +311,7 @@ void AddBvhJoint(const JointTree& tree, const TreeMotion& motion, size_t joint,
     AddBvhJoint(tree, motion, child, inside, text, order);
   }
   if (tree[joint].children.empty()) {
-    // Straight on; a joint alone has something to be seen, too.
+    // Extends the bone; a single joint gets an end, too, to be visible.
     constexpr double kShare = 0.3;
     const Vector3d end_m = motion.offsets_m[joint].isZero()
                                ? Vector3d(0.05 * Vector3d::UnitY())
@@ -343,7 +342,7 @@ class BvhWriter {
     }
     size_t there = 0;
     for (const auto& [id, span] : spans_) there += span.count;
-    // Many who come and go would be files of people who stand still.
+    // With many people who come and go, the files would mostly repeat poses.
     constexpr size_t kMostRows = 200'000;
     constexpr size_t kMostTimes = 5;
     const size_t all = rows.size() * spans_.size();
@@ -358,7 +357,7 @@ class BvhWriter {
     }
     const TreeMotion motion = SolveTreeMotion(tree_, poses, axes_);
     losses_.See(tree_, motion, PersonLabel(id.value()));
-    // Before and after the person the first and the last pose stand.
+    // The first and the last pose are repeated before and after the person.
     const size_t before = on_one_clock_ ? span.first : 0;
     const size_t after =
         on_one_clock_ ? rows_.size() - span.first - span.count : 0;
@@ -403,13 +402,13 @@ class BvhWriter {
   }
 
  private:
-  // The rows of a person, from the first to the last that has him.
+  // A person's rows, from the first to the last with the person present.
   struct Span {
     size_t first = 0;
     size_t count = 0;
   };
 
-  // Rotations turn bones; of points alone nothing would be left.
+  // Rotations require bones; points alone cannot be represented.
   void RequireBones() const {
     const bool has_bones =
         std::any_of(tree_.begin() + 1, tree_.end(), [](const TreeJoint& joint) {
@@ -450,7 +449,7 @@ class BvhWriter {
   const JointTree tree_;
   std::map<int64_t, Span> spans_;  // by identity
   bool on_one_clock_ = true;
-  // How far the rigid skeleton lies from the tracks.
+  // Distance of the rigid skeleton from the tracks.
   double misfit_m2_ = 0.0;
   double largest_misfit_m_ = 0.0;
   int64_t misfits_ = 0;
@@ -466,7 +465,7 @@ bool RecogniseBvhTracks(const TrackHead& head) {
 TrackSequence ReadBvhTracks(const std::string& path,
                             const TrackReadOptions& options) {
   std::optional<TrackCollector> collector;
-  std::vector<std::string> names;  // of the first file's joints
+  std::vector<std::string> names;  // joints of the first file
   for (const PersonFile& file : ListPersonFiles(path, kBvhExtension)) {
     ReadText<Words>(file.path, [&](Words* words) {
       const Hierarchy hierarchy = ReadHierarchy(words);

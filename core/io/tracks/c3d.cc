@@ -1,6 +1,6 @@
-// Tracks of a C3D file. A label "Anna:l_knee" is of person Anna; without such
-// names all points are one person. A file without points is of segments, whose
-// origins are the joints.
+// Tracks of a C3D file. The label "Anna:l_knee" belongs to person Anna; without
+// such labels all points are one person. In a file without points the joints
+// are the origins of segments.
 #include "core/io/tracks/c3d.h"
 
 #include <algorithm>
@@ -21,7 +21,7 @@
 namespace kinegraph {
 namespace {
 
-// A point of the file, or a segment: whose it is and which joint.
+// A point or segment of the file, with its person and joint.
 struct Point {
   size_t index = 0;  // in the file
   size_t person = 0;
@@ -29,13 +29,13 @@ struct Point {
 };
 
 struct Contents {
-  std::vector<std::string> joints;  // of all people together
+  std::vector<std::string> joints;  // union over people
   std::vector<TrackId> ids;
   PersonNames names;
   std::vector<Point> points;
 };
 
-// Different texts in the order in which they come.
+// Distinct texts in order of appearance.
 class Places {
  public:
   size_t Of(const std::string& text) {
@@ -58,12 +58,12 @@ std::optional<TrackId> IdOf(const std::string& prefix) {
       kBegins.size(), prefix.size() - kBegins.size() - 1));
 }
 
-// Neither without a name, nor Vicon's that nobody named, nor the laboratory.
+// Excludes empty labels, Vicon's unlabelled points and the laboratory.
 bool IsJoint(const std::string& label) {
   return !label.empty() && label.front() != '*' && label != "worldbody";
 }
 
-// What the labels of a file say.
+// Interprets the labels of a file.
 class Labels {
  public:
   Labels(const C3dValues& values, std::vector<std::string> labels)
@@ -77,7 +77,7 @@ class Labels {
     for (const std::string& label : labels_) {
       if (IsJoint(label)) ++counts[label];
     }
-    // The same set of labels for each of several people.
+    // Each label occurs once per person.
     const size_t copies = counts.empty() ? 0 : counts.begin()->second;
     const bool is_set_each =
         copies > 1 &&
@@ -106,7 +106,7 @@ class Labels {
   }
 
  private:
-  // "C7_2": the second of two that are called C7.
+  // "C7_2" for the second point labelled C7.
   static std::string Unlike(const std::map<std::string, size_t>& labels,
                             const std::string& subject,
                             const std::string& joint, size_t number) {
@@ -117,8 +117,8 @@ class Labels {
     return other;
   }
 
-  // "Anna:" and "l_knee"; by the prefixes that the file lists, else at a colon
-  // unless the file says that it has none.
+  // "Anna:" and "l_knee"; by the file's prefixes, else at a colon unless the
+  // file states that it has no prefixes.
   std::pair<std::string, std::string> Split(const std::string& label) const {
     size_t size = 0;
     for (const std::string& prefix : prefixes_) {
@@ -136,8 +136,8 @@ class Labels {
     return {label.substr(0, size), label.substr(size)};
   }
 
-  // "person_3:" is identity 3, others count 0, 1, 2 in order; SUBJECTS:NAMES
-  // says what people are called.
+  // "person_3:" is identity 3, others are 0, 1, 2 in order; SUBJECTS:NAMES has
+  // the names of people.
   void NamePeople(const std::vector<std::string>& subjects,
                   Contents* contents) const {
     std::set<TrackId> taken;
@@ -171,7 +171,7 @@ class Labels {
   const bool uses_prefixes_;
 };
 
-// "pelvis_4X4" is what C-Motion and Theia call the matrix of the pelvis.
+// C-Motion and Theia label the matrix of the pelvis "pelvis_4X4".
 std::string SegmentName(const std::string& label) {
   for (const std::string_view end : {"_4X4", "_4x4"}) {
     if (EndsIn(label, end)) {
@@ -181,8 +181,8 @@ std::string SegmentName(const std::string& label) {
   return label;
 }
 
-// Vicon's models keep what they compute as points, too: angles [degrees],
-// forces, ..., whose labels stand in lists of their own.
+// Vicon's models store computed quantities as points, too: angles [degrees],
+// forces, ..., whose labels are in separate lists.
 void DropModelled(const C3dValues& values, std::vector<std::string>* labels) {
   std::set<std::string> modelled;
   for (const char* kind :
@@ -202,7 +202,7 @@ void DropModelled(const C3dValues& values, std::vector<std::string>* labels) {
 }
 
 Contents ContentsOf(const C3dFile& file) {
-  // Everybody has a place for every joint, so places are a multiple of points.
+  // Every person has an entry for every joint: limits entries per point.
   constexpr size_t kMostPlaces = 64;
   const bool has_points = file.points().width > 0;
   std::vector<std::string> labels =
@@ -232,8 +232,8 @@ TrackSequence ReadC3dFile(const std::string& path,
   const Contents contents = ContentsOf(file);
   const bool has_points = file.points().width > 0;
   const C3dFrames& frames = has_points ? file.points() : file.segments();
-  // A segment's origin keeps the segment's name: that of a head is no top of
-  // it.
+  // A segment's origin keeps the segment's name: that of the head is not its
+  // top.
   TrackCollector collector("c3d",
                            has_points || options.skeleton.has_value()
                                ? SkeletonOfNames(contents.joints, options)
@@ -298,7 +298,7 @@ double PlateNumber(const C3dValues& values, const std::string& name,
   return values.Number("FORCE_PLATFORM:" + name, index).value_or(otherwise);
 }
 
-// Weights of the plate's channels whose sum is the load across it.
+// Weights of the plate's channels whose sum is the vertical load.
 std::vector<double> LoadWeights(const C3dValues& values, size_t plate) {
   switch (static_cast<int>(PlateNumber(values, "TYPE", plate))) {
     case 1:
@@ -359,7 +359,8 @@ ForcePlate ReadPlate(const C3dFile& file, size_t plate, size_t row_length,
       mean += load_n;
     }
   }
-  // Its own axes point up or down, and force or reaction is meant.
+  // The plate's axis may point up or down, and the file may have force or
+  // reaction.
   if (mean < 0.0) {
     for (double& load_n : result.load_n) load_n = -load_n;
   }
@@ -382,7 +383,7 @@ std::vector<ForcePlate> ReadForcePlates(const std::string& path) {
     for (size_t plate = 0; static_cast<double>(plate) < used; ++plate) {
       weights.push_back(LoadWeights(file.values(), plate));
     }
-    // As long as the longest plate's, of this file or of what wrote it.
+    // All rows have the length of the longest plate's.
     const size_t row_length = file.values().RowLength("FORCE_PLATFORM:CHANNEL");
     std::vector<ForcePlate> plates;
     for (size_t plate = 0; plate < weights.size(); ++plate) {
@@ -396,7 +397,7 @@ std::vector<ForcePlate> ReadForcePlates(const std::string& path) {
   });
 }
 
-// The first byte says where the parameters begin.
+// The first byte is the block at which the parameters begin.
 bool RecogniseC3dTracks(const TrackHead& head) {
   return head.beginning.size() >= kC3dBlock && head.beginning[1] == 0x50 &&
          !head.BeginsWith("PK") && head.beginning[0] > 0 &&

@@ -1,4 +1,4 @@
-// What a C3D file has besides tracks: poses of body segments (its ROTATION
+// Content of a C3D file besides tracks: poses of body segments (its ROTATION
 // group, which Theia3D, Visual3D and others write) and force plates (its
 // FORCE_PLATFORM group and analog samples).
 #ifndef KINEGRAPH_CORE_IO_TRACKS_C3D_H_
@@ -17,27 +17,26 @@ namespace kinegraph {
 
 struct SegmentFrame {
   int64_t frame = 0;
-  // One a segment, metres; nullopt where it is missing.
+  // One per segment, metres; nullopt if missing.
   std::vector<std::optional<Eigen::Isometry3d>> world_from_segment;
 };
 
 struct SegmentSequence {
-  std::vector<std::string> names;  // as the program's, without "_4X4"
-  double frame_rate_hz = 0.0;      // 0: not known
+  std::vector<std::string> names;  // as in the file, without "_4X4"
+  double frame_rate_hz = 0.0;      // 0: unknown
   std::vector<SegmentFrame> frames;
 };
 
-// The segments of a C3D file, those of the laboratory ("worldbody") too; none
-// where the file has points alone. The origins are what ReadTracks() gives as
-// joints where a file has no points. `axes` as in TrackReadOptions. Throws
+// The segments of a C3D file, including that of the laboratory ("worldbody");
+// none if the file only has points. ReadTracks() returns their origins as
+// joints for files without points. `axes` as in TrackReadOptions. Throws
 // InputError naming the file.
 SegmentSequence ReadSegments(const std::string& path,
                              const std::optional<AxisMap>& axes = {});
 
-// Of types 1 to 4 (c3d.org's user guide); types that are not known are left
-// out. The world's axes are those in which ReadTracks() gives the points.
-// Throws InputError naming the file where it has no plates or their channels
-// are not there.
+// Plates of types 1 to 4 (c3d.org's user guide); other types are ignored. World
+// axes are those in which ReadTracks() returns the points. Throws InputError
+// naming the file if it has no plates or lacks their channels.
 std::vector<ForcePlate> ReadForcePlates(const std::string& path);
 
 }  // namespace kinegraph

@@ -15,7 +15,7 @@ namespace kinegraph {
 namespace {
 
 constexpr double kMostFrames = 1e9;
-constexpr int64_t kFull = 65535;  // the most that a word holds; -1 if signed
+constexpr int64_t kFull = 65535;  // maximum of a word; -1 if signed
 constexpr int64_t kWords = 65536;
 
 std::string Upper(std::string text) {
@@ -29,7 +29,7 @@ std::string WithoutFill(const std::string& text) {
   return end == std::string::npos ? "" : text.substr(0, end + 1);
 }
 
-// UTF-8 as it is, anything else taken as Latin-1.
+// UTF-8 unchanged, anything else converted from Latin-1.
 std::string AsUtf8(const std::string& text) {
   size_t at = 0;
   while (at < text.size()) {
@@ -39,7 +39,8 @@ std::string AsUtf8(const std::string& text) {
   }
   if (at >= text.size()) return text;
   std::string utf8;
-  for (const char c : text) {  // Latin-1's bytes are Unicode's first 256
+  for (const char c : text) {  // Latin-1 is the first 256 code points of
+                               // Unicode
     const auto byte = static_cast<unsigned char>(c);
     if (byte >= 0x80) utf8 += static_cast<char>(0xC0 | byte >> 6);
     utf8 += static_cast<char>(byte < 0x80 ? byte : 0x80 | (byte & 0x3F));
@@ -67,11 +68,11 @@ size_t BlockBegin(double block) {
 
 }  // namespace
 
-// ---- parameters ----
+// ---- Parameters ----
 
 C3dValues::C3dValues(const C3dBytes& bytes, size_t begin) : bytes_(bytes) {
   const auto blocks = static_cast<size_t>(bytes.Byte(begin + 2));
-  // Some writers leave out how many blocks there are.
+  // Some writers leave the number of blocks at 0.
   const size_t end = blocks == 0
                          ? bytes.size()
                          : std::min(begin + kC3dBlock * blocks, bytes.size());
@@ -148,13 +149,12 @@ std::vector<std::string> C3dValues::Texts(const std::string& name) const {
   }
 }
 
-// ---- the file ----
+// ---- The file ----
 
 class C3dRange {
  public:
-  // The first frame, and how many there are by each convention, the most
-  // trusted first. 0 says nothing, and a full word only that there are as many
-  // or more.
+  // The first frame, and the number of frames by each convention, the most
+  // reliable first. 0 means unspecified; a full word means this many or more.
   C3dRange(const C3dBytes& bytes, const C3dValues& values)
       : bytes_(bytes), values_(values) {
     const auto state = [&](const char* where, int64_t count, bool is_word,
@@ -176,7 +176,7 @@ class C3dRange {
     }
     for (const char* name : {"POINT:LONG_FRAMES", "POINT:FRAMES"}) {
       const double frames = values_.NumberOrZero(name);
-      // A float may be -1, too.
+      // Floats may also be -1.
       if (frames > 0.0 && frames <= kMostFrames && frames != kFull) {
         state(name, std::llround(frames), std::string(name) == "POINT:FRAMES");
       }
@@ -190,8 +190,8 @@ class C3dRange {
     }
   }
 
-  // The stated count with which the frames end where the data do, but for less
-  // than a block. What stands in a word may have run over.
+  // The stated count for which the frames end within a block of the end of the
+  // data. Counts in a word may have overflowed.
   std::optional<int64_t> FittingCount(const C3dFrames& frames,
                                       size_t end) const {
     if (frames.frame_bytes == 0 || frames.begin > end) return std::nullopt;
@@ -215,8 +215,8 @@ class C3dRange {
     return std::nullopt;
   }
 
-  // Counted from 0: by what says `count` as well, as a file that was trimmed
-  // may keep another range in one place.
+  // 0-based; by a source that also states `count`, as a trimmed file may keep
+  // the old range in one place.
   int64_t FirstOf(int64_t count) const {
     int64_t first = first_;
     for (auto at = stated_.rbegin(); at != stated_.rend(); ++at) {
@@ -250,7 +250,7 @@ class C3dRange {
       return most_trusted.count;
     }
     if (room < at_least_) throw InputError("is cut off");
-    // Only the size tells. The last block may be filled up with zeros.
+    // Only the size is left. The last block may be padded with zeros.
     int64_t count = room;
     const auto begin_of = [&](int64_t frame) {
       return frames.begin + static_cast<size_t>(frame) * frames.frame_bytes;
@@ -268,8 +268,8 @@ class C3dRange {
   struct Stated {
     std::string where;
     int64_t count = 0;
-    bool is_word = false;  // known modulo 65536
-    int64_t first = -1;    // frame, counted from 1; -1: not stated
+    bool is_word = false;  // modulo 65536
+    int64_t first = -1;    // 1-based; -1: unspecified
   };
 
   // Two words, or a number of another type.
@@ -284,9 +284,9 @@ class C3dRange {
 
   const C3dBytes& bytes_;
   const C3dValues& values_;
-  int64_t first_ = 0;  // counted from 1; where no statement is believed
+  int64_t first_ = 0;  // 1-based; used if no statement fits
   std::vector<Stated> stated_;
-  int64_t at_least_ = 0;  // frames, where a full word says so
+  int64_t at_least_ = 0;  // frames, by a full word
 };
 
 C3dFile::C3dFile(const std::string& path)
@@ -303,7 +303,7 @@ C3dFile::C3dFile(const std::string& path)
   }
 }
 
-// Sets the order of bytes; where the parameters begin.
+// Sets the byte order; returns the offset of the parameters.
 size_t C3dFile::OpenParameters() {
   if (!bytes_.Has(0, kC3dBlock)) throw InputError("is cut off");
   if (bytes_.Byte(1) != 0x50) throw InputError("is no C3D file");
@@ -334,7 +334,7 @@ void C3dFile::FindSegments(const C3dRange& range) {
       kMatrixBytes * segments_.width * static_cast<size_t>(each);
   if (bytes_.Word(2) > 0 && range.is_stated() &&
       !range.FittingCount(segments_, bytes_.size())) {
-    segments_ = {};  // beyond what the word of DATA_START reaches, or broken
+    segments_ = {};  // beyond the range of the word DATA_START, or invalid
     return;
   }
   const int64_t count = range.CountOf(segments_, bytes_.size());
@@ -377,8 +377,8 @@ void C3dFile::FindPoints(const C3dRange& range) {
   };
   const size_t width = points_.width;
   if (!set_bytes()) {
-    // Header and parameters disagree, or floats with the scale of integers:
-    // what fills the file is meant.
+    // Header and parameters disagree, or floats have the scale of integers: use
+    // the variant that fits the file's size.
     points_.width = static_cast<size_t>(in_header);
     if (in_header == 0 || !set_bytes()) {
       points_.width = width;
@@ -394,7 +394,7 @@ void C3dFile::FindPoints(const C3dRange& range) {
   points_.rate_hz = IsRate(rate_hz_) ? rate_hz_ : 0.0;
 }
 
-// A frame of the header has so many values, in so many samples.
+// The header states analog values and samples per frame.
 void C3dFile::FindAnalog() {
   const auto values = static_cast<size_t>(bytes_.Word(4));
   const auto per_frame = static_cast<size_t>(bytes_.Word(18));
@@ -435,7 +435,7 @@ std::optional<Eigen::Isometry3d> C3dFile::Segment(int64_t frame,
     }
   }
   const double reliability = bytes_.Float(at + 4 * (kNumbers - 1));
-  // A missing segment is without numbers or all zeros.
+  // Missing segments have NaN or zeros.
   if (!(reliability >= 0.0) || !pose.matrix().allFinite() ||
       !(pose.linear().determinant() > 0.5)) {
     return std::nullopt;

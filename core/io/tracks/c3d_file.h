@@ -1,7 +1,6 @@
-// The content of a C3D file as c3d.org's user guide has it, by whichever
-// program: integers or floats, Intel, DEC or MIPS order, analog samples; and
-// C-Motion's ROTATION group, a 4x4 matrix a segment and frame. For core/io
-// alone.
+// The content of a C3D file by c3d.org's user guide, of any program: integers
+// or floats, Intel, DEC or MIPS order, analog samples; and C-Motion's ROTATION
+// group, a 4x4 matrix per segment and frame. For core/io only.
 #ifndef KINEGRAPH_CORE_IO_TRACKS_C3D_FILE_H_
 #define KINEGRAPH_CORE_IO_TRACKS_C3D_FILE_H_
 
@@ -23,7 +22,7 @@ namespace kinegraph {
 
 inline constexpr size_t kC3dBlock = 512;
 
-// Bytes in one of the three orders; reading beyond the end throws InputError.
+// Bytes in one of three orders; reading beyond the end throws InputError.
 class C3dBytes {
  public:
   enum Order { kIntel = 84, kDec = 85, kMips = 86 };
@@ -38,8 +37,8 @@ class C3dBytes {
     Require(at, 4);
     const auto first = static_cast<uint32_t>(WordThere(at));
     const auto second = static_cast<uint32_t>(WordThere(at + 2));
-    // DEC's and MIPS' more significant half comes first; DEC's exponent counts
-    // two more.
+    // In DEC and MIPS order the more significant half comes first; DEC's
+    // exponent is larger by two.
     const uint32_t bits =
         order_ == kIntel ? second << 16 | first : first << 16 | second;
     float number = 0.0F;
@@ -73,30 +72,29 @@ class C3dBytes {
   int order_ = kIntel;
 };
 
-// Parameters by "GROUP:NAME". What is not as the guide has it is not there.
+// Parameters by "GROUP:NAME". Malformed ones count as absent.
 class C3dValues {
  public:
   C3dValues(const C3dBytes& bytes, size_t begin);
 
-  // The value at `index`, nullopt when it is not there. Throws InputError for a
-  // text.
+  // The value at `index`, nullopt if absent. Throws InputError for a text.
   std::optional<double> Number(const std::string& name, size_t index = 0) const;
-  // 0 when it is not there.
+  // 0 if absent.
   double NumberOrZero(const std::string& name) const {
     return Number(name).value_or(0.0);
   }
-  // Values of one row, the fastest dimension; 0 when it is not there.
+  // Length of a row, the fastest dimension; 0 if absent.
   size_t RowLength(const std::string& name) const;
-  // With those of NAME2, NAME3, ..., without spaces behind; none where it has
-  // numbers. Bytes that are no UTF-8 are taken as Latin-1.
+  // Includes the texts of NAME2, NAME3, ..., without trailing spaces; empty for
+  // numbers. Bytes that are not UTF-8 are read as Latin-1.
   std::vector<std::string> Texts(const std::string& name) const;
 
  private:
-  // Where a parameter's values stand.
+  // Location of a parameter's values.
   struct Place {
     int type = 0;  // -1 characters, 1 bytes, 2 words, 4 floats
     std::vector<size_t> shape;
-    size_t count = 1;  // seven sides of 255 at most: no overflow
+    size_t count = 1;  // at most seven sides of 255: no overflow
     size_t at = 0;
   };
 
@@ -112,26 +110,26 @@ class C3dValues {
 
 // Frames of points or of segments' matrices.
 struct C3dFrames {
-  size_t width = 0;  // points or segments in a frame
+  size_t width = 0;  // points or segments per frame
   int64_t count = 0;
-  int64_t first = 0;     // counted from 0; C3D counts from 1
-  double rate_hz = 0.0;  // 0: not known
+  int64_t first = 0;     // 0-based; C3D's numbers are 1-based
+  double rate_hz = 0.0;  // 0: unknown
   size_t begin = 0;      // bytes
   size_t frame_bytes = 0;
 };
 
-// Analog samples, which stand behind the points of each frame.
+// Analog samples, which follow the points of each frame.
 struct C3dAnalog {
   size_t channels = 0;
   size_t per_frame = 0;  // samples of each channel
 };
 
-class C3dRange;  // what a file says of its frames
+class C3dRange;  // the file's statements on its frames
 
 class C3dFile {
  public:
-  // Throws InputError without the file's name when it cannot be read, is cut
-  // off, or when what it says of its length disagrees.
+  // Throws InputError without the file's name if it cannot be read, is
+  // truncated or contradicts itself about its length.
   explicit C3dFile(const std::string& path);
   C3dFile(const C3dFile&) = delete;
   C3dFile& operator=(const C3dFile&) = delete;
@@ -142,14 +140,13 @@ class C3dFile {
   const C3dAnalog& analog() const { return analog_; }
   double unit_m() const { return unit_m_; }
 
-  // In metres and the axes of the file; nullopt for a point that is not valid:
-  // residual below 0, no number, or 0, 0, 0 with residual 0, as many programs
-  // write a missing one.
+  // In metres, in the axes of the file; nullopt for an invalid point: negative
+  // residual, not a number, or 0, 0, 0 with residual 0, which many programs
+  // write for a missing one.
   std::optional<Eigen::Vector3d> Point(int64_t frame, size_t point) const;
-  // In the channel's unit.
+  // In the unit of the channel.
   double Analog(int64_t frame, size_t sample, size_t channel) const;
-  // From the segment's axes to the file's; nullopt where the segment is
-  // missing.
+  // From the segment's axes to the file's; nullopt if the segment is missing.
   std::optional<Eigen::Isometry3d> Segment(int64_t frame, size_t segment) const;
 
  private:
@@ -162,14 +159,14 @@ class C3dFile {
   const C3dValues values_;
   bool is_float_ = true;
   double unit_m_ = 0.001;
-  double step_m_ = 0.001;  // of a coordinate of a point
+  double step_m_ = 0.001;  // of a point's coordinate
   double rate_hz_ = 0.0;
   C3dFrames points_;
   C3dFrames segments_;
   C3dAnalog analog_;
 };
 
-// Here, so that it is inlined: it is called for each point of each frame.
+// Inline, as it is called for each point of each frame.
 inline std::optional<Eigen::Vector3d> C3dFile::Point(int64_t frame,
                                                      size_t point) const {
   const size_t width = is_float_ ? 4 : 2;
@@ -183,7 +180,7 @@ inline std::optional<Eigen::Vector3d> C3dFile::Point(int64_t frame,
   }
   constexpr double kLeast = std::numeric_limits<float>::min();
   if (is_float_ && values[3] != 0.0 && std::abs(values[3]) < kLeast) {
-    // Some write the residual as a word here too.
+    // Some programs write the residual as a word in float files, too.
     values[3] = static_cast<int16_t>(bytes_.Word(at + 12));
   }
   if (!(values[3] >= 0.0)) return std::nullopt;

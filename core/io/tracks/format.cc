@@ -14,7 +14,7 @@
 
 namespace kinegraph {
 
-// A source of its own, or one of its kind, defines the functions of a format.
+// The functions of a format are defined in a source of its own or of its kind.
 #define KINEGRAPH_DECLARE(Format)                                      \
   bool Recognise##Format##Tracks(const TrackHead& head);               \
   TrackSequence Read##Format##Tracks(const std::string& path,          \
@@ -52,7 +52,7 @@ void Check(const TrackReadOptions& options) {
   }
 }
 
-// What an adapter recognises that is none of our list.
+// Any format of an adapter that is not in our list.
 const TrackFormat& FormatOfAdapters() {
   static const TrackFormat kFormat = {
       "adapter",
@@ -67,7 +67,7 @@ const TrackFormat& FormatOfAdapters() {
   return kFormat;
 }
 
-// In another unit than the format's usual one.
+// Converts from the format's usual unit to another one.
 void Scale(double factor, TrackSequence* tracks) {
   for (TrackFrame& frame : tracks->frames) {
     for (PersonPose& person : frame.people) {
@@ -83,7 +83,7 @@ void Scale(double factor, TrackSequence* tracks) {
 
 namespace {
 
-// A row of the list: what a format does not have is not named.
+// An entry of the list; properties that a format lacks are omitted.
 struct Row : TrackFormat {
   Row(const char* of_name, const char* of_layout) {
     name = of_name;
@@ -102,7 +102,7 @@ struct Row : TrackFormat {
     write = how;
     return *this;
   }
-  // Joints may be written under other programs' names, people under theirs.
+  // Joints may be renamed to other programs' names; people have names.
   Row& WithNames(ReadNames how_read = nullptr) {
     has_marker_names = true;
     return WithPersonNames(how_read);
@@ -129,7 +129,7 @@ struct Row : TrackFormat {
     files = Files::kFileAFrame;
     return *this;
   }
-  // It recognises files that are of another kind, too.
+  // It also recognises files that are not tracks.
   Row& Mistakable() {
     is_unmistakable = false;
     return *this;
@@ -142,8 +142,8 @@ struct Row : TrackFormat {
 
 }  // namespace
 
-// In the order in which they are listed; no other order matters, as no two
-// recognise the same.
+// In the order of listings; recognition does not depend on it, as no two
+// formats recognise the same.
 const std::vector<TrackFormat>& TrackFormats() {
   static const std::vector<TrackFormat> kFormats = {
       Row("kinegraph", "JSON Lines")

@@ -1,11 +1,11 @@
-// glTF 2.0 (Khronos' specification, sections 3 and 4): everybody of the
-// recording as an animated skeleton with a simple body of bones, in metres, Y
-// up. A path that ends in .glb gets the binary container, any other JSON with
-// the buffer inside.
+// glTF 2.0 (Khronos' specification, sections 3 and 4): all people of the
+// recording as animated skeletons with a simple body of bones, in metres, Y up.
+// A path with the extension .glb gets the binary container, any other JSON with
+// an embedded buffer.
 //
-// Each joint has its rotation, by the directions of its bones, and its place in
-// its parent's frame, so that joints stand where the tracks have them, to the
-// last bit of a float. A person who is not there has scale 0.
+// Each joint has its rotation, by the directions of its bones, and its position
+// in its parent's frame, so that joint positions equal the tracks' to float
+// precision. An absent person has scale 0.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -30,7 +30,7 @@ namespace {
 using Eigen::Quaterniond;
 using Eigen::Vector3d;
 
-// Numbers of the specification.
+// Constants of the specification.
 enum ComponentType {
   kUnsignedShort = 5123,
   kUnsignedInt = 5125,
@@ -60,11 +60,11 @@ std::string Base64(const std::string& bytes) {
   return text;
 }
 
-// An array of JSON, written as it grows: a tree of values for thousands of
-// people would take a hundred times the memory of their text.
+// A JSON array, written as text while it grows: a tree of values for thousands
+// of people would take a hundred times the memory of their text.
 class JsonList {
  public:
-  // The index of the item.
+  // Returns the index of the item.
   size_t Add(const std::string& item) {
     text_ += (count_ == 0 ? "" : ",") + item;
     return count_++;
@@ -80,7 +80,7 @@ class JsonList {
 // The one buffer, with the views and accessors into it.
 class Buffer {
  public:
-  // Arrays of `width` numbers each; the index of the accessor.
+  // Arrays of `width` numbers each; returns the index of the accessor.
   template <typename Number>
   size_t Add(const std::vector<Number>& values, size_t width,
              BufferTarget target = kNoTarget, const std::string& bounds = "") {
@@ -104,7 +104,7 @@ class Buffer {
         R"({{"bufferView":{},"componentType":{},"count":{},"type":"{}"{}}})",
         view, +kType, values.size() / width, type, bounds));
   }
-  // With their least and largest values.
+  // With minimum and maximum values.
   size_t AddBounded(const std::vector<float>& values, size_t width,
                     BufferTarget target = kNoTarget) {
     std::vector<float> low(values.begin(),
@@ -139,12 +139,12 @@ void AppendFloats(const Vector& numbers, std::vector<float>* values) {
   }
 }
 
-// The body: a spindle along each bone and a small octahedron at each joint,
-// in the rest pose, with the joints that move each corner.
+// The body: a spindle along each bone and a small octahedron at each joint, in
+// the rest pose, with the joints that move each vertex.
 class Body {
  public:
   Body(const JointTree& tree, const std::vector<Vector3d>& rest_m) {
-    // Small beside the bones of a small animal, too.
+    // Also small relative to the bones of a small animal.
     double ball_m = 0.0;
     for (size_t j = 1; j < tree.size(); ++j) {
       const Vector3d bone_m = rest_m[j] - rest_m[tree[j].parent];
@@ -159,7 +159,8 @@ class Body {
       const size_t parent = tree[j].parent;
       const Vector3d bone_m = rest_m[j] - rest_m[parent];
       if (bone_m.norm() < ball_m) continue;
-      constexpr double kThickest = 0.15;  // share of the way along the bone
+      constexpr double kThickest = 0.15;  // position of the largest width, as a
+                                          // share of the bone
       AddSpindle(rest_m[parent], parent, rest_m[j], j,
                  rest_m[parent] + kThickest * bone_m,
                  std::min(0.1 * bone_m.norm(), 1.5 * ball_m));
@@ -213,8 +214,8 @@ class Body {
   std::vector<uint32_t> indices_;
 };
 
-// A node with the joints behind it. The person is there in some rows of the
-// recording, which are other rows of the motion.
+// A node followed by its joints. `rows` of the recording show the person; they
+// are the rows `of_motion` of the motion.
 struct AnimatedPerson {
   std::string name;
   size_t node = 0;
@@ -223,7 +224,7 @@ struct AnimatedPerson {
   TreeMotion motion;
 };
 
-// Okabe and Ito's colours, told apart by everybody.
+// Okabe and Ito's palette, distinguishable with colour blindness.
 constexpr std::array<const char*, 7> kColours = {
     "0.9,0.6,0",  "0.34,0.71,0.91", "0,0.62,0.45",  "0.94,0.89,0.26",
     "0,0.45,0.7", "0.84,0.37,0",    "0.8,0.47,0.65"};
@@ -245,14 +246,14 @@ class Scene {
       nodes_.Add(
           fmt::format(R"({{"name":{},"children":[{}],"extras":{{"id":{}}}}})",
                       JsonText(person.name), person.node + 1, ids[p]));
-      // Names of nodes are taken once, which readers count on.
+      // Readers expect unique node names.
       AddJoints(person, ids.size() > 1 ? person.name + "_" : "");
       AddSkin(person, kColours[p % kColours.size()]);
       AddMotion(person);
     }
   }
 
-  // All but the buffer and the closing bracket.
+  // Everything except the buffer and the closing brackets.
   std::string Document() const {
     const TrackFrame& first = tracks_.frames.front();
     return fmt::format(
@@ -280,7 +281,8 @@ class Scene {
   }
 
  private:
-  // Seconds since the first frame: those of a long day would not fit a float.
+  // Seconds since the first frame, as absolute times may exceed float
+  // precision.
   float SecondsOf(size_t row) const {
     return static_cast<float>(rows_[row].time_s - rows_.front().time_s);
   }
@@ -289,7 +291,7 @@ class Scene {
     AnimatedPerson person;
     person.name = name;
     person.node = nodes_.size();
-    std::vector<const PersonPose*> poses;  // from the first on
+    std::vector<const PersonPose*> poses;  // from the person's first row on
     for (size_t r = 0; r < rows_.size(); ++r) {
       const PersonPose* pose = FindPerson(rows_[r].frame, id);
       if (pose != nullptr) {
@@ -308,7 +310,7 @@ class Scene {
   void AddJoints(const AnimatedPerson& person, const std::string& prefix) {
     for (size_t j = 0; j < tree_.size(); ++j) {
       const Vector3d at = LocalPosition(person.motion, 0, j);
-      // A unit quaternion's numbers may be rounded beyond 1, which glTF
+      // Rounding may move components of a unit quaternion beyond 1, which glTF
       // forbids.
       const Eigen::Vector4d turn = person.motion.Local(tree_, 0, j)
                                        .coeffs()
@@ -372,7 +374,7 @@ class Scene {
       for (const size_t row : person.of_motion) {
         AppendFloats(LocalPosition(person.motion, row, j), &places);
         Quaterniond turn = person.motion.Local(tree_, row, j);
-        // The nearer of the two that say the same, for what lies between rows.
+        // The sign nearer to the previous row, for interpolation.
         if (turn.dot(last) < 0.0) turn.coeffs() *= -1.0;
         last = turn;
         AppendFloats(turn.coeffs(), &turns);  // x, y, z, w
@@ -384,7 +386,7 @@ class Scene {
     if (person.rows.size() < rows_.size()) AddVisibility(person);
   }
 
-  // Scale 1 while the person is there, else 0.
+  // Scale 1 while the person is present, else 0.
   void AddVisibility(const AnimatedPerson& person) {
     std::vector<float> times_s;
     std::vector<float> scales;
@@ -427,7 +429,8 @@ class Scene {
   JsonList samplers_;
 };
 
-// Header, a chunk of JSON and one of bytes (section 4.4 of the specification).
+// Header, a chunk of JSON and one of binary data (section 4.4 of the
+// specification).
 void WriteBinary(const Scene& scene, AtomicFile* file) {
   std::string text = scene.Document() + "}]}";
   PadTo4(' ', &text);
@@ -453,7 +456,7 @@ void WriteBinary(const Scene& scene, AtomicFile* file) {
 void WriteText(const Scene& scene, AtomicFile* file) {
   file->Write(scene.Document());
   file->Write(",\"uri\":\"data:application/octet-stream;base64,");
-  constexpr size_t kPiece = 3 << 18;  // three bytes make four digits
+  constexpr size_t kPiece = 3 << 18;  // three bytes make four base64 digits
   for (size_t at = 0; at < scene.bytes().size(); at += kPiece) {
     file->Write(Base64(scene.bytes().substr(at, kPiece)));
   }

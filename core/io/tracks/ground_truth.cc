@@ -1,5 +1,4 @@
-// Poses that data sets come with: 4D association's text and CMU Panoptic's
-// JSON.
+// Ground truth of data sets: 4D association's text and CMU Panoptic's JSON.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -25,9 +24,9 @@ namespace fs = std::filesystem;
 
 // ---- 4D association ----
 //
-// 4D association's gt.txt and skel.txt: "JOINTS FRAMES", then for each frame
-// the number of people and for each person its id and four rows of JOINTS
-// numbers: x, y, z [m] and weight.
+// gt.txt and skel.txt: "JOINTS FRAMES", then for each frame the number of
+// people and for each person the id and four rows of JOINTS numbers: x, y, z
+// [m] and weight.
 
 Skeleton FourDAssociationSkeleton(int64_t joint_count,
                                   const TrackReadOptions& options) {
@@ -54,7 +53,7 @@ void ReadPose(Words* words, StoredZeros stored_zeros, Pose3d* pose) {
 }
 
 TrackSequence ReadPeople(Words* words, const TrackReadOptions& options) {
-  // Limits only keep a broken file from asking for all memory.
+  // Limits keep a corrupt file from allocating all memory.
   constexpr int64_t kMaxJoints = 1000;
   constexpr int64_t kMaxFrames = 1 << 30;
   TrackCollector collector(
@@ -92,13 +91,14 @@ void WritePerson(const PersonPose& person, JsonOutput* out) {
 
 // ---- Panoptic ----
 //
-// CMU Panoptic's hdPose3d: one file a frame, body3DScene_FFFFFFFF.json:
+// CMU Panoptic's hdPose3d: one file per frame, body3DScene_FFFFFFFF.json:
 // {"fpsType": "hd_29_97", "bodies": [{"id", "joints19": 19 x (x, y, z,
 // confidence) in cm}]}. A joint without a position or with confidence 0 or less
-// is missing, one of at most 0.1 is inferred: the field takes it as not seen.
+// is missing, one of at most 0.1 is inferred, as evaluations treat it as not
+// seen.
 
 constexpr double kInferredConfidence = 0.1;
-// Of its high-definition cameras.
+// Of the high-definition cameras.
 constexpr double kHdFrameRateHz = 29.97;
 
 bool IsSceneFile(const std::string& name) {
@@ -160,8 +160,8 @@ TrackSequence ReadFourDAssociationTracks(const std::string& path,
       path, [&](Words* words) { return ReadPeople(words, options); });
 }
 
-// 4D association's gt.txt or skel.txt, an entry for every frame from the first
-// to the last; a missing joint has weight 0.
+// Writes gt.txt or skel.txt with an entry for every frame from the first to the
+// last; a missing joint has weight 0.
 void WriteFourDAssociationTracks(const std::string& path,
                                  const TrackSequence& tracks,
                                  const TrackExportOptions& /*options*/,
@@ -223,8 +223,8 @@ TrackSequence ReadPanopticTracks(const std::string& path,
   return collector.Finish();
 }
 
-// CMU Panoptic's hdPose3d, a folder with a file a frame, in centimetres; joints
-// are taken over by name.
+// Writes hdPose3d, a folder with one file per frame, in centimetres; joints are
+// mapped by name.
 void WritePanopticTracks(const std::string& path, const TrackSequence& tracks,
                          const TrackExportOptions& /*options*/,
                          LostFields* lost_fields) {

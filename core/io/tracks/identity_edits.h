@@ -1,4 +1,4 @@
-// NAME.identity.jsonl: what was decided of identities, and corrections.
+// NAME.identity.jsonl: decisions on identities, and corrections.
 #ifndef KINEGRAPH_CORE_IO_TRACKS_IDENTITY_EDITS_H_
 #define KINEGRAPH_CORE_IO_TRACKS_IDENTITY_EDITS_H_
 
@@ -9,17 +9,17 @@
 
 namespace kinegraph {
 
-// JSON Lines, one edit a line:
+// JSON Lines, one edit per line:
 //   {"op": "join", "persons": [3, 7], "frames": [120, 131],
 //    "evidence": {"bones": 6.1, "motion": 2.3, "gap_s": 0.44}, "margin": 8.4}
 // `op` is join, cut, swap, delete, name (with "name": "Anna") or undecided.
-// Evidence and margin are for the reader and not asked for. A first line may
-// say of which tracks they are (side_files.h), and is passed over. Throws
-// InputError naming file and line: an unknown key or op, persons or frames of
-// another shape, an empty range.
+// Evidence and margin are optional, for information. A first line may identify
+// the tracks (side_files.h), and is skipped. Throws InputError naming file and
+// line for an unknown key or op, persons or frames of another shape, or an
+// empty range.
 std::vector<IdentityEdit> ReadIdentityEdits(const std::string& path);
 
-// The file appears when it is complete. `tracks`: the fingerprint of the tracks
+// The file appears when complete. `tracks`: the fingerprint of the tracks
 // beside it, or empty.
 void WriteIdentityEdits(const std::string& path,
                         const std::vector<IdentityEdit>& edits,

@@ -9,29 +9,29 @@
 namespace kinegraph {
 namespace {
 
-// Without "l_" or "r_".
+// The name without "l_" or "r_".
 std::string PartOf(const std::string& name) {
   const bool has_side = name.rfind("l_", 0) == 0 || name.rfind("r_", 0) == 0;
   return has_side ? name.substr(2) : name;
 }
 
-// 1 for the left, -1 for the right, 0 for the middle.
+// 1 for left, -1 for right, 0 for the middle.
 double SideOf(const std::string& name) {
   if (name.rfind("l_", 0) == 0) return 1.0;
   return name.rfind("r_", 0) == 0 ? -1.0 : 0.0;
 }
 
-// What is known of a part of the human body.
+// Anatomy of a part of the human body.
 struct Part {
   const char* name;
-  const char* parent;  // a part of the same side, else of the middle
-  // At rest, of the left side; x is mirrored for the right one.
+  const char* parent;  // on the same side, else in the middle
+  // At rest, for the left side; x is mirrored for the right one.
   double x, y, z;
   double stature_share;
 };
 
-// A quarter of a foot is behind the ankle, half of a hand is palm, the nose is
-// in the middle between chin and eyes.
+// A quarter of the foot lies behind the ankle, half of the hand is the palm,
+// the nose is midway between chin and eyes.
 constexpr Part kParts[] = {{"neck", "mid_hip", 0.0, 1.0, 0.0, kTrunkShare},
                            {"mid_hip", "neck", 0.0, -1.0, 0.0, kTrunkShare},
                            {"hip", "mid_hip", 1.0, 0.0, 0.0, 0.0955},
@@ -72,12 +72,12 @@ const Part* FindPart(const std::string& ours) {
   return nullptr;
 }
 
-// A joint that is to hang somewhere.
+// A joint to attach.
 struct Node {
   std::string name;
-  std::string ours;  // its name as we call it
+  std::string ours;  // its canonical name
   std::vector<int> sources;
-  int place = -1;  // in the tree, when it hangs there
+  int place = -1;  // index in the tree; -1: not attached yet
 };
 
 class TreeMaker {
@@ -103,7 +103,7 @@ class TreeMaker {
     }
     for (Node& node : nodes_) {
       if (node.place >= 0) continue;
-      // The points of a face hang on the nose.
+      // Facial points are children of the nose.
       const int nose = PlaceOf("nose");
       const bool is_face = is_human_ && IsHead(node) && nose >= 0;
       Place(&node, is_face ? nose : 0);
@@ -135,13 +135,13 @@ class TreeMaker {
     return nullptr;
   }
 
-  // In the tree; -1 when it is not placed.
+  // Index in the tree; -1 if it is not attached.
   int PlaceOf(const std::string& ours) {
     const Node* node = NodeOf(ours);
     return node == nullptr ? -1 : node->place;
   }
 
-  // Whether bones lead from each joint to each other on one way only.
+  // Whether the bones connect all joints without a cycle.
   bool IsTree() const {
     const auto& bones = skeleton_.bones();
     if (bones.size() + 1 != skeleton_.joints().size()) return false;
@@ -209,7 +209,7 @@ class TreeMaker {
       joint->stature_share = part->stature_share;
     } else if (PartOf(ours).rfind("hand_", 0) == 0) {
       joint->rest_direction = {side, 0.0, 0.0};
-      joint->stature_share = 0.018;  // three bones in half of the hand
+      joint->stature_share = 0.018;  // half of the hand has three bones
     }
   }
 
@@ -229,7 +229,7 @@ class TreeMaker {
     return any;
   }
 
-  // One bone; the body goes first again then.
+  // Attaches one bone; then anatomy is tried again.
   bool PlaceByBones() {
     for (const Bone& bone : skeleton_.bones()) {
       Node* a = &nodes_[static_cast<size_t>(bone.a)];
@@ -245,12 +245,11 @@ class TreeMaker {
   const std::vector<bool>& is_seen_;
   bool is_human_ = false;
   bool by_body_ = false;
-  std::vector<Node> nodes_;  // those of the skeleton first
+  std::vector<Node> nodes_;  // first those of the skeleton
   JointTree tree_;
 };
 
-// The last bones of a head, a hand or a foot do not turn about their common
-// joint.
+// The last bones of a head, hand or foot do not turn about their common joint.
 bool IsRigidEnd(const JointTree& tree, const TreeJoint& joint) {
   if (!joint.children.empty()) return false;
   if (joint.is_head) return !tree[joint.parent].is_chest;
@@ -259,7 +258,7 @@ bool IsRigidEnd(const JointTree& tree, const TreeJoint& joint) {
          (kind == JointClass::kFoot || kind == JointClass::kOther);
 }
 
-// Places of the joints change: a pivot comes right before its bone's end.
+// Indices of joints change: a pivot comes right before the end of its bone.
 JointTree WithPivots(const JointTree& tree) {
   JointTree result;
   std::vector<size_t> place(tree.size(), 0);

@@ -1,7 +1,7 @@
 // Recordings as one JSON file:
 // - poses, outputs of other programs: {"poses": [{"frame", "id", "joints":
 //   [[x, y, z] or null, ...]}, ...]}, in metres. A joint may also be [null,
-//   null, null]. 4D association's has its own skeleton as "joints19".
+//   null, null]. 4D association's files have their own skeleton in "joints19".
 // - longcw's annotation_3d.json and result_3d.json: [{"timestamp": s, "poses":
 //   [{"id", "points_3d": [[x, y, z] cm, ...], "scores": [...]}]}, ...]. A joint
 //   with score 0 is missing. Results have ids beyond 2^63.
@@ -23,8 +23,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-// What `read(root, &place)` makes of a file. Its errors get the file and
-// `place`.
+// Parses a file with `read(root, &place)`. Errors name the file and `place`.
 template <typename Read>
 auto ReadJsonFile(const std::string& path, const Read& read) {
   JsonFileParser parser;
@@ -34,7 +33,7 @@ auto ReadJsonFile(const std::string& path, const Read& read) {
       path, [&] { return place; }, [&] { return read(root, &place); });
 }
 
-// Calls `read` with each of the objects of the array `key`.
+// Calls `read` with each object of the array `key`.
 template <typename Read>
 void ForEachObject(const JsonArray& array, const std::string& key,
                    std::string* place, const Read& read) {
@@ -57,7 +56,7 @@ void WritePoint(const Vector3d& at, JsonOutput* out) {
 
 // ---- poses ----
 
-// Skeleton that a file with so many joints is taken to have, or null.
+// The skeleton assumed for this number of joints, or null.
 const Skeleton* SkeletonOfPoses(size_t joint_count) {
   for (const Skeleton* skeleton :
        {&Coco17(), &Tum14(), &Tum15(), &FourDA19(), &Body25()}) {
@@ -154,7 +153,7 @@ void ReadLongcwPose(const JsonObject& object, Pose3d* pose) {
 TrackSequence ReadLongcw(JsonValue outermost, const TrackReadOptions& options,
                          std::string* place) {
   const JsonArray frames = AsArray(outermost, kOutermost);
-  // Runs `visit(frame, poses)` on each entry, which errors name.
+  // Calls `visit(frame, poses)` for each entry; errors name the entry.
   const auto for_each_frame = [&](const auto& visit) {
     size_t index = 0;
     for (const JsonValue value : frames) {
@@ -163,9 +162,9 @@ TrackSequence ReadLongcw(JsonValue outermost, const TrackReadOptions& options,
       visit(frame, AsArray(Required(frame, "poses"), "poses"));
     }
   };
-  // All ids and the skeleton, before anything is made of them. Small ids are
-  // kept: those of an annotation are the actors' numbers. Where one is not
-  // small, all count 0, 1, 2 in order of appearance.
+  // Collects all ids and the skeleton first. Small ids are kept: those of
+  // annotations are the actors' numbers. If any is not small, all are replaced
+  // by 0, 1, 2 in order of appearance.
   bool all_small = true;
   std::unordered_map<uint64_t, int64_t> order;
   std::optional<Skeleton> skeleton = options.skeleton;
@@ -222,7 +221,7 @@ TrackSequence ReadLongcwTracks(const std::string& path,
   });
 }
 
-// Frames are told by their times alone, so it needs a frame rate.
+// Frames are identified by their times, which requires a frame rate.
 void WriteLongcwTracks(const std::string& path, const TrackSequence& tracks,
                        const TrackExportOptions& /*options*/,
                        LostFields* lost_fields) {
@@ -254,7 +253,7 @@ void WriteLongcwTracks(const std::string& path, const TrackSequence& tracks,
   file.Write(tracks.frames.empty() ? "[]\n" : "\n]\n");
   file.Commit();
   NotePositionsOnly(ContentsOf(tracks), lost_fields);
-  constexpr int64_t kKeptIds = int64_t{1} << 31;  // by its reader
+  constexpr int64_t kKeptIds = int64_t{1} << 31;  // kept by the reader
   NoteRenumbering(tracks, kKeptIds, lost_fields);
   if (rate != kLongcwFrameRateHz) {
     lost_fields->push_back("the frame rate is not kept: name it when reading");

@@ -1,4 +1,4 @@
-// Our own tracks, JSON Lines: a header line, then a line a frame.
+// Our own tracks, JSON Lines: a header line, then one line per frame.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -228,7 +228,8 @@ constexpr int kMaxInt = std::numeric_limits<int>::max();
 class KinegraphTrackReader {
  public:
   explicit KinegraphTrackReader(const std::string& path) : lines_(path) {}
-  // What an adapter prints. `skeleton` replaces its own of as many joints.
+  // Reads the output of an adapter. `skeleton` replaces one with the same
+  // number of joints.
   KinegraphTrackReader(const std::string& name, int pipe, int silence_ms,
                        const std::optional<Skeleton>& skeleton)
       : lines_(name, pipe, silence_ms),
@@ -245,7 +246,7 @@ class KinegraphTrackReader {
       sequence.frames.push_back(std::move(frame));
       frame = TrackFrame();
     }
-    sequence.header = std::move(header_);  // may have learnt the views' names
+    sequence.header = std::move(header_);  // view names may have been added
     return sequence;
   }
 
@@ -433,7 +434,7 @@ class KinegraphTrackReader {
     }
   }
 
-  // Read when all matches are known.
+  // Stored until all matches are known.
   void ExtractWeights(JsonValue value, std::string_view key, PersonPose*) {
     weights_ = AsObject(value, key);
   }
@@ -446,7 +447,7 @@ class KinegraphTrackReader {
     }
   }
 
-  // A joint is null exactly when it is missing.
+  // A joint is null if and only if it is missing.
   void MergeStatuses(PersonPose* person) const {
     for (size_t j = 0; j < statuses_.size(); ++j) {
       const bool is_missing = statuses_[j] == JointStatus::kMissing;
@@ -458,7 +459,7 @@ class KinegraphTrackReader {
     }
   }
 
-  // A file without view names in its header teaches them as they come.
+  // Without view names in the header, names are added as they occur.
   int ViewOf(std::string_view name) {
     auto& names = header_.view_names;
     const auto at = std::find(names.begin(), names.end(), name);
@@ -495,9 +496,9 @@ class KinegraphTrackReader {
   const bool is_of_adapter_ = false;
   const std::optional<Skeleton> skeleton_;
   TrackHeader header_;
-  bool has_time_ = false;              // of one frame
-  std::vector<JointStatus> statuses_;  // of one person
-  std::optional<JsonObject> weights_;  // of one person
+  bool has_time_ = false;              // of the current frame
+  std::vector<JointStatus> statuses_;  // of the current person
+  std::optional<JsonObject> weights_;  // of the current person
 };
 
 }  // namespace
@@ -567,7 +568,7 @@ void WriteKinegraphTracks(const std::string& path, const TrackSequence& tracks,
   if (!(tracks.header.frame_rate_hz > 0.0)) {
     lost_fields->push_back("the frame rate is not known (--frame_rate=HZ)");
   }
-  // The header has views only when the input had observations.
+  // The header has views only if the input had observations.
   WriteTracks(path, tracks, {!tracks.header.view_names.empty(), options.names});
 }
 

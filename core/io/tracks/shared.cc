@@ -33,7 +33,7 @@ std::optional<int64_t> PersonOf(const std::string& name) {
   return std::nullopt;
 }
 
-// The files of that extension in a folder, or the one file that `path` is.
+// The files of this extension in a folder, or the file `path` itself.
 std::vector<std::string> FilesOf(const std::string& path,
                                  const std::string& extension) {
   if (!IsFolder(path)) return {path};
@@ -53,7 +53,7 @@ std::string FileStem(int64_t id, const PersonNames& names) {
   constexpr size_t kMaxBytes = 100;
   std::string letters = name->second.substr(0, kMaxBytes);
   const bool is_cut = letters.size() < name->second.size();
-  // Not in the middle of a letter of UTF-8.
+  // Do not cut within a UTF-8 character.
   while (is_cut && !letters.empty() && (letters.back() & 0x80) != 0) {
     letters.pop_back();
   }
@@ -309,7 +309,7 @@ void WritePersonTables(
                    });
 }
 
-// ---- What a format leaves out ----
+// ---- Losses of a format ----
 
 TrackContents ContentsOf(const TrackSequence& tracks) {
   TrackContents contents;

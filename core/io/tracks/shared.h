@@ -1,4 +1,4 @@
-// What readers and writers of track formats share. For core/io alone.
+// Shared by readers and writers of track formats. For core/io only.
 #ifndef KINEGRAPH_CORE_IO_TRACKS_SHARED_H_
 #define KINEGRAPH_CORE_IO_TRACKS_SHARED_H_
 
@@ -25,7 +25,7 @@
 
 namespace kinegraph {
 
-// Throws InputError, without a file, of a text as fmt makes it.
+// Throws InputError, without a file, with a formatted text.
 template <typename... Args>
 [[noreturn]] void Refuse(fmt::format_string<Args...> text, Args&&... args) {
   throw InputError(fmt::format(text, std::forward<Args>(args)...));
@@ -33,28 +33,28 @@ template <typename... Args>
 
 // ---- Axes ----
 
-// Those of laboratories: Z is up.
+// Convention of laboratories: Z is up.
 inline AxisMap C3dAxes() { return AxisMap::Parse("x,y,z"); }
-// Of BVH and glTF. Blender, which turns Y up into Z up, then shows our world.
+// For BVH and glTF: Blender turns Y up into Z up, and thus shows our world.
 inline AxisMap AnimationAxes() { return AxisMap::Parse("x,z,-y"); }
 
 // ---- Reading ----
 
-// The skeleton of a file that names its joints, and perhaps bones: the
-// option's, else SkeletonOfLabels'. Throws InputError without a file when the
+// The skeleton of a file that names its joints, and optionally bones: the
+// option's, else SkeletonOfLabels'. Throws InputError without a file if the
 // option's has other joints.
 Skeleton SkeletonOfNames(const std::vector<std::string>& joints,
                          const TrackReadOptions& options,
                          const std::vector<Bone>& bones = {});
 
-// What a file gives as a position; missing where a number is none.
+// A position in a file; missing if a number is not finite.
 inline Joint3d ObservedJoint(const Eigen::Vector3d& position_m) {
   if (!std::isfinite(position_m.sum())) return {};
   return {position_m, JointStatus::kObserved};
 }
 
-// What `read(&text)` makes of a file as a Text (CsvRows, Words); file and line
-// stand in front of its errors.
+// Parses a file with `read(&text)` as a Text (CsvRows, Words); errors name file
+// and line.
 template <typename Text, typename Read>
 auto ReadText(const std::string& path, const Read& read) {
   const std::string content = ReadTextFile(path);
@@ -66,8 +66,8 @@ auto ReadText(const std::string& path, const Read& read) {
 // "observed", "inferred" or "missing"; throws InputError without a file.
 JointStatus ParseJointStatus(std::string_view text);
 
-// The joints of `object`'s `key`, four numbers each: x, y, z in a unit and a
-// weight. Missing where that is not above 0, else inferred where it is at most
+// The joints of `object`'s `key`, four numbers each: x, y, z in the unit and a
+// weight. Missing unless the weight is positive, inferred if it is at most
 // `inferred`. Throws InputError without a file.
 void ReadWeighted(const JsonObject& object, const char* key, double unit_m,
                   double inferred, Pose3d* pose);
@@ -75,16 +75,16 @@ void ReadWeighted(const JsonObject& object, const char* key, double unit_m,
 // Collects people in any order of frames.
 class TrackCollector {
  public:
-  // `mode` names the format. The frame rate is the option's, else `told_hz`.
+  // `mode`: name of the format. The frame rate is the option's, else `told_hz`.
   TrackCollector(const std::string& mode, const Skeleton& skeleton,
                  const TrackReadOptions& options, double told_hz = 0.0);
   const TrackHeader& header() const { return header_; }
   size_t joint_count() const { return header_.skeleton.joints().size(); }
-  // Makes sure that the frame is there even if nobody is in it.
+  // Creates the frame if it does not exist, even without people.
   TrackFrame* Touch(int64_t frame);
-  // Throws InputError without a file when the frame has this person already.
+  // Throws InputError without a file if the frame has this person already.
   PersonPose* Add(int64_t frame, TrackId id);
-  // Adds who has a joint at all; the frame is there in any case.
+  // Adds people with at least one joint; creates the frame in any case.
   void AddIfSeen(int64_t frame, TrackId id, Pose3d joints);
   TrackSequence Finish();
 
@@ -93,83 +93,84 @@ class TrackCollector {
   std::map<int64_t, TrackFrame> frames_;
 };
 
-// What an adapter prints: our own tracks, under the option's skeleton where it
-// has as many joints.
+// Reads what an adapter prints: our own tracks, with the option's skeleton if
+// it has the same number of joints.
 TrackSequence ReadTracksByAdapter(const Adapter& adapter,
                                   const std::string& path,
                                   const TrackReadOptions& options);
-// Writes a file of a format of kinegraph-adapters.
+// Writes a file in a format of kinegraph-adapters.
 void WriteTracksByAdapter(const std::string& format, const std::string& path,
                           const TrackSequence& tracks,
                           const TrackWriteOptions& options);
 
-// ---- Rows: formats with a row for every frame ----
+// ---- Rows: formats with one row per frame ----
 
 struct TrackRow {
   double time_s = 0.0;
-  const TrackFrame* frame = nullptr;  // null: the tracks do not have it
+  const TrackFrame* frame = nullptr;  // null: the tracks lack this frame
 };
 
-// A row for every frame number from the first to the last. The times of frames
-// that the tracks do not have lie evenly between their neighbours'. Throws
-// InputError naming the format for more than ten million.
+// A row for every frame number from the first to the last. Times of frames that
+// the tracks lack are interpolated linearly. Throws InputError naming the
+// format for more than ten million rows.
 std::vector<TrackRow> MakeTrackRows(const TrackSequence& tracks,
                                     const std::string& format);
 
-// nullptr when the person is not there.
+// nullptr if the person is absent.
 const PersonPose* FindPerson(const TrackFrame* frame, TrackId id);
 
-// Frame rate of the tracks [Hz]. Throws InputError naming the format when they
-// do not tell it.
+// Frame rate of the tracks [Hz]. Throws InputError naming the format if it is
+// unknown.
 double RequireFrameRate(const TrackSequence& tracks, const std::string& format);
 
 // ---- People ----
 
-// Everybody in the recording, ascending.
+// Ids of all people in the recording, ascending.
 std::vector<int64_t> IdsOf(const TrackSequence& tracks);
-// The same; throws InputError when there is nobody.
+// The same; throws InputError if there are no people.
 std::vector<int64_t> RequirePeople(const TrackSequence& tracks);
 
-// A number that can be an identity.
+// An id from text, if it is a valid one.
 std::optional<TrackId> PersonIdOf(std::string_view text);
 
-// "person_3", as a person without a name is called.
+// "person_3", the label of a person without a name.
 std::string PersonLabel(int64_t id);
 
-// What each is called: the name, else "person_3"; people of one name get their
-// identity too, so that all are told apart.
+// The name of each person, else "person_3"; people of the same name also get
+// their id, so that all titles differ.
 std::vector<std::string> PersonTitles(const std::vector<int64_t>& ids,
                                       const PersonNames& names);
 
-// Formats with a file a person: a folder of person_3.trc, person_4_Anna.trc.
+// Formats with one file per person: a folder of person_3.trc,
+// person_4_Anna.trc.
 struct PersonFile {
   std::string path;
   TrackId id;
 };
 
-// The one file that `path` is, or those of that extension in a folder, whose
-// ids are the numbers after the last "person_" (ours) or "_P" (Pose2Sim) of
-// their names where every name has its own, else 0, 1, 2 in the order of the
-// names. Throws InputError for a folder without such files.
+// The file `path` itself, or the files of this extension in a folder. Their ids
+// are the numbers after the last "person_" (ours) or "_P" (Pose2Sim) of their
+// names if all differ, else 0, 1, 2 in the order of the names. Throws
+// InputError for a folder without such files.
 std::vector<PersonFile> ListPersonFiles(const std::string& path,
                                         const std::string& extension);
 
-// The names that stand in the files' names: "person_3_Anna.trc" is Anna's.
+// The names contained in file names: "person_3_Anna.trc" is Anna's.
 PersonNames NamesOfPersonFiles(const std::string& path,
                                const std::string& extension);
 
-// Calls `write_file` for everybody: with `path` itself when it ends in the
+// Calls `write_file` for each person: with `path` itself if it has the
 // extension, else with files in the folder `path`, which appears when all are
-// there. What may not stand in the name of a file, and the underscore, which
-// parts it, are hyphens in people's names. Throws InputError when there is
-// nobody, or are several for one file.
+// complete. In people's names, characters invalid in file names and the
+// underscore, which is a separator, become hyphens. Throws InputError if there
+// are no people, or several for one file.
 void WritePersonFiles(
     const std::string& path, const std::string& extension,
     const TrackSequence& tracks, const PersonNames& names,
     const std::function<void(const std::string& file, TrackId id)>& write_file);
 
-// The same for tables with a row for every frame: `head(file)`, then what
-// `write_row` writes of each row; the person is null where it is not there.
+// The same for tables with one row per frame: `head(file)`, then the output of
+// `write_row` for each row; `person` is null if absent.
 void WritePersonTables(
     const std::string& path, const std::string& extension,
     const TrackSequence& tracks, const PersonNames& names,
@@ -178,46 +179,46 @@ void WritePersonTables(
     const std::function<void(size_t row, const PersonPose* person,
                              JsonOutput* out)>& write_row);
 
-// ---- What a format leaves out ----
+// ---- Losses of a format ----
 
-// What a recording has besides positions.
+// Content of a recording besides positions.
 struct TrackContents {
   bool has_covariances = false;
   bool has_views = false;     // counts of inlier views
   bool has_matches = false;   // matches, weights and scores
   bool has_inferred = false;  // joints with that status
-  // Some frame has another time than 0, or the frame rate is known.
+  // Some frame's time differs from 0, or the frame rate is known.
   bool has_clock = false;
-  int64_t empty_frames = 0;  // nobody in them
+  int64_t empty_frames = 0;  // without people
 };
 TrackContents ContentsOf(const TrackSequence& tracks);
 
-// Of each joint of the skeleton, whether anybody has it in some frame.
+// For each joint of the skeleton, whether any person has it in any frame.
 std::vector<bool> JointsSeen(const TrackSequence& tracks);
 
-// What a format may leave out. Each is said where the tracks have it.
+// Losses of a format, each noted if the tracks have the content.
 enum class Loss {
   kCovariances,
   kViews,             // counts of views, and matches
-  kMatches,           // these alone
+  kMatches,           // matches only
   kInferredAlike,     // inferred joints are written like observed ones
-  kInferredObserved,  // or read back as such
+  kInferredObserved,  // inferred joints are read back as observed
   kEmptyFrames,
   kClock,         // times and frame rate
-  kUnknownClock,  // said where there is none
+  kUnknownClock,  // noted if there is none
 };
 void NoteLosses(const TrackContents& contents,
                 std::initializer_list<Loss> losses, LostFields* lost_fields);
-// What every format loses that keeps frames, identities and positions alone.
+// Losses of formats that store only frames, identities and positions.
 void NotePositionsOnly(const TrackContents& contents, LostFields* lost_fields);
-// That rows were made for frames that the input leaves out.
+// Notes rows for frames that the input lacks.
 void NoteAddedRows(const TrackSequence& tracks, size_t row_count,
                    const std::string& what, LostFields* lost_fields);
-// That identities from `first_lost` on, and all others with them, are counted
-// anew by the format's readers.
+// Notes that readers of the format renumber all identities if any is at least
+// `first_lost`.
 void NoteRenumbering(const TrackSequence& tracks, int64_t first_lost,
                      LostFields* lost_fields);
-// That the file does not specify the skeleton.
+// Notes that the file does not specify the skeleton.
 void NoteSkeleton(const TrackSequence& tracks, LostFields* lost_fields);
 
 }  // namespace kinegraph

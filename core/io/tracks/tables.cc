@@ -27,9 +27,9 @@ namespace {
 
 // ---- Ours ----
 //
-// Our CSV of tracks, one row a joint: columns are found by their names and
-// others passed over, rows may come in any order of frames, those of one person
-// in one frame together.
+// Our CSV of tracks, one row per joint: columns are identified by their names,
+// and others are ignored. Frames may be in any order, but rows of one person in
+// one frame are contiguous.
 
 constexpr std::array<const char*, 15> kColumns = {
     "frame",     "time_s",    "id",        "joint",     "x_m",
@@ -67,7 +67,7 @@ int64_t Whole(const std::string& cell, size_t column, int64_t high) {
   return *number;
 }
 
-// Of the column in the first row; as many as there are where it is not there.
+// Index of the column in the first row; the number of columns if it is absent.
 size_t ColumnOf(const std::string& title,
                 const std::vector<std::string>& titles) {
   return static_cast<size_t>(std::find(titles.begin(), titles.end(), title) -
@@ -114,8 +114,8 @@ class CsvTrackReader {
     Refuse("has no column '{}'", kColumns[column]);
   }
 
-  // In the order in which they come. A skeleton is searched name by name, so
-  // one too large is refused here, before that takes long.
+  // In order of appearance. Skeletons are searched name by name, so excessive
+  // ones are rejected here before that takes long.
   std::vector<std::string> JointNames() {
     constexpr size_t kMaxJoints = 10000;
     std::vector<std::string> names;
@@ -199,10 +199,10 @@ class CsvTrackReader {
   std::vector<bool> seen_;
 };
 
-// Tidy CSV, one row a joint: frame,time_s,id,joint,x_m,y_m,z_m,status; `views`,
-// the six columns cov_xx_m2 .. cov_zz_m2 and `name` follow when anybody has
-// them. The cells of what is missing are empty, those of times when none is
-// known.
+// Tidy CSV, one row per joint: frame,time_s,id,joint,x_m,y_m,z_m,status,
+// followed by `views`, the six columns cov_xx_m2 .. cov_zz_m2 and `name` if
+// present. Cells of missing values are empty, and so are times if all are
+// unknown.
 class CsvWriter {
  public:
   CsvWriter(const TrackSequence& tracks, const TrackContents& contents,
@@ -273,11 +273,11 @@ class CsvWriter {
 
 // ---- FreeMoCap's ----
 //
-// FreeMoCap's 3D points of one person, in millimetres: a table NAME_x, NAME_y,
-// NAME_z, ... with a row a frame and no number of it
-// (mediapipe_body_3d_xyz.csv), or an array [frames, points, 3]
-// (mediapipe_body_3d_xyz.npy, mediapipe_skeleton_3d.npy), NaN where a point is
-// not there. Frames count from 0, the person is 0.
+// 3D points of one person, in millimetres: a table NAME_x, NAME_y, NAME_z, ...
+// with one row per frame and no frame number (mediapipe_body_3d_xyz.csv), or an
+// array [frames, points, 3] (mediapipe_body_3d_xyz.npy,
+// mediapipe_skeleton_3d.npy), NaN where a point is missing. Frames count from
+// 0, the person's id is 0.
 
 constexpr const char* kFreeMoCap = "freemocap";
 constexpr std::string_view kNumpyMagic = "\x93NUMPY";
@@ -291,7 +291,7 @@ void AddRow(int64_t frame, const double* numbers, TrackCollector* collector) {
   collector->AddIfSeen(frame, TrackId(0), std::move(joints));
 }
 
-// Names of the points; empty when a column is none of NAME_x, NAME_y, NAME_z in
+// Names of the points; empty unless the columns are NAME_x, NAME_y, NAME_z in
 // this order.
 std::vector<std::string> PointsOf(const std::vector<std::string>& cells) {
   std::vector<std::string> names;
@@ -363,10 +363,11 @@ bool IsArrayOfPoints(const std::string& beginning) {
 
 // ---- Anipose's ----
 //
-// The table that Anipose's `triangulate` writes (pose-3d): a row a frame;
+// The table that Anipose's `triangulate` writes (pose-3d), one row per frame:
 // NAME_x, NAME_y, NAME_z [mm], NAME_error, NAME_ncams and NAME_score of each
-// joint, then the rotation M_00 .. M_22 and the centre by which Anipose turned
-// the points (none here), and the frame's number. A file is one person.
+// joint, then the rotation M_00 .. M_22 and the centre by which Anipose
+// transformed the points (none here), and the frame number. A file is one
+// person.
 
 std::string TitleRow(const Skeleton& skeleton) {
   std::string text;
@@ -381,7 +382,7 @@ std::string TitleRow(const Skeleton& skeleton) {
          "center_0,center_1,center_2,fnum\n";
 }
 
-// Empty cells are NaN for those who read them.
+// Readers take empty cells as NaN.
 void WriteAniposeJoint(const PersonPose* person, size_t joint_idx,
                        JsonOutput* out) {
   if (person == nullptr || !person->joints[joint_idx].present()) {
@@ -444,7 +445,7 @@ void WriteCsvTracks(const std::string& path, const TrackSequence& tracks,
 }
 
 bool RecogniseFreeMoCapTracks(const TrackHead& head) {
-  const std::string& text = head.beginning;  // none of a folder
+  const std::string& text = head.beginning;  // empty for a folder
   return IsArrayOfPoints(text) || (text.find('\n') != std::string::npos &&
                                    !PointsOf(head.FirstRow()).empty());
 }

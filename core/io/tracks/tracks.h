@@ -1,4 +1,4 @@
-// Reading 3D results and ground truth in every format there is.
+// Reading 3D results and ground truth in all supported formats.
 #ifndef KINEGRAPH_CORE_IO_TRACKS_TRACKS_H_
 #define KINEGRAPH_CORE_IO_TRACKS_TRACKS_H_
 
@@ -13,49 +13,49 @@
 
 namespace kinegraph {
 
-// What a joint stored as zeros (weight 0) is, in 4D association's files.
+// Meaning of a joint stored as zeros (weight 0) in 4D association's files.
 enum class StoredZeros {
   kMissing,
-  kKeep,  // a position: 4D association's own evaluation takes it as it stands
+  kKeep,  // a position, as 4D association's own evaluation reads it
 };
 
 struct TrackReadOptions {
   // Name of a format (format.h); empty: by content.
   std::string format;
-  // Of formats that do not tell their skeleton, where the number of joints is
-  // not enough. With 4da19 a {"poses"} file is asked for its "joints19".
+  // For formats that do not specify their skeleton, if the number of joints is
+  // ambiguous. With 4da19, "joints19" of a {"poses"} file is read.
   std::optional<Skeleton> skeleton;
-  // Wins over the file's. 0: as the file tells; 25 for longcw, whose frame
-  // numbers are round(25 timestamp).
+  // Overrides the file's rate. 0: the file's, if any; 25 for longcw, whose
+  // frame numbers are round(25 timestamp).
   double frame_rate_hz = 0.0;
-  // Frame of the first entry of 4D association's files: Shelf's test begins
+  // Frame of the first entry of 4D association's files: Shelf's test set begins
   // at 300.
   int64_t first_frame = 300;
   StoredZeros stored_zeros = StoredZeros::kMissing;
-  // Which world axes the file's X, Y, Z are, in formats with axes of their own
-  // (TRC); else the format's.
+  // The world axes that the file's X, Y, Z are, for formats with axes of their
+  // own (TRC); else the format's.
   std::optional<AxisMap> axes;
-  // Length of the file's unit [m], in formats that do not tell it (BVH); 0: the
-  // format's usual one.
+  // Unit of the file's lengths [m], for formats that do not state it (BVH); 0:
+  // the format's usual one.
   double unit_m = 0.0;
 };
 
-// The units of length that files have [m].
+// Units of length in files [m].
 inline constexpr std::pair<const char*, double> kLengthUnits[] = {
     {"m", 1.0}, {"cm", 0.01}, {"mm", 0.001}};
 // Length of "m", "cm" or "mm" [m]; throws InputError naming `flag`.
 double ParseLengthUnit(const std::string& text,
                        const std::string& flag = "--unit");
-// Whether the format at the path leaves its unit open. Throws as ReadTracks.
+// Whether the format at the path does not state its unit. Throws as ReadTracks
+// does.
 bool LeavesUnitOpen(const std::string& path,
                     const TrackReadOptions& options = {});
 
-// All frames. Throws InputError naming the file. Frames that the file has are
-// there even when they have no people (TUM: all 3200). What a file gives as a
-// position is kObserved; in our own format the status is the file's. Ids are
-// the file's; those of longcw may be beyond every integer type and then count
-// 0, 1, 2 in order of appearance. header.mode names the format. Times are those
-// of the file, else frame / frame rate, else 0.
+// All frames. Throws InputError naming the file. Frames of the file are kept
+// even without people (TUM: all 3200). Positions are kObserved; our own format
+// states the status. Ids are the file's; those of longcw may exceed any integer
+// type and are then replaced by 0, 1, 2 in order of appearance. header.mode is
+// the format's name. Times are the file's, else frame / frame rate, else 0.
 TrackSequence ReadTracks(const std::string& path,
                          const TrackReadOptions& options = {});
 

@@ -1,9 +1,9 @@
-// TRC of OpenSim and Pose2Sim: tab-separated; the second and third line name
-// and give the header's values, the fourth names a marker over each three
-// columns, the fifth their coordinates; then a row a frame. Empty cells and NaN
-// are markers without position. One file is one person: the number after
-// "person_" (ours) or "_P" (Pose2Sim) in its name. Rows are frames, from the
-// one on that the first row's time tells.
+// TRC of OpenSim and Pose2Sim, tab-separated: the second and third line are
+// names and values of the header, the fourth names a marker over each three
+// columns, the fifth their coordinates; then one row per frame. Empty cells and
+// NaN are markers without position. One file is one person: the number after
+// "person_" (ours) or "_P" (Pose2Sim) in its name. Rows are consecutive frames;
+// the first row's time gives the first frame.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -25,7 +25,7 @@ namespace {
 constexpr std::string_view kTrcMark = "PathFileType";
 constexpr const char* kTrcExtension = ".trc";
 
-// Cells of one line after the other, blank lines left out.
+// Cells line by line, without blank lines.
 class TrcLines {
  public:
   explicit TrcLines(std::string_view text) : rest_(text) {}
@@ -54,7 +54,8 @@ class TrcLines {
   std::string Place() const { return "line " + std::to_string(number_); }
 
  private:
-  // What stands before `mark`, or all of it; both leave the text.
+  // The text before `mark`, or all of it; removes it and the mark from the
+  // text.
   static std::string_view CutAt(char mark, std::string_view* text) {
     const size_t end = std::min(text->find(mark), text->size());
     const std::string_view before = text->substr(0, end);
@@ -142,12 +143,12 @@ void ReadMarkers(const std::vector<std::string_view>& cells, double metres,
   }
 }
 
-// The frame of the first row. Its time tells it: programs that trim a recording
-// keep the times, and number rows and OrigDataStartFrame anew, from 0 or from
-// 1. A quarter of a frame is what rounding of times and rates may cost. Times
-// that begin anew themselves, or lie between frames, tell nothing; then the
-// header does, which counts from 0 here and in Pose2Sim, whose rows and times
-// count from 1, and from 1 in laboratories' files.
+// The frame of the first row, by its time: programs that trim a recording keep
+// the times, but renumber rows and OrigDataStartFrame from 0 or 1. Rounding of
+// times and rates may cost a quarter of a frame. If the times restart as well,
+// or lie between frames, the header decides: it is 0-based here and in
+// Pose2Sim, whose rows and times count from 1, and 1-based in laboratories'
+// files.
 int64_t FirstFrame(const TrcHeader& header, double time_s, double row_number) {
   const double by_time = time_s * header.frame_rate_hz;
   const double nearest = std::round(by_time);
@@ -194,9 +195,9 @@ void ReadRows(const TrcHeader& header, TrackId id, const AxisMap& axes,
 
 // ---- Writing ----
 
-// The layout is that of the files Pose2Sim writes, but each row ends with a
-// tabulator, as in OpenSim's: its reader counts what follows the last one only
-// where it is not empty, and refuses rows that lack a cell.
+// The layout of Pose2Sim's files, but each row ends with a tab as in OpenSim's:
+// its reader counts the cell after the last tab only if it is not empty, and
+// rejects rows that lack a cell.
 
 std::string TrcHeaderText(const std::string& file_name,
                           const TrackSequence& tracks, size_t row_count) {
@@ -243,12 +244,12 @@ TrackSequence ReadTrcTracks(const std::string& path,
   return collector->Finish();
 }
 
-// TRC as OpenSim and Pose2Sim read it, a file a person: PATH/person_ID.trc, or
-// PATH/person_ID_NAME.trc of those who have a name; NAME.trc is the file of the
-// one person that the tracks have. All files have a row for every frame of the
+// TRC for OpenSim and Pose2Sim, one file per person: PATH/person_ID.trc, or
+// PATH/person_ID_NAME.trc for people with names; NAME.trc is the file of the
+// only person in the tracks. All files have a row for every frame of the
 // recording, Frame# from 1 and the time of the tracks; the header's
-// OrigDataStartFrame is the first frame's number. A marker without position has
-// empty cells. Needs a frame rate.
+// OrigDataStartFrame is the number of the first frame. A marker without
+// position has empty cells. Requires a frame rate.
 void WriteTrcTracks(const std::string& path, const TrackSequence& tracks,
                     const TrackExportOptions& options,
                     LostFields* lost_fields) {

@@ -14,7 +14,7 @@ namespace {
 using Eigen::Quaterniond;
 using Eigen::Vector3d;
 
-constexpr double kShortest_m = 1e-6;  // of which a direction is taken
+constexpr double kShortest_m = 1e-6;  // a shorter bone has no direction
 
 Vector3d Between(const Vector3d& a, const Vector3d& b, double share) {
   return a + share * (b - a);
@@ -24,7 +24,7 @@ Quaterniond Between(const Quaterniond& a, const Quaterniond& b, double share) {
 }
 
 // Values of all rows: between known ones by Between, before the first and after
-// the last as these, `none` where no row is known.
+// the last equal to these; `none` if no row is known.
 template <typename Value>
 std::vector<Value> Fill(const std::vector<std::optional<Value>>& known,
                         const Value& none) {
@@ -48,15 +48,16 @@ std::vector<Value> Fill(const std::vector<std::optional<Value>>& known,
   return values;
 }
 
-// A direction at rest and as it is seen.
+// A direction at rest and as observed.
 struct Ray {
   Vector3d at_rest_m;
   Vector3d seen_m;
 };
 
-// Wahba's problem: the proper rotation R nearest to the sum of the rays, so
-// that R at_rest = seen. nullopt when they all lie on one line and `prior`,
-// which weighs next to nothing else, does not say how they turn about it.
+// Wahba's problem: the proper rotation R that best satisfies R at_rest = seen
+// over the rays. nullopt if all of them are collinear and `prior`, which has a
+// negligible weight otherwise, does not determine the rotation about their
+// line.
 std::optional<Quaterniond> Fit(const std::vector<Ray>& rays,
                                const Quaterniond* prior = nullptr) {
   Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
@@ -65,13 +66,13 @@ std::optional<Quaterniond> Fit(const std::vector<Ray>& rays,
     sum += ray.seen_m.normalized() * ray.at_rest_m.transpose();
     weight += ray.at_rest_m.norm();
   }
-  constexpr double kWeak = 1e-6;  // the digits left bear a thousandth of a mrad
+  constexpr double kWeak = 1e-6;  // precise to a thousandth of a mrad
   if (prior != nullptr) {
     sum += (rays.empty() ? 1.0 : kWeak * weight) * prior->toRotationMatrix();
   }
   const Eigen::JacobiSVD<Eigen::Matrix3d> svd(
       sum, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  constexpr double kSmallest = 0.01;  // all on one line
+  constexpr double kSmallest = 0.01;  // below: collinear
   if (prior == nullptr &&
       !(svd.singularValues()[1] > kSmallest * svd.singularValues()[0])) {
     return std::nullopt;
@@ -144,15 +145,15 @@ class Solver {
         motion_.never_seen.push_back(j);
         continue;
       }
-      if (tree_[j].sources.size() > 1) continue;  // the middle of others
+      if (tree_[j].sources.size() > 1) continue;  // the mean of several joints
       for (size_t r = 0; r < row_count_; ++r) {
         if (poses[r] != nullptr && !positions_[j][r]) ++motion_.filled;
       }
     }
   }
 
-  // The nearest joint below that somebody saw, and how many bones away it is;
-  // 0 bones where there is none.
+  // The nearest descendant that was seen, and its distance in bones; 0 bones if
+  // there is none.
   std::pair<size_t, int> SeenBelow(size_t joint) const {
     std::pair<size_t, int> best = {0, 0};
     for (const size_t c : tree_[joint].children) {
@@ -168,7 +169,8 @@ class Solver {
     return best;
   }
 
-  // A joint that is never seen, between its parent and the next that is seen.
+  // Places a joint that was never seen between its parent and the next that
+  // was.
   void PutOnLine(size_t joint) {
     const Known& above = positions_[tree_[joint].parent];
     if (tree_[joint].is_pivot) {
@@ -184,7 +186,7 @@ class Solver {
     }
   }
 
-  // From the parent to the joint; nullopt where one of them is missing.
+  // From the parent to the joint; nullopt if either is missing.
   std::optional<Vector3d> BoneAt(size_t joint, size_t row) const {
     const size_t parent = tree_[joint].parent;
     if (!positions_[joint][row] || !positions_[parent][row]) {
@@ -212,7 +214,8 @@ class Solver {
     lengths_m_.assign(tree_.size(), 0.0);
     std::vector<std::optional<double>> known(tree_.size());
     std::vector<double> all_m;
-    double length_m = 0.0;  // of those that tell the stature, and their shares
+    double length_m = 0.0;  // sums over bones that imply the stature: lengths,
+                            // shares
     double share = 0.0;
     for (size_t j = 1; j < tree_.size(); ++j) {
       if (tree_[j].is_pivot) continue;
@@ -222,7 +225,7 @@ class Solver {
       if (tree_[j].stature_share > 0.0) length_m += *known[j];
       share += tree_[j].stature_share;
     }
-    constexpr double kNominal_m = 0.05;  // where nothing at all is known
+    constexpr double kNominal_m = 0.05;  // if nothing is known
     const double other_m =
         all_m.empty() ? kNominal_m : 0.2 * Median(std::move(all_m));
     const double stature_m = share > 0.0 ? length_m / share : 0.0;
@@ -249,14 +252,14 @@ class Solver {
     return ends;
   }
 
-  // A bone at a joint: one that begins there, or, of a chest, the one to its
+  // A bone at a joint: one that begins there, or, for a chest, the one to its
   // parent.
   struct Spoke {
-    size_t bone;       // is the bone to this joint
+    size_t bone;       // index of the bone's child joint
     size_t other;      // the joint at its other end
-    double length_m;   // negative where it leads to the parent
+    double length_m;   // negative if it leads to the parent
     Vector3d* rest_m;  // from the joint to the other, at rest
-    bool turns;        // the joint
+    bool turns;        // takes part in the joint's rotation
     bool is_back;
   };
   std::vector<Spoke> SpokesOf(size_t joint) {
@@ -275,8 +278,8 @@ class Solver {
     return spokes;
   }
 
-  // What a joint where several bones begin is fitted to. Where it is missing
-  // itself, its neighbours among each other.
+  // The rays to which a joint with several bones is fitted. If it is missing
+  // itself, those between its neighbours.
   std::vector<Ray> RaysAt(size_t joint, const std::vector<Spoke>& spokes,
                           size_t row) const {
     std::vector<Ray> points;
@@ -307,8 +310,8 @@ class Solver {
     return rays;
   }
 
-  // The row that shows the most bones of a joint and, of these, has them
-  // nearest to their lengths: no outlier.
+  // The row with the most bones of a joint and, among these, with lengths
+  // nearest to the medians, which avoids outliers.
   size_t TypicalRow(const std::vector<Spoke>& spokes) const {
     size_t best = 0;
     size_t most = 0;
@@ -331,15 +334,15 @@ class Solver {
     return best;
   }
 
-  // Of the root itself, as long as it is not turned, none.
+  // The identity for the root until it is rotated.
   const Quaterniond& Above(size_t joint, size_t row) const {
     return motion_.rows[row].global[tree_[joint].parent];
   }
 
-  // The directions at rest of the bones that begin at a joint: of one alone as
-  // its name tells or as it stands to the joint's parent in a typical row; of
-  // several their mean shape, turned to what the names tell. Those of which
-  // neither tells a direction go straight on.
+  // Sets the rest directions of the bones that begin at a joint: for a single
+  // bone by its name, or relative to the parent in a typical row; for several
+  // their mean shape, turned to the directions by name. If neither determines a
+  // direction, the bone extends its parent's.
   void Shape(size_t joint) {
     if (tree_[joint].children.empty()) return;
     const std::vector<Spoke> spokes = SpokesOf(joint);
@@ -364,11 +367,11 @@ class Solver {
     }
   }
 
-  // Where the names leave a turn open, the shape is turned as it stood to the
+  // A rotation that the names leave undetermined is taken relative to the
   // joint's parent in the typical row.
   void ShapeSeveral(size_t joint, const std::vector<Spoke>& spokes,
                     size_t typical, const Quaterniond& as_seen) {
-    // As the names tell, before the shape takes their places.
+    // By the names, before the shape replaces them.
     std::vector<Vector3d> named;
     for (const Spoke& spoke : spokes) {
       named.push_back(spoke.is_back ? Vector3d(-motion_.offsets_m[joint])
@@ -393,10 +396,10 @@ class Solver {
     }
   }
 
-  // Fit, mean, and again.
+  // Alternates between fit and mean.
   void AverageShape(size_t joint, const std::vector<Spoke>& spokes) {
     constexpr int kRounds = 3;
-    // Evenly from the recording, but in the last round.
+    // A uniform sample of the recording, except in the last round.
     constexpr size_t kMostRows = 500;
     for (int round = 1; round <= kRounds; ++round) {
       const size_t step = round < kRounds ? 1 + row_count_ / kMostRows : 1;
@@ -416,8 +419,8 @@ class Solver {
     }
   }
 
-  // Positions of a joint in all rows, where its parent is known already; the
-  // root's stands at the origin until then.
+  // Positions of a joint in all rows, given its parent's; the root's are at the
+  // origin until then.
   void Place(size_t joint) {
     const size_t p = tree_[joint].parent;
     Known in_parent(row_count_);
@@ -436,7 +439,7 @@ class Solver {
     }
   }
 
-  // A root that is missing stands where its neighbours want it.
+  // Places a missing root where its neighbours fit best.
   void PlaceRootByOthers() {
     for (size_t r = 0; r < row_count_; ++r) {
       if (positions_[0][r]) continue;
@@ -490,7 +493,7 @@ class Solver {
   const size_t row_count_;
   std::vector<Known> positions_;  // [joint][row]
   std::vector<bool> is_ever_seen_;
-  std::vector<double> lengths_m_;  // of the bones to the joints
+  std::vector<double> lengths_m_;  // of the bone to each joint
   // From the chest to its parent at rest, in the chest's shape.
   Vector3d back_m_ = Vector3d::Zero();
   TreeMotion motion_;
@@ -517,7 +520,7 @@ void TreeLosses::See(const JointTree& tree, const TreeMotion& motion,
   filled_ += motion.filled;
   std::vector<std::string> joints;
   for (const size_t j : motion.never_seen) {
-    // The middle of others is nobody's joint.
+    // means of several joints are not joints of the skeleton
     if (tree[j].sources.size() > 1) continue;
     joints.push_back(tree[j].name);
     by_stature_ = by_stature_ || tree[j].stature_share > 0.0;

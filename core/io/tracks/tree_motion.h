@@ -1,5 +1,5 @@
 // A skeleton as a tree of bones, and the motion of one person as their
-// rotations, for formats of animation. For core/io alone.
+// rotations, for animation formats. For core/io only.
 #ifndef KINEGRAPH_CORE_IO_TRACKS_TREE_MOTION_H_
 #define KINEGRAPH_CORE_IO_TRACKS_TREE_MOTION_H_
 
@@ -18,93 +18,94 @@ namespace kinegraph {
 
 struct TreeJoint {
   std::string name;
-  // In the tree, in which parents come before children; the root's is itself.
+  // Index in the tree; parents precede children; the root is its own parent.
   size_t parent = 0;
-  std::vector<int> sources;      // joints of the skeleton, whose mean it is
-  std::vector<size_t> children;  // in the tree
-  int mirror = -1;               // in the tree: the same on the other side
-  // Unit vector from the parent in the rest pose: a person who stands upright
-  // with the arms stretched out sideways, palms down, x to the person's left, y
-  // up, z to the front. Zero where the name tells none, and for a pivot.
+  std::vector<int> sources;      // skeleton joints of which it is the mean
+  std::vector<size_t> children;  // indices in the tree
+  int mirror = -1;               // index of its counterpart on the other side
+  // Unit vector from the parent in the rest pose: a person who stands upright,
+  // arms stretched out sideways, palms down; x to the person's left, y up, z to
+  // the front. Zero if the name does not determine it, and for a pivot.
   Eigen::Vector3d rest_direction = Eigen::Vector3d::Zero();
   // Length of the bone from the parent as a share of the stature (Drillis and
   // Contini, 1966, as in Winter, "Biomechanics and Motor Control of Human
-  // Movement", 4th ed., fig. 4.1); 0 where they give none.
+  // Movement", 4th ed., fig. 4.1); 0 if not listed there.
   double stature_share = 0.0;
-  // Lies on its parent and turns one of several bones that begin there.
+  // Coincides with its parent and turns one of several bones that begin there.
   bool is_pivot = false;
-  // Both shoulders hang on it. It turns with the bone to its parent too, but
-  // not with bones of the head.
+  // Parent of both shoulders. It turns with the bone to its parent too, but not
+  // with bones of the head.
   bool is_chest = false;
   bool is_head = false;
-  // A bone or the body's anatomy joins it to its parent; the others hang on the
+  // Joined to its parent by a bone or by anatomy; others are children of the
   // root as mere points.
   bool is_held = true;
 };
 using JointTree = std::vector<TreeJoint>;
 
-// Bones that make a tree are taken as they are. Those of a human that do not,
-// or that know no middle of the hips, are completed by anatomy: the root is
-// mid_hip, the middle of both hips where there is no such joint, neck is the
-// middle of the shoulders in the same way, and limbs hang as in a body. Of all
-// others, whatever a path of bones leads to from the root, the joint with the
-// most bones. `is_seen` says of each joint of the skeleton whether anybody has
-// it: none that nobody has is the root, if it can be helped.
+// Bones that form a tree are used as they are. A human's bones that do not, or
+// that lack the centre of the hips, are completed by anatomy: the root is
+// mid_hip, the centre of both hips if there is no such joint; neck is likewise
+// the centre of the shoulders; and limbs are attached as in a body. Of other
+// skeletons the root is the joint with the most bones; joints that a path of
+// bones connects to it are attached. `is_seen`: for each joint of the skeleton,
+// whether it occurs; a joint that does not is the root only if there is no
+// alternative.
 //
-// With `pivots`, bones that begin where others do get a joint of their own each
-// ("neck_to_l_shoulder"), so that rotations alone can give every bone its
-// direction; but for the last bones of heads, hands and feet, which are rigid.
+// With `pivots`, bones that begin at the same joint each get a joint of their
+// own ("neck_to_l_shoulder"), so that rotations alone can give every bone its
+// direction; except the last bones of heads, hands and feet, which are rigid.
 JointTree MakeJointTree(const Skeleton& skeleton,
                         const std::vector<bool>& is_seen, bool pivots);
 
 struct TreeMotion {
-  // Of each joint from its parent at rest, where no rotation is left. The bones
-  // that begin at one joint have the mean shape that they have in the
-  // recording, turned to the rest pose as well as it goes; a bone that begins
-  // alone has its direction. Where names tell no rest pose, a frame of the
-  // recording is it. Lengths are the medians; of bones never seen that of the
-  // other side, else by the stature that the others tell, else a fifth of the
-  // median bone.
+  // Of each joint from its parent at rest, without any rotation. Bones that
+  // begin at the same joint have their mean shape in the recording, turned to
+  // fit the rest pose; a single bone has its rest direction. If names do not
+  // determine a rest pose, a frame of the recording is used. Lengths are
+  // medians; bones that were never seen get the length of the other side, else
+  // one by the stature that the others imply, else a fifth of the median bone.
   std::vector<Eigen::Vector3d> offsets_m;
   struct Row {
-    std::vector<Eigen::Quaterniond> global;    // of each joint, from its rest
-    std::vector<Eigen::Vector3d> positions_m;  // filled where they are missing
+    std::vector<Eigen::Quaterniond> global;    // of each joint, from the rest
+                                               // pose
+    std::vector<Eigen::Vector3d> positions_m;  // interpolated where missing
     std::vector<bool> is_seen;                 // not missing
   };
   std::vector<Row> rows;
-  size_t filled = 0;  // joints missing in a row, of those that others have
-  std::vector<size_t> never_seen;  // in the tree
+  size_t filled = 0;  // missing joints in rows where they were interpolated
+  std::vector<size_t> never_seen;  // indices in the tree
 
   Eigen::Quaterniond Local(const JointTree& tree, size_t row,
                            size_t joint) const;
-  // Where the rotations alone put the joints, with bones of fixed lengths. The
-  // root stands where it was seen, else where the others fit best.
+  // Positions by the rotations alone, with bones of fixed lengths. The root is
+  // at its observed position, else where the others fit best.
   std::vector<Eigen::Vector3d> Rigid(const JointTree& tree, size_t row) const;
 };
 
-// Rotations from the directions of bones. A joint where several bones begin is
-// turned to fit their directions best, longer bones weighing more (Wahba's
-// problem, by SVD); one with a single bone takes the smallest turn that leads
-// from its parent's orientation to the bone's direction, so nothing turns a
-// bone about itself that its parent does not; a joint without bones turns with
-// its parent. Where too few joints are seen, rotations (by their arc) and
-// places in the parent's frame go evenly from the last row known to the next,
-// and what is seen turns them by the least. A joint that is never seen stands
-// as at rest, or on the line to the next one that is seen.
+// Rotations from the directions of bones. A joint where several bones begin
+// takes the rotation that fits their directions best, weighted by length
+// (Wahba's problem, by SVD); a joint with a single bone takes the smallest
+// rotation from its parent's orientation to the bone's direction, so that no
+// bone twists relative to its parent; a joint without bones follows its parent.
+// Where too few joints were seen, rotations (along their arc) and positions in
+// the parent's frame are interpolated between known rows, and corrected by the
+// smallest rotation to what was seen. A joint that was never seen stays at
+// rest, or on the line to the next joint that was.
 //
-// `poses` has a row a frame, null where the person is not there; the first and
-// the last are not null. Positions are those of the file's axes.
+// `poses` has one entry per row, null where the person is absent; the first and
+// the last are not null. Positions are in the file's axes.
 TreeMotion SolveTreeMotion(const JointTree& tree,
                            const std::vector<const PersonPose*>& poses,
                            const AxisMap& axes);
 
-// What the trees of all people cannot tell of them, for notes.
+// Notes on what the trees of all people cannot represent.
 class TreeLosses {
  public:
   void See(const JointTree& tree, const TreeMotion& motion,
            const std::string& person);
-  // Joints that got a place between others of their own in time, those that
-  // nobody saw, and those that no bone holds.
+  // Notes joints that were interpolated in time, joints never seen, and joints
+  // without a bone.
   void Note(const JointTree& tree, LostFields* lost_fields) const;
 
  private:

@@ -1,5 +1,5 @@
 // TUM's actorsGT.mat of Campus and Shelf, a MATLAB file that an adapter reads
-// and writes. The id of an actor is its place, the frame that of the entry.
+// and writes. An actor's id is its index, the frame the index of the entry.
 #include "core/io/files/atomic_file.h"
 #include "core/io/tracks/format.h"
 #include "core/io/tracks/shared.h"

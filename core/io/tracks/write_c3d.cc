@@ -1,7 +1,7 @@
-// C3D, the file of motion capture laboratories, as c3d.org's user guide has it:
+// C3D, the format of motion capture laboratories, by c3d.org's user guide:
 // Intel (little-endian) floats, 512-byte blocks: a header, the parameters, then
 // x, y, z [mm] and a word of camera mask and residual for each point and frame.
-// C3D counts frames from 1: frame 0 of the tracks is its frame 1.
+// C3D's frames are 1-based: frame 0 of the tracks is its frame 1.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -23,16 +23,16 @@ namespace {
 constexpr int64_t kMaxWord = 65535;
 constexpr int kMaskBits = 7;
 
-// The parameter section: groups with their parameters, in the order in which
-// they are added.
+// The parameter section: groups with their parameters, in the order of
+// insertion.
 class C3dParameters {
  public:
   C3dParameters& Group(const std::string& name) {
     ++group_;
     return Record(name, -group_, "");
   }
-  // Parameters of the last group. Numbers are stored as words or floats; a
-  // shape without sides is of one number.
+  // Parameters of the last group, stored as words or floats; an empty shape is
+  // a scalar.
   C3dParameters& Words(const std::string& name,
                        const std::vector<size_t>& shape,
                        const std::vector<int64_t>& values) {
@@ -49,13 +49,12 @@ class C3dParameters {
   C3dParameters& Float(const std::string& name, double value) {
     return Floats(name, {}, {value});
   }
-  // As wide as the longest. Beyond 255 they go on in NAME2, NAME3, ..., and
-  // beyond 255 bytes a text is cut.
+  // As wide as the longest text. Beyond 255 texts they continue in NAME2,
+  // NAME3, ..., and a text is cut after 255 bytes.
   C3dParameters& Texts(const std::string& name,
                        const std::vector<std::string>& texts);
 
-  // Whole blocks. Throws InputError when they are more than the 255 that a file
-  // can have.
+  // In whole blocks. Throws InputError above the 255 that a file can have.
   std::string Section() const;
 
  private:
@@ -78,7 +77,7 @@ class C3dParameters {
     return Record(name, group_, content + data);
   }
   // Length of the name, number of the group (negative: the group itself), name,
-  // the way from here to the next record, and an empty description.
+  // offset to the next record, content and an empty description.
   C3dParameters& Record(const std::string& name, int id,
                         const std::string& content) {
     records_ += static_cast<char>(name.size());
@@ -96,7 +95,7 @@ class C3dParameters {
 
 C3dParameters& C3dParameters::Texts(const std::string& name,
                                     const std::vector<std::string>& texts) {
-  constexpr size_t kMost = 255;  // a side of an array is a byte
+  constexpr size_t kMost = 255;  // the size of a dimension is a byte
   for (size_t begin = 0, part = 1; begin == 0 || begin < texts.size();
        begin += kMost, ++part) {
     const size_t end = std::min(begin + kMost, texts.size());
@@ -120,7 +119,7 @@ std::string C3dParameters::Section() const {
   constexpr size_t kMostBlocks = 255;
   std::string section(4, '\0');
   section += records_;
-  // No record comes after the last.
+  // Marks the last record.
   section[4 + last_record_] = section[4 + last_record_ + 1] = '\0';
   const size_t blocks = (section.size() + 2 + kC3dBlock - 1) / kC3dBlock;
   if (blocks > kMostBlocks) {
@@ -136,15 +135,15 @@ std::string C3dParameters::Section() const {
   return section;
 }
 
-// RMS distance of the true joint from the estimate [mm]; 0 when not known.
+// RMS distance of the true joint from the estimate [mm]; 0 if unknown.
 double UncertaintyMm(const PersonPose& person, size_t joint_idx) {
   if (person.covariances.empty() || !person.covariances[joint_idx]) return 0.0;
   const double variance_m2 = person.covariances[joint_idx]->trace();
   return kMillimetresPerMetre * std::sqrt(std::max(0.0, variance_m2));
 }
 
-// What one step of the stored residual is [mm]; its sign says that the points
-// are floats. The guide asks that all coordinates divided by it fit 16 bits.
+// Unit of the stored residual [mm]; a negative sign marks float points. The
+// guide requires that all coordinates divided by it fit 16 bits.
 double ScaleMm(const TrackSequence& tracks) {
   constexpr double kMaxInteger = 32000.0;
   constexpr double kMaxResidual = 255.0;
@@ -165,7 +164,7 @@ double ScaleMm(const TrackSequence& tracks) {
   return std::max(coordinate_mm / kMaxInteger, residual_mm / kMaxResidual);
 }
 
-// A bit for each of the first seven cameras that measured the joint.
+// One bit for each of the first seven cameras that observed the joint.
 int CameraMask(const PersonPose& person, size_t joint_idx) {
   int mask = 0;
   for (const ViewMatch& match : person.matches) {
@@ -177,7 +176,7 @@ int CameraMask(const PersonPose& person, size_t joint_idx) {
   return mask;
 }
 
-// Everything that is said before the points.
+// Everything before the points.
 class C3dRecording {
  public:
   C3dRecording(const TrackSequence& tracks, const TrackExportOptions& options)
@@ -216,14 +215,14 @@ class C3dRecording {
                   static_cast<uint16_t>(data_block), uint16_t{0},
                   static_cast<float>(rate_hz_));
     header.resize(2 * 149, '\0');
-    // Labels of events have four characters.
+    // Event labels have four characters.
     AppendNumbers(&header, uint16_t{12345});
     header.resize(kC3dBlock, '\0');
     return header;
   }
 
   std::string Parameters() const {
-    // The number of blocks stands in the parameters, so they are made twice.
+    // The parameters contain their own number of blocks: make them twice.
     const size_t blocks = MakeParameters(0).size() / kC3dBlock;
     return MakeParameters(static_cast<int>(blocks) + 2);
   }
@@ -237,7 +236,7 @@ class C3dRecording {
         if (person != nullptr && person->joints[j].present()) {
           point.head<3>() =
               kMillimetresPerMetre * axes_.Apply(person->joints[j].position_m);
-          // Exact zeros are read as a missing point, here and elsewhere.
+          // Readers, ours included, take exact zeros as a missing point.
           if (point.head<3>().isZero(0.0)) {
             point.x() = std::numeric_limits<float>::min();
           }
@@ -256,7 +255,7 @@ class C3dRecording {
     return static_cast<int64_t>(ids_.size() * joint_count_);
   }
 
-  // The mask in the high byte, the residual in the low one.
+  // The mask is the high byte, the residual the low one.
   double FourthWord(const PersonPose& person, size_t joint_idx) const {
     const double uncertainty_mm = UncertaintyMm(person, joint_idx);
     int residual = 0;
@@ -295,7 +294,7 @@ class C3dRecording {
         labels.push_back(prefix + joint);
       }
     }
-    // "+Z": where an axis of the world points in the file.
+    // "+Z": the direction of a world axis in the file.
     const auto axis_of = [this](int of_world) {
       const auto i = static_cast<size_t>(
           std::find(axes_.axis.begin(), axes_.axis.end(), of_world) -
@@ -307,14 +306,14 @@ class C3dRecording {
     parameters->Float("SCALE", -scale_mm_).Float("RATE", rate_hz_);
     parameters->Word("DATA_START", data_block);
     parameters->Word("FRAMES", std::min(frames, kMaxWord));
-    if (frames >= kMaxWord) {  // of which a word says "or more"
+    if (frames >= kMaxWord) {  // a word then means "or more"
       parameters->Float("LONG_FRAMES", static_cast<double>(frames));
     }
     parameters->Texts("LABELS", labels).Texts("UNITS", {"mm"});
     parameters->Texts("X_SCREEN", {axis_of(0)}).Texts("Y_SCREEN", {axis_of(2)});
   }
 
-  // What each identity is called, and events at its first and last frame.
+  // Names of identities, and events at their first and last frames.
   void AddSubjectsAndEvents(C3dParameters* parameters) const {
     constexpr size_t kMostEvents = 254;
     constexpr double kMinute = 60.0;
@@ -366,7 +365,7 @@ class C3dRecording {
   const std::vector<TrackRow> rows_;
   const size_t joint_count_;
   const double scale_mm_;
-  int64_t first_ = 1;  // as C3D counts
+  int64_t first_ = 1;  // 1-based
   int64_t last_ = 1;
 };
 

@@ -11,37 +11,37 @@
 namespace kinegraph {
 
 struct TrackWriteOptions {
-  // Writes score, matches and weights of each person too, and the view names
-  // in the header.
+  // Writes score, matches and weights of each person, and the view names in the
+  // header.
   bool observations = false;
-  PersonNames names = {};  // in the header
-  // For adapters: what each person is called, in the header, and beside a
-  // covariance the probability that the joint lies within so far [m].
+  PersonNames names = {};  // for the header
+  // For adapters: the title of each person, in the header, and with each
+  // covariance the probability that the joint lies within this distance [m].
   std::vector<std::string> titles = {};
   double within_m = 0.0;
 };
 
-// JSON Lines, one frame a line; numbers read back bit for bit. The file appears
-// under its name in Commit(); without it nothing is left.
+// JSON Lines, one frame per line; numbers read back bit by bit. The file
+// appears in Commit(); without it, it is discarded.
 //
 //   TrackWriter writer(path, header);
 //   for (const TrackFrame& frame : frames) writer.Write(frame);
 //   writer.Commit();
 class TrackWriter {
  public:
-  // Throws InputError when the file cannot be made, std::logic_error when
-  // header.config_json is no JSON object.
+  // Throws InputError if the file cannot be created, std::logic_error if
+  // header.config_json is not a JSON object.
   TrackWriter(const std::string& path, const TrackHeader& header,
               const TrackWriteOptions& options = {});
   ~TrackWriter();
   TrackWriter(const TrackWriter&) = delete;
   TrackWriter& operator=(const TrackWriter&) = delete;
 
-  // Frames ascend. Throws std::logic_error when they do not, when a number is
-  // not finite or when a person does not fit the header.
+  // Frames ascend. Throws std::logic_error if they do not, if a number is not
+  // finite or if a person does not match the header.
   void Write(const TrackFrame& frame);
-  // Hands over what was written so far, to whoever reads the other end of a
-  // pipe. A file appears in Commit() all the same.
+  // Passes on what was written so far to the reader of a pipe. A file
+  // nevertheless appears in Commit() only.
   void Flush();
   void Commit();
 

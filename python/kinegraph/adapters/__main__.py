@@ -1,15 +1,15 @@
 """kinegraph-adapters: prints files of other programs as our own JSON Lines.
 
-    kinegraph-adapters FILE                what it holds, on standard output
-    kinegraph-adapters --recognise FILE    kind and format; nothing where unknown
-    kinegraph-adapters --write=FORMAT      tracks from standard input, in that format
-    kinegraph-adapters --packages FILE...  Debian packages that these files need
+    kinegraph-adapters FILE                its content, on standard output
+    kinegraph-adapters --recognise FILE    kind and format; nothing if unknown
+    kinegraph-adapters --write=FORMAT      tracks from standard input, in this format
+    kinegraph-adapters --packages FILE...  Debian packages that these files require
     kinegraph-adapters --list              the formats
 
---format=NAME names the format of FILE. What the user set comes as --joints=N (of
-detections.skeleton), --first_frame=N and --frame_rate=HZ. KINEGRAPH_ADAPTERS names a
-folder with programs of the user's own, which are asked after ours. Exit code 2: the
-file cannot be read, one line on standard error says why.
+--format=NAME specifies the format of FILE. The user's options are passed as --joints=N
+(of detections.skeleton), --first_frame=N and --frame_rate=HZ. KINEGRAPH_ADAPTERS is a
+folder with programs of the user, which are tried after ours. Exit code 2: the file
+cannot be read, and one line on standard error gives the reason.
 """
 
 from __future__ import annotations
@@ -23,14 +23,14 @@ import signal
 import subprocess
 import sys
 
-# One thread is enough; each more would take of the memory that is granted below.
+# One thread suffices; more would use up the memory granted below.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 from common import Options, Refusal, most_bytes
 
-# In the order in which they are asked. Each is a module with KIND, PACKAGES (modules
-# of Python that it needs), recognise(path), read(path, options), and perhaps
+# In the order of recognition. Each is a module with KIND, PACKAGES (the Python modules
+# that it requires), recognise(path), read(path, options), and optionally
 # write(lines, out).
 FORMATS = ["sleap", "deeplabcut_h5", "freemocap", "caliscope", "opencap", "tum", "movement"]
 KINDS = ("cameras", "detections", "tracks")
@@ -47,7 +47,7 @@ def load(name):
 
 
 def own_programs():
-    """Executables in the user's folder, in the order of their names."""
+    """Executables in the user's folder, sorted by name."""
     folder = os.environ.get("KINEGRAPH_ADAPTERS", "")
     if not folder:
         return []
@@ -61,7 +61,7 @@ def own_programs():
 
 
 def kind_by(program, path):
-    """What a program of the user's own takes the file for; None: not its own."""
+    """The kind of the file according to a user's program; None: not recognised."""
     try:
         asked = subprocess.run(
             [program, "--recognise", str(path)],
@@ -78,7 +78,7 @@ def kind_by(program, path):
 
 
 def recognise(path):
-    """Kind, and the format or the user's own program; None where nobody knows it."""
+    """Kind, and the format or the user's program; None if unknown."""
     for name in FORMATS:
         module = load(name)
         if module.recognise(path):
@@ -95,17 +95,17 @@ def lacking(module):
 
 
 def limit_memory(path):
-    """A file stands for some hundred times its own bytes, no more."""
+    """Limits memory by the size of the files (most_bytes)."""
     try:
         import resource
 
         pages = int(pathlib.Path("/proc/self/statm").read_text().split()[0])
     except (ImportError, OSError):
-        return  # not every system has it
+        return  # not available on every system
     stored = 0
     for folder, _, files in os.walk(path) if path.is_dir() else [(path.parent, [], [path.name])]:
         for name in files:
-            with contextlib.suppress(OSError):  # a link to nowhere
+            with contextlib.suppress(OSError):  # dangling links
                 stored += os.path.getsize(os.path.join(folder, name))
     limit = pages * os.sysconf("SC_PAGE_SIZE") + (512 << 20) + most_bytes(stored)
     resource.setrlimit(resource.RLIMIT_AS, (limit, limit))
@@ -117,7 +117,7 @@ def read(path, name, options):
         if found is None:
             raise Refusal(path, "", "is no format that an adapter knows")
         name = found[1]
-    if os.path.isabs(name):  # the user's own
+    if os.path.isabs(name):  # a user's program
         os.execv(name, [name, *(a for a in sys.argv[1:] if not a.startswith("--format="))])
     limit_memory(path)
     for text in load(name).read(path, options):
@@ -161,7 +161,7 @@ def run(arguments):
 
 
 def main():
-    signal.signal(signal.SIGPIPE, signal.SIG_DFL)  # a reader that leaves ends us
+    signal.signal(signal.SIGPIPE, signal.SIG_DFL)  # end when the reader does
     try:
         run(sys.argv[1:])
     except ModuleNotFoundError as error:

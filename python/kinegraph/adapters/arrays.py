@@ -1,4 +1,4 @@
-"""Text of detections that lie in arrays: fast, and exact to the last bit."""
+"""Text of detections in arrays: fast, and reads back bit by bit."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ import numpy as np
 
 
 def array_lines(views, arrays, first_frame=0):
-    """Lines of frames. arrays: one a view, [frames, people, joints, 3] of x, y [px]
-    and confidence, NaN where there is none; they may end at different frames."""
+    """Lines of frames. arrays: one per view, [frames, people, joints, 3] of x, y [px]
+    and confidence, NaN for a missing joint; their lengths may differ."""
     keys = [json.dumps(view).encode() + b":[" for view in views]
     count = max(len(array) for array in arrays)
     at_once = 1000  # frames: bounds the memory of their text
@@ -27,7 +27,7 @@ def array_lines(views, arrays, first_frame=0):
 
 
 def _people_by_frame(array):
-    """Texts of the people of each frame, those without any joint left out."""
+    """Texts of the people of each frame, without people that have no joint."""
     seen = np.isfinite(array).all(axis=3).any(axis=2)
     texts = [[] for _ in range(len(array))]
     for f, text in zip(np.nonzero(seen)[0].tolist(), _people(array[seen])):
@@ -35,9 +35,9 @@ def _people_by_frame(array):
     return texts
 
 
-# Digits behind the point, so that with those before it no number has more than 19,
-# beyond which a parser of JSON becomes slow. Cut off there, a number from the bound
-# on is nearer to itself than to any other double.
+# Decimals, chosen so that no number has more than 19 digits, beyond which JSON parsers
+# are slow. For numbers from the lower bound on, the truncated text is nearer to the
+# number than to any other double.
 _PX_DIGITS, _PX_LEAST, _PX_MOST = 15, 16.0, 1e4
 _SHARE_DIGITS, _SHARE_LEAST, _SHARE_MOST = 18, 2.0**-6, 10.0
 _ROW = b"[" + (b"    ." + b" " * _PX_DIGITS + b",") * 2 + b" ." + b" " * _SHARE_DIGITS
@@ -46,8 +46,8 @@ _NONE = np.frombuffer(b"null".ljust(len(_ROW) - 1) + b",", dtype=np.uint8)
 
 
 def _people(points):
-    """Texts of people [people, joints, 3]. Python's own digits are exact and slow,
-    so numbers of the usual size get theirs all at once, in cells of one width."""
+    """Texts of people [people, joints, 3]. Python's own conversion is exact but slow:
+    numbers of the usual range are converted together, in cells of fixed width."""
     there = np.isfinite(points).all(axis=2, keepdims=True)
     px, share = points[..., :2], points[..., 2:]
     usual = ((px >= _PX_LEAST) & (px < _PX_MOST)).all(axis=2, keepdims=True)
@@ -75,7 +75,7 @@ def _people(points):
 
 
 def _put_digits(numbers, before, behind, cells):
-    """Writes numbers with so many digits before and behind the point."""
+    """Writes numbers with `before` and `behind` digits around the point."""
     whole = np.floor(numbers)
     rest = whole.astype(np.uint64)
     for place in reversed(range(before)):
@@ -83,7 +83,7 @@ def _put_digits(numbers, before, behind, cells):
         is_last = place == before - 1
         cells[..., place] = digit if is_last else np.where(rest > 0, digit, ord(" "))
         rest //= 10
-    bits = 58  # holds what is behind the point of a usual number, and ten times it
+    bits = 58  # enough for the fraction of a usual number; ten times it fits 64 bits
     fraction = ((numbers - whole) * 2.0**bits).astype(np.uint64)
     for place in range(before + 1, before + 1 + behind):
         fraction *= 10

@@ -1,12 +1,12 @@
-"""Caliscope's points: xy_TRACKER.csv (or xy.csv), one table of the whole recording, a
-row a point: sync_index, cam_id (port in older versions), keypoint_id (point_id),
-img_loc_x, img_loc_y [px], and perhaps object_id and frame_time [s]. Where the table has
-no times they come from timestamps.csv or frame_time_history.csv beside it. Views are
-cam_0, cam_1, ... after the cameras; frames are the indices of synchronised pictures.
+"""Caliscope's points: xy_TRACKER.csv (or xy.csv), one table of the whole recording, one
+row per point: sync_index, cam_id (port in older versions), keypoint_id (point_id),
+img_loc_x, img_loc_y [px], and optionally object_id and frame_time [s]. If the table has
+no times, those of timestamps.csv or frame_time_history.csv beside it are used. Views are
+cam_0, cam_1, ... by camera; frames are the indices of synchronised images.
 
-A session's folder is read by the one such table in it: its own, one of a recording, or
-that of the calibration. Views of cameras that the session ignores or has not placed are
-left out there."""
+Of a session's folder the only such table is read: its own, one of a recording, or that
+of the calibration. Views of cameras that the session ignores or has not placed are then
+omitted."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ OLD_NAMES = {"port": "cam_id", "point_id": "keypoint_id"}
 POINT = {"sync_index", "cam_id", "keypoint_id", "img_loc_x", "img_loc_y"}
 TIME = {"sync_index", "cam_id", "frame_time"}
 MEDIAPIPE = {"xy_POSE", "xy_HOLISTIC", "xy_SIMPLE_HOLISTIC"}
-MEDIAPIPE_JOINTS = 33  # holistic's hands count from 100 and 200, its face from 500
+MEDIAPIPE_JOINTS = 33  # holistic's hands are numbered from 100 and 200, its face from 500
 
 
-# ---- Where the table is ----
+# ---- Finding the table ----
 
 
 def is_table(path):
@@ -44,7 +44,7 @@ def tables_below(folder, depth):
 
 
 def tables_of(path):
-    """Of a session its own, else those of its recordings, else of its calibration."""
+    """Tables of a session's recordings, else others in its folder."""
     if not path.is_dir():
         return [path]
     depth = 4  # SESSION/calibration/extrinsic/TRACKER
@@ -67,7 +67,7 @@ def table_of(path):
 
 
 def recognise(path):
-    if path.is_dir():  # only a session is searched: folders may hold a million files
+    if path.is_dir():  # search sessions only: other folders may have a million files
         names = os.listdir(path)
         is_session = {"camera_array.toml", "config.toml"} & set(names) or any(
             is_table(path / name) for name in names
@@ -81,7 +81,7 @@ def recognise(path):
 
 
 def unused_cameras(session):
-    """Cameras that a session's folder ignores or has not placed."""
+    """Cameras that a session ignores or has not placed."""
     import tomllib
 
     for name in ("camera_array.toml", "config.toml"):
@@ -124,7 +124,7 @@ def places_of(names):
 
 
 class Rows:
-    """Cells of a table, with what is wrong with them."""
+    """Rows of a table, checked; errors name the line."""
 
     def __init__(self, path):
         self.path = path
@@ -179,7 +179,7 @@ class Rows:
         return int(number)
 
     def time(self):
-        """Where, and seconds."""
+        """((frame, camera), time [s])."""
         seconds = self.number("frame_time")
         if not abs(seconds) < 1e9:
             self.fail("frame_time", f"found {seconds}, expected seconds")
@@ -201,7 +201,7 @@ def times_beside(table):
 
 
 def read_points(table, unused):
-    """Of each frame, camera and person: position by number of the point; and times."""
+    """Positions [px] by frame, camera, person and point number; and times [s]."""
     rows = Rows(table)
     people, times = {}, {}
     if not rows.has(POINT):
@@ -233,7 +233,7 @@ def upper_median(values):
 
 
 def nanoseconds(seconds):
-    """As C++'s llround, which rounds halves away from zero."""
+    """Rounds halves away from zero, as C++'s llround does."""
     scaled = seconds * 1e9
     whole = int(abs(scaled) + 0.5)
     return whole if scaled >= 0 else -whole
@@ -245,7 +245,7 @@ def text_of_ns(time):
 
 
 def frame_rate_of(times):
-    """Median rate of the pictures; None without times."""
+    """Median frame rate [Hz]; None without times."""
     last, steps = {}, []
     for (sync, camera), time in sorted(times.items()):
         before = last.get(camera)
@@ -253,13 +253,13 @@ def frame_rate_of(times):
             steps.append((time - before[1]) / (sync - before[0]))
         last[camera] = sync, time
     step = upper_median(steps) if steps else 0
-    # C++'s round, too, rounds halves up.
+    # Rounds halves up, as C++'s round does.
     return int(100 / step + 0.5) / 100 if step > 1e-6 else None
 
 
 def times_of_frames(times, cameras, syncs, rate):
-    """Of each frame its time and those of its views [ns]. The cameras run freely: each
-    picture has its own time, counted from where the first frame is at `rate`."""
+    """Time of each frame, and of its views [ns]. The cameras are not synchronised: each
+    image has its own time, relative to that of the first frame at `rate`."""
     by_frame = {}
     for (sync, camera), time in sorted(times.items()):
         if camera in cameras and sync in syncs:
@@ -271,7 +271,7 @@ def times_of_frames(times, cameras, syncs, rate):
             start = nanoseconds(sync / rate) if rate else 0
             origin = middle - start / 1e9
         time = nanoseconds(middle - origin)
-        # Times of frames ascend, whichever cameras saw them.
+        # Times of frames have to ascend, whichever cameras saw them.
         last = time if last is None else max(time, last + 1)
         found[sync] = last, {c: nanoseconds(t - origin) for c, t in of_views.items()}
     return found
@@ -294,7 +294,7 @@ def read(path, options):
     cameras = sorted({camera for _, camera in people})
     names = {camera: f"cam_{camera}" for camera in cameras}
     rate = options.frame_rate or frame_rate_of(times)
-    # Frames in which nothing but points without a joint were seen are not there.
+    # Omits frames that only have points without a joint.
     syncs = sorted(
         {
             sync

@@ -1,4 +1,4 @@
-"""What the adapters share: refusing a file, limits, and our own JSON Lines."""
+"""Shared by the adapters: errors, limits, and our own JSON Lines."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ MAX_FRAME = 1 << 50
 
 
 class Refusal(Exception):
-    """One line for people: the file, the place in it, what is wrong."""
+    """An error in one line: the file, the place in it, what is wrong."""
 
     def __init__(self, path, place, message):
         parts = [str(path), place, message]
@@ -19,7 +19,7 @@ class Refusal(Exception):
 
 
 class Options:
-    """What the user set, as kinegraph hands it over; None: not set."""
+    """Options of the user, as kinegraph passes them; None: not set."""
 
     def __init__(self, joints=None, first_frame=0, frame_rate=None):
         self.joints = joints
@@ -28,25 +28,25 @@ class Options:
 
 
 def most_bytes(stored):
-    """What `stored` bytes of a file may stand for (core/io/binary/bytes.h)."""
+    """Largest size in memory for `stored` bytes of a file (core/io/binary/bytes.h)."""
     return (32 << 20) + 256 * stored
 
 
 def natural(name):
-    """Sorts cam2 before cam10."""
+    """Key for natural order: cam2 before cam10."""
     parts = re.split(r"(\d+)", str(name))
     return [(0, int(p), "") if p.isdigit() else (1, 0, p) for p in parts if p], str(name)
 
 
 def folders_in(folder):
-    """Folders of a folder in natural order, hidden ones left out."""
+    """Folders in a folder in natural order, without hidden ones."""
     with os.scandir(folder) as entries:
         found = [entry.path for entry in entries if entry.is_dir() and entry.name[0] != "."]
     return sorted(map(pathlib.Path, found), key=lambda path: natural(path.name))
 
 
 def files_in(folder, suffix):
-    """Files of a folder in natural order, hidden ones left out."""
+    """Files in a folder in natural order, without hidden ones."""
     with os.scandir(folder) as entries:
         found = [
             entry.path
@@ -64,7 +64,7 @@ def begins_with(path, beginning):
 
 
 def line(value):
-    """A line of JSON; what is no number is null."""
+    """A line of JSON; NaN and infinity become null."""
     text = json.dumps(value, separators=(",", ":"))
     if "NaN" in text or "Infinity" in text:
         text = json.dumps(_plain(value), separators=(",", ":"), allow_nan=False)
@@ -81,8 +81,8 @@ def _plain(value):
 
 
 def header(views, skeleton, frame_rate=None, frames=None):
-    """First line of detections. skeleton: the name of one that kinegraph knows, or
-    {"joints": labels in any spelling, "bones": pairs of them, if there are any}."""
+    """First line of detections. skeleton: name of a built-in one, or
+    {"joints": labels in any spelling, "bones": pairs of indices, optional}."""
     return line(
         {
             "kinegraph_detections": 1,

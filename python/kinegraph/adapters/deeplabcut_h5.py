@@ -1,7 +1,7 @@
 """DeepLabCut's predictions as HDF5, one view: pandas' table "df_with_missing", whose
-index is the frame and whose columns are named by scorer, individual (of several),
-bodypart and coord. PyTables keeps the names as a pickle, so it is h5py that reads them
-here, and an unpickler that runs nothing."""
+index is the frame and whose columns are named by scorer, individual (if several),
+bodypart and coord. PyTables stores the names as a pickle; they are read here by h5py
+and an unpickler that runs no code (pickles.py)."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def recognise(path):
         return mentions(path, [b"df_with_missing"])
     return any(
         mentions(file, [b"df_with_missing"])
-        for folder in [path, *folders_in(path)]  # a detector in each
+        for folder in [path, *folders_in(path)]  # one detector each
         for file in files_in(folder, ".h5")
     )
 
@@ -49,7 +49,7 @@ def column_names(sets):
 
 
 def places_of(sets, names):
-    """Labels, and of each individual where x, y and likelihood of each label stand."""
+    """Labels, and for each individual the columns of x, y and likelihood per label."""
     labels, people = {}, {}
     for place, column in enumerate(names):
         person = people.setdefault(column[1] if len(column) == 4 else "", {})
@@ -107,7 +107,7 @@ def read(path, options):
         if not ((frames >= 0) & (frames <= MAX_FRAME)).all():
             sets.fail(TABLE, "found a frame below 0 or too large")
         order = np.argsort(frames, kind="stable").tolist()
-    # The last column stands for the likelihood that is not there.
+    # Index -1, a missing likelihood, selects a column of ones.
     values = np.concatenate([values, np.ones((len(rows), 1))], axis=1)
     points = values[:, np.array(places, dtype=int)]  # [frame, individual, label, 3]
     view = path.stem
@@ -115,7 +115,7 @@ def read(path, options):
     there = np.isfinite(points).all(axis=3)
     numbers = frames.astype(int).tolist()
     for r in order:
-        # Everybody, seen or not: their places are those of other detectors' people.
+        # All individuals, seen or not: their indices match those of other detectors.
         people = [
             {"joints": [p if t else None for p, t in zip(person, is_there)]}
             for person, is_there in zip(points[r].tolist(), there[r].tolist())

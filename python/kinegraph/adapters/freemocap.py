@@ -1,8 +1,8 @@
-"""FreeMoCap's 2D points, one .npy of the whole recording
+"""FreeMoCap's 2D points, one .npy for the whole recording
 (..._2dData_numCams_numFrames_numTrackedPoints_pixelXY.npy): [cameras, frames, points,
-2] in pixels of one person, NaN where a point was not found; a third number, a depth in
-older files, is passed over. Views are cam_0, cam_1, ... in its order. With MediaPipe's
-hands and face the first 33 points are the body."""
+2] of one person in pixels, NaN where a point was not found; a third number, a depth in
+older files, is ignored. Views are cam_0, cam_1, ... in the order of the array. With
+MediaPipe's hands and face the first 33 points are the body."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from common import Refusal, begins_with, header
 
 KIND = "detections"
 PACKAGES = ["numpy"]
-# Skeletons of kinegraph by the number of points; MediaPipe's with hands (21 points
-# each), and with a face, without and with its irises.
+# Built-in skeletons by number of points; MediaPipe's also with hands (21 points each),
+# and with hands and a face, without and with irises.
 EXPECTED = "expected the shape [cameras, frames, points, 2]"
 SKELETONS = {
     17: "coco17",

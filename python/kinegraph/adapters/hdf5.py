@@ -1,4 +1,4 @@
-"""Data sets of an HDF5 file that hold what they claim."""
+"""Data sets of an HDF5 file, checked against the bytes that are stored."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ def is_hdf5(path):
 
 
 def mentions(path, names):
-    """Whether an HDF5 file holds these names, told without HDF5's library."""
+    """Whether an HDF5 file contains these names; does not require h5py."""
     if not is_hdf5(path):
         return False
     with open(path, "rb") as file:
@@ -37,7 +37,7 @@ def opened(path):
 
 
 class Sets:
-    """The data sets of an open file. All of them are read whole."""
+    """The data sets of an open file. Each is read as a whole."""
 
     def __init__(self, path, file):
         self.path = path
@@ -50,8 +50,8 @@ class Sets:
         raise Refusal(self.path, name, message)
 
     def set(self, name):
-        """A data set whose bytes are in the file itself, not more than these may
-        stand for."""
+        """A data set stored in the file itself, of a size that its stored bytes allow
+        (most_bytes)."""
         import h5py
 
         if name not in self._file:
@@ -83,7 +83,7 @@ class Sets:
         return [as_text(text) for text in found[()].tolist()]
 
     def attribute(self, name, attribute):
-        """The one text beside a data set; empty: there is none."""
+        """A text attribute of a data set; empty if there is none."""
         value = self.set(name).attrs.get(attribute, "")
         if getattr(value, "size", 1) != 1:
             self.fail(f"{name}.{attribute}", "expected one text")

@@ -1,5 +1,5 @@
-"""Tracks as the Python package `movement` keeps poses for xarray: netCDF (classic, 64-bit
-offsets) with the dimensions time, space, keypoints and individuals. Written only."""
+"""Tracks for the Python package `movement` and xarray: netCDF (classic, 64-bit
+offsets) with the dimensions time, space, keypoints and individuals. Write only."""
 
 from __future__ import annotations
 

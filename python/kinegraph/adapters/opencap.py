@@ -1,7 +1,7 @@
-"""OpenCap's cameraIntrinsicsExtrinsics.pickle, one a camera in Videos/CAMERA of a
+"""OpenCap's cameraIntrinsicsExtrinsics.pickle, one per camera in Videos/CAMERA of a
 session's folder: a dictionary of NumPy arrays intrinsicMat (3x3 px), distortion
 (OpenCV's five), imageSize (height, width), rotation (3x3) and translation (mm),
-x_cam = R X + t. The world is that of the board. A camera is named by its folder."""
+x_cam = R X + t. The world frame is the board's. A camera has the name of its folder."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ READ = ["intrinsicMat", "distortion", "imageSize", "rotation", "translation",
 
 
 def find(path):
-    """Of a session's folder, of its folder Videos, or of one camera's."""
+    """The pickles of a session's folder, its folder Videos, or one camera's folder."""
     if not path.is_dir():
         return [path]
     if (path / FILE).is_file():
@@ -89,7 +89,7 @@ def camera_of(file):
         "distortion": of("distortion") if "distortion" in values else [],
         "cam_from_world": {"R": of("rotation", 3, 3), "t": of("translation", 3, 1)},
     }
-    # Kinegraph refuses those that could carry lens or pose.
+    # Passed on, as kinegraph rejects unknown keys that may be lens or pose.
     camera.update({key: None for key in values if key not in READ})
     return camera
 

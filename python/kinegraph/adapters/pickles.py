@@ -1,6 +1,6 @@
 """Pickles of numbers, texts, lists, dictionaries and NumPy arrays. A pickle is a
-program: of the functions that it may name only those below are there, so nothing of
-it runs but code of this file. Arrays are views of bytes that the pickle holds."""
+program: only the functions below are available to it, so that no code outside this
+file runs. Arrays are views of bytes that the pickle contains."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ NUMBERS = "biuf"  # kinds of dtypes
 
 
 class Dtype:
-    """numpy.dtype("f8") whose state tells the byte order."""
+    """numpy.dtype("f8"); its pickled state has the byte order."""
 
     def __init__(self, name, *_):
         import numpy as np
@@ -27,7 +27,7 @@ class Dtype:
 
 
 class Array:
-    """An array without content until its state is set."""
+    """An array, empty until its state is set."""
 
     def __init__(self, *_):
         self.value = None
@@ -57,7 +57,7 @@ def scalar(dtype, content):
 
 
 def latin1(text, encoding="latin1"):
-    """Bytes that Python 3 keeps as a text for Python 2."""
+    """Bytes that Python 3 stores as a text for Python 2."""
     if encoding != "latin1":
         raise pickle.UnpicklingError("holds a text that is no bytes")
     return text.encode("latin1")
@@ -68,7 +68,7 @@ ALLOWED = {
     ("numpy", "ndarray"): Array,
     ("_codecs", "encode"): latin1,
 }
-for core in ("numpy.core", "numpy._core"):  # before and since version 2
+for core in ("numpy.core", "numpy._core"):  # before and since NumPy 2
     ALLOWED[f"{core}.multiarray", "_reconstruct"] = Array
     ALLOWED[f"{core}.multiarray", "scalar"] = scalar
     ALLOWED[f"{core}.numeric", "_frombuffer"] = from_buffer
@@ -89,10 +89,10 @@ class Unpickler(pickle.Unpickler):
 
 
 def load(content, path, place="pickle"):
-    """The value of a pickle; arrays have it as `value`."""
+    """The value of a pickle; that of an array is its `value`."""
     try:
         return Unpickler(io.BytesIO(content), encoding="latin1").load()
     except MemoryError as error:
         raise Refusal(path, place, "asks for more memory than it can fill") from error
-    except Exception as error:  # whatever a broken program of that machine raises
+    except Exception as error:  # a damaged pickle may raise anything
         raise Refusal(path, place, str(error) or "ends too early") from error

@@ -1,8 +1,7 @@
-"""SLEAP's analysis HDF5, a file a view: `tracks` (x, y of each node of each track in
-each frame, NaN where there is none), `point_scores`, `node_names` and `edge_inds`. The
-attribute `dims` names the axes in their order; without it they are track, xy, node,
-frame. Frames count from 0. In a session of sleap-anipose's a view is a folder with
-one such file."""
+"""SLEAP's analysis HDF5, one file per view: `tracks` (x, y of each node of each track in
+each frame, NaN if missing), `point_scores`, `node_names` and `edge_inds`. The attribute
+`dims` lists the axes in order; the default is track, xy, node, frame. Frames count from
+0. In a session of sleap-anipose a view is a folder with one such file."""
 
 from __future__ import annotations
 
@@ -75,8 +74,8 @@ def in_order(sets, name, axes, wanted):
 
 
 def edges_of(sets, nodes):
-    """Pairs of nodes: of `edge_inds`, [edges, 2] or [2, edges] as MATLAB has it, else
-    of `edge_names`."""
+    """Pairs of nodes: from `edge_inds`, [edges, 2] or [2, edges] (MATLAB's order), else
+    from `edge_names`."""
     name = "edge_inds" if sets.has("edge_inds") else "edge_names"
     if not sets.has(name):
         return []
@@ -97,7 +96,7 @@ def edges_of(sets, nodes):
 
 
 def read_view(path):
-    """Labels, bones, and [frame, track, node, 3] of x, y and score."""
+    """Labels, bones, and an array [frame, track, node, 3] of x, y [px] and score."""
     import numpy as np
 
     with opened(path) as sets:
@@ -125,7 +124,7 @@ def read_view(path):
             # Instances corrected by hand have no scores.
             by_hand = np.isnan(scores) & np.isfinite(points).all(axis=3)
             scores = np.where(by_hand, 1.0, scores)
-        if points.size == 0:  # nobody, however many frames it claims
+        if points.size == 0:  # no people: ignore the number of frames
             points, scores = points[:0], scores[:0]
         return labels, bones, np.concatenate([points, scores[..., None]], axis=3)
 

@@ -1,7 +1,7 @@
 """TUM's actorsGT.mat of Campus and Shelf: a MATLAB file with the cell `actor3D`, 1 x
 ACTORS; each entry a cell FRAMES x 1; each entry of that 14 x 3 doubles in metres, or
-empty where the actor is not annotated. The identity of an actor is its place, the frame
-that of the entry, both from zero."""
+empty where the actor is not annotated. An actor's id is its index in the cell, a frame
+is the index of its entry, both from zero."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ KIND = "tracks"
 PACKAGES = ["scipy"]
 VARIABLE = "actor3D"
 JOINTS = 14
-# The official file's shape; also keeps a stray identity from filling the disk.
+# Above those of the official file; keeps a stray id from filling the disk.
 MOST_ACTORS, MOST_FRAMES = 1000, 1_000_000
 MOST_BYTES = 1 << 32  # sizes in version 5 of the format have 32 bits
 
@@ -48,7 +48,7 @@ def read(path, options):
         content = loadmat(path, variable_names=[VARIABLE], mat_dtype=True)
     except MemoryError:
         raise
-    except Exception as error:  # SciPy raises many of them
+    except Exception as error:  # SciPy raises many types
         raise Refusal(path, "", f"is truncated or damaged: {error}") from error
     if VARIABLE not in content:
         raise Refusal(path, VARIABLE, "is missing or damaged")
@@ -96,7 +96,7 @@ def write(lines, out):
             f"id is {max(ids)}, expected below {MOST_ACTORS}; the last frame {last}, "
             f"expected below {MOST_FRAMES}"
         )
-    # A cell without anybody takes 56 bytes: its tag, flags, two dimensions and name.
+    # An empty cell takes 56 bytes: tag, flags, two dimensions and name.
     poses = sum(map(len, frames.values()))
     size = 56 * (last + 1) * (max(ids) + 1) + 8 * 3 * count * poses
     if size > MOST_BYTES:
@@ -114,6 +114,6 @@ def write(lines, out):
             actors[0, a][f, 0] = nobody if pose is None else np.array(pose, dtype=float)
     content = io.BytesIO()
     savemat(content, {VARIABLE: actors})
-    # Without the date: the same tracks shall give the same bytes.
+    # Without the date, so that the same tracks give the same bytes.
     text = b"MATLAB 5.0 MAT-file, by kinegraph".ljust(116)
     out.write(text + content.getvalue()[116:])
