@@ -173,35 +173,41 @@ bool MakeSegment(const CameraRig& cameras, const std::vector<SeenFrame>& frames,
   return std::count(seen.begin(), seen.end(), 1) >= 2;
 }
 
-// Counts matched and all detections in frames where two other views have
-// matches.
+// A view could match people whom two other views match, as long as it has as
+// many detections; false detections add nothing.
 void CountMatches(const DetectionSequence& detections,
                   const FrozenMatches& matches, SceneSegments* segments) {
-  std::map<int64_t, std::vector<int64_t>> by_frame;  // matches in each view
+  struct Frame {
+    int64_t people = 0;            // each matched here or in two other views
+    std::vector<int64_t> matched;  // [view]
+  };
+  const auto views = static_cast<size_t>(segments->view_count);
+  std::map<int64_t, Frame> by_number;
   for (const FrozenPerson& person : matches.people) {
     for (const FrozenFrame& frame : person.frames) {
       if (frame.detections.size() < 2) continue;
-      auto& counts = by_frame[frame.frame];
-      counts.resize(segments->view_count, 0);
+      Frame& counts = by_number[frame.frame];
+      ++counts.people;
+      counts.matched.resize(views, 0);
       for (const FrozenDetection& one : frame.detections) {
-        ++counts[one.view_idx];
+        ++counts.matched[one.view_idx];
       }
     }
   }
-  segments->matched.assign(segments->view_count, 0);
-  segments->detections.assign(segments->view_count, 0);
-  for (const auto& [number, counts] : by_frame) {
-    const DetectionFrame* frame = FindDetectionFrame(detections, number);
-    if (frame == nullptr) continue;
-    for (int v = 0; v < segments->view_count; ++v) {
+  segments->matched.assign(views, 0);
+  segments->matchable.assign(views, 0);
+  for (const auto& [number, frame] : by_number) {
+    const DetectionFrame* seen = FindDetectionFrame(detections, number);
+    if (seen == nullptr) continue;
+    for (size_t v = 0; v < views; ++v) {
       int others = 0;
-      for (int u = 0; u < segments->view_count; ++u) {
-        others += u != v && counts[u] > 0 ? 1 : 0;
+      for (size_t u = 0; u < views; ++u) {
+        others += u != v && frame.matched[u] > 0 ? 1 : 0;
       }
-      if (others < 2 || frame->views[v].detections.empty()) continue;
-      segments->matched[v] += counts[v];
-      segments->detections[v] +=
-          static_cast<int64_t>(frame->views[v].detections.size());
+      if (others < 2) continue;
+      segments->matched[v] += frame.matched[v];
+      segments->matchable[v] += std::min(
+          frame.people, static_cast<int64_t>(seen->views[v].detections.size()));
     }
   }
 }

@@ -73,10 +73,11 @@ struct SceneSegments {
   double span_s = 0.0;       // of the whole recording
   double frame_s = 0.0;      // median interval of frames
   double noise_scale = 1.0;  // on every sigma, from the residuals
-  // For each view the detections matched to a person, and all detections, in
-  // frames where at least two other views have matches.
+  // For each view, over the frames in which at least two other views have
+  // matches: people matched, and those that could be, of whom there are no more
+  // than detections.
   std::vector<int64_t> matched;
-  std::vector<int64_t> detections;
+  std::vector<int64_t> matchable;
   std::vector<JointClass> classes;  // of the detections' joints
 };
 

@@ -256,6 +256,30 @@ TEST(Doctor, AnotherOnesCalibrationIsNamed) {
   EXPECT_NE(stranger.evidence.find("equals that of"), std::string::npos);
 }
 
+// Most detections have no counterpart in another view, and agreement is as low
+// as that of unrelated calibrations; yet it is highest at the right time.
+TEST(Doctor, FewMatchesAloneDoNotMakeAnotherSetUp) {
+  FaultySceneOptions options = {61, 3, 4, 20.0};
+  options.arc_deg = 240.0;
+  FaultyScene scene = MakeFaultyScene(options);
+  NoiseOptions noise;
+  noise.seed = 61;
+  noise.joints.sigma_px = 6.0;
+  noise.joints.outlier_rate = 0.2;
+  noise.joints.missing_rate = 0.3;
+  noise.missed_rate = 0.5;
+  noise.missed_burst_s = 2.0;
+  noise.false_people = 3.0;
+  scene.detections = Observe(scene.scene, noise, nullptr);
+  const Diagnosis right = DiagnoseScene(scene);
+  EXPECT_EQ(FindKind(right, "never_matched"), nullptr) << DiagnosisWords(right);
+
+  FaultySceneOptions other = {62, 3, 4, 20.0};
+  other.arc_deg = 120.0;
+  scene.cameras = MakeFaultyScene(other).cameras;
+  FoundKind(DiagnoseScene(scene), "never_matched");
+}
+
 // The clock that most views have is the right one, the first view's or not.
 TEST(Doctor, ALateClockIsNamed) {
   FaultySceneOptions third = {15};
