@@ -238,6 +238,27 @@ class Files(Adapters):
         self.assertEqual(person, [[x, y, 1] for x, y, _ in was])
         self.assertEqual(after[:3] + after[4:], before[:3] + before[4:])
 
+    def test_a_scene_of_acinoset(self):
+        camera = {
+            "k": [[1200, 0, 640], [0, 1201, 360], [0, 0, 1]],
+            "d": [[0.04], [0.05], [-0.04], [0.01]],
+            "r": [[0, -1, 0], [1, 0, 0], [0, 0, 1]],
+            "t": [[0.5], [-1.5], [2]],
+        }
+        scene = {"camera_resolution": [1280, 720], "cameras": [camera, camera]}
+        path = self.folder / "2_cam_scene.json"
+        path.write_text(json.dumps(scene))
+        read = json.loads(self.run_adapter(path).stdout)["cameras"]
+        self.assertEqual([one["name"] for one in read], ["cam1", "cam2"])
+        self.assertEqual(read[0]["distortion"], [0.04, 0.05, -0.04, 0.01])
+        self.assertEqual(read[1]["cam_from_world"], {"R": camera["r"], "t": [0.5, -1.5, 2]})
+        for key, bad in (("k", [[1]]), ("d", [1, 2]), ("t", [[1], [2], ["3"]]), ("r", None)):
+            broken = dict(scene, cameras=[camera, dict(camera, **{key: bad})])
+            path.write_text(json.dumps(broken))
+            self.assertIn(f"camera 1: {key}: expected", self.refused(path))
+        path.write_text(json.dumps(dict(scene, cameras=3)))
+        self.assertIn("cameras: expected a list", self.refused(path))
+
     def test_a_link_to_nowhere_is_passed_over(self):
         samples.write_sleap(self.folder / "s/top/take.analysis.h5", 0, True)
         (self.folder / "s/top/take.mp4").symlink_to("/nowhere")

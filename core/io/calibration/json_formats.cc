@@ -332,7 +332,9 @@ void WriteLongcw(const std::string& path, const CameraRig& cameras,
 // centimetres.
 
 bool RecognisePanoptic(const CalibrationHead& head) {
-  return HasOthersCameras(head) && head.json["cameras"].is_array();
+  // AcinoSet's files, which an adapter reads, state one resolution for all.
+  return HasOthersCameras(head) && head.json["cameras"].is_array() &&
+         !head.HasJsonKey("camera_resolution");
 }
 
 CalibrationFile ReadPanoptic(const CalibrationHead& head) {

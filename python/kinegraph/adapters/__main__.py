@@ -32,7 +32,8 @@ from common import Options, Refusal, most_bytes
 # In the order of recognition. Each is a module with KIND, PACKAGES (the Python modules
 # that it requires), recognise(path), read(path, options), and optionally
 # write(lines, out).
-FORMATS = ["sleap", "deeplabcut_h5", "freemocap", "caliscope", "opencap", "tum", "movement"]
+FORMATS = ["sleap", "deeplabcut_h5", "freemocap", "caliscope", "opencap", "acinoset", "tum",
+           "movement"]  # fmt: skip
 KINDS = ("cameras", "detections", "tracks")
 
 
