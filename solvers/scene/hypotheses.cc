@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "core/evaluation/statistics.h"
+#include "core/skeleton/body_joints.h"
 #include "solvers/scene/clock_search.h"
 #include "solvers/scene/hypothesis.h"
 #include "solvers/scene/plausible.h"
@@ -422,6 +423,7 @@ std::optional<Answer> AskForSpeed(const SetUp& set_up) {
   // A recording whose specified rate makes it too short has few segments.
   constexpr size_t kEnough = 20;
   const Skeleton& skeleton = set_up.detections.header.skeleton;
+  if (!IsHuman(skeleton)) return std::nullopt;
   std::vector<double> speeds_mps;
   for (const MotionSegment& segment : set_up.segments.segments) {
     const std::string& name = skeleton.joints()[segment.joint];

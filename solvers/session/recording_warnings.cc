@@ -248,7 +248,7 @@ class Warnings {
               report_->frame_rate_hz),
           fmt::format("--set=gates.speed_mps={:.0f}", *faster));
     }
-    if (!(facts_.body_speed_mps > kMaxBodySpeed)) return;
+    if (!report_->is_human || !(facts_.body_speed_mps > kMaxBodySpeed)) return;
     Add("rate",
         fmt::format("people move at {:.1f} m/s at {:.6g} Hz",
                     facts_.body_speed_mps, report_->frame_rate_hz),
