@@ -23,7 +23,8 @@ import numpy as np
 ROOT = os.path.dirname(os.path.dirname(os.path.realpath(__file__)))
 DATA = os.environ.get("KINEGRAPH_DATA", os.path.join(ROOT, "../shared/data"))
 TAKES = os.path.join(DATA, "takes")
-PROGRAM = os.path.join(ROOT, "kinegraph")
+DRIVER = os.path.join(ROOT, "kinegraph")
+BUILD = os.environ.get("KINEGRAPH_BUILD", os.path.join(ROOT, "build"))
 sys.dont_write_bytecode = True
 sys.path.insert(0, TAKES)
 import field_lib  # noqa: E402
@@ -31,13 +32,22 @@ import field_lib  # noqa: E402
 MISSING_PX = 30.0  # a point without an estimate, and the most that one counts
 
 
-def kinegraph(*words):
+def build():
+    subprocess.run([DRIVER, "build"], check=True, stdout=subprocess.DEVNULL)
+
+
+def program(command):
+    """A built program: the driver's check of the build would be timed, too."""
+    return os.path.join(BUILD, "apps", "kinegraph-" + command)
+
+
+def kinegraph(command, *words):
     """Runs a command; its processor time [s]."""
     def spent():
         children = resource.getrusage(resource.RUSAGE_CHILDREN)
         return children.ru_utime + children.ru_stime
     before = spent()
-    subprocess.run([PROGRAM, *words], check=True, stdout=subprocess.DEVNULL,
+    subprocess.run([program(command), *words], check=True, stdout=subprocess.DEVNULL,
                    stderr=subprocess.DEVNULL)
     return spent() - before
 
@@ -130,7 +140,7 @@ def crowd(out, name):
 
 def by_take(out, name, label, measure):
     """What evaluate_take.py prints under `label`, after the commands it names."""
-    environment = {**os.environ, "KG": PROGRAM, "OUT": out, "PYTHONDONTWRITEBYTECODE": "1"}
+    environment = {**os.environ, "KG": DRIVER, "OUT": out, "PYTHONDONTWRITEBYTECODE": "1"}
     script = os.path.join(TAKES, "evaluate_take.py")
     commands = subprocess.run([script, name, "--how"], check=True, stdout=subprocess.PIPE,
                               text=True).stdout
@@ -184,4 +194,5 @@ def table(names=()):
 
 
 if __name__ == "__main__":
+    build()
     print(table(sys.argv[1:]))
