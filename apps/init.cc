@@ -109,8 +109,7 @@ std::string CamerasText(const CameraRig& cameras) {
   const auto has_lens = [](const Camera& one) { return one.lens() != nullptr; };
   if (std::none_of(cameras.begin(), cameras.end(), has_lens)) {
     text +=
-        "            no lens terms stated; `doctor` tells if some are "
-        "missing\n";
+        "            no lens terms stated; `doctor` checks for missing ones\n";
   }
   return text;
 }

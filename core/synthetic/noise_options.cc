@@ -100,8 +100,9 @@ void NoiseOptions::Describe(OptionVisitor& visitor) {
                  "", "on the confidence where another body is in front");
   visitor.Number("outlier_confidence_factor", &outlier_confidence_factor, share,
                  "", "on the confidence of an outlier");
-  visitor.Number("noise_spread", &noise_spread, Between(0.0, 2.0), "",
-                 "spread of log sigma over observations; confidence tells it");
+  visitor.Number(
+      "noise_spread", &noise_spread, Between(0.0, 2.0), "",
+      "spread of log sigma over observations; reflected in the confidence");
   visitor.Number("missed_rate", &missed_rate, share, "",
                  "share of people not found in a view");
   visitor.Number("missed_burst", &missed_burst_s, length, "s",
@@ -139,7 +140,7 @@ void NoiseOptions::Describe(OptionVisitor& visitor) {
   visitor.Number("time_jitter", &time_jitter_s, Between(0.0, 0.1), "s",
                  "how far frames come off the beat");
   visitor.Boolean("tell_times", &tell_times,
-                  "times tell offset and jitter; else they tell the beat");
+                  "times include offset and jitter; else they are nominal");
 }
 
 std::string NoteOf(const DetectionTruth& truth) {
