@@ -27,7 +27,7 @@ inline double DiagonalPx(const Eigen::AlignedBox2d& box) {
 }
 
 // Lower bound of the distance between any two joints of the boxes [px].
-// Infinite for an empty box.
+// Of an empty box the largest number or more.
 inline double GapPx(const Eigen::AlignedBox2d& a,
                     const Eigen::AlignedBox2d& b) {
   return std::max({a.min().x() - b.max().x(), b.min().x() - a.max().x(),

@@ -1,0 +1,141 @@
+// Counts of solves, their sums and their text.
+#include "solvers/graph/solve_counts.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstdint>
+#include <string>
+#include <thread>
+#include <vector>
+
+namespace kinegraph {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::Not;
+using ::testing::StartsWith;
+
+// The counts that are troubles.
+constexpr int64_t SolveCounts::*kTroubles[] = {
+    &SolveCounts::not_converged, &SolveCounts::not_finite,
+    &SolveCounts::bones_dropped, &SolveCounts::positions_in_doubt,
+    &SolveCounts::no_covariance};
+
+SolveCounts NotConvergedOnce() {
+  SolveCounts counts;
+  counts.solves = 1;
+  counts.not_converged = 1;
+  return counts;
+}
+
+TEST(SolveCounts, AllIsWellUntilSomethingWentWrong) {
+  SolveCounts counts;
+  EXPECT_TRUE(counts.AllWell());
+  counts.solves = 5;
+  counts.sweep_iterations = 50;
+  counts.ceres_problems = 3;
+  counts.ceres_iterations = 30;
+  counts.ceres_decrease_millionths = 7;
+  EXPECT_TRUE(counts.AllWell());
+  EXPECT_EQ(DescribeTroubles(counts), "");
+  for (const auto trouble : kTroubles) {
+    SolveCounts one = counts;
+    one.*trouble = 1;
+    EXPECT_FALSE(one.AllWell());
+    EXPECT_THAT(DescribeTroubles(one), StartsWith("of 5 solves 1 "));
+  }
+}
+
+// The count at place i is 10^i: no two sums of them are the same.
+TEST(SolveCounts, SumsAreThoseOfEachCount) {
+  SolveCounts counts;
+  int64_t value = 1;
+  for (const auto count : kSolveCounts) {
+    counts.*count = value;
+    value *= 10;
+  }
+  SolveCounts sum = counts;
+  (sum += counts) += counts;
+  value = 1;
+  for (const auto count : kSolveCounts) {
+    EXPECT_EQ(sum.*count, 3 * value);
+    value *= 10;
+  }
+  sum = counts;
+  sum += SolveCounts();
+  for (const auto count : kSolveCounts) EXPECT_EQ(sum.*count, counts.*count);
+}
+
+TEST(DescribeTroubles, NamesThoseThatThereAre) {
+  SolveCounts counts;
+  counts.solves = 40;
+  counts.not_finite = 2;
+  counts.no_covariance = 3;
+  EXPECT_EQ(DescribeTroubles(counts, "frames that are not of interest"),
+            "of 40 solves 2 found nothing finite, 3 have no covariance");
+  counts.bones_dropped = 4;
+  counts.positions_in_doubt = 5;
+  const std::string text = DescribeTroubles(counts);
+  EXPECT_THAT(text, HasSubstr(", 4 went on without bones"));
+  EXPECT_THAT(text, HasSubstr(", 5 joint positions are in doubt"));
+  EXPECT_THAT(text, Not(HasSubstr("max_iterations")));
+}
+
+TEST(DescribeTroubles, WhatDidNotConvergeHasAPlaceAndAnAdvice) {
+  const std::string somewhere = DescribeTroubles(NotConvergedOnce());
+  EXPECT_THAT(somewhere, StartsWith("of 1 solves 1 did not converge; "));
+  EXPECT_THAT(somewhere, HasSubstr("--set=graph.max_iterations="));
+  EXPECT_THAT(DescribeTroubles(NotConvergedOnce(), "frames 3 to 9"),
+              StartsWith("of 1 solves 1 did not converge (frames 3 to 9); "));
+}
+
+TEST(SolveLedger, BeginsEmpty) {
+  const SolveLedger ledger;
+  EXPECT_TRUE(ledger.Total().AllWell());
+  EXPECT_EQ(ledger.Total().solves, 0);
+  EXPECT_EQ(ledger.NotConverged(), "");
+}
+
+TEST(SolveLedger, NamesUpToThreePeopleByTheirFirstFrames) {
+  SolveLedger ledger;
+  SolveCounts well;
+  well.solves = 1;
+  ledger.Add(well, 0, 5);
+  EXPECT_EQ(ledger.NotConverged(), "");
+  ledger.Add(NotConvergedOnce(), 50, 60);
+  EXPECT_EQ(ledger.NotConverged(), "a person of frames 50 to 60");
+  ledger.Add(NotConvergedOnce(), 7, 99);
+  // Two people may span the same frames.
+  ledger.Add(NotConvergedOnce(), 7, 99);
+  EXPECT_EQ(ledger.NotConverged(),
+            "a person of frames 7 to 99, one of 7 to 99, one of 50 to 60");
+  ledger.Add(NotConvergedOnce(), 2, 3);
+  ledger.Add(NotConvergedOnce(), 80, 90);
+  EXPECT_EQ(ledger.NotConverged(),
+            "a person of frames 2 to 3, one of 7 to 99, one of 7 to 99, 2 "
+            "more");
+  EXPECT_EQ(ledger.Total().solves, 6);
+  EXPECT_EQ(ledger.Total().not_converged, 5);
+}
+
+TEST(SolveLedger, ThreadsLoseNothing) {
+  SolveLedger ledger;
+  constexpr int kThreads = 4;
+  constexpr int kEach = 500;
+  std::vector<std::thread> threads;
+  for (int t = 0; t < kThreads; ++t) {
+    threads.emplace_back([&ledger, t] {
+      for (int i = 0; i < kEach; ++i) ledger.Add(NotConvergedOnce(), t, i);
+    });
+  }
+  for (std::thread& one : threads) one.join();
+  EXPECT_EQ(ledger.Total().solves, kThreads * kEach);
+  EXPECT_EQ(ledger.Total().not_converged, kThreads * kEach);
+  EXPECT_THAT(
+      ledger.NotConverged(),
+      ::testing::EndsWith(std::to_string(kThreads * kEach - 3) + " more"));
+}
+
+}  // namespace
+}  // namespace kinegraph

@@ -1,0 +1,181 @@
+// Clocks of exact people. Noisy scenes are in readings_test.cc.
+#include "solvers/scene/clock_search.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <utility>
+#include <vector>
+
+#include "solvers/cameras/camera_change.h"
+#include "tests/support/moving_people.h"
+#include "tests/support/rig.h"
+
+namespace kinegraph {
+namespace {
+
+using ::testing::Each;
+using ::testing::ElementsAre;
+using ::testing::IsEmpty;
+
+constexpr int kClockFrames = 120;
+constexpr int kMostLag = 20;
+
+DetectionSequence Movers(const CameraRig& cameras) {
+  return testing::SeenBy(cameras, kClockFrames, [](int frame) {
+    return std::vector<Pose3d>{testing::MovingPerson(0, frame),
+                               testing::MovingPerson(1, frame)};
+  });
+}
+
+ClockSearch ClocksOf(const CameraRig& cameras, const DetectionSequence& seen,
+                     int most = kMostLag) {
+  return SearchClocks(cameras, IdealPeople(seen, cameras), most);
+}
+
+// ---- Realigned recordings ----
+
+TEST(Realigned, ShowsEachViewsLaterFrame) {
+  const CameraRig cameras = testing::RingOfCameras(3);
+  const DetectionSequence seen = Movers(cameras);
+  const std::vector<int> lags = {0, 4, -3};
+  const DetectionSequence moved = Realigned(seen, lags);
+  ASSERT_EQ(moved.frames.size(), seen.frames.size());
+  for (int k = 0; k < kClockFrames; ++k) {
+    EXPECT_EQ(moved.frames[k].frame, k);
+    EXPECT_EQ(moved.frames[k].time, seen.frames[k].time);
+    for (size_t v = 0; v < 3; ++v) {
+      const auto& detections = moved.frames[k].views[v].detections;
+      const int from = k + lags[v];
+      if (from < 0 || from >= kClockFrames) {
+        EXPECT_THAT(detections, IsEmpty());
+        continue;
+      }
+      ASSERT_EQ(detections.size(), 2u);
+      EXPECT_EQ(detections[0].joints[9].px,
+                seen.frames[from].views[v].detections[0].joints[9].px);
+    }
+  }
+}
+
+// ---- Lags ----
+
+// Joints that are exact agree in one frame only.
+TEST(ClockSearchOfExactPeople, LagsAreExact) {
+  const CameraRig cameras = testing::RingOfCameras(4);
+  for (const std::vector<int>& lags :
+       {std::vector<int>{0, 7, -5, 0}, std::vector<int>{0, 0, 0, 12},
+        std::vector<int>{0, 6, 6, 6}}) {
+    // Frame k + lag is to show moment k.
+    std::vector<int> back;
+    for (const int lag : lags) back.push_back(-lag);
+    const ClockSearch search =
+        ClocksOf(cameras, Realigned(Movers(cameras), back));
+    EXPECT_TRUE(search.found());
+    EXPECT_EQ(search.lag_frames, lags);
+    // Gains are one less distances that are rounded, of a few hundred people.
+    EXPECT_NEAR(search.all.after.score(), 1.0, 1e-9);
+    EXPECT_NEAR(search.moved.after.score(), 1.0, 1e-9);
+    EXPECT_LT(search.all.before.score(), search.all.after.score());
+    EXPECT_LE(search.moved.before.score(), search.all.before.score());
+  }
+}
+
+// Of six pairs of four views three have the view that is late. Every fourth of
+// 120 frames is looked at, two people in each; the late view's first eight
+// frames are empty, two of them among these.
+TEST(ClockSearchOfExactPeople, MovedPairsAreThoseWhoseLagsDiffer) {
+  const CameraRig cameras = testing::RingOfCameras(4);
+  const ClockSearch search =
+      ClocksOf(cameras, Realigned(Movers(cameras), {0, 0, -8, 0}));
+  EXPECT_THAT(search.lag_frames, ElementsAre(0, 0, 8, 0));
+  EXPECT_EQ(search.moved.before.possible, 3.0 * 28.0 * 2.0);
+  EXPECT_EQ(search.all.before.possible, 3.0 * 28.0 * 2.0 + 3.0 * 30.0 * 2.0);
+}
+
+// Lags count from the first view, whichever that is.
+TEST(ClockSearchOfExactPeople, TheOrderOfViewsIsOfNoConsequence) {
+  CameraRig cameras = testing::RingOfCameras(3);
+  DetectionSequence seen = Realigned(Movers(cameras), {0, -7, 5});
+  EXPECT_THAT(ClocksOf(cameras, seen).lag_frames, ElementsAre(0, 7, -5));
+  std::swap(cameras[0], cameras[1]);
+  for (DetectionFrame& frame : seen.frames) {
+    std::swap(frame.views[0], frame.views[1]);
+    for (ViewDetections& view : frame.views) {
+      std::reverse(view.detections.begin(), view.detections.end());
+    }
+  }
+  EXPECT_THAT(ClocksOf(cameras, seen).lag_frames, ElementsAre(0, -7, -12));
+}
+
+TEST(ClockSearchOfExactPeople, TheWorldIsOfNoConsequence) {
+  CameraRig cameras = testing::RingOfCameras(3);
+  const DetectionSequence seen = Realigned(Movers(cameras), {0, -7, 5});
+  const Eigen::Matrix3d turn = ExpRotation({0.3, -0.8, 1.1});
+  cameras = Edited(cameras, [&](CameraParameters* camera) {
+    camera->R = camera->R * turn.transpose();
+    camera->t -= camera->R * Eigen::Vector3d(2.0, 3.0, -1.0);
+  });
+  EXPECT_THAT(ClocksOf(cameras, seen).lag_frames, ElementsAre(0, 7, -5));
+}
+
+TEST(ClockSearchOfExactPeople, ViewsInStepHaveNoLags) {
+  const CameraRig cameras = testing::RingOfCameras(3);
+  const ClockSearch search = ClocksOf(cameras, Movers(cameras));
+  EXPECT_FALSE(search.found());
+  EXPECT_THAT(search.lag_frames, ElementsAre(0, 0, 0));
+  EXPECT_EQ(search.moved.before.possible, 0.0);
+}
+
+// Agree as well at any lag.
+TEST(ClockSearchOfExactPeople, PeopleAtRestHaveNoLags) {
+  const CameraRig cameras = testing::RingOfCameras(3);
+  const DetectionSequence seen =
+      testing::SeenBy(cameras, kClockFrames, [](int) {
+        return std::vector<Pose3d>{testing::StandingPerson(0.0, 0.0)};
+      });
+  EXPECT_FALSE(ClocksOf(cameras, Realigned(seen, {0, -7, 5})).found());
+}
+
+// A third of the recording of 30 frames is 10, and 5 are asked for.
+TEST(ClockSearchOfExactPeople, LagsBeyondReachAreNotFound) {
+  const CameraRig cameras = testing::RingOfCameras(2);
+  DetectionSequence seen = Realigned(Movers(cameras), {0, -9});
+  EXPECT_THAT(ClocksOf(cameras, seen, 9).lag_frames, ElementsAre(0, 9));
+  const auto nearer = ClocksOf(cameras, seen, 5).lag_frames;
+  EXPECT_LE(std::abs(nearer[1]), 5);
+  seen.frames.resize(30);
+  EXPECT_LE(std::abs(ClocksOf(cameras, seen, 20).lag_frames[1]), 10);
+}
+
+TEST(ClockSearchOfExactPeople, OneViewNoneAndNobodyHaveNoLags) {
+  const CameraRig none;
+  EXPECT_THAT(SearchClocks(none, {}, kMostLag).lag_frames, IsEmpty());
+  const CameraRig one = testing::RingOfCameras(1);
+  EXPECT_THAT(ClocksOf(one, Movers(one)).lag_frames, ElementsAre(0));
+  const CameraRig cameras = testing::RingOfCameras(3);
+  DetectionSequence nobody = Movers(cameras);
+  for (DetectionFrame& frame : nobody.frames) {
+    for (ViewDetections& view : frame.views) view.detections.clear();
+  }
+  const ClockSearch search = ClocksOf(cameras, nobody);
+  EXPECT_FALSE(search.found());
+  EXPECT_EQ(search.lag_frames.size(), 3u);
+  EXPECT_THAT(search.lag_frames, Each(0));
+  nobody.frames.clear();
+  EXPECT_FALSE(ClocksOf(cameras, nobody).found());
+}
+
+// Its own lag is not told.
+TEST(ClockSearchOfExactPeople, AViewThatSeesNobodyIsOfNoConsequence) {
+  const CameraRig cameras = testing::RingOfCameras(4);
+  DetectionSequence seen = Realigned(Movers(cameras), {0, -7, 0, 0});
+  for (DetectionFrame& frame : seen.frames) frame.views[3].detections.clear();
+  const ClockSearch search = ClocksOf(cameras, seen);
+  EXPECT_THAT(search.lag_frames, ElementsAre(0, 7, 0, ::testing::_));
+}
+
+}  // namespace
+}  // namespace kinegraph

@@ -1,0 +1,553 @@
+// The agreement of views, in closed form for two cameras side by side, whose
+// epipolar lines are the rows of their images.
+#include "solvers/scene/view_agreement.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/base/random.h"
+#include "core/skeleton/anthropometry.h"
+#include "solvers/cameras/camera_change.h"
+#include "tests/support/moving_people.h"
+#include "tests/support/rig.h"
+
+namespace kinegraph {
+namespace {
+
+using ::testing::DoubleEq;
+using ::testing::ElementsAre;
+using ::testing::IsEmpty;
+
+// Sums of a few dozen products of pixels, some 1e3, round to 1e-12 of the
+// gains, which are of the order of 1; a hundred times that.
+constexpr double kRoundingOfGains = 1e-10;
+
+// The second a metre to the right of the first.
+CameraRig SideBySide() {
+  CameraRig cameras;
+  for (const double x_m : {0.0, 1.0}) {
+    CameraParameters p;
+    p.name = x_m > 0.0 ? "right" : "left";
+    p.width_px = 1920;
+    p.height_px = 1080;
+    p.K << 1000.0, 0.0, 960.0, 0.0, 1000.0, 540.0, 0.0, 0.0, 1.0;
+    p.t = Eigen::Vector3d(-x_m, 0.0, 0.0);
+    cameras.emplace_back(p);
+  }
+  return cameras;
+}
+
+// Twelve joints in six rows: 30 px wide and 40 px high.
+constexpr double kPersonPx = 50.0;
+ViewPeople::Person PersonAt(double x_px, double y_px) {
+  ViewPeople::Person person;
+  for (int j = 0; j < 12; ++j) {
+    person.px.emplace_back(x_px + 30.0 * (j % 2), y_px + 8.0 * (j / 2));
+    person.found.push_back(1);
+  }
+  person.size_px = kPersonPx;
+  return person;
+}
+
+// In the view to the right whoever is 5 m away is 200 px further left.
+ViewPeople::Person SeenRight(const ViewPeople::Person& person, double down_px,
+                             double left_px = 200.0) {
+  ViewPeople::Person seen = person;
+  for (Eigen::Vector2d& px : seen.px) px += Eigen::Vector2d(-left_px, down_px);
+  return seen;
+}
+
+using PeopleInView = std::vector<ViewPeople::Person>;
+
+ViewPeople ViewOf(std::vector<PeopleInView> frames) {
+  ViewPeople view;
+  view.frames = std::move(frames);
+  return view;
+}
+
+// Of one frame.
+PairAgreement AgreementSideBySide(const PeopleInView& left,
+                                  const PeopleInView& right) {
+  const CameraRig cameras = SideBySide();
+  return AgreementOf(cameras[0], ViewOf({left}), cameras[1], ViewOf({right}),
+                     {0});
+}
+
+// ---- Agreement of two views ----
+
+// Rows that differ by d lie d from each other's lines: the gain is one less d
+// over a tenth of the person's size, and the distance d, up to that tenth.
+TEST(PairAgreement, FallsWithTheDistanceFromTheLines) {
+  const ViewPeople::Person person = PersonAt(900.0, 500.0);
+  for (const double d_px : {0.0, 1.0, 2.5, 4.9, 5.0, 7.0, -1.0, -60.0}) {
+    const PairAgreement one =
+        AgreementSideBySide({person}, {SeenRight(person, d_px)});
+    const double off_px = std::min(std::abs(d_px), 0.1 * kPersonPx);
+    EXPECT_EQ(one.possible, 1.0);
+    EXPECT_NEAR(one.gain, 1.0 - off_px / (0.1 * kPersonPx), kRoundingOfGains)
+        << d_px;
+    EXPECT_NEAR(one.mean_px(), off_px, kPersonPx * kRoundingOfGains) << d_px;
+  }
+}
+
+// The distance counts half in the sizes of each view's person.
+TEST(PairAgreement, SizesOfBothViewsCount) {
+  const ViewPeople::Person person = PersonAt(900.0, 500.0);
+  ViewPeople::Person larger = SeenRight(person, 2.0);
+  larger.size_px = 2.0 * kPersonPx;
+  const double expected =
+      1.0 - 0.5 * (2.0 / (0.1 * kPersonPx) + 2.0 / (0.2 * kPersonPx));
+  EXPECT_NEAR(AgreementSideBySide({person}, {larger}).gain, expected,
+              kRoundingOfGains);
+}
+
+TEST(PairAgreement, IsTheMeanOfCommonJoints) {
+  const ViewPeople::Person person = PersonAt(900.0, 500.0);
+  ViewPeople::Person other = SeenRight(person, 0.0);
+  // Three of twelve joints are far off.
+  for (const int j : {1, 4, 6}) other.px[j].y() += 300.0;
+  EXPECT_NEAR(AgreementSideBySide({person}, {other}).gain, 0.75,
+              kRoundingOfGains);
+  // Two of these are not found: one of ten.
+  other.found[1] = other.found[6] = 0;
+  EXPECT_NEAR(AgreementSideBySide({person}, {other}).gain, 0.9,
+              kRoundingOfGains);
+}
+
+TEST(PairAgreement, NeedsSixCommonJoints) {
+  ViewPeople::Person person = PersonAt(900.0, 500.0);
+  ViewPeople::Person other = SeenRight(person, 0.0);
+  for (const int j : {0, 1, 2}) person.found[j] = 0;
+  for (const int j : {9, 10, 11}) other.found[j] = 0;
+  EXPECT_NEAR(AgreementSideBySide({person}, {other}).gain, 1.0,
+              kRoundingOfGains);
+  other.found[8] = 0;
+  const PairAgreement none = AgreementSideBySide({person}, {other});
+  EXPECT_EQ(none.gain, 0.0);
+  EXPECT_EQ(none.possible, 1.0);
+}
+
+// Whoever is further right in the view to the right is behind both.
+TEST(PairAgreement, WhoIsBehindTheCamerasGainsNothing) {
+  const ViewPeople::Person person = PersonAt(900.0, 500.0);
+  const PairAgreement behind =
+      AgreementSideBySide({person}, {SeenRight(person, 0.0, -200.0)});
+  EXPECT_EQ(behind.gain, 0.0);
+  EXPECT_EQ(behind.possible, 1.0);
+  EXPECT_NEAR(behind.mean_px(), 0.1 * kPersonPx, kRoundingOfGains);
+}
+
+TEST(PairAgreement, CamerasInOnePlaceAgreeOnNothing) {
+  const CameraRig cameras = SideBySide();
+  const ViewPeople view = ViewOf({{PersonAt(900.0, 500.0)}});
+  const PairAgreement one =
+      AgreementOf(cameras[0], view, cameras[0], view, {0});
+  EXPECT_EQ(one.gain, 0.0);
+  EXPECT_EQ(one.possible, 1.0);
+  EXPECT_EQ(one.score(), 0.0);
+}
+
+TEST(PairAgreement, IsZeroWithoutPeople) {
+  const PairAgreement nobody = AgreementSideBySide({}, {});
+  EXPECT_EQ(nobody.possible, 0.0);
+  EXPECT_EQ(nobody.score(), 0.0);
+  EXPECT_EQ(nobody.mean_px(), 0.0);
+  EXPECT_EQ(AgreementSideBySide({PersonAt(900.0, 500.0)}, {}).possible, 0.0);
+}
+
+// The best pair first: the first person is 1 px from the one in the middle and
+// 3 px from the last; the second is 2 px from the one in the middle, which is
+// taken, and the last is 4 px from them.
+TEST(PairAgreement, MatchesPeopleOnceTheBestPairFirst) {
+  const ViewPeople::Person first = PersonAt(900.0, 500.0);
+  const ViewPeople::Person second = PersonAt(940.0, 499.0);
+  const PeopleInView left = {first, second};
+  const PeopleInView right = {SeenRight(first, 300.0), SeenRight(first, 1.0),
+                              SeenRight(first, 3.0)};
+  // Gains of 0.8 and of 1 - 4 / 5.
+  for (const bool turned : {false, true}) {
+    PeopleInView others = right;
+    if (turned) std::reverse(others.begin(), others.end());
+    const PairAgreement one = AgreementSideBySide(left, others);
+    EXPECT_EQ(one.possible, 2.0);
+    EXPECT_NEAR(one.gain, 0.8 + 0.2, kRoundingOfGains);
+    EXPECT_NEAR(one.distance_px, 1.0 + 4.0, kPersonPx * kRoundingOfGains);
+  }
+}
+
+TEST(PairAgreement, IsTheSameFromBothSides) {
+  const CameraRig cameras = SideBySide();
+  const ViewPeople::Person person = PersonAt(900.0, 500.0);
+  const ViewPeople left = ViewOf({{person, PersonAt(400.0, 300.0)}});
+  const ViewPeople right = ViewOf({{SeenRight(person, 1.7)}});
+  const PairAgreement one =
+      AgreementOf(cameras[0], left, cameras[1], right, {0});
+  const PairAgreement other =
+      AgreementOf(cameras[1], right, cameras[0], left, {0});
+  EXPECT_EQ(one.possible, other.possible);
+  EXPECT_NEAR(one.gain, other.gain, kRoundingOfGains);
+}
+
+// In frame k of the left view the person is 3 k px lower than in frame 0, and
+// so in frame k + 2 of the right one: at another lag rows differ by three
+// pixels for each frame.
+TEST(PairAgreement, LagsCompareFrameWithLaterFrame) {
+  const CameraRig cameras = SideBySide();
+  std::vector<PeopleInView> left;
+  std::vector<PeopleInView> right;
+  for (int k = 0; k < 10; ++k) {
+    left.push_back({PersonAt(900.0, 300.0 + 3.0 * k)});
+    right.push_back({SeenRight(PersonAt(900.0, 300.0 + 3.0 * (k - 2)), 0.0)});
+  }
+  const std::vector<int> frames = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9};
+  const std::vector<int> lags = {-3, 1, 2, 3, 20};
+  const auto at = AgreementsOf(cameras[0], ViewOf(left), cameras[1],
+                               ViewOf(right), frames, lags);
+  ASSERT_EQ(at.size(), 5u);
+  // As many frames as both have.
+  for (size_t i = 0; i < lags.size(); ++i) {
+    EXPECT_EQ(at[i].possible, std::max(0, 10 - std::abs(lags[i])));
+  }
+  EXPECT_NEAR(at[1].score(), 1.0 - 3.0 / 5.0, kRoundingOfGains);
+  EXPECT_NEAR(at[2].score(), 1.0, kRoundingOfGains);
+  EXPECT_NEAR(at[3].score(), 1.0 - 3.0 / 5.0, kRoundingOfGains);
+  EXPECT_EQ(at[0].score(), 0.0);
+  // One lag at a time is the same.
+  for (size_t i = 0; i < lags.size(); ++i) {
+    const PairAgreement one = AgreementOf(cameras[0], ViewOf(left), cameras[1],
+                                          ViewOf(right), frames, lags[i]);
+    EXPECT_EQ(one.gain, at[i].gain);
+    EXPECT_EQ(one.distance_px, at[i].distance_px);
+  }
+}
+
+TEST(PairAgreement, AddsUp) {
+  PairAgreement sum = {1.5, 2.0, 6.0};
+  sum.Add({0.3, 1.0, 3.0});
+  EXPECT_DOUBLE_EQ(sum.score(), 0.6);
+  EXPECT_DOUBLE_EQ(sum.mean_px(), 3.0);
+}
+
+// A gain of 0.08 and a score of 0.3 are needed; 0.15 and 0.5 are sure.
+TEST(AgreementGain, IsEnoughByGainAndScore) {
+  AgreementGain gain;
+  gain.before = {0.5, 1.0, 0.0};
+  gain.after = {0.57, 1.0, 0.0};
+  EXPECT_NEAR(gain.gain(), 0.07, 1e-15);
+  EXPECT_FALSE(gain.is_enough());
+  gain.after.gain = 0.59;
+  EXPECT_TRUE(gain.is_enough());
+  gain.before.gain = 0.1;
+  gain.after.gain = 0.29;
+  EXPECT_FALSE(gain.is_enough());
+  EXPECT_THAT(AgreementGain::Needed(0.0), DoubleEq(0.3));
+  EXPECT_THAT(AgreementGain::Needed(0.5), DoubleEq(0.58));
+  EXPECT_THAT(AgreementGain::Sureness(0.5, 0.9), DoubleEq(0.95));
+  EXPECT_THAT(AgreementGain::Sureness(0.075, 0.9), DoubleEq(0.475));
+  EXPECT_THAT(AgreementGain::Sureness(0.075, 0.25), DoubleEq(0.2375));
+}
+
+// ---- All views ----
+
+// People whose pixels are off by a few, so that nothing is at a bound.
+DetectionSequence NoisyPeople(const CameraRig& cameras) {
+  DetectionSequence seen = testing::SeenBy(cameras, 10, [](int frame) {
+    return std::vector<Pose3d>{testing::MovingPerson(0, 5.0 * frame),
+                               testing::MovingPerson(1, 5.0 * frame)};
+  });
+  Random random(4);
+  for (DetectionFrame& frame : seen.frames) {
+    for (ViewDetections& view : frame.views) {
+      for (Detection& detection : view.detections) {
+        for (Keypoint& joint : detection.joints) {
+          joint.px.x() += random.Normal(0.0, 4.0);
+          joint.px.y() += random.Normal(0.0, 4.0);
+        }
+      }
+    }
+  }
+  return seen;
+}
+
+const std::vector<int> kTenFrames = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9};
+
+TEST(AgreementOfAll, DoesNotDependOnWorldOrOrderOfPeopleAndViews) {
+  CameraRig cameras = testing::RingOfCameras(3);
+  DetectionSequence seen = NoisyPeople(cameras);
+  const PairAgreement before =
+      AgreementOfAll(cameras, IdealPeople(seen, cameras), kTenFrames);
+  EXPECT_EQ(before.possible, 3.0 * 10.0 * 2.0);
+  EXPECT_GT(before.score(), 0.5);
+  const Eigen::Matrix3d turn = ExpRotation({0.3, -0.8, 1.1});
+  cameras = Edited(cameras, [&](CameraParameters* camera) {
+    camera->R = camera->R * turn.transpose();
+    camera->t -= camera->R * Eigen::Vector3d(2.0, 3.0, -1.0);
+  });
+  for (DetectionFrame& frame : seen.frames) {
+    for (ViewDetections& view : frame.views) {
+      std::reverse(view.detections.begin(), view.detections.end());
+    }
+  }
+  const PairAgreement after =
+      AgreementOfAll(cameras, IdealPeople(seen, cameras), kTenFrames);
+  EXPECT_EQ(after.possible, before.possible);
+  // 60 people of 500 px at most.
+  EXPECT_NEAR(after.gain, before.gain, 60.0 * kRoundingOfGains);
+  EXPECT_NEAR(after.distance_px, before.distance_px,
+              60.0 * 500.0 * kRoundingOfGains);
+  // Distances are pixels of a pair's first view, and change with their order.
+  std::swap(cameras[0], cameras[2]);
+  for (DetectionFrame& frame : seen.frames) {
+    std::swap(frame.views[0], frame.views[2]);
+  }
+  const PairAgreement turned =
+      AgreementOfAll(cameras, IdealPeople(seen, cameras), kTenFrames);
+  EXPECT_EQ(turned.possible, before.possible);
+  EXPECT_NEAR(turned.gain, before.gain, 60.0 * kRoundingOfGains);
+}
+
+TEST(ComparisonsOfAll, IsTheSumOfTheProductsOfPeople) {
+  const ViewPeople::Person one = PersonAt(900.0, 500.0);
+  const std::vector<ViewPeople> views = {ViewOf({{one, one}, {one}}),
+                                         ViewOf({{one, one, one}, {}}),
+                                         ViewOf({{one}, {one, one}})};
+  // 2 x 3, 2 x 1 and 3 x 1 in the first frame, 0, 1 x 2 and 0 in the second.
+  EXPECT_EQ(ComparisonsOfAll(views, {0}), 11.0);
+  EXPECT_EQ(ComparisonsOfAll(views, {0, 1}), 13.0);
+  EXPECT_EQ(ComparisonsOfAll(views, {}), 0.0);
+}
+
+// ---- Which people and frames ----
+
+TEST(PeopleOfViews, TakesSixJointsThatAreSure) {
+  const CameraRig cameras = testing::RingOfCameras(1);
+  const auto person = [](int) {
+    return std::vector<Pose3d>(3, testing::StandingPerson(0.0, 0.0));
+  };
+  DetectionSequence seen = testing::SeenBy(cameras, 1, person);
+  auto& detections = seen.frames[0].views[0].detections;
+  for (size_t j = 6; j < 17; ++j) {
+    // Six of the first and five of the second count.
+    detections[0].joints[j].confidence = 0.29;
+    detections[1].joints[j].found = false;
+    // All of the third lie at one point.
+    detections[2].joints[j].px = detections[2].joints[0].px;
+  }
+  detections[1].joints[5].found = false;
+  for (size_t j = 0; j < 6; ++j) {
+    detections[0].joints[j].px = {100.0 + 3.0 * j, 200.0 + 4.0 * j};
+    detections[2].joints[j].px = detections[2].joints[0].px;
+  }
+  const std::vector<ViewPeople> views = PeopleOfViews(seen);
+  ASSERT_EQ(views.size(), 1u);
+  ASSERT_EQ(views[0].frames.size(), 1u);
+  ASSERT_EQ(views[0].frames[0].size(), 1u);
+  const ViewPeople::Person& first = views[0].frames[0][0];
+  EXPECT_EQ(std::count(first.found.begin(), first.found.end(), 1), 6);
+  EXPECT_EQ(first.px[2], Eigen::Vector2d(106.0, 208.0));
+  // Legs of 15 and 20.
+  EXPECT_EQ(first.size_px, 25.0);
+}
+
+TEST(PeopleOfViews, OfACrowdTakesTheHundredOfMostJoints) {
+  const CameraRig cameras = testing::RingOfCameras(1);
+  const auto crowd = [](int) {
+    return std::vector<Pose3d>(103, testing::StandingPerson(0.0, 0.0));
+  };
+  DetectionSequence seen = testing::SeenBy(cameras, 1, crowd);
+  for (const size_t d : {4u, 50u, 102u}) {
+    seen.frames[0].views[0].detections[d].joints[0].found = false;
+  }
+  const std::vector<ViewPeople> views = PeopleOfViews(seen);
+  ASSERT_EQ(views[0].frames[0].size(), 100u);
+  for (const ViewPeople::Person& person : views[0].frames[0]) {
+    EXPECT_EQ(person.found[0], 1);
+  }
+}
+
+TEST(IdealPeople, AreThoseOfThePinhole) {
+  const auto person = [](int) {
+    return std::vector<Pose3d>{testing::StandingPerson(0.3, -0.2)};
+  };
+  const CameraRig bent =
+      testing::RingOfCameras(1, 5.0, {-0.12, 0.03, 0.001, -0.0005, 0.0});
+  const CameraRig straight = testing::RingOfCameras(1);
+  const auto ideal = IdealPeople(testing::SeenBy(bent, 1, person), bent);
+  const auto exact =
+      IdealPeople(testing::SeenBy(straight, 1, person), straight);
+  const auto& one = ideal[0].frames[0][0];
+  const auto& other = exact[0].frames[0][0];
+  for (size_t j = 0; j < one.px.size(); ++j) {
+    EXPECT_EQ(one.found[j], 1);
+    // The lens is inverted to 1e-13 of a focal length of 1000 px; a hundred
+    // times that for its slope and for roundings.
+    EXPECT_LT((one.px[j] - other.px[j]).norm(), 1e-8);
+  }
+}
+
+TEST(Frames, EvenlySpacedOnesBeginWithTheFirst) {
+  EXPECT_THAT(Evenly(kTenFrames, 4), ElementsAre(0, 2, 5, 7));
+  EXPECT_THAT(Evenly(kTenFrames, 1), ElementsAre(0));
+  EXPECT_THAT(Evenly({3, 8}, 2), ElementsAre(3, 8));
+  EXPECT_THAT(Evenly({3, 8}, 5), ElementsAre(3, 8));
+  EXPECT_THAT(Evenly(kTenFrames, 0), IsEmpty());
+  EXPECT_THAT(Evenly({}, 3), IsEmpty());
+}
+
+TEST(Frames, AreTakenFoundAndMoved) {
+  const CameraRig cameras = testing::RingOfCameras(2);
+  DetectionSequence seen = NoisyPeople(cameras);
+  for (DetectionFrame& frame : seen.frames) frame.frame = 100 + 3 * frame.frame;
+  const DetectionSequence some = FramesOf(seen, {7, 2});
+  ASSERT_EQ(some.frames.size(), 2u);
+  EXPECT_EQ(some.frames[0].frame, 121);
+  EXPECT_EQ(some.frames[1].frame, 106);
+  EXPECT_EQ(some.header.view_names, seen.header.view_names);
+  EXPECT_EQ(IndexOfFrame(seen, 121), 7);
+  EXPECT_EQ(IndexOfFrame(seen, 122), -1);
+  EXPECT_EQ(IndexOfFrame(seen, 99), -1);
+  // The second view backwards, its first frame from nowhere.
+  const DetectionSequence moved = FramesMoved(seen, [](size_t view, int64_t k) {
+    return view == 0 ? k : k == 0 ? int64_t{10} : 9 - k;
+  });
+  for (size_t k = 0; k < 10; ++k) {
+    EXPECT_EQ(moved.frames[k].frame, seen.frames[k].frame);
+    EXPECT_EQ(moved.frames[k].time, seen.frames[k].time);
+    EXPECT_EQ(moved.frames[k].views[0].detections[0].joints[3].px,
+              seen.frames[k].views[0].detections[0].joints[3].px);
+    const auto& detections = moved.frames[k].views[1].detections;
+    if (k == 0) {
+      EXPECT_THAT(detections, IsEmpty());
+      continue;
+    }
+    EXPECT_EQ(detections[0].joints[3].px,
+              seen.frames[9 - k].views[1].detections[0].joints[3].px);
+  }
+}
+
+TEST(FramesToLookAt, AreThoseInWhichTwoViewsSeePeople) {
+  const ViewPeople::Person one = PersonAt(900.0, 500.0);
+  const std::vector<ViewPeople> views = {
+      ViewOf({{one}, {one}, {}, {one}, {}, {}}),
+      ViewOf({{one}, {}, {}, {one}, {one}, {one}}),
+      ViewOf({{one}, {}, {}, {}, {one}, {}})};
+  EXPECT_THAT(FramesToLookAt(views, 10), ElementsAre(0, 3, 4));
+  EXPECT_THAT(FramesToLookAt(views, 2), ElementsAre(0, 3));
+  EXPECT_THAT(FramesToLookAt({}, 10), IsEmpty());
+  EXPECT_THAT(FramesToLookAt({views[0]}, 10), IsEmpty());
+}
+
+// 40 x 50 comparisons a frame: four million are 2000 frames of one repeat, four
+// of 500; never fewer than two.
+TEST(FramesToLookAt, AreFewWhereThereAreCrowds) {
+  const ViewPeople::Person one = PersonAt(900.0, 500.0);
+  const std::vector<ViewPeople> views = {
+      ViewOf(std::vector<PeopleInView>(20, PeopleInView(40, one))),
+      ViewOf(std::vector<PeopleInView>(20, PeopleInView(50, one)))};
+  EXPECT_EQ(FramesToLookAt(views, 15).size(), 15u);
+  EXPECT_THAT(FramesToLookAt(views, 15, 500), ElementsAre(0, 5, 10, 15));
+  EXPECT_THAT(FramesToLookAt(views, 15, 100000), ElementsAre(0, 10));
+}
+
+// ---- People in 3D ----
+
+TEST(PlacePeople, ExactJointsAreWhereTheyAre) {
+  const CameraRig cameras = testing::RingOfCameras(3);
+  const auto people = [](int frame) {
+    return std::vector<Pose3d>{testing::MovingPerson(0, 5.0 * frame),
+                               testing::MovingPerson(1, 5.0 * frame)};
+  };
+  DetectionSequence seen = testing::SeenBy(cameras, 2, people);
+  // One joint that the third view does not see.
+  seen.frames[1].views[2].detections[0].joints[9].found = false;
+  const auto placed = PlacePeople(cameras, IdealPeople(seen, cameras), {0, 1});
+  // Two people in three pairs of views and two frames.
+  ASSERT_EQ(placed.size(), 12u);
+  for (const PlacedPerson& person : placed) {
+    const auto truth = people(person.frame);
+    // Whoever is nearer by the nose.
+    const size_t who =
+        (*person.joints[0] - truth[0][0].position_m).norm() <
+                (*person.joints[0] - truth[1][0].position_m).norm()
+            ? 0
+            : 1;
+    for (size_t j = 0; j < 17; ++j) {
+      const bool seen_by_both =
+          !(person.frame == 1 && person.view_b == 2 && who == 0 && j == 9);
+      ASSERT_EQ(person.joints[j].has_value(), seen_by_both) << j;
+      if (!seen_by_both) continue;
+      // Pixels round to 1e-13 of 1000; rays at 5 m and 60 degrees.
+      EXPECT_LT((*person.joints[j] - truth[who][j].position_m).norm(), 1e-9);
+    }
+  }
+}
+
+// Cameras 0.05 m apart see a person at 5 m under an angle of 0.01.
+TEST(PlacePeople, FlatRaysPlaceNobody) {
+  CameraRig cameras = SideBySide();
+  cameras[1] = Edited(cameras[1],
+                      [](CameraParameters* camera) { camera->t.x() = -0.05; });
+  const ViewPeople::Person person = PersonAt(900.0, 500.0);
+  const std::vector<ViewPeople> views = {
+      ViewOf({{person}}), ViewOf({{SeenRight(person, 0.0, 10.0)}})};
+  for (const PlacedPerson& one : PlacePeople(cameras, views, {0})) {
+    for (const auto& joint : one.joints) EXPECT_FALSE(joint.has_value());
+  }
+}
+
+// Shoulder to hip 0.08 and 0.5, hip to knee 0.01, 0.03 and 0.42, knee to ankle
+// 0.03 and 0.41, of which a standing person has 0.779 of the stature.
+TEST(StatureOf, IsThatOfTheBones) {
+  const CameraRig cameras = testing::RingOfCameras(3);
+  const auto person = [](int frame) {
+    return std::vector<Pose3d>{testing::StandingPerson(0.1 * frame, 0.0)};
+  };
+  const DetectionSequence seen = testing::SeenBy(cameras, 4, person);
+  const Stature stature = StatureOf(cameras, seen, 100);
+  const double bones_m = std::hypot(0.08, 0.5) + std::hypot(0.01, 0.03, 0.42) +
+                         std::hypot(0.03, 0.41);
+  EXPECT_NEAR(stature.median_m, bones_m / kAnkleToShoulderShare, 1e-9);
+  // Two sides in three pairs of views and four frames.
+  EXPECT_EQ(stature.count, 24);
+  // A world of feet has people of as many feet.
+  const Stature feet = StatureOf(Rescaled(cameras, 1.0 / 0.3048), seen, 100);
+  EXPECT_NEAR(feet.median_m, stature.median_m / 0.3048, 1e-9);
+}
+
+TEST(StatureOf, NobodyAndNoHumanHaveNone) {
+  const CameraRig cameras = testing::RingOfCameras(3);
+  const auto nobody = [](int) { return std::vector<Pose3d>(); };
+  DetectionSequence seen = testing::SeenBy(cameras, 4, nobody);
+  EXPECT_EQ(StatureOf(cameras, seen, 100).count, 0);
+  EXPECT_EQ(StatureOf(cameras, seen, 100).median_m, 0.0);
+  const auto person = [](int) {
+    return std::vector<Pose3d>{testing::StandingPerson(0.0, 0.0)};
+  };
+  seen = testing::SeenBy(cameras, 4, person);
+  std::vector<std::string> joints = Coco17().joints();
+  joints[0] = "tail_base";
+  seen.header.skeleton = Skeleton("cat", joints, {});
+  EXPECT_EQ(StatureOf(cameras, seen, 100).count, 0);
+}
+
+TEST(PlaceOf, IsAmongTheComparedJoints) {
+  for (const char* name : {"nose", "l_wrist", "r_ankle"}) {
+    EXPECT_EQ(PlaceOf(Coco17(), name), Coco17().IndexOf(name));
+    const int place = PlaceOf(Body25(), name);
+    ASSERT_GE(place, 0);
+    EXPECT_EQ(Body25().association_joints()[place], Body25().IndexOf(name));
+  }
+  // Feet are not compared, and wings are not there.
+  EXPECT_EQ(PlaceOf(Body25(), "l_heel"), -1);
+  EXPECT_EQ(PlaceOf(Coco17(), "l_wing"), -1);
+}
+
+}  // namespace
+}  // namespace kinegraph
