@@ -67,8 +67,8 @@ int DoubtUnsettled(const StateChain& step, JointChain* chain) {
   constexpr double kUnsettled = 0.05;  // m
   int count = 0;
   for (size_t k = 0; k < step.size(); ++k) {
-    // Written so that NaN counts as a large move.
-    if (step[k].head<3>().cwiseAbs().maxCoeff() < kUnsettled) continue;
+    // NaN, which maxCoeff may pass over, counts as a large move.
+    if ((step[k].head<3>().array().abs() < kUnsettled).all()) continue;
     ++count;
     for (int32_t m = chain->first[k]; m < chain->first[k + 1]; ++m) {
       chain->measurements[m].weight = 0.0;
