@@ -213,7 +213,8 @@ void CountMatches(const DetectionSequence& detections,
 }
 
 // A common factor on all sigmas: the median of the squared norms of 2D Gaussian
-// residuals is 2 log 2, less the degrees of freedom of the states.
+// residuals is 2 log 2, less the degrees of freedom of the states. Never zero,
+// as residuals are divided by it.
 double NoiseScale(const CameraRig& cameras,
                   const std::vector<CameraChange>& changes,
                   const std::vector<MotionSegment>& segments) {
@@ -231,8 +232,10 @@ double NoiseScale(const CameraRig& cameras,
     }
   }
   if (norms.empty() || count <= free) return 1.0;
+  constexpr double kLeast = 1e-6;
   const double left = std::max(0.2, (count - free) / count);
-  return std::sqrt(Quantile(norms, 0.5) / (2.0 * std::log(2.0)) / left);
+  return std::max(
+      kLeast, std::sqrt(Quantile(norms, 0.5) / (2.0 * std::log(2.0)) / left));
 }
 
 // Root mean square of the standard deviations of a stretch's velocity

@@ -1,0 +1,335 @@
+// Values of a person's problem, and what is written of them.
+#include "solvers/graph/problem.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <utility>
+
+#include "core/base/error.h"
+#include "core/base/random.h"
+#include "solvers/graph/outcome.h"
+#include "tests/support/rig.h"
+
+namespace kinegraph {
+namespace {
+
+// Two frames of a joint at rest, seen by all cameras of a ring.
+struct SmallChain {
+  CameraRig cameras = testing::RingOfCameras(3);
+  JointChain chain;
+
+  SmallChain() {
+    State state = State::Zero();
+    state.head<3>() << 0.2, -0.1, 1.0;
+    chain.states.assign(2, state);
+    for (int k = 0; k < 2; ++k) {
+      for (int16_t v = 0; v < 3; ++v) {
+        PixelMeasurement one;
+        one.camera = &cameras[static_cast<size_t>(v)];
+        one.px = *one.camera->Project(state.head<3>());
+        one.sigma_px = 2.0;
+        one.view_slot = v;
+        one.weight = 1.0;
+        chain.measurements.push_back(one);
+      }
+      chain.first.push_back(static_cast<int32_t>(chain.measurements.size()));
+    }
+  }
+  PixelMeasurement& At(size_t frame, size_t view) {
+    return chain.measurements[3 * frame + view];
+  }
+};
+
+// ---- Priors ----
+
+TEST(BirthPrior, CountsPositionsAndVelocitiesInTheirSigmas) {
+  const Eigen::Vector3d centre(1.0, -2.0, 0.5);
+  const StatePrior prior = BirthPrior(centre, 0.5, 4.0);
+  State state;
+  state << centre + Eigen::Vector3d(1.0, 0.0, -0.5), 8.0, -4.0, 0.0;
+  const State residual = prior.A * (state - prior.x0) + prior.b;
+  State expected;
+  expected << 2.0, 0.0, -1.0, 2.0, -1.0, 0.0;
+  EXPECT_LT((residual - expected).norm(), 1e-14);
+  EXPECT_EQ(prior.A_stated, prior.A);
+}
+
+TEST(PersonPrior, ResidualIsOfTheFirstStatesOfAllJoints) {
+  Random random(4);
+  PersonPrior prior;
+  EXPECT_TRUE(prior.empty());
+  prior.A.resize(12, 12);
+  prior.x0.resize(12);
+  prior.b.resize(12);
+  for (Eigen::Index i = 0; i < 12; ++i) {
+    for (Eigen::Index j = 0; j < 12; ++j) {
+      prior.A(i, j) = j < i ? 0.0 : random.Normal();
+    }
+    prior.x0[i] = random.Normal();
+    prior.b[i] = random.Normal();
+  }
+  EXPECT_FALSE(prior.empty());
+  PersonStates states(2, StateChain(3, State::Zero()));
+  for (StateChain& chain : states) {
+    for (State& state : chain) {
+      for (int i = 0; i < kStateSize; ++i) state[i] = random.Normal();
+    }
+  }
+  const Eigen::VectorXd residual = prior.Residual(states);
+  for (Eigen::Index i = 0; i < 12; ++i) {
+    double row = prior.b[i];
+    for (Eigen::Index j = 0; j < 12; ++j) {
+      const double x = states[static_cast<size_t>(j / 6)][0][j % 6];
+      row += prior.A(i, j) * (x - prior.x0[j]);
+    }
+    // A dozen products of numbers about one.
+    EXPECT_NEAR(residual[i], row, 1e-13);
+  }
+}
+
+// ---- Measurements ----
+
+TEST(GateMeasurements, ExcludesWhatHasNoImageAndTakesItBack) {
+  SmallChain small;
+  const State seen = small.chain.states[1];
+  small.chain.states[1].head<3>() = 1.5 * small.cameras[1].centre();
+  GateMeasurements(&small.chain);
+  for (size_t v = 0; v < 3; ++v) {
+    EXPECT_FALSE(small.At(0, v).gated);
+    EXPECT_EQ(small.At(1, v).gated, v == 1) << v;
+  }
+  small.chain.states[1] = seen;
+  GateMeasurements(&small.chain);
+  EXPECT_FALSE(small.At(1, 1).gated);
+}
+
+TEST(StoreWeights, AreTheDerivativesOfTheLoss) {
+  SmallChain small;
+  small.At(0, 1).px.x() += 12.0;  // six sigmas
+  small.At(1, 2).gated = true;
+  const double scale = 3.0;
+  for (const LossKind loss : {LossKind::kNone, LossKind::kHuber,
+                              LossKind::kCauchy, LossKind::kGemanMcClure}) {
+    StoreWeights({loss, scale, 10}, &small.chain);
+    EXPECT_DOUBLE_EQ(small.At(0, 0).weight, 1.0);
+    EXPECT_EQ(small.At(1, 2).weight, 0.0);
+    const double s = 36.0;
+    // Of rho(s), by central differences: third derivatives are below 1e-2.
+    constexpr double kStep = 1e-3;
+    const double numeric = (EvaluateLoss(loss, scale, s + kStep).rho -
+                            EvaluateLoss(loss, scale, s - kStep).rho) /
+                           (2.0 * kStep);
+    EXPECT_NEAR(small.At(0, 1).weight, numeric, 1e-7);
+  }
+}
+
+TEST(DoubtUnsettled, TakesTheWeightsOfWhatStillMoves) {
+  SmallChain small;
+  StateChain step(2, State::Zero());
+  step[0].tail<3>().setConstant(9.0);  // velocities do not count
+  step[1][2] = -0.049;
+  EXPECT_EQ(DoubtUnsettled(step, &small.chain), 0);
+  EXPECT_EQ(small.At(1, 0).weight, 1.0);
+  for (const int axis : {0, 1, 2, 3, 4, 5}) {
+    SmallChain other;
+    step[1].setZero();
+    const double moved_m = axis < 3 ? -0.051 : std::nan("");
+    step[1][axis % 3] = moved_m;
+    EXPECT_EQ(DoubtUnsettled(step, &other.chain), 1) << moved_m;
+    for (size_t v = 0; v < 3; ++v) {
+      EXPECT_EQ(other.At(0, v).weight, 1.0);
+      EXPECT_EQ(other.At(1, v).weight, 0.0);
+    }
+  }
+}
+
+TEST(CountInliers, AreThoseOfEnoughWeightThatHaveAnImage) {
+  SmallChain small;
+  small.At(0, 0).weight = 0.25;
+  small.At(0, 1).weight = 0.24;
+  small.At(1, 2).gated = true;
+  EXPECT_EQ(CountInliers(small.chain, 0, 0.25), 2);
+  EXPECT_EQ(CountInliers(small.chain, 1, 0.25), 2);
+  EXPECT_EQ(CountInliers(small.chain, 1, 1.1), 0);
+}
+
+// ---- A user's factors ----
+
+// Residual: twice the first coordinate of each state, summed; undefined beyond
+// 100 m.
+class SumFactor : public GeneralFactor {
+ public:
+  explicit SumFactor(int states) : states_(states) {}
+  int residual_count() const override { return 1; }
+  int state_count() const override { return states_; }
+  bool Evaluate(double const* const* states, double* residual,
+                double** jacobians) const override {
+    residual[0] = 0.0;
+    for (int i = 0; i < states_; ++i) {
+      if (std::abs(states[i][0]) > 100.0) return false;
+      residual[0] += 2.0 * states[i][0];
+      if (jacobians == nullptr || jacobians[i] == nullptr) continue;
+      for (int k = 0; k < kStateSize; ++k) jacobians[i][k] = k == 0 ? 2.0 : 0.0;
+    }
+    return true;
+  }
+
+ private:
+  int states_;
+};
+
+UserFactor FactorOn(std::vector<UserState> states, int takes) {
+  UserFactor factor;
+  factor.factor = std::make_shared<SumFactor>(takes);
+  factor.states = std::move(states);
+  factor.loss = LossKind::kCauchy;
+  factor.loss_scale = 2.0;
+  return factor;
+}
+
+std::vector<PlacedFactor> Placed(const UserFactor& factor, bool has_previous,
+                                 size_t k) {
+  UserFrame frame;
+  frame.has_previous = has_previous;
+  return PlaceUserFactors(
+      [&](const UserFrame&) { return std::vector<UserFactor>{factor}; }, frame,
+      k, 3);
+}
+
+TEST(PlaceUserFactors, CountsFramesBackFromTheirOwn) {
+  const auto placed = Placed(FactorOn({{2, 0}, {1, 1}}, 2), true, 7);
+  ASSERT_EQ(placed.size(), 1u);
+  EXPECT_EQ(placed[0].keys[0].joint, 2);
+  EXPECT_EQ(placed[0].keys[0].frame, 7u);
+  EXPECT_EQ(placed[0].keys[1].joint, 1);
+  EXPECT_EQ(placed[0].keys[1].frame, 6u);
+  EXPECT_EQ(placed[0].first_frame(), 6u);
+  EXPECT_EQ(placed[0].last_frame(), 7u);
+  EXPECT_EQ(placed[0].robustness.loss, LossKind::kCauchy);
+  EXPECT_EQ(placed[0].robustness.scale, 2.0);
+}
+
+TEST(PlaceUserFactors, RefusesWhatDoesNotExist) {
+  EXPECT_THROW(Placed(FactorOn({{3, 0}}, 1), true, 7), OptionError);
+  EXPECT_THROW(Placed(FactorOn({{-1, 0}}, 1), true, 7), OptionError);
+  EXPECT_THROW(Placed(FactorOn({{0, 2}}, 1), true, 7), OptionError);
+  EXPECT_THROW(Placed(FactorOn({{0, 1}}, 1), false, 0), OptionError);
+  EXPECT_THROW(Placed(FactorOn({{0, 0}}, 2), true, 7), OptionError);
+  EXPECT_THROW(Placed(FactorOn({}, 0), true, 7), OptionError);
+  EXPECT_THROW(Placed(UserFactor(), true, 7), OptionError);
+}
+
+TEST(LineariseGeneral, WeighsRowsByTheRootOfTheirLoss) {
+  PersonProblem problem;
+  problem.joints.resize(3);
+  for (JointChain& joint : problem.joints)
+    joint.states.assign(2, State::Zero());
+  problem.joints[2].states[1][0] = 0.75;
+  problem.joints[1].states[0][0] = 0.25;
+  PlacedFactor placed = Placed(FactorOn({{2, 0}, {1, 1}}, 2), true, 1)[0];
+  placed.robustness.information = 9.0;
+  GeneralRows rows;
+  ASSERT_TRUE(LineariseGeneral(placed, problem, &rows));
+  // The residual is 2, as large as the loss' scale: Cauchy's weight is a half.
+  const double root = std::sqrt(9.0 * 0.5);
+  EXPECT_DOUBLE_EQ(rows.residual[0], 2.0 * root);
+  for (const auto& by_state : rows.by_states) {
+    EXPECT_DOUBLE_EQ(by_state(0, 0), 2.0 * root);
+    EXPECT_EQ(by_state.rightCols(5).norm(), 0.0);
+  }
+  problem.joints[1].states[0][0] = 101.0;
+  EXPECT_FALSE(LineariseGeneral(placed, problem, &rows));
+}
+
+TEST(PersonProblem, IsCoupledByBonesPriorsAndUsers) {
+  PersonProblem problem;
+  EXPECT_FALSE(problem.coupled());
+  PersonProblem bones = problem;
+  bones.bones.emplace_back();
+  EXPECT_TRUE(bones.coupled());
+  PersonProblem prior = problem;
+  prior.prior.A.setIdentity(6, 6);
+  EXPECT_TRUE(prior.coupled());
+  problem.user.emplace_back();
+  EXPECT_TRUE(problem.coupled());
+}
+
+TEST(SolveSchedule, EarlierStagesEndThirtyTimesAsEarly) {
+  SolveSchedule schedule;
+  schedule.stages.resize(3);
+  schedule.step_tolerance_m = 2e-5;
+  EXPECT_DOUBLE_EQ(schedule.StepToleranceM(0), 6e-4);
+  EXPECT_DOUBLE_EQ(schedule.StepToleranceM(1), 6e-4);
+  EXPECT_DOUBLE_EQ(schedule.StepToleranceM(2), 2e-5);
+}
+
+// ---- What is written ----
+
+FrameRecord TwoViewRecord() {
+  FrameRecord record;
+  record.frame = 12;
+  record.time = 480;
+  record.score = 0.7;
+  record.views = {{4, 9}, {1, 3}};
+  return record;
+}
+
+TEST(PoseOf, KeepsAsMuchOfItsViewsAsAsked) {
+  const FrameRecord record = TwoViewRecord();
+  const FinalPose none = PoseOf(record, 3, KeptMatches::kNone, false);
+  EXPECT_EQ(none.frame, 12);
+  EXPECT_EQ(none.time, 480);
+  EXPECT_EQ(none.person.score, 0.7);
+  EXPECT_EQ(none.person.joints.size(), 3u);
+  EXPECT_TRUE(none.person.matches.empty());
+  EXPECT_TRUE(none.person.covariances.empty());
+  const FinalPose views = PoseOf(record, 3, KeptMatches::kDetections, true);
+  ASSERT_EQ(views.person.matches.size(), 2u);
+  EXPECT_EQ(views.person.matches[1].view_idx, 1);
+  EXPECT_EQ(views.person.matches[1].detection_idx, 3);
+  EXPECT_TRUE(views.person.matches[0].weights.empty());
+  EXPECT_EQ(views.person.covariances.size(), 3u);
+  const FinalPose all = PoseOf(record, 3, KeptMatches::kWeights, false);
+  EXPECT_EQ(all.person.matches[0].weights.size(), 3u);
+}
+
+TEST(WriteJoint, WeightsGoToTheViewsThatMeasured) {
+  SmallChain small;
+  small.At(1, 1).weight = 0.5;
+  small.At(1, 0).gated = true;
+  // The third view's measurement of the frame does not exist.
+  small.chain.measurements.pop_back();
+  --small.chain.first.back();
+  FrameRecord record = TwoViewRecord();
+  record.views.push_back({2, 0});
+  FinalPose pose = PoseOf(record, 3, KeptMatches::kWeights, true);
+  const Eigen::Matrix3d covariance = 0.01 * Eigen::Matrix3d::Identity();
+  WriteJoint(small.chain, 1, 2, JointStatus::kObserved, 2, &covariance,
+             &pose.person);
+  const Joint3d& joint = pose.person.joints[2];
+  EXPECT_EQ(joint.status, JointStatus::kObserved);
+  EXPECT_EQ(joint.position_m, Eigen::Vector3d(0.2, -0.1, 1.0));
+  EXPECT_EQ(pose.person.inlier_views, (std::vector<int>{0, 0, 2}));
+  EXPECT_EQ(pose.person.covariances[2], covariance);
+  EXPECT_EQ(pose.person.matches[0].weights[2], 0.0);
+  EXPECT_EQ(pose.person.matches[1].weights[2], 0.5);
+  EXPECT_EQ(pose.person.matches[2].weights[2], std::nullopt);
+  EXPECT_EQ(pose.person.matches[1].weights[0], std::nullopt);
+}
+
+TEST(WriteJoint, AMissingJointHasNeitherPlaceNorCovariance) {
+  SmallChain small;
+  FinalPose pose = PoseOf(TwoViewRecord(), 1, KeptMatches::kNone, true);
+  const Eigen::Matrix3d covariance = Eigen::Matrix3d::Identity();
+  WriteJoint(small.chain, 0, 0, JointStatus::kMissing, 1, &covariance,
+             &pose.person);
+  EXPECT_FALSE(pose.person.joints[0].present());
+  EXPECT_TRUE(pose.person.joints[0].position_m.isZero());
+  EXPECT_FALSE(pose.person.covariances[0].has_value());
+  EXPECT_EQ(pose.person.inlier_views[0], 1);
+}
+
+}  // namespace
+}  // namespace kinegraph
