@@ -421,9 +421,9 @@ TEST(MakeSegments, NoMatchesAndNoFramesMakeNone) {
   EXPECT_EQ(empty.view_count, 3);
 }
 
-// A view counts where two others matched somebody: of its two detections one
-// was matched, in the first frame by all views, in the second by the last two
-// of three, in the third by none but the first.
+// A view counts where two others match a person. One of two people is matched:
+// in the first frame by all views, in the second by the last two of three, in
+// the third by the first alone.
 TEST(MakeSegments, CountsMatchesWhereTwoOthersAgree) {
   const CameraRig cameras = testing::RingOfCameras(3);
   DetectionSequence seen = testing::SeenBy(cameras, 3, [](int) {
@@ -436,8 +436,20 @@ TEST(MakeSegments, CountsMatchesWhereTwoOthersAgree) {
   const SceneSegments made =
       MakeSegments(cameras, seen, matches, SegmentOptions());
   EXPECT_THAT(made.matched, ElementsAre(1, 1, 1));
-  // The first view has two detections in the second frame too.
-  EXPECT_THAT(made.detections, ElementsAre(4, 2, 2));
+  // The first view could have matched that person in the second frame, too. Its
+  // other detection, whom no view matches, does not count.
+  EXPECT_THAT(made.matchable, ElementsAre(2, 1, 1));
+}
+
+// Residuals of people at rest who are seen exactly are rounding errors.
+TEST(MakeSegments, ExactDetectionsLeaveANoiseScale) {
+  const CameraRig cameras = testing::RingOfCameras(3);
+  const DetectionSequence seen = testing::SeenBy(
+      cameras, 50, [](int) { return std::vector<Pose3d>{Glider(0.0)}; });
+  const SceneSegments made =
+      MakeSegments(cameras, seen, MatchedEverywhere(seen), SegmentOptions());
+  EXPECT_GE(made.noise_scale, 1e-6);
+  EXPECT_FALSE(made.segments.empty());
 }
 
 // ---- What stretches say together ----

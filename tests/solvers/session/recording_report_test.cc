@@ -308,7 +308,7 @@ TEST(RecordingReport, AdviceFollowsFromFigures) {
   EXPECT_EQ(FasterGate(4.9, 6.2), std::nullopt);
   EXPECT_EQ(FasterGate(6.2, 6.2), 9.0);
   EXPECT_EQ(FasterGate(6.2, 12.6), std::nullopt);  // with the recommended gate
-  EXPECT_EQ(FasterGate(13.0, 6.2), std::nullopt);   // implausible: a wrong rate
+  EXPECT_EQ(FasterGate(13.0, 6.2), std::nullopt);  // implausible: a wrong rate
   EXPECT_EQ(FasterGate(6.2, 0.0), std::nullopt);   // gates in pixels
 
   EXPECT_EQ(UnitsThatFit(1720.0, 1.0, 2.3), "--set=cameras.unit=mm");
