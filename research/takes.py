@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """Scores recordings of others: research/takes.py [NAME ...] prints the table
-"Takes of others" of docs/results.md; research/remake calls it.
+"Recordings of others" of docs/results.md; research/remake calls it.
 
 Every recording is tracked with the configuration that `init` writes. Where
 there is no truth, each camera is left out in turn, and what it detects is

@@ -324,8 +324,11 @@ PairAgreement AgreementByChance(const SetUp& set_up) {
 bool AgreesByMoreThanChance(const SetUp& set_up) {
   constexpr double kTimes = 1.7;
   constexpr double kMore = 0.04;
-  const double chance = AgreementByChance(set_up).score();
-  return set_up.agreement.score() >= std::max(kTimes * chance, chance + kMore);
+  const PairAgreement chance = AgreementByChance(set_up);
+  // Where people are there for a moment only, chance is not known.
+  if (chance.possible < set_up.agreement.possible) return false;
+  return set_up.agreement.score() >=
+         std::max(kTimes * chance.score(), chance.score() + kMore);
 }
 
 // No reading and no clock makes the views agree.

@@ -12,6 +12,7 @@ KIND = "cameras"
 PACKAGES = []
 MOST_BYTES = 16 << 20
 KEY = "camera_resolution"
+READ = ["k", "d", "r", "t"]
 
 
 def recognise(path):
@@ -64,6 +65,8 @@ def read(path, options):
                 "K": of("k", 3, 3),
                 "distortion": of("d", 4, 1),
                 "cam_from_world": {"R": of("r", 3, 3), "t": of("t", 3, 1)},
+                # Passed on, as kinegraph rejects unknown keys of a camera.
+                **{key: None for key in camera if key not in READ},
             }
         )
     yield line({"kinegraph_cameras": 1, "units": {"length": "m"}, "cameras": cameras})
