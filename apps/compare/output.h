@@ -36,6 +36,10 @@ std::string RuntimeTable(const CompareResult& result);
 // excludes zero.
 std::string RankingText(const CompareResult& result);
 
+// The strategies that remove motion or keep noise significantly, with the
+// joints; at most two sentences.
+std::vector<std::string> BalanceSentences(const CompareResult& result);
+
 // Which strategy to use, how certain that is, and its cost, in sentences.
 std::string VerdictText(const CompareResult& result);
 

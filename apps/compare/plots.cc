@@ -71,7 +71,7 @@ NamedPlot Differences(const CompareResult& result) {
     const char* name;
     int colour;
   } kKinds[] = {{Verdict::kLess, "better", 0},
-                {Verdict::kSame, "not told apart", 6},
+                {Verdict::kSame, "not significant", 6},
                 {Verdict::kMore, "worse", 1},
                 {Verdict::kNone, "baseline", 3}};
   const std::vector<const StrategyResult*> run = result.Ran();

@@ -168,10 +168,12 @@ void AddHeldOut(const Comparison& comparison, const HeldOutScores& held_out,
   scores->held_out_consistency = HeldOutConsistency(held_out);
 }
 
-// Held-out errors of one camera in every fold, into `parts` [fold, view].
+// Held-out errors of one camera in every fold, into `parts` [fold, view], and
+// its spectra.
 void ScoreView(const Comparison& comparison, const Strategy& strategy,
                const FoldValues& values, size_t view,
-               std::vector<HeldOutScores>* parts) {
+               const BalanceBasis* balance, std::vector<HeldOutScores>* parts,
+               SmoothingSpectra* spectra) {
   const size_t views = comparison.views().size();
   const bool same = SameRun(comparison, values);
   TrackSequence tracks;
@@ -183,7 +185,65 @@ void ScoreView(const Comparison& comparison, const Strategy& strategy,
     }
     ScoreWithout(comparison, scored, view, tracks,
                  &(*parts)[fold * views + view]);
+    if (balance == nullptr) continue;
+    spectra->Add(
+        balance->detected[fold][view], balance->raw[fold][view],
+        ImageTraces(tracks, comparison.scene().cameras[view], {scored.frames}),
+        static_cast<int>(view));
   }
+}
+
+std::vector<SmoothingBalance> BalanceOf(const Comparison& comparison,
+                                        const SmoothingSpectra& spectra,
+                                        double metres) {
+  std::vector<SmoothingBalance> joints;
+  for (int j = 0; j < comparison.scene().skeleton.joint_count(); ++j) {
+    SmoothingBalance one = spectra.OfJoint(j);
+    one.error_m *= metres;
+    one.removed_m *= metres;
+    one.kept_m *= metres;
+    one.attainable_m *= metres;
+    joints.push_back(one);
+  }
+  return joints;
+}
+
+void AddBalance(const Comparison& comparison, const BalanceBasis& basis,
+                std::vector<SmoothingSpectra> views, StrategyScores* scores) {
+  for (size_t view = 1; view < views.size(); ++view) {
+    views.front().Merge(views[view]);
+  }
+  scores->balance =
+      BalanceOf(comparison, views.front(), comparison.run.scale.metres());
+  if (!comparison.truth.has_value()) return;
+  SmoothingSpectra of_truth(comparison.rate_hz());
+  of_truth.Add(basis.truth, basis.triangulation,
+               WorldTraces(scores->run.alike, {}), std::nullopt);
+  scores->truth_balance = BalanceOf(comparison, of_truth, 1.0);
+}
+
+// The truth by identities and joints of the tracks it is paired with.
+TrackSequence TruthAsTracked(const Comparison& comparison,
+                             const TrackSequence& tracks) {
+  const JointPairs joints =
+      CommonJoints(comparison.truth->header.skeleton, tracks.header.skeleton);
+  TrackSequence truth;
+  truth.header = tracks.header;
+  for (const PersonPair& pair :
+       PairPeople(*comparison.truth, tracks, joints, kPersonGateM,
+                  comparison.scored_frames())) {
+    if (pair.found == nullptr) continue;
+    if (truth.frames.empty() || truth.frames.back().frame != pair.frame) {
+      truth.frames.emplace_back().frame = pair.frame;
+    }
+    PersonPose& person = truth.frames.back().people.emplace_back();
+    person.id = pair.found->id;
+    person.joints.resize(tracks.header.skeleton.joint_count());
+    for (const JointPair& joint : joints) {
+      person.joints[joint.b] = pair.truth->joints[joint.a];
+    }
+  }
+  return truth;
 }
 
 constexpr double kMmPerM = 1000.0;
@@ -364,6 +424,21 @@ void AddAngleMeasures(const std::vector<AngleErrors>& own,
              baseline_all);
 }
 
+void AddBalanceMeasures(const std::vector<SmoothingBalance>& joints,
+                        const std::string& prefix, const std::string& by,
+                        MeasureList* list) {
+  const SmoothingBalance all = PooledBalance(joints);
+  for (const auto& [key, title, value_m] :
+       {std::tuple{"motion_error_mm", "error within a second", all.error_m},
+        {"motion_removed_mm", "motion removed or delayed", all.removed_m},
+        {"noise_kept_mm", "noise kept", all.kept_m},
+        {"attainable_error_mm", "attainable error within a second",
+         all.attainable_m}}) {
+    list->Plain({prefix + key, std::string(title) + by, "mm", 1},
+                kMmPerM * value_m);
+  }
+}
+
 void AddTruthMeasures(const StrategyScores& own, const StrategyScores& baseline,
                       MeasureList* list) {
   list->Ratio({"mpjpe_mm", "MPJPE", "mm", 1}, own.mpjpe, baseline.mpjpe,
@@ -381,6 +456,7 @@ void AddTruthMeasures(const StrategyScores& own, const StrategyScores& baseline,
   list->Plain(
       {"truth_nees_per_dof", "NEES per degree of freedom, truth", "", 2},
       own.truth_consistency.nees_per_dof);
+  AddBalanceMeasures(own.truth_balance, "truth_", ", by the truth", list);
   AddDerivativeMeasures(*own.derivatives, *baseline.derivatives, list);
   if (!own.angles.empty()) AddAngleMeasures(own.angles, baseline.angles, list);
 }
@@ -393,6 +469,7 @@ std::vector<Measure> MeasuresOf(const Comparison& comparison,
   MeasureList list(bootstrap, is_baseline);
   AddHeldOutMeasures(own, baseline, &list);
   AddMotionMeasures(own, baseline, bootstrap, &list);
+  AddBalanceMeasures(own.balance, "", "", &list);
   list.Plain({"held_out_covered_percent", "held-out joints in the 95 % ellipse",
               "%", 1},
              own.held_out_consistency.covered.percent());
@@ -476,9 +553,40 @@ void AddLags(const Comparison& comparison, const TrackSequence& reference,
 
 }  // namespace
 
+BalanceBasis MakeBalanceBasis(const Comparison& comparison) {
+  const Strategy raw = ChooseStrategies({"raw_dlt"}).front();
+  const StrategyValues values =
+      DefaultValues(raw, comparison.rate_hz(), comparison.options.estimators);
+  const auto views = static_cast<int>(comparison.views().size());
+  BalanceBasis basis;
+  basis.detected.resize(comparison.folds.size());
+  basis.raw.resize(comparison.folds.size());
+  for (size_t f = 0; f < comparison.folds.size(); ++f) {
+    const Fold& fold = comparison.folds[f];
+    const HeldOutSet set = PartIn({fold.frames}, comparison.set);
+    basis.detected[f].resize(comparison.views().size());
+    basis.raw[f].resize(comparison.views().size());
+    ParallelFor(comparison.threads, views, [&](int view) {
+      basis.detected[f][view] = DetectedTraces(
+          set, fold.recording->detections, view, comparison.scene().skeleton);
+      basis.raw[f][view] = ImageTraces(
+          RunWithout(comparison, raw, values, *fold.recording, view),
+          comparison.scene().cameras[view], {fold.frames});
+    });
+  }
+  if (!comparison.truth.has_value()) return basis;
+  const TrackSequence tracks =
+      RunWithAll(comparison, raw, FoldValues(comparison.folds.size(), values))
+          .alike;
+  basis.triangulation = WorldTraces(tracks, {});
+  basis.truth = WorldTraces(TruthAsTracked(comparison, tracks), {});
+  return basis;
+}
+
 std::vector<StrategyScores> ScoreStrategies(
     const Comparison& comparison, const std::vector<Strategy>& strategies,
-    const std::vector<FoldValues>& values, const std::string& what) {
+    const std::vector<FoldValues>& values, const std::string& what,
+    const BalanceBasis* balance) {
   CHECK_EQ(values.size(), strategies.size());
   std::vector<StrategyScores> all(strategies.size());
   const size_t views = comparison.views().size();
@@ -492,13 +600,16 @@ std::vector<StrategyScores> ScoreStrategies(
   for (size_t s = 0; s < strategies.size(); ++s) {
     StrategyScores& scores = all[s];
     std::vector<HeldOutScores> parts(views * folds);
+    std::vector<SmoothingSpectra> spectra(
+        views, SmoothingSpectra(comparison.rate_hz()));
     try {
       ParallelFor(comparison.threads, static_cast<int>(pieces), [&](int i) {
         const auto piece = static_cast<size_t>(i);
         if (piece == 0) {
           scores.run = RunWithAll(comparison, strategies[s], values[s]);
         } else {
-          ScoreView(comparison, strategies[s], values[s], piece - 1, &parts);
+          ScoreView(comparison, strategies[s], values[s], piece - 1, balance,
+                    &parts, &spectra[piece - 1]);
         }
         progress.Advance();
       });
@@ -522,6 +633,9 @@ std::vector<StrategyScores> ScoreStrategies(
     ParallelFor(comparison.threads, 2, [&](int i) {
       if (i == 0) {
         AddHeldOut(comparison, held_out, &scores);
+        if (balance != nullptr) {
+          AddBalance(comparison, *balance, std::move(spectra), &scores);
+        }
         return;
       }
       AddMotion(comparison, &scores);
@@ -566,7 +680,7 @@ void AddCommon(std::vector<StrategyScores*> scores) {
 }
 
 const char* ToString(Verdict verdict) {
-  constexpr const char* kNames[] = {"-", "not told apart", "less", "more"};
+  constexpr const char* kNames[] = {"-", "not significant", "less", "more"};
   return kNames[static_cast<int>(verdict)];
 }
 
@@ -602,8 +716,9 @@ void Score(CompareResult* result) {
     strategies.push_back(one.strategy);
     values.push_back(one.values);
   }
+  const BalanceBasis basis = MakeBalanceBasis(comparison);
   std::vector<StrategyScores> scores =
-      ScoreStrategies(comparison, strategies, values);
+      ScoreStrategies(comparison, strategies, values, "scoring", &basis);
   const StrategyScores& baseline = scores[result->baseline_idx];
   if (!baseline.refused.empty()) {
     throw InputError("--baseline=" + result->baseline().strategy.name + ": " +

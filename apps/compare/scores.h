@@ -18,6 +18,7 @@
 #include "core/evaluation/motion.h"
 #include "core/evaluation/mpjpe.h"
 #include "core/evaluation/pcp.h"
+#include "core/evaluation/smoothing_balance.h"
 #include "core/evaluation/statistics.h"
 
 namespace kinegraph {
@@ -52,6 +53,10 @@ struct StrategyScores {
   int64_t joints = 0;  // positions returned, of all possible ones
   int64_t joints_possible = 0;
 
+  // By joint of the tracks' skeleton, from the held-out cameras; empty in a
+  // study. The same from the ground truth; empty without one.
+  std::vector<SmoothingBalance> balance, truth_balance;
+
   std::optional<PcpResult> pcp;
   std::vector<RatioSeries> mpjpe, mpjpe_bias_removed;  // empty without truth
   std::optional<DerivativeResult> derivatives;
@@ -63,12 +68,21 @@ struct StrategyScores {
   StrategyRun run;
 };
 
+// What the smoothing balance of all strategies is measured against.
+struct BalanceBasis {
+  std::vector<std::vector<JointTraces>> detected, raw;  // [fold][view]
+  JointTraces truth;          // by the tracks' identities and joints
+  JointTraces triangulation;  // with all cameras
+};
+BalanceBasis MakeBalanceBasis(const Comparison& comparison);
+
 // Runs and scores all strategies in parallel on the comparison's threads;
 // results do not depend on the number of threads, except for the lags. `what`
 // labels the progress.
 std::vector<StrategyScores> ScoreStrategies(
     const Comparison& comparison, const std::vector<Strategy>& strategies,
-    const std::vector<FoldValues>& values, const std::string& what = "scoring");
+    const std::vector<FoldValues>& values, const std::string& what = "scoring",
+    const BalanceBasis* balance = nullptr);
 
 // Fills in held_out_common and its median, by which strategies with different
 // gaps are compared.

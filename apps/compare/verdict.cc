@@ -121,7 +121,7 @@ std::string VerdictText(const CompareResult& result) {
           " (95 % interval of the paired difference {} to {} px), {}",
           Fixed(mean.difference_interval.low, 2),
           Fixed(mean.difference_interval.high, 2),
-          mean.verdict == Verdict::kSame ? "not told apart" : "told apart");
+          mean.verdict == Verdict::kSame ? "not significant" : "significant");
     }
     text += ".";
   }
@@ -177,11 +177,15 @@ std::string Digest(const CompareResult& result, const std::string& folder) {
          Fixed(acceleration.value, 2),
          std::isnan(delay.value) ? "the end" : Fixed(delay.value, 0) + " ms"});
   }
+  std::string balance;
+  for (const std::string& sentence : BalanceSentences(result)) {
+    balance += Wrapped(sentence, kTerminalColumns, "  ");
+  }
   return table.ToString() +
          "Held-out error in the mean; =: not significantly different "
          "from the baseline.\n\n" +
-         Wrapped(VerdictText(result), kTerminalColumns) + "written to " +
-         folder +
+         Wrapped(VerdictText(result), kTerminalColumns) + balance +
+         "written to " + folder +
          ":\n  compare.md (all tables), compare.csv, compare.json, "
          "runtime.json\n  recommended.toml: for track --config, the "
          "configuration given with the best strategy\n";
