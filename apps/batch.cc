@@ -86,7 +86,7 @@ void Merge(const std::vector<Task>& tasks) {
               FLAGS_out.c_str());
 }
 
-// The results include their manifest, so that --merge needs none.
+// The manifest is copied to the results, so that --merge works without it.
 std::string KeptManifest() { return FLAGS_out + "/manifest.toml"; }
 
 void KeepManifest(const Manifest& manifest) {

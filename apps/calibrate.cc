@@ -71,8 +71,8 @@ double NumberOf(const std::string& text, const std::string& flag) {
   return number;
 }
 
-// From the size of a flea to that of a stadium (`most`), which rejects lengths
-// given in millimetres.
+// Accepts lengths from 0.1 mm to `most`, so that lengths given in millimetres
+// are rejected.
 double MetresOf(double metres, const std::string& flag, double most) {
   constexpr double kLeastM = 1e-4;
   if (!(metres >= kLeastM && metres <= most)) {
@@ -127,7 +127,8 @@ int SideOf(const std::string& text) {
   return static_cast<int>(side);
 }
 
-// Detectors place few joints outside the image, and those not far outside.
+// Throws if too many joints are outside the image: detectors place few there,
+// and those near it.
 void CheckInside(const DetectionSequence& detections, int width, int height) {
   constexpr double kBeyond = 0.05;      // of the image's sides
   constexpr double kMostBeyond = 0.05;  // of the joints
@@ -341,7 +342,7 @@ std::string ReportPath(const std::string& out) {
   return WithoutExtension(out) + ".calibrate.json";
 }
 
-// Reports an unusable --out before minutes of work.
+// Throws for an unusable --out before minutes of work.
 void CheckOutput() {
   const std::string path = WithFolders(FLAGS_out);
   AtomicFiles files;

@@ -91,7 +91,8 @@ Scores ScoresOf(const TrackSequence& truth, const TrackSequence& tracks) {
           EvaluateMotion(tracks, truth.header.frame_rate_hz)};
 }
 
-// IDF1 as a share: frames explained, of the mean of true and found.
+// IDF1 as a share: explained frames, relative to the mean of true and found
+// ones.
 Share Idf1Of(const IdentityResult& identity) {
   return {2 * identity.identity_true_positives,
           identity.true_person_frames + identity.found_person_frames};

@@ -1,4 +1,4 @@
-// kinegraph-doctor: finds what is wrong with a calibration or the clocks of a
+// kinegraph-doctor: finds errors of the calibration and the clocks of a
 // recording.
 #include <fmt/format.h>
 #include <gflags/gflags.h>

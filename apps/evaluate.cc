@@ -188,14 +188,15 @@ void RunMarkers() {
 
 // ---- Against a ground truth
 
-// Tracks and what they are compared with.
+// Tracks and the ground truth or tracks they are compared with.
 struct Compared {
   TrackSequence truth;
   TrackSequence tracks;
   std::vector<std::string> notes;  // already printed
 };
 
-// A wrong pair of files or of frames must not look like a bad score.
+// Checks that files and frames correspond, because a wrong pair would otherwise
+// only appear as a bad score.
 Compared ReadBoth(const std::vector<FrameRange>& frames,
                   const TrackReadOptions& options = {}) {
   RequireFlag("tracks", FLAGS_tracks);
@@ -226,7 +227,7 @@ void Finish(const Compared& compared, EvaluationOutput output) {
   Finish(output);
 }
 
-// Properties of a motion with and without a ground truth.
+// Adds measures of the motion, with and without the ground truth.
 void AppendMotion(const Compared& compared,
                   const std::vector<FrameRange>& frames,
                   EvaluationOutput* output) {

@@ -61,8 +61,8 @@ std::string SizesOf(const CameraRig& cameras) {
   return fmt::format("{} x {} px", first.width_px(), first.height_px());
 }
 
-// Reports if people do not stand as file formats of other programs require: BVH
-// for those with y up.
+// Text if people are not upright as file formats of other programs require (BVH
+// stands for those with y up).
 std::string UprightText(const RecordingSurvey& survey,
                         const RunOptions& options) {
   if (options.refine.ground != GroundKind::kOff) return "";
@@ -105,7 +105,7 @@ std::string CamerasText(const CameraRig& cameras) {
       "            they look at a place {:.1f} m away\n",
       cameras.size(), SizesOf(cameras),
       PixelsPerMetre(cameras, distance_m) * distance_m, distance_m);
-  // Missing lenses put joints off while the views still agree.
+  // Missing lens parameters displace joints although the views agree.
   const auto has_lens = [](const Camera& one) { return one.lens() != nullptr; };
   if (std::none_of(cameras.begin(), cameras.end(), has_lens)) {
     text +=
@@ -235,7 +235,7 @@ std::string ConfigText(const RecordingSurvey& survey) {
 }
 
 // The value of a key as read, in TOML; JSON's texts, numbers and lists are
-// valid TOML. Keys without a value of their own are texts.
+// valid TOML. Keys that are not in the effective options are texts.
 std::string TomlValue(const Json& effective, const std::string& dotted,
                       const std::string& given) {
   const Json* value = &effective;
@@ -276,7 +276,7 @@ void PutKey(const std::string& dotted, const std::string& value,
   text->insert(begin, line);
 }
 
-// The configuration with the keys of --set; it must read back.
+// The configuration with the keys of --set; it must be readable again.
 std::string WithGivenKeys(const RunOptions& options, std::string text) {
   const Json effective = Json::parse(EffectiveConfigJson(options));
   for (const std::string& part : Split(FLAGS_set, ';')) {

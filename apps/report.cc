@@ -76,7 +76,7 @@ std::string BaseName(const std::string& path) {
   return path.substr(begin, end - begin);
 }
 
-// More could not be distinguished.
+// More could not be distinguished on the page.
 constexpr size_t kMaxResults = 6;
 
 // Results with the same file name are named by their whole path.
@@ -91,7 +91,7 @@ void NameApart(const std::vector<std::string>& paths,
   }
 }
 
-// Names, and what `track` wrote beside its result.
+// Reads the names of people and the side files of `track`.
 void ReadIdentity(const std::string& path, PageResult* result,
                   std::vector<std::string>* notes) {
   result->names = ReadPersonNames(path);
@@ -130,7 +130,7 @@ std::vector<PageResult> ReadResults() {
     results.push_back({BaseName(FLAGS_ground_truth), ResultRole::kGroundTruth,
                        input.Read(FLAGS_ground_truth)});
   }
-  // Compared joint by joint, and shown in the frames of the first.
+  // Results are compared joint by joint, in the frames of the first one.
   const TrackSequence& lead = results.front().tracks;
   const Skeleton& first = lead.header.skeleton;
   for (PageResult& result : results) {
@@ -145,7 +145,7 @@ std::vector<PageResult> ReadResults() {
   return results;
 }
 
-// Whether `track` was asked to change cameras. Headers of other programs may
+// Whether the options of the run changed cameras. Headers of other programs may
 // contain anything.
 bool WereCamerasMoved(const TrackHeader& header) {
   const Json config = ParseJson(header.config_json, "the configuration");
@@ -277,7 +277,7 @@ std::string Megabytes(size_t bytes) {
 }
 
 std::string SummaryText(const PageData& data, size_t page_bytes) {
-  std::string extras;  // what the page holds besides the poses
+  std::string extras;  // contents of the page besides the poses
   for (const auto& [name, bytes] :
        {std::pair{", detections ", data.detection_bytes},
         {", pictures ", data.picture_bytes},

@@ -56,7 +56,7 @@ void CheckTable() {
                                fmt::join(kTables, ", ")));
 }
 
-// The report as it is built.
+// The report under construction.
 struct Report {
   std::string markdown;
   std::string details;

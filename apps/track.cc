@@ -80,7 +80,7 @@ std::optional<AxisMap> AxesFlag() {
   return AxisMap::Parse(FLAGS_axes);
 }
 
-// Frames arrive one by one, without an end to wait for.
+// Whether frames arrive one by one in an endless stream.
 bool IsLive() { return FLAGS_detections == "-"; }
 
 bool CanBeReadAgain() { return !IsLive() && !IsPipe(FLAGS_detections); }
@@ -151,8 +151,8 @@ class ReadableFrames final : public DetectionSource {
   std::optional<InputError> error_;
 };
 
-// What an earlier run recorded with the cameras. Its clocks are applied to the
-// whole recording, and what is already refined is not refined again.
+// The record that an earlier run added to the cameras. Its clocks are applied
+// to the whole recording, and refined parameters are not refined again.
 std::optional<RefinementRecord> ReadRecord(const RunOptions& options) {
   std::optional<RefinementRecord> record = ReadRefinementRecord(FLAGS_cameras);
   if (!record.has_value() || !record->has_clocks()) return record;
@@ -183,7 +183,7 @@ struct Recording {
       return std::make_unique<MemorySource>(*ready.detections);
     }
     DetectionReadOptions read = DetectionOptionsOf(options);
-    read.any_clock = true;  // the session restarts where it does not continue
+    read.any_clock = true;  // the session handles clocks that step back
     return OpenDetections(IsLive() ? "/dev/stdin" : FLAGS_detections, read);
   }
 };
@@ -301,7 +301,7 @@ void WriteSideFiles(const Recording& recording, const Session& session,
                                 tracks));
 }
 
-// A file just written that cannot be read again is no input error.
+// A written file that cannot be read again is not an input error.
 std::string FingerprintOfOwn(const std::string& path) {
   try {
     return FingerprintOfTracks(path);
@@ -327,7 +327,7 @@ void CommitResult(const Recording& recording, const Session& session,
   output->Commit();
 }
 
-// What the run skipped, for its report.
+// Adds the skipped frames to the report.
 void AddBadFrames(const BadFrames& bad, RecordingReport* report) {
   if (bad.count == 0) return;
   Finding passed;

@@ -1,4 +1,4 @@
-// Which estimator serves association and which one is written.
+// Selection of the estimators for association and for the output.
 #ifndef KINEGRAPH_SOLVERS_FACTORY_H_
 #define KINEGRAPH_SOLVERS_FACTORY_H_
 
@@ -66,8 +66,8 @@ struct EstimatorOptions {
 // joints of a bridged gap are written is nevertheless known only afterwards.)
 bool IsCausal(OutputKind kind, const EstimatorOptions& options);
 
-// One strategy alone, independent of mode and roles. What its people learn from
-// the recording is kept in `notes`; null: in notes of the factory's own.
+// One strategy alone, independent of mode and roles. Data learnt from the
+// recording is kept in `notes`; null: in separate notes of the factory.
 EstimatorFactory MakeOutput(OutputKind kind, const EstimatorOptions& options,
                             std::shared_ptr<RecordingNotes> notes = nullptr);
 
@@ -76,7 +76,7 @@ EstimatorFactory MakeOutput(OutputKind kind, const EstimatorOptions& options,
 struct EstimatorPair {
   EstimatorFactory feedback;
   EstimatorFactory output;
-  // What the written estimators learn from the recording; may be null.
+  // Data that the output estimators learn from the recording; may be null.
   std::shared_ptr<RecordingNotes> notes = nullptr;
 };
 

@@ -45,8 +45,7 @@ struct Smoother {
   std::string name;  // as output.estimator takes it
   // Whether a pose depends only on frames up to its own.
   std::function<bool(const EstimatorOptions&)> causal;
-  // What its people learn from the recording is kept in `notes`; null: learns
-  // nothing.
+  // Data learnt from the recording is kept in `notes`; null: none is learnt.
   std::function<EstimatorFactory(const EstimatorOptions&,
                                  std::shared_ptr<RecordingNotes> notes)>
       make;

@@ -24,7 +24,7 @@ namespace {
 constexpr double kMmPerM = 1000.0;
 constexpr int kResamples = 2000;
 
-// A figure in tasks, and its place in their files.
+// A value in the results of tasks, and its location in their files.
 struct BatchMeasure {
   const char* key;
   const char* title;
@@ -67,7 +67,7 @@ struct Results {
   std::vector<const Task*> missing;
   std::set<std::string> processors;
   std::set<std::string> commits;
-  // By key of the measure and configuration; absent if no task has the figure.
+  // By key of the measure and configuration; absent if no task has the value.
   std::map<std::pair<std::string, std::string>, BatchColumn> columns;
 
   // A configuration without any finished recording has an empty column.

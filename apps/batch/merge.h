@@ -22,9 +22,9 @@ struct BatchValue {
 using BatchColumn = std::vector<std::optional<BatchValue>>;
 
 // Mean over the recordings that have a value, and its interval: recordings are
-// drawn with replacement, and each drawn recording's figure from a normal
-// distribution around its value with the standard error of its own block
-// bootstrap over frames. With one take the interval does not cover other
+// drawn with replacement, and each drawn recording's value from a normal
+// distribution with the standard error of its own block bootstrap over frames.
+// With a single recording the interval does not include the variation between
 // recordings.
 struct BatchSummary {
   int recordings = 0;
@@ -38,7 +38,7 @@ Json SummaryJson(const BatchSummary& summary);
 // The same for the difference of two configurations, recording by recording.
 BatchSummary SummariseDifference(const BatchColumn& a, const BatchColumn& b);
 
-// Reads what is done below `out` and writes batch.json, batch.csv, batch.md and
+// Reads the results below `out` and writes batch.json, batch.csv, batch.md and
 // index.html there. Returns the number of unfinished tasks, which the tables
 // name.
 int MergeBatch(const std::vector<Task>& tasks, const std::string& out);

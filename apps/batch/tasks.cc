@@ -226,7 +226,7 @@ TaskOutcome RunTask(const Task& task, const std::string& out) {
     if (StateOf(task, out) == TaskState::kDone) return {true, ""};
     const OutputFolder recording_folder(out + "/" + task.recording);
     WriteTextFile(FailureFile(task, out), outcome.error + "\n");
-  } catch (const std::exception&) {  // reported below all the same
+  } catch (const std::exception&) {  // the error itself is reported below
   }
   return outcome;
 }

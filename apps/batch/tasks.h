@@ -1,5 +1,5 @@
 // The tasks of a batch, each recording with each configuration, and their
-// execution: several at once, each in programs of its own.
+// execution: several at once, each in separate processes.
 #ifndef KINEGRAPH_APPS_BATCH_TASKS_H_
 #define KINEGRAPH_APPS_BATCH_TASKS_H_
 
@@ -11,8 +11,8 @@
 
 namespace kinegraph {
 
-// One command of a task, run in the task's folder, which holds its output and
-// what it reads of other steps.
+// One command of a task, run in the task's folder, with its output and its
+// input from other steps.
 struct TaskStep {
   std::string command;  // "track" for kinegraph-track
   std::vector<std::string> arguments;

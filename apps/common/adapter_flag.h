@@ -1,11 +1,11 @@
-// --adapter: the user's own reader of a format that is not ours.
+// --adapter: the user's own program that reads an unsupported format.
 #ifndef KINEGRAPH_APPS_COMMON_ADAPTER_FLAG_H_
 #define KINEGRAPH_APPS_COMMON_ADAPTER_FLAG_H_
 
 namespace kinegraph {
 
-// Takes the flag, which every command has that calls this, before anything is
-// read. Throws InputError when there is no such program.
+// Applies the flag, which every command that calls this has; call before
+// reading input. Throws InputError if the program does not exist.
 void UseAdapterFlag();
 
 }  // namespace kinegraph

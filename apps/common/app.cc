@@ -76,7 +76,7 @@ InputError UnknownFlag(const std::string& name) {
   }
   const std::string shown = "unknown flag --" + Printable(name);
   std::string nearest;
-  size_t least = 3;  // from here on it is another flag
+  size_t least = 3;  // a greater distance is no typing error
   for (const gflags::CommandLineFlagInfo& flag : OwnFlags()) {
     const size_t distance = EditDistance(name.substr(0, 100), flag.name);
     if (distance >= least) continue;
@@ -205,7 +205,7 @@ void InitLogging(const AppInfo& info) {
   static const std::string program = ProgramName(info);
   google::InitGoogleLogging(program.c_str());
 #ifdef NDEBUG
-  // A debug build aborts, so that a debugger or core file shows the place.
+  // A debug build aborts, so that a debugger or core file shows the location.
   google::InstallFailureFunction(&LeaveAfterFailedCheck);
 #endif
 }
@@ -224,7 +224,7 @@ void FinishStdout() {
 
 void Run(int argc, char** argv, const AppInfo& info,
          const std::function<void()>& body) {
-  // argc is 0 if a program is started without even its own name.
+  // argc is 0 if a program is started without its own name.
   const std::vector<std::string> arguments(argv + std::min(argc, 1),
                                            argv + argc);
   switch (ParseCommandLine(arguments)) {

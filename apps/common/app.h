@@ -1,4 +1,4 @@
-// Common to every command: flags, exit codes, the one-line error.
+// Common parts of all commands: flags, exit codes, the one-line error.
 //
 //   DEFINE_string(cameras, "", "calibration file");
 //
@@ -68,7 +68,7 @@ std::string FirstGiven(const std::vector<std::string>& names);
 // Creates the parent folders of a file to be written and returns its path.
 std::string WithFolders(const std::string& path);
 
-// What a command line requests.
+// The kind of request of a command line.
 enum class CommandLineRequest { kRun, kHelp, kVersion };
 
 // Sets the gflags of the files in apps/ (and glog's --v and --vmodule) from

@@ -1,4 +1,5 @@
-// How commands find configurations, and how pages and files show their keys.
+// Locates configurations for commands, and formats their keys for pages and
+// files.
 #ifndef KINEGRAPH_APPS_COMMON_CONFIG_FOLDER_H_
 #define KINEGRAPH_APPS_COMMON_CONFIG_FOLDER_H_
 
@@ -36,8 +37,8 @@ RunOptions DefaultOptions(double frame_rate_hz, const std::string& skeleton,
 // Concatenates two lists of --set; either may be empty.
 std::string JoinSets(const std::string& first, const std::string& second);
 
-// The name of the driver to type: "kinegraph" if it is beside this program,
-// else "./kinegraph" of the source tree.
+// The driver's name for command lines in messages: "kinegraph" if it is in this
+// program's folder, else "./kinegraph" of the source tree.
 std::string DriverName();
 
 // Markdown with two headings and a table each: the everyday keys, and the

@@ -19,14 +19,15 @@
 namespace kinegraph {
 
 // The same result in two forms. In JSON lengths are metres or pixels, as the
-// key says; shares are counts with their percentage; undefined values are null.
+// key specifies; shares are counts with their percentage; undefined values are
+// null.
 struct EvaluationOutput {
   std::string text;
   Json json;
 };
 
-// Counts beside percentages, intervals beside the headline. `list_lost` adds
-// every lost part to the text (the JSON always has them).
+// Percentages with counts; the headline also with confidence intervals.
+// `list_lost` adds every lost part to the text (the JSON always has them).
 EvaluationOutput DescribePcp(const PcpResult& result, bool list_lost);
 EvaluationOutput DescribeParity(const ParityResult& result,
                                 const ParityOptions& options,

@@ -68,8 +68,8 @@ std::string AxesAdvice(const ReadRecording& truth, const ReadRecording& tracks,
                      axes);
 }
 
-// What gives the recording whose format leaves its unit open the right one; a
-// --unit would be that of both.
+// The remedy for a wrong unit, for the recording whose format does not specify
+// it; --unit would apply to both.
 std::string UnitAdvice(const ReadRecording& truth, const ReadRecording& tracks,
                        const OtherWorld& other) {
   for (const auto& [recording, factor] :

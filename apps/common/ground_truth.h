@@ -1,4 +1,4 @@
-// Conditions to check before tracks are scored against a ground truth.
+// Checks before tracks are scored against a ground truth.
 #ifndef KINEGRAPH_APPS_COMMON_GROUND_TRUTH_H_
 #define KINEGRAPH_APPS_COMMON_GROUND_TRUTH_H_
 
@@ -18,10 +18,10 @@ struct ReadRecording {
   const TrackSequence* tracks = nullptr;
 };
 
-// Returns notes on the pairing of frames, and on people not being found. Throws
-// InputError if rates cannot be paired, if other axes or another unit would
-// find people who are not found otherwise (naming the flag), and if no person
-// is annotated in `frames`, in the tracks' numbers (empty: all).
+// Returns notes on the pairing of frames and on people that were not found.
+// Throws InputError if frames cannot be paired by their rates, if people are
+// found only with other axes or another unit (naming the flag), and if no
+// person is annotated in `frames`, in the tracks' numbers (empty: all).
 std::vector<std::string> CheckGroundTruth(
     const ReadRecording& truth, const ReadRecording& tracks,
     const std::vector<FrameRange>& frames);

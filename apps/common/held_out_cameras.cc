@@ -75,7 +75,7 @@ TrackSequence Track(const RunOptions& options, const HeldOutInput& input,
   run_request.cameras = input.rig;
   run_request.frames = frames;
   if (without >= 0) run_request.without_cameras = {input.views()[without]};
-  // Poses are scored in the file's cameras, unchanged.
+  // Poses are scored with the unchanged cameras of the file.
   RunOptions in_place = options;
   in_place.refine.ground = GroundKind::kOff;
   return TrackSequenceOf(in_place, run_request, input.detections, view_bias);
@@ -128,7 +128,7 @@ ScoredSet ReadOrMakeSet(const HeldOutInput& input,
   return scored;
 }
 
-// A run without a view, and what it learnt about the detector.
+// A run without a view, and the detector's bias that it learnt.
 struct HeldOutRun {
   TrackSequence tracks;
   ViewBias bias;
@@ -182,8 +182,8 @@ HeldOutRun RunWithBiasOf(const HeldOutInput& input, const FrameRange& fold,
   return run;
 }
 
-// Errors of the projected 3D points, and of the predicted detections: the same
-// plus the detector's bias learnt by the run.
+// Errors of the projected 3D points, and of the predicted detections:
+// projections plus the bias of the detector learnt by the run.
 struct HeldOutColumns {
   HeldOutScores points;
   HeldOutScores detections;
@@ -209,8 +209,7 @@ struct HeldOutColumns {
   }
 };
 
-// Scores one view; with --folds, each fold with what was learnt on the other
-// one.
+// Scores one view; with --folds, each fold with the bias learnt on the other.
 void ScoreView(const HeldOutInput& input, const ScoredSet& scored, int view,
                const TrackSequence& reference, HeldOutColumns* columns) {
   const std::vector<FrameRange>& folds = input.request.folds;

@@ -22,7 +22,7 @@ namespace {
 std::atomic<int> end_of_input[2] = {{-1}, {-1}};
 
 void Say(const std::string& line) {
-  // A terminal may show progress on this line.
+  // On a terminal, first clears a progress line.
   WriteAtOnce(kStandardError,
               (IsTerminal(kStandardError) ? "\r\033[K" : "") + line + "\n");
 }
@@ -44,7 +44,8 @@ void WaitAndEnd(const std::string& program) {
 
 char last_words[128] = "kinegraph: error: out of memory\n";
 
-// Not all memory is allocated by operator new (Eigen's is not).
+// std::bad_alloc also reaches the terminate handler: not all memory is
+// allocated by operator new (Eigen's is not).
 std::terminate_handler usual_terminate = nullptr;
 [[noreturn]] void HandleTerminate() {
   try {
@@ -77,7 +78,7 @@ void HandleInterruptions(const std::string& program) {
 
 void EndInputOnInterruption() {
   int ends[2];
-  if (!MakePipe(ends)) return;  // then the first signal aborts
+  if (!MakePipe(ends)) return;  // the first signal then ends the program
   InputStop::ListenTo(ends[0]);
   end_of_input[0] = ends[0];
   end_of_input[1] = ends[1];

@@ -1,4 +1,4 @@
-// Behaviour of a command when it is told to stop.
+// Behaviour of a command on signals and when memory is exhausted.
 #ifndef KINEGRAPH_APPS_COMMON_INTERRUPTION_H_
 #define KINEGRAPH_APPS_COMMON_INTERRUPTION_H_
 
@@ -13,19 +13,19 @@ namespace kinegraph {
 // file size limit (ulimit -f) becomes an ordinary write error.
 void HandleInterruptions(const std::string& program);
 
-// For a stream without an end: from now on the first such signal only ends the
-// input (core/io/files/input_files.h), so that what was read is finished and
+// For endless streams: from now on the first such signal only ends the input
+// (core/io/files/input_files.h), so that frames already read are finished and
 // kept; the second acts as above. Call after HandleInterruptions.
 void EndInputOnInterruption();
 
-// The prefix of that line.
+// The prefix of the line printed by EndOutOfMemory.
 void NameProgram(const std::string& program);
 
-// Reports it in one line and exits with code 1; partially written files remain,
-// because removing them needs memory. A program that links this ends so
-// wherever an allocation fails. An exception would not do: destructors of
-// libraries (JSON's) allocate, and so do threads of libraries, which catch
-// nothing.
+// Prints one line and exits with code 1; partially written files remain,
+// because removing them needs memory. Programs that link this end so whenever
+// an allocation fails. An exception would not suffice: destructors of libraries
+// (JSON's) allocate, and so do threads of libraries, which do not catch
+// exceptions.
 [[noreturn]] void EndOutOfMemory();
 
 }  // namespace kinegraph

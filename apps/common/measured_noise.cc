@@ -14,7 +14,7 @@
 namespace kinegraph {
 namespace {
 
-// Frame rate of the file's figures per frame [Hz].
+// Frame rate to which the file's values per frame refer [Hz].
 constexpr double kFrameRateHz = 25.0;
 
 double NumberWithin(const JsonField& parent, const std::string& key, double low,
@@ -167,7 +167,7 @@ void ApplyNoiseModel(const std::string& path, const NoiseModelOptions& options,
   noise->missed_burst_s = one_missed.mean_s;
   noise->hidden_missed_rate =
       Scaled(ReadShare(missed, "p_missed_if_mostly_hidden"), options.missed);
-  noise->min_joints = 4;  // as in detections modelled with these figures
+  noise->min_joints = 4;  // as where these parameters were measured
   noise->false_people =
       Size(root.At("false_positive_person"), "mean_per_image") *
       options.false_people;

@@ -1,4 +1,4 @@
-// A modelled detector with the measured figures of a real one.
+// A modelled detector with parameters measured on a real one.
 #ifndef KINEGRAPH_APPS_COMMON_MEASURED_NOISE_H_
 #define KINEGRAPH_APPS_COMMON_MEASURED_NOISE_H_
 
@@ -9,8 +9,8 @@
 
 namespace kinegraph {
 
-// Table [noise.model]: measured figures instead of the joints' own keys, each
-// kind scaled by a factor.
+// Table [noise.model]: measured parameters instead of the joints' own keys,
+// each kind scaled by a factor.
 struct NoiseModelOptions {
   std::string file;  // relative to the configuration's folder; empty: none
   double noise = 1.0;
@@ -25,7 +25,7 @@ struct NoiseModelOptions {
   void Describe(OptionVisitor& visitor);
 };
 
-// Reads the model `path` and replaces the joints' own figures in `noise`.
+// Reads the model `path` and replaces the joints' own parameters in `noise`.
 // `focal_px`: of the scene's cameras. Throws InputError naming the file.
 void ApplyNoiseModel(const std::string& path, const NoiseModelOptions& options,
                      double focal_px, NoiseOptions* noise);

@@ -25,7 +25,7 @@ const char* const kColours[] = {"#0072B2", "#D55E00", "#009E73", "#CC79A7",
                                 "#E69F00", "#56B4E9", "#000000", "#F0E442"};
 constexpr int kColourCount = 8;
 constexpr int kCycledColours = kColourCount - 1;
-// gnuplot's filled circle, square, triangle, diamond and their like.
+// gnuplot's numbers of filled circle, square, triangle, diamond and so on.
 constexpr int kMarks[] = {7, 5, 9, 13, 11, 15, 6, 4, 8, 12};
 constexpr int kMarkCount = 10;
 constexpr size_t kCloud = 300;  // larger clouds are drawn as dots
@@ -131,7 +131,7 @@ class SeriesScript {
       const double x = series_.x[i] + shift_;
       const double y = series_.y[i];
       if (!Shown(plot_.x, x) || !Shown(plot_.y, y)) {
-        data += "\n";  // an empty line breaks the line
+        data += "\n";  // an empty line interrupts the curve
         continue;
       }
       data += fmt::format("{} {} {} {} {} {} \"{}\"\n", Number(x), Number(y),

@@ -4,8 +4,9 @@
 //   plot.title = "Held-out-camera error";
 //   plot.x.label = "cut-off [Hz]";
 //   plot.y.label = "error [px]";
-//   plot.series.push_back({"Butterworth", PlotStyle::kLinePoints, {2, 4},
-//   ...}); WritePlot({plot}, folder.PathOf("tuning.svg"));
+//   plot.series.push_back(
+//       {"Butterworth", PlotStyle::kLinePoints, {2, 4}, {5.1, 4.8}});
+//   WritePlot({plot}, folder.PathOf("tuning.svg"));
 //
 // The same description gives the same bytes. Colours are those of Okabe and Ito
 // (2008, "Color Universal Design"), which colour-blind people can tell apart;

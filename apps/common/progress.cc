@@ -82,7 +82,7 @@ void Progress::Show() {
   }
   const double elapsed_s = std::chrono::duration<double>(now - start_).count();
   const std::string line = ProgressLine(label_, done_, total_, elapsed_s);
-  // Not on a terminal: in a pipe or log each update is a line of its own.
+  // Not on a terminal: in a pipe or log each update is a separate line.
   std::fputs((on_terminal_ ? kWipe + line : line + "\n").c_str(), stderr);
   std::fflush(stderr);
   last_drawn_ = now;

@@ -66,7 +66,7 @@ std::string PeopleLines(const RecordingReport& report) {
   return text;
 }
 
-// For names that do not make the pairing obvious.
+// The pairing of views with cameras, unless the names make it obvious.
 std::string PairingText(const RecordingReport& report) {
   if (report.paired_by < PairedBy::kWithin ||
       report.paired_by == PairedBy::kNumber) {
@@ -89,7 +89,7 @@ std::string TextOf(const Finding& finding) {
              : "view of " + finding.camera + ": " + finding.evidence;
 }
 
-// Whether it is flags or a command rather than prose.
+// Whether a fix consists of flags or a command, not prose.
 bool IsCommand(const std::string& fix) {
   return fix.rfind("--", 0) == 0 || fix.rfind("'--", 0) == 0 ||
          fix.rfind("kinegraph ", 0) == 0;
@@ -120,7 +120,7 @@ Json ChangeJson(const CameraChange& change) {
           {"clock_ppm", 1e6 * change[kDriftAt]}};
 }
 
-// What a later run needs to repeat the decision.
+// Data with which a later run repeats the refinement.
 Json RecordJson(const RefinementRecord& record) {
   Json cameras = Json::array();
   for (const RefinementRecord::Camera& camera : record.cameras) {
@@ -252,7 +252,7 @@ void NameInputs(const std::string& recording, const std::string& configuration,
 
 namespace {
 
-// How the solves of the people went; successful ones are counted too.
+// Counts of all solves, including successful ones.
 Json SolverJson(const RunSummary& run) {
   const SolveCounts& counts = run.solves;
   return {{"name", run.solver},
@@ -322,7 +322,7 @@ std::string ReportJson(const RecordingReport& report, const RunSummary& run,
   if (run.solves.solves > 0) json["solver"] = SolverJson(run);
   if (LearntAnything(learnt)) {
     json["noise"] = Json::parse(ToJson(learnt));
-    json["learnt"] = {ToString(learnt)};  // for users
+    json["learnt"] = {ToString(learnt)};  // as a sentence
   }
   json["warnings"] = Json::array();
   for (const Finding& warning : report.warnings) {

@@ -22,7 +22,7 @@ void NameInputs(const std::string& recording, const std::string& configuration,
 std::string Flag(const std::string& name, const std::string& value);
 
 // Several lines for a terminal, at most 100 columns; a warning has one line and
-// one with what to try. Commands are not broken.
+// one with the remedy. Commands are not broken.
 std::string ReportText(const RecordingReport& report);
 std::string WarningsText(const RecordingReport& report);
 
@@ -30,10 +30,10 @@ std::string WarningsText(const RecordingReport& report);
 std::string ReportJson(const RecordingReport& report, const RunSummary& run,
                        const LearntNoise& learnt);
 
-// What a later run repeats: the steps with each decision and its reason; each
-// camera's change with its standard deviation in degrees, millimetres, pixels,
-// per cent, milliseconds, parts per million; and the subsequent rotation of the
-// whole world.
+// The steps of refinement with each decision and its reason; each camera's
+// change with its standard deviation in degrees, millimetres, pixels, per cent,
+// milliseconds, parts per million; and the subsequent rotation of the whole
+// world. A later run can repeat the refinement from it.
 std::string RefinementJson(const ReadyRecording& recording);
 
 // The matrix as a list of its rows.

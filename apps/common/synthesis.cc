@@ -115,7 +115,7 @@ void FitToClips(const ConfigFile& config, const std::vector<MotionClip>& clips,
 
 // ---- scene.json: the request, and the truth behind each detection ----
 
-// The figures of classes that were measured separately, for scene.json.
+// The noise of classes that were measured separately, for scene.json.
 struct ClassFigures {
   std::map<JointClass, JointNoise> by_class;
 
@@ -232,7 +232,7 @@ SyntheticRecording MakeRecording(const std::string& config_path,
   Configuration read = ReadConfiguration(config_path, set);
   const std::vector<MotionClip> clips =
       ReadClips(config_path, motion, &read.options.motion);
-  // Errors of the stages name keys of their own table.
+  // Adds the table to errors of a stage, which name only the key.
   const auto located = [&read](const char* table, const auto& body) {
     try {
       body();

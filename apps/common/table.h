@@ -56,12 +56,12 @@ std::string Fixed(double value, int decimals);
 std::string IntervalCell(const Interval& interval, int decimals);
 std::string WithInterval(double value, const Interval& interval, int decimals);
 
-// Maximum width of what commands print.
+// Maximum width of the output of commands.
 inline constexpr size_t kTerminalColumns = 100;
 
 // Wraps paragraphs at spaces and aligns tables; a table that is too wide loses
 // the bracketed parts of its cells, then characters of its first column, then
-// columns from the right, and a line says that `where` has them.
+// columns from the right, and a line refers to `where` for them.
 std::string ForTerminal(const std::string& markdown, size_t columns,
                         const std::string& where);
 

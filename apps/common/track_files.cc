@@ -17,7 +17,7 @@ std::string ExtensionOf(const std::string& path) {
   return has_dot ? path.substr(dot) : "";
 }
 
-// Whether the result is in our own format.
+// Whether the extension is that of our own format.
 bool IsOurs(const std::string& path) {
   const std::string extension = ExtensionOf(path);
   return extension == ".jsonl" || extension == ".json" || IsStream(path);

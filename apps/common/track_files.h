@@ -1,4 +1,4 @@
-// Tracks as commands read and write them, and where they print their summary.
+// Reading and writing of tracks by commands, and the stream of their summary.
 #ifndef KINEGRAPH_APPS_COMMON_TRACK_FILES_H_
 #define KINEGRAPH_APPS_COMMON_TRACK_FILES_H_
 
@@ -30,15 +30,15 @@ class TrackOutput {
  public:
   // Throws as CheckTrackOutput and AtomicFiles. `observations` as in
   // TrackWriteOptions. `markers` names the joints in formats that have marker
-  // names; others keep ours. `cameras` are evidence, besides people, of which
-  // way is up: Finish() reports a format whose vertical axis differs, by
+  // names; others keep ours. `cameras` are, besides people, evidence on the
+  // vertical: Finish() reports a format whose vertical axis differs, by
   // definition or by `axes`.
   TrackOutput(const std::string& path, const TrackHeader& header,
               bool observations, const PersonNames& names, MarkerNames markers,
               const CameraRig& cameras, const std::optional<AxisMap>& axes);
 
   void Write(TrackFrame&& frame);
-  // Passes on what was written to the reader of a stream.
+  // Flushes written frames, for the reader of a stream.
   void Flush();
   // Completes the result under its temporary name; side files can be added
   // then.

@@ -156,14 +156,14 @@ std::string AxesMm(const Eigen::Vector3d& metres, bool is_signed) {
   std::string text;
   for (const double m : metres) {
     const std::string mm = Fixed(kMm * m, 0);
-    const bool has_sign = mm.front() == '-';  // or is missing
+    const bool has_sign = mm.front() == '-';  // also of a missing value
     text += (text.empty() ? "" : " ");
     text += (is_signed && !has_sign ? "+" : "") + mm;
   }
   return text;
 }
 
-// A dozen figures of one joint, as a row.
+// The row of one joint.
 Cells ErrorRow(const JointAgreement& joint, bool is_apart) {
   return {joint.joint + (is_apart ? " (*)" : ""),
           std::to_string(joint.count),
@@ -340,7 +340,7 @@ std::string InputText(const MarkerInput& input) {
 
 // ---- Plots and the page
 
-// More points of a cloud or a line add nothing visible.
+// More points of a cloud or a line make no visible difference.
 constexpr size_t kMostPoints = 2000;
 
 size_t Stride(size_t count) {

@@ -64,7 +64,7 @@ MarkerStudy RunMarkerStudy(const MarkerRequest& request);
 TrackSequence MarkersAsTruth(const std::string& path, const std::string& rules,
                              const TrackSequence& tracks);
 
-// Millimetres, degrees and seconds as the keys say; null if undefined.
+// Millimetres, degrees and seconds as the keys specify; null if undefined.
 Json MarkerJson(const MarkerStudy& study);
 std::string MarkerMarkdown(const MarkerStudy& study);
 // markers.json, markers.md, plots and page.html into a new folder.

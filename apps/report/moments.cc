@@ -69,7 +69,7 @@ std::map<TrackId, std::vector<double>> MedianBones(
   return medians;
 }
 
-// The value above which a moment stands out.
+// The threshold of Largest.
 double FarOut(const std::vector<Moment>& moments) {
   std::vector<double> values;
   for (const Moment& moment : moments) values.push_back(moment.value);

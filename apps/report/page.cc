@@ -139,7 +139,8 @@ bool IsSet(const std::string& fix, const Json& config) {
   return true;
 }
 
-// Whether cameras.refine or cameras.refine_clock estimates the fault found.
+// Whether cameras.refine or cameras.refine_clock corrects a finding of this
+// kind.
 bool IsRefined(const std::string& kind, const Json& config) {
   if (kind == "clock_offset" || kind == "clock_drift") {
     return ValueOf(config, "cameras.refine_clock") == true;

@@ -45,9 +45,10 @@ Integer Quantise(double value, double quantum) {
 // JSON text without "<", so that no tag or comment can begin or end in it.
 std::string WithoutAngleBrackets(const std::string& json);
 
-// Files beside tracks that the page displays, validated so that its scripts
-// meet no unexpected data: NAME.summary.json of `track`, doctor.json of
-// `doctor`. Both throw InputError naming `file` and the place if it is invalid.
+// Files beside tracks that the page displays: NAME.summary.json of `track`,
+// doctor.json of `doctor`. They are validated, because the page's scripts do
+// not check their data. Both throw InputError naming `file` and the place if it
+// is invalid.
 Json ReadSummaryJson(const std::string& text, const std::string& file);
 Json ReadDoctorJson(const std::string& text, const std::string& file);
 

@@ -41,7 +41,7 @@ std::map<int64_t, TimeNs> ClockOf(const PageInput& input) {
   return clock;
 }
 
-// Replaces a clock that stands still by an assumed rate. Returns whether it
+// Replaces a clock that does not advance by an assumed rate. Returns whether it
 // did.
 bool RepairTimes(std::map<int64_t, TimeNs>* clock) {
   TimeNs last = 0;
@@ -597,8 +597,8 @@ PageData PageMaker::Make() {
 }  // namespace
 
 PageData MakePageData(const PageInput& input, const PageOptions& options) {
-  // Everything on the page is drawn, reported and quantised at the size of
-  // people.
+  // The page draws, reports and quantises in the run's metres, in which
+  // subjects have the size of people.
   const SubjectScale scale = input.results.empty()
                                  ? SubjectScale()
                                  : ScaleOf(input.results.front().tracks);

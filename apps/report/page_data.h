@@ -27,7 +27,7 @@ struct PageVideo {
   std::string bytes;        // the file, embedded in the page
   std::string type;         // "video/mp4"
   int64_t first_frame = 0;  // number of its first image
-  // When each image is shown [s], and when the last one ends.
+  // Start of each image and end of the last one [s].
   std::vector<double> times_s;
 };
 
@@ -64,14 +64,14 @@ struct PageInput {
 
 struct PageOptions {
   bool with_covariance = false;
-  // Unit vector; nullopt: from people, cameras and what the tracks' format
-  // specifies.
+  // Unit vector; nullopt: from people, cameras and the vertical axis of
+  // the tracks' format.
   std::optional<Eigen::Vector3d> up;
   size_t max_bytes = 50000000;  // of the data; more is decimated
   std::optional<Eigen::Vector3d> stated_up = {};  // StatedUp
 };
 
-// The encoded data and what was left out to keep it small.
+// The encoded data, and the parts left out to keep it small.
 struct PageData {
   std::string json;       // safe inside a <script> element
   size_t frames = 0;      // on the page's clock
@@ -83,7 +83,7 @@ struct PageData {
   size_t detection_bytes = 0;  // with matches, weights and residuals
   size_t covariance_bytes = 0;
   size_t picture_bytes = 0;
-  std::vector<std::string> notes;  // notes on what was left out
+  std::vector<std::string> notes;  // on parts that were left out
 };
 
 // Throws InputError if there is no frame to show, or if the doctor's file is

@@ -29,7 +29,7 @@ struct ViewImages {
 // Reads "VIEW=PATTERN;VIEW=VIDEO;VIEW=VIDEO@FIRST" as in --images, where FIRST
 // is the number of the video's first image (0). If a video's container does not
 // list its images, the rate of the first result is assumed. Throws InputError
-// for an unknown view, or if pattern or video have nothing for the first frame.
+// for an unknown view, or if pattern or video lack the first frame.
 ViewImages ReadViewImages(const std::string& images, const PageInput& input);
 
 // Number of frames of the first result outside the video.

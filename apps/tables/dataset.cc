@@ -32,7 +32,7 @@ Dataset Shelf(const std::string& name, const std::string& note,
 
 // As in the authors' runs: three frames before the first scored one.
 constexpr const char* kWarmUp = "input.repeat_first_frame=3";
-// Zeros are positions, and the recording is warmed up as by the authors.
+// As the authors: zeros are positions, and the recording is warmed up.
 constexpr const char* kFilledSet =
     "detections.zero_confidence=position;input.repeat_first_frame=3";
 // configs/offline.toml, as overrides of the configuration for Campus.
@@ -93,7 +93,8 @@ BenchmarkRecording RecordingOf(Dataset dataset, std::vector<Method> methods) {
   return {std::move(dataset), std::move(methods)};
 }
 
-// Results of other programs on Shelf, published or run by us.
+// Results of other programs on Shelf, as published or from our own runs of
+// them.
 std::vector<ResultFile> ShelfResults() {
   const std::string filled = ShelfFilled().name;
   const std::string of_joints =

@@ -1,6 +1,6 @@
-// The data of the tables, by location below the data folder: recordings, ways
-// to track them, results of others; and the printed tables of Chu et al.
-// (2021).
+// The data of the tables, by location below the data folder: recordings,
+// methods to track them, results of other programs; and the printed tables of
+// Chu et al. (2021).
 #ifndef KINEGRAPH_APPS_TABLES_DATASET_H_
 #define KINEGRAPH_APPS_TABLES_DATASET_H_
 
@@ -44,7 +44,7 @@ struct LoadedDataset {
   TrackSequence truth;
 };
 
-// Throws InputError naming what is missing below `data_folder`.
+// Throws InputError naming the files missing below `data_folder`.
 LoadedDataset LoadDataset(const Dataset& dataset,
                           const std::string& data_folder);
 
@@ -58,7 +58,7 @@ inline TrackSequence TracksOf(const LoadedDataset& loaded) {
 inline constexpr const char* kChen = "†Chen et al.";
 inline constexpr const char* kChenWithFilter = "†Chen et al. + joints filter";
 
-// A way from detections to tracks.
+// A tracking method.
 struct Method {
   std::string name;    // "paper mode, text"
   std::string config;  // below configs/
@@ -77,7 +77,7 @@ struct ResultFile {
   std::string method;
   std::string path;  // below the data folder
   std::string detections_note;
-  std::string remark;  // remark on its figures
+  std::string remark;  // remark on its scores
   // Name of the recording it was made from, if it is one of ours.
   std::string same_recording;
 };
@@ -112,7 +112,7 @@ struct BenchmarkData {
 
 // The contents of `folder`: either the developers' layout (shelf/, campus/ with
 // their READMEs) or official downloads (docs/official_data.md). Throws
-// InputError listing what was expected if it is neither.
+// InputError listing the expected files if it is neither.
 BenchmarkData FindBenchmarks(const std::string& folder, const std::string& set);
 
 // The recording as a method tracks it.

@@ -37,7 +37,7 @@ TrackedRow ReadResult(const ResultFile& result, const std::string& data_folder,
   return row;
 }
 
-// A file with other frames must not look like a bad score.
+// A file with other frames would otherwise only appear as a bad score.
 void RequireScoredFrames(const LoadedDataset& loaded) {
   const Dataset& dataset = loaded.dataset;
   for (const DetectionFrame& frame : loaded.detections.frames) {
@@ -262,7 +262,7 @@ std::string Notes(const std::vector<ScoredRow>& rows) {
   return text;
 }
 
-// Every head conversion and rule, and what was lost where.
+// Every head conversion and rule, and the lost parts with their frames.
 std::string ActorDetails(const std::string& title,
                          const std::vector<ScoredRow>& rows,
                          const std::vector<HeadConversion>& heads) {

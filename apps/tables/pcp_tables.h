@@ -1,5 +1,5 @@
 // The paper's tables of PCP beside our measurements: all tracks of a benchmark,
-// made or read once and scored in every way.
+// made or read once and scored under every protocol.
 #ifndef KINEGRAPH_APPS_TABLES_PCP_TABLES_H_
 #define KINEGRAPH_APPS_TABLES_PCP_TABLES_H_
 
@@ -18,7 +18,7 @@ namespace kinegraph {
 // A part of the report, in two forms.
 struct TableOutput {
   std::string markdown;
-  std::string details;  // Markdown too, for a page of its own; may be empty
+  std::string details;  // Markdown for a separate page; may be empty
   Json json;
 };
 
@@ -63,7 +63,7 @@ Json PartsJson(const Share& share);
 
 // PCP by actor: the printed rows with every measured row under the paper's head
 // conversion and mean rule, then the means under every conversion and rule. The
-// details hold all counts, and what each actor lost and where.
+// details hold all counts, and the lost parts of each actor with their frames.
 TableOutput ActorTable(const std::string& title,
                        const PublishedTable& published,
                        const TrackedBenchmark& tracked,

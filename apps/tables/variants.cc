@@ -134,7 +134,7 @@ void AddFilterInChen(const BenchmarkData& data,
 
 constexpr double kNoLimit = std::numeric_limits<double>::infinity();
 constexpr int kStepsPerOctave = 4;
-// Offset between the error bars of two recordings, so that none hides another.
+// Offset between the error bars of two recordings, against overlaps.
 constexpr double kBarShift = 0.012;
 
 Json SweepJson(const Sweep& sweep) {
@@ -162,8 +162,8 @@ Cells SweepCells(const Sweep& sweep) {
                             return a.mean_of_actors < b.mean_of_actors;
                           });
   const bool flat = least->mean_of_actors == greatest->mean_of_actors;
-  // The values significantly different from the published one, with their
-  // differences.
+  // The values whose score differs significantly from that of the published
+  // one, with their differences.
   std::string told;
   for (const SweptValue& value : values) {
     if (!value.difference.is_told()) continue;
@@ -462,7 +462,7 @@ std::vector<Plot> SensitivityPlots(const std::vector<Sweep>& sweeps) {
     double shift = -kBarShift;
     for (const Sweep& sweep : sweeps) {
       if (sweep.parameter != parameter.name) continue;
-      // The set is part of the figure's title: "modelled hard" of "Campus,
+      // The set is part of the title of the plot: "modelled hard" of "Campus,
       // modelled hard".
       const std::string& name = sweep.dataset.name;
       const size_t comma = name.find(", ");

@@ -31,8 +31,8 @@ struct AblationCell {
 // keeps its own.
 std::vector<AblationCell> RunAblation(const LoadedDataset& loaded);
 
-// The paper's bars: what each ingredient adds to the baseline, with the paired
-// interval; a panel for the headline and one for the lower arms.
+// The paper's bars: the gain of each component over the baseline, with the
+// paired interval; a panel for the headline and one for the lower arms.
 struct AblatedRecording {
   std::string name;
   std::vector<AblationCell> cells;  // from RunAblation
@@ -41,8 +41,7 @@ std::vector<Plot> AblationPlots(
     const std::vector<AblatedRecording>& recordings);
 
 // For all recordings, with its figure below the folder `out`; also with the
-// joints filter in the front end of Chen et al., by which the paper shows that
-// it helps other methods too.
+// joints filter in the front end of Chen et al., as in the paper.
 TableOutput AblationTable(const BenchmarkData& data, const std::string& out);
 
 // ---- Sensitivity

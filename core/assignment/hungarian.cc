@@ -9,13 +9,15 @@
 namespace kinegraph {
 namespace {
 
-// Rows and columns, split into the parts that pairs of positive gain connect.
+// A connected component of the graph whose edges are the pairs of positive
+// gain.
 struct AssignmentPart {
   std::vector<int> rows;
   std::vector<int> cols;
 };
 
-// A part is represented by one of its nodes; columns are numbered after rows.
+// Union-find: the node that represents the component of `node`. Columns are
+// numbered after rows.
 int RootOf(int node, std::vector<int>* parent) {
   while ((*parent)[node] != node) {
     (*parent)[node] = (*parent)[(*parent)[node]];

@@ -50,8 +50,8 @@ double GatePx(const Pose3d& pose, double age_frames, const Camera& camera,
               const AssociationOptions& options) {
   const double paper_px = options.alpha_2d_px_per_frame * age_frames;
   if (!(options.reach_m_per_frame > 0.0)) return paper_px;
-  // Where frames are irregular two may follow each other closely; errors of the
-  // detector and of the prediction do not shrink with the interval.
+  // Irregular frames may follow each other closely, but errors of the detector
+  // and of the prediction do not shrink with the interval.
   if (!(age_frames > 1.0)) return options.alpha_2d_px_per_frame;
   const std::optional<Eigen::Vector3d> centre = MeanPosition(pose);
   if (!centre.has_value()) return paper_px;
@@ -64,8 +64,9 @@ double GatePx(const Pose3d& pose, double age_frames, const Camera& camera,
 
 namespace {
 
-// Outside paper mode: so few joints may agree by chance, unless every one of
-// them lies within its gate and, on average, in the inner half of it.
+// Outside paper mode: whether a match on few joints counts. Chance agreement is
+// excluded by requiring that every common joint is within its gate, with a mean
+// affinity of at least a half.
 bool FewMatch(int common, int positive, double positive_sum, size_t joints) {
   constexpr double kWellWithin = 0.5;
   return common >= ScaledJoints(kFewestJoints, joints) && positive == common &&
@@ -172,7 +173,7 @@ double ViewMatcher::AffinityOf(const AssociationTarget& target,
                                const Eigen::AlignedBox2d& box,
                                const Camera& camera) const {
   if (options_.affinity != AffinityKind::kCrossView) {
-    // A joint beyond its gate contributes nothing, or a negative amount.
+    // Joints beyond their gates contribute zero or negative affinities.
     if (GapPx(box, box_) > gate_px_) return 0.0;
     return Affinity(observation, projected_, target.age_frames, gate_px_,
                     joints_, options_);
@@ -202,8 +203,8 @@ void ViewMatcher::Match(const std::vector<AssociationTarget>& targets,
     if (cols == 0) break;
     SetTarget(targets[row], camera);
     for (size_t col = 0; col < cols; ++col) {
-      // A pair that may not match must not influence the assignment either, so
-      // a negative affinity is set to zero.
+      // A pair that cannot match must not influence the assignment, so negative
+      // affinities are set to zero.
       const size_t pair = row * cols + col;
       affinities_[pair] =
           !barred.empty() && barred[pair]

@@ -1,5 +1,5 @@
-// How well a 2D pose fits a person: the paper's Eq. 1, its body-aware baseline,
-// and the affinity of Chen et al. (2020, "Cross-View Tracking for Multi-Human
+// Affinity of a 2D pose and a person: the paper's Eq. 1, its body-aware
+// baseline, and that of Chen et al. (2020, "Cross-View Tracking for Multi-Human
 // 3D Pose Estimation at over 100 FPS").
 #ifndef KINEGRAPH_CORE_ASSOCIATION_AFFINITY_H_
 #define KINEGRAPH_CORE_ASSOCIATION_AFFINITY_H_
@@ -25,8 +25,8 @@ struct LastSeenJoint {
   double age_frames = 0.0;                       // > 0
 };
 
-// A person as association sees them: the last stored pose (in graph mode moved
-// to where it is expected now) and its age.
+// A person to be matched: the last stored pose (in graph mode moved to the
+// position expected now) and its age.
 struct AssociationTarget {
   const Pose3d* pose = nullptr;
   double age_frames = 0.0;  // > 0
@@ -100,7 +100,7 @@ class ViewMatcher {
   const std::vector<double>& affinities() const { return affinities_; }
 
  private:
-  // The target of the calls of AffinityOf that follow.
+  // Sets the target of subsequent calls of AffinityOf.
   void SetTarget(const AssociationTarget& target, const Camera& camera);
   // `box` is around the observation's joints.
   double AffinityOf(const AssociationTarget& target,

@@ -4,8 +4,7 @@
 
 namespace kinegraph {
 
-// Of 17: the fewest joints that determine where a body is and which way it
-// faces.
+// The fewest joints, of 17, that determine position and orientation of a body.
 inline constexpr double kFewestJoints = 4.0;
 
 }  // namespace kinegraph

@@ -14,7 +14,7 @@ enum class AffinityKind {
   kCrossView,
 };
 
-// cross_view: what a detected joint is compared with in the image.
+// cross_view: the point with which a detected joint is compared in the image.
 enum class Target2d {
   kMatched,    // the joint that was last matched to the person in this view
   kProjected,  // the projection of the person's last 3D joint
@@ -25,12 +25,12 @@ struct AssociationOptions {
   double alpha_2d_px_per_frame = 70.0;
   double lambda_a_per_frame = 3.0;
   // Graph mode: after the first frame without a match the gate of Eq. 1 grows
-  // no faster than people move. The paper's gate grows by alpha_2d per frame
-  // and soon reaches other people. 0: the paper's gate.
+  // at most at this speed. The paper's gate grows by alpha_2d per frame and
+  // soon includes other people. 0: the paper's gate.
   double max_speed_mps = 3.0;
-  // Graph mode: for this long a lost person is expected to continue with the
-  // motion of the body, then to stand still. 0: expected where last seen, as in
-  // the paper.
+  // Graph mode: a lost person is expected to continue with the motion of the
+  // body for this long and then to stand still. 0: expected at the last
+  // position, as in the paper.
   double prediction_s = 0.2;
   // Joints of 17 that must have a positive affinity. Where joints are missing,
   // the same share of the joints that both poses have.

@@ -19,9 +19,9 @@ constexpr double kMaxRatio = 0.5;
 constexpr double kMinCommon = 6.0;  // joints of 17
 // A tracklet ends after this time without a detection.
 constexpr double kMissed = 0.2;  // s
-// Time for which a track must hold a tracklet to own it, ...
+// A track owns a tracklet with which it was matched for this time.
 constexpr double kOwned = 0.2;  // s
-// ... and time without holding it after which the ownership lapses.
+// The ownership lapses after this time without a match.
 constexpr double kForgotten = 2.0;  // s
 
 constexpr double kFar = std::numeric_limits<double>::max();

@@ -17,9 +17,8 @@ namespace kinegraph {
 
 // The tracklets of one view. A detection continues the nearest tracklet if
 // every other tracklet is at least twice as far from the detection and every
-// other detection twice as far from the tracklet. Where that is ambiguous,
-// tracklets end and new ones begin: a tracklet may be short but must not be
-// wrong.
+// other detection twice as far from the tracklet. Otherwise tracklets end and
+// new ones begin: short tracklets are harmless, wrong ones are not.
 //
 // A tracklet belongs to the track that was matched with its detections for 0.2
 // s; detections that continue it are assumed to show the same person.
@@ -35,7 +34,8 @@ class ViewTracklets {
   // The track that owns the tracklet of this detection, by the detection's
   // index in the last Follow.
   std::optional<TrackId> OwnerOf(size_t observation_idx) const;
-  // The detection was matched with a track, and the update succeeded.
+  // To be called when the detection was matched with a track and the update
+  // succeeded.
   void Claim(size_t observation_idx, TrackId track);
 
  private:

@@ -9,8 +9,8 @@ namespace kinegraph {
 // `coupling`.
 struct DenseElimination {
   int size = 0;
-  // Rows of `coupling` come in blocks of this size, each zero left of its own
-  // diagonal block; 0: no such structure.
+  // Rows of `coupling` come in blocks of this size, each zero to the left of
+  // the diagonal block; 0: no such structure.
   int block = 0;
   // Symmetric positive definite, lower triangle; replaced by its Cholesky
   // factor L. Entries above the diagonal are neither read nor preserved.

@@ -1,5 +1,5 @@
-// Identities as types of their own, so that one cannot be confused with an
-// index or with the identity of something else.
+// Identities as distinct types, so that one cannot be confused with an index or
+// with an identity of another kind.
 #ifndef KINEGRAPH_CORE_BASE_IDS_H_
 #define KINEGRAPH_CORE_BASE_IDS_H_
 

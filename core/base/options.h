@@ -1,4 +1,4 @@
-// How an options struct declares its keys, units and limits.
+// Declaration of the keys, units and limits of options structs.
 //
 // An options struct is plain: a default and a unit beside each field. Its `void
 // Describe(OptionVisitor&)` names every field once. Visitors then read a TOML

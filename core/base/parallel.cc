@@ -32,7 +32,7 @@ class Allowance {
   int before_;
 };
 
-// The pieces of one call.
+// The work of one call of ParallelFor.
 struct Batch {
   Batch(int call_threads, int piece_count,
         const std::function<void(int)>& piece_work)
@@ -66,10 +66,10 @@ struct Batch {
   int helpers = 0;  // pool threads working on it; guarded by the pool
 };
 
-// Threads that live as long as the program, so that a call of a few hundred
-// microseconds does not pay for starting them. A piece may itself call
+// Threads that live as long as the program, because starting them would cost
+// more than a call of a few hundred microseconds. A piece may itself call
 // ParallelFor: every caller works on its own pieces and waits only for pieces
-// already begun by others, so no call waits for a free thread.
+// already begun by others, so nested calls cannot deadlock.
 class ThreadPool {
  public:
   ~ThreadPool() {
@@ -94,10 +94,10 @@ class ThreadPool {
                    waiting_.end());
     const auto is_done = [&] { return batch->helpers == 0; };
     if (batch->stop_check == nullptr) return done_.wait(lock, is_done);
-    // A waiting caller still checks for a stop, which also ends the others.
+    // A waiting caller still checks for a stop and passes it to the helpers.
     constexpr auto kPatience = std::chrono::milliseconds(50);
     while (!done_.wait_for(lock, kPatience, is_done)) {
-      lock.unlock();  // the check may take a lock of its own
+      lock.unlock();  // the check may acquire locks
       try {
         CheckStop();
       } catch (...) {
@@ -137,7 +137,7 @@ class ThreadPool {
   std::mutex mutex_;
   std::condition_variable wake_;
   std::condition_variable done_;
-  // A batch appears once for each helper it may have.
+  // A batch occurs once for each helper it may have.
   std::deque<Batch*> waiting_;
   std::vector<std::thread> threads_;
   bool ending_ = false;

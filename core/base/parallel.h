@@ -12,8 +12,8 @@ namespace kinegraph {
 // piece that threw. Each piece may be stopped (stop_check.h).
 void ParallelFor(int threads, int count, const std::function<void(int)>& work);
 
-// The `threads` of the call whose piece this thread works on, 1 outside of any:
-// how many a piece may pass to a call of its own.
+// The `threads` of the call whose piece this thread works on, to be passed to
+// nested calls; 1 outside of any call.
 int AllowedThreads();
 
 }  // namespace kinegraph

@@ -17,10 +17,10 @@ class Stopped : public std::exception {
   const char* what() const noexcept override { return "stopped"; }
 };
 
-// For its lifetime, the work of this thread, and what ParallelFor runs for it
-// on others, calls `check` regularly: between people, between pieces of a
-// recording, between iterations of a solver. What `check` throws leaves the
-// call that was running; the objects it was working on are no longer usable.
+// For its lifetime, the work of this thread, and of ParallelFor for it on
+// others, calls `check` regularly: between people, between pieces of a
+// recording, between iterations of a solver. An exception of `check` leaves
+// the running call; the objects it was working on are no longer usable.
 // Only the innermost scope is active. `check` must outlive the scope.
 class StopScope {
  public:

@@ -20,17 +20,17 @@ inline TimeNs FromSeconds(double seconds) {
   return static_cast<TimeNs>(std::llround(seconds * kNanosecondsPerSecond));
 }
 
-// The nominal rate of a recording. Converts between frames and time; whole
-// numbers of frames are compared with half a frame of tolerance, so that
-// neither rounding nor a jittering clock decides (in doubles an age of exactly
-// 3 frames passes `< 3 / 25.0` in a third of all frames).
+// Converts between frames and time at a recording's nominal rate. Durations are
+// compared with half a frame of tolerance, so that the result depends neither
+// on rounding nor on jitter (in doubles an age of exactly 3 frames passes `< 3
+// / 25.0` in a third of all frames).
 class FrameClock {
  public:
   // `frame_rate_hz` > 0.
   explicit FrameClock(double frame_rate_hz) : frame_rate_hz_(frame_rate_hz) {}
 
   double frame_rate_hz() const { return frame_rate_hz_; }
-  // Time of frame `frame` where no file gives it [ns].
+  // Time of frame `frame` in recordings without times [ns].
   TimeNs TimeOf(int64_t frame) const {
     return FromSeconds(static_cast<double>(frame) / frame_rate_hz_);
   }

@@ -6,7 +6,8 @@
 namespace kinegraph {
 namespace {
 
-// Where a share is reached among ascending values, and whether exactly there.
+// Index of the ascending values at which a share of the weight is reached, and
+// whether it is reached exactly.
 struct Reached {
   size_t at = 0;
   bool exactly = false;

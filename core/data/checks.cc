@@ -24,7 +24,8 @@ void CheckCount(const std::string& of, const char* what, size_t found,
                    ", expected " + std::to_string(expected));
 }
 
-// Each name may occur once. `of`: "views".
+// Throws if `name` occurs a second time. `of`: the kind of names, such as
+// "views".
 void CheckName(const std::string& of, const std::string& name,
                std::unordered_set<std::string>* seen) {
   if (seen->insert(name).second) return;

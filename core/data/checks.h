@@ -38,7 +38,7 @@ void CheckDetectionFrame(const DetectionHeader& header,
                          const DetectionFrame& frame);
 
 // Checks the results of a run before they are written. A failure is a bug of
-// this program, whatever the input.
+// this program for any input.
 class PoseCheck {
  public:
   explicit PoseCheck(const CameraRig& cameras);

@@ -43,14 +43,14 @@ struct IdentityEdit {
   // Evidence for it, in order: "bones" and "motion" as log likelihood ratios in
   // nats, "gap_s", ...
   std::vector<std::pair<std::string, double>> evidence;
-  // By how many nats the second best explanation of the recording is worse.
+  // Difference to the second best explanation of the recording [nats].
   std::optional<double> margin;
   std::string name;   // kName
   std::string place;  // "file: line 3" of a correction, for messages
 };
 
-// Names given to people, by identity. Kept beside the tracks; the tracker does
-// not use them.
+// Names given to people, by identity. Stored separately from the tracks; the
+// tracker does not use them.
 using PersonNames = std::map<TrackId, std::string>;
 
 // The names after these edits: `name` sets a name, and a join passes it on to a

@@ -38,7 +38,7 @@ int CountPresent(const Pose3d& pose);
 // none.
 std::optional<Eigen::Vector3d> MeanPosition(const Pose3d& pose);
 
-// What one view contributed to a person in one frame.
+// The contribution of one view to a person in one frame.
 struct ViewMatch {
   int view_idx = 0;
   int detection_idx = 0;  // index_in_file of the matched detection

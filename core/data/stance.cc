@@ -12,7 +12,7 @@ using Eigen::Vector3d;
 
 constexpr double kRadiansPerDegree = 3.14159265358979323846 / 180.0;
 
-// Directions within this angle count as the same way up: people who sit or bend
+// Upward directions within this angle count as equal: people who sit or bend
 // lean by less.
 constexpr double kAlike_deg = 50.0;
 
@@ -143,7 +143,7 @@ std::vector<Stance::Group> Stance::Groups() const {
       group.straight += body->is_straight ? 1.0 : 0.0;
       ++count;
     }
-    // A mean is near to most of its members.
+    // Ends where no body is near the mean, which would repeat forever.
     if (others.size() == left.size()) break;
     left = std::move(others);
     group.share = count / static_cast<double>(bodies_.size());
@@ -162,7 +162,7 @@ double Stance::FloorSpread(const Vector3d& up) const {
 }
 
 // People who walk or lie share a floor, whose height is constant along the
-// vertical and no other direction; for a person who stays in one place there is
+// vertical and no other direction; for a person who does not move there is
 // a floor in every direction.
 std::optional<Vector3d> Stance::ByFloor(
     const std::vector<Group>& groups,
@@ -211,7 +211,7 @@ bool Stance::MayLie(const Vector3d& up) const {
   }
   const double low_m = Quantile(lows_m, 0.5);
   const double high_m = Quantile(highs_m, 0.5);
-  // No body is thicker, no bed higher; beds of a ward are alike.
+  // Upper bounds of a body's thickness and of the height of a bed.
   constexpr double kThick_m = 0.7;
   constexpr double kHigh_m = 1.3;
   constexpr double kError_m = 0.15;

@@ -1,6 +1,6 @@
-// Which way is up in the world of some tracks: one answer, possibly unknown,
-// from how people stand, the floor they share, what a file specifies and how
-// the cameras are oriented.
+// Estimates the vertical of the world of some tracks from the directions in
+// which people stand, the floor they share, the file's stated axis and the
+// orientation of the cameras.
 #ifndef KINEGRAPH_CORE_DATA_STANCE_H_
 #define KINEGRAPH_CORE_DATA_STANCE_H_
 
@@ -36,16 +36,20 @@ class Stance {
   explicit Stance(const Skeleton& skeleton) : skeleton_(skeleton) {}
   void See(const PersonPose& person);
 
-  // The unit vector that points up; nullopt if unknown. In this order: the
-  // direction in which people stand whose lowest joints share a floor in it,
-  // but not in other directions; the stated axis, unless people stand across it
-  // who cannot be lying; the direction in which people stand, unless they may
-  // be lying. A person with both hands above the head may be standing on them
-  // and is ignored.
+  // The unit vector that points up; nullopt if unknown. The first that applies:
+  // - the direction in which people stand, if their lowest joints share a floor
+  //   in it, but not in other directions;
+  // - the stated axis or, without one, the cameras' direction, if fewer than 80
+  //   % of the people stand in one direction;
+  // - the stated axis, unless people stand across it who cannot be lying;
+  // - the direction in which people stand, unless it contradicts the cameras or
+  //   they may be lying.
+  // A person with both hands above the head may be standing on them and is
+  // ignored.
   std::optional<Eigen::Vector3d> Up(const UpEvidence& known = {}) const;
 
-  // The same, if people were seen and it differs from `up`, a unit vector, by
-  // more than 50 degrees.
+  // The same if there are people and the result differs from `up`, a unit
+  // vector, by more than 50 degrees.
   std::optional<Eigen::Vector3d> UpUnlike(const Eigen::Vector3d& up,
                                           const UpEvidence& known = {}) const;
 
@@ -75,7 +79,7 @@ class Stance {
   bool MayLie(const Eigen::Vector3d& up) const;
 
   Skeleton skeleton_;
-  std::vector<Body> bodies_;  // evenly spaced among those seen
+  std::vector<Body> bodies_;  // evenly spaced among all
   int64_t seen_ = 0;
   int64_t stride_ = 1;  // one in `stride_` is kept
 };

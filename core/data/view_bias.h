@@ -22,7 +22,7 @@ struct ViewBias {
     std::string joint;  // without "l_" and "r_"
     ViewCoefficients across_m{};
     ViewCoefficients along_m{};
-    bool used = false;  // else the coefficients are taken as zero
+    bool used = false;  // false: the bias is taken as zero
     // Number of joints in single frames and views used to learn it.
     int64_t observations = 0;
     // Share of the squared residuals in one half of the recording that the

@@ -54,7 +54,8 @@ WorldAlignment Align(const CameraPairs& pairs, bool with_scale) {
   const Vector3d found_mean = found.rowwise().mean();
   const Eigen::Matrix3Xd from_mean = found.colwise() - found_mean;
   const Eigen::Matrix3Xd true_from_mean = truth.colwise() - true_mean;
-  // The rotation nearest to a sum of outer products.
+  // The rotation nearest to this sum: of outer products of the centres or, on a
+  // line, of the cameras' relative rotations.
   const bool on_a_line = OnALine(from_mean) || OnALine(true_from_mean);
   const Matrix3d sum =
       on_a_line ? turns : Matrix3d(true_from_mean * from_mean.transpose());

@@ -1,4 +1,4 @@
-// Errors of cameras against true ones.
+// Errors of calibrated cameras relative to true ones.
 #ifndef KINEGRAPH_CORE_EVALUATION_CAMERAS_H_
 #define KINEGRAPH_CORE_EVALUATION_CAMERAS_H_
 

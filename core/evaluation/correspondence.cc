@@ -80,8 +80,8 @@ std::vector<CostPair> MatchOneToOne(const Eigen::MatrixXd& cost, double gate) {
   const auto allowed = [&](int r, int c) {
     return std::isfinite(cost(r, c)) && cost(r, c) <= gate;
   };
-  // One forbidden pair costs more than the greatest possible difference of all
-  // allowed ones, so the best assignment contains as few of them as possible.
+  // A forbidden pair costs more than all allowed pairs together, so the best
+  // assignment contains as few forbidden pairs as possible.
   double forbidden = 1.0;
   std::vector<double> entries;
   for (int r = 0; r < rows; ++r) {

@@ -200,8 +200,8 @@ void AddPeaks(const JointMotion& joint, const std::vector<char>& at_contact,
   }
 }
 
-// Of the frames that are compared: 2 where a truth has every other frame of the
-// tracks. 0: there are none.
+// Step between compared frames, in frames of the tracks: 2 where the truth has
+// every other one. 0: no frames are compared.
 int64_t StrideOf(const std::map<TrackId, std::vector<PersonPair>>& people) {
   int64_t stride = 0;
   for (const auto& [id, pairs] : people) {

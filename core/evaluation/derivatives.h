@@ -32,7 +32,7 @@ struct DerivativeErrors {
   double peak_instant_ms = 0.0;  // mean absolute time difference
 };
 
-// Which frames are scored.
+// The frames that are scored.
 enum class DerivativeScope { kAll, kContacts };
 inline constexpr int kDerivativeScopes = 2;
 

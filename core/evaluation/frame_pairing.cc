@@ -90,8 +90,8 @@ Clock ClockOf(const TrackSequence& recording, const std::string& name,
     }
   }
   if (!(clock.rate_hz > 0.0)) return clock;
-  // A part of a recording whose frames keep their numbers while its times begin
-  // at zero: the numbers give its position in the recording.
+  // In a part cut from a recording, frames may keep their numbers while times
+  // begin at zero. The numbers then give its position in the recording.
   const auto number = static_cast<double>(frames.front().frame);
   const double elapsed = ToSeconds(frames.front().time) * clock.rate_hz;
   const bool begins_anew = elapsed >= 0.0 && elapsed < 1.5 && number >= 2.0 &&
@@ -189,8 +189,8 @@ class Pairer {
 
   // One rate written in two ways, 30000/1001 and 30 Hz: equal numbers begin at
   // the same time and end, by the two rates, more than half a frame apart.
-  // Returns that difference; nullopt also where something else parts the times,
-  // such as a pause, which numbers do not show.
+  // Returns that difference; nullopt also where the times differ for another
+  // reason, such as a pause that the numbers do not contain.
   std::optional<TimeNs> DriftOfEqualNumbers() const {
     if (!same_rate_) return std::nullopt;
     std::optional<TimeNs> first, last;
@@ -316,7 +316,7 @@ class Pairer {
     }
   }
 
-  // Equal frame numbers that appear to be different times.
+  // Notes where equal frame numbers appear to be different times.
   void NoteLengths() {
     if (!frames_.empty()) return;
     if (truth_.frames.empty() || tracks_.frames.empty()) return;

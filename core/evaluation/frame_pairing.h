@@ -1,4 +1,4 @@
-// Decides which frames of two recordings show the same instant, for every
+// Pairs the frames of two recordings that show the same instant, for every
 // comparison.
 #ifndef KINEGRAPH_CORE_EVALUATION_FRAME_PAIRING_H_
 #define KINEGRAPH_CORE_EVALUATION_FRAME_PAIRING_H_

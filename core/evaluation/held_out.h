@@ -1,6 +1,6 @@
-// Held-out-camera error: how well tracks made without a camera predict that
-// camera's detections. It needs no ground truth, and smoothing cannot improve
-// it artificially.
+// Held-out-camera error: the error with which tracks made without a camera
+// predict that camera's detections. It needs no ground truth, and smoothing
+// cannot improve it artificially.
 #ifndef KINEGRAPH_CORE_EVALUATION_HELD_OUT_H_
 #define KINEGRAPH_CORE_EVALUATION_HELD_OUT_H_
 
@@ -84,7 +84,7 @@ void ScoreHeldOutCamera(const HeldOutSet& set,
                         const TrackSequence& run, HeldOutScores* scores,
                         const HeldOutRules& rules = {});
 
-// The reported figures, in this order.
+// The reported statistics, in this order.
 enum class HeldOutFigure { kMedian, kP90, kP97, kMeanTruncated };
 inline constexpr int kHeldOutFigureCount = 4;
 // Upper limit of a single error in kMeanTruncated [px].

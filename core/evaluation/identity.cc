@@ -189,7 +189,7 @@ class WholeRecording {
   }
 
  private:
-  // A similarity at a threshold passes, whatever its rounding.
+  // Tolerance for rounding, so that a similarity equal to a threshold passes.
   static constexpr double kRounding = 1e-9;
   static double Threshold(int t) { return 0.05 * (t + 1); }
 

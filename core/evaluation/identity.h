@@ -13,7 +13,7 @@
 
 namespace kinegraph {
 
-// Which people a ground truth annotates.
+// People that a ground truth annotates.
 enum class Annotated {
   kEverybody,
   kSome,  // there may be people without annotation
@@ -72,12 +72,15 @@ struct IdentityResult {
 // within the gate and no other person has had it since; the others are matched
 // one-to-one.
 //
-// Accounts for an incomplete truth: - Frames that it does not contain are not
-// scored. A frame that it contains without people is empty. - A true person
-// without an observed joint is hidden: they need not be found, and a pose at
-// their position is not scored. - With Annotated::kSome a pose that is not
-// within the gate of any annotated person is not scored. A second pose on an
-// annotated person is a false positive.
+// An incomplete truth is scored as follows.
+//
+// - Frames that it does not contain are not scored; a frame that it contains
+//   without people is empty.
+// - A true person without an observed joint is hidden: not finding them is no
+//   miss, and a pose at their position is not scored.
+// - With Annotated::kSome a pose that is not within the gate of any annotated
+//   person is not scored. A second pose on an annotated person is a false
+//   positive.
 IdentityResult EvaluateIdentity(const TrackSequence& truth,
                                 const TrackSequence& tracks,
                                 const IdentityOptions& options = {});

@@ -19,7 +19,7 @@ using Eigen::MatrixXd;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-// Limbs, girdles and sides.
+// Limbs, shoulder and hip girdles, and the sides of the trunk.
 constexpr std::array<std::pair<const char*, const char*>, 12> kBodyBones = {{
     {"l_shoulder", "l_elbow"},
     {"r_shoulder", "r_elbow"},
@@ -331,7 +331,7 @@ std::vector<RatioSeries> DifferenceSeries(
 std::vector<RatioSeries> PowerSeries(const TrackSequence& tracks,
                                      const std::vector<PersonFrames>& people,
                                      double rate_hz) {
-  // Voluntary movement has little power above.
+  // Voluntary movement has little power above this frequency.
   constexpr double kCutoffHz = 6.0;
   constexpr double kSegmentS = 2.0;  // frequency resolution: 1 / kSegmentS
   std::vector<RatioSeries> all(people.size());
@@ -375,8 +375,8 @@ std::optional<double> EstimateLag(const TrackSequence& reference,
       std::max(2, static_cast<int>(std::ceil(kMaxLagS * rate_hz)));
   const JointPairs joints =
       CommonBodyJoints(reference.header.skeleton, tracks.header.skeleton);
-  // The reference is sampled at the common instants, which need not be
-  // neighbouring frames of the tracks.
+  // The reference is sampled at the common instants, which may be several
+  // frames of the tracks apart.
   const FramePairing pairing = PairFrames(reference, tracks);
   std::map<TrackId, Poses> true_people;
   int64_t stride = 0;
@@ -425,7 +425,7 @@ std::optional<double> EstimateLag(const TrackSequence& reference,
   for (size_t i = 1; i < count; ++i) {
     if (correlation.At(i) > correlation.At(best)) best = i;
   }
-  // A maximum at an end is no local maximum.
+  // A maximum at an end may not be a local maximum.
   if (best == 0 || best + 1 == count || !(correlation.At(best) > 0.0)) {
     return std::nullopt;
   }

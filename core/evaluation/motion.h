@@ -51,7 +51,7 @@ struct PersonFrames {
   TrackId id;
   std::vector<int64_t> frames;
 };
-// For everyone in the tracks, by ascending id.
+// For all people in the tracks, by ascending id.
 std::vector<PersonFrames> PersonFramesOf(const TrackSequence& tracks);
 
 // |difference of order `order` of the position| rate^order, summed over the

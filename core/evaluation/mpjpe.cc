@@ -60,8 +60,9 @@ std::vector<Residual> Residuals(const std::vector<PersonPair>& pairs,
   return residuals;
 }
 
-// Distances to the true joints after a similarity alignment of the pose
-// (Umeyama 1991), added to `sum`. Fewer than three joints would fit anything.
+// Adds the distances to the true joints after a similarity alignment of the
+// pose (Umeyama 1991) to `sum_m`. Fewer than three joints are skipped: they
+// always fit.
 void AddAligned(const PersonPair& pair, const JointPairs& joints, double* sum_m,
                 int64_t* count) {
   Eigen::Matrix3Xd truth(3, joints.size());

@@ -1,10 +1,10 @@
 // Mean per joint position error (MPJPE), raw and with differences of definition
 // removed.
 //
-// The joints of a detector and of an annotation differ by a constant few
-// centimetres (most of all at the hips). That difference is modelled as one
-// constant offset per joint in the body's own frame (right, forward, up), the
-// same for all people; the remainder is error.
+// A detector's joints and an annotation's differ by definition, by up to a few
+// centimetres (most at the hips). That difference is modelled as one constant
+// offset per joint in the body's own frame (right, forward, up), the same for
+// all people; the remainder is error.
 #ifndef KINEGRAPH_CORE_EVALUATION_MPJPE_H_
 #define KINEGRAPH_CORE_EVALUATION_MPJPE_H_
 

@@ -54,7 +54,7 @@ const Joint3d& At(const Pose3d& pose, int joint) {
   return joint < 0 ? kMissing : pose[joint];
 }
 
-// From m towards the nose n, with a factor per world axis.
+// m + (n - m) * (x, y, z), axis by axis.
 Vector3d Towards(const Vector3d& m, const Vector3d& n, double x, double y,
                  double z) {
   return m + (n - m).cwiseProduct(Vector3d(x, y, z));

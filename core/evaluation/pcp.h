@@ -25,12 +25,12 @@ namespace kinegraph {
 // From any skeleton to the 14 joints of the Campus and Shelf ground truth.
 // Detectors report nose and ears, the annotation has the bottom and the top of
 // the head. Publications differ in the conversion, and the choice alone can
-// change a PCP by a percent, so it is named explicitly. With m = middle of the
+// change a PCP by a percent, so a protocol states it. With m = middle of the
 // shoulders, n = nose, e = middle of the ears; products are taken axis by axis
 // in the world (z up), as in the publications.
 enum class HeadConversion {
-  // top = m + (n - m) * (0.78, 0.5, 1.5), bottom = m + (n - m) * (0.3, 0.4,
-  // 0.6)
+  // top = m + (n - m) * (0.78, 0.5, 1.5),
+  // bottom = m + (n - m) * (0.3, 0.4, 0.6)
   // (Chu et al. 2021, Chen et al. 2020)
   kChu,
   // top = m + (n - m) * (0.75, 0.75, 1.5), bottom = m + (n - m) / 2
@@ -127,14 +127,14 @@ struct PcpProtocol {
   bool strictly_less = false;
   PersonMatching matching = PersonMatching::kNearest;
   double gate_m = kPersonGateM;  // for kOneToOne
-  // 4D association's own program: the mid-hip is a joint of its own, in the
+  // 4D association's own program: the mid-hip is a separate joint, in the
   // matching and as the torso's lower end; a true person for whom no prediction
   // is left is not counted; zeros stored for joints that were not found are
   // treated as positions (StoredZeros::kKeep of the reader).
   bool mid_hip_is_a_joint = false;
   bool skip_unmatched = false;
   bool stored_zeros_are_positions = false;
-  // Actors whose mean is the headline figure; empty: all. Actors are numbered
+  // Actors over whom the headline is the mean; empty: all. Actors are numbered
   // from zero.
   std::vector<int64_t> headline_actors = {0, 1, 2};
 };
@@ -169,7 +169,7 @@ struct PcpPersonFrame {
   Share Count(PcpGroup group) const;
 };
 
-// Why a part is incorrect.
+// The reason why a part is incorrect.
 enum class LossReason {
   kNobody,     // no prediction in the frame
   kElsewhere,  // the nearest prediction is beyond kPersonGateM: another person

@@ -68,16 +68,16 @@ struct Interval {
   double standard_error = std::numeric_limits<double>::quiet_NaN();
 };
 
-// How often each unit (a frame, a person-frame) was drawn; the units of all
-// series one after the other.
+// Number of times each unit (a frame, a person-frame) was drawn; the units of
+// all series one after the other.
 using DrawCounts = std::vector<int64_t>;
 
 // The percentile interval of `statistic`. Resamples in which the statistic is
 // undefined (NaN) are left out. For a paired difference of two methods let the
 // statistic compute both from the same counts.
 //
-// A series no longer than a block would be drawn whole each time and so appear
-// certain; its blocks are half its length.
+// A series no longer than a block would always be drawn as a whole and have an
+// interval of zero width; its blocks are half its length.
 Interval BlockBootstrap(
     const std::vector<int64_t>& series_lengths,
     const std::function<double(const DrawCounts&)>& statistic,
@@ -98,8 +98,7 @@ struct RatioUnit {
 };
 using RatioSeries = std::vector<RatioUnit>;
 
-// The score of units drawn as often as `counts` says; without counts, of each
-// once.
+// The score of units weighted by `counts`; without counts each counts once.
 using RatioScore = double (*)(const std::vector<RatioSeries>& series,
                               const DrawCounts* counts);
 

@@ -166,8 +166,8 @@ WorldCheck CheckWorld(const FramePairing& frames, const JointPairs& joints) {
       other = {axes, scale, fit.found};
     }
   }
-  // In a rotated world people coincide with tracks here and there by chance. If
-  // the files as they are reach a fourth of the best number or more, they are
+  // In a wrongly rotated world some people coincide with tracks by chance. If
+  // the files as they are find at least a quarter of the best number, they are
   // assumed to be right.
   if (2 * best.found.count > best.found.total &&
       4 * check.found.count < best.found.count) {

@@ -29,8 +29,8 @@ struct OtherWorld {
 
 struct WorldCheck {
   Share found;  // true people near a track with the files as they are
-  // Set where few are found with the files as they are, and most in another
-  // world.
+  // Set where few people are found with the files as they are, and most in
+  // another world.
   std::optional<OtherWorld> other;
 
   // Reports that few are found, with the remedy or possible causes; empty where

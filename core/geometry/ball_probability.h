@@ -1,4 +1,4 @@
-// How probable it is that a point lies within a distance of its estimate.
+// Probability that a point lies within a distance of its estimate.
 #ifndef KINEGRAPH_CORE_GEOMETRY_BALL_PROBABILITY_H_
 #define KINEGRAPH_CORE_GEOMETRY_BALL_PROBABILITY_H_
 

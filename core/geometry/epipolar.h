@@ -1,5 +1,5 @@
-// Epipolar geometry of a rig: which points of two views can be the same world
-// point.
+// Epipolar geometry of a rig: tests whether points of two views can be images
+// of one world point.
 #ifndef KINEGRAPH_CORE_GEOMETRY_EPIPOLAR_H_
 #define KINEGRAPH_CORE_GEOMETRY_EPIPOLAR_H_
 

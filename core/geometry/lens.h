@@ -1,4 +1,4 @@
-// Lens models: how the image point of a ray is displaced.
+// Lens models.
 #ifndef KINEGRAPH_CORE_GEOMETRY_LENS_H_
 #define KINEGRAPH_CORE_GEOMETRY_LENS_H_
 

@@ -1,4 +1,4 @@
-// World -> camera -> lens -> pixels, stated once for one point and for lanes.
+// World -> camera -> lens -> pixels, for single points and for packs.
 //
 // Plain numbers and no Eigen, so that files compiled for wider instruction sets
 // may use it (core/base/pack.h). Camera::Project is this with T = double.

@@ -70,7 +70,7 @@ TriangulationResult TriangulateDlt(Span<PointMeasurement> measurements,
   const Eigen::Vector4d homogeneous = Solve(&rows);
   result.point_m = homogeneous.head<3>() / homogeneous(3);
   if (!result.point_m.allFinite()) {
-    // A direction, not a point: the rays meet at infinity.
+    // The homogeneous solution is a direction: the rays meet at infinity.
     result.status = homogeneous.allFinite() ? TriangulationStatus::kParallelRays
                                             : TriangulationStatus::kNotFinite;
     return result;

@@ -36,7 +36,7 @@
 namespace kinegraph {
 namespace {
 
-// The name of a format of one kind.
+// A format of one kind of files.
 struct Format {
   FileKind kind;
   std::string name;
@@ -387,7 +387,7 @@ void ReadAs(const AxisMap& axes, TrackSequence* tracks) {
   }
 }
 
-// Notes that people do not stand upright in the result, and the remedy.
+// Adds a note, with the remedy, if people do not stand upright in the result.
 void NoteAxes(const TrackSequence& tracks, const TrackFormat& from,
               const TrackFormat& to, const std::optional<AxisMap>& axes,
               LostFields* lost_fields) {
@@ -410,7 +410,7 @@ void NoteAxes(const TrackSequence& tracks, const TrackFormat& from,
     lost_fields->push_back(note->text + ": --axes=" + note->axes +
                            " stands them up");
   } else {
-    // The flag would apply to both.
+    // Reading and writing would both use the flag.
     const AxisMap right = AxisMap::Parse(note->axes);
     lost_fields->push_back(
         note->text + ": convert to a .jsonl with --axes=" +

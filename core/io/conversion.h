@@ -33,7 +33,7 @@ struct Conversion {
 // Creates the parent folder of `out`. Throws InputError naming flag or file.
 Conversion Convert(const ConversionOptions& options);
 
-// One line per format: kind, name, what it supports, description.
+// One line per format: kind, name, supported operations, description.
 std::string FormatList();
 
 }  // namespace kinegraph

@@ -30,7 +30,7 @@ FileKind KindBy(const Adapter& adapter) {
   }
 }
 
-// Of what no format of ours recognises.
+// For files that none of our formats recognises.
 FileKind KindByAdapter(const std::string& path) {
   if (const auto adapter = AdapterOf(path)) return KindBy(*adapter);
   throw InputError(path, "",
@@ -54,8 +54,8 @@ std::string Beginning(const std::string& path) {
   return BeginningOf(path, 1 << 16);
 }
 
-// COCO results name images, MMPose's files instances, longcw's 3D lists
-// timestamps.
+// COCO's results contain "image_id", MMPose's predictions "instances" or
+// "keypoint_scores"; other arrays are longcw's 3D poses.
 FileKind KindOfArray(const std::string& path) {
   const std::string text = Beginning(path);
   for (const char* key :
@@ -71,10 +71,10 @@ FileKind KindOfObject(const JsonHead& head) {
     if (head.Has(key)) return FileKind::kDetections;
   }
   if (head.Has("frames") && head.Has("image_wh")) return FileKind::kDetections;
-  return FileKind::kCalibration;  // names of cameras are any keys
+  return FileKind::kCalibration;  // its keys may be any names of cameras
 }
 
-// A projection matrix has twelve numbers, 4D association's files far more.
+// A projection matrix has twelve numbers, a file of 4D association far more.
 FileKind KindOfNumbers(const std::string& path) {
   const std::string text = Beginning(path);
   Words words(text, WordBreak::kSpaceOrCommas);
@@ -83,8 +83,8 @@ FileKind KindOfNumbers(const std::string& path) {
   return count == 12 ? FileKind::kCalibration : FileKind::kTracks;
 }
 
-// TOML or YAML: a comment, a directive, or the name of a table, which no array
-// of ours begins like.
+// TOML or YAML: begins with a comment, a directive or a table's name in
+// brackets. Arrays of our formats begin with "[{" or are empty.
 bool LooksLikeTomlOrYaml(const std::string& text) {
   constexpr const char* kSpaces = " \t\r\n";
   const size_t first = text.find_first_not_of(kSpaces);
@@ -96,8 +96,8 @@ bool LooksLikeTomlOrYaml(const std::string& text) {
          text[second] != ']';
 }
 
-// Tables of key points begin with letters, maybe in quotation marks, as no
-// other text of ours does.
+// Tables of key points begin with a letter or a quotation mark, unlike all
+// other text formats.
 bool IsDetectionTable(const std::string& path) {
   const std::string text = Beginning(path);
   if (text.empty()) return false;
@@ -106,8 +106,8 @@ bool IsDetectionTable(const std::string& path) {
   return RecogniseDetections(LookAtDetections(path)) != nullptr;
 }
 
-// Laboratories' calibrations: those whose bytes are no plain text by their
-// names, XML by how it begins.
+// Calibrations of laboratories' programs: by extension, or XML by its first
+// character.
 bool IsOfLaboratory(const std::string& path) {
   if (HasExtension(path, {".calib", ".mcal", ".xcp"})) return true;
   const std::string text = BeginningOf(path, 16);
@@ -141,10 +141,10 @@ FileKind KindOfFolder(const std::string& path) {
   for (const std::string& name : names) {
     const std::string inside = path + "/" + name;
     if (name.front() == '.') continue;
-    if (IsFolder(inside)) return FileKind::kDetections;  // one a view
+    if (IsFolder(inside)) return FileKind::kDetections;  // one per view
     if (HasExtension(name, {".csv", ".h5"})) return KindOfFile(inside);
     if (!HasExtension(name, {".json"})) continue;
-    // No tracks in a folder are arrays; COCO's may be empty.
+    // In a folder, only detections are stored as arrays (COCO's may be empty).
     return PeekJson(inside).kind == '[' ? FileKind::kDetections
                                         : KindOfFile(inside);
   }

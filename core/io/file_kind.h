@@ -10,7 +10,7 @@ enum class FileKind { kCalibration, kDetections, kTracks };
 const char* ToString(FileKind kind);
 
 // By content, for formats that ReadCameras, OpenDetections or ReadTracks
-// recognise. A guess, used to choose among them; they check what they read.
+// recognise. A heuristic to choose among them; they check the content.
 // Throws InputError when the file cannot be read or resembles none of them.
 FileKind RecogniseKind(const std::string& path);
 

@@ -38,7 +38,7 @@ double GroupingRule::AffinitySum(const ObservationGroup& group,
     int common = 0;
     auto left = static_cast<double>(joints_.size());
     for (const int j : joints_) {
-      // For a distant detection the first joints already decide.
+      // Ends early when the sum cannot become positive any more.
       if (group.size() == 1 && sum + left < 0.0) return 0.0;
       left -= 1.0;
       if (!member->joints[j].found || !detection.joints[j].found) continue;
@@ -52,7 +52,7 @@ double GroupingRule::AffinitySum(const ObservationGroup& group,
     total += sum;
     ++views;
   }
-  // A pair that may not be joined must not influence the assignment either.
+  // A pair that cannot be joined must not influence the assignment.
   return views == 0 ? 0.0 : std::max(0.0, total / views);
 }
 
@@ -96,8 +96,7 @@ Initialiser::Initialiser(const InitialisationOptions& options,
       rule_(options, epipolar, std::move(joints)) {}
 
 // Algorithm 2 for one view: its detections join the groups of the previous
-// views by the assignment of the largest total gain, or start groups of their
-// own.
+// views by the assignment of the largest total gain, or start new groups.
 void Initialiser::AssignView(const ObservationGroup& detections) {
   const size_t cols = detections.size();
   gains_.resize(groups_.size() * cols);

@@ -12,13 +12,13 @@ enum class ConflictOrder {
   kWorstFirst,  // the most negative pair first
 };
 
-// Which measurement of a view is its newest.
+// The measurement of a view that counts as its newest.
 enum class NewestRule {
   kPose,   // its newest 2D pose as a whole
   kJoint,  // for each joint the newest measured (Chen et al. 2020)
 };
 
-// Which joints without a triangulation count against an update.
+// The joints without a triangulation that count against an update.
 enum class LostRule {
   kSeen,          // every joint seen by a view (the paper's rule)
   kContradicted,  // joints measured by two views that disagree

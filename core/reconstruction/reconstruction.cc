@@ -177,7 +177,7 @@ void Reconstructor::Gather(Span<UsedView> views) {
     const size_t row = v * lanes_;
     for (size_t j = 0; j < joints_; ++j) {
       if (!observation.joints[j].found) continue;
-      bool newest = true;  // else a newer pose of the same view has the joint
+      bool newest = true;  // false: a newer pose of the same view has the joint
       for (size_t other = v; newest && other-- > 0;) {
         const Observation& earlier = *views[other].observation;
         if (earlier.view_idx != observation.view_idx) break;
@@ -228,7 +228,7 @@ void Reconstructor::KeepConfident(Span<UsedView> views, size_t joint_idx) {
   }
 }
 
-// Removed joints are no longer present; records the verdicts.
+// Marks removed joints as not present and stores the verdicts.
 void Reconstructor::Filter(Span<UsedView> views, double alpha_px,
                            const Pose3d* predicted,
                            Reconstruction* reconstruction) {

@@ -22,13 +22,13 @@ struct JointRay {
   Eigen::Vector2d ideal_px = Eigen::Vector2d::Zero();
 };
 
-// Decides for one joint. Two views are in conflict when E = 1 - distance /
-// alpha < 0 with the mean epipolar distance (Eq. 2). Of two conflicting views
-// - with a predicted point, the one whose ray is farther from it is removed
-//   (Eq. 3; on a tie the second),
-// - without, the one with the smaller row sum of E over all views is removed
-// (on
-//   a tie the first; the sums are not recomputed).
+// Selects the views of one joint. Two views are in conflict when E = 1 -
+// distance / alpha < 0 with the mean epipolar distance (Eq. 2). Of two
+// conflicting views the following one is removed:
+// - with a predicted point, the one whose ray is farther from it (Eq. 3; on a
+//   tie the second);
+// - without, the one with the smaller row sum of E over all views (on a tie
+//   the first; the sums are not recomputed).
 // A pair is skipped when either view is already removed, so at least one view
 // always remains. Reuses its memory between calls.
 class JointsFilter {
@@ -41,7 +41,7 @@ class JointsFilter {
              const Eigen::Vector3d* predicted_m, std::vector<char>* kept);
 
  private:
-  // Which one of the conflicting i < j is removed.
+  // The view to remove, of the conflicting views i < j.
   size_t Loser(Span<JointRay> rays, size_t i, size_t j,
                const Eigen::Vector3d* predicted_m) const;
 
@@ -84,8 +84,8 @@ class Reconstructor {
   // than two views. Views in the order in which they joined the track; older
   // poses of a view follow its newest one, and each joint is taken from the
   // newest pose that has it. Returns false when the update fails: fewer than
-  // two views, or too many joints lost (`reconstruction` then holds what was
-  // found).
+  // two views, or too many joints lost (`reconstruction` then holds the
+  // partial result).
   bool Update(Span<UsedView> views, const Pose3d& predicted,
               Reconstruction* reconstruction);
 

@@ -1,4 +1,4 @@
-// Knowledge about human bodies, by joint names.
+// Tests of joint names: body joints, animals, humans.
 #ifndef KINEGRAPH_CORE_SKELETON_BODY_JOINTS_H_
 #define KINEGRAPH_CORE_SKELETON_BODY_JOINTS_H_
 
@@ -17,8 +17,8 @@ bool IsBodyJoint(JointClass joint_class);
 bool IsAnimalPart(const std::string& label);
 
 // Whether the joints are those of a human, so that assumptions about human
-// bones, heights and speeds apply: at least one whole arm or leg, and nothing
-// that only animals have, such as a tail or a paw.
+// bones, heights and speeds apply: at least one whole arm or leg, and no
+// part that only animals have, such as a tail or a paw.
 bool IsHuman(const Skeleton& skeleton);
 
 }  // namespace kinegraph

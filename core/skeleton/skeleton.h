@@ -1,4 +1,4 @@
-// Joints, bones and mirror pairs of a body model, by their customary names.
+// Joints, bones and mirror pairs of body models.
 #ifndef KINEGRAPH_CORE_SKELETON_SKELETON_H_
 #define KINEGRAPH_CORE_SKELETON_SKELETON_H_
 
@@ -8,7 +8,7 @@
 
 namespace kinegraph {
 
-// Classes of joints with common noise figures.
+// Classes of joints with common noise parameters.
 enum class JointClass {
   kHead,   // nose, eyes, ears, mouth, face, top and bottom of the head
   kTrunk,  // neck, mid-hip
@@ -98,7 +98,7 @@ const Skeleton* FindSkeleton(const std::string& name);
 std::vector<std::string> SkeletonNames();
 // The built-in skeleton with these joints in this order, or nullptr.
 const Skeleton* FindSkeletonOf(const std::vector<std::string>& joints);
-// The built-in skeletons with so many joints, the most common first.
+// The built-in skeletons with that number of joints, the most common first.
 std::vector<const Skeleton*> SkeletonsOfSize(size_t joint_count);
 
 // Converts a number of joints given for COCO-17, as in the paper, to `count`

@@ -66,7 +66,7 @@ class Crowd {
         agents_(static_cast<size_t>(people)) {}
 
   std::vector<Itinerary> Run() {
-    // All are outside, so that those not yet placed occupy no space.
+    // Agents that are not placed yet are outside and occupy no space.
     for (Agent& agent : agents_) agent.deed = Deed::kOutside;
     for (Agent& agent : agents_) Place(agent);
     const auto steps =
@@ -172,8 +172,8 @@ class Crowd {
         }
         return;
       case Deed::kOutside: {
-        // Walks to another door unseen, half the way through, so that the
-        // smoothing of the path does not affect visible parts.
+        // Moves to another door while invisible, long enough before the return
+        // that the smoothing of the path does not affect visible parts.
         const double left = agent.deed_until_s - now_s_;
         if (left > 1.2 && left <= 1.2 + kStep) {
           agent.position =

@@ -16,8 +16,8 @@ namespace {
 
 using Eigen::Vector2d;
 
-// A separate seed for each kind of randomness, view and person (or whatever the
-// two numbers count), so that one does not affect another.
+// A separate seed for each kind of randomness and each pair of indices (view,
+// person, ...), so that random numbers of one do not affect another.
 enum class Stream {
   kPixels,
   kOutliers,
@@ -49,8 +49,7 @@ struct LabelledDetection {
   DetectionTruth truth;
 };
 
-// ---- Detections of a person
-// ---------------------------------------------------
+// ---- Detections of a person ----
 
 constexpr double kLeastConfidence = 0.05;
 
@@ -72,7 +71,7 @@ bool InSwap(Swap swap, JointClass c) {
          (swap == Swap::kLeg && IsBelowHips(c));
 }
 
-// Joints that are not found are no outliers.
+// Joints that are not found do not count as outliers.
 void DropLostOutliers(LabelledDetection* labelled) {
   auto& outliers = labelled->truth.outliers;
   outliers.erase(std::remove_if(outliers.begin(), outliers.end(),
@@ -301,7 +300,7 @@ class PersonObserver {
                    bool* outlier) {
     const PersonSight& person = sights[person_];
     const JointSight& sight = person.joints[joint];
-    // Every process advances, whether the person is seen or not.
+    // All processes advance, whether the person is visible or not.
     const bool misses = Misses(joint, person);
     const Displacement noise = PixelNoise(joint, sight);
     Keypoint keypoint;
@@ -400,8 +399,7 @@ class PersonObserver {
   std::vector<JointState> joints_;
 };
 
-// ---- False positives
-// -----------------------------------------------------------
+// ---- False positives ----
 
 // Each false positive is a part of a person's pose at a random position and
 // size, and lives for some frames.
@@ -598,7 +596,7 @@ DetectionSequence Observe(const Scene& scene, const NoiseOptions& options,
     sequence.header.view_names.push_back(scene.cameras[v].name());
     views.emplace_back(options, scene, v);
   }
-  // When the frames were taken, and which were lost.
+  // Times of the frames, and the lost ones.
   Random drops(StreamSeed(options.seed, Stream::kFrames, 0, 0));
   Random jitters(StreamSeed(options.seed, Stream::kJitter, 0, 0));
   MarkovBursts drop;

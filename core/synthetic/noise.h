@@ -21,7 +21,8 @@ namespace kinegraph {
 // time the rest is white too.
 struct JointNoise {
   double sigma_px = 0.0;  // standard deviation of each axis
-  // Depth of the pixel figures, which scale with 1/depth; 0: any depth.
+  // Depth to which values in pixels refer; they scale with 1/depth. 0: any
+  // depth.
   double reference_depth_m = 0.0;
   double floor_px = 0.0;     // white noise added at all depths
   double student_dof = 0.0;  // tails of the non-static part; 0: Gaussian
@@ -86,7 +87,7 @@ struct NoiseOptions {
   // One per camera, the rest 0: it captures this much later.
   std::vector<double> clock_offset_s;
   double time_jitter_s = 0.0;  // standard deviation of the frame times
-  bool tell_times = true;      // times include offset and jitter; else nominal
+  bool tell_times = true;  // false: nominal times, without offset and jitter
 
   const JointNoise& Of(JointClass joint_class) const;
   // Throws OptionError for options outside their limits.
@@ -97,7 +98,7 @@ struct NoiseOptions {
 enum class Swap { kNone, kWhole, kArm, kLeg };
 enum class DetectionKind { kPerson, kUpperPart, kLowerPart, kDouble, kFalse };
 
-// The truth behind one detection.
+// The origin of one detection.
 struct DetectionTruth {
   int person = -1;  // index in the scene; -1: none
   DetectionKind kind = DetectionKind::kPerson;

@@ -20,7 +20,7 @@ using Eigen::Vector3d;
 
 using RecordedPeople = std::vector<std::shared_ptr<const Actor>>;
 
-// How a clip is played.
+// Placement of a clip in space and time.
 struct ClipSetting {
   // Rotation about the vertical axis through `centre_m`, which is then moved to
   // `place_m`. Heights do not change, and neither does the contact with the
@@ -197,7 +197,7 @@ class RecordedActor : public Actor {
     return TrunkOf(PointsAt(time_s));
   }
 
-  // The parts and radii of ObstacleOf, between joints as they are.
+  // The parts and radii of ObstacleOf, between the recorded joints.
   Obstacle ObstacleAt(double time_s) const override {
     const Points points = PointsAt(time_s);
     const Skeleton& skeleton = motion_.skeleton;
@@ -346,8 +346,7 @@ class RecordedActor : public Actor {
     if (HasBoth(ankles)) {
       pivot = 0.5 * ((*points)[ankles[0]] + (*points)[ankles[1]]);
     }
-    // The body's own directions, horizontal; a lying body has none and takes
-    // the room's.
+    // Horizontal directions of the body; a lying body uses those of the world.
     Vector3d left = HorizontalPart(trunk.R.col(1));
     left = left.norm() > 0.1 ? left.normalized() : Vector3d::UnitY();
     const Vector3d forward = left.cross(Vector3d::UnitZ());
@@ -387,7 +386,7 @@ class RecordedActor : public Actor {
   std::array<std::array<double, kSwayTerms>, 2> phases_{};
 };
 
-// All positions in a clip, seen from above.
+// Horizontal positions of all people of a clip over time.
 std::vector<Vector2d> WayOf(const std::vector<RecordedMotion>& motions) {
   std::vector<Vector2d> way;
   for (const RecordedMotion& motion : motions) {
@@ -405,8 +404,8 @@ double At(const std::vector<double>& list, size_t i) {
   return i < list.size() ? list[i] : 0.0;
 }
 
-// A list with one number per clip may be absent or end early: the rest is then
-// 0.
+// Lists have one number per clip. They may be empty or, if `may_end_early`,
+// shorter: missing numbers are 0.
 void CheckCount(const char* key, const std::vector<double>& list, size_t clips,
                 bool may_end_early) {
   if (list.size() == clips || list.empty()) return;

@@ -20,7 +20,7 @@ namespace kinegraph {
 struct RecordedPeopleOptions {
   std::vector<std::string> clips;  // tracks files; empty: people are simulated
   std::vector<double> start_s;     // time of appearance; not given: 0
-  // How long each holds its first pose before it moves; not given: 0.
+  // Time for which each holds its first pose before it moves; not given: 0.
   std::vector<double> hold_s;
   // Position of the centre of each clip's path and rotation of the clip about
   // the vertical; empty: drawn from scene.seed.
@@ -64,9 +64,9 @@ struct ClipRoom {
   uint64_t seed = 1;
 };
 
-// After a held pose the clip's time accelerates for this long from rest to its
-// normal rate: people who walk from the first frame on do not start with a
-// jump.
+// After a held pose the clip's time accelerates from rest to its normal rate
+// within this time [s], so that people who walk from the first frame on do not
+// start abruptly.
 inline constexpr double kStartRamp = 0.3;
 
 // All people of all clips. People of one file keep their relative positions.

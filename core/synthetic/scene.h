@@ -35,7 +35,7 @@ struct RingOptions {
   void Describe(OptionVisitor& visitor);
 };
 
-// What people do.
+// Behaviour of simulated people.
 struct CrowdOptions {
   double area_radius_m = 3.0;     // people walk inside this circle
   double walking_speed_ms = 1.1;  // mean over people
@@ -114,7 +114,7 @@ struct Scene {
   std::vector<std::vector<Pose3d>> poses;
 };
 
-// How far outside the scene's time its motion is defined [s]; limits clock
+// Motion is defined for this time before and after the scene [s]; limits clock
 // offsets and jitter.
 inline constexpr double kSceneMargin = 2.0;
 
@@ -145,7 +145,7 @@ struct SceneMoment {
   std::vector<PersonMoment> people;
 };
 
-// Everyone at `time`; obstacles are expensive to compute.
+// All people at `time`; obstacles are expensive to compute.
 SceneMoment LookAtScene(const Scene& scene, TimeNs time, bool with_obstacles);
 
 bool IsInImage(const Camera& camera, const Eigen::Vector2d& px);

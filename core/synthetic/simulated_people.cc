@@ -124,7 +124,7 @@ class SimulatedActor : public Actor {
   }
 
  private:
-  // Small slow movements with phases of their own.
+  // Personal variations, and the phases of small slow movements.
   struct Habits {
     double arm_swing = 1.0;
     double elbow = 0.25;  // [rad]
@@ -227,9 +227,9 @@ class SimulatedActor : public Actor {
                        });
   }
 
-  // Feet step alternately. A foot lands where it will be neutral in the middle
-  // of its stance, so that the body passes over it; when the body stops, so do
-  // the feet.
+  // Feet step alternately. A foot lands at its neutral position in the middle
+  // of the coming stance, so that the body passes over it; when the body stops,
+  // so do the feet.
   void PlanSteps(TimeSpan span) {
     std::array<Footprint, 2> feet = {Neutral(span.begin_s, kLeft),
                                      Neutral(span.begin_s, kRight)};

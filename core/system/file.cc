@@ -136,8 +136,8 @@ void PrepareStandardStreams() {
   std::signal(SIGPIPE, SIG_IGN);
   for (int fd = STDIN_FILENO; fd <= STDERR_FILENO; ++fd) {
     if (fcntl(fd, F_GETFD) != -1 || errno != EBADF) continue;
-    // Takes the lowest free number, which is this one. Opened in the wrong
-    // direction, so that using it still fails.
+    // open() returns the lowest free descriptor, which is `fd`. The mode is the
+    // opposite of the stream's, so that using the stream still fails.
     const int mode = fd == STDIN_FILENO ? O_WRONLY : O_RDONLY;
     if (open("/dev/null", mode) < 0) return;
   }
@@ -164,7 +164,7 @@ BrokenPipesAreErrors::BrokenPipesAreErrors() {
 BrokenPipesAreErrors::~BrokenPipesAreErrors() {
   if (was_blocked_) return;
   const sigset_t sigpipe = OnlySigpipe();
-  // One that came while it was blocked would be delivered now.
+  // Removes a pending SIGPIPE, which unblocking would deliver.
   const timespec no_time = {0, 0};
   while (sigtimedwait(&sigpipe, nullptr, &no_time) < 0 && errno == EINTR) {
   }

@@ -1,5 +1,4 @@
-// Files of the operating system, by descriptor. On failure errno has the
-// reason.
+// Files of the operating system, by descriptor. Failures set errno.
 #ifndef KINEGRAPH_CORE_SYSTEM_FILE_H_
 #define KINEGRAPH_CORE_SYSTEM_FILE_H_
 
@@ -21,8 +20,7 @@ enum class FileType { kRegular, kFolder, kBlockDevice, kOther };
 struct FileStatus {
   FileType kind = FileType::kOther;
   int64_t size = 0;  // bytes; 0 if not applicable
-  // Identifies the file under any name; two existing files never have the same
-  // number.
+  // Device and inode: identifies the file under any name.
   std::pair<uint64_t, uint64_t> number;
   std::pair<int64_t, int64_t> changed;  // s, ns
   unsigned permissions = 0;
@@ -82,15 +80,14 @@ std::string FolderOfOpenFiles();
 
 bool IsTerminal(int descriptor);
 
-// Call once, at the start. A standard stream closed by the caller would give
-// its number to the next file opened, and messages would end up inside a
-// result: such streams are replaced by ones that fail. A broken pipe does not
-// end the program in the middle of a file.
+// Call once, at the start. Replaces closed standard streams by ones that fail:
+// otherwise the next file opened would get the stream's descriptor, and
+// messages would be written to it. Ignores SIGPIPE, so that a broken pipe does
+// not end the program in the middle of a file.
 void PrepareStandardStreams();
 
-// While it lives, a write of this thread to a pipe whose reader has gone fails
-// with EPIPE, and SIGPIPE does not end the process, whatever the process does
-// with that signal elsewhere.
+// For its lifetime, a write of this thread to a pipe without a reader fails
+// with EPIPE and does not end the process, whatever its disposition of SIGPIPE.
 class BrokenPipesAreErrors {
  public:
   BrokenPipesAreErrors();
@@ -105,15 +102,15 @@ class BrokenPipesAreErrors {
 // Whether the reading end of a pipe is closed.
 bool ReaderIsGone(int descriptor);
 
-// Waits until either descriptor is readable or at its end; false if it is
-// `stop`.
+// Waits until one of the descriptors is readable or at its end; false if `stop`
+// is.
 bool WaitForInput(int descriptor, int stop);
-// Whether something can be read, or the end is there, within so long.
+// Whether data or the end of the input is available within `wait_ms`.
 bool HasInput(int descriptor, int wait_ms = 0);
 
 // Both ends, the reading end first; false on failure.
 bool MakePipe(int ends[2]);
-// Without blocking; what cannot be written is lost.
+// One write without retries; the rest is lost.
 void WriteAtOnce(int descriptor, const std::string& text);
 
 }  // namespace kinegraph

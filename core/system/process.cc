@@ -25,7 +25,7 @@ extern char** environ;
 namespace kinegraph {
 namespace {
 
-// For exec: it takes no constants.
+// The argument list of exec, whose elements are not const.
 std::vector<char*> Pointers(std::vector<std::string>* words) {
   std::vector<char*> pointers;
   for (std::string& word : *words) pointers.push_back(word.data());
@@ -33,11 +33,11 @@ std::vector<char*> Pointers(std::vector<std::string>* words) {
   return pointers;
 }
 
-// Between fork and exec only what a handler of signals may do.
+// Runs between fork and exec, so it may only call async-signal-safe functions.
 [[noreturn]] void Become(char* const* arguments, const char* folder,
                          const char* printed, const char* errors,
                          pid_t parent) {
-  // A parent that is killed takes its programs along.
+  // Ends this program when its parent is killed.
   prctl(PR_SET_PDEATHSIG, SIGTERM);
   if (getppid() != parent) _exit(1);
   if (chdir(folder) != 0) _exit(127);
@@ -66,7 +66,7 @@ ProcessEnd WaitFor(pid_t process) {
   return EndOf(status);
 }
 
-// Those of RunningProgram, which end with this process where a signal ends it.
+// The programs of RunningProgram, which EndBySignal ends.
 std::mutex programs_mutex;
 
 std::vector<pid_t>& Programs() {
@@ -80,7 +80,7 @@ void Forget(pid_t program) {
                  programs.end());
 }
 
-// `child` never comes back.
+// Runs `child`, which must not return, in a new process.
 template <typename Child>
 ProcessEnd InProcess(const Child& child) {
   const pid_t parent = getpid();
@@ -169,7 +169,8 @@ ProcessEnd RunningProgram::Wait(int most_ms) {
     int status = 0;
     pid_t ended = 0;
     {
-      // A number that is waited for may be another program's next.
+      // After waitpid the system may give the process number to another
+      // program, which EndBySignal must not end.
       const std::lock_guard<std::mutex> lock(programs_mutex);
       ended = waitpid(process, &status, WNOHANG);
       if (ended != 0 && !(ended < 0 && errno == EINTR)) Forget(process);
@@ -178,7 +179,7 @@ ProcessEnd RunningProgram::Wait(int most_ms) {
       end_ = EndOf(status);
       process_ = 0;
     } else if (ended < 0 && errno != EINTR) {
-      process_ = 0;  // somebody else has waited for it
+      process_ = 0;  // already waited for elsewhere
     } else if (waited_ms >= most_ms) {
       kill(process, SIGKILL);
       const std::lock_guard<std::mutex> lock(programs_mutex);
@@ -210,7 +211,7 @@ std::string FirstLineOf(const std::string& command) {
 
 void KeepFreedMemory() {
 #ifdef __GLIBC__
-  mallopt(M_MMAP_THRESHOLD, 32 << 20);  // the largest that glibc takes
+  mallopt(M_MMAP_THRESHOLD, 32 << 20);  // glibc's maximum
   mallopt(M_TRIM_THRESHOLD, 64 << 20);
 #endif
 }
@@ -225,13 +226,14 @@ namespace {
 
 constexpr int kSignals[] = {SIGINT, SIGTERM, SIGHUP};
 
-// The handler may do next to nothing, so it hands the signal's number on.
+// Signal handlers may call few functions, so the handler only writes the
+// signal's number to a pipe.
 int signal_pipe[2] = {-1, -1};
 
 void PassOn(int signal_number) {
   const int reason = errno;
   const auto number = static_cast<unsigned char>(signal_number);
-  // A full pipe means that a signal waits there already.
+  // A full pipe already contains a signal.
   [[maybe_unused]] const ssize_t written = write(signal_pipe[1], &number, 1);
   errno = reason;
 }
@@ -241,11 +243,11 @@ void PassOn(int signal_number) {
 void CatchSignals(const std::function<void()>& thread) {
   std::signal(SIGXFSZ, SIG_IGN);
   if (pipe2(signal_pipe, O_CLOEXEC | O_NONBLOCK) != 0) return;
-  fcntl(signal_pipe[0], F_SETFL, 0);  // the thread waits
+  fcntl(signal_pipe[0], F_SETFL, 0);  // reading blocks
   try {
     std::thread(thread).detach();
   } catch (const std::system_error&) {
-    return;  // no thread to be had: the signals end the program as ever
+    return;  // without a thread the signals keep their default action
   }
   for (const int number : kSignals) {
     struct sigaction present {};
@@ -283,7 +285,8 @@ void EndBySignal(int number) {
     for (const pid_t program : Programs()) kill(program, SIGTERM);
   }
   std::signal(number, SIG_DFL);
-  // To the process, whose threads do not block it; then nothing goes on.
+  // Sent to the process, whose other threads do not block it. This thread then
+  // waits for the end.
   kill(getpid(), number);
   while (true) pause();
 }

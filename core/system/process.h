@@ -12,76 +12,74 @@ namespace kinegraph {
 
 int ProcessNumber();
 
-// The file of the running program, links followed; empty where the system does
-// not tell.
+// The file of the running program, links resolved; empty if unknown.
 std::string ProgramPath();
 
 struct ProcessEnd {
-  int not_started = 0;  // errno when there was no process
-  int code = 0;         // what it returned
-  int signal = 0;       // what ended it; 0: it ended by itself
+  int not_started = 0;  // errno if the process could not be started
+  int code = 0;         // exit code
+  int signal = 0;       // the signal that ended it; 0: it exited
   bool well() const { return not_started == 0 && code == 0 && signal == 0; }
 };
 
-// Runs a program by its path, in a folder, without input. What it prints is
-// appended to one file there, its errors make another. It ends with this
-// process.
+// Runs a program by its path, in a folder, without input. Its standard output
+// is appended to the file `printed` there, its standard error replaces the file
+// `errors`. It ends when this process does.
 ProcessEnd RunInFolder(std::vector<std::string> words,
                        const std::string& folder, const char* printed,
                        const char* errors);
 
-// Runs a program by its name, with these for its standard streams. `setting` is
-// NAME=value of its environment.
+// Runs a program by its name, with the given standard streams. `setting`,
+// NAME=value, is added to its environment.
 ProcessEnd RunWithStreams(std::vector<std::string> words, std::FILE* input,
                           std::FILE* output, std::FILE* errors,
                           const std::string& setting);
 
-// A program that runs beside this one, found by its name, with these
-// descriptors for its standard streams; it takes its input from nowhere where
-// that is -1.
+// A program that runs concurrently, started by its name, with the given
+// descriptors as its standard streams; `input` -1: no input.
 class RunningProgram {
  public:
   RunningProgram(std::vector<std::string> words, int input, int output,
                  int errors);
-  ~RunningProgram();  // ends it
+  ~RunningProgram();  // ends the program
   RunningProgram(const RunningProgram&) = delete;
   RunningProgram& operator=(const RunningProgram&) = delete;
 
-  // Until it has ended, or so long; then it is ended.
+  // Waits until the program has exited; kills it after `most_ms`.
   ProcessEnd Wait(int most_ms);
   bool was_ended() const { return was_ended_; }
 
  private:
-  int64_t process_ = 0;  // 0: it has ended, as `end_` says
+  int64_t process_ = 0;  // 0: ended; the result is in `end_`
   bool was_ended_ = false;
   ProcessEnd end_;
 };
 
-// The first line that a command of the shell prints; empty when it fails.
+// The first line of output of a shell command; empty if it fails.
 std::string FirstLineOf(const std::string& command);
 
-// Memory that is given back stays with this process for what it asks for next,
-// up to 64 MB: the kernel would clear each page again. Where the C library is
-// not glibc, nothing.
+// Keeps up to 64 MB of freed memory in the process, because the kernel would
+// clear each page again before reuse. No effect without glibc.
 void KeepFreedMemory();
 
-// What the system says of itself, as lines "key: value" and "key=value"; files
-// that need not be there.
+// System information as lines "key: value" and "key=value". The files may not
+// exist.
 inline constexpr const char* kProcessorFile = "/proc/cpuinfo";
 inline constexpr const char* kSystemFile = "/etc/os-release";
 
-// Processor time of this thread [ns]: what other programs do does not count.
+// Processor time of this thread [ns].
 int64_t ThreadCpuNs();
 
-// From now on SIGINT, SIGTERM and SIGHUP wake `thread`, which runs beside the
-// program; one that is ignored already stays so. A file that grows beyond the
-// limit of the shell becomes an ordinary error of writing. Once a process.
+// Starts `thread` concurrently, which receives SIGINT, SIGTERM and SIGHUP by
+// NextSignal; signals that are already ignored stay ignored. Also turns SIGXFSZ
+// (the shell's limit of file sizes) into an ordinary write error. Call once.
 void CatchSignals(const std::function<void()>& thread);
 
-// For that thread: waits for the next signal; 0 when there can be none.
+// For that thread: waits for the next signal; 0 on failure.
 int NextSignal();
 const char* SignalName(int number);
-// Ends the program as the signal would have.
+// Ends the process by the signal's default action, and programs of
+// RunningProgram by SIGTERM.
 [[noreturn]] void EndBySignal(int number);
 
 }  // namespace kinegraph

@@ -1,5 +1,5 @@
-// What a mode adds to the paper's association: which pairs may not be matched
-// and which new people must not start a track.
+// Additions of a mode to the paper's association: pairs that must not be
+// matched and new people who must not start a track.
 #ifndef KINEGRAPH_CORE_TRACKING_ASSOCIATION_POLICY_H_
 #define KINEGRAPH_CORE_TRACKING_ASSOCIATION_POLICY_H_
 
@@ -29,26 +29,26 @@ struct AssociationState {
   double alpha_new_px = 0.0;
 };
 
-// The paper's policy, which adds nothing. The tracker calls these functions in
+// The paper's policy, without additions. The tracker calls these functions in
 // the order of their declaration, once per frame. Pairs are row-major, tracks x
 // observations of the view.
 class AssociationPolicy {
  public:
   virtual ~AssociationPolicy() = default;
 
-  // Discards all state: the frames to come are independent of those so far.
+  // Discards all state: subsequent frames are independent of previous ones.
   virtual void StartAnew() {}
   // Before a view is matched: marks pairs that may not match, or leaves
   // `forbidden` empty.
   virtual void Forbid(size_t /*view_idx*/, std::vector<char>* /*forbidden*/) {}
-  // After all views were matched: true to match the view a second time, with
-  // every pair marked that must not be matched in that second round.
+  // After all views were matched: returns true to match the view a second time,
+  // and marks the pairs that must not be matched then.
   virtual bool MatchesAgain(size_t /*view_idx*/,
                             std::vector<char>* /*forbidden*/) {
     return false;
   }
-  // After the updates: index of the track that this new person shows to have
-  // been recovered with another person's detections.
+  // After the updates: index of a track that was recovered in this frame by
+  // detections of this new person, i.e. falsely.
   virtual std::optional<size_t> FalseRecovery(const NewPerson&) const {
     return std::nullopt;
   }
@@ -56,9 +56,9 @@ class AssociationPolicy {
   virtual void LearnUpdates() {}
   // Whether an update counts towards the life of its track.
   virtual bool Counts(const Track&) const { return true; }
-  // Whether people who show fewer joints than a new person needs may start once
-  // they have been visible for long enough; SeeSlight reduces the frame's
-  // candidates to those that have.
+  // Whether people with fewer joints than a new person needs may start a track
+  // once they have been visible for long enough; SeeSlight removes the
+  // candidates that have not.
   virtual bool AwaitsSlight() const { return false; }
   virtual void SeeSlight(std::vector<NewPerson>*) {}
   virtual bool MayBegin(const NewPerson&) const { return true; }

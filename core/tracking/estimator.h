@@ -19,7 +19,7 @@
 
 namespace kinegraph {
 
-// A detection matched in this frame, never a re-used older one.
+// A detection of this frame, in contrast to reused older ones.
 struct FreshView {
   int view_idx = 0;
   TimeNs capture_time = 0;
@@ -52,14 +52,14 @@ struct FinalPose {
   PersonPose person;  // without its id; no joints if there is no pose
 };
 
-// How much of its views a final pose keeps (PersonPose::matches).
+// Data about its views that a final pose keeps (PersonPose::matches).
 enum class KeptMatches : uint8_t {
   kNone,
   kDetections,  // the detections
   kWeights,     // and the weight of each of their joints
 };
 
-// Constants that every estimator of a scene shares.
+// Constants of a scene, shared by all estimators.
 struct SceneModel {
   CameraRig cameras;
   Skeleton skeleton;  // of the tracks
@@ -89,9 +89,9 @@ class Estimator {
   virtual void Finish() = 0;
 };
 
-// The newest pose of `estimator`, translated to where its body is expected at
-// `time`: by the predicted motion most typical of the joints, limited to that
-// of `horizon_s`. The swing of the limbs is not predicted.
+// The newest pose of `estimator`, translated to the position expected at
+// `time`: by the geometric median of the joints' predicted motions, at most
+// that of `horizon_s`. The swing of the limbs is not predicted.
 void ExpectBody(const Estimator& estimator, TimeNs time, double horizon_s,
                 Pose3d* pose);
 

@@ -46,7 +46,7 @@ class EvidenceStep {
   // The same for a new person, who has no prediction. Fails with fewer
   // triangulated joints than a new person must have.
   bool Initialise(const std::vector<UsedView>& views, EstimatorFrame* evidence);
-  // Whether the views agree and on which joints, without writing evidence.
+  // The same as Update without writing evidence.
   bool Look(const std::vector<UsedView>& views, const Pose3d& predicted);
 
   // Result of the last call.

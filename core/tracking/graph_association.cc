@@ -1,25 +1,25 @@
-// The policy of graph mode. By Eq. 1 alone a lost track takes any person who
-// comes near to where it was last seen: its gate grows with its age, and a
-// single view cannot distinguish people who stand behind each other. These
-// rules prevent such exchanges of identity, and duplicate tracks:
+// The policy of graph mode. By Eq. 1 alone a lost track is matched with any
+// person near its last position: its gate grows with its age, and a single view
+// cannot distinguish people who stand behind each other. These rules prevent
+// such exchanges of identity, and duplicate tracks:
 //
-// - A 2D tracklet (core/association/tracklets.h) that belonged to a track which
-//   has since been lost still belongs to it. No other track takes its
-//   detections, unless two other views already show that track.
+// - A 2D tracklet (core/association/tracklets.h) of a track that has since been
+//   lost still belongs to it. No other track is matched with its detections
+//   unless it is already matched in two other views.
 // - A recovery that explains only some of the views of a person, while the
 //   other views would start a new track at the same place, is false. The track
 //   stays lost and ends, and all views start the new one; linking
 //   (core/identity) decides later whether the two are the same person.
 // - Where there are so many unmatched detections that the views of an update
-//   agree by chance, the update keeps the track alive only if two views share
-//   two thirds of the joints.
-// - A person of whom few joints are visible, behind a table for example, starts
-//   a track when two views have agreed on those joints for long enough: six
+//   may agree by chance, the update keeps the track alive only if two views
+//   share two thirds of the joints.
+// - A person with few visible joints, behind a table for example, starts a
+//   track when two views have agreed on those joints for long enough: six
 //   joints for a second.
 // - A new person at the position of a track updated in this frame is a
-//   duplicate of it. One made of tracklets of two lost tracks is rejected, as
-//   is one that some cameras facing it do not detect, where there are so many
-//   unmatched detections that as many views agree by chance.
+//   duplicate of it. A new person made of tracklets of two lost tracks is
+//   rejected. So is one that is not detected by all cameras facing it, where
+//   there are so many unmatched detections that its views may agree by chance.
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -71,8 +71,8 @@ class GraphAssociation final : public AssociationPolicy {
     }
   }
 
-  // Detections that Forbid closed and that remain unmatched are opened to
-  // tracks that two views show.
+  // Permits pairs of detections that Forbid barred and that remained unmatched
+  // with tracks matched in two other views.
   bool MatchesAgain(size_t view_idx, std::vector<char>* forbidden) override {
     constexpr int kSureViews = 2;
     const size_t count = state_.observations.OfView(view_idx).size();
@@ -122,9 +122,8 @@ class GraphAssociation final : public AssociationPolicy {
     }
   }
 
-  // Where as many views agree by chance, a joint seen by one view only is as
-  // good as missing, and an update without a third of the joints is no
-  // evidence.
+  // Where the views may agree by chance, a joint seen by one view only counts
+  // as missing, and an update that lacks a third of the joints does not count.
   bool Counts(const Track& track) const override {
     const EstimatorFrame& frame = track.frame;
     std::vector<size_t> views;
@@ -142,8 +141,8 @@ class GraphAssociation final : public AssociationPolicy {
            !AgreeByChance(views, static_cast<int>(by_two), frame.initial);
   }
 
-  // Not where even the two views with the fewest unmatched detections would
-  // agree by chance: with so few joints a third view adds no certainty.
+  // Not where even the two views with the fewest unmatched detections may agree
+  // by chance: with so few joints a third view adds no certainty.
   bool AwaitsSlight() const override {
     std::vector<int> unexplained;
     for (size_t v = 0; v < state_.scene.cameras.size(); ++v) {
@@ -158,7 +157,7 @@ class GraphAssociation final : public AssociationPolicy {
   }
 
   // Candidates are linked from frame to frame by position. Chance agreements do
-  // not persist at one place for long.
+  // not persist at one position for long.
   void SeeSlight(std::vector<NewPerson>* people) override {
     // Six joints seen by two views for a second.
     constexpr double kEnoughJointSeconds = 6.0;
@@ -210,21 +209,21 @@ class GraphAssociation final : public AssociationPolicy {
   }
 
  private:
-  // Upper bound of how often one view of each of two different people agree:
+  // Probability that detections of two different people in two views agree:
   // 0.05 on Shelf, 0.02 to 0.2 with thirty people and twelve cameras.
   static constexpr double kPairAgrees = 0.05;
   static constexpr double kMostGroups = 1.0;
 
-  // A person of whom too little is visible to start a track.
+  // A person with too few visible joints to start a track at once.
   struct Slight {
     TimeNs time = 0;  // last seen
     Pose3d pose;
-    double joints = 0.0;  // that agreed then
+    double joints = 0.0;  // that agreed in that frame
     double joint_seconds = 0.0;
   };
 
-  // At least one and a half intervals between looks, so that consecutive looks
-  // are linked at any rate.
+  // At least one and a half intervals between frames on which the detector ran,
+  // so that consecutive ones are linked at any rate.
   double LongestPause(double seconds) const {
     return std::max(seconds, 1.5 * state_.rhythm.usual_frames() /
                                  state_.scene.frame_rate_hz);
@@ -267,8 +266,8 @@ class GraphAssociation final : public AssociationPolicy {
     return count > 0 && sum_px <= most_px * count;
   }
 
-  // Judged by the frames before this one: without an update for more than a
-  // tenth of a second in which the detector ran.
+  // No update for more than a tenth of a second before this frame, and in more
+  // than one frame on which the detector ran.
   bool IsLost(const Track& track) const {
     constexpr double kLostS = 0.1;
     const TimeNs age = state_.time - track.life.last_update();
@@ -346,9 +345,10 @@ class GraphAssociation final : public AssociationPolicy {
                          person.reconstruction.pose);
   }
 
-  // Whether these views agree by chance on so many joints at `pose`: the
-  // expected number of groups of detections that agree as well. The second view
-  // must agree in one coordinate, each further one in two.
+  // Whether these views may agree by chance on `joints` joints at `pose`, by
+  // the expected number of such groups of detections. The second view must
+  // agree in one coordinate, each further one in two. Never where all cameras
+  // facing `pose` agree.
   bool AgreeByChance(const std::vector<size_t>& views, int joints,
                      const Pose3d& pose) const {
     double groups = std::pow(kPairAgrees, -3);
@@ -358,7 +358,7 @@ class GraphAssociation final : public AssociationPolicy {
     return groups > kMostGroups && views.size() < CountLooking(pose);
   }
 
-  // Unmatched detections with at least so many joints.
+  // Number of unmatched detections with at least `joints` joints.
   int CountUnexplained(size_t view_idx, int joints) const {
     const Span<Observation> observations = state_.observations.OfView(view_idx);
     const auto counts = [&](const Observation& observation) {

@@ -55,7 +55,7 @@ TrackerOptions WithScaledGates(TrackerOptions options, const CameraRig& cameras,
 
 // Track life. Times are in seconds, so that a person may be hidden for as long
 // at 120 Hz as at 25 Hz. Paper mode counts frames as the paper does at 25 Hz:
-// there a second is 25 frames whatever the recording's rate.
+// there a second is 25 frames at any rate of the recording.
 struct TrackLifeOptions {
   double confirm_s = 0.08;  // birth to the confirming update
   double max_age_s = 0.4;   // deleted this long after the last update
@@ -77,18 +77,18 @@ struct TrackLifeOptions {
   double max_gap_frames = 0.0;
   bool in_seconds = false;          // graph mode: conversion to frames is
                                     // pending
-  bool independent_frames = false;  // every frame is a recording of its own
+  bool independent_frames = false;  // every frame is a separate recording
 
   void Describe(OptionVisitor& visitor);
 };
 
 // The same life in frames of a recording's nominal rate. Confirmation takes at
-// least two hits, but only one where frames are so rare that a track would not
-// survive a missed one, or where frames are independent.
+// least two hits, but only one where frames are so rare that a track does not
+// outlive a missed one, or where frames are independent.
 TrackLifeOptions LifeInFrames(const TrackLifeOptions& options,
                               double frame_rate_hz);
 
-// What association adds to the paper (core/tracking/association_policy.h).
+// Additions to the paper's association (core/tracking/association_policy.h).
 enum class AssociationRules { kPaper, kGraph };
 
 struct TrackerOptions {

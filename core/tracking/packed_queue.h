@@ -115,9 +115,9 @@ void Exchange(Bytes& bytes, PersonPose& pose) {
         pose.score);
 }
 
-// Items lie one behind the other in blocks, which are not copied as the queue
-// grows and are freed when their last item was taken. Items allocated singly
-// would be scattered among other memory and keep the pages around them in use.
+// Items are stored consecutively in blocks, which are not copied as the queue
+// grows and are freed when their last item was taken. Separate allocations
+// would fragment the memory.
 template <typename T>
 class PackedQueue {
  public:

@@ -1,8 +1,7 @@
-// The matches of a tracking run, frozen: the 2D detections of each person,
-// frame by frame. In a replay they pass through joints filter, DLT and any
-// estimator again, optionally without one of the cameras, but are not
-// associated anew. All smoothing strategies are thus compared on the same
-// input.
+// The frozen matches of a tracking run: the 2D detections of each person, frame
+// by frame. A replay passes them through joints filter, DLT and any estimator,
+// optionally without one of the cameras, but does not associate again, so that
+// all smoothing strategies are compared on the same input.
 #ifndef KINEGRAPH_CORE_TRACKING_REPLAY_H_
 #define KINEGRAPH_CORE_TRACKING_REPLAY_H_
 
@@ -130,8 +129,8 @@ ReplayOutcome RunEstimator(const SceneModel& scene,
                            const ReplayedPerson& person,
                            const EstimatorFactory& estimator);
 
-// Runs an estimator over each person, all frames of the recording in order as a
-// tracker does, so that what estimators share between people is the same. One
+// Runs an estimator over each person, frame by frame over all people as a
+// tracker does, so that data shared between estimators are the same. One
 // outcome per person.
 std::vector<ReplayOutcome> RunEstimators(
     const SceneModel& scene, const std::vector<ReplayedPerson>& people,

@@ -14,7 +14,7 @@ namespace kinegraph {
 namespace {
 
 constexpr double kVelocitySeconds = 0.2;  // averaging time of an end's velocity
-constexpr double kFades = 0.5;            // s
+constexpr double kFades = 0.5;            // s, to zero velocity
 constexpr double kNewShare = 0.3;         // weight of the newest velocity
 
 struct Place {
@@ -130,8 +130,8 @@ bool IsSure(const PersonPose& person) {
   return count > 0 && sum_m2 < count * kSureSigma * kSureSigma;
 }
 
-// Whether one of `people` stands at the position of `pose`: joints within 0.3 m
-// on average, closer than two people stay for long.
+// Whether one of `people` is at the position of `pose`: joints within 0.3 m on
+// average, closer than two people stay for long.
 bool IsTaken(const Pose3d& pose, const std::vector<PersonPose>& people) {
   constexpr double kSamePlace = 0.3;  // m
   return std::any_of(
@@ -435,7 +435,7 @@ std::vector<TrackFrame> SecondPass::Finish(int threads) {
   PackBefore(frames_.size());
   std::vector<TrackId> ids;
   for (const auto& one : estimators_) ids.push_back(one.first);
-  // Each solution is written and freed at once: together they would be large.
+  // Each solution is copied and freed at once, to bound memory.
   std::mutex writing;
   ParallelFor(threads, static_cast<int>(ids.size()), [&](int i) {
     std::unique_ptr<Estimator>& estimator = estimators_.at(ids[i]);

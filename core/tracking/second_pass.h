@@ -1,5 +1,5 @@
-// Offline: associates a recording again with tracks that were smoothed over all
-// of it, and estimates anew.
+// Offline: associates a recording again, with the tracks smoothed over all of
+// it, and estimates again.
 #ifndef KINEGRAPH_CORE_TRACKING_SECOND_PASS_H_
 #define KINEGRAPH_CORE_TRACKING_SECOND_PASS_H_
 
@@ -44,7 +44,7 @@ class EndFollower {
   // The body translated from the last pose; the velocity fades within half a
   // second.
   Pose3d At(TimeNs time) const;
-  // Called when views agreed on this pose.
+  // To be called when views agreed on this pose.
   void Agree(const Pose3d& pose, TimeNs time);
   // Time of the last agreement, or the end of the track.
   TimeNs agreed() const { return time_; }
@@ -55,8 +55,8 @@ class EndFollower {
   Eigen::Vector3d velocity_mps_;
 };
 
-// The first pass associates with what it knows of the past; the smoothed tracks
-// also use the frame itself and what follows. The detections of each frame are
+// The first pass associates with poses predicted from the past; smoothed tracks
+// also use the frame itself and later ones. The detections of each frame are
 // matched with the poses of that same frame, with the affinity of a pose one
 // frame old. People, their identities and the frames in which they are written
 // stay those of the first pass; the detections matched with them may change.
@@ -76,11 +76,11 @@ class SecondPass {
   void ExtendEnds(const std::vector<TrackFrame>& first_pass,
                   const std::set<TrackId>& but);
 
-  // The next frame, in ascending order, and what the first pass wrote for it
+  // The next frame, in ascending order, and the first pass's result for it
   // (frames without people may be omitted).
   void Process(const DetectionFrame& frame, TrackFrame first_pass);
-  // Estimates everyone, on up to `threads` threads, and returns every frame. No
-  // person is dropped: a joint that the estimate lacks is taken from the first
+  // Estimates all people, on up to `threads` threads, and returns every frame.
+  // No person is dropped: a joint without an estimate is taken from the first
   // pass.
   std::vector<TrackFrame> Finish(int threads);
 

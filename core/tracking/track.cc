@@ -82,7 +82,7 @@ void TrackLife::ConfirmIfDue() {
 }
 
 void TrackLife::BeginFrame(TimeNs time, double look_frames) {
-  // For consecutive frames Step already deletes tracks at an age of max_age.
+  // In consecutive frames Step has already deleted tracks of this age.
   if (independent_frames_ ||
       !clock_.Less(time - last_update_, max_age_frames_ + look_frames)) {
     state_ = TrackState::kDeleted;

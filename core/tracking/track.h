@@ -20,8 +20,8 @@ bool ShowsSomebody(const DetectionFrame& frame);
 
 // A detector may run on every third frame of a video, or a 120 Hz file may hold
 // detections made at 30 Hz: the frames in between are empty in every view,
-// which is no miss. The intervals between frames with detections distinguish
-// such frames from those in which everyone has left.
+// which must not count as misses. The intervals between frames with detections
+// distinguish such frames from those without people.
 class LookRhythm {
  public:
   explicit LookRhythm(const FrameClock& clock) : clock_(clock) {}
@@ -34,7 +34,7 @@ class LookRhythm {
   // Usual interval between frames with detections [frames], at least 1: the
   // third quartile of the recent ones.
   double usual_frames() const { return usual_frames_; }
-  // The number of frames that the newest one with detections stands for: those
+  // The number of frames that the newest one with detections represents: those
   // since the previous one, at most the usual number.
   double newest_frames() const { return newest_frames_; }
 
@@ -77,7 +77,7 @@ enum class TrackState { kTentative, kConfirmed, kDeleted };
 // confirmed after a number of hits; a tentative track is deleted at its first
 // miss, any track when its last update is too old. Misses do not reset hits.
 // Where the detector does not run on every frame (LookRhythm), a hit counts as
-// the frames that it stands for, and two are enough.
+// the frames that it represents, and two are enough.
 class TrackLife {
  public:
   // Options in frames (LifeInFrames).
@@ -91,11 +91,11 @@ class TrackLife {
   // runs.
   void BeginFrame(TimeNs time, double look_frames = 1.0);
 
-  // Reports a frame on which the detector ran: whether any view matched, and
-  // whether the update succeeded. It stands for `frames` frames.
+  // A frame on which the detector ran: whether any view matched, and whether
+  // the update succeeded. It represents `frames` frames.
   void Step(TimeNs time, bool matched, bool updated, double frames = 1.0);
 
-  // Ends a track that proved to be false.
+  // Ends a track that turned out to be false.
   void End() { state_ = TrackState::kDeleted; }
 
   TrackState state() const { return state_; }
@@ -110,7 +110,7 @@ class TrackLife {
   FrameClock clock_;
   TrackState state_ = TrackState::kTentative;
   int64_t hits_ = 1;         // birth is the first
-  double hit_frames_ = 1.0;  // frames that the hits stand for
+  double hit_frames_ = 1.0;  // frames that the hits represent
   TimeNs last_update_;
 };
 
@@ -123,9 +123,9 @@ class WriteGate {
         max_gap_frames_(options.max_gap_frames),
         clock_(clock) {}
 
-  // Reports the frame, after TrackLife::Step.
+  // The next frame, after TrackLife::Step.
   void Step(TimeNs time, TrackState state, bool updated);
-  // The track has ended: frames that still wait are dropped.
+  // Ends the track: frames that still wait are dropped.
   void Close();
 
   // Takes the decision on the oldest undecided frame; false while it is

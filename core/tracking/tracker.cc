@@ -82,7 +82,7 @@ SceneModel Checked(SceneModel scene) {
   return scene;
 }
 
-// For a person of whom few joints are visible.
+// For a person with few visible joints.
 InitialisationOptions OfFewJoints(InitialisationOptions options) {
   options.min_common_joints =
       std::min(options.min_common_joints, kFewestJoints);
@@ -329,7 +329,7 @@ void Tracker::FindNewPeople(const DetectionFrame& frame) {
   if (policy_->AwaitsSlight()) FindSlightPeople();
 }
 
-// The same with fewer joints, on the detections that are then left.
+// The same with fewer joints, on the detections left by FindNewPeople.
 void Tracker::FindSlightPeople() {
   for (const NewPerson& person : new_people_) {
     for (const Observation* member : person.members) {

@@ -1,8 +1,8 @@
-// The front end of Chu et al. (2021): runs the stages of a frame in order and
-// contains no mathematics. 2D-3D association view by view (Eq. 1), joints
-// filter and DLT for each track (Eq. 2 and 3), new people from the unmatched
-// detections (Algorithm 2). What graph mode adds to association is a policy
-// (association_policy.h).
+// The front end of Chu et al. (2021): runs the stages of a frame in order;
+// their mathematics is elsewhere. 2D-3D association view by view (Eq. 1),
+// joints filter and DLT for each track (Eq. 2 and 3), new people from the
+// unmatched detections (Algorithm 2). Graph mode's additions to association are
+// a policy (association_policy.h).
 #ifndef KINEGRAPH_CORE_TRACKING_TRACKER_H_
 #define KINEGRAPH_CORE_TRACKING_TRACKER_H_
 
@@ -78,7 +78,7 @@ class Tracker {
   void Process(const DetectionFrame& frame, std::vector<TrackFrame>* finished);
   // Ends all tracks: no person continues into the next frame.
   void StartAnew();
-  // No more frames: everything left becomes final.
+  // Ends the recording: all remaining frames become final.
   void Finish(std::vector<TrackFrame>* finished);
 
   // People currently tracked, tentative ones included.
@@ -116,7 +116,7 @@ class Tracker {
   EstimatorFactory make_feedback_;
   EstimatorFactory make_output_;
   FrameClock clock_;
-  const bool goes_by_looks_;  // graph mode: an empty frame need not be a miss
+  const bool goes_by_looks_;  // graph mode: an empty frame may be no miss
   LookRhythm rhythm_;
   EpipolarGeometry epipolar_;
   FrameObservations observations_;

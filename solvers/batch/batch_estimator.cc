@@ -127,8 +127,8 @@ class BatchEstimator final : public Estimator {
       solution->records = std::move(records_);
       notes_->Keep(solution);
     }
-    // Final poses may wait long for those of other people; free everything
-    // else.
+    // The estimator lives until its final poses are written, which may wait for
+    // other people; frees everything else.
     recording_ = {};
     stated_bones_.clear();
     noise_.reset();
@@ -196,11 +196,13 @@ class BatchEstimator final : public Estimator {
     return true;
   }
 
-  // What the next pass needs to reuse this result; null if it cannot be reused.
+  // Data for reuse of this result by the next pass; null if it cannot be
+  // reused.
   std::shared_ptr<SolvedPerson> Solution() const {
     if (!notes_->expects_another_pass()) return nullptr;
-    // Both depend on more than the matches: a common noise scale on all
-    // residuals, a user's factors possibly on the start.
+    // Not reusable where the result depends on more than the matches nearby:
+    // the noise scale depends on all residuals, user factors may depend on the
+    // start.
     const bool scales = options_.pixel_noise_from == NoiseFrom::kFixed &&
                         options_.estimate_noise_scale;
     if (scales || options_.user_factors || !solver_.KeptBones()) return nullptr;
@@ -216,7 +218,7 @@ class BatchEstimator final : public Estimator {
     return solution;
   }
 
-  // From the residuals after the stage. Returns false, and scales nothing, if
+  // From the residuals after the stage. Returns false, without scaling, if
   // the scale changes by no more than the share `least_change`.
   bool RescaleNoise(const SolveStage& stage, double least_change) {
     const double correction = InformationCorrection(stage.loss, stage.scale);
@@ -276,7 +278,7 @@ class BatchEstimator final : public Estimator {
     if (held) std::swap(recording_.bones, stated_bones_);
     covariances = solver_.Covariances(recording_);
     if (held) std::swap(recording_.bones, stated_bones_);
-    // With fixed bone sigmas the covariances are reported as they are.
+    // With fixed bone sigmas the covariances are reported unchanged.
     if (held && options_.bone_sigma_from == NoiseFrom::kRecording) {
       DistrustBones(&covariances);
     }
@@ -376,7 +378,7 @@ class BatchEstimator final : public Estimator {
   RecordingSolver solver_;
   PackedFrames frames_;      // until Finish
   PersonProblem recording_;  // from then on
-  // As recording_'s, for covariances.
+  // Replace the bones of recording_ where covariances are computed.
   std::vector<BoneConstraint> stated_bones_;
   std::optional<PersonNoise> noise_;  // until everything is solved
   const std::shared_ptr<RecordingNotes> notes_;

@@ -50,8 +50,8 @@ size_t EndWithin(const PersonProblem& problem, size_t k, double most_s) {
   return end;
 }
 
-// The chunk that owns frames begin .. end - 1. Where a joint has a gap it
-// extends until the joint is also held from the other side.
+// The chunk that owns frames begin .. end - 1. Where a joint has a gap in the
+// overlap, extends until enough frames beyond the gap measure it.
 Chunk ChunkOf(const PersonProblem& problem, size_t begin, size_t end) {
   Chunk chunk = {FirstWithin(problem, begin, kOverlapS),
                  EndWithin(problem, end - 1, kOverlapS), begin, end};
@@ -117,8 +117,8 @@ std::vector<JointOutcome> OutcomesOf(const PersonProblem& part,
 
 namespace {
 
-// Share of frames. If more have changed, noise must be learnt again, and
-// everything solved again.
+// Share of frames. If more have changed, noise is learnt and everything solved
+// again.
 constexpr double kMostChanged = 0.0025;
 
 bool SameViews(const FrameRecord& a, const FrameRecord& b) {
@@ -131,7 +131,7 @@ bool SameViews(const FrameRecord& a, const FrameRecord& b) {
                     });
 }
 
-// Whether each view contributed as many measurements.
+// Whether every joint has the same number of measurements in both frames.
 bool SameCounts(const PersonProblem& graph, size_t k,
                 const SolvedPerson& person, size_t l) {
   for (size_t j = 0; j < graph.joints.size(); ++j) {
@@ -183,7 +183,8 @@ std::vector<Chunk> ChangedChunks(const PersonProblem& problem,
   while (begin < same.size()) {
     size_t end = begin + 1;
     if (!same[begin]) {
-      // Up to the next frame that is followed by so many unchanged ones.
+      // Extends over all changes up to two overlaps apart: their chunks
+      // would touch.
       for (size_t next = end; next < same.size(); ++next) {
         if (Seconds(problem, end - 1, next) > 2.0 * kOverlapS) break;
         if (!same[next]) end = next + 1;
@@ -215,13 +216,14 @@ void PasteKnown(const KnownFrames& known, PersonProblem* recording) {
 
 namespace {
 
-// The chunk as a problem of its own. Where the recording has earlier frames,
+// The chunk as a separate problem. Where the recording has earlier frames,
 // its first states get a birth prior at their starts.
 PersonProblem CutOut(const PersonProblem& recording, const Chunk& chunk) {
   const auto at = [](const auto& values, size_t k) {
     return values.begin() + k;
   };
-  // As weak as any birth prior, so that the frames of the overlap outweigh it.
+  // The birth prior's defaults: weak enough that the frames of the overlap
+  // outweigh it.
   constexpr double kPositionSigma = 1.0;  // m
   constexpr double kVelocitySigma = 3.0;  // m/s
   const size_t begin = chunk.begin;
@@ -344,7 +346,7 @@ void RecordingSolver::SolveTogether(PersonProblem* recording) {
         solver->Refine(part);
       },
       recording);
-  // Then the recording has no bones left.
+  // A single chunk is the whole recording, which then has no bones.
   const bool as_a_whole = without_bones_.size() == 1;
   if (as_a_whole && without_bones_[0]) recording->bones.clear();
 }

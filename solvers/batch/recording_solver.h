@@ -53,15 +53,13 @@ struct KnownFrames {
   std::vector<char> same;
 };
 
-// The one of `people` with these frames except for at most a fiftieth, if there
-// is one. So few changed matches, mostly of one view, hardly affect noise and
-// bones.
+// The person among `people` that differs in at most 1/400 of these frames, if
+// there is one. So few changed matches hardly affect noise and bones.
 std::optional<KnownFrames> FindKnownFrames(
     const std::vector<std::shared_ptr<const SolvedPerson>>& people,
     const std::vector<FrameRecord>& records, const PersonProblem& graph);
 
-// Chunks whose own frames are all those affected by a frame that is not the
-// same.
+// Chunks that own the frames affected by changed frames.
 std::vector<Chunk> ChangedChunks(const PersonProblem& problem,
                                  const std::vector<char>& same);
 
@@ -83,7 +81,8 @@ class RecordingSolver {
   // With bones if there are any, then with Ceres if the options select it.
   void SolveTogether(PersonProblem* recording);
 
-  // Both, for `chunks` only. False if bones had to be left out.
+  // SolveJoints and SolveTogether for `chunks` only. False if bones had to be
+  // left out.
   bool SolveAnew(const std::vector<Chunk>& chunks, PersonProblem* recording);
 
   // Whether SolveTogether solved all chunks with their bones.
@@ -111,7 +110,7 @@ class RecordingSolver {
  private:
   using Work = std::function<void(PersonSolver*, PersonProblem*)>;
 
-  // Calls visit(chunk index, solver, chunk as a problem of its own) for every
+  // Calls visit(chunk index, solver, chunk as a separate problem) for every
   // chunk.
   template <typename Visit>
   void ForEachChunk(const PersonProblem& recording,

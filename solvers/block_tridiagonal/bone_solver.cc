@@ -28,9 +28,9 @@ int PlaceInBlock(int row, int column) {
 constexpr double kNear = 0.01;
 constexpr double kFar = 0.1;
 
-// How many steps like the last one are still to come, where reweighting
-// converges linearly: the rest of a geometric series. 0 where two steps in
-// succession are not parallel, or shrink so fast that nothing is gained.
+// Remaining distance in units of the last step, where reweighting converges
+// linearly: the rest of a geometric series. 0 where two successive steps are
+// not parallel, or shrink so fast that extrapolation gains nothing.
 double StepsToCome(double before_squared, double now_squared, double product) {
   constexpr double kParallel = 0.9;  // cosine
   constexpr double kSlow = 0.3;
@@ -249,9 +249,9 @@ bool BoneSolver::RunStage(const PersonProblem& problem, const SolveStage& stage,
                           double step_tolerance_m, SolveReport* report) {
   constexpr double kFarM = 1e-3;
   if (!Linearise(problem, stage, &lanes_.states(), &system_)) return false;
-  // Levenberg-Marquardt: none while steps lower the cost.
+  // Levenberg-Marquardt; no damping while steps lower the cost.
   double damping = 0.0;
-  // False once further damping is hopeless.
+  // False at the largest damping.
   const auto raise = [&damping] {
     damping = damping > 0.0 ? 10.0 * damping : 1e-4;
     return damping < 1e10;

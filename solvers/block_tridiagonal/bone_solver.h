@@ -16,9 +16,9 @@ namespace kinegraph {
 // not thread-safe.
 class BoneSolver {
  public:
-  // Starts at the joints' states, with the measurements gated as they are, or
-  // gated anew where an active one has no image. If nothing finite is found,
-  // the states are unchanged.
+  // Starts at the joints' states. Keeps the gating of measurements, unless one
+  // that is not gated has no image: then all are gated again. If nothing finite
+  // is found, the states are unchanged.
   SolveReport Solve(const SolveSchedule& schedule, PersonProblem* problem);
 
  private:
@@ -55,8 +55,8 @@ class BoneSolver {
   double MoveCandidate(double scale);
   void KeepCandidate();
   double Dot(const LaneBuffer& a, const LaneBuffer& b) const;
-  // After an accepted step: goes to the end of the series that it and the step
-  // before promise, if the cost is lower there.
+  // After an accepted step: extrapolates it and the step before to the limit of
+  // their geometric series, if the cost is lower there.
   void LeapAhead(const PersonProblem& problem, const SolveStage& stage);
   bool RunStage(const PersonProblem& problem, const SolveStage& stage,
                 double step_tolerance_m, SolveReport* report);
@@ -73,7 +73,7 @@ class BoneSolver {
   Eigen::MatrixXd prior_cross_;  // [6 lanes x 6 joints]
   LaneBuffer candidate_, step_, workspace_;
   LaneBuffer before_;            // the step before step_
-  double before_squared_ = 0.0;  // its squared norm; 0: none that counts
+  double before_squared_ = 0.0;  // its squared norm; 0: none to extrapolate
 };
 
 }  // namespace kinegraph

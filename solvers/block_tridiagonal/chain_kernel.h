@@ -368,8 +368,8 @@ class ChainGroup {
     prior_information_ = {};
   }
 
-  // Marks the measurements of which the states have an image, among all
-  // measurements (kAnew) or among the active ones (kAsWell).
+  // Gates the measurements in whose views the states have no image, and either
+  // activates all others (kAnew) or leaves them unchanged (kAsWell).
   enum class Gated { kAnew, kAsWell };
   void Gate(Gated gated) {
     for (int k = 0; k < frames_; ++k) {
@@ -567,8 +567,8 @@ class ChainGroup {
       const Mask<T> done = And(usable, move < T(stage.step_tolerance_m));
       Mask<T> accepted = done;
       if (Any(And(active, Not(done)))) {
-        // Lanes without a step are linearised at the same states: identical
-        // bits.
+        // Lanes without a step are linearised at unchanged states, with
+        // identical results.
         Linearise(candidate_, stage, &trial_);
         // Near a minimum rounding may raise the cost by a part in 1e12.
         const Mask<T> lower =
@@ -582,7 +582,8 @@ class ChainGroup {
       Keep(rejected);
       converged_ = Or(converged_, done);
       active = And(active, Not(done));
-      active = And(active, Not(And(rejected, raised >= T(1e10))));  // hopeless
+      // Gives up where no step lowers the cost.
+      active = And(active, Not(And(rejected, raised >= T(1e10))));
     }
   }
 

@@ -87,7 +87,7 @@ struct LaneCouplings {
   const double* first = nullptr;
 };
 
-// Work space for so many frames, in doubles; the caller aligns it to 64 bytes.
+// Size of the work space in doubles; the caller aligns it to 64 bytes.
 long LaneWorkspaceSize(int frames);
 
 long CoupledWorkspaceSize(int frames, int lanes);

@@ -41,8 +41,8 @@ void LaneProblem::LoadViews(const std::vector<const JointChain*>& chains) {
   }
   place_.resize(count);
   for (size_t k = 0; k < frames_; ++k) {
-    // Sorted by slot, as in each chain alone: a joint's sums then do not depend
-    // on the joints beside it.
+    // Sorted by slot, as in each chain alone, so that a joint's sums do not
+    // depend on the other lanes.
     slots_.clear();
     for (const JointChain* chain : chains) {
       for (int32_t m = chain->first[k]; m < chain->first[k + 1]; ++m) {

@@ -116,8 +116,8 @@ void AddPrior(const PersonPrior& prior, PersonSystem* system) {
 
 // Covariances by message passing from both sides: a frame's pivot is its own
 // information plus the messages of the later and earlier frames; a message is
-// what the elimination of a neighbour leaves. Blocks are whole frames. A window
-// is done when its oldest frame is reached.
+// the Schur complement that the elimination of a neighbour leaves. Blocks are
+// whole frames. For a window's oldest frame the backward sweep suffices.
 class FrameInversion {
  public:
   FrameInversion(const PersonProblem& problem, const PersonSystem& system)

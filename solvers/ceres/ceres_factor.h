@@ -25,7 +25,7 @@ class CeresFactor<Factor, std::index_sequence<kIndices...>> final
     : public ceres::SizedCostFunction<
           Factor::kResiduals, (static_cast<void>(kIndices), kStateSize)...> {
  public:
-  CeresFactor() = default;  // set later
+  CeresFactor() = default;  // Set() must follow
   explicit CeresFactor(const Factor& factor) : factor_(factor) {}
 
   // Replaces the factor's numbers between solves.
@@ -84,10 +84,10 @@ class GemanMcClureLoss final : public ceres::LossFunction {
 ceres::LossFunction* MakeCeresLoss(LossKind kind, double scale,
                                    double information);
 
-// Ceres' overhead per residual block exceeds the cost of a projection, so the
-// views of a joint in a frame share one block. Each view keeps its own loss,
-// applied inside: for a view's whitened residual r with s = r'r the block
-// returns
+// The measurements of a joint in one frame as one residual block, because
+// Ceres' overhead per block exceeds the cost of a projection. The robust loss
+// is applied inside the block, per view: for a view's whitened residual r with
+// s = r'r the block returns
 //   r~ = sqrt(information rho(s) / s) r,
 // so that 0.5 |r~|^2 is its cost, with the Jacobian
 //   sqrt(information) [sqrt(rho') (I - r r'/s) + rho' / sqrt(rho / s) r r'/s]

@@ -102,8 +102,8 @@ class StepWatch final : public ceres::IterationCallback {
         ++i;
       }
     }
-    // A short step is no sign of convergence if the trust region limits it: its
-    // damping is the diagonal over the radius.
+    // A short step is no sign of convergence if the trust region limits it.
+    // Ceres adds diag(J'J) / radius to J'J, negligible above this radius.
     constexpr double kFree = 1e3;
     return farthest_m < tolerance_m_ && summary.trust_region_radius >= kFree
                ? ceres::SOLVER_TERMINATE_SUCCESSFULLY
@@ -129,10 +129,9 @@ ceres::Problem::Options ProblemOptions() {
 }
 
 // Largest gradient entry at which Ceres accepts the start as the minimum [1/m,
-// s/m]. For a gradient g, a state of standard deviation s moves by about g s^2:
-// by the step tolerance for a joint known to a centimetre, which is typical of
-// two views, and by at most 3 % of the standard deviation if that is a
-// decimetre.
+// s/m]. At gradient g a state of standard deviation s is about g s^2 from the
+// minimum. At this limit that is the step tolerance for s = 1 cm, typical of
+// two views, and 3 % of s for s = 10 cm.
 double GradientTolerance(double step_tolerance_m) {
   constexpr double kKnownM = 0.01;
   return step_tolerance_m / (kKnownM * kKnownM);
@@ -274,7 +273,7 @@ class CeresSolver::Graph {
     }
   }
 
-  // The user's factors are new in every problem.
+  // The user's factors differ from problem to problem and are not reused.
   void AddUser(const PersonProblem& person) {
     for (const PlacedFactor& placed : person.user) {
       user_.push_back(std::make_unique<CeresGeneral>(placed.factor.get()));

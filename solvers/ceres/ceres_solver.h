@@ -12,12 +12,12 @@ namespace kinegraph {
 // person's prior and the user's factors. Trust region, sparse normal equations,
 // one thread.
 //
-// One ceres::Problem lives as long as the solver, because a window's pattern
-// hardly changes: its blocks are those of frame 0, 1, ... of the window, and as
-// frames arrive and leave only the numbers in them move. Blocks are added or
-// removed at the end when the number of frames changes. The solver, not Ceres,
-// owns states and factors. The blocks and their order depend on the current
-// problem only, so the result does not depend on earlier solves.
+// One ceres::Problem persists between solves, because a window's structure
+// hardly changes: its blocks belong to frames 0, 1, ... of the window, and only
+// their values are replaced as the window advances. Blocks are added or removed
+// at the end when the number of frames changes. The solver, not Ceres, owns
+// states and factors. The blocks and their order depend on the current problem
+// only, so the result does not depend on earlier solves.
 class CeresSolver {
  public:
   CeresSolver();
@@ -25,8 +25,9 @@ class CeresSolver {
   CeresSolver(CeresSolver&&) noexcept;
   CeresSolver& operator=(CeresSolver&&) noexcept;
 
-  // Runs the stages from the problem's states, with the measurements gated as
-  // they are. States receive the minimum, measurements their weights there.
+  // Runs the stages from the problem's states without changing which
+  // measurements are gated. States receive the minimum, measurements their
+  // weights there.
   // Ceres ends a stage at its start where the gradient is negligible
   // (GradientTolerance in the source), or when an undamped step moves no joint
   // by more than the schedule's tolerance. If a stage finds nothing finite, its

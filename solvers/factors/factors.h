@@ -11,8 +11,8 @@
 
 namespace kinegraph {
 
-// No joint is nearer to a camera than this [m]. The information of a pixel on a
-// nearer point would grow without bound, beyond any detector's accuracy.
+// Smallest depth at which a joint is measured [m]. For smaller depths the
+// information of a pixel would grow beyond any detector's accuracy.
 inline constexpr double kNearestDepthM = 0.1;
 
 // A joint's pixel in one view:
@@ -20,7 +20,8 @@ inline constexpr double kNearestDepthM = 0.1;
 //
 // Key: state [p; v] [m, m/s]. `px` u is a raw pixel; `project` includes the
 // lens. `offset_s` is the view's own capture time minus the frame's time. The
-// sigma is constant: one that depended on the state would reward moving away.
+// sigma is constant: a state-dependent one would lower the cost of states that
+// increase it.
 // Evaluate returns false where the point has no image: nearer than
 // kNearestDepthM, behind the camera or outside the lens' region; such
 // measurements are gated when a problem is assembled. One view leaves the depth
@@ -62,14 +63,14 @@ struct Reprojection {
   }
 };
 
-// A joint is near its person:
+// Weak prior that keeps a joint near its person:
 // r = (p - centre) / sigma                                               [3]
 //
-// Key: state [p; v] [m, m/s]. Without it a joint seen by no view or one view
-// would drift with the motion model for as long as that lasts: through the
-// floor, or along the ray towards the camera, where an image carries unbounded
-// information. The centre [m] is given; sigma [m] is so large that it has no
-// effect on joints seen by two views.
+// Key: state [p; v] [m, m/s]. Without it a joint seen by fewer than two views
+// would drift with the motion model: through the floor, or along the ray
+// towards the camera, where the information of a pixel is unbounded. The centre
+// [m] is given; sigma [m] is so large that the effect on joints seen by two
+// views is negligible.
 template <typename T>
 struct BodyCentre {
   static constexpr int kResiduals = 3;

@@ -11,9 +11,9 @@ namespace kinegraph {
 // Position [m] and velocity [m/s] in the world, x y z each.
 inline constexpr int kStateSize = 6;
 
-// Position of the joint with `state` [6] at `offset_s` after the frame's time.
-// A view's clock is off by far less than a frame, so the velocity carries the
-// point over. The only place that models a late clock; PointJacobian is its
+// Position of the joint with `state` [6] at `offset_s` after the frame's time,
+// extrapolated with constant velocity: accurate for offsets up to about a
+// frame. The only place that models clock offsets; PointJacobian is its
 // derivative.
 template <typename T>
 void PointAt(const T* state, double offset_s, T* point) {

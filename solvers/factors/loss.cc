@@ -43,7 +43,7 @@ double IntegrateCorrection(LossKind kind, double scale) {
 }  // namespace
 
 double InformationCorrection(LossKind kind, double scale) {
-  // Cached: a run uses a handful of losses, many times each.
+  // Cached: a run evaluates few different losses, each many times.
   static std::mutex mutex;
   static std::map<std::pair<LossKind, double>, double> known;
   const std::lock_guard<std::mutex> lock(mutex);

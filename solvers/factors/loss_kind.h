@@ -1,4 +1,4 @@
-// The robust losses. Includes nothing, because files compiled for wider
+// The robust losses. Has no includes, because files compiled for wider
 // instruction sets include it.
 #ifndef KINEGRAPH_SOLVERS_FACTORS_LOSS_KIND_H_
 #define KINEGRAPH_SOLVERS_FACTORS_LOSS_KIND_H_

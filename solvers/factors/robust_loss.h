@@ -1,5 +1,5 @@
-// The formulas of the robust losses (see loss.h), for numbers and packs. Light
-// enough to include in code that computes in lanes.
+// The formulas of the robust losses (see loss.h) for doubles and packs. Free of
+// Eigen, for the kernels of solvers/block_tridiagonal.
 #ifndef KINEGRAPH_SOLVERS_FACTORS_ROBUST_LOSS_H_
 #define KINEGRAPH_SOLVERS_FACTORS_ROBUST_LOSS_H_
 

@@ -88,9 +88,9 @@ Samples FiltFilt(const std::vector<FilterSection>& sections,
 Samples OnSpeed(const std::function<Samples(const Samples&)>& filter,
                 const Samples& values);
 
-// Two passes of ButterworthLowPass, padded by scipy's rule, applied to what
-// `options.on` names. Ignores `options.choice` and `options.cutoff_hz`: the
-// caller of the low-pass sets the cut-off.
+// Two passes of ButterworthLowPass, padded by scipy's rule, applied to the
+// signal that `options.on` selects. Ignores `options.choice` and
+// `options.cutoff_hz`: the caller of the low-pass sets the cut-off.
 LowPass ZeroPhaseButterworth(const ButterworthOptions& options, double rate_hz);
 
 // The same with all poles at one real frequency, so that there is no overshoot

@@ -14,13 +14,13 @@ namespace kinegraph {
 struct LowPass {
   double rate_hz = 0.0;
   std::function<Samples(double cutoff_hz, const Samples& values)> filter;
-  // Remaining amplitude of a wave, far from the ends.
+  // Amplitude of a filtered sine of unit amplitude, far from the ends.
   std::function<double(double frequency_hz, double cutoff_hz)> gain;
 };
 
-// By residuals R(f), the root mean square of what a cut-off f removes from the
-// values, all columns together, at every hundredth of the rate up to 0.45 of
-// it:
+// By residuals R(f), the root mean square of the part that a cut-off f removes
+// from the values, all columns together, at every hundredth of the rate up to
+// 0.45 of it:
 // - kWinter (Biomechanics and Motor Control of Human Movement, 4th ed., section
 //   3.4.4.3), as a rule: where only noise is removed, R is a straight line over
 //   f. The line is fitted from one quarter to 0.45 of the rate, its value at
@@ -33,7 +33,7 @@ struct LowPass {
 // By autocorrelation:
 // - kChallis (J. Appl. Biomech. 15, 303, 1999): the f whose residual is most
 //   like white noise, i.e. has the least sum of |autocorrelation| over all
-//   lags, at every two hundredth of the rate up to one quarter of it.
+//   lags, at multiples of 1/200 of the rate up to one quarter of it.
 // By regression:
 // - kYu (Yu et al., J. Appl. Biomech. 15, 318, 1999): 0.06 r - 0.000022 r^2 +
 //   5.95 / e, r the rate [Hz], e [%] the residual of the cut-off

@@ -1,4 +1,4 @@
-// The points that filters smooth.
+// Triangulated points, the input of the filters.
 #ifndef KINEGRAPH_SOLVERS_FILTERS_JOINT_POINTS_H_
 #define KINEGRAPH_SOLVERS_FILTERS_JOINT_POINTS_H_
 

@@ -45,7 +45,7 @@ Samples Loess(int neighbours, int degree, int iterations,
       }
       const Eigen::VectorXd both =
           weights.cwiseProduct(robust.segment(first, k));
-      // If all values nearby are outliers, they are used nevertheless.
+      // If all values nearby are outliers, uses them with their plain weights.
       if (both.maxCoeff() > 0.0) weights = both;
       const auto roots = weights.cwiseSqrt().asDiagonal();
       // Centred at t: the polynomial's value is its first coefficient.

@@ -11,22 +11,22 @@
 
 namespace kinegraph {
 
-// Collects a person's whole life and filters each joint separately in Finish(),
-// which makes every pose final. Samples of a joint are its points as found by
+// Collects all frames of a track and filters each joint separately in Finish(),
+// which makes every pose final. The samples of a joint are the points found by
 // JointPoints.
 //
 // Gaps are treated alike for every filter. Between two samples at most
 // `max_gap_s` apart the joint is bridged and inferred. A longer gap splits the
 // signal into independent segments, and the joint is missing in it, as before
 // its first and after its last sample. Bridged positions are interpolated
-// linearly before filtering; a filter that needs no uniform samples uses the
-// samples alone. Where `cutoff_per` is the body, a filter whose cut-off is
-// chosen by a rule runs twice: the second time all joints use the median of the
-// chosen cut-offs, weighted by number of frames.
+// linearly before filtering; the list below states which filters use them.
+// Where `cutoff_per` is the body, a filter whose cut-off is chosen by a rule
+// runs twice: the second time all joints use the median of the chosen cut-offs,
+// weighted by number of frames.
 //
 // Last() is the newest initial pose and Predict() returns it unchanged, so it
 // should not be used for association. Throws OptionError for bad options;
-// Finish() passes on what `filter` throws.
+// Finish() passes on exceptions of `filter`.
 std::unique_ptr<Estimator> MakeOfflineFilter(
     const SceneModel& scene, const OfflineFilterOptions& options,
     JointPoints points, SegmentFilter filter);

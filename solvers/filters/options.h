@@ -16,7 +16,7 @@ enum class PointKind {
   kRobust,  // robust triangulation of the frame's own views, all of them
 };
 
-// What shares a cut-off chosen by a rule.
+// Signals that share a cut-off chosen by a rule.
 enum class CutoffPer {
   kAxis,
   kJoint,  // the three axes of a joint
@@ -185,8 +185,8 @@ struct KalmanOptions {
 };
 
 struct FilterOptions {
-  // What filters smooth. The estimators raw_dlt and robust_triangulation return
-  // these points unfiltered.
+  // The points to smooth. The estimators raw_dlt and robust_triangulation
+  // return these points unfiltered.
   PointKind points = PointKind::kDlt;
   OfflineFilterOptions segments;
   RobustTriangulationOptions robust_triangulation;

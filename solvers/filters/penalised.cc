@@ -43,7 +43,7 @@ struct BandedRow {
   Eigen::VectorXd entries;
 };
 
-// Any such curve that is linear in its unknowns.
+// Any PenalisedCurve that is linear in its unknowns.
 class LinearCurve : public PenalisedCurve {
  public:
   LinearCurve(double step, Eigen::Index unknowns, int width)

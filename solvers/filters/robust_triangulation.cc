@@ -32,7 +32,7 @@ void Linearise(LossKind loss, double scale,
                const std::vector<PixelPoint>& views,
                const Eigen::Vector3d& point_m, Linearised* at) {
   constexpr double kUnseen = 1e3;
-  // Sums in registers; the lower triangle of symmetric ones.
+  // Local sums stay in registers; symmetric matrices as lower triangles.
   double cost = 0.0;
   Lower normal{};
   Lower curvature{};

@@ -76,7 +76,7 @@ class SplineSystem {
     return g;
   }
 
-  // lambda Q g: what smoothing removes from the values.
+  // lambda Q g: the part of the values that smoothing removes.
   Samples Residuals(const Samples& g) const {
     Samples residuals = Samples::Zero(count_, g.cols());
     for (Eigen::Index i = 0; i < g.rows(); ++i) {

@@ -44,9 +44,9 @@ bool Triangulated(const EstimatorFrame& frame, size_t joint) {
                                     : frame.triangulated[joint] != 0;
 }
 
-// The tracker passes views in the order in which the track first had them, the
-// second pass in camera order. Sorting makes equal matches an identical
-// problem.
+// The tracker passes views in the order in which the track was first matched in
+// them, the second pass in camera order. Sorting makes the problem depend on
+// the matches only.
 std::vector<const FreshView*> InCameraOrder(const EstimatorFrame& frame) {
   std::vector<const FreshView*> views;
   views.reserve(frame.views.size());
@@ -178,7 +178,7 @@ double InformationScale(const GraphOptions& options, double dt_s) {
 }
 
 double CentrePerSigma(const GraphOptions& options, double dt_s) {
-  // Time for which people hold a limb in one position [s].
+  // Correlation time of a joint's offset from the person's centre [s].
   constexpr double kHeldS = 3.0;
   return std::sqrt(std::tanh(0.5 * dt_s / kHeldS)) /
          options.birth_position_sigma_m;

@@ -14,7 +14,7 @@
 
 namespace kinegraph {
 
-// What a final pose needs from its frame besides the estimate.
+// Data of a frame that its final pose needs besides the estimate.
 struct FrameRecord {
   struct View {
     int view_idx = 0;
@@ -31,8 +31,8 @@ struct FrameRecord {
 
 // Converts fresh detections into measurements: sigma by confidence, joint class
 // and the depth of the person's initial centre; information by the time since
-// the view's last measurement of the joint. Skips whatever is not finite or
-// behind the camera.
+// the view's last measurement of the joint. Skips measurements that are not
+// finite or whose joint is behind the camera.
 class Assembler {
  public:
   // `scene` and `options` must outlive the assembler.
@@ -56,9 +56,6 @@ class Assembler {
   // Time of the last measurement by view and joint.
   std::vector<TimeNs> last_measured_;
 };
-
-// The detector's noise: how large its errors are, and how much information each
-// observation carries.
 
 // Where the noise is learnt from the recording, its sigmas are multiplied by
 // this and information by its square: the curvature at small residuals is the

@@ -8,7 +8,7 @@
 //   bool visit(const Factor& factor, const Keys<Factor::kKeys>& keys,
 //              const Robustness& robustness)
 // for each factor; returning false ends the walk. Factors are passed by value
-// and may be kept; what they point to belongs to the problem.
+// and may be kept; they point into the problem.
 #ifndef KINEGRAPH_SOLVERS_GRAPH_FACTOR_LIST_H_
 #define KINEGRAPH_SOLVERS_GRAPH_FACTOR_LIST_H_
 
@@ -46,7 +46,7 @@ struct CameraView {
 
 using CameraReprojection = Reprojection<double, CameraView>;
 
-// Which factors to visit, and how.
+// Selects the factors to visit.
 struct FactorWalk {
   SolveStage stage;  // the loss of reprojections
   // Factors whose earliest state is in frames begin .. end - 1.

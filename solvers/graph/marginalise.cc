@@ -21,8 +21,8 @@
 namespace kinegraph {
 namespace {
 
-// The remainder of a frame is kept twice: for the estimate, weighted by the
-// loss, and for the reported covariances (StatePrior::A_stated).
+// Two priors result from a dropped frame: one for the estimate, weighted by the
+// loss, and one for the reported covariances (StatePrior::A_stated).
 enum class KeptFor { kEstimate, kCovariance };
 
 // Factors whose earliest state is in the first frame.
@@ -123,7 +123,7 @@ StatePrior MarginaliseFirstState(const PersonProblem& problem,
 
 Eigen::Index ColumnOf(const StateKey& key) { return kStateSize * key.joint; }
 
-// A square padded for EliminateDense, of which the caller sees `size` rows.
+// A square matrix of `size` rows, padded as EliminateDense requires.
 class PaddedSquare {
  public:
   explicit PaddedSquare(Eigen::Index size)
@@ -260,9 +260,9 @@ void AddUser(const PersonProblem& problem, TwoFrames* frames) {
 // second's in `second`. False where the first frame's states are not
 // determined.
 bool EliminateFirst(TwoFrames* frames) {
-  // Rounding error of a sum of n products is n units of rounding of what it is
-  // subtracted from; this much information remains of joints that have not been
-  // seen for very long.
+  // Adds the bound of the Schur complement's rounding error (n products are
+  // subtracted from each entry), which could make the information of a joint
+  // unseen for very long negative.
   auto second = frames->second.inside();
   const double size = static_cast<double>(second.rows());
   second.diagonal() *= 1.0 + size * std::numeric_limits<double>::epsilon();

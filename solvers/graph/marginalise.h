@@ -15,10 +15,10 @@ namespace kinegraph {
 // follows from the first state's factors: prior, measurements at their weights,
 // motion. With bones, or a person's prior from earlier frames, adds one on all
 // second states. `correction` is that of the loss (InformationCorrection); it
-// only affects what is kept for covariances. Needs at least two frames.
+// only affects the prior for covariances. Needs at least two frames.
 void DropFirstFrame(double correction, PersonProblem* problem);
 
-// residual(x) = A (x - x0) + b over the kept variables; A upper triangular.
+// Residual A (x - x0) + b over the kept variables; A upper triangular.
 template <int kKept>
 struct SquareRootPrior {
   Eigen::Matrix<double, kKept, kKept> A;
@@ -72,7 +72,7 @@ class RowTriangle {
   static constexpr int kMostRows = 48;
   using Part = Eigen::Map<Eigen::VectorXd>;
 
-  // To as many rows as there are columns.
+  // Householder reflections; leaves at most as many rows as columns.
   void Reduce() {
     for (int i = 0; i < end_ && i < count_; ++i) {
       Part pivot(&columns_[i][i], count_ - i);

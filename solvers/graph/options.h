@@ -26,7 +26,7 @@ void DescribeJointClasses(OptionVisitor& visitor, const std::string& name,
                           JointClassTable* table, const std::string& unit,
                           const std::string& help);
 
-// The solver that determines the minimum. Both minimise the same factors.
+// The solver of the last step; both minimise the same cost.
 enum class GraphSolver {
   kCeres,  // one Ceres problem per person with all factors
   // Block-tridiagonal elimination, with conjugate gradients for bones.
@@ -41,10 +41,10 @@ enum class GraphStart {
   kDlt,    // DLT and the joints filter: Ceres runs all stages
 };
 
-// Where a noise figure comes from.
+// Source of a noise parameter.
 enum class NoiseFrom {
   kRecording,  // learnt from the recording itself
-  kFixed,      // the options' own figures
+  kFixed,      // the values of the options
 };
 
 // Whether the detector's bias per view is learnt and subtracted.
@@ -118,28 +118,32 @@ struct GraphOptions {
   // as a whole [s].
   double chunk_s = 10.0;
 
-  // Not keys, set in code only: weight above which a view counts as an inlier
-  // (three sigmas under Geman-McClure with loss_scale 3); lower bound of
-  // confidences; multiples of loss_scale through which a non-convex loss runs
-  // after a Huber stage; how far a new person's joints may be from its centre
-  // and how fast they move; lower bound of the detector error [px]; a known
-  // bias used instead of a learnt one (unless view_bias is off); the caller's
-  // own factors (solver ceres); the ledger to which estimators add how their
-  // solves ended.
+  // Not keys, set in code only.
+  //
+  // Weight above which a view is an inlier: three sigmas under Geman-McClure
+  // with loss_scale 3.
   double inlier_weight = 0.25;
+  // Lower bound of confidences.
   double min_confidence = 0.05;
+  // Multiples of loss_scale through which a non-convex loss narrows after the
+  // Huber stage.
   std::vector<double> stages = {2.0, 1.0};
+  // Prior of a new person's joints: distance from the person's centre, speed.
   double birth_position_sigma_m = 1.0;
   double birth_velocity_sigma_mps = 3.0;
+  // Lower bound of the detector error.
   double min_sigma_px = 1.0;
+  // Replaces the learnt bias unless view_bias is off.
   std::shared_ptr<const ViewBias> given_view_bias;
+  // Additional factors of the caller; need solver ceres.
   UserFactorSource user_factors;
+  // Receives the counts of the estimators' solves.
   std::shared_ptr<SolveLedger> ledger;
 
   void Describe(OptionVisitor& visitor);
 };
 
-// CheckOptions, and that the options are consistent. Throws OptionError.
+// CheckOptions, and checks that the options are consistent. Throws OptionError.
 void CheckGraphOptions(const GraphOptions& options);
 
 }  // namespace kinegraph

@@ -78,8 +78,8 @@ namespace {
 // Share of a bone's length: a joint with a larger uncertainty may be on either
 // side of its neighbour.
 constexpr double kShareOfBone = 0.5;
-// Of the longest bone: limbs are longer, pairs of the face shorter (the widest,
-// ear to ear, 0.14 m of a thigh of 0.45 m).
+// Share of the longest bone. Limbs exceed it; pairs of the face do not: the
+// widest, ear to ear, measures 0.14 m, a thigh 0.45 m.
 constexpr double kShareOfLimb = 1.0 / 3.0;
 
 // Joints whose reported standard deviation is too large for their bones.
@@ -92,9 +92,9 @@ std::vector<char> FindUnsure(const std::vector<KnownBone>& bones,
       longest_m[end] = std::max(longest_m[end], bone.length_m);
     }
   }
-  // Pairs of a face are shorter than the usual error of its joints. These, and
-  // joints whose bones were never measured, are judged by the body's longest
-  // bone.
+  // Pairs of the face are shorter than the usual error of its joints. For these
+  // joints, and for joints without a measured bone, the limit is that of the
+  // body's longest bone.
   const double any_m = *std::max_element(longest_m.begin(), longest_m.end());
   for (double& length_m : longest_m) {
     if (length_m < kShareOfLimb * any_m) length_m = any_m;

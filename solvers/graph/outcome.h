@@ -1,4 +1,4 @@
-// Converts estimates and weights to poses as they are written.
+// Converts estimates and weights to the poses that are written.
 #ifndef KINEGRAPH_SOLVERS_GRAPH_OUTCOME_H_
 #define KINEGRAPH_SOLVERS_GRAPH_OUTCOME_H_
 
@@ -32,14 +32,13 @@ struct JointSupport {
 // Adds a frame with that many inlier views.
 void Extend(TimeNs time, int inlier_views, JointSupport* support);
 
-// observed: two or more inlier views; inferred: fewer, while the nearest frame
-// with an inlier view is within the bridging limit; missing otherwise, and
-// where no two views ever agreed.
+// observed: two or more inlier views; inferred: fewer, and the nearest frame
+// with an inlier view is within the bridging limit; missing otherwise, or if
+// the joint never had two inlier views in one frame.
 JointStatus StatusOf(int inlier_views, bool ever_two_views,
                      double nearest_support_s, double bridging_limit_s);
 
-// A final pose with everything filled in except joints, weights and
-// covariances.
+// A final pose without values for joints, weights and covariances.
 FinalPose PoseOf(const FrameRecord& record, int joint_count, KeptMatches kept,
                  bool covariances);
 
@@ -54,13 +53,13 @@ struct KnownBone {
   double length_m = 0.0;
 };
 
-// Marks joints as missing whose position is not known well enough. A joint is
-// unsure when its reported standard deviation, along the worst direction,
-// exceeds half the length of its longest bone. An unsure joint is kept if bones
-// that keep their lengths to within a half connect it to a sure joint or to
-// most of the body. A joint without a covariance, or with no known bone length
-// to compare, is kept. Called once per pose, after WriteJoint, so that every
-// output of a track (JSON, TRC, BVH, glTF, the page) is consistent with it.
+// Marks joints as missing whose position is too uncertain. A joint is unsure
+// when its reported standard deviation, along the worst direction, exceeds half
+// the length of its longest bone. An unsure joint is kept if bones whose
+// estimated length is within a half of the known one connect it to a sure joint
+// or to most of the body. A joint without a covariance, or with no known bone
+// length to compare, is kept. Called once per pose, after WriteJoint, so that
+// every output of a track (JSON, TRC, BVH, glTF, the page) is consistent.
 void DropUnsureJoints(const std::vector<KnownBone>& bones, PersonPose* pose);
 
 }  // namespace kinegraph

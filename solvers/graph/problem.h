@@ -6,8 +6,8 @@
 //   + 0.5 sum |constant_velocity(x_k, x_k+1)|^2
 //   + 0.5 sum information * rho(|reprojection(x_k)|^2)
 // and, over joints, 0.5 sum rho(|bone_length(x_k,a, x_k,b)|^2). The residuals
-// are those of solvers/factors; factor_list.h is the one list of them. Without
-// bones the joints are independent.
+// are those of solvers/factors, listed in factor_list.h. Without bones the
+// joints are independent.
 #ifndef KINEGRAPH_SOLVERS_GRAPH_PROBLEM_H_
 #define KINEGRAPH_SOLVERS_GRAPH_PROBLEM_H_
 
@@ -87,7 +87,7 @@ struct PixelMeasurement {
   // joint's true one in this view.
   Eigen::Vector2f bias_px = Eigen::Vector2f::Zero();
   double sigma_px = 1.0;
-  // By the options' noise model, before anything was learnt from the recording.
+  // By the options' noise model, without noise learnt from the recording.
   double model_sigma_px = 1.0;
   double information = 1.0;  // factor after the loss
   double offset_s = 0.0;     // capture time minus the frame's
@@ -111,10 +111,10 @@ struct StatePrior {
   Matrix6d A_stated = Matrix6d::Identity();
 };
 
-// Knowledge of a joint before any measurement: it starts somewhere around
-// `centre` [m], with a velocity typical of walking or running. A
-// constant-velocity chain is rank-deficient without this prior; with it every
-// problem has full rank, whatever the views measured. Sigmas > 0.
+// Prior of a joint before any measurement: around `centre` [m], with a velocity
+// typical of walking or running. A constant-velocity chain is rank-deficient
+// without it; with it every problem has full rank, whatever was measured.
+// Sigmas > 0.
 StatePrior BirthPrior(const Eigen::Vector3d& centre, double sigma_m,
                       double sigma_mps);
 
@@ -221,7 +221,8 @@ struct SolveReport {
   int unsettled = 0;
 };
 
-// Gates exactly the measurements of which the chain's states have no image.
+// Gates the measurements in whose views the chain's states have no image, and
+// no others.
 void GateMeasurements(JointChain* chain);
 
 // Stores the weights of the measurements at the chain's states, under a stage's

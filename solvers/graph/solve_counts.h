@@ -21,7 +21,7 @@ struct SolveCounts {
   // Decrease of the cost from the start to Ceres' result [1e-6].
   int64_t ceres_decrease_millionths = 0;
 
-  // What went wrong.
+  // Failures.
   int64_t not_converged = 0;  // solves that reached their maximum of iterations
   int64_t not_finite = 0;     // solves without a finite result
   int64_t bones_dropped = 0;  // solves that continued without bones
@@ -35,7 +35,7 @@ struct SolveCounts {
   SolveCounts& operator+=(const SolveCounts& other);
 };
 
-// All of them.
+// All counts, for code that treats them alike.
 inline constexpr int64_t SolveCounts::*kSolveCounts[] = {
     &SolveCounts::solves,
     &SolveCounts::sweep_iterations,
@@ -50,8 +50,8 @@ inline constexpr int64_t SolveCounts::*kSolveCounts[] = {
 static_assert(sizeof(SolveCounts) == sizeof(int64_t) * std::size(kSolveCounts),
               "a count is missing above");
 
-// What went wrong, what it means for the result and what helps, as text for
-// users; empty if nothing did. `where` names the frames that did not converge.
+// Text for users: the failures, their effect on the result and the remedy;
+// empty without failures. `where` names the frames that did not converge.
 std::string DescribeTroubles(const SolveCounts& counts,
                              const std::string& where = "");
 

@@ -266,8 +266,8 @@ ViewBias::OfJoint BiasSeries::FitJoint(size_t name_idx, bool always) const {
   const double n = count;
   result.gain_error =
       std::sqrt(std::max(0.0, (squares - sum * sum / n) * n / (n - 1.0)));
-  // A smaller gain is at most a tenth of the errors' size, and its own error is
-  // as large.
+  // With a smaller gain the bias is less than a tenth of the errors' size, and
+  // its estimate has an error as large.
   constexpr double kLeastGain = 0.01;
   result.used = always || sum > std::max(kLeastGain, LimitOfStudent(n - 1.0) *
                                                          result.gain_error);
@@ -277,9 +277,10 @@ ViewBias::OfJoint BiasSeries::FitJoint(size_t name_idx, bool always) const {
 ViewBias BiasSeries::Fit(bool always) const {
   ViewBias bias;
   bias.azimuth_deg = AzimuthDegrees();
-  // Where shifts of the cameras could be confused with a bias, each camera must
-  // have seen half a turn. Otherwise together they must have covered more than
-  // one turn, or no side is seen by two of them.
+  // Required range of viewing directions per camera (median over cameras): half
+  // a turn where shifts of the cameras could be confused with a bias. With
+  // shifts removed, the cameras together must cover a full turn, each at least
+  // a quarter.
   const double least_deg =
       shifts_away_
           ? std::max(90.0, 360.0 / static_cast<double>(azimuths_.size()))

@@ -76,8 +76,9 @@ struct BiasView {
 void AddViews(const std::vector<BiasView>& views, double independent,
               BiasSums* sums);
 
-// The share of an independent observation in each of a series that come every
-// `period_s`: the variance of a mean of AR(1) errors.
+// Number of independent observations that each observation counts as, in a
+// series with one every `period_s`: from the variance of a mean of AR(1)
+// errors.
 double IndependentShare(const ErrorCorrelation& correlation, double period_s);
 
 // The ridge solution that does not move the joint. `ridge` is a number of

@@ -74,7 +74,7 @@ std::optional<BoneEnd> LocateEnd(const JointChain& chain, size_t k,
     sum = Linearise(chain, k, inlier_weight, end.position_m);
     if (sum.views < 2) return std::nullopt;
     const Eigen::LDLT<Matrix3d> factor(sum.information);
-    // A direction with an uncertainty of ten metres determines no position.
+    // A standard deviation of ten metres counts as undetermined.
     constexpr double kOpen = 0.01;  // 1 / m^2
     if (!factor.isPositive() || !(factor.vectorD().minCoeff() > kOpen)) {
       return std::nullopt;

@@ -58,12 +58,12 @@ struct BoneObservation {
   double square = 0.0;  // of both ends
   int freedom = 0;
   double averaged_frames = 1.0;
-  // For the modelled noise of the pixels: what it adds to every distance,
+  // For the modelled noise of the pixels: the mean increase of distances,
   // variance along the bone, trace of its covariance and of the square of that.
-  // The bone's direction is the estimate's: a frame's noise turns the bone
-  // towards its own longest direction, so by the look's own direction too long
-  // looks would be assigned large noise, and the remaining ones would be too
-  // short.
+  // The bone's direction is taken from the estimate: in a single frame noise
+  // turns the bone towards the noise's longest direction, so that observations
+  // that are too long would be assigned large noise, and the mean of the others
+  // would be too short.
   double added_m = 0.0;
   double variance_m2 = 0.0;
   double noise_m2 = 0.0;

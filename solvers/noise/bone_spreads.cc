@@ -14,21 +14,21 @@ namespace {
 
 double Square(double x) { return x * x; }
 
-// A length estimated from looks, and the deviation of each look.
+// A length estimated from observations, and the deviation of each.
 struct LengthFit {
   bool known = false;
   // true: a median of lengths; false, with large noise: a mean of squared
   // lengths.
   bool is_median = true;
   double length_m = 0.0;
-  // Negative where looks vary less than their noise predicts.
+  // Negative where observations vary less than their noise predicts.
   double spread_m2 = 0.0;
-  double noise_m2 = 0.0;           // of a look's length, on average
+  double noise_m2 = 0.0;           // of an observed length, on average
   double variance_m2 = 0.0;        // the same, spread included
-  std::vector<double> deviations;  // of the looks, in sigmas
+  std::vector<double> deviations;  // of the observations, in sigmas
 };
 
-// Weighted quantile of the values that `of` extracts from looks.
+// Weighted quantile of the values that `of` extracts from observations.
 template <typename Of>
 double QuantileOf(const std::vector<BoneObservation>& looks, double share,
                   const Of& of) {
@@ -38,7 +38,7 @@ double QuantileOf(const std::vector<BoneObservation>& looks, double share,
   return WeightedQuantile(std::move(values), share);
 }
 
-// Of chi-square with one degree of freedom.
+// Upper quartile of chi-square with one degree of freedom.
 constexpr double kUpperQuartile = 1.3233;
 // Quantile 0.3 of chi-square (Wilson and Hilferty 1931): within 1 % from one
 // degree of freedom on.
@@ -49,7 +49,7 @@ double LowChiSquare(int freedom) {
   return freedom * root * root * root;
 }
 
-// Accuracy of the modelled noise: factor on its variance.
+// Factor on the variance of the modelled noise, from the residuals.
 double NoiseScale(const std::vector<BoneObservation>& looks) {
   return std::max(1e-6, QuantileOf(looks, 0.3, [](const BoneObservation& look) {
                     return WeightedValue(
@@ -61,11 +61,11 @@ double Length(const BoneObservation& look, double scale) {
   return look.distance_m - scale * look.added_m;
 }
 
-// Keeps the variance of exact looks above zero [m^2].
+// Keeps the variance of exact observations above zero [m^2].
 constexpr double kLeastVariance = 1e-8;
 
-// Upper quartile of the looks' squared deviations for a spread of variance
-// `spread`.
+// Upper quartile of the observations' squared deviations for a spread of
+// variance `spread`.
 double UpperQuartile(const std::vector<BoneObservation>& looks, double scale,
                      double length_m, double spread) {
   std::vector<double> values;
@@ -87,7 +87,7 @@ LengthFit FitMedianLength(const std::vector<BoneObservation>& looks,
   LengthFit fit;
   fit.known = true;
   double spread = 0.0;   // variance
-  double missing = 0.0;  // share of the noise not visible in looks
+  double missing = 0.0;  // share of the noise not visible in observations
   for (int round = 0; round < 3; ++round) {
     fit.length_m = QuantileOf(looks, 0.5, [&](const BoneObservation& look) {
       return WeightedValue(
@@ -125,8 +125,8 @@ LengthFit FitMedianLength(const std::vector<BoneObservation>& looks,
   return fit;
 }
 
-// For a bone not much longer than the noise. A look's |d|^2 - tr N has the
-// variance 4 L^2 v + 2 tr N^2 around L^2, with v along the bone.
+// For a bone not much longer than the noise. |d|^2 - tr N of an observation has
+// the variance 4 L^2 v + 2 tr N^2 around L^2, with v along the bone.
 LengthFit FitSquaredLength(const std::vector<BoneObservation>& looks,
                            double scale) {
   constexpr double kFar = 4.0;  // sigmas
@@ -183,8 +183,8 @@ bool IsNoisy(const std::vector<BoneObservation>& looks, double scale) {
   return noise > kMost * (square - noise);
 }
 
-// Undetermined where every look is shorter than its noise. BoneSpreads explains
-// the choice of model. `looks` must not be empty.
+// Undetermined where every observed length is below its noise. See BoneSpreads
+// for the choice of model. `looks` must not be empty.
 LengthFit FitLength(const std::vector<BoneObservation>& looks) {
   const double scale = NoiseScale(looks);
   return IsNoisy(looks, scale) ? FitSquaredLength(looks, scale)
@@ -195,10 +195,10 @@ LengthFit FitLength(const std::vector<BoneObservation>& looks) {
 constexpr double kPopulationShare = 0.15;
 // Difference of left and right, for one person and detector [m].
 constexpr double kAsymmetry = 0.01;
-// Looks required for a bone without a population length.
+// Observations required for a bone without a population length.
 constexpr int64_t kEnough = 25;
-// A length that varies by more than this share of itself adds nothing to the
-// motion model.
+// A length that varies by more than this share of itself carries no
+// information beyond the motion model.
 constexpr double kGivesWay = 0.2;
 
 // Variance of the logarithm of a scale found from the upper quartile of N
@@ -209,8 +209,8 @@ constexpr double kQuartileVariance = 3.34;
 // mean.
 constexpr double kMedianVariance = 1.571;
 
-// Effective numbers of independent looks, for a mean and for a variance:
-// neighbouring looks are correlated.
+// Effective numbers of independent observations, for a mean and for a variance:
+// neighbouring observations are correlated.
 struct Worth {
   double of_mean = 1.0;
   double of_square = 1.0;
@@ -221,7 +221,7 @@ Worth WorthOf(const std::vector<double>& deviations) {
   double square = 0.0;
   double previous = 0.0;
   for (const double deviation : deviations) {
-    // Outliers would simulate independence.
+    // Outliers would hide the correlation.
     const double z = std::clamp(deviation, -3.0, 3.0);
     product += z * previous;
     square += z * z;
@@ -317,8 +317,9 @@ const BoneSpreads::Summary& BoneSpreads::SummaryOf(int bone_idx) const {
   return summary;
 }
 
-// Deviations reveal error correlations up to a good part of the recording;
-// longer ones affect all looks alike.
+// The deviations contain errors whose correlation time is well below the
+// duration of the recording; errors that last longer shift all observations
+// alike and are accounted for here.
 double BoneSpreads::LengthVariance(const Summary& summary) const {
   if (!(lasting_.share > 0.0)) return summary.length_variance_m2;
   const double seen_s = static_cast<double>(summary.at_count) * frame_s_;
@@ -484,8 +485,8 @@ std::vector<KnownBone> BoneLengths::Known() const {
 }
 
 std::optional<double> BoneLengths::Length(int bone_idx) const {
-  // Correlation time of a detector's errors, about a fifth of a second: this
-  // many seconds make one independent look, accurate to 4 cm.
+  // One independent observation, accurate to 4 cm, per correlation time of a
+  // detector's errors [s].
   constexpr double kLook = 0.2;
   constexpr double kLookSigma = 0.04;     // m
   constexpr double kEnoughSeconds = 1.0;  // without a population's length

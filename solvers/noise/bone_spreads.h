@@ -19,40 +19,39 @@
 
 namespace kinegraph {
 
-// A bone estimated from its looks.
+// A bone's length as estimated from its observations.
 struct BoneEstimate {
   double length_m = 0.0;
   double length_sigma_m = 0.0;  // standard error of the length
-  // How much it varies, without the detector's noise.
+  // Standard deviation of the length over time, without the detector's noise.
   double spread_m = 0.0;
   double spread_bound_m = 0.0;  // the same plus one standard error
   double averaged_frames = 1.0;
   int64_t looks = 0;
-  // The length varies so much that it carries no information: the bone is left
-  // out.
+  // The length varies too much to be useful; the bone is left out.
   bool gives_way = false;
 };
 
-// Collects looks and estimates each bone's length and spread.
+// Collects observations of bones and estimates each bone's length and spread.
 //
-// Model of look k: l_k = L + s_k + e_k, with s due to the spread and e the
-// noise of triangulation, of variance v_k. The scale of the noise comes from
-// the residuals of the same looks (a low quantile of square / chi-square,
-// unaffected by outliers). L is the weighted median; the spread is the one for
-// which the upper quartile of (l - L)^2 / (v + spread^2) is that of chi-square
-// with one degree of freedom (Paule and Mandel 1982, with a quantile instead of
-// the mean). Standard errors count consecutive looks as less than one each, by
-// their correlation. A constant error shows in no deviation; SetLasting
-// accounts for it. Where the noise is not small compared with the bone,
-// distances are biased as lengths (the longest ones most of all). Then their
-// squares are used, minus the noise's variance, E |d + e|^2 = L^2 + tr N; the
-// spread of such a bone is unobservable. A bone's spread is shrunk towards that
-// of the person's other bones as far as they are similar: small variations are
-// hard to estimate from one bone's looks. Left and right inform each other as
-// if they differed by 1 cm, and the population's length as if people differed
-// by 15 %.
+// Model of observation k: l_k = L + s_k + e_k, with s due to the spread and e
+// the noise of triangulation, of variance v_k. The scale of the noise comes
+// from the residuals of the same observations (a low quantile of square /
+// chi-square, unaffected by outliers). L is the weighted median; the spread is
+// the one for which the upper quartile of (l - L)^2 / (v + spread^2) is that of
+// chi-square with one degree of freedom (Paule and Mandel 1982, with a quantile
+// instead of the mean). Standard errors count consecutive observations as less
+// than one each, by their correlation. A constant error does not appear in the
+// deviations; SetLasting accounts for it. Where the noise is not small compared
+// with the bone, the observed distances are biased. Then their squares are
+// used, minus the noise's variance, E |d + e|^2 = L^2 + tr N; the spread of
+// such a bone is unobservable. A bone's spread is shrunk towards the mean of
+// the person's bones, more strongly the less these differ: small variations are
+// hard to estimate from one bone. The length combines the bone's own
+// observations, those of its mirror (standard deviation of the difference 1 cm)
+// and the population's length (15 %).
 //
-// Memory does not grow: with many looks one in two, four, ... is kept.
+// Memory does not grow: with many observations one in two, four, ... is kept.
 class BoneSpreads {
  public:
   explicit BoneSpreads(const Skeleton& skeleton);
@@ -60,20 +59,22 @@ class BoneSpreads {
   // RigidPairs(skeleton); the bones of the functions below.
   const std::vector<Bone>& bones() const { return bones_; }
 
-  // The correlation of the detector's errors, and the time between frames. What
-  // does not average out over the looks leaves the length uncertain.
+  // The correlation of the detector's errors, and the time between frames.
+  // Errors that do not average out over the observations increase the
+  // uncertainty of the length.
   void SetLasting(const ErrorCorrelation& lasting, double frame_s) {
     lasting_ = lasting;
     frame_s_ = frame_s;
   }
 
   void Add(int bone_idx, const BoneObservation& look);
-  // Looks at all bones whose ends were located, by joint.
+  // Adds an observation of every bone whose ends were located. `ends`: by
+  // joint.
   void AddFrame(const std::vector<std::optional<BoneEnd>>& ends);
 
-  // nullopt while too little was seen and there is no population length.
-  // Recomputed when a tenth more has been seen, so that calls in every frame
-  // are cheap.
+  // nullopt while there are too few observations and no population length.
+  // Recomputed when the observations have grown by a tenth, so that calls in
+  // every frame are cheap.
   std::optional<BoneEstimate> Estimate(int bone_idx) const;
 
  private:
@@ -82,17 +83,17 @@ class BoneSpreads {
   // Of one bone.
   struct Seen {
     std::vector<BoneObservation> looks;
-    int64_t stride = 1;  // one look in `stride` is kept
-    int64_t count = 0;   // of all looks
+    int64_t stride = 1;  // one observation in `stride` is kept
+    int64_t count = 0;   // of all observations
   };
-  // Of one bone's own looks.
+  // Of one bone's own observations.
   struct Summary {
-    int64_t at_count = 0;  // number of looks when computed
+    int64_t at_count = 0;  // number of observations when computed
     bool known = false;
     double length_m = 0.0;
-    double length_variance_m2 = 0.0;  // from the deviations of the looks
-    double noise_m2 = 0.0;            // variance of a look's length
-    // Negative where looks vary less than their noise predicts.
+    double length_variance_m2 = 0.0;  // from the deviations
+    double noise_m2 = 0.0;            // variance of an observed length
+    // Negative where observations vary less than their noise predicts.
     double spread_variance_m2 = 0.0;
     double spread_error_m2 = 0.0;  // standard error of the line above
     double rigid_error_m2 = 0.0;   // the same for a rigid bone
@@ -137,7 +138,7 @@ enum class BoneUse {
 // with n the number of frames over which the solver averages a joint:
 // - A joint centre sways for longer than a frame, so these n frames share one
 //   error and together must not be more certain than the spread permits.
-// - hidden^2 is the additional spread that the looks cannot exclude
+// - hidden^2 is the additional spread that the observations cannot exclude
 //   (spread_bound_m). Counted n times it would do more harm than good.
 // - An error of the length is one number for the whole recording, which moves
 //   each end by half of it; it counts once (BoneUse::kCovariance: n times).
@@ -146,7 +147,7 @@ BoneConstraint ConstraintOf(const Bone& bone, const BoneEstimate& estimate,
 
 // Collects the distances of bones' ends where both were observed, and estimates
 // each bone's length: the median, shared by left and right and, for a human,
-// shrunk towards the population's while little has been seen. Memory does not
+// shrunk towards the population's while observations are few. Memory does not
 // grow: distances are counted in bins of 2 mm.
 class BoneLengths {
  public:
@@ -159,7 +160,7 @@ class BoneLengths {
   // The bones of a pose whose ends were both observed.
   void AddPose(const Pose3d& pose, double duration_s);
 
-  // nullopt while too little was seen and there is no population length.
+  // nullopt while there are too few observations and no population length.
   std::optional<double> Length(int bone_idx) const;
   // All bones whose length is known.
   std::vector<KnownBone> Known() const;
@@ -168,7 +169,7 @@ class BoneLengths {
   static constexpr double kBin = 0.002;  // m
   static constexpr int kBinCount = 750;  // up to 1.5 m
 
-  // Seen of a bone and its mirror, together.
+  // Distances of a bone and its mirror together.
   struct Seen {
     std::vector<float> seconds;  // by bin; empty: nothing yet
     double total_s = 0.0;
@@ -183,8 +184,8 @@ class BoneLengths {
 
 // The bones of one person, by the options: with length and variability as
 // observed in the recording, or with median lengths and one common variability.
-// Learnt from estimates without bones, because they would otherwise confirm
-// themselves.
+// Learnt from estimates without bones, which would otherwise reproduce the
+// assumed lengths.
 class PersonBones {
  public:
   // `options` must outlive it.

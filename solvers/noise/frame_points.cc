@@ -7,8 +7,8 @@
 namespace kinegraph {
 namespace {
 
-// Beyond two, errors would fall with the fourth power of the detector's
-// confidence; no such detector was seen.
+// At two, the variance falls with the fourth power of the confidence; no
+// detector has needed more.
 constexpr std::array<double, 7> kPowers = {0.0, 0.25, 0.5, 0.75, 1.0, 1.5, 2.0};
 
 // Usual correlation time of a detector's errors [s].
@@ -56,7 +56,7 @@ bool ConfidenceLearner::BeginFrame(TimeNs time) {
 
 namespace {
 
-// A view to be added to the joint.
+// A view's contribution to the joint's normal equations.
 struct LinearView {
   Eigen::Matrix3d square;  // J' J, J by the position [sigmas/m]
   Eigen::Vector3d pull;    // J' r
@@ -194,7 +194,7 @@ void FrameTriangulator::LoadViews(const JointChain& chain, size_t k) {
   }
 }
 
-// At the start; false where a view does not see it.
+// Residuals at the start; false where it has no image in a view.
 bool FrameTriangulator::SetResiduals() {
   residuals_.views.clear();
   residuals_.square = 0.0;

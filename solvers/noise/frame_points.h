@@ -1,6 +1,6 @@
-// One joint in one frame from its views alone, independent of motion: its
-// position and uncertainty, and how errors depend on the detector's confidence
-// in this recording (the power by which they shrink).
+// Triangulation of one joint in one frame without a motion model, and the
+// dependence of errors on the detector's confidence in this recording: sigma is
+// proportional to confidence^-power.
 #ifndef KINEGRAPH_SOLVERS_NOISE_FRAME_POINTS_H_
 #define KINEGRAPH_SOLVERS_NOISE_FRAME_POINTS_H_
 
@@ -92,7 +92,7 @@ class FrameTriangulator {
   // camera's index.
   explicit FrameTriangulator(const CameraRig& cameras);
 
-  // Applies it to modelled sigmas from now on.
+  // Applied to modelled sigmas from the next frame loaded.
   void set_weighting(const ConfidenceWeighting& weighting) {
     weighting_ = weighting;
   }

@@ -317,8 +317,8 @@ void LagLearner::Add(const std::vector<LagSample>& samples) {
 LagLearner::Ratios LagLearner::Fit() const {
   // Prior: as if this many values had been as expected.
   constexpr double kPrior = 30.0;
-  // Above one it is due to outliers, or to a different correlation of the
-  // errors, which says nothing about frequencies below the crossover.
+  // A ratio above one is due to outliers, or to a different correlation of the
+  // errors, which is no evidence on frequencies below the crossover.
   constexpr double kLeastNoise = 0.5;
   constexpr double kMostNoise = 1.0;
   constexpr double kMostLag = 4.0;

@@ -47,8 +47,8 @@ double CovarianceFactor(const ErrorCorrelation& correlation, double frame_s,
 // this. The integrals of H^2 and (1 - H)^2 / u^4 over u have the ratio 3 to 1.
 inline constexpr double kLagShare = 0.25;
 
-// What the same smoother leaves of its points, and then passes of that: H (1 -
-// H) of both spectra.
+// Residuals of the same smoother, smoothed once more: H (1 - H) of both
+// spectra.
 struct Leftover {
   double divisor = 1.0;      // of information, as above
   double independent = 0.0;  // values a frame, of three axes
@@ -58,7 +58,7 @@ struct Leftover {
   // people move smoothly (Flash and Hogan 1985).
   double noise_m2 = 0.0;
   double lag_m2 = 0.0;
-  // The same for what it leaves in the first pass: (1 - H) of both.
+  // The same for the residuals of the first pass: (1 - H) of both.
   double first_noise_m2 = 0.0;
   double first_lag_m2 = 0.0;
 };
@@ -108,18 +108,18 @@ struct LagSample {
 };
 
 // Estimates the smoother's lag behind the motion, and the error of the points,
-// from the points that it smooths. Its prior, white acceleration, moves joints
-// at any frequency; people hardly do above some Hertz, so the lag assumed in
-// covariances is absent there. The smoother's residuals, smoothed once more,
-// are lag with little noise, because below its crossover it has followed the
-// noise.
+// from the points that it smooths. Its prior, white acceleration, assumes
+// motion at all frequencies; people hardly move above a few hertz, so the lag
+// assumed in covariances is absent there. The smoother's residuals, smoothed
+// once more, are lag with little noise, because below its crossover it has
+// followed the noise.
 class LagLearner {
  public:
   // All samples of a joint, in temporal order.
   void Add(const std::vector<LagSample>& samples);
 
   // Variances of the points' errors and of the lag relative to their
-  // expectation; 1 where little was seen.
+  // expectation; near 1 with few samples.
   struct Ratios {
     double noise = 1.0;
     double lag = 1.0;

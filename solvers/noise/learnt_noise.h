@@ -18,7 +18,7 @@ struct ErrorCorrelation {
   double time_s = 0.1;
 };
 
-// What was learnt, in physical units.
+// The learnt values, in physical units.
 struct LearntNoise {
   struct OfClass {
     // Joints of single frames used to learn the detector's error; 0: nothing
@@ -40,8 +40,7 @@ struct LearntNoise {
 };
 
 // One line for the log: "errors last 0.10 s (share 0.90), grow with
-// confidence^-0.5; wrist 3.1 px, 4.2
-// (0.4 .. 120) m^2/s^3; ...".
+// confidence^-0.5; wrist 3.1 px, 4.2 (0.4 .. 120) m^2/s^3; ...".
 std::string ToString(const LearntNoise& learnt);
 
 // {"error_time_s", "error_share", "confidence_power", "classes": {"wrist":

@@ -1,6 +1,6 @@
-// How strongly joints are driven, which of them alike, for the recording and
-// from frame to frame, from the evidence of Kalman filters with different
-// levels of process noise.
+// The level of process noise of each group of joints, for the recording and
+// from frame to frame, from the likelihoods of Kalman filters that differ in
+// their process noise.
 #ifndef KINEGRAPH_SOLVERS_NOISE_MOTION_LEVEL_H_
 #define KINEGRAPH_SOLVERS_NOISE_MOTION_LEVEL_H_
 
@@ -51,8 +51,8 @@ class FilterBank {
   explicit FilterBank(double usual) : usual_(usual) {}
 
   // The next frame: adds the log-evidence of each level to `evidence`; nothing
-  // without a point. A robust likelihood: innovations beyond 3 (mean over axes
-  // of e^2 / S) have a reduced weight, and affect the filter less.
+  // without a point. Robust: innovations beyond 3 (mean over axes of e^2 / S)
+  // have a reduced weight, in the likelihood and in the filter.
   void Add(TimeNs time, const std::optional<FramePoint>& point,
            const ErrorCorrelation& correlation, Levels* evidence);
 
@@ -138,7 +138,7 @@ class LevelChain {
   std::map<TimeNs, Matrix> known_;  // by dt
 };
 
-// How well each level explains a frame, relative to the best one.
+// Likelihood of a frame under each level, relative to the greatest one.
 LevelChain::Vector Likelihood(const Levels& evidence);
 
 // Beliefs from one frame to the next, and back: the forward-backward algorithm

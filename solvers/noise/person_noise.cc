@@ -8,7 +8,7 @@
 namespace kinegraph {
 namespace {
 
-// For a point before any was located: a centimetre.
+// Assumed before the first point is located: (1 cm)^2.
 constexpr double kUnknownVariance_m2 = 1e-4;
 
 }  // namespace
@@ -75,7 +75,7 @@ void PersonNoise::LearnRecordingsPixels(const PersonProblem& recording) {
   triangulator_.set_weighting(confidences_.Fit());
   knows_confidences_ = true;
   if (triangulator_.weighting().added_power == 0.0) return;
-  // Different points have errors of a different size.
+  // The weighting moves the points and changes the size of their errors.
   scales_ = NoiseScales();
   starts_.clear();
   learn();
@@ -107,7 +107,8 @@ std::vector<LevelChain::Vector> PersonNoise::Count(
   return likelihoods;
 }
 
-// Also keeps the frame.
+// Triangulates the joints of frame `k`, adds their evidence and keeps the
+// frame.
 void PersonNoise::Locate(const PersonProblem& problem, size_t k, size_t place) {
   Frame& frame = frames_.emplace_back();
   std::vector<Levels> evidence(static_cast<size_t>(groups_.size()));
@@ -136,8 +137,8 @@ void PersonNoise::Locate(const PersonProblem& problem, size_t k, size_t place) {
   likelihoods_.push_back(Count(evidence));
 }
 
-// Adds the evidence backwards in time and takes the mean of both: a filter
-// detects that a joint is driven some frames late, and late levels make the
+// Runs the filters backwards too and averages the log-evidence: a filter
+// detects a rise of the level some frames late, and late levels make the
 // smoother lag.
 void PersonNoise::LookBack() {
   std::vector<FilterBank> banks;
@@ -237,12 +238,12 @@ std::vector<double> PersonNoise::LevelsOf(int group) {
                       &chains_[static_cast<int>(groups_.joint_class(group))]);
 }
 
-// Large noise hides slow motion: a head that bobs in walking appears at rest,
+// Large noise masks slow motion: a head that bobs in walking appears at rest,
 // and the evidence, from a model without bobbing, is overconfident about it.
-// But a person's joints move together, and limbs cannot hide. So below a
-// crossover at which the noise may hide motion, a joint is assumed to be as
-// active as the person's joints are on average, each relative to its usual
-// level.
+// But a person's joints move together, and the motion of limbs is too large to
+// be masked. So below a crossover at which noise may mask motion, a joint's
+// level, relative to its usual one, is assumed to be the mean over the person's
+// joints.
 double PersonNoise::ProcessNoiseOf(int joint_idx, size_t k, double level,
                                    double activity) const {
   // In gait, trunk and head have nearly all their motion below it; such
@@ -377,7 +378,7 @@ void PersonNoise::ApplyProcessNoise(PersonProblem* problem) {
   if (keeps_points_ && options_.pixel_noise_from == NoiseFrom::kRecording) {
     FindLag();
   }
-  if (keeps_points_) {  // no longer needed, nor what was derived from them
+  if (keeps_points_) {  // no longer needed, nor data derived from them
     points_ = decltype(points_)();
     likelihoods_ = decltype(likelihoods_)();
     keeps_points_ = false;

@@ -50,9 +50,9 @@ class PersonNoise {
   // Learns everything from a whole recording.
   void LearnRecording(const PersonProblem& recording);
 
-  // Learns from the frames so far: adds the problem's frame `k`, which follows
-  // the kept ones, or forgets the oldest of these. The detector's errors are
-  // only fitted in frames before Apply.
+  // Learns frame by frame: AddFrame adds the problem's frame `k`, which must
+  // follow the kept ones; DropFirstFrame removes the oldest of these. The
+  // detector's errors are only fitted in frames before Apply.
   enum class Refit { kNow, kLater };
   void AddFrame(const PersonProblem& problem, size_t k, Refit refit);
   void DropFirstFrame();
@@ -61,7 +61,7 @@ class PersonNoise {
   // which must be the kept ones. For a whole recording call it once; nothing is
   // learnt afterwards.
   void Apply(PersonProblem* problem);
-  // What was applied to a whole recording; moves it out.
+  // Moves out the noise applied to a whole recording.
   AppliedNoise ExtractApplied();
   // Instead of learning: takes `noise` of the same person, whose frame
   // frame_of[k] is at times[k].

@@ -105,7 +105,7 @@ double NoiseScales::Scale(JointClass joint_class) const {
     log_variance =
         (count * LowQuantile(own) + kClassPrior * all) / (count + kClassPrior);
   }
-  // Exact data have no noise to learn, and would leave nothing to smooth.
+  // Bounds the factor: on exact data it would vanish.
   constexpr double kMost = 16.0;
   return std::clamp(std::exp(0.5 * log_variance), 1.0 / kMost, kMost);
 }

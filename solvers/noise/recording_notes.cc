@@ -34,7 +34,7 @@ void AddClass(const LearntNoise::OfClass& from, LearntNoise::OfClass* to) {
   to->joints_seen += from.joints_seen;
 }
 
-// A failure is a bug of this program.
+// Throws where a learnt value is not finite or negative: an internal error.
 void RequireFinite(const LearntNoise& learnt) {
   const auto require = [](double value, const char* what) {
     if (std::isfinite(value) && value >= 0.0) return;
@@ -139,8 +139,8 @@ void RecordingNotes::Forget(const SolvedPerson* person) {
 
 std::shared_ptr<LearntNoise> RecordingNotes::NewPerson() {
   const std::lock_guard<std::mutex> lock(mutex_);
-  // Merges people whose tracks have ended, so that an endless take does not
-  // fill the memory.
+  // Merges people whose tracks have ended, so that memory stays bounded in an
+  // endless take.
   constexpr size_t kMany = 1024;
   if (people_.size() >= kMany) {
     std::vector<std::shared_ptr<LearntNoise>> kept;

@@ -1,5 +1,5 @@
-// What the estimators of a run learn from the recording: shared between its
-// people, and available afterwards.
+// Data that the estimators of a run learn from the recording: shared between
+// its people, and available afterwards.
 #ifndef KINEGRAPH_SOLVERS_NOISE_RECORDING_NOTES_H_
 #define KINEGRAPH_SOLVERS_NOISE_RECORDING_NOTES_H_
 
@@ -56,7 +56,7 @@ class RecordingNotes {
   void Keep(std::shared_ptr<const SolvedPerson> person);
   std::vector<std::shared_ptr<const SolvedPerson>> SolvedPeople() const;
   void Forget(const SolvedPerson* person);
-  // Where a person stores what was learnt of its noise.
+  // Where a person stores the noise learnt for it.
   std::shared_ptr<LearntNoise> NewPerson();
 
   // Over all people with results: geometric means, weighted by the joints seen;

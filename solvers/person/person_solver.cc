@@ -72,7 +72,7 @@ void PersonSolver::SolveBones(PersonProblem* problem) {
   Note(report, solver_ == GraphSolver::kBlockTridiagonal ? Result::kTakenOver
                                                          : Result::kOnlyAStart);
   if (report.finite) return;
-  // Covariances must not include what the estimates did not use.
+  // Covariances must not include factors that the estimates did not use.
   ++counts_.bones_dropped;
   problem->bones.clear();
 }
@@ -145,8 +145,8 @@ void PersonSolver::HandInCounts(int64_t first_frame, int64_t last_frame) {
   const std::string line = "a person of frames " + std::to_string(first_frame) +
                            " to " + std::to_string(last_frame) + ": " +
                            DescribeTroubles(counts);
-  // Reweighting may converge too slowly to be worth more iterations; that alone
-  // is no warning, but states that still move far are.
+  // Slow convergence of the reweighting alone is not worth a warning; states
+  // that still move far are.
   if (counts.positions_in_doubt + counts.not_finite + counts.no_covariance >
       0) {
     LOG(WARNING) << line;

@@ -70,12 +70,12 @@ class PersonSolver {
   // Adds the counts of another solver.
   void AddCounts(const SolveCounts& counts) { counts_ += counts; }
 
-  // Adds the counts since the last call to the options' ledger, and logs what
-  // went wrong in the frames first .. last of this person.
+  // Adds the counts since the last call to the options' ledger, and logs
+  // failures in the frames first .. last of this person.
   void HandInCounts(int64_t first_frame, int64_t last_frame);
 
  private:
-  // How a solve is used: its result is taken over, or only starts Ceres.
+  // Use of a solve: its result is kept, or only starts Ceres.
   enum class Result { kTakenOver, kOnlyAStart };
   // Counts a solve.
   void Note(const SolveReport& report, Result result);

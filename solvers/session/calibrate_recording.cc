@@ -58,7 +58,7 @@ int JointOf(const Skeleton& skeleton, const std::string& name) {
   return joint;
 }
 
-// Named joints and views must exist; checked before minutes are spent.
+// Named joints and views must exist; checked before minutes of work.
 void CheckNames(const KnownLength& length, const DetectionHeader& header) {
   if (length.kind == KnownLength::Kind::kDistance) {
     JointOf(header.skeleton, length.a);
@@ -74,8 +74,8 @@ void CheckNames(const KnownLength& length, const DetectionHeader& header) {
   }
 }
 
-// A world without an axis near the direction in which people stand, so that no
-// axis counts as the stated vertical (GroundOf).
+// Rotates the world so that no axis is near the direction in which people
+// stand: GroundOf prefers such axes.
 CameraRig WithoutUpAxis(const CameraRig& cameras, const Eigen::Vector3d& up) {
   Ground turn;
   turn.R = Eigen::Quaterniond::FromTwoVectors(
@@ -199,7 +199,8 @@ class Finisher {
     return gradient;
   }
 
-  // For cameras.json; the uncertainty of the metre moves all centres together.
+  // Fills in the record for cameras.json, including the uncertainty of the
+  // metre, which scales all centres together.
   void Record() {
     RigResult& rig = result_->rig;
     RefinementRecord& record = result_->record;
@@ -242,9 +243,9 @@ class Finisher {
   RecordingCalibration* result_;
 };
 
-// Whether the world is a mirror image, which two views cannot determine but
-// people can: rejected if the images are upside down too, else reported,
-// because exchanged left and right has the same effect.
+// Checks by people's noses whether the world is a mirror image, which the views
+// themselves cannot determine: rejected if the images are upside down too, else
+// reported, because an exchange of left and right has the same effect.
 void CheckMirror(const std::vector<std::string>& view_names,
                  const RigInput& input, RigResult* rig) {
   const std::vector<int> frames =

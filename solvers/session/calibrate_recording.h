@@ -17,7 +17,7 @@
 
 namespace kinegraph {
 
-// The length that determines the metre; without any, people's stature.
+// The known length that determines the scale; by default people's mean stature.
 struct KnownLength {
   enum class Kind { kPopulation, kStature, kDistance, kCameras };
   Kind kind = Kind::kPopulation;

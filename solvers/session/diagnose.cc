@@ -116,7 +116,7 @@ Diagnosis DiagnoseRecording(const RunOptions& options,
   Diagnosis diagnosis = Diagnose(input);
   diagnosis.cameras = scale.IntoWorld(diagnosis.cameras);
   for (Finding& finding : diagnosis.findings) {
-    // A run refuses to refine what is already refined.
+    // A run does not refine clocks a second time.
     if (has_clocks && finding.fix == kRefineClocks) {
       finding.fix = kCalibrateAnew;
     }

@@ -95,8 +95,8 @@ struct Past {
   const Pose3d* joints = nullptr;
 };
 
-// The newest entry that is at least kRestS old, and not much older: between two
-// frames of a fast camera noise looks like speed.
+// The newest entry that is at least kRestS old, and not much older. Over
+// shorter intervals, at high frame rates, noise would appear as speed.
 const Past* LongEnoughAgo(const std::deque<Past>& past, TimeNs now) {
   const TimeNs least = FromSeconds(kRestS);
   for (auto at = past.rbegin(); at != past.rend(); ++at) {
@@ -303,7 +303,7 @@ std::optional<Ground> GroundOf(const TrackHeader& header,
   if (!(axis.norm() > 0.0) || SamplesOf(feet) < kFewestFeet) {
     return std::nullopt;
   }
-  // Where most people lie, the standing ones are more informative.
+  // Where most people lie, standing ones carry more information.
   const Eigen::Vector3d mean = axis.normalized();
   const Eigen::Vector3d body =
       StanceOf(header.skeleton, frames).UpUnlike(mean).value_or(mean);

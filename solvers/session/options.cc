@@ -73,7 +73,7 @@ RunOptions WithRulesOfMode(RunOptions options) {
   }
   if (options.input.independent_frames) {
     options.tracker.life.independent_frames = true;
-    options.identity.link = false;  // no evidence on who returns
+    options.identity.link = false;  // people cannot be followed between frames
   }
   return options;
 }
@@ -166,7 +166,7 @@ DetectionReadOptions DetectionOptionsOf(const RunOptions& options) {
 
 EstimatorFactory FeedbackOf(const RunOptions& options) {
   // Called for the people of a replay one after the other, with and without
-  // cameras: they must not share what they learn.
+  // cameras. Their estimators must not share learnt data.
   EstimatorOptions alone = options.estimators;
   alone.graph.view_bias = ViewBiasUse::kOff;
   return MakeEstimators(alone).feedback;

@@ -105,8 +105,8 @@ void PresenceLearner::Compare(int view_a, const Ideal& a, int view_b,
 }
 
 double PresenceLearner::LeastConfidence() const {
-  // Robust estimates tolerate one in four: of three views two are then right in
-  // five of six cases.
+  // Robust estimates tolerate a quarter of outliers: with three views, at least
+  // two are right in five of six cases.
   constexpr double kMostAstray = 0.25;
   constexpr int64_t kEnough = 50;
   // Higher confidence implies fewer errors: neighbouring bins that contradict

@@ -1,7 +1,7 @@
-// The confidence below which a detector's joints are absent. Some detectors
-// report a position for every joint, the maximum of a heat map that is low
-// everywhere; that is not a measurement with a large error, and no power of the
-// confidence (solvers/noise/frame_points.h) describes it.
+// The confidence below which a detector's joints count as absent. Some
+// detectors report a position for every joint, even the maximum of a heat map
+// that is low everywhere. That is not a measurement with a large error, so that
+// weighting by confidence (solvers/noise/frame_points.h) cannot describe it.
 #ifndef KINEGRAPH_SOLVERS_SESSION_PRESENCE_H_
 #define KINEGRAPH_SOLVERS_SESSION_PRESENCE_H_
 
@@ -27,8 +27,8 @@ class PresenceLearner {
 
   void See(const DetectionFrame& frame);
 
-  // Joints with less confidence are absent; 0: none are, or too little was
-  // seen.
+  // Joints with less confidence are absent; 0: none are, or there are too few
+  // observations.
   double LeastConfidence() const;
 
  private:

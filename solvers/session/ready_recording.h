@@ -57,16 +57,16 @@ struct ReadyRecording {
   }
 };
 
-// Tracks the recording once to match it, after a search for whole-frame lags if
-// the options request clocks, and refines what they request. Throws as
-// PrepareScene.
+// Refines the parameters that the options request, from the matches of one
+// tracking run; if clocks are requested, after a search for whole-frame lags.
+// Throws as PrepareScene.
 ReadyRecording RefineRecording(const RunOptions& options,
                                const RunRequest& request,
                                const DetectionSequence& detections);
 
 // `recorded`: the record of an earlier run in the request's calibration. `read`
 // is called if the recording is needed. Throws as PrepareScene, and OptionError
-// when something already refined is to be refined again.
+// if refined parameters would be refined again.
 ReadyRecording MakeRecordingReady(
     const RunOptions& options, const RunRequest& request,
     const std::optional<RefinementRecord>& recorded,

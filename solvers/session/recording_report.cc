@@ -227,8 +227,8 @@ struct RecordingReporter::Impl {
     return report;
   }
 
-  // Views that show no more people than were written, perhaps in the right
-  // place, with hardly any matches.
+  // Adds views with hardly any matches that show no more people than were
+  // written. Their detections may lie at the people's positions by chance.
   static void AddStrangers(RecordingReport* report) {
     constexpr double kOthers = 1.2;  // margin for other people in an image
     using Kind = CameraWarning::Kind;
@@ -253,8 +253,8 @@ struct RecordingReporter::Impl {
   }
 
   // Keeps the beginning of the recording, from the first frame in which two
-  // views show people: enough, within bounds, to search for lags of ten
-  // seconds.
+  // views show people: three times the longest lag that the doctor searches,
+  // with a bounded number of joints.
   void Keep(const DetectionFrame& seen) {
     constexpr int64_t kMostJoints = 400000;
     const double longest_s = 3.0 * DoctorOptions().longest_lag_s;
@@ -276,11 +276,11 @@ struct RecordingReporter::Impl {
     beginning_.frames.push_back(seen);
   }
 
-  // The doctor's input; it examines views, not tracks.
+  // The doctor's input, which consists of detections only.
   DoctorInput BeginningOf() const {
     DoctorInput input;
     input.cameras = scene_.model.cameras;
-    // For people the doctor determines the unit.
+    // In the run's metres, except for people, whose unit the doctor checks.
     if (!IsHuman(detection_skeleton_)) {
       input.cameras = scale_.IntoRun(input.cameras);
     }

@@ -1,5 +1,5 @@
-// The report at the end of a run: how well its poses fit the detections, how
-// tall people are, and what looks wrong.
+// The report at the end of a run: residuals of its poses, stature of people,
+// and warnings.
 //
 //   RecordingReporter reporter(session.scene(), source->header().skeleton);
 //   UsedFrames used(session.scene(), reopen);
@@ -71,8 +71,8 @@ struct RecordingReport {
   std::vector<CameraReport> cameras;
   std::vector<PersonReport> people;  // ascending ids
   std::vector<CameraWarning> cameras_off;
-  // What is implausible, the doctor's findings without tracking and, unless
-  // these explain it, cameras with a problem.
+  // Implausible results, the doctor's findings without tracking and, unless
+  // these explain them, problems of single cameras.
   std::vector<Finding> warnings;
 };
 
@@ -92,8 +92,8 @@ class RecordingReporter {
   RecordingReporter(const RecordingReporter&) = delete;
   RecordingReporter& operator=(const RecordingReporter&) = delete;
 
-  // `seen` has the used views of the frame; `tracked` what was written of it,
-  // with its matches (RunRequest::kept_matches).
+  // `seen` has the used views of the frame; `tracked` is the written frame with
+  // its matches (RunRequest::kept_matches).
   void See(const DetectionFrame& seen, const TrackFrame& tracked);
   RecordingReport Report() const;
 

@@ -13,8 +13,8 @@
 namespace kinegraph {
 namespace {
 
-// Limits of plausibility. None was fitted to a score; values of sound
-// recordings are given beside them.
+// Limits of plausibility, not fitted to any score. Values of good recordings in
+// the comments.
 constexpr double kMaxErrorShare = 0.06;    // of a person's size; Shelf: 0.02
 constexpr double kMinMatched = 0.4;        // share of detections
 constexpr double kNearlyAllMatched = 0.9;  // share of detections
@@ -46,7 +46,7 @@ class Warnings {
         {kind, "", 0.0, 0.0, 0.0, std::move(fix), std::move(evidence)});
   }
 
-  // Adds a warning about something odd that may have many causes.
+  // Adds a warning about an implausible result that may have many causes.
   void AddIf(bool holds, const std::string& kind, std::string evidence) {
     if (holds) Add(kind, std::move(evidence), kLookCloser);
   }
@@ -190,8 +190,8 @@ class Warnings {
                       "{:.0f} % of a person's size in the image: calibration, "
                       "pairing of views and cameras, or clocks may be wrong",
                       report_->median_px, 100.0 * share));
-    // Few matches may be correct where views also show other people: beds of a
-    // ward.
+    // Few matches may be correct where views also show other people, such as
+    // patients in the other beds of a ward.
     AddIf(!facts_.views_examined && MatchedShare() < kMinMatched, "matched",
           fmt::format("{:.0f} % of the detections belong to a person who was "
                       "found: views may have each other's cameras "
@@ -301,7 +301,8 @@ class Warnings {
         facts_.links ? kLookCloser : "--set=identity.link=true");
   }
 
-  // People hidden by the average over everyone; each view separately.
+  // People who are not tracked, view by view: the average over all people hides
+  // them.
   void AddUnfollowed() {
     constexpr size_t kMost = 8;  // lines
     if (facts_.independent_frames) return;
@@ -437,7 +438,7 @@ void AddWarnings(const RecordingFacts& facts, const Diagnosis& diagnosis,
     }
     return;
   }
-  // Oddities are not reported beside their explanation.
+  // Implausible results are not reported if their cause is.
   auto& all = report->warnings;
   all.erase(std::remove_if(all.begin(), all.end(),
                            [](const Finding& one) {

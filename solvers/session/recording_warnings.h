@@ -1,4 +1,4 @@
-// Warnings when a recording's figures indicate a problem of its set-up. For
+// Warnings where the results of a run indicate a problem of the set-up. For
 // solvers/session only.
 #ifndef KINEGRAPH_SOLVERS_SESSION_RECORDING_WARNINGS_H_
 #define KINEGRAPH_SOLVERS_SESSION_RECORDING_WARNINGS_H_
@@ -17,7 +17,7 @@
 
 namespace kinegraph {
 
-// What the warnings need besides the report.
+// Input of the warnings besides the report.
 struct RecordingFacts {
   double stature_m = 0.0;       // of people matched between views, untracked
   double body_speed_mps = 0.0;  // 95th percentile, mid-hip
@@ -28,14 +28,14 @@ struct RecordingFacts {
   std::string better_skeleton;
   double frame_step_s = 0.0;    // median time between frames
   std::vector<double> holes_s;  // longer steps than kHole, ascending in time
-  // How often the clock stopped or stepped back.
+  // Number of times the clock stopped or stepped back.
   int64_t steps_back = 0;
   // Among report.frames: no detections in any view.
   int64_t empty_frames = 0;
   // Whether the doctor could examine the views; if so, it reports their
   // problems.
   bool views_examined = false;
-  bool independent_frames = false;  // as the options say
+  bool independent_frames = false;  // input.independent_frames
   bool in_seconds = false;          // graph mode
   bool links = false;               // identity.link
   // In joints of 17: the usual number of a detection, and the number required
@@ -70,8 +70,8 @@ double TypicalHeight(const std::vector<PersonReport>& people);
 // those that bring `length_m` into the range; empty: none.
 std::string UnitsThatFit(double length_m, double least_m, double most_m);
 
-// The doctor's findings without tracking, followed by mere oddities; those that
-// a finding explains are omitted, as is RecordingReport::cameras_off.
+// Adds the doctor's findings without tracking, then implausible results. Where
+// a finding explains them, these and RecordingReport::cameras_off are omitted.
 void AddWarnings(const RecordingFacts& facts, const Diagnosis& diagnosis,
                  RecordingReport* report);
 

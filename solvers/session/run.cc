@@ -109,14 +109,14 @@ FrozenRun FreezeTracking(const RunOptions& options, const RunRequest& request,
   one_pass.identity.link = false;
   MatchFreezer freezer;
   EstimatorPair estimators = MakeEstimators(options.estimators);
-  // The written estimator receives every frame of a life.
+  // The output estimator receives every frame of a track.
   EstimatorFactory& written =
       estimators.output ? estimators.output : estimators.feedback;
   written = freezer.Wrap(std::move(written));
   Session session(one_pass, asked, told.header, std::move(estimators));
   FrozenRun run;
   run.scene = session.scene();
-  // The tracks record what was requested, not what was left out.
+  // The tracks record the requested options, not those changed above.
   run.scene.header.config_json = EffectiveConfigJson(options);
   run.tracks.header = run.scene.header;
   run.detections.header = told.header;

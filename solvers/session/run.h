@@ -60,7 +60,7 @@ void TrackAll(DetectionSource* source, Session* session,
 
 // Tracks detections in memory, after refining cameras and clocks and placing
 // the world on its floor if the options request it. `view_bias`, if not null,
-// receives what was learnt of the detector's bias; `progress`, if not empty,
+// receives the learnt bias of the detector; `progress`, if not empty,
 // the number of frames read so far.
 TrackSequence TrackSequenceOf(
     const RunOptions& options, const RunRequest& request,
@@ -76,7 +76,7 @@ struct FrozenRun {
   DetectionSequence detections;
   int64_t first_frame = 0;  // to be written
   FrozenMatches matches;
-  TrackSequence tracks;  // what the run itself wrote
+  TrackSequence tracks;  // output of the run itself
 };
 
 // Tracks detections in memory and freezes the matches, after refining cameras

@@ -1,5 +1,5 @@
-// What a run needs before its first frame: cameras paired with views, the
-// skeleton and rate of the tracks.
+// Set-up of a run before its first frame: cameras paired with views, skeleton
+// and rate of the tracks.
 #ifndef KINEGRAPH_SOLVERS_SESSION_SCENE_H_
 #define KINEGRAPH_SOLVERS_SESSION_SCENE_H_
 
@@ -18,7 +18,7 @@ namespace kinegraph {
 
 enum class PairedBy;  // core/io/detections/view_pairing.h
 
-// What a run needs besides its options.
+// Input of a run besides its options.
 struct RunRequest {
   CameraRig cameras;                         // as in the calibration file
   std::vector<std::string> without_cameras;  // names of views or cameras

@@ -31,9 +31,8 @@ RunOptions WithLedger(RunOptions options) {
   return options;
 }
 
-// The longest interval between frames that makes a difference in a run: lives,
-// gaps and absences end before it, and covariances keep their precision over
-// it.
+// Longer intervals between frames have the same effect as this one: lives, gaps
+// and absences end before it. Covariances keep their precision over it.
 TimeNs LongestPause(const RunOptions& options, double frame_rate_hz) {
   constexpr double kHour_s = 3600.0;
   const TrackLifeOptions life =
@@ -45,9 +44,9 @@ TimeNs LongestPause(const RunOptions& options, double frame_rate_hz) {
   return FromSeconds(std::min(longest_s, 1e9));
 }
 
-// A clock may be reset while recording, stop, or pause for a year. Estimators
-// receive ascending times without pauses longer than any of them can
-// distinguish; output has the recording's own times.
+// The clock of a recording may be reset, stop, or jump by a year. Estimators
+// receive ascending times without longer pauses than have an effect; the output
+// has the recording's own times.
 class RecordingClock {
  public:
   explicit RecordingClock(TimeNs longest_pause)
@@ -240,7 +239,8 @@ struct Session::Impl {
     tracker_->set_stage_times(stage_times_);
   }
 
-  // Called before anyone is tracked: no frame so far had people in two views.
+  // Called before the first track can begin: no frame processed so far has
+  // people in two views.
   void SettleScale() {
     settled_ = true;
     scale_ = gauge_.Scale();
@@ -326,7 +326,7 @@ struct Session::Impl {
     tracker_->Process(frame, &finished_);
   }
 
-  // Appends what the tracker finished, except its warm-up.
+  // Appends the finished frames of the tracker, except the warm-up.
   void Collect(std::vector<TrackFrame>* frames) {
     for (TrackFrame& frame : finished_) {
       if (frame.frame >= first_frame_) frames->push_back(std::move(frame));
@@ -352,8 +352,8 @@ struct Session::Impl {
     return false;
   }
 
-  // People whose tracks were shortened by a user or the evidence: they are not
-  // extended again.
+  // People whose tracks were shortened by a correction or by linking: they are
+  // not extended again.
   std::set<TrackId> Shortened() const {
     std::set<TrackId> people;
     for (const IdentityEdit& edit : edits_) {

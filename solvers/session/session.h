@@ -42,8 +42,8 @@ struct RunSummary {
   int64_t frames = 0;
   int64_t people = 0;  // identities in the output
   int64_t person_frames = 0;
-  // Graph mode: the solver of the result (graph.solver), and how the solves of
-  // the people whose tracks ended went.
+  // Graph mode: the solver of the result (graph.solver), and counts of the
+  // solves for people whose tracks have ended.
   std::string solver;
   SolveCounts solves;
   SubjectScale subject_scale;
@@ -64,8 +64,8 @@ class Session {
   // InputError or OptionError for inconsistent arguments.
   Session(const RunOptions& options, const RunRequest& request,
           const DetectionHeader& detections, SourceOpener reopen = nullptr);
-  // With the caller's own estimators instead of those that the options name: to
-  // observe them, or to write with another smoother.
+  // With the caller's own estimators instead of those of the options: to
+  // observe them, or for the output of another smoother.
   Session(const RunOptions& options, const RunRequest& request,
           const DetectionHeader& detections, EstimatorPair estimators,
           SourceOpener reopen = nullptr);
@@ -107,7 +107,7 @@ class Session {
   // this object are in the world's unit; the caller's own estimators work in
   // the run's metres.
   const SubjectScale& scale() const;
-  // After Finish: what the written estimators learnt from the recording
+  // After Finish: data that the output estimators learnt from the recording
   // (graph.pixel_noise_from, graph.process_noise_from, graph.view_bias). ToJson
   // (solvers/noise/learnt_noise.h) converts the first to JSON.
   LearntNoise learnt_noise() const;

@@ -39,9 +39,9 @@ bool IsPerson(double size_m) {
   return size_m >= kMinHeight && size_m <= kMaxHeight;
 }
 
-// Of the observed joints, those of the body. Others, a lure or a misplaced
-// joint, are far from its centre; the tip of a tail is two or three times as
-// far as most joints.
+// The observed joints that belong to the body. Others, such as a misplaced
+// joint, are far from its centre; the tip of a tail is only two or three times
+// as far as most joints.
 std::vector<Eigen::Vector3d> JointsOfTheBody(const Pose3d& pose) {
   constexpr double kFar = 4.0;
   std::vector<Eigen::Vector3d> joints_m;
@@ -93,7 +93,8 @@ std::optional<double> SizeOf(const Pose3d& pose, const Limbs& limbs,
   return pose.size() <= kFewPoints ? extent_m : kSizeOfExtent * extent_m;
 }
 
-// People keep their size unless nearly all looks show that they are not human.
+// The scale of human joints is 1 unless nearly all observations have a size
+// that no human has.
 SubjectScale ScaleOfSizes(const std::vector<double>& sizes_m, bool is_human) {
   if (sizes_m.empty()) return SubjectScale();
   if (is_human) {
@@ -113,9 +114,8 @@ SubjectScale ScaleOfSizes(const std::vector<double>& sizes_m, bool is_human) {
   return SubjectScale::OfSize(Median(sizes_m));
 }
 
-// Whether a detection can be measured. Joints placed at one point, as some
-// detectors do with all that were not found, have only the detector's noise as
-// their distance.
+// Whether a detection can be measured. Some detectors place all joints that
+// were not found at one point; their distances are only noise.
 bool HasExtent(const Detection& detection) {
   constexpr double kNoise_px = 10.0;  // upper bound of the detector's noise
   return CountFound(detection) > 1 &&
@@ -262,7 +262,7 @@ void SubjectGauge::See(const DetectionFrame& frame) {
   const auto first = sizes_m_.begin() + static_cast<std::ptrdiff_t>(before);
   const std::vector<double> now(first, sizes_m_.end());
   if (!now.empty()) ++measured_;
-  // A live stream of people must not wait long.
+  // Fewer for people, so that a live stream does not wait long.
   const int enough = is_human_ ? 10 : 30;
   settled_ = measured_ >= enough || looks_ >= 3 * enough;
   if (is_human_ && !now.empty() && IsPerson(Median(now))) {

@@ -1,5 +1,5 @@
 // The size of the subjects of a run: lengths of limbs in poses, and the run's
-// scale from what two views show.
+// scale from people triangulated from two views.
 #ifndef KINEGRAPH_SOLVERS_SESSION_SUBJECT_GAUGE_H_
 #define KINEGRAPH_SOLVERS_SESSION_SUBJECT_GAUGE_H_
 
@@ -18,8 +18,9 @@
 
 namespace kinegraph {
 
-// Distance of two joints [m] if both were observed: joints filled in by a bone
-// factor or a prediction carry no new information. Negative indices: none.
+// Distance of two joints [m] if both were observed: inferred positions follow
+// from bones or predictions and carry no information on lengths. nullopt for
+// negative indices.
 std::optional<double> ObservedDistance(const Pose3d& pose, int a, int b);
 
 // Limbs in the poses of a skeleton; none for a non-human skeleton.
@@ -37,7 +38,8 @@ class Limbs {
 
   // Lengths [m] of limbs observed in a pose.
   std::array<std::optional<double>, kCount> LengthsOf(const Pose3d& pose) const;
-  // Stature estimated from one pose [m]; nullopt if too little was observed.
+  // Stature estimated from one pose [m]; nullopt if too few limbs were
+  // observed.
   std::optional<double> HeightOf(const Pose3d& pose) const;
   // Between two observed hips.
   std::optional<Eigen::Vector3d> MiddleOfHips(const Pose3d& pose) const;
@@ -66,7 +68,8 @@ class SubjectGauge {
   void See(const DetectionFrame& frame);
   // Whether two views have shown a subject.
   bool has_begun() const { return looks_ > 0; }
-  // Whether more frames have no effect. One look at people is enough.
+  // Whether more frames have no effect. A single frame with people of plausible
+  // size suffices.
   bool is_settled() const { return settled_; }
   // From the frames so far.
   SubjectScale Scale() const;

@@ -23,8 +23,8 @@ namespace kinegraph {
 namespace {
 
 constexpr size_t kFramesToTry = 250;
-// Number of joints in the second most complete view: what two views can
-// triangulate.
+// Number of joints in the view with the second most joints: as many can be
+// triangulated from two views.
 int JointsSeenTwice(const DetectionFrame& frame, int least_joints) {
   std::array<int, 2> most = {0, 0};
   for (const ViewDetections& view : frame.views) {
@@ -105,8 +105,8 @@ bool HasCamera(const RecordingReport& report, CameraWarning::Kind kind) {
       [&](const CameraWarning& camera) { return camera.kind == kind; });
 }
 
-// Whether nothing except camera poses and clocks seems wrong. With two cameras
-// either may be wrong, which a configuration cannot decide.
+// Whether only camera poses and clocks seem wrong. Not with two cameras, where
+// either one may be.
 bool MayBeRefined(const RecordingReport& report) {
   return report.cameras.size() > 2 &&
          !HasCamera(report, CameraWarning::Kind::kHardlySeen) &&
@@ -176,8 +176,7 @@ bool HasPlausibleHeight(const RecordingReport& report) {
   return report.height_m >= kMinHeight && report.height_m <= kMaxHeight;
 }
 
-// As in a run; if only the order of the names decided, the pairing is kept as a
-// map.
+// As in a run; a pairing based only on the order of the names is kept as a map.
 void PairViews(const std::vector<std::string>& views,
                const CameraReadOptions& options, RecordingSurvey* survey) {
   const ViewPairing pairing = PairViewsWithCameras(
@@ -227,7 +226,7 @@ void SettleUnit(const SurveyRequest& request,
       survey->unit = unit.name;
       static_cast<SurveyTrial&>(*survey) = std::move(trial);
     }
-    // The height of non-human subjects is no evidence of the unit.
+    // The height of non-human subjects carries no information on the unit.
     if (HasPlausibleHeight(survey->report) ||
         !IsHuman(beginning.header.skeleton)) {
       return;
@@ -243,9 +242,9 @@ double MatchedOf(const RecordingReport& report) {
   return static_cast<double>(sum);
 }
 
-// Where detections have few joints, a new person may require fewer. Tries it,
-// and keeps it if clearly more of the detections are then matched, equally
-// well. A setting that was tried without improvement is not recommended either.
+// Where detections have few joints, tries to require fewer of a new person, and
+// keeps the setting if clearly more of the detections are then matched with
+// residuals as small. Otherwise the report does not recommend it either.
 void SettleJoints(SurveyRequest request, const DetectionSequence& beginning,
                   RecordingSurvey* survey) {
   constexpr double kClearlyMore = 1.05;
@@ -281,9 +280,9 @@ void SettleJoints(SurveyRequest request, const DetectionSequence& beginning,
   }
 }
 
-// Offers to refine cameras with errors if a fit of these frames accepts it and
-// views that took no part in the fit improve. Clocks are left to the run, which
-// judges them by the whole recording.
+// Offers refinement of cameras with errors if a fit of these frames accepts it
+// and views excluded from the fit improve. Clocks are left to the run, which
+// tests them on the whole recording.
 void SettleRefinement(const SurveyRequest& request,
                       const DetectionSequence& beginning,
                       RecordingSurvey* survey) {

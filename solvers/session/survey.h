@@ -27,14 +27,15 @@ struct SurveyRequest {
 // Results of tracking some frames.
 struct SurveyTrial {
   RecordingReport report;
-  // How people stand in them; empty for a non-human skeleton.
+  // Evidence on the vertical from people; empty for a non-human skeleton.
   Stance stance = Stance(Skeleton());
-  // Some cameras see people elsewhere, or at another time, than the others, and
-  // nothing else looks wrong: refinement is worthwhile (cameras.refine,
+  // Poses or clocks of some cameras contradict the others, and nothing else
+  // seems wrong: refinement is recommended (cameras.refine,
   // cameras.refine_clock).
   bool cameras_are_off = false;
   bool clocks_are_off = false;
-  // Why the refinement of cameras with errors is not offered, as text.
+  // The reason, as text, if cameras have errors but their refinement is not
+  // offered.
   std::string left;
 };
 

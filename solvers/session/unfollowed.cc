@@ -12,7 +12,7 @@ namespace kinegraph {
 namespace {
 
 constexpr double kOften = 0.2;  // of the frames
-// A person who walks in is confirmed within a second or so.
+// A person who enters is confirmed within about a second.
 constexpr double kLeastS = 3.0;
 constexpr double kAwayS = 0.4;  // life of a lost track
 
@@ -58,7 +58,7 @@ void UnfollowedPeople::See(const DetectionFrame& seen,
     if (IsLong(chains_[i])) ended_.push_back(chains_[i]);
     chains_.erase(chains_.begin() + static_cast<std::ptrdiff_t>(i));
   }
-  // Chains that are frequent already, or may become so, are kept.
+  // Bounds memory; keeps the most frequent chains.
   constexpr size_t kMostEnded = 256;
   if (ended_.size() > kMostEnded) {
     std::sort(ended_.begin(), ended_.end(), [](const Chain& a, const Chain& b) {

@@ -1,5 +1,6 @@
-// People whom a view shows for long but who are not tracked: behind a table, at
-// the edge of what two views see. The average share of matches hides them.
+// People who are visible in a view for long but not tracked, for example behind
+// a table or at the edge of the area seen by two views. The average share of
+// matched detections hides them.
 #ifndef KINEGRAPH_SOLVERS_SESSION_UNFOLLOWED_H_
 #define KINEGRAPH_SOLVERS_SESSION_UNFOLLOWED_H_
 

@@ -129,9 +129,9 @@ class WindowEstimator final : public Estimator {
   }
 
   // A new state starts where the frame's own views triangulate the joint, else
-  // at the prediction, with the previous velocity. A joint without a previous
-  // position (missing in the last frame) cannot be predicted: where this frame
-  // triangulates it, it stays there. Returns which joints those are.
+  // at the prediction, with the previous velocity. A joint that was missing in
+  // the last frame cannot be predicted and keeps the position triangulated in
+  // this frame. Returns these joints.
   std::vector<bool> StartNewStates() {
     std::vector<bool> placed_anew(joint_count(), false);
     if (records_.size() < 2) return placed_anew;
@@ -216,7 +216,7 @@ class WindowEstimator final : public Estimator {
     return end;
   }
 
-  // The sigmas of a window all change together, and rarely.
+  // One factor on all sigmas of the window, changed only where it matters.
   void LearnNoiseScale(const std::vector<double>& squares) {
     constexpr double kWorthIt = 0.02;
     learnt_scale_.Add(squares, noise_scale_);

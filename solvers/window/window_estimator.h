@@ -11,7 +11,7 @@
 
 namespace kinegraph {
 
-// Every Add solves the window anew, with the whole convexity schedule; above 60
+// Every Add runs the whole schedule (MakeSchedule) on the window; above 60
 // frames per second only every second, third, ... Add does. A frame becomes
 // final when it is graph.lag_s older than the newest, or will be before the
 // next solve; it is marginalised into a prior on its successor when the next

@@ -1,4 +1,4 @@
-// `calibrate` as a program: what it leaves, what it says, how it ends.
+// The program `calibrate`: files, messages, exit codes.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -15,7 +15,7 @@ using ::testing::HasSubstr;
 
 class CalibrateTest : public CommandTest {
  protected:
-  // Somebody walks before three cameras for so many seconds.
+  // One person walks in front of three cameras for `seconds`.
   std::string Seconds(double seconds) const {
     const std::string name = "s" + std::to_string(static_cast<int>(seconds));
     Done("synthesize",
@@ -29,7 +29,8 @@ class CalibrateTest : public CommandTest {
   }
 };
 
-// Nobody tracks with the cameras of an earlier recording.
+// A refusal removes the cameras of an earlier recording, so that they are not
+// used by mistake.
 TEST_F(CalibrateTest, ARefusalFailsAndLeavesNoCameras) {
   const std::string out = folder_.Write("found.json", "of an earlier run\n");
   const ProgramOutcome outcome =
@@ -54,7 +55,7 @@ TEST_F(CalibrateTest, WhatCannotBeWrittenIsSaidBeforeTheWork) {
   }
 }
 
-// Millimetres for metres, and what overflows.
+// Lengths in millimetres instead of metres, and overflows.
 TEST_F(CalibrateTest, LengthsHaveARange) {
   const std::string detections = Seconds(0.5);
   for (const std::string length :

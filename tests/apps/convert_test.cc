@@ -1,4 +1,4 @@
-// kinegraph-convert itself: which formats go together, exit codes, files.
+// The program kinegraph-convert: combinations of formats, exit codes, files.
 #include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -37,7 +37,8 @@ using ::testing::HasSubstr;
 using ::testing::Not;
 using testing::TemporaryFolder;
 
-// What is printed where it must succeed, and where it must not.
+// The notes of a conversion that must succeed, and the error of one that must
+// fail.
 std::string Converted(const std::string& arguments) {
   return testing::Done("convert", arguments).errors;
 }
@@ -45,7 +46,7 @@ std::string Refused(const std::string& arguments) {
   return testing::Refusal("convert", arguments);
 }
 
-// A small take in our own formats.
+// A small recording in our own formats.
 struct Take {
   explicit Take(const TemporaryFolder& folder)
       : cameras(folder.path() / "cameras.json"),
@@ -105,7 +106,7 @@ TEST(Convert, RefinedCamerasKeepTheirRecordOrSaySo) {
   EXPECT_EQ(ReadTextFile(folder.path() / "own.json"), ReadTextFile(refined));
   EXPECT_THAT(Converted(in + "/other.toml --to=pose2sim"),
               HasSubstr("clocks and uncertainty are not kept"));
-  // A broken one is not handed on.
+  // An invalid record is not copied.
   WriteCameras(refined, ReadCameras(recording.cameras), "{\"cameras\": 3}");
   EXPECT_THAT(Refused(in + "/broken.json --to=kinegraph"),
               HasSubstr("refinement: cameras: found 3"));
@@ -240,8 +241,8 @@ TEST(Convert, PeopleOnTheirSideAndTheWayUp) {
               stands);
 }
 
-// Formats without axes of their own are turned as they are read: a quarter turn
-// about x and its inverse are nothing.
+// Tracks in formats without stated axes are rotated on reading: a quarter turn
+// about x and its inverse cancel.
 TEST(Convert, AxesTurnTracksOfAnyFormat) {
   const TemporaryFolder folder;
   const std::string tracks = folder.path() / "take.jsonl";
@@ -296,7 +297,7 @@ TEST(Convert, ReadsTracksFromAPipe) {
     EXPECT_EQ(testing::ContentOf(piped), testing::ContentOf(direct));
     fs::remove(piped);
   }
-  // Three kinds are called so.
+  // Three kinds of files have a format of that name.
   const auto refused = feed(" --to=kinegraph --out=" + piped);
   EXPECT_EQ(refused.exit_code, 2);
   EXPECT_THAT(refused.errors, HasSubstr("cannot be recognised from a pipe"));
@@ -343,7 +344,7 @@ TEST(Convert, MarkersAreNamedAsOthersNameThem) {
       EXPECT_THAT(FourthLineOf(out), HasSubstr(marker)) << one.names;
     }
     EXPECT_TRUE(testing::OpenSimReads(out));
-    // Whatever the names, the joints are known again.
+    // With any naming convention the joints are recognised.
     const TrackSequence back = ReadTracks(out);
     EXPECT_TRUE(back.header.skeleton == Halpe26()) << one.names;
     ASSERT_EQ(back.frames.at(0).people.size(), 1u);
@@ -358,7 +359,7 @@ TEST(Convert, MarkersAreNamedAsOthersNameThem) {
     return ReadTracks(csv).frames.at(0).people.at(0).id;
   };
   EXPECT_EQ(chosen("3", tracks), TrackId(3));
-  // Names in the tracks themselves count, too.
+  // Names in the tracks themselves are accepted too.
   std::string named = ReadTextFile(tracks);
   named.insert(1, R"("names":{"3":"Carl"},)");
   EXPECT_EQ(chosen("Carl", folder.Write("own.jsonl", named)), TrackId(3));

@@ -87,7 +87,7 @@ TEST_F(CorrectionsTest, AFileEditedByHandGivesTheSameBytesEachTime) {
   EXPECT_LT(x_of(90, 0), -1.0);  // exchanged
   EXPECT_THAT(ContentOf(Path("one.jsonl")), HasSubstr("Anna"));
 
-  // The run's own edits may be passed in unchanged.
+  // The run's own edits may be passed back unchanged.
   Done("track", Flags(ContentOf(Path("one.identity.jsonl")), "third.jsonl"));
   EXPECT_EQ(ContentOf(Path("third.jsonl")), ContentOf(Path("one.jsonl")));
 }

@@ -1,4 +1,4 @@
-// The demo as a new user runs it.
+// The demo with its default options.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -76,7 +76,7 @@ TEST_F(DemoTest, TracksInEveryModeAndScores) {
   const ProgramOutcome outcome = Run("--set=scene.duration=3");
   EXPECT_EQ(outcome.errors, "");
 
-  // The files it names are the files that exist.
+  // The printed files are those that exist.
   std::set<std::string> there;
   for (const auto& entry : fs::directory_iterator(out_)) {
     there.insert(entry.path().filename().string());
@@ -134,7 +134,7 @@ TEST_F(DemoTest, SameFilesEachTime) {
   for (const auto& entry : fs::directory_iterator(out_)) {
     first[entry.path().filename().string()] = ContentOf(entry.path());
   }
-  // Over the files of the first time.
+  // Overwrites the files of the first run.
   Run("--set=scene.duration=1");
   for (const auto& [name, content] : first) {
     EXPECT_FALSE(content.empty()) << name;
@@ -149,7 +149,7 @@ TEST_F(DemoTest, BadInputIsOneLineAndExitTwo) {
     Refusal("demo", flags + " --out='" + out_.string() + "'");
     EXPECT_FALSE(fs::exists(out_)) << flags;
   }
-  // A file is no folder.
+  // A file is not accepted as a folder.
   Refusal("demo",
           "--set=scene.duration=1 --out='" + folder_.Write("file", "") + "'");
 }

@@ -1,4 +1,4 @@
-// The program itself: tracks in, a CSV file out.
+// The program kinegraph-kinematics: tracks to CSV.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -47,7 +47,7 @@ std::vector<Row> ReadCsv(const fs::path& path) {
 class Kinematics : public CommandTest {
  protected:
   // Three frames of one person, called Anna, whose left knee bends by 0, 45, 90
-  // degrees; the right elbow is not there in the second.
+  // degrees; the right elbow is missing in the second.
   std::string WriteBend() const {
     TrackSequence tracks;
     tracks.header.skeleton = Body25();
@@ -69,7 +69,7 @@ class Kinematics : public CommandTest {
     return Path("bend.jsonl");
   }
 
-  // The same in a format that tells no times.
+  // The same in a format without times.
   std::string WriteBendWithoutTimes() const {
     Json poses = Json::array();
     for (const TrackFrame& frame : ReadTracks(WriteBend()).frames) {
@@ -128,7 +128,7 @@ TEST_F(Kinematics, WithoutTimesThereAreNoSpeeds) {
   EXPECT_EQ(rows[0].count("pelvis_speed_m_s"), 0u);
 }
 
-// Pose2Sim's files have some of a skeleton's joints under names of their own.
+// Pose2Sim's files have some of a skeleton's joints under other names.
 TEST_F(Kinematics, OtherProgramsNamesAreKnown) {
   TrackSequence tracks;
   tracks.header.skeleton = Skeleton("custom", {"RHip", "RKnee", "RAnkle"}, {});

@@ -42,7 +42,7 @@ struct OwnRecording {
   int people = 2;
   double duration_s = 2.5;
 
-  // Of the cameras' ring: the longer the lens, the farther.
+  // Radius of the cameras' ring, larger for longer focal lengths.
   double radius_m() const { return 4.0 + focal_px / 750.0; }
   // "body25_25hz_800px_m"
   std::string name() const {
@@ -52,10 +52,10 @@ struct OwnRecording {
   }
 };
 
-// Every detector with every other value at least once, and every two values of
-// two of the four: formats, rates, units, focal lengths of 500 to 3000 px.
-// Twenty pairs of detector and focal length; rate and unit go round so that
-// each meets every detector and every focal length, and the other.
+// A pairwise covering design over formats, rates, units and focal lengths of
+// 500 to 3000 px: every pair of values of two of the four occurs at least once.
+// Twenty pairs of detector and focal length; rate and unit cycle so that they
+// occur with each of these and with each other.
 std::vector<OwnRecording> CoveringRecordings() {
   constexpr double kRatesHz[] = {25.0, 60.0, 120.0};
   constexpr double kUnitsPerM[] = {1.0, 1000.0};
@@ -113,9 +113,9 @@ void MakeOwnRecording(const OwnRecording& recording,
       &lost_fields);
 }
 
-// Changes of a hand-made configuration: gates in pixels by the rule of
-// configs/paper/pose2sim.toml, with the focal length over the distance; 310
-// px/m are Shelf's.
+// Overrides as in a hand-made configuration: gates in pixels by the rule of
+// configs/paper/pose2sim.toml, scaled by focal length over distance; 310 px/m
+// as on Shelf.
 std::string HandMadeKeys(const OwnRecording& recording) {
   const double scale = recording.focal_px / recording.radius_m() / 310.0;
   return "gates.units=pixels;association.alpha_2d=" + Text(70 * scale) +
@@ -186,7 +186,7 @@ class SmallRecording : public ::testing::Test {
     MakeOwnRecording({format, skeleton, 25.0, 800.0, 1.0, people, duration_s},
                      in);
   }
-  // Flags that name the inputs, and what is written.
+  // Flags for the inputs and the output.
   std::string Flags(const std::string& out,
                     const std::string& cameras = "cameras.json",
                     const std::string& detections = "detections.jsonl") const {
@@ -229,7 +229,7 @@ TEST_F(SmallRecording, InitKeepsWhatItIsTold) {
               HasSubstr("cameras.unit"));
 }
 
-// `detections` with the pictures of view "cam1" so many frames late.
+// `detections` with the images of view "cam1" `frames_late` frames late.
 std::string WithLateView(const std::string& detections, size_t frames_late) {
   std::istringstream lines(detections);
   std::string header;
@@ -248,8 +248,8 @@ std::string WithLateView(const std::string& detections, size_t frames_late) {
   return late;
 }
 
-// Cameras that were knocked, and one that started late, are refined by the
-// configuration from `init`; a sound recording is not changed.
+// The configuration from `init` refines displaced cameras and one that started
+// late; a good recording is not changed.
 TEST_F(SmallRecording, InitHasWhatIsOffRefined) {
   Make("coco", "coco17", 3, 6.0);
   CameraRig turned;

@@ -1,4 +1,4 @@
-// kinegraph-report itself: what it reads, prints and rejects.
+// The program kinegraph-report: input, output, rejections.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -68,8 +68,7 @@ TEST_F(ReportTest, SaysHowMuchThePageHolds) {
   EXPECT_THAT(ContentOf(out_), HasSubstr("<title>a &lt; b</title>"));
 }
 
-// Files that begin as a JPEG and as a PNG: their contents are left to the
-// browser.
+// Files with the headers of JPEG and PNG; only the browser interprets the rest.
 TEST_F(ReportTest, PicturesAreLinkedAndEmbeddedAsTheyAre) {
   const std::string view = ReadCameras(cameras_)[0].name();
   fs::create_directory(Path("pictures"));

@@ -1,4 +1,4 @@
-// The program itself: files in, files out.
+// The program kinegraph-synthesize.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -17,7 +17,7 @@ namespace {
 namespace fs = std::filesystem;
 using ::testing::HasSubstr;
 
-// In single quotes, where it is given.
+// In single quotes; empty without a value.
 std::string Flag(const std::string& name, const std::string& value) {
   return value.empty() ? "" : " '--" + name + "=" + value + "'";
 }
@@ -45,7 +45,7 @@ class SynthesizeTest : public CommandTest {
       EXPECT_EQ(content, ContentOf(Path(b) + "/" + name)) << name;
     }
   }
-  // A clip: somebody of a simulated scene, whose truth is a tracks file.
+  // A clip: a person of a simulated scene, whose truth is a tracks file.
   std::string MakeClip() const {
     Run(folder_.Write(
             "clip.toml",
@@ -125,7 +125,7 @@ TEST_F(SynthesizeTest, BadInputIsOneLineAndExitTwo) {
   }
   const std::string good =
       folder_.Write("good.toml", "[scene]\nduration = 1\n");
-  Refusal("synthesize", Flags(good, "good.toml"));  // a file is no folder
+  Refusal("synthesize", Flags(good, "good.toml"));  // a file is not a folder
 }
 
 TEST_F(SynthesizeTest, MeasuredFiguresComeFromTheModelFile) {
@@ -141,7 +141,7 @@ TEST_F(SynthesizeTest, MeasuredFiguresComeFromTheModelFile) {
   EXPECT_THAT(scene, HasSubstr("\"false_people\":0.0"))
       << "the configuration's own keys win";
   EXPECT_THAT(scene, ::testing::Not(HasSubstr("\"false_positive\"")));
-  // Joints' own keys would do nothing beside the model.
+  // Keys of joints have no effect together with a model.
   Refusal("synthesize", Flags(config, "other", "noise.sigma=3"));
 }
 
@@ -176,7 +176,7 @@ TEST_F(SynthesizeTest, ConfigurationRateStartsAndHoldsCount) {
   EXPECT_EQ(truth.frames.size(), 189u + 178u + 1u);
   EXPECT_EQ(truth.frames[30].people.size(), 1u);
   EXPECT_EQ(truth.frames[90].people.size(), 2u);
-  // The command line's clips win: two starts for one clip.
+  // The command line's clips take precedence: two starts for one clip.
   Refusal("synthesize", Flags(config, "c", "scene.seed=3", clip));
 }
 

@@ -1,5 +1,4 @@
-// The output of `track`: a result with everything that belongs to it, or
-// nothing.
+// The output of `track`: a result with all its side files, or nothing.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -51,7 +50,7 @@ class TrackResultTest : public CommandTest {
     return Flags("- < " + folder_.Write("live.txt", Joined(lines)), "day.jsonl",
                  more);
   }
-  // The lines of a recording, with their ends; the header first.
+  // The lines of a recording with their line ends, the header first.
   std::vector<std::string> Lines(const std::string& name) const {
     std::ifstream file(Path(name));
     std::vector<std::string> lines;

@@ -52,8 +52,8 @@ bool FuzzTracks(const std::string& format, const std::string& bytes) {
   });
 }
 
-// What is read is written in every format. Whatever our own recordings, it
-// reads again, and nothing is lost.
+// Accepted input is written in every format. Our own format must read back
+// without loss.
 bool FuzzRewrittenTracks(const std::string& bytes) {
   return Reading(bytes, [](const std::string& path) {
     const TrackSequence tracks = ReadTracks(path);
@@ -133,8 +133,8 @@ std::vector<FuzzTarget> ReaderTargets() {
       {"rewritten_tracks", FuzzRewrittenTracks},
       {"detections", NamedBy("", FuzzDetections<InputFile>)},
       {"tracks", NamedBy("", FuzzTracks<InputFile>)}};
-  // Those that are written are seeds of the two targets above. What an adapter
-  // reads is a process of its own (tests/adapters/adapters_test.py).
+  // Written formats are seeds of the two targets above. Adapters run in a
+  // separate process (tests/adapters/adapters_test.py).
   for (const CalibrationFormat& format : CalibrationFormats()) {
     if (format.write != nullptr || format.recognise == nullptr) continue;
     targets.push_back({"calibration_" + format.name,

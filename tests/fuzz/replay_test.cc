@@ -48,7 +48,7 @@ TEST_P(ReplayTest, InputsThatOnceFailed) {
   RecordProperty("inputs", count);
 }
 
-// Otherwise their mutations would test nothing.
+// Otherwise mutations of them would test nothing.
 TEST_P(ReplayTest, EveryGoodInputIsRead) {
   const std::vector<std::string> seeds = FuzzSeeds(GetParam());
   EXPECT_FALSE(seeds.empty());
@@ -103,9 +103,10 @@ int64_t NumberFrom(const char *variable, int64_t otherwise) {
   return text == nullptr ? otherwise : std::atoll(text);
 }
 
-// KINEGRAPH_FUZZ_RUNS asks for more than a few a seed, KINEGRAPH_FUZZ_SEED for
-// others, and KINEGRAPH_FUZZ_INPUT names a file that holds each input before it
-// is tried, so that one which ends the program is left there.
+// KINEGRAPH_FUZZ_RUNS sets the number of mutations per seed,
+// KINEGRAPH_FUZZ_SEED selects others, and KINEGRAPH_FUZZ_INPUT names a file to
+// which each input is written before it is tried, so that an input that ends
+// the program is kept.
 TEST_P(ReplayTest, MutationsOfGoodInputs) {
   const std::string &name = GetParam();
   const int64_t count = NumberFrom("KINEGRAPH_FUZZ_RUNS",

@@ -108,7 +108,7 @@ bool FuzzPage(const std::string& bytes) {
   return MakesPage(input);
 }
 
-// A page of one result beside which such files lie.
+// A page of one result with such side files.
 bool FuzzSideFiles(const std::string& summary, const std::string& doctor) {
   PageInput input;
   PageResult& result = input.results.emplace_back();

@@ -30,7 +30,7 @@ std::string Repeated(const std::string& text, int count) {
   return all;
 }
 
-// Hands out what is in memory.
+// A recording in memory as a source.
 class SampleSource : public DetectionSource {
  public:
   explicit SampleSource(const DetectionSequence& detections)
@@ -71,7 +71,7 @@ const Sample& SampleWith(const std::string& skeleton) {
   return made;
 }
 
-// The skeletons of formats that have but one.
+// The sample for a format, in its skeleton if it has only one.
 const Sample& SampleFor(const std::string& format) {
   static const std::map<std::string, std::string> kSkeletons = {
       {"longcw", "tum14"}, {"tum", "tum14"}, {"4da", "tum15"}};
@@ -79,7 +79,7 @@ const Sample& SampleFor(const std::string& format) {
   return SampleWith(known == kSkeletons.end() ? "coco17" : known->second);
 }
 
-// Of a folder, its files by name.
+// Files of a folder by name.
 std::map<std::string, fs::path> FilesOf(const fs::path& folder) {
   std::map<std::string, fs::path> files;
   for (const auto& entry : fs::recursive_directory_iterator(folder)) {
@@ -89,7 +89,7 @@ std::map<std::string, fs::path> FilesOf(const fs::path& folder) {
   return files;
 }
 
-// The file itself, or the first of a folder with a file a view or person.
+// The file itself, or the first of a folder with one file per view or person.
 std::string OneFileOf(const fs::path& path) {
   return BytesOf(fs::is_directory(path) ? FilesOf(path).begin()->second : path);
 }
@@ -104,7 +104,7 @@ std::string WholeFolder(const fs::path& folder) {
   return listed;
 }
 
-// What `write` makes of a path: a whole folder, or one file of it.
+// Output of `write`: a whole folder, or one file of it.
 template <typename Write>
 std::string Written(bool as_folder, const Write& write) {
   const TemporaryPath seed("_seed");
@@ -157,7 +157,7 @@ constexpr const char* kEasymocap =
     "T_0: !!opencv-matrix\n  rows: 3\n  cols: 1\n  dt: d\n"
     "  data: [0, 0, 2]\n";
 
-// What other programs write, in small.
+// Small handwritten files of other programs.
 const std::map<std::string, std::vector<std::string>>& ByHand() {
   static const std::map<std::string, std::vector<std::string>> kSeeds = {
       {"manifest",
@@ -272,7 +272,7 @@ std::vector<std::string> FuzzSeeds(const std::string& target) {
   }
   for (const TrackFormat& format : TrackFormats()) {
     const bool is_file = format.files != TrackFormat::Files::kFileAFrame;
-    // What an adapter writes, it reads: not these targets.
+    // Formats written by adapters are not read by these targets.
     if (format.is_of_adapter || format.write == nullptr) continue;
     if ((target == "tracks" && is_file) || target == "tracks_" + format.name) {
       seeds.push_back(WrittenTracks(format));

@@ -310,9 +310,9 @@ void Browser::Tap(PagePoint at) {
   Evaluate(
       "window.tapped = false; addEventListener('click',"
       "() => { window.tapped = true; }, {capture: true, once: true})");
-  // A finger held for half a second is not a tap, and on a busy machine the
-  // response to its touch could take longer. Such a machine may also ignore a
-  // tap directly after a drag; users then tap again.
+  // A touch of half a second is not a tap, and on a busy machine the delivery
+  // of its end may take longer. A tap directly after a drag may also be
+  // ignored; like a user, this taps again.
   for (int attempt = 0; attempt < 5; ++attempt) {
     Send("Input.dispatchTouchEvent",
          {{"type", "touchStart"},

@@ -39,7 +39,7 @@ class Browser {
   Browser(const Browser&) = delete;
   Browser& operator=(const Browser&) = delete;
 
-  // Before Open(): what the page finds as prefers-color-scheme.
+  // Sets prefers-color-scheme; call before Open().
   void PreferDark(bool dark);
   // Opens a file and waits until it has loaded.
   void Open(const std::string& path);
@@ -49,36 +49,37 @@ class Browser {
   // Waits until the expression is true; false after `timeout_s`.
   bool WaitFor(const std::string& expression, double timeout_s = 30.0);
 
-  // The middle of the first element of a CSS selector, scrolled into view.
+  // The centre of the first element that matches a CSS selector, scrolled into
+  // view.
   PagePoint MiddleOf(const std::string& selector);
   void Click(PagePoint at);
   void Click(const std::string& selector) { Click(MiddleOf(selector)); }
   // With a button held, "left" or "right".
   void DragMouse(PagePoint from, PagePoint to,
                  const std::string& button = "left");
-  // Positive: towards the user, as one scrolls down.
+  // Positive: scrolls down.
   void Wheel(PagePoint at, double pixels);
   // A key by its name in KeyboardEvent.key: "ArrowRight", " ", "+".
   void Press(const std::string& key, bool shift = false);
-  // Fingers go from one place to another, one row a finger.
+  // Moves fingers, one point of `from` and `to` per finger.
   void Drag(const std::vector<PagePoint>& from,
             const std::vector<PagePoint>& to);
-  // Waits for the click, which comes once the browser has recognised the tap.
+  // Returns after the click event that the browser derives from the tap.
   void Tap(PagePoint at);
   void Tap(const std::string& selector) { Tap(MiddleOf(selector)); }
 
   // The viewport as a PNG file.
   void SaveScreenshot(const std::string& path);
 
-  // Errors and failed assertions on the console, uncaught exceptions, broken
-  // security policies. Chromium's notes on software rendering are warnings and
-  // not counted.
+  // Console errors and failed assertions, uncaught exceptions, violated
+  // security policies. Chromium's messages on software rendering are warnings
+  // and excluded.
   const std::vector<std::string>& problems() const { return problems_; }
-  // Every address requested.
+  // All requested URLs.
   const std::vector<std::string>& requests() const { return requests_; }
 
  private:
-  // Sends a message without waiting for its answer; gives the message's number.
+  // Sends a message without waiting for its answer; returns the message's id.
   int Send(const std::string& method, const Json& parameters);
   Json Call(const std::string& method, const Json& parameters = Json::object());
   Json Receive();

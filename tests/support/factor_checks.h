@@ -18,7 +18,7 @@ using RowMajorMatrix =
 struct Evaluation {
   bool ok = false;
   Eigen::VectorXd residuals;
-  std::vector<RowMajorMatrix> jacobians;  // one a block
+  std::vector<RowMajorMatrix> jacobians;  // one per block
 };
 
 using Blocks = std::vector<Eigen::VectorXd>;
@@ -95,8 +95,8 @@ inline void ExpectSameAsTwin(const ceres::CostFunction& factor,
   }
 }
 
-// No Jacobians at all, and each subset of blocks: what is asked for is the
-// same, and the residuals are.
+// Without Jacobians and with each subset of them requested, residuals and the
+// requested Jacobians are the same.
 inline void ExpectAbsentJacobiansAreRespected(const ceres::CostFunction& factor,
                                               const Blocks& blocks) {
   const Evaluation full = Evaluate(factor, blocks);

@@ -1,4 +1,4 @@
-// Runs commands under faults: a full disk, a signal, a link in the way.
+// Runs commands under faults: a full disk, a signal, a symbolic link.
 #ifndef KINEGRAPH_TESTS_SUPPORT_FAULTY_RUNS_H_
 #define KINEGRAPH_TESTS_SUPPORT_FAULTY_RUNS_H_
 
@@ -26,7 +26,7 @@
 
 namespace kinegraph::testing {
 
-// What a shell command does; `script` may be several lines.
+// Runs a shell script of one or several lines.
 inline ProgramOutcome RunShell(const std::string& script) {
   const TemporaryFolder folder;
   const std::string file = folder.Write("script", script);
@@ -43,8 +43,8 @@ inline std::string ProgramPath(const std::string& command) {
   return BuildFile("apps/kinegraph-" + command).string();
 }
 
-// A folder with cameras.json, detections.jsonl and truth.jsonl of the demo's
-// scene, so long; made once a program.
+// A folder with cameras.json, detections.jsonl and truth.jsonl of a demo scene
+// of that duration; created once per program.
 inline const std::string& DemoScene(const std::string& duration_s) {
   static const TemporaryFolder* const folder = new TemporaryFolder;
   static auto* const made = new std::map<std::string, std::string>;
@@ -84,8 +84,8 @@ inline bool CanMount() {
   return can;
 }
 
-// Runs `command` with a full disk on `folder`, and prints after it, on standard
-// output, what is left in the folder.
+// Runs `command` with a full disk mounted on `folder`, then lists the folder on
+// standard output.
 inline ProgramOutcome RunOnFullDisk(const std::string& folder,
                                     const std::string& command) {
   return RunShell(
@@ -153,8 +153,8 @@ class RunningProgram {
   pid_t process_ = -1;
 };
 
-// Waits up to half a minute, which only a machine at a standstill needs; under
-// a sanitizer five.
+// Waits until the condition is true, at most 30 s (5 min under a sanitizer) to
+// allow for busy machines.
 template <typename Condition>
 bool WaitUntil(const Condition& condition) {
   const auto until = std::chrono::steady_clock::now() +
@@ -166,8 +166,8 @@ bool WaitUntil(const Condition& condition) {
   return true;
 }
 
-// The writing end of a pipe, once a program reads it; a closed stream if none
-// does in time (a plain open would block forever).
+// The writing end of a named pipe as soon as a program reads it; a closed
+// stream if none does in time (a blocking open could wait forever).
 inline std::ofstream OpenPipe(const std::string& path) {
   int reader_is_there = -1;
   WaitUntil([&] {

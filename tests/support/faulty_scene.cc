@@ -127,7 +127,7 @@ void AddLastingOffsets(uint64_t seed, double scale, FaultyScene* scene) {
     for (size_t v = 0; v < scene->scene.cameras.size(); ++v) {
       const Camera& camera = scene->scene.cameras[v];
       for (Detection& one : scene->detections.frames[k].views[v].detections) {
-        // Whose it is: whose joints it lies nearest.
+        // The person whose joints are nearest to the detection.
         const PersonPose* person = nullptr;
         double nearest = 1e300;
         for (const PersonPose& pose : truth.frames[k].people) {
@@ -182,7 +182,7 @@ void TurnCameraFrom(size_t from, size_t v, double degrees, uint64_t seed,
                     FaultyScene* scene) {
   const Camera& before = scene->scene.cameras[v];
   const Camera after = Turned(before, degrees, seed);
-  // A turn about the camera's centre moves pixels by a homography.
+  // A rotation about the camera's centre is a homography of pixels.
   const Eigen::Matrix3d moves =
       after.K() * after.R() * before.R().transpose() * before.K().inverse();
   ChangeJoints(

@@ -18,7 +18,7 @@
 namespace kinegraph::testing {
 
 struct FaultySceneOptions {
-  // Most tests say no more than {seed, cameras, people, seconds}.
+  // Implicit, so that tests can pass {seed, cameras, people, seconds}.
   // NOLINTNEXTLINE(google-explicit-constructor)
   FaultySceneOptions(uint64_t of_seed = 1, int camera_count = 5,
                      int people_count = 4, double seconds = 8.0)
@@ -41,8 +41,9 @@ struct FaultySceneOptions {
   // Uneven rings: even ones look alike from every camera, so that images could
   // not distinguish them.
   double arc_deg = 290.0;
-  // Tracks files whose people take the place of simulated ones, each at a place
-  // and a turn drawn from `seed`, and when they appear (the rest at 0).
+  // Tracks files whose people replace simulated ones, each with a position and
+  // rotation drawn from `seed`, and the times of their first frames (0 if not
+  // given).
   std::vector<std::string> clips;
   std::vector<double> clip_start_s;
 };
@@ -82,7 +83,7 @@ void ChangeJoints(FaultyScene* scene, size_t view,
 void TurnCameraFrom(size_t from, size_t v, double degrees, uint64_t seed,
                     FaultyScene* scene);
 
-// The doctor on it, as the command runs it without a configuration.
+// Runs the doctor with default options, like the command.
 Diagnosis DiagnoseScene(const FaultyScene& scene);
 // The tracker's matches with the stated cameras.
 FrozenMatches MatchesOf(const FaultyScene& scene);

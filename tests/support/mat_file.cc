@@ -17,7 +17,7 @@ void Append(T value, std::string* bytes) {
   bytes->append(reinterpret_cast<const char*>(&value), sizeof(value));
 }
 
-// A tag (type, length) and the data, filled up to eight bytes.
+// A tag (type, length) and the data, padded to a multiple of eight bytes.
 std::string Element(uint32_t type, const std::string& data) {
   std::string bytes;
   Append(type, &bytes);
@@ -69,7 +69,7 @@ std::string PoseMatrix(const Pose3d* pose) {
   if (pose == nullptr) {
     return MatNumbers(0, 0, 0.0);
   }
-  std::string numbers;  // columns follow one another
+  std::string numbers;  // column by column
   for (int axis = 0; axis < 3; ++axis) {
     for (const Joint3d& joint : *pose) {
       Append(joint.position_m[axis], &numbers);

@@ -1,4 +1,5 @@
-// Writes what TUM's actorsGT.mat holds: the cell actor3D of a MATLAB 5 file.
+// Writes files like TUM's actorsGT.mat: the cell array actor3D in a MATLAB 5
+// file.
 #ifndef KINEGRAPH_TESTS_SUPPORT_MAT_FILE_H_
 #define KINEGRAPH_TESTS_SUPPORT_MAT_FILE_H_
 
@@ -12,15 +13,15 @@
 namespace kinegraph::testing {
 
 // [actor]: frame -> 14 joints [m]. Frames without an entry up to `frame_count`
-// are empty, as where nobody was annotated.
+// are empty, as in frames without annotations.
 using AnnotatedActors = std::vector<std::map<int64_t, Pose3d>>;
 
 // The bytes of the file, uncompressed, little-endian.
 std::string ActorsGroundTruth(const AnnotatedActors& actors,
                               int64_t frame_count);
 
-// The same from its parts: an array of any class with its content; numbers all
-// alike; a cell of entries; the file around them.
+// Parts of such a file: an array of any class with its content; a matrix of one
+// value; a cell array; the file around them.
 std::string MatArray(uint32_t array_class, int32_t rows, int32_t columns,
                      const std::string& name, const std::string& content);
 std::string MatNumbers(int32_t rows, int32_t columns, double value);

@@ -1,5 +1,4 @@
-// People whose every limb moves in a way of its own, and what views see of
-// them, exactly.
+// People whose limbs move independently, and their exact projections.
 #ifndef KINEGRAPH_TESTS_SUPPORT_MOVING_PEOPLE_H_
 #define KINEGRAPH_TESTS_SUPPORT_MOVING_PEOPLE_H_
 
@@ -16,8 +15,8 @@ namespace kinegraph::testing {
 
 inline constexpr double kMovingRateHz = 25.0;
 
-// In COCO-17, within 1.5 m of the origin. No motion repeats another's or its
-// own within a minute.
+// In COCO-17, within 1.5 m of the origin. Motions differ between people and do
+// not repeat within a minute.
 inline Pose3d MovingPerson(int who, double frame) {
   const double t = frame / kMovingRateHz;
   Pose3d pose = StandingPerson(0.0, 0.0);
@@ -41,8 +40,8 @@ inline Pose3d MovingPerson(int who, double frame) {
   return pose;
 }
 
-// Their tracklet in a view, of so many frames, the first of which shows the
-// moment -`late`.
+// Their tracklet in a view with that many frames; the first shows frame -`late`
+// of the motion.
 inline ViewTracklet MovingTracklet(const Camera& camera, int view, int who,
                                    int frames, int late = 0) {
   const std::vector<int> joints = RigJoints(Coco17());
@@ -64,7 +63,7 @@ inline ViewTracklet MovingTracklet(const Camera& camera, int view, int who,
   return tracklet;
 }
 
-// How camera b stands to camera a, in baselines.
+// The pose of camera b relative to camera a; its translation has length 1.
 inline RelativePose PoseBetween(const Camera& a, const Camera& b) {
   RelativePose pose;
   pose.R = b.R() * a.R().transpose();

@@ -4,10 +4,10 @@
 
 namespace kinegraph::testing {
 
-// One camera as OpenCap keeps it: K with 1300.5 1301.5 640.25 360.75, the lens
-// 0.1 -0.2 0.001 -0.002 0.05, 1280 x 720, turned by a quarter about z, the
-// translation 100 -200 3000 mm.
-// pickle.dumps(camera, 2) of Python 3.11 with NumPy 1.24.
+// An OpenCap camera: fx, fy, cx, cy = 1300.5, 1301.5, 640.25, 360.75,
+// distortion 0.1 -0.2 0.001 -0.002 0.05, 1280 x 720, rotated by 90 degrees
+// about z, translation 100 -200 3000 mm. pickle.dumps(camera, 2) of Python 3.11
+// with NumPy 1.24.
 inline constexpr const char* kOpencapProtocol2 =
     "gAJ9cQAoWAwAAABpbnRyaW5zaWNNYXRxAWNudW1weS5jb3JlLm11bHRpYXJyYXkKX3JlY2"
     "9uc3RydWN0CnECY251bXB5Cm5kYXJyYXkKcQNLAIVxBGNfY29kZWNzCmVuY29kZQpxBVgB"
@@ -27,7 +27,7 @@ inline constexpr const char* kOpencapProtocol2 =
     "JBbmdsZXNxO2gCaANLAIVxPGgJh3E9UnE+KEsBSwNLAYZxP2gQiWgFWBkAAAAAAAAAAAAA"
     "AAAAAAAAAAAAAAAAAAAAw7g/cUBoB4ZxQVJxQnRxQ2J1Lg==";
 
-// The same in protocol 5, whose arrays are made from buffers.
+// The same in protocol 5, which stores arrays as buffers.
 inline constexpr const char* kOpencapProtocol5 =
     "gAWVBgIAAAAAAAB9lCiMDGludHJpbnNpY01hdJSMEm51bXB5LmNvcmUubnVtZXJpY5SMC19m"
     "cm9tYnVmZmVylJOUKJZIAAAAAAAAAAAAAAAAUpRAAAAAAAAAAAAAAAAAAAKEQAAAAAAAAAAA"

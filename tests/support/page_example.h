@@ -1,4 +1,4 @@
-// Examples of files that stand in a page of the documentation.
+// Example files in pages of the documentation.
 #ifndef KINEGRAPH_TESTS_SUPPORT_PAGE_EXAMPLE_H_
 #define KINEGRAPH_TESTS_SUPPORT_PAGE_EXAMPLE_H_
 

@@ -13,7 +13,7 @@ struct ProgramOutcome {
   std::string errors;  // on stderr
 };
 
-// kinegraph-`command` of this build, its arguments as a shell takes them.
+// Runs kinegraph-`command` of this build with arguments in shell syntax.
 ProgramOutcome RunProgram(const std::string& command,
                           const std::string& arguments);
 

@@ -35,7 +35,7 @@ CameraRig RingOfCameras(int count, double radius_m,
 }
 
 Pose3d StandingPerson(double x_m, double y_m) {
-  // COCO-17 order; right of the person is +x.
+  // COCO-17 order; +x is the person's right.
   const double joints[17][3] = {
       {0.00, 0.12, 1.65},  {-0.03, 0.10, 1.68}, {0.03, 0.10, 1.68},
       {-0.08, 0.02, 1.66}, {0.08, 0.02, 1.66},  {-0.19, 0.0, 1.42},

@@ -22,21 +22,21 @@ CameraRig RingOfCameras(int count, double radius_m = 5.0,
 // A person in COCO-17 standing at (x, y), facing +y, all joints observed.
 Pose3d StandingPerson(double x_m, double y_m);
 
-// What a camera sees of a pose: exact projections, confidence 1; joints that
-// it cannot see are not found.
+// The exact projection of a pose into a camera, with confidence 1; joints
+// outside its view are not found.
 Detection Project(const Pose3d& pose, const Camera& camera);
 
-// What all cameras see of these people in a frame.
+// The exact detections of these people in all cameras.
 DetectionFrame FrameSeenBy(const CameraRig& rig, int64_t frame,
                            const std::vector<Pose3d>& people,
                            double rate_hz = 25.0);
 
-// What all cameras see at 25 Hz of the people whom `people` gives for a frame,
-// in COCO-17.
+// The exact detections, at 25 Hz in COCO-17, of the people that `people`
+// returns for each frame.
 DetectionSequence SeenBy(const CameraRig& rig, int frames,
                          const std::function<std::vector<Pose3d>(int)>& people);
 
-// The same, ready for geometry.
+// The same as an observation for triangulation.
 Observation Observe(const Pose3d& pose, const CameraRig& cameras, int view_idx,
                     int detection_idx = 0);
 

@@ -5,7 +5,7 @@
 
 namespace kinegraph::testing {
 
-// GCC says it with macros, Clang with __has_feature.
+// GCC defines macros, Clang has __has_feature.
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 inline constexpr bool kSanitized = true;
 #elif defined(__has_feature)

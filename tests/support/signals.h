@@ -1,4 +1,4 @@
-// Made-up signals and measures for the tests of the classical filters.
+// Synthetic signals and measures for tests of the classical filters.
 #ifndef KINEGRAPH_TESTS_SUPPORT_SIGNALS_H_
 #define KINEGRAPH_TESTS_SUPPORT_SIGNALS_H_
 
@@ -14,7 +14,7 @@
 
 namespace kinegraph::testing {
 
-// A frame at 25 Hz in which nothing of a body of 17 joints was triangulated.
+// A frame at 25 Hz in which none of 17 joints was triangulated.
 inline EstimatorFrame FailedFrame(int frame) {
   EstimatorFrame in;
   in.frame = frame;
@@ -23,7 +23,8 @@ inline EstimatorFrame FailedFrame(int frame) {
   return in;
 }
 
-// One in which three views put all joints at x = `x_m`, y = 2 `x_m`.
+// A frame in which three views give all joints the position x = `x_m`, y = 2
+// `x_m`.
 inline EstimatorFrame FrameAt(int frame, double x_m) {
   EstimatorFrame in = FailedFrame(frame);
   in.has_initial = true;
@@ -36,15 +37,15 @@ inline EstimatorFrame FrameAt(int frame, double x_m) {
   return in;
 }
 
-// count times of a clock [s].
+// `count` times of a uniform clock [s].
 inline std::vector<double> UniformTimes(int count, double rate_hz = 25.0) {
   std::vector<double> times_s(static_cast<size_t>(count));
   for (int k = 0; k < count; ++k) times_s[static_cast<size_t>(k)] = k / rate_hz;
   return times_s;
 }
 
-// A clock at 25 Hz that goes unevenly:
-// np.sort(0.04 * k + 0.012 * np.sin(1.7 * k)).
+// An uneven clock of 25 Hz on average: np.sort(0.04 * k + 0.012 * np.sin(1.7 *
+// k)).
 inline std::vector<double> UnevenTimes(int count) {
   std::vector<double> times_s = UniformTimes(count);
   for (int k = 0; k < count; ++k) {
@@ -54,8 +55,8 @@ inline std::vector<double> UnevenTimes(int count) {
   return times_s;
 }
 
-// A wave, a drift and a jitter of the highest frequency:
-// np.sin(0.3 * k) + 0.1 * k + 0.05 * (-1.0) ** k, k = np.arange(count).
+// A wave, a drift and an oscillation at the Nyquist frequency: np.sin(0.3 * k)
+// + 0.1 * k + 0.05 * (-1.0) ** k, k = np.arange(count).
 inline Eigen::MatrixXd Wiggle(int count) {
   Eigen::MatrixXd values(count, 1);
   for (int k = 0; k < count; ++k) {
@@ -76,7 +77,7 @@ inline Eigen::MatrixXd Step(int count, int place) {
   return values;
 }
 
-// The first column at some places.
+// Checks the first column in some rows.
 inline void ExpectPlaces(const Eigen::MatrixXd& found,
                          const std::vector<int>& places,
                          const std::vector<double>& expected,
@@ -87,8 +88,8 @@ inline void ExpectPlaces(const Eigen::MatrixXd& found,
   }
 }
 
-// What a linear filter makes of a cosine of that frequency at its crest, far
-// from the ends.
+// The gain of a linear filter for a cosine of that frequency, far from the
+// ends.
 inline double Gain(
     const std::function<Eigen::MatrixXd(const Eigen::MatrixXd&)>& filter,
     double frequency_hz, double rate_hz) {

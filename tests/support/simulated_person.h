@@ -1,6 +1,5 @@
-// A small simulated world for the estimators: a ring of cameras, one person
-// whose joints move as the motion prior says, and detections with noise that a
-// test chooses.
+// A simulation for the estimators: a ring of cameras, one person who moves
+// according to the motion prior, and detections with noise that a test chooses.
 #ifndef KINEGRAPH_TESTS_SUPPORT_SIMULATED_PERSON_H_
 #define KINEGRAPH_TESTS_SUPPORT_SIMULATED_PERSON_H_
 
@@ -17,15 +16,15 @@ namespace kinegraph::testing {
 
 // `count` cameras around the origin at height 1 m, looking at it; images of
 // 2000 x 2000 px. With a radius and focal length of 1e8 the camera is affine to
-// within 1e-8 of the picture's size.
+// within 1e-8 of the image size.
 CameraRig RingOfCameras(int count, double radius_m, double focal_px,
                         bool with_lens = false);
 
-// The defaults, but nothing is learnt from the recording: the estimator uses
-// the noise that the test specifies.
+// The defaults without learning from the recording: the estimator uses the
+// noise that the test specifies.
 GraphOptions FixedNoise();
 
-// A shoulder, an elbow and a wrist, two bones.
+// Shoulder, elbow and wrist with two bones.
 Skeleton SmallSkeleton();
 
 // That skeleton before these cameras.
@@ -41,8 +40,8 @@ struct SimulatedNoise {
   double outlier_high_px = 200.0;
   double confidence_low = 1.0;  // uniform between these
   double confidence_high = 1.0;
-  // Without: only the first frame has an initial pose, all joints predicted at
-  // `centre`, so that estimator and simulation agree on priors and sigmas.
+  // If false, only the first frame has an initial pose, with all joints at
+  // `centre`, so that estimator and simulation have the same priors and sigmas.
   bool initial_poses = true;
 };
 
@@ -53,7 +52,7 @@ struct SimulatedRecording {
   std::vector<std::vector<std::vector<Keypoint>>> keypoints;
   std::vector<EstimatorFrame> frames;
 
-  // Takes edited `keypoints` over into `frames`.
+  // Copies edited `keypoints` into `frames`.
   void Connect();
 };
 
@@ -71,20 +70,20 @@ std::vector<std::vector<State>> WalkingMotion(const SceneModel& scene,
                                               int frame_count);
 
 // Detections of that motion in every camera; sigmas follow the noise model of
-// `options`. The initial pose is the least-squares point of all rays, outliers
-// included: worse than any front end's.
+// `options`. The initial pose is the least-squares point of all rays including
+// outliers, worse than that of the tracker.
 SimulatedRecording Simulate(const SceneModel& scene,
                             const GraphOptions& options,
                             std::vector<std::vector<State>> truth,
                             const SimulatedNoise& noise,
                             const Eigen::Vector3d& centre, Random* random);
-// The same around the origin, of numbers that `seed` tells.
+// The same around the origin with random numbers from `seed`.
 SimulatedRecording Simulate(const SceneModel& scene,
                             const GraphOptions& options,
                             std::vector<std::vector<State>> truth,
                             const SimulatedNoise& noise, uint64_t seed);
 
-// The frames as a problem, from which nothing is learnt yet.
+// The frames as a problem with the noise of `options`.
 PersonProblem Assemble(const SceneModel& scene, const GraphOptions& options,
                        const std::vector<EstimatorFrame>& frames);
 

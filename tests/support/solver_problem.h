@@ -1,4 +1,4 @@
-// A small take as a problem, for tests of solvers.
+// A short recording as a problem, for tests of solvers.
 #ifndef KINEGRAPH_TESTS_SUPPORT_SOLVER_PROBLEM_H_
 #define KINEGRAPH_TESTS_SUPPORT_SOLVER_PROBLEM_H_
 
@@ -14,8 +14,8 @@
 
 namespace kinegraph::testing {
 
-// What the problem states of its frames it still states of those that are left
-// when the first ones are dropped; observations times `correction`.
+// Dropping the first frames must not change the covariances of the others; the
+// information of observations is multiplied by `correction`.
 inline void ExpectDroppingKeepsCovariances(double correction,
                                            PersonProblem problem) {
   const size_t frames = problem.times.size();
@@ -29,8 +29,8 @@ inline void ExpectDroppingKeepsCovariances(double correction,
     for (size_t j = 0; j < after.size(); ++j) {
       for (size_t k = 0; k < after[j].size(); ++k) {
         const Matrix6d& expected = before[j][k + dropped];
-        // Squaring rows loses half of the sixteen digits; the information of
-        // positions over that of velocities is below 1e3.
+        // Normal equations lose half of the sixteen digits; the ratio of the
+        // information of positions to that of velocities is below 1e3.
         EXPECT_LT((after[j][k] - expected).norm(), 1e-6 * expected.norm())
             << dropped << " " << j << " " << k;
       }
@@ -57,11 +57,11 @@ class SolverProblemTest : public ::testing::Test {
     int frames = 30;
     uint64_t seed = 17;
     bool distorted = false;
-    // A camera's pictures are so much later than those of the one before [ns].
+    // Capture delay of each camera after the previous one [ns].
     int64_t later_each_ns = 0;
   };
 
-  // One arm that walks, from a poor start.
+  // A walking arm with poor initial values.
   void Make(const Rig& rig, const SimulatedNoise& noise) {
     scene_ = SmallScene(RingOfCameras(rig.cameras, 5.0, 1000.0, rig.distorted),
                         25.0);
@@ -76,7 +76,7 @@ class SolverProblemTest : public ::testing::Test {
     for (JointChain& chain : problem_.joints) GateMeasurements(&chain);
   }
 
-  // Far more than needed: every solver is to reach the minimum itself.
+  // More iterations than needed, so that every solver reaches the minimum.
   static SolveSchedule Exact(LossKind loss, double scale = 3.0) {
     SolveSchedule schedule;
     schedule.step_tolerance_m = 1e-11;

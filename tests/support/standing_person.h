@@ -1,4 +1,4 @@
-// A person of BODY_25 who stands upright at the origin, with known angles.
+// A BODY_25 person who stands upright at the origin, with known joint angles.
 #ifndef KINEGRAPH_TESTS_SUPPORT_STANDING_PERSON_H_
 #define KINEGRAPH_TESTS_SUPPORT_STANDING_PERSON_H_
 
@@ -10,7 +10,8 @@
 
 namespace kinegraph::testing {
 
-// Faces x, z is up, y is to the left. Straight limbs, soles level.
+// The person faces +x, y is to the left, z is up; limbs are straight, soles
+// horizontal.
 class PosedPerson {
  public:
   PosedPerson() {

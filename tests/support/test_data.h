@@ -1,5 +1,4 @@
-// Where tests find external data, the project's own files, and a folder to
-// write to.
+// Paths of external data, of the project's files and of temporary folders.
 #ifndef KINEGRAPH_TESTS_SUPPORT_TEST_DATA_H_
 #define KINEGRAPH_TESTS_SUPPORT_TEST_DATA_H_
 
@@ -9,18 +8,18 @@
 
 namespace kinegraph::testing {
 
-// The folder of real data: $KINEGRAPH_DATA, else ../shared/data from the
-// project's root. `relative` names a file or folder in it; nullopt if it does
-// not exist.
+// A file or folder, `relative` to the folder of real data: $KINEGRAPH_DATA,
+// otherwise ../shared/data from the project's root; nullopt if it does not
+// exist.
 std::optional<std::filesystem::path> FindData(const std::string& relative);
 
 // A file of the project, by its path from the root.
 std::filesystem::path ProjectFile(const std::string& relative);
 
-// The folder of the build, where programs are (apps/kinegraph-track).
+// A file of the build folder, such as apps/kinegraph-track.
 std::filesystem::path BuildFile(const std::string& relative);
 
-// An empty folder for this test alone, removed when the object dies.
+// A new empty folder, removed by the destructor.
 class TemporaryFolder {
  public:
   TemporaryFolder();
@@ -37,7 +36,7 @@ class TemporaryFolder {
 
 }  // namespace kinegraph::testing
 
-// Sets `path` to the data's place or skips the test, saying what is missing.
+// Sets `path` to the data, or skips the test with a message.
 #define KINEGRAPH_DATA_OR_SKIP(path, relative)                        \
   std::string path;                                                   \
   if (const auto found_ = ::kinegraph::testing::FindData(relative)) { \

@@ -1,11 +1,11 @@
-// The timelines and their series.
+// The timelines and their data series.
 import { LENGTH, MISSING, NO_ANGLE, NO_VALUE, PALETTE, SPEED, byId, colourOf, dark, data, decode, element, frameCount, nameOf, results, times, viewCount } from './data.js';
 import { onFrame, pause, setFrame } from './playback.js';
 
-// Width left of a plot for names and for the axis' numbers.
+// Space left of a plot for names and the numbers of the axis [px].
 function gutter() { return window.innerWidth < 760 ? 58 : 110; }
 
-// A number as people write it: three digits at most, no exponent.
+// A number with at most three significant digits below 1000 and no exponent.
 export function human(value) {
   const size = Math.abs(value);
   if (size >= 100 || Number.isInteger(value)) return String(Math.round(value));
@@ -19,7 +19,7 @@ export function jointName(name) {
 
 const AXIS = 16;  // px under a plot, for times
 
-// First and last time, and a few round ones in between.
+// Labels the first and last time, and a few round ones in between.
 function drawTimeAxis(pen, width, height) {
   const first = times[0], last = times[frameCount - 1], span = last - first;
   pen.fillStyle = dark() ? '#9aa6b5' : '#5b6675';
@@ -58,7 +58,8 @@ class Chart {
       const box = this.plot.getBoundingClientRect(), left = gutter();
       setFrame(Math.round((event.clientX - box.left - left) / (box.width - left) * (frameCount - 1)));
     };
-    // A finger may only want to scroll the page: it seeks by a tap or sideways.
+    // A finger that scrolls the page must not seek: only a tap or a horizontal
+    // movement does.
     let from = null;
     this.plot.addEventListener('pointerdown', (event) => {
       this.plot.setPointerCapture(event.pointerId);
@@ -98,9 +99,9 @@ function lineChart(title, unit, height, seriesOf) {
     const all = [];
     series.forEach((one) => { for (const v of one.values) if (v === v) all.push(v); });
     all.sort((a, b) => a - b);
-    // A few wild values must not flatten the rest: they are cut at the edge.
+    // A few outliers must not compress the rest: they are clipped.
     if (all.length) top = Math.min(all[all.length - 1], 2.5 * all[Math.floor(0.98 * (all.length - 1))]) * 1.05;
-    // Angles have a sign: all of them are shown.
+    // Angles have a sign: their whole range is shown.
     if (chart.fromZero === null && all.length) top = all[all.length - 1] + 2;
     const low = chart.fromZero === null && all.length ? all[0] - 2 : chart.fromZero === false && all.length ? Math.max(0, all[Math.floor(0.02 * (all.length - 1))] * 0.85) : 0;
     const y = (v) => height - 2 - Math.min(1, Math.max(0, (v - low) / (top - low || 1))) * (height - 6);
@@ -117,7 +118,7 @@ function lineChart(title, unit, height, seriesOf) {
   return chart;
 }
 
-// One value a pixel column: the largest of those that fall into it.
+// One value per pixel column: the largest of its frames.
 function drawSeries(pen, one, width, y) {
   if (one.low && !one.thin) drawBand(pen, one, width, y);
   pen.strokeStyle = one.colour();
@@ -141,7 +142,7 @@ function drawSeries(pen, one, width, y) {
   pen.globalAlpha = 1;
 }
 
-// From the lowest to the highest end of what falls into a pixel column.
+// Per pixel column, from the lowest to the highest end of its intervals.
 function drawBand(pen, one, width, y) {
   pen.fillStyle = one.colour();
   pen.globalAlpha = 0.22;
@@ -158,7 +159,7 @@ function drawBand(pen, one, width, y) {
   pen.globalAlpha = 1;
 }
 
-// Colours of the lead; the other results have the same, drawn thin.
+// Colours of the first result; the other results use the same in thin lines.
 function legend(chart, all) {
   const series = all.filter((one) => !one.thin);
   series.slice(0, 12).forEach((one) => {
@@ -175,7 +176,7 @@ function thinKey(chart, prefix, names) {
   chart.head.append(element('span', { className: 'key', textContent: prefix + Array.from(names).join(', ') }));
 }
 
-// A row's person, and whose result it is where there are several.
+// The person of a row, with the result's label if there are several results.
 function rowName(row, letters) {
   const name = nameOf(row.result, row.person) + (results.length > 1 ? ' ' + row.result.label : '');
   return name.length > letters ? name.slice(0, letters - 1) + '\u2026' : name;
@@ -214,7 +215,7 @@ function presenceChart(drawMarks) {
   if (results.length > 1) thinKey(chart, 'thinner: ', results.slice(1).map((result) => result.label));
 }
 
-// `drawMarks` draws over the chart of presence.
+// `drawMarks` draws on the chart of presence.
 export function makeCharts(drawMarks) {
   presenceChart(drawMarks);
   onFrame((f) => charts.forEach((chart) => chart.moveCursor(f)));
@@ -246,7 +247,7 @@ export function makeCharts(drawMarks) {
   addChoice(boneChart, 'bone', 'Bone', lead.bones.map(([a, b], i) => [i, jointName(lead.joints[a]) + ' to ' + jointName(lead.joints[b])]), choose);
 }
 
-// A list in the head of a chart, which `choose(value)` and drawing anew follow.
+// A list in the head of a chart; a selection calls `choose(value)` and redraws.
 function addChoice(chart, id, label, options, choose) {
   const select = element('select', { id: id });
   select.setAttribute('aria-label', label);
@@ -255,7 +256,7 @@ function addChoice(chart, id, label, options, choose) {
   chart.head.append(select);
 }
 
-// Degrees of one angle, with its interval where the page has covariances.
+// One angle [degrees], with its interval if the page has covariances.
 function angleSeries(result, name) {
   const at = result.angles ? result.angles.names.indexOf(name) : -1;
   if (at < 0) return [];
@@ -286,12 +287,12 @@ function angleChart() {
   if (angles.some((one) => one.low)) chart.head.append(element('span', { className: 'key', textContent: 'bands: 95 % intervals' }));
 }
 
-// What distances are measured to.
+// Name of the reference of the distances.
 export function referenceName() {
   return results.some((result) => result.truth) ? 'the truth' : results[1].label;
 }
 
-// From joint j of pose p to joint k of pose q.
+// Distance from joint j of pose p to joint k of pose q; NaN if one is missing.
 function jointDistance(result, p, j, q, k) {
   const J = result.joints.length, a = (p * J + j) * 3, b = (q * J + k) * 3, xyz = result.xyz;
   if ((result.status[p * J + j] & 3) === MISSING || (result.status[q * J + k] & 3) === MISSING) return NaN;

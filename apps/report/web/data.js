@@ -1,4 +1,4 @@
-// What the page holds: results, detections, their people and colours.
+// The data of the page: results, detections, their people and colours.
 
 export const data = JSON.parse(document.getElementById('data').textContent);
 export const byId = (id) => document.getElementById(id);
@@ -12,18 +12,19 @@ export function decode(text, Type) {
 
 export const OBSERVED = 2, INFERRED = 1, MISSING = 0;
 export const NO_VALUE = 65535, NO_WEIGHT = 255, NO_ANGLE = -32768;
-// A robust loss never weighs a joint with nothing: less than a tenth (of 200).
+// Robust losses never give a weight of exactly zero: a joint counts as rejected
+// below a tenth (20 of 200).
 export const REJECTED = 20;
 export const frameNumbers = decode(data.frames, Float64Array);
 export const times = decode(data.times, Float64Array);
 export const frameCount = frameNumbers.length;
 export const viewCount = data.detections ? data.cameras.length : 0;
-// Okabe and Ito's colours (but yellow and black, which one of the themes would
-// hide), and two that are farthest from them for any kind of colour vision.
+// Okabe and Ito's colours without yellow and black, which are invisible in one of
+// the themes, and the two that differ most from them for any colour vision.
 export const PALETTE = ['#0072b2', '#e69f00', '#009e73', '#d55e00', '#56b4e9', '#cc79a7', '#8833ff', '#774422'];
 
-// Lengths on the page are as if everybody had a person's size; one metre of them
-// is data.metre in the world. How they are told:
+// Lengths on the page are scaled to people's size: one metre is data.metre in the
+// world. Units for display:
 const metre = data.metre;
 const told = (unit, perMetre) => ({ unit: unit, per: perMetre * metre });
 export const LENGTH = metre > 0.3 ? told('cm', 100) : metre > 0.003 ? told('mm', 1e3) : told('\u00b5m', 1e6);
@@ -44,7 +45,7 @@ function loadResult(source, index) {
     names: source.names || {}, edits: source.edits || [], lines: source.identityLines || [],
     angles: source.angles || null
   };
-  // Joints without a bone are drawn as dots where the others are lines.
+  // Joints without a bone are drawn as dots.
   result.bare = result.joints.map((name, j) => j).filter((j) => !result.bones.some((bone) => bone.includes(j)));
   const root = decode(source.root, Int32Array), offset = decode(source.joints, Int16Array);
   const count = result.frame.length, J = result.joints.length;
@@ -54,7 +55,7 @@ function loadResult(source, index) {
       result.xyz[p * J * 3 + i] = root[p * 3 + i % 3] * source.rootQuantum + offset[p * J * 3 + i] * source.quantum;
     }
   }
-  // Poses of a frame lie together: start[f] to start[f + 1].
+  // The poses of frame f have the indices start[f] to start[f + 1] - 1.
   result.start = new Uint32Array(frameCount + 1);
   for (let p = 0; p < count; ++p) result.start[result.frame[p] + 1]++;
   for (let f = 0; f < frameCount; ++f) result.start[f + 1] += result.start[f];
@@ -101,7 +102,7 @@ export function element(tag, properties, children) {
   return node;
 }
 
-// Largest index whose value is not above `value`.
+// Largest index whose entry is not above `value`; 0 if there is none.
 export function lowerBound(list, value) {
   let low = 0, high = list.length - 1;
   while (low < high) {

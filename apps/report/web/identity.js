@@ -1,10 +1,10 @@
-// Who is who: what was joined and why, and corrections.
+// Identities: the decisions of linking, and corrections.
 import { byId, dark, element, frameCount, frameNumbers, nameOf, results } from './data.js';
 import { charts, human } from './charts.js';
 import { pause, setFrame, state } from './playback.js';
 
-// What was decided (NAME.identity.jsonl) and what is corrected here. Lines of
-// the take and of this page together are a file for `track --corrections`.
+// Corrections made on this page. Together with the lines of NAME.identity.jsonl
+// they form a file for `track --corrections`.
 export const corrections = [];
 
 function callPerson(result, id) {
@@ -25,7 +25,7 @@ function tellEdit(result, edit) {
   }
 }
 
-// The place on the page's clock of the frame where an edit begins to count.
+// Index on the page's clock of the frame where an edit begins; -1: none.
 function placeOf(edit) {
   if (!edit.frames) return -1;
   const number = edit.op === 'join' || edit.op === 'undecided' ? edit.frames[1] : edit.frames[0];
@@ -34,7 +34,7 @@ function placeOf(edit) {
   return f;
 }
 
-// In the chart of presence: a mark at the row of everyone concerned.
+// Marks edits in the chart of presence, in the rows of the people concerned.
 export function drawEdits(pen, width, shown, rowHeight) {
   const row = (result, id) => shown.findIndex((one) => one.result === result && one.result.ids[one.person] === id);
   const draw = (result, edit, ids, mine) => {
@@ -59,7 +59,7 @@ export function drawEdits(pen, width, shown, rowHeight) {
 }
 
 function lineOfCorrection(edit) {
-  // Identities may be larger than a number of JavaScript: they stay texts.
+  // Identities may exceed the integers of JavaScript, so they stay texts.
   const parts = ['"op": ' + JSON.stringify(edit.op), '"persons": [' + edit.persons.join(', ') + ']'];
   if (edit.frames) parts.push('"frames": [' + edit.frames.join(', ') + ']');
   if (edit.name) parts.push('"name": ' + JSON.stringify(edit.name));
@@ -98,7 +98,7 @@ function changed() {
   charts.forEach((chart) => chart.draw());
 }
 
-// What the form says, or what is wrong with it.
+// The edit in the form, or an error message.
 function readCorrection() {
   const op = byId('edit-op').value, one = byId('edit-one').value, other = byId('edit-other').value;
   const edit = { op: op, persons: [one] };

@@ -1,16 +1,16 @@
-// A picture to keep, as SVG and PNG.
+// Export of the displayed frame as SVG and PNG.
 import { INFERRED, MISSING, colourOf, dark, data, element, frameNumbers, nameOf, results, times } from './data.js';
 import { headOf, reach, scratch, show, up } from './scene.js';
 import { paintPanel, panels } from './panels.js';
 import { state } from './playback.js';
 
-// What drawing on a canvas needs here, written as SVG.
+// The subset of a canvas context that the page uses, writing SVG.
 class SvgPen {
   constructor() {
     Object.assign(this, { out: [], clips: [], x: 0, y: 0, scale: 1, path: '', dash: [], fillStyle: '#000', strokeStyle: '#000', lineWidth: 1,
       globalAlpha: 1, font: '12px sans-serif', textAlign: 'left', lineCap: 'butt' });
   }
-  // Moves and scales alone.
+  // Translation and uniform scale only.
   setTransform(scale, b, c, d, x, y) { Object.assign(this, { x: x, y: y, scale: scale }); }
   at(x, y) { return (this.x + this.scale * x).toFixed(1) + ' ' + (this.y + this.scale * y).toFixed(1); }
   long(length) { return (this.scale * length).toFixed(2); }
@@ -37,7 +37,7 @@ class SvgPen {
   fillRect(x, y, width, height) { this.out.push(this.box(x, y, width, height) + this.colour('fill', this.fillStyle) + '/>'); }
   strokeRect(x, y, width, height) { this.out.push(this.box(x, y, width, height) + this.outline(this.strokeStyle) + '/>'); }
   setLineDash(dash) { this.dash = dash; }
-  // A frame, and back out of it.
+  // Clipping to a rectangle until restore().
   save() {}
   rect(x, y, width, height) { this.frame = '<rect x="' + x + '" y="' + y + '" width="' + width + '" height="' + height + '"/>'; }
   clip() {
@@ -61,15 +61,15 @@ class SvgPen {
     if (image.tagName === 'VIDEO') return this.drawVideo(image, x, y, width, height);
     this.out.push(this.box(x, y, width, height).replace('<rect', '<image') + ' preserveAspectRatio="none" href="' + escaped(image.src) + '"/>');
   }
-  // Its picture as a file of its own; one that is linked from a disk may not be
-  // read and is left out.
+  // The image of the video, embedded; linked videos cannot be read and are left
+  // out.
   drawVideo(video, x, y, width, height) {
     const canvas = element('canvas', { width: video.videoWidth, height: video.videoHeight });
     canvas.getContext('2d').drawImage(video, 0, 0);
     try {
       this.drawImage({ src: canvas.toDataURL('image/jpeg') }, x, y, width, height);
     } catch (error) {
-      // A browser's rule, no fault: the lines are there.
+      // Forbidden by the browser for linked files; the lines are drawn anyway.
     }
   }
 }
@@ -78,7 +78,7 @@ function escaped(text) {
   return String(text).replace(/[&<>"]/g, (c) => ({ '&': '&amp;', '<': '&lt;', '>': '&gt;', '"': '&quot;' }[c]));
 }
 
-// Where things stand in the picture: the 3D view, and the panels in rows below.
+// Layout of the picture: the 3D view, and the panels in rows below.
 function pictureLayout() {
   const width = 1600, gap = 12, head = 30;
   const stage = { x: 0, y: head, width: width, height: state.scene ? Math.round(width * state.scene.height / state.scene.width) : 0 };
@@ -107,7 +107,7 @@ function pageColours() {
     : { page: '#ffffff', stage: '#e9edf2', ink: '#1b2430', quiet: '#5b6675', grid: '#c3cbd4' };
 }
 
-// Where a point of the scene lies in the picture, and how far away it is.
+// Maps points of the scene to their position in the picture and their depth.
 function screenOf(stage) {
   const view = state.scene.camera;
   return (point) => {
@@ -117,7 +117,7 @@ function screenOf(stage) {
   };
 }
 
-// The 3D view as lines, far ones first.
+// The 3D view as lines, drawn by decreasing depth.
 function paintScene(pen, stage, colours) {
   const toScreen = screenOf(stage), scale = stage.height / 2 / Math.tan(state.scene.camera.fov * Math.PI / 360);
   const strokes = [];
@@ -194,7 +194,7 @@ function paintTexts(pen, layout, colours) {
   layout.cells.forEach((cell) => pen.fillText(cell.panel.camera.view, cell.x + 4, cell.y + cell.height + 16));
 }
 
-// The whole picture by either pen; `paintStage` paints the 3D view.
+// The whole picture, for either output; `paintStage` paints the 3D view.
 function paintPicture(pen, layout, paintStage, withPictures) {
   const colours = pageColours();
   pen.fillStyle = colours.page;
@@ -230,13 +230,13 @@ export function svgPicture() {
     + pen.clips.join('') + '</defs>\n' + pen.out.join('\n') + '\n</svg>\n';
 }
 
-// A canvas; pictures that are linked from a disk would forbid saving it and are
-// left out (`withPictures` false).
+// The canvas of the PNG. Browsers do not export canvases with linked images, so
+// these are left out with `withPictures` false.
 function pngCanvas(withPictures) {
   const layout = pictureLayout(), canvas = element('canvas', { width: layout.width, height: layout.height });
   paintPicture(canvas.getContext('2d'), layout, (pen, stage) => {
     state.scene.dirty = true;
-    state.scene.render();  // what it drew is there until the browser shows it
+    state.scene.render();  // valid until the browser displays it
     pen.drawImage(state.scene.canvas, stage.x, stage.y, stage.width, stage.height);
   }, withPictures);
   return canvas;

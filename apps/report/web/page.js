@@ -1,4 +1,4 @@
-// The page put together.
+// Assembles the page.
 import { PALETTE, byId, dark, data, element, frameCount, results, times } from './data.js';
 import { Scene, show } from './scene.js';
 import { drawPanel, makePanels, panels, sizePanels } from './panels.js';
@@ -92,6 +92,6 @@ connect();
 applyTheme(dark());
 resize();
 window.requestAnimationFrame(tick);
-// For tests and for curious people at the console.
+// For tests and for the console.
 window.kinegraph = { state: state, setFrame: setFrame, play: play, pause: pause, results: results, scene: state.scene, panels: panels, palette: PALETTE,
   svgPicture: svgPicture, pngUrl: pngUrl, corrections: corrections, correctionsText: correctionsText };

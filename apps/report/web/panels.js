@@ -4,7 +4,7 @@ import { drawPicture, openVideo } from './pictures.js';
 import { onFrame, state } from './playback.js';
 
 function lensLimit(k) {
-  // First squared radius where the radial polynomial turns back.
+  // First squared radius where the radial polynomial folds back.
   for (let s = 0; s < 25; s += 0.01) {
     if (1 + 3 * k[0] * s + 5 * k[1] * s * s + 7 * k[4] * s * s * s <= 0) return s;
   }
@@ -12,7 +12,7 @@ function lensLimit(k) {
 }
 
 function fisheyeRadius(camera, angle) {
-  // Radius of the image at an angle off the axis; null where the polynomial has turned back before.
+  // Image radius at an angle off the axis; null beyond the fold of the polynomial.
   const k = camera.distortion;
   const slope = (s) => 1 + s * (3 * k[0] + s * (5 * k[1] + s * (7 * k[2] + s * 9 * k[3])));
   if (camera.limit === undefined) {
@@ -66,7 +66,7 @@ export function makePanels() {
     panel.redraw = (f) => { if (panel.seen) drawPanel(panel, f); };
     panels.push(panel);
   });
-  // Videos stop at the very picture.
+  // When playback stops, videos move to the exact image.
   onFrame((f) => panels.forEach((panel) => panel.redraw(f)), (f) => panels.forEach((panel) => { if (panel.video) panel.redraw(f); }));
   panels.forEach(openVideo);
   if ('IntersectionObserver' in window) {
@@ -82,8 +82,8 @@ export function makePanels() {
 
 function hasWeights(result) { return result.weight.some((w) => w !== NO_WEIGHT); }
 
-// As many in a row as have room, and as even as can be: five are 5, 3 + 2 or
-// 2 + 2 + 1; what is left of a row its panels share.
+// As many per row as fit, distributed evenly: five are 5, 3 + 2 or 2 + 2 + 1.
+// The panels of a row share its width.
 function arrangePanels() {
   const width = byId('panels').clientWidth || 300;
   const most = Math.max(1, Math.min(5, Math.floor((width + 10) / 260)));
@@ -102,7 +102,7 @@ export function sizePanels() {
   });
 }
 
-// Who a detection of this view and frame belongs to.
+// The pose to which each detection of this view and frame is matched.
 function ownersIn(view, f) {
   const owners = new Map();
   results.slice().reverse().forEach((result) => {
@@ -125,7 +125,8 @@ export function drawPanel(panel, f) {
   panel.facts.textContent = facts + (panel.lacks ? (facts ? '; ' : '') + panel.lacks : '');
 }
 
-// In image pixels; `px` is one pixel of the screen. Returns what there is.
+// Draws in image pixels; `px` is the size of a screen pixel in them. Returns text on
+// the detections.
 export function paintPanel(pen, panel, f, px, withPicture) {
   panel.lacks = '';
   if (withPicture) drawPicture(pen, panel, f);
@@ -224,7 +225,7 @@ function drawOwner(pen, panel, owner, base, px) {
     if (!top || y < top[1]) top = [x, y];
   }
   if (!top) return;
-  // Its colour as a dot; the name itself has to be read on any colour.
+  // The person's colour is a dot, because the name must be legible on any image.
   const x = top[0] + 5 * px, y = top[1] - 9 * px;
   const name = nameOf(owner.result, owner.result.person[owner.p]) + (owner.result.index > 0 ? ' (' + owner.result.label + ')' : '');
   pen.font = '600 ' + 12 * px + 'px system-ui, sans-serif';
@@ -250,7 +251,7 @@ function jointVerdict(owner, view, j) {
   return owner.result.weight[(owner.result.extra[owner.p] * viewCount + view) * J + own] < REJECTED ? 'rejected' : 'kept';
 }
 
-// A joint that the detector did not find, where the 3D pose puts it.
+// A joint that the detector did not find, at the projection of the 3D pose.
 function drawMissing(pen, panel, owner, j, px, ink) {
   const own = ownJoint(owner.result, j), J = owner.result.joints.length;
   if (own < 0 || (owner.result.status[owner.p * J + own] & 3) === MISSING) return false;

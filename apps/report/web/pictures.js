@@ -1,4 +1,4 @@
-// Pictures and videos behind the panels.
+// Images and videos behind the panels.
 import { dark, decode, element, frameCount, frameNumbers, lowerBound, times } from './data.js';
 import { state } from './playback.js';
 
@@ -10,8 +10,8 @@ function pictureUrl(pattern, number) {
 
 function fileUrl(path) { return path.split('/').map(encodeURIComponent).join('/'); }
 
-// Where the picture of a frame is: inside of the page, where the latest one
-// stands for those that were left out, or beside it.
+// Source of the image of a frame: embedded (the latest one before it, if images
+// were left out) or linked.
 function pictureSource(panel, f) {
   const inside = panel.camera.pictures;
   if (!inside) return panel.camera.images ? pictureUrl(panel.camera.images, frameNumbers[f]) : undefined;
@@ -21,7 +21,7 @@ function pictureSource(panel, f) {
   return 'data:image/' + (bytes.startsWith('/9j/') ? 'jpeg' : 'png') + ';base64,' + bytes;
 }
 
-// The picture of a frame, or undefined where there is none.
+// The image of a frame; undefined if there is none.
 function pictureOf(panel, f) {
   if (f >= frameCount) return undefined;
   let picture = panel.pictures.get(f);
@@ -40,7 +40,7 @@ export function drawPicture(pen, panel, f) {
   const shown = panel.video ? videoOf(panel, f) : stillOf(panel, f);
   if (!shown) return;
   pen.drawImage(shown, 0, 0, panel.width, panel.height);
-  // Lines must be seen on it.
+  // Dims the image, so that lines are visible on it.
   pen.fillStyle = dark() ? 'rgba(13,17,22,.35)' : 'rgba(255,255,255,.35)';
   pen.fillRect(0, 0, panel.width, panel.height);
 }
@@ -53,8 +53,8 @@ function stillOf(panel, f) {
   return picture;
 }
 
-// Far apart a playing video is sent to its place; nearer it plays faster or
-// slower until it is there [s].
+// A playing video that is farther off than this seeks its position; otherwise it
+// plays faster or slower until it is synchronous [s].
 const FAR_APART = 0.3;
 
 export function openVideo(panel) {
@@ -64,7 +64,7 @@ export function openVideo(panel) {
   panel.video = { node: node, at: decode(source.at, Float64Array), sought: NaN };
   const redraw = () => panel.redraw(state.frame);
   ['loadedmetadata', 'loadeddata', 'seeked', 'error'].forEach((name) => node.addEventListener(name, redraw));
-  // A browser may say that it is there before it has the picture.
+  // Browsers may report the end of a seek before the image is decoded.
   if (node.requestVideoFrameCallback) {
     const shown = () => { if (!state.playing) redraw(); node.requestVideoFrameCallback(shown); };
     node.requestVideoFrameCallback(shown);
@@ -72,8 +72,8 @@ export function openVideo(panel) {
   node.src = source.data ? URL.createObjectURL(new Blob([decode(source.data, Uint8Array)], { type: source.type })) : fileUrl(source.source);
 }
 
-// The video with the picture of the frame; while it is on its way there, with
-// the one before.
+// The video element with the image of the frame; during a seek it still shows
+// the previous one.
 function videoOf(panel, f) {
   const node = panel.video.node;
   if (node.error) { panel.lacks = 'this browser does not play the video'; return undefined; }
@@ -84,7 +84,8 @@ function videoOf(panel, f) {
   return node.readyState < 2 ? undefined : node;
 }
 
-// Once for each place, or a video that ends early would be sought for ever.
+// Seeks each position once; otherwise a video that ends early would be sought
+// forever.
 function seekVideo(video, f) {
   video.node.pause();
   const there = Math.abs(video.node.currentTime - video.at[f]) < 1e-3;
@@ -96,7 +97,7 @@ function seekVideo(video, f) {
 function playAlong(video, f) {
   const node = video.node, next = f + 1;
   const known = next < frameCount && video.at[next] >= 0 && times[next] > times[f];
-  // Seconds of video in one of the page, as their frames stand to one another.
+  // Seconds of video per second of the page, by the times of their frames.
   const slope = known ? (video.at[next] - video.at[f]) / (times[next] - times[f]) : 1;
   const behind = video.at[f] + (state.time - times[f]) * slope - node.currentTime;
   video.sought = NaN;

@@ -1,10 +1,10 @@
-// The frame that is shown, and playing on.
+// The displayed frame, and playback.
 import { byId, frameCount, frameNumbers, times } from './data.js';
 
 export const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 4];
 export const state = { frame: 0, playing: false, speed: 1, time: times[0] || 0, lastTick: 0, pictures: 0, scene: null };
 
-// Who draws: `draw(f)` when the frame changes, `stop(f)` when playing ends.
+// Listeners: `draw(f)` when the frame changes, `stop(f)` when playback stops.
 const drawings = [];
 export function onFrame(draw, stop) { drawings.push({ draw: draw, stop: stop || (() => {}) }); }
 

@@ -1,4 +1,4 @@
-// The 3D view, and the names and cameras over it.
+// The 3D view, with names and cameras.
 import { INFERRED, MISSING, OBSERVED, byId, colourOf, data, lowerBound, nameOf, results, times } from './data.js';
 import { state } from './playback.js';
 
@@ -60,7 +60,7 @@ export class Scene {
     if (Math.abs(up.x) > 0.9) right.set(0, 1, 0);
     const forward = new THREE.Vector3().crossVectors(up, right).normalize();
     right.crossVectors(forward, up).normalize();
-    // From the cameras' side when there are cameras, else from the front.
+    // Initial viewpoint: on the cameras' side, or in front without cameras.
     const away = new THREE.Vector3();
     data.cameras.forEach((camera) => away.add(scratch.a.fromArray(camera.centre).sub(middle)));
     away.addScaledVector(up, -away.dot(up));
@@ -106,7 +106,7 @@ export class Scene {
     this.scene.add(this.cameraGroup);
   }
 
-  // Meshes of one person: joints and bones, observed and inferred apart.
+  // Meshes of one person: joints and bones, observed and inferred separately.
   body(result, person) {
     const made = this.bodies[result.index];
     if (made[person]) return made[person];
@@ -114,8 +114,8 @@ export class Scene {
     const faint = new THREE.MeshLambertMaterial({ color: colourOf(result, person), transparent: true, opacity: 0.3, depthWrite: false });
     const shape = result.index === 0 ? this.ball : this.gem;
     const mesh = (shared, material, count) => {
-      // Of two meshes in a row with one geometry three.js draws the second where
-      // the first is; the buffers may be shared.
+      // three.js draws two successive meshes with one geometry at the position of
+      // the first, so each has a geometry of its own with shared buffers.
       const geometry = new THREE.BufferGeometry();
       geometry.index = shared.index;
       Object.assign(geometry.attributes, shared.attributes);
@@ -250,7 +250,7 @@ export class Scene {
   }
 
   resize() {
-    // Kept, so that no picture has to ask the browser for a layout.
+    // Stored, because querying the size forces the browser to compute the layout.
     this.width = this.canvas.parentElement.clientWidth;
     this.height = this.canvas.parentElement.clientHeight;
     this.renderer.setSize(this.width, this.height, false);
@@ -271,7 +271,7 @@ export class Scene {
 const TRAIL_POINTS = 128, TRAIL_SECONDS = 2;
 export const show = { trails: true, labels: true, cameras: true, floor: true, ellipsoids: false };
 
-// Where a person stands: the mean of the joints, dropped to the floor.
+// Position of a person on the floor: the mean of the joints, projected.
 const footBuffer = [0, 0, 0];
 function footOf(result, p) {
   const J = result.joints.length;

@@ -1,4 +1,4 @@
-// What stands beside the 3D view: findings, the summary, the worst moments.
+// The column beside the 3D view: findings, summary, worst moments.
 import { LENGTH, NO_VALUE, SPEED, byId, colourOf, data, element, nameOf, results } from './data.js';
 import { pause, setFrame } from './playback.js';
 import { human, jointName, referenceName } from './charts.js';
@@ -15,7 +15,7 @@ function summaryTable(summary) {
   return table;
 }
 
-// How the solver went, and what was learnt of the detector.
+// Lines on the solver and the learnt noise.
 function solverLines(summary) {
   const lines = [];
   const solver = summary.solver;
@@ -26,7 +26,7 @@ function solverLines(summary) {
   return lines;
 }
 
-// What `track` learnt of the detector and the motion, behind a line to open.
+// Noise learnt by `track`, collapsed.
 function learntPart(summary) {
   const noise = summary.noise;
   if (!noise || !noise.classes) return null;
@@ -42,16 +42,16 @@ function learntPart(summary) {
   return part;
 }
 
-// Warnings of `track` and findings of `doctor`: what is wrong stands first.
+// Warnings of `track` and findings of `doctor`, shown first.
 export function makeFindings() {
   const list = byId('finding-list'), several = results.filter((result) => !result.truth).length > 1;
-  // Options of a command stay in one piece where there is room.
+  // Flags of a command are not broken if they fit into a line.
   const words = (remedy) => remedy.split(/(--\S+)/).map((part) => (part.startsWith('--') ? element('code', { textContent: part }) : part));
   const add = (text, remedy) => list.append(element('li', {}, [text + '. ', element('span', { className: 'try' }, ['Try: '].concat(words(remedy)))]));
   const findings = data.doctor && data.doctor.findings || [];
   results.forEach((result, r) => {
     const summary = data.results[r].summary;
-    // What the doctor says too is said once.
+    // Warnings that the doctor also reports are shown once.
     const told = (warning) => findings.some((finding) => (finding.evidence || '').includes(warning.text));
     (summary && summary.warnings || []).filter((warning) => !told(warning)).forEach((warning) => add((several ? result.label + ': ' : '') + warning.text, warning.try));
   });
@@ -63,7 +63,7 @@ export function makeFindings() {
   byId('findings').hidden = !list.firstChild;
 }
 
-// What `track` wrote of each result, and how far results are apart.
+// The summary of `track` for each result, and distances between results.
 export function makeSummary() {
   const box = byId('summary');
   const line = (text, kind) => box.append(element('p', { textContent: text, className: kind || '' }));

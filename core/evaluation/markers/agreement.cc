@@ -135,7 +135,8 @@ Vector3d MedianOffset(const std::vector<const Error*>& errors, size_t begin,
   return offset;
 }
 
-// Errors of one joint, each half minus the offset of the other half.
+// Errors of one joint, with the offset of each half of the recording subtracted
+// from the other half.
 std::vector<Vector3d> WithoutOffset(const std::vector<const Error*>& errors) {
   const size_t middle = errors.size() / 2;
   const Vector3d of_first = MedianOffset(errors, 0, middle);
@@ -461,7 +462,7 @@ ValueAgreement CompareValues(const std::vector<PairedValue>& values,
     const double freed = differences[i] - offset;
     squared += differences[i] * differences[i];
     freed_squared += freed * freed;
-    // The interval, centred on the found value, moved to the difference.
+    // The interval around the found value becomes one around the difference.
     const double below = there[i].low - there[i].found;
     const double above = there[i].high - there[i].found;
     if (!std::isfinite(below) || !std::isfinite(above)) continue;

@@ -1,6 +1,6 @@
-// Agreement of tracks with markers, once both have a common clock and world:
-// errors by joint and axis of the body, reported intervals, and the measures of
-// published protocols.
+// Agreement of tracks with markers on a common clock and in a common world:
+// errors by joint and axis of the body, coverage of reported intervals, and the
+// measures of published protocols.
 #ifndef KINEGRAPH_CORE_EVALUATION_MARKERS_AGREEMENT_H_
 #define KINEGRAPH_CORE_EVALUATION_MARKERS_AGREEMENT_H_
 
@@ -70,7 +70,8 @@ struct JointAgreement {
   // around it (Bland and Altman 1986).
   Eigen::Vector3d bias_m = Eigen::Vector3d::Zero();
   Eigen::Vector3d limits_m = Eigen::Vector3d::Zero();
-  // Each half minus the median offset of the other, in the body's frame.
+  // After subtracting, from each half of the recording, the median offset of
+  // the other half, in the body's frame.
   double after_offset_median_m = 0.0;
   // Root mean square of the difference's first and second derivative.
   double velocity_rms_m_s = 0.0;
@@ -84,8 +85,9 @@ struct MotionAgreement {
   JointAgreement pooled;  // of the centres; of all joints if there are none
   double mean_of_medians_m = 0.0;  // of the joints that are pooled
   Calibration observed, inferred;  // of the joints that are pooled
-  // Mean per joint error of all joints after Procrustes' turn, shift and scale
-  // in each frame (Ionescu et al. 2014, protocol 2 of Human3.6M).
+  // Mean per joint error of all joints after Procrustes alignment (rotation,
+  // translation, scale) of each frame (Ionescu et al. 2014, protocol 2 of
+  // Human3.6M).
   double pa_mpjpe_m = 0.0;
   // Share of the joints within 150 mm, and the mean of that share over 0, 5,
   // ..., 150 mm (3DPCK and AUC of MPI-INF-3DHP, Mehta et al. 2017), with the
@@ -99,7 +101,8 @@ struct MotionAgreement {
 MotionAgreement CompareMotion(const PairedMotion& motion,
                               const Eigen::Vector3d& up, double block_s);
 
-// A quantity over time from both, with the 95 % interval of the second.
+// A value of a quantity from truth and tracks at one time, with the 95 %
+// interval reported for the tracks.
 struct PairedValue {
   double truth = 0.0;
   double found = 0.0;

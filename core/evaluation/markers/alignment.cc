@@ -219,8 +219,9 @@ ClockFit FitClock(const JointPaths& truth, const JointPaths& tracks,
                   bool with_drift) {
   constexpr int kMostRounds = 50;
   constexpr double kStepToleranceS = 1e-7;
-  // Both are differentiated over the same time, long enough to exclude what
-  // programs smooth away (above some 6 Hz) and what skin adds at impacts.
+  // Both are differentiated over the same time, long enough to exclude motion
+  // that programs smooth away (above some 6 Hz) and movements of the skin at
+  // impacts.
   const double half_s = std::max({truth.frame_s(), tracks.frame_s(), 0.05});
   RequireMotion(truth, half_s, "the ground truth");
   RequireMotion(tracks, half_s, "the tracks");
@@ -327,8 +328,8 @@ RigidFit FitRigid(const std::vector<PointPair>& pairs, double sign) {
   return fit;
 }
 
-// Of rotation and translation at the middle, with joints as the independent
-// pieces, because their disagreements last.
+// Covariance of rotation and translation at the middle. Joints, not frames, are
+// the independent samples, because their differences persist.
 Eigen::Matrix<double, 6, 6> RigidCovariance(const std::vector<PointPair>& pairs,
                                             const RigidFit& fit,
                                             size_t joint_count) {
@@ -376,7 +377,7 @@ void RequireExtent(const std::vector<PointPair>& pairs) {
       " mm of a line; more joints (--joints), or --align=clock or none");
 }
 
-// Reports a motion that does not fit the other's world in any way.
+// Thrown where a mirror image fits far better than any rotation.
 class MirroredAxes : public InputError {
  public:
   using InputError::InputError;
@@ -384,7 +385,8 @@ class MirroredAxes : public InputError {
 
 WorldFit FitWorld(const JointPaths& truth, const JointPaths& tracks,
                   const ClockFit& clock, const std::vector<bool>& use) {
-  // A mirror image that fits this much better is not due to chance.
+  // Ratio of median residuals below which the mirror image counts as the true
+  // one.
   constexpr double kFarBetter = 0.5;
   constexpr double kBadM = 0.04;
   const std::vector<PointPair> pairs = PointPairs(truth, tracks, clock, use);
@@ -491,8 +493,8 @@ void RequireOverlap(const JointPaths& truth, const JointPaths& tracks) {
                    " s; --align=both or clock finds the shift");
 }
 
-// A fit that was not requested is only reported and may fail; mirrored axes are
-// always an error.
+// A fit that was not requested is only informative and may fail; mirrored axes
+// are always an error.
 template <typename Fit>
 auto Try(bool wanted, const Fit& fit) -> std::optional<decltype(fit())> {
   if (wanted) return fit();

@@ -111,7 +111,7 @@ class Finder {
     return ahead;
   }
 
-  // From the pelvis' first position to its last.
+  // Displacement of the pelvis over the recording.
   Vector3d Way() const {
     std::vector<Vector3d> places;
     for (const Vector3d& place : pelvis_) {
@@ -130,7 +130,8 @@ class Finder {
     return {Quantile(values, 0.05), Quantile(values, 0.95)};
   }
 
-  // Whether it is the maximum within the window, and not at its edge.
+  // Whether value `i` times `sign` is the maximum within the window, and not at
+  // its edge.
   bool IsPeak(const std::vector<double>& values, size_t i, double sign) const {
     if (std::isnan(values[i])) return false;
     for (int way : {-1, 1}) {
@@ -186,7 +187,8 @@ class Finder {
     }
   }
 
-  // Where half of the peak remains, in direction `way` from it.
+  // Adds an event where, in direction `way`, the speed has fallen to half of
+  // the peak.
   void Cross(Foot foot, bool is_contact, const std::vector<double>& speed,
              size_t peak, int way, std::vector<FootEvent>* events) const {
     const double half = 0.5 * speed[peak];

@@ -20,10 +20,10 @@ struct FootEvent {
 };
 
 struct FootEvents {
-  // By the feet's displacement relative to the pelvis (Zeni, Richards,
-  // Higginson 2008). Without walking the vertical speed of the forefoot
-  // decides: foot off at half of its upward peak speed, landing when half of
-  // its downward peak speed is lost.
+  // true: events by the feet's displacement relative to the pelvis (Zeni,
+  // Richards, Higginson 2008). false: by the vertical speed of the forefoot,
+  // foot off at half of its upward peak, landing when it has fallen to half of
+  // its downward peak.
   bool is_walk = false;
   std::vector<FootEvent> events;  // by foot, ascending
 };
@@ -42,8 +42,8 @@ struct TimedEvent {
   double found_minus_plate_s = 0.0;  // NaN: none of that foot within 0.15 s
 };
 
-// The load crosses 20 N; the foot is the one whose ankle is nearest to the
-// plate. Loads, or pauses, of less than 50 ms are treated as knocks.
+// An event of a plate is a crossing of 20 N; its foot is the one whose ankle is
+// nearest to the plate. Loads and pauses of less than 50 ms are ignored.
 std::vector<TimedEvent> CompareWithPlates(const std::vector<ForcePlate>& plates,
                                           const FootEvents& found,
                                           const TrackSequence& motion,

@@ -199,7 +199,7 @@ Names NamesIn(const JointRule& rule) {
   return names;
 }
 
-// Positions of markers, followed by those of joints as rules define them.
+// Positions of markers, followed by those of joints defined by rules.
 class Places {
  public:
   explicit Places(const Names& labels) {
@@ -340,8 +340,8 @@ Vector3d FunctionalHip(const Placed& placed, const std::vector<Pose3d>& poses) {
     }
     count += static_cast<double>(points.size());
   }
-  // Even in the direction of least movement, the markers must move by more than
-  // skin does over bone.
+  // In the direction of least movement the markers must still move by more than
+  // skin moves over bone.
   constexpr double kLeastM = 0.008;
   const Eigen::SelfAdjointEigenSolver<Matrix3d> spread(information / 2.0);
   if (!(count > 0.0) ||
@@ -369,7 +369,8 @@ void RequireOneSubject(const Names& labels) {
   }
 }
 
-// The rules that apply, in their order, and what the others lack.
+// The rules that apply, in their order; `lacking` receives the joints of the
+// others with their missing markers.
 std::vector<Placed> Place(const MarkerSet& set, const Names& labels,
                           Names* lacking) {
   Places places(labels);

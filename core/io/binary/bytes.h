@@ -15,7 +15,7 @@ namespace kinegraph {
 static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__,
               "files of little-endian numbers are written as memory has them");
 
-// One after the other, little-endian.
+// Appends the numbers in little-endian order.
 template <typename... Values>
 void AppendNumbers(std::string* bytes, Values... values) {
   static_assert((std::is_arithmetic_v<Values> && ...));
@@ -30,9 +30,9 @@ Value NumberAt(std::string_view bytes, size_t at) {
   return value;
 }
 
-// Deflate reaches a ratio of 1032, for constant data. Coordinates of one person
-// in a file with room for 250, all others missing, reach 256; a small file may
-// be constant throughout.
+// Deflate's ratio is at most 1032, for constant data. A file with room for 250
+// people and the coordinates of one reaches 256; the constant term allows small
+// files that are constant throughout.
 constexpr uint64_t MostUnpackedBytes(uint64_t stored_bytes) {
   return (uint64_t{32} << 20) + 256 * stored_bytes;
 }

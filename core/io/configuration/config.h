@@ -1,6 +1,6 @@
 // TOML configurations: reads them into options, writes effective values, lists
 // keys. Defaults are defined in the options' structs, limits in their Describe
-// (core/base/options.h); this file knows no specific key.
+// (core/base/options.h); nothing here depends on specific keys.
 #ifndef KINEGRAPH_CORE_IO_CONFIGURATION_CONFIG_H_
 #define KINEGRAPH_CORE_IO_CONFIGURATION_CONFIG_H_
 
@@ -53,8 +53,8 @@ class ConfigFile {
   // rejected.
   std::vector<Skeleton> ReadSkeletons();
 
-  // Throws for the first key that was never read, suggesting the most similar
-  // known key.
+  // Throws for the first key that no struct has read, suggesting the most
+  // similar known key.
   void RejectUnknown() const;
 
   // Whether the file or an override sets this key ("cameras.unit").

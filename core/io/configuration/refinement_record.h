@@ -1,6 +1,5 @@
-// The decisions of `track` on cameras and clocks, as recorded in its
-// cameras.json, so that a later run can repeat them: the cameras themselves are
-// in the file, this is the rest.
+// The record of clocks and covariances that `track` adds to the refined cameras
+// in its cameras.json, so that a later run can apply them.
 #ifndef KINEGRAPH_CORE_IO_CONFIGURATION_REFINEMENT_RECORD_H_
 #define KINEGRAPH_CORE_IO_CONFIGURATION_REFINEMENT_RECORD_H_
 

@@ -87,7 +87,7 @@ bool IsInsidePartialFolder(const std::string& path) {
 
 // The number of the open file that the path refers to: /dev/stdout leads to
 // /proc/self/fd/1. Opening such a path again would give a separate file that
-// ignores >> and whatever was written before.
+// ignores >> and earlier output.
 std::optional<int> OpenFileNamed(const fs::path& path) {
   std::error_code error;
   const std::string folder =
@@ -191,8 +191,7 @@ AtomicFile::AtomicFile(const std::string& path) : path_(path) {
     descriptor = Duplicate(*destination.open_file);
   } else if (CheckReplaceable(path, target_, present);
              !present.has_value() || present->kind == FileType::kRegular) {
-    // With permissions according to the user's umask (mkstemp would make it
-    // private).
+    // Permissions follow the umask; mkstemp would make the file private.
     descriptor = MakeBeside(target_, PartialKind::kFile, &temporary_);
     // Best effort: some file systems have no permissions.
     if (present.has_value() && descriptor >= 0) {
@@ -230,8 +229,8 @@ void AtomicFile::Commit() {
   Flush();  // if it fails, the destructor removes the rest
   if (!temporary_.empty()) {
     RefuseInput(path_, target_);  // files read since the start
-    // After a power failure the name must not refer to a file whose bytes never
-    // reached the disk. A folder that appears as a whole is flushed once.
+    // Without this, after a power failure the name could refer to a file
+    // without its bytes. A folder that appears as a whole is flushed once.
     if (!IsInsidePartialFolder(target_) && SyncFile(DescriptorOf(file_)) != 0) {
       Fail(path_, kCannotWrite);
     }
@@ -263,8 +262,8 @@ bool IsStandardOutput(const std::string& path) {
   if (destination.open_file.has_value()) {
     return *destination.open_file == kStandardOutput;
   }
-  // A pipe or terminal under another name. A regular file is replaced, while
-  // printed output goes to the old one.
+  // A pipe or terminal under another name. Not for a regular file: the path
+  // gets a new file, while printed output goes to the old one.
   const auto of_path = StatusOf(path);
   return of_path.has_value() && of_path->kind != FileType::kRegular &&
          of_path->number == of_stdout->number;

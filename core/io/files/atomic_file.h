@@ -11,7 +11,7 @@ namespace kinegraph {
 
 // Writes beside the final name; Commit() flushes the bytes to disk and renames.
 // If destroyed without Commit(), the final name is unchanged and nothing
-// remains. What the name may refer to:
+// remains. The name may refer to:
 //   a regular file     replaced, its permissions kept; refused when it is
 //                      read-only or was read by this command (input_files.h)
 //   a symbolic link    stays a link; its target is replaced or created
@@ -38,7 +38,7 @@ class AtomicFile {
   void Write(const char* data, size_t size);
   void Write(const std::string& text) { Write(text.data(), text.size()); }
 
-  // Passes on buffered data, for the reader of a pipe.
+  // Writes buffered data, for the reader of a pipe.
   void Flush();
 
   // Makes the file appear. Nothing may be written afterwards.
@@ -56,12 +56,12 @@ class AtomicFile {
 // Writes a whole text as a file. Throws as AtomicFile does.
 void WriteTextFile(const std::string& path, const std::string& text);
 
-// Whether `path` leads to standard output; then nothing else may be printed
+// Whether `path` refers to standard output; then nothing else may be printed
 // there.
 bool IsStandardOutput(const std::string& path);
 
-// Whether `path` leads to standard output, a pipe or a device, which cannot
-// have files beside it.
+// Whether `path` refers to standard output, a pipe or a device, for which no
+// side files can be written.
 bool IsStream(const std::string& path);
 
 // Files are written into a folder beside the final name, which Commit()
@@ -137,17 +137,17 @@ class AtomicFiles {
   AtomicFiles(const AtomicFiles&) = delete;
   AtomicFiles& operator=(const AtomicFiles&) = delete;
 
-  // Path at which to write what will appear as `path`; always the same one. For
-  // a stream `path` itself. Throws as the constructors of AtomicFile and
-  // AtomicFolder, so call it before the work.
+  // Path at which to write the file that will appear as `path`; the same on
+  // every call. For a stream `path` itself. Throws as the constructors of
+  // AtomicFile and AtomicFolder, so call it before the work.
   std::string Aside(const std::string& path);
   std::string FolderAside(const std::string& path);
 
   // A file of an earlier result, removed before anything is renamed.
   void RemoveOld(const std::string& path);
 
-  // A name under which nothing was written is left unchanged. Throws
-  // std::runtime_error on failure.
+  // Names without a written file are left unchanged. Throws std::runtime_error
+  // on failure.
   void Commit();
 
  private:
@@ -163,9 +163,8 @@ class AtomicFiles {
   std::vector<std::string> old_;
 };
 
-// For a program that must end now: removes all files being written that have no
-// final name yet. Afterwards no file can be created or renamed; attempts block
-// forever.
+// For a program that is about to end: removes all files that have no final name
+// yet. Afterwards no file can be created or renamed; attempts block forever.
 void RemovePartialFilesForGood();
 
 }  // namespace kinegraph

@@ -9,8 +9,9 @@
 
 namespace kinegraph {
 
-// Whether an entry of a folder may hold data. Pipes, sockets and devices do
-// not: reading one could block forever. One named by a user is read.
+// Whether an entry of a folder may hold data. Pipes, sockets and devices are
+// skipped, because reading one could block forever; they are only read when
+// named explicitly.
 inline bool IsFileOrFolder(const std::filesystem::directory_entry& entry) {
   using Type = std::filesystem::file_type;
   std::error_code ignored;

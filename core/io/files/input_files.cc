@@ -54,8 +54,8 @@ void InputFiles::Note(int descriptor, const std::string& path) {
     }
     return;
   }
-  // Under another name it may be a different file with the number of a deleted
-  // one.
+  // Under another path it may be a different file that reuses the inode of a
+  // deleted one.
   if (known->second.path != path) {
     known->second = now;
   } else if (!(known->second == now)) {

@@ -1,6 +1,5 @@
-// Files that a command has read, so that it does not overwrite one of them and
-// notices when one changes during its work; and how to end an endless input
-// stream.
+// Records the files that a command has read, to prevent overwriting them and to
+// detect changes during its work; and ends endless input streams.
 #ifndef KINEGRAPH_CORE_IO_FILES_INPUT_FILES_H_
 #define KINEGRAPH_CORE_IO_FILES_INPUT_FILES_H_
 

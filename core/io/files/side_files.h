@@ -1,4 +1,4 @@
-// Files beside a result: what `track` writes besides NAME.jsonl.
+// Side files of a result: the files that `track` writes besides NAME.jsonl.
 #ifndef KINEGRAPH_CORE_IO_FILES_SIDE_FILES_H_
 #define KINEGRAPH_CORE_IO_FILES_SIDE_FILES_H_
 
@@ -25,7 +25,7 @@ std::string BesideTracks(const std::string& tracks_path,
 std::string FingerprintOfTracks(const std::string& path);
 
 // The key by which a JSON object, or the first line of JSON Lines, identifies
-// its tracks. It comes first, so that nothing else need be read.
+// its tracks. It comes first, so that the rest need not be read.
 inline constexpr const char* kFingerprintKey = "tracks_fingerprint";
 // The text of a JSON object with that key; unchanged without a fingerprint.
 std::string WithFingerprint(const std::string& object,

@@ -81,7 +81,7 @@ std::string ReadBytes(const std::string& path, size_t max_bytes) {
   }
   InputFiles::Note(file.get(), path);
   // The size is only a hint: pipes have none, and files grow. The extra bytes
-  // detect the end.
+  // allow the read that finds the end without enlarging the buffer.
   constexpr size_t kMore = 1 << 12;
   std::string text(static_cast<size_t>(status->size) + kMore, '\0');
   size_t length = 0;

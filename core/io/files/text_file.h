@@ -1,4 +1,4 @@
-// Whole files, with errors that a user can act on.
+// Reading whole files.
 #ifndef KINEGRAPH_CORE_IO_FILES_TEXT_FILE_H_
 #define KINEGRAPH_CORE_IO_FILES_TEXT_FILE_H_
 
@@ -18,16 +18,17 @@ std::string ReadTextFile(const std::string& path,
                          size_t max_bytes = std::numeric_limits<size_t>::max());
 
 // Normalises text from spreadsheets and editors: removes UTF-8's byte order
-// mark, and converts line ends of old Macs (a carriage return alone) to
-// newlines. CR LF stays. Throws InputError naming the file if it is UTF-16 or
+// mark, and converts single carriage returns (old Mac line ends) to newlines;
+// CR LF is kept. Throws InputError naming the file if it is UTF-16 or
 // compressed.
 void MakePlainText(const std::string& path, std::string* text);
 
 // At most the first `bytes`, as plain text; empty if unreadable.
 std::string BeginningOf(const std::string& path, size_t bytes);
 
-// Whether the path leads to a folder, or to something else; false if it does
-// not exist or is inaccessible. Throws InputError if the disk fails.
+// Whether the path, with links followed, is a folder, or anything else
+// (IsFile); false if it does not exist or is inaccessible. Throws InputError if
+// the disk fails.
 bool IsFolder(const std::string& path);
 bool IsFile(const std::string& path);
 

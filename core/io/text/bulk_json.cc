@@ -39,7 +39,7 @@ constexpr std::string_view kByteOrderMark = "\xef\xbb\xbf";
                    ", expected " + expected);
 }
 
-// In the words of a reader of the file, not of a parser's author.
+// Error messages for users.
 std::string Explain(simdjson::error_code error) {
   switch (error) {
     case simdjson::EMPTY:
@@ -86,7 +86,8 @@ size_t EndOfText(std::string_view text, size_t open) {
   return std::min(i, text.size());
 }
 
-// The text with null in place of what is no number; empty where there is none.
+// `text` with NaN and infinities (NotANumberAt) replaced by null; empty if it
+// contains none.
 std::string WithNulls(std::string_view text) {
   std::string mended;
   size_t done = 0;
@@ -105,7 +106,8 @@ std::string WithNulls(std::string_view text) {
   return mended;
 }
 
-// `text` is followed by simdjson's padding. The value is the parser's.
+// `text` must be followed by simdjson's padding. The value refers to memory of
+// the parser.
 simdjson::error_code ParseBulk(std::string_view text,
                                simdjson::dom::parser* parser,
                                JsonValue* value) {
@@ -271,7 +273,7 @@ JsonValue JsonFileParser::Parse(const std::string& path) {
   std::string text = ReadBytes(path, kMaxFileBytes);
   text.reserve(text.size() + kPadding);
   std::string_view content = text;
-  // Some editors put a byte order mark in front.
+  // Some editors write a byte order mark.
   if (content.substr(0, 3) == kByteOrderMark) content.remove_prefix(3);
   JsonValue value;
   const simdjson::error_code error = ParseBulk(content, &parser_, &value);
@@ -293,7 +295,7 @@ OwnLines::OwnLines(const std::string& name, int pipe, int silence_ms)
 }
 
 bool OwnLines::Fill() {
-  if (begin_ > 0) {  // move what is not read yet to the front
+  if (begin_ > 0) {  // moves unread data to the front
     std::memmove(buffer_.data(), buffer_.data() + begin_, end_ - begin_);
     end_ -= begin_;
     next_ -= begin_;
@@ -305,8 +307,8 @@ bool OwnLines::Fill() {
     }
     buffer_.resize(2 * buffer_.size());
   }
-  // One read, which gives what is there: a line of a live stream must not wait
-  // until later ones fill the buffer.
+  // A single read, which returns the available bytes: a line of a live stream
+  // must not wait until later ones fill the buffer.
   const int descriptor = DescriptorOf(file_.get());
   if (silence_ms_ < 0) {
     if (!InputStop::WaitForInput(descriptor)) return false;
@@ -319,7 +321,7 @@ bool OwnLines::Fill() {
                                buffer_.size() - kPadding - end_);
   if (got < 0) FailToRead(path_);
   end_ += static_cast<size_t>(got);
-  // Standard input may be a file that grows, which is a stream like others.
+  // Standard input may be a growing file, which is treated as a stream.
   if (got == 0 && silence_ms_ < 0 && path_ != "/dev/stdin") {
     InputFiles::Note(descriptor, path_);
   }
@@ -343,7 +345,7 @@ bool OwnLines::NextLine() {
     if (!Fill()) break;
     searched = begin_ + searched_of_line;
   }
-  if (silence_ms_ < 0 && InputStop::HasHappened()) return false;  // half a line
+  if (silence_ms_ < 0 && InputStop::HasHappened()) return false;  // incomplete
   length_ = end_ - begin_;  // the last line may lack its newline
   next_ = end_;
   return length_ > 0;
@@ -356,7 +358,7 @@ bool OwnLines::Next(JsonValue* value) {
       length_ -= kByteOrderMark.size();
     }
     if (line().find_first_not_of(" \t\r") == std::string_view::npos) continue;
-    // What follows the line in the buffer serves as simdjson's padding.
+    // The bytes after the line in the buffer serve as simdjson's padding.
     const simdjson::error_code error = ParseBulk(line(), &parser_, value);
     if (error) throw InputError(path_, Place(), Explain(error));
     return true;

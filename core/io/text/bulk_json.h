@@ -1,11 +1,11 @@
-// Bulk JSON through simdjson: one parser and one buffer that are used again,
-// and access that says what was found and what was expected. Only sources
-// include this header, so that nobody else needs simdjson.
+// Bulk JSON by simdjson: reuses one parser and one buffer, and checks types on
+// access with messages "found ..., expected ...". Only source files include
+// this header, so that headers do not depend on simdjson.
 //
-// The DOM is used, not On Demand, which accepts garbage after what it reads.
-// Neither minds duplicate keys: readers of our own formats go through the keys
-// one by one and notice them (ReadKeys). NaN and Infinity, which JSON does not
-// know and Python writes all the same, are read as null.
+// Uses the DOM, not On Demand, which does not detect invalid text after the
+// values it reads. Both accept duplicate keys; readers of our own formats
+// detect them (ReadKeys). NaN and Infinity, which are not JSON but which Python
+// writes, are read as null.
 #ifndef KINEGRAPH_CORE_IO_TEXT_BULK_JSON_H_
 #define KINEGRAPH_CORE_IO_TEXT_BULK_JSON_H_
 
@@ -31,7 +31,7 @@ using JsonArray = simdjson::dom::array;
 using JsonObject = simdjson::dom::object;
 
 // Access. Each throws InputError "KEY: found ..., expected ..." without a file;
-// who knows file and line adds them (see Located).
+// callers add file and line (see Located).
 JsonArray AsArray(JsonValue value, std::string_view key);
 JsonObject AsObject(JsonValue value, std::string_view key);
 double AsNumber(JsonValue value, std::string_view key);
@@ -39,7 +39,7 @@ int64_t AsInteger(JsonValue value, std::string_view key, int64_t low,
                   int64_t high);
 std::string_view AsText(JsonValue value, std::string_view key);
 JsonValue Required(const JsonObject& object, std::string_view key);
-// The value of a key that may be missing; false where it is, or no T.
+// The value of an optional key; false if it is missing or not a T.
 template <typename T>
 bool Get(const JsonObject& object, std::string_view key, T* value) {
   return object.at_key(key).get(*value) == simdjson::SUCCESS;
@@ -54,27 +54,25 @@ void AsNumbers(JsonValue value, std::string_view key, size_t count,
                double* numbers);
 void AsNumbers(const JsonArray& array, std::string_view key, size_t count,
                double* numbers);
-// Name of the value that is the whole text, as a key.
+// Used as the key in messages about the outermost value of a text.
 inline constexpr std::string_view kOutermost = "the outermost value";
 // "an object", "an array", "null", ... for messages.
 const char* TypeName(JsonValue value);
 
-// Frame numbers: large enough for any recording, small enough that no
-// arithmetic on them overflows. Identities: every reader takes what every
-// writer may write, and nobody computes with them.
+// Frame numbers are bounded so that arithmetic on them cannot overflow.
+// Identities may be any non-negative number: no arithmetic is done with them.
 int64_t AsFrame(JsonValue value, std::string_view key);
 int64_t AsId(JsonValue value, std::string_view key);
 // A number of seconds that fits TimeNs.
 TimeNs AsTime(JsonValue value, std::string_view key);
-// A frame rate [Hz]; null means that it is not known and gives 0.
+// A frame rate [Hz]; 0 for null, which means unknown.
 double AsFrameRate(JsonValue value, std::string_view key);
 // frame / rate; 0 when the rate is 0.
 TimeNs TimeOfFrame(int64_t frame, double frame_rate_hz);
 
-// A key of an object of our own formats: its name, whether it must be there,
-// and the member of Reader that takes its value over into a Target. Readers
-// hold one table of them an object, static, in the order in which what is
-// missing is named.
+// A key of an object of our own formats: its name, whether it is required, and
+// the member function of Reader that stores its value in a Target. A reader has
+// one static table of them per object; missing keys are reported in its order.
 enum class Presence { kRequired, kOptional };
 template <typename Reader, typename Target>
 struct JsonKey {
@@ -83,9 +81,9 @@ struct JsonKey {
   void (Reader::*read)(JsonValue value, std::string_view name, Target* target);
 };
 
-// Calls the member of each key in the order of the object; keys that the table
-// does not name are passed over. Throws InputError where one comes twice, or
-// one that must be there does not.
+// Calls the member function of each key in the order of the object; keys that
+// are not in the table are ignored. Throws InputError for a duplicate key or a
+// missing required one.
 template <typename Reader, typename Target, size_t N>
 void ReadKeys(const JsonObject& object,
               const JsonKey<Reader, Target> (&keys)[N], Reader* reader,
@@ -109,8 +107,8 @@ void ReadKeys(const JsonObject& object,
   }
 }
 
-// Runs `read` and puts file and place in front of the message of its
-// InputError. `place` is a function, so that nothing is built when all is well.
+// Runs `read` and adds file and place to the message of its InputError. `place`
+// is a function, called only on errors.
 template <typename Place, typename Read>
 auto Located(const std::string& file, const Place& place, const Read& read) {
   try {
@@ -136,18 +134,18 @@ class JsonFileParser {
   simdjson::dom::parser parser_;
 };
 
-// The lines of our own formats, detections and tracks: a header, then a line a
-// frame; blank ones are passed over.
+// The lines of our own formats, detections and tracks: a header, then one line
+// per frame. Blank lines are skipped.
 class OwnLines {
  public:
   // Throws InputError when the file cannot be read.
   explicit OwnLines(const std::string& path);
-  // Of a pipe, which it closes; `name` stands for it in messages. Silence of
-  // more than `silence_ms` throws InputError.
+  // Reads a pipe and closes it at the end; messages call it `name`. Throws
+  // InputError if nothing arrives for `silence_ms`.
   OwnLines(const std::string& name, int pipe, int silence_ms);
 
-  // `read` gets the object that the next line holds; file and line stand in
-  // front of what it throws. Throws InputError where there is no line.
+  // Calls `read` with the object in the next line; file and line are added to
+  // its errors. Throws InputError if there is no line.
   template <typename Read>
   void ReadHeader(const Read& read) {
     if (!ReadLine("the header", read)) {
@@ -155,7 +153,7 @@ class OwnLines {
     }
   }
 
-  // The same for the lines after it; false at the end.
+  // The same for the following lines; false at the end.
   template <typename Read>
   bool ReadFrame(const Read& read) {
     return ReadLine("the frame", read);
@@ -164,9 +162,9 @@ class OwnLines {
   // Throws InputError unless frames ascend.
   void CheckFrame(int64_t frame);
 
-  // Text of the line that is being read.
+  // Text of the current line.
   std::string_view line() const { return {buffer_.data() + begin_, length_}; }
-  // Of the whole file, read once more; -1 when it is a pipe.
+  // Number of frames in the whole file, which is read again; -1 for a pipe.
   int64_t CountFrames() const;
 
  private:
@@ -191,31 +189,31 @@ class OwnLines {
 
   std::string path_;
   std::unique_ptr<std::FILE, Closer> file_;
-  int silence_ms_ = -1;       // none is too long
+  int silence_ms_ = -1;       // -1: unlimited
   std::vector<char> buffer_;  // simdjson's padding included
   size_t begin_ = 0;          // of the current line
   size_t length_ = 0;
-  size_t next_ = 0;  // where the unread text begins and ends
+  size_t next_ = 0;  // begin and end of the unread text
   size_t end_ = 0;
   int64_t line_number_ = 0;
   int64_t last_frame_ = -1;
   simdjson::dom::parser parser_;
 };
 
-// What a JSON file begins with, to recognise its format by.
+// The beginning of a JSON file, for recognition of its format.
 struct JsonHead {
-  char kind = '\0';  // '{', '[', or the first character of something else
+  char kind = '\0';  // '{', '[', or the first character of another format
   std::vector<std::string> keys;  // outermost keys in the first 64 KiB
 
   bool Has(std::string_view key) const;
 };
 JsonHead PeekJson(const std::string& path);
 
-// The raw text of the value of `key` in a line that holds a valid object; empty
-// when there is none or it is no object.
+// The raw text of the value of `key` in a line with a valid object; empty if it
+// is missing or not an object.
 std::string RawObject(std::string_view line, std::string_view key);
 
-// The text without white space when it is one valid JSON object, else empty.
+// The text without white space if it is one valid JSON object, else empty.
 std::string CompactObject(const std::string& text);
 
 }  // namespace kinegraph

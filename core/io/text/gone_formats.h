@@ -7,7 +7,7 @@
 
 namespace kinegraph {
 
-// What a message about a format of that name adds; empty for others.
+// Text to add to a message about a format of that name; empty for others.
 inline std::string WayOnFrom(std::string_view format) {
   if (format == "coco3d") {
     return "; coco3d was removed: csv, npz and JSON Lines hold as much, and "

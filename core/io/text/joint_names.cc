@@ -128,7 +128,7 @@ Meaning MeaningOf(const std::string& label) {
       }
     }
   }
-  // Points without a name of their own, such as those of a face: "left_face_3".
+  // Numbered points, such as those of a face: "left_face_3".
   for (const auto& [word, side] :
        {std::pair{"left_", "l_"}, {"right_", "r_"}}) {
     if (Strip(label, word, /*at_front=*/true, &rest)) {
@@ -234,7 +234,8 @@ Skeleton WithOurNames(const Skeleton& skeleton) {
 
 namespace {
 
-// MMPose has its own names for the points of faces and hands.
+// Recognises COCO-WholeBody although MMPose names the points of face and hands
+// differently.
 const Skeleton* FindKnown(const std::vector<std::string>& joints) {
   constexpr int kNamedAlike = 23;  // body and feet
   const std::vector<std::string>& whole = WholeBody133().joints();

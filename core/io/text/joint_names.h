@@ -17,7 +17,7 @@ namespace kinegraph {
 std::string JointNameOf(const std::string& label);
 
 // Our names for a set of labels, all distinct. Of several that may be one joint
-// the most exact becomes it, the others keep names of their own ("left_ankle"
+// the most exact becomes it, the others keep separate names ("left_ankle"
 // and "left_foot" are l_ankle and l_foot; "left_hip" and "left_foot" l_hip and
 // l_ankle). Inexact names are not used where no label is exact, as for markers
 // ("HEAD", "C7", "LTOE"), nor for animals (IsAnimalPart).

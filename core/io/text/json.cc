@@ -12,9 +12,9 @@
 namespace kinegraph {
 namespace {
 
-// Builds the value while the parser, which does not recurse, reads the text:
-// excess is rejected before memory is allocated. (The library's own callback
-// visits a whole list at each of its objects.)
+// Builds the value while the parser, which does not recurse, reads the text, so
+// that excess is rejected before memory is allocated. (With the library's own
+// callback each object in a list costs time proportional to the list.)
 class Builder final : public nlohmann::json_sax<Json> {
  public:
   Builder(const std::string& text, const std::string& file)

@@ -1,5 +1,5 @@
 // JSON of small files (calibrations, not detections): strict parsing, and
-// access that names file and key when something is not as expected.
+// access with errors that name file and key.
 #ifndef KINEGRAPH_CORE_IO_TEXT_JSON_H_
 #define KINEGRAPH_CORE_IO_TEXT_JSON_H_
 
@@ -15,43 +15,42 @@ namespace kinegraph {
 // Keeps the order of the file.
 using Json = nlohmann::ordered_json;
 
-// Bounds on what a small file may hold, TOML and YAML too (docs/limits.md): the
-// first keeps recursion shallow, the second the time that looking keys up one
-// by one can take, the third memory.
+// Bounds on small files, also TOML and YAML (docs/limits.md): the first bounds
+// recursion, the second the time of linear lookups of keys, the third memory.
 inline constexpr int kMaxJsonDepth = 64;
 inline constexpr size_t kMaxJsonKeys = 4096;
 inline constexpr size_t kMaxJsonValues = 1'000'000;
 
 // Parses one JSON text. Throws InputError naming `file` (and line and column)
 // for a syntax error, NaN, an unrepresentable number (1e400), a repeated key,
-// and what exceeds the bounds above.
+// and anything beyond the bounds above.
 Json ParseJson(const std::string& text, const std::string& file);
 
-// The same values of other texts.
-//
-// YAML as OpenCV's FileStorage writes it, one document. A map of rows, cols and
-// data (OpenCV's !!opencv-matrix) becomes an array of rows. Unquoted scalars
-// that are numbers become numbers, all others texts. Throws InputError naming
-// `file` and line for a syntax error, a repeated key, deep nesting, or more
-// than 16 MiB of values, aliases written out.
+// The same for YAML, one document as OpenCV's FileStorage writes it. A map of
+// rows, cols and data (OpenCV's !!opencv-matrix) becomes an array of rows.
+// Unquoted scalars that are numbers become numbers, all others texts. Throws
+// InputError naming `file` and line for a syntax error, a repeated key, deep
+// nesting, or more than 16 MiB of values with aliases expanded.
 Json ParseYaml(const std::string& text, const std::string& file);
 
-// NaN or an infinity as Python writes them into JSON, which knows neither: the
-// one that `text` begins with; empty where it begins with none.
+// The prefix of `text` that is NaN or an infinity in Python's notation, which
+// is not JSON; empty if there is none.
 std::string_view NotANumberAt(std::string_view text);
 
 // The text of a value, on one line or with lines indented by `indent`. Bytes
-// that are no UTF-8, as file names and labels may hold, become U+FFFD. Texts
-// and lists of them are TOML as well, which wants U+007F escaped.
+// that are not UTF-8, which file names and labels may contain, become U+FFFD.
+// Texts and lists of texts are also valid TOML, which requires U+007F to be
+// escaped.
 std::string DumpJson(const Json& value, int indent = -1);
 
 // `text` in quotes.
 std::string JsonText(const std::string& text);
 
-// Adds a key that the object is known not to have, without looking for it.
+// Adds a key that the object must not have, without searching for it.
 void AppendMember(const std::string& key, Json value, Json* object);
 
-// "an object", "an array of 8", "the text 'x'": what a message says was found.
+// Description of a value for messages: "an object", "an array of 8", "the text
+// 'x'".
 std::string DescribeJson(const Json& value);
 
 // A value and its place, for messages. Does not own the value.
@@ -71,7 +70,8 @@ class JsonField {
   // Throws "found ..., expected `what`".
   [[noreturn]] void FailExpected(const std::string& what) const;
 
-  // The member of an object; Find gives nullopt, At fails, when it is missing.
+  // The member of an object; if it is missing, Find returns nullopt and At
+  // fails.
   std::optional<JsonField> Find(const std::string& key) const;
   JsonField At(const std::string& key) const;
   // Members in file order; messages call them "`kind` 'key'".

@@ -45,7 +45,7 @@ class JsonOutput {
     Join(numbers, [this](double number) { Number(number); });
   }
 
-  // Passes what was written so far to the file.
+  // Passes the buffered text to the file.
   void FlushTo(AtomicFile* file) {
     file->Write(buffer_.data(), buffer_.size());
     buffer_.clear();

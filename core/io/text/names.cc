@@ -45,7 +45,7 @@ bool HasSeconds(std::string_view name) {
   return false;
 }
 
-// What an impossible frame number resembles.
+// Kind of time or date that an impossible frame number resembles.
 std::string TimeLikeness(std::optional<int64_t> number) {
   if (!number.has_value()) return "a time in nanoseconds";
   const size_t digits = std::to_string(*number).size();

@@ -15,8 +15,8 @@ namespace kinegraph {
 // Throws InputError without a file (bulk_json.h).
 Skeleton ReadSkeleton(JsonValue value);
 
-// What an adapter states: the name of a built-in skeleton, or {"joints": labels
-// in any spelling, "bones": pairs, if there are any}, under our names
+// A skeleton as stated by an adapter: the name of a built-in one, or {"joints":
+// labels in any spelling, "bones": pairs, if there are any}, under our names
 // (SkeletonOfLabels). Throws as ReadSkeleton.
 Skeleton ReadStatedSkeleton(JsonValue value);
 

@@ -90,7 +90,7 @@ class TomlGuard {
         if (!over_lines) return;
         ++line_;
       }
-      if (c == '\\' && quote == '"') {  // what follows, lines are counted
+      if (c == '\\' && quote == '"') {  // skips the escape; lines are counted
         at_ += at_ + 1 < text_.size() && text_[at_ + 1] == '\n' ? 1 : 2;
       } else if (c != quote) {
         ++at_;

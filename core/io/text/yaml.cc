@@ -35,7 +35,7 @@ size_t BytesOf(const Json& value) {
 }
 
 // Builds the value while the parser reads the text, and stops the parser on
-// excess: the parser itself creates a value between any two commas of a list.
+// excess: each comma of a list creates a value.
 class YamlBuilder final : public YAML::EventHandler {
  public:
   explicit YamlBuilder(std::string file) : file_(std::move(file)) {}
@@ -182,8 +182,9 @@ class YamlBuilder final : public YAML::EventHandler {
   size_t bytes_ = 0;
 };
 
-// The parser needs a second for each million open brackets before it reports
-// the first. Brackets in texts count too; no calibration has that many.
+// Bounds the depth before parsing: the parser needs a second for each million
+// open brackets before it reports the first value. Brackets in texts count too;
+// no calibration has that many.
 void RefuseDeepBrackets(const std::string& text, const std::string& file) {
   int depth = 0;
   for (const char c : text) {

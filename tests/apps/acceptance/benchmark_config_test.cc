@@ -18,9 +18,10 @@ namespace {
 struct Frozen {
   const char* name;  // configs/benchmark/NAME.toml
   bool campus;
-  // Of the headline's actors. Those without bones are what commit 98b8b86 had.
-  // With bones it had 4710 and 3674, by ten rough steps, whose key is gone; a
-  // solver that finds another of two minima of a joint differs by one or two.
+  // Of the headline's actors. Without bones the numbers are those of commit
+  // 98b8b86. With bones it had 4710 and 3674, from ten coarse steps, whose key
+  // no longer exists; a solver that finds the other of two minima of a joint
+  // differs by one or two.
   int64_t right_parts;
 };
 
@@ -56,8 +57,7 @@ void Leaves(const nlohmann::json& node, const std::string& name,
   }
 }
 
-// A key that a later commit adds has to be stated here, with the value that
-// keeps these figures.
+// A new key must be added here with the value that keeps these figures.
 TEST_P(BenchmarkConfig, StatesEveryKeyOfTheGraphAndOfTracking) {
   const toml::table file = toml::parse_file(path());
   const nlohmann::json effective =

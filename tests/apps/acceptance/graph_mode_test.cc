@@ -90,9 +90,9 @@ std::array<double, 2> FiguresOf(const HeldOutScores& scores,
           Quantile(errors_px, 0.9)};
 }
 
-// 0.88 and 0.80 of paper mode were required of graph mode before it was
-// written. For whole intervals: all values within chance must be better.
-// docs/results.md has the figures.
+// 0.88 and 0.80 of paper mode's errors were required of graph mode before it
+// was written. The ends of the intervals are checked, not the point estimates.
+// The results are in docs/results.md.
 TEST(GraphModeTest, PredictsHeldOutCamerasBetterThanPaperMode) {
   KINEGRAPH_DATA_OR_SKIP(data, "shelf/detections/openpose");
   const LoadedDataset shelf = LoadRawShelf();
@@ -119,8 +119,8 @@ TEST(GraphModeTest, PredictsHeldOutCamerasBetterThanPaperMode) {
   // Ends of intervals for which the same frames were drawn of both modes.
   EXPECT_LE(mean.high, 0.88);
   EXPECT_LE(p90.high, 0.80);
-  // Its error is not smaller because it tracks fewer people: as many of the
-  // same detections are matched.
+  // The smaller error is not due to fewer tracked people: as many of the same
+  // detections are matched.
   EXPECT_EQ(of_graph.paired.total, of_paper.paired.total);
   EXPECT_GE(of_graph.paired.count, of_paper.paired.count);
 }
@@ -162,12 +162,13 @@ TEST(GraphModeTest, MovesSmoothlyAndKeepsWhatTheAnnotationSays) {
 
 struct CampusCase {
   const char* name;
-  const char* set;  // as --set takes it, over configs/graph/campus.toml
+  const char* set;  // as in --set, on top of configs/graph/campus.toml
 };
 
 class GraphOnCampusTest : public ::testing::TestWithParam<CampusCase> {};
 
-// Modelled noise on the annotation, no detector's output.
+// The detections are the annotation with modelled noise, not a detector's
+// output.
 TEST_P(GraphOnCampusTest, FindsMorePartsThanPaperMode) {
   KINEGRAPH_DATA_OR_SKIP(data, "campus/detections_modelled");
   for (const std::string level : {"clean", "typical", "hard"}) {
@@ -190,8 +191,9 @@ TEST_P(GraphOnCampusTest, FindsMorePartsThanPaperMode) {
         ", difference " + std::to_string(difference.low) + " .. " +
         std::to_string(difference.high);
     SCOPED_TRACE(figures);
-    // On clean detections hardly anything is lost, and the window writes no
-    // joint whose deviation exceeds half of its bone, which paper mode guesses.
+    // On clean detections hardly any part is lost. The window omits joints
+    // whose standard deviation exceeds half of their bone; paper mode writes
+    // them.
     if (level == "clean") {
       EXPECT_GE(difference.high, 0.0);
     } else {

@@ -1,5 +1,5 @@
-// Paper mode on the real Shelf take: parity with the authors' code, and the
-// figures on raw detections.
+// Paper mode on the real Shelf recording: parity with the authors' code, and
+// scores on raw detections.
 #include <gtest/gtest.h>
 
 #include <set>
@@ -36,8 +36,8 @@ TEST_P(PaperParityTest, EqualsTheAuthorsCode) {
   EXPECT_EQ(parity.person_frames, parity.reference_person_frames);
   EXPECT_EQ(parity.identities, parity.reference_identities);
   EXPECT_TRUE(parity.identities_one_to_one);
-  // Parity is every joint within a millimetre: the reference computed with
-  // 32-bit cameras, which joints that are badly determined show.
+  // Every joint must agree within a millimetre. The reference computed with
+  // 32-bit cameras, which affects badly determined joints.
   EXPECT_EQ(parity.near.count, parity.near.total)
       << "worst " << parity.worst.distance_m << " m in frame "
       << parity.worst.frame;
@@ -87,8 +87,8 @@ TEST(PaperModeTest, RawShelfDetections) {
   const PcpResult pcp =
       EvaluatePcp(loaded.truth, tracks, loaded.dataset.protocol);
   // The lower end of the 95 % interval that `evaluate --protocol=shelf` prints
-  // of this run: what is below it is worse beyond chance. The authors' code
-  // falls to 71.0 here.
+  // for this run: lower scores are significantly worse. The authors' code has
+  // 71.0 here.
   EXPECT_GE(MeanOfActors(pcp, PcpGroup::kTotal), 94.37);
   std::set<TrackId> ids;
   for (const TrackFrame& frame : tracks.frames) {

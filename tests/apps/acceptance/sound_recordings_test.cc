@@ -1,5 +1,5 @@
-// `track` without a configuration gives no warnings for sound recordings, and
-// does so if cameras have errors.
+// `track` without a configuration gives no warnings for good recordings, and
+// warnings if cameras have errors.
 // tests/solvers/session/recording_report_test.cc has twelve wrong set-ups.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -16,8 +16,8 @@ using testing::Done;
 using ::testing::HasSubstr;
 using testing::ProgramOutcome;
 
-// The warnings of a run, as texts; the summary's and those on the screen are
-// the same.
+// The warnings of a run as texts. Those in the summary and on the screen must
+// agree.
 std::string WarningsOf(const std::string& arguments) {
   const testing::TemporaryFolder folder;
   const ProgramOutcome outcome = Done(
@@ -25,7 +25,7 @@ std::string WarningsOf(const std::string& arguments) {
   const auto summary = nlohmann::json::parse(
       testing::ContentOf(folder.path() / "t.summary.json"));
   EXPECT_GT(summary.at("poses").get<int>(), 0);
-  // Beside progress.
+  // Progress is printed too.
   const size_t said = outcome.errors.find("warning");
   std::string warnings =
       said == std::string::npos ? "" : outcome.errors.substr(said);

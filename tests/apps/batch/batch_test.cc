@@ -1,4 +1,4 @@
-// Takes x configurations: isolation, resuming, merging.
+// Recordings x configurations: isolation, resuming, merging.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -65,7 +65,7 @@ TEST(BatchTest, OneByOneEqualsAllAtOnceByteForByte) {
     Done("batch", study.Flags("single", "--task=" + task));
   }
   EXPECT_FALSE(fs::exists(study.Path("single/batch.md")));
-  // The results know what they are of.
+  // The results include their manifest.
   Done("batch", "--merge --out=" + study.Path("single"));
   study.ExpectSameFiles("all", "single");
 }
@@ -124,9 +124,9 @@ TEST(BatchTest, RefusesManifestsWithMistakes) {
 }
 
 TEST(BatchSummaryTest, DrawsRecordings) {
-  // Two recordings without errors of their own: the mean of two draws is 0, 1
-  // or 2 with probabilities 1/4, 1/2 and 1/4, so the interval of 95 % is all of
-  // it.
+  // Two recordings without individual errors: the mean of two draws is 0, 1 or
+  // 2 with probabilities 1/4, 1/2 and 1/4, so the 95 % interval is the whole
+  // range.
   const BatchColumn column = {BatchValue{0.0, 0.0}, std::nullopt,
                               BatchValue{2.0, 0.0}};
   const BatchSummary summary = Summarise(column);
@@ -137,7 +137,7 @@ TEST(BatchSummaryTest, DrawsRecordings) {
 }
 
 TEST(BatchSummaryTest, DrawsWithinARecording) {
-  // One recording: its own standard error alone. 2000 draws place the 2.5 %
+  // One recording: only its own standard error. 2000 draws place the 2.5 %
   // points of a normal distribution with a standard error of 0.06 sigma (order
   // statistics: sqrt(p (1 - p) / n) over the density there); four of them.
   const BatchSummary summary = Summarise({BatchValue{10.0, 3.0}});
@@ -146,7 +146,8 @@ TEST(BatchSummaryTest, DrawsWithinARecording) {
 }
 
 TEST(BatchSummaryTest, TakesDifferencesTakeByTake) {
-  // A constant difference is certain, however much the recordings differ.
+  // A constant difference has no uncertainty, however much the recordings
+  // differ.
   const BatchColumn a = {BatchValue{1.0, 0.0}, BatchValue{100.0, 0.0}};
   const BatchColumn b = {BatchValue{2.0, 0.0}, BatchValue{101.0, 0.0}};
   const BatchSummary summary = SummariseDifference(a, b);

@@ -15,7 +15,7 @@ struct BatchStudy {
   TemporaryFolder folder;
   std::string manifest;
 
-  // `more`: recordings behind them, in TOML.
+  // `more`: further recordings, in TOML.
   explicit BatchStudy(const std::vector<std::string>& sets,
                       const std::string& more = "") {
     std::string text;

@@ -25,7 +25,8 @@ bool AreThere(const std::vector<std::string>& programs) {
       });
 }
 
-// The tasks of `study` by a script that kills the node in their middle.
+// Runs the tasks of `study` by a script that kills the node before they are
+// done.
 void ExpectSameAfterDeath(const BatchStudy& study, int tasks,
                           const std::string& script,
                           const std::string& last_argument = "") {

@@ -45,7 +45,7 @@ std::string Refusal(const std::vector<std::string>& arguments) {
   return "";
 }
 
-// Flags are global: each test gets them back as they were.
+// Flags are global; restores them after each test.
 class CommandLine : public ::testing::Test {
  private:
   gflags::FlagSaver saver_;
@@ -87,7 +87,7 @@ TEST_F(CommandLine, RefusesUnknownFlagsAndNamesTheNearest) {
   EXPECT_THAT(Refusal({"--tset_out=x"}), HasSubstr("did you mean --test_out?"));
   EXPECT_THAT(Refusal({"--elephant"}), Not(HasSubstr("did you mean")));
   EXPECT_THAT(Refusal({"--notest_out"}), HasSubstr("unknown flag"));
-  // Flags of the libraries are not the command's.
+  // Flags of libraries are not offered.
   for (const std::string flag : {"--elephant", "--flagfile", "--log_dir"}) {
     EXPECT_THAT(Refusal({flag + "=x"}), HasSubstr("unknown flag " + flag));
   }
@@ -117,7 +117,7 @@ TEST_F(CommandLine, RefusesWhatItCannotReadNamingWhatWasFoundAndExpected) {
               HasSubstr("found the flag --test_threads=2"));
 }
 
-// A printed fix is appended to a command that sets keys already.
+// A printed fix may follow another --set in a command.
 TEST_F(CommandLine, SetsAddUp) {
   EXPECT_EQ(Refusal({"--set=a.b=1", "--set", "c=2;d=3"}), "");
   EXPECT_EQ(FLAGS_set, "a.b=1;c=2;d=3");
@@ -194,13 +194,13 @@ void ReplaceStdout(int fd) {
   dup2(fd, STDOUT_FILENO);
 }
 
-// What a run prints on stdout is compared on stderr, where EXPECT_EXIT looks.
+// Copies stdout to stderr, which EXPECT_EXIT compares.
 void RunWithStdoutShown(const std::vector<std::string>& arguments) {
   ReplaceStdout(STDERR_FILENO);
   RunAndLeave(arguments, [] { std::cout << "walked " << FLAGS_test_threads; });
 }
 
-// The whole of stderr is this one line.
+// Regular expression for stderr that consists of this line only.
 std::string ErrorLine(const std::string& message) {
   return "^kinegraph-walk: error: " + message + "\n$";
 }
@@ -330,7 +330,7 @@ TEST(ParseFrameRanges, RefusesWhatIsNoRange) {
         ",1:2", " 1:2", "+1:2", "1:99999999999999999999", "1.5:2", "1:2;3:4"}) {
     EXPECT_THROW(ParseFrameRanges(text), InputError) << text;
   }
-  // A frame in two ranges would count twice.
+  // Overlapping ranges would count frames twice.
   EXPECT_THROW(ParseFrameRanges("1:5,4:8"), InputError);
   EXPECT_THROW(ParseFrameRanges("5:8,1:3"), InputError);
   EXPECT_EQ(ParseFrameRanges("1:5,5:8").size(), 2u);

@@ -21,7 +21,7 @@ TEST(MachineTest, SaysWhatAMeasurementWasMadeOn) {
   }
 }
 
-// From a checkout an abbreviated hash, with "-dirty" where there are changes.
+// In a checkout the abbreviated hash, with "-dirty" if there are changes.
 TEST(MachineTest, NamesTheCommitOrSaysThatItIsNotKnown) {
   const std::string commit = ThisMachine().commit;
   if (commit == "unknown") return;

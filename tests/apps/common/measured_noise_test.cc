@@ -17,7 +17,7 @@ using ::testing::DoubleNear;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
-// Figures made up for this test, the same for all groups.
+// Made-up values, the same for all groups.
 std::string ModelText() {
   std::string noise;
   std::string missing;

@@ -25,21 +25,21 @@ TEST(ProgressLine, TellsShareAndTimeLeft) {
       {"tracking", 1, 4, 100.0, "tracking  1/4  25 %  5 min 0 s left"},
       // 1 of 101 in 72 s: 7200 s are left.
       {"tracking", 1, 101, 72.0, "tracking  1/101  0 %  2 h 0 min left"},
-      // No guess too early or at the end.
+      // No estimate too early or at the end.
       {"x", 0, 10, 5.0, "x  0/10  0 %"},
       {"x", 1, 10, 0.5, "x  1/10  10 %"},
       {"x", 10, 10, 5.0, "x  10/10  100 %"},
-      // Of how many is not known.
+      // Unknown total.
       {"reading", 7, 0, 5.0, "reading  7"}};
   for (const auto& one : kCases) {
     EXPECT_EQ(ProgressLine(one.label, one.done, one.total, one.elapsed_s),
               one.line);
   }
-  // It stays on one line of the terminal.
+  // Limited to one line of the terminal.
   EXPECT_EQ(ProgressLine(std::string(200, 'x'), 1, 2, 3.0).size(), 79u);
 }
 
-// What is drawn when stderr is the descriptor `fd`.
+// Draws progress with stderr redirected to the descriptor `fd`.
 void DrawTo(int fd) {
   std::fflush(stderr);
   const int saved = dup(STDERR_FILENO);
@@ -56,7 +56,7 @@ void DrawTo(int fd) {
   close(saved);
 }
 
-// Everything up to the end, or up to the other side's being closed.
+// Reads up to the end, or until the other side is closed.
 std::string ReadAll(int fd) {
   std::string all;
   char buffer[1000];

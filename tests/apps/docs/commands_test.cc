@@ -54,7 +54,7 @@ bool RunsCommands(const Block& block) {
   return true;
 }
 
-// The file that a block of TOML is, as its first line `# NAME.toml` says.
+// The file name of a TOML block, from its first line `# NAME.toml`.
 std::string NameOfToml(const Block& block) {
   static const std::regex kName("# ([a-z_]+\\.toml)");
   const std::string first = block.text.substr(0, block.text.find('\n'));
@@ -71,8 +71,8 @@ std::vector<std::string> Lines(const std::string& text) {
   return lines;
 }
 
-// A line as words and numbers. Where a number stands the words have a #; white
-// space counts once, as columns are as wide as their figures.
+// A line split into words and numbers. Numbers are replaced by # in the words;
+// white space is collapsed, because column widths depend on the numbers.
 struct Parts {
   std::string words;
   std::vector<std::string> numbers;
@@ -91,8 +91,8 @@ Parts PartsOf(const std::string& line) {
   return parts;
 }
 
-// Another processor's arithmetic may move a decision here and there: within two
-// per cent, or a unit of the last decimal place that is shown.
+// Rounding differs between processors and may change single decisions:
+// tolerance of two per cent, or a unit of the last decimal shown.
 bool AreAlike(const std::string& shown, const std::string& printed) {
   const double a = std::stod(shown);
   const double b = std::stod(printed);
@@ -115,10 +115,10 @@ bool SaysTheSame(const std::string& shown, const std::string& printed) {
   return true;
 }
 
-// The first line of `shown` that `printed` does not have, empty when all are
-// there in their order. After a line "..." others may come first.
+// The first line of `shown` that is missing in `printed`, in order; empty if
+// there is none. A line "..." matches any lines.
 std::string NotPrinted(const std::string& shown, const std::string& printed) {
-  // On a busy machine there is a line of progress every half minute.
+  // On a busy machine a progress line is printed every half minute.
   static const std::regex kProgress(".*[0-9]/[0-9]+ .* left\\s*");
   std::vector<std::string> lines = Lines(printed);
   lines.erase(std::remove_if(lines.begin(), lines.end(),
@@ -179,7 +179,7 @@ TEST_P(DocsCommandsTest, Run) {
   link("calibration.toml", root / "pose2sim/calibration/Calib.toml");
   link("detections", root / "pose2sim/single/pose");
   fs::create_directory(folder.path() / "out");
-  // The driver would build first; the programs are there already.
+  // Replaces the driver, which would build first, by the existing programs.
   const std::string driver =
       folder.Write("kinegraph", "#!/bin/bash\nname=$1\nshift\nexec '" +
                                     testing::BuildFile("apps").string() +

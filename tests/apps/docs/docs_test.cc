@@ -1,4 +1,4 @@
-// Documentation and configurations that must keep up with the code.
+// Consistency of documentation and configurations with the code.
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -29,7 +29,8 @@ TEST(DocsTest, ConfigurationPageListsEveryKey) {
       << "remake the tables with: ./kinegraph track --keys";
 }
 
-// A new key requires considering whether another can be removed.
+// The limit of the number of keys: a new key may require the removal of
+// another.
 TEST(DocsTest, KeysAreNoMoreThanAgreed) {
   EXPECT_LE(KeysOf<RunOptions>().size(), 130u);
   EXPECT_THROW(KeyTables(KeysOf<SynthesisOptions>()), std::logic_error);
@@ -103,7 +104,7 @@ std::vector<std::string> Matches(const std::string& text,
   return found;
 }
 
-// Every key of a configuration or a synthetic scene; NAME is any name.
+// All keys of configurations and synthetic scenes; NAME matches any name.
 std::set<std::string> KeysOfConfigurations() {
   const std::string reference =
       KeyTable(KeysOf<RunOptions>()) + KeyTable(KeysOf<SynthesisOptions>());
@@ -112,7 +113,7 @@ std::set<std::string> KeysOfConfigurations() {
        Matches(reference, "\\| `([A-Za-z0-9_.]+)` \\|")) {
     keys.insert(key);
   }
-  // Tables whose keys are names that a recording decides, or classes of joints.
+  // Tables whose keys are names from the recording, or classes of joints.
   for (const std::string& key :
        Matches(reference,
                "\\| `([A-Za-z0-9_.]+)` \\| (?:`\\{\\}` \\||[^\n]* or by )")) {
@@ -157,9 +158,9 @@ TEST(DocsTest, PagesNameOnlyKeysThatExist) {
   EXPECT_GT(named, 300);
 }
 
-// Files and folders of the project, as far as pages write them out, and
-// configurations also where commands have them. What a build or a run makes is
-// not one of them; NAME, ... and * stand for others.
+// Files and folders of the project that pages spell out, and configurations in
+// commands. Files made by builds or runs are excluded; NAME, ... and * are
+// placeholders.
 TEST(DocsTest, PagesNameOnlyFilesThatExist) {
   for (const auto& [pattern, least] :
        {std::pair{"`((?:apps|core|solvers|tests|docs|configs|examples|python|"
@@ -193,8 +194,8 @@ TEST(DocsTest, KeysAreExplainedInPhrases) {
 }
 
 // A release changes all of them (CONTRIBUTING.md). The changelog's newest
-// heading with a number is that version, of the citation's day; what came since
-// stands above it.
+// numbered heading is that version, with the citation's date; unreleased
+// changes are above it.
 TEST(DocsTest, OneVersion) {
   const auto first = [](const char* file, const char* pattern) {
     const std::vector<std::string> found = Matches(TextOf(file), pattern);
@@ -217,7 +218,7 @@ TEST(DocsTest, OneVersion) {
   EXPECT_EQ(first("CITATION.cff", "\ndate-released: ([^\n]+)"), day);
 }
 
-// From the index every page is one step away, and no link leads nowhere.
+// The index links every page, and every link has a target.
 TEST(DocsTest, LinksLeadSomewhere) {
   const fs::path docs = testing::ProjectFile("docs");
   const std::vector<fs::path> pages = Pages();

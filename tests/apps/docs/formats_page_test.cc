@@ -1,5 +1,5 @@
-// docs/formats.md: what is written for scripts, and what the page of `report`
-// takes of it. The other examples are read in tests/core/io.
+// docs/formats.md: the files written for scripts, and the keys that the page of
+// `report` reads. Other examples are read in tests/core/io.
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
@@ -33,7 +33,7 @@ std::set<std::string> KeysOf(const std::string& text) {
   return keys;
 }
 
-// A summary with everything that it may have.
+// A summary with all optional parts.
 std::set<std::string> KeysThatAreWritten() {
   RecordingReport report;
   report.cameras.emplace_back();

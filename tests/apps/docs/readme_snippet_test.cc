@@ -1,4 +1,5 @@
-// The C++ of README.md compiles and tracks: it stands here word for word.
+// The C++ example of README.md compiles and tracks; it is repeated here
+// verbatim.
 #include <gtest/gtest.h>
 
 #include <cstdlib>

@@ -32,7 +32,8 @@ std::vector<Case> Cases() {
   return {
       {"view_rate",
        [](FaultyScene* scene) {
-         // The others lose every second picture: they count at half its rate.
+         // The other views lose every second image, so their frames count at
+         // half the rate.
          auto& frames = scene->detections.frames;
          for (size_t k = 0; k < frames.size(); ++k) {
            for (size_t v = 0; v < 4; ++v) {
@@ -143,8 +144,8 @@ TEST_P(Fixes, RunAsPrintedAndMend) {
   ASSERT_FALSE(found.at("findings").empty()) << one.kind;
   for (const auto& finding : found.at("findings")) {
     const auto fix = finding.at("fix").get<std::string>();
-    // As good as the turn, or what is left of a cut that is known to some
-    // pixels.
+    // Equivalent to the rotation, or the remainder of a crop that is known to a
+    // few pixels.
     if (finding.at("confidence").get<double>() <= 0.5 &&
         (finding.at("kind") == "shift" || finding.at("kind") != one.kind)) {
       continue;
@@ -171,8 +172,8 @@ TEST_P(Fixes, RunAsPrintedAndMend) {
   }
 }
 
-// What `track` advises about a rotated camera is a command that runs as it is
-// and finds that camera.
+// The advice of `track` on a rotated camera is a command that runs unchanged
+// and identifies that camera.
 TEST(Advice, OfTrackRunsAsPrinted) {
   const testing::TemporaryFolder folder;
   Files files(folder.path().string());
@@ -200,8 +201,8 @@ TEST(Advice, OfTrackRunsAsPrinted) {
   EXPECT_GT(commands, 0) << summary.at("warnings").dump();
 }
 
-// Clocks recorded in a calibration are applied to the recording: nothing is
-// wrong then, and they are passed on.
+// Clocks recorded in a calibration are applied to the recording: there are no
+// findings, and the record is passed on.
 TEST(Records, ClocksOfACalibrationAreRead) {
   const testing::TemporaryFolder folder;
   const std::string path = folder.path().string();

@@ -1,4 +1,4 @@
-// The program kinegraph-evaluate as users run it.
+// The program kinegraph-evaluate.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -21,7 +21,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-// That it ends well and prints these.
+// Expects success and these texts in the output.
 void ExpectPrinted(const std::string& flags,
                    const std::vector<std::string>& texts) {
   const std::string output = Done("evaluate", flags).output;
@@ -266,7 +266,7 @@ TEST_F(EvaluateWalkerTest, RatesThatCannotBePairedAreNamed) {
   }
 }
 
-// With the advised flags everyone is found.
+// With the recommended flags all people are found.
 TEST_F(EvaluateWalkerTest, OtherAxesAreNamedWithTheCommandThatMendsThem) {
   const std::string upright = Path("upright.jsonl");
   struct Case {

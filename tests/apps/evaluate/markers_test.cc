@@ -1,5 +1,5 @@
-// evaluate --protocol=markers as its users meet it: Theia3D against optical
-// markers, on the developers' data.
+// evaluate --protocol=markers: Theia3D against optical markers, on the
+// developers' data.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -42,7 +42,7 @@ class MarkersProgramTest : public CommandTest {
     return "--protocol=markers --tracks='" + tracks + "' --ground_truth='" +
            truth + "' --json='" + result_ + "' " + flags;
   }
-  // What is printed; the numbers are in `json_`.
+  // Returns the output; stores the numbers in `json_`.
   std::string Run(const std::string& tracks, const std::string& truth,
                   const std::string& flags) {
     const std::string output =
@@ -51,7 +51,7 @@ class MarkersProgramTest : public CommandTest {
     return output;
   }
 
-  // One line that says so, and nothing written.
+  // Expects a one-line error with this text and no output file.
   void ExpectRefused(const std::string& tracks, const std::string& truth,
                      const std::string& flags, const std::string& cause) {
     std::filesystem::remove(result_);
@@ -60,7 +60,8 @@ class MarkersProgramTest : public CommandTest {
     EXPECT_FALSE(std::filesystem::exists(result_));
   }
 
-  // The segments' origins of a file, moved in time and space, as our tracks.
+  // The origins of the segments in a file as tracks, displaced in time and
+  // space.
   std::string Moved(const std::string& path, double late_s,
                     const Eigen::Isometry3d& motion) {
     TrackSequence tracks = ReadTracks(path);
@@ -92,7 +93,7 @@ TEST_F(MarkersProgramTest, TheiaAgainstMarkersAsAnIndependentScriptHasIt) {
       {"l_knee", 14.3},  {"r_knee", 12.5},  {"l_elbow", 23.7},
       {"r_elbow", 21.0}, {"l_wrist", 10.2}, {"r_wrist", 14.9}};
   for (const auto& [joint, median_mm] : known) {
-    // Half of the last digit given.
+    // Half a unit of the last digit.
     EXPECT_NEAR(Number("/joints/" + std::string(joint) + "/median_mm"),
                 median_mm, 0.05)
         << joint;
@@ -101,7 +102,7 @@ TEST_F(MarkersProgramTest, TheiaAgainstMarkersAsAnIndependentScriptHasIt) {
   EXPECT_EQ(Number("/clock_s"), 0.0);
   EXPECT_EQ(Number("/rotation_deg"), 0.0);
   // A jump: both feet leave and land. Theia's filter (20 Hz) smears landings
-  // over some 20 ms; the markers' own events are good to a sample of 5 ms.
+  // over about 20 ms; the markers' own events are accurate to a sample of 5 ms.
   EXPECT_EQ(json_["plates"]["tracks"]["events"].size(), 4u);
   EXPECT_LT(Number("/plates/ground_truth/mean_size_ms"), 5.0);
   EXPECT_LT(Number("/plates/tracks/mean_size_ms"), 20.0);
@@ -130,7 +131,7 @@ TEST_F(MarkersProgramTest, AShiftAndATurnAreTakenOff) {
                   scores["median_mm"].get<double>(), 0.05)
           << joint;
     }
-    // The registration of before, and then the turn back.
+    // The previous registration followed by the inverse rotation.
     Eigen::Matrix3d was, is;
     for (int row = 0; row < 3; ++row) {
       for (int column = 0; column < 3; ++column) {
@@ -139,9 +140,9 @@ TEST_F(MarkersProgramTest, AShiftAndATurnAreTakenOff) {
       }
     }
     EXPECT_TRUE((is * motion.linear()).isApprox(was, 1e-5));
-    // What was found besides is the 40 degrees. By itself the pair as it stands
-    // is turned by half a degree, and as uncertain as that: definitions of
-    // joints differ.
+    // The difference to the 40 degrees is the rotation of the unchanged pair,
+    // about half a degree and as uncertain, because definitions of joints
+    // differ.
     EXPECT_NEAR(Eigen::AngleAxisd(is.transpose() * was).angle(),
                 40.0 * M_PI / 180.0, 0.1 * M_PI / 180.0);
     EXPECT_NEAR(Number("/rotation_deg"), 40.0,
@@ -174,7 +175,7 @@ struct Detector {
 
 class MarkersFromPixelsTest : public MarkersProgramTest {
  protected:
-  // Tracks what it sees, and scores that against the markers.
+  // Tracks its detections and scores the result against the markers.
   void Score(const std::string& data, const Detector& detector) {
     const std::string markers = data + "/dynamic_1_markers.c3d";
     const std::string cameras = data + "/qualisys_cal.txt";
@@ -207,7 +208,7 @@ class MarkersFromPixelsTest : public MarkersProgramTest {
         lasting.push_back(detector.lasting_px *
                           Eigen::Vector2d(random.Normal(), random.Normal()));
         const double angle = random.Uniform(0.0, 2.0 * M_PI);
-        // At the distance of the middle of the laboratory.
+        // At the distance of the laboratory's centre.
         offset_px.push_back(detector.offset_m * camera.focal_px() /
                             camera.Depth({0.0, 0.0, 1.0}) *
                             Eigen::Vector2d(std::cos(angle), std::sin(angle)));
@@ -245,8 +246,9 @@ class MarkersFromPixelsTest : public MarkersProgramTest {
   std::string printed_;
 };
 
-// A jump of 3 s holds some thirty stretches of a noise that lasts for 0.1 s:
-// the share covered of one seed is sure to 0.04, that of four to 0.02.
+// A jump of 3 s contains about thirty correlation times of the noise (0.1 s):
+// the standard error of the covered share is 0.04 for one seed and 0.02 for
+// four.
 TEST_F(MarkersFromPixelsTest, StatedEllipsoidsHoldWhatTheyPromise) {
   KINEGRAPH_DATA_OR_SKIP(data, "markers/qualisys_theia");
   constexpr int kSeeds = 4;
@@ -264,7 +266,7 @@ TEST_F(MarkersFromPixelsTest, StatedEllipsoidsHoldWhatTheyPromise) {
     }
     const std::string what = std::to_string(white_px) + " px white, " +
                              std::to_string(lasting_px) + " px lasting";
-    // Three standard errors, 0.02, beside what is asked: 0.05.
+    // The required 0.05 plus three standard errors, 0.02.
     EXPECT_LE(calibration_error, 0.05 + 0.02) << what;
     EXPECT_NEAR(covered_95, 0.95, 0.03) << what;
     EXPECT_GE(angles, 0.90) << what;

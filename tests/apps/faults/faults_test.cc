@@ -42,8 +42,8 @@ class PipeTest : public ::testing::Test {
     fs::create_directory(out_);
   }
 
-  // Hands it the scene and waits until it has begun to write; the pipe ends
-  // with the stream.
+  // Passes the scene to the program and waits until it has begun to write;
+  // closing the stream ends the pipe.
   std::ofstream BeginInput() const {
     std::ofstream input = OpenPipe(pipe_);
     EXPECT_TRUE(input.is_open());
@@ -52,7 +52,7 @@ class PipeTest : public ::testing::Test {
     return input;
   }
 
-  // The remains of a program stopped after it has begun to write.
+  // Checks the remains of a program stopped after it has begun to write.
   void StopInTheMiddle(const std::string& line, int signal, const char* name) {
     RunningProgram program = Started(line, errors_);
     const std::ofstream input = BeginInput();
@@ -60,7 +60,7 @@ class PipeTest : public ::testing::Test {
     const int status = program.Wait();
     EXPECT_TRUE(WIFSIGNALED(status) && WTERMSIG(status) == signal);
     EXPECT_THAT(NamesIn(out_), IsEmpty());
-    // Nothing else, and in one line.
+    // A single line and nothing else.
     EXPECT_THAT(
         ContentOf(errors_),
         MatchesRegex("kinegraph-[a-z]+: stopped by " + std::string(name) +
@@ -122,7 +122,7 @@ TEST(StreamTest, ResultsOnStandardOutputAreAlone) {
     EXPECT_EQ(piped.output, expected) << out;
     EXPECT_THAT(piped.errors, StartsWith("10 frames, ")) << out;
   }
-  // Behind >> what was there stays.
+  // Appending with >> keeps the existing content.
   const std::string log = folder.Write("log", "before\n");
   ASSERT_EQ(RunShell(line("/dev/stdout") + " >> " + log).exit_code, 0);
   EXPECT_EQ(ContentOf(log), "before\n" + expected);
@@ -272,7 +272,8 @@ TEST(FolderTest, ReadOnlyFilesAndFoldersAreSaid) {
   EXPECT_THAT(outcome.errors, HasSubstr("Read-only file system"));
 }
 
-// Detections of a skeleton of so many joints with these lines, in our format.
+// Detections in our format for a skeleton with `joints` joints, with these
+// lines.
 std::string DetectionsOf(int joints, const std::string& lines,
                          const std::string& views = R"("cam0", "cam1")") {
   std::string names = R"("nose")";
@@ -282,7 +283,7 @@ std::string DetectionsOf(int joints, const std::string& lines,
          "]}\n" + lines;
 }
 
-// A view of frame 0 in which `count` people are.
+// A view of frame 0 with `count` people.
 std::string ViewOf(const std::string& name, int count) {
   std::string text = "\"" + name + "\": [";
   for (int i = 0; i < count; ++i) {
@@ -353,7 +354,7 @@ TEST(LimitTest, AJumpOfTheClockTakesNoMemory) {
   EXPECT_EQ(outcome.exit_code, 0) << outcome.errors;
 }
 
-// Of which people are solved at the end, for a second or more.
+// A command that solves people at the end, for a second or more.
 std::string OfflineCommand(const std::string& detections, const fs::path& out) {
   return TrackCommand(detections, (out / "tracks.jsonl").string(),
                       DemoScene("8"), "configs/offline.toml");
@@ -376,7 +377,7 @@ TEST(SignalTest, ASolveIsLeftAtOnce) {
   program.Signal(SIGINT);
   const auto signal = clock();
   const int status = program.Wait();
-  // Nothing waits; the rest is for a busy machine.
+  // Nothing delays the end; two seconds allow for a busy machine.
   EXPECT_LT(clock() - signal, std::chrono::seconds(2));
   ASSERT_TRUE(WIFSIGNALED(status)) << "the recording was solved too fast";
   EXPECT_EQ(WTERMSIG(status), SIGINT);
@@ -386,8 +387,8 @@ TEST(SignalTest, ASolveIsLeftAtOnce) {
   EXPECT_THAT(NamesIn(out), IsEmpty());
 }
 
-// Detections that change between the first reading and the last: there is no
-// result, or that of the first reading.
+// Detections that change between the first and the last reading: no result, or
+// that of the first reading.
 TEST(InputTest, AChangeUnderneathIsNoHarm) {
   const TemporaryFolder folder;
   const std::string errors = (folder.path() / "errors").string();
@@ -427,7 +428,7 @@ TEST(GoneTest, AFlagThatWentSaysWhatReplacesIt) {
 }
 
 TEST(DriverTest, HelpNeedsNeitherPackagesNorACompiler) {
-  // A folder without a build, and no apt-get that could be found.
+  // A folder without a build, and no apt-get in the path.
   const TemporaryFolder folder;
   const std::string driver = ProjectFile("kinegraph").string();
   const ProgramOutcome built =

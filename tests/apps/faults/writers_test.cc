@@ -1,5 +1,5 @@
-// A test for every writer: nothing partially written, one clear line, the right
-// exit code, and none of the user's files lost.
+// For every writer: no partial files, a one-line error, the right exit code,
+// and the user's files unharmed.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>
@@ -18,10 +18,10 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::Not;
 
-// A file of a small recording that every writer takes.
+// A file of a small recording, the input of all writers.
 std::string Input(const char* name) { return DemoScene("0.4") + "/" + name; }
 
-// A writer: what runs it, with OUT where the result's name stands.
+// A writer: its command line, with OUT in place of the result's name.
 struct Writer {
   std::string name;
   std::string command;
@@ -100,7 +100,7 @@ class WriterTest : public ::testing::TestWithParam<Writer> {
   ProgramOutcome Run(const std::string& out) const {
     return RunShell(CommandOf(GetParam(), out));
   }
-  // One line on standard error, that of an error.
+  // Expects a single error line on standard error.
   static void ExpectOneLine(const ProgramOutcome& outcome) {
     EXPECT_EQ(std::count(outcome.errors.begin(), outcome.errors.end(), '\n'), 1)
         << outcome.errors;
@@ -126,14 +126,14 @@ TEST_P(WriterTest, LeavesNothingOnAFullDisk) {
   const ProgramOutcome outcome =
       RunOnFullDisk(folder_.path().string(), CommandOf(GetParam(), out_));
   EXPECT_EQ(outcome.exit_code, 1) << outcome.errors;
-  EXPECT_THAT(outcome.output, IsEmpty());  // the names that are left
+  EXPECT_THAT(outcome.output, IsEmpty());  // the remaining names
   ExpectOneLine(outcome);
   EXPECT_THAT(outcome.errors, HasSubstr("No space left on device"));
 }
 
 TEST_P(FileWriterTest, KeepsTheOldFileOnAFullDisk) {
   folder_.Write("result.jsonl", "old");
-  // A limit of the shell stands for the disk: it needs no rights.
+  // The shell's file size limit simulates a full disk without privileges.
   const ProgramOutcome outcome =
       RunShell("ulimit -f 1\n" + CommandOf(GetParam(), out_) + " > /dev/null");
   EXPECT_EQ(outcome.exit_code, 1) << outcome.errors;
@@ -160,7 +160,7 @@ TEST_P(FileWriterTest, ReplacesAFileAndFollowsALink) {
 }
 
 TEST_P(FileWriterTest, TakesDevicesAsTheyAre) {
-  // A device of the test's own, with the numbers of /dev/null.
+  // A separate device node with the numbers of /dev/null.
   const std::string null = (folder_.path() / "null").string();
   const ProgramOutcome outcome = RunShell(
       "mknod '" + null + "' c 1 3 || exit 99\n" + CommandOf(GetParam(), null));
@@ -195,7 +195,7 @@ TEST_P(WriterTest, TwoAtOnceBothSucceedOrOneSaysWhy) {
       RunShell(line + " > /dev/null & " + line +
                " > /dev/null; second=$?; wait $!; echo $? $second");
   if (GetParam().is_folder) {
-    // A folder with files in it is never replaced.
+    // Non-empty folders are never replaced.
     EXPECT_THAT(outcome.output,
                 ::testing::AnyOf("0 0\n", "0 1\n", "1 0\n", "0 2\n", "2 0\n"));
   } else {

@@ -1,7 +1,6 @@
-// What kinegraph-convert writes, read by programs of others and compared with
-// the tracks: three.js in Chromium, SciPy and xarray, Khronos' validator of
-// glTF; C3D by a reader that was written from the specification for these
-// tests.
+// Output of kinegraph-convert, read by other programs and compared with the
+// tracks: three.js in Chromium, SciPy and xarray, Khronos' validator of glTF;
+// C3D by a reader that was written from the specification for these tests.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -58,7 +57,7 @@ class FormatReaders : public ::testing::Test {
   std::string Path(const std::string& name) const {
     return folder_.path() / name;
   }
-  // The notes that were printed.
+  // Returns the printed notes.
   static std::string ConvertFile(const std::string& in, const std::string& out,
                                  const std::string& more) {
     return testing::Done("convert",
@@ -95,7 +94,7 @@ const PersonPose* PersonIn(const TrackSequence& recording, int64_t frame,
 }
 
 // Calls `see(person, joint, frame, p)` for both people and every joint of them
-// in the frames from 300 to 339; null for who is not there.
+// in the frames from 300 to 339; null for an absent person.
 template <typename See>
 void ForEachJoint(const TrackSequence& recording, const See& see) {
   for (int64_t f = 300; f < 340; ++f) {
@@ -162,7 +161,7 @@ TEST_F(FormatReaders, C3dHoldsPointsResidualsAndCameras) {
         read["frames"][static_cast<size_t>(f - 300)][25 * p + j];
     ASSERT_EQ(!point.is_null(), IsThere(person, j)) << f << " " << p;
     if (point.is_null()) return;
-    // Half a float's last digit below 16.4 m, on each axis.
+    // Half a unit in the last place of a float below 16.4 m, on each axis.
     EXPECT_LT((VectorOf(point) - 1000.0 * person->joints[j].position_m)
                   .cwiseAbs()
                   .maxCoeff(),
@@ -305,7 +304,7 @@ void FormatReaders::ExpectGltf(const std::string& name) {
         ASSERT_EQ(found.size(), 2u);
         if (!person->joints[j].present()) continue;
         const Vector3d expected = InFile(person->joints[j].position_m);
-        // Seven links of floats at 4 m, each to 2^-24 of its place.
+        // Seven links of floats at 4 m, each rounded by 2^-24 relative.
         EXPECT_LT((VectorOf(found[0]) - expected).norm(), 4e-6);
         EXPECT_LT((VectorOf(found[1]) - expected).norm(), 8e-6) << "the skin";
         ++compared;
@@ -319,8 +318,8 @@ void FormatReaders::ExpectGltf(const std::string& name) {
 TEST_F(FormatReaders, GltfInThree) { ExpectGltf("take.gltf"); }
 TEST_F(FormatReaders, GlbInThree) { ExpectGltf("take.glb"); }
 
-// Every sequence of people and frames that changes what is in the file: one
-// person, two, a single frame, other axes.
+// Recordings that differ in the structure of the file: one person, two, a
+// single frame, other axes.
 TEST_F(FormatReaders, GltfIsValidForKhronos) {
   const fs::path validator =
       testing::BuildFile("npm/node_modules/gltf-validator");
@@ -427,7 +426,7 @@ TEST_F(FormatReaders, NetcdfInXarrayAsMovementHasIt) {
   }
   ForEachJoint(recording_, [&](const PersonPose* person, size_t j,
                                int64_t number, size_t p) {
-    if (number == 311) return;  // which the recording leaves out
+    if (number == 311) return;  // missing in the recording
     const auto f =
         static_cast<size_t>(number < 311 ? number - 300 : number - 301);
     const bool is_there = IsThere(person, j);
@@ -494,7 +493,7 @@ TEST_F(FormatReaders, AniposeTable) {
     if (!IsThere(person, j)) return;
     const Json& joint = found[Body25().joints()[j]];
     EXPECT_EQ(joint["ncams"], person->inlier_views[j]);
-    // To millimetres and back: a rounding of 4000.
+    // Conversion to millimetres and back: rounding at 4000.
     EXPECT_LT((VectorOf(joint["point"]) - 1000.0 * person->joints[j].position_m)
                   .norm(),
               1e-11);
@@ -523,7 +522,7 @@ void ExpectCocoPerson(const Detection& person, const Json& entry) {
   EXPECT_EQ(entry["num_keypoints"], count);
 }
 
-// Of the images "left/3", be there none of one.
+// Annotations by image name such as "left/3"; also images without annotations.
 std::map<std::string, std::vector<Json>> AnnotationsByImage(const Json& data) {
   std::map<int64_t, std::string> images;  // by id
   std::map<std::string, std::vector<Json>> found;
@@ -629,7 +628,7 @@ void ExpectAnimals(const fs::path& views, const std::string& format,
       }
     }
   }
-  // Cut off, it is refused by name.
+  // A truncated file is rejected with its name.
   const TemporaryFolder folder;
   const fs::path one = fs::is_directory(views / "cam0")
                            ? views / "cam0/take.analysis.h5"
@@ -643,8 +642,7 @@ void ExpectAnimals(const fs::path& views, const std::string& format,
               HasSubstr("cut.h5"));
 }
 
-// Files that the libraries of their own world write
-// (tests/adapters/samples.py).
+// Files written by the formats' own libraries (tests/adapters/samples.py).
 TEST_F(FormatReaders, SleapAndDeepLabCut) {
   if (!HasPython("h5py, pandas, tables, scipy")) {
     GTEST_SKIP() << "needs python3-h5py, -pandas, -tables and -scipy";
@@ -690,14 +688,14 @@ TEST_F(FormatReaders, ColmapReadsItsModel) {
     ASSERT_EQ(again.size(), rig.size());
     for (size_t c = 0; c < rig.size(); ++c) {
       EXPECT_EQ(again[c].width_px(), rig[c].width_px());
-      // COLMAP writes 17 digits and makes the quaternion one anew.
+      // COLMAP writes 17 digits and normalises the quaternion again.
       EXPECT_LT((again[c].R() - rig[c].R()).norm(), 1e-9);
       EXPECT_LT((again[c].t() - rig[c].t()).norm(), 1e-12);
       EXPECT_LT((again[c].K() - rig[c].K()).norm(), 0.02) << "Shelf's skew";
       const Eigen::Vector3d point(0.3, -0.4, 1.2);
       const auto px = rig[c].Project(point);
       if (!px.has_value()) continue;
-      // The skew that is left out moves a pixel by no more than itself.
+      // The omitted skew moves a pixel by at most its own value.
       EXPECT_LT((*again[c].Project(point) - *px).norm(), 0.02);
     }
   }

@@ -1,5 +1,4 @@
-// A recording whose bones keep their lengths, for formats that turn rigid
-// bones.
+// A recording with constant bone lengths, for formats of rotating rigid bones.
 #ifndef KINEGRAPH_TESTS_APPS_FORMATS_RECORDING_H_
 #define KINEGRAPH_TESTS_APPS_FORMATS_RECORDING_H_
 
@@ -24,7 +23,7 @@ inline PersonPose PersonOf(const TrackFrame& rigid, int64_t id) {
   return person;
 }
 
-// 40 frames from 300 on at 50 Hz without 311. Person 3 is there throughout,
+// 40 frames from 300 on at 50 Hz without 311. Person 3 is present throughout,
 // person 12 from 305 to 331 but not from 315 to 318; the right wrist of person
 // 3 is missing in 308 to 310, the left elbow of person 12 in all frames.
 inline TrackSequence MakeRecording() {

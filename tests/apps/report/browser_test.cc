@@ -1,5 +1,5 @@
-// The page in a real browser, operated as by users: keys, mouse and fingers, on
-// screens from a phone to a desk.
+// The page in a real browser, operated by keys, mouse and touch, on screens
+// from phone to desktop.
 #include "tests/support/browser.h"
 
 #include <gmock/gmock.h>
@@ -110,7 +110,7 @@ Take MakeRecording() {
   return recording;
 }
 
-// The page with everything on it, and names that try to break out.
+// The page with all its parts, and names that contain markup.
 std::string WholePage(const Take& recording) {
   PageInput input;
   input.title = kHostile;
@@ -166,15 +166,15 @@ class PageInBrowser : public ::testing::Test {
                               "').textContent");
   }
 
-  // Chooses from a list as a user does.
+  // Selects an entry of a list by user events.
   void Choose(const std::string& id, const std::string& value) {
     browser_->Evaluate("(() => { const list = document.getElementById('" + id +
                        "'); list.value = '" + value +
                        "'; list.dispatchEvent(new Event('change')); })()");
   }
 
-  // The frame that the state, the slider, the clock, the bodies in 3D and the
-  // panels all show; -1 when they disagree.
+  // The frame shown by the state, the slider, the clock, the bodies in 3D and
+  // the panels; -1 if they disagree.
   int FrameEverywhere() {
     const Json shown = browser_->Evaluate(R"((() => {
       const f = kinegraph.state.frame, result = kinegraph.results[0];
@@ -195,7 +195,7 @@ class PageInBrowser : public ::testing::Test {
     return agree ? frame : -1;
   }
 
-  // Where the 3D view's camera is: its place, what it looks at, how far.
+  // The 3D view's camera: position, target, distance.
   Json Eye() {
     return browser_->Evaluate(
         "(() => { const view = kinegraph.scene;"
@@ -242,12 +242,12 @@ TEST_F(PageInBrowser, ScrubbingLandsOnTheRightFrame) {
         "; scrub.dispatchEvent(new Event('input')); })()");
     EXPECT_EQ(FrameEverywhere(), frame);
   }
-  // In the middle of the slider, and of a timeline, lies the middle of the
-  // recording: 49.5, so one of the two beside it.
+  // The middle of the slider and of a timeline is the middle of the recording,
+  // 49.5: one of the two adjacent frames.
   browser.Press("Home");
   browser.Click("#scrub");
   EXPECT_NEAR(FrameEverywhere(), 49.5, 1.0);
-  // Names and numbers of the axis stand in 110 px left of a timeline.
+  // Names and numbers of the axis occupy 110 px left of a timeline.
   browser.Press("Home");
   PagePoint plot = browser.MiddleOf(".plot");
   plot.x += 0.5 * 110.0;
@@ -292,7 +292,7 @@ TEST_F(PageInBrowser, PlaybackKeepsTimeAndStopsAtTheEnd) {
 
 TEST_F(PageInBrowser, ClickOnAWorstMomentJumps) {
   Browser& browser = Open(kDesk);
-  // The largest change of velocity is the way back, a frame after the jump.
+  // The largest change of velocity is at the return, a frame after the jump.
   Choose("moment-kind", "speed");
   EXPECT_THAT(TextOf("#moments button"), HasSubstr("left wrist"));
   browser.Click("#moments button");
@@ -315,7 +315,7 @@ TEST_F(PageInBrowser, HostileNamesStayText) {
 
 // ---- Panels and ellipsoids
 
-// What a panel's canvas has at a point of the image: red, green, blue, alpha.
+// Colour of a panel's canvas at a point of the image: red, green, blue, alpha.
 std::string PixelAt(int view, const Eigen::Vector2d& px) {
   return "(() => { const panel = kinegraph.panels[" + std::to_string(view) +
          "]; return Array.from(panel.canvas.getContext('2d').getImageData("
@@ -348,13 +348,13 @@ TEST_F(PageInBrowser, PanelsShowWhatWasMatchedRejectedAndMissing) {
     EXPECT_GT(pixel[3].get<int>(), 150) << pixel;
   };
   const std::vector<PersonPose>& people = recording_.tracks.frames[0].people;
-  // The rejected wrist has its cross where the detection is.
+  // The rejected wrist has a cross at the detection.
   const auto wrist =
       recording_.cameras[0].Project(people[0].joints[kLeftWrist].position_m);
   ASSERT_TRUE(wrist.has_value());
   expect_colour(0, *wrist + kShiftPx, {0xb3, 0x33, 0x0c});
-  // Only the second result's person 2 has no detection over it in view 1; hide
-  // what else is drawn there, then the thick line has that person's colour.
+  // Only the second result's person 2 is not covered by a detection in view 1;
+  // with the other layers hidden, the thick line has that person's colour.
   browser.Evaluate(
       "document.querySelectorAll('#results input').forEach((box, i) =>"
       "{ if (i > 0) box.click(); })");
@@ -429,13 +429,13 @@ TEST_F(PageInBrowser, TimelinesAreDrawn) {
       Json::array({"Who is tracked, by how many views", "Residual per camera",
                    "Distance to the truth", "Mean speed of joints",
                    "Joint angle", "Bone length"}));
-  // Each canvas has ink right of its labels.
+  // Each canvas is not empty right of its labels.
   EXPECT_EQ(browser.Evaluate(
                 "Array.from(document.querySelectorAll('.plot canvas'), (c) =>"
                 "c.getContext('2d').getImageData(100, 0, c.width - 100,"
                 "c.height).data.some((v, i) => i % 4 === 3 && v > 0))"),
             Json::array({true, true, true, true, true, true}));
-  // Another angle is another drawing; its interval is a band.
+  // A different angle gives a different drawing; its interval is a band.
   EXPECT_EQ(browser.Evaluate(
                 "(() => { const select = document.getElementById('angle');"
                 "const chart = select.closest('.chart');"
@@ -447,7 +447,7 @@ TEST_F(PageInBrowser, TimelinesAreDrawn) {
                 "shot() !== before,"
                 "chart.textContent.includes('95 % intervals')]; })()"),
             Json::array({"right elbow flexion", true, true}));
-  // Person 2 is there for 60 of 100 frames: its row ends there.
+  // Person 2 is present for 60 of 100 frames: its row ends there.
   EXPECT_EQ(browser.Evaluate(
                 "[0.3, 0.55, 0.65, 0.9].map((share) => { const c ="
                 "document.querySelector('.plot canvas'); return "
@@ -456,9 +456,9 @@ TEST_F(PageInBrowser, TimelinesAreDrawn) {
             Json::array({true, true, false, false}));
 }
 
-// Pairs of colours by the least difference (CIE 1976) that any kind of colour
-// vision sees between them; dichromats after Machado, Oliveira and Fernandes,
-// "A Physiologically-based Model for Simulation of Color Vision Deficiency"
+// Pairs of colours by their least difference (CIE 1976) over all types of
+// colour vision; dichromats after Machado, Oliveira and Fernandes, "A
+// Physiologically-based Model for Simulation of Color Vision Deficiency"
 // (2009), severity 1.
 constexpr const char* kLeastColourDifference = R"((() => {
   const kinds = [[1, 0, 0, 0, 1, 0, 0, 0, 1],
@@ -506,7 +506,7 @@ TEST_F(PageInBrowser, WhatIsWrongStandsFirst) {
   EXPECT_THAT(TextOf("#summary"), HasSubstr("Doctor: suspect"));
 }
 
-// What is saved is what is shown: as a drawing and as a picture.
+// The saved SVG and PNG show the displayed frame.
 TEST_F(PageInBrowser, WhatIsShownCanBeSaved) {
   Browser& browser = Open(kDesk);
   browser.Evaluate("kinegraph.setFrame(7)");
@@ -521,14 +521,14 @@ TEST_F(PageInBrowser, WhatIsShownCanBeSaved) {
   EXPECT_EQ(drawing.at("broken"), 0);
   EXPECT_EQ(drawing.at("name"), "svg");
   EXPECT_EQ(drawing.at("odd"), false);
-  // A body has twenty bones or so, in the 3D view and in each panel.
+  // A body has about twenty bones, in the 3D view and in each panel.
   EXPECT_GT(drawing.at("paths").get<int>(), 40);
   bool names_frame = false;
   for (const auto& text : drawing.at("texts")) {
     names_frame |= text.get<std::string>().find("frame ") != std::string::npos;
   }
   EXPECT_TRUE(names_frame);
-  // A picture of 1600 px with nothing but its ground takes less than 20 kB.
+  // An empty picture of 1600 px takes less than 20 kB.
   EXPECT_EQ(browser.Evaluate("kinegraph.pngUrl().slice(0, 22)"),
             "data:image/png;base64,");
   EXPECT_GT(browser.Evaluate("kinegraph.pngUrl().length").get<int>(), 30000);
@@ -619,8 +619,8 @@ TEST_F(PageInBrowser, FingersScrubPlayAndJump) {
   EXPECT_EQ(FrameEverywhere(),
             browser.Evaluate("Number(document.querySelector("
                              "'#moments button').dataset.at)"));
-  // A tap on a timeline jumps; a finger that scrolls the page does not.
-  // Names and numbers of the axis stand in 58 px left of it on a phone.
+  // A tap on a timeline jumps; a finger that scrolls the page does not. On a
+  // phone names and numbers of the axis occupy 58 px to its left.
   PagePoint plot = browser.MiddleOf(".plot");
   plot.x += 0.5 * 58.0;
   browser.Tap(plot);
@@ -634,9 +634,9 @@ TEST_F(PageInBrowser, FingersScrubPlayAndJump) {
 
 // ---- Layout
 
-// Pairs of visible things that lie over one another, things that stick out of
-// the page, and text that its box cuts off. What floats over the 3D view is
-// compared with what floats there too.
+// Pairs of overlapping visible elements, elements that extend beyond the page,
+// and clipped text. Elements floating over the 3D view are compared with each
+// other only.
 constexpr const char* kFaults = R"((() => {
   scrollTo(0, document.documentElement.scrollHeight);
   const list = document.getElementById('moments').getBoundingClientRect();
@@ -689,7 +689,7 @@ constexpr const char* kFaults = R"((() => {
   return faults;
 })())";
 
-// Text whose contrast with what lies behind is below 4.5 (WCAG 2.1, 1.4.3).
+// Text whose contrast with its background is below 4.5 (WCAG 2.1, 1.4.3).
 constexpr const char* kPaleTexts = R"((() => {
   const numbers = (colour) => colour.match(/[\d.]+/g).map(Number);
   const luminance = (c) => {
@@ -707,8 +707,7 @@ constexpr const char* kPaleTexts = R"((() => {
   return pale;
 })())";
 
-// What is too small to tap: 24 CSS pixels is the least that WCAG 2.2 (2.5.8)
-// allows.
+// Elements too small to tap: WCAG 2.2 (2.5.8) requires 24 CSS pixels.
 constexpr const char* kSmallTargets = R"(
   Array.from(document.querySelectorAll('button, select, label, #scrub'))
     .filter((node) => { const height = node.getBoundingClientRect().height; return !node.hidden && height > 0 && height < 24; })
@@ -771,7 +770,7 @@ TEST_F(PageInBrowser, FaultsAreSeen) {
   browser.Evaluate("setTimeout(() => { throw new Error('thrown'); })");
   browser.Evaluate("fetch('http://127.0.0.1:9/').catch(() => 'refused')");
   EXPECT_GE(browser.problems().size(), 3u) << "the policy refuses any request";
-  browser_.reset();  // with the problems that TearDown() would complain about
+  browser_.reset();  // with the problems that TearDown() would report
 }
 
 }  // namespace

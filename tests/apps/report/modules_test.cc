@@ -70,7 +70,7 @@ TEST(PageModulesTest, ImportWhatTheyUseAndNothingElse) {
     }
   }
   ASSERT_GE(modules.size(), 10u);
-  // Each builds on those before it: no two use each other.
+  // Modules only import earlier ones: no cycles.
   std::string order =
       ReadTextFile(testing::ProjectFile("apps/report/modules.cmake").string());
   order.erase(0, order.find("set(page_modules "));

@@ -82,7 +82,7 @@ TEST(PageData, FrameNumbersAreWhole) {
               ::testing::ElementsAre(0x1p50, 0x1p50 + 1, 0x1p50 + 2));
 }
 
-// Whatever the files beside the tracks, the page works.
+// Invalid side files do not prevent the page.
 TEST(PageData, ASummaryThatIsNoneIsLeftOut) {
   PageInput input = InputOf(Walk(3, 1, 25.0));
   const std::string whole =
@@ -118,7 +118,7 @@ TEST(PageData, ADoctorsFileThatIsNoneIsRefused) {
   }
 }
 
-// Faults that the configuration of the tracks corrects are not reported.
+// Faults corrected by the configuration of the tracks are not reported.
 TEST(PageData, FindingsThatTheConfigurationMendsAreLeftOut) {
   const auto finding = [](const char* kind, const char* fix) {
     return Json{{"kind", kind}, {"fix", fix}, {"confidence", 0.9}};
@@ -220,7 +220,7 @@ TEST(PageData, HostileNamesStayData) {
   EXPECT_THAT(page, HasSubstr("<title>&lt;/script&gt;&lt;img"));
 }
 
-// The goal's own figure: 5 minutes, 6 people, 30 Hz, under 15 MB.
+// Required: 5 minutes, 6 people, 30 Hz, below 15 MB.
 TEST(PageData, LongRecordingStaysSmall) {
   const PageData data = MakePageData(InputOf(Walk(5 * 60 * 30, 6, 30.0)));
   EXPECT_EQ(data.poses, 54000u);
@@ -228,7 +228,7 @@ TEST(PageData, LongRecordingStaysSmall) {
   EXPECT_LT(MakePage("walk", data.json).size(), 15000000u);
 }
 
-// Exact detections of everybody in every view.
+// Exact detections of all people in all views.
 DetectionSequence SeenBy(const CameraRig& cameras,
                          const TrackSequence& tracks) {
   return testing::SeenBy(cameras, static_cast<int>(tracks.frames.size()),
@@ -242,7 +242,7 @@ DetectionSequence SeenBy(const CameraRig& cameras,
                          });
 }
 
-// A recording with everything that can be asked for.
+// A recording with all optional data.
 PageInput WholeInput(int frames, int people) {
   PageInput input = InputOf(Walk(frames, people, 25.0));
   for (TrackFrame& frame : input.results[0].tracks.frames) {
@@ -281,7 +281,7 @@ TEST(PageData, DetectionsAndCovariancesOnlyWhenAskedFor) {
   EXPECT_FALSE(without.contains("detections"));
   EXPECT_FALSE(without["results"][0].contains("match"));
   EXPECT_FALSE(without["results"][0].contains("residual"));
-  // What is stated is what they take, names of the arrays aside.
+  // The stated sizes are the actual ones, except for names of the arrays.
   constexpr size_t kNames = 1000;
   EXPECT_NEAR(static_cast<double>(both.json.size() - poses.json.size()),
               static_cast<double>(both.detection_bytes + both.covariance_bytes),

@@ -1,5 +1,5 @@
 // Videos behind the panels, in a real browser: the displayed image belongs to
-// the frame, wherever one jumps.
+// the frame after any jump.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -25,7 +25,7 @@ using testing::Browser;
 using ::testing::HasSubstr;
 
 constexpr int kFirstPicture = 100;
-// Two more than the video has pictures.
+// Two more than the images of the video.
 constexpr int kPictures = 42;
 
 // Without people, so that nothing is drawn over the images.
@@ -40,7 +40,7 @@ PageInput EmptyRecording() {
   for (int f = 0; f < kPictures; ++f) {
     TrackFrame frame;
     frame.frame = kFirstPicture + f;
-    // 30 Hz, as people say of 29.97.
+    // A nominal rate of 30 Hz for 29.97 Hz.
     frame.time = FrameClock(30.0).TimeOf(frame.frame);
     tracks.frames.push_back(frame);
   }
@@ -76,14 +76,14 @@ class VideoPanels : public ::testing::TestWithParam<bool> {
     browser_ = std::make_unique<Browser>();
     browser_->Open(path);
     ASSERT_TRUE(browser_->WaitFor("window.kinegraph"));
-    // Panels count as seen, and are filled, once they are in sight.
+    // Panels are filled once they are scrolled into view.
     browser_->MiddleOf("figure canvas");
     ASSERT_TRUE(
         browser_->WaitFor("kinegraph.panels.every((panel) => panel.seen &&"
                           "panel.video.node.readyState >= 2)"));
   }
 
-  // Waits until both videos stand where they should.
+  // Waits until both videos are at their positions.
   void WaitUntilThere() {
     EXPECT_TRUE(browser_->WaitFor(
         "kinegraph.panels.every((panel) => !panel.video.node.seeking &&"
@@ -94,7 +94,7 @@ class VideoPanels : public ::testing::TestWithParam<bool> {
     EXPECT_TRUE(browser_->WaitFor("kinegraph.state.pictures > enough"));
   }
 
-  // The number that the picture of a panel shows on the screen.
+  // The number shown by the image of a panel on the screen.
   int NumberOn(int panel) {
     const std::string path = (folder_.path() / "screen.png").string();
     browser_->MiddleOf("figure canvas");
@@ -162,7 +162,7 @@ TEST_P(VideoPanels, FramesBeyondTheVideoSaySo) {
   EXPECT_THAT(browser_->Evaluate("kinegraph.panels[0].facts.textContent")
                   .get<std::string>(),
               HasSubstr("no picture of this frame"));
-  // What may be read is in the pictures that are saved.
+  // Readable videos are part of the saved pictures.
   browser_->Evaluate("kinegraph.setFrame(5)");
   WaitUntilThere();
   const std::string drawing = browser_->Evaluate("kinegraph.svgPicture()");

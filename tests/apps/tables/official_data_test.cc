@@ -91,7 +91,7 @@ class OfficialDataTest : public testing::CommandTest {
   std::string Flags(const std::string& more = "") const {
     return "--data='" + Path("") + "' --out='" + Path("out") + "' " + more;
   }
-  // The tables that it makes.
+  // Returns the tables made.
   Json Reproduce(const std::string& more = "") const {
     testing::Done("reproduce", Flags(more));
     const std::string path = Path("out/reproduce.json");

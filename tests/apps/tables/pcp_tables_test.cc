@@ -16,7 +16,7 @@ TEST(FrameRunsTest, PutsNeighboursTogetherAndCountsTheRest) {
   EXPECT_EQ(FrameRuns({1, 3, 4, 6, 8, 9}, 2), "1, 3-4 and 3 more");
 }
 
-// Two results whose scores are known, in a benchmark of their own.
+// Two results with known scores in a separate benchmark.
 TEST(ActorTableTest, ShowsPrintedAndMeasuredRowsWithTheirCounts) {
   KINEGRAPH_DATA_OR_SKIP(data, "shelf");
   TrackedBenchmark tracked;
@@ -48,7 +48,7 @@ TEST(ActorTableTest, ShowsPrintedAndMeasuredRowsWithTheirCounts) {
   EXPECT_EQ(measured[0]["scores"][0]["actors"]["0"]["right"], 2782);
   EXPECT_NEAR(measured[0]["scores"][1]["mean_of_actors"].get<double>(), 93.14,
               0.005);
-  // Known: the filter is worth 0.74 under chu.
+  // Known: the filter improves the score by 0.74 under chu.
   EXPECT_NEAR(measured[1]["scores"][0]["difference"].get<double>(),
               96.49 - 97.23, 0.01);
   // Every lost part has one reason.

@@ -12,7 +12,7 @@ namespace {
 // The printed average is the plain mean of the three actors: with two decimals
 // within half a unit, with one decimal within half a unit of each of the cells
 // and of the average itself. The paper's own cut 96.797 to 96.79, a whole unit.
-// Two averages of the Campus table are printed otherwise, as its caption says.
+// Two averages of the Campus table differ, as its caption states.
 TEST(PublishedTest, AveragesAreThePlainMeansOfTheActors) {
   for (const PublishedTable& table :
        {PublishedCampus(), PublishedCampusExtended(), PublishedShelf()}) {
@@ -39,7 +39,7 @@ TEST(PublishedTest, EveryRowHasACellAColumn) {
       EXPECT_EQ(row.cells.size(), table.columns.size()) << row.method;
     }
   }
-  // The main tables name all nine methods.
+  // The main tables contain all nine methods.
   for (const PublishedTable& table : {PublishedCampus(), PublishedShelf()}) {
     ASSERT_EQ(table.rows.size(), 9u);
     EXPECT_EQ(table.rows.front().method, "Belagiannis et al.");

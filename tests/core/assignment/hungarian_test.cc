@@ -129,8 +129,8 @@ TEST(HungarianTest, LargeProblemMeetsItsDualBound) {
   EXPECT_EQ(result, permutation);
 }
 
-// Against the solution of the whole matrix, in which pairs of no gain cost and
-// bring nothing.
+// Against the solution of the whole matrix, in which pairs without gain have
+// zero cost.
 TEST(MaximisePositive, FindsTheLargestTotalOfPairsThatGain) {
   Random random(7);
   for (int trial = 0; trial < 200; ++trial) {

@@ -21,9 +21,9 @@ AssociationOptions Options(AffinityKind kind = AffinityKind::kPart) {
   return options;
 }
 
-// Eq. 1 of a projected pose with every joint at the origin of the image, and an
-// observation whose first joints lie `near_px` to the right of it, the others
-// `far_px`; `found` of all.
+// Eq. 1 for a projected pose with every joint at the origin of the image, and
+// an observation whose first joints lie `near_px` to the right of it, the
+// others `far_px`; only `found` joints exist.
 struct Pair {
   int near;
   double near_px, far_px;
@@ -146,12 +146,12 @@ TEST(GateTest, GrowsWithEveryFrameOrAsFarAsPeopleGo) {
   EXPECT_EQ(gate_px(0.0, 1.0, 5.0), 70.0);  // the paper's
   EXPECT_EQ(gate_px(0.0, 10.0, 5.0), 700.0);
   EXPECT_EQ(gate_px(0.0, 0.1, 5.0), 7.0);
-  // As the paper's in the next frame, then 0.125 m, 25 px at 5 m, a frame.
+  // The paper's in the next frame, then 0.125 m per frame, 25 px at 5 m.
   EXPECT_EQ(gate_px(0.125, 1.0, 5.0), 70.0);
   EXPECT_EQ(gate_px(0.125, 9.0, 5.0), 270.0);
   // Never more than the paper's: at 1 m, 125 px per frame.
   EXPECT_EQ(gate_px(0.125, 9.0, 1.0), 630.0);
-  // Shortly after the last frame a detector's errors are no smaller.
+  // A detector's errors do not shrink with the interval.
   EXPECT_EQ(gate_px(0.125, 0.1, 5.0), 70.0);
 }
 

@@ -12,7 +12,8 @@ namespace {
 
 constexpr double kFrameS = 0.04;
 
-// The view of one camera, with people at these places from left to right.
+// The view of one camera, with people at the given positions from left to
+// right.
 class TrackletsTest : public ::testing::Test {
  protected:
   void See(const std::vector<double>& places_m) {

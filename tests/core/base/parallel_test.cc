@@ -1,4 +1,4 @@
-// Work on several threads, and how it is stopped.
+// Work on several threads, and cancellation.
 #include "core/base/parallel.h"
 
 #include <gtest/gtest.h>
@@ -41,7 +41,7 @@ TEST(ParallelForTest, ThrowsWhatTheLowestPieceThrew) {
   EXPECT_EQ(done, 8);
 }
 
-// A piece may ask for threads of its own, from however many at a time.
+// Pieces may call ParallelFor themselves, any number at a time.
 TEST(ParallelForTest, MayBeCalledFromAPiece) {
   std::vector<std::atomic<int>> done(20 * 30);
   ParallelFor(4, 20, [&](int outer) {

@@ -96,11 +96,12 @@ TEST(Printable, ControlCharactersAreReplaced) {
 }
 
 TEST(Printable, WhatIsNoUtf8IsReplaced) {
-  EXPECT_EQ(Printable("\x80 \xff \xfe"), "? ? ?");  // begins no letter
-  EXPECT_EQ(Printable("\xc3 \xe3\x82"), "? ??");    // ends before its end
-  EXPECT_EQ(Printable("\xc0\xaf \xe0\x80\xaf"), "?? ???");  // too long
-  EXPECT_EQ(Printable("\xed\xa0\x80"), "???");              // half of a pair
-  EXPECT_EQ(Printable("\xf4\x90\x80\x80"), "????");         // beyond the last
+  EXPECT_EQ(Printable("\x80 \xff \xfe"), "? ? ?");  // invalid first bytes
+  EXPECT_EQ(Printable("\xc3 \xe3\x82"), "? ??");    // truncated
+  EXPECT_EQ(Printable("\xc0\xaf \xe0\x80\xaf"),
+            "?? ???");                               // overlong encodings
+  EXPECT_EQ(Printable("\xed\xa0\x80"), "???");       // half of a surrogate pair
+  EXPECT_EQ(Printable("\xf4\x90\x80\x80"), "????");  // beyond U+10FFFF
   EXPECT_EQ(Printable("\xf8\x88\x80\x80\x80"), "?????");
 }
 

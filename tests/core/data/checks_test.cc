@@ -1,4 +1,4 @@
-// What is refused before it is used, and what is refused before it is written.
+// Checks of input before use and of results before writing.
 #include "core/data/checks.h"
 
 #include <gtest/gtest.h>
@@ -81,7 +81,7 @@ TEST(CheckCaptureTime, ClocksMayBeTenSecondsApart) {
     clocks.frame.views[1].capture_time += sign * second;
     EXPECT_TRUE(Contains(clocks.Refusal(), "'right' has")) << clocks.Refusal();
   }
-  // The difference of these times fits no TimeNs.
+  // The difference of these times does not fit a TimeNs.
   const TimeNs most = std::numeric_limits<TimeNs>::max();
   EXPECT_THROW(CheckCaptureTime("left", most, -most), InputError);
 }
@@ -117,7 +117,7 @@ struct Written {
 TEST(PoseCheck, PositionsAreFiniteAndInTheScene) {
   Written written;
   EXPECT_EQ(written.Fault(), "");
-  // The ring has a radius of 5 m: a billion of these.
+  // The ring has a radius of 5 m; the limit is a billion times that.
   written.joint().position_m.x() = 4.9e9;
   EXPECT_EQ(written.Fault(), "");
   const std::vector<double> wrong = {5.1e9, -5.1e9, INFINITY, std::nan("")};
@@ -183,7 +183,7 @@ IdentityEdit Naming(int64_t one, const std::string& name) {
 TEST(NamesAfter, AJoinPassesANameOnToWhoHasNone) {
   EXPECT_EQ(NamesAfter({Naming(2, "Ann"), Edit(EditOp::kJoin, 1, 2)}),
             (PersonNames{{TrackId(1), "Ann"}}));
-  // Who has a name keeps it, and the other one's is gone.
+  // A person with a name keeps it; the other's name is lost.
   EXPECT_EQ(NamesAfter({Naming(2, "Ann"), Naming(1, "Bob"),
                         Edit(EditOp::kJoin, 1, 2)}),
             (PersonNames{{TrackId(1), "Bob"}}));

@@ -1,4 +1,4 @@
-// Values in core/data that contain decisions.
+// Values in core/data with logic.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -162,14 +162,14 @@ TEST(Stance, WhoStandsPointsUpInAnyWorld) {
   People people;
   for (int k = 0; k < 50; ++k) people.Add(0.05 * k, 1.0);
   EXPECT_EQ(NearestAxis(*people.stance().Up(), 1.0), Eigen::Vector3d::UnitZ());
-  // A world with x up, where they walk.
+  // The same in a world with x up.
   People turned;
   for (int k = 0; k < 50; ++k) turned.Add(2.0, 0.05 * k, 90.0, 2.0);
   EXPECT_EQ(NearestAxis(*turned.stance().Up(), 1.0), Eigen::Vector3d::UnitX());
 }
 
-// On the floor or a bed, only the file or the cameras distinguish it from a
-// world on its side.
+// A lying person differs from a world on its side only by the file's or the
+// cameras' upward direction.
 TEST(Stance, WhoLiesLeavesUpOpen) {
   for (const double height_m : {0.2, 0.7}) {
     People people;
@@ -183,7 +183,8 @@ TEST(Stance, WhoLiesLeavesUpOpen) {
   }
 }
 
-// A person walks a fifth of the time: the floor is constant along z only.
+// A person who walks for a fifth of the time: the floor is constant along z
+// only.
 TEST(Stance, TheFloorCountsMoreThanWhoLies) {
   for (const double height_m : {0.2, 0.6}) {
     People people;
@@ -192,7 +193,7 @@ TEST(Stance, TheFloorCountsMoreThanWhoLies) {
     const auto up = people.stance().Up();
     ASSERT_TRUE(up.has_value()) << height_m;
     EXPECT_EQ(NearestAxis(*up, 5.0), Eigen::Vector3d::UnitZ()) << height_m;
-    // More than the file, too.
+    // Also against the file's axis.
     EXPECT_EQ(NearestAxis(*people.stance().Up({Eigen::Vector3d::UnitX()}), 5.0),
               Eigen::Vector3d::UnitZ());
   }

@@ -60,7 +60,7 @@ CameraRig Elsewhere(const CameraRig& rig, double scale) {
 }
 
 TEST(CamerasTest, AnotherWorldIsNoError) {
-  // Two lie on a line, so does a row of three; four are in a plane.
+  // Two cameras and a row of three lie on a line, four in a plane.
   CameraRig row;
   for (int i = 0; i < 3; ++i) {
     row.push_back(CameraAt("cam" + std::to_string(i),
@@ -82,15 +82,15 @@ TEST(CamerasTest, ScaleIsTakenFromTheScaledFiguresAlone) {
       EvaluateCameras(rig, "truth", Elsewhere(rig, 0.8), "found");
   EXPECT_NEAR(result.scale, 1.25, 1e-12);
   EXPECT_NEAR(result.scaled_te_m, 0.0, 1e-9);
-  // A fifth of the radius, all four alike.
+  // A fifth of the radius for each of the four.
   EXPECT_NEAR(result.te_m, 0.2 * 4.0, 1e-9);
   EXPECT_EQ(result.scaled_cca[2].fraction(), 1.0);
   EXPECT_EQ(result.cca[2].fraction(), 0.0);
 }
 
 TEST(CamerasTest, OneTurnedCameraIsOneAmongPairs) {
-  // One of four looks 7 degrees aside: three of the six pairs are off by that,
-  // and it alone among the cameras.
+  // One of four cameras is turned by 7 degrees: the error of three of the six
+  // pairs, but of one camera only.
   CameraRig found = Circle(4);
   const Matrix3d aside =
       AngleAxisd(7.0 * M_PI / 180.0, Vector3d::UnitY()).matrix();
@@ -106,8 +106,8 @@ TEST(CamerasTest, OneTurnedCameraIsOneAmongPairs) {
 }
 
 TEST(CamerasTest, CentreAccuracyIsOfTheScenesSize) {
-  // Five cameras 4 m from their mean; one is 0.5 m too high. The others' fit
-  // gives way by less than that, so it is between 5 and 15 % of 4 m.
+  // Five cameras 4 m from their mean; one is 0.5 m too high. The fit absorbs
+  // part of the error, which remains between 5 and 15 % of 4 m.
   CameraRig found = Circle(5);
   found[1] =
       CameraAt("cam1", found[1].centre() + Vector3d(0, 0, 0.5), found[1].R());

@@ -41,7 +41,8 @@ TEST(MatchOneToOneTest, PrefersMorePairsThenLessCost) {
   Eigen::MatrixXd cost(2, 2);
   cost << 0.1, 0.5,  //
       0.2, 9.0;
-  // Row 0 would rather have column 0, but then row 1 has nobody in reach.
+  // Column 0 is cheapest for row 0, but then row 1 has no column within the
+  // gate.
   const std::vector<CostPair> pairs = MatchOneToOne(cost, 1.0);
   ASSERT_EQ(pairs.size(), 2u);
   EXPECT_EQ(pairs[0].column, 1);

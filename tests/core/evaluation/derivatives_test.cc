@@ -48,7 +48,7 @@ TEST(DerivativesTest, ErrorsAreThoseOfTheDifference) {
   EXPECT_NEAR(all.acceleration_rms_m_s2, 0.4, 1e-9);
   EXPECT_NEAR(all.acceleration_bias_m_s2, 0.4, 1e-9);
   EXPECT_NEAR(result.by_joint[0][3].acceleration_rms_m_s2, 0.4, 1e-9);
-  // Nothing peaks, nobody lands.
+  // No peaks and no contacts.
   EXPECT_EQ(all.peaks, 0);
   EXPECT_EQ(result.contacts, 0);
   EXPECT_EQ(result.all[1].count, 0);
@@ -82,7 +82,8 @@ Vector3d Landing(double t, double at_s, double round_s) {
 
 TEST(DerivativesTest, ALandingThatIsSmoothedLosesItsPeak) {
   // The second derivative of the rounded path is 3 r^2 / (2 (t^2 + r^2)^1.5):
-  // 1.5 / r at its peak, which a radius of 0.04 s instead of 0.01 quarters.
+  // 1.5 / r at its peak, so a radius of 0.04 s instead of 0.01 s gives a
+  // quarter.
   const auto truth =
       Moving(200, [](double t) { return Landing(t, 1.0, 0.01); });
   const auto found =
@@ -93,8 +94,8 @@ TEST(DerivativesTest, ALandingThatIsSmoothedLosesItsPeak) {
   EXPECT_EQ(contacts.count, 21 * 14);  // 0.1 s on either side
   EXPECT_EQ(contacts.peaks, 14);
   EXPECT_NEAR(contacts.peak_instant_ms, 30.0, 1e-9);
-  // A central difference over 0.01 s takes some from the sharp peak:
-  // 2 (sqrt(2) - 1) of it, by the path's values at -0.01, 0 and 0.01 s.
+  // A central difference over 0.01 s lowers the sharp peak to 2 (sqrt(2) - 1)
+  // of its value, by the path's values at -0.01, 0 and 0.01 s.
   const double seen = 2.0 * (std::sqrt(2.0) - 1.0);
   const double smoothed = 2.0 * 16.0 * (std::sqrt(1.0 + 1.0 / 16.0) - 1.0);
   EXPECT_NEAR(contacts.peak_error_percent,
@@ -108,7 +109,7 @@ TEST(DerivativesTest, FramesApartAreNoNeighbours) {
   found.frames.erase(found.frames.begin() + 10);
   const DerivativeResult result = EvaluateDerivatives(truth, found, Options());
   EXPECT_EQ(result.all[0].count, (18 - 3) * 14);
-  // Another identity is another person.
+  // Another identity counts as another person.
   found = truth;
   for (int k = 10; k < 20; ++k) found.frames[k].people[0].id = TrackId(7);
   EXPECT_EQ(EvaluateDerivatives(truth, found, Options()).all[0].count,

@@ -93,8 +93,8 @@ TEST(PairFramesTest, OneClockPairsEqualNumbersAndSaysNothing) {
   }
 }
 
-// For every measure and ratio of rates: no person is compared with a position
-// at another time, and frames between the common instants are no misses.
+// For every measure and ratio of rates: people are compared at equal times
+// only, and frames between the common instants are not misses.
 TEST(PairFramesTest, EveryMeasureOfOtherRatesIsThatOfOneRate) {
   struct Rates {
     double truth_hz;
@@ -174,7 +174,7 @@ TEST(PairFramesTest, RatesWithoutACommonInstantAreRefusedByName) {
     }
   }
   EXPECT_THROW(EvaluateMpjpe(truth, tracks), InputError);
-  // Nor where the recordings do not overlap.
+  // Also where the recordings do not overlap.
   EXPECT_THROW(PairFrames(truth, Walk({50.0, 200, 5000, 100.0})), InputError);
 }
 
@@ -191,7 +191,7 @@ TEST(PairFramesTest, NumbersThatBeginElsewhereAreNotCompared) {
     const TrackSequence truth = Walk({25.0, 100, first_frame});
     const TrackSequence tracks = Walk({});
     const FramePairing pairing = PairFrames(truth, tracks);
-    // Whose times begin at zero at frame 50 keeps its numbers instead.
+    // If times begin at zero at frame 50, the numbers are used instead.
     const int64_t shift = first_frame == 1 ? 0 : 50;
     EXPECT_EQ(Met(pairing), 100 - shift);
     for (const FramePair& pair : pairing.pairs) {
@@ -237,7 +237,7 @@ TEST(PairFramesTest, OneRateWrittenInTwoWaysPairsNumbers) {
                                       HasSubstr("paired by number")));
 }
 
-// A pause that the numbers do not show parts the times: they count.
+// With a pause that the numbers do not contain, frames are paired by time.
 TEST(PairFramesTest, APausePairsTimes) {
   TrackSequence tracks = Walk({25.0, 60});
   for (size_t k = 30; k < tracks.frames.size(); ++k) {
@@ -258,11 +258,11 @@ TEST(PairFramesTest, WhatContradictsItselfIsNoted) {
               ElementsAre(HasSubstr("the ground truth has no times")));
   EXPECT_THAT(PairFrames(Walk({}), WithoutTimes(Walk({50.0, 200}))).notes,
               ElementsAre(HasSubstr("the tracks has no times")));
-  // For a part of a recording that is no contradiction.
+  // In a part of a recording that is consistent.
   EXPECT_THAT(
       PairFrames(WithoutTimes(Walk({25.0, 50, 25, 1.0})), Walk({})).notes,
       IsEmpty());
-  // The same pictures, one of the rates typed in wrongly.
+  // The same images, with one rate stated wrongly.
   EXPECT_THAT(PairFrames(Walk({50.0, 100}), Walk({})).notes,
               ElementsAre(HasSubstr("both have frames 0 to 99")));
   TrackSequence stated = Walk({50.0, 200});

@@ -92,14 +92,14 @@ TEST(HeldOutTest, ErrorsAreCappedAndTruncated) {
   EXPECT_EQ(scores.joints[6].error_px, scene.set.cap_px);
   EXPECT_FALSE(scores.joints[6].predicted);
   EXPECT_TRUE(scores.joints[5].predicted);
-  // One of 14 joints counts 30 px, the others nothing.
+  // One of 14 joints counts 30 px, the others zero.
   EXPECT_NEAR(Summarise(scores).figure_px(HeldOutFigure::kMeanTruncated),
               30.0 / 14.0, 1e-12);
 }
 
 TEST(HeldOutTest, WithoutAPersonEveryJointCostsTheCap) {
   const HeldOutSummary summary =
-      Summarise(Scene().Score(Tracks({Frame(0, {})})));  // frame 1 not there
+      Summarise(Scene().Score(Tracks({Frame(0, {})})));  // without frame 1
   EXPECT_EQ(summary.figure_px(HeldOutFigure::kMedian), 100.0);
   EXPECT_EQ(summary.predicted.count, 0);
   EXPECT_EQ(summary.predicted.total, 28);
@@ -117,7 +117,7 @@ TEST(HeldOutTest, JointsWithoutAPixelCostTheCap) {
   for (size_t i = 0; i < 14; ++i) predicted += scores.joints[i].predicted;
   EXPECT_EQ(predicted, 3);
   EXPECT_EQ(scores.joints[3].error_px, 100.0);   // l_hip, missing
-  EXPECT_EQ(scores.joints[13].error_px, 100.0);  // no such joint
+  EXPECT_EQ(scores.joints[13].error_px, 100.0);  // joint not in the skeleton
   Pose3d behind = truth;
   behind[0].position_m.y() = -5.0;
   const HeldOutJoint ankle = Scene().Score(behind).joints[0];
@@ -151,7 +151,7 @@ TEST(HeldOutTest, PairsOneToOne) {
 TEST(HeldOutTest, ConfidentJointsThatTheReferenceNamesAreScored) {
   Scene scene;
   Detection& detection = scene.detections.frames[0].views[1].detections[0];
-  detection.joints[0].confidence = 0.3;  // the least that counts
+  detection.joints[0].confidence = 0.3;  // the least confidence that is scored
   detection.joints[1].confidence = 0.2999;
   detection.joints[2].found = false;
   EXPECT_EQ(scene.Score(StandingTum14()).joints.size(), 26u);
@@ -202,7 +202,7 @@ TEST(HeldOutTest, SetFromTheMatchesOfTracks) {
 
 TEST(HeldOutTest, PairsByIdentityWhereTheMatchesAreTheSame) {
   const Scene scene;
-  // One metre off: by distance nobody is paired.
+  // One metre away: no pair by distance.
   const Pose3d far = Moved(StandingTum14(), 1.0);
   const TrackSequence run =
       Tracks({Frame(0, {Person(3, far)}), Frame(1, {Person(4, far)})});

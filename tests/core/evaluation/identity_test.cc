@@ -36,24 +36,24 @@ TEST(IdentityTest, CountsByHand) {
                 {4, 0, 0, 2, 0, 2},
                 .5,
                 .5},
-           // A gap is a fragment, but not the one that never ends.
+           // A gap is a fragment unless the track does not return.
            Case{kFour, "1@0 | | 1@0 |", {2, 2, 0, 0, 1, 2}, .5, 2. / 3},
            Case{"0@0 | 0@0 | 0@0",
                 "1@0 | | 2@0",
                 {2, 1, 0, 1, 1, 1},
                 1. / 3,
                 .4},
-           // A match persists although another comes nearer.
+           // A match persists although another identity comes nearer.
            Case{"0@0 | 0@0", "1@.25 | 1@.25 2@0", {2, 0, 1, 0, 0, 2}, .5, .8},
-           // A frame that truth does not have, and one with nobody in it.
+           // A frame missing in the truth, and one without people.
            Case{"0@0", "1@0 | 1@0", {1, 0, 0, 0, 0, 1}, 1, 1},
            Case{"0@0 |", "1@0 | 1@0", {1, 0, 1, 0, 0, 1}, 0, 2. / 3},
            // The gate includes its limit.
            Case{"0@0", "1@0.5", {1, 0, 0, 0, 0, 1}, 1, 1},
            Case{"0@0", "1@0.5625", {0, 1, 1, 0, 0, 0}, -1, 0},
            // Identity 1 explains person 0 for two frames and person 1 for one;
-           // identity 2 explains person 0 once. Taking (0, 1) leaves nothing
-           // for person 1, which still beats (0, 2) with (1, 1).
+           // identity 2 explains person 0 once. The pair (0, 1) leaves nothing
+           // for person 1, but is still better than (0, 2) with (1, 1).
            Case{"0@0 | 0@0 | 0@0 | 1@3",
                 "1@0 | 1@0 | 2@0 | 1@3",
                 {4, 0, 0, 1, 0, 2},
@@ -108,9 +108,9 @@ TEST(HotaTest, WorkedByHand) {
   expect(kFour, "1@0 | 1@0 | 2@0 | 2@0", 1.0, 0.5);
   // TP 2, FN 2, FP 1. Identity 1 shares 2 of 4 + 2 - 2 frames.
   expect(kFour, "1@0 | 1@0 | | 9@3", 0.4, 0.5);
-  // Two people of two frames are found in the second alone, and in a third
-  // there are only two who are not there. TP 2, FN 2, FP 2. Each identity
-  // shares 1 of 2 + 2 - 1 frames.
+  // Two people in two frames are found in the second only, and a third frame
+  // has two false ones. TP 2, FN 2, FP 2. Each identity shares 1 of 2 + 2 - 1
+  // frames.
   expect("0@0 1@3 | 0@0 1@3 |", "| 5@0 6@3 | 5@0 6@3", 1.0 / 3.0, 1.0 / 3.0);
 }
 
@@ -125,8 +125,8 @@ TEST(HotaTest, ThresholdsOfSimilarity) {
 }
 
 TEST(HotaTest, PrefersWhoGoesTogetherOverTheRecording) {
-  // In the last frame identity 2 is nearer, but identity 1 has been with the
-  // person all along: HOTA matches 1 there, and 2 is a false positive.
+  // In the last frame identity 2 is nearer, but identity 1 corresponds to the
+  // person over the recording: HOTA matches 1, and 2 is a false positive.
   const IdentityResult result =
       Evaluate("0@0 | 0@0 | 0@0", "1@0 | 1@0 | 1@0.25 2@0.125");
   EXPECT_DOUBLE_EQ(result.hota_at[9].detection, 0.75);
@@ -158,7 +158,7 @@ TEST(IdentityTest, PosesOnHiddenPeopleCountNeitherWay) {
 
 TEST(IdentityTest, PosesBesideAPartialTruthCountNeitherWay) {
   const TrackSequence truth = Standing("0@0 | 0@0");
-  // Identity 2 stands where nobody is annotated, identity 3 on person 0.
+  // Identity 2 is far from all annotations, identity 3 on person 0.
   const TrackSequence found = Standing("1@0 2@3 | 1@0 2@3 3@0.25");
   IdentityOptions options;
   EXPECT_EQ(EvaluateIdentity(truth, found, options).false_positives, 3);

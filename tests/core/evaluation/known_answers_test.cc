@@ -1,4 +1,4 @@
-// Published and independently computed figures on the real data.
+// Published and independently computed scores on the real data.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -21,8 +21,8 @@
 namespace kinegraph {
 namespace {
 
-// Published figures have two decimals: half a unit of the last, and a rounding
-// of a double on top.
+// Published values have two decimals: half a unit of the last, plus rounding of
+// a double.
 constexpr double kTwoDecimals = 0.005 + 1e-9;
 constexpr double kOneDecimal = 0.05 + 1e-9;
 

@@ -13,7 +13,7 @@
 namespace kinegraph::testing {
 namespace {
 
-// One person who moves along x as `motion` says [m] at times k / rate.
+// One person whose x at time k / rate is `motion` [m].
 TrackSequence Moving(int frames, double rate_hz,
                      const std::function<double(double)>& motion) {
   std::vector<TrackFrame> all;
@@ -92,7 +92,7 @@ TEST(Smoothness, DifferencesOfAPolynomialAreItsDerivatives) {
     return PooledRatio(
         DifferenceSeries(tracks, PersonFramesOf(tracks), order, 25.0));
   };
-  // Positions of metres carry 1e-16 m, times 25^3.
+  // Rounding of positions in metres, 1e-16 m, times 25^3.
   EXPECT_NEAR(mean(2, [](double t) { return 0.3 * t * t; }), 0.6, 1e-9);
   EXPECT_NEAR(mean(3, [](double t) { return 0.5 * t * t * t; }), 3.0, 1e-9);
 }
@@ -109,7 +109,7 @@ TEST(Smoothness, UnitsFollowTheGivenFramesNotTheTracks) {
     const bool is_whole = k < 2 || (k > 4 && k < 8);
     EXPECT_EQ(series[0][k].weight, is_whole ? 12.0 : 0.0) << k;
   }
-  // Inferred joints are not judged by differences.
+  // Differences ignore inferred joints.
   tracks.frames[1].people[0].joints[0].status = JointStatus::kInferred;
   EXPECT_EQ(DifferenceSeries(tracks, people, 2, 25.0)[0][0].weight, 11.0);
 }
@@ -127,8 +127,8 @@ TEST(Power, OfASineIsHalfItsSquaredAmplitudeAboveTheCutoffAlone) {
     });
   };
   const double expected = 0.5 * amplitude_m * amplitude_m;
-  // A Hann window leaks beyond two bins (1 Hz) with less than 1e-3 in power,
-  // and taking out the line takes a little of the sine with it.
+  // A Hann window leaks less than 1e-3 of the power beyond two bins (1 Hz), and
+  // detrending removes a little of the sine.
   EXPECT_NEAR(Power(sine(9.0), rate_hz) / expected, 1.0, 0.01);
   EXPECT_NEAR(Power(sine(3.0), rate_hz) / expected, 0.0, 1e-3);
 }

@@ -52,7 +52,7 @@ TEST(MpjpeTest, AlignedForgetsPlaceTurnAndSize) {
   const MpjpeResult result = EvaluateMpjpe(Alone(), Alone(pose, 4));
   EXPECT_GT(result.raw_m, 0.05);
   EXPECT_NEAR(result.aligned_m, 0.0, 1e-12);
-  // What is left of one joint that is off, the others give way to.
+  // The alignment distributes the error of one displaced joint.
   pose = StandingTum14();
   pose[0].position_m.y() += 0.7;
   const MpjpeResult bent = EvaluateMpjpe(Alone(), Alone(pose, 4));

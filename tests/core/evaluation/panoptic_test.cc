@@ -18,7 +18,7 @@ Pose3d Line(double x) {
   return pose;
 }
 
-// Frames of people, by their place and score.
+// Frames of people, by position and score.
 TrackSequence Panoptic(
     const std::vector<std::vector<std::pair<double, double>>>& frames) {
   TrackSequence tracks = Tracks({}, Panoptic15());
@@ -71,7 +71,7 @@ TEST(PanopticTest, ASecondPoseOfOnePersonIsFalse) {
   EXPECT_EQ(result.average_precision[0], 1.0);  // all found before the false
   EXPECT_EQ(result.recall_at_limit.count, 1);
   EXPECT_EQ(result.mpjpe_m, 0.0625);  // the first by score counts
-  // The other way round the false one comes first: precision 1/2.
+  // In reverse order the false one comes first: precision 1/2.
   const PanopticResult tight = At(0.05, kOne, found);
   EXPECT_DOUBLE_EQ(tight.average_precision[0], 0.5);
 }
@@ -92,7 +92,7 @@ TEST(PanopticTest, MissedPeopleCostRecall) {
 }
 
 TEST(PanopticTest, TrueJointsThatNobodySawAreLeftOut) {
-  // Of fifteen true joints one is not seen, and far off there: the other
+  // One of fifteen true joints is not observed, and displaced there: the other
   // fourteen are 31.25 mm off.
   TrackSequence truth = kOne;
   Joint3d& unseen = truth.frames[0].people[0].joints[4];
@@ -102,7 +102,7 @@ TEST(PanopticTest, TrueJointsThatNobodySawAreLeftOut) {
   const PanopticResult result = At(0.05, truth, found);
   EXPECT_DOUBLE_EQ(result.mpjpe_m, 0.03125);
   EXPECT_EQ(result.joints_compared.count, 14);
-  // Whose middle of the hips is missing, or not seen, is hidden.
+  // People whose mid-hip is missing or not observed are hidden.
   const auto root = static_cast<size_t>(Panoptic15().IndexOf("mid_hip"));
   for (const JointStatus status :
        {JointStatus::kMissing, JointStatus::kInferred}) {

@@ -39,7 +39,7 @@ std::vector<std::string> Lost(const Pose3d& found,
 }
 using Names = std::vector<std::string>;
 
-// A standing person, one joint forward by so much [m].
+// A standing person with one joint displaced forward [m].
 Pose3d Forward(int joint, double by_m) {
   Pose3d pose = StandingTum14();
   pose[joint].position_m.y() += by_m;
@@ -125,7 +125,7 @@ TEST(PcpTest, TorsoEndsAtTheMiddleOfTheHips) {
 
 TEST(PcpTest, NoPredictionLosesAllParts) {
   const TrackSequence truth = Alone(StandingTum14(), 0, 2);
-  const TrackSequence tracks = Tracks({Frame(0, {})});  // frame 1 not there
+  const TrackSequence tracks = Tracks({Frame(0, {})});  // without frame 1
   const PcpResult result = EvaluatePcp(truth, tracks, Plain());
   EXPECT_EQ(CountParts(result, 0, PcpGroup::kTotal).total, 20);
   EXPECT_EQ(CountParts(result, 0, PcpGroup::kTotal).count, 0);
@@ -171,16 +171,17 @@ TEST(PcpTest, PeopleAreMatchedAsTheProtocolSays) {
   EXPECT_EQ(Taken({at(0, 0)}, {at(7, 0.5625)}, kOneToOne), Ids{-1});
   // Of two equally near the first is taken.
   EXPECT_EQ(Taken({at(0, 0)}, {at(8, 0.25), at(3, -0.25)}, kNearest), Ids{8});
-  // The mean over joints that are there: person 4 has one joint, 1 m off;
-  // person 5 all of them, each 0.5 m off. The sums of squares are 1 and 3.5,
-  // the means 1 and 0.25.
+  // The mean over existing joints: person 4 has one joint, 1 m off; person 5
+  // all of them, each 0.5 m off. The sums of squares are 1 and 3.5, the means 1
+  // and 0.25.
   Pose3d few(14);
   few[0] = Observed(0.125, 1.0, 0.0);
   EXPECT_EQ(Taken({at(0, 0)}, {Person(4, few), at(5, 0.5)}, kNearest), Ids{5});
 }
 
 TEST(PcpTest, HeadlineIsThePlainMeanOfItsActors) {
-  // Actor 0 right in both frames, actor 1 lost in its one, actor 3 not asked.
+  // Actor 0 is correct in both frames, actor 1 lost in its only one, actor 3
+  // not part of the headline.
   const PcpResult result =
       EvaluatePcp(Standing("0@0 1@9 | 0@0 3@5"), Standing("0@0 | 0@0"),
                   PcpProtocol());  // actors 0, 1, 2

@@ -85,8 +85,8 @@ TEST(BootstrapTest, IndependentValuesGiveTheTextbookError) {
   const std::vector<double> values = CorrelatedSeries(400, 0.0, 7);
   const Interval interval =
       RatioInterval(MeanOfRatios, {Series(values)}, Drawing(1, 4000));
-  // Drawn singly, the standard error is exactly s / sqrt(n) but for the
-  // resamples' own chance: 1 / sqrt(2 * 4000) = 1.1 %; five of those.
+  // For single units the standard error is exactly s / sqrt(n) up to the
+  // resamples' own variation, 1 / sqrt(2 * 4000) = 1.1 %; five of those.
   const double expected = StandardDeviation(values) / std::sqrt(400.0);
   EXPECT_NEAR(interval.standard_error / expected, 1.0, 0.056);
   // A 95 % interval of a normal mean is +-1.96 standard errors. A quantile at
@@ -102,8 +102,8 @@ TEST(BootstrapTest, BlocksSeeTheCorrelationOfNeighbours) {
       RatioInterval(MeanOfRatios, {Series(values)}, Drawing(25, 1000));
   // Variance of the mean of n values: (1 + rho) / (1 - rho) / n = 4 / n. Blocks
   // of L = 25 find L + 2 sum (L - k) rho^k = 0.925 of that per value. The 800
-  // blocks' own chance is sqrt(2 / 800) / 2 = 2.5 % of the standard error, the
-  // resamples' 2.2 %; together 3.4 %, four of those.
+  // blocks contribute sqrt(2 / 800) / 2 = 2.5 % of variation of the standard
+  // error, the resamples 2.2 %; together 3.4 %, four of those.
   double expected = 1.0;
   for (int k = 1; k < 25; ++k) {
     expected += 2.0 * (1.0 - k / 25.0) * std::pow(kRho, k);
@@ -111,7 +111,7 @@ TEST(BootstrapTest, BlocksSeeTheCorrelationOfNeighbours) {
   const double standard_error = std::sqrt(expected / 20000.0);
   EXPECT_NEAR(interval.standard_error / standard_error, 1.0, 0.14);
 
-  // Single frames look twice as sure as they are.
+  // Single frames underestimate the standard error by a factor of two.
   EXPECT_LT(RatioInterval(MeanOfRatios, {Series(values)}, Drawing(1, 1000))
                 .standard_error,
             0.6 * standard_error);
@@ -187,13 +187,13 @@ TEST(PairedDifferenceTest, ConstantAdvantageIsCertain) {
   // One series each: the mean of ratios is the pooled ratio.
   for (const RatioScore score : {MeanOfRatios, PooledRatio}) {
     const Interval interval = PairedInterval(score, {Series(a)}, {Series(b)});
-    // Whatever is drawn, the difference is 0.25 up to rounding of sums of 200.
+    // In every resample the difference is 0.25 up to rounding of sums of 200.
     EXPECT_NEAR(interval.low, 0.25, 1e-12);
     EXPECT_NEAR(interval.high, 0.25, 1e-12);
     EXPECT_THROW(PairedInterval(score, {Series({1.0})}, {Series({1.0, 2.0})}),
                  OptionError);
   }
-  // Unpaired, neither mean is that sure.
+  // Unpaired means have a larger error.
   EXPECT_GT(RatioInterval(MeanOfRatios, {Series(b)}).standard_error, 0.1);
 }
 

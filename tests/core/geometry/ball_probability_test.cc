@@ -21,8 +21,7 @@ Eigen::Matrix3d Covariance(double a_mm, double b_mm, double c_mm) {
   return turn * sigma_m.cwiseAbs2().asDiagonal() * turn.transpose();
 }
 
-// The same in all directions: the distribution of Maxwell. One long axis: the
-// Gaussian's along it.
+// Isotropic: Maxwell's distribution. One long axis: a Gaussian along it.
 TEST(BallProbability, OfABallIsMaxwellsAndOfALineTheErrorFunction) {
   for (const double sigma_mm : {10.0, 20.0, 24.02, 30.0, 50.0, 100.0, 1000.0}) {
     const double r = 1e3 * kRadius_m / sigma_mm;

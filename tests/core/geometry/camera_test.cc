@@ -15,7 +15,7 @@ namespace {
 // A wide lens: at the corner of the image (r^2 about 1.2) it moves points by
 // more than a hundred pixels.
 const std::vector<double> kWideLens = {-0.25, 0.08, 0.001, -0.0005, -0.01};
-// As a GoPro's wide view has them.
+// Typical of a GoPro's wide field of view.
 const std::vector<double> kFisheyeTerms = {-0.02, 0.015, -0.01, 0.002};
 
 TEST(CameraTest, ProjectsByHand) {
@@ -67,7 +67,7 @@ TEST(CameraTest, UndistortReturnsTheIdealPixel) {
 
 TEST(CameraTest, JacobianEqualsDifferences) {
   Random random(4);
-  // How far aside of the axis points are, 1 to 3 m before the camera.
+  // Lateral range of points 1 to 3 m in front of the camera.
   for (const auto& [lens, wide_m] :
        {std::pair{MakeLens("pinhole", {}), 0.5},
         {MakeLens("opencv5", kWideLens), 0.5},
@@ -76,8 +76,8 @@ TEST(CameraTest, JacobianEqualsDifferences) {
     parameters.lens = lens;
     const Camera camera(parameters);
     for (int round = 0; round < 200; ++round) {
-      // Every tenth on the axis to rounding, where the quotients of the fisheye
-      // lens are 0 / 0.
+      // Every tenth point is on the axis up to rounding, where the quotients of
+      // the fisheye lens are 0 / 0.
       const double aside = round % 10 == 0 ? 1e-9 : wide_m;
       const Eigen::Vector3d seen(random.Uniform(-aside, aside),
                                  random.Uniform(-aside, aside),
@@ -167,7 +167,8 @@ Camera FisheyeCamera(const std::vector<double>& terms = kFisheyeTerms) {
   return Camera(p);
 }
 
-// The formula of OpenCV's documentation (cv::fisheye), by itself.
+// The formula of OpenCV's documentation (cv::fisheye), implemented
+// independently.
 Eigen::Vector2d ByTheBook(const Camera& camera, const Eigen::Vector3d& point) {
   const std::vector<double> k = camera.lens()->parameters();
   const double a = point.x() / point.z();
@@ -180,7 +181,7 @@ Eigen::Vector2d ByTheBook(const Camera& camera, const Eigen::Vector3d& point) {
   return {K(0, 0) * td / r * a + K(0, 2), K(1, 1) * td / r * b + K(1, 2)};
 }
 
-// A ray so far off the axis, in some direction about it.
+// A ray at `angle` off the axis, in direction `about` around it.
 Eigen::Vector3d RayAt(double angle, double about) {
   return {std::sin(angle) * std::cos(about), std::sin(angle) * std::sin(about),
           std::cos(angle)};
@@ -195,7 +196,7 @@ TEST(Fisheye, ProjectsByTheBook) {
     EXPECT_LT((*px - ByTheBook(camera, point)).norm(), 1e-9) << angle;
   }
   EXPECT_EQ(*camera.Project({0, 0, 2}), Eigen::Vector2d(960, 720));
-  // Nothing but zeros bends, too: it is no pinhole.
+  // A fisheye lens with zero coefficients is not a pinhole.
   EXPECT_NEAR(FisheyeCamera({}).Project({1, 0, 1})->x(),
               960 + 600 * kRightAngle / 2, 1e-9);
 }
@@ -208,9 +209,8 @@ TEST(Fisheye, UndistortIsTheInverse) {
       const Eigen::Vector3d ray = RayAt(angle, 5.0 * angle);
       const auto ideal = camera.Undistort(*camera.Project(ray));
       ASSERT_TRUE(ideal.has_value()) << angle;
-      // Rounding of the pixel, 1e-13 px of 600, is an angle; the ray's own
-      // direction is what must come back, as tan grows without bound. A
-      // thousand times that rounding.
+      // Rounding of the pixel, 1e-13 px of 600, is an angle. Directions of rays
+      // are compared, because tan is unbounded. A thousand times that rounding.
       EXPECT_LT((camera.RayDirection(*ideal) - ray).norm(), 1e-12) << angle;
     }
   }
@@ -235,7 +235,7 @@ TEST(Fisheye, BeyondTheFoldNothingIsSeen) {
   EXPECT_FALSE(camera.Undistort({960 + 600 * 0.704, 720}).has_value());
 }
 
-// The SIMD kernels do what a single point does, bit for bit.
+// The SIMD kernels equal the computation of a single point, bit for bit.
 TEST(Fisheye, PacksEqualSinglePoints) {
   const Camera camera = FisheyeCamera();
   const double points[2][3] = {{1.5, -0.3, 1.0}, {1e-7, 2e-7, 2.0}};
@@ -274,7 +274,7 @@ TEST(Fisheye, TheFirstRadialTermIsTheDerivativeByK1) {
     EXPECT_LT((after - before - 0.25 * jacobian).norm(), 1e-13);
   }
   EXPECT_EQ(WithRadial(nullptr, 0.1)->model(), "opencv5");
-  // A turned image keeps the terms of a lens that is round.
+  // Rotation of the image does not change a rotationally symmetric lens.
   const auto lens = MakeLens(kFisheyeModel, kFisheyeTerms);
   EXPECT_EQ(Turned(lens, ImageTurn::kClockwise)->parameters(), kFisheyeTerms);
 }

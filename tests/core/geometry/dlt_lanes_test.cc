@@ -89,10 +89,10 @@ INSTANTIATE_TEST_SUITE_P(Sets, DltLanes,
                                            InstructionSet::kAvx2,
                                            InstructionSet::kAvx512));
 
-// Points lie some 5 m away and hang on pixels of 1e3. A joint that all views
-// measure is computed as alone, bit for bit. Where views lack it, rows of zeros
-// stand between the others and reflect them elsewise: 1e-9 m is far above such
-// rounding, and far below anything of use.
+// Points are about 5 m away, pixels about 1e3. A joint measured by all views is
+// computed as a single one, bit for bit. If views lack it, rows of zeros change
+// the rounding of the reflections: 1e-9 m is far above such rounding and far
+// below any relevant error.
 void ExpectSame(const Points& points, int joint, bool exact,
                 const TriangulationResult& alone) {
   if (exact) {
@@ -111,7 +111,7 @@ TEST_P(DltLanes, AreTriangulateDlt) {
   int exact = 0;
   int found = 0;
   for (int recording = 0; recording < 20; ++recording) {
-    // Of 31 views more rows than are kept, reduced in portions.
+    // 31 views have more rows than are kept, so they are reduced in portions.
     const Views views = RandomViews(recording == 0 ? 31 : 5, &random);
     const Points points = InLanes(views, GetParam());
     for (int j = 0; j < kJoints; ++j) {
@@ -128,7 +128,7 @@ TEST_P(DltLanes, AreTriangulateDlt) {
       ExpectSame(points, j, complete, alone);
     }
   }
-  EXPECT_GT(settled, 19 * kJoints);  // of 20: hardly any needs to be asked
+  EXPECT_GT(settled, 19 * kJoints);  // of 20: nearly all converge
   EXPECT_GT(found, 10 * kJoints);
   EXPECT_GT(exact, kJoints);
 }

@@ -29,7 +29,7 @@ TEST(EpipolarTest, LinesOfAStereoPairAreRows) {
 }
 
 TEST(EpipolarTest, WeightsBelongToTheirOwnPoint) {
-  // A forward-moving camera: the distances on the two sides differ.
+  // A camera displaced forward: the distances in the two views differ.
   CameraRig cameras = StereoPair();
   CameraParameters moved = cameras[1].parameters();
   moved.t = {-0.5, 0.2, -1.5};

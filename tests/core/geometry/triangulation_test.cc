@@ -62,8 +62,8 @@ TEST(TriangulationTest, ExactMeasurementsGiveThePoint) {
   }
 }
 
-// Any noise, any weights, and so many views that their rows are reduced in
-// portions: one that took no part would move the point by millimetres.
+// Any noise and weights, and enough views that rows are reduced in portions:
+// omitting one view would move the point by millimetres.
 TEST(TriangulationTest, EqualsSingularValueDecomposition) {
   Random random(2);
   for (const int views :

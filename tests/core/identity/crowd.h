@@ -30,7 +30,7 @@ struct Walk {
 
 class CrowdMaker {
  public:
-  // `frames` frames with nobody.
+  // `frames` frames without people.
   explicit CrowdMaker(int64_t frames, uint64_t seed = 1) : random_(seed) {
     const FrameClock clock(kCrowdRate);
     for (int64_t f = 0; f < frames; ++f) {
@@ -70,7 +70,7 @@ class CrowdMaker {
   Random random_;
 };
 
-// Who is in a frame.
+// Identities in a frame.
 inline std::vector<int64_t> IdsIn(const TrackFrame& frame) {
   std::vector<int64_t> ids;
   for (const PersonPose& person : frame.people)

@@ -34,7 +34,7 @@ IdentityEdit Edit(EditOp op, std::vector<int64_t> persons,
 
 using Who = std::vector<int64_t>;
 
-// Who is in some frames after an edit.
+// Identities in some frames after an edit.
 struct Right {
   IdentityEdit edit;
   std::map<size_t, Who> in;
@@ -98,7 +98,7 @@ TEST(NamesAfterTest, JoinsBringNamesAlong) {
   const IdentityEdit join = Edit(EditOp::kJoin, {3, 7});
   EXPECT_EQ(NamesAfter({anna, ben, join}),
             (PersonNames{{TrackId(2), "Ben"}, {TrackId(3), "Anna"}}));
-  // Who has a name keeps it; the last one given counts.
+  // A person with a name keeps it; the last name given counts.
   const IdentityEdit both = Edit(EditOp::kJoin, {2, 7});
   EXPECT_EQ(NamesAfter({anna, ben, both}), (PersonNames{{TrackId(2), "Ben"}}));
   ben.name = "Bert";

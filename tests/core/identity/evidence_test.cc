@@ -42,8 +42,8 @@ TEST(BoneModelTest, OneBodyAgainstTwo) {
   EXPECT_NEAR(model.MeanDifference(samples[0], samples[2]), 0.04, 0.015);
 }
 
-// Two of one body, the second for a second and 4 % longer as measured; a
-// frame's joints are stated to within `sigma_m` in each coordinate.
+// Two tracks of one body, the second lasting a second with bones measured 4 %
+// longer; reported standard deviation `sigma_m` in each coordinate.
 double RatioOfShortPiece(double sigma_m) {
   CrowdMaker crowd(400);
   crowd.Add({0, 0, 299, {0.0, 0.0}, {0.0, 0.0}, 1.0});
@@ -123,9 +123,10 @@ TEST(MotionModelTest, WhoStandsIsNotExpectedFarAway) {
     return model.LogRatio(State(0.0, 0.0, speed_mps), State(0.6, x_m, 0.0),
                           0.04);
   };
-  // 0.8 m away at rest after 0.6 s: a walker who stopped, hardly a stander.
+  // 0.8 m away at rest after 0.6 s: plausible for a walker who stopped, hardly
+  // for a standing person.
   EXPECT_GT(ratio(1.2, 0.8), ratio(0.0, 0.8) + 1.0);
-  // And a standing person is more certain to remain there.
+  // A standing person remains there with more certainty.
   EXPECT_GT(ratio(0.0, 0.0), ratio(1.2, 0.8) + 1.0);
 }
 
@@ -159,7 +160,7 @@ TEST(MotionModelTest, WhoStandsFacesTheSameWay) {
   // Facing the other way weakens the evidence less: people turn.
   EXPECT_LT(ratio(1.0, 3.0, 0.0), unknown - 0.4);
   EXPECT_GT(ratio(1.0, 3.0, 0.0), unknown - 1.5);
-  // Left and right are as good.
+  // Left and right are equivalent.
   EXPECT_NEAR(ratio(1.0, 0.5, 0.0), ratio(1.0, -0.5, 0.0), 1e-9);
   // After minutes, and for striding people, hardly any evidence.
   EXPECT_NEAR(ratio(120.0, 0.1, 0.0), ratio(120.0, 3.0, 0.0), 0.05);
@@ -184,7 +185,7 @@ TEST(MotionStateTest, ReadsPlaceAndVelocityAtBothEnds) {
   const MotionState end = StateAtEnd(walk);
   EXPECT_EQ(begin.time, 0);
   EXPECT_EQ(end.time, FrameClock(25.0).TimeOf(99));
-  // Drawn to rest by the noise of a short line: 0.07 of it.
+  // Shrunk towards zero by the noise of a short line, by 0.07.
   EXPECT_NEAR(begin.velocity_mps.x(), 1.0, 0.15);
   EXPECT_NEAR(end.velocity_mps.y(), -0.5, 0.08);
   EXPECT_NEAR(begin.position_m.x(), 1.0, 0.03);
@@ -202,8 +203,8 @@ TEST(MotionStateTest, UpToAMomentItIsTheEndOfWhatCameBefore) {
   EXPECT_EQ(StateUpTo(walk, clock.TimeOf(200)).time, clock.TimeOf(99));
 }
 
-// Track 0 stands beside another who leaves, then goes where nobody sees it and
-// is found elsewhere 0.4 s later. All that is one contact.
+// Track 0 is next to another person who leaves, is then unseen and found
+// elsewhere 0.4 s later. All of this is one contact.
 TEST(ContactsTest, AHopThatNobodySawIsKeptAndCutThere) {
   CrowdMaker crowd(300);
   crowd.Add({0, 0, 139, {0.0, 0.0}, {0.0, 0.0}, 1.0})

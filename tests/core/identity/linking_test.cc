@@ -130,9 +130,9 @@ TEST(LinkingTest, ExchangedPeopleAreChangedBack) {
   EXPECT_TRUE(Link(crowd, trusting).Of(EditOp::kSwap).empty());
 }
 
-// Track 0 begins in frame `first` with the small person, sees nobody for ten
-// frames from `blind` on and goes on with the tall one, 0.8 m away, who was
-// lost in frame `lost`; the small one comes back later.
+// Track 0 begins in frame `first` with the small person, is not observed for
+// ten frames from `blind` on and continues on the tall one, 0.8 m away, who was
+// lost in frame `lost`; the small one returns later.
 CrowdMaker FoundAgainOnSomebodyElse(int64_t first, int64_t lost,
                                     int64_t blind) {
   CrowdMaker crowd(400);
@@ -168,9 +168,9 @@ TEST(LinkingTest, ATrackThatWasSeenAloneForASecondIsCut) {
 }
 
 TEST(LinkingTest, AHopSoonAfterATrackBeganIsCut) {
-  // Track 0 begins with the small person, beside whom somebody appears; after
-  // 1.7 s it sees nobody and is found again on the tall one, who is new. The
-  // small one comes back later.
+  // Track 0 begins with the small person, beside whom another appears; after
+  // 1.7 s it is not observed and continues on the tall one, who is new. The
+  // small one returns later.
   CrowdMaker crowd(300);
   crowd.Add({0, 0, 41, {0.0, 0.0}, {0.0, 0.0}, 0.94})
       .Add({0, 42, 49, {0.0, 0.0}, {3.75, 0.0}, 0.94, false})
@@ -188,7 +188,7 @@ TEST(LinkingTest, AHopSoonAfterATrackBeganIsCut) {
 }
 
 TEST(LinkingTest, AShortVisitInAGapOfAPersonIsTheirs) {
-  // Seen for 0.4 s in the middle of an absence of eight seconds.
+  // Visible for 0.4 s in the middle of an absence of eight seconds.
   CrowdMaker crowd(500);
   crowd.Add({0, 0, 149, {0.0, 0.0}, {0.0, 0.0}, 0.95})
       .Add({1, 240, 250, {0.4, 0.0}, {0.0, 0.0}, 0.95})
@@ -211,7 +211,7 @@ TEST(LinkingTest, PeopleWhoPassEachOtherStayWhoTheyAre) {
 }
 
 TEST(LinkingTest, ATrackThatTookOverAnotherPersonIsCut) {
-  // Person 1 is lost beside person 0, whose track goes on with person 1; then
+  // Person 1 is lost beside person 0, whose track continues on person 1; then
   // person 0 is found again as number 2.
   CrowdMaker crowd(400);
   crowd.Add({0, 0, 199, {-0.4, 0.0}, {0.0, 0.0}, 0.94})
@@ -250,7 +250,8 @@ TEST(LinkingTest, WhoComesBackOftenIsOne) {
 }
 
 TEST(LinkingTest, PeopleBuiltAlikeAreToldByMotion) {
-  // Two of one size stand 4 m apart, both hidden for a second.
+  // Two people of equal size stand 4 m apart and are both unobserved for a
+  // second.
   CrowdMaker crowd(250);
   crowd.Add({0, 0, 99, {-2.0, 0.0}, {0.0, 0.0}, 1.0})
       .Add({1, 0, 99, {2.0, 0.0}, {0.0, 0.0}, 1.0})
@@ -330,7 +331,7 @@ TEST(LinkingTest, AKnownNumberOfPeopleJoinsWhatIsLeft) {
   EXPECT_EQ(Link(crowd, options).Of(EditOp::kJoin).size(), 1u);
 }
 
-// Two who are gone for a second; entries are where both vanish, or far away.
+// Two people absent for a second; entries are where both vanish, or far away.
 TEST(LinkingTest, WhoVanishesOutsideTheEntriesIsHidden) {
   LinkOptions options;
   options.entries = {50.0, 50.0, 1.0, 1.0};
@@ -359,8 +360,8 @@ TEST(LinkingTest, NobodyAtAll) {
   EXPECT_EQ(empty.size(), 10u);
 }
 
-// Tracks of two bodies that begin and end anywhere, over and beside each other,
-// some seen by nobody.
+// Tracks of two bodies that begin and end anywhere, at equal or different
+// positions, some without observations.
 std::vector<TrackFrame> AnyTracks(uint64_t seed) {
   constexpr int64_t kFrames = 300;
   Random random(seed);
@@ -401,7 +402,7 @@ TEST(LinkingTest, WhatItDecidesFits) {
           << "seed " << seed << ", frame " << frame.frame;
     }
   }
-  EXPECT_GT(changed, 300);  // one a recording: it does decide
+  EXPECT_GT(changed, 300);  // one per recording: decisions are made
 }
 
 }  // namespace

@@ -53,7 +53,7 @@ TEST(PostureTest, TooFewJointsAreNoPosture) {
 
 TEST(PostureTest, ItTellsMuchAtOnceAndLittleLater) {
   const PostureModel model({}, kUp);
-  // 0.1 m as one's own after 0.2 s, 0.4 m as another person's.
+  // 0.1 m is typical of the same person after 0.2 s, 0.4 m of another.
   const LimbPosture here = Raised(0.0);
   const LimbPosture own = Raised(0.1 * std::sqrt(12.0));
   const LimbPosture other = Raised(0.4 * std::sqrt(12.0));

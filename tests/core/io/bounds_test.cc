@@ -1,5 +1,5 @@
-// Sizes that a file declares are not believed before the bytes are there, and
-// nothing of the user's is written over.
+// Declared sizes are checked against the bytes before memory is allocated, and
+// user files are not overwritten.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>
@@ -46,7 +46,8 @@ using testing::ProcessorTime;
 using testing::ProjectFile;
 using testing::TemporaryFolder;
 
-// Far beyond what a refusal takes, far below what believing the file took.
+// Far longer than a rejection takes, far below the time of reading the declared
+// size.
 void ExpectQuick(const ProcessorTime& used) { EXPECT_LT(used.Seconds(), 5.0); }
 
 // ---- YAML
@@ -156,7 +157,7 @@ TEST(NpzBounds, CamerasWithoutFramesAreRefused) {
   ExpectQuick(used);
 }
 
-// An archive in which all names lead to one file.
+// An archive in which all names refer to one entry.
 std::string Archive(const std::vector<std::string>& names,
                     const std::string& file) {
   std::string archive = "PK\x03\x04";
@@ -213,7 +214,7 @@ TEST(NpzBounds, BonesAreBetweenJointsThatAreThere) {
     file.Commit();
     return InputErrorOf([&] { ReadTracks(path); });
   };
-  // 2^32 + 1 is joint 1 to who takes it for an int.
+  // 2^32 + 1 is joint 1 when truncated to an int.
   EXPECT_THAT(said_of({1, 2}, {0, (int64_t{1} << 32) + 1}),
               HasSubstr("bones: found 4294967297, expected 0 .. 1"));
   EXPECT_THAT(said_of({1, 2}, {0, -1}),
@@ -288,7 +289,7 @@ TEST(MatBounds, WholeFilesPass) {
     const TrackSequence tracks = ReadTracks(folder.Write("a.mat", content));
     ASSERT_EQ(tracks.frames.size(), 5u);
     EXPECT_EQ(tracks.frames[2].people.size(), 1u);
-    // A cut is noticed.
+    // Truncation is detected.
     for (const size_t length : {size_t{128}, content.size() / 2}) {
       const std::string path =
           folder.Write("cut.mat", content.substr(0, length));

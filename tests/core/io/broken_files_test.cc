@@ -55,8 +55,7 @@ std::string Replaced(std::string text, const std::string& what,
   return text.replace(at, what.size(), with);
 }
 
-// --- Valid files, which the corpus corrupts
-// ------------------------------------
+// ---- Valid files, which the corpus corrupts ----
 
 std::string OpenPose(int numbers) {
   return "{\"version\": 1.3, \"people\": [{\"person_id\": [-1], "
@@ -157,7 +156,7 @@ std::vector<Sample> Samples() {
           {kHeldOut, "set.json", HeldOut()}};
 }
 
-// What to open: OpenPose's is the folder of the recording.
+// The path to open; for OpenPose the folder of the recording.
 std::string PathOf(const TemporaryFolder& folder, const std::string& name) {
   return folder.path() / name.substr(0, name.find('/'));
 }
@@ -503,7 +502,7 @@ TEST(BrokenFiles, HundredMegabytesOfBrackets) {
 
 // --- .mat -------------------------------------------------------------------
 
-// A cell of frames an actor.
+// One cell of frames per actor.
 std::string WriteMat(const TemporaryFolder& folder, const std::string& variable,
                      const std::vector<std::string>& actors) {
   const auto count = static_cast<int32_t>(actors.size());

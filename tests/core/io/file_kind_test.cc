@@ -35,7 +35,7 @@ TEST(FileKind, RefusesWhatIsNone) {
       HasSubstr("is no calibration"));
 }
 
-// Whatever their bytes: XML in UTF-8 and UTF-16, a pickle, plain numbers.
+// In any encoding: XML in UTF-8 and UTF-16, a pickle, plain numbers.
 TEST(FileKind, LaboratoriesCalibrations) {
   const TemporaryFolder folder;
   const std::string wide = std::string("\xff\xfe<\0a\0/\0>\0", 10);
@@ -49,7 +49,7 @@ TEST(FileKind, LaboratoriesCalibrations) {
   }
 }
 
-// Its folders of cameras are no views of detections.
+// Its folders of cameras are not taken for views of detections.
 TEST(FileKind, OpenCapsSession) {
   const TemporaryFolder folder;
   folder.Write("session/Videos/Cam0/cameraIntrinsicsExtrinsics.pickle", "");

@@ -1,5 +1,5 @@
-// The examples of docs/formats.md, read with the readers of these files. What
-// `track` and `doctor` write for scripts is compared in tests/apps/docs.
+// The examples of docs/formats.md, read with the readers of these files. Files
+// that `track` and `doctor` write for scripts are compared in tests/apps/docs.
 #include <gtest/gtest.h>
 
 #include <string>

@@ -1,4 +1,5 @@
-// Numbers in files do not depend on the program's locale: some write 0,5.
+// Numbers in files do not depend on the program's locale, such as one with
+// decimal commas.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -87,9 +88,9 @@ Written FilesOf(const fs::path& path) {
   return files;
 }
 
-// Writes a path in either locale: the files are the same, and so is what is
-// read of them, as text of our own format. Returns whether a reader accepted
-// them: some formats have other skeletons, or lack image sizes.
+// Writes a path in either locale: the files are equal, and so are the
+// recordings read from them, compared in our own format. Returns whether a
+// reader accepted them: some formats have other skeletons, or lack image sizes.
 template <typename Write, typename Rewrite>
 bool ExpectSameInCommas(const Write& write, const Rewrite& rewrite) {
   const TemporaryFolder folder;

@@ -39,7 +39,7 @@ void ExpectAngles(const PosedPerson& person,
   }
 }
 
-// These are undefined.
+// Expects these angles to be undefined.
 void ExpectNone(const PosedPerson& person,
                 const std::vector<std::string>& names) {
   const auto angles = AnglesAt(person.pose());
@@ -64,7 +64,7 @@ PosedPerson TurnedAboutHips(const std::vector<std::string>& joints, double deg,
 
 TEST(JointAngles, StandingIsZero) {
   const auto angles = AnglesAt(PosedPerson().pose());
-  // Seven a side but the plane of hanging arms, and four of the trunk.
+  // Seven per side except the plane of hanging arms, and four of the trunk.
   EXPECT_EQ(angles.size(), 16u);
   for (const auto& [name, estimate] : angles) {
     EXPECT_NEAR(estimate.deg, 0.0, kRounding) << name;
@@ -80,7 +80,7 @@ TEST(JointAngles, OfLimbsByHand) {
     SCOPED_TRACE(s);
     const std::string other = s == "l_" ? "r_" : "l_";
     const double outward = s == "l_" ? 1.0 : -1.0;
-    // The heel comes up behind, the hand before.
+    // The heel moves up behind the body, the hand in front of it.
     ExpectAngles(Turned({s + "knee", s + "ankle"}, 90, kY),
                  {{s + "knee_flexion", 90}, {other + "knee_flexion", 0}});
     ExpectAngles(Turned({s + "elbow", s + "wrist"}, -135, kY),
@@ -93,7 +93,7 @@ TEST(JointAngles, OfLimbsByHand) {
     PosedPerson person = Turned(thigh, 30 * outward, kX);
     EXPECT_GT(outward * person.At(s + "knee").y(), 0.3) << "away from the body";
     ExpectAngles(person, {{s + "hip_adduction", -30}, {s + "hip_flexion", 0}});
-    // First flexion, then adduction about the axis that flexion turned.
+    // First flexion, then adduction about the axis rotated by flexion.
     person.Turn(thigh, -40, kY);
     ExpectAngles(person, {{s + "hip_flexion", 40}, {s + "hip_adduction", -30}});
     // Shoulders: aside, forward, backward.
@@ -115,7 +115,8 @@ TEST(JointAngles, OfLimbsByHand) {
 
 TEST(JointAngles, TrunkLeansAndTurns) {
   const std::vector<std::string> shoulders = {"l_shoulder", "r_shoulder"};
-  // The hip's frame leans with the trunk: the standing thigh is bent in it.
+  // The hip's frame leans with the trunk, so the vertical thigh is flexed in
+  // it.
   ExpectAngles(
       TurnedAboutHips(shoulders, 30, kY),
       {{"trunk_forward", 30}, {"trunk_right", 0}, {"l_hip_flexion", 30}});
@@ -225,7 +226,8 @@ TEST(JointAngles, SkeletonsHaveWhatTheirJointsAllow) {
 
 // ---- Intervals --------------------------------------------------------------
 
-// Elongated in a direction of its own a joint, of about `sigma_m`.
+// Covariances elongated in a separate direction for each joint, of about
+// `sigma_m`.
 void GiveCovariances(double sigma_m, PersonPose* pose, Random* random) {
   pose->covariances.assign(pose->joints.size(), std::nullopt);
   for (size_t j = 0; j < pose->joints.size(); ++j) {
@@ -269,7 +271,7 @@ std::map<std::string, Sampled> SampleAngles(const PersonPose& pose,
       const double deg = at->second.deg;
       const double error = std::remainder(found.deg - deg, 360.0);
       sampled[name].square_sum += error * error;
-      // Angles that go round: the truth may lie a turn away.
+      // Angles are cyclic: the truth may be a turn away.
       const double low = *found.low_deg, high = *found.high_deg;
       const double nearest = found.deg - error;
       sampled[name].covered += low <= nearest && nearest <= high;
@@ -288,8 +290,9 @@ TEST(JointAngleIntervals, SpreadIsThatOfSamples) {
     const double stated =
         (*estimate.high_deg - *estimate.low_deg) / (2.0 * 1.959964);
     const double seen = std::sqrt(sampled.square_sum / kSamples);
-    // 10000 samples know a spread to 1 / sqrt(20000) = 0.7 %; the second order
-    // of errors of 5 mm on segments of 0.25 m and more is below 1 %; 4 sigmas.
+    // 10000 samples determine a spread to 1 / sqrt(20000) = 0.7 %; the second
+    // order of errors of 5 mm on segments of 0.25 m and more is below 1 %; 4
+    // sigmas.
     EXPECT_NEAR(stated / seen, 1.0, 0.04) << name;
     const double covered = static_cast<double>(sampled.covered) / kSamples;
     // sqrt(0.95 0.05 / 10000) = 0.2 %, 4 sigmas, and the second order.
@@ -297,7 +300,7 @@ TEST(JointAngleIntervals, SpreadIsThatOfSamples) {
   }
 }
 
-// At a straight limb the angle can only grow: the interval must still hold.
+// At a straight limb the angle can only grow: the interval must still cover it.
 TEST(JointAngleIntervals, HoldForStraightLimbs) {
   Random random(8);
   for (const double bend_deg : {0.0, 1.0, 2.0, 3.0, 5.0, 8.0}) {

@@ -1,4 +1,4 @@
-// Speeds, ways and centres of mass of motions that are known.
+// Speeds, path lengths and centres of mass of known motions.
 #include "core/kinematics/kinematics.h"
 
 #include <gmock/gmock.h>
@@ -60,7 +60,7 @@ TEST(Kinematics, SpeedAndWayOfAWalk) {
     EXPECT_TRUE(std::isnan(ValueAt(table, 0, column)));
     EXPECT_TRUE(std::isnan(ValueAt(table, 10, column)));
   }
-  // Along the floor: the bobbing is no way.
+  // Path along the floor, without the bobbing.
   EXPECT_NEAR(ValueAt(table, 10, "pelvis_path_m"), 0.3, kMetreRounding);
   EXPECT_EQ(ValueAt(table, 0, "pelvis_path_m"), 0.0);
   EXPECT_TRUE(std::isnan(ValueAt(table, 5, "nose_speed_m_s"))) << "no nose";

@@ -11,8 +11,8 @@ namespace {
 
 class InitialisationTest : public ::testing::Test {
  protected:
-  // What the first `views` views see of the given people, in shuffled order per
-  // view.
+  // Observations of the given people in the first `views` views, in shuffled
+  // order per view.
   std::vector<ObservationGroup> See(const std::vector<Pose3d>& people,
                                     size_t views = 4) {
     seen_.clear();
@@ -89,7 +89,7 @@ TEST_F(InitialisationTest, OneViewOrUnsureDetectionsAreNobody) {
 }
 
 TEST_F(InitialisationTest, EpipolarContradictionIsNotJoined) {
-  // Only two views, and what they see does not fit together: E < 0.
+  // Only two views, which contradict each other: E < 0.
   const auto unmatched = See({ann_}, 2);
   for (Eigen::Vector2d& px : seen_[1].ideal_px) px.y() -= 200.0;
   InitialisationOptions options;
@@ -121,7 +121,7 @@ TEST_F(InitialisationTest, ANewPersonNeedsEnoughTriangulatedJoints) {
 
 class WeightedDistanceTest : public InitialisationTest {
  protected:
-  // Epipolar lines are no rows here, so it must be computed.
+  // Epipolar lines are not rows here, so the cost is computed.
   double Cost(const Observation& a, const Observation& b) const {
     double sum = 0.0;
     for (int j = 0; j < 17; ++j) {
@@ -159,14 +159,14 @@ TEST_F(WeightedDistanceTest, AnyMemberVetoesASureDetectionOnly) {
 
 TEST_F(WeightedDistanceTest, AVetoPartsAPairThatTheAssignmentChose) {
   // View 0 sees Ann; view 1 sees one person 400 px off. The assignment must
-  // choose the pair, and only the veto parts it.
+  // choose the pair, which only the veto separates.
   const auto unmatched = See({ann_}, 2);
   for (Eigen::Vector2d& px : seen_[1].ideal_px) px.y() += 400.0;
   InitialisationOptions options = AuthorsCode();
   options.alpha_filter_px = 1e6;  // the joints filter must not decide this
   options.min_joints = 1.0;
   EXPECT_TRUE(Run(options, unmatched).empty());
-  options.veto_confidence = 2.0;  // no detection is so sure
+  options.veto_confidence = 2.0;  // no detection reaches it
   EXPECT_EQ(Run(options, unmatched).size(), 1u);
 }
 

@@ -17,7 +17,7 @@ class ReconstructionTest : public ::testing::Test {
     }
   }
 
-  // Of the first views, so old [frames], with predicted_.
+  // Updates with the first views at these ages [frames] and predicted_.
   bool Update(const std::vector<double>& ages_frames) {
     std::vector<UsedView> views;
     for (size_t v = 0; v < ages_frames.size(); ++v) {
@@ -44,7 +44,7 @@ class ReconstructionTest : public ::testing::Test {
     }
   }
 
-  // Lets joint `j` be seen by `views` alone.
+  // Restricts joint `j` to `views`.
   void SeenBy(int j, const std::vector<int>& views) {
     for (Observation& observation : observations_) {
       observation.joints[j].found = false;
@@ -98,8 +98,8 @@ TEST_F(ReconstructionTest, OldViewsCountOnlyWhenFreshOnesAreFew) {
   observations_[2] = testing::Observe(higher, cameras_, 2);
   options_.alpha_epi_px = 1000.0;  // no conflicts here
   ASSERT_TRUE(Update({0, 0, 1}));
-  // exp(-5 * 1 frame) in the equation, 4.5e-5 in its square: the pull is that
-  // share of 10 cm at most.
+  // The weight is exp(-5 * 1 frame), 4.5e-5 squared: the error is at most that
+  // share of 10 cm.
   EXPECT_LT(ErrorOf(0), 4.6e-6);
   EXPECT_EQ(out_.pose[0].status, JointStatus::kObserved);
   EXPECT_EQ(out_.fresh_inlier_views[0], 2);
@@ -135,7 +135,7 @@ TEST_F(ReconstructionTest, JointsOfOneViewAreNotLostInGraphMode) {
 
 TEST_F(ReconstructionTest, ContradictionsFailInGraphModeToo) {
   for (int j = 0; j < 8; ++j) SeenBy(j, {j % 2});
-  // Of the nine that two views measure three may contradict.
+  // Three of the nine joints measured by two views may contradict.
   for (int j = 8; j < 11; ++j) Lower(1, 150.0, j);
   EXPECT_TRUE(Update({0, 0}));
   EXPECT_EQ(out_.lost_joints, 11);
@@ -225,7 +225,7 @@ class JointsFilterTest : public ::testing::Test {
     return kept;
   }
 
-  // Cameras that look along z, at these places along x.
+  // Cameras that look along z, at these positions along x.
   void StandInARow(const std::vector<double>& places_m) {
     CameraParameters p;
     p.K << 500, 0, 320, 0, 500, 240, 0, 0, 1;
@@ -261,7 +261,7 @@ TEST_F(JointsFilterTest, TheOutlierGoes) {
 }
 
 TEST_F(JointsFilterTest, ThePredictionDecidesEvenAgainstTheMajority) {
-  // Views 0 and 2 agree on another point; the prediction sides with view 1.
+  // Views 0 and 2 agree on another point; the prediction agrees with view 1.
   const Eigen::Vector3d elsewhere(0.2, 0.1, 1.9);
   auto rays = Rays({{0, 0}, {0, 0}, {0, 0}});
   rays[0].ideal_px = *cameras_[0].Project(elsewhere);
@@ -271,8 +271,8 @@ TEST_F(JointsFilterTest, ThePredictionDecidesEvenAgainstTheMajority) {
 }
 
 TEST_F(JointsFilterTest, TiesSecondGoesWithAPredictionFirstWithout) {
-  // Both rays of one and the same camera position cannot conflict, so make the
-  // tie by symmetry: the prediction stands midway between two crossing rays.
+  // Rays from one camera position cannot conflict, so the tie is made by
+  // symmetry: the prediction is midway between two crossing rays.
   StandInARow({-0.5, 0.5});
   const std::vector<JointRay> rays = {{0, {320, 290}}, {1, {320, 190}}};
   const Eigen::Vector3d midway(0, 0, 4);
@@ -281,9 +281,9 @@ TEST_F(JointsFilterTest, TiesSecondGoesWithAPredictionFirstWithout) {
 }
 
 TEST_F(JointsFilterTest, OrderOfConflictsMatters) {
-  // View 0 contradicts view 1 a little and view 2 much, seen from a prediction
-  // that is nearer to 0 than to 1 but not than to 2. By view order 1 goes
-  // first and then 0; worst first, 0 goes and 1 is innocent.
+  // View 0 contradicts view 1 slightly and view 2 strongly; the prediction is
+  // nearer to ray 0 than to ray 1, but not nearer than to ray 2. By view order
+  // 1 is removed first and then 0; worst first, 0 is removed and 1 is kept.
   auto rays = Rays({{0, 45}, {0, 0}, {0, -30}});
   const EpipolarGeometry epipolar(cameras_);
   const auto distance_px = [&](int a, int b) {
@@ -314,8 +314,8 @@ TEST_F(JointsFilterTest, OrderOfConflictsMatters) {
 }
 
 TEST_F(JointsFilterTest, RowSumsCountViewsThatAreGoneAlready) {
-  // View 0 is far from everything and goes first; its column still weighs in
-  // the sums that decide view 1 against view 2.
+  // View 0 is far from all others and is removed first; its column still
+  // contributes to the sums that decide between views 1 and 2.
   StandInARow({0.0, 0.5, 1.0, 1.5});
   // In a row of parallel cameras the distance is the difference of rows.
   // Rows 360, 240, 265, 250 and alpha 20, so E of a pair is 1 - difference

@@ -37,8 +37,8 @@ TEST(Body, StandsUprightWithLeftOnTheLeft) {
   const Skeleton& skeleton = Body25B();
   const auto joints = Joints(shape, skeleton, Standing(shape));
   auto at = [&](const char* name) { return joints[skeleton.IndexOf(name)]; };
-  // Forward is x, left is y; the person is as tall as asked but for the slight
-  // bend of the knees (4 % of the legs).
+  // Forward is x, left is y; the person has the requested height except for the
+  // slight bend of the knees (4 % of the legs).
   EXPECT_NEAR(at("head_top").z(), 1.75, 0.04 * shape.leg() + 1e-9);
   EXPECT_GT(at("l_shoulder").y(), 0.1);
   EXPECT_LT(at("r_shoulder").y(), -0.1);
@@ -194,7 +194,7 @@ TEST(Obstacle, HidesWhatIsBehindAndNotWhatIsBesideOrBefore) {
   EXPECT_FALSE(body.Hides(eye, {2.0, 0.0, 1.2}));   // before it
   EXPECT_FALSE(body.Hides(eye, {-2.0, 1.5, 1.2}));  // beside it
   EXPECT_FALSE(body.Hides(eye, {-2.0, 0.0, 3.5}));  // above it
-  // Between the legs one sees through.
+  // The space between the legs does not occlude.
   EXPECT_FALSE(body.Hides({5.0, 0.0, 0.15}, {-2.0, 0.0, 0.15}));
 }
 

@@ -54,7 +54,7 @@ TEST(MarkovBursts, ChangingRateIsFollowedAndEndsAreExact) {
 }
 
 TEST(FixedBursts, StartsInItsStationaryState) {
-  // Over many fresh processes every early frame is on with the rate.
+  // Over many new processes every early frame is on at the rate.
   constexpr int kProcesses = 20000;
   constexpr double kRate = 0.2;
   std::vector<int> on(6, 0);

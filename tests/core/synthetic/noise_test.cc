@@ -17,7 +17,7 @@ namespace {
 
 using Eigen::Vector2d;
 
-// People who come and go before distorting lenses.
+// People who come and go in front of cameras with lens distortion.
 const Scene& TestScene() {
   static const Scene kScene = [] {
     SceneOptions options;
@@ -31,7 +31,7 @@ const Scene& TestScene() {
   return kScene;
 }
 
-// People who stand before all cameras all the time.
+// People who stand in view of all cameras throughout.
 const Scene& StandingScene() {
   static const Scene kScene = [] {
     SceneOptions options;
@@ -66,12 +66,12 @@ struct Sample {
                                           label->outliers.end(), joint) > 0;
   }
   const Pose3d& pose() const { return (*poses)[static_cast<size_t>(person)]; }
-  // Where it was found, which it must be.
+  // Error of the detection, which must exist.
   Vector2d error() const { return found->px - truth; }
 };
 
-// Every joint of every person whose projection lies in the image, with what
-// was found of it.
+// Visits every joint of every person whose projection lies in the image, with
+// its detection.
 void ForEachJoint(const Scene& scene, const DetectionSequence& sequence,
                   const ObservationTruth& truth,
                   const std::function<void(const Sample&)>& visit) {
@@ -100,7 +100,7 @@ void ForEachJoint(const Scene& scene, const DetectionSequence& sequence,
   }
 }
 
-// The same of what is observed with these options.
+// The same for observations with these options.
 void ForEachJoint(const Scene& scene, const NoiseOptions& options,
                   const std::function<void(const Sample&)>& visit) {
   ObservationTruth truth;
@@ -108,7 +108,7 @@ void ForEachJoint(const Scene& scene, const NoiseOptions& options,
   ForEachJoint(scene, seen, truth, visit);
 }
 
-// Visits every image: frame, view, detections and what stands behind them.
+// Visits every image: frame, view, detections and their truth.
 template <typename Visit>
 void ForEachImage(const DetectionSequence& seen, const ObservationTruth& truth,
                   const Visit& visit) {
@@ -119,8 +119,8 @@ void ForEachImage(const DetectionSequence& seen, const ObservationTruth& truth,
   }
 }
 
-// A share of `n` draws, with so many times the variance of independent ones;
-// five standard deviations.
+// Expects a share of `n` draws whose variance is `inflation` times that of
+// independent ones; five standard deviations.
 void ExpectShare(double count, double n, double rate, double inflation = 1.0) {
   EXPECT_NEAR(count / n, rate,
               5.0 * std::sqrt(rate * (1.0 - rate) / n * inflation));
@@ -148,7 +148,7 @@ TEST(Noise, WithoutAnyItIsTheExactProjectionOfAllJointsInTheImages) {
     ++joints;
   });
   EXPECT_GT(joints, 100000);
-  // And nothing else: every found joint was visited.
+  // Nothing else exists: every found joint was visited.
   int64_t found = 0;
   ForEachImage(seen, truth,
                [&](size_t f, size_t v, const auto& detections, const auto&) {
@@ -184,7 +184,7 @@ TEST(Noise, OrderOfDetectionsIsShuffledAndIndexed) {
   EXPECT_LT(first_is_zero, full / 3.0 + 5.0 * std::sqrt(0.23 * full));
 }
 
-// All that detections say, as one list of numbers.
+// All numbers of detections as one list.
 std::vector<double> NumbersOf(const DetectionSequence& seen) {
   std::vector<double> numbers;
   for (const DetectionFrame& frame : seen.frames) {
@@ -263,8 +263,8 @@ TEST(Noise, SameSeedSameBitsOtherSeedOthers) {
   EXPECT_NE(once, numbers());
 }
 
-// What one kind of noise draws does not depend on the others: outliers added
-// to a recording leave all other joints as they were.
+// The random numbers of one kind of noise do not depend on the others: added
+// outliers leave all other joints unchanged.
 TEST(Noise, KindsOfNoiseDoNotDisturbEachOther) {
   NoiseOptions options;
   options.joints.sigma_px = 2.0;
@@ -470,8 +470,8 @@ TEST(Noise, OutliersOnAnotherPersonLieThere) {
       if (px.has_value() && (*px - sample.found->px).norm() < 1e-9) ++on_other;
     }
   });
-  // All, but where nobody is within a person's size in the image. Four people
-  // on a circle of 1.5 m mostly have a neighbour there.
+  // Outliers lie on another person if one is within a person's size in the
+  // image, which is mostly so for four people on a circle of 1.5 m.
   EXPECT_GT(on_other, 0.5 * static_cast<double>(outliers));
 }
 
@@ -491,8 +491,8 @@ TEST(Noise, JointsAreMissingAtTheirRateInBursts) {
 }
 
 TEST(Noise, HiddenJointsAreMissingAndNoisier) {
-  // All that another body hides is missing: what remains is a subset, and the
-  // rest is found.
+  // All joints hidden by another body are missing: the remaining ones are a
+  // subset, all of them found.
   NoiseOptions hide;
   hide.joints.hidden_missing_rate = 1.0;
   std::set<std::array<size_t, 4>> hidden;
@@ -503,7 +503,7 @@ TEST(Noise, HiddenJointsAreMissingAndNoisier) {
   });
   const double share =
       static_cast<double>(hidden.size()) / static_cast<double>(all);
-  // Five people on a circle of 3 m: some are before others, most are not.
+  // Five people on a circle of 3 m: some occlude others, most do not.
   EXPECT_GT(share, 0.02);
   EXPECT_LT(share, 0.35);
 
@@ -562,7 +562,7 @@ TEST(Noise, ConfidenceTellsTheNoise) {
     const double c = sample.found->confidence;
     const Vector2d error = sample.error();
     all.Add(error);
-    // sigma^2 = 9 * 0.4 / c, but where it is clamped.
+    // sigma^2 = 9 * 0.4 / c, except where it is clamped.
     if (c < 1.0 && c > 0.05) normalised.Add(error * std::sqrt(c / (9.0 * 0.4)));
   });
   normalised.ExpectVariance(1.0);
@@ -667,7 +667,7 @@ TEST(Noise, SwapsExchangeSidesAndAreTold) {
             "swap_whole+fragment_upper");
 }
 
-// All joints are seen where they are at the time of their frame and view.
+// Expects all joints at their positions at the time of their frame and view.
 template <typename TimeOf>
 void ExpectSeenAt(const Scene& scene, const DetectionSequence& seen,
                   const ObservationTruth& truth, const TimeOf& time_of) {
@@ -723,7 +723,7 @@ TEST(Noise, DroppedFramesAreAbsentAndTheOthersKeepTheirTimes) {
       static_cast<double>(scene.times.size() - seen.frames.size());
   ExpectShare(lost, static_cast<double>(scene.times.size()), 0.2,
               MarkovInflation(0.2, 3.0));
-  // What is left is what it was without drops.
+  // The remaining frames are unchanged.
   DetectionSequence kept = all;
   kept.frames.clear();
   for (const DetectionFrame& frame : seen.frames) {

@@ -31,7 +31,7 @@ Scene Walkers(int people) {
   return MakeScene(options);
 }
 
-// As if they had been recorded.
+// Their poses as a recorded clip.
 MotionClip Walk(int people = 1) {
   return {"walk.jsonl", TruthOf(Walkers(people))};
 }
@@ -57,7 +57,7 @@ People Make(const RecordedPeopleOptions& options,
   return MakeRecordedPeople(options, clips, Coco17(), room);
 }
 
-// Of one clip, whose way stays level and in the middle.
+// Options for one clip whose path stays at the centre.
 RecordedPeopleOptions InPlace() {
   RecordedPeopleOptions options;
   options.x_m = options.y_m = options.turn_deg = {0.0};
@@ -76,7 +76,7 @@ TEST(RecordedPeople, GoThroughTheRecordedJoints) {
   for (double t = 0.0; t < 3.96; t += 0.007) {
     EXPECT_LT(BoneChange(people[0]->PoseAt(t), recorded), 4e-4) << t;
   }
-  // Placed without a turn, all joints are moved by the same level vector.
+  // Without rotation, all joints are moved by the same horizontal vector.
   const Vector3d moved =
       people[0]->PoseAt(0.0)[0].position_m - recorded[0].position_m;
   EXPECT_EQ(moved.z(), 0.0) << "contact with the ground is kept";
@@ -158,7 +158,7 @@ TEST(RecordedPeople, DrawnPlacesLieInTheRoomApartAndFollowTheSeed) {
     room.seed = seed + 100;
     EXPECT_NE(people[0]->PoseAt(0.0)[0].position_m,
               Make(options, clips, room)[0]->PoseAt(0.0)[0].position_m);
-    // One clip more leaves the others where they are.
+    // An additional clip does not move the others.
     room.seed = seed;
     const People fewer = Make(options, {clips[0], clips[1]}, room);
     EXPECT_EQ(people[1]->PoseAt(1.0)[0].position_m,
@@ -201,20 +201,20 @@ TEST(RecordedPeople, AHeldPoseSwaysAndThenMovesWithoutAJump) {
     EXPECT_LT(BoneChange(pose, first), 1e-12) << "the body sways as one piece";
     EXPECT_EQ(still[0]->PoseAt(t)[shoulder].position_m,
               first[shoulder].position_m);
-    // Feet stay: half a step from the middle of the ankles, which turns by
-    // 6 mm/m times three, moves by 1 cm at the very most.
+    // Feet hardly move: at half a step from the middle of the ankles a rotation
+    // of three times 6 mm/m displaces them by at most 1 cm.
     EXPECT_LT(Apart(pose[ankle], first[ankle]), 0.01);
     square +=
         (pose[shoulder].position_m - first[shoulder].position_m).squaredNorm();
   }
   // RMS of 6 mm forward and 3.6 mm to the side at 1 m; the shoulder is 1.3 m
-  // above the ankles: 9.1 mm. Five sines over a few of the slowest's periods
-  // leave a third.
+  // above the ankles: 9.1 mm. Five sines over a few periods of the slowest one
+  // vary by a third.
   const double rms = std::sqrt(square / count);
   EXPECT_GT(rms, 0.006);
   EXPECT_LT(rms, 0.012);
 
-  // No jump: second differences over 10 ms stay at what people do. The walker
+  // No jump: second differences over 10 ms stay within human limits. The walker
   // reaches 2 m/s within the ramp of 0.3 s.
   for (double t = 19.0; t < 20.6; t += 0.01) {
     const auto at = [&](double time) {
@@ -223,7 +223,7 @@ TEST(RecordedPeople, AHeldPoseSwaysAndThenMovesWithoutAJump) {
     EXPECT_LT((at(t + 0.01) - 2.0 * at(t) + at(t - 0.01)).norm() / 1e-4, 25.0)
         << t;
   }
-  // And then it is the clip.
+  // Afterwards the motion is that of the clip.
   const double t = 22.0;
   const People alone = Make(InPlace(), {clip});
   EXPECT_LT(Apart(people[0]->PoseAt(t)[3],
@@ -246,7 +246,7 @@ TEST(RecordedPeople, JointCentresMoveWithTheAngleOfTheJoint) {
   }
   for (size_t j = 0; j < 5; ++j) EXPECT_EQ(largest[j], 0.0) << "the face";
   for (size_t j = 5; j < largest.size(); ++j) {
-    // By 5 to 15 mm each way; less where the joint hardly bends.
+    // 5 to 15 mm in either direction; less where the joint hardly bends.
     EXPECT_GT(largest[j], 0.0005) << Coco17().joints()[j];
     EXPECT_LT(largest[j], 0.0155) << Coco17().joints()[j];
   }
@@ -344,7 +344,7 @@ TEST(RecordedPeople, OptionsThatDoNotFitTheClipsAreNamed) {
   expect("x", [](auto* o) { o->y_m = {1.0}; });
   expect("turn", [](auto* o) { o->turn_deg = {1.0, 2.0}; });
   expect("joint_sway", [](auto* o) { o->joint_sway_m = 1.0; });
-  // Two clips of the same walk on a floor that holds but one.
+  // Two clips of the same walk on a floor with space for one.
   ClipRoom room;
   room.radius_m = 0.1;
   room.min_distance_m = 5.0;

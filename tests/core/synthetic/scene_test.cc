@@ -26,7 +26,7 @@ SceneOptions Options(int64_t seed, int64_t people) {
   return options;
 }
 
-// Visits everybody who is there, frame by frame.
+// Visits all present people, frame by frame.
 template <typename Visit>
 void ForEachPose(const Scene& scene, const Visit& visit) {
   for (size_t k = 0; k < scene.poses.size(); ++k) {
@@ -60,7 +60,7 @@ TEST(Scene, BonesKeepTheirLength) {
     options.skeleton = skeleton;
     EXPECT_LT(BoneSpread(MakeScene(options)), 1e-12) << skeleton;
   }
-  // A flexible trunk moves only what crosses spine and neck.
+  // A flexible trunk changes only bones across spine and neck.
   options.trunk_flexibility = 1.0;
   options.skeleton = "body25";  // no bone crosses the spine but on its axis
   EXPECT_LT(BoneSpread(MakeScene(options)), 1e-12);
@@ -72,9 +72,9 @@ TEST(Scene, BonesKeepTheirLength) {
 
 // Greatest speed and acceleration by joint class, at 100 Hz.
 TEST(Scene, MovesWithinHumanLimits) {
-  // Walking and gestures. Trunk: a walker's centre of mass stays below 2 m/s^2
-  // in the mean and swings by a few; sitting down adds some. Feet: the swing
-  // foot of a brisk walk runs at 4-6 m/s, and turns round at 5-8 g.
+  // Walking and gestures. Trunk: the centre of mass of a walker has less than 2
+  // m/s^2 on average and a few at its peaks; sitting down adds some. Feet: in a
+  // brisk walk the swing foot reaches 4-6 m/s, and 5-8 g where it reverses.
   struct Limit {
     const char* joint;
     double speed_ms;
@@ -125,12 +125,12 @@ TEST(Scene, StandingFeetStayOnTheGround) {
     };
     const double left = height_of("l_ankle"), right = height_of("r_ankle");
     EXPECT_GT(std::min(left, right), 0.04) << "some 6 cm above the sole";
-    // One foot at least carries; at push-off its ankle is up to 0.68 of a
-    // foot's length (0.26 m) times sin 0.66 rad higher.
+    // At least one foot is on the ground; at push-off its ankle is higher by up
+    // to 0.68 of the foot's length (0.26 m) times sin 0.66 rad.
     EXPECT_LT(std::min(left, right), 0.22);
     for (const char* name : {"l_big_toe", "r_big_toe", "l_heel", "r_heel"}) {
-      // Toes are stiff here and roll over the ball: a centimetre or two below
-      // the floor is what that costs.
+      // Toes are rigid here and roll over the ball, up to two centimetres below
+      // the floor.
       EXPECT_GT(height_of(name), -0.02);
     }
   });
@@ -178,8 +178,9 @@ TEST(Scene, PeoplePassAtADistance) {
         }
       }
     });
-    // Centres keep 0.55 m; smoothing of the paths, sway of the pelvis and
-    // leaning to sit down may take 0.25 m of it. Trunks are 0.15 m thick.
+    // Centres are at least 0.55 m apart; smoothing of the paths, sway of the
+    // pelvis and leaning to sit down may take 0.25 m of it. Trunks are 0.15 m
+    // thick.
     EXPECT_GT(closest, 0.30) << "seed " << seed;
     EXPECT_GT(near, 20) << "people do meet, seed " << seed;
   }
@@ -202,7 +203,7 @@ TEST(Scene, PeopleWalkSitGestureComeAndGo) {
     for (const TimeSpan& span : facts.present) {
       changes += span.begin_s > 0.0 ? 1 : 0;
       changes += span.end_s < options.duration_s ? 1 : 0;
-      // Who comes or goes does so at the edge.
+      // People appear and disappear at the edge.
       if (span.begin_s > 0.0) {
         EXPECT_GT(at(person->PoseAt(span.begin_s), "l_hip").head<2>().norm(),
                   5.0);
@@ -290,7 +291,7 @@ TEST(Scene, CamerasStandUprightOnTheirRing) {
   for (const Camera& camera : rig) {
     EXPECT_NEAR(camera.centre().head<2>().norm(), options.radius_m, 1e-12);
     EXPECT_NEAR(camera.centre().z(), options.height_m, 1e-12);
-    // The point looked at is the image's centre; what is higher is above.
+    // The target point is at the image's centre; higher points are above.
     const auto centre = camera.Project({0.0, 0.0, options.target_height_m});
     ASSERT_TRUE(centre.has_value());
     EXPECT_LT((*centre - Vector2d(640.0, 360.0)).norm(), 1e-9);

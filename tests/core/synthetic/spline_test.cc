@@ -34,7 +34,7 @@ TEST(KnotSpline, PassesThroughItsKnots) {
   }
 }
 
-// Nothing is assumed at the ends, so a cubic comes back as it is, unlike from a
+// Without assumptions at the ends, a cubic is reproduced exactly, unlike by a
 // natural or a clamped spline.
 TEST(KnotSpline, GivesACubicBackWholly) {
   for (const std::vector<double>& times :
@@ -78,7 +78,7 @@ TEST(KnotSpline, ConvergesWithTheFourthPower) {
     }
     return error;
   };
-  // 2^4 = 16 in the limit; the ends come to it late.
+  // 2^4 = 16 in the limit; the ends converge more slowly.
   EXPECT_GT(worst(20) / worst(40), 12.0);
 }
 

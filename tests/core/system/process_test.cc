@@ -10,7 +10,7 @@
 namespace kinegraph {
 namespace {
 
-// Prints and says nothing that anybody reads.
+// Runs a script whose output is discarded.
 ProcessEnd EndOf(const std::string& script, int most_ms, bool* was_ended) {
   RunningProgram program({"/bin/sh", "-c", script}, -1, kStandardOutput,
                          kStandardError);
@@ -32,7 +32,7 @@ TEST(RunningProgramTest, SaysHowItEnded) {
 
 TEST(RunningProgramTest, IsEndedAfterSoLong) {
   bool was_ended = false;
-  // By exec, as a shell's child would live on and hold the output open.
+  // With exec, because a shell's child would survive and keep the output open.
   EXPECT_EQ(EndOf("exec sleep 600", 50, &was_ended).signal, SIGKILL);
   EXPECT_TRUE(was_ended);
 }

@@ -37,7 +37,7 @@ TEST(DuplicateSuppression, ATwentiethOfTheBoxIsOnePerson) {
   EXPECT_TRUE(IsOnePerson(person, person));
   EXPECT_TRUE(IsOnePerson(person, Person(109.9, 200.0, 0.8)));
   EXPECT_FALSE(IsOnePerson(person, Person(110.1, 200.0, 0.8)));
-  // It scales with the person: far away 5 px are two people.
+  // The limit scales with the person: at a distance 5 px mean two people.
   EXPECT_FALSE(IsOnePerson(Person(100.0, 60.0, 0.8), Person(105.0, 60.0, 0.8)));
 }
 
@@ -60,7 +60,7 @@ TEST(DuplicateSuppression, WhatHasMoreJointsStaysThenTheSurerOne) {
       Person(101.0, 200.0, 0.9), Person(402.0, 200.0, 0.9)};
   seen[3].joints.back().found = false;
   seen[3].found_count = 10;
-  seen.push_back(seen[1]);  // behind those that are looked at
+  seen.push_back(seen[1]);  // beyond `count`
   ASSERT_EQ(SuppressDuplicates(4, &seen), 2u);
   EXPECT_EQ(seen.size(), 5u);
   EXPECT_EQ(seen[0].joints[0].px.x(), 101.0);
@@ -98,7 +98,7 @@ TEST(DuplicateSuppression, NobodyOnShelfAndPose2Sim) {
         {"pose2sim/multi/pose", 300u}}) {
     KINEGRAPH_DATA_OR_SKIP(data, name);
     const DetectionSequence recording = ReadDetections(data);
-    // The rule looks at pixels alone; any camera without a lens will do.
+    // The rule uses pixels only; any camera without a lens suffices.
     const CameraRig cameras(recording.header.view_names.size(),
                             testing::RingOfCameras(1).front());
     const Counts counts = CountsOf(cameras, recording);
@@ -108,7 +108,7 @@ TEST(DuplicateSuppression, NobodyOnShelfAndPose2Sim) {
 }
 
 // Eight people crowd a small area before five cameras, with a noisy detector
-// that makes no duplicates: whatever is dropped was another person. It happens
+// that makes no duplicates: everything dropped was another person. It happens
 // for a frame when people pass in front of each other; more than one in a
 // thousand would cost tracks.
 TEST(DuplicateSuppression, AnotherPersonIsSeldomTakenForOne) {

@@ -23,7 +23,7 @@ EstimatorFrame SomeFrame(int64_t number, Random* random) {
     view.verdicts.assign(17, FilterVerdict::kKept);  // not kept
     for (Keypoint& joint : view.joints) {
       joint.found = random->Chance(0.8);
-      if (!joint.found) continue;  // nothing else has a meaning
+      if (!joint.found) continue;  // the other fields are meaningless
       joint.px = {random->Uniform(-10.0, 2000.0),
                   std::numeric_limits<double>::quiet_NaN()};
       joint.confidence = random->Uniform(0.0, 1.2);
@@ -39,7 +39,7 @@ EstimatorFrame SomeFrame(int64_t number, Random* random) {
   return frame;
 }
 
-// All that is kept of it, as bytes.
+// All preserved data as bytes.
 std::string BitsOf(const EstimatorFrame& frame) {
   std::string bits;
   const auto add = [&bits](const auto& value) {

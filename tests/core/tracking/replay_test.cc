@@ -108,7 +108,7 @@ void ExpectEqual(const std::vector<TrackFrame>& a,
       }
     }
   }
-  EXPECT_GT(joints, 1000);  // not two empty takes
+  EXPECT_GT(joints, 1000);  // the recordings are not empty
 }
 
 EstimatorOptions Paper() {

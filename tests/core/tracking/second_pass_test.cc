@@ -36,7 +36,7 @@ class SecondPassTest : public ::testing::Test {
     return testing::FrameSeenBy(scene_.cameras, frame, people_);
   }
 
-  // What a first pass might have written: each joint some centimetres off.
+  // A possible result of the first pass: each joint is some centimetres off.
   TrackFrame FirstPass(int frame) {
     TrackFrame written;
     written.frame = frame;
@@ -199,7 +199,7 @@ class ExtendEndsTest : public SecondPassTest {
 
 TEST_F(ExtendEndsTest, FollowsBeyondBothEnds) {
   EXPECT_EQ(Run(From(8, 12)), From(0, kFrames));
-  // So a gap of one person is closed.
+  // A gap of one person is closed.
   std::vector<int> with_gap = From(0, 5);
   for (int f = 9; f < kFrames; ++f) with_gap.push_back(f);
   EXPECT_EQ(Run(with_gap), From(0, kFrames));
@@ -230,7 +230,8 @@ TEST_F(ExtendEndsTest, LeavesAloneWhoWasMadeShorter) {
 }
 
 TEST(FindRunsTest, RunsEndWhereAFrameLacksThePerson) {
-  // Person 0 walks at 1 m/s but for frame 4; person 1 is there once.
+  // Person 0 walks at 1 m/s and is missing in frame 4; person 1 has a single
+  // frame.
   std::vector<TrackFrame> frames;
   for (int64_t f = 0; f < 10; ++f) {
     TrackFrame& frame = frames.emplace_back();

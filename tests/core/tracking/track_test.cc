@@ -44,7 +44,7 @@ TEST(TrackLifeTest, DeletedExactlyTenFramesAfterTheLastUpdate) {
       life.Step((2 + frame) * kFrame + jitter, false, false);
     }
     EXPECT_EQ(life.state(), TrackState::kDeleted);
-    // It is too old before a frame begins.
+    // It is deleted at the beginning of the frame.
     life = Born();
     life.BeginFrame(10 * kFrame + jitter);
     EXPECT_NE(life.state(), TrackState::kDeleted) << "may still be matched";
@@ -75,7 +75,8 @@ TEST(TrackLifeTest, LooksThatAreRareConfirmByTheTimeTheyStandFor) {
   EXPECT_EQ(life.state(), TrackState::kTentative);
   life.Step(12 * kFrame, true, true, 6.0);
   EXPECT_EQ(life.state(), TrackState::kConfirmed);
-  // A single look is never enough, whatever number of frames it stands for.
+  // A single frame with detections never suffices, whatever number of frames it
+  // represents.
   TrackLife once = Born();
   EXPECT_EQ(once.state(), TrackState::kTentative);
   once.Step(1 * kFrame, true, false, 100.0);
@@ -159,7 +160,7 @@ TEST(WriteGateTest, GapsAreBridgedUpToTheirLimit) {
   EXPECT_EQ(Write(options, "uuu.........."), "--ww----------");
 }
 
-// Views in which somebody is seen, frame by frame.
+// Views with a detection, frame by frame.
 struct Look {
   int view;
   int64_t frame;
@@ -195,7 +196,7 @@ constexpr double kCameraRate = 25.0;
 
 class LookRhythmTest : public ::testing::Test {
  protected:
-  // The next frame, with or without somebody in one of two views.
+  // The next frame, with or without a detection in one of two views.
   bool See(bool somebody) {
     DetectionFrame frame;
     frame.frame = next_;

@@ -32,7 +32,7 @@ class TrackerTest : public ::testing::Test {
     return MakeCausalGaussian(scene, options);
   }
 
-  // Frames that it finishes go to frames_, which are none yet.
+  // Its finished frames go to frames_, which is cleared.
   std::unique_ptr<Tracker> Make(const TrackerOptions& options = {}) {
     frames_.clear();
     return std::make_unique<Tracker>(Scene(), Coco17(), options, Unsmoothed);
@@ -49,7 +49,7 @@ class TrackerTest : public ::testing::Test {
     return testing::FrameSeenBy(cameras_, frame, people, rate_hz_);
   }
 
-  // What all cameras see of these people in frames begin .. end - 1.
+  // Passes the views of these people in frames begin .. end - 1.
   void Show(Tracker* tracker, int begin, int end,
             const std::vector<Pose3d>& people) {
     for (int f = begin; f < end; ++f) {
@@ -93,8 +93,8 @@ TEST_F(TrackerTest, ADroppedStretchLongerThanALifeEndsEveryTrack) {
 TEST_F(TrackerTest, AMatchedDetectionStartsNobodyEvenIfTheUpdateFails) {
   TrackerOptions options;
   options.reconstruction.alpha_epi_px = 2.0;
-  // Two views that contradict each other by more than the update bears and
-  // less than initialisation does.
+  // Two views that contradict each other by more than the threshold of updates
+  // and less than that of initialisation.
   const auto contradiction = [&](int frame) {
     DetectionFrame seen = See(frame, {Stander()});
     for (size_t v = 2; v < seen.views.size(); ++v) {
@@ -234,8 +234,9 @@ TEST_F(TrackerTest, WhomTwoViewsOfFiveShowAmongStraysIsNobody) {
   EXPECT_EQ(count(AssociationRules::kPaper, 2, 5), 1u);
 }
 
-// Two views show six joints of a person, who starts a track after a second; one
-// frame of ten joints was always enough. In paper mode six never are.
+// Two views show six joints of a person, who starts a track after a second;
+// with ten joints one frame is always sufficient. In paper mode six joints
+// never are.
 TEST_F(TrackerTest, WhomFewJointsShowBeginsWithTime) {
   const auto people_after = [&](AssociationRules rules, int frames,
                                 size_t joints) {
@@ -257,7 +258,7 @@ TEST_F(TrackerTest, WhomFewJointsShowBeginsWithTime) {
   EXPECT_EQ(people_after(AssociationRules::kPaper, 50, 6), 0);
 }
 
-// Agreement for 0.4 s in each second is forgotten in between.
+// Agreement for 0.4 s in each second does not accumulate.
 TEST_F(TrackerTest, WhomFewJointsShowNowAndThenIsNobody) {
   const auto tracker = Make(By(AssociationRules::kGraph));
   for (int f = 0; f < 100; ++f) {
@@ -298,10 +299,10 @@ TEST_F(TrackerTest, WhoIsHardlySeenAmongStraysDiesAsIfUnseen) {
   EXPECT_EQ(lives(AssociationRules::kPaper, 9, 0), 1u);
 }
 
-// Elbows to ankles jump by 2 m. Two views see only what stayed and follow it;
-// the others, which see everything, no longer fit. The track's own arms and
-// legs are where they were, but only as a prediction: this is no new person.
-// Unless the track was lost before, for 0.16 s: then it may be another person,
+// Elbows to ankles jump by 2 m. Two views see only the joints that did not move
+// and follow them; the others, which see all joints, no longer fit. The track's
+// arms and legs remain where they were only as a prediction, so there is no new
+// person. If the track was lost for 0.16 s before, it may be another person,
 // seen by all views.
 TEST_F(TrackerTest, ViewsOfOnePersonAreNotSharedByTwo) {
   const auto leaps = [](size_t j) { return j > 6 && j != 11 && j != 12; };

@@ -1,5 +1,5 @@
-// Truth in, truth out, through the whole front end: synthetic detections are
-// tracked and the result is compared with the scene.
+// Synthetic detections are tracked by the whole front end and compared with the
+// scene.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -31,7 +31,7 @@ Scene SmallScene(std::vector<double> distortion) {
   return MakeScene(options);
 }
 
-// The triangulation as it is: nothing smoothed, no view filtered out.
+// The plain triangulation: no smoothing, no view removed.
 struct PlainOptions {
   EstimatorOptions estimators;
   TrackerOptions tracker;

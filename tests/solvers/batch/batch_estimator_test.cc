@@ -40,8 +40,8 @@ TEST_F(BatchEstimatorTest, TruthInTruthOut) {
   options_.sigma_px.fill(0.1);
   options_.min_sigma_px = 0.1;
   const SimulatedRecording recording = Simulate(60, noise);
-  // 0.1 px are 0.5 mm at 5 m, and five views see the joint: what the motion
-  // prior's pull may cost where the motion is not of constant velocity.
+  // 0.1 px are 0.5 mm at 5 m, and five views see the joint: the bias of the
+  // motion prior where the velocity is not constant.
   EXPECT_LT(testing::RootMeanSquare(recording.truth, Run(recording)), 0.5e-3);
 }
 
@@ -100,7 +100,7 @@ TEST_F(BatchEstimatorTest, UsesEachCamerasOwnClock) {
   SimulatedNoise noise;
   noise.sigma_scale = 0.0;
   SimulatedRecording recording = Simulate(60, noise);
-  // Camera 0 captures 20 ms late, and sees where the joints are then.
+  // Camera 0 captures 20 ms late and shows the joints at that time.
   for (size_t k = 0; k < 60; ++k) {
     recording.frames[k].views[0].capture_time += 20'000'000;
     for (size_t j = 0; j < 3; ++j) {
@@ -132,7 +132,7 @@ TEST_F(BatchEstimatorTest, AShortGapIsBridgedThroughout) {
   }
 }
 
-// One view's ray meets the sphere of a bone in two places.
+// A view's ray intersects the sphere of a bone twice.
 TEST_F(BatchEstimatorTest, ABoneAndOneViewDoNotPlaceAJointForLong) {
   constexpr size_t kWrist = 2;
   constexpr size_t kLost = 20;

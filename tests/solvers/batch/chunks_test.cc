@@ -58,7 +58,7 @@ TEST_F(ChunksTest, OwnEveryFrameOnce) {
       EXPECT_LT(chunk.own_begin, chunk.own_end);
       EXPECT_LE(chunk.begin, chunk.own_begin);
       EXPECT_GE(chunk.end, chunk.own_end);
-      // 1.1 s at 25 Hz, but where the recording ends.
+      // 1.1 s at 25 Hz, except at the ends of the recording.
       EXPECT_TRUE(chunk.begin == 0 || chunk.own_begin - chunk.begin >= 27);
       EXPECT_TRUE(chunk.end == 750 || chunk.end - chunk.own_end >= 27);
       next = chunk.own_end;

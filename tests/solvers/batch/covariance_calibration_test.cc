@@ -1,5 +1,5 @@
-// Are the reported covariances right, and do outliers stay outside? Motion is
-// drawn from the estimators' own prior, detections from their noise model.
+// Coverage of the reported covariances. Motion is drawn from the estimators'
+// own prior, detections from their noise model.
 #include <gtest/gtest.h>
 
 #include <Eigen/LU>
@@ -86,8 +86,8 @@ TEST_P(Exactness, PredictedErrorsAreTheRealOnes) {
     }
   }
   for (const Consistency& joint : joints) {
-    // Two of five views at least, each missing with probability 0.2: 99.3 %,
-    // and a few people leave the pictures.
+    // Two of five views at least, each missing with probability 0.2: 99.3 %; a
+    // few people leave the images.
     EXPECT_GT(joint.count, 0.97 * kSeeds);
     EXPECT_GT(std::sqrt(joint.squared / joint.variance), 0.95);
     EXPECT_LT(std::sqrt(joint.squared / joint.variance), 1.05);
@@ -100,7 +100,7 @@ TEST_P(Exactness, PredictedErrorsAreTheRealOnes) {
 
 INSTANTIATE_TEST_SUITE_P(Estimators, Exactness, ::testing::Bool());
 
-// All poses of the middle of so many recordings of one second.
+// Over all poses in the middle of several recordings of one second.
 Consistency Measure(bool batch, const GraphOptions& options,
                     const SimulatedNoise& noise, double frame_rate_hz,
                     int recordings) {

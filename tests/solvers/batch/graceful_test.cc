@@ -1,5 +1,5 @@
-// Whatever goes wrong, an estimator returns finite poses with appropriate
-// status and covariance.
+// With any bad input, an estimator returns finite poses with appropriate status
+// and covariance.
 #include <glog/logging.h>
 #include <gtest/gtest.h>
 
@@ -120,7 +120,7 @@ TEST_P(Graceful, NothingButTheFirstFrame) {
   Make(20);
   for (size_t k = 1; k < 20; ++k) recording_.frames[k].views.clear();
   const auto finals = Run();
-  // The first frame is known, half a second is bridged, no more.
+  // The first frame is known; half a second is bridged and no more.
   EXPECT_NE(finals[0].person.joints[0].status, JointStatus::kMissing);
   EXPECT_EQ(finals[19].person.joints[0].status, JointStatus::kMissing);
 }
@@ -176,7 +176,7 @@ TEST_P(Graceful, OneCameraTurnedByThreeDegrees) {
   turned.t = turn * turned.t;
   scene_.cameras[1] = Camera(turned);
   const auto finals = Run();
-  // Four of five cameras remain, and a little of the fifth's pull.
+  // Four of five cameras remain, with a small influence of the fifth.
   EXPECT_LT(testing::RootMeanSquare(recording_.truth, finals), 1.5 * clean_m);
   double weight = 0.0;
   double count = 0.0;
@@ -284,13 +284,13 @@ TEST_P(GracefulOptions, ASolverThatMayNotConverge) {
       }
     }
   }
-  EXPECT_EQ(warnings.count(), 1);  // one line a person
+  EXPECT_EQ(warnings.count(), 1);  // one line per person
 }
 
 INSTANTIATE_TEST_SUITE_P(SolversAndBones, GracefulOptions, kAllKinds);
 
-// Lengths that are impossible in any pose: the bone solver must give up
-// somewhere.
+// Lengths that are impossible in any pose: the bone solver cannot converge
+// everywhere.
 TEST(BoneSolverTest, SaysWhereItDidNotSettle) {
   SceneModel scene =
       testing::SmallScene(testing::RingOfCameras(5, 5.0, 1000.0), 25.0);

@@ -1,4 +1,4 @@
-// What a second pass does not solve again.
+// Reuse of solved frames by a second pass.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -45,8 +45,8 @@ class KnownFramesTest : public ::testing::Test {
     return run;
   }
 
-  // The second of two passes: the first was given the recording but for its
-  // last `missing` frames, this one `second`.
+  // The second of two passes: the first received the recording without its last
+  // `missing` frames, this one `second`.
   Run SecondPass(const std::vector<EstimatorFrame>& second,
                  size_t missing = 0) const {
     const auto notes = std::make_shared<RecordingNotes>(options_);
@@ -105,7 +105,7 @@ TEST_F(KnownFramesTest, WhatIsNearAChangedMatchIsSolvedAnew) {
   for (size_t k = 0; k < kFrames; ++k) {
     EXPECT_LT(Apart(alone.finals, second.finals, k), 1.5e-4) << k;
   }
-  // And not as before, where the view is missing.
+  // Not reused where the view is missing.
   EXPECT_GT(Apart(Pass(recording_.frames, nullptr).finals, second.finals, 200),
             1e-4);
 }

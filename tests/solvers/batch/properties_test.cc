@@ -46,7 +46,7 @@ World MakeWorld(uint64_t seed) {
   SceneOptions options;
   options.seed = static_cast<int64_t>(seed);
   options.people = 2;
-  options.motion.visitors = 0.0;  // there from the first frame on
+  options.motion.visitors = 0.0;  // present from the first frame on
   options.duration_s = 1.6;
   options.cameras.count = 4;
   options.cameras.distortion = {-0.1, 0.02, 0.0, 0.0, 0.0};
@@ -98,7 +98,8 @@ Estimate EstimateAll(const World& world,
 using MovePoint = std::function<Eigen::Vector3d(const Eigen::Vector3d&)>;
 Eigen::Vector3d Stays(const Eigen::Vector3d& point) { return point; }
 
-// Largest distance [m] of a joint of `b` from where `move` takes that of `a`.
+// Largest distance [m] between joints of `b` and joints of `a` mapped by
+// `move`.
 double FarthestJoint(const Estimate& a, const Estimate& b,
                      const MovePoint& move = Stays) {
   double farthest = 0.0;
@@ -128,8 +129,8 @@ double FarthestJoint(const Estimate& a, const Estimate& b,
 }
 
 // The solver stops where no joint moves by more than 1 nm. Its last steps
-// converge at least linearly by a factor of two or so, which leaves some nm to
-// the minimum; a thousand of them are allowed.
+// converge at least linearly by a factor of about two, so the minimum is some
+// nm away; a thousand times that is allowed.
 constexpr double kSameMinimumMetres = 1e-6;
 
 class PropertiesTest : public ::testing::TestWithParam<uint64_t> {
@@ -308,9 +309,9 @@ TEST_P(PropertiesTest, TimeReversedIsTheSameMotionBackwards) {
   constexpr double kMotionLearntBackwardsMetres = 1e-3;
   EXPECT_LT(FarthestJoint(estimate_, EstimateBackwards(world_, GraphMode())),
             kMotionLearntBackwardsMetres);
-  // A life begins with a prior, of 1 m and 3 m/s. With a thousandth of its pull
-  // it has a millionth of its information, against some 10 mm and 0.1 m/s of
-  // the views: less than a nanometre.
+  // A track begins with a prior of 1 m and 3 m/s. With sigmas a thousand times
+  // larger it has a millionth of the information, compared with 10 mm and 0.1
+  // m/s of the views: less than a nanometre.
   EstimatorOptions even = GraphMode();
   even.graph.process_noise_from = NoiseFrom::kFixed;
   even.graph.birth_position_sigma_m *= 1e3;

@@ -22,7 +22,7 @@ namespace {
 using testing::ExpectSameStates;
 using testing::SimulatedNoise;
 
-// Ceres finds the minimum `ours` from the same start, and nothing better when
+// Ceres finds the minimum `ours` from the same start, and no lower one when
 // started there.
 void ExpectMinimumOfCeres(const SolveSchedule& schedule, PersonProblem start,
                           const PersonProblem& ours, double tolerance_m) {
@@ -41,8 +41,8 @@ void ExpectMinimumOfCeres(const SolveSchedule& schedule, PersonProblem start,
   ExpectSameStates(ours, from_ours, 1e-8);
 }
 
-// `found`, by frame, are joint `joint`'s blocks of the dense covariances of
-// that many joints.
+// Expects `found`, by frame, to be the blocks of joint `joint` in the dense
+// covariances of `joints` joints.
 void ExpectBlocksOf(const Eigen::MatrixXd& dense, size_t joint, size_t joints,
                     const std::vector<Matrix6d>& found, double share) {
   ASSERT_EQ(found.size() * joints * 6, static_cast<size_t>(dense.rows()));
@@ -147,7 +147,7 @@ TEST_F(ChainSolverTest, CovariancesAreBlocksOfTheDenseInverse) {
   solver.Solve(problem_, Exact(LossKind::kGemanMcClure, 3.0), {&chain});
   const auto covariances = CovariancesOf(problem_, chain, 1.1);
   problem_.joints.resize(1);
-  // The information's condition is about 1e7: 1e-16 of that, with room.
+  // The information's condition is about 1e7: 1e-16 times that, with a margin.
   ExpectBlocksOf(DenseCovariance(problem_, 1.1), 0, 1, covariances, 1e-8);
 }
 
@@ -211,8 +211,8 @@ void ExpectSameBits(const JointChain& a, const JointChain& b) {
   }
 }
 
-// A joint's result depends neither on the joints beside it nor on how many of
-// them the machine computes at once.
+// A joint's result depends neither on the other lanes nor on the number of
+// lanes.
 TEST_F(ChainSolverTest, SameBitsInAnyCompanyAndOnEveryInstructionSet) {
   SimulatedNoise noise;
   noise.outliers = 0.1;
@@ -330,7 +330,7 @@ TEST_F(BoneTest, MarginalisingKeepsValuesAndCovariances) {
 }
 
 // A joint without observations for long retains little information compared
-// with what is subtracted: that of the motion between two frames.
+// with the subtracted information of the motion between two frames.
 TEST_F(BoneTest, MarginalisingKeepsAJointThatNobodySees) {
   constexpr size_t kFrames = 200;
   constexpr size_t kSeen = 5;

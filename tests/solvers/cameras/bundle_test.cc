@@ -61,10 +61,10 @@ TEST(Bundle, TurnedCamerasTurnBack) {
   ASSERT_TRUE(result.usable);
   const CameraRig refined = RefinedCameras(scene.cameras, result.changes);
   for (size_t v = 0; v < truth.size(); ++v) {
-    // The bar: a tenth of what was put in, 0.05 degrees.
+    // Required: a tenth of the introduced error, 0.05 degrees.
     EXPECT_LT(AngleBetween(refined[v], truth[v]), 0.05) << v;
-    // And what the covariance states: an error beyond five sigmas has a chance
-    // of 2e-4 even for errors in three directions.
+    // Consistent with the covariance: an error beyond five sigmas has a
+    // probability of 2e-4 even in three directions.
     const double sigma =
         std::sqrt(result.covariance.block<3, 3>(3 * v, 3 * v).trace() / 3.0);
     EXPECT_LT(AngleBetween(refined[v], truth[v]) * M_PI / 180.0, 5.0 * sigma);
@@ -85,7 +85,7 @@ TEST(Bundle, ClocksComeBack) {
   for (size_t v = 1; v < 5; ++v) {
     const auto at = static_cast<Eigen::Index>(v - 1);
     const double sigma_s = std::sqrt(result.covariance(at, at));
-    // Five sigmas as stated; the first view's own error is in it.
+    // Five reported sigmas; the error of the first view is included.
     EXPECT_NEAR(result.changes[v][kOffsetAt], scene_options.clock_offset_s[v],
                 5.0 * sigma_s)
         << v;
@@ -93,10 +93,9 @@ TEST(Bundle, ClocksComeBack) {
   }
 }
 
-// A rotation and a shift of the image are nearly the same to a recording, so
-// that their priors decide how much is the one and how much the other: errors
-// of the shift, over what is stated, where calibrations are drawn from the
-// priors.
+// A recording hardly distinguishes a rotation from a shift of the image, so
+// that the priors determine the shares. Errors of the shift relative to the
+// reported sigmas, with calibrations drawn from the priors.
 TEST(Bundle, StatedSigmasHoldWherePriorsDecide) {
   constexpr int kSeeds = 40;
   BundleOptions options = Quick();
@@ -172,8 +171,8 @@ TEST(Bundle, OffsetsThatLastAreNotTakenForCameras) {
   // Half of the error at least.
   EXPECT_LT(4.0 * SquaresOf(with)[0], SquaresOf(without)[0]);
   EXPECT_LT(4.0 * SquaresOf(with)[1], SquaresOf(without)[1]);
-  // Their prior does not pull focal lengths, which would all go one way: five
-  // sigmas, as sure as the least sure one.
+  // The prior must not bias focal lengths, all in one direction: five sigmas of
+  // the least certain one.
   double mean = 0.0;
   double sigma = 0.0;
   for (size_t v = 0; v < with.changes.size(); ++v) {
@@ -184,8 +183,8 @@ TEST(Bundle, OffsetsThatLastAreNotTakenForCameras) {
   EXPECT_LT(std::abs(mean), 5.0 * sigma);
 }
 
-// Holds every second of many small pieces of memory; the others were given back
-// in a random order, and the heap hands them out again in an order like it.
+// Holds every second of many small blocks of memory; the others were freed in
+// random order, so that the heap reuses them in a similarly random order.
 std::vector<std::vector<char>> ShuffledHeap() {
   std::vector<std::vector<char>> pieces;
   for (size_t i = 0; i < 40000; ++i) pieces.emplace_back(16 + 16 * (i / 2 % 8));
@@ -223,8 +222,8 @@ TEST(Bundle, AFocalLengthThatIsToldStaysTold) {
   FreeParameters free;
   free.focal = true;
   BundleOptions options = Quick();
-  options.focal_sigma = 1e-4;  // about what the recording tells
-  // 1 % longer is told.
+  options.focal_sigma = 1e-4;  // comparable to the recording's information
+  // The stated focal lengths are 1 % longer.
   options.focal_told.assign(scene.cameras.size(), 0.01);
   const BundleResult first = Adjusted(scene, segments, free, options);
   const CameraRig refined = RefinedCameras(scene.cameras, first.changes);
@@ -235,7 +234,7 @@ TEST(Bundle, AFocalLengthThatIsToldStaysTold) {
       AdjustBundle(refined, segments, free, NoChanges(refined.size()), options);
   for (size_t v = 0; v < refined.size(); ++v) {
     EXPECT_GT(first.changes[v][kFocalAt], 1e-4) << v;
-    // The same minimum, but for where its solver stops.
+    // The same minimum up to the solver's termination.
     EXPECT_LT(std::abs(second.changes[v][kFocalAt]), 1e-5) << v;
   }
 }
@@ -261,7 +260,8 @@ TEST(Bundle, TheGaugeHolds) {
     stretched += arm.dot(change.segment<3>(kCentreAt));
     squares += arm.squaredNorm();
   }
-  // Held to 1e-5 (m, rad, share), against a recording that pulls by far less.
+  // Held to 1e-5 (m, rad, share); the information of the recording is
+  // negligible against that.
   EXPECT_LT(turned.norm(), 1e-4);
   EXPECT_LT(moved.norm(), 1e-4);
   EXPECT_LT(std::abs(stretched / squares), 1e-4);

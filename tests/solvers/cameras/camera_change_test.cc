@@ -10,7 +10,7 @@
 namespace kinegraph {
 namespace {
 
-// Lenses that bend visibly, so that their derivatives take part.
+// Lenses with large distortion, so that their derivatives matter.
 CameraRig BentCameras() {
   CameraRig cameras =
       testing::RingOfCameras(3, 5.0, {-0.2, 0.05, 0.001, -0.002, 0.01});

@@ -80,7 +80,8 @@ CameraUncertainty Uncertain(const Setting& setting,
       covariance, joints, 0.0);
 }
 
-// The joint's block of the inverse of the whole information, got in two steps.
+// The joint's block of the inverse of the whole information, computed in two
+// steps.
 TEST(CameraUncertainty, IsTheSchurComplement) {
   Setting setting = MakeSetting();
   const Eigen::MatrixXd information = InformationOf(setting, 0.002);
@@ -91,14 +92,14 @@ TEST(CameraUncertainty, IsTheSchurComplement) {
   Uncertain(setting, whole.bottomRightCorner(15, 15))
       .AddTo(setting.seen, &setting.frame);
   const Eigen::Matrix3d expected = whole.topLeftCorner<3, 3>();
-  // The cameras' share counts: two milliradians at 6 m are 12 mm.
+  // The contribution of the cameras matters: 2 mrad at 6 m are 12 mm.
   ASSERT_GT(expected.trace(), 1.5 * given_cameras.trace());
   // A thousandth of the information is added against parallel rays.
   EXPECT_LT((*setting.frame.people[0].covariances[0] - expected).norm(),
             0.005 * expected.norm());
 }
 
-// A view that the estimator rejected says nothing, whatever its camera.
+// A view that the estimator rejected does not contribute.
 TEST(CameraUncertainty, RejectedViewsTakeNoPart) {
   Setting setting = MakeSetting();
   setting.frame.people[0].matches[4].weights[0] = 0.0;
@@ -111,8 +112,8 @@ TEST(CameraUncertainty, RejectedViewsTakeNoPart) {
   EXPECT_GT(setting.frame.people[0].covariances[0]->norm(), 0.0);
 }
 
-// A joint that one view sees gets what the person's others have, and a joint
-// without a covariance none.
+// A joint seen by one view gets the effect on the person's other joints, a
+// joint without a covariance none.
 TEST(CameraUncertainty, UnseenJointsHangOnSeenOnes) {
   Setting setting = MakeSetting();
   PersonPose& person = setting.frame.people[0];

@@ -1,4 +1,4 @@
-// How well cameras explain stretches, where that can be worked out by hand.
+// Errors of the fit of cameras to segments, in cases computed by hand.
 #include "solvers/cameras/fit_error.h"
 
 #include <gmock/gmock.h>
@@ -32,8 +32,8 @@ CameraRig LeftAndRight() {
   return cameras;
 }
 
-// A joint at rest midway between the two, at a depth of 5 m, in five frames.
-// `down_px` is how much lower the second view sees it.
+// A joint at rest midway between the two, at a depth of 5 m, in five frames. In
+// the second view it is lower by `down_px`.
 MotionSegment RestingJoint(const CameraRig& cameras, double down_px,
                            double middle_s = 0.0) {
   MotionSegment segment;
@@ -84,9 +84,9 @@ TEST(FilledBinsTest, AreThoseThatHoldStretches) {
   EXPECT_THAT(FilledBins(SceneOf({}, 10.0)), IsEmpty());
 }
 
-// The joint is put midway between what both views say, each of which is half
-// of the difference off; larger distances count as 30 px. Steps end below 1e-5
-// m, which are 0.002 px; the last one is far smaller.
+// The joint is estimated midway between both views, each of which is off by
+// half of the difference; distances count up to 30 px. Steps end below 1e-5 m,
+// 0.002 px; the last one is far smaller.
 TEST(MeasureFit, HalvesWhatTwoViewsDifferBy) {
   const CameraRig cameras = LeftAndRight();
   for (const double down_px : {0.0, 8.0, -20.0, 59.0, 80.0}) {
@@ -102,7 +102,7 @@ TEST(MeasureFit, HalvesWhatTwoViewsDifferBy) {
   }
 }
 
-// What changes its side from frame to frame does not last.
+// Errors that alternate between frames do not last.
 TEST(MeasureFit, ErrorsThatCancelDoNotLast) {
   const CameraRig cameras = LeftAndRight();
   MotionSegment segment = RestingJoint(cameras, 0.0);
@@ -119,7 +119,7 @@ TEST(MeasureFit, ErrorsThatCancelDoNotLast) {
   EXPECT_NEAR(error.LastingM(1), 0.0, 1e-5);
 }
 
-// A bias of the second camera explains what its view is off by.
+// A bias of the second camera explains the error of its view.
 TEST(MeasureFit, ChangesOfCamerasCount) {
   const CameraRig cameras = LeftAndRight();
   std::vector<CameraChange> changes = NoChanges(2);
@@ -130,8 +130,8 @@ TEST(MeasureFit, ChangesOfCamerasCount) {
   EXPECT_NEAR(error.MeanPx(), 0.0, 1e-3);
 }
 
-// A third camera that looks away counts 30 px for what it cannot see, and
-// nothing that lasts.
+// A third camera facing away counts 30 px for joints without an image, and no
+// lasting error.
 TEST(MeasureFit, WhatHasNoImageIsFarOff) {
   CameraRig cameras = LeftAndRight();
   cameras.push_back(Edited(cameras[0], [](CameraParameters* camera) {
@@ -228,7 +228,7 @@ TEST(CompareFitsTest, OneBinHasNoInterval) {
   EXPECT_FALSE(gain.certain());
 }
 
-// What lasts belongs to one view: 0.08 m in two stretches of the second.
+// Lasting errors belong to a view: 0.08 m in two segments of the second.
 TEST(CompareFitsTest, WhatLastsIsOfAView) {
   const FitError before = ErrorOf(Eigen::ArrayXXd::Constant(2, 20, 6.0));
   FitError after = before;
@@ -259,9 +259,9 @@ TEST(FitGainTest, IsEnoughBySureShare) {
 
 // ---- The other half ----
 
-// A camera that is turned by half a degree: 8 px, a third or more of which its
-// view keeps, is set right by one half for the other. Sound cameras gain
-// nothing that counts.
+// A camera rotated by half a degree (8 px, at least a third of which remains in
+// its view) is corrected by one half of the data for the other. Correct cameras
+// gain nothing significant.
 TEST(CrossFitTest, GainsWhereACameraIsOffAndNotWhereNoneIs) {
   for (const bool turned : {false, true}) {
     testing::FaultyScene scene = testing::MakeFaultyScene({9, 4, 3, 8.0});

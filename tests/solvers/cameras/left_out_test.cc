@@ -10,8 +10,8 @@
 namespace kinegraph {
 namespace {
 
-// Somebody who walks a circle before `views` cameras for eight seconds, with a
-// detector's white noise and its lasting offset of each joint in each view.
+// A person who walks in a circle in front of `views` cameras for eight seconds,
+// with white noise and a lasting offset of each joint in each view.
 struct Walk {
   CameraRig cameras;
   SceneSegments segments;
@@ -72,8 +72,8 @@ TEST(LeftOut, ACameraThatIsSetRightHelpsTheOthers) {
   EXPECT_TRUE(gain->certain());
 }
 
-// Offsets that last look like cameras that are off: fitted to them, cameras
-// agree better with each other, and one that was left out sees no gain.
+// Lasting offsets resemble wrong cameras: fitted to them, cameras agree better
+// with each other, but a camera that was left out shows no gain.
 TEST(LeftOut, ADetectorsOffsetsGainNothing) {
   const Walk walk(4, 1.0, 8.0);
   const auto gain = walk.Gain(walk.cameras);

@@ -8,7 +8,8 @@
 namespace kinegraph {
 namespace {
 
-// Four views; the clocks of all but the first are free, each sure to 1 ms.
+// Four views; the clocks of all but the first are free, with a standard
+// deviation of 1 ms.
 BundleResult FitOf(const std::vector<double>& offsets_s) {
   BundleResult fit;
   fit.usable = true;
@@ -33,11 +34,11 @@ TEST(LateClocks, BeginAtAFractionOfAFrameAndEndWithAStretch) {
     bool is_late;
   } kCases[] = {{0.0059, kFrameS, false},
                 {0.0061, kFrameS, true},
-                // A frame of 10 ms: 3.9 ms are more than 0.15 of it, and not
-                // beyond four sigmas.
+                // With frames of 10 ms, 3.9 ms are more than 0.15 of a frame
+                // but within four sigmas.
                 {0.0039, 0.01, false},
                 {0.0041, 0.01, true},
-                // Beyond a stretch is noise.
+                // More than the length of a segment is noise.
                 {0.101, kFrameS, false}};
   for (const auto& one : kCases) {
     EXPECT_EQ(AnyIsLate(FitOf({0.0, 0.0, one.offset_s, 0.0}), one.frame_s,
@@ -76,7 +77,7 @@ MotionSegment SegmentAt(double middle_s, int joint) {
 TEST(LastingErrors, AViewSaysAJointOnceASecond) {
   SceneSegments segments;
   // Two stretches of joint 0 within the first second and one in the next, one
-  // of joint 1: 40 samples that say 6 things.
+  // of joint 1: 40 samples with 6 independent ones.
   segments.segments = {SegmentAt(-1.0, 0), SegmentAt(-0.8, 0),
                        SegmentAt(-0.5, 1), SegmentAt(0.1, 0)};
   BundleOptions options;

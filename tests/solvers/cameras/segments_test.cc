@@ -1,4 +1,4 @@
-// Stretches of joints whose motion is known exactly.
+// Segments of joints with exactly known motion.
 #include "solvers/cameras/segments.h"
 
 #include <gmock/gmock.h>
@@ -35,7 +35,7 @@ SegmentState Falling() {
   return StateOf({0.3, -0.2, 1.1}, {0.8, -0.5, 0.3}, {0.4, 0.2, -9.81});
 }
 
-// What the cameras see of a state in six frames of a fifth of a second.
+// Projections of a state in six frames of a fifth of a second.
 MotionSegment StretchOf(const CameraRig& cameras, const SegmentState& state) {
   MotionSegment segment;
   segment.state = state;
@@ -55,7 +55,7 @@ MotionSegment StretchOf(const CameraRig& cameras, const SegmentState& state) {
   return segment;
 }
 
-// Nothing draws speed or acceleration to zero.
+// No priors on speed and acceleration.
 SegmentOptions WithoutPriors() {
   SegmentOptions options;
   options.velocity_sigma_mps = 1e6;
@@ -169,8 +169,8 @@ TEST(SegmentTerms, HaveTheWeightOfTheirResiduals) {
   }
 }
 
-// Steps end below 1e-5 m, and Gauss-Newton's last step squares what is left of
-// an exact fit.
+// Iteration stops at steps below 1e-5 m; for an exact fit Gauss-Newton's last
+// step squares the remaining error.
 TEST(SolveSegment, FindsTheParabola) {
   const CameraRig cameras = testing::RingOfCameras(3);
   const MotionSegment segment = StretchOf(cameras, Falling());
@@ -179,12 +179,12 @@ TEST(SolveSegment, FindsTheParabola) {
   ASSERT_TRUE(SolveSegment(cameras, NoChanges(3), segment, 1.0, WithoutPriors(),
                            &state));
   EXPECT_LT((state.head<3>() - Falling().head<3>()).norm(), 1e-6);
-  // A place that is off by 1e-6 m over a tenth of a second.
+  // A position error of 1e-6 m over 0.1 s.
   EXPECT_LT((state.segment<3>(3) - Falling().segment<3>(3)).norm(), 1e-5);
   EXPECT_LT((state.tail<3>() - Falling().tail<3>()).norm(), 1e-3);
 }
 
-// Of a joint at rest the priors say what is true.
+// For a joint at rest the priors are exact.
 TEST(SolveSegment, FindsAJointAtRestUnderPriors) {
   const CameraRig cameras = testing::RingOfCameras(3);
   SegmentState rest = SegmentState::Zero();
@@ -197,7 +197,7 @@ TEST(SolveSegment, FindsAJointAtRestUnderPriors) {
   EXPECT_LT((state - rest).norm(), 1e-6);
 }
 
-// A clock that is told late sees the parabola later.
+// A clock offset shifts the parabola in time.
 TEST(SolveSegment, ChangesOfClocksAreTakenIntoAccount) {
   const CameraRig cameras = testing::RingOfCameras(3);
   MotionSegment segment = StretchOf(cameras, Falling());
@@ -213,8 +213,8 @@ TEST(SolveSegment, ChangesOfClocksAreTakenIntoAccount) {
   EXPECT_LT((state.head<3>() - Falling().head<3>()).norm(), 1e-6);
 }
 
-// The priors alone leave the place and bring the joint to rest; one view leaves
-// the depth at which it starts.
+// Without measurements the position is kept and the joint comes to rest; one
+// view keeps the initial depth.
 TEST(SolveSegment, WhatIsNotMeasuredStaysOrRests) {
   const CameraRig cameras = testing::RingOfCameras(1);
   MotionSegment nothing;
@@ -335,13 +335,13 @@ TEST(MakeSegments, EveryJointOfEveryFifthOfASecond) {
     EXPECT_NEAR(one.middle_s, middle_s - 0.98, 1e-9);
     EXPECT_EQ(one.measurements.size(), 3u * frames);
     EXPECT_EQ(one.person, 0);
-    // The prior draws the velocity to zero by the ratio of the variances.
+    // The prior pulls the velocity towards zero by the ratio of the variances.
     const double bias = std::pow(
         one.velocity_sigma_mps / SegmentOptions().velocity_sigma_mps, 2);
     EXPECT_LT((one.state.segment<3>(3) - kWalkMps).norm(),
               3.0 * bias * kWalkMps.norm());
-    // Symmetric about the middle, so that the place is not drawn but by how
-    // depths change meanwhile: 6 cm of 5 m.
+    // Symmetric about the middle, so that the position is biased only by the
+    // change of depth: 6 cm of 5 m.
     EXPECT_LT((PositionOf(one) - Glider(middle_s)[one.joint].position_m).norm(),
               0.1 * 3.0 * bias * kWalkMps.norm() + 1e-6);
   }
@@ -556,9 +556,9 @@ TEST(HalfOf, EveryOtherPersonIsInOneHalf) {
   EXPECT_THAT(InHalf(HandMade(), Halving::kPeople, 1), ElementsAre(3, 4));
 }
 
-// Less the means of their joints, 0.5 of joint 5 and 4.5 of joint 15, two
-// stretches lie half a metre on one side, two on the other, and those of joints
-// 6 and 16 in the middle.
+// Relative to the means of their joints, 0.5 for joint 5 and 4.5 for joint 15,
+// two segments are half a metre on one side, two on the other, and those of
+// joints 6 and 16 in the middle.
 TEST(HalfOf, PlacesAreHalvedWhereverTheWorldLies) {
   for (const double angle : {0.0, 1.0, 2.5}) {
     SceneSegments scene = HandMade();

@@ -12,7 +12,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-// The rig in a world that is turned about the origin, scaled and moved.
+// The rig in a rotated, scaled and translated world.
 CameraRig Moved(const CameraRig& cameras, const Eigen::AngleAxisd& turn,
                 double scale, const Vector3d& by_m) {
   return Edited(cameras, [&](CameraParameters* parameters) {
@@ -39,8 +39,8 @@ TEST(WorldMotionTest, IsThatOfTheRigAsAWhole) {
   EXPECT_NEAR(shift->turned_deg, 0.0, 1e-7);
 }
 
-// Images that are all shifted along turn the world, or lift it, though no
-// camera is moved: a ring that looks 10 px lower has the world higher by that.
+// Common shifts of all images rotate or lift the world although no camera
+// moves: images of a ring shifted by 10 px correspond to a higher world.
 TEST(WorldMotionTest, IsSeenInShiftsToo) {
   const CameraRig cameras = testing::RingOfCameras(6);
   const auto still = WorldMotionOf(cameras, cameras);

@@ -1,4 +1,4 @@
-// A window of full length allocates no memory of its own.
+// A window of full length allocates no memory except within Ceres.
 #include <gtest/gtest.h>
 
 #include <atomic>
@@ -45,7 +45,7 @@ TEST_F(AllocationsTest, ASteadyWindowAllocatesNothingOfItsOwn) {
   Make({4, 11, 71, false, 0}, noise);
   PersonSolver solver(options_);
   const auto solve = [&](int64_t* basin, int64_t* minimum) {
-    // What a learnt noise changes from frame to frame.
+    // Values that learnt noise changes from frame to frame.
     for (JointChain& chain : problem_.joints) {
       for (double& q : chain.process_noise) q *= 1.01;
     }
@@ -58,7 +58,7 @@ TEST_F(AllocationsTest, ASteadyWindowAllocatesNothingOfItsOwn) {
   };
   int64_t basin = 0;
   int64_t minimum = 0;
-  for (int i = 0; i < 10; ++i) solve(&basin, &minimum);  // space is made
+  for (int i = 0; i < 10; ++i) solve(&basin, &minimum);  // allocates work space
   basin = minimum = 0;
   constexpr int kFrames = 100;
   for (int i = 0; i < kFrames; ++i) solve(&basin, &minimum);

@@ -162,8 +162,8 @@ TEST_F(CeresSolverTest, AStartWithoutAnImageIsGated) {
 }
 
 // A joint approaching the camera in its only view must not pass through it,
-// where its information would be unbounded: no limb is a metre or two from the
-// rest for long.
+// where its information would be unbounded: limbs do not stay a metre or two
+// from the body.
 TEST_F(CeresSolverTest, AJointOfOneViewStaysAboutItsPerson) {
   Make({1, 200, 71, false, 0}, SimulatedNoise());
   // Its pixels run outwards, as if it came towards the camera.
@@ -182,8 +182,8 @@ TEST_F(CeresSolverTest, AJointOfOneViewStaysAboutItsPerson) {
   EXPECT_TRUE(report.converged);
   for (const JointChain& chain : problem_.joints) {
     for (size_t k = 0; k < chain.states.size(); ++k) {
-      // Three of its deviations: (2 R^3)^(1/4) q^(1/4) of a random walk of
-      // velocities with power q that is seen with density R = 2 m^2 s.
+      // Three standard deviations, each (2 R^3)^(1/4) q^(1/4), of a random walk
+      // of velocities with power q observed with noise density R = 2 m^2 s.
       EXPECT_LT(
           (chain.states[k].head<3>() - problem_.centres[k].position_m).norm(),
           3.0 * std::pow(16.0 * 10.0, 0.125) * 1.2);

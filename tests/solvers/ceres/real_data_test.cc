@@ -35,7 +35,7 @@ std::map<JointKey, Eigen::Vector3d> ObservedJoints(
 
 struct Agreement {
   int64_t joints = 0;  // observed by both
-  int64_t within = 0;  // of them 0.1 mm from each other
+  int64_t within = 0;  // of these, within 0.1 mm of each other
   double farthest_m = 0.0;
 };
 
@@ -66,8 +66,8 @@ std::ostream& operator<<(std::ostream& out, const SolverCase& param) {
   return out << param.name;
 }
 
-// Under a sanitizer no recording is whole: later frames are more of the same
-// code, and as many as the windows with bones are given make 1000 joints, too.
+// Under a sanitizer recordings are shortened: later frames run the same code,
+// and the frames of the windows with bones already have 1000 joints.
 int64_t FramesOf(const SolverCase& param) {
   if (!kSanitized) return param.frames;
   return param.campus ? 200 : 120;
@@ -75,10 +75,10 @@ int64_t FramesOf(const SolverCase& param) {
 
 class SolversAgree : public ::testing::TestWithParam<SolverCase> {};
 
-// What two converged solvers may differ by is a tenth of a millimetre, a
-// hundredth of what the detector allows. One joint of Campus creeps: at the
-// default step tolerance of 3e-5 m it ends up to 0.4 mm apart in eight frames
-// of a batch with bones, so steps go on to 2e-5 m here.
+// Two converged solvers may differ by 0.1 mm, a hundredth of the detector's
+// error. One joint of Campus converges slowly: at the default step tolerance of
+// 3e-5 m it differs by up to 0.4 mm in eight frames of a batch with bones, so
+// the tolerance is 2e-5 m here.
 TEST_P(SolversAgree, OnObservedJoints) {
   KINEGRAPH_DATA_OR_SKIP(data, "shelf/detections/openpose");
   const SolverCase& param = GetParam();

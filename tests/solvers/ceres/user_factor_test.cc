@@ -37,8 +37,8 @@ struct FloorContact {
   double height_m;
 };
 
-// The named joint does so in frames first .. last; that the state is
-// `frames_back` older is to go wrong.
+// The named joint rests in frames first .. last; a large `frames_back` must be
+// rejected.
 UserFactorSource Resting(const std::string& joint, int64_t first, int64_t last,
                          double height_m, int frames_back = 0) {
   return [=](const UserFrame& frame) {
@@ -85,8 +85,8 @@ class UserFactorTest : public ::testing::Test {
   std::string joint_;
 };
 
-// The walk's wrist is far from the floor that the factor claims, so the factor
-// shows in values and covariances, in both estimators, and nowhere else.
+// The walk's wrist is far from the height in the factor, which therefore
+// affects its values and covariances, in both estimators, and no other joint.
 TEST_F(UserFactorTest, WindowAndBatchHonourIt) {
   Make(60);
   for (const bool batch : {true, false}) {
@@ -130,7 +130,7 @@ TEST_F(UserFactorTest, WindowEqualsBatchAtTheEnd) {
             1e-3);
 }
 
-// A chunk that begins later has frames and factors of numbers of its own.
+// A chunk that begins later numbers its frames and factors from zero.
 TEST_F(UserFactorTest, EveryChunkOfTheBatchHonoursIt) {
   Make(150);
   const auto source = Resting(joint_, 105, 105, 1.05);

@@ -168,7 +168,7 @@ TEST_F(CausalGaussianTest, AnUnseenJointIsHeldThenFollowsTheBody) {
   options.hold_frames = 3.0;
   const auto estimator = Make(options);
   // The body moves 1 cm a frame; joint 9 moves 10 cm a frame, then is unseen
-  // and takes the prediction each time.
+  // and follows the prediction.
   double wrist = 0.0;
   for (int f = 0; f < 6; ++f) {
     EstimatorFrame in = FrameAt(f, 0.01 * f);

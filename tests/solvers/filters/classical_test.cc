@@ -16,7 +16,7 @@ namespace {
 using testing::ExpectPlaces;
 
 TEST(CentredGaussianTest, InsideAndAtTheEdgesAsNumpyHasIt) {
-  // x as testing::Wiggle(30) says; sigma 0.05 s at 25 Hz, radius 4 sigmas = 5
+  // x is testing::Wiggle(30); sigma 0.05 s at 25 Hz, radius 4 sigmas = 5
   // frames. numpy 1.24.2:
   //   w = np.exp(-.5 * (np.arange(-5, 6) * .04 / .05)**2)
   //   (np.convolve(x, w, 'same') / np.convolve(np.ones(30), w, 'same'))
@@ -31,7 +31,8 @@ TEST(CentredGaussianTest, InsideAndAtTheEdgesAsNumpyHasIt) {
 }
 
 TEST(CentredGaussianTest, UnevenTimeWeighsByTime) {
-  // Three values, one far: weights exp(-t^2 / (2 sigma^2)) by hand.
+  // Three values, one of them distant in time: weights exp(-t^2 / (2 sigma^2))
+  // by hand.
   Samples values(3, 1);
   values << 1.0, 2.0, 4.0;
   const Samples smoothed = CentredGaussian(0.1, {0.0, 0.1, 0.3}, values);
@@ -69,8 +70,8 @@ TEST(OneEuroTest, WithoutBetaItIsExponentialSmoothing) {
       OneEuro({1.5, 0.0}, testing::UniformTimes(30), testing::Wiggle(30)),
       {0, 1, 15, 29},
       {0.05, 0.1309071981198498, 0.7352923114698284, 3.338964092725327}, 1e-13);
-  // Frequency response: the real part of a / (1 - (1 - a) e^-iw), since the
-  // crest of the cosine is looked at.
+  // Frequency response: the real part of a / (1 - (1 - a) e^-iw), because the
+  // gain is measured at the crest of the cosine.
   const double ratio = 2.0 * M_PI * 1.5 * 0.04;
   const double a = ratio / (1.0 + ratio);
   const auto times_s = testing::UniformTimes(2001);
@@ -174,7 +175,7 @@ TEST(MovingMedianTest, StepsStayAndImpulsesGo) {
   const auto times_s = testing::UniformTimes(21);
   const Samples step = testing::Step(21, 10);
   EXPECT_EQ(MovingMedian(0.2, WindowSide::kCentred, times_s, step), step);
-  // A burst of two of five goes, one of three is the majority and stays.
+  // A burst of two in five is removed; one of three is the majority and stays.
   Samples burst = Samples::Zero(21, 1);
   burst.middleRows(10, 2).setOnes();
   EXPECT_EQ(MovingMedian(0.2, WindowSide::kCentred, times_s, burst).norm(),
@@ -309,8 +310,8 @@ TEST(ButterworthTest, ResidualAnalysisIsThatOfScipy) {
 }
 
 TEST(ButterworthTest, StraightLinesAndShortSignalsPass) {
-  // Odd reflection continues a line, so the ends do not bend; shorter signals
-  // than the padding take as much as there is.
+  // Odd reflection continues a line, so the ends do not bend; signals shorter
+  // than the padding use all available samples.
   for (const int count : {1, 2, 3, 9, 10, 50}) {
     Samples values(count, 2);
     for (int k = 0; k < count; ++k) values.row(k) << 1.0 + 0.2 * k, -3.0;
@@ -318,8 +319,8 @@ TEST(ButterworthTest, StraightLinesAndShortSignalsPass) {
     ASSERT_EQ(filtered.rows(), count);
     EXPECT_TRUE(filtered.allFinite());
     EXPECT_NEAR((filtered.col(1).array() + 3.0).abs().maxCoeff(), 0.0, 1e-14);
-    // A pass starts at rest, a line does not: what that bends dies away within
-    // the padding of 9, with poles of modulus 0.4 to 0.4^9 = 3e-4.
+    // A pass starts at rest, a line does not: the resulting bend decays within
+    // the padding of 9; with poles of modulus 0.4 to 0.4^9 = 3e-4.
     if (count < 10) continue;
     EXPECT_LT((filtered - values).cwiseAbs().maxCoeff(), 1e-3) << count;
   }
@@ -343,7 +344,7 @@ TEST(UniformTimeTest, IsAskedForWhereAFilterNeedsIt) {
                     "into the track, where a frame is 0.0400 s (allowed: half "
                     "a frame more or less)");
     }
-    // A clock that jitters by up to half a frame is good enough.
+    // A clock with jitter of up to half a frame is accepted.
     segment.times_s = {0.0, 0.055, 0.08, 0.135, 0.16};
     EXPECT_NO_THROW(filter(segment)) << name;
   }

@@ -20,8 +20,8 @@ PointModel Model(int derivatives, double power) {
   return model;
 }
 
-// Three coordinates of their own, with covariances that differ from time to
-// time and lie askew; frames 8 to 11 are bridged.
+// Three different coordinates with varying, non-diagonal covariances; frames 8
+// to 11 are bridged.
 JointSegment Uneven() {
   constexpr int kCount = 20;
   JointSegment segment;
@@ -42,10 +42,10 @@ JointSegment Uneven() {
   return segment;
 }
 
-// The same without any recursion: position is a Gaussian process whose
-// covariance is known in closed form (integrals of white noise; Rasmussen and
-// Williams, Gaussian Processes for Machine Learning, section 6.3), and the
-// estimate its conditional mean given the samples.
+// The same without recursion: position is a Gaussian process whose covariance
+// is known in closed form (integrals of white noise; Rasmussen and Williams,
+// Gaussian Processes for Machine Learning, section 6.3), and the estimate its
+// conditional mean given the samples.
 double ProcessCovariance(const PointModel& model, double s, double t) {
   const double a = std::min(s, t);
   const double d = std::max(s, t) - a;

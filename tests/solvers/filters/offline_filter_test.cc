@@ -82,8 +82,8 @@ TEST(OfflineFilterTest, LongGapsPartTheSignal) {
 }
 
 TEST(OfflineFilterTest, OneCutoffForTheBodyIsTheMedian) {
-  // Five frames of a joint that moves and one frame of it alone; the rule says
-  // 2 Hz for long signals and 9 Hz for short ones.
+  // Five frames of a moving joint and a separate single frame; the rule gives 2
+  // Hz for long signals and 9 Hz for short ones.
   std::vector<EstimatorFrame> frames;
   for (int k = 0; k < 5; ++k) frames.push_back(FrameAt(k, k));
   for (int k = 5; k < 9; ++k) frames.push_back(FailedFrame(k));
@@ -127,8 +127,8 @@ TEST(OfflineFilterTest, NothingBeforeTheFirstOrAfterTheLastSample) {
   EXPECT_FALSE(finals[3].person.joints[0].present());
 }
 
-// A walk of two seconds seen by four cameras, joints missing here and there so
-// that some frames have a joint in fewer than two views.
+// A walk of two seconds in four views, with missing joints, so that some frames
+// have a joint in fewer than two views.
 class EveryStrategyTest : public ::testing::TestWithParam<int> {
  protected:
   OutputKind kind() const { return static_cast<OutputKind>(GetParam()); }
@@ -183,7 +183,7 @@ TEST_P(EveryStrategyTest, FillsTheSameFramesAndNothingElse) {
       EXPECT_TRUE(joint.position_m.allFinite());
       bridged += joint.status == JointStatus::kInferred ? 1 : 0;
       if (!IsFilter()) continue;
-      // What the initial poses say: nearest point of two or more rays.
+      // The initial poses: nearest points of two or more rays.
       if (kind() != OutputKind::kRobustTriangulation) {
         EXPECT_EQ(joint.status == JointStatus::kObserved,
                   recording.frames[k].initial[j].present());
@@ -220,7 +220,8 @@ TEST_P(EveryStrategyTest, CausalOnesDoNotKnowTheFuture) {
 
 TEST_P(EveryStrategyTest, IsNearTheTruth) {
   // Median and Gaussian flatten the bounce of 3 cm, causal ones lag by some
-  // hundredths of a second at 1 m/s; nothing is farther than the raw points.
+  // hundredths of a second at 1 m/s; no result is farther from the truth than
+  // the raw points.
   const testing::SimulatedRecording recording = Walk(0.0);
   EXPECT_LT(
       testing::RootMeanSquare(recording.truth, Estimate(recording.frames)),
@@ -255,7 +256,7 @@ TEST(RobustPointsTest, SurviveWhatSpoilsTheInitialPose) {
   // those of 30 px, six sigmas, still pull a little.
   EXPECT_LT(rms(0.1, OutputKind::kRobustTriangulation), 2.5 * clean_m);
   EXPECT_GT(rms(0.1, OutputKind::kRawDlt), 3.0 * clean_m);
-  // As points of a filter they keep the gain.
+  // Filters on these points keep the gain.
   options.filters.points = PointKind::kRobust;
   EXPECT_LT(rms(0.1, OutputKind::kRts), clean_m);
 }

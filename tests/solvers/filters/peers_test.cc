@@ -1,5 +1,5 @@
-// Our filters beside those of Pose2Sim, and our batch beside aniposelib's, on
-// the same detections of one real person (data/shelf/peers).
+// Our filters compared with Pose2Sim's, and our batch with aniposelib's, on the
+// same detections of one real person (data/shelf/peers).
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -40,7 +40,7 @@ std::vector<Samples> ReadPeer(const std::string& folder,
   return joints;
 }
 
-// Pose2Sim joins missing points by lines before it filters.
+// Pose2Sim interpolates missing points linearly before filtering.
 void Bridge(Samples* values) {
   Eigen::Index last = 0;
   for (Eigen::Index k = 1; k < values->rows(); ++k) {
@@ -55,9 +55,9 @@ void Bridge(Samples* values) {
   }
 }
 
-// Its triangulated points, bridged and freed of outliers: seven frames, two
-// standard deviations, and the first and last three left as they are, which is
-// where its Hampel filter differs from ours.
+// Its triangulated points, bridged and without outliers: seven frames, two
+// standard deviations; unlike ours, its Hampel filter leaves the first and last
+// three values unchanged.
 std::vector<Samples> HampelPoints(const std::string& folder,
                                   const std::vector<double>& times_s) {
   std::vector<Samples> joints = ReadPeer(folder, "p2s_tri_raw");
@@ -79,9 +79,8 @@ class PeersTest : public ::testing::Test {
     for (int k = 0; k < kFrames; ++k) times_s_.push_back(k / kRate_hz);
   }
 
-  // Distances [m] between what `filter` makes of the points and the peer's
-  // file, over all joints, coordinates and frames from `trim` on to as far from
-  // the end; sorted.
+  // Sorted absolute differences [m] between the filtered points and the peer's
+  // file, over all joints and coordinates, without `trim` frames at either end.
   template <typename Filter>
   std::vector<double> Differences(const std::string& folder,
                                   const std::string& peer, int trim,
@@ -135,7 +134,7 @@ TEST_F(PeersTest, ButterworthIsPose2Sims) {
 
 TEST_F(PeersTest, GcvSplineIsPose2Sims) {
   KINEGRAPH_DATA_OR_SKIP(folder, "shelf");
-  // It chooses for each coordinate alone; ours for a point.
+  // It chooses per coordinate, ours per point.
   const auto same =
       Differences(folder, "p2s_hampel_gcv_spline", 0, [&](const Samples& x) {
         Samples smoothed(x.rows(), x.cols());
@@ -160,10 +159,10 @@ TEST_F(PeersTest, GcvSplineIsPose2Sims) {
 TEST_F(PeersTest, RtsIsPose2SimsKalman) {
   KINEGRAPH_DATA_OR_SKIP(folder, "shelf");
   // Its trust ratio of 500 is the standard deviation of a step of acceleration
-  // [1/s^2] over that of a measurement, any measurement. White noise on jerk of
-  // the same variance a frame has the power (500 r)^2 / dt. Between the two
-  // kinds of noise lie some micrometres (median 3.5, at most 170); at the
-  // start, where it takes metres a frame for its velocity, 8 mm.
+  // [1/s^2] relative to that of any measurement. White noise on jerk of the
+  // same variance a frame has the power (500 r)^2 / dt. The two kinds of noise
+  // differ by some micrometres (median 3.5, at most 170), and by 8 mm at the
+  // start, where it assumes a velocity of metres per frame.
   const double sigma_m = 0.02;
   PointModel model;
   model.derivatives = 3;

@@ -73,8 +73,8 @@ TEST(RobustTriangulationTest, OneWrongViewOfThreeOrFiveDoesNotDecide) {
       const auto point = RobustTriangulator({}).Triangulate(views);
       ASSERT_TRUE(point.has_value());
       // 108 px are 36 sigmas: its weight is (9 / (9 + 36^2))^2 = 5e-5, which
-      // leaves a pull of 5e-5 * 108 px, 30 micrometres at 5 m and 1000 px; the
-      // views in which the error lies along a ray can do no harm either.
+      // leaves a pull of 5e-5 * 108 px, 30 micrometres at 5 m and 1000 px;
+      // errors along a ray of another view do no harm either.
       EXPECT_LT((point->position_m - kPoint).norm(), 1e-3)
           << count << " views, wrong " << wrong;
       EXPECT_LT(point->weights[wrong], 0.01);
@@ -133,11 +133,11 @@ TEST(RobustTriangulationTest, CovariancesAreThoseOfTheErrors) {
   least_squares.loss = LossKind::kNone;
   for (const int views : {2, 3, 5}) {
     EXPECT_NEAR(MeanNees(least_squares, views, false), 1.0, 0.08) << views;
-    // DLT with rows made unit vectors weighs views as least squares does only
-    // where they are equally far: up to a tenth.
+    // DLT with normalised rows weights views like least squares only at equal
+    // distances: a deviation of up to a tenth.
     EXPECT_NEAR(MeanNees({}, views, true), 1.0, 0.12) << views;
-    // Good views weigh less than one by chance: some too large a covariance,
-    // never too small a one.
+    // Random errors reduce the weights of good views, so covariances may be too
+    // large, but not too small.
     const double robust = MeanNees({}, views, false);
     EXPECT_LT(robust, 1.0) << views;
     EXPECT_GT(robust, 0.85) << views;

@@ -87,8 +87,8 @@ TEST(SmoothingSplineTest, EndsAreStraightAndLimitsAreLines) {
               1e-12);
   EXPECT_NEAR(outside(4, 0) - outside(3, 0), outside(5, 0) - outside(4, 0),
               1e-12);
-  // Without smoothing it interpolates; with endless smoothing it is the
-  // regression line, of which a line is its own.
+  // Without smoothing it interpolates; with infinite smoothing it is the
+  // regression line, which for a line is the line itself.
   EXPECT_LT((SmoothingSpline(0.0, times_s, values, times_s) - values).norm(),
             1e-12);
   Samples line(30, 1);

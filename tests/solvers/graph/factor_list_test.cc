@@ -31,9 +31,8 @@ PixelMeasurement Seen(const Camera* camera, double x_px, double offset_s) {
   return measurement;
 }
 
-// Three frames of two joints 5 m before a camera. Joint 0 moves along x by
-// 1 m/s; joint 1 rests a metre beside where it began, and leaves the last frame
-// with 1 m/s.
+// Three frames of two joints 5 m before a camera. Joint 0 moves along x by 1
+// m/s; joint 1 rests 1 m from its prior and has 1 m/s in the last frame.
 PersonProblem TwoJoints(const Camera* camera) {
   PersonProblem person;
   person.times = {FromSeconds(0.0), FromSeconds(0.1), FromSeconds(0.3)};
@@ -44,8 +43,8 @@ PersonProblem TwoJoints(const Camera* camera) {
                    At(0.3, 0.0, 5.0, 1.0, 0.0)};
   moving.process_noise = {2.0, 2.0};
   moving.prior.x0 = At(-1.0, 0.0, 5.0, 1.0, 0.0);
-  // 3 px off at half the information; 0.1 s late, by when it has gone 20 px;
-  // and one that is gated. The second frame has none.
+  // One measurement 3 px off with half the information; one 0.1 s late, 20 px
+  // further; one gated. The second frame has none.
   moving.measurements = {Seen(camera, 3.0, 0.0), Seen(camera, 20.0, 0.1),
                          Seen(camera, 500.0, 0.0), Seen(camera, 60.0, 0.0)};
   moving.measurements[0].information = 0.5;
@@ -96,7 +95,7 @@ TEST(FactorList, CountAndCostByHand) {
   EXPECT_EQ(all.pixels, 3);
   EXPECT_EQ(all.bones, 3);
   const double priors = 0.5 * 1.0;  // joint 0 is a metre from its prior
-  // Twice 0, 0.1, 0.3 m of joint 0; the metre of joint 1, too.
+  // Twice 0, 0.1 and 0.3 m for joint 0, and the metre of joint 1.
   const double centres = 0.5 * (0.0 + 0.04 + 0.36) + 0.5 * (4.0 + 4.0 + 4.0);
   // Of white noise of power q on acceleration the information of a change of
   // velocity is 4 / (q dt): 1 m/s within 0.2 s.
@@ -108,7 +107,8 @@ TEST(FactorList, CountAndCostByHand) {
   // Sums of terms below ten, with rounding of some 1e-16 each.
   EXPECT_NEAR(all.cost, priors + centres + motions + pixels + bones, 1e-12);
 
-  // A loss concerns pixels alone: Cauchy's of 3 sigmas at 2 is 4 log(1 + 9/4).
+  // The loss applies to pixels only: Cauchy's at 3 sigmas with scale 2 is 4
+  // log(1 + 9/4).
   FactorWalk walk;
   walk.stage.loss = LossKind::kCauchy;
   walk.stage.scale = 2.0;

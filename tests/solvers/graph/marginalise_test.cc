@@ -51,7 +51,7 @@ void ExpectMinimumAndCovariance(Random* random) {
   const Eigen::MatrixXd own_covariance =
       (prior.A.transpose() * prior.A).inverse();
   // Condition numbers of small Gaussian matrices reach 1e3, squared in the
-  // covariance: 1e-16 * 1e6, with room.
+  // covariance: 1e-16 * 1e6, with a margin.
   EXPECT_LT((own - minimum.tail(kKept)).norm(), 1e-8 * (1.0 + own.norm()));
   EXPECT_LT(
       (own_covariance - covariance.bottomRightCorner(kKept, kKept)).norm(),
@@ -82,8 +82,8 @@ TEST(Marginalise, RowsThatEndEarlierMayBeCutThere) {
   }
   const auto a = whole.Drop<2>();
   const auto b = cut.Drop<2>();
-  // Rows have signs of their own. Numbers of size one to a unit of rounding a
-  // row and column.
+  // Signs of rows are arbitrary. One unit of rounding per row and column of
+  // numbers of size one.
   EXPECT_LT((a.A.transpose() * a.A - b.A.transpose() * b.A).norm(), 1e-13);
   EXPECT_LT((a.A.transpose() * a.b - b.A.transpose() * b.b).norm(), 1e-13);
 }

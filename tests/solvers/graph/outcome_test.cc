@@ -24,7 +24,7 @@ PixelMeasurement Weighted(int16_t view_slot, double weight,
   return measurement;
 }
 
-// Three frames: of three views, of none, of two.
+// Three frames with three, no and two views.
 JointChain ThreeFrames() {
   JointChain chain;
   for (const double x_m : {1.0, 2.0, 3.0}) {
@@ -50,7 +50,7 @@ FrameRecord RecordOfViews(const std::vector<int>& views) {
 
 TEST(Outcome, InliersAreUngatedViewsOfEnoughWeight) {
   const JointChain chain = ThreeFrames();
-  // The weight itself is enough.
+  // A weight equal to the limit suffices.
   EXPECT_EQ(CountInliers(chain, 0, 0.5), 2);
   EXPECT_EQ(CountInliers(chain, 0, 0.51), 1);
   EXPECT_EQ(CountInliers(chain, 0, 0.0), 2);
@@ -138,7 +138,7 @@ TEST(Outcome, AMissingJointHasNeitherPositionNorCovariance) {
   EXPECT_FALSE(pose.joints[0].present());
   EXPECT_EQ(pose.joints[0].position_m, Eigen::Vector3d(0.0, 0.0, 0.0));
   EXPECT_FALSE(pose.covariances[0].has_value());
-  // What its views weighed is told all the same.
+  // The weights of its views are written nevertheless.
   EXPECT_THAT(pose.inlier_views, ElementsAre(1));
   EXPECT_EQ(pose.matches[0].weights[0], 0.9);
 }

@@ -1,4 +1,4 @@
-// Values of a person's problem, and what is written of them.
+// Values of a person's problem, and its output.
 #include "solvers/graph/problem.h"
 
 #include <gtest/gtest.h>

@@ -16,7 +16,7 @@ using ::testing::HasSubstr;
 using ::testing::Not;
 using ::testing::StartsWith;
 
-// The counts that are troubles.
+// The counts of failures.
 constexpr int64_t SolveCounts::*kTroubles[] = {
     &SolveCounts::not_converged, &SolveCounts::not_finite,
     &SolveCounts::bones_dropped, &SolveCounts::positions_in_doubt,

@@ -20,14 +20,14 @@ Skeleton Legs() {
                   {{0, 1}, {2, 3}});
 }
 
-// Looks at a bone by two ends of four views each, with Gaussian noise.
+// Observations of a bone by two ends of four views each, with Gaussian noise.
 class Looker {
  public:
   explicit Looker(uint64_t seed) : random_(seed) {}
 
-  double noise_m = 0.01;     // of the length, truly
+  double noise_m = 0.01;     // true noise of the length
   double modelled_m = 0.01;  // in the model
-  double correlation = 0.0;  // of neighbouring looks' noise
+  double correlation = 0.0;  // of the noise of neighbouring observations
 
   BoneObservation At(double length_m) {
     state_ = started_ ? correlation * state_ +
@@ -54,7 +54,8 @@ class Looker {
   bool started_ = false;
 };
 
-// The estimate from so many looks at a bone whose length varies by `varies_m`.
+// The estimate from `looks` observations of a bone whose length varies by
+// `varies_m`.
 BoneEstimate Told(Looker looker, int looks, double varies_m = 0.0) {
   Random random(7);
   BoneSpreads spreads(Legs());
@@ -69,12 +70,12 @@ TEST(BoneSpreads, ARigidBoneHasNoSpread) {
     Looker looker(1);
     looker.modelled_m = modelled;  // the residuals reveal the error
     const BoneEstimate estimate = Told(looker, 1000);
-    // A median of 1000 looks of 1 cm: 0.4 mm.
+    // The median of 1000 observations with 1 cm: 0.4 mm.
     EXPECT_NEAR(estimate.length_sigma_m, 0.0004, 0.0001);
     EXPECT_NEAR(estimate.length_m, kLength, 4 * 0.0004);
-    // The variance of 1000 looks is known to 6 % (times 1 cm^2), and the low
-    // quantile of the residuals' scale to a few per cent: the spread may look
-    // like 4 standard errors, sqrt(0.3) cm.
+    // The variance of 1000 observations has a standard error of 6 % of 1 cm^2,
+    // and the residuals' scale one of a few per cent: the spread may reach 4
+    // standard errors, sqrt(0.3) cm.
     EXPECT_LT(estimate.spread_m, 0.0055);
     EXPECT_GE(estimate.spread_bound_m, estimate.spread_m);
     EXPECT_LT(estimate.spread_bound_m, 0.0065);
@@ -107,8 +108,8 @@ TEST(BoneSpreads, OutliersDoNotDecide) {
   const BoneEstimate estimate = *spreads.Estimate(0);
   // A tenth on one side moves a median to the quantile 5/9: 0.14 sigma.
   EXPECT_NEAR(estimate.length_m, kLength, 0.0014 + 4 * 0.0004);
-  // And the upper quartile of the rest to 5/6 (chi-square 1.91 for 1.32): the
-  // spread looks like sqrt(0.45) cm.
+  // And the upper quartile of the rest to 5/6 (chi-square 1.91 for 1.32): an
+  // apparent spread of sqrt(0.45) cm.
   EXPECT_LT(estimate.spread_m, 0.0067 + 0.003);
 }
 
@@ -132,7 +133,7 @@ BoneEnd LocatedAt(double x_m, const Vector3d& noise_m, double modelled,
   return end;
 }
 
-// What 1000 looks at such ends tell of a bone, and their mean distance.
+// The estimate from 1000 observations of such ends, and their mean distance.
 BoneEstimate ToldByEnds(double length_m, const Vector3d& noise_m,
                         double modelled, Random* random,
                         double* distance_m = nullptr) {
@@ -173,17 +174,17 @@ TEST(BoneSpreads, NoiseDoesNotLengthenABone) {
   }
 }
 
-// Two cameras side by side are much less accurate in depth. A bone across is
-// rotated and lengthened by it, and by a look's own direction it would count as
-// a noisy one.
+// Two cameras side by side are much less accurate in depth. This noise rotates
+// and lengthens a bone across the view, which in its own observed direction
+// would appear noisy.
 TEST(BoneSpreads, NoiseInDepthDoesNotShortenABone) {
   constexpr double kShort_m = 0.2;
   const Vector3d noise_m(0.01, 0.045, 0.01);
   for (uint64_t seed = 1; seed <= 5; ++seed) {
     Random random(seed);
     const BoneEstimate estimate = ToldByEnds(kShort_m, noise_m, 1.0, &random);
-    // As above, of the depth's variance: by the looks' own directions it is
-    // 4 mm too short.
+    // As above, of the depth's variance: by the observations' own directions it
+    // would be 4 mm too short.
     const double bound =
         4.0 * estimate.length_sigma_m + 0.05 * noise_m.squaredNorm() / kShort_m;
     EXPECT_NEAR(estimate.length_m, kShort_m, bound) << seed;
@@ -192,8 +193,8 @@ TEST(BoneSpreads, NoiseInDepthDoesNotShortenABone) {
 }
 
 TEST(BoneSpreads, ABoneShorterThanAnyNoiseIsNotKnown) {
-  // Both ends in the same place, and more noise modelled than there is: what
-  // is left of the square is below zero.
+  // Both ends at the same position and too much modelled noise: the corrected
+  // square is negative.
   Random random(12);
   const Skeleton strange("strange", {"l_tip", "l_end", "r_tip", "r_end"},
                          {{0, 1}, {2, 3}});
@@ -214,8 +215,8 @@ TEST(BoneSpreads, LooksThatFollowEachOtherCountAsFewer) {
   lasting.correlation = 0.9;
   const BoneEstimate a = Told(independent, 1000);
   const BoneEstimate b = Told(lasting, 1000);
-  // (1 + 0.9) / (1 - 0.9) = 19 looks are worth one: 4.4 times the error, but
-  // for the error of the correlation, a tenth of 1 - 0.9 times two.
+  // (1 + 0.9) / (1 - 0.9) = 19 observations count as one: 4.4 times the error,
+  // up to the error of the correlation, a tenth of 1 - 0.9 times two.
   EXPECT_NEAR(b.length_sigma_m / a.length_sigma_m, 4.4, 1.0);
   EXPECT_GT(b.spread_bound_m, a.spread_bound_m);
 }
@@ -226,8 +227,9 @@ TEST(BoneSpreads, AnErrorThatStaysLeavesTheLengthUnsure) {
   BoneSpreads spreads(Legs());
   for (int i = 0; i < 1000; ++i) spreads.Add(0, looker.At(kLength));
   const double averaged_m = spreads.Estimate(0)->length_sigma_m;
-  // A quarter of the variance for good: half of the sigma of a look, 1 cm. The
-  // looks' own scale is known to some per cent (see ARigidBoneHasNoSpread).
+  // A quarter of the variance is constant: half of an observation's sigma, 1
+  // cm. The observations' own scale is known to a few per cent (see
+  // ARigidBoneHasNoSpread).
   spreads.SetLasting({0.25, 1e6}, kFrame_s);
   EXPECT_NEAR(spreads.Estimate(0)->length_sigma_m, 0.005, 0.0003);
   // For a fiftieth of these ten seconds: 2 * 0.2 / 10 of that variance.
@@ -245,7 +247,7 @@ TEST(BoneSpreads, LeftAndRightShareWhereOneIsHardlySeen) {
   const BoneEstimate right = *spreads.Estimate(1);
   EXPECT_NEAR(right.length_m, kLength, 0.003) << "and the population's 0.418";
   EXPECT_GT(right.length_sigma_m, 0.009) << "sides differ by a centimetre";
-  // Both seen well: each keeps its own.
+  // With many observations of both, each keeps its own length.
   for (int i = 0; i < 800; ++i) spreads.Add(1, looker.At(kLength + 0.03));
   EXPECT_NEAR(spreads.Estimate(0)->length_m, kLength, 0.002);
   EXPECT_NEAR(spreads.Estimate(1)->length_m, kLength + 0.03, 0.002);
@@ -267,7 +269,7 @@ TEST(BoneSpreads, UnknownBonesNeedToBeSeen) {
   EXPECT_FALSE(spreads.Estimate(0).has_value());
   spreads.Add(0, looker.At(0.1));
   ASSERT_TRUE(spreads.Estimate(0).has_value());
-  // 25 looks of 1 cm: a median to 2.5 mm.
+  // 25 observations with 1 cm: a median to 2.5 mm.
   EXPECT_NEAR(spreads.Estimate(0)->length_m, 0.1, 0.01);
 }
 
@@ -298,8 +300,8 @@ TEST(BoneSpreads, AskingOftenChangesNothing) {
     b.Add(0, often.At(kLength));
     (void)b.Estimate(0);
   }
-  // Recomputed with every tenth more: the last time with at least 364 looks,
-  // whose median differs by less than its own error.
+  // Recomputed when observations have grown by a tenth: the last time with at
+  // least 364, whose median differs by less than its own error.
   EXPECT_NEAR(a.Estimate(0)->length_m, b.Estimate(0)->length_m, 0.0007);
 }
 
@@ -326,8 +328,8 @@ TEST(BoneSpreads, TheHeadIsRigid) {
 }
 
 // Nine frames with a common spread carry its information once: together 5 mm.
-// Spread that the looks cannot show counts less: the fourth root of the number
-// of frames. An error of the length is common to all frames; in reported
+// Spread that the observations cannot show counts less: the fourth root of the
+// number of frames. An error of the length is common to all frames; in reported
 // covariances nine of them have no more information than the length itself.
 TEST(BoneSpreads, AFactorAllowsWhatIsKnownOfTheBone) {
   struct Case {
@@ -357,7 +359,7 @@ TEST(BoneSpreads, AFactorAllowsWhatIsKnownOfTheBone) {
   }
 }
 
-// Four bones, so that what three say can be told of the fourth.
+// Four bones, three of which provide the prior of the fourth.
 Skeleton FourBones() {
   return Skeleton("four", {"a", "b", "c", "d", "e"},
                   {{0, 1}, {1, 2}, {2, 3}, {3, 4}});
@@ -380,7 +382,7 @@ TEST(BoneSpreads, RigidBonesTellOfEachOther) {
     together_m2 += std::pow(together.Estimate(0)->spread_bound_m, 2);
   }
   // Four estimates of one spread have half the standard error of its variance;
-  // what chance lets them differ takes some of that back.
+  // their random differences reduce the gain.
   EXPECT_LT(together_m2, 0.75 * alone_m2);
 }
 
@@ -393,8 +395,8 @@ TEST(BoneSpreads, ABoneThatSwaysIsNotDrawnToRigidOnes) {
     for (int bone = 1; bone < 4; ++bone) spreads.Add(bone, looker.At(kLength));
   }
   // A standard error of the variance, 5 cm^2 in all times sqrt(3.34 / 400), is
-  // 0.45 cm^2: 1.1 mm of 2 cm. Twice that, and as much for the draw to the
-  // rest.
+  // 0.45 cm^2: 1.1 mm of 2 cm. Twice that, and as much for the shrinkage
+  // towards the other bones.
   EXPECT_NEAR(spreads.Estimate(0)->spread_m, 0.02, 0.004);
   for (int bone = 1; bone < 4; ++bone) {
     EXPECT_LT(spreads.Estimate(bone)->spread_m, 0.006);

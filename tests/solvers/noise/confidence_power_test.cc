@@ -17,7 +17,7 @@ constexpr double kBelieved = 0.5;
 struct Looks {
   int views = 4;
   int frames = 400;
-  double power = kBelieved;  // of the confidence, in truth
+  double power = kBelieved;  // true power of the confidence
   double least_confidence = 0.1;
   double greatest_confidence = 1.0;
   double outliers = 0.0;  // share, 100 px off
@@ -59,12 +59,12 @@ ConfidenceWeighting Learnt(const Looks& looks, uint64_t seed) {
 class ConfidencePowerTest
     : public ::testing::TestWithParam<std::tuple<double, int, double>> {};
 
-// 400 looks by four views, of five numbers each. A relative change of each
-// view's sigma by exp(-dp (ln c - mean)), whose logarithm varies by 0.56 for
-// confidences uniform from 0.1 to 1, is told with an information of about 2 per
+// 400 observations by four views, of five numbers each. A relative change of
+// each view's sigma by exp(-dp (ln c - mean)), whose logarithm varies by 0.56
+// for confidences uniform from 0.1 to 1, has an information of about 2 per
 // number: sd of the power 1 / sqrt(2 * 400 * 0.56^2) = 0.06, below half a step
-// of the powers that are compared (0.25, then 0.5). Views of less help with
-// less.
+// of the powers that are compared (0.25, then 0.5). Views with less information
+// contribute less.
 TEST_P(ConfidencePowerTest, IsWhatTheErrorsShow) {
   Looks looks;
   looks.power = std::get<0>(GetParam());

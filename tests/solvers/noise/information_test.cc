@@ -229,7 +229,7 @@ TEST(MotionLagTest, SmallErrorsAreNoLagThatIsMissing) {
          {ErrorCorrelation{0.0, 0.1}, ErrorCorrelation{0.9, 0.1}}) {
       const LagLearner::Ratios ratios =
           RatiosOf(Driven(3), correlation, kLagFrames, off);
-      // Lasting errors leave little above the crossover.
+      // Lasting errors have little power above the crossover.
       EXPECT_NEAR(ratios.noise, off * off, 0.15 * off * off);
       EXPECT_NEAR(ratios.lag, LagOf(Driven(3), correlation), kTolerance);
     }

@@ -58,9 +58,10 @@ Levels Sum(const std::vector<Levels>& evidence) {
 }
 
 TEST(MotionLevelTest, TheEvidenceFindsTheProcessNoise) {
-  // The smoother's bandwidth is (q / (R h))^(1/4), 37 to 52 rad/s: in 20 s some
-  // 300 independent looks at each of three axes, so ln q is good to about 0.1.
-  // The parabola over levels ln 3.2 apart adds as much; three times the sum.
+  // The smoother's bandwidth is (q / (R h))^(1/4), 37 to 52 rad/s: in 20 s
+  // about 300 independent values on each of three axes, so ln q is accurate to
+  // about 0.1. The parabola over levels ln 3.2 apart adds as much; three times
+  // the sum.
   for (const double rate_hz : {30.0, 120.0}) {
     for (const double level : {0.3, 1.0, 30.0}) {
       std::vector<TimeNs> times;
@@ -125,8 +126,8 @@ TEST(LevelChainTest, StaysAroundTheTakesLevel) {
   LevelChain::Vector log_levels;
   for (int i = 0; i < kLevelCount; ++i) log_levels[i] = LogLevel(i);
   EXPECT_NEAR(chain.stationary().dot(log_levels), 1.5, 0.05);
-  // Jumps to any level draw the long run to the middle of the grid, by no more
-  // than the share of such jumps: 0.2 a second against 1 / 0.5 s.
+  // Jumps to any level pull the stationary distribution towards the middle of
+  // the grid, by at most their share: 0.2 per second against 1 / 0.5 s.
   const LevelChain::Vector later =
       chain.Transition(FromSeconds(20.0)) * chain.stationary();
   EXPECT_NEAR(later.dot(log_levels), 1.5, 0.2 * 2.0);
@@ -135,7 +136,7 @@ TEST(LevelChainTest, StaysAroundTheTakesLevel) {
 constexpr TimeNs kFrame = 40'000'000;
 constexpr double kSigmaM = 0.005;
 
-// Shows a bank 100 frames of a joint that swings, from `begin` on.
+// Passes 100 frames of a swinging joint to a bank, from `begin` on.
 void ShowSwing(TimeNs begin, FilterBank* bank, Levels* evidence) {
   for (int k = 0; k < 100; ++k) {
     FramePoint point;
@@ -147,9 +148,10 @@ void ShowSwing(TimeNs begin, FilterBank* bank, Levels* evidence) {
 
 class FilterBankPauses : public ::testing::TestWithParam<double> {};
 
-// After a minute even the least driven level has lost the joint by metres. The
-// evidence of a recording with a pause differs from that of two recordings only
-// in the first point after it, which must not dominate the levels.
+// After a minute even the level with the least process noise has an uncertainty
+// of metres. The evidence of a recording with a pause differs from that of two
+// recordings only in the first point after it, which must not dominate the
+// levels.
 TEST_P(FilterBankPauses, KeepTheirDigits) {
   const double usual = UsualProcessNoise(JointClass::kWrist);
   Levels whole{};
@@ -163,8 +165,9 @@ TEST_P(FilterBankPauses, KeepTheirDigits) {
   }
   for (int level = 0; level < kLevelCount; ++level) {
     ASSERT_TRUE(std::isfinite(whole[level])) << "level " << level;
-    // The one point is less likely by the spread of where it may be: no more
-    // than the log of q dt^3 / 3 for each axis, and for a restart nothing.
+    // The likelihood of that point is reduced by the spread of the prediction,
+    // at most the log of q dt^3 / 3 for each axis, and by nothing after a
+    // restart.
     const double spread =
         usual * std::exp(LogLevel(level)) * std::pow(GetParam() + 1.0, 3.0);
     const double bound = 1.5 * std::log1p(spread / (kSigmaM * kSigmaM)) + 10.0;

@@ -47,7 +47,7 @@ class PersonNoiseTest : public ::testing::Test {
     return testing::Simulate(scene_, testing::FixedNoise(), truth, noise, seed);
   }
 
-  // What a whole recording tells, applied to it.
+  // Learns the noise of a whole recording and applies it.
   LearntNoise LearnWhole(const std::vector<EstimatorFrame>& frames) {
     problem_ = testing::Assemble(scene_, options_, frames);
     PersonNoise noise(scene_, options_);
@@ -88,10 +88,10 @@ TEST_F(PersonNoiseTest, TellsWhatTheTakeWasMadeOf) {
     const LearntNoise learnt = Learn(recording, causal);
     const LearntNoise::OfClass& of_class = learnt.classes[elbow];
     EXPECT_EQ(of_class.joints_seen, 1200);
-    // 20 s of errors that last 0.1 s are 100 looks at five coordinates: 0.3
-    // quantile good to 5 % of sigma (as in pixel_noise_test.cc), three classes
-    // shrunk to their common scale; 15 % of joint-frames with an outlier among
-    // four views raise it by 5 %.
+    // 20 s of errors that last 0.1 s are 100 independent values of five
+    // coordinates: the 0.3 quantile is accurate to 5 % of sigma (as in
+    // pixel_noise_test.cc), with three classes shrunk to their common scale; 15
+    // % of joint-frames with an outlier among four views raise it by 5 %.
     EXPECT_NEAR(of_class.sigma_px, 3.0, 0.5) << causal;
     EXPECT_NEAR(learnt.correlation.time_s, 0.1, 0.04) << causal;
     EXPECT_GT(learnt.correlation.share, 0.8) << causal;
@@ -126,7 +126,7 @@ TEST_F(PersonNoiseTest, EachCanBeSwitchedOffAlone) {
             given.measurements[0].sigma_px);
 }
 
-// Although the noise model assumes that they are informative.
+// The noise model assumes informative confidences.
 TEST_F(PersonNoiseTest, ConfidencesThatSayNothingAreNoticed) {
   GraphOptions without = testing::FixedNoise();
   without.confidence_power = 0.0;
@@ -147,7 +147,7 @@ TEST_F(PersonNoiseTest, ConfidencesThatSayNothingAreNoticed) {
           return a.sigma_px < b.sigma_px;
         });
     EXPECT_LT(greatest->sigma_px / least->sigma_px, 1.6);
-    // What the noise was made with: 6 px whatever the confidence, good to 5 %.
+    // The true noise: 6 px at any confidence, accurate to 5 %.
     EXPECT_NEAR(
         learnt.classes[static_cast<size_t>(JointClass::kWrist)].sigma_px, 6.0,
         0.6);
@@ -190,10 +190,10 @@ TEST_F(PersonNoiseTest, ViewsThatAgreeAreHeardAfterALongRest) {
   for (const bool batch : {true, false}) {
     // One frame's triangulation is good to 8 mm / sqrt(2) in each of two
     // directions and 4 mm in the third; the largest of 2160 such errors is four
-    // times that, 35 mm. Twice it at the onset of a kick, which no frame before
-    // announces.
+    // times that, 35 mm. Twice that at the onset of a kick, which earlier
+    // frames cannot predict.
     EXPECT_LT(worst(options_, batch), 0.07) << batch;
-    // What this is about: a process noise for quiet people loses the joint.
+    // For comparison: a process noise for quiet people loses the joint.
     EXPECT_GT(worst(testing::FixedNoise(), batch), 0.15) << batch;
   }
 }
@@ -223,7 +223,7 @@ TEST_F(PersonNoiseTest, ARecordingTellsTheSameBackwards) {
   }
 }
 
-// One arm works and the other rests: each has a level of its own.
+// One arm moves and the other rests: each has its own level.
 TEST_F(PersonNoiseTest, AnArmThatRestsIsQuietBesideOneThatWorks) {
   scene_.skeleton = Skeleton("arms", {"l_wrist", "r_wrist"}, {});
   constexpr int kFrames = 300;
@@ -237,9 +237,9 @@ TEST_F(PersonNoiseTest, AnArmThatRestsIsQuietBesideOneThatWorks) {
     truth[0].push_back(state);
   }
   LearnWhole(See(truth, 1.0 / 3.0, 14).frames);  // 2 px: 8 mm
-  // A swing of 47 m/s^2 at 2 Hz asks for hundreds of times what the stiffest
-  // filter allows, which suits an arm that rests. A tenth of that is left here
-  // for how sharply few frames tell.
+  // A swing of 47 m/s^2 at 2 Hz corresponds to hundreds of times the process
+  // noise of the stiffest filter, which suits a resting arm. The limit is a
+  // tenth of that, because few frames determine it poorly.
   for (int k = 60; k < kFrames - 60; ++k) {
     ASSERT_GT(problem_.joints[0].process_noise[k],
               20.0 * problem_.joints[1].process_noise[k])
@@ -248,7 +248,8 @@ TEST_F(PersonNoiseTest, AnArmThatRestsIsQuietBesideOneThatWorks) {
 }
 
 // Heavy noise hides a quiet joint's motion, so it is assumed to be as active as
-// the person's others; with little noise its rest is visible, whatever they do.
+// the person's others; with little noise its rest is visible, whatever the
+// other joints do.
 TEST_F(PersonNoiseTest, NoiseHidesSlowMotionOfWhoMoves) {
   constexpr int kFrames = 300;
   const auto least_of_shoulder = [&](bool moves, double sigma_scale) {
@@ -271,9 +272,9 @@ TEST_F(PersonNoiseTest, NoiseHidesSlowMotionOfWhoMoves) {
   const double usual = UsualProcessNoise(JointClass::kShoulder);
   // The stiffest filter is at a fortieth: nothing is quieter.
   const double still = usual / 40.0;
-  // 12 px at 4 m are 48 mm, and 31 mm an axis of each located point. Two and a
-  // half cycles a second then ask for 1 m^2/s^3, more than the usual; what is
-  // left is the mean of three classes, of which two move about as usual.
+  // 12 px at 4 m are 48 mm, and 31 mm per axis of each located point. A
+  // crossover of 2.5 Hz then corresponds to 1 m^2/s^3, more than the usual; the
+  // limit is the mean of three classes, two of which move about as usual.
   EXPECT_GT(least_of_shoulder(true, 2.0), 0.25 * usual);
   EXPECT_LT(least_of_shoulder(false, 2.0), 4.0 * still);
   // 2.4 mm at 4 m: 2.5e-3 m^2/s^3, below the stiffest filter.

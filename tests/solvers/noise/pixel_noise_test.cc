@@ -96,7 +96,7 @@ ErrorCorrelation FitSimulated(double share, double time_s, double rate_hz,
       view.residual = std::sqrt(share) * slow[v] +
                       std::sqrt(1.0 - share) *
                           Eigen::Vector2d(random.Normal(), random.Normal());
-      // Five of eight coordinates are left: as small as that makes it.
+      // Five of eight coordinates remain, which reduces the square accordingly.
       residuals.square += 5.0 / 8.0 * view.residual.squaredNorm();
     }
     learner.Add(0, FromSeconds(k / rate_hz), 1.0, residuals);
@@ -105,10 +105,10 @@ ErrorCorrelation FitSimulated(double share, double time_s, double rate_hz,
 }
 
 TEST(CorrelationLearnerTest, FindsHowLongErrorsLast) {
-  // 60 s of errors that last 0.1 s are 60 / 0.2 independent looks in each of
-  // eight coordinates: correlations are good to 1 / sqrt(2400) = 0.02, a time
-  // between lags of 0 and 0.25 s to about a tenth. Frames with large residuals
-  // are left out, which shortens it a little.
+  // 60 s of errors that last 0.1 s are 60 / 0.2 independent values in each of
+  // eight coordinates: correlations are accurate to 1 / sqrt(2400) = 0.02, a
+  // time between lags of 0 and 0.25 s to about a tenth. Frames with large
+  // residuals are left out, which shortens it a little.
   for (const double rate_hz : {25.0, 120.0}) {
     const ErrorCorrelation fit = FitSimulated(0.9, 0.1, rate_hz, 60.0, 4);
     EXPECT_NEAR(fit.share, 0.9, 0.1) << rate_hz;
@@ -130,8 +130,8 @@ TEST(CorrelationLearnerTest, ASmallShareCountsWhereManyFramesAverageTheRest) {
 }
 
 TEST(CorrelationLearnerTest, WhatStaysIsFoundToStay) {
-  // A fifth of the variance as good as constant: over a quarter of a second it
-  // must not seem to fade. 60 s at 60 Hz make correlations good to about
+  // A fifth of the variance is practically constant: over a quarter of a second
+  // it must not appear to decay. 60 s at 60 Hz make correlations good to about
   // 1 / sqrt(8 * 3600) = 0.006, which a time of 2 s would miss by 0.2 * (1 -
   // exp(-0.25 / 2)) = 0.024 at the longest lag.
   const ErrorCorrelation fit = FitSimulated(0.2, 1e6, 60.0, 60.0, 7);

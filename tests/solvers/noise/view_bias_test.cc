@@ -13,8 +13,8 @@
 namespace kinegraph {
 namespace {
 
-// A left hip, and perhaps a knee, that five cameras see ten times a second for
-// a minute.
+// A left hip, and optionally a knee, observed by five cameras ten times per
+// second for a minute.
 struct BodyRecording {
   double turns = 6.0;  // of the body, in all
   double noise_px = 2.0;
@@ -95,8 +95,8 @@ class ViewBiasTest : public ::testing::Test {
     return series.Fit(always);
   }
 
-  // 2 cm across and 1.5 cm along that go twice around with the view: no offset
-  // of the joint looks like that.
+  // 2 cm across and 1.5 cm along with two periods per turn, unlike any offset
+  // of the joint.
   static ViewBias::OfJoint TwiceAround() {
     ViewBias::OfJoint bias;
     bias.used = true;
@@ -122,11 +122,12 @@ TEST_F(ViewBiasTest, FindsWhatTheTakeWasMadeWith) {
   EXPECT_EQ(hip.observations, 3000);
   EXPECT_TRUE(hip.used);
   EXPECT_NEAR(learnt.azimuth_deg, 360.0, 1e-9);
-  // 3000 observations of 8 mm and a mean square of 0.5 tell a coefficient to
-  // 0.2 mm; four of ridge and the part that the joint's position takes (three
-  // of ten numbers) leave it 1 mm small. 2 mm are two of those.
+  // 3000 observations of 8 mm and a mean square of 0.5 determine a coefficient
+  // to 0.2 mm; four of ridge and the part that the joint's position takes
+  // (three of ten numbers) leave it 1 mm small. 2 mm are two of those.
   for (size_t i = 0; i < kViewFeatureCount; ++i) {
-    if (i >= 7) continue;  // with all cameras at one height told by the ridge
+    if (i >= 7)
+      continue;  // with all cameras at one height determined by the ridge
     EXPECT_NEAR(hip.across_m[i], recording.bias.across_m[i], 2e-3) << i;
     EXPECT_NEAR(hip.along_m[i], recording.bias.along_m[i], 2e-3) << i;
   }
@@ -158,7 +159,8 @@ TEST_F(ViewBiasTest, AnOffsetInTheBodyIsNoBias) {
   EXPECT_LT(worst, 0.5);
 }
 
-// Then a bias cannot be distinguished from a shift of each camera.
+// If all people face one way, a bias cannot be distinguished from a shift of
+// each camera.
 TEST_F(ViewBiasTest, IsOffWhereEverybodyFacesOneWay) {
   BodyRecording recording;
   recording.turns = 0.15;
@@ -168,7 +170,7 @@ TEST_F(ViewBiasTest, IsOffWhereEverybodyFacesOneWay) {
   EXPECT_TRUE(learnt.empty());
 }
 
-// Partners share coefficients: what is to the left of the left hip is to the
+// Partners share coefficients, mirrored: left of the left hip corresponds to
 // right of the right one.
 TEST_F(ViewBiasTest, SidesAreMirrored) {
   const ViewBias::OfJoint bias = TwiceAround();
@@ -205,7 +207,7 @@ TEST(IndependentShareTest, IsTheVarianceOfAMean) {
   EXPECT_EQ(IndependentShare({0.0, 0.3}, kPeriod_s), 1.0);
 }
 
-// Where positions are known, the directions' own least squares.
+// With known positions: plain least squares in the directions.
 TEST_F(ViewBiasTest, ViewsTellTheBiasAsItIs) {
   BiasSums sums;
   BodyRecording recording;
@@ -245,14 +247,14 @@ TEST_F(ViewBiasTest, AShiftPassesForABiasUnlessItIsTakenAway) {
   EXPECT_LT(greatest(Learn(shifted, true)), 1e-9);
   shifted.bias = TwiceAround();
   EXPECT_TRUE(Learn(shifted, true).joints[line_].used);
-  // From all sides a bias has no mean to lose, but for distances that differ.
+  // Seen from all sides a bias has zero mean, up to differences in distance.
   shifted.turns = 6.0;
   const ViewBias stays = Learn(shifted, true);
   EXPECT_NEAR(stays.joints[line_].across_m[3], 0.02, 1e-3);
   EXPECT_TRUE(stays.joints[line_].used);
 }
 
-// A person's looks at one joint: residuals along one feature.
+// Adds observations of one joint: residuals along one feature.
 void Tell(size_t line, double residual_m, size_t names, BiasSeries* series) {
   for (int k = 0; k < 100; ++k) {
     std::vector<BiasSums> sums(names);
@@ -287,10 +289,10 @@ TEST_F(ViewBiasTest, OnePassTellsTheNext) {
   const ViewBias::OfJoint& told = notes.view_bias()->joints[line_];
   EXPECT_EQ(told.observations, 800);
   EXPECT_TRUE(told.used);
-  // 200 looks that say 2 cm on average beside the ridge of ten; of the eight
-  // numbers of four views the position has taken three.
+  // 200 observations of 2 cm on average with a ridge of ten; the position
+  // absorbs three of the eight numbers of four views.
   EXPECT_NEAR(told.across_m[0], 0.02 * 200.0 / 210.0 * 8.0 / 5.0, 1e-12);
-  EXPECT_EQ(notes.NewSeries(joints_, 1), nullptr);  // it has been told
+  EXPECT_EQ(notes.NewSeries(joints_, 1), nullptr);  // already added
 }
 
 TEST(RecordingNotesTest, PeopleAreOneInGeometricMeans) {

@@ -36,9 +36,9 @@ TEST(CameraCheck, SaysNothingOfSoundCameras) {
   EXPECT_EQ(Words(check), "");
   for (const CameraCheck::View& view : check.Views()) {
     EXPECT_GE(view.in_motion, 60u);
-    // A residual of 2 px is one of 20 ms where a joint walks by; 60 stretches,
-    // whose errors last as long as they do, leave 20 / sqrt(60) ms, of which
-    // this is four.
+    // 2 px correspond to 20 ms at walking speed; the mean of 60 segments with
+    // independent errors has a standard error of 20 / sqrt(60) ms, of which the
+    // limit is four.
     EXPECT_LT(std::abs(view.late_s), 0.01);
   }
 }
@@ -55,7 +55,7 @@ TEST(CameraCheck, NamesTheImageThatIsShifted) {
   EXPECT_NEAR(check.Views()[1].y_px, -10.0, 2.0);
 }
 
-// Cameras side by side can hardly place any joint, and then wrongly.
+// Cameras side by side triangulate few joints, and those inaccurately.
 TEST(CameraCheck, CamerasSideBySideAreNotAccused) {
   for (const uint64_t seed : {3, 4, 5}) {
     for (const double apart_m : {0.1, 0.3, 0.6}) {
@@ -83,8 +83,9 @@ TEST(CameraCheck, NamesTheClockThatIsLateUnlessItsTimeIsTold) {
   EXPECT_NE(Words(check).find(name + " sees people about"), std::string::npos)
       << Words(check);
   EXPECT_NE(Words(check).find("later than the others"), std::string::npos);
-  // The others are right: what they triangulate is at the recorded time.
-  // Straight lines over 0.2 s cut the corners of steps.
+  // The clocks of the others are correct, so their points belong to the
+  // recorded time. Straight segments of 0.2 s only approximate the motion of
+  // steps.
   EXPECT_NEAR(check.Views()[2].late_s, 0.1, 0.015);
   for (DetectionFrame& frame : scene.detections.frames) {
     frame.views[2].capture_time += FromSeconds(0.1);
@@ -99,7 +100,7 @@ TEST(CameraCheck, TwoCamerasAreCheckedByEpipolarLines) {
   options.arc_deg = 90.0;
   FaultyScene scene = MakeFaultyScene(options);
   EXPECT_EQ(Words(CheckOf(scene)), "");
-  // Cameras of one height: their epipolar lines run across the image.
+  // With cameras at equal height epipolar lines are horizontal.
   scene.cameras[1] = testing::Shifted(scene.cameras[1], 0.0, 25.0);
   const CameraCheck check = CheckOf(scene);
   EXPECT_NE(Words(check), "");

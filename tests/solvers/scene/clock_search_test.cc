@@ -1,4 +1,4 @@
-// Clocks of exact people. Noisy scenes are in readings_test.cc.
+// Clocks from exact detections. Noisy scenes: readings_test.cc.
 #include "solvers/scene/clock_search.h"
 
 #include <gmock/gmock.h>
@@ -62,20 +62,21 @@ TEST(Realigned, ShowsEachViewsLaterFrame) {
 
 // ---- Lags ----
 
-// Joints that are exact agree in one frame only.
+// Exact joints agree at one lag only.
 TEST(ClockSearchOfExactPeople, LagsAreExact) {
   const CameraRig cameras = testing::RingOfCameras(4);
   for (const std::vector<int>& lags :
        {std::vector<int>{0, 7, -5, 0}, std::vector<int>{0, 0, 0, 12},
         std::vector<int>{0, 6, 6, 6}}) {
-    // Frame k + lag is to show moment k.
+    // Frame k + lag shall show time k.
     std::vector<int> back;
     for (const int lag : lags) back.push_back(-lag);
     const ClockSearch search =
         ClocksOf(cameras, Realigned(Movers(cameras), back));
     EXPECT_TRUE(search.found());
     EXPECT_EQ(search.lag_frames, lags);
-    // Gains are one less distances that are rounded, of a few hundred people.
+    // Gains are 1 minus distances, with the rounding errors of a few hundred
+    // people.
     EXPECT_NEAR(search.all.after.score(), 1.0, 1e-9);
     EXPECT_NEAR(search.moved.after.score(), 1.0, 1e-9);
     EXPECT_LT(search.all.before.score(), search.all.after.score());
@@ -83,9 +84,9 @@ TEST(ClockSearchOfExactPeople, LagsAreExact) {
   }
 }
 
-// Of six pairs of four views three have the view that is late. Every fourth of
-// 120 frames is looked at, two people in each; the late view's first eight
-// frames are empty, two of them among these.
+// Three of the six pairs of four views contain the late view. Every fourth of
+// 120 frames is examined, with two people each; the first eight frames of the
+// late view are empty, and two of them are examined.
 TEST(ClockSearchOfExactPeople, MovedPairsAreThoseWhoseLagsDiffer) {
   const CameraRig cameras = testing::RingOfCameras(4);
   const ClockSearch search =
@@ -95,7 +96,7 @@ TEST(ClockSearchOfExactPeople, MovedPairsAreThoseWhoseLagsDiffer) {
   EXPECT_EQ(search.all.before.possible, 3.0 * 28.0 * 2.0 + 3.0 * 30.0 * 2.0);
 }
 
-// Lags count from the first view, whichever that is.
+// Lags are relative to the first view in any order of views.
 TEST(ClockSearchOfExactPeople, TheOrderOfViewsIsOfNoConsequence) {
   CameraRig cameras = testing::RingOfCameras(3);
   DetectionSequence seen = Realigned(Movers(cameras), {0, -7, 5});
@@ -129,7 +130,7 @@ TEST(ClockSearchOfExactPeople, ViewsInStepHaveNoLags) {
   EXPECT_EQ(search.moved.before.possible, 0.0);
 }
 
-// Agree as well at any lag.
+// People at rest agree equally at any lag.
 TEST(ClockSearchOfExactPeople, PeopleAtRestHaveNoLags) {
   const CameraRig cameras = testing::RingOfCameras(3);
   const DetectionSequence seen =
@@ -139,7 +140,7 @@ TEST(ClockSearchOfExactPeople, PeopleAtRestHaveNoLags) {
   EXPECT_FALSE(ClocksOf(cameras, Realigned(seen, {0, -7, 5})).found());
 }
 
-// A third of the recording of 30 frames is 10, and 5 are asked for.
+// A third of the 30 frames are 10; the search is limited to 5.
 TEST(ClockSearchOfExactPeople, LagsBeyondReachAreNotFound) {
   const CameraRig cameras = testing::RingOfCameras(2);
   DetectionSequence seen = Realigned(Movers(cameras), {0, -9});
@@ -168,7 +169,7 @@ TEST(ClockSearchOfExactPeople, OneViewNoneAndNobodyHaveNoLags) {
   EXPECT_FALSE(ClocksOf(cameras, nobody).found());
 }
 
-// Its own lag is not told.
+// Its own lag is unknown.
 TEST(ClockSearchOfExactPeople, AViewThatSeesNobodyIsOfNoConsequence) {
   const CameraRig cameras = testing::RingOfCameras(4);
   DetectionSequence seen = Realigned(Movers(cameras), {0, -7, 0, 0});

@@ -39,7 +39,7 @@ const Finding* FindKind(const Diagnosis& diagnosis, const std::string& kind,
   return nullptr;
 }
 
-// The finding of a kind, of one camera or of any; a failure without one.
+// The finding of a kind, of one camera or of any; fails if there is none.
 Finding FoundKind(const Diagnosis& diagnosis, const std::string& kind,
                   const std::string& camera = "") {
   const Finding* one = FindKind(diagnosis, kind, camera);
@@ -61,8 +61,9 @@ TEST(Doctor, SoundScenesAreSound) {
   EXPECT_EQ(diagnosis.cameras.size(), 5u);
 }
 
-// Real detectors have errors of centimetres, by joint and view, for whole
-// recordings: no fault of a camera, and findings on one change nothing.
+// Real detectors have errors of centimetres per joint and view that last for
+// whole recordings; they are not camera faults, and no camera is corrected for
+// them.
 TEST(Doctor, LastingOffsetsAreNoFaultOfCameras) {
   const uint64_t end = testing::kSanitized ? 42 : 45;
   for (uint64_t seed = 41; seed < end; ++seed) {
@@ -93,7 +94,7 @@ TEST(Doctor, ACameraThatIsOffIsNamedAlone) {
     const Diagnosis diagnosis = DiagnoseScene(scene);
     FoundKind(diagnosis, kind, scene.cameras[view].name());
     ExpectNoneBut(diagnosis, scene.cameras[view].name());
-    // Nothing else is changed.
+    // All other cameras stay as they are.
     for (size_t v = 0; v < scene.cameras.size(); ++v) {
       if (v == view) continue;
       EXPECT_EQ(diagnosis.cameras[v].R(), scene.cameras[v].R()) << kind;
@@ -226,7 +227,8 @@ TEST(Doctor, ForgottenLensesAreNamed) {
   FaultyScene scene = MakeFaultyScene(options);
   for (Camera& camera : scene.cameras) camera = testing::WithoutLens(camera);
   const Diagnosis diagnosis = DiagnoseScene(scene);
-  // A view that sees people in the middle of its image hardly has any effect.
+  // In a view with people in the middle of the image the lens has hardly any
+  // effect.
   size_t named = 0;
   for (size_t v = 0; v < scene.cameras.size(); ++v) {
     const Finding* lens = FindKind(diagnosis, "lens", scene.cameras[v].name());
@@ -317,7 +319,7 @@ TEST(Doctor, RepeatedPicturesAreCounted) {
   EXPECT_NE(frames.evidence.find("4 of"), std::string::npos) << frames.evidence;
 }
 
-// A recorder that loses two images numbers the rest as if it had not.
+// A recorder that loses two images numbers the others consecutively.
 TEST(Doctor, LostPicturesAreNamed) {
   FaultyScene scene = MakeFaultyScene({17});
   auto& frames = scene.detections.frames;
@@ -332,7 +334,7 @@ TEST(Doctor, LostPicturesAreNamed) {
   EXPECT_EQ(lost.evidence.rfind("2 pictures are missing before", 0), 0u)
       << lost.evidence;
   EXPECT_LT(lost.after_px, lost.before_px);
-  // Once they are put back, nothing else is wrong.
+  // With the lost frames restored there are no other findings.
   EXPECT_EQ(diagnosis.findings.size(), 1u) << DiagnosisWords(diagnosis);
 }
 
@@ -349,7 +351,8 @@ TEST(Doctor, ACameraThatMovedInTheMiddleIsNamed) {
       std::sscanf(turned.evidence.c_str(), "from about frame %lf on: ", &from),
       1)
       << turned.evidence;
-  // A frame's agreement scatters; the pair of frames beside the turn decides.
+  // The agreement of a single frame is noisy; the boundary is that between two
+  // frames.
   EXPECT_NEAR(from, static_cast<double>(kFrom), 3.0);
   EXPECT_NE(turned.evidence.find("turned by 1.0"), std::string::npos)
       << turned.evidence;
@@ -359,7 +362,7 @@ TEST(Doctor, ACameraThatMovedInTheMiddleIsNamed) {
             0.05);
 }
 
-// The opposite: it was calibrated after the recording.
+// The reverse: it was calibrated after the recording.
 TEST(Doctor, ACameraThatMovedBeforeItsCalibrationIsNamed) {
   FaultyScene scene = MakeFaultyScene({19});
   testing::TurnCameraFrom(110, 1, 2.0, 6, &scene);

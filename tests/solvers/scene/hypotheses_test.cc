@@ -1,5 +1,5 @@
-// Single hypotheses, each asked alone on exact people. Whole diagnoses of noisy
-// scenes are in doctor_test.cc.
+// Single hypotheses on exact detections. Complete diagnoses of noisy scenes:
+// doctor_test.cc.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -43,7 +43,7 @@ const Hypothesis& HypothesisOf(const std::string& name) {
   throw std::out_of_range(name);
 }
 
-// No answer is an empty one.
+// An empty answer if there is none.
 Answer AnswerOf(const std::string& name, const SetUp& set_up) {
   return HypothesisOf(name).ask(set_up).value_or(Answer());
 }
@@ -85,7 +85,7 @@ TEST(Hypotheses, MoreThanASecondBetweenFramesIsNoMotion) {
   }
 }
 
-// Two of 49 pictures that have one before.
+// 50 frames: two of 49 are equal to their predecessors.
 TEST(Hypotheses, RepeatedPicturesAreCountedByView) {
   DoctorInput input = MoversOf(testing::RingOfCameras(3));
   auto& frames = input.detections.frames;
@@ -99,13 +99,13 @@ TEST(Hypotheses, RepeatedPicturesAreCountedByView) {
   EXPECT_THAT(answer.findings[0].evidence,
               StartsWith("2 of 49 pictures repeat the one before, the first in "
                          "frame 10"));
-  // People who never move repeat nothing.
+  // Motionless people are not reported as repeated pictures.
   for (DetectionFrame& frame : frames) frame.views = frames[0].views;
   EXPECT_THAT(AnswerFor("repeated pictures", input).findings, IsEmpty());
 }
 
-// The third view shows its first moment in frame 30, where the others have
-// ended: its numbers are too high by 30.
+// The frame numbers of the third view are too high by 30: it begins after the
+// others have ended.
 TEST(Hypotheses, ViewsWithoutACommonFrameBeginTogether) {
   DoctorInput input = MoversOf(testing::RingOfCameras(3));
   EXPECT_THAT(AnswerFor("frame ranges", input).findings, IsEmpty());
@@ -137,7 +137,8 @@ TEST(Hypotheses, ViewsWithoutACommonFrameBeginTogether) {
 
 // ---- One calibration twice ----
 
-// The fourth view has the first one's camera, with which its people agree less.
+// The fourth view has the first view's camera, which fits its own detections
+// less well.
 TEST(Hypotheses, OfTwoViewsOfOneCalibrationTheOneThatAgreesLessIsNamed) {
   DoctorInput input = MoversOf(testing::RingOfCameras(4));
   EXPECT_THAT(AnswerFor("one calibration twice", input).findings, IsEmpty());
@@ -167,7 +168,7 @@ DoctorInput StandersIn(double units_per_metre) {
   return input;
 }
 
-// Lengths that are of millimetres or centimetres make giants.
+// A length in millimetres or centimetres that is read as metres gives giants.
 TEST(Hypotheses, TheUnitIsThatOfPeopleOfUsualHeight) {
   const std::vector<std::pair<double, std::string>> units = {{100.0, "cm"},
                                                              {1000.0, "mm"}};
@@ -178,7 +179,7 @@ TEST(Hypotheses, TheUnitIsThatOfPeopleOfUsualHeight) {
     EXPECT_EQ(answer.findings[0].fix, "--set=cameras.unit=" + name);
     ASSERT_TRUE(answer.cameras.has_value());
     for (size_t v = 0; v < 3; ++v) {
-      // The cameras of a few metres, there and back: rounding.
+      // Rounding of scaling metres back and forth.
       EXPECT_LT(((*answer.cameras)[v].centre() -
                  testing::RingOfCameras(3)[v].centre())
                     .norm(),
@@ -195,7 +196,8 @@ TEST(Hypotheses, MetresAreSoundAndFewPeopleAreNotEnough) {
   const Answer sound = AnswerFor("unit", input);
   EXPECT_THAT(sound.findings, IsEmpty());
   EXPECT_GT(sound.stature_m, 1.5);
-  // Three frames of two sides in three pairs of views are 18 statures.
+  // Three frames, two sides of the body and three pairs of views give 18
+  // statures.
   input.detections.frames.resize(3);
   const Answer few = AnswerFor("unit", input);
   EXPECT_THAT(few.findings, IsEmpty());
@@ -205,7 +207,7 @@ TEST(Hypotheses, MetresAreSoundAndFewPeopleAreNotEnough) {
 
 // ---- With matches ----
 
-// So many stretches of a joint at one speed.
+// The answer for `count` segments of a joint at one speed.
 Answer AnswerAtSpeed(int count, const std::string& joint, double speed_mps) {
   const DoctorInput input = MoversOf(testing::RingOfCameras(2));
   const DoctorOptions options;
@@ -228,11 +230,12 @@ TEST(Hypotheses, HipsFasterThanASprinterAreTooFast) {
   EXPECT_THAT(AnswerAtSpeed(20, "l_wrist", 20.0).findings, IsEmpty());
 }
 
-// A fifth of many is the limit.
+// The limit is a fifth of the detections if there are many.
 TEST(Hypotheses, ViewsOfHardlyAnyMatchAreStrangers) {
   const DoctorInput input = MoversOf(testing::RingOfCameras(3));
   const DoctorOptions options;
-  kinegraph::SetUp set_up(input, options);  // not that of the test
+  kinegraph::SetUp set_up(input,
+                          options);  // hidden by the test's own SetUp()
   set_up.segments.matched = {90, 21, 19};
   set_up.segments.matchable = {100, 100, 100};
   const Answer answer = AnswerOf("views of strangers", set_up);

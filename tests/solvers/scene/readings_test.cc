@@ -1,4 +1,5 @@
-// Other readings of files, images and clocks: the answer of each hypothesis.
+// Alternative interpretations of files, images and clocks: the answer of each
+// hypothesis.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -77,9 +78,9 @@ TEST(Readings, ExchangedViewsAreNamed) {
                                               scene.cameras[1].name() + "'");
 }
 
-// Images turned and mirrored before people were detected, in all ways, and the
-// camera that sees what the detector saw: it projects to the pixels as they are
-// shown, lens and all, or to those that the flag mirrors back.
+// Images turned and mirrored before detection, in all combinations. The
+// returned camera, lens included, projects to the detector's pixels, or to
+// those after the flag has mirrored them back.
 TEST(Readings, TurnedAndMirroredImagesAreNamed) {
   FaultySceneOptions options = {4, 4, 4, 4.0};
   options.distortion = {-0.1, 0.02, 0.004, -0.003, 0.0};
@@ -140,7 +141,7 @@ TEST(Readings, TurnedAndMirroredImagesAreNamed) {
                        "'") != std::string::npos,
               !mirror.empty())
         << fix;
-    // As taken, the other views stay as they are.
+    // The flag mirrors the detections back, which leaves the rotation.
     if (!mirror.empty()) {
       const auto& people = answer->detections->frames[0].views[2].detections;
       const auto& own = taken.detections.frames[0].views[2].detections;
@@ -169,7 +170,7 @@ TEST(ClockSearch, FindsLagsOfSeconds) {
   const ClockSearch search = SearchClocks(scene.cameras, people, 100);
   ASSERT_TRUE(search.found());
   // A view that captures 0.96 s later shows the first view's moment 24 frames
-  // before. A frame either way is left to later stages.
+  // earlier. Later stages correct an error of one frame.
   EXPECT_NEAR(search.lag_frames[1], -24, 1);
   EXPECT_NEAR(search.lag_frames[2], 0, 1);
   EXPECT_NEAR(search.lag_frames[3], 20, 1);
@@ -204,8 +205,8 @@ TEST(ComparedPairs, OfManyViewsEachMeetsEight) {
   EXPECT_EQ(answer->findings.front().kind, "swapped_views");
 }
 
-// 120 ms of one view are too little for the agreement of all views, and too
-// much for segments of a fifth of a second.
+// 120 ms of one view hardly change the agreement of all views, but are too much
+// for segments of 0.2 s.
 TEST(ClockSearch, OneViewOfFiveThatIsThreeFramesLateIsFound) {
   for (const uint64_t seed : {31, 32, 33}) {
     for (const size_t view : {0, 3}) {
@@ -225,7 +226,7 @@ TEST(ClockSearch, OneViewOfFiveThatIsThreeFramesLateIsFound) {
   }
 }
 
-// Of many lags some agree better by chance if little was compared.
+// With few comparisons some of many lags agree better by chance.
 TEST(ClockSearch, FewNoisyPeopleProveNoLag) {
   FaultySceneOptions options = {1, 2, 1, 2.0};
   options.noise_px = 20.0;

@@ -25,11 +25,11 @@ using ::testing::DoubleEq;
 using ::testing::ElementsAre;
 using ::testing::IsEmpty;
 
-// Sums of a few dozen products of pixels, some 1e3, round to 1e-12 of the
-// gains, which are of the order of 1; a hundred times that.
+// Sums of a few dozen products of pixels, about 1e3, give gains of order 1 with
+// a rounding error of 1e-12; a hundred times that.
 constexpr double kRoundingOfGains = 1e-10;
 
-// The second a metre to the right of the first.
+// The second camera is 1 m to the right of the first.
 CameraRig SideBySide() {
   CameraRig cameras;
   for (const double x_m : {0.0, 1.0}) {
@@ -56,7 +56,7 @@ ViewPeople::Person PersonAt(double x_px, double y_px) {
   return person;
 }
 
-// In the view to the right whoever is 5 m away is 200 px further left.
+// In the right view a person at 5 m is 200 px further left.
 ViewPeople::Person SeenRight(const ViewPeople::Person& person, double down_px,
                              double left_px = 200.0) {
   ViewPeople::Person seen = person;
@@ -72,7 +72,7 @@ ViewPeople ViewOf(std::vector<PeopleInView> frames) {
   return view;
 }
 
-// Of one frame.
+// The agreement of one frame.
 PairAgreement AgreementSideBySide(const PeopleInView& left,
                                   const PeopleInView& right) {
   const CameraRig cameras = SideBySide();
@@ -82,8 +82,9 @@ PairAgreement AgreementSideBySide(const PeopleInView& left,
 
 // ---- Agreement of two views ----
 
-// Rows that differ by d lie d from each other's lines: the gain is one less d
-// over a tenth of the person's size, and the distance d, up to that tenth.
+// Joints in rows that differ by d are at distance d from each other's epipolar
+// lines: the gain is 1 minus d over a tenth of the person's size, and the
+// distance is d, at most that tenth.
 TEST(PairAgreement, FallsWithTheDistanceFromTheLines) {
   const ViewPeople::Person person = PersonAt(900.0, 500.0);
   for (const double d_px : {0.0, 1.0, 2.5, 4.9, 5.0, 7.0, -1.0, -60.0}) {
@@ -97,7 +98,7 @@ TEST(PairAgreement, FallsWithTheDistanceFromTheLines) {
   }
 }
 
-// The distance counts half in the sizes of each view's person.
+// The mean of the distances relative to the person's size in either view.
 TEST(PairAgreement, SizesOfBothViewsCount) {
   const ViewPeople::Person person = PersonAt(900.0, 500.0);
   ViewPeople::Person larger = SeenRight(person, 2.0);
@@ -115,7 +116,7 @@ TEST(PairAgreement, IsTheMeanOfCommonJoints) {
   for (const int j : {1, 4, 6}) other.px[j].y() += 300.0;
   EXPECT_NEAR(AgreementSideBySide({person}, {other}).gain, 0.75,
               kRoundingOfGains);
-  // Two of these are not found: one of ten.
+  // Two of these are not found: one outlier of ten joints.
   other.found[1] = other.found[6] = 0;
   EXPECT_NEAR(AgreementSideBySide({person}, {other}).gain, 0.9,
               kRoundingOfGains);
@@ -134,7 +135,7 @@ TEST(PairAgreement, NeedsSixCommonJoints) {
   EXPECT_EQ(none.possible, 1.0);
 }
 
-// Whoever is further right in the view to the right is behind both.
+// A person further right in the right view is behind both cameras.
 TEST(PairAgreement, WhoIsBehindTheCamerasGainsNothing) {
   const ViewPeople::Person person = PersonAt(900.0, 500.0);
   const PairAgreement behind =
@@ -162,9 +163,9 @@ TEST(PairAgreement, IsZeroWithoutPeople) {
   EXPECT_EQ(AgreementSideBySide({PersonAt(900.0, 500.0)}, {}).possible, 0.0);
 }
 
-// The best pair first: the first person is 1 px from the one in the middle and
-// 3 px from the last; the second is 2 px from the one in the middle, which is
-// taken, and the last is 4 px from them.
+// The best pair is matched first: the first person is 1 px from the middle one
+// and 3 px from the last; the second is 2 px from the middle one, which is
+// already matched, and 4 px from the last.
 TEST(PairAgreement, MatchesPeopleOnceTheBestPairFirst) {
   const ViewPeople::Person first = PersonAt(900.0, 500.0);
   const ViewPeople::Person second = PersonAt(940.0, 499.0);
@@ -195,9 +196,8 @@ TEST(PairAgreement, IsTheSameFromBothSides) {
   EXPECT_NEAR(one.gain, other.gain, kRoundingOfGains);
 }
 
-// In frame k of the left view the person is 3 k px lower than in frame 0, and
-// so in frame k + 2 of the right one: at another lag rows differ by three
-// pixels for each frame.
+// The person moves down by 3 px a frame, in the right view two frames later: at
+// any other lag rows differ by 3 px per frame.
 TEST(PairAgreement, LagsCompareFrameWithLaterFrame) {
   const CameraRig cameras = SideBySide();
   std::vector<PeopleInView> left;
@@ -219,7 +219,7 @@ TEST(PairAgreement, LagsCompareFrameWithLaterFrame) {
   EXPECT_NEAR(at[2].score(), 1.0, kRoundingOfGains);
   EXPECT_NEAR(at[3].score(), 1.0 - 3.0 / 5.0, kRoundingOfGains);
   EXPECT_EQ(at[0].score(), 0.0);
-  // One lag at a time is the same.
+  // Single lags give the same.
   for (size_t i = 0; i < lags.size(); ++i) {
     const PairAgreement one = AgreementOf(cameras[0], ViewOf(left), cameras[1],
                                           ViewOf(right), frames, lags[i]);
@@ -235,7 +235,7 @@ TEST(PairAgreement, AddsUp) {
   EXPECT_DOUBLE_EQ(sum.mean_px(), 3.0);
 }
 
-// A gain of 0.08 and a score of 0.3 are needed; 0.15 and 0.5 are sure.
+// A gain of 0.08 and a score of 0.3 are required; 0.15 and 0.5 are certain.
 TEST(AgreementGain, IsEnoughByGainAndScore) {
   AgreementGain gain;
   gain.before = {0.5, 1.0, 0.0};
@@ -256,7 +256,7 @@ TEST(AgreementGain, IsEnoughByGainAndScore) {
 
 // ---- All views ----
 
-// People whose pixels are off by a few, so that nothing is at a bound.
+// People with errors of a few pixels, so that no value is at a bound.
 DetectionSequence NoisyPeople(const CameraRig& cameras) {
   DetectionSequence seen = testing::SeenBy(cameras, 10, [](int frame) {
     return std::vector<Pose3d>{testing::MovingPerson(0, 5.0 * frame),
@@ -302,7 +302,8 @@ TEST(AgreementOfAll, DoesNotDependOnWorldOrOrderOfPeopleAndViews) {
   EXPECT_NEAR(after.gain, before.gain, 60.0 * kRoundingOfGains);
   EXPECT_NEAR(after.distance_px, before.distance_px,
               60.0 * 500.0 * kRoundingOfGains);
-  // Distances are pixels of a pair's first view, and change with their order.
+  // Distances are in pixels of a pair's first view and change with the order of
+  // views.
   std::swap(cameras[0], cameras[2]);
   for (DetectionFrame& frame : seen.frames) {
     std::swap(frame.views[0], frame.views[2]);
@@ -318,7 +319,7 @@ TEST(ComparisonsOfAll, IsTheSumOfTheProductsOfPeople) {
   const std::vector<ViewPeople> views = {ViewOf({{one, one}, {one}}),
                                          ViewOf({{one, one, one}, {}}),
                                          ViewOf({{one}, {one, one}})};
-  // 2 x 3, 2 x 1 and 3 x 1 in the first frame, 0, 1 x 2 and 0 in the second.
+  // First frame: 2 x 3 + 2 x 1 + 3 x 1; second frame: 0 + 1 x 2 + 0.
   EXPECT_EQ(ComparisonsOfAll(views, {0}), 11.0);
   EXPECT_EQ(ComparisonsOfAll(views, {0, 1}), 13.0);
   EXPECT_EQ(ComparisonsOfAll(views, {}), 0.0);
@@ -334,7 +335,8 @@ TEST(PeopleOfViews, TakesSixJointsThatAreSure) {
   DetectionSequence seen = testing::SeenBy(cameras, 1, person);
   auto& detections = seen.frames[0].views[0].detections;
   for (size_t j = 6; j < 17; ++j) {
-    // Six of the first and five of the second count.
+    // Six joints of the first and five of the second are sufficiently
+    // confident.
     detections[0].joints[j].confidence = 0.29;
     detections[1].joints[j].found = false;
     // All of the third lie at one point.
@@ -413,7 +415,7 @@ TEST(Frames, AreTakenFoundAndMoved) {
   EXPECT_EQ(IndexOfFrame(seen, 121), 7);
   EXPECT_EQ(IndexOfFrame(seen, 122), -1);
   EXPECT_EQ(IndexOfFrame(seen, 99), -1);
-  // The second view backwards, its first frame from nowhere.
+  // The second view in reverse; its first frame has no source.
   const DetectionSequence moved = FramesMoved(seen, [](size_t view, int64_t k) {
     return view == 0 ? k : k == 0 ? int64_t{10} : 9 - k;
   });
@@ -444,8 +446,8 @@ TEST(FramesToLookAt, AreThoseInWhichTwoViewsSeePeople) {
   EXPECT_THAT(FramesToLookAt({views[0]}, 10), IsEmpty());
 }
 
-// 40 x 50 comparisons a frame: four million are 2000 frames of one repeat, four
-// of 500; never fewer than two.
+// 40 x 50 = 2000 comparisons a frame and a limit of four million: 2000 frames
+// without repetition, four frames at 500 repetitions; at least two frames.
 TEST(FramesToLookAt, AreFewWhereThereAreCrowds) {
   const ViewPeople::Person one = PersonAt(900.0, 500.0);
   const std::vector<ViewPeople> views = {
@@ -465,14 +467,14 @@ TEST(PlacePeople, ExactJointsAreWhereTheyAre) {
                                testing::MovingPerson(1, 5.0 * frame)};
   };
   DetectionSequence seen = testing::SeenBy(cameras, 2, people);
-  // One joint that the third view does not see.
+  // One joint is missing in the third view.
   seen.frames[1].views[2].detections[0].joints[9].found = false;
   const auto placed = PlacePeople(cameras, IdealPeople(seen, cameras), {0, 1});
-  // Two people in three pairs of views and two frames.
+  // Two people, three pairs of views and two frames.
   ASSERT_EQ(placed.size(), 12u);
   for (const PlacedPerson& person : placed) {
     const auto truth = people(person.frame);
-    // Whoever is nearer by the nose.
+    // The true person with the nearest nose.
     const size_t who =
         (*person.joints[0] - truth[0][0].position_m).norm() <
                 (*person.joints[0] - truth[1][0].position_m).norm()
@@ -483,13 +485,13 @@ TEST(PlacePeople, ExactJointsAreWhereTheyAre) {
           !(person.frame == 1 && person.view_b == 2 && who == 0 && j == 9);
       ASSERT_EQ(person.joints[j].has_value(), seen_by_both) << j;
       if (!seen_by_both) continue;
-      // Pixels round to 1e-13 of 1000; rays at 5 m and 60 degrees.
+      // Pixels of about 1000 round to 1e-13; rays of 5 m at 60 degrees.
       EXPECT_LT((*person.joints[j] - truth[who][j].position_m).norm(), 1e-9);
     }
   }
 }
 
-// Cameras 0.05 m apart see a person at 5 m under an angle of 0.01.
+// The rays of cameras 0.05 m apart to a person at 5 m enclose 0.01 rad.
 TEST(PlacePeople, FlatRaysPlaceNobody) {
   CameraRig cameras = SideBySide();
   cameras[1] = Edited(cameras[1],
@@ -502,8 +504,9 @@ TEST(PlacePeople, FlatRaysPlaceNobody) {
   }
 }
 
-// Shoulder to hip 0.08 and 0.5, hip to knee 0.01, 0.03 and 0.42, knee to ankle
-// 0.03 and 0.41, of which a standing person has 0.779 of the stature.
+// Vectors [m]: shoulder to hip 0.08 and 0.5, hip to knee 0.01, 0.03 and 0.42,
+// knee to ankle 0.03 and 0.41. The sum of their lengths is 0.779 of the
+// stature.
 TEST(StatureOf, IsThatOfTheBones) {
   const CameraRig cameras = testing::RingOfCameras(3);
   const auto person = [](int frame) {
@@ -514,9 +517,9 @@ TEST(StatureOf, IsThatOfTheBones) {
   const double bones_m = std::hypot(0.08, 0.5) + std::hypot(0.01, 0.03, 0.42) +
                          std::hypot(0.03, 0.41);
   EXPECT_NEAR(stature.median_m, bones_m / kAnkleToShoulderShare, 1e-9);
-  // Two sides in three pairs of views and four frames.
+  // Two sides of the body, three pairs of views and four frames.
   EXPECT_EQ(stature.count, 24);
-  // A world of feet has people of as many feet.
+  // In a world in feet the stature is in feet.
   const Stature feet = StatureOf(Rescaled(cameras, 1.0 / 0.3048), seen, 100);
   EXPECT_NEAR(feet.median_m, stature.median_m / 0.3048, 1e-9);
 }
@@ -544,7 +547,7 @@ TEST(PlaceOf, IsAmongTheComparedJoints) {
     ASSERT_GE(place, 0);
     EXPECT_EQ(Body25().association_joints()[place], Body25().IndexOf(name));
   }
-  // Feet are not compared, and wings are not there.
+  // Feet are not compared, and wings do not exist.
   EXPECT_EQ(PlaceOf(Body25(), "l_heel"), -1);
   EXPECT_EQ(PlaceOf(Coco17(), "l_wing"), -1);
 }

@@ -19,7 +19,7 @@ FaultyScene FourViews(uint64_t seed) {
   return MakeFaultyScene({seed, 4, 2, 5.0});
 }
 
-// The first finding is of this kind and camera, and nothing else is likely.
+// The first finding has this kind and camera, and no other finding is likely.
 void ExpectOnly(const Diagnosis& diagnosis, const std::string& kind,
                 const std::string& camera) {
   ASSERT_FALSE(diagnosis.findings.empty()) << kind;
@@ -59,8 +59,8 @@ TEST(ViewChecks, AViewOfAnotherRateIsNamed) {
   }
 }
 
-// Every second picture of one view, its files counted from where the others'
-// begin: they belong together there.
+// One view contains every second picture, and its frame numbers begin with
+// those of the others, at the same moment.
 TEST(ViewChecks, AViewOfAnotherRateMayBeginAnywhere) {
   FaultyScene scene = FourViews(3);
   auto& frames = scene.detections.frames;
@@ -74,8 +74,9 @@ TEST(ViewChecks, AViewOfAnotherRateMayBeginAnywhere) {
   }
   const Diagnosis diagnosis = DiagnoseScene(scene);
   ExpectOnly(diagnosis, "view_rate", scene.cameras[1].name());
-  // (101 + n - offset) / 12.5 = (101 + k) / 25 at 2 n = k asks for half a
-  // frame, which no key takes: the numbers of all views begin at 0.
+  // (101 + n - offset) / 12.5 = (101 + k) / 25 at 2 n = k has no integer
+  // offset, as the key requires; therefore the numbers of all views are shifted
+  // to begin at 0.
   std::string keys;
   for (const std::string& name : scene.detections.header.view_names) {
     keys += ";input.view_frame_offset." + name + "=101";
@@ -108,9 +109,9 @@ TEST(ViewChecks, ViewsWithoutACommonFrameAreNamed) {
   EXPECT_EQ(diagnosis.findings[1].camera, scene.cameras[3].name());
 }
 
-// All images with y counted from the bottom, and the cameras that fit them: a
-// mirror image of the world, in which every view agrees. Exchanged names leave
-// people upright.
+// All images have y counted from the bottom, and the cameras fit them: a mirror
+// image of the world in which all views agree. With left and right exchanged
+// instead, people stay upright.
 TEST(ViewChecks, AMirrorImageOfTheRoomIsNamed) {
   FaultyScene scene = FourViews(3);
   const Eigen::DiagonalMatrix<double, 3> flip(1.0, -1.0, 1.0);
@@ -140,7 +141,7 @@ TEST(ViewChecks, ExchangedSidesAreNamed) {
   FaultyScene scene = FourViews(5);
   ExchangeSides({0, 0, 1, 0}, &scene.detections);
   ExpectOnly(DiagnoseScene(scene), "sides", scene.cameras[2].name());
-  // The rest as well.
+  // Exchanged in all other views as well.
   ExchangeSides({1, 1, 0, 1}, &scene.detections);
   ExpectOnly(DiagnoseScene(scene), "sides", "");
 }
@@ -160,7 +161,7 @@ TEST(ViewChecks, AVideoOfAnotherSizeIsNamed) {
   }
 }
 
-// Two views cannot place people: the sizes themselves are tried.
+// Two views do not triangulate people reliably: image sizes are tried directly.
 TEST(ViewChecks, ASizeOfTwoViewsIsNamed) {
   FaultyScene scene = FourViews(6);
   scene.cameras.erase(scene.cameras.begin() + 2, scene.cameras.end());
@@ -201,8 +202,7 @@ TEST(ViewChecks, ACroppedVideoIsNamed) {
   EXPECT_NEAR(moved(1, 2), offset_px.y(), 2.0);
 }
 
-// A few images show how views agree, but not whether a camera is off by a
-// degree.
+// A few images determine whether views agree, but not an error of one degree.
 TEST(ViewChecks, NobodyInTwoViewsAndAFewPicturesAreNotExamined) {
   FaultyScene alone = FourViews(8);
   for (DetectionFrame& frame : alone.detections.frames) {

@@ -11,7 +11,7 @@
 namespace kinegraph {
 namespace {
 
-// True people in a world that is tilted and moved: the floor comes back.
+// Exact people in a tilted and moved world: the floor is found.
 TEST(Ground, ATiltedWorldStandsUp) {
   SceneOptions options;
   options.seed = 31;
@@ -34,15 +34,15 @@ TEST(Ground, ATiltedWorldStandsUp) {
   }
   const auto ground = GroundOf(tracks.header, tracks.frames);
   ASSERT_TRUE(ground.has_value());
-  // The synthetic world has its floor at z = 0. Ankles swing a little while
-  // they rest, which tilts the plane by less than a degree.
+  // The synthetic world has its floor at z = 0. Ankles move a little during
+  // stance, which tilts the plane by less than a degree.
   const Eigen::Vector3d up = ground->R * turn * Eigen::Vector3d::UnitZ();
   EXPECT_GT(up.z(), std::cos(0.02));
   // Statures differ by 9 cm, so that ankles stand higher or lower by 4 mm, and
   // a resting ankle rises with the heel.
   EXPECT_NEAR((ground->R * moved + ground->t).z(), 0.0, 0.04);
   EXPECT_NEAR(ground->R.determinant(), 1.0, 1e-9);
-  // Cameras see the same images.
+  // Cameras moved with the world project to the same pixels.
   const CameraRig turned = Edited(scene.cameras, [&](CameraParameters* camera) {
     camera->R = camera->R * turn.transpose();
     camera->t = camera->t - camera->R * moved;

@@ -11,7 +11,7 @@
 namespace kinegraph::testing {
 namespace {
 
-// Exact detections of people who stay.
+// Exact detections of people who are present throughout.
 Recording MakeRecording(int people, double duration_s) {
   return Record(MakeScene(Staying(5, people, 4, duration_s)));
 }
@@ -107,7 +107,8 @@ TEST(SessionIdentity, TheSecondPassFollowsNobodyIntoWhatWasDeleted) {
       EXPECT_FALSE(edit.frames->Contains(frame.frame)) << frame.frame;
     }
   }
-  // 100 frames without those 21 and at most three until they are confirmed.
+  // 100 frames minus those 21 and at most three before the tracks are
+  // confirmed.
   EXPECT_GE(frames, 100 - 21 - 3);
 }
 
@@ -139,7 +140,7 @@ TEST(SessionIdentity, SingleFramesAreTakesOfTheirOwn) {
   for (const OutputKind output : {OutputKind::kGaussian, OutputKind::kBatch}) {
     options.estimators.output = output;
     const TrackSequence tracks = Track(recording, options);
-    // Exact detections by four cameras: everybody is found, once.
+    // Exact detections by four cameras: every person is found exactly once.
     EXPECT_EQ(PoseCount(tracks), PoseCount(recording.truth));
     EXPECT_EQ(IdsOf(tracks).size(), PoseCount(tracks)) << "nobody lives on";
   }

@@ -19,7 +19,7 @@
 namespace kinegraph::testing {
 namespace {
 
-// Of a random scene.
+// The recording of a random scene.
 Recording RecordingOf(int64_t seed, int people, int cameras) {
   NoiseOptions noise;
   noise.seed = seed;
@@ -68,7 +68,7 @@ std::string Difference(const TrackSequence& a, const TrackSequence& b,
   return "";
 }
 
-// What is done to a recording, and where its people are then.
+// A change to a recording, and how it moves the people.
 struct Change {
   const char* name;
   MovePoint (*apply)(Recording*);
@@ -121,7 +121,7 @@ MovePoint AddEmptyCamera(Recording* recording) {
   return Stays;
 }
 
-// As detectors do that look at overlapping boxes.
+// As detectors with overlapping boxes do.
 MovePoint FindTwiceInOneView(Recording* recording) {
   for (DetectionFrame& frame : recording->detections.frames) {
     std::vector<Detection>& detections = frame.views.front().detections;

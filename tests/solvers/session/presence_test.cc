@@ -10,8 +10,8 @@ namespace {
 
 constexpr double kLow = 0.02;  // between the first two ends of bins
 
-// 100 frames of a person before four cameras; a third of the joints have a low
-// confidence, and are anywhere in the image if `astray`.
+// 100 frames of a person in four views; a third of the joints have a low
+// confidence and, if `astray`, random positions in the image.
 double LeastConfidence(bool astray) {
   const CameraRig cameras = testing::RingOfCameras(4);
   Random random(3);

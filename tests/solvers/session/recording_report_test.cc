@@ -1,4 +1,4 @@
-// A run's report: only figures for sound recordings, the cause for wrong
+// A run's report: no warnings for sound recordings, the cause for wrong
 // set-ups.
 #include "solvers/session/recording_report.h"
 
@@ -64,22 +64,23 @@ TEST(RecordingReport, SoundTakesHaveFiguresAndNoWarnings) {
     EXPECT_EQ(report.frames, 75);
     // Both coordinates have a standard deviation of 4 px, so that the median
     // distance of the truth is 4 sqrt(2 ln 2) = 4.7 px (Rayleigh); the estimate
-    // takes some of the errors along and motion adds some.
+    // follows some of the errors, and motion adds some.
     for (const CameraReport& camera : report.cameras) {
       EXPECT_GT(camera.matched_share(), 0.9) << camera.view;
       EXPECT_GT(camera.median_px, 2.5) << camera.view;
       EXPECT_LT(camera.median_px, 7.0) << camera.view;
       EXPECT_GT(camera.p90_px, camera.median_px);
     }
-    // Statures are 1.72 m and their standard deviation is 9 cm; limbs' shares
-    // are Drillis and Contini's in the synthetic body too, but for the trunk's.
+    // Statures are 1.72 m and their standard deviation is 9 cm; the synthetic
+    // body has the segment lengths of Drillis and Contini, as the report
+    // assumes, except for the trunk.
     for (const PersonReport& person : report.people) {
       EXPECT_NEAR(person.height_m, 1.72, 0.3);
     }
   }
 }
 
-// The two ends of a box are handled like 17 joints.
+// A skeleton of two points is reported like one of 17 joints.
 TEST(RecordingReport, SkeletonsOfTwoPointsAreCounted) {
   Recording recording = SoundRecording();
   recording.detections.header.skeleton = Skeleton("box", {"top", "bottom"}, {});
@@ -100,7 +101,7 @@ TEST(RecordingReport, SkeletonsOfTwoPointsAreCounted) {
               ::testing::Not(::testing::Contains("nobody")));
 }
 
-// Two of 15 are few, one of eight may be bad luck.
+// 2 of 15 are hardly any; 1 of 8 may be chance.
 TEST(RecordingReport, AViewIsAStrangerByShareAndCount) {
   EXPECT_TRUE(HardlyAny(2, 15));
   EXPECT_TRUE(HardlyAny(4, 20));
@@ -124,7 +125,7 @@ void Drop(Recording* recording, int64_t from, int64_t to) {
 TEST(RecordingReport, HolesInTheRecordingAreNamed) {
   Recording recording = SoundRecording();
   Drop(&recording, 20,
-       29);  // 0.36 s without a frame: within a lost track's life
+       29);  // 0.36 s without a frame: shorter than the life of a lost track
   EXPECT_THAT(KindsOf(ReportOf(recording).warnings), IsEmpty());
   Drop(&recording, 40, 55);
   const RecordingReport report = ReportOf(recording);
@@ -181,8 +182,8 @@ void Turn(double angle_rad, const Eigen::Vector3d& axis, CameraParameters* p) {
 struct WrongSetUp {
   std::string name;
   Spoil spoil;
-  std::vector<std::string> kinds;  // one of them must be there
-  std::string words;               // that must be among the warnings'
+  std::vector<std::string> kinds;  // at least one is required
+  std::string words;               // required in a warning
 };
 
 std::vector<WrongSetUp> WrongOnes() {
@@ -279,8 +280,9 @@ INSTANTIATE_TEST_SUITE_P(RecordingReport, WrongSetUps,
                          ::testing::ValuesIn(WrongOnes()),
                          [](const auto& test) { return test.param.name; });
 
-// If two views each miss two fifths of the joints, a third is common: 6 of 17
-// on average, where a new person needs 10. People then start late, if at all.
+// If each of two views misses two fifths of the joints, about a third are found
+// in both: 6 of 17 on average, where a new track requires 10. Tracks then start
+// late, if at all.
 TEST(RecordingReport, WhoBeginsLateForWantOfJointsIsNamed) {
   const RecordingReport report = ReportOf(SoundRecording(Coco17(), 0.4));
   EXPECT_THAT(KindsOf(report.warnings), ::testing::Contains("joints"));
@@ -304,7 +306,7 @@ TEST(RecordingReport, AdviceFollowsFromFigures) {
   EXPECT_EQ(FewerJoints(6.0, 4.0), std::nullopt);   // already requested
   EXPECT_EQ(FewerJoints(0.0, 10.0), std::nullopt);  // nothing detected
 
-  EXPECT_EQ(FasterGate(1.4, 6.2), std::nullopt);  // walks, at 30 Hz
+  EXPECT_EQ(FasterGate(1.4, 6.2), std::nullopt);  // walking, at 30 Hz
   EXPECT_EQ(FasterGate(4.9, 6.2), std::nullopt);
   EXPECT_EQ(FasterGate(6.2, 6.2), 9.0);
   EXPECT_EQ(FasterGate(6.2, 12.6), std::nullopt);  // with the recommended gate
@@ -316,7 +318,7 @@ TEST(RecordingReport, AdviceFollowsFromFigures) {
   EXPECT_EQ(UnitsThatFit(0.00172, 1.0, 2.3), "--set=cameras.unit=m");
   EXPECT_EQ(UnitsThatFit(0.0172, 1.0, 2.3), "--set=cameras.unit=m");
   EXPECT_EQ(UnitsThatFit(6.0, 1.0, 2.3), "");
-  // The distance of a mouse's cameras in mm: all possible units are named.
+  // The distances of a mouse's cameras in mm: all possible units are listed.
   EXPECT_EQ(UnitsThatFit(333.0, 0.005, 150.0),
             "--set=cameras.unit=cm or --set=cameras.unit=mm");
 }

@@ -1,5 +1,5 @@
-// What the tests of this folder share: short synthetic recordings, and what of
-// their tracks must be the same.
+// Shared by the tests of this folder: short synthetic recordings and the
+// comparison of their tracks.
 #ifndef KINEGRAPH_TESTS_SOLVERS_SESSION_RECORDINGS_H_
 #define KINEGRAPH_TESTS_SOLVERS_SESSION_RECORDINGS_H_
 
@@ -25,7 +25,7 @@ struct Recording {
   std::vector<DetectionFrame>& frames() { return detections.frames; }
 };
 
-// People who are there from the first frame to the last.
+// People present from the first frame to the last.
 inline SceneOptions Staying(int64_t seed, int people, int cameras,
                             double duration_s) {
   SceneOptions options;
@@ -70,7 +70,7 @@ inline size_t PoseCount(const TrackSequence& tracks) {
   return poses;
 }
 
-// Every number of the tracks but times, frame by frame.
+// All numbers of the tracks except times, frame by frame.
 inline std::vector<double> NumbersOf(const TrackSequence& tracks) {
   std::vector<double> numbers;
   for (const TrackFrame& frame : tracks.frames) {
@@ -90,7 +90,7 @@ inline std::vector<double> NumbersOf(const TrackSequence& tracks) {
   return numbers;
 }
 
-// What a session writes of all frames, one after the other.
+// The tracks of a session that receives all frames one by one.
 inline TrackSequence FrameByFrame(const Recording& recording,
                                   Session* session) {
   TrackSequence tracks;

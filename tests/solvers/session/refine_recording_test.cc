@@ -53,8 +53,8 @@ TEST(RefineRecording, ARecordRepeatsTheDecision) {
   ASSERT_TRUE(refined.record->has_clocks());
   ASSERT_TRUE(refined.ground.has_value());
   ASSERT_GT(refined.record->covariance.rows(), 0);
-  // The cameras turned back, to a fifth of what was put in at most; the floor
-  // turns all of them alike.
+  // At most a fifth of the inserted errors remains, up to a common rotation of
+  // all cameras from the floor.
   for (size_t v = 0; v < scene.cameras.size(); ++v) {
     const CameraRig truth = OnGround(scene.scene.cameras, *refined.ground);
     EXPECT_LT(testing::AngleBetween(refined.cameras[v], truth[v]), 0.1);
@@ -84,7 +84,7 @@ TEST(RefineRecording, ARecordRepeatsTheDecision) {
     EXPECT_EQ(later.cameras[v].R(), refined.cameras[v].R());
     EXPECT_EQ(later.cameras[v].t(), refined.cameras[v].t());
   }
-  // What is refined is not refined again.
+  // A refined recording is not refined again.
   EXPECT_THROW(MakeRecordingReady(OptionsWith(kBoth), later, record,
                                   [&] { return scene.detections; }),
                OptionError);
@@ -99,11 +99,12 @@ TEST(RefineRecording, RefinedCamerasAreNearlyAsGoodAsTrueOnes) {
       TrackSequenceOf(OptionsWith(""), request, scene.detections);
   const TrackSequence refined =
       TrackSequenceOf(OptionsWith(kBoth), request, scene.detections);
-  // Half a degree is 6 cm at 6.5 m, of which a rig of five leaves half; what
-  // is left of it after refinement is under a tenth.
+  // Half a degree is 6 cm at 6.5 m, half of which remains with five cameras;
+  // less than a tenth of that is left after refinement.
   EXPECT_LT(EvaluateMpjpe(truth, refined).raw_m,
             0.6 * EvaluateMpjpe(truth, stated).raw_m);
-  // The cameras' share makes ellipsoids larger and covers more errors.
+  // The uncertainty of the cameras enlarges the covariances, which then cover
+  // more of the errors.
   const ReadyRecording ready = Ready(scene, kBoth);
   RunRequest asked;
   asked.cameras = ready.cameras;
@@ -113,7 +114,7 @@ TEST(RefineRecording, RefinedCamerasAreNearlyAsGoodAsTrueOnes) {
             EvaluateMpjpe(truth, refined).raw_m);
   EXPECT_LT(EvaluateConsistency(truth, refined).all.nees_per_dof,
             EvaluateConsistency(truth, alone).all.nees_per_dof);
-  // Matches were needed, and not asked for.
+  // Matches were used internally but not requested.
   for (const TrackFrame& frame : refined.frames) {
     for (const PersonPose& person : frame.people) {
       EXPECT_TRUE(person.matches.empty());
@@ -121,8 +122,8 @@ TEST(RefineRecording, RefinedCamerasAreNearlyAsGoodAsTrueOnes) {
   }
 }
 
-// People who mostly stand give little information on a late clock, which
-// dilutes the gain of the fit.
+// People who mostly stand give little information on clock offsets, which
+// reduces the gain of the fit per observation.
 TEST(RefineRecording, ClocksAreFoundWherePeopleHopAndStop) {
   KINEGRAPH_DATA_OR_SKIP(clip, "motion/start_hop_stop_120hz.jsonl");
   FaultySceneOptions options = {7301, 5, 4, 10.0};
@@ -136,7 +137,7 @@ TEST(RefineRecording, ClocksAreFoundWherePeopleHopAndStop) {
       OptionsWith("cameras.refine_clock=true;tracking.feedback=gaussian"),
       request, scene.detections);
   for (size_t v = 0; v < 5; ++v) {
-    // Four of the 0.4 ms that eight other recordings left (refine_accuracy).
+    // Four times the 0.4 ms error of eight other recordings (refine_accuracy).
     EXPECT_NEAR(refined.record->cameras[v].offset_s, options.clock_offset_s[v],
                 0.0016);
   }

@@ -133,7 +133,7 @@ void Shift(double seconds, DetectionFrame* frame) {
   }
 }
 
-// `take` with `seconds` put on all times from frame `from` on.
+// The recording with `seconds` added to all times from frame `from` on.
 Recording WithPause(Recording recording, int64_t from, double seconds) {
   for (DetectionFrame& frame : recording.detections.frames) {
     if (frame.frame >= from) Shift(seconds, &frame);
@@ -143,8 +143,8 @@ Recording WithPause(Recording recording, int64_t from, double seconds) {
 
 class Pauses : public ::testing::TestWithParam<double> {};
 
-// A pause of an hour ends everything that continues from frame to frame; a
-// longer one has the same effect, bit for bit.
+// A pause of an hour ends everything that is carried from frame to frame; a
+// longer one gives identical results.
 TEST_P(Pauses, AreTrackedAsAnHourIs) {
   const Recording recording = TakeAt(25.0, 3.0);
   for (const bool batch : {false, true}) {
@@ -168,7 +168,7 @@ INSTANTIATE_TEST_SUITE_P(All, Pauses,
                          ::testing::Values(3.0 * 3600.0, kYear_s,
                                            40.0 * kYear_s));
 
-// The part before a pause of any length is the same as alone.
+// The part before a pause is tracked as if the recording ended there.
 TEST(SessionClock, ThePartBeforeAPauseIsAsItIsAlone) {
   const Recording recording = TakeAt(25.0, 3.0);
   Recording alone = recording;
@@ -189,7 +189,7 @@ TEST(SessionClock, AClockThatStandsForEverIsNoError) {
   for (DetectionFrame& frame : recording.detections.frames) {
     Shift(-ToSeconds(frame.time), &frame);
   }
-  // Every frame is a new start: no track is ever confirmed.
+  // Tracking restarts in every frame, so no track is confirmed.
   EXPECT_EQ(PoseCount(Track(recording, GraphMode())), 0u);
 }
 
@@ -222,7 +222,7 @@ TEST_P(Looks, FramesWithoutALookChangeNobody) {
     const TrackSequence left_out = Track(without, options);
     EXPECT_EQ(IdsOf(empty).size(), 2u);
     EXPECT_EQ(IdsOf(empty), IdsOf(left_out));
-    // Written are the frames in which somebody was seen.
+    // Only frames with detections are written.
     EXPECT_EQ(PoseCount(empty), PoseCount(left_out));
   }
 }
@@ -275,7 +275,7 @@ TEST_F(Frames, AreTakenByOneCallAtATimeAndNotAfterTheEnd) {
                   recording_.detections.header);
   int refused = 0;
   session.set_frame_listener([&](const DetectionFrame&) {
-    // A call inside another, as a second thread's would be.
+    // A nested call, like that of a second thread.
     try {
       session.Process(At(1));
     } catch (const std::logic_error&) {

@@ -1,5 +1,4 @@
-// A world that is larger or smaller throughout gives the same poses, larger or
-// smaller by the same factor.
+// A world scaled by a factor gives poses scaled by that factor.
 #include "solvers/session/subject_scale.h"
 
 #include <gtest/gtest.h>
@@ -32,7 +31,7 @@ Recording HumanRecording() {
                          noise);
 }
 
-// The same motion with joints of a non-human.
+// The same motion with the joints of an animal.
 Recording AnimalRecording() {
   Recording recording = HumanRecording();
   std::vector<std::string> joints = Coco17().joints();
@@ -42,13 +41,13 @@ Recording AnimalRecording() {
   return recording;
 }
 
-// In a world that is larger by a factor.
+// The recording in a world scaled by a factor.
 Recording Larger(Recording recording, double factor) {
   recording.request.cameras = Rescaled(recording.request.cameras, factor);
   return recording;
 }
 
-// By 1.7 degrees, where it stands.
+// Turned by 1.7 degrees about its centre.
 Camera TurnedInPlace(const Camera& camera) {
   const Eigen::AngleAxisd turn(0.03, Eigen::Vector3d::UnitY());
   return Edited(camera, [&](CameraParameters* turned) {
@@ -70,9 +69,8 @@ TrackSequence TrackAt(double factor, const Recording& recording,
   return testing::Track(Larger(recording, factor), OptionsOf(set, mode));
 }
 
-// Largest distance of joints that both have, and of their standard deviations,
-// as the smaller world has them [m]; infinite where other people or joints were
-// written.
+// Largest distance between common joints and between their standard deviations,
+// in the scale of `world` [m]; infinite if people or joints differ.
 double Apart(const TrackSequence& world, const TrackSequence& larger,
              double factor) {
   double apart = world.frames.size() == larger.frames.size() ? 0.0 : INFINITY;
@@ -104,8 +102,9 @@ double Apart(const TrackSequence& world, const TrackSequence& larger,
 
 class AnyScale : public ::testing::TestWithParam<double> {};
 
-// The scale is measured anew, so nothing but rounding differs, which a solver
-// that goes on until joints move by 0.03 mm and a few decisions make visible.
+// The scale is measured in each world, so only rounding differs; it is
+// amplified by the solver's stopping criterion of 0.03 mm and by a few
+// decisions.
 TEST_P(AnyScale, AnimalsMoveAlike) {
   const Recording recording = AnimalRecording();
   for (const char* mode : {"graph", "paper"}) {
@@ -127,8 +126,8 @@ TEST_P(AnyScale, AWindowThatGivesPosesAtOnceDoesSo) {
             1e-4);
 }
 
-// At 1 they have their own size, elsewhere that of 1.7 m: priors differ by the
-// ratio, and joints by less than a hundredth of the body.
+// At scale 1 people keep their size, at others they are normalised to 1.7 m:
+// priors differ by that ratio, and joints by less than a hundredth of the body.
 TEST_P(AnyScale, PeopleMoveAlike) {
   const Recording recording = HumanRecording();
   EXPECT_LT(Apart(TrackAt(1.0, recording), TrackAt(GetParam(), recording),
@@ -151,7 +150,7 @@ TEST_P(AnyScale, RefinedCamerasAndFloorFollow) {
   ASSERT_TRUE(larger.ground.has_value());
   ASSERT_TRUE(world.refinement->any_taken());
   ASSERT_TRUE(larger.refinement->any_taken());
-  // A standard deviation of where a camera stands is some millimetres.
+  // The standard deviation of a camera position is some millimetres.
   constexpr double kTolerance_m = 5e-3;
   EXPECT_NEAR(larger.ground->spread_m / GetParam(), world.ground->spread_m,
               kTolerance_m);
@@ -224,7 +223,7 @@ TEST(SubjectScale, PeopleOfAnySizeKeepOne) {
     EXPECT_TRUE(Measured(recording, factor).is_one()) << factor;
   }
   for (const double factor : {0.002, 0.1, 3.0, 1000.0}) {
-    // Limbs tell a stature to some centimetres, hidden ones to a decimetre.
+    // Limbs give the stature to some centimetres, with hidden joints to 10 cm.
     EXPECT_NEAR(Measured(recording, factor).size_m() / factor, kStature_m, 0.15)
         << factor;
   }
@@ -257,7 +256,7 @@ TEST(SubjectScale, PointsFarFromTheBodyDoNotCount) {
       }
     }
   }
-  // What is left out is a few of the body's own.
+  // Only a few of the body's own points are excluded.
   EXPECT_NEAR(Measured(with_lure, 1.0).size_m(), Measured(animal, 1.0).size_m(),
               0.2);
 }
@@ -276,7 +275,7 @@ TEST(SubjectScale, TwoPointsAreAllOfIt) {
       }
     }
   }
-  // From ankle to nose are nine tenths of 1.72 m.
+  // The distance from ankle to nose is nine tenths of the stature of 1.72 m.
   EXPECT_NEAR(Measured(recording, 1.0).size_m(), 0.9 * kStature_m, 0.1);
 }
 
@@ -293,8 +292,8 @@ TEST(SubjectScale, APointHasNoSize) {
                    0.1);
 }
 
-// A stream of people starts without delay. Others wait for their size, and none
-// of their frames is lost.
+// Streams of people start without delay. Other subjects wait for the
+// measurement of their size, and no frames are lost.
 TEST(SubjectScale, AStreamOfOthersBeginsWithItsSize) {
   const RunOptions options = ParseRunOptions("mode = \"paper\"\n", "", "");
   for (const bool is_human : {true, false}) {

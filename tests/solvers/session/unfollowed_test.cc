@@ -10,9 +10,9 @@ namespace {
 
 constexpr int kFrames = 250;  // 10 s
 
-// Two people before three cameras, of whom only the first is tracked, the
-// second in the last `followed` frames as well; the second is seen by view 1
-// alone, in `seen` of the frames.
+// Two people and three cameras. The first person is tracked throughout, the
+// second in the last `followed` frames; view 1 alone detects the second, in the
+// first `seen` frames.
 std::vector<UnfollowedPerson> Often(int seen, int followed) {
   const CameraRig cameras = testing::RingOfCameras(3);
   UnfollowedPeople people(cameras, MapByName(Coco17(), Coco17()), 5);

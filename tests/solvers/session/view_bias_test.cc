@@ -1,4 +1,5 @@
-// The detector's bias by view, learnt from takes that were made with one.
+// The detector's bias by viewing direction, learnt from recordings with a known
+// bias.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -16,11 +17,11 @@ using testing::FaultyScene;
 using testing::FaultySceneOptions;
 using testing::MakeFaultyScene;
 
-// One person who walks about for 20 s before four cameras.
+// One person who walks for 20 s in view of four cameras.
 FaultyScene Walker() { return MakeFaultyScene({31, 4, 1, 20.0}); }
 
-// A detector that puts hips 4 cm forward in views from the side: 4 cm times
-// sin 2p across, 0 from in front and from behind.
+// A detector that places hips 4 cm too far forward in lateral views: 4 cm times
+// sin 2p across, 0 in frontal and rear views.
 ViewBias HipsForward() {
   ViewBias bias;
   ViewBias::OfJoint& hip = bias.joints.emplace_back();

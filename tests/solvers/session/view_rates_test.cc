@@ -92,7 +92,7 @@ TEST(ViewRates, ASlowViewAddsWhatItSaw) {
   // Two more views in two frames of five, some of them 20 ms off the frame:
   // more measurements, less error.
   EXPECT_LT(rated_m, ErrorOf(scene, rated, path, {names[3], names[4]}));
-  // Read at the recording's rate the two show other moments.
+  // Interpreted at the recording's rate, the two views show other moments.
   EXPECT_LT(rated_m, 0.8 * ErrorOf(scene, OptionsAt25HzWith(""), path));
 }
 

@@ -38,12 +38,12 @@ GraphOptions LinearOptions() {
   options.estimate_noise_scale = false;
   options.step_tolerance_m = 1e-12;
   options.max_iterations = 5;
-  // Whatever the length of a gap, a position is written and compared.
+  // Bridges gaps of any length, so that all positions are compared.
   options.bridging_limit_s = 60.0;
   return options;
 }
 
-// Exactly affine cameras, no loss, no bones: everything is linear, and after
+// Affine cameras, no robust loss, no bones: the problem is linear, and after
 // every frame the window equals a batch over the frames so far.
 TEST(WindowEstimator, EqualsBatchOverTheFramesSoFarInAnAffineWorld) {
   const SceneModel scene = MakeScene(25.0, true);
@@ -54,7 +54,7 @@ TEST(WindowEstimator, EqualsBatchOverTheFramesSoFarInAnAffineWorld) {
     noise.missing = 0.3;
     SimulatedRecording recording = testing::Simulate(
         scene, options, testing::WalkingMotion(scene, 40), noise, 31);
-    // A gap in all views, a frame that was dropped, a view that comes late.
+    // A gap in all views and a dropped frame.
     for (size_t k = 10; k < 16; ++k) recording.frames[k].views.clear();
     recording.frames.erase(recording.frames.begin() + 25);
     recording.keypoints.erase(recording.keypoints.begin() + 25);
@@ -73,12 +73,13 @@ TEST(WindowEstimator, EqualsBatchOverTheFramesSoFarInAnAffineWorld) {
           const Joint3d& joint = batch[k].person.joints[j];
           EXPECT_EQ(window->Last()[j].status, joint.status);
           if (!joint.present()) continue;
-          // Far cameras: 1e-16 of 1e8 m over 1e8 is no error, but the
-          // solution of a system of condition 1e7 is: 1e-16 * 1e7, with room.
+          // Cameras at 1e8 m with focal lengths of 1e8 px project without a
+          // relevant rounding error; the system has a condition of 1e7, so its
+          // error is 1e-16 * 1e7; ten times that.
           EXPECT_LT(Apart(window->Last()[j], joint), 1e-8);
         }
       }
-      // What became final now.
+      // Poses that became final with this frame.
       std::vector<FinalPose> finals;
       window->ExtractFinals(&finals);
       for (const FinalPose& final : finals) {
@@ -131,7 +132,7 @@ TEST(WindowEstimator, RobustWindowStaysCloseToBatch) {
     }
   }
   std::sort(distances.begin(), distances.end());
-  // The issue's own limits at ten frames of lag.
+  // Required accuracy at a lag of ten frames.
   EXPECT_LT(distances[distances.size() / 2], 0.2e-3);
   EXPECT_LT(distances[distances.size() * 95 / 100], 4e-3);
 }
@@ -150,7 +151,8 @@ TEST(WindowEstimator, LastAndPredictAreCausal) {
     EXPECT_EQ(window->LastTime(), recording.frames[seen].time);
     if (k < 10) continue;
     for (size_t j = 0; j < 3; ++j) {
-      // 24 mm a view and axis, five views, and time: well below 5 cm.
+      // 24 mm per view and axis, averaged over five views and time: well below
+      // 5 cm.
       EXPECT_LT(Apart(window->Last()[j], recording.truth[j][seen]), 0.08);
     }
   }
@@ -158,7 +160,7 @@ TEST(WindowEstimator, LastAndPredictAreCausal) {
   window->Predict(recording.frames[52].time, &pose);
   for (size_t j = 0; j < 3; ++j) {
     EXPECT_EQ(pose[j].status, JointStatus::kInferred);
-    // Three frames ahead: the velocity is known to about 0.5 m/s.
+    // Prediction by three frames: the velocity is known to about 0.5 m/s.
     EXPECT_LT(Apart(pose[j], recording.truth[j][52]), 0.2);
   }
 }
@@ -188,13 +190,13 @@ TEST(WindowEstimator, JointsThatAreNeverSeenAreMissing) {
     EXPECT_FALSE(finals[k].person.covariances[0].has_value());
   }
   EXPECT_EQ(finals[10].person.joints[2].status, JointStatus::kMissing);
-  // Within the lag before it was first seen the window knows it already.
+  // The lag lets the window infer the joint shortly before its first detection.
   EXPECT_EQ(finals[25].person.joints[2].status, JointStatus::kInferred);
   EXPECT_EQ(finals[45].person.joints[2].status, JointStatus::kObserved);
   EXPECT_LT(Apart(finals[45].person.joints[2], recording.truth[2][45]), 0.08);
 }
 
-// Frames faster than changes of the motion share a solve, and none waits for
+// At high frame rates several frames share a solve, and no frame waits for
 // longer than the lag.
 TEST(WindowEstimator, FastFramesShareASolve) {
   constexpr size_t kFrames = 240;
@@ -222,8 +224,8 @@ TEST(WindowEstimator, FastFramesShareASolve) {
   ASSERT_EQ(finals.size(), kFrames);
   // The first frame, every fourth after it, and the last ones.
   EXPECT_EQ(options.ledger->Total().solves, 3 * 61);
-  // Within the second it costs nothing in accuracy: fused views of detectors
-  // that are off by 15 mm.
+  // Fewer solves do not reduce the accuracy: detectors with errors of 15 mm,
+  // several views.
   EXPECT_LT(testing::RootMeanSquare(recording.truth, finals, 24), 0.015);
 }
 

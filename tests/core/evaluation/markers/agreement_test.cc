@@ -29,8 +29,8 @@ PairedMotion Paired(const std::vector<Pose3d>& truth,
 
 TEST(Agreement, BiasAndLimitsByHand) {
   // Off by 10 and 30 mm to the right, 4 mm forward: bias 20 and 4, standard
-  // deviations 10 and 0, limits 19.6 and 0. The halves' offsets are those of
-  // the other: 20 mm are left in both.
+  // deviations 10 and 0, limits 19.6 and 0. Each half has the offset of the
+  // other subtracted: 20 mm remain in both.
   const Pose3d truth = StandingTum14();
   const MotionAgreement found = CompareMotion(
       Paired({truth, truth},
@@ -68,7 +68,7 @@ TEST(Agreement, CalibrationByHand) {
   const Matrix3d covariance = 1e-6 * Matrix3d::Identity();  // 1 mm
   Calibration calibration;
   calibration.Add(Vector3d::Zero(), covariance);
-  // All levels hold it: the mean of 1 - level.
+  // All ellipsoids contain it: the error is the mean of 1 - level.
   EXPECT_NEAR(calibration.ExpectedCalibrationError(), 0.5, 1e-12);
   // -log of the density at the middle, in mm: 1.5 log(2 pi).
   EXPECT_NEAR(calibration.LogScore(), 2.756816, 1e-6);
@@ -82,8 +82,8 @@ TEST(Agreement, CalibrationByHand) {
       EXPECT_EQ(at.Covered(level), off < 0.0 ? 1.0 : 0.0);
     }
   }
-  // A second one that none holds: half at each level, mean |0.5 - level| of
-  // 0.05 .. 0.95 is 4.5 / 19.
+  // A second error that no ellipsoid contains: half at each level; the mean of
+  // |0.5 - level| over 0.05 .. 0.95 is 4.5 / 19.
   calibration.Add(Vector3d(1.0, 0.0, 0.0), covariance);
   EXPECT_EQ(calibration.Covered(0.50), 0.5);
   EXPECT_EQ(calibration.Covered(0.95), 0.5);

@@ -59,8 +59,8 @@ TEST(Alignment, FindsClockAndDriftAcrossRatesAndGaps) {
   LeaveOut(0.2, &truth);
   LeaveOut(0.2, &tracks);
   const Alignment found = Aligned(truth, tracks, Align::kBoth, true);
-  // What is left is the cubic between samples of 60 Hz, which keeps a swing of
-  // 1 Hz to 1e-4 of itself: some 0.1 ms.
+  // The remaining error is that of the cubic between samples of 60 Hz, 1e-4 of
+  // a swing of 1 Hz: about 0.1 ms.
   EXPECT_NEAR(found.clock.offset_s, 0.137, 2e-4);
   EXPECT_NEAR(found.clock.drift, 100e-6, 10e-6);
   EXPECT_LT(found.median_both_m, 5e-4);
@@ -94,13 +94,13 @@ TEST(Alignment, NoneAndPartsOfItAreLeftAlone) {
   const Alignment none = Aligned(truth, tracks, Align::kNone);
   EXPECT_EQ(none.clock.offset_s, 0.0);
   EXPECT_EQ(none.world.rotation_deg(), 0.0);
-  EXPECT_LT(none.median_both_m, 1e-3);  // told, not taken off
+  EXPECT_LT(none.median_both_m, 1e-3);  // reported, not removed
   const Alignment clock = Aligned(truth, tracks, Align::kClock);
   EXPECT_NEAR(clock.clock.offset_s, 0.1, 1e-4);
   EXPECT_EQ(clock.world.rotation_deg(), 0.0);
 }
 
-// Gaps of whole joints do not make motions unlike.
+// Missing joints must not reduce the correlation.
 TEST(Alignment, OneJointOfManyTellsTheClock) {
   const TrackSequence truth = Recorded(100.0, 5.0, Same);
   TrackSequence tracks =
@@ -112,7 +112,7 @@ TEST(Alignment, OneJointOfManyTellsTheClock) {
     }
   }
   const Alignment clock = Aligned(truth, tracks, Align::kClock);
-  // Between its samples the truth is known to a tenth of a millimetre.
+  // Interpolation of the truth is accurate to a tenth of a millimetre.
   EXPECT_NEAR(clock.clock.offset_s, 0.137, 5e-4);
 }
 

@@ -33,7 +33,7 @@ TrackSequence OneFrame(const Markers& markers) {
   return Tracks({Frame(0, {Person(0, pose)})}, Skeleton("markers", labels, {}));
 }
 
-// In the first frame; NaN where it is not there.
+// In the first frame; NaN if missing.
 Vector3d JointOf(const MarkerJoints& joints, const std::string& joint) {
   const int at = joints.tracks.header.skeleton.IndexOf(joint);
   EXPECT_GE(at, 0) << joint;
@@ -77,7 +77,8 @@ TEST(MarkerSets, AreRecognisedByTheirLabels) {
 struct Documented {
   const char* set;
   std::vector<std::string> labels;
-  std::set<std::string> without;  // joints that the set cannot tell, no side
+  std::set<std::string>
+      without;  // joints that the set does not define, without side
 };
 
 std::vector<Documented> DocumentedSets() {
@@ -88,7 +89,7 @@ std::vector<Documented> DocumentedSets() {
         "*UPA", "*ELB", "*FRM", "*WRA", "*WRB", "*FIN", "*ASI", "*PSI",
         "*THI", "*KNE", "*TIB", "*ANK", "*HEE", "*TOE"},
        {"small_toe"}},
-      // Its origins of segments, where the model was run.
+      // Origins of segments, present if the model was run.
       {"Plug-in Gait",
        {"*FEP", "*FEO", "*TIO", "*CLO", "*HUO", "*RAO", "*ASI", "*PSI", "*HEE",
         "*TOE"},
@@ -99,7 +100,8 @@ std::vector<Documented> DocumentedSets() {
         "*_FCC", "*_FM1", "*_FM2", "*_FM5", "*_SAE", "*_HLE", "*_HME", "*_USP",
         "*_RSP", "CV7", "SJN"},
        {}},
-      // OpenCap: its laboratory's, and those that its network adds to video.
+      // OpenCap: the laboratory's markers, and those that its network adds to
+      // videos.
       {"OpenCap",
        {"r.ASIS", "L.ASIS", "r.PSIS", "L.PSIS", "*_knee", "*_mknee", "*_ankle",
         "*_mankle", "*_toe", "*_5meta", "*_calc", "C7", "*_Shoulder",
@@ -243,7 +245,7 @@ TEST(MarkerSets, AFunctionalHipIsWhereTheThighTurns) {
   const MarkerSet set = {"functional", {rule}};
   EXPECT_TRUE(
       JointOf(JointsOfMarkers(markers, set), "l_hip").isApprox(hip, 1e-9));
-  // Who stands still shows no centre.
+  // A person who stands still does not determine the centre.
   for (TrackFrame& frame : markers.frames) {
     frame.people = markers.frames[0].people;
   }

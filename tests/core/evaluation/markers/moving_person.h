@@ -1,4 +1,4 @@
-// A person who walks about with swinging limbs, known at any time.
+// A walking person with swinging limbs, defined at any time.
 #ifndef KINEGRAPH_TESTS_CORE_EVALUATION_MARKERS_MOVING_PERSON_H_
 #define KINEGRAPH_TESTS_CORE_EVALUATION_MARKERS_MOVING_PERSON_H_
 
@@ -22,8 +22,8 @@ inline Pose3d PoseAt(double t) {
   return pose;
 }
 
-// Frames of `rate_hz` over `length_s`; `clock` tells the time at which the
-// person is what a frame shows.
+// Frames at `rate_hz` over `length_s`; `clock` maps a frame's time to that of
+// the motion.
 template <typename Clock>
 TrackSequence Recorded(double rate_hz, double length_s, const Clock& clock) {
   TrackSequence tracks = Tracks({});
@@ -35,7 +35,7 @@ TrackSequence Recorded(double rate_hz, double length_s, const Clock& clock) {
   return tracks;
 }
 
-// Gaps of some frames in each joint, so much of all.
+// Gaps of some frames in each joint, a share `share` of all.
 inline void LeaveOut(double share, TrackSequence* tracks) {
   Random random(7);
   const size_t joints = tracks->frames.front().people.front().joints.size();

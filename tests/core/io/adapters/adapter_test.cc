@@ -46,7 +46,8 @@ TEST_F(AdapterTest, SilenceEndsIt) {
   AdapterRun run(Shell("sleep 600"), path_, {}, /*silence_ms=*/100);
   const Descriptor output(run.TakeOutput());
   EXPECT_FALSE(HasInput(output.get(), run.silence_ms()));
-  // It is ended by the destructor; this test would last ten minutes else.
+  // The destructor ends the program; otherwise this test would take ten
+  // minutes.
 }
 
 TEST_F(AdapterTest, AHangIsOneLine) {
@@ -90,7 +91,7 @@ TEST_F(AdapterTest, TheGivenOneIsAskedFirst) {
   fs::permissions(program, fs::perms::owner_all);
   SetAdapter(program);
   EXPECT_FALSE(GivenAdapterOf(path_).has_value());
-  // By content it would be ours, and a broken one.
+  // By content it would be an invalid file in our own format.
   const std::string ours =
       folder_.Write("b.jsonl", "{\"kinegraph_detections\": 1}\n");
   const DetectionSequence recording = ReadDetections(ours);

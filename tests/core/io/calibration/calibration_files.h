@@ -1,4 +1,4 @@
-// Calibrations from texts, and what is compared of cameras.
+// Calibrations from texts, and comparisons of cameras.
 #ifndef KINEGRAPH_TESTS_CORE_IO_CALIBRATION_CALIBRATION_FILES_H_
 #define KINEGRAPH_TESTS_CORE_IO_CALIBRATION_CALIBRATION_FILES_H_
 
@@ -28,7 +28,7 @@ inline std::string FaultOf(const std::string& name, const std::string& text,
                  [&](const std::string& path) { ReadCameras(path, options); });
 }
 
-// Each text is refused with a message that says this.
+// Each text is rejected with a message that contains this.
 inline void ExpectFaults(const std::string& name, const Faults& faults) {
   ExpectFaultsIn(name, faults,
                  [](const std::string& path) { ReadCameras(path); });
@@ -48,7 +48,7 @@ inline std::vector<std::string> NamesOf(const CameraRig& cameras) {
   return names;
 }
 
-// Of an ideal pinhole, nothing.
+// Parameters of the lens; empty for an ideal pinhole.
 inline std::vector<double> LensOf(const Camera& camera) {
   return camera.lens() == nullptr ? std::vector<double>()
                                   : camera.lens()->parameters();

@@ -136,11 +136,11 @@ TEST(Calibration, CampusFormatsAgree) {
   const Eigen::Vector3d high(6.0, 7.0, 2.0);
   for (const std::string number : {"0", "1", "2"}) {
     const Camera& camera = Named(longcw, "Camera" + number);
-    // Both files carry all digits.
+    // Both files have full precision.
     EXPECT_LT(LargestDistancePx(camera, Named(voxelpose, number), low, high),
               1e-6);
-    // Five digits of P; the README says 0.01 px near the people. Off the image
-    // it grows with the distance from its middle.
+    // P has five digits: 0.01 px near the people (README), more with the
+    // distance from the image centre.
     EXPECT_LT(LargestDistancePx(camera, Named(tum, "P" + number), low, high),
               0.1);
   }
@@ -227,12 +227,12 @@ TEST(Calibration, ReadsCaliscope) {
         1e-15);
     ASSERT_NE(cameras[0].lens(), nullptr);
   }
-  // A camera may be called as Caliscope calls its pairs.
+  // A camera may be named like Caliscope's pairs.
   const std::string stereo =
       WithReplaced(kCaliscopeConfig, "[cam_0]", "[stereo_left]");
   EXPECT_THAT(NamesOf(CamerasOf("array.toml", stereo)),
               ElementsAre("stereo_left"));
-  // A table that could be a camera is not passed over.
+  // A table that could be a camera is not ignored.
   EXPECT_THAT(FaultOf("array.toml", std::string(kCaliscopeConfig) +
                                         "[kamera_5]\nsize = [1280, 720]\n"),
               HasSubstr("camera 'kamera_5'"));
@@ -255,7 +255,7 @@ TEST(Calibration, ReadsFreeMoCapInMillimetres) {
   EXPECT_LT((ReadCameras(with("39.0"))[0].t() - Eigen::Vector3d(0.1, -0.2, 0.7))
                 .norm(),
             1e-15);
-  // 1 is its default: lengths are squares then, of whatever size.
+  // 1 is the default: lengths are then in squares of unknown size.
   EXPECT_EQ(ReadCameras(with("1.0"))[0].t(),
             Eigen::Vector3d(100.0, -200.0, 700.0));
   CameraReadOptions options;
@@ -266,7 +266,7 @@ TEST(Calibration, ReadsFreeMoCapInMillimetres) {
 
 // ---- Samples of our own making ----
 
-// As Windows ends lines.
+// With Windows line ends.
 std::string Crlf(const std::string& text) {
   std::string lines;
   for (const char one : text) lines += one == '\n' ? "\r\n" : std::string{one};

@@ -1,7 +1,6 @@
-// One small valid file of each format, and what becomes of it: a broken one
-// must end in an InputError that is one line, names the file and says what is
-// wrong; the lens is read under any of its names; and no key is passed over
-// that nobody reads.
+// One small valid file of each format, and variants: a broken one must result
+// in a one-line InputError that names file and problem; the lens is read under
+// any of its names; and unknown keys are rejected.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -26,7 +25,7 @@ using ::testing::StartsWith;
 using testing::TemporaryFolder;
 using testing::WithReplaced;
 
-// MORE stands where another key of the first camera may stand.
+// MORE is replaced by further keys of the first camera.
 const std::string kOwn =
     R"({"kinegraph_cameras": 1, "units": {"length": "m"}, "cameras": [
 {"name": "a", "image_size": [640, 480], "model": "opencv5",
@@ -78,7 +77,7 @@ const std::string kOpencv =
 struct Change {
   std::string from;
   std::string to;
-  // What the message must say; whatever says enough about it.
+  // Text that the message must contain.
   const char* says;
 };
 
@@ -400,7 +399,7 @@ TEST(CalibrationCorpus, OddPathsAreRefused) {
               HasSubstr("extri.yml"));
 }
 
-// Each sample is valid, and only as what it is.
+// Each sample is valid in its own format only.
 TEST(CalibrationCorpus, WrongFormatsAreRefused) {
   const TemporaryFolder folder;
   for (const Sample& sample : Samples()) {
@@ -431,7 +430,7 @@ std::vector<Sample> SamplesOfKeys() {
   return samples;
 }
 
-// Of a sample with more keys of its first camera.
+// A sample with further keys of its first camera.
 class CalibrationKeys : public ::testing::TestWithParam<Sample> {
  protected:
   static Camera Read(const std::string& more) {
@@ -519,7 +518,7 @@ INSTANTIATE_TEST_SUITE_P(EachFormat, CalibrationKeys,
                            return file.substr(0, file.find('.'));
                          });
 
-// The unit may stand beside the cameras.
+// The unit may be next to the cameras.
 TEST(CalibrationUnit, IsReadWhereItIsStated) {
   const std::string text =
       R"({"0": {"K": [600, 0, 320, 0, 600, 240, 0, 0, 1],
@@ -529,7 +528,7 @@ TEST(CalibrationUnit, IsReadWhereItIsStated) {
               HasSubstr("unit: found the text 'ft'"));
 }
 
-// Two ways of writing one pose must say the same.
+// Two representations of one pose must agree.
 TEST(CalibrationPose, TwoSpellingsMustAgree) {
   const std::string text =
       "K: [[600, 0, 320], [0, 600, 240], [0, 0, 1]]\n"

@@ -1,6 +1,5 @@
-// Calibrations of laboratories' systems and of other programs. Samples of the
-// makers' are read where they are at hand; all others follow the makers'
-// documentation.
+// Calibrations of laboratories' systems and of other programs. Original samples
+// are read if available; all others follow the makers' documentation.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -34,8 +33,8 @@ using testing::WithReplaced;
 
 // ---- Qualisys ----
 
-// Looks along the world's x, its picture's top towards z: the file's rows are
-// right (-y), up (z) and backwards (-x).
+// Looks along the world's x, with the top of the image towards z: the file's
+// rows are right (-y), up (z) and backwards (-x).
 constexpr const char* kQca =
     R"(<?xml version="1.0" encoding="us-ascii"?>
 <calibration calibrated="true" source="x.qca" qtm-version="2022.2" type="regular">
@@ -73,7 +72,7 @@ TEST(QualisysCalibration, IsReadByHand) {
   EXPECT_NEAR(px->y(), 1200.0 * y + 352.0, 1e-9);
 }
 
-// 720p of a sensor that is 1088 high: its picture is the field of view, scaled.
+// 720p of a sensor with 1088 rows: the image is the scaled field of view.
 TEST(QualisysCalibration, ASmallerVideoIsScaled) {
   const TemporaryFolder folder;
   const std::string path = folder.Write("cal.txt", kQca);
@@ -82,7 +81,7 @@ TEST(QualisysCalibration, ASmallerVideoIsScaled) {
   const Camera camera = ReadCameras(path, options).front();
   EXPECT_EQ(camera.width_px(), 640);
   EXPECT_NEAR(camera.K()(1, 1), 800.0, 1e-12);
-  // The edges stay edges: -0.5 and 959.5 become -0.5 and 639.5.
+  // Edges map to edges: -0.5 and 959.5 become -0.5 and 639.5.
   EXPECT_NEAR(camera.K()(0, 2), (448.0 + 0.5) / 1.5 - 0.5, 1e-12);
   options.image_size = {640.0, 480.0};
   ExpectInputError([&] { ReadCameras(path, options); }, "960 x 768");
@@ -113,8 +112,8 @@ TEST(QualisysCalibration, FaultsAreNamed) {
       });
 }
 
-// Points of a room as both see them: the largest distance in the pictures, and
-// in places of the cameras.
+// Largest distances between two sets of cameras: in the images of points of a
+// room, and of the cameras' positions.
 struct Apart {
   double px = 0.0;
   double m = 0.0;
@@ -139,7 +138,7 @@ Apart Compare(const CameraRig& a, const CameraRig& b) {
   return apart;
 }
 
-// Pose2Sim made the one of the other.
+// Pose2Sim converted one file into the other.
 TEST(QualisysCalibration, EqualsTheTomlThatPose2SimMakesOfIt) {
   KINEGRAPH_DATA_OR_SKIP(folder, "takes/pose2sim_static");
   const CameraRig qca = ReadCameras(folder + "/Calib.qca.txt");
@@ -154,7 +153,7 @@ TEST(QualisysCalibration, EqualsTheTomlThatPose2SimMakesOfIt) {
   }
 }
 
-// The cameras stand round the people and look at them.
+// The cameras surround the people and face them.
 TEST(QualisysCalibration, TheExportForTheiaIsRead) {
   KINEGRAPH_DATA_OR_SKIP(file, "markers/qualisys_theia/qualisys_cal.txt");
   const CameraRig cameras = ReadCameras(file);
@@ -203,7 +202,7 @@ TEST(ViconCalibration, IsReadByHand) {
   EXPECT_NEAR(px->y(), 540 + 240, 1e-9);
 }
 
-// Terms in px move a raw point to where a pinhole has it.
+// Terms in px map a raw point to its pinhole position.
 TEST(ViconCalibration, RadialTermsFreeARawPointOfDistortion) {
   const std::string text = WithReplaced(XcpWith("3e-8 -4e-15 0"), "1.25", "1");
   const Camera camera = CamerasOf("lab.xcp", text).front();
@@ -213,12 +212,12 @@ TEST(ViconCalibration, RadialTermsFreeARawPointOfDistortion) {
     const Eigen::Vector2d middle(960, 540);
     const auto ideal = camera.Undistort(middle + offset);
     ASSERT_TRUE(ideal.has_value());
-    // The lens is a fit by OpenCV's terms, held to 0.1 px.
+    // The lens is fitted with OpenCV's terms to 0.1 px.
     EXPECT_LT((*ideal - middle - factor * offset).norm(), 0.1) << r_px;
   }
 }
 
-// As other programs write them; as px they would turn the picture inside out.
+// As written by other programs; taken as px they would fold the image.
 TEST(ViconCalibration, TermsWithoutUnitAreOpenCvs) {
   const Camera camera = CamerasOf("lab.xcp", XcpWith("-0.1 0.05 0.01")).front();
   EXPECT_EQ(LensOf(camera), (std::vector<double>{-0.1, 0.05, 0.0, 0.0, 0.01}));
@@ -264,7 +263,7 @@ TEST(OptiTrackCalibration, IsReadInBothEncodings) {
     const Camera& camera = cameras.front();
     EXPECT_EQ(camera.name(), "C11764");
     EXPECT_EQ(camera.width_px(), 1920);
-    // As the camera of kQca, whose picture is cut.
+    // Like the camera of kQca, whose image is cropped.
     const Camera qualisys = CamerasOf("a.txt", kQca).front();
     EXPECT_LT((camera.R() - qualisys.R()).norm(), 1e-15);
     const Eigen::Vector3d point(2.0, 0.9, 1.8);
@@ -406,7 +405,7 @@ TEST(SessionFolder, OldCaliscopesIsItsConfig) {
                    "is a folder without");
 }
 
-// The session's cameras and board are read from its folder as from its files.
+// Cameras and board of a session are read from its folder or its files.
 TEST(SessionFolder, SamplesOfOthersAreRead) {
   KINEGRAPH_DATA_OR_SKIP(found, "takes");
   const std::filesystem::path recordings = found;
@@ -457,7 +456,7 @@ TEST(ColmapCalibration, IsReadFromFolderAndFile) {
        {path, path + "/cameras.txt", path + "/images.txt"}) {
     const CameraRig cameras = ReadCameras(where);
     ASSERT_EQ(cameras.size(), 3u);
-    // Pixels are counted from the middle of the first one here.
+    // Our pixel coordinates begin at the centre of the first pixel.
     ExpectIntrinsics(cameras[0], "cam_2", {640, 480},
                      {600.0, 610.0, 319.5, 239.5});
     ExpectIntrinsics(cameras[1], "left/cam_1", {3072, 2304},
@@ -481,7 +480,7 @@ TEST(ColmapCalibration, FoldersNameTheCamerasWhereEachHasItsOwn) {
   EXPECT_THAT(NamesOf(ReadCameras(path)), ElementsAre("cam_1", "cam_2"));
 }
 
-// COLMAP's scale is its own.
+// COLMAP's scale is arbitrary.
 TEST(ColmapCalibration, UnitCanBeTold) {
   const TemporaryFolder folder;
   CameraReadOptions options;
@@ -559,7 +558,7 @@ TEST(FisheyeCalibration, FiveTermsAreNoneOfIt) {
               HasSubstr("5 coefficients of a fisheye lens"));
 }
 
-// Every format gives the lens back or names it.
+// Every format preserves the lens or reports its loss.
 TEST(FisheyeCalibration, IsWrittenWhereAFormatCanSayIt) {
   CameraParameters p;
   p.name = "a";
@@ -585,7 +584,7 @@ TEST(FisheyeCalibration, IsWrittenWhereAFormatCanSayIt) {
     written.push_back(format.name);
     const CameraRig back = ReadCameras(path);
     ASSERT_EQ(back.size(), 1u);
-    // K of COLMAP's goes through half a pixel.
+    // COLMAP's K is shifted by half a pixel.
     EXPECT_LT(Compare(cameras, back).px, 1e-9) << format.name;
     EXPECT_EQ(LensOf(back[0]), LensOf(cameras[0])) << format.name;
   }

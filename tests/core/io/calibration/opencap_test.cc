@@ -56,7 +56,7 @@ TEST(OpenCapCalibration, IsReadInEveryProtocol) {
   }
 }
 
-// NumPy 2 calls its modules numpy._core; the names' lengths stand before them.
+// NumPy 2 names its modules numpy._core; names are preceded by their lengths.
 TEST(OpenCapCalibration, IsReadAsNumPy2WritesIt) {
   const TemporaryFolder folder;
   std::string bytes = FromBase64(kOpencapProtocol5);
@@ -97,7 +97,7 @@ TEST(OpenCapCalibration, AFileOfTheLensAloneSaysSo) {
   ExpectInputError([&] { ReadCameras(path); }, "has no rotation");
 }
 
-// More of it in tests/adapters/adapters_test.py.
+// See also tests/adapters/adapters_test.py.
 TEST(OpenCapCalibration, NothingOfAPickleIsExecuted) {
   const TemporaryFolder folder;
   const std::string path = folder.Write("left.pickle",

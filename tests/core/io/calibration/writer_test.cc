@@ -27,7 +27,7 @@ using testing::TemporaryFolder;
 
 enum class WithLens { kNo, kYes };
 
-// Cameras all round a place, with numbers of all digits.
+// Cameras around a point, with numbers of full precision.
 CameraRig RigWith(WithLens with_lens) {
   Random random(3);
   CameraRig cameras;
@@ -73,7 +73,7 @@ struct Case {
   bool keeps_lens;
 };
 
-// The unit roundoff times the operations on the way, with room: a change of
+// The unit roundoff times the number of operations, with a margin: a change of
 // unit is two roundings; centre and rotation vector are a dozen; the
 // decomposition of a projection matrix some fifty, times the condition of K.
 constexpr double kExact = 0.0;
@@ -81,7 +81,8 @@ constexpr double kUnit = 4e-16;
 constexpr double kRotated = 1e-14;
 constexpr double kDecomposed = 1e-11;
 
-// What the others cannot all say: any name, no size, a skew, -0, tiny terms.
+// Values that not all other formats can represent: any name, no size, a skew,
+// -0, tiny terms.
 TEST(OwnCalibration, ReadsBackToTheBit) {
   CameraRig cameras;
   for (const Camera& camera : RigWith(WithLens::kYes)) {
@@ -128,7 +129,7 @@ TEST_P(RoundTrip, ReadsBack) {
   const Case& format = GetParam();
   CameraRig cameras =
       RigWith(format.keeps_lens ? WithLens::kYes : WithLens::kNo);
-  // One image size for all is told when reading; names are in their order.
+  // One image size for all is given when reading; names are by order.
   const bool is_longcw = format.format == "longcw";
   if (is_longcw) cameras = WithSize(cameras, 1920, 1080);
   if (format.format == "opencv") {
@@ -268,7 +269,7 @@ TEST(CalibrationWriter, TomlHasDecimalsAndEscapes) {
   EXPECT_EQ(ReadCameras(path).front().name(), parameters.name);
 }
 
-// So no order of the registry's lines matters.
+// Recognition does not depend on the order of the registry.
 TEST(CalibrationFormats, EveryResultIsRecognisedByItsOwnFormatAlone) {
   const CameraRig cameras = WithSize(RigWith(WithLens::kNo), 1920, 1080);
   for (const CalibrationFormat& written : CalibrationFormats()) {
@@ -281,7 +282,7 @@ TEST(CalibrationFormats, EveryResultIsRecognisedByItsOwnFormatAlone) {
     written.write(path, cameras, &lost_fields);
     const CalibrationHead head = LookAtCalibration(path);
     for (const CalibrationFormat& format : CalibrationFormats()) {
-      if (format.recognise == nullptr) continue;  // an adapter does
+      if (format.recognise == nullptr) continue;  // recognised by an adapter
       EXPECT_EQ(format.recognise(head), &format == &written)
           << written.name << " by " << format.name;
     }

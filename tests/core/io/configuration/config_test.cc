@@ -56,7 +56,7 @@ struct SampleOptions {
   }
 };
 
-// More keys of one of its tables.
+// Further keys of one of its tables.
 struct MoreOptions {
   int64_t window = 10;
   void Describe(OptionVisitor& visitor) {
@@ -132,7 +132,7 @@ TEST(Config, NamesWhatReplacesAKeyThatWent) {
   EXPECT_THAT(ErrorOf("[tracking]\nmax_age = 10"),
               HasSubstr("sample.toml:2: key 'tracking.max_age': is gone: use "
                         "tracking.max_age_s"));
-  // A table that went stands for its keys.
+  // A removed table represents its keys.
   EXPECT_THAT(ErrorOf("", "filters.kalman.jerk_noise.head=50"),
               HasSubstr("is gone: use filters.kalman.process_noise_scale"));
 }

@@ -1,4 +1,4 @@
-// Small files that stand beside a recording's.
+// Small files beside a recording.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

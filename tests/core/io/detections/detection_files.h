@@ -1,4 +1,4 @@
-// Detections from texts, and what is compared of them.
+// Detections from texts, and their comparison.
 #ifndef KINEGRAPH_TESTS_CORE_IO_DETECTIONS_DETECTION_FILES_H_
 #define KINEGRAPH_TESTS_CORE_IO_DETECTIONS_DETECTION_FILES_H_
 
@@ -13,7 +13,7 @@
 
 namespace kinegraph::testing {
 
-// Hands out a recording that is in memory.
+// A recording in memory as a source.
 class SequenceSource final : public DetectionSource {
  public:
   explicit SequenceSource(const DetectionSequence& sequence)
@@ -46,7 +46,7 @@ inline std::string FaultOf(const std::string& name, const std::string& text,
   });
 }
 
-// Each text is refused with a message that says this.
+// Each text is rejected with a message that contains this.
 inline void ExpectFaults(const std::string& name, const Faults& faults,
                          const DetectionReadOptions& options = {}) {
   ExpectFaultsIn(name, faults, [&](const std::string& path) {
@@ -62,7 +62,7 @@ inline const Keypoint& JointOf(const DetectionSequence& recording, size_t frame,
       .joints.at(joint);
 }
 
-// To the last bit, but for the times.
+// Bit-identical except for the times.
 inline void ExpectSameDetections(const DetectionSequence& a,
                                  const DetectionSequence& b) {
   EXPECT_EQ(a.header.skeleton.joints(), b.header.skeleton.joints());

@@ -1,4 +1,4 @@
-// Files as other people's detectors write them, by hand.
+// Handwritten files in the formats of detectors.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -30,7 +30,7 @@ using testing::RecordingIn;
 using testing::TemporaryFolder;
 using testing::WithReplaced;
 
-// `first`, and `next` as often as makes them `count`.
+// `first`, followed by `next` up to `count` elements.
 std::string Listed(const std::string& first, const std::string& next,
                    int count) {
   std::string text = first;
@@ -138,7 +138,7 @@ TEST(DetectorFiles, DeepLabCutOfOne) {
   EXPECT_FALSE(JointOf(recording, 1, 0, 0, 1).found);
 }
 
-// A network a camera, and each with an order of its own.
+// One network per camera, each with its own order of joints.
 TEST(DetectorFiles, ViewsHaveTheSameJoints) {
   const TemporaryFolder folder;
   folder.Write("take/cam1.csv", kDeepLabCut);
@@ -207,8 +207,7 @@ TEST(DetectorFiles, MediaPipeTablesInPixelsAlone) {
                              "shares of the image, expected pixels"}});
 }
 
-// As Excel saves a table where numbers have decimal commas, and as editors
-// leave it.
+// A table as saved by Excel with decimal commas, and as modified by editors.
 std::string Semicolons(std::string text) {
   std::replace(text.begin(), text.end(), ',', ';');
   std::replace(text.begin(), text.end(), '.', ',');
@@ -261,7 +260,7 @@ void ExpectOnlySecond(const std::string& path) {
   }
 }
 
-// What detectors such as YOLO's write for joints that they do not see.
+// Detectors such as YOLO's write zeros for joints that they do not find.
 TEST(DetectorFiles, JointsAtZeroAreMissingInEveryFormat) {
   const TemporaryFolder folder;
   for (const Skeleton* skeleton : {&Coco17(), &Tum14()}) {
@@ -338,8 +337,8 @@ TEST(DetectorFiles, SharesOfTheImageAreNoPixels) {
        {RecordingOf(20, "[[655360, 1e5, 1], [9e6, 1e6, 1]]", pixels),
         "view 'cam1': positions are within x 6.55e+05 .. 9e+06 and y 1e+05 .. "
         "1e+06, where no image reaches"}});
-  // Neither one person in the corner of a view, nor joints at a place that
-  // stands for none.
+  // Neither a person in the corner of a view nor joints at the position that
+  // represents missing ones.
   const std::string odd =
       WithReplaced(RecordingOf(20, pixels, pixels), pixels, shares);
   for (const std::string& recording :

@@ -76,7 +76,7 @@ TEST(DetectionExport, OpenPoseKeepsFramesWithoutAnybody) {
   EXPECT_TRUE(fs::exists(path + "/cam10/cam10_000000000007_keypoints.json"));
 }
 
-// With the clock that longcw's files live by.
+// With times as longcw's files require.
 DetectionSequence Timed(DetectionSequence sequence) {
   sequence.header.frame_rate_hz = 25.0;
   for (DetectionFrame& frame : sequence.frames) {
@@ -150,8 +150,9 @@ TEST(DetectionExport, SaysWhatIsLost) {
   }
 }
 
-// Every format that is both written and read is recognised by itself alone, and
-// keeps what it can say, for each layout that its files tell.
+// Every format that is both written and read is recognised by itself only, and
+// preserves all data that it can represent, for each layout that its files
+// specify.
 TEST(DetectionExport, EveryFormatReadsBackBitForBit) {
   int formats = 0;
   for (const DetectionFormat& format : DetectionFormats()) {
@@ -174,7 +175,7 @@ TEST(DetectionExport, EveryFormatReadsBackBitForBit) {
         Write(format.name, path, sequence, {{640, 480}});
         const DetectionHead head = LookAtDetections(path);
         for (const DetectionFormat& other : DetectionFormats()) {
-          if (other.recognise == nullptr) continue;  // an adapter does
+          if (other.recognise == nullptr) continue;  // recognised by an adapter
           EXPECT_EQ(other.recognise(head), &other == &format) << other.name;
         }
         ExpectSameDetections(sequence, ReadDetections(path));

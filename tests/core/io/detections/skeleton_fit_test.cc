@@ -28,7 +28,7 @@ std::vector<Detection> PeopleIn(const Skeleton& skeleton) {
   return people;
 }
 
-// Layouts after people of one of them were seen.
+// The fit of candidate layouts to people with the joints of `truth`.
 SkeletonFit FitTo(const Skeleton& truth,
                   std::vector<const Skeleton*> candidates) {
   SkeletonFit fit(std::move(candidates));
@@ -57,7 +57,7 @@ TEST(SkeletonFitTest, SideDifferenceIsThatOfTheLimbs) {
     person.joints[j].px = {10.0 * static_cast<double>(j), 0.0};
     person.joints[j].found = true;
   }
-  // Thighs of 3 and 4 px differ by 1 / 7 of their sum, shanks of 5 px not.
+  // Thighs of 3 and 4 px differ by 1 / 7 of their sum, shanks of 5 px do not.
   person.joints[1].px = {0.0, 3.0};
   person.joints[2].px = {0.0, 8.0};
   person.joints[4].px = {30.0, 4.0};
@@ -73,8 +73,8 @@ TEST(SkeletonFitTest, Body25StaysBody25) {
   EXPECT_FALSE(fit.Implausible(0));
 }
 
-// The right layout of every detector looks plausible, so that a warning about
-// the skeleton means something.
+// The right layout of every detector is plausible, so that the warning is
+// specific.
 TEST(SkeletonFitTest, NoBuiltInLayoutLooksImplausible) {
   for (const Skeleton* truth : {&Coco17(), &Coco18(), &Body25(), &Body25B(),
                                 &Halpe26(), &MediaPipe33(), &WholeBody133()}) {
@@ -98,7 +98,8 @@ TEST(SkeletonFitTest, HalfABodyIsPlausible) {
 TEST(SkeletonFitTest, ShuffledJointsAreImplausible) {
   SkeletonFit fit({&Coco17()});
   for (Detection person : PeopleIn(Coco17())) {
-    // Places of 17 in steps of 7: neighbours come from all over the body.
+    // Permutation of 17 in steps of 7: neighbours come from all parts of the
+    // body.
     const std::vector<Keypoint> joints = person.joints;
     for (size_t j = 0; j < joints.size(); ++j) {
       person.joints[j] = joints[7 * j % joints.size()];

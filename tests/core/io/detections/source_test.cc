@@ -71,7 +71,7 @@ int CountMissing(const DetectionSequence& sequence, const std::string& joint) {
   return missing;
 }
 
-// To the last bit, times and all.
+// Bit-identical, including times.
 void ExpectSame(const DetectionSequence& a, const DetectionSequence& b) {
   EXPECT_TRUE(a.header.skeleton == b.header.skeleton);
   EXPECT_EQ(a.header.frame_rate_hz, b.header.frame_rate_hz);
@@ -107,8 +107,8 @@ std::string Summary(const DetectionSequence& sequence) {
   return text.str();
 }
 
-// What the READMEs of the data state, and what separate scripts counted. Frames
-// that no view has are left out.
+// Numbers stated in the READMEs of the data, and counted by separate scripts.
+// Frames missing in all views are left out.
 TEST(ReadDetections, RealRecordings) {
   const auto expect = [](const char* path, const char* summary,
                          const DetectionReadOptions& options = {}) {
@@ -201,7 +201,7 @@ TEST(ReadDetections, FilledJointsOfShelfArePositionsWhereAskedFor) {
     const bool empty = frame.views[3].detections.empty();
     EXPECT_EQ(empty, frame.frame >= 411 && frame.frame <= 413) << frame.frame;
   }
-  // The first person's right eye was filled with the place of the nose.
+  // The first person's right eye was filled with the position of the nose.
   const Keypoint& filled = JointOf(sequence, 0, 0, 0, 2);
   EXPECT_EQ(filled.confidence, 0.0);
   EXPECT_EQ(filled.px, Eigen::Vector2d(658.4368, 162.1114));
@@ -401,7 +401,7 @@ TEST(RatedSource, AViewTwiceAsFastGivesEverySecondFrame) {
   }
 }
 
-// Limits hold for views of their own rates, too.
+// Limits also hold for views with their own rates.
 TEST(RatedSource, LimitsHold) {
   const std::string text =
       OwnFile(R"({"frame": 0, "views": {"a": [{"joints": [[1, 2, 1]]}], )"
@@ -431,8 +431,8 @@ TEST(RatedSource, ASlowViewLeavesFramesOut) {
   EXPECT_EQ(found, (std::vector<int>{0, 1, 2, 3}));
 }
 
-// At 100 Hz, views of 50 and 25 Hz fill every second and fourth frame, to the
-// end of both; what the base counts at its own rate would end after half.
+// At 100 Hz, views of 50 and 25 Hz fill every second and fourth frame, up to
+// the end of both; counting at the base's rate would end after half.
 TEST(RatedSource, ATakeFasterThanItsViewsLosesNothing) {
   const std::vector<DetectionFrame> frames =
       Read(Counting(20, 10, 100.0), Rates({{"a", 50.0}, {"b", 25.0}}));
@@ -448,7 +448,7 @@ TEST(RatedSource, ATakeFasterThanItsViewsLosesNothing) {
   }
 }
 
-// Frames in which nobody is seen are frames, but for those behind the end.
+// Frames without detections are kept, except after the end.
 TEST(RatedSource, EmptyFramesStay) {
   DetectionSequence sequence = Counting(8, 8);
   for (size_t f = 2; f < 5; ++f) {
@@ -458,7 +458,7 @@ TEST(RatedSource, EmptyFramesStay) {
             (std::vector<int64_t>{0, 1, 2, 3, 4, 5, 6, 7}));
 }
 
-// Numbers that only the files of another rate have are no frames of the
+// Numbers that exist only in files of another rate are not frames of the
 // recording.
 TEST(RatedSource, NumbersBeforeTheFirstFrameAreNone) {
   // 25 Hz from frame 4 on. Files of b count at 50 Hz: its 8 is the
@@ -472,7 +472,7 @@ TEST(RatedSource, NumbersBeforeTheFirstFrameAreNone) {
             (std::vector<int64_t>{4, 5, 6, 7, 8, 9, 10, 11}));
 }
 
-// Files with times of their own have view_times.
+// Files with their own times have view_times.
 TEST(RatedSource, FilesThatTellTimesAreRefused) {
   EXPECT_THROW(
       RecordingIn("a.jsonl",
@@ -488,7 +488,7 @@ TEST(RatedSource, UnknownViewsAndUnknownRatesAreRefused) {
   EXPECT_THROW(Read(sequence, Rates({{"b", 25.0}})), OptionError);
 }
 
-// "view_times" is another word for "capture_times".
+// "view_times" is a synonym of "capture_times".
 TEST(ViewTimes, AreTimesOfCapture) {
   const std::string frame =
       OwnFile(R"({"frame": 300, "time": 12.0, "views": {"a": []}, )"
@@ -502,7 +502,7 @@ TEST(ViewTimes, AreTimesOfCapture) {
       InputError);
 }
 
-// Mirrored pixels are those of the other end; joints that are missing stay so.
+// Mirrored pixels are counted from the other side; missing joints stay missing.
 TEST(Source, MirroredViewsAreMirroredBack) {
   const std::string text = OwnFile(
       R"({"frame": 1, "time": 0.04, "views": {"a": [{"joints": [[10, 20, 0.9]]}], )"

@@ -1,4 +1,4 @@
-// Times of a video's pictures. The files were made by ffmpeg 5.1:
+// Times of a video's images. The files were made by ffmpeg 5.1:
 //   G="geq=lum='255*mod(floor(N/pow(2,floor(X/16))),2)':cb=128:cr=128"
 //   ffmpeg -f lavfi -i "color=black:s=128x48:r=30000/1001:d=2" -vf "$G"
 //     -frames:v 40 -c:v libx264 -pix_fmt yuv420p -g 15 -bf 2 -crf 20 bars.mp4
@@ -27,8 +27,8 @@ std::string Bars(const std::string& ending) {
       .string();
 }
 
-// The pictures are stored in another order than they are shown in (B-frames),
-// and an edit list takes back the delay that this needs.
+// The images are stored in another order than displayed (B-frames), and an edit
+// list compensates the delay.
 TEST(VideoTimes, OfPicturesInAnyOrder) {
   const std::vector<double> mp4 = ReadVideoTimes(Bars("mp4"));
   const std::vector<double> webm = ReadVideoTimes(Bars("webm"));
@@ -49,7 +49,7 @@ TEST(VideoTimes, WhatIsNoneIsRefusedByName) {
   testing::ExpectFaultsIn("a.mp4", cases, ReadVideoTimes);
 }
 
-// A playlist would have ffprobe open what it names.
+// A playlist would make ffprobe open the files that it names.
 TEST(VideoTimes, NoOtherFileIsOpened) {
   const TemporaryFolder folder;
   const std::string list = folder.Write(
@@ -57,8 +57,8 @@ TEST(VideoTimes, NoOtherFileIsOpened) {
   testing::InputErrorOf([&] { ReadVideoTimes(list); });
 }
 
-// A picture that an edit list cuts off is never shown: cut by ffmpeg between
-// two key pictures, which it keeps.
+// Images cut by an edit list are not shown: cut by ffmpeg between two key
+// frames, which it keeps.
 TEST(VideoTimes, EditListsShiftAndCut) {
   const TemporaryFolder folder;
   const std::string cut = folder.path() / "cut.mp4";

@@ -44,7 +44,7 @@ TEST(ViewPairing, TakesTheSurestRuleThatFits) {
   } cases[] = {
       {{"left", "right"}, {"right", "top", "left"}, {2, 0}, PairedBy::kName},
       {{"b", "a"}, {"a", "b"}, {1, 0}, PairedBy::kName},
-      // The name comes before the number.
+      // Names have precedence over numbers.
       {{"00_01", "01_01"}, {"01_01", "00_01"}, {1, 0}, PairedBy::kName},
       // Campus: the calibration lists Camera1, Camera2, Camera0.
       {{"cam0", "cam1", "cam2"},
@@ -83,7 +83,7 @@ TEST(ViewPairing, TakesTheSurestRuleThatFits) {
        {"Camera1", "Camera02"},
        {1, 0},
        PairedBy::kDistinct},
-      // A number is not cut in two: 10 and 11 are no 0 and 1.
+      // Numbers are matched as a whole: 10 and 11 are not 0 and 1.
       {{"cam10", "cam11"}, {"cam0", "cam1"}, {0, 1}, PairedBy::kOrder},
       // Counted from 0 and from 1, and names of two kinds.
       {{"cam_0", "cam_1", "cam_2"},
@@ -130,7 +130,7 @@ TEST(ViewPairing, RefusesWhatIsNotSure) {
       {{"cam3"}, {"0", "1"}, {}, "view 'cam3'"},
       {{"left", "right"}, {"links"}, {}, "'links'"},
       {{"cam_2", "cam_3"}, {"1", "2"}, {}, "view 'cam_3' has no camera"},
-      // A number that is missing is no other way of counting.
+      // A missing number is not another way of counting.
       {{"cam_1", "cam_2", "cam_4"},
        {"1", "2", "3"},
        {},

@@ -1,5 +1,5 @@
-// Files and folders of several cameras, and several detectors of one camera, by
-// hand.
+// Handwritten files and folders of several cameras, and of several detectors of
+// one camera.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -110,7 +110,7 @@ TEST(FreeMoCap, BodyIsTheFirstPartOfThePoints) {
   std::iota(numbers.begin(), numbers.end(), 0.0);
   const double nan = std::numeric_limits<double>::quiet_NaN();
   numbers[0] = numbers[1] = nan;
-  // Nobody in the second camera's last frame.
+  // No person in the second camera's last frame.
   std::fill(numbers.begin() + 5 * kPoints * 2, numbers.end(), nan);
   const TemporaryFolder folder;
   const std::string path =
@@ -142,7 +142,7 @@ TEST(FreeMoCap, SaysWhatIsWrong) {
                options);
 }
 
-// What FreeMoCap makes of them in 3D: the same points, as table and as array.
+// FreeMoCap's 3D output: the same points as a table and as an array.
 TEST(FreeMoCap, PointsIn3dAreTracks) {
   const TemporaryFolder folder;
   const std::string table =
@@ -202,11 +202,11 @@ TEST(TwoDetectors, AreFusedJointByJoint) {
   EXPECT_THAT(recording.header.view_names, ElementsAre("cam1"));
   ASSERT_EQ(recording.frames.size(), 3u);
   ASSERT_EQ(recording.frames[0].views[0].detections.size(), 1u);
-  // Weighed by confidence: (0.9 * 100 + 0.3 * 104) / 1.2.
+  // Weighted by confidence: (0.9 * 100 + 0.3 * 104) / 1.2.
   EXPECT_NEAR(JointOf(recording, 0, 0, 0, 0).px.x(), 101.0, 1e-12);
   EXPECT_NEAR(JointOf(recording, 0, 0, 0, 0).confidence, 0.6, 1e-15);
   EXPECT_NEAR(JointOf(recording, 0, 0, 0, 1).px.x(), 405.0, 1e-12);
-  // 40 px apart: the more confident one, believed by one of two.
+  // 40 px apart: the more confident one, supported by one of two.
   EXPECT_EQ(JointOf(recording, 1, 0, 0, 1).px.x(), 400.0);
   EXPECT_NEAR(JointOf(recording, 1, 0, 0, 1).confidence, 0.4, 1e-15);
   // Seen by one.

@@ -26,7 +26,7 @@ TEST(CsvRows, SeparatorsAreTold) {
   EXPECT_EQ(RowsOf("a;b\r\n\r\n1;2"), expected);
   EXPECT_EQ(RowsOf("a\tb\n1\t2\n"), expected);
   EXPECT_EQ(RowsOf("sep=;\na;b\n1;2\n"), expected);
-  // A separator within quotes separates nothing.
+  // A separator within quotes is text.
   EXPECT_THAT(RowsOf("\"x,y\";b\n"), ElementsAre(ElementsAre("x,y", "b")));
 }
 

@@ -84,7 +84,7 @@ TEST(JointNames, AreKnownInManySpellings) {
 TEST(JointNames, AreAllDifferentHoweverTheyAreSpelt) {
   using Names = std::vector<std::string>;
   for (const auto& [labels, joints] : std::vector<std::pair<Names, Names>>{
-           // The exact one wins, and the vaguer keeps its own.
+           // The exact label wins, and the less exact one keeps its name.
            {{"left_foot", "left_ankle", "right_foot"},
             {"l_foot", "l_ankle", "r_ankle"}},
            {{"LHand", "LWrist", "RHand"}, {"l_hand", "l_wrist", "r_wrist"}},
@@ -94,12 +94,12 @@ TEST(JointNames, AreAllDifferentHoweverTheyAreSpelt) {
            {{"root", "hip", "pelvis", "left_hip"},
             {"root", "hip", "mid_hip", "l_hip"}},
            {{"left_toe", "left_big_toe"}, {"l_toe", "l_big_toe"}},
-           // Markers, and what an animal has.
+           // Markers, and parts of animals.
            {{"HEAD", "C7", "LTOE"}, {"HEAD", "C7", "LTOE"}},
            {{"nose", "head", "left_hip", "foot_l", "Tail_0"},
             {"nose", "head", "l_hip", "foot_l", "Tail_0"}},
-           // Ours is the exactest spelling; what has no name left keeps its
-           // label.
+           // Our spelling is the most exact; labels without a free name are
+           // kept.
            {{"LAnkle", "l_ankle", "ankle_left"},
             {"LAnkle", "l_ankle", "ankle_left"}},
            {{"foot_l", "l_foot", "ankle.L"}, {"foot_l", "l_foot", "l_ankle"}},
@@ -138,7 +138,7 @@ TEST(JointNames, BonesOfTheFileWin) {
   EXPECT_EQ(stated.name(), "arm");
   ASSERT_EQ(stated.bones().size(), 1u);
   EXPECT_EQ(stated.bones()[0].b, 2);
-  // A built-in set keeps its name, and no other may take it.
+  // A built-in set keeps its name; other sets cannot have it.
   const Skeleton known = SkeletonOfLabels(Coco17().joints(), {{0, 1}}, "x");
   EXPECT_EQ(known, Coco17());
   EXPECT_EQ(known.bones().size(), 1u);
@@ -150,8 +150,7 @@ TEST(JointNames, BonesOfTheFileWin) {
       "bones: [0, 3] does not join two of the 3 joints");
 }
 
-// As markers, "head" and "hip" must not become what others call head_top and
-// mid_hip.
+// Among markers, "head" and "hip" must not become head_top and mid_hip.
 TEST(JointNames, AreMarkersThatReadBack) {
   const std::vector<std::string> joints = {"head_top", "head",     "mid_hip",
                                            "hip",      "l_foot",   "l_ankle",

@@ -35,7 +35,7 @@ std::string TomlError(const std::string& text) {
   return "";
 }
 
-// Runs `work` where there is no more stack than `bytes`.
+// Runs `work` with a stack of `bytes`.
 void OnSmallStack(size_t bytes, std::function<void()> work) {
   pthread_attr_t attributes;
   pthread_attr_init(&attributes);
@@ -81,9 +81,9 @@ TEST(ParseToml, LimitsValues) {
               HasSubstr("a.toml:1: holds more than 1000000 values"));
 }
 
-// The guard is tested against the parser that it protects: whatever it accepts
-// is parsed, walked and destroyed within 64 kB of stack, or this program ends
-// by a signal.
+// The guard is tested with the parser that it protects: accepted texts are
+// parsed, traversed and destroyed within 64 kB of stack; otherwise a signal
+// ends this program.
 TEST(ParseToml, WhatTheGuardTakesNeedsLittleStack) {
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
   GTEST_SKIP() << "sanitizers need more stack";
@@ -110,7 +110,7 @@ TEST(ParseToml, WhatTheGuardTakesNeedsLittleStack) {
   for (const char c : std::string("\"'\\#\n\t[]{},a.\x0b")) {
     pieces.emplace_back(1, c);
   }
-  // What the thread and the test itself need comes on top.
+  // Plus the needs of the thread and of the test itself.
   constexpr size_t kStackBytes = (size_t{64} + 32) << 10;
   int taken = 0;
   OnSmallStack(kStackBytes, [&] {
@@ -122,7 +122,7 @@ TEST(ParseToml, WhatTheGuardTakesNeedsLittleStack) {
       }
       taken += TomlError(text).empty() ? 1 : 0;
     }
-    // The deepest that pass: header upon key upon brackets.
+    // The deepest accepted nesting: header, key and brackets.
     const std::string header = "[[" + Repeated("a.", 29) + "a]]\n";
     EXPECT_THAT(TomlError(header + Repeated("b.", 32) + "b = 1\n"), IsEmpty());
     EXPECT_THAT(TomlError(header + "c = " + Repeated("[", 32) +

@@ -1,6 +1,6 @@
 // C3D of other programs: byte orders, every convention for the number of
-// frames, missing points, people, segments, and what is refused; and that what
-// is written here keeps the same conventions.
+// frames, missing points, people, segments, rejections; and our writer follows
+// the same conventions.
 #include "core/io/tracks/c3d.h"
 
 #include <gmock/gmock.h>
@@ -34,7 +34,7 @@ constexpr int kIntel = 84;
 constexpr int kDec = 85;
 constexpr int kMips = 86;
 
-// A file in another program's manner. Parameters come before their groups.
+// Makes files as other programs do: parameters come before their groups.
 class C3dMaker {
  public:
   explicit C3dMaker(int order = kIntel, bool is_float = true)
@@ -46,7 +46,7 @@ class C3dMaker {
     last_ = last;
     return *this;
   }
-  // Values in a frame, in so many samples of each channel.
+  // Values in a frame, with `samples` samples of each channel.
   C3dMaker& Analog(int values, int samples = 0) {
     analog_ = values;
     samples_ = samples;
@@ -147,7 +147,7 @@ class C3dMaker {
     return order_ == kMips ? std::string{high, low} : std::string{low, high};
   }
   std::string Float(double value) const {
-    // DEC's exponent counts two more.
+    // The exponent of DEC's floats is larger by two.
     const auto number =
         static_cast<float>(order_ == kDec ? 4.0 * value : value);
     uint32_t bits = 0;
@@ -331,17 +331,17 @@ TEST_F(TracksC3d, TheSizeDecidesWhereTheFileContradictsItself) {
   const auto frames = [](int first, int last, int words) {
     return OnePoint(first, last, 90).Words("POINT:FRAMES", {words}).Pad();
   };
-  // The header has nothing: parameters say it.
+  // The header has no number: the parameters specify it.
   EXPECT_EQ(Count(frames(0, 0, 90)), 90u);
   EXPECT_EQ(First(frames(5, 0, 90)), 4);
-  // FRAMES = 0: the header says it.
+  // FRAMES = 0: the header specifies it.
   EXPECT_EQ(Count(frames(1, 90, 0)), 90u);
   // Neither: to the end.
   EXPECT_EQ(Count(OnePoint(0, 0, 90)), 90u);
-  // The header keeps the numbers of the recording that was cut, or FRAMES does.
+  // The header, or FRAMES, keeps the numbers of the recording that was cut.
   EXPECT_EQ(Count(frames(1, 500, 90)), 90u);
   EXPECT_EQ(Count(frames(1, 90, 500)), 90u);
-  // One block more than a statement needs is no contradiction.
+  // One block more than stated is consistent.
   EXPECT_EQ(Count(OnePoint(1, 90, 90).Pad().Raw(std::string(512, '\7'))), 90u);
   EXPECT_THAT(ErrorOf(OnePoint(1, 200, 90).Words("POINT:FRAMES", {300})),
               HasSubstr("is of 300 frames (POINT:FRAMES) or 200 (the header), "
@@ -357,7 +357,7 @@ TEST_F(TracksC3d, TheFirstFrame) {
   EXPECT_EQ(First(Trial(OnePoint(65535, 65535, 50).Words("POINT:FRAMES", {50}),
                         70'001, 70'050)),
             70'000);
-  // What was not trimmed with the file says another count.
+  // Parameters that were not trimmed with the file state another count.
   for (const C3dMaker& maker : {Trial(OnePoint(101, 150, 50), 1, 500),
                                 Trial(OnePoint(1, 500, 50), 101, 150)}) {
     EXPECT_EQ(Count(maker), 50u);
@@ -390,7 +390,7 @@ TEST_F(TracksC3d, RateScaleAndPointsFromTheOtherPlace) {
   const C3dMaker unscaled = OnePoint(1, 9, 9).Scale(0.0);
   EXPECT_EQ(Count(C3dMaker(unscaled).Number("POINT:SCALE", -1.0)), 9u);
   EXPECT_THAT(ErrorOf(unscaled), HasSubstr("POINT:SCALE"));
-  // The data are floats, whatever the scale's sign says.
+  // The data are floats, regardless of the scale's sign.
   const TrackSequence floats = Read(OnePoint(1, 90, 90).Scale(0.5).Pad());
   ASSERT_EQ(floats.frames.size(), 90u);
   EXPECT_EQ(floats.frames[89].people[0].joints[0].position_m,
@@ -543,14 +543,14 @@ TEST_F(TracksC3d, PeopleByPrefixes) {
                        .Words("SUBJECTS:USES_PREFIXES", {1}),
                    {"A_C7", "B_C7"}),
             "0: C7; 1: C7; Anna Ben ");
-  // A file that says that it has none, and a colon in a joint's name.
+  // A file that states no subjects, with a colon in a joint's name.
   const C3dMaker anna = C3dMaker()
                             .Texts("SUBJECTS:NAMES", {"Anna"})
                             .Words("SUBJECTS:USES_PREFIXES", {0});
   EXPECT_EQ(people(anna, {"rig:Hips", "rig:Head"}),
             "0: rig:Hips rig:Head; Anna ");
   EXPECT_EQ(people(anna, {"Anna:Hips"}), "0: Hips; Anna ");
-  // The same labels for everybody.
+  // The same labels for all people.
   EXPECT_EQ(people(C3dMaker(), {"C7", "L", "C7", "L"}), "0: C7 L; 1: C7 L; ");
   EXPECT_EQ(people(C3dMaker().Texts("SUBJECTS:NAMES", {"Anna", "Ben"}),
                    {"C7", "L", "C7", "L"}),
@@ -595,8 +595,8 @@ TEST_F(TracksC3d, SegmentsHavePosesAndTheirOriginsAreJoints) {
       EXPECT_EQ(segments.names, (Names{"worldbody", "l_shank"}));
       ASSERT_TRUE(segments.frames[0].world_from_segment[1].has_value());
       const Eigen::Isometry3d& pose = *segments.frames[0].world_from_segment[1];
-      // The file's Y is up: world (x, y, z) = file (X, -Z, Y). Floats keep a
-      // turn to half their last digit.
+      // The file's Y is up: world (x, y, z) = file (X, -Z, Y). Floats represent
+      // a rotation to half a unit in the last place.
       const Vector3d z_of_segment = shank.block<3, 1>(0, 2);
       EXPECT_LT(
           (pose.linear().col(2) -
@@ -609,8 +609,8 @@ TEST_F(TracksC3d, SegmentsHavePosesAndTheirOriginsAreJoints) {
   }
 }
 
-// Channel c holds c newtons. Rows of channels are as long as a plate of eight
-// needs, whatever plates there are.
+// Channel c holds c newtons. Rows of channels have the length for a plate of
+// eight channels, for all types of plates.
 TEST_F(TracksC3d, ForcePlatesOfEveryType) {
   const std::vector<std::pair<int, std::pair<double, double>>> loads = {
       {1, {3.0, 11.0}}, {2, {3.0, 11.0}}, {3, {26.0, 58.0}}, {4, {3.0, 11.0}}};

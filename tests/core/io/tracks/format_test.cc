@@ -42,7 +42,7 @@ TEST(TrackFormats, NamesAndExtensionsAreTakenOnce) {
   EXPECT_EQ(TrackFormatOfExtension("csv"), nullptr);
 }
 
-// So no order of the registry's lines matters.
+// Recognition does not depend on the order of the registry.
 TEST(TrackFormats, EveryResultIsRecognisedByItsOwnFormatAlone) {
   for (const TrackFormat& written : TrackFormats()) {
     if (written.write == nullptr) continue;
@@ -59,13 +59,13 @@ TEST(TrackFormats, EveryResultIsRecognisedByItsOwnFormatAlone) {
     EXPECT_EQ(RecogniseKind(path), FileKind::kTracks) << written.name;
     TrackReadOptions options;
     options.frame_rate_hz = 25.0;
-    // BVH tells its own, with the joints that it adds.
+    // BVH has its own skeleton, with the joints that it adds.
     if (written.name != "bvh") options.skeleton = Coco17();
     const TrackSequence read = ReadTracks(path, options);
     const TrackFormat* of_mode = FindTrackFormat(read.header.mode);
-    // Ours keeps the mode of who made the tracks.
+    // Our format keeps the mode of the tracks' origin.
     EXPECT_TRUE(of_mode == nullptr || of_mode == &written) << written.name;
-    // Some leave out the frame that has nobody.
+    // Some formats leave out the frame without people.
     EXPECT_GE(read.frames.size(), 9u) << written.name;
   }
 }
@@ -80,7 +80,7 @@ TEST(TrackFormats, AnUnknownNameIsRefusedWithThoseThereAre) {
 
 // ---- names of people ----
 
-// Persons 3 and 12, who stand for two frames.
+// Persons 3 and 12, standing for two frames.
 TrackSequence Tracks() {
   TrackSequence tracks;
   tracks.header.skeleton = Coco17();
@@ -99,7 +99,7 @@ TrackSequence Tracks() {
   return tracks;
 }
 
-// What a careless cell, array or key would spoil.
+// A name that needs escaping in cells, arrays and keys.
 const PersonNames kNames = {{TrackId(12), "=Anna, \"A\" Ö_2"}};
 
 TEST(PersonNames, AreKeptInJsonLinesCsvAndNpz) {
@@ -109,7 +109,7 @@ TEST(PersonNames, AreKeptInJsonLinesCsvAndNpz) {
       const std::string path = folder.path() / "tracks";
       WriteAs(format, path, Tracks(), {std::nullopt, names});
       EXPECT_EQ(ReadPersonNames(path), names) << format;
-      // Who reads no names reads the tracks all the same.
+      // The tracks are read even where names are not.
       const TrackSequence read = ReadTracks(path);
       ASSERT_EQ(read.frames.size(), 2u) << format;
       ASSERT_EQ(read.frames[1].people.size(), 2u) << format;

@@ -22,7 +22,7 @@ TEST(IdentityEditsTest, RoundTrip) {
   IdentityEdit join;
   join.op = EditOp::kJoin;
   join.persons = {TrackId(3), TrackId(7)};
-  join.frames = FrameSpan{131, 120};  // seen at once for a while
+  join.frames = FrameSpan{131, 120};  // the two overlap in time
   join.evidence = {{"bones", 6.125}, {"gap_s", -0.44}};
   join.margin = 8.5;
   IdentityEdit name;

@@ -1,4 +1,4 @@
-// Units that formats leave open, and people who do not stand up in them.
+// Units that formats do not specify, and people who are not upright.
 #include "core/io/tracks/reading_notes.h"
 
 #include <gmock/gmock.h>
@@ -58,7 +58,7 @@ TEST(ReadingNotes, WorldsOnTheirSideAndTheAxesThatMendThem) {
       if (format != "c3d") {
         EXPECT_EQ(note->axes, world.y_up_axes);
       }
-      // The advice mends it, and keeps the note away.
+      // The recommended flag corrects it and removes the note.
       const AxisMap axes = AxisMap::Parse(note->axes);
       const Vector3d shown = axes.Apply(world.from_upright * Vector3d::UnitZ());
       const Vector3d expected =
@@ -115,7 +115,7 @@ TEST(ReadingNotes, WhoLiesOrStandsOnTheHandsIsNoTurnedWorld) {
 }
 
 TEST(ReadingNotes, CamerasMustAgree) {
-  // Images whose rows run down the world's z, and down its y.
+  // Images whose rows run against the world's z, and against its y.
   CameraParameters parameters;
   parameters.name = "a";
   parameters.K << 900, 0, 640, 0, 900, 360, 0, 0, 1;

@@ -24,7 +24,7 @@ inline bool HasPython(const std::string& modules) {
                  .c_str()) == 0;
 }
 
-// What the format loses.
+// Returns the fields that the format loses.
 inline LostFields WriteAs(const std::string& format, const std::string& path,
                           const TrackSequence& tracks,
                           const TrackExportOptions& options = {}) {
@@ -33,8 +33,8 @@ inline LostFields WriteAs(const std::string& format, const std::string& path,
   return lost_fields;
 }
 
-// Three people who come and go, among them nobody for a frame, numbers of all
-// digits, every status. Frames have no gaps.
+// Three people who come and go, one frame without people, numbers of full
+// precision, every status. Frames have no gaps.
 inline TrackSequence RandomTracks(const Skeleton& skeleton) {
   Random random(11);
   TrackSequence tracks;
@@ -50,7 +50,7 @@ inline TrackSequence RandomTracks(const Skeleton& skeleton) {
       person.id = TrackId(id);
       for (int j = 0; j < skeleton.joint_count(); ++j) {
         Joint3d& joint = person.joints.emplace_back();
-        // Somebody without any joint would not be there in most formats.
+        // Most formats cannot represent a person without joints.
         joint.status = j == 0 ? JointStatus::kObserved
                               : static_cast<JointStatus>(random.Index(3));
         if (joint.present()) {
@@ -69,8 +69,8 @@ inline TrackSequence RandomTracks(const Skeleton& skeleton) {
   return tracks;
 }
 
-// A person who walks two metres along x, under `world` and what `turn` makes of
-// the pose before.
+// A person who walks two metres along x; each pose is changed by `turn`, then
+// moved by `world`.
 inline TrackSequence Walk(
     const Eigen::Matrix3d& world = Eigen::Matrix3d::Identity(),
     const std::function<void(PosedPerson*)>& turn = {}) {
@@ -102,8 +102,8 @@ inline JointTree TreeOf(const Skeleton& skeleton) {
                        /*pivots=*/false);
 }
 
-// A rotation that swings with the frame, by up to 60 degrees, about an axis of
-// the joint's own.
+// A rotation that oscillates over frames by up to 60 degrees, about a separate
+// axis for each joint.
 inline Eigen::Quaterniond Swing(size_t joint, int64_t frame) {
   const double phase = 1.7 * static_cast<double>(joint);
   const Eigen::Vector3d axis(std::sin(phase), std::cos(2.3 * phase),
@@ -112,7 +112,8 @@ inline Eigen::Quaterniond Swing(size_t joint, int64_t frame) {
       std::sin(0.3 * static_cast<double>(frame) + phase), axis.normalized()));
 }
 
-// Offsets of a body without symmetry but where a joint is the middle of two.
+// Offsets of an asymmetric body, except where a joint is the middle of two
+// others.
 inline std::vector<Eigen::Vector3d> OffsetsOf(const JointTree& tree,
                                               double size_m) {
   std::vector<Eigen::Vector3d> offsets_m(tree.size(), Eigen::Vector3d::Zero());
@@ -139,9 +140,9 @@ inline std::vector<Eigen::Vector3d> OffsetsOf(const JointTree& tree,
   return offsets_m;
 }
 
-// A person whose joints turn about each other without changing any length:
-// joints that hang on one joint keep their shape. The chest does not bend
-// against the spine, which is one of the bones that turn it.
+// A person whose joints rotate about each other at constant lengths: the
+// children of a joint form a rigid shape. The chest does not bend against the
+// spine, which is one of the bones that define its rotation.
 inline TrackSequence RigidTruth(const Skeleton& skeleton, int64_t frames,
                                 double size_m = 0.25) {
   const JointTree tree = TreeOf(skeleton);

@@ -1,5 +1,5 @@
-// Tracks written in every format and read back: what a format keeps comes back
-// to the last bit, what it loses is lost in the way that it says.
+// Tracks written in every format and read back: preserved data are
+// bit-identical, lost data are reported as lost.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -144,7 +144,7 @@ TEST(TracksTrc, Pose2SimsOwnFilesRead) {
         << "though the set has no skeleton";
     ASSERT_EQ(own.frames.size(), 100u);
     EXPECT_EQ(own.frames[0].frame, 0) << "OrigDataStartFrame";
-    // Its clock: row n is n / 60 s. One of its files has sixteen digits.
+    // Times: row n is at n / 60 s. One of the files has sixteen digits.
     EXPECT_EQ(own.frames[99].time, FromSeconds(100.0 / 60.0));
     const PersonPose& person = own.frames[50].people.at(0);
     EXPECT_EQ(person.id, TrackId(peer.id));
@@ -205,7 +205,7 @@ TEST(TracksTrc, TheFirstRowsTimeTellsWhereFramesBegin) {
   // Pose2Sim's rows and times count from 1.
   EXPECT_EQ(first_frame("0", "1\t0.01"), 0);
   EXPECT_EQ(first_frame("30", "1\t0.01"), 30);
-  // Trimmed, and rows or the first frame numbered anew, whatever they say.
+  // Trimmed, with rows or the first frame renumbered, whatever the numbers.
   EXPECT_EQ(first_frame("1", "4\t0.03"), 3);
   EXPECT_EQ(first_frame("0", "1\t0.03"), 3);
   EXPECT_EQ(first_frame("1", "1\t0.03"), 3);
@@ -231,7 +231,8 @@ TEST(TracksTrc, TimesOf2997HertzAreRounded) {
   }
 }
 
-// As editors and old Macs leave it; other separators are named.
+// Byte order marks and old Mac line ends are accepted; other separators are
+// reported.
 TEST(TracksTrc, MarksAndLineEndsOfOtherSystems) {
   const TemporaryFolder folder;
   const std::string text =
@@ -259,7 +260,7 @@ TEST(TracksTrc, MarksAndLineEndsOfOtherSystems) {
 
 using Broken = std::vector<std::pair<std::string, std::string>>;
 
-// Rows behind a header, and what is said of them.
+// Rows after a header, and the expected errors.
 void ExpectErrors(const std::string& name, const std::string& header,
                   const Broken& broken) {
   const TemporaryFolder folder;
@@ -281,7 +282,7 @@ TEST(TracksTrc, ErrorsNameFileAndLine) {
        {"1\t\t1\t2\t3\n", "Time"}});
 }
 
-// As Excel saves a table where numbers have decimal commas.
+// A table as saved by Excel with decimal commas.
 TEST(TracksCsv, SemicolonsAndDecimalCommas) {
   const TemporaryFolder folder;
   const std::string head = "frame;time_s;id;joint;x_m;y_m;z_m;status\r\n";
@@ -340,7 +341,7 @@ TEST(TracksCsv, ErrorsNameFileAndLine) {
        {row + "1,0,1,a,1,2,3,observed\n" + row, "person 0 appears twice"}});
 }
 
-// Arrays as NumPy itself writes them, with its own choices in the archive.
+// Arrays written by NumPy itself.
 TEST(TracksNpz, ReadsWhatNumpyWrites) {
   if (!testing::HasPython("numpy"))
     GTEST_SKIP() << "needs numpy of /usr/bin/python3";
@@ -472,12 +473,12 @@ TEST(TrackExport, NumpyReadsTheArrays) {
   if (!testing::HasPython("numpy"))
     GTEST_SKIP() << "needs numpy of /usr/bin/python3";
   TrackSequence tracks = RandomTracks(Coco17());
-  tracks.frames.erase(tracks.frames.begin() + 3);  // a number is missing
+  tracks.frames.erase(tracks.frames.begin() + 3);  // a gap in the numbers
   const TemporaryFolder folder;
   const std::string npz = folder.path() / "tracks.npz";
   const std::string csv = folder.path() / "tracks.csv";
   WriteAs("npz", npz, tracks);
-  // The table holds the same bits, so it is what to compare with.
+  // The table holds the same bits and is compared with.
   WriteAs("csv", csv, tracks);
   ExpectPython(folder, R"(
 import csv, zipfile, numpy as np

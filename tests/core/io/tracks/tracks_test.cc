@@ -1,5 +1,5 @@
-// Readers of results and ground truth on the real data, counted against what
-// its READMEs state, and against each other where two files hold the same.
+// Readers of results and ground truth on the real data: counts against the
+// READMEs, and against each other where two files hold the same data.
 #include "core/io/tracks/tracks.h"
 
 #include <gmock/gmock.h>
@@ -56,7 +56,7 @@ struct RealFile {
   int missing_joints;
 };
 
-// A file that is not at hand is skipped alone.
+// A missing file is skipped alone.
 void ExpectCounts(const RealFile& file) {
   KINEGRAPH_DATA_OR_SKIP(path, file.path);
   const TrackSequence tracks = ReadTracks(path);

@@ -1,4 +1,4 @@
-// Bodies as trees of bones: BVH and glTF turn every joint right.
+// Bodies as trees of bones: BVH and glTF reproduce every joint.
 #include "core/io/tracks/tree_motion.h"
 
 #include <gmock/gmock.h>
@@ -79,8 +79,8 @@ class GltfFile {
     return numbers;
   }
 
-  // Where rotations alone put the joints of a person's row, from the pose at
-  // rest that the skin is bound in and the root's place.
+  // Joints of a person's row by rotations alone, from the rest pose of the skin
+  // and the root's position.
   std::map<std::string, Vector3d> ByRotations(size_t row) const {
     const Json& skin = json_["skins"][0];
     const std::vector<float> inverses = Numbers(skin["inverseBindMatrices"]);
@@ -153,8 +153,7 @@ std::vector<Bone> Bones(const std::vector<int>& ends) {
   return bones;
 }
 
-// A mouse, as SLEAP's users draw it, and a fly, of which all hangs on one
-// joint.
+// A mouse as in SLEAP's projects, and a fly whose bones all start at one joint.
 const std::vector<Skeleton>& Animals() {
   static const std::vector<Skeleton> kAnimals = {
       Skeleton("mouse",
@@ -187,7 +186,7 @@ class TreeMotionTest : public ::testing::Test {
 // Six digits of centimetres and degrees along at most ten bones of 0.25 m.
 constexpr double kBvhDigits_m = 1e-6;
 
-// One frame is its own shape; a mirror image is as rigid as its person.
+// A single frame defines the shape; mirror images are rigid too.
 TEST_F(TreeMotionTest, BvhPutsEveryJointOfARigidBodyWhereItIs) {
   for (const Skeleton& skeleton : AllSkeletons()) {
     for (const auto& [frames, side] : {std::pair(40, 1), {1, 1}, {30, -1}}) {
@@ -243,16 +242,17 @@ TrackSequence WithoutJoints(const Skeleton& skeleton,
   return tracks;
 }
 
-// What is missing in some frames does not spoil what is seen there: hips, of
-// which the root is the middle, and all but one joint of a hand.
+// Missing joints do not affect observed ones: hips, whose middle is the root,
+// and all but one joint of a hand.
 TEST_F(TreeMotionTest, JointsThatAreMissingInSomeFrames) {
   const TrackSequence truth = WithoutJoints(
       MediaPipe33(), {"l_hip", "r_hip", "l_pinky", "l_thumb"}, 40, 10, 20);
-  // Ten frames of four joints; the middle of the hips is nobody's joint.
+  // Ten frames of four joints; the middle of the hips is not a joint of the
+  // skeleton.
   EXPECT_THAT(WriteAs("bvh", bvh_, truth),
               Contains(HasSubstr("40 missing joints")));
   const TrackSequence read = ReadTracks(bvh_);
-  // Bones keep their directions whatever the root does.
+  // Bones keep their directions for any motion of the root.
   const auto finger = [](const TrackSequence& tracks, size_t frame) {
     const auto at = [&](const char* joint) {
       const int index = tracks.header.skeleton.IndexOf(joint);
@@ -264,8 +264,8 @@ TEST_F(TreeMotionTest, JointsThatAreMissingInSomeFrames) {
     return Vector3d(at("l_index") - at("l_wrist")).normalized();
   };
   for (size_t f = 0; f < 40; ++f) {
-    // One direction alone is bent by what the rotation between the frames
-    // weighs, a millionth.
+    // A single direction is changed by the weight of the rotation between
+    // frames, a millionth.
     EXPECT_LT((finger(read, f) - finger(truth, f)).norm(), 2e-6) << f;
   }
 }
@@ -316,7 +316,7 @@ TEST_F(TreeMotionTest, TheOtherSideTellsALengthBeforeTheStatureDoes) {
   EXPECT_NEAR(lengths.at("l_knee"), lengths.at("r_knee"), 1e-5);
 }
 
-// At a desk: the root is the chest then, so that hips and legs turn with it.
+// A person at a desk: the chest is the root, and hips and legs rotate with it.
 TEST_F(TreeMotionTest, HipsNeverSeen) {
   const std::vector<std::string> below = {"l_hip",  "r_hip",   "l_knee",
                                           "r_knee", "l_ankle", "r_ankle"};
@@ -331,7 +331,7 @@ TEST_F(TreeMotionTest, HipsNeverSeen) {
   }
 }
 
-// An elbow that nobody saw lies between shoulder and wrist.
+// An elbow that is never observed lies between shoulder and wrist.
 TEST_F(TreeMotionTest, AJointNeverSeenBetweenTwoThatAre) {
   EXPECT_THAT(WriteAs("gltf", gltf_, WithoutJoints(Coco17(), {"l_elbow"})),
               Contains(HasSubstr("never seen: l_elbow;")));
@@ -350,8 +350,8 @@ TEST_F(TreeMotionTest, PointsWithoutBones) {
 }
 
 TEST_F(TreeMotionTest, BonesOfTheFileMakeTheTree) {
-  // Human 3.6M's: the neck hangs on the thorax, which anatomy by names does
-  // not know.
+  // Human 3.6M's: the neck is a child of the thorax, which joint names do not
+  // reveal.
   const Skeleton h36m(
       "custom",
       {"mid_hip", "r_hip", "r_knee", "r_ankle", "l_hip", "l_knee", "l_ankle",
@@ -368,13 +368,13 @@ TEST_F(TreeMotionTest, BonesOfTheFileMakeTheTree) {
     EXPECT_EQ(joint.is_chest, joint.name == "thorax");
     EXPECT_TRUE(joint.is_held);
   }
-  // An animal's ears hang where its own bones have them.
+  // An animal's ears are attached by its own bones.
   for (const TreeJoint& joint : TreeOf(Animals()[0])) {
     EXPECT_TRUE(joint.rest_direction.isZero()) << joint.name;
   }
 }
 
-// Many who come and go are not written as people who stand still.
+// People who come and go are not written as standing still.
 TEST_F(TreeMotionTest, BvhOfManyWhoComeAndGo) {
   const TrackSequence one = RigidTruth(Coco17(), 3);
   TrackSequence tracks;
@@ -438,7 +438,7 @@ TEST(TracksBvh, OtherProgramsChannelsAndNames) {
   const auto at = [&](size_t frame, size_t joint) {
     return tracks.frames[frame].people.at(0).joints.at(joint).position_m;
   };
-  // The place takes the offset's place.
+  // The position replaces the offset.
   EXPECT_LT((at(0, 0) - Vector3d(0.0, 1.0, 0.0)).norm(), 1e-12);
   // Turned about Y by 90 degrees, X points to -Z.
   EXPECT_LT((at(0, 1) - Vector3d(0.0, 1.0, -0.1)).norm(), 1e-12);

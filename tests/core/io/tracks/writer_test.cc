@@ -74,7 +74,7 @@ TrackSequence RandomSequence() {
   return sequence;
 }
 
-// All that tracks hold, with digits that tell every two numbers apart.
+// All data of tracks, with enough digits to distinguish any two numbers.
 std::string TextOf(const TrackSequence& tracks, bool observations) {
   std::ostringstream text;
   text.precision(17);
@@ -232,7 +232,7 @@ TEST(ReadTracks, UnknownKeysAreIgnored) {
   const TrackSequence tracks = ReadTracks(path);
   ASSERT_EQ(tracks.frames.size(), 1u);
   EXPECT_EQ(tracks.frames[0].time, 100'000'000);  // by the frame rate
-  // Views that the header does not name are learnt in order.
+  // Views that are missing in the header are added in order.
   EXPECT_EQ(tracks.header.view_names, (std::vector<std::string>{"b", "a"}));
   EXPECT_EQ(tracks.frames[0].people[0].matches[1].view_idx, 1);
   EXPECT_EQ(tracks.frames[0].people[0].joints[0].status,
