@@ -30,7 +30,7 @@ DEFINE_string(image_size, "",
 DEFINE_string(
     axes, "",
     "world axes that the file's X,Y,Z are, such as x,-z,y: of the format that "
-    "has its own, written or read (--formats tells theirs), else of the input");
+    "has its own, written or read (see --formats), else of the input");
 DEFINE_string(markers, "ours",
               "names of the joints in formats that name them: ours (l_hip), "
               "pose2sim (LHip, Hip) or opensim (LHip, midHip)");

@@ -86,10 +86,10 @@ std::string UnitText(const RecordingSurvey& survey) {
         report.height_m);
   }
   if (IsHuman(survey.detections.skeleton)) {
-    return "unit        not known: nobody could be measured\n";
+    return "unit        unknown: no person could be measured\n";
   }
-  return "unit        as given: the joints are no human's, whose height would "
-         "tell\n" +
+  return "unit        as given: the joints are not human, so heights do not "
+         "determine it\n" +
          (report.subject_m > 0.0
               ? fmt::format(
                     "            who is seen measures about {:.2g} m, and is "

@@ -395,7 +395,7 @@ void RunTrack() {
   if (session.scene().used_views.size() < 2) {
     std::fputs(
         "kinegraph-track: warning: one view alone cannot be "
-        "triangulated; nobody will be found\n",
+        "triangulated; no person will be found\n",
         stderr);
   }
   TrackOutput output(WithFolders(FLAGS_out), session.scene().header,

@@ -28,7 +28,7 @@ std::string CameraLines(const RecordingReport& report) {
   for (const CameraReport& camera : report.cameras) {
     const std::string view = camera.view.substr(0, 40);
     if (camera.detections == 0) {
-      text += fmt::format("{:<{}}  nobody seen\n", view, width);
+      text += fmt::format("{:<{}}  no person seen\n", view, width);
       continue;
     }
     text += fmt::format("{:<{}}  {:>5.0f} %            {:>6.1f} {:>6.1f}\n",
