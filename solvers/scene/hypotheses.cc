@@ -367,7 +367,7 @@ std::optional<Answer> AskForUnit(const SetUp& set_up) {
                                     set_up.detections.header.skeleton);
   Answer answer;
   if (stature.count < kEnoughStatures) {
-    answer.notes.emplace_back("too few whole bodies to tell the unit");
+    answer.notes.emplace_back("too few whole bodies to determine the unit");
     return answer;
   }
   answer.notes.push_back(

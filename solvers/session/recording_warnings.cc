@@ -262,7 +262,7 @@ class Warnings {
     if (facts_.independent_frames) return;
     if (facts_.steps_back > 0) {
       Add("frames",
-          fmt::format("the clock stands or steps back {} {}: tracks end there",
+          fmt::format("the clock stops or steps back {} {}: tracks end there",
                       facts_.steps_back,
                       facts_.steps_back == 1 ? "time" : "times"),
           "look at the times in the detections; without \"time\" a frame's "
