@@ -19,12 +19,12 @@ DEFINE_string(in, "", "file or folder to read");
 DEFINE_string(out, "",
               "file to write, or folder for formats of several files; NAME.trc "
               "is the file of one person");
-DEFINE_string(skeleton, "", "skeleton of the input where it does not tell");
+DEFINE_string(skeleton, "", "skeleton of the input if it does not specify it");
 DEFINE_double(frame_rate, 0.0,
               "frame rate [Hz] if the input does not specify it");
 DEFINE_string(unit, "",
-              "unit of a calibration, or of tracks whose format does not tell "
-              "it (BVH): m, cm or mm");
+              "unit of a calibration, or of tracks whose format does not "
+              "specify it (BVH): m, cm or mm");
 DEFINE_string(image_size, "",
               "image size [px] of a calibration without one: W,H");
 DEFINE_string(

@@ -174,8 +174,8 @@ Json GroundJson(const Ground& ground) {
 
 std::string GroundText(const ReadyRecording& recording) {
   if (recording.misses_ground) {
-    return "floor: too few feet rest to tell it; the world stays as the "
-           "calibration has it\n";
+    return "floor: too few resting feet to determine it; the world "
+           "remains that of the calibration\n";
   }
   if (!recording.ground.has_value()) return "";
   return fmt::format(
