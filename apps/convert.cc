@@ -19,18 +19,18 @@ DEFINE_string(in, "", "file or folder to read");
 DEFINE_string(out, "",
               "file to write, or folder for formats of several files; NAME.trc "
               "is the file of one person");
-DEFINE_string(skeleton, "", "skeleton of the input where it does not tell");
+DEFINE_string(skeleton, "", "skeleton of the input if it does not specify it");
 DEFINE_double(frame_rate, 0.0,
               "frame rate [Hz] if the input does not specify it");
 DEFINE_string(unit, "",
-              "unit of a calibration, or of tracks whose format does not tell "
-              "it (BVH): m, cm or mm");
+              "unit of a calibration, or of tracks whose format does not "
+              "specify it (BVH): m, cm or mm");
 DEFINE_string(image_size, "",
               "image size [px] of a calibration without one: W,H");
 DEFINE_string(
     axes, "",
     "world axes that the file's X,Y,Z are, such as x,-z,y: of the format that "
-    "has its own, written or read (--formats tells theirs), else of the input");
+    "has its own, written or read (see --formats), else of the input");
 DEFINE_string(markers, "ours",
               "names of the joints in formats that name them: ours (l_hip), "
               "pose2sim (LHip, Hip) or opensim (LHip, midHip)");

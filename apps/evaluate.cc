@@ -237,7 +237,7 @@ void AppendMotion(const Compared& compared,
          output);
   const double frame_rate_hz = compared.tracks.header.frame_rate_hz;
   if (frame_rate_hz <= 0.0) {
-    output->text += "(no acceleration: the tracks do not tell a frame rate)\n";
+    output->text += "(no acceleration: the tracks have no frame rate)\n";
     return;
   }
   MotionOptions options;

@@ -86,13 +86,13 @@ std::string UnitText(const RecordingSurvey& survey) {
         report.height_m);
   }
   if (IsHuman(survey.detections.skeleton)) {
-    return "unit        not known: nobody could be measured\n";
+    return "unit        unknown: no person could be measured\n";
   }
-  return "unit        as given: the joints are no human's, whose height would "
-         "tell\n" +
+  return "unit        as given: the joints are not human, so heights do not "
+         "determine it\n" +
          (report.subject_m > 0.0
               ? fmt::format(
-                    "            who is seen measures about {:.2g} m, and is "
+                    "            subjects measure about {:.2g} m and are "
                     "tracked in proportion\n",
                     report.subject_m)
               : "");
@@ -207,7 +207,7 @@ std::string ConfigText(const RecordingSurvey& survey) {
               : "unit = " + JsonText(survey.unit) + "  # by people's height\n";
   if (survey.cameras_are_off || survey.clocks_are_off) {
     text +=
-        "# Some see people beside where, or when, the others do: moved where\n"
+        "# Some see people at another place or time than others: corrected if\n"
         "# the other half of the recording then fits better.\n";
   }
   if (survey.cameras_are_off) text += "refine = \"pose\"\n";
@@ -334,8 +334,9 @@ std::pair<int, int> LikelyImageSize(const DetectionSequence& recording) {
   }
   if (!FLAGS_skeleton.empty()) more += " --skeleton=" + FLAGS_skeleton;
   throw InputError(fmt::format(
-      "--cameras: not given; without a calibration the people tell it (put "
-      "the size of your images): ./kinegraph calibrate --detections={} "
+      "--cameras: not given; to estimate a calibration from the people "
+      "(insert the size of your images): ./kinegraph calibrate "
+      "--detections={} "
       "--image_size={},{}{} --out=cameras.json",
       FLAGS_detections, width, height, more));
 }

@@ -36,7 +36,7 @@ DEFINE_string(up, "auto",
 DEFINE_bool(observed, false,
             "joints that fewer than two views support in a frame count as "
             "missing");
-DEFINE_string(skeleton, "", "skeleton of the tracks where they do not tell");
+DEFINE_string(skeleton, "", "skeleton of the tracks if they do not specify it");
 DEFINE_double(frame_rate, 0.0,
               "frame rate [Hz] if the tracks do not specify it");
 DEFINE_string(unit, "",

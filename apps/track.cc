@@ -349,12 +349,12 @@ void SayOutcome(const Recording& recording, const Session& session,
                  line.c_str());
   }
   if (!session.scale().is_one()) {
-    std::fprintf(stderr,
-                 "kinegraph-track: who is tracked measures about %.2g m, where "
-                 "the tracker's lengths are those of people of %.1f m: they "
-                 "count %.2g times (cameras.subject_m)\n",
-                 session.scale().size_m(), kPersonSize_m,
-                 session.scale().metres());
+    std::fprintf(
+        stderr,
+        "kinegraph-track: subjects measure about %.2g m; the tracker's "
+        "lengths, those of people of %.1f m, are multiplied by %.2g "
+        "(cameras.subject_m)\n",
+        session.scale().size_m(), kPersonSize_m, session.scale().metres());
   }
   const RunSummary& summary = session.summary();
   std::string text = fmt::format(
@@ -395,7 +395,7 @@ void RunTrack() {
   if (session.scene().used_views.size() < 2) {
     std::fputs(
         "kinegraph-track: warning: one view alone cannot be "
-        "triangulated; nobody will be found\n",
+        "triangulated; no person will be found\n",
         stderr);
   }
   TrackOutput output(WithFolders(FLAGS_out), session.scene().header,

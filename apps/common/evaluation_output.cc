@@ -105,7 +105,7 @@ std::string LostTally(const PcpResult& result) {
   const auto nobody = [&](int64_t actor) {
     return Count(without_prediction[actor]);
   };
-  table.AddRow(RowOf("of these, nobody found", CellsOf(actors, nobody)));
+  table.AddRow(RowOf("of these, no person found", CellsOf(actors, nobody)));
   return table.ToString();
 }
 

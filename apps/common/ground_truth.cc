@@ -105,7 +105,7 @@ std::vector<std::string> CheckGroundTruth(
                             !pair.truth->people.empty();
                    })) {
     throw InputError(truth.path, "",
-                     "nobody is annotated in the frames asked for");
+                     "no person is annotated in the requested frames");
   }
   const WorldCheck check =
       CheckWorld(pairing, CommonJoints(truth.tracks->header.skeleton,

@@ -31,14 +31,14 @@ void WaitAndEnd(const std::string& program) {
   int number = NextSignal();
   if (number != 0 && end_of_input[1] >= 0) {
     Say(program + ": " + SignalName(number) +
-        ": the input ends here; once more abandons the result");
+        ": input ended; a second signal discards the result");
     WriteAtOnce(end_of_input[1], std::string(1, '\0'));
     number = NextSignal();
   }
   if (number == 0) return;
   RemovePartialFilesForGood();
   Say(program + ": stopped by " + SignalName(number) +
-      "; what was half-written is removed");
+      "; partial files were removed");
   EndBySignal(number);
 }
 

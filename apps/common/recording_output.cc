@@ -28,7 +28,7 @@ std::string CameraLines(const RecordingReport& report) {
   for (const CameraReport& camera : report.cameras) {
     const std::string view = camera.view.substr(0, 40);
     if (camera.detections == 0) {
-      text += fmt::format("{:<{}}  nobody seen\n", view, width);
+      text += fmt::format("{:<{}}  no person seen\n", view, width);
       continue;
     }
     text += fmt::format("{:<{}}  {:>5.0f} %            {:>6.1f} {:>6.1f}\n",
@@ -174,8 +174,8 @@ Json GroundJson(const Ground& ground) {
 
 std::string GroundText(const ReadyRecording& recording) {
   if (recording.misses_ground) {
-    return "floor: too few feet rest to tell it; the world stays as the "
-           "calibration has it\n";
+    return "floor: too few resting feet to determine it; the world "
+           "remains that of the calibration\n";
   }
   if (!recording.ground.has_value()) return "";
   return fmt::format(

@@ -26,10 +26,10 @@ class JointKeyChecker : public OptionChecker {
   void Number(const std::string& key, double*, const Limits&,
               const std::string&, const std::string&) override {
     if (!config_.Has("noise." + key)) return;
-    throw config_.Locate(
-        OptionError("noise." + key,
-                    "has no effect beside noise.model.file, which tells the "
-                    "figures of joints; scale them in [noise.model]"));
+    throw config_.Locate(OptionError(
+        "noise." + key,
+        "has no effect together with noise.model.file, which defines "
+        "the noise of joints; scale it in [noise.model]"));
   }
 
  private:

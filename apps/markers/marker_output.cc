@@ -288,7 +288,7 @@ std::string EventText(const MarkerStudy& study) {
   const std::string text = fmt::format(
       "Feet, by {}: {} events of the markers, {} of the tracks.\n",
       study.true_events.is_walk ? "their way relative to the pelvis (Zeni 2008)"
-                                : "their vertical speed (nobody walks)",
+                                : "their vertical speed (no walking)",
       study.true_events.events.size(), study.found_events.events.size());
   if (study.true_on_plates.empty()) return text;
   Table table({"plate", "at, s", "markers, ms", "tracks, ms"});

@@ -113,7 +113,8 @@ double RateOf(const MarkerInput& input) {
         ToSeconds(tracks.frames.back().time - tracks.frames.front().time);
   }
   if (!(length_s > 0.0)) {
-    throw InputError(input.path, "", "tells no times: one frame, or no rate");
+    throw InputError(input.path, "",
+                     "has no times: a single frame, or no frame rate");
   }
   if (tracks.header.frame_rate_hz > 0.0) return tracks.header.frame_rate_hz;
   return static_cast<double>(tracks.frames.size() - 1) / length_s;

@@ -187,7 +187,7 @@ TableOutput SweepTable(const std::string& title,
                        const std::vector<Sweep>& sweeps,
                        const std::string& figure) {
   Table table({"detections", "parameter", "published", "swept", "least PCP",
-               "at", "greatest PCP", "at", "told from the published value at"});
+               "at", "greatest PCP", "at", "significant difference at"});
   TableOutput output;
   output.json = Json::array();
   std::string notes;
@@ -203,9 +203,9 @@ TableOutput SweepTable(const std::string& title,
   output.markdown =
       "### " + title +
       "\n\nEach parameter alone from half to twice its value, the others as "
-      "published; head `chu`, mean rule. A difference is told when its paired "
-      "95 % interval leaves out 0; of so many values some would be told by "
-      "chance alone. No value was chosen by this.\n\n" +
+      "published; head `chu`, mean rule. A difference is significant if its "
+      "paired 95 % interval excludes 0; among so many values some are "
+      "significant by chance alone. No value was chosen by this.\n\n" +
       notes + "\n" + table.ToString(TableStyle::kMarkdown) +
       "\n![PCP over each parameter](" + figure + ")\n\n";
   return output;

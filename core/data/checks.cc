@@ -151,7 +151,7 @@ void PoseCheck::Require(const TrackHeader& header,
       throw std::logic_error("frame " + std::to_string(frame.frame) +
                              ", person " + std::to_string(person.id.value()) +
                              ", " + header.skeleton.joints()[j] + ": " + what +
-                             "; this is a fault of kinegraph, please report "
+                             "; this is a bug in kinegraph, please report "
                              "it with the recording");
     };
     for (size_t j = 0; j < person.joints.size(); ++j) {
@@ -159,7 +159,7 @@ void PoseCheck::Require(const TrackHeader& header,
       if (!joint.present()) continue;
       // Written so that NaN fails.
       if (!((joint.position_m - centre_m_).norm() <= farthest_m_)) {
-        fail(j, "the position is no place in the scene");
+        fail(j, "the position is far outside the scene");
       }
     }
     for (size_t j = 0; j < person.covariances.size(); ++j) {

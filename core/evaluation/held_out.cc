@@ -75,8 +75,8 @@ std::map<int64_t, FramePair> PairRuns(const TrackSequence& reference,
   // detection of the set must be scored.
   if (frames.size() < reference.frames.size()) {
     throw InputError(fmt::format(
-        "the run has {:.5g} Hz, the reference {:.5g} Hz: expected the same, a "
-        "held-out camera is scored in all its frames",
+        "the run has {:.5g} Hz, the reference {:.5g} Hz: expected equal "
+        "rates: a held-out camera is scored in all its frames",
         pairing.truth_rate_hz, pairing.tracks_rate_hz));
   }
   return frames;

@@ -137,7 +137,7 @@ std::string WorldCheck::Text() const {
   }
   if (found.total == 0) {
     return "no compared frame has people in both: other frames, another clock, "
-           "or nobody was tracked";
+           "or no person was tracked";
   }
   if (found.count == 0) {
     return fmt::format(

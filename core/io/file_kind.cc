@@ -33,9 +33,10 @@ FileKind KindBy(const Adapter& adapter) {
 // For files that none of our formats recognises.
 FileKind KindByAdapter(const std::string& path) {
   if (const auto adapter = AdapterOf(path)) return KindBy(*adapter);
-  throw InputError(path, "",
-                   "is no calibration, detections or tracks in a known format "
-                   "(--from can name one)");
+  throw InputError(
+      path, "",
+      "is not a calibration, detections or tracks in a known format "
+      "(name the format by --from)");
 }
 
 bool AreSurelyTracks(const std::string& path) {

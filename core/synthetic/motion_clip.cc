@@ -120,7 +120,7 @@ std::vector<RecordedMotion> MotionsOf(const MotionClip& clip,
   }
   if (motions.empty()) {
     throw InputError(clip.name, "",
-                     "nobody is there in two frames at most 0.25 s apart");
+                     "no person is present in two frames at most 0.25 s apart");
   }
   return motions;
 }

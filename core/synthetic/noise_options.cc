@@ -112,7 +112,7 @@ void NoiseOptions::Describe(OptionVisitor& visitor) {
   visitor.Integer("min_joints", &min_joints, Between(1, 1000), "",
                   "fewer joints make no detection");
   visitor.Number("false_people", &false_people, Between(0.0, 50.0), "",
-                 "mean number of detections of nobody in an image");
+                 "mean number of false detections per image");
   visitor.Number("false_life", &false_life_s, length, "s", "their mean life");
   visitor.Number("swap_whole_rate", &swap_whole_rate, share, "",
                  "share of detections with left and right exchanged");

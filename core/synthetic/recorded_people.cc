@@ -160,7 +160,7 @@ class RecordedActor : public Actor {
         hips_(BothSides(motion_.skeleton, "hip")) {
     if (!HasBoth(shoulders_) || !HasBoth(hips_)) {
       throw OptionError("clips", "skeleton '" + motion_.skeleton.name() +
-                                     "' has no shoulders or hips, which tell "
+                                     "' has no shoulders or hips, which show "
                                      "where a person's front is");
     }
     const Points first = PointsOfVector(motion_.pieces.front().values().col(0));

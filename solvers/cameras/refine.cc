@@ -91,7 +91,7 @@ void StepTogether(const CameraRig& cameras, const SceneSegments& segments,
   }
   refinement->steps[0].taken = false;
   refinement->steps[0].reason =
-      "clocks and cameras cannot be told apart in this recording";
+      "clocks and cameras cannot be separated in this recording";
 }
 
 // Whether cameras that took no part in the fit show a certain gain, too, with
@@ -237,7 +237,7 @@ Refinement RefineScene(const CameraRig& cameras,
     refinement.steps.push_back(
         {"clock",
          /*taken=*/false,
-         "people hardly move, which tells nothing of clocks",
+         "people hardly move, which gives no information on clocks",
          {}});
   } else if (options.refine_clock) {
     step(clocks, "clock");

@@ -28,17 +28,16 @@ std::string DescribeTroubles(const SolveCounts& counts,
   std::string text;
   Append(counts.not_converged, "did not converge", &text);
   if (counts.not_converged > 0 && !where.empty()) text += " (" + where + ")";
-  Append(counts.not_finite, "found nothing finite", &text);
-  Append(counts.bones_dropped, "went on without bones", &text);
+  Append(counts.not_finite, "have no finite solution", &text);
+  Append(counts.bones_dropped, "continued without bones", &text);
   Append(counts.no_covariance, "have no covariance", &text);
-  Append(counts.positions_in_doubt, "joint positions are in doubt", &text);
+  Append(counts.positions_in_doubt, "joint positions are uncertain", &text);
   text = "of " + std::to_string(counts.solves) + " solves " + text;
   if (counts.not_converged > 0) {
     text +=
-        "; what did not converge is written as it stood after the last of "
-        "graph.max_iterations steps, which moved no joint by more than 5 cm "
-        "but those in doubt, which count as unseen "
-        "(--set=graph.max_iterations=1000 goes on)";
+        "; a solve that did not converge stops after graph.max_iterations "
+        "steps; joints that its last step moved by more than 5 cm count as "
+        "unseen (--set=graph.max_iterations=1000 allows more)";
   }
   return text;
 }

@@ -39,11 +39,9 @@ void RequireFinite(const LearntNoise& learnt) {
   const auto require = [](double value, const char* what) {
     if (std::isfinite(value) && value >= 0.0) return;
     throw std::logic_error(
-        std::string("what was learnt of the recording's noise is "
-                    "no number: ") +
+        std::string("the noise learnt from the recording is not finite: ") +
         what +
-        "; this is a fault of kinegraph, please report it "
-        "with the recording");
+        "; this is a bug in kinegraph, please report it with the recording");
   };
   require(learnt.correlation.share, "error_share");
   require(learnt.correlation.time_s, "error_time_s");

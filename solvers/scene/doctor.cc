@@ -121,7 +121,7 @@ class Doctor {
     if (set_up_.frames.empty() || set_up_.cameras.size() < 2) {
       Note(
           "nothing was examined: there is no frame in which two views see six "
-          "joints of somebody");
+          "joints of a person");
       return Closed(DoctorVerdict::kNotExamined);
     }
     Ask(Stage::kTwins);
@@ -180,7 +180,7 @@ class Doctor {
     if (set_up_.segments.segments.size() < kEnough) {
       Note(
           "too few people are matched between views to look at single "
-          "cameras and clocks: a longer recording tells");
+          "cameras and clocks: a longer recording can decide");
       return false;
     }
     Ask(Stage::kJumps);

@@ -27,7 +27,7 @@ constexpr double kLeastExplained = 0.4;  // of the lasting error
 constexpr double kWorthATry = 0.2;       // of the lasting error
 constexpr double kUntold = 0.3;          // confidence of what is only mentioned
 constexpr char kWithinStated[] =
-    "; that is within what the calibration says of its own errors";
+    "; this is within the stated uncertainty of the calibration";
 
 // Size of the subjects, from their boxes in the images and their distance [m].
 double SubjectSize(const SetUp& set_up) {
@@ -408,7 +408,8 @@ class Explainer {
         finding.evidence = Words(one.model.kind, change);
         if (!one.doubt.empty()) {
           finding.evidence +=
-              "; this cannot be told from the detector's bias: " + one.doubt;
+              "; this cannot be distinguished from the detector's bias: " +
+              one.doubt;
           finding.fix =
               "record a person who walks through the whole room, or a board, "
               "and look again";
@@ -426,8 +427,8 @@ class Explainer {
         finding.evidence =
             place == kOffsetAt
                 ? fmt::format(
-                      "its pictures were taken {:+.1f} ms from the time told, "
-                      "against the usual of all views",
+                      "its images were captured {:+.1f} ms from the stated "
+                      "time, against the usual of all views",
                       1e3 * late)
                 : fmt::format(
                       "it runs {:+.0f} ppm against the usual of all views, "

@@ -367,7 +367,7 @@ std::optional<Answer> AskForUnit(const SetUp& set_up) {
                                     set_up.detections.header.skeleton);
   Answer answer;
   if (stature.count < kEnoughStatures) {
-    answer.notes.emplace_back("too few whole bodies to tell the unit");
+    answer.notes.emplace_back("too few whole bodies to determine the unit");
     return answer;
   }
   answer.notes.push_back(
@@ -415,7 +415,7 @@ std::optional<Answer> AskForStrangers(const SetUp& set_up) {
         {"never_matched", set_up.CameraName(v), 0.9, 0.0, 0.0,
          "--without_cameras=" + set_up.CameraName(v),
          fmt::format("{} of {} people are matched where two other views "
-                     "match somebody",
+                     "match a person",
                      matched, all)});
   }
   return answer;

@@ -563,7 +563,7 @@ std::optional<Answer> AskForSides(const SetUp& set_up) {
   const bool all = std::count(exchanged.begin(), exchanged.end(), 0) == 0;
   if (all) {
     const std::string evidence =
-        fmt::format("noses lie behind the shoulders in {} of {} people",
+        fmt::format("noses are behind the shoulders in {} of {} people",
                     noses.backwards, noses.looked_at);
     answer = StandOnHeads(seen)
                  ? Said({"image", "", 0.9, 0.0, 0.0,
@@ -571,8 +571,9 @@ std::optional<Answer> AskForSides(const SetUp& set_up) {
                              MirrorFlag(FromTheBottom(set_up.cameras), names) +
                              " --out=cameras.json",
                          "y counts from the bottom of the images, and the "
-                         "calibration is of such images, a mirror image of the "
-                         "room: people stand on their heads in them, and " +
+                         "calibration was made with such images, so the "
+                         "reconstruction is mirrored: people are upside down "
+                         "in the images, and " +
                              evidence})
                  : Said({"sides", "", 0.9, 0.0, 0.0, fix,
                          "left and right are exchanged: " + evidence});

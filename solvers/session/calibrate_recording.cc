@@ -255,13 +255,13 @@ void CheckMirror(const std::vector<std::string>& view_names,
                               seen.header.skeleton);
   if (!noses.are_backwards()) return;
   const std::string behind =
-      fmt::format("noses lie behind the shoulders in {} of {} people",
+      fmt::format("noses are behind the shoulders in {} of {} people",
                   noses.backwards, noses.looked_at);
   if (StandOnHeads(seen)) {
     rig->verdict = RigVerdict::kRefused;
     rig->reasons = {
-        "y counts from the bottom of the images, which makes the room a mirror "
-        "image: people stand on their heads, and " +
+        "y counts from the bottom of the images, so the reconstruction is "
+        "mirrored: people are upside down, and " +
         behind + ": calibrate and track with " +
         MirrorFlag(FromTheBottom(input.intrinsics), view_names)};
     return;

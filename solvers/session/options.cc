@@ -90,8 +90,8 @@ void CheckViewBias(const RunOptions& options) {
       !options.tracker.life.second_pass) {
     throw OptionError("graph.view_bias",
                       "\"on\" needs output.estimator = \"batch\" and "
-                      "tracking.second_pass = true: the first pass tells the "
-                      "bias that the second takes away");
+                      "tracking.second_pass = true: the first pass "
+                      "estimates the bias that the second removes");
   }
 }
 

@@ -91,7 +91,7 @@ class Warnings {
     Add("unit",
         fmt::format("the cameras look at a place {:.3g} m away", distance_m) +
             (report_->subject_m > 0.0
-                 ? fmt::format(", at somebody of {:.3g} m", report_->subject_m)
+                 ? fmt::format(", on a subject of {:.3g} m", report_->subject_m)
                  : "") +
             "; lengths of the calibration seem to be in another unit",
         UnitsThatFit(distance_m, kNearest, kMaxDistance));
@@ -118,23 +118,24 @@ class Warnings {
       views += camera.detections >= kEnoughDetections ? 1 : 0;
     }
     if (views < 2) {
-      Add("nobody", "nobody was found: fewer than two views show anybody",
+      Add("nobody", "no person was found: fewer than two views show anybody",
           "look at the detections with `kinegraph report`, or at the video");
       return;
     }
     if (AddFewJoints() || AddEmptyFrames()) return;
     Add("nobody",
-        fmt::format("nobody was found, though {} views show people: they may "
-                    "have each other's cameras (cameras.map), other frames "
-                    "than each other, turned or mirrored images, or a "
-                    "calibration of another set-up",
-                    views),
+        fmt::format(
+            "no person was found, though {} views show people: they may "
+            "have each other's cameras (cameras.map), other frames "
+            "than each other, turned or mirrored images, or a "
+            "calibration of another set-up",
+            views),
         kLookCloser);
   }
 
   std::string WhatWasFound() const {
     const auto found = static_cast<int>(report_->people.size());
-    if (report_->poses == 0) return "nobody was found";
+    if (report_->poses == 0) return "no person was found";
     if (found < report_->most_people_in_a_view) {
       return fmt::format("{} of {} people were found", found,
                          report_->most_people_in_a_view);
@@ -170,12 +171,13 @@ class Warnings {
         static_cast<double>(std::max<int64_t>(1, report_->frames));
     if (share < kMany || facts_.in_seconds) return false;
     Add("nobody",
-        fmt::format("nobody was found, and in {:.0f} % of the frames no view "
-                    "shows anybody: who is new must be seen in several frames "
-                    "in a row",
-                    100.0 * share),
+        fmt::format(
+            "no person was found, and in {:.0f} % of the frames no view "
+            "shows anybody: a new person must be detected in several "
+            "consecutive frames",
+            100.0 * share),
         "leave frames out of the file in which the detector did not run, or "
-        "track with --mode=graph, which goes by the detector's own rhythm");
+        "track with --mode=graph, which adapts to the detector's frame rate");
     return true;
   }
 
@@ -260,7 +262,7 @@ class Warnings {
     if (facts_.independent_frames) return;
     if (facts_.steps_back > 0) {
       Add("frames",
-          fmt::format("the clock stands or steps back {} {}: tracks end there",
+          fmt::format("the clock stops or steps back {} {}: tracks end there",
                       facts_.steps_back,
                       facts_.steps_back == 1 ? "time" : "times"),
           "look at the times in the detections; without \"time\" a frame's "
@@ -268,9 +270,10 @@ class Warnings {
     }
     if (facts_.frame_step_s > kHole) {
       Add("frames",
-          fmt::format("{:.3g} s lie between two frames: nobody can be followed "
-                      "over that",
-                      facts_.frame_step_s),
+          fmt::format(
+              "{:.3g} s lie between two frames: people cannot be followed "
+              "over that gap",
+              facts_.frame_step_s),
           "--set=input.independent_frames=true");
       return;
     }

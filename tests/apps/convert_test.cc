@@ -187,7 +187,7 @@ TEST(Convert, BadUsageIsOneLineAndExitTwo) {
            {"--to=kinegraph", "missing.json", to_out, "missing.json"},
            {"--from=krt --to=tum", lens, to_out, "has a lens"},
            {"--to=csv --unit=cm", tracks, to_out,
-            "tells its unit; --unit belongs to tracks of"},
+            "specifies its unit; --unit belongs to tracks of"},
            {"--to=krt --skeleton=coco17", cameras, to_out,
             "--skeleton belongs to"},
            {"--to=csv --frame_rate=61", tracks, to_out,

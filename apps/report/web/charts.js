@@ -191,7 +191,7 @@ function presenceChart(drawMarks) {
     for (const s of result.status) m = Math.max(m, s >> 2);
     return m;
   }));
-  const chart = new Chart('Who is tracked, by how many views', Math.max(1, shown.length) * rowHeight + 2, (pen, width) => {
+  const chart = new Chart('Tracked people, by number of views', Math.max(1, shown.length) * rowHeight + 2, (pen, width) => {
     shown.forEach((row, i) => {
       pen.fillStyle = colourOf(row.result, row.person);
       const scale = width / frameCount;

@@ -19,8 +19,8 @@ function tellEdit(result, edit) {
     case 'join': return who[1] + ' is ' + who[0] + margin;
     case 'undecided': return who[1] + ' may be ' + who[0] + margin;
     case 'swap': return who[0] + ' and ' + who[1] + ' exchanged' + margin;
-    case 'cut': return who[0] + (edit.persons[1] === undefined ? ' is somebody else' : ' becomes ' + who[1]) + margin;
-    case 'delete': return who[0] + ' is nobody';
+    case 'cut': return who[0] + (edit.persons[1] === undefined ? ' is another person' : ' becomes ' + who[1]) + margin;
+    case 'delete': return who[0] + ' is not a person';
     default: return edit.persons[0] + ' is called ' + edit.name;
   }
 }
@@ -89,7 +89,7 @@ function listEdits() {
   };
   lead.edits.forEach((edit) => add(edit, false));
   corrections.forEach((edit) => add(edit, true));
-  if (!list.firstChild) list.append(element('li', { textContent: 'nothing was changed' }));
+  if (!list.firstChild) list.append(element('li', { textContent: 'no changes' }));
   byId('save-edits').disabled = corrections.length === 0;
 }
 

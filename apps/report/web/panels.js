@@ -53,7 +53,7 @@ export function makePanels() {
   if (data.cameras.length === 0) return;
   byId('views').hidden = false;
   byId('view-legend').textContent = detections
-    ? 'Thin: detections (circles are joints that were found; dashed means matched to nobody). Thick: 3D poses seen by the camera. '
+    ? 'Thin: detections (circles are joints that were found; dashed means unmatched). Thick: 3D poses seen by the camera. '
       + 'Cross: joint that the joints filter rejected or the loss weighs with less than a tenth. Square: joint that the detector did not find. '
       + (results.some((r) => r.match && hasWeights(r)) ? '' : 'The tracks name no matches: each person is paired with the nearest detection.')
     : 'The 3D poses as each camera would see them.';

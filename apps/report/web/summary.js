@@ -35,10 +35,10 @@ function learntPart(summary) {
     const one = noise.classes[name];
     return row('td', [name, human(one.sigma_px) + ' px', human(one.process_noise)]);
   });
-  const part = element('details', {}, [element('summary', { textContent: 'Learnt from the take' })]);
+  const part = element('details', {}, [element('summary', { textContent: 'Learnt from the recording' })]);
   if (noise.error_time_s) part.append(element('p', { textContent: 'The detector\u2019s errors last ' + human(noise.error_time_s) + ' s.' }));
   if (noise.confidence_power !== undefined) part.append(element('p', { textContent: 'They grow with confidence to the power of ' + human(-noise.confidence_power) + '.' }));
-  part.append(element('table', {}, [row('th', ['joints', 'error', 'drive, m\u00b2/s\u00b3'])].concat(rows)));
+  part.append(element('table', {}, [row('th', ['joints', 'error', 'process noise, m\u00b2/s\u00b3'])].concat(rows)));
   return part;
 }
 

@@ -399,7 +399,7 @@ WorldFit FitWorld(const JointPaths& truth, const JointPaths& tracks,
           "mirrored axes: the mirror image fits within " +
           Text("%.0f", 1000.0 * mirrored_m) + " mm, the motion itself within " +
           Text("%.0f", 1000.0 * fit.median_m) +
-          " mm; an axis of one file points the other way, or left and right "
+          " mm; an axis of one file is reversed, or left and right "
           "are exchanged");
     }
   }
@@ -486,10 +486,10 @@ void RequireOverlap(const JointPaths& truth, const JointPaths& tracks) {
   const auto& a = tracks.times_s();
   const auto& b = truth.times_s();
   if (a.back() >= b.front() && b.back() >= a.front()) return;
-  throw InputError("the clocks do not overlap: the tracks are of " +
+  throw InputError("the times do not overlap: the tracks span " +
                    Text("%.3f", a.front()) + " .. " + Text("%.3f", a.back()) +
-                   " s, the ground truth of " + Text("%.3f", b.front()) +
-                   " .. " + Text("%.3f", b.back()) +
+                   " s, the ground truth " + Text("%.3f", b.front()) + " .. " +
+                   Text("%.3f", b.back()) +
                    " s; --align=both or clock finds the shift");
 }
 

@@ -36,8 +36,8 @@ CalibrationFile ReadFile(const std::string& path, const std::string& name) {
       head.is_folder
           ? "is a folder without calibration.toml, intri.yml, P0.txt or other "
             "files of a known calibration format"
-          : "is no calibration in a known format (cameras.format can name "
-            "one)");
+          : "is not a calibration in a known format (name the format by "
+            "cameras.format)");
 }
 
 // ---- From records to cameras ----

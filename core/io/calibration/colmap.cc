@@ -217,7 +217,7 @@ std::string CameraLine(const Camera& camera, size_t id) {
   if (!HasSize(camera)) {
     throw CannotWrite(camera,
                       "COLMAP needs the image size, which the input does not "
-                      "tell (--image_size=W,H)");
+                      "specify (--image_size=W,H)");
   }
   const Eigen::Matrix3d& K = camera.K();
   CheckSkew(camera);

@@ -296,7 +296,7 @@ void WriteLongcw(const std::string& path, const CameraRig& cameras,
     if (!HasSize(camera)) {
       throw CannotWrite(camera,
                         "longcw's K is divided by the image size, which the "
-                        "input does not tell (--image_size=W,H)");
+                        "input does not specify (--image_size=W,H)");
     }
     if (camera.width_px() != cameras[0].width_px() ||
         camera.height_px() != cameras[0].height_px()) {

@@ -161,7 +161,7 @@ class KinegraphSource : public DetectionSource {
                         DetectionFrame*) {
     if (capture_times_.has_value()) {
       throw InputError(
-          "view_times: stands beside capture_times, which says the same");
+          "view_times: given together with capture_times, its synonym");
     }
     capture_times_ = AsObject(value, key);
     capture_key_ = key;

@@ -63,7 +63,7 @@ int64_t AddOwnViews(const FrameClock& clock, const std::vector<size_t>& own,
     if (std::abs(frame.time - clock.TimeOf(frame.frame)) > FromSeconds(1e-6)) {
       throw InputError(
           "input.view_frame_rate: frame " + std::to_string(frame.frame) +
-          " tells its own time; such a file states the times of single views "
+          " has its own time; such a file states the times of single views "
           "by view_times");
     }
     const bool has_any = ShowsAnybody(frame, own);

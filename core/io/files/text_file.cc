@@ -74,7 +74,7 @@ std::string ReadBytes(const std::string& path, size_t max_bytes) {
   const auto refuse = [&] {
     throw InputError(path, "",
                      "is larger than " + std::to_string(max_bytes >> 20) +
-                         " MiB, more than such a file can need");
+                         " MiB, the limit for such files");
   };
   if (status->size > 0 && static_cast<size_t>(status->size) > max_bytes) {
     refuse();

@@ -37,8 +37,7 @@ inline void RequireLongcwRate(double frame_rate_hz) {
   if (frame_rate_hz > 0.0) return;
   throw InputError(
       "longcw's files contain times, so a frame rate is needed, which the "
-      "input "
-      "does not tell (--frame_rate=HZ)");
+      "input does not specify (--frame_rate=HZ)");
 }
 inline void RequireLongcwTime(int64_t frame, TimeNs time,
                               double frame_rate_hz) {

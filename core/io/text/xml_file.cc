@@ -110,9 +110,7 @@ XmlElement ParseXml(std::string text, const std::string& file) {
   // their text.
   constexpr size_t kMaxBytes = size_t{16} << 20;
   if (text.size() > kMaxBytes) {
-    throw InputError(file, "",
-                     "is larger than 16 MiB, more than XML of "
-                     "cameras can need");
+    throw InputError(file, "", "is larger than 16 MiB, the limit for XML");
   }
   auto document = std::make_shared<XmlElement::Document>();
   document->text = std::move(text);

@@ -343,7 +343,7 @@ TrackSequence ReadTracks(const std::string& path,
         [](const TrackFormat& other) { return other.unit_m.has_value(); });
     throw InputError(path, "",
                      "is " + format.name +
-                         ", which tells its unit; --unit "
+                         ", which specifies its unit; --unit "
                          "belongs to tracks of " +
                          others);
   }

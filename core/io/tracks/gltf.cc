@@ -277,7 +277,7 @@ class Scene {
     NoteLosses(ContentsOf(tracks_),
                {Loss::kInferredAlike, Loss::kCovariances, Loss::kViews},
                lost_fields);
-    NoteAddedRows(tracks_, rows_.size(), "show nobody", lost_fields);
+    NoteAddedRows(tracks_, rows_.size(), "show no person", lost_fields);
   }
 
  private:

@@ -186,7 +186,7 @@ TEST_F(EvaluateProgramTest, BadUsageIsOneLineAndTwo) {
            {"--protocol=shelf --endpoints=x" + both, "--endpoints: found 'x'"},
            {"--protocol=shelf --matching=x" + both, "--matching: found 'x'"},
            {"--protocol=shelf --frames=5:3" + both, "--frames: found '5:3'"},
-           {"--protocol=shelf --frames=1:3" + both, "nobody is annotated"},
+           {"--protocol=shelf --frames=1:3" + both, "no person is annotated"},
            {"--protocol=parity --head=chu" + both, "--head has no meaning"},
            {"--protocol=mpjpe --lost" + both, "--lost has no meaning"},
            {"--protocol=shelf --cameras=x" + both, "--cameras has no meaning"},

@@ -343,7 +343,7 @@ TEST_F(MarkersProgramTest, RefusesWithItsCause) {
                 "", "no motion to align");
   const Eigen::Isometry3d same = Eigen::Isometry3d::Identity();
   ExpectRefused(Moved(theia, 100.0, same), markers, "--align=none",
-                "clocks do not overlap");
+                "times do not overlap");
   ExpectRefused(theia, markers, "--align=sideways", "both, clock");
   ExpectRefused(theia, markers, "--person=7", "no person 7");
   ExpectRefused(markers, theia, "--plates", "force plates");

@@ -426,7 +426,7 @@ TEST_F(PageInBrowser, TimelinesAreDrawn) {
   EXPECT_EQ(
       browser.Evaluate("Array.from(document.querySelectorAll("
                        "'.chart .head b'), (b) => b.textContent)"),
-      Json::array({"Who is tracked, by how many views", "Residual per camera",
+      Json::array({"Tracked people, by number of views", "Residual per camera",
                    "Distance to the truth", "Mean speed of joints",
                    "Joint angle", "Bone length"}));
   // Each canvas is not empty right of its labels.

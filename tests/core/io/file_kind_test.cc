@@ -25,14 +25,14 @@ TEST(FileKind, RefusesWhatIsNone) {
                            "ELF"}) {
     const std::string path = folder.Write("file", text);
     EXPECT_THAT(InputErrorOf([&] { RecogniseKind(path); }),
-                HasSubstr("is no calibration, detections or tracks"));
+                HasSubstr("is not a calibration, detections or tracks"));
   }
   EXPECT_THAT(InputErrorOf([&] { RecogniseKind("missing.json"); }),
               HasSubstr("missing.json"));
   fs::create_directory(folder.path() / "empty");
   EXPECT_THAT(
       InputErrorOf([&] { RecogniseKind((folder.path() / "empty").string()); }),
-      HasSubstr("is no calibration"));
+      HasSubstr("is not a calibration"));
 }
 
 // In any encoding: XML in UTF-8 and UTF-16, a pickle, plain numbers.

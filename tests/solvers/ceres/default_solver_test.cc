@@ -204,11 +204,10 @@ TEST(SolveCounts, DescribeNamesWhatWentWrong) {
   counts.not_converged = 2;
   counts.bones_dropped = 1;
   EXPECT_EQ(DescribeTroubles(counts),
-            "of 10 solves 2 did not converge, 1 went on without bones; what "
-            "did not converge is written as it stood after the last of "
-            "graph.max_iterations steps, which moved no joint by more than 5 "
-            "cm but those in doubt, which count as unseen "
-            "(--set=graph.max_iterations=1000 goes on)");
+            "of 10 solves 2 did not converge, 1 continued without bones; a "
+            "solve that did not converge stops after graph.max_iterations "
+            "steps; joints that its last step moved by more than 5 cm count as "
+            "unseen (--set=graph.max_iterations=1000 allows more)");
   SolveCounts sum = counts;
   sum += counts;
   EXPECT_EQ(sum.solves, 20);

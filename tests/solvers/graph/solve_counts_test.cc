@@ -73,12 +73,12 @@ TEST(DescribeTroubles, NamesThoseThatThereAre) {
   counts.not_finite = 2;
   counts.no_covariance = 3;
   EXPECT_EQ(DescribeTroubles(counts, "frames that are not of interest"),
-            "of 40 solves 2 found nothing finite, 3 have no covariance");
+            "of 40 solves 2 have no finite solution, 3 have no covariance");
   counts.bones_dropped = 4;
   counts.positions_in_doubt = 5;
   const std::string text = DescribeTroubles(counts);
-  EXPECT_THAT(text, HasSubstr(", 4 went on without bones"));
-  EXPECT_THAT(text, HasSubstr(", 5 joint positions are in doubt"));
+  EXPECT_THAT(text, HasSubstr(", 4 continued without bones"));
+  EXPECT_THAT(text, HasSubstr(", 5 joint positions are uncertain"));
   EXPECT_THAT(text, Not(HasSubstr("max_iterations")));
 }
 

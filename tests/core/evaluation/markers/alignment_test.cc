@@ -123,7 +123,7 @@ TEST(Alignment, ErrorsNameTheCause) {
   TrackSequence later = truth;
   for (TrackFrame& frame : later.frames) frame.time += FromSeconds(100.0);
   EXPECT_THAT(ErrorOf(truth, later, Align::kNone),
-              HasSubstr("clocks do not overlap"));
+              HasSubstr("times do not overlap"));
   EXPECT_EQ(ErrorOf(truth, later), "");
   TrackSequence large = truth;
   for (TrackFrame& frame : large.frames) {

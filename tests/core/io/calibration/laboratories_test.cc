@@ -108,7 +108,7 @@ TEST(QualisysCalibration, FaultsAreNamed) {
           {WithReplaced(kQca, "<camera active=\"1\" calibrated=\"true\"",
                         "<camera active=\"0\""),
            "intrinsic"},  // Oqus, without numbers
-          {"<html></html>", "no calibration"},
+          {"<html></html>", "is not a calibration"},
       });
 }
 

@@ -193,9 +193,10 @@ TEST(ReadingNotes, UnitsThatFormatsLeaveOpen) {
               HasSubstr("--unit: found 'inch', expected m, cm or mm"));
   const std::string csv =
       folder.Write("a.csv", "frame,time_s,id,joint,x_m,y_m,z_m,status\n");
-  EXPECT_THAT(InputErrorOf([&] { ReadTracks(csv, metres); }),
-              HasSubstr("a.csv: is csv, which tells its unit; --unit belongs "
-                        "to tracks of npz, bvh"));
+  EXPECT_THAT(
+      InputErrorOf([&] { ReadTracks(csv, metres); }),
+      HasSubstr("a.csv: is csv, which specifies its unit; --unit belongs "
+                "to tracks of npz, bvh"));
 }
 
 }  // namespace
