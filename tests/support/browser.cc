@@ -3,8 +3,7 @@
 #include <fcntl.h>
 #include <poll.h>
 #include <signal.h>
-#include <spawn.h>
-#include <sys/wait.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <chrono>
@@ -16,33 +15,14 @@
 
 #include "tests/support/base64.h"
 
-extern char** environ;
-
 namespace kinegraph::testing {
 namespace {
 
 constexpr int kAnswerTimeoutMs = 60000;
-// Where Chromium expects the ends of its pipes.
-constexpr int kChildReads = 3;
-constexpr int kChildWrites = 4;
 
 [[noreturn]] void Fail(const std::string& what) {
   throw std::runtime_error("browser: " + what);
 }
-
-// Both ends far above the numbers that the child uses, closed on exec.
-struct Pipe {
-  Pipe() {
-    int ends[2];
-    if (pipe(ends) != 0) Fail("cannot make a pipe");
-    reads = fcntl(ends[0], F_DUPFD_CLOEXEC, 10);
-    writes = fcntl(ends[1], F_DUPFD_CLOEXEC, 10);
-    close(ends[0]);
-    close(ends[1]);
-  }
-  int reads = -1;
-  int writes = -1;
-};
 
 }  // namespace
 
@@ -52,46 +32,22 @@ bool Browser::IsInstalled() {
 
 Browser::Browser(const Screen& screen) {
   signal(SIGPIPE, SIG_IGN);  // a browser that died is an error of write()
-  const Pipe down;
-  const Pipe up;
-  std::vector<std::string> arguments = {
-      "chromium",
-      "--headless",
-      "--no-sandbox",
-      "--disable-gpu",
-      "--disable-dev-shm-usage",  // containers have little of it
-      "--enable-unsafe-swiftshader",
-      "--no-first-run",
-      "--disable-background-networking",
-      "--disable-component-update",
-      "--disable-sync",
-      "--disable-quic",
-      "--remote-debugging-pipe",
-      "--user-data-dir=" + profile_.path().string(),
-      "about:blank"};
-  std::vector<char*> argv;
-  for (std::string& argument : arguments) argv.push_back(argument.data());
-  argv.push_back(nullptr);
-  posix_spawn_file_actions_t actions;
-  posix_spawn_file_actions_init(&actions);
-  posix_spawn_file_actions_adddup2(&actions, down.reads, kChildReads);
-  posix_spawn_file_actions_adddup2(&actions, up.writes, kChildWrites);
-  for (const int quiet : {STDOUT_FILENO, STDERR_FILENO}) {
-    posix_spawn_file_actions_addopen(&actions, quiet, "/dev/null", O_WRONLY, 0);
-  }
-  posix_spawnattr_t attributes;
-  posix_spawnattr_init(&attributes);
-  posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP);
-  posix_spawnattr_setpgroup(&attributes, 0);
-  const int error = posix_spawnp(&process_, "chromium", &actions, &attributes,
-                                 argv.data(), environ);
-  posix_spawn_file_actions_destroy(&actions);
-  posix_spawnattr_destroy(&attributes);
-  close(down.reads);
-  close(up.writes);
-  to_browser_ = down.writes;
-  from_browser_ = up.reads;
-  if (error != 0) Fail("cannot start chromium");
+  const std::string folder = profile_.path().string();
+  const std::string answers = folder + "/answers";
+  if (mkfifo(answers.c_str(), 0600) != 0) Fail("cannot make a pipe");
+  // Chromium reads from descriptor 3, writes to 4, and ends when 3 is closed.
+  // Containers have little shared memory.
+  const std::string command =
+      "exec timeout --kill-after=5 300 chromium --headless --no-sandbox "
+      "--disable-gpu --disable-dev-shm-usage --enable-unsafe-swiftshader "
+      "--no-first-run --disable-background-networking "
+      "--disable-component-update --disable-sync --disable-quic "
+      "--remote-debugging-pipe --user-data-dir='" +
+      folder + "/profile' about:blank 3<&0 4>'" + answers +
+      "' </dev/null >/dev/null 2>&1";
+  to_browser_ = popen(command.c_str(), "we");
+  if (to_browser_ == nullptr) Fail("cannot start chromium");
+  from_browser_ = open(answers.c_str(), O_RDONLY | O_CLOEXEC);
 
   const Json target = Call("Target.createTarget", {{"url", "about:blank"}});
   session_ = Call("Target.attachToTarget", {{"targetId", target["targetId"]},
@@ -113,20 +69,10 @@ Browser::~Browser() {
     session_.clear();
     Call("Browser.close");
   } catch (const std::runtime_error&) {
-    // It is ended below.
+    // It ends when its input does, or by the limit of time.
   }
-  close(to_browser_);
   close(from_browser_);
-  if (process_ <= 0) return;
-  for (int tenths = 0; tenths < 50; ++tenths) {
-    if (waitpid(process_, nullptr, WNOHANG) == process_) {
-      process_ = -1;
-      return;
-    }
-    std::this_thread::sleep_for(std::chrono::milliseconds(100));
-  }
-  kill(-process_, SIGKILL);
-  waitpid(process_, nullptr, 0);
+  pclose(to_browser_);  // waits for its end
 }
 
 Json Browser::Receive() {
@@ -152,12 +98,8 @@ int Browser::Send(const std::string& method, const Json& parameters) {
   if (!session_.empty()) message["sessionId"] = session_;
   const std::string text = message.dump();
   // The closing zero is part of the message.
-  for (size_t done = 0; done <= text.size();) {
-    const ssize_t count =
-        write(to_browser_, text.c_str() + done, text.size() + 1 - done);
-    if (count <= 0) Fail("it does not listen");
-    done += static_cast<size_t>(count);
-  }
+  fwrite(text.c_str(), 1, text.size() + 1, to_browser_);
+  if (fflush(to_browser_) != 0) Fail("it does not listen");
   return id;
 }
 

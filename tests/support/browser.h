@@ -4,8 +4,7 @@
 #ifndef KINEGRAPH_TESTS_SUPPORT_BROWSER_H_
 #define KINEGRAPH_TESTS_SUPPORT_BROWSER_H_
 
-#include <sys/types.h>
-
+#include <cstdio>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
@@ -88,8 +87,7 @@ class Browser {
   void TouchAt(const std::string& type, const std::vector<PagePoint>& points);
 
   TemporaryFolder profile_;
-  pid_t process_ = -1;
-  int to_browser_ = -1;
+  FILE* to_browser_ = nullptr;
   int from_browser_ = -1;
   std::string received_;  // of a message that is not complete yet
   std::string session_;
