@@ -42,6 +42,7 @@ enum class OutputKind {
   kTrend,
   kKalman,
   kRts,
+  kStudentTRts,
   kWindow,
   kBatch,
 };

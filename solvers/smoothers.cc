@@ -304,7 +304,11 @@ std::vector<Smoother> OfStates() {
              {AlsoOnRobustPoints(with_motion("rts_cv", "RTS, constant velocity",
                                              MotionModel::kConstantVelocity)),
               with_motion("rts_ca", "RTS, constant acceleration",
-                          MotionModel::kConstantAcceleration)})};
+                          MotionModel::kConstantAcceleration)}),
+      Filter(OutputKind::kStudentTRts, "student_t_rts", Never,
+             &FilterOptions::kalman, StudentTPointSmoother,
+             {with_motion("student_t_rts", "RTS, Student's t",
+                          MotionModel::kConstantVelocity)})};
 }
 
 // ---- The factor graph -------------------------------------------------------

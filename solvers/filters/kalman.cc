@@ -1,6 +1,8 @@
 #include "solvers/filters/kalman.h"
 
 #include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
 
 namespace kinegraph {
 namespace {
@@ -173,6 +175,36 @@ SegmentEstimate KalmanFilter(const PointModel& model,
 SegmentEstimate RtsSmoother(const PointModel& model,
                             const JointSegment& segment) {
   return Estimate(model, segment, Pass::kForwardAndBack);
+}
+
+SegmentEstimate StudentTSmoother(const PointModel& model,
+                                 const JointSegment& segment) {
+  constexpr double kFreedom = 4.0;
+  constexpr int kMostRounds = 50;
+  constexpr double kSettled = 1e-6;
+  std::vector<double> weights(segment.times_s.size(), 1.0);
+  JointSegment weighted = segment;
+  SegmentEstimate estimate = RtsSmoother(model, segment);
+  for (int round = 0; round < kMostRounds; ++round) {
+    double change = 0.0;
+    for (size_t k = 0; k < weights.size(); ++k) {
+      if (!segment.sampled[k]) continue;
+      const auto row = static_cast<Eigen::Index>(k);
+      const Eigen::Vector3d e =
+          (segment.positions_m.row(row) - estimate.positions_m.row(row))
+              .transpose();
+      const Eigen::LDLT<Eigen::Matrix3d> R(segment.covariances_m2[k]);
+      const double squared =
+          e.dot(R.solve(e)) + R.solve(*estimate.covariances_m2[k]).trace();
+      const double weight = (kFreedom + 3.0) / (kFreedom + squared);
+      change = std::max(change, std::abs(weight - weights[k]));
+      weights[k] = weight;
+      weighted.covariances_m2[k] = segment.covariances_m2[k] / weight;
+    }
+    if (change < kSettled) break;
+    estimate = RtsSmoother(model, weighted);
+  }
+  return estimate;
 }
 
 PointModel ModelOf(const KalmanOptions& options, JointClass joint_class) {

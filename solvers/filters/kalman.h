@@ -33,6 +33,18 @@ SegmentEstimate KalmanFilter(const PointModel& model,
 SegmentEstimate RtsSmoother(const PointModel& model,
                             const JointSegment& segment);
 
+// The smoother with heavy-tailed measurements: Student's t of four degrees of
+// freedom around the position, with the samples' covariances as scales. By
+// variational Bayes (Agamennoni, Nieto and Nebot, Approximate Inference in
+// State-Space Models With Heavy-Tailed Noise, 2012): each sample's covariance
+// is divided by its weight
+//   w = (4 + 3) / (4 + e' R^-1 e + tr(R^-1 P))
+// with the smoothed position's error e and covariance P, until no weight
+// changes by 1e-6, or 50 times. Wrong samples lose their weight; none is
+// rejected.
+SegmentEstimate StudentTSmoother(const PointModel& model,
+                                 const JointSegment& segment);
+
 // The model for a class of joints.
 PointModel ModelOf(const KalmanOptions& options, JointClass joint_class);
 

@@ -503,4 +503,8 @@ SegmentFilter RtsPointSmoother(const KalmanOptions& options) {
   return StateSpace(options, RtsSmoother);
 }
 
+SegmentFilter StudentTPointSmoother(const KalmanOptions& options) {
+  return StateSpace(options, StudentTSmoother);
+}
+
 }  // namespace kinegraph

@@ -64,6 +64,7 @@ SegmentFilter WhittakerFilter(const WhittakerOptions& options, double rate_hz,
                               CutoffPer per = CutoffPer::kJoint);
 SegmentFilter KalmanPointFilter(const KalmanOptions& options);
 SegmentFilter RtsPointSmoother(const KalmanOptions& options);
+SegmentFilter StudentTPointSmoother(const KalmanOptions& options);
 
 }  // namespace kinegraph
 

@@ -3,7 +3,10 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Cholesky>
+#include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
+#include <vector>
 
 #include "core/base/random.h"
 #include "solvers/filters/offline_filter.h"
@@ -124,6 +127,52 @@ TEST(KalmanTest, FilterAndSmootherAreTheConditionalOfTheProcess) {
       }
     }
   }
+}
+
+// Half a metre off in one of the samples.
+JointSegment WithOutlier(size_t at) {
+  JointSegment segment = Uneven();
+  segment.positions_m.row(static_cast<Eigen::Index>(at)).array() += 0.5;
+  return segment;
+}
+
+// Against the smoother with the covariances that the result itself implies,
+// which it must not change by more than the weights' last step of 1e-6.
+TEST(KalmanTest, StudentTIsAFixedPoint) {
+  const PointModel model = Model(2, 50.0);
+  const JointSegment segment = WithOutlier(4);
+  const SegmentEstimate estimate = StudentTSmoother(model, segment);
+  JointSegment weighted = segment;
+  std::vector<double> weights;
+  for (size_t k = 0; k < segment.times_s.size(); ++k) {
+    if (!segment.sampled[k]) continue;
+    const auto row = static_cast<Eigen::Index>(k);
+    const Eigen::Vector3d e =
+        (segment.positions_m.row(row) - estimate.positions_m.row(row))
+            .transpose();
+    const Eigen::Matrix3d information = segment.covariances_m2[k].inverse();
+    weights.push_back(7.0 /
+                      (4.0 + e.dot(information * e) +
+                       (information * *estimate.covariances_m2[k]).trace()));
+    weighted.covariances_m2[k] /= weights.back();
+  }
+  EXPECT_LT((RtsSmoother(model, weighted).positions_m - estimate.positions_m)
+                .cwiseAbs()
+                .maxCoeff(),
+            1e-5);
+  EXPECT_LT(*std::min_element(weights.begin(), weights.end()), 0.1);
+  EXPECT_GT(*std::max_element(weights.begin(), weights.end()), 1.0);
+}
+
+TEST(KalmanTest, StudentTIgnoresAnOutlier) {
+  const PointModel model = Model(2, 50.0);
+  const auto moved_m = [&](auto smoother) {
+    return (smoother(model, WithOutlier(4)).positions_m -
+            smoother(model, Uneven()).positions_m)
+        .cwiseAbs()
+        .maxCoeff();
+  };
+  EXPECT_LT(moved_m(StudentTSmoother), 0.2 * moved_m(RtsSmoother));
 }
 
 TEST(KalmanTest, OptionsChooseModelAndNoise) {

@@ -171,6 +171,7 @@ TEST_P(EveryStrategyTest, FillsTheSameFramesAndNothingElse) {
   ASSERT_EQ(finals.size(), recording.frames.size());
   const bool gives_covariances = kind() == OutputKind::kKalman ||
                                  kind() == OutputKind::kRts ||
+                                 kind() == OutputKind::kStudentTRts ||
                                  kind() == OutputKind::kRobustTriangulation;
   int bridged = 0;
   for (size_t k = 0; k < finals.size(); ++k) {
