@@ -218,7 +218,7 @@ Comparison MakeComparison(RunOptions options, FrozenRun run,
   if (held_out_set.has_value()) Restrict(*held_out_set, &comparison.set);
   if (comparison.set.detections.empty()) {
     throw InputError(
-        "nothing to score: nobody was tracked in the frames asked for");
+        "nothing to score: no person was tracked in the requested frames");
   }
   for (const Camera& camera : comparison.scene().cameras) {
     comparison.cap_px.push_back(held_out_set.has_value()

@@ -72,6 +72,13 @@ constexpr double kDriftSigma = 2e-4;
 // Sigma of the capture times given in files [s].
 constexpr double kToldTimeS = 0.02;
 constexpr double kToldLagS = 0.1;  // largest deviation searched
+// Stretches of the first rounds of matching and fitting.
+constexpr int kFewSegments = 500;
+// Iterations of a fit. Its errors halve with each: after 8 they are below a
+// hundredth of the first step; the first rounds, which are repeated with better
+// matches, end at a tenth.
+constexpr int kFitIterations = 8;
+constexpr int kRoundIterations = 5;
 // Least agreement of a view relative to the median one, and absolutely; below
 // these its pose is wrong.
 constexpr double kLeastOfUsual = 0.8;
@@ -460,8 +467,7 @@ class RigEstimate {
       options.lasting_offset_m = kLastingOffsetM;
       options.segments.tapered = true;
     }
-    // Cameras have converged by then; some stretches may not have.
-    options.max_iterations = 12;
+    options.max_iterations = kFitIterations;
     return options;
   }
 
@@ -507,6 +513,7 @@ class RigEstimate {
   // Fits cameras, then clocks.
   bool Fit(int max_segments, bool clocks) {
     BundleOptions options = Options(max_segments);
+    if (max_segments == kFewSegments) options.max_iterations = kRoundIterations;
     segments_ = MakeSegments(cameras_, aligned_, matches_, options.segments);
     free_ = FreeParameters();
     free_.rotation = free_.centre = true;
@@ -570,7 +577,6 @@ class RigEstimate {
       }
       return true;
     };
-    constexpr int kFew = 500;
     constexpr int kMany = 3500;
     const auto by_tracklets = [&] {
       start_.lag_frames = lags_;
@@ -581,8 +587,8 @@ class RigEstimate {
       matches_ = input_.match(cameras_, aligned_);
     };
     // Clocks are fitted once cameras are approximately right.
-    if (!rounds(1, kFew, false, by_tracklets) ||
-        !rounds(12, kFew, true, by_tracklets) ||
+    if (!rounds(1, kFewSegments, false, by_tracklets) ||
+        !rounds(12, kFewSegments, true, by_tracklets) ||
         !rounds(4, kMany, true, by_tracks)) {
       return false;
     }
@@ -645,8 +651,9 @@ class RigEstimate {
         ++k;
       } else {
         result_.views[result_.used[v]].left_out =
-            "where it was put nobody in it is matched with the others: another "
-            "time, another room, or a mirrored image";
+            "none of its people match those of the others at its estimated "
+            "pose: "
+            "another time, another room, or a mirrored image";
       }
     }
     cameras_ = std::move(cameras);
@@ -867,7 +874,8 @@ class RigEstimate {
   std::string WhyUnsure(double rotation_deg, double centre_m,
                         const Halves& halves, size_t v, double agreement,
                         double usual) const {
-    if (!TellsFocal()) return "its focal length is not told";
+    if (!TellsFocal())
+      return "the recording does not determine its focal length";
     if (HasOddFocal(v)) {
       return fmt::format(
           "it fits with a focal length of {:.0f} px alone, where {:.0f} is "
@@ -894,7 +902,7 @@ class RigEstimate {
           rotation_deg, 100.0 * centre_m / result_.size_m, kMostRotationDeg,
           100.0 * kMostPlace);
     }
-    if (!halves.are_there) return "half of what is recorded does not tell it";
+    if (!halves.are_there) return "half of the recording does not determine it";
     return fmt::format(
         "either half of what is recorded puts it elsewhere, {:.1f} times as "
         "far apart as a view may be unsure",
@@ -1082,14 +1090,14 @@ class RigEstimate {
                                         : RigVerdict::kRefused;
     if (!result_.clocks_told) {
       result_.reasons.push_back(
-          "the clocks are not told beyond whole frames: record faster motion, "
-          "or say --in_step where the cameras share a trigger");
+          "clocks are known to whole frames only: record faster motion, or "
+          "give "
+          "--in_step if the cameras share a trigger");
     }
     if (sure < result_.views.size() && sure == cameras_.size()) {
       result_.reasons.push_back(
-          "some views share nothing that moves with the others, or have "
-          "another "
-          "rate or time: see left out");
+          "some views share no motion with the others, or have another rate or "
+          "time: see left out");
     }
     if (sure == cameras_.size()) {
       if (result_.likely_right < kLeastLikely) {
@@ -1099,12 +1107,14 @@ class RigEstimate {
     }
     if (!TellsFocal()) {
       result_.reasons.push_back(
-          "two cameras do not tell their focal lengths: say them (--focal, "
+          "two cameras do not determine their focal lengths: give them "
+          "(--focal, "
           "--cameras), or add a third camera");
     } else if (cameras_.size() == kFewest && FaceEachOther()) {
       result_.reasons.push_back(
-          "two cameras that face each other hardly tell depth: put a third one "
-          "beside them");
+          "two cameras that face each other hardly determine depth: place a "
+          "third "
+          "one beside them");
     } else if (human_ && PlacesApart(segments_) < kOneSpotM) {
       result_.reasons.push_back(fmt::format(
           "people stay in one spot (half of the time within {:.2f} m), where a "
@@ -1120,7 +1130,7 @@ class RigEstimate {
       }
       result_.reasons.push_back(fmt::format("{}", fmt::join(views, "; ")));
       if (result_.verdict == RigVerdict::kRefused) {
-        result_.reasons.push_back(fmt::format("what tells more: {}", Record()));
+        result_.reasons.push_back(fmt::format("to improve: {}", Record()));
       }
     }
   }
@@ -1441,7 +1451,8 @@ RigResult WithoutFocal(const RigInput& input, RigResult result) {
       result.other_focal;
   if (again.verdict == RigVerdict::kRefused) {
     result.verdict = RigVerdict::kRefused;
-    result.reasons.push_back(found + "; without them the cameras are not told");
+    result.reasons.push_back(found +
+                             "; without them the cameras are undetermined");
     return result;
   }
   again.reasons.push_back(found + "; all are estimated as if none were stated");
