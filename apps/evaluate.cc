@@ -18,6 +18,7 @@
 #include "apps/markers/marker_study.h"
 #include "core/base/error.h"
 #include "core/base/text.h"
+#include "core/evaluation/centres.h"
 #include "core/evaluation/correspondence.h"
 #include "core/io/calibration/calibration.h"
 #include "core/io/files/atomic_file.h"
@@ -195,10 +196,17 @@ struct Compared {
   std::vector<std::string> notes;  // already printed
 };
 
+// What may stand for a person in a comparison.
+enum class Represented {
+  kByJoints,
+  kByJointsOrCentre,  // ReducedToCentres
+};
+
 // Checks that files and frames correspond, because a wrong pair would otherwise
 // only appear as a bad score.
 Compared ReadBoth(const std::vector<FrameRange>& frames,
-                  const TrackReadOptions& options = {}) {
+                  const TrackReadOptions& options = {},
+                  Represented represented = Represented::kByJoints) {
   RequireFlag("tracks", FLAGS_tracks);
   RequireFlag("ground_truth", FLAGS_ground_truth);
   const TrackInput input("evaluate", FLAGS_unit,
@@ -209,6 +217,14 @@ Compared ReadBoth(const std::vector<FrameRange>& frames,
   for (TrackSequence* side : {&compared.truth, &compared.tracks}) {
     side->header.skeleton = WithOurNames(side->header.skeleton);
   }
+  std::string by_centres;
+  if (represented == Represented::kByJointsOrCentre) {
+    if (auto centres = ReducedToCentres(compared.truth, compared.tracks)) {
+      compared.truth = std::move(centres->a);
+      compared.tracks = std::move(centres->b);
+      by_centres = std::move(centres->note);
+    }
+  }
   RequireCommonJoints(compared.truth.header.skeleton, FLAGS_ground_truth,
                       compared.tracks.header.skeleton, FLAGS_tracks);
   const auto recording = [&](const std::string& path,
@@ -218,6 +234,7 @@ Compared ReadBoth(const std::vector<FrameRange>& frames,
   compared.notes =
       CheckGroundTruth(recording(FLAGS_ground_truth, compared.truth),
                        recording(FLAGS_tracks, compared.tracks), frames);
+  if (!by_centres.empty()) compared.notes.push_back(by_centres);
   SayNotes(compared.notes, "kinegraph-evaluate: ");
   return compared;
 }
@@ -303,7 +320,8 @@ Annotated AnnotatedIn(const TrackSequence& truth) {
 void RunIdentity() {
   IdentityOptions options;
   options.frames = Frames();
-  const Compared compared = ReadBoth(options.frames);
+  const Compared compared =
+      ReadBoth(options.frames, {}, Represented::kByJointsOrCentre);
   options.annotated = AnnotatedIn(compared.truth);
   Finish(compared, DescribeIdentity(EvaluateIdentity(
                        compared.truth, compared.tracks, options)));

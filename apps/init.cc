@@ -14,6 +14,7 @@
 #include "apps/common/config_folder.h"
 #include "apps/common/recording_output.h"
 #include "apps/common/table.h"
+#include "core/association/all_view_matching.h"
 #include "core/base/error.h"
 #include "core/base/text.h"
 #include "core/evaluation/statistics.h"
@@ -181,6 +182,17 @@ constexpr const char* kWholeRecording =
     "\n[graph]\n"
     "bones = true\n";
 
+// Noise of positions is a large part of what people of few joints move between
+// frames, so they are expected where the smoothed motion leads.
+std::string WholeRecording(const Skeleton& skeleton) {
+  std::string text = kWholeRecording;
+  if (!AllViewMatcher::AppliesTo(skeleton)) return text;
+  const std::string table = "[tracking]\n";
+  text.insert(text.find(table) + table.size(),
+              "feedback = \"window\"  # expects people of few joints\n");
+  return text;
+}
+
 std::string ConfigText(const RecordingSurvey& survey) {
   std::string text =
       "# Made by `kinegraph init` for one recording. The whole recording at "
@@ -231,7 +243,7 @@ std::string ConfigText(const RecordingSurvey& survey) {
         "min_joints = {0}\n",
         *survey.min_joints);
   }
-  return text + kWholeRecording;
+  return text + WholeRecording(skeleton);
 }
 
 // The value of a key as read, in TOML; JSON's texts, numbers and lists are

@@ -25,6 +25,7 @@
 #include "core/base/constants.h"
 #include "core/base/stop_check.h"
 #include "core/data/checks.h"
+#include "core/evaluation/centres.h"
 #include "core/evaluation/correspondence.h"
 #include "core/evaluation/frame_pairing.h"
 #include "core/evaluation/world_check.h"
@@ -508,13 +509,23 @@ class LiveSession {
 // frames and in the same world. Notes become Python warnings.
 class Scored {
  public:
-  Scored(const TrackSequence& tracks, const TrackSequence& truth)
-      : tracks_(UnderOurNames(tracks, &own_tracks_)),
-        truth_(UnderOurNames(truth, &own_truth_)) {
-    const Skeleton& found = tracks_.header.skeleton;
-    const Skeleton& expected = truth_.header.skeleton;
+  enum class By { kJoints, kJointsOrCentres };
+  Scored(const TrackSequence& tracks, const TrackSequence& truth, By by)
+      : tracks_(&UnderOurNames(tracks, &own_tracks_)),
+        truth_(&UnderOurNames(truth, &own_truth_)) {
+    if (by == By::kJointsOrCentres) {
+      if (auto centres = ReducedToCentres(*truth_, *tracks_)) {
+        own_truth_ = std::move(centres->a);
+        own_tracks_ = std::move(centres->b);
+        truth_ = &own_truth_;
+        tracks_ = &own_tracks_;
+        Warn(centres->note);
+      }
+    }
+    const Skeleton& found = tracks_->header.skeleton;
+    const Skeleton& expected = truth_->header.skeleton;
     RequireCommonJoints(expected, "the truth", found, "the tracks");
-    const FramePairing pairing = PairFrames(truth_, tracks_);
+    const FramePairing pairing = PairFrames(*truth_, *tracks_);
     const WorldCheck world = CheckWorld(pairing, CommonJoints(expected, found));
     if (world.other) {
       throw InputError("truth: " + world.Text() +
@@ -526,8 +537,8 @@ class Scored {
   Scored(const Scored&) = delete;
   Scored& operator=(const Scored&) = delete;
 
-  const TrackSequence& tracks() const { return tracks_; }
-  const TrackSequence& truth() const { return truth_; }
+  const TrackSequence& tracks() const { return *tracks_; }
+  const TrackSequence& truth() const { return *truth_; }
 
  private:
   static const TrackSequence& UnderOurNames(const TrackSequence& given,
@@ -547,12 +558,12 @@ class Scored {
   }
 
   TrackSequence own_tracks_, own_truth_;
-  const TrackSequence& tracks_;
-  const TrackSequence& truth_;
+  const TrackSequence* tracks_;
+  const TrackSequence* truth_;
 };
 
 py::dict Mpjpe(const TrackSequence& tracks, const TrackSequence& truth) {
-  const Scored scored(tracks, truth);
+  const Scored scored(tracks, truth, Scored::By::kJoints);
   const MpjpeResult result = EvaluateMpjpe(scored.truth(), scored.tracks());
   py::dict joints;
   for (const JointError& joint : result.joints) {
@@ -564,7 +575,7 @@ py::dict Mpjpe(const TrackSequence& tracks, const TrackSequence& truth) {
 }
 
 py::dict Identity(const TrackSequence& tracks, const TrackSequence& truth) {
-  const Scored scored(tracks, truth);
+  const Scored scored(tracks, truth, Scored::By::kJointsOrCentres);
   const IdentityResult result =
       EvaluateIdentity(scored.truth(), scored.tracks());
   return py::dict(

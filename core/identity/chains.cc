@@ -79,6 +79,7 @@ class Linker {
     reward_ = 0.0;
     GoOnAsTracked();
     JoinAll();
+    if (options_.people > 0) JoinDownTo(static_cast<size_t>(options_.people));
     FindUndecided();
   }
 
@@ -506,6 +507,39 @@ class Linker {
       }
     }
     Merge(joins);
+  }
+
+  // A known number of people decides what the evidence leaves open: the joins
+  // of the best explanation that has the most of them, the likeliest first.
+  void JoinDownTo(size_t people) {
+    constexpr double kReward = 1e3;  // nats, beyond all evidence
+    reward_ = kReward;
+    while (chains_.size() > people) {
+      WeighAll();
+      std::vector<int> predecessor;
+      Assign({}, &predecessor);
+      std::vector<Link> joins;
+      for (size_t to = 0; to < predecessor.size(); ++to) {
+        if (predecessor[to] < 0) continue;
+        joins.push_back(MakeLink(predecessor[to], static_cast<int>(to)));
+        joins.back().evidence.other -= reward_;
+        joins.back().decided = true;
+      }
+      if (joins.empty()) break;
+      const auto chosen = std::max_element(
+          joins.begin(), joins.end(), [](const Link& a, const Link& b) {
+            return a.evidence.total() < b.evidence.total();
+          });
+      std::vector<std::pair<int, int>> pair;
+      for (size_t to = 0; to < predecessor.size(); ++to) {
+        if (chains_[to].pieces.front() == chosen->to) {
+          pair.emplace_back(predecessor[to], static_cast<int>(to));
+        }
+      }
+      links_.push_back(*chosen);
+      Merge(pair);
+    }
+    reward_ = 0.0;
   }
 
   // Joins of the best explanation with too small a margin, and for a piece

@@ -344,7 +344,9 @@ void AddBlind(const std::vector<Tracklet>& tracks, Intervals* intervals) {
       const PersonPose& pose = *frames[k].pose;
       // Without counts of views, every pose is treated as seen.
       if (!pose.inlier_views.empty() && !IsSeen(pose)) continue;
-      if (frames[k].time - frames[seen].time >= FromSeconds(kBlind)) {
+      // Consecutive frames of a low rate are no gap.
+      if (frames[k].frame - frames[seen].frame > 1 &&
+          frames[k].time - frames[seen].time >= FromSeconds(kBlind)) {
         (*intervals)[t].push_back(
             {frames[seen].time - FromSeconds(kAroundBlind),
              frames[k].time + FromSeconds(kAroundBlind),

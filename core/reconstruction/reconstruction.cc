@@ -137,8 +137,10 @@ bool Reconstructor::KeepsEnough(const Reconstruction& reconstruction) const {
   // miss half of the joints each, a third of the joints seen is in both.
   constexpr double kLeastShared = 0.25;
   const int alone = reconstruction.alone_joints;
-  return seen - lost >= kLeastShared * seen &&
-         lost - alone <= options_.max_lost_share * (seen - alone);
+  // Of two joints one may be lost: a box whose bottom is hidden.
+  const double most = std::max(1.0, options_.max_lost_share * (seen - alone));
+  return seen - lost >= kLeastShared * seen && lost < seen &&
+         lost - alone <= most;
 }
 
 void Reconstructor::Initialise(Span<UsedView> views, double alpha_px,

@@ -65,9 +65,9 @@ class AssociationPolicy {
   virtual void LearnBeginning(const NewPerson&, TrackId) {}
 };
 
-// Whether most of the joints observed in both (kObserved; at least three) are
-// nearer than `within_m`. Other joints are predicted, and a joint triangulated
-// from two views may be metres off.
+// Whether most of the joints observed in both (kObserved; at least three, or
+// all of a smaller skeleton) are nearer than `within_m`. Other joints are
+// predicted, and a joint triangulated from two views may be metres off.
 bool SeenAtOnePlace(const Pose3d& a, const Pose3d& b, double within_m);
 
 // The policy for `rules`; `state` must outlive it.

@@ -408,7 +408,8 @@ class GraphAssociation final : public AssociationPolicy {
 }  // namespace
 
 bool SeenAtOnePlace(const Pose3d& a, const Pose3d& b, double within_m) {
-  constexpr int kABody = 3;  // joints that determine position and orientation
+  // Joints that determine position and orientation, where there are so many.
+  const int enough = std::min(3, static_cast<int>(a.size()));
   int seen = 0;
   int near = 0;
   for (size_t j = 0; j < a.size() && j < b.size(); ++j) {
@@ -419,7 +420,7 @@ bool SeenAtOnePlace(const Pose3d& a, const Pose3d& b, double within_m) {
     ++seen;
     near += (a[j].position_m - b[j].position_m).norm() < within_m;
   }
-  return seen >= kABody && 2 * near > seen;
+  return seen >= enough && 2 * near > seen;
 }
 
 std::unique_ptr<AssociationPolicy> MakeAssociationPolicy(

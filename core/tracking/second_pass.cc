@@ -168,7 +168,31 @@ SecondPass::SecondPass(SceneModel scene, const Skeleton& detection_skeleton,
       matches_(scene_.cameras.size()),
       earlier_(scene_.cameras, detection_skeleton, scene_.skeleton,
                options_.life.min_found_joints,
-               options_.suppresses_duplicates()) {}
+               options_.suppresses_duplicates()) {
+  if (AllViewMatcher::AppliesTo(scene_.skeleton)) {
+    all_views_.emplace(scene_.cameras, scene_.skeleton.association_joints(),
+                       options_.gates.detector_px);
+  }
+}
+
+void SecondPass::MatchViews(const std::vector<AssociationTarget>& targets,
+                            double age_s,
+                            const std::vector<Span<Observation>>& views,
+                            std::vector<std::vector<int>>* matches) {
+  if (all_views_.has_value()) {
+    std::vector<ExpectedPerson> people;
+    for (const AssociationTarget& target : targets) {
+      people.push_back({target.pose, ExpectedSigma(age_s)});
+    }
+    const std::vector<std::vector<char>> barred(views.size());
+    all_views_->Match(people, views, barred, matches);
+    return;
+  }
+  matches->resize(views.size());
+  for (size_t v = 0; v < views.size(); ++v) {
+    matcher_.Match(targets, views[v], scene_.cameras[v], &(*matches)[v]);
+  }
+}
 
 void SecondPass::ExtendEnds(const std::vector<TrackFrame>& first_pass,
                             const std::set<TrackId>& but) {
@@ -188,10 +212,11 @@ void SecondPass::Process(const DetectionFrame& frame, TrackFrame first_pass) {
   for (const PersonPose& person : people) {
     targets_.push_back({&person.joints, 1.0});
   }
+  std::vector<Span<Observation>> views;
   for (size_t v = 0; v < matches_.size(); ++v) {
-    matcher_.Match(targets_, observations_.OfView(v), scene_.cameras[v],
-                   &matches_[v]);
+    views.push_back(observations_.OfView(v));
   }
+  MatchViews(targets_, 0.0, views, &matches_);
   Recent now;
   now.index = frames_.size() - 1;
   for (size_t v = 0; v < matches_.size(); ++v) {
@@ -253,7 +278,8 @@ const TrackRun* SecondPass::FindRun(TrackId id, int64_t TrackRun::*end,
   return nullptr;
 }
 
-SecondPass::Seen SecondPass::Look(const Pose3d& expected, const Recent& recent,
+SecondPass::Seen SecondPass::Look(const Pose3d& expected, double age_s,
+                                  const Recent& recent,
                                   const FrameObservations& observations) {
   used_views_.clear();
   used_places_.clear();
@@ -268,15 +294,23 @@ SecondPass::Seen SecondPass::Look(const Pose3d& expected, const Recent& recent,
     }
     first[v + 1] = free_.size();
   }
-  std::vector<int> match;
+  std::vector<Span<Observation>> views;
   for (size_t v = 0; v < scene_.cameras.size(); ++v) {
-    const Span<Observation> here(free_.data() + first[v],
-                                 first[v + 1] - first[v]);
-    matcher_.Match({{&expected, 1.0}}, here, scene_.cameras[v], &match);
-    if (match[0] < 0) continue;
-    const size_t found = first[v] + static_cast<size_t>(match[0]);
+    views.emplace_back(free_.data() + first[v], first[v + 1] - first[v]);
+  }
+  std::vector<std::vector<int>> matches;
+  MatchViews({{&expected, 1.0}}, age_s, views, &matches);
+  for (size_t v = 0; v < scene_.cameras.size(); ++v) {
+    const int match = matches[v][0];
+    if (match < 0) continue;
+    const size_t found = first[v] + static_cast<size_t>(match);
     used_views_.push_back({&free_[found], 0.0});
     used_places_.push_back(places[found]);
+  }
+  if (all_views_.has_value() && used_views_.size() < 2) {
+    // One view alone does not tell who somebody of few joints is.
+    used_views_.clear();
+    used_places_.clear();
   }
   if (used_views_.empty()) return Seen::kByNobody;
   if (used_views_.size() < 2 || !evidence_.Look(used_views_, expected)) {
@@ -298,6 +332,7 @@ void SecondPass::ExtendBack(const PersonPose& person, TimeNs time,
   const int64_t stop = before.empty() ? -1 : before.back().frame;
   EndFollower follower(person.joints, time, run.first_velocity_mps);
   std::vector<Pose3d> expected;  // one per frame, the last frame first
+  std::vector<double> ages_s;    // of what they are expected by
   std::vector<Seen> seen;
   for (size_t r = recent_.size(); r-- > 0;) {
     Recent& recent = recent_[r];
@@ -311,8 +346,9 @@ void SecondPass::ExtendBack(const PersonPose& person, TimeNs time,
       break;
     }
     expected.push_back(follower.At(written.time));
+    ages_s.push_back(ToSeconds(follower.agreed() - written.time));
     earlier_.Prepare(recent.detections);
-    seen.push_back(Look(expected.back(), recent, earlier_));
+    seen.push_back(Look(expected.back(), ages_s.back(), recent, earlier_));
     if (seen.back() != Seen::kByTwo) continue;
     if (IsTaken(evidence_.reconstruction().pose, written.people)) {
       seen.pop_back();
@@ -325,7 +361,7 @@ void SecondPass::ExtendBack(const PersonPose& person, TimeNs time,
   for (size_t k = seen.size(); k-- > 0;) {
     Recent& recent = recent_[recent_.size() - 1 - k];
     earlier_.Prepare(recent.detections);
-    Look(expected[k], recent, earlier_);
+    Look(expected[k], ages_s[k], recent, earlier_);
     Take(&recent);
     const TrackFrame& written = frames_[recent.index];
     AddFrame(written.frame, written.time, person.id, expected[k]);
@@ -338,7 +374,9 @@ void SecondPass::ExtendOn(Recent* now) {
   for (auto at = followers_.begin(); at != followers_.end();) {
     EndFollower& follower = at->second.follower;
     const Pose3d expected = follower.At(written.time);
-    const Seen seen = Look(expected, *now, observations_);
+    const Seen seen =
+        Look(expected, ToSeconds(written.time - follower.agreed()), *now,
+             observations_);
     const bool agreed = seen == Seen::kByTwo;
     if (written.time - follower.agreed() > max_lost_ ||
         (agreed && IsTaken(evidence_.reconstruction().pose, written.people))) {

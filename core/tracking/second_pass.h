@@ -8,10 +8,12 @@
 #include <deque>
 #include <map>
 #include <memory>
+#include <optional>
 #include <set>
 #include <vector>
 
 #include "core/association/affinity.h"
+#include "core/association/all_view_matching.h"
 #include "core/base/time.h"
 #include "core/data/detection.h"
 #include "core/data/pose.h"
@@ -109,16 +111,22 @@ class SecondPass {
     bool backward = false;
   };
 
+  // [view][target]: an index in `views`, or -1. Poses of another frame are this
+  // old.
+  void MatchViews(const std::vector<AssociationTarget>& targets, double age_s,
+                  const std::vector<Span<Observation>>& views,
+                  std::vector<std::vector<int>>* matches);
   // Passes used_views_ to the estimator of a person.
   void AddFrame(int64_t frame, TimeNs time, TrackId id, const Pose3d& start);
   // The run of the person whose first or last frame, selected by `end`, is
   // `frame`.
   const TrackRun* FindRun(TrackId id, int64_t TrackRun::*end,
                           int64_t frame) const;
-  // Searches the unmatched detections for a person and stores them in
+  // Searches the unmatched detections for a person, expected by a pose that is
+  // this old, and stores them in
   // used_views_ and used_places_; evidence_ then holds the joints on which they
   // agree.
-  Seen Look(const Pose3d& expected, const Recent& recent,
+  Seen Look(const Pose3d& expected, double age_s, const Recent& recent,
             const FrameObservations& observations);
   void Take(Recent* recent) const;  // marks used_places_
   void ExtendBack(const PersonPose& person, TimeNs time, const TrackRun& run);
@@ -137,6 +145,8 @@ class SecondPass {
   EpipolarGeometry epipolar_;
   FrameObservations observations_;
   ViewMatcher matcher_;
+  // For skeletons of few joints: instead of matcher_.
+  std::optional<AllViewMatcher> all_views_;
   EvidenceStep evidence_;
   TimeNs max_lost_;  // life of a lost track
 

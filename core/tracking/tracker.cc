@@ -126,7 +126,13 @@ Tracker::Tracker(SceneModel scene, const Skeleton& detection_skeleton,
              rhythm_,       last_time_,
              observations_, tracks_,
              matches_,      options_.initialisation.alpha_filter_px},
-      policy_(MakeAssociationPolicy(options_.rules, state_)) {}
+      policy_(MakeAssociationPolicy(options_.rules, state_)) {
+  if (options_.rules == AssociationRules::kGraph &&
+      AllViewMatcher::AppliesTo(scene_.skeleton)) {
+    all_views_.emplace(scene_.cameras, scene_.skeleton.association_joints(),
+                       options_.gates.detector_px);
+  }
+}
 
 Tracker::~Tracker() = default;
 
@@ -193,7 +199,9 @@ void Tracker::SetTargets(const DetectionFrame& frame) {
     target.pose = &track->feedback->Last();
     target.age_frames = clock_.Frames(frame.time - track->feedback->LastTime());
     if (!cross_view_) {
-      const double horizon_s = options_.association.horizon_s;
+      // With all views at once the uncertainty grows with what is not known.
+      const double horizon_s =
+          all_views_.has_value() ? kSpeedLasts : options_.association.horizon_s;
       if (!(horizon_s > 0.0)) continue;
       ExpectBody(*track->feedback, frame.time, horizon_s, &track->expected);
       target.pose = &track->expected;
@@ -225,6 +233,11 @@ void Tracker::SetLastSeen(const DetectionFrame& frame, int view_idx) {
 void Tracker::Associate(const DetectionFrame& frame) {
   const StageTimer timer(stage_times_, &StageTimes::association_ns);
   SetTargets(frame);
+  if (all_views_.has_value()) {
+    MatchAllViews(frame.time);
+    CollectUnmatched();
+    return;
+  }
   for (size_t v = 0; v < observations_.view_count(); ++v) {
     matches_[v].assign(tracks_.size(), -1);
     if (cross_view_) SetLastSeen(frame, static_cast<int>(v));
@@ -245,6 +258,29 @@ void Tracker::MatchView(size_t view_idx, TimeNs time) {
   for (size_t t = 0; t < tracks_.size(); ++t) {
     const int match = view_match_[t];
     if (match >= 0) Assign(view_idx, static_cast<size_t>(match), t, time);
+  }
+}
+
+void Tracker::MatchAllViews(TimeNs time) {
+  std::vector<ExpectedPerson> people;
+  for (size_t t = 0; t < tracks_.size(); ++t) {
+    const double age_s = ToSeconds(time - tracks_[t]->feedback->LastTime());
+    people.push_back({targets_[t].pose, ExpectedSigma(age_s)});
+  }
+  std::vector<Span<Observation>> views;
+  std::vector<std::vector<char>> barred(observations_.view_count());
+  for (size_t v = 0; v < observations_.view_count(); ++v) {
+    views.push_back(observations_.OfView(v));
+    policy_->Forbid(v, &barred[v]);
+  }
+  std::vector<std::vector<int>> matches;
+  all_views_->Match(people, views, barred, &matches);
+  for (size_t v = 0; v < matches.size(); ++v) {
+    matches_[v].assign(tracks_.size(), -1);
+    for (size_t t = 0; t < tracks_.size(); ++t) {
+      if (matches[v][t] < 0) continue;
+      Assign(v, static_cast<size_t>(matches[v][t]), t, time);
+    }
   }
 }
 

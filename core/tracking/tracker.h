@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "core/association/affinity.h"
+#include "core/association/all_view_matching.h"
 #include "core/base/ids.h"
 #include "core/data/detection.h"
 #include "core/data/pose.h"
@@ -96,6 +97,7 @@ class Tracker {
   void SetTargets(const DetectionFrame& frame);
   void SetLastSeen(const DetectionFrame& frame, int view_idx);
   void MatchView(size_t view_idx, TimeNs time);
+  void MatchAllViews(TimeNs time);
   void Assign(size_t view_idx, size_t observation_idx, size_t target,
               TimeNs time);
   void CollectUnmatched();
@@ -121,6 +123,8 @@ class Tracker {
   EpipolarGeometry epipolar_;
   FrameObservations observations_;
   ViewMatcher matcher_;
+  // Graph mode, for skeletons of few joints: instead of matcher_.
+  std::optional<AllViewMatcher> all_views_;
   EvidenceStep evidence_;
   Initialiser initialiser_;
   Initialiser slight_initialiser_;

@@ -355,6 +355,30 @@ class Module(unittest.TestCase):
         with self.assertRaisesRegex(kg.InputError, "Hz.*Hz.*not interpolated"):
             kg.evaluate(self.truth, late)
 
+    def test_evaluate_compares_centroids(self):
+        path = self.in_folder("centroids.jsonl")
+        skeleton = {"name": "c", "joints": ["centroid"], "bones": []}
+        with open(self.in_take("truth.jsonl")) as lines, open(path, "w") as out:
+            header, *frames = map(json.loads, lines)
+            names = header["skeleton"]["joints"]
+            hips = [names.index("l_hip"), names.index("r_hip")]
+            print(json.dumps({**header, "skeleton": skeleton}), file=out)
+            for frame in frames:
+                for k, person in enumerate(frame["people"]):
+                    middle = np.mean([person["joints"][h] for h in hips], 0)
+                    frame["people"][k] = {
+                        "id": person["id"],
+                        "joints": [middle.tolist()],
+                        "status": ["observed"],
+                    }
+                print(json.dumps(frame), file=out)
+        centroids = kg.read_tracks(path)
+        with self.assertWarnsRegex(UserWarning, "middle of the hips"):
+            scores = kg.evaluate(self.truth, centroids, "identity")
+        self.assertEqual(scores["idf1"], 1.0)
+        with self.assertRaisesRegex(kg.InputError, "no joint in common"):
+            kg.evaluate(self.truth, centroids)
+
     def test_evaluate_names_other_axes(self):
         turned = self.retimed("turned.jsonl", axes=(1, 2, 0))
         for protocol in ("mpjpe", "identity"):

@@ -107,6 +107,35 @@ TEST_F(EvaluateProgramTest, OtherProtocols) {
   ExpectPrinted("--protocol=panoptic" + against, {"AP, %"});
 }
 
+TEST_F(EvaluateProgramTest, CentroidsAreComparedWithTheCentresOfPeople) {
+  // The hips are at (0, 0, 1) in both frames.
+  const auto centroids = [this](const std::string& name, double height_m) {
+    std::ostringstream text;
+    text << R"({"kinegraph": 1, "units": {"length": "m", "time": "s"},)"
+         << R"( "skeleton": {"name": "c", "joints": ["c"], "bones": []},)"
+         << R"( "mode": "paper", "frame_rate": 25.0, "config": {}})"
+         << "\n";
+    for (int frame = 300; frame < 302; ++frame) {
+      text << R"({"frame": )" << frame << R"(, "time": )" << frame / 25.0
+           << R"(, "people": [{"id": 5, "joints": [[0, 0, )" << height_m
+           << R"(]], "status": ["observed"]}]})"
+           << "\n";
+    }
+    return folder_.Write(name, text.str());
+  };
+  const std::string near = centroids("near.jsonl", 1.25);
+  const std::string far = centroids("far.jsonl", 1.75);
+  const ProgramOutcome outcome =
+      Done("evaluate", "--protocol=identity" + Against(truth_, near));
+  EXPECT_THAT(outcome.output, HasSubstr("matches                       2"));
+  EXPECT_THAT(outcome.errors, HasSubstr("compared by their centres: 'c' and "
+                                        "the middle of the hips"));
+  ExpectPrinted("--protocol=identity" + Against(far, truth_),
+                {"matches                       0"});
+  ExpectRefused("--protocol=mpjpe" + Against(truth_, near),
+                "has no joint in common");
+}
+
 // Some names are another program's, some unknown: each known one is used.
 TEST_F(EvaluateProgramTest, CamerasAgainstTrueOnes) {
   // Three cameras on a line along x that look along z; one of the found ones

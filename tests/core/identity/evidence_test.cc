@@ -226,6 +226,22 @@ TEST(ContactsTest, AHopThatNobodySawIsKeptAndCutThere) {
   EXPECT_LT(Box().LogRatio(before, after, 0.04), -3.0);
 }
 
+// The frames of a low rate are farther apart than what counts as unseen.
+TEST(ContactsTest, FramesOfALowRateAreNoGap) {
+  CrowdMaker crowd(100);
+  crowd.Add({0, 0, 99, {0.0, 0.0}, {0.0, 0.0}, 1.0});
+  std::vector<TrackFrame> frames = crowd.frames();
+  for (TrackFrame& frame : frames) {
+    frame.time = FrameClock(4.0).TimeOf(frame.frame);
+  }
+  const auto count = [&] {
+    return CutAtContacts(CollectTracklets(frames, Coco17())).tracklets.size();
+  };
+  EXPECT_EQ(count(), 1u);
+  frames[50].people[0].inlier_views.assign(17, 0);
+  EXPECT_EQ(count(), 2u);
+}
+
 TEST(ContactsTest, ATrackThatNobodySawForAWhileIsCut) {
   CrowdMaker crowd(300);
   crowd.Add({0, 0, 139, {0.0, 0.0}, {0.0, 0.0}, 1.0})

@@ -331,6 +331,25 @@ TEST(LinkingTest, AKnownNumberOfPeopleJoinsWhatIsLeft) {
   EXPECT_EQ(Link(crowd, options).Of(EditOp::kJoin).size(), 1u);
 }
 
+// Where motion and bones speak against every join, the likeliest is made.
+TEST(LinkingTest, AKnownNumberOfPeopleDecides) {
+  CrowdMaker crowd(400);
+  crowd.Add({0, 0, 199, {-2.0, 0.0}, {0.0, 0.0}, 0.9})
+      .Add({1, 0, 199, {2.0, 0.0}, {0.0, 0.0}, 1.1})
+      .Add({2, 210, 399, {-1.0, 0.0}, {0.0, 0.0}, 0.95})
+      .Add({3, 210, 399, {0.9, 0.0}, {0.0, 0.0}, 1.05});
+  EXPECT_TRUE(Link(crowd).Of(EditOp::kJoin).empty());
+  LinkOptions options;
+  options.people = 2;
+  const Linked linked = Link(crowd, options);
+  ASSERT_EQ(linked.Of(EditOp::kJoin).size(), 2u);
+  for (const TrackFrame& frame :
+       {linked.frames.front(), linked.frames.back()}) {
+    EXPECT_EQ(IdsIn(frame), (std::vector<int64_t>{0, 1}));
+    EXPECT_LT(frame.people[0].joints[0].position_m.x(), 0.0);
+  }
+}
+
 // Two people absent for a second; entries are where both vanish, or far away.
 TEST(LinkingTest, WhoVanishesOutsideTheEntriesIsHidden) {
   LinkOptions options;

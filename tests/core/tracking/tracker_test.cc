@@ -179,6 +179,46 @@ TEST_F(TrackerTest, ViewsThatLoseSomebodyStartNoDouble) {
   }
 }
 
+// Five boxes at 4 Hz, 0.6 m apart, walk past each other with 1.2 m/s: in every
+// view they cover each other's places.
+TEST_F(TrackerTest, BoxesAreFollowedThroughACrowd) {
+  rate_hz_ = 4.0;
+  constexpr int kPeople = 5;
+  constexpr int kFrames = 13;
+  const auto boxes = [](int frame) {
+    std::vector<Pose3d> people;
+    for (int k = 0; k < kPeople; ++k) {
+      const double y_m = (k % 2 == 0 ? 0.3 : -0.3) * (frame - kFrames / 2);
+      const double x_m = 0.6 * (k - kPeople / 2);
+      people.push_back({{{x_m, y_m, 1.7}, JointStatus::kObserved},
+                        {{x_m, y_m, 0.0}, JointStatus::kObserved}});
+    }
+    return people;
+  };
+  const Skeleton box("box", {"top", "bottom"}, {{0, 1}});
+  TrackerOptions options;
+  options.rules = AssociationRules::kGraph;
+  options.life.in_seconds = true;
+  options.life.backfill = true;
+  options.gates.units = GateUnits::kMetres;
+  Tracker tracker({cameras_, box, rate_hz_, KeptMatches::kDetections}, box,
+                  options, Unsmoothed);
+  for (int f = 0; f < kFrames; ++f) {
+    tracker.Process(See(f, boxes(f)), &frames_);
+  }
+  tracker.Finish(&frames_);
+  EXPECT_EQ(tracker.people_so_far(), kPeople);
+  ASSERT_EQ(frames_.size(), static_cast<size_t>(kFrames));
+  for (int f = 0; f < kFrames; ++f) {
+    ASSERT_EQ(frames_[f].people.size(), static_cast<size_t>(kPeople));
+    for (int k = 0; k < kPeople; ++k) {
+      EXPECT_NEAR(frames_[f].people[k].joints[0].position_m.x(),
+                  frames_[0].people[k].joints[0].position_m.x(), 0.1)
+          << "frame " << f;
+    }
+  }
+}
+
 TEST(SeenAtOnePlaceTest, WhatIsSeenTellsAndWhatIsInferredDoesNot) {
   const Pose3d here = testing::StandingPerson(0.0, 0.0);
   Pose3d there = testing::StandingPerson(0.19, 0.0);
@@ -197,6 +237,12 @@ TEST(SeenAtOnePlaceTest, WhatIsSeenTellsAndWhatIsInferredDoesNot) {
   EXPECT_TRUE(SeenAtOnePlace(there, here, 0.2));
   there[2].status = JointStatus::kInferred;  // two joints are no body
   EXPECT_FALSE(SeenAtOnePlace(here, there, 0.2));
+  const auto box = [](double x_m) {
+    return Pose3d{{{x_m, 0.0, 1.7}, JointStatus::kObserved},
+                  {{x_m, 0.0, 0.0}, JointStatus::kObserved}};
+  };
+  EXPECT_TRUE(SeenAtOnePlace(box(0.0), box(0.19), 0.2));
+  EXPECT_FALSE(SeenAtOnePlace(box(0.0), box(0.21), 0.2));
 }
 
 // The first `views` views of a frame alone, the first two of them with `strays`

@@ -1,0 +1,238 @@
+#include "core/association/all_view_matching.h"
+
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "core/association/few_joints.h"
+
+namespace kinegraph {
+namespace {
+
+// Error of the expected pose: that of a position and, per second, that of a
+// velocity measured from two such positions.
+constexpr double kPositionSigma = 0.1;  // m
+constexpr double kVelocitySigma = 0.5;  // m/s
+// A point on a body's outline, half a metre wide, may be anywhere on it: the
+// standard deviation of a uniform distribution of that width.
+constexpr double kBodySigma = 0.15;  // m
+// Of the joints of a detection one in five is misplaced, where others hide it.
+constexpr double kMisplaced = 0.2;
+// Width of the region in which a misplaced joint, or that of another person,
+// may be: the height of a person.
+constexpr double kElsewhere = 2.0;  // m
+// Odds that a view detects a person in its image.
+constexpr double kSeenOdds = 3.0;
+constexpr size_t kMostHypotheses = 30;      // of one person
+constexpr double kLeastImprovement = 1e-9;  // nats
+
+}  // namespace
+
+double ExpectedSigma(double age_s) {
+  return std::hypot(kPositionSigma, kVelocitySigma * age_s);
+}
+
+bool AllViewMatcher::AppliesTo(const Skeleton& skeleton) {
+  return static_cast<double>(skeleton.association_joints().size()) <
+         kFewestJoints;
+}
+
+AllViewMatcher::AllViewMatcher(const CameraRig& cameras,
+                               std::vector<int> joints, double detector_px)
+    : cameras_(&cameras),
+      joints_(std::move(joints)),
+      detector_px_(detector_px) {}
+
+bool AllViewMatcher::Extend(const Pose3d& expected, size_t view, int detection,
+                            Span<Observation> observations,
+                            Hypothesis* hypothesis) const {
+  const Camera& camera = (*cameras_)[view];
+  const Observation& observation = observations[static_cast<size_t>(detection)];
+  // Any of the detections may be of somebody else.
+  double gain = std::log(kSeenOdds / static_cast<double>(observations.size()));
+  bool any = false;
+  for (const int j : joints_) {
+    if (!expected[j].present() || !observation.joints[j].found) continue;
+    // Distances from the ray, on two axes across it.
+    const Eigen::Vector3d from_camera =
+        expected[j].position_m + hypothesis->shift_m - camera.centre();
+    const Eigen::Vector3d ray = camera.RayDirection(observation.ideal_px[j]);
+    const double depth_m = camera.Depth(camera.centre() + from_camera);
+    if (!(depth_m > 0.0)) return false;
+    const Eigen::Vector3d one = ray.unitOrthogonal();
+    Eigen::Matrix<double, 2, 3> across;
+    across.row(0) = one.transpose();
+    across.row(1) = ray.cross(one).transpose();
+    const Eigen::Vector2d residual_m = -(across * from_camera);
+    const double sigma_m =
+        std::hypot(kBodySigma, detector_px_ * depth_m / camera.focal_px());
+    const Eigen::Matrix<double, 3, 2> to_residual =
+        hypothesis->covariance_m2 * across.transpose();
+    const Eigen::Matrix2d variance =
+        across * to_residual + sigma_m * sigma_m * Eigen::Matrix2d::Identity();
+    const Eigen::Matrix2d information = variance.inverse();
+    const double placed =
+        std::log((1.0 - kMisplaced) * kElsewhere * kElsewhere / (2.0 * M_PI)) -
+        0.5 * (residual_m.dot(information * residual_m) +
+               std::log(variance.determinant()));
+    const double misplaced = std::log(kMisplaced);
+    gain += std::max(placed, misplaced);
+    if (!(placed > misplaced)) continue;
+    any = true;
+    const Eigen::Matrix<double, 3, 2> weight = to_residual * information;
+    hypothesis->shift_m += weight * residual_m;
+    hypothesis->covariance_m2 -= weight * to_residual.transpose();
+  }
+  hypothesis->gain += gain;
+  hypothesis->detections[view] = detection;
+  return any && gain > 0.0;
+}
+
+void AllViewMatcher::Explain(size_t person, const ExpectedPerson& expected,
+                             const std::vector<Span<Observation>>& views,
+                             const std::vector<std::vector<char>>& barred) {
+  Hypothesis unseen;
+  unseen.person = person;
+  unseen.detections.assign(views.size(), -1);
+  unseen.covariance_m2 =
+      expected.sigma_m * expected.sigma_m * Eigen::Matrix3d::Identity();
+  open_.assign(1, unseen);
+  for (size_t v = 0; v < views.size(); ++v) {
+    const size_t before = open_.size();
+    for (size_t k = 0; k < views[v].size(); ++k) {
+      if (!barred[v].empty() && barred[v][person * views[v].size() + k]) {
+        continue;
+      }
+      for (size_t h = 0; h < before; ++h) {
+        Hypothesis extended = open_[h];
+        if (Extend(*expected.pose, v, static_cast<int>(k), views[v],
+                   &extended)) {
+          open_.push_back(std::move(extended));
+        }
+      }
+    }
+    std::stable_sort(open_.begin(), open_.end(),
+                     [](const Hypothesis& a, const Hypothesis& b) {
+                       return a.gain > b.gain;
+                     });
+    if (open_.size() > kMostHypotheses) open_.resize(kMostHypotheses);
+  }
+  for (Hypothesis& one : open_) {
+    if (one.gain > 0.0) all_.push_back(std::move(one));
+  }
+}
+
+void AllViewMatcher::Match(Span<ExpectedPerson> people,
+                           const std::vector<Span<Observation>>& views,
+                           const std::vector<std::vector<char>>& barred,
+                           std::vector<std::vector<int>>* matches) {
+  matches->resize(views.size());
+  for (size_t v = 0; v < views.size(); ++v) {
+    (*matches)[v].assign(people.size(), -1);
+  }
+  all_.clear();
+  for (size_t p = 0; p < people.size(); ++p) {
+    Explain(p, people[p], views, barred);
+  }
+  std::stable_sort(
+      all_.begin(), all_.end(),
+      [](const Hypothesis& a, const Hypothesis& b) { return a.gain > b.gain; });
+  Choose(people.size(), views);
+  for (size_t p = 0; p < people.size(); ++p) {
+    if (chosen_[p] < 0) continue;
+    const Hypothesis& one = all_[static_cast<size_t>(chosen_[p])];
+    for (size_t v = 0; v < views.size(); ++v) {
+      (*matches)[v][p] = one.detections[v];
+    }
+  }
+}
+
+bool AllViewMatcher::IsFree(const Hypothesis& one) const {
+  for (size_t v = 0; v < one.detections.size(); ++v) {
+    const int k = one.detections[v];
+    if (k >= 0 && owner_[v][static_cast<size_t>(k)] >= 0) return false;
+  }
+  return true;
+}
+
+void AllViewMatcher::Take(int hypothesis) {
+  const Hypothesis& one = all_[static_cast<size_t>(hypothesis)];
+  chosen_[one.person] = hypothesis;
+  for (size_t v = 0; v < one.detections.size(); ++v) {
+    const int k = one.detections[v];
+    if (k >= 0)
+      owner_[v][static_cast<size_t>(k)] = static_cast<int>(one.person);
+  }
+}
+
+double AllViewMatcher::Release(size_t person) {
+  if (chosen_[person] < 0) return 0.0;
+  const Hypothesis& one = all_[static_cast<size_t>(chosen_[person])];
+  chosen_[person] = -1;
+  for (size_t v = 0; v < one.detections.size(); ++v) {
+    const int k = one.detections[v];
+    if (k >= 0) owner_[v][static_cast<size_t>(k)] = -1;
+  }
+  return one.gain;
+}
+
+double AllViewMatcher::TakeBestFree(size_t person) {
+  for (size_t h = 0; h < all_.size(); ++h) {
+    if (all_[h].person != person || !IsFree(all_[h])) continue;
+    Take(static_cast<int>(h));
+    return all_[h].gain;
+  }
+  return 0.0;
+}
+
+bool AllViewMatcher::Improve(int hypothesis) {
+  const Hypothesis& one = all_[static_cast<size_t>(hypothesis)];
+  if (chosen_[one.person] == hypothesis) return false;
+  const std::vector<int> before = chosen_;
+  double lost = Release(one.person);
+  std::vector<size_t> others;
+  for (size_t v = 0; v < one.detections.size(); ++v) {
+    const int k = one.detections[v];
+    if (k < 0) continue;
+    const int owner = owner_[v][static_cast<size_t>(k)];
+    if (owner < 0) continue;
+    others.push_back(static_cast<size_t>(owner));
+    lost += Release(others.back());
+  }
+  Take(hypothesis);
+  double won = one.gain;
+  for (const size_t other : others) won += TakeBestFree(other);
+  if (won > lost + kLeastImprovement) return true;
+  for (const size_t other : others) Release(other);
+  Release(one.person);
+  for (const size_t other : others) {
+    if (before[other] >= 0) Take(before[other]);
+  }
+  if (before[one.person] >= 0) Take(before[one.person]);
+  return false;
+}
+
+void AllViewMatcher::Choose(size_t people,
+                            const std::vector<Span<Observation>>& views) {
+  chosen_.assign(people, -1);
+  owner_.assign(views.size(), {});
+  for (size_t v = 0; v < views.size(); ++v) {
+    owner_[v].assign(views[v].size(), -1);
+  }
+  for (size_t h = 0; h < all_.size(); ++h) {
+    if (chosen_[all_[h].person] < 0 && IsFree(all_[h])) {
+      Take(static_cast<int>(h));
+    }
+  }
+  // Ends, since every change raises the total.
+  for (bool improved = true; improved;) {
+    improved = false;
+    for (size_t h = 0; h < all_.size(); ++h) {
+      improved = Improve(static_cast<int>(h)) || improved;
+    }
+  }
+}
+
+}  // namespace kinegraph

@@ -1,0 +1,91 @@
+// Matches the detections of all views with people at once. Bodies of few joints
+// (boxes, centroids) do not differ enough within one view for Eq. 1, but views
+// that show one person agree on where it is.
+#ifndef KINEGRAPH_CORE_ASSOCIATION_ALL_VIEW_MATCHING_H_
+#define KINEGRAPH_CORE_ASSOCIATION_ALL_VIEW_MATCHING_H_
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "core/base/span.h"
+#include "core/data/observation.h"
+#include "core/data/pose.h"
+#include "core/geometry/camera.h"
+#include "core/skeleton/skeleton.h"
+
+namespace kinegraph {
+
+// Where a person is expected, and the standard deviation on each axis.
+struct ExpectedPerson {
+  const Pose3d* pose = nullptr;
+  double sigma_m = 0.0;
+};
+
+// For so long a person is expected to keep its velocity [s]; about the time
+// constant of walking people (core/identity/motion.cc).
+inline constexpr double kSpeedLasts = 1.0;
+// Standard deviation of where a person is expected whose pose is this old.
+double ExpectedSigma(double age_s);
+
+class AllViewMatcher {
+ public:
+  // Skeletons with so few joints that their people are matched in this way.
+  static bool AppliesTo(const Skeleton& skeleton);
+
+  // `cameras` must outlive the object; `joints` are the association joints,
+  // `detector_px` the error of a detector that does not depend on distance.
+  AllViewMatcher(const CameraRig& cameras, std::vector<int> joints,
+                 double detector_px);
+
+  // (*matches)[view][person] is the index of the observation in `views[view]`,
+  // or -1. Pairs marked in `barred[view]` (row-major people x observations;
+  // empty: none) cannot match.
+  //
+  // A hypothesis of a person is a detection, or none, in each view. Its gain is
+  // the log likelihood ratio of these detections showing the person, shifted
+  // from where it is expected, or others. Each person has one hypothesis at
+  // most, each detection is in one at most.
+  void Match(Span<ExpectedPerson> people,
+             const std::vector<Span<Observation>>& views,
+             const std::vector<std::vector<char>>& barred,
+             std::vector<std::vector<int>>* matches);
+
+ private:
+  struct Hypothesis {
+    size_t person = 0;
+    double gain = 0.0;            // nats
+    std::vector<int> detections;  // [view], or -1
+    Eigen::Vector3d shift_m = Eigen::Vector3d::Zero();
+    Eigen::Matrix3d covariance_m2 = Eigen::Matrix3d::Zero();
+  };
+  // Adds the detection to the hypothesis; false if it is likelier another
+  // person's.
+  bool Extend(const Pose3d& expected, size_t view, int detection,
+              Span<Observation> observations, Hypothesis* hypothesis) const;
+  // The best hypotheses of a person, without that of no detection.
+  void Explain(size_t person, const ExpectedPerson& expected,
+               const std::vector<Span<Observation>>& views,
+               const std::vector<std::vector<char>>& barred);
+
+  // Chooses hypotheses of the greatest total gain: the best free ones first,
+  // then exchanges of one for those that it excludes.
+  void Choose(size_t people, const std::vector<Span<Observation>>& views);
+  bool Improve(int hypothesis);
+  bool IsFree(const Hypothesis& one) const;
+  void Take(int hypothesis);
+  double Release(size_t person);       // returns what it gained
+  double TakeBestFree(size_t person);  // the same
+
+  const CameraRig* cameras_;
+  std::vector<int> joints_;
+  double detector_px_;
+  // Buffers of Match.
+  std::vector<Hypothesis> open_;
+  std::vector<Hypothesis> all_;          // by descending gain
+  std::vector<int> chosen_;              // [person]: a hypothesis, or -1
+  std::vector<std::vector<int>> owner_;  // [view][observation]: a person, or -1
+};
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_CORE_ASSOCIATION_ALL_VIEW_MATCHING_H_

@@ -1,0 +1,93 @@
+#include "core/association/all_view_matching.h"
+
+#include <gtest/gtest.h>
+
+#include <vector>
+
+#include "core/skeleton/skeleton.h"
+#include "tests/support/rig.h"
+
+namespace kinegraph {
+namespace {
+
+using Matches = std::vector<std::vector<int>>;
+
+Pose3d Box(double x_m, double y_m) {
+  return {{{x_m, y_m, 1.7}, JointStatus::kObserved},
+          {{x_m, y_m, 0.0}, JointStatus::kObserved}};
+}
+
+class AllViewMatcherTest : public ::testing::Test {
+ protected:
+  // What all cameras see of these boxes, in this order.
+  void See(const std::vector<Pose3d>& boxes) {
+    observations_.assign(cameras_.size(), {});
+    for (size_t v = 0; v < cameras_.size(); ++v) {
+      for (size_t k = 0; k < boxes.size(); ++k) {
+        observations_[v].push_back(testing::Observe(
+            boxes[k], cameras_, static_cast<int>(v), static_cast<int>(k)));
+      }
+    }
+  }
+  Matches Match(const std::vector<Pose3d>& expected, double age_s) {
+    std::vector<ExpectedPerson> people;
+    for (const Pose3d& pose : expected) {
+      people.push_back({&pose, ExpectedSigma(age_s)});
+    }
+    std::vector<Span<Observation>> views;
+    for (const auto& view : observations_) views.emplace_back(view);
+    Matches matches;
+    matcher_.Match(people, views, barred_, &matches);
+    return matches;
+  }
+
+  const CameraRig cameras_ = testing::RingOfCameras(4);
+  AllViewMatcher matcher_{cameras_, {0, 1}, 6.0};
+  std::vector<std::vector<Observation>> observations_;
+  std::vector<std::vector<char>> barred_ =
+      std::vector<std::vector<char>>(cameras_.size());
+};
+
+TEST_F(AllViewMatcherTest, AppliesToSkeletonsOfFewJoints) {
+  EXPECT_TRUE(AllViewMatcher::AppliesTo(Skeleton("b", {"top", "bottom"}, {})));
+  EXPECT_FALSE(AllViewMatcher::AppliesTo(Tum14()));
+}
+
+// Seen from cameras 0 and 2, on the x axis, the two stand one behind the other,
+// and the expected places are nearer to the wrong detection there.
+TEST_F(AllViewMatcherTest, ViewsTogetherTellWhoIsWho) {
+  See({Box(0.7, 0.1), Box(-0.7, -0.1)});
+  EXPECT_EQ(Match({Box(0.6, -0.1), Box(-0.6, 0.1)}, 0.25), Matches(4, {0, 1}));
+}
+
+TEST_F(AllViewMatcherTest, AHiddenBottomDoesNotMatter) {
+  See({Box(0.0, 0.0), Box(1.0, 1.0)});
+  // The box of camera 1 ends at the knees of the first person.
+  observations_[1][0] = testing::Observe(
+      {Box(0.0, 0.0)[0], {{0.0, 0.0, 0.5}, JointStatus::kObserved}}, cameras_,
+      1);
+  EXPECT_EQ(Match({Box(0.1, 0.0), Box(1.0, 0.9)}, 0.25), Matches(4, {0, 1}));
+}
+
+// Nobody moves by 1.1 m in a quarter of a second.
+TEST_F(AllViewMatcherTest, TheSearchGrowsWithTheAge) {
+  See({Box(0.8, 0.8)});
+  EXPECT_EQ(Match({Box(0.0, 0.0)}, 0.25), Matches(4, {-1}));
+  EXPECT_EQ(Match({Box(0.0, 0.0)}, 2.0), Matches(4, {0}));
+}
+
+TEST_F(AllViewMatcherTest, BarredPairsDoNotMatch) {
+  See({Box(0.0, 0.0)});
+  barred_[2] = {1};
+  EXPECT_EQ(Match({Box(0.0, 0.0)}, 0.25), (Matches{{0}, {0}, {-1}, {0}}));
+}
+
+TEST_F(AllViewMatcherTest, NobodyAndNothing) {
+  See({});
+  EXPECT_EQ(Match({Box(0.0, 0.0)}, 0.25), Matches(4, {-1}));
+  See({Box(0.0, 0.0)});
+  EXPECT_EQ(Match({}, 0.25), Matches(4));
+}
+
+}  // namespace
+}  // namespace kinegraph
