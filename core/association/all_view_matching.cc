@@ -50,7 +50,7 @@ bool AllViewMatcher::Extend(const Pose3d& expected, size_t view, int detection,
                             Hypothesis* hypothesis) const {
   const Camera& camera = (*cameras_)[view];
   const Observation& observation = observations[static_cast<size_t>(detection)];
-  // Any of the detections may be of somebody else.
+  // Any of the detections may be of another person.
   double gain = std::log(kSeenOdds / static_cast<double>(observations.size()));
   bool any = false;
   for (const int j : joints_) {

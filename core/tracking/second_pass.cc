@@ -308,7 +308,7 @@ SecondPass::Seen SecondPass::Look(const Pose3d& expected, double age_s,
     used_places_.push_back(places[found]);
   }
   if (all_views_.has_value() && used_views_.size() < 2) {
-    // One view alone does not tell who somebody of few joints is.
+    // A single view does not identify a person of few joints.
     used_views_.clear();
     used_places_.clear();
   }
