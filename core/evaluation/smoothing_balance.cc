@@ -311,10 +311,10 @@ SmoothingBalance SmoothingSpectra::OfJoint(int joint) const {
     uncorrelated += smoothed - std::abs(std::complex<double>(
                                    motion.mean - real.mean, -imaginary.mean));
     if (signal > 2.0 * std::sqrt(motion.variance)) {
-      // The square of an estimate is too large by its variance.
-      removed += std::max(0.0, real.mean * real.mean - real.variance +
-                                   imaginary.mean * imaginary.mean -
-                                   imaginary.variance) /
+      // The square of an estimate is too large by its variance. A band may
+      // come out below 0, so that the sum is right on average.
+      removed += (real.mean * real.mean - real.variance +
+                  imaginary.mean * imaginary.mean - imaginary.variance) /
                  signal;
     }
     for (size_t i = 0; i < segments.size(); ++i) {
@@ -330,6 +330,7 @@ SmoothingBalance SmoothingSpectra::OfJoint(int joint) const {
                                   (motion.mean > 0.0 ? of_attainable : 0.0);
     }
   }
+  removed = std::max(0.0, removed);
   const double kept = std::max(0.0, error - removed);
   balance.error_m = RootOf(error);
   balance.removed_m = RootOf(removed);
