@@ -106,8 +106,9 @@ TEST(Residuals, WhatTheCalibrationReportsIsOnlyMentioned) {
     EXPECT_EQ(answer->findings[0].told, 3.0 * sigma < 0.1);
     EXPECT_EQ(answer->findings[0].confidence > 0.5, 3.0 * sigma < 0.1);
     if (!answer->findings[0].told) {
-      EXPECT_THAT(answer->findings[0].evidence,
-                  HasSubstr("within what the calibration says"));
+      EXPECT_THAT(
+          answer->findings[0].evidence,
+          HasSubstr("within the stated uncertainty of the calibration"));
     }
   }
 }
