@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "apps/common/evaluation_output.h"
+#include "apps/common/held_out_cameras.h"
 #include "apps/common/progress.h"
 #include "core/base/constants.h"
 #include "core/base/error.h"
