@@ -7,7 +7,7 @@
 // b. So expectations over segments of time are, by frequency, of the spectra
 //   S = E[u* b]                 the motion's power
 //   N = E[b* b] - S             the power of the triangulation's errors
-//   E = E[a* a] - 2 Re E[u* a] + S = E[|a - m|^2]      the strategy's error
+//   D = E[a* a] - 2 Re E[u* a] + S = E[|a - m|^2]      the strategy's error
 // which consists of the motion that it removes or delays, |S - E[u* a]|^2 / S,
 // and of the noise that it keeps, the rest. A linear filter of the
 // triangulation attains W = S N / (S + N) (Wiener, 1949). Errors that are
@@ -53,9 +53,9 @@ JointTraces DetectedTraces(const HeldOutSet& set,
                            const DetectionSequence& detections, int view_idx,
                            const Skeleton& skeleton);
 
-// Of one joint, or of all: root mean squares of what varies within
-// a second [m], along the two
-// axes of images or the three of the world together. NaN without enough data.
+// Of one joint, or of all: root mean squares of what varies within a segment
+// [m], over the two axes of images or the three of the world together. NaN
+// without enough data.
 struct SmoothingBalance {
   // The larger part of the error beyond the attainable one.
   enum class Excess {
@@ -69,22 +69,22 @@ struct SmoothingBalance {
   double kept_m = 0.0;
   double attainable_m = 0.0;
   Excess excess = Excess::kNoiseKept;
-  // Whether the error exceeds the attainable one by a quarter: by 1.35 times in
-  // what the cameras that were not left out give, significantly (99 %).
+  // Whether the error is significantly (99 %) greater than 1.35 times the
+  // attainable one. With all cameras that is a quarter or more: by the truth in
+  // 99 % of such joints (research/cutoff_rules prints the count).
   bool is_excessive = false;
 };
 
-// Spectra of segments of one second with half overlap, each detrended and
-// tapered by a Hann window (Welch, 1967), in bands of half an octave. A segment
-// counts if at most a fifth of its frames and no more than 0.1 s in a row lack
-// one of the three; these are interpolated.
+// Spectra of segments of one second, at least eight frames, with half overlap,
+// each detrended and tapered by a Hann window (Welch, 1967), in bands of half
+// an octave. A segment counts if at most a fifth of its frames and no more than
+// 0.1 s in a row lack one of the three; these are interpolated.
 class SmoothingSpectra {
  public:
   explicit SmoothingSpectra(double rate_hz);
 
   // `reference`: positions whose errors are independent of the others', or the
-  // truth.
-  // `view`: the camera of images.
+  // truth. `view`: the camera, if the traces are of its images.
   void Add(const JointTraces& reference, const JointTraces& raw,
            const JointTraces& smoothed, std::optional<int> view);
   // Adds the spectra of other cameras.
