@@ -8,16 +8,15 @@
 #include <string>
 #include <utility>
 
-#include "core/base/constants.h"
 #include "core/base/error.h"
 #include "core/evaluation/correspondence.h"
+#include "core/evaluation/tapered_transform.h"
 
 namespace kinegraph {
 namespace {
 
 using Eigen::MatrixXd;
 using Eigen::Vector3d;
-using Eigen::VectorXd;
 
 // Limbs, shoulder and hip girdles, and the sides of the trunk.
 constexpr std::array<std::pair<const char*, const char*>, 12> kBodyBones = {{
@@ -173,64 +172,18 @@ bool Consecutive(const std::vector<int64_t>& frames, size_t first,
              static_cast<int64_t>(count) - 1;
 }
 
-// Power above a frequency of signals of one length.
-class HighPassPower {
- public:
-  HighPassPower(int length, double rate_hz, double cutoff_hz)
-      : window_(length), trend_(length) {
-    for (int i = 0; i < length; ++i) {
-      window_[i] = 0.5 - 0.5 * std::cos(2.0 * kPi * (i + 0.5) / length);
-      trend_[i] = i - 0.5 * (length - 1);
-    }
-    // The discrete Fourier transform, only bins above the cut-off.
-    const int first =
-        static_cast<int>(std::floor(cutoff_hz * length / rate_hz)) + 1;
-    const int last = length / 2;
-    const int bins = std::max(0, last - first + 1);
-    cosine_.resize(bins, length);
-    sine_.resize(bins, length);
-    bin_weight_.resize(bins);
-    for (int b = 0; b < bins; ++b) {
-      const int bin = first + b;
-      // Two-sided power, folded; the bin at half the rate occurs once.
-      bin_weight_[b] = 2 * bin == length ? 1.0 : 2.0;
-      for (int i = 0; i < length; ++i) {
-        const double angle = 2.0 * kPi * bin * i / length;
-        cosine_(b, i) = std::cos(angle);
-        sine_(b, i) = std::sin(angle);
-      }
-    }
-    scale_ = 1.0 / (length * window_.squaredNorm());
-  }
-
-  // Of one coordinate, in its unit squared.
-  double operator()(const VectorXd& signal) const {
-    VectorXd rest = signal.array() - signal.mean();
-    rest -= trend_ * (trend_.dot(rest) / trend_.squaredNorm());
-    rest = rest.cwiseProduct(window_);
-    const VectorXd real = cosine_ * rest;
-    const VectorXd imaginary = sine_ * rest;
-    return scale_ * bin_weight_.dot(real.cwiseAbs2() + imaginary.cwiseAbs2());
-  }
-
- private:
-  VectorXd window_, trend_, bin_weight_;
-  MatrixXd cosine_, sine_;
-  double scale_ = 0.0;
-};
-
-// Power of one joint over a segment; nullopt when a position is missing.
+// Power of one joint over a segment, in the bins of the transform; nullopt when
+// a position is missing.
 std::optional<double> SegmentPower(const std::vector<const Pose3d*>& poses,
-                                   size_t first, int length, int joint,
-                                   const HighPassPower& power) {
-  MatrixXd positions(length, 3);
-  for (int i = 0; i < length; ++i) {
+                                   size_t first, int joint,
+                                   const TaperedTransform& transform) {
+  MatrixXd positions(transform.length(), 3);
+  for (int i = 0; i < transform.length(); ++i) {
     const Pose3d* pose = poses[first + i];
     if (pose == nullptr || !(*pose)[joint].present()) return std::nullopt;
     positions.row(i) = (*pose)[joint].position_m.transpose();
   }
-  return power(positions.col(0)) + power(positions.col(1)) +
-         power(positions.col(2));
+  return transform(std::move(positions)).squaredNorm();
 }
 
 // ---- Delay ------------------------------------------------------------------
@@ -342,7 +295,8 @@ std::vector<RatioSeries> PowerSeries(const TrackSequence& tracks,
   const int length = 2 * half;
   const std::vector<int> joints = BodyJoints(tracks.header.skeleton);
   const auto poses_of = PosesOf(tracks, people);
-  const HighPassPower power(length, rate_hz, kCutoffHz);
+  const TaperedTransform high_pass(
+      length, static_cast<int>(std::floor(kCutoffHz * length / rate_hz)) + 1);
   for (size_t p = 0; p < people.size(); ++p) {
     const PersonFrames& person = people[p];
     const std::vector<const Pose3d*>& poses = poses_of[p];
@@ -354,7 +308,7 @@ std::vector<RatioSeries> PowerSeries(const TrackSequence& tracks,
       }
       RatioUnit unit;
       for (const int j : joints) {
-        const auto sum = SegmentPower(poses, first, length, j, power);
+        const auto sum = SegmentPower(poses, first, j, high_pass);
         if (!sum) continue;
         unit.sum += *sum;
         unit.weight += 1.0;

@@ -13,7 +13,6 @@ namespace {
 
 using Eigen::MatrixXd;
 using Eigen::Vector3d;
-using Eigen::VectorXd;
 
 constexpr double kSegmentS = 1.0;
 constexpr double kLongestGapS = 0.1;
@@ -157,22 +156,9 @@ JointTraces DetectedTraces(const HeldOutSet& set,
 SmoothingSpectra::SmoothingSpectra(double rate_hz)
     : half_(std::max(4,
                      static_cast<int>(std::lround(0.5 * kSegmentS * rate_hz)))),
-      longest_(std::max(1, static_cast<int>(kLongestGapS * rate_hz))) {
-  const int length = 2 * half_;
-  VectorXd window(length);
-  for (int i = 0; i < length; ++i) {
-    window[i] = 0.5 - 0.5 * std::cos(2.0 * kPi * (i + 0.5) / length);
-  }
-  // Powers add up to the mean square: two-sided, folded; the last bin, at half
-  // the rate, occurs once.
-  const double scale = 1.0 / std::sqrt(length * window.squaredNorm());
-  fourier_.resize(half_, length);
+      longest_(std::max(1, static_cast<int>(kLongestGapS * rate_hz))),
+      transform_(2 * half_) {
   for (int bin = 1; bin <= half_; ++bin) {
-    const double folded = bin == half_ ? 1.0 : std::sqrt(2.0);
-    for (int i = 0; i < length; ++i) {
-      fourier_(bin - 1, i) =
-          std::polar(folded * scale * window[i], -2.0 * kPi * bin * i / length);
-    }
     band_of_.push_back(
         static_cast<int>(std::floor(2.0 * std::log2(bin) + 1e-9)));
     band_count_ = band_of_.back() + 1;
@@ -181,15 +167,9 @@ SmoothingSpectra::SmoothingSpectra(double rate_hz)
 
 SmoothingSpectra::Segment SmoothingSpectra::SegmentOf(
     const std::array<MatrixXd, 3>& signals) const {
-  const int length = 2 * half_;
-  const VectorXd trend =
-      VectorXd::LinSpaced(length, -0.5 * (length - 1), 0.5 * (length - 1));
   std::array<Eigen::MatrixXcd, 3> spectra;  // [bins, axes]
   for (size_t k = 0; k < signals.size(); ++k) {
-    MatrixXd rest = signals[k].transpose();
-    rest.rowwise() -= rest.colwise().mean().eval();
-    rest -= trend * (trend.transpose() * rest) / trend.squaredNorm();
-    spectra[k] = fourier_ * rest;
+    spectra[k] = transform_(signals[k].transpose());
   }
   const auto& [reference, raw, smoothed] = spectra;
   Segment segment(static_cast<size_t>(band_count_));

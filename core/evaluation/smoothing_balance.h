@@ -30,6 +30,7 @@
 #include "core/data/detection.h"
 #include "core/data/held_out.h"
 #include "core/data/pose.h"
+#include "core/evaluation/tapered_transform.h"
 #include "core/geometry/camera.h"
 
 namespace kinegraph {
@@ -107,9 +108,9 @@ class SmoothingSpectra {
 
   Segment SegmentOf(const std::array<Eigen::MatrixXd, 3>& signals) const;
 
-  int half_ = 0;              // frames of half a segment
-  int longest_ = 0;           // frames in a row that are interpolated
-  Eigen::MatrixXcd fourier_;  // tapered, [bins, frames]
+  int half_ = 0;     // frames of half a segment
+  int longest_ = 0;  // frames in a row that are interpolated
+  TaperedTransform transform_;
   std::vector<int> band_of_;  // one per bin
   int band_count_ = 0;
   // By joint, person, view and first frame.

@@ -1,0 +1,29 @@
+// Fourier transform of a segment of a motion, for power spectra.
+#ifndef KINEGRAPH_CORE_EVALUATION_TAPERED_TRANSFORM_H_
+#define KINEGRAPH_CORE_EVALUATION_TAPERED_TRANSFORM_H_
+
+#include <Eigen/Core>
+
+namespace kinegraph {
+
+// Welch (1967): a segment is detrended, tapered by a Hann window and
+// transformed. The squared magnitudes of the bins 1 .. length / 2 sum to the
+// mean square of what is left (positive and negative frequencies together).
+class TaperedTransform {
+ public:
+  // `length` >= 2 samples; bins `first` .. length / 2, of `first` >= 1. Bin k
+  // has the frequency k rate / length.
+  explicit TaperedTransform(int length, int first = 1);
+
+  int length() const { return static_cast<int>(trend_.size()); }
+  // One row per sample, one column per signal; one row per bin of the result.
+  Eigen::MatrixXcd operator()(Eigen::MatrixXd signals) const;
+
+ private:
+  Eigen::VectorXd trend_;
+  Eigen::MatrixXcd fourier_;
+};
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_CORE_EVALUATION_TAPERED_TRANSFORM_H_
