@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/base/error.h"
+#include "core/evaluation/markers/marker_sets.h"
 #include "core/io/calibration/calibration.h"
 #include "core/io/configuration/config.h"
 #include "core/io/detections/writer.h"
@@ -92,7 +93,13 @@ std::vector<MotionClip> ReadClips(const std::string& config_path,
   }
   std::vector<MotionClip> clips;
   for (const std::string& clip : options->clips) {
-    clips.push_back({clip, ReadTracks(clip)});
+    TrackSequence tracks = ReadTracks(clip);
+    const MarkerSet* markers =
+        RecogniseMarkerSet(tracks.header.skeleton.joints());
+    if (markers != nullptr) {
+      tracks = JointsOfMarkers(tracks, *markers).tracks;
+    }
+    clips.push_back({clip, std::move(tracks)});
   }
   return clips;
 }
@@ -232,6 +239,17 @@ SyntheticRecording MakeRecording(const std::string& config_path,
   Configuration read = ReadConfiguration(config_path, set);
   const std::vector<MotionClip> clips =
       ReadClips(config_path, motion, &read.options.motion);
+  if (!clips.empty() && !read.file.Has("scene.skeleton")) {
+    const Skeleton part = JointsOfClips(clips, read.skeleton);
+    // Without a trunk the error names the first missing joint.
+    const auto has = [&part](const char* joint) {
+      return part.IndexOf(joint) >= 0;
+    };
+    if (has("l_shoulder") && has("r_shoulder") && has("l_hip") &&
+        has("r_hip")) {
+      read.skeleton = part;
+    }
+  }
   // Adds the table to errors of a stage, which name only the key.
   const auto located = [&read](const char* table, const auto& body) {
     try {

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <map>
 #include <utility>
 
@@ -25,7 +26,9 @@ std::string FrameName(int64_t frame) {
   return "frame " + std::to_string(frame);
 }
 
-std::map<TrackId, Knots> KnotsOf(const MotionClip& clip) {
+// Frames in which a person or one of the mapped joints is missing have no knot.
+std::map<TrackId, Knots> KnotsOf(const MotionClip& clip,
+                                 const std::vector<int>& map) {
   std::map<TrackId, Knots> people;
   if (clip.tracks.frames.empty()) {
     throw InputError(clip.name, "", "no frames: the file contains no motion");
@@ -40,6 +43,10 @@ std::map<TrackId, Knots> KnotsOf(const MotionClip& clip) {
     }
     for (const PersonPose& person : frame.people) {
       Knots& knots = people[person.id];
+      const bool complete = std::all_of(map.begin(), map.end(), [&](int j) {
+        return person.joints[j].present();
+      });
+      if (!complete) continue;
       knots.times_s.push_back(ToSeconds(frame.time - frames.front().time));
       knots.poses.push_back(&person);
       knots.frames.push_back(frame.frame);
@@ -71,13 +78,11 @@ MatrixXd ValuesOf(const MotionClip& clip, const Knots& knots, size_t begin,
   for (size_t k = begin; k < end; ++k) {
     for (size_t j = 0; j < map.size(); ++j) {
       const Joint3d& joint = knots.poses[k]->joints[map[j]];
-      const auto fail = [&](const char* what) {
+      if (!joint.position_m.allFinite()) {
         const auto& names = clip.tracks.header.skeleton.joints();
         throw InputError(clip.name, FrameName(knots.frames[k]),
-                         "joint '" + names[map[j]] + "' " + what);
-      };
-      if (!joint.present()) fail("has no position; a clip needs every joint");
-      if (!joint.position_m.allFinite()) fail("is not finite");
+                         "joint '" + names[map[j]] + "' is not finite");
+      }
       values.block<3, 1>(3 * Index(j), Index(k - begin)) = joint.position_m;
     }
   }
@@ -105,10 +110,34 @@ std::vector<KnotSpline> PiecesOf(const MotionClip& clip, const Knots& knots,
 
 }  // namespace
 
+Skeleton JointsOfClips(const std::vector<MotionClip>& clips,
+                       const Skeleton& skeleton) {
+  std::vector<int> place(skeleton.joint_count(), 0);  // in the result, or -1
+  std::vector<std::string> joints;
+  for (int j = 0; j < skeleton.joint_count(); ++j) {
+    const std::string& name = skeleton.joints()[j];
+    const bool lacking =
+        std::any_of(clips.begin(), clips.end(), [&](const MotionClip& clip) {
+          return clip.tracks.header.skeleton.IndexOf(name) < 0;
+        });
+    place[j] = lacking ? -1 : static_cast<int>(joints.size());
+    if (!lacking) joints.push_back(name);
+  }
+  if (static_cast<int>(joints.size()) == skeleton.joint_count()) {
+    return skeleton;
+  }
+  std::vector<Bone> bones;
+  for (const Bone& bone : skeleton.bones()) {
+    if (place[bone.a] < 0 || place[bone.b] < 0) continue;
+    bones.push_back({place[bone.a], place[bone.b]});
+  }
+  return Skeleton(skeleton.name() + "_part", joints, bones);
+}
+
 std::vector<RecordedMotion> MotionsOf(const MotionClip& clip,
                                       const Skeleton& skeleton) {
-  const std::map<TrackId, Knots> people = KnotsOf(clip);
   const std::vector<int> map = MapJoints(clip, skeleton);
+  const std::map<TrackId, Knots> people = KnotsOf(clip, map);
   std::vector<RecordedMotion> motions;
   for (const auto& [id, knots] : people) {
     RecordedMotion motion;
@@ -119,8 +148,10 @@ std::vector<RecordedMotion> MotionsOf(const MotionClip& clip,
     if (!motion.pieces.empty()) motions.push_back(std::move(motion));
   }
   if (motions.empty()) {
-    throw InputError(clip.name, "",
-                     "no person is present in two frames at most 0.25 s apart");
+    throw InputError(
+        clip.name, "",
+        "no person is present with every joint in two frames at most "
+        "0.25 s apart");
   }
   return motions;
 }

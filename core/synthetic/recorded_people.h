@@ -39,6 +39,11 @@ struct MotionClip {
   TrackSequence tracks;
 };
 
+// `skeleton` without the joints that a clip lacks: markers, for example, have
+// no face. Its name is then that of `skeleton` with "_part".
+Skeleton JointsOfClips(const std::vector<MotionClip>& clips,
+                       const Skeleton& skeleton);
+
 // One person of a clip, in the clip's own frame and time (0: the clip's first
 // frame).
 struct RecordedMotion {
@@ -50,10 +55,10 @@ struct RecordedMotion {
   std::vector<KnotSpline> pieces;
 };
 
-// The people of one clip in the joints of `skeleton`, matched by name. Throws
-// InputError naming the file and the problem: no people, a joint that the file
-// lacks, a position that is missing or not finite, times that do not ascend,
-// fewer than two frames.
+// The people of one clip in the joints of `skeleton`, matched by name. A person
+// with a missing joint is missing in that frame. Throws InputError naming the
+// file and the problem: no people, a joint that the file lacks, a position that
+// is not finite, times that do not ascend, fewer than two frames.
 std::vector<RecordedMotion> MotionsOf(const MotionClip& clip,
                                       const Skeleton& skeleton);
 

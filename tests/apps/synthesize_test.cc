@@ -9,6 +9,7 @@
 #include "core/io/calibration/calibration.h"
 #include "core/io/detections/source.h"
 #include "core/io/tracks/tracks.h"
+#include "core/io/tracks/writer.h"
 #include "tests/apps/command.h"
 
 namespace kinegraph::testing {
@@ -178,6 +179,41 @@ TEST_F(SynthesizeTest, ConfigurationRateStartsAndHoldsCount) {
   EXPECT_EQ(truth.frames[90].people.size(), 2u);
   // The command line's clips take precedence: two starts for one clip.
   Refusal("synthesize", Flags(config, "c", "scene.seed=3", clip));
+}
+
+// The scene has the joints of the clip, unless its skeleton is configured.
+TEST_F(SynthesizeTest, AClipWithoutAFaceIsSeenWithoutOne) {
+  TrackSequence clip = ReadTracks(MakeClip());
+  std::vector<std::string> joints(clip.header.skeleton.joints().begin() + 5,
+                                  clip.header.skeleton.joints().end());
+  clip.header.skeleton = Skeleton("limbs", joints, {});
+  for (TrackFrame& frame : clip.frames) {
+    for (PersonPose& person : frame.people) {
+      person.joints.erase(person.joints.begin(), person.joints.begin() + 5);
+      person.inlier_views.clear();
+      person.covariances.clear();
+      person.matches.clear();
+    }
+  }
+  WriteTracks(Path("limbs.jsonl"), clip);
+  Run("", "limbs", "", Path("limbs.jsonl"));
+  const TrackSequence truth = ReadTracks(Path("limbs/truth.jsonl"));
+  EXPECT_EQ(truth.header.skeleton.name(), "coco17_part");
+  EXPECT_EQ(truth.header.skeleton.joints(), joints);
+  EXPECT_EQ(truth.header.skeleton.bones().size(), 12u);  // without the face
+  EXPECT_EQ(truth.frames.size(), clip.frames.size());
+  EXPECT_THAT(Refusal("synthesize", Flags("", "out", "scene.skeleton=coco17",
+                                          Path("limbs.jsonl"))),
+              HasSubstr("has no joint 'nose'"));
+}
+
+TEST_F(SynthesizeTest, OpticalMarkersAreAClip) {
+  KINEGRAPH_DATA_OR_SKIP(data, "markers/qualisys_theia/dynamic_1_markers.c3d");
+  Run("", "markers", "", data);
+  const TrackSequence truth = ReadTracks(Path("markers/truth.jsonl"));
+  EXPECT_GT(truth.header.skeleton.IndexOf("l_knee"), -1);
+  EXPECT_EQ(truth.header.skeleton.IndexOf("nose"), -1);
+  EXPECT_EQ(truth.header.frame_rate_hz, 200.0);
 }
 
 TEST_F(SynthesizeTest, BadClipsAreOneLineAndExitTwo) {
