@@ -174,6 +174,8 @@ std::vector<FrameRange> Common(const std::vector<FrameRange>& a,
 }
 
 void ReadTruth(Comparison* comparison) {
+  comparison->run.scene.model.keep_derivatives =
+      !FLAGS_markers.empty() || !FLAGS_ground_truth.empty();
   if (!FLAGS_markers.empty()) {
     comparison->truth =
         MarkersAsTruth(FLAGS_markers, FLAGS_joints, comparison->run.tracks);

@@ -221,10 +221,24 @@ std::string TruthTable(const CompareResult& result) {
   return StrategyTable(result, columns);
 }
 
+// "velocity, acceleration": the derivatives that a strategy's model has.
+std::string ModelDerivatives(const StrategyResult& one) {
+  const DerivativeResult& scores = *one.scores.derivatives;
+  Cells of_model;
+  if (scores.velocity_source == DerivativeSource::kModel) {
+    of_model.emplace_back("velocity");
+  }
+  if (scores.acceleration_source == DerivativeSource::kModel) {
+    of_model.emplace_back("acceleration");
+  }
+  return of_model.empty() ? "-" : fmt::format("{}", fmt::join(of_model, ", "));
+}
+
 std::string DerivativeTable(const CompareResult& result) {
   return StrategyTable(
       result,
-      {IntervalOf("velocity_rms_m_s", "velocity, RMS [m/s]"),
+      {{"of its model", ModelDerivatives},
+       IntervalOf("velocity_rms_m_s", "velocity, RMS [m/s]"),
        ValueOf("speed_bias_m_s", "speed, bias"),
        IntervalOf("acceleration_rms_m_s2", "acceleration, RMS [m/s^2]"),
        ValueOf("acceleration_bias_m_s2", "bias"),
@@ -376,6 +390,17 @@ Json ShiftsJson(const std::vector<std::vector<Eigen::Vector2d>>& shifts_px) {
   return json;
 }
 
+const char* ToString(DerivativeSource source) {
+  switch (source) {
+    case DerivativeSource::kModel:
+      return "model";
+    case DerivativeSource::kModelVelocity:
+      return "differences of the model's velocities";
+    default:
+      return "differences of positions";
+  }
+}
+
 const char* ToString(SmoothingBalance::Excess excess) {
   return excess == SmoothingBalance::Excess::kNoiseKept ? "noise kept"
                                                         : "motion removed";
@@ -419,6 +444,12 @@ Json StrategyJson(const StrategyResult& one, const CompareResult& result) {
   }
   const std::vector<std::string>& joints =
       result.comparison.scene().skeleton.joints();
+  if (one.scores.derivatives.has_value()) {
+    const DerivativeResult& scores = *one.scores.derivatives;
+    entry["derivative_sources"] = {
+        {"velocity", ToString(scores.velocity_source)},
+        {"acceleration", ToString(scores.acceleration_source)}};
+  }
   entry["smoothing_balance"] = BalanceJson(one.scores.balance, joints);
   if (!one.scores.truth_balance.empty()) {
     entry["truth_smoothing_balance"] =
@@ -618,8 +649,10 @@ std::string CompareMarkdown(const CompareResult& result,
             Ranking(result, "mpjpe_mm");
     text += fmt::format(
         "\n## Velocities and accelerations against the ground truth\n\n{}\n"
-        "Of every strategy, and of the truth, central differences of the "
-        "positions that are written, at the frame rate. Contacts: {} instants "
+        "Of its model: the velocity or acceleration of the strategy's state or "
+        "spline; a state without acceleration has the central differences of "
+        "its velocity. All others, and the truth's, are central differences of "
+        "the positions, at the frame rate. Contacts: {} instants "
         "at which a true ankle that goes down is slowed by more than one g, "
         "and 0.1 s around them. Peaks: found over true, less one. By joint: "
         "derivatives.csv.\n",

@@ -47,6 +47,13 @@ struct ViewMatch {
   std::vector<std::optional<double>> weights;
 };
 
+// Derivatives of a joint's position by its estimator's own model: the velocity
+// of a state, the derivatives of a spline.
+struct JointDerivatives {
+  Eigen::Vector3d velocity_m_s = Eigen::Vector3d::Zero();
+  std::optional<Eigen::Vector3d> acceleration_m_s2;  // nullopt: not modelled
+};
+
 // One person in one frame, as written. Vectors other than `joints` may be
 // empty; otherwise they have one entry per joint.
 struct PersonPose {
@@ -56,6 +63,8 @@ struct PersonPose {
   std::vector<std::optional<Eigen::Matrix3d>> covariances;  // m^2
   std::vector<ViewMatch> matches;
   double score = 0.0;  // mean confidence of the matched joints
+  // Only if SceneModel::keep_derivatives; not part of a track file.
+  std::vector<std::optional<JointDerivatives>> derivatives;
 };
 
 struct TrackFrame {

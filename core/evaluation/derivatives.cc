@@ -43,9 +43,37 @@ OptionalMotion MotionAt(const Joint3d& before, const Joint3d& at,
           (after.position_m - 2.0 * at.position_m + before.position_m)};
 }
 
+const JointDerivatives* OwnOf(const PersonPose& person, int joint) {
+  if (person.derivatives.empty()) return nullptr;
+  const auto& own = person.derivatives[static_cast<size_t>(joint)];
+  return own.has_value() ? &*own : nullptr;
+}
+
+// Replaces differences of positions by the derivatives of the estimator's
+// model, if any.
+void UseModel(const PersonPose& before, const PersonPose& at,
+              const PersonPose& after, int joint, double rate_hz,
+              OptionalMotion* motion, DerivativeResult* result) {
+  const JointDerivatives* own = OwnOf(at, joint);
+  if (!motion->has_value() || own == nullptr) return;
+  (*motion)->velocity_m_s = own->velocity_m_s;
+  result->velocity_source = DerivativeSource::kModel;
+  if (own->acceleration_m_s2.has_value()) {
+    (*motion)->acceleration_m_s2 = *own->acceleration_m_s2;
+    result->acceleration_source = DerivativeSource::kModel;
+    return;
+  }
+  const JointDerivatives* first = OwnOf(before, joint);
+  const JointDerivatives* last = OwnOf(after, joint);
+  if (first == nullptr || last == nullptr) return;
+  (*motion)->acceleration_m_s2 =
+      0.5 * rate_hz * (last->velocity_m_s - first->velocity_m_s);
+  result->acceleration_source = DerivativeSource::kModelVelocity;
+}
+
 PersonMotion MotionOf(const std::vector<PersonPair>& pairs,
-                      const JointPairs& joints, double rate_hz,
-                      int64_t stride) {
+                      const JointPairs& joints, double rate_hz, int64_t stride,
+                      DerivativeResult* result) {
   PersonMotion person;
   person.joints.resize(joints.size());
   for (size_t k = 0; k < pairs.size(); ++k) {
@@ -71,6 +99,8 @@ PersonMotion MotionOf(const std::vector<PersonPair>& pairs,
           return pairs[i].found->joints[joints[j].b];
         };
         found = MotionAt(at(k - 1), at(k), at(k + 1), rate_hz);
+        UseModel(*pairs[k - 1].found, *pairs[k].found, *pairs[k + 1].found,
+                 joints[j].b, rate_hz, &found, result);
       }
       person.joints[j].truth.push_back(truth);
       person.joints[j].found.push_back(found);
@@ -239,7 +269,7 @@ DerivativeResult EvaluateDerivatives(const TrackSequence& truth,
       options.rate_hz / static_cast<double>(std::max<int64_t>(1, stride));
   const int reach = std::max(1, static_cast<int>(std::lround(0.1 * rate_hz)));
   for (const auto& [id, pairs] : people) {
-    PersonMotion person = MotionOf(pairs, joints, rate_hz, stride);
+    PersonMotion person = MotionOf(pairs, joints, rate_hz, stride, &result);
     for (size_t j = 0; j < joints.size(); ++j) {
       if (result.joints[j] != "l_ankle" && result.joints[j] != "r_ankle") {
         continue;

@@ -36,6 +36,14 @@ struct DerivativeErrors {
 enum class DerivativeScope { kAll, kContacts };
 inline constexpr int kDerivativeScopes = 2;
 
+// How the tracks' derivative is defined.
+enum class DerivativeSource {
+  kDifferences,    // central differences of the positions
+  kModelVelocity,  // an acceleration: central differences of the model's
+                   // velocities
+  kModel,          // PersonPose::derivatives
+};
+
 struct DerivativeResult {
   std::vector<std::string> joints;  // common to both, in the truth's order
   // By scope; for each joint, and for all together.
@@ -45,12 +53,17 @@ struct DerivativeResult {
   std::array<std::vector<RatioSeries>, kDerivativeScopes> velocity_m2_s2;
   std::array<std::vector<RatioSeries>, kDerivativeScopes> acceleration_m2_s4;
   int64_t contacts = 0;
+  DerivativeSource velocity_source = DerivativeSource::kDifferences;
+  DerivativeSource acceleration_source = DerivativeSource::kDifferences;
 };
 
-// Velocity and acceleration of truth and tracks alike are central differences
-// of the positions in three consecutive frames, at `rate_hz`, so both lose the
-// same high frequencies. People are paired as in EvaluateMpjpe, and the pair
-// must be the same in all three frames.
+// Velocity and acceleration of the truth are central differences of its
+// positions in three consecutive frames, at `rate_hz`. Those of the tracks are
+// the derivatives of the estimator's model where its poses have them; a model
+// without acceleration has that of its velocities' central differences. Else
+// they are central differences of the positions too. People are paired as in
+// EvaluateMpjpe, and the pair must be the same in all three frames, whatever
+// the source, so that all strategies are scored on the same frames.
 //
 // A contact is an instant at which a descending true ankle is decelerated by
 // more than one g: the greatest such deceleration within 0.1 s. Frames within

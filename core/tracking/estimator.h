@@ -65,6 +65,7 @@ struct SceneModel {
   Skeleton skeleton;  // of the tracks
   double frame_rate_hz = 0.0;
   KeptMatches kept_matches = KeptMatches::kNone;
+  bool keep_derivatives = false;  // PersonPose::derivatives
 };
 
 class Estimator {

@@ -307,8 +307,7 @@ class BatchEstimator final : public Estimator {
     finals_.clear();
     finals_.reserve(records_.size());
     for (const FrameRecord& record : records_) {
-      finals_.push_back(PoseOf(record, joint_count(), scene_.kept_matches,
-                               options_.covariance));
+      finals_.push_back(PoseOf(record, scene_, options_.covariance));
     }
     for (int j = 0; j < joint_count(); ++j) {
       const std::vector<double> nearest_s =

@@ -36,6 +36,9 @@ struct SegmentEstimate {
   // Per coordinate, the cut-off chosen by a rule [Hz]; empty if no rule was
   // used.
   std::vector<double> cutoffs_hz = {};
+  // n x 3, by the method's own model; empty for methods without one.
+  Samples velocities_m_s = {};
+  Samples accelerations_m_s2 = {};
 };
 
 using SegmentFilter = std::function<SegmentEstimate(const JointSegment&)>;

@@ -147,11 +147,20 @@ SegmentEstimate Estimate(const PointModel& model, const JointSegment& segment,
   if (pass == Pass::kForwardAndBack) SmoothBack(&run);
   const size_t count = run.filtered.size();
   SegmentEstimate estimate;
-  estimate.positions_m.resize(static_cast<Eigen::Index>(count), 3);
+  const auto rows = static_cast<Eigen::Index>(count);
+  estimate.positions_m.resize(rows, 3);
+  estimate.velocities_m_s.resize(rows, 3);
+  if (kSize == 9) estimate.accelerations_m_s2.resize(rows, 3);
   estimate.covariances_m2.reserve(count);
   for (size_t k = 0; k < count; ++k) {
-    estimate.positions_m.row(static_cast<Eigen::Index>(k)) =
-        run.filtered[k].mean.template head<3>().transpose();
+    const auto row = static_cast<Eigen::Index>(k);
+    const auto& mean = run.filtered[k].mean;
+    estimate.positions_m.row(row) = mean.template head<3>().transpose();
+    estimate.velocities_m_s.row(row) = mean.template segment<3>(3).transpose();
+    if constexpr (kSize == 9) {
+      estimate.accelerations_m_s2.row(row) =
+          mean.template tail<3>().transpose();
+    }
     const Eigen::Matrix3d P =
         run.filtered[k].covariance.template topLeftCorner<3, 3>();
     estimate.covariances_m2.emplace_back(0.5 * (P + P.transpose()));

@@ -23,6 +23,17 @@
 namespace kinegraph {
 namespace {
 
+JointDerivatives DerivativesAt(const SegmentEstimate& estimate,
+                               Eigen::Index row) {
+  JointDerivatives derivatives;
+  derivatives.velocity_m_s = estimate.velocities_m_s.row(row).transpose();
+  if (estimate.accelerations_m_s2.rows() > 0) {
+    derivatives.acceleration_m_s2 =
+        estimate.accelerations_m_s2.row(row).transpose();
+  }
+  return derivatives;
+}
+
 class OfflineFilter final : public Estimator {
  public:
   OfflineFilter(const SceneModel& scene, const OfflineFilterOptions& options,
@@ -133,6 +144,11 @@ class OfflineFilter final : public Estimator {
           estimate.positions_m.row(static_cast<Eigen::Index>(i)).transpose();
       joint.status = piece.segment.sampled[i] ? JointStatus::kObserved
                                               : JointStatus::kInferred;
+      if (scene_.keep_derivatives && estimate.velocities_m_s.rows() > 0) {
+        person.derivatives.resize(samples_.size());
+        person.derivatives[piece.joint_idx] =
+            DerivativesAt(estimate, static_cast<Eigen::Index>(i));
+      }
       if (estimate.covariances_m2.empty()) continue;
       person.covariances.resize(samples_.size());
       person.covariances[piece.joint_idx] = estimate.covariances_m2[i];
@@ -291,6 +307,22 @@ SegmentFilter Recursive(const std::string& name,
   };
 }
 
+// Writes a curve's fit to the columns from `first` on.
+void WriteFit(const PenalisedCurve& curve, double lambda, Eigen::Index first,
+              SegmentEstimate* estimate) {
+  CurveDerivatives derivatives;
+  const Samples values = curve.Fit(lambda, &derivatives);
+  const auto place = [&](const Samples& from, Samples* to) {
+    if (from.rows() == 0) return;
+    to->conservativeResize(estimate->positions_m.rows(),
+                           estimate->positions_m.cols());
+    to->middleCols(first, from.cols()) = from;
+  };
+  place(values, &estimate->positions_m);
+  place(derivatives.first, &estimate->velocities_m_s);
+  place(derivatives.second, &estimate->accelerations_m_s2);
+}
+
 using MakeCurve = std::function<std::unique_ptr<PenalisedCurve>(
     const std::vector<double>& times_s, const std::vector<char>& sampled,
     const Samples& values)>;
@@ -311,13 +343,16 @@ SegmentFilter Penalised(const SmoothingSplineOptions& options, double rate_hz,
       return make(segment.times_s, segment.sampled, values);
     };
     const auto all = curve_of(segment.positions_m);
-    if (options.choice == CutoffChoice::kFixed) {
-      return {all->Fit(all->LambdaOf(options.cutoff_hz)), {}};
-    }
-    if (options.choice == CutoffChoice::kLambda) {
-      return {all->Fit(options.lambda), {}};
-    }
     SegmentEstimate estimate = {segment.positions_m, {}};
+    if (options.choice == CutoffChoice::kFixed ||
+        options.choice == CutoffChoice::kLambda) {
+      WriteFit(*all,
+               options.choice == CutoffChoice::kLambda
+                   ? options.lambda
+                   : all->LambdaOf(options.cutoff_hz),
+               0, &estimate);
+      return estimate;
+    }
     const Eigen::Index columns = segment.positions_m.cols();
     if (options.choice != CutoffChoice::kGcv || segment.cutoff_hz.has_value()) {
       LowPass low_pass;
@@ -329,7 +364,7 @@ SegmentFilter Penalised(const SmoothingSplineOptions& options, double rate_hz,
       estimate.cutoffs_hz = CutoffsOf(options.choice, per, low_pass, segment);
     } else if (per != CutoffPer::kAxis) {
       const double lambda = all->BestLambda();
-      estimate.positions_m = all->Fit(lambda);
+      WriteFit(*all, lambda, 0, &estimate);
       estimate.cutoffs_hz.assign(static_cast<size_t>(columns),
                                  all->CutoffOf(lambda));
       return estimate;
@@ -341,8 +376,9 @@ SegmentFilter Penalised(const SmoothingSplineOptions& options, double rate_hz,
     }
     for (Eigen::Index c = 0; c < columns; ++c) {
       const auto curve = curve_of(segment.positions_m.col(c));
-      estimate.positions_m.col(c) = curve->Fit(
-          curve->LambdaOf(estimate.cutoffs_hz[static_cast<size_t>(c)]));
+      WriteFit(*curve,
+               curve->LambdaOf(estimate.cutoffs_hz[static_cast<size_t>(c)]), c,
+               &estimate);
     }
     return estimate;
   };

@@ -140,7 +140,9 @@ class WhittakerCurve final : public LinearCurve {
     values_ = SampledRowsOf(sampled, values).transpose();
   }
 
-  Samples Fit(double lambda) const override { return System(lambda).Solve(); }
+  Samples Fit(double lambda, CurveDerivatives*) const override {
+    return System(lambda).Solve();
+  }
 
  private:
   // The gain is 1 / (1 + lambda (2 sin(pi f))^(2 order)).
@@ -188,18 +190,27 @@ class QuinticCurve final : public LinearCurve {
     ReduceRoughness();
   }
 
-  Samples Fit(double lambda) const override {
+  Samples Fit(double lambda, CurveDerivatives* derivatives) const override {
     const Samples coefficients = System(lambda).Solve();
+    if (derivatives != nullptr) {
+      derivatives->first = At(coefficients, 1) / step();
+      derivatives->second = At(coefficients, 2) / (step() * step());
+    }
+    return At(coefficients, 0);
+  }
+
+ private:
+  // The curve or a derivative per mean step.
+  Samples At(const Samples& coefficients, int derivative) const {
     Samples result(static_cast<Eigen::Index>(at_.size()), values_.rows());
     for (size_t i = 0; i < at_.size(); ++i) {
-      const auto [first, row] = Basis(at_[i], 0);
+      const auto [first, row] = Basis(at_[i], derivative);
       result.row(static_cast<Eigen::Index>(i)) =
           row.transpose() * coefficients.middleRows(first, row.size());
     }
     return result;
   }
 
- private:
   // For many samples per wave the gain is 1 / (1 + lambda (2 pi f)^6).
   double LambdaOfFrames(double cutoff) const override {
     return std::pow(2.0 * M_PI * cutoff, -6.0);
@@ -247,9 +258,11 @@ class CubicCurve final : public PenalisedCurve {
         sample_times_s_(sample_times_s),
         samples_(samples) {}
 
-  Samples Fit(double lambda) const override {
-    return SmoothingSpline(lambda * Cube(), sample_times_s_, samples_,
-                           times_s_);
+  Samples Fit(double lambda, CurveDerivatives* derivatives) const override {
+    return SmoothingSpline(
+        lambda * Cube(), sample_times_s_, samples_, times_s_,
+        derivatives == nullptr ? nullptr : &derivatives->first,
+        derivatives == nullptr ? nullptr : &derivatives->second);
   }
   double Gcv(double lambda) const override {
     return GcvScore(lambda * Cube(), sample_times_s_, samples_);

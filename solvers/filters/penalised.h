@@ -11,13 +11,20 @@
 
 namespace kinegraph {
 
+// At the times of the values, per unit of time and its square.
+struct CurveDerivatives {
+  Samples first, second;
+};
+
 // Curves c(x) that minimise, for each column of the values y,
 //   sum over samples |y_i - c_i|^2 + lambda |roughness of c|^2.
 class PenalisedCurve {
  public:
   virtual ~PenalisedCurve() = default;
-  // At the times given at construction.
-  virtual Samples Fit(double lambda) const = 0;
+  // At the times given at construction. The derivatives of a spline are written
+  // to `derivatives`; a curve known only at those times has none.
+  virtual Samples Fit(double lambda,
+                      CurveDerivatives* derivatives = nullptr) const = 0;
   // Generalised cross-validation (Craven and Wahba 1979), all columns together.
   virtual double Gcv(double lambda) const = 0;
   // The lambda that halves the amplitude of a wave of that frequency, in cycles

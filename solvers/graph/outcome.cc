@@ -33,8 +33,10 @@ JointStatus StatusOf(int inlier_views, bool ever_two_views,
                                                         : JointStatus::kMissing;
 }
 
-FinalPose PoseOf(const FrameRecord& record, int joint_count, KeptMatches kept,
+FinalPose PoseOf(const FrameRecord& record, const SceneModel& scene,
                  bool covariances) {
+  const int joint_count = scene.skeleton.joint_count();
+  const KeptMatches kept = scene.kept_matches;
   FinalPose pose;
   pose.frame = record.frame;
   pose.time = record.time;
@@ -43,6 +45,7 @@ FinalPose PoseOf(const FrameRecord& record, int joint_count, KeptMatches kept,
   person.joints.resize(joint_count);
   person.inlier_views.assign(joint_count, 0);
   if (covariances) person.covariances.resize(joint_count);
+  if (scene.keep_derivatives) person.derivatives.resize(joint_count);
   if (kept == KeptMatches::kNone) return pose;
   person.matches.reserve(record.views.size());
   for (const FrameRecord::View& view : record.views) {
@@ -63,6 +66,10 @@ void WriteJoint(const JointChain& chain, size_t k, int joint_idx,
   pose->inlier_views[joint_idx] = inlier_views;
   if (joint.present()) {
     joint.position_m = chain.states[k].head<3>();
+    if (!pose->derivatives.empty()) {
+      pose->derivatives[joint_idx].emplace().velocity_m_s =
+          chain.states[k].tail<3>();
+    }
     if (covariance != nullptr) pose->covariances[joint_idx] = *covariance;
   }
   if (pose->matches.empty() || pose->matches.front().weights.empty()) return;

@@ -38,8 +38,9 @@ void Extend(TimeNs time, int inlier_views, JointSupport* support);
 JointStatus StatusOf(int inlier_views, bool ever_two_views,
                      double nearest_support_s, double bridging_limit_s);
 
-// A final pose without values for joints, weights and covariances.
-FinalPose PoseOf(const FrameRecord& record, int joint_count, KeptMatches kept,
+// A final pose of the scene's joints without values for joints, weights,
+// covariances and derivatives.
+FinalPose PoseOf(const FrameRecord& record, const SceneModel& scene,
                  bool covariances);
 
 // Writes joint `joint_idx` of the problem's frame `k` into the pose.

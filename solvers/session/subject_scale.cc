@@ -58,6 +58,12 @@ TrackFrame SubjectScale::Times(double factor, TrackFrame frame) {
     for (auto& covariance : person.covariances) {
       if (covariance.has_value()) *covariance *= factor * factor;
     }
+    for (auto& derivatives : person.derivatives) {
+      if (!derivatives.has_value()) continue;
+      derivatives->velocity_m_s *= factor;
+      if (!derivatives->acceleration_m_s2.has_value()) continue;
+      *derivatives->acceleration_m_s2 *= factor;
+    }
   }
   return frame;
 }

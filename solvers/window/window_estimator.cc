@@ -230,8 +230,7 @@ class WindowEstimator final : public Estimator {
   void Emit(size_t end) {
     const size_t offset = finals_.size();
     for (size_t k = final_count_; k < end; ++k) {
-      finals_.push_back(PoseOf(records_[k], joint_count(), scene_.kept_matches,
-                               options_.covariance));
+      finals_.push_back(PoseOf(records_[k], scene_, options_.covariance));
     }
     const bool coupled = problem_.coupled();
     const bool learns = options_.pixel_noise_from == NoiseFrom::kFixed &&

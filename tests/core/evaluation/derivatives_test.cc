@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <functional>
+#include <optional>
 
 #include "tests/core/evaluation/people.h"
 
@@ -53,6 +54,50 @@ TEST(DerivativesTest, ErrorsAreThoseOfTheDifference) {
   EXPECT_EQ(result.contacts, 0);
   EXPECT_EQ(result.all[1].count, 0);
   EXPECT_TRUE(std::isnan(result.all[1].velocity_rms_m_s));
+}
+
+// The tracks' own velocity and acceleration are scored where there are any.
+TEST(DerivativesTest, DerivativesOfTheModelTakePrecedence) {
+  const auto path = [](double t) { return Vector3d(0.5 * t * t, 0.0, 0.0); };
+  const auto truth = Moving(101, path);
+  auto found = truth;
+  const auto own = [&found](double faster_m_s,
+                            std::optional<double> more_m_s2) {
+    for (TrackFrame& frame : found.frames) {
+      JointDerivatives derivatives;
+      derivatives.velocity_m_s = {
+          static_cast<double>(frame.frame) / kRate_hz + faster_m_s, 0.0, 0.0};
+      if (more_m_s2) {
+        derivatives.acceleration_m_s2 = Vector3d(1.0 + *more_m_s2, 0.0, 0.0);
+      }
+      frame.people[0].derivatives.assign(frame.people[0].joints.size(),
+                                         derivatives);
+    }
+  };
+  DerivativeResult result = EvaluateDerivatives(truth, found, Options());
+  EXPECT_EQ(result.velocity_source, DerivativeSource::kDifferences);
+  EXPECT_NEAR(result.all[0].velocity_rms_m_s, 0.0, 1e-9);
+  own(0.3, std::nullopt);
+  result = EvaluateDerivatives(truth, found, Options());
+  EXPECT_EQ(result.velocity_source, DerivativeSource::kModel);
+  EXPECT_EQ(result.acceleration_source, DerivativeSource::kModelVelocity);
+  EXPECT_NEAR(result.all[0].velocity_rms_m_s, 0.3, 1e-9);
+  EXPECT_NEAR(result.all[0].acceleration_rms_m_s2, 0.0, 1e-9);
+  // A velocity that grows by 1.5 m/s^2 instead of 1.
+  for (TrackFrame& frame : found.frames) {
+    for (auto& derivatives : frame.people[0].derivatives) {
+      derivatives->velocity_m_s.x() *= 1.5;
+    }
+  }
+  EXPECT_NEAR(
+      EvaluateDerivatives(truth, found, Options()).all[0].acceleration_rms_m_s2,
+      0.5, 1e-9);
+  own(0.3, 0.7);
+  result = EvaluateDerivatives(truth, found, Options());
+  EXPECT_EQ(result.acceleration_source, DerivativeSource::kModel);
+  EXPECT_NEAR(result.all[0].acceleration_rms_m_s2, 0.7, 1e-9);
+  // The frames that are scored stay the same: those with two neighbours.
+  EXPECT_EQ(result.all[0].count, 99 * 14);
 }
 
 // A truth with every other frame: differences over two frames of the tracks.

@@ -72,6 +72,35 @@ TEST_F(BatchEstimatorTest, KeepsFramesMatchesWeightsAndScore) {
   EXPECT_NEAR(pose.person.score, (11.0 + 1.5) / 14.0, 1e-12);
 }
 
+TEST_F(BatchEstimatorTest, KeepsVelocitiesOnRequest) {
+  SimulatedNoise noise;
+  noise.sigma_scale = 0.0;
+  options_.estimate_noise_scale = false;
+  options_.sigma_px.fill(0.1);
+  options_.min_sigma_px = 0.1;
+  const SimulatedRecording recording = Simulate(40, noise);
+  for (const FinalPose& pose : Run(recording)) {
+    EXPECT_TRUE(pose.person.derivatives.empty());
+  }
+  scene_.keep_derivatives = true;
+  const auto finals = Run(recording);
+  double squares = 0.0;
+  double all = 0.0;
+  for (size_t k = 1; k + 1 < finals.size(); ++k) {
+    for (size_t j = 0; j < finals[k].person.joints.size(); ++j) {
+      const Eigen::Vector3d expected =
+          0.5 * scene_.frame_rate_hz *
+          (finals[k + 1].person.joints[j].position_m -
+           finals[k - 1].person.joints[j].position_m);
+      squares += (finals[k].person.derivatives[j]->velocity_m_s - expected)
+                     .squaredNorm();
+      all += expected.squaredNorm();
+    }
+  }
+  // Smooth motion: state and differences agree within a tenth.
+  EXPECT_LT(std::sqrt(squares), 0.1 * std::sqrt(all));
+}
+
 TEST_F(BatchEstimatorTest, WithoutWeightsAllElseIsTheSame) {
   const SimulatedRecording recording = Simulate(40, SimulatedNoise());
   const auto with_weights = Run(recording);

@@ -105,6 +105,36 @@ SegmentEstimate Conditional(const PointModel& model,
   return estimate;
 }
 
+// Of a uniformly accelerated point, measured to a micrometre, with its model.
+TEST(KalmanTest, VelocityAndAccelerationAreThoseOfTheMotion) {
+  JointSegment segment;
+  segment.times_s = testing::UniformTimes(40);
+  segment.positions_m.resize(40, 3);
+  segment.sampled.assign(40, 1);
+  segment.covariances_m2.assign(40, 1e-12 * Eigen::Matrix3d::Identity());
+  const Eigen::RowVector3d v(1.0, -0.5, 0.2);
+  const Eigen::RowVector3d a(0.3, 2.0, -1.0);
+  for (Eigen::Index k = 0; k < 40; ++k) {
+    const double t = segment.times_s[static_cast<size_t>(k)];
+    segment.positions_m.row(k) = t * v + 0.5 * t * t * a;
+  }
+  const SegmentEstimate third = RtsSmoother(Model(3, 1e-6), segment);
+  ASSERT_EQ(third.velocities_m_s.rows(), 40);
+  ASSERT_EQ(third.accelerations_m_s2.rows(), 40);
+  for (Eigen::Index k = 0; k < 40; ++k) {
+    const double t = segment.times_s[static_cast<size_t>(k)];
+    EXPECT_LT((third.velocities_m_s.row(k) - v - t * a).norm(), 1e-4);
+    EXPECT_LT((third.accelerations_m_s2.row(k) - a).norm(), 1e-3);
+  }
+  const SegmentEstimate second = RtsSmoother(Model(2, 2.0), segment);
+  EXPECT_EQ(second.accelerations_m_s2.rows(), 0);
+  // Constant velocity between frames: half a frame's acceleration at most.
+  const double step_s = segment.times_s[1] - segment.times_s[0];
+  EXPECT_LT(
+      (second.velocities_m_s.row(20) - v - segment.times_s[20] * a).norm(),
+      0.5 * step_s * a.norm());
+}
+
 TEST(KalmanTest, FilterAndSmootherAreTheConditionalOfTheProcess) {
   const JointSegment segment = Uneven();
   for (const PointModel& model : {Model(2, 2.0), Model(3, 90.0)}) {

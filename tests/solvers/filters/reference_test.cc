@@ -118,6 +118,45 @@ FilterOf Recursive(LowPass (*make)(const ButterworthOptions&, double),
   };
 }
 
+// Frames without sample beside each sample give differences of the curve.
+TEST(ReferenceTest, QuinticDerivativesAreThoseOfTheCurve) {
+  constexpr double kH = 1e-3;
+  std::vector<double> times;
+  std::vector<char> sampled;
+  Samples values(3 * 20, 1);
+  for (int k = 0; k < 20; ++k) {
+    const double t = 0.04 * k + 0.01 * std::sin(k);
+    for (int side = -1; side <= 1; ++side) {
+      values(static_cast<Eigen::Index>(times.size()), 0) = std::cos(5.0 * k);
+      times.push_back(t + side * kH);
+      sampled.push_back(side == 0 ? 1 : 0);
+    }
+  }
+  const auto curve = MakeQuinticSpline(times, sampled, values);
+  CurveDerivatives derivatives;
+  const Samples f = curve->Fit(0.1, &derivatives);
+  EXPECT_EQ(f, curve->Fit(0.1));
+  double velocity = 0.0;
+  double acceleration = 0.0;
+  // The ends have samples on one side only.
+  for (Eigen::Index k = 4; k < 56; k += 3) {
+    const double first = (f(k + 1) - f(k - 1)) / (2.0 * kH);
+    const double second = (f(k + 1) - 2.0 * f(k) + f(k - 1)) / (kH * kH);
+    velocity = std::max(velocity, std::abs(first));
+    acceleration = std::max(acceleration, std::abs(second));
+    // Differences are off by h^2 times third and fourth derivatives, which are
+    // (2 pi 12.5 Hz)^2 times the first and second at most.
+    EXPECT_NEAR(derivatives.first(k), first, 2e-3 * 50.0);
+    EXPECT_NEAR(derivatives.second(k), second, 2e-3 * 2000.0);
+  }
+  // Much more than the tolerance.
+  EXPECT_GT(velocity, 5.0);
+  EXPECT_GT(acceleration, 200.0);
+  derivatives = {};
+  MakeWhittaker(2, times, sampled, values)->Fit(1.0, &derivatives);
+  EXPECT_EQ(derivatives.first.rows(), 0);
+}
+
 TEST(ReferenceTest, FiltersAreThoseOfOthers) {
   constexpr FilterSignal kPosition = FilterSignal::kPosition;
   const struct {

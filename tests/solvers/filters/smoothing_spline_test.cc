@@ -38,6 +38,42 @@ TEST(SmoothingSplineTest, GivenLambdaItIsScipys) {
                1e-12);
 }
 
+TEST(SmoothingSplineTest, DerivativesAreThoseOfTheCurve) {
+  // Against differences of the curve. Inside an interval a cubic's second
+  // difference is exact, and the first is off by its third derivative, below
+  // 1e5 here, times h^2 / 6; rounding is 1e-15 / h^2.
+  constexpr double kH = 1e-4;
+  const auto times_s = testing::UnevenTimes(30);
+  const std::vector<double> at_s = {-0.3, 0.052, 0.511, 1.13, 1.5};
+  std::vector<double> before_s, after_s;
+  for (const double t : at_s) {
+    before_s.push_back(t - kH);
+    after_s.push_back(t + kH);
+  }
+  for (const int rows : {1, 2, 30}) {
+    const Samples values = testing::Wiggle(30).topRows(rows);
+    const std::vector<double> some_s(times_s.begin(), times_s.begin() + rows);
+    const auto curve = [&](const std::vector<double>& t) {
+      return SmoothingSpline(1e-4, some_s, values, t);
+    };
+    Samples first, second;
+    const Samples f =
+        SmoothingSpline(1e-4, some_s, values, at_s, &first, &second);
+    EXPECT_EQ(f, curve(at_s));
+    EXPECT_LT((first - (curve(after_s) - curve(before_s)) / (2.0 * kH))
+                  .cwiseAbs()
+                  .maxCoeff(),
+              1e-3)
+        << rows;
+    EXPECT_LT(
+        (second - (curve(after_s) - 2.0 * f + curve(before_s)) / (kH * kH))
+            .cwiseAbs()
+            .maxCoeff(),
+        1e-5)
+        << rows;
+  }
+}
+
 TEST(SmoothingSplineTest, GcvIsThatOfTheDenseMatrix) {
   // A's columns: make_smoothing_spline(t, e_i, lam=l)(t), uneven t; r = x - A x
   // 30 * (r @ r) / np.trace(np.eye(30) - A)**2

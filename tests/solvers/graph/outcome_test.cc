@@ -59,9 +59,19 @@ TEST(Outcome, InliersAreUngatedViewsOfEnoughWeight) {
   EXPECT_EQ(CountInliers(chain, 2, 0.1), 2);
 }
 
+SceneModel SceneOf(int joints, KeptMatches kept) {
+  SceneModel scene;
+  scene.skeleton = Skeleton("some",
+                            joints == 1 ? std::vector<std::string>{"a"}
+                                        : std::vector<std::string>{"a", "b"},
+                            {});
+  scene.kept_matches = kept;
+  return scene;
+}
+
 TEST(Outcome, APoseHasWhatItsFrameTells) {
   const FinalPose pose =
-      PoseOf(RecordOfViews({3, 0}), 2, KeptMatches::kWeights, true);
+      PoseOf(RecordOfViews({3, 0}), SceneOf(2, KeptMatches::kWeights), true);
   EXPECT_EQ(pose.frame, 12);
   EXPECT_EQ(pose.time, 480000000);
   EXPECT_EQ(pose.person.score, 0.7);
@@ -83,21 +93,22 @@ TEST(Outcome, APoseHasWhatItsFrameTells) {
 TEST(Outcome, APoseKeepsNoMoreThanAskedFor) {
   const FrameRecord record = RecordOfViews({3, 0});
   const FinalPose detections =
-      PoseOf(record, 2, KeptMatches::kDetections, false);
+      PoseOf(record, SceneOf(2, KeptMatches::kDetections), false);
   EXPECT_THAT(detections.person.covariances, IsEmpty());
   ASSERT_EQ(detections.person.matches.size(), 2u);
   EXPECT_THAT(detections.person.matches[0].weights, IsEmpty());
-  const FinalPose none = PoseOf(record, 2, KeptMatches::kNone, false);
+  const FinalPose none = PoseOf(record, SceneOf(2, KeptMatches::kNone), false);
   EXPECT_THAT(none.person.matches, IsEmpty());
   EXPECT_EQ(none.person.joints.size(), 2u);
-  EXPECT_THAT(
-      PoseOf(RecordOfViews({}), 2, KeptMatches::kWeights, true).person.matches,
-      IsEmpty());
+  EXPECT_THAT(PoseOf(RecordOfViews({}), SceneOf(2, KeptMatches::kWeights), true)
+                  .person.matches,
+              IsEmpty());
 }
 
 TEST(Outcome, AJointHasItsPositionCovarianceAndWeights) {
   PersonPose pose =
-      PoseOf(RecordOfViews({5, 6, 7}), 2, KeptMatches::kWeights, true).person;
+      PoseOf(RecordOfViews({5, 6, 7}), SceneOf(2, KeptMatches::kWeights), true)
+          .person;
   const Eigen::Matrix3d covariance =
       Eigen::Vector3d(1e-4, 4e-4, 9e-4).asDiagonal();
   WriteJoint(ThreeFrames(), 0, 1, JointStatus::kObserved, 2, &covariance,
@@ -122,7 +133,8 @@ TEST(Outcome, AJointHasItsPositionCovarianceAndWeights) {
 // Weights go to the views by their slots; a view without the joint has none.
 TEST(Outcome, WeightsAreThoseOfTheFrame) {
   PersonPose pose =
-      PoseOf(RecordOfViews({5, 6, 7}), 1, KeptMatches::kWeights, false).person;
+      PoseOf(RecordOfViews({5, 6, 7}), SceneOf(1, KeptMatches::kWeights), false)
+          .person;
   WriteJoint(ThreeFrames(), 2, 0, JointStatus::kInferred, 1, nullptr, &pose);
   EXPECT_EQ(pose.joints[0].position_m, Eigen::Vector3d(3.0, -3.0, 0.5));
   EXPECT_EQ(pose.matches[0].weights[0], 0.2);
@@ -132,7 +144,8 @@ TEST(Outcome, WeightsAreThoseOfTheFrame) {
 
 TEST(Outcome, AMissingJointHasNeitherPositionNorCovariance) {
   PersonPose pose =
-      PoseOf(RecordOfViews({5, 6, 7}), 1, KeptMatches::kWeights, true).person;
+      PoseOf(RecordOfViews({5, 6, 7}), SceneOf(1, KeptMatches::kWeights), true)
+          .person;
   const Eigen::Matrix3d covariance = Eigen::Matrix3d::Identity();
   WriteJoint(ThreeFrames(), 0, 0, JointStatus::kMissing, 1, &covariance, &pose);
   EXPECT_FALSE(pose.joints[0].present());
@@ -146,7 +159,8 @@ TEST(Outcome, AMissingJointHasNeitherPositionNorCovariance) {
 TEST(Outcome, WithoutMatchesNoWeightsAreWritten) {
   for (const KeptMatches kept :
        {KeptMatches::kNone, KeptMatches::kDetections}) {
-    PersonPose pose = PoseOf(RecordOfViews({5, 6, 7}), 1, kept, false).person;
+    PersonPose pose =
+        PoseOf(RecordOfViews({5, 6, 7}), SceneOf(1, kept), false).person;
     WriteJoint(ThreeFrames(), 0, 0, JointStatus::kObserved, 2, nullptr, &pose);
     EXPECT_TRUE(pose.joints[0].present());
     for (const ViewMatch& match : pose.matches) {

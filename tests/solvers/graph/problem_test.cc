@@ -276,22 +276,36 @@ FrameRecord TwoViewRecord() {
   return record;
 }
 
+SceneModel SceneOfJoints(int count, KeptMatches kept) {
+  std::vector<std::string> joints;
+  for (int j = 0; j < count; ++j) {
+    joints.push_back("joint_" + std::to_string(j));
+  }
+  SceneModel scene;
+  scene.skeleton = Skeleton("some", joints, {});
+  scene.kept_matches = kept;
+  return scene;
+}
+
 TEST(PoseOf, KeepsAsMuchOfItsViewsAsAsked) {
   const FrameRecord record = TwoViewRecord();
-  const FinalPose none = PoseOf(record, 3, KeptMatches::kNone, false);
+  const FinalPose none =
+      PoseOf(record, SceneOfJoints(3, KeptMatches::kNone), false);
   EXPECT_EQ(none.frame, 12);
   EXPECT_EQ(none.time, 480);
   EXPECT_EQ(none.person.score, 0.7);
   EXPECT_EQ(none.person.joints.size(), 3u);
   EXPECT_TRUE(none.person.matches.empty());
   EXPECT_TRUE(none.person.covariances.empty());
-  const FinalPose views = PoseOf(record, 3, KeptMatches::kDetections, true);
+  const FinalPose views =
+      PoseOf(record, SceneOfJoints(3, KeptMatches::kDetections), true);
   ASSERT_EQ(views.person.matches.size(), 2u);
   EXPECT_EQ(views.person.matches[1].view_idx, 1);
   EXPECT_EQ(views.person.matches[1].detection_idx, 3);
   EXPECT_TRUE(views.person.matches[0].weights.empty());
   EXPECT_EQ(views.person.covariances.size(), 3u);
-  const FinalPose all = PoseOf(record, 3, KeptMatches::kWeights, false);
+  const FinalPose all =
+      PoseOf(record, SceneOfJoints(3, KeptMatches::kWeights), false);
   EXPECT_EQ(all.person.matches[0].weights.size(), 3u);
 }
 
@@ -304,7 +318,8 @@ TEST(WriteJoint, WeightsGoToTheViewsThatMeasured) {
   --small.chain.first.back();
   FrameRecord record = TwoViewRecord();
   record.views.push_back({2, 0});
-  FinalPose pose = PoseOf(record, 3, KeptMatches::kWeights, true);
+  FinalPose pose =
+      PoseOf(record, SceneOfJoints(3, KeptMatches::kWeights), true);
   const Eigen::Matrix3d covariance = 0.01 * Eigen::Matrix3d::Identity();
   WriteJoint(small.chain, 1, 2, JointStatus::kObserved, 2, &covariance,
              &pose.person);
@@ -319,9 +334,29 @@ TEST(WriteJoint, WeightsGoToTheViewsThatMeasured) {
   EXPECT_EQ(pose.person.matches[1].weights[0], std::nullopt);
 }
 
+TEST(WriteJoint, DerivativesAreTheVelocityOfTheState) {
+  SmallChain small;
+  SceneModel scene = SceneOfJoints(2, KeptMatches::kNone);
+  FinalPose pose = PoseOf(TwoViewRecord(), scene, false);
+  WriteJoint(small.chain, 1, 1, JointStatus::kObserved, 2, nullptr,
+             &pose.person);
+  EXPECT_TRUE(pose.person.derivatives.empty());
+  scene.keep_derivatives = true;
+  pose = PoseOf(TwoViewRecord(), scene, false);
+  small.chain.states[1].tail<3>() << 0.5, -1.0, 2.0;
+  WriteJoint(small.chain, 1, 1, JointStatus::kObserved, 2, nullptr,
+             &pose.person);
+  EXPECT_FALSE(pose.person.derivatives[0].has_value());
+  ASSERT_TRUE(pose.person.derivatives[1].has_value());
+  EXPECT_EQ(pose.person.derivatives[1]->velocity_m_s,
+            Eigen::Vector3d(0.5, -1.0, 2.0));
+  EXPECT_FALSE(pose.person.derivatives[1]->acceleration_m_s2.has_value());
+}
+
 TEST(WriteJoint, AMissingJointHasNeitherPlaceNorCovariance) {
   SmallChain small;
-  FinalPose pose = PoseOf(TwoViewRecord(), 1, KeptMatches::kNone, true);
+  FinalPose pose =
+      PoseOf(TwoViewRecord(), SceneOfJoints(1, KeptMatches::kNone), true);
   const Eigen::Matrix3d covariance = Eigen::Matrix3d::Identity();
   WriteJoint(small.chain, 0, 0, JointStatus::kMissing, 1, &covariance,
              &pose.person);

@@ -360,6 +360,16 @@ TEST(SubjectScale, PlacesAndWhatWasLearntAreScaledAlone) {
   const LearntNoise told = scale.IntoWorld(noise);
   EXPECT_NEAR(told.classes[0].sigma_px, 0.3, 1e-12);
   EXPECT_NEAR(told.classes[0].process_noise, 0.02, 1e-12);
+  TrackFrame frame;
+  frame.people.resize(1);
+  frame.people[0].derivatives.resize(2);
+  JointDerivatives& derivatives = frame.people[0].derivatives[1].emplace();
+  derivatives.velocity_m_s = {1.0, 2.0, 3.0};
+  derivatives.acceleration_m_s2 = Eigen::Vector3d(10.0, 0.0, 0.0);
+  frame = scale.IntoWorld(std::move(frame));
+  const JointDerivatives& scaled = *frame.people[0].derivatives[1];
+  EXPECT_NEAR(scaled.velocity_m_s.z(), 0.3, 1e-12);
+  EXPECT_NEAR(scaled.acceleration_m_s2->x(), 1.0, 1e-12);
 }
 
 }  // namespace
