@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <map>
 #include <nlohmann/json.hpp>
 
 #include "core/base/error.h"
@@ -19,23 +18,6 @@
 
 namespace kinegraph {
 namespace {
-
-// Keys of the joints in [noise] have no effect if a model is used.
-class JointKeyChecker : public OptionChecker {
- public:
-  explicit JointKeyChecker(const ConfigFile& config) : config_(config) {}
-  void Number(const std::string& key, double*, const Limits&,
-              const std::string&, const std::string&) override {
-    if (!config_.Has("noise." + key)) return;
-    throw config_.Locate(OptionError(
-        "noise." + key,
-        "has no effect together with noise.model.file, which defines "
-        "the noise of joints; scale it in [noise.model]"));
-  }
-
- private:
-  const ConfigFile& config_;
-};
 
 // A path in a file: absolute, or relative to the file's folder.
 std::string Beside(const std::string& file, const std::string& path) {
@@ -60,14 +42,6 @@ Configuration ReadConfiguration(const std::string& path,
   config.Apply(&options);
   const std::vector<Skeleton> skeletons = config.ReadSkeletons();
   config.RejectUnknown();
-  if (!options.model.file.empty()) {
-    JointKeyChecker checker(config);
-    options.noise.joints.Describe(checker);
-    const std::string model = Beside(path, options.model.file);
-    ApplyNoiseModel(model, options.model, options.scene.cameras.focal_px,
-                    &options.noise);
-    config.Apply(&options);  // keys of the file take precedence
-  }
   try {
     read.skeleton = ResolveSkeleton(options.scene.skeleton, skeletons);
   } catch (const InputError& error) {
@@ -121,19 +95,6 @@ void FitToClips(const ConfigFile& config, const std::vector<MotionClip>& clips,
 }
 
 // ---- scene.json: the request, and the truth behind each detection ----
-
-// The noise of classes that were measured separately, for scene.json.
-struct ClassFigures {
-  std::map<JointClass, JointNoise> by_class;
-
-  void Describe(OptionVisitor& visitor) {
-    for (auto& [joint_class, noise] : by_class) {
-      visitor.Enter(ToString(joint_class));
-      noise.Describe(visitor);
-      visitor.Leave();
-    }
-  }
-};
 
 std::string Quoted(const std::string& text) { return "\"" + text + "\""; }
 
@@ -195,11 +156,8 @@ std::string FrameJson(const DetectionHeader& header,
 void WriteSceneFile(const std::string& path,
                     const SyntheticRecording& recording) {
   AtomicFile file(path);
-  file.Write(
-      "{\"kinegraph_scene\": 1,\n\"config\": " +
-      EffectiveConfigJson(recording.options) + ",\n\"noise_by_class\": " +
-      EffectiveConfigJson(ClassFigures{recording.options.noise.by_class}) +
-      ",\n\"people\": [");
+  file.Write("{\"kinegraph_scene\": 1,\n\"config\": " +
+             EffectiveConfigJson(recording.options) + ",\n\"people\": [");
   for (size_t i = 0; i < recording.scene.people.size(); ++i) {
     file.Write((i > 0 ? ",\n " : "\n ") +
                PersonJson(*recording.scene.people[i], i,
@@ -227,9 +185,6 @@ void SynthesisOptions::Describe(OptionVisitor& visitor) {
   visitor.Leave();
   visitor.Enter("noise");
   noise.Describe(visitor);
-  visitor.Enter("model");
-  model.Describe(visitor);
-  visitor.Leave();
   visitor.Leave();
 }
 

@@ -7,7 +7,6 @@
 #include <string>
 #include <vector>
 
-#include "apps/common/measured_noise.h"
 #include "core/base/options.h"
 #include "core/data/detection.h"
 #include "core/data/pose.h"
@@ -22,7 +21,6 @@ struct SynthesisOptions {
   SceneOptions scene;
   RecordedPeopleOptions motion;
   NoiseOptions noise;
-  NoiseModelOptions model;
 
   void Describe(OptionVisitor& visitor);
 };

@@ -52,6 +52,9 @@ struct LabelledDetection {
 // ---- Detections of a person ----
 
 constexpr double kLeastConfidence = 0.05;
+// Factors on the confidence of hidden joints and of outliers.
+constexpr double kHiddenConfidence = 0.9;
+constexpr double kOutlierConfidence = 0.8;
 
 double Correlation(double time_s, double frame_rate_hz) {
   return time_s > 0.0 ? std::exp(-1.0 / (frame_rate_hz * time_s)) : 0.0;
@@ -103,10 +106,6 @@ class PersonObserver {
     for (size_t j = 0; j < joints_.size(); ++j) {
       joints_[j].noise =
           &options.Of(skeleton_.joint_class(static_cast<int>(j)));
-      const auto at = options.found_by_azimuth.find(skeleton_.joints()[j]);
-      if (at != options.found_by_azimuth.end()) {
-        joints_[j].found_by_azimuth = &at->second;
-      }
     }
   }
 
@@ -162,9 +161,6 @@ class PersonObserver {
  private:
   struct JointState {
     const JointNoise* noise = nullptr;
-    // The share of frames in which it is found, by azimuth; null if the table
-    // lacks it.
-    const std::vector<double>* found_by_azimuth = nullptr;
     Vector2d fixed = Vector2d::Zero();
     SlowGaussian slow;
     SlowGaussian spread;
@@ -191,13 +187,6 @@ class PersonObserver {
     JointState& state = joints_[joint];
     const JointNoise& noise = *state.noise;
     double rate = noise.missing_rate;
-    if (const std::vector<double>* found = state.found_by_azimuth) {
-      const auto bins = static_cast<double>(found->size());
-      const double place = (person.azimuth_deg + 180.0) / 360.0 * bins;
-      const size_t bin =
-          static_cast<size_t>(std::clamp(place, 0.0, bins - 1.0));
-      rate = 1.0 - (*found)[bin];
-    }
     if (person.joints[joint].hidden) {
       rate = std::max(rate, noise.hidden_missing_rate);
     }
@@ -311,8 +300,8 @@ class PersonObserver {
     *outlier = *outlier && keypoint.found;
     if (!keypoint.found) return Keypoint();
     double mean = options_.confidence;
-    if (sight.hidden) mean *= options_.hidden_confidence_factor;
-    if (*outlier) mean *= options_.outlier_confidence_factor;
+    if (sight.hidden) mean *= kHiddenConfidence;
+    if (*outlier) mean *= kOutlierConfidence;
     mean /= noise.sigma_factor * noise.sigma_factor;
     keypoint.confidence = std::clamp(mean + options_.confidence_sigma * chance,
                                      kLeastConfidence, 1.0);
@@ -416,8 +405,8 @@ class FalsePeople {
   // Appends those of the next frame.
   void Step(std::vector<LabelledDetection>* detections) {
     if (options_.false_people <= 0.0) return;
-    const double life =
-        std::max(1.0, options_.false_life_s * scene_.frame_rate_hz);
+    constexpr double kMeanLife_s = 0.24;
+    const double life = std::max(1.0, kMeanLife_s * scene_.frame_rate_hz);
     alive_.erase(
         std::remove_if(alive_.begin(), alive_.end(),
                        [&](const auto&) { return random_.Chance(1.0 / life); }),

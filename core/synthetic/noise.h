@@ -51,18 +51,12 @@ struct NoiseOptions {
   JointNoise joints;
   // Replaces `joints` for classes that were measured separately.
   std::map<JointClass, JointNoise> by_class;
-  // Replaces `missing_rate`: by joint name, the share of frames in which it is
-  // found, by the azimuth of the camera around the person, in equal bins from
-  // -180 degrees, 0 in front, +90 on the right-hand side.
-  std::map<std::string, std::vector<double>> found_by_azimuth;
 
   // Confidence: a mean, lower for hidden and wrong joints. Each observation's
   // sigma varies by `noise_spread` (log), and its confidence reflects it: it
   // falls with the square of the sigma.
   double confidence = 1.0;
   double confidence_sigma = 0.0;
-  double hidden_confidence_factor = 0.9;
-  double outlier_confidence_factor = 0.8;
   double noise_spread = 0.0;
 
   // People, as shares of person-views or means per image.
@@ -71,7 +65,6 @@ struct NoiseOptions {
   double hidden_missed_rate = 0.0;  // when most joints are hidden
   int64_t min_joints = 1;           // with fewer found: no detection
   double false_people = 0.0;        // mean number per image
-  double false_life_s = 0.24;       // mean
   double swap_whole_rate = 0.0;     // left and right exchanged
   double swap_arm_rate = 0.0;
   double swap_leg_rate = 0.0;

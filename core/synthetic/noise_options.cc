@@ -76,9 +76,6 @@ void NoiseOptions::Check(size_t cameras) const {
   for (const auto& [joint_class, noise] : by_class) {
     CheckJointNoise(std::string(ToString(joint_class)) + ".", noise);
   }
-  for (const auto& [joint, found] : found_by_azimuth) {
-    if (found.empty()) throw OptionError(joint, "no bins");
-  }
   if (clock_offset_s.size() > cameras) {
     throw OptionError("clock_offset",
                       "found " + std::to_string(clock_offset_s.size()) +
@@ -96,10 +93,6 @@ void NoiseOptions::Describe(OptionVisitor& visitor) {
                  "mean confidence of a plain joint");
   visitor.Number("confidence_sigma", &confidence_sigma, share, "",
                  "random part of the confidence");
-  visitor.Number("hidden_confidence_factor", &hidden_confidence_factor, share,
-                 "", "on the confidence where another body is in front");
-  visitor.Number("outlier_confidence_factor", &outlier_confidence_factor, share,
-                 "", "on the confidence of an outlier");
   visitor.Number(
       "noise_spread", &noise_spread, Between(0.0, 2.0), "",
       "spread of log sigma over observations; reflected in the confidence");
@@ -113,7 +106,6 @@ void NoiseOptions::Describe(OptionVisitor& visitor) {
                   "fewer joints make no detection");
   visitor.Number("false_people", &false_people, Between(0.0, 50.0), "",
                  "mean number of false detections per image");
-  visitor.Number("false_life", &false_life_s, length, "s", "their mean life");
   visitor.Number("swap_whole_rate", &swap_whole_rate, share, "",
                  "share of detections with left and right exchanged");
   visitor.Number("swap_arm_rate", &swap_arm_rate, share, "",

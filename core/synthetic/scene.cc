@@ -95,14 +95,6 @@ void CheckPeopleOffCameras(const Scene& scene) {
   }
 }
 
-// Direction of the camera relative to the person [deg].
-double AzimuthOf(const Camera& camera, const SegmentPose& trunk) {
-  const Vector3d to_camera = camera.centre() - trunk.origin_m;
-  const double forward = to_camera.dot(trunk.R.col(0));
-  const double right = -to_camera.dot(trunk.R.col(1));
-  return std::atan2(right, forward) * 180.0 / kPi;
-}
-
 }  // namespace
 
 void RingOptions::Describe(OptionVisitor& visitor) {
@@ -235,7 +227,6 @@ SceneMoment LookAtScene(const Scene& scene, TimeNs time, bool with_obstacles) {
     PersonMoment& now = moment.people.emplace_back();
     now.pose = PersonAt(*person, time);
     if (now.pose.empty()) continue;
-    now.trunk = person->TrunkAt(ToSeconds(time));
     if (with_obstacles) now.obstacle = person->ObstacleAt(ToSeconds(time));
   }
   return moment;
@@ -255,7 +246,6 @@ std::vector<PersonSight> Sights(const Camera& camera, const SceneMoment& moment,
     sight.joints.resize(static_cast<size_t>(joint_count));
     sight.present = !person.pose.empty();
     if (!sight.present) continue;
-    sight.azimuth_deg = AzimuthOf(camera, person.trunk);
     for (int j = 0; j < joint_count; ++j) {
       JointSight& joint = sight.joints[j];
       const Vector3d& point = person.pose[j].position_m;

@@ -96,7 +96,7 @@ class Actor {
   // One entry per joint of the scene's skeleton. Call this and the two below
   // only while present.
   virtual Pose3d PoseAt(double time_s) const = 0;
-  // x forward, y to the left; defines the person's front for detectors.
+  // x forward, y to the left.
   virtual SegmentPose TrunkAt(double time_s) const = 0;
   // The body as an occluder.
   virtual Obstacle ObstacleAt(double time_s) const = 0;
@@ -137,7 +137,6 @@ Pose3d PersonAt(const Actor& person, TimeNs time);
 // A person of the scene at one moment.
 struct PersonMoment {
   Pose3d pose;  // empty: absent, the other fields are meaningless
-  SegmentPose trunk;
   std::optional<Obstacle> obstacle;  // if occlusion matters
 };
 struct SceneMoment {
@@ -160,8 +159,7 @@ struct JointSight {
 
 // Of one person in one frame.
 struct PersonSight {
-  bool present = false;      // in the scene
-  double azimuth_deg = 0.0;  // of the camera, 0 in front, +90 to the right
+  bool present = false;  // in the scene
   std::vector<JointSight> joints;
 };
 

@@ -114,7 +114,8 @@ TEST_F(SynthesizeTest, BadInputIsOneLineAndExitTwo) {
        ":2: key 'noise.static_share'"},
       {"[noise]\nclock_offset = [0, 0, 0, 0, 0, 0, 0]\n",
        ":2: key 'noise.clock_offset'"},
-      {"[noise.model]\nfile = \"none.json\"\n", "none.json"},
+      {"[noise.model]\nfile = \"none.json\"\n",
+       ":2: key 'noise.model.file': is gone: specify the detector's errors"},
       {"[scene]\nseed = 1\n[motion]\nhold = [2]\n",
        "bad.toml:4: key 'motion.hold'"},
       {"[scene\n", ""}};
@@ -127,23 +128,6 @@ TEST_F(SynthesizeTest, BadInputIsOneLineAndExitTwo) {
   const std::string good =
       folder_.Write("good.toml", "[scene]\nduration = 1\n");
   Refusal("synthesize", Flags(good, "good.toml"));  // a file is not a folder
-}
-
-TEST_F(SynthesizeTest, MeasuredFiguresComeFromTheModelFile) {
-  KINEGRAPH_DATA_OR_SKIP(path, "campus/detections_modelled/noise_model.json");
-  const std::string config =
-      folder_.Write("model.toml",
-                    "[scene]\nduration = 2\n[noise]\nfalse_people = 0.0\n"
-                    "[noise.model]\nmissing = 0.5\nfile = \"" +
-                        fs::absolute(path).string() + "\"\n");
-  Run(config, "out");
-  const std::string scene = ContentOf(Path("out/scene.json"));
-  EXPECT_THAT(scene, HasSubstr("\"wrist\""));
-  EXPECT_THAT(scene, HasSubstr("\"false_people\":0.0"))
-      << "the configuration's own keys win";
-  EXPECT_THAT(scene, ::testing::Not(HasSubstr("\"false_positive\"")));
-  // Keys of joints have no effect together with a model.
-  Refusal("synthesize", Flags(config, "other", "noise.sigma=3"));
 }
 
 TEST_F(SynthesizeTest, TakesRateAndLengthFromTheClipAlone) {

@@ -126,6 +126,10 @@ constexpr GoneKey kGoneKeys[] = {
     {"graph.bone_loss", "lengths are not doubted; see graph.bone_sigma_from"},
     {"graph.bone_swing", "always on"},
     {"graph.start_from", "where the frame's own views place the joint, always"},
+    {"noise.model", "specify the detector's errors in [noise]"},
+    {"noise.hidden_confidence_factor", "0.9, always"},
+    {"noise.outlier_confidence_factor", "0.8, always"},
+    {"noise.false_life", "0.24 s, always"},
 };
 
 // A value given on the command line.

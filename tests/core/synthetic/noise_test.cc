@@ -521,37 +521,6 @@ TEST(Noise, HiddenJointsAreMissingAndNoisier) {
   behind.ExpectVariance(100.0);
 }
 
-TEST(Noise, JointsAreFoundByAzimuth) {
-  // The nose is found from the front half only.
-  NoiseOptions options;
-  options.found_by_azimuth["nose"] = {0.0, 1.0, 1.0, 0.0};
-  const Scene& scene = TestScene();
-  int64_t front = 0;
-  int64_t back = 0;
-  ForEachJoint(scene, options, [&](const Sample& sample) {
-    if (sample.joint != 0) {
-      ASSERT_NE(sample.found, nullptr);
-      return;
-    }
-    const Pose3d& pose = sample.pose();
-    const auto at = [&](const char* name) {
-      return pose[scene.skeleton.IndexOf(name)].position_m;
-    };
-    // Forward is left to right shoulder turned by 90 degrees about up.
-    const Eigen::Vector3d across = at("l_shoulder") - at("r_shoulder");
-    const Eigen::Vector3d up = 0.5 * (at("l_shoulder") + at("r_shoulder")) -
-                               0.5 * (at("l_hip") + at("r_hip"));
-    const Eigen::Vector3d forward = across.cross(up);
-    const Eigen::Vector3d to_camera =
-        scene.cameras[sample.view].centre() - 0.5 * (at("l_hip") + at("r_hip"));
-    const bool in_front = forward.dot(to_camera) > 0.0;
-    ASSERT_EQ(sample.found != nullptr, in_front);
-    (in_front ? front : back) += 1;
-  });
-  EXPECT_GT(front, 500);
-  EXPECT_GT(back, 500);
-}
-
 TEST(Noise, ConfidenceTellsTheNoise) {
   NoiseOptions options;
   options.joints.sigma_px = 3.0;
