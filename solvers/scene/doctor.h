@@ -32,6 +32,7 @@ struct DoctorInput {
   // whether cameras.unit may change that.
   double units_per_metre = 1.0;
   bool unit_can_be_set = true;
+  bool independent_frames = false;  // nothing between two frames is motion
   // Tracks detections with cameras and freezes the matches.
   std::function<FrozenMatches(const CameraRig&, const DetectionSequence&)>
       match;

@@ -22,6 +22,7 @@ namespace {
 
 // Frames too far apart to follow people.
 std::optional<Answer> AskForGaps(const SetUp& set_up) {
+  if (set_up.input.independent_frames) return std::nullopt;
   const std::vector<DetectionFrame>& frames = set_up.input.detections.frames;
   std::vector<double> gaps_s;
   for (size_t k = 1; k < frames.size(); ++k) {
@@ -29,11 +30,12 @@ std::optional<Answer> AskForGaps(const SetUp& set_up) {
   }
   if (gaps_s.empty()) return std::nullopt;
   const double gap_s = Quantile(std::move(gaps_s), 0.5);
-  if (gap_s <= kLongestGapS) return std::nullopt;
+  if (gap_s <= kHole) return std::nullopt;
   return Said(
-      {"frame_rate", "", 0.95, 0.0, 0.0, "--set=input.independent_frames=true",
-       fmt::format("{:.3g} s lie between two frames: nothing there is motion, "
-                   "unless input.frame_rate is wrong",
+      {"frame_rate", "", gap_s > kLongestGapS ? 0.95 : 0.5, 0.0, 0.0,
+       "--set=input.independent_frames=true",
+       fmt::format("{:.3g} s lie between two frames: people cannot be followed "
+                   "over that gap, unless input.frame_rate is wrong",
                    gap_s)});
 }
 
@@ -374,16 +376,13 @@ std::optional<Answer> AskForUnit(const SetUp& set_up) {
       fmt::format("people are {:.3g} m tall (median of {} bodies)",
                   stature.median_m, stature.count));
   answer.stature_m = stature.median_m;
-  const auto plausible = [](double height_m) {
-    return height_m >= kMinHeight && height_m <= kMaxHeight;
-  };
-  if (plausible(stature.median_m)) return answer;
+  if (IsStature(stature.median_m)) return answer;
   const double px = set_up.agreement.mean_px();
   const std::string found =
       fmt::format("people would be {:.3g} m tall", stature.median_m);
   for (const double factor : {0.001, 0.01, 0.1, 10.0, 100.0, 1000.0}) {
     const double height_m = stature.median_m * factor;
-    if (!plausible(height_m)) continue;
+    if (!IsStature(height_m)) continue;
     answer.findings.push_back(
         {"unit", "", 0.95, px, px,
          UnitFix(set_up.input, set_up.input.units_per_metre / factor),

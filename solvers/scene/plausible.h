@@ -15,6 +15,9 @@ inline constexpr double kMinJointConfidence = 0.3;
 // Statures of people of all ages: infants to basketball players [m].
 inline constexpr double kMinHeight = 0.5;
 inline constexpr double kMaxHeight = 2.3;
+inline bool IsStature(double height_m) {
+  return height_m >= kMinHeight && height_m <= kMaxHeight;
+}
 // Number of statures for a median, and of frames in which they are searched.
 inline constexpr int kEnoughStatures = 20;
 inline constexpr int kFramesToLookAt = 40;
@@ -24,6 +27,9 @@ inline constexpr int kFramesToLookAt = 40;
 inline constexpr double kMinDistance = 0.5;
 inline constexpr double kMaxDistance = 150.0;
 inline constexpr double kNearest = 0.005;
+inline bool IsWorkingDistance(double distance_m) {
+  return distance_m >= kMinDistance && distance_m <= kMaxDistance;
+}
 
 // Speed of a person's mid-hip [m/s]: the fastest sprint measured reached 12.4
 // (Graubner and Nixdorf 2011, Berlin 2009). Animals may be faster.

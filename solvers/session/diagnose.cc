@@ -36,22 +36,27 @@ std::vector<const Skeleton*> SkeletonsLike(const Skeleton& own) {
   return skeletons;
 }
 
-namespace {
-
-// Another skeleton with the same number of joints in a different order that
-// fits people's bones clearly better; null if there is none.
-const Skeleton* BetterSkeleton(const DetectionSequence& detections) {
-  const auto candidates = SkeletonsLike(detections.header.skeleton);
-  SkeletonFit fit(candidates);
-  for (const DetectionFrame& frame : detections.frames) {
-    for (const ViewDetections& view : frame.views) {
-      if (fit.full()) break;
-      for (const Detection& detection : view.detections) fit.See(detection);
-    }
+std::optional<Finding> FindingOfSkeleton(
+    const SkeletonFit& fit, const std::vector<const Skeleton*>& skeletons) {
+  Finding finding;
+  finding.kind = "skeleton";
+  finding.evidence =
+      "the people's bones look implausible as " + skeletons[0]->name();
+  if (const size_t best = fit.Best(); best != 0) {
+    finding.confidence = 0.9;
+    finding.fix = "--set=detections.skeleton=" + skeletons[best]->name();
+    finding.evidence += " and right as " + skeletons[best]->name();
+  } else if (fit.Implausible(0)) {
+    finding.fix =
+        "name the order of the joints with detections.skeleton, built in or "
+        "your own ([skeletons.NAME])";
+  } else {
+    return std::nullopt;
   }
-  const size_t best = fit.Best();
-  return best == 0 ? nullptr : candidates[best];
+  return finding;
 }
+
+namespace {
 
 // For each camera, in units of `metre`; zero where the record has none.
 std::vector<CameraChange> StatedSigma(const RefinementRecord& record,
@@ -83,11 +88,19 @@ Diagnosis DiagnoseRecording(const RunOptions& options,
                             const std::optional<RefinementRecord>& recorded) {
   // Joint names first: with wrong ones nothing else can be examined.
   DetectionHeader header = detections.header;
-  const Skeleton* better = BetterSkeleton(detections);
-  if (better != nullptr) header.skeleton = *better;
+  const auto skeletons = SkeletonsLike(detections.header.skeleton);
+  SkeletonFit fit(skeletons);
+  for (const DetectionFrame& frame : detections.frames) {
+    for (const ViewDetections& view : frame.views) {
+      if (fit.full()) break;
+      for (const Detection& detection : view.detections) fit.See(detection);
+    }
+  }
+  header.skeleton = *skeletons[fit.Best()];
   const RunScene scene = PrepareScene(options, request, header);
   DoctorInput input;
   input.frame_rate_hz = scene.model.frame_rate_hz;
+  input.independent_frames = options.input.independent_frames;
   input.units_per_metre = unit.per_metre;
   input.unit_can_be_set = unit.can_be_changed;
   const bool has_clocks = recorded.has_value() && recorded->has_clocks();
@@ -121,13 +134,9 @@ Diagnosis DiagnoseRecording(const RunOptions& options,
       finding.fix = kCalibrateAnew;
     }
   }
-  if (better != nullptr) {
+  if (fit.Best() != 0) {
     diagnosis.findings.insert(diagnosis.findings.begin(),
-                              {"skeleton", "", 0.9, 0.0, 0.0,
-                               "--set=detections.skeleton=" + better->name(),
-                               "limbs and trunks have implausible lengths as " +
-                                   detections.header.skeleton.name() +
-                                   " and plausible ones as " + better->name()});
+                              *FindingOfSkeleton(fit, skeletons));
     diagnosis.verdict = DoctorVerdict::kSuspect;
   }
   return diagnosis;

@@ -14,6 +14,8 @@
 
 namespace kinegraph {
 
+class SkeletonFit;
+
 // Examines the requested frames. The tracker runs with the options' front end
 // and the paper's estimator in either mode. `recorded`: the clocks and
 // covariance recorded with the request's cameras, applied as in a run. Throws
@@ -26,6 +28,11 @@ Diagnosis DiagnoseRecording(
 // The skeleton of some detections, then others with the same number of joints
 // in a different order.
 std::vector<const Skeleton*> SkeletonsLike(const Skeleton& own);
+
+// Whether people's bones are implausible as the first of these skeletons; with
+// confidence 0 where none of the others fits clearly better.
+std::optional<Finding> FindingOfSkeleton(
+    const SkeletonFit& fit, const std::vector<const Skeleton*>& skeletons);
 
 // Tracks detections of the scene's views with its cameras, in one pass with the
 // paper's estimator, and freezes the matches.

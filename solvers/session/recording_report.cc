@@ -202,23 +202,23 @@ struct RecordingReporter::Impl {
     std::sort(report.people.begin(), report.people.end(),
               [](const auto& a, const auto& b) { return a.id < b.id; });
     report.height_m = TypicalHeight(report.people);
+    report.joints_of_17 = joints_of_17_.Quantile(0.5);
     RecordingFacts facts;
-    const Diagnosis diagnosis = Diagnose(BeginningOf());
+    Diagnosis diagnosis = Diagnose(BeginningOf());
+    if (auto skeleton = FindingOfSkeleton(fit_, candidates_)) {
+      diagnosis.findings.insert(diagnosis.findings.begin(),
+                                *std::move(skeleton));
+    }
     if (report.height_m == 0.0) facts.stature_m = diagnosis.stature_m;
     facts.views_examined = diagnosis.verdict != DoctorVerdict::kNotExamined;
     facts.body_speed_mps = speed_mps_.Quantile(0.95);
     facts.followed_mps = FollowedSpeed();
-    facts.implausible_bones = fit_.Implausible(0);
-    const size_t best = fit_.Best();
-    if (best != 0) facts.better_skeleton = candidates_[best]->name();
-    facts.frame_step_s = step_s_.Quantile(0.5);
     facts.holes_s = holes_s_;
     facts.steps_back = steps_back_;
     facts.empty_frames = empty_frames_;
     facts.in_seconds = scene_.header.mode == ToString(Mode::kGraph);
     facts.links = KeyOf("identity", "link", false);
-    facts.independent_frames = KeyOf("input", "independent_frames", false);
-    facts.joints_of_17 = joints_of_17_.Quantile(0.5);
+    facts.independent_frames = IndependentFrames();
     facts.least_joints_of_17 = KeyOf("initialisation", "min_joints", 0.0);
     facts.unfollowed = unfollowed_.Often();
     report.cameras_off = check_.Warnings(scale_.metres());
@@ -288,6 +288,7 @@ struct RecordingReporter::Impl {
     input.detections.header.skeleton = detection_skeleton_;
     input.detections.header.view_names = scene_.view_names;
     input.frame_rate_hz = scene_.model.frame_rate_hz;
+    input.independent_frames = IndependentFrames();
     return input;
   }
 
@@ -360,6 +361,10 @@ struct RecordingReporter::Impl {
     return found != config.end() ? found->value(key, otherwise) : otherwise;
   }
 
+  bool IndependentFrames() const {
+    return KeyOf("input", "independent_frames", false);
+  }
+
   // 0 for gates in pixels, and where association predicts that people continue
   // their motion: then they are followed at any speed.
   double FollowedSpeed() const {
@@ -378,7 +383,6 @@ struct RecordingReporter::Impl {
     if (frames_ < 2) return;
     constexpr size_t kMostHoles = 100000;
     const double step_s = ToSeconds(frame.time - last_time_);
-    step_s_.Add(step_s);
     steps_back_ += step_s > 0.0 ? 0 : 1;
     if (empty_frames_left_out_) return;
     if (step_s > kHole && holes_s_.size() < kMostHoles) {
@@ -430,7 +434,6 @@ struct RecordingReporter::Impl {
   DetectionSequence beginning_;
   int64_t joints_kept_ = 0;
   StreamSample joints_of_17_;  // of a detection
-  StreamSample step_s_;
   std::vector<double> holes_s_;
   StreamSample speed_mps_;
   StreamSample error_px_{kErrorSample};

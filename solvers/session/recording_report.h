@@ -66,7 +66,8 @@ struct RecordingReport {
   // Joints with less confidence were treated as absent (presence.h); 0: none
   // were.
   double least_confidence = 0.0;
-  double height_m = 0.0;  // median over people, weighted by their frames
+  double height_m = 0.0;      // median over people, weighted by their frames
+  double joints_of_17 = 0.0;  // usual number of a detection; 0: unknown
   PairedBy paired_by = PairedBy::kMap;  // how views were paired with cameras
   std::vector<CameraReport> cameras;
   std::vector<PersonReport> people;  // ascending ids

@@ -28,7 +28,6 @@ class Warnings {
 
   void AddAll() {
     const bool scale_is_wrong = AddScale();
-    AddSkeleton();
     AddSteps();
     if (report_->poses == 0) return AddNobody();
     AddErrors();
@@ -59,11 +58,8 @@ class Warnings {
     const double height_m =
         report_->height_m > 0.0 ? report_->height_m : facts_.stature_m;
     const double distance_m = report_->working_distance_m;
-    const bool height_is_wrong =
-        height_m > 0.0 && (height_m < kMinHeight || height_m > kMaxHeight);
-    const bool distance_is_wrong =
-        distance_m < kMinDistance || distance_m > kMaxDistance;
-    if (!height_is_wrong && !(distance_is_wrong && height_m == 0.0)) {
+    const bool height_is_wrong = height_m > 0.0 && !IsStature(height_m);
+    if (!height_is_wrong && (height_m > 0.0 || IsWorkingDistance(distance_m))) {
       return false;
     }
     const std::string units =
@@ -96,20 +92,6 @@ class Warnings {
             "; lengths of the calibration seem to be in another unit",
         UnitsThatFit(distance_m, kNearest, kMaxDistance));
     return true;
-  }
-
-  void AddSkeleton() {
-    const std::string& better = facts_.better_skeleton;
-    const std::string found =
-        "the people's bones look implausible as " + report_->skeleton;
-    if (!better.empty()) {
-      Add("skeleton", found + " and right as " + better,
-          "--set=detections.skeleton=" + better);
-    } else if (facts_.implausible_bones) {
-      Add("skeleton", found,
-          "name the order of the joints with detections.skeleton, built in or "
-          "your own ([skeletons.NAME])");
-    }
   }
 
   void AddNobody() {
@@ -149,13 +131,13 @@ class Warnings {
   // Too few joints for a new person, where a person was not found.
   bool AddFewJoints() {
     const auto fewer =
-        FewerJoints(facts_.joints_of_17, facts_.least_joints_of_17);
+        FewerJoints(report_->joints_of_17, facts_.least_joints_of_17);
     if (!fewer.has_value()) return false;
     Add("joints",
         fmt::format(
             "{}, and half of the detections show {:.0f} of 17 joints or "
             "fewer: a new person needs {:.0f}, in two views",
-            WhatWasFound(), facts_.joints_of_17, facts_.least_joints_of_17),
+            WhatWasFound(), report_->joints_of_17, facts_.least_joints_of_17),
         fmt::format("--set=\"initialisation.min_common_joints={0};"
                     "initialisation.min_joints={0}\"",
                     *fewer));
@@ -257,7 +239,7 @@ class Warnings {
         "the frame rate may be wrong (input.frame_rate)");
   }
 
-  // Frames too far apart to follow people, some or all.
+  // Holes between frames, over which people cannot be followed.
   void AddSteps() {
     if (facts_.independent_frames) return;
     if (facts_.steps_back > 0) {
@@ -268,16 +250,11 @@ class Warnings {
           "look at the times in the detections; without \"time\" a frame's "
           "is its number over the frame rate");
     }
-    if (facts_.frame_step_s > kHole) {
-      Add("frames",
-          fmt::format(
-              "{:.3g} s lie between two frames: people cannot be followed "
-              "over that gap",
-              facts_.frame_step_s),
-          "--set=input.independent_frames=true");
+    // The doctor reports frames that are all far apart.
+    if (2 * static_cast<int64_t>(facts_.holes_s.size()) > report_->frames ||
+        facts_.holes_s.empty()) {
       return;
     }
-    if (facts_.holes_s.empty()) return;
     const double longest_s =
         *std::max_element(facts_.holes_s.begin(), facts_.holes_s.end());
     Add("frames",

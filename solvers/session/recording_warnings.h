@@ -23,10 +23,6 @@ struct RecordingFacts {
   double body_speed_mps = 0.0;  // 95th percentile, mid-hip
   // Speed that gates in metres follow; 0: other gates.
   double followed_mps = 0.0;
-  bool implausible_bones = false;  // SkeletonFit::Implausible of the skeleton
-  // Another skeleton that fits clearly better, or empty.
-  std::string better_skeleton;
-  double frame_step_s = 0.0;    // median time between frames
   std::vector<double> holes_s;  // longer steps than kHole, ascending in time
   // Number of times the clock stopped or stepped back.
   int64_t steps_back = 0;
@@ -38,9 +34,8 @@ struct RecordingFacts {
   bool independent_frames = false;  // input.independent_frames
   bool in_seconds = false;          // graph mode
   bool links = false;               // identity.link
-  // In joints of 17: the usual number of a detection, and the number required
-  // of a new person (initialisation.min_joints); 0: unknown.
-  double joints_of_17 = 0.0;
+  // Joints of 17 required of a new person (initialisation.min_joints); 0:
+  // unknown.
   double least_joints_of_17 = 0.0;
   std::vector<UnfollowedPerson> unfollowed;
 };

@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "core/base/error.h"
-#include "core/base/median.h"
 #include "core/io/configuration/refinement_record.h"
 #include "core/io/detections/format.h"
 #include "core/io/detections/view_pairing.h"
@@ -79,21 +78,6 @@ FramesToTry ReadFramesToTry(DetectionSource* source, RecordingSurvey* survey) {
   frames.fullest.header = source->header();
   survey->detections = source->header();
   return frames;
-}
-
-// Median over the detections of the number of joints, of 17.
-double UsualJoints(const DetectionSequence& beginning) {
-  std::vector<double> joints;
-  const int least_joints = LeastJoints(beginning.header.skeleton);
-  for (const DetectionFrame& frame : beginning.frames) {
-    for (const ViewDetections& view : frame.views) {
-      for (const Detection& detection : view.detections) {
-        if (CountFound(detection) < least_joints) continue;
-        joints.push_back(JointsOf17(detection, beginning.header.skeleton));
-      }
-    }
-  }
-  return joints.empty() ? 0.0 : Median(std::move(joints));
 }
 
 // The doctor's kind of finding for clocks that are off by whole frames.
@@ -172,10 +156,6 @@ SurveyTrial Try(const SurveyRequest& asked, RunOptions options,
   return trial;
 }
 
-bool HasPlausibleHeight(const RecordingReport& report) {
-  return report.height_m >= kMinHeight && report.height_m <= kMaxHeight;
-}
-
 // As in a run; a pairing based only on the order of the names is kept as a map.
 void PairViews(const std::vector<std::string>& views,
                const CameraReadOptions& options, RecordingSurvey* survey) {
@@ -216,18 +196,15 @@ void SettleUnit(const SurveyRequest& request,
       if (first) throw;
       continue;
     }
-    const double distance_m = WorkingDistance(cameras);
-    const bool possible =
-        distance_m >= kMinDistance && distance_m <= kMaxDistance;
-    if (!first && !possible) continue;
+    if (!first && !IsWorkingDistance(WorkingDistance(cameras))) continue;
     SurveyTrial trial = Try(request, options, cameras, beginning);
-    if (first || HasPlausibleHeight(trial.report)) {
+    if (first || IsStature(trial.report.height_m)) {
       survey->cameras = cameras;
       survey->unit = unit.name;
       static_cast<SurveyTrial&>(*survey) = std::move(trial);
     }
     // The height of non-human subjects carries no information on the unit.
-    if (HasPlausibleHeight(survey->report) ||
+    if (IsStature(survey->report.height_m) ||
         !IsHuman(beginning.header.skeleton)) {
       return;
     }
@@ -249,7 +226,7 @@ void SettleJoints(SurveyRequest request, const DetectionSequence& beginning,
                   RecordingSurvey* survey) {
   constexpr double kClearlyMore = 1.05;
   constexpr double kWorse = 1.25;
-  const double usual = UsualJoints(beginning);
+  const double usual = survey->report.joints_of_17;
   InitialisationOptions& new_people = request.options.tracker.initialisation;
   request.options.cameras.map = survey->map;
   while (const auto joints = FewerJoints(usual, new_people.min_joints)) {
