@@ -55,9 +55,9 @@ class Limbs {
   Pair shoulders_;
 };
 
-// Determines the scale from the first frames in which two views show the
-// subject: the median, over pairs of views and frames, of the stature of people
-// from their limbs, or of the extent of a non-human subject. The scale is 1 for
+// Determines the scale from the first ten frames in which two views agree on
+// subjects: the median of the stature of people from their limbs, or of the
+// size of other subjects from the distances of their joints. The scale is 1 for
 // people between 0.5 and 2.3 m and for a subject that cannot be measured.
 class SubjectGauge {
  public:
@@ -75,10 +75,9 @@ class SubjectGauge {
   SubjectScale Scale() const;
 
  private:
-  void SeePair(size_t a, size_t b, const DetectionFrame& frame);
-
-  const double cameras_m_;  // distance between them
-  CameraRig cameras_;       // in a world in which that distance is 1
+  const double cameras_m_;   // distance between them
+  const CameraRig cameras_;  // in a world in which that distance is 1
+  DetectionHeader header_;
   const double stated_m_;
   const Limbs limbs_;
   const bool is_human_;

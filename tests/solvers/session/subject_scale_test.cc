@@ -256,9 +256,11 @@ TEST(SubjectScale, PointsFarFromTheBodyDoNotCount) {
       }
     }
   }
-  // Only a few of the body's own points are excluded.
-  EXPECT_NEAR(Measured(with_lure, 1.0).size_m(), Measured(animal, 1.0).size_m(),
-              0.2);
+  // Each joint has three of nineteen others farther away: its median distance
+  // is the 0.59 quantile of those within the body.
+  const double size_m = Measured(animal, 1.0).size_m();
+  EXPECT_NEAR(size_m, kStature_m, 0.3);
+  EXPECT_NEAR(Measured(with_lure, 1.0).size_m(), size_m, 0.25 * size_m);
 }
 
 // The size of a box with two points is their distance.
@@ -311,7 +313,7 @@ TEST(SubjectScale, AStreamOfOthersBeginsWithItsSize) {
       written += now;
     }
     EXPECT_EQ(waited > 0, !is_human);
-    EXPECT_LT(waited, 40U);
+    EXPECT_LT(waited, 12U);
     written += session.Finish().size();
     EXPECT_EQ(written, recording.detections.frames.size());
   }
