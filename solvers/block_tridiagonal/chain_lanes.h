@@ -116,8 +116,9 @@ struct LaneKernels {
   // Solves H step = -gradient, step [frames][6][lanes], for the chains, their
   // couplings and `damping` times the chains' diagonal: conjugate gradients,
   // preconditioned with the chains, until the residual is `accuracy` times the
-  // gradient in the chains' norm. False where the chains are not positive
-  // definite.
+  // gradient in the chains' norm. False where the gradient is not finite,
+  // the chains are not positive definite, or the whole has no positive
+  // curvature along the first direction.
   bool (*solve_coupled)(const ChainLanes& chains, const LaneSystemRows& system,
                         const LaneCouplings& couplings, double damping,
                         double accuracy, double* workspace, double* step);

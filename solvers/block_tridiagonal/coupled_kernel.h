@@ -8,6 +8,8 @@
 #ifndef KINEGRAPH_SOLVERS_BLOCK_TRIDIAGONAL_COUPLED_KERNEL_H_
 #define KINEGRAPH_SOLVERS_BLOCK_TRIDIAGONAL_COUPLED_KERNEL_H_
 
+#include <cmath>
+
 #include "core/base/pack.h"
 #include "solvers/block_tridiagonal/chain_kernel.h"
 #include "solvers/block_tridiagonal/chain_lanes.h"
@@ -77,8 +79,9 @@ class CoupledSolve {
     return true;
   }
 
-  // After a successful factorisation.
-  void Solve(const double* gradient, double accuracy, double* step) {
+  // After a successful factorisation. False where the gradient is not finite or
+  // the first direction has no positive curvature.
+  bool Solve(const double* gradient, double accuracy, double* step) {
     constexpr int kMaxIterations = 100;
     const long size = 6L * frames_ * chains_.lanes;
     for (long i = 0; i < size; ++i) {
@@ -89,15 +92,22 @@ class CoupledSolve {
     double first = 0.0;
     for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
       const double now = Condition();
-      if (iteration == 0) first = now;
+      if (iteration == 0) {
+        if (!std::isfinite(now)) return false;
+        first = now;
+      }
       if (!(now > accuracy * accuracy * first)) break;
       const double chains = Turn(iteration == 0 ? 0.0 : now / before);
       before = now;
       const double curvature = chains + Couple();
-      if (!(curvature > 0.0)) break;
+      if (!(curvature > 0.0)) {
+        if (iteration == 0) return false;
+        break;
+      }
       Advance(now / curvature);
     }
     for (long i = 0; i < size; ++i) step[i] = solution_[i];
+    return true;
   }
 
  private:
@@ -312,8 +322,7 @@ bool SolveCoupledLanesWith(const ChainLanes& chains,
                            double accuracy, double* workspace, double* step) {
   CoupledSolve<T> solve(chains, couplings, workspace);
   if (!solve.Factorise(system.diagonal, damping)) return false;
-  solve.Solve(system.gradient, accuracy, step);
-  return true;
+  return solve.Solve(system.gradient, accuracy, step);
 }
 
 template <typename T>
