@@ -351,7 +351,7 @@ void RunCameras() {
 // ---- Held-out cameras
 
 void RunHeldOut() {
-  RefuseFlags({"tracks", "ground_truth"});
+  RefuseFlags({"tracks", "ground_truth", "unit"});
   const std::vector<std::string> runs = ParseList(FLAGS_runs, "runs");
   const std::vector<FrameRange> frames = Frames();
   const std::vector<FrameRange> folds = ParseFrameRanges(FLAGS_folds);

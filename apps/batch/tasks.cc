@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cstdlib>
+#include <cstring>
 #include <mutex>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
@@ -129,7 +130,8 @@ std::string RunStep(const TaskStep& step, const std::string& folder) {
   const std::string errors = folder + "/" + kErrors;
   const ProcessEnd end = RunInFolder(std::move(words), folder, kLog, kErrors);
   if (end.not_started != 0) {
-    throw std::runtime_error("no process can be started");
+    throw std::runtime_error("no process can be started (" +
+                             std::string(std::strerror(end.not_started)) + ")");
   }
   const std::string said = IsFile(errors) ? ReadTextFile(errors) : "";
   InputFiles::Forget(errors);

@@ -222,6 +222,7 @@ TEST_F(EvaluateProgramTest, BadUsageIsOneLineAndTwo) {
            {"--protocol=held_out_camera" + both, "--tracks has no meaning"},
            {"--protocol=held_out_camera --cameras=x",
             "--detections is required"},
+           {"--protocol=held_out_camera --unit=mm", "--unit has no meaning"},
            {"--protocol=shelf --tracks=/nowhere --ground_truth='" + truth_ +
                 "'",
             "/nowhere"},
