@@ -89,13 +89,14 @@ std::vector<TaskStep> StepsOf(const Manifest& manifest,
   return steps;
 }
 
-// The checksum of a file's contents; nothing for a folder or pipe.
+// The path with a checksum of the file; the path alone for a folder or pipe.
 std::string ContentMark(const std::string& path) {
   if (path.empty() || !IsFile(path)) return path + "\n";
   return fmt::format("{} {:08x}\n", path, Crc32(ReadBytes(path)));
 }
 
-// Output of a task's programs, with the error of the last one.
+// In the task's folder: standard output of all its programs, and standard error
+// of the one that runs.
 constexpr const char* kLog = "log.txt";
 constexpr const char* kErrors = "errors.txt";
 

@@ -106,7 +106,6 @@ std::string WithHome(const std::string& value) {
   return home + value.substr(1);
 }
 
-// Parses the arguments in one pass.
 class CommandLineParser {
  public:
   explicit CommandLineParser(const std::vector<std::string>& arguments)

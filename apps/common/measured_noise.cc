@@ -103,8 +103,9 @@ JointNoise ReadGroup(const JsonField& field, const JsonField& missing,
   return noise;
 }
 
-// By joint, the share by which it is found, with the miss rate reduced by the
-// factor. The entry "bins" describes the others.
+// For each joint, the probability of being found, by the camera's azimuth; the
+// miss rate is multiplied by `missing`. The entry "bins" describes the bins of
+// azimuth.
 std::map<std::string, std::vector<double>> ReadAzimuths(const JsonField& table,
                                                         double missing) {
   std::map<std::string, std::vector<double>> found;
@@ -167,7 +168,7 @@ void ApplyNoiseModel(const std::string& path, const NoiseModelOptions& options,
   noise->missed_burst_s = one_missed.mean_s;
   noise->hidden_missed_rate =
       Scaled(ReadShare(missed, "p_missed_if_mostly_hidden"), options.missed);
-  noise->min_joints = 4;  // as where these parameters were measured
+  noise->min_joints = 4;  // as in the measurement
   noise->false_people =
       Size(root.At("false_positive_person"), "mean_per_image") *
       options.false_people;
