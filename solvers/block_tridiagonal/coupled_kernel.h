@@ -1,6 +1,6 @@
-// The arithmetic of LaneKernels::solve_coupled (chain_lanes.h) over a type of
-// pack. Included by files that are compiled for one instruction set each, so it
-// must not use Eigen.
+// The arithmetic of LaneKernels::solve_coupled (chain_lanes.h), templated on
+// the SIMD type (core/base/pack.h). Included by files that are compiled for one
+// instruction set each, so it must not use Eigen.
 //
 // H = M + C, with M the chains and C the couplings. Directions d of conjugate
 // gradients are z + turn * d with M z = r, so M d follows from the previous
@@ -301,7 +301,7 @@ class CoupledSolve {
   double* by_chains_;    // M d
   double* solution_;
   double* by_couplings_;  // C d, of the positions
-  double* by_first_;      // and of the first states by their prior
+  double* by_first_;      // C d, of the first frame's states by their prior
   double* sums_;
 };
 
