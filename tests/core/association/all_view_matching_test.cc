@@ -19,7 +19,7 @@ Pose3d Box(double x_m, double y_m) {
 
 class AllViewMatcherTest : public ::testing::Test {
  protected:
-  // What all cameras see of these boxes, in this order.
+  // Every camera observes these boxes, in this order.
   void See(const std::vector<Pose3d>& boxes) {
     observations_.assign(cameras_.size(), {});
     for (size_t v = 0; v < cameras_.size(); ++v) {
@@ -69,7 +69,7 @@ TEST_F(AllViewMatcherTest, AHiddenBottomDoesNotMatter) {
   EXPECT_EQ(Match({Box(0.1, 0.0), Box(1.0, 0.9)}, 0.25), Matches(4, {0, 1}));
 }
 
-// Nobody moves by 1.1 m in a quarter of a second.
+// No person moves by 1.1 m in a quarter of a second.
 TEST_F(AllViewMatcherTest, TheSearchGrowsWithTheAge) {
   See({Box(0.8, 0.8)});
   EXPECT_EQ(Match({Box(0.0, 0.0)}, 0.25), Matches(4, {-1}));

@@ -132,7 +132,7 @@ TEST(OfflineFilterTest, NothingBeforeTheFirstOrAfterTheLastSample) {
 class EveryStrategyTest : public ::testing::TestWithParam<int> {
  protected:
   OutputKind kind() const { return static_cast<OutputKind>(GetParam()); }
-  // Window and batch have different rules.
+  // The others bridge gaps and report covariances by different rules.
   bool IsFilter() const {
     return kind() != OutputKind::kWindow && kind() != OutputKind::kBatch &&
            kind() != OutputKind::kGaussian;
@@ -184,7 +184,7 @@ TEST_P(EveryStrategyTest, FillsTheSameFramesAndNothingElse) {
       EXPECT_TRUE(joint.position_m.allFinite());
       bridged += joint.status == JointStatus::kInferred ? 1 : 0;
       if (!IsFilter()) continue;
-      // The initial poses: nearest points of two or more rays.
+      // Observed where the initial pose is, which needs two or more rays.
       if (kind() != OutputKind::kRobustTriangulation) {
         EXPECT_EQ(joint.status == JointStatus::kObserved,
                   recording.frames[k].initial[j].present());
@@ -220,9 +220,8 @@ TEST_P(EveryStrategyTest, CausalOnesDoNotKnowTheFuture) {
 }
 
 TEST_P(EveryStrategyTest, IsNearTheTruth) {
-  // Median and Gaussian flatten the bounce of 3 cm, causal ones lag by some
-  // hundredths of a second at 1 m/s; no result is farther from the truth than
-  // the raw points.
+  // Median and Gaussian flatten the bounce of 3 cm; causal ones lag by some
+  // hundredths of a second at 1 m/s.
   const testing::SimulatedRecording recording = Walk(0.0);
   EXPECT_LT(
       testing::RootMeanSquare(recording.truth, Estimate(recording.frames)),

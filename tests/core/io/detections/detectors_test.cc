@@ -83,7 +83,8 @@ TEST(DetectorFiles, MmposeSaysWhatIsWrong) {
                              "keypoints: found 17 joints, expected 26"}});
 }
 
-// H36M's 17 are not COCO's, and no layout has CrowdPose's 14.
+// The number of joints does not identify a layout: H36M has 17, as COCO;
+// CrowdPose's 14 are in no layout that is known.
 TEST(DetectorFiles, MmposeStatesItsJoints) {
   const auto file = [](const std::string& meta, int joints) {
     return R"({"meta_info": {)" + meta + R"(}, "instance_info": )" +
@@ -246,7 +247,8 @@ TEST(DetectorFiles, TablesAsSpreadsheetsAndEditorsLeaveThem) {
                  "unsure.csv: is a text in UTF-16, expected UTF-8"}});
 }
 
-// Whether the first two joints are measurements.
+// Expects the first joint, at (0, 0), to be found only if zeros are positions,
+// and the second always.
 void ExpectOnlySecond(const std::string& path) {
   SCOPED_TRACE(path);
   for (const ZeroConfidence zero :
@@ -293,7 +295,7 @@ TEST(DetectorFiles, JointsAtZeroAreMissingInEveryFormat) {
        std::vector<std::pair<const char*, std::string>>{
            {"alphapose.json", R"([{"image_id": "7.jpg", "keypoints": [)" +
                                   coco + R"(], "score": 1, "idx": 0}])"},
-           // Without confidences beside COCO's flags.
+           // Visibility flags of COCO without a list of confidences.
            {"views.json",
             R"({"images": [{"id": 1, "camera": "a", "frame": 7}], )"
             R"("annotations": [{"image_id": 1, "keypoints": [)" +
@@ -337,7 +339,7 @@ TEST(DetectorFiles, SharesOfTheImageAreNoPixels) {
        {RecordingOf(20, "[[655360, 1e5, 1], [9e6, 1e6, 1]]", pixels),
         "view 'cam1': positions are within x 6.55e+05 .. 9e+06 and y 1e+05 .. "
         "1e+06, where no image reaches"}});
-  // Neither a person in the corner of a view nor joints at the position that
+  // Accepted: a person in the corner of a view, and joints at the position that
   // represents missing ones.
   const std::string odd =
       WithReplaced(RecordingOf(20, pixels, pixels), pixels, shares);
