@@ -61,7 +61,7 @@ DEFINE_bool(keys, false,
             "commented configuration with its values");
 
 DEFINE_string(axes, "",
-              "world axes that the file's X,Y,Z are, such as x,-y,-z, in "
+              "world axes that become the file's X,Y,Z, such as x,-y,-z, in "
               "formats that have their own, as for `convert`");
 
 namespace kinegraph {
@@ -334,8 +334,8 @@ void AddBadFrames(const BadFrames& bad, RecordingReport* report) {
   passed.kind = "bad_frames";
   passed.evidence = fmt::format(
       "{} {}{}", bad.count,
-      bad.count == 1 ? "frame that cannot be read was passed over: "
-                     : "frames that cannot be read were passed over, the last "
+      bad.count == 1 ? "frame that cannot be read was skipped: "
+                     : "frames that cannot be read were skipped, the last "
                        "one: ",
       bad.last);
   passed.fix = "without input.skip_bad_frames the first one ends the run";

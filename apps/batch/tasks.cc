@@ -140,8 +140,9 @@ std::string RunStep(const TaskStep& step, const std::string& folder) {
     return "kinegraph-" + step.command + " was ended by signal " +
            std::to_string(end.signal);
   }
-  return said.empty() ? "kinegraph-" + step.command + " failed without a word"
-                      : Printable(LastLine(said), 1000);
+  return said.empty()
+             ? "kinegraph-" + step.command + " failed without a message"
+             : Printable(LastLine(said), 1000);
 }
 
 std::string TaskJson(const Task& task) {

@@ -136,7 +136,7 @@ TEST_F(TrackResultTest, AStreamKeepsWhatStandsBeforeABadLine) {
     EXPECT_EQ(ReadTracks(Path("day.jsonl")).frames.size(),
               static_cast<size_t>(kFrames));
     EXPECT_THAT(ContentOf(Path("day.summary.json")),
-                HasSubstr("1 frame that cannot be read was passed over"));
+                HasSubstr("1 frame that cannot be read was skipped"));
   }
 }
 
