@@ -413,7 +413,7 @@ TEST(InputTest, AChangeUnderneathIsNoHarm) {
   }
 }
 
-TEST(GoneTest, AFlagThatWentSaysWhatReplacesIt) {
+TEST(RemovedFlagTest, ARemovedFlagNamesItsReplacement) {
   for (const std::string command : {"track", "compare", "reproduce"}) {
     for (const std::string flag :
          {"--resume", "--noresume", "--checkpoint_s=5"}) {

@@ -61,7 +61,7 @@ TEST(OfflineFilterTest, BridgesShortGapsAndMarksThem) {
   }
 }
 
-TEST(OfflineFilterTest, LongGapsPartTheSignal) {
+TEST(OfflineFilterTest, LongGapsSplitTheSignal) {
   std::vector<EstimatorFrame> frames = {FrameAt(0, 0.0), FrameAt(1, 1.0),
                                         FailedFrame(2),  FailedFrame(3),
                                         FailedFrame(4),  FrameAt(5, 5.0)};
@@ -203,7 +203,7 @@ TEST_P(EveryStrategyTest, FillsTheSameFramesAndNothingElse) {
   EXPECT_TRUE(bridged > 5 || !IsFilter());
 }
 
-TEST_P(EveryStrategyTest, CausalOnesDoNotKnowTheFuture) {
+TEST_P(EveryStrategyTest, OnlyCausalOnesIgnoreLaterFrames) {
   testing::SimulatedRecording recording = Walk(0.0);
   const auto whole = Estimate(recording.frames);
   recording.frames.resize(30);
@@ -236,7 +236,7 @@ INSTANTIATE_TEST_SUITE_P(
     All, EveryStrategyTest,
     ::testing::Range(0, static_cast<int>(OutputNames().size())), NameOf);
 
-TEST(RobustPointsTest, SurviveWhatSpoilsTheInitialPose) {
+TEST(RobustPointsTest, ResistOutliersThatSpoilTheInitialPose) {
   // Five views, one observation in ten off by 30 to 200 px, and an initial
   // pose that is the least-squares point of all rays.
   const SceneModel scene{testing::RingOfCameras(5, 5.0, 1000.0),
@@ -261,7 +261,7 @@ TEST(RobustPointsTest, SurviveWhatSpoilsTheInitialPose) {
   EXPECT_LT(rms(0.1, OutputKind::kRts), clean_m);
 }
 
-TEST(OfflineFilterTest, RefusalsNameTheEstimator) {
+TEST(OfflineFilterTest, RejectsNonUniformTimeAndInvalidOptions) {
   std::vector<EstimatorFrame> frames = {FrameAt(0, 0.0), FrameAt(1, 1.0),
                                         FrameAt(3, 2.0)};
   EstimatorOptions options;

@@ -63,7 +63,7 @@ std::string Mmpose(int64_t frame, const std::string& instances) {
          instances + "]}]";
 }
 
-TEST(DetectorFiles, MmposeInAllItsShapes) {
+TEST(DetectorFiles, MmposeAsListWithMetaAndPerImage) {
   const TemporaryFolder folder;
   const std::string list = Mmpose(7, Instance(26));
   ExpectHalpe(RecordingIn("cam1.json", list), 7);
@@ -76,7 +76,7 @@ TEST(DetectorFiles, MmposeInAllItsShapes) {
   ExpectHalpe(ReadDetections(folder.path() / "images"), 12);
 }
 
-TEST(DetectorFiles, MmposeSaysWhatIsWrong) {
+TEST(DetectorFiles, MmposeErrorsNameTheEntry) {
   ExpectFaults("odd.json", {{Mmpose(0, Instance(19)),
                              "odd.json: entry 0: keypoints: found 19 joints"},
                             {Mmpose(0, Instance(26) + ", " + Instance(17)),
@@ -85,7 +85,7 @@ TEST(DetectorFiles, MmposeSaysWhatIsWrong) {
 
 // The number of joints does not identify a layout: H36M has 17, as COCO;
 // CrowdPose's 14 are in no layout that is known.
-TEST(DetectorFiles, MmposeStatesItsJoints) {
+TEST(DetectorFiles, MmposeJointsByTheFilesNames) {
   const auto file = [](const std::string& meta, int joints) {
     return R"({"meta_info": {)" + meta + R"(}, "instance_info": )" +
            Mmpose(0, Instance(joints)) + "}";
@@ -112,7 +112,7 @@ TEST(DetectorFiles, MmposeStatesItsJoints) {
         "meta_info.skeleton_links: found 2, expected 0 .. 1"}});
 }
 
-TEST(DetectorFiles, AlphaPoseNamesImagesAndHas26Joints) {
+TEST(DetectorFiles, AlphaPoseFrameFromImageName) {
   const DetectionSequence recording = RecordingIn(
       "cam1.json",
       R"([{"image_id": "frame_000031.jpg", "category_id": 1, "keypoints": [)" +
@@ -129,7 +129,7 @@ constexpr const char* kDeepLabCut =
     "0,10.5,20,0.9,30,40,0.8\n"
     "1,11.5,21,0.9,,,\n";
 
-TEST(DetectorFiles, DeepLabCutOfOne) {
+TEST(DetectorFiles, DeepLabCutWithOneAnimal) {
   const DetectionSequence recording = RecordingIn("cam1.csv", kDeepLabCut);
   EXPECT_THAT(recording.header.skeleton.joints(), ElementsAre("l_hip", "tail"));
   ASSERT_EQ(recording.frames.size(), 2u);
@@ -140,7 +140,7 @@ TEST(DetectorFiles, DeepLabCutOfOne) {
 }
 
 // One network per camera, each with its own order of joints.
-TEST(DetectorFiles, ViewsHaveTheSameJoints) {
+TEST(DetectorFiles, ViewsMustHaveTheSameJoints) {
   const TemporaryFolder folder;
   folder.Write("take/cam1.csv", kDeepLabCut);
   folder.Write("take/cam2.csv",
@@ -151,7 +151,7 @@ TEST(DetectorFiles, ViewsHaveTheSameJoints) {
                    "as in the first file");
 }
 
-TEST(DetectorFiles, DeepLabCutOfSeveralAndLabelledImages) {
+TEST(DetectorFiles, DeepLabCutWithSeveralAnimalsAndLabelledImages) {
   const DetectionSequence recording = RecordingIn(
       "cam1.csv",
       "scorer,,,me,me,me,me\nindividuals,,,a,a,b,b\nbodyparts,,,nose,nose,nose,"
@@ -163,7 +163,7 @@ TEST(DetectorFiles, DeepLabCutOfSeveralAndLabelledImages) {
   EXPECT_EQ(JointOf(recording, 0, 0, 1, 0).confidence, 1.0);
 }
 
-TEST(DetectorFiles, DeepLabCutSaysWhatIsWrong) {
+TEST(DetectorFiles, DeepLabCutErrorsNameTheLine) {
   const std::string good = kDeepLabCut;
   ExpectFaults(
       "a.csv",
@@ -193,7 +193,7 @@ TEST(DetectorFiles, CocoHasItsOwnBones) {
   EXPECT_EQ(skeleton.joints().front(), "l_hip");
 }
 
-TEST(DetectorFiles, MediaPipeTablesInPixelsAlone) {
+TEST(DetectorFiles, MediaPipeTablesMustBeInPixels) {
   const std::string header =
       "frame,left_hip_x,left_hip_y,left_hip_visibility,right_hip_x,right_hip_y,"
       "right_hip_visibility\n";
@@ -221,7 +221,7 @@ std::string Carriage(const std::string& text, const std::string& end) {
   return other;
 }
 
-TEST(DetectorFiles, TablesAsSpreadsheetsAndEditorsLeaveThem) {
+TEST(DetectorFiles, TablesAsWrittenBySpreadsheetsAndEditors) {
   const std::string mark = "\xef\xbb\xbf";
   for (const std::string text :
        {kDeepLabCut,
@@ -322,7 +322,7 @@ std::string RecordingOf(int count, const std::string& first_view,
   return text;
 }
 
-TEST(DetectorFiles, SharesOfTheImageAreNoPixels) {
+TEST(DetectorFiles, RejectsNormalisedPositions) {
   const std::string shares = "[[0.5, 0.25, 1], [0.75, 0.5, 1]]";
   const std::string of_signs = "[[-0.75, 0.25, 1], [0.5, -0.5, 1]]";
   const std::string pixels = "[[0.5, 0.25, 1], [640, 360, 1]]";
@@ -351,7 +351,7 @@ TEST(DetectorFiles, SharesOfTheImageAreNoPixels) {
   }
 }
 
-TEST(DetectorFiles, TimesAreNoFrameNumbers) {
+TEST(DetectorFiles, RejectsTimesAsFrameNumbers) {
   const TemporaryFolder folder;
   for (const auto& [name, said] :
        {std::pair{"cam1_1716223456789", "a time in milliseconds since 1970"},
