@@ -52,7 +52,7 @@ DEFINE_string(corrections, "",
 DEFINE_string(
     out, "",
     "tracks to write: .jsonl, or the extension of another format of `convert "
-    "--formats` (.csv, .npz, ...); .trc for a folder with a file a person");
+    "--formats` (.csv, .npz, ...); .trc for a folder with a file per person");
 DEFINE_string(markers, "ours",
               "names of the joints in formats such as TRC: ours (l_hip), "
               "pose2sim (LHip) or opensim, as for `convert`");
@@ -429,8 +429,8 @@ void RunTrack() {
   std::fputs(text.c_str(), said);
   if (!ended.has_value()) return;
   throw InputError(fmt::format(
-      "{}; the {} frames before it are kept (input.skip_bad_frames=true passes "
-      "such frames over)",
+      "{}; the {} frames before it are kept (input.skip_bad_frames=true skips "
+      "such frames)",
       ended->what(), summary.frames));
 }
 
