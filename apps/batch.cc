@@ -46,7 +46,7 @@ const Task& ChosenTask(const std::vector<Task>& tasks) {
     }
   }
   throw InputError("--task: '" + Printable(FLAGS_task) +
-                   "' is none; --list names them");
+                   "' is no task; --list prints their names");
 }
 
 // Tasks not done yet. Results of other settings are never mixed in and never
@@ -67,7 +67,7 @@ std::vector<Task> TasksToDo(const std::vector<Task>& tasks, bool resume) {
   if (done > 0 && !resume) {
     throw InputError(
         FLAGS_out, "",
-        fmt::format("{} tasks are done there already; --resume does the others",
+        fmt::format("{} tasks are done already; --resume runs the others",
                     done));
   }
   return missing;

@@ -97,8 +97,9 @@ void CheckCompareFlags() {
                     "protocol", "markers", "folds", "parameters",
                     "held_out_set", "fit_shift", "errors", "angles"});
     if (!other.empty()) {
-      throw InputError("--" + other +
-                       " is of one recording: it does not go with --manifest");
+      throw InputError(
+          "--" + other +
+          " applies to one recording: it does not go with --manifest");
     }
   }
   if (FLAGS_ground_truth.empty() != FLAGS_protocol.empty()) {
@@ -129,7 +130,7 @@ void CheckCompareFlags() {
 
 FrameRange AllFrames(const FrozenRun& run) {
   if (run.tracks.frames.empty()) {
-    throw InputError(FLAGS_detections, "", "no frame in the frames asked for");
+    throw InputError(FLAGS_detections, "", "no frame in the requested frames");
   }
   return {run.first_frame, run.tracks.frames.back().frame + 1};
 }

@@ -29,17 +29,19 @@ DEFINE_string(image_size, "",
               "image size [px] of a calibration without one: W,H");
 DEFINE_string(
     axes, "",
-    "world axes that the file's X,Y,Z are, such as x,-z,y: of the format that "
-    "has its own, written or read (see --formats), else of the input");
+    "world axes that become the file's X,Y,Z, such as x,-z,y; applies to the "
+    "format with its own axes (see --formats), written or read, else to the "
+    "input");
 DEFINE_string(markers, "ours",
               "names of the joints in formats that name them: ours (l_hip), "
               "pose2sim (LHip, Hip) or opensim (LHip, midHip)");
 DEFINE_string(person, "",
               "the one person to write: the identity's number, or the name "
               "that NAME.identity.jsonl beside the input gives it");
-DEFINE_string(set, "",
-              "keys of reading: cameras.KEY=value;detections.KEY=value;"
-              "tracks.first_frame=N");
+DEFINE_string(
+    set, "",
+    "keys that control reading: cameras.KEY=value;detections.KEY=value;"
+    "tracks.first_frame=N");
 DEFINE_bool(formats, false, "list the formats and exit");
 
 namespace kinegraph {

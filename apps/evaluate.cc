@@ -41,7 +41,7 @@ DEFINE_string(person, "",
 DEFINE_string(
     align, "both",
     "markers: what is aligned before scoring: both, clock, world or none");
-DEFINE_bool(drift, false, "markers: one clock may run faster than the other");
+DEFINE_bool(drift, false, "markers: estimate a clock drift too");
 DEFINE_string(out, "", "markers: new folder for tables, plots and the page");
 DEFINE_string(head, "",
               "PCP: chu, mvpose, voxelpose, 4d or raw; empty: the protocol's");
@@ -53,9 +53,9 @@ DEFINE_string(
     "frames of the tracks to score: A:B,... includes A and excludes B; "
     "empty: the protocol's");
 DEFINE_string(annotated, "",
-              "identity: everybody or some (then a pose beside all annotated "
-              "people counts neither way); empty: some for actorsGT.mat of "
-              "Shelf and Campus, else everybody");
+              "identity: everybody or some (then poses far from all annotated "
+              "people are ignored); empty: some for actorsGT.mat of Shelf and "
+              "Campus, else everybody");
 DEFINE_bool(lost, false, "PCP: list every lost part");
 DEFINE_string(cameras, "",
               "cameras, held_out_camera: calibration file or folder");

@@ -219,7 +219,7 @@ std::string ConfigText(const RecordingSurvey& survey) {
               : "unit = " + JsonText(survey.unit) + "  # by people's height\n";
   if (survey.cameras_are_off || survey.clocks_are_off) {
     text +=
-        "# Some see people at another place or time than others: corrected if\n"
+        "# Some cameras see people at another place or time: corrected if\n"
         "# the other half of the recording then fits better.\n";
   }
   if (survey.cameras_are_off) text += "refine = \"pose\"\n";

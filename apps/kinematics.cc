@@ -29,10 +29,10 @@
 #include "core/kinematics/ground.h"
 
 DEFINE_string(tracks, "", "3D tracks in any format that is read");
-DEFINE_string(out, "", "NAME.csv: a row a person and frame");
+DEFINE_string(out, "", "NAME.csv: a row per person and frame");
 DEFINE_string(up, "auto",
               "axis of the world that points upwards: x, -x, y, -y, z, -z; "
-              "auto: as the format of the file, the floor and people say");
+              "auto: from the file's format, the floor and the people");
 DEFINE_bool(observed, false,
             "joints that fewer than two views support in a frame count as "
             "missing");
@@ -159,7 +159,7 @@ std::string Digest(const KinematicsTable& table, const PersonNames& names) {
   }
   add("pelvis along the floor: median, m/s", "pelvis_speed_m_s",
       [](const auto& values) { return Fixed(Quantile(values, 0.5), 2); });
-  add("pelvis along the floor: way, m", "pelvis_path_m",
+  add("pelvis along the floor: path, m", "pelvis_path_m",
       [](const auto& values) {
         return Fixed(values.empty() ? std::nan("") : values.back(), 2);
       });

@@ -41,22 +41,21 @@ DEFINE_string(ground_truth, "", "ground truth to show beside the tracks");
 DEFINE_string(cameras, "", "calibration file or folder");
 DEFINE_string(detections, "", "2D detections: a file or a folder");
 DEFINE_string(config, "",
-              "configuration that says how cameras and detections "
-              "are read (TOML, as for track)");
+              "configuration of how cameras and detections are read (TOML, as "
+              "for track)");
 DEFINE_string(set, "", "keys to change: key=value;key=value");
 DEFINE_string(without_cameras, "", "names of cameras to leave out: a,b");
 DEFINE_string(images, "",
               "pictures or videos behind the panels: VIEW=PATTERN;VIEW=VIDEO, "
               "where a number such as %06d in a pattern is the frame's (JPEG "
               "or PNG), and a video (.mp4, .mov, .webm, .mkv) begins with "
-              "frame 0, or N with VIDEO@N; they stay where they are and are "
-              "linked");
+              "frame 0, or N with VIDEO@N; the page links to the files");
 DEFINE_double(embed_megabytes, 0.0,
-              "puts what --images names into the page as the files are, "
-              "pictures of as many frames as fit into this size; 0: linked");
+              "embeds the files of --images in the page unchanged, pictures of "
+              "as many frames as fit into this size; 0: linked");
 DEFINE_string(doctor, "",
               "folder that `doctor` wrote for this recording; its findings "
-              "stand first on the page");
+              "come first on the page");
 DEFINE_string(title, "", "heading of the page; default: the tracks' name");
 DEFINE_string(up, "auto", "upward axis: auto, x, y, z, -x, -y or -z");
 DEFINE_string(unit, "",

@@ -52,7 +52,7 @@ DEFINE_string(corrections, "",
 DEFINE_string(
     out, "",
     "tracks to write: .jsonl, or the extension of another format of `convert "
-    "--formats` (.csv, .npz, ...); .trc for a folder with a file a person");
+    "--formats` (.csv, .npz, ...); .trc for a folder with a file per person");
 DEFINE_string(markers, "ours",
               "names of the joints in formats such as TRC: ours (l_hip), "
               "pose2sim (LHip) or opensim, as for `convert`");
@@ -61,7 +61,7 @@ DEFINE_bool(keys, false,
             "commented configuration with its values");
 
 DEFINE_string(axes, "",
-              "world axes that the file's X,Y,Z are, such as x,-y,-z, in "
+              "world axes that become the file's X,Y,Z, such as x,-y,-z, in "
               "formats that have their own, as for `convert`");
 
 namespace kinegraph {
@@ -334,8 +334,8 @@ void AddBadFrames(const BadFrames& bad, RecordingReport* report) {
   passed.kind = "bad_frames";
   passed.evidence = fmt::format(
       "{} {}{}", bad.count,
-      bad.count == 1 ? "frame that cannot be read was passed over: "
-                     : "frames that cannot be read were passed over, the last "
+      bad.count == 1 ? "frame that cannot be read was skipped: "
+                     : "frames that cannot be read were skipped, the last "
                        "one: ",
       bad.last);
   passed.fix = "without input.skip_bad_frames the first one ends the run";
@@ -429,8 +429,8 @@ void RunTrack() {
   std::fputs(text.c_str(), said);
   if (!ended.has_value()) return;
   throw InputError(fmt::format(
-      "{}; the {} frames before it are kept (input.skip_bad_frames=true passes "
-      "such frames over)",
+      "{}; the {} frames before it are kept (input.skip_bad_frames=true skips "
+      "such frames)",
       ended->what(), summary.frames));
 }
 

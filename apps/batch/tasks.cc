@@ -90,13 +90,14 @@ std::vector<TaskStep> StepsOf(const Manifest& manifest,
   return steps;
 }
 
-// The checksum of a file's contents; nothing for a folder or pipe.
+// The path with a checksum of the file; the path alone for a folder or pipe.
 std::string ContentMark(const std::string& path) {
   if (path.empty() || !IsFile(path)) return path + "\n";
   return fmt::format("{} {:08x}\n", path, Crc32(ReadBytes(path)));
 }
 
-// Output of a task's programs, with the error of the last one.
+// In the task's folder: standard output of all its programs, and standard error
+// of the one that runs.
 constexpr const char* kLog = "log.txt";
 constexpr const char* kErrors = "errors.txt";
 
@@ -141,8 +142,9 @@ std::string RunStep(const TaskStep& step, const std::string& folder) {
     return "kinegraph-" + step.command + " was ended by signal " +
            std::to_string(end.signal);
   }
-  return said.empty() ? "kinegraph-" + step.command + " failed without a word"
-                      : Printable(LastLine(said), 1000);
+  return said.empty()
+             ? "kinegraph-" + step.command + " failed without a message"
+             : Printable(LastLine(said), 1000);
 }
 
 std::string TaskJson(const Task& task) {

@@ -11,8 +11,7 @@
 
 namespace kinegraph {
 
-// One command of a task, run in the task's folder, with its output and its
-// input from other steps.
+// One command of a task, run in the task's folder. Later steps read its output.
 struct TaskStep {
   std::string command;  // "track" for kinegraph-track
   std::vector<std::string> arguments;

@@ -4,8 +4,8 @@
 
 namespace kinegraph {
 
-// Applies the flag, which every command that calls this has; call before
-// reading input. Throws InputError if the program does not exist.
+// Applies --adapter; call before reading input. Commands that call this offer
+// the flag. Throws InputError if the program does not exist.
 void UseAdapterFlag();
 
 }  // namespace kinegraph

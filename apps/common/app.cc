@@ -65,14 +65,13 @@ InputError UnknownFlag(const std::string& name) {
   if (positive == "resume" || positive == "checkpoint_s") {
     return InputError(
         "--" + Printable(name) +
-        " is gone: a recording is done anew; many recordings go on one by "
-        "one with `kinegraph-batch --resume`");
+        " was removed: a recording is processed from its start; "
+        "`kinegraph-batch --resume` skips recordings that are done");
   }
   if (positive == "frames_out") {
     return InputError(
-        "--frames_out was removed: the page draws on the pictures of --images "
-        "and "
-        "saves what it shows as PNG or SVG");
+        "--frames_out was removed: the page draws poses on --images and saves "
+        "its view as PNG or SVG");
   }
   const std::string shown = "unknown flag --" + Printable(name);
   std::string nearest;
@@ -106,7 +105,6 @@ std::string WithHome(const std::string& value) {
   return home + value.substr(1);
 }
 
-// Parses the arguments in one pass.
 class CommandLineParser {
  public:
   explicit CommandLineParser(const std::vector<std::string>& arguments)

@@ -17,9 +17,9 @@ struct RunOptions;
 // InputError if it is in neither place.
 std::string ProjectConfig(const std::string& name);
 
-// A configuration as a user names it: a file, or from any folder one of the
-// project's, with or without "configs/" in front ("paper/shelf.toml"). Throws
-// InputError that lists the project's if it is neither.
+// Path of the configuration that a user names: an existing file, else one of
+// the project's, with or without "configs/" in front ("paper/shelf.toml").
+// Throws InputError listing the project's if there is neither.
 std::string FindConfig(const std::string& path);
 
 // The options of a command: the configuration of --config, by default

@@ -123,7 +123,7 @@ ScoredSet ReadOrMakeSet(const HeldOutInput& input,
         std::string(request.held_out_set.empty()
                         ? "; does --reference hold matches (track it with "
                           "output.observations = true)?"
-                        : " in the frames asked for"));
+                        : " in the requested frames"));
   }
   return scored;
 }

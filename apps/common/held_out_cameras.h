@@ -13,7 +13,8 @@
 
 namespace kinegraph {
 
-// The flags of evaluate, which errors name.
+// Values of the flags of evaluate with these names, by which errors refer to
+// them.
 struct HeldOutRequest {
   std::string cameras;
   std::string detections;
@@ -29,7 +30,7 @@ struct HeldOutRequest {
 
 EvaluationOutput ScoreHeldOutCameras(const HeldOutRequest& request);
 
-// The detections in `frames`; all if there are none.
+// The detections in `frames`; all of them if `frames` is empty.
 HeldOutSet PartIn(const std::vector<FrameRange>& frames, HeldOutSet set);
 
 // The default limit of an error: a tenth of the width of the camera's image.

@@ -11,8 +11,8 @@ struct Machine {
   int threads = 0;        // processors offered by the system
   std::string system;     // "Debian GNU/Linux 12 (bookworm)"
   std::string compiler;
-  // Short hash of the sources from which the program was built, with "-dirty"
-  // if they had changes; "unknown" without a repository.
+  // Short hash of the repository with the program's configurations, when called
+  // (not when built), with "-dirty" if it has changes; "unknown" without one.
   std::string commit;
 };
 

@@ -171,7 +171,6 @@ class SeriesScript {
   }
 
  private:
-  // How the series is drawn.
   std::string With() const {
     const int dash = series_.dashed ? 2 : dotted_ ? 4 : 1;
     switch (series_.style) {
@@ -301,7 +300,6 @@ struct FileCloser {
 };
 using PlotFile = std::unique_ptr<std::FILE, FileCloser>;
 
-// A file without a name.
 PlotFile TemporaryFile() {
   PlotFile file(std::tmpfile());
   if (file == nullptr) {

@@ -29,7 +29,8 @@ enum class PlotStyle {
   kBars,  // from zero; bars of several series are side by side
 };
 
-// Values of one kind. Anything except `x` and `y` may be empty.
+// A curve, a set of points or of bars. Everything except `x` and `y` may be
+// empty.
 struct PlotSeries {
   std::string name;  // in the legend
   PlotStyle style = PlotStyle::kLine;

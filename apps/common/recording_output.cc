@@ -98,15 +98,15 @@ bool IsCommand(const std::string& fix) {
 std::string PresenceText(const RecordingReport& report) {
   if (report.least_confidence == 0.0) return "";
   return fmt::format(
-      "joints below a confidence of {:g} lie anywhere and count as missing\n",
+      "joints below a confidence of {:g} are unreliable and count as missing\n",
       report.least_confidence);
 }
 
 // For two views without any finding.
 std::string PairText(const RecordingReport& report) {
   if (report.cameras.size() != 2 || !report.warnings.empty()) return "";
-  return "note: two cameras hide much of each other's errors; `kinegraph "
-         "doctor` looks closer.\n";
+  return "note: with two cameras many calibration errors remain undetected; "
+         "`kinegraph doctor` checks more.\n";
 }
 
 Json Vector(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
@@ -361,26 +361,26 @@ std::string RefinementText(const ReadyRecording& recording) {
   std::string text;
   if (!lags.empty()) {
     text += fmt::format(
-        "clock, whole frames (of the first view's frame k the frame k + n): "
-        "{}\n",
+        "clock, whole frames (frame k of the first view corresponds to frame "
+        "k + n): {}\n",
         fmt::join(lags, ", "));
   }
   for (const RefineStep& step : refinement.steps) {
     if (step.gain.before_px == 0.0 && !step.taken) {
-      text += step.what + ": left (" + step.reason + ")\n";
+      text += step.what + ": not taken (" + step.reason + ")\n";
       continue;
     }
     text += fmt::format(
         "{}: {}, {:.2f} px instead of {:.2f} on the other half of the "
         "recording{}\n",
-        step.what, step.taken ? "taken" : "left", step.gain.after_px,
+        step.what, step.taken ? "taken" : "not taken", step.gain.after_px,
         step.gain.before_px,
         step.reason.empty() ? "" : " (" + step.reason + ")");
   }
   if (const auto& motion = recording.world_motion) {
     text += fmt::format(
-        "the world moves with the cameras: by {:.1f} mm in the mean around "
-        "where they look, turned by {:.2f} degrees, lengths by {:+.2f} %\n",
+        "the refined cameras move the world: by {:.1f} mm on average in the "
+        "region they see, turned by {:.2f} degrees, lengths by {:+.2f} %\n",
         1e3 * motion->moved_m, motion->turned_deg,
         100.0 * (motion->scale - 1.0));
   }

@@ -94,7 +94,7 @@ void FitToClips(const ConfigFile& config, const std::vector<MotionClip>& clips,
   scene->duration_s = frames / scene->frame_rate_hz;
 }
 
-// ---- scene.json: the request, and the truth behind each detection ----
+// ---- scene.json: the configuration, and the truth of each detection ----
 
 std::string Quoted(const std::string& text) { return "\"" + text + "\""; }
 
@@ -196,7 +196,8 @@ SyntheticRecording MakeRecording(const std::string& config_path,
       ReadClips(config_path, motion, &read.options.motion);
   if (!clips.empty() && !read.file.Has("scene.skeleton")) {
     const Skeleton part = JointsOfClips(clips, read.skeleton);
-    // Without a trunk the error names the first missing joint.
+    // People need a trunk. If the clips lack it, the whole skeleton is kept, so
+    // that MakeRecordedPeople reports the first missing joint.
     const auto has = [&part](const char* joint) {
       return part.IndexOf(joint) >= 0;
     };
@@ -251,7 +252,8 @@ RecordingFiles WriteRecording(const SyntheticRecording& recording,
       in_folder("cameras.json"), in_folder("detections.jsonl"),
       in_folder("truth.jsonl"), in_folder("scene.json")};
   AtomicFiles aside;
-  // The files are not renamed atomically, so old ones are removed first.
+  // Files are renamed one after another. Removing the old ones first prevents a
+  // mixture of two recordings if the process is killed in between.
   for (const std::string& path :
        {files.scene, files.cameras, files.detections, files.truth}) {
     aside.Aside(path);

@@ -121,7 +121,7 @@ TrackInput::TrackInput(std::string command, const std::string& unit_flag,
       })) {
     throw InputError(
         "--unit belongs to tracks whose format does not specify it, "
-        "as BVH; these specify theirs");
+        "such as BVH; the formats of these files specify it");
   }
 }
 

@@ -30,9 +30,8 @@ class TrackOutput {
  public:
   // Throws as CheckTrackOutput and AtomicFiles. `observations` as in
   // TrackWriteOptions. `markers` names the joints in formats that have marker
-  // names; others keep ours. `cameras` are, besides people, evidence on the
-  // vertical: Finish() reports a format whose vertical axis differs, by
-  // definition or by `axes`.
+  // names; others keep ours. Finish() estimates the vertical from `cameras` and
+  // people, and reports if that of the format (or of `axes`) differs.
   TrackOutput(const std::string& path, const TrackHeader& header,
               bool observations, const PersonNames& names, MarkerNames markers,
               const CameraRig& cameras, const std::optional<AxisMap>& axes);

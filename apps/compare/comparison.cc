@@ -387,7 +387,7 @@ FrozenRecording FreezeRecording(const RecordingInput& input, int threads) {
   }
   recording.run = FreezeTracking(recording.options, request, detections);
   if (recording.run.tracks.frames.empty()) {
-    throw InputError(input.detections, "", "no frame in the frames asked for");
+    throw InputError(input.detections, "", "no frame in the requested frames");
   }
   return recording;
 }

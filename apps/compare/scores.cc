@@ -51,7 +51,7 @@ std::vector<RatioSeries> ErrorSeries(const std::vector<PersonError>& people,
   return series;
 }
 
-// Flexions of both, for the joints in both skeletons.
+// Errors of the flexion angles that both skeletons define.
 std::vector<AngleErrors> FlexionErrors(const Comparison& comparison,
                                        const TrackSequence& tracks) {
   const TrackSequence& truth = *comparison.truth;
@@ -223,7 +223,7 @@ void AddBalance(const Comparison& comparison, const BalanceBasis& basis,
   scores->truth_balance = BalanceOf(comparison, of_truth, 1.0);
 }
 
-// The truth by identities and joints of the tracks it is paired with.
+// The truth with the identities and joints of the tracks paired with it.
 TrackSequence TruthAsTracked(const Comparison& comparison,
                              const TrackSequence& tracks) {
   const JointPairs joints =

@@ -12,7 +12,7 @@
 namespace kinegraph {
 namespace {
 
-// The same on points from which outliers were excluded.
+// The strategy applied to robustly triangulated points.
 Strategy OnRobustPoints(Strategy strategy) {
   strategy.name += "_robust";
   strategy.title += ", on robust triangulation";
@@ -48,7 +48,8 @@ std::vector<Strategy> MakeTable() {
   return table;
 }
 
-// Filters with a cut-off, by each rule; some are variants of their own.
+// The filters with a cut-off, each with every rule. Some of these are also in
+// AllStrategies(), under other names.
 std::vector<Strategy> ByRules() {
   std::vector<Strategy> strategies;
   for (const OutputKind kind :

@@ -19,13 +19,14 @@
 
 namespace kinegraph {
 
-// Held-out errors of a recording at several points: the sum of min(error, 30
-// px) and the number of joints; no weight if the recording refuses the point.
+// Held-out errors of a recording at several points, each a strategy with its
+// values: the sum of min(error, 30 px) and the number of joints; weight 0 if
+// the strategy cannot be run on the recording.
 using PointErrors = std::vector<RatioUnit>;
 
 // The point with the least mean over recordings of the recording's mean error,
-// ignoring the recording `left_out` (-1: none). A point that any of them
-// refuses is excluded; nullopt if there is no other.
+// ignoring the recording `left_out` (-1: none). Points that cannot be run on
+// one of them are excluded; nullopt if none remains.
 std::optional<size_t> BestPoint(const std::vector<PointErrors>& recordings,
                                 int left_out);
 
@@ -35,7 +36,7 @@ struct StudyScore {
   StrategyValues values;
   double mean_px = 0.0;
   double standard_error_px = 0.0;  // block bootstrap over frames
-  // To the baseline, paired.
+  // Minus the baseline; the error is of the paired difference.
   double difference_px = 0.0;
   double difference_error_px = 0.0;
   Verdict verdict = Verdict::kNone;

@@ -1,4 +1,4 @@
-// The arithmetic of EliminateDense (dense_lanes.h) over a type of pack.
+// The arithmetic of EliminateDense (dense_lanes.h) over a SIMD type (pack.h).
 // Included by files that are compiled for one instruction set each, so it must
 // not use Eigen.
 //

@@ -38,7 +38,7 @@ struct FrameSpan {
 struct IdentityEdit {
   EditOp op = EditOp::kJoin;
   std::vector<TrackId> persons;
-  // Join, undecided: the last frame of the first, the first of the second.
+  // Join, undecided: persons[0]'s last frame and persons[1]'s first.
   std::optional<FrameSpan> frames;
   // Evidence for it, in order: "bones" and "motion" as log likelihood ratios in
   // nats, "gap_s", ...

@@ -113,7 +113,7 @@ void BoneSolver::AddCouplings(const PersonProblem& problem,
                        const Robustness& robustness) {
     using Factor = std::decay_t<decltype(factor)>;
     static_assert(Factor::kResiduals == 1, "a coupling has one residual");
-    static_assert(Factor::kKeys == 2, "and two ends");
+    static_assert(Factor::kKeys == 2, "a coupling has two ends");
     Linearised<Factor> at;
     if (!LineariseFactor(factor, keys, state_of, &at)) return false;
     const LossValue loss = robustness.Evaluate(at.squared_norm());

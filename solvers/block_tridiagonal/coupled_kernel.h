@@ -1,14 +1,12 @@
-// The arithmetic of LaneKernels::solve_coupled (chain_lanes.h) over a type of
-// pack. Included by files that are compiled for one instruction set each, so it
-// must not use Eigen.
+// The arithmetic of LaneKernels::solve_coupled (chain_lanes.h), templated on
+// the SIMD type (core/base/pack.h). Included by files that are compiled for one
+// instruction set each, so it must not use Eigen.
 //
 // H = M + C, with M the chains and C the couplings. Directions d of conjugate
 // gradients are z + turn * d with M z = r, so M d follows from the previous
 // direction as r + turn * (M d): M itself is never multiplied.
 #ifndef KINEGRAPH_SOLVERS_BLOCK_TRIDIAGONAL_COUPLED_KERNEL_H_
 #define KINEGRAPH_SOLVERS_BLOCK_TRIDIAGONAL_COUPLED_KERNEL_H_
-
-#include <cmath>
 
 #include "core/base/pack.h"
 #include "solvers/block_tridiagonal/chain_kernel.h"
@@ -93,7 +91,7 @@ class CoupledSolve {
     for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
       const double now = Condition();
       if (iteration == 0) {
-        if (!std::isfinite(now)) return false;
+        if (!(0.0 * now == 0.0)) return false;  // NaN, infinite
         first = now;
       }
       if (!(now > accuracy * accuracy * first)) break;
@@ -311,7 +309,7 @@ class CoupledSolve {
   double* by_chains_;    // M d
   double* solution_;
   double* by_couplings_;  // C d, of the positions
-  double* by_first_;      // and of the first states by their prior
+  double* by_first_;      // C d, of the first frame's states by their prior
   double* sums_;
 };
 

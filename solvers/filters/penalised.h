@@ -1,6 +1,6 @@
 // Smoothers that balance misfit against roughness: Whittaker-Henderson, the
-// quintic smoothing spline, l1 trend filtering. Lambdas are for values one
-// frame (the mean step between the times) apart, whatever the unit of time.
+// quintic smoothing spline, l1 trend filtering. Lambdas refer to time in frames
+// (mean steps between the times), whatever the unit of `times`.
 #ifndef KINEGRAPH_SOLVERS_FILTERS_PENALISED_H_
 #define KINEGRAPH_SOLVERS_FILTERS_PENALISED_H_
 
@@ -11,7 +11,7 @@
 
 namespace kinegraph {
 
-// At the times of the values, per unit of time and its square.
+// At the times of the values, per unit of time and per its square.
 struct CurveDerivatives {
   Samples first, second;
 };
@@ -57,9 +57,10 @@ std::unique_ptr<PenalisedCurve> MakeCubicSpline(
     const Samples& values);
 
 // Whittaker 1923, Henderson 1924; Eilers 2003. The roughness is the sum of the
-// squared differences of `order` (2 or 3); for non-uniform time, of divided
-// differences weighted by the time they span over `order`. Both approximate the
-// integral of the squared derivative. Frames without sample have no misfit.
+// squared differences of `order` (2 or 3). For non-uniform time it is that of
+// squared divided differences, each weighted by the time it spans divided by
+// `order`. Both approximate the integral of the squared derivative. Frames
+// without a sample have no misfit.
 // Needs at least 2 `order` + 1 samples.
 std::unique_ptr<PenalisedCurve> MakeWhittaker(int order,
                                               const std::vector<double>& times,

@@ -193,8 +193,8 @@ void PersonNoise::AddFrame(const PersonProblem& problem, size_t k,
   if (learns) LearnPixels(problem, k);
   if (fits) {
     RefreshScales();
-    // Pairs of frames a quarter of a second apart: at a thousand frames a
-    // second a subset has nearly all the information.
+    // Frames without a fit are skipped: at a thousand frames a second the rest
+    // have nearly all the information.
     LearnCorrelation(problem, k, 0);
   }
   Locate(problem, k, 0);

@@ -70,8 +70,8 @@ class NoiseScales {
 };
 
 // Learns the correlation from pairs of residuals of one joint in one view, up
-// to a quarter of a second apart, in frames in which as many views saw the
-// joint and none is an outlier.
+// to a quarter of a second apart, in frames in which the same number of views
+// saw the joint and none is an outlier.
 class CorrelationLearner {
  public:
   CorrelationLearner(int joint_count, int view_count, double frame_rate_hz);

@@ -74,7 +74,7 @@ class TrackResultTest : public CommandTest {
   }
 };
 
-TEST_F(TrackResultTest, AnOlderRunsFilesGoAndAreNotBelieved) {
+TEST_F(TrackResultTest, RemovesAndIgnoresFilesOfAnEarlierRun) {
   const std::string names = folder_.Write(
       "names.jsonl",
       "{\"op\": \"name\", \"persons\": [0], \"name\": \"Anna\"}\n");
@@ -89,10 +89,10 @@ TEST_F(TrackResultTest, AnOlderRunsFilesGoAndAreNotBelieved) {
   EXPECT_THAT(FilesOf("b"), UnorderedElementsAre("b.jsonl", "b.summary.json"));
   // A user restores it.
   fs::copy(Path("a.identity.jsonl"), Path("b.identity.jsonl"));
-  const ProgramOutcome nobody =
+  const ProgramOutcome refused =
       RunProgram("convert", "--in=" + Path("b.jsonl") + anna);
-  EXPECT_EQ(nobody.exit_code, 2);
-  EXPECT_THAT(nobody.errors, HasSubstr("belongs to other tracks"));
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_THAT(refused.errors, HasSubstr("belongs to other tracks"));
   EXPECT_THAT(
       Done("report", "--tracks=" + Path("b.jsonl") + " --out=" + Path("b.html"))
           .errors,
@@ -100,13 +100,13 @@ TEST_F(TrackResultTest, AnOlderRunsFilesGoAndAreNotBelieved) {
   EXPECT_EQ(ContentOf(Path("b.html")).find("Anna"), std::string::npos);
 }
 
-TEST_F(TrackResultTest, AFileThatIsNoneOfATracksStays) {
+TEST_F(TrackResultTest, KeepsAForeignFileOfThatName) {
   folder_.Write("a.identity.jsonl", "mine\n");
   Done("track", Flags(Path("first.jsonl"), "a.jsonl"));
   EXPECT_EQ(ContentOf(Path("a.identity.jsonl")), "mine\n");
 }
 
-TEST_F(TrackResultTest, WhatIsRefusedAtTheEndLeavesNothing) {
+TEST_F(TrackResultTest, ARefusalAtTheEndLeavesNothing) {
   fs::copy(Path("cameras.json"), Path("z.summary.json"));
   const ProgramOutcome outcome =
       RunProgram("track", "--cameras=" + Path("z.summary.json") +
@@ -117,7 +117,7 @@ TEST_F(TrackResultTest, WhatIsRefusedAtTheEndLeavesNothing) {
   EXPECT_EQ(ContentOf(Path("z.summary.json")), ContentOf(Path("cameras.json")));
 }
 
-TEST_F(TrackResultTest, AStreamKeepsWhatStandsBeforeABadLine) {
+TEST_F(TrackResultTest, AStreamKeepsTheFramesBeforeABadLine) {
   const std::vector<std::string> good = Lines("first.jsonl");
   for (const std::string& bad :
        {std::string("{\"frame\": 39, \"ti\n"), good[39],
@@ -136,17 +136,17 @@ TEST_F(TrackResultTest, AStreamKeepsWhatStandsBeforeABadLine) {
     EXPECT_EQ(ReadTracks(Path("day.jsonl")).frames.size(),
               static_cast<size_t>(kFrames));
     EXPECT_THAT(ContentOf(Path("day.summary.json")),
-                HasSubstr("1 frame that cannot be read was passed over"));
+                HasSubstr("1 frame that cannot be read was skipped"));
   }
 }
 
-TEST_F(TrackResultTest, OfAStreamWithoutAGoodFrameNothingIsKept) {
+TEST_F(TrackResultTest, AStreamWithoutAGoodFrameLeavesNothing) {
   EXPECT_THAT(Refusal("track", Live({Lines("first.jsonl")[0], "{\"frame\"\n"})),
               HasSubstr("line 2"));
   EXPECT_TRUE(FilesOf("day").empty());
 }
 
-TEST_F(TrackResultTest, AClockThatStepsBackIsNoBadLine) {
+TEST_F(TrackResultTest, AcceptsAClockThatStepsBack) {
   std::vector<std::string> lines = Lines("first.jsonl");
   for (size_t f = 50; f < kFrames; ++f) {  // 2 s too early
     std::string& line = lines[f + 1];
@@ -162,7 +162,7 @@ TEST_F(TrackResultTest, AClockThatStepsBackIsNoBadLine) {
               HasSubstr("steps back 1 time"));
 }
 
-TEST_F(TrackResultTest, ClocksOfViewsInAnotherEpochAreRefused) {
+TEST_F(TrackResultTest, RejectsViewTimesOfAnotherEpoch) {
   std::vector<std::string> lines = Lines("first.jsonl");
   lines[7].insert(1, "\"view_times\": {\"cam1\": 1.7e9}, ");
   folder_.Write("epoch.jsonl", Joined(lines));

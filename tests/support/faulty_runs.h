@@ -109,7 +109,8 @@ inline ProgramOutcome RunOnFullDisk(const std::string& folder,
 // A command that runs beside the test.
 class RunningProgram {
  public:
-  // Files that become its standard streams.
+  // `arguments` begin with the program; the others are files that become its
+  // standard streams.
   RunningProgram(const std::vector<std::string>& arguments,
                  const std::string& errors_path,
                  const std::string& input = "/dev/null",
@@ -141,7 +142,7 @@ class RunningProgram {
 
   void Signal(int number) const { kill(process_, number); }
 
-  // As waitpid gives it.
+  // The status of waitpid.
   int Wait() {
     int status = 0;
     waitpid(process_, &status, 0);

@@ -17,7 +17,7 @@ class SeedBeforeEachTest : public ::testing::EmptyTestEventListener {
 
 int main(int argc, char** argv) {
   ::testing::InitGoogleTest(&argc, argv);
-  // They are next to the commands, not next to this program.
+  // Adapters are built beside the commands, not beside this program.
   const auto adapters =
       kinegraph::testing::BuildFile("apps/kinegraph-adapters");
   kinegraph::SetOwnAdapters({adapters.string()});

@@ -44,11 +44,10 @@ void MakePlainText(const std::string& path, std::string* text) {
   if (BeginsWith(*text, "\xff\xfe") || BeginsWith(*text, "\xfe\xff")) {
     throw InputError(path, "",
                      "is a text in UTF-16, expected UTF-8 (`iconv -f UTF-16 -t "
-                     "UTF-8 OLD > NEW` makes it one)");
+                     "UTF-8 OLD > NEW` converts it)");
   }
   if (BeginsWith(*text, "\x1f\x8b")) {
-    throw InputError(path, "",
-                     "is compressed, expected what `gunzip` makes of it");
+    throw InputError(path, "", "is compressed; decompress it with `gunzip`");
   }
   if (BeginsWith(*text, "\xef\xbb\xbf")) text->erase(0, 3);
   if (text->find('\n') == std::string::npos &&

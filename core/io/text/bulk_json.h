@@ -1,6 +1,5 @@
 // Bulk JSON by simdjson: reuses one parser and one buffer, and checks types on
-// access with messages "found ..., expected ...". Only source files include
-// this header, so that headers do not depend on simdjson.
+// access with messages "found ..., expected ...". For core/io only.
 //
 // Uses the DOM, not On Demand, which does not detect invalid text after the
 // values it reads. Both accept duplicate keys; readers of our own formats

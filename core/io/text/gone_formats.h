@@ -1,4 +1,4 @@
-// Formats that are no longer supported, and the alternatives.
+// Formats that are no longer read or written, and the alternatives.
 #ifndef KINEGRAPH_CORE_IO_TEXT_GONE_FORMATS_H_
 #define KINEGRAPH_CORE_IO_TEXT_GONE_FORMATS_H_
 
@@ -17,9 +17,8 @@ inline std::string WayOnFrom(std::string_view format) {
     return "; poses is only read: write csv, npz or JSON Lines";
   }
   if (format == "smap") {
-    return "; smap was removed: print its detections as JSON Lines "
-           "(docs/formats.md) by a program of your own, --adapter=PROGRAM "
-           "(docs/adapters.md)";
+    return "; smap was removed: read it by a program of your own that prints "
+           "JSON Lines, --adapter=PROGRAM (docs/adapters.md)";
   }
   return "";
 }

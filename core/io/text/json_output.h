@@ -1,5 +1,5 @@
 // Fast writing of JSON: numbers as the shortest text that reads back bit for
-// bit. Only sources include this header.
+// bit.
 #ifndef KINEGRAPH_CORE_IO_TEXT_JSON_OUTPUT_H_
 #define KINEGRAPH_CORE_IO_TEXT_JSON_OUTPUT_H_
 

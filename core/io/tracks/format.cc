@@ -162,7 +162,7 @@ const std::vector<TrackFormat>& TrackFormats() {
           .Writes(WriteNpzTracks)
           .UsualUnit(1.0)
           .WithNames(ReadNpzNames),
-      Row("trc", "a folder, a file a person")
+      Row("trc", "a folder, a file per person")
           .Extensions(".trc")
           .Reads(RecogniseTrcTracks, ReadTrcTracks)
           .Writes(WriteTrcTracks)
@@ -175,7 +175,7 @@ const std::vector<TrackFormat>& TrackFormats() {
           .Writes(WriteC3dTracks)
           .OwnAxes(C3dAxes())
           .WithNames(ReadC3dNames),
-      Row("bvh", "a skeleton and its angles, cm, a file a person")
+      Row("bvh", "a skeleton and its angles, cm, a file per person")
           .Extensions(".bvh")
           .Reads(RecogniseBvhTracks, ReadBvhTracks)
           .Writes(WriteBvhTracks)
@@ -193,7 +193,7 @@ const std::vector<TrackFormat>& TrackFormats() {
           .Writes(WriteMovementTracks)
           .WithNames()
           .OfAdapter(),
-      Row("anipose", "Anipose's table of 3D points, mm, a file a person")
+      Row("anipose", "Anipose's table of 3D points, mm, a file per person")
           .Writes(WriteAniposeTracks)
           .WithNames()
           .FileAPerson(".csv"),

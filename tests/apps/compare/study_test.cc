@@ -152,7 +152,7 @@ TEST(Study, SaysWhatIsMissing) {
   };
   EXPECT_THAT(refusal("a", ""), HasSubstr("expected two or more"));
   EXPECT_THAT(refusal("a", " --folds=0:1,2:3"),
-              HasSubstr("--folds is of one recording"));
+              HasSubstr("--folds applies to one recording"));
   EXPECT_THAT(refusal("ab", ""), HasSubstr("take 'a': "));
 }
 

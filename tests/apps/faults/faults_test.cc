@@ -184,7 +184,7 @@ TEST_P(LiveTest, AnswersWithinTheLagAndAsTheWholeTake) {
     }
   }
   EXPECT_EQ(program.Wait(), 0) << ContentOf(errors_);
-  // The recorded recording gives the same bytes.
+  // The same frames from a file give the same bytes.
   ASSERT_EQ(
       RunShell(Command(recording_ + "/detections.jsonl", recorded_)).exit_code,
       0);
@@ -413,7 +413,7 @@ TEST(InputTest, AChangeUnderneathIsNoHarm) {
   }
 }
 
-TEST(GoneTest, AFlagThatWentSaysWhatReplacesIt) {
+TEST(RemovedFlagTest, ARemovedFlagNamesItsReplacement) {
   for (const std::string command : {"track", "compare", "reproduce"}) {
     for (const std::string flag :
          {"--resume", "--noresume", "--checkpoint_s=5"}) {

@@ -19,7 +19,7 @@ Pose3d Box(double x_m, double y_m) {
 
 class AllViewMatcherTest : public ::testing::Test {
  protected:
-  // What all cameras see of these boxes, in this order.
+  // Every camera observes these boxes, in this order.
   void See(const std::vector<Pose3d>& boxes) {
     observations_.assign(cameras_.size(), {});
     for (size_t v = 0; v < cameras_.size(); ++v) {
@@ -55,12 +55,12 @@ TEST_F(AllViewMatcherTest, AppliesToSkeletonsOfFewJoints) {
 
 // Seen from cameras 0 and 2, on the x axis, the two stand one behind the other,
 // and the expected places are nearer to the wrong detection there.
-TEST_F(AllViewMatcherTest, ViewsTogetherTellWhoIsWho) {
+TEST_F(AllViewMatcherTest, ViewsTogetherResolveAnAmbiguity) {
   See({Box(0.7, 0.1), Box(-0.7, -0.1)});
   EXPECT_EQ(Match({Box(0.6, -0.1), Box(-0.6, 0.1)}, 0.25), Matches(4, {0, 1}));
 }
 
-TEST_F(AllViewMatcherTest, AHiddenBottomDoesNotMatter) {
+TEST_F(AllViewMatcherTest, ToleratesAHiddenBottom) {
   See({Box(0.0, 0.0), Box(1.0, 1.0)});
   // The box of camera 1 ends at the knees of the first person.
   observations_[1][0] = testing::Observe(
@@ -69,8 +69,8 @@ TEST_F(AllViewMatcherTest, AHiddenBottomDoesNotMatter) {
   EXPECT_EQ(Match({Box(0.1, 0.0), Box(1.0, 0.9)}, 0.25), Matches(4, {0, 1}));
 }
 
-// Nobody moves by 1.1 m in a quarter of a second.
-TEST_F(AllViewMatcherTest, TheSearchGrowsWithTheAge) {
+// No person moves by 1.1 m in a quarter of a second.
+TEST_F(AllViewMatcherTest, SearchRadiusGrowsWithAge) {
   See({Box(0.8, 0.8)});
   EXPECT_EQ(Match({Box(0.0, 0.0)}, 0.25), Matches(4, {-1}));
   EXPECT_EQ(Match({Box(0.0, 0.0)}, 2.0), Matches(4, {0}));
@@ -82,7 +82,7 @@ TEST_F(AllViewMatcherTest, BarredPairsDoNotMatch) {
   EXPECT_EQ(Match({Box(0.0, 0.0)}, 0.25), (Matches{{0}, {0}, {-1}, {0}}));
 }
 
-TEST_F(AllViewMatcherTest, NobodyAndNothing) {
+TEST_F(AllViewMatcherTest, NoDetectionsOrNoPeople) {
   See({});
   EXPECT_EQ(Match({Box(0.0, 0.0)}, 0.25), Matches(4, {-1}));
   See({Box(0.0, 0.0)});

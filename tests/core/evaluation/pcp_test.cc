@@ -52,7 +52,7 @@ Pose3d Without(int joint) {
   return pose;
 }
 
-TEST(PcpTest, PerfectPredictionIsAllRight) {
+TEST(PcpTest, PerfectPredictionScoresAllParts) {
   const PcpResult result = Evaluate(StandingTum14(), Plain());
   EXPECT_EQ(CountParts(result, 0, PcpGroup::kTotal).count, 10);
   EXPECT_EQ(CountParts(result, 0, PcpGroup::kTotal).total, 10);
@@ -63,7 +63,7 @@ TEST(PcpTest, PerfectPredictionIsAllRight) {
 }
 
 // The lower leg is 0.5 m long: its limit is 0.25 m.
-TEST(PcpTest, LimitsOfTheRules) {
+TEST(PcpTest, LimitsOfTheEndpointRules) {
   const Names leg = {"r_lower_leg"};
   PcpProtocol mean = Plain(), each = Plain();
   each.endpoints = EndpointRule::kEach;
@@ -76,7 +76,7 @@ TEST(PcpTest, LimitsOfTheRules) {
   EXPECT_EQ(Lost(Forward(kAnkle, 0.25), each), leg);
 }
 
-TEST(PcpTest, LostPartsSayWhy) {
+TEST(PcpTest, LostPartsHaveAReason) {
   const auto reason = [](const std::vector<PersonPose>& found) {
     return EvaluatePcp(Alone(), Tracks({Frame(0, found)}), Plain())
         .lost.at(0)
@@ -91,7 +91,7 @@ TEST(PcpTest, LostPartsSayWhy) {
   EXPECT_EQ(reason({Person(0, Without(kAnkle))}), LossReason::kNoJoint);
 }
 
-TEST(PcpTest, LostPartsSayByHowMuch) {
+TEST(PcpTest, LostPartsHaveErrors) {
   Pose3d found = Forward(kAnkle, 1.0);
   found[kKnee].position_m.y() += 0.125;
   const PcpResult result = Evaluate(found, Plain());
@@ -152,7 +152,7 @@ std::vector<int64_t> Taken(const std::vector<PersonPose>& truth,
   return taken;
 }
 
-TEST(PcpTest, PeopleAreMatchedAsTheProtocolSays) {
+TEST(PcpTest, MatchesPeopleByTheProtocol) {
   using Ids = std::vector<int64_t>;
   constexpr auto kNearest = PersonMatching::kNearest;
   constexpr auto kOneToOne = PersonMatching::kOneToOne;
@@ -223,7 +223,7 @@ TEST(PcpTest, OnlyTheProtocolsFramesCount) {
   EXPECT_TRUE(std::isnan(MeanOfActorsInterval(nothing, PcpGroup::kTotal).low));
 }
 
-TEST(PcpTest, IntervalHoldsTheScore) {
+TEST(PcpTest, IntervalContainsTheScore) {
   const TrackSequence truth = Alone(StandingTum14(), 0, 100);
   TrackSequence tracks = truth;
   for (size_t f = 0; f < 100; f += 2) {
@@ -305,7 +305,7 @@ TEST(HeadConversionTest, ValuesByHand) {
   }
 }
 
-TEST(HeadConversionTest, WeightsAreOfWorldAxes) {
+TEST(HeadConversionTest, WeightsApplyToWorldAxes) {
   // The same head turned to +x gets other factors: 0.78 instead of 0.5.
   Pose3d pose = CocoPerson();
   pose[0] = Observed(0.2, 0.0, 1.7);
@@ -352,7 +352,7 @@ TEST(HeadConversionTest, MissingJointsStayMissing) {
   EXPECT_FALSE(convert(HeadConversion::kRaw)[kTop].present());
 }
 
-TEST(HeadConversionTest, AComputedJointIsAsGoodAsItsWorstSource) {
+TEST(HeadConversionTest, AComputedJointHasTheStatusOfItsWorstSource) {
   Pose3d pose = CocoPerson();
   pose[5].status = JointStatus::kInferred;  // l_shoulder
   const Pose3d converted = Tum14Converter(Coco17(), HeadConversion::kChu)(pose);

@@ -95,7 +95,7 @@ double RootMeanSquareOf(const std::vector<double>& errors_m) {
   return std::sqrt(sum / static_cast<double>(errors_m.size()));
 }
 
-TEST(TruthTest, ExactDetectionsOfDistortingCamerasGiveTheSceneBack) {
+TEST(TruthTest, ReconstructsExactDetectionsOfDistortingCameras) {
   const Scene scene = SmallScene({-0.2, 0.06, 0.001, -0.002, -0.005});
   PlainOptions options;
   options.tracker.reconstruction.joints_filter = true;
@@ -110,7 +110,7 @@ TEST(TruthTest, ExactDetectionsOfDistortingCamerasGiveTheSceneBack) {
 
 // Cameras that capture 20 ms before or after the nominal time: a pose belongs
 // to its `time` if the detections have each camera's capture time.
-TEST(TruthTest, ToldClockOffsetsAreUndoneAtTheFramesTime) {
+TEST(TruthTest, CorrectsKnownClockOffsets) {
   const Scene scene = SmallScene({});
   PlainOptions options;
   options.estimators.mode = Mode::kGraph;

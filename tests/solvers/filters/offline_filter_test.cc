@@ -61,7 +61,7 @@ TEST(OfflineFilterTest, BridgesShortGapsAndMarksThem) {
   }
 }
 
-TEST(OfflineFilterTest, LongGapsPartTheSignal) {
+TEST(OfflineFilterTest, LongGapsSplitTheSignal) {
   std::vector<EstimatorFrame> frames = {FrameAt(0, 0.0), FrameAt(1, 1.0),
                                         FailedFrame(2),  FailedFrame(3),
                                         FailedFrame(4),  FrameAt(5, 5.0)};
@@ -132,7 +132,7 @@ TEST(OfflineFilterTest, NothingBeforeTheFirstOrAfterTheLastSample) {
 class EveryStrategyTest : public ::testing::TestWithParam<int> {
  protected:
   OutputKind kind() const { return static_cast<OutputKind>(GetParam()); }
-  // Window and batch have different rules.
+  // The others bridge gaps and report covariances by different rules.
   bool IsFilter() const {
     return kind() != OutputKind::kWindow && kind() != OutputKind::kBatch &&
            kind() != OutputKind::kGaussian;
@@ -184,7 +184,7 @@ TEST_P(EveryStrategyTest, FillsTheSameFramesAndNothingElse) {
       EXPECT_TRUE(joint.position_m.allFinite());
       bridged += joint.status == JointStatus::kInferred ? 1 : 0;
       if (!IsFilter()) continue;
-      // The initial poses: nearest points of two or more rays.
+      // Observed where the initial pose is, which needs two or more rays.
       if (kind() != OutputKind::kRobustTriangulation) {
         EXPECT_EQ(joint.status == JointStatus::kObserved,
                   recording.frames[k].initial[j].present());
@@ -203,7 +203,7 @@ TEST_P(EveryStrategyTest, FillsTheSameFramesAndNothingElse) {
   EXPECT_TRUE(bridged > 5 || !IsFilter());
 }
 
-TEST_P(EveryStrategyTest, CausalOnesDoNotKnowTheFuture) {
+TEST_P(EveryStrategyTest, OnlyCausalOnesIgnoreLaterFrames) {
   testing::SimulatedRecording recording = Walk(0.0);
   const auto whole = Estimate(recording.frames);
   recording.frames.resize(30);
@@ -220,9 +220,8 @@ TEST_P(EveryStrategyTest, CausalOnesDoNotKnowTheFuture) {
 }
 
 TEST_P(EveryStrategyTest, IsNearTheTruth) {
-  // Median and Gaussian flatten the bounce of 3 cm, causal ones lag by some
-  // hundredths of a second at 1 m/s; no result is farther from the truth than
-  // the raw points.
+  // Median and Gaussian flatten the bounce of 3 cm; causal ones lag by some
+  // hundredths of a second at 1 m/s.
   const testing::SimulatedRecording recording = Walk(0.0);
   EXPECT_LT(
       testing::RootMeanSquare(recording.truth, Estimate(recording.frames)),
@@ -237,7 +236,7 @@ INSTANTIATE_TEST_SUITE_P(
     All, EveryStrategyTest,
     ::testing::Range(0, static_cast<int>(OutputNames().size())), NameOf);
 
-TEST(RobustPointsTest, SurviveWhatSpoilsTheInitialPose) {
+TEST(RobustPointsTest, ResistOutliersThatSpoilTheInitialPose) {
   // Five views, one observation in ten off by 30 to 200 px, and an initial
   // pose that is the least-squares point of all rays.
   const SceneModel scene{testing::RingOfCameras(5, 5.0, 1000.0),
@@ -262,7 +261,7 @@ TEST(RobustPointsTest, SurviveWhatSpoilsTheInitialPose) {
   EXPECT_LT(rms(0.1, OutputKind::kRts), clean_m);
 }
 
-TEST(OfflineFilterTest, RefusalsNameTheEstimator) {
+TEST(OfflineFilterTest, RejectsNonUniformTimeAndInvalidOptions) {
   std::vector<EstimatorFrame> frames = {FrameAt(0, 0.0), FrameAt(1, 1.0),
                                         FrameAt(3, 2.0)};
   EstimatorOptions options;

@@ -63,7 +63,7 @@ std::string Mmpose(int64_t frame, const std::string& instances) {
          instances + "]}]";
 }
 
-TEST(DetectorFiles, MmposeInAllItsShapes) {
+TEST(DetectorFiles, MmposeAsListWithMetaAndPerImage) {
   const TemporaryFolder folder;
   const std::string list = Mmpose(7, Instance(26));
   ExpectHalpe(RecordingIn("cam1.json", list), 7);
@@ -76,15 +76,16 @@ TEST(DetectorFiles, MmposeInAllItsShapes) {
   ExpectHalpe(ReadDetections(folder.path() / "images"), 12);
 }
 
-TEST(DetectorFiles, MmposeSaysWhatIsWrong) {
+TEST(DetectorFiles, MmposeErrorsNameTheEntry) {
   ExpectFaults("odd.json", {{Mmpose(0, Instance(19)),
                              "odd.json: entry 0: keypoints: found 19 joints"},
                             {Mmpose(0, Instance(26) + ", " + Instance(17)),
                              "keypoints: found 17 joints, expected 26"}});
 }
 
-// H36M's 17 are not COCO's, and no layout has CrowdPose's 14.
-TEST(DetectorFiles, MmposeStatesItsJoints) {
+// The number of joints does not identify a layout: H36M has 17, as COCO;
+// CrowdPose's 14 are in no layout that is known.
+TEST(DetectorFiles, MmposeJointsByTheFilesNames) {
   const auto file = [](const std::string& meta, int joints) {
     return R"({"meta_info": {)" + meta + R"(}, "instance_info": )" +
            Mmpose(0, Instance(joints)) + "}";
@@ -111,7 +112,7 @@ TEST(DetectorFiles, MmposeStatesItsJoints) {
         "meta_info.skeleton_links: found 2, expected 0 .. 1"}});
 }
 
-TEST(DetectorFiles, AlphaPoseNamesImagesAndHas26Joints) {
+TEST(DetectorFiles, AlphaPoseFrameFromImageName) {
   const DetectionSequence recording = RecordingIn(
       "cam1.json",
       R"([{"image_id": "frame_000031.jpg", "category_id": 1, "keypoints": [)" +
@@ -128,7 +129,7 @@ constexpr const char* kDeepLabCut =
     "0,10.5,20,0.9,30,40,0.8\n"
     "1,11.5,21,0.9,,,\n";
 
-TEST(DetectorFiles, DeepLabCutOfOne) {
+TEST(DetectorFiles, DeepLabCutWithOneAnimal) {
   const DetectionSequence recording = RecordingIn("cam1.csv", kDeepLabCut);
   EXPECT_THAT(recording.header.skeleton.joints(), ElementsAre("l_hip", "tail"));
   ASSERT_EQ(recording.frames.size(), 2u);
@@ -139,7 +140,7 @@ TEST(DetectorFiles, DeepLabCutOfOne) {
 }
 
 // One network per camera, each with its own order of joints.
-TEST(DetectorFiles, ViewsHaveTheSameJoints) {
+TEST(DetectorFiles, ViewsMustHaveTheSameJoints) {
   const TemporaryFolder folder;
   folder.Write("take/cam1.csv", kDeepLabCut);
   folder.Write("take/cam2.csv",
@@ -150,7 +151,7 @@ TEST(DetectorFiles, ViewsHaveTheSameJoints) {
                    "as in the first file");
 }
 
-TEST(DetectorFiles, DeepLabCutOfSeveralAndLabelledImages) {
+TEST(DetectorFiles, DeepLabCutWithSeveralAnimalsAndLabelledImages) {
   const DetectionSequence recording = RecordingIn(
       "cam1.csv",
       "scorer,,,me,me,me,me\nindividuals,,,a,a,b,b\nbodyparts,,,nose,nose,nose,"
@@ -162,7 +163,7 @@ TEST(DetectorFiles, DeepLabCutOfSeveralAndLabelledImages) {
   EXPECT_EQ(JointOf(recording, 0, 0, 1, 0).confidence, 1.0);
 }
 
-TEST(DetectorFiles, DeepLabCutSaysWhatIsWrong) {
+TEST(DetectorFiles, DeepLabCutErrorsNameTheLine) {
   const std::string good = kDeepLabCut;
   ExpectFaults(
       "a.csv",
@@ -192,7 +193,7 @@ TEST(DetectorFiles, CocoHasItsOwnBones) {
   EXPECT_EQ(skeleton.joints().front(), "l_hip");
 }
 
-TEST(DetectorFiles, MediaPipeTablesInPixelsAlone) {
+TEST(DetectorFiles, MediaPipeTablesMustBeInPixels) {
   const std::string header =
       "frame,left_hip_x,left_hip_y,left_hip_visibility,right_hip_x,right_hip_y,"
       "right_hip_visibility\n";
@@ -220,7 +221,7 @@ std::string Carriage(const std::string& text, const std::string& end) {
   return other;
 }
 
-TEST(DetectorFiles, TablesAsSpreadsheetsAndEditorsLeaveThem) {
+TEST(DetectorFiles, TablesAsWrittenBySpreadsheetsAndEditors) {
   const std::string mark = "\xef\xbb\xbf";
   for (const std::string text :
        {kDeepLabCut,
@@ -246,7 +247,8 @@ TEST(DetectorFiles, TablesAsSpreadsheetsAndEditorsLeaveThem) {
                  "unsure.csv: is a text in UTF-16, expected UTF-8"}});
 }
 
-// Whether the first two joints are measurements.
+// Expects the first joint, at (0, 0), to be found only if zeros are positions,
+// and the second always.
 void ExpectOnlySecond(const std::string& path) {
   SCOPED_TRACE(path);
   for (const ZeroConfidence zero :
@@ -293,7 +295,7 @@ TEST(DetectorFiles, JointsAtZeroAreMissingInEveryFormat) {
        std::vector<std::pair<const char*, std::string>>{
            {"alphapose.json", R"([{"image_id": "7.jpg", "keypoints": [)" +
                                   coco + R"(], "score": 1, "idx": 0}])"},
-           // Without confidences beside COCO's flags.
+           // Visibility flags of COCO without a list of confidences.
            {"views.json",
             R"({"images": [{"id": 1, "camera": "a", "frame": 7}], )"
             R"("annotations": [{"image_id": 1, "keypoints": [)" +
@@ -320,7 +322,7 @@ std::string RecordingOf(int count, const std::string& first_view,
   return text;
 }
 
-TEST(DetectorFiles, SharesOfTheImageAreNoPixels) {
+TEST(DetectorFiles, RejectsNormalisedPositions) {
   const std::string shares = "[[0.5, 0.25, 1], [0.75, 0.5, 1]]";
   const std::string of_signs = "[[-0.75, 0.25, 1], [0.5, -0.5, 1]]";
   const std::string pixels = "[[0.5, 0.25, 1], [640, 360, 1]]";
@@ -337,7 +339,7 @@ TEST(DetectorFiles, SharesOfTheImageAreNoPixels) {
        {RecordingOf(20, "[[655360, 1e5, 1], [9e6, 1e6, 1]]", pixels),
         "view 'cam1': positions are within x 6.55e+05 .. 9e+06 and y 1e+05 .. "
         "1e+06, where no image reaches"}});
-  // Neither a person in the corner of a view nor joints at the position that
+  // Accepted: a person in the corner of a view, and joints at the position that
   // represents missing ones.
   const std::string odd =
       WithReplaced(RecordingOf(20, pixels, pixels), pixels, shares);
@@ -349,7 +351,7 @@ TEST(DetectorFiles, SharesOfTheImageAreNoPixels) {
   }
 }
 
-TEST(DetectorFiles, TimesAreNoFrameNumbers) {
+TEST(DetectorFiles, RejectsTimesAsFrameNumbers) {
   const TemporaryFolder folder;
   for (const auto& [name, said] :
        {std::pair{"cam1_1716223456789", "a time in milliseconds since 1970"},
