@@ -4,6 +4,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <utility>
 
 #include "core/association/few_joints.h"
@@ -18,15 +19,45 @@ constexpr double kVelocitySigma = 0.5;  // m/s
 // A point on a body's outline, half a metre wide, may be anywhere on it: the
 // standard deviation of a uniform distribution of that width.
 constexpr double kBodySigma = 0.15;  // m
-// Of the joints of a detection one in five is misplaced, where others hide it.
-constexpr double kMisplaced = 0.2;
+// Of the joints of a detection one in twenty is misplaced, where others hide it
+// every second.
+constexpr double kMisplaced = 0.05;
+constexpr double kHiddenMisplaced = 0.5;
 // Width of the region in which a misplaced joint, or that of another person,
 // may be: the height of a person.
 constexpr double kElsewhere = 2.0;  // m
+// Half of a body's width: a person nearer to the camera hides others in the
+// image of that much around the joints.
+constexpr double kHalfWidth = 0.25;  // m
 // Odds that a view detects a person in its image.
 constexpr double kSeenOdds = 3.0;
-constexpr size_t kMostHypotheses = 30;      // of one person
+constexpr size_t kMostHypotheses = 30;      // of one person, in as many views
 constexpr double kLeastImprovement = 1e-9;  // nats
+
+// A person in an image; empty if behind the camera.
+struct Outline {
+  Eigen::AlignedBox2d box;
+  double depth_m = 0.0;
+};
+
+Outline OutlineOf(const Pose3d& pose, const std::vector<int>& joints,
+                  const Camera& camera) {
+  Outline outline;
+  const std::optional<Eigen::Vector3d> centre = MeanPosition(pose);
+  if (!centre.has_value()) return outline;
+  outline.depth_m = camera.Depth(*centre);
+  if (!(outline.depth_m > 0.0)) return outline;
+  const Eigen::Vector2d half_px = Eigen::Vector2d::Constant(
+      kHalfWidth * camera.focal_px() / outline.depth_m);
+  for (const int j : joints) {
+    if (!pose[j].present()) continue;
+    const auto px = camera.Project(pose[j].position_m);
+    if (!px.has_value()) continue;
+    outline.box.extend(*px - half_px);
+    outline.box.extend(*px + half_px);
+  }
+  return outline;
+}
 
 }  // namespace
 
@@ -37,6 +68,10 @@ double ExpectedSigma(double age_s) {
 bool AllViewMatcher::AppliesTo(const Skeleton& skeleton) {
   return static_cast<double>(skeleton.association_joints().size()) <
          kFewestJoints;
+}
+
+bool AllViewMatcher::GainsMore(const Hypothesis& a, const Hypothesis& b) {
+  return a.gain > b.gain;
 }
 
 AllViewMatcher::AllViewMatcher(const CameraRig& cameras,
@@ -73,11 +108,13 @@ bool AllViewMatcher::Extend(const Pose3d& expected, size_t view, int detection,
     const Eigen::Matrix2d variance =
         across * to_residual + sigma_m * sigma_m * Eigen::Matrix2d::Identity();
     const Eigen::Matrix2d information = variance.inverse();
+    const double wrong =
+        hidden_[view][hypothesis->person][j] ? kHiddenMisplaced : kMisplaced;
     const double placed =
-        std::log((1.0 - kMisplaced) * kElsewhere * kElsewhere / (2.0 * M_PI)) -
+        std::log((1.0 - wrong) * kElsewhere * kElsewhere / (2.0 * M_PI)) -
         0.5 * (residual_m.dot(information * residual_m) +
                std::log(variance.determinant()));
-    const double misplaced = std::log(kMisplaced);
+    const double misplaced = std::log(wrong);
     gain += std::max(placed, misplaced);
     if (!(placed > misplaced)) continue;
     any = true;
@@ -99,28 +136,69 @@ void AllViewMatcher::Explain(size_t person, const ExpectedPerson& expected,
   unseen.covariance_m2 =
       expected.sigma_m * expected.sigma_m * Eigen::Matrix3d::Identity();
   open_.assign(1, unseen);
-  for (size_t v = 0; v < views.size(); ++v) {
-    const size_t before = open_.size();
-    for (size_t k = 0; k < views[v].size(); ++k) {
-      if (!barred[v].empty() && barred[v][person * views[v].size() + k]) {
-        continue;
-      }
-      for (size_t h = 0; h < before; ++h) {
-        Hypothesis extended = open_[h];
-        if (Extend(*expected.pose, v, static_cast<int>(k), views[v],
-                   &extended)) {
-          open_.push_back(std::move(extended));
+  // Each round adds one view to each hypothesis, whichever it is. What can be
+  // found by several orders counts as by the best one.
+  for (size_t round = 0; round < views.size() && !open_.empty(); ++round) {
+    longer_.clear();
+    for (const Hypothesis& one : open_) {
+      for (size_t v = 0; v < views.size(); ++v) {
+        if (one.detections[v] >= 0) continue;
+        for (size_t k = 0; k < views[v].size(); ++k) {
+          if (!barred[v].empty() && barred[v][person * views[v].size() + k]) {
+            continue;
+          }
+          Hypothesis extended = one;
+          if (Extend(*expected.pose, v, static_cast<int>(k), views[v],
+                     &extended)) {
+            longer_.push_back(std::move(extended));
+          }
         }
       }
     }
-    std::stable_sort(open_.begin(), open_.end(),
-                     [](const Hypothesis& a, const Hypothesis& b) {
-                       return a.gain > b.gain;
-                     });
-    if (open_.size() > kMostHypotheses) open_.resize(kMostHypotheses);
+    std::sort(longer_.begin(), longer_.end(),
+              [](const Hypothesis& a, const Hypothesis& b) {
+                return a.detections != b.detections
+                           ? a.detections < b.detections
+                           : a.gain > b.gain;
+              });
+    longer_.erase(std::unique(longer_.begin(), longer_.end(),
+                              [](const Hypothesis& a, const Hypothesis& b) {
+                                return a.detections == b.detections;
+                              }),
+                  longer_.end());
+    std::stable_sort(longer_.begin(), longer_.end(), GainsMore);
+    if (longer_.size() > kMostHypotheses) longer_.resize(kMostHypotheses);
+    std::swap(open_, longer_);
+    all_.insert(all_.end(), open_.begin(), open_.end());
   }
-  for (Hypothesis& one : open_) {
-    if (one.gain > 0.0) all_.push_back(std::move(one));
+}
+
+// A joint is hidden in a view where it is expected within the outline of a
+// person nearer to the camera.
+void AllViewMatcher::FindHidden(Span<ExpectedPerson> people) {
+  hidden_.resize(cameras_->size());
+  std::vector<Outline> outlines;
+  for (size_t v = 0; v < cameras_->size(); ++v) {
+    const Camera& camera = (*cameras_)[v];
+    outlines.clear();
+    for (const ExpectedPerson& person : people) {
+      outlines.push_back(OutlineOf(*person.pose, joints_, camera));
+    }
+    hidden_[v].resize(people.size());
+    for (size_t p = 0; p < people.size(); ++p) {
+      const Pose3d& pose = *people[p].pose;
+      hidden_[v][p].assign(pose.size(), 0);
+      for (const int j : joints_) {
+        if (!pose[j].present()) continue;
+        const auto px = camera.Project(pose[j].position_m);
+        if (!px.has_value()) continue;
+        hidden_[v][p][j] = std::any_of(
+            outlines.begin(), outlines.end(), [&](const Outline& other) {
+              return other.depth_m < outlines[p].depth_m &&
+                     other.box.contains(*px);
+            });
+      }
+    }
   }
 }
 
@@ -133,12 +211,11 @@ void AllViewMatcher::Match(Span<ExpectedPerson> people,
     (*matches)[v].assign(people.size(), -1);
   }
   all_.clear();
+  FindHidden(people);
   for (size_t p = 0; p < people.size(); ++p) {
     Explain(p, people[p], views, barred);
   }
-  std::stable_sort(
-      all_.begin(), all_.end(),
-      [](const Hypothesis& a, const Hypothesis& b) { return a.gain > b.gain; });
+  std::stable_sort(all_.begin(), all_.end(), GainsMore);
   Choose(people.size(), views);
   for (size_t p = 0; p < people.size(); ++p) {
     if (chosen_[p] < 0) continue;
@@ -201,6 +278,7 @@ bool AllViewMatcher::Improve(int hypothesis) {
     others.push_back(static_cast<size_t>(owner));
     lost += Release(others.back());
   }
+  std::sort(others.begin(), others.end());
   Take(hypothesis);
   double won = one.gain;
   for (const size_t other : others) won += TakeBestFree(other);

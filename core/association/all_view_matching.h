@@ -43,8 +43,9 @@ class AllViewMatcher {
   //
   // A hypothesis of a person is a detection, or none, in each view. Its gain is
   // the log likelihood ratio of these detections showing the person, shifted
-  // from where it is expected, or others. Each person has one hypothesis at
-  // most, each detection is in one at most.
+  // from where it is expected, or others. Joints that nearer people hide are
+  // often misplaced. Each person has one hypothesis at most, each detection is
+  // in one at most. The order of the views does not matter.
   void Match(Span<ExpectedPerson> people,
              const std::vector<Span<Observation>>& views,
              const std::vector<std::vector<char>>& barred,
@@ -58,6 +59,8 @@ class AllViewMatcher {
     Eigen::Vector3d shift_m = Eigen::Vector3d::Zero();
     Eigen::Matrix3d covariance_m2 = Eigen::Matrix3d::Zero();
   };
+  static bool GainsMore(const Hypothesis& a, const Hypothesis& b);
+  void FindHidden(Span<ExpectedPerson> people);
   // Adds the detection to the hypothesis; false if it is likelier another
   // person's.
   bool Extend(const Pose3d& expected, size_t view, int detection,
@@ -80,7 +83,9 @@ class AllViewMatcher {
   std::vector<int> joints_;
   double detector_px_;
   // Buffers of Match.
-  std::vector<Hypothesis> open_;
+  std::vector<std::vector<std::vector<char>>> hidden_;  // [view][person][joint]
+  std::vector<Hypothesis> open_;         // with as many detections each
+  std::vector<Hypothesis> longer_;       // with one more
   std::vector<Hypothesis> all_;          // by descending gain
   std::vector<int> chosen_;              // [person]: a hypothesis, or -1
   std::vector<std::vector<int>> owner_;  // [view][observation]: a person, or -1
