@@ -31,6 +31,8 @@ constexpr double kElsewhere = 2.0;  // m
 constexpr double kHalfWidth = 0.25;  // m
 // Odds that a view detects a person in its image.
 constexpr double kSeenOdds = 3.0;
+// A detection farther off in all joints is not tried.
+constexpr double kFarSigmas = 6.0;
 constexpr size_t kMostHypotheses = 30;      // of one person, in as many views
 constexpr double kLeastImprovement = 1e-9;  // nats
 
@@ -79,6 +81,20 @@ AllViewMatcher::AllViewMatcher(const CameraRig& cameras,
     : cameras_(&cameras),
       joints_(std::move(joints)),
       detector_px_(detector_px) {}
+
+bool AllViewMatcher::IsNear(const ExpectedPerson& expected, size_t view,
+                            const Observation& observation) const {
+  const Camera& camera = (*cameras_)[view];
+  return std::any_of(joints_.begin(), joints_.end(), [&](int j) {
+    const Joint3d& joint = (*expected.pose)[j];
+    if (!joint.present() || !observation.joints[j].found) return false;
+    const double detector_m =
+        detector_px_ * camera.Depth(joint.position_m) / camera.focal_px();
+    return DistanceToRay(camera, observation.ideal_px[j], joint.position_m) <
+           kFarSigmas *
+               std::hypot(expected.sigma_m, std::hypot(kBodySigma, detector_m));
+  });
+}
 
 bool AllViewMatcher::Extend(const Pose3d& expected, size_t view, int detection,
                             Span<Observation> observations,
@@ -136,6 +152,17 @@ void AllViewMatcher::Explain(size_t person, const ExpectedPerson& expected,
   unseen.covariance_m2 =
       expected.sigma_m * expected.sigma_m * Eigen::Matrix3d::Identity();
   open_.assign(1, unseen);
+  near_.resize(views.size());
+  for (size_t v = 0; v < views.size(); ++v) {
+    const size_t count = views[v].size();
+    near_[v].clear();
+    for (size_t k = 0; k < count; ++k) {
+      if (!barred[v].empty() && barred[v][person * count + k]) continue;
+      if (IsNear(expected, v, views[v][k])) {
+        near_[v].push_back(static_cast<int>(k));
+      }
+    }
+  }
   // Each round adds one view to each hypothesis, whichever it is. What can be
   // found by several orders counts as by the best one.
   for (size_t round = 0; round < views.size() && !open_.empty(); ++round) {
@@ -143,13 +170,9 @@ void AllViewMatcher::Explain(size_t person, const ExpectedPerson& expected,
     for (const Hypothesis& one : open_) {
       for (size_t v = 0; v < views.size(); ++v) {
         if (one.detections[v] >= 0) continue;
-        for (size_t k = 0; k < views[v].size(); ++k) {
-          if (!barred[v].empty() && barred[v][person * views[v].size() + k]) {
-            continue;
-          }
+        for (const int k : near_[v]) {
           Hypothesis extended = one;
-          if (Extend(*expected.pose, v, static_cast<int>(k), views[v],
-                     &extended)) {
+          if (Extend(*expected.pose, v, k, views[v], &extended)) {
             longer_.push_back(std::move(extended));
           }
         }

@@ -61,6 +61,8 @@ class AllViewMatcher {
   };
   static bool GainsMore(const Hypothesis& a, const Hypothesis& b);
   void FindHidden(Span<ExpectedPerson> people);
+  bool IsNear(const ExpectedPerson& expected, size_t view,
+              const Observation& observation) const;
   // Adds the detection to the hypothesis; false if it is likelier another
   // person's.
   bool Extend(const Pose3d& expected, size_t view, int detection,
@@ -84,6 +86,7 @@ class AllViewMatcher {
   double detector_px_;
   // Buffers of Match.
   std::vector<std::vector<std::vector<char>>> hidden_;  // [view][person][joint]
+  std::vector<std::vector<int>> near_;                  // [view], of one person
   std::vector<Hypothesis> open_;         // with as many detections each
   std::vector<Hypothesis> longer_;       // with one more
   std::vector<Hypothesis> all_;          // by descending gain
