@@ -4,6 +4,7 @@
 #include <ceres/normal_prior.h>
 
 #include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -413,7 +414,8 @@ ReducedSystem::ReducedSystem(const CameraRig& cameras,
     begin_.push_back(size_);
     size_ += static_cast<Eigen::Index>(list.size());
   }
-  information_ = prior_scores_ = Eigen::MatrixXd::Zero(size_, size_);
+  information_ = measured_ = prior_scores_ =
+      Eigen::MatrixXd::Zero(size_, size_);
 }
 
 void ReducedSystem::Add(const MotionSegment& segment, const SegmentState& state,
@@ -483,6 +485,7 @@ void ReducedSystem::AddPrior(const CameraChange& inverse_sigma,
       scores_.at(block) -= gain * score;
     }
   }
+  measured_ = information_ - prior_scores_;
   Eigen::MatrixXd held = Eigen::MatrixXd::Zero(gauge.rows(), size_);
   for (size_t v = 0; v < places_.size(); ++v) {
     for (size_t i = 0; i < places_[v].size(); ++i) {
@@ -516,25 +519,32 @@ Eigen::MatrixXd ReducedSystem::Inverse() const {
 
 Eigen::MatrixXd ReducedSystem::Covariance() const {
   if (size_ == 0) return {};
-  const Eigen::MatrixXd inverse = Inverse();
-  Eigen::MatrixXd meat = Eigen::MatrixXd::Zero(size_, size_);
+  // The sandwich in units of the inverse information, whose root is L:
+  // eigenvalues below 1 are raised to it.
+  const Eigen::MatrixXd L = Inverse().llt().matrixL();
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> units(
+      L.transpose() * (ScoreVariance() + prior_scores_) * L);
+  const Eigen::MatrixXd root = L * units.eigenvectors();
+  return root * units.eigenvalues().cwiseMax(1.0).asDiagonal() *
+         root.transpose();
+}
+
+Eigen::MatrixXd ReducedSystem::ScoreVariance() const {
+  Eigen::MatrixXd variance = Eigen::MatrixXd::Zero(size_, size_);
   for (const auto& [block, score] : scores_) {
-    meat += score * score.transpose();
+    variance += score * score.transpose();
   }
-  // Correction for the degrees of freedom of few blocks; variances are raised
-  // to the inverse information at least.
   const auto blocks = static_cast<double>(scores_.size());
-  meat *= blocks / std::max(1.0, blocks - 1.0);
-  Eigen::MatrixXd covariance = inverse * (meat + prior_scores_) * inverse;
-  for (Eigen::Index i = 0; i < size_; ++i) {
-    const double floor = inverse(i, i);
-    const double stated = covariance(i, i);
-    if (stated >= floor) continue;
-    const double raise = std::sqrt(floor / std::max(stated, 1e-300));
-    covariance.row(i) *= raise;
-    covariance.col(i) *= raise;
-  }
-  return covariance;
+  variance *= blocks / std::max(1.0, blocks - 1.0);
+  // The multiple of the information that is as large in total. It counts as
+  // many blocks as there are parameters: the mean under an inverse Wishart
+  // prior.
+  const Eigen::MatrixXd inverse = Inverse();
+  const double times = (inverse * variance).trace() /
+                       std::max(1e-300, (inverse * measured_).trace());
+  const auto parameters = static_cast<double>(size_);
+  return (blocks * variance + parameters * times * measured_) /
+         (blocks + parameters);
 }
 
 double ReducedSystem::LargestCorrelation() const {

@@ -130,7 +130,11 @@ class ReducedSystem {
 
   // Covariance of the free parameters: the sandwich over blocks of time, as
   // detector errors are correlated in time (Huber and Ronchetti, Robust
-  // Statistics, ch. 6), and never below the inverse information. Empty if
+  // Statistics, ch. 6), and in no direction below the inverse information. A
+  // recording has few blocks for its many parameters, which makes variances of
+  // single directions too small by chance: that of the scores is drawn towards
+  // a multiple of the information (Ledoit and Wolf, "A Well-Conditioned
+  // Estimator for Large-Dimensional Covariance Matrices", 2004). Empty if
   // nothing is free.
   Eigen::MatrixXd Covariance() const;
 
@@ -140,6 +144,7 @@ class ReducedSystem {
 
  private:
   Eigen::MatrixXd Inverse() const;
+  Eigen::MatrixXd ScoreVariance() const;  // of all blocks
   // Terms of one person's joint that involve its offsets in all views.
   struct Offsets {
     Eigen::MatrixXd cross;        // with the free parameters
@@ -155,6 +160,7 @@ class ReducedSystem {
   std::vector<Eigen::Index> begin_;  // of each view's first parameter
   Eigen::Index size_ = 0;
   Eigen::MatrixXd information_;
+  Eigen::MatrixXd measured_;  // the part that the measurements give
   // Gradients of the cost, by block of time.
   std::map<int64_t, Eigen::VectorXd> scores_;
   std::map<std::array<int, 2>, Offsets> offsets_;  // person, joint

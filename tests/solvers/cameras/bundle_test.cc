@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <cmath>
 #include <vector>
@@ -144,6 +145,38 @@ TEST(Bundle, StatedSigmasHoldWherePriorsDecide) {
   // that of 40 seeds 0.22: three of these.
   EXPECT_GT(sum, 1.0 - 0.67);
   EXPECT_LT(sum, 1.0 + 0.67);
+}
+
+// Four seconds are 20 blocks of time, with 24 parameters: the scores of so few
+// blocks alone have no variance at all in some directions.
+TEST(Bundle, FewBlocksOfTimeStateNoDirectionTooWell) {
+  constexpr int kSeeds = 20;
+  constexpr Eigen::Index kHeld = 7;  // directions of the gauge
+  BundleOptions options = Quick();
+  options.segments.max_segments = 300;
+  const FreeParameters free = CameraParametersOf(RefineKind::kPose);
+  double sum = 0.0;
+  for (uint64_t seed = 1; seed <= kSeeds; ++seed) {
+    const FaultyScene scene = MakeFaultyScene({seed, 4, 2, 4.0});
+    const BundleResult result =
+        Adjusted(scene, SegmentsOf(scene, options), free, options);
+    ASSERT_TRUE(result.usable);
+    Eigen::VectorXd error(24);
+    for (Eigen::Index v = 0; v < 4; ++v) {
+      error.segment<6>(6 * v) = result.changes[v].head<6>();
+    }
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(
+        result.covariance);
+    for (Eigen::Index i = kHeld; i < error.size(); ++i) {
+      sum += std::pow(solver.eigenvectors().col(i).dot(error), 2) /
+             solver.eigenvalues()[i] /
+             static_cast<double>(kSeeds * (error.size() - kHeld));
+    }
+  }
+  // The mean square of 340 errors of a standard deviation has one of 0.08;
+  // twice that and the half of it leave room for errors that outlast a block.
+  EXPECT_GT(sum, 0.5);
+  EXPECT_LT(sum, 2.0);
 }
 
 // Rotations [rad] and logarithms of focal lengths, squared and summed over the
