@@ -28,7 +28,7 @@ double PxPerMetre(const Camera& camera, const MotionSegment& segment) {
 }
 
 // r = (project(changed camera, point at capture) + offset - u) / sigma [2].
-// Blocks: the stretch's state [9], the camera's change [12] and the detector's
+// Blocks: the stretch's state [9], the camera's change [13] and the detector's
 // constant offset [2, m across the ray].
 class SegmentFactor final
     : public ceres::SizedCostFunction<2, kSegmentSize, kChangeSize, 2> {
@@ -156,7 +156,7 @@ CameraChange InverseSigmas(const BundleOptions& options) {
   inverse.segment<3>(kCentreAt).setConstant(1.0 / options.centre_sigma_m);
   inverse.segment<2>(kShiftAt).setConstant(1.0 / options.shift_sigma_px);
   inverse[kFocalAt] = 1.0 / options.focal_sigma;
-  inverse[kLensAt] = 1.0 / options.lens_sigma;
+  inverse[kLensAt] = inverse[kLensK2At] = 1.0 / options.lens_sigma;
   inverse[kOffsetAt] = 1.0 / options.offset_sigma_s;
   inverse[kDriftAt] = 1.0 / options.drift_sigma;
   return inverse;
@@ -164,8 +164,8 @@ CameraChange InverseSigmas(const BundleOptions& options) {
 
 // Factor on the prior's information (BundleOptions::samples_at_once).
 double TimesCounted(int place, double samples_at_once) {
-  const bool is_once =
-      place == kLensAt || place == kOffsetAt || place == kDriftAt;
+  const bool is_once = place == kLensAt || place == kLensK2At ||
+                       place == kOffsetAt || place == kDriftAt;
   return is_once ? 1.0 : samples_at_once;
 }
 

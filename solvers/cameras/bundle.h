@@ -32,7 +32,7 @@ struct BundleOptions {
   // Logarithm of the ratio of the given focal length, the prior's mean, to that
   // of the camera; one per view. Empty: equal.
   std::vector<double> focal_told;
-  double lens_sigma = 0.3;
+  double lens_sigma = 0.3;  // k1, k2
   double offset_sigma_s = 0.5;
   double drift_sigma = 1e-3;
   // Correlated samples per independent one, at least 1. A fit counts the

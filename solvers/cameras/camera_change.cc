@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <utility>
 #include <vector>
 
@@ -25,6 +26,39 @@ Eigen::Matrix3d LeftJacobian(const Eigen::Vector3d& vector) {
   return Eigen::Matrix3d::Identity() +
          (1.0 - std::cos(angle)) / square * cross +
          (angle - std::sin(angle)) / (square * angle) * cross * cross;
+}
+
+// FirstRadialFactor for k2: r^4, or a^5 / r for a fisheye lens.
+double SecondRadialFactor(const Lens* lens, const Eigen::Vector2d& ideal,
+                          Eigen::Matrix2d* jacobian) {
+  const double first = FirstRadialFactor(lens, ideal, jacobian);
+  // The second factor is the first times r^2, or a^2.
+  const double r2 = ideal.squaredNorm();
+  double times = r2;
+  double slope = 2.0;  // d times / d r, over r
+  constexpr double kSmall = 1e-16;
+  if (lens != nullptr && lens->plain().kind == LensKind::kFisheye &&
+      r2 > kSmall) {
+    const double r = std::sqrt(r2);
+    const double angle = std::atan(r);
+    times = angle * angle;
+    slope = 2.0 * angle / (r * (1.0 + r2));
+  }
+  if (jacobian != nullptr) {
+    *jacobian = times * *jacobian + first * slope * ideal * ideal.transpose();
+  }
+  return first * times;
+}
+
+// The lens (null: a pinhole) after the change.
+std::shared_ptr<const Lens> ChangedLens(const std::shared_ptr<const Lens>& lens,
+                                        const CameraChange& change) {
+  if (change[kLensAt] == 0.0 && change[kLensK2At] == 0.0) return lens;
+  const auto first = WithRadial(lens, change[kLensAt]);
+  std::vector<double> terms(5, 0.0);
+  if (first != nullptr) terms = first->parameters();
+  terms[1] += change[kLensK2At];
+  return MakeLens(first == nullptr ? "opencv5" : first->model(), terms);
 }
 
 }  // namespace
@@ -61,16 +95,21 @@ std::optional<Eigen::Vector2d> ProjectChanged(
     distorted =
         camera.lens()->Distort(ideal, wants_jacobian ? &d_lens : nullptr);
   }
-  if (const double radial = change[kLensAt]; radial != 0.0) {
-    Eigen::Matrix2d d_term;
-    const double factor =
-        FirstRadialFactor(camera.lens().get(), ideal, &d_term);
-    // Beyond the radius at which the term folds the image back there is no
+  if (change[kLensAt] != 0.0 || change[kLensK2At] != 0.0) {
+    Eigen::Matrix2d d_first;
+    Eigen::Matrix2d d_second;
+    const Lens* lens = camera.lens().get();
+    const double added =
+        change[kLensAt] * FirstRadialFactor(lens, ideal, &d_first) +
+        change[kLensK2At] * SecondRadialFactor(lens, ideal, &d_second);
+    const Eigen::Matrix2d d_added =
+        change[kLensAt] * d_first + change[kLensK2At] * d_second;
+    // Beyond the radius at which the terms fold the image back there is no
     // image.
-    const double along = ideal.dot(d_term * ideal);
-    if (!(ideal.squaredNorm() + radial * along >= 0.0)) return std::nullopt;
-    distorted += radial * factor * ideal;
-    d_lens += radial * d_term;
+    const double along = ideal.dot(d_added * ideal);
+    if (!(ideal.squaredNorm() + along >= 0.0)) return std::nullopt;
+    distorted += added * ideal;
+    d_lens += d_added;
   }
   const Eigen::Matrix2d k =
       std::exp(change[kFocalAt]) * camera.K().topLeftCorner<2, 2>();
@@ -94,6 +133,8 @@ std::optional<Eigen::Vector2d> ProjectChanged(
       by_change->col(kFocalAt) = magnified;
       by_change->col(kLensAt) =
           k * (FirstRadialFactor(camera.lens().get(), ideal, nullptr) * ideal);
+      by_change->col(kLensK2At) =
+          k * (SecondRadialFactor(camera.lens().get(), ideal, nullptr) * ideal);
     }
   }
   return px;
@@ -104,9 +145,7 @@ Camera ChangedCamera(const Camera& camera, const CameraChange& change) {
     changed->K.topLeftCorner<2, 2>() *= std::exp(change[kFocalAt]);
     changed->K.block<2, 1>(0, 2) += change.segment<2>(kShiftAt);
     changed->R = ExpRotation(change.segment<3>(kRotationAt)) * camera.R();
-    if (const double radial = change[kLensAt]; radial != 0.0) {
-      changed->lens = WithRadial(camera.lens(), radial);
-    }
+    changed->lens = ChangedLens(camera.lens(), change);
     changed->t =
         -(changed->R * (camera.centre() + change.segment<3>(kCentreAt)));
   });
@@ -156,7 +195,8 @@ constexpr ChangeBlock kBlocks[] = {{&FreeParameters::rotation, kRotationAt, 3},
                                    {&FreeParameters::focal, kFocalAt, 1},
                                    {&FreeParameters::offset, kOffsetAt, 1},
                                    {&FreeParameters::drift, kDriftAt, 1},
-                                   {&FreeParameters::lens, kLensAt, 1}};
+                                   {&FreeParameters::lens, kLensAt, 1},
+                                   {&FreeParameters::lens_k2, kLensK2At, 1}};
 
 }  // namespace
 

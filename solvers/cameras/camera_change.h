@@ -21,11 +21,12 @@ inline constexpr int kOffsetAt = 9;    // 1 [s], added to the capture time
 inline constexpr int kDriftAt = 10;    // 1 [s/s], over the time in the
                                        // recording
 inline constexpr int kLensAt = 11;     // 1, added to the lens's k1
-inline constexpr int kChangeSize = 12;
+inline constexpr int kLensK2At = 12;   // 1, added to the lens's k2
+inline constexpr int kChangeSize = 13;
 
 // Zero: the calibration as stated. exp(rotation) is applied after the stated
-// rotation; the centre moves in the world; the first radial term of the lens
-// changes; the image is scaled about the principal point and then shifted.
+// rotation; the centre moves in the world; the first two radial terms of the
+// lens change; the image is scaled about the principal point and then shifted.
 using CameraChange = Eigen::Matrix<double, kChangeSize, 1>;
 
 // One zero change per camera.
@@ -82,7 +83,8 @@ struct FreeParameters {
   bool centre = false;
   bool shift = false;
   bool focal = false;
-  bool lens = false;
+  bool lens = false;  // k1
+  bool lens_k2 = false;
   bool offset = false;
   bool drift = false;
 
@@ -91,7 +93,7 @@ struct FreeParameters {
   // Indices in a CameraChange, ascending.
   std::vector<int> Places() const;
   bool any_camera() const {
-    return rotation || centre || shift || focal || lens;
+    return rotation || centre || shift || focal || lens || lens_k2;
   }
 };
 

@@ -62,7 +62,7 @@ constexpr double kShiftShare = 0.015;
 // Sigma of the logarithm of an unknown focal length: fields of view of 40 to 90
 // degrees.
 constexpr double kFocalUnknown = 0.3;
-// Sigma of k1 about 0: telephoto to wide-angle lenses.
+// Sigma of k1 and of k2 about 0: telephoto to wide-angle lenses.
 constexpr double kLensSigma = 0.2;
 // If clocks are not determined, lags up to this many frames are set to the
 // first view's.
@@ -130,9 +130,11 @@ bool TellsTimes(const DetectionSequence& detections) {
                      });
 }
 
-// k1 of the lens; 0 without one.
-double RadialOf(const Camera& camera) {
-  return camera.lens() == nullptr ? 0.0 : camera.lens()->parameters()[0];
+// k1 and k2 of the lens; 0 without one.
+Eigen::Vector2d RadialOf(const Camera& camera) {
+  if (camera.lens() == nullptr) return Eigen::Vector2d::Zero();
+  const std::vector<double> terms = camera.lens()->parameters();
+  return {terms[0], terms[1]};
 }
 
 // Twice the rms distance of the cameras from their centroid.
@@ -176,6 +178,8 @@ double LikelyRight(const Eigen::MatrixXd& covariance,
   return static_cast<double>(right) / kDraws;
 }
 
+bool IsOfLens(int place) { return place == kLensAt || place == kLensK2At; }
+
 // The covariance of the other parameters given principal points and lenses; the
 // rows and columns of these are 0.
 Eigen::MatrixXd GivenLenses(const Eigen::MatrixXd& covariance,
@@ -184,7 +188,7 @@ Eigen::MatrixXd GivenLenses(const Eigen::MatrixXd& covariance,
   Eigen::Index at = 0;
   for (const auto& places : of_views) {
     for (const int place : places) {
-      if (place == kShiftAt || place == kShiftAt + 1 || place == kLensAt) {
+      if (place == kShiftAt || place == kShiftAt + 1 || IsOfLens(place)) {
         lenses.push_back(at);
       }
       ++at;
@@ -200,18 +204,18 @@ Eigen::MatrixXd GivenLenses(const Eigen::MatrixXd& covariance,
   return given;
 }
 
-// Removes k1, which the calibration record does not contain. The rest is the
-// marginal covariance: it includes the uncertainty of k1.
+// Removes k1 and k2, which the calibration record does not contain. The rest is
+// the marginal covariance: it includes their uncertainty.
 void DropLens(std::vector<std::vector<int>>* of_views,
               Eigen::MatrixXd* covariance) {
   std::vector<Eigen::Index> kept;
   Eigen::Index at = 0;
   for (auto& places : *of_views) {
     for (const int place : places) {
-      if (place != kLensAt) kept.push_back(at);
+      if (!IsOfLens(place)) kept.push_back(at);
       ++at;
     }
-    places.erase(std::remove(places.begin(), places.end(), kLensAt),
+    places.erase(std::remove_if(places.begin(), places.end(), IsOfLens),
                  places.end());
   }
   *covariance = Eigen::MatrixXd((*covariance)(kept, kept));
@@ -496,7 +500,9 @@ class RigEstimate {
       const Camera& given = intrinsics_[result_.used[v]];
       changes[v].segment<2>(kShiftAt) =
           cameras_[v].K().block<2, 1>(0, 2) - given.K().block<2, 1>(0, 2);
-      changes[v][kLensAt] = RadialOf(cameras_[v]) - RadialOf(given);
+      const Eigen::Vector2d added = RadialOf(cameras_[v]) - RadialOf(given);
+      changes[v][kLensAt] = added[0];
+      changes[v][kLensK2At] = added[1];
     }
     return changes;
   }
@@ -519,7 +525,7 @@ class RigEstimate {
     free_.rotation = free_.centre = true;
     free_.focal = input_.focal_sigma > 0.0;
     // Lens parameters would absorb mismatches while the matching is uncertain.
-    free_.shift = free_.lens = clocks && !input_.lenses_known;
+    free_.shift = free_.lens = free_.lens_k2 = clocks && !input_.lenses_known;
     const CameraRig told = WithToldLenses();
     fit_ = AdjustBundle(told, segments_, free_, LensChanges(), options);
     if (!fit_.usable || !clocks || input_.in_step || !MoveEnough(segments_)) {
@@ -710,7 +716,7 @@ class RigEstimate {
     FreeParameters free = free_;
     free.offset = free.drift = false;
     // Half of a recording constrains lenses less than all of it.
-    free.shift = free.lens = false;
+    free.shift = free.lens = free.lens_k2 = false;
     std::vector<BundleResult> fits;
     std::vector<FitError> errors;
     for (const int half : {0, 1}) {

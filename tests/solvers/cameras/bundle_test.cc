@@ -94,6 +94,27 @@ TEST(Bundle, ClocksComeBack) {
   }
 }
 
+TEST(Bundle, BothRadialTermsComeBack) {
+  FaultyScene scene = MakeFaultyScene({4});
+  CameraChange wrong = CameraChange::Zero();
+  wrong[kLensAt] = -0.2;
+  wrong[kLensK2At] = 0.5;
+  for (Camera& camera : scene.cameras) camera = ChangedCamera(camera, wrong);
+  const SceneSegments segments = SegmentsOf(scene, Quick());
+  FreeParameters free;
+  free.lens = free.lens_k2 = true;
+  const BundleResult result = Adjusted(scene, segments, free);
+  ASSERT_TRUE(result.usable);
+  for (size_t v = 0; v < scene.cameras.size(); ++v) {
+    for (const int place : {kLensAt, kLensK2At}) {
+      // Five reported sigmas, fewer than separate the terms from none.
+      const double sigma = result.Sigma(v, place);
+      EXPECT_NEAR(result.changes[v][place], -wrong[place], 5.0 * sigma) << v;
+      EXPECT_LT(5.0 * sigma, std::abs(wrong[place])) << v;
+    }
+  }
+}
+
 // A recording hardly distinguishes a rotation from a shift of the image, so
 // that the priors determine the shares. Errors of the shift relative to the
 // reported sigmas, with calibrations drawn from the priors.

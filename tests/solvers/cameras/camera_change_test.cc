@@ -25,7 +25,7 @@ CameraRig BentCameras() {
 CameraChange SomeChange() {
   CameraChange change;
   change << 0.02, -0.03, 0.01, 0.05, -0.02, 0.03, 12.0, -7.0, 0.02, 0.04, 1e-4,
-      0.05;
+      0.05, -0.03;
   return change;
 }
 
