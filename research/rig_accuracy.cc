@@ -1,21 +1,26 @@
 // Accuracy of cameras estimated from people alone (`calibrate`): rooms of
 // random seeds, with random parameters.
 //
-//   rig_accuracy FIRST_SEED COUNT [track]
+//   rig_accuracy FIRST_SEED COUNT [track|lenses|size|clips]
 //
 // Prints one line per room: its parameters, verdict, largest errors of rotation
 // [deg] and place [% of the room] after a similarity, number of errors
 // within the stated 95 % regions, rms error of the clocks [ms], processor
 // time [s]; then a summary. `track`: also the mean error of the people's joints
 // with the estimated cameras and clocks and with the true ones [mm], after the
-// cameras' similarity and after that of the tracks themselves.
+// cameras' similarity and after that of the tracks themselves. `lenses`,
+// `size`: rooms of four cameras with real lenses that see one to four people
+// walk, or recorded people (odd seeds), for 40 to 60 s; given are the lenses or
+// only the size of the images.
 //
 //   rig_accuracy compare TRUTH FOUND [ALIGNED]
 //
 // The same errors for two calibrations, camera by camera. ALIGNED: writes the
 // found calibration in the world of the true one, for scores against truth.
+#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <Eigen/SVD>
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <ctime>
@@ -27,6 +32,7 @@
 #include "core/base/random.h"
 #include "core/evaluation/correspondence.h"
 #include "core/evaluation/mpjpe.h"
+#include "core/geometry/lens.h"
 #include "core/io/calibration/calibration.h"
 #include "core/io/tracks/tracks.h"
 #include "core/synthetic/noise.h"
@@ -306,6 +312,119 @@ Room MakeRoom(int seed) {
   return room;
 }
 
+// Gives a camera a lens as measured ones have: barrel distortion, which k2
+// reduces towards the corners, and a principal point off by 1 % of the width.
+Camera WithRealLens(const Camera& camera, Random* random) {
+  CameraParameters p = camera.parameters();
+  const double k1 = -random->Uniform(0.05, 0.3);
+  const double k2 = -random->Uniform(0.3, 0.9) * k1;
+  p.lens = MakeLens("opencv5", {k1, k2, random->Normal(0.0, 5e-4),
+                                random->Normal(0.0, 5e-4), 0.0});
+  const double angle = random->Uniform(0.0, 2.0 * M_PI);
+  p.K(0, 2) += 0.01 * p.width_px * std::cos(angle);
+  p.K(1, 2) += 0.01 * p.width_px * std::sin(angle);
+  return Camera(p);
+}
+
+// Moves what a view shows to later frames, or earlier ones. Clocks of noise are
+// within a second.
+void ShowLater(size_t view, int frames, DetectionSequence* recording) {
+  const std::vector<DetectionFrame> shown = recording->frames;
+  const int count = static_cast<int>(shown.size());
+  for (int k = 0; k < count; ++k) {
+    auto& detections = recording->frames[k].views[view].detections;
+    detections.clear();
+    const int from = k - frames;
+    if (from < 0 || from >= count) continue;
+    detections = shown[from].views[view].detections;
+  }
+}
+
+// One clip per person, all from the start.
+std::vector<std::shared_ptr<const Actor>> OneClipEach(Random* random,
+                                                      int people) {
+  static const std::vector<std::string> kClips = {
+      "dance_30hz", "start_walk_stop_120hz", "start_hop_stop_120hz"};
+  RecordedPeopleOptions options;
+  std::vector<kinegraph::MotionClip> clips;
+  const size_t first = random->Index(kClips.size());
+  for (int person = 0; person < people; ++person) {
+    // Another one for each: nothing would tell two people of one clip apart.
+    const std::string& name =
+        kClips[(first + static_cast<size_t>(person)) % kClips.size()];
+    clips.push_back(
+        {name,
+         ReadTracks(FindData("motion/" + name + ".jsonl").value().string())});
+  }
+  ClipRoom room;
+  room.seed = random->Fork();
+  return MakeRecordedPeople(options, clips, Coco17(), room);
+}
+
+// The room of `lenses`, `size` and `clips`.
+Room MakeLensRoom(int seed, const std::string& kind) {
+  const bool size_alone = kind == "size";
+  const bool are_clips = kind == "clips";
+  Random random(static_cast<uint64_t>(seed) * 6007 + 29);
+  Room room;
+  constexpr int kCameras = 4;
+  const int people = 1 + static_cast<int>(random.Index(are_clips ? 2 : 4));
+  const bool recorded = seed % 2 != 0;
+  const auto clips = are_clips && recorded
+                         ? OneClipEach(&random, people)
+                         : std::vector<std::shared_ptr<const Actor>>();
+  const double seconds =
+      are_clips ? (recorded ? EndOf(clips) : 12.0) : random.Uniform(40.0, 60.0);
+  SceneOptions options;
+  options.seed = static_cast<int64_t>(random.Index(1000000));
+  options.people = people;
+  options.duration_s = seconds;
+  options.trunk_flexibility = 1.0;
+  options.motion.area_radius_m = random.Uniform(2.0, 3.0);
+  options.cameras.count = kCameras;
+  room.scene =
+      recorded
+          ? MakeScene(options, Coco17(),
+                      are_clips ? clips : Recorded(&random, people, seconds))
+          : MakeScene(options);
+  Cameras(&random, kCameras, &room.scene);
+  for (Camera& camera : room.scene.cameras) {
+    camera = WithRealLens(camera, &random);
+  }
+  double sigma = 0.0;
+  NoiseOptions noise =
+      Noise(&random, kCameras, room.scene.cameras[0].focal_px(), &sigma,
+            &room.late_s);
+  for (double& late_s : room.late_s) late_s = random.Uniform(-1.0, 1.0);
+  noise.clock_offset_s = room.late_s;
+  room.recording = Observe(room.scene, noise, nullptr);
+  for (size_t v = 0; v < kCameras; ++v) {
+    const int frames = are_clips ? 0 : static_cast<int>(random.Index(76)) - 38;
+    ShowLater(v, frames, &room.recording);
+    room.late_s[v] -= frames / options.frame_rate_hz;
+  }
+  room.input.lenses_known = !size_alone;
+  room.input.focal_sigma = size_alone ? 0.3 : 0.0;
+  for (const Camera& camera : room.scene.cameras) {
+    CameraParameters p = camera.parameters();
+    if (size_alone) {
+      p.lens = nullptr;
+      p.K << 0.87 * p.width_px, 0.0, 0.5 * p.width_px, 0.0, 0.87 * p.width_px,
+          0.5 * p.height_px, 0.0, 0.0, 1.0;
+    }
+    p.R.setIdentity();
+    p.t.setZero();
+    room.input.cameras.emplace_back(p);
+  }
+  char words[160];
+  std::snprintf(words, sizeof(words), "%d people %2.0f s %s %.1f px f %4.0f %s",
+                people, seconds, recorded ? "recorded " : "simulated", sigma,
+                room.scene.cameras[0].focal_px(),
+                size_alone ? "size" : "lenses");
+  room.words = words;
+  return room;
+}
+
 struct RoomScore {
   RigVerdict verdict = RigVerdict::kRefused;
   int cameras = 0;
@@ -314,6 +433,7 @@ struct RoomScore {
   int covered = 0;  // rotations and places within 95 %
   int counted = 0;
   double clock_ms = 0.0;
+  double nees = 0.0;  // of all rotations and centres, over degrees of freedom
 };
 
 // Squared error in stated standard deviations. `floor`: sigma added for
@@ -322,6 +442,33 @@ double Squared(const Eigen::Vector3d& error, Eigen::Matrix3d covariance,
                double floor) {
   covariance.diagonal().array() += floor * floor;
   return error.dot(covariance.ldlt().solve(error));
+}
+
+// Normalised squared error of all rotations and centres together, over their
+// degrees of freedom: those of the covariance's directions that the gauge does
+// not hold.
+double NeesOf(const std::vector<CameraError>& errors,
+              const RecordingCalibration& found) {
+  std::vector<Eigen::Index> poses;
+  Eigen::VectorXd error(6 * static_cast<Eigen::Index>(errors.size()));
+  Eigen::Index at = 0;
+  for (size_t v = 0; v < errors.size(); ++v) {
+    for (Eigen::Index i = 0; i < 6; ++i) poses.push_back(at + i);
+    error.segment<3>(6 * static_cast<Eigen::Index>(v)) = errors[v].rotation_rad;
+    error.segment<3>(6 * static_cast<Eigen::Index>(v) + 3) =
+        found.metres_per_unit * errors[v].centre;
+    at += static_cast<Eigen::Index>(found.rig.places[v].size());
+  }
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(
+      Eigen::MatrixXd(found.rig.covariance(poses, poses)));
+  // The gauge holds seven directions: those of the least variance.
+  constexpr Eigen::Index kHeld = 7;
+  double squares = 0.0;
+  for (Eigen::Index i = kHeld; i < error.size(); ++i) {
+    squares += std::pow(solver.eigenvectors().col(i).dot(error), 2) /
+               solver.eigenvalues()[i];
+  }
+  return squares / static_cast<double>(error.size() - kHeld);
 }
 
 RoomScore ScoreOf(const Room& room, const RecordingCalibration& found) {
@@ -334,6 +481,7 @@ RoomScore ScoreOf(const Room& room, const RecordingCalibration& found) {
     truth.push_back(room.scene.cameras[static_cast<size_t>(v)]);
   }
   const auto errors = ErrorsOf(truth, found.rig.cameras);
+  score.nees = NeesOf(errors, found);
   Eigen::Index at = 0;
   double squares = 0.0;
   double mean = 0.0;
@@ -460,6 +608,11 @@ void SummariseTracking(const std::vector<TrackingError>& more) {
 }
 
 void Summarise(const std::vector<RoomScore>& scores) {
+  std::vector<double> nees;
+  int partly = 0;
+  int refused = 0;
+  int partly_covered = 0;
+  int partly_counted = 0;
   int calibrated = 0;
   int of_three = 0;
   int three = 0;
@@ -469,6 +622,13 @@ void Summarise(const std::vector<RoomScore>& scores) {
   int counted = 0;
   for (const RoomScore& score : scores) {
     three += score.cameras >= 3 ? 1 : 0;
+    if (score.nees > 0.0) nees.push_back(score.nees);
+    refused += score.verdict == RigVerdict::kRefused ? 1 : 0;
+    if (score.verdict == RigVerdict::kPartly) {
+      ++partly;
+      partly_covered += score.covered;
+      partly_counted += score.counted;
+    }
     if (score.verdict != RigVerdict::kCalibrated) continue;
     ++calibrated;
     of_three += score.cameras >= 3 ? 1 : 0;
@@ -483,15 +643,51 @@ void Summarise(const std::vector<RoomScore>& scores) {
       "%.1f %%\n",
       scores.size(), calibrated, of_three, three, within, beyond,
       100.0 * covered / std::max(1, counted));
+  std::printf(
+      "%d partly (covered %.1f %%), %d refused; NEES over its degrees of "
+      "freedom %.2f in the median\n",
+      partly, 100.0 * partly_covered / std::max(1, partly_counted), refused,
+      nees.empty() ? 0.0 : Median(nees));
 }
 
-void Rooms(int first, int count, bool track) {
+// Errors and stated standard deviations of focal lengths and principal points,
+// and k1 [of the rays at the edge of the image].
+void PrintLenses(const Room& room, const RecordingCalibration& found) {
+  Eigen::Index at = 0;
+  for (size_t v = 0; v < found.rig.used.size(); ++v) {
+    const Camera& truth =
+        room.scene.cameras[static_cast<size_t>(found.rig.used[v])];
+    const Camera& camera = found.rig.cameras[v];
+    const auto& places = found.rig.places[v];
+    const auto sigma = [&](int place) {
+      const auto i = std::find(places.begin(), places.end(), place);
+      const Eigen::Index k = at + (i - places.begin());
+      return i == places.end() ? 0.0 : std::sqrt(found.rig.covariance(k, k));
+    };
+    const auto k1 = [](const Camera& one) {
+      return one.lens() == nullptr ? 0.0 : one.lens()->parameters()[0];
+    };
+    std::printf(
+        "     %-8s focal %+6.2f %% (%.2f) x %+6.1f px (%.1f) y %+6.1f (%.1f) "
+        "k1 %+.3f instead of %+.3f\n",
+        truth.name().c_str(),
+        100.0 * std::log(camera.focal_px() / truth.focal_px()),
+        100.0 * sigma(kFocalAt), camera.K()(0, 2) - truth.K()(0, 2),
+        sigma(kShiftAt), camera.K()(1, 2) - truth.K()(1, 2),
+        sigma(kShiftAt + 1), k1(camera), k1(truth));
+    at += static_cast<Eigen::Index>(places.size());
+  }
+}
+
+void Rooms(int first, int count, const std::string& kind) {
+  const bool track = kind == "track";
+  const bool has_lenses = kind == "lenses" || kind == "size" || kind == "clips";
   const RunOptions options =
       ReadRunOptions(ProjectConfig("default.toml"), "", "");
   std::vector<RoomScore> scores;
   std::vector<TrackingError> more;
   for (int seed = first; seed < first + count; ++seed) {
-    const Room room = MakeRoom(seed);
+    const Room room = has_lenses ? MakeLensRoom(seed, kind) : MakeRoom(seed);
     const std::clock_t begin = std::clock();
     const RecordingCalibration found =
         CalibrateRecording(options, room.input, room.recording);
@@ -514,14 +710,16 @@ void Rooms(int first, int count, bool track) {
     std::printf(
         "%4d %s: %-10s agree %.3f likely %.2f sigma %.2f "
         "%.2f %% apart %.1f; %zu of %d, "
-        "%6.3f deg %6.2f %%, covered %d of %d, clocks "
+        "%6.3f deg %6.2f %%, covered %d of %d, NEES %.2f, clocks "
         "%.1f ms (%.1f stated), %.1f s%s%s\n",
         seed, room.words.c_str(), ToString(score.verdict), agreement,
         found.rig.likely_right, sigma, 100.0 * place, apart,
         found.rig.used.size(), score.cameras, score.rotation_deg,
-        100.0 * score.place, score.covered, score.counted, score.clock_ms,
-        1e3 * clock_sigma_s, seconds, found.rig.reasons.empty() ? "" : "; ",
+        100.0 * score.place, score.covered, score.counted, score.nees,
+        score.clock_ms, 1e3 * clock_sigma_s, seconds,
+        found.rig.reasons.empty() ? "" : "; ",
         found.rig.reasons.empty() ? "" : found.rig.reasons[0].c_str());
+    if (kind == "size") PrintLenses(room, found);
     if (track && found.cameras.size() == room.scene.cameras.size()) {
       more.push_back(CompareTracking(room, options, found));
     }
@@ -544,6 +742,6 @@ int main(int argc, char** argv) {
   }
   if (arguments.size() < 2 || arguments.size() > 3) return 2;
   kinegraph::testing::Rooms(std::stoi(arguments[0]), std::stoi(arguments[1]),
-                            arguments.size() == 3 && arguments[2] == "track");
+                            arguments.size() == 3 ? arguments[2] : "");
   return 0;
 }
