@@ -73,7 +73,7 @@ std::vector<Task> TasksToDo(const std::vector<Task>& tasks, bool resume) {
   return missing;
 }
 
-void Tell(const Task& task, const TaskOutcome& outcome) {
+void PrintOutcome(const Task& task, const TaskOutcome& outcome) {
   std::printf("%s %s%s\n", task.Name().c_str(),
               outcome.done ? "done" : "FAILED: ", outcome.error.c_str());
   std::fflush(stdout);
@@ -118,7 +118,7 @@ void RunBatch() {
   const std::vector<Task> missing =
       TasksToDo(chosen, FLAGS_resume || !FLAGS_task.empty());
   KeepManifest(manifest);
-  const int failed = RunTasks(missing, FLAGS_out, JobCount(), Tell);
+  const int failed = RunTasks(missing, FLAGS_out, JobCount(), PrintOutcome);
   if (FLAGS_task.empty()) Merge(tasks);
   if (failed > 0) {
     throw std::runtime_error(fmt::format(

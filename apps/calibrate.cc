@@ -229,7 +229,7 @@ constexpr std::array kMetreFrom = {"population", "scale", "distance",
                                    "cameras_apart"};
 
 // null if there were no halves to hold out.
-Json Told(double px) { return px > 0.0 ? Json(px) : Json(); }
+Json NumberOrNull(double px) { return px > 0.0 ? Json(px) : Json(); }
 
 std::string JsonReport(const RecordingCalibration& recording,
                        const KnownLength& length,
@@ -247,9 +247,9 @@ std::string JsonReport(const RecordingCalibration& recording,
       one["rotation_sigma_deg"] = view.rotation_sigma_deg;
       one["centre_sigma_m"] = view.centre_sigma_m;
       one["residual_px"] = view.mean_px;
-      one["left_out_px"] = {{"frames", Told(view.left_out_px.frames)},
-                            {"joints", Told(view.left_out_px.joints)},
-                            {"people", Told(view.left_out_px.people)}};
+      one["left_out_px"] = {{"frames", NumberOrNull(view.left_out_px.frames)},
+                            {"joints", NumberOrNull(view.left_out_px.joints)},
+                            {"people", NumberOrNull(view.left_out_px.people)}};
       clocks[views[v]] = {{"offset_s", view.clock_s},
                           {"sigma_s", view.clock_sigma_s},
                           {"drift", view.drift}};
@@ -259,7 +259,7 @@ std::string JsonReport(const RecordingCalibration& recording,
   Json scale = {{"from", kMetreFrom[static_cast<size_t>(length.kind)]}};
   if (recording.rig.verdict != RigVerdict::kRefused) {
     scale["sigma"] = recording.scale_sigma;
-    scale["stature_m"] = Told(recording.stature_m);
+    scale["stature_m"] = NumberOrNull(recording.stature_m);
   }
   const Json report = {
       {"cameras_fingerprint", fingerprint.empty() ? Json() : Json(fingerprint)},

@@ -151,7 +151,7 @@ std::string DifferenceCell(const ScoredRow& row, const Score& score) {
   if (row.row->baseline) return "(base)";
   if (!score.difference) return "-";
   return WithInterval(score.difference->value, score.difference->interval, 2) +
-         (score.difference->is_told() ? "" : ", not significant");
+         (score.difference->is_significant() ? "" : ", not significant");
 }
 
 // Counts and intervals of every row under one conversion and rule.

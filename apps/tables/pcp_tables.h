@@ -53,7 +53,9 @@ struct PcpDifference {
   double value = 0.0;
   Interval interval;
 
-  bool is_told() const { return interval.low > 0.0 || interval.high < 0.0; }
+  bool is_significant() const {
+    return interval.low > 0.0 || interval.high < 0.0;
+  }
 };
 PcpDifference DifferenceOf(const PcpResult& pcp, const PcpResult& baseline,
                            PcpGroup group = PcpGroup::kTotal);

@@ -166,7 +166,7 @@ Cells SweepCells(const Sweep& sweep) {
   // one, with their differences.
   std::string told;
   for (const SweptValue& value : values) {
-    if (!value.difference.is_told()) continue;
+    if (!value.difference.is_significant()) continue;
     told += (told.empty() ? "" : ", ") + Fixed(value.value, 1) + " (" +
             Fixed(value.difference.value, 2) + ")";
   }

@@ -393,7 +393,7 @@ const char* ToString(LossReason reason) {
 }
 
 LossReason LostPart::reason() const {
-  if (!predicted) return LossReason::kNobody;
+  if (!predicted) return LossReason::kNoPose;
   if (!person_distance_m || *person_distance_m > kPersonGateM) {
     return LossReason::kElsewhere;
   }

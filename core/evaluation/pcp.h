@@ -171,7 +171,7 @@ struct PcpPersonFrame {
 
 // The reason why a part is incorrect.
 enum class LossReason {
-  kNobody,     // no prediction in the frame
+  kNoPose,     // no prediction in the frame
   kElsewhere,  // the nearest prediction is beyond kPersonGateM: another person
   kNoJoint,    // the prediction lacks an end
   kTooFar,     // one end or both beyond the tolerance

@@ -312,11 +312,11 @@ SecondPass::Seen SecondPass::Look(const Pose3d& expected, double age_s,
     used_views_.clear();
     used_places_.clear();
   }
-  if (used_views_.empty()) return Seen::kByNobody;
+  if (used_views_.empty()) return Seen::kInNoView;
   if (used_views_.size() < 2 || !evidence_.Look(used_views_, expected)) {
-    return Seen::kByOne;
+    return Seen::kInOneView;
   }
-  return Seen::kByTwo;
+  return Seen::kInTwoViews;
 }
 
 void SecondPass::Take(Recent* recent) const {
@@ -349,14 +349,14 @@ void SecondPass::ExtendBack(const PersonPose& person, TimeNs time,
     ages_s.push_back(ToSeconds(follower.agreed() - written.time));
     earlier_.Prepare(recent.detections);
     seen.push_back(Look(expected.back(), ages_s.back(), recent, earlier_));
-    if (seen.back() != Seen::kByTwo) continue;
+    if (seen.back() != Seen::kInTwoViews) continue;
     if (IsTaken(evidence_.reconstruction().pose, written.people)) {
       seen.pop_back();
       break;
     }
     follower.Agree(evidence_.reconstruction().pose, written.time);
   }
-  while (!seen.empty() && seen.back() == Seen::kByNobody) seen.pop_back();
+  while (!seen.empty() && seen.back() == Seen::kInNoView) seen.pop_back();
   const int end = ends_++;
   for (size_t k = seen.size(); k-- > 0;) {
     Recent& recent = recent_[recent_.size() - 1 - k];
@@ -377,7 +377,7 @@ void SecondPass::ExtendOn(Recent* now) {
     const Seen seen =
         Look(expected, ToSeconds(written.time - follower.agreed()), *now,
              observations_);
-    const bool agreed = seen == Seen::kByTwo;
+    const bool agreed = seen == Seen::kInTwoViews;
     if (written.time - follower.agreed() > max_lost_ ||
         (agreed && IsTaken(evidence_.reconstruction().pose, written.people))) {
       at = followers_.erase(at);
@@ -427,9 +427,9 @@ std::map<int64_t, bool> SecondPass::KeptBeyond(
     if (end.front().backward) std::reverse(end.begin(), end.end());
     size_t sure = 0;
     for (size_t k = 0; k < end.size(); ++k) {
-      if (end[k].seen == Seen::kByTwo) sure = k + 1;
+      if (end[k].seen == Seen::kInTwoViews) sure = k + 1;
     }
-    while (sure < end.size() && end[sure].seen == Seen::kByOne) {
+    while (sure < end.size() && end[sure].seen == Seen::kInOneView) {
       const PersonPose* pose = pose_at[end[sure].frame];
       if (pose == nullptr || !IsSure(*pose)) break;
       ++sure;

@@ -101,12 +101,12 @@ class SecondPass {
     EndFollower follower;
     int end = 0;  // number of the extension
   };
-  // Number of views that agree; kByTwo: two or more.
-  enum class Seen { kByNobody, kByOne, kByTwo };
+  // Number of views that agree; kInTwoViews: two or more.
+  enum class Seen { kInNoView, kInOneView, kInTwoViews };
   // A frame beyond an end that was given to an estimator.
   struct Beyond {
     int64_t frame = 0;
-    Seen seen = Seen::kByNobody;
+    Seen seen = Seen::kInNoView;
     int end = 0;  // number of the extension
     bool backward = false;
   };

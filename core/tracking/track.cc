@@ -16,7 +16,7 @@ constexpr size_t kEnough = 8;
 
 }  // namespace
 
-bool ShowsSomebody(const DetectionFrame& frame) {
+bool HasDetections(const DetectionFrame& frame) {
   return std::any_of(
       frame.views.begin(), frame.views.end(),
       [](const ViewDetections& view) { return !view.detections.empty(); });
@@ -24,7 +24,7 @@ bool ShowsSomebody(const DetectionFrame& frame) {
 
 bool LookRhythm::IsLook(const DetectionFrame& frame) {
   const double frames = begun_ ? clock_.Frames(frame.time - last_) : 1.0;
-  if (!ShowsSomebody(frame)) {
+  if (!HasDetections(frame)) {
     return pauses_.size() >= kEnough &&
            frames > *std::max_element(pauses_.begin(), pauses_.end()) - 0.5;
   }

@@ -16,7 +16,7 @@
 
 namespace kinegraph {
 
-bool ShowsSomebody(const DetectionFrame& frame);
+bool HasDetections(const DetectionFrame& frame);
 
 // A detector may run on every third frame of a video, or a 120 Hz file may hold
 // detections made at 30 Hz: the frames in between are empty in every view,

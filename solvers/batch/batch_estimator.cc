@@ -116,8 +116,8 @@ class BatchEstimator final : public Estimator {
     if (frames_.empty()) return;
     Solve();
     if (series_ != nullptr) {
-      TellBias(bias_joints_, scene_.cameras, scene_.frame_rate_hz,
-               noise_->correlation(), recording_, series_.get());
+      AddBiasResiduals(bias_joints_, scene_.cameras, scene_.frame_rate_hz,
+                       noise_->correlation(), recording_, series_.get());
     }
     const std::shared_ptr<SolvedPerson> solution = Solution();
     WriteFinals();

@@ -116,18 +116,19 @@ double SamplesAtOnce(const SceneSegments& segments) {
   constexpr double kLastsS = 1.0;
   if (segments.segments.empty()) return 1.0;
   const double first_s = segments.segments.front().middle_s;
-  using Said =
+  using Sample =
       std::tuple<int, int, double, int>;  // person, joint, second, view
-  std::set<Said> said;
+  std::set<Sample> distinct;
   double samples = 0.0;
   for (const MotionSegment& segment : segments.segments) {
     const double second = std::floor((segment.middle_s - first_s) / kLastsS);
     for (const SegmentMeasurement& one : segment.measurements) {
-      said.emplace(segment.person, segment.joint, second, one.view_idx);
+      distinct.emplace(segment.person, segment.joint, second, one.view_idx);
     }
     samples += static_cast<double>(segment.measurements.size());
   }
-  return said.empty() ? 1.0 : samples / static_cast<double>(said.size());
+  return distinct.empty() ? 1.0
+                          : samples / static_cast<double>(distinct.size());
 }
 
 // Whether any clock is farther from the median than stretches can determine.
@@ -297,10 +298,11 @@ DetectionSequence WithClocks(const DetectionSequence& detections,
     }
     std::vector<TimeNs> nearest(frames.size(), beat + 1);
     for (const DetectionFrame& frame : frames) {
-      const ViewDetections& told = frame.views[v];
+      const ViewDetections& recorded = frame.views[v];
       const TimeNs capture =
-          told.capture_time +
-          FromSeconds(offset_s + drift * ToSeconds(told.capture_time - middle));
+          recorded.capture_time +
+          FromSeconds(offset_s +
+                      drift * ToSeconds(recorded.capture_time - middle));
       // The frame whose time is nearest. Beyond the ends of the recording there
       // is none.
       auto at = std::lower_bound(
@@ -315,7 +317,7 @@ DetectionSequence WithClocks(const DetectionSequence& detections,
       const TimeNs off = std::abs(capture - at->time);
       if (off >= nearest[target]) continue;
       nearest[target] = off;
-      moved.frames[target].views[v] = told;
+      moved.frames[target].views[v] = recorded;
       moved.frames[target].views[v].capture_time = capture;
     }
   }

@@ -519,14 +519,14 @@ double BinLength(const SceneSegments& segments) {
 }
 
 double PlacesApart(const SceneSegments& scene) {
-  std::vector<MotionSegment> telling;
+  std::vector<MotionSegment> in_enough_views;
   for (const MotionSegment& segment : scene.segments) {
     if (ViewCount(segment) >= std::min(3, scene.view_count)) {
-      telling.push_back(segment);
+      in_enough_views.push_back(segment);
     }
   }
-  if (telling.empty()) return 0.0;
-  const std::vector<double> places = PlacesOf(telling);
+  if (in_enough_views.empty()) return 0.0;
+  const std::vector<double> places = PlacesOf(in_enough_views);
   return Quantile(places, 0.75) - Quantile(places, 0.25);
 }
 

@@ -341,9 +341,9 @@ std::vector<BiasView> ViewsOf(const BiasJoints& joints,
 
 }  // namespace
 
-void TellBias(const BiasJoints& joints, const CameraRig& cameras,
-              double frame_rate_hz, const ErrorCorrelation& correlation,
-              const PersonProblem& solved, BiasSeries* series) {
+void AddBiasResiduals(const BiasJoints& joints, const CameraRig& cameras,
+                      double frame_rate_hz, const ErrorCorrelation& correlation,
+                      const PersonProblem& solved, BiasSeries* series) {
   // Errors of neighbouring frames are correlated: ten samples a second contain
   // all the information.
   constexpr double kPeriodS = 0.1;

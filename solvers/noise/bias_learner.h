@@ -133,9 +133,9 @@ class BiasSeries {
 // Adds the residuals of a recording's solution to a series, with the solver's
 // weights. Measurements refer to `cameras`; `correlation` is that of the
 // errors.
-void TellBias(const BiasJoints& joints, const CameraRig& cameras,
-              double frame_rate_hz, const ErrorCorrelation& correlation,
-              const PersonProblem& solved, BiasSeries* series);
+void AddBiasResiduals(const BiasJoints& joints, const CameraRig& cameras,
+                      double frame_rate_hz, const ErrorCorrelation& correlation,
+                      const PersonProblem& solved, BiasSeries* series);
 
 // Writes a bias to the pixels of a recording whose triangulated joints are at
 // their states; `bias` may have other joints than `joints`.

@@ -31,7 +31,7 @@ Finding Found(const char* kind, const std::string& camera,
                              gain.after.score(), gain.before.score())};
 }
 
-Answer Said(Finding finding) {
+Answer AnswerWith(Finding finding) {
   Answer answer;
   answer.findings.push_back(std::move(finding));
   return answer;
@@ -226,7 +226,7 @@ class Doctor {
     diagnosis_.cameras = set_up_.NamedCameras();
     const bool suspect =
         std::any_of(diagnosis_.findings.begin(), diagnosis_.findings.end(),
-                    [](const Finding& finding) { return finding.told; });
+                    [](const Finding& finding) { return finding.significant; });
     diagnosis_.verdict = suspect ? DoctorVerdict::kSuspect : otherwise;
     return std::move(diagnosis_);
   }

@@ -60,7 +60,7 @@ struct Finding {
   std::string fix;          // a command, or what to do
   std::string evidence;     // a sentence, with figures
   // Whether it exceeds a detector's bias; otherwise it is only mentioned.
-  bool told = true;
+  bool significant = true;
 };
 
 // Placeholders in fixes: RECORDING stands for the recording's files, INPUTS for

@@ -25,7 +25,7 @@ constexpr double kApart = 0.2;        // share of positions
 constexpr double kBiasSigmas = 3.0;
 constexpr double kLeastExplained = 0.4;  // of the lasting error
 constexpr double kWorthATry = 0.2;       // of the lasting error
-constexpr double kUntold = 0.3;          // confidence of what is only mentioned
+constexpr double kInsignificant = 0.3;   // confidence of such findings
 constexpr char kWithinStated[] =
     "; this is within the stated uncertainty of the calibration";
 
@@ -288,11 +288,11 @@ class Explainer {
     std::vector<CrossedGain> gains = {one.gain, joints};
     const bool people_walk = PlacesApart(segments_) > kApart * subject_m_;
     if (people_walk) gains.push_back(Cross(Halving::kPlaces, one.model, tried));
-    const bool all_told = people_walk && !OneClassSpeaks();
-    std::vector<char> told(tried.size(), 0);
+    const bool bias_averages_out = people_walk && !OneClassDecides();
+    std::vector<char> significant(tried.size(), 0);
     std::vector<double> needed_m(tried.size(), 0.0);
     std::string doubt;
-    for (size_t v = 0; v < told.size(); ++v) {
+    for (size_t v = 0; v < significant.size(); ++v) {
       if (!one.moves[v]) continue;
       double explained = 1.0;
       for (const CrossedGain& gain : gains) {
@@ -300,37 +300,38 @@ class Explainer {
       }
       const double bias_m =
           std::max(kUsualBias * subject_m_, one.gain.views[v].lasting_after_m);
-      needed_m[v] = all_told ? kBiasSigmas * bias_m / std::sqrt(CellCount(v))
-                             : kBeyondBias * subject_m_;
+      needed_m[v] = bias_averages_out
+                        ? kBiasSigmas * bias_m / std::sqrt(CellCount(v))
+                        : kBeyondBias * subject_m_;
       const double moved_m = MovedM(v, one.fit);
-      told[v] = explained > kLeastExplained && moved_m > needed_m[v];
-      if (!told[v] && doubt.empty()) {
+      significant[v] = explained > kLeastExplained && moved_m > needed_m[v];
+      if (!significant[v] && doubt.empty()) {
         doubt = moved_m > needed_m[v]
                     ? fmt::format(
                           "it explains {:.0f} % of what lasts at joints, "
                           "times and places that were left out",
                           100.0 * std::max(0.0, explained))
-                : !people_walk     ? "people stay in one place"
-                : OneClassSpeaks() ? "one kind of joints alone speaks"
-                                   : "detectors are off by as much";
+                : !people_walk      ? "people stay in one place"
+                : OneClassDecides() ? "one kind of joints alone speaks"
+                                    : "detectors are off by as much";
       }
     }
-    if (std::count(told.begin(), told.end(), 1) == 0) {
+    if (std::count(significant.begin(), significant.end(), 1) == 0) {
       one.doubt = doubt;
       return one;
     }
     // A camera that compensated for others' faults needs no change once these
     // are corrected.
     do {
-      one.moves = told;
-      const BundleResult again = Fit(one.model, told);
+      one.moves = significant;
+      const BundleResult again = Fit(one.model, significant);
       if (again.usable) one.fit = again;
-      if (!Keep(&told,
+      if (!Keep(&significant,
                 [&](size_t v) { return MovedM(v, one.fit) > needed_m[v]; })) {
         one.doubt = "detectors are off by as much";
         break;
       }
-    } while (told != one.moves);
+    } while (significant != one.moves);
     return one;
   }
 
@@ -346,7 +347,7 @@ class Explainer {
     return lower > kLeast && lower < 1.0 - kLeast;
   }
   // Without joint classes, each joint is treated as its own class.
-  bool OneClassSpeaks() const {
+  bool OneClassDecides() const {
     const auto& classes = segments_.classes;
     return !HasBoth() &&
            std::any_of(classes.begin(), classes.end(),
@@ -398,8 +399,10 @@ class Explainer {
       const CameraChange& change = one.fit.changes[v];
       Finding finding;
       finding.camera = set_up_.CameraName(v);
-      finding.told = one.doubt.empty() && !IsStated(v, change - changes_[v]);
-      finding.confidence = finding.told ? Shared(0.95, alike) : kUntold;
+      finding.significant =
+          one.doubt.empty() && !IsStated(v, change - changes_[v]);
+      finding.confidence =
+          finding.significant ? Shared(0.95, alike) : kInsignificant;
       finding.before_px = one.gain.views[v].before_px;
       finding.after_px = one.gain.views[v].after_px;
       if (!IsClock(one.model)) {
@@ -413,7 +416,7 @@ class Explainer {
           finding.fix =
               "record a person who walks through the whole room, or a board, "
               "and look again";
-        } else if (!finding.told) {
+        } else if (!finding.significant) {
           finding.evidence += kWithinStated;
         }
         findings_.push_back(finding);
@@ -434,7 +437,7 @@ class Explainer {
                       "it runs {:+.0f} ppm against the usual of all views, "
                       "{:+.0f} ms over the recording",
                       1e6 * late, 1e3 * late * segments_.span_s);
-        if (!finding.told) finding.evidence += kWithinStated;
+        if (!finding.significant) finding.evidence += kWithinStated;
         findings_.push_back(finding);
       }
     }

@@ -31,7 +31,7 @@ std::optional<Answer> AskForGaps(const SetUp& set_up) {
   if (gaps_s.empty()) return std::nullopt;
   const double gap_s = Quantile(std::move(gaps_s), 0.5);
   if (gap_s <= kHole) return std::nullopt;
-  return Said(
+  return AnswerWith(
       {"frame_rate", "", gap_s > kLongestGapS ? 0.95 : 0.5, 0.0, 0.0,
        "--set=input.independent_frames=true",
        fmt::format("{:.3g} s lie between two frames: people cannot be followed "
@@ -234,7 +234,7 @@ std::optional<Answer> AskForTwins(const SetUp& set_up) {
       const double score_a = set_up.WithOthers(a).score();
       const double score_b = set_up.WithOthers(b).score();
       const size_t wrong = score_a < score_b ? a : b;
-      Answer answer = Said(
+      Answer answer = AnswerWith(
           {"never_matched", set_up.CameraName(wrong), 0.9, 0.0, 0.0,
            "--without_cameras=" + set_up.CameraName(wrong),
            "its calibration equals that of " +
@@ -343,7 +343,7 @@ std::optional<Answer> AskForAnotherRoom(const SetUp& set_up) {
       AgreesByMoreThanChance(set_up)) {
     return std::nullopt;
   }
-  return Said(
+  return AnswerWith(
       {"never_matched", "", 0.8, as_read.mean_px(), as_read.mean_px(),
        kCalibrateAnew,
        fmt::format("people seen by two views agree to {:.2f} of 1, and no "
@@ -435,9 +435,10 @@ std::optional<Answer> AskForSpeed(const SetUp& set_up) {
   if (speeds_mps.size() < kEnough) return std::nullopt;
   const double speed_mps = Quantile(std::move(speeds_mps), 0.95);
   if (speed_mps <= kMaxBodySpeed) return std::nullopt;
-  return Said({"frame_rate", "", 0.8, 0.0, 0.0, "the right input.frame_rate",
-               fmt::format("people move at {:.1f} m/s at {:.4g} Hz", speed_mps,
-                           set_up.input.frame_rate_hz)});
+  return AnswerWith({"frame_rate", "", 0.8, 0.0, 0.0,
+                     "the right input.frame_rate",
+                     fmt::format("people move at {:.1f} m/s at {:.4g} Hz",
+                                 speed_mps, set_up.input.frame_rate_hz)});
 }
 
 std::optional<Answer> AskForLens(const SetUp& set_up) {
@@ -452,11 +453,11 @@ std::optional<Answer> AskForLens(const SetUp& set_up) {
                                set_up.options.bundle.segments));
   // Lenses with small distortion fit either way.
   if (!gain.is_enough()) return std::nullopt;
-  Answer answer =
-      Said({"lens", "", 0.9, gain.before_px, gain.after_px,
-            "--set=cameras.ignore_distortion=true",
-            "the detections fit better without the lens: their images were "
-            "undistorted, or the lens is another one's"});
+  Answer answer = AnswerWith(
+      {"lens", "", 0.9, gain.before_px, gain.after_px,
+       "--set=cameras.ignore_distortion=true",
+       "the detections fit better without the lens: their images were "
+       "undistorted, or the lens is another one's"});
   answer.cameras = std::move(bare);
   return answer;
 }

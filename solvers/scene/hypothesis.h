@@ -140,7 +140,7 @@ Finding Found(const char* kind, const std::string& camera,
               const std::string& what);
 
 // An answer with a finding only.
-Answer Said(Finding finding);
+Answer AnswerWith(Finding finding);
 
 // The camera's, or twice the coordinate of its principal point [px].
 double ImageWidth(const Camera& camera);

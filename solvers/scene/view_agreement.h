@@ -53,10 +53,10 @@ int64_t IndexOfFrame(const DetectionSequence& detections, int64_t number);
 // The detections with frame `source(view, k)` of each view in its frame k;
 // empty if there is no such frame. Times stay those of the frames.
 template <typename Source>
-DetectionSequence FramesMoved(const DetectionSequence& told,
+DetectionSequence FramesMoved(const DetectionSequence& detections,
                               const Source& source) {
-  DetectionSequence moved = told;
-  const auto count = static_cast<int64_t>(told.frames.size());
+  DetectionSequence moved = detections;
+  const auto count = static_cast<int64_t>(detections.frames.size());
   for (int64_t k = 0; k < count; ++k) {
     auto& views = moved.frames[k].views;
     for (size_t v = 0; v < views.size(); ++v) {
@@ -64,7 +64,7 @@ DetectionSequence FramesMoved(const DetectionSequence& told,
       if (from == k) continue;
       views[v].detections.clear();
       if (from < 0 || from >= count) continue;
-      views[v].detections = told.frames[from].views[v].detections;
+      views[v].detections = detections.frames[from].views[v].detections;
     }
   }
   return moved;

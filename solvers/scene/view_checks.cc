@@ -36,11 +36,11 @@ struct OtherRate {
     double earlier = 0.0;
   };
   std::optional<Shown> At(int64_t number) const {
-    const auto told = static_cast<double>(number);
+    const auto stated = static_cast<double>(number);
     Shown shown;
-    shown.number = std::llround(factor * told + offset);
+    shown.number = std::llround(factor * stated + offset);
     shown.earlier =
-        told - (static_cast<double>(shown.number) - offset) / factor;
+        stated - (static_cast<double>(shown.number) - offset) / factor;
     // Of two equally near frames the later, as when the recording is read.
     if (shown.earlier >= 0.5 || shown.earlier < -0.5) return std::nullopt;
     return shown;
@@ -430,7 +430,7 @@ std::optional<Answer> AskForOtherRate(const SetUp& set_up) {
     keys += ";input.view_frame_offset." + set_up.ViewName(v) + "=" +
             std::to_string(whole ? std::llround(rate->offset) : first);
   }
-  Answer answer = Said(
+  Answer answer = AnswerWith(
       Found("view_rate", set_up.CameraName(rate->view), rate->gain,
             rate->offset == 0.0 ? "--set=" + keys : "'--set=" + keys + "'",
             fmt::format("its files count at {:.4g} Hz, the others' at {:.4g}",
@@ -565,18 +565,19 @@ std::optional<Answer> AskForSides(const SetUp& set_up) {
     const std::string evidence =
         fmt::format("noses are behind the shoulders in {} of {} people",
                     noses.backwards, noses.looked_at);
-    answer = StandOnHeads(seen)
-                 ? Said({"image", "", 0.9, 0.0, 0.0,
-                         "kinegraph calibrate RECORDING " +
-                             MirrorFlag(FromTheBottom(set_up.cameras), names) +
-                             " --out=cameras.json",
-                         "y counts from the bottom of the images, and the "
-                         "calibration was made with such images, so the "
-                         "reconstruction is mirrored: people are upside down "
-                         "in the images, and " +
-                             evidence})
-                 : Said({"sides", "", 0.9, 0.0, 0.0, fix,
-                         "left and right are exchanged: " + evidence});
+    answer =
+        StandOnHeads(seen)
+            ? AnswerWith({"image", "", 0.9, 0.0, 0.0,
+                          "kinegraph calibrate RECORDING " +
+                              MirrorFlag(FromTheBottom(set_up.cameras), names) +
+                              " --out=cameras.json",
+                          "y counts from the bottom of the images, and the "
+                          "calibration was made with such images, so the "
+                          "reconstruction is mirrored: people are upside down "
+                          "in the images, and " +
+                              evidence})
+            : AnswerWith({"sides", "", 0.9, 0.0, 0.0, fix,
+                          "left and right are exchanged: " + evidence});
   }
   for (size_t v = 0; v < exchanged.size(); ++v) {
     if (all || !exchanged[v]) continue;
@@ -620,8 +621,8 @@ std::optional<Answer> AskForOtherImage(const SetUp& set_up) {
   const char* kind = either             ? "shift"
                      : image->cropped() ? "crop"
                                         : "image_size";
-  Answer answer = Said(Found(kind, set_up.CameraName(image->view), image->gain,
-                             kUseCorrected, what));
+  Answer answer = AnswerWith(Found(kind, set_up.CameraName(image->view),
+                                   image->gain, kUseCorrected, what));
   answer.cameras = set_up.cameras;
   (*answer.cameras)[image->view] = image->Seen(camera);
   answer.score = set_up.ScoreOf(*answer.cameras, set_up.detections);

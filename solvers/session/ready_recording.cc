@@ -101,17 +101,17 @@ ReadyRecording RefineRecording(const RunOptions& options,
         scene.model.cameras, detections_used,
         MatchRecording(scaled, scene.model, detections_used), options.refine);
   };
-  DetectionSequence as_told;
+  DetectionSequence as_recorded;
   const std::vector<int> none(lags.size(), 0);
   if (lags != none) {
-    as_told = Realigned(used, lags);
-    std::swap(used, as_told);
+    as_recorded = Realigned(used, lags);
+    std::swap(used, as_recorded);
   }
   refine(used);
   if (lags != none && refinement.hardly_moves) {
     // A person at rest gives no information on the clock.
     lags = none;
-    used = std::move(as_told);
+    used = std::move(as_recorded);
     refine(used);
   }
   refinement.lag_frames = lags;

@@ -159,7 +159,7 @@ struct RecordingReporter::Impl {
   void See(const DetectionFrame& seen, const TrackFrame& tracked) {
     ++frames_;
     poses_ += static_cast<int64_t>(tracked.people.size());
-    empty_frames_ += ShowsSomebody(seen) ? 0 : 1;
+    empty_frames_ += HasDetections(seen) ? 0 : 1;
     for (size_t v = 0; v < cameras_.size(); ++v) SeeView(seen.views[v], v);
     Keep(seen);
     check_.See(seen, tracked);

@@ -29,7 +29,7 @@ class Warnings {
   void AddAll() {
     const bool scale_is_wrong = AddScale();
     AddSteps();
-    if (report_->poses == 0) return AddNobody();
+    if (report_->poses == 0) return AddNoPerson();
     AddErrors();
     if (!scale_is_wrong) {
       AddBones();
@@ -94,7 +94,7 @@ class Warnings {
     return true;
   }
 
-  void AddNobody() {
+  void AddNoPerson() {
     size_t views = 0;
     for (const CameraReport& camera : report_->cameras) {
       views += camera.detections >= kEnoughDetections ? 1 : 0;
@@ -377,7 +377,8 @@ namespace {
 std::vector<Finding> CausesOf(const Diagnosis& diagnosis, bool knows_unit) {
   std::vector<Finding> causes;
   for (Finding finding : diagnosis.findings) {
-    if (!finding.told || (finding.kind == "unit" && knows_unit)) continue;
+    if (!finding.significant || (finding.kind == "unit" && knows_unit))
+      continue;
     // To whole frames only, misoriented cameras may resemble clock errors; and
     // the report writes no cameras.
     if (finding.kind == "clock_offset") {

@@ -56,21 +56,21 @@ TrackSequence TrackSequenceOf(const RunOptions& options,
                               const std::function<void(int64_t)>& progress) {
   const ReadyRecording ready = MakeRecordingReady(
       options, request, std::nullopt, [&] { return detections; });
-  const DetectionSequence& told =
+  const DetectionSequence& recorded =
       ready.detections.has_value() ? *ready.detections : detections;
   RunRequest asked = request;
   asked.cameras = ready.cameras;
   if (ready.record.has_value()) asked.kept_matches = KeptMatches::kWeights;
-  MemorySource source(told);
-  Session session(options, asked, told.header,
-                  [&] { return std::make_unique<MemorySource>(told); });
+  MemorySource source(recorded);
+  Session session(options, asked, recorded.header,
+                  [&] { return std::make_unique<MemorySource>(recorded); });
   if (progress) session.set_progress(progress);
   // The effect of the cameras' uncertainty on the covariances, which needs the
   // matches.
   const std::unique_ptr<CameraUncertainty> uncertainty =
-      ready.record.has_value()
-          ? UncertaintyOf(*ready.record, session.scene(), told.header.skeleton)
-          : nullptr;
+      ready.record.has_value() ? UncertaintyOf(*ready.record, session.scene(),
+                                               recorded.header.skeleton)
+                               : nullptr;
   const bool keeps_matches =
       options.output.observations || request.kept_matches != KeptMatches::kNone;
   TrackSequence tracks;
@@ -78,7 +78,7 @@ TrackSequence TrackSequenceOf(const RunOptions& options,
   TrackAll(&source, &session, [&](TrackFrame&& frame) {
     const DetectionFrame* all = uncertainty == nullptr
                                     ? nullptr
-                                    : FindDetectionFrame(told, frame.frame);
+                                    : FindDetectionFrame(recorded, frame.frame);
     if (all != nullptr) {
       DetectionFrame all_views = *all;
       DetectionFrame seen;
@@ -102,7 +102,7 @@ FrozenRun FreezeTracking(const RunOptions& options, const RunRequest& request,
     ready = RefineRecording(options, request, detections);
     asked.cameras = ready.cameras;
   }
-  const DetectionSequence& told =
+  const DetectionSequence& recorded =
       ready.detections.has_value() ? *ready.detections : detections;
   RunOptions one_pass = options;
   one_pass.tracker.life.second_pass = false;
@@ -113,18 +113,18 @@ FrozenRun FreezeTracking(const RunOptions& options, const RunRequest& request,
   EstimatorFactory& written =
       estimators.output ? estimators.output : estimators.feedback;
   written = freezer.Wrap(std::move(written));
-  Session session(one_pass, asked, told.header, std::move(estimators));
+  Session session(one_pass, asked, recorded.header, std::move(estimators));
   FrozenRun run;
   run.scene = session.scene();
   // The tracks record the requested options, not those changed above.
   run.scene.header.config_json = EffectiveConfigJson(options);
   run.tracks.header = run.scene.header;
-  run.detections.header = told.header;
+  run.detections.header = recorded.header;
   run.detections.header.view_names = run.scene.view_names;
   session.set_frame_listener([&](const DetectionFrame& frame) {
     run.detections.frames.push_back(frame);
   });
-  MemorySource source(told);
+  MemorySource source(recorded);
   TrackAll(&source, &session, [&](TrackFrame&& frame) {
     run.tracks.frames.push_back(std::move(frame));
   });

@@ -105,7 +105,8 @@ bool MayBeRefined(const RecordingReport& report) {
 
 // With the clocks recorded in the calibration, as in a run.
 SurveyTrial Try(const SurveyRequest& asked, RunOptions options,
-                const CameraRig& cameras, const DetectionSequence& as_told) {
+                const CameraRig& cameras,
+                const DetectionSequence& as_recorded) {
   RunRequest request;
   request.cameras = cameras;
   request.without_cameras = asked.without_cameras;
@@ -117,9 +118,9 @@ SurveyTrial Try(const SurveyRequest& asked, RunOptions options,
   options.identity.link = true;
   const auto record = ReadRefinementRecord(asked.cameras);
   const ReadyRecording ready =
-      MakeRecordingReady(options, request, record, [&] { return as_told; });
+      MakeRecordingReady(options, request, record, [&] { return as_recorded; });
   const DetectionSequence& beginning =
-      ready.detections.has_value() ? *ready.detections : as_told;
+      ready.detections.has_value() ? *ready.detections : as_recorded;
   Session session(options, request, beginning.header,
                   [&] { return std::make_unique<MemorySource>(beginning); });
   RecordingReporter reporter(session.scene(), beginning.header.skeleton);

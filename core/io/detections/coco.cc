@@ -103,9 +103,10 @@ std::unique_ptr<DetectionSource> OpenCoco(const std::string& path,
 void WriteCoco(const std::string& path, const DetectionWriteOptions&,
                DetectionSource* source, LostFields* lost_fields) {
   RefuseViewTruth(source->header(), "COCO results");
-  const int64_t empty_frames = WriteViewFiles(
-      path, ".json", "", source, IsToldByJointCount(source->header().skeleton),
-      lost_fields, WriteCocoView);
+  const int64_t empty_frames =
+      WriteViewFiles(path, ".json", "", source,
+                     IsDeterminedByJointCount(source->header().skeleton),
+                     lost_fields, WriteCocoView);
   NoteEmptyFrames(empty_frames, lost_fields);
 }
 
@@ -245,8 +246,8 @@ void WriteMmpose(const std::string& path, const DetectionWriteOptions&,
                  DetectionSource* source, LostFields* lost_fields) {
   RefuseViewTruth(source->header(), "MMPose's files");
   WriteViewFiles(path, ".json", "", source,
-                 IsToldByJointCount(source->header().skeleton), lost_fields,
-                 WriteMmposeView);
+                 IsDeterminedByJointCount(source->header().skeleton),
+                 lost_fields, WriteMmposeView);
 }
 
 // ---- COCO, one file of several cameras ----
@@ -486,8 +487,8 @@ void WriteCocoViews(const std::string& path,
     }
     out.FlushTo(&file);
   };
-  WriteFrames(source, /*skeleton_told=*/true, lost_fields, write,
-              /*rate_told=*/true);
+  WriteFrames(source, /*skeleton_known=*/true, lost_fields, write,
+              /*rate_known=*/true);
   out.Text("],\n\"images\": [");
   out.FlushTo(&file);
   images.Text("]}\n");

@@ -122,7 +122,7 @@ std::vector<const Skeleton*> DetectorSkeletons(size_t joint_count,
                    "; detections.skeleton names other skeletons");
 }
 
-bool IsToldByJointCount(const Skeleton& skeleton) {
+bool IsDeterminedByJointCount(const Skeleton& skeleton) {
   try {
     return *DetectorSkeletons(skeleton.joints().size(), "").front() == skeleton;
   } catch (const InputError&) {
@@ -276,10 +276,10 @@ void WriteBox(const DetectionSummary& summary, JsonOutput* out) {
                 summary.size_px.y()});
 }
 
-void WriteFrames(DetectionSource* source, bool skeleton_told,
+void WriteFrames(DetectionSource* source, bool skeleton_known,
                  LostFields* lost_fields,
                  const std::function<void(const DetectionFrame& frame)>& write,
-                 bool rate_told) {
+                 bool rate_known) {
   const DetectionHeader header = source->header();
   int64_t zero_confidence_joints = 0;
   int64_t moved = 0;  // detections whose index in the frame changes
@@ -304,11 +304,11 @@ void WriteFrames(DetectionSource* source, bool skeleton_told,
   const auto note = [&](bool is_lost, const std::string& what) {
     if (is_lost) lost_fields->push_back(what);
   };
-  note(header.frame_rate_hz > 0.0 && !rate_told, "the frame rate is not kept");
+  note(header.frame_rate_hz > 0.0 && !rate_known, "the frame rate is not kept");
   note(own_times, "times other than frame / frame rate are not kept");
-  note(!skeleton_told, "the file does not specify the skeleton '" +
-                           header.skeleton.name() +
-                           "': name it when reading (detections.skeleton)");
+  note(!skeleton_known, "the file does not specify the skeleton '" +
+                            header.skeleton.name() +
+                            "': name it when reading (detections.skeleton)");
   note(zero_confidence_joints > 0,
        std::to_string(zero_confidence_joints) +
            " joints with confidence 0 read as missing unless "
@@ -329,7 +329,7 @@ JsonOutput& ViewFile::Entry() {
 
 int64_t WriteViewFiles(const std::string& path, const std::string& extension,
                        const std::string& heading, DetectionSource* source,
-                       bool skeleton_told, LostFields* lost_fields,
+                       bool skeleton_known, LostFields* lost_fields,
                        void (*write)(int64_t frame,
                                      const std::vector<Detection>& detections,
                                      ViewFile* file)) {
@@ -340,7 +340,7 @@ int64_t WriteViewFiles(const std::string& path, const std::string& extension,
     files.emplace_back(folder.PathOf(view + extension)).out.Text(heading);
   }
   int64_t empty_frames = 0;
-  WriteFrames(source, skeleton_told, lost_fields,
+  WriteFrames(source, skeleton_known, lost_fields,
               [&](const DetectionFrame& frame) {
                 bool any = false;
                 for (size_t v = 0; v < files.size(); ++v) {

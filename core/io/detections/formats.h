@@ -55,7 +55,7 @@ std::vector<std::string> NamesOf(const NamedPaths& paths);
 std::vector<const Skeleton*> DetectorSkeletons(size_t joint_count,
                                                const std::string& key);
 // Whether a reader that counts joints assumes this layout.
-bool IsToldByJointCount(const Skeleton& skeleton);
+bool IsDeterminedByJointCount(const Skeleton& skeleton);
 
 // Collects detections of formats whose files contain a whole recording, with
 // frames in any order, and returns them frame by frame.

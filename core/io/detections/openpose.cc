@@ -142,7 +142,7 @@ class OpenPoseSource : public DetectionSource {
         for (const OpenPoseView& view : views_) {
           const size_t at = spread ? i * view.files.size() / kFilesAView : i;
           if (at < view.files.size() &&
-              IsTold(view.FileAt(at), &candidates, &fit)) {
+              IsDetermined(view.FileAt(at), &candidates, &fit)) {
             return best();
           }
         }
@@ -153,8 +153,9 @@ class OpenPoseSource : public DetectionSource {
 
   // Whether the layout is determined with one more file. The first person
   // determines the candidates, all people their fit.
-  bool IsTold(const std::string& path, std::vector<const Skeleton*>* candidates,
-              std::optional<SkeletonFit>* fit) {
+  bool IsDetermined(const std::string& path,
+                    std::vector<const Skeleton*>* candidates,
+                    std::optional<SkeletonFit>* fit) {
     try {
       const JsonArray people = ParsePeople(path);
       Located(path, [&] {
@@ -272,9 +273,9 @@ void WriteOpenpose(const std::string& path, const DetectionWriteOptions&,
     MakeFolder(folder.PathOf(view));
   }
   JsonOutput out;
-  const bool skeleton_told = IsToldByJointCount(header.skeleton);
+  const bool skeleton_known = IsDeterminedByJointCount(header.skeleton);
   WriteFrames(
-      source, skeleton_told, lost_fields, [&](const DetectionFrame& frame) {
+      source, skeleton_known, lost_fields, [&](const DetectionFrame& frame) {
         for (size_t v = 0; v < header.view_names.size(); ++v) {
           const std::string& view = header.view_names[v];
           const std::string name = fmt::format("{}/{}_{:012}_keypoints.json",

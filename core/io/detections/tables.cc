@@ -117,13 +117,14 @@ DeepLabCutColumns FindDeepLabCutColumns(const Texts& individuals,
 // ---- Several detectors ----
 
 // Each detector's joints of one person.
-using Said = std::vector<std::vector<Keypoint>>;
+using JointsByDetector = std::vector<std::vector<Keypoint>>;
 
-Keypoint FuseJoint(const Said& said, size_t j, int detectors, double apart_px) {
+Keypoint FuseJoint(const JointsByDetector& by_detector, size_t j, int detectors,
+                   double apart_px) {
   Keypoint best;
   Eigen::Vector2d sum_px = Eigen::Vector2d::Zero();
   double weight_sum = 0.0;
-  for (const std::vector<Keypoint>& joints : said) {
+  for (const std::vector<Keypoint>& joints : by_detector) {
     const Keypoint& joint = joints[j];
     if (!joint.found) continue;
     // If all confidences are 0, all have the same weight.
@@ -135,7 +136,7 @@ Keypoint FuseJoint(const Said& said, size_t j, int detectors, double apart_px) {
   if (!best.found) return best;
   const Eigen::Vector2d mean_px = sum_px / weight_sum;
   double confidence_sum = 0.0;
-  for (const std::vector<Keypoint>& joints : said) {
+  for (const std::vector<Keypoint>& joints : by_detector) {
     const Keypoint& joint = joints[j];
     if (!joint.found) continue;
     if ((joint.px - best.px).norm() > apart_px) {
@@ -172,16 +173,16 @@ class DeepLabCutRecording : public DetectionCollector {
 
   std::unique_ptr<DetectionSource> FinishAll() {
     constexpr double kApart = 0.05;
-    for (const auto& [place, said] : waiting_) {
+    for (const auto& [place, by_detector] : waiting_) {
       const auto& [frame, view_idx, person] = place;
       Eigen::AlignedBox2d box;  // around all joints that the detectors found
-      for (const std::vector<Keypoint>& joints : said) {
+      for (const std::vector<Keypoint>& joints : by_detector) {
         box.extend(BoxAround(joints));
       }
       const double apart_px = kApart * DiagonalPx(box);
       std::vector<Keypoint>& joints = Add(frame, view_idx)->joints;
-      for (size_t j = 0; j < said.front().size(); ++j) {
-        joints.push_back(FuseJoint(said, j, detectors_, apart_px));
+      for (size_t j = 0; j < by_detector.front().size(); ++j) {
+        joints.push_back(FuseJoint(by_detector, j, detectors_, apart_px));
       }
     }
     return Finish();
@@ -190,7 +191,7 @@ class DeepLabCutRecording : public DetectionCollector {
  private:
   const int detectors_;
   // By frame, view and person; unused with one detector.
-  std::map<std::tuple<int64_t, size_t, size_t>, Said> waiting_;
+  std::map<std::tuple<int64_t, size_t, size_t>, JointsByDetector> waiting_;
 };
 
 // Opens a folder with one file per view, one such file, or a folder with one

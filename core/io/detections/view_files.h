@@ -36,13 +36,13 @@ DetectionSummary Summarise(const Detection& detection);
 void WriteBox(const DetectionSummary& summary, JsonOutput* out);
 
 // Passes each frame of `source` to `write`, and notes what is lost by a format
-// that stores only frame numbers, x, y and confidence. `skeleton_told`: readers
-// recognise the skeleton by the file; `rate_told`: they assume the right frame
-// rate.
-void WriteFrames(DetectionSource* source, bool skeleton_told,
+// that stores only frame numbers, x, y and confidence. `skeleton_known`:
+// readers recognise the skeleton by the file; `rate_known`: they assume the
+// right frame rate.
+void WriteFrames(DetectionSource* source, bool skeleton_known,
                  LostFields* lost_fields,
                  const std::function<void(const DetectionFrame& frame)>& write,
-                 bool rate_told = false);
+                 bool rate_known = false);
 
 // A view's file during writing.
 struct ViewFile {
@@ -61,7 +61,7 @@ struct ViewFile {
 // Throws InputError if a name cannot be a file's.
 int64_t WriteViewFiles(const std::string& path, const std::string& extension,
                        const std::string& heading, DetectionSource* source,
-                       bool skeleton_told, LostFields* lost_fields,
+                       bool skeleton_known, LostFields* lost_fields,
                        void (*write)(int64_t frame,
                                      const std::vector<Detection>& detections,
                                      ViewFile* file));

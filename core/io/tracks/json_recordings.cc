@@ -103,11 +103,11 @@ TrackSequence ReadPoses(JsonValue outermost, const TrackReadOptions& options,
   if (!options.skeleton && poses.begin() != poses.end()) {
     const JsonObject first = AsObject(*poses.begin(), "poses");
     const size_t count = AsArray(Required(first, key), key).size();
-    const Skeleton* told = SkeletonOfPoses(count);
-    if (told == nullptr) {
+    const Skeleton* known = SkeletonOfPoses(count);
+    if (known == nullptr) {
       Refuse("joints: found {}, expected 17 (COCO), 14, 15, 19 or 25", count);
     }
-    skeleton = *told;
+    skeleton = *known;
   }
   TrackCollector collector("poses", skeleton, options);
   ForEachObject(poses, "poses", place, [&](const JsonObject& pose) {

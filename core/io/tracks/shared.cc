@@ -108,11 +108,11 @@ void ReadWeighted(const JsonObject& object, const char* key, double unit_m,
 TrackCollector::TrackCollector(const std::string& mode,
                                const Skeleton& skeleton,
                                const TrackReadOptions& options,
-                               double told_hz) {
+                               double file_hz) {
   header_.mode = mode;
   header_.skeleton = skeleton;
   header_.frame_rate_hz =
-      options.frame_rate_hz > 0.0 ? options.frame_rate_hz : told_hz;
+      options.frame_rate_hz > 0.0 ? options.frame_rate_hz : file_hz;
 }
 
 TrackFrame* TrackCollector::Touch(int64_t frame_number) {

@@ -75,9 +75,9 @@ void ReadWeighted(const JsonObject& object, const char* key, double unit_m,
 // Collects people in any order of frames.
 class TrackCollector {
  public:
-  // `mode`: name of the format. The frame rate is the option's, else `told_hz`.
+  // `mode`: name of the format. The frame rate is the option's, else `file_hz`.
   TrackCollector(const std::string& mode, const Skeleton& skeleton,
-                 const TrackReadOptions& options, double told_hz = 0.0);
+                 const TrackReadOptions& options, double file_hz = 0.0);
   const TrackHeader& header() const { return header_; }
   size_t joint_count() const { return header_.skeleton.joints().size(); }
   // Creates the frame if it does not exist, even without people.

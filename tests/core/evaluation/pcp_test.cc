@@ -82,8 +82,8 @@ TEST(PcpTest, LostPartsHaveAReason) {
         .lost.at(0)
         .reason();
   };
-  EXPECT_EQ(reason({}), LossReason::kNobody);
-  EXPECT_EQ(reason({Person(0, Pose3d(14))}), LossReason::kNobody);
+  EXPECT_EQ(reason({}), LossReason::kNoPose);
+  EXPECT_EQ(reason({Person(0, Pose3d(14))}), LossReason::kNoPose);
   EXPECT_EQ(reason({Person(0, Moved(StandingTum14(), 0.0, 0.75))}),
             LossReason::kElsewhere);
   // The mean over 14 joints stays small.

@@ -1,4 +1,5 @@
-// Single wrong clocks and cameras, told by the residuals of known matches.
+// Single wrong clocks and cameras, significant by the residuals of known
+// matches.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -86,7 +87,7 @@ TEST(Residuals, ATurnedCameraIsTurnedBackAndTheOthersStay) {
   EXPECT_EQ(answer->findings[0].kind, "rotation");
   EXPECT_EQ(answer->findings[0].camera, "cam3");
   EXPECT_EQ(answer->findings[0].fix, kUseCorrected);
-  EXPECT_TRUE(answer->findings[0].told);
+  EXPECT_TRUE(answer->findings[0].significant);
   for (size_t v = 0; v < 4; ++v) {
     // Joints lie about 100 px from the middle: 1 px turns by 1e-2, over 700 of
     // them by 4e-4, of which the norm is 1.4 times as much.
@@ -103,9 +104,9 @@ TEST(Residuals, WhatTheCalibrationReportsIsOnlyMentioned) {
     room.input.stated_sigma[3].setConstant(sigma);
     const auto answer = AskResiduals(room.Matched());
     ASSERT_EQ(answer->findings.size(), 1u);
-    EXPECT_EQ(answer->findings[0].told, 3.0 * sigma < 0.1);
+    EXPECT_EQ(answer->findings[0].significant, 3.0 * sigma < 0.1);
     EXPECT_EQ(answer->findings[0].confidence > 0.5, 3.0 * sigma < 0.1);
-    if (!answer->findings[0].told) {
+    if (!answer->findings[0].significant) {
       EXPECT_THAT(
           answer->findings[0].evidence,
           HasSubstr("within the stated uncertainty of the calibration"));
@@ -127,7 +128,7 @@ TEST(Residuals, ABiasOfTheDetectorIsNoCamera) {
   const auto answer = AskResiduals(room.Matched());
   ASSERT_EQ(answer->findings.size(), 1u);
   EXPECT_EQ(answer->findings[0].camera, "cam1");
-  EXPECT_FALSE(answer->findings[0].told);
+  EXPECT_FALSE(answer->findings[0].significant);
   EXPECT_THAT(answer->findings[0].evidence,
               HasSubstr("people stay in one place"));
 }
