@@ -310,7 +310,7 @@ class BundleProblem {
       problem_.SetManifold(changes_[v].data(),
                            new ceres::SubsetManifold(kChangeSize, constant));
       CameraChange told = CameraChange::Zero();
-      if (!options.focal_told.empty()) told[kFocalAt] = options.focal_told[v];
+      if (!options.focal_prior.empty()) told[kFocalAt] = options.focal_prior[v];
       problem_.AddResidualBlock(
           new ceres::NormalPrior(inverse.asDiagonal(), told), nullptr,
           changes_[v].data());

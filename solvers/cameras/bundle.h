@@ -31,7 +31,7 @@ struct BundleOptions {
   double focal_sigma = 0.05;
   // Logarithm of the ratio of the given focal length, the prior's mean, to that
   // of the camera; one per view. Empty: equal.
-  std::vector<double> focal_told;
+  std::vector<double> focal_prior;
   double lens_sigma = 0.3;  // k1, k2
   double offset_sigma_s = 0.5;
   double drift_sigma = 1e-3;

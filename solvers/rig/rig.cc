@@ -70,8 +70,8 @@ constexpr int kNearFrames = 2;
 // Sigma of the clock drift of cameras [s/s].
 constexpr double kDriftSigma = 2e-4;
 // Sigma of the capture times given in files [s].
-constexpr double kToldTimeS = 0.02;
-constexpr double kToldLagS = 0.1;  // largest deviation searched
+constexpr double kTimeSigmaS = 0.02;
+constexpr double kLongestDeviationS = 0.1;  // largest deviation searched
 // Stretches of the first rounds of matching and fitting.
 constexpr int kFewSegments = 500;
 // Iterations of a fit. Its errors halve with each: after 8 they are below a
@@ -119,7 +119,7 @@ DetectionSequence Regular(DetectionSequence detections,
 }
 
 // Whether any capture time differs from its frame's time.
-bool TellsTimes(const DetectionSequence& detections) {
+bool HasTimes(const DetectionSequence& detections) {
   return std::any_of(detections.frames.begin(), detections.frames.end(),
                      [](const DetectionFrame& frame) {
                        return std::any_of(
@@ -377,9 +377,9 @@ class RigEstimate {
       : input_(input),
         attempt_(attempt),
         // A second attempt ignores the given times, as they may be wrong.
-        tells_times_(attempt == 0 && TellsTimes(input.detections)),
+        has_times_(attempt == 0 && HasTimes(input.detections)),
         recording_(
-            Regular(WithUsualConfidences(input.detections), &told_late_s_)),
+            Regular(WithUsualConfidences(input.detections), &given_late_s_)),
         human_(IsHuman(recording_.header.skeleton)),
         intrinsics_(input.intrinsics) {
     result_.views.resize(intrinsics_.size());
@@ -410,17 +410,17 @@ class RigEstimate {
     RigSearch search;
     search.focal_sigma = input_.focal_sigma;
     search.attempt = attempt_;
-    if (tells_times_) search.longest_lag_s = kToldLagS;
+    if (has_times_) search.longest_lag_s = kLongestDeviationS;
     if (input_.in_step) search.longest_lag_s = 0.0;
     search.progress = [&](int done, int total) {
       Report("pairs of views", done, total);
     };
-    told_lags_.assign(intrinsics_.size(), 0);
-    for (size_t v = 0; v < intrinsics_.size() && tells_times_; ++v) {
-      told_lags_[v] = -static_cast<int>(
-          std::lround(told_late_s_[v] * recording_.header.frame_rate_hz));
+    given_lags_.assign(intrinsics_.size(), 0);
+    for (size_t v = 0; v < intrinsics_.size() && has_times_; ++v) {
+      given_lags_[v] = -static_cast<int>(
+          std::lround(given_late_s_[v] * recording_.header.frame_rate_hz));
     }
-    if (tells_times_) recording_ = Realigned(recording_, told_lags_);
+    if (has_times_) recording_ = Realigned(recording_, given_lags_);
     start_ = FindRigStart(recording_, intrinsics_, search);
     if (start_.views.empty()) return false;
     result_.used = start_.views;
@@ -460,12 +460,12 @@ class RigEstimate {
     // data.
     const double told = human_ ? 1.0 / std::sqrt(kUnmodelled) : 1.0;
     options.focal_sigma = told * std::max(1e-3, input_.focal_sigma);
-    options.offset_sigma_s = tells_times_ ? kToldTimeS : 0.1;
+    options.offset_sigma_s = has_times_ ? kTimeSigmaS : 0.1;
     options.drift_sigma = kDriftSigma;
     options.lens_sigma = told * kLensSigma;
     options.shift_sigma_px = told * kShiftShare * intrinsics_[0].width_px();
     for (size_t v = 0; v < cameras_.size(); ++v) {
-      options.focal_told.push_back(FocalTold(v));
+      options.focal_prior.push_back(FocalPrior(v));
     }
     if (human_) {
       options.lasting_offset_m = kLastingOffsetM;
@@ -476,14 +476,14 @@ class RigEstimate {
   }
 
   // Logarithm of the given focal length over the current one.
-  double FocalTold(size_t v) const {
+  double FocalPrior(size_t v) const {
     const Camera& told = intrinsics_[result_.used[v]];
     return std::log(told.focal_px() / cameras_[v].focal_px());
   }
 
   // The current cameras with the given principal points and lenses, about which
   // the priors are; LensChanges() leads from these to the current ones.
-  CameraRig WithToldLenses() const {
+  CameraRig WithGivenLenses() const {
     CameraRig told;
     for (size_t v = 0; v < cameras_.size(); ++v) {
       const Camera& given = intrinsics_[result_.used[v]];
@@ -511,9 +511,9 @@ class RigEstimate {
   double ClockOf(size_t v) const {
     const auto of_recording = static_cast<size_t>(result_.used[v]);
     return changes_[v][kOffsetAt] -
-           (lags_[v] + told_lags_[of_recording]) /
+           (lags_[v] + given_lags_[of_recording]) /
                recording_.header.frame_rate_hz -
-           told_late_s_[of_recording];
+           given_late_s_[of_recording];
   }
 
   // Fits cameras, then clocks.
@@ -526,7 +526,7 @@ class RigEstimate {
     free_.focal = input_.focal_sigma > 0.0;
     // Lens parameters would absorb mismatches while the matching is uncertain.
     free_.shift = free_.lens = free_.lens_k2 = clocks && !input_.lenses_known;
-    const CameraRig told = WithToldLenses();
+    const CameraRig told = WithGivenLenses();
     fit_ = AdjustBundle(told, segments_, free_, LensChanges(), options);
     if (!fit_.usable || !clocks || input_.in_step || !MoveEnough(segments_)) {
       return fit_.usable;
@@ -550,7 +550,7 @@ class RigEstimate {
     BundleOptions options = Options(max_segments);
     segments_ = MakeSegments(cameras_, aligned_, matches_, options.segments);
     options.hold_cameras = true;
-    fit_ = AdjustBundle(WithToldLenses(), segments_, free_, LensChanges(),
+    fit_ = AdjustBundle(WithGivenLenses(), segments_, free_, LensChanges(),
                         options);
     if (human_) fit_.covariance *= kUnmodelled;
     return fit_.usable;
@@ -616,7 +616,7 @@ class RigEstimate {
       forgotten_frames_[result_.used[v]] = apart;
       lags_[v] = lags_[0];
       // Capture times in the files are kept, including fractions of a frame.
-      if (tells_times_) changes_[v][kOffsetAt] -= ClockOf(v) - ClockOf(0);
+      if (has_times_) changes_[v][kOffsetAt] -= ClockOf(v) - ClockOf(0);
     }
     aligned_ = WithClocks(Realigned(used_recording_, lags_), changes_);
   }
@@ -693,13 +693,13 @@ class RigEstimate {
       lags_[v] -= frames;
       changes_[v][kOffsetAt] -= frames / rate_hz;
     }
-    for (size_t v = 1; v < fit_.changes.size() && tells_times_; ++v) {
+    for (size_t v = 1; v < fit_.changes.size() && has_times_; ++v) {
       // Limit the correction of given times to three of their sigmas.
       const double late_s = ClockOf(v) - ClockOf(0);
-      const double most_s = 3.0 * kToldTimeS;
+      const double most_s = 3.0 * kTimeSigmaS;
       changes_[v][kOffsetAt] -= late_s - std::clamp(late_s, -most_s, most_s);
     }
-    cameras_ = RefinedCameras(WithToldLenses(), fit_.changes);
+    cameras_ = RefinedCameras(WithGivenLenses(), fit_.changes);
     aligned_ = WithClocks(Realigned(used_recording_, lags_), changes_);
   }
 
@@ -797,12 +797,12 @@ class RigEstimate {
                           people.left_out_px[v]};
       view.halves_apart = tell.apart[v];
       view.agreement = agreements[v];
-      const bool is_sure = rotation_deg <= kMostRotationDeg &&
-                           centre_m <= kMostPlace * result_.size_m &&
-                           tell.are_there && tell.apart[v] <= kMostApart &&
-                           TellsFocal() && !HasOddFocal(v) && !HasOddDrift(v) &&
-                           agreements[v] >= kLeastAgreement &&
-                           agreements[v] >= kLeastOfUsual * usual;
+      const bool is_sure =
+          rotation_deg <= kMostRotationDeg &&
+          centre_m <= kMostPlace * result_.size_m && tell.are_there &&
+          tell.apart[v] <= kMostApart && DeterminesFocal() && !HasOddFocal(v) &&
+          !HasOddDrift(v) && agreements[v] >= kLeastAgreement &&
+          agreements[v] >= kLeastOfUsual * usual;
       view.left_out = !breaks[v].empty() ? breaks[v]
                       : is_sure          ? ""
                                 : WhyUnsure(rotation_deg, centre_m, tell, v,
@@ -853,25 +853,25 @@ class RigEstimate {
     FreeParameters free = free_;
     free.focal = true;
     free.offset = free.drift = false;
-    const BundleResult fit =
-        AdjustBundle(WithToldLenses(), segments_, free, LensChanges(), options);
+    const BundleResult fit = AdjustBundle(WithGivenLenses(), segments_, free,
+                                          LensChanges(), options);
     if (!fit.usable) return "";
     // Exceeded by one right focal length in a thousand.
     constexpr double kMostSigmas = 3.3;
     std::vector<std::string> found;
     for (size_t v = 0; v < cameras_.size(); ++v) {
-      const double off = fit.changes[v][kFocalAt] - options.focal_told[v];
+      const double off = fit.changes[v][kFocalAt] - options.focal_prior[v];
       const double sigma =
           (human_ ? std::sqrt(kUnmodelled) : 1.0) * fit.Sigma(v, kFocalAt);
       if (std::abs(off) <=
           kMostSigmas * std::hypot(sigma, input_.focal_sigma)) {
         continue;
       }
-      const double told_px = intrinsics_[result_.used[v]].focal_px();
+      const double given_px = intrinsics_[result_.used[v]].focal_px();
       found.push_back(
           fmt::format("{} {:.0f} +- {:.0f} px instead of {:.0f}",
                       Printable(recording_.header.view_names[result_.used[v]]),
-                      told_px * std::exp(off), told_px * sigma, told_px));
+                      given_px * std::exp(off), given_px * sigma, given_px));
     }
     return fmt::format("{}", fmt::join(found, ", "));
   }
@@ -880,7 +880,7 @@ class RigEstimate {
   std::string WhyUnsure(double rotation_deg, double centre_m,
                         const Halves& halves, size_t v, double agreement,
                         double usual) const {
-    if (!TellsFocal())
+    if (!DeterminesFocal())
       return "the recording does not determine its focal length";
     if (HasOddFocal(v)) {
       return fmt::format(
@@ -1111,7 +1111,7 @@ class RigEstimate {
       }
       return;
     }
-    if (!TellsFocal()) {
+    if (!DeterminesFocal()) {
       result_.reasons.push_back(
           "two cameras do not determine their focal lengths: give them "
           "(--focal, "
@@ -1184,7 +1184,7 @@ class RigEstimate {
   // Two cameras whose axes meet, as is usual in a room, fit any focal lengths
   // (Newsam et al., "Recovering Unknown Focal Lengths in Self-Calibration: An
   // Essentially Linear Algorithm and Degenerate Configurations", 1996).
-  bool TellsFocal() const {
+  bool DeterminesFocal() const {
     constexpr double kNearlyKnown = 0.03;
     return cameras_.size() > 2 || input_.focal_sigma <= kNearlyKnown;
   }
@@ -1193,7 +1193,7 @@ class RigEstimate {
   // implausible for a camera.
   bool HasOddFocal(size_t v) const {
     constexpr double kMostSigmas = 3.3;  // one in a thousand
-    return std::abs(FocalTold(v)) > kMostSigmas * kFocalUnknown;
+    return std::abs(FocalPrior(v)) > kMostSigmas * kFocalUnknown;
   }
 
   // Steps repeat: a lag of one stride with a drift may fit nearly as well as
@@ -1217,9 +1217,9 @@ class RigEstimate {
 
   const RigInput& input_;
   const int attempt_;
-  const bool tells_times_;
-  std::vector<double> told_late_s_;
-  std::vector<int> told_lags_;
+  const bool has_times_;
+  std::vector<double> given_late_s_;
+  std::vector<int> given_lags_;
   DetectionSequence recording_;
   const bool human_;
   const CameraRig intrinsics_;
@@ -1276,7 +1276,7 @@ RigResult OfWhole(RigResult part, const std::vector<int>& kept,
 }
 
 // Adds the views left out to the reasons.
-void SayLeftOut(const DetectionHeader& header, RigResult* result) {
+void DescribeLeftOut(const DetectionHeader& header, RigResult* result) {
   for (size_t v = 0; v < result->views.size(); ++v) {
     const RigView& view = result->views[v];
     if (view.joined || view.left_out.empty()) continue;
@@ -1319,7 +1319,7 @@ RigResult EstimateAsShown(const RigInput& input, int attempt) {
   if (result.verdict == RigVerdict::kRefused && !IsRescue(again)) {
     return result;
   }
-  SayLeftOut(input.detections.header, &again);
+  DescribeLeftOut(input.detections.header, &again);
   return again;
 }
 

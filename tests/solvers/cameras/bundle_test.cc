@@ -278,11 +278,11 @@ TEST(Bundle, AFocalLengthThatIsToldStaysTold) {
   BundleOptions options = Quick();
   options.focal_sigma = 1e-4;  // comparable to the recording's information
   // The stated focal lengths are 1 % longer.
-  options.focal_told.assign(scene.cameras.size(), 0.01);
+  options.focal_prior.assign(scene.cameras.size(), 0.01);
   const BundleResult first = Adjusted(scene, segments, free, options);
   const CameraRig refined = RefinedCameras(scene.cameras, first.changes);
   for (size_t v = 0; v < refined.size(); ++v) {
-    options.focal_told[v] -= first.changes[v][kFocalAt];
+    options.focal_prior[v] -= first.changes[v][kFocalAt];
   }
   const BundleResult second =
       AdjustBundle(refined, segments, free, NoChanges(refined.size()), options);
