@@ -342,7 +342,8 @@ class BvhWriter {
     }
     size_t there = 0;
     for (const auto& [id, span] : spans_) there += span.count;
-    // With many people who come and go, the files would mostly repeat poses.
+    // Beyond this, with many people who come and go, the files would consist
+    // mostly of repeated poses.
     constexpr size_t kMostRows = 200'000;
     constexpr size_t kMostTimes = 5;
     const size_t all = rows.size() * spans_.size();
