@@ -1,12 +1,12 @@
 #!/bin/bash
-# Runs a command of a fresh clone in a bare Debian 12: nothing but what
-# debootstrap's smallest variant has. Needs root and debootstrap.
+# Runs a command of a fresh clone in a bare Debian 12, with only the packages of
+# debootstrap's smallest variant. Needs root and debootstrap.
 #
 #   .ci/bare_debian.sh [FOLDER [COMMAND...]]     default: ./kinegraph test
 #
 # FOLDER (default: a temporary one) receives the root and is removed at the end,
-# or kept with KEEP=1; it must not exist or be empty. Mirror and proxy are those
-# of this machine's apt. Commits only: what is not committed is not tried.
+# or kept with KEEP=1; it must be empty or not exist. Mirror and proxy are those
+# of this machine's apt. Uncommitted changes are not included.
 set -euo pipefail
 project=$(cd -P "$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")/.." && pwd)
 
@@ -18,10 +18,10 @@ fail() {
 ((EUID == 0)) || fail "must run as root"
 command -v debootstrap >/dev/null || fail "debootstrap is not installed"
 
-# A blank in the path, because somebody will have one.
+# A path with a space, which scripts easily mishandle.
 readonly inside="/root/a clone"
 
-# In a mount namespace of its own, so that no mount can outlive this script.
+# In a separate mount namespace, so that no mount outlives this script.
 if [[ ${1:-} == --in-namespace ]]; then
   root=$2
   shift 2

@@ -1,4 +1,4 @@
-# std::from_chars of floating point came late.
+# The first versions with std::from_chars for floating point.
 if((CMAKE_CXX_COMPILER_ID STREQUAL GNU AND CMAKE_CXX_COMPILER_VERSION VERSION_LESS 11)
    OR (CMAKE_CXX_COMPILER_ID STREQUAL Clang
        AND CMAKE_CXX_COMPILER_VERSION VERSION_LESS 14))
@@ -6,7 +6,7 @@ if((CMAKE_CXX_COMPILER_ID STREQUAL GNU AND CMAKE_CXX_COMPILER_VERSION VERSION_LE
 ${CMAKE_CXX_COMPILER_VERSION}, needed is GCC 11 or Clang 14; CXX=/path/to/a/newer/one chooses another")
 endif()
 
-# Everything the project links, from Debian's packages (third_party_notes.md).
+# All libraries that the project links (third_party_notes.md).
 find_package(Threads REQUIRED)
 find_package(Eigen3 3.4 REQUIRED NO_MODULE)
 find_package(glog REQUIRED)

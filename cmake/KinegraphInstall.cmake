@@ -2,7 +2,7 @@
 # that find_package(kinegraph) finds.
 include(CMakePackageConfigHelpers)
 
-# The umbrella: every library but what belongs to the commands.
+# kinegraph::kinegraph, all libraries except those of the commands.
 get_property(libraries GLOBAL PROPERTY KINEGRAPH_LIBRARIES)
 list(FILTER libraries EXCLUDE REGEX "^kinegraph_apps_")
 add_library(kinegraph_kinegraph INTERFACE)
@@ -21,7 +21,7 @@ install(EXPORT kinegraphTargets NAMESPACE kinegraph::
 configure_package_config_file(${CMAKE_CURRENT_LIST_DIR}/kinegraphConfig.cmake.in
   ${PROJECT_BINARY_DIR}/kinegraphConfig.cmake
   INSTALL_DESTINATION ${package_folder})
-# Before 1.0 a minor version may break what stood before.
+# Before 1.0 minor versions may be incompatible.
 write_basic_package_version_file(
   ${PROJECT_BINARY_DIR}/kinegraphConfigVersion.cmake
   COMPATIBILITY SameMinorVersion)
@@ -30,14 +30,14 @@ install(FILES ${PROJECT_BINARY_DIR}/kinegraphConfig.cmake
   DESTINATION ${package_folder})
 
 # The public headers: include/kinegraph, and those of the library that they
-# bring. What no public header includes stays inside.
+# include. Other headers are not installed.
 function(kinegraph_collect_headers header)
   get_property(known GLOBAL PROPERTY KINEGRAPH_PUBLIC_HEADERS)
   if(header IN_LIST known)
     return()
   endif()
   set_property(GLOBAL APPEND PROPERTY KINEGRAPH_PUBLIC_HEADERS ${header})
-  # A header that changes what it includes changes what is installed.
+  # Configure again when a header changes, as its includes may have changed.
   set_property(DIRECTORY ${PROJECT_SOURCE_DIR} APPEND PROPERTY
     CMAKE_CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/${header})
   file(STRINGS ${PROJECT_SOURCE_DIR}/${header} lines

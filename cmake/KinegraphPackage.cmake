@@ -39,16 +39,16 @@ set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
 set(CPACK_STRIP_FILES ON)
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_SECTION science)
-# The libraries that the programs link, with the versions found here.
+# Dependencies on the libraries that the programs link, by dpkg-shlibdeps.
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
-# The module fits the minor version of Python that it was built for.
+# The module works only with the minor version of Python that it was built for.
 if(TARGET kinegraph_python)
   math(EXPR next_minor "${Python3_VERSION_MINOR} + 1")
   set(CPACK_DEBIAN_PACKAGE_DEPENDS
     "python3 (>= 3.${Python3_VERSION_MINOR}), python3 (<< 3.${next_minor})")
 endif()
 set(CPACK_DEBIAN_PACKAGE_RECOMMENDS "gnuplot-nox, python3-numpy")
-# For programs that link the library; and what adapters need.
+# For programs that link the library, and for adapters.
 set(CPACK_DEBIAN_PACKAGE_SUGGESTS "g++, cmake, make, libceres-dev, libeigen3-dev,\
  libgoogle-glog-dev, libgflags-dev, libtomlplusplus-dev, libsimdjson-dev,\
  nlohmann-json3-dev, libyaml-cpp-dev, libpugixml-dev, libfmt-dev,\

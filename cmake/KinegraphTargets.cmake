@@ -1,5 +1,5 @@
-# One library a folder: every .cc and .h of the folder, and the folders it may
-# use. A folder that includes what it does not name here fails to link.
+# Defines the library of a folder, of all its .cc and .h files, with the folders on
+# which it depends. Code that uses a folder not listed fails to link.
 #
 #   kinegraph_library(core/geometry DEPENDS core/base LINKS Eigen3::Eigen)
 #
@@ -15,30 +15,30 @@ function(kinegraph_compile_settings target)
   target_compile_features(${target} PUBLIC cxx_std_17)
   target_compile_options(${target} PRIVATE ${KINEGRAPH_WARNINGS})
   if(KINEGRAPH_UNITY)
-    # Files with options of their own (kinegraph_lanes) stay alone.
+    # Files with their own options (kinegraph_lanes) are compiled separately.
     set_target_properties(${target} PROPERTIES UNITY_BUILD ON
       UNITY_BUILD_BATCH_SIZE 12)
-    # A class with a private part in an anonymous namespace is no danger in a
-    # file that no other includes.
+    # GCC warns of classes with members of anonymous types in included files; in a
+    # unity build these files are sources that nothing else includes.
     target_compile_options(${target} PRIVATE
       $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>)
   endif()
-  # NaN-filled Eigen memory in debug builds shows what was never written.
+  # In debug builds Eigen fills memory with NaN, which exposes uninitialised values.
   target_compile_definitions(${target} PRIVATE
     $<$<CONFIG:Debug>:EIGEN_INITIALIZE_MATRICES_BY_NAN>)
 endfunction()
 
 # Files whose name ends in _lanes compute with packs (core/base/pack.h): each
-# lane has the same bits on every instruction set, so no product may be fused
-# with a sum. Those that end in _avx2 or _avx512 are that kernel for wider
-# registers; nothing of Eigen may enter them (tests/layering).
+# lane must have the same bits on every instruction set, so products and sums must
+# not be fused. Files ending in _avx2 or _avx512 compile the same kernel for wider
+# registers and must not use Eigen (tests/layering).
 function(kinegraph_lanes list)
   foreach(source ${${list}})
     set(options -ffp-contract=off -fno-math-errno -fno-trapping-math)
     if(NOT source MATCHES "_lanes(_avx2|_avx512)?\\.cc$")
       continue()
     elseif(NOT CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
-      # The wide files are empty there.
+      # On other architectures the wide files are empty.
     elseif(source MATCHES "_avx2\\.cc$")
       list(APPEND options -mavx2)
     elseif(source MATCHES "_avx512\\.cc$")
@@ -55,7 +55,7 @@ function(kinegraph_library folder)
   file(GLOB sources CONFIGURE_DEPENDS
     ${PROJECT_SOURCE_DIR}/${folder}/*.cc ${PROJECT_SOURCE_DIR}/${folder}/*.h)
   set_property(GLOBAL APPEND PROPERTY KINEGRAPH_LIBRARIES ${target})
-  if(NOT sources)  # a room not furnished yet
+  if(NOT sources)
     add_library(${target} INTERFACE)
     set_target_properties(${target} PROPERTIES EXPORT_NAME ${name})
     add_library(kinegraph::${name} ALIAS ${target})

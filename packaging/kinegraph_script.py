@@ -1,5 +1,5 @@
 #!python
-"""Starts the commands that lie inside of the package, without importing it."""
+"""Runs a command from the package's folder without importing the package."""
 
 import importlib.util
 import os
@@ -7,6 +7,6 @@ import sys
 
 folder = importlib.util.find_spec("kinegraph").submodule_search_locations[0]
 program = os.path.join(folder, "bin", "kinegraph")
-# The adapters run in this Python, whose libraries its user has installed.
+# Adapters run in this Python, in which the user has installed their libraries.
 os.environ.setdefault("KINEGRAPH_PYTHON", sys.executable)
 os.execv(program, [program, *sys.argv[1:]])

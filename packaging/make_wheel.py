@@ -1,10 +1,10 @@
-"""Packs what CMake built into a wheel that brings its libraries along.
+"""Packs CMake's output into a wheel together with the libraries that it links.
 
     make_wheel.py BUILD OUT
 
 Every library that is not part of manylinux_2_36 goes into kinegraph.libs under
-a name of its own ("libglog-kinegraph.so.1"), so that no other module's copy is
-taken for it, and is found there by a relative path.
+a name of its own ("libglog-kinegraph.so.1"), so that the loader does not take
+another module's copy, and is found there by a relative path.
 """
 
 import base64
@@ -20,7 +20,7 @@ import zipfile
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 GLIBC = (2, 36)
-# What PEP 600's policy of this glibc lets a wheel expect.
+# Libraries and symbol versions that a wheel may require by PEP 600 for this glibc.
 EXPECTED = {
     "ld-linux-x86-64.so.2", "libc.so.6", "libm.so.6", "libpthread.so.0",
     "libdl.so.2", "librt.so.1", "libutil.so.1", "libresolv.so.2",
@@ -30,10 +30,10 @@ NEWEST = {
     "GLIBC": GLIBC, "GLIBCXX": (3, 4, 30), "CXXABI": (1, 3, 13),
     "GCC": (12, 0, 0), "ZLIB": (1, 2, 9),
 }  # fmt: skip
-# A BLAS of one thread, the last that is there: ATLAS, which Debian's Ceres links, else
-# the reference.
+# Folders of a single-threaded BLAS; the last existing one is used: ATLAS, which
+# Debian's Ceres links, else the reference implementation.
 PREFERRED = ["blas", "lapack", "atlas"]
-# Linked into the programs, or put into them.
+# Packages linked statically, header-only, or embedded in the programs.
 INSIDE = ["libceres-dev", "libeigen3-dev", "pybind11-dev", "libjs-three",
           "nlohmann-json3-dev"]  # fmt: skip
 
@@ -62,7 +62,7 @@ def own_name(library):
 
 
 def collect_libraries(programs, libs):
-    """Copies what the programs need into `libs`; returns where each came from."""
+    """Copies the required libraries into `libs`; returns the source of each."""
     paths = {}
     for program in programs:
         paths.update(where(program))
@@ -82,9 +82,9 @@ def collect_libraries(programs, libs):
 
 
 def relink(path, rpath, names):
-    """Strips a program or library and has it look in kinegraph.libs alone."""
+    """Strips a program or library and sets its search path to kinegraph.libs."""
     output("strip", "--strip-unneeded", path)
-    # One change a call: patchelf 0.14 mixes up several.
+    # One change per call: patchelf 0.14 mishandles several at once.
     for name in needed(path):
         if name in names:
             output("patchelf", "--replace-needed", name, own_name(name), path)
@@ -94,7 +94,7 @@ def relink(path, rpath, names):
 
 
 def check(path, names):
-    """Refuses what a machine with the promised glibc might lack."""
+    """Fails on libraries or symbols that a machine with glibc 2.36 may lack."""
     own = {own_name(name) for name in names}
     strange = set(needed(path)) - own - EXPECTED
     if strange:
@@ -112,7 +112,7 @@ def check(path, names):
 
 def package_of(path):
     real = pathlib.Path(path).resolve()
-    # dpkg knows some by the place they had before /lib became /usr/lib.
+    # dpkg lists some libraries below /lib, from before it became a link to /usr/lib.
     for candidate in (real, str(real).removeprefix("/usr")):
         found = subprocess.run(
             ["dpkg-query", "-S", candidate], capture_output=True, text=True
@@ -123,7 +123,7 @@ def package_of(path):
 
 
 def add_licences(sources, folder):
-    """Ours, and the copyright of every Debian package that is inside."""
+    """Copies our licence and the copyright of every included Debian package."""
     folder.mkdir(parents=True)
     for name in ("LICENSE", "third_party_notes.md"):
         shutil.copy(ROOT / name, folder)
@@ -161,7 +161,7 @@ def metadata(version):
 
 
 def pack(stage, info, wheel):
-    """The archive, the same bytes for the same files, with its list of hashes."""
+    """Writes the archive with its list of hashes; equal files give equal bytes."""
     files = sorted(path for path in stage.rglob("*") if path.is_file())
     record = []
     with zipfile.ZipFile(wheel, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as archive:
@@ -182,7 +182,7 @@ def pack(stage, info, wheel):
 
 
 def stage_files(build, stage, version):
-    """Package, commands, manual pages; returns what is a program or a module."""
+    """Copies package, commands and manual pages; returns the programs and modules."""
     package = stage / "kinegraph"
     shutil.copytree(
         build / "python" / "kinegraph", package,

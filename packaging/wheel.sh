@@ -1,11 +1,11 @@
 #!/bin/bash
-# The wheel, with commands, module and every library they link inside: nothing
-# but NumPy and the C library of Debian 12 (glibc 2.36) or newer is needed.
+# Builds the wheel: commands, module and all libraries that they link. It requires
+# only NumPy and a C library as new as Debian 12's (glibc 2.36).
 #
-#   packaging/wheel.sh [FOLDER]     default: out/wheel, for the python3 there is
+#   packaging/wheel.sh [FOLDER]     default: out/wheel, for the python3 in PATH
 #
-# Needs what `./kinegraph build` needs, and patchelf. KINEGRAPH_BUILD: a build
-# folder that is there already (cmake's, with the module); default build/wheel.
+# Needs what `./kinegraph build` needs, and patchelf. KINEGRAPH_BUILD: the build
+# folder, possibly an existing one that includes the module; default build/wheel.
 set -euo pipefail
 root=$(cd -P "$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")/.." && pwd)
 out=${1:-$root/out/wheel}

@@ -214,7 +214,7 @@ DetectionSequence SequenceOf(const std::vector<std::vector<Array>>& frames,
 
 // ---- Tracks -----------------------------------------------------------------
 
-// The column of each person: by ascending id.
+// The index along P of each person, by ascending id.
 std::map<int64_t, py::ssize_t> ColumnsOf(const TrackSequence& tracks) {
   std::map<int64_t, py::ssize_t> columns;
   for (const TrackFrame& frame : tracks.frames) {
@@ -374,7 +374,8 @@ TrackSequence Track(const std::vector<Camera>& cameras,
       RequestOf(cameras, frames, without_cameras, threads);
   const auto total =
       static_cast<int64_t>(given.frames.size()) * PassCount(options);
-  // Reports progress. Taking the interpreter's lock costs more than a frame.
+  // Reports progress, but not for every frame: taking the interpreter's lock
+  // can take longer than a frame.
   const auto tell = [&progress, total](int64_t frames_read) {
     constexpr int64_t kStride = 16;  // frames
     CheckStop();
@@ -477,7 +478,7 @@ class LiveSession {
   template <typename Work>
   TrackSequence Alone(const Work& work) {
     const std::thread::id self = std::this_thread::get_id();
-    if (owner_ == self) {  // a signal handler, which would deadlock
+    if (owner_ == self) {  // called by a signal handler: would deadlock
       throw std::runtime_error(
           "this Session is at work already, further up in the same thread");
     }

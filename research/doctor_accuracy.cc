@@ -1,7 +1,7 @@
-// How often the doctor identifies the fault of a misstated calibration, and how
-// often it reports a sound one as suspect. Each kind of fault is applied to
-// synthetic scenes of other seeds than the tests', with a detector that has
-// constant offsets.
+// How often the doctor identifies a fault in the description of a recording,
+// and how often it reports a fault in a sound one. Each kind of fault is
+// applied to synthetic scenes, whose seeds differ from the tests', with a
+// detector that has constant offsets.
 //
 //   doctor_accuracy [SCENES_A_KIND] [FIRST_SEED] [KIND] [--json=FILE]
 //

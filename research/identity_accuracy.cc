@@ -9,16 +9,17 @@
 //     [--lines=FILE] [--tracks=FOLDER] [--json=FILE]
 //   identity_accuracy --table=FILE [--json=FILE]
 //
-// A scene is a name of the table below (default: all), or the beginning of
-// several names, "6p_5c". The counts of each recording are appended to FILE of
-// --lines, and --table sums all lines of such a file, so that a long table can
-// be computed in parts. --set changes the options of graph mode, which runs on
-// the whole recording with the block-tridiagonal solver (configs/offline.toml);
-// --scene changes the simulation (scene.stature_sigma=0: all of one height).
-// --second_pass also scores the tracks that `track` would write with linking
-// and a second pass; --linking_only omits paper mode. --details lists each
-// change and whether it was right. --tracks stores the tracks of graph mode and
-// reuses existing ones, to repeat linking quickly.
+// A scene is a name of the table below, or the common beginning of several
+// names such as "6p_5c"; default: all. The counts of each recording are
+// appended to FILE of --lines, and --table sums all lines of such a file, so
+// that a long table can be computed in parts. --set changes the options of
+// graph mode, which runs on the whole recording with the block-tridiagonal
+// solver (configs/offline.toml); --scene changes the simulation
+// (scene.stature_sigma=0: all of one height). --second_pass also scores the
+// tracks that `track` would write with linking and a second pass;
+// --linking_only omits paper mode. --details lists each change and whether it
+// was right. --tracks stores the tracks of graph mode and reuses existing ones,
+// to repeat linking quickly.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -402,8 +403,8 @@ void CountJoins(const TrackSequence& truth, TrackSequence tracks,
   }
 }
 
-// Prints the tracks of each true person: identity, first and last frame,
-// number.
+// Prints the tracks of each true person as IDENTITY:FIRST-LAST frame; a track
+// with a gap of more than 0.2 s is printed in pieces.
 void PrintPieces(const char* mode, const TrackSequence& truth,
                  const TrackSequence& tracks) {
   const TrueNames names(truth, tracks);

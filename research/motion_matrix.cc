@@ -262,7 +262,8 @@ std::vector<Cell> CellsOf(const Settings& settings) {
   return cells;
 }
 
-// Commit 98b8b86 with all tunings of process noise and loss.
+// Noise as specified, not learned (FixedNoise), as in commit 98b8b86, with all
+// tunings of process noise and loss.
 std::vector<Strategy> FixedTunings(OutputKind kind, bool bones,
                                    GraphSolver solver) {
   std::vector<Strategy> strategies;

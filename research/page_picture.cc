@@ -1,10 +1,11 @@
-// A picture of a page by `report`, for the documentation:
+// Takes a screenshot of a page written by `report`, for the documentation:
 //
 //   build/research/page_picture PAGE.html OUT.png WIDTHxHEIGHT[@RATIO]
 //     [JAVASCRIPT]
 //
-// JAVASCRIPT sets the page's state: kinegraph.setFrame(30). "phone" after the
-// size makes the viewport that of a phone.
+// JAVASCRIPT sets the page's state: kinegraph.setFrame(30). If it contains
+// "dark", the page is shown in its dark colours. "phone" after the size makes
+// the viewport that of a phone.
 #include <chrono>
 #include <cstdio>
 #include <filesystem>
@@ -32,7 +33,7 @@ int main(int argc, char** argv) {
     browser.Open(std::filesystem::absolute(argv[1]).string());
     browser.WaitFor("window.kinegraph && kinegraph.state.pictures > 0");
     if (argc > 4) browser.Evaluate(argv[4]);
-    // Two more renderings, so that the change has been drawn.
+    // Waits for further renderings, which show the change.
     browser.Evaluate(
         "(() => { window.enough = kinegraph.state.pictures + 3; })()");
     browser.WaitFor("kinegraph.state.pictures > enough");

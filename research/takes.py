@@ -3,11 +3,11 @@
 "Recordings of others" of docs/results.md; research/remake calls it.
 
 Every recording is tracked with the configuration that `init` writes. Where
-there is no truth, each camera is left out in turn, and what it detects is
+there is no truth, each camera is left out in turn, and its detections are
 compared with the projected tracks of the others and with plain triangulation
-(DLT) from the same views. The measures are those of KINEGRAPH_DATA/takes
-(evaluate_take.py, field_lib.py), which use nothing of this project. Needs
-numpy, scipy and h5py.
+(DLT) from the same views. The measures are computed by KINEGRAPH_DATA/takes
+(evaluate_take.py, field_lib.py), independently of this project. Needs numpy,
+scipy and h5py.
 """
 import json
 import lzma
@@ -29,7 +29,7 @@ sys.dont_write_bytecode = True
 sys.path.insert(0, TAKES)
 import field_lib  # noqa: E402
 
-MISSING_PX = 30.0  # a point without an estimate, and the most that one counts
+MISSING_PX = 30.0  # error of a point without an estimate; larger errors count as this
 
 
 def build():
@@ -37,12 +37,13 @@ def build():
 
 
 def program(command):
-    """A built program: the driver's check of the build would be timed, too."""
+    """Path of a program. Run directly, as the check of the build by ./kinegraph would
+    be timed, too."""
     return os.path.join(BUILD, "apps", "kinegraph-" + command)
 
 
 def kinegraph(command, *words):
-    """Runs a command; its processor time [s]."""
+    """Runs a command; returns its processor time [s]."""
     def spent():
         children = resource.getrusage(resource.RUSAGE_CHILDREN)
         return children.ru_utime + children.ru_stime
@@ -53,7 +54,8 @@ def kinegraph(command, *words):
 
 
 def track(out, name, cameras, detections, *more):
-    """Tracks with the configuration of `init`; its path and arguments."""
+    """Tracks with the configuration of `init`. Returns poses by frame and identity, the
+    number of identities, processor time [ms per person and frame], and arguments."""
     words = ["--cameras=" + os.path.join(TAKES, cameras), "--detections=" + detections]
     config = f"{out}/{name}.toml"
     kinegraph("init", *words, *more, "--out=" + config)
@@ -124,7 +126,7 @@ def cheetah(out):
 
 
 def crowd(out, name):
-    """Boxes: the middle of top and bottom against the truth's centre."""
+    """Scores people of boxes, whose joints are top and bottom, by their mean."""
     detections = os.path.join(TAKES, f"crowd_cmc/{name}.jsonl")
     tracks, people, cost, _ = track(out, name, "crowd_cmc/cameras.json", detections)
 
@@ -139,7 +141,8 @@ def crowd(out, name):
 
 
 def by_take(out, name, label, measure):
-    """What evaluate_take.py prints under `label`, after the commands it names."""
+    """Runs the commands that evaluate_take.py --how prints; returns the figures of the
+    lines that begin with `label`."""
     environment = {**os.environ, "KG": DRIVER, "OUT": out, "PYTHONDONTWRITEBYTECODE": "1"}
     script = os.path.join(TAKES, "evaluate_take.py")
     commands = subprocess.run([script, name, "--how"], check=True, stdout=subprocess.PIPE,

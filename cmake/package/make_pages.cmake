@@ -1,5 +1,5 @@
-# Writes `kinegraph`, a manual page a command and the shells' completions, from
-# what the commands say of themselves with --help and their order by task.
+# Writes `kinegraph`, a manual page per command and the shells' completions, from the
+# commands' --help and their order in TASKS.
 #   cmake -D PROGRAMS=... -D OUT=FOLDER -D VERSION=... -D TASKS=apps/commands.txt
 #     -P make_pages.cmake
 file(READ ${TASKS} tasks)
@@ -25,8 +25,8 @@ foreach(program ${PROGRAMS})
     message(FATAL_ERROR
       "apps/commands.txt says '${CMAKE_MATCH_1}' of ${command}, it itself: ${summary}")
   endif()
-  # roff takes a line that begins with a dot or an apostrophe as a request, and
-  # a backslash or hyphen as its own.
+  # roff interprets lines that begin with a dot or an apostrophe as requests, and
+  # gives backslashes and hyphens a special meaning.
   string(REPLACE "\\" "\\e" body "${help}")
   string(REPLACE "-" "\\-" body "${body}")
   string(REGEX REPLACE "\n([.'])" "\n\\\\&\\1" body "${body}")
@@ -43,7 +43,7 @@ ${body}
 ")
   string(REGEX MATCHALL "\n  --[a-z_]+" flags "${help}")
   string(REGEX REPLACE "\n  " "" flags "${flags}")
-  # Two examples stand before everything else, of flags that there are.
+  # The help must begin with two examples, with existing flags.
   string(REGEX MATCHALL "\n  kinegraph ${command}[^\n]*" examples "${help}")
   string(REGEX MATCHALL "--[a-z_]+" used "${examples}")
   list(LENGTH examples count)

@@ -1,8 +1,8 @@
-"""Doxygen's view of a header: our plain comments as documentation.
+"""Doxygen's input filter: turns our plain comments into documentation.
 
-A comment right above a declaration documents it, one behind it too, the one at
-the head of a file the file. Lines of a comment that are indented keep their
-layout. Prints the header with comments that Doxygen reads.
+A comment directly above a declaration, or after it on the same line, documents
+it; the comment at the head of a file documents the file. Indented lines of a
+comment keep their layout. Prints the header with Doxygen's comment marks.
 """
 
 import re
@@ -14,7 +14,7 @@ BEHIND = re.compile(r"^(?P<code>.*\S.*?)\s*//(?!/)\s?(?P<text>.*)$")
 
 def escaped(text):
     text = re.sub(r'([\\@<>&#%$])', r"\\\1", text)
-    # A range is not the end of the first sentence.
+    # The dots of a range (0 .. 1) do not end the first sentence.
     return text.replace(".. ", "..&nbsp;")
 
 
@@ -30,7 +30,7 @@ def block(lines, begin):
 
 
 def documentation(comment, first=None):
-    """Doxygen's lines for a comment, as many as verbatim needs."""
+    """A comment as Doxygen's lines, with indented lines as verbatim blocks."""
     indent = comment[0][0]
     out = [] if first is None else [f"{indent}/// {first}"]
     verbatim = False
@@ -50,7 +50,7 @@ def documentation(comment, first=None):
 
 
 def documents(code, text):
-    """Whether what stands behind code says what it declares."""
+    """Whether a comment after code on the same line documents a declaration."""
     code = code.strip()
     if code.startswith(("#", "}")) or code.endswith("{"):
         return False
@@ -62,14 +62,14 @@ def main(path):
         lines = file.read().splitlines()
     out = []
     k = 0
-    column = None  # of the comment behind the line before
+    column = None  # of the comment after the code of the previous line
     while k < len(lines):
         comment = block(lines, k)
         if comment:
             indent = len(comment[0][0])
             after = lines[k + len(comment)] if k + len(comment) < len(lines) else ""
             if column is not None and indent == column:
-                # Goes on with what stands behind the line above.
+                # Continues the comment after the code of the line above.
                 out.append(f"{comment[0][0]}///< {escaped(comment[0][1].strip())}")
                 k += 1
                 continue

@@ -26,7 +26,7 @@ class DenseEliminator {
       const int first_row = column / T::kLanes * T::kLanes;
       SolvePanel(blocks_.pivot, first_row, size_, column, 0);
       if (blocks_.coupling != nullptr) {
-        // In this panel, rows from here on are zero.
+        // Rows from `end` on are zero in the columns of this panel.
         const int block = blocks_.block;
         const int end =
             block > 0 ? ((column + kPanel - 1) / block + 1) * block : size_;

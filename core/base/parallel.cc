@@ -94,7 +94,8 @@ class ThreadPool {
                    waiting_.end());
     const auto is_done = [&] { return batch->helpers == 0; };
     if (batch->stop_check == nullptr) return done_.wait(lock, is_done);
-    // A waiting caller still checks for a stop and passes it to the helpers.
+    // A caller that waits for helpers checks for a stop at this interval and
+    // passes it to them.
     constexpr auto kPatience = std::chrono::milliseconds(50);
     while (!done_.wait_for(lock, kPatience, is_done)) {
       lock.unlock();  // the check may acquire locks
@@ -137,7 +138,7 @@ class ThreadPool {
   std::mutex mutex_;
   std::condition_variable wake_;
   std::condition_variable done_;
-  // A batch occurs once for each helper it may have.
+  // A batch is listed once for each helper it may get.
   std::deque<Batch*> waiting_;
   std::vector<std::thread> threads_;
   bool ending_ = false;

@@ -22,8 +22,8 @@ inline TimeNs FromSeconds(double seconds) {
 
 // Converts between frames and time at a recording's nominal rate. Durations are
 // compared with half a frame of tolerance, so that the result depends neither
-// on rounding nor on jitter (in doubles an age of exactly 3 frames passes `< 3
-// / 25.0` in a third of all frames).
+// on rounding nor on jitter (without it, rounding makes an age of exactly 3
+// frames pass `< 3 / 25.0` in a third of all frames).
 class FrameClock {
  public:
   // `frame_rate_hz` > 0.

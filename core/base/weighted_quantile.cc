@@ -6,8 +6,8 @@
 namespace kinegraph {
 namespace {
 
-// Index of the ascending values at which a share of the weight is reached, and
-// whether it is reached exactly.
+// Index of the first of the ascending values at which the cumulative weight
+// reaches a share of the total, and whether it equals that share.
 struct Reached {
   size_t at = 0;
   bool exactly = false;

@@ -18,21 +18,21 @@ enum class HipRule {
 // One joint. Names refer to markers, or to joints that earlier rules define.
 struct JointRule {
   std::string joint;  // our name: "l_knee"
-  // Their mean; for kFunctional those of the thigh.
+  // The joint is at their mean; for kFunctional the markers of the thigh.
   std::vector<std::string> markers;
-  // Offset by `by_m` in the direction from the first of these to the second;
-  // empty: no offset.
+  // Two markers: the joint is offset by `by_m` in the direction from the first
+  // to the second. Empty: no offset.
   std::vector<std::string> along;
   double by_m = 0.0;
   HipRule hip = HipRule::kNone;
   std::vector<std::string> asis;  // left and right
   std::vector<std::string> psis;  // both, or the sacrum between them
-  // The markers are on both sides of the joint, or the point is its centre by
-  // construction: only such joints are pooled in the errors.
+  // The markers lie on opposite sides of the joint, or the rule defines its
+  // centre. Pooled errors include only such joints.
   bool is_centre = false;
 };
 
-// Among several rules for one joint, the first applies whose markers all exist.
+// If several rules define one joint, the first whose markers all exist applies.
 struct MarkerSet {
   std::string name;
   std::vector<JointRule> rules;

@@ -12,8 +12,8 @@ namespace kinegraph {
 inline constexpr int64_t kMaxFrame = int64_t{1} << 50;
 inline constexpr int64_t kMaxId = std::numeric_limits<int64_t>::max();
 inline constexpr double kMaxFrameRate_hz = 1e6;
-// Absolute value: differences of two times fit a TimeNs, and so do seconds
-// since 1970 for the next 90 years.
+// Bound of the absolute value: the difference of two times fits a TimeNs, and
+// seconds since 1970 are within it until 2115.
 inline constexpr double kMaxTime_s = 4.6e9;
 
 }  // namespace kinegraph

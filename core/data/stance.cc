@@ -59,8 +59,9 @@ std::optional<Vector3d> NearestAxis(const Vector3d& direction,
 void Stance::See(const PersonPose& person) {
   // Relative to the length from lowest point to shoulders.
   constexpr double kAbove = 0.1;
-  constexpr size_t kMost = 2000;     // bodies; more add no information
-  constexpr double kStraight = 0.8;  // cosine; 0.6 for a person on a chair
+  constexpr size_t kMost = 2000;  // bodies; more add no information
+  // Cosine of the angle between trunk and legs; 0.6 for a person on a chair.
+  constexpr double kStraight = 0.8;
   const auto high = Centre(skeleton_, person.joints, JointClass::kShoulder);
   const auto hips = Centre(skeleton_, person.joints, JointClass::kHip);
   const auto ankles = Centre(skeleton_, person.joints, JointClass::kAnkle);
@@ -79,7 +80,8 @@ void Stance::See(const PersonPose& person) {
     const Vector3d trunk = (*high - *hips).stableNormalized();
     body.is_straight =
         trunk.dot((*hips - *ankles).stableNormalized()) > kStraight;
-    // A person who sits or bends has either the trunk or the legs upright.
+    // The mean of trunk and ankle-to-shoulder: a person who sits or bends has
+    // either the trunk or the legs upright.
     if (!body.is_straight) body.up = (body.up + trunk).stableNormalized();
   }
   for (const Joint3d& joint : person.joints) {
@@ -211,7 +213,8 @@ bool Stance::MayLie(const Vector3d& up) const {
   }
   const double low_m = Quantile(lows_m, 0.5);
   const double high_m = Quantile(highs_m, 0.5);
-  // Upper bounds of a body's thickness and of the height of a bed.
+  // Upper bounds of the thickness of a lying body, and of the height of its
+  // upper side on a bed.
   constexpr double kThick_m = 0.7;
   constexpr double kHigh_m = 1.3;
   constexpr double kError_m = 0.15;

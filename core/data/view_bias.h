@@ -11,8 +11,8 @@
 
 namespace kinegraph {
 
-// Features of the viewing direction: 1, three harmonics of the azimuth, the
-// elevation and its product with the first.
+// Features of the viewing direction: 1, sine and cosine of three harmonics of
+// the azimuth, the elevation, and its products with the first harmonic.
 inline constexpr int kViewFeatureCount = 10;
 using ViewCoefficients = std::array<double, kViewFeatureCount>;
 
@@ -32,7 +32,7 @@ struct ViewBias {
     double gain_error = 0.0;
   };
   std::vector<OfJoint> joints;
-  // Range of azimuths from which most cameras have seen people, at least
+  // Most cameras have seen people from at least this range of azimuths
   // [degrees].
   double azimuth_deg = 0.0;
 

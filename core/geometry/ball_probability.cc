@@ -44,14 +44,14 @@ double Expected(double sigma, double end, const Function& function) {
 
 double ProbabilityWithin(double radius_m,
                          const Eigen::Matrix3d& covariance_m2) {
-  constexpr double kLeastVariance = 1e-18;  // of a variance
+  constexpr double kLeastVariance = 1e-18;  // m^2
   const Eigen::Vector3d sigma_m =
       Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(covariance_m2,
                                                      Eigen::EigenvaluesOnly)
           .eigenvalues()
           .cwiseMax(kLeastVariance)
           .cwiseSqrt();
-  constexpr double kAll = 8.0;  // in sigmas: 1e-14 lies outside
+  constexpr double kAll = 8.0;  // sigmas: less than 1e-13 lies outside
   if (radius_m > kAll * sigma_m[2]) return 1.0;
   const auto chord = [](double radius, double x) {
     return std::sqrt(std::max(0.0, radius * radius - x * x));

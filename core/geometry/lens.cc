@@ -202,7 +202,7 @@ double FirstRadialFactor(const Lens* lens, const Eigen::Vector2d& ideal,
   const double r2 = ideal.squaredNorm();
   double factor = r2;
   double slope = 2.0;  // d factor / d r, over r
-  // Below it both models agree to rounding.
+  // At smaller radii both models agree to rounding.
   if (lens != nullptr && lens->plain().kind == LensKind::kFisheye &&
       r2 > 1e-16) {
     const double r = std::sqrt(r2);

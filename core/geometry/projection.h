@@ -65,8 +65,8 @@ KINEGRAPH_INLINE void DistortFisheye(const LensModel& lens, const T& x,
                                      const T& y, T* distorted_x, T* distorted_y,
                                      T* jacobian) {
   const T r2 = x * x + y * y;
-  // Below it the first term of the series in r is exact to rounding; at r = 0
-  // the quotients of the closed form are 0 / 0.
+  // Below it r' / r = 1 + (k1 - 1/3) r^2 to rounding; at r = 0 the quotients of
+  // the closed form are 0 / 0.
   const auto small = r2 < T(1e-8);
   const T safe_r2 = Select(small, T(1.0), r2);
   const T r = Sqrt(safe_r2);

@@ -326,7 +326,7 @@ int64_t WantedPerson(const ConversionOptions& flags,
          notes.empty() ? "" : "; " + notes.front());
 }
 
-// Keeps only the person of --person in the tracks.
+// Removes all people but the one that --person selects.
 void KeepPerson(const ConversionOptions& flags, const TrackFormat& to,
                 TrackSequence* tracks) {
   const std::vector<int64_t> ids = IdsOf(*tracks);
@@ -410,7 +410,7 @@ void NoteAxes(const TrackSequence& tracks, const TrackFormat& from,
     lost_fields->push_back(note->text + ": --axes=" + note->axes +
                            " stands them up");
   } else {
-    // Reading and writing would both use the flag.
+    // One conversion would apply --axes to both reading and writing.
     const AxisMap right = AxisMap::Parse(note->axes);
     lost_fields->push_back(
         note->text + ": convert to a .jsonl with --axes=" +

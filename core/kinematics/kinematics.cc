@@ -132,7 +132,7 @@ std::vector<MovingPoint> MovingPoints(const Skeleton& skeleton,
   return points;
 }
 
-// All angles or, where up is unknown, only those within the body.
+// All angles or, where up is unknown, only those that do not depend on it.
 std::vector<JointAngle> AnglesThatRestOn(const std::optional<Vector3d>& up,
                                          const Skeleton& skeleton) {
   std::vector<JointAngle> angles = AnglesOf(skeleton);
@@ -238,7 +238,7 @@ class Measurement {
     return person;
   }
 
-  // A person's row in the table, and the positions of its points.
+  // Index of a person's row in the table, and the positions of its points.
   struct At {
     size_t row;
     std::vector<MaybePoint> places;

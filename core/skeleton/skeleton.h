@@ -52,7 +52,7 @@ class Skeleton {
 
   // The joints that association compares: those of COCO-17 by name, so that
   // feet and hands do not outvote the body; all joints if the skeleton has
-  // fewer than half of COCO-17's.
+  // fewer than nine of COCO-17's or is not human (IsHuman).
   const std::vector<int>& association_joints() const {
     return association_joints_;
   }

@@ -20,7 +20,7 @@ enum class FileType { kRegular, kFolder, kBlockDevice, kOther };
 struct FileStatus {
   FileType kind = FileType::kOther;
   int64_t size = 0;  // bytes; 0 if not applicable
-  // Device and inode: identifies the file under any name.
+  // Device and inode, which identify the file under any name.
   std::pair<uint64_t, uint64_t> number;
   std::pair<int64_t, int64_t> changed;  // s, ns
   unsigned permissions = 0;

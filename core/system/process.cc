@@ -37,7 +37,7 @@ std::vector<char*> Pointers(std::vector<std::string>* words) {
 [[noreturn]] void Become(char* const* arguments, const char* folder,
                          const char* printed, const char* errors,
                          pid_t parent) {
-  // Ends this program when its parent is killed.
+  // The kernel ends the program when its parent dies.
   prctl(PR_SET_PDEATHSIG, SIGTERM);
   if (getppid() != parent) _exit(1);
   if (chdir(folder) != 0) _exit(127);

@@ -1,4 +1,4 @@
-// This process, its clock and signals, and processes that it starts.
+// This process, its processor time and signals, and processes that it starts.
 #ifndef KINEGRAPH_CORE_SYSTEM_PROCESS_H_
 #define KINEGRAPH_CORE_SYSTEM_PROCESS_H_
 

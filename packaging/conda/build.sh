@@ -1,7 +1,7 @@
 #!/bin/bash
-# UNTESTED. three.js, which the page carries, is in no conda package that is
-# known here: KINEGRAPH_THREE_JS names a folder of release r111 with
-# three.min.js and examples/js/controls/OrbitControls.js.
+# UNTESTED. The report's page embeds three.js, for which no conda package is known:
+# KINEGRAPH_THREE_JS is a folder of its release r111 with three.min.js and
+# examples/js/controls/OrbitControls.js.
 set -euo pipefail
 cmake -S . -B build/conda -G Ninja ${CMAKE_ARGS:-} \
   -DCMAKE_BUILD_TYPE=Release -DCMAKE_INSTALL_PREFIX="$PREFIX" \

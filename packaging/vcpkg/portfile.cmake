@@ -1,5 +1,5 @@
-# UNTESTED: written without a network. The sources are those around this file;
-# a registry would name a release and its checksum here instead.
+# UNTESTED. Builds the source tree that contains this file; a registry's port
+# would download a release and verify its checksum instead.
 set(SOURCE_PATH "${CMAKE_CURRENT_LIST_DIR}/../..")
 
 vcpkg_cmake_configure(SOURCE_PATH "${SOURCE_PATH}"
@@ -7,7 +7,7 @@ vcpkg_cmake_configure(SOURCE_PATH "${SOURCE_PATH}"
 vcpkg_cmake_install()
 vcpkg_cmake_config_fixup(PACKAGE_NAME kinegraph CONFIG_PATH lib/cmake/kinegraph)
 
-# Commands belong to tools, and headers come once.
+# vcpkg expects programs in tools/ and headers only in the release tree.
 file(GLOB commands RELATIVE "${CURRENT_PACKAGES_DIR}/bin"
   "${CURRENT_PACKAGES_DIR}/bin/kinegraph-*")
 vcpkg_copy_tools(TOOL_NAMES ${commands} AUTO_CLEAN)

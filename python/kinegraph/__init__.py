@@ -20,8 +20,8 @@ import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, Union
 
-# A wheel's own libraries take precedence over those that another module loaded
-# globally (RTLD_GLOBAL, as PyTorch loads its OpenMP and BLAS).
+# A wheel's own libraries must take precedence over those that another module
+# loaded globally (RTLD_GLOBAL, as PyTorch loads its OpenMP and BLAS).
 _usual_flags = sys.getdlopenflags()
 if os.path.isdir(os.path.join(os.path.dirname(__file__), "..", "kinegraph.libs")):
     sys.setdlopenflags(_usual_flags | os.RTLD_DEEPBIND)
@@ -91,7 +91,7 @@ Settings = Union[str, Mapping[str, Any], None]
 _FOLDER = os.path.dirname(os.path.abspath(__file__))
 _CONFIGS = os.path.join(_FOLDER, "configs")
 if sys.executable:
-    # This interpreter, which has the libraries that its user installed.
+    # Adapters run in this interpreter, for which the user installed their libraries.
     _kinegraph._set_adapters([sys.executable, os.path.join(_FOLDER, "adapters")])
 
 

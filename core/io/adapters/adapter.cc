@@ -41,7 +41,7 @@ std::vector<std::string> OwnCommand() {
 
 std::string WithoutSlash(std::string path) {
   while (path.size() > 1 && path.back() == '/') path.pop_back();
-  // Neither a flag nor a URL, whatever the name.
+  // The adapter must not take the name for a flag or a URL.
   const bool is_plain =
       path.rfind('-', 0) != 0 &&
       (path.rfind('/', 0) == 0 || path.find(':') == std::string::npos);
@@ -166,7 +166,8 @@ std::optional<ProcessEnd> Run(std::vector<std::string> words,
   return end;
 }
 
-// Parses an answer such as "detections sleap".
+// Runs a program with --recognise and parses its answer, such as "detections
+// sleap".
 std::optional<Adapter> Asked(std::vector<std::string> command,
                              const std::string& path, bool is_own) {
   std::vector<std::string> words = command;
@@ -313,7 +314,7 @@ class AdapterRun::Impl {
   }
 
   void ThrowItsFault() {
-    // After its last output a program ends soon.
+    // A program normally exits soon after its last output.
     constexpr int kEnd_ms = 2000;
     const ProcessEnd end = program_->Wait(kEnd_ms);
     if (program_->was_ended()) return;
@@ -384,7 +385,7 @@ std::string WriteByAdapter(
   };
   try {
     const BrokenPipesAreErrors broken_pipes_are_errors;
-    // It reads all input before it prints: no deadlock.
+    // The program reads all input before it prints, so this cannot deadlock.
     write(FolderOfOpenFiles() + "/" + std::to_string(input.write));
   } catch (const std::exception&) {
     // If the program has ended, the pipe broke because of its error.

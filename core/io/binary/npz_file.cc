@@ -184,7 +184,7 @@ void NpzFile::Commit() {
   }
   const auto count = static_cast<uint16_t>(entries_.size());
   const auto size = static_cast<uint32_t>(directory.size());
-  // On the first disk, where the directory begins; no comment.
+  // A single disk, numbered 0, holds the directory; no comment.
   AppendNumbers(&directory, uint32_t{0x06054B50}, kNone, kNone, count, count,
                 size, static_cast<uint32_t>(offset_), kNone);
   file_.Write(directory);

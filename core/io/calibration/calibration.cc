@@ -139,8 +139,8 @@ class CameraBuilder {
     return own;
   }
 
-  // Whether an image is the whole sensor at another resolution, with rounded
-  // sides.
+  // Whether an image may show the whole sensor at another resolution, allowing
+  // for rounded sides.
   bool IsScaled(const ImageSize& sensor, const ImageSize& picture) const {
     if (!record_.may_be_scaled || picture.width_px == 0) return false;
     const double high = static_cast<double>(picture.width_px) *

@@ -22,7 +22,8 @@ enum class LengthUnit {
   kMillimetre,
 };
 
-// Options of reading cameras, in the table "cameras", which the owner enters.
+// Options of reading cameras: the keys of the table "cameras", which the caller
+// of Describe enters.
 struct CameraReadOptions {
   std::string format = "auto";  // or a name of CalibrationFormatNames()
   // Unit of lengths in the file. kAuto: m, but mm for VoxelPose and cm for

@@ -103,8 +103,8 @@ class KeyReader {
   // "unit" or "units" as the text m, cm or mm (or their names).
   void ReadUnit(CalibrationFile* file);
 
-  // Throws for the first key that was neither read nor is known to accompany
-  // lens and pose (names, dates, sizes, errors, boards).
+  // Throws for the first key that was neither read nor is harmless
+  // (IsHarmlessKey).
   void RejectUnread() const;
 
  private:

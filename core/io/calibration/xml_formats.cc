@@ -37,7 +37,8 @@ std::vector<double> NumbersOf(const XmlElement& element,
   return numbers;
 }
 
-// Removes the cameras that `is_off`, and those without video if others have it.
+// Removes the cameras for which `is_off` is true and, if any of the others has
+// video, those without.
 template <typename IsOff, typename HasVideo>
 std::vector<XmlElement> FilmingCameras(std::vector<XmlElement> cameras,
                                        const IsOff& is_off,
@@ -101,7 +102,8 @@ CameraRecord ReadQualisysCamera(const XmlElement& camera, double lens_divisor) {
   record.file = camera.file();
   record.name = camera.Text("serial");
   const XmlElement intrinsic = camera.At("intrinsic");
-  // No sensor has so few sixty-fourths of a pixel, or so many pixels.
+  // A smaller width cannot be in 1/64 px (it would be below 313 px), a larger
+  // one cannot be in px.
   constexpr double kFewest = 20000.0;
   if (intrinsic.NumberOr("sensorMaxU", kFewest) < kFewest) {
     intrinsic.Fail("sensorMaxU: found " + intrinsic.Text("sensorMaxU") +

@@ -15,7 +15,7 @@
 
 namespace kinegraph {
 
-// The functions of a format are defined in a source of its own or of its kind.
+// Declares the functions of a format; other sources of this folder define them.
 #define KINEGRAPH_DECLARE(Format)                                    \
   bool Recognise##Format(const DetectionHead& head);                 \
   std::unique_ptr<DetectionSource> Open##Format(                     \

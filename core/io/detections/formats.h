@@ -96,14 +96,14 @@ class DetectionCollector : public DetectionSource {
   std::map<int64_t, DetectionFrame> frames_;
 };
 
-// Views whose files count frames at rates or from numbers of their own: each is
-// read at its own rate, and each of its frames joins the recording's frame that
-// is nearest in time, with its own capture time. If several frames of a view
-// are nearest to the same one, the closest joins. `open` opens the files anew,
-// with all views at the recording's rate; uses the options' view_frame_rate_hz
-// and view_frame_offset. Reads the whole recording. Throws InputError for a
-// view that does not exist, for an unknown rate of the recording and for files
-// that specify the times of their frames.
+// For views whose files have their own frame rate or first frame number: each
+// is read at its own rate, and each of its frames joins the recording's frame
+// that is nearest in time, with its own capture time. If several frames of a
+// view are nearest to the same one, the closest joins. `open` opens the files
+// anew, with all views at the recording's rate; uses the options'
+// view_frame_rate_hz and view_frame_offset. Reads the whole recording. Throws
+// InputError for a view that does not exist, for an unknown rate of the
+// recording and for files that specify the times of their frames.
 std::unique_ptr<DetectionSource> OpenRated(
     const std::function<std::unique_ptr<DetectionSource>()>& open,
     const DetectionReadOptions& options);

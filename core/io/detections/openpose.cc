@@ -253,7 +253,8 @@ void WritePeople(const std::string& path,
 bool RecogniseOpenpose(const DetectionHead& head) {
   if (!head.is_folder) return false;
   if (head.HasKey("people")) return true;
-  // Folders without JSON files are detectors, not views.
+  // Folders of views, possibly without files yet. Where the first data file is
+  // no JSON object, they have another format, such as DeepLabCut's detectors.
   return head.has_folders && (head.kind == '{' || head.kind == '\0');
 }
 

@@ -16,7 +16,7 @@ namespace {
 // Frame rate of a view [Hz], and the offset subtracted from its frame numbers.
 using Counting = std::pair<double, int64_t>;
 
-// Only of views that the options name.
+// Only for views that the options name.
 std::map<size_t, Counting> CountingOfViews(
     const DetectionHeader& header, const DetectionReadOptions& options) {
   std::map<size_t, Counting> counting;

@@ -133,7 +133,7 @@ std::unique_ptr<DetectionSource> OpenAny(const std::string& path,
     CheckWhole(head, *format);
     return OpenAs(*format, path, options);
   }
-  // A format of ours may do more than call its adapter.
+  // The entry in our list may do more than run the adapter.
   format = FindDetectionFormat(adapter->name);
   return format != nullptr ? OpenAs(*format, path, options)
                            : OpenAs(*adapter, path, options);
@@ -153,7 +153,8 @@ std::unique_ptr<DetectionSource> Open(const std::string& path,
 
 // ---- Checks of the input ----
 
-// Normalised joints may leave the image by its size: -1 .. 2, or -3 .. 3.
+// Bound of normalised positions. Joints may lie up to one image size outside:
+// at -1 .. 2 if normalised to 0 .. 1, at -3 .. 3 if to -1 .. 1.
 constexpr double kMostShare = 3.0;
 // Normalised positions of people spread over part of the image, unlike the
 // placeholders that detectors write for unseen joints, such as (-1, -1).
@@ -202,10 +203,10 @@ void MirrorBack(const Mirror& mirror, ViewDetections* view) {
   }
 }
 
-// Rejects what would take too long to associate, and positions that are not
-// pixels: views whose positions are normalised by the image, to 0 .. 1
-// (MediaPipe, OpenPose with --keypoint_scale 3) or -1 .. 1 (4), and those
-// beyond any image. One position that can only be in pixels settles its view.
+// Rejects frames that would take too long to associate, and views whose
+// positions are not pixels: normalised by the image, to 0 .. 1 (MediaPipe,
+// OpenPose with --keypoint_scale 3) or -1 .. 1 (--keypoint_scale 4), or beyond
+// any image. A view is accepted at the first person that can only be in pixels.
 class CheckedSource : public DetectionSource {
  public:
   CheckedSource(std::string path, const DetectionReadOptions& options,
@@ -316,7 +317,8 @@ class CheckedSource : public DetectionSource {
     }
   }
 
-  // The same at the end of a recording without any position in pixels.
+  // The same at the end of a recording in which no view is certainly in pixels:
+  // one person with normalised positions is then enough to reject a view.
   void CheckShortRecording() const {
     if (std::none_of(positions_.begin(), positions_.end(),
                      [](const Positions& seen) { return seen.are_pixels; })) {

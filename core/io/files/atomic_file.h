@@ -16,7 +16,7 @@ namespace kinegraph {
 //                      read-only or was read by this command (input_files.h)
 //   a symbolic link    stays a link; its target is replaced or created
 //   a pipe, a terminal, /dev/null, an open file (/dev/stdout, /dev/fd/3)
-//                      written directly, as the bytes come
+//                      written directly, without a temporary file
 //   a folder, a block device
 //                      refused
 //

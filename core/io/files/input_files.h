@@ -1,5 +1,6 @@
 // Records the files that a command has read, to prevent overwriting them and to
-// detect changes during its work; and ends endless input streams.
+// detect changes while it runs (InputFiles). Ends endless input streams
+// (InputStop).
 #ifndef KINEGRAPH_CORE_IO_FILES_INPUT_FILES_H_
 #define KINEGRAPH_CORE_IO_FILES_INPUT_FILES_H_
 
@@ -21,8 +22,8 @@ class InputFiles {
   // InputError if size or modification time have changed.
   static void Note(int descriptor, const std::string& path);
 
-  // Call before a file written by this command is removed or rewritten: it is
-  // no input.
+  // Call before a file written by this command is removed or rewritten: even if
+  // the command has read it, it is not an input.
   static void Forget(const std::string& path);
 
   // Whether the path leads to a file that was noted.

@@ -18,9 +18,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// 128 bits that identify contents (not against malicious input): FNV-1a, and a
-// second hash of a multiplication and rotation per byte with other constants,
-// unlikely to collide at the same time.
+// 128 bits that identify contents (no protection against malicious input):
+// FNV-1a, and a second hash of an addition, a multiplication and a shift per
+// byte, which is unlikely to collide for the same contents.
 class Fingerprint {
  public:
   void Add(std::string_view bytes) {

@@ -11,8 +11,8 @@
 
 namespace kinegraph {
 
-// Its files have seconds, not frames; Campus, the set in this format, has 25
-// frames per second.
+// The default to convert the files' times to frame numbers: the rate of Campus,
+// the data set in this format.
 inline constexpr double kLongcwFrameRateHz = 25.0;
 
 struct LongcwTime {

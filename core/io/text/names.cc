@@ -77,7 +77,8 @@ std::optional<int64_t> FrameOfFileName(std::string_view file_name) {
 int64_t FrameOfName(std::string_view file_name) {
   const std::string_view name = BeforeEnd(file_name);
   const std::optional<int64_t> number = LastInteger(name);
-  // 30 years at 1000 Hz, and some 30 years after 1970 in milliseconds.
+  // 30 years at 1000 Hz; any date since 2001 in milliseconds since 1970 is
+  // larger.
   constexpr int64_t kMost = 1'000'000'000'000;
   const bool has_seconds = HasSeconds(name);
   if (number.has_value() && *number < kMost && !has_seconds) return *number;

@@ -203,7 +203,7 @@ class NpzTrackReader {
   std::vector<int64_t> numbers_;
 };
 
-// The person's position in `ids`, which ascend.
+// Index of the person in `ids`, which ascend.
 size_t PlaceOf(const PersonPose& person, const std::vector<int64_t>& ids) {
   return static_cast<size_t>(
       std::lower_bound(ids.begin(), ids.end(), person.id.value()) -

@@ -16,8 +16,9 @@ struct AxisMap {
   // "y,z,x" (the default: from z up to y up), "x,-z,y". Throws InputError
   // unless the text is a permutation of the axes with signs that do not mirror.
   static AxisMap Parse(const std::string& text);
-  // The file's axis `of_file` (0: X) is the world's `of_world`, with its
-  // direction by `sign`; the others follow in cyclic order, without mirroring.
+  // The file's axis `of_file` (0: X) is `sign` (1 or -1) times the world's axis
+  // `of_world`. The other two world axes are assigned in ascending order, the
+  // last with the sign that avoids mirroring.
   static AxisMap With(size_t of_file, int of_world, double sign);
   // The text that Parse() reads.
   std::string Text() const;

@@ -221,7 +221,8 @@ Motion ReadMotion(Words* words) {
   return {static_cast<int64_t>(frames), 1.0 / step_s};
 }
 
-// The rate that a rounded period stands for: 0.033333 s are 30 Hz.
+// The nearest whole rate [Hz] if its rounded period gives this one: 0.033333 s
+// are 30 Hz.
 double NearWhole(double rate_hz) {
   constexpr double kNear = 5e-4;  // the next NTSC rate differs by a thousandth
   const double whole = std::round(rate_hz);
@@ -342,7 +343,8 @@ class BvhWriter {
     }
     size_t there = 0;
     for (const auto& [id, span] : spans_) there += span.count;
-    // With many people who come and go, the files would mostly repeat poses.
+    // Beyond this, with many people who come and go, the files would consist
+    // mostly of repeated poses.
     constexpr size_t kMostRows = 200'000;
     constexpr size_t kMostTimes = 5;
     const size_t all = rows.size() * spans_.size();

@@ -359,8 +359,8 @@ ForcePlate ReadPlate(const C3dFile& file, size_t plate, size_t row_length,
       mean += load_n;
     }
   }
-  // The plate's axis may point up or down, and the file may have force or
-  // reaction.
+  // The sign is a convention: the plate's axis may point up or down, and the
+  // file may state the force on the plate or its reaction.
   if (mean < 0.0) {
     for (double& load_n : result.load_n) load_n = -load_n;
   }

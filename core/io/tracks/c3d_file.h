@@ -94,7 +94,7 @@ class C3dValues {
   struct Place {
     int type = 0;  // -1 characters, 1 bytes, 2 words, 4 floats
     std::vector<size_t> shape;
-    size_t count = 1;  // at most seven sides of 255: no overflow
+    size_t count = 1;  // at most seven dimensions of 255: no overflow
     size_t at = 0;
   };
 

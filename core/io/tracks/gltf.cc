@@ -214,8 +214,9 @@ class Body {
   std::vector<uint32_t> indices_;
 };
 
-// A node followed by its joints. `rows` of the recording show the person; they
-// are the rows `of_motion` of the motion.
+// A person's node, which its joints' nodes follow. `rows`: the rows of the
+// recording with the person; rows[i] is row of_motion[i] of `motion`, which
+// begins with the person's first row and includes gaps.
 struct AnimatedPerson {
   std::string name;
   size_t node = 0;

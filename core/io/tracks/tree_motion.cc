@@ -23,8 +23,9 @@ Quaterniond Between(const Quaterniond& a, const Quaterniond& b, double share) {
   return a.slerp(share, b);
 }
 
-// Values of all rows: between known ones by Between, before the first and after
-// the last equal to these; `none` if no row is known.
+// Values of all rows, interpolated between known ones by Between; before the
+// first and after the last known row equal to that row's; `none` if no row is
+// known.
 template <typename Value>
 std::vector<Value> Fill(const std::vector<std::optional<Value>>& known,
                         const Value& none) {
@@ -169,8 +170,8 @@ class Solver {
     return best;
   }
 
-  // Places a joint that was never seen between its parent and the next that
-  // was.
+  // Places a joint that was never seen on the line between its parent and the
+  // nearest descendant that was.
   void PutOnLine(size_t joint) {
     const Known& above = positions_[tree_[joint].parent];
     if (tree_[joint].is_pivot) {
@@ -257,7 +258,7 @@ class Solver {
   struct Spoke {
     size_t bone;       // index of the bone's child joint
     size_t other;      // the joint at its other end
-    double length_m;   // negative if it leads to the parent
+    double length_m;   // negated if the bone leads to the parent
     Vector3d* rest_m;  // from the joint to the other, at rest
     bool turns;        // takes part in the joint's rotation
     bool is_back;

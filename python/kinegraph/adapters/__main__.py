@@ -23,7 +23,8 @@ import signal
 import subprocess
 import sys
 
-# One thread suffices; more would use up the memory granted below.
+# One thread suffices; the stacks and buffers of more would count against the limit
+# of limit_memory().
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
@@ -96,7 +97,7 @@ def lacking(module):
 
 
 def limit_memory(path):
-    """Limits memory by the size of the files (most_bytes)."""
+    """Limits address space to the present use, 512 MiB and most_bytes of the files."""
     try:
         import resource
 

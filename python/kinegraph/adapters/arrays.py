@@ -1,4 +1,4 @@
-"""Text of detections in arrays: fast, and reads back bit by bit."""
+"""Converts arrays of detections to JSON: fast, and numbers read back bit by bit."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ def array_lines(views, arrays, first_frame=0):
     and confidence, NaN for a missing joint; their lengths may differ."""
     keys = [json.dumps(view).encode() + b":[" for view in views]
     count = max(len(array) for array in arrays)
-    at_once = 1000  # frames: bounds the memory of their text
+    at_once = 1000  # frames per step, to bound the memory of their text
     for begin in range(0, count, at_once):
         texts = [_people_by_frame(array[begin : begin + at_once]) for array in arrays]
         for f in range(min(at_once, count - begin)):

@@ -4,9 +4,9 @@ img_loc_x, img_loc_y [px], and optionally object_id and frame_time [s]. If the t
 no times, those of timestamps.csv or frame_time_history.csv beside it are used. Views are
 cam_0, cam_1, ... by camera; frames are the indices of synchronised images.
 
-Of a session's folder the only such table is read: its own, one of a recording, or that
-of the calibration. Views of cameras that the session ignores or has not placed are then
-omitted."""
+In a session's folder the only table of its recordings is read or, if these have none,
+the only other one in the folder. Views of cameras that the session ignores or has not
+placed are then omitted."""
 
 from __future__ import annotations
 

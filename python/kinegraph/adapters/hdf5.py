@@ -1,4 +1,4 @@
-"""Data sets of an HDF5 file, checked against the bytes that are stored."""
+"""Data sets of an HDF5 file, whose sizes are checked against the stored bytes."""
 
 from __future__ import annotations
 
