@@ -33,8 +33,9 @@ struct Chunk {
   size_t own_end = 0;
 };
 
-// By times and counts of measurements: chunks whose own frames span about
-// `chunk_s` [s]; a single chunk if it is 0 or the recording is not much longer.
+// Chunks whose own frames span about `chunk_s` [s]; a single chunk if it is 0
+// or the recording is not much longer. Depends only on times and on which
+// frames measure which joints.
 // The overlap is 1.1 s on each side (over which a change in one frame affects
 // others; 28 frames at 25 Hz), and up to 5.5 s where a joint is measured in
 // less than half of that.

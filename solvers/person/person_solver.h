@@ -75,7 +75,7 @@ class PersonSolver {
   void HandInCounts(int64_t first_frame, int64_t last_frame);
 
  private:
-  // Use of a solve: its result is kept, or only starts Ceres.
+  // Whether a solve's result is kept or only is the start of Ceres.
   enum class Result { kTakenOver, kOnlyAStart };
   // Counts a solve.
   void Note(const SolveReport& report, Result result);
