@@ -1,5 +1,6 @@
-// The arithmetic of chain_lanes.h over a type of pack. Included by files that
-// are compiled for one instruction set each, so it must not use Eigen.
+// The arithmetic of LaneKernels (chain_lanes.h), templated on the SIMD type
+// (core/base/pack.h). Included by files that are compiled for one instruction
+// set each, so it must not use Eigen.
 //
 // With S_k the block that remains of frame k when all later ones are
 // eliminated, B_k right of the diagonal and P_k = S_k^-1:

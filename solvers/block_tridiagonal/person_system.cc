@@ -330,7 +330,8 @@ class FrameInversion {
     return true;
   }
 
-  // Y Y' of six rows that are zero before their own column.
+  // Y Y' of rows row .. row + 5 of the matrix Y in coupling_; column `row` is
+  // the first in which they are not zero.
   Matrix6d SquareOfRows(size_t row) const {
     Matrix6d square = Matrix6d::Zero();
     for (size_t column = row; column < rows_; ++column) {
