@@ -136,14 +136,14 @@ struct SmoothingSplineOptions {
 
 struct WhittakerOptions {
   int64_t order = 2;                  // of the differences
-  SmoothingSplineOptions smoothness;  // uses those of the spline
+  SmoothingSplineOptions smoothness;  // those of smoothing_spline
 
   // Table [filters.whittaker], without the smoothness.
   void Describe(OptionVisitor& visitor);
 };
 
 struct LoessOptions {
-  // Of the samples that a polynomial is fitted to, at most.
+  // Greatest span of the samples to which a polynomial is fitted.
   double window_s = 0.4;
   int64_t degree = 2;
   int64_t iterations = 2;  // reweighted fits
