@@ -71,8 +71,10 @@ struct SmoothingBalance {
   double attainable_m = 0.0;
   Excess excess = Excess::kNoiseKept;
   // Whether the error is significantly (99 %) greater than 1.35 times the
-  // attainable one. With all cameras that is a quarter or more: by the truth in
-  // 99 % of such joints (research/cutoff_rules prints the count).
+  // attainable one. It is that of an estimate without one camera; the estimate
+  // from all cameras then exceeds its attainable error by a quarter or more,
+  // according to the truth for 99 % of such joints (research/cutoff_rules
+  // prints the count).
   bool is_excessive = false;
 };
 
