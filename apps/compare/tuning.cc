@@ -169,7 +169,7 @@ GridErrors ScoreGrid(const Comparison& comparison, const Strategy& strategy,
       }
     }
   }
-  // Those of the shared recording.
+  // If the folds share one recording, its errors hold for all of them.
   grid.errors.resize(folds, grid.errors.front());
   return grid;
 }
