@@ -23,7 +23,7 @@ namespace kinegraph {
 struct AppliedNoise {
   struct Frame {
     TimeNs time = 0;
-    // By joint: of the located point, per axis.
+    // Of the located point, per axis; by joint.
     std::vector<double> variance_m2;
     std::vector<double> process_noise;  // by joint [m^2/s^3]
     // By joint, as far as computed (InformationDivisor).

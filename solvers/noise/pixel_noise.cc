@@ -295,7 +295,8 @@ bool CausalNoiseScale::AwaitTurn() {
 }
 
 void CausalNoiseScale::Add(const std::vector<double>& squares, double applied) {
-  constexpr size_t kCapacity = 4000;  // a minute at 17 joints, 4 views, 25 Hz
+  // With one frame in five (AwaitTurn), 17 joints, 4 views and 25 Hz: 12 s.
+  constexpr size_t kCapacity = 4000;
   for (const double square : squares) {
     const double unscaled = square * applied * applied;
     if (squares_.size() < kCapacity) {
