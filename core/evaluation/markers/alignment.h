@@ -100,10 +100,11 @@ Alignment AlignRecordings(const TrackSequence& truth,
                           const TrackSequence& tracks,
                           const AlignRequest& request);
 
-// Its only person. Throws InputError without a file name for none or several.
+// The only person of `tracks`. Throws InputError without a file name for none
+// or several.
 TrackId OnlyPerson(const TrackSequence& tracks);
 
-// One joint for each of the pairs.
+// Paths of the truth's joints, one for each pair.
 JointPaths TruthPaths(const TrackSequence& truth, const JointPairs& joints);
 
 }  // namespace kinegraph
