@@ -86,7 +86,7 @@ JointNoise ReadGroup(const JsonField& field, const JsonField& missing,
                                  : 0.0;
   noise.outlier_rate =
       Scaled(ReadShare(field, "p_outlier_over_4_sigma"), options.outliers);
-  // Beyond 4 sigma, with the measured median.
+  // Uniform from 4 sigma on, such that the median is the measured one.
   noise.outlier_min_px = 4.0 * scale_px;
   noise.outlier_max_px =
       (2.0 * NumberWithin(field, "outlier_median_in_sigma", 4.0, 1e3) - 4.0) *

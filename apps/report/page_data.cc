@@ -189,7 +189,7 @@ class PageMaker {
   void AddAngles(const TrackSequence& tracks, Json* json);
   void AddMoments(size_t r, std::vector<Moment> moments);
   Json DetectionsJson() const;
-  // With their images and videos.
+  // The cameras with their images and videos.
   Json CamerasJson();
   void FindUp(const TrackSequence& lead);
   Json PicturesJson(const std::map<int64_t, std::string>& pictures);
