@@ -145,7 +145,7 @@ struct CompareResult {
   TrackSequence points;
 
   const StrategyResult& baseline() const { return strategies[baseline_idx]; }
-  // Those that were not refused.
+  // The strategies that were not refused.
   std::vector<const StrategyResult*> Ran() const;
 };
 

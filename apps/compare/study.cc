@@ -269,7 +269,7 @@ std::string VerdictSentences(const Study& study) {
   return text;
 }
 
-// By strategy: mean, difference, and number of recordings.
+// A row per strategy: mean, difference, and number of recordings.
 Table StrategyTable(const Study& study) {
   Table table(
       {"strategy", "held-out, px", "to baseline, px", "better / same / worse"});

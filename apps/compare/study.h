@@ -95,7 +95,7 @@ std::string StudyJson(const Study& study);
 // recommended.toml: the configuration with the best strategy; its header states
 // for how many recordings it holds. Empty if there is no best one.
 std::string StudyToml(const Study& study);
-// For a terminal.
+// The summary printed on a terminal.
 std::string StudyDigest(const Study& study, const std::string& folder);
 
 }  // namespace kinegraph
