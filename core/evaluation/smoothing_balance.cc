@@ -199,7 +199,8 @@ void SmoothingSpectra::Add(const JointTraces& reference, const JointTraces& raw,
     if (of_raw == raw.end() || of_smoothed == smoothed.end()) continue;
     const int64_t end =
         of_reference.begin + static_cast<int64_t>(of_reference.points.size());
-    // The same segments in every view.
+    // Segments begin at multiples of half their length, so that every view has
+    // the same ones.
     int64_t first =
         (of_reference.begin + half_ - 1) / half_ * static_cast<int64_t>(half_);
     for (; first + length <= end; first += half_) {
