@@ -93,7 +93,7 @@ class RecordingSolver {
   // SolveTogether kept; empty for a joint where they are not positive definite.
   std::vector<std::vector<Eigen::Matrix3d>> Covariances(
       const PersonProblem& recording);
-  // The same with each joint treated independently.
+  // Covariances of positions with each joint treated independently.
   std::vector<std::vector<Eigen::Matrix3d>> JointCovariances(
       const PersonProblem& recording);
   // Covariances of whole states, with the information times `correction`.

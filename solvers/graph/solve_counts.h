@@ -35,7 +35,7 @@ struct SolveCounts {
   SolveCounts& operator+=(const SolveCounts& other);
 };
 
-// All counts, for code that treats them alike.
+// Every member, for code that handles all counts in one loop.
 inline constexpr int64_t SolveCounts::*kSolveCounts[] = {
     &SolveCounts::solves,
     &SolveCounts::sweep_iterations,

@@ -58,7 +58,7 @@ class PersonSolver {
   std::vector<std::vector<Matrix6d>> BoneCovariances(
       const PersonProblem& problem, size_t frame_end);
 
-  // The same for joints without couplings.
+  // Covariances of the same frames for a problem without couplings.
   std::vector<std::vector<Matrix6d>> JointCovariances(
       const PersonProblem& problem, double correction, size_t frame_end);
 
