@@ -58,7 +58,7 @@ struct Study {
   // Chosen on all recordings, for future ones; nullopt: none could be run.
   std::optional<size_t> best;
   StrategyValues best_values;
-  // Of the first recording, the basis of recommended.toml.
+  // Options of the first recording, on which recommended.toml is based.
   RunOptions options;
   double rate_hz = 0.0;
 };

@@ -93,7 +93,7 @@ class SmoothingSpectra {
   // Adds the spectra of other cameras.
   void Merge(const SmoothingSpectra& other);
 
-  // Of that joint of all people. The excess is noise kept where
+  // The balance of that joint of all people. The excess is noise kept where
   // E[a* a] - |E[u* a]|, which is 0 for the Wiener filter and for any that
   // removes or delays motion alone, is more than half of it.
   SmoothingBalance OfJoint(int joint) const;

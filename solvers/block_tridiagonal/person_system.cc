@@ -72,8 +72,8 @@ struct PointCoupling {
 struct PersonSystem {
   std::vector<LinearChain> chains;
   std::vector<std::vector<PointCoupling>> couplings;  // by frame
-  // Of the person's prior; the joints' own blocks are in the chains. Empty
-  // without a prior.
+  // Blocks of the person's prior between joints; their own are in the chains.
+  // Empty without a prior.
   Eigen::MatrixXd prior_coupling;
 };
 

@@ -127,7 +127,7 @@ struct PersonPrior {
   Eigen::VectorXd x0;
   Eigen::VectorXd b;
   Eigen::MatrixXd information;  // A'A
-  // The same for covariances, as in StatePrior::A_stated.
+  // The information for covariances, as in StatePrior::A_stated.
   Eigen::MatrixXd stated;
 
   bool empty() const { return A.size() == 0; }
