@@ -127,8 +127,9 @@ int SideOf(const std::string& text) {
   return static_cast<int>(side);
 }
 
-// Throws if too many joints are outside the image: detectors place few there,
-// and those near it.
+// Throws if too many joints are far outside the image, which means that the
+// image size is wrong: detectors place few joints outside, and those near the
+// edge.
 void CheckInside(const DetectionSequence& detections, int width, int height) {
   constexpr double kBeyond = 0.05;      // of the image's sides
   constexpr double kMostBeyond = 0.05;  // of the joints

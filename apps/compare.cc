@@ -159,7 +159,7 @@ std::vector<FrameRange> FoldRanges(const FrozenRun& run,
   return {AllFrames(run)};
 }
 
-// The parts of the protocol's frames that are scored.
+// The frames in both lists of ranges; an empty `a` stands for all frames.
 std::vector<FrameRange> Common(const std::vector<FrameRange>& a,
                                const std::vector<FrameRange>& b) {
   if (a.empty()) return b;

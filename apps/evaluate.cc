@@ -196,7 +196,7 @@ struct Compared {
   std::vector<std::string> notes;  // already printed
 };
 
-// What may stand for a person in a comparison.
+// Which positions of a person are compared.
 enum class Represented {
   kByJoints,
   kByJointsOrCentre,  // ReducedToCentres

@@ -62,8 +62,8 @@ std::string SizesOf(const CameraRig& cameras) {
   return fmt::format("{} x {} px", first.width_px(), first.height_px());
 }
 
-// Text if people are not upright as file formats of other programs require (BVH
-// stands for those with y up).
+// Text if people are not upright along the axis that conversion to formats with
+// y up expects; BVH represents these.
 std::string UprightText(const RecordingSurvey& survey,
                         const RunOptions& options) {
   if (options.refine.ground != GroundKind::kOff) return "";
@@ -182,8 +182,9 @@ constexpr const char* kWholeRecording =
     "\n[graph]\n"
     "bones = true\n";
 
-// Noise of positions is a large part of what people of few joints move between
-// frames, so they are expected where the smoothed motion leads.
+// For people of few joints, the noise of a position is large compared with
+// their movement between frames. They are therefore associated with the
+// position that the window estimator predicts.
 std::string WholeRecording(const Skeleton& skeleton) {
   std::string text = kWholeRecording;
   if (!AllViewMatcher::AppliesTo(skeleton)) return text;

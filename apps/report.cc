@@ -171,7 +171,8 @@ CameraRig CamerasOfResult(const RunOptions& options, const PageInput& input) {
     std::fprintf(SummaryStream(FLAGS_out),
                  "cameras as `track` moved them: %s\n", moved.c_str());
   }
-  return ReadCameras(moved);  // in their own unit, all that were used
+  // Without options.cameras: `track` has already applied unit and selection.
+  return ReadCameras(moved);
 }
 
 // Leaves out the views or cameras of --without_cameras, as in `track`.

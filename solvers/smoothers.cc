@@ -135,7 +135,8 @@ Smoother Points(OutputKind kind, std::string name, PointKind points,
   return {kind, std::move(name), Always, make, std::move(variants)};
 }
 
-// Frame by frame, and the estimator of paper mode.
+// Smoothers that triangulate each frame separately, and the causal Gaussian of
+// paper mode.
 std::vector<Smoother> OfSingleFrames() {
   const auto gaussian =
       [](const EstimatorOptions& options,
@@ -169,7 +170,7 @@ std::vector<Smoother> OfSingleFrames() {
                        })})}}};
 }
 
-// Over a few samples of the signal.
+// Filters whose output depends on a few neighbouring samples.
 std::vector<Smoother> OfFewSamples() {
   using F = FilterOptions;
   const Causal trailing = [](const EstimatorOptions& options) {
@@ -238,7 +239,7 @@ SmootherVariant ByGcv(std::string name, std::string title) {
                  });
 }
 
-// The whole signal at once, without delay.
+// Filters of the whole signal, without phase shift.
 std::vector<Smoother> OfWholeSignals() {
   using F = FilterOptions;
   return {
@@ -333,8 +334,8 @@ SmootherParameter GraphLossScale() {
       [](EstimatorOptions& o) -> double& { return o.graph.loss_scale; });
 }
 
-// The default of `track`: noise and bones learnt from the recording. Nothing to
-// tune.
+// The variant that learns noise and bones from the recording, as `track` does
+// by default; it has no parameters.
 SmootherVariant ThatLearns(SmootherVariant variant) {
   variant.name += "_take";
   variant.title += ", noise learnt";

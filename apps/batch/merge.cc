@@ -332,8 +332,8 @@ BatchSummary SummariseDifference(const BatchColumn& a, const BatchColumn& b) {
   BatchColumn differences;
   for (size_t t = 0; t < std::min(a.size(), b.size()); ++t) {
     if (!a[t].has_value() || !b[t].has_value()) continue;
-    // Assumes independent errors. The same frames correlate them, so the
-    // interval is rather too wide.
+    // Assumes independent errors. On the same frames they are positively
+    // correlated, so the interval is too wide.
     differences.push_back(
         BatchValue{a[t]->value - b[t]->value,
                    std::hypot(a[t]->standard_error, b[t]->standard_error)});

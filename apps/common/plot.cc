@@ -251,7 +251,7 @@ void AddPanel(const Plot& plot, size_t panel, std::string* script) {
   // Bars are compared by length, so they start at zero.
   if (bars > 0 && !y.low && !y.log) y.low = LeastBarEnd(plot);
   SetAxis("y", y, AnyPoint(plot), script);
-  // In the order of PlotLegend.
+  // One gnuplot command per PlotLegend, in its order.
   constexpr const char* kKeys[] = {
       "unset key", "set key on inside top right vertical Left reverse",
       "set key on outside right top vertical Left reverse",

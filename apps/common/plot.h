@@ -48,7 +48,7 @@ struct PlotSeries {
     x.push_back(x_value);
     y.push_back(y_value);
   }
-  // With the ends of its error bar in y.
+  // Adds a point with an error bar in y.
   void Add(double x_value, double y_value, const Interval& interval) {
     Add(x_value, y_value);
     y_low.push_back(interval.low);

@@ -102,7 +102,7 @@ std::string PresenceText(const RecordingReport& report) {
       report.least_confidence);
 }
 
-// For two views without any finding.
+// A note for recordings with two cameras and no warning.
 std::string PairText(const RecordingReport& report) {
   if (report.cameras.size() != 2 || !report.warnings.empty()) return "";
   return "note: with two cameras many calibration errors remain undetected; "

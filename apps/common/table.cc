@@ -141,7 +141,7 @@ std::string WithoutBrackets(std::string cell) {
   }
 }
 
-// Of a whole line.
+// Width of a whole line, in characters.
 size_t WidthOf(const std::vector<size_t>& widths) {
   size_t sum = 0;
   for (const size_t width : widths) sum += width + 2;

@@ -52,7 +52,7 @@ class TrackOutput {
   AtomicFiles files_;
   std::string path_;
   std::optional<TrackWriter> writer_;  // of our own format
-  // For another format, which is written from the whole recording.
+  // The members below serve other formats, written from the whole recording.
   const TrackFormat* format_ = nullptr;
   TrackExportOptions options_;
   MarkerNames markers_;

@@ -256,7 +256,8 @@ StrategyRun RunWithAll(const Comparison& comparison, const Strategy& strategy,
     }
     if (IsCausalStrategy(strategy, values[f], comparison.rate_hz(),
                          comparison.options.estimators)) {
-      // It can respond at once whenever this estimator does.
+      // Implemented over whole segments, but usable without delay because its
+      // poses do not depend on later frames.
       run.whole_recording = false;
       run.delay = 0;
     }

@@ -25,7 +25,7 @@ struct LongestPiece {
     current.push_back(position_m);
     last_frame = frame;
   }
-  // After the last frame, too.
+  // Ends the current piece. Must also be called after the last frame.
   void End() {
     if (current.size() > longest.size()) std::swap(longest, current);
     current.clear();

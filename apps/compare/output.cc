@@ -406,7 +406,7 @@ const char* ToString(SmoothingBalance::Excess excess) {
                                                         : "motion removed";
 }
 
-// By joint [m].
+// The balance of each joint [m].
 Json BalanceJson(const std::vector<SmoothingBalance>& balance,
                  const std::vector<std::string>& joints) {
   Json json = Json::object();

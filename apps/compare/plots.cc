@@ -266,7 +266,7 @@ NamedPlot Cutoffs(const CompareResult& result,
       Interval range;
       range.low = Quantile(of_joint_hz, 0.0);
       range.high = Quantile(of_joint_hz, 1.0);
-      // Beside each other.
+      // The rules of a joint are drawn side by side.
       series.Add(joint + 0.1 * (static_cast<double>(rule) - 3.0),
                  Quantile(of_joint_hz, 0.5), range);
     }

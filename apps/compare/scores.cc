@@ -249,7 +249,7 @@ TrackSequence TruthAsTracked(const Comparison& comparison,
 
 constexpr double kMmPerM = 1000.0;
 
-// For squares: the root of their mean.
+// Root of the mean, for series of squares.
 double RootOfRatio(const std::vector<RatioSeries>& series,
                    const DrawCounts* counts) {
   return std::sqrt(PooledRatio(series, counts));
@@ -592,7 +592,7 @@ std::vector<StrategyScores> ScoreStrategies(
   std::vector<StrategyScores> all(strategies.size());
   const size_t views = comparison.views().size();
   const size_t folds = comparison.folds.size();
-  // Each camera left out, and the run with all.
+  // Work items of a strategy: a run without each camera, and one with all.
   const size_t pieces = views + 1;
   // Scoring counts as a step too.
   Progress progress(what,

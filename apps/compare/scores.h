@@ -23,7 +23,8 @@
 
 namespace kinegraph {
 
-// Of one flexion against the truth; one unit per true person and frame.
+// Errors of one flexion angle against the truth; one unit per true person and
+// frame.
 struct AngleErrors {
   std::string name;  // "l_knee_flexion"
   std::vector<RatioSeries> squared_deg2;
@@ -53,8 +54,8 @@ struct StrategyScores {
   int64_t joints = 0;  // positions returned, of all possible ones
   int64_t joints_possible = 0;
 
-  // By joint of the tracks' skeleton, from the held-out cameras; empty in a
-  // study. The same from the ground truth; empty without one.
+  // By joint of the tracks' skeleton: `balance` from the held-out cameras,
+  // empty in a study; `truth_balance` from the ground truth, empty without one.
   std::vector<SmoothingBalance> balance, truth_balance;
 
   std::optional<PcpResult> pcp;
@@ -68,7 +69,7 @@ struct StrategyScores {
   StrategyRun run;
 };
 
-// What the smoothing balance of all strategies is measured against.
+// Input of the smoothing balance, common to all strategies.
 struct BalanceBasis {
   std::vector<std::vector<JointTraces>> detected, raw;  // [fold][view]
   JointTraces truth;          // by the tracks' identities and joints
@@ -138,13 +139,13 @@ struct CompareResult {
   std::vector<StrategyResult> strategies;
   size_t baseline_idx = 0;
   std::vector<LagPoint> lag_sweep;  // empty without a batch
-  // By fold, those subtracted from its detections; empty: none.
+  // Pixel shifts subtracted from the detections, [fold][view]; empty: none.
   std::vector<std::vector<Eigen::Vector2d>> shifts_px;
   // The points that filters smooth (filters.points), as StrategyRun::alike.
   TrackSequence points;
 
   const StrategyResult& baseline() const { return strategies[baseline_idx]; }
-  // Those that were not refused.
+  // The strategies that were not refused.
   std::vector<const StrategyResult*> Ran() const;
 };
 

@@ -39,7 +39,7 @@ size_t IndexOf(const std::vector<Strategy>& strategies,
                const std::string& name);
 // The strategy whose tuned values this one takes, usually itself.
 const Strategy& TunedAs(const Strategy& strategy);
-// Those whose grids must be evaluated for `strategies`, each once.
+// The strategies whose grids must be evaluated for `strategies`, each once.
 std::vector<Strategy> TunedThemselves(const std::vector<Strategy>& strategies);
 
 inline constexpr const char* kDefaultBaseline = "causal_gaussian";

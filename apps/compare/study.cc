@@ -111,8 +111,8 @@ class Maker {
     }
   }
 
-  // Chosen without one recording (-1: on all); for a strategy that ran on none
-  // of the others, those of the configuration.
+  // The best values on all recordings except `left_out` (-1: none is left out);
+  // `defaults` without tuning, or if no values could be run on all of them.
   StrategyValues ValuesOf(size_t s, int left_out,
                           const StrategyValues& defaults) const {
     if (!request_.tune) return defaults;
@@ -169,8 +169,8 @@ class Maker {
     }
   }
 
-  // The errors of every strategy with the values chosen without a recording:
-  // the "points" among which the strategy is chosen.
+  // The best strategy on all recordings except `left_out`, each with the values
+  // chosen on these: one point of BestPoint per strategy.
   std::optional<size_t> BestStrategy(int left_out) const {
     std::vector<PointErrors> recordings(request_.recordings.size());
     for (size_t s = 0; s < request_.strategies.size(); ++s) {
@@ -209,7 +209,7 @@ class Maker {
 
 // ---- Output
 
-// One strategy on all recordings on which it ran.
+// Mean error of one strategy by recording; no value where it could not be run.
 BatchColumn StudyMeans(const Study& study, size_t s) {
   BatchColumn column;
   for (const StudyRecording& recording : study.recordings) {
@@ -269,7 +269,7 @@ std::string VerdictSentences(const Study& study) {
   return text;
 }
 
-// By strategy: mean, difference, and number of recordings.
+// A row per strategy: mean, difference, and number of recordings.
 Table StrategyTable(const Study& study) {
   Table table(
       {"strategy", "held-out, px", "to baseline, px", "better / same / worse"});

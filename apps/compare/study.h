@@ -58,7 +58,7 @@ struct Study {
   // Chosen on all recordings, for future ones; nullopt: none could be run.
   std::optional<size_t> best;
   StrategyValues best_values;
-  // Of the first recording, the basis of recommended.toml.
+  // Options of the first recording, on which recommended.toml is based.
   RunOptions options;
   double rate_hz = 0.0;
 };
@@ -95,7 +95,7 @@ std::string StudyJson(const Study& study);
 // recommended.toml: the configuration with the best strategy; its header states
 // for how many recordings it holds. Empty if there is no best one.
 std::string StudyToml(const Study& study);
-// For a terminal.
+// The summary printed on a terminal.
 std::string StudyDigest(const Study& study, const std::string& folder);
 
 }  // namespace kinegraph

@@ -34,7 +34,7 @@ double Ratio(const RatioUnit& unit) {
   return unit.weight > 0.0 ? unit.sum / unit.weight : kNan;
 }
 
-// The first least one; 0 if all were refused.
+// Index of the first point with the least mean error; 0 if all were refused.
 size_t Least(const std::vector<RatioUnit>& errors) {
   size_t best = 0;
   for (size_t i = 1; i < errors.size(); ++i) {
@@ -169,7 +169,7 @@ GridErrors ScoreGrid(const Comparison& comparison, const Strategy& strategy,
       }
     }
   }
-  // Those of the shared recording.
+  // If the folds share one recording, its errors hold for all of them.
   grid.errors.resize(folds, grid.errors.front());
   return grid;
 }

@@ -89,7 +89,7 @@ Json EventsJson(const FootEvents& events) {
   return json;
 }
 
-// Over the matched events: mean and mean absolute value [s].
+// Mean and mean absolute value of the matched events' differences [s].
 std::pair<double, double> MeanOf(const std::vector<TimedEvent>& events) {
   std::vector<double> differences, sizes;
   for (const TimedEvent& event : events) {

@@ -10,7 +10,7 @@ function(embed name path)
 endfunction()
 
 function(embed_text name content)
-  # Compilers limit the length of one literal; pieces side by side are joined.
+  # Compilers limit the length of one literal but join adjacent ones.
   string(LENGTH "${content}" length)
   set(literal "")
   set(at 0)

@@ -1,10 +1,9 @@
-# The modules of the page's script, each after those that it uses: values and
-# events below, drawing above them, the page on top.
+# The modules of the page's script, each after those that it imports.
 set(page_modules data playback scene pictures panels charts summary identity keep page)
 
-# Joins them into one script: a browser loads no module from a page on disk. Their
-# names share one scope then, so what `import` and `export` say is checked by a
-# test (tests/apps/report/modules_test.cc), and dropped here.
+# Joins them into one script, because browsers do not load modules for a page
+# opened from disk. The modules then share one scope; `import` and `export` are
+# removed here and checked by tests/apps/report/modules_test.cc.
 function(join_modules folder result)
   set(script "'use strict';\n(function () {\n")
   foreach(module ${page_modules})

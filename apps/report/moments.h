@@ -29,18 +29,18 @@ struct Moment {
   std::string detail;  // the joint, bone or view
 };
 
-// Those of one kind that stand out from the whole recording, the worst first;
-// at most one per person within half a second. Values that are large throughout
-// do not stand out: the threshold lies above the upper quartile by three times
-// the distance of the quartiles (Tukey 1977, "far out"). Of normal values one
-// in 850,000 exceeds it.
+// Of `moments`, all of one kind, at most `count` that stand out from the whole
+// recording, the worst first, and at most one per person within half a second.
+// The threshold is the upper quartile plus three times the interquartile range
+// (Tukey 1977, "far out"), so that values that are large throughout do not
+// stand out. Of normal values one in 850,000 exceeds it.
 std::vector<Moment> Largest(std::vector<Moment> moments, size_t count);
 
 // One per person and frame: the largest change of a joint's velocity, the
 // largest deviation of a bone.
 std::vector<Moment> SpeedJumps(const TrackSequence& tracks);
 std::vector<Moment> BoneDeviations(const TrackSequence& tracks);
-// Of identities, within the recording.
+// Where identities start after the first frame or end before the last.
 std::vector<Moment> StartsAndEnds(const TrackSequence& tracks);
 
 // Mean distance over shared joints to the nearest person of the other result;

@@ -25,8 +25,8 @@ size_t WritePage(const std::string& title, const std::string& data_json,
 
 std::string Base64(std::string_view bytes);
 
-// The numbers as in memory. Pages read them as little-endian, like every
-// supported machine.
+// The bytes of the numbers as in memory. Pages read them as little-endian,
+// which every supported machine is.
 template <typename Number>
 std::string Base64(const std::vector<Number>& numbers) {
   return Base64(std::string_view(reinterpret_cast<const char*>(numbers.data()),

@@ -189,7 +189,7 @@ class PageMaker {
   void AddAngles(const TrackSequence& tracks, Json* json);
   void AddMoments(size_t r, std::vector<Moment> moments);
   Json DetectionsJson() const;
-  // With their images and videos.
+  // The cameras with their images and videos.
   Json CamerasJson();
   void FindUp(const TrackSequence& lead);
   Json PicturesJson(const std::map<int64_t, std::string>& pictures);
@@ -439,7 +439,8 @@ Json PageMaker::DetectionsJson() const {
       }
     }
   }
-  // Pixels outside the image to the left or above are shown at its edge.
+  // Coordinates are stored without sign: joints left of or above the image are
+  // shown at its edge.
   const double quantum = std::max(0.1, largest / 65000.0);
   std::vector<uint16_t> counts;
   std::vector<uint16_t> xy;

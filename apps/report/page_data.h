@@ -18,7 +18,7 @@
 
 namespace kinegraph {
 
-// If neither the video nor the tracks have one.
+// Assumed frame rate if neither the video nor the tracks have one.
 inline constexpr double kFallbackRateHz = 25.0;
 
 // A video behind a panel.

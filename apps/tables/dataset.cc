@@ -234,7 +234,8 @@ std::optional<Benchmark> OfficialSet(const std::string& root, BenchmarkSet set,
       {frames},
       shelf ? ShelfProtocol() : CampusProtocol()};
   std::vector<Method> methods = shelf ? ShelfMethods() : CampusMethods();
-  // The frames before the first exist; none needs to be repeated.
+  // The official data have the frames before the first scored one, so methods
+  // that repeat the first frame are left out or do not repeat it.
   const auto is_warmed = [](const Method& method) {
     return method.name == "paper mode, text, warmed up";
   };

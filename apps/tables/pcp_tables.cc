@@ -157,7 +157,7 @@ std::string DifferenceCell(const ScoredRow& row, const Score& score) {
 // Counts and intervals of every row under one conversion and rule.
 std::string CountsTable(const std::vector<ScoredRow>& rows, HeadConversion head,
                         EndpointRule rule, const PublishedTable* published) {
-  // Those of the printed columns, even without annotations.
+  // The actors of the printed columns, whether or not they are annotated.
   const std::vector<int64_t>& actors =
       rows.front().scores.front().pcp.protocol.headline_actors;
   Table table(RowOf("method", "detections", CellsOf(actors, ActorName),

@@ -48,7 +48,7 @@ TrackedBenchmark TrackBenchmark(const BenchmarkData& data,
                                 const Benchmark& benchmark, Progress* progress);
 int64_t RowCount(const Benchmark& benchmark);
 
-// Between the means of actors [% PCP], paired on the same frames.
+// Difference between two means of actors [% PCP], paired on the same frames.
 struct PcpDifference {
   double value = 0.0;
   Interval interval;
@@ -60,7 +60,7 @@ struct PcpDifference {
 PcpDifference DifferenceOf(const PcpResult& pcp, const PcpResult& baseline,
                            PcpGroup group = PcpGroup::kTotal);
 
-// Of parts: correct, all, percentage.
+// Numbers of correct parts and of all parts, and the percentage.
 Json PartsJson(const Share& share);
 
 // PCP by actor: the printed rows with every measured row under the paper's head

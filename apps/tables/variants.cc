@@ -182,7 +182,7 @@ Cells SweepCells(const Sweep& sweep) {
       told.empty() ? "no value" : told};
 }
 
-// For one benchmark.
+// The sensitivity of one benchmark's recordings.
 TableOutput SweepTable(const std::string& title,
                        const std::vector<Sweep>& sweeps,
                        const std::string& figure) {

@@ -17,8 +17,8 @@
 
 namespace kinegraph {
 
-// Greatest distance at which a found person matches a true one [m] (design:
-// covered, identity, one-to-one PCP, held-out pairing).
+// Greatest mean distance over joints at which a found person matches a true one
+// [m]: in coverage, identity scores, one-to-one PCP and held-out errors.
 inline constexpr double kPersonGateM = 0.5;
 inline constexpr double kNoGate = std::numeric_limits<double>::infinity();
 

@@ -20,7 +20,7 @@ struct Motion {
 };
 using OptionalMotion = std::optional<Motion>;
 
-// For one joint of one person, one entry per frame.
+// Motion of one joint of one person, one entry per frame.
 struct JointMotion {
   std::vector<OptionalMotion> truth, found;
 };

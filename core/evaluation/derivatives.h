@@ -19,7 +19,7 @@ struct DerivativeOptions {
   Eigen::Vector3d up = Eigen::Vector3d::UnitZ();  // in the world
 };
 
-// Over the frames of one joint, or of all joints.
+// Errors over the frames of one joint, or of all joints.
 struct DerivativeErrors {
   int64_t count = 0;
   double velocity_rms_m_s = 0.0;

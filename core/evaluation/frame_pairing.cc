@@ -363,7 +363,8 @@ std::vector<std::string> NumberFramesLike(const TrackSequence& lead,
   std::vector<TrackFrame> frames;
   for (const FramePair& pair : pairing.pairs) {
     if (pair.truth == nullptr) continue;
-    // A clock that jitters by more than half a frame.
+    // Where the clock jitters by more than half a frame, two frames can have
+    // the same number; the first is kept.
     if (!frames.empty() && frames.back().frame == pair.frame) continue;
     frames.push_back(*pair.truth);
     frames.back().frame = pair.frame;

@@ -90,7 +90,7 @@ struct Consistency {
   double nees_per_dof = 0.0;
 };
 
-// For the joints of one status.
+// Consistency of the joints of one status.
 struct ConsistencyRow {
   JointStatus status = JointStatus::kObserved;
   // Errors of joints with a position, with or without covariance.

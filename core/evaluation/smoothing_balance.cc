@@ -19,8 +19,8 @@ constexpr double kLongestGapS = 0.1;
 constexpr double kMostMissing = 0.2;
 // A detection farther from the triangulation is of another joint or person.
 constexpr double kGateM = 0.25;
-// Tested are errors of one camera fewer than the user's, so the limit lies
-// above the quarter that is promised.
+// Limit of error / attainable error. It is above the 1.25 that is reported,
+// because the tested estimates lack one of the user's cameras.
 constexpr double kExcess = 1.35;
 constexpr int64_t kFewest = 4;  // segments
 
@@ -101,7 +101,8 @@ MeanAndVariance MeanOf(const std::vector<double>& values) {
 }
 
 // One-sided 99 % quantile of Student's t for the mean of `count` values, never
-// too small from 4 on (exact: 4.54 of 4, 3.00 of 8, 2.60 of 16, 2.33 of many).
+// too small from 4 on (exact: 4.54 for 4, 3.00 for 8, 2.60 for 16, 2.33 for
+// many).
 double LeastSigmas(int64_t count) {
   return 2.33 + 6.7 / static_cast<double>(count - 1);
 }
@@ -198,7 +199,8 @@ void SmoothingSpectra::Add(const JointTraces& reference, const JointTraces& raw,
     if (of_raw == raw.end() || of_smoothed == smoothed.end()) continue;
     const int64_t end =
         of_reference.begin + static_cast<int64_t>(of_reference.points.size());
-    // The same segments in every view.
+    // Segments begin at multiples of half their length, so that every view has
+    // the same ones.
     int64_t first =
         (of_reference.begin + half_ - 1) / half_ * static_cast<int64_t>(half_);
     for (; first + length <= end; first += half_) {
@@ -269,7 +271,7 @@ SmoothingBalance SmoothingSpectra::OfJoint(int joint) const {
   double error = 0.0;
   double removed = 0.0;
   double attainable = 0.0;
-  double uncorrelated = 0.0;  // with the motion
+  double uncorrelated = 0.0;  // sum of E[a* a] - |E[u* a]|
   std::vector<double> excess(segments.size(), 0.0);
   for (size_t b = 0; b < static_cast<size_t>(band_count_); ++b) {
     const MeanAndVariance motion =

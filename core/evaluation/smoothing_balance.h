@@ -71,8 +71,10 @@ struct SmoothingBalance {
   double attainable_m = 0.0;
   Excess excess = Excess::kNoiseKept;
   // Whether the error is significantly (99 %) greater than 1.35 times the
-  // attainable one. With all cameras that is a quarter or more: by the truth in
-  // 99 % of such joints (research/cutoff_rules prints the count).
+  // attainable one. It is that of an estimate without one camera; the estimate
+  // from all cameras then exceeds its attainable error by a quarter or more,
+  // according to the truth for 99 % of such joints (research/cutoff_rules
+  // prints the count).
   bool is_excessive = false;
 };
 
@@ -91,7 +93,7 @@ class SmoothingSpectra {
   // Adds the spectra of other cameras.
   void Merge(const SmoothingSpectra& other);
 
-  // Of that joint of all people. The excess is noise kept where
+  // The balance of that joint of all people. The excess is noise kept where
   // E[a* a] - |E[u* a]|, which is 0 for the Wiener filter and for any that
   // removes or delays motion alone, is more than half of it.
   SmoothingBalance OfJoint(int joint) const;

@@ -11,8 +11,8 @@ namespace kinegraph {
 // mean square of what is left (positive and negative frequencies together).
 class TaperedTransform {
  public:
-  // `length` >= 2 samples; bins `first` .. length / 2, of `first` >= 1. Bin k
-  // has the frequency k rate / length.
+  // `length` >= 2 samples; computes the bins `first` .. length / 2, `first` >=
+  // 1. Bin k has the frequency k rate / length.
   explicit TaperedTransform(int length, int first = 1);
 
   int length() const { return static_cast<int>(trend_.size()); }

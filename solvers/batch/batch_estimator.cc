@@ -127,8 +127,8 @@ class BatchEstimator final : public Estimator {
       solution->records = std::move(records_);
       notes_->Keep(solution);
     }
-    // The estimator lives until its final poses are written, which may wait for
-    // other people; frees everything else.
+    // This object lives until its final poses are written, which may wait for
+    // other people; the rest of its memory is freed now.
     recording_ = {};
     stated_bones_.clear();
     noise_.reset();
@@ -218,8 +218,8 @@ class BatchEstimator final : public Estimator {
     return solution;
   }
 
-  // From the residuals after the stage. Returns false, without scaling, if
-  // the scale changes by no more than the share `least_change`.
+  // Scales all sigmas to fit the residuals after the stage. Returns false,
+  // without scaling, if they would change by a share of `least_change` or less.
   bool RescaleNoise(const SolveStage& stage, double least_change) {
     const double correction = InformationCorrection(stage.loss, stage.scale);
     const auto covariances = solver_.StateCovariances(recording_, correction);
@@ -253,7 +253,7 @@ class BatchEstimator final : public Estimator {
     }
   }
 
-  // From the frames where the estimates without bones are reliable.
+  // Learns the bones from the estimates without bones.
   void AddBones() {
     PersonBones bones(scene_, options_);
     bones.SetLasting(noise_->correlation());
@@ -273,7 +273,7 @@ class BatchEstimator final : public Estimator {
     if (notes_->expects_another_pass()) {
       return solver_.JointCovariances(recording_);
     }
-    // Bones that could not be solved are left out.
+    // Bones are empty if their solve failed; covariances must not include them.
     const bool held = !recording_.bones.empty();
     if (held) std::swap(recording_.bones, stated_bones_);
     covariances = solver_.Covariances(recording_);
@@ -296,11 +296,11 @@ class BatchEstimator final : public Estimator {
   void WriteFinals() {
     std::vector<std::vector<Eigen::Matrix3d>> covariances = Covariances();
     const std::vector<std::vector<int>> inliers = Inliers();
-    // Poses take as much memory as the measurements, which only weights still
-    // need.
+    // The final poses take as much memory as the measurements, which are still
+    // needed only where poses contain the weights.
     if (scene_.kept_matches != KeptMatches::kWeights) {
       for (JointChain& chain : recording_.joints) {
-        // Releases the memory.
+        // clear() would keep the memory.
         chain.measurements = decltype(chain.measurements)();
       }
     }

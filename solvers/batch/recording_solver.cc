@@ -346,7 +346,8 @@ void RecordingSolver::SolveTogether(PersonProblem* recording) {
         solver->Refine(part);
       },
       recording);
-  // A single chunk is the whole recording, which then has no bones.
+  // A single chunk is the whole recording. If its solve dropped the bones, so
+  // does the recording; with several chunks only KeptBones() reports it.
   const bool as_a_whole = without_bones_.size() == 1;
   if (as_a_whole && without_bones_[0]) recording->bones.clear();
 }

@@ -33,11 +33,12 @@ struct Chunk {
   size_t own_end = 0;
 };
 
-// By times and counts of measurements: chunks whose own frames span about
-// `chunk_s` [s]; a single chunk if it is 0 or the recording is not much longer.
-// The overlap is 1.1 s on each side (over which a change in one frame affects
-// others; 28 frames at 25 Hz), and up to 5.5 s where a joint is measured in
-// less than half of that.
+// Chunks of equal duration, at least `chunk_s` and less than twice that [s]; a
+// single chunk if it is 0 or the recording is shorter than 2 `chunk_s`. Depends
+// only on times and on which frames measure which joints. The overlap is 1.1 s
+// on each side (over which a change in one frame affects others; 28 frames at
+// 25 Hz), and up to 5.5 s where a joint is measured in fewer than half of these
+// frames.
 std::vector<Chunk> MakeChunks(const PersonProblem& problem, double chunk_s);
 
 // The result for a chunk's own frames, of all joints.
@@ -92,7 +93,7 @@ class RecordingSolver {
   // SolveTogether kept; empty for a joint where they are not positive definite.
   std::vector<std::vector<Eigen::Matrix3d>> Covariances(
       const PersonProblem& recording);
-  // The same with each joint treated independently.
+  // Covariances of positions with each joint treated independently.
   std::vector<std::vector<Eigen::Matrix3d>> JointCovariances(
       const PersonProblem& recording);
   // Covariances of whole states, with the information times `correction`.

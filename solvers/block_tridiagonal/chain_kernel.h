@@ -1,4 +1,4 @@
-// The arithmetic of chain_lanes.h, templated on the SIMD type
+// The arithmetic of LaneKernels (chain_lanes.h), templated on the SIMD type
 // (core/base/pack.h). Included by files that are compiled for one instruction
 // set each, so it must not use Eigen.
 //

@@ -27,7 +27,7 @@ struct ChainLanes {
   // none.
   const double (*centres)[4] = nullptr;  // [frames], not per lane
 
-  // Views of frame k are views[first_view[k]] .. [first_view[k + 1]].
+  // Views of frame k have the indices first_view[k] .. first_view[k + 1] - 1.
   const int* first_view = nullptr;
   const LaneFrameView* views = nullptr;
   const double* x_px = nullptr;         // [views][lanes]

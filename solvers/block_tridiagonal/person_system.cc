@@ -72,8 +72,8 @@ struct PointCoupling {
 struct PersonSystem {
   std::vector<LinearChain> chains;
   std::vector<std::vector<PointCoupling>> couplings;  // by frame
-  // Of the person's prior; the joints' own blocks are in the chains. Empty
-  // without a prior.
+  // Blocks of the person's prior between joints; their own are in the chains.
+  // Empty without a prior.
   Eigen::MatrixXd prior_coupling;
 };
 
@@ -264,7 +264,8 @@ class FrameInversion {
                            next == nullptr ? nullptr : next->data()});
   }
 
-  // From the message of later frames to frame k, that to frame k - 1.
+  // Computes the message to frame k - 1 from the message of later frames to
+  // frame k.
   bool PassBack(size_t k, const LaneBuffer& message, LaneBuffer* next) {
     std::copy_n(message.data(), rows_ * rows_, pivot_.data());
     AddDiagonal(k, &pivot_);
@@ -304,7 +305,8 @@ class FrameInversion {
     return true;
   }
 
-  // From the message of earlier frames to frame k, that to frame k + 1.
+  // Computes the message to frame k + 1 from the message of earlier frames to
+  // frame k.
   bool PassOn(size_t k) {
     std::swap(pivot_, earlier_);
     AddDiagonal(k, &pivot_);
@@ -330,7 +332,8 @@ class FrameInversion {
     return true;
   }
 
-  // Y Y' of six rows that are zero before their own column.
+  // Y Y' of rows row .. row + 5 of the matrix Y in coupling_; column `row` is
+  // the first in which they are not zero.
   Matrix6d SquareOfRows(size_t row) const {
     Matrix6d square = Matrix6d::Zero();
     for (size_t column = row; column < rows_; ++column) {
@@ -346,8 +349,7 @@ class FrameInversion {
   const PersonSystem& system_;
   const size_t frame_count_;
   const size_t size_;  // numbers per frame
-  // Of a square, with padding.
-  const size_t rows_;
+  const size_t rows_;  // rows of a square, with padding
   std::map<size_t, Eigen::MatrixXd> user_diagonal_;  // by frame
   std::map<size_t, Eigen::MatrixXd> user_below_;     // by the earlier frame
   // Squares of rows_ x rows_, of which only the lower triangle is used.

@@ -351,7 +351,8 @@ class CeresSolver::Graph {
     options_.parameter_tolerance = 1e-4 * step_tolerance_m;  // rounding
     ceres::Solve(options_, problem_.get(), &summary_);
     if (summary_.iterations.empty()) {
-      // The last step of the solve that provided the start led behind a camera.
+      // No iteration: the cost is undefined at the start, because the last step
+      // of the solve that provided it led behind a camera.
       for (JointChain& chain : person->joints) GateMeasurements(&chain);
       Load(*person, stage);
       ceres::Solve(options_, problem_.get(), &summary_);

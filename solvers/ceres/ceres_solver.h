@@ -40,7 +40,7 @@ class CeresSolver {
   std::unique_ptr<Graph> graph_;
 };
 
-// The same with a temporary solver.
+// CeresSolver::Solve with a temporary solver.
 SolveReport SolveWithCeres(const SolveSchedule& schedule,
                            PersonProblem* problem);
 

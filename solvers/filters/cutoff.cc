@@ -42,7 +42,7 @@ std::vector<double> Residuals(const LowPass& low_pass, const Samples& values) {
   return residuals;
 }
 
-// In hundredths of the rate; so is Jackson's.
+// The cut-off in hundredths of the rate, as that of Jackson() below.
 double Winter(const std::vector<double>& residuals) {
   constexpr int kLineFrom = 25;
   double mean_x = 0.0;

@@ -20,8 +20,8 @@ struct JointSegment {
   std::vector<double> times_s;  // ascending, since the track's first frame
   Samples positions_m;          // n x 3, world; linear between samples
   std::vector<char> sampled;    // else bridged
-  // Of the samples [m^2]; one per frame, undefined where not sampled or not
-  // requested.
+  // Covariances of the samples [m^2], one per frame; undefined where not
+  // sampled or not requested.
   std::vector<Eigen::Matrix3d> covariances_m2;
   JointClass joint_class = JointClass::kOther;
   // The cut-off of the whole body [Hz], if a rule has already chosen it; else

@@ -100,7 +100,7 @@ enum class FilterSignal {
   kSpeed,  // differences from frame to frame, then summed up again
 };
 
-// For both recursive low-passes.
+// Options of butterworth and critically_damped.
 struct ButterworthOptions {
   int64_t order = 2;  // of each of the two passes
   CutoffChoice choice = CutoffChoice::kFixed;
@@ -123,7 +123,7 @@ struct SavitzkyGolayOptions {
   void Describe(OptionVisitor& visitor);
 };
 
-// For all curves that balance misfit against roughness.
+// Options of all curves that balance misfit against roughness.
 struct SmoothingSplineOptions {
   CutoffChoice choice = CutoffChoice::kGcv;
   double cutoff_hz = 4.0;  // amplitude halved; choice "cutoff"
@@ -136,14 +136,14 @@ struct SmoothingSplineOptions {
 
 struct WhittakerOptions {
   int64_t order = 2;                  // of the differences
-  SmoothingSplineOptions smoothness;  // uses those of the spline
+  SmoothingSplineOptions smoothness;  // those of smoothing_spline
 
   // Table [filters.whittaker], without the smoothness.
   void Describe(OptionVisitor& visitor);
 };
 
 struct LoessOptions {
-  // Of the samples that a polynomial is fitted to, at most.
+  // Greatest span of the samples to which a polynomial is fitted.
   double window_s = 0.4;
   int64_t degree = 2;
   int64_t iterations = 2;  // reweighted fits

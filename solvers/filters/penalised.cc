@@ -318,7 +318,7 @@ std::unique_ptr<PenalisedCurve> MakeCubicSpline(
 }
 
 double PenalisedCurve::BestLambda() const {
-  // In steps of a tenth of a decade of the cut-off.
+  // Searches the cut-off on a logarithmic grid, ten steps a decade.
   const double log_cutoff = LeastOnGrid(
       -3.0, std::log10(0.5), 0.1,
       [this](double x) { return Gcv(LambdaOfFrames(std::pow(10.0, x))); });

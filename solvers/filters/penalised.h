@@ -44,7 +44,7 @@ class PenalisedCurve {
   double step() const { return step_; }
 
  private:
-  // In cycles per frame.
+  // Cut-offs in cycles per frame.
   virtual double LambdaOfFrames(double cutoff) const = 0;
   virtual double CutoffInFrames(double lambda) const = 0;
 

@@ -17,7 +17,8 @@ namespace kinegraph {
 // Regression and Generalized Linear Models, section 2.3). `times_s` ascend and
 // may be non-uniform; the ends need no padding. lambda_s3 >= 0 [s^3]. Linear
 // outside the times. Fewer than three values: the line through them, or the
-// value. Its derivatives there, per s and s^2, are written where requested.
+// value. The derivatives of f at `at_s`, per s and s^2, are written if
+// requested.
 Samples SmoothingSpline(double lambda_s3, const std::vector<double>& times_s,
                         const Samples& values, const std::vector<double>& at_s,
                         Samples* velocities = nullptr,

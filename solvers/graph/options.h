@@ -80,12 +80,13 @@ struct GraphOptions {
   // whole recording (batch), or of the frames final so far (window).
   bool estimate_noise_scale = true;
 
-  // Learnt from the recording (solvers/noise) for each person. Pixel noise:
-  // size of the errors by class of joint and their correlation time, with
-  // sigma_px as the prior, instead of the three fields above, and the
-  // dependence on confidence (solvers/noise/frame_points.h), with
-  // confidence_power as the prior. Process noise: over time and by class of
-  // joint, instead of the table.
+  // What is learnt for each person (solvers/noise). Pixel noise: the size of
+  // the errors by class of joint, with sigma_px as the prior, and their
+  // correlation time, which replace correlation_time_s, information_scale and
+  // estimate_noise_scale; and the dependence on confidence
+  // (solvers/noise/frame_points.h), with confidence_power as the prior. Process
+  // noise: its power over time and by class of joint, which replaces the table
+  // process_noise.
   NoiseFrom pixel_noise_from = NoiseFrom::kRecording;
   NoiseFrom process_noise_from = NoiseFrom::kRecording;
 

@@ -127,7 +127,7 @@ struct PersonPrior {
   Eigen::VectorXd x0;
   Eigen::VectorXd b;
   Eigen::MatrixXd information;  // A'A
-  // The same for covariances, as in StatePrior::A_stated.
+  // The information for covariances, as in StatePrior::A_stated.
   Eigen::MatrixXd stated;
 
   bool empty() const { return A.size() == 0; }
@@ -141,7 +141,7 @@ struct JointChain {
   std::vector<double> process_noise;
   StatePrior prior;   // on states.front()
   StateChain states;  // one per frame; start and result of a solve
-  // Measurements of frame k are measurements[first[k]] .. [first[k + 1]].
+  // Measurements of frame k have the indices first[k] .. first[k + 1] - 1.
   std::vector<int32_t> first = {0};
   std::vector<PixelMeasurement> measurements;
 };

@@ -18,7 +18,7 @@ struct SolveCounts {
   int64_t sweep_iterations = 0;  // of the block-tridiagonal solver
   int64_t ceres_problems = 0;    // ceres::Problem objects solved
   int64_t ceres_iterations = 0;
-  // Decrease of the cost from the start to Ceres' result [1e-6].
+  // Decrease of the cost from the start to Ceres' result, in millionths.
   int64_t ceres_decrease_millionths = 0;
 
   // Failures.
@@ -35,7 +35,7 @@ struct SolveCounts {
   SolveCounts& operator+=(const SolveCounts& other);
 };
 
-// All counts, for code that treats them alike.
+// Every member, for code that handles all counts in one loop.
 inline constexpr int64_t SolveCounts::*kSolveCounts[] = {
     &SolveCounts::solves,
     &SolveCounts::sweep_iterations,

@@ -262,7 +262,7 @@ ViewBias::OfJoint BiasSeries::FitJoint(size_t name_idx, bool always) const {
     result.used = always;
     return result;
   }
-  // Of the sum over blocks.
+  // Standard error of the sum over blocks.
   const double n = count;
   result.gain_error =
       std::sqrt(std::max(0.0, (squares - sum * sum / n) * n / (n - 1.0)));
@@ -303,7 +303,8 @@ ViewBias BiasSeries::FitSolved(bool always) const {
       taken += 3.0 * static_cast<double>(block[i].looks);
     }
     if (!(numbers > 0.0)) continue;
-    // With two or more views at least a quarter remains.
+    // A position absorbs 3 of the 2 n numbers of n views: with two or more
+    // views at least a quarter remains.
     const double larger = numbers / (numbers - taken);
     for (double& coefficient : bias.joints[i].across_m) coefficient *= larger;
     for (double& coefficient : bias.joints[i].along_m) coefficient *= larger;

@@ -108,8 +108,8 @@ class BiasSeries {
   // at least one per cent and significantly positive: the lower 97.5 % limit
   // over segments.
   ViewBias Fit(bool always) const;
-  // The same where the positions were solved from the same views and have
-  // absorbed part of the bias: a bias lasts longer than neighbouring frames
+  // Fit() where the positions were solved from the same views and have absorbed
+  // part of the bias: a bias lasts longer than neighbouring frames
   // could correct, so a position absorbs 3 of the 2 n numbers that its n views
   // contribute. The residuals have kept the share 1 - 3 / (2 n), and
   // coefficients are scaled up accordingly.

@@ -485,9 +485,9 @@ std::vector<KnownBone> BoneLengths::Known() const {
 }
 
 std::optional<double> BoneLengths::Length(int bone_idx) const {
-  // One independent observation, accurate to 4 cm, per correlation time of a
-  // detector's errors [s].
-  constexpr double kLook = 0.2;
+  // Observations count as one independent one, accurate to kLookSigma, per
+  // kLook, the correlation time of a detector's errors.
+  constexpr double kLook = 0.2;           // s
   constexpr double kLookSigma = 0.04;     // m
   constexpr double kEnoughSeconds = 1.0;  // without a population's length
   const Seen& seen = seen_[counted_as_[bone_idx]];

@@ -80,13 +80,13 @@ class BoneSpreads {
  private:
   static constexpr size_t kMaxLooks = 1024;
 
-  // Of one bone.
+  // The observations of one bone.
   struct Seen {
     std::vector<BoneObservation> looks;
     int64_t stride = 1;  // one observation in `stride` is kept
     int64_t count = 0;   // of all observations
   };
-  // Of one bone's own observations.
+  // The result of one bone's own observations.
   struct Summary {
     int64_t at_count = 0;  // number of observations when computed
     bool known = false;

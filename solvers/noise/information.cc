@@ -57,7 +57,7 @@ double Integral(const Power& power) {
   return sum;
 }
 
-// In units of R h S(w_c).
+// Integrals over u = w / w_c in units of R h S(w_c).
 struct WhitePowers {
   double passed = Integral(Passed);  // of the errors
   // Of the motion: (1 - H)^2 / u^4.
@@ -315,15 +315,15 @@ void LagLearner::Add(const std::vector<LagSample>& samples) {
 }
 
 LagLearner::Ratios LagLearner::Fit() const {
-  // Prior: as if this many values had been as expected.
+  // Prior: this many values with the expected variances.
   constexpr double kPrior = 30.0;
   // A ratio above one is due to outliers, or to a different correlation of the
   // errors, which is no evidence on frequencies below the crossover.
   constexpr double kLeastNoise = 0.5;
   constexpr double kMostNoise = 1.0;
   constexpr double kMostLag = 4.0;
-  // Of the squared norm of three normal values. Medians are insensitive to
-  // outliers.
+  // Median of the squared norm of three normal values. Medians are insensitive
+  // to outliers.
   constexpr double kMedian = 2.366;
   if (first_.empty()) return {};
   const double first =

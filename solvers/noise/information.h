@@ -58,7 +58,7 @@ struct Leftover {
   // people move smoothly (Flash and Hogan 1985).
   double noise_m2 = 0.0;
   double lag_m2 = 0.0;
-  // The same for the residuals of the first pass: (1 - H) of both.
+  // Variances of the residuals of the first pass: (1 - H) of both spectra.
   double first_noise_m2 = 0.0;
   double first_lag_m2 = 0.0;
 };
@@ -130,9 +130,10 @@ class LagLearner {
   double count_ = 0.0;  // of independent values
   // Residuals of the first pass relative to their expected noise, by sample.
   std::vector<float> first_;
-  // Sums over independent values: the residual there over its lag, and the
-  // expectation of the other part in both.
+  // Sums over independent values. Of the first pass: expected lag over expected
+  // noise.
   double first_lag_ = 0.0;
+  // Of the second pass, over the expected lag: residuals, and expected noise.
   double left_ = 0.0, left_noise_ = 0.0;
 };
 

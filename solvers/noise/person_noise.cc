@@ -387,7 +387,7 @@ void PersonNoise::ApplyProcessNoise(PersonProblem* problem) {
   for (int j = 0; j < joint_count(); ++j) {
     const int c = ClassOf(j);
     for (size_t k = 1; k < frames_.size(); ++k) {
-      // For an interval: the greater of its ends.
+      // An interval has the greater process noise of its two frames.
       const double q = std::max(frames_[k - 1].process_noise[j],
                                 frames_[k].process_noise[j]);
       problem->joints[j].process_noise[k - 1] = q;

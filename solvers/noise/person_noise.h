@@ -23,17 +23,17 @@ namespace kinegraph {
 struct AppliedNoise {
   struct Frame {
     TimeNs time = 0;
-    // By joint: of the located point, per axis.
+    // Variance of the located point per axis, by joint.
     std::vector<double> variance_m2;
     std::vector<double> process_noise;  // by joint [m^2/s^3]
-    // By joint, as far as computed (InformationDivisor).
+    // InformationDivisor by joint, as far as computed.
     std::vector<double> divisors;
   };
   struct ByClass {
     JointClassTable scale;   // on modelled sigmas
     JointClassTable level;   // of motion, ln over the usual
-    JointClassTable points;  // LagLearner's ratios
-    JointClassTable lag;
+    JointClassTable points;  // LagLearner::Ratios::noise
+    JointClassTable lag;     // LagLearner::Ratios::lag
   };
   std::vector<Frame> frames;
   LearntNoise learnt;

@@ -164,15 +164,15 @@ ErrorCorrelation CorrelationLearner::Fit() const {
   constexpr double kPrior = 60.0;
   constexpr double kPriorShare = 0.9;
   constexpr double kPriorTime_s = 0.1;
-  // Sixty steps up to a second, and on to ten; longer correlations are constant
-  // offsets.
+  // Candidate times: logarithmic steps, sixty from the shortest to a second and
+  // 35 more to ten seconds. Errors that last longer are constant offsets.
   constexpr double kShortest_s = 0.02;
   constexpr double kOneSecond = 1.0;
   constexpr int kSteps = 60;
   constexpr int kStepsToLongest = 95;
-  // Below it the noise is treated as white. White errors average out over
-  // frames and lasting ones do not, so at twice the frame rate half the share
-  // has the same effect.
+  // Least share of lasting errors, at kItsRateHz; below it the noise is treated
+  // as white. White errors average out over frames and lasting ones do not, so
+  // at twice the frame rate half the share has the same effect.
   constexpr double kLeastShare = 0.15;
   constexpr double kItsRateHz = 30.0;
   const double least_share = kLeastShare * std::min(1.0, frame_s_ * kItsRateHz);
@@ -295,7 +295,8 @@ bool CausalNoiseScale::AwaitTurn() {
 }
 
 void CausalNoiseScale::Add(const std::vector<double>& squares, double applied) {
-  constexpr size_t kCapacity = 4000;  // a minute at 17 joints, 4 views, 25 Hz
+  // With one frame in five (AwaitTurn), 17 joints, 4 views and 25 Hz: 12 s.
+  constexpr size_t kCapacity = 4000;
   for (const double square : squares) {
     const double unscaled = square * applied * applied;
     if (squares_.size() < kCapacity) {

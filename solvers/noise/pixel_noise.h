@@ -86,7 +86,7 @@ class CorrelationLearner {
   ErrorCorrelation Fit() const;
 
  private:
-  // Of pairs of residuals this many frames apart.
+  // Sums over the pairs of residuals that are a number of frames apart.
   struct Lag {
     double product = 0.0;
     double square = 0.0;

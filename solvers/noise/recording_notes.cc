@@ -137,8 +137,8 @@ void RecordingNotes::Forget(const SolvedPerson* person) {
 
 std::shared_ptr<LearntNoise> RecordingNotes::NewPerson() {
   const std::lock_guard<std::mutex> lock(mutex_);
-  // Merges people whose tracks have ended, so that memory stays bounded in an
-  // endless take.
+  // Merges people whose tracks have ended, so that memory stays bounded in a
+  // live stream.
   constexpr size_t kMany = 1024;
   if (people_.size() >= kMany) {
     std::vector<std::shared_ptr<LearntNoise>> kept;

@@ -58,7 +58,7 @@ class PersonSolver {
   std::vector<std::vector<Matrix6d>> BoneCovariances(
       const PersonProblem& problem, size_t frame_end);
 
-  // The same for joints without couplings.
+  // Covariances of the same frames for a problem without couplings.
   std::vector<std::vector<Matrix6d>> JointCovariances(
       const PersonProblem& problem, double correction, size_t frame_end);
 
@@ -75,7 +75,7 @@ class PersonSolver {
   void HandInCounts(int64_t first_frame, int64_t last_frame);
 
  private:
-  // Use of a solve: its result is kept, or only starts Ceres.
+  // Whether a solve's result is kept or only is the start of Ceres.
   enum class Result { kTakenOver, kOnlyAStart };
   // Counts a solve.
   void Note(const SolveReport& report, Result result);

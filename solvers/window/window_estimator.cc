@@ -187,8 +187,8 @@ class WindowEstimator final : public Estimator {
   }
 
   void SolveBones() {
-    // Learnt from estimates without bones, of frames that are about to become
-    // final.
+    // Bones are learnt from estimates without bones, of frames that are about
+    // to become final.
     const size_t end = DueEnd();
     for (size_t k = final_count_; k < end; ++k) bones_.AddFrame(problem_, k);
     std::vector<bool> placed(joint_count());
@@ -216,7 +216,8 @@ class WindowEstimator final : public Estimator {
     return end;
   }
 
-  // One factor on all sigmas of the window, changed only where it matters.
+  // Updates the factor on all sigmas of the window if it changes by 2 % or
+  // more.
   void LearnNoiseScale(const std::vector<double>& squares) {
     constexpr double kWorthIt = 0.02;
     learnt_scale_.Add(squares, noise_scale_);
@@ -308,8 +309,9 @@ class WindowEstimator final : public Estimator {
   std::vector<JointSupport> supports_;  // over frames that left the window
   int64_t first_frame_ = 0;             // of this person
   const size_t solve_every_;            // in frames
-  size_t unsolved_ = 0;                 // the newest of records_
-  // The first of records_, already emitted.
+  // Number of newest records_ added since the last solve.
+  size_t unsolved_ = 0;
+  // Number of oldest records_ that are already final.
   size_t final_count_ = 0;
   std::vector<FinalPose> finals_;
   Pose3d last_;

@@ -92,6 +92,6 @@ connect();
 applyTheme(dark());
 resize();
 window.requestAnimationFrame(tick);
-// For tests and for the console.
+// Interface for tests and the browser's console.
 window.kinegraph = { state: state, setFrame: setFrame, play: play, pause: pause, results: results, scene: state.scene, panels: panels, palette: PALETTE,
   svgPicture: svgPicture, pngUrl: pngUrl, corrections: corrections, correctionsText: correctionsText };

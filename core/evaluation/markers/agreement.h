@@ -25,9 +25,9 @@ struct PairedMotion {
 };
 
 // The truth's joints, interpolated between its samples, in each frame of the
-// tracks that its clock covers. Of several people `person`; in frames without
-// that person the nearest one, within half a metre, unless `only` that person
-// is requested. Covariances rotate with the tracks.
+// tracks that its clock covers. They are paired with `person`; in frames
+// without that identity with the nearest person within half a metre, unless
+// `only`. Covariances rotate with the tracks.
 PairedMotion PairMotion(const TrackSequence& truth, const JointPaths& paths,
                         const TrackSequence& tracks, TrackId person, bool only,
                         const JointPairs& joints, const ClockFit& clock,

@@ -115,11 +115,12 @@ double CoarseOffset(const JointPaths& truth, const JointPaths& tracks,
   constexpr double kStepS = 0.04;
   constexpr double kLeastCorrelation = 0.5;
   constexpr double kAlike = 0.999;  // more adds no information
-  // At least a second, or half of the shorter recording.
+  // Least overlap: a second, or half of the shorter recording if that is less.
   const SpeedGrid a(truth, kStepS, half_s), b(tracks, kStepS, half_s);
   const double least_frames = std::min(
       1.0 / kStepS, 0.5 * static_cast<double>(std::min(a.count, b.count)));
-  // Each shift costs one pass; an hour is searched in some seconds.
+  // Limits the number of shifts, each of which costs one pass over the speeds:
+  // searching an hour takes some seconds.
   constexpr double kMostWork = 4e9;
   const double pass = static_cast<double>(std::min(a.count, b.count)) *
                       static_cast<double>(a.joints);

@@ -24,7 +24,8 @@ class JointPaths {
   // linear; nullopt where one of the two adjacent samples is missing or they
   // are more than one and a half frames apart.
   std::optional<Eigen::Vector3d> At(double time_s, size_t joint) const;
-  // Over `half_s` to each side [m/s].
+  // Distance between the positions `half_s` before and after the time, over
+  // their difference in time [m/s].
   std::optional<double> Speed(double time_s, size_t joint, double half_s) const;
 
   const std::vector<double>& times_s() const { return times_s_; }
@@ -100,10 +101,11 @@ Alignment AlignRecordings(const TrackSequence& truth,
                           const TrackSequence& tracks,
                           const AlignRequest& request);
 
-// Its only person. Throws InputError without a file name for none or several.
+// The only person of `tracks`. Throws InputError without a file name for none
+// or several.
 TrackId OnlyPerson(const TrackSequence& tracks);
 
-// One joint for each of the pairs.
+// Paths of the truth's joints, one for each pair.
 JointPaths TruthPaths(const TrackSequence& truth, const JointPairs& joints);
 
 }  // namespace kinegraph

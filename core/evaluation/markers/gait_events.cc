@@ -60,7 +60,7 @@ class Finder {
       // NaN where the foot has no joints.
       swing_m = high_m >= low_m ? std::min(swing_m, high_m - low_m) : 0.0;
     }
-    // Both heels swing farther than in a squat or a jump.
+    // In walking both heels swing farther than in a squat or a jump.
     constexpr double kLeastSwingM = 0.3;
     result.is_walk = swing_m > kLeastSwingM;
     for (const Foot foot : {Foot::kLeft, Foot::kRight}) {

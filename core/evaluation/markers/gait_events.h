@@ -28,8 +28,8 @@ struct FootEvents {
   std::vector<FootEvent> events;  // by foot, ascending
 };
 
-// Of the first person of the frames; from heels and toes, or ankles where they
-// are missing. `up` is the world's. No events without ankles.
+// Events of the first person of the frames, from heels and toes, or ankles
+// where they are missing. `up` is the world's. No events without ankles.
 FootEvents FindFootEvents(const TrackSequence& motion,
                           const Eigen::Vector3d& up);
 

@@ -282,7 +282,7 @@ std::optional<Pelvis> PelvisOf(const Placed& placed, const Pose3d& points) {
   return pelvis;
 }
 
-// Of the right hip in the pelvis' axes [m]; the left one is its mirror image.
+// The right hip in the pelvis' axes [m]; the left one is its mirror image.
 Vector3d HipInPelvis(HipRule rule, const Pelvis& pelvis) {
   const double width_m = pelvis.width_m;
   if (rule == HipRule::kBell) {
