@@ -81,7 +81,7 @@ struct Take {
   std::string tracks;
 };
 
-TEST(Convert, OwnFormatsComeBackByteForByte) {
+TEST(Convert, OwnFormatsRoundTripByteForByte) {
   const TemporaryFolder folder;
   const Take recording(folder);
   for (const std::string& in :
@@ -92,7 +92,7 @@ TEST(Convert, OwnFormatsComeBackByteForByte) {
   }
 }
 
-TEST(Convert, RefinedCamerasKeepTheirRecordOrSaySo) {
+TEST(Convert, RefinementRecordIsKeptOrReportedLost) {
   const TemporaryFolder folder;
   const Take recording(folder);
   const std::string refinement =
@@ -113,7 +113,7 @@ TEST(Convert, RefinedCamerasKeepTheirRecordOrSaySo) {
   EXPECT_FALSE(fs::exists(folder.path() / "broken.json"));
 }
 
-TEST(Convert, FlagsTellWhatTheInputDoesNot) {
+TEST(Convert, FlagsSupplyUnitImageSizeAndFrameRate) {
   const TemporaryFolder folder;
   const std::string krt =
       folder.Write("krt.json",
@@ -148,7 +148,7 @@ TEST(Convert, FirstFrameOf4DAssociation) {
   EXPECT_EQ(tracks.frames[1].time, 320'000'000);
 }
 
-TEST(Convert, BadUsageIsOneLineAndExitTwo) {
+TEST(Convert, BadUsageGivesOneLineAndExitCodeTwo) {
   const TemporaryFolder folder;
   const Take recording(folder);
   const std::string out = folder.path() / "out";
@@ -211,7 +211,7 @@ TEST(Convert, BadUsageIsOneLineAndExitTwo) {
 }
 
 // The advice of each note is a command that runs and removes the note.
-TEST(Convert, PeopleOnTheirSideAndTheWayUp) {
+TEST(Convert, NotesTurnedWorldsAndTheUpDirection) {
   const TemporaryFolder folder;
   const std::string tracks = folder.path() / "take.jsonl";
   WriteTracks(tracks, testing::Walk());
@@ -243,7 +243,7 @@ TEST(Convert, PeopleOnTheirSideAndTheWayUp) {
 
 // Tracks in formats without stated axes are rotated on reading: a quarter turn
 // about x and its inverse cancel.
-TEST(Convert, AxesTurnTracksOfAnyFormat) {
+TEST(Convert, AxesRotateTracksOfAnyFormat) {
   const TemporaryFolder folder;
   const std::string tracks = folder.path() / "take.jsonl";
   TrackSequence walk = testing::Walk();
@@ -310,7 +310,7 @@ std::string FourthLineOf(const std::string& path) {
   return line;
 }
 
-TEST(Convert, MarkersAreNamedAsOthersNameThem) {
+TEST(Convert, ChoosesMarkerNamesAndPerson) {
   const TemporaryFolder folder;
   TrackSequence found;
   found.header.skeleton = Halpe26();

@@ -63,7 +63,7 @@ TEST(SoundRecordings, SingleFrameWithItsSwitchWarnsAboutNothing) {
             "");
 }
 
-TEST(SoundRecordings, WhereCamerasAreOffItIsSaid) {
+TEST(SoundRecordings, DisplacedCamerasGiveAWarning) {
   for (const std::string trial : {"single", "multi"}) {
     KINEGRAPH_DATA_OR_SKIP(data, "pose2sim/" + trial + "/pose");
     const std::string calibration =

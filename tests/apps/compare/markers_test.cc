@@ -104,7 +104,7 @@ class CompareWithMarkers : public testing::CommandTest {
   const SyntheticRecording recording_;
 };
 
-TEST_F(CompareWithMarkers, RanksAsTheTruthDoes) {
+TEST_F(CompareWithMarkers, RanksAsAgainstTheTruth) {
   const auto [dlt_mm, batch_mm] = Run("--markers='" + Markers() + "'");
   EXPECT_LT(batch_mm, dlt_mm);
   // The same markers on the cameras' clock and in their world: what aligning
@@ -122,7 +122,7 @@ TEST_F(CompareWithMarkers, RanksAsTheTruthDoes) {
       dlt_mm, 0.2 * dlt_mm);
 }
 
-TEST_F(CompareWithMarkers, RefusesWhatItCannotUse) {
+TEST_F(CompareWithMarkers, InvalidFlagsAndFilesAreRefused) {
   EXPECT_THAT(testing::Refusal("compare", Flags("--joints=x.toml")),
               HasSubstr("belongs to --markers"));
   EXPECT_THAT(

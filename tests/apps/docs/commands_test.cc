@@ -143,7 +143,7 @@ std::string NotPrinted(const std::string& shown, const std::string& printed) {
   return gap || next == lines.size() ? "" : "(the end)";
 }
 
-TEST(DocsOutput, TheWordsAndNearlyTheNumbers) {
+TEST(DocsOutput, MatchesWordsExactlyAndNumbersWithinTolerance) {
   const std::string printed = "301 frames\nview   error\ncam0   6.2\nend\n";
   EXPECT_EQ(NotPrinted("301 frames\n...\ncam0 6.3\nend\n", printed), "");
   EXPECT_EQ(NotPrinted("301 frames\n...\n", printed), "");
