@@ -32,7 +32,7 @@ class ReplayTest : public ::testing::TestWithParam<std::string> {
 };
 
 // Each input once exhausted memory or time, or crashed the program.
-TEST_P(ReplayTest, InputsThatOnceFailed) {
+TEST_P(ReplayTest, RegressionInputs) {
   const fs::path folder = ProjectFile("tests/fuzz/regressions") / GetParam();
   int count = 0;
   if (fs::is_directory(folder)) {

@@ -8,7 +8,7 @@
 namespace kinegraph::testing {
 namespace {
 
-TEST(ReducedToCentresTest, WhereOneSideHasACentroid) {
+TEST(ReducedToCentresTest, ReducesOnlyIfExactlyOneSideIsACentroid) {
   const Skeleton centroid("centroid", {"middle"}, {});
   const Skeleton box("box", {"top", "bottom"}, {});
   const auto poses = [](const Skeleton& skeleton, const Pose3d& pose) {

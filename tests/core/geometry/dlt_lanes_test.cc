@@ -105,7 +105,7 @@ void ExpectSame(const Points& points, int joint, bool exact,
   EXPECT_LT((point - alone.point_m).norm(), 1e-9);
 }
 
-TEST_P(DltLanes, AreTriangulateDlt) {
+TEST_P(DltLanes, EqualTriangulateDlt) {
   Random random(5);
   int settled = 0;
   int exact = 0;
@@ -148,7 +148,7 @@ TEST_P(DltLanes, AreTheSameOnEveryInstructionSet) {
   }
 }
 
-TEST_P(DltLanes, HandOnWhatIsNoNumber) {
+TEST_P(DltLanes, NaNPixelsAreLeftToTriangulateDlt) {
   Random random(7);
   Views views = RandomViews(4, &random);
   for (size_t v = 0; v < 4; ++v) {
@@ -158,7 +158,7 @@ TEST_P(DltLanes, HandOnWhatIsNoNumber) {
   EXPECT_LT(InLanes(views, GetParam()).found[0], 0.0);
 }
 
-TEST_P(DltLanes, ConflictsAreThoseOfTheEpipolarDistance) {
+TEST_P(DltLanes, ConflictsEqualThoseByEpipolarDistance) {
   Random random(8);
   const Views views = RandomViews(4, &random);
   const EpipolarGeometry epipolar(views.cameras);

@@ -114,7 +114,7 @@ TEST(OwnCalibration, ReadsBackToTheBit) {
   ExpectInputError([&] { ReadCameras(path, options); }, "cameras.unit");
 }
 
-TEST(OwnCalibration, IsNotWrittenHalf) {
+TEST(OwnCalibration, RefusesAMissingFolderAndAnEmptyRig) {
   const TemporaryFolder folder;
   EXPECT_THROW(WriteCameras((folder.path() / "none" / "c.json").string(), {}),
                InputError);
@@ -195,7 +195,7 @@ TEST(CalibrationWriter, KeepsSpecialRotations) {
   EXPECT_EQ(lost_fields.size(), 2u) << "no image size is known";
 }
 
-TEST(CalibrationWriter, RefusesWhatCannotBeSaid) {
+TEST(CalibrationWriter, RefusesWhatTheFormatCannotExpress) {
   const TemporaryFolder folder;
   const std::string path = folder.path() / "result";
   const auto expect = [&](const char* format, const CameraRig& rig,
@@ -226,7 +226,7 @@ TEST(CalibrationWriter, RefusesWhatCannotBeSaid) {
       << "nothing half-written is left";
 }
 
-TEST(CalibrationWriter, TellsASkewThatIsRounding) {
+TEST(CalibrationWriter, ReportsASkewThatIsLeftOut) {
   CameraParameters parameters;
   parameters.name = "a";
   parameters.width_px = parameters.height_px = 100;
@@ -270,7 +270,7 @@ TEST(CalibrationWriter, TomlHasDecimalsAndEscapes) {
 }
 
 // Recognition does not depend on the order of the registry.
-TEST(CalibrationFormats, EveryResultIsRecognisedByItsOwnFormatAlone) {
+TEST(CalibrationFormats, OnlyItsOwnFormatRecognisesAResult) {
   const CameraRig cameras = WithSize(RigWith(WithLens::kNo), 1920, 1080);
   for (const CalibrationFormat& written : CalibrationFormats()) {
     EXPECT_EQ(FindCalibrationFormat(written.name), &written);

@@ -37,7 +37,7 @@ SkeletonFit FitTo(const Skeleton& truth,
   return fit;
 }
 
-TEST(SkeletonFitTest, TellsTheTwoLayoutsOfSyntheticBodiesApart) {
+TEST(SkeletonFitTest, DistinguishesBody25FromBody25B) {
   // Bones of these people are about as long in either order (within 15 %);
   // left and right are alike in the right one only.
   const SkeletonFit fit = FitTo(Body25B(), {&Body25(), &Body25B()});

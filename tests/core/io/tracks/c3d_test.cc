@@ -315,7 +315,7 @@ TEST_F(TracksC3d, EveryConventionForLongFiles) {
   }
 }
 
-TEST_F(TracksC3d, AsManyAsAWordHoldsAndOneMore) {
+TEST_F(TracksC3d, FrameCountsAboutTheLimitOfAWord) {
   for (const int count : {65534, 65535, 65536}) {
     const int last = std::min(count, 65535);
     C3dMaker maker = OnePoint(1, last, count);
@@ -365,7 +365,7 @@ TEST_F(TracksC3d, TheFirstFrame) {
   }
 }
 
-TEST_F(TracksC3d, AFrameIsANumber) {
+TEST_F(TracksC3d, RefusesInvalidStartFields) {
   for (const double number : {1.0, static_cast<double>(NAN), -1.0, 1e30}) {
     C3dMaker maker = OnePoint(1, 90, 90);
     maker.Number("TRIAL:ACTUAL_START_FIELD", number);
@@ -380,7 +380,7 @@ TEST_F(TracksC3d, AFrameIsANumber) {
   }
 }
 
-TEST_F(TracksC3d, RateScaleAndPointsFromTheOtherPlace) {
+TEST_F(TracksC3d, RateScaleAndPointsFromParametersOrHeader) {
   const auto rate = [&](const C3dMaker& maker) {
     return Read(maker).header.frame_rate_hz;
   };
@@ -407,7 +407,7 @@ TEST_F(TracksC3d, RateScaleAndPointsFromTheOtherPlace) {
 
 // ---- missing points ----
 
-TEST_F(TracksC3d, WhatIsMissing) {
+TEST_F(TracksC3d, MissingPoints) {
   for (const bool is_float : {true, false}) {
     C3dMaker maker(kIntel, is_float);
     maker.Header(2, 1, 4).Labels({"nose", "l_hip"});
@@ -468,7 +468,7 @@ TEST_F(TracksC3d, LabelsOfAnyKind) {
       << "Latin-1 beside UTF-8";
 }
 
-TEST_F(TracksC3d, WhatAModelComputedIsNoJoint) {
+TEST_F(TracksC3d, ModelOutputsAreNoJoints) {
   const C3dMaker maker = C3dMaker()
                              .Texts("POINT:ANGLES", {"LHipAngles"})
                              .Texts("POINT:POWERS", {"LHipPower"})
@@ -633,7 +633,7 @@ TEST_F(TracksC3d, ForcePlatesOfEveryType) {
   }
 }
 
-TEST_F(TracksC3d, SegmentsBehindPoints) {
+TEST_F(TracksC3d, SegmentsAfterPoints) {
   C3dMaker maker = OnePoint(1, 65535, 32 * 4);  // a block has 32 frames
   maker.Header(1, 1, 0);
   maker.Words("ROTATION:USED", {1}).Words("ROTATION:DATA_START", {8});
@@ -654,7 +654,7 @@ TEST_F(TracksC3d, SegmentsBehindPoints) {
 }
 
 // Theia3D's file and a person's markers, of one recording.
-TEST_F(TracksC3d, TheiasSegmentsLieWhereTheMarkersAre) {
+TEST_F(TracksC3d, TheiaSegmentsAreAtTheMarkers) {
   KINEGRAPH_DATA_OR_SKIP(folder, "markers/qualisys_theia");
   const TrackSequence theia = ReadTracks(folder + "/dynamic_1_theia.c3d");
   const TrackSequence markers = ReadTracks(folder + "/dynamic_1_markers.c3d");

@@ -129,7 +129,7 @@ INSTANTIATE_TEST_SUITE_P(
 // ---- What single formats do besides
 
 // Pose2Sim's own files: the world's axes come from its (Y up).
-TEST(TracksTrc, Pose2SimsOwnFilesRead) {
+TEST(TracksTrc, Pose2SimFilesAreRead) {
   KINEGRAPH_DATA_OR_SKIP(peers, "pose2sim/peer_result");
   struct Peer {
     const char* file;
@@ -183,7 +183,7 @@ TEST(TracksTrc, MillimetresAxesAndGaps) {
 }
 
 // Laboratories count from 1; a trimmed file keeps its numbers and times.
-TEST(TracksTrc, TheFirstRowsTimeTellsWhereFramesBegin) {
+TEST(TracksTrc, FirstFrameFollowsTheTimeOfTheFirstRow) {
   const TemporaryFolder folder;
   const auto first_frame = [&](const std::string& start,
                                const std::string& row) {
@@ -342,7 +342,7 @@ TEST(TracksCsv, ErrorsNameFileAndLine) {
 }
 
 // Arrays written by NumPy itself.
-TEST(TracksNpz, ReadsWhatNumpyWrites) {
+TEST(TracksNpz, ReadsArraysOfNumpy) {
   if (!testing::HasPython("numpy"))
     GTEST_SKIP() << "needs numpy of /usr/bin/python3";
   const TemporaryFolder folder;
@@ -372,7 +372,7 @@ TEST(TracksNpz, ReadsWhatNumpyWrites) {
               HasSubstr("is compressed, expected numpy.savez"));
 }
 
-TEST(TracksPanoptic, JointsAreTakenOverByName) {
+TEST(TracksPanoptic, JointsAreMappedByName) {
   const TrackSequence tracks = RandomTracks(Coco17());
   const TemporaryFolder folder;
   EXPECT_THAT(WriteAs("panoptic", folder.path() / "scene", tracks),
@@ -387,7 +387,7 @@ TEST(TracksPanoptic, JointsAreTakenOverByName) {
   }
 }
 
-TEST(TrackExport, FormatsOfTimesAndPlacesRefuseWhatTheyCannotSay) {
+TEST(TrackExport, LongcwAndTumRefuseWhatTheyCannotExpress) {
   const TemporaryFolder folder;
   const std::string path = folder.path() / "result";
   const auto error = [](const std::string& format, const std::string& to,
@@ -424,7 +424,7 @@ TEST(TrackExport, CsvQuotesJointNames) {
             "0,,1,\"a,b\",,,,missing\n0,,1,\"c\"\"d\",,,,missing\n");
 }
 
-TEST(TrackExport, TrcAxesKeepLeftAndRightApart) {
+TEST(TrackExport, TrcAxesKeepLeftAndRight) {
   const Eigen::Vector3d world(1.0, 2.0, 3.0);
   EXPECT_EQ(AxisMap().Apply(world), Eigen::Vector3d(2, 3, 1));
   EXPECT_EQ(AxisMap::Parse("y,z,x").Apply(world), Eigen::Vector3d(2, 3, 1));
@@ -437,7 +437,7 @@ TEST(TrackExport, TrcAxesKeepLeftAndRightApart) {
   }
 }
 
-TEST(TrackExport, TrcRefusesWhatItCannotHold) {
+TEST(TrackExport, TrcRefusesWhatItCannotExpress) {
   const TemporaryFolder folder;
   const auto error_of = [&](const TrackSequence& tracks) {
     return InputErrorOf([&] { WriteAs("trc", folder.path() / "trc", tracks); });
@@ -454,7 +454,7 @@ TEST(TrackExport, TrcRefusesWhatItCannotHold) {
   EXPECT_THAT(ListFolder(folder.path().string()), IsEmpty());
 }
 
-TEST(NpzFile, CrcIsThatOfZip) {
+TEST(NpzFile, CrcIsThatOfTheCatalogue) {
   // The check value of the catalogue of CRC algorithms (CRC-32/ISO-HDLC).
   EXPECT_EQ(Crc32("123456789"), 0xCBF43926u);
   EXPECT_EQ(Crc32(""), 0u);
