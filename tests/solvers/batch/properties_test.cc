@@ -139,7 +139,7 @@ class PropertiesTest : public ::testing::TestWithParam<uint64_t> {
   const Estimate estimate_ = EstimateAll(world_);
 };
 
-TEST_P(PropertiesTest, EverybodyIsThere) {
+TEST_P(PropertiesTest, BothPeopleAreTracked) {
   ASSERT_EQ(estimate_.size(), 2u);
   for (const auto& [id, frames] : estimate_) EXPECT_GT(frames.size(), 30u);
 }
@@ -202,7 +202,7 @@ TEST_P(PropertiesTest, AnotherUnitScalesTheResult) {
             kUnit * kSameMinimumMetres);
 }
 
-TEST_P(PropertiesTest, TheOrderOfCamerasDoesNotMatter) {
+TEST_P(PropertiesTest, ResultDoesNotDependOnTheOrderOfCameras) {
   const std::vector<size_t> order = {2, 0, 3, 1};  // new from old
   World other = world_;
   std::vector<int> place(order.size());
@@ -301,7 +301,7 @@ Estimate EstimateBackwards(const World& world,
   return back;
 }
 
-TEST_P(PropertiesTest, TimeReversedIsTheSameMotionBackwards) {
+TEST_P(PropertiesTest, ReversedTimeGivesTheReversedMotion) {
   // The motion's noise is learnt by filters that run forward
   // (solvers/noise/motion_level.h): it differs by some per cent between the two
   // directions, and a sigma with an error of 5 % moves a joint by 5 % of its

@@ -191,7 +191,7 @@ TEST_F(UserFactorTest, MarginalisingKeepsValuesAndCovariances) {
   }
 }
 
-TEST_F(UserFactorTest, MisuseIsNamed) {
+TEST_F(UserFactorTest, MisuseIsRefused) {
   Make(3);
   GraphOptions options;
   options.user_factors = Resting(joint_, 0, 9, 0.0);

@@ -107,7 +107,7 @@ double Quantile(const std::vector<double>& sorted, double share) {
                                     static_cast<double>(sorted.size() - 1))];
 }
 
-TEST_F(PeersTest, ButterworthIsPose2Sims) {
+TEST_F(PeersTest, ButterworthEqualsPose2Sims) {
   KINEGRAPH_DATA_OR_SKIP(folder, "shelf");
   // Its "order 4" counts both passes, its 6 Hz are those of each pass.
   ButterworthOptions options;
@@ -132,7 +132,7 @@ TEST_F(PeersTest, ButterworthIsPose2Sims) {
   EXPECT_LT(Quantile(corrected, 0.95), 2e-3);  // 1.2 mm
 }
 
-TEST_F(PeersTest, GcvSplineIsPose2Sims) {
+TEST_F(PeersTest, GcvSplineEqualsPose2Sims) {
   KINEGRAPH_DATA_OR_SKIP(folder, "shelf");
   // It chooses per coordinate, ours per point.
   const auto same =
@@ -156,7 +156,7 @@ TEST_F(PeersTest, GcvSplineIsPose2Sims) {
   EXPECT_LT(Quantile(together, 0.95), 3e-3);  // 1.4 mm
 }
 
-TEST_F(PeersTest, RtsIsPose2SimsKalman) {
+TEST_F(PeersTest, RtsIsCloseToPose2SimsKalman) {
   KINEGRAPH_DATA_OR_SKIP(folder, "shelf");
   // Its trust ratio of 500 is the standard deviation of a step of acceleration
   // [1/s^2] relative to that of any measurement. White noise on jerk of the
@@ -184,7 +184,7 @@ TEST_F(PeersTest, RtsIsPose2SimsKalman) {
   EXPECT_LT(all.back(), 0.01);
 }
 
-TEST_F(PeersTest, OneEuroIsPose2SimsOnceEachWay) {
+TEST_F(PeersTest, OneEuroForwardsThenBackwardsEqualsPose2Sims) {
   KINEGRAPH_DATA_OR_SKIP(folder, "shelf");
   // 4 Hz, beta 1.5, forwards and then backwards: no causal filter any more,
   // but the same recursion.
