@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The adapters: what they refuse, and how; a reader of a user's own.
+"""The adapters: rejected inputs, their messages, and a user's own reader.
 
 Needs KINEGRAPH_APPS (build/apps) and KINEGRAPH_SOURCE; without h5py, pandas or SciPy
 it prints SKIPPED.
@@ -147,7 +147,7 @@ class Pickles(unittest.TestCase):
 
 class Files(Adapters):
     def memory_of(self, path):
-        """Kilobytes that refusing a file takes at the most."""
+        """Peak memory [kB] of rejecting a file."""
         script = (
             "import resource, subprocess, sys\n"
             "done = subprocess.run(sys.argv[1:], capture_output=True)\n"

@@ -222,7 +222,7 @@ TEST(Convert, NotesTurnedWorldsAndTheUpDirection) {
   };
   const auto stands = Not(HasSubstr("people stand"));
   EXPECT_THAT(convert(tracks, "up.trc", ""), stands);
-  // The file's Z is up, as its maker may have left it.
+  // A file whose Z is up although its format means Y.
   EXPECT_THAT(convert(tracks, "side.trc", "--axes=x,y,z"),
               HasSubstr("people stand along z of the world, not along y, which "
                         "trc shows as up: --axes=x,z,-y stands them up"));
@@ -350,7 +350,7 @@ TEST(Convert, ChoosesMarkerNamesAndPerson) {
     ASSERT_EQ(back.frames.at(0).people.size(), 1u);
     EXPECT_NEAR(back.frames[0].people[0].joints[0].position_m.x(), 8.0, 1e-12);
   }
-  // Both people: a folder; one of them alone by the number.
+  // Both people make a folder; --person=ID selects one.
   Converted("--to=trc --in=" + tracks +
             " --out=" + (folder.path() / "both").string());
   const std::string csv = folder.path() / "one.csv";

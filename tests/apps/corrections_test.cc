@@ -112,7 +112,7 @@ TEST_F(CorrectionsTest, ErrorsNameTheLine) {
                                    wrong.line + "\n",
                                "wrong.jsonl")),
         AllOf(HasSubstr("edits.jsonl: line 2"), HasSubstr(wrong.why)));
-    EXPECT_EQ(ContentOf(Path("wrong.jsonl")), "") << "nothing half done";
+    EXPECT_EQ(ContentOf(Path("wrong.jsonl")), "") << "an output file was left";
   }
 }
 

@@ -1,4 +1,4 @@
-"""The session in docs/python.md prints what its comments say; README's runs."""
+"""The session in docs/python.md prints its comments; README's example runs."""
 
 import contextlib
 import io
@@ -13,7 +13,7 @@ NUMBER = re.compile(r"\d+(?:\.\d+)?")
 
 
 def expected(code):
-    """Comments after print(...), and lines that are a comment alone."""
+    """Comments after print(...), and comment lines."""
     for line in code.splitlines():
         match = re.match(r"(?:print\(.*\) *)?# (.*)", line)
         if match:
@@ -21,7 +21,7 @@ def expected(code):
 
 
 def alike(said, printed):
-    """The same words; numbers within two per cent. A comment may go on."""
+    """The same words, numbers within two per cent; a comment may be longer."""
     words = NUMBER.sub("#", said).split()
     found = NUMBER.sub("#", printed).split()
     if [w.rstrip(":;") for w in words[: len(found)]] != found:
@@ -40,7 +40,7 @@ def code_of(page):
 
 @contextlib.contextmanager
 def scene(*settings):
-    """In a folder with the demo's scene in out/scene."""
+    """Runs in a folder with the demo's scene in out/scene."""
     before = os.getcwd()
     with tempfile.TemporaryDirectory() as folder:
         os.chdir(folder)

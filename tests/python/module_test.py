@@ -83,7 +83,7 @@ class Module(unittest.TestCase):
         self.assert_same(
             kg.track(self.cameras, self.detections), self.by_command()
         )
-        # A second pass, and who is who over the whole take.
+        # A second pass, and identities linked over the whole recording.
         offline = kg.track(
             self.cameras, self.detections, config="offline.toml", threads=2
         )
@@ -92,7 +92,7 @@ class Module(unittest.TestCase):
         self.assertEqual(kg.config_path(DEMO), DEMO)
 
     def test_cameras_are_refined_as_the_command_refines_them(self):
-        # A principal point that is 12 px off is found.
+        # Refinement recovers a principal point that is 12 px off.
         path = os.path.join(self.take, "shifted.json")
         with open(self.in_take("cameras.json")) as file:
             stated = json.load(file)
@@ -143,7 +143,7 @@ class Module(unittest.TestCase):
             kg.kinematics(tracks, up="w")
 
     def assert_as_convert(self, source, own, *flags):
-        """`own` has the bytes that the command writes; a TRC names itself."""
+        """`own` has the bytes that the command writes; a TRC has its file name."""
         out = self.in_folder("new/command" + os.path.splitext(own)[1])
         told = run("convert", "--in=" + self.in_take(source), "--out=" + out, *flags)
         with open(own, "rb") as a, open(out, "rb") as b:
@@ -470,7 +470,7 @@ class Module(unittest.TestCase):
     def test_ctrl_c_stops_a_run(self):
         script = (
             "import signal, sys, kinegraph as kg\n"
-            # Who is started in the background inherits that it is ignored.
+            # A process started in the background inherits an ignored SIGINT.
             "signal.signal(signal.SIGINT, signal.default_int_handler)\n"
             "cameras = kg.read_cameras(sys.argv[1] + '/cameras.json')\n"
             "take = kg.read_detections(sys.argv[1] + '/detections.jsonl')\n"
@@ -493,7 +493,7 @@ class Module(unittest.TestCase):
             child.kill()
 
     def test_ctrl_c_stops_the_batchs_solves(self):
-        # A take that is long enough for its solves to last.
+        # Long enough that the solves take a measurable time.
         script = (
             "import os, signal, sys, threading, time, kinegraph as kg\n"
             "signal.signal(signal.SIGINT, signal.default_int_handler)\n"
@@ -526,8 +526,8 @@ class Module(unittest.TestCase):
             )
             self.assertEqual(done.returncode, code)
             seconds[how] = float(done.stdout)
-        # Without the question the whole rest would be solved first. Processor
-        # time is shared: only the order is asserted.
+        # Without polling for the signal all solves would finish first. Other
+        # programs share the processor, so only a ratio of times is asserted.
         self.assertLess(seconds["stop"], 0.8 * seconds["go"])
 
     def test_everything_public_is_documented_and_has_a_stub(self):

@@ -105,7 +105,7 @@ TEST(Compare, RanksABetterAndAWorseStrategy) {
   // The truth agrees.
   EXPECT_EQ(result.strategies[1].Find("mpjpe_mm")->verdict, Verdict::kLess);
   EXPECT_EQ(result.strategies[2].Find("mpjpe_mm")->verdict, Verdict::kMore);
-  // Both are smoother, which alone proves nothing.
+  // Both are smoother, but only one is more accurate.
   for (const size_t index : {1u, 2u}) {
     for (const char* key :
          {"acceleration_m_s2", "jerk_m_s3", "power_above_6hz_mm2"}) {
@@ -141,7 +141,7 @@ TEST(Compare, AnInsignificantDifferenceIsNoWin) {
 TEST(Compare, NoSmoothingEqualsTheBaseline) {
   CompareResult result =
       Compare(MakeNoisyRecording(), "raw_dlt,centred_gaussian");
-  // Four sigmas of 1 ms cover no other frame.
+  // Four sigmas of 1 ms reach no neighbouring frame.
   result.strategies[1].values = {{0.001}};
   Score(&result);
   for (const char* key : {"held_out_mean_px", "mpjpe_mm"}) {
@@ -191,7 +191,7 @@ TEST(Tuning, ChoosesOnOneFoldAndScoresOnTheOther) {
     result.strategies[1].values[fold] = best->values;
   }
   EXPECT_LE(tuning.same_fold_px, tuning.cross_px);
-  // Slow people and 6 px of noise: neither no smoothing nor the most.
+  // Slow people and 6 px of noise: the optimum is inside the grid.
   EXPECT_GT(tuning.chosen[0][0], strategies[1].parameters[0].grid.front());
   EXPECT_LT(tuning.chosen[0][0], strategies[1].parameters[0].grid.back());
   // Subsequent scores equal those of tuning.
@@ -257,7 +257,7 @@ TEST(Shift, ImageShiftOfACameraIsEstimatedAndRemoved) {
   const std::vector<Eigen::Vector2d> shifts =
       FitShifts(run, Options(), {0, 62}, 1);
   ASSERT_EQ(shifts.size(), 5u);
-  // The world may move with the cameras, but less than a camera alone.
+  // Moving the world explains part of one camera's shift, but less than half.
   EXPECT_GT(shifts[1].dot(off), 0.5 * off.squaredNorm());
   const auto error = [&](const DetectionSequence& detections) {
     std::vector<Fold> folds = {
@@ -408,7 +408,7 @@ TEST_F(CompareCommand, WritesTheSameFilesForAnyNumberOfThreads) {
         "compare",
         Flags(threads,
               strategies + "--tune --errors --angles --threads=" + threads));
-    // On a slow machine progress speaks after half a minute.
+    // On a slow machine a progress line may be printed after half a minute.
     EXPECT_THAT(outcome.errors,
                 MatchesRegex("((tuning|scoring) +[0-9][^\n]*\n)*"));
     EXPECT_THAT(outcome.output, HasSubstr("Held-out error"));

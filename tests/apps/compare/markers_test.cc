@@ -1,5 +1,5 @@
-// compare --markers: the truth is optical markers, with a clock and a world of
-// their own.
+// compare --markers: optical markers as the truth, with another clock and
+// another world frame.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -49,8 +49,8 @@ class CompareWithMarkers : public testing::CommandTest {
     return {figure(1), figure(2)};
   }
 
-  // Two markers beside each joint of the limbs, 40 mm to each side, seen
-  // 137 ms late in a world of their own.
+  // Two markers at each joint of the limbs, 40 mm to either side, recorded
+  // 137 ms late in another world frame.
   std::string Markers() const {
     Eigen::Isometry3d motion = Eigen::Isometry3d::Identity();
     motion.linear() =
@@ -107,9 +107,8 @@ class CompareWithMarkers : public testing::CommandTest {
 TEST_F(CompareWithMarkers, RanksAsAgainstTheTruth) {
   const auto [dlt_mm, batch_mm] = Run("--markers='" + Markers() + "'");
   EXPECT_LT(batch_mm, dlt_mm);
-  // The same markers on the cameras' clock and in their world: what aligning
-  // adds or hides is what a rigid motion and a shift fit of the noise, which
-  // hundreds of frames leave little of.
+  // The same markers on the cameras' clock and in their world: alignment may
+  // only differ by the noise that it fits, little over hundreds of frames.
   const auto [same_dlt_mm, same_batch_mm] =
       Run("--markers='" +
           Write("same.jsonl", Eigen::Isometry3d::Identity(), 0.0) + "'");

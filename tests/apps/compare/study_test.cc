@@ -1,4 +1,4 @@
-// Several takes: what is chosen on some is scored on the others.
+// Several recordings: values chosen on some are scored on the others.
 #include "apps/compare/study.h"
 
 #include <gmock/gmock.h>
@@ -31,7 +31,7 @@ TEST(BestPoint, HasTheLeastMeanOfTheRecordingsMeans) {
   // The recording left out has no influence.
   EXPECT_EQ(BestPoint(recordings, 1), 0u);
   EXPECT_EQ(BestPoint(recordings, 0), 1u);
-  // The first of equals.
+  // Of equal points the first.
   EXPECT_EQ(BestPoint({{{2.0, 1.0}, {2.0, 1.0}}}, -1), 0u);
 }
 
@@ -63,7 +63,7 @@ TEST(Study, CountsRecordingsByVerdict) {
   const StudyVerdict verdict = HoldsFor(study);
   EXPECT_EQ(verdict.recordings, 4);
   EXPECT_EQ(verdict.better, 1);
-  EXPECT_EQ(verdict.same, 2);  // the baseline itself is like itself
+  EXPECT_EQ(verdict.same, 2);  // the baseline equals itself
   EXPECT_EQ(verdict.worse, 1);
   EXPECT_EQ(verdict.like_all, 2);
 }
@@ -121,8 +121,8 @@ TEST_F(StudyCommand, ScoresTunedValuesOnTheRecordingLeftOut) {
             Mode::kGraph);
 }
 
-// A recording by itself, with the values the study chose for it, scores the
-// same: nothing of the other recordings is left in the figures but the choice.
+// A recording by itself, with the values that the study chose for it, has the
+// same scores: the other recordings affect only the choice.
 TEST_F(StudyCommand, FiguresEqualThoseOfEachRecordingAlone) {
   const std::string strategies = " --strategies=causal_gaussian,batch --out=";
   Done("compare", "--manifest=" + manifest_ + strategies + Path("study"));

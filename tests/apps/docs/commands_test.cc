@@ -44,8 +44,8 @@ std::vector<Block> FencedBlocks(const std::string& page) {
 
 bool RunsCommands(const Block& block) {
   if (block.text.find("./kinegraph ") == std::string::npos) return false;
-  // Set-up and the demo have their own tests; benchmarks and tuning take long;
-  // these videos do not exist.
+  // Skipped: set-up and demo, which have their own tests; benchmarks and
+  // tuning, which take long; commands on videos that do not exist.
   for (const char* word :
        {"./kinegraph build", "./kinegraph test", "./kinegraph demo", "cmake ",
         "benchmark", "--tune", ".mp4"}) {

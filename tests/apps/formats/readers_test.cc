@@ -387,12 +387,12 @@ TEST_F(FormatReaders, BvhInThreeJs) {
           "at(" + std::to_string(0.02 * static_cast<double>(f - 300)) + ")");
       for (size_t j = 0; j < 25; ++j) {
         if (!person->joints[j].present()) continue;
-        // The bones on both sides of an elbow that is never seen make one, of
-        // changing length.
+        // The left elbow is never seen: the two bones at it act as one of
+        // varying length.
         if (id == 12 && Body25().joints()[j] == "l_wrist") continue;
         const Vector3d found_cm = VectorOf(joints[Body25().joints()[j]]);
-        // Six digits behind the point of a centimetre and a degree; three.js
-        // keeps rotations as floats: 2^-24 of a metre a link.
+        // Six decimals of centimetres and degrees; three.js keeps rotations as
+        // floats: 2^-24 of a metre per link.
         EXPECT_LT(
             (0.01 * found_cm - InFile(person->joints[j].position_m)).norm(),
             2e-6)
@@ -462,7 +462,7 @@ TEST_F(FormatReaders, TumActorsInScipy) {
   if (!HasPython("scipy.io")) GTEST_SKIP() << "needs python3-scipy";
   Convert("actorsGT.mat", "--to=tum");
   const Json read = Read("tum_reader.py", "actorsGT.mat");
-  ASSERT_EQ(read.size(), 13u) << "an id is a place";
+  ASSERT_EQ(read.size(), 13u) << "one cell per id up to the largest";
   for (const Json& actor : read) ASSERT_EQ(actor.size(), 340u);
   ForEachJoint(recording_, [&](const PersonPose* person, size_t j, int64_t f,
                                size_t p) {
@@ -664,7 +664,7 @@ TEST_F(FormatReaders, SleapAndDeepLabCut) {
 
 // ---- COLMAP ----
 
-// Debian's COLMAP reads our model and writes it again in its own digits.
+// Debian's COLMAP reads our model and writes it with its own formatting.
 TEST_F(FormatReaders, ColmapReadsItsModel) {
   if (std::system("colmap help > /dev/null 2>&1") != 0) {
     GTEST_SKIP() << "needs colmap";

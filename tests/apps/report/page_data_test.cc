@@ -289,7 +289,7 @@ TEST(PageData, DetectionsAndCovariancesOnlyWhenAskedFor) {
 }
 
 TEST(PageData, DataAboveTheLimitIsDecimatedAndReported) {
-  EXPECT_EQ(PageOptions().max_bytes, 50000000u) << "the goal's own bound";
+  EXPECT_EQ(PageOptions().max_bytes, 50000000u) << "the required limit";
   const PageInput input = WholeInput(400, 3);
   PageOptions options;
   options.with_covariance = true;
@@ -377,7 +377,8 @@ TEST(PageData, ExactDetectionsHaveNoResidual) {
   const auto residual = Decode<uint16_t>(page["results"][0]["residual"]);
   EXPECT_EQ(residual, std::vector<uint16_t>(4 * 2 * 3, 0));
   const auto match = Decode<int16_t>(page["results"][0]["match"]);
-  EXPECT_EQ(match[0], 0) << "the nearest, where tracks name no matches";
+  EXPECT_EQ(match[0], 0)
+      << "the nearest detection if the tracks have no matches";
   EXPECT_EQ(match[3], 1);
   EXPECT_EQ(Decode<uint16_t>(page["detections"]["counts"]),
             std::vector<uint16_t>(4 * 3, 2));

@@ -105,7 +105,7 @@ class OfficialDataTest : public testing::CommandTest {
 TEST_F(OfficialDataTest, ShelfGivesTheSameTables) {
   WriteSet("Shelf", "Calibration");
   const Json tables = Reproduce();
-  // No campus folder: no campus table.
+  // Without the campus folder there is no campus table.
   EXPECT_FALSE(tables.contains("campus"));
   for (const char* table :
        {"shelf", "parts", "ablation", "runtime", "sensitivity"}) {

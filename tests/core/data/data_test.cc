@@ -42,7 +42,7 @@ TEST(MakeObservation, TakesMappedJointsAndCountsAssociationJoints) {
   EXPECT_FALSE(observation.joints[1].found);
   EXPECT_EQ(observation.joints[2].px.x(), 10.0);
   EXPECT_FALSE(observation.joints[3].found);
-  EXPECT_EQ(observation.found_count, 1);  // of those that count
+  EXPECT_EQ(observation.found_count, 1);  // of association joints
   EXPECT_EQ(observation.mean_confidence, 0.6);
 }
 

@@ -96,7 +96,7 @@ TEST(DerivativesTest, DerivativesOfTheModelTakePrecedence) {
   result = EvaluateDerivatives(truth, found, Options());
   EXPECT_EQ(result.acceleration_source, DerivativeSource::kModel);
   EXPECT_NEAR(result.all[0].acceleration_rms_m_s2, 0.7, 1e-9);
-  // The frames that are scored stay the same: those with two neighbours.
+  // Still scored at the frames with two neighbours.
   EXPECT_EQ(result.all[0].count, 99 * 14);
 }
 

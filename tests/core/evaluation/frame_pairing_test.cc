@@ -258,7 +258,7 @@ TEST(PairFramesTest, ContradictingTimesAndNumbersAreNoted) {
               ElementsAre(HasSubstr("the ground truth has no times")));
   EXPECT_THAT(PairFrames(Walk({}), WithoutTimes(Walk({50.0, 200}))).notes,
               ElementsAre(HasSubstr("the tracks has no times")));
-  // In a part of a recording that is consistent.
+  // A consistent part of a recording gives no note.
   EXPECT_THAT(
       PairFrames(WithoutTimes(Walk({25.0, 50, 25, 1.0})), Walk({})).notes,
       IsEmpty());

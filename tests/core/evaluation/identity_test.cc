@@ -165,7 +165,8 @@ TEST(IdentityTest, PosesBesideAPartialTruthAreNoFalsePositives) {
   options.annotated = Annotated::kSome;
   const IdentityResult result = EvaluateIdentity(truth, found, options);
   EXPECT_EQ(result.beside_annotations, 2);
-  EXPECT_EQ(result.false_positives, 1) << "a double is one all the same";
+  EXPECT_EQ(result.false_positives, 1)
+      << "a second pose on a person is a false positive";
   EXPECT_DOUBLE_EQ(result.Mota(), 0.5);
 }
 

@@ -104,7 +104,7 @@ TEST(Smoothness, UnitsFollowTheGivenFramesNotTheTracks) {
   const auto series = DifferenceSeries(tracks, people, 2, 25.0);
   ASSERT_EQ(series.size(), 1u);
   ASSERT_EQ(series[0].size(), 10u);
-  // Frames 2, 3, 4 lack a neighbour or themselves, 8 and 9 have no successors.
+  // Frames 2 to 4 are missing or lack a neighbour; 8 and 9 have no successor.
   for (size_t k = 0; k < 10; ++k) {
     const bool is_whole = k < 2 || (k > 4 && k < 8);
     EXPECT_EQ(series[0][k].weight, is_whole ? 12.0 : 0.0) << k;

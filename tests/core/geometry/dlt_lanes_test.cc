@@ -1,4 +1,4 @@
-// Lanes against the same computed one joint at a time.
+// Triangulation of several joints in SIMD lanes against one joint at a time.
 #include "core/geometry/dlt_lanes.h"
 
 #include <gtest/gtest.h>
@@ -115,7 +115,7 @@ TEST_P(DltLanes, EqualTriangulateDlt) {
     const Views views = RandomViews(recording == 0 ? 31 : 5, &random);
     const Points points = InLanes(views, GetParam());
     for (int j = 0; j < kJoints; ++j) {
-      if (points.found[j] < 0.0) continue;  // the caller asks TriangulateDlt
+      if (points.found[j] < 0.0) continue;  // left to TriangulateDlt
       ++settled;
       const TriangulationResult alone = Alone(views, j);
       ASSERT_EQ(points.found[j] > 0.0, alone.ok()) << ToString(alone.status);

@@ -259,7 +259,7 @@ TEST(MatBounds, DimensionsMustHaveTheirEntries) {
   ExpectQuick(used);
 }
 
-// Without entries, and of the imaginary parts.
+// Tags without data, and tags of the imaginary parts.
 TEST(MatBounds, TagsMustHaveTheirData) {
   constexpr uint32_t kChar = 4;
   constexpr uint32_t kComplexDouble = 0x800 | 6;

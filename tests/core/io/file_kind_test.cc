@@ -49,7 +49,7 @@ TEST(FileKind, LaboratoryCalibrations) {
   }
 }
 
-// Its folders of cameras are not taken for views of detections.
+// Its camera folders are not mistaken for views of detections.
 TEST(FileKind, OpenCapSession) {
   const TemporaryFolder folder;
   folder.Write("session/Videos/Cam0/cameraIntrinsicsExtrinsics.pickle", "");

@@ -48,7 +48,7 @@ constexpr double kMetreRounding = 1e-12;
 TEST(Kinematics, SpeedAndPathLengthOfAWalk) {
   const TrackSequence tracks = Walk(11);
   const KinematicsTable table = MeasureKinematics(tracks);
-  EXPECT_EQ(table.up, Vec::UnitZ()) << "as the person stands";
+  EXPECT_EQ(table.up, Vec::UnitZ()) << "from the standing person";
   EXPECT_TRUE(table.has_times);
   ASSERT_EQ(table.rows.size(), 11u);
   EXPECT_EQ(table.rows[4].frame, 104);

@@ -89,7 +89,7 @@ TEST_F(ChunksTest, EqualASolveOfTheWholeRecording) {
   ASSERT_GT(apart.size(), 1500u);
   std::sort(apart.begin(), apart.end());
   EXPECT_LT(apart[apart.size() * 99 / 100], 1e-4);
-  // The two are not the same calculation.
+  // Not bit-identical, so chunks were really solved.
   EXPECT_GT(apart.back(), 0.0);
 }
 

@@ -265,7 +265,7 @@ TEST_P(PropertiesTest, ADoubledCameraTightensCovariances) {
   EXPECT_LT(after, 0.98 * before);
 }
 
-// The recording from its end to its begin.
+// The recording in reversed order of time.
 World Reversed(const World& world) {
   World other = world;
   const int64_t last = world.detections.frames.back().frame;
@@ -288,7 +288,7 @@ World Reversed(const World& world) {
   return other;
 }
 
-// The estimate of the reversed take, by the recording's own frames.
+// The estimate of the reversed recording, indexed by the original frames.
 Estimate EstimateBackwards(const World& world,
                            const EstimatorOptions& options) {
   const int64_t last = world.detections.frames.back().frame;

@@ -198,7 +198,7 @@ TEST_F(UserFactorTest, MisuseIsRefused) {
   options.solver = GraphSolver::kBlockTridiagonal;
   try {
     MakeWindowEstimator(scene_, options);
-    FAIL() << "sweeps took a user's factor";
+    FAIL() << "the block-tridiagonal solver accepted a user's factor";
   } catch (const OptionError& error) {
     EXPECT_EQ(error.key(), "graph.solver");
   }

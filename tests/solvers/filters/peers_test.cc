@@ -64,7 +64,7 @@ std::vector<Samples> HampelPoints(const std::string& folder,
   for (Samples& values : joints) {
     if (std::isnan(values(0, 0))) continue;  // eyes and ears: never
     Bridge(&values);
-    // 0.6745 is its rounding of the normal quartile.
+    // Pose2Sim rounds the normal quartile to 0.6745.
     const Samples filtered =
         HampelFilter(0.28, 2.0 / (0.6745 * 1.482602218505602),
                      WindowSide::kCentred, times_s, values);
@@ -109,7 +109,7 @@ double Quantile(const std::vector<double>& sorted, double share) {
 
 TEST_F(PeersTest, ButterworthEqualsPose2Sims) {
   KINEGRAPH_DATA_OR_SKIP(folder, "shelf");
-  // Its "order 4" counts both passes, its 6 Hz are those of each pass.
+  // Pose2Sim's "order 4" counts both passes; its 6 Hz apply to each pass.
   ButterworthOptions options;
   options.order = 2;
   options.correct_cutoff = false;
@@ -134,7 +134,7 @@ TEST_F(PeersTest, ButterworthEqualsPose2Sims) {
 
 TEST_F(PeersTest, GcvSplineEqualsPose2Sims) {
   KINEGRAPH_DATA_OR_SKIP(folder, "shelf");
-  // It chooses per coordinate, ours per point.
+  // Pose2Sim chooses lambda per coordinate, kinegraph per point.
   const auto same =
       Differences(folder, "p2s_hampel_gcv_spline", 0, [&](const Samples& x) {
         Samples smoothed(x.rows(), x.cols());

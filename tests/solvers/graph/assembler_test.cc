@@ -137,7 +137,7 @@ TEST(JointSupport, RemembersTheLastFrameWithAView) {
   EXPECT_EQ(support.last_time, 30);
 }
 
-// A trunk and a leg of 0.4 m bones, all sure, standing upright.
+// A trunk and a leg of 0.4 m bones, upright, each joint with a sigma of 1 cm.
 struct TrunkAndLeg {
   enum Joint { kNeck, kHip, kKnee, kAnkle, kCount };
 
@@ -153,7 +153,7 @@ struct TrunkAndLeg {
     }
   }
   void MakeUnsure(int joint, double sigma_m) {
-    // Along one axis alone, as depth is.
+    // Along one axis only, as for depth.
     (*pose.covariances[joint])(1, 1) = sigma_m * sigma_m;
   }
   void Move(int joint, double by_m) {
@@ -201,7 +201,8 @@ TEST(DropUnsureJoints, KeepsAWholeBodyOfUncertainDepth) {
   EXPECT_TRUE(body.Missing().empty());
 }
 
-// Feet that two views never showed: judged by the body's longest bone.
+// Joints that two views never observed together are judged by the body's
+// longest bone.
 TEST(DropUnsureJoints, UsesTheLongestBoneForAnUnmeasuredOne) {
   TrunkAndLeg body;
   body.MakeUnsure(body.kAnkle, 3.0);

@@ -1,5 +1,5 @@
-// Estimates as poses, from hand-made chains. Statuses and unsure joints are
-// tested in assembler_test.cc.
+// Estimates as poses, from hand-made chains. Statuses and the removal of
+// uncertain joints are tested in assembler_test.cc.
 #include "solvers/graph/outcome.h"
 
 #include <gmock/gmock.h>

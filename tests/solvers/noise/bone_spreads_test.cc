@@ -20,13 +20,13 @@ Skeleton Legs() {
                   {{0, 1}, {2, 3}});
 }
 
-// Observations of a bone by two ends of four views each, with Gaussian noise.
+// Observations of a bone with Gaussian noise; each end is seen by four views.
 class Looker {
  public:
   explicit Looker(uint64_t seed) : random_(seed) {}
 
-  double noise_m = 0.01;     // true noise of the length
-  double modelled_m = 0.01;  // in the model
+  double noise_m = 0.01;     // true sigma of the length
+  double modelled_m = 0.01;  // sigma in the model
   double correlation = 0.0;  // of the noise of neighbouring observations
 
   BoneObservation At(double length_m) {
@@ -166,7 +166,8 @@ TEST(BoneSpreads, NoiseDoesNotLengthenABone) {
       EXPECT_NEAR(estimate.length_m, kLength, bound) << noise;
       EXPECT_LT(bound, 0.5 * kLength);
       if (noise > 0.1) {
-        EXPECT_GT(distances, kLength + 0.04) << "what they look like";
+        EXPECT_GT(distances, kLength + 0.04)
+            << "the mean distance is biased by the noise";
       }
       EXPECT_FALSE(estimate.gives_way);
       EXPECT_TRUE(std::isfinite(estimate.spread_bound_m));
@@ -245,7 +246,8 @@ TEST(BoneSpreads, ARarelySeenBoneBorrowsFromItsMirror) {
   BoneSpreads spreads(Legs());
   for (int i = 0; i < 800; ++i) spreads.Add(0, looker.At(kLength));
   const BoneEstimate right = *spreads.Estimate(1);
-  EXPECT_NEAR(right.length_m, kLength, 0.003) << "and the population's 0.418";
+  EXPECT_NEAR(right.length_m, kLength, 0.003)
+      << "the population's length is 0.418 m";
   EXPECT_GT(right.length_sigma_m, 0.009) << "sides differ by a centimetre";
   // With many observations of both, each keeps its own length.
   for (int i = 0; i < 800; ++i) spreads.Add(1, looker.At(kLength + 0.03));
@@ -287,7 +289,8 @@ TEST(BoneSpreads, ThinningKeepsEarlyObservations) {
   const BoneEstimate estimate = *spreads.Estimate(0);
   EXPECT_EQ(estimate.looks, 30000);
   EXPECT_NEAR(estimate.length_m, kLength, 0.01);
-  EXPECT_GT(estimate.spread_m, 0.02) << "the first third is still there";
+  EXPECT_GT(estimate.spread_m, 0.02)
+      << "observations of the first third are kept";
 }
 
 TEST(BoneSpreads, RepeatedEstimatesDoNotChangeTheState) {
@@ -306,8 +309,8 @@ TEST(BoneSpreads, RepeatedEstimatesDoNotChangeTheState) {
 }
 
 TEST(BoneSpreads, TheHeadIsRigid) {
-  // 17 joints have 18 bones of their own, four of them in the face; of the ten
-  // pairs of its five joints six are missing.
+  // COCO-17 has 18 bones, four of them among the five joints of the head; the
+  // other six pairs of those joints are added.
   const std::vector<Bone> pairs = RigidPairs(Coco17());
   EXPECT_EQ(pairs.size(), Coco17().bones().size() + 6);
   BoneSpreads spreads(Coco17());

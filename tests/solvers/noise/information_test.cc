@@ -90,7 +90,7 @@ TEST(InformationTest, TableInterpolatesTheCovarianceFactor) {
     for (const double time_s : {0.03, 0.1, 1.0}) {
       const ErrorCorrelation correlation{share, time_s};
       CovarianceFactorTable table(correlation, kFrame_s);
-      for (double ln = -30.0; ln < 45.0; ln += 0.37) {  // beyond it, too
+      for (double ln = -30.0; ln < 45.0; ln += 0.37) {  // also beyond the table
         const double ratio = std::exp(ln);
         farthest = std::max(farthest,
                             std::abs(table.At(ratio * 1e-4, 1e-4) /

@@ -16,12 +16,12 @@ namespace {
 // A left hip, and optionally a knee, observed by five cameras ten times per
 // second for a minute.
 struct BodyRecording {
-  double turns = 6.0;  // of the body, in all
+  double turns = 6.0;  // of the body, in total
   double noise_px = 2.0;
   Eigen::Vector3d offset_m = Eigen::Vector3d::Zero();  // in the body's axes
   ViewBias::OfJoint bias;                              // of the hip
   bool with_knee = false;
-  Eigen::Vector2d shift_px = Eigen::Vector2d::Zero();  // of camera 1's pictures
+  Eigen::Vector2d shift_px = Eigen::Vector2d::Zero();  // of camera 1's images
   bool removes_shifts = false;
 };
 

@@ -99,7 +99,7 @@ TEST_F(AdapterTest, TheGivenAdapterIsTriedFirst) {
             (std::vector<std::string>{"l_ankle", "tail"}));
   ASSERT_EQ(recording.frames.size(), 1u);
   const auto& people = recording.frames[0].views[0].detections;
-  ASSERT_EQ(people.size(), 1u) << "who has no joint is nobody";
+  ASSERT_EQ(people.size(), 1u) << "people without joints are skipped";
   EXPECT_EQ(people[0].index_in_file, 0);
   EXPECT_EQ(people[0].joints[0].px, Eigen::Vector2d(3, 4));
 }

@@ -217,7 +217,7 @@ TEST(Calibration, ReadsCaliscope) {
   for (const char* text : {kCaliscopeArray, kCaliscopeConfig}) {
     const CameraRig cameras = CamerasOf("array.toml", text);
     ASSERT_THAT(NamesOf(cameras), ElementsAre("cam_0"))
-        << "those that were not placed are no cameras";
+        << "cameras without a pose are skipped";
     EXPECT_EQ(cameras[0].width_px(), 1280);
     EXPECT_EQ(cameras[0].K()(1, 1), 910.0);
     EXPECT_EQ(cameras[0].t(), Eigen::Vector3d(0.1, -0.2, 0.7));

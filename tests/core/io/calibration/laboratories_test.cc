@@ -55,7 +55,8 @@ constexpr const char* kQca =
 
 TEST(QualisysCalibration, ValuesByHand) {
   const CameraRig cameras = CamerasOf("lab.qca.txt", kQca);
-  ASSERT_EQ(cameras.size(), 1u) << "markers alone, inactive, not calibrated";
+  ASSERT_EQ(cameras.size(), 1u)
+      << "skips marker cameras, inactive and uncalibrated ones";
   const Camera& camera = cameras.front();
   ExpectIntrinsics(camera, "22707", {960, 768}, {1000.0, 1200.0, 448.0, 352.0});
   EXPECT_EQ(LensOf(camera),

@@ -175,7 +175,7 @@ INSTANTIATE_TEST_SUITE_P(
                       Case{"colmap", kRotated, true, true},
                       Case{"tum", kDecomposed, false, false}));
 
-// Rotations by nothing, by half a turn and by very little.
+// Rotations by zero, by half a turn and by a tiny angle.
 TEST(CalibrationWriter, KeepsSpecialRotations) {
   CameraRig cameras;
   for (const double angle : {0.0, M_PI, 1e-9}) {

@@ -130,7 +130,7 @@ TEST(ViewPairing, RefusesAmbiguousPairs) {
       {{"cam3"}, {"0", "1"}, {}, "view 'cam3'"},
       {{"left", "right"}, {"links"}, {}, "'links'"},
       {{"cam_2", "cam_3"}, {"1", "2"}, {}, "view 'cam_3' has no camera"},
-      // A missing number is not another way of counting.
+      // A missing number does not mean that counting starts elsewhere.
       {{"cam_1", "cam_2", "cam_4"},
        {"1", "2", "3"},
        {},

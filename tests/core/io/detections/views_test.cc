@@ -60,7 +60,7 @@ TEST(CocoViews, CamerasAndFramesComeFromImages) {
   EXPECT_EQ(recording.frames[0].frame, 5);
   EXPECT_EQ(recording.frames[1].frame, 7);
   EXPECT_TRUE(recording.frames[0].views[1].detections.empty())
-      << "nobody in cam10";
+      << "no person in cam10";
   EXPECT_EQ(JointOf(recording, 0, 0, 0, 0).px, Eigen::Vector2d(10, 20));
   EXPECT_EQ(JointOf(recording, 0, 0, 0, 0).confidence, 1.0) << "flag 2";
   EXPECT_FALSE(JointOf(recording, 0, 0, 0, 1).found) << "flag 0";
@@ -209,7 +209,7 @@ TEST(TwoDetectors, AreFusedJointByJoint) {
   // 40 px apart: the more confident one, supported by one of two.
   EXPECT_EQ(JointOf(recording, 1, 0, 0, 1).px.x(), 400.0);
   EXPECT_NEAR(JointOf(recording, 1, 0, 0, 1).confidence, 0.4, 1e-15);
-  // Seen by one.
+  // Found by one detector only.
   EXPECT_EQ(JointOf(recording, 2, 0, 0, 1).px.x(), 400.0);
   EXPECT_NEAR(JointOf(recording, 2, 0, 0, 1).confidence, 0.25, 1e-15);
 }
@@ -223,7 +223,7 @@ TEST(TwoDetectors, MustHaveTheSameViews) {
                    "rng1: has other views than");
 }
 
-// ---- Sessions of Caliscope's and sleap-anipose's ----
+// ---- Sessions of Caliscope and sleap-anipose ----
 
 // Two cameras at 20 Hz, the second 4 ms late; camera 1 misses frame 7.
 constexpr const char* kOld =

@@ -133,7 +133,7 @@ TEST(JointNames, BonesOfTheFileWin) {
   const std::vector<std::string> arm = {"left_shoulder", "left_elbow",
                                         "left_wrist"};
   const Skeleton guessed = SkeletonOfLabels(arm);
-  EXPECT_EQ(guessed.bones().size(), 2u) << "an arm is a human's";
+  EXPECT_EQ(guessed.bones().size(), 2u) << "an arm identifies a human";
   const Skeleton stated = SkeletonOfLabels(arm, {{0, 2}}, "arm");
   EXPECT_EQ(stated.name(), "arm");
   ASSERT_EQ(stated.bones().size(), 1u);

@@ -324,7 +324,7 @@ TEST_F(TracksC3d, FrameCountsAboutTheLimitOfAWord) {
     EXPECT_EQ(Count(maker.Pad()), static_cast<size_t>(count));
   }
   EXPECT_THAT(ErrorOf(OnePoint(1, 65535, 60'000)), HasSubstr("is cut off"))
-      << "a full word says 65535 or more";
+      << "a full word means 65535 or more";
 }
 
 TEST_F(TracksC3d, TheSizeDecidesWhereTheFileContradictsItself) {
@@ -351,7 +351,7 @@ TEST_F(TracksC3d, TheSizeDecidesWhereTheFileContradictsItself) {
 }
 
 TEST_F(TracksC3d, TheFirstFrame) {
-  EXPECT_EQ(First(OnePoint(101, 150, 50)), 100) << "a file that was trimmed";
+  EXPECT_EQ(First(OnePoint(101, 150, 50)), 100) << "a trimmed file";
   EXPECT_EQ(First(OnePoint(0, 49, 50)), 0) << "a writer that counts from 0";
   EXPECT_EQ(First(Trial(OnePoint(1, 50, 50), 101, 150)), 100);
   EXPECT_EQ(First(Trial(OnePoint(65535, 65535, 50).Words("POINT:FRAMES", {50}),
@@ -386,7 +386,8 @@ TEST_F(TracksC3d, RateScaleAndPointsFromParametersOrHeader) {
   };
   EXPECT_EQ(rate(OnePoint(1, 9, 9).Rate(0.0).Number("POINT:RATE", 59.94)),
             static_cast<double>(59.94F));
-  EXPECT_EQ(rate(OnePoint(1, 9, 9).Rate(0.0)), 0.0) << "as other formats";
+  EXPECT_EQ(rate(OnePoint(1, 9, 9).Rate(0.0)), 0.0)
+      << "0: unknown, as in other formats";
   const C3dMaker unscaled = OnePoint(1, 9, 9).Scale(0.0);
   EXPECT_EQ(Count(C3dMaker(unscaled).Number("POINT:SCALE", -1.0)), 9u);
   EXPECT_THAT(ErrorOf(unscaled), HasSubstr("POINT:SCALE"));
@@ -465,7 +466,7 @@ TEST_F(TracksC3d, LabelsOfAnyKind) {
   EXPECT_EQ(joints({"*1", "*2"}), (Names{"point_1", "point_2"}));
   EXPECT_EQ(joints({"Fu\xDF", "Fu\xC3\x9F l"}),
             (Names{"Fu\xC3\x9F", "Fu\xC3\x9F l"}))
-      << "Latin-1 beside UTF-8";
+      << "Latin-1 and UTF-8 in one file";
 }
 
 TEST_F(TracksC3d, ModelOutputsAreNoJoints) {
@@ -580,7 +581,7 @@ TEST_F(TracksC3d, SegmentsHavePosesAndTheirOriginsAreJoints) {
       }
       const TrackSequence tracks = Read(maker.Pad());
       EXPECT_EQ(tracks.header.skeleton.joints(), Names{"l_shank"})
-          << "the laboratory is no segment of a person";
+          << "the laboratory's segment is skipped";
       EXPECT_EQ(tracks.header.frame_rate_hz, 100.0 * ratio);
       ASSERT_EQ(tracks.frames.size(), 2u * static_cast<size_t>(ratio));
       EXPECT_EQ(tracks.frames[0].frame, 10 * ratio);

@@ -76,7 +76,7 @@ TEST(ReadingNotes, TiltedWorlds) {
   const auto note =
       NoteOf(Walk(Turned(55, Vector3d(1.0, 1.0, 0.0).normalized())), "trc");
   ASSERT_TRUE(note.has_value());
-  EXPECT_EQ(note->axes, "") << "near to no axis";
+  EXPECT_EQ(note->axes, "") << "tilted away from every axis";
 }
 
 TEST(ReadingNotes, LyingAndHandstandAreNoTurnedWorld) {

@@ -126,7 +126,7 @@ INSTANTIATE_TEST_SUITE_P(
                       Case{"tum", &Tum14()}),
     [](const auto& format) { return format.param.format; });
 
-// ---- What single formats do besides
+// ---- Peculiarities of single formats
 
 // Pose2Sim's own files: the world's axes come from its (Y up).
 TEST(TracksTrc, Pose2SimFilesAreRead) {
@@ -196,7 +196,7 @@ TEST(TracksTrc, FirstFrameFollowsTheTimeOfTheFirstRow) {
   };
   EXPECT_EQ(first_frame("0", "1\t0.00"), 0);
   EXPECT_EQ(first_frame("1", "1\t0.00"), 0);
-  EXPECT_EQ(first_frame("1", "1\t0.01"), 1);  // ours, of a recording from 1 on
+  EXPECT_EQ(first_frame("1", "1\t0.01"), 1);  // as kinegraph writes frame 1
   EXPECT_EQ(first_frame("1", "101\t1.00"), 100);
   EXPECT_EQ(first_frame("1", "101\t1.01"), 101);
   EXPECT_EQ(first_frame("30", "1\t0.30"), 30);
@@ -205,7 +205,7 @@ TEST(TracksTrc, FirstFrameFollowsTheTimeOfTheFirstRow) {
   // Pose2Sim's rows and times count from 1.
   EXPECT_EQ(first_frame("0", "1\t0.01"), 0);
   EXPECT_EQ(first_frame("30", "1\t0.01"), 30);
-  // Trimmed, with rows or the first frame renumbered, whatever the numbers.
+  // Trimmed files: times count, whether rows or the first frame are renumbered.
   EXPECT_EQ(first_frame("1", "4\t0.03"), 3);
   EXPECT_EQ(first_frame("0", "1\t0.03"), 3);
   EXPECT_EQ(first_frame("1", "1\t0.03"), 3);
@@ -363,7 +363,7 @@ TEST(TracksNpz, ReadsArraysOfNumpy) {
             (std::vector<std::string>{"a", "\u00e9"}));
   ASSERT_EQ(tracks.frames.size(), 3u);
   EXPECT_EQ(tracks.frames[2].frame, 5);
-  ASSERT_EQ(tracks.frames[1].people.size(), 1u) << "NaN: not there";
+  ASSERT_EQ(tracks.frames[1].people.size(), 1u) << "NaN marks a missing joint";
   EXPECT_EQ(tracks.frames[1].people[0].id, TrackId(9));
   EXPECT_EQ(tracks.frames[1].people[0].joints[1].position_m,
             Eigen::Vector3d(21, 22, 23));
@@ -406,7 +406,7 @@ TEST(TrackExport, LongcwAndTumRefuseWhatTheyCannotExpress) {
   EXPECT_TRUE(ListFolder(folder.path().string()).empty());
 }
 
-// ---- What is written
+// ---- Writers
 
 TEST(TrackExport, CsvQuotesJointNames) {
   TrackSequence tracks;
