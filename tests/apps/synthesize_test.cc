@@ -84,7 +84,7 @@ TEST_P(ConfigFiles, OutputsAreReadByTheReaders) {
   EXPECT_THAT(scene, HasSubstr("\"duration\":1"));
   for (const auto& entry : fs::directory_iterator(out)) {
     EXPECT_THAT(kFiles, ::testing::Contains(entry.path().filename().string()))
-        << "nothing else is left";
+        << "an unexpected file";
   }
 }
 

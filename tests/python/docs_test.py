@@ -52,14 +52,14 @@ def scene(*settings):
 
 
 class Session(unittest.TestCase):
-    def test_alike(self):
+    def test_alike_compares_words_and_numbers(self):
         self.assertTrue(alike("(5, 3): frames; metres", "(5, 3)"))
         self.assertTrue(alike("0.0162", "0.016201"))
         self.assertFalse(alike("0.0162", "0.0171"))
         self.assertFalse(alike("(5, 3): frames", "(5, 4)"))
         self.assertFalse(alike("raw 0.1", "batch 0.1"))
 
-    def test_prints_what_it_says(self):
+    def test_session_prints_its_comments(self):
         code = code_of("docs/python.md")
         printed = io.StringIO()
         with scene(), contextlib.redirect_stdout(printed):
@@ -70,7 +70,7 @@ class Session(unittest.TestCase):
         for one, line in zip(said, lines):
             self.assertTrue(alike(one, line), f"says {one!r}, prints {line!r}")
 
-    def test_readme(self):
+    def test_readme_example_runs(self):
         names = {}
         with scene("scene.duration=2"):
             os.rename("out/scene/cameras.json", "calibration.json")

@@ -58,7 +58,7 @@ TEST(BatchTest, ResumeSkipsFinishedTasks) {
   EXPECT_EQ(ContentOf(out + "/batch.json"), tables);
 }
 
-TEST(BatchTest, OneByOneEqualsAllAtOnceByteForByte) {
+TEST(BatchTest, SingleTasksEqualTheWholeBatchByteForByte) {
   const BatchStudy study(kPlainAndWide);
   Done("batch", study.Flags("all", "--jobs=3"));
   for (const std::string task : {"3", "take1/c1", "0", "2"}) {

@@ -360,7 +360,7 @@ TEST_F(EvaluateWalkerTest, ReportsThatNoPersonIsFound) {
   }
 }
 
-TEST(EvaluateProgramOnShelfTest, HeldOutCamerasOfGivenRuns) {
+TEST(EvaluateProgramOnShelfTest, ScoresHeldOutCamerasOfGivenRuns) {
   KINEGRAPH_DATA_OR_SKIP(shelf, "shelf");
   const std::string reference = shelf + "/reference/";
   std::string runs;

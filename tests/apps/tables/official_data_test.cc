@@ -102,7 +102,7 @@ class OfficialDataTest : public testing::CommandTest {
   std::string ground_truth_;
 };
 
-TEST_F(OfficialDataTest, ShelfGivesTheSameTables) {
+TEST_F(OfficialDataTest, ShelfFoldersGiveAllTablesOfShelf) {
   WriteSet("Shelf", "Calibration");
   const Json tables = Reproduce();
   // Without the campus folder there is no campus table.

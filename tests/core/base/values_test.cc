@@ -50,7 +50,7 @@ TEST(WeightedQuantile, BinnedQuantileInterpolatesWithinABin) {
   EXPECT_EQ(BinnedQuantile(weights, 4.0, 1.0), 3.0);
 }
 
-TEST(FrameClockTest, WholeFramesAreComparedWithHalfAFrameOfSlack) {
+TEST(FrameClockTest, ComparesWithHalfAFrameOfTolerance) {
   for (const double rate : {23.976, 25.0, 29.97, 60.0, 120.0}) {
     const FrameClock clock(rate);
     const TimeNs jitter = clock.TimeOf(1) / 3;

@@ -368,7 +368,7 @@ TEST(IdBounds, RenumberingIsReported) {
   }
 }
 
-TEST(CsvCells, AreNoFormulas) {
+TEST(CsvCells, AreEscapedAgainstFormulas) {
   const TemporaryFolder folder;
   const std::string path = (folder.path() / "a.csv").string();
   for (const std::string name :

@@ -197,7 +197,7 @@ TEST_F(CeresSolverTest, AJointInOneViewStaysNearItsPerson) {
       PersonCovariances(problem_, 1.0, problem_.times.size(), &covariances));
 }
 
-TEST(SolveCounts, DescribeNamesWhatWentWrong) {
+TEST(SolveCounts, DescribeTroublesListsFailures) {
   SolveCounts counts;
   counts.solves = 10;
   EXPECT_EQ(DescribeTroubles(counts), "");

@@ -365,7 +365,7 @@ TEST(Calibration, ProjectionMatricesOfAnySignAndScale) {
   }
 }
 
-TEST(Calibration, ProjectionFilesComeByNumber) {
+TEST(Calibration, ProjectionFilesAreOrderedByNumber) {
   const TemporaryFolder folder;
   for (const char* name : {"P10.txt", "P2.txt", "P1.txt", "Px.txt", "Q1.txt"}) {
     folder.Write(name, "1 0 0 0\n0 1 0 0\n0 0 1 1\n");

@@ -157,9 +157,10 @@ TEST_P(RoundTrip, ReadsBack) {
       EXPECT_EQ(again[c].height_px(), has_size ? cameras[c].height_px() : 0);
     }
   }
-  EXPECT_EQ(lost_fields.empty(), format.keeps_size) << "what is lost is said";
+  EXPECT_EQ(lost_fields.empty(), format.keeps_size)
+      << "losses must be reported";
   EXPECT_EQ(ListFolder(folder.path().string()).size(), 1u)
-      << "nothing is left beside the result";
+      << "files other than the result";
 }
 
 INSTANTIATE_TEST_SUITE_P(
@@ -223,7 +224,7 @@ TEST(CalibrationWriter, RefusesWhatTheFormatCannotExpress) {
   expect("xml", {Camera(parameters)},
          "found 'xml', expected one of kinegraph, krt");
   EXPECT_THAT(ListFolder(folder.path().string()), IsEmpty())
-      << "nothing half-written is left";
+      << "a rejected write left a file";
 }
 
 TEST(CalibrationWriter, ReportsASkewThatIsLeftOut) {

@@ -67,7 +67,7 @@ TEST(SkeletonFitTest, SideDifferenceIsThatOfTheLimbs) {
   EXPECT_DOUBLE_EQ(fit.SideDifference(0), 0.5 / 7.0);
 }
 
-TEST(SkeletonFitTest, Body25StaysBody25) {
+TEST(SkeletonFitTest, Body25IsKept) {
   const SkeletonFit fit = FitTo(Body25(), {&Body25(), &Body25B()});
   EXPECT_EQ(fit.Best(), 0u);
   EXPECT_FALSE(fit.Implausible(0));

@@ -390,7 +390,7 @@ std::string OwnFile(const std::string& frames) {
          frames;
 }
 
-TEST(RatedSource, AViewTwiceAsFastGivesEverySecondFrame) {
+TEST(RatedSource, AViewAtTwiceTheRateGivesEverySecondFrame) {
   const std::vector<DetectionFrame> frames =
       Read(Counting(10, 20), Rates({{"b", 50.0}}));
   ASSERT_EQ(frames.size(), 10u);
@@ -449,7 +449,7 @@ TEST(RatedSource, ABaseRateAboveAllViewsLosesNoFrame) {
 }
 
 // Frames without detections are kept, except after the end.
-TEST(RatedSource, EmptyFramesStay) {
+TEST(RatedSource, KeepsFramesWithoutDetections) {
   DetectionSequence sequence = Counting(8, 8);
   for (size_t f = 2; f < 5; ++f) {
     for (auto& view : sequence.frames[f].views) view.detections.clear();

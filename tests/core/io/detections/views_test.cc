@@ -45,7 +45,7 @@ constexpr const char* kCoco = R"({"info": {"frame_rate": 50}, "categories": [
 {"id": 3, "image_id": 13, "keypoints": [1, 2, 0.25, 3, 4, 2, 0, 0, 0],
  "keypoint_scores": [0.5, 0.75, 0]}]})";
 
-TEST(CocoViews, CamerasAndFramesComeFromImages) {
+TEST(CocoViews, CamerasAndFramesAreThoseOfTheImages) {
   const TemporaryFolder folder;
   const std::string path = folder.Write("take.json", kCoco);
   EXPECT_EQ(RecogniseKind(path), FileKind::kDetections);

@@ -115,7 +115,7 @@ TEST_F(AtomicFilesTest, ACommitOfSeveralIsAllOrNothing) {
                                             "pictures", "same"));
 }
 
-TEST_F(AtomicFilesTest, KeepLinksAndPermissionsAndLeaveStreamsAlone) {
+TEST_F(AtomicFilesTest, KeepLinksAndPermissionsAndWriteStreamsDirectly) {
   folder_.Write("real.jsonl", "old");
   fs::permissions(Path("real.jsonl"),
                   fs::perms::owner_read | fs::perms::owner_write);

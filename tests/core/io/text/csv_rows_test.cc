@@ -62,7 +62,7 @@ TEST(NumberOfCell, NumbersEmptyCellsAndTexts) {
   ExpectInputError([] { NumberOfCell("1 m"); }, "1 m");
 }
 
-TEST(CsvCell, ReadsBackAndIsNoFormula) {
+TEST(CsvCell, ReadsBackAndIsEscapedAgainstFormulas) {
   for (const std::string text :
        {"plain", "a,b", "say \"x\"", "=1+1", "-x", "@x", "'quoted", "a\nb"}) {
     const Rows rows = RowsOf(CsvCell(text) + "\n");

@@ -80,7 +80,7 @@ TEST_P(TrackRoundTrip, ReadsBack) {
     EXPECT_TRUE(testing::OpenSimReads(path));
   }
   EXPECT_EQ(ListFolder(folder.path().string()).size(), 1u)
-      << "nothing is left beside the result";
+      << "files other than the result";
   for (const std::string& read : {std::string(), format.format}) {
     TrackReadOptions options;
     options.format = read;
@@ -112,7 +112,7 @@ TEST_P(TrackRoundTrip, ReadsBack) {
       lost_fields.begin(), lost_fields.end(), [](const std::string& loss) {
         return loss.find("inferred joints") != std::string::npos;
       });
-  EXPECT_EQ(loses_status, !format.keeps_status) << "what is lost is said";
+  EXPECT_EQ(loses_status, !format.keeps_status) << "losses must be reported";
 }
 
 INSTANTIATE_TEST_SUITE_P(
