@@ -40,7 +40,7 @@ TEST_P(ReplayTest, RegressionInputs) {
       SCOPED_TRACE(entry.path().filename().string());
       const ProcessorTime used;
       Target().run(ContentOf(entry.path()));
-      // They took from ten seconds to forever; now milliseconds.
+      // Once they took ten seconds or never ended; now milliseconds.
       EXPECT_LT(used.Seconds(), 5.0);
       ++count;
     }

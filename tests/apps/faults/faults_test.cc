@@ -292,7 +292,8 @@ std::string ViewOf(const std::string& name, int count) {
   return text + "]";
 }
 
-// Rejected with these words, but not with this key.
+// Expects the command to be rejected with the text `says`, and to be accepted
+// with the key `set`, if there is one.
 void ExpectLimit(const std::string& line, const std::string& says,
                  const std::string& set) {
   const ProgramOutcome refused = RunShell(line);

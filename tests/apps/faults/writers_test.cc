@@ -111,7 +111,7 @@ class WriterTest : public ::testing::TestWithParam<Writer> {
   const std::string out_ = (folder_.path() / "result.jsonl").string();
 };
 
-// Of writers of one file.
+// Writers whose result is one file.
 class FileWriterTest : public WriterTest {};
 
 TEST_P(WriterTest, WritesAFileOrAFolder) {

@@ -52,7 +52,7 @@ struct Consistency {
   }
 };
 
-// Of the batch, or of the window.
+// Parameter: true for the batch, false for the window.
 class Exactness : public ::testing::TestWithParam<bool> {};
 
 TEST_P(Exactness, ErrorsMatchTheirCovariances) {

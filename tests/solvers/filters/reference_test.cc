@@ -233,7 +233,7 @@ TEST(ReferenceTest, RulesChooseTheSameCutoffs) {
   }
 }
 
-// Of every number in both.
+// Compares all numbers of two JSON values.
 void ExpectAlike(const nlohmann::json& found, const nlohmann::json& expected,
                  const std::string& where) {
   ASSERT_EQ(found.size(), expected.size()) << where;

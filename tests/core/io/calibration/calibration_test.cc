@@ -59,7 +59,7 @@ double LargestDistancePx(const Camera& a, const Camera& b,
 
 // ---- Shelf ----
 
-// The place where people walk, metres.
+// The area where people walk [m].
 const Eigen::Vector3d kShelfLow(-2.0, -2.0, 0.0);
 const Eigen::Vector3d kShelfHigh(2.0, 2.0, 2.0);
 

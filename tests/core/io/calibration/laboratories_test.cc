@@ -527,7 +527,7 @@ TEST(ColmapCalibration, ErrorsNameFileAndLine) {
   ExpectInputError([&] { ReadCameras(alone); }, "images.txt");
 }
 
-// ---- Fisheye lenses in others' files ----
+// ---- Fisheye lenses in files of other programs ----
 
 TEST(FisheyeCalibration, ColmapsModelsAreRead) {
   const TemporaryFolder folder;
