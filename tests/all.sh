@@ -1,8 +1,8 @@
 #!/bin/bash
-# What takes too long for every change; `./kinegraph test --all` runs it after
-# all tests. A line a step: outcome, seconds, what it was; its words are in
-# BUILD/all/STEP.log. A step that lacks something it needs is skipped and says
-# what.
+# Checks that take too long for every change; `./kinegraph test --all` runs them
+# after all tests. Prints one line per step: outcome, seconds, title. Its output
+# is in BUILD/all/STEP.log. A step that lacks a program or package is skipped
+# and names it.
 #
 #   tests/all.sh BUILD [STEP...]     default: every step
 set -uo pipefail
@@ -23,13 +23,13 @@ lacks() {  # why this step cannot be run; nothing: it can
   done
 }
 
-# Every test program of the folders given.
+# Names of the test programs of the given folders.
 programs_of() {  # FOLDER...
   (cd tests && find "$@" -name '*_test.cc' -printf 'test_%h\n' | tr / _ | sort -u)
 }
 
-# What each test came to is kept in BUILD/all/PRESET.xml. KINEGRAPH_PROGRAMS
-# chooses some of the programs.
+# The results of all tests are written to BUILD/all/PRESET.xml.
+# KINEGRAPH_PROGRAMS selects some of the programs.
 sanitizer() {  # PRESET PROGRAM...
   local preset=$1 program programs=()
   shift
@@ -46,8 +46,8 @@ sanitizer() {  # PRESET PROGRAM...
       --output-on-failure --output-junit "$logs/$preset.xml"
 }
 
-# Everything. The engines of clusters only start programs that are tested
-# without them.
+# All programs except the cluster tests, which only start programs that others
+# test.
 asan() {
   local programs
   mapfile -t programs < <(programs_of apps core fuzz solvers |
@@ -55,7 +55,7 @@ asan() {
   ASAN_OPTIONS=detect_stack_use_after_return=1:strict_string_checks=1 \
     UBSAN_OPTIONS=print_stacktrace=1 sanitizer asan "${programs[@]}"
 }
-# What works in threads.
+# Programs that use threads.
 tsan() {
   TSAN_OPTIONS=halt_on_error=1 sanitizer tsan test_core_base \
     test_core_tracking test_solvers_batch test_solvers_session test_apps_batch \

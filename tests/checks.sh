@@ -1,5 +1,5 @@
 #!/bin/bash
-# What .ci/run does beside the tests: tests/checks.sh CHECK BUILD
+# Checks of .ci/run other than the tests: tests/checks.sh CHECK BUILD
 #   tidy     clang-tidy's findings are errors in lines that changed since
 #            KINEGRAPH_CI_BASE (default: the commit before this one)
 #   single   every source of solvers and commands by itself, without unity (the
@@ -9,9 +9,9 @@
 #   readers  tests of core/io under Clang's address and undefined-behaviour
 #            sanitizers
 #   units    the same for the rest of core
-# The last line tells what was done, or what is missing (exit code 77).
+# The last line states the result, or what is missing (exit code 77).
 set -uo pipefail
-# In an empty environment bash has a path of its own, which cmake needs, too.
+# In an empty environment bash sets PATH without exporting it; cmake needs it.
 export PATH
 root=$(cd -P "$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")/.." && pwd)
 build=$(readlink -f "$2")
@@ -38,8 +38,8 @@ changed_sources() {  # BASE
     while read -r file; do if [[ -e $file ]]; then echo "$file"; fi; done
 }
 
-# Lines that changed, as clang-tidy's --line-filter wants them: what stood there
-# before is not for this change to mend.
+# Changed lines in the format of clang-tidy's --line-filter: findings in older
+# lines are ignored.
 changed_lines() {  # BASE
   git diff -U0 --diff-filter=d "$1" -- '*.cc' '*.h' | python3 -c '
 import json, re, sys

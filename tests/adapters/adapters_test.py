@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The adapters: what they refuse, and how; a reader of a user's own.
+"""The adapters: rejected inputs, their messages, and a user's own reader.
 
 Needs KINEGRAPH_APPS (build/apps) and KINEGRAPH_SOURCE; without h5py, pandas or SciPy
 it prints SKIPPED.
@@ -134,7 +134,7 @@ class Pickles(unittest.TestCase):
             self.assertIn(said, self.refused(content))
         self.assertFalse(marker.exists())
 
-    def test_broken_ones_end_with_a_message(self):
+    def test_broken_pickles_give_a_message(self):
         whole = pickle.dumps(samples.opencap_camera(), 2)
         for length in range(len(whole)):
             self.assertNotEqual(self.refused(whole[:length]), "")
@@ -147,7 +147,7 @@ class Pickles(unittest.TestCase):
 
 class Files(Adapters):
     def memory_of(self, path):
-        """Kilobytes that refusing a file takes at the most."""
+        """Peak memory [kB] of rejecting a file."""
         script = (
             "import resource, subprocess, sys\n"
             "done = subprocess.run(sys.argv[1:], capture_output=True)\n"
@@ -178,7 +178,7 @@ class Files(Adapters):
             self.refused(path)
             self.assertLess(self.memory_of(path), 100_000)
 
-    def test_hdf5_that_claims_more_than_it_holds(self):
+    def test_hdf5_with_declared_sizes_beyond_the_file(self):
         def write(name, **sets):
             path = self.folder / name
             with h5py.File(path, "w") as file:
@@ -201,7 +201,7 @@ class Files(Adapters):
                                 external=[(self.folder / "numbers", 0, 816)])  # fmt: skip
         self.assertIn("is no data set of this file", self.refused(outside))
 
-    def test_sleap_says_what_is_wrong(self):
+    def test_sleap_errors_name_the_fault(self):
         samples.write_sleap(self.folder / "a.h5", 0, own_order=False)
         path = self.folder / "a.h5"
         with h5py.File(path, "a") as file:
@@ -216,7 +216,7 @@ class Files(Adapters):
             cut.write_bytes(whole[:length])
             self.assertIn("cut.h5", self.refused("--format=sleap", cut))
 
-    def test_sleap_has_its_own_edges(self):
+    def test_sleap_edges_become_bones(self):
         path = self.folder / "a.h5"
         samples.write_sleap(path, 0, own_order=True)
         for edges, expected in (([[2, 0], [0, 1]], [[2, 0], [0, 1]]),
@@ -259,7 +259,7 @@ class Files(Adapters):
         path.write_text(json.dumps(dict(scene, cameras=3)))
         self.assertIn("cameras: expected a list", self.refused(path))
 
-    def test_a_link_to_nowhere_is_passed_over(self):
+    def test_a_dangling_link_is_ignored(self):
         samples.write_sleap(self.folder / "s/top/take.analysis.h5", 0, True)
         (self.folder / "s/top/take.mp4").symlink_to("/nowhere")
         self.assertEqual(self.lines(self.folder / "s")[0]["views"], ["top"])
@@ -291,7 +291,7 @@ class Files(Adapters):
         self.assertGreater(path.read_bytes().find(b"node_names"), 1 << 16)
         self.assertEqual(len(self.lines(path)), 3001)
 
-    def test_a_session_is_a_folder_a_camera(self):
+    def test_a_session_has_one_folder_per_camera(self):
         for camera in ("top", "back", "mid"):
             samples.write_sleap(self.folder / f"s/{camera}/minimal.analysis.h5", 0, True)
             (self.folder / f"s/{camera}/other.h5").write_text("no HDF5")
@@ -300,7 +300,7 @@ class Files(Adapters):
         samples.write_sleap(self.folder / "s/mid/second.analysis.h5", 0, True)
         self.assertIn("mid: holds 2 analyses", self.refused(self.folder / "s"))
 
-    def test_names_of_columns_are_no_program(self):
+    def test_pickled_column_names_are_not_executed(self):
         path = self.folder / "a.h5"
         samples.write_deeplabcut(path, 0, [None])
         with h5py.File(path, "a") as file:
@@ -336,7 +336,7 @@ class Files(Adapters):
 
 
 class Interface(Adapters):
-    def test_a_library_that_is_missing_is_one_line(self):
+    def test_a_missing_library_gives_one_line(self):
         samples.write_sleap(self.folder / "a.h5", 0, True)
         broken = self.folder / "modules"
         broken.mkdir()
@@ -354,7 +354,7 @@ class Interface(Adapters):
         path.chmod(0o755)
         return path
 
-    def test_the_reader_of_the_page(self):
+    def test_the_example_reader_of_the_page(self):
         page = (SOURCE / "docs/adapters.md").read_text()
         script = re.search(r"```python my_reader.py\n(.*?)```", page, re.DOTALL)[1]
         code = [line for line in script.splitlines() if line.strip()]
@@ -391,7 +391,7 @@ class Interface(Adapters):
             )
             out.unlink()
 
-    def test_no_input_is_written_over(self):
+    def test_inputs_are_not_overwritten(self):
         reader = self.reader("#!/bin/sh\n[ $1 = --recognise ] && echo tracks && exit\n"
                              "cat $0.tracks\n")  # fmt: skip
         pathlib.Path(f"{reader}.tracks").write_text(
@@ -431,7 +431,7 @@ class Interface(Adapters):
                             "--out=o"], cwd=beside, capture_output=True)  # fmt: skip
         self.assertFalse(marker.exists())
 
-    def test_programs_that_fail(self):
+    def test_failing_adapters_are_reported(self):
         path = self.folder / "a.xyz"
         path.write_text("?")
         ask = 'if [ "$1" = --recognise ]; then echo detections; exit; fi\n'

@@ -44,7 +44,7 @@ TEST_F(CalibrateTest, ARefusalFailsAndLeavesNoCameras) {
               HasSubstr("\"verdict\": \"refused\""));
 }
 
-TEST_F(CalibrateTest, WhatCannotBeWrittenIsSaidBeforeTheWork) {
+TEST_F(CalibrateTest, RefusesUnwritableOutputPaths) {
   const std::string detections = Seconds(0.5);
   fs::create_directory(Path("folder.json"));
   const std::string file = folder_.Write("file", "");
@@ -56,7 +56,7 @@ TEST_F(CalibrateTest, WhatCannotBeWrittenIsSaidBeforeTheWork) {
 }
 
 // Lengths in millimetres instead of metres, and overflows.
-TEST_F(CalibrateTest, LengthsHaveARange) {
+TEST_F(CalibrateTest, RefusesLengthsOutOfRange) {
   const std::string detections = Seconds(0.5);
   for (const std::string length :
        {"scale=1750", "scale=1e300", "scale=-1", "distance=nose,l_hip,600",

@@ -81,7 +81,7 @@ struct Take {
   std::string tracks;
 };
 
-TEST(Convert, OwnFormatsComeBackByteForByte) {
+TEST(Convert, OwnFormatsRoundTripByteForByte) {
   const TemporaryFolder folder;
   const Take recording(folder);
   for (const std::string& in :
@@ -92,7 +92,7 @@ TEST(Convert, OwnFormatsComeBackByteForByte) {
   }
 }
 
-TEST(Convert, RefinedCamerasKeepTheirRecordOrSaySo) {
+TEST(Convert, RefinementRecordIsKeptOrReportedLost) {
   const TemporaryFolder folder;
   const Take recording(folder);
   const std::string refinement =
@@ -113,7 +113,7 @@ TEST(Convert, RefinedCamerasKeepTheirRecordOrSaySo) {
   EXPECT_FALSE(fs::exists(folder.path() / "broken.json"));
 }
 
-TEST(Convert, FlagsTellWhatTheInputDoesNot) {
+TEST(Convert, FlagsSupplyUnitImageSizeAndFrameRate) {
   const TemporaryFolder folder;
   const std::string krt =
       folder.Write("krt.json",
@@ -148,7 +148,7 @@ TEST(Convert, FirstFrameOf4DAssociation) {
   EXPECT_EQ(tracks.frames[1].time, 320'000'000);
 }
 
-TEST(Convert, BadUsageIsOneLineAndExitTwo) {
+TEST(Convert, BadUsageGivesOneLineAndExitCodeTwo) {
   const TemporaryFolder folder;
   const Take recording(folder);
   const std::string out = folder.path() / "out";
@@ -211,7 +211,7 @@ TEST(Convert, BadUsageIsOneLineAndExitTwo) {
 }
 
 // The advice of each note is a command that runs and removes the note.
-TEST(Convert, PeopleOnTheirSideAndTheWayUp) {
+TEST(Convert, NotesTurnedWorldsAndTheUpDirection) {
   const TemporaryFolder folder;
   const std::string tracks = folder.path() / "take.jsonl";
   WriteTracks(tracks, testing::Walk());
@@ -222,7 +222,7 @@ TEST(Convert, PeopleOnTheirSideAndTheWayUp) {
   };
   const auto stands = Not(HasSubstr("people stand"));
   EXPECT_THAT(convert(tracks, "up.trc", ""), stands);
-  // The file's Z is up, as its maker may have left it.
+  // A file whose Z is up although its format means Y.
   EXPECT_THAT(convert(tracks, "side.trc", "--axes=x,y,z"),
               HasSubstr("people stand along z of the world, not along y, which "
                         "trc shows as up: --axes=x,z,-y stands them up"));
@@ -243,7 +243,7 @@ TEST(Convert, PeopleOnTheirSideAndTheWayUp) {
 
 // Tracks in formats without stated axes are rotated on reading: a quarter turn
 // about x and its inverse cancel.
-TEST(Convert, AxesTurnTracksOfAnyFormat) {
+TEST(Convert, AxesRotateTracksOfAnyFormat) {
   const TemporaryFolder folder;
   const std::string tracks = folder.path() / "take.jsonl";
   TrackSequence walk = testing::Walk();
@@ -310,7 +310,7 @@ std::string FourthLineOf(const std::string& path) {
   return line;
 }
 
-TEST(Convert, MarkersAreNamedAsOthersNameThem) {
+TEST(Convert, ChoosesMarkerNamesAndPerson) {
   const TemporaryFolder folder;
   TrackSequence found;
   found.header.skeleton = Halpe26();
@@ -350,7 +350,7 @@ TEST(Convert, MarkersAreNamedAsOthersNameThem) {
     ASSERT_EQ(back.frames.at(0).people.size(), 1u);
     EXPECT_NEAR(back.frames[0].people[0].joints[0].position_m.x(), 8.0, 1e-12);
   }
-  // Both people: a folder; one of them alone by the number.
+  // Both people make a folder; --person=ID selects one.
   Converted("--to=trc --in=" + tracks +
             " --out=" + (folder.path() / "both").string());
   const std::string csv = folder.path() / "one.csv";

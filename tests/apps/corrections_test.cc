@@ -63,7 +63,7 @@ const char kEdited[] =
 {"op": "name", "persons": [1], "name": "Anna"}
 )";
 
-TEST_F(CorrectionsTest, AFileEditedByHandGivesTheSameBytesEachTime) {
+TEST_F(CorrectionsTest, AHandEditedFileIsAppliedDeterministically) {
   Done("track", Flags("", "before.jsonl"));
   const TrackSequence before = ReadTracks(Path("before.jsonl"));
   ASSERT_THAT(IdsAt(before, 20), ElementsAre(0, 1));
@@ -92,7 +92,7 @@ TEST_F(CorrectionsTest, AFileEditedByHandGivesTheSameBytesEachTime) {
   EXPECT_EQ(ContentOf(Path("third.jsonl")), ContentOf(Path("one.jsonl")));
 }
 
-TEST_F(CorrectionsTest, WrongLinesEndWithTheirPlace) {
+TEST_F(CorrectionsTest, ErrorsNameTheLine) {
   const struct {
     std::string line;
     std::string why;
@@ -112,7 +112,7 @@ TEST_F(CorrectionsTest, WrongLinesEndWithTheirPlace) {
                                    wrong.line + "\n",
                                "wrong.jsonl")),
         AllOf(HasSubstr("edits.jsonl: line 2"), HasSubstr(wrong.why)));
-    EXPECT_EQ(ContentOf(Path("wrong.jsonl")), "") << "nothing half done";
+    EXPECT_EQ(ContentOf(Path("wrong.jsonl")), "") << "an output file was left";
   }
 }
 

@@ -63,7 +63,7 @@ std::vector<std::string> TableOfReadme() {
   return table;
 }
 
-TEST_F(DemoTest, PrintsWhatReadmeShows) {
+TEST_F(DemoTest, PrintsTheTableOfTheReadme) {
   const std::vector<std::string> table = TableOfReadme();
   ASSERT_GE(table.size(), 4u);
   const ProgramOutcome outcome = Run("");
@@ -128,7 +128,7 @@ TEST_F(DemoTest, TracksInEveryModeAndScores) {
   EXPECT_THAT(outcome.output, HasSubstr("identity switches"));
 }
 
-TEST_F(DemoTest, SameFilesEachTime) {
+TEST_F(DemoTest, WritesTheSameFilesEachTime) {
   Run("--set=scene.duration=1");
   std::map<std::string, std::string> first;
   for (const auto& entry : fs::directory_iterator(out_)) {
@@ -142,7 +142,7 @@ TEST_F(DemoTest, SameFilesEachTime) {
   }
 }
 
-TEST_F(DemoTest, BadInputIsOneLineAndExitTwo) {
+TEST_F(DemoTest, BadInputGivesOneLineAndExitCodeTwo) {
   for (const std::string flags :
        {"--set=scene.peeple=3", "--set=scene.people=0", "--config=/none.toml",
         "--no_such_flag"}) {

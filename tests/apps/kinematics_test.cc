@@ -102,7 +102,7 @@ TEST_F(Kinematics, WritesARowAPersonAndFrame) {
   EXPECT_THAT(text, HasSubstr("\n11,0.44,7,\"Anna, first\","));
 }
 
-TEST_F(Kinematics, MissingIsAnEmptyCell) {
+TEST_F(Kinematics, MissingValuesAreEmptyCells) {
   Run("--frame_rate=25 --tracks=" + WriteBendWithoutTimes());
   const std::vector<Row> rows = ReadCsv(Path("angles.csv"));
   ASSERT_EQ(rows.size(), 3u);
@@ -129,7 +129,7 @@ TEST_F(Kinematics, WithoutTimesThereAreNoSpeeds) {
 }
 
 // Pose2Sim's files have some of a skeleton's joints under other names.
-TEST_F(Kinematics, OtherProgramsNamesAreKnown) {
+TEST_F(Kinematics, RecognisesJointNamesOfOtherPrograms) {
   TrackSequence tracks;
   tracks.header.skeleton = Skeleton("custom", {"RHip", "RKnee", "RAnkle"}, {});
   tracks.header.mode = "graph";
@@ -147,7 +147,7 @@ TEST_F(Kinematics, OtherProgramsNamesAreKnown) {
   EXPECT_NEAR(std::stod(rows[0].at("r_knee_flexion_deg")), 60.0, 1e-9);
 }
 
-TEST_F(Kinematics, BadInputIsOneLineAndExitTwo) {
+TEST_F(Kinematics, BadInputGivesOneLineAndExitCodeTwo) {
   const std::string in = "--tracks=" + WriteBend();
   const std::string out = " --out=" + Path("angles.csv");
   const std::string hand =

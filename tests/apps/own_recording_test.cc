@@ -198,7 +198,7 @@ class SmallRecording : public ::testing::Test {
   const std::string in = folder.path().string();
 };
 
-TEST_F(SmallRecording, TellsWhatIsMissingOrWrong) {
+TEST_F(SmallRecording, ErrorsNameWhatIsMissingOrWrong) {
   Make("openpose", "body25");
   const auto flags = [&](const std::string& out) {
     return Flags(out, "cameras.json", "detections_openpose");
@@ -211,7 +211,7 @@ TEST_F(SmallRecording, TellsWhatIsMissingOrWrong) {
               HasSubstr("must end in .jsonl, .csv, .npz, .trc"));
 }
 
-TEST_F(SmallRecording, InitKeepsWhatItIsTold) {
+TEST_F(SmallRecording, InitKeepsGivenKeys) {
   Make("coco", "coco17");
   Done("init", Flags("my.toml") +
                    "--set='cameras.ignore_distortion=true; "
@@ -250,7 +250,7 @@ std::string WithLateView(const std::string& detections, size_t frames_late) {
 
 // The configuration from `init` refines displaced cameras and one that started
 // late; a good recording is not changed.
-TEST_F(SmallRecording, InitHasWhatIsOffRefined) {
+TEST_F(SmallRecording, InitEnablesRefinementWhereNeeded) {
   Make("coco", "coco17", 3, 6.0);
   CameraRig turned;
   for (const Camera& camera : ReadCameras(in + "/cameras.json")) {
@@ -309,7 +309,7 @@ TEST_F(SmallRecording, TheExtensionChoosesTheFormat) {
               HasSubstr("--markers"));
 }
 
-TEST(OwnRecording, AnUnknownConfigurationIsAnsweredWithTheKnownOnes) {
+TEST(OwnRecording, AnUnknownConfigurationListsTheKnownOnes) {
   EXPECT_THAT(
       Refusal("track",
               "--cameras=a --detections=b --config=ofline.toml --out=c.jsonl"),

@@ -54,7 +54,7 @@ class ReportTest : public CommandTest {
   const std::string out_ = Path("page.html");
 };
 
-TEST_F(ReportTest, SaysHowMuchThePageHolds) {
+TEST_F(ReportTest, PrintsTheCountsOfThePage) {
   ProgramOutcome outcome = Run("--tracks=" + tracks_);
   EXPECT_THAT(outcome.output, HasSubstr("20 frames, 20 poses, "));
   EXPECT_THAT(outcome.output, Not(HasSubstr("detections")));
@@ -69,7 +69,7 @@ TEST_F(ReportTest, SaysHowMuchThePageHolds) {
 }
 
 // Files with the headers of JPEG and PNG; only the browser interprets the rest.
-TEST_F(ReportTest, PicturesAreLinkedAndEmbeddedAsTheyAre) {
+TEST_F(ReportTest, PicturesAreLinkedOrEmbeddedUnchanged) {
   const std::string view = ReadCameras(cameras_)[0].name();
   fs::create_directory(Path("pictures"));
   for (int f = 0; f < 20; ++f) {
@@ -98,7 +98,7 @@ TEST_F(ReportTest, PicturesAreLinkedAndEmbeddedAsTheyAre) {
       HasSubstr("0.jpg: is neither JPEG nor PNG"));
 }
 
-TEST_F(ReportTest, BadInputIsOneLineAndExitTwo) {
+TEST_F(ReportTest, BadInputGivesOneLineAndExitCodeTwo) {
   const std::vector<std::pair<std::string, std::string>> cases = {
       {"", "--tracks"},
       {"--tracks=/nowhere.jsonl", "/nowhere.jsonl"},

@@ -60,7 +60,7 @@ class SynthesizeTest : public CommandTest {
 class ConfigFiles : public SynthesizeTest,
                     public ::testing::WithParamInterface<const char*> {};
 
-TEST_P(ConfigFiles, MakeWhatTheReadersRead) {
+TEST_P(ConfigFiles, OutputsAreReadByTheReaders) {
   const ProgramOutcome outcome =
       Run(ProjectFile(std::string("configs/synthetic/") + GetParam()),
           "new/scene", "scene.duration=1");
@@ -84,7 +84,7 @@ TEST_P(ConfigFiles, MakeWhatTheReadersRead) {
   EXPECT_THAT(scene, HasSubstr("\"duration\":1"));
   for (const auto& entry : fs::directory_iterator(out)) {
     EXPECT_THAT(kFiles, ::testing::Contains(entry.path().filename().string()))
-        << "nothing else is left";
+        << "an unexpected file";
   }
 }
 
@@ -104,7 +104,7 @@ TEST_F(SynthesizeTest, SameConfigurationSameBytes) {
             ContentOf(Path("c/detections.jsonl")));
 }
 
-TEST_F(SynthesizeTest, BadInputIsOneLineAndExitTwo) {
+TEST_F(SynthesizeTest, BadInputGivesOneLineAndExitCodeTwo) {
   const std::map<std::string, std::string> cases = {
       {"[scene]\npeeple = 3\n", ":2: key 'scene.peeple'"},
       {"[scene]\npeople = 0\n", ":2: key 'scene.people'"},
@@ -130,7 +130,7 @@ TEST_F(SynthesizeTest, BadInputIsOneLineAndExitTwo) {
   Refusal("synthesize", Flags(good, "good.toml"));  // a file is not a folder
 }
 
-TEST_F(SynthesizeTest, TakesRateAndLengthFromTheClipAlone) {
+TEST_F(SynthesizeTest, TakesRateAndLengthFromTheClip) {
   const std::string clip = MakeClip();
   Run("", "out", "", clip);
   const TrackSequence before = ReadTracks(clip);
@@ -143,7 +143,7 @@ TEST_F(SynthesizeTest, TakesRateAndLengthFromTheClipAlone) {
   EXPECT_THAT(ContentOf(Path("out/scene.json")), HasSubstr("\"clip_id\": 0"));
 }
 
-TEST_F(SynthesizeTest, ConfigurationRateStartsAndHoldsCount) {
+TEST_F(SynthesizeTest, AppliesConfiguredRateStartsAndHolds) {
   const std::string clip = MakeClip();
   const std::string config =
       folder_.Write("two.toml",
@@ -166,7 +166,7 @@ TEST_F(SynthesizeTest, ConfigurationRateStartsAndHoldsCount) {
 }
 
 // The scene has the joints of the clip, unless its skeleton is configured.
-TEST_F(SynthesizeTest, AClipWithoutAFaceIsSeenWithoutOne) {
+TEST_F(SynthesizeTest, AClipWithoutAFaceGivesDetectionsWithoutOne) {
   TrackSequence clip = ReadTracks(MakeClip());
   std::vector<std::string> joints(clip.header.skeleton.joints().begin() + 5,
                                   clip.header.skeleton.joints().end());
@@ -191,7 +191,7 @@ TEST_F(SynthesizeTest, AClipWithoutAFaceIsSeenWithoutOne) {
               HasSubstr("has no joint 'nose'"));
 }
 
-TEST_F(SynthesizeTest, OpticalMarkersAreAClip) {
+TEST_F(SynthesizeTest, ReadsOpticalMarkersAsAClip) {
   KINEGRAPH_DATA_OR_SKIP(data, "markers/qualisys_theia/dynamic_1_markers.c3d");
   Run("", "markers", "", data);
   const TrackSequence truth = ReadTracks(Path("markers/truth.jsonl"));
@@ -200,7 +200,7 @@ TEST_F(SynthesizeTest, OpticalMarkersAreAClip) {
   EXPECT_EQ(truth.header.frame_rate_hz, 200.0);
 }
 
-TEST_F(SynthesizeTest, BadClipsAreOneLineAndExitTwo) {
+TEST_F(SynthesizeTest, BadClipsGiveOneLineAndExitCodeTwo) {
   const std::string clip = MakeClip();
   const std::string header =
       ContentOf(clip).substr(0, ContentOf(clip).find('\n'));
@@ -228,7 +228,7 @@ TEST_F(SynthesizeTest, BadClipsAreOneLineAndExitTwo) {
   }
 }
 
-TEST_F(SynthesizeTest, RecordedClipsAreSeenAsTheyAre) {
+TEST_F(SynthesizeTest, RunsShippedConfigurationsOnRecordedClips) {
   KINEGRAPH_DATA_OR_SKIP(data, "motion/walk_30hz.jsonl");
   const std::string clips = fs::path(data).parent_path().string() + "/";
   for (const std::string name : {"motion.toml", "motion_after_rest.toml"}) {

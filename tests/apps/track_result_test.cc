@@ -106,7 +106,7 @@ TEST_F(TrackResultTest, KeepsAForeignFileOfThatName) {
   EXPECT_EQ(ContentOf(Path("a.identity.jsonl")), "mine\n");
 }
 
-TEST_F(TrackResultTest, ARefusalAtTheEndLeavesNothing) {
+TEST_F(TrackResultTest, ARefusedRunLeavesNoFiles) {
   fs::copy(Path("cameras.json"), Path("z.summary.json"));
   const ProgramOutcome outcome =
       RunProgram("track", "--cameras=" + Path("z.summary.json") +

@@ -98,7 +98,7 @@ def make(folder):
                  f"--out={at}"], capture_output=True)
             if made.returncode == 0:
                 inputs.append((f"{kind} {name}", at.parent, file_name, use))
-    # What stands beside tracks.
+    # Side files of tracks.
     beside = folder / "beside"
     beside.mkdir()
     for entry in folder.glob("own*"):

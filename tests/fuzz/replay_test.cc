@@ -32,7 +32,7 @@ class ReplayTest : public ::testing::TestWithParam<std::string> {
 };
 
 // Each input once exhausted memory or time, or crashed the program.
-TEST_P(ReplayTest, InputsThatOnceFailed) {
+TEST_P(ReplayTest, RegressionInputs) {
   const fs::path folder = ProjectFile("tests/fuzz/regressions") / GetParam();
   int count = 0;
   if (fs::is_directory(folder)) {
@@ -40,7 +40,7 @@ TEST_P(ReplayTest, InputsThatOnceFailed) {
       SCOPED_TRACE(entry.path().filename().string());
       const ProcessorTime used;
       Target().run(ContentOf(entry.path()));
-      // They took from ten seconds to forever; now milliseconds.
+      // Once they took ten seconds or never ended; now milliseconds.
       EXPECT_LT(used.Seconds(), 5.0);
       ++count;
     }

@@ -18,15 +18,15 @@ import sys
 
 PROGRAM = sys.argv[1] if len(sys.argv) > 1 else (
     "build/fuzz/tests/fuzz/fuzz_targets")
-# An input that takes longer hangs, by the clock: a scene of some seconds of
-# processor time needs four times as many on a busy machine.
+# Inputs that take longer (wall time) count as hangs: scenes need some seconds
+# of processor time, on a busy machine four times as many.
 LIMITS_S = {"scene": 60}
 SECONDS = int(sys.argv[2]) if len(sys.argv) > 2 else 600
 FOLDER = pathlib.Path(sys.argv[3] if len(sys.argv) > 3 else "out/fuzz")
 
 
 def targets():
-    """As the program lists them when it knows none of the name."""
+    """The names that the program lists."""
     listed = subprocess.run([PROGRAM, "-runs=0"], capture_output=True,
                             text=True,
                             env=dict(os.environ, KINEGRAPH_FUZZ_TARGET="list"))
@@ -34,10 +34,10 @@ def targets():
 
 
 def fuzz(target):
-    """How many inputs were tried, and the files of what was found."""
+    """The number of inputs tried, and the files of findings."""
     corpus = FOLDER / "corpus" / target
     found = FOLDER / "found" / target
-    # What a target that dies was reading stays there.
+    # Keeps the input of a target that crashes.
     work = (FOLDER / "work").resolve()
     for folder in (corpus, found, work):
         folder.mkdir(parents=True, exist_ok=True)

@@ -130,7 +130,7 @@ std::string WrittenDetections(const DetectionFormat& format) {
                  });
 }
 
-// Of formats of one file, or of those that are folders.
+// Written calibrations as seeds: of folder formats, or of single-file formats.
 std::vector<std::string> WrittenCalibrations(bool folders) {
   std::vector<std::string> seeds;
   for (const CalibrationFormat& format : CalibrationFormats()) {

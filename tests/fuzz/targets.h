@@ -18,12 +18,12 @@ struct FuzzTarget {
   std::function<bool(const std::string& bytes)> run;
 };
 
-// Of a reader of one file.
+// The target that runs a reader on one file of any bytes.
 FuzzTarget OfReader(const std::string& name,
                     void (*read)(const std::string& path));
 
 const std::vector<FuzzTarget>& FuzzTargets();
-// Those among them that need more than core/io.
+// The targets that need more than core/io.
 std::vector<FuzzTarget> RunTargets();
 
 // Throws std::out_of_range for an unknown name.

@@ -11,8 +11,8 @@ import sys
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 INCLUDE = re.compile(r'\s*#\s*include\s*[<"]([^>"]+)[>"]')
 
-# What only some folders may include: pattern of the whole path, folders, rule,
-# and a wrong line, on which the rule is tried.
+# Includes allowed in some folders only: pattern of the whole path, folders,
+# rule, and a violation (file, line) that tests the rule.
 INCLUDES = [
     (r"(ceres|suitesparse)/.*|cholmod.*\.h|umfpack\.h|SuiteSparse.*",
      ["solvers"], "Ceres and SuiteSparse are seen by solvers alone",
@@ -36,7 +36,7 @@ INCLUDES = [
     (r"tests/.*", [], "tests are used by tests alone",
      ("core/data/x.h", '#include "tests/support/y.h"')),
 ]
-# The same of words in other lines.
+# The same for patterns in other lines.
 WORDS = [
     (r"\b(FLAGS_\w+|(DEFINE|DECLARE)_(bool|int32|uint32|int64|uint64|double|"
      r"string)\b)", ["apps"], "flags are for apps alone",
@@ -49,7 +49,7 @@ WORDS = [
     (r"\brandom_device\b", [], "every random number is seeded",
      ("core/data/x.cc", "std::random_device d;")),
 ]
-# What is not on every system, for docs/porting.md.
+# Platform-specific code, which docs/porting.md must list.
 NOT_EVERYWHERE = re.compile(
     r"#include <(sys/.*|unistd|fcntl|poll|spawn|dirent|termios|dlfcn|glob|pwd|"
     r'pthread|sched)(\.h)?>|"/proc/|__builtin_cpu|vector_size')
@@ -94,13 +94,13 @@ def check_sources(sources):
         if (NOT_EVERYWHERE.search(text) and
                 pathlib.PurePath(path).name not in porting):
             yield f"{path} is not in docs/porting.md"
-        # Two types of one name are one to the linker, which keeps one of the
-        # two sets of functions: memory of the other is written over.
+        # Two types of one name violate the one-definition rule: the linker
+        # keeps the functions of one, which corrupt the memory of the other.
         for name in TYPE.findall(text) if path.endswith(".h") else []:
             if types.setdefault(name, path) != path:
                 yield f"{name} is defined in {path} and {types[name]}"
-        # Whatever files for one instruction set share with others would be
-        # compiled for that set too, and run on machines that do not have it.
+        # Inline functions of shared headers would be compiled for this
+        # instruction set, and might be called on machines without it.
         if re.search(r"_avx\w+\.cc$", path):
             for name in included_by(path, set()):
                 if not (ROOT / name).exists() and name not in (
@@ -118,7 +118,7 @@ def check_builds():
         files += (ROOT / top).rglob("CMakeLists.txt")
         files += (ROOT / top).rglob("*.cmake")
     for file in files:
-        # But for files of their own, see above.
+        # Except for the files of one instruction set, see above.
         text = re.sub(r'source MATCHES "_avx\w+[^"]*"\)\s*'
                       r"list\(APPEND options -mavx\w+\)", "", file.read_text())
         if "-march=" in text or "-mavx" in text:

@@ -1,4 +1,4 @@
-"""The session in docs/python.md prints what its comments say; README's runs."""
+"""The session in docs/python.md prints its comments; README's example runs."""
 
 import contextlib
 import io
@@ -13,7 +13,7 @@ NUMBER = re.compile(r"\d+(?:\.\d+)?")
 
 
 def expected(code):
-    """Comments after print(...), and lines that are a comment alone."""
+    """Comments after print(...), and comment lines."""
     for line in code.splitlines():
         match = re.match(r"(?:print\(.*\) *)?# (.*)", line)
         if match:
@@ -21,7 +21,7 @@ def expected(code):
 
 
 def alike(said, printed):
-    """The same words; numbers within two per cent. A comment may go on."""
+    """The same words, numbers within two per cent; a comment may be longer."""
     words = NUMBER.sub("#", said).split()
     found = NUMBER.sub("#", printed).split()
     if [w.rstrip(":;") for w in words[: len(found)]] != found:
@@ -40,7 +40,7 @@ def code_of(page):
 
 @contextlib.contextmanager
 def scene(*settings):
-    """In a folder with the demo's scene in out/scene."""
+    """Runs in a folder with the demo's scene in out/scene."""
     before = os.getcwd()
     with tempfile.TemporaryDirectory() as folder:
         os.chdir(folder)
@@ -52,14 +52,14 @@ def scene(*settings):
 
 
 class Session(unittest.TestCase):
-    def test_alike(self):
+    def test_alike_compares_words_and_numbers(self):
         self.assertTrue(alike("(5, 3): frames; metres", "(5, 3)"))
         self.assertTrue(alike("0.0162", "0.016201"))
         self.assertFalse(alike("0.0162", "0.0171"))
         self.assertFalse(alike("(5, 3): frames", "(5, 4)"))
         self.assertFalse(alike("raw 0.1", "batch 0.1"))
 
-    def test_prints_what_it_says(self):
+    def test_session_prints_its_comments(self):
         code = code_of("docs/python.md")
         printed = io.StringIO()
         with scene(), contextlib.redirect_stdout(printed):
@@ -70,7 +70,7 @@ class Session(unittest.TestCase):
         for one, line in zip(said, lines):
             self.assertTrue(alike(one, line), f"says {one!r}, prints {line!r}")
 
-    def test_readme(self):
+    def test_readme_example_runs(self):
         names = {}
         with scene("scene.duration=2"):
             os.rename("out/scene/cameras.json", "calibration.json")

@@ -1,4 +1,4 @@
-"""The example scripts, as somebody would run them, and what they make."""
+"""The example scripts, run as a user would, and their output."""
 
 import importlib.util
 import os
@@ -87,7 +87,7 @@ class Examples(unittest.TestCase):
 
 
 class OpenSim(unittest.TestCase):
-    """The files themselves; nothing here has OpenSim to run them."""
+    """Checks the files only: OpenSim is not available to run them."""
 
     def setup_of(self, skeleton, folder):
         take = os.path.join(folder, "take")

@@ -79,11 +79,11 @@ class Module(unittest.TestCase):
             self.assertGreater(np.isfinite(tracks.positions_m).sum(), 0)
             self.assert_same(tracks, self.by_command(config))
 
-    def test_so_it_does_without_a_configuration_and_with_the_modules_own(self):
+    def test_track_equals_the_command_by_default_and_with_packaged_configs(self):
         self.assert_same(
             kg.track(self.cameras, self.detections), self.by_command()
         )
-        # A second pass, and who is who over the whole take.
+        # A second pass, and identities linked over the whole recording.
         offline = kg.track(
             self.cameras, self.detections, config="offline.toml", threads=2
         )
@@ -92,7 +92,7 @@ class Module(unittest.TestCase):
         self.assertEqual(kg.config_path(DEMO), DEMO)
 
     def test_cameras_are_refined_as_the_command_refines_them(self):
-        # A principal point that is 12 px off is found.
+        # Refinement recovers a principal point that is 12 px off.
         path = os.path.join(self.take, "shifted.json")
         with open(self.in_take("cameras.json")) as file:
             stated = json.load(file)
@@ -143,7 +143,7 @@ class Module(unittest.TestCase):
             kg.kinematics(tracks, up="w")
 
     def assert_as_convert(self, source, own, *flags):
-        """`own` has the bytes that the command writes; a TRC names itself."""
+        """`own` has the bytes that the command writes; a TRC has its name."""
         out = self.in_folder("new/command" + os.path.splitext(own)[1])
         told = run("convert", "--in=" + self.in_take(source), "--out=" + out, *flags)
         with open(own, "rb") as a, open(out, "rb") as b:
@@ -171,7 +171,7 @@ class Module(unittest.TestCase):
         with self.assertRaisesRegex(kg.InputError, "format: found 'sleap'"):
             kg.write_detections("out", self.detections, format="sleap")
 
-    def test_what_no_file_may_hold_is_refused(self):
+    def test_invalid_headers_and_frames_are_refused(self):
         frames = [[np.zeros((0, 17, 3))] * 2]
         for views, hz, first in (
             (["a", "a"], 25.0, 0),
@@ -228,7 +228,7 @@ class Module(unittest.TestCase):
             with self.assertRaisesRegex(kg.InputError, error):
                 kg.convert(self.in_take(source), self.in_folder("out.docx"), **options)
 
-    def test_paths_may_be_pathlibs_and_names_no_utf8(self):
+    def test_paths_may_be_pathlib_and_names_not_utf8(self):
         folder = pathlib.Path(self.folder.name) / os.fsdecode(b"Ren\xe9")
         folder.mkdir()
         take = pathlib.Path(self.take)
@@ -244,7 +244,7 @@ class Module(unittest.TestCase):
         self.assertEqual(kg.file_kind(folder / "t.csv"), "tracks")
         self.assertEqual(len(kg.read_cameras(folder / "c.json")), len(self.cameras))
 
-    def test_arrays_in_give_what_files_give(self):
+    def test_arrays_give_the_same_as_files(self):
         own = kg.Detections(
             [self.views_of(k) for k in range(len(self.detections))],
             self.detections.skeleton.name,
@@ -450,7 +450,7 @@ class Module(unittest.TestCase):
         with self.assertRaisesRegex(ValueError, "begin < end"):
             kg.track(self.cameras, self.detections, frames=[(5, 5)])
 
-    def test_other_threads_run_and_progress_is_told(self):
+    def test_other_threads_run_and_progress_is_reported(self):
         ticks = []
         seen = []
         stop = threading.Event()
@@ -470,7 +470,7 @@ class Module(unittest.TestCase):
     def test_ctrl_c_stops_a_run(self):
         script = (
             "import signal, sys, kinegraph as kg\n"
-            # Who is started in the background inherits that it is ignored.
+            # A process started in the background inherits an ignored SIGINT.
             "signal.signal(signal.SIGINT, signal.default_int_handler)\n"
             "cameras = kg.read_cameras(sys.argv[1] + '/cameras.json')\n"
             "take = kg.read_detections(sys.argv[1] + '/detections.jsonl')\n"
@@ -492,8 +492,8 @@ class Module(unittest.TestCase):
         finally:
             child.kill()
 
-    def test_ctrl_c_stops_the_batchs_solves(self):
-        # A take that is long enough for its solves to last.
+    def test_ctrl_c_stops_the_solves_of_the_batch(self):
+        # Long enough that the solves take a measurable time.
         script = (
             "import os, signal, sys, threading, time, kinegraph as kg\n"
             "signal.signal(signal.SIGINT, signal.default_int_handler)\n"
@@ -526,8 +526,8 @@ class Module(unittest.TestCase):
             )
             self.assertEqual(done.returncode, code)
             seconds[how] = float(done.stdout)
-        # Without the question the whole rest would be solved first. Processor
-        # time is shared: only the order is asserted.
+        # Without polling for the signal all solves would finish first. Other
+        # programs share the processor, so only a ratio of times is asserted.
         self.assertLess(seconds["stop"], 0.8 * seconds["go"])
 
     def test_everything_public_is_documented_and_has_a_stub(self):

@@ -1,4 +1,4 @@
-"""What the tests share: the commands that were built beside the module."""
+"""Shared by the tests: runs the commands built with the module."""
 
 import os
 import subprocess

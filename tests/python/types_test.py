@@ -1,4 +1,4 @@
-"""What an editor or mypy sees of the module: right use passes, wrong does not."""
+"""The stubs under mypy: correct use of the module passes, wrong use fails."""
 
 import importlib.util
 import os
@@ -28,7 +28,7 @@ def mypy(text, folder):
         file.write(text)
     return subprocess.run(
         [sys.executable, "-m", "mypy", "--strict", "--cache-dir", folder,
-         # Programs of their own, not part of the module.
+         # Separate programs, not part of the module.
          "--exclude", "/adapters/", path,
          os.path.join(SOURCE, "python", "kinegraph")],
         env={**os.environ, "MYPYPATH": os.path.join(SOURCE, "python")},

@@ -1,5 +1,5 @@
-// A person who walks a round before four cameras, and a set-up of what they
-// see, whose fault a test makes by hand. Matches are known.
+// A person who walks in a circle before four cameras, and a recording set up
+// from their detections, to which a test adds a fault. Matches are known.
 #ifndef KINEGRAPH_TESTS_SUPPORT_WALKERS_ROOM_H_
 #define KINEGRAPH_TESTS_SUPPORT_WALKERS_ROOM_H_
 

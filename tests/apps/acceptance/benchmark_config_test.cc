@@ -32,7 +32,7 @@ class BenchmarkConfig : public ::testing::TestWithParam<Frozen> {
   }
 };
 
-TEST_P(BenchmarkConfig, HoldsTheFigures) {
+TEST_P(BenchmarkConfig, ReproducesTheFrozenFigures) {
   KINEGRAPH_DATA_OR_SKIP(data, "shelf/detections/openpose");
   const LoadedDataset loaded =
       LoadDataset(GetParam().campus ? CampusModelled("typical") : ShelfReal(),

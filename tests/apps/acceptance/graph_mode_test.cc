@@ -125,7 +125,7 @@ TEST(GraphModeTest, PredictsHeldOutCamerasBetterThanPaperMode) {
   EXPECT_GE(of_graph.paired.count, of_paper.paired.count);
 }
 
-TEST(GraphModeTest, MovesSmoothlyAndKeepsWhatTheAnnotationSays) {
+TEST(GraphModeTest, IsSmootherThanPaperModeAndNoLessAccurate) {
   KINEGRAPH_DATA_OR_SKIP(data, "shelf/detections/openpose");
   const LoadedDataset shelf = LoadRawShelf();
   const TrackSequence paper = TracksOf(shelf);

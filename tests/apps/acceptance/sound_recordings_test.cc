@@ -36,7 +36,7 @@ std::string WarningsOf(const std::string& arguments) {
   return warnings;
 }
 
-TEST(SoundRecordings, ShelfWarnsAboutNothing) {
+TEST(SoundRecordings, ShelfGivesNoWarnings) {
   KINEGRAPH_DATA_OR_SKIP(data, "shelf/detections/openpose");
   EXPECT_EQ(WarningsOf("--cameras='" + data +
                        "/../../calibration.json' --detections='" + data +
@@ -44,7 +44,7 @@ TEST(SoundRecordings, ShelfWarnsAboutNothing) {
             "");
 }
 
-TEST(SoundRecordings, CampusWarnsAboutNothing) {
+TEST(SoundRecordings, CampusGivesNoWarnings) {
   KINEGRAPH_DATA_OR_SKIP(data, "campus/calibration.json");
   const std::string folder = testing::FindData("campus")->string();
   EXPECT_EQ(WarningsOf(
@@ -54,7 +54,7 @@ TEST(SoundRecordings, CampusWarnsAboutNothing) {
             "");
 }
 
-TEST(SoundRecordings, SingleFrameWithItsSwitchWarnsAboutNothing) {
+TEST(SoundRecordings, SingleIndependentFrameGivesNoWarnings) {
   KINEGRAPH_DATA_OR_SKIP(data, "shelf/calibration.json");
   EXPECT_EQ(WarningsOf("--cameras='" + data + "' --detections='" +
                        testing::FindData("shelf")->string() +
@@ -63,7 +63,7 @@ TEST(SoundRecordings, SingleFrameWithItsSwitchWarnsAboutNothing) {
             "");
 }
 
-TEST(SoundRecordings, WhereCamerasAreOffItIsSaid) {
+TEST(SoundRecordings, DisplacedCamerasGiveAWarning) {
   for (const std::string trial : {"single", "multi"}) {
     KINEGRAPH_DATA_OR_SKIP(data, "pose2sim/" + trial + "/pose");
     const std::string calibration =
@@ -77,7 +77,7 @@ TEST(SoundRecordings, WhereCamerasAreOffItIsSaid) {
 
 class SoundScenes : public ::testing::TestWithParam<const char*> {};
 
-TEST_P(SoundScenes, WarnAboutNothing) {
+TEST_P(SoundScenes, GiveNoWarnings) {
   const testing::TemporaryFolder folder;
   const std::string scene = folder.path().string() + "/scene";
   Done("synthesize",

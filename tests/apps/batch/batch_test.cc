@@ -19,7 +19,7 @@ using ::testing::Not;
 const std::vector<std::string> kPlainAndWide = {"",
                                                 "reconstruction.alpha_epi=40"};
 
-TEST(BatchTest, OneFailureStopsNobodyElse) {
+TEST(BatchTest, OneFailedTaskStopsNoOther) {
   const BatchStudy study(kPlainAndWide,
                          "[[takes]]\nname = \"bad\"\ncameras = "
                          "\"take1/cameras.json\"\ndetections = "
@@ -43,7 +43,7 @@ TEST(BatchTest, OneFailureStopsNobodyElse) {
               HasSubstr("href=\"take2/c1/tracks.jsonl\""));
 }
 
-TEST(BatchTest, DoesNotDoAgainWhatIsDone) {
+TEST(BatchTest, ResumeSkipsFinishedTasks) {
   const BatchStudy study(kPlainAndWide);
   const std::string out = study.Path("out");
   Done("batch", study.Flags("out"));
@@ -58,7 +58,7 @@ TEST(BatchTest, DoesNotDoAgainWhatIsDone) {
   EXPECT_EQ(ContentOf(out + "/batch.json"), tables);
 }
 
-TEST(BatchTest, OneByOneEqualsAllAtOnceByteForByte) {
+TEST(BatchTest, SingleTasksEqualTheWholeBatchByteForByte) {
   const BatchStudy study(kPlainAndWide);
   Done("batch", study.Flags("all", "--jobs=3"));
   for (const std::string task : {"3", "take1/c1", "0", "2"}) {
@@ -70,7 +70,7 @@ TEST(BatchTest, OneByOneEqualsAllAtOnceByteForByte) {
   study.ExpectSameFiles("all", "single");
 }
 
-TEST(BatchTest, NeverMixesResultsOfOtherSettings) {
+TEST(BatchTest, ResumeRefusesResultsOfOtherSettings) {
   const BatchStudy study(kPlainAndWide);
   Done("batch", study.Flags("out"));
   std::string text = ContentOf(study.manifest);
@@ -81,7 +81,7 @@ TEST(BatchTest, NeverMixesResultsOfOtherSettings) {
   EXPECT_TRUE(fs::exists(study.Path("out/take1/c1/tracks.jsonl")));
 }
 
-TEST(BatchTest, AKilledBatchGoesOn) {
+TEST(BatchTest, ResumesAKilledBatch) {
   const BatchStudy study(kPlainAndWide);
   Done("batch", study.Flags("whole"));
   const std::string out = study.Path("killed");
@@ -123,7 +123,7 @@ TEST(BatchTest, RefusesManifestsWithMistakes) {
   EXPECT_FALSE(fs::exists(folder.path() / "out"));
 }
 
-TEST(BatchSummaryTest, DrawsRecordings) {
+TEST(BatchSummaryTest, ResamplesRecordings) {
   // Two recordings without individual errors: the mean of two draws is 0, 1 or
   // 2 with probabilities 1/4, 1/2 and 1/4, so the 95 % interval is the whole
   // range.
@@ -136,7 +136,7 @@ TEST(BatchSummaryTest, DrawsRecordings) {
   EXPECT_DOUBLE_EQ(summary.interval.high, 2.0);
 }
 
-TEST(BatchSummaryTest, DrawsWithinARecording) {
+TEST(BatchSummaryTest, ResamplesWithinARecording) {
   // One recording: only its own standard error. 2000 draws place the 2.5 %
   // points of a normal distribution with a standard error of 0.06 sigma (order
   // statistics: sqrt(p (1 - p) / n) over the density there); four of them.
@@ -145,7 +145,7 @@ TEST(BatchSummaryTest, DrawsWithinARecording) {
   EXPECT_NEAR(summary.interval.high, 10.0 + 1.96 * 3.0, 4 * 0.06 * 3.0);
 }
 
-TEST(BatchSummaryTest, TakesDifferencesTakeByTake) {
+TEST(BatchSummaryTest, PairsDifferencesByRecording) {
   // A constant difference has no uncertainty, however much the recordings
   // differ.
   const BatchColumn a = {BatchValue{1.0, 0.0}, BatchValue{100.0, 0.0}};

@@ -67,7 +67,7 @@ TEST(ClusterTest, SnakemakeMakesTheSameFiles) {
   study.ExpectSameFiles("plain", "snake");
 }
 
-TEST(ClusterTest, FortyTasksOnASlurmWhoseNodeDies) {
+TEST(ClusterTest, SlurmCompletesFortyTasksAfterItsNodeIsKilled) {
   if (!AreThere({"slurmctld", "slurmd", "munged", "sbatch"})) {
     GTEST_SKIP() << "needs Slurm: apt-get install slurm-wlm munge";
   }
@@ -76,7 +76,7 @@ TEST(ClusterTest, FortyTasksOnASlurmWhoseNodeDies) {
 
 // The same Snakefile, each task a job of Slurm; tasks that die with the node
 // are resubmitted automatically.
-TEST(ClusterTest, SnakemakeOnASlurmWhoseNodeDies) {
+TEST(ClusterTest, SnakemakeOnSlurmCompletesAfterItsNodeIsKilled) {
   if (!AreThere({"snakemake", "slurmctld", "slurmd", "munged"})) {
     GTEST_SKIP() << "needs Snakemake and Slurm: apt-get install snakemake "
                     "slurm-wlm munge";

@@ -33,7 +33,7 @@ kill_jobs() {
   local id
   for id in $(grep -lz "^SLURM_CONF=$SLURM_CONF\$" /proc/[0-9]*/environ \
     2>/dev/null | cut -d / -f 3); do
-    # Whoever submits jobs has the configuration too, but is none.
+    # Processes that submit jobs have the configuration too, but are no jobs.
     if grep -qz '^SLURM_JOB_ID=' "/proc/$id/environ" 2>/dev/null ||
       grep -qz slurmstepd "/proc/$id/cmdline" 2>/dev/null; then
       kill -KILL "$id" 2>/dev/null || true

@@ -39,7 +39,7 @@ wait_for_jobs
 submit
 wait_for_jobs
 echo "$at_death"
-# Nothing that was done was done again.
+# Finished tasks must not have been run again.
 while read -r file time; do
   if [[ $(find "$file" -printf '%T@') != "$time" ]]; then
     echo "done again: $file" >&2

@@ -70,7 +70,7 @@ TEST_F(CommandLine, SwitchesABooleanOffAndTakesAnEmptyText) {
   EXPECT_TRUE(FLAGS_test_loud);
 }
 
-TEST_F(CommandLine, KnowsWhatIsGiven) {
+TEST_F(CommandLine, FindsTheFirstGivenFlag) {
   ParseCommandLine({"--test_loud", "--test_ratio=0.5"});
   EXPECT_EQ(FirstGiven({"test_out", "test_ratio", "test_loud"}), "test_loud");
   EXPECT_EQ(FirstGiven({"test_out", "test_ratio"}), "");
@@ -93,7 +93,7 @@ TEST_F(CommandLine, RefusesUnknownFlagsAndNamesTheNearest) {
   }
 }
 
-TEST_F(CommandLine, RefusesWhatItCannotReadNamingWhatWasFoundAndExpected) {
+TEST_F(CommandLine, ErrorsNameTheFoundAndTheExpectedValue) {
   const std::pair<std::vector<std::string>, std::string> cases[] = {
       {{"--test_threads=two"},
        "--test_threads: found the text 'two', expected an integer"},
@@ -123,7 +123,7 @@ TEST_F(CommandLine, SetsAddUp) {
   EXPECT_EQ(FLAGS_set, "a.b=1;c=2;d=3");
 }
 
-TEST_F(CommandLine, RefusesWhatIsNoFlag) {
+TEST_F(CommandLine, RefusesArgumentsThatAreNotFlags) {
   for (const std::string stray : {"file.json", "-", "-test_out", ""}) {
     EXPECT_THAT(Refusal({stray}), HasSubstr("found '" + stray + "'"));
   }
@@ -132,13 +132,13 @@ TEST_F(CommandLine, RefusesWhatIsNoFlag) {
   EXPECT_THAT(Refusal({"--test_loud", "true"}), HasSubstr("found 'true'"));
 }
 
-TEST_F(CommandLine, StaysOnOneLineWhateverIsTyped) {
+TEST_F(CommandLine, ErrorsAreOneLineForArgumentsWithLineBreaks) {
   EXPECT_THAT(Refusal({"--a\nb"}), Not(HasSubstr("\n")));
   EXPECT_THAT(Refusal({"a\nb"}), Not(HasSubstr("\n")));
   EXPECT_THAT(Refusal({"--test_threads=1\n2"}), Not(HasSubstr("\n")));
 }
 
-TEST_F(CommandLine, HelpListsTheCommandsOwnFlagsAlone) {
+TEST_F(CommandLine, HelpListsOnlyTheCommandsOwnFlags) {
   const std::string help = HelpText({"walk",
                                      "walks about",
                                      "--test_out=F",
@@ -158,7 +158,7 @@ TEST_F(CommandLine, HelpListsTheCommandsOwnFlagsAlone) {
   EXPECT_THAT(help, Not(HasSubstr("flagfile")));
 }
 
-TEST(HelpText, RequiredFlagsAreThoseOutsideOfBrackets) {
+TEST(HelpText, RequiredFlagsAreOutsideBrackets) {
   EXPECT_EQ(RequiredFlags("--tracks=F[,F2] [--cameras=F --detections=PATH "
                           "[--images=P]] --out=F"),
             (std::set<std::string>{"tracks", "out"}));
@@ -170,7 +170,7 @@ TEST(HelpText, RequiredFlagsAreThoseOutsideOfBrackets) {
   EXPECT_EQ(FlagExample("compare", "plots", "bool", "true"), "--noplots");
 }
 
-TEST(RequireFlag, WantsSomething) {
+TEST(RequireFlag, RefusesAnEmptyValue) {
   EXPECT_NO_THROW(RequireFlag("cameras", "a.json"));
   EXPECT_THROW(RequireFlag("cameras", ""), InputError);
 }
@@ -251,7 +251,7 @@ TEST(RunAppDeathTest, LogsNothingUnlessAsked) {
               "diagnosis");
 }
 
-TEST(RunAppDeathTest, AFailedCheckSaysWhere) {
+TEST(RunAppDeathTest, AFailedCheckNamesFileAndReason) {
   const auto body = [] { CHECK_EQ(1, 2) << "the reason"; };
 #ifdef NDEBUG
   EXPECT_EXIT(RunAndLeave({}, body), ExitedWithCode(kExitFailure),
@@ -285,7 +285,7 @@ TEST(RunAppDeathTest, LostOutputIsAnError) {
       ExitedWithCode(kExitFailure), ErrorLine("standard output: .*"));
 }
 
-TEST(RunAppDeathTest, AReaderThatStopsIsNoError) {
+TEST(RunAppDeathTest, AClosedPipeOnStandardOutputExitsWithSuccess) {
   EXPECT_EXIT(
       {
         int ends[2];
@@ -298,7 +298,7 @@ TEST(RunAppDeathTest, AReaderThatStopsIsNoError) {
 }
 
 // A file opened by the body must not become standard output.
-TEST(RunAppDeathTest, KeepsTheNumbersOfClosedStreams) {
+TEST(RunAppDeathTest, DoesNotReuseDescriptorsOfClosedStreams) {
   EXPECT_EXIT(
       {
         close(STDIN_FILENO);
@@ -324,7 +324,7 @@ TEST(ParseFrameRanges, IncludesTheFirstAndExcludesTheLast) {
   EXPECT_TRUE(ContainsFrame({}, -1));
 }
 
-TEST(ParseFrameRanges, RefusesWhatIsNoRange) {
+TEST(ParseFrameRanges, RefusesMalformedEmptyAndOverlappingRanges) {
   for (const std::string text :
        {"300", "300:", ":400", "a:b", "1:2:3", "400:300", "300:300", "1:2,",
         ",1:2", " 1:2", "+1:2", "1:99999999999999999999", "1.5:2", "1:2;3:4"}) {
@@ -353,7 +353,7 @@ TEST(ParseList, SplitsAtCommas) {
   EXPECT_THROW(ParseList(",", "x"), InputError);
 }
 
-TEST(JoinSets, PutsOneAfterTheOther) {
+TEST(JoinSets, ConcatenatesWithSemicolons) {
   EXPECT_EQ(JoinSets("", ""), "");
   EXPECT_EQ(JoinSets("a=1", ""), "a=1");
   EXPECT_EQ(JoinSets("", "b=2"), "b=2");

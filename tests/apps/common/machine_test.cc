@@ -8,7 +8,7 @@
 namespace kinegraph {
 namespace {
 
-TEST(MachineTest, SaysWhatAMeasurementWasMadeOn) {
+TEST(MachineTest, ReportsProcessorSystemCompilerAndThreads) {
   const Machine machine = ThisMachine();
   EXPECT_FALSE(machine.processor.empty());
   EXPECT_FALSE(machine.system.empty());
@@ -22,7 +22,7 @@ TEST(MachineTest, SaysWhatAMeasurementWasMadeOn) {
 }
 
 // In a checkout the abbreviated hash, with "-dirty" if there are changes.
-TEST(MachineTest, NamesTheCommitOrSaysThatItIsNotKnown) {
+TEST(MachineTest, CommitIsAHashOrUnknown) {
   const std::string commit = ThisMachine().commit;
   if (commit == "unknown") return;
   const std::string hash = commit.substr(0, commit.find('-'));

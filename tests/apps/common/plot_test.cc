@@ -93,7 +93,7 @@ TEST_F(PlotTest, DrawsPanelsBarsAndNamesOnBothAxes) {
                     "wrist", "ankle", "rough", "smooth"});
 }
 
-TEST(Plot, SaysInOneLineThatGnuplotIsMissing) {
+TEST(Plot, MissingGnuplotIsAOneLineError) {
   const char* const path = std::getenv("PATH");
   const std::string kept = path == nullptr ? "" : path;
   ASSERT_EQ(setenv("PATH", "/nowhere", 1), 0);

@@ -12,7 +12,7 @@
 namespace kinegraph {
 namespace {
 
-TEST(ProgressLine, TellsShareAndTimeLeft) {
+TEST(ProgressLine, ShowsShareAndRemainingTime) {
   const struct {
     const char* label;
     int64_t done, total;
@@ -67,7 +67,7 @@ std::string ReadAll(int fd) {
   }
 }
 
-TEST(Progress, IsQuietInAPipe) {
+TEST(Progress, WritesNothingToAPipe) {
   int ends[2];
   ASSERT_EQ(pipe(ends), 0);
   DrawTo(ends[1]);

@@ -17,7 +17,7 @@ Table SampleTable() {
   return table;
 }
 
-TEST(Table, SetsNamesLeftAndNumbersRight) {
+TEST(Table, AlignsNamesLeftAndNumbersRight) {
   EXPECT_EQ(SampleTable().ToString(),
             "actor    PCP\n"
             "-----  -----\n"
@@ -33,7 +33,7 @@ TEST(Table, WritesMarkdown) {
             "| 2     |   4.3 |\n");
 }
 
-TEST(Table, EscapesBarsInMarkdownAlone) {
+TEST(Table, EscapesBarsOnlyInMarkdown) {
   Table table({"a"});
   table.AddRow({"x|y|z"});
   EXPECT_EQ(table.ToString(TableStyle::kMarkdown),
@@ -66,12 +66,12 @@ TEST(Table, FillsShortRowsAndTrimsLineEnds) {
             "x\n");
 }
 
-TEST(TableDeathTest, ALongRowIsABug) {
+TEST(TableDeathTest, ARowWithTooManyCellsFailsACheck) {
   Table table({"a"});
   EXPECT_DEATH(table.AddRow({"x", "y"}), "Check failed");
 }
 
-TEST(Fixed, RoundsAndKnowsNaN) {
+TEST(Fixed, RoundsAndWritesNaNAsADash) {
   EXPECT_EQ(Fixed(97.237, 2), "97.24");
   EXPECT_EQ(Fixed(-0.5, 1), "-0.5");
   EXPECT_EQ(Fixed(std::nan(""), 2), "-");
@@ -86,7 +86,7 @@ TEST(Fixed, HasNoNegativeZero) {
   EXPECT_EQ(Fixed(-20.0, 0), "-20");
 }
 
-TEST(ForTerminal, LinesUpTablesAndWrapsText) {
+TEST(ForTerminal, AlignsTablesAndWrapsText) {
   EXPECT_EQ(ForTerminal("# Head\n\n| a | long |\n|---|---|\n| 1 | 2 |\n\n"
                         "one two three\n",
                         9, "f.md"),

@@ -93,7 +93,7 @@ Verdict HeldOutVerdict(const CompareResult& result, size_t index) {
   return result.strategies[index].Find("held_out_mean_px")->verdict;
 }
 
-TEST(Compare, RanksAKnownBetterAboveAndAKnownWorseBelow) {
+TEST(Compare, RanksABetterAndAWorseStrategy) {
   CompareResult result =
       Compare(MakeNoisyRecording(), "raw_dlt,batch,centred_gaussian");
   // Smooths over seconds, unlike any gait.
@@ -105,7 +105,7 @@ TEST(Compare, RanksAKnownBetterAboveAndAKnownWorseBelow) {
   // The truth agrees.
   EXPECT_EQ(result.strategies[1].Find("mpjpe_mm")->verdict, Verdict::kLess);
   EXPECT_EQ(result.strategies[2].Find("mpjpe_mm")->verdict, Verdict::kMore);
-  // Both are smoother, which alone proves nothing.
+  // Both are smoother, but only one is more accurate.
   for (const size_t index : {1u, 2u}) {
     for (const char* key :
          {"acceleration_m_s2", "jerk_m_s3", "power_above_6hz_mm2"}) {
@@ -120,7 +120,7 @@ TEST(Compare, RanksAKnownBetterAboveAndAKnownWorseBelow) {
 }
 
 // The error of the other frames' values: the same noise, in another order.
-TEST(Compare, DoesNotCallAWinWhatTheIntervalDoesNotTell) {
+TEST(Compare, AnInsignificantDifferenceIsNoWin) {
   CompareResult result = Compare(MakeNoisyRecording(), "raw_dlt,batch");
   Score(&result);
   StrategyResult& other = result.strategies[1];
@@ -138,10 +138,10 @@ TEST(Compare, DoesNotCallAWinWhatTheIntervalDoesNotTell) {
   EXPECT_THAT(RankingText(result), HasSubstr("- not significant: batch.\n"));
 }
 
-TEST(Compare, TheBaselineReplayedIsTheBaseline) {
+TEST(Compare, NoSmoothingEqualsTheBaseline) {
   CompareResult result =
       Compare(MakeNoisyRecording(), "raw_dlt,centred_gaussian");
-  // Four sigmas of 1 ms cover no other frame.
+  // Four sigmas of 1 ms reach no neighbouring frame.
   result.strategies[1].values = {{0.001}};
   Score(&result);
   for (const char* key : {"held_out_mean_px", "mpjpe_mm"}) {
@@ -149,7 +149,7 @@ TEST(Compare, TheBaselineReplayedIsTheBaseline) {
   }
 }
 
-TEST(Compare, SeesTheDelayOfACausalFilterAndNoneOfASmoother) {
+TEST(Compare, MeasuresTheLagOfACausalFilterAndNoneOfASmoother) {
   CompareResult result =
       Compare(MakeNoisyRecording("0.5"), "batch,kalman_cv,one_euro");
   result.strategies[2].values = {{0.5, 0.0}};  // a slow low-pass: 0.3 s
@@ -162,7 +162,7 @@ TEST(Compare, SeesTheDelayOfACausalFilterAndNoneOfASmoother) {
   EXPECT_TRUE(result.strategies[0].scores.run.whole_recording);
 }
 
-TEST(Compare, RefusesAStrategyThatTheTakeDoesNotSuit) {
+TEST(Compare, RefusesAStrategyThatTheRecordingDoesNotSuit) {
   CompareResult result = Compare(MakeNoisyRecording(), "raw_dlt,butterworth");
   result.strategies[1].values = {{20.0}};  // above half of 25 Hz
   Score(&result);
@@ -191,7 +191,7 @@ TEST(Tuning, ChoosesOnOneFoldAndScoresOnTheOther) {
     result.strategies[1].values[fold] = best->values;
   }
   EXPECT_LE(tuning.same_fold_px, tuning.cross_px);
-  // Slow people and 6 px of noise: neither no smoothing nor the most.
+  // Slow people and 6 px of noise: the optimum is inside the grid.
   EXPECT_GT(tuning.chosen[0][0], strategies[1].parameters[0].grid.front());
   EXPECT_LT(tuning.chosen[0][0], strategies[1].parameters[0].grid.back());
   // Subsequent scores equal those of tuning.
@@ -200,7 +200,7 @@ TEST(Tuning, ChoosesOnOneFoldAndScoresOnTheOther) {
               tuning.cross_px, 1e-9);
 }
 
-TEST(Tuning, WindowsTakeTheValuesOfTheBatch) {
+TEST(Tuning, WindowsUseTheTunedValuesOfTheBatch) {
   const auto walked = [](const std::vector<std::string>& names) {
     std::vector<std::string> tuned;
     for (const Strategy& one : TunedThemselves(ChooseStrategies(names))) {
@@ -231,7 +231,7 @@ TEST(Tuning, ParametersReadBackToTheSameBits) {
   EXPECT_EQ(read.folds[1].end, 150);
 }
 
-TEST(Tuning, RefusesAnUnknownKeyOfAFile) {
+TEST(Tuning, SuggestsAKeyForAnUnknownOneInTheFile) {
   const testing::TemporaryFolder folder;
   const std::string path =
       folder.Write("parameters.toml", "[first.butterworth]\ncutof_hz = 3\n");
@@ -244,7 +244,7 @@ TEST(Tuning, RefusesAnUnknownKeyOfAFile) {
 
 // ---- Shifts
 
-TEST(Shift, IsFoundAndTakenOff) {
+TEST(Shift, ImageShiftOfACameraIsEstimatedAndRemoved) {
   const SyntheticRecording recording = MakeNoisyRecording("3");
   DetectionSequence moved = recording.detections;
   const Eigen::Vector2d off(14.0, -9.0);
@@ -257,7 +257,7 @@ TEST(Shift, IsFoundAndTakenOff) {
   const std::vector<Eigen::Vector2d> shifts =
       FitShifts(run, Options(), {0, 62}, 1);
   ASSERT_EQ(shifts.size(), 5u);
-  // The world may move with the cameras, but less than a camera alone.
+  // Moving the world explains part of one camera's shift, but less than half.
   EXPECT_GT(shifts[1].dot(off), 0.5 * off.squaredNorm());
   const auto error = [&](const DetectionSequence& detections) {
     std::vector<Fold> folds = {
@@ -280,7 +280,7 @@ TEST(Shift, IsFoundAndTakenOff) {
   EXPECT_LT(after, 1.05 * without_any);
 }
 
-TEST(Scores, WhatAllPredictIsScoredAlike) {
+TEST(Scores, CommonScoresUseOnlyJointsThatAllPredict) {
   StrategyScores one, other;
   one.joint_errors_px = {1.0F, 2.0F, -1.0F, 40.0F};  // negative: not predicted
   other.joint_errors_px = {3.0F, -1.0F, 5.0F, 6.0F};
@@ -296,7 +296,7 @@ TEST(Scores, WhatAllPredictIsScoredAlike) {
   EXPECT_DOUBLE_EQ(other.held_out_common[0].weight, 1.0);
 }
 
-TEST(Scores, ErrorsOfEachJointHaveTheMean) {
+TEST(Scores, ErrorsCsvAveragesToTheMeanError) {
   CompareResult result = Compare(MakeNoisyRecording(), "raw_dlt,batch");
   Score(&result);
   std::istringstream lines(ErrorsCsv(result));
@@ -329,7 +329,7 @@ TEST(Scores, ErrorsOfEachJointHaveTheMean) {
 // Estimated without the truth, against the truth itself. Tolerance: the
 // held-out cameras' errors are across their rays, those of the truth in all
 // three directions, and one camera is missing: half as much again.
-TEST(Scores, MotionRemovedIsFoundWithoutTruth) {
+TEST(Scores, EstimatesRemovedMotionWithoutTruth) {
   SyntheticRecording recording = MakeNoisyRecording();
   CompareResult result = Compare(recording, "raw_dlt,butterworth,batch");
   result.comparison.options.estimators.filters.butterworth.choice =
@@ -356,7 +356,7 @@ TEST(Scores, MotionRemovedIsFoundWithoutTruth) {
 
 // ---- The table
 
-TEST(Strategies, HaveNamesOfTheirOwnAndSettableParameters) {
+TEST(Strategies, HaveUniqueNamesAndSettableParameters) {
   const std::vector<Strategy>& all = AllStrategies();
   for (size_t s = 0; s < all.size(); ++s) {
     for (size_t other = 0; other < s; ++other) {
@@ -377,7 +377,7 @@ TEST(Strategies, HaveNamesOfTheirOwnAndSettableParameters) {
   EXPECT_THROW(ChooseStrategies({"batch", "batch"}), InputError);
 }
 
-TEST(Strategies, GridIsAllCombinations) {
+TEST(Strategies, GridHasAllCombinations) {
   const Strategy one_euro = ChooseStrategies({"one_euro"}).front();
   const std::vector<StrategyValues> grid = GridOf(one_euro);
   EXPECT_EQ(grid.size(), one_euro.parameters[0].grid.size() *
@@ -400,7 +400,7 @@ class CompareCommand : public testing::CommandTest {
   }
 };
 
-TEST_F(CompareCommand, WritesTheSameFilesWhateverTheThreads) {
+TEST_F(CompareCommand, WritesTheSameFilesForAnyNumberOfThreads) {
   const std::string strategies =
       "--strategies=raw_dlt,butterworth,rts_cv --noplots ";
   for (const std::string threads : {"1", "3"}) {
@@ -408,7 +408,7 @@ TEST_F(CompareCommand, WritesTheSameFilesWhateverTheThreads) {
         "compare",
         Flags(threads,
               strategies + "--tune --errors --angles --threads=" + threads));
-    // On a slow machine progress speaks after half a minute.
+    // On a slow machine a progress line may be printed after half a minute.
     EXPECT_THAT(outcome.errors,
                 MatchesRegex("((tuning|scoring) +[0-9][^\n]*\n)*"));
     EXPECT_THAT(outcome.output, HasSubstr("Held-out error"));
@@ -507,7 +507,7 @@ TEST_F(CompareCommand, DrawsItsPlots) {
   }
 }
 
-TEST_F(CompareCommand, RefusesWhatItCannotUse) {
+TEST_F(CompareCommand, InvalidFlagsAreRefusedWithTheCause) {
   const std::pair<const char*, const char*> cases[] = {
       {"--strategies=kalmann", "no strategy is named"},
       {"--baseline=nobody", "no strategy is named"},

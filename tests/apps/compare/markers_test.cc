@@ -1,5 +1,5 @@
-// compare --markers: the truth is optical markers, with a clock and a world of
-// their own.
+// compare --markers: optical markers as the truth, with another clock and
+// another world frame.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -49,8 +49,8 @@ class CompareWithMarkers : public testing::CommandTest {
     return {figure(1), figure(2)};
   }
 
-  // Two markers beside each joint of the limbs, 40 mm to each side, seen
-  // 137 ms late in a world of their own.
+  // Two markers at each joint of the limbs, 40 mm to either side, recorded
+  // 137 ms late in another world frame.
   std::string Markers() const {
     Eigen::Isometry3d motion = Eigen::Isometry3d::Identity();
     motion.linear() =
@@ -104,12 +104,11 @@ class CompareWithMarkers : public testing::CommandTest {
   const SyntheticRecording recording_;
 };
 
-TEST_F(CompareWithMarkers, RanksAsTheTruthDoes) {
+TEST_F(CompareWithMarkers, RanksAsAgainstTheTruth) {
   const auto [dlt_mm, batch_mm] = Run("--markers='" + Markers() + "'");
   EXPECT_LT(batch_mm, dlt_mm);
-  // The same markers on the cameras' clock and in their world: what aligning
-  // adds or hides is what a rigid motion and a shift fit of the noise, which
-  // hundreds of frames leave little of.
+  // The same markers on the cameras' clock and in their world: alignment may
+  // only differ by the noise that it fits, little over hundreds of frames.
   const auto [same_dlt_mm, same_batch_mm] =
       Run("--markers='" +
           Write("same.jsonl", Eigen::Isometry3d::Identity(), 0.0) + "'");
@@ -122,7 +121,7 @@ TEST_F(CompareWithMarkers, RanksAsTheTruthDoes) {
       dlt_mm, 0.2 * dlt_mm);
 }
 
-TEST_F(CompareWithMarkers, RefusesWhatItCannotUse) {
+TEST_F(CompareWithMarkers, InvalidFlagsAndFilesAreRefused) {
   EXPECT_THAT(testing::Refusal("compare", Flags("--joints=x.toml")),
               HasSubstr("belongs to --markers"));
   EXPECT_THAT(

@@ -1,4 +1,4 @@
-// Several takes: what is chosen on some is scored on the others.
+// Several recordings: values chosen on some are scored on the others.
 #include "apps/compare/study.h"
 
 #include <gmock/gmock.h>
@@ -22,7 +22,7 @@ using testing::ProjectFile;
 using testing::Refusal;
 using testing::TemporaryFolder;
 
-TEST(BestPoint, IsTheLeastMeanOverTakesOfTheirMeans) {
+TEST(BestPoint, HasTheLeastMeanOfTheRecordingsMeans) {
   // Point 1 is best by the mean of means (3), though the long first recording
   // has less at point 0.
   const std::vector<PointErrors> recordings = {{{200.0, 100.0}, {300.0, 100.0}},
@@ -31,11 +31,11 @@ TEST(BestPoint, IsTheLeastMeanOverTakesOfTheirMeans) {
   // The recording left out has no influence.
   EXPECT_EQ(BestPoint(recordings, 1), 0u);
   EXPECT_EQ(BestPoint(recordings, 0), 1u);
-  // The first of equals.
+  // Of equal points the first.
   EXPECT_EQ(BestPoint({{{2.0, 1.0}, {2.0, 1.0}}}, -1), 0u);
 }
 
-TEST(BestPoint, LeavesOutWhatATakeRefuses) {
+TEST(BestPoint, SkipsPointsThatARecordingRefuses) {
   const RatioUnit refused;
   const std::vector<PointErrors> recordings = {{{1.0, 1.0}, {9.0, 1.0}},
                                                {refused, {9.0, 1.0}}};
@@ -54,7 +54,7 @@ StudyRecording TakeWith(size_t chosen, Verdict verdict) {
   return recording;
 }
 
-TEST(Study, CountsTheTakesItHoldsFor) {
+TEST(Study, CountsRecordingsByVerdict) {
   Study study;
   study.best = 1;
   study.recordings = {TakeWith(1, Verdict::kLess), TakeWith(1, Verdict::kSame),
@@ -63,7 +63,7 @@ TEST(Study, CountsTheTakesItHoldsFor) {
   const StudyVerdict verdict = HoldsFor(study);
   EXPECT_EQ(verdict.recordings, 4);
   EXPECT_EQ(verdict.better, 1);
-  EXPECT_EQ(verdict.same, 2);  // the baseline itself is like itself
+  EXPECT_EQ(verdict.same, 2);  // the baseline equals itself
   EXPECT_EQ(verdict.worse, 1);
   EXPECT_EQ(verdict.like_all, 2);
 }
@@ -95,7 +95,7 @@ class StudyCommand : public testing::CommandTest {
   std::string manifest_;
 };
 
-TEST_F(StudyCommand, ValuesChosenOnSomeTakesAreScoredOnTheOthers) {
+TEST_F(StudyCommand, ScoresTunedValuesOnTheRecordingLeftOut) {
   const std::string out = Path("study");
   EXPECT_THAT(
       Done("compare",
@@ -121,9 +121,9 @@ TEST_F(StudyCommand, ValuesChosenOnSomeTakesAreScoredOnTheOthers) {
             Mode::kGraph);
 }
 
-// A recording by itself, with the values the study chose for it, scores the
-// same: nothing of the other recordings is left in the figures but the choice.
-TEST_F(StudyCommand, FiguresAreThoseOfEachTakeByItself) {
+// A recording by itself, with the values that the study chose for it, has the
+// same scores: the other recordings affect only the choice.
+TEST_F(StudyCommand, FiguresEqualThoseOfEachRecordingAlone) {
   const std::string strategies = " --strategies=causal_gaussian,batch --out=";
   Done("compare", "--manifest=" + manifest_ + strategies + Path("study"));
   Done("compare", "--cameras=" + Path("take2/cameras.json") + " --detections=" +
@@ -136,7 +136,7 @@ TEST_F(StudyCommand, FiguresAreThoseOfEachTakeByItself) {
             one["strategies"][1]["measures"]["held_out_mean_px"]["value"]);
 }
 
-TEST(Study, SaysWhatIsMissing) {
+TEST(Study, ErrorsNameWhatIsMissing) {
   const TemporaryFolder folder;
   const auto refusal = [&](const std::string& takes, const std::string& flags) {
     std::string text;

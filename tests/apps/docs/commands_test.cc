@@ -44,8 +44,8 @@ std::vector<Block> FencedBlocks(const std::string& page) {
 
 bool RunsCommands(const Block& block) {
   if (block.text.find("./kinegraph ") == std::string::npos) return false;
-  // Set-up and the demo have their own tests; benchmarks and tuning take long;
-  // these videos do not exist.
+  // Skipped: set-up and demo, which have their own tests; benchmarks and
+  // tuning, which take long; commands on videos that do not exist.
   for (const char* word :
        {"./kinegraph build", "./kinegraph test", "./kinegraph demo", "cmake ",
         "benchmark", "--tune", ".mp4"}) {
@@ -143,7 +143,7 @@ std::string NotPrinted(const std::string& shown, const std::string& printed) {
   return gap || next == lines.size() ? "" : "(the end)";
 }
 
-TEST(DocsOutput, TheWordsAndNearlyTheNumbers) {
+TEST(DocsOutput, MatchesWordsExactlyAndNumbersWithinTolerance) {
   const std::string printed = "301 frames\nview   error\ncam0   6.2\nend\n";
   EXPECT_EQ(NotPrinted("301 frames\n...\ncam0 6.3\nend\n", printed), "");
   EXPECT_EQ(NotPrinted("301 frames\n...\n", printed), "");

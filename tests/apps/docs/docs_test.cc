@@ -31,12 +31,12 @@ TEST(DocsTest, ConfigurationPageListsEveryKey) {
 
 // The limit of the number of keys: a new key may require the removal of
 // another.
-TEST(DocsTest, KeysAreNoMoreThanAgreed) {
+TEST(DocsTest, NumberOfKeysIsLimited) {
   EXPECT_LE(KeysOf<RunOptions>().size(), 130u);
   EXPECT_THROW(KeyTables(KeysOf<SynthesisOptions>()), std::logic_error);
 }
 
-TEST(DocsTest, TheDefaultConfigurationIsWhatItSetsWithComments) {
+TEST(DocsTest, DefaultConfigurationIsAsGenerated) {
   const std::string path =
       testing::ProjectFile("configs/default.toml").string();
   const std::string commented = CommentedConfig(
@@ -183,7 +183,7 @@ TEST(DocsTest, PagesNameOnlyFilesThatExist) {
 }
 
 // The meaning of a key is one phrase, without a full stop.
-TEST(DocsTest, KeysAreExplainedInPhrases) {
+TEST(DocsTest, KeyDescriptionsHaveNoFullStop) {
   const std::string page = TextOf("docs/configuration.md");
   const std::vector<std::string> phrases =
       Matches(page, "\n\\| `[^\n]*\\| ([^|\n]+) \\|");
@@ -219,7 +219,7 @@ TEST(DocsTest, OneVersion) {
 }
 
 // The index links every page, and every link has a target.
-TEST(DocsTest, LinksLeadSomewhere) {
+TEST(DocsTest, LinksHaveTargets) {
   const fs::path docs = testing::ProjectFile("docs");
   const std::vector<fs::path> pages = Pages();
   int links = 0;

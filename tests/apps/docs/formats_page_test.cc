@@ -48,7 +48,7 @@ std::set<std::string> KeysThatAreWritten() {
   return keys;
 }
 
-TEST(FormatsPage, TheSummaryHasTheKeysOfThePage) {
+TEST(FormatsPage, PageListsTheKeysOfTheSummary) {
   const std::string page = ReadTextFile(testing::ProjectFile(kPage).string());
   const size_t begin = page.find("\n## Summary");
   ASSERT_NE(begin, std::string::npos);
@@ -64,7 +64,7 @@ TEST(FormatsPage, TheSummaryHasTheKeysOfThePage) {
   }
 }
 
-TEST(FormatsPage, ThePageOfReportTakesTheExamples) {
+TEST(FormatsPage, ReportReadsTheExamplesOfThePage) {
   PageInput input;
   input.results.emplace_back();
   input.results[0].label = "take";

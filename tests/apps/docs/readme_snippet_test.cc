@@ -35,7 +35,7 @@ std::string Between(const std::string& text, const std::string& begin,
   return text.substr(at, text.find(end, at) - at);
 }
 
-TEST(ReadmeSnippetTest, StandsHereWordForWord) {
+TEST(ReadmeSnippetTest, EqualsTheSnippetOfTheReadme) {
   const std::string readme =
       Between(kinegraph::ReadTextFile(ProjectFile("README.md").string()),
               "```cpp\n#include <kinegraph/kinegraph.h>\n\n", "```");

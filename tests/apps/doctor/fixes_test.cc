@@ -133,7 +133,7 @@ struct Files {
   std::string keys;
 };
 
-TEST_P(Fixes, RunAsPrintedAndMend) {
+TEST_P(Fixes, RunAsPrintedAndResolveTheFinding) {
   const Case& one = GetParam();
   const testing::TemporaryFolder folder;
   Files files(folder.path().string());
@@ -174,7 +174,7 @@ TEST_P(Fixes, RunAsPrintedAndMend) {
 
 // The advice of `track` on a rotated camera is a command that runs unchanged
 // and identifies that camera.
-TEST(Advice, OfTrackRunsAsPrinted) {
+TEST(Advice, CommandPrintedByTrackRuns) {
   const testing::TemporaryFolder folder;
   Files files(folder.path().string());
   files.Write([](FaultyScene* scene) {
@@ -203,7 +203,7 @@ TEST(Advice, OfTrackRunsAsPrinted) {
 
 // Clocks recorded in a calibration are applied to the recording: there are no
 // findings, and the record is passed on.
-TEST(Records, ClocksOfACalibrationAreRead) {
+TEST(Records, ClocksInACalibrationAreApplied) {
   const testing::TemporaryFolder folder;
   const std::string path = folder.path().string();
   testing::FaultySceneOptions options = {21, 4, 2, 5.0};

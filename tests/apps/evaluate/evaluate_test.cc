@@ -107,7 +107,7 @@ TEST_F(EvaluateProgramTest, OtherProtocols) {
   ExpectPrinted("--protocol=panoptic" + against, {"AP, %"});
 }
 
-TEST_F(EvaluateProgramTest, CentroidsAreComparedWithTheCentresOfPeople) {
+TEST_F(EvaluateProgramTest, CentroidsAreComparedWithHipCentres) {
   // The hips are at (0, 0, 1) in both frames.
   const auto centroids = [this](const std::string& name, double height_m) {
     std::ostringstream text;
@@ -203,7 +203,7 @@ TEST_F(EvaluateProgramTest, JointsUnderOtherNames) {
   }
 }
 
-TEST_F(EvaluateProgramTest, BadUsageIsOneLineAndTwo) {
+TEST_F(EvaluateProgramTest, BadUsageGivesOneLineAndExitCodeTwo) {
   const std::string both = Against(found_, truth_);
   for (const auto& [flags, message] : std::map<std::string, std::string>{
            {"", "--protocol is required"},
@@ -260,7 +260,7 @@ class EvaluateWalkerTest : public EvaluateProgramTest {
 constexpr const char* kProtocols[] = {"mpjpe", "identity", "parity", "panoptic",
                                       "shelf --frames=0:100"};
 
-TEST_F(EvaluateWalkerTest, EveryProtocolPairsByTimeAndSaysSo) {
+TEST_F(EvaluateWalkerTest, EveryProtocolPairsByTimeAndReportsIt) {
   const std::string truth = Write("truth.jsonl", Walker(50.0));
   for (const std::string protocol : kProtocols) {
     const std::string json = Path("result.json");
@@ -284,7 +284,7 @@ TEST_F(EvaluateWalkerTest, EveryProtocolPairsByTimeAndSaysSo) {
                 {"(1000/1000)"});
 }
 
-TEST_F(EvaluateWalkerTest, RatesThatCannotBePairedAreNamed) {
+TEST_F(EvaluateWalkerTest, ErrorNamesRatesThatCannotBePaired) {
   TrackSequence truth = Walker(30.0);
   for (TrackFrame& frame : truth.frames) frame.time += 2'500'000;
   const std::string path = Write("truth.jsonl", truth);
@@ -297,7 +297,7 @@ TEST_F(EvaluateWalkerTest, RatesThatCannotBePairedAreNamed) {
 }
 
 // With the recommended flags all people are found.
-TEST_F(EvaluateWalkerTest, OtherAxesAreNamedWithTheCommandThatMendsThem) {
+TEST_F(EvaluateWalkerTest, OtherAxesAreReportedWithTheCommandToCorrectThem) {
   const std::string upright = Path("upright.jsonl");
   struct Case {
     const char* name;
@@ -326,7 +326,7 @@ TEST_F(EvaluateWalkerTest, OtherAxesAreNamedWithTheCommandThatMendsThem) {
   }
 }
 
-TEST_F(EvaluateWalkerTest, OtherUnitsAreNamedWithTheFlagThatMendsThem) {
+TEST_F(EvaluateWalkerTest, OtherUnitsAreReportedWithTheFlagToCorrectThem) {
   TrackSequence millimetres = Walker(25.0);
   for (TrackFrame& frame : millimetres.frames) {
     for (Joint3d& joint : frame.people[0].joints) joint.position_m *= 1000.0;
@@ -345,7 +345,7 @@ TEST_F(EvaluateWalkerTest, OtherUnitsAreNamedWithTheFlagThatMendsThem) {
       "the unit that one of the two files states is wrong");
 }
 
-TEST_F(EvaluateWalkerTest, NobodyFoundIsNeverSilent) {
+TEST_F(EvaluateWalkerTest, ReportsThatNoPersonIsFound) {
   TrackSequence elsewhere = Walker(25.0);
   for (TrackFrame& frame : elsewhere.frames) {
     frame.people[0].joints = Moved(frame.people[0].joints, 3.0, 9.0);
@@ -360,7 +360,7 @@ TEST_F(EvaluateWalkerTest, NobodyFoundIsNeverSilent) {
   }
 }
 
-TEST(EvaluateProgramOnShelfTest, HeldOutCamerasOfGivenRuns) {
+TEST(EvaluateProgramOnShelfTest, ScoresHeldOutCamerasOfGivenRuns) {
   KINEGRAPH_DATA_OR_SKIP(shelf, "shelf");
   const std::string reference = shelf + "/reference/";
   std::string runs;

@@ -86,7 +86,7 @@ class MarkersProgramTest : public CommandTest {
   Json json_;
 };
 
-TEST_F(MarkersProgramTest, TheiaAgainstMarkersAsAnIndependentScriptHasIt) {
+TEST_F(MarkersProgramTest, TheiaAgainstMarkersEqualsAnIndependentScript) {
   MARKERS_OR_SKIP();
   const std::string printed = Run(theia, markers, "--align=none --plates");
   const std::pair<const char*, double> known[] = {
@@ -112,7 +112,7 @@ TEST_F(MarkersProgramTest, TheiaAgainstMarkersAsAnIndependentScriptHasIt) {
   }
 }
 
-TEST_F(MarkersProgramTest, AShiftAndATurnAreTakenOff) {
+TEST_F(MarkersProgramTest, TimeShiftAndRotationAreRemoved) {
   MARKERS_OR_SKIP();
   Run(theia, markers, "");
   const Json before = json_;
@@ -150,7 +150,7 @@ TEST_F(MarkersProgramTest, AShiftAndATurnAreTakenOff) {
   }
 }
 
-TEST_F(MarkersProgramTest, AFolderWithTablesPlotsAndPage) {
+TEST_F(MarkersProgramTest, WritesTablesPlotsAndPage) {
   MARKERS_OR_SKIP();
   const std::string out = Path("out");
   Run(theia, markers, "--out='" + out + "'");
@@ -249,7 +249,7 @@ class MarkersFromPixelsTest : public MarkersProgramTest {
 // A jump of 3 s contains about thirty correlation times of the noise (0.1 s):
 // the standard error of the covered share is 0.04 for one seed and 0.02 for
 // four.
-TEST_F(MarkersFromPixelsTest, StatedEllipsoidsHoldWhatTheyPromise) {
+TEST_F(MarkersFromPixelsTest, CovarianceEllipsoidsCoverTheirStatedShare) {
   KINEGRAPH_DATA_OR_SKIP(data, "markers/qualisys_theia");
   constexpr int kSeeds = 4;
   for (const auto& [white_px, lasting_px] : {std::pair{2.0, 0.0}, {0.0, 4.0}}) {
@@ -274,7 +274,7 @@ TEST_F(MarkersFromPixelsTest, StatedEllipsoidsHoldWhatTheyPromise) {
   }
 }
 
-TEST_F(MarkersFromPixelsTest, ThePageSaysWhatIntervalsDoNotPromise) {
+TEST_F(MarkersFromPixelsTest, OutputStatesThatIntervalsExcludeConstantOffsets) {
   KINEGRAPH_DATA_OR_SKIP(data, "markers/qualisys_theia");
   Score(data, {2.0, 0.0, 0.025, 1});
   EXPECT_THAT(printed_, HasSubstr("constant offset is no part"));
@@ -282,7 +282,7 @@ TEST_F(MarkersFromPixelsTest, ThePageSaysWhatIntervalsDoNotPromise) {
             Number("/pooled/after_offset_median_mm"));
 }
 
-TEST_F(MarkersProgramTest, OwnRulesSayWhatAJointIs) {
+TEST_F(MarkersProgramTest, OwnRulesDefineJoints) {
   MARKERS_OR_SKIP();
   const std::string rules =
       folder_.Write("joints.toml",
@@ -308,7 +308,7 @@ TEST_F(MarkersProgramTest, OwnRulesSayWhatAJointIs) {
 }
 
 // A knee alone: its body has no axes, so bias and limits are missing.
-TEST_F(MarkersProgramTest, WhatIsMissingIsADash) {
+TEST_F(MarkersProgramTest, MissingValuesAreDashes) {
   TrackSequence knee;
   knee.header.skeleton = Skeleton("knee", {"l_knee"}, {});
   knee.header.frame_rate_hz = 50.0;
@@ -337,7 +337,7 @@ TEST_F(MarkersProgramTest, WhatIsMissingIsADash) {
   EXPECT_THAT(printed, HasSubstr("- - -"));
 }
 
-TEST_F(MarkersProgramTest, RefusesWithItsCause) {
+TEST_F(MarkersProgramTest, ErrorsNameTheCause) {
   MARKERS_OR_SKIP();
   ExpectRefused(data + "/static_1_theia.c3d", data + "/static_1_markers.c3d",
                 "", "no motion to align");

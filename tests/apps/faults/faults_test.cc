@@ -74,7 +74,7 @@ class PipeTest : public ::testing::Test {
   const std::string errors_ = (folder_.path() / "errors").string();
 };
 
-TEST_F(PipeTest, ASignalLeavesNothingOfTrack) {
+TEST_F(PipeTest, ASignalLeavesNoFileOfTrack) {
   StopInTheMiddle(TrackCommand(pipe_, result_), SIGINT, "SIGINT");
   StopInTheMiddle(TrackCommand(pipe_, result_), SIGTERM, "SIGTERM");
   StopInTheMiddle(TrackCommand(pipe_, result_), SIGHUP, "SIGHUP");
@@ -98,7 +98,7 @@ TEST_F(PipeTest, AnIgnoredSignalStaysIgnored) {
   EXPECT_TRUE(fs::exists(result_));
 }
 
-TEST_F(PipeTest, AFolderThatDisappearsIsSaid) {
+TEST_F(PipeTest, ARemovedOutputFolderIsAnError) {
   RunningProgram program = Started(TrackCommand(pipe_, result_), errors_);
   {
     const std::ofstream input = BeginInput();
@@ -109,7 +109,7 @@ TEST_F(PipeTest, AFolderThatDisappearsIsSaid) {
   EXPECT_THAT(ContentOf(errors_), HasSubstr("No such file or directory"));
 }
 
-TEST(StreamTest, ResultsOnStandardOutputAreAlone) {
+TEST(StreamTest, StandardOutputHasOnlyTheResult) {
   const auto line = [](const std::string& out) {
     return TrackCommand(Scene() + "/detections.jsonl", out);
   };
@@ -128,7 +128,7 @@ TEST(StreamTest, ResultsOnStandardOutputAreAlone) {
   EXPECT_EQ(ContentOf(log), "before\n" + expected);
 }
 
-TEST(StreamTest, AReaderThatLeavesIsSaid) {
+TEST(StreamTest, AReaderThatClosesThePipeIsAnError) {
   const ProgramOutcome outcome = RunShell(
       "set -o pipefail\n" +
       TrackCommand(Scene() + "/detections.jsonl", "/dev/stdout") + " | true");
@@ -166,7 +166,7 @@ class LiveTest : public PipeTest,
   std::vector<std::string> lines_;  // of the detections, the header first
 };
 
-TEST_P(LiveTest, AnswersWithinTheLagAndAsTheWholeTake) {
+TEST_P(LiveTest, AnswersWithinTheLagAndAsOffline) {
   RunningProgram program =
       Started(Command("-", "/dev/stdout"), errors_, pipe_, result_);
   {
@@ -213,7 +213,7 @@ INSTANTIATE_TEST_SUITE_P(
       return std::string(test.param.name);
     });
 
-TEST(LiveOptionsTest, WhatNeedsTheWholeTakeIsRefused) {
+TEST(LiveOptionsTest, RefusesOptionsThatNeedTheWholeRecording) {
   for (const char* set : {"mode=graph;output.estimator=batch",
                           "mode=graph;tracking.second_pass=true"}) {
     const ProgramOutcome outcome = RunShell(TrackCommand("-", "/dev/null") +
@@ -223,7 +223,7 @@ TEST(LiveOptionsTest, WhatNeedsTheWholeTakeIsRefused) {
   }
 }
 
-TEST(FolderTest, PipesInFoldersAreLeftOut) {
+TEST(FolderTest, NamedPipesInFoldersAreIgnored) {
   const TemporaryFolder folder;
   const std::string poses = (folder.path() / "poses").string();
   ASSERT_EQ(
@@ -242,7 +242,7 @@ TEST(FolderTest, PipesInFoldersAreLeftOut) {
   EXPECT_EQ(outcome.exit_code, 0) << outcome.errors;
 }
 
-TEST(FolderTest, EmptyFoldersAreNotLeft) {
+TEST(FolderTest, AFailedRunLeavesNoEmptyFolders) {
   const TemporaryFolder folder;
   const std::string out = (folder.path() / "a" / "b").string();
   // A limit of the shell keeps every file from being written.
@@ -259,7 +259,7 @@ TEST(FolderTest, EmptyFoldersAreNotLeft) {
   EXPECT_THAT(NamesIn(folder.path()), IsEmpty());
 }
 
-TEST(FolderTest, ReadOnlyFilesAndFoldersAreSaid) {
+TEST(FolderTest, ReadOnlyFilesAndFoldersAreErrors) {
   if (geteuid() == 0 && !CanMount()) GTEST_SKIP() << "root may write anywhere";
   const TemporaryFolder folder;
   const std::string line =
@@ -292,7 +292,8 @@ std::string ViewOf(const std::string& name, int count) {
   return text + "]";
 }
 
-// Rejected with these words, but not with this key.
+// Expects the command to be rejected with the text `says`, and to be accepted
+// with the key `set`, if there is one.
 void ExpectLimit(const std::string& line, const std::string& says,
                  const std::string& set) {
   const ProgramOutcome refused = RunShell(line);
@@ -304,7 +305,7 @@ void ExpectLimit(const std::string& line, const std::string& says,
   EXPECT_EQ(allowed.exit_code, 0) << allowed.errors;
 }
 
-TEST(LimitTest, TooManyOfAnythingAreRefusedUntilTheKeyAllowsThem) {
+TEST(LimitTest, LimitsHoldUntilTheirKeysRaiseThem) {
   const TemporaryFolder folder;
   const std::string out = (folder.path() / "out.jsonl").string();
   const auto track = [&](const std::string& text) {
@@ -334,7 +335,7 @@ TEST(LimitTest, TooManyOfAnythingAreRefusedUntilTheKeyAllowsThem) {
 
 // A clock set in the middle of a recording: time and memory depend only on the
 // frames.
-TEST(LimitTest, AJumpOfTheClockTakesNoMemory) {
+TEST(LimitTest, AClockJumpDoesNotGrowMemory) {
   const TemporaryFolder folder;
   std::istringstream lines(ContentOf(Scene() + "/detections.jsonl"));
   std::string shifted;
@@ -361,7 +362,7 @@ std::string OfflineCommand(const std::string& detections, const fs::path& out) {
 }
 
 // Ctrl-C during solving: ends at once, with one line.
-TEST(SignalTest, ASolveIsLeftAtOnce) {
+TEST(SignalTest, ASolveIsAbortedAtOnce) {
   const TemporaryFolder folder;
   const std::string errors = (folder.path() / "errors").string();
   const fs::path out = folder.path() / "out";
@@ -388,7 +389,7 @@ TEST(SignalTest, ASolveIsLeftAtOnce) {
 
 // Detections that change between the first and the last reading: no result, or
 // that of the first reading.
-TEST(InputTest, AChangeUnderneathIsNoHarm) {
+TEST(InputTest, InputChangedDuringARunGivesNoMixedResult) {
   const TemporaryFolder folder;
   const std::string errors = (folder.path() / "errors").string();
   const fs::path out = folder.path() / "out";

@@ -39,7 +39,7 @@ def synthesize(scene):
          "scene.people=2;scene.motion.visitors=1.0;scene.cameras.count=3",
          f"--out={scene}"], check=True, capture_output=True)
     header, *frames = (scene / "detections.jsonl").read_text().splitlines()
-    # What stands behind the number and the time of a frame.
+    # The part of each line after frame number and time.
     rests = [frame[frame.index('"views"'):] for frame in frames]
     empty = '"views": {"cam0": [], "cam1": [], "cam2": []}}'
     return header, rests + [empty] * (EMPTY_S * RATE_HZ)

@@ -111,10 +111,10 @@ class WriterTest : public ::testing::TestWithParam<Writer> {
   const std::string out_ = (folder_.path() / "result.jsonl").string();
 };
 
-// Of writers of one file.
+// Writers whose result is one file.
 class FileWriterTest : public WriterTest {};
 
-TEST_P(WriterTest, WritesWhatItShould) {
+TEST_P(WriterTest, WritesAFileOrAFolder) {
   const ProgramOutcome outcome = Run(out_);
   ASSERT_EQ(outcome.exit_code, 0) << outcome.errors;
   EXPECT_EQ(fs::is_directory(out_), GetParam().is_folder);
@@ -159,7 +159,7 @@ TEST_P(FileWriterTest, ReplacesAFileAndFollowsALink) {
   EXPECT_FALSE(HasPartial(folder_.path()));
 }
 
-TEST_P(FileWriterTest, TakesDevicesAsTheyAre) {
+TEST_P(FileWriterTest, WritesToADeviceWithoutReplacingIt) {
   // A separate device node with the numbers of /dev/null.
   const std::string null = (folder_.path() / "null").string();
   const ProgramOutcome outcome = RunShell(
@@ -189,7 +189,7 @@ TEST_P(FileWriterTest, NeverWritesOverAnInput) {
   }
 }
 
-TEST_P(WriterTest, TwoAtOnceBothSucceedOrOneSaysWhy) {
+TEST_P(WriterTest, TwoConcurrentRunsBothSucceedOrOneReportsWhy) {
   const std::string line = CommandOf(GetParam(), out_);
   const ProgramOutcome outcome =
       RunShell(line + " > /dev/null & " + line +

@@ -116,7 +116,7 @@ Vector3d VectorOf(const Json& array) {
 
 // ---- C3D ----
 
-TEST_F(FormatReaders, C3dHoldsPointsResidualsAndCameras) {
+TEST_F(FormatReaders, C3dHasPointsResidualsAndCameras) {
   if (!HasPython("json")) GTEST_SKIP() << "needs Debian's python3";
   recording_.header.view_names = {"one", "two", "three"};
   for (TrackFrame& frame : recording_.frames) {
@@ -177,7 +177,7 @@ TEST_F(FormatReaders, C3dHoldsPointsResidualsAndCameras) {
   EXPECT_EQ(compared, 39 * 25 - 3 + 22 * 24);
 }
 
-TEST_F(FormatReaders, C3dBeyondSixteenBits) {
+TEST_F(FormatReaders, C3dWithMoreFramesThanSixteenBits) {
   if (!HasPython("json")) GTEST_SKIP() << "needs Debian's python3";
   for (TrackFrame& frame : recording_.frames) {
     frame.frame += 70'000;
@@ -315,12 +315,12 @@ void FormatReaders::ExpectGltf(const std::string& name) {
   EXPECT_THAT(browser.problems(), IsEmpty());
 }
 
-TEST_F(FormatReaders, GltfInThree) { ExpectGltf("take.gltf"); }
-TEST_F(FormatReaders, GlbInThree) { ExpectGltf("take.glb"); }
+TEST_F(FormatReaders, GltfInThreeJs) { ExpectGltf("take.gltf"); }
+TEST_F(FormatReaders, GlbInThreeJs) { ExpectGltf("take.glb"); }
 
 // Recordings that differ in the structure of the file: one person, two, a
 // single frame, other axes.
-TEST_F(FormatReaders, GltfIsValidForKhronos) {
+TEST_F(FormatReaders, GltfPassesTheKhronosValidator) {
   const fs::path validator =
       testing::BuildFile("npm/node_modules/gltf-validator");
   if (!fs::exists(validator) || std::system("node --version >/dev/null") != 0) {
@@ -368,7 +368,7 @@ function at(time_s) {
 }
 )";
 
-TEST_F(FormatReaders, BvhInThree) {
+TEST_F(FormatReaders, BvhInThreeJs) {
   if (!HasThree()) GTEST_SKIP() << "needs chromium and libjs-three";
   const std::string notes = Convert("bvh", "--to=bvh");
   EXPECT_THAT(notes, HasSubstr("missing joints got a place"));
@@ -387,12 +387,12 @@ TEST_F(FormatReaders, BvhInThree) {
           "at(" + std::to_string(0.02 * static_cast<double>(f - 300)) + ")");
       for (size_t j = 0; j < 25; ++j) {
         if (!person->joints[j].present()) continue;
-        // The bones on both sides of an elbow that is never seen make one, of
-        // changing length.
+        // The left elbow is never seen: the two bones at it act as one of
+        // varying length.
         if (id == 12 && Body25().joints()[j] == "l_wrist") continue;
         const Vector3d found_cm = VectorOf(joints[Body25().joints()[j]]);
-        // Six digits behind the point of a centimetre and a degree; three.js
-        // keeps rotations as floats: 2^-24 of a metre a link.
+        // Six decimals of centimetres and degrees; three.js keeps rotations as
+        // floats: 2^-24 of a metre per link.
         EXPECT_LT(
             (0.01 * found_cm - InFile(person->joints[j].position_m)).norm(),
             2e-6)
@@ -407,7 +407,7 @@ TEST_F(FormatReaders, BvhInThree) {
 
 // ---- xarray ----
 
-TEST_F(FormatReaders, NetcdfInXarrayAsMovementHasIt) {
+TEST_F(FormatReaders, NetcdfInXarrayHasTheLayoutOfMovement) {
   if (!HasPython("xarray, scipy")) {
     GTEST_SKIP() << "needs python3-xarray and python3-scipy";
   }
@@ -458,11 +458,11 @@ TEST_F(FormatReaders, NetcdfInXarrayAsMovementHasIt) {
 
 // ---- SciPy ----
 
-TEST_F(FormatReaders, TumsActors) {
+TEST_F(FormatReaders, TumActorsInScipy) {
   if (!HasPython("scipy.io")) GTEST_SKIP() << "needs python3-scipy";
   Convert("actorsGT.mat", "--to=tum");
   const Json read = Read("tum_reader.py", "actorsGT.mat");
-  ASSERT_EQ(read.size(), 13u) << "an id is a place";
+  ASSERT_EQ(read.size(), 13u) << "one cell per id up to the largest";
   for (const Json& actor : read) ASSERT_EQ(actor.size(), 340u);
   ForEachJoint(recording_, [&](const PersonPose* person, size_t j, int64_t f,
                                size_t p) {
@@ -664,7 +664,7 @@ TEST_F(FormatReaders, SleapAndDeepLabCut) {
 
 // ---- COLMAP ----
 
-// Debian's COLMAP reads our model and writes it again in its own digits.
+// Debian's COLMAP reads our model and writes it with its own formatting.
 TEST_F(FormatReaders, ColmapReadsItsModel) {
   if (std::system("colmap help > /dev/null 2>&1") != 0) {
     GTEST_SKIP() << "needs colmap";

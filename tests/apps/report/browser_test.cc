@@ -211,7 +211,7 @@ class PageInBrowser : public ::testing::Test {
   std::unique_ptr<Browser> browser_;
 };
 
-TEST_F(PageInBrowser, KeysLandOnTheRightFrame) {
+TEST_F(PageInBrowser, KeysSelectTheRightFrame) {
   Browser& browser = Open(kDesk);
   EXPECT_EQ(FrameEverywhere(), 0);
   const std::vector<std::tuple<const char*, bool, int>> presses = {
@@ -232,7 +232,7 @@ TEST_F(PageInBrowser, KeysLandOnTheRightFrame) {
   EXPECT_EQ(browser.Evaluate("document.getElementById('speed').value"), "0.5");
 }
 
-TEST_F(PageInBrowser, ScrubbingLandsOnTheRightFrame) {
+TEST_F(PageInBrowser, ScrubbingSelectsTheRightFrame) {
   Browser& browser = Open(kDesk);
   for (const int frame : {17, 99, 0}) {
     browser.Evaluate(
@@ -290,7 +290,7 @@ TEST_F(PageInBrowser, PlaybackKeepsTimeAndStopsAtTheEnd) {
   EXPECT_LT(Frame(), 90);
 }
 
-TEST_F(PageInBrowser, ClickOnAWorstMomentJumps) {
+TEST_F(PageInBrowser, ClickOnAWorstMomentSelectsItsFrame) {
   Browser& browser = Open(kDesk);
   // The largest change of velocity is at the return, a frame after the jump.
   Choose("moment-kind", "speed");
@@ -326,7 +326,7 @@ std::string PixelAt(int view, const Eigen::Vector2d& px) {
          std::to_string(px.y()) + " * panel.scale - 0.5), 1, 1).data); })()";
 }
 
-TEST_F(PageInBrowser, PanelsShowWhatWasMatchedRejectedAndMissing) {
+TEST_F(PageInBrowser, PanelsCountMatchedRejectedAndMissing) {
   Browser& browser = Open(kDesk);
   browser.MiddleOf("#panels");
   browser.Press("Home");
@@ -373,7 +373,7 @@ TEST_F(PageInBrowser, PanelsShowWhatWasMatchedRejectedAndMissing) {
   EXPECT_EQ(browser.Evaluate("names"), Json::array({"0", "1", "2"}));
 }
 
-TEST_F(PageInBrowser, TheSceneShowsWhatIsAskedFor) {
+TEST_F(PageInBrowser, SceneShowsTheSelectedElements) {
   Browser& browser = Open(kDesk);
   const auto of = [&](const std::string& what) {
     return browser.Evaluate("kinegraph.scene." + what);
@@ -482,7 +482,7 @@ constexpr const char* kLeastColourDifference = R"((() => {
 })())";
 
 // Warnings and the doctor's findings come before everything else.
-TEST_F(PageInBrowser, WhatIsWrongStandsFirst) {
+TEST_F(PageInBrowser, WarningsAndFindingsComeFirst) {
   PageInput input;
   input.title = "take";
   input.results.push_back({"take", ResultRole::kTracks, recording_.tracks});
@@ -507,7 +507,7 @@ TEST_F(PageInBrowser, WhatIsWrongStandsFirst) {
 }
 
 // The saved SVG and PNG show the displayed frame.
-TEST_F(PageInBrowser, WhatIsShownCanBeSaved) {
+TEST_F(PageInBrowser, SavedPicturesShowTheDisplayedFrame) {
   Browser& browser = Open(kDesk);
   browser.Evaluate("kinegraph.setFrame(7)");
   const Json drawing = browser.Evaluate(
@@ -752,7 +752,7 @@ INSTANTIATE_TEST_SUITE_P(
     [](const auto& layout) { return std::string(layout.param.name); });
 
 // Tests of the checks themselves: a defective page must not pass.
-TEST_F(PageInBrowser, FaultsAreSeen) {
+TEST_F(PageInBrowser, LayoutChecksDetectFaults) {
   Browser& browser = Open(kDesk);
   const auto spoil = [&](const std::string& style) {
     browser.Evaluate(

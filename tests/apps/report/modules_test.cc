@@ -61,7 +61,7 @@ Module ReadModule(const fs::path& path) {
   return module;
 }
 
-TEST(PageModulesTest, ImportWhatTheyUseAndNothingElse) {
+TEST(PageModulesTest, ImportExactlyTheNamesThatTheyUse) {
   std::map<std::string, Module> modules;
   for (const auto& entry :
        fs::directory_iterator(testing::ProjectFile("apps/report/web"))) {

@@ -74,7 +74,7 @@ TEST(Encoding, Base64OfKnownTexts) {
   EXPECT_EQ(Base64("foobar"), "Zm9vYmFy");
 }
 
-TEST(PageData, FrameNumbersAreWhole) {
+TEST(PageData, LargeFrameNumbersAreExact) {
   TrackSequence tracks = Walk(3, 1, 25.0);
   for (TrackFrame& frame : tracks.frames) frame.frame += int64_t{1} << 50;
   const Json page = PageOf(InputOf(tracks));
@@ -83,7 +83,7 @@ TEST(PageData, FrameNumbersAreWhole) {
 }
 
 // Invalid side files do not prevent the page.
-TEST(PageData, ASummaryThatIsNoneIsLeftOut) {
+TEST(PageData, AnInvalidSummaryIsLeftOut) {
   PageInput input = InputOf(Walk(3, 1, 25.0));
   const std::string whole =
       R"({"cameras": [{"view": "a", "matched_share": 1, "median_px": 2, )"
@@ -107,7 +107,7 @@ TEST(PageData, ASummaryThatIsNoneIsLeftOut) {
   }
 }
 
-TEST(PageData, ADoctorsFileThatIsNoneIsRefused) {
+TEST(PageData, AnInvalidDoctorFileIsRefused) {
   PageInput input = InputOf(Walk(3, 1, 25.0));
   for (const std::string& text :
        {std::string("[]"), std::string(R"({"verdict": "x", "findings": [{}]})"),
@@ -119,7 +119,7 @@ TEST(PageData, ADoctorsFileThatIsNoneIsRefused) {
 }
 
 // Faults corrected by the configuration of the tracks are not reported.
-TEST(PageData, FindingsThatTheConfigurationMendsAreLeftOut) {
+TEST(PageData, FindingsCorrectedByTheConfigurationAreLeftOut) {
   const auto finding = [](const char* kind, const char* fix) {
     return Json{{"kind", kind}, {"fix", fix}, {"confidence", 0.9}};
   };
@@ -151,7 +151,7 @@ TEST(PageData, FindingsThatTheConfigurationMendsAreLeftOut) {
             "clock_offset unit ");
 }
 
-TEST(PageData, JointsComeBackWithinHalfAQuantum) {
+TEST(PageData, JointsDecodeWithinHalfAQuantum) {
   const TrackSequence tracks = Walk(10, 2, 25.0);
   const PageData data = MakePageData(InputOf(tracks));
   EXPECT_EQ(data.frames, 10u);
@@ -173,7 +173,7 @@ TEST(PageData, JointsComeBackWithinHalfAQuantum) {
   }
 }
 
-TEST(PageData, AnglesComeBackWithinHalfAQuantum) {
+TEST(PageData, AnglesDecodeWithinHalfAQuantum) {
   TrackSequence tracks = Walk(10, 2, 25.0);
   tracks.frames[4].people[1].joints[13].status = JointStatus::kMissing;
   PageInput input = InputOf(tracks);
@@ -288,8 +288,8 @@ TEST(PageData, DetectionsAndCovariancesOnlyWhenAskedFor) {
               kNames);
 }
 
-TEST(PageData, TooMuchIsDecimatedAndSaid) {
-  EXPECT_EQ(PageOptions().max_bytes, 50000000u) << "the goal's own bound";
+TEST(PageData, DataAboveTheLimitIsDecimatedAndReported) {
+  EXPECT_EQ(PageOptions().max_bytes, 50000000u) << "the required limit";
   const PageInput input = WholeInput(400, 3);
   PageOptions options;
   options.with_covariance = true;
@@ -355,7 +355,7 @@ TEST(PageData, TwoResultsAreMeasuredAgainstTheTruth) {
             std::vector<uint16_t>(5 * 2, 100));
 }
 
-TEST(PageData, AssumedRateIsSaid) {
+TEST(PageData, AssumedFrameRateIsReported) {
   PageInput input = InputOf(Walk(5, 1, 25.0));
   EXPECT_EQ(PageOf(input)["assumedRate"], 0.0);
   for (TrackFrame& frame : input.results[0].tracks.frames) frame.time = 0;
@@ -364,7 +364,7 @@ TEST(PageData, AssumedRateIsSaid) {
   EXPECT_EQ(Decode<double>(page["times"])[4], 0.16);
 }
 
-TEST(PageData, NoFrameIsRefused) {
+TEST(PageData, TracksWithoutFramesAreRefused) {
   EXPECT_THROW(MakePageData(InputOf(Walk(0, 0, 25.0))), InputError);
 }
 
@@ -377,13 +377,14 @@ TEST(PageData, ExactDetectionsHaveNoResidual) {
   const auto residual = Decode<uint16_t>(page["results"][0]["residual"]);
   EXPECT_EQ(residual, std::vector<uint16_t>(4 * 2 * 3, 0));
   const auto match = Decode<int16_t>(page["results"][0]["match"]);
-  EXPECT_EQ(match[0], 0) << "the nearest, where tracks name no matches";
+  EXPECT_EQ(match[0], 0)
+      << "the nearest detection if the tracks have no matches";
   EXPECT_EQ(match[3], 1);
   EXPECT_EQ(Decode<uint16_t>(page["detections"]["counts"]),
             std::vector<uint16_t>(4 * 3, 2));
 }
 
-TEST(Moments, FindTheJumpAndTheLostIdentity) {
+TEST(Moments, FindAJumpAndALostIdentity) {
   TrackSequence tracks = Walk(50, 2, 25.0);
   tracks.frames[20].people[0].joints[9].position_m.x() += 0.2;
   for (size_t f = 40; f < 50; ++f) tracks.frames[f].people.pop_back();

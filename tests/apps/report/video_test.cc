@@ -156,7 +156,7 @@ TEST_P(VideoPanels, PlayAlongAndStopAtThePicture) {
   EXPECT_EQ(browser_->Evaluate("kinegraph.panels[0].video.node.paused"), true);
 }
 
-TEST_P(VideoPanels, FramesBeyondTheVideoSaySo) {
+TEST_P(VideoPanels, FramesBeyondTheVideoAreMarked) {
   browser_->Evaluate("kinegraph.setFrame(" + std::to_string(kPictures - 1) +
                      ")");
   EXPECT_THAT(browser_->Evaluate("kinegraph.panels[0].facts.textContent")
@@ -175,7 +175,7 @@ INSTANTIATE_TEST_SUITE_P(Ways, VideoPanels, ::testing::Bool(),
                            return test.param ? "Embedded" : "Linked";
                          });
 
-TEST(ViewImages, WhatIsWrongIsNamed) {
+TEST(ViewImages, ErrorsNameTheCause) {
   PageInput input = EmptyRecording();
   const auto error_of = [&](const std::string& images) -> std::string {
     try {

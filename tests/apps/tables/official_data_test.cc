@@ -102,10 +102,10 @@ class OfficialDataTest : public testing::CommandTest {
   std::string ground_truth_;
 };
 
-TEST_F(OfficialDataTest, ShelfGivesTheSameTables) {
+TEST_F(OfficialDataTest, ShelfFoldersGiveAllTablesOfShelf) {
   WriteSet("Shelf", "Calibration");
   const Json tables = Reproduce();
-  // No campus folder: no campus table.
+  // Without the campus folder there is no campus table.
   EXPECT_FALSE(tables.contains("campus"));
   for (const char* table :
        {"shelf", "parts", "ablation", "runtime", "sensitivity"}) {
@@ -129,12 +129,12 @@ TEST_F(OfficialDataTest, ShelfGivesTheSameTables) {
   }
 }
 
-TEST_F(OfficialDataTest, OneTableAndACalibrationBesideTheGroundTruth) {
+TEST_F(OfficialDataTest, MakesOneTableWithACalibrationBesideTheGroundTruth) {
   WriteSet("shelf", ".");
   EXPECT_EQ(Reproduce("--table=shelf").size(), 1u);
 }
 
-TEST_F(OfficialDataTest, WhatIsMissingIsNamed) {
+TEST_F(OfficialDataTest, ErrorsNameWhatIsMissing) {
   const auto refusal = [&](const std::string& more) {
     return testing::Refusal("reproduce", Flags(more));
   };
@@ -147,7 +147,7 @@ TEST_F(OfficialDataTest, WhatIsMissingIsNamed) {
   EXPECT_THAT(refusal(""), HasSubstr("no calibration"));
 }
 
-TEST_F(OfficialDataTest, FramesCountedFromElsewhereAreNoBadScore) {
+TEST_F(OfficialDataTest, RefusesDetectionsWithOtherFrameNumbers) {
   WriteSet("shelf", "Calibration");
   for (size_t v = 0; v < cameras_.size(); ++v) {
     std::string text = CocoResults(cameras_[v]);

@@ -8,7 +8,7 @@
 namespace kinegraph {
 namespace {
 
-TEST(FrameRunsTest, PutsNeighboursTogetherAndCountsTheRest) {
+TEST(FrameRunsTest, MergesConsecutiveFramesAndCountsTheRest) {
   EXPECT_EQ(FrameRuns({}, 3), "");
   EXPECT_EQ(FrameRuns({7}, 3), "7");
   EXPECT_EQ(FrameRuns({300, 301, 302, 410, 412, 413}, 3),

@@ -30,7 +30,7 @@ TEST(PublishedTest, AveragesAreThePlainMeansOfTheActors) {
   }
 }
 
-TEST(PublishedTest, EveryRowHasACellAColumn) {
+TEST(PublishedTest, EveryRowHasOneCellPerColumn) {
   for (const PublishedTable& table :
        {PublishedCampus(), PublishedCampusExtended(), PublishedShelf(),
         PublishedCampusParts(), PublishedShelfParts(), PublishedRuntime(),
@@ -50,7 +50,7 @@ TEST(PublishedTest, EveryRowHasACellAColumn) {
 // The paper's own PCP are shares of whole parts over the person-frames that
 // the annotation has: 279, 37 and 161 on Shelf, 49, 189 and 138 on Campus. So
 // the frames and the pooling are those of the protocol.
-TEST(PublishedTest, ThePapersFiguresAreCountsOverTheAnnotatedFrames) {
+TEST(PublishedTest, PaperPcpIsAShareOfTheAnnotatedParts) {
   struct Row {
     PublishedTable table;
     std::array<int, 3> parts;

@@ -38,7 +38,7 @@ TEST(AblationPlotsTest, ShowTheDifferencesOfTheTable) {
   EXPECT_EQ(panels[0].series[0].name, "body-aware, joints filter");
 }
 
-TEST(SweepValuesTest, GoFromHalfToTwiceAndAreCutAtWhatTheKeyAllows) {
+TEST(SweepValuesTest, GoFromHalfToTwiceWithinTheRangeOfTheKey) {
   const Doubles values = SweepValues(60.0, 1e9);
   ASSERT_EQ(values.size(), 9u);
   EXPECT_DOUBLE_EQ(values.front(), 30.0);
@@ -51,7 +51,7 @@ TEST(SweepValuesTest, GoFromHalfToTwiceAndAreCutAtWhatTheKeyAllows) {
   for (size_t i = 1; i < cut.size(); ++i) EXPECT_GT(cut[i], cut[i - 1]);
 }
 
-TEST(SweptParametersTest, SetWhatTheyGet) {
+TEST(SweptParametersTest, SetterAndGetterAgree) {
   ASSERT_EQ(SweptParameters().size(), 5u);
   for (const SweptParameter& parameter : SweptParameters()) {
     TrackerOptions options;
@@ -62,7 +62,7 @@ TEST(SweptParametersTest, SetWhatTheyGet) {
   }
 }
 
-TEST(SweptParametersTest, AlphaEpiKeepsTheRatiosOfInitialisation) {
+TEST(SweptParametersTest, AlphaEpiScalesTheInitialisationThresholds) {
   TrackerOptions options;
   options.reconstruction.alpha_epi_px = 60.0;
   options.initialisation.alpha_group_px = 60.0;
@@ -72,7 +72,7 @@ TEST(SweptParametersTest, AlphaEpiKeepsTheRatiosOfInitialisation) {
   EXPECT_DOUBLE_EQ(options.initialisation.alpha_filter_px, 60.0);
 }
 
-TEST(SweepsTest, ThePublishedValueDiffersFromItselfByNothing) {
+TEST(SweepsTest, ThePublishedValueHasNoDifferenceFromItself) {
   KINEGRAPH_DATA_OR_SKIP(data, "shelf/detections/openpose");
   const LoadedDataset loaded =
       LoadDataset(ShelfReal(), testing::FindData("")->string());

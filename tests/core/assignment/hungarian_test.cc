@@ -87,7 +87,7 @@ TEST(HungarianTest, EqualsBruteForceOnRandomRectangles) {
   }
 }
 
-TEST(HungarianTest, SmallOnesByHandAndWhatIsNoProblem) {
+TEST(HungarianTest, SmallProblemsByHandAndDegenerateOnes) {
   HungarianSolver solver;
   std::vector<int> result = {5};
   // The diagonal costs 1 + 3 = 4; crossing costs 2 + 0 = 2.
@@ -131,7 +131,7 @@ TEST(HungarianTest, LargeProblemMeetsItsDualBound) {
 
 // Against the solution of the whole matrix, in which pairs without gain have
 // zero cost.
-TEST(MaximisePositive, FindsTheLargestTotalOfPairsThatGain) {
+TEST(MaximisePositive, FindsTheLargestTotalOfPositivePairs) {
   Random random(7);
   for (int trial = 0; trial < 200; ++trial) {
     Problem gains{static_cast<int>(1 + random.Index(12)),

@@ -67,7 +67,7 @@ class DenseLanesTest : public ::testing::TestWithParam<InstructionSet> {
   void TearDown() override { UseInstructionSet(BestInstructionSet()); }
 };
 
-TEST_P(DenseLanesTest, EliminatesAsTheDefinitionSays) {
+TEST_P(DenseLanesTest, FactorAndComplementEqualTheirDefinition) {
   Random random(3);
   for (const int block : {0, 6}) {
     for (const int size : {6, 12, 42, 84, 102, 150}) {
@@ -108,7 +108,7 @@ TEST_P(DenseLanesTest, SameBitsAsTheBaseline) {
   EXPECT_EQ(here.coupling, baseline.coupling);
 }
 
-TEST_P(DenseLanesTest, RefusesWhatIsNotDefinite) {
+TEST_P(DenseLanesTest, RefusesIndefiniteAndNaNPivots) {
   Random random(5);
   for (const int bad : {0, 3, 50, 101}) {
     Blocks blocks = MakeBlocks(102, 6, &random);
@@ -120,7 +120,7 @@ TEST_P(DenseLanesTest, RefusesWhatIsNotDefinite) {
   }
 }
 
-TEST_P(DenseLanesTest, IgnoresWhatStandsAboveTheDiagonal) {
+TEST_P(DenseLanesTest, IgnoresValuesAboveTheDiagonal) {
   Random random(6);
   Blocks clean = MakeBlocks(42, 6, &random);
   Blocks dirty = clean;

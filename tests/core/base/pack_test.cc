@@ -61,7 +61,7 @@ TYPED_TEST(PackTest, WhatIsNoNumberIsLessThanNothing) {
   EXPECT_FALSE(Any(nan == nan));
 }
 
-TEST(InstructionSet, FallsBackToWhatTheMachineHas) {
+TEST(InstructionSet, FallsBackToTheBestOfTheMachine) {
   UseInstructionSet(InstructionSet::kBaseline);
   EXPECT_EQ(CurrentInstructionSet(), InstructionSet::kBaseline);
   UseInstructionSet(InstructionSet::kAvx512);

@@ -25,7 +25,7 @@ TEST(ParallelForTest, DoesEachPieceOnce) {
   }
 }
 
-TEST(ParallelForTest, ThrowsWhatTheLowestPieceThrew) {
+TEST(ParallelForTest, RethrowsTheExceptionOfTheLowestPiece) {
   // Two pieces fail; with several threads the others still complete.
   std::atomic<int> done{0};
   const auto work = [&](int i) {
@@ -59,7 +59,7 @@ TEST(ParallelForTest, ThrowsThroughAPiece) {
   EXPECT_THROW(ParallelFor(3, 10, outer), std::runtime_error);
 }
 
-TEST(ParallelForTest, TellsAPieceHowManyThreadsItMayAskFor) {
+TEST(ParallelForTest, PiecesSeeTheAllowedNumberOfThreads) {
   EXPECT_EQ(AllowedThreads(), 1);
   for (const int threads : {1, 3}) {
     for (const int count : {1, 8}) {
@@ -70,7 +70,7 @@ TEST(ParallelForTest, TellsAPieceHowManyThreadsItMayAskFor) {
   EXPECT_EQ(AllowedThreads(), 1);
 }
 
-TEST(StopCheckTest, NobodyStopsWithoutAScope) {
+TEST(StopCheckTest, OnlyTheInnermostScopeIsChecked) {
   CheckStop();
   EXPECT_EQ(CurrentStopCheck(), nullptr);
   int asked = 0;
@@ -101,7 +101,7 @@ TEST(StopCheckTest, EndsTheWorkOfAllThreads) {
 }
 
 // The caller has no pieces left while others still work.
-TEST(StopCheckTest, IsHeardWhileWaiting) {
+TEST(StopCheckTest, IsPolledWhileWaiting) {
   const std::thread::id caller = std::this_thread::get_id();
   std::atomic<bool> stopped{false};
   std::atomic<bool> helper_works{false};

@@ -10,14 +10,14 @@
 namespace kinegraph {
 namespace {
 
-TEST(Median, IsTheMiddleOrTheGreaterOfTwo) {
+TEST(Median, IsTheMiddleOrTheUpperOfTwo) {
   EXPECT_EQ(Median({}), 0.0);
   EXPECT_EQ(Median({7.0}), 7.0);
   EXPECT_EQ(Median({9.0, 1.0, 2.0}), 2.0);
   EXPECT_EQ(Median({9.0, 1.0, 4.0, 2.0}), 4.0);
 }
 
-TEST(WeightedQuantile, TheLeastValueThatReachesTheShare) {
+TEST(WeightedQuantile, IsTheLeastValueThatReachesTheShare) {
   const std::vector<WeightedValue> values = {
       {3.0, 1.0}, {1.0, 2.0}, {2.0, 1.0}};
   EXPECT_EQ(WeightedQuantile(values, 0.0), 1.0);
@@ -27,7 +27,7 @@ TEST(WeightedQuantile, TheLeastValueThatReachesTheShare) {
   EXPECT_EQ(WeightedQuantile(values, 1.0), 3.0);
 }
 
-TEST(WeightedQuantile, TheMedianLiesBetweenTwoHalves) {
+TEST(WeightedQuantile, MedianOfTwoEqualHalvesIsBetweenThem) {
   EXPECT_EQ(WeightedMedian({{7.0, 1.0}}), 7.0);
   // Even: the mean of the middle two, as without weights.
   EXPECT_EQ(WeightedMedian({{1.0, 1.0}, {2.0, 1.0}, {4.0, 1.0}, {9.0, 1.0}}),
@@ -43,14 +43,14 @@ TEST(WeightedQuantile, TheMedianLiesBetweenTwoHalves) {
   EXPECT_EQ(WeightedQuantile(values, 1.0), 9.0);
 }
 
-TEST(WeightedQuantile, OfBinsLiesWithinOne) {
+TEST(WeightedQuantile, BinnedQuantileInterpolatesWithinABin) {
   const std::vector<float> weights = {0.0f, 1.0f, 3.0f, 0.0f};
   EXPECT_EQ(BinnedQuantile(weights, 4.0, 0.25), 2.0);
   EXPECT_EQ(BinnedQuantile(weights, 4.0, 0.625), 2.5);
   EXPECT_EQ(BinnedQuantile(weights, 4.0, 1.0), 3.0);
 }
 
-TEST(FrameClockTest, WholeFramesAreComparedWithHalfAFrameOfSlack) {
+TEST(FrameClockTest, ComparesWithHalfAFrameOfTolerance) {
   for (const double rate : {23.976, 25.0, 29.97, 60.0, 120.0}) {
     const FrameClock clock(rate);
     const TimeNs jitter = clock.TimeOf(1) / 3;
@@ -81,7 +81,7 @@ TEST(EditDistanceTest, CountsInsertionsDeletionsAndReplacements) {
   EXPECT_EQ(EditDistance("ab", "ba"), 2u) << "a swap counts twice";
 }
 
-TEST(Printable, LettersOfUtf8Stay) {
+TEST(Printable, KeepsUtf8Letters) {
   for (const std::string text :
        {"", "camera 1", "Kamera ü", "カメラ", "😀 \u00a0\uffff"}) {
     EXPECT_EQ(Printable(text), text);
@@ -95,7 +95,7 @@ TEST(Printable, ControlCharactersAreReplaced) {
   EXPECT_EQ(Printable(std::string("a\0b", 3)), "a?b");
 }
 
-TEST(Printable, WhatIsNoUtf8IsReplaced) {
+TEST(Printable, InvalidUtf8IsReplaced) {
   EXPECT_EQ(Printable("\x80 \xff \xfe"), "? ? ?");  // invalid first bytes
   EXPECT_EQ(Printable("\xc3 \xe3\x82"), "? ??");    // truncated
   EXPECT_EQ(Printable("\xc0\xaf \xe0\x80\xaf"),
@@ -105,7 +105,7 @@ TEST(Printable, WhatIsNoUtf8IsReplaced) {
   EXPECT_EQ(Printable("\xf8\x88\x80\x80\x80"), "?????");
 }
 
-TEST(Printable, IsCutBetweenLetters) {
+TEST(Printable, TruncatesBetweenLetters) {
   EXPECT_EQ(Printable("abcdef", 6), "abcdef");
   EXPECT_EQ(Printable("abcdef", 4), "abcd...");
   EXPECT_EQ(Printable("aüüü", 4), "aüü...");

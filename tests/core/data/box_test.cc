@@ -19,7 +19,7 @@ Eigen::AlignedBox2d BoxOf(double left, double top, double right,
   return {Eigen::Vector2d(left, top), Eigen::Vector2d(right, bottom)};
 }
 
-TEST(Box, IsThatOfTheFoundJoints) {
+TEST(Box, EnclosesTheFoundJoints) {
   std::vector<Keypoint> joints = {JointAt(30.0, 5.0), JointAt(10.0, 25.0),
                                   JointAt(22.0, 45.0), JointAt(-900.0, 900.0)};
   joints.back().found = false;
@@ -38,7 +38,7 @@ TEST(Box, IsEmptyWithoutJoints) {
   }
 }
 
-TEST(Box, OfOneJointIsAPoint) {
+TEST(Box, OneJointGivesAPoint) {
   const Eigen::AlignedBox2d box = BoxAround({JointAt(7.0, 8.0)});
   EXPECT_FALSE(box.isEmpty());
   EXPECT_EQ(DiagonalPx(box), 0.0);
@@ -46,13 +46,13 @@ TEST(Box, OfOneJointIsAPoint) {
 }
 
 // Legs of 30 and 40.
-TEST(Box, DiagonalIsThatOfTheTriangle) {
+TEST(Box, DiagonalByHand) {
   EXPECT_EQ(DiagonalPx(BoxOf(10.0, 5.0, 40.0, 45.0)), 50.0);
   // A line.
   EXPECT_EQ(DiagonalPx(BoxOf(10.0, 5.0, 10.0, 45.0)), 40.0);
 }
 
-TEST(Box, GapIsTheLargerOneOfBothAxes) {
+TEST(Box, GapIsTheLargerOfBothAxes) {
   const Eigen::AlignedBox2d box = BoxOf(0.0, 0.0, 10.0, 20.0);
   // To the right, to the left, below, above and across.
   EXPECT_EQ(GapPx(box, BoxOf(13.0, 5.0, 15.0, 6.0)), 3.0);

@@ -130,7 +130,7 @@ TEST(PoseCheck, PositionsAreFiniteAndInTheScene) {
   EXPECT_EQ(written.Fault(), "");
 }
 
-TEST(PoseCheck, OneCameraHasNoExtent) {
+TEST(PoseCheck, OneCameraSetsNoLimitOfPositions) {
   Written written;
   written.cameras = testing::RingOfCameras(1);
   written.joint().position_m.x() = 1e30;
@@ -180,7 +180,7 @@ IdentityEdit Naming(int64_t one, const std::string& name) {
   return edit;
 }
 
-TEST(NamesAfter, AJoinPassesANameOnToWhoHasNone) {
+TEST(NamesAfter, AJoinPassesANameToAnUnnamedPerson) {
   EXPECT_EQ(NamesAfter({Naming(2, "Ann"), Edit(EditOp::kJoin, 1, 2)}),
             (PersonNames{{TrackId(1), "Ann"}}));
   // A person with a name keeps it; the other's name is lost.
@@ -199,7 +199,7 @@ TEST(NamesAfter, TheLastNameCountsAndOtherEditsKeepThem) {
             (PersonNames{{TrackId(1), "Robert"}}));
 }
 
-TEST(FrameSpan, HoldsBothItsEnds) {
+TEST(FrameSpan, ContainsBothEnds) {
   const FrameSpan span = {3, 5};
   for (int64_t frame = 0; frame < 9; ++frame) {
     EXPECT_EQ(span.Contains(frame), frame >= 3 && frame <= 5) << frame;

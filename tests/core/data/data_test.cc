@@ -25,7 +25,7 @@ Keypoint Found(double x_px, double confidence) {
   return {{x_px, 50.0}, confidence, true};
 }
 
-TEST(MakeObservation, TakesJointsByNameAndCountsThoseThatCount) {
+TEST(MakeObservation, TakesMappedJointsAndCountsAssociationJoints) {
   Detection detection;
   detection.index_in_file = 3;
   detection.joints = {Found(10.0, 0.2), Found(20.0, 0.6), Keypoint()};
@@ -42,7 +42,7 @@ TEST(MakeObservation, TakesJointsByNameAndCountsThoseThatCount) {
   EXPECT_FALSE(observation.joints[1].found);
   EXPECT_EQ(observation.joints[2].px.x(), 10.0);
   EXPECT_FALSE(observation.joints[3].found);
-  EXPECT_EQ(observation.found_count, 1);  // of those that count
+  EXPECT_EQ(observation.found_count, 1);  // of association joints
   EXPECT_EQ(observation.mean_confidence, 0.6);
 }
 
@@ -55,7 +55,7 @@ std::string ErrorOf(const std::function<void()>& check) {
   return "";
 }
 
-TEST(Checks, HeadersAndFramesKeepTheBoundsOfFiles) {
+TEST(Checks, HeadersAndFramesObeyTheLimitsOfFiles) {
   DetectionHeader header;
   header.skeleton = Coco17();
   const auto refused = [&] {
@@ -90,7 +90,7 @@ TEST(Checks, HeadersAndFramesKeepTheBoundsOfFiles) {
   EXPECT_THAT(refused(), HasSubstr("'a' appears twice"));
 }
 
-TEST(Checks, EachCameraHasANameOfItsOwn) {
+TEST(Checks, CameraNamesMustDiffer) {
   CameraRig cameras = testing::RingOfCameras(2);
   EXPECT_THAT(ErrorOf([&] { CheckCameraNames(cameras); }), IsEmpty());
   cameras[1] = cameras[0];
@@ -106,7 +106,7 @@ TEST(EditOp, NamesReadBack) {
   EXPECT_EQ(EditOpByName("merge"), std::nullopt);
 }
 
-TEST(NearestAxis, HasASignAndALimit) {
+TEST(NearestAxis, HasASignAndAnAngularLimit) {
   const auto axis = NearestAxis({0.1, -2.0, 0.1}, 10.0);
   ASSERT_TRUE(axis.has_value());
   EXPECT_EQ(*axis, Eigen::Vector3d(0.0, -1.0, 0.0));
@@ -158,7 +158,7 @@ testing::PosedPerson SittingOnTheFloor() {
   return person;
 }
 
-TEST(Stance, WhoStandsPointsUpInAnyWorld) {
+TEST(Stance, AStandingPersonDefinesUpInAnyWorld) {
   People people;
   for (int k = 0; k < 50; ++k) people.Add(0.05 * k, 1.0);
   EXPECT_EQ(NearestAxis(*people.stance().Up(), 1.0), Eigen::Vector3d::UnitZ());
@@ -170,7 +170,7 @@ TEST(Stance, WhoStandsPointsUpInAnyWorld) {
 
 // A lying person differs from a world on its side only by the file's or the
 // cameras' upward direction.
-TEST(Stance, WhoLiesLeavesUpOpen) {
+TEST(Stance, ALyingPersonLeavesUpUndetermined) {
   for (const double height_m : {0.2, 0.7}) {
     People people;
     for (int k = 0; k < 50; ++k) people.Add(0.5, 0.002 * k, -90.0, height_m);
@@ -185,7 +185,7 @@ TEST(Stance, WhoLiesLeavesUpOpen) {
 
 // A person who walks for a fifth of the time: the floor is constant along z
 // only.
-TEST(Stance, TheFloorCountsMoreThanWhoLies) {
+TEST(Stance, TheFloorOutweighsALyingPerson) {
   for (const double height_m : {0.2, 0.6}) {
     People people;
     for (int k = 0; k < 20; ++k) people.Add(0.2 * k, 0.05 * k);
@@ -199,7 +199,7 @@ TEST(Stance, TheFloorCountsMoreThanWhoLies) {
   }
 }
 
-TEST(Stance, WhoSitsOnTheFloorHasAnUprightTrunk) {
+TEST(Stance, APersonSittingOnTheFloorDefinesUp) {
   People people;
   for (int k = 0; k < 50; ++k) {
     people.Add(SittingOnTheFloor(), 0.3, 0.001 * k, 0.0, 0.0);
@@ -208,7 +208,7 @@ TEST(Stance, WhoSitsOnTheFloorHasAnUprightTrunk) {
 }
 
 // A file on its side: a person who walks across its axis is not lying.
-TEST(Stance, AStatedAxisYieldsToWhoCannotLie) {
+TEST(Stance, AWalkingPersonOverridesTheStatedAxis) {
   People people;
   for (int k = 0; k < 50; ++k) people.Add(0.0, 1.0, 90.0, 3.0 + 0.04 * k);
   const Eigen::Vector3d z = Eigen::Vector3d::UnitZ();

@@ -18,7 +18,7 @@ Joint3d At(const Eigen::Vector3d& position_m,
   return {position_m, status};
 }
 
-TEST(JointStatus, HasANameAndAPositionUnlessMissing) {
+TEST(JointStatus, NamesAndPresence) {
   EXPECT_STREQ(ToString(JointStatus::kObserved), "observed");
   EXPECT_STREQ(ToString(JointStatus::kInferred), "inferred");
   EXPECT_STREQ(ToString(JointStatus::kMissing), "missing");
@@ -27,7 +27,7 @@ TEST(JointStatus, HasANameAndAPositionUnlessMissing) {
   EXPECT_FALSE(Joint3d().present());
 }
 
-TEST(Pose, CountsJointsThatHaveAPosition) {
+TEST(Pose, CountsPresentJoints) {
   EXPECT_EQ(CountPresent({}), 0);
   EXPECT_EQ(CountPresent(Pose3d(17)), 0);
   EXPECT_EQ(CountPresent({At({1.0, 2.0, 3.0}), Joint3d(),

@@ -59,7 +59,7 @@ CameraRig Elsewhere(const CameraRig& rig, double scale) {
   return moved;
 }
 
-TEST(CamerasTest, AnotherWorldIsNoError) {
+TEST(CamerasTest, AnotherWorldFrameAddsNoError) {
   // Two cameras and a row of three lie on a line, four in a plane.
   CameraRig row;
   for (int i = 0; i < 3; ++i) {
@@ -76,7 +76,7 @@ TEST(CamerasTest, AnotherWorldIsNoError) {
   }
 }
 
-TEST(CamerasTest, ScaleIsTakenFromTheScaledFiguresAlone) {
+TEST(CamerasTest, ScaleIsRemovedOnlyFromTheScaledFigures) {
   const CameraRig rig = Circle(4);
   const CameraResult result =
       EvaluateCameras(rig, "truth", Elsewhere(rig, 0.8), "found");
@@ -88,7 +88,7 @@ TEST(CamerasTest, ScaleIsTakenFromTheScaledFiguresAlone) {
   EXPECT_EQ(result.cca[2].fraction(), 0.0);
 }
 
-TEST(CamerasTest, OneTurnedCameraIsOneAmongPairs) {
+TEST(CamerasTest, OneRotatedCameraFailsThreeOfSixPairs) {
   // One of four cameras is turned by 7 degrees: the error of three of the six
   // pairs, but of one camera only.
   CameraRig found = Circle(4);
@@ -105,7 +105,7 @@ TEST(CamerasTest, OneTurnedCameraIsOneAmongPairs) {
   EXPECT_NEAR(result.te_m, 0.0, 1e-12);
 }
 
-TEST(CamerasTest, CentreAccuracyIsOfTheScenesSize) {
+TEST(CamerasTest, CentreAccuracyIsRelativeToTheSceneSize) {
   // Five cameras 4 m from their mean; one is 0.5 m too high. The fit absorbs
   // part of the error, which remains between 5 and 15 % of 4 m.
   CameraRig found = Circle(5);

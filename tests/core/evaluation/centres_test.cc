@@ -8,7 +8,7 @@
 namespace kinegraph::testing {
 namespace {
 
-TEST(ReducedToCentresTest, WhereOneSideHasACentroid) {
+TEST(ReducedToCentresTest, ReducesOnlyIfExactlyOneSideIsACentroid) {
   const Skeleton centroid("centroid", {"middle"}, {});
   const Skeleton box("box", {"top", "bottom"}, {});
   const auto poses = [](const Skeleton& skeleton, const Pose3d& pose) {
@@ -47,7 +47,7 @@ TEST(ReducedToCentresTest, HipsAreTheCentreOfABody) {
   EXPECT_EQ(centre().position_m, Eigen::Vector3d(3.0, 4.0, 1.0));
   EXPECT_THAT(ReducedToCentres(point, Alone(pose))->note,
               ::testing::EndsWith("and the middle of the hips"));
-  // One hip is not the middle.
+  // One hip alone does not define the centre.
   pose[2] = Joint3d{};
   EXPECT_EQ(centre().position_m, *MeanPosition(pose));
   for (Joint3d& joint : pose) {

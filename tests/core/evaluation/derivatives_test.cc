@@ -32,7 +32,7 @@ DerivativeOptions Options() {
   return options;
 }
 
-TEST(DerivativesTest, ErrorsAreThoseOfTheDifference) {
+TEST(DerivativesTest, ErrorsOfAParabolaByHand) {
   // A parabola of another curvature: its velocity error grows as 0.4 t, its
   // acceleration error is 0.4 everywhere, both exact for central differences.
   const auto truth = Moving(
@@ -96,7 +96,7 @@ TEST(DerivativesTest, DerivativesOfTheModelTakePrecedence) {
   result = EvaluateDerivatives(truth, found, Options());
   EXPECT_EQ(result.acceleration_source, DerivativeSource::kModel);
   EXPECT_NEAR(result.all[0].acceleration_rms_m_s2, 0.7, 1e-9);
-  // The frames that are scored stay the same: those with two neighbours.
+  // Still scored at the frames with two neighbours.
   EXPECT_EQ(result.all[0].count, 99 * 14);
 }
 
@@ -125,7 +125,7 @@ Vector3d Landing(double t, double at_s, double round_s) {
   return {0.0, 0.0, -3.0 * (before - smooth)};
 }
 
-TEST(DerivativesTest, ALandingThatIsSmoothedLosesItsPeak) {
+TEST(DerivativesTest, ASmoothedLandingLosesItsPeak) {
   // The second derivative of the rounded path is 3 r^2 / (2 (t^2 + r^2)^1.5):
   // 1.5 / r at its peak, so a radius of 0.04 s instead of 0.01 s gives a
   // quarter.
@@ -148,7 +148,7 @@ TEST(DerivativesTest, ALandingThatIsSmoothedLosesItsPeak) {
   EXPECT_LT(contacts.acceleration_bias_m_s2, 0.0);
 }
 
-TEST(DerivativesTest, FramesApartAreNoNeighbours) {
+TEST(DerivativesTest, NoDerivativesAcrossGapsOrIdentities) {
   auto truth = Moving(20, [](double t) { return Vector3d(t, 0.0, 0.0); });
   auto found = truth;
   found.frames.erase(found.frames.begin() + 10);

@@ -71,7 +71,7 @@ int64_t Met(const FramePairing& pairing) {
   return count;
 }
 
-TEST(PairFramesTest, OneClockPairsEqualNumbersAndSaysNothing) {
+TEST(PairFramesTest, OneClockPairsEqualNumbersWithoutNotes) {
   TrackSequence truth = Walk({});
   TrackSequence tracks = truth;
   tracks.frames.erase(tracks.frames.begin() + 10);
@@ -95,7 +95,7 @@ TEST(PairFramesTest, OneClockPairsEqualNumbersAndSaysNothing) {
 
 // For every measure and ratio of rates: people are compared at equal times
 // only, and frames between the common instants are not misses.
-TEST(PairFramesTest, EveryMeasureOfOtherRatesIsThatOfOneRate) {
+TEST(PairFramesTest, MeasuresAtDifferentRatesEqualThoseAtOneRate) {
   struct Rates {
     double truth_hz;
     double tracks_hz;
@@ -139,7 +139,7 @@ TEST(PairFramesTest, EveryMeasureOfOtherRatesIsThatOfOneRate) {
   }
 }
 
-TEST(PairFramesTest, AFrameThatTheTracksLackIsAMissAtOtherRatesToo) {
+TEST(PairFramesTest, AMissingFrameIsAMissAtDifferentRates) {
   const TrackSequence truth = Walk({50.0, 200});
   TrackSequence tracks = Walk({25.0, 100});
   tracks.frames.erase(tracks.frames.begin() + 10, tracks.frames.begin() + 30);
@@ -149,7 +149,7 @@ TEST(PairFramesTest, AFrameThatTheTracksLackIsAMissAtOtherRatesToo) {
   EXPECT_EQ(identity.misses, 30);
 }
 
-TEST(PairFramesTest, TheLagIsThatOfOneRate) {
+TEST(PairFramesTest, LagAtDifferentRates) {
   for (const auto& [truth_hz, tracks_hz] :
        {std::pair{50.0, 25.0}, {25.0, 50.0}, {100.0, 25.0}}) {
     TrackSequence truth = Walk({truth_hz, static_cast<int>(16 * truth_hz)});
@@ -161,7 +161,7 @@ TEST(PairFramesTest, TheLagIsThatOfOneRate) {
   }
 }
 
-TEST(PairFramesTest, RatesWithoutACommonInstantAreRefusedByName) {
+TEST(PairFramesTest, ErrorNamesRatesWithoutACommonInstant) {
   const TrackSequence truth = Walk({25.0, 100, 0, 0.004});
   const TrackSequence tracks = Walk({50.0, 200});
   for (int turn = 0; turn < 2; ++turn) {
@@ -184,7 +184,7 @@ TEST(PairFramesTest, TimesInMillisecondsAreTheSameInstants) {
   EXPECT_EQ(Met(PairFrames(truth, tracks)), 120);
 }
 
-TEST(PairFramesTest, NumbersThatBeginElsewhereAreNotCompared) {
+TEST(PairFramesTest, NumbersThatBeginDifferently) {
   // As written by programs that count from one, or that cut a recording and
   // renumber the rest.
   for (const int64_t first_frame : {1, 50}) {
@@ -207,7 +207,7 @@ TEST(PairFramesTest, NumbersThatBeginElsewhereAreNotCompared) {
               HasSubstr("frame 25 of the tracks has the time of frame 0"));
 }
 
-TEST(PairFramesTest, ClocksThatJitterPairByTheNearest) {
+TEST(PairFramesTest, JitteringClocksPairByTheNearestTime) {
   TrackSequence tracks = Walk({});
   for (size_t k = 0; k < tracks.frames.size(); ++k) {
     tracks.frames[k].time += (k % 3 == 0 ? -1 : 1) * 7'000'000;  // 7 of 40 ms
@@ -252,13 +252,13 @@ TEST(PairFramesTest, APausePairsTimes) {
   EXPECT_EQ(Met(pairing), 60);
 }
 
-TEST(PairFramesTest, WhatContradictsItselfIsNoted) {
+TEST(PairFramesTest, ContradictingTimesAndNumbersAreNoted) {
   // Neither times nor numbers reveal different rates.
   EXPECT_THAT(PairFrames(WithoutTimes(Walk({50.0, 200})), Walk({})).notes,
               ElementsAre(HasSubstr("the ground truth has no times")));
   EXPECT_THAT(PairFrames(Walk({}), WithoutTimes(Walk({50.0, 200}))).notes,
               ElementsAre(HasSubstr("the tracks has no times")));
-  // In a part of a recording that is consistent.
+  // A consistent part of a recording gives no note.
   EXPECT_THAT(
       PairFrames(WithoutTimes(Walk({25.0, 50, 25, 1.0})), Walk({})).notes,
       IsEmpty());
@@ -288,7 +288,7 @@ TEST(PairFramesTest, EmptyRecordings) {
   EXPECT_EQ(Met(PairFrames(Walk({25.0, 1}), Walk({25.0, 1}))), 1);
 }
 
-TEST(NumberFramesLikeTest, KeepsTheInstantsOfTheLead) {
+TEST(NumberFramesLikeTest, KeepsOnlyTheInstantsOfTheReference) {
   const TrackSequence lead = Walk({25.0, 100, 7, 0.28});
   TrackSequence other = Walk({50.0, 250});
   const auto notes = NumberFramesLike(lead, {"b", "a"}, &other);

@@ -148,7 +148,7 @@ TEST(HeldOutTest, PairsOneToOne) {
   EXPECT_TRUE(scores.people[1].paired);
 }
 
-TEST(HeldOutTest, ConfidentJointsThatTheReferenceNamesAreScored) {
+TEST(HeldOutTest, ScoresConfidentJointsNamedByTheReference) {
   Scene scene;
   Detection& detection = scene.detections.frames[0].views[1].detections[0];
   detection.joints[0].confidence = 0.3;  // the least confidence that is scored
@@ -162,7 +162,7 @@ TEST(HeldOutTest, ConfidentJointsThatTheReferenceNamesAreScored) {
   EXPECT_EQ(scene.Score(StandingTum14()).joints.size(), 26u);
 }
 
-TEST(HeldOutTest, ASetThatDoesNotFitIsRefused) {
+TEST(HeldOutTest, RefusesASetOfOtherDetections) {
   const auto score = [](const HeldOutDetection& second) {
     Scene scene;
     scene.set.detections[1] = second;
@@ -188,7 +188,7 @@ TEST(HeldOutTest, FiltersByClassAndView) {
   EXPECT_TRUE(std::isnan(nothing.intervals_px[0].low));
 }
 
-TEST(HeldOutTest, SetFromTheMatchesOfTracks) {
+TEST(HeldOutTest, MakesASetFromTheMatchesOfTracks) {
   TrackSequence reference = Tracks({Frame(5, {Person(3, StandingTum14())})});
   reference.header.view_names = {"a", "b"};
   reference.frames[0].people[0].matches = {{1, 4, {}}};
@@ -200,7 +200,7 @@ TEST(HeldOutTest, SetFromTheMatchesOfTracks) {
   EXPECT_EQ(set.cap_px, 192.0);
 }
 
-TEST(HeldOutTest, PairsByIdentityWhereTheMatchesAreTheSame) {
+TEST(HeldOutTest, PairsByIdentityOnRequest) {
   const Scene scene;
   // One metre away: no pair by distance.
   const Pose3d far = Moved(StandingTum14(), 1.0);

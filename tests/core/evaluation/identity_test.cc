@@ -86,7 +86,7 @@ TEST(IdentityTest, CountsByHand) {
   EXPECT_EQ(people.identities, 3);
 }
 
-TEST(IdentityTest, NobodyAnywhere) {
+TEST(IdentityTest, NoPeopleGiveNaN) {
   const IdentityResult result = Evaluate("", "");
   EXPECT_TRUE(std::isnan(result.Mota()));
   EXPECT_TRUE(std::isnan(result.Idf1()));
@@ -124,7 +124,7 @@ TEST(HotaTest, ThresholdsOfSimilarity) {
   EXPECT_DOUBLE_EQ(result.hota_at[14].localisation, 0.75);
 }
 
-TEST(HotaTest, PrefersWhoGoesTogetherOverTheRecording) {
+TEST(HotaTest, MatchesByAgreementOverTheRecording) {
   // In the last frame identity 2 is nearer, but identity 1 corresponds to the
   // person over the recording: HOTA matches 1, and 2 is a false positive.
   const IdentityResult result =
@@ -135,7 +135,7 @@ TEST(HotaTest, PrefersWhoGoesTogetherOverTheRecording) {
 
 // ---- An incomplete truth
 
-TEST(IdentityTest, PosesOnHiddenPeopleCountNeitherWay) {
+TEST(IdentityTest, PosesOnHiddenPeopleAreNoFalsePositives) {
   TrackSequence truth = Standing("0@0 | 0@0 | 0@0");
   for (Joint3d& joint : truth.frames[1].people[0].joints) {
     joint.status = JointStatus::kInferred;
@@ -156,7 +156,7 @@ TEST(IdentityTest, PosesOnHiddenPeopleCountNeitherWay) {
   }
 }
 
-TEST(IdentityTest, PosesBesideAPartialTruthCountNeitherWay) {
+TEST(IdentityTest, PosesBesideAPartialTruthAreNoFalsePositives) {
   const TrackSequence truth = Standing("0@0 | 0@0");
   // Identity 2 is far from all annotations, identity 3 on person 0.
   const TrackSequence found = Standing("1@0 2@3 | 1@0 2@3 3@0.25");
@@ -165,7 +165,8 @@ TEST(IdentityTest, PosesBesideAPartialTruthCountNeitherWay) {
   options.annotated = Annotated::kSome;
   const IdentityResult result = EvaluateIdentity(truth, found, options);
   EXPECT_EQ(result.beside_annotations, 2);
-  EXPECT_EQ(result.false_positives, 1) << "a double is one all the same";
+  EXPECT_EQ(result.false_positives, 1)
+      << "a second pose on a person is a false positive";
   EXPECT_DOUBLE_EQ(result.Mota(), 0.5);
 }
 

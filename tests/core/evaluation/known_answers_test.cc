@@ -103,7 +103,7 @@ TEST(KnownAnswersTest, AuthorsCodeOnShelf) {
   }
 }
 
-TEST(KnownAnswersTest, ShelfHasTheAnnotatedFramesOfItsPublications) {
+TEST(KnownAnswersTest, ShelfHasThePublishedNumbersOfParts) {
   KINEGRAPH_DATA_OR_SKIP(folder, "shelf");
   for (const char* file : {"/raw/gt.txt", "/tum/actorsGT.mat"}) {
     SCOPED_TRACE(file);

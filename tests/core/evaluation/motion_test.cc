@@ -51,7 +51,7 @@ TEST(MotionTest, NeedsThreeConsecutiveObservedFramesOfOnePerson) {
   EXPECT_TRUE(std::isnan(result.acceleration_interval.low));
 }
 
-TEST(MotionTest, BoneSpreadIsTheMeanOfDeviations) {
+TEST(MotionTest, BoneSpreadIsTheMeanOfStandardDeviations) {
   const Skeleton arm("arm", {"l_shoulder", "l_elbow", "l_wrist"}, {});
   // The upper arm: 1 and 2 m, deviation 0.5; the forearm: always 1 m. The third
   // frame lacks the shoulder; the second person has one frame only.
@@ -71,7 +71,7 @@ TEST(MotionTest, BoneSpreadIsTheMeanOfDeviations) {
   EXPECT_DOUBLE_EQ(result.bone_length_spread_m, 0.25);
 }
 
-TEST(MotionTest, WantsAFrameRate) {
+TEST(MotionTest, RequiresAFrameRate) {
   EXPECT_THROW(EvaluateMotion(Tracks({}), 0.0), OptionError);
   EXPECT_THROW(EstimateLag(Tracks({}), Tracks({}), 0.0), OptionError);
 }
@@ -104,7 +104,7 @@ TEST(Smoothness, UnitsFollowTheGivenFramesNotTheTracks) {
   const auto series = DifferenceSeries(tracks, people, 2, 25.0);
   ASSERT_EQ(series.size(), 1u);
   ASSERT_EQ(series[0].size(), 10u);
-  // Frames 2, 3, 4 lack a neighbour or themselves, 8 and 9 have no successors.
+  // Frames 2 to 4 are missing or lack a neighbour; 8 and 9 have no successor.
   for (size_t k = 0; k < 10; ++k) {
     const bool is_whole = k < 2 || (k > 4 && k < 8);
     EXPECT_EQ(series[0][k].weight, is_whole ? 12.0 : 0.0) << k;
@@ -118,7 +118,7 @@ double Power(const TrackSequence& tracks, double rate_hz) {
   return PooledRatio(PowerSeries(tracks, PersonFramesOf(tracks), rate_hz));
 }
 
-TEST(Power, OfASineIsHalfItsSquaredAmplitudeAboveTheCutoffAlone) {
+TEST(Power, OfASineIsHalfItsSquaredAmplitudeAboveTheCutoff) {
   const double rate_hz = 50.0;
   const double amplitude_m = 0.02;
   const auto sine = [&](double frequency_hz) {
@@ -164,7 +164,7 @@ TrackSequence Swaying(double delay_s, int64_t first_id = 1) {
   return Tracks(all);
 }
 
-TEST(Lag, IsThatOfADelayedMotionAlsoBetweenFrames) {
+TEST(Lag, FindsTheDelayToAFractionOfAFrame) {
   const TrackSequence reference = Swaying(0.0);
   for (const double delay_s : {0.0, 0.04, 0.051, 0.13, -0.033}) {
     const auto lag = EstimateLag(reference, Swaying(delay_s, 10), kRate);
@@ -175,7 +175,7 @@ TEST(Lag, IsThatOfADelayedMotionAlsoBetweenFrames) {
   }
 }
 
-TEST(Lag, DoesNotExistWhereNobodyMovesOrNothingOverlaps) {
+TEST(Lag, IsUndefinedWithoutMotionOrOverlap) {
   const TrackSequence still = Alone(StandingTum14(), 1, 100);
   EXPECT_FALSE(EstimateLag(still, still, kRate).has_value());
   EXPECT_FALSE(EstimateLag(Swaying(0.0), Tracks({}), kRate).has_value());

@@ -19,7 +19,7 @@ Pose3d Turned(Pose3d pose, double angle_rad) {
   return pose;
 }
 
-TEST(BodyFrameTest, IsRightForwardUp) {
+TEST(BodyFrameTest, AxesAreRightForwardUp) {
   const auto body = BodyFrame(StandingTum14(), Tum14(), Vector3d::UnitZ());
   ASSERT_TRUE(body.has_value());
   EXPECT_TRUE(body->isApprox(Eigen::Matrix3d::Identity(), 1e-15));
@@ -44,7 +44,7 @@ TEST(MpjpeTest, RawIsTheMeanDistance) {
   EXPECT_EQ(result.found.count, 1);
 }
 
-TEST(MpjpeTest, AlignedForgetsPlaceTurnAndSize) {
+TEST(MpjpeTest, AlignedErrorIgnoresASimilarityTransform) {
   Pose3d pose = Turned(StandingTum14(), 0.3);
   for (Joint3d& joint : pose) {
     joint.position_m = 1.1 * joint.position_m + Vector3d(0.05, 0.0, 0.1);
@@ -59,7 +59,7 @@ TEST(MpjpeTest, AlignedForgetsPlaceTurnAndSize) {
   EXPECT_GT(bent.aligned_m, 0.0);
 }
 
-TEST(MpjpeTest, PckCountsWhatWasNotFoundAsFar) {
+TEST(MpjpeTest, PckCountsMissingJointsAsWrong) {
   Pose3d pose = StandingTum14();
   pose[0].position_m.y() += 0.07;
   pose[1].position_m.y() += 0.12;
@@ -154,7 +154,7 @@ TEST(ConsistencyTest, WorkedByHand) {
   EXPECT_NEAR(result.all.nees_per_dof, 13.0 / 13.0 / 3.0, 1e-9);
 }
 
-TEST(ConsistencyTest, NothingStatedOrNothingDefiniteIsNoCover) {
+TEST(ConsistencyTest, MissingOrIndefiniteCovariancesCoverNothing) {
   const TrackSequence truth = Alone();
   const ConsistencyResult without = EvaluateConsistency(truth, truth);
   EXPECT_EQ(without.observed.count, 14);
@@ -169,7 +169,7 @@ TEST(ConsistencyTest, NothingStatedOrNothingDefiniteIsNoCover) {
   EXPECT_TRUE(std::isnan(flat.observed.stated.nees_per_dof));
 }
 
-TEST(ConsistencyTest, RightCovariancesCoverWhatTheySay) {
+TEST(ConsistencyTest, CorrectCovariancesCoverTheirStatedShare) {
   Random random(5);
   Eigen::Matrix3d root;  // any lower triangle
   root << 0.02, 0.0, 0.0, 0.01, 0.03, 0.0, -0.005, 0.01, 0.01;

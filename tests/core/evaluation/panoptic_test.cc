@@ -65,7 +65,7 @@ TEST(PanopticTest, PrecisionFollowsTheScores) {
   EXPECT_DOUBLE_EQ(result.mpjpe_m, (0.0625 + 0.03125) / 2.0);
 }
 
-TEST(PanopticTest, ASecondPoseOfOnePersonIsFalse) {
+TEST(PanopticTest, ASecondPoseOfOnePersonIsAFalsePositive) {
   const TrackSequence found = Panoptic({{{0.0625, 0.9}, {0, 0.8}}});
   const PanopticResult result = At(0.1, kOne, found);
   EXPECT_EQ(result.average_precision[0], 1.0);  // all found before the false
@@ -91,7 +91,7 @@ TEST(PanopticTest, MissedPeopleCostRecall) {
   EXPECT_EQ(result.recall_at_limit.total, 4);
 }
 
-TEST(PanopticTest, TrueJointsThatNobodySawAreLeftOut) {
+TEST(PanopticTest, UnobservedTrueJointsAreLeftOut) {
   // One of fifteen true joints is not observed, and displaced there: the other
   // fourteen are 31.25 mm off.
   TrackSequence truth = kOne;
@@ -137,7 +137,7 @@ TEST(PanopticTest, APoseWithoutJointsIsAFalsePositive) {
   EXPECT_DOUBLE_EQ(result.average_precision[0], 0.5);
 }
 
-TEST(PanopticTest, NobodyAnywhere) {
+TEST(PanopticTest, NoPeopleGiveNaN) {
   const PanopticResult result = At(0.1, Panoptic({}), Panoptic({}));
   EXPECT_TRUE(std::isnan(result.average_precision[0]));
   EXPECT_TRUE(std::isnan(result.mpjpe_m));

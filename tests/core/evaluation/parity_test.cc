@@ -34,7 +34,7 @@ TEST(ParityTest, SharesByDistance) {
   EXPECT_EQ(result.worst.id, TrackId(9));
 }
 
-TEST(ParityTest, LeavingOutIsNotFree) {
+TEST(ParityTest, MissingJointsAndPeopleCount) {
   TrackSequence tracks = Standing("0@0 | | 0@0");
   tracks.frames.erase(tracks.frames.begin() + 1);
   tracks.frames[0].people[0].joints[0] = Joint3d{};
@@ -48,7 +48,7 @@ TEST(ParityTest, LeavingOutIsNotFree) {
   EXPECT_EQ(result.paired_person_frames, 1);
 }
 
-TEST(ParityTest, NumbersOfIdentitiesMayDifferButMustNotChange) {
+TEST(ParityTest, IdentitiesMustMapOneToOne) {
   const TrackSequence reference = Standing("0@0 | 0@0");
   const TrackSequence broken = Standing("5@0 | 6@0");
   EXPECT_TRUE(
@@ -58,7 +58,7 @@ TEST(ParityTest, NumbersOfIdentitiesMayDifferButMustNotChange) {
   EXPECT_EQ(EvaluateParity(reference, broken).identities, 2);
 }
 
-TEST(ParityTest, OnlyTheAskedFrames) {
+TEST(ParityTest, ComparesOnlyTheGivenFrames) {
   const TrackSequence tracks = Alone(StandingTum14(), 0, 2);
   ParityOptions options;
   options.frames = {{1, 2}};

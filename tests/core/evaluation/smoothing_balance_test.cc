@@ -64,7 +64,7 @@ const double kKeptM = kNoiseM * std::sqrt(3.0 * 48.0 / 50.0);
 // power is four times as large, 4 %: 10 % of a root is 5 sigmas.
 constexpr double kTolerance = 0.1;
 
-TEST_F(SmoothingBalanceTest, AScaledMotionIsRemoved) {
+TEST_F(SmoothingBalanceTest, AScaledDownMotionCountsAsRemoved) {
   const SmoothingBalance balance =
       Of(TraceOf([](int i) -> Eigen::Vector3d { return 0.4 * MotionAt(i); }));
   EXPECT_NEAR(balance.removed_m, 0.6 * kMotionM, kTolerance * kMotionM);
@@ -73,7 +73,7 @@ TEST_F(SmoothingBalanceTest, AScaledMotionIsRemoved) {
   EXPECT_TRUE(balance.is_excessive);
 }
 
-TEST_F(SmoothingBalanceTest, ADelayRemovesMotion) {
+TEST_F(SmoothingBalanceTest, ADelayCountsAsRemovedMotion) {
   // |1 - exp(i phi)| = 2 sin(phi / 2), phi = 2 pi 4 Hz 0.06 s.
   const SmoothingBalance balance =
       Of(TraceOf([](int i) { return MotionAt(i - 3); }));

@@ -13,7 +13,7 @@
 namespace kinegraph {
 namespace {
 
-TEST(ShareTest, HasNoFractionOfNothing) {
+TEST(ShareTest, FractionOfNoneIsNaN) {
   EXPECT_TRUE(std::isnan(Share{}.fraction()));
   EXPECT_EQ((Share{3, 4}.percent()), 75.0);
 }
@@ -95,7 +95,7 @@ TEST(BootstrapTest, IndependentValuesGiveTheTextbookError) {
   EXPECT_NEAR((interval.high - interval.low) / expected, 2 * 1.96, 0.30);
 }
 
-TEST(BootstrapTest, BlocksSeeTheCorrelationOfNeighbours) {
+TEST(BootstrapTest, BlocksIncludeTheCorrelationOfNeighbours) {
   constexpr double kRho = 0.6;
   const std::vector<double> values = CorrelatedSeries(20000, kRho, 8);
   const Interval interval =
@@ -148,7 +148,7 @@ TEST(BootstrapTest, DrawsEveryUnitEquallyOften) {
   for (const double times : drawn) EXPECT_NEAR(times / 20000.0, 1.0, 0.019);
 }
 
-TEST(BootstrapTest, ShortSeriesAreNotCertain) {
+TEST(BootstrapTest, AShortSeriesHasALargeStandardError) {
   RatioSeries series(20, {0.0, 1.0});
   for (size_t i = 0; i < 10; ++i) series[i].sum = 1.0;
   EXPECT_GT(RatioInterval(MeanOfRatios, {series}).standard_error, 0.1);
@@ -166,7 +166,7 @@ TEST(BootstrapTest, SameSeedSameInterval) {
             first.low);
 }
 
-TEST(BootstrapTest, NothingHasNoInterval) {
+TEST(BootstrapTest, NoUnitsGiveNaN) {
   EXPECT_TRUE(std::isnan(RatioInterval(MeanOfRatios, {}).low));
   EXPECT_TRUE(std::isnan(RatioInterval(MeanOfRatios, {{}, {}}).standard_error));
   // Units without weight: the score is not a number in any resample.
@@ -180,7 +180,7 @@ TEST(BootstrapTest, MeanOfRatiosWeighsSeriesEqually) {
       MeanOfRatios({Series({1.0}), Series({1.0, 0.0, 0.0, 0.0}), {}}), 0.625);
 }
 
-TEST(PairedDifferenceTest, ConstantAdvantageIsCertain) {
+TEST(PairedDifferenceTest, AConstantDifferenceHasNoSpread) {
   const std::vector<double> b = CorrelatedSeries(200, 0.8, 10);
   std::vector<double> a = b;
   for (double& value : a) value += 0.25;

@@ -38,14 +38,14 @@ WorldCheck Check(const TrackSequence& truth, const TrackSequence& tracks) {
   return CheckWorld(PairFrames(truth, tracks), CommonJoints(Tum14(), Tum14()));
 }
 
-TEST(CheckWorldTest, OneWorldNeedsNothing) {
+TEST(CheckWorldTest, OneWorldGivesNoNote) {
   const WorldCheck check = Check(Walkers(), Walkers());
   EXPECT_EQ(check.found.count, 100);
   EXPECT_FALSE(check.other.has_value());
   EXPECT_EQ(check.Text(), "");
 }
 
-TEST(CheckWorldTest, FindsAxesAndUnitsThatFindPeople) {
+TEST(CheckWorldTest, FindsTheAxesAndUnitsThatMatchPeople) {
   Eigen::Matrix3d y_up;  // X, Y, Z of the truth are x, z, -y of the tracks
   y_up << 1, 0, 0, 0, 0, 1, 0, -1, 0;
   Eigen::Matrix3d mirror = Eigen::Matrix3d::Identity();
@@ -75,7 +75,7 @@ TEST(CheckWorldTest, FindsAxesAndUnitsThatFindPeople) {
   }
 }
 
-TEST(CheckWorldTest, WhatNothingFindsIsSaid) {
+TEST(CheckWorldTest, ReportsThatNoAxesOrUnitsMatch) {
   TrackSequence elsewhere = Walkers();
   for (TrackFrame& frame : elsewhere.frames) {
     for (PersonPose& person : frame.people) {

@@ -22,7 +22,7 @@ Eigen::Matrix3d Covariance(double a_mm, double b_mm, double c_mm) {
 }
 
 // Isotropic: Maxwell's distribution. One long axis: a Gaussian along it.
-TEST(BallProbability, OfABallIsMaxwellsAndOfALineTheErrorFunction) {
+TEST(BallProbability, IsotropicIsMaxwellsAndOneAxisTheErrorFunction) {
   for (const double sigma_mm : {10.0, 20.0, 24.02, 30.0, 50.0, 100.0, 1000.0}) {
     const double r = 1e3 * kRadius_m / sigma_mm;
     const double expected = std::erf(r / std::sqrt(2.0)) -
@@ -38,7 +38,7 @@ TEST(BallProbability, OfABallIsMaxwellsAndOfALineTheErrorFunction) {
 }
 
 // Against draws: 4 standard deviations of a share of 200,000.
-TEST(BallProbability, IsTheShareOfDraws) {
+TEST(BallProbability, EqualsTheShareOfDraws) {
   Random random(5);
   for (const Eigen::Vector3d& mm :
        {Eigen::Vector3d(100, 5, 5), Eigen::Vector3d(41, 14, 17),

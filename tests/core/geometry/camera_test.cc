@@ -100,7 +100,7 @@ TEST(CameraTest, JacobianEqualsDifferences) {
   }
 }
 
-TEST(CameraTest, APointBeyondTheFoldOfTheLensIsNotSeen) {
+TEST(CameraTest, APointBeyondTheFoldOfTheLensHasNoImage) {
   CameraParameters p;
   p.lens = MakeLens("opencv5", {-0.3, 0.0});
   const Camera camera(p);
@@ -129,7 +129,7 @@ TEST(CameraTest, RefusesImpossibleCalibrations) {
   }
 }
 
-TEST(LensTest, NamesWhatItDoesNotKnow) {
+TEST(LensTest, RefusesUnknownModelsAndInvalidTerms) {
   EXPECT_THROW(MakeLens("fisheye9", {}), OptionError);
   EXPECT_THROW(MakeLens(kFisheyeModel, {0, 0, 0, 0, 1}), OptionError);
   EXPECT_THROW(MakeLens(kFisheyeModel, {std::nan("")}), OptionError);
@@ -187,7 +187,7 @@ Eigen::Vector3d RayAt(double angle, double about) {
           std::cos(angle)};
 }
 
-TEST(Fisheye, ProjectsByTheBook) {
+TEST(Fisheye, ProjectsByItsDefinition) {
   const Camera camera = FisheyeCamera();
   for (double angle = 0.01; angle < kRightAngle; angle += 0.05) {
     const Eigen::Vector3d point = 3.0 * RayAt(angle, 7.0 * angle);
@@ -216,7 +216,7 @@ TEST(Fisheye, UndistortIsTheInverse) {
   }
 }
 
-TEST(Fisheye, WhatIsNotInFrontHasNoImage) {
+TEST(Fisheye, PointsNotInFrontHaveNoImage) {
   const Camera camera = FisheyeCamera({});
   EXPECT_FALSE(camera.Project({1, 0, 0}).has_value()) << "at the side";
   EXPECT_FALSE(camera.Project({1, 0, -0.1}).has_value()) << "behind";
@@ -226,7 +226,7 @@ TEST(Fisheye, WhatIsNotInFrontHasNoImage) {
   EXPECT_FALSE(camera.Undistort({960 + 943.0, 720}).has_value());
 }
 
-TEST(Fisheye, BeyondTheFoldNothingIsSeen) {
+TEST(Fisheye, PointsBeyondTheFoldHaveNoImage) {
   // d(a - 0.3 a^3)/da = 0 at a = 1.054, whose image is 0.703.
   const Camera camera = FisheyeCamera({-0.3});
   EXPECT_TRUE(camera.Project(RayAt(1.05, 0.0)).has_value());

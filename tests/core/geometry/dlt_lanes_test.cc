@@ -1,4 +1,4 @@
-// Lanes against the same computed one joint at a time.
+// Triangulation of several joints in SIMD lanes against one joint at a time.
 #include "core/geometry/dlt_lanes.h"
 
 #include <gtest/gtest.h>
@@ -105,7 +105,7 @@ void ExpectSame(const Points& points, int joint, bool exact,
   EXPECT_LT((point - alone.point_m).norm(), 1e-9);
 }
 
-TEST_P(DltLanes, AreTriangulateDlt) {
+TEST_P(DltLanes, EqualTriangulateDlt) {
   Random random(5);
   int settled = 0;
   int exact = 0;
@@ -115,7 +115,7 @@ TEST_P(DltLanes, AreTriangulateDlt) {
     const Views views = RandomViews(recording == 0 ? 31 : 5, &random);
     const Points points = InLanes(views, GetParam());
     for (int j = 0; j < kJoints; ++j) {
-      if (points.found[j] < 0.0) continue;  // the caller asks TriangulateDlt
+      if (points.found[j] < 0.0) continue;  // left to TriangulateDlt
       ++settled;
       const TriangulationResult alone = Alone(views, j);
       ASSERT_EQ(points.found[j] > 0.0, alone.ok()) << ToString(alone.status);
@@ -148,7 +148,7 @@ TEST_P(DltLanes, AreTheSameOnEveryInstructionSet) {
   }
 }
 
-TEST_P(DltLanes, HandOnWhatIsNoNumber) {
+TEST_P(DltLanes, NaNPixelsAreLeftToTriangulateDlt) {
   Random random(7);
   Views views = RandomViews(4, &random);
   for (size_t v = 0; v < 4; ++v) {
@@ -158,7 +158,7 @@ TEST_P(DltLanes, HandOnWhatIsNoNumber) {
   EXPECT_LT(InLanes(views, GetParam()).found[0], 0.0);
 }
 
-TEST_P(DltLanes, ConflictsAreThoseOfTheEpipolarDistance) {
+TEST_P(DltLanes, ConflictsEqualThoseByEpipolarDistance) {
   Random random(8);
   const Views views = RandomViews(4, &random);
   const EpipolarGeometry epipolar(views.cameras);

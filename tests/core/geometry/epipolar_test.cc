@@ -68,7 +68,7 @@ TEST(EpipolarTest, ZeroForProjectionsOfOnePoint) {
   }
 }
 
-TEST(EpipolarTest, TwoCamerasInOnePlaceContradictNothing) {
+TEST(EpipolarTest, CamerasAtOnePositionHaveNoDistance) {
   CameraRig cameras = StereoPair();
   cameras[1] = cameras[0];
   const EpipolarGeometry geometry(cameras);

@@ -124,7 +124,7 @@ TEST(TriangulationTest, ErrorGrowsAsTheoryPredicts) {
   EXPECT_NEAR(measured / predicted, 1.0, 0.07);
 }
 
-TEST(TriangulationTest, SaysWhyItFails) {
+TEST(TriangulationTest, FailuresHaveAStatus) {
   const CameraRig cameras = testing::RingOfCameras(4, 4.0);
   Random random(5);
   const auto exact = Measure(cameras, {0, 0, 1}, 0.0, &random);

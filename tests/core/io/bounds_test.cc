@@ -52,7 +52,7 @@ void ExpectQuick(const ProcessorTime& used) { EXPECT_LT(used.Seconds(), 5.0); }
 
 // ---- YAML
 
-TEST(YamlBounds, AStrayCommaEnds) {
+TEST(YamlBounds, AStrayCommaTerminates) {
   const TemporaryFolder folder;
   const ProcessorTime used;
   for (const char* text :
@@ -66,7 +66,7 @@ TEST(YamlBounds, AStrayCommaEnds) {
   ExpectQuick(used);
 }
 
-TEST(YamlBounds, CommasDoNotFillTheMemory) {
+TEST(YamlBounds, ManyCommasDoNotExhaustMemory) {
   const TemporaryFolder folder;
   const ProcessorTime used;
   const std::string path = folder.Write(
@@ -77,7 +77,7 @@ TEST(YamlBounds, CommasDoNotFillTheMemory) {
 }
 
 // A text of a kilobyte that is named a hundred thousand times.
-TEST(YamlBounds, AliasesPayForTheirCopies) {
+TEST(YamlBounds, AliasesCountTowardsTheLimit) {
   const TemporaryFolder folder;
   const ProcessorTime used;
   std::string many = "a: &a \"" + std::string(1000, 'x') + "\"\nb: [";
@@ -107,7 +107,7 @@ TEST(YamlBounds, DepthIsLimited) {
 
 // ---- The pages
 
-TEST(Pages, StateTheBoundsOfNumbers) {
+TEST(Pages, StateTheLimitsOfNumbers) {
   const std::string limits = ReadTextFile(ProjectFile("docs/limits.md"));
   EXPECT_EQ(kMaxFrame, int64_t{1} << 50);
   EXPECT_THAT(limits, HasSubstr("| frame numbers | 0 to 2^50 |"));
@@ -199,7 +199,7 @@ TEST(NpzBounds, ArraysThatShareTheirBytesAreRefused) {
   EXPECT_THAT(InputErrorOf([&] { ReadTracks(path); }), HasSubstr("overlaps"));
 }
 
-TEST(NpzBounds, BonesAreBetweenJointsThatAreThere) {
+TEST(NpzBounds, BonesMustReferToJoints) {
   const TemporaryFolder folder;
   const std::string path = (folder.path() / "a.npz").string();
   const auto said_of = [&](const std::vector<size_t>& shape,
@@ -259,8 +259,8 @@ TEST(MatBounds, DimensionsMustHaveTheirEntries) {
   ExpectQuick(used);
 }
 
-// Without entries, and of the imaginary parts.
-TEST(MatBounds, TagsMustHaveTheirBytes) {
+// Tags without data, and tags of the imaginary parts.
+TEST(MatBounds, TagsMustHaveTheirData) {
   constexpr uint32_t kChar = 4;
   constexpr uint32_t kComplexDouble = 0x800 | 6;
   std::string parts;
@@ -279,7 +279,7 @@ TEST(MatBounds, TagsMustHaveTheirBytes) {
   }
 }
 
-TEST(MatBounds, WholeFilesPass) {
+TEST(MatBounds, ReadsPlainAndCompressedFiles) {
   const TemporaryFolder folder;
   Pose3d pose(14);
   for (Joint3d& joint : pose) joint = {{1.0, 2.0, 3.0}, JointStatus::kObserved};
@@ -299,7 +299,7 @@ TEST(MatBounds, WholeFilesPass) {
   }
 }
 
-TEST(MatBounds, NestedCellsEnd) {
+TEST(MatBounds, NestedCellsTerminate) {
   std::string element;
   for (int depth = 0; depth < 100; ++depth) {
     element = ActorArray(1, 1, 1, element);
@@ -340,7 +340,7 @@ int64_t FirstIdIn(const std::string& path, const std::string& format) {
   return ReadTracks(path, options).frames.at(0).people.at(0).id.value();
 }
 
-TEST(IdBounds, ReadersTakeWhatWritersWrite) {
+TEST(IdBounds, LargeIdsRoundTrip) {
   const TemporaryFolder folder;
   const std::string path = (folder.path() / "out").string();
   constexpr int64_t kId = (int64_t{1} << 62) + 1;
@@ -350,7 +350,7 @@ TEST(IdBounds, ReadersTakeWhatWritersWrite) {
   }
 }
 
-TEST(IdBounds, RenumberingIsSaid) {
+TEST(IdBounds, RenumberingIsReported) {
   for (const auto& [format, first_lost] :
        std::vector<std::pair<std::string, int64_t>>{
            {"longcw", int64_t{1} << 31}, {"trc", 1'000'000'000'000'000'000}}) {
@@ -368,7 +368,7 @@ TEST(IdBounds, RenumberingIsSaid) {
   }
 }
 
-TEST(CsvCells, AreNoFormulas) {
+TEST(CsvCells, AreEscapedAgainstFormulas) {
   const TemporaryFolder folder;
   const std::string path = (folder.path() / "a.csv").string();
   for (const std::string name :
@@ -381,7 +381,7 @@ TEST(CsvCells, AreNoFormulas) {
   }
 }
 
-TEST(SkeletonBounds, TooManyJointsAreRefusedAtOnce) {
+TEST(SkeletonBounds, TooManyJointsAreRefusedQuickly) {
   const ProcessorTime used;
   std::vector<std::string> joints;
   for (int j = 0; j < 100'000; ++j) joints.push_back(std::to_string(j));
@@ -400,7 +400,7 @@ TEST(AtomicFileBounds, RefusesReadOnlyFiles) {
               HasSubstr("Permission denied"));
 }
 
-TEST(AtomicFileBounds, LinksInACircleAreSaid) {
+TEST(AtomicFileBounds, CircularLinksAreRefused) {
   const TemporaryFolder folder;
   fs::create_symlink("b", folder.path() / "a");
   fs::create_symlink("a", folder.path() / "b");
@@ -409,7 +409,7 @@ TEST(AtomicFileBounds, LinksInACircleAreSaid) {
       HasSubstr("symbolic links"));
 }
 
-TEST(OutputFolderTest, GoesWhenNothingWasPutIn) {
+TEST(OutputFolderTest, IsRemovedIfEmpty) {
   const TemporaryFolder folder;
   const std::string path = (folder.path() / "a" / "b").string();
   { const OutputFolder made(path); }

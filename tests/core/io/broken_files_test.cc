@@ -161,7 +161,7 @@ std::string PathOf(const TemporaryFolder& folder, const std::string& name) {
   return folder.path() / name.substr(0, name.find('/'));
 }
 
-TEST(BrokenFiles, SamplesAreGood) {
+TEST(BrokenFiles, UnbrokenSamplesAreRead) {
   for (const Sample& sample : Samples()) {
     const TemporaryFolder folder;
     folder.Write(sample.name, sample.content);
@@ -221,7 +221,7 @@ TEST(BrokenFiles, OpenPose) {
   }
 }
 
-TEST(BrokenFiles, FoldersOfDetections) {
+TEST(BrokenFiles, DetectionFolders) {
   Check(kDetections, {}, "nowhere", "No such file");
   Check(kDetections, {{"x/y", ""}}, "x", "without detections");
   Check(kDetections, {{"t/cam0/readme", ""}}, "t", "no .json");
@@ -516,7 +516,7 @@ std::vector<std::string> TwoActors(const std::string& first_entry) {
           MatCell(3, 1, {nobody, nobody, MatNumbers(14, 3, 3)})};
 }
 
-TEST(BrokenFiles, MatIsRead) {
+TEST(BrokenFiles, MatFileWithNaNAndEmptyCells) {
   const TemporaryFolder folder;
   const TrackSequence truth = ReadTracks(
       WriteMat(folder, "actor3D", TwoActors(MatNumbers(14, 3, NAN))));
@@ -526,7 +526,7 @@ TEST(BrokenFiles, MatIsRead) {
   EXPECT_EQ(truth.frames[2].people.at(1).joints[13].position_m.z(), 3.0);
 }
 
-TEST(BrokenFiles, MatOfWrongShapes) {
+TEST(BrokenFiles, MatFilesOfWrongShapes) {
   const auto error = [](const std::string& variable,
                         const std::vector<std::string>& actors) {
     const TemporaryFolder folder;

@@ -18,7 +18,7 @@ using ::testing::HasSubstr;
 using testing::InputErrorOf;
 using testing::TemporaryFolder;
 
-TEST(FileKind, RefusesWhatIsNone) {
+TEST(FileKind, RefusesUnknownFiles) {
   const TemporaryFolder folder;
   for (const char* text : {"", "hello",
                            "\x7f"
@@ -36,7 +36,7 @@ TEST(FileKind, RefusesWhatIsNone) {
 }
 
 // In any encoding: XML in UTF-8 and UTF-16, a pickle, plain numbers.
-TEST(FileKind, LaboratoriesCalibrations) {
+TEST(FileKind, LaboratoryCalibrations) {
   const TemporaryFolder folder;
   const std::string wide = std::string("\xff\xfe<\0a\0/\0>\0", 10);
   for (const auto& [name, text] :
@@ -49,8 +49,8 @@ TEST(FileKind, LaboratoriesCalibrations) {
   }
 }
 
-// Its folders of cameras are not taken for views of detections.
-TEST(FileKind, OpenCapsSession) {
+// Its camera folders are not mistaken for views of detections.
+TEST(FileKind, OpenCapSession) {
   const TemporaryFolder folder;
   folder.Write("session/Videos/Cam0/cameraIntrinsicsExtrinsics.pickle", "");
   for (const char* where :

@@ -114,7 +114,7 @@ bool ExpectSameInCommas(const Write& write, const Rewrite& rewrite) {
   return !numbers.empty();
 }
 
-TEST(Locale, TracksAreTheSameFiles) {
+TEST(Locale, TrackFilesDoNotDependOnTheLocale) {
   const LocaleSample sample = MakeSample();
   LostFields lost_fields;
   int read = 0;
@@ -135,7 +135,7 @@ TEST(Locale, TracksAreTheSameFiles) {
   EXPECT_GE(read, 6);  // most formats read back
 }
 
-TEST(Locale, CamerasAndDetectionsAreTheSameFiles) {
+TEST(Locale, CameraAndDetectionFilesDoNotDependOnTheLocale) {
   const LocaleSample sample = MakeSample();
   LostFields lost_fields;
   int read = 0;

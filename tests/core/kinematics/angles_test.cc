@@ -75,7 +75,7 @@ TEST(JointAngles, StandingIsZero) {
 }
 
 // y points left: a turn of a hanging limb about it is backwards.
-TEST(JointAngles, OfLimbsByHand) {
+TEST(JointAngles, LimbAnglesByHand) {
   for (const std::string s : {"l_", "r_"}) {
     SCOPED_TRACE(s);
     const std::string other = s == "l_" ? "r_" : "l_";
@@ -188,7 +188,7 @@ TEST(JointAngles, AMirrorExchangesTheSides) {
   }
 }
 
-TEST(JointAngles, NothingIsMadeUp) {
+TEST(JointAngles, UndefinedAnglesAreMissing) {
   PosedPerson person;
   person.Remove("l_knee");
   ExpectNone(person,
@@ -209,7 +209,7 @@ TEST(JointAngles, NothingIsMadeUp) {
   EXPECT_FALSE(AnglesAt(person.pose()).at("l_knee_flexion").observed);
 }
 
-TEST(JointAngles, SkeletonsHaveWhatTheirJointsAllow) {
+TEST(JointAngles, SkeletonsHaveTheAnglesTheirJointsAllow) {
   const auto count = [](const Skeleton& skeleton) {
     return AnglesOf(skeleton).size();
   };
@@ -280,7 +280,7 @@ std::map<std::string, Sampled> SampleAngles(const PersonPose& pose,
   return sampled;
 }
 
-TEST(JointAngleIntervals, SpreadIsThatOfSamples) {
+TEST(JointAngleIntervals, SpreadEqualsThatOfSamples) {
   Random random(7);
   PersonPose pose = Sprinter().pose();
   GiveCovariances(0.005, &pose, &random);
@@ -301,7 +301,7 @@ TEST(JointAngleIntervals, SpreadIsThatOfSamples) {
 }
 
 // At a straight limb the angle can only grow: the interval must still cover it.
-TEST(JointAngleIntervals, HoldForStraightLimbs) {
+TEST(JointAngleIntervals, CoverStraightLimbs) {
   Random random(8);
   for (const double bend_deg : {0.0, 1.0, 2.0, 3.0, 5.0, 8.0}) {
     PosedPerson person;

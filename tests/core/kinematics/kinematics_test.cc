@@ -45,10 +45,10 @@ double ValueAt(const KinematicsTable& table, size_t row,
 // Sums of a few positions of metres.
 constexpr double kMetreRounding = 1e-12;
 
-TEST(Kinematics, SpeedAndWayOfAWalk) {
+TEST(Kinematics, SpeedAndPathLengthOfAWalk) {
   const TrackSequence tracks = Walk(11);
   const KinematicsTable table = MeasureKinematics(tracks);
-  EXPECT_EQ(table.up, Vec::UnitZ()) << "as the person stands";
+  EXPECT_EQ(table.up, Vec::UnitZ()) << "from the standing person";
   EXPECT_TRUE(table.has_times);
   ASSERT_EQ(table.rows.size(), 11u);
   EXPECT_EQ(table.rows[4].frame, 104);
@@ -66,7 +66,7 @@ TEST(Kinematics, SpeedAndWayOfAWalk) {
   EXPECT_TRUE(std::isnan(ValueAt(table, 5, "nose_speed_m_s"))) << "no nose";
 }
 
-TEST(Kinematics, AGapHasNoSpeedAndAStraightWay) {
+TEST(Kinematics, AGapHasNoSpeedAndAStraightPath) {
   TrackSequence tracks = Walk(11);
   tracks.frames[5].people.clear();
   const KinematicsTable table = MeasureKinematics(tracks);
@@ -112,7 +112,7 @@ TEST(Kinematics, MissingJointsGiveNoValue) {
   EXPECT_TRUE(std::isnan(ValueAt(table, 3, "r_knee_flexion_deg")));
 }
 
-TEST(Kinematics, WhatCannotBeGivenIsSaid) {
+TEST(Kinematics, NotesWhatCannotBeComputed) {
   TrackSequence tracks = Walk(3);
   for (TrackFrame& frame : tracks.frames) frame.time = 0;
   KinematicsTable table = MeasureKinematics(tracks);
@@ -149,7 +149,7 @@ TEST(Kinematics, CentreOfMassByHand) {
 }
 
 // A lying person: angles within the body exist, those that depend on up do not.
-TEST(Kinematics, WhereUpIsNotKnownNothingRestsOnIt) {
+TEST(Kinematics, UnknownUpLeavesItsColumnsOut) {
   TrackSequence tracks = Walk(11);
   for (TrackFrame& frame : tracks.frames) {
     for (Joint3d& joint : frame.people[0].joints) {

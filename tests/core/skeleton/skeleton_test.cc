@@ -141,7 +141,7 @@ TEST(SkeletonTest, FeetAndHandsDoNotAssociate) {
   EXPECT_EQ(hand.association_joints(), (std::vector<int>{0, 1, 2}));
 }
 
-TEST(SkeletonTest, TellsHumansByALimbAndNoTail) {
+TEST(SkeletonTest, HumansHaveALimbAndNoTail) {
   for (const std::string& name : SkeletonNames()) {
     EXPECT_TRUE(IsHuman(*FindSkeleton(name))) << name;
   }
@@ -161,7 +161,7 @@ TEST(SkeletonTest, TellsHumansByALimbAndNoTail) {
 }
 
 // A mouse shares twelve names with COCO-17.
-TEST(SkeletonTest, OfAnAnimalAllJointsAssociate) {
+TEST(SkeletonTest, AllJointsOfAnAnimalAssociate) {
   std::vector<std::string> joints = {"snout", "tail_base"};
   for (const std::string side : {"l_", "r_"}) {
     for (const char* part :
@@ -175,7 +175,7 @@ TEST(SkeletonTest, OfAnAnimalAllJointsAssociate) {
   EXPECT_EQ(Skeleton("human", joints, {}).association_joints().size(), 13u);
 }
 
-TEST(SkeletonTest, RefusesWhatIsNoSkeleton) {
+TEST(SkeletonTest, RefusesInvalidJointsAndBones) {
   EXPECT_THROW(Skeleton("x", {}, {}), OptionError);
   EXPECT_THROW(Skeleton("x", {"a", "a"}, {}), OptionError);
   EXPECT_THROW(Skeleton("x", {"a", ""}, {}), OptionError);
@@ -183,7 +183,7 @@ TEST(SkeletonTest, RefusesWhatIsNoSkeleton) {
   EXPECT_THROW(Skeleton("x", {"a", "b"}, {{1, 1}}), OptionError);
 }
 
-TEST(SkeletonTest, JointCountsOf17AreSharesRoundedUp) {
+TEST(SkeletonTest, ThresholdsOf17JointsScaleRoundedUp) {
   EXPECT_EQ(ScaledJoints(11.0, 17), 11);
   EXPECT_EQ(ScaledJoints(10.0, 17), 10);
   EXPECT_EQ(ScaledJoints(11.0, 12), 8);  // 7.76

@@ -21,7 +21,7 @@ ProcessEnd EndOf(const std::string& script, int most_ms, bool* was_ended) {
 
 constexpr int kLong_ms = 60'000;
 
-TEST(RunningProgramTest, SaysHowItEnded) {
+TEST(RunningProgramTest, ReportsExitCodeOrSignal) {
   bool was_ended = true;
   EXPECT_TRUE(EndOf("true", kLong_ms, &was_ended).well());
   EXPECT_FALSE(was_ended);
@@ -30,7 +30,7 @@ TEST(RunningProgramTest, SaysHowItEnded) {
   EXPECT_FALSE(was_ended);
 }
 
-TEST(RunningProgramTest, IsEndedAfterSoLong) {
+TEST(RunningProgramTest, IsKilledAfterTheTimeout) {
   bool was_ended = false;
   // With exec, because a shell's child would survive and keep the output open.
   EXPECT_EQ(EndOf("exec sleep 600", 50, &was_ended).signal, SIGKILL);
@@ -42,7 +42,7 @@ TEST(RunningProgramTest, HasNoInput) {
   EXPECT_EQ(EndOf("read line", kLong_ms, &was_ended).code, 1);
 }
 
-TEST(RunningProgramTest, OneThatIsNotThereIsNotStarted) {
+TEST(RunningProgramTest, AMissingProgramIsNotStarted) {
   RunningProgram program({"/no/such/program"}, -1, kStandardOutput,
                          kStandardError);
   EXPECT_NE(program.Wait(kLong_ms).not_started, 0);

@@ -33,7 +33,7 @@ class BatchEstimatorTest : public ::testing::Test {
   GraphOptions options_ = testing::FixedNoise();
 };
 
-TEST_F(BatchEstimatorTest, TruthInTruthOut) {
+TEST_F(BatchEstimatorTest, ExactDetectionsGiveTheTruth) {
   SimulatedNoise noise;
   noise.sigma_scale = 0.0;
   options_.estimate_noise_scale = false;
@@ -101,7 +101,7 @@ TEST_F(BatchEstimatorTest, KeepsVelocitiesOnRequest) {
   EXPECT_LT(std::sqrt(squares), 0.1 * std::sqrt(all));
 }
 
-TEST_F(BatchEstimatorTest, WithoutWeightsAllElseIsTheSame) {
+TEST_F(BatchEstimatorTest, WithoutWeightsOtherResultsAreTheSame) {
   const SimulatedRecording recording = Simulate(40, SimulatedNoise());
   const auto with_weights = Run(recording);
   scene_.kept_matches = KeptMatches::kDetections;
@@ -162,7 +162,7 @@ TEST_F(BatchEstimatorTest, AShortGapIsBridgedThroughout) {
 }
 
 // A view's ray intersects the sphere of a bone twice.
-TEST_F(BatchEstimatorTest, ABoneAndOneViewDoNotPlaceAJointForLong) {
+TEST_F(BatchEstimatorTest, OneViewAndABoneGiveNoSmallCovarianceForLong) {
   constexpr size_t kWrist = 2;
   constexpr size_t kLost = 20;
   constexpr size_t kFound = 40;
@@ -191,7 +191,7 @@ TEST_F(BatchEstimatorTest, ABoneAndOneViewDoNotPlaceAJointForLong) {
             0.5 * sigma_m(held, kLost + 10));
 }
 
-TEST_F(BatchEstimatorTest, LossesByName) {
+TEST_F(BatchEstimatorTest, EveryLossReducesTheEffectOfOutliers) {
   SimulatedNoise noise;
   noise.outliers = 0.1;
   const SimulatedRecording recording = Simulate(80, noise);

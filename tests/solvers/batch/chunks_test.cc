@@ -50,7 +50,7 @@ class ChunksTest : public ::testing::Test {
   PersonProblem problem_;
 };
 
-TEST_F(ChunksTest, OwnEveryFrameOnce) {
+TEST_F(ChunksTest, EveryFrameIsInOneChunk) {
   for (const double chunk_s : {0.0, 4.0, 10.0, 1000.0}) {
     size_t next = 0;
     for (const Chunk& chunk : MakeChunks(problem_, chunk_s)) {
@@ -72,7 +72,7 @@ TEST_F(ChunksTest, OwnEveryFrameOnce) {
 
 // Observed joints agree with the whole recording's within 0.1 mm for 99 of 100:
 // frames 28 away have almost no influence.
-TEST_F(ChunksTest, FindWhatTheWholeTakeFinds) {
+TEST_F(ChunksTest, EqualASolveOfTheWholeRecording) {
   const PersonProblem whole = Solve(0.0, 1);
   const PersonProblem chunks = Solve(7.0, 1);
   std::vector<double> apart;
@@ -89,7 +89,7 @@ TEST_F(ChunksTest, FindWhatTheWholeTakeFinds) {
   ASSERT_GT(apart.size(), 1500u);
   std::sort(apart.begin(), apart.end());
   EXPECT_LT(apart[apart.size() * 99 / 100], 1e-4);
-  // The two are not the same calculation.
+  // Not bit-identical, so chunks were really solved.
   EXPECT_GT(apart.back(), 0.0);
 }
 
@@ -103,7 +103,7 @@ TEST_F(ChunksTest, SameBitsForAnyNumberOfThreads) {
   }
 }
 
-TEST_F(ChunksTest, CovariancesAreThoseOfTheWholeTake) {
+TEST_F(ChunksTest, CovariancesEqualThoseOfTheWholeRecording) {
   const PersonProblem solved = Solve(0.0, 1);
   std::vector<std::vector<std::vector<Matrix6d>>> covariances;
   for (const double chunk_s : {0.0, 7.0}) {

@@ -52,10 +52,10 @@ struct Consistency {
   }
 };
 
-// Of the batch, or of the window.
+// Parameter: true for the batch, false for the window.
 class Exactness : public ::testing::TestWithParam<bool> {};
 
-TEST_P(Exactness, PredictedErrorsAreTheRealOnes) {
+TEST_P(Exactness, ErrorsMatchTheirCovariances) {
   const SceneModel scene = MakeScene(25.0, 8.0);
   GraphOptions options = testing::FixedNoise();
   options.loss = LossKind::kNone;
@@ -133,7 +133,7 @@ class Defaults : public ::testing::TestWithParam<bool> {};
 
 // The default loss with exact white noise: J'WJ alone would be too small, the
 // correction makes it right. And all defaults, with realistic detections.
-TEST_P(Defaults, Cover) {
+TEST_P(Defaults, NeesAndCoverage) {
   GraphOptions white = testing::FixedNoise();
   white.correlation_time_s = 0.0;
   white.information_scale = 1.0;
@@ -151,7 +151,7 @@ TEST_P(Defaults, Cover) {
   }
 }
 
-TEST_P(Defaults, StayConsistentWhateverTheFrameRate) {
+TEST_P(Defaults, AreConsistentAtAnyFrameRate) {
   const GraphOptions options = testing::FixedNoise();
   SimulatedNoise noise;
   noise.correlation_time_s = 0.1;  // 0.67 from frame to frame at 25 Hz
@@ -179,7 +179,7 @@ TEST_P(Defaults, GrossOutliersCostLittle) {
 
 INSTANTIATE_TEST_SUITE_P(Estimators, Defaults, ::testing::Bool());
 
-TEST(NoiseScale, IsFoundFromTheResiduals) {
+TEST(NoiseScale, IsEstimatedFromTheResiduals) {
   // A detector with twice the configured error: the batch reports it.
   GraphOptions options = testing::FixedNoise();
   options.correlation_time_s = 0.0;

@@ -114,7 +114,7 @@ TEST_P(Graceful, TwoCameras) {
   EXPECT_LT(testing::RootMeanSquare(recording_.truth, finals), 0.06);
 }
 
-TEST_P(Graceful, NothingButTheFirstFrame) {
+TEST_P(Graceful, OnlyTheFirstFrameHasViews) {
   Make(1);
   Run();
   Make(20);
@@ -200,7 +200,7 @@ TEST_P(Graceful, AllDetectionsAreOutliers) {
   EXPECT_LT(Count(finals, JointStatus::kObserved), 60);
 }
 
-TEST_P(Graceful, NumbersThatAreNone) {
+TEST_P(Graceful, NonFiniteAndHugeNumbers) {
   Make(30);
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const double inf = std::numeric_limits<double>::infinity();
@@ -259,7 +259,7 @@ class WarningCounter final : public google::LogSink {
 
 class GracefulOptions : public ::testing::TestWithParam<Kind> {};
 
-TEST_P(GracefulOptions, ASolverThatMayNotConverge) {
+TEST_P(GracefulOptions, TooFewIterationsToConverge) {
   SceneModel scene =
       testing::SmallScene(testing::RingOfCameras(5, 5.0, 1000.0), 25.0);
   GraphOptions options = OptionsOf(GetParam());
@@ -291,7 +291,7 @@ INSTANTIATE_TEST_SUITE_P(SolversAndBones, GracefulOptions, kAllKinds);
 
 // Lengths that are impossible in any pose: the bone solver cannot converge
 // everywhere.
-TEST(BoneSolverTest, SaysWhereItDidNotSettle) {
+TEST(BoneSolverTest, ReportsThatItDidNotConverge) {
   SceneModel scene =
       testing::SmallScene(testing::RingOfCameras(5, 5.0, 1000.0), 25.0);
   GraphOptions options = testing::FixedNoise();

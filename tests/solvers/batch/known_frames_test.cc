@@ -71,7 +71,7 @@ class KnownFramesTest : public ::testing::Test {
   testing::SimulatedRecording recording_;
 };
 
-TEST_F(KnownFramesTest, TheSameMatchesAreNotSolvedAgain) {
+TEST_F(KnownFramesTest, UnchangedMatchesAreNotSolvedAgain) {
   const Run alone = Pass(recording_.frames, nullptr);
   EXPECT_GT(alone.counts.solves, 0);
   // The tracker passes views in the order of their first match, which is
@@ -93,7 +93,7 @@ TEST_F(KnownFramesTest, TheSameMatchesAreNotSolvedAgain) {
   }
 }
 
-TEST_F(KnownFramesTest, WhatIsNearAChangedMatchIsSolvedAnew) {
+TEST_F(KnownFramesTest, FramesNearAChangedMatchAreSolvedAgain) {
   std::vector<EstimatorFrame> changed = recording_.frames;
   changed[200].views.pop_back();
   const Run alone = Pass(changed, nullptr);
@@ -110,7 +110,7 @@ TEST_F(KnownFramesTest, WhatIsNearAChangedMatchIsSolvedAnew) {
             1e-4);
 }
 
-TEST_F(KnownFramesTest, WhoseFramesChangedIsSolvedAsIfNew) {
+TEST_F(KnownFramesTest, ManyChangedFramesAreSolvedFromScratch) {
   std::vector<EstimatorFrame> changed = recording_.frames;
   for (size_t k = 0; k < kFrames; k += 200) changed[k].views.pop_back();
   const Run alone = Pass(changed, nullptr);
@@ -121,7 +121,7 @@ TEST_F(KnownFramesTest, WhoseFramesChangedIsSolvedAsIfNew) {
   }
 }
 
-TEST_F(KnownFramesTest, AFrameBeyondTheEndIsSolvedWithItsNeighbours) {
+TEST_F(KnownFramesTest, AFrameAppendedAtTheEndIsSolvedWithItsNeighbours) {
   const Run second = SecondPass(recording_.frames, 1);
   const Run alone = Pass(recording_.frames, nullptr);
   ASSERT_EQ(second.finals.size(), kFrames);

@@ -139,7 +139,7 @@ class PropertiesTest : public ::testing::TestWithParam<uint64_t> {
   const Estimate estimate_ = EstimateAll(world_);
 };
 
-TEST_P(PropertiesTest, EverybodyIsThere) {
+TEST_P(PropertiesTest, BothPeopleAreTracked) {
   ASSERT_EQ(estimate_.size(), 2u);
   for (const auto& [id, frames] : estimate_) EXPECT_GT(frames.size(), 30u);
 }
@@ -202,7 +202,7 @@ TEST_P(PropertiesTest, AnotherUnitScalesTheResult) {
             kUnit * kSameMinimumMetres);
 }
 
-TEST_P(PropertiesTest, TheOrderOfCamerasDoesNotMatter) {
+TEST_P(PropertiesTest, ResultDoesNotDependOnTheOrderOfCameras) {
   const std::vector<size_t> order = {2, 0, 3, 1};  // new from old
   World other = world_;
   std::vector<int> place(order.size());
@@ -265,7 +265,7 @@ TEST_P(PropertiesTest, ADoubledCameraTightensCovariances) {
   EXPECT_LT(after, 0.98 * before);
 }
 
-// The recording from its end to its begin.
+// The recording in reversed order of time.
 World Reversed(const World& world) {
   World other = world;
   const int64_t last = world.detections.frames.back().frame;
@@ -288,7 +288,7 @@ World Reversed(const World& world) {
   return other;
 }
 
-// The estimate of the reversed take, by the recording's own frames.
+// The estimate of the reversed recording, indexed by the original frames.
 Estimate EstimateBackwards(const World& world,
                            const EstimatorOptions& options) {
   const int64_t last = world.detections.frames.back().frame;
@@ -301,7 +301,7 @@ Estimate EstimateBackwards(const World& world,
   return back;
 }
 
-TEST_P(PropertiesTest, TimeReversedIsTheSameMotionBackwards) {
+TEST_P(PropertiesTest, ReversedTimeGivesTheReversedMotion) {
   // The motion's noise is learnt by filters that run forward
   // (solvers/noise/motion_level.h): it differs by some per cent between the two
   // directions, and a sigma with an error of 5 % moves a joint by 5 % of its

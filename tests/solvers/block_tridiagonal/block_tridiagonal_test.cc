@@ -138,7 +138,7 @@ std::vector<Matrix6d> CovariancesOf(const PersonProblem& problem,
       .front();
 }
 
-TEST_F(ChainSolverTest, CovariancesAreBlocksOfTheDenseInverse) {
+TEST_F(ChainSolverTest, CovariancesEqualBlocksOfTheDenseInverse) {
   SimulatedNoise noise;
   noise.missing = 0.3;
   Make(3, 25, noise);
@@ -151,7 +151,7 @@ TEST_F(ChainSolverTest, CovariancesAreBlocksOfTheDenseInverse) {
   ExpectBlocksOf(DenseCovariance(problem_, 1.1), 0, 1, covariances, 1e-8);
 }
 
-TEST_F(ChainSolverTest, FullRankWithNoViewAndWithOne) {
+TEST_F(ChainSolverTest, HasFullRankWithOneViewOrNone) {
   for (const int views : {0, 1}) {
     Make(views == 0 ? 1 : views, 20, SimulatedNoise());
     JointChain& chain = problem_.joints[0];
@@ -213,7 +213,7 @@ void ExpectSameBits(const JointChain& a, const JointChain& b) {
 
 // A joint's result depends neither on the other lanes nor on the number of
 // lanes.
-TEST_F(ChainSolverTest, SameBitsInAnyCompanyAndOnEveryInstructionSet) {
+TEST_F(ChainSolverTest, SameBitsInAnyGroupOfJointsAndOnEveryInstructionSet) {
   SimulatedNoise noise;
   noise.outliers = 0.1;
   noise.missing = 0.2;
@@ -294,7 +294,7 @@ TEST_F(BoneTest, FindsTheMinimumThatCeresFinds) {
   }
 }
 
-TEST_F(BoneTest, CovariancesAreBlocksOfTheDenseInverse) {
+TEST_F(BoneTest, CovariancesEqualBlocksOfTheDenseInverse) {
   // More frames than one stretch of factors holds.
   Make(3, 70, SimulatedNoise());
   BoneSolver solver;
@@ -331,7 +331,7 @@ TEST_F(BoneTest, MarginalisingKeepsValuesAndCovariances) {
 
 // A joint without observations for long retains little information compared
 // with the subtracted information of the motion between two frames.
-TEST_F(BoneTest, MarginalisingKeepsAJointThatNobodySees) {
+TEST_F(BoneTest, MarginalisingKeepsAJointWithoutObservations) {
   constexpr size_t kFrames = 200;
   constexpr size_t kSeen = 5;
   Make(3, kFrames, SimulatedNoise());
@@ -372,7 +372,7 @@ TEST_F(BoneTest, MarginalisingKeepsStatedCovariances) {
 }
 
 // Bones stabilise both estimators: lengths vary less, and errors shrink.
-TEST_F(BoneTest, EstimatorsGainFromBones) {
+TEST_F(BoneTest, BonesReduceErrorAndSpread) {
   SimulatedNoise noise;
   noise.correlation_time_s = 0.1;
   noise.missing = 0.3;

@@ -38,7 +38,7 @@ using testing::SimulatedNoise;
 
 class AllocationsTest : public testing::SolverProblemTest {};
 
-TEST_F(AllocationsTest, ASteadyWindowAllocatesNothingOfItsOwn) {
+TEST_F(AllocationsTest, ASteadyWindowAllocatesNothingBesidesCeres) {
   if (testing::kSanitized) GTEST_SKIP() << "a sanitizer has its own allocator";
   SimulatedNoise noise;
   noise.missing = 0.2;

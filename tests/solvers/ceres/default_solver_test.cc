@@ -39,7 +39,7 @@ class DefaultSolverTest : public ::testing::Test {
   }
 };
 
-TEST_F(DefaultSolverTest, EverySolveIsACeresProblem) {
+TEST_F(DefaultSolverTest, EverySolveBuildsACeresProblem) {
   for (const bool batch : {false, true}) {
     for (const bool bones : {false, true}) {
       SCOPED_TRACE(::testing::Message() << batch << bones);
@@ -54,7 +54,7 @@ TEST_F(DefaultSolverTest, EverySolveIsACeresProblem) {
   }
 }
 
-TEST_F(DefaultSolverTest, WhereTheBasinIsNotTheMinimumCeresTakesSteps) {
+TEST_F(DefaultSolverTest, CeresIteratesIfTheSweepsDidNotConverge) {
   GraphOptions options;
   options.max_iterations = 1;  // of the sweeps, and then of Ceres
   options.step_tolerance_m = 1e-9;
@@ -63,7 +63,7 @@ TEST_F(DefaultSolverTest, WhereTheBasinIsNotTheMinimumCeresTakesSteps) {
   EXPECT_GT(counts.ceres_iterations, 15);
 }
 
-TEST_F(DefaultSolverTest, FromDltCeresDoesAllStages) {
+TEST_F(DefaultSolverTest, StartingFromDltCeresDoesAllStages) {
   for (const bool bones : {false, true}) {
     GraphOptions options;
     options.start = GraphStart::kDlt;
@@ -78,7 +78,7 @@ TEST_F(DefaultSolverTest, FromDltCeresDoesAllStages) {
   }
 }
 
-TEST_F(DefaultSolverTest, SweepsBuildNone) {
+TEST_F(DefaultSolverTest, BlockTridiagonalBuildsNoCeresProblem) {
   GraphOptions options;
   options.solver = GraphSolver::kBlockTridiagonal;
   const SolveCounts counts = Run(false, 30, options);
@@ -86,7 +86,7 @@ TEST_F(DefaultSolverTest, SweepsBuildNone) {
   EXPECT_EQ(counts.solves, 30 * 3);
 }
 
-TEST_F(DefaultSolverTest, WhatDoesNotConvergeIsSaid) {
+TEST_F(DefaultSolverTest, SolvesThatDoNotConvergeAreReported) {
   GraphOptions options;
   options.solver = GraphSolver::kBlockTridiagonal;
   options.max_iterations = 1;
@@ -106,7 +106,7 @@ int ThreadsOfThisProcess() {
 // library starts for itself stay for its next call.
 class CeresThreadsTest : public testing::SolverProblemTest {};
 
-TEST_F(CeresThreadsTest, CeresAndWhatItCallsStayOnTheCallersThread) {
+TEST_F(CeresThreadsTest, CeresStartsNoThread) {
   Make({4, 700, 71, false, 0}, SimulatedNoise());
   for (const Bone& bone : scene_.skeleton.bones()) {
     problem_.bones.push_back({bone.a, bone.b, 0.3, 0.02});
@@ -122,7 +122,7 @@ TEST_F(CeresThreadsTest, CeresAndWhatItCallsStayOnTheCallersThread) {
 // whichever is idle.
 class CeresSolverTest : public testing::SolverProblemTest {};
 
-TEST_F(CeresSolverTest, ForgetsWhatItSolvedBefore) {
+TEST_F(CeresSolverTest, ResultDoesNotDependOnEarlierSolves) {
   SimulatedNoise noise;
   noise.outliers = 0.1;
   noise.missing = 0.2;
@@ -148,7 +148,7 @@ TEST_F(CeresSolverTest, ForgetsWhatItSolvedBefore) {
 }
 
 // The chain's last step may lead a state behind a camera that sees it.
-TEST_F(CeresSolverTest, AStartWithoutAnImageIsGated) {
+TEST_F(CeresSolverTest, AStartBehindACameraIsGated) {
   Make({4, 20, 71, false, 0}, SimulatedNoise());
   const SolveSchedule schedule = MakeSchedule(GraphOptions());
   ASSERT_TRUE(SolveWithCeres(schedule, &problem_).converged);
@@ -164,7 +164,7 @@ TEST_F(CeresSolverTest, AStartWithoutAnImageIsGated) {
 // A joint approaching the camera in its only view must not pass through it,
 // where its information would be unbounded: limbs do not stay a metre or two
 // from the body.
-TEST_F(CeresSolverTest, AJointOfOneViewStaysAboutItsPerson) {
+TEST_F(CeresSolverTest, AJointInOneViewStaysNearItsPerson) {
   Make({1, 200, 71, false, 0}, SimulatedNoise());
   // Its pixels run outwards, as if it came towards the camera.
   for (JointChain& chain : problem_.joints) {
@@ -197,7 +197,7 @@ TEST_F(CeresSolverTest, AJointOfOneViewStaysAboutItsPerson) {
       PersonCovariances(problem_, 1.0, problem_.times.size(), &covariances));
 }
 
-TEST(SolveCounts, DescribeNamesWhatWentWrong) {
+TEST(SolveCounts, DescribeTroublesListsFailures) {
   SolveCounts counts;
   counts.solves = 10;
   EXPECT_EQ(DescribeTroubles(counts), "");
@@ -214,7 +214,7 @@ TEST(SolveCounts, DescribeNamesWhatWentWrong) {
   EXPECT_EQ(sum.not_converged, 4);
 }
 
-TEST(SolveCounts, TheLedgerTellsWhereNothingConverged) {
+TEST(SolveCounts, LedgerNamesFramesThatDidNotConverge) {
   SolveLedger ledger;
   SolveCounts well;
   well.solves = 1;

@@ -191,14 +191,14 @@ TEST_F(UserFactorTest, MarginalisingKeepsValuesAndCovariances) {
   }
 }
 
-TEST_F(UserFactorTest, MisuseIsNamed) {
+TEST_F(UserFactorTest, MisuseIsRefused) {
   Make(3);
   GraphOptions options;
   options.user_factors = Resting(joint_, 0, 9, 0.0);
   options.solver = GraphSolver::kBlockTridiagonal;
   try {
     MakeWindowEstimator(scene_, options);
-    FAIL() << "sweeps took a user's factor";
+    FAIL() << "the block-tridiagonal solver accepted a user's factor";
   } catch (const OptionError& error) {
     EXPECT_EQ(error.key(), "graph.solver");
   }

@@ -17,7 +17,7 @@ using testing::FrameAt;
 
 constexpr TimeNs kFrame = 40'000'000;  // 25 Hz
 
-TEST(CausalGaussianWeightsTest, AreThoseMeasuredOnTheReference) {
+TEST(CausalGaussianWeightsTest, EqualThoseOfScipy) {
   // Newest to oldest, as scipy.ndimage.gaussian_filter1d(mode='reflect') weighs
   // the last sample, to four digits.
   const auto expect = [](double sigma, const std::vector<double>& expected) {
@@ -126,7 +126,7 @@ TEST_F(CausalGaussianTest, ConstantVelocityAcrossAGap) {
   }
 }
 
-TEST_F(CausalGaussianTest, AFailedFrameStoresNothingAndWritesNothing) {
+TEST_F(CausalGaussianTest, AFailedFrameIsNeitherStoredNorWritten) {
   const auto estimator = Make({});
   estimator->Add(FrameAt(0, 0.5));
   estimator->Add(FailedFrame(1));
@@ -141,7 +141,7 @@ TEST_F(CausalGaussianTest, AFailedFrameStoresNothingAndWritesNothing) {
   EXPECT_TRUE(finals.empty()) << "each final is given once";
 }
 
-TEST_F(CausalGaussianTest, HistoryIsCutByAtMostOnePoseAnUpdate) {
+TEST_F(CausalGaussianTest, EachUpdateDropsAtMostOneOldPose) {
   // Stored at frames 0..3, then at 12: frame 0 is 12 frames old and goes, 1 is
   // 11 old and stays this time. At exactly ten frames a pose stays.
   CausalGaussianOptions options;
@@ -190,7 +190,7 @@ TEST_F(CausalGaussianTest, AnUnseenJointIsHeldThenFollowsTheBody) {
   }
 }
 
-TEST_F(CausalGaussianTest, AJointThatAppearsLaterIsSmoothedOverItsOwnPast) {
+TEST_F(CausalGaussianTest, AJointThatAppearsLaterUsesOnlyItsOwnHistory) {
   CausalGaussianOptions options;
   options.sigma_frames = 0.6;
   const auto estimator = Make(options);

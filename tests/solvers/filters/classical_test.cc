@@ -15,7 +15,7 @@ namespace {
 
 using testing::ExpectPlaces;
 
-TEST(CentredGaussianTest, InsideAndAtTheEdgesAsNumpyHasIt) {
+TEST(CentredGaussianTest, EqualsNumpyInsideAndAtTheEdges) {
   // x is testing::Wiggle(30); sigma 0.05 s at 25 Hz, radius 4 sigmas = 5
   // frames. numpy 1.24.2:
   //   w = np.exp(-.5 * (np.arange(-5, 6) * .04 / .05)**2)
@@ -30,7 +30,7 @@ TEST(CentredGaussianTest, InsideAndAtTheEdgesAsNumpyHasIt) {
       1e-13);
 }
 
-TEST(CentredGaussianTest, UnevenTimeWeighsByTime) {
+TEST(CentredGaussianTest, WeightsFollowUnevenTimes) {
   // Three values, one of them distant in time: weights exp(-t^2 / (2 sigma^2))
   // by hand.
   Samples values(3, 1);
@@ -106,7 +106,7 @@ TEST(OneEuroTest, IsCausalAndHoldsInGaps) {
   EXPECT_EQ(filtered(5, 0), OneEuro(kOptions, {0.0, 0.04, 0.2}, three)(2, 0));
 }
 
-TEST(SavitzkyGolayTest, EdgesAreScipys) {
+TEST(SavitzkyGolayTest, EqualsScipyInsideAndAtTheEdges) {
   // scipy 1.10.1: signal.savgol_filter(x, 9, 3)[[0, 1, 15, 28, 29]] and
   // signal.savgol_filter(x, 7, 2)[...], x = testing::Wiggle(30).
   const Samples values = testing::Wiggle(30);
@@ -120,7 +120,7 @@ TEST(SavitzkyGolayTest, EdgesAreScipys) {
                1e-13);
 }
 
-TEST(SavitzkyGolayTest, PolynomialsPassAndShortSignalsAreFittedWhole) {
+TEST(SavitzkyGolayTest, PolynomialsAreUnchangedAndShortSignalsFittedWhole) {
   for (const int count : {1, 2, 4, 5, 8, 9, 30}) {
     Samples values(count, 1);
     for (int k = 0; k < count; ++k) {
@@ -156,7 +156,7 @@ void ExpectColumn(const Samples& found, const std::vector<double>& expected) {
   }
 }
 
-TEST(MovingMedianTest, IsScipysInsideAndTakesWhatThereIsAtTheEdges) {
+TEST(MovingMedianTest, EqualsScipyInsideAndUsesShorterWindowsAtTheEdges) {
   // z the spiky ramp. Inside: scipy.signal.medfilt(z, 5). All of it:
   // [np.median(z[max(0, i-2):i+3]) for i in range(12)], numpy 1.24.2.
   ExpectColumn(MovingMedian(0.2, WindowSide::kCentred,
@@ -164,14 +164,14 @@ TEST(MovingMedianTest, IsScipysInsideAndTakesWhatThereIsAtTheEdges) {
                {0.1, 0.15, 0.2, 0.4, 0.5, 0.6, 0.5, 0.6, 0.7, 0.9, 0.95, 1.0});
 }
 
-TEST(MovingMedianTest, TrailingWindowsKnowNoFuture) {
+TEST(MovingMedianTest, TrailingWindowsUseNoLaterSamples) {
   // 0.12 s at 25 Hz: the value and the two before.
   ExpectColumn(MovingMedian(0.12, WindowSide::kTrailing,
                             testing::UniformTimes(12), Spiky()),
                {0.0, 0.05, 0.1, 0.2, 0.4, 0.5, 0.5, 0.6, 0.6, 0.7, 0.9, 1.0});
 }
 
-TEST(MovingMedianTest, StepsStayAndImpulsesGo) {
+TEST(MovingMedianTest, KeepsStepsAndRemovesImpulses) {
   const auto times_s = testing::UniformTimes(21);
   const Samples step = testing::Step(21, 10);
   EXPECT_EQ(MovingMedian(0.2, WindowSide::kCentred, times_s, step), step);
@@ -184,7 +184,7 @@ TEST(MovingMedianTest, StepsStayAndImpulsesGo) {
   EXPECT_EQ(MovingMedian(0.2, WindowSide::kCentred, times_s, burst), burst);
 }
 
-TEST(MovingMedianTest, UnevenTimeCountsByTime) {
+TEST(MovingMedianTest, WindowIsATimeNotANumberOfSamples) {
   Samples values(5, 1);
   values << 1.0, 9.0, 2.0, 7.0, 3.0;
   // Within 0.1 s: {1 9}, {1 9 2}, {9 2}, {7 3}, {7 3}.
@@ -193,7 +193,7 @@ TEST(MovingMedianTest, UnevenTimeCountsByTime) {
                {5.0, 2.0, 5.5, 5.0, 5.0});
 }
 
-TEST(HampelFilterTest, ReplacesOutliersAlone) {
+TEST(HampelFilterTest, ReplacesOnlyOutliers) {
   // m, s: np.median and 1.482602218505602 * median |w - m| of
   // w = z[max(0, i-3):i+4]; z[i] becomes m where |z[i] - m| > 3 s.
   ExpectColumn(HampelFilter(0.28, 3.0, WindowSide::kCentred,
@@ -201,19 +201,19 @@ TEST(HampelFilterTest, ReplacesOutliersAlone) {
                {0.0, 0.1, 0.2, 0.4, 0.4, 0.5, 0.6, 0.7, 0.7, 0.9, 1.0, 1.1});
 }
 
-TEST(HampelFilterTest, WhereMostAreEqualAnyOtherIsAnOutlier) {
+TEST(HampelFilterTest, AnyDeviationAmongEqualValuesIsAnOutlier) {
   EXPECT_EQ(HampelFilter(0.28, 3.0, WindowSide::kCentred,
                          testing::UniformTimes(21), testing::Impulse(21, 10))
                 .norm(),
             0.0);
 }
 
-TEST(HampelMedianTest, IsOneAfterTheOther) {
+TEST(HampelMedianTest, AppliesHampelThenMedian) {
   ExpectColumn(HampelMedian({}, testing::UniformTimes(12), Spiky()),
                {0.1, 0.15, 0.2, 0.4, 0.4, 0.5, 0.6, 0.7, 0.7, 0.9, 0.95, 1.0});
 }
 
-TEST(HampelMedianTest, TheTrailingOneHoldsInGaps) {
+TEST(HampelMedianTest, TrailingWindowHoldsInGaps) {
   HampelMedianOptions options;
   options.median_window_s = 0.0;  // each value itself
   options.hampel_threshold = 1e9;
@@ -228,7 +228,7 @@ TEST(HampelMedianTest, TheTrailingOneHoldsInGaps) {
 // Known answers: scipy 1.10.1, numpy 1.24.2; import numpy as np and
 // from scipy import signal.
 
-TEST(ButterworthTest, CoefficientsAreScipys) {
+TEST(ButterworthTest, CoefficientsEqualScipys) {
   // signal.butter(2, 6, fs=25)
   const auto two = ButterworthLowPass(2, 6.0, 25.0);
   ASSERT_EQ(two.size(), 1u);
@@ -255,7 +255,7 @@ TEST(ButterworthTest, CoefficientsAreScipys) {
   EXPECT_NEAR(three[0].b0 * three[1].b0, 0.02863530017091789, 1e-15);
 }
 
-TEST(ButterworthTest, EdgesAreScipys) {
+TEST(ButterworthTest, EqualsScipyInsideAndAtTheEdges) {
   // k = np.arange(30); x = np.sin(0.3 * k) + 0.1 * k + 0.05 * (-1.0) ** k
   // b, a = signal.butter(2, 3, fs=25); signal.filtfilt(b, a, x)[[0,1,15,28,29]]
   const Samples values = testing::Wiggle(30);
@@ -272,13 +272,13 @@ TEST(ButterworthTest, EdgesAreScipys) {
                1e-13);
 }
 
-TEST(ButterworthTest, CorrectionIsWintersFarBelowTheFrameRate) {
+TEST(ButterworthTest, CutoffCorrectionEqualsWintersFarBelowTheFrameRate) {
   // Winter gives 0.802 for two passes of order two; prewarping vanishes where
   // the frame rate is high.
   EXPECT_NEAR(6.0 / TwoPassCutoff(2, 6.0, 1e5), 0.802, 5e-4);
 }
 
-TEST(ButterworthTest, ResidualAnalysisIsThatOfScipy) {
+TEST(ButterworthTest, ResidualAnalysisEqualsScipys) {
   // s = 12345, then s = (1103515245 * s + 12345) % 2**31, u = s / 2**31 - 0.5
   // y = sin(2 pi 1.5 t) + 0.5 sin(2 pi 3 t) + 0.1 u, t = i / 100, i < 500
   // f = np.arange(1, 46.0), of each
@@ -309,7 +309,7 @@ TEST(ButterworthTest, ResidualAnalysisIsThatOfScipy) {
   EXPECT_EQ(chosen.positions_m, low_pass.filter(chosen.cutoffs_hz[0], values));
 }
 
-TEST(ButterworthTest, StraightLinesAndShortSignalsPass) {
+TEST(ButterworthTest, StraightLinesAndShortSignalsAreUnchanged) {
   // Odd reflection continues a line, so the ends do not bend; signals shorter
   // than the padding use all available samples.
   for (const int count : {1, 2, 3, 9, 10, 50}) {
@@ -326,7 +326,7 @@ TEST(ButterworthTest, StraightLinesAndShortSignalsPass) {
   }
 }
 
-TEST(UniformTimeTest, IsAskedForWhereAFilterNeedsIt) {
+TEST(UniformTimeTest, FiltersThatNeedItRefuseUnevenTimes) {
   JointSegment segment;
   segment.positions_m = Samples::Zero(5, 3);
   for (const auto& [name, filter] :

@@ -106,7 +106,7 @@ SegmentEstimate Conditional(const PointModel& model,
 }
 
 // Of a uniformly accelerated point, measured to a micrometre, with its model.
-TEST(KalmanTest, VelocityAndAccelerationAreThoseOfTheMotion) {
+TEST(KalmanTest, DerivativesEqualThoseOfTheMotion) {
   JointSegment segment;
   segment.times_s = testing::UniformTimes(40);
   segment.positions_m.resize(40, 3);
@@ -135,7 +135,7 @@ TEST(KalmanTest, VelocityAndAccelerationAreThoseOfTheMotion) {
       0.5 * step_s * a.norm());
 }
 
-TEST(KalmanTest, FilterAndSmootherAreTheConditionalOfTheProcess) {
+TEST(KalmanTest, FilterAndSmootherEqualTheGaussianConditional) {
   const JointSegment segment = Uneven();
   for (const PointModel& model : {Model(2, 2.0), Model(3, 90.0)}) {
     for (const bool smooth : {false, true}) {

@@ -165,7 +165,7 @@ class EveryStrategyTest : public ::testing::TestWithParam<int> {
   EstimatorOptions options_;
 };
 
-TEST_P(EveryStrategyTest, FillsTheSameFramesAndNothingElse) {
+TEST_P(EveryStrategyTest, FillsTheSameFramesOnly) {
   const testing::SimulatedRecording recording = Walk(0.0);
   const auto finals = Estimate(recording.frames);
   ASSERT_EQ(finals.size(), recording.frames.size());

@@ -64,7 +64,7 @@ std::vector<Samples> HampelPoints(const std::string& folder,
   for (Samples& values : joints) {
     if (std::isnan(values(0, 0))) continue;  // eyes and ears: never
     Bridge(&values);
-    // 0.6745 is its rounding of the normal quartile.
+    // Pose2Sim rounds the normal quartile to 0.6745.
     const Samples filtered =
         HampelFilter(0.28, 2.0 / (0.6745 * 1.482602218505602),
                      WindowSide::kCentred, times_s, values);
@@ -107,9 +107,9 @@ double Quantile(const std::vector<double>& sorted, double share) {
                                     static_cast<double>(sorted.size() - 1))];
 }
 
-TEST_F(PeersTest, ButterworthIsPose2Sims) {
+TEST_F(PeersTest, ButterworthEqualsPose2Sims) {
   KINEGRAPH_DATA_OR_SKIP(folder, "shelf");
-  // Its "order 4" counts both passes, its 6 Hz are those of each pass.
+  // Pose2Sim's "order 4" counts both passes; its 6 Hz apply to each pass.
   ButterworthOptions options;
   options.order = 2;
   options.correct_cutoff = false;
@@ -132,9 +132,9 @@ TEST_F(PeersTest, ButterworthIsPose2Sims) {
   EXPECT_LT(Quantile(corrected, 0.95), 2e-3);  // 1.2 mm
 }
 
-TEST_F(PeersTest, GcvSplineIsPose2Sims) {
+TEST_F(PeersTest, GcvSplineEqualsPose2Sims) {
   KINEGRAPH_DATA_OR_SKIP(folder, "shelf");
-  // It chooses per coordinate, ours per point.
+  // Pose2Sim chooses lambda per coordinate, kinegraph per point.
   const auto same =
       Differences(folder, "p2s_hampel_gcv_spline", 0, [&](const Samples& x) {
         Samples smoothed(x.rows(), x.cols());
@@ -156,7 +156,7 @@ TEST_F(PeersTest, GcvSplineIsPose2Sims) {
   EXPECT_LT(Quantile(together, 0.95), 3e-3);  // 1.4 mm
 }
 
-TEST_F(PeersTest, RtsIsPose2SimsKalman) {
+TEST_F(PeersTest, RtsIsCloseToPose2SimsKalman) {
   KINEGRAPH_DATA_OR_SKIP(folder, "shelf");
   // Its trust ratio of 500 is the standard deviation of a step of acceleration
   // [1/s^2] relative to that of any measurement. White noise on jerk of the
@@ -184,7 +184,7 @@ TEST_F(PeersTest, RtsIsPose2SimsKalman) {
   EXPECT_LT(all.back(), 0.01);
 }
 
-TEST_F(PeersTest, OneEuroIsPose2SimsOnceEachWay) {
+TEST_F(PeersTest, OneEuroForwardsThenBackwardsEqualsPose2Sims) {
   KINEGRAPH_DATA_OR_SKIP(folder, "shelf");
   // 4 Hz, beta 1.5, forwards and then backwards: no causal filter any more,
   // but the same recursion.

@@ -119,7 +119,7 @@ FilterOf Recursive(LowPass (*make)(const ButterworthOptions&, double),
 }
 
 // Frames without sample beside each sample give differences of the curve.
-TEST(ReferenceTest, QuinticDerivativesAreThoseOfTheCurve) {
+TEST(ReferenceTest, QuinticDerivativesEqualDifferencesOfTheCurve) {
   constexpr double kH = 1e-3;
   std::vector<double> times;
   std::vector<char> sampled;
@@ -157,7 +157,7 @@ TEST(ReferenceTest, QuinticDerivativesAreThoseOfTheCurve) {
   EXPECT_EQ(derivatives.first.rows(), 0);
 }
 
-TEST(ReferenceTest, FiltersAreThoseOfOthers) {
+TEST(ReferenceTest, FiltersEqualThoseOfTheReference) {
   constexpr FilterSignal kPosition = FilterSignal::kPosition;
   const struct {
     const char* name;
@@ -233,7 +233,7 @@ TEST(ReferenceTest, RulesChooseTheSameCutoffs) {
   }
 }
 
-// Of every number in both.
+// Compares all numbers of two JSON values.
 void ExpectAlike(const nlohmann::json& found, const nlohmann::json& expected,
                  const std::string& where) {
   ASSERT_EQ(found.size(), expected.size()) << where;
@@ -251,7 +251,7 @@ void ExpectAlike(const nlohmann::json& found, const nlohmann::json& expected,
   }
 }
 
-TEST(ReferenceTest, TheTableIsWhatTheScriptMakes) {
+TEST(ReferenceTest, TableEqualsTheOutputOfTheScript) {
   if (std::system("/usr/bin/python3 -c 'import cvxopt, scipy, statsmodels.api' "
                   "2>/dev/null") != 0) {
     GTEST_SKIP() << "needs python3-cvxopt, python3-scipy, python3-statsmodels";

@@ -83,7 +83,7 @@ TEST(RobustTriangulationTest, OneWrongViewOfThreeOrFiveDoesNotDecide) {
   }
 }
 
-TEST(RobustTriangulationTest, SaysWhenNothingCanBeSaid) {
+TEST(RobustTriangulationTest, FailsWithoutParallaxOrAgreement) {
   const CameraRig cameras = testing::RingOfCameras(4);
   const RobustTriangulator triangulator({});
   auto views = See(cameras, 3.0, nullptr);
@@ -126,7 +126,7 @@ double MeanNees(const RobustTriangulationOptions& options, int view_count,
   return sum / kCount;
 }
 
-TEST(RobustTriangulationTest, CovariancesAreThoseOfTheErrors) {
+TEST(RobustTriangulationTest, CovariancesMatchTheErrors) {
   // 2000 draws of 3 degrees of freedom: the mean over 3 scatters by
   // sqrt(2 / 6000) = 0.018.
   RobustTriangulationOptions least_squares;

@@ -13,7 +13,7 @@ using testing::ExpectPlaces;
 // Known answers: scipy 1.10.1, from scipy.interpolate import
 // make_smoothing_spline; x, t as testing::Wiggle(30) and the times say.
 
-TEST(SmoothingSplineTest, GivenLambdaItIsScipys) {
+TEST(SmoothingSplineTest, EqualsScipyForAGivenLambda) {
   // s = make_smoothing_spline(t, x, lam=1e-4); s(t[[0, 1, 15, 28, 29]]) and
   // s([0.05, 0.5, 1.13]).
   const Samples values = testing::Wiggle(30);
@@ -38,7 +38,7 @@ TEST(SmoothingSplineTest, GivenLambdaItIsScipys) {
                1e-12);
 }
 
-TEST(SmoothingSplineTest, DerivativesAreThoseOfTheCurve) {
+TEST(SmoothingSplineTest, DerivativesEqualDifferencesOfTheCurve) {
   // Against differences of the curve. Inside an interval a cubic's second
   // difference is exact, and the first is off by its third derivative, below
   // 1e5 here, times h^2 / 6; rounding is 1e-15 / h^2.
@@ -74,7 +74,7 @@ TEST(SmoothingSplineTest, DerivativesAreThoseOfTheCurve) {
   }
 }
 
-TEST(SmoothingSplineTest, GcvIsThatOfTheDenseMatrix) {
+TEST(SmoothingSplineTest, GcvEqualsThatOfTheDenseMatrix) {
   // A's columns: make_smoothing_spline(t, e_i, lam=l)(t), uneven t; r = x - A x
   // 30 * (r @ r) / np.trace(np.eye(30) - A)**2
   const Samples values = testing::Wiggle(30);
@@ -102,7 +102,7 @@ TEST(SmoothingSplineTest, ColumnsShareOneLambda) {
   EXPECT_NEAR(GcvScore(1e-4, times_s, values), left + right, 1e-14);
 }
 
-TEST(SmoothingSplineTest, TheCutoffIsWhereAWaveIsHalved) {
+TEST(SmoothingSplineTest, CutoffHalvesTheAmplitude) {
   // 1 / (1 + (f / cutoff)^4) where f is far below the frame rate.
   const auto times_s = testing::UniformTimes(2001, 120.0);
   const double lambda_s3 = LambdaOfCutoff(3.0, 1.0 / 120.0);
@@ -113,7 +113,7 @@ TEST(SmoothingSplineTest, TheCutoffIsWhereAWaveIsHalved) {
   EXPECT_NEAR(testing::Gain(smooth, 1.0, 120.0), 81.0 / 82.0, 1e-3);
 }
 
-TEST(SmoothingSplineTest, EndsAreStraightAndLimitsAreLines) {
+TEST(SmoothingSplineTest, IsLinearOutsideAndForLargeLambda) {
   const auto times_s = testing::UniformTimes(30);
   const Samples values = testing::Wiggle(30);
   // Outside, equal steps make equal differences.
@@ -133,7 +133,7 @@ TEST(SmoothingSplineTest, EndsAreStraightAndLimitsAreLines) {
             1e-10);
 }
 
-TEST(SmoothingSplineTest, GoesOverGapsByItself) {
+TEST(SmoothingSplineTest, IgnoresBridgedSamplesInGaps) {
   // A parabola with frames 10 to 14 bridged by a (wrong) line: the spline sees
   // the samples alone and follows the curve.
   JointSegment segment;
@@ -156,7 +156,7 @@ TEST(SmoothingSplineTest, GoesOverGapsByItself) {
   }
 }
 
-TEST(SmoothingSplineTest, FewSamplesStay) {
+TEST(SmoothingSplineTest, FewerThanFiveSamplesAreUnchanged) {
   for (int count = 1; count < 5; ++count) {
     JointSegment segment;
     segment.times_s = testing::UniformTimes(count);

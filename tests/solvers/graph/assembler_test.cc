@@ -66,7 +66,7 @@ TEST(NoiseScale, MedianAndTrimmedMeanIgnoreOutliers) {
   EXPECT_NEAR(EstimateNoiseScale({8.0}), 1.0, 0.1);
 }
 
-TEST(NoiseScale, CausalOneForgetsWhatIsOld) {
+TEST(NoiseScale, CausalScaleForgetsOldResiduals) {
   Random random(72);
   CausalNoiseScale learnt;
   double applied = 1.0;
@@ -101,7 +101,7 @@ TEST(Schedule, StartsConvexAndEndsWithTheLossItself) {
   EXPECT_EQ(MakeSchedule(options).stages.size(), 1u);
 }
 
-TEST(StatusOf, TellsBySupportNowEverAndNear) {
+TEST(StatusOf, DependsOnPresentPastAndNearSupport) {
   constexpr double kLimit_s = 0.5;
   struct Case {
     int inlier_views;
@@ -137,7 +137,7 @@ TEST(JointSupport, RemembersTheLastFrameWithAView) {
   EXPECT_EQ(support.last_time, 30);
 }
 
-// A trunk and a leg of 0.4 m bones, all sure, standing upright.
+// A trunk and a leg of 0.4 m bones, upright, each joint with a sigma of 1 cm.
 struct TrunkAndLeg {
   enum Joint { kNeck, kHip, kKnee, kAnkle, kCount };
 
@@ -153,7 +153,7 @@ struct TrunkAndLeg {
     }
   }
   void MakeUnsure(int joint, double sigma_m) {
-    // Along one axis alone, as depth is.
+    // Along one axis only, as for depth.
     (*pose.covariances[joint])(1, 1) = sigma_m * sigma_m;
   }
   void Move(int joint, double by_m) {
@@ -170,7 +170,7 @@ struct TrunkAndLeg {
   }
 };
 
-TEST(DropUnsureJoints, OfALegThatIsFarFromItsHip) {
+TEST(DropUnsureJoints, DropsALegFarFromItsHip) {
   TrunkAndLeg body;
   for (const int j : {body.kKnee, body.kAnkle}) {
     body.MakeUnsure(j, 3.0);
@@ -179,14 +179,14 @@ TEST(DropUnsureJoints, OfALegThatIsFarFromItsHip) {
   EXPECT_EQ(body.Missing(), (std::vector<int>{body.kKnee, body.kAnkle}));
 }
 
-TEST(DropUnsureJoints, NoneThatABoneHolds) {
+TEST(DropUnsureJoints, KeepsJointsAtTheLengthOfTheirBone) {
   TrunkAndLeg body;
   body.MakeUnsure(body.kKnee, 3.0);
   body.MakeUnsure(body.kAnkle, 3.0);
   EXPECT_TRUE(body.Missing().empty());
 }
 
-TEST(DropUnsureJoints, AtMoreThanHalfOfTheBone) {
+TEST(DropUnsureJoints, LimitIsHalfTheBone) {
   for (const double sigma_m : {0.19, 0.21}) {
     TrunkAndLeg body;
     body.MakeUnsure(body.kAnkle, sigma_m);
@@ -195,14 +195,15 @@ TEST(DropUnsureJoints, AtMoreThanHalfOfTheBone) {
   }
 }
 
-TEST(DropUnsureJoints, NoneOfAWholeBodyWhoseDepthIsOpen) {
+TEST(DropUnsureJoints, KeepsAWholeBodyOfUncertainDepth) {
   TrunkAndLeg body;
   for (int j = 0; j < body.kCount; ++j) body.MakeUnsure(j, 1.0);
   EXPECT_TRUE(body.Missing().empty());
 }
 
-// Feet that two views never showed: judged by the body's longest bone.
-TEST(DropUnsureJoints, OfABoneThatWasNeverMeasured) {
+// Joints that two views never observed together are judged by the body's
+// longest bone.
+TEST(DropUnsureJoints, UsesTheLongestBoneForAnUnmeasuredOne) {
   TrunkAndLeg body;
   body.MakeUnsure(body.kAnkle, 3.0);
   body.Move(body.kAnkle, 3.0);
@@ -211,7 +212,7 @@ TEST(DropUnsureJoints, OfABoneThatWasNeverMeasured) {
   EXPECT_TRUE(body.pose.joints[body.kKnee].present());
 }
 
-TEST(DropUnsureJoints, NoneWhoseBonesOrCovariancesAreUnknown) {
+TEST(DropUnsureJoints, KeepsJointsWithoutBonesOrCovariances) {
   TrunkAndLeg body;
   body.MakeUnsure(body.kAnkle, 3.0);
   body.Move(body.kAnkle, 3.0);

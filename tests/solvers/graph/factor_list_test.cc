@@ -117,7 +117,7 @@ TEST(FactorList, CountAndCostByHand) {
               priors + centres + motions + robust + bones, 1e-12);
 }
 
-TEST(FactorList, PartOfTheFrames) {
+TEST(FactorList, VisitsARangeOfFrames) {
   const Camera camera = OriginCamera();
   PersonProblem person = TwoJoints(&camera);
   FactorWalk walk;
@@ -148,7 +148,7 @@ TEST(FactorList, ThePersonsPriorReplacesTheJoints) {
   EXPECT_EQ(counted.motions, 4);
 }
 
-TEST(FactorList, EndsAtAFactorThatIsUndefined) {
+TEST(FactorList, StopsAtAnUndefinedFactor) {
   const Camera camera = OriginCamera();
   PersonProblem person = TwoJoints(&camera);
   person.joints[0].states[2].z() = -1.0;  // behind the camera

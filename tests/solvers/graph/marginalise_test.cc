@@ -68,7 +68,7 @@ TEST(Marginalise, KeepsMinimumAndCovarianceOfRandomSystems) {
   }
 }
 
-TEST(Marginalise, RowsThatEndEarlierMayBeCutThere) {
+TEST(Marginalise, TrailingZerosOfRowsMayBeOmitted) {
   Random random(29);
   RowTriangle<4> whole;
   RowTriangle<4> cut;
@@ -88,7 +88,7 @@ TEST(Marginalise, RowsThatEndEarlierMayBeCutThere) {
   EXPECT_LT((a.A.transpose() * a.b - b.A.transpose() * b.b).norm(), 1e-13);
 }
 
-TEST(Marginalise, MoreRowsThanAreKeptAtOnce) {
+TEST(Marginalise, MoreRowsThanTheBuffer) {
   Random random(31);
   RowTriangle<3> triangle;
   Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
@@ -106,7 +106,7 @@ TEST(Marginalise, MoreRowsThanAreKeptAtOnce) {
   EXPECT_LT((prior.A.transpose() * prior.A - kept).norm(), 1e-11);
 }
 
-TEST(Marginalise, WhatIsUnknownStaysUnknown) {
+TEST(Marginalise, AddsNoInformationOnAnUnmeasuredVariable) {
   // Only the dropped variable is measured: no information on the kept one.
   Eigen::MatrixXd rows(2, 3);
   rows << 1.0, 0.0, 1.0, 0.0, 0.0, 0.0;

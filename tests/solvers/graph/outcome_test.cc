@@ -1,5 +1,5 @@
-// Estimates as poses, from hand-made chains. Statuses and unsure joints are
-// tested in assembler_test.cc.
+// Estimates as poses, from hand-made chains. Statuses and the removal of
+// uncertain joints are tested in assembler_test.cc.
 #include "solvers/graph/outcome.h"
 
 #include <gmock/gmock.h>
@@ -69,7 +69,7 @@ SceneModel SceneOf(int joints, KeptMatches kept) {
   return scene;
 }
 
-TEST(Outcome, APoseHasWhatItsFrameTells) {
+TEST(Outcome, PoseOfCopiesTheFrameRecord) {
   const FinalPose pose =
       PoseOf(RecordOfViews({3, 0}), SceneOf(2, KeptMatches::kWeights), true);
   EXPECT_EQ(pose.frame, 12);
@@ -90,7 +90,7 @@ TEST(Outcome, APoseHasWhatItsFrameTells) {
   }
 }
 
-TEST(Outcome, APoseKeepsNoMoreThanAskedFor) {
+TEST(Outcome, PoseOfKeepsOnlyRequestedMatches) {
   const FrameRecord record = RecordOfViews({3, 0});
   const FinalPose detections =
       PoseOf(record, SceneOf(2, KeptMatches::kDetections), false);
@@ -105,7 +105,7 @@ TEST(Outcome, APoseKeepsNoMoreThanAskedFor) {
               IsEmpty());
 }
 
-TEST(Outcome, AJointHasItsPositionCovarianceAndWeights) {
+TEST(Outcome, WriteJointSetsPositionCovarianceAndWeights) {
   PersonPose pose =
       PoseOf(RecordOfViews({5, 6, 7}), SceneOf(2, KeptMatches::kWeights), true)
           .person;
@@ -131,7 +131,7 @@ TEST(Outcome, AJointHasItsPositionCovarianceAndWeights) {
 }
 
 // Weights go to the views by their slots; a view without the joint has none.
-TEST(Outcome, WeightsAreThoseOfTheFrame) {
+TEST(Outcome, WriteJointTakesTheWeightsOfItsFrame) {
   PersonPose pose =
       PoseOf(RecordOfViews({5, 6, 7}), SceneOf(1, KeptMatches::kWeights), false)
           .person;
@@ -142,7 +142,7 @@ TEST(Outcome, WeightsAreThoseOfTheFrame) {
   EXPECT_EQ(pose.matches[2].weights[0], 1.0);
 }
 
-TEST(Outcome, AMissingJointHasNeitherPositionNorCovariance) {
+TEST(Outcome, MissingJointHasNoPositionOrCovariance) {
   PersonPose pose =
       PoseOf(RecordOfViews({5, 6, 7}), SceneOf(1, KeptMatches::kWeights), true)
           .person;

@@ -91,7 +91,7 @@ TEST(PersonPrior, ResidualIsOfTheFirstStatesOfAllJoints) {
 
 // ---- Measurements ----
 
-TEST(GateMeasurements, ExcludesWhatHasNoImageAndTakesItBack) {
+TEST(GateMeasurements, GatesMeasurementsWithoutAnImageAndUngatesThem) {
   SmallChain small;
   const State seen = small.chain.states[1];
   small.chain.states[1].head<3>() = 1.5 * small.cameras[1].centre();
@@ -125,7 +125,7 @@ TEST(StoreWeights, AreTheDerivativesOfTheLoss) {
   }
 }
 
-TEST(DoubtUnsettled, TakesTheWeightsOfWhatStillMoves) {
+TEST(DoubtUnsettled, ZeroesTheWeightsOfMovingStates) {
   SmallChain small;
   StateChain step(2, State::Zero());
   step[0].tail<3>().setConstant(9.0);  // velocities do not count
@@ -145,7 +145,7 @@ TEST(DoubtUnsettled, TakesTheWeightsOfWhatStillMoves) {
   }
 }
 
-TEST(CountInliers, AreThoseOfEnoughWeightThatHaveAnImage) {
+TEST(CountInliers, CountsUngatedViewsOfEnoughWeight) {
   SmallChain small;
   small.At(0, 0).weight = 0.25;
   small.At(0, 1).weight = 0.24;
@@ -211,7 +211,7 @@ TEST(PlaceUserFactors, CountsFramesBackFromTheirOwn) {
   EXPECT_EQ(placed[0].robustness.scale, 2.0);
 }
 
-TEST(PlaceUserFactors, RefusesWhatDoesNotExist) {
+TEST(PlaceUserFactors, RefusesUnknownJointsFramesAndWrongSizes) {
   EXPECT_THROW(Placed(FactorOn({{3, 0}}, 1), true, 7), OptionError);
   EXPECT_THROW(Placed(FactorOn({{-1, 0}}, 1), true, 7), OptionError);
   EXPECT_THROW(Placed(FactorOn({{0, 2}}, 1), true, 7), OptionError);
@@ -243,7 +243,7 @@ TEST(LineariseGeneral, WeighsRowsByTheRootOfTheirLoss) {
   EXPECT_FALSE(LineariseGeneral(placed, problem, &rows));
 }
 
-TEST(PersonProblem, IsCoupledByBonesPriorsAndUsers) {
+TEST(PersonProblem, IsCoupledByBonesPriorsOrUserFactors) {
   PersonProblem problem;
   EXPECT_FALSE(problem.coupled());
   PersonProblem bones = problem;
@@ -256,7 +256,7 @@ TEST(PersonProblem, IsCoupledByBonesPriorsAndUsers) {
   EXPECT_TRUE(problem.coupled());
 }
 
-TEST(SolveSchedule, EarlierStagesEndThirtyTimesAsEarly) {
+TEST(SolveSchedule, EarlierStagesHaveThirtyTimesTheTolerance) {
   SolveSchedule schedule;
   schedule.stages.resize(3);
   schedule.step_tolerance_m = 2e-5;
@@ -287,7 +287,7 @@ SceneModel SceneOfJoints(int count, KeptMatches kept) {
   return scene;
 }
 
-TEST(PoseOf, KeepsAsMuchOfItsViewsAsAsked) {
+TEST(PoseOf, KeepsTheRequestedPartsOfItsMatches) {
   const FrameRecord record = TwoViewRecord();
   const FinalPose none =
       PoseOf(record, SceneOfJoints(3, KeptMatches::kNone), false);
@@ -309,7 +309,7 @@ TEST(PoseOf, KeepsAsMuchOfItsViewsAsAsked) {
   EXPECT_EQ(all.person.matches[0].weights.size(), 3u);
 }
 
-TEST(WriteJoint, WeightsGoToTheViewsThatMeasured) {
+TEST(WriteJoint, SetsTheWeightsOfTheMeasuringViews) {
   SmallChain small;
   small.At(1, 1).weight = 0.5;
   small.At(1, 0).gated = true;
@@ -334,7 +334,7 @@ TEST(WriteJoint, WeightsGoToTheViewsThatMeasured) {
   EXPECT_EQ(pose.person.matches[1].weights[0], std::nullopt);
 }
 
-TEST(WriteJoint, DerivativesAreTheVelocityOfTheState) {
+TEST(WriteJoint, DerivativesAreTheStatesVelocity) {
   SmallChain small;
   SceneModel scene = SceneOfJoints(2, KeptMatches::kNone);
   FinalPose pose = PoseOf(TwoViewRecord(), scene, false);
@@ -353,7 +353,7 @@ TEST(WriteJoint, DerivativesAreTheVelocityOfTheState) {
   EXPECT_FALSE(pose.person.derivatives[1]->acceleration_m_s2.has_value());
 }
 
-TEST(WriteJoint, AMissingJointHasNeitherPlaceNorCovariance) {
+TEST(WriteJoint, MissingJointHasNoPosition) {
   SmallChain small;
   FinalPose pose =
       PoseOf(TwoViewRecord(), SceneOfJoints(1, KeptMatches::kNone), true);

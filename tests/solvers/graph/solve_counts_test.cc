@@ -29,7 +29,7 @@ SolveCounts NotConvergedOnce() {
   return counts;
 }
 
-TEST(SolveCounts, AllIsWellUntilSomethingWentWrong) {
+TEST(SolveCounts, AllWellUnlessAFailureIsCounted) {
   SolveCounts counts;
   EXPECT_TRUE(counts.AllWell());
   counts.solves = 5;
@@ -48,7 +48,7 @@ TEST(SolveCounts, AllIsWellUntilSomethingWentWrong) {
 }
 
 // The count at place i is 10^i: no two sums of them are the same.
-TEST(SolveCounts, SumsAreThoseOfEachCount) {
+TEST(SolveCounts, AddsEachCount) {
   SolveCounts counts;
   int64_t value = 1;
   for (const auto count : kSolveCounts) {
@@ -67,7 +67,7 @@ TEST(SolveCounts, SumsAreThoseOfEachCount) {
   for (const auto count : kSolveCounts) EXPECT_EQ(sum.*count, counts.*count);
 }
 
-TEST(DescribeTroubles, NamesThoseThatThereAre) {
+TEST(DescribeTroubles, NamesOnlyTheCountedFailures) {
   SolveCounts counts;
   counts.solves = 40;
   counts.not_finite = 2;
@@ -82,7 +82,7 @@ TEST(DescribeTroubles, NamesThoseThatThereAre) {
   EXPECT_THAT(text, Not(HasSubstr("max_iterations")));
 }
 
-TEST(DescribeTroubles, WhatDidNotConvergeHasAPlaceAndAnAdvice) {
+TEST(DescribeTroubles, NonConvergenceIsGivenWithFramesAndAdvice) {
   const std::string somewhere = DescribeTroubles(NotConvergedOnce());
   EXPECT_THAT(somewhere, StartsWith("of 1 solves 1 did not converge; "));
   EXPECT_THAT(somewhere, HasSubstr("--set=graph.max_iterations="));
@@ -119,7 +119,7 @@ TEST(SolveLedger, NamesUpToThreePeopleByTheirFirstFrames) {
   EXPECT_EQ(ledger.Total().not_converged, 5);
 }
 
-TEST(SolveLedger, ThreadsLoseNothing) {
+TEST(SolveLedger, CountsFromSeveralThreads) {
   SolveLedger ledger;
   constexpr int kThreads = 4;
   constexpr int kEach = 500;

@@ -20,13 +20,13 @@ Skeleton Legs() {
                   {{0, 1}, {2, 3}});
 }
 
-// Observations of a bone by two ends of four views each, with Gaussian noise.
+// Observations of a bone with Gaussian noise; each end is seen by four views.
 class Looker {
  public:
   explicit Looker(uint64_t seed) : random_(seed) {}
 
-  double noise_m = 0.01;     // true noise of the length
-  double modelled_m = 0.01;  // in the model
+  double noise_m = 0.01;     // true sigma of the length
+  double modelled_m = 0.01;  // sigma in the model
   double correlation = 0.0;  // of the noise of neighbouring observations
 
   BoneObservation At(double length_m) {
@@ -84,7 +84,7 @@ TEST(BoneSpreads, ARigidBoneHasNoSpread) {
 }
 
 // The residuals reveal a model that is wrong by a factor of two.
-TEST(BoneSpreads, SpreadIsToldFromNoise) {
+TEST(BoneSpreads, SpreadIsSeparatedFromNoise) {
   for (const double modelled_m : {0.01, 0.02}) {
     Looker looker(2);
     looker.modelled_m = modelled_m;
@@ -94,7 +94,7 @@ TEST(BoneSpreads, SpreadIsToldFromNoise) {
   }
 }
 
-TEST(BoneSpreads, OutliersDoNotDecide) {
+TEST(BoneSpreads, ResistsOutliers) {
   Looker looker(3);
   BoneSpreads spreads(Legs());
   for (int i = 0; i < 1000; ++i) {
@@ -166,7 +166,8 @@ TEST(BoneSpreads, NoiseDoesNotLengthenABone) {
       EXPECT_NEAR(estimate.length_m, kLength, bound) << noise;
       EXPECT_LT(bound, 0.5 * kLength);
       if (noise > 0.1) {
-        EXPECT_GT(distances, kLength + 0.04) << "what they look like";
+        EXPECT_GT(distances, kLength + 0.04)
+            << "the mean distance is biased by the noise";
       }
       EXPECT_FALSE(estimate.gives_way);
       EXPECT_TRUE(std::isfinite(estimate.spread_bound_m));
@@ -209,7 +210,7 @@ TEST(BoneSpreads, ABoneShorterThanAnyNoiseIsNotKnown) {
   EXPECT_FALSE(spreads.Estimate(0).has_value());
 }
 
-TEST(BoneSpreads, LooksThatFollowEachOtherCountAsFewer) {
+TEST(BoneSpreads, CorrelatedObservationsCountAsFewer) {
   Looker independent(4);
   Looker lasting(4);
   lasting.correlation = 0.9;
@@ -221,7 +222,7 @@ TEST(BoneSpreads, LooksThatFollowEachOtherCountAsFewer) {
   EXPECT_GT(b.spread_bound_m, a.spread_bound_m);
 }
 
-TEST(BoneSpreads, AnErrorThatStaysLeavesTheLengthUnsure) {
+TEST(BoneSpreads, AConstantErrorWidensTheLengthsSigma) {
   constexpr double kFrame_s = 0.01;
   Looker looker(5);
   BoneSpreads spreads(Legs());
@@ -240,12 +241,13 @@ TEST(BoneSpreads, AnErrorThatStaysLeavesTheLengthUnsure) {
   EXPECT_EQ(spreads.Estimate(0)->length_sigma_m, averaged_m);
 }
 
-TEST(BoneSpreads, LeftAndRightShareWhereOneIsHardlySeen) {
+TEST(BoneSpreads, ARarelySeenBoneBorrowsFromItsMirror) {
   Looker looker(5);
   BoneSpreads spreads(Legs());
   for (int i = 0; i < 800; ++i) spreads.Add(0, looker.At(kLength));
   const BoneEstimate right = *spreads.Estimate(1);
-  EXPECT_NEAR(right.length_m, kLength, 0.003) << "and the population's 0.418";
+  EXPECT_NEAR(right.length_m, kLength, 0.003)
+      << "the population's length is 0.418 m";
   EXPECT_GT(right.length_sigma_m, 0.009) << "sides differ by a centimetre";
   // With many observations of both, each keeps its own length.
   for (int i = 0; i < 800; ++i) spreads.Add(1, looker.At(kLength + 0.03));
@@ -253,7 +255,7 @@ TEST(BoneSpreads, LeftAndRightShareWhereOneIsHardlySeen) {
   EXPECT_NEAR(spreads.Estimate(1)->length_m, kLength + 0.03, 0.002);
 }
 
-TEST(BoneSpreads, ThePopulationSpeaksUntilSomethingIsSeen) {
+TEST(BoneSpreads, PopulationPriorWithoutObservations) {
   BoneSpreads spreads(Legs());
   const BoneEstimate estimate = *spreads.Estimate(0);
   EXPECT_DOUBLE_EQ(estimate.length_m, 0.246 * 1.70);
@@ -261,7 +263,7 @@ TEST(BoneSpreads, ThePopulationSpeaksUntilSomethingIsSeen) {
   EXPECT_EQ(estimate.looks, 0);
 }
 
-TEST(BoneSpreads, UnknownBonesNeedToBeSeen) {
+TEST(BoneSpreads, BonesWithoutAPriorNeedObservations) {
   Looker looker(6);
   BoneSpreads spreads(Skeleton("face", {"nose", "chin"}, {{0, 1}}));
   EXPECT_FALSE(spreads.Estimate(0).has_value());
@@ -273,11 +275,11 @@ TEST(BoneSpreads, UnknownBonesNeedToBeSeen) {
   EXPECT_NEAR(spreads.Estimate(0)->length_m, 0.1, 0.01);
 }
 
-TEST(BoneSpreads, ALengthThatVariesByAFifthGivesWay) {
+TEST(BoneSpreads, ALargeSpreadGivesWay) {
   EXPECT_TRUE(Told(Looker(8), 500, 0.12).gives_way);
 }
 
-TEST(BoneSpreads, ManyLooksAreThinnedWithoutForgettingTheFirst) {
+TEST(BoneSpreads, ThinningKeepsEarlyObservations) {
   Looker looker(10);
   BoneSpreads spreads(Legs());
   // The first third is longer than the rest: the median is of the rest.
@@ -287,10 +289,11 @@ TEST(BoneSpreads, ManyLooksAreThinnedWithoutForgettingTheFirst) {
   const BoneEstimate estimate = *spreads.Estimate(0);
   EXPECT_EQ(estimate.looks, 30000);
   EXPECT_NEAR(estimate.length_m, kLength, 0.01);
-  EXPECT_GT(estimate.spread_m, 0.02) << "the first third is still there";
+  EXPECT_GT(estimate.spread_m, 0.02)
+      << "observations of the first third are kept";
 }
 
-TEST(BoneSpreads, AskingOftenChangesNothing) {
+TEST(BoneSpreads, RepeatedEstimatesDoNotChangeTheState) {
   Looker once(11);
   Looker often(11);
   BoneSpreads a(Legs());
@@ -306,8 +309,8 @@ TEST(BoneSpreads, AskingOftenChangesNothing) {
 }
 
 TEST(BoneSpreads, TheHeadIsRigid) {
-  // 17 joints have 18 bones of their own, four of them in the face; of the ten
-  // pairs of its five joints six are missing.
+  // COCO-17 has 18 bones, four of them among the five joints of the head; the
+  // other six pairs of those joints are added.
   const std::vector<Bone> pairs = RigidPairs(Coco17());
   EXPECT_EQ(pairs.size(), Coco17().bones().size() + 6);
   BoneSpreads spreads(Coco17());
@@ -331,7 +334,7 @@ TEST(BoneSpreads, TheHeadIsRigid) {
 // Spread that the observations cannot show counts less: the fourth root of the
 // number of frames. An error of the length is common to all frames; in reported
 // covariances nine of them have no more information than the length itself.
-TEST(BoneSpreads, AFactorAllowsWhatIsKnownOfTheBone) {
+TEST(BoneSpreads, FactorSigmaFromSpreadAndLengthSigma) {
   struct Case {
     double spread_m, bound_m, length_sigma_m, frames;
     BoneUse use;
@@ -365,7 +368,7 @@ Skeleton FourBones() {
                   {{0, 1}, {1, 2}, {2, 3}, {3, 4}});
 }
 
-TEST(BoneSpreads, RigidBonesTellOfEachOther) {
+TEST(BoneSpreads, RigidBonesTightenEachOthersSpreadBound) {
   double alone_m2 = 0.0;
   double together_m2 = 0.0;
   for (uint64_t seed = 20; seed < 40; ++seed) {
@@ -386,7 +389,7 @@ TEST(BoneSpreads, RigidBonesTellOfEachOther) {
   EXPECT_LT(together_m2, 0.75 * alone_m2);
 }
 
-TEST(BoneSpreads, ABoneThatSwaysIsNotDrawnToRigidOnes) {
+TEST(BoneSpreads, AVaryingBoneIsNotShrunkToRigidOnes) {
   Looker looker(14);
   Random random(15);
   BoneSpreads spreads(FourBones());
@@ -431,7 +434,7 @@ class BoneEndsTest : public ::testing::Test {
   PersonProblem problem_;
 };
 
-TEST_F(BoneEndsTest, AreWhereTheViewsSay) {
+TEST_F(BoneEndsTest, AreAtTheTriangulatedPositions) {
   const Vector3d a(0.2, 0.1, 1.0);
   const Vector3d b(0.1, 0.1, 0.6);
   See(0, a, 4);
@@ -456,7 +459,7 @@ TEST_F(BoneEndsTest, AreWhereTheViewsSay) {
   EXPECT_LT(look->added_m, 0.001);
 }
 
-TEST_F(BoneEndsTest, NeedTwoViewsThatCount) {
+TEST_F(BoneEndsTest, NeedTwoInlierViews) {
   See(0, Vector3d(0.2, 0.1, 1.0), 3);
   See(1, Vector3d(0.1, 0.1, 0.6), 1);
   problem_.joints[0].measurements[0].weight = 0.1;

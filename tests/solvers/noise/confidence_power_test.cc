@@ -65,7 +65,7 @@ class ConfidencePowerTest
 // number: sd of the power 1 / sqrt(2 * 400 * 0.56^2) = 0.06, below half a step
 // of the powers that are compared (0.25, then 0.5). Views with less information
 // contribute less.
-TEST_P(ConfidencePowerTest, IsWhatTheErrorsShow) {
+TEST_P(ConfidencePowerTest, IsEstimatedFromTheErrors) {
   Looks looks;
   looks.power = std::get<0>(GetParam());
   looks.views = std::get<1>(GetParam());
@@ -84,7 +84,7 @@ INSTANTIATE_TEST_SUITE_P(Truths, ConfidencePowerTest,
                                             ::testing::Values(3, 4, 8),
                                             ::testing::Values(0.0, 0.05)));
 
-TEST(ConfidencePower, WithoutDifferencesWhatIsBelievedStays) {
+TEST(ConfidencePower, EqualConfidencesKeepTheConfiguredPower) {
   Looks looks;
   looks.power = 0.0;
   looks.least_confidence = looks.greatest_confidence = 0.7;
@@ -93,12 +93,12 @@ TEST(ConfidencePower, WithoutDifferencesWhatIsBelievedStays) {
   EXPECT_EQ(learnt.SigmaFactor(std::log(0.3)), 1.0);
 }
 
-TEST(ConfidencePower, NothingSeenIsNothingLearnt) {
+TEST(ConfidencePower, NoObservationsChangeNothing) {
   const ConfidenceLearner learner(0.6, 25.0);
   EXPECT_EQ(learner.Fit().added_power, 0.0);
 }
 
-TEST(ConfidencePower, FramesThatFollowTooSoonAreLeftOut) {
+TEST(ConfidencePower, SkipsFramesThatFollowTooSoon) {
   ConfidenceLearner fast(kBelieved, 120.0);
   int looked_at = 0;
   for (int k = 0; k < 1200; ++k) {
@@ -112,7 +112,7 @@ TEST(ConfidencePower, FramesThatFollowTooSoonAreLeftOut) {
   }
 }
 
-TEST(ConfidencePower, SizeOfTheErrorsIsLeftAtTheMeanConfidence) {
+TEST(ConfidencePower, SigmaAtTheMeanConfidenceIsUnchanged) {
   ConfidenceWeighting weighting;
   weighting.added_power = 0.5;
   weighting.mean_log = std::log(0.25);

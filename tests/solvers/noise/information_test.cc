@@ -14,13 +14,13 @@ namespace {
 
 constexpr double kFrame_s = 1.0 / 30.0;
 
-TEST(InformationTest, WhiteErrorsCostNothing) {
+TEST(InformationTest, WhiteErrorsKeepTheInformation) {
   const ErrorCorrelation white{0.0, 0.1};
   EXPECT_EQ(InformationDivisor(white, kFrame_s, 1.0, 1e-4), 1.0);
   EXPECT_EQ(CovarianceFactor(white, kFrame_s, 1.0, 1e-4), 1.0);
 }
 
-TEST(InformationTest, ASlowSmootherSeesErrorsAsLongAsTheyAre) {
+TEST(InformationTest, ASlowSmootherCountsEachCorrelationTimeOnce) {
   // Far below 1 / tau all frames within it are one: (1 + phi) / (1 - phi).
   const ErrorCorrelation lasting{1.0, 0.1};
   const double phi = std::exp(-kFrame_s / 0.1);
@@ -29,7 +29,7 @@ TEST(InformationTest, ASlowSmootherSeesErrorsAsLongAsTheyAre) {
   EXPECT_NEAR(CovarianceFactor(lasting, kFrame_s, 1e-8, 1e-2), 1.0, 0.01);
 }
 
-TEST(InformationTest, AFastSmootherFollowsThem) {
+TEST(InformationTest, AFastSmootherFollowsCorrelatedErrors) {
   const ErrorCorrelation lasting{0.9, 0.1};
   const double slow = InformationDivisor(lasting, kFrame_s, 0.1, 1e-4);
   const double fast = InformationDivisor(lasting, kFrame_s, 100.0, 1e-4);
@@ -65,7 +65,7 @@ double FactorByNarrowSteps(const ErrorCorrelation& correlation, double frame_s,
   return true_power / stated_power;
 }
 
-TEST(InformationTest, ErrorsThatStayArePassedWhole) {
+TEST(InformationTest, CovarianceFactorEqualsIntegrationByNarrowSteps) {
   // Their power lies below 1 / tau: a hundredth of the crossover and less.
   for (const double frame_s : {1.0 / 25.0, 1.0 / 240.0}) {
     for (const double time_s : {0.1, 1.0, 10.0}) {
@@ -84,13 +84,13 @@ TEST(InformationTest, ErrorsThatStayArePassedWhole) {
   }
 }
 
-TEST(InformationTest, TheTableSaysWhatItWasMadeOf) {
+TEST(InformationTest, TableInterpolatesTheCovarianceFactor) {
   double farthest = 0.0;
   for (const double share : {0.0, 0.3, 0.9}) {
     for (const double time_s : {0.03, 0.1, 1.0}) {
       const ErrorCorrelation correlation{share, time_s};
       CovarianceFactorTable table(correlation, kFrame_s);
-      for (double ln = -30.0; ln < 45.0; ln += 0.37) {  // beyond it, too
+      for (double ln = -30.0; ln < 45.0; ln += 0.37) {  // also beyond the table
         const double ratio = std::exp(ln);
         farthest = std::max(farthest,
                             std::abs(table.At(ratio * 1e-4, 1e-4) /
@@ -105,7 +105,7 @@ TEST(InformationTest, TheTableSaysWhatItWasMadeOf) {
   EXPECT_LT(farthest, 1e-4);
 }
 
-TEST(InformationTest, ProcessNoiseHasItsCrossoverWhereItWasAsked) {
+TEST(InformationTest, ProcessNoiseHasTheRequestedCrossover) {
   for (const double share : {0.0, 0.9}) {
     const ErrorCorrelation correlation{share, 0.1};
     for (const double frequency_hz : {0.5, 2.5, 5.0}) {
@@ -194,7 +194,7 @@ std::function<Vector3d(double)> Driven(int order) {
 // adds a tenth to the lag of jerk.
 constexpr double kTolerance = 0.2;
 
-TEST(MotionLagTest, WhoseMotionIsSlowDoesNotLag) {
+TEST(MotionLagTest, SlowMotionDoesNotLag) {
   // Its lag, (3 / 20)^4 of 0.1 m, is less than a tenth of a millimetre.
   const auto slow = [](double time_s) {
     return Vector3d(0.1 * std::sin(2.0 * time_s), 0.1 * std::cos(3.0 * time_s),
@@ -205,16 +205,16 @@ TEST(MotionLagTest, WhoseMotionIsSlowDoesNotLag) {
   EXPECT_NEAR(LagOf(slow, {0.9, 0.1}), 0.0, kTolerance);
 }
 
-TEST(MotionLagTest, WhiteJerkLagsAsThePriorSays) {
+TEST(MotionLagTest, WhiteJerkHasTheLagOfThePrior) {
   EXPECT_NEAR(LagOf(Driven(3), {0.0, 0.1}), 1.0, kTolerance);
 }
 
-TEST(MotionLagTest, WhiteAccelerationShowsWhatLiesBelowTheCrossover) {
+TEST(MotionLagTest, WhiteAccelerationHasLessLagThanThePrior) {
   // u^4 / (1 + u^4)^4 and u^2 / (1 + u^4)^4 over u: 0.0607 and 0.1302.
   EXPECT_NEAR(LagOf(Driven(2), {0.0, 0.1}), 0.466, kTolerance);
 }
 
-TEST(MotionLagTest, OfLittleThePriorStays) {
+TEST(MotionLagTest, FewFramesKeepThePrior) {
   const auto still = [](double) { return Vector3d::Zero(); };
   EXPECT_GT(LagOf(still, {0.0, 0.1}, 30), 0.7);
   EXPECT_EQ(LagLearner().Fit().lag, 1.0);
@@ -223,7 +223,7 @@ TEST(MotionLagTest, OfLittleThePriorStays) {
 
 // Points a fifth more accurate than their covariances do not appear as missing
 // lag.
-TEST(MotionLagTest, SmallErrorsAreNoLagThatIsMissing) {
+TEST(MotionLagTest, OverstatedCovariancesDoNotReduceTheLag) {
   for (const double off : {0.8, 1.0}) {
     for (const ErrorCorrelation correlation :
          {ErrorCorrelation{0.0, 0.1}, ErrorCorrelation{0.9, 0.1}}) {

@@ -57,7 +57,7 @@ Levels Sum(const std::vector<Levels>& evidence) {
   return sum;
 }
 
-TEST(MotionLevelTest, TheEvidenceFindsTheProcessNoise) {
+TEST(MotionLevelTest, LikelihoodFindsTheProcessNoise) {
   // The smoother's bandwidth is (q / (R h))^(1/4), 37 to 52 rad/s: in 20 s
   // about 300 independent values on each of three axes, so ln q is accurate to
   // about 0.1. The parabola over levels ln 3.2 apart adds as much; three times
@@ -73,11 +73,11 @@ TEST(MotionLevelTest, TheEvidenceFindsTheProcessNoise) {
   }
 }
 
-TEST(MotionLevelTest, WithoutEvidenceItIsTheUsual) {
+TEST(MotionLevelTest, DefaultLevelWithoutEvidence) {
   EXPECT_NEAR(RecordingLevel(Levels{}), 0.0, 0.01);
 }
 
-TEST(MotionLevelTest, ABurstIsFoundWhereItIs) {
+TEST(MotionLevelTest, LocatesABurst) {
   for (const double rate_hz : {30.0, 120.0}) {
     std::vector<TimeNs> times;
     const std::vector<Levels> evidence = Simulate(
@@ -121,7 +121,7 @@ TEST(LevelChainTest, IsTheSameAtAnyFrameRate) {
   }
 }
 
-TEST(LevelChainTest, StaysAroundTheTakesLevel) {
+TEST(LevelChainTest, StaysNearTheRecordingsLevel) {
   LevelChain chain(1.5);
   LevelChain::Vector log_levels;
   for (int i = 0; i < kLevelCount; ++i) log_levels[i] = LogLevel(i);
@@ -152,7 +152,7 @@ class FilterBankPauses : public ::testing::TestWithParam<double> {};
 // of metres. The evidence of a recording with a pause differs from that of two
 // recordings only in the first point after it, which must not dominate the
 // levels.
-TEST_P(FilterBankPauses, KeepTheirDigits) {
+TEST_P(FilterBankPauses, DoNotDegradeTheLikelihoods) {
   const double usual = UsualProcessNoise(JointClass::kWrist);
   Levels whole{};
   FilterBank bank(usual);
@@ -181,7 +181,7 @@ INSTANTIATE_TEST_SUITE_P(All, FilterBankPauses,
                          ::testing::Values(60.0, 3600.0, 14400.0, 86400.0,
                                            3.15e7));
 
-TEST(MotionGroupsTest, LimbsHaveOneOnEachSideAndTheBodyOneAClass) {
+TEST(MotionGroupsTest, LimbsAreGroupedBySideAndTheTrunkByClass) {
   const Skeleton& body = Halpe26();
   const MotionGroups groups(body);
   const auto group = [&](const std::string& joint) {

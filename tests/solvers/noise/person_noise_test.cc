@@ -75,7 +75,7 @@ class PersonNoiseTest : public ::testing::Test {
   PersonProblem problem_;  // that was learnt from
 };
 
-TEST_F(PersonNoiseTest, TellsWhatTheTakeWasMadeOf) {
+TEST_F(PersonNoiseTest, EstimatesTheSimulatedNoise) {
   SimulatedNoise noise;
   noise.sigma_scale = 0.5;  // 3 px at 4 m instead of the options' 6
   noise.correlation_time_s = 0.1;
@@ -105,7 +105,7 @@ TEST_F(PersonNoiseTest, TellsWhatTheTakeWasMadeOf) {
             0);
 }
 
-TEST_F(PersonNoiseTest, EachCanBeSwitchedOffAlone) {
+TEST_F(PersonNoiseTest, PixelAndProcessNoiseCanBeFixedSeparately) {
   const SimulatedRecording recording = Take(SimulatedNoise(), 2e-4);
   const JointChain given =
       testing::Assemble(scene_, options_, recording.frames).joints[1];
@@ -127,7 +127,7 @@ TEST_F(PersonNoiseTest, EachCanBeSwitchedOffAlone) {
 }
 
 // The noise model assumes informative confidences.
-TEST_F(PersonNoiseTest, ConfidencesThatSayNothingAreNoticed) {
+TEST_F(PersonNoiseTest, DetectsUninformativeConfidences) {
   GraphOptions without = testing::FixedNoise();
   without.confidence_power = 0.0;
   SimulatedNoise noise;
@@ -156,7 +156,7 @@ TEST_F(PersonNoiseTest, ConfidencesThatSayNothingAreNoticed) {
 
 // After a long rest a joint is kicked: 50 m/s^2 for 0.1 s, then it coasts and
 // is stopped the same way. All four views agree all the time.
-TEST_F(PersonNoiseTest, ViewsThatAgreeAreHeardAfterALongRest) {
+TEST_F(PersonNoiseTest, AgreeingViewsAreFollowedAfterALongRest) {
   constexpr int kFrames = 720;
   std::vector<std::vector<State>> truth(3);
   for (size_t j = 0; j < 3; ++j) {
@@ -202,7 +202,7 @@ TEST_F(PersonNoiseTest, ViewsThatAgreeAreHeardAfterALongRest) {
 // recording has the same process noise, reversed. Which pairs of frames
 // determine the correlation depends on the first one, which leaves some
 // hundredths; a filter in one direction alone is off by a half.
-TEST_F(PersonNoiseTest, ARecordingTellsTheSameBackwards) {
+TEST_F(PersonNoiseTest, ReversedRecordingHasTheReversedProcessNoise) {
   const SimulatedRecording recording = Take(SimulatedNoise(), 2.0);
   const auto process_noise = [&](std::vector<EstimatorFrame> frames) {
     for (size_t k = 0; k < frames.size(); ++k) {
@@ -224,7 +224,7 @@ TEST_F(PersonNoiseTest, ARecordingTellsTheSameBackwards) {
 }
 
 // One arm moves and the other rests: each has its own level.
-TEST_F(PersonNoiseTest, AnArmThatRestsIsQuietBesideOneThatWorks) {
+TEST_F(PersonNoiseTest, ARestingArmHasLessProcessNoiseThanAMovingOne) {
   scene_.skeleton = Skeleton("arms", {"l_wrist", "r_wrist"}, {});
   constexpr int kFrames = 300;
   constexpr double kSwing = 2.0 * 3.14159265 * 2.0;  // rad/s
@@ -250,7 +250,7 @@ TEST_F(PersonNoiseTest, AnArmThatRestsIsQuietBesideOneThatWorks) {
 // Heavy noise hides a quiet joint's motion, so it is assumed to be as active as
 // the person's others; with little noise its rest is visible, whatever the
 // other joints do.
-TEST_F(PersonNoiseTest, NoiseHidesSlowMotionOfWhoMoves) {
+TEST_F(PersonNoiseTest, LargePixelNoiseHidesTheRestOfAJoint) {
   constexpr int kFrames = 300;
   const auto least_of_shoulder = [&](bool moves, double sigma_scale) {
     std::vector<std::vector<State>> truth(3);

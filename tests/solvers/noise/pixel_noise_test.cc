@@ -22,7 +22,7 @@ TriangulationResiduals Draw(double scale, Random* random) {
   return residuals;
 }
 
-TEST(ChiSquareTest, KnowsTables) {
+TEST(ChiSquareTest, QuantilesEqualPrintedTables) {
   // Printed tables, and the median of two degrees of freedom in closed form.
   EXPECT_NEAR(ChiSquareQuantile(0.95, 3.0), 7.814728, 1e-6);
   EXPECT_NEAR(ChiSquareQuantile(0.5, 2.0), 2.0 * std::log(2.0), 1e-9);
@@ -54,7 +54,7 @@ TEST(NoiseScalesTest, OutliersHardlyMatter) {
   EXPECT_NEAR(scales.Scale(JointClass::kWrist), 1.035, 0.035);
 }
 
-TEST(NoiseScalesTest, AClassHardlySeenTakesThePersonsScale) {
+TEST(NoiseScalesTest, ARarelySeenClassTakesThePersonsScale) {
   Random random(3);
   NoiseScales scales;
   EXPECT_EQ(scales.Scale(JointClass::kHead), 1.0);
@@ -104,7 +104,7 @@ ErrorCorrelation FitSimulated(double share, double time_s, double rate_hz,
   return learner.Fit();
 }
 
-TEST(CorrelationLearnerTest, FindsHowLongErrorsLast) {
+TEST(CorrelationLearnerTest, EstimatesShareAndCorrelationTime) {
   // 60 s of errors that last 0.1 s are 60 / 0.2 independent values in each of
   // eight coordinates: correlations are accurate to 1 / sqrt(2400) = 0.02, a
   // time between lags of 0 and 0.25 s to about a tenth. Frames with large
@@ -116,20 +116,20 @@ TEST(CorrelationLearnerTest, FindsHowLongErrorsLast) {
   }
 }
 
-TEST(CorrelationLearnerTest, WhiteErrorsAreWhite) {
+TEST(CorrelationLearnerTest, WhiteErrorsHaveNoCorrelatedShare) {
   for (const double rate_hz : {30.0, 120.0, 240.0}) {
     EXPECT_EQ(FitSimulated(0.0, 0.1, rate_hz, 60.0, 5).share, 0.0) << rate_hz;
   }
 }
 
-TEST(CorrelationLearnerTest, ASmallShareCountsWhereManyFramesAverageTheRest) {
+TEST(CorrelationLearnerTest, ASmallShareIsKeptOnlyAtHighFrameRates) {
   // Below the crossover it has 2 * 0.1 * 0.5 s / 0.9 * rate of the power of the
   // white part: 27 times as much at 240 Hz, 2.8 at 25 Hz, where it is left out.
   EXPECT_NEAR(FitSimulated(0.1, 0.5, 240.0, 60.0, 6).share, 0.1, 0.04);
   EXPECT_EQ(FitSimulated(0.1, 0.5, 25.0, 60.0, 6).share, 0.0);
 }
 
-TEST(CorrelationLearnerTest, WhatStaysIsFoundToStay) {
+TEST(CorrelationLearnerTest, AConstantErrorHasALongCorrelationTime) {
   // A fifth of the variance is practically constant: over a quarter of a second
   // it must not appear to decay. 60 s at 60 Hz make correlations good to about
   // 1 / sqrt(8 * 3600) = 0.006, which a time of 2 s would miss by 0.2 * (1 -
@@ -140,7 +140,7 @@ TEST(CorrelationLearnerTest, WhatStaysIsFoundToStay) {
   EXPECT_GT(fit.share, 0.0);
 }
 
-TEST(CorrelationLearnerTest, BelievesTheUsualBeforeItSaw) {
+TEST(CorrelationLearnerTest, StartsFromThePrior) {
   const ErrorCorrelation fit = CorrelationLearner(17, 4, 25.0).Fit();
   EXPECT_NEAR(fit.share, 0.9, 0.02);
   EXPECT_NEAR(fit.time_s, 0.1, 0.01);

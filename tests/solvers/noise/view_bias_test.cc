@@ -16,12 +16,12 @@ namespace {
 // A left hip, and optionally a knee, observed by five cameras ten times per
 // second for a minute.
 struct BodyRecording {
-  double turns = 6.0;  // of the body, in all
+  double turns = 6.0;  // of the body, in total
   double noise_px = 2.0;
   Eigen::Vector3d offset_m = Eigen::Vector3d::Zero();  // in the body's axes
   ViewBias::OfJoint bias;                              // of the hip
   bool with_knee = false;
-  Eigen::Vector2d shift_px = Eigen::Vector2d::Zero();  // of camera 1's pictures
+  Eigen::Vector2d shift_px = Eigen::Vector2d::Zero();  // of camera 1's images
   bool removes_shifts = false;
 };
 
@@ -113,7 +113,7 @@ class ViewBiasTest : public ::testing::Test {
   std::vector<JointClass> classes_;
 };
 
-TEST_F(ViewBiasTest, FindsWhatTheTakeWasMadeWith) {
+TEST_F(ViewBiasTest, EstimatesTheSimulatedBias) {
   BodyRecording recording;
   recording.bias = TwiceAround();
   const ViewBias learnt = Learn(recording, false);
@@ -134,14 +134,14 @@ TEST_F(ViewBiasTest, FindsWhatTheTakeWasMadeWith) {
   EXPECT_GT(hip.gain, 0.5);  // 16 mm of bias beside 8 mm of noise
 }
 
-TEST_F(ViewBiasTest, ADetectorWithoutOneIsLeftAlone) {
+TEST_F(ViewBiasTest, ADetectorWithoutBiasGetsNone) {
   const ViewBias learnt = Learn(BodyRecording(), false);
   EXPECT_FALSE(learnt.joints[line_].used);
   EXPECT_TRUE(learnt.empty());
 }
 
 // A body-fixed offset is unobservable in images: it stays in the joint.
-TEST_F(ViewBiasTest, AnOffsetInTheBodyIsNoBias) {
+TEST_F(ViewBiasTest, ABodyFixedOffsetIsNoBias) {
   BodyRecording recording;
   recording.offset_m = {0.02, -0.03, 0.03};
   const ViewBias learnt = Learn(recording, true);
@@ -161,7 +161,7 @@ TEST_F(ViewBiasTest, AnOffsetInTheBodyIsNoBias) {
 
 // If all people face one way, a bias cannot be distinguished from a shift of
 // each camera.
-TEST_F(ViewBiasTest, IsOffWhereEverybodyFacesOneWay) {
+TEST_F(ViewBiasTest, IsOffIfAllFaceOneWay) {
   BodyRecording recording;
   recording.turns = 0.15;
   recording.bias = TwiceAround();
@@ -192,7 +192,7 @@ TEST_F(ViewBiasTest, SidesAreMirrored) {
 
 // Ten AR(1) errors with a part that lasts: the variance of their mean, pair by
 // pair, against that of one, in the limit of a long row.
-TEST(IndependentShareTest, IsTheVarianceOfAMean) {
+TEST(IndependentShareTest, EqualsTheVarianceOfAMean) {
   const ErrorCorrelation correlation{0.8, 0.3};
   constexpr double kPeriod_s = 0.1;
   constexpr int kCount = 3000;
@@ -208,7 +208,7 @@ TEST(IndependentShareTest, IsTheVarianceOfAMean) {
 }
 
 // With known positions: plain least squares in the directions.
-TEST_F(ViewBiasTest, ViewsTellTheBiasAsItIs) {
+TEST_F(ViewBiasTest, KnownPositionsGiveTheBias) {
   BiasSums sums;
   BodyRecording recording;
   recording.noise_px = 0.0;
@@ -226,7 +226,7 @@ TEST_F(ViewBiasTest, ViewsTellTheBiasAsItIs) {
 
 // Hips and knees at known positions, before a camera with shifted images: 12 px
 // are 5 cm there.
-TEST_F(ViewBiasTest, AShiftPassesForABiasUnlessItIsTakenAway) {
+TEST_F(ViewBiasTest, AnImageShiftLooksLikeABiasUnlessRemoved) {
   const auto greatest = [this](const ViewBias& bias) {
     double value = 0.0;
     for (const double one : bias.joints[line_].across_m) {
@@ -272,7 +272,7 @@ void Tell(size_t line, double residual_m, size_t names, BiasSeries* series) {
   }
 }
 
-TEST_F(ViewBiasTest, OnePassTellsTheNext) {
+TEST_F(ViewBiasTest, TheBiasOfOnePassIsUsedInTheNext) {
   GraphOptions options;
   options.view_bias = ViewBiasUse::kOn;
   RecordingNotes notes(options);
@@ -295,7 +295,7 @@ TEST_F(ViewBiasTest, OnePassTellsTheNext) {
   EXPECT_EQ(notes.NewSeries(joints_, 1), nullptr);  // already added
 }
 
-TEST(RecordingNotesTest, PeopleAreOneInGeometricMeans) {
+TEST(RecordingNotesTest, PoolsPeopleByGeometricMeans) {
   RecordingNotes notes((GraphOptions()));
   const auto knee = static_cast<size_t>(JointClass::kKnee);
   const auto one = notes.NewPerson();

@@ -165,7 +165,7 @@ TEST(WindowEstimator, LastAndPredictAreCausal) {
   }
 }
 
-TEST(WindowEstimator, JointsThatAreNeverSeenAreMissing) {
+TEST(WindowEstimator, JointsNeverSeenAreMissing) {
   const SceneModel scene = MakeScene(25.0, false);
   GraphOptions options = testing::FixedNoise();
   SimulatedRecording recording = testing::Simulate(
@@ -198,7 +198,7 @@ TEST(WindowEstimator, JointsThatAreNeverSeenAreMissing) {
 
 // At high frame rates several frames share a solve, and no frame waits for
 // longer than the lag.
-TEST(WindowEstimator, FastFramesShareASolve) {
+TEST(WindowEstimator, HighFrameRatesShareSolves) {
   constexpr size_t kFrames = 240;
   const SceneModel scene = MakeScene(240.0, false);
   GraphOptions options;

@@ -87,7 +87,7 @@ TEST(Alignment, FindsTheTurnAboutAnyAxis) {
   }
 }
 
-TEST(Alignment, NoneAndPartsOfItAreLeftAlone) {
+TEST(Alignment, AlignsOnlyWhatIsSelected) {
   const TrackSequence truth = Recorded(100.0, 5.0, Same);
   TrackSequence tracks = Recorded(100.0, 5.0, [](double t) { return t + 0.1; });
   Move(Turned(10.0, {0, 0, 1}), &tracks);
@@ -101,7 +101,7 @@ TEST(Alignment, NoneAndPartsOfItAreLeftAlone) {
 }
 
 // Missing joints must not reduce the correlation.
-TEST(Alignment, OneJointOfManyTellsTheClock) {
+TEST(Alignment, OneJointSufficesForTheClock) {
   const TrackSequence truth = Recorded(100.0, 5.0, Same);
   TrackSequence tracks =
       Recorded(60.0, 4.0, [](double t) { return t + 0.137; });
@@ -155,7 +155,7 @@ TEST(Alignment, ErrorsNameTheCause) {
               HasSubstr("too small a body to register"));
 }
 
-TEST(Alignment, TakesThePersonWhoMovesAlike) {
+TEST(Alignment, ChoosesThePersonWithTheSameMotion) {
   const TrackSequence truth = Recorded(100.0, 5.0, Same);
   TrackSequence tracks = Recorded(100.0, 5.0, [](double t) { return t + 9.0; });
   for (size_t f = 0; f < tracks.frames.size(); ++f) {

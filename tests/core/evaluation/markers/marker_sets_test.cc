@@ -116,7 +116,7 @@ std::vector<Documented> DocumentedSets() {
        {}}};
 }
 
-TEST(MarkerSets, WholeListsOfLabelsGiveAllJoints) {
+TEST(MarkerSets, DocumentedLabelListsGiveAllJoints) {
   for (const Documented& documented : DocumentedSets()) {
     Markers markers;
     for (const std::string& label : documented.labels) {
@@ -145,7 +145,7 @@ TEST(MarkerSets, WholeListsOfLabelsGiveAllJoints) {
   }
 }
 
-TEST(MarkerSets, MiddlesAndGaps) {
+TEST(MarkerSets, MidpointsAndMissingMarkers) {
   TrackSequence markers = OneFrame({{"LKneeOut", {0.0, 0.0, 0.5}},
                                     {"LKneeIn", {0.1, 0.0, 0.5}},
                                     {"LAnkleOut", {0.0, 0.0, 0.1}},
@@ -167,7 +167,7 @@ TEST(MarkerSets, MiddlesAndGaps) {
   EXPECT_TRUE(JointOf(JointsOfMarkers(markers, set), "l_knee").hasNaN());
 }
 
-TEST(MarkerSets, ASubjectsNameIsNoPartOfALabelAndTwoSubjectsAreRefused) {
+TEST(MarkerSets, SubjectPrefixesAreIgnoredAndTwoSubjectsRefused) {
   const Markers knees = {{"Anna_LKneeOut", {0.0, 0.0, 0.5}},
                          {"Anna_LKneeIn", {0.1, 0.0, 0.5}},
                          {"Anna_RKneeOut", {0.4, 0.0, 0.5}},
@@ -222,7 +222,7 @@ TEST(MarkerSets, HipsByRegression) {
                   .isApprox(Vector3d(0.15 - 0.0475, -0.09, 1.0 - 0.075), 1e-9));
 }
 
-TEST(MarkerSets, AFunctionalHipIsWhereTheThighTurns) {
+TEST(MarkerSets, FunctionalHipIsTheCentreOfRotationOfTheThigh) {
   const Vector3d hip(0.1, 0.09, 0.91);
   TrackSequence markers;
   for (int f = 0; f < 60; ++f) {

@@ -42,7 +42,7 @@ TEST_F(AdapterTest, PrintsAFile) {
             "content.\n");
 }
 
-TEST_F(AdapterTest, SilenceEndsIt) {
+TEST_F(AdapterTest, ATimeoutEndsIt) {
   AdapterRun run(Shell("sleep 600"), path_, {}, /*silence_ms=*/100);
   const Descriptor output(run.TakeOutput());
   EXPECT_FALSE(HasInput(output.get(), run.silence_ms()));
@@ -50,7 +50,7 @@ TEST_F(AdapterTest, SilenceEndsIt) {
   // minutes.
 }
 
-TEST_F(AdapterTest, AHangIsOneLine) {
+TEST_F(AdapterTest, AHangingAdapterGivesTheReadersError) {
   const Adapter hangs = Shell("echo begun; sleep 600");
   AdapterRun run(hangs, path_, {}, /*silence_ms=*/100);
   const std::string said = InputErrorOf(
@@ -58,7 +58,7 @@ TEST_F(AdapterTest, AHangIsOneLine) {
   EXPECT_EQ(said, "nothing came") << "the program did not fail by itself";
 }
 
-TEST_F(AdapterTest, ItsOwnFaultComesFirst) {
+TEST_F(AdapterTest, ItsOwnErrorPrecedesTheReaders) {
   AdapterRun run(Shell("echo a >&2; echo 'no good' >&2; exit 2"), path_);
   const Descriptor output(run.TakeOutput());
   EXPECT_EQ(InputErrorOf([&] {
@@ -68,7 +68,7 @@ TEST_F(AdapterTest, ItsOwnFaultComesFirst) {
   EXPECT_EQ(InputErrorOf([&] { run.Finish(); }), path_ + ": no good");
 }
 
-TEST_F(AdapterTest, WhatCannotBeStartedSaysHowItIsGot) {
+TEST_F(AdapterTest, AMissingProgramIsNamedWithItsInstallCommand) {
   Adapter none = {{"/no/such/program"}, AdapterKind::kDetections, "it", ""};
   none.hint = "apt-get install it";
   EXPECT_THAT(InputErrorOf([&] { OutputOf(none, path_); }),
@@ -76,7 +76,7 @@ TEST_F(AdapterTest, WhatCannotBeStartedSaysHowItIsGot) {
                         "file or directory): apt-get install it"));
 }
 
-TEST_F(AdapterTest, TheGivenOneIsAskedFirst) {
+TEST_F(AdapterTest, TheGivenAdapterIsTriedFirst) {
   const std::string program = folder_.Write(
       "reader",
       "#!/bin/sh\n"
@@ -99,7 +99,7 @@ TEST_F(AdapterTest, TheGivenOneIsAskedFirst) {
             (std::vector<std::string>{"l_ankle", "tail"}));
   ASSERT_EQ(recording.frames.size(), 1u);
   const auto& people = recording.frames[0].views[0].detections;
-  ASSERT_EQ(people.size(), 1u) << "who has no joint is nobody";
+  ASSERT_EQ(people.size(), 1u) << "people without joints are skipped";
   EXPECT_EQ(people[0].index_in_file, 0);
   EXPECT_EQ(people[0].joints[0].px, Eigen::Vector2d(3, 4));
 }

@@ -21,7 +21,7 @@ inline CameraRig CamerasOf(const std::string& name, const std::string& text,
   return ReadCameras(folder.Write(name, text), options);
 }
 
-// The message with which it is refused.
+// The message with which that file is rejected.
 inline std::string FaultOf(const std::string& name, const std::string& text,
                            const CameraReadOptions& options = {}) {
   return FaultIn(name, text,

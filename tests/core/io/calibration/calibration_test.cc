@@ -59,7 +59,7 @@ double LargestDistancePx(const Camera& a, const Camera& b,
 
 // ---- Shelf ----
 
-// The place where people walk, metres.
+// The area where people walk [m].
 const Eigen::Vector3d kShelfLow(-2.0, -2.0, 0.0);
 const Eigen::Vector3d kShelfHigh(2.0, 2.0, 2.0);
 
@@ -217,7 +217,7 @@ TEST(Calibration, ReadsCaliscope) {
   for (const char* text : {kCaliscopeArray, kCaliscopeConfig}) {
     const CameraRig cameras = CamerasOf("array.toml", text);
     ASSERT_THAT(NamesOf(cameras), ElementsAre("cam_0"))
-        << "those that were not placed are no cameras";
+        << "cameras without a pose are skipped";
     EXPECT_EQ(cameras[0].width_px(), 1280);
     EXPECT_EQ(cameras[0].K()(1, 1), 910.0);
     EXPECT_EQ(cameras[0].t(), Eigen::Vector3d(0.1, -0.2, 0.7));
@@ -365,7 +365,7 @@ TEST(Calibration, ProjectionMatricesOfAnySignAndScale) {
   }
 }
 
-TEST(Calibration, ProjectionFilesComeByNumber) {
+TEST(Calibration, ProjectionFilesAreOrderedByNumber) {
   const TemporaryFolder folder;
   for (const char* name : {"P10.txt", "P2.txt", "P1.txt", "Px.txt", "Q1.txt"}) {
     folder.Write(name, "1 0 0 0\n0 1 0 0\n0 0 1 1\n");

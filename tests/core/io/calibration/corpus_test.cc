@@ -315,7 +315,7 @@ std::string Repeated(const std::string& text, int count) {
   return all;
 }
 
-TEST(CalibrationCorpus, OddFilesAreRefused) {
+TEST(CalibrationCorpus, HostileFilesAreRefused) {
   const TemporaryFolder folder;
   const std::string brackets(10 << 20, '[');
   const std::string braces = Repeated("{\"a\":", 1 << 20);
@@ -376,7 +376,7 @@ TEST(CalibrationCorpus, OddFilesAreRefused) {
   }
 }
 
-TEST(CalibrationCorpus, OddPathsAreRefused) {
+TEST(CalibrationCorpus, InvalidPathsAreRefused) {
   const TemporaryFolder folder;
   std::filesystem::create_directory(folder.path() / "empty");
   std::filesystem::create_directory(folder.path() / "P1.txt");
@@ -451,7 +451,7 @@ class CalibrationKeys : public ::testing::TestWithParam<Sample> {
   }
 };
 
-TEST_P(CalibrationKeys, TheLensIsReadUnderItsNames) {
+TEST_P(CalibrationKeys, LensTermsAreReadUnderAllTheirKeys) {
   EXPECT_EQ(Read("").lens(), nullptr);
   const std::vector<double> terms = {-0.2, 0.05, 0.001, -0.002, 0.01};
   for (const char* key :
@@ -465,13 +465,13 @@ TEST_P(CalibrationKeys, TheLensIsReadUnderItsNames) {
              terms);
 }
 
-TEST_P(CalibrationKeys, TwoLensesMustBeOne) {
+TEST_P(CalibrationKeys, TwoStatedLensesMustAgree) {
   const std::string first = Key("distCoeffs", "[-0.2, 0.05, 0, 0]");
   EXPECT_NO_THROW(Read(first + Key("dist", "[-0.2, 0.05, 0, 0, 0]")));
   ExpectRefusal(first + Key("dist", "[0.2, 0, 0, 0]"), "states its lens twice");
 }
 
-TEST_P(CalibrationKeys, AModelThatIsNoPolynomialIsRefused) {
+TEST_P(CalibrationKeys, UnsupportedLensModelsAreRefused) {
   EXPECT_NO_THROW(Read(Key("camera_model", "\"pinhole\"")));
   for (const char* model : {"\"mei\"", "\"double_sphere\"", "\"omni\""}) {
     ExpectRefusal(Key("distortion_model", model), "distortion_model");
@@ -479,7 +479,7 @@ TEST_P(CalibrationKeys, AModelThatIsNoPolynomialIsRefused) {
   ExpectRefusal(Key("omnidirectional", "1"), "omnidirectional");
 }
 
-TEST_P(CalibrationKeys, AFisheyeLensIsOneUnderAnyName) {
+TEST_P(CalibrationKeys, FisheyeLensIsReadUnderAllItsKeys) {
   const std::string list = Key("dist", "[0.1, -0.02, 0.003, 0.001]");
   const std::string terms = Key("k1", "0.1") + Key("k2", "-0.02") +
                             Key("k3", "0.003") + Key("k4", "0.001");
@@ -492,7 +492,7 @@ TEST_P(CalibrationKeys, AFisheyeLensIsOneUnderAnyName) {
   }
 }
 
-TEST_P(CalibrationKeys, AnUnknownKeyIsRefusedByName) {
+TEST_P(CalibrationKeys, ErrorNamesAnUnknownKey) {
   for (const std::string key :
        {"distorsion", "R_rect", "orientation", "camera_pose", "extrinsics",
         "skew", "xi", "thin_prism"}) {
@@ -501,7 +501,7 @@ TEST_P(CalibrationKeys, AnUnknownKeyIsRefusedByName) {
   }
 }
 
-TEST_P(CalibrationKeys, WhatProgramsWriteBesideIsPassedOver) {
+TEST_P(CalibrationKeys, KnownMetadataKeysAreIgnored) {
   std::string more;
   for (const char* key :
        {"date", "calibration_time", "serialNumber", "rms", "flags", "comment",
@@ -519,7 +519,7 @@ INSTANTIATE_TEST_SUITE_P(EachFormat, CalibrationKeys,
                          });
 
 // The unit may be next to the cameras.
-TEST(CalibrationUnit, IsReadWhereItIsStated) {
+TEST(CalibrationUnit, IsReadFromTheFile) {
   const std::string text =
       R"({"0": {"K": [600, 0, 320, 0, 600, 240, 0, 0, 1],
 "RT": [1, 0, 0, 1000, 0, 1, 0, 2000, 0, 0, 1, 3000]}, "unit": "mm"})";

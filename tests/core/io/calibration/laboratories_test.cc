@@ -53,9 +53,10 @@ constexpr const char* kQca =
 </calibration>
 )";
 
-TEST(QualisysCalibration, IsReadByHand) {
+TEST(QualisysCalibration, ValuesByHand) {
   const CameraRig cameras = CamerasOf("lab.qca.txt", kQca);
-  ASSERT_EQ(cameras.size(), 1u) << "markers alone, inactive, not calibrated";
+  ASSERT_EQ(cameras.size(), 1u)
+      << "skips marker cameras, inactive and uncalibrated ones";
   const Camera& camera = cameras.front();
   ExpectIntrinsics(camera, "22707", {960, 768}, {1000.0, 1200.0, 448.0, 352.0});
   EXPECT_EQ(LensOf(camera),
@@ -87,14 +88,14 @@ TEST(QualisysCalibration, ASmallerVideoIsScaled) {
   ExpectInputError([&] { ReadCameras(path, options); }, "960 x 768");
 }
 
-TEST(QualisysCalibration, CamerasOfMarkersAreReadWhereThereAreNoOthers) {
+TEST(QualisysCalibration, MarkerCamerasAreReadIfThereAreNoOthers) {
   std::string text = WithReplaced(kQca, "Miqus Video", "Oqus 700+");
   text = WithReplaced(text, "<camera active=\"1\" serial=\"18089\"",
                       "<camera active=\"0\" serial=\"18089\"");
   EXPECT_EQ(CamerasOf("a.txt", text).size(), 1u);
 }
 
-TEST(QualisysCalibration, FaultsAreNamed) {
+TEST(QualisysCalibration, ErrorsNameTheFault) {
   ExpectFaults(
       "cal.txt",
       {
@@ -139,7 +140,7 @@ Apart Compare(const CameraRig& a, const CameraRig& b) {
 }
 
 // Pose2Sim converted one file into the other.
-TEST(QualisysCalibration, EqualsTheTomlThatPose2SimMakesOfIt) {
+TEST(QualisysCalibration, EqualsTheTomlConvertedByPose2Sim) {
   KINEGRAPH_DATA_OR_SKIP(folder, "takes/pose2sim_static");
   const CameraRig qca = ReadCameras(folder + "/Calib.qca.txt");
   for (const char* name : {"Calib_qca.toml", "Calib_qualisys.toml"}) {
@@ -188,7 +189,7 @@ std::string XcpWith(const std::string& radial) {
   return WithReplaced(kXcp, "RADIAL\"/>", radial + "\"/>");
 }
 
-TEST(ViconCalibration, IsReadByHand) {
+TEST(ViconCalibration, ValuesByHand) {
   const CameraRig cameras = CamerasOf("lab.xcp", XcpWith("0 0 0"));
   ASSERT_EQ(cameras.size(), 1u);
   const Camera& camera = cameras.front();
@@ -203,7 +204,7 @@ TEST(ViconCalibration, IsReadByHand) {
 }
 
 // Terms in px map a raw point to its pinhole position.
-TEST(ViconCalibration, RadialTermsFreeARawPointOfDistortion) {
+TEST(ViconCalibration, RadialTermsMapRawToUndistortedPixels) {
   const std::string text = WithReplaced(XcpWith("3e-8 -4e-15 0"), "1.25", "1");
   const Camera camera = CamerasOf("lab.xcp", text).front();
   for (double r_px = 50.0; r_px < 1100.0; r_px += 50.0) {
@@ -218,12 +219,12 @@ TEST(ViconCalibration, RadialTermsFreeARawPointOfDistortion) {
 }
 
 // As written by other programs; taken as px they would fold the image.
-TEST(ViconCalibration, TermsWithoutUnitAreOpenCvs) {
+TEST(ViconCalibration, DimensionlessTermsAreThoseOfOpenCv) {
   const Camera camera = CamerasOf("lab.xcp", XcpWith("-0.1 0.05 0.01")).front();
   EXPECT_EQ(LensOf(camera), (std::vector<double>{-0.1, 0.05, 0.0, 0.0, 0.01}));
 }
 
-TEST(ViconCalibration, FaultsAreNamed) {
+TEST(ViconCalibration, ErrorsNameTheFault) {
   ExpectFaults(
       "lab.xcp",
       {
@@ -275,7 +276,7 @@ TEST(OptiTrackCalibration, IsReadInBothEncodings) {
 }
 
 // As PowerShell's `>` writes it. Nothing but XML states its encoding.
-TEST(OptiTrackCalibration, OtherTextsInUtf16AreNoXml) {
+TEST(OptiTrackCalibration, OtherTextsInUtf16AreRefused) {
   for (const std::string text :
        {"[cam_1]\nname = \"cam_1\"\n", "{\"cameras\": []}", "%YAML:1.0\n---\n",
         "1 0 0 0\n"}) {
@@ -322,7 +323,7 @@ TEST(BioCvCalibration, IsReadFromFileAndFolder) {
   }
 }
 
-TEST(BioCvCalibration, FaultsAreNamed) {
+TEST(BioCvCalibration, ErrorsNameTheFault) {
   ExpectFaults("a.calib",
                {
                    {std::string(kCalib) + "7\n", "33 numbers"},
@@ -361,7 +362,7 @@ rotation = [0.1, 0.2, 0.3]
 translation = [0.5, 0.0, 2.0]
 )";
 
-TEST(SessionFolder, CaliscopesIsReadByItsArrayOfCameras) {
+TEST(SessionFolder, CaliscopeSessionIsReadFromItsCameraArray) {
   const TemporaryFolder folder;
   folder.Write("session/camera_array.toml", kArray);
   folder.Write("session/config.toml", "CreationDate = 2023-05-06\n");
@@ -383,7 +384,7 @@ translation = [ 100.0, 0.0, 2000.0,]
 [metadata]
 )";
 
-TEST(SessionFolder, TheBoardBesideTellsTheUnit) {
+TEST(SessionFolder, BoardFileBesideGivesTheUnit) {
   const TemporaryFolder folder;
   folder.Write("mice/calibration.toml", kTable);
   folder.Write("mice/back/a.h5", "anything");
@@ -396,7 +397,7 @@ TEST(SessionFolder, TheBoardBesideTellsTheUnit) {
   EXPECT_EQ(ReadCameras(path, centimetres).front().t().z(), 20.0);
 }
 
-TEST(SessionFolder, OldCaliscopesIsItsConfig) {
+TEST(SessionFolder, OldCaliscopeSessionIsReadFromItsConfig) {
   const TemporaryFolder folder;
   folder.Write("old/config.toml", kTable);
   folder.Write("other/config.toml", "mode = 'graph'\n");
@@ -406,7 +407,7 @@ TEST(SessionFolder, OldCaliscopesIsItsConfig) {
 }
 
 // Cameras and board of a session are read from its folder or its files.
-TEST(SessionFolder, SamplesOfOthersAreRead) {
+TEST(SessionFolder, PublicSamplesAreRead) {
   KINEGRAPH_DATA_OR_SKIP(found, "takes");
   const std::filesystem::path recordings = found;
   for (const char* name :
@@ -472,7 +473,7 @@ TEST(ColmapCalibration, IsReadFromFolderAndFile) {
 }
 
 // As COLMAP is run on folders with an image of each camera.
-TEST(ColmapCalibration, FoldersNameTheCamerasWhereEachHasItsOwn) {
+TEST(ColmapCalibration, OneImageFolderPerCameraNamesTheCameras) {
   const TemporaryFolder folder;
   const std::string path = WriteModel(
       folder, "sparse", kCameras,
@@ -481,7 +482,7 @@ TEST(ColmapCalibration, FoldersNameTheCamerasWhereEachHasItsOwn) {
 }
 
 // COLMAP's scale is arbitrary.
-TEST(ColmapCalibration, UnitCanBeTold) {
+TEST(ColmapCalibration, UnitOptionScalesTheWorld) {
   const TemporaryFolder folder;
   CameraReadOptions options;
   options.unit = LengthUnit::kCentimetre;
@@ -490,7 +491,7 @@ TEST(ColmapCalibration, UnitCanBeTold) {
   EXPECT_NEAR(cameras[0].t().z(), 0.03, 1e-17);
 }
 
-TEST(ColmapCalibration, BrokenFilesAreNamed) {
+TEST(ColmapCalibration, ErrorsNameFileAndLine) {
   const TemporaryFolder folder;
   const std::string image = "1 1 0 0 0 1 2 3 7 cam_2.jpg\n\n";
   const std::string camera = "7 PINHOLE 640 480 600 610 320 240\n";
@@ -526,7 +527,7 @@ TEST(ColmapCalibration, BrokenFilesAreNamed) {
   ExpectInputError([&] { ReadCameras(alone); }, "images.txt");
 }
 
-// ---- Fisheye lenses in others' files ----
+// ---- Fisheye lenses in files of other programs ----
 
 TEST(FisheyeCalibration, ColmapsModelsAreRead) {
   const TemporaryFolder folder;
@@ -551,7 +552,7 @@ TEST(FisheyeCalibration, ColmapsModelsAreRead) {
   }
 }
 
-TEST(FisheyeCalibration, FiveTermsAreNoneOfIt) {
+TEST(FisheyeCalibration, FiveTermsAreRefused) {
   const std::string text = WithReplaced(kTable, "0.0, 0.0,]\nrotation",
                                         "0.0, 0.2,]\nfisheye = true\nrotation");
   EXPECT_THAT(FaultOf("a.toml", text),
@@ -559,7 +560,7 @@ TEST(FisheyeCalibration, FiveTermsAreNoneOfIt) {
 }
 
 // Every format preserves the lens or reports its loss.
-TEST(FisheyeCalibration, IsWrittenWhereAFormatCanSayIt) {
+TEST(FisheyeCalibration, EveryFormatKeepsTheLensOrReportsItsLoss) {
   CameraParameters p;
   p.name = "a";
   p.width_px = 1920;

@@ -66,7 +66,7 @@ TEST(OpenCapCalibration, IsReadAsNumPy2WritesIt) {
   ExpectTheCamera(ReadCameras(folder.Write("left.pickle", bytes)), "left");
 }
 
-TEST(OpenCapCalibration, ASessionIsAFolderACamera) {
+TEST(OpenCapCalibration, ASessionHasOneFolderPerCamera) {
   const TemporaryFolder folder;
   const std::string bytes = FromBase64(kOpencapProtocol2);
   for (const char* camera : {"Cam10", "Cam2", "Cam0"}) {
@@ -88,7 +88,7 @@ TEST(OpenCapCalibration, ASessionIsAFolderACamera) {
               1e-12);
 }
 
-TEST(OpenCapCalibration, AFileOfTheLensAloneSaysSo) {
+TEST(OpenCapCalibration, AFileWithoutPoseIsRefused) {
   const TemporaryFolder folder;
   const std::string path =
       folder.Write("cameraIntrinsics.pickle",

@@ -114,7 +114,7 @@ TEST(OwnCalibration, ReadsBackToTheBit) {
   ExpectInputError([&] { ReadCameras(path, options); }, "cameras.unit");
 }
 
-TEST(OwnCalibration, IsNotWrittenHalf) {
+TEST(OwnCalibration, RefusesAMissingFolderAndAnEmptyRig) {
   const TemporaryFolder folder;
   EXPECT_THROW(WriteCameras((folder.path() / "none" / "c.json").string(), {}),
                InputError);
@@ -157,9 +157,10 @@ TEST_P(RoundTrip, ReadsBack) {
       EXPECT_EQ(again[c].height_px(), has_size ? cameras[c].height_px() : 0);
     }
   }
-  EXPECT_EQ(lost_fields.empty(), format.keeps_size) << "what is lost is said";
+  EXPECT_EQ(lost_fields.empty(), format.keeps_size)
+      << "losses must be reported";
   EXPECT_EQ(ListFolder(folder.path().string()).size(), 1u)
-      << "nothing is left beside the result";
+      << "files other than the result";
 }
 
 INSTANTIATE_TEST_SUITE_P(
@@ -175,7 +176,7 @@ INSTANTIATE_TEST_SUITE_P(
                       Case{"colmap", kRotated, true, true},
                       Case{"tum", kDecomposed, false, false}));
 
-// Rotations by nothing, by half a turn and by very little.
+// Rotations by zero, by half a turn and by a tiny angle.
 TEST(CalibrationWriter, KeepsSpecialRotations) {
   CameraRig cameras;
   for (const double angle : {0.0, M_PI, 1e-9}) {
@@ -195,7 +196,7 @@ TEST(CalibrationWriter, KeepsSpecialRotations) {
   EXPECT_EQ(lost_fields.size(), 2u) << "no image size is known";
 }
 
-TEST(CalibrationWriter, RefusesWhatCannotBeSaid) {
+TEST(CalibrationWriter, RefusesWhatTheFormatCannotExpress) {
   const TemporaryFolder folder;
   const std::string path = folder.path() / "result";
   const auto expect = [&](const char* format, const CameraRig& rig,
@@ -223,10 +224,10 @@ TEST(CalibrationWriter, RefusesWhatCannotBeSaid) {
   expect("xml", {Camera(parameters)},
          "found 'xml', expected one of kinegraph, krt");
   EXPECT_THAT(ListFolder(folder.path().string()), IsEmpty())
-      << "nothing half-written is left";
+      << "a rejected write left a file";
 }
 
-TEST(CalibrationWriter, TellsASkewThatIsRounding) {
+TEST(CalibrationWriter, ReportsASkewThatIsLeftOut) {
   CameraParameters parameters;
   parameters.name = "a";
   parameters.width_px = parameters.height_px = 100;
@@ -270,7 +271,7 @@ TEST(CalibrationWriter, TomlHasDecimalsAndEscapes) {
 }
 
 // Recognition does not depend on the order of the registry.
-TEST(CalibrationFormats, EveryResultIsRecognisedByItsOwnFormatAlone) {
+TEST(CalibrationFormats, OnlyItsOwnFormatRecognisesAResult) {
   const CameraRig cameras = WithSize(RigWith(WithLens::kNo), 1920, 1080);
   for (const CalibrationFormat& written : CalibrationFormats()) {
     EXPECT_EQ(FindCalibrationFormat(written.name), &written);

@@ -79,7 +79,7 @@ std::string ErrorOf(const std::string& text, const std::string& set = "") {
   return InputErrorOf([&] { Applied(text, set); });
 }
 
-TEST(Config, KeepsDefaultsOfWhatIsNotSet) {
+TEST(Config, UnsetKeysKeepTheirDefaults) {
   const SampleOptions options = Applied("");
   EXPECT_EQ(options.alpha_2d, 60.0);
   EXPECT_EQ(options.title, "none");
@@ -128,7 +128,7 @@ TEST(Config, OneNumberOrATableByName) {
   EXPECT_THAT(ErrorOf("", "sigma_px.hand=1"), HasSubstr("is not known"));
 }
 
-TEST(Config, NamesWhatReplacesAKeyThatWent) {
+TEST(Config, ARemovedKeyNamesItsReplacement) {
   EXPECT_THAT(ErrorOf("[tracking]\nmax_age = 10"),
               HasSubstr("sample.toml:2: key 'tracking.max_age': is gone: use "
                         "tracking.max_age_s"));
@@ -152,7 +152,7 @@ TEST(Config, NamesFileLineKeyFoundAndAllowed) {
             "(joints)");
 }
 
-TEST(Config, RefusesWrongTypesAndWhatIsOutOfRange) {
+TEST(Config, RefusesWrongTypesAndValuesOutOfRange) {
   for (const char* text : {"association.alpha_2d = true",
                            "association.alpha_2d = [1]",
                            "association.alpha_2d = 1979-05-27",
@@ -208,7 +208,7 @@ TEST(Config, AcceptsEmptyKnownTables) {
   EXPECT_EQ(Applied("[association]\n[cameras]\n[cameras.map]\n").epsilon, 10);
 }
 
-TEST(Config, RefusesWhatIsNotToml) {
+TEST(Config, RefusesInvalidToml) {
   for (const std::string& text :
        {std::string("mode = \"paper\"\nmode = \"graph\"\n"),
         std::string("[a]\n[a]\n"), std::string("mode = \n"),
@@ -306,7 +306,7 @@ TEST(Config, SeveralStructsShareAFile) {
   EXPECT_EQ(sample.epsilon, 4);
 }
 
-TEST(Config, TellsWhatIsSetAndWhere) {
+TEST(Config, ReportsWhichKeysAreSetAndWhere) {
   ConfigFile config = ConfigFile::Parse("[a]\nb = 1\n", "a.toml");
   config.Override("c=2", "--set");
   EXPECT_TRUE(config.Has("a"));
@@ -346,7 +346,7 @@ TEST(Skeletons, AreReadFromTables) {
   EXPECT_TRUE(ConfigFile::Empty().ReadSkeletons().empty());
 }
 
-TEST(Skeletons, UnknownNamesListTheKnown) {
+TEST(Skeletons, AnUnknownNameListsTheKnownOnes) {
   ConfigFile config = ConfigFile::Parse(kSkeletons, "a.toml");
   const std::vector<Skeleton> skeletons = config.ReadSkeletons();
   const std::string message =
@@ -356,7 +356,7 @@ TEST(Skeletons, UnknownNamesListTheKnown) {
   EXPECT_THAT(message, HasSubstr("stick"));
 }
 
-TEST(Skeletons, RefuseWhatIsWrong) {
+TEST(Skeletons, InvalidTablesAreRefused) {
   for (const char* text :
        {"skeletons = 3", "[skeletons]\na = 3", "[skeletons.a]",
         "[skeletons.a]\njoints = []", "[skeletons.a]\njoints = 'x'",

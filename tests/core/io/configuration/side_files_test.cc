@@ -66,7 +66,7 @@ TEST(ViewBiasFileTest, RoundTrip) {
   EXPECT_EQ(read.joints[0].along_m, hip.along_m);
 }
 
-TEST(ViewBiasFileTest, WrongFilesAreNamed) {
+TEST(ViewBiasFileTest, ErrorsNameTheFault) {
   TemporaryFolder folder;
   const auto message = [&](const std::string& text) {
     const std::string path = folder.Write("take.bias.json", text);

@@ -38,7 +38,7 @@ inline DetectionSequence RecordingIn(const std::string& name,
   return ReadDetections(folder.Write(name, text), options);
 }
 
-// The message with which it is refused.
+// The message with which that file is rejected.
 inline std::string FaultOf(const std::string& name, const std::string& text,
                            const DetectionReadOptions& options = {}) {
   return FaultIn(name, text, [&](const std::string& path) {

@@ -181,7 +181,7 @@ std::vector<std::pair<int, int>> EndsOf(const Skeleton& skeleton) {
   return ends;
 }
 
-TEST(DetectorFiles, CocoHasItsOwnBones) {
+TEST(DetectorFiles, CocoBonesAreThoseOfTheFile) {
   const Skeleton skeleton =
       RecordingIn("all.json",
                   R"({"images": [{"id": 1, "file_name": "cam1/1.jpg"}], )"

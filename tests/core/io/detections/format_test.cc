@@ -66,7 +66,7 @@ DetectionSequence RandomSequence(const Skeleton& skeleton) {
   return sequence;
 }
 
-TEST(DetectionExport, OpenPoseKeepsFramesWithoutAnybody) {
+TEST(DetectionExport, OpenPoseKeepsFramesWithoutPeople) {
   DetectionSequence sequence = RandomSequence(Body25());
   for (ViewDetections& view : sequence.frames[2].views) view.detections.clear();
   const TemporaryFolder folder;
@@ -86,7 +86,7 @@ DetectionSequence Timed(DetectionSequence sequence) {
   return sequence;
 }
 
-TEST(DetectionExport, LongcwRefusesWhatItCannotSay) {
+TEST(DetectionExport, LongcwRefusesWhatItCannotExpress) {
   const TemporaryFolder folder;
   DetectionSequence sequence = Timed(RandomSequence(Tum14()));
   const auto expect = [&](const char* said, ImageSize size = {640, 480}) {
@@ -102,7 +102,7 @@ TEST(DetectionExport, LongcwRefusesWhatItCannotSay) {
   EXPECT_THAT(ListFolder(folder.path().string()), IsEmpty());
 }
 
-TEST(DetectionExport, CocoScoreAndBoxAreThoseOfTheJointsFound) {
+TEST(DetectionExport, CocoScoreAndBoxUseOnlyFoundJoints) {
   DetectionSequence sequence;
   sequence.header = {Skeleton("three", {"a", "b", "c"}, {}), {"v"}, 25.0};
   DetectionFrame frame;
@@ -134,7 +134,7 @@ TEST(DetectionExport, CocoScoreAndBoxAreThoseOfTheJointsFound) {
   EXPECT_EQ(lost_fields.size(), 3u) << "the times follow from the frames";
 }
 
-TEST(DetectionExport, SaysWhatIsLost) {
+TEST(DetectionExport, ReportsLostFields) {
   DetectionSequence sequence = RandomSequence(Body25B());
   sequence.header.view_names = {"cam10", "cam2"};
   sequence.frames[0].views[1].capture_time = 5;
@@ -189,7 +189,7 @@ TEST(DetectionExport, EveryFormatReadsBackBitForBit) {
   EXPECT_GE(formats, 6);
 }
 
-TEST(DetectionExport, RefusesViewsThatAreNoFileNames) {
+TEST(DetectionExport, RefusesViewNamesThatAreNoFileNames) {
   const TemporaryFolder folder;
   for (const char* name : {"", "../up", ".hidden", "a/b", "line\nbreak"}) {
     DetectionSequence sequence = RandomSequence(Coco17());

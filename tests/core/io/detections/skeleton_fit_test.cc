@@ -37,7 +37,7 @@ SkeletonFit FitTo(const Skeleton& truth,
   return fit;
 }
 
-TEST(SkeletonFitTest, TellsTheTwoLayoutsOfSyntheticBodiesApart) {
+TEST(SkeletonFitTest, DistinguishesBody25FromBody25B) {
   // Bones of these people are about as long in either order (within 15 %);
   // left and right are alike in the right one only.
   const SkeletonFit fit = FitTo(Body25B(), {&Body25(), &Body25B()});
@@ -67,7 +67,7 @@ TEST(SkeletonFitTest, SideDifferenceIsThatOfTheLimbs) {
   EXPECT_DOUBLE_EQ(fit.SideDifference(0), 0.5 / 7.0);
 }
 
-TEST(SkeletonFitTest, Body25StaysBody25) {
+TEST(SkeletonFitTest, Body25IsKept) {
   const SkeletonFit fit = FitTo(Body25(), {&Body25(), &Body25B()});
   EXPECT_EQ(fit.Best(), 0u);
   EXPECT_FALSE(fit.Implausible(0));

@@ -168,7 +168,7 @@ TEST(ReadDetections, TimesFollowTheFrameRate) {
   EXPECT_EQ(frame.time, 12'040'000'000);
 }
 
-TEST(ReadDetections, Body25BIsKnownByPlausibilityAndFromTheOptions) {
+TEST(ReadDetections, Body25BIsRecognisedUnlessBody25IsConfigured) {
   KINEGRAPH_DATA_OR_SKIP(path, "pose2sim/single/pose");
   EXPECT_TRUE(OpenDetections(path)->header().skeleton == Body25B());
   EXPECT_TRUE(OpenDetections(path, OptionsWith("body25"))->header().skeleton ==
@@ -191,7 +191,7 @@ TEST(ReadDetections, PersonWithoutKeypointsKeepsItsPlace) {
   EXPECT_NE(places, (std::vector<int>{0, 1}));
 }
 
-TEST(ReadDetections, FilledJointsOfShelfArePositionsWhereAskedFor) {
+TEST(ReadDetections, ZeroConfidencesArePositionsOnRequest) {
   KINEGRAPH_DATA_OR_SKIP(path, "shelf/reference/filled_coco17");
   DetectionReadOptions options;
   options.zero_confidence = ZeroConfidence::kPosition;
@@ -207,7 +207,7 @@ TEST(ReadDetections, FilledJointsOfShelfArePositionsWhereAskedFor) {
   EXPECT_EQ(filled.px, Eigen::Vector2d(658.4368, 162.1114));
 }
 
-TEST(ReadDetections, LongcwsAnnotationHasTimes) {
+TEST(ReadDetections, LongcwAnnotationHasTimes) {
   KINEGRAPH_DATA_OR_SKIP(path, "campus/annotation_2d.json");
   const DetectionSequence sequence = ReadDetections(path);
   EXPECT_EQ(sequence.frames.back().frame, 1999);
@@ -390,7 +390,7 @@ std::string OwnFile(const std::string& frames) {
          frames;
 }
 
-TEST(RatedSource, AViewTwiceAsFastGivesEverySecondFrame) {
+TEST(RatedSource, AViewAtTwiceTheRateGivesEverySecondFrame) {
   const std::vector<DetectionFrame> frames =
       Read(Counting(10, 20), Rates({{"b", 50.0}}));
   ASSERT_EQ(frames.size(), 10u);
@@ -402,7 +402,7 @@ TEST(RatedSource, AViewTwiceAsFastGivesEverySecondFrame) {
 }
 
 // Limits also hold for views with their own rates.
-TEST(RatedSource, LimitsHold) {
+TEST(RatedSource, LimitsApplyToViewsOfOtherRates) {
   const std::string text =
       OwnFile(R"({"frame": 0, "views": {"a": [{"joints": [[1, 2, 1]]}], )"
               R"("b": [{"joints": [[1, 2, 1]]}]}})");
@@ -413,7 +413,7 @@ TEST(RatedSource, LimitsHold) {
   EXPECT_THROW(RecordingIn("d.jsonl", text, options), InputError);
 }
 
-TEST(RatedSource, ASlowViewLeavesFramesOut) {
+TEST(RatedSource, ASlowViewHasNoDetectionsInSomeFrames) {
   // 10 Hz at 25 Hz: its frames are 2.5 of the recording's apart.
   const std::vector<DetectionFrame> frames =
       Read(Counting(10, 4), Rates({{"b", 10.0}}));
@@ -433,7 +433,7 @@ TEST(RatedSource, ASlowViewLeavesFramesOut) {
 
 // At 100 Hz, views of 50 and 25 Hz fill every second and fourth frame, up to
 // the end of both; counting at the base's rate would end after half.
-TEST(RatedSource, ATakeFasterThanItsViewsLosesNothing) {
+TEST(RatedSource, ABaseRateAboveAllViewsLosesNoFrame) {
   const std::vector<DetectionFrame> frames =
       Read(Counting(20, 10, 100.0), Rates({{"a", 50.0}, {"b", 25.0}}));
   std::map<int64_t, std::vector<size_t>> seen;  // by frame
@@ -449,7 +449,7 @@ TEST(RatedSource, ATakeFasterThanItsViewsLosesNothing) {
 }
 
 // Frames without detections are kept, except after the end.
-TEST(RatedSource, EmptyFramesStay) {
+TEST(RatedSource, KeepsFramesWithoutDetections) {
   DetectionSequence sequence = Counting(8, 8);
   for (size_t f = 2; f < 5; ++f) {
     for (auto& view : sequence.frames[f].views) view.detections.clear();
@@ -460,7 +460,7 @@ TEST(RatedSource, EmptyFramesStay) {
 
 // Numbers that exist only in files of another rate are not frames of the
 // recording.
-TEST(RatedSource, NumbersBeforeTheFirstFrameAreNone) {
+TEST(RatedSource, NumbersOfAnotherRateAreNoFrames) {
   // 25 Hz from frame 4 on. Files of b count at 50 Hz: its 8 is the
   // recording's 4.
   DetectionSequence sequence = Counting(12, 12);
@@ -473,7 +473,7 @@ TEST(RatedSource, NumbersBeforeTheFirstFrameAreNone) {
 }
 
 // Files with their own times have view_times.
-TEST(RatedSource, FilesThatTellTimesAreRefused) {
+TEST(RatedSource, FilesWithTimesAreRefused) {
   EXPECT_THROW(
       RecordingIn("a.jsonl",
                   OwnFile(R"({"frame": 1, "time": 12.0, "views": {}})"),
@@ -489,7 +489,7 @@ TEST(RatedSource, UnknownViewsAndUnknownRatesAreRefused) {
 }
 
 // "view_times" is a synonym of "capture_times".
-TEST(ViewTimes, AreTimesOfCapture) {
+TEST(ViewTimes, AreCaptureTimes) {
   const std::string frame =
       OwnFile(R"({"frame": 300, "time": 12.0, "views": {"a": []}, )"
               R"("view_times": {"b": 12.013})");
@@ -534,7 +534,7 @@ TEST(Source, MirroredViewsAreMirroredBack) {
 }
 
 // A view whose files begin at another number joins the frames of the others.
-TEST(RatedSource, OffsetsAreTakenFromTheNumbersOfAView) {
+TEST(RatedSource, FrameOffsetsAreSubtractedFromTheNumbersOfAView) {
   DetectionReadOptions options;
   options.view_frame_offset["b"] = 2;
   int64_t both = 0;

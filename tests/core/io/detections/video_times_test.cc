@@ -29,7 +29,7 @@ std::string Bars(const std::string& ending) {
 
 // The images are stored in another order than displayed (B-frames), and an edit
 // list compensates the delay.
-TEST(VideoTimes, OfPicturesInAnyOrder) {
+TEST(VideoTimes, ImagesStoredInAnotherOrderThanShown) {
   const std::vector<double> mp4 = ReadVideoTimes(Bars("mp4"));
   const std::vector<double> webm = ReadVideoTimes(Bars("webm"));
   ASSERT_EQ(mp4.size(), 40u);
@@ -41,7 +41,7 @@ TEST(VideoTimes, OfPicturesInAnyOrder) {
   }
 }
 
-TEST(VideoTimes, WhatIsNoneIsRefusedByName) {
+TEST(VideoTimes, ErrorNamesAnInvalidFile) {
   const std::string whole = ReadTextFile(Bars("mp4"));
   const testing::Faults cases = {{"", "a.mp4"},
                                  {"RIFF....AVI LIST", "a.mp4"},
@@ -73,7 +73,7 @@ TEST(VideoTimes, EditListsShiftAndCut) {
   EXPECT_EQ(times_s.size(), 34u);
 }
 
-TEST(VideoTimes, NamesTellTheType) {
+TEST(VideoTimes, TypeIsThatOfTheExtension) {
   EXPECT_EQ(VideoType("a/b.MP4"), "video/mp4");
   EXPECT_EQ(VideoType("b.webm"), "video/webm");
   EXPECT_TRUE(IsVideoName("x.mov"));

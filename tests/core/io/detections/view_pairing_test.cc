@@ -33,7 +33,7 @@ std::string ErrorOf(const Names& views, const Names& cameras,
   return InputErrorOf([&] { PairViewsWithCameras(views, Rig(cameras), map); });
 }
 
-TEST(ViewPairing, TakesTheSurestRuleThatFits) {
+TEST(ViewPairing, AppliesTheMostReliableRuleThatFits) {
   const std::string big = "123456789012345678901234567890";
   const std::string fly = "05272019_fly4_0_R1C24_Cam-";
   const std::string rest = "_rot-ccw-0.06_sec.rng=0";
@@ -107,7 +107,7 @@ TEST(ViewPairing, PrefersTheMapToTheName) {
               ElementsAre(1, 0));
 }
 
-TEST(ViewPairing, WhoLeavesOutAViewLeavesTheOthersTheirCameras) {
+TEST(ViewPairing, AnExcludedViewDoesNotShiftTheOthersCameras) {
   const auto without_first = [](const Names& cameras) {
     return PairViewsWithCameras({"cam_0", "cam_1", "cam_2"}, Rig(cameras), {},
                                 UnpairedViews::kRefuse, {"cam_0"})
@@ -117,7 +117,7 @@ TEST(ViewPairing, WhoLeavesOutAViewLeavesTheOthersTheirCameras) {
   EXPECT_THAT(without_first({"1", "2"}), ElementsAre(-1, 0, 1));
 }
 
-TEST(ViewPairing, RefusesWhatIsNotSure) {
+TEST(ViewPairing, RefusesAmbiguousPairs) {
   const struct {
     Names views, cameras;
     Map map;
@@ -130,7 +130,7 @@ TEST(ViewPairing, RefusesWhatIsNotSure) {
       {{"cam3"}, {"0", "1"}, {}, "view 'cam3'"},
       {{"left", "right"}, {"links"}, {}, "'links'"},
       {{"cam_2", "cam_3"}, {"1", "2"}, {}, "view 'cam_3' has no camera"},
-      // A missing number is not another way of counting.
+      // A missing number does not mean that counting starts elsewhere.
       {{"cam_1", "cam_2", "cam_4"},
        {"1", "2", "3"},
        {},

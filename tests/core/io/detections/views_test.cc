@@ -45,7 +45,7 @@ constexpr const char* kCoco = R"({"info": {"frame_rate": 50}, "categories": [
 {"id": 3, "image_id": 13, "keypoints": [1, 2, 0.25, 3, 4, 2, 0, 0, 0],
  "keypoint_scores": [0.5, 0.75, 0]}]})";
 
-TEST(CocoViews, CamerasAndFramesComeFromImages) {
+TEST(CocoViews, CamerasAndFramesAreThoseOfTheImages) {
   const TemporaryFolder folder;
   const std::string path = folder.Write("take.json", kCoco);
   EXPECT_EQ(RecogniseKind(path), FileKind::kDetections);
@@ -60,7 +60,7 @@ TEST(CocoViews, CamerasAndFramesComeFromImages) {
   EXPECT_EQ(recording.frames[0].frame, 5);
   EXPECT_EQ(recording.frames[1].frame, 7);
   EXPECT_TRUE(recording.frames[0].views[1].detections.empty())
-      << "nobody in cam10";
+      << "no person in cam10";
   EXPECT_EQ(JointOf(recording, 0, 0, 0, 0).px, Eigen::Vector2d(10, 20));
   EXPECT_EQ(JointOf(recording, 0, 0, 0, 0).confidence, 1.0) << "flag 2";
   EXPECT_FALSE(JointOf(recording, 0, 0, 0, 1).found) << "flag 0";
@@ -69,7 +69,7 @@ TEST(CocoViews, CamerasAndFramesComeFromImages) {
   EXPECT_FALSE(JointOf(recording, 1, 0, 0, 2).found);
 }
 
-TEST(CocoViews, SaysWhatIsWrong) {
+TEST(CocoViews, ErrorsNameTheFault) {
   const auto with = [](const std::string& from, const std::string& to) {
     return WithReplaced(kCoco, from, to);
   };
@@ -130,7 +130,7 @@ TEST(FreeMoCap, BodyIsTheFirstPartOfThePoints) {
   EXPECT_TRUE(recording.frames[2].views[1].detections.empty());
 }
 
-TEST(FreeMoCap, SaysWhatIsWrong) {
+TEST(FreeMoCap, ErrorsNameTheFault) {
   DetectionReadOptions options;
   options.format = "freemocap";
   const std::vector<double> sixteen(16);
@@ -209,12 +209,12 @@ TEST(TwoDetectors, AreFusedJointByJoint) {
   // 40 px apart: the more confident one, supported by one of two.
   EXPECT_EQ(JointOf(recording, 1, 0, 0, 1).px.x(), 400.0);
   EXPECT_NEAR(JointOf(recording, 1, 0, 0, 1).confidence, 0.4, 1e-15);
-  // Seen by one.
+  // Found by one detector only.
   EXPECT_EQ(JointOf(recording, 2, 0, 0, 1).px.x(), 400.0);
   EXPECT_NEAR(JointOf(recording, 2, 0, 0, 1).confidence, 0.25, 1e-15);
 }
 
-TEST(TwoDetectors, HaveTheSameViews) {
+TEST(TwoDetectors, MustHaveTheSameViews) {
   const TemporaryFolder folder;
   const std::string text = std::string(kHeader) + "0,1,1,1,2,2,1\n";
   folder.Write("seeds/rng0/cam1.csv", text);
@@ -223,7 +223,7 @@ TEST(TwoDetectors, HaveTheSameViews) {
                    "rng1: has other views than");
 }
 
-// ---- Sessions of Caliscope's and sleap-anipose's ----
+// ---- Sessions of Caliscope and sleap-anipose ----
 
 // Two cameras at 20 Hz, the second 4 ms late; camera 1 misses frame 7.
 constexpr const char* kOld =
@@ -257,7 +257,7 @@ TEST(CaliscopeDetections, OldTablesAreRead) {
   EXPECT_EQ(CountFound(first.views[1].detections[0]), 1) << "a hand's is left";
 }
 
-TEST(CaliscopeDetections, NewTablesHaveTheirTimesBeside) {
+TEST(CaliscopeDetections, NewTablesTakeTimesFromTheFileBeside) {
   const TemporaryFolder folder;
   const std::string path = folder.Write(
       "xy_CHARUCO.csv",
@@ -277,7 +277,7 @@ TEST(CaliscopeDetections, NewTablesHaveTheirTimesBeside) {
   EXPECT_EQ(recording.frames[0].views[0].detections.size(), 2u) << "objects";
 }
 
-TEST(CaliscopeDetections, AGivenRateWins) {
+TEST(CaliscopeDetections, AConfiguredRateWins) {
   DetectionReadOptions options;
   options.frame_rate_hz = 50.0;
   const DetectionSequence recording = RecordingIn("xy_POSE.csv", kOld, options);
@@ -285,7 +285,7 @@ TEST(CaliscopeDetections, AGivenRateWins) {
   EXPECT_EQ(recording.frames[0].time, 120'000'000);
 }
 
-TEST(CaliscopeDetections, ASessionIsReadByTheOneTableInIt) {
+TEST(CaliscopeDetections, ASessionIsReadFromItsOnlyTable) {
   const TemporaryFolder folder;
   folder.Write("s/config.toml", "CreationDate = 2023-05-06\n");
   folder.Write("s/calibration/extrinsic/CHARUCO/xy_CHARUCO.csv", kOld);
@@ -316,7 +316,7 @@ TEST(CaliscopeDetections, ViewsOfIgnoredCamerasAreLeftOut) {
   EXPECT_THAT(ReadDetections(path).header.view_names, ElementsAre("cam_1"));
 }
 
-TEST(CaliscopeDetections, FaultsAreNamed) {
+TEST(CaliscopeDetections, ErrorsNameTheFault) {
   const std::string good = kOld;
   ExpectFaults("xy_POSE.csv",
                {{good + "9,0,1,1000.2,0,abc,2,,\n",
@@ -328,7 +328,7 @@ TEST(CaliscopeDetections, FaultsAreNamed) {
                 {good.substr(0, good.find('\n') + 1), "has no points"}});
 }
 
-TEST(CaliscopeDetections, SamplesOfOthersAreRead) {
+TEST(CaliscopeDetections, PublicSamplesAreRead) {
   KINEGRAPH_DATA_OR_SKIP(recordings, "takes");
   const DetectionSequence human =
       ReadDetections(recordings + "/caliscope_human");
@@ -342,7 +342,7 @@ TEST(CaliscopeDetections, SamplesOfOthersAreRead) {
   EXPECT_EQ(board.frames.size(), 57u);
 }
 
-TEST(SleapSession, ASampleOfOthersIsRead) {
+TEST(SleapSession, APublicSampleIsRead) {
   KINEGRAPH_DATA_OR_SKIP(path, "takes/mouse_sleap/minimal_session");
   const DetectionSequence recording = ReadDetections(path);
   EXPECT_THAT(recording.header.view_names,

@@ -59,7 +59,7 @@ TEST_F(AtomicFilesTest, HaveThePermissionsOfTheUmask) {
             static_cast<fs::perms>(0644));
 }
 
-TEST_F(AtomicFilesTest, AreNoFoldersAndNeedAFolder) {
+TEST_F(AtomicFilesTest, PathMustBeAFileInAnExistingFolder) {
   for (const std::string& path :
        {Path(""), Path("none/out.txt"), std::string()}) {
     EXPECT_THROW(AtomicFile{path}, InputError) << path;
@@ -94,7 +94,7 @@ TEST_F(AtomicFilesTest, AFolderAppearsWhenCommitted) {
   EXPECT_THAT(ListFolder(path), ElementsAre("a.txt"));
 }
 
-TEST_F(AtomicFilesTest, ACommitOfSeveralShowsAllOrNothing) {
+TEST_F(AtomicFilesTest, ACommitOfSeveralIsAllOrNothing) {
   {
     AtomicFiles files;
     WriteTextFile(files.Aside(Path("a.jsonl")), "tracks");
@@ -115,7 +115,7 @@ TEST_F(AtomicFilesTest, ACommitOfSeveralShowsAllOrNothing) {
                                             "pictures", "same"));
 }
 
-TEST_F(AtomicFilesTest, KeepLinksAndPermissionsAndLeaveStreamsAlone) {
+TEST_F(AtomicFilesTest, KeepLinksAndPermissionsAndWriteStreamsDirectly) {
   folder_.Write("real.jsonl", "old");
   fs::permissions(Path("real.jsonl"),
                   fs::perms::owner_read | fs::perms::owner_write);
@@ -131,7 +131,7 @@ TEST_F(AtomicFilesTest, KeepLinksAndPermissionsAndLeaveStreamsAlone) {
             fs::perms::owner_read | fs::perms::owner_write);
 }
 
-TEST_F(AtomicFilesTest, AreRefusedBeforeAnythingIsWritten) {
+TEST_F(AtomicFilesTest, InvalidPathsAreRefusedBeforeWriting) {
   folder_.Write("full/a", "");
   folder_.Write("file", "");
   AtomicFiles files;
@@ -174,7 +174,7 @@ TEST(ReadBytes, GivesEveryByte) {
   EXPECT_EQ(ReadBytes(folder.Write("b", "")), "");
 }
 
-TEST(ReadTextFile, CutsMarksAndEndsLinesOfOldMacs) {
+TEST(ReadTextFile, RemovesByteOrderMarksAndConvertsOldMacLineEnds) {
   const testing::TemporaryFolder folder;
   for (const auto& [bytes, text] :
        {std::pair<std::string, std::string>{"a\nb", "a\nb"},
@@ -202,7 +202,7 @@ TEST(ReadTextFile, CutsMarksAndEndsLinesOfOldMacs) {
   }
 }
 
-TEST(ReadTextFile, NamesWhatItCannotRead) {
+TEST(ReadTextFile, ErrorsNameTheFile) {
   const testing::TemporaryFolder folder;
   const std::string missing = (folder.path() / "none").string();
   for (const std::string& path : {missing, folder.path().string()}) {

@@ -23,7 +23,7 @@ class SideFilesTest : public ::testing::Test {
   testing::TemporaryFolder folder_;
 };
 
-TEST_F(SideFilesTest, AreFoundBesideTheirOwnTracksAlone) {
+TEST_F(SideFilesTest, AreUsedOnlyWithTheTracksOfTheirFingerprint) {
   const std::string tracks = folder_.Write("a.jsonl", "tracks\n");
   const std::string other = folder_.Write("b.jsonl", "other tracks\n");
   const std::string stamped =
@@ -39,7 +39,7 @@ TEST_F(SideFilesTest, AreFoundBesideTheirOwnTracksAlone) {
   EXPECT_EQ(notes.size(), 1u);
 }
 
-TEST_F(SideFilesTest, TheFingerprintStandsFirst) {
+TEST_F(SideFilesTest, FingerprintIsTheFirstKey) {
   const std::string digits(32, '7');
   EXPECT_EQ(WithFingerprint("{\n \"a\": 1}", digits),
             "{\"tracks_fingerprint\": \"" + digits + "\", \n \"a\": 1}");
@@ -55,7 +55,7 @@ TEST_F(SideFilesTest, TheFingerprintStandsFirst) {
   }
 }
 
-TEST_F(SideFilesTest, OfAFolderCountsNamesAndBytes) {
+TEST_F(SideFilesTest, FolderFingerprintDependsOnNamesAndBytes) {
   const auto of = [&](const std::string& name, const std::string& text) {
     const fs::path folder = folder_.path() / "people";
     fs::remove_all(folder);

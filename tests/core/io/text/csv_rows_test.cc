@@ -20,7 +20,7 @@ Rows RowsOf(const std::string& text) {
   return all;
 }
 
-TEST(CsvRows, SeparatorsAreTold) {
+TEST(CsvRows, SeparatorsAreRecognised) {
   const Rows expected = {{"a", "b"}, {"1", "2"}};
   EXPECT_EQ(RowsOf("a,b\n1,2\n"), expected);
   EXPECT_EQ(RowsOf("a;b\r\n\r\n1;2"), expected);
@@ -30,20 +30,20 @@ TEST(CsvRows, SeparatorsAreTold) {
   EXPECT_THAT(RowsOf("\"x,y\";b\n"), ElementsAre(ElementsAre("x,y", "b")));
 }
 
-TEST(CsvRows, DecimalCommasWhereNoCommaSeparates) {
+TEST(CsvRows, DecimalCommasIfTheSeparatorIsNoComma) {
   EXPECT_THAT(
       RowsOf("x;y\n-12,5e3;one,two\n"),
       ElementsAre(ElementsAre("x", "y"), ElementsAre("-12.5e3", "one,two")));
 }
 
-TEST(CsvRows, QuotesHoldAnything) {
+TEST(CsvRows, QuotedCellsMayHaveAnyText) {
   EXPECT_THAT(RowsOf("\"a \"\"b\"\"\nc\",2\n"),
               ElementsAre(ElementsAre("a \"b\"\nc", "2")));
   ExpectInputError([] { RowsOf("\"a\n"); }, "not closed");
   ExpectInputError([] { RowsOf("\"a\"b\n"); }, "closing");
 }
 
-TEST(CsvRows, PlacesAreLines) {
+TEST(CsvRows, PlacesAreLineNumbers) {
   CsvRows rows("a\n\n\"b\nc\"\nd\n");
   std::vector<std::string> row;
   for (const char* place : {"line 1", "line 3", "line 5"}) {
@@ -53,7 +53,7 @@ TEST(CsvRows, PlacesAreLines) {
   EXPECT_FALSE(rows.Next(&row));
 }
 
-TEST(NumberOfCell, NumbersNothingAndTexts) {
+TEST(NumberOfCell, NumbersEmptyCellsAndTexts) {
   EXPECT_EQ(NumberOfCell(" +1.5 "), 1.5);
   EXPECT_EQ(NumberOfCell("-2e3"), -2000.0);
   EXPECT_EQ(NumberOfCell("  "), std::nullopt);
@@ -62,7 +62,7 @@ TEST(NumberOfCell, NumbersNothingAndTexts) {
   ExpectInputError([] { NumberOfCell("1 m"); }, "1 m");
 }
 
-TEST(CsvCell, ReadsBackAndIsNoFormula) {
+TEST(CsvCell, ReadsBackAndIsEscapedAgainstFormulas) {
   for (const std::string text :
        {"plain", "a,b", "say \"x\"", "=1+1", "-x", "@x", "'quoted", "a\nb"}) {
     const Rows rows = RowsOf(CsvCell(text) + "\n");

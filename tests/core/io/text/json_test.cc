@@ -29,7 +29,7 @@ TEST(ParseJson, KeepsTheOrderOfTheFile) {
   EXPECT_THAT(keys, ElementsAre("b", "a", "c"));
 }
 
-TEST(ParseJson, RefusesRepeatedKeysOfOneObjectAlone) {
+TEST(ParseJson, RefusesAKeyRepeatedInOneObject) {
   EXPECT_EQ(JsonError(R"({"a": {"b": 1, "b": 2}})"),
             "a.json: key 'b': appears twice in one object");
   EXPECT_EQ(
@@ -37,7 +37,7 @@ TEST(ParseJson, RefusesRepeatedKeysOfOneObjectAlone) {
       2u);
 }
 
-TEST(ParseJson, RefusesGarbageBehindTheValue) {
+TEST(ParseJson, RefusesTextAfterTheValue) {
   EXPECT_THAT(JsonError("{} {}"), HasSubstr("line 1, column 4"));
   EXPECT_THAT(JsonError("{}\n,"), HasSubstr("line 2"));
   EXPECT_THAT(JsonError("{} // comment"), HasSubstr("not JSON"));
@@ -60,7 +60,7 @@ TEST(ParseJson, LimitsValues) {
             "a.json: holds more than 1000000 values");
 }
 
-TEST(ParseJson, NamesWhatIsNoNumberAndItsLine) {
+TEST(ParseJson, ErrorsNameNaNAndInfinityWithTheLine) {
   for (const std::string name : {"NaN", "Infinity"}) {
     EXPECT_EQ(JsonError("{\"K\": [1,\n" + name + "]}"),
               "a.json:2: is not JSON: found " + name + ", expected a number");
@@ -78,7 +78,7 @@ TEST(DumpJson, TakesAnyBytes) {
   EXPECT_EQ(json.begin().value(), "a\xef\xbf\xbd\x7f\"\n\xc3\xa9");
 }
 
-TEST(JsonField, NamesThePlace) {
+TEST(JsonField, ErrorsNameTheKeyPath) {
   const Json json = ParseJson(R"({"a": {"b": "text"}, "c": [1, [2]]})", "");
   const JsonField root(json, "a.json");
   EXPECT_EQ(InputErrorOf([&] { root.At("a").At("b").Number(); }),

@@ -47,7 +47,7 @@ TEST(NaturalLess, ComparesNumbersAsNumbers) {
   EXPECT_TRUE(NaturalLess("1_01_b", "01_1_c"));
 }
 
-TEST(JointNames, AreKnownInManySpellings) {
+TEST(JointNames, AreRecognisedInManySpellings) {
   for (const auto& [label, joint] : {std::pair{"left_shoulder", "l_shoulder"},
                                      {"LShoulder", "l_shoulder"},
                                      {"shoulder_left", "l_shoulder"},
@@ -81,7 +81,7 @@ TEST(JointNames, AreKnownInManySpellings) {
   }
 }
 
-TEST(JointNames, AreAllDifferentHoweverTheyAreSpelt) {
+TEST(JointNames, AreUniqueHoweverTheyAreSpelt) {
   using Names = std::vector<std::string>;
   for (const auto& [labels, joints] : std::vector<std::pair<Names, Names>>{
            // The exact label wins, and the less exact one keeps its name.
@@ -113,7 +113,7 @@ TEST(JointNames, AreAllDifferentHoweverTheyAreSpelt) {
       "joints: 'LHip' appears twice");
 }
 
-TEST(JointNames, OfSmplAreTheirsAndOurs) {
+TEST(JointNames, OfSmplAreRecognised) {
   EXPECT_THAT(
       OurJointNames(
           {"pelvis",        "left_hip",       "right_hip",    "spine1",
@@ -133,7 +133,7 @@ TEST(JointNames, BonesOfTheFileWin) {
   const std::vector<std::string> arm = {"left_shoulder", "left_elbow",
                                         "left_wrist"};
   const Skeleton guessed = SkeletonOfLabels(arm);
-  EXPECT_EQ(guessed.bones().size(), 2u) << "an arm is a human's";
+  EXPECT_EQ(guessed.bones().size(), 2u) << "an arm identifies a human";
   const Skeleton stated = SkeletonOfLabels(arm, {{0, 2}}, "arm");
   EXPECT_EQ(stated.name(), "arm");
   ASSERT_EQ(stated.bones().size(), 1u);
@@ -151,7 +151,7 @@ TEST(JointNames, BonesOfTheFileWin) {
 }
 
 // Among markers, "head" and "hip" must not become head_top and mid_hip.
-TEST(JointNames, AreMarkersThatReadBack) {
+TEST(JointNames, MarkerNamesReadBack) {
   const std::vector<std::string> joints = {"head_top", "head",     "mid_hip",
                                            "hip",      "l_foot",   "l_ankle",
                                            "r_toe",    "r_big_toe"};
@@ -163,7 +163,7 @@ TEST(JointNames, AreMarkersThatReadBack) {
   }
 }
 
-TEST(JointNames, OfMmposesWholeBodyAreKnown) {
+TEST(JointNames, MmposeWholeBodyIsRecognised) {
   std::vector<std::string> labels;
   for (const std::string& joint : WholeBody133().joints()) {
     labels.push_back(LongJointName(joint));

@@ -50,7 +50,7 @@ void OnSmallStack(size_t bytes, std::function<void()> work) {
   pthread_attr_destroy(&attributes);
 }
 
-TEST(ParseToml, RefusesWhatHidesDepth) {
+TEST(ParseToml, RefusesDepthHiddenByQuotes) {
   const std::string deep = "a" + Repeated(".a", 60000) + " = 1\n";
   for (const std::string before :
        {"", "x = \"\"\"\\\"\"\"a\"\"\"\n", "x = \"\"\"a\"\"\"\"\"\n",
@@ -65,7 +65,7 @@ TEST(ParseToml, RefusesWhatHidesDepth) {
               HasSubstr("nested deeper"));
 }
 
-TEST(ParseToml, TakesWhatIsNotDeep) {
+TEST(ParseToml, AcceptsLongTextsThatAreNotDeep) {
   const std::string dots = Repeated(".", 5000);
   EXPECT_THAT(TomlError("a = \"" + dots + "\" # " + dots + "\nb = '" + dots +
                         "'\nc = \"\"\"\n" + dots + "\"\"\"\n"),
@@ -84,7 +84,7 @@ TEST(ParseToml, LimitsValues) {
 // The guard is tested with the parser that it protects: accepted texts are
 // parsed, traversed and destroyed within 64 kB of stack; otherwise a signal
 // ends this program.
-TEST(ParseToml, WhatTheGuardTakesNeedsLittleStack) {
+TEST(ParseToml, AcceptedTextsNeedLittleStack) {
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
   GTEST_SKIP() << "sanitizers need more stack";
 #endif

@@ -315,7 +315,7 @@ TEST_F(TracksC3d, EveryConventionForLongFiles) {
   }
 }
 
-TEST_F(TracksC3d, AsManyAsAWordHoldsAndOneMore) {
+TEST_F(TracksC3d, FrameCountsAboutTheLimitOfAWord) {
   for (const int count : {65534, 65535, 65536}) {
     const int last = std::min(count, 65535);
     C3dMaker maker = OnePoint(1, last, count);
@@ -324,7 +324,7 @@ TEST_F(TracksC3d, AsManyAsAWordHoldsAndOneMore) {
     EXPECT_EQ(Count(maker.Pad()), static_cast<size_t>(count));
   }
   EXPECT_THAT(ErrorOf(OnePoint(1, 65535, 60'000)), HasSubstr("is cut off"))
-      << "a full word says 65535 or more";
+      << "a full word means 65535 or more";
 }
 
 TEST_F(TracksC3d, TheSizeDecidesWhereTheFileContradictsItself) {
@@ -351,7 +351,7 @@ TEST_F(TracksC3d, TheSizeDecidesWhereTheFileContradictsItself) {
 }
 
 TEST_F(TracksC3d, TheFirstFrame) {
-  EXPECT_EQ(First(OnePoint(101, 150, 50)), 100) << "a file that was trimmed";
+  EXPECT_EQ(First(OnePoint(101, 150, 50)), 100) << "a trimmed file";
   EXPECT_EQ(First(OnePoint(0, 49, 50)), 0) << "a writer that counts from 0";
   EXPECT_EQ(First(Trial(OnePoint(1, 50, 50), 101, 150)), 100);
   EXPECT_EQ(First(Trial(OnePoint(65535, 65535, 50).Words("POINT:FRAMES", {50}),
@@ -365,7 +365,7 @@ TEST_F(TracksC3d, TheFirstFrame) {
   }
 }
 
-TEST_F(TracksC3d, AFrameIsANumber) {
+TEST_F(TracksC3d, RefusesInvalidStartFields) {
   for (const double number : {1.0, static_cast<double>(NAN), -1.0, 1e30}) {
     C3dMaker maker = OnePoint(1, 90, 90);
     maker.Number("TRIAL:ACTUAL_START_FIELD", number);
@@ -380,13 +380,14 @@ TEST_F(TracksC3d, AFrameIsANumber) {
   }
 }
 
-TEST_F(TracksC3d, RateScaleAndPointsFromTheOtherPlace) {
+TEST_F(TracksC3d, RateScaleAndPointsFromParametersOrHeader) {
   const auto rate = [&](const C3dMaker& maker) {
     return Read(maker).header.frame_rate_hz;
   };
   EXPECT_EQ(rate(OnePoint(1, 9, 9).Rate(0.0).Number("POINT:RATE", 59.94)),
             static_cast<double>(59.94F));
-  EXPECT_EQ(rate(OnePoint(1, 9, 9).Rate(0.0)), 0.0) << "as other formats";
+  EXPECT_EQ(rate(OnePoint(1, 9, 9).Rate(0.0)), 0.0)
+      << "0: unknown, as in other formats";
   const C3dMaker unscaled = OnePoint(1, 9, 9).Scale(0.0);
   EXPECT_EQ(Count(C3dMaker(unscaled).Number("POINT:SCALE", -1.0)), 9u);
   EXPECT_THAT(ErrorOf(unscaled), HasSubstr("POINT:SCALE"));
@@ -407,7 +408,7 @@ TEST_F(TracksC3d, RateScaleAndPointsFromTheOtherPlace) {
 
 // ---- missing points ----
 
-TEST_F(TracksC3d, WhatIsMissing) {
+TEST_F(TracksC3d, MissingPoints) {
   for (const bool is_float : {true, false}) {
     C3dMaker maker(kIntel, is_float);
     maker.Header(2, 1, 4).Labels({"nose", "l_hip"});
@@ -465,10 +466,10 @@ TEST_F(TracksC3d, LabelsOfAnyKind) {
   EXPECT_EQ(joints({"*1", "*2"}), (Names{"point_1", "point_2"}));
   EXPECT_EQ(joints({"Fu\xDF", "Fu\xC3\x9F l"}),
             (Names{"Fu\xC3\x9F", "Fu\xC3\x9F l"}))
-      << "Latin-1 beside UTF-8";
+      << "Latin-1 and UTF-8 in one file";
 }
 
-TEST_F(TracksC3d, WhatAModelComputedIsNoJoint) {
+TEST_F(TracksC3d, ModelOutputsAreNoJoints) {
   const C3dMaker maker = C3dMaker()
                              .Texts("POINT:ANGLES", {"LHipAngles"})
                              .Texts("POINT:POWERS", {"LHipPower"})
@@ -580,7 +581,7 @@ TEST_F(TracksC3d, SegmentsHavePosesAndTheirOriginsAreJoints) {
       }
       const TrackSequence tracks = Read(maker.Pad());
       EXPECT_EQ(tracks.header.skeleton.joints(), Names{"l_shank"})
-          << "the laboratory is no segment of a person";
+          << "the laboratory's segment is skipped";
       EXPECT_EQ(tracks.header.frame_rate_hz, 100.0 * ratio);
       ASSERT_EQ(tracks.frames.size(), 2u * static_cast<size_t>(ratio));
       EXPECT_EQ(tracks.frames[0].frame, 10 * ratio);
@@ -633,7 +634,7 @@ TEST_F(TracksC3d, ForcePlatesOfEveryType) {
   }
 }
 
-TEST_F(TracksC3d, SegmentsBehindPoints) {
+TEST_F(TracksC3d, SegmentsAfterPoints) {
   C3dMaker maker = OnePoint(1, 65535, 32 * 4);  // a block has 32 frames
   maker.Header(1, 1, 0);
   maker.Words("ROTATION:USED", {1}).Words("ROTATION:DATA_START", {8});
@@ -654,7 +655,7 @@ TEST_F(TracksC3d, SegmentsBehindPoints) {
 }
 
 // Theia3D's file and a person's markers, of one recording.
-TEST_F(TracksC3d, TheiasSegmentsLieWhereTheMarkersAre) {
+TEST_F(TracksC3d, TheiaSegmentsAreAtTheMarkers) {
   KINEGRAPH_DATA_OR_SKIP(folder, "markers/qualisys_theia");
   const TrackSequence theia = ReadTracks(folder + "/dynamic_1_theia.c3d");
   const TrackSequence markers = ReadTracks(folder + "/dynamic_1_markers.c3d");

@@ -20,7 +20,7 @@ using ::testing::HasSubstr;
 using testing::TemporaryFolder;
 using testing::WriteAs;
 
-TEST(TrackFormats, NamesAndExtensionsAreTakenOnce) {
+TEST(TrackFormats, NamesAndExtensionsAreUnique) {
   std::set<std::string> names;
   std::set<std::string> extensions;
   for (const TrackFormat& format : TrackFormats()) {
@@ -43,7 +43,7 @@ TEST(TrackFormats, NamesAndExtensionsAreTakenOnce) {
 }
 
 // Recognition does not depend on the order of the registry.
-TEST(TrackFormats, EveryResultIsRecognisedByItsOwnFormatAlone) {
+TEST(TrackFormats, OnlyItsOwnFormatRecognisesAResult) {
   for (const TrackFormat& written : TrackFormats()) {
     if (written.write == nullptr) continue;
     const TemporaryFolder folder;
@@ -70,7 +70,7 @@ TEST(TrackFormats, EveryResultIsRecognisedByItsOwnFormatAlone) {
   }
 }
 
-TEST(TrackFormats, AnUnknownNameIsRefusedWithThoseThereAre) {
+TEST(TrackFormats, AnUnknownNameListsTheKnownOnes) {
   TrackReadOptions options;
   options.format = "trk";
   EXPECT_THAT([&] { ReadTracks("/nowhere", options); },
@@ -120,7 +120,7 @@ TEST(PersonNames, AreKeptInJsonLinesCsvAndNpz) {
   EXPECT_TRUE(ReadPersonNames(folder.Write("text.txt", "nothing\n")).empty());
 }
 
-TEST(PersonNames, StandInTheNamesOfPeoplesFiles) {
+TEST(PersonNames, ArePartOfTheNamesOfPeoplesFiles) {
   const TemporaryFolder folder;
   for (const std::string format : {"trc", "bvh"}) {
     const std::string path = folder.path() / format;
@@ -139,7 +139,7 @@ TEST(PersonNames, StandInTheNamesOfPeoplesFiles) {
   }
 }
 
-TEST(PersonNames, WrongOnesAreNamed) {
+TEST(PersonNames, InvalidOnesAreRefused) {
   const TemporaryFolder folder;
   for (const char* names : {"{\"Anna\": 3}", "{\"x\": \"Anna\"}", "[1]", "7"}) {
     const std::string path = folder.Write(

@@ -46,7 +46,7 @@ TEST(IdentityEditsTest, RoundTrip) {
   EXPECT_EQ(read[1].place, path + ": line 2");
 }
 
-TEST(IdentityEditsTest, BlankLinesAndTheFingerprintArePassedOver) {
+TEST(IdentityEditsTest, BlankLinesAndTheFingerprintAreSkipped) {
   TemporaryFolder folder;
   const std::string edit =
       "{\"op\": \"delete\", \"persons\": [1], \"frames\": [0, 5]}\r\n  \n";
@@ -61,7 +61,7 @@ TEST(IdentityEditsTest, BlankLinesAndTheFingerprintArePassedOver) {
   EXPECT_EQ(ReadIdentityEdits(path).size(), 1u);
 }
 
-TEST(IdentityEditsTest, WrongLinesAreNamed) {
+TEST(IdentityEditsTest, ErrorsNameTheLineAndKey) {
   for (const auto& [line, expected] :
        std::vector<std::pair<std::string, std::string>>{
            {R"({"op": "glue", "persons": [1, 2]})", "op"},
@@ -86,7 +86,7 @@ TEST(IdentityEditsTest, WrongLinesAreNamed) {
   }
 }
 
-TEST(IdentityEditsTest, StandsBesideTheTracks) {
+TEST(IdentityEditsTest, PathIsBesideTheTracks) {
   EXPECT_EQ(BesideTracks("out/take.jsonl", kIdentityEnd),
             "out/take.identity.jsonl");
   EXPECT_EQ(BesideTracks("out.v2/take/", kIdentityEnd),

@@ -34,7 +34,7 @@ std::optional<AxesNote> NoteOf(const TrackSequence& tracks,
                       axes);
 }
 
-TEST(ReadingNotes, WorldsOnTheirSideAndTheAxesThatMendThem) {
+TEST(ReadingNotes, TurnedWorldsAreNotedWithTheCorrectingAxes) {
   EXPECT_FALSE(NoteOf(Walk(), "trc").has_value());
   EXPECT_FALSE(NoteOf(Walk(), "c3d").has_value());
   struct World {
@@ -76,10 +76,10 @@ TEST(ReadingNotes, TiltedWorlds) {
   const auto note =
       NoteOf(Walk(Turned(55, Vector3d(1.0, 1.0, 0.0).normalized())), "trc");
   ASSERT_TRUE(note.has_value());
-  EXPECT_EQ(note->axes, "") << "near to no axis";
+  EXPECT_EQ(note->axes, "") << "tilted away from every axis";
 }
 
-TEST(ReadingNotes, WhoLiesOrStandsOnTheHandsIsNoTurnedWorld) {
+TEST(ReadingNotes, LyingAndHandstandAreNoTurnedWorld) {
   // On the back, on the floor and on a bed.
   for (const double height_m : {0.1, 0.7}) {
     TrackSequence lying = Walk();
@@ -128,7 +128,7 @@ TEST(ReadingNotes, CamerasMustAgree) {
   EXPECT_FALSE(NoteOf(tracks, "trc", {}, z_up).has_value());
 }
 
-TEST(ReadingNotes, AnimalsLieAsTheyLike) {
+TEST(ReadingNotes, AnimalsGiveNoNote) {
   TrackSequence tracks = Walk(Turned(90, Vector3d::UnitX()));
   std::vector<std::string> joints = Body25().joints();
   joints[0] = "tail_tip";
@@ -166,7 +166,7 @@ std::string Bvh(double unit_m) {
          "\n";
 }
 
-TEST(ReadingNotes, UnitsThatFormatsLeaveOpen) {
+TEST(ReadingNotes, UnitsThatFormatsDoNotState) {
   const TemporaryFolder folder;
   const std::string cm = folder.Write("cm.bvh", Bvh(0.01));
   const std::string m = folder.Write("m.bvh", Bvh(1.0));

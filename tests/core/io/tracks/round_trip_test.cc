@@ -80,7 +80,7 @@ TEST_P(TrackRoundTrip, ReadsBack) {
     EXPECT_TRUE(testing::OpenSimReads(path));
   }
   EXPECT_EQ(ListFolder(folder.path().string()).size(), 1u)
-      << "nothing is left beside the result";
+      << "files other than the result";
   for (const std::string& read : {std::string(), format.format}) {
     TrackReadOptions options;
     options.format = read;
@@ -112,7 +112,7 @@ TEST_P(TrackRoundTrip, ReadsBack) {
       lost_fields.begin(), lost_fields.end(), [](const std::string& loss) {
         return loss.find("inferred joints") != std::string::npos;
       });
-  EXPECT_EQ(loses_status, !format.keeps_status) << "what is lost is said";
+  EXPECT_EQ(loses_status, !format.keeps_status) << "losses must be reported";
 }
 
 INSTANTIATE_TEST_SUITE_P(
@@ -126,10 +126,10 @@ INSTANTIATE_TEST_SUITE_P(
                       Case{"tum", &Tum14()}),
     [](const auto& format) { return format.param.format; });
 
-// ---- What single formats do besides
+// ---- Peculiarities of single formats
 
 // Pose2Sim's own files: the world's axes come from its (Y up).
-TEST(TracksTrc, Pose2SimsOwnFilesRead) {
+TEST(TracksTrc, Pose2SimFilesAreRead) {
   KINEGRAPH_DATA_OR_SKIP(peers, "pose2sim/peer_result");
   struct Peer {
     const char* file;
@@ -183,7 +183,7 @@ TEST(TracksTrc, MillimetresAxesAndGaps) {
 }
 
 // Laboratories count from 1; a trimmed file keeps its numbers and times.
-TEST(TracksTrc, TheFirstRowsTimeTellsWhereFramesBegin) {
+TEST(TracksTrc, FirstFrameFollowsTheTimeOfTheFirstRow) {
   const TemporaryFolder folder;
   const auto first_frame = [&](const std::string& start,
                                const std::string& row) {
@@ -196,7 +196,7 @@ TEST(TracksTrc, TheFirstRowsTimeTellsWhereFramesBegin) {
   };
   EXPECT_EQ(first_frame("0", "1\t0.00"), 0);
   EXPECT_EQ(first_frame("1", "1\t0.00"), 0);
-  EXPECT_EQ(first_frame("1", "1\t0.01"), 1);  // ours, of a recording from 1 on
+  EXPECT_EQ(first_frame("1", "1\t0.01"), 1);  // as kinegraph writes frame 1
   EXPECT_EQ(first_frame("1", "101\t1.00"), 100);
   EXPECT_EQ(first_frame("1", "101\t1.01"), 101);
   EXPECT_EQ(first_frame("30", "1\t0.30"), 30);
@@ -205,7 +205,7 @@ TEST(TracksTrc, TheFirstRowsTimeTellsWhereFramesBegin) {
   // Pose2Sim's rows and times count from 1.
   EXPECT_EQ(first_frame("0", "1\t0.01"), 0);
   EXPECT_EQ(first_frame("30", "1\t0.01"), 30);
-  // Trimmed, with rows or the first frame renumbered, whatever the numbers.
+  // Trimmed files: times count, whether rows or the first frame are renumbered.
   EXPECT_EQ(first_frame("1", "4\t0.03"), 3);
   EXPECT_EQ(first_frame("0", "1\t0.03"), 3);
   EXPECT_EQ(first_frame("1", "1\t0.03"), 3);
@@ -342,7 +342,7 @@ TEST(TracksCsv, ErrorsNameFileAndLine) {
 }
 
 // Arrays written by NumPy itself.
-TEST(TracksNpz, ReadsWhatNumpyWrites) {
+TEST(TracksNpz, ReadsArraysOfNumpy) {
   if (!testing::HasPython("numpy"))
     GTEST_SKIP() << "needs numpy of /usr/bin/python3";
   const TemporaryFolder folder;
@@ -363,7 +363,7 @@ TEST(TracksNpz, ReadsWhatNumpyWrites) {
             (std::vector<std::string>{"a", "\u00e9"}));
   ASSERT_EQ(tracks.frames.size(), 3u);
   EXPECT_EQ(tracks.frames[2].frame, 5);
-  ASSERT_EQ(tracks.frames[1].people.size(), 1u) << "NaN: not there";
+  ASSERT_EQ(tracks.frames[1].people.size(), 1u) << "NaN marks a missing joint";
   EXPECT_EQ(tracks.frames[1].people[0].id, TrackId(9));
   EXPECT_EQ(tracks.frames[1].people[0].joints[1].position_m,
             Eigen::Vector3d(21, 22, 23));
@@ -372,7 +372,7 @@ TEST(TracksNpz, ReadsWhatNumpyWrites) {
               HasSubstr("is compressed, expected numpy.savez"));
 }
 
-TEST(TracksPanoptic, JointsAreTakenOverByName) {
+TEST(TracksPanoptic, JointsAreMappedByName) {
   const TrackSequence tracks = RandomTracks(Coco17());
   const TemporaryFolder folder;
   EXPECT_THAT(WriteAs("panoptic", folder.path() / "scene", tracks),
@@ -387,7 +387,7 @@ TEST(TracksPanoptic, JointsAreTakenOverByName) {
   }
 }
 
-TEST(TrackExport, FormatsOfTimesAndPlacesRefuseWhatTheyCannotSay) {
+TEST(TrackExport, LongcwAndTumRefuseWhatTheyCannotExpress) {
   const TemporaryFolder folder;
   const std::string path = folder.path() / "result";
   const auto error = [](const std::string& format, const std::string& to,
@@ -406,7 +406,7 @@ TEST(TrackExport, FormatsOfTimesAndPlacesRefuseWhatTheyCannotSay) {
   EXPECT_TRUE(ListFolder(folder.path().string()).empty());
 }
 
-// ---- What is written
+// ---- Writers
 
 TEST(TrackExport, CsvQuotesJointNames) {
   TrackSequence tracks;
@@ -424,7 +424,7 @@ TEST(TrackExport, CsvQuotesJointNames) {
             "0,,1,\"a,b\",,,,missing\n0,,1,\"c\"\"d\",,,,missing\n");
 }
 
-TEST(TrackExport, TrcAxesKeepLeftAndRightApart) {
+TEST(TrackExport, TrcAxesKeepLeftAndRight) {
   const Eigen::Vector3d world(1.0, 2.0, 3.0);
   EXPECT_EQ(AxisMap().Apply(world), Eigen::Vector3d(2, 3, 1));
   EXPECT_EQ(AxisMap::Parse("y,z,x").Apply(world), Eigen::Vector3d(2, 3, 1));
@@ -437,7 +437,7 @@ TEST(TrackExport, TrcAxesKeepLeftAndRightApart) {
   }
 }
 
-TEST(TrackExport, TrcRefusesWhatItCannotHold) {
+TEST(TrackExport, TrcRefusesWhatItCannotExpress) {
   const TemporaryFolder folder;
   const auto error_of = [&](const TrackSequence& tracks) {
     return InputErrorOf([&] { WriteAs("trc", folder.path() / "trc", tracks); });
@@ -454,7 +454,7 @@ TEST(TrackExport, TrcRefusesWhatItCannotHold) {
   EXPECT_THAT(ListFolder(folder.path().string()), IsEmpty());
 }
 
-TEST(NpzFile, CrcIsThatOfZip) {
+TEST(NpzFile, CrcIsThatOfTheCatalogue) {
   // The check value of the catalogue of CRC algorithms (CRC-32/ISO-HDLC).
   EXPECT_EQ(Crc32("123456789"), 0xCBF43926u);
   EXPECT_EQ(Crc32(""), 0u);

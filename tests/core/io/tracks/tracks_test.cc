@@ -67,7 +67,7 @@ void ExpectCounts(const RealFile& file) {
   EXPECT_EQ(CountMissingJoints(tracks), file.missing_joints) << path;
 }
 
-TEST(ReadTracks, CountsAreThoseOfTheReadmes) {
+TEST(ReadTracks, CountsEqualThoseOfTheReadmes) {
   const Skeleton* const coco = &Coco17();
   const std::string peers = "shelf/peers/";
   for (const RealFile& file : std::vector<RealFile>{
@@ -95,7 +95,7 @@ TEST(ReadTracks, CountsAreThoseOfTheReadmes) {
   }
 }
 
-TEST(ReadTracks, ActorsOfTum) {
+TEST(ReadTracks, TumActors) {
   KINEGRAPH_DATA_OR_SKIP(path, "shelf/tum/actorsGT.mat");
   const TrackSequence truth = ReadTracks(path);
   using Counts = std::map<int64_t, int>;
@@ -107,7 +107,7 @@ TEST(ReadTracks, ActorsOfTum) {
   EXPECT_TRUE(truth.frames[600].people.empty());
 }
 
-TEST(ReadTracks, FourDAssociationTruthIsTums) {
+TEST(ReadTracks, FourDAssociationTruthEqualsThatOfTum) {
   KINEGRAPH_DATA_OR_SKIP(mat, "shelf/tum/actorsGT.mat");
   KINEGRAPH_DATA_OR_SKIP(text, "shelf/raw/gt.txt");
   const TrackSequence truth = ReadTracks(mat);
@@ -133,7 +133,7 @@ TEST(ReadTracks, FourDAssociationTruthIsTums) {
   EXPECT_LT(worst_m, 1e-5);
 }
 
-TEST(ReadTracks, FourDAssociationsZerosCanBeKept) {
+TEST(ReadTracks, FourDAssociationZerosCanBeKept) {
   KINEGRAPH_DATA_OR_SKIP(path, "shelf/raw/skel.txt");
   TrackReadOptions options;
   options.stored_zeros = StoredZeros::kKeep;
@@ -174,7 +174,7 @@ TEST(ReadTracks, LongcwResultWithIdsBeyondEveryInteger) {
   EXPECT_EQ(result.frames.front().people.front().id, TrackId(0));
 }
 
-TEST(ReadTracks, FourDAssociationsOwnSkeletonOfThePeersFile) {
+TEST(ReadTracks, FourDAssociationSkeletonOfThePeerFile) {
   KINEGRAPH_DATA_OR_SKIP(path, "shelf/peers/4da_linux_O3_SKEL19.json");
   TrackReadOptions options;
   options.skeleton = FourDA19();

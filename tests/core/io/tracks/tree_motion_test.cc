@@ -187,7 +187,7 @@ class TreeMotionTest : public ::testing::Test {
 constexpr double kBvhDigits_m = 1e-6;
 
 // A single frame defines the shape; mirror images are rigid too.
-TEST_F(TreeMotionTest, BvhPutsEveryJointOfARigidBodyWhereItIs) {
+TEST_F(TreeMotionTest, BvhReproducesEveryJointOfARigidBody) {
   for (const Skeleton& skeleton : AllSkeletons()) {
     for (const auto& [frames, side] : {std::pair(40, 1), {1, 1}, {30, -1}}) {
       SCOPED_TRACE(skeleton.name() + " " + std::to_string(frames));
@@ -204,7 +204,7 @@ TEST_F(TreeMotionTest, BvhPutsEveryJointOfARigidBodyWhereItIs) {
   }
 }
 
-TEST_F(TreeMotionTest, GltfTurnsEveryJointOfARigidBodyFromItsRest) {
+TEST_F(TreeMotionTest, GltfRotationsReproduceEveryJointOfARigidBody) {
   for (const Skeleton& skeleton : AllSkeletons()) {
     const TrackSequence truth = RigidTruth(skeleton, 40);
     WriteAs("gltf", gltf_, truth);
@@ -244,7 +244,7 @@ TrackSequence WithoutJoints(const Skeleton& skeleton,
 
 // Missing joints do not affect observed ones: hips, whose middle is the root,
 // and all but one joint of a hand.
-TEST_F(TreeMotionTest, JointsThatAreMissingInSomeFrames) {
+TEST_F(TreeMotionTest, JointsMissingInSomeFrames) {
   const TrackSequence truth = WithoutJoints(
       MediaPipe33(), {"l_hip", "r_hip", "l_pinky", "l_thumb"}, 40, 10, 20);
   // Ten frames of four joints; the middle of the hips is not a joint of the
@@ -287,7 +287,7 @@ std::map<std::string, double> OffsetLengths(const std::string& bvh) {
   return lengths;
 }
 
-TEST_F(TreeMotionTest, LegsNeverSeenHaveLengthsByStature) {
+TEST_F(TreeMotionTest, LengthsOfUnseenLegsFollowFromStature) {
   const std::vector<std::string> legs = {
       "l_knee", "r_knee",    "l_ankle",     "r_ankle", "l_big_toe",
       "l_heel", "r_big_toe", "l_small_toe", "r_heel",  "r_small_toe"};
@@ -308,7 +308,7 @@ TEST_F(TreeMotionTest, LegsNeverSeenHaveLengthsByStature) {
   EXPECT_EQ(lengths.at("l_knee"), lengths.at("r_knee"));
 }
 
-TEST_F(TreeMotionTest, TheOtherSideTellsALengthBeforeTheStatureDoes) {
+TEST_F(TreeMotionTest, LengthsOfAnUnseenLegAreThoseOfTheOther) {
   WriteAs("bvh", bvh_,
           WithoutJoints(Halpe26(), {"l_knee", "l_ankle", "l_heel", "l_big_toe",
                                     "l_small_toe"}));
@@ -332,7 +332,7 @@ TEST_F(TreeMotionTest, HipsNeverSeen) {
 }
 
 // An elbow that is never observed lies between shoulder and wrist.
-TEST_F(TreeMotionTest, AJointNeverSeenBetweenTwoThatAre) {
+TEST_F(TreeMotionTest, AnUnseenJointBetweenTwoSeenOnes) {
   EXPECT_THAT(WriteAs("gltf", gltf_, WithoutJoints(Coco17(), {"l_elbow"})),
               Contains(HasSubstr("never seen: l_elbow;")));
   EXPECT_EQ(GltfFile(gltf_).ByRotations(3).count("l_elbow"), 1u);
@@ -375,7 +375,7 @@ TEST_F(TreeMotionTest, BonesOfTheFileMakeTheTree) {
 }
 
 // People who come and go are not written as standing still.
-TEST_F(TreeMotionTest, BvhOfManyWhoComeAndGo) {
+TEST_F(TreeMotionTest, BvhOfManyPeopleWhoComeAndGo) {
   const TrackSequence one = RigidTruth(Coco17(), 3);
   TrackSequence tracks;
   tracks.header = one.header;
@@ -397,7 +397,7 @@ TEST_F(TreeMotionTest, BvhOfManyWhoComeAndGo) {
               HasSubstr("Frames: 400\n"));
 }
 
-TEST_F(TreeMotionTest, GltfRefusesWhatNoFloatHolds) {
+TEST_F(TreeMotionTest, GltfRefusesValuesBeyondFloat) {
   TrackSequence tracks = RigidTruth(Coco17(), 2);
   tracks.frames[1].people[0].joints[3].position_m.x() = 1e300;
   EXPECT_THAT(InputErrorOf([&] { WriteAs("gltf", gltf_, tracks); }),
@@ -420,7 +420,7 @@ constexpr const char* kBvh =
     "      End Site { OFFSET 0 1 0 }\n    }\n  }\n}\n"
     "MOTION\nFrames: 2\nFrame Time: 0.0333333\n";
 
-TEST(TracksBvh, OtherProgramsChannelsAndNames) {
+TEST(TracksBvh, ChannelsAndNamesOfOtherPrograms) {
   const TemporaryFolder folder;
   const std::string path =
       folder.Write("dance.bvh", std::string(kBvh) +
@@ -466,7 +466,7 @@ TEST(TracksBvh, ErrorsNameFileAndLine) {
 }
 
 // A rounded time means a whole rate; that of NTSC is a thousandth below.
-TEST(TracksBvh, RatesOfRoundedTimes) {
+TEST(TracksBvh, RatesFromRoundedFrameTimes) {
   const TemporaryFolder folder;
   const auto rate_of = [&](const std::string& step_s) {
     return ReadTracks(folder.Write("a.bvh",

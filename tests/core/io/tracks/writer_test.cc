@@ -124,7 +124,7 @@ TEST(TrackWriter, ReadsBackBitForBit) {
   }
 }
 
-TEST(TrackWriter, WritesTheFieldsOfTheContract) {
+TEST(TrackWriter, WritesTheDocumentedFields) {
   TrackSequence sequence;
   sequence.header.skeleton = Skeleton("pair", {"a", "b"}, {{0, 1}});
   sequence.header.mode = "paper";
@@ -188,7 +188,7 @@ TEST(TrackWriter, StreamsAndAppearsOnlyWhenCommitted) {
   EXPECT_EQ(ReadTracks(path).frames.size(), 20u);
 }
 
-TEST(TrackWriter, RefusesWhatNobodyCouldRead) {
+TEST(TrackWriter, RefusesInvalidTracks) {
   const TrackSequence good = RandomSequence();
   const TemporaryFolder folder;
   const std::string path = folder.path() / "tracks.jsonl";
