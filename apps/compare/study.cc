@@ -77,7 +77,9 @@ StudyScore ScoreOf(const Comparison& comparison, const StrategyScores& own,
 class Maker {
  public:
   explicit Maker(const StudyRequest& request)
-      : request_(request), chosen_(request.strategies.size()) {
+      : request_(request),
+        chosen_(request.recordings.size()),
+        defaults_(request.recordings.size()) {
     study_.strategies = request.strategies;
     study_.baseline_idx = request.baseline_idx;
     study_.tuned = request.tune;
@@ -145,9 +147,10 @@ class Maker {
           DefaultValues(request_.strategies[s], comparison.rate_hz(),
                         comparison.options.estimators);
       values.push_back({ValuesOf(s, static_cast<int>(t), defaults)});
-      if (t == 0) defaults_.push_back(defaults);
-      chosen_[s].points = Wanted(s, defaults);
-      AddErrors(comparison, request_.strategies[s], &chosen_[s]);
+      defaults_[t].push_back(defaults);
+      StrategyPoints& chosen = chosen_[t].emplace_back();
+      chosen.points = Wanted(s, defaults);
+      AddErrors(comparison, request_.strategies[s], &chosen);
     }
     StudyRecording recording;
     recording.name = request_.recordings[t].name;
@@ -174,15 +177,13 @@ class Maker {
   std::optional<size_t> BestStrategy(int left_out) const {
     std::vector<PointErrors> recordings(request_.recordings.size());
     for (size_t s = 0; s < request_.strategies.size(); ++s) {
-      size_t point = 0;
-      if (request_.tune) {
-        const auto& points = chosen_[s].points;
-        const StrategyValues values = ValuesOf(s, left_out, defaults_[s]);
-        point = static_cast<size_t>(
-            std::find(points.begin(), points.end(), values) - points.begin());
-      }
       for (size_t t = 0; t < recordings.size(); ++t) {
-        const PointErrors& errors = chosen_[s].errors[t];
+        // Defaults, and so the order of the points, depend on the recording.
+        const std::vector<StrategyValues>& points = chosen_[t][s].points;
+        const PointErrors& errors = chosen_[t][s].errors.front();
+        const StrategyValues values = ValuesOf(s, left_out, defaults_[t][s]);
+        const auto point = static_cast<size_t>(
+            std::find(points.begin(), points.end(), values) - points.begin());
         recordings[t].push_back(point < errors.size() ? errors[point]
                                                       : RatioUnit());
       }
@@ -196,14 +197,16 @@ class Maker {
     }
     study_.best = BestStrategy(-1);
     if (study_.best) {
-      study_.best_values = ValuesOf(*study_.best, -1, defaults_[*study_.best]);
+      study_.best_values =
+          ValuesOf(*study_.best, -1, defaults_[0][*study_.best]);
     }
   }
 
   const StudyRequest& request_;
   std::map<std::string, StrategyPoints> grids_;
-  std::vector<StrategyPoints> chosen_;  // of the requested strategies
-  std::vector<StrategyValues> defaults_;
+  // By recording and requested strategy.
+  std::vector<std::vector<StrategyPoints>> chosen_;
+  std::vector<std::vector<StrategyValues>> defaults_;
   Study study_;
 };
 

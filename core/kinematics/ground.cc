@@ -41,12 +41,18 @@ std::optional<Eigen::Vector3d> UpDirection(const TrackSequence& tracks,
 }
 
 double FloorHeight(const TrackSequence& tracks, const Eigen::Vector3d& up) {
+  const Skeleton& skeleton = tracks.header.skeleton;
   std::vector<double> lowest;
   for (const TrackFrame& frame : tracks.frames) {
     for (const PersonPose& person : frame.people) {
       double low = std::numeric_limits<double>::infinity();
-      for (const Joint3d& joint : person.joints) {
-        if (joint.present()) low = std::min(low, up.dot(joint.position_m));
+      for (size_t j = 0; j < person.joints.size(); ++j) {
+        if (!person.joints[j].present()) continue;
+        // Heels and toes touch the floor.
+        const bool is_foot =
+            skeleton.joint_class(static_cast<int>(j)) == JointClass::kFoot;
+        low = std::min(low, up.dot(person.joints[j].position_m) -
+                                (is_foot ? 0.0 : kAnkleHeightM));
       }
       if (std::isfinite(low)) lowest.push_back(low);
     }
@@ -54,7 +60,7 @@ double FloorHeight(const TrackSequence& tracks, const Eigen::Vector3d& up) {
   if (lowest.empty()) return 0.0;
   const auto at = lowest.begin() + static_cast<long>(lowest.size() / 50);
   std::nth_element(lowest.begin(), at, lowest.end());
-  return *at - kAnkleHeightM;
+  return *at;
 }
 
 }  // namespace kinegraph

@@ -318,7 +318,7 @@ class CheckedSource : public DetectionSource {
   }
 
   // The same at the end of a recording in which no view is certainly in pixels:
-  // one person with normalised positions is then enough to reject a view.
+  // one person with other positions is then enough to reject a view.
   void CheckShortRecording() const {
     if (std::none_of(positions_.begin(), positions_.end(),
                      [](const Positions& seen) { return seen.are_pixels; })) {
@@ -335,7 +335,7 @@ class CheckedSource : public DetectionSource {
         "{:.3g}",
         Printable(header().view_names[view_idx]), box.min().x(), box.max().x(),
         box.min().y(), box.max().y());
-    if (seen.shares == 0 && seen.far >= kEnoughPeople) {
+    if (seen.shares == 0 && seen.far >= enough_people) {
       throw InputError(where + ", where no image reaches, expected pixels");
     }
     if (seen.far > 0 || seen.shares < enough_people ||

@@ -5,7 +5,9 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <string>
 
+#include "core/kinematics/ground.h"
 #include "tests/support/standing_person.h"
 
 namespace kinegraph {
@@ -172,6 +174,20 @@ TEST(Kinematics, UnknownUpLeavesItsColumnsOut) {
   const KinematicsTable stated = MeasureKinematics(tracks, options);
   EXPECT_EQ(stated.up, Vec::UnitZ());
   EXPECT_NEAR(std::abs(ValueAt(stated, 5, "trunk_forward_deg")), 90.0, 1e-6);
+}
+
+TEST(FloorHeightTest, ToesTouchTheFloorAndAnklesDoNot) {
+  const auto floor_m = [](const std::string& joint, double height_m) {
+    TrackSequence tracks;
+    tracks.header.skeleton = Skeleton("one", {"l_knee", joint}, {});
+    TrackFrame& frame = tracks.frames.emplace_back();
+    PersonPose& person = frame.people.emplace_back();
+    person.joints = {{{0.0, 0.0, 0.5}, JointStatus::kObserved},
+                     {{0.0, 0.0, height_m}, JointStatus::kObserved}};
+    return FloorHeight(tracks, Vec::UnitZ());
+  };
+  EXPECT_NEAR(floor_m("l_big_toe", 0.02), 0.02, 1e-12);
+  EXPECT_NEAR(floor_m("l_ankle", 0.10), 0.02, 1e-12);
 }
 
 }  // namespace

@@ -338,7 +338,9 @@ TEST(DetectorFiles, RejectsNormalisedPositions) {
        {RecordingOf(20, pixels, shares), "view 'cam2'"},
        {RecordingOf(20, "[[655360, 1e5, 1], [9e6, 1e6, 1]]", pixels),
         "view 'cam1': positions are within x 6.55e+05 .. 9e+06 and y 1e+05 .. "
-        "1e+06, where no image reaches"}});
+        "1e+06, where no image reaches"},
+       {RecordingOf(1, "[[655360, 1e5, 1], [9e6, 1e6, 1]]", nobody),
+        "where no image reaches"}});
   // Accepted: a person in the corner of a view, and joints at the position that
   // represents missing ones.
   const std::string odd =
