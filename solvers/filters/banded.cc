@@ -58,16 +58,6 @@ Samples BandedLeastSquares::Solve() const {
   return SolveTriangle(right_.transpose());
 }
 
-Eigen::VectorXd BandedLeastSquares::SolveNormal(Eigen::VectorXd right) const {
-  for (Eigen::Index i = 0; i < R_.cols(); ++i) {
-    right(i) /= R_(0, i);
-    for (Eigen::Index k = 1; k < width_ && i + k < R_.cols(); ++k) {
-      right(i + k) -= R_(k, i) * right(i);
-    }
-  }
-  return SolveTriangle(std::move(right));
-}
-
 Eigen::MatrixXd BandedLeastSquares::InverseBands() const {
   Eigen::MatrixXd P = Eigen::MatrixXd::Zero(width_, R_.cols());
   // With P the inverse, R P is lower triangular with 1 / R(i, i) on its
@@ -83,6 +73,30 @@ Eigen::MatrixXd BandedLeastSquares::InverseBands() const {
     }
   }
   return P;
+}
+
+void PentadiagonalFactors::SetRow(Eigen::Index i, double diagonal, double first,
+                                  double second) {
+  if (i >= 1) {
+    diagonal -= d_(i - 1) * l1_(i - 1) * l1_(i - 1);
+    first -= d_(i - 1) * l1_(i - 1) * l2_(i - 1);
+  }
+  if (i >= 2) diagonal -= d_(i - 2) * l2_(i - 2) * l2_(i - 2);
+  d_(i) = diagonal;
+  l1_(i) = first / diagonal;
+  l2_(i) = second / diagonal;
+}
+
+void PentadiagonalFactors::Solve(Samples* x) const {
+  for (Eigen::Index i = 0; i < size(); ++i) {
+    if (i >= 1) x->row(i) -= l1_(i - 1) * x->row(i - 1);
+    if (i >= 2) x->row(i) -= l2_(i - 2) * x->row(i - 2);
+  }
+  for (Eigen::Index i = size() - 1; i >= 0; --i) {
+    x->row(i) /= d_(i);
+    if (i + 1 < size()) x->row(i) -= l1_(i) * x->row(i + 1);
+    if (i + 2 < size()) x->row(i) -= l2_(i) * x->row(i + 2);
+  }
 }
 
 }  // namespace kinegraph

@@ -1,4 +1,4 @@
-// Least squares in which each row involves few neighbouring unknowns.
+// Linear systems and least squares with few neighbouring unknowns in a row.
 #ifndef KINEGRAPH_SOLVERS_FILTERS_BANDED_H_
 #define KINEGRAPH_SOLVERS_FILTERS_BANDED_H_
 
@@ -28,8 +28,6 @@ class BandedLeastSquares {
   Eigen::VectorXd TriangleRow(Eigen::Index i) const { return R_.col(i); }
   // One row per unknown, one column per column of b.
   Samples Solve() const;
-  // The x of A'A x = `right`.
-  Eigen::VectorXd SolveNormal(Eigen::VectorXd right) const;
   // Row k: the k-th diagonal above the main one of (A'A)^-1, k < width; the
   // entry (i, i + k) is in column i (Hutchinson and de Hoog 1985).
   Eigen::MatrixXd InverseBands() const;
@@ -41,6 +39,28 @@ class BandedLeastSquares {
   Eigen::MatrixXd R_;        // entry (i, i + k) of the triangle at (k, i)
   Eigen::MatrixXd right_;    // a column per unknown
   Eigen::VectorXd row_, b_;  // scratch
+};
+
+// L D L' of a symmetric positive definite matrix with two diagonals on each
+// side of the main one.
+class PentadiagonalFactors {
+ public:
+  explicit PentadiagonalFactors(Eigen::Index size)
+      : d_(size), l1_(size), l2_(size) {}
+
+  // Row i, in ascending order, from its entries at i, i + 1 and i + 2; zero
+  // beyond the last column.
+  void SetRow(Eigen::Index i, double diagonal, double first, double second);
+  // Replaces the right-hand sides, one per column, by the solutions.
+  void Solve(Samples* x) const;
+
+  Eigen::Index size() const { return d_.size(); }
+  double d(Eigen::Index i) const { return d_(i); }
+  double l1(Eigen::Index i) const { return l1_(i); }  // L at i + 1, i
+  double l2(Eigen::Index i) const { return l2_(i); }  // L at i + 2, i
+
+ private:
+  Eigen::VectorXd d_, l1_, l2_;
 };
 
 }  // namespace kinegraph

@@ -397,25 +397,22 @@ class TrendSolver {
     const Eigen::ArrayXd up = lambda_ - u_.array();
     const Eigen::ArrayXd down = lambda_ + u_.array();
     const Eigen::ArrayXd diagonal = above_.array() / up + below_.array() / down;
-    // (D D' + diagonal) du = right, as least squares with rows of D'.
-    BandedLeastSquares system(count_, 3, 0);
-    const Eigen::VectorXd none;
-    for (Eigen::Index i = 0; i < count_ + 2; ++i) {
-      const Eigen::Index first = std::max<Eigen::Index>(0, i - 2);
-      const Eigen::Index last = std::min(i, count_ - 1);
-      Eigen::VectorXd row(last - first + 1);
-      for (Eigen::Index k = first; k <= last; ++k) {
-        row(k - first) = D_[static_cast<size_t>(k)](i - k);
+    // (D D' + diagonal) du = right.
+    PentadiagonalFactors factors(count_);
+    for (Eigen::Index i = 0; i < count_; ++i) {
+      const Eigen::RowVector3d& q = D_[static_cast<size_t>(i)];
+      double first = 0.0;
+      double second = 0.0;
+      if (i + 1 < count_) {
+        first = q.tail<2>().dot(D_[static_cast<size_t>(i) + 1].head<2>());
       }
-      system.AddRow(first, 1.0, row, none);
-      if (i < 2) continue;
-      system.AddRow(i - 2, std::sqrt(diagonal(i - 2)), Eigen::VectorXd::Ones(1),
-                    none);
+      if (i + 2 < count_) second = q(2) * D_[static_cast<size_t>(i) + 2](0);
+      factors.SetRow(i, q.squaredNorm() + diagonal(i), first, second);
     }
-    const Eigen::VectorXd right =
-        Dy - Times(TransposeTimes(u_)) -
-        ((1.0 / up - 1.0 / down) / sharpness).matrix();
-    const Eigen::VectorXd du = system.SolveNormal(right);
+    Samples right = Dy - Times(TransposeTimes(u_)) -
+                    ((1.0 / up - 1.0 / down) / sharpness).matrix();
+    factors.Solve(&right);
+    const Eigen::VectorXd du = right.col(0);
     const Eigen::VectorXd d_above =
         ((1.0 / sharpness + above_.array() * du.array()) / up - above_.array())
             .matrix();

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <utility>
 
+#include "solvers/filters/banded.h"
+
 namespace kinegraph {
 namespace {
 
@@ -38,41 +40,22 @@ class SplineSystem {
   void Factorise(double lambda) {
     lambda_ = lambda;
     const Eigen::Index inner = count_ - 2;
-    d_.resize(inner);
-    l1_.setZero(inner);
-    l2_.setZero(inner);
+    factors_ = PentadiagonalFactors(inner);
     for (Eigen::Index i = 0; i < inner; ++i) {
       const std::array<double, 3> q = Q(i);
-      double diagonal = (h_(i) + h_(i + 1)) / 3.0 + lambda * Dot(q, q, 0);
+      const double diagonal = (h_(i) + h_(i + 1)) / 3.0 + lambda * Dot(q, q, 0);
       double first = 0.0;
       double second = 0.0;
       if (i + 1 < inner) first = h_(i + 1) / 6.0 + lambda * Dot(q, Q(i + 1), 1);
       if (i + 2 < inner) second = lambda * Dot(q, Q(i + 2), 2);
-      // L D L', l1_(i) and l2_(i) below d_(i).
-      if (i >= 1) {
-        diagonal -= d_(i - 1) * l1_(i - 1) * l1_(i - 1);
-        first -= d_(i - 1) * l1_(i - 1) * l2_(i - 1);
-      }
-      if (i >= 2) diagonal -= d_(i - 2) * l2_(i - 2) * l2_(i - 2);
-      d_(i) = diagonal;
-      l1_(i) = first / diagonal;
-      l2_(i) = second / diagonal;
+      factors_.SetRow(i, diagonal, first, second);
     }
   }
 
   // Second derivatives at the inner times, per squared step.
   Samples SecondDerivatives() const {
     Samples g = Qy_;
-    const Eigen::Index inner = g.rows();
-    for (Eigen::Index i = 0; i < inner; ++i) {
-      if (i >= 1) g.row(i) -= l1_(i - 1) * g.row(i - 1);
-      if (i >= 2) g.row(i) -= l2_(i - 2) * g.row(i - 2);
-    }
-    for (Eigen::Index i = inner - 1; i >= 0; --i) {
-      g.row(i) /= d_(i);
-      if (i + 1 < inner) g.row(i) -= l1_(i) * g.row(i + 1);
-      if (i + 2 < inner) g.row(i) -= l2_(i) * g.row(i + 2);
-    }
+    factors_.Solve(&g);
     return g;
   }
 
@@ -98,9 +81,14 @@ class SplineSystem {
     std::array<double, 3> after{};
     for (Eigen::Index i = inner - 1; i >= 0; --i) {
       std::array<double, 3> row{};
-      row[2] = i + 2 < inner ? -l1_(i) * next[1] - l2_(i) * after[0] : 0.0;
-      row[1] = i + 1 < inner ? -l1_(i) * next[0] - l2_(i) * next[1] : 0.0;
-      row[0] = 1.0 / d_(i) - l1_(i) * row[1] - l2_(i) * row[2];
+      row[2] = i + 2 < inner
+                   ? -factors_.l1(i) * next[1] - factors_.l2(i) * after[0]
+                   : 0.0;
+      row[1] = i + 1 < inner
+                   ? -factors_.l1(i) * next[0] - factors_.l2(i) * next[1]
+                   : 0.0;
+      row[0] = 1.0 / factors_.d(i) - factors_.l1(i) * row[1] -
+               factors_.l2(i) * row[2];
       const std::array<double, 3> q = Q(i);
       trace += row[0] * Dot(q, q, 0);
       if (i + 1 < inner) trace += 2.0 * row[1] * Dot(q, Q(i + 1), 1);
@@ -139,7 +127,7 @@ class SplineSystem {
   Eigen::VectorXd h_;  // steps, in mean steps
   Samples Qy_;
   double lambda_ = 0.0;
-  Eigen::VectorXd d_, l1_, l2_;
+  PentadiagonalFactors factors_{0};
 };
 
 double Cube(double x) { return x * x * x; }
