@@ -3,6 +3,7 @@
 #include <glog/logging.h>
 
 #include <algorithm>
+#include <set>
 #include <string>
 #include <utility>
 
@@ -11,13 +12,11 @@
 #include "core/system/process.h"
 #include "core/tracking/evidence.h"
 #include "core/tracking/frame_observations.h"
-#include "core/tracking/track.h"
 
 namespace kinegraph {
 
 struct MatchFreezer::Record {
   std::vector<FrozenFrame> frames;
-  std::vector<char> updated;  // one per frame
 };
 
 namespace {
@@ -36,7 +35,6 @@ class FreezingEstimator final : public Estimator {
     for (const FreshView& view : frame.views) {
       frozen.detections.push_back({view.view_idx, view.detection_idx});
     }
-    record_->updated.push_back(frame.has_initial);
     estimator_->Add(frame);
   }
   const Pose3d& Last() const override { return estimator_->Last(); }
@@ -53,23 +51,6 @@ class FreezingEstimator final : public Estimator {
   std::unique_ptr<Estimator> estimator_;
   std::shared_ptr<MatchFreezer::Record> record_;
 };
-
-// Decides by the rules of track life which frames are written.
-void DecideWritten(const TrackLifeOptions& options, const FrameClock& clock,
-                   const std::vector<char>& updated,
-                   std::vector<FrozenFrame>* frames) {
-  TrackLife life(options, clock, frames->front().time);
-  WriteGate gate(options, clock);
-  for (size_t k = 0; k < frames->size(); ++k) {
-    const FrozenFrame& frame = (*frames)[k];
-    if (k > 0) life.Step(frame.time, !frame.detections.empty(), updated[k]);
-    gate.Step(frame.time, life.state(), updated[k]);
-  }
-  gate.Close();
-  for (FrozenFrame& frame : *frames) {
-    CHECK(gate.Pop(&frame.written));
-  }
-}
 
 const Observation& FindObservation(const FrameObservations& observations,
                                    const FrozenDetection& wanted,
@@ -94,16 +75,22 @@ EstimatorFactory MatchFreezer::Wrap(EstimatorFactory estimator) {
   };
 }
 
-FrozenMatches MatchFreezer::Matches(const TrackLifeOptions& life,
-                                    double frame_rate_hz) const {
-  const FrameClock clock(frame_rate_hz);
-  const TrackLifeOptions in_frames = LifeInFrames(life, frame_rate_hz);
+FrozenMatches MatchFreezer::Matches(
+    const std::vector<TrackFrame>& tracks) const {
+  std::set<std::pair<TrackId, int64_t>> written;
+  for (const TrackFrame& frame : tracks) {
+    for (const PersonPose& person : frame.people) {
+      written.emplace(person.id, frame.frame);
+    }
+  }
   FrozenMatches matches;
   for (const std::shared_ptr<Record>& record : *records_) {
     FrozenPerson& person = matches.people.emplace_back();
     person.id = TrackId(static_cast<int64_t>(matches.people.size()) - 1);
     person.frames = record->frames;
-    DecideWritten(in_frames, clock, record->updated, &person.frames);
+    for (FrozenFrame& frame : person.frames) {
+      frame.written = written.count({person.id, frame.frame}) > 0;
+    }
   }
   return matches;
 }
@@ -203,7 +190,10 @@ std::vector<ReplayedPerson> Replay::Prepare(int without_view,
   return people;
 }
 
-// The running estimator of one person.
+namespace {
+
+// Feeds an estimator the frames of one person; records its final poses,
+// processor time and delay.
 class RunningEstimator {
  public:
   RunningEstimator(const SceneModel& scene, const EstimatorFactory& estimator) {
@@ -236,6 +226,8 @@ class RunningEstimator {
   std::unique_ptr<Estimator> estimator_;
   ReplayOutcome outcome_;
 };
+
+}  // namespace
 
 ReplayOutcome RunEstimator(const SceneModel& scene,
                            const ReplayedPerson& person,

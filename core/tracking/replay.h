@@ -33,7 +33,7 @@ struct FrozenFrame {
   TimeNs time = 0;
   // In the order in which the views joined the track; may be empty.
   std::vector<FrozenDetection> detections;
-  bool written = false;  // by the rules of track life
+  bool written = false;  // the run wrote the person in this frame
 };
 
 // All frames from birth to death, tentative ones included.
@@ -51,17 +51,16 @@ struct FrozenMatches {
 //   MatchFreezer freezer;
 //   Tracker tracker(scene, skeleton, options, freezer.Wrap(factory));
 //   ...  tracker.Finish(&frames);
-//   FrozenMatches matches = freezer.Matches(options.life, frame_rate_hz);
+//   FrozenMatches matches = freezer.Matches(frames);
 class MatchFreezer {
  public:
   // A factory whose estimators forward to those of `estimator`. The tracker
   // numbers people in the order in which their estimators are made.
   EstimatorFactory Wrap(EstimatorFactory estimator);
 
-  // All people so far. Their hits and misses decide, by the rules of track
-  // life, which frames are written.
-  FrozenMatches Matches(const TrackLifeOptions& life,
-                        double frame_rate_hz) const;
+  // All people so far. `tracks` are the frames that the tracker returned,
+  // ascending: each person is written in those that contain it.
+  FrozenMatches Matches(const std::vector<TrackFrame>& tracks) const;
 
   struct Record;  // of one person
 
@@ -92,10 +91,11 @@ struct ReplayOutcome {
 // Frozen matches together with their detections.
 class Replay {
  public:
-  // Throws InputError unless `detections` has one view per camera of `scene`
-  // and every frame in the matches. `feedback` is the run's causal estimator:
-  // its prediction is the input of the joints filter, as in the run. With
-  // another kind of estimator the filter's verdicts may differ from the run's.
+  // Throws OptionError unless `detections` has one view per camera of `scene`,
+  // InputError for a frame of the matches that is not among them. `feedback` is
+  // the run's causal estimator: its prediction is the input of the joints
+  // filter, as in the run. With another kind of estimator the filter's verdicts
+  // may differ from the run's.
   Replay(SceneModel scene, const DetectionSequence& detections,
          const FrozenMatches& matches, const TrackerOptions& options,
          EstimatorFactory feedback);

@@ -22,10 +22,9 @@ FrozenMatches MatchRecording(const RunOptions& options, const SceneModel& scene,
   std::vector<TrackFrame> finished;
   for (const DetectionFrame& frame : detections.frames) {
     tracker.Process(frame, &finished);
-    finished.clear();
   }
   tracker.Finish(&finished);
-  return freezer.Matches(options.tracker.life, scene.frame_rate_hz);
+  return freezer.Matches(finished);
 }
 
 std::vector<const Skeleton*> SkeletonsLike(const Skeleton& own) {

@@ -134,8 +134,7 @@ FrozenRun FreezeTracking(const RunOptions& options, const RunRequest& request,
   if (!run.tracks.frames.empty()) {
     run.first_frame = run.tracks.frames.front().frame;
   }
-  run.matches = freezer.Matches(WithRulesOfMode(options).tracker.life,
-                                run.scene.model.frame_rate_hz);
+  run.matches = freezer.Matches(run.tracks.frames);
   return run;
 }
 

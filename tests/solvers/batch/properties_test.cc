@@ -70,8 +70,7 @@ World MakeWorld(uint64_t seed) {
     tracker.Process(frame, &frames);
   }
   tracker.Finish(&frames);
-  world.matches =
-      freezer.Matches(tracker_options.life, world.scene.frame_rate_hz);
+  world.matches = freezer.Matches(frames);
   return world;
 }
 
