@@ -279,8 +279,8 @@ ViewBias BiasSeries::Fit(bool always) const {
   bias.azimuth_deg = AzimuthDegrees();
   // Required range of viewing directions per camera (median over cameras): half
   // a turn where shifts of the cameras could be confused with a bias. With
-  // shifts removed, the cameras together must cover a full turn, each at least
-  // a quarter.
+  // shifts removed, the cameras together must cover a full turn, the median
+  // camera at least a quarter.
   const double least_deg =
       shifts_away_
           ? std::max(90.0, 360.0 / static_cast<double>(azimuths_.size()))
