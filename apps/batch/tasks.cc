@@ -92,7 +92,7 @@ std::vector<TaskStep> StepsOf(const Manifest& manifest,
 
 // The path with a checksum of the file; the path alone for a folder or pipe.
 std::string ContentMark(const std::string& path) {
-  if (path.empty() || !IsFile(path)) return path + "\n";
+  if (path.empty() || !IsFile(path) || IsPipe(path)) return path + "\n";
   return fmt::format("{} {:08x}\n", path, Crc32(ReadBytes(path)));
 }
 
@@ -131,7 +131,8 @@ std::string RunStep(const TaskStep& step, const std::string& folder) {
   const std::string errors = folder + "/" + kErrors;
   const ProcessEnd end = RunInFolder(std::move(words), folder, kLog, kErrors);
   if (end.not_started != 0) {
-    throw std::runtime_error("no process can be started (" +
+    throw std::runtime_error("kinegraph-" + step.command +
+                             " cannot be started (" +
                              std::string(std::strerror(end.not_started)) + ")");
   }
   const std::string said = IsFile(errors) ? ReadTextFile(errors) : "";

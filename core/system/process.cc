@@ -33,23 +33,23 @@ std::vector<char*> Pointers(std::vector<std::string>* words) {
   return pointers;
 }
 
-// Runs between fork and exec, so it may only call async-signal-safe functions.
-[[noreturn]] void Become(char* const* arguments, const char* folder,
-                         const char* printed, const char* errors,
-                         pid_t parent) {
+// Replaces the process by a program; returns on failure, with the reason in
+// errno. Runs between fork and exec, so it may only call async-signal-safe
+// functions.
+void Become(char* const* arguments, const char* folder, const char* printed,
+            const char* errors, pid_t parent) {
   // The kernel ends the program when its parent dies.
   prctl(PR_SET_PDEATHSIG, SIGTERM);
   if (getppid() != parent) _exit(1);
-  if (chdir(folder) != 0) _exit(127);
+  if (chdir(folder) != 0) return;
   const int to = open(printed, O_WRONLY | O_CREAT | O_APPEND, 0666);
   const int err = open(errors, O_WRONLY | O_CREAT | O_TRUNC, 0666);
   const int from = open("/dev/null", O_RDONLY);
   if (to < 0 || err < 0 || from < 0 || dup2(from, STDIN_FILENO) < 0 ||
       dup2(to, STDOUT_FILENO) < 0 || dup2(err, STDERR_FILENO) < 0) {
-    _exit(127);
+    return;
   }
   execv(arguments[0], arguments);
-  _exit(127);
 }
 
 ProcessEnd EndOf(int status) {
@@ -61,7 +61,11 @@ ProcessEnd EndOf(int status) {
 
 ProcessEnd WaitFor(pid_t process) {
   int status = 0;
-  while (waitpid(process, &status, 0) < 0 && errno == EINTR) {
+  while (waitpid(process, &status, 0) < 0) {
+    if (errno == EINTR) continue;
+    ProcessEnd unknown;
+    unknown.not_started = errno;
+    return unknown;
   }
   return EndOf(status);
 }
@@ -80,20 +84,6 @@ void Forget(pid_t program) {
                  programs.end());
 }
 
-// Runs `child`, which must not return, in a new process.
-template <typename Child>
-ProcessEnd InProcess(const Child& child) {
-  const pid_t parent = getpid();
-  const pid_t process = fork();
-  if (process < 0) {
-    ProcessEnd none;
-    none.not_started = errno;
-    return none;
-  }
-  if (process == 0) child(parent);
-  return WaitFor(process);
-}
-
 }  // namespace
 
 int ProcessNumber() { return getpid(); }
@@ -108,9 +98,35 @@ ProcessEnd RunInFolder(std::vector<std::string> words,
                        const std::string& folder, const char* printed,
                        const char* errors) {
   const std::vector<char*> arguments = Pointers(&words);
-  return InProcess([&](pid_t parent) {
+  ProcessEnd failed;
+  // Carries the child's errno; closed by exec.
+  int failure[2];
+  if (pipe2(failure, O_CLOEXEC) != 0) {
+    failed.not_started = errno;
+    return failed;
+  }
+  const pid_t parent = getpid();
+  const pid_t process = fork();
+  if (process == 0) {
     Become(arguments.data(), folder.c_str(), printed, errors, parent);
-  });
+    const int reason = errno;
+    [[maybe_unused]] const ssize_t written =
+        write(failure[1], &reason, sizeof(reason));
+    _exit(127);
+  }
+  if (process < 0) failed.not_started = errno;
+  close(failure[1]);
+  int reason = 0;
+  ssize_t length = 0;
+  do {
+    length = read(failure[0], &reason, sizeof(reason));
+  } while (process > 0 && length < 0 && errno == EINTR);
+  close(failure[0]);
+  if (process < 0) return failed;
+  const ProcessEnd end = WaitFor(process);
+  if (length != sizeof(reason)) return end;
+  failed.not_started = reason;
+  return failed;
 }
 
 ProcessEnd RunWithStreams(std::vector<std::string> words, std::FILE* input,
@@ -179,7 +195,8 @@ ProcessEnd RunningProgram::Wait(int most_ms) {
       end_ = EndOf(status);
       process_ = 0;
     } else if (ended < 0 && errno != EINTR) {
-      process_ = 0;  // already waited for elsewhere
+      end_.not_started = errno;  // another part of the process waited for it
+      process_ = 0;
     } else if (waited_ms >= most_ms) {
       kill(process, SIGKILL);
       const std::lock_guard<std::mutex> lock(programs_mutex);

@@ -16,9 +16,10 @@ int ProcessNumber();
 std::string ProgramPath();
 
 struct ProcessEnd {
-  int not_started = 0;  // errno if the process could not be started
-  int code = 0;         // exit code
-  int signal = 0;       // the signal that ended it; 0: it exited
+  // errno if the process could not be started or its end is unknown.
+  int not_started = 0;
+  int code = 0;    // exit code
+  int signal = 0;  // the signal that ended it; 0: it exited
   bool well() const { return not_started == 0 && code == 0 && signal == 0; }
 };
 

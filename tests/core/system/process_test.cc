@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cerrno>
 #include <csignal>
 #include <string>
 
@@ -46,6 +47,27 @@ TEST(RunningProgramTest, AMissingProgramIsNotStarted) {
   RunningProgram program({"/no/such/program"}, -1, kStandardOutput,
                          kStandardError);
   EXPECT_NE(program.Wait(kLong_ms).not_started, 0);
+}
+
+TEST(RunInFolderTest, ReportsWhyAProgramWasNotStarted) {
+  const std::string folder = ::testing::TempDir();
+  const auto run = [](const std::string& program, const std::string& where) {
+    return RunInFolder({program}, where, "/dev/null", "/dev/null").not_started;
+  };
+  EXPECT_EQ(run("/bin/true", folder), 0);
+  EXPECT_EQ(run("/no/such/program", folder), ENOENT);
+  EXPECT_EQ(run("/etc/passwd", folder), EACCES);
+  EXPECT_EQ(run("/bin/true", folder + "/none"), ENOENT);
+}
+
+// With SIGCHLD ignored, the system discards exit codes.
+TEST(RunInFolderTest, ALostExitCodeIsNoSuccess) {
+  const auto before = std::signal(SIGCHLD, SIG_IGN);
+  const ProcessEnd end = RunInFolder({"/bin/false"}, ::testing::TempDir(),
+                                     "/dev/null", "/dev/null");
+  std::signal(SIGCHLD, before);
+  EXPECT_EQ(end.not_started, ECHILD);
+  EXPECT_FALSE(end.well());
 }
 
 }  // namespace
