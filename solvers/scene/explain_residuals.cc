@@ -109,7 +109,10 @@ class Explainer {
     const Explanation& taken = explanations.front();
     (IsClock(taken.model) ? clocks_done_ : cameras_done_) = true;
     for (size_t v = 0; v < changes_.size(); ++v) {
-      if (taken.moves[v]) changes_[v] = taken.fit.changes[v];
+      const CameraChange& change = taken.fit.changes[v];
+      if (taken.moves[v] && !IsStated(v, change - changes_[v])) {
+        changes_[v] = change;
+      }
     }
     return true;
   }
@@ -444,7 +447,7 @@ class Explainer {
   }
 
   // Whether a change is within the uncertainty that the calibration itself
-  // reports.
+  // reports; such a change is mentioned but not applied.
   bool IsStated(size_t view, const CameraChange& change) const {
     constexpr double kSigmas = 3.0;
     const std::vector<CameraChange>& stated = set_up_.input.stated_sigma;

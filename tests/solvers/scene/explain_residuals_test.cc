@@ -111,6 +111,8 @@ TEST(Residuals, WhatTheCalibrationReportsIsOnlyMentioned) {
           answer->findings[0].evidence,
           HasSubstr("within the stated uncertainty of the calibration"));
     }
+    EXPECT_EQ((*answer->cameras)[3].R() == room.cameras[3].R(),
+              !answer->findings[0].significant);
   }
 }
 
