@@ -138,8 +138,10 @@ FrameRange AllFrames(const FrozenRun& run) {
 std::vector<FrameRange> Halves(const FrameRange& all) {
   const int64_t length = (all.end - all.begin - kGapFrames) / 2;
   if (length < kGapFrames) {
-    throw InputError(fmt::format("--folds: {} frames are too few for two folds",
-                                 all.end - all.begin));
+    throw InputError(
+        fmt::format("{} frames are too few for the two folds of --tune and "
+                    "--fit_shift: at least {} are needed",
+                    all.end - all.begin, 3 * kGapFrames));
   }
   return {{all.begin, all.begin + length}, {all.end - length, all.end}};
 }

@@ -23,6 +23,7 @@ std::string Field(const std::string& path, const std::string& key,
   const size_t end = text.find('\n', line + 1);
   if (begin == std::string::npos || begin > end) return kUnknown;
   begin = text.find_first_not_of(" \t\"", begin + 1);
+  if (begin == std::string::npos || begin > end) return kUnknown;
   std::string value = text.substr(begin, end - begin);
   value.erase(value.find_last_not_of(" \t\"") + 1);
   return value;

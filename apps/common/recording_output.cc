@@ -19,14 +19,15 @@ constexpr size_t kMaxPeopleShown = 12;
 constexpr size_t kColumns = 98;
 
 std::string CameraLines(const RecordingReport& report) {
+  constexpr size_t kMostLetters = 40;
   size_t width = 4;
   for (const CameraReport& camera : report.cameras) {
-    width = std::max(width, std::min<size_t>(camera.view.size(), 40));
+    width = std::max(width, Printable(camera.view, kMostLetters).size());
   }
   std::string text =
       fmt::format("{:<{}}  matched  error, px: median   90 %\n", "view", width);
   for (const CameraReport& camera : report.cameras) {
-    const std::string view = camera.view.substr(0, 40);
+    const std::string view = Printable(camera.view, kMostLetters);
     if (camera.detections == 0) {
       text += fmt::format("{:<{}}  no person seen\n", view, width);
       continue;

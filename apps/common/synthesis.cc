@@ -45,7 +45,7 @@ Configuration ReadConfiguration(const std::string& path,
   try {
     read.skeleton = ResolveSkeleton(options.scene.skeleton, skeletons);
   } catch (const InputError& error) {
-    throw InputError(path, "scene.skeleton", error.what());
+    throw config.Locate(OptionError("scene.skeleton", error.what()));
   }
   return read;
 }

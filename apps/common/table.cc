@@ -113,13 +113,19 @@ std::string ToCsv(const std::vector<Cells>& rows) {
 
 // ---- Markdown for a terminal
 
+// The cells of a line of ToMarkdown, in which "\\|" is a bar within a cell.
 Cells CellsOfLine(const std::string& line) {
   Cells cells;
-  size_t begin = 1;
+  std::string cell;
   for (size_t at = 1; at < line.size(); ++at) {
-    if (line[at] != '|' || line[at - 1] == '\\') continue;
-    cells.push_back(Trimmed(line.substr(begin, at - begin)));
-    begin = at + 1;
+    if (line[at] != '|') {
+      cell += line[at];
+    } else if (line[at - 1] == '\\') {
+      cell.back() = '|';
+    } else {
+      cells.push_back(Trimmed(cell));
+      cell.clear();
+    }
   }
   return cells;
 }

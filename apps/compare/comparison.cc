@@ -217,13 +217,16 @@ Comparison MakeComparison(RunOptions options, FrozenRun run,
   comparison.set = MakeHeldOutSet(comparison.reference, 0.0);
   if (held_out_set.has_value()) Restrict(*held_out_set, &comparison.set);
   if (comparison.set.detections.empty()) {
-    throw InputError(
-        "nothing to score: no person was tracked in the requested frames");
+    throw InputError(comparison.people.empty() || !held_out_set.has_value()
+                         ? "nothing to score: no person was tracked in the "
+                           "requested frames"
+                         : "nothing to score: --held_out_set contains no "
+                           "detection of the people tracked here");
   }
   for (const Camera& camera : comparison.scene().cameras) {
     comparison.cap_px.push_back(held_out_set.has_value()
                                     ? held_out_set->cap_px
-                                    : HeldOutCapPx(camera, "cameras"));
+                                    : HeldOutCapPx(camera, "calibration"));
   }
   return comparison;
 }
@@ -366,6 +369,7 @@ std::vector<RecordingInput> RecordingsOf(const Manifest& manifest,
     input.config = own.config;
     input.mode = mode.empty() ? own.mode : mode;
     input.set = JoinSets(JoinSets(own.set, recording.set), set);
+    input.common_set = JoinSets(own.set, set);
     input.frames = recording.frames;
   }
   return recordings;

@@ -132,6 +132,7 @@ struct RecordingInput {
   std::string mode;
   std::string set;
   std::string frames;
+  std::string common_set = {};  // the part of `set` that all recordings share
 };
 
 // Recordings of a manifest with its single configuration; `config` and `mode`

@@ -64,6 +64,7 @@ std::vector<Strategy> ByRules() {
       strategy.title = smoother.name + ", rule " + name;
       strategy.fix = [rule = rule](double, EstimatorOptions* options) {
         options->filters.butterworth.choice = rule;
+        options->filters.butterworth.on = FilterSignal::kPosition;
         options->filters.smoothing_spline.choice = rule;
       };
     }

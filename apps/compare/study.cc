@@ -44,6 +44,8 @@ void ForRecording(const RecordingInput& input, const Work& work) {
     work();
   } catch (const InputError& error) {
     throw InputError("take '" + Printable(input.name) + "': " + error.what());
+  } catch (const OptionError& error) {
+    throw InputError("take '" + Printable(input.name) + "': " + error.what());
   }
 }
 
@@ -167,7 +169,9 @@ class Maker {
     }
     study_.recordings.push_back(std::move(recording));
     if (t == 0) {
-      study_.options = comparison.options;
+      const RecordingInput& first = request_.recordings[t];
+      study_.options = ReadRunOptions(FindConfig(first.config),
+                                      first.common_set, first.mode);
       study_.rate_hz = comparison.rate_hz();
     }
   }

@@ -58,7 +58,7 @@ struct Study {
   // Chosen on all recordings, for future ones; nullopt: none could be run.
   std::optional<size_t> best;
   StrategyValues best_values;
-  // Options of the first recording, on which recommended.toml is based.
+  // Options common to all recordings, on which recommended.toml is based.
   RunOptions options;
   double rate_hz = 0.0;
 };

@@ -97,6 +97,11 @@ TEST(ForTerminal, AlignsTablesAndWrapsText) {
             "\none two\nthree\n");
 }
 
+TEST(ForTerminal, ShowsBarsWithinCells) {
+  EXPECT_EQ(ForTerminal("| a | b |\n|---|---|\n| 1\\|2 | 3 |\n", 20, "f.md"),
+            "a    b\n------\n1|2  3\n");
+}
+
 TEST(ForTerminal, WideTablesLoseBracketsThenLettersThenColumns) {
   const std::string row(40, 'x');
   const std::string markdown =

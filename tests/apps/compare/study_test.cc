@@ -18,6 +18,7 @@ namespace {
 using testing::ContentOf;
 using testing::Done;
 using ::testing::HasSubstr;
+using ::testing::Not;
 using testing::ProjectFile;
 using testing::Refusal;
 using testing::TemporaryFolder;
@@ -83,6 +84,7 @@ class StudyCommand : public testing::CommandTest {
       text += "[[takes]]\nname = \"" + name + "\"\ncameras = \"" + name +
               "/cameras.json\"\ndetections = \"" + name +
               "/detections.jsonl\"\n";
+      if (seed == "1") text += "set = \"cameras.unit=m\"\n";
     }
     manifest_ = folder_.Write("takes.toml", text +
                                                 "[[configurations]]\nname = "
@@ -119,6 +121,8 @@ TEST_F(StudyCommand, ScoresTunedValuesOnTheRecordingLeftOut) {
   EXPECT_THAT(toml, HasSubstr("of 3 recordings"));
   EXPECT_EQ(ReadRunOptions(out + "/recommended.toml", "", "").estimators.mode,
             Mode::kGraph);
+  // Without the keys that the manifest sets for the first recording alone.
+  EXPECT_THAT(toml, Not(HasSubstr("unit")));
 }
 
 // A recording by itself, with the values that the study chose for it, has the
