@@ -121,7 +121,7 @@ bool IsCovariance(const Eigen::Matrix3d& covariance) {
   if (!((covariance - covariance.transpose()).cwiseAbs().maxCoeff() <= slack)) {
     return false;
   }
-  // The cheap test first; a covariance of rank two passes by its eigenvalues.
+  // The cheap test first; the eigenvalues accept a covariance of lower rank.
   if (Eigen::LLT<Eigen::Matrix3d>(covariance).info() == Eigen::Success) {
     return true;
   }

@@ -53,8 +53,8 @@ struct KinematicsTable {
 };
 
 // A speed is the difference of the positions one frame before and one frame
-// after, divided by the time between them; undefined where one of them is
-// missing or more than one and a half frames away.
+// after, divided by the time between them; undefined where one of the three
+// positions is missing or a neighbour is more than one and a half frames away.
 KinematicsTable MeasureKinematics(const TrackSequence& tracks,
                                   const KinematicsOptions& options = {});
 

@@ -163,7 +163,7 @@ class PackedQueue {
 // Measurements and the initial pose are restored bit by bit; the results of the
 // joints filter (verdicts, inlier views) are not kept.
 using PackedFrames = PackedQueue<EstimatorFrame>;
-// Everything but the identity.
+// Everything but identity and derivatives.
 using PackedPoses = PackedQueue<PersonPose>;
 
 }  // namespace kinegraph
