@@ -197,7 +197,7 @@ struct LostPart {
 struct PcpResult {
   PcpProtocol protocol;
   std::vector<PcpPersonFrame> person_frames;  // by actor, then by frame
-  std::vector<LostPart> lost;                 // in that order
+  std::vector<LostPart> lost;                 // in the same order
 
   std::vector<int64_t> Actors() const;  // ascending
   // The actors of the headline that the ground truth contains.

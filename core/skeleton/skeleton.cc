@@ -116,7 +116,8 @@ Skeleton::Skeleton(std::string name, std::vector<std::string> joints,
       joints_(std::move(joints)),
       bones_(std::move(bones)) {
   const int count = joint_count();
-  if (count == 0) throw OptionError("joints", "a skeleton needs joints");
+  if (count == 0)
+    throw OptionError("joints", "a skeleton needs at least one joint");
   // Bounded because names are compared pairwise.
   constexpr int kMaxJoints = 10000;
   if (count > kMaxJoints) {
