@@ -9,7 +9,7 @@
 
 namespace kinegraph {
 
-// Independent numbers of unit variance.
+// Two independent standard normal numbers.
 Eigen::Vector2d NormalVector(Random* random);
 
 // An event that is on at a given rate, in bursts of geometric length: a
