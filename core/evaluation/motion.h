@@ -19,8 +19,8 @@ struct MotionOptions {
 };
 
 struct MotionResult {
-  // Over shoulders, elbows, wrists, hips, knees and ankles, and the twelve
-  // bones between them, to be comparable between skeletons.
+  // Both figures use only shoulders, elbows, wrists, hips, knees and ankles,
+  // and the twelve bones between them, to be comparable between skeletons.
   //
   // Mean of |p(k+1) - 2 p(k) + p(k-1)| rate^2 over joints that are observed in
   // three consecutive frames [m/s^2]; NaN if there are none.

@@ -22,12 +22,12 @@
 
 namespace kinegraph {
 
-// From any skeleton to the 14 joints of the Campus and Shelf ground truth.
-// Detectors report nose and ears, the annotation has the bottom and the top of
-// the head. Publications differ in the conversion, and the choice alone can
-// change a PCP by a percent, so a protocol states it. With m = middle of the
-// shoulders, n = nose, e = middle of the ears; products are taken axis by axis
-// in the world (z up), as in the publications.
+// Conversions of the head from any skeleton to the 14 joints of the Campus and
+// Shelf ground truth. Detectors report nose and ears, the annotation has the
+// bottom and the top of the head. Publications differ in the conversion, and
+// the choice alone can change a PCP by a percent, so a protocol states it. With
+// m = middle of the shoulders, n = nose, e = middle of the ears; products are
+// taken axis by axis in the world (z up), as in the publications.
 enum class HeadConversion {
   // top = m + (n - m) * (0.78, 0.5, 1.5),
   // bottom = m + (n - m) * (0.3, 0.4, 0.6)

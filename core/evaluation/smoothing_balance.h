@@ -42,7 +42,7 @@ struct JointTrace {
   int64_t begin = 0;  // the first frame
   std::vector<Eigen::Vector3d> points;
 };
-// By person and joint of the tracks' skeleton.
+// Keyed by person and joint of the tracks' skeleton.
 using JointTraces = std::map<std::pair<TrackId, int>, JointTrace>;
 
 JointTraces WorldTraces(const TrackSequence& tracks,
@@ -116,7 +116,7 @@ class SmoothingSpectra {
   TaperedTransform transform_;
   std::vector<int> band_of_;  // one per bin
   int band_count_ = 0;
-  // By joint, person, view and first frame.
+  // Keyed by joint, person, view and first frame.
   std::map<std::tuple<int, TrackId, int, int64_t>, Segment> segments_;
 };
 

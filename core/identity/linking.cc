@@ -123,7 +123,7 @@ class EditWriter {
     edit.margin = link->margin;
     return edit;
   }
-  // From the end of one piece to the beginning of another.
+  // The frames from the end of one piece to the beginning of another.
   FrameSpan Between(int from, int to) const {
     return {tracklets_[from].last().frame, tracklets_[to].first().frame};
   }

@@ -105,8 +105,8 @@ struct Pieces {
   std::vector<int> next;
   // Whether the cut was made because no view saw the person for a while.
   std::vector<char> blind;
-  // Within a longer contact at whose cut the tracker continued: the states
-  // before and after the frames that no view saw.
+  // For a piece that ends in a longer contact: the states before and after each
+  // run of frames of the contact in which no view saw the person.
   using Hop = std::pair<MotionState, MotionState>;
   std::vector<std::vector<Hop>> hops;
 };

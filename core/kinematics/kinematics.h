@@ -16,8 +16,8 @@
 namespace kinegraph {
 
 struct KinematicsOptions {
-  // Upwards in the world, a unit vector; nullopt: from how people stand and
-  // from `known`.
+  // The upward direction in the world, a unit vector; nullopt: determined from
+  // how people stand and from `known`.
   std::optional<Eigen::Vector3d> up;
   UpEvidence known;
   // Treat joints supported by fewer than two views in a frame as missing.

@@ -226,7 +226,7 @@ Skeleton MakeWholeBody133() {
   return Make("wholebody133", joints, bones);
 }
 
-// The most common first among those with equally many joints.
+// Among skeletons with equally many joints the most common comes first.
 constexpr Layout kLayouts[] = {
     {"coco17", "coco17",
      "limbs girdles face l_ear-l_shoulder r_ear-r_shoulder"},

@@ -84,11 +84,12 @@ void DropLostOutliers(LabelledDetection* labelled) {
                  outliers.end());
 }
 
-// From exact projections to detections with all modelled errors.
+// Turns exact projections of one person into detections with all modelled
+// errors.
 class PersonObserver {
  public:
-  // `seed` derives that of each kind of randomness. References must outlive the
-  // observer.
+  // `seed` returns the seed of each kind of randomness. References must outlive
+  // the observer.
   PersonObserver(const NoiseOptions& options, const Scene& scene,
                  const Camera& camera, int person_idx,
                  const std::function<uint64_t(Stream)>& seed)
@@ -109,7 +110,7 @@ class PersonObserver {
     }
   }
 
-  // The next frame; `sights` are those of all people in this view.
+  // The next frame; `sights` has all people of the scene in this view.
   void Step(const std::vector<PersonSight>& sights,
             std::vector<LabelledDetection>* detections) {
     const PersonSight& person = sights[person_];

@@ -421,7 +421,7 @@ std::map<int64_t, bool> SecondPass::KeptBeyond(
     while (stop < beyond.size() && beyond[stop].end == beyond[begin].end) {
       ++stop;
     }
-    // From the end of the track outwards.
+    // Ordered from the end of the track outwards.
     std::vector<Beyond> end(beyond.begin() + static_cast<long>(begin),
                             beyond.begin() + static_cast<long>(stop));
     if (end.front().backward) std::reverse(end.begin(), end.end());

@@ -452,7 +452,8 @@ void RequireSameUnits(const JointPaths& truth, const JointPaths& tracks) {
       " m from its middle); one file states a wrong unit");
 }
 
-// Median distance of all joints, all frames of the tracks [m]; NaN: none.
+// Median distance over all joints and all frames of the tracks [m]; NaN if
+// there are none.
 double MedianDistance(const JointPaths& truth, const JointPaths& tracks,
                       const ClockFit& clock, const WorldFit& world) {
   std::vector<double> distances_m;
