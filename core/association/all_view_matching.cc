@@ -34,8 +34,7 @@ constexpr double kSeenOdds = 3.0;
 // A detection is not considered if all of its joints are farther away than
 // this.
 constexpr double kFarSigmas = 6.0;
-constexpr size_t kMostHypotheses =
-    30;  // of one person, with equally many views
+constexpr size_t kMostHypotheses = 30;      // per person and number of views
 constexpr double kLeastImprovement = 1e-9;  // nats
 
 // The part of an image that a person covers; empty if behind the camera.

@@ -57,7 +57,8 @@ std::optional<Vector3d> NearestAxis(const Vector3d& direction,
 }
 
 void Stance::See(const PersonPose& person) {
-  // Relative to the length from lowest point to shoulders.
+  // Height of the hands above the shoulders, relative to the length from the
+  // lowest point to the shoulders.
   constexpr double kAbove = 0.1;
   constexpr size_t kMost = 2000;  // bodies; more add no information
   // Cosine of the angle between trunk and legs; 0.6 for a person on a chair.

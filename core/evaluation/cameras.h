@@ -18,8 +18,7 @@ struct CameraError {
 };
 
 struct CameraResult {
-  std::vector<CameraError>
-      cameras;  // contained in both rigs, in the truth's order
+  std::vector<CameraError> cameras;  // in both rigs, in the truth's order
   // Translation error (TE), the same after alignment with scale, and angle
   // error (AE): means over the cameras.
   double te_m = 0.0;

@@ -22,7 +22,7 @@ constexpr double kFaceForwardM = 0.125;  // k4d
 constexpr double kFaceUpM = 0.145;
 constexpr double kMvposeShare = 0.75;  // kVoxelposeShelf
 
-// The sources of a head.
+// The joints from which a head is computed.
 enum HeadSource {
   kNose,
   kLeftEar,

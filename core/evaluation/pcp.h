@@ -71,7 +71,7 @@ class Tum14Converter {
 
   HeadConversion conversion_;
   std::vector<int> source_;       // for each joint of Tum14, or -1
-  std::vector<int> head_source_;  // of the sources of a head
+  std::vector<int> head_source_;  // for each source of a head, or -1
 };
 
 // The middle of two joints: missing if one of them is.

@@ -590,7 +590,7 @@ class Linker {
   TimeNs recording_end_ = std::numeric_limits<TimeNs>::min();
   std::vector<Chain> chains_;
   int next_number_ = 0;  // Chain::number of the next chain
-  // By Chain::number of both chains.
+  // Keyed by Chain::number of both chains.
   mutable std::map<std::pair<int, int>, double> known_bones_;
   std::vector<std::vector<Evidence>> evidence_;  // [from][to]
   double reward_ = 0.0;

@@ -69,8 +69,8 @@ MaybePoint CentreOf(const MassWeights& weights, const Pose3d& pose) {
   return centre;
 }
 
-// Joints with a column of speeds: all but those of fingers and face, except the
-// nose.
+// Whether the joint has a column of speeds: all joints but fingers and face; of
+// the face only the nose.
 bool HasSpeed(const Skeleton& skeleton, int joint_idx) {
   const JointClass joint_class = skeleton.joint_class(joint_idx);
   if (joint_class == JointClass::kOther) return false;

@@ -14,8 +14,7 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kSwingShare =
-    0.85;  // duration of a swing, in periods of a step
+constexpr double kSwingShare = 0.85;    // swing as a share of a step's period
 constexpr double kHeelRiseTime = 0.22;  // before the foot leaves the ground
 constexpr double kFootFlatTime = 0.13;  // after the heel strikes
 // Smaller displacements are tolerated [m].

@@ -156,9 +156,8 @@ class SecondPass {
   // only where the second pass finds no match, which is rare.
   size_t packed_end_ = 0;
   std::map<TrackId, PackedPoses> packed_;
-  std::map<TrackId, std::vector<TrackRun>>
-      runs_;                                // of people whose ends are extended
-  std::map<TrackId, Following> followers_;  // beyond the last frame
+  std::map<TrackId, std::vector<TrackRun>> runs_;  // with ends to be extended
+  std::map<TrackId, Following> followers_;         // beyond the last frame
   std::map<TrackId, std::vector<Beyond>> beyond_;
   int ends_ = 0;
   std::deque<Recent> recent_;

@@ -148,7 +148,7 @@ double CoarseOffset(const JointPaths& truth, const JointPaths& tracks,
   }
   if (best_correlation < kLeastCorrelation) {
     throw InputError(
-        "the motions are not alike at any shift of the clocks "
+        "the motions do not match at any shift of the clocks "
         "(speeds correlate by " +
         Text("%.2f", best_correlation) +
         " at best): another person or another recording?");
