@@ -51,8 +51,8 @@ struct MpjpeResult {
   // PA-MPJPE: after Procrustes alignment of each pose with the true one
   // (rotation, translation, scale); NaN without people of three joints or more.
   double aligned_m = 0.0;
-  // PCK: share of true joints whose found ones are within 50, 100, 150 mm;
-  // joints not found count as farther.
+  // PCK: share of true joints whose found counterparts are within 50, 100, 150
+  // mm; joints not found count as farther.
   std::vector<double> pck_m = {0.05, 0.1, 0.15};
   std::vector<Share> pck;
   Interval raw_interval;  // blocks drawn within each actor

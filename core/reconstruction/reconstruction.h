@@ -64,9 +64,9 @@ struct Reconstruction {
   std::vector<char> triangulated;       // one per joint
   std::vector<int> fresh_inlier_views;  // one per joint
   std::vector<FilterVerdict> verdicts;  // [view * joints + joint]
-  // Numbers of association joints: measured in at least one view of this frame;
-  // without a triangulation among these; measured by a single view among the
-  // latter.
+  // Numbers of association joints. Seen: measured in at least one view of this
+  // frame. Lost: seen, but without a triangulation. Alone: lost, and measured
+  // by a single view.
   int seen_joints = 0;
   int lost_joints = 0;
   int alone_joints = 0;

@@ -5,8 +5,8 @@ in OpenSim: written from its documentation (Scale and IK settings files, 4.x).
 
 The TRC comes from `kinegraph convert --to=trc --markers=opensim` (the names of
 kinegraph and of Pose2Sim work too), with COCO-17, BODY_25 or another skeleton
-with these joints. Writes OUT/markers.xml, OUT/scale.xml, OUT/ik.xml and OUT/run.py, and
-prints how to run them. Does not need OpenSim itself.
+with these joints. Writes OUT/markers.xml, OUT/scale.xml, OUT/ik.xml and
+OUT/run.py, and prints how to run them. Does not need OpenSim itself.
 
 Markers are joint centres. In OpenSim's whole-body models (Rajagopal 2016,
 gait2392 with arms) a segment's origin is the centre of the joint that carries
