@@ -3,7 +3,7 @@ if((CMAKE_CXX_COMPILER_ID STREQUAL GNU AND CMAKE_CXX_COMPILER_VERSION VERSION_LE
    OR (CMAKE_CXX_COMPILER_ID STREQUAL Clang
        AND CMAKE_CXX_COMPILER_VERSION VERSION_LESS 14))
   message(FATAL_ERROR "${CMAKE_CXX_COMPILER} is ${CMAKE_CXX_COMPILER_ID} \
-${CMAKE_CXX_COMPILER_VERSION}, needed is GCC 11 or Clang 14; CXX=/path/to/a/newer/one chooses another")
+${CMAKE_CXX_COMPILER_VERSION}, but GCC 11 or Clang 14 is needed: set CXX=/path/to/a/newer/one")
 endif()
 
 # All libraries that the project links (third_party_notes.md).

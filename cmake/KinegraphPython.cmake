@@ -1,5 +1,5 @@
-# The system's Python, for which Debian's packages are, unless a virtual environment
-# is active or Python3_EXECUTABLE selects another.
+# Uses the system's Python, for which Debian's packages are built, unless a virtual
+# environment is active or Python3_EXECUTABLE selects another.
 if(NOT DEFINED Python3_EXECUTABLE AND NOT DEFINED ENV{VIRTUAL_ENV} AND
    EXISTS /usr/bin/python3)
   set(Python3_EXECUTABLE /usr/bin/python3)

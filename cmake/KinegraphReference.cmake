@@ -3,7 +3,7 @@
 find_package(Doxygen QUIET)
 find_package(Python3 COMPONENTS Interpreter QUIET)
 if(NOT DOXYGEN_FOUND OR NOT Python3_FOUND)
-  message(STATUS "doxygen is not there: no target `reference`")
+  message(STATUS "doxygen or Python was not found: no target `reference`")
   return()
 endif()
 

@@ -1,4 +1,4 @@
-# Defines the library of a folder, of all its .cc and .h files, with the folders on
+# Defines the library of a folder from all its .cc and .h files, and the folders on
 # which it depends. Code that uses a folder not listed fails to link.
 #
 #   kinegraph_library(core/geometry DEPENDS core/base LINKS Eigen3::Eigen)

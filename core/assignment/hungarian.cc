@@ -53,7 +53,8 @@ void HungarianSolver::Minimise(Span<double> cost, int rows, int cols,
                                std::vector<int>* col_of_row) {
   if (rows < 0 || cols < 0 ||
       cost.size() != static_cast<size_t>(rows) * static_cast<size_t>(cols)) {
-    throw std::invalid_argument("assignment: cost has not rows x cols entries");
+    throw std::invalid_argument(
+        "assignment: cost does not have rows x cols entries");
   }
   for (const double c : cost) {
     if (!std::isfinite(c)) {

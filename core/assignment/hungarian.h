@@ -1,4 +1,4 @@
-// The linear assignment problem, rectangular.
+// Solves the rectangular linear assignment problem.
 #ifndef KINEGRAPH_CORE_ASSIGNMENT_HUNGARIAN_H_
 #define KINEGRAPH_CORE_ASSIGNMENT_HUNGARIAN_H_
 
@@ -21,12 +21,12 @@ class HungarianSolver {
   // otherwise. (*col_of_row)[r] is the column of row r, or -1.
   void Minimise(Span<double> cost, int rows, int cols,
                 std::vector<int>* col_of_row);
-  // The same for the largest total.
+  // Finds the assignment with the largest total instead.
   void Maximise(Span<double> gain, int rows, int cols,
                 std::vector<int>* col_of_row);
   // The largest total of pairs whose gain is > 0; other pairs are not assigned.
   // Rows and columns that such pairs do not connect are solved as separate
-  // problems, so the cost grows little with their number.
+  // problems, so the running time grows little with their number.
   void MaximisePositive(Span<double> gain, int rows, int cols,
                         std::vector<int>* col_of_row);
 

@@ -10,26 +10,32 @@
 namespace kinegraph {
 
 void AssociationOptions::Describe(OptionVisitor& visitor) {
-  visitor.Choice("affinity", &affinity, {"part", "body", "cross_view"},
-                 "mean over positive joints, over all, or Chen et al.'s sum");
+  visitor.Choice(
+      "affinity", &affinity, {"part", "body", "cross_view"},
+      "mean over the joints with a positive affinity, over all joints, "
+      "or Chen et al.'s sum");
   visitor.Number("alpha_2d", &alpha_2d_px_per_frame, Positive(), "px per frame",
                  "2D speed at which a joint's affinity falls to zero (Eq. 1)");
   visitor.Number("lambda_a", &lambda_a_per_frame, NonNegative(), "1/frame",
                  "decay of the affinity with the age of the 3D pose (Eq. 1)");
   visitor.Number("epsilon", &epsilon_joints, Between(0.0, 17.0), "joints of 17",
-                 "share of the common joints that must be positive");
+                 "common joints that must have a positive affinity");
   visitor.Number("min_common_joints", &min_common_joints, Between(0.0, 17.0),
-                 "joints of 17", "fewer common joints are no match");
+                 "joints of 17", "pairs with fewer common joints cannot match");
   visitor.Number("max_speed", &max_speed_mps, NonNegative(), "m/s",
                  "graph mode: how fast the gate of a lost person grows; 0: by "
                  "alpha_2d");
   visitor.Number("prediction_s", &prediction_s, NonNegative(), "s",
-                 "graph mode: how long a person is expected to go on moving; "
-                 "0: stays where last seen");
-  visitor.Choice("target_2d", &target_2d, {"matched", "projected"},
-                 "cross_view: the 2D joint last matched, or the 3D one there");
-  visitor.Number("alpha_3d", &alpha_3d_m, Positive(), "m",
-                 "cross_view: ray distance at which a joint counts nothing");
+                 "graph mode: how long a person is expected to keep moving; 0: "
+                 "expected where last seen");
+  visitor.Choice(
+      "target_2d", &target_2d, {"matched", "projected"},
+      "cross_view: what a detected joint is compared with: the 2D joint "
+      "last matched in its view, or the projected 3D joint");
+  visitor.Number(
+      "alpha_3d", &alpha_3d_m, Positive(), "m",
+      "cross_view: distance from the ray at which a joint's affinity "
+      "falls to zero");
 }
 
 void ProjectPose(const Pose3d& pose, const Camera& camera,

@@ -12,31 +12,32 @@
 namespace kinegraph {
 namespace {
 
-// Error of the expected pose: that of a position and, per second, that of a
-// velocity measured from two such positions.
+// Standard deviations of the expected position and of the expected velocity,
+// which is measured from two such positions.
 constexpr double kPositionSigma = 0.1;  // m
 constexpr double kVelocitySigma = 0.5;  // m/s
-// A point on a body's outline, half a metre wide, may be anywhere on it: the
-// standard deviation of a uniform distribution of that width.
+// A detected point may be anywhere on the body's outline, which is half a metre
+// wide: the standard deviation of a uniform distribution of that width.
 constexpr double kBodySigma = 0.15;  // m
-// Of the joints of a detection one in twenty is misplaced, where others hide it
-// every second.
+// Probability that a detected joint is misplaced, and the same where another
+// person hides it.
 constexpr double kMisplaced = 0.05;
 constexpr double kHiddenMisplaced = 0.5;
-// Width of the region in which a misplaced joint, or that of another person,
-// may be: the height of a person.
+// Width of the region in which a misplaced joint, or a joint of another person,
+// may lie: the height of a person.
 constexpr double kElsewhere = 2.0;  // m
-// Half of a body's width: a person nearer to the camera hides others in the
-// image of that much around the joints.
+// Half of a body's width: in the image a person hides whatever lies behind them
+// within this distance of their joints.
 constexpr double kHalfWidth = 0.25;  // m
 // Odds that a view detects a person in its image.
 constexpr double kSeenOdds = 3.0;
-// A detection farther off in all joints is not tried.
+// A detection is not considered if all of its joints are farther away than
+// this.
 constexpr double kFarSigmas = 6.0;
-constexpr size_t kMostHypotheses = 30;      // of one person, in as many views
+constexpr size_t kMostHypotheses = 30;      // per person and number of views
 constexpr double kLeastImprovement = 1e-9;  // nats
 
-// A person in an image; empty if behind the camera.
+// The part of an image that a person covers; empty if behind the camera.
 struct Outline {
   Eigen::AlignedBox2d box;
   double depth_m = 0.0;
@@ -101,12 +102,12 @@ bool AllViewMatcher::Extend(const Pose3d& expected, size_t view, int detection,
                             Hypothesis* hypothesis) const {
   const Camera& camera = (*cameras_)[view];
   const Observation& observation = observations[static_cast<size_t>(detection)];
-  // Any of the detections may be of another person.
+  // A priori each detection of the view is equally likely to show the person.
   double gain = std::log(kSeenOdds / static_cast<double>(observations.size()));
   bool any = false;
   for (const int j : joints_) {
     if (!expected[j].present() || !observation.joints[j].found) continue;
-    // Distances from the ray, on two axes across it.
+    // Distances from the ray on two axes perpendicular to it.
     const Eigen::Vector3d from_camera =
         expected[j].position_m + hypothesis->shift_m - camera.centre();
     const Eigen::Vector3d ray = camera.RayDirection(observation.ideal_px[j]);
@@ -163,8 +164,9 @@ void AllViewMatcher::Explain(size_t person, const ExpectedPerson& expected,
       }
     }
   }
-  // Each round adds one view to each hypothesis, whichever it is. What can be
-  // found by several orders counts as by the best one.
+  // Each round extends each hypothesis by one view, in all possible ways. The
+  // same detections can be reached in several orders, of which the one with the
+  // greatest gain is kept.
   for (size_t round = 0; round < views.size() && !open_.empty(); ++round) {
     longer_.clear();
     for (const Hypothesis& one : open_) {
@@ -327,7 +329,7 @@ void AllViewMatcher::Choose(size_t people,
       Take(static_cast<int>(h));
     }
   }
-  // Ends, since every change raises the total.
+  // Terminates because every change raises the total gain.
   for (bool improved = true; improved;) {
     improved = false;
     for (size_t h = 0; h < all_.size(); ++h) {

@@ -1,6 +1,6 @@
 // Matches the detections of all views with people at once. Bodies of few joints
 // (boxes, centroids) do not differ enough within one view for Eq. 1, but views
-// that show one person agree on where it is.
+// that show one person agree on the person's position.
 #ifndef KINEGRAPH_CORE_ASSOCIATION_ALL_VIEW_MATCHING_H_
 #define KINEGRAPH_CORE_ASSOCIATION_ALL_VIEW_MATCHING_H_
 
@@ -15,25 +15,28 @@
 
 namespace kinegraph {
 
-// Where a person is expected, and the standard deviation on each axis.
+// The pose expected of a person, and the standard deviation of its position on
+// each axis.
 struct ExpectedPerson {
   const Pose3d* pose = nullptr;
   double sigma_m = 0.0;
 };
 
-// For so long a person is expected to keep its velocity [s]; about the time
-// constant of walking people (core/identity/motion.cc).
+// Time for which a person is expected to keep their velocity [s]; about the
+// time constant of the velocity of walking people (core/identity/motion.cc).
 inline constexpr double kSpeedLasts = 1.0;
-// Standard deviation of where a person is expected whose pose is this old.
+// Standard deviation [m] on each axis of the position expected of a person
+// whose pose is `age_s` old.
 double ExpectedSigma(double age_s);
 
 class AllViewMatcher {
  public:
-  // Skeletons with so few joints that their people are matched in this way.
+  // Whether the skeleton has so few joints that people are matched in this way.
   static bool AppliesTo(const Skeleton& skeleton);
 
   // `cameras` must outlive the object; `joints` are the association joints,
-  // `detector_px` the error of a detector that does not depend on distance.
+  // `detector_px` is the part of the detector's error that does not depend on
+  // distance.
   AllViewMatcher(const CameraRig& cameras, std::vector<int> joints,
                  double detector_px);
 
@@ -42,10 +45,11 @@ class AllViewMatcher {
   // empty: none) cannot match.
   //
   // A hypothesis of a person is a detection, or none, in each view. Its gain is
-  // the log likelihood ratio of these detections showing the person, shifted
-  // from where it is expected, or others. Joints that nearer people hide are
-  // often misplaced. Each person has one hypothesis at most, each detection is
-  // in one at most. The order of the views does not matter.
+  // the log likelihood ratio between these detections showing the person,
+  // displaced from the expected pose, and showing others. Joints that nearer
+  // people hide are often misplaced. At most one hypothesis is chosen per
+  // person, and each detection is in at most one of the chosen hypotheses. The
+  // order of the views does not matter.
   void Match(Span<ExpectedPerson> people,
              const std::vector<Span<Observation>>& views,
              const std::vector<std::vector<char>>& barred,
@@ -63,23 +67,25 @@ class AllViewMatcher {
   void FindHidden(Span<ExpectedPerson> people);
   bool IsNear(const ExpectedPerson& expected, size_t view,
               const Observation& observation) const;
-  // Adds the detection to the hypothesis; false if it is likelier another
-  // person's.
+  // Adds the detection to the hypothesis; false if it more probably shows
+  // another person.
   bool Extend(const Pose3d& expected, size_t view, int detection,
               Span<Observation> observations, Hypothesis* hypothesis) const;
-  // The best hypotheses of a person, without that of no detection.
+  // Adds the person's best hypotheses, each with at least one detection, to
+  // all_.
   void Explain(size_t person, const ExpectedPerson& expected,
                const std::vector<Span<Observation>>& views,
                const std::vector<std::vector<char>>& barred);
 
-  // Chooses hypotheses of the greatest total gain: the best free ones first,
-  // then exchanges of one for those that it excludes.
+  // Chooses compatible hypotheses with a large total gain: greedily at first;
+  // then each hypothesis replaces those that it excludes if that raises the
+  // total.
   void Choose(size_t people, const std::vector<Span<Observation>>& views);
   bool Improve(int hypothesis);
   bool IsFree(const Hypothesis& one) const;
   void Take(int hypothesis);
-  double Release(size_t person);       // returns what it gained
-  double TakeBestFree(size_t person);  // the same
+  double Release(size_t person);       // returns the gain that is lost
+  double TakeBestFree(size_t person);  // returns the gain that is won
 
   const CameraRig* cameras_;
   std::vector<int> joints_;
@@ -87,8 +93,8 @@ class AllViewMatcher {
   // Buffers of Match.
   std::vector<std::vector<std::vector<char>>> hidden_;  // [view][person][joint]
   std::vector<std::vector<int>> near_;                  // [view], of one person
-  std::vector<Hypothesis> open_;         // with as many detections each
-  std::vector<Hypothesis> longer_;       // with one more
+  std::vector<Hypothesis> open_;         // with equally many detections
+  std::vector<Hypothesis> longer_;       // with one detection more
   std::vector<Hypothesis> all_;          // by descending gain
   std::vector<int> chosen_;              // [person]: a hypothesis, or -1
   std::vector<std::vector<int>> owner_;  // [view][observation]: a person, or -1

@@ -28,7 +28,7 @@ constexpr double kFar = std::numeric_limits<double>::max();
 
 }  // namespace
 
-// Mean over the joints that both have [px].
+// Mean distance [px] of the joints that both have.
 double ViewTracklets::Distance(const Tracklet& a, const Tracklet& b) const {
   double sum_px = 0.0;
   int common = 0;

@@ -2,10 +2,10 @@
 // Included by files that are compiled for one instruction set each, so it must
 // not use Eigen.
 //
-// Left-looking, in panels of four columns: earlier columns are subtracted from
-// a tile of the panel's rows that stays in registers, and the panel's own
-// corner is solved there too. Rows lie in lanes; sums run over columns in
-// order, so the bits do not depend on the number of lanes.
+// The factorisation is left-looking, in panels of four columns: earlier columns
+// are subtracted from a tile of the panel's rows that stays in registers, and
+// the panel's own corner is solved there too. Rows lie in lanes; sums run over
+// columns in order, so the bits do not depend on the number of lanes.
 #ifndef KINEGRAPH_CORE_BASE_DENSE_KERNEL_H_
 #define KINEGRAPH_CORE_BASE_DENSE_KERNEL_H_
 
@@ -80,7 +80,8 @@ class DenseEliminator {
     }
   }
 
-  // Cholesky factor of the panel's corner on the diagonal.
+  // Cholesky factor of the panel's corner on the diagonal; false if the corner
+  // is not positive definite.
   bool FactorCorner(int column) {
     constexpr int kPacks = T::kLanes < kPanel ? kPanel / T::kLanes : 1;
     const int row = column / T::kLanes * T::kLanes;
@@ -107,7 +108,7 @@ class DenseEliminator {
     return true;
   }
 
-  // Rows [begin, end) of a panel, given the columns before it.
+  // Solves rows [begin, end) of a panel, given the columns before it.
   void SolvePanel(double* square, int begin, int end, int column, int block) {
     int row = begin;
     for (; row + kTile * T::kLanes <= size_ && row < end;

@@ -4,7 +4,7 @@
 
 namespace kinegraph {
 
-// Squares of `size` rows, column by column; `size` is a multiple of
+// Square matrices of `size` rows, stored by columns; `size` is a multiple of
 // kLaneMultiple. Padding rows are those of the identity in `pivot` and zero in
 // `coupling`.
 struct DenseElimination {
@@ -18,7 +18,7 @@ struct DenseElimination {
   // B, the rows between the remaining and the eliminated variables; replaced by
   // Y = B L^-T.
   double* coupling = nullptr;
-  // Receives -Y Y' in addition to its contents, lower triangle. May be null.
+  // Y Y' is subtracted from it, lower triangle. May be null.
   double* next = nullptr;
 };
 

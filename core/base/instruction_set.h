@@ -16,7 +16,7 @@ InstructionSet BestInstructionSet();
 InstructionSet CurrentInstructionSet();
 
 // For tests and benchmarks: uses `set`, or the best one where the machine does
-// not support it. Not while another thread computes.
+// not support it. Must not be called while another thread computes.
 void UseInstructionSet(InstructionSet set);
 
 }  // namespace kinegraph

@@ -204,7 +204,7 @@ KINEGRAPH_INLINE bool All(bool mask) { return mask; }
 template <typename T>
 using Mask = decltype(T() < T());
 
-// As wide as each instruction set's registers.
+// Packs as wide as the registers of each instruction set.
 using BaselinePack = Pack<2, BaselineTarget>;
 using Avx2Pack = Pack<4, Avx2Target>;
 using Avx512Pack = Pack<8, Avx512Target>;

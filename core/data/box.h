@@ -21,13 +21,13 @@ inline Eigen::AlignedBox2d BoxAround(const std::vector<Keypoint>& joints) {
 }
 
 // Length of a box' diagonal, a person's size in the image [px]; 0 for an empty
-// one.
+// box.
 inline double DiagonalPx(const Eigen::AlignedBox2d& box) {
   return box.isEmpty() ? 0.0 : box.diagonal().norm();
 }
 
 // Lower bound of the distance between any two joints of the boxes [px]; at
-// least the largest number if one is empty.
+// least the largest double if a box is empty.
 inline double GapPx(const Eigen::AlignedBox2d& a,
                     const Eigen::AlignedBox2d& b) {
   return std::max({a.min().x() - b.max().x(), b.min().x() - a.max().x(),

@@ -36,8 +36,9 @@ void CheckName(const std::string& of, const std::string& name,
 
 void CheckFrameRate(double rate_hz, std::string_view key) {
   if (rate_hz >= 0.0 && rate_hz <= kMaxFrameRate_hz) return;
-  throw InputError(std::string(key) +
-                   ": is out of range, expected above 0 .. 1e6 Hz");
+  throw InputError(
+      std::string(key) +
+      ": is out of range, expected a rate above 0 and at most 1e6 Hz");
 }
 
 TimeNs CheckedTime(double seconds, std::string_view key) {
@@ -121,7 +122,7 @@ bool IsCovariance(const Eigen::Matrix3d& covariance) {
   if (!((covariance - covariance.transpose()).cwiseAbs().maxCoeff() <= slack)) {
     return false;
   }
-  // The cheap test first; a covariance of rank two passes by its eigenvalues.
+  // The cheap test first; the eigenvalues accept a covariance of lower rank.
   if (Eigen::LLT<Eigen::Matrix3d>(covariance).info() == Eigen::Success) {
     return true;
   }
@@ -165,7 +166,7 @@ void PoseCheck::Require(const TrackHeader& header,
     for (size_t j = 0; j < person.covariances.size(); ++j) {
       if (!person.covariances[j].has_value()) continue;
       if (!IsCovariance(*person.covariances[j])) {
-        fail(j, "the covariance is not positive definite");
+        fail(j, "the covariance is not positive semidefinite");
       }
     }
   }

@@ -45,7 +45,8 @@ class PoseCheck {
 
   // Throws std::logic_error naming frame, person and joint unless all positions
   // are finite and within a billion times the extent of the cameras, and each
-  // covariance is finite, symmetric and, up to rounding, positive definite.
+  // covariance is finite, symmetric and, up to rounding, positive semidefinite
+  // but not zero.
   void Require(const TrackHeader& header, const TrackFrame& frame) const;
 
  private:

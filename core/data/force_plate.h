@@ -11,7 +11,7 @@ struct ForcePlate {
   Eigen::Vector3d centre_m = Eigen::Vector3d::Zero();  // world
   double first_s = 0.0;  // time of the first sample, on the points' clock
   double rate_hz = 0.0;
-  std::vector<double> load_n;  // across the plate, positive
+  std::vector<double> load_n;  // normal to the plate, positive
 };
 
 }  // namespace kinegraph

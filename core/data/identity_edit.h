@@ -1,5 +1,5 @@
-// A change of identities in a recording: by automatic linking, or a user's
-// correction. One line of NAME.identity.jsonl.
+// A change of identities in a recording, by automatic linking or by a user's
+// correction: one line of NAME.identity.jsonl.
 #ifndef KINEGRAPH_CORE_DATA_IDENTITY_EDIT_H_
 #define KINEGRAPH_CORE_DATA_IDENTITY_EDIT_H_
 
@@ -53,8 +53,8 @@ struct IdentityEdit {
 // tracker does not use them.
 using PersonNames = std::map<TrackId, std::string>;
 
-// The names after these edits: `name` sets a name, and a join passes it on to a
-// person without one.
+// The names after these edits: `name` sets a name, and a join gives persons[0],
+// if unnamed, the name of persons[1].
 PersonNames NamesAfter(const std::vector<IdentityEdit>& edits);
 
 }  // namespace kinegraph

@@ -26,10 +26,10 @@ struct Observation {
   // One per joint, for epipolar distance and DLT; valid where the joint is
   // found.
   std::vector<Eigen::Vector2d> ideal_px;
-  // Over the association joints (Skeleton::association_joints), so that feet
-  // and hands do not outvote the body.
+  // Computed over the association joints (Skeleton::association_joints), so
+  // that feet and hands do not outvote the body.
   int found_count = 0;
-  double mean_confidence = 0.0;  // of the found ones; 0 if there are none
+  double mean_confidence = 0.0;  // of the found joints; 0 if there are none
 };
 
 // Fills `observation` (reusing its memory) from a detection seen by `camera`.

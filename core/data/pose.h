@@ -47,15 +47,16 @@ struct ViewMatch {
   std::vector<std::optional<double>> weights;
 };
 
-// Derivatives of a joint's position by its estimator's own model: the velocity
-// of a state, the derivatives of a spline.
+// Derivatives of a joint's position under the model of its estimator: the
+// velocity of a state, the derivatives of a spline.
 struct JointDerivatives {
   Eigen::Vector3d velocity_m_s = Eigen::Vector3d::Zero();
   std::optional<Eigen::Vector3d> acceleration_m_s2;  // nullopt: not modelled
 };
 
-// One person in one frame, as written. Vectors other than `joints` may be
-// empty; otherwise they have one entry per joint.
+// One person in one frame, as written. `matches` has one entry per matched
+// view. The other vectors have one entry per joint; all but `joints` may be
+// empty.
 struct PersonPose {
   TrackId id;
   Pose3d joints;

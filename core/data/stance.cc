@@ -57,7 +57,8 @@ std::optional<Vector3d> NearestAxis(const Vector3d& direction,
 }
 
 void Stance::See(const PersonPose& person) {
-  // Relative to the length from lowest point to shoulders.
+  // Height of the hands above the shoulders, relative to the length from the
+  // lowest point to the shoulders.
   constexpr double kAbove = 0.1;
   constexpr size_t kMost = 2000;  // bodies; more add no information
   // Cosine of the angle between trunk and legs; 0.6 for a person on a chair.
@@ -145,7 +146,7 @@ std::vector<Stance::Group> Stance::Groups() const {
       group.straight += body->is_straight ? 1.0 : 0.0;
       ++count;
     }
-    // Ends where no body is near the mean, which would repeat forever.
+    // If no body is near the mean, the loop would repeat forever.
     if (others.size() == left.size()) break;
     left = std::move(others);
     group.share = count / static_cast<double>(bodies_.size());
@@ -252,7 +253,7 @@ std::optional<Vector3d> Stance::Up(const UpEvidence& known) const {
   }
   if (cameras && all.up.dot(*cameras) < alike) return std::nullopt;
   if (!cameras && may_lie(Vector3d::UnitZ())) return std::nullopt;
-  // A sitting person leans by more than a world is tilted.
+  // A sitting person may lean by more than the world's axes are tilted.
   return all.straight > 0.5 ? std::optional(all.up)
                             : NearestAxis(all.up, kSits_deg);
 }

@@ -30,25 +30,26 @@ struct UpEvidence {
   Eigen::Vector3d of_cameras = Eigen::Vector3d::Zero();  // UpOfCameras
 };
 
-// Collects poses of a skeleton with our joint names.
+// Collects poses of a skeleton with kinegraph's joint names.
 class Stance {
  public:
   explicit Stance(const Skeleton& skeleton) : skeleton_(skeleton) {}
   void See(const PersonPose& person);
 
   // The unit vector that points up; nullopt if unknown. The first that applies:
-  // - the direction in which people stand, if their lowest joints share a floor
-  //   in it, but not in other directions;
+  // - the direction in which people stand, if their lowest joints are at one
+  //   height along it but not along other directions;
   // - the stated axis or, without one, the cameras' direction, if fewer than 80
   //   % of the people stand in one direction;
-  // - the stated axis, unless people stand across it who cannot be lying;
+  // - the stated axis, unless people stand at more than 50 degrees to it and
+  //   cannot be lying;
   // - the direction in which people stand, unless it contradicts the cameras or
   //   they may be lying.
   // A person with both hands above the head may be standing on them and is
   // ignored.
   std::optional<Eigen::Vector3d> Up(const UpEvidence& known = {}) const;
 
-  // The same if there are people and the result differs from `up`, a unit
+  // Up(known), if there are people and the result differs from `up`, a unit
   // vector, by more than 50 degrees.
   std::optional<Eigen::Vector3d> UpUnlike(const Eigen::Vector3d& up,
                                           const UpEvidence& known = {}) const;

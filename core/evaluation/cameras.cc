@@ -54,8 +54,8 @@ WorldAlignment Align(const CameraPairs& pairs, bool with_scale) {
   const Vector3d found_mean = found.rowwise().mean();
   const Eigen::Matrix3Xd from_mean = found.colwise() - found_mean;
   const Eigen::Matrix3Xd true_from_mean = truth.colwise() - true_mean;
-  // The rotation nearest to this sum: of outer products of the centres or, on a
-  // line, of the cameras' relative rotations.
+  // The alignment is the rotation nearest to this sum: of outer products of the
+  // centres or, if they are collinear, of the cameras' relative rotations.
   const bool on_a_line = OnALine(from_mean) || OnALine(true_from_mean);
   const Matrix3d sum =
       on_a_line ? turns : Matrix3d(true_from_mean * from_mean.transpose());
@@ -92,7 +92,7 @@ CameraResult EvaluateCameras(const CameraRig& truth,
   if (pairs.size() < 2) {
     throw InputError(path, "",
                      "found " + std::to_string(pairs.size()) +
-                         " cameras with a name of " + truth_path +
+                         " cameras that are also in " + truth_path +
                          ", expected two or more");
   }
   CameraResult result;

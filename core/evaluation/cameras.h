@@ -1,4 +1,4 @@
-// Errors of calibrated cameras relative to true ones.
+// Errors of calibrated cameras relative to the true cameras.
 #ifndef KINEGRAPH_CORE_EVALUATION_CAMERAS_H_
 #define KINEGRAPH_CORE_EVALUATION_CAMERAS_H_
 
@@ -18,7 +18,7 @@ struct CameraError {
 };
 
 struct CameraResult {
-  std::vector<CameraError> cameras;  // in both, in the truth's order
+  std::vector<CameraError> cameras;  // in both rigs, in the truth's order
   // Translation error (TE), the same after alignment with scale, and angle
   // error (AE): means over the cameras.
   double te_m = 0.0;
@@ -29,18 +29,19 @@ struct CameraResult {
   // within 5, 10, 15 degrees of the true one; needs no alignment.
   std::vector<double> rra_deg = {5.0, 10.0, 15.0};
   std::vector<Share> rra;
-  // Camera centre accuracy: cameras within 5, 10, 15 % of the scene's size of
-  // the true one. The size is the distance of the farthest true camera from
-  // their mean; aligned with scale, and rigidly.
+  // Camera centre accuracy: cameras whose centre is within 5, 10, 15 % of the
+  // scene's size of the true one, after alignment with scale and after rigid
+  // alignment. The size is the distance of the farthest true camera from the
+  // mean of all.
   std::vector<double> cca_percent = {5.0, 10.0, 15.0};
   std::vector<Share> scaled_cca, cca;
 };
 
 // Compares cameras of the same name. Worlds are aligned on the centres (Umeyama
-// 1991). Where these lie within a twentieth of their length of a line, or there
-// are only two, the rotation about the line is undetermined, and the mean of
-// the cameras' rotations is used instead. Throws InputError naming `path` and
-// `truth_path` when fewer than two cameras are in both.
+// 1991). If the centres lie within a twentieth of their extent of a line, or
+// there are only two, the rotation about the line is undetermined, and the mean
+// of the cameras' rotations is used instead. Throws InputError naming `path`
+// and `truth_path` when fewer than two cameras are in both.
 CameraResult EvaluateCameras(const CameraRig& truth,
                              const std::string& truth_path,
                              const CameraRig& cameras, const std::string& path);

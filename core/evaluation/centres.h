@@ -14,10 +14,11 @@ struct Centres {
   TrackSequence a, b;
   std::string note;  // what is compared with what
 };
-// Where the two have no joint in common and one has a single joint, which is
-// taken to be a centroid; nullopt otherwise. The centre of other skeletons is
-// the middle of the hips; without hips, in the skeleton or in a pose, the mean
-// of the joints, which for a box is that of its top and bottom.
+// Reduces both results to centres if they have no joint in common and one has a
+// single joint, which is taken to be a centroid; nullopt otherwise. The centre
+// of the other skeleton is the middle of the hips; if the skeleton or a pose
+// has no hips, it is the mean of the joints, which for a box is the mean of top
+// and bottom.
 std::optional<Centres> ReducedToCentres(const TrackSequence& a,
                                         const TrackSequence& b);
 

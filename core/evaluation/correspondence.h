@@ -22,8 +22,8 @@ namespace kinegraph {
 inline constexpr double kPersonGateM = 0.5;
 inline constexpr double kNoGate = std::numeric_limits<double>::infinity();
 
-// By number, within one recording (for frames of two recordings: PairFrames);
-// nullptr if there is no such frame.
+// The frame of that number, within one recording (for frames of two recordings:
+// PairFrames); nullptr if there is no such frame.
 const TrackFrame* FindFrame(const TrackSequence& tracks, int64_t frame);
 
 // The same joint in two skeletons.
@@ -39,8 +39,9 @@ JointPairs CommonJoints(const Skeleton& a, const Skeleton& b);
 // report that no person was found.
 void RequireCommonJoints(const Skeleton& a, const std::string& file_a,
                          const Skeleton& b, const std::string& file_b);
-// Only shoulders, elbows, wrists, hips, knees and ankles: the twelve joints
-// that all conventions share. All common joints if there are none of these.
+// The common joints among shoulders, elbows, wrists, hips, knees and ankles,
+// the twelve joints that all conventions share. All common joints if there are
+// none of these.
 JointPairs CommonBodyJoints(const Skeleton& a, const Skeleton& b);
 
 // Mean distance over the joints that both poses have [m]; nullopt if there are
@@ -77,7 +78,7 @@ struct PersonPair {
 // by mean distance over `joints` (a: truth, b: tracks).
 std::vector<PersonPair> PairPeople(const FramePairing& frames,
                                    const JointPairs& joints, double gate_m);
-// The same for all frames in `ranges` that PairFrames pairs.
+// Overload for all frames in `ranges` that PairFrames pairs.
 std::vector<PersonPair> PairPeople(const TrackSequence& truth,
                                    const TrackSequence& tracks,
                                    const JointPairs& joints, double gate_m,

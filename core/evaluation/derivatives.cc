@@ -231,7 +231,7 @@ void AddPeaks(const JointMotion& joint, const std::vector<char>& at_contact,
 }
 
 // Step between compared frames, in frames of the tracks: 2 where the truth has
-// every other one. 0: no frames are compared.
+// every other frame. 0: no frames are compared.
 int64_t StrideOf(const std::map<TrackId, std::vector<PersonPair>>& people) {
   int64_t stride = 0;
   for (const auto& [id, pairs] : people) {

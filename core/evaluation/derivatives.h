@@ -15,7 +15,7 @@ namespace kinegraph {
 
 struct DerivativeOptions {
   double rate_hz = 0.0;                           // of the tracks
-  std::vector<FrameRange> frames;                 // of the truth; empty: all
+  std::vector<FrameRange> frames;                 // of the tracks; empty: all
   Eigen::Vector3d up = Eigen::Vector3d::UnitZ();  // in the world
 };
 
@@ -59,17 +59,19 @@ struct DerivativeResult {
 
 // Velocity and acceleration of the truth are central differences of its
 // positions in three consecutive frames, at `rate_hz`. Those of the tracks are
-// the derivatives of the estimator's model where its poses have them; a model
-// without acceleration has that of its velocities' central differences. Else
-// they are central differences of the positions too. People are paired as in
-// EvaluateMpjpe, and the pair must be the same in all three frames, whatever
-// the source, so that all strategies are scored on the same frames.
+// the derivatives of the estimator's model where its poses have them; the
+// acceleration of a model that has none is the central difference of its
+// velocities. For other poses both are central differences of the positions.
+// People are paired as in EvaluateMpjpe, and the pair must be the same in all
+// three frames, whatever the source, so that all strategies are scored on the
+// same frames.
 //
-// A contact is an instant at which a descending true ankle is decelerated by
-// more than one g: the greatest such deceleration within 0.1 s. Frames within
-// 0.1 s of one are around a contact. A peak is the greatest true acceleration
-// of a joint within 0.25 s that exceeds twice the joint's root mean square; its
-// found counterpart is the greatest within 0.1 s of it.
+// A contact is an instant at which a descending ankle of the ground truth is
+// decelerated by more than one g: the greatest such deceleration within 0.1 s.
+// Frames within 0.1 s of one are around a contact. A peak is the greatest true
+// acceleration of a joint within 0.25 s that exceeds twice the joint's root
+// mean square; its counterpart is the greatest acceleration found within 0.1 s
+// of it.
 DerivativeResult EvaluateDerivatives(const TrackSequence& truth,
                                      const TrackSequence& tracks,
                                      const DerivativeOptions& options);

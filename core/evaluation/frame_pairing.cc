@@ -19,7 +19,7 @@ namespace {
 // Rates closer than this are treated as equal: 29.97 (30000/1001) and 30 Hz.
 constexpr double kSameRate = 0.002;
 // A stated rate that differs by more from the rate of the times contradicts
-// them; the closest usual rates, 24 and 25 Hz, differ by twice as much.
+// them; the closest common rates, 24 and 25 Hz, differ by twice as much.
 constexpr double kSameClock = 0.02;
 // Frames of recordings with different rates show the same instant up to this
 // difference: times in whole milliseconds have errors of up to half a
@@ -83,9 +83,9 @@ Clock ClockOf(const TrackSequence& recording, const std::string& name,
     if (!is_stated(mean_hz) && !is_stated(Median(std::move(rates_hz)))) {
       clock.rate_hz = mean_hz;
       if (stated_hz > 0.0) {
-        notes->push_back(
-            fmt::format("{} states {:g} Hz, its times are those of {:.4g} Hz",
-                        name, stated_hz, mean_hz));
+        notes->push_back(fmt::format(
+            "{} states {:g} Hz, but its times are those of {:.4g} Hz", name,
+            stated_hz, mean_hz));
       }
     }
   }
@@ -187,10 +187,11 @@ class Pairer {
     }
   }
 
-  // One rate written in two ways, 30000/1001 and 30 Hz: equal numbers begin at
-  // the same time and end, by the two rates, more than half a frame apart.
-  // Returns that difference; nullopt also where the times differ for another
-  // reason, such as a pause that the numbers do not contain.
+  // Detects one rate that is written in two ways, as 30000/1001 and 30 Hz:
+  // equal numbers begin at the same time and end, because of the two rates,
+  // more than half a frame apart. Returns that difference; nullopt also where
+  // the times differ for another reason, such as a pause that the numbers do
+  // not contain.
   std::optional<TimeNs> DriftOfEqualNumbers() const {
     if (!same_rate_) return std::nullopt;
     std::optional<TimeNs> first, last;
@@ -289,8 +290,8 @@ class Pairer {
       if (truth_.frames.front().frame == tracks_.frames.front().frame &&
           truth_.frames.back().frame == tracks_.frames.back().frame) {
         note += fmt::format(
-            "; both have frames {} to {}: if these show the same, one of the "
-            "rates is wrong",
+            "; both have frames {} to {}: if these show the same instants, "
+            "one of the rates is wrong",
             truth_.frames.front().frame, truth_.frames.back().frame);
       }
     } else {
@@ -330,9 +331,9 @@ class Pairer {
     if (ratio < kLeastRatio && ratio > 1.0 / kLeastRatio) return;
     const bool of_truth = !truth_clock_.is_known();
     result_.notes.push_back(fmt::format(
-        "{} has no times, frames are paired by number: {} has {:.0f}, {} "
-        "{:.0f}; if they are equally long in seconds, the rates differ and the "
-        "score is wrong",
+        "{} has no times, frames are paired by number: {} has {:.0f} frames, "
+        "{} {:.0f}; if both last equally long, the rates differ and the score "
+        "is wrong",
         of_truth ? names_.truth : names_.tracks, names_.truth, length(truth_),
         names_.tracks, length(tracks_)));
   }

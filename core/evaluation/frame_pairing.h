@@ -17,7 +17,7 @@ struct FramePair {
   // The tracks' number for this instant, whether or not they have the frame.
   int64_t frame = 0;
   const TrackFrame* truth = nullptr;   // nullptr: no frame
-  const TrackFrame* tracks = nullptr;  // the same; never both null
+  const TrackFrame* tracks = nullptr;  // nullptr: no frame; never both null
 };
 
 struct FramePairing {
@@ -41,11 +41,11 @@ struct PairingNames {
   std::string tracks = "the tracks";
 };
 
-// By time where both recordings have times and a rate, else by frame number;
-// restricted to `frames`, in the tracks' numbers (empty: all). Nothing is
-// interpolated: at different rates only common instants are compared, and
-// frames between them are ignored. Throws InputError naming both rates where
-// they differ and no two frames have the same time.
+// Pairs frames by time where both recordings have times and a rate, else by
+// frame number; restricted to `frames`, in the tracks' numbers (empty: all).
+// Nothing is interpolated: at different rates only common instants are
+// compared, and frames between them are ignored. Throws InputError naming both
+// rates where they differ and no two frames have the same time.
 FramePairing PairFrames(const TrackSequence& truth, const TrackSequence& tracks,
                         const std::vector<FrameRange>& frames = {},
                         const PairingNames& names = {});

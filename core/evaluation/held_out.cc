@@ -76,7 +76,7 @@ std::map<int64_t, FramePair> PairRuns(const TrackSequence& reference,
   if (frames.size() < reference.frames.size()) {
     throw InputError(fmt::format(
         "the run has {:.5g} Hz, the reference {:.5g} Hz: expected equal "
-        "rates: a held-out camera is scored in all its frames",
+        "rates, because a held-out camera is scored in all its frames",
         pairing.truth_rate_hz, pairing.tracks_rate_hz));
   }
   return frames;
@@ -282,7 +282,7 @@ HeldOutSummary SummariseHeldOut(const HeldOutScores& scores,
   return summary;
 }
 
-// The units of the bootstrap.
+// These frames are the units of the bootstrap.
 std::vector<int64_t> FramesOf(const HeldOutScores& scores) {
   std::vector<int64_t> frames;
   for (const HeldOutPerson& person : scores.people) {

@@ -27,7 +27,7 @@ struct HeldOutPerson {
   bool paired = false;  // the run has this person
 };
 
-// One joint of such a detection.
+// One scored joint of a detection.
 struct HeldOutJoint {
   size_t person_idx = 0;  // in HeldOutScores::people
   JointClass joint_class = JointClass::kOther;
@@ -66,18 +66,19 @@ struct HeldOutRules {
   };
   Pairing pairing = Pairing::kByDistance;
   DetectorSigma sigma_px;  // empty: no normalised residuals
-  // Empty: scores the 3D point alone; else its prediction of the detection,
-  // bias included. Scores of the two kinds must not be mixed.
+  // Empty: detections are compared with the projection of the 3D point. Else
+  // the bias is added to the projection. Scores of the two kinds must not be
+  // mixed.
   DetectorBias bias_px;
 };
 
 // Scores `run`, made without the camera of view `view_idx`, on that view's part
-// of the set and appends to `scores`. Scored are the joints that both the
-// detections and `reference` have, above the set's minimum confidence, so feet
-// that only some skeletons have do not change the set. The people of the run
-// are paired with those of the reference by `rules`. A prediction farther away
-// than the cap counts as none. Throws InputError when the set refers to a
-// frame, detection or person that does not exist.
+// of the set and appends to `scores`. The scored joints are those that both the
+// detections and `reference` have, with at least the set's minimum confidence,
+// so feet that only some skeletons have do not change the set. The people of
+// the run are paired with those of the reference by `rules`. A prediction
+// farther away than the cap counts as none. Throws InputError when the set
+// refers to a frame, detection or person that does not exist.
 void ScoreHeldOutCamera(const HeldOutSet& set,
                         const DetectionSequence& detections, int view_idx,
                         const Camera& camera, const TrackSequence& reference,
@@ -108,7 +109,7 @@ HeldOutFilter JointsOfClass(JointClass joint_class);
 HeldOutFilter JointsOfView(int view_idx);
 HeldOutFilter JointsWithoutFace();
 
-// Blocks of frames are drawn together with all their cameras and people.
+// The bootstrap draws blocks of frames with all their cameras and people.
 HeldOutSummary SummariseHeldOut(const HeldOutScores& scores,
                                 const HeldOutFilter& filter,
                                 const BootstrapOptions& options = {});
@@ -117,10 +118,10 @@ HeldOutSummary SummariseHeldOut(const HeldOutScores& scores,
 // their pooled ratio is kMeanTruncated.
 RatioSeries TruncatedErrors(const HeldOutScores& scores,
                             const HeldOutFilter& filter);
-// The frames of those units.
+// The frames of the units of TruncatedErrors.
 std::vector<int64_t> FramesOf(const HeldOutScores& scores);
 
-// The normalised residuals of held-out cameras.
+// Consistency of the normalised residuals in held-out cameras.
 Consistency HeldOutConsistency(const HeldOutScores& scores);
 
 }  // namespace kinegraph

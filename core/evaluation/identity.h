@@ -68,9 +68,9 @@ struct IdentityResult {
 
 // The gate is kPersonGateM, on the mean distance over joints of the same name.
 //
-// In each frame a true person keeps the identity it had while the two stay
-// within the gate and no other person has had it since; the others are matched
-// one-to-one.
+// In each frame a true person keeps the matched identity while the two stay
+// within the gate and no other person has had that identity since; the other
+// people are matched one-to-one.
 //
 // An incomplete truth is scored as follows.
 //

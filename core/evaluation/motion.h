@@ -19,14 +19,14 @@ struct MotionOptions {
 };
 
 struct MotionResult {
-  // Over shoulders, elbows, wrists, hips, knees and ankles, and the twelve
-  // bones between them, to be comparable between skeletons.
+  // Both figures use only shoulders, elbows, wrists, hips, knees and ankles,
+  // and the twelve bones between them, to be comparable between skeletons.
   //
   // Mean of |p(k+1) - 2 p(k) + p(k-1)| rate^2 over joints that are observed in
   // three consecutive frames [m/s^2]; NaN if there are none.
   double acceleration_m_s2 = 0.0;
   int64_t acceleration_count = 0;
-  Interval acceleration_interval;  // blocks drawn within each person
+  Interval acceleration_interval;  // bootstrap of blocks within each person
   // Mean over bones and people of the standard deviation of the bone's length
   // over time, wherever both ends have a position [m].
   double bone_length_spread_m = 0.0;

@@ -51,13 +51,13 @@ struct MpjpeResult {
   // PA-MPJPE: after Procrustes alignment of each pose with the true one
   // (rotation, translation, scale); NaN without people of three joints or more.
   double aligned_m = 0.0;
-  // PCK: share of true joints whose found ones are within 50, 100, 150 mm;
-  // joints not found count as farther.
+  // PCK: share of true joints whose found counterparts are within 50, 100, 150
+  // mm; joints not found count as farther.
   std::vector<double> pck_m = {0.05, 0.1, 0.15};
   std::vector<Share> pck;
   Interval raw_interval;  // blocks drawn within each actor
   Interval bias_removed_interval;
-  std::vector<JointError> joints;   // of the same name, in the truth's order
+  std::vector<JointError> joints;   // contained in both, in the truth's order
   std::vector<PersonError> people;  // by actor, then by frame
   Share found;                      // true person-frames with a counterpart
   // Joints of those people that the counterpart has.
@@ -96,7 +96,7 @@ struct ConsistencyRow {
   // Errors of joints with a position, with or without covariance.
   int64_t count = 0;
   double rmse_m = 0.0;        // NaN: none
-  Consistency stated;         // for those with a covariance
+  Consistency stated;         // of the joints with a covariance
   double stated_rms_m = 0.0;  // square root of the covariances' mean trace
 };
 
@@ -106,8 +106,8 @@ struct ConsistencyResult {
   Consistency all;  // both together
 };
 
-// Joints are compared by name, people paired as in EvaluateMpjpe. `frames` are
-// those of the tracks; empty: all.
+// Joints are compared by name, people paired as in EvaluateMpjpe. `frames`:
+// numbers of the tracks' frames; empty: all.
 ConsistencyResult EvaluateConsistency(
     const TrackSequence& truth, const TrackSequence& tracks,
     const std::vector<FrameRange>& frames = {});

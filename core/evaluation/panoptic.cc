@@ -27,8 +27,8 @@ class Panoptic15Converter {
   }
 
  private:
-  // Only where the skeleton has no such joint; one that was not found stays
-  // missing.
+  // Fills the joint only if the skeleton lacks it; a joint that was not found
+  // stays missing.
   void FillMiddle(const char* middle, const char* a, const char* b,
                   Pose3d* pose) const {
     const int joint = Panoptic15().IndexOf(middle);

@@ -22,7 +22,7 @@ constexpr double kFaceForwardM = 0.125;  // k4d
 constexpr double kFaceUpM = 0.145;
 constexpr double kMvposeShare = 0.75;  // kVoxelposeShelf
 
-// The sources of a head.
+// The joints from which a head is computed.
 enum HeadSource {
   kNose,
   kLeftEar,
@@ -231,8 +231,8 @@ PcpPersonFrame ScorePerson(int64_t frame, const PersonPose& truth,
   return scored;
 }
 
-// The frame nearest in time to one of the ground truth, the earlier one on a
-// tie; nullptr if none is near enough.
+// The frame of the tracks nearest in time to a frame of the ground truth, the
+// earlier on a tie; nullptr if none is near enough.
 const TrackFrame* NearestInTime(const TrackSequence& tracks,
                                 const TrackFrame& true_frame,
                                 double max_time_gap_s) {

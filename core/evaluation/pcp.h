@@ -22,12 +22,12 @@
 
 namespace kinegraph {
 
-// From any skeleton to the 14 joints of the Campus and Shelf ground truth.
-// Detectors report nose and ears, the annotation has the bottom and the top of
-// the head. Publications differ in the conversion, and the choice alone can
-// change a PCP by a percent, so a protocol states it. With m = middle of the
-// shoulders, n = nose, e = middle of the ears; products are taken axis by axis
-// in the world (z up), as in the publications.
+// Conversions of the head from any skeleton to the 14 joints of the Campus and
+// Shelf ground truth. Detectors report nose and ears, the annotation has the
+// bottom and the top of the head. Publications differ in the conversion, and
+// the choice alone can change a PCP by a percent, so a protocol states it. With
+// m = middle of the shoulders, n = nose, e = middle of the ears; products are
+// taken axis by axis in the world (z up), as in the publications.
 enum class HeadConversion {
   // top = m + (n - m) * (0.78, 0.5, 1.5),
   // bottom = m + (n - m) * (0.3, 0.4, 0.6)
@@ -71,7 +71,7 @@ class Tum14Converter {
 
   HeadConversion conversion_;
   std::vector<int> source_;       // for each joint of Tum14, or -1
-  std::vector<int> head_source_;  // of the sources of a head
+  std::vector<int> head_source_;  // for each source of a head, or -1
 };
 
 // The middle of two joints: missing if one of them is.
@@ -197,7 +197,7 @@ struct LostPart {
 struct PcpResult {
   PcpProtocol protocol;
   std::vector<PcpPersonFrame> person_frames;  // by actor, then by frame
-  std::vector<LostPart> lost;                 // in that order
+  std::vector<LostPart> lost;                 // in the same order
 
   std::vector<int64_t> Actors() const;  // ascending
   // The actors of the headline that the ground truth contains.

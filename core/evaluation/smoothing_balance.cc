@@ -62,8 +62,8 @@ const Vector3d& PointAt(const JointTrace& trace, int64_t frame) {
              : trace.points[static_cast<size_t>(at)];
 }
 
-// Interpolates the columns that are not there, linearly; the first and last
-// ones take their neighbour's values.
+// Interpolates missing columns linearly; missing columns at the ends take the
+// values of the nearest column.
 void FillGaps(const std::vector<char>& is_there, MatrixXd* signal) {
   const auto count = static_cast<Eigen::Index>(is_there.size());
   Eigen::Index before = -1;

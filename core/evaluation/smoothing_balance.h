@@ -1,10 +1,10 @@
-// Whether a smoothing strategy removes motion or keeps noise, joint by joint,
-// without ground truth.
+// Determines whether a smoothing strategy removes motion or keeps noise, joint
+// by joint, without ground truth.
 //
 // A detection u of a camera that was left out, the triangulation b of the other
 // cameras' detections and the strategy's estimate a from the same detections
 // contain the same motion m; the errors of u are independent of those of a and
-// b. So expectations over segments of time are, by frequency, of the spectra
+// b. Expectations over segments of time therefore give these spectra:
 //   S = E[u* b]                 the motion's power
 //   N = E[b* b] - S             the power of the triangulation's errors
 //   D = E[a* a] - 2 Re E[u* a] + S = E[|a - m|^2]      the strategy's error
@@ -36,13 +36,13 @@
 namespace kinegraph {
 
 // A joint of one person in consecutive frames. In the world: its position [m].
-// In an image: x and y [px], and metres per pixel across the ray. NaN where
-// missing.
+// In an image: x and y [px], and metres per pixel perpendicular to the ray. NaN
+// where missing.
 struct JointTrace {
   int64_t begin = 0;  // the first frame
   std::vector<Eigen::Vector3d> points;
 };
-// By person and joint of the tracks' skeleton.
+// Keyed by person and joint of the tracks' skeleton.
 using JointTraces = std::map<std::pair<TrackId, int>, JointTrace>;
 
 JointTraces WorldTraces(const TrackSequence& tracks,
@@ -54,8 +54,8 @@ JointTraces DetectedTraces(const HeldOutSet& set,
                            const DetectionSequence& detections, int view_idx,
                            const Skeleton& skeleton);
 
-// Of one joint, or of all: root mean squares of what varies within a segment
-// [m], over the two axes of images or the three of the world together. NaN
+// For one joint, or for all: root mean squares [m] of the variation within a
+// segment, over the two axes of images or the three of the world together. NaN
 // without enough data.
 struct SmoothingBalance {
   // The larger part of the error beyond the attainable one.
@@ -71,10 +71,10 @@ struct SmoothingBalance {
   double attainable_m = 0.0;
   Excess excess = Excess::kNoiseKept;
   // Whether the error is significantly (99 %) greater than 1.35 times the
-  // attainable one. It is that of an estimate without one camera; the estimate
-  // from all cameras then exceeds its attainable error by a quarter or more,
-  // according to the truth for 99 % of such joints (research/cutoff_rules
-  // prints the count).
+  // attainable one. The tested estimate lacks one camera; the estimate from all
+  // cameras then exceeds its attainable error by a quarter or more, according
+  // to the truth for 99 % of such joints (research/cutoff_rules prints the
+  // count).
   bool is_excessive = false;
 };
 
@@ -93,9 +93,10 @@ class SmoothingSpectra {
   // Adds the spectra of other cameras.
   void Merge(const SmoothingSpectra& other);
 
-  // The balance of that joint of all people. The excess is noise kept where
-  // E[a* a] - |E[u* a]|, which is 0 for the Wiener filter and for any that
-  // removes or delays motion alone, is more than half of it.
+  // The balance of that joint of all people. The excess of the squared error
+  // over the attainable one counts as noise kept if E[a* a] - |E[u* a]| is at
+  // least half of it: this is 0 for the Wiener filter and for filters that only
+  // remove or delay motion.
   SmoothingBalance OfJoint(int joint) const;
 
  private:
@@ -115,7 +116,7 @@ class SmoothingSpectra {
   TaperedTransform transform_;
   std::vector<int> band_of_;  // one per bin
   int band_count_ = 0;
-  // By joint, person, view and first frame.
+  // Keyed by joint, person, view and first frame.
   std::map<std::tuple<int, TrackId, int, int64_t>, Segment> segments_;
 };
 

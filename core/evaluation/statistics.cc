@@ -98,7 +98,7 @@ std::vector<int64_t> Lengths(const std::vector<RatioSeries>& series) {
   return lengths;
 }
 
-// Adds the units of a series; `next` is the index of its first one in the
+// Adds the units of a series; `next` is the index of its first unit in the
 // counts.
 void AddUnits(const RatioSeries& units, const DrawCounts* counts, size_t* next,
               RatioUnit* sum) {

@@ -39,9 +39,9 @@ double StandardDeviation(const std::vector<double>& values);
 // Quantile `q` in 0..1 with linear interpolation between order statistics, so
 // that 0 gives the least and 1 the greatest value; NaN for no values.
 double Quantile(std::vector<double> values, double q);
-// The same for repeated values: `ascending` are distinct, and `upto`[i] is the
-// total number of the values 0 .. i. Equal to Quantile of the repeated values,
-// without a copy.
+// Quantile of values of which each may count several times: `upto`[i] is the
+// total number of the values 0 .. i in `ascending`. Equal to Quantile of the
+// repeated values, without a copy.
 double QuantileOfRepeated(const std::vector<double>& ascending,
                           const std::vector<int64_t>& upto, double q);
 
@@ -83,8 +83,8 @@ Interval BlockBootstrap(
     const std::function<double(const DrawCounts&)>& statistic,
     const BootstrapOptions& options = {});
 
-// The same for several scores that are computed together; each call of the
-// statistic returns one value per score.
+// BlockBootstrap for several scores that are computed together; each call of
+// the statistic returns one value per score.
 std::vector<Interval> BlockBootstrapAll(
     const std::vector<int64_t>& series_lengths, size_t score_count,
     const std::function<std::vector<double>(const DrawCounts&)>& statistic,
@@ -105,15 +105,15 @@ using RatioScore = double (*)(const std::vector<RatioSeries>& series,
 // Mean of the series' ratios; series without weight are left out.
 double MeanOfRatios(const std::vector<RatioSeries>& series,
                     const DrawCounts* counts = nullptr);
-// All units of all series together: the sum of the sums over that of the
-// weights, as for a mean over joints; NaN without weight.
+// All units of all series together: the total of the sums divided by the total
+// of the weights, as for a mean over joints; NaN without weight.
 double PooledRatio(const std::vector<RatioSeries>& series,
                    const DrawCounts* counts = nullptr);
 
 Interval RatioInterval(RatioScore score, const std::vector<RatioSeries>& series,
                        const BootstrapOptions& options = {});
-// For the score of a minus that of b, with the same units drawn for both.
-// Throws OptionError when a and b differ in shape.
+// For score(a) - score(b), with the same units drawn for both. Throws
+// OptionError when a and b differ in shape.
 Interval PairedInterval(RatioScore score, const std::vector<RatioSeries>& a,
                         const std::vector<RatioSeries>& b,
                         const BootstrapOptions& options = {});

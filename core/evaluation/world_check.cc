@@ -89,7 +89,7 @@ Fit FitOf(const std::vector<Sample>& samples, const JointPairs& joints,
   return fit;
 }
 
-// All 48; rotations before reflections.
+// All 48 signed permutations of the axes; rotations before reflections.
 std::vector<Matrix3d> SignedPermutations() {
   std::vector<Matrix3d> turns, mirrors;
   std::array<int, 3> order = {0, 1, 2};
@@ -136,8 +136,8 @@ std::string WorldCheck::Text() const {
                           other->scale));
   }
   if (found.total == 0) {
-    return "no compared frame has people in both: other frames, another clock, "
-           "or no person was tracked";
+    return "no compared frame has people in both: the frames or the clocks "
+           "differ, or no person was tracked";
   }
   if (found.count == 0) {
     return fmt::format(

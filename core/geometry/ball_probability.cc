@@ -26,8 +26,8 @@ double Integral(const Function& function) {
 }
 
 // Integral of a Gaussian's density times `function` over -end .. end, where
-// `function` is even; truncated at six sigmas. Substitutes the angle of a
-// circle, in which chords are smooth.
+// `function` is even; truncated at six sigmas. The substitution z = reach
+// sin(angle) makes chord lengths smooth.
 template <typename Function>
 double Expected(double sigma, double end, const Function& function) {
   constexpr double kDensity = 0.3989422804014327;  // 1 / sqrt(2 pi)

@@ -12,7 +12,7 @@
 namespace kinegraph {
 namespace {
 
-// Throws the reason why a calibration cannot be used.
+// Throws OptionError if the camera cannot be used.
 void CheckParameters(const CameraParameters& p) {
   if (!p.K.allFinite()) throw OptionError("K", "not all numbers are finite");
   if (!p.R.allFinite()) throw OptionError("R", "not all numbers are finite");

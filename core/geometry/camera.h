@@ -44,7 +44,7 @@ class Camera {
   const Eigen::Vector3d& t() const { return parameters_.t; }
   const std::shared_ptr<const Lens>& lens() const { return parameters_.lens; }
   const CameraParameters& parameters() const { return parameters_; }
-  // The same as plain numbers, for code that works on packs of points.
+  // The camera as plain numbers, for code that works on packs of points.
   const CameraModel& model() const { return model_; }
   // P = K [R | t]: world [m] to ideal (undistorted) pixels, homogeneous.
   const Matrix34d& P() const { return P_; }
@@ -64,8 +64,8 @@ class Camera {
   std::optional<Eigen::Vector2d> Project(const Eigen::Vector3d& point_in_world,
                                          Matrix23d* jacobian = nullptr) const;
 
-  // Ideal pixel (that of a pinhole with the same K) of a raw one; nullopt where
-  // the lens model cannot be inverted.
+  // Ideal pixel (as a pinhole with the same K images it) of a raw pixel;
+  // nullopt where the lens model cannot be inverted.
   std::optional<Eigen::Vector2d> Undistort(const Eigen::Vector2d& raw_px) const;
 
   // Unit direction in the world of the ray through an ideal pixel; the ray

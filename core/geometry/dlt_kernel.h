@@ -173,7 +173,8 @@ class ParallaxTest {
   explicit ParallaxTest(double min_angle_rad)
       : limit_(min_angle_rad * min_angle_rad) {}
 
-  // The ray from a camera's centre, in the lanes where the camera counts.
+  // Adds the ray from a camera's centre in the lanes in which the camera
+  // counts.
   void Add(const double centre[3], const T point[3], const Mask<T>& counts) {
     T ray[3];
     for (int i = 0; i < 3; ++i) ray[i] = point[i] - centre[i];
@@ -251,7 +252,7 @@ void TriangulateLanesWith(const LaneView* views, int view_count, int lanes,
   }
 }
 
-// EpipolarGeometry::WeightedDistance with weights of 1.
+// Computes EpipolarGeometry::WeightedDistance with weights of 1.
 template <typename T>
 void MarkConflictsWith(const LaneView& a, const LaneView& b, const double* f,
                        double alpha_px, int lanes, double* conflict) {

@@ -252,8 +252,8 @@ std::shared_ptr<const Lens> MakeLens(const std::string& model,
     if (count > coefficients.size()) {
       throw OptionError("distortion",
                         "found " + std::to_string(count) +
-                            " coefficients of a fisheye lens, expected k1 k2 "
-                            "k3 k4");
+                            " coefficients of a fisheye lens, expected at "
+                            "most 4 (k1 k2 k3 k4)");
     }
     std::copy(parameters.begin(), parameters.end(), coefficients.begin());
     return std::make_shared<FisheyeLens>(coefficients);
@@ -261,7 +261,7 @@ std::shared_ptr<const Lens> MakeLens(const std::string& model,
   if (model != "opencv5") {
     throw OptionError("model",
                       "found '" + Printable(model) +
-                          "', known are pinhole, opencv5 and opencv_fisheye");
+                          "', expected pinhole, opencv5 or opencv_fisheye");
   }
   if (count != 0 && count != 2 && count != 4 && count != 5) {
     throw OptionError("distortion", "found " + std::to_string(count) +

@@ -21,14 +21,14 @@ class Lens {
   virtual ~Lens() = default;
   virtual std::string model() const = 0;
   virtual std::vector<double> parameters() const = 0;
-  // The same as plain numbers.
+  // The lens as plain numbers.
   virtual const LensModel& plain() const = 0;
 
-  // Distorted point of an ideal one. `jacobian`, if not null, receives d
+  // The distorted point of an ideal point. `jacobian`, if not null, receives d
   // distorted / d ideal (2x2).
   virtual Eigen::Vector2d Distort(const Eigen::Vector2d& ideal,
                                   Eigen::Matrix2d* jacobian) const = 0;
-  // Ideal point of a distorted one; nullopt where the model cannot be
+  // The ideal point of a distorted point; nullopt where the model cannot be
   // inverted (outside the region in which it is one-to-one).
   virtual std::optional<Eigen::Vector2d> Undistort(
       const Eigen::Vector2d& distorted) const = 0;
@@ -92,17 +92,17 @@ class FisheyeLens final : public Lens {
 std::shared_ptr<const Lens> MakeLens(const std::string& model,
                                      const std::vector<double>& parameters);
 
-// The factor of k1 and the ideal point (x, y) in the lens' distorted point
-// (null: a pinhole, whose k1 is OpenCV's): r^2, or a^3 / r for a fisheye lens.
-// `jacobian`, if not null, receives the derivative of this factor times (x, y)
-// by (x, y).
+// The factor f of the term k1 f (x, y) in the distorted point of the ideal
+// point (x, y): r^2, or a^3 / r for a fisheye lens. Null is a pinhole, whose k1
+// is the first of OpenCV's five coefficients. `jacobian`, if not null, receives
+// the derivative of f (x, y) by (x, y).
 double FirstRadialFactor(const Lens* lens, const Eigen::Vector2d& ideal,
                          Eigen::Matrix2d* jacobian);
 // The lens (null: a pinhole) with `added` added to its k1.
 std::shared_ptr<const Lens> WithRadial(const std::shared_ptr<const Lens>& lens,
                                        double added);
-// The lens of an image turned by 180 degrees, or by 90 degrees clockwise or
-// counterclockwise: the tangential terms turn with it.
+// The lens of an image rotated by 180 degrees, or by 90 degrees clockwise or
+// counterclockwise: the tangential coefficients rotate with it.
 enum class ImageTurn { kHalf, kClockwise, kCounterClockwise };
 std::shared_ptr<const Lens> Turned(const std::shared_ptr<const Lens>& lens,
                                    ImageTurn turn);

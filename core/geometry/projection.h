@@ -56,8 +56,9 @@ KINEGRAPH_INLINE void DistortOpenCv5(const LensModel& lens, const T& x,
       y * radial + lens.p1 * (r2 + 2.0 * y * y) + 2.0 * lens.p2 * x * y;
 }
 
-// The same for OpenCV's fisheye model (Kannala and Brandt 2006, symmetric
-// part): a ray at the angle a = atan(r) off the axis is imaged at the radius
+// The distorted point by OpenCV's fisheye model (Kannala and Brandt 2006,
+// symmetric part): a ray at the angle a = atan(r) off the axis is imaged at the
+// radius
 //   r' = a (1 + k1 a^2 + k2 a^4 + k3 a^6 + k4 a^8)
 // in the direction of (x, y).
 template <typename T>
@@ -65,8 +66,8 @@ KINEGRAPH_INLINE void DistortFisheye(const LensModel& lens, const T& x,
                                      const T& y, T* distorted_x, T* distorted_y,
                                      T* jacobian) {
   const T r2 = x * x + y * y;
-  // Below it r' / r = 1 + (k1 - 1/3) r^2 to rounding; at r = 0 the quotients of
-  // the closed form are 0 / 0.
+  // Below this r' / r = 1 + (k1 - 1/3) r^2 to rounding; at r = 0 the quotients
+  // of the closed form are 0 / 0.
   const auto small = r2 < T(1e-8);
   const T safe_r2 = Select(small, T(1.0), r2);
   const T r = Sqrt(safe_r2);
@@ -92,7 +93,7 @@ KINEGRAPH_INLINE void DistortFisheye(const LensModel& lens, const T& x,
   *distorted_y = y * scale;
 }
 
-// By the lens' own formula; its kind must not be kNone.
+// Distorts by the formula of the lens' kind, which must not be kNone.
 template <typename T>
 KINEGRAPH_INLINE void Distort(const LensModel& lens, const T& x, const T& y,
                               T* distorted_x, T* distorted_y, T* jacobian) {

@@ -23,7 +23,7 @@ constexpr double kKnownRather = 3.0;  // nats
 constexpr double kShortAbsence = 0.2;
 constexpr double kUsualAbsence = 3.0;
 constexpr double kLongAbsence = 30.0;
-// Largest overlap in time of a dying track with its successor [s].
+// Largest overlap in time of a track with its successor [s].
 constexpr double kMaxOverlap = 0.5;
 // Up to this number of chains the margin is exact, from the second best
 // assignment.
@@ -128,7 +128,7 @@ class Linker {
     return false;
   }
 
-  // Log probability of an absence of this duration relative to the usual one.
+  // Log probability of an absence of this duration relative to kUsualAbsence.
   static double Absence(const MotionState& end, const MotionState& begin) {
     return std::log(kUsualAbsence / std::clamp(ToSeconds(begin.time - end.time),
                                                kShortAbsence, kLongAbsence));
@@ -215,8 +215,8 @@ class Linker {
     return total;
   }
 
-  // The best assignment in which the two are different people, joined neither
-  // directly nor through others.
+  // Cost of the best assignment in which the two are different people, joined
+  // neither directly nor through others.
   double BestApart(int from, int to,
                    const std::vector<std::pair<int, int>>& forbidden) {
     constexpr size_t kDeepest = 4;
@@ -250,14 +250,15 @@ class Linker {
     return best;
   }
 
-  // By how much the best assignment in which the two are different people is
-  // worse.
+  // How much worse the best assignment is in which the two are different people
+  // [nats].
   double Margin(int from, int to, double best,
                 const std::vector<int>& predecessor) {
     if (chains_.size() <= kExactChains) {
       return BestApart(from, to, {{from, to}}) - best;
     }
-    // Leaves the two unjoined, or exchanges them with one other join.
+    // The alternatives considered: the two are not joined, or exchange partners
+    // with one other join.
     const auto gain = [&](int f, int t) {
       if (f < 0) return 0.0;
       const Evidence& evidence = evidence_[f][t];
@@ -349,7 +350,7 @@ class Linker {
     return joins;
   }
 
-  // Inserts the clearest chain that exists only while another person is absent.
+  // Makes the clearest insertion of a chain into an absence of another person.
   bool InsertClear() {
     WeighAll();
     const std::vector<Insertion> all = FindInsertions();
@@ -363,8 +364,8 @@ class Linker {
     return true;
   }
 
-  // Whether chain `guest` fits into chain `host`, considering all gaps of the
-  // host.
+  // Insertion of chain `guest` into the first gap of chain `host` that it fits;
+  // nullopt if it fits none.
   std::optional<Insertion> Fit(size_t guest, size_t host) const {
     const Chain& one = chains_[guest];
     const Chain& other = chains_[host];
@@ -509,8 +510,9 @@ class Linker {
     Merge(joins);
   }
 
-  // A known number of people decides what the evidence leaves open: the joins
-  // of the best explanation that has the most of them, the likeliest first.
+  // A known number of people decides what the evidence leaves open: makes the
+  // most probable join of the best explanation with the most joins, until no
+  // more chains than people are left.
   void JoinDownTo(size_t people) {
     constexpr double kReward = 1e3;  // nats, beyond all evidence
     reward_ = kReward;
@@ -542,8 +544,8 @@ class Linker {
     reward_ = 0.0;
   }
 
-  // Joins of the best explanation with too small a margin, and for a piece
-  // without a join its best candidate.
+  // Finds the joins of the best explanation whose margin is too small and, for
+  // a piece without a join, its best candidate.
   void FindUndecided() {
     WeighAll();
     std::vector<int> predecessor;
@@ -587,9 +589,8 @@ class Linker {
   TimeNs recording_begin_ = std::numeric_limits<TimeNs>::max();
   TimeNs recording_end_ = std::numeric_limits<TimeNs>::min();
   std::vector<Chain> chains_;
-  // For the next chain.
-  int next_number_ = 0;
-  // By chain numbers.
+  int next_number_ = 0;  // Chain::number of the next chain
+  // Keyed by Chain::number of both chains.
   mutable std::map<std::pair<int, int>, double> known_bones_;
   std::vector<std::vector<Evidence>> evidence_;  // [from][to]
   double reward_ = 0.0;

@@ -1,4 +1,4 @@
-// Decides which pieces of tracks are one person.
+// Decides which pieces of tracks belong to one person.
 #ifndef KINEGRAPH_CORE_IDENTITY_CHAINS_H_
 #define KINEGRAPH_CORE_IDENTITY_CHAINS_H_
 
@@ -11,7 +11,7 @@
 
 namespace kinegraph {
 
-// Pieces that are one person.
+// Pieces that belong to one person.
 struct Chain {
   std::vector<int> pieces;  // ascending in time
   BoneSamples bones;

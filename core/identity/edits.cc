@@ -67,7 +67,7 @@ std::string CheckPersons(const IdentityEdit& edit,
         return NameOf(edit.persons[1]) +
                " exists already, expected a new identity";
       }
-      if (edit.persons[1].value() < 0) return "a person below 0";
+      if (edit.persons[1].value() < 0) return "a person has a negative number";
     } else if (!known) {
       return NameOf(edit.persons[i]) + " is unknown";
     }
@@ -100,7 +100,7 @@ std::string Join(const IdentityEdit& edit, std::vector<TrackFrame>* frames) {
   for (TrackFrame& frame : *frames) {
     if (Find(&frame, edit.persons[0]) && Find(&frame, edit.persons[1])) {
       return NameOf(edit.persons[0]) + " and " + NameOf(edit.persons[1]) +
-             " are both there in frame " + std::to_string(frame.frame);
+             " are both present in frame " + std::to_string(frame.frame);
     }
   }
   for (TrackFrame& frame : *frames) {

@@ -107,7 +107,7 @@ class EditWriter {
     return Neighbour(piece, /*after=*/true, but);
   }
 
-  // With the evidence of `link`, if any.
+  // An edit with the evidence of `link`, if any.
   static IdentityEdit EditOf(EditOp op, std::vector<TrackId> persons,
                              const FrameSpan& frames, const Link* link) {
     IdentityEdit edit;
@@ -123,7 +123,7 @@ class EditWriter {
     edit.margin = link->margin;
     return edit;
   }
-  // From the end of one piece to the beginning of another.
+  // The frames from the end of one piece to the beginning of another.
   FrameSpan Between(int from, int to) const {
     return {tracklets_[from].last().frame, tracklets_[to].first().frame};
   }
@@ -142,7 +142,7 @@ class EditWriter {
     }
   }
 
-  // From `piece` on, its label becomes a new identity.
+  // Gives `piece` and all later pieces of its label a new identity.
   void CutBefore(int piece, const Link* link) {
     const TrackId old = label_[piece];
     const TrackId fresh(next_id_++);
@@ -152,7 +152,8 @@ class EditWriter {
     Relabel(piece, old, fresh);
   }
 
-  // Two tracks that each continued as the other's person: exchanges them.
+  // Exchanges two tracks if each continued as the other's person; else returns
+  // false.
   bool Exchange(int piece, int wanted) {
     const int earlier = Earlier(piece);  // `piece` followed it
     const int rival = Later(wanted, piece);
@@ -201,7 +202,8 @@ class EditWriter {
     }
   }
 
-  // Where both are present, removes the end of the dying track.
+  // Removes the end of the earlier track in the frames in which both are
+  // present.
   void Trim(int from, int to) {
     const FrameSpan both = {tracklets_[to].first().frame,
                             tracklets_[from].last().frame};
@@ -227,8 +229,9 @@ class EditWriter {
 void LinkOptions::Describe(OptionVisitor& visitor) {
   visitor.Boolean("link", &link,
                   "graph mode: join tracks over the whole recording");
-  visitor.Number("min_margin", &min_margin, NonNegative(), "nats",
-                 "advantage over the second best that a change needs");
+  visitor.Number(
+      "min_margin", &min_margin, NonNegative(), "nats",
+      "advantage over the second best explanation that a change needs");
   visitor.Number("max_absence", &max_absence_s, NonNegative(), "s",
                  "longest absence that is joined; 0: any");
   visitor.Integer("people", &people, Between(0, 10000), "people",
@@ -243,7 +246,7 @@ void CheckLinkOptions(const LinkOptions& options) {
   if (options.entries.size() % 4 == 0) return;
   throw OptionError("identity.entries",
                     "found " + std::to_string(options.entries.size()) +
-                        " numbers, expected four a sphere: x, y, z, radius");
+                        " numbers, expected four per sphere: x, y, z, radius");
 }
 
 std::vector<IdentityEdit> LinkIdentities(const Skeleton& skeleton,

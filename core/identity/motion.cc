@@ -35,7 +35,7 @@ constexpr double kStillFacing = 0.35;   // share, decaying with kStillLong
 constexpr double kStillLong = 20.0;     // s
 constexpr double kWalkingSpeed = 1.0;   // m/s; faces in the direction of motion
 constexpr double kLeastAcross = 0.05;   // m; shorter: no direction
-// At least this share of a prediction lies within the space.
+// Lower bound of the share of a prediction that lies within the occupied space.
 constexpr double kLeastWithin = 0.05;
 
 // log of a zero-mean normal density over (dx, dv).
@@ -183,7 +183,7 @@ double IdentityMotion::LogRatio(const MotionState& from, const MotionState& to,
 }
 
 // After a gap a person mostly faces the same way, otherwise any direction. The
-// turn of a walking person is already contained in the velocity.
+// change of heading of a walking person is already contained in the velocity.
 double IdentityMotion::LogTurn(const MotionState& from, const MotionState& to,
                                double gap_s) const {
   const Eigen::Vector2d before = floor_ * from.across_m;

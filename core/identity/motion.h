@@ -14,11 +14,11 @@ namespace kinegraph {
 // Motion across a gap: an Ornstein-Uhlenbeck process of the velocity (time
 // constant one second) on each axis of the floor, within the occupied space.
 // Its scale depends on the activity (stand, shuffle, stroll, stride), which is
-// inferred from the velocity before the gap and lasts for some seconds. The
-// predicted position and velocity, with covariance, are compared with the
-// alternative that one person left and another arrived, anywhere. A standing
-// person mostly keeps facing the same way. The share of people who left and
-// returned grows with the gap.
+// inferred from the velocity before the gap and persists for one or two
+// seconds. The predicted position and velocity, with covariance, are compared
+// with the alternative that one person left and another arrived, anywhere. A
+// standing person mostly keeps facing the same way. The share of people who
+// left and returned grows with the gap.
 class IdentityMotion {
  public:
   // The floor is the plane in which people spread most; the occupied space is

@@ -27,7 +27,7 @@ constexpr double kLogSpread = 0.4;    // of each distribution
 // decay.
 constexpr double kGoesOn = 0.9;
 constexpr double kGoesOnLong = 3.0;  // s
-constexpr double kMost = 2.5;        // nats
+constexpr double kMost = 2.5;        // nats, upper bound of the log ratio
 // Interval at which people present at the same time are compared [s].
 constexpr double kLookEvery = 0.5;
 constexpr size_t kMinStrangers = 20;  // pairs of postures

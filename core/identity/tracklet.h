@@ -59,7 +59,7 @@ struct Together {
   int64_t same_place = 0;
   double distance_m = 0.0;  // mean over the coinciding frames
 
-  // Whether they coincide nearly all of this time.
+  // Whether they coincide in nearly all of `frame_count` frames.
   bool OfNearlyAll(size_t frame_count) const {
     return ShareOf(frame_count) >= 0.8;
   }
@@ -95,7 +95,7 @@ struct MotionState {
 // fitted to the outermost 0.3 s. The tracklet must have frames.
 MotionState StateAtBegin(const Tracklet& tracklet);
 MotionState StateAtEnd(const Tracklet& tracklet);
-// The same at the last frame not later than `time`; the tracklet must have
+// The state at the last frame not later than `time`; the tracklet must have
 // begun by then.
 MotionState StateUpTo(const Tracklet& tracklet, TimeNs time);
 
@@ -103,11 +103,10 @@ struct Pieces {
   std::vector<Tracklet> tracklets;  // by ascending identity, then time
   // The piece with which the tracker continued, or -1.
   std::vector<int> next;
-  // Whether it continued blindly: cut because no view saw the person for a
-  // while.
+  // Whether the cut was made because no view saw the person for a while.
   std::vector<char> blind;
-  // Within a longer contact at whose cut the tracker continued: the states
-  // before and after the frames that no view saw.
+  // For a piece that ends in a longer contact: the states before and after each
+  // run of frames of the contact in which no view saw the person.
   using Hop = std::pair<MotionState, MotionState>;
   std::vector<std::vector<Hop>> hops;
 };

@@ -14,7 +14,7 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
 constexpr double kSigmas = 1.959964;      // 95 % of one dimension
-constexpr double kDiscSigmas = 2.447747;  // 95 % of two
+constexpr double kDiscSigmas = 2.447747;  // 95 % of two dimensions
 // A shorter vector has no direction [m].
 constexpr double kShortest = 1e-6;
 constexpr double kLeastSine = 0.17364818;  // of 10 degrees
@@ -48,7 +48,7 @@ std::optional<Vector3d> Normal(const Vector3d& a, const Vector3d& b) {
   return normal.normalized();
 }
 
-// Y is kept, Z turned perpendicular to it.
+// Y is along `up`; Z is `right` made perpendicular to Y.
 std::optional<Axes> AxesByUp(const Vector3d& up, const Vector3d& right) {
   const auto forward = Normal(up, right);
   if (!forward) return std::nullopt;
@@ -56,7 +56,7 @@ std::optional<Axes> AxesByUp(const Vector3d& up, const Vector3d& right) {
   return Axes{*forward, y, forward->cross(y)};
 }
 
-// Z is kept, Y turned.
+// Z is along `right`; Y is `up` made perpendicular to Z.
 std::optional<Axes> AxesByRight(const Vector3d& up, const Vector3d& right) {
   const auto forward = Normal(up, right);
   if (!forward) return std::nullopt;
@@ -74,7 +74,7 @@ Vector3d Trunk(const Points& p) {
 size_t HipOf(double side) { return side > 0.0 ? 1 : 0; }
 size_t ShoulderOf(double side) { return side > 0.0 ? 3 : 2; }
 
-// ---- Angles in them [rad] ---------------------------------------------------
+// ---- Angles in these frames [rad] -------------------------------------------
 
 std::optional<double> Around(double sine, double cosine) {
   if (std::hypot(sine, cosine) < kLeastSine) return std::nullopt;
@@ -83,7 +83,7 @@ std::optional<double> Around(double sine, double cosine) {
 
 double Tilt(double sine) { return std::asin(std::clamp(sine, -1.0, 1.0)); }
 
-// A direction in a frame; nullopt where one of them is undetermined.
+// A direction in a frame; nullopt where either is undetermined.
 std::optional<Vector3d> In(const std::optional<Axes>& axes,
                            const std::optional<Vector3d>& direction) {
   if (!axes || !direction) return std::nullopt;
@@ -136,7 +136,7 @@ std::optional<double> TrunkRight(const Points& p, const Vector3d& up, double) {
   return Tilt(lean->z());
 }
 
-// From the hips to the shoulders, about the trunk's axis.
+// Rotation from the hips to the shoulders about the trunk's axis.
 std::optional<double> TrunkTurn(const Points& p, const Vector3d&, double) {
   const auto shoulders = In(AxesByUp(Trunk(p), Hips(p)), Unit(Shoulders(p)));
   if (!shoulders) return std::nullopt;
@@ -219,7 +219,7 @@ struct Pair {
 };
 
 // Covariance [rad^2] of the error in the plane of the two directions, which is
-// the error of the angle, and of the error across it.
+// the error of the angle, and of the error perpendicular to this plane.
 Eigen::Matrix2d PlaneCovariance(const AngleBetween& rule, const Pair& pair,
                                 const std::vector<Matrix3d>& covariances) {
   // For collinear directions any plane through them is valid.
@@ -229,7 +229,8 @@ Eigen::Matrix2d PlaneCovariance(const AngleBetween& rule, const Pair& pair,
   // Derivative of the angle by either direction.
   const Vector3d by_from = -across.cross(pair.from);
   const Vector3d by_to = across.cross(pair.to);
-  // Across the plane, the directions separate (or, if opposite, approach).
+  // The error perpendicular to the plane is the difference of the directions'
+  // errors or, if they are nearly opposite, the sum.
   const double apart = pair.rad < kPi / 2.0 ? 1.0 : -1.0;
   Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();
   for (size_t i = 0; i < covariances.size(); ++i) {
@@ -244,8 +245,8 @@ Eigen::Matrix2d PlaneCovariance(const AngleBetween& rule, const Pair& pair,
 }
 
 // An angle between two directions is never below 0: for nearly collinear
-// directions the error across the plane adds to it, and the interval is the
-// radius of a disc.
+// directions the error perpendicular to the plane adds to the angle, and the
+// interval is the radius of a disc.
 void AddInterval(const AngleBetween& rule, const Pair& pair,
                  const std::vector<Matrix3d>& covariances,
                  AngleEstimate* estimate) {
@@ -287,12 +288,12 @@ void Add(const Skeleton& skeleton, const std::string& name, const Names& joints,
 // The flexion of a chain of three joints.
 AngleBetween Bend() { return {{-1.0, 1.0, 0.0}, {0.0, -1.0, 1.0}, 0.0, 1.0}; }
 
-// Shin and sole: toes up is positive.
+// Between shin and sole; positive with toes up.
 AngleBetween Ankle() {
   return {{-1.0, 1.0, 0.0, 0.0}, {0.0, 0.0, -1.0, 1.0}, 90.0, -1.0};
 }
 
-// Upper arm and the trunk downwards.
+// Between the upper arm and the downward axis of the trunk.
 AngleBetween Elevation(double side) {
   AngleBetween rule = {{0.0, 0.0, 0.0, 0.0, 1.0}, {0.5, 0.5, -0.5, -0.5, 0.0}};
   rule.from[ShoulderOf(side)] = -1.0;
@@ -318,7 +319,7 @@ void AddSide(const Skeleton& skeleton, double side,
     Add(skeleton, start + name, joints, std::move(rule), angles);
   };
   const std::string knee = start + "knee", elbow = start + "elbow";
-  // MediaPipe's foot index has a different definition.
+  // MediaPipe has no big_toe; its foot_index is defined differently.
   const bool has_toe = skeleton.IndexOf(start + "big_toe") >= 0;
   const std::string toe = start + (has_toe ? "big_toe" : "foot_index");
   add("hip_flexion", TrunkAnd(knee), AngleInFrame{HipFlexion, side});

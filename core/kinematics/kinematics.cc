@@ -69,8 +69,8 @@ MaybePoint CentreOf(const MassWeights& weights, const Pose3d& pose) {
   return centre;
 }
 
-// Joints with a column of speeds: all but those of fingers and face, except the
-// nose.
+// Whether the joint has a column of speeds: all joints but fingers and face; of
+// the face only the nose.
 bool HasSpeed(const Skeleton& skeleton, int joint_idx) {
   const JointClass joint_class = skeleton.joint_class(joint_idx);
   if (joint_class == JointClass::kOther) return false;
@@ -291,8 +291,9 @@ class Measurement {
     const std::string whose = "the skeleton " + skeleton.name();
     if (!up_.has_value()) {
       table_.notes.emplace_back(
-          "which way is up is not known, as people may be lying: no lean of "
-          "the trunk, obliquity, speed and way of the pelvis (--up=z)");
+          "the upward direction is not known, as people may be lying: no lean "
+          "of the trunk, and no obliquity, speed or path of the pelvis "
+          "(--up=z)");
     }
     if (!has("l_ankle_dorsiflexion") && !has("r_ankle_dorsiflexion")) {
       table_.notes.push_back(whose + " has no heels and toes: no ankle angles");
@@ -306,7 +307,7 @@ class Measurement {
     }
     if (frame_time_ == 0) {
       table_.notes.emplace_back(
-          "the tracks have no times: no speeds and paths (--frame_rate=HZ)");
+          "the tracks have no times: no speeds or paths (--frame_rate=HZ)");
     }
   }
 

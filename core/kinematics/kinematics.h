@@ -16,8 +16,8 @@
 namespace kinegraph {
 
 struct KinematicsOptions {
-  // Upwards in the world, a unit vector; nullopt: from how people stand and
-  // from `known`.
+  // The upward direction in the world, a unit vector; nullopt: determined from
+  // how people stand and from `known`.
   std::optional<Eigen::Vector3d> up;
   UpEvidence known;
   // Treat joints supported by fewer than two views in a frame as missing.
@@ -53,8 +53,8 @@ struct KinematicsTable {
 };
 
 // A speed is the difference of the positions one frame before and one frame
-// after, divided by the time between them; undefined where one of them is
-// missing or more than one and a half frames away.
+// after, divided by the time between them; undefined where one of the three
+// positions is missing or a neighbour is more than one and a half frames away.
 KinematicsTable MeasureKinematics(const TrackSequence& tracks,
                                   const KinematicsOptions& options = {});
 

@@ -34,8 +34,8 @@ class GroupingRule {
               const Observation& detection) const;
 
  private:
-  // Paper, section 3.3: E = sum over joints of 1 - distance / alpha, summed
-  // over the joints both have, averaged over the group's views.
+  // Paper, section 3.3: E = sum of 1 - distance / alpha over the joints that
+  // both have, averaged over the group's views.
   double AffinitySum(const ObservationGroup& group,
                      const Observation& detection) const;
   // The authors' code: mean over the joints of the confidence-weighted epipolar

@@ -8,7 +8,7 @@
 namespace kinegraph {
 
 enum class ConflictOrder {
-  kView,        // pairs by the order of the views, as the authors' code
+  kView,        // pairs in the order of the views, as in the authors' code
   kWorstFirst,  // the most negative pair first
 };
 

@@ -82,27 +82,30 @@ void ReconstructionOptions::Describe(OptionVisitor& visitor) {
   // At least 1: with the half frame of tolerance of FrameClock::Less, a smaller
   // value would exclude views of the current frame.
   visitor.Number("tau", &tau_frames, Between(1.0, 1e6), "frames",
-                 "a view's newest 2D pose counts while younger than this");
+                 "a view's newest 2D pose is used while younger than this");
   visitor.Number("lambda_t", &lambda_t_per_frame, NonNegative(), "1/frame",
                  "decay of an older view's weight in the DLT");
   visitor.Choice("newest", &newest, {"pose", "joint"},
-                 "of a view: its newest 2D pose, or joint by joint");
+                 "what is used of each view: its newest 2D pose, or the newest "
+                 "measurement of each joint");
   visitor.Boolean("incremental", &incremental,
                   "triangulate as each view is matched (cross_view)");
   visitor.Boolean("joints_filter", &joints_filter,
                   "remove views that contradict each other (Eq. 2-3)");
   visitor.Number("alpha_epi", &alpha_epi_px, Positive(), "px",
-                 "epipolar distance at which two views contradict (Eq. 2)");
+                 "epipolar distance beyond which two views conflict (Eq. 2)");
   visitor.Choice("conflict_order", &conflict_order, {"view", "worst_first"},
-                 "which contradiction is resolved first");
+                 "which conflict is resolved first");
   visitor.Number("max_lost_share", &max_lost_share, Between(0.0, 1.0),
                  "share of joints",
-                 "an update that loses more of the joints seen fails");
-  visitor.Choice("lost", &lost, {"seen", "contradicted"},
-                 "graph mode: what counts as lost, all that are seen or what "
-                 "two views measure; paper mode: all that are seen");
+                 "an update fails if it loses more of the joints seen");
+  visitor.Choice(
+      "lost", &lost, {"seen", "contradicted"},
+      "graph mode: which joints without a triangulation count as lost: "
+      "all that are seen, or those whose views contradict each other; "
+      "paper mode: all that are seen");
   visitor.Boolean("require_in_front", &require_in_front,
-                  "a joint behind a camera that measured it is refused");
+                  "reject joints behind a camera that measured them");
 }
 
 Reconstructor::Reconstructor(const CameraRig& cameras,
@@ -137,7 +140,8 @@ bool Reconstructor::KeepsEnough(const Reconstruction& reconstruction) const {
   // miss half of the joints each, a third of the joints seen is in both.
   constexpr double kLeastShared = 0.25;
   const int alone = reconstruction.alone_joints;
-  // Of two joints one may be lost: a box whose bottom is hidden.
+  // One joint may always be lost, such as one of a box's two joints when its
+  // bottom is hidden.
   const double most = std::max(1.0, options_.max_lost_share * (seen - alone));
   return seen - lost >= kLeastShared * seen && lost < seen &&
          lost - alone <= most;
@@ -160,7 +164,7 @@ void Reconstructor::Reset(Span<UsedView> views,
   reconstruction->alone_joints = 0;
 }
 
-// Pixels of all joints of all views, side by side.
+// Copies the pixels of all joints and views into rows of lanes.
 void Reconstructor::Gather(Span<UsedView> views) {
   const size_t size = views.size() * lanes_;
   x_px_.assign(size, 0.0);

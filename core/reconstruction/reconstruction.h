@@ -64,8 +64,9 @@ struct Reconstruction {
   std::vector<char> triangulated;       // one per joint
   std::vector<int> fresh_inlier_views;  // one per joint
   std::vector<FilterVerdict> verdicts;  // [view * joints + joint]
-  // Among the association joints: measured in at least one view of this frame;
-  // those of them without a triangulation; those measured by one view only.
+  // Numbers of association joints. Seen: measured in at least one view of this
+  // frame. Lost: seen, but without a triangulation. Alone: lost, and measured
+  // by a single view.
   int seen_joints = 0;
   int lost_joints = 0;
   int alone_joints = 0;
@@ -80,23 +81,24 @@ class Reconstructor {
   Reconstructor(const CameraRig& cameras, const EpipolarGeometry& epipolar,
                 const ReconstructionOptions& options, const Skeleton& skeleton);
 
-  // With a prediction, which decides conflicts and replaces joints with fewer
-  // than two views. Views in the order in which they joined the track; older
+  // Uses a prediction to decide conflicts and to replace joints with fewer than
+  // two views. `views` are in the order in which they joined the track; older
   // poses of a view follow its newest one, and each joint is taken from the
   // newest pose that has it. Returns false when the update fails: fewer than
-  // two views, or too many joints lost (`reconstruction` then holds the
-  // partial result).
+  // two views, or too many joints lost (`reconstruction` then holds the partial
+  // result).
   bool Update(Span<UsedView> views, const Pose3d& predicted,
               Reconstruction* reconstruction);
 
-  // Without a prediction: the filter's initialisation rule with its own
-  // threshold [px]. Joints with fewer than two views are missing.
+  // Uses no prediction: the filter decides conflicts by its initialisation
+  // rule, with a threshold of its own [px]. Joints with fewer than two views
+  // are missing.
   void Initialise(Span<UsedView> views, double alpha_px,
                   Reconstruction* reconstruction);
 
  private:
   bool KeepsEnough(const Reconstruction& reconstruction) const;
-  // The steps common to both, for all joints at once.
+  // The steps that Update and Initialise share, for all joints at once.
   void Run(Span<UsedView> views, double alpha_px, const Pose3d* predicted,
            Reconstruction* reconstruction);
   void Reset(Span<UsedView> views, Reconstruction* reconstruction) const;
@@ -108,7 +110,7 @@ class Reconstructor {
   // The views that measure the joint, newest pose first within a view.
   void Measure(Span<UsedView> views, size_t joint_idx);
   TriangulationResult TriangulateAlone(Span<UsedView> views, size_t joint_idx);
-  // Without the filter: every measured joint with sufficient confidence.
+  // In place of the filter: keeps every measurement with a confidence above 0.
   void KeepConfident(Span<UsedView> views, size_t joint_idx);
 
   const CameraRig* cameras_;

@@ -116,7 +116,8 @@ Skeleton::Skeleton(std::string name, std::vector<std::string> joints,
       joints_(std::move(joints)),
       bones_(std::move(bones)) {
   const int count = joint_count();
-  if (count == 0) throw OptionError("joints", "a skeleton needs joints");
+  if (count == 0)
+    throw OptionError("joints", "a skeleton needs at least one joint");
   // Bounded because names are compared pairwise.
   constexpr int kMaxJoints = 10000;
   if (count > kMaxJoints) {
@@ -225,7 +226,7 @@ Skeleton MakeWholeBody133() {
   return Make("wholebody133", joints, bones);
 }
 
-// The most common first among those with equally many joints.
+// Among skeletons with equally many joints the most common comes first.
 constexpr Layout kLayouts[] = {
     {"coco17", "coco17",
      "limbs girdles face l_ear-l_shoulder r_ear-r_shoulder"},

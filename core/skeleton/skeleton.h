@@ -84,7 +84,8 @@ const Skeleton& Tum15();       // Tum14 and mid_hip (4D association's gt.txt)
 // AlphaPose, RTMPose ("body with feet"), Pose2Sim: COCO-17, head_top, neck,
 // mid_hip, toes and heels.
 const Skeleton& Halpe26();
-// MediaPipe's (BlazePose's) 33 landmarks; big_toe is its foot index.
+// MediaPipe's (BlazePose's) 33 landmarks; foot_index takes the place of
+// big_toe.
 const Skeleton& MediaPipe33();
 // COCO-WholeBody: COCO-17, six joints of the feet, 68 points of the face in
 // iBUG's order, 21 of each hand (0 its root, then four per finger, thumb

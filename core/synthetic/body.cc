@@ -23,9 +23,9 @@ Matrix3d RotX(double a) { return RotationAbout(Vector3d::UnitX(), a); }
 Matrix3d RotY(double a) { return RotationAbout(Vector3d::UnitY(), a); }
 Matrix3d RotZ(double a) { return RotationAbout(Vector3d::UnitZ(), a); }
 
-// Distance from hip to ankle for a requested one: equal well below the leg's
-// length, and smoothly limited near it, so that the knee never straightens
-// abruptly.
+// Distance from hip to ankle for a requested distance: equal well below the
+// leg's length, and smoothly limited near it, so that the knee never
+// straightens abruptly.
 double ReachableDistance(double wanted_m, double leg_m) {
   const double limit = 0.999 * leg_m;
   const double softness = 0.035 * leg_m;

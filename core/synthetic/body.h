@@ -22,7 +22,7 @@ inline double SignOf(int side) { return side == kLeft ? 1.0 : -1.0; }
 // Rigid parts; Sided(part, side) selects one with two sides.
 enum class Segment {
   kPelvis,  // origin: middle of the hip joints
-  kThorax,  // same origin; turns about the spine
+  kThorax,  // same origin; rotates about the spine
   kHead,    // origin: neck
   kUpperArm,
   kRightUpperArm,
@@ -61,7 +61,7 @@ struct BodyShape {
 
 // Segment lengths as shares of the stature, after Drillis and Contini (1966) in
 // Winter, Biomechanics and Motor Control of Human Movement, fig. 4.1; widths
-// are those of the joint centres. `leg_share` scales the legs (1: average).
+// are between joint centres. `leg_share` scales the legs (1: average).
 BodyShape MakeBodyShape(double stature_m, double leg_share);
 
 struct ArmPosture {
@@ -77,7 +77,7 @@ struct FootPosture {
   double pitch = 0.0;  // toes down is positive [rad]
 };
 
-// All variables of the motion.
+// All variables of a posture.
 struct Posture {
   Eigen::Vector3d pelvis_m = Eigen::Vector3d::Zero();  // world
   double heading = 0.0;     // of the pelvis about world z [rad]
@@ -112,7 +112,7 @@ inline Eigen::Vector3d PositionOf(const BodyPoint& point,
 }
 
 // One point per joint of the skeleton, by the joint's name. Throws
-// OptionError("skeleton", ...) for an unknown name; those of all built-in
+// OptionError("skeleton", ...) for an unknown name; the joints of all built-in
 // skeletons are known.
 std::vector<BodyPoint> PointsOf(const BodyShape& shape,
                                 const Skeleton& skeleton);

@@ -15,11 +15,11 @@ using Eigen::Vector2d;
 
 constexpr double kStep = 0.05;  // of the simulation [s]
 constexpr int kStepsPerKnot = 4;
-constexpr double kRelaxation = 0.6;        // of the walking velocity [s]
+constexpr double kRelaxation = 0.6;        // time constant of velocity [s]
 constexpr double kMaxAcceleration = 2.5;   // [m/s^2]
 constexpr double kAvoidanceHorizon = 2.5;  // looks ahead this far [s]
-constexpr double kSeatClearance = 0.35;    // greater distance from a seat [m]
-constexpr double kPatience = 9.0;          // before choosing another goal [s]
+constexpr double kSeatClearance = 0.35;  // additional distance from a seat [m]
+constexpr double kPatience = 9.0;        // before choosing another goal [s]
 
 double Wrap(double angle_rad) { return std::remainder(angle_rad, 2.0 * kPi); }
 

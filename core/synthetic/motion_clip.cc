@@ -38,7 +38,7 @@ std::map<TrackId, Knots> KnotsOf(const MotionClip& clip,
     const TrackFrame& frame = frames[f];
     if (f > 0 && frame.time <= frames[f - 1].time) {
       throw InputError(clip.name, FrameName(frame.frame),
-                       "its time is not after that of the frame before; a "
+                       "its time is not later than the previous frame's; a "
                        "clip needs times or a frame rate");
     }
     for (const PersonPose& person : frame.people) {

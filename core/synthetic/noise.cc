@@ -84,11 +84,12 @@ void DropLostOutliers(LabelledDetection* labelled) {
                  outliers.end());
 }
 
-// From exact projections to detections with all modelled errors.
+// Turns exact projections of one person into detections with all modelled
+// errors.
 class PersonObserver {
  public:
-  // `seed` derives that of each kind of randomness. References must outlive the
-  // observer.
+  // `seed` returns the seed of each kind of randomness. References must outlive
+  // the observer.
   PersonObserver(const NoiseOptions& options, const Scene& scene,
                  const Camera& camera, int person_idx,
                  const std::function<uint64_t(Stream)>& seed)
@@ -109,7 +110,7 @@ class PersonObserver {
     }
   }
 
-  // The next frame; `sights` are those of all people in this view.
+  // The next frame; `sights` has all people of the scene in this view.
   void Step(const std::vector<PersonSight>& sights,
             std::vector<LabelledDetection>* detections) {
     const PersonSight& person = sights[person_];
@@ -335,7 +336,7 @@ class PersonObserver {
     for (int& joint : labelled->truth.outliers) joint = source(joint);
   }
 
-  // The part above or below the hips, which belong to the lower one.
+  // The part above or below the hips; the hips belong to the lower part.
   LabelledDetection PartOf(const LabelledDetection& whole,
                            DetectionKind kind) const {
     LabelledDetection part = whole;
@@ -402,7 +403,7 @@ class FalsePeople {
         camera_(camera),
         random_(StreamSeed(options.seed, Stream::kFalsePeople, view_idx, 0)) {}
 
-  // Appends those of the next frame.
+  // Appends the false positives of the next frame.
   void Step(std::vector<LabelledDetection>* detections) {
     if (options_.false_people <= 0.0) return;
     constexpr double kMeanLife_s = 0.24;
@@ -493,7 +494,7 @@ class FalsePeople {
       Keypoint& joint = figure.joints[j];
       joint.px = Vector2d(x, y) + scale * (*joints[j] - anchor);
       joint.found = IsInImage(camera_, joint.px);
-      constexpr double kConfidence = 0.8;  // relative to true ones, on Shelf
+      constexpr double kConfidence = 0.8;  // relative to true people, on Shelf
       joint.confidence =
           std::clamp(kConfidence * options_.confidence +
                          options_.confidence_sigma * random_.Normal(),
@@ -562,7 +563,7 @@ bool HiddenMatters(const JointNoise& noise) {
   return noise.hidden_missing_rate > 0.0 || noise.hidden_noise_factor != 1.0;
 }
 
-// Whether any option depends on occlusion, which is expensive to compute.
+// Whether any option depends on occlusion, whose computation is expensive.
 bool HiddenMatters(const NoiseOptions& options) {
   return options.hidden_missed_rate > 0.0 || HiddenMatters(options.joints) ||
          std::any_of(
@@ -585,7 +586,7 @@ DetectionSequence Observe(const Scene& scene, const NoiseOptions& options,
     sequence.header.view_names.push_back(scene.cameras[v].name());
     views.emplace_back(options, scene, v);
   }
-  // Times of the frames, and the lost ones.
+  // Random numbers for the times of frames and for dropped frames.
   Random drops(StreamSeed(options.seed, Stream::kFrames, 0, 0));
   Random jitters(StreamSeed(options.seed, Stream::kJitter, 0, 0));
   MarkovBursts drop;

@@ -15,7 +15,7 @@
 
 namespace kinegraph {
 
-// For single joints. The variance of the pixel noise is split into a static
+// Noise of one joint. The variance of the pixel noise is split into a static
 // share (constant over the recording for each person, view and joint), a white
 // share and the rest, which is time-correlated (AR(1)); without a correlation
 // time the rest is white too.
@@ -77,7 +77,7 @@ struct NoiseOptions {
   double dropped_frame_rate = 0.0;  // missing whole frames
   double dropped_view_rate = 0.0;   // single views without detections
   double drop_burst_s = 0.0;        // mean length; 0: independent
-  // One per camera, the rest 0: it captures this much later.
+  // How much later each camera captures; 0 for cameras without an entry.
   std::vector<double> clock_offset_s;
   double time_jitter_s = 0.0;  // standard deviation of the frame times
   bool tell_times = true;  // false: nominal times, without offset and jitter
@@ -108,9 +108,9 @@ struct ObservationTruth {
   std::vector<std::vector<std::vector<DetectionTruth>>> frames;
 };
 
-// Same scene and options, same bits. `truth` may be null. Enabling or disabling
-// one kind of noise does not affect the random numbers of the others. Throws
-// OptionError for options outside their limits.
+// The same scene and options give the same bits. `truth` may be null. Enabling
+// or disabling one kind of noise does not affect the random numbers of the
+// others. Throws OptionError for options outside their limits.
 DetectionSequence Observe(const Scene& scene, const NoiseOptions& options,
                           ObservationTruth* truth);
 

@@ -12,7 +12,7 @@ void CheckJointNoise(const std::string& key, const JointNoise& noise) {
   CheckOptions(noise);
   if (noise.static_share + noise.white_share > 1.0) {
     throw OptionError(key + "static_share",
-                      "the static and the white share are more than 1");
+                      "static_share and white_share add up to more than 1");
   }
   if (noise.outlier_min_px > noise.outlier_max_px) {
     throw OptionError(key + "outlier_min", "is above outlier_max");
@@ -32,22 +32,22 @@ void JointNoise::Describe(OptionVisitor& visitor) {
   visitor.Number("sigma", &sigma_px, NonNegative(), "px",
                  "standard deviation of each pixel coordinate");
   visitor.Number("reference_depth", &reference_depth_m, NonNegative(), "m",
-                 "pixel figures hold there and fall with 1/depth; 0: they "
-                 "hold at every depth");
+                 "depth to which values in pixels refer; they scale with "
+                 "1/depth; 0: the same at every depth");
   visitor.Number("floor", &floor_px, NonNegative(), "px",
                  "white noise added at every depth");
   visitor.Number("student_dof", &student_dof, Between(0.0, 1e6), "",
                  "degrees of freedom of Student-t tails, above 2; 0: Gaussian");
   visitor.Number("static_share", &static_share, share, "",
-                 "of the variance: constant over the recording");
+                 "share of the variance that is constant over the recording");
   visitor.Number("white_share", &white_share, share, "",
-                 "of the variance: independent from frame to frame");
+                 "share of the variance that is independent between frames");
   visitor.Number("correlation_time", &correlation_time_s, length, "s",
-                 "of the rest of the variance; 0: white too");
+                 "correlation time of the remaining variance; 0: white");
   visitor.Number("outlier_rate", &outlier_rate, share, "",
-                 "share of joints that lie far off");
+                 "share of joints with a gross error");
   visitor.Number("outlier_burst", &outlier_burst_s, length, "s",
-                 "exact length of a run of outliers; 0: each by itself");
+                 "exact length of a run of outliers; 0: independent frames");
   visitor.Number("outlier_min", &outlier_min_px, NonNegative(), "px",
                  "least distance of an outlier");
   visitor.Number("outlier_max", &outlier_max_px, NonNegative(), "px",
@@ -57,12 +57,12 @@ void JointNoise::Describe(OptionVisitor& visitor) {
   visitor.Number("missing_rate", &missing_rate, share, "",
                  "share of joints that are not found");
   visitor.Number("missing_burst", &missing_burst_s, length, "s",
-                 "mean length of a gap; 0: each frame by itself");
+                 "mean length of a gap; 0: independent frames");
   visitor.Number("hidden_missing_rate", &hidden_missing_rate, share, "",
-                 "share not found where another body is in front");
+                 "share of joints not found where another body is in front");
   visitor.Number("hidden_noise_factor", &hidden_noise_factor,
                  Between(0.0, 100.0), "",
-                 "on sigma where another body is in front");
+                 "factor on sigma where another body is in front");
 }
 
 const JointNoise& NoiseOptions::Of(JointClass joint_class) const {
@@ -89,48 +89,49 @@ void NoiseOptions::Describe(OptionVisitor& visitor) {
   const Limits length = Between(0.0, 1e6);
   visitor.Integer("seed", &seed, Between(0, 9e15), "", "same seed, same noise");
   joints.Describe(visitor);
-  visitor.Number("confidence", &confidence, share, "",
-                 "mean confidence of a plain joint");
+  visitor.Number(
+      "confidence", &confidence, share, "",
+      "mean confidence of a joint that is visible and not an outlier");
   visitor.Number("confidence_sigma", &confidence_sigma, share, "",
-                 "random part of the confidence");
+                 "standard deviation of the random part of the confidence");
   visitor.Number(
       "noise_spread", &noise_spread, Between(0.0, 2.0), "",
       "spread of log sigma over observations; reflected in the confidence");
   visitor.Number("missed_rate", &missed_rate, share, "",
                  "share of people not found in a view");
   visitor.Number("missed_burst", &missed_burst_s, length, "s",
-                 "mean length; 0: each frame by itself");
+                 "mean length of a miss; 0: independent frames");
   visitor.Number("hidden_missed_rate", &hidden_missed_rate, share, "",
-                 "share not found when most joints are hidden");
+                 "share of people not found when most joints are hidden");
   visitor.Integer("min_joints", &min_joints, Between(1, 1000), "",
-                  "fewer joints make no detection");
+                  "people with fewer found joints are not detected");
   visitor.Number("false_people", &false_people, Between(0.0, 50.0), "",
                  "mean number of false detections per image");
   visitor.Number("swap_whole_rate", &swap_whole_rate, share, "",
                  "share of detections with left and right exchanged");
   visitor.Number("swap_arm_rate", &swap_arm_rate, share, "",
-                 "the same of elbows and wrists alone");
+                 "share with only elbows and wrists exchanged");
   visitor.Number("swap_leg_rate", &swap_leg_rate, share, "",
-                 "the same of knees and feet alone");
+                 "share with only knees, ankles and feet exchanged");
   visitor.Number("swap_burst", &swap_burst_s, length, "s",
-                 "mean length; 0: each frame by itself");
+                 "mean length of an exchange; 0: independent frames");
   visitor.Number("fragment_rate", &fragment_rate, share, "",
                  "share of people split at the hips into two detections");
   visitor.Number("double_rate", &double_rate, share, "",
                  "share of people found twice");
   visitor.Number("fragment_burst", &fragment_burst_s, length, "s",
-                 "mean length of both; 0: each frame by itself");
+                 "mean length of either; 0: independent frames");
   visitor.Number("dropped_frame_rate", &dropped_frame_rate, Between(0.0, 0.99),
-                 "", "share of frames that are not there");
+                 "", "share of frames that are missing");
   visitor.Number("dropped_view_rate", &dropped_view_rate, share, "",
                  "share of images without any detection");
   visitor.Number("drop_burst", &drop_burst_s, length, "s",
-                 "mean length of both; 0: each by itself");
+                 "mean length of either; 0: independent");
   visitor.NumberList("clock_offset", &clock_offset_s,
                      Between(-kMaxOffset, kMaxOffset), "s",
-                     "how much later each camera looks; the rest 0");
+                     "how much later each camera captures; 0 if not listed");
   visitor.Number("time_jitter", &time_jitter_s, Between(0.0, 0.1), "s",
-                 "how far frames come off the beat");
+                 "standard deviation of the times of frames");
   visitor.Boolean("tell_times", &tell_times,
                   "times include offset and jitter; else they are nominal");
 }

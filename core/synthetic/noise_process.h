@@ -9,7 +9,7 @@
 
 namespace kinegraph {
 
-// Independent numbers of unit variance.
+// Two independent standard normal numbers.
 Eigen::Vector2d NormalVector(Random* random);
 
 // An event that is on at a given rate, in bursts of geometric length: a
@@ -49,10 +49,9 @@ class SlowGaussian {
   Eigen::Vector2d value_ = Eigen::Vector2d::Zero();
 };
 
-// Scale s of variance one in the mean (E s^2 = 1) that turns a unit Gaussian
-// into a Student-t of unit variance: s^2 = (dof - 2) / (2 g) with a Gamma
-// process g of shape dof / 2 (Lewis, McKenzie and Hugus 1989: beta-gamma
-// autoregression).
+// Scale s with E s^2 = 1 that turns a unit Gaussian into a Student-t of unit
+// variance: s^2 = (dof - 2) / (2 g) with a Gamma process g of shape dof / 2
+// (Lewis, McKenzie and Hugus 1989: beta-gamma autoregression).
 class SlowStudentScale {
  public:
   // `degrees_of_freedom` > 2.

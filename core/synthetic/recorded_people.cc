@@ -160,8 +160,8 @@ class RecordedActor : public Actor {
         hips_(BothSides(motion_.skeleton, "hip")) {
     if (!HasBoth(shoulders_) || !HasBoth(hips_)) {
       throw OptionError("clips", "skeleton '" + motion_.skeleton.name() +
-                                     "' has no shoulders or hips, which show "
-                                     "where a person's front is");
+                                     "' has no shoulders or hips, which "
+                                     "determine a person's front");
     }
     const Points first = PointsOfVector(motion_.pieces.front().values().col(0));
     const double across = (first[shoulders_[0]] - first[shoulders_[1]]).norm();
@@ -429,7 +429,7 @@ void CheckLists(const RecordedPeopleOptions& options, size_t clips) {
   }
 }
 
-// The least distance of two trunks while both are present.
+// Minimum distance between two trunks while both are present.
 double ClosestOf(const RecordedPeople& some, const RecordedPeople& others) {
   constexpr double kSampleStep =
       0.1;  // [s]: no person moves farther than 0.5 m in it
@@ -504,7 +504,7 @@ void AddClip(const RecordedPeopleOptions& options, const ClipRoom& room,
   throw OptionError(
       "clips", motions.front().clip +
                    ": no place found where its people keep apart from those "
-                   "of the clips before; give x and y, later starts or a "
+                   "of the earlier clips; give x and y, later starts or a "
                    "larger scene.motion.area_radius");
 }
 
@@ -512,19 +512,19 @@ void AddClip(const RecordedPeopleOptions& options, const ClipRoom& room,
 
 void RecordedPeopleOptions::Describe(OptionVisitor& visitor) {
   visitor.TextList("clips", &clips,
-                   "tracks files whose people take the place of simulated "
-                   "ones, relative to this file's folder");
+                   "tracks files whose people replace simulated ones; paths "
+                   "are relative to this file's folder");
   visitor.NumberList("start", &start_s, Between(0.0, 36000.0), "s",
-                     "when the people of each clip appear; the rest 0");
+                     "when the people of each clip appear; 0 if not listed");
   visitor.NumberList("hold", &hold_s, Between(0.0, 36000.0), "s",
                      "for how long they hold the clip's first pose before "
-                     "they move; the rest 0");
+                     "they move; 0 if not listed");
   visitor.NumberList("x", &x_m, Between(-1000.0, 1000.0), "m",
-                     "place of the middle of each clip's way; empty: drawn");
+                     "x of the centre of each clip's path; empty: random");
   visitor.NumberList("y", &y_m, Between(-1000.0, 1000.0), "m",
-                     "place of the middle of each clip's way; empty: drawn");
+                     "y of the centre of each clip's path; empty: random");
   visitor.NumberList("turn", &turn_deg, Between(-360.0, 360.0), "deg",
-                     "of each clip about the vertical; empty: drawn");
+                     "rotation of each clip about the vertical; empty: random");
   visitor.Number("hold_sway", &hold_sway_m, Between(0.0, 0.1), "m",
                  "sway of a body that holds its pose: RMS, forward, 1 m above "
                  "the ankles");

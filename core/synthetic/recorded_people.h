@@ -40,7 +40,7 @@ struct MotionClip {
 };
 
 // `skeleton` without the joints that a clip lacks: markers, for example, have
-// no face. Its name is then that of `skeleton` with "_part".
+// no face. The name then ends in "_part".
 Skeleton JointsOfClips(const std::vector<MotionClip>& clips,
                        const Skeleton& skeleton);
 

@@ -46,8 +46,8 @@ const Skeleton& SkeletonNamed(const std::string& name) {
   for (const std::string& other : SkeletonNames()) {
     known += (known.empty() ? "" : ", ") + other;
   }
-  throw OptionError("skeleton",
-                    "found '" + Printable(name) + "', known are " + known);
+  throw OptionError(
+      "skeleton", "found '" + Printable(name) + "', expected one of " + known);
 }
 
 using People = std::vector<std::shared_ptr<const Actor>>;
@@ -100,17 +100,17 @@ void CheckPeopleOffCameras(const Scene& scene) {
 void RingOptions::Describe(OptionVisitor& visitor) {
   visitor.Integer("count", &count, Between(2, 32), "", "number of cameras");
   visitor.Number("radius", &radius_m, Between(1.0, 1000.0), "m",
-                 "of the ring on which they stand");
+                 "radius of the ring on which the cameras stand");
   visitor.Number("height", &height_m, Between(0.0, 100.0), "m",
-                 "above the floor");
+                 "height of the cameras above the floor");
   visitor.Number("target_height", &target_height_m, Between(0.0, 10.0), "m",
-                 "height of the point in the middle that they look at");
+                 "height of the point above the centre at which they look");
   visitor.Number("arc", &arc_deg, Between(10.0, 360.0), "deg",
                  "part of the ring that is used");
   visitor.Integer("image_width", &width_px, Between(16, 16384), "px",
-                  "of the image");
+                  "width of the images");
   visitor.Integer("image_height", &height_px, Between(16, 16384), "px",
-                  "of the image");
+                  "height of the images");
   visitor.Number("focal", &focal_px, Positive(), "px", "focal length");
   visitor.NumberList("distortion", &distortion, Between(-10.0, 10.0), "",
                      "k1 k2 p1 p2 k3 of OpenCV's model; empty: none");
@@ -122,12 +122,12 @@ void CrowdOptions::Describe(OptionVisitor& visitor) {
   visitor.Number("area_radius", &area_radius_m, Between(1.0, 100.0), "m",
                  "people walk inside this circle");
   visitor.Number("walking_speed", &walking_speed_ms, Between(0.3, 2.0), "m/s",
-                 "mean over people");
+                 "mean walking speed over people");
   visitor.Number("min_distance", &min_distance_m, Between(0.3, 2.0), "m",
-                 "closest that the centres of two people pass");
+                 "minimum distance between the centres of two people");
   visitor.Number("walking", &walking, Between(0.0, 1.0), "",
-                 "weight of walking on after an action, and chance to do so "
-                 "without a stop");
+                 "weight of walking after an action, and probability of "
+                 "walking on without a stop");
   visitor.Number("standing", &standing, Between(0.0, 1.0), "",
                  "weight of standing");
   visitor.Number("turning", &turning, Between(0.0, 1.0), "",
@@ -139,23 +139,24 @@ void CrowdOptions::Describe(OptionVisitor& visitor) {
   visitor.Number("visitors", &visitors, Between(0.0, 1.0), "",
                  "share of people who come and go");
   visitor.Number("crossing", &crossing, Between(0.0, 1.0), "",
-                 "share of walks led through the middle");
+                 "share of walks through the centre");
 }
 
 void SceneOptions::Describe(OptionVisitor& visitor) {
   visitor.Integer("seed", &seed, Between(0, 9e15), "", "same seed, same scene");
-  visitor.Integer("people", &people, Between(1, 100), "", "in the scene");
+  visitor.Integer("people", &people, Between(1, 100), "", "number of people");
   visitor.Number("duration", &duration_s, Between(0.04, 36000.0), "s",
-                 "of the recording");
+                 "length of the recording");
   visitor.Number("frame_rate", &frame_rate_hz, Between(1.0, 1000.0), "Hz",
-                 "frames a second");
+                 "frames per second");
   visitor.Text("skeleton", &skeleton, "name of a built-in skeleton");
   visitor.Number("stature", &stature_m, Between(1.2, 2.2), "m",
                  "mean height of the people");
   visitor.Number("stature_sigma", &stature_sigma_m, Between(0.0, 0.15), "m",
-                 "spread of their heights");
+                 "standard deviation of their heights");
   visitor.Number("trunk_flexibility", &trunk_flexibility, Between(0.0, 2.0), "",
-                 "turning of thorax and head; 0: trunk and head are rigid");
+                 "rotation of thorax and head relative to the pelvis; 0: trunk "
+                 "and head are rigid; 1: as in real people");
   visitor.Enter("motion");
   motion.Describe(visitor);
   visitor.Leave();

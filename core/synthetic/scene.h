@@ -61,9 +61,9 @@ struct SceneOptions {
   std::string skeleton = "coco17";
   double stature_m = 1.72;        // mean
   double stature_sigma_m = 0.09;  // over people
-  // Rotation of thorax and head relative to the pelvis, as a share of people's
-  // own. At 0 every bone of every skeleton keeps its length; otherwise those
-  // across the spine or the neck (shoulder to hip, ear to shoulder) vary by
+  // Rotation of thorax and head relative to the pelvis; 1: as in real people.
+  // At 0 every bone of every skeleton keeps its length; otherwise bones across
+  // the spine or the neck (shoulder to hip, ear to shoulder) vary by
   // millimetres to centimetres, as in real people.
   double trunk_flexibility = 0.0;
   CrowdOptions motion;
@@ -121,10 +121,10 @@ inline constexpr double kSceneMargin = 2.0;
 // Throws OptionError for options outside their limits, an unknown skeleton or
 // joint, or cameras inside the area.
 Scene MakeScene(const SceneOptions& options);
-// The same with a given skeleton; `options.skeleton` is ignored.
+// Overload with a given skeleton; `options.skeleton` is ignored.
 Scene MakeScene(const SceneOptions& options, const Skeleton& skeleton);
-// The same with given people (recorded ones, recorded_people.h) instead of
-// simulated ones; people, stature and motion in `options` are ignored. Throws
+// Overload with given people (recorded_people.h) instead of simulated ones;
+// people, stature and motion in `options` are ignored. Throws
 // OptionError("clips", ...) if a person comes within half a metre of a camera.
 Scene MakeScene(const SceneOptions& options, const Skeleton& skeleton,
                 std::vector<std::shared_ptr<const Actor>> people);
@@ -157,7 +157,7 @@ struct JointSight {
   double depth_m = 1.0;
 };
 
-// Of one person in one frame.
+// The view of a camera on one person in one frame.
 struct PersonSight {
   bool present = false;  // in the scene
   std::vector<JointSight> joints;
@@ -169,7 +169,7 @@ std::vector<PersonSight> Sights(const Camera& camera, const SceneMoment& moment,
 
 // The truth as tracks: all joints observed, person i has id i.
 TrackSequence TruthOf(const Scene& scene);
-// The same at the frames and times of the detections.
+// The truth at the frames and times of the detections.
 TrackSequence TruthFor(const Scene& scene, const DetectionSequence& detections);
 
 }  // namespace kinegraph

@@ -14,7 +14,7 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kSwingShare = 0.85;    // of the period of a step
+constexpr double kSwingShare = 0.85;    // swing as a share of a step's period
 constexpr double kHeelRiseTime = 0.22;  // before the foot leaves the ground
 constexpr double kFootFlatTime = 0.13;  // after the heel strikes
 // Smaller displacements are tolerated [m].
@@ -67,7 +67,7 @@ struct Step {
   TimeSpan swing;
   Footprint from;
   Footprint to;
-  double length_m = 0.0;  // forward part of the way
+  double length_m = 0.0;  // forward component of the displacement
 };
 
 class SimulatedActor : public Actor {

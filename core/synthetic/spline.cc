@@ -14,9 +14,9 @@ VectorXd SlopeOf(const std::vector<double>& times, const MatrixXd& values,
          (times[static_cast<size_t>(i) + 1] - times[static_cast<size_t>(i)]);
 }
 
-// Second derivatives at the knots, of which there are at least four. Those of
-// the inner knots solve a tridiagonal system; those of the two ends are
-// extrapolated linearly from their two neighbours, the "not a knot" condition.
+// Second derivatives at the knots, of which there are at least four. At the
+// inner knots they solve a tridiagonal system; at the two ends they are
+// extrapolated linearly from the two nearest knots, the "not a knot" condition.
 MatrixXd SecondDerivatives(const std::vector<double>& times,
                            const MatrixXd& values) {
   const Index last = values.cols() - 1;

@@ -55,7 +55,7 @@ class Descriptor {
   int value_;
 };
 
-// Available bytes, 0 at the end, -1 on failure.
+// Reads available bytes. Returns their number, 0 at the end, -1 on failure.
 int64_t ReadSome(int descriptor, char* to, size_t size);
 bool SetPermissions(int descriptor, unsigned permissions);
 
@@ -67,7 +67,8 @@ void RemoveEmptyFolder(const std::string& path);
 // Flushes an open file to disk: 0, or -1 if data was lost; a file system that
 // does not support it counts as success.
 int SyncFile(int descriptor);
-// Flushes the whole file system that holds a folder. Returns as SyncFile.
+// Flushes the whole file system that holds a folder. Return value as for
+// SyncFile.
 int SyncTree(const std::string& folder);
 // Flushes the entry of a name in its folder. Best effort: the name already
 // exists.
@@ -80,10 +81,10 @@ std::string FolderOfOpenFiles();
 
 bool IsTerminal(int descriptor);
 
-// Call once, at the start. Replaces closed standard streams by ones that fail:
-// otherwise the next file opened would get the stream's descriptor, and
-// messages would be written to it. Ignores SIGPIPE, so that a broken pipe does
-// not end the program in the middle of a file.
+// Call once, at the start. Replaces closed standard streams by streams that
+// cannot be used: otherwise the next file opened would get the stream's
+// descriptor, and messages would be written to it. Ignores SIGPIPE, so that a
+// broken pipe does not end the program in the middle of a file.
 void PrepareStandardStreams();
 
 // For its lifetime, a write of this thread to a pipe without a reader fails
@@ -102,8 +103,8 @@ class BrokenPipesAreErrors {
 // Whether the reading end of a pipe is closed.
 bool ReaderIsGone(int descriptor);
 
-// Waits until one of the descriptors is readable or at its end; false if `stop`
-// is.
+// Waits until one of the descriptors is readable or at its end; returns false
+// if `stop` is.
 bool WaitForInput(int descriptor, int stop);
 // Whether data or the end of the input is available within `wait_ms`.
 bool HasInput(int descriptor, int wait_ms = 0);

@@ -1,5 +1,5 @@
-// Additions of a mode to the paper's association: pairs that must not be
-// matched and new people who must not start a track.
+// What a mode adds to the paper's association: pairs that must not be matched,
+// and new people who must not start a track.
 #ifndef KINEGRAPH_CORE_TRACKING_ASSOCIATION_POLICY_H_
 #define KINEGRAPH_CORE_TRACKING_ASSOCIATION_POLICY_H_
 

@@ -9,7 +9,8 @@
 namespace kinegraph {
 namespace {
 
-// Geometric median among `ways`; zero if there are none.
+// The displacement with the smallest sum of distances from the others, as an
+// approximation of their geometric median; zero if there are none.
 Eigen::Vector3d CommonWay(const std::vector<Eigen::Vector3d>& ways) {
   Eigen::Vector3d common = Eigen::Vector3d::Zero();
   double least = std::numeric_limits<double>::infinity();

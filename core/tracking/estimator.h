@@ -23,7 +23,7 @@ namespace kinegraph {
 struct FreshView {
   int view_idx = 0;
   TimeNs capture_time = 0;
-  int detection_idx = 0;                // index_in_file
+  int detection_idx = 0;                // Detection::index_in_file
   std::vector<Keypoint> joints;         // raw pixels, one per joint of the
                                         // tracks
   std::vector<FilterVerdict> verdicts;  // one per joint
@@ -91,8 +91,9 @@ class Estimator {
 };
 
 // The newest pose of `estimator`, translated to the position expected at
-// `time`: by the geometric median of the joints' predicted motions, at most
-// that of `horizon_s`. The swing of the limbs is not predicted.
+// `time`: by the geometric median of the joints' predicted displacements, of
+// which at most the part of the first `horizon_s` counts. The swing of the
+// limbs is not predicted.
 void ExpectBody(const Estimator& estimator, TimeNs time, double horizon_s,
                 Pose3d* pose);
 

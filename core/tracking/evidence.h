@@ -1,6 +1,6 @@
-// The step between matching and estimating, shared by tracker, replay and
-// second pass: from views and a prediction, by joints filter and DLT, to the
-// input of the estimator.
+// The step between matching and estimation, shared by tracker, replay and
+// second pass: joints filter and DLT turn views and a prediction into the input
+// of an estimator.
 #ifndef KINEGRAPH_CORE_TRACKING_EVIDENCE_H_
 #define KINEGRAPH_CORE_TRACKING_EVIDENCE_H_
 
@@ -32,10 +32,10 @@ class EvidenceStep {
   EvidenceStep(const SceneModel& scene, const EpipolarGeometry& epipolar,
                const TrackerOptions& options);
 
-  // A frame without matches: the estimator predicts.
+  // Starts a frame without matches, in which the estimator predicts.
   void Begin(int64_t frame, TimeNs time, EstimatorFrame* evidence) const;
 
-  // The poses of a memory that are recent enough at `time`.
+  // The 2D poses in `memory` that are recent enough at `time`.
   const std::vector<UsedView>& YoungViews(const ViewMemory& memory,
                                           TimeNs time);
 
@@ -43,10 +43,10 @@ class EvidenceStep {
   // update fails: the evidence then has views but no pose.
   bool Update(const std::vector<UsedView>& views, const Pose3d& predicted,
               EstimatorFrame* evidence);
-  // The same for a new person, who has no prediction. Fails with fewer
+  // Update for a new person, who has no prediction. Fails with fewer
   // triangulated joints than a new person must have.
   bool Initialise(const std::vector<UsedView>& views, EstimatorFrame* evidence);
-  // The same as Update without writing evidence.
+  // Update that writes no evidence.
   bool Look(const std::vector<UsedView>& views, const Pose3d& predicted);
 
   // Result of the last call.

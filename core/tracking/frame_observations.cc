@@ -23,7 +23,7 @@ bool IsOnePerson(const Observation& a, const Observation& b) {
 
 bool IsOnePerson(const Observation& a, const Eigen::AlignedBox2d& box_a,
                  const Observation& b, const Eigen::AlignedBox2d& box_b) {
-  constexpr double kApart = 0.05;
+  constexpr double kApart = 0.05;  // mean distance, as a share of the diagonal
   const double most_px =
       kApart * std::max(DiagonalPx(box_a), DiagonalPx(box_b));
   if (GapPx(box_a, box_b) > most_px) return false;

@@ -22,14 +22,14 @@ namespace kinegraph {
 // observation that found fewer. Two people overlap that well only for a frame
 // or two.
 bool IsOnePerson(const Observation& a, const Observation& b);
-// The same, given the boxes around their joints.
+// Overload for known boxes around the joints.
 bool IsOnePerson(const Observation& a, const Eigen::AlignedBox2d& box_a,
                  const Observation& b, const Eigen::AlignedBox2d& box_b);
 
-// Of each group of duplicates keeps, at the place of the first, the one with
-// more joints, then the more confident one, then the first. Returns the number
-// kept; they are moved to the front, and observations[count..] keep their
-// memory.
+// Keeps one observation of each group of duplicates, at the index of the
+// group's first: the one with the most joints, then the most confident one,
+// then the first. Returns the number kept; they are moved to the front, and
+// observations[count..] keep their memory.
 size_t SuppressDuplicates(size_t count, std::vector<Observation>* observations);
 
 // Observations of each view of a frame, converted to the skeleton of the

@@ -1,7 +1,8 @@
-// The policy of graph mode. By Eq. 1 alone a lost track is matched with any
-// person near its last position: its gate grows with its age, and a single view
-// cannot distinguish people who stand behind each other. These rules prevent
-// such exchanges of identity, and duplicate tracks:
+// The policy of graph mode. With the affinity of Chu et al. alone (Eq. 1,
+// docs/paper_mode.md) a lost track is matched with any person near its last
+// position: its gate grows with its age, and a single view cannot distinguish
+// people who stand behind each other. These rules prevent such exchanges of
+// identity, and duplicate tracks:
 //
 // - A 2D tracklet (core/association/tracklets.h) of a track that has since been
 //   lost still belongs to it. No other track is matched with its detections
@@ -71,8 +72,8 @@ class GraphAssociation final : public AssociationPolicy {
     }
   }
 
-  // Permits pairs of detections that Forbid barred and that remained unmatched
-  // with tracks matched in two other views.
+  // Permits detections that Forbid barred, if still unmatched, to be matched
+  // with tracks that are already matched in two other views.
   bool MatchesAgain(size_t view_idx, std::vector<char>* forbidden) override {
     constexpr int kSureViews = 2;
     const size_t count = state_.observations.OfView(view_idx).size();
@@ -122,7 +123,7 @@ class GraphAssociation final : public AssociationPolicy {
     }
   }
 
-  // Where the views may agree by chance, a joint seen by one view only counts
+  // Where the views may agree by chance, a joint seen by a single view counts
   // as missing, and an update that lacks a third of the joints does not count.
   bool Counts(const Track& track) const override {
     const EstimatorFrame& frame = track.frame;
@@ -141,8 +142,10 @@ class GraphAssociation final : public AssociationPolicy {
            !AgreeByChance(views, static_cast<int>(by_two), frame.initial);
   }
 
-  // Not where even the two views with the fewest unmatched detections may agree
-  // by chance: with so few joints a third view adds no certainty.
+  // False if even the two views with the fewest unmatched detections may agree
+  // by chance: with so few joints a third view adds no certainty. With two
+  // cameras there is no third view to wait for, so chance agreement is
+  // accepted.
   bool AwaitsSlight() const override {
     std::vector<int> unexplained;
     for (size_t v = 0; v < state_.scene.cameras.size(); ++v) {
@@ -214,7 +217,7 @@ class GraphAssociation final : public AssociationPolicy {
   static constexpr double kPairAgrees = 0.05;
   static constexpr double kMostGroups = 1.0;
 
-  // A person with too few visible joints to start a track at once.
+  // A candidate: a person with too few visible joints to start a track at once.
   struct Slight {
     TimeNs time = 0;  // last seen
     Pose3d pose;
@@ -223,7 +226,8 @@ class GraphAssociation final : public AssociationPolicy {
   };
 
   // At least one and a half intervals between frames on which the detector ran,
-  // so that consecutive ones are linked at any rate.
+  // so that candidates in consecutive frames of the detector are linked
+  // whatever its rate.
   double LongestPause(double seconds) const {
     return std::max(seconds, 1.5 * state_.rhythm.usual_frames() /
                                  state_.scene.frame_rate_hz);
@@ -266,8 +270,8 @@ class GraphAssociation final : public AssociationPolicy {
     return count > 0 && sum_px <= most_px * count;
   }
 
-  // No update for more than a tenth of a second before this frame, and in more
-  // than one frame on which the detector ran.
+  // Whether the track has had no update for more than 0.1 s and for more than
+  // one frame on which the detector ran.
   bool IsLost(const Track& track) const {
     constexpr double kLostS = 0.1;
     const TimeNs age = state_.time - track.life.last_update();
@@ -347,7 +351,7 @@ class GraphAssociation final : public AssociationPolicy {
 
   // Whether these views may agree by chance on `joints` joints at `pose`, by
   // the expected number of such groups of detections. The second view must
-  // agree in one coordinate, each further one in two. Never where all cameras
+  // agree in one coordinate, each further one in two. False if all cameras
   // facing `pose` agree.
   bool AgreeByChance(const std::vector<size_t>& views, int joints,
                      const Pose3d& pose) const {
@@ -408,7 +412,8 @@ class GraphAssociation final : public AssociationPolicy {
 }  // namespace
 
 bool SeenAtOnePlace(const Pose3d& a, const Pose3d& b, double within_m) {
-  // Joints that determine position and orientation, where there are so many.
+  // Three joints determine position and orientation; a smaller skeleton needs
+  // all of its joints.
   const int enough = std::min(3, static_cast<int>(a.size()));
   int seen = 0;
   int near = 0;

@@ -16,8 +16,8 @@ constexpr double kUsualDistance = 4.0;  // m
 // The point nearest to all optical axes in the least-squares sense. False when
 // the axes do not determine it.
 bool MeetingPoint(const CameraRig& cameras, Eigen::Vector3d* point_m) {
-  // An eigenvalue below this share of the number of cameras means axes within
-  // some 10 degrees of each other.
+  // A smallest eigenvalue below this share of the number of cameras means that
+  // the axes lie within about 10 degrees of each other.
   constexpr double kParallel = 0.03;
   Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
   Eigen::Vector3d right = Eigen::Vector3d::Zero();
@@ -41,15 +41,16 @@ bool MeetingPoint(const CameraRig& cameras, Eigen::Vector3d* point_m) {
 }  // namespace
 
 void GateOptions::Describe(OptionVisitor& visitor) {
-  visitor.Choice("units", &units, {"pixels", "metres"},
-                 "gates in pixels, as the other tables give them, or in metres "
-                 "where the cameras look");
+  visitor.Choice(
+      "units", &units, {"pixels", "metres"},
+      "gates in pixels, from the keys of the other tables, or derived "
+      "from lengths in metres at the working distance");
   visitor.Number("speed_mps", &speed_mps, NonNegative(), "m/s",
-                 "metres: how far a joint may be from its prediction grows by "
-                 "this with the time since the last update");
+                 "metres: speed at which the distance allowed between a joint "
+                 "and its prediction grows after the last update");
   visitor.Number("working_distance", &working_distance_m, NonNegative(), "m",
-                 "metres: of people from cameras; 0: where the optical axes "
-                 "meet");
+                 "metres: distance of people from the cameras; 0: that of the "
+                 "point where the optical axes meet");
 }
 
 double WorkingDistance(const CameraRig& cameras) {
@@ -96,15 +97,17 @@ void TrackLifeOptions::Describe(OptionVisitor& visitor) {
   visitor.Number("confirm_s", &confirm_s, Between(0.0, 40.0), "s",
                  "a track is confirmed by an update this long after its birth; "
                  "in paper mode a second is 25 frames");
-  visitor.Number("max_age_s", &max_age_s, Positive(), "s",
-                 "a track without an update is deleted after this; in paper "
-                 "mode a second is 25 frames");
+  visitor.Number(
+      "max_age_s", &max_age_s, Positive(), "s",
+      "a track without an update is deleted after this time; in paper "
+      "mode a second is 25 frames");
   visitor.Number("min_found_joints", &min_found_joints, Between(0.0, 17.0),
-                 "joints of 17", "detections with fewer are noise");
+                 "joints of 17",
+                 "detections with fewer found joints are ignored");
   visitor.Boolean("backfill", &backfill,
                   "also write a track's frames before it was confirmed");
   visitor.Number("max_gap_s", &max_gap_s, NonNegative(), "s",
-                 "graph mode: gaps up to this are bridged and written");
+                 "graph mode: gaps up to this length are bridged and written");
   visitor.Boolean("second_pass", &second_pass,
                   "offline: associate again with the smoothed tracks");
 }

@@ -13,7 +13,7 @@ struct TrackerOptions;
 
 enum class GateUnits {
   kPixels,  // the keys in pixels and frames apply, as in the paper
-  kMetres,  // they are derived from the keys of this table
+  kMetres,  // the gates are derived from the keys of this table
 };
 
 // Table [gates]. A gate in pixels is a length at the working distance plus the
@@ -49,7 +49,8 @@ double WorkingDistance(const CameraRig& cameras);
 // Median over the cameras of focal length / working distance [px/m].
 double PixelsPerMetre(const CameraRig& cameras, double working_distance_m);
 
-// The options with pixels and frames filled in where gates.units requires it.
+// The options, with gates in pixels and frames filled in if gates.units is
+// kMetres.
 TrackerOptions WithScaledGates(TrackerOptions options, const CameraRig& cameras,
                                double frame_rate_hz);
 
@@ -82,9 +83,10 @@ struct TrackLifeOptions {
   void Describe(OptionVisitor& visitor);
 };
 
-// The same life in frames of a recording's nominal rate. Confirmation takes at
-// least two hits, but only one where frames are so rare that a track does not
-// outlive a missed one, or where frames are independent.
+// The options with the times also given in frames of a recording's nominal
+// rate. Confirmation takes at least two hits, but only one where frames are so
+// rare that a track does not outlive a missed one, or where frames are
+// independent.
 TrackLifeOptions LifeInFrames(const TrackLifeOptions& options,
                               double frame_rate_hz);
 
@@ -104,8 +106,8 @@ struct TrackerOptions {
     return rules == AssociationRules::kGraph;
   }
 
-  // With the life in frames and the reach per frame of a recording's nominal
-  // rate.
+  // These options with track life and reach converted to frames of a
+  // recording's nominal rate.
   TrackerOptions At(double frame_rate_hz) const;
 
   // Tables [association], [reconstruction], [initialisation], [tracking],

@@ -1,5 +1,5 @@
-// Queues of data that wait for the end of a recording, packed into half of
-// their memory: the frames given to estimators and the poses of a first pass.
+// Queues of data that wait for the end of a recording, packed into about half
+// of the memory: the frames given to estimators and the poses of a first pass.
 #ifndef KINEGRAPH_CORE_TRACKING_PACKED_QUEUE_H_
 #define KINEGRAPH_CORE_TRACKING_PACKED_QUEUE_H_
 
@@ -163,7 +163,7 @@ class PackedQueue {
 // Measurements and the initial pose are restored bit by bit; the results of the
 // joints filter (verdicts, inlier views) are not kept.
 using PackedFrames = PackedQueue<EstimatorFrame>;
-// Everything but the identity.
+// Everything but identity and derivatives.
 using PackedPoses = PackedQueue<PersonPose>;
 
 }  // namespace kinegraph

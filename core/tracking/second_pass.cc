@@ -332,7 +332,7 @@ void SecondPass::ExtendBack(const PersonPose& person, TimeNs time,
   const int64_t stop = before.empty() ? -1 : before.back().frame;
   EndFollower follower(person.joints, time, run.first_velocity_mps);
   std::vector<Pose3d> expected;  // one per frame, the last frame first
-  std::vector<double> ages_s;    // of what they are expected by
+  std::vector<double> ages_s;    // time since the views last agreed
   std::vector<Seen> seen;
   for (size_t r = recent_.size(); r-- > 0;) {
     Recent& recent = recent_[r];
@@ -421,7 +421,7 @@ std::map<int64_t, bool> SecondPass::KeptBeyond(
     while (stop < beyond.size() && beyond[stop].end == beyond[begin].end) {
       ++stop;
     }
-    // From the end of the track outwards.
+    // Ordered from the end of the track outwards.
     std::vector<Beyond> end(beyond.begin() + static_cast<long>(begin),
                             beyond.begin() + static_cast<long>(stop));
     if (end.front().backward) std::reverse(end.begin(), end.end());

@@ -65,7 +65,8 @@ class EndFollower {
 // Optionally follows people beyond both ends of their tracks.
 class SecondPass {
  public:
-  // As for Tracker; the poses of `estimator` are written.
+  // Takes the arguments of Tracker's constructor; the poses of `estimator` are
+  // written.
   SecondPass(SceneModel scene, const Skeleton& detection_skeleton,
              const TrackerOptions& options, EstimatorFactory estimator);
 
@@ -73,8 +74,9 @@ class SecondPass {
   // the ends of their runs in `first_pass` (all its frames), using unmatched
   // detections while two or more views agree. Frames with fewer views are also
   // written if they lie in between, or if they are at the very end, one view
-  // sees the person and the estimate is sufficiently certain. Stops after the
-  // life of a lost track without agreement, or where another person stands.
+  // sees the person and the estimate is sufficiently certain. Stops when no
+  // views have agreed for the age limit of a lost track, or where another
+  // person stands.
   void ExtendEnds(const std::vector<TrackFrame>& first_pass,
                   const std::set<TrackId>& but);
 
@@ -111,8 +113,8 @@ class SecondPass {
     bool backward = false;
   };
 
-  // [view][target]: an index in `views`, or -1. Poses of another frame are this
-  // old.
+  // [view][target]: index of the matched observation in `views[view]`, or -1.
+  // `age_s` is the time from the targets' poses to this frame.
   void MatchViews(const std::vector<AssociationTarget>& targets, double age_s,
                   const std::vector<Span<Observation>>& views,
                   std::vector<std::vector<int>>* matches);
@@ -122,10 +124,9 @@ class SecondPass {
   // `frame`.
   const TrackRun* FindRun(TrackId id, int64_t TrackRun::*end,
                           int64_t frame) const;
-  // Searches the unmatched detections for a person, expected by a pose that is
-  // this old, and stores them in
-  // used_views_ and used_places_; evidence_ then holds the joints on which they
-  // agree.
+  // Matches the unmatched detections with a person, who is expected by a pose
+  // that is `age_s` old, and stores the matches in used_views_ and
+  // used_places_; evidence_ then holds the joints on which they agree.
   Seen Look(const Pose3d& expected, double age_s, const Recent& recent,
             const FrameObservations& observations);
   void Take(Recent* recent) const;  // marks used_places_
@@ -155,7 +156,7 @@ class SecondPass {
   // only where the second pass finds no match, which is rare.
   size_t packed_end_ = 0;
   std::map<TrackId, PackedPoses> packed_;
-  std::map<TrackId, std::vector<TrackRun>> runs_;  // whose ends are extended
+  std::map<TrackId, std::vector<TrackRun>> runs_;  // with ends to be extended
   std::map<TrackId, Following> followers_;         // beyond the last frame
   std::map<TrackId, std::vector<Beyond>> beyond_;
   int ends_ = 0;

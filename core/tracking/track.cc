@@ -7,9 +7,9 @@
 namespace kinegraph {
 namespace {
 
-// Number of pauses remembered. Their third quartile is the usual pause: if a
-// detector skips every third frame, half of the pauses are 2 frames long, while
-// gaps in a recording are few.
+// Number of pauses remembered. Their third quartile is taken as the typical
+// pause: if a detector skips every third frame, half of the pauses are 2 frames
+// long, while gaps in a recording are few.
 constexpr size_t kRemembered = 15;
 // With fewer known pauses an empty frame never counts as a miss.
 constexpr size_t kEnough = 8;

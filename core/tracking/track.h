@@ -31,11 +31,11 @@ class LookRhythm {
   // pauses.
   bool IsLook(const DetectionFrame& frame);
 
-  // Usual interval between frames with detections [frames], at least 1: the
-  // third quartile of the recent ones.
+  // Typical interval between frames with detections [frames], at least 1: the
+  // third quartile of the recent intervals.
   double usual_frames() const { return usual_frames_; }
-  // The number of frames that the newest one with detections represents: those
-  // since the previous one, at most the usual number.
+  // The number of frames that the newest frame with detections represents: the
+  // frames since the previous one with detections, at most usual_frames().
   double newest_frames() const { return newest_frames_; }
 
  private:
@@ -87,8 +87,8 @@ class TrackLife {
   // Starts a new frame. A track whose last update is older than its age limit
   // is deleted before it can match anything: after dropped or cut frames its
   // gate could cover the whole image. With independent frames every track is
-  // deleted. `look_frames`: usual interval between frames on which the detector
-  // runs.
+  // deleted. `look_frames`: typical interval between frames on which the
+  // detector runs.
   void BeginFrame(TimeNs time, double look_frames = 1.0);
 
   // A frame on which the detector ran: whether any view matched, and whether
@@ -128,8 +128,7 @@ class WriteGate {
   // Ends the track: frames that still wait are dropped.
   void Close();
 
-  // Takes the decision on the oldest undecided frame; false while it is
-  // pending.
+  // Pops the decision on the oldest frame; false while it is pending.
   bool Pop(bool* write);
 
  private:

@@ -82,7 +82,7 @@ SceneModel Checked(SceneModel scene) {
   return scene;
 }
 
-// For a person with few visible joints.
+// Options that accept a person with few visible joints.
 InitialisationOptions OfFewJoints(InitialisationOptions options) {
   options.min_common_joints =
       std::min(options.min_common_joints, kFewestJoints);
@@ -199,7 +199,8 @@ void Tracker::SetTargets(const DetectionFrame& frame) {
     target.pose = &track->feedback->Last();
     target.age_frames = clock_.Frames(frame.time - track->feedback->LastTime());
     if (!cross_view_) {
-      // With all views at once the uncertainty grows with what is not known.
+      // The matching of all views accounts for the growing uncertainty of the
+      // prediction (ExpectedSigma), so it predicts for longer.
       const double horizon_s =
           all_views_.has_value() ? kSpeedLasts : options_.association.horizon_s;
       if (!(horizon_s > 0.0)) continue;
@@ -214,7 +215,7 @@ void Tracker::SetTargets(const DetectionFrame& frame) {
   }
 }
 
-// The joints of each track as last matched in a view.
+// Sets each track's joints to those last matched in the view.
 void Tracker::SetLastSeen(const DetectionFrame& frame, int view_idx) {
   for (const auto& track : tracks_) {
     track->last_seen.assign(scene_.skeleton.joint_count(), LastSeenJoint());
@@ -250,8 +251,8 @@ void Tracker::Associate(const DetectionFrame& frame) {
   CollectUnmatched();
 }
 
-// Eq. 1: the affinities of all tracks with the detections of the view, and the
-// assignment of the largest total.
+// Eq. 1: computes the affinities of all tracks with the detections of the view,
+// and the assignment with the largest total.
 void Tracker::MatchView(size_t view_idx, TimeNs time) {
   matcher_.Match(targets_, observations_.OfView(view_idx),
                  scene_.cameras[view_idx], forbidden_, &view_match_);
@@ -365,7 +366,7 @@ void Tracker::FindNewPeople(const DetectionFrame& frame) {
   if (policy_->AwaitsSlight()) FindSlightPeople();
 }
 
-// The same with fewer joints, on the detections left by FindNewPeople.
+// Algorithm 2 with fewer joints, on the detections left by FindNewPeople.
 void Tracker::FindSlightPeople() {
   for (const NewPerson& person : new_people_) {
     for (const Observation* member : person.members) {

@@ -1,5 +1,5 @@
-// The front end of Chu et al. (2021): runs the stages of a frame in order;
-// their mathematics is elsewhere. 2D-3D association view by view (Eq. 1),
+// The front end of Chu et al. (2021): runs the stages of a frame in order,
+// whose mathematics is in other files: 2D-3D association view by view (Eq. 1),
 // joints filter and DLT for each track (Eq. 2 and 3), new people from the
 // unmatched detections (Algorithm 2). Graph mode's additions to association are
 // a policy (association_policy.h).
@@ -63,8 +63,8 @@ struct StageTimes {
 
 class Tracker {
  public:
-  // `detection_skeleton` is that of the frames to come; `scene.cameras` has one
-  // camera per view, in the same order. If `output` is empty, the feedback
+  // `detection_skeleton` is the skeleton of the detections; `scene.cameras` has
+  // one camera per view, in the same order. If `output` is empty, the feedback
   // estimator's poses are written. Throws OptionError for options out of range.
   Tracker(SceneModel scene, const Skeleton& detection_skeleton,
           const TrackerOptions& options, EstimatorFactory feedback,
@@ -118,7 +118,8 @@ class Tracker {
   EstimatorFactory make_feedback_;
   EstimatorFactory make_output_;
   FrameClock clock_;
-  const bool goes_by_looks_;  // graph mode: an empty frame may be no miss
+  const bool goes_by_looks_;  // graph mode: an empty frame is a miss only if
+                              // the detector ran on it
   LookRhythm rhythm_;
   EpipolarGeometry epipolar_;
   FrameObservations observations_;

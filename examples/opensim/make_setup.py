@@ -1,12 +1,12 @@
-"""OpenSim files for scaling and inverse kinematics from our TRC. UNTESTED in
-OpenSim: written from its documentation (Scale and IK settings files, 4.x).
+"""OpenSim files for scaling and inverse kinematics from kinegraph's TRC. UNTESTED
+in OpenSim: written from its documentation (Scale and IK settings files, 4.x).
 
     python3 make_setup.py person_0.trc Rajagopal2016.osim OUT [--mass=KG]
 
-The TRC comes from `kinegraph convert --to=trc --markers=opensim` (our own and
-Pose2Sim's names work too), with COCO-17, BODY_25 or another skeleton with these
-joints. Writes OUT/markers.xml, OUT/scale.xml, OUT/ik.xml and OUT/run.py, and
-prints how to run them. Does not need OpenSim itself.
+The TRC comes from `kinegraph convert --to=trc --markers=opensim` (the names of
+kinegraph and of Pose2Sim work too), with COCO-17, BODY_25 or another skeleton
+with these joints. Writes OUT/markers.xml, OUT/scale.xml, OUT/ik.xml and
+OUT/run.py, and prints how to run them. Does not need OpenSim itself.
 
 Markers are joint centres. In OpenSim's whole-body models (Rajagopal 2016,
 gait2392 with arms) a segment's origin is the centre of the joint that carries
@@ -84,7 +84,7 @@ def read_trc(path):
     with open(path, encoding="utf-8") as file:
         lines = file.read().splitlines()
     if len(lines) < 6 or not lines[0].startswith("PathFileType"):
-        sys.exit(f"{path}: no TRC file")
+        sys.exit(f"{path}: not a TRC file")
     markers = [cell for cell in lines[3].split("\t")[2:] if cell]
     rows = [line for line in lines[5:] if line.strip()]
     return markers, float(rows[0].split("\t")[1]), float(rows[-1].split("\t")[1])

@@ -101,7 +101,7 @@ TEST_F(CorrectionsTest, ErrorsNameTheLine) {
       {R"({"op": "delete", "persons": [0], "frames": [9, 5]})", "empty range"},
       {R"({"op": "delete", "persons": [1], "frames": [40, 50]})",
        "person 1 is not in frames 40 to 50"},
-      {R"({"op": "join", "persons": [0, 1]})", "both there in frame"},
+      {R"({"op": "join", "persons": [0, 1]})", "both present in frame"},
       {R"({"op": "glue", "persons": [0, 1]})", "op"},
       {R"({"op": "join", "persons": [0, )", ""},
   };

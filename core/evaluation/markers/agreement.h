@@ -33,7 +33,7 @@ PairedMotion PairMotion(const TrackSequence& truth, const JointPaths& paths,
                         const JointPairs& joints, const ClockFit& clock,
                         const WorldFit& world);
 
-// Reported covariances against actual errors.
+// Calibration of reported covariances against actual errors.
 class Calibration {
  public:
   void Add(const Eigen::Vector3d& error_m, const Eigen::Matrix3d& covariance);
@@ -61,7 +61,7 @@ class Calibration {
 struct JointAgreement {
   std::string joint;  // "pooled": over all pooled joints
   int64_t count = 0;
-  double median_m = 0.0;  // NaN: none, as all below
+  double median_m = 0.0;  // NaN: no values, as for all below
   double mean_m = 0.0;
   double rms_m = 0.0;
   double p95_m = 0.0;
@@ -70,10 +70,10 @@ struct JointAgreement {
   // around it (Bland and Altman 1986).
   Eigen::Vector3d bias_m = Eigen::Vector3d::Zero();
   Eigen::Vector3d limits_m = Eigen::Vector3d::Zero();
-  // After subtracting, from each half of the recording, the median offset of
-  // the other half, in the body's frame.
+  // Median after subtracting, from each half of the recording, the median
+  // offset of the other half, in the body's frame.
   double after_offset_median_m = 0.0;
-  // Root mean square of the difference's first and second derivative.
+  // Root mean square of the error's first and second derivative.
   double velocity_rms_m_s = 0.0;
   double acceleration_rms_m_s2 = 0.0;
   Calibration calibration;
@@ -97,7 +97,7 @@ struct MotionAgreement {
   bool root_aligned = false;
 };
 
-// `up` is the world's; blocks of the bootstrap are `block_s` long.
+// `up` is the world's up direction; blocks of the bootstrap are `block_s` long.
 MotionAgreement CompareMotion(const PairedMotion& motion,
                               const Eigen::Vector3d& up, double block_s);
 

@@ -23,8 +23,8 @@ using Eigen::Vector3d;
 
 // Huber's loss is linear beyond this number of median residuals.
 constexpr double kHuberMedians = 1.5;
-// For speeds, beyond this number of root mean squares: the median residual is
-// that of standing still.
+// For speeds, beyond this number of root mean squares: most residuals are those
+// of standing still and make the median small.
 constexpr double kClockHuberRms = 6.0;
 
 std::string Text(const char* format, double value) {
@@ -88,7 +88,7 @@ double Correlation(const SpeedGrid& a, const SpeedGrid& b, int64_t shift,
          std::sqrt((aa - sum_a * sum_a / n) * (bb - sum_b * sum_b / n));
 }
 
-// Speeds vary by at least this much over time where there is motion [m/s].
+// Throws unless the standard deviation of some joint's speed reaches kLeastM_S.
 void RequireMotion(const JointPaths& paths, double half_s, const char* whose) {
   constexpr double kLeastM_S = 0.05;
   std::vector<double> deviations = {0.0};
@@ -104,7 +104,7 @@ void RequireMotion(const JointPaths& paths, double half_s, const char* whose) {
   const double most = *std::max_element(deviations.begin(), deviations.end());
   if (most >= kLeastM_S) return;
   throw InputError(
-      std::string("no motion to align the clocks by: no joint of ") + whose +
+      std::string("no motion to align the clocks with: no joint of ") + whose +
       " changes its speed by more than " + Text("%.2f", most) +
       " m/s; --align=world or none");
 }
@@ -148,7 +148,7 @@ double CoarseOffset(const JointPaths& truth, const JointPaths& tracks,
   }
   if (best_correlation < kLeastCorrelation) {
     throw InputError(
-        "the motions are not alike at any shift of the clocks "
+        "the motions do not match at any shift of the clocks "
         "(speeds correlate by " +
         Text("%.2f", best_correlation) +
         " at best): another person or another recording?");
@@ -166,7 +166,7 @@ struct ClockSums {
   double count = 0.0;
 
   // Covariance of the gradient from sums over seconds and over joints, because
-  // errors of neighbouring frames are correlated and a joint has lasting ones.
+  // errors of neighbouring frames are correlated and a joint's errors persist.
   Matrix2d Spread() const {
     Matrix2d spread = Matrix2d::Zero();
     for (const auto* parts : {&of_second, &of_joint}) {
@@ -221,7 +221,7 @@ ClockFit FitClock(const JointPaths& truth, const JointPaths& tracks,
   constexpr int kMostRounds = 50;
   constexpr double kStepToleranceS = 1e-7;
   // Both are differentiated over the same time, long enough to exclude motion
-  // that programs smooth away (above some 6 Hz) and movements of the skin at
+  // that programs smooth away (above about 6 Hz) and movements of the skin at
   // impacts.
   const double half_s = std::max({truth.frame_s(), tracks.frame_s(), 0.05});
   RequireMotion(truth, half_s, "the ground truth");
@@ -372,7 +372,7 @@ void RequireExtent(const std::vector<PointPair>& pairs) {
   const double second_m = std::sqrt(svd.singularValues()[1]);
   if (pairs.size() >= kLeastPoints && second_m >= kLeastM) return;
   throw InputError(
-      "what both have is too small a body to register: " +
+      "the common joints are too small a body to register: " +
       std::to_string(pairs.size()) + " points within " +
       Text("%.0f", pairs.empty() ? 0.0 : 1000.0 * second_m) +
       " mm of a line; more joints (--joints), or --align=clock or none");
@@ -452,7 +452,8 @@ void RequireSameUnits(const JointPaths& truth, const JointPaths& tracks) {
       " m from its middle); one file states a wrong unit");
 }
 
-// Median distance of all joints, all frames of the tracks [m]; NaN: none.
+// Median distance over all joints and all frames of the tracks [m]; NaN if
+// there are none.
 double MedianDistance(const JointPaths& truth, const JointPaths& tracks,
                       const ClockFit& clock, const WorldFit& world) {
   std::vector<double> distances_m;
@@ -655,9 +656,10 @@ Alignment AlignRecordings(const TrackSequence& truth,
   std::vector<TrackId> people = Candidates(tracks);
   if (request.person) {
     if (!std::count(people.begin(), people.end(), *request.person)) {
-      throw InputError("the tracks have no person " +
-                       std::to_string(request.person->value()) +
-                       " of a quarter of the recording (--person)");
+      throw InputError(
+          "the tracks have no person " +
+          std::to_string(request.person->value()) +
+          " of at least a quarter of the longest track (--person)");
     }
     people = {*request.person};
   }

@@ -20,9 +20,9 @@ class JointPaths {
   JointPaths(const TrackSequence& tracks, TrackId person,
              const std::vector<int>& joints);
 
-  // By the cubic through the four surrounding samples, near ends and gaps
-  // linear; nullopt where one of the two adjacent samples is missing or they
-  // are more than one and a half frames apart.
+  // Position by a cubic Hermite spline with central differences as tangents,
+  // near ends and gaps linear; nullopt where one of the two adjacent samples is
+  // missing or they are more than one and a half frames apart.
   std::optional<Eigen::Vector3d> At(double time_s, size_t joint) const;
   // Distance between the positions `half_s` before and after the time, over
   // their difference in time [m/s].
@@ -85,11 +85,11 @@ struct AlignRequest {
   std::optional<TrackId> person;  // of the tracks; nullopt: the best fit
 };
 
-// The clock: matches the speeds of all joints, which do not depend on the
-// world's orientation, by their correlation at any shift, then by robust least
-// squares. Its uncertainty follows from the variation of the gradient from
-// second to second. The world: rigid, by least squares with Huber's loss at one
-// and a half median residuals.
+// The clocks are aligned by the speeds of all joints, which do not depend on
+// the world's orientation: by their correlation at any shift, then by robust
+// least squares. The uncertainty follows from the variation of the gradient
+// between seconds and between joints. The worlds are aligned by a rigid motion:
+// least squares with Huber's loss at one and a half median residuals.
 //
 // `truth` has one person. `is_centre`, one per joint of the truth: the world is
 // fitted to these if there are at least three. Throws InputError without a file

@@ -122,7 +122,7 @@ class Finder {
     return way - way.dot(up_) * up_;
   }
 
-  // The range of the values without 5 % at either end.
+  // The 5th and the 95th percentile of the values.
   static std::pair<double, double> RangeOf(std::vector<double> values) {
     values.erase(std::remove_if(values.begin(), values.end(),
                                 [](double value) { return std::isnan(value); }),

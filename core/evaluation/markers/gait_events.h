@@ -29,14 +29,17 @@ struct FootEvents {
 };
 
 // Events of the first person of the frames, from heels and toes, or ankles
-// where they are missing. `up` is the world's. No events without ankles.
+// where the skeleton lacks them. `up` is the world's up direction. No events
+// without any of these.
 FootEvents FindFootEvents(const TrackSequence& motion,
                           const Eigen::Vector3d& up);
 
-// Median time between contacts of the same foot [s]; NaN for fewer than two.
+// Median time between contacts of the same foot in walking [s]; NaN for fewer
+// than two and for other motion.
 double StrideTime(const FootEvents& events);
 
-// An event of a plate and the found one matched with it.
+// An event of a plate, and its difference from the matched event found in the
+// motion.
 struct TimedEvent {
   FootEvent plate;
   double found_minus_plate_s = 0.0;  // NaN: none of that foot within 0.15 s

@@ -18,9 +18,9 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 using Names = std::vector<std::string>;
 
-// Radius of a marker plus half the joint's width [m]: ankles of adults are some
-// 70 mm wide, knees 100 mm; a shoulder's centre lies some 45 mm below the
-// acromion.
+// Radius of a marker plus half the joint's width [m]: ankles of adults are
+// about 70 mm wide, knees 100 mm; a shoulder's centre lies about 45 mm below
+// the acromion.
 constexpr double kAnkleM = 0.042;
 constexpr double kKneeM = 0.057;
 constexpr double kShoulderM = 0.045;
@@ -347,9 +347,9 @@ Vector3d FunctionalHip(const Placed& placed, const std::vector<Pose3d>& poses) {
   if (!(count > 0.0) ||
       !(spread.eigenvalues()[0] > count * kLeastM * kLeastM)) {
     throw InputError("joint '" + Printable(placed.rule->joint) +
-                     "': the thigh turns too little about the hip for a "
+                     "': the thigh rotates too little about the hip for a "
                      "functional centre, expected circles with flexion and "
-                     "abduction; regression = \"harrington\" needs none");
+                     "abduction; regression = \"harrington\" needs no motion");
   }
   return information.ldlt().solve(right_side);
 }
@@ -460,9 +460,10 @@ MarkerJoints JointsOfMarkers(const TrackSequence& markers,
   MarkerJoints result;
   std::vector<Placed> placed = Place(set, labels, &result.lacking);
   if (placed.empty()) {
-    throw InputError("no marker of '" + Printable(set.name) +
-                     "' is there: found " + Printable(labels.front(), 30) +
-                     " and " + std::to_string(labels.size() - 1) + " others");
+    throw InputError("no joint of '" + Printable(set.name) +
+                     "' has all its markers: found " +
+                     Printable(labels.front(), 30) + " and " +
+                     std::to_string(labels.size() - 1) + " others");
   }
   Names joints;
   for (const Placed& one : placed) {

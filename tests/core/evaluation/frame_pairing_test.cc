@@ -267,9 +267,10 @@ TEST(PairFramesTest, ContradictingTimesAndNumbersAreNoted) {
               ElementsAre(HasSubstr("both have frames 0 to 99")));
   TrackSequence stated = Walk({50.0, 200});
   stated.header.frame_rate_hz = 25.0;
-  EXPECT_THAT(PairFrames(stated, Walk({})).notes,
-              ElementsAre(HasSubstr("states 25 Hz, its times are those of 50"),
-                          HasSubstr("100 of 200 true frames")));
+  EXPECT_THAT(
+      PairFrames(stated, Walk({})).notes,
+      ElementsAre(HasSubstr("states 25 Hz, but its times are those of 50"),
+                  HasSubstr("100 of 200 true frames")));
   TrackSequence back = Walk({});
   back.frames[50].time = 0;
   const FramePairing pairing = PairFrames(Walk({}), back);

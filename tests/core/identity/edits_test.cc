@@ -80,7 +80,7 @@ TEST(ApplyEditsTest, SaysWhatDoesNotFit) {
   EXPECT_EQ(
       ApplyEdits({join, gone, fits}, &frames, &done),
       (std::vector<std::string>{
-          "join 0 1, frames 9 to 12: person 0 and person 1 are both there in "
+          "join 0 1, frames 9 to 12: person 0 and person 1 are both present in "
           "frame 5",
           "delete 7, frames 0 to 3: person 7 is unknown"}));
   ASSERT_EQ(done.size(), 2u);
@@ -116,7 +116,7 @@ TEST(ApplyEditTest, WrongEditsSayWhatAndChangeNothing) {
       {Edit(EditOp::kJoin, {0, 7}), "person 7 is unknown"},
       {Edit(EditOp::kJoin, {0}), "persons: found 1, expected two"},
       {Edit(EditOp::kJoin, {0, 0}), "person 0 twice"},
-      {Edit(EditOp::kJoin, {0, 1}), "are both there in frame 5"},
+      {Edit(EditOp::kJoin, {0, 1}), "are both present in frame 5"},
       {Edit(EditOp::kCut, {1}), "frames: missing"},
       {Edit(EditOp::kCut, {1}, FrameSpan{9, 8}), "empty range"},
       {Edit(EditOp::kCut, {1, 2}, FrameSpan{8, 9}), "exists already"},
