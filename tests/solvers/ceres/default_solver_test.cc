@@ -204,7 +204,7 @@ TEST(SolveCounts, DescribeTroublesListsFailures) {
   counts.not_converged = 2;
   counts.bones_dropped = 1;
   EXPECT_EQ(DescribeTroubles(counts),
-            "of 10 solves 2 did not converge, 1 continued without bones; a "
+            "of 10 solves, 2 did not converge, 1 continued without bones; a "
             "solve that did not converge stops after graph.max_iterations "
             "steps; joints that its last step moved by more than 5 cm count as "
             "unseen (--set=graph.max_iterations=1000 allows more)");
@@ -227,11 +227,11 @@ TEST(SolveCounts, LedgerNamesFramesThatDidNotConverge) {
     ledger.Add(creeping, first, first + 5);
   }
   EXPECT_EQ(ledger.NotConverged(),
-            "a person of frames 10 to 15, one of 20 to 25, one of 30 to 35, 1 "
+            "a person in frames 10 to 15, one in 20 to 25, one in 30 to 35, 1 "
             "more");
   EXPECT_NE(
       DescribeTroubles(ledger.Total(), ledger.NotConverged())
-          .find("of 5 solves 4 did not converge (a person of frames 10 to 15"),
+          .find("of 5 solves, 4 did not converge (a person in frames 10 to 15"),
       std::string::npos);
 }
 
