@@ -340,9 +340,9 @@ TEST(UniformTimeTest, FiltersThatNeedItRefuseUnevenTimes) {
     } catch (const InputError& error) {
       EXPECT_EQ(error.what(),
                 "output.estimator '" + name +
-                    "' needs uniform time, found a step of 0.0800 s, 0.0800 s "
-                    "into the track, where a frame is 0.0400 s (allowed: half "
-                    "a frame more or less)");
+                    "' needs uniform frame times, found a step of 0.0800 s, "
+                    "0.0800 s after the start of the track, expected 0.0400 s "
+                    "(give or take half a frame)");
     }
     // A clock with jitter of up to half a frame is accepted.
     segment.times_s = {0.0, 0.055, 0.08, 0.135, 0.16};
