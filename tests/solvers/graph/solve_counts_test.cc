@@ -47,7 +47,7 @@ TEST(SolveCounts, AllWellUnlessAFailureIsCounted) {
   }
 }
 
-// The count at place i is 10^i: no two sums of them are the same.
+// Count i is 10^i, so that a count added to another member would be noticed.
 TEST(SolveCounts, AddsEachCount) {
   SolveCounts counts;
   int64_t value = 1;
@@ -82,7 +82,7 @@ TEST(DescribeTroubles, NamesOnlyTheCountedFailures) {
   EXPECT_THAT(text, Not(HasSubstr("max_iterations")));
 }
 
-TEST(DescribeTroubles, NonConvergenceIsGivenWithFramesAndAdvice) {
+TEST(DescribeTroubles, ReportsNonConvergenceWithFramesAndAdvice) {
   const std::string somewhere = DescribeTroubles(NotConvergedOnce());
   EXPECT_THAT(somewhere, StartsWith("of 1 solves, 1 did not converge; "));
   EXPECT_THAT(somewhere, HasSubstr("--set=graph.max_iterations="));
@@ -90,14 +90,14 @@ TEST(DescribeTroubles, NonConvergenceIsGivenWithFramesAndAdvice) {
               StartsWith("of 1 solves, 1 did not converge (frames 3 to 9); "));
 }
 
-TEST(SolveLedger, BeginsEmpty) {
+TEST(SolveLedger, IsInitiallyEmpty) {
   const SolveLedger ledger;
   EXPECT_TRUE(ledger.Total().AllWell());
   EXPECT_EQ(ledger.Total().solves, 0);
   EXPECT_EQ(ledger.NotConverged(), "");
 }
 
-TEST(SolveLedger, NamesUpToThreePeopleByTheirFirstFrames) {
+TEST(SolveLedger, NamesUpToThreePeopleInOrderOfFirstFrame) {
   SolveLedger ledger;
   SolveCounts well;
   well.solves = 1;
