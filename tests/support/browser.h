@@ -19,7 +19,7 @@ struct Screen {
   int width = 1400;
   int height = 1000;
   double pixel_ratio = 1.0;
-  bool is_phone = false;  // a viewport as phones have it, and touch
+  bool is_phone = false;  // with touch input and the viewport of a phone
 };
 
 struct PagePoint {
@@ -89,7 +89,7 @@ class Browser {
   TemporaryFolder profile_;
   FILE* to_browser_ = nullptr;
   int from_browser_ = -1;
-  std::string received_;  // of a message that is not complete yet
+  std::string received_;  // beginning of an incomplete message
   std::string session_;
   int last_id_ = 0;
   bool loaded_ = false;
