@@ -342,10 +342,10 @@ class BatchEstimator final : public Estimator {
   }
 
   // A bone leaves a joint seen by one view two possible positions on its ray,
-  // and a joint seen by no view a whole sphere. Shortly after two views saw
-  // the joint, its motion determines which position is right; later the
-  // estimate may be wrong, which a local covariance cannot express. There the
-  // covariance without bones is reported.
+  // and a joint seen by no view a whole sphere. Shortly after two views saw the
+  // joint, its motion determines which position is right; later the estimate
+  // may be wrong, which a local covariance cannot express. There the covariance
+  // without bones is reported.
   void DistrustBones(std::vector<std::vector<Eigen::Matrix3d>>* stated) {
     constexpr double kSurelyS = 0.1;
     const std::vector<std::vector<Eigen::Matrix3d>> alone =

@@ -21,7 +21,7 @@ namespace kinegraph {
 template <typename T>
 class CoupledSolve {
  public:
-  // Rows of a frame: inverse, motion, five vectors, and one of positions.
+  // Rows of a frame: inverse, motion, five vectors, and a vector of positions.
   static constexpr long kRowsPerFrame = kLaneBlockSize + 4 + 5 * 6 + 3;
 
   CoupledSolve(const ChainLanes& chains, const LaneCouplings& couplings,

@@ -133,8 +133,8 @@ ceres::Problem::Options ProblemOptions() {
 // minimum. At this limit that is the step tolerance for s = 1 cm, typical of
 // two views, and 3 % of s for s = 10 cm.
 double GradientTolerance(double step_tolerance_m) {
-  constexpr double kKnownM = 0.01;
-  return step_tolerance_m / (kKnownM * kKnownM);
+  constexpr double kTypicalSigmaM = 0.01;
+  return step_tolerance_m / (kTypicalSigmaM * kTypicalSigmaM);
 }
 
 ceres::Solver::Options SolverOptions(ceres::IterationCallback* callback) {

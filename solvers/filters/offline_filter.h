@@ -42,7 +42,7 @@ SegmentFilter PointsAsTheyAre(PointCovariances covariances);
 SegmentFilter CentredGaussianFilter(const CentredGaussianOptions& options);
 SegmentFilter HampelMedianFilter(const HampelMedianOptions& options);
 SegmentFilter OneEuroFilter(const OneEuroOptions& options);
-// Both take the options of `butterworth`.
+// Both use the table [filters.butterworth].
 SegmentFilter ButterworthFilter(const ButterworthOptions& options,
                                 double rate_hz,
                                 CutoffPer per = CutoffPer::kJoint);

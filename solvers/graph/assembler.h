@@ -71,11 +71,12 @@ double PixelSigma(const GraphOptions& options, JointClass joint_class,
                   double confidence, double depth_m, double focal_px);
 
 // Factor on the information of an observation made `dt_s` after the previous
-// one of the same joint in the same view. Detector errors are correlated over
-// correlation_time_s, and a chain of first-order correlated errors carries (1 -
-// rho) / (1 + rho), rho = exp(-dt / tau), of the information of as many
-// independent errors (variance of the mean of an AR(1) process). Information
-// per second therefore stays bounded as the frame rate grows.
+// observation of the same joint in the same view. Detector errors are
+// correlated over correlation_time_s, and a chain of first-order correlated
+// errors carries (1 - rho) / (1 + rho), rho = exp(-dt / tau), of the
+// information of as many independent errors (variance of the mean of an AR(1)
+// process). Information per second therefore stays bounded as the frame rate
+// grows.
 double InformationScale(const GraphOptions& options, double dt_s);
 
 // 1 / sigma [1/m] of BodyCentre in a frame `dt_s` after the one before. The
@@ -87,9 +88,8 @@ double CentrePerSigma(const GraphOptions& options, double dt_s);
 
 // A convex loss needs one stage. Other losses start with Huber, whose only
 // minimum does not depend on the start, and then narrow to their own scale
-// (graduated
-// non-convexity: Blake and Zisserman 1987; Yang et al., RA-L 2020). A
-// redescending loss started from an old estimate can exclude good views
+// (graduated non-convexity: Blake and Zisserman 1987; Yang et al., RA-L 2020).
+// A redescending loss started from an old estimate can exclude good views
 // permanently, so every window runs the whole schedule again.
 SolveSchedule MakeSchedule(const GraphOptions& options);
 

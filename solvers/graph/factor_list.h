@@ -75,7 +75,7 @@ class JointFactors {
  public:
   using Counting = Robustness;
 
-  // `chain` is one of `problem`, or has the same frames.
+  // `chain` belongs to `problem`, or has the same frames.
   JointFactors(const PersonProblem& problem, const JointChain& chain,
                const FactorWalk& walk)
       : times_(problem.times),

@@ -302,14 +302,13 @@ std::optional<TwoFrames> LeaveFirst(const PersonProblem& problem, KeptFor use,
 //               [L21 L22 ] [d2]             [d2]
 // in the steps d1, d2. For any d2 the minimum over d1 is at d1 = -L11^-1 (g1 +
 // L21' d2); substituting it leaves a prior on d2 alone,
-//   information L22 - L21 L11^-1 L21',   gradient g2 - L21 L11^-1 g1,
-// whose minimum and inverse are the estimate and covariance of the second frame
-// in the whole problem, because later factors do not touch x1. L11 = C C' is
-// factored once; the
-// columns of C^-1 L21' give the product that is subtracted. Without bones, L11
-// falls into one block per joint, which EliminateDense exploits. Returns
-// nullopt where the information is not positive definite, which only a user's
-// factor can cause.
+//   information L22 - L21 L11^-1 L21',   gradient g2 - L21 L11^-1 g1.
+// Together with the later factors, which do not touch x1, this prior gives the
+// remaining frames the same minimum and covariances as the whole problem. L11 =
+// C C' is factored once; the columns of C^-1 L21' give the product that is
+// subtracted. Without bones, L11 consists of one block per joint, which
+// EliminateDense exploits. Returns nullopt where the information is not
+// positive definite, which only a user's factor can cause.
 std::optional<PersonPrior> MarginaliseFirstFrame(const PersonProblem& problem,
                                                  double correction) {
   std::optional<TwoFrames> kept = LeaveFirst(problem, KeptFor::kEstimate, 1.0);

@@ -112,7 +112,7 @@ struct GraphOptions {
 
   GraphSolver solver = GraphSolver::kCeres;
   GraphStart start = GraphStart::kBasin;
-  int64_t max_iterations = 300;    // of the last stage; three in the earlier
+  int64_t max_iterations = 300;    // of the last stage; earlier stages: 3
   double step_tolerance_m = 3e-5;  // converged when no joint moves farther
   // The batch solves a long recording in chunks of about this length,
   // overlapping their neighbours by a second on both sides; 0 for the recording

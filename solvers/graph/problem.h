@@ -64,9 +64,8 @@ struct PlacedFactor {
 };
 
 // The factors that `source` returns for `frame`, which is frame `k` of the
-// problem.
-// Throws OptionError for joints or frames that do not exist, and where the
-// number of states does not match the factor.
+// problem. Throws OptionError for joints or frames that do not exist, and where
+// the number of states does not match the factor.
 std::vector<PlacedFactor> PlaceUserFactors(const UserFactorSource& source,
                                            const UserFrame& frame, size_t k,
                                            int joint_count);
@@ -84,8 +83,8 @@ struct GeneralRows {
 // millions of these.
 struct PixelMeasurement {
   Eigen::Vector2d px;
-  // The detector's bias: known part of the difference between its pixel and the
-  // joint's true one in this view.
+  // The detector's bias: known part of the difference between the detected
+  // pixel and the joint's true pixel in this view.
   Eigen::Vector2f bias_px = Eigen::Vector2f::Zero();
   double sigma_px = 1.0;
   // sigma_px by the options' noise model, before noise is learnt.

@@ -19,7 +19,7 @@ namespace kinegraph {
 // starting from the states left by DLT or an earlier solve:
 //   SolveJoints  finds the basin, joint by joint: the stages of graduated
 //                non-convexity, by block-tridiagonal elimination
-//   SolveBones   the same with the factors that couple the joints
+//   SolveBones   runs the last stage with the factors that couple the joints
 //   Refine       finds the minimum: one Ceres problem with all factors of the
 //                person, run to convergence
 // With graph.solver = "sweeps" the last step does nothing. With graph.start =

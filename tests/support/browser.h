@@ -53,7 +53,7 @@ class Browser {
   PagePoint MiddleOf(const std::string& selector);
   void Click(PagePoint at);
   void Click(const std::string& selector) { Click(MiddleOf(selector)); }
-  // With a button held, "left" or "right".
+  // Moves the mouse with a button held, "left" or "right".
   void DragMouse(PagePoint from, PagePoint to,
                  const std::string& button = "left");
   // Positive: scrolls down.

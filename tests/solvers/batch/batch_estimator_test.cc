@@ -151,7 +151,7 @@ TEST_F(BatchEstimatorTest, UsesTheClockOfEachCamera) {
   EXPECT_GT(wrong_m, 1.3 * right_m);
 }
 
-TEST_F(BatchEstimatorTest, AShortGapIsBridgedThroughout) {
+TEST_F(BatchEstimatorTest, ShortGapIsBridgedInEveryFrame) {
   SimulatedRecording recording = Simulate(60, SimulatedNoise());
   for (size_t k = 30; k < 40; ++k) recording.frames[k].views.clear();
   const auto finals = Run(recording);

@@ -226,7 +226,7 @@ TEST_P(PropertiesTest, ResultDoesNotDependOnTheOrderOfCameras) {
   EXPECT_LT(FarthestJoint(estimate_, EstimateAll(other)), kSameMinimumMetres);
 }
 
-TEST_P(PropertiesTest, ADoubledCameraTightensCovariances) {
+TEST_P(PropertiesTest, DuplicatingACameraReducesCovariances) {
   World other = world_;
   const size_t copy = other.scene.cameras.size();
   other.scene.cameras.push_back(other.scene.cameras[0]);

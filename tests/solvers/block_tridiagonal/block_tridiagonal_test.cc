@@ -366,7 +366,7 @@ TEST_F(BoneTest, MarginalisingKeepsAJointWithoutObservations) {
 
 // Reported covariances include the loss' correction also for marginalised
 // frames.
-TEST_F(BoneTest, MarginalisingKeepsStatedCovariances) {
+TEST_F(BoneTest, MarginalisingKeepsReportedCovariances) {
   Make(3, 10, SimulatedNoise());
   BoneSolver().Solve(Exact(LossKind::kGemanMcClure), &problem_);
   testing::ExpectDroppingKeepsCovariances(1.3, problem_);

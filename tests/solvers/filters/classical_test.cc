@@ -97,7 +97,7 @@ JointSegment WithAGap() {
   return segment;
 }
 
-TEST(OneEuroTest, IsCausalAndHoldsInGaps) {
+TEST(OneEuroTest, IsCausalAndHoldsTheLastValueInGaps) {
   const Samples filtered = OneEuroFilter(kOptions)(WithAGap()).positions_m;
   for (int k = 2; k < 5; ++k) EXPECT_EQ(filtered(k, 0), filtered(1, 0));
   // The sample after the gap comes 0.16 s after the previous sample.
@@ -213,7 +213,7 @@ TEST(HampelMedianTest, AppliesHampelThenMedian) {
                {0.1, 0.15, 0.2, 0.4, 0.4, 0.5, 0.6, 0.7, 0.7, 0.9, 0.95, 1.0});
 }
 
-TEST(HampelMedianTest, TrailingWindowHoldsInGaps) {
+TEST(HampelMedianTest, TrailingWindowHoldsTheLastValueInGaps) {
   HampelMedianOptions options;
   options.median_window_s = 0.0;  // each value itself
   options.hampel_threshold = 1e9;

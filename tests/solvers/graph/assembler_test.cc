@@ -182,7 +182,7 @@ TEST(DropUnsureJoints, DropsALegFarFromItsHip) {
   EXPECT_EQ(body.Missing(), (std::vector<int>{body.kKnee, body.kAnkle}));
 }
 
-TEST(DropUnsureJoints, KeepsJointsAtTheLengthOfTheirBone) {
+TEST(DropUnsureJoints, KeepsJointsWhoseBonesHaveTheKnownLength) {
   TrunkAndLeg body;
   body.MakeUnsure(body.kKnee, 3.0);
   body.MakeUnsure(body.kAnkle, 3.0);

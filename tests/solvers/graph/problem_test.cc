@@ -44,7 +44,7 @@ struct SmallChain {
 
 // ---- Priors ----
 
-TEST(BirthPrior, CountsPositionsAndVelocitiesInTheirSigmas) {
+TEST(BirthPrior, ScalesPositionsAndVelocitiesByTheSigmas) {
   const Eigen::Vector3d centre(1.0, -2.0, 0.5);
   const StatePrior prior = BirthPrior(centre, 0.5, 4.0);
   State state;
@@ -335,7 +335,7 @@ TEST(WriteJoint, SetsTheWeightsOfTheMeasuringViews) {
   EXPECT_EQ(pose.person.matches[1].weights[0], std::nullopt);
 }
 
-TEST(WriteJoint, DerivativesAreTheStatesVelocity) {
+TEST(WriteJoint, DerivativeIsTheVelocityOfTheState) {
   SmallChain small;
   SceneModel scene = SceneOfJoints(2, KeptMatches::kNone);
   FinalPose pose = PoseOf(TwoViewRecord(), scene, false);
