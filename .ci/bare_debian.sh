@@ -4,9 +4,10 @@
 #
 #   .ci/bare_debian.sh [FOLDER [COMMAND...]]     default: ./kinegraph test
 #
-# FOLDER (default: a temporary one) receives the root and is removed at the end,
-# or kept with KEEP=1; it must be empty or not exist. Mirror and proxy are those
-# of this machine's apt. Uncommitted changes are not included.
+# FOLDER (default: a temporary folder) receives the root file system and is
+# removed at the end, or kept with KEEP=1; it must be empty or not exist. Mirror
+# and proxy are taken from this machine's apt. Uncommitted changes are not
+# included.
 set -euo pipefail
 project=$(cd -P "$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")/.." && pwd)
 

@@ -322,7 +322,7 @@ RunRequest RequestOf(const std::vector<Camera>& cameras,
 }
 
 // Checks for Ctrl-C while the library works. Python runs signal handlers on its
-// main thread only; the other threads stop once that one has.
+// main thread only; the other threads stop once the main thread has stopped.
 class SignalCheck {
  public:
   void operator()() {
@@ -440,15 +440,15 @@ class Frozen {
   std::vector<ReplayedPerson> people_;
 };
 
-// Options for a session, which never has the whole recording.
+// Options for a session, which does not have the whole recording.
 RunOptions LiveOptionsOf(const std::string& config, const std::string& set,
                          const std::string& mode) {
   const RunOptions options = OptionsOf(config, set, mode);
   if (ChangesCameras(options)) {
     throw OptionError(
         "cameras.refine",
-        "needs the whole recording, which a session never has (nor "
-        "cameras.refine_clock, nor cameras.ground)");
+        "needs the whole recording, which a Session does not have; this also "
+        "applies to cameras.refine_clock and cameras.ground");
   }
   return options;
 }
@@ -480,7 +480,7 @@ class LiveSession {
     const std::thread::id self = std::this_thread::get_id();
     if (owner_ == self) {  // called by a signal handler: would deadlock
       throw std::runtime_error(
-          "this Session is at work already, further up in the same thread");
+          "this Session is already in use by a caller in the same thread");
     }
     return With(Interruptible([&] {
       const std::lock_guard<std::mutex> lock(mutex_);
@@ -506,8 +506,8 @@ class LiveSession {
 
 // ---- Scores -----------------------------------------------------------------
 
-// Tracks and truth as `evaluate` compares them: with our joint names, in paired
-// frames and in the same world. Notes become Python warnings.
+// Tracks and truth as `evaluate` compares them: with kinegraph's joint names,
+// in paired frames and in the same world. Notes become Python warnings.
 class Scored {
  public:
   enum class By { kJoints, kJointsOrCentres };
@@ -616,7 +616,8 @@ Array ColumnOf(const KinematicsTable& table, const std::string& column) {
 // str, bytes or os.PathLike, including names that are not UTF-8.
 using Path = std::filesystem::path;
 
-// `found`, the format of this name, if it can be written.
+// Returns `found`, the format named `name`, if it can be written; otherwise
+// throws InputError with the formats that can.
 template <typename Format>
 const Format& WrittenFormat(const Format* found, const std::string& name,
                             const std::vector<Format>& formats) {
@@ -962,9 +963,9 @@ void BindRuns(py::module_& m) {
       "observed_only"_a = false,
       "Joint angles with 95 % intervals, speeds and path lengths; returns\n"
       "Kinematics. up: axis of the world that points upwards (\"z\", \"-y\"),\n"
-      "or \"auto\": as people stand. observed_only: joints that fewer than\n"
-      "two views support in a frame count as missing.");
-  py::class_<Frozen>(m, "Frozen", "A tracked take with fixed matches.")
+      "or \"auto\": estimated from standing people. observed_only: joints\n"
+      "that fewer than two views support in a frame count as missing.");
+  py::class_<Frozen>(m, "Frozen", "A tracked recording with fixed matches.")
       .def(py::init<const std::vector<Camera>&, const DetectionSequence&,
                     const std::string&, const std::string&>(),
            "cameras"_a, "detections"_a, "config"_a = "", "set"_a = "")
@@ -975,8 +976,8 @@ void BindRuns(py::module_& m) {
   m.def("strategies", &OutputNames, "Names of the smoothing strategies.");
   py::class_<LiveSession>(
       m, "Session",
-      "A run on frames as they arrive. Calls from several threads are\n"
-      "serialised; Sessions are independent of each other.")
+      "Tracks people in frames as they arrive. Calls from several threads\n"
+      "are serialised; Sessions are independent of each other.")
       .def(py::init<const std::vector<Camera>&, const std::string&,
                     const std::vector<std::string>&, double, const std::string&,
                     const std::string&, const std::string&>(),
@@ -1021,24 +1022,25 @@ void BindFiles(py::module_& m) {
       "Reads 3D results or a ground truth in any known format. skeleton: for\n"
       "files that do not specify it; frame_rate_hz [Hz]: overrides the\n"
       "file's.");
-  m.def(
-      "write_tracks", &WriteTracksAs, "path"_a, "tracks"_a, "format"_a = "",
-      "names_of"_a = "",
-      "Writes 3D poses in any format that can be written; by default the one\n"
-      "that the path's extension chooses, else our own. names_of: file with\n"
-      "the names of people. Returns what the format omits.");
+  m.def("write_tracks", &WriteTracksAs, "path"_a, "tracks"_a, "format"_a = "",
+        "names_of"_a = "",
+        "Writes 3D poses. format: by default chosen by the path's extension,\n"
+        "else kinegraph's own. names_of: file with the names of people.\n"
+        "Returns a list of what the format cannot store.");
   m.def("_set_adapters", &SetOwnAdapters, "command"_a,
         "Sets the command of kinegraph-adapters.");
   m.def("_convert", &ConvertFiles, "source"_a, "target"_a, "to"_a, "from_"_a,
         "skeleton"_a, "frame_rate_hz"_a, "image_size"_a, "unit"_a, "axes"_a,
         "markers"_a, "person"_a, "set"_a, "Called by convert().");
-  m.def("write_cameras", &WriteCamerasAs, "path"_a, "cameras"_a,
-        "format"_a = "kinegraph",
-        "Writes a calibration; returns what the format omits.");
-  m.def("write_detections", &WriteDetectionsAs, "path"_a, "detections"_a,
-        "format"_a = "kinegraph", "image_size"_a = std::pair<int, int>(0, 0),
-        "Writes 2D detections; returns what the format omits. image_size:\n"
-        "(width, height) [px], for formats that contain it.");
+  m.def(
+      "write_cameras", &WriteCamerasAs, "path"_a, "cameras"_a,
+      "format"_a = "kinegraph",
+      "Writes a calibration; returns a list of what the format cannot store.");
+  m.def(
+      "write_detections", &WriteDetectionsAs, "path"_a, "detections"_a,
+      "format"_a = "kinegraph", "image_size"_a = std::pair<int, int>(0, 0),
+      "Writes 2D detections; returns a list of what the format cannot store.\n"
+      "image_size: (width, height) [px], for formats that contain it.");
   m.def(
       "file_kind",
       [](const Path& path) {

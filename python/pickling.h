@@ -1,5 +1,6 @@
-// Values as bytes and back, for pickle and copy.deepcopy. The bytes are valid
-// for this version on this machine only; store recordings in a file format.
+// Converts values to bytes and back, for pickle and copy.deepcopy. The bytes
+// are valid for this version on this machine only; store recordings in a file
+// format.
 #ifndef KINEGRAPH_PYTHON_PICKLING_H_
 #define KINEGRAPH_PYTHON_PICKLING_H_
 

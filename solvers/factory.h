@@ -46,7 +46,7 @@ enum class OutputKind {
   kWindow,
   kBatch,
 };
-// Names in the order of the enum, as output.estimator takes them.
+// The values of the key output.estimator, in the order of the enum.
 const std::vector<std::string>& OutputNames();
 
 struct EstimatorOptions {

@@ -37,7 +37,7 @@ SmootherParameter Field(std::string name, std::string unit,
   return parameter;
 }
 
-// One of the options of a filter.
+// A parameter that is one field of a filter's options.
 template <typename Options>
 SmootherParameter Field(std::string name, std::string unit,
                         std::vector<double> grid,
@@ -87,9 +87,9 @@ EstimatorFactory OverPoints(const EstimatorOptions& options, PointKind points,
   };
 }
 
-// A smoother over the points that filters.points names. `make_filter` creates
-// the filter from its options and, if it takes them, the frame rate [Hz] and
-// the shared cut-off.
+// A smoother over the points that filters.points selects. `make_filter` creates
+// the filter from its options and, if it has these parameters, the frame rate
+// [Hz] and filters.cutoff_per.
 template <typename Options, typename Make>
 Smoother Filter(OutputKind kind, std::string name, Causal causal,
                 Options FilterOptions::*filter, Make make_filter,
@@ -217,7 +217,7 @@ std::vector<Smoother> OfFewSamples() {
                              &F::loess, &LoessOptions::window_s)})})};
 }
 
-// A low-pass whose cut-off `values` determine.
+// A low-pass filter with its cut-off as the parameter.
 SmootherVariant AtCutoff(std::string name, std::string title,
                          FilterSignal on = FilterSignal::kPosition) {
   return Variant(
@@ -425,7 +425,8 @@ const std::vector<Smoother>& Smoothers() {
 
 const Smoother& SmootherOf(OutputKind kind) {
   const Smoother& smoother = Smoothers().at(static_cast<size_t>(kind));
-  CHECK(smoother.kind == kind) << smoother.name << " stands at a wrong place";
+  CHECK(smoother.kind == kind)
+      << smoother.name << " is not in the order of OutputKind";
   return smoother;
 }
 

@@ -29,7 +29,7 @@ struct SmootherVariant {
   std::string title;  // "Kalman, constant velocity"
   // Sets the options that define this variant; may be empty.
   std::function<void(double rate_hz, EstimatorOptions*)> fix;
-  // None to two.
+  // At most two.
   std::vector<SmootherParameter> parameters;
   // Copies the tuned values of this variant, which has the same parameters and
   // minimises the same cost, instead of being tuned itself.
@@ -42,10 +42,11 @@ struct SmootherVariant {
 
 struct Smoother {
   OutputKind kind = OutputKind::kWindow;
-  std::string name;  // as output.estimator takes it
+  std::string name;  // value of the key output.estimator
   // Whether a pose depends only on frames up to its own.
   std::function<bool(const EstimatorOptions&)> causal;
-  // Data learnt from the recording is kept in `notes`; null: none is learnt.
+  // Data learnt from the recording is kept in `notes`; null: separately for
+  // each estimator.
   std::function<EstimatorFactory(const EstimatorOptions&,
                                  std::shared_ptr<RecordingNotes> notes)>
       make;

@@ -15,7 +15,7 @@ cd "$root" || exit 1
 jobs=${CMAKE_BUILD_PARALLEL_LEVEL:-$(nproc)}
 failed=0
 
-lacks() {  # why this step cannot be run; nothing: it can
+lacks() {  # PROGRAM...; prints those that are not installed
   local program
   for program in "$@"; do
     command -v "$program" >/dev/null || PATH=$PATH:/usr/sbin command -v \
@@ -64,7 +64,7 @@ tsan() {
 commands() { tests/fuzz/commands.py "$build" "${KINEGRAPH_FUZZ_RUNS:-20000}"; }
 stream() { tests/apps/faults/long_stream.py "$build" 1 "$logs/stream"; }
 slurm() { "$build/tests/test_apps_cluster" --gtest_brief=1; }
-# KINEGRAPH_FUZZ_S: seconds a target; inputs of earlier runs are gone on from.
+# KINEGRAPH_FUZZ_S: seconds per target; continues from the corpus of earlier runs.
 fuzz() {
   cmake --preset fuzz -B "$build/fuzz" &&
     cmake --build "$build/fuzz" --parallel "$jobs" --target fuzz_targets &&
@@ -103,10 +103,10 @@ run slurm 'Snakemake, and 40 tasks on a Slurm whose node dies' snakemake \
   slurmctld slurmd munged sbatch
 run stream 'an hour of live input at constant memory' python3
 run asan 'address and undefined-behaviour sanitizers over all tests' clang++-14
-run tsan 'thread sanitizer over what works in threads' clang++-14
-run fuzz 'a minute of fuzzing a target' clang++-14
+run tsan 'thread sanitizer over programs that use threads' clang++-14
+run fuzz 'a minute of fuzzing per target' clang++-14
 run package 'the Debian package in a bare root' debootstrap chroot
 run wheel 'the wheel in a bare root' debootstrap chroot patchelf
-printf "in all  %8d s\n" "$SECONDS"
-if ((failed)); then echo "the words of what failed: $logs"; fi
+printf "total   %8d s\n" "$SECONDS"
+if ((failed)); then echo "logs of the failed steps: $logs"; fi
 exit $failed

@@ -2,13 +2,13 @@
 # Checks of .ci/run other than the tests: tests/checks.sh CHECK BUILD
 #   tidy     clang-tidy's findings are errors in lines that changed since
 #            KINEGRAPH_CI_BASE (default: the commit before this one)
-#   single   every source of solvers and commands by itself, without unity (the
-#            sanitizers compile core so)
-#   corpora  replays every input that once failed, and tries each reader a little
+#   single   compiles every source of solvers and commands separately, without
+#            unity builds (the sanitizers compile core in this way)
+#   corpora  replays every input that once failed, and fuzzes each reader briefly
 #            with libFuzzer
 #   readers  tests of core/io under Clang's address and undefined-behaviour
 #            sanitizers
-#   units    the same for the rest of core
+#   units    tests of the rest of core under these sanitizers
 # The last line states the result, or what is missing (exit code 77).
 set -uo pipefail
 # In an empty environment bash sets PATH without exporting it; cmake needs it.
@@ -30,8 +30,7 @@ need() {  # PROGRAM...
   done
 }
 
-# Sources of the library and the commands that changed, and those that implement
-# a header that did.
+# Sources of the library and the commands that changed or whose header changed.
 changed_sources() {  # BASE
   git diff --name-only --diff-filter=d "$1" -- core solvers apps |
     sed -n 's/\.h$/.cc/p; /\.cc$/p' | sort -u |
@@ -73,7 +72,7 @@ tidy() {
   echo "${#sources[@]} sources, changed since $base"
 }
 
-# Compile commands of a build that takes each source by itself.
+# Compile commands of a build that compiles each source separately.
 configure_single() {
   cmake -S . -B "$build/single" -G Ninja -DCMAKE_BUILD_TYPE=Release \
     -DCMAKE_CXX_COMPILER=clang++-14 -DCMAKE_EXPORT_COMPILE_COMMANDS=ON \
@@ -116,8 +115,8 @@ configure_instrumented() {
     exit 1
 }
 
-# One program a folder; core/tracking needs the solvers, core/kinematics takes
-# minutes.
+# One program per folder, without two: core/tracking needs the solvers,
+# core/kinematics takes minutes.
 core_tests() {
   (cd tests && find core -name '*_test.cc' -printf 'test_%h\n') | tr / _ |
     sort -u | grep -v -x -e test_core_tracking -e test_core_kinematics
@@ -127,12 +126,12 @@ run_tests() {  # PROGRAM...
   configure_instrumented
   local program failed=0
   cmake --build "$build/fuzz" --parallel "$jobs" --target "$@" || return 1
-  # Leaks are looked for by tracing, which not every machine allows.
+  # Leak detection traces the process, which not every machine allows.
   ASAN_OPTIONS=detect_stack_use_after_return=1:strict_string_checks=1
   export ASAN_OPTIONS+=:detect_leaks=${KINEGRAPH_LEAKS:-0}
   export UBSAN_OPTIONS=print_stacktrace=1
   for program in "$@"; do
-    # Locale compares what commands write, which are not built here.
+    # Locale tests run commands, which are not built here.
     "$build/fuzz/tests/$program" --gtest_brief=1 --gtest_filter=-Locale.* ||
       failed=1
   done
@@ -169,7 +168,7 @@ corpora() {
   done
   rm -rf "$build/fuzz/tried"
   tests/fuzz/run.py "$fuzzer" 3 "$build/fuzz/tried" || return 1
-  echo "$count inputs that once failed, and 3 s of fuzzing a reader"
+  echo "$count inputs that once failed, and 3 s of fuzzing per reader"
 }
 
 case $1 in

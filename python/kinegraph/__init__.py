@@ -20,7 +20,7 @@ import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, Union
 
-# A wheel's own libraries must take precedence over those that another module
+# A wheel's own libraries must take precedence over libraries that another module
 # loaded globally (RTLD_GLOBAL, as PyTorch loads its OpenMP and BLAS).
 _usual_flags = sys.getdlopenflags()
 if os.path.isdir(os.path.join(os.path.dirname(__file__), "..", "kinegraph.libs")):
@@ -138,18 +138,19 @@ def track(
     threads: int = 1,
     progress: Callable[[int, int], object] | None = None,
 ) -> Tracks:
-    """Tracks all people in a take.
+    """Tracks all people in a recording.
 
     cameras: list of Camera. detections: Detections. config: a TOML file, or the
-    name of one in the module such as "offline.toml"; default.toml if omitted, as
-    for `kinegraph track` (config_path). set: keys to change, {"graph.lag_s": 0.2}
-    or "key=value;key=value". mode: "paper" or "graph", overrides the file's.
-    frames: [(begin, end), ...], end excluded; empty: all. without_cameras: names
-    of cameras to omit. threads: does not change the result. progress: called as
+    name of a configuration in the module such as "offline.toml"; default.toml if
+    omitted, as for `kinegraph track` (config_path). set: keys to change,
+    {"graph.lag_s": 0.2} or "key=value;key=value". mode: "paper" or "graph",
+    overrides the configuration's mode. frames: [(begin, end), ...], end excluded;
+    empty: all. without_cameras: names of cameras to omit. threads: number of
+    threads, which does not change the result. progress: called as
     progress(frames_read, total).
 
-    Returns Tracks. Releases the interpreter's lock; Ctrl-C stops it, also while
-    the batch is solved.
+    Returns Tracks. Releases the interpreter's lock; Ctrl-C stops the run, also
+    while the batch is solved.
     """
     return _kinegraph.track(
         list(cameras),
@@ -165,7 +166,7 @@ def track(
 
 
 class Session(_kinegraph.Session):
-    """A run on frames as they arrive, for live programs.
+    """Tracks people in frames as they arrive, for live programs.
 
     cameras: list of Camera. skeleton: name of the detections' skeleton. views:
     for each view the name of its camera. frame_rate_hz: of the frames [Hz].
@@ -199,7 +200,7 @@ class Session(_kinegraph.Session):
 
 
 class Frozen(_kinegraph.Frozen):
-    """A tracked take with fixed matches, to compare smoothers on them.
+    """A tracked recording with fixed matches, on which smoothers can be compared.
 
     cameras, detections, config, set: as for track(). tracks: the result of the
     run itself; smooth(strategy): Tracks of the same matches.
@@ -224,7 +225,7 @@ def smooth(
     config: Config = None,
     set: Settings = None,
 ) -> Tracks:
-    """Tracks a take and smooths its matches by one of strategies()."""
+    """Tracks a recording and smooths its matches by one of strategies()."""
     return Frozen(cameras, detections, config, set).smooth(strategy)
 
 
@@ -245,14 +246,14 @@ def convert(
     """Converts a calibration, detections or tracks, as `kinegraph convert` does.
 
     The source's format is recognised by its content, or specified by from_. to:
-    name of a format (`kinegraph convert --formats` lists them); if omitted, the
-    extension of the target chooses that of tracks, such as ".c3d". skeleton,
-    frame_rate_hz [Hz], image_size (width, height) [px], unit ("m", "cm", "mm"):
-    if the source does not specify them. axes: the world axes that the file's
-    X, Y, Z are, "x,-z,y". markers: "ours", "pose2sim" or "opensim". person: the
-    only one to write, by identity or name. set: keys for reading,
-    {"detections.zero_confidence": "position"}. Creates the folders of the target.
-    Returns what the format omits.
+    name of a format (`kinegraph convert --formats` lists them); if omitted, a
+    format of tracks is chosen by the target's extension, such as ".c3d".
+    skeleton, frame_rate_hz [Hz], image_size (width, height) [px], unit ("m",
+    "cm", "mm"): needed if the source does not specify them. axes: the world axes
+    that become X, Y and Z of the file, "x,-z,y". markers: "ours", "pose2sim" or
+    "opensim". person: identity or name of the only person to write. set: keys for
+    reading, {"detections.zero_confidence": "position"}. Creates the folders of
+    the target. Returns a list of what the target's format cannot store.
     """
     return _kinegraph._convert(
         os.fspath(source),

@@ -219,7 +219,8 @@ class BatchEstimator final : public Estimator {
   }
 
   // Scales all sigmas to fit the residuals after the stage. Returns false,
-  // without scaling, if they would change by a share of `least_change` or less.
+  // without scaling, if they would change by a fraction of `least_change` or
+  // less.
   bool RescaleNoise(const SolveStage& stage, double least_change) {
     const double correction = InformationCorrection(stage.loss, stage.scale);
     const auto covariances = solver_.StateCovariances(recording_, correction);
@@ -340,11 +341,11 @@ class BatchEstimator final : public Estimator {
     for (FinalPose& one : finals_) DropUnsureJoints(bones, &one.person);
   }
 
-  // With a bone, a joint seen by one view has two possible positions on its
-  // ray, and a joint seen by none a circle of them. Shortly after two views saw
-  // the joint, its motion determines the right one; later the estimate may be
-  // at the wrong one, which a local covariance cannot express. There the
-  // covariance without bones is reported.
+  // A bone leaves a joint seen by one view two possible positions on its ray,
+  // and a joint seen by no view a whole sphere. Shortly after two views saw the
+  // joint, its motion determines which position is right; later the estimate
+  // may be wrong, which a local covariance cannot express. There the covariance
+  // without bones is reported.
   void DistrustBones(std::vector<std::vector<Eigen::Matrix3d>>* stated) {
     constexpr double kSurelyS = 0.1;
     const std::vector<std::vector<Eigen::Matrix3d>> alone =
@@ -360,7 +361,7 @@ class BatchEstimator final : public Estimator {
     }
   }
 
-  // [joint][frame].
+  // Numbers of inlier views [joint][frame].
   std::vector<std::vector<int>> Inliers() const {
     std::vector<std::vector<int>> inliers(static_cast<size_t>(joint_count()));
     for (int j = 0; j < joint_count(); ++j) {

@@ -1,5 +1,4 @@
-// Estimates a whole sequence at once: the offline reference, with which the
-// window is compared.
+// Estimates a whole recording at once: the offline reference for the window.
 #ifndef KINEGRAPH_SOLVERS_BATCH_BATCH_ESTIMATOR_H_
 #define KINEGRAPH_SOLVERS_BATCH_BATCH_ESTIMATOR_H_
 

@@ -117,8 +117,8 @@ std::vector<JointOutcome> OutcomesOf(const PersonProblem& part,
 
 namespace {
 
-// Share of frames. If more have changed, noise is learnt and everything solved
-// again.
+// Fraction of frames. If more have changed, noise is learnt and everything is
+// solved again.
 constexpr double kMostChanged = 0.0025;
 
 bool SameViews(const FrameRecord& a, const FrameRecord& b) {

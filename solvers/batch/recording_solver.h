@@ -1,4 +1,4 @@
-// A person's whole recording, in chunks that are solved separately.
+// Solves a person's whole recording in independent chunks.
 //
 // Observations more than a second or two away have almost no influence on a
 // joint. A chunk that overlaps its neighbours on both sides therefore gives the
@@ -48,14 +48,14 @@ std::vector<JointOutcome> OutcomesOf(const PersonProblem& part,
 // The frames of a person that an earlier pass has already solved.
 struct KnownFrames {
   std::shared_ptr<const SolvedPerson> person;
-  // By frame: the corresponding frame of the earlier pass, or its nearest one.
+  // By frame: the corresponding frame of the earlier pass, or one near it.
   std::vector<size_t> frame_of;
   // By frame: matched and measured as in the earlier pass.
   std::vector<char> same;
 };
 
-// The person among `people` that differs in at most 1/400 of these frames, if
-// there is one. So few changed matches hardly affect noise and bones.
+// The first of `people` whose matches differ in at most 1/400 of these frames,
+// if any. So few changed matches hardly affect noise and bones.
 std::optional<KnownFrames> FindKnownFrames(
     const std::vector<std::shared_ptr<const SolvedPerson>>& people,
     const std::vector<FrameRecord>& records, const PersonProblem& graph);
@@ -64,7 +64,7 @@ std::optional<KnownFrames> FindKnownFrames(
 std::vector<Chunk> ChangedChunks(const PersonProblem& problem,
                                  const std::vector<char>& same);
 
-// Copies the result of the earlier pass into the frames marked as the same.
+// Copies the earlier pass's result into the frames marked in `known.same`.
 void PasteKnown(const KnownFrames& known, PersonProblem* recording);
 
 // Applies PersonSolver to every chunk of a recording, on as many threads as the
@@ -76,10 +76,11 @@ class RecordingSolver {
 
   const SolveSchedule& schedule() const { return whole_.schedule(); }
 
-  // All joints, each independently.
+  // Solves each joint independently.
   void SolveJoints(const SolveSchedule& schedule, PersonProblem* recording);
 
-  // With bones if there are any, then with Ceres if the options select it.
+  // Solves with bones, if there are any, then with Ceres if the options select
+  // it.
   void SolveTogether(PersonProblem* recording);
 
   // SolveJoints and SolveTogether for `chunks` only. False if bones had to be
@@ -100,8 +101,8 @@ class RecordingSolver {
   std::vector<std::vector<Matrix6d>> StateCovariances(
       const PersonProblem& recording, double correction);
 
-  // Called first by SolveTogether and by the covariances, which need different
-  // work space.
+  // SolveTogether and the covariances call this first, because each needs its
+  // own work space.
   void FreeWorkSpace();
 
   void HandInCounts(int64_t first_frame, int64_t last_frame) {

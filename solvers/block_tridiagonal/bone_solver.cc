@@ -251,7 +251,7 @@ bool BoneSolver::RunStage(const PersonProblem& problem, const SolveStage& stage,
   if (!Linearise(problem, stage, &lanes_.states(), &system_)) return false;
   // Levenberg-Marquardt; no damping while steps lower the cost.
   double damping = 0.0;
-  // False at the largest damping.
+  // Raises the damping; false if it exceeds the limit.
   const auto raise = [&damping] {
     damping = damping > 0.0 ? 10.0 * damping : 1e-4;
     return damping < 1e10;
@@ -314,7 +314,7 @@ SolveReport BoneSolver::Solve(const SolveSchedule& schedule,
   Load(*problem);
   if (!Linearise(*problem, schedule.stages.front(), &lanes_.states(),
                  &system_)) {
-    // The last step of a chain may have led behind a camera.
+    // The last step of a chain may have moved its joint behind a camera.
     for (JointChain& chain : problem->joints) GateMeasurements(&chain);
     Load(*problem);
   }

@@ -16,9 +16,9 @@ namespace kinegraph {
 // not thread-safe.
 class BoneSolver {
  public:
-  // Starts at the joints' states. Keeps the gating of measurements, unless one
-  // that is not gated has no image: then all are gated again. If nothing finite
-  // is found, the states are unchanged.
+  // Starts at the joints' states. Keeps the gating of measurements, unless a
+  // measurement that is not gated has no image: then all are gated anew.
+  // Without a finite result the states are unchanged.
   SolveReport Solve(const SolveSchedule& schedule, PersonProblem* problem);
 
  private:
@@ -47,16 +47,16 @@ class BoneSolver {
                     System* system) const;
   void AddPrior(const PersonPrior& prior, const LaneBuffer& states,
                 System* system) const;
-  // Solves H step = -gradient; false where H is not positive definite.
-  // `accuracy` as for LaneKernels::solve_coupled.
+  // Solves H step = -gradient by LaneKernels::solve_coupled, which describes
+  // `accuracy`; false if that fails.
   bool FindStep(double damping, double accuracy);
   // candidate = states + scale step; returns the largest movement of a
   // position [m].
   double MoveCandidate(double scale);
   void KeepCandidate();
   double Dot(const LaneBuffer& a, const LaneBuffer& b) const;
-  // After an accepted step: extrapolates it and the step before to the limit of
-  // their geometric series, if the cost is lower there.
+  // After an accepted step: extrapolates this step and the previous one to the
+  // limit of their geometric series, if the cost is lower there.
   void LeapAhead(const PersonProblem& problem, const SolveStage& stage);
   bool RunStage(const PersonProblem& problem, const SolveStage& stage,
                 double step_tolerance_m, SolveReport* report);
@@ -68,12 +68,12 @@ class BoneSolver {
   System system_;
   System trial_;
   // Information of the person's prior: the joints' own blocks as LaneBlock, and
-  // those between joints (LaneCouplings::first). Empty without a prior.
+  // the blocks between joints (LaneCouplings::first). Empty without a prior.
   Eigen::MatrixXd prior_own_;    // [lanes x 21]
   Eigen::MatrixXd prior_cross_;  // [6 lanes x 6 joints]
   LaneBuffer candidate_, step_, workspace_;
-  LaneBuffer before_;            // the step before step_
-  double before_squared_ = 0.0;  // its squared norm; 0: none to extrapolate
+  LaneBuffer before_;            // the previous step
+  double before_squared_ = 0.0;  // squared norm of before_; 0: do not use it
 };
 
 }  // namespace kinegraph

@@ -2,8 +2,9 @@
 // (core/base/pack.h). Included by files that are compiled for one instruction
 // set each, so it must not use Eigen.
 //
-// With S_k the block that remains of frame k when all later ones are
-// eliminated, B_k right of the diagonal and P_k = S_k^-1:
+// With D_k the diagonal block of frame k, B_k the block to its right, g_k the
+// gradient, S_k the Schur complement that remains of D_k when all later frames
+// are eliminated, and P_k = S_k^-1:
 //   S_k = D_k - B_k P_k+1 B_k',   r_k = -g_k - B_k P_k+1 r_k+1,
 //   x_0 = P_0 r_0,   x_k+1 = P_k+1 (r_k+1 - B_k' x_k).
 // Elimination runs from the last frame to the first, so that the covariance of
@@ -41,14 +42,14 @@ struct LaneCamera {
 template <typename T>
 using LanePixel = Reprojection<T, LaneCamera<T>>;
 
-// Motion from frame k to the next, constant during a solve: information of both
-// ends and between them, each times the identity.
+// Motion from frame k to the next, constant during a solve: the blocks of its
+// information, each number times the 3x3 identity.
 template <typename T>
 struct LaneMotion {
   ConstantVelocity<T> factor;
   T from[3];      // pp, pv, vv at frame k
   T to[3];        // at frame k + 1
-  LaneAxis<T> m;  // between
+  LaneAxis<T> m;  // between the frames
 };
 
 template <typename T>
@@ -84,7 +85,7 @@ struct LaneSystem {
   Mask<T> valid;  // every active measurement has an image
 };
 
-// A group of W joints at a time.
+// The chains of T::kLanes joints.
 template <typename T>
 class ChainGroup {
  public:
@@ -389,7 +390,8 @@ class ChainGroup {
     }
   }
 
-  // Prior, centre and motion of frame k.
+  // Sets the diagonal block of frame k to the information of prior, centre and
+  // motion.
   KINEGRAPH_INLINE void BeginFrame(int k, LaneBlock<T>* diagonal) const {
     T axis[3];
     for (int i = 0; i < 3; ++i) {
@@ -483,8 +485,8 @@ class ChainGroup {
     return definite;
   }
 
-  // Writes candidates, and keeps the steps where `usable`; returns the largest
-  // movement of a position [m].
+  // Computes steps and candidates. Lanes that are not `usable` keep their
+  // states and their last step. Returns the largest movement of a position [m].
   T FindStep(const Mask<T>& usable) {
     for (int k = frames_; k-- > 0;) {
       T* r = right_[k];
@@ -551,8 +553,8 @@ class ChainGroup {
   void RunStage(const LaneStage& stage) {
     Linearise(states_, stage, &current_);
     if (Any(And(finite_, Not(current_.valid)))) {
-      // The last step of the previous stage may have led behind a camera; it
-      // was not checked.
+      // The last step of the previous stage was not checked and may have moved
+      // a joint behind a camera.
       Gate(Gated::kAsWell);
       Linearise(states_, stage, &current_);
     }

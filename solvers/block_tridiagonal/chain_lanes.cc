@@ -24,7 +24,7 @@ long LaneWorkspaceSize(int frames) {
 }
 
 long CoupledWorkspaceSize(int frames, int lanes) {
-  // Besides the rows of the frames, those of the first states and of sums.
+  // Besides the rows of the frames: six for the first states, one for sums.
   return (frames * CoupledSolve<BaselinePack>::kRowsPerFrame + 7) * lanes;
 }
 

@@ -1,9 +1,9 @@
 // Chains of joints in lanes: inputs and outputs of the kernels as plain arrays.
 //
-// Rows of `lanes` numbers, one per joint; `lanes` is a multiple of
-// kLaneMultiple, and lanes without a joint are filled as for a joint without
-// measurements. A view is one camera's detection in one frame: its joints share
-// camera and clock.
+// An array consists of rows of `lanes` numbers, one per joint; `lanes` is a
+// multiple of kLaneMultiple, and lanes without a joint are filled as for a
+// joint without measurements. A view is one camera's detection in one frame:
+// its joints share camera and clock.
 #ifndef KINEGRAPH_SOLVERS_BLOCK_TRIDIAGONAL_CHAIN_LANES_H_
 #define KINEGRAPH_SOLVERS_BLOCK_TRIDIAGONAL_CHAIN_LANES_H_
 
@@ -69,8 +69,8 @@ struct LaneSystemRows {
   double* valid = nullptr;     // [lanes] 1: every measurement has an image
 };
 
-// The information that a factor on the positions of two joints in one frame
-// adds between them: joint a's axes by joint b's.
+// The off-diagonal information of a factor on the positions of two joints in
+// one frame: rows are the axes of joint a, columns those of joint b.
 struct LaneCoupling {
   int frame = 0;
   int a = 0;  // lanes
@@ -82,8 +82,8 @@ struct LaneCoupling {
 struct LaneCouplings {
   const LaneCoupling* list = nullptr;
   int count = 0;
-  // Between the joints' first states, [6 joints + i][6][lanes]; their own
-  // blocks are zero. Null if there are none.
+  // Between the joints' first states, [6 joint + i][6][lanes]; the diagonal
+  // blocks are zero. Null without a person's prior.
   const double* first = nullptr;
 };
 
@@ -105,8 +105,8 @@ struct LaneKernels {
   // where the information is not positive definite.
   void (*covariance)(const ChainLanes& chains, double correction, int frame_end,
                      double* workspace, double* covariances, double* known);
-  // The chains' system at their states. `own_priors`: include those of
-  // ChainLanes; without them lanes without a joint are singular.
+  // The chains' system at their states. `own_priors`: include the priors of
+  // ChainLanes; otherwise lanes without a joint are singular.
   void (*linearise)(const ChainLanes& chains, const LaneStage& stage,
                     bool own_priors, double* workspace,
                     const LaneSystemRows& system);
@@ -116,9 +116,9 @@ struct LaneKernels {
   // Solves H step = -gradient, step [frames][6][lanes], for the chains, their
   // couplings and `damping` times the chains' diagonal: conjugate gradients,
   // preconditioned with the chains, until the residual is `accuracy` times the
-  // gradient in the chains' norm. False where the gradient is not finite,
-  // the chains are not positive definite, or the whole has no positive
-  // curvature along the first direction.
+  // gradient in the chains' norm. False if the gradient is not finite, the
+  // chains are not positive definite, or H has no positive curvature along the
+  // first direction.
   bool (*solve_coupled)(const ChainLanes& chains, const LaneSystemRows& system,
                         const LaneCouplings& couplings, double damping,
                         double accuracy, double* workspace, double* step);

@@ -1,7 +1,7 @@
 // Compiled for AVX2; empty on other architectures.
 #if defined(__x86_64__)
 #ifndef __AVX2__
-#error "not compiled for it: kinegraph_lanes in cmake/KinegraphTargets.cmake"
+#error "needs AVX2, see kinegraph_lanes in cmake/KinegraphTargets.cmake"
 #endif
 
 #include "solvers/block_tridiagonal/coupled_kernel.h"

@@ -1,7 +1,7 @@
 // Compiled for AVX-512; empty on other architectures.
 #if defined(__x86_64__)
 #ifndef __AVX512F__
-#error "not compiled for it: kinegraph_lanes in cmake/KinegraphTargets.cmake"
+#error "needs AVX-512, see kinegraph_lanes in cmake/KinegraphTargets.cmake"
 #endif
 
 #include "solvers/block_tridiagonal/coupled_kernel.h"

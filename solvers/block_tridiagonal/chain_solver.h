@@ -18,8 +18,8 @@ namespace kinegraph {
 // The arrays behind ChainLanes. Reuses its memory between calls.
 class LaneProblem {
  public:
-  // At most `lanes` chains, which have the frames of `problem`; `lanes` is a
-  // multiple of kLaneMultiple.
+  // Loads at most `lanes` chains, which have the frames of `problem`; `lanes`
+  // is a multiple of kLaneMultiple.
   void Load(const PersonProblem& problem,
             const std::vector<const JointChain*>& chains, size_t lanes);
 
@@ -30,7 +30,7 @@ class LaneProblem {
   size_t Row(size_t row) const { return row * lanes_; }
 
   LaneBuffer& states() { return states_; }  // rows [frame * 6 + i]
-  // The values in `lane` of such rows.
+  // The values of `lane` in rows like those of states().
   StateChain ChainOf(const LaneBuffer& rows, size_t lane) const;
   bool IsFinite(size_t lane) const;  // of the lane's states
   // Copies states, weights and gating of `lane` back into its chain.
@@ -58,7 +58,7 @@ class LaneProblem {
     size_t view = 0;
   };
   std::vector<Slot> slots_;
-  // For the measurements of all chains in turn, their index in arrays of views.
+  // Index of each measurement, of all chains in turn, in the arrays [views].
   std::vector<size_t> place_;
   std::vector<size_t> first_place_;  // one per chain
   LaneBuffer process_noise_, x_px_, y_px_, per_sigma_, information_, counts_,
@@ -66,14 +66,14 @@ class LaneProblem {
 };
 
 // Finds the same minima as Ceres with the same factors (a test compares them),
-// at the cost of a few sweeps. Each chain is solved independently, with bits
-// that depend neither on the other chains nor on the instruction set. Reuses
+// at the cost of a few sweeps. Each chain is solved independently; its result
+// is bitwise independent of the other chains and of the instruction set. Reuses
 // its work space between calls; not thread-safe.
 class ChainSolver {
  public:
   // Gates the measurements at the chains' states and runs the stages one after
-  // the other from there. States receive the minimum, measurements their gating
-  // and their weights there. The chains must have the frames of `problem`. The
+  // the other. States receive the minimum, measurements their gating and their
+  // weights at the minimum. The chains must have the frames of `problem`. The
   // reports are valid until the next call.
   const std::vector<SolveReport>& Solve(const PersonProblem& problem,
                                         const SolveSchedule& schedule,
@@ -92,7 +92,7 @@ class ChainSolver {
   // Chains that share a call of the kernel.
   static constexpr size_t kGroup = kLaneMultiple;
 
-  // For chains begin .. end - 1.
+  // Loads chains begin .. end - 1.
   template <typename Chain>
   void Load(const PersonProblem& problem, const std::vector<Chain*>& chains,
             size_t begin, size_t end);

@@ -2,9 +2,10 @@
 // the SIMD type (core/base/pack.h). Included by files that are compiled for one
 // instruction set each, so it must not use Eigen.
 //
-// H = M + C, with M the chains and C the couplings. Directions d of conjugate
-// gradients are z + turn * d with M z = r, so M d follows from the previous
-// direction as r + turn * (M d): M itself is never multiplied.
+// H = M + C, with M the chains and C the couplings. The next direction of
+// conjugate gradients is z + turn * d, with M z = r and d the previous
+// direction. M times the next direction is therefore r + turn * (M d): no
+// product with M is needed.
 #ifndef KINEGRAPH_SOLVERS_BLOCK_TRIDIAGONAL_COUPLED_KERNEL_H_
 #define KINEGRAPH_SOLVERS_BLOCK_TRIDIAGONAL_COUPLED_KERNEL_H_
 
@@ -20,7 +21,7 @@ namespace kinegraph {
 template <typename T>
 class CoupledSolve {
  public:
-  // Rows of a frame: inverse, motion, five vectors, and one of positions.
+  // Rows of a frame: inverse, motion, five vectors, and a vector of positions.
   static constexpr long kRowsPerFrame = kLaneBlockSize + 4 + 5 * 6 + 3;
 
   CoupledSolve(const ChainLanes& chains, const LaneCouplings& couplings,
@@ -308,8 +309,8 @@ class CoupledSolve {
   double* direction_;    // d
   double* by_chains_;    // M d
   double* solution_;
-  double* by_couplings_;  // C d, of the positions
-  double* by_first_;      // C d, of the first frame's states by their prior
+  double* by_couplings_;  // C d of the factors between positions
+  double* by_first_;      // C d of the person's prior, first frame only
   double* sums_;
 };
 

@@ -16,7 +16,7 @@ struct LaneBlock {
 
 inline constexpr int kLaneBlockSize = 21;  // in numbers
 
-// Calls visit(index in a row of kLaneBlockSize, that number of each block).
+// Calls visit(i, entry i of each block) for i = 0 .. kLaneBlockSize - 1.
 template <typename Visit, typename... Blocks>
 KINEGRAPH_INLINE void ForEachEntry(const Visit &visit, Blocks &...blocks) {
   for (int i = 0; i < 6; ++i) visit(i, blocks.pp[i]...);
@@ -156,7 +156,7 @@ KINEGRAPH_INLINE const T &Entry(const LaneBlock<T> &s, int row, int column) {
   return row < 3 ? s.pv[3 * row + column - 3] : s.pv[3 * column + row - 3];
 }
 
-// s += a' a for a square of rows by columns.
+// s += a' a for a 6x6 matrix a, stored column by column.
 template <typename T>
 KINEGRAPH_INLINE void AddSquareOf(const T *a, LaneBlock<T> *s) {
   const auto dot = [a](int i, int j) {

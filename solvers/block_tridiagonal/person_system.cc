@@ -13,15 +13,17 @@
 namespace kinegraph {
 namespace {
 
-// Information of a joint's chain: diagonal blocks and those to their right.
+// Information of a joint's chain: diagonal blocks and the blocks to their
+// right.
 struct LinearChain {
   std::vector<Matrix6d> diagonal;
   std::vector<Matrix6d> upper;
 };
 
-// Blocks of the information at the chain's states and stored weights, each
-// observation's times `correction` (InformationCorrection of its loss).
-// Includes the chain's own prior unless the person's prior replaces it.
+// Blocks of the information at the chain's states and stored weights. The
+// information of observations is multiplied by `correction`
+// (InformationCorrection of their loss). Includes the chain's own prior unless
+// the person's prior replaces it.
 LinearChain LineariseInformation(const PersonProblem& problem,
                                  const JointChain& chain, double correction) {
   const size_t frames = problem.times.size();
@@ -58,8 +60,8 @@ LinearChain LineariseInformation(const PersonProblem& problem,
   return linear;
 }
 
-// The information that a factor on the positions of two joints in one frame
-// adds between them: by_a by_b'.
+// The off-diagonal information of a factor on the positions of two joints in
+// one frame: by_a by_b'.
 struct PointCoupling {
   int a = 0;
   int b = 0;
@@ -72,8 +74,8 @@ struct PointCoupling {
 struct PersonSystem {
   std::vector<LinearChain> chains;
   std::vector<std::vector<PointCoupling>> couplings;  // by frame
-  // Blocks of the person's prior between joints; their own are in the chains.
-  // Empty without a prior.
+  // Blocks of the person's prior between joints; its diagonal blocks are in the
+  // chains. Empty without a prior.
   Eigen::MatrixXd prior_coupling;
 };
 
@@ -102,8 +104,8 @@ void AddCouplings(const PersonProblem& problem, PersonSystem* system) {
   ForEachCoupling(problem, FactorWalk(), add);
 }
 
-// Adds the prior's own blocks to the chains and those between joints to the
-// coupling.
+// Adds the prior's diagonal blocks to the chains and its blocks between joints
+// to prior_coupling.
 void AddPrior(const PersonPrior& prior, PersonSystem* system) {
   system->prior_coupling = prior.stated;
   for (size_t j = 0; j < system->chains.size(); ++j) {
@@ -135,7 +137,7 @@ class FrameInversion {
 
   bool Run(size_t frame_end, std::vector<std::vector<Matrix6d>>* covariances) {
     covariances_ = covariances;
-    const size_t segment = std::min(MotionSegment(), frame_end);
+    const size_t segment = std::min(SegmentLength(), frame_end);
     messages_.resize(segment);
     if (!SweepBack(frame_end)) return false;
     for (size_t begin = 0; begin < frame_end; begin += segment) {
@@ -155,9 +157,9 @@ class FrameInversion {
   // Lower triangle of a square, by columns.
   using Triangle = std::vector<double>;
 
-  // Number of frames whose messages are kept; those of later frames are
-  // recomputed from the last frame of their segment.
-  size_t MotionSegment() const {
+  // Number of frames whose messages are kept at a time. The messages of later
+  // segments are recomputed from the last frame of the segment.
+  size_t SegmentLength() const {
     constexpr size_t kBytes = 16 << 20;
     return std::max<size_t>(
         8, kBytes / (size_ * (size_ + 1) / 2 * sizeof(double)));
@@ -182,7 +184,7 @@ class FrameInversion {
   }
 
   // Information of the user's factors: a dense block per frame and, where they
-  // link two frames of any joints, a dense one below.
+  // link two frames, a dense block below the diagonal.
   void AddUserFactors() {
     GeneralRows rows;
     for (const PlacedFactor& placed : problem_.user) {
@@ -274,8 +276,9 @@ class FrameInversion {
     return Eliminate(block, next);
   }
 
-  // Messages from the last frame to the first. Keeps those of the first
-  // segment, and that of the last frame of each other segment.
+  // Computes the messages from the last frame to the first. Keeps the messages
+  // to all frames of the first segment, and to the last frame of every other
+  // segment.
   bool SweepBack(size_t frame_end) {
     const size_t segment = messages_.size();
     kept_.resize((frame_end + segment - 1) / segment);
@@ -293,7 +296,7 @@ class FrameInversion {
     return true;
   }
 
-  // Recomputes the messages of a segment.
+  // Recomputes the messages to the frames of a segment.
   bool Recall(size_t begin, size_t end) {
     messages_[end - 1 - begin] = std::move(kept_[begin / messages_.size()]);
     Restore(messages_[end - 1 - begin], &later_[(end - 1) % 2]);

@@ -9,10 +9,10 @@
 namespace kinegraph {
 
 // Covariances of every joint's state in every frame by exact block-tridiagonal
-// selected inversion, frames as blocks. To bound memory, factors are kept for a
-// segment of frames only and recomputed on the way back.
-// covariances[joint][frame]; only frames before `frame_end` are kept. False
-// where the information is not positive definite.
+// selected inversion, frames as blocks. To bound memory, the results of the
+// backward sweep are kept for one segment of frames at a time and recomputed
+// for the next. Fills covariances[joint][frame] for frames before `frame_end`.
+// False where the information is not positive definite.
 bool PersonCovariances(const PersonProblem& problem, double correction,
                        size_t frame_end,
                        std::vector<std::vector<Matrix6d>>* covariances);

@@ -66,7 +66,9 @@ ceres::LossFunction* MakeCeresLoss(LossKind kind, double scale,
 
 namespace {
 
-// Factors of a robust residual: of r itself, and of J across and along r.
+// Scale factors that robustify a block: of its residual r, and of the
+// components of its Jacobian across (perpendicular to) and along r. Compare
+// ceres::internal::Corrector.
 struct Roots {
   double residual = 1.0;
   double across = 1.0;

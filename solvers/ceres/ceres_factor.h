@@ -15,7 +15,7 @@
 
 namespace kinegraph {
 
-// Any factor of the list: one parameter block per state.
+// Adapts a factor of factor_list.h to Ceres: one parameter block per state.
 template <typename Factor,
           typename Indices = std::make_index_sequence<Factor::kKeys>>
 class CeresFactor;
@@ -28,7 +28,7 @@ class CeresFactor<Factor, std::index_sequence<kIndices...>> final
   CeresFactor() = default;  // Set() must follow
   explicit CeresFactor(const Factor& factor) : factor_(factor) {}
 
-  // Replaces the factor's numbers between solves.
+  // Replaces the factor between solves.
   void Set(const Factor& factor) { factor_ = factor; }
 
   bool Evaluate(double const* const* parameters, double* residuals,
@@ -78,9 +78,8 @@ class GemanMcClureLoss final : public ceres::LossFunction {
   double scale_;
 };
 
-// The caller owns the result (a Ceres problem takes it). `information` >= 0
-// scales the loss, not its threshold (ceres::ScaledLoss). Null for a loss
-// without effect.
+// The caller owns the result. `information` >= 0 scales the loss, not its
+// threshold (ceres::ScaledLoss). Null for a loss without effect.
 ceres::LossFunction* MakeCeresLoss(LossKind kind, double scale,
                                    double information);
 
@@ -92,19 +91,20 @@ ceres::LossFunction* MakeCeresLoss(LossKind kind, double scale,
 // so that 0.5 |r~|^2 is its cost, with the Jacobian
 //   sqrt(information) [sqrt(rho') (I - r r'/s) + rho' / sqrt(rho / s) r r'/s]
 //   J,
-// for which r~ has the true gradient information rho' J'r. Across r that is
-// iteratively reweighted least squares; along r an outlier has less curvature,
-// as in the true cost, so that fewer steps are needed.
+// with which the block has the true gradient information rho' J'r.
+// Perpendicular to r this is iteratively reweighted least squares; along r an
+// outlier has less curvature, as in the true cost, so that fewer steps are
+// needed.
 //
 // Reads the measurements in place, so nothing is copied when a window advances.
-// Two residuals for each view that is not gated, after the three of BodyCentre,
-// which concerns the same state.
+// The three residuals of BodyCentre, which depends on the same state, come
+// first, then two for each view that is not gated.
 class ViewBundle final : public ceres::CostFunction {
  public:
   ViewBundle();
 
-  // The measurements of frame `k`, under the loss of `stage`. All arguments
-  // must outlive the solve, and gating must not change during it.
+  // Selects the measurements of frame `k` and the loss of `stage`. All
+  // arguments must outlive the solve, and gating must not change during it.
   void Set(const JointChain& chain, size_t k, const PersonCentre& centre,
            const SolveStage* stage);
 

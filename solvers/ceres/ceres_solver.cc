@@ -21,7 +21,7 @@ using CeresMotion = CeresFactor<ConstantVelocity<double>>;
 using CeresBone = CeresFactor<BoneLength<double>>;
 using CeresPrior = CeresFactor<GaussianPrior<double>>;
 
-// Adapter of a user's factor; the problem owns the factor.
+// Adapts a user's factor, which the PersonProblem owns.
 class CeresGeneral final : public ceres::CostFunction {
  public:
   explicit CeresGeneral(const GeneralFactor* factor) : factor_(factor) {
@@ -53,8 +53,8 @@ struct FrameBlocks {
   std::vector<ceres::ResidualBlockId> residuals;  // in order of addition
 };
 
-// Records the last accepted step of all states. Ends a solve once no position
-// moves far any more, or when a stop is requested.
+// Records the last accepted step of all states. Ends a solve when a step moves
+// no position by more than the tolerance, or when a stop is requested.
 class StepWatch final : public ceres::IterationCallback {
  public:
   using Frames = std::vector<std::unique_ptr<FrameBlocks>>;
@@ -122,7 +122,7 @@ ceres::Problem::Options ProblemOptions() {
   ceres::Problem::Options options;
   options.cost_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
   options.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
-  // All blocks are our own and distinct.
+  // CeresSolver creates all blocks itself, and they are distinct.
   options.disable_all_safety_checks = true;
   options.enable_fast_removal = true;
   return options;
@@ -133,8 +133,8 @@ ceres::Problem::Options ProblemOptions() {
 // minimum. At this limit that is the step tolerance for s = 1 cm, typical of
 // two views, and 3 % of s for s = 10 cm.
 double GradientTolerance(double step_tolerance_m) {
-  constexpr double kKnownM = 0.01;
-  return step_tolerance_m / (kKnownM * kKnownM);
+  constexpr double kTypicalSigmaM = 0.01;
+  return step_tolerance_m / (kTypicalSigmaM * kTypicalSigmaM);
 }
 
 ceres::Solver::Options SolverOptions(ceres::IterationCallback* callback) {
@@ -259,8 +259,8 @@ class CeresSolver::Graph {
     ++count_;
   }
 
-  // In reverse order of addition: with fast removal Ceres fills the place of a
-  // removed block with the last one.
+  // Removes blocks in reverse order of addition: with fast removal Ceres moves
+  // the last block to the place of the removed one.
   void RemoveFrame() {
     FrameBlocks& frame = *frames_[--count_];
     while (!frame.residuals.empty()) {
@@ -352,7 +352,7 @@ class CeresSolver::Graph {
     ceres::Solve(options_, problem_.get(), &summary_);
     if (summary_.iterations.empty()) {
       // No iteration: the cost is undefined at the start, because the last step
-      // of the solve that provided it led behind a camera.
+      // of the preceding solve moved a joint behind a camera.
       for (JointChain& chain : person->joints) GateMeasurements(&chain);
       Load(*person, stage);
       ceres::Solve(options_, problem_.get(), &summary_);
@@ -386,7 +386,7 @@ class CeresSolver::Graph {
   std::vector<std::pair<int, int>> bones_;
   SolveStage stage_;
   std::vector<std::unique_ptr<FrameBlocks>> frames_;
-  std::vector<CeresPrior> priors_;  // of the joints, unless the person has one
+  std::vector<CeresPrior> priors_;  // by joint; empty if the person has a prior
   std::unique_ptr<CeresPersonPrior> person_prior_;
   std::vector<std::unique_ptr<CeresGeneral>> user_;
   std::vector<std::unique_ptr<ceres::LossFunction>> losses_;

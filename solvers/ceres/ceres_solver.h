@@ -8,9 +8,9 @@
 
 namespace kinegraph {
 
-// Minimises all factors of a person at once: those of factor_list.h, the
-// person's prior and the user's factors. Trust region, sparse normal equations,
-// one thread.
+// Minimises the cost of all factors of a person at once: the factors of
+// factor_list.h, the person's prior and the user's factors. Uses a trust
+// region, sparse normal equations and one thread.
 //
 // One ceres::Problem persists between solves, because a window's structure
 // hardly changes: its blocks belong to frames 0, 1, ... of the window, and only
@@ -30,7 +30,7 @@ class CeresSolver {
   // weights there.
   // Ceres ends a stage at its start where the gradient is negligible
   // (GradientTolerance in the source), or when an undamped step moves no joint
-  // by more than the schedule's tolerance. If a stage finds nothing finite, its
+  // by more than the schedule's tolerance. If a stage has no finite result, its
   // start is kept and later stages are skipped. Ceres' own summary is logged at
   // VLOG level 2.
   SolveReport Solve(const SolveSchedule& schedule, PersonProblem* problem);

@@ -17,7 +17,7 @@ class CeresUserFactor final : public GeneralFactor {
       if (size == kStateSize) continue;
       throw OptionError("user factor", "found a parameter block of size " +
                                            std::to_string(size) +
-                                           ", expected states of " +
+                                           ", expected a state of size " +
                                            std::to_string(kStateSize));
     }
   }

@@ -1,5 +1,5 @@
-// The factors, and the list of the factors of a joint, for one joint or a pack
-// of joints. Uses no Eigen and does not allocate (jacobian.h).
+// The types of factors, and the iteration over the factors of a joint, for one
+// joint or a pack of joints. Uses no Eigen and does not allocate (jacobian.h).
 #ifndef KINEGRAPH_SOLVERS_FACTORS_FACTORS_H_
 #define KINEGRAPH_SOLVERS_FACTORS_FACTORS_H_
 
@@ -24,8 +24,8 @@ inline constexpr double kNearestDepthM = 0.1;
 // increase it.
 // Evaluate returns false where the point has no image: nearer than
 // kNearestDepthM, behind the camera or outside the lens' region; such
-// measurements are gated when a problem is assembled. One view leaves the depth
-// free.
+// measurements are gated when a problem is assembled. A single view does not
+// determine the depth.
 //
 // View has bool Project(const T* point, T* px, T (*by_point)[3]) const;
 // `by_point`, 2x3 [px/m], may be null.

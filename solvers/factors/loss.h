@@ -32,9 +32,8 @@ inline bool IsConvex(LossKind kind) {
   return kind == LossKind::kNone || kind == LossKind::kHuber;
 }
 
-// The actual information of one observation under a loss, relative to the
-// weight that the loss gives: for 2-vectors r ~ N(0, I), w = rho'(r'r), psi = w
-// r,
+// The actual information of one observation under a loss, divided by the weight
+// that the loss assigns: for 2-vectors r ~ N(0, I), w = rho'(r'r), psi = w r,
 //   [E dpsi/dr]^2 / E[psi psi'] / E[w]
 // (the sandwich formula of M-estimators, Huber and Ronchetti, Robust
 // Statistics, ch. 6, divided by J'WJ). 1 for no loss; above 1 for redescending

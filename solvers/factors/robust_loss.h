@@ -1,5 +1,5 @@
-// The formulas of the robust losses (see loss.h) for doubles and packs. Free of
-// Eigen, for the kernels of solvers/block_tridiagonal.
+// The formulas of the robust losses (see loss.h) for doubles and packs. Uses no
+// Eigen, because the kernels of solvers/block_tridiagonal include it.
 #ifndef KINEGRAPH_SOLVERS_FACTORS_ROBUST_LOSS_H_
 #define KINEGRAPH_SOLVERS_FACTORS_ROBUST_LOSS_H_
 

@@ -1,4 +1,4 @@
-// Linear systems and least squares with few neighbouring unknowns in a row.
+// Banded least squares and pentadiagonal linear systems.
 #ifndef KINEGRAPH_SOLVERS_FILTERS_BANDED_H_
 #define KINEGRAPH_SOLVERS_FILTERS_BANDED_H_
 
@@ -19,7 +19,7 @@ class BandedLeastSquares {
   BandedLeastSquares(Eigen::Index unknowns, int width, Eigen::Index columns);
 
   // Adds `factor` times a row with the entries `row` at the unknowns from
-  // `first` on; `b` may be empty: zeros.
+  // `first` on. An empty `b` stands for zeros.
   void AddRow(Eigen::Index first, double factor,
               const Eigen::Ref<const Eigen::VectorXd>& row,
               const Eigen::Ref<const Eigen::VectorXd>& b);

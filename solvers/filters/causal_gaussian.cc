@@ -110,7 +110,7 @@ class CausalGaussian final : public Estimator {
     if (!birth && options_.smooth) Smooth();
   }
 
-  // Replaces the newest pose by the weighted mean over the stored ones.
+  // Replaces the newest pose by the weighted mean of the stored poses.
   void Smooth() {
     const int length = static_cast<int>(stored_.size());
     const std::vector<double>& body =

@@ -17,7 +17,7 @@ namespace kinegraph {
 // (d c b a | a b c d | d c b a).
 std::vector<double> CausalGaussianWeights(double sigma, int length);
 
-// Stored poses are the smoothed ones, so the filter is recursive. The pose at
+// Poses are stored after smoothing, so the filter is recursive. The pose at
 // birth is stored unchanged. A frame without an initial pose stores nothing and
 // its final pose is empty. Poses become final at once.
 std::unique_ptr<Estimator> MakeCausalGaussian(

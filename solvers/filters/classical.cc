@@ -36,7 +36,7 @@ Samples CentredGaussian(double sigma_s, const std::vector<double>& times_s,
 
 namespace {
 
-// Share of the new value in exponential smoothing with that cut-off.
+// Weight of the new value in exponential smoothing with this cut-off.
 double Alpha(double step_s, double cutoff_hz) {
   const double ratio = 2.0 * M_PI * cutoff_hz * step_s;
   return ratio / (ratio + 1.0);
@@ -140,8 +140,8 @@ template <typename Visit>
 void ForEachWindow(double window_s, WindowSide side,
                    const std::vector<double>& times_s, const Samples& values,
                    Visit visit) {
-  // Frame times are rounded: a value at the edge of a centred window is inside,
-  // one a whole window before the current one of a trailing window outside.
+  // Frame times are rounded. A value at the edge of a centred window is inside;
+  // a value exactly one trailing window before the current value is outside.
   constexpr double kSlackS = 1e-6;
   const bool centred = side == WindowSide::kCentred;
   const double back_s = centred ? 0.5 * window_s + kSlackS : window_s - kSlackS;
@@ -332,7 +332,7 @@ LowPass ZeroPhaseButterworth(const ButterworthOptions& options,
 LowPass ZeroPhaseCriticallyDamped(const ButterworthOptions& options,
                                   double rate_hz) {
   const int order = static_cast<int>(options.order);
-  // Half power for as many passes as the cut-off is defined for.
+  // The cut-off is the half-power frequency of both passes, or of one pass.
   const double passes = options.correct_cutoff ? 2.0 : 1.0;
   const double half = std::sqrt(std::pow(2.0, 1.0 / (passes * order)) - 1.0);
   LowPass low_pass = TwoPasses(options, rate_hz, [=](double cutoff_hz) {

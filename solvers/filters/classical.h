@@ -20,21 +20,22 @@ Samples CentredGaussian(double sigma_s, const std::vector<double>& times_s,
 
 // Exponential smoothing whose cut-off grows with the smoothed speed (Casiez,
 // Roussel and Vogel, CHI 2012, algorithm 1), column by column, by the actual
-// time between two values. The first value is unchanged. The speed is that from
-// the last filtered value to the new raw one, as in the paper; the authors'
-// programs used the last raw value until August 2023. With zero phase the
-// result is filtered once more, backwards.
+// time between two values. The first value is unchanged. The speed is computed
+// from the last filtered value to the new raw value, as in the paper; the
+// authors' programs used the last raw value until August 2023. With zero phase
+// the result is filtered once more, backwards.
 Samples OneEuro(const OneEuroOptions& options,
                 const std::vector<double>& times_s, const Samples& values);
 
 // The odd number of frames nearest to the window, at least order + 1.
 int SavitzkyGolayLength(const SavitzkyGolayOptions& options, double rate_hz);
 
-// Replaces each value by that of the polynomial of `order` >= 0 fitted by least
-// squares to the `length` (odd, > order) values around it (Savitzky and Golay
-// 1964); the first and last (length - 1) / 2 use the first and last full
-// window, as scipy.signal.savgol_filter(mode='interp'). Fewer values than
-// `length`: one polynomial through all of them, of an order below their number.
+// Replaces each value by the value of the polynomial of `order` >= 0 fitted by
+// least squares to the `length` (odd, > order) values around it (Savitzky and
+// Golay 1964); the first and last (length - 1) / 2 values use the first and
+// last full window, as in scipy.signal.savgol_filter(mode='interp'). If there
+// are fewer values than `length`, one polynomial is fitted to all of them, of
+// an order below their number.
 Samples SavitzkyGolay(int length, int order, const Samples& values);
 
 // Median over the window (Tukey 1977), column by column.
@@ -64,8 +65,8 @@ struct FilterSection {
 // Digital low-pass of `order` >= 1 by the bilinear transform with prewarping
 // (Butterworth 1930; Oppenheim and Schafer, Discrete-Time Signal Processing,
 // section 7.1): half the power at `cutoff_hz`, 0 < cutoff_hz < rate_hz / 2.
-// Sections of order two, for odd orders a last one of order one; each passes a
-// constant unchanged.
+// Sections of order two, followed by one of order one if `order` is odd; each
+// passes a constant unchanged.
 std::vector<FilterSection> ButterworthLowPass(int order, double cutoff_hz,
                                               double rate_hz);
 
@@ -75,11 +76,11 @@ std::vector<FilterSection> ButterworthLowPass(int order, double cutoff_hz,
 // 2). Computed from the prewarped frequency and therefore exact.
 double TwoPassCutoff(int order, double cutoff_hz, double rate_hz);
 
-// Forwards, then backwards: no phase shift, squared magnitude. The ends are
-// continued by `padding` samples of odd reflection, 2 x(0) - x(k), fewer than
-// there are samples, and each pass starts in steady state for its first value
-// (Gustafsson 1996; as scipy.signal.filtfilt, whose padding for one filter of
-// order n is 3 (n + 1)).
+// Filters forwards, then backwards: no phase shift, squared gain. The ends are
+// continued by `padding` samples of odd reflection, 2 x(0) - x(k), but fewer
+// than there are samples, and each pass starts in steady state for its first
+// value (Gustafsson 1996; as in scipy.signal.filtfilt, whose padding for one
+// filter of order n is 3 (n + 1)).
 Samples FiltFilt(const std::vector<FilterSection>& sections,
                  const Samples& values, int padding);
 
@@ -93,10 +94,10 @@ Samples OnSpeed(const std::function<Samples(const Samples&)>& filter,
 // `options.cutoff_hz`: the caller of the low-pass sets the cut-off.
 LowPass ZeroPhaseButterworth(const ButterworthOptions& options, double rate_hz);
 
-// The same with all poles at one real frequency, so that there is no overshoot
-// (Robertson and Dowling, J. Electromyogr. Kinesiol. 13, 569, 2003): the power
-// of both passes is 1 / (1 + r^2)^(2 order), r the ratio of analogue
-// frequencies.
+// Like ZeroPhaseButterworth, with all poles at one real frequency instead, so
+// that there is no overshoot (Robertson and Dowling, J. Electromyogr. Kinesiol.
+// 13, 569, 2003): the power of both passes is 1 / (1 + r^2)^(2 order), r the
+// ratio of analogue frequencies.
 LowPass ZeroPhaseCriticallyDamped(const ButterworthOptions& options,
                                   double rate_hz);
 

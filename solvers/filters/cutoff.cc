@@ -42,7 +42,8 @@ std::vector<double> Residuals(const LowPass& low_pass, const Samples& values) {
   return residuals;
 }
 
-// The cut-off in hundredths of the rate, as that of Jackson() below.
+// Implements kWinter. This and the following functions return the cut-off in
+// hundredths of the rate.
 double Winter(const std::vector<double>& residuals) {
   constexpr int kLineFrom = 25;
   double mean_x = 0.0;

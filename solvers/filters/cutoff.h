@@ -22,10 +22,10 @@ struct LowPass {
 // from the values, all columns together, at every hundredth of the rate up to
 // 0.45 of it:
 // - kWinter (Biomechanics and Motor Control of Human Movement, 4th ed., section
-//   3.4.4.3), as a rule: where only noise is removed, R is a straight line over
-//   f. The line is fitted from one quarter to 0.45 of the rate, its value at
-//   zero is the noise, and the result is the lowest f whose R does not exceed
-//   the noise, interpolated between candidates.
+//   3.4.4.3, without its choice by eye): where only noise is removed, R is a
+//   straight line over f. The line is fitted from one quarter to 0.45 of the
+//   rate, its value at zero is the noise, and the result is the lowest f whose
+//   R does not exceed the noise, interpolated between candidates.
 // - kJackson (IEEE Trans. Biomed. Eng. 26, 122, 1979): the first f after the
 //   bend of R where its second difference is below a limit. The paper does not
 //   specify the limit; here it is 5 % of the greatest second difference.
@@ -38,14 +38,15 @@ struct LowPass {
 // - kYu (Yu et al., J. Appl. Biomech. 15, 318, 1999): 0.06 r - 0.000022 r^2 +
 //   5.95 / e, r the rate [Hz], e [%] the residual of the cut-off
 //   0.071 r - 0.00003 r^2 over the signal's deviation from its mean.
-// By power: the frequency below which 95 or 99 % of the power lie, after
+// By power: the frequency below which 95 or 99 % of the power lies, after
 // removal of the least-squares line, under a Hann window. All results are
 // clamped to 0.01 .. 0.45 of the rate; 0.45 of it for fewer than ten values.
 // `rule` must not be kFixed or kLambda.
 double ChooseCutoff(CutoffChoice rule, const LowPass& low_pass,
                     const Samples& values);
 
-// One cut-off per column [Hz]: chosen for each alone, or one for all.
+// One cut-off per column [Hz]: chosen for each column if `per` is kAxis, else
+// the same for all columns.
 std::vector<double> ChooseCutoffs(CutoffChoice rule, CutoffPer per,
                                   const LowPass& low_pass,
                                   const Samples& values);

@@ -25,11 +25,11 @@ struct JointPoint {
 // frame's own views support it: views that the joints filter kept, or that have
 // weight in the robust triangulation. Views of older frames are not used.
 //
-// Sigmas (PixelSigma) are those at the depth of the person's last initial pose.
+// Sigmas (PixelSigma) refer to the depth of the person's last initial pose.
 class JointPoints {
  public:
-  // With covariances, those of kDlt come from the kept views; a joint whose
-  // views leave a direction undetermined has no point then.
+  // The covariances of kDlt are computed from the kept views; if they are
+  // requested, a joint whose views leave a direction undetermined has no point.
   JointPoints(const SceneModel& scene, PointKind kind,
               PointCovariances covariances,
               const RobustTriangulationOptions& robust,

@@ -119,7 +119,7 @@ FilterRun<kSize> RunFilter(const PointModel& model,
   return run;
 }
 
-// Turns the filter's estimates into the smoother's, from the last time to the
+// Replaces the filter's estimates by the smoother's, from the last time to the
 // first.
 template <int kSize>
 void SmoothBack(FilterRun<kSize>* run) {

@@ -22,7 +22,7 @@ struct PointModel {
 };
 
 // Estimates at every time of the segment. The first sample, which must exist,
-// is the initial state, with its covariance as that of the position (one-point
+// provides position and position covariance of the initial state (one-point
 // initialisation; section 5.5.3 of the same book). `covariances_m2` has one
 // entry per time; times without sample are predicted, so the covariance grows
 // in a gap. The filter (Kalman 1960, Joseph's form of the update) uses samples

@@ -7,7 +7,7 @@
 namespace kinegraph {
 namespace {
 
-// For an even number the mean of the middle two, as usual for LOESS.
+// For an even number the mean of the middle two, as is customary for LOESS.
 double MedianResidual(Eigen::VectorXd residuals) {
   std::sort(residuals.begin(), residuals.end());
   const Eigen::Index middle = residuals.size() / 2;

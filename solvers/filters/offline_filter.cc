@@ -235,14 +235,14 @@ void RequireUniformTime(const std::string& estimator,
     const double step_s = times_s[k] - times_s[k - 1];
     if (std::abs(step_s - 1.0 / rate_hz) <= 0.5 / rate_hz + kSlackS) continue;
     throw InputError(fmt::format(
-        "output.estimator '{}' needs uniform time, found a step of {:.4f} s, "
-        "{:.4f} s into the track, where a frame is {:.4f} s (allowed: half a "
-        "frame more or less)",
+        "output.estimator '{}' needs uniform frame times, found a step of "
+        "{:.4f} s, {:.4f} s after the start of the track, expected {:.4f} s "
+        "(give or take half a frame)",
         estimator, step_s, times_s[k - 1], 1.0 / rate_hz));
   }
 }
 
-// Rows of the samples, and their times.
+// The sampled frames of a segment.
 struct SampledRows {
   std::vector<double> times_s;
   Samples values;
@@ -262,7 +262,8 @@ SampledRows SamplesOf(const JointSegment& segment) {
   return rows;
 }
 
-// Expands to all frames; those between samples hold the last value.
+// Expands values of samples to all frames; frames between samples hold the last
+// value.
 Samples Hold(const JointSegment& segment, const Samples& values) {
   Samples held(segment.positions_m.rows(), values.cols());
   Eigen::Index next = 0;
@@ -384,7 +385,7 @@ SegmentFilter Penalised(const SmoothingSplineOptions& options, double rate_hz,
   };
 }
 
-// `segment` with the class's constant as the covariance of every sample.
+// `segment` with the constant covariance of the joint class for every sample.
 JointSegment WithConstantNoise(const KalmanOptions& options,
                                JointSegment segment) {
   const double sigma_m = options.sigma_m[static_cast<int>(segment.joint_class)];

@@ -31,17 +31,18 @@ std::unique_ptr<Estimator> MakeOfflineFilter(
     const SceneModel& scene, const OfflineFilterOptions& options,
     JointPoints points, SegmentFilter filter);
 
-// Each checks its options against the frame rate [Hz] (OptionError). Filters
-// that need uniform time throw InputError for a segment without it.
+// Each function checks its options against the frame rate [Hz] (OptionError).
+// Filters that need uniform time throw InputError for other segments.
 //
 // Bridged frames: the Gaussian, the centred median, the recursive filters and
 // Savitzky-Golay treat the linear bridge as samples. One-Euro and the trailing
-// median hold their last value. The others cross the gap by their own model.
+// median hold their last value. The other filters bridge the gap by their own
+// model.
 SegmentFilter PointsAsTheyAre(PointCovariances covariances);
 SegmentFilter CentredGaussianFilter(const CentredGaussianOptions& options);
 SegmentFilter HampelMedianFilter(const HampelMedianOptions& options);
 SegmentFilter OneEuroFilter(const OneEuroOptions& options);
-// Both take the options of `butterworth`.
+// Both use the table [filters.butterworth].
 SegmentFilter ButterworthFilter(const ButterworthOptions& options,
                                 double rate_hz,
                                 CutoffPer per = CutoffPer::kJoint);

@@ -17,12 +17,12 @@ void OfflineFilterOptions::Describe(OptionVisitor& visitor) {
   visitor.Number("max_gap", &max_gap_s, NonNegative(), "s",
                  "longest gap between samples that is bridged");
   visitor.Choice("cutoff_per", &cutoff_per, {"axis", "joint", "body"},
-                 "what shares a cut-off that a rule chooses");
+                 "which signals share a cut-off chosen by a rule");
 }
 
 void RobustTriangulationOptions::Describe(OptionVisitor& visitor) {
   visitor.Number("loss_scale", &loss_scale, Positive(), "sigmas",
-                 "where the loss starts to doubt a view");
+                 "residual from which the loss downweights a view");
 }
 
 void CentredGaussianOptions::Describe(OptionVisitor& visitor) {
@@ -35,82 +35,88 @@ void HampelMedianOptions::Describe(OptionVisitor& visitor) {
                  "window in which outliers are sought");
   visitor.Number("hampel_threshold", &hampel_threshold, NonNegative(),
                  "standard deviations",
-                 "farther from the median is an outlier");
+                 "distance from the median beyond which a value is an outlier");
   visitor.Number("median_window", &median_window_s, NonNegative(), "s",
-                 "of the moving median");
+                 "window of the moving median");
   visitor.Choice("window", &side, {"centred", "trailing"},
-                 "trailing windows look back only: causal");
+                 "trailing windows contain no later samples: causal");
 }
 
 void OneEuroOptions::Describe(OptionVisitor& visitor) {
-  visitor.Number("min_cutoff", &min_cutoff_hz, Positive(), "Hz", "at rest");
+  visitor.Number("min_cutoff", &min_cutoff_hz, Positive(), "Hz",
+                 "cut-off at rest");
   visitor.Number("beta", &beta_per_m, NonNegative(), "1/m",
-                 "the cut-off grows by so many Hz per m/s");
+                 "growth of the cut-off in Hz per m/s");
   visitor.Boolean("zero_phase", &zero_phase,
                   "forwards, then backwards: no lag, not causal");
 }
 
 void ButterworthOptions::Describe(OptionVisitor& visitor) {
   visitor.Integer("order", &order, Between(1, 8), "",
-                  "of each of the two passes");
+                  "order of each of the two passes");
   visitor.Choice("choice", &choice,
                  {"fixed", "winter", "challis", "yu", "jackson", "gcv",
                   "power95", "power99"},
-                 "of the cut-off: as given, or by a rule (docs/filters.md)");
+                 "how the cut-off is chosen: fixed, or by a rule "
+                 "(docs/filters.md)");
   visitor.Number("cutoff", &cutoff_hz, Positive(), "Hz",
-                 "below half the frame rate");
+                 "cut-off, below half the frame rate");
   visitor.Boolean("correct_cutoff", &correct_cutoff,
-                  "half the power at the cut-off after both passes, not one");
+                  "the cut-off is where both passes together halve the power, "
+                  "not each pass");
   visitor.Choice("on", &on, {"position", "speed"},
-                 "what is filtered; speeds are summed up again");
+                 "signal to filter; filtered speeds are integrated again");
 }
 
 void SavitzkyGolayOptions::Describe(OptionVisitor& visitor) {
   visitor.Number("window", &window_s, NonNegative(), "s",
-                 "rounded to an odd number of frames");
-  visitor.Integer("order", &order, Between(0, 10), "", "of the polynomials");
+                 "window, rounded to an odd number of frames");
+  visitor.Integer("order", &order, Between(0, 10), "",
+                  "order of the polynomials");
 }
 
 void SmoothingSplineOptions::Describe(OptionVisitor& visitor) {
   visitor.Choice("choice", &choice,
                  {"cutoff", "winter", "challis", "yu", "jackson", "gcv",
                   "power95", "power99", "lambda"},
-                 "how smooth: by generalised cross-validation, another rule, "
-                 "the cut-off or lambda");
+                 "how the smoothness is chosen: by generalised "
+                 "cross-validation, another rule, the cut-off or lambda");
   visitor.Number("cutoff", &cutoff_hz, Positive(), "Hz",
-                 "where the amplitude is halved");
+                 "frequency at which the amplitude is halved");
   visitor.Number("lambda", &lambda, Positive(), "",
-                 "weight of the roughness where samples are a frame apart");
+                 "weight of the roughness, for samples one frame apart");
 }
 
 void WhittakerOptions::Describe(OptionVisitor& visitor) {
-  visitor.Integer("order", &order, Between(2, 3), "", "of the differences");
+  visitor.Integer("order", &order, Between(2, 3), "",
+                  "order of the differences");
 }
 
 void LoessOptions::Describe(OptionVisitor& visitor) {
   visitor.Number("window", &window_s, NonNegative(), "s",
-                 "of the samples that a polynomial is fitted to");
-  visitor.Integer("degree", &degree, Between(1, 2), "", "of the polynomials");
+                 "window of the samples to which a polynomial is fitted");
+  visitor.Integer("degree", &degree, Between(1, 2), "",
+                  "degree of the polynomials");
   visitor.Integer("iterations", &iterations, Between(0, 20), "",
-                  "that weigh outliers down");
+                  "number of fits that downweight outliers");
 }
 
 void TrendOptions::Describe(OptionVisitor& visitor) {
   visitor.Number("lambda", &lambda_m, Positive(), "m",
-                 "weight of kinks where samples are a frame apart");
+                 "weight of changes of slope, for samples one frame apart");
 }
 
 void KalmanOptions::Describe(OptionVisitor& visitor) {
   visitor.Choice("motion", &motion,
                  {"constant_velocity", "constant_acceleration"},
-                 "motion without disturbance");
+                 "motion in the absence of process noise");
   visitor.Number("process_noise_scale", &process_noise_scale, Positive(), "",
                  "factor on the process noise, which follows from "
                  "graph.process_noise");
   visitor.Choice("measurement", &measurement, {"triangulation", "constant"},
-                 "covariance of a sample: its triangulation's, or sigma");
+                 "covariance of a sample: from its triangulation, or sigma");
   DescribeJointClasses(visitor, "sigma", &sigma_m, "m",
-                       "constant measurement noise, each coordinate");
+                       "constant measurement noise of each coordinate");
 }
 
 void FilterOptions::Describe(OptionVisitor& visitor) {
@@ -136,14 +142,15 @@ void FilterOptions::Describe(OptionVisitor& visitor) {
 void CausalGaussianOptions::Describe(OptionVisitor& visitor) {
   visitor.Boolean("smooth", &smooth, "smooth, or write the poses as they are");
   visitor.Number("sigma", &sigma_frames, Between(0.01, 20.0), "frames",
-                 "of the causal Gaussian over stored poses");
+                 "standard deviation of the causal Gaussian over stored poses");
   visitor.Number("wrist_sigma", &wrist_sigma_frames, Between(0.01, 20.0),
-                 "frames", "the same for the wrists");
+                 "frames", "standard deviation for the wrists");
   visitor.Number("history", &history_frames, Positive(), "frames",
                  "older stored poses are dropped");
   visitor.Integer("velocity_differences", &velocity_differences,
                   Between(1, 1000), "poses",
-                  "differences of stored poses that the velocity averages");
+                  "number of differences of stored poses that the velocity "
+                  "averages");
   visitor.Choice("velocity", &velocity, {"over_time", "per_update"},
                  "metres per second, or per stored pose (authors' code)");
   visitor.Number("hold", &hold_frames, NonNegative(), "frames",

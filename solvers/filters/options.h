@@ -37,7 +37,7 @@ struct OfflineFilterOptions {
 struct RobustTriangulationOptions {
   double loss_scale = 3.0;  // in sigmas
 
-  // Not keys, set in code only.
+  // The following are not configuration keys; they are set in code only.
   LossKind loss = LossKind::kGemanMcClure;
   // Views with a lower weight do not support a point.
   double inlier_weight = 0.25;
@@ -56,11 +56,11 @@ struct CentredGaussianOptions {
   void Describe(OptionVisitor& visitor);
 };
 
-// The values in a window. Time may be non-uniform; at the ends there are fewer
-// values.
+// Which values a window contains. Time may be non-uniform; at the ends there
+// are fewer values.
 enum class WindowSide {
   kCentred,   // at most half the window away
-  kTrailing,  // itself and those before, less than the window away
+  kTrailing,  // the value itself and earlier values less than the window away
 };
 
 struct HampelMedianOptions {
@@ -105,8 +105,8 @@ struct ButterworthOptions {
   int64_t order = 2;  // of each of the two passes
   CutoffChoice choice = CutoffChoice::kFixed;
   double cutoff_hz = 6.0;  // below half the frame rate; choice "fixed"
-  // true: both passes together have half the power at the cut-off. false: each
-  // of them has, as in most programs.
+  // true: both passes together halve the power at the cut-off. false: each pass
+  // does, as in most programs.
   bool correct_cutoff = true;
   FilterSignal on = FilterSignal::kPosition;
 
@@ -136,7 +136,7 @@ struct SmoothingSplineOptions {
 
 struct WhittakerOptions {
   int64_t order = 2;                  // of the differences
-  SmoothingSplineOptions smoothness;  // those of smoothing_spline
+  SmoothingSplineOptions smoothness;  // copied from smoothing_spline
 
   // Table [filters.whittaker], without the smoothness.
   void Describe(OptionVisitor& visitor);
@@ -172,8 +172,8 @@ enum class MeasurementNoise {
 
 struct KalmanOptions {
   MotionModel motion = MotionModel::kConstantVelocity;
-  // The graph's own table [m^2/s^3], filled in by the smoothers' factory.
-  // ModelOf derives the power of either motion model from it.
+  // graph.process_noise [m^2/s^3], copied by the smoothers' factory. ModelOf
+  // derives the power of either motion model from it.
   JointClassTable process_noise = GraphOptions().process_noise;
   double process_noise_scale = 1.0;
   MeasurementNoise measurement = MeasurementNoise::kTriangulation;
@@ -193,13 +193,13 @@ struct FilterOptions {
   CentredGaussianOptions centred_gaussian;
   HampelMedianOptions hampel_median;
   OneEuroOptions one_euro;
-  ButterworthOptions butterworth;  // of critically_damped too
+  ButterworthOptions butterworth;  // also used by critically_damped
   SavitzkyGolayOptions savitzky_golay;
-  SmoothingSplineOptions smoothing_spline;  // of quintic_spline too
+  SmoothingSplineOptions smoothing_spline;  // also used by quintic_spline
   WhittakerOptions whittaker;
   LoessOptions loess;
   TrendOptions trend;
-  KalmanOptions kalman;  // of the RTS smoother too
+  KalmanOptions kalman;  // also used by rts and student_t_rts
 
   // Table [filters], a table below it for each filter.
   void Describe(OptionVisitor& visitor);

@@ -24,8 +24,9 @@ std::vector<double> InFrames(const std::vector<double>& times) {
   return frames;
 }
 
-// Weights of the divided difference of `order` of values at x[first] and
-// following, times `order`!: the derivative of a polynomial of that degree.
+// Weights of the divided difference of the values at x[first] .. x[first +
+// order], times the factorial of `order`: for a polynomial of degree `order`
+// its derivative of that order.
 Eigen::VectorXd DividedDifference(const std::vector<double>& x, size_t first,
                                   int order) {
   Eigen::VectorXd weights = Eigen::VectorXd::Ones(order + 1);
@@ -43,7 +44,7 @@ struct BandedRow {
   Eigen::VectorXd entries;
 };
 
-// Any PenalisedCurve that is linear in its unknowns.
+// A PenalisedCurve that is linear in its unknowns.
 class LinearCurve : public PenalisedCurve {
  public:
   LinearCurve(double step, Eigen::Index unknowns, int width)
@@ -167,7 +168,7 @@ class QuinticCurve final : public LinearCurve {
     for (const double time : times) {
       at_.push_back((time - sample_times[0]) / step());
     }
-    // Coefficients outside are arbitrary; the curve is not evaluated there.
+    // The knots outside are arbitrary; the curve is not evaluated there.
     for (int k = kDegree; k > 0; --k) knots_.push_back(-k);
     knots_.insert(knots_.end(), x.begin(), x.end());
     for (int k = 1; k <= kDegree; ++k) knots_.push_back(x.back() + k);
@@ -318,7 +319,7 @@ std::unique_ptr<PenalisedCurve> MakeCubicSpline(
 }
 
 double PenalisedCurve::BestLambda() const {
-  // Searches the cut-off on a logarithmic grid, ten steps a decade.
+  // Searches the cut-off on a logarithmic grid, ten steps per decade.
   const double log_cutoff = LeastOnGrid(
       -3.0, std::log10(0.5), 0.1,
       [this](double x) { return Gcv(LambdaOfFrames(std::pow(10.0, x))); });
@@ -329,7 +330,7 @@ double PenalisedCurve::BestLambda() const {
 
 namespace {
 
-// For one column. D maps values to changes of slope.
+// Solves for one column. D maps values to changes of slope.
 class TrendSolver {
  public:
   TrendSolver(double lambda, const std::vector<double>& x,

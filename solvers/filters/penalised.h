@@ -11,7 +11,8 @@
 
 namespace kinegraph {
 
-// At the times of the values, per unit of time and per its square.
+// First and second derivative at the times of the fit, per unit of time and per
+// its square.
 struct CurveDerivatives {
   Samples first, second;
 };
@@ -21,8 +22,8 @@ struct CurveDerivatives {
 class PenalisedCurve {
  public:
   virtual ~PenalisedCurve() = default;
-  // At the times given at construction. The derivatives of a spline are written
-  // to `derivatives`; a curve known only at those times has none.
+  // The curve at the times given at construction. The derivatives of a spline
+  // are written to `derivatives`; a curve defined only at these times has none.
   virtual Samples Fit(double lambda,
                       CurveDerivatives* derivatives = nullptr) const = 0;
   // Generalised cross-validation (Craven and Wahba 1979), all columns together.
@@ -36,7 +37,7 @@ class PenalisedCurve {
     return CutoffInFrames(lambda) / step_;
   }
   // The lambda of the least Gcv for cut-offs from 1/1000 to one half of a cycle
-  // per frame.
+  // per frame; MakeCubicSpline: as ChooseLambdaByGcv (smoothing_spline.h).
   virtual double BestLambda() const;
 
  protected:
@@ -57,11 +58,10 @@ std::unique_ptr<PenalisedCurve> MakeCubicSpline(
     const Samples& values);
 
 // Whittaker 1923, Henderson 1924; Eilers 2003. The roughness is the sum of the
-// squared differences of `order` (2 or 3). For non-uniform time it is that of
-// squared divided differences, each weighted by the time it spans divided by
-// `order`. Both approximate the integral of the squared derivative. Frames
-// without a sample have no misfit.
-// Needs at least 2 `order` + 1 samples.
+// squared differences of `order` (2 or 3). For non-uniform time it is the sum
+// of the squared divided differences, each weighted by the time it spans
+// divided by `order`. Both approximate the integral of the squared derivative.
+// Frames without a sample have no misfit. Needs at least 2 `order` + 1 samples.
 std::unique_ptr<PenalisedCurve> MakeWhittaker(int order,
                                               const std::vector<double>& times,
                                               const std::vector<char>& sampled,

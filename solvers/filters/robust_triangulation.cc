@@ -72,7 +72,7 @@ void Linearise(LossKind loss, double scale,
   at->gradient = gradient;
 }
 
-// By L D L' of a positive definite matrix. False if it is not positive
+// Inverts a positive definite matrix by L D L'. False if it is not positive
 // definite, or its pivots differ by more than rounding permits.
 bool Invert(const Lower& lower, Eigen::Matrix3d* inverse) {
   const double d0 = lower[0];
@@ -98,7 +98,8 @@ bool Invert(const Lower& lower, Eigen::Matrix3d* inverse) {
   return inverse->allFinite();
 }
 
-// The start of lowest cost.
+// The start of lowest cost: the DLT of all views or of a pair. False if there
+// is none.
 bool FindStart(const RobustTriangulationOptions& options,
                const std::vector<PixelPoint>& views, Eigen::Vector3d* start) {
   std::vector<PointMeasurement> ideal;

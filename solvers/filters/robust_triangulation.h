@@ -45,7 +45,7 @@ class RobustTriangulator {
   std::optional<RobustPoint> Triangulate(
       const std::vector<PixelPoint>& views) const;
 
-  // The minimum reached from the start.
+  // The minimum reached from `start_m`.
   std::optional<RobustPoint> TriangulateFrom(
       const Eigen::Vector3d& start_m,
       const std::vector<PixelPoint>& views) const;

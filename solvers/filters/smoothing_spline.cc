@@ -160,7 +160,7 @@ Evaluated Evaluate(const SplineSystem& system,
         (at_s[k] - times_s[i]) / (system.step_s() * h);  // 0 .. 1 inside
     const double inside = std::clamp(t, 0.0, 1.0);
     const double s = 1.0 - inside;
-    // Per length of the interval.
+    // Derivative by t at the nearest point inside.
     const Eigen::RowVectorXd slope =
         f.row(i + 1) - f.row(i) +
         h * h / 6.0 *

@@ -31,14 +31,15 @@ Samples SmoothingSpline(double lambda_s3, const std::vector<double>& times_s,
 double GcvScore(double lambda_s3, const std::vector<double>& times_s,
                 const Samples& values);
 
-// The lambda [s^3] of the least GcvScore for cut-offs from 1/1000 to one half
-// of the mean sampling rate: a grid in steps of a tenth of a decade of lambda,
-// then a golden-section search. Needs at least five values.
+// The lambda [s^3] of the least GcvScore, for cut-offs by LambdaOfCutoff from
+// 1/1000 of the mean sampling rate to twice that rate: a grid in steps of a
+// tenth of a decade of lambda, then a golden-section search. Needs at least
+// five values.
 double ChooseLambdaByGcv(const std::vector<double>& times_s,
                          const Samples& values);
 
 // Minimum of `score` between `low` and `high`: a grid of `step`, then a
-// golden-section search between the neighbours of the best, to 1e-6.
+// golden-section search between the neighbours of the best point, to 1e-6.
 double LeastOnGrid(double low, double high, double step,
                    const std::function<double(double)>& score);
 

@@ -45,7 +45,7 @@ bool Triangulated(const EstimatorFrame& frame, size_t joint) {
 }
 
 // The tracker passes views in the order in which the track was first matched in
-// them, the second pass in camera order. Sorting makes the problem depend on
+// them; the second pass uses camera order. Sorting makes the problem depend on
 // the matches only.
 std::vector<const FreshView*> InCameraOrder(const EstimatorFrame& frame) {
   std::vector<const FreshView*> views;
@@ -186,7 +186,7 @@ double CentrePerSigma(const GraphOptions& options, double dt_s) {
 
 SolveSchedule MakeSchedule(const GraphOptions& options) {
   // 1.5 sigmas: nearly efficient for clean observations, yet an outlier has at
-  // most the influence of two good ones (Huber and Ronchetti, Robust
+  // most the influence of two good observations (Huber and Ronchetti, Robust
   // Statistics).
   constexpr double kHuberScale = 1.5;
   // Earlier stages only provide a start.

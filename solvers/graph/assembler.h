@@ -29,19 +29,20 @@ struct FrameRecord {
   std::vector<bool> triangulated;
 };
 
-// Converts fresh detections into measurements: sigma by confidence, joint class
-// and the depth of the person's initial centre; information by the time since
-// the view's last measurement of the joint. Skips measurements that are not
-// finite or whose joint is behind the camera.
+// Converts fresh detections into measurements. The sigma depends on confidence,
+// joint class and the depth of the person's initial centre; the information on
+// the time since the view's last measurement of the joint. Skips measurements
+// that are not finite, and views in which that centre is not in front of the
+// camera.
 class Assembler {
  public:
   // `scene` and `options` must outlive the assembler.
   Assembler(const SceneModel& scene, const GraphOptions& options);
 
-  // Appends the frame to the problem. New states start at the initial pose
-  // where that was triangulated, else at the person's centre, at rest. The
-  // first frame creates the joints and sets their birth priors. Time must have
-  // advanced.
+  // Appends the frame to the problem. A new state starts at the joint's initial
+  // position if that was triangulated, else at the person's centre, and at
+  // rest. The first frame creates the joints and sets their birth priors. Time
+  // must have advanced.
   FrameRecord Append(const EstimatorFrame& frame, PersonProblem* problem);
 
  private:
@@ -70,11 +71,12 @@ double PixelSigma(const GraphOptions& options, JointClass joint_class,
                   double confidence, double depth_m, double focal_px);
 
 // Factor on the information of an observation made `dt_s` after the previous
-// one of the same joint in the same view. Detector errors are correlated over
-// correlation_time_s, and a chain of first-order correlated errors carries (1 -
-// rho) / (1 + rho), rho = exp(-dt / tau), of the information of as many
-// independent ones (variance of the mean of an AR(1) process). Information per
-// second therefore stays bounded as the frame rate grows.
+// observation of the same joint in the same view. Detector errors are
+// correlated over correlation_time_s, and a chain of first-order correlated
+// errors carries (1 - rho) / (1 + rho), rho = exp(-dt / tau), of the
+// information of as many independent errors (variance of the mean of an AR(1)
+// process). Information per second therefore stays bounded as the frame rate
+// grows.
 double InformationScale(const GraphOptions& options, double dt_s);
 
 // 1 / sigma [1/m] of BodyCentre in a frame `dt_s` after the one before. The
@@ -84,10 +86,10 @@ double InformationScale(const GraphOptions& options, double dt_s);
 // measure to a centimetre in every frame that is less than 1e-5 of the total.
 double CentrePerSigma(const GraphOptions& options, double dt_s);
 
-// Convex losses need one stage. The others start with Huber, whose only minimum
-// does not depend on the start, and then narrow to their own scale (graduated
-// non-convexity: Blake and Zisserman 1987; Yang et al., RA-L 2020). A
-// redescending loss started from an old estimate can exclude good views
+// A convex loss needs one stage. Other losses start with Huber, whose only
+// minimum does not depend on the start, and then narrow to their own scale
+// (graduated non-convexity: Blake and Zisserman 1987; Yang et al., RA-L 2020).
+// A redescending loss started from an old estimate can exclude good views
 // permanently, so every window runs the whole schedule again.
 SolveSchedule MakeSchedule(const GraphOptions& options);
 

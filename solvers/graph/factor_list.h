@@ -1,8 +1,8 @@
-// A person's factors: those of each joint, from solvers/factors/factors.h, and
-// those that couple joints. Information of covariances, marginalisation,
-// couplings and Ceres all use this list; chains in lanes
-// (solvers/block_tridiagonal/chain_kernel.h) iterate over the joints' factors
-// with packs.
+// A person's factors: the factors of each joint, from
+// solvers/factors/factors.h, and the factors that couple joints. Covariances,
+// marginalisation, couplings and Ceres use this list;
+// solvers/block_tridiagonal/chain_kernel.h iterates over the joints' factors in
+// packs instead.
 //
 // A visitor is called as
 //   bool visit(const Factor& factor, const Keys<Factor::kKeys>& keys,
@@ -53,7 +53,7 @@ struct FactorWalk {
   size_t begin = 0;
   size_t end = static_cast<size_t>(-1);
   bool priors = true;  // of the joints
-  // Priors hold the information used for covariances (StatePrior::A_stated).
+  // Use the priors' information for covariances (StatePrior::A_stated).
   bool stated = false;
 };
 
@@ -75,7 +75,7 @@ class JointFactors {
  public:
   using Counting = Robustness;
 
-  // `chain` is one of `problem`, or has the same frames.
+  // `chain` belongs to `problem`, or has the same frames.
   JointFactors(const PersonProblem& problem, const JointChain& chain,
                const FactorWalk& walk)
       : times_(problem.times),
@@ -156,7 +156,8 @@ bool ForEachCoupling(const PersonProblem& problem, const FactorWalk& walk,
   return true;
 }
 
-// All of a person's factors except the person's prior (PersonProblem::prior).
+// All of a person's factors except PersonProblem::prior and
+// PersonProblem::user.
 template <typename Visit>
 bool ForEachFactor(const PersonProblem& problem, const FactorWalk& walk,
                    Visit&& visit) {
@@ -171,7 +172,7 @@ bool ForEachFactor(const PersonProblem& problem, const FactorWalk& walk,
   return ForEachCoupling(problem, walk, visit);
 }
 
-// A factor's residuals and Jacobians at given states, and its robustness.
+// A factor's residuals and Jacobians at given states.
 template <typename Factor>
 struct Linearised {
   double residual[Factor::kResiduals];
@@ -193,7 +194,7 @@ bool LineariseFactor(const Factor& factor, const Keys<Factor::kKeys>& keys,
   return factor.Evaluate(states, linear->residual, linear->by_states);
 }
 
-// The same at a problem's states.
+// Evaluates a factor at a problem's states.
 template <typename Factor>
 bool LineariseFactor(const Factor& factor, const Keys<Factor::kKeys>& keys,
                      const PersonProblem& problem, Linearised<Factor>* linear) {
@@ -201,8 +202,8 @@ bool LineariseFactor(const Factor& factor, const Keys<Factor::kKeys>& keys,
   return LineariseFactor(factor, keys, state_of, linear);
 }
 
-// The weight rho' of a factor at the estimate: for a measurement the stored
-// one, which the solver may have set to zero.
+// The weight rho' of a factor at the estimate. A measurement has its stored
+// weight, which the solver may have set to zero.
 inline double WeightAtEstimate(const JointChain& chain,
                                const Robustness& robustness,
                                double squared_norm) {

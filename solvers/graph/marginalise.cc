@@ -33,8 +33,8 @@ FactorWalk FirstFrame(KeptFor use) {
   return walk;
 }
 
-// Calls `visit(linearised factor, keys, robustness)` for a joint's factors of
-// the first frame; `correction` is that of the observations.
+// Calls `visit(linearised factor, keys, weight)` for a joint's factors of the
+// first frame; `correction` multiplies the weights of observations.
 template <typename Visit>
 void LineariseFirst(const PersonProblem& problem, const JointChain& chain,
                     const FactorWalk& walk, double correction,
@@ -146,8 +146,8 @@ class PaddedSquare {
   LaneBuffer numbers_;
 };
 
-// Information of the first two frames' states (first, second, and the block
-// between them with the second's as rows) and the gradients.
+// Information and gradients of the states of the first two frames. `below` is
+// the block between the frames, with the second frame's states as rows.
 struct TwoFrames {
   explicit TwoFrames(Eigen::Index size)
       : first(size),
@@ -204,7 +204,7 @@ void AddCouplings(const PersonProblem& problem, TwoFrames* frames) {
       });
 }
 
-// Each joint's own factors whose earliest state is its first.
+// Each joint's own factors whose earliest state is in the first frame.
 void AddJoints(const PersonProblem& problem, KeptFor use, double correction,
                TwoFrames* frames) {
   FactorWalk walk = FirstFrame(use);
@@ -256,13 +256,13 @@ void AddUser(const PersonProblem& problem, TwoFrames* frames) {
   }
 }
 
-// Eliminates the first frame's states, leaving information and gradient of the
-// second's in `second`. False where the first frame's states are not
-// determined.
+// Eliminates the first frame's states, which leaves information and gradient of
+// the second frame's states in `second` and `second_gradient`. False where the
+// first frame's states are not determined.
 bool EliminateFirst(TwoFrames* frames) {
   // Adds the bound of the Schur complement's rounding error (n products are
-  // subtracted from each entry), which could make the information of a joint
-  // unseen for very long negative.
+  // subtracted from each entry). Otherwise the information of a joint that was
+  // not seen for very long could become negative.
   auto second = frames->second.inside();
   const double size = static_cast<double>(second.rows());
   second.diagonal() *= 1.0 + size * std::numeric_limits<double>::epsilon();
@@ -294,21 +294,21 @@ std::optional<TwoFrames> LeaveFirst(const PersonProblem& problem, KeptFor use,
   return frames;
 }
 
-// A prior on the second states of all joints together, where bones couple them,
-// by Schur complement. With x1 the states of the first frame, x2 those of the
-// second, and the factors that touch x1 linearised at the estimate, the cost
-// is, up to a constant,
+// Where bones couple the joints, replaces the first frame by one prior on the
+// second states of all joints, by Schur complement. With x1 the states of the
+// first frame, x2 the states of the second, and the factors that touch x1
+// linearised at the estimate, the cost is, up to a constant,
 //   1/2 [d1 d2] [L11 L21'] [d1] + [g1' g2'] [d1]
 //               [L21 L22 ] [d2]             [d2]
 // in the steps d1, d2. For any d2 the minimum over d1 is at d1 = -L11^-1 (g1 +
 // L21' d2); substituting it leaves a prior on d2 alone,
-//   information L22 - L21 L11^-1 L21',   gradient g2 - L21 L11^-1 g1,
-// whose minimum and inverse are those of the second frame in the whole problem,
-// because later factors concern d2 only. L11 = C C' is factored once; the
-// columns of C^-1 L21' give the product that is subtracted. Without bones, L11
-// falls into one block per joint, which EliminateDense exploits. Returns
-// nullopt where the information is not positive definite, which only a user's
-// factor can cause.
+//   information L22 - L21 L11^-1 L21',   gradient g2 - L21 L11^-1 g1.
+// Together with the later factors, which do not touch x1, this prior gives the
+// remaining frames the same minimum and covariances as the whole problem. L11 =
+// C C' is factored once; the columns of C^-1 L21' give the product that is
+// subtracted. Without bones, L11 consists of one block per joint, which
+// EliminateDense exploits. Returns nullopt where the information is not
+// positive definite, which only a user's factor can cause.
 std::optional<PersonPrior> MarginaliseFirstFrame(const PersonProblem& problem,
                                                  double correction) {
   std::optional<TwoFrames> kept = LeaveFirst(problem, KeptFor::kEstimate, 1.0);
@@ -343,7 +343,8 @@ void DropFirstFrame(double correction, PersonProblem* problem) {
     std::optional<PersonPrior> prior =
         MarginaliseFirstFrame(*problem, correction);
     LOG_IF(WARNING, !prior.has_value())
-        << "what bones said of earlier frames is lost: not definite";
+        << "the coupled prior of earlier frames is dropped: its information is "
+           "not positive definite";
     problem->prior = prior.has_value() ? *std::move(prior) : PersonPrior();
   }
   for (JointChain& chain : problem->joints) {

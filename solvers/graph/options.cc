@@ -25,7 +25,7 @@ void DescribeLoss(GraphOptions* options, OptionVisitor& visitor) {
   visitor.Choice("loss", &options->loss, LossNames(),
                  "robust loss of the reprojections");
   visitor.Number("loss_scale", &options->loss_scale, Positive(), "sigmas",
-                 "where the loss starts to doubt an observation");
+                 "residual from which the loss downweights an observation");
 }
 
 void DescribeNoise(GraphOptions* options, OptionVisitor& visitor) {
@@ -39,34 +39,35 @@ void DescribeNoise(GraphOptions* options, OptionVisitor& visitor) {
                  "the detector error grows with confidence^-power");
   visitor.Number("correlation_time_s", &options->correlation_time_s,
                  Between(0.0, 60.0), "s",
-                 "how long detector errors last; 0: white noise");
+                 "correlation time of detector errors; 0: white noise");
   visitor.Number("information_scale", &options->information_scale, Positive(),
                  "", "factor on the information of every observation");
   visitor.Boolean("estimate_noise_scale", &options->estimate_noise_scale,
                   "estimate one factor on all sigmas of a person");
-  visitor.Choice("pixel_noise_from", &options->pixel_noise_from,
-                 {"take", "fixed"},
-                 "learn the detector's error, how long it lasts and what "
-                 "confidences are worth from the recording, or use the figures "
-                 "here");
+  visitor.Choice(
+      "pixel_noise_from", &options->pixel_noise_from, {"take", "fixed"},
+      "learn size and correlation time of detector errors, and their "
+      "dependence on confidence, from the recording, or use the "
+      "keys of this table");
   visitor.Choice("process_noise_from", &options->process_noise_from,
                  {"take", "fixed"},
-                 "learn the process noise from moment to moment from the "
-                 "recording, or use the table");
+                 "learn the process noise, which varies over time, from the "
+                 "recording, or use process_noise");
   visitor.Choice("view_bias", &options->view_bias, {"off", "on", "auto"},
-                 "learn from the recording how the detector's error depends on "
-                 "the view, and remove it; auto: of the joints that gain on "
-                 "the other half of the recording");
+                 "learn from the recording how the detector's bias depends on "
+                 "the view, and subtract it; auto: only for joints whose "
+                 "residuals shrink in a held-out half of the recording");
 }
 
 void DescribeBones(GraphOptions* options, OptionVisitor& visitor) {
   visitor.Boolean("bones", &options->bones, "use bone-length factors");
   visitor.Number("bone_sigma_m", &options->bone_sigma_m, Positive(), "m",
-                 "how far a bone's length may vary, if fixed");
+                 "standard deviation of a bone's length, with bone_sigma_from "
+                 "fixed");
   visitor.Choice(
       "bone_sigma_from", &options->bone_sigma_from, {"take", "fixed"},
-      "how far a bone's length may vary: as the recording shows of each "
-      "bone, or bone_sigma_m for all");
+      "variability of bone lengths: learnt from the recording for each bone, "
+      "or bone_sigma_m for all");
 }
 
 void DescribeSolver(GraphOptions* options, OptionVisitor& visitor) {
@@ -74,14 +75,16 @@ void DescribeSolver(GraphOptions* options, OptionVisitor& visitor) {
                  "Ceres on all factors of a person, or the block-tridiagonal "
                  "solver alone");
   visitor.Choice("start", &options->start, {"basin", "dlt"},
-                 "where Ceres starts: the basin that the block-tridiagonal "
-                 "solver finds, or DLT");
+                 "where Ceres starts: at the solution of the block-tridiagonal "
+                 "solver, or at DLT");
   visitor.Integer("max_iterations", &options->max_iterations,
-                  Between(1.0, 1000.0), "", "iterations of the last stage");
+                  Between(1.0, 1000.0), "",
+                  "maximum number of iterations of the last stage");
   visitor.Number("step_tolerance_m", &options->step_tolerance_m, Positive(),
-                 "m", "converged when no joint moves farther");
+                 "m", "converged when a step moves no joint farther than this");
   visitor.Number("chunk_s", &options->chunk_s, NonNegative(), "s",
-                 "the batch is solved in chunks of about this; 0: as a whole");
+                 "approximate length of the chunks in which the batch is "
+                 "solved; 0: a single chunk");
 }
 
 }  // namespace
@@ -94,7 +97,8 @@ void GraphOptions::Describe(OptionVisitor& visitor) {
   DescribeNoise(this, visitor);
   DescribeBones(this, visitor);
   visitor.Number("bridging_limit_s", &bridging_limit_s, NonNegative(), "s",
-                 "how long a joint is written without a supporting view");
+                 "longest time for which a joint is written without a "
+                 "supporting view");
   visitor.Boolean("covariance", &covariance,
                   "compute a covariance of every joint and frame");
   DescribeSolver(this, visitor);
@@ -122,8 +126,8 @@ void CheckGraphOptions(const GraphOptions& options) {
   }
   if (options.user_factors && options.solver != GraphSolver::kCeres) {
     throw OptionError("graph.solver",
-                      "found sweeps with factors of the user's own, expected "
-                      "ceres");
+                      "found sweeps, expected ceres, which user factors "
+                      "require");
   }
 }
 

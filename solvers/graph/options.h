@@ -32,13 +32,13 @@ enum class GraphSolver {
   // Block-tridiagonal elimination, with conjugate gradients for bones.
   kBlockTridiagonal,
 };
-// Names in the order of the enum.
+// The value of the key graph.solver.
 const char* ToString(GraphSolver solver);
 
 // Where Ceres starts.
 enum class GraphStart {
   kBasin,  // graduated non-convexity by block-tridiagonal elimination
-  kDlt,    // DLT and the joints filter: Ceres runs all stages
+  kDlt,    // the initial pose (joints filter, DLT); Ceres runs all stages
 };
 
 // Source of a noise parameter.
@@ -51,7 +51,7 @@ enum class NoiseFrom {
 enum class ViewBiasUse {
   kOff,
   kOn,    // wherever the recording determines it
-  kAuto,  // for joints where it improves the other half of the recording
+  kAuto,  // for joints whose residuals it reduces in a held-out half
 };
 
 struct GraphOptions {
@@ -82,8 +82,8 @@ struct GraphOptions {
 
   // What is learnt for each person (solvers/noise). Pixel noise: the size of
   // the errors by class of joint, with sigma_px as the prior, and their
-  // correlation time, which replace correlation_time_s, information_scale and
-  // estimate_noise_scale; and the dependence on confidence
+  // correlation time, so that correlation_time_s, information_scale and
+  // estimate_noise_scale are not used; and the dependence on confidence
   // (solvers/noise/frame_points.h), with confidence_power as the prior. Process
   // noise: its power over time and by class of joint, which replaces the table
   // process_noise.
@@ -101,8 +101,8 @@ struct GraphOptions {
 
   bool bones = false;
   double bone_sigma_m = 0.02;
-  // Length and variability of each bone learnt from the recording
-  // (solvers/noise/bone_spreads.h); or the median of the estimates and
+  // kRecording: length and variability of each bone are learnt
+  // (solvers/noise/bone_spreads.h). kFixed: the median estimated length, and
   // bone_sigma_m.
   NoiseFrom bone_sigma_from = NoiseFrom::kRecording;
 
@@ -112,14 +112,14 @@ struct GraphOptions {
 
   GraphSolver solver = GraphSolver::kCeres;
   GraphStart start = GraphStart::kBasin;
-  int64_t max_iterations = 300;    // of the last stage; earlier ones take three
+  int64_t max_iterations = 300;    // of the last stage; earlier stages: 3
   double step_tolerance_m = 3e-5;  // converged when no joint moves farther
   // The batch solves a long recording in chunks of about this length,
   // overlapping their neighbours by a second on both sides; 0 for the recording
   // as a whole [s].
   double chunk_s = 10.0;
 
-  // Not keys, set in code only.
+  // The following are not configuration keys; they are set in code only.
   //
   // Weight above which a view is an inlier: three sigmas under Geman-McClure
   // with loss_scale 3.

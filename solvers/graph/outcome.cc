@@ -82,11 +82,11 @@ void WriteJoint(const JointChain& chain, size_t k, int joint_idx,
 
 namespace {
 
-// Share of a bone's length: a joint with a larger uncertainty may be on either
-// side of its neighbour.
+// Fraction of a bone's length: a joint with a larger uncertainty may be on
+// either side of its neighbour.
 constexpr double kShareOfBone = 0.5;
-// Share of the longest bone. Limbs exceed it; pairs of the face do not: the
-// widest, ear to ear, measures 0.14 m, a thigh 0.45 m.
+// Fraction of the longest bone. Limbs exceed it; bones of the face do not: the
+// longest, ear to ear, measures 0.14 m, a thigh 0.45 m.
 constexpr double kShareOfLimb = 1.0 / 3.0;
 
 // Joints whose reported standard deviation is too large for their bones.
@@ -99,9 +99,9 @@ std::vector<char> FindUnsure(const std::vector<KnownBone>& bones,
       longest_m[end] = std::max(longest_m[end], bone.length_m);
     }
   }
-  // Pairs of the face are shorter than the usual error of its joints. For these
-  // joints, and for joints without a measured bone, the limit is that of the
-  // body's longest bone.
+  // The bones of the face are shorter than the typical error of its joints. For
+  // these joints, and for joints without a measured bone, the limit is that of
+  // the body's longest bone.
   const double any_m = *std::max_element(longest_m.begin(), longest_m.end());
   for (double& length_m : longest_m) {
     if (length_m < kShareOfLimb * any_m) length_m = any_m;

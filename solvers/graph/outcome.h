@@ -15,7 +15,7 @@ namespace kinegraph {
 // Number of views of the chain's frame `k` whose weight makes them inliers.
 int CountInliers(const JointChain& chain, size_t k, double inlier_weight);
 
-// The result of a solve for frames of one joint.
+// One joint's result of a solve, over a range of frames.
 struct JointOutcome {
   StateChain states;
   std::vector<double> weights;  // of the measurements
@@ -57,10 +57,11 @@ struct KnownBone {
 // Marks joints as missing whose position is too uncertain. A joint is unsure
 // when its reported standard deviation, along the worst direction, exceeds half
 // the length of its longest bone. An unsure joint is kept if bones whose
-// estimated length is within a half of the known one connect it to a sure joint
-// or to most of the body. A joint without a covariance, or with no known bone
-// length to compare, is kept. Called once per pose, after WriteJoint, so that
-// every output of a track (JSON, TRC, BVH, glTF, the page) is consistent.
+// estimated length differs from the known length by at most half of it connect
+// the joint to a sure joint or to most of the body. A joint without a
+// covariance, or with no known bone length to compare, is kept. Called once per
+// pose, after WriteJoint, so that every output of a track (JSON, TRC, BVH,
+// glTF, the page) is consistent.
 void DropUnsureJoints(const std::vector<KnownBone>& bones, PersonPose* pose);
 
 }  // namespace kinegraph

@@ -98,8 +98,8 @@ std::vector<PlacedFactor> PlaceUserFactors(const UserFactorSource& source,
     if (user.factor == nullptr || user.states.empty() ||
         user.factor->state_count() != static_cast<int>(user.states.size())) {
       throw OptionError(kWhere, "found " + std::to_string(user.states.size()) +
-                                    " states, expected one for each that the "
-                                    "factor takes");
+                                    " states, expected as many as the factor "
+                                    "depends on");
     }
     PlacedFactor& place = placed.emplace_back();
     place.robustness.loss = user.loss;

@@ -56,16 +56,16 @@ struct Robustness {
 // A user's factor attached to states of a problem.
 struct PlacedFactor {
   std::shared_ptr<const GeneralFactor> factor;
-  std::vector<StateKey> keys;  // of one frame, or of two neighbouring ones
+  std::vector<StateKey> keys;  // in one frame or two consecutive frames
   Robustness robustness;
 
   size_t first_frame() const;
   size_t last_frame() const;
 };
 
-// The factors that `source` returns for a frame, the problem's frame `k`.
-// Throws OptionError for joints or frames that do not exist, and where the
-// number of states does not match the factor.
+// The factors that `source` returns for `frame`, which is frame `k` of the
+// problem. Throws OptionError for joints or frames that do not exist, and where
+// the number of states does not match the factor.
 std::vector<PlacedFactor> PlaceUserFactors(const UserFactorSource& source,
                                            const UserFrame& frame, size_t k,
                                            int joint_count);
@@ -83,11 +83,11 @@ struct GeneralRows {
 // millions of these.
 struct PixelMeasurement {
   Eigen::Vector2d px;
-  // The detector's bias: known part of the difference between its pixel and the
-  // joint's true one in this view.
+  // The detector's bias: known part of the difference between the detected
+  // pixel and the joint's true pixel in this view.
   Eigen::Vector2f bias_px = Eigen::Vector2f::Zero();
   double sigma_px = 1.0;
-  // By the options' noise model, without noise learnt from the recording.
+  // sigma_px by the options' noise model, before noise is learnt.
   double model_sigma_px = 1.0;
   double information = 1.0;  // factor after the loss
   double offset_s = 0.0;     // capture time minus the frame's
@@ -106,8 +106,8 @@ struct StatePrior {
   Matrix6d A = Matrix6d::Identity();
   State x0 = State::Zero();
   State b = State::Zero();
-  // The same with the information of every observation multiplied by the
-  // correction of its loss (InformationCorrection): for covariances.
+  // A for covariances: with the information of every observation multiplied by
+  // the correction of its loss (InformationCorrection).
   Matrix6d A_stated = Matrix6d::Identity();
 };
 
@@ -182,7 +182,8 @@ struct PersonProblem {
 // The states of all joints.
 PersonStates StatesOf(const PersonProblem& problem);
 
-// At the problem's states; false where the factor is undefined.
+// Linearises a placed factor at the problem's states; false where the factor is
+// undefined.
 bool LineariseGeneral(const PlacedFactor& placed, const PersonProblem& problem,
                       GeneralRows* rows);
 
@@ -221,8 +222,8 @@ struct SolveReport {
   int unsettled = 0;
 };
 
-// Gates the measurements in whose views the chain's states have no image, and
-// no others.
+// Gates exactly those measurements in whose views the chain's states have no
+// image.
 void GateMeasurements(JointChain* chain);
 
 // Stores the weights of the measurements at the chain's states, under a stage's
@@ -230,9 +231,9 @@ void GateMeasurements(JointChain* chain);
 void StoreWeights(const SolveStage& stage, JointChain* chain);
 
 // For a solve that ended before it converged, with `step` as its last step.
-// Frames whose state that step still moved by more than 5 cm have no usable
+// Frames whose position moved by 5 cm or more in that step have no usable
 // estimate: the weights of their measurements become 0. Returns the number of
-// such frames.
+// these frames.
 int DoubtUnsettled(const StateChain& step, JointChain* chain);
 
 }  // namespace kinegraph

@@ -32,7 +32,7 @@ std::string DescribeTroubles(const SolveCounts& counts,
   Append(counts.bones_dropped, "continued without bones", &text);
   Append(counts.no_covariance, "have no covariance", &text);
   Append(counts.positions_in_doubt, "joint positions are uncertain", &text);
-  text = "of " + std::to_string(counts.solves) + " solves " + text;
+  text = "of " + std::to_string(counts.solves) + " solves, " + text;
   if (counts.not_converged > 0) {
     text +=
         "; a solve that did not converge stops after graph.max_iterations "
@@ -63,7 +63,7 @@ std::string SolveLedger::NotConverged() const {
   size_t count = 0;
   for (const auto& [first, last] : not_converged_) {
     if (++count > kMost) break;
-    text += (text.empty() ? "a person of frames " : ", one of ") +
+    text += (text.empty() ? "a person in frames " : ", one in ") +
             std::to_string(first) + " to " + std::to_string(last);
   }
   if (not_converged_.size() > kMost) {

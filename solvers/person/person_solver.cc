@@ -142,11 +142,11 @@ void PersonSolver::HandInCounts(int64_t first_frame, int64_t last_frame) {
   const SolveCounts counts = ExtractCounts();
   if (ledger_ != nullptr) ledger_->Add(counts, first_frame, last_frame);
   if (counts.AllWell()) return;
-  const std::string line = "a person of frames " + std::to_string(first_frame) +
+  const std::string line = "a person in frames " + std::to_string(first_frame) +
                            " to " + std::to_string(last_frame) + ": " +
                            DescribeTroubles(counts);
-  // Slow convergence of the reweighting alone is not worth a warning; states
-  // that still move far are.
+  // Slow convergence of the reweighting alone does not deserve a warning;
+  // states that were still moving far do.
   if (counts.positions_in_doubt + counts.not_finite + counts.no_covariance >
       0) {
     LOG(WARNING) << line;

@@ -19,11 +19,11 @@ namespace kinegraph {
 // starting from the states left by DLT or an earlier solve:
 //   SolveJoints  finds the basin, joint by joint: the stages of graduated
 //                non-convexity, by block-tridiagonal elimination
-//   SolveBones   the same with the factors that couple the joints
+//   SolveBones   runs the last stage with the factors that couple the joints
 //   Refine       finds the minimum: one Ceres problem with all factors of the
 //                person, run to convergence
-// With graph.solver = "sweeps" the last does nothing. With graph.start = "dlt"
-// Ceres also performs the first, and the second does nothing.
+// With graph.solver = "sweeps" the last step does nothing. With graph.start =
+// "dlt" Ceres also performs the first step, and the second does nothing.
 class PersonSolver {
  public:
   explicit PersonSolver(const GraphOptions& options);
@@ -33,19 +33,19 @@ class PersonSolver {
   // InformationCorrection of its last loss.
   double correction() const { return correction_; }
 
-  // Gates the measurements at the joints' states and runs `schedule`, each
-  // joint independently. A solve that finds nothing finite keeps its start, and
+  // Gates the measurements at the joints' states and runs `schedule` for each
+  // joint independently. A joint without a finite result keeps its start, and
   // its measurements get no weight.
   void SolveJoints(const SolveSchedule& schedule, PersonProblem* problem);
 
   // Couples the joints by the problem's bones, starting from the independent
-  // estimates, under the last stage's loss. If nothing finite is found, those
-  // estimates are kept and the problem's bones dropped.
+  // estimates, under the last stage's loss. Without a finite result, the
+  // independent estimates are kept and the problem's bones dropped.
   void SolveBones(PersonProblem* problem);
 
-  // Solver ceres: solves the whole problem, including the user's factors, to
-  // convergence under the last stage's loss. If nothing finite is found, the
-  // start is kept.
+  // With graph.solver = "ceres": solves the whole problem, including the user's
+  // factors, to convergence under the last stage's loss. Without a finite
+  // result, the start is kept.
   void Refine(PersonProblem* problem);
 
   // SolveJoints with the schedule of the options, and Refine. With graph.start
@@ -75,7 +75,7 @@ class PersonSolver {
   void HandInCounts(int64_t first_frame, int64_t last_frame);
 
  private:
-  // Whether a solve's result is kept or only is the start of Ceres.
+  // Whether a solve's result is kept or only serves as the start for Ceres.
   enum class Result { kTakenOver, kOnlyAStart };
   // Counts a solve.
   void Note(const SolveReport& report, Result result);
@@ -92,7 +92,7 @@ class PersonSolver {
   ChainSolver chain_solver_;
   BoneSolver bone_solver_;
   CeresSolver ceres_solver_;
-  // Start dlt: for problems without couplings.
+  // With graph.start = "dlt": solves the joints without their couplings.
   CeresSolver ceres_start_;
   std::vector<JointChain*> chains_;  // work space
 };

@@ -1,9 +1,9 @@
 """Writes a small file of every format that an adapter reads, with the libraries
-of the format's own world: samples.py FOLDER
+that usually write this format: samples.py FOLDER
 
-Point n of animal t in frame f of view v stands at x = 1 + 100 v + 10 t + n + f / 8,
-y = 2 x (a point at (0, 0) is none); its score is 1 / (1 + n). Animal 1 is there
-from frame 2 on only, and node 1 of SLEAP's track 0 is missing in frame 3.
+Point n of animal t in frame f of view v is at x = 1 + 100 v + 10 t + n + f / 8,
+y = 2 x (never at (0, 0), which means missing); its score is 1 / (1 + n). Animal 1
+appears in frame 2, and node 1 of SLEAP's track 0 is missing in frame 3.
 """
 
 import json
@@ -71,7 +71,7 @@ def write_deeplabcut(path, view, individuals, shift_px=0.0):
 
 
 def opencap_camera():
-    """Turned by a quarter about z; the translation in mm."""
+    """A camera rotated by 90 degrees about z; the translation is in mm."""
     return {
         "intrinsicMat": np.array([[1300.5, 0, 640.25], [0, 1301.5, 360.75], [0, 0, 1]]),
         "distortion": np.array([[0.1, -0.2, 0.001, -0.002, 0.05]]),
@@ -114,7 +114,7 @@ def main(folder):
         write_sleap(folder / f"session/cam{v}/take.analysis.h5", v, own_order=v == 0)
         write_deeplabcut(folder / f"dlc_one/cam{v}.h5", v, [None])
         write_deeplabcut(folder / f"dlc_two/cam{v}.h5", v, ["a", "b"])
-        for d in range(2):  # two detectors, one of them a little beside
+        for d in range(2):  # two detectors, the second with a small offset
             write_deeplabcut(folder / f"dlc_seeds/s{d}/cam{v}.h5", v, [None], 0.125 * d)
         write_opencap(
             folder / f"opencap/Videos/Cam{v}/cameraIntrinsicsExtrinsics.pickle", 2 + 3 * v

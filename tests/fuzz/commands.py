@@ -3,13 +3,14 @@
 
   tests/fuzz/commands.py [build folder] [runs] [first seed]
 
-A small scene is made and converted into every format that is written; each run
-copies one of these inputs, changes one of its files (bytes, numbers, slices,
-what is known to be hard) and gives it to a command that reads it. A run is wrong
-when it ends by a signal, takes more than 20 s of processor time or 2 GB, has
-another exit code than 0, 1 or 2, more than one error line, or exit code 1
-without "out of memory": bad input is 2. Wrong inputs are kept in
-BUILD/fuzz_commands. Prints counts by command; exit code 1 where one was wrong.
+A small scene is converted into every format that kinegraph writes. Each run
+copies one of these inputs, mutates one of its files (bytes, numbers, slices,
+values that readers often mishandle) and passes it to a command that reads it. A
+run fails if it is ended by a signal, takes more than 20 s of processor time or
+2 GB, has an exit code other than 0, 1 or 2, prints an error line with exit code
+0 or not exactly one with another, leaves a partial file, or has exit code 1
+without "out of memory" (bad input gives 2). Inputs of failed runs are kept in
+BUILD/fuzz_commands. Prints counts by command; exit code 1 if any run failed.
 """
 import collections
 import os
@@ -50,7 +51,7 @@ def program(name):
 
 
 def make(folder):
-    """Inputs by name, of which one is a run's: [(name, path, command)]."""
+    """The inputs: [(name, folder, file name, function from path to commands)]."""
     scene = folder / "scene"
     run = lambda *words: subprocess.run(words, check=True, capture_output=True)
     run(program("synthesize"), f"--config={ROOT}/configs/synthetic/demo.toml",
@@ -98,7 +99,7 @@ def make(folder):
                  f"--out={at}"], capture_output=True)
             if made.returncode == 0:
                 inputs.append((f"{kind} {name}", at.parent, file_name, use))
-    # Side files of tracks.
+    # Side files of tracks, and configuration files.
     beside = folder / "beside"
     beside.mkdir()
     for entry in folder.glob("own*"):
@@ -153,12 +154,12 @@ def mutate(data, chance):
 def limit():
     resource.setrlimit(resource.RLIMIT_CPU, (2 * MOST_S, 2 * MOST_S))
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-    # Half as much again: threads' stacks are counted, too.
+    # More than MOST_BYTES, because the stacks of threads count too.
     resource.setrlimit(resource.RLIMIT_AS, (3 << 30, 3 << 30))
 
 
 def try_once(seed, inputs, folder):
-    """Returns what was run and what was wrong, if anything."""
+    """Returns program, input, exit code, command line, and the fault ("" if none)."""
     chance = random.Random(seed)
     name, source, file_name, use = chance.choice(inputs)
     work = folder / "work"

@@ -1,5 +1,6 @@
 // The entry points of libFuzzer. KINEGRAPH_FUZZ_TARGET names the target ("list"
-// prints them), KINEGRAPH_FUZZ_SEEDS a folder that its seeds are written to.
+// prints all targets), KINEGRAPH_FUZZ_SEEDS a folder to which the target's
+// seeds are written.
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>

@@ -15,8 +15,8 @@
 
 namespace kinegraph::testing {
 
-// A unique temporary name (TMPDIR); whatever exists there is removed on
-// destruction.
+// A temporary path (in TMPDIR) that is unique to this process and `end`;
+// whatever exists there is removed on construction and destruction.
 class TemporaryPath {
  public:
   explicit TemporaryPath(const std::string& end)
@@ -39,7 +39,7 @@ class TemporaryPath {
   const std::filesystem::path path_;
 };
 
-// A file.
+// A file with these bytes.
 class InputFile : public TemporaryPath {
  public:
   explicit InputFile(const std::string& bytes) : TemporaryPath("_file") {
@@ -49,7 +49,7 @@ class InputFile : public TemporaryPath {
 };
 
 // A folder with the files that the bytes list: each begins with a line
-// "=== NAME". Names lead to no place outside.
+// "=== NAME". Files whose name leads outside the folder are ignored.
 class InputFolder : public TemporaryPath {
  public:
   static constexpr const char* kFileMark = "=== ";

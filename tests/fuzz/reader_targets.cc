@@ -19,12 +19,12 @@
 namespace kinegraph::testing {
 namespace {
 
-// An empty name: recognised by content.
+// If `format` is empty, the format is recognised by content.
 template <typename Input>
 bool FuzzCalibration(const std::string& format, const std::string& bytes) {
   CameraReadOptions options;
   if (!format.empty()) options.format = format;
-  options.image_size = {1280, 720};  // of the seeds, which some formats lack
+  options.image_size = {1280, 720};  // the seeds'; some formats do not store it
   return Reading<Input>(
       bytes, [&](const std::string& path) { ReadCameras(path, options); });
 }
@@ -52,8 +52,8 @@ bool FuzzTracks(const std::string& format, const std::string& bytes) {
   });
 }
 
-// Accepted input is written in every format. Our own format must read back
-// without loss.
+// Writes accepted input in every format. What is written in kinegraph's format
+// must be readable.
 bool FuzzRewrittenTracks(const std::string& bytes) {
   return Reading(bytes, [](const std::string& path) {
     const TrackSequence tracks = ReadTracks(path);
@@ -133,8 +133,9 @@ std::vector<FuzzTarget> ReaderTargets() {
       {"rewritten_tracks", FuzzRewrittenTracks},
       {"detections", NamedBy("", FuzzDetections<InputFile>)},
       {"tracks", NamedBy("", FuzzTracks<InputFile>)}};
-  // Written formats are seeds of the two targets above. Adapters run in a
-  // separate process (tests/adapters/adapters_test.py).
+  // Calibration formats that kinegraph writes are seeds of "calibration" and
+  // "calibration_folder". Adapters run in a separate process
+  // (tests/adapters/adapters_test.py).
   for (const CalibrationFormat& format : CalibrationFormats()) {
     if (format.write != nullptr || format.recognise == nullptr) continue;
     targets.push_back({"calibration_" + format.name,

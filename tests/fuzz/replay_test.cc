@@ -1,5 +1,5 @@
-// Replays inputs that once failed, and a few seeded mutations of valid ones, so
-// that every build is tested a little. Long runs use libFuzzer
+// Replays inputs that once failed, and a few seeded mutations of valid inputs,
+// so that every build gets a short fuzz test. Long runs use libFuzzer
 // (docs/robustness.md).
 #include <gtest/gtest.h>
 
@@ -48,11 +48,11 @@ TEST_P(ReplayTest, RegressionInputs) {
   RecordProperty("inputs", count);
 }
 
-// Otherwise mutations of them would test nothing.
+// Mutations of rejected seeds would test little.
 TEST_P(ReplayTest, EveryGoodInputIsRead) {
   const std::vector<std::string> seeds = FuzzSeeds(GetParam());
   EXPECT_FALSE(seeds.empty());
-  std::string refused;  // beginnings of those
+  std::string refused;  // beginnings of the rejected seeds
   size_t read = 0;
   for (const std::string &seed : seeds) {
     if (Target().run(seed)) {
@@ -104,9 +104,9 @@ int64_t NumberFrom(const char *variable, int64_t otherwise) {
 }
 
 // KINEGRAPH_FUZZ_RUNS sets the number of mutations per seed,
-// KINEGRAPH_FUZZ_SEED selects others, and KINEGRAPH_FUZZ_INPUT names a file to
-// which each input is written before it is tried, so that an input that ends
-// the program is kept.
+// KINEGRAPH_FUZZ_SEED selects different mutations, and KINEGRAPH_FUZZ_INPUT
+// names a file to which each input is written before it is tried, so that an
+// input that ends the program is kept.
 TEST_P(ReplayTest, MutationsOfGoodInputs) {
   const std::string &name = GetParam();
   const int64_t count = NumberFrom("KINEGRAPH_FUZZ_RUNS",
@@ -125,8 +125,8 @@ TEST_P(ReplayTest, MutationsOfGoodInputs) {
       }
       const ProcessorTime used;
       Target().run(input);
-      // They are a few kilobytes: milliseconds, a second of a scene under
-      // sanitizers.
+      // Inputs of a few kilobytes take milliseconds; a scene takes a second
+      // under sanitizers.
       ASSERT_LT(used.Seconds(), 5.0);
     }
   }

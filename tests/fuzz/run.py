@@ -1,13 +1,13 @@
 #!/usr/bin/env python3
-"""Fuzzes every target for a while and prints what was found.
+"""Fuzzes every target for a while and prints the findings.
 
-  tests/fuzz/run.py [program] [seconds a target] [folder] [target ...]
+  tests/fuzz/run.py [program] [seconds per target] [folder] [target ...]
 
 `program` is fuzz_targets or fuzz_readers of the preset fuzz (default
-build/fuzz/tests/fuzz/fuzz_targets). FOLDER/corpus/TARGET keeps what grows from
-the seeds, so that a later run goes on; findings go to FOLDER/found/TARGET, what
-libFuzzer says to FOLDER/TARGET.log. As many targets run side by side as there
-are cores. Exit code 1 where something was found.
+build/fuzz/tests/fuzz/fuzz_targets). FOLDER/corpus/TARGET keeps the corpus, with
+which a later run continues; findings go to FOLDER/found/TARGET, libFuzzer's
+output to FOLDER/TARGET.log. As many targets run in parallel as there are cores.
+Exit code 1 if anything was found.
 """
 import concurrent.futures
 import os
@@ -37,7 +37,7 @@ def fuzz(target):
     """The number of inputs tried, and the files of findings."""
     corpus = FOLDER / "corpus" / target
     found = FOLDER / "found" / target
-    # Keeps the input of a target that crashes.
+    # Temporary files; the input of a target that crashes remains here.
     work = (FOLDER / "work").resolve()
     for folder in (corpus, found, work):
         folder.mkdir(parents=True, exist_ok=True)

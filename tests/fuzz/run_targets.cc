@@ -57,7 +57,8 @@ bool FuzzScene(const std::string& bytes) {
   return true;
 }
 
-// The data must be JSON that cannot end the script it stands in.
+// The page's data must be JSON that cannot close the script element that
+// contains it.
 bool MakesPage(const PageInput& input) {
   return Accepts([&] {
     const PageData data = MakePageData(input);
@@ -66,7 +67,7 @@ bool MakesPage(const PageInput& input) {
   });
 }
 
-// A few frames of people with names and places of any kind.
+// A few frames of people with arbitrary names and positions.
 bool FuzzPage(const std::string& bytes) {
   size_t at = 0;
   const auto byte = [&] {
@@ -108,7 +109,7 @@ bool FuzzPage(const std::string& bytes) {
   return MakesPage(input);
 }
 
-// A page of one result with such side files.
+// A page of one result with these side files.
 bool FuzzSideFiles(const std::string& summary, const std::string& doctor) {
   PageInput input;
   PageResult& result = input.results.emplace_back();

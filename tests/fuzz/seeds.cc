@@ -60,7 +60,7 @@ const Sample& SampleWith(const std::string& skeleton) {
   if (!is_new) return at->second;
   SceneOptions options;
   options.people = 1;
-  options.motion.visitors = 0.0;  // there from the first frame on
+  options.motion.visitors = 0.0;  // present from the first frame on
   options.duration_s = 0.12;
   options.skeleton = skeleton;
   Sample& made = at->second;
@@ -94,7 +94,7 @@ std::string OneFileOf(const fs::path& path) {
   return BytesOf(fs::is_directory(path) ? FilesOf(path).begin()->second : path);
 }
 
-// As InputFolder takes it.
+// The files of a folder in the format of InputFolder.
 std::string WholeFolder(const fs::path& folder) {
   std::string listed;
   for (const auto& [name, path] : FilesOf(folder)) {
@@ -146,7 +146,7 @@ std::vector<std::string> WrittenCalibrations(bool folders) {
   return seeds;
 }
 
-// EasyMocap's two files in one, beside those that are written.
+// EasyMocap's two files in one, which no writer creates.
 constexpr const char* kEasymocap =
     "%YAML:1.0\n---\nnames:\n  - \"0\"\nK_0: !!opencv-matrix\n  rows: 3\n"
     "  cols: 3\n  dt: d\n  data: [1000, 0, 500, 0, 1000, 500, 0, 0, 1]\n"

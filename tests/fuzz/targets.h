@@ -1,9 +1,9 @@
-// Fuzz targets: one function per reader (every format of detections and tracks
-// that is read from one file has its own), three that write what was read in
-// every format, one for scenes and one for the page's data. Each takes any
-// bytes and returns whether they were valid; invalid input must be rejected
-// with InputError or OptionError. Anything else ends the program, which the
-// fuzzer reports.
+// Fuzz targets: one per reader and per format of detections and tracks, three
+// that write accepted input in every format, one that runs the pipeline on a
+// scene, and some for the page's data and side files. Each accepts any bytes
+// and returns whether they were valid; invalid input must be rejected with
+// InputError or OptionError. Anything else ends the program, which the fuzzer
+// reports.
 #ifndef KINEGRAPH_TESTS_FUZZ_TARGETS_H_
 #define KINEGRAPH_TESTS_FUZZ_TARGETS_H_
 
@@ -29,8 +29,7 @@ std::vector<FuzzTarget> RunTargets();
 // Throws std::out_of_range for an unknown name.
 const FuzzTarget& FindFuzzTarget(const std::string& name);
 
-// Good inputs of a target, from the project's own writers or written by hand;
-// none where only other programs write the format.
+// Valid inputs of a target, from the project's own writers or written by hand.
 std::vector<std::string> FuzzSeeds(const std::string& target);
 
 }  // namespace kinegraph::testing

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""Rules that the build cannot keep, asserted on the sources themselves.
+"""Checks rules on the sources that the build cannot enforce.
 
-Who may use which library of the project is the build's (kinegraph_library).
-Exit code 1 and a line for each rule that is broken.
+The build itself enforces which library may use which (kinegraph_library).
+Prints a line for each violation; exit code 1 if there are any.
 """
 import pathlib
 import re
@@ -15,34 +15,34 @@ INCLUDE = re.compile(r'\s*#\s*include\s*[<"]([^>"]+)[>"]')
 # rule, and a violation (file, line) that tests the rule.
 INCLUDES = [
     (r"(ceres|suitesparse)/.*|cholmod.*\.h|umfpack\.h|SuiteSparse.*",
-     ["solvers"], "Ceres and SuiteSparse are seen by solvers alone",
+     ["solvers"], "only solvers may include Ceres and SuiteSparse",
      ("core/data/x.h", "#include <ceres/ceres.h>")),
-    (r"gflags/.*", ["apps"], "gflags is for apps alone",
+    (r"gflags/.*", ["apps"], "only apps may include gflags",
      ("core/data/x.h", "#include <gflags/gflags.h>")),
     (r"toml\+\+/.*|toml\.hpp|simdjson.*|yaml-cpp/.*",
-     ["core/io"], "format libraries are for core/io alone",
+     ["core/io"], "only core/io may include format libraries",
      ("core/tracking/x.cc", '#include "simdjson.h"')),
     (r"nlohmann/.*", ["core/io", "apps"],
-     "JSON is read by core/io alone, and written by it and by commands",
+     "only core/io may read JSON; only core/io and apps may write it",
      ("solvers/x.cc", "#include <nlohmann/json.hpp>")),
-    (r"fstream|filesystem", ["core/io"], "files are touched by core/io alone",
+    (r"fstream|filesystem", ["core/io"], "only core/io may access files",
      ("apps/x.cc", "#include <filesystem>")),
     (r"iostream", ["apps"], "the library does not print",
      ("core/data/x.cc", "#include <iostream>")),
     (r"(sys/.*|unistd|fcntl|poll|spawn|dirent|termios|dlfcn|glob|pwd|pthread|"
      r"sched|signal)\.h|sys/.*|csignal", ["core/system"],
-     "the operating system is known to core/system alone",
+     "only core/system may use the operating system",
      ("apps/x.cc", "#include <sys/stat.h>")),
-    (r"tests/.*", [], "tests are used by tests alone",
+    (r"tests/.*", [], "only tests may include tests",
      ("core/data/x.h", '#include "tests/support/y.h"')),
 ]
-# The same for patterns in other lines.
+# The same for patterns in lines that are not includes.
 WORDS = [
     (r"\b(FLAGS_\w+|(DEFINE|DECLARE)_(bool|int32|uint32|int64|uint64|double|"
-     r"string)\b)", ["apps"], "flags are for apps alone",
+     r"string)\b)", ["apps"], "only apps may use flags",
      ("solvers/window/x.cc", "  if (FLAGS_threads > 1) {")),
     (r"\b(fopen|freopen)\s*\(", ["core/io"],
-     "files are touched by core/io alone",
+     "only core/io may access files",
      ("solvers/x.cc", '  FILE* file = fopen(name, "r");')),
     (r"\bstd::(cout|cerr)\b|\b(printf|puts|fprintf)\s*\(", ["apps"],
      "the library does not print", ("core/data/x.cc", '  std::printf("%d", x);')),
@@ -58,7 +58,7 @@ TYPE = re.compile(r"^(?:struct|class|enum class) (\w+)(?: final)?"
 
 
 def folder_of(path):
-    """core/geometry of core/geometry/camera.h; solvers and apps are one each."""
+    """core/geometry for core/geometry/camera.h; solvers and apps as a whole."""
     parts = path.split("/")
     return "/".join(parts[:2]) if parts[0] == "core" else parts[0]
 
@@ -73,7 +73,7 @@ def broken_by(path, line):
 
 
 def included_by(path, found):
-    """What a source includes, directly or not, into the set `found`."""
+    """Adds all headers that a source includes, directly or not, to the set `found`."""
     for name in INCLUDE.findall((ROOT / path).read_text()):
         if name not in found:
             found.add(name)
@@ -122,7 +122,7 @@ def check_builds():
         text = re.sub(r'source MATCHES "_avx\w+[^"]*"\)\s*'
                       r"list\(APPEND options -mavx\w+\)", "", file.read_text())
         if "-march=" in text or "-mavx" in text:
-            yield f"{file} asks for the machine's own instructions"
+            yield f"{file} selects the instruction set of the build machine"
 
 
 def main():

@@ -21,7 +21,8 @@ def expected(code):
 
 
 def alike(said, printed):
-    """The same words, numbers within two per cent; a comment may be longer."""
+    """Whether words are equal and numbers differ by at most two per cent; a comment may
+    be longer."""
     words = NUMBER.sub("#", said).split()
     found = NUMBER.sub("#", printed).split()
     if [w.rstrip(":;") for w in words[: len(found)]] != found:
@@ -33,14 +34,14 @@ def alike(said, printed):
 
 
 def code_of(page):
-    """The first block of Python."""
+    """The first block of Python code on a page."""
     with open(os.path.join(SOURCE, page)) as file:
         return re.search(r"```python\n(.*?)```", file.read(), re.S).group(1)
 
 
 @contextlib.contextmanager
 def scene(*settings):
-    """Runs in a folder with the demo's scene in out/scene."""
+    """Changes to a temporary folder with the demo's scene in out/scene."""
     before = os.getcwd()
     with tempfile.TemporaryDirectory() as folder:
         os.chdir(folder)

@@ -69,9 +69,10 @@ class Examples(unittest.TestCase):
         self.assert_picture(angles)
         last = text.splitlines()[-1].split()
         self.assertEqual(last[0], "all")
-        # Stated 95 %. The covariances leave out that bones tie joints together,
-        # which widens the intervals: 97.6 % of the demo's are held. A few
-        # people's errors are alike over seconds, so a short take may miss more.
+        # The nominal coverage is 95 %. The covariances ignore that bones connect
+        # joints, which widens the intervals: the demo's coverage is 97.6 %. Errors
+        # of a few people are correlated over seconds, so the coverage of a short
+        # recording may be lower.
         self.assertGreater(float(last[1]), 90.0, text)
 
     def test_smoothers(self):
@@ -112,7 +113,7 @@ class OpenSim(unittest.TestCase):
         return names, trees, trc
 
     def test_files_fit_the_trc_and_each_other(self):
-        # Feet add heels and two toes a side, and BODY_25 a neck.
+        # Feet add a heel and two toes per side, and BODY_25 a neck.
         for skeleton, count in (("coco17", 13), ("body25", 20)):
             with tempfile.TemporaryDirectory() as folder:
                 names, trees, trc = self.setup_of(skeleton, folder)
@@ -136,6 +137,6 @@ class OpenSim(unittest.TestCase):
 
 if __name__ == "__main__":
     if importlib.util.find_spec("matplotlib") is None:
-        print("SKIPPED: python3-matplotlib is not there")
+        print("SKIPPED: python3-matplotlib is not installed")
     else:
         unittest.main()

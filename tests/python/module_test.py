@@ -1,4 +1,5 @@
-"""The module against the commands: the same bits; bad input: the same line."""
+"""Compares the module with the commands: results are identical bit by bit, and bad
+input gives the same one-line message."""
 
 import ast
 import copy
@@ -47,7 +48,7 @@ class Module(unittest.TestCase):
         return os.path.join(self.folder.name, name)
 
     def views_of(self, k):
-        """The arrays of a frame, one a view."""
+        """The arrays of a frame, one per view."""
         return [self.detections.view(k, v) for v in range(len(self.cameras))]
 
     def window(self, **changes):
@@ -301,7 +302,7 @@ class Module(unittest.TestCase):
         for strategy in ("raw_dlt", "butterworth", "rts"):
             tracks = frozen.smooth(strategy)
             scores = kg.evaluate(tracks, self.truth)
-            # The scene's noise is a few pixels at metres: centimetres.
+            # Noise of a few pixels at a distance of metres gives centimetres.
             self.assertLess(scores["mpjpe_m"], 0.1, strategy)
         with self.assertRaisesRegex(kg.InputError, "strategy: found 'kalmann'"):
             frozen.smooth("kalmann")
@@ -318,7 +319,7 @@ class Module(unittest.TestCase):
             kg.evaluate(tracks, self.truth, "pcp")
 
     def retimed(self, name, **changes):
-        """The truth's lines with every frame's record changed."""
+        """The truth with changed frame numbers, times and axes, from a new file."""
         with open(self.in_take("truth.jsonl")) as lines:
             header, *frames = map(json.loads, lines)
         header["frame_rate"] *= changes.get("rate", 1)

@@ -28,7 +28,7 @@ def run(*command, **more):
 def main():
     for needed in ("pip", "venv", "ensurepip", "setuptools", "wheel", "numpy"):
         if importlib.util.find_spec(needed) is None:
-            print(f"SKIPPED: python3-{needed} is not there")
+            print(f"SKIPPED: python3-{needed} is not installed")
             return
     apps = pathlib.Path(os.environ["KINEGRAPH_APPS"])
     with tempfile.TemporaryDirectory() as name:
@@ -64,8 +64,8 @@ def main():
         for result in ("module.jsonl", "command.jsonl"):
             lines = (folder / result).read_text(encoding="utf-8").splitlines()
             frames.append(lines[1:])
-        assert len(frames[0]) > 10, "hardly a frame"
-        assert frames[0] == frames[1], "other results than the command's"
+        assert len(frames[0]) > 10, "too few frames"
+        assert frames[0] == frames[1], "results differ from the command's"
 
 
 main()

@@ -38,7 +38,7 @@ def mypy(text, folder):
 
 
 if importlib.util.find_spec("mypy") is None:
-    print("SKIPPED: mypy is not there")
+    print("SKIPPED: mypy is not installed")
 else:
     with tempfile.TemporaryDirectory() as folder:
         right = mypy(USE, folder)

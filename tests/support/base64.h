@@ -1,4 +1,4 @@
-// Base64 (RFC 4648) back into bytes.
+// Decodes Base64 (RFC 4648).
 #ifndef KINEGRAPH_TESTS_SUPPORT_BASE64_H_
 #define KINEGRAPH_TESTS_SUPPORT_BASE64_H_
 

@@ -31,7 +31,7 @@ bool Browser::IsInstalled() {
 }
 
 Browser::Browser(const Screen& screen) {
-  signal(SIGPIPE, SIG_IGN);  // a browser that died is an error of write()
+  signal(SIGPIPE, SIG_IGN);  // if the browser dies, write() reports an error
   const std::string folder = profile_.path().string();
   const std::string answers = folder + "/answers";
   if (mkfifo(answers.c_str(), 0600) != 0) Fail("cannot make a pipe");
@@ -69,7 +69,7 @@ Browser::~Browser() {
     session_.clear();
     Call("Browser.close");
   } catch (const std::runtime_error&) {
-    // It ends when its input does, or by the limit of time.
+    // The browser ends when its input is closed, or at the time limit.
   }
   close(from_browser_);
   pclose(to_browser_);  // waits for its end
@@ -87,7 +87,7 @@ Json Browser::Receive() {
     if (poll(&wait, 1, kAnswerTimeoutMs) <= 0) Fail("no answer");
     char buffer[1 << 16];
     const ssize_t count = read(from_browser_, buffer, sizeof(buffer));
-    if (count <= 0) Fail("it ended");
+    if (count <= 0) Fail("ended unexpectedly");
     received_.append(buffer, static_cast<size_t>(count));
   }
 }
@@ -99,7 +99,7 @@ int Browser::Send(const std::string& method, const Json& parameters) {
   const std::string text = message.dump();
   // The closing zero is part of the message.
   fwrite(text.c_str(), 1, text.size() + 1, to_browser_);
-  if (fflush(to_browser_) != 0) Fail("it does not listen");
+  if (fflush(to_browser_) != 0) Fail("does not accept messages");
   return id;
 }
 
@@ -262,7 +262,7 @@ void Browser::Tap(PagePoint at) {
     TouchAt("touchEnd", {});
     if (WaitFor("window.tapped", 3.0)) return;
   }
-  Fail("no click came of five taps");
+  Fail("five taps caused no click");
 }
 
 void Browser::SaveScreenshot(const std::string& path) {

@@ -19,7 +19,7 @@ struct Screen {
   int width = 1400;
   int height = 1000;
   double pixel_ratio = 1.0;
-  bool is_phone = false;  // a viewport as phones have it, and touch
+  bool is_phone = false;  // with touch input and the viewport of a phone
 };
 
 struct PagePoint {
@@ -53,7 +53,7 @@ class Browser {
   PagePoint MiddleOf(const std::string& selector);
   void Click(PagePoint at);
   void Click(const std::string& selector) { Click(MiddleOf(selector)); }
-  // With a button held, "left" or "right".
+  // Moves the mouse with a button held, "left" or "right".
   void DragMouse(PagePoint from, PagePoint to,
                  const std::string& button = "left");
   // Positive: scrolls down.
@@ -89,7 +89,7 @@ class Browser {
   TemporaryFolder profile_;
   FILE* to_browser_ = nullptr;
   int from_browser_ = -1;
-  std::string received_;  // of a message that is not complete yet
+  std::string received_;  // beginning of an incomplete message
   std::string session_;
   int last_id_ = 0;
   bool loaded_ = false;

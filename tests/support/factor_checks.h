@@ -47,7 +47,7 @@ inline Evaluation Evaluate(const ceres::CostFunction& factor,
   return result;
 }
 
-// Largest difference of two matrices over the larger one's scale.
+// Largest difference of two matrices, divided by their largest entry (or by 1).
 inline double RelativeError(const Eigen::MatrixXd& a,
                             const Eigen::MatrixXd& b) {
   const double scale =
@@ -81,7 +81,7 @@ inline void ExpectNumericJacobians(const ceres::CostFunction& factor,
   }
 }
 
-// `twin` computes the same by automatic differentiation: equal to rounding.
+// `twin` is the factor by automatic differentiation: equal up to rounding.
 inline void ExpectSameAsTwin(const ceres::CostFunction& factor,
                              const ceres::CostFunction& twin,
                              const Blocks& blocks) {

@@ -109,8 +109,8 @@ inline ProgramOutcome RunOnFullDisk(const std::string& folder,
 // A command that runs beside the test.
 class RunningProgram {
  public:
-  // `arguments` begin with the program; the others are files that become its
-  // standard streams.
+  // `arguments` begin with the program; the other parameters are files that
+  // become its standard streams.
   RunningProgram(const std::vector<std::string>& arguments,
                  const std::string& errors_path,
                  const std::string& input = "/dev/null",

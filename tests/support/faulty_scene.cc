@@ -36,7 +36,7 @@ Scene SceneOf(const SceneOptions& scene, const FaultySceneOptions& options) {
                           scene.motion.min_distance_m, options.seed}));
 }
 
-// Observations with drifting clocks: each second with the offsets at its start.
+// Observations with drifting clocks: the offsets change once per second.
 DetectionSequence ObserveDrifting(const Scene& scene,
                                   const std::vector<double>& drift,
                                   NoiseOptions noise) {
@@ -84,7 +84,7 @@ FaultyScene MakeFaultyScene(const FaultySceneOptions& options) {
   noise.tell_times = false;
   FaultyScene result;
   result.scene = SceneOf(scene, options);
-  // Real rigs are uneven: each camera stands a little off its place.
+  // Real rigs are uneven: each camera is moved a little.
   Random random(options.seed * 7919 + 13);
   for (Camera& camera : result.scene.cameras) {
     // Drawn in separate statements, because compilers evaluate arguments in

@@ -35,11 +35,11 @@ struct FaultySceneOptions {
   double noise_px = 2.0;
   std::string skeleton = "coco17";
   std::vector<double> distortion;  // of the lenses, as MakeLens takes it
-  // One per view; not included in the times.
+  // One per view; the stated capture times do not include it.
   std::vector<double> clock_offset_s;
   std::vector<double> clock_drift;  // one per view [s/s], likewise
-  // Uneven rings: even ones look alike from every camera, so that images could
-  // not distinguish them.
+  // Uneven rings: an even ring looks alike from every camera, so that images
+  // could not distinguish the cameras.
   double arc_deg = 290.0;
   // Tracks files whose people replace simulated ones, each with a position and
   // rotation drawn from `seed`, and the times of their first frames (0 if not
@@ -57,19 +57,20 @@ struct FaultyScene {
 // A scene with Gaussian pixel noise, 2 % outliers and 3 % missing joints.
 FaultyScene MakeFaultyScene(const FaultySceneOptions& options);
 
-// Lasting offsets: one per person, joint and view, drawn from `seed`, 10 mm in
-// the median and 35 mm at 90 % (log-normal) times `scale`, at the person's
-// depth. Real detectors have such offsets (docs/doctor.md).
+// Adds persistent detector biases: one per person, joint and view, drawn from
+// `seed` (log-normal, median 10 mm, 90th percentile 35 mm) times `scale`, at
+// the person's depth. Real detectors have such biases (docs/doctor.md).
 void AddLastingOffsets(uint64_t seed, double scale, FaultyScene* scene);
 
-// `camera` turned by `degrees` about a direction drawn from `seed`.
+// `camera` rotated by `degrees` about a direction drawn from `seed`.
 Camera Turned(const Camera& camera, double degrees, uint64_t seed);
-// With another image centre, or focal length times `factor`.
+// `camera` with its principal point shifted, or its focal length multiplied by
+// `factor`.
 Camera Shifted(const Camera& camera, double x_px, double y_px);
 Camera Magnified(const Camera& camera, double factor);
-// Without its lens terms, as if omitted.
+// `camera` without lens distortion, as if the terms had been omitted.
 Camera WithoutLens(const Camera& camera);
-// With other extrinsics.
+// `camera` with other extrinsics.
 Camera WithExtrinsics(const Camera& camera, const Eigen::Matrix3d& R,
                       const Eigen::Vector3d& t);
 

@@ -1,4 +1,4 @@
-// A camera of OpenCap's as Python pickles it, in Base64.
+// An OpenCap camera, pickled by Python, in Base64.
 #ifndef KINEGRAPH_TESTS_SUPPORT_OPENCAP_PICKLES_H_
 #define KINEGRAPH_TESTS_SUPPORT_OPENCAP_PICKLES_H_
 
@@ -27,7 +27,7 @@ inline constexpr const char* kOpencapProtocol2 =
     "JBbmdsZXNxO2gCaANLAIVxPGgJh3E9UnE+KEsBSwNLAYZxP2gQiWgFWBkAAAAAAAAAAAAA"
     "AAAAAAAAAAAAAAAAAAAAw7g/cUBoB4ZxQVJxQnRxQ2J1Lg==";
 
-// The same in protocol 5, which stores arrays as buffers.
+// The same camera in protocol 5, which stores arrays as buffers.
 inline constexpr const char* kOpencapProtocol5 =
     "gAWVBgIAAAAAAAB9lCiMDGludHJpbnNpY01hdJSMEm51bXB5LmNvcmUubnVtZXJpY5SMC19m"
     "cm9tYnVmZmVylJOUKJZIAAAAAAAAAAAAAAAAUpRAAAAAAAAAAAAAAAAAAAKEQAAAAAAAAAAA"

@@ -1,5 +1,5 @@
 // Checks TRC files by the rules of OpenSim's reader, which is stricter than
-// ours.
+// kinegraph's.
 #ifndef KINEGRAPH_TESTS_SUPPORT_OPENSIM_TRC_H_
 #define KINEGRAPH_TESTS_SUPPORT_OPENSIM_TRC_H_
 

@@ -36,7 +36,8 @@ DetectionFrame FrameSeenBy(const CameraRig& rig, int64_t frame,
 DetectionSequence SeenBy(const CameraRig& rig, int frames,
                          const std::function<std::vector<Pose3d>(int)>& people);
 
-// The same as an observation for triangulation.
+// The exact projection of a pose into view `view_idx`, as an observation for
+// triangulation.
 Observation Observe(const Pose3d& pose, const CameraRig& cameras, int view_idx,
                     int detection_idx = 0);
 

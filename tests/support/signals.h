@@ -65,7 +65,7 @@ inline Eigen::MatrixXd Wiggle(int count) {
   return values;
 }
 
-// Zeros and a one at `place`, or ones from there on.
+// Zeros, with a one at `place` (Impulse) or ones from `place` on (Step).
 inline Eigen::MatrixXd Impulse(int count, int place) {
   Eigen::MatrixXd values = Eigen::MatrixXd::Zero(count, 1);
   values(place, 0) = 1.0;

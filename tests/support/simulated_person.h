@@ -15,8 +15,8 @@
 namespace kinegraph::testing {
 
 // `count` cameras around the origin at height 1 m, looking at it; images of
-// 2000 x 2000 px. With a radius and focal length of 1e8 the camera is affine to
-// within 1e-8 of the image size.
+// 2000 x 2000 px. With a radius of 1e8 m the cameras are affine to within 1e-8
+// of the image size.
 CameraRig RingOfCameras(int count, double radius_m, double focal_px,
                         bool with_lens = false);
 
@@ -27,7 +27,7 @@ GraphOptions FixedNoise();
 // Shoulder, elbow and wrist with two bones.
 Skeleton SmallSkeleton();
 
-// That skeleton before these cameras.
+// A scene with SmallSkeleton and these cameras.
 SceneModel SmallScene(CameraRig cameras, double frame_rate_hz);
 
 struct SimulatedNoise {
@@ -69,15 +69,15 @@ std::vector<std::vector<State>> MotionFromPrior(const SceneModel& scene,
 std::vector<std::vector<State>> WalkingMotion(const SceneModel& scene,
                                               int frame_count);
 
-// Detections of that motion in every camera; sigmas follow the noise model of
-// `options`. The initial pose is the least-squares point of all rays including
-// outliers, worse than that of the tracker.
+// Detections of the motion `truth` in every camera; sigmas follow the noise
+// model of `options`. The initial pose is the least-squares point of all rays
+// including outliers, so it is worse than the tracker's.
 SimulatedRecording Simulate(const SceneModel& scene,
                             const GraphOptions& options,
                             std::vector<std::vector<State>> truth,
                             const SimulatedNoise& noise,
                             const Eigen::Vector3d& centre, Random* random);
-// The same around the origin with random numbers from `seed`.
+// Simulate() around the origin with random numbers from `seed`.
 SimulatedRecording Simulate(const SceneModel& scene,
                             const GraphOptions& options,
                             std::vector<std::vector<State>> truth,
@@ -95,7 +95,7 @@ std::unique_ptr<Estimator> MakeEstimator(bool batch, const SceneModel& scene,
 std::vector<FinalPose> Run(Estimator* estimator,
                            const std::vector<EstimatorFrame>& frames);
 
-// Distance [m] of two places of a joint.
+// Distance [m] between two positions of a joint.
 inline double Apart(const Joint3d& a, const Joint3d& b) {
   return (a.position_m - b.position_m).norm();
 }

@@ -40,7 +40,7 @@ class PosedPerson {
   }
   void Remove(const std::string& joint) { pose_.joints[Index(joint)] = {}; }
 
-  // Turns joints about an axis through the first of them, by the right hand.
+  // Rotates joints about an axis through the first of them (right-hand rule).
   void Turn(const std::vector<std::string>& joints, double deg,
             const Eigen::Vector3d& axis) {
     TurnAbout(At(joints.front()), joints, deg, axis);

@@ -1,5 +1,5 @@
-// A person who walks in a circle before four cameras, and a recording set up
-// from their detections, to which a test adds a fault. Matches are known.
+// A person who walks in a circle before four cameras, and the resulting
+// recording, to which a test adds a fault. Matches are known.
 #ifndef KINEGRAPH_TESTS_SUPPORT_WALKERS_ROOM_H_
 #define KINEGRAPH_TESTS_SUPPORT_WALKERS_ROOM_H_
 
@@ -13,7 +13,7 @@
 
 namespace kinegraph::testing {
 
-// On a circle of 1 m at 1 m/s, 25 frames a second.
+// A person on a circle of 1 m at 1 m/s, 25 frames per second.
 inline Pose3d WalkerOnARound(int frame) {
   return StandingPerson(std::cos(0.04 * frame), std::sin(0.04 * frame));
 }

@@ -1,4 +1,4 @@
-"""kinegraph-adapters: prints files of other programs as our own JSON Lines.
+"""kinegraph-adapters: prints files of other programs as kinegraph's JSON Lines.
 
     kinegraph-adapters FILE                its content, on standard output
     kinegraph-adapters --recognise FILE    kind and format; nothing if unknown
@@ -8,8 +8,8 @@
 
 --format=NAME specifies the format of FILE. The user's options are passed as --joints=N
 (of detections.skeleton), --first_frame=N and --frame_rate=HZ. KINEGRAPH_ADAPTERS is a
-folder with programs of the user, which are tried after ours. Exit code 2: the file
-cannot be read, and one line on standard error gives the reason.
+folder with programs of the user, which are tried after the adapters listed by --list.
+Exit code 2: the file cannot be read, and one line on standard error gives the reason.
 """
 
 from __future__ import annotations
@@ -117,7 +117,7 @@ def read(path, name, options):
     if not name:
         found = recognise(path)
         if found is None:
-            raise Refusal(path, "", "is no format that an adapter knows")
+            raise Refusal(path, "", "has a format that no adapter can read")
         name = found[1]
     if os.path.isabs(name):  # a user's program
         os.execv(name, [name, *(a for a in sys.argv[1:] if not a.startswith("--format="))])
@@ -170,11 +170,11 @@ def main():
         sys.exit(
             fail(
                 f"needs Python's {error.name}: apt-get install python3-{error.name}, or "
-                "in an environment of Python pip install 'kinegraph[files]'"
+                "in a virtual environment pip install 'kinegraph[files]'"
             )
         )
     except MemoryError:
-        sys.exit(fail("asks for more memory than its bytes can stand for"))
+        sys.exit(fail("requires more memory than its size justifies"))
     except (Refusal, Usage, OSError, ValueError) as error:
         sys.exit(fail(str(error)))
 

@@ -24,7 +24,7 @@ def recognise(path):
 
 
 def numbers(path, place, value, rows, columns):
-    """Rows of numbers; [[x], [y]] and [x, y] alike if there is one column."""
+    """Rows of numbers; a single column may be [[x], [y]] or [x, y]."""
     if columns == 1 and isinstance(value, list):
         value = [row if isinstance(row, list) else [row] for row in value]
     is_matrix = (
@@ -44,7 +44,7 @@ def read(path, options):
     try:
         scene = json.loads(path.read_bytes())
     except (ValueError, RecursionError) as error:
-        raise Refusal(path, "", "is no JSON") from error
+        raise Refusal(path, "", "is not valid JSON") from error
     listed = scene.get("cameras") if isinstance(scene, dict) else None
     if not isinstance(listed, list):
         raise Refusal(path, "cameras", "expected a list")

@@ -1,4 +1,4 @@
-"""Converts arrays of detections to JSON: fast, and numbers read back bit by bit."""
+"""Converts arrays of detections to JSON: fast, and so that numbers read back exactly."""
 
 from __future__ import annotations
 

@@ -1,12 +1,12 @@
 """Caliscope's points: xy_TRACKER.csv (or xy.csv), one table of the whole recording, one
 row per point: sync_index, cam_id (port in older versions), keypoint_id (point_id),
 img_loc_x, img_loc_y [px], and optionally object_id and frame_time [s]. If the table has
-no times, those of timestamps.csv or frame_time_history.csv beside it are used. Views are
-cam_0, cam_1, ... by camera; frames are the indices of synchronised images.
+no times, those of timestamps.csv or frame_time_history.csv in the same folder are used.
+Views are cam_0, cam_1, ... by camera; frames are the indices of synchronised images.
 
 In a session's folder the only table of its recordings is read or, if these have none,
-the only other one in the folder. Views of cameras that the session ignores or has not
-placed are then omitted."""
+the only other table in the folder. Views of cameras that the session ignores or has not
+calibrated are then omitted."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def tables_below(folder, depth):
 
 
 def tables_of(path):
-    """Tables of a session's recordings, else others in its folder."""
+    """Tables of a session's recordings; if there are none, other tables in its folder."""
     if not path.is_dir():
         return [path]
     depth = 4  # SESSION/calibration/extrinsic/TRACKER
@@ -60,8 +60,8 @@ def table_of(path):
     if len(tables) > 1:
         names = ", ".join(os.path.relpath(table, path) for table in tables)
         raise Refusal(
-            path, "", f"has several tables of points: give one of them ({names}) as "
-            "detections"
+            path, "", f"contains several tables of points, pass one of them as detections: "
+            f"{names}"
         )  # fmt: skip
     return tables[0]
 
@@ -81,7 +81,7 @@ def recognise(path):
 
 
 def unused_cameras(session):
-    """Cameras that a session ignores or has not placed."""
+    """Cameras that a session ignores or has not calibrated."""
     import tomllib
 
     for name in ("camera_array.toml", "config.toml"):

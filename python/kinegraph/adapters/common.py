@@ -1,4 +1,4 @@
-"""Shared by the adapters: errors, limits, and our own JSON Lines."""
+"""Shared by the adapters: errors, limits, and kinegraph's JSON Lines."""
 
 from __future__ import annotations
 
@@ -81,7 +81,7 @@ def _plain(value):
 
 
 def header(views, skeleton, frame_rate=None, frames=None):
-    """First line of detections. skeleton: name of a built-in one, or
+    """First line of detections. skeleton: name of a built-in skeleton, or
     {"joints": labels in any spelling, "bones": pairs of indices, optional}."""
     return line(
         {

@@ -34,14 +34,14 @@ def column_names(sets):
     )
     if not is_table:
         sets.fail(
-            TABLE, "expected the names of columns as DeepLabCut's pandas writes them"
+            TABLE, "expected column names as DeepLabCut writes them with pandas"
         )
     lengths = {len(column) for column in names}
     if lengths - {3, 4}:
         sets.fail(
             TABLE,
-            f"found a column of {max(lengths - {3, 4})} names, expected scorer, bodypart "
-            "and coord",
+            f"found a column with {max(lengths - {3, 4})} names, expected scorer, "
+            "bodypart and coord",
         )
     if len(lengths) == 2:
         sets.fail(TABLE, "some columns name an individual and some do not")
@@ -77,14 +77,14 @@ def read(path, options):
     with opened(path) as sets:
         if not sets.has(TABLE):
             sets.fail(
-                "", "has no df_with_missing/table, expected DeepLabCut's predictions as "
-                "it writes them (pandas' format='table')"
+                "", "has no df_with_missing/table, expected predictions as written by "
+                "DeepLabCut (pandas' format='table')"
             )  # fmt: skip
         table = sets.set(TABLE)
         if table.attrs.get("index_kind", b"") not in (b"integer", "integer"):
             sets.fail(
-                TABLE, "has no frame numbers, expected DeepLabCut's predictions of a "
-                "video (labels of pictures are CSV)"
+                TABLE, "has no frame numbers, expected DeepLabCut's predictions for a "
+                "video (labels of images are read as CSV)"
             )  # fmt: skip
         fields = table.dtype.fields or {}
         for field in ("index", "values_block_0"):
@@ -101,7 +101,7 @@ def read(path, options):
         if values.shape[1] != len(names) and len(rows) > 0:
             sets.fail(
                 TABLE,
-                f"has {values.shape[1]} numbers a frame, and {len(names)} names of columns",
+                f"has {values.shape[1]} numbers per frame, but {len(names)} column names",
             )
         labels, places = places_of(sets, names)
         if not ((frames >= 0) & (frames <= MAX_FRAME)).all():
@@ -115,7 +115,7 @@ def read(path, options):
     there = np.isfinite(points).all(axis=3)
     numbers = frames.astype(int).tolist()
     for r in order:
-        # All individuals, seen or not: their indices match those of other detectors.
+        # All individuals, seen or not, so that indices match those of other detectors.
         people = [
             {"joints": [p if t else None for p, t in zip(person, is_there)]}
             for person, is_there in zip(points[r].tolist(), there[r].tolist())

@@ -45,7 +45,7 @@ def read(path, options):
         array = np.load(path, mmap_mode="r", allow_pickle=False)
     except (ValueError, OSError, EOFError) as error:
         raise Refusal(
-            path, "", "has fewer bytes than it states, or is no array; " + EXPECTED
+            path, "", "is truncated, or is not an array; " + EXPECTED
         ) from error
     if array.ndim != 4:
         raise Refusal(path, "", f"has {array.ndim} dimensions, expected 4")
@@ -59,12 +59,12 @@ def read(path, options):
             known = ", ".join(f"{n} ({s})" for n, s in SKELETONS.items())
             raise Refusal(
                 path, "points", f"found {points} joints, expected {known}; "
-                "detections.skeleton names other skeletons"
+                "set detections.skeleton for other skeletons"
             )  # fmt: skip
         joints = 33 if skeleton == "mediapipe33" else points
     elif joints > points:
         raise Refusal(
-            path, "", f"has {points} points, expected the {joints} of detections.skeleton"
+            path, "", f"has {points} points, expected {joints} as in detections.skeleton"
         )
     else:
         skeleton = {"joints": [f"point_{j}" for j in range(joints)]}

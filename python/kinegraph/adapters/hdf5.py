@@ -28,7 +28,7 @@ def opened(path):
     try:
         file = h5py.File(path, "r")
     except OSError as error:
-        raise Refusal(path, "", "is no HDF5 file, or damaged") from error
+        raise Refusal(path, "", "is not an HDF5 file, or is damaged") from error
     with file:
         try:
             yield Sets(path, file)
@@ -59,14 +59,14 @@ class Sets:
         link = self._file.get(name, getlink=True)
         found = self._file[name] if not isinstance(link, h5py.ExternalLink) else None
         if not isinstance(found, h5py.Dataset) or found.external or found.is_virtual:
-            self.fail(name, "is no data set of this file")
+            self.fail(name, "is not a data set in this file")
         stored = min(found.id.get_storage_size(), self._file.id.get_filesize())
         held = found.size * found.dtype.itemsize
         if held > most_bytes(stored) or (found.size > 0 and stored == 0):
             self.fail(
                 name,
-                f"has {found.size} entries, but only {stored} bytes are stored of "
-                "them, too few for a recording",
+                f"has {found.size} entries, but only {stored} bytes of data are "
+                "stored, too few for a recording",
             )
         return found
 

@@ -26,8 +26,8 @@ class Dataset:
     def add(self, name, dimensions, values, **attributes):
         if values.nbytes >= MOST_BYTES:
             raise ValueError(
-                f"'{name}' would have more than 4 GB, which netCDF's classic format does "
-                "not hold; take fewer frames or CSV"
+                f"'{name}' would need more than 4 GB, the limit of netCDF's classic "
+                "format; write fewer frames, or CSV"
             )
         kind = {"f": "d", "i": "b", "S": "c"}[values.dtype.kind]
         variable = self.file.createVariable(name, kind, dimensions)

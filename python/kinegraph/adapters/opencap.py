@@ -63,14 +63,14 @@ def camera_of(file):
         raise Refusal(file, "", f"is larger than {MOST_BYTES >> 20} MiB")
     content = file.read_bytes()
     if not recognise(file):
-        raise Refusal(file, "", "is no pickle of Python's protocols 2 to 5")
+        raise Refusal(file, "", "is not a Python pickle of protocol 2 to 5")
     values = pickles.load(content, file)
     if not isinstance(values, dict) or not all(isinstance(k, str) for k in values):
         raise Refusal(file, "", "expected a dictionary of a camera's arrays")
     if "rotation" not in values:
         raise Refusal(
-            file, "", "has no rotation: cameraIntrinsics.pickle has the lens alone, "
-            f"expected {FILE}"
+            file, "", "has no rotation: cameraIntrinsics.pickle contains only the "
+            f"intrinsics, expected {FILE}"
         )  # fmt: skip
 
     def of(key, *shape):

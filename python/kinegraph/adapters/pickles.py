@@ -41,7 +41,7 @@ def array_of(content, dtype, shape, order):
     import numpy as np
 
     if not isinstance(dtype, Dtype) or dtype.dtype.kind not in NUMBERS:
-        raise pickle.UnpicklingError("holds an array of other things than numbers")
+        raise pickle.UnpicklingError("contains an array of values that are not numbers")
     content = content.encode("latin1") if isinstance(content, str) else content
     return np.frombuffer(content, dtype.dtype).reshape(shape, order=order)
 
@@ -59,7 +59,7 @@ def scalar(dtype, content):
 def latin1(text, encoding="latin1"):
     """Bytes that Python 3 stores as a text for Python 2."""
     if encoding != "latin1":
-        raise pickle.UnpicklingError("holds a text that is no bytes")
+        raise pickle.UnpicklingError("contains an encoded text, expected latin1")
     return text.encode("latin1")
 
 
@@ -80,8 +80,8 @@ class Unpickler(pickle.Unpickler):
             return ALLOWED[module, name]
         except KeyError:
             raise pickle.UnpicklingError(
-                f"calls '{module}.{name}', which no pickle of numbers and NumPy arrays "
-                "needs; nothing of it is executed"
+                f"calls '{module}.{name}', which a pickle of numbers and NumPy arrays "
+                "does not need; the call is not executed"
             ) from None
 
     def persistent_load(self, pid):
@@ -89,10 +89,10 @@ class Unpickler(pickle.Unpickler):
 
 
 def load(content, path, place="pickle"):
-    """The value of a pickle; that of an array is its `value`."""
+    """The value of a pickle. Arrays are Array objects: see their `value`."""
     try:
         return Unpickler(io.BytesIO(content), encoding="latin1").load()
     except MemoryError as error:
-        raise Refusal(path, place, "asks for more memory than it can fill") from error
+        raise Refusal(path, place, "requires more memory than its size justifies") from error
     except Exception as error:  # a damaged pickle may raise anything
         raise Refusal(path, place, str(error) or "ends too early") from error

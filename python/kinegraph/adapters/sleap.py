@@ -30,7 +30,7 @@ def session_files(path):
         analyses = analyses_in(folder)
         if len(analyses) > 1:
             raise Refusal(
-                folder, "", f"holds {len(analyses)} analyses, expected one per camera"
+                folder, "", f"contains {len(analyses)} analyses, expected one per camera"
             )
         found += [(folder.name, analysis) for analysis in analyses]
     return found
@@ -49,7 +49,7 @@ def view_files(path):
     if not analyses_in(path):
         files = session_files(path)
     if not files:
-        raise Refusal(path, "", "holds no analysis of SLEAP's")
+        raise Refusal(path, "", "contains no SLEAP analysis")
     return files
 
 
@@ -105,8 +105,8 @@ def read_view(path):
         if points.shape[3] != 2:
             sets.fail(
                 "tracks",
-                f"found an axis 'xy' of {points.shape[3]}, expected frame, track, node "
-                "and xy of 2",
+                f"found an axis 'xy' of length {points.shape[3]}, expected axes frame, "
+                "track, node and xy with length 2",
             )
         labels = sets.texts("node_names")
         bones = edges_of(sets, labels)
@@ -120,7 +120,7 @@ def read_view(path):
             less = [axis for axis in axes if axis != "xy"]
             scores = in_order(sets, "point_scores", less, AXES[:3])
             if scores.shape != points.shape[:3]:
-                sets.fail("point_scores", "does not fit the tracks")
+                sets.fail("point_scores", "has another shape than 'tracks'")
             # Instances corrected by hand have no scores.
             by_hand = np.isnan(scores) & np.isfinite(points).all(axis=3)
             scores = np.where(by_hand, 1.0, scores)

@@ -25,7 +25,7 @@ def recognise(path):
 
 def entries(path, cell, place):
     if getattr(cell, "dtype", None) != object or cell.size == 0:
-        raise Refusal(path, place, "is no cell array with entries")
+        raise Refusal(path, place, "is not a cell array, or is empty")
     return cell.ravel(order="F")
 
 
@@ -35,7 +35,7 @@ def pose_of(path, entry, place, joints):
     if entry.dtype != np.float64 or entry.shape != (joints, 3):
         raise Refusal(path, place, f"expected {joints} x 3 doubles or an empty entry")
     if np.isinf(entry).any():
-        raise Refusal(path, place, "holds an infinite number")
+        raise Refusal(path, place, "contains an infinite number")
     seen = np.isfinite(entry).all(axis=1)
     positions = [p if s else None for p, s in zip(entry.tolist(), seen.tolist())]
     return positions, ["observed" if s else "missing" for s in seen.tolist()]
@@ -61,7 +61,7 @@ def read(path, options):
         if len(actors[a]) != len(actors[0]):
             raise Refusal(
                 path, f"{VARIABLE}{{{a + 1}}}", f"found {len(actors[a])} frames, expected "
-                f"{len(actors[0])} as of the first actor"
+                f"{len(actors[0])} as for the first actor"
             )  # fmt: skip
     yield line({"kinegraph": 1, "skeleton": skeleton, "mode": "tum"})
     for f in range(len(actors[0])):
@@ -92,8 +92,8 @@ def write(lines, out):
     last = max(frames)
     if max(ids) >= MOST_ACTORS or last >= MOST_FRAMES:
         raise ValueError(
-            "an actor's number is its place in actorsGT.mat, a frame's too: the largest "
-            f"id is {max(ids)}, expected below {MOST_ACTORS}; the last frame {last}, "
+            "ids and frame numbers become indices in actorsGT.mat: the largest id is "
+            f"{max(ids)}, expected below {MOST_ACTORS}; the last frame is {last}, "
             f"expected below {MOST_FRAMES}"
         )
     # An empty cell takes 56 bytes: tag, flags, two dimensions and name.
@@ -101,9 +101,9 @@ def write(lines, out):
     size = 56 * (last + 1) * (max(ids) + 1) + 8 * 3 * count * poses
     if size > MOST_BYTES:
         raise ValueError(
-            f"actorsGT.mat would have {size / 1e9:.1f} GB, at most "
-            f"{MOST_BYTES / 1e9:.1f}: it has a cell for every id up to {max(ids)} in "
-            f"every frame up to {last}"
+            f"actorsGT.mat would have {size / 1e9:.1f} GB, expected at most "
+            f"{MOST_BYTES / 1e9:.1f} GB: it contains a cell for every id up to "
+            f"{max(ids)} in every frame up to {last}"
         )
     nobody = np.zeros((count, 0))[:0]
     actors = np.empty((1, max(ids) + 1), dtype=object)

@@ -40,7 +40,7 @@ TEST_F(BatchEstimatorTest, ExactDetectionsGiveTheTruth) {
   options_.sigma_px.fill(0.1);
   options_.min_sigma_px = 0.1;
   const SimulatedRecording recording = Simulate(60, noise);
-  // 0.1 px are 0.5 mm at 5 m, and five views see the joint: the bias of the
+  // A sigma of 0.1 px is 0.5 mm at 5 m. The remaining error is the bias of the
   // motion prior where the velocity is not constant.
   EXPECT_LT(testing::RootMeanSquare(recording.truth, Run(recording)), 0.5e-3);
 }
@@ -68,7 +68,7 @@ TEST_F(BatchEstimatorTest, KeepsFramesMatchesWeightsAndScore) {
   EXPECT_FALSE(pose.person.matches[3].weights[0].has_value());
   EXPECT_EQ(pose.person.inlier_views[0], 3);
   EXPECT_EQ(pose.person.joints[0].status, JointStatus::kObserved);
-  // 14 joints found, three of them at one half.
+  // 14 joints were found, three of them with confidence 0.5.
   EXPECT_NEAR(pose.person.score, (11.0 + 1.5) / 14.0, 1e-12);
 }
 
@@ -97,11 +97,12 @@ TEST_F(BatchEstimatorTest, KeepsVelocitiesOnRequest) {
       all += expected.squaredNorm();
     }
   }
-  // Smooth motion: state and differences agree within a tenth.
+  // The motion is smooth, so that the states' velocities agree with central
+  // differences within a tenth.
   EXPECT_LT(std::sqrt(squares), 0.1 * std::sqrt(all));
 }
 
-TEST_F(BatchEstimatorTest, WithoutWeightsOtherResultsAreTheSame) {
+TEST_F(BatchEstimatorTest, OmittingWeightsLeavesOtherResultsUnchanged) {
   const SimulatedRecording recording = Simulate(40, SimulatedNoise());
   const auto with_weights = Run(recording);
   scene_.kept_matches = KeptMatches::kDetections;
@@ -125,7 +126,7 @@ TEST_F(BatchEstimatorTest, WithoutWeightsOtherResultsAreTheSame) {
   }
 }
 
-TEST_F(BatchEstimatorTest, UsesEachCamerasOwnClock) {
+TEST_F(BatchEstimatorTest, UsesTheClockOfEachCamera) {
   SimulatedNoise noise;
   noise.sigma_scale = 0.0;
   SimulatedRecording recording = Simulate(60, noise);
@@ -150,7 +151,7 @@ TEST_F(BatchEstimatorTest, UsesEachCamerasOwnClock) {
   EXPECT_GT(wrong_m, 1.3 * right_m);
 }
 
-TEST_F(BatchEstimatorTest, AShortGapIsBridgedThroughout) {
+TEST_F(BatchEstimatorTest, ShortGapIsBridgedInEveryFrame) {
   SimulatedRecording recording = Simulate(60, SimulatedNoise());
   for (size_t k = 30; k < 40; ++k) recording.frames[k].views.clear();
   const auto finals = Run(recording);
@@ -162,7 +163,7 @@ TEST_F(BatchEstimatorTest, AShortGapIsBridgedThroughout) {
 }
 
 // A view's ray intersects the sphere of a bone twice.
-TEST_F(BatchEstimatorTest, OneViewAndABoneGiveNoSmallCovarianceForLong) {
+TEST_F(BatchEstimatorTest, OneViewAndABoneDoNotKeepTheCovarianceSmall) {
   constexpr size_t kWrist = 2;
   constexpr size_t kLost = 20;
   constexpr size_t kFound = 40;
@@ -183,8 +184,8 @@ TEST_F(BatchEstimatorTest, OneViewAndABoneGiveNoSmallCovarianceForLong) {
   // Two frames are less than a tenth of a second: the covariance with the bone
   // is reported.
   EXPECT_LT(sigma_m(held, kLost + 1), sigma_m(free, kLost + 1));
-  // Ten are more. Both report the same except for positions and estimated pixel
-  // noise.
+  // Ten frames are more: both runs report the covariance without the bone,
+  // which differs only by positions and estimated pixel noise.
   EXPECT_NEAR(sigma_m(held, kLost + 10) / sigma_m(free, kLost + 10), 1.0, 0.2);
   // The elbow's covariance is unaffected.
   EXPECT_LT(std::sqrt(held[kLost + 10].person.covariances[1]->trace()),

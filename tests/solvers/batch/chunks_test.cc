@@ -70,9 +70,9 @@ TEST_F(ChunksTest, EveryFrameIsInOneChunk) {
   EXPECT_TRUE(MakeChunks(PersonProblem(), 10.0).empty());
 }
 
-// Observed joints agree with the whole recording's within 0.1 mm for 99 of 100:
-// frames 28 away have almost no influence.
-TEST_F(ChunksTest, EqualASolveOfTheWholeRecording) {
+// 99 % of the observed joints agree with a solve of the whole recording within
+// 0.1 mm: frames 28 away have almost no influence.
+TEST_F(ChunksTest, StatesMatchASolveOfTheWholeRecording) {
   const PersonProblem whole = Solve(0.0, 1);
   const PersonProblem chunks = Solve(7.0, 1);
   std::vector<double> apart;
@@ -93,7 +93,7 @@ TEST_F(ChunksTest, EqualASolveOfTheWholeRecording) {
   EXPECT_GT(apart.back(), 0.0);
 }
 
-TEST_F(ChunksTest, SameBitsForAnyNumberOfThreads) {
+TEST_F(ChunksTest, ResultIsBitwiseIndependentOfThreadCount) {
   const PersonProblem one = Solve(4.0, 1);
   const PersonProblem three = Solve(4.0, 3);
   for (size_t j = 0; j < 3; ++j) {
@@ -103,7 +103,7 @@ TEST_F(ChunksTest, SameBitsForAnyNumberOfThreads) {
   }
 }
 
-TEST_F(ChunksTest, CovariancesEqualThoseOfTheWholeRecording) {
+TEST_F(ChunksTest, CovariancesMatchASolveOfTheWholeRecording) {
   const PersonProblem solved = Solve(0.0, 1);
   std::vector<std::vector<std::vector<Matrix6d>>> covariances;
   for (const double chunk_s : {0.0, 7.0}) {

@@ -27,10 +27,10 @@ SceneModel MakeScene(double frame_rate_hz, double radius_m) {
 struct Consistency {
   double count = 0.0;
   double nees = 0.0;      // normalised estimation error squared
-  double inside = 0.0;    // the 95 % ellipsoid
+  double inside = 0.0;    // number of errors within the 95 % ellipsoid
   double squared = 0.0;   // errors [m^2]
   double variance = 0.0;  // reported [m^2]
-  // Of all written poses, bridged ones included.
+  // The following sums include bridged poses.
   double written = 0.0;
   double written_squared = 0.0;
   double rmse_m() const { return std::sqrt(written_squared / written); }
@@ -55,7 +55,7 @@ struct Consistency {
 // Parameter: true for the batch, false for the window.
 class Exactness : public ::testing::TestWithParam<bool> {};
 
-TEST_P(Exactness, ErrorsMatchTheirCovariances) {
+TEST_P(Exactness, ErrorsMatchReportedCovariances) {
   const SceneModel scene = MakeScene(25.0, 8.0);
   GraphOptions options = testing::FixedNoise();
   options.loss = LossKind::kNone;
@@ -65,7 +65,9 @@ TEST_P(Exactness, ErrorsMatchTheirCovariances) {
   options.birth_position_sigma_m = 0.5;
   options.birth_velocity_sigma_mps = 0.5;
   SimulatedNoise noise;
-  noise.initial_poses = false;  // so that priors and sigmas are exactly ours
+  // Without initial poses, estimator and simulation use the same priors and
+  // sigmas.
+  noise.initial_poses = false;
   noise.confidence_low = 0.3;
   noise.missing = 0.2;
   const Eigen::Vector3d centre(0.0, 0.0, 1.0);
@@ -86,13 +88,14 @@ TEST_P(Exactness, ErrorsMatchTheirCovariances) {
     }
   }
   for (const Consistency& joint : joints) {
-    // Two of five views at least, each missing with probability 0.2: 99.3 %; a
-    // few people leave the images.
+    // With each of five views missing with probability 0.2, at least two remain
+    // in 99.3 % of the cases; a few people leave the images.
     EXPECT_GT(joint.count, 0.97 * kSeeds);
     EXPECT_GT(std::sqrt(joint.squared / joint.variance), 0.95);
     EXPECT_LT(std::sqrt(joint.squared / joint.variance), 1.05);
     // The mean of n chi-squares with 3 degrees of freedom has the standard
-    // error sqrt(6 / n); 3 of them is two-sided 0.3 %, shared by three joints.
+    // error sqrt(6 / n). Three standard errors are exceeded by chance in 0.3 %
+    // of the cases, for each of the three joints.
     EXPECT_NEAR(joint.nees / joint.count, 3.0,
                 3.0 * std::sqrt(6.0 / joint.count));
   }
@@ -100,7 +103,7 @@ TEST_P(Exactness, ErrorsMatchTheirCovariances) {
 
 INSTANTIATE_TEST_SUITE_P(Estimators, Exactness, ::testing::Bool());
 
-// Over all poses in the middle of several recordings of one second.
+// Sums over all poses in the middle half of several recordings of 1.6 s.
 Consistency Measure(bool batch, const GraphOptions& options,
                     const SimulatedNoise& noise, double frame_rate_hz,
                     int recordings) {
@@ -131,8 +134,9 @@ Consistency Measure(bool batch, const GraphOptions& options,
 
 class Defaults : public ::testing::TestWithParam<bool> {};
 
-// The default loss with exact white noise: J'WJ alone would be too small, the
-// correction makes it right. And all defaults, with realistic detections.
+// Two cases: the default loss with white noise, where J'WJ alone underestimates
+// the information and the correction compensates; and all defaults with
+// realistic detections.
 TEST_P(Defaults, NeesAndCoverage) {
   GraphOptions white = testing::FixedNoise();
   white.correlation_time_s = 0.0;
@@ -151,10 +155,10 @@ TEST_P(Defaults, NeesAndCoverage) {
   }
 }
 
-TEST_P(Defaults, AreConsistentAtAnyFrameRate) {
+TEST_P(Defaults, CovariancesAreConsistentAtAnyFrameRate) {
   const GraphOptions options = testing::FixedNoise();
   SimulatedNoise noise;
-  noise.correlation_time_s = 0.1;  // 0.67 from frame to frame at 25 Hz
+  noise.correlation_time_s = 0.1;  // correlation of 0.67 per frame at 25 Hz
   for (const double frame_rate_hz : {25.0, 60.0, 120.0}) {
     const Consistency result =
         Measure(GetParam(), options, noise, frame_rate_hz, 15);

@@ -22,7 +22,7 @@ namespace {
 using testing::SimulatedNoise;
 using testing::SimulatedRecording;
 
-// Solver, bones.
+// Solver, and whether bones are used.
 using Kind = std::tuple<GraphSolver, bool>;
 
 GraphOptions OptionsOf(const Kind& kind) {
@@ -31,7 +31,7 @@ GraphOptions OptionsOf(const Kind& kind) {
   return options;
 }
 
-// Batch or window.
+// Parameters: batch (true) or window, and Kind.
 class Graceful : public ::testing::TestWithParam<std::tuple<bool, Kind>> {
  protected:
   void SetUp() override {
@@ -141,7 +141,7 @@ TEST_P(Graceful, NoInitialPoseAtAll) {
   EXPECT_LT(testing::RootMeanSquare(recording_.truth, finals), 0.1);
 }
 
-TEST_P(Graceful, LeavingAndComingBack) {
+TEST_P(Graceful, PersonLeavesAndReturns) {
   Make(100);
   for (size_t k = 30; k < 70; ++k) {
     recording_.frames[k].views.clear();
@@ -151,7 +151,7 @@ TEST_P(Graceful, LeavingAndComingBack) {
   EXPECT_EQ(finals[20].person.joints[0].status, JointStatus::kObserved);
   EXPECT_EQ(finals[35].person.joints[0].status, JointStatus::kInferred);
   EXPECT_EQ(finals[50].person.joints[0].status, JointStatus::kMissing);
-  // Equally near to the next and the previous observation.
+  // About as near to the next observation as frame 35 is to the previous one.
   EXPECT_EQ(finals[65].person.joints[0].status, JointStatus::kInferred);
   for (const size_t k : {33, 67}) {
     EXPECT_LT(
@@ -165,7 +165,7 @@ TEST_P(Graceful, LeavingAndComingBack) {
   EXPECT_LT(testing::RootMeanSquare(recording_.truth, finals, 75), 0.05);
 }
 
-TEST_P(Graceful, OneCameraTurnedByThreeDegrees) {
+TEST_P(Graceful, OneCameraRotatedByThreeDegrees) {
   Make(80);
   const double clean_m = testing::RootMeanSquare(recording_.truth, Run());
   CameraParameters turned = scene_.cameras[1].parameters();
@@ -277,8 +277,8 @@ TEST_P(GracefulOptions, TooFewIterationsToConverge) {
   for (const FinalPose& pose : testing::Run(batch.get(), recording.frames)) {
     for (const Joint3d& joint : pose.person.joints) {
       EXPECT_TRUE(joint.position_m.allFinite());
-      // Ceres continues from the block-tridiagonal step, and its own converges
-      // for most.
+      // Ceres continues after the block-tridiagonal step, and its own step
+      // suffices for most joints.
       if (options.solver == GraphSolver::kBlockTridiagonal) {
         EXPECT_NE(joint.status, JointStatus::kObserved);
       }
@@ -291,7 +291,7 @@ INSTANTIATE_TEST_SUITE_P(SolversAndBones, GracefulOptions, kAllKinds);
 
 // Lengths that are impossible in any pose: the bone solver cannot converge
 // everywhere.
-TEST(BoneSolverTest, ReportsThatItDidNotConverge) {
+TEST(BoneSolverTest, ReportsNonConvergence) {
   SceneModel scene =
       testing::SmallScene(testing::RingOfCameras(5, 5.0, 1000.0), 25.0);
   GraphOptions options = testing::FixedNoise();

@@ -45,8 +45,8 @@ class KnownFramesTest : public ::testing::Test {
     return run;
   }
 
-  // The second of two passes: the first received the recording without its last
-  // `missing` frames, this one `second`.
+  // The second of two passes. The first receives the recording without its last
+  // `missing` frames, the second receives `second`.
   Run SecondPass(const std::vector<EstimatorFrame>& second,
                  size_t missing = 0) const {
     const auto notes = std::make_shared<RecordingNotes>(options_);
@@ -86,7 +86,7 @@ TEST_F(KnownFramesTest, UnchangedMatchesAreNotSolvedAgain) {
     ASSERT_EQ(second.finals.size(), kFrames);
     for (size_t k = 0; k < kFrames; ++k) {
       EXPECT_EQ(Apart(alone.finals, second.finals, k), 0.0) << k;
-      // Covariances with bones are the last pass's.
+      // The last pass computes the covariances with bones.
       EXPECT_EQ(alone.finals[k].person.covariances,
                 second.finals[k].person.covariances);
     }
@@ -100,12 +100,13 @@ TEST_F(KnownFramesTest, FramesNearAChangedMatchAreSolvedAgain) {
   const Run second = SecondPass(changed);
   EXPECT_GT(second.counts.solves, 0);
   EXPECT_LT(second.counts.sweep_iterations, alone.counts.sweep_iterations);
-  // One of 2000 views more or less: noise and bones that were learnt without
-  // it move a joint by less than a hundredth of the detector's error, 15 mm.
+  // Noise and bones learnt from the first pass differ by one of 2000 views,
+  // which moves a joint by less than a hundredth of the detector's error, 15
+  // mm.
   for (size_t k = 0; k < kFrames; ++k) {
     EXPECT_LT(Apart(alone.finals, second.finals, k), 1.5e-4) << k;
   }
-  // Not reused where the view is missing.
+  // The frame with the missing view was not reused.
   EXPECT_GT(Apart(Pass(recording_.frames, nullptr).finals, second.finals, 200),
             1e-4);
 }
@@ -121,12 +122,13 @@ TEST_F(KnownFramesTest, ManyChangedFramesAreSolvedFromScratch) {
   }
 }
 
-TEST_F(KnownFramesTest, AFrameAppendedAtTheEndIsSolvedWithItsNeighbours) {
+TEST_F(KnownFramesTest, AppendedFrameIsSolvedWithItsNeighbours) {
   const Run second = SecondPass(recording_.frames, 1);
   const Run alone = Pass(recording_.frames, nullptr);
   ASSERT_EQ(second.finals.size(), kFrames);
   EXPECT_LT(second.counts.sweep_iterations, alone.counts.sweep_iterations);
-  // Five matches more, each of which moves a joint by less than 1.5e-4 (above).
+  // Five additional matches, each of which moves a joint by less than 1.5e-4
+  // (see above).
   for (size_t k = 0; k < kFrames; ++k) {
     EXPECT_LT(Apart(alone.finals, second.finals, k), 7.5e-4) << k;
   }

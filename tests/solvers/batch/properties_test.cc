@@ -1,7 +1,7 @@
 // Invariances: the world's origin, the unit of length, the numbering of
 // cameras, detections and people, a camera without detections, the direction of
-// time. The matches of one run are frozen and the batch estimates again, with
-// its defaults.
+// time. The matches of one run are frozen, and the batch estimator with its
+// default options is run on them.
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
@@ -143,7 +143,7 @@ TEST_P(PropertiesTest, BothPeopleAreTracked) {
   for (const auto& [id, frames] : estimate_) EXPECT_GT(frames.size(), 30u);
 }
 
-TEST_P(PropertiesTest, AMovedWorldMovesTheResult) {
+TEST_P(PropertiesTest, MovingTheWorldMovesTheResult) {
   const Eigen::Matrix3d turn =
       (Eigen::AngleAxisd(0.7, Eigen::Vector3d::UnitZ()) *
        Eigen::AngleAxisd(-0.4, Eigen::Vector3d::UnitX()))
@@ -225,7 +225,7 @@ TEST_P(PropertiesTest, ResultDoesNotDependOnTheOrderOfCameras) {
   EXPECT_LT(FarthestJoint(estimate_, EstimateAll(other)), kSameMinimumMetres);
 }
 
-TEST_P(PropertiesTest, ADoubledCameraTightensCovariances) {
+TEST_P(PropertiesTest, DuplicatingACameraReducesCovariances) {
   World other = world_;
   const size_t copy = other.scene.cameras.size();
   other.scene.cameras.push_back(other.scene.cameras[0]);
@@ -257,9 +257,9 @@ TEST_P(PropertiesTest, ADoubledCameraTightensCovariances) {
       }
     }
   }
-  // One factor on all sigmas is estimated from the residuals, and single joints
-  // may lose a view to the loss, so the sum is tested. A quarter more data
-  // tighten it by at least a few per cent.
+  // One factor on all sigmas is estimated from the residuals, and individual
+  // joints may lose a view to the loss, so the sum is tested. A quarter more
+  // data reduce it by at least a few per cent.
   EXPECT_GT(before, 0.0);
   EXPECT_LT(after, 0.98 * before);
 }

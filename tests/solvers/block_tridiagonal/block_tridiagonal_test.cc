@@ -22,8 +22,8 @@ namespace {
 using testing::ExpectSameStates;
 using testing::SimulatedNoise;
 
-// Ceres finds the minimum `ours` from the same start, and no lower one when
-// started there.
+// Expects that Ceres finds the minimum `ours` from the same start, and stays
+// there when started from `ours`.
 void ExpectMinimumOfCeres(const SolveSchedule& schedule, PersonProblem start,
                           const PersonProblem& ours, double tolerance_m) {
   EXPECT_TRUE(SolveWithCeres(schedule, &start).finite);
@@ -54,8 +54,8 @@ void ExpectBlocksOf(const Eigen::MatrixXd& dense, size_t joint, size_t joints,
   }
 }
 
-// The whole person's information at the stored weights, frame by frame,
-// inverted densely; observations times `correction`.
+// The dense inverse of the person's information at the stored weights, ordered
+// by frame; the information of observations is multiplied by `correction`.
 Eigen::MatrixXd DenseCovariance(const PersonProblem& problem,
                                 double correction = 1.0) {
   const size_t joints = problem.joints.size();
@@ -96,7 +96,7 @@ Eigen::MatrixXd DenseCovariance(const PersonProblem& problem,
   return information.inverse();
 }
 
-// Some cameras a little late.
+// Some cameras capture a little late.
 class ChainSolverTest : public testing::SolverProblemTest {
  protected:
   void Make(int cameras, int frames, const SimulatedNoise& noise) {
@@ -129,7 +129,7 @@ TEST_F(ChainSolverTest, FindsTheMinimumThatCeresFinds) {
   }
 }
 
-// Of all frames of one chain.
+// The covariances of all frames of one chain.
 std::vector<Matrix6d> CovariancesOf(const PersonProblem& problem,
                                     const JointChain& chain,
                                     double correction) {
@@ -213,7 +213,7 @@ void ExpectSameBits(const JointChain& a, const JointChain& b) {
 
 // A joint's result depends neither on the other lanes nor on the number of
 // lanes.
-TEST_F(ChainSolverTest, SameBitsInAnyGroupOfJointsAndOnEveryInstructionSet) {
+TEST_F(ChainSolverTest, ResultIsBitwiseIndependentOfGroupAndInstructionSet) {
   SimulatedNoise noise;
   noise.outliers = 0.1;
   noise.missing = 0.2;
@@ -224,7 +224,7 @@ TEST_F(ChainSolverTest, SameBitsInAnyGroupOfJointsAndOnEveryInstructionSet) {
   joints.insert(joints.end(), problem_.joints.begin(), problem_.joints.end());
   joints.insert(joints.end(), problem_.joints.begin(), problem_.joints.end());
   ASSERT_GT(joints.size(), static_cast<size_t>(kLaneMultiple));
-  // Some of them without measurements, some outside all images.
+  // One joint without measurements, one behind a camera.
   joints[1].measurements.clear();
   joints[1].first.assign(joints[1].states.size() + 1, 0);
   for (State& state : joints[4].states) {
@@ -295,7 +295,6 @@ TEST_F(BoneTest, FindsTheMinimumThatCeresFinds) {
 }
 
 TEST_F(BoneTest, CovariancesEqualBlocksOfTheDenseInverse) {
-  // More frames than one stretch of factors holds.
   Make(3, 70, SimulatedNoise());
   BoneSolver solver;
   solver.Solve(Exact(LossKind::kNone), &problem_);
@@ -353,10 +352,12 @@ TEST_F(BoneTest, MarginalisingKeepsAJointWithoutObservations) {
   }
   std::vector<std::vector<Matrix6d>> after;
   ASSERT_TRUE(PersonCovariances(rest, 1.0, 1, &after));
-  // Of white noise q on acceleration two frames dt apart share 12 / (q dt^3),
-  // and after T without a view 3 / (q T^3) is left of a position. A sum of 18
-  // products keeps 18 units of rounding of the former each frame: of 200 frames
-  // at 25 Hz at most 200 * 18 * 2.2e-16 * 4 * 200^3 = 3e-5 of the latter.
+  // With white noise of power q on acceleration, the motion between two frames
+  // dt apart has the information 12 / (q dt^3) on a position, and after a time
+  // T without a view the information on a position is 3 / (q T^3). Sums of 18
+  // products leave an error of 18 units of rounding of the former in every
+  // frame: for 200 frames at 25 Hz at most 200 * 18 * 2.2e-16 * 4 * 200^3 =
+  // 3e-5 of the latter.
   for (size_t j = 0; j < after.size(); ++j) {
     const Matrix6d& expected = before[j][kFrames - 1];
     EXPECT_LT((after[j][0] - expected).norm(), 3e-5 * expected.norm()) << j;
@@ -365,7 +366,7 @@ TEST_F(BoneTest, MarginalisingKeepsAJointWithoutObservations) {
 
 // Reported covariances include the loss' correction also for marginalised
 // frames.
-TEST_F(BoneTest, MarginalisingKeepsStatedCovariances) {
+TEST_F(BoneTest, MarginalisingKeepsReportedCovariances) {
   Make(3, 10, SimulatedNoise());
   BoneSolver().Solve(Exact(LossKind::kGemanMcClure), &problem_);
   testing::ExpectDroppingKeepsCovariances(1.3, problem_);

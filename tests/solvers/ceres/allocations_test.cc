@@ -18,7 +18,7 @@ std::atomic<int64_t> allocations{0};
 
 // Every `new` of this program; Eigen's own memory comes from malloc, and no
 // matrix that a window holds changes its size. Not inlined: the compiler would
-// take free() for the wrong end of a new.
+// report free() as a mismatched deallocation.
 [[gnu::noinline]] void* operator new(std::size_t size) {
   ++allocations;
   if (void* const memory = std::malloc(size)) return memory;
@@ -63,18 +63,18 @@ TEST_F(AllocationsTest, ASteadyWindowAllocatesNothingBesidesCeres) {
   constexpr int kFrames = 100;
   for (int i = 0; i < kFrames; ++i) solve(&basin, &minimum);
   EXPECT_EQ(basin, 0);
-  // Ceres makes its program, evaluator and Jacobian anew in every solve: per
-  // solve some for itself and a dozen for each block of states. If blocks were
-  // added anew there would be two hundred more: four for each of 99.
+  // Ceres creates its program, evaluator and Jacobian in every solve, with a
+  // dozen allocations for each block of states and some others. Adding all
+  // blocks again would cost hundreds more: about four for each of 99.
   const int64_t per_solve = minimum / kFrames;
   RecordProperty("ceres_allocations_per_solve", std::to_string(per_solve));
   const auto states =
       static_cast<int64_t>(problem_.joints.size() * problem_.times.size());
   EXPECT_LT(per_solve, 100 + 12 * states);
   EXPECT_EQ(minimum % kFrames, 0);  // the same in every frame
-  std::cout << "Ceres allocates " << per_solve << " times a solve, "
+  std::cout << "Ceres allocates " << per_solve << " times per solve, "
             << static_cast<double>(per_solve) / static_cast<double>(states)
-            << " a state\n";
+            << " per state\n";
 }
 
 }  // namespace

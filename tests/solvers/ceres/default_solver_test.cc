@@ -63,7 +63,7 @@ TEST_F(DefaultSolverTest, CeresIteratesIfTheSweepsDidNotConverge) {
   EXPECT_GT(counts.ceres_iterations, 15);
 }
 
-TEST_F(DefaultSolverTest, StartingFromDltCeresDoesAllStages) {
+TEST_F(DefaultSolverTest, CeresRunsAllStagesWhenStartingFromDlt) {
   for (const bool bones : {false, true}) {
     GraphOptions options;
     options.start = GraphStart::kDlt;
@@ -71,7 +71,7 @@ TEST_F(DefaultSolverTest, StartingFromDltCeresDoesAllStages) {
     const SolveCounts counts = Run(false, 30, options);
     EXPECT_EQ(counts.sweep_iterations, 0);
     EXPECT_EQ(counts.solves, 30);
-    // Bones are learnt from estimates without them, which are solved before.
+    // Bones are learnt from estimates without bones, which are solved first.
     EXPECT_EQ(counts.ceres_problems, bones ? 60 : 30);
     EXPECT_GT(counts.ceres_iterations, 30);
     EXPECT_TRUE(counts.AllWell()) << DescribeTroubles(counts);
@@ -103,7 +103,7 @@ int ThreadsOfThisProcess() {
 }
 
 // A long problem with bones, which Ceres has to factorise. Threads that a
-// library starts for itself stay for its next call.
+// library starts internally remain for its next call.
 class CeresThreadsTest : public testing::SolverProblemTest {};
 
 TEST_F(CeresThreadsTest, CeresStartsNoThread) {
@@ -118,8 +118,8 @@ TEST_F(CeresThreadsTest, CeresStartsNoThread) {
   EXPECT_EQ(ThreadsOfThisProcess(), before);
 }
 
-// Earlier solves of a solver do not affect its bits: chunks of a batch use
-// whichever is idle.
+// A solver's result is bitwise independent of its earlier solves: chunks of a
+// batch use any idle solver.
 class CeresSolverTest : public testing::SolverProblemTest {};
 
 TEST_F(CeresSolverTest, ResultDoesNotDependOnEarlierSolves) {
@@ -147,7 +147,7 @@ TEST_F(CeresSolverTest, ResultDoesNotDependOnEarlierSolves) {
   }
 }
 
-// The chain's last step may lead a state behind a camera that sees it.
+// The chain's last step may move a state behind a camera that sees the joint.
 TEST_F(CeresSolverTest, AStartBehindACameraIsGated) {
   Make({4, 20, 71, false, 0}, SimulatedNoise());
   const SolveSchedule schedule = MakeSchedule(GraphOptions());
@@ -164,9 +164,9 @@ TEST_F(CeresSolverTest, AStartBehindACameraIsGated) {
 // A joint approaching the camera in its only view must not pass through it,
 // where its information would be unbounded: limbs do not stay a metre or two
 // from the body.
-TEST_F(CeresSolverTest, AJointInOneViewStaysNearItsPerson) {
+TEST_F(CeresSolverTest, JointInOneViewStaysNearThePerson) {
   Make({1, 200, 71, false, 0}, SimulatedNoise());
-  // Its pixels run outwards, as if it came towards the camera.
+  // The pixels move outwards, as if the joints approached the camera.
   for (JointChain& chain : problem_.joints) {
     const Camera& camera = *chain.measurements.front().camera;
     const Eigen::Vector2d middle(camera.model().cx, camera.model().cy);
@@ -182,8 +182,9 @@ TEST_F(CeresSolverTest, AJointInOneViewStaysNearItsPerson) {
   EXPECT_TRUE(report.converged);
   for (const JointChain& chain : problem_.joints) {
     for (size_t k = 0; k < chain.states.size(); ++k) {
-      // Three standard deviations, each (2 R^3)^(1/4) q^(1/4), of a random walk
-      // of velocities with power q observed with noise density R = 2 m^2 s.
+      // Three standard deviations, each (2 q R^3)^(1/8), of the position of a
+      // joint whose velocity is a random walk of power q = 10 m^2/s^3, observed
+      // with noise density R = 2 m^2 s; and a fifth more.
       EXPECT_LT(
           (chain.states[k].head<3>() - problem_.centres[k].position_m).norm(),
           3.0 * std::pow(16.0 * 10.0, 0.125) * 1.2);
@@ -204,7 +205,7 @@ TEST(SolveCounts, DescribeTroublesListsFailures) {
   counts.not_converged = 2;
   counts.bones_dropped = 1;
   EXPECT_EQ(DescribeTroubles(counts),
-            "of 10 solves 2 did not converge, 1 continued without bones; a "
+            "of 10 solves, 2 did not converge, 1 continued without bones; a "
             "solve that did not converge stops after graph.max_iterations "
             "steps; joints that its last step moved by more than 5 cm count as "
             "unseen (--set=graph.max_iterations=1000 allows more)");
@@ -222,16 +223,16 @@ TEST(SolveCounts, LedgerNamesFramesThatDidNotConverge) {
   EXPECT_EQ(ledger.NotConverged(), "");
   SolveCounts creeping = well;
   creeping.not_converged = 1;
-  // In any order of the threads.
+  // The order in which threads add people does not matter.
   for (const int64_t first : {30, 10, 40, 20}) {
     ledger.Add(creeping, first, first + 5);
   }
   EXPECT_EQ(ledger.NotConverged(),
-            "a person of frames 10 to 15, one of 20 to 25, one of 30 to 35, 1 "
+            "a person in frames 10 to 15, one in 20 to 25, one in 30 to 35, 1 "
             "more");
   EXPECT_NE(
       DescribeTroubles(ledger.Total(), ledger.NotConverged())
-          .find("of 5 solves 4 did not converge (a person of frames 10 to 15"),
+          .find("of 5 solves, 4 did not converge (a person in frames 10 to 15"),
       std::string::npos);
 }
 

@@ -61,13 +61,13 @@ struct SolverCase {
   const char* set;
   int64_t frames;  // of the recording; 0: all. Windows with bones are slow.
 };
-// Without it the bytes would be printed, also those between the members.
+// Otherwise GoogleTest would print the bytes of the struct, including padding.
 std::ostream& operator<<(std::ostream& out, const SolverCase& param) {
   return out << param.name;
 }
 
-// Under a sanitizer recordings are shortened: later frames run the same code,
-// and the frames of the windows with bones already have 1000 joints.
+// Under a sanitizer recordings are shortened as far as the test's minimum of
+// 1000 joints allows: later frames run the same code.
 int64_t FramesOf(const SolverCase& param) {
   if (!kSanitized) return param.frames;
   return param.campus ? 200 : 120;
@@ -79,7 +79,7 @@ class SolversAgree : public ::testing::TestWithParam<SolverCase> {};
 // error. One joint of Campus converges slowly: at the default step tolerance of
 // 3e-5 m it differs by up to 0.4 mm in eight frames of a batch with bones, so
 // the tolerance is 2e-5 m here.
-TEST_P(SolversAgree, OnObservedJoints) {
+TEST_P(SolversAgree, ObservedJointsMatch) {
   KINEGRAPH_DATA_OR_SKIP(data, "shelf/detections/openpose");
   const SolverCase& param = GetParam();
   LoadedDataset loaded =

@@ -85,9 +85,10 @@ class UserFactorTest : public ::testing::Test {
   std::string joint_;
 };
 
-// The walk's wrist is far from the height in the factor, which therefore
-// affects its values and covariances, in both estimators, and no other joint.
-TEST_F(UserFactorTest, WindowAndBatchHonourIt) {
+// The wrist of the walking person is far from the height in the factor. In both
+// estimators the factor therefore affects the wrist's position and covariance,
+// and no other joint.
+TEST_F(UserFactorTest, WindowAndBatchUseTheFactor) {
   Make(60);
   for (const bool batch : {true, false}) {
     const auto plain = Run(batch, nullptr);
@@ -110,8 +111,8 @@ TEST_F(UserFactorTest, WindowAndBatchHonourIt) {
   }
 }
 
-// No loss and no bones: after all frames the window's newest state is the
-// batch's, so what was marginalised kept the factor.
+// Without loss and bones, the window's newest state after all frames equals the
+// batch's: marginalisation kept the factor.
 TEST_F(UserFactorTest, WindowEqualsBatchAtTheEnd) {
   options_.loss = LossKind::kNone;
   Make(40);
@@ -131,13 +132,13 @@ TEST_F(UserFactorTest, WindowEqualsBatchAtTheEnd) {
 }
 
 // A chunk that begins later numbers its frames and factors from zero.
-TEST_F(UserFactorTest, EveryChunkOfTheBatchHonoursIt) {
+TEST_F(UserFactorTest, EveryChunkOfTheBatchUsesTheFactor) {
   Make(150);
   const auto source = Resting(joint_, 105, 105, 1.05);
   options_.chunk_s = 0.0;
   const PersonPose whole = Run(true, source)[105].person;
   const PersonPose plain = Run(true, nullptr)[105].person;
-  options_.chunk_s = 2.0;  // three of them
+  options_.chunk_s = 2.0;  // three chunks
   const PersonPose chunk = Run(true, source)[105].person;
   // Observations a second away have almost no influence (chunks_test.cc).
   EXPECT_LT(Apart(chunk.joints[2], whole.joints[2]), 1e-4);

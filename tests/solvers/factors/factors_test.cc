@@ -15,7 +15,7 @@
 namespace kinegraph {
 namespace {
 
-// As Ceres cost functions, which the checks take.
+// The checks expect Ceres cost functions.
 using ReprojectionFactor = CeresFactor<CameraReprojection>;
 using ConstantVelocityFactor = CeresFactor<ConstantVelocity<double>>;
 using BoneLengthFactor = CeresFactor<BoneLength<double>>;
@@ -82,8 +82,8 @@ struct ReprojectionTwin {
 TEST(ReprojectionFactor, HandWorkedValue) {
   const Camera camera = FrontCamera(false);
   // 0.4 m right of the axis and 4 m away: 100 px right of the centre, measured
-  // 112; 3 px a sigma makes -4. The velocity of 1 m/s downwards moves it by
-  // 0.04 m in 0.04 s, which makes 9 px, +3 sigma, from the measurement.
+  // at 112 px; with a sigma of 3 px the residual is -4. The velocity of 1 m/s
+  // downwards moves the point by 0.04 m in 0.04 s, i.e. by 9 px or +3 sigmas.
   const ReprojectionFactor factor(Pixel(&camera, {612.0, 400.0}, 3.0, 0.04));
   Eigen::VectorXd state(kStateSize);
   state << 0.4, 0.0, 0.0, 0.0, 1.0, 0.0;
@@ -252,7 +252,8 @@ TEST(BodyCentreFactor, HandWorkedValueZeroAndJacobians) {
   EXPECT_TRUE(Evaluate(factor, {at}).residuals.isZero(0.0));
   at.head(3) += Eigen::Vector3d(2.0, 0.0, -4.0);
   EXPECT_EQ(Evaluate(factor, {at}).residuals, Eigen::Vector3d(1.0, 0.0, -2.0));
-  // 0.5 per metre for a sigma of two metres; zero for velocities.
+  // The Jacobian is 0.5 per metre for a sigma of two metres, zero for
+  // velocities.
   Eigen::MatrixXd expected = Eigen::MatrixXd::Zero(3, 6);
   expected.leftCols(3) = 0.5 * Eigen::Matrix3d::Identity();
   EXPECT_EQ(Evaluate(factor, {at}).jacobians[0], expected);

@@ -29,7 +29,7 @@ TEST(Loss, HandWorkedValues) {
   EXPECT_DOUBLE_EQ(EvaluateLoss(LossKind::kTukey, 3.0, 9.0).first, 0.0);
 }
 
-TEST(Loss, DerivativesAgainstDifferences) {
+TEST(Loss, DerivativesMatchFiniteDifferences) {
   for (const LossKind kind : kAll) {
     for (const double s : {0.0, 0.3, 2.0, 8.0, 40.0}) {
       const double h = 1e-5;
@@ -44,7 +44,7 @@ TEST(Loss, DerivativesAgainstDifferences) {
   }
 }
 
-TEST(Loss, CeresComputesTheSame) {
+TEST(Loss, CeresLossesHaveTheSameValues) {
   for (const LossKind kind : kAll) {
     const std::unique_ptr<ceres::LossFunction> loss(
         MakeCeresLoss(kind, 2.5, 0.3));
@@ -59,8 +59,9 @@ TEST(Loss, CeresComputesTheSame) {
   }
 }
 
-TEST(Loss, NeverCurvesUpwards) {
-  // Ceres then leaves the Jacobians plain: reweighted least squares.
+TEST(Loss, SecondDerivativeIsNeverPositive) {
+  // For such losses Ceres only scales residuals and Jacobians: reweighted least
+  // squares.
   for (const LossKind kind : kAll) {
     for (double s = 0.0; s < 50.0; s += 0.1) {
       EXPECT_LE(EvaluateLoss(kind, 2.0, s).second, 0.0);
@@ -68,7 +69,7 @@ TEST(Loss, NeverCurvesUpwards) {
   }
 }
 
-TEST(InformationCorrection, OneWithoutLossAndInTheLimit) {
+TEST(InformationCorrection, IsOneWithoutLossAndForLargeScales) {
   EXPECT_NEAR(InformationCorrection(LossKind::kNone, 1.0), 1.0, 1e-6);
   for (const LossKind kind : kAll) {
     EXPECT_NEAR(InformationCorrection(kind, 1000.0), 1.0, 1e-4);
@@ -76,8 +77,9 @@ TEST(InformationCorrection, OneWithoutLossAndInTheLimit) {
 }
 
 TEST(InformationCorrection, PredictsTheSpreadOfALocationEstimate) {
-  // The M-estimate of a 2D location from 400 exact observations, by
-  // reweighting: its variance against the one stated with the correction.
+  // The M-estimate of a 2D location from 400 normal observations, by
+  // reweighting: its variance is compared with the variance reported with the
+  // correction.
   Random random(11);
   for (const LossKind kind : {LossKind::kHuber, LossKind::kGemanMcClure,
                               LossKind::kTukey, LossKind::kCauchy}) {
@@ -111,8 +113,8 @@ TEST(InformationCorrection, PredictsTheSpreadOfALocationEstimate) {
       }
       nees += (cx * cx + cy * cy) * total * correction;
     }
-    // A mean of 1500 chi-squares with 2 degrees of freedom over 2: standard
-    // error 1 / sqrt(1500) = 2.6 %; four of them.
+    // A mean of 1500 chi-squares with 2 degrees of freedom, over 2, has a
+    // standard error of 1 / sqrt(1500) = 2.6 %; four standard errors.
     EXPECT_NEAR(nees / kRuns / 2.0, 1.0, 0.105)
         << LossNames()[static_cast<int>(kind)];
   }

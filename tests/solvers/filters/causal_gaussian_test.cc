@@ -17,9 +17,10 @@ using testing::FrameAt;
 
 constexpr TimeNs kFrame = 40'000'000;  // 25 Hz
 
-TEST(CausalGaussianWeightsTest, EqualThoseOfScipy) {
-  // Newest to oldest, as scipy.ndimage.gaussian_filter1d(mode='reflect') weighs
-  // the last sample, to four digits.
+TEST(CausalGaussianWeightsTest, MatchScipy) {
+  // The weights, newest first, with which
+  // scipy.ndimage.gaussian_filter1d(mode='reflect') computes the last sample,
+  // to four digits.
   const auto expect = [](double sigma, const std::vector<double>& expected) {
     const std::vector<double> weights = CausalGaussianWeights(sigma, 10);
     ASSERT_EQ(weights.size(), expected.size());
@@ -33,7 +34,7 @@ TEST(CausalGaussianWeightsTest, EqualThoseOfScipy) {
 }
 
 TEST(CausalGaussianWeightsTest, ShortListsAreReflectedAgain) {
-  // One pose: all weight is its own. Two poses a b, sigma 0.8, radius 3:
+  // A single pose has all the weight. Two poses a b, sigma 0.8, radius 3:
   // places -2..4 of the continued list are  b a | a b | b a a: newest = b at
   // place 1 has k = 0, +1 and -3; a has k = -1, -2, +2, +3.
   ASSERT_EQ(CausalGaussianWeights(0.8, 1).size(), 1u);
@@ -83,10 +84,10 @@ TEST_F(CausalGaussianTest, BirthIsNotSmoothedAndTheFilterIsRecursive) {
   estimator->Add(FrameAt(2, 1.0));
   const auto w = CausalGaussianWeights(0.6, 3);
   EXPECT_NEAR(estimator->Last()[0].position_m.x(), w[0] + w[1] * w1, 1e-15)
-      << "the pose before is the smoothed one";
+      << "the previous pose is the smoothed one";
 }
 
-TEST_F(CausalGaussianTest, WristsHaveTheirOwnSigma) {
+TEST_F(CausalGaussianTest, WristsUseASeparateSigma) {
   const auto estimator = Make({});  // 0.3 and 0.8
   estimator->Add(FrameAt(0, 0.0));
   estimator->Add(FrameAt(1, 1.0));
@@ -142,8 +143,9 @@ TEST_F(CausalGaussianTest, AFailedFrameIsNeitherStoredNorWritten) {
 }
 
 TEST_F(CausalGaussianTest, EachUpdateDropsAtMostOneOldPose) {
-  // Stored at frames 0..3, then at 12: frame 0 is 12 frames old and goes, 1 is
-  // 11 old and stays this time. At exactly ten frames a pose stays.
+  // Poses are stored at frames 0 to 3, 10 and 12. At frame 12, pose 0 is 12
+  // frames old and is dropped; pose 1 is 11 frames old and stays this time. A
+  // pose that is exactly ten frames old stays.
   CausalGaussianOptions options;
   options.sigma_frames = 5.0;  // reaches over the whole list
   options.wrist_sigma_frames = 5.0;
@@ -157,7 +159,7 @@ TEST_F(CausalGaussianTest, EachUpdateDropsAtMostOneOldPose) {
   estimator->Add(FrameAt(10, 1.0));  // frame 0 is exactly ten old: five poses
   const double at_ten = estimator->Last()[0].position_m.x();
   EXPECT_NEAR(at_ten, CausalGaussianWeights(5.0, 5)[0], 1e-12);
-  estimator->Add(FrameAt(12, 1.0));  // 0 goes, 1 (eleven old) stays: five again
+  estimator->Add(FrameAt(12, 1.0));  // pose 0 is dropped: five poses again
   const auto w = CausalGaussianWeights(5.0, 5);
   EXPECT_NEAR(estimator->Last()[0].position_m.x(), w[0] + w[1] * at_ten, 1e-12);
 }
@@ -167,8 +169,8 @@ TEST_F(CausalGaussianTest, AnUnseenJointIsHeldThenFollowsTheBody) {
   options.smooth = false;
   options.hold_frames = 3.0;
   const auto estimator = Make(options);
-  // The body moves 1 cm a frame; joint 9 moves 10 cm a frame, then is unseen
-  // and follows the prediction.
+  // The body moves 1 cm per frame; joint 9 moves 10 cm per frame, then is
+  // unseen and follows the prediction.
   double wrist = 0.0;
   for (int f = 0; f < 6; ++f) {
     EstimatorFrame in = FrameAt(f, 0.01 * f);
@@ -190,7 +192,7 @@ TEST_F(CausalGaussianTest, AnUnseenJointIsHeldThenFollowsTheBody) {
   }
 }
 
-TEST_F(CausalGaussianTest, AJointThatAppearsLaterUsesOnlyItsOwnHistory) {
+TEST_F(CausalGaussianTest, JointAppearingLaterUsesOnlyItsOwnHistory) {
   CausalGaussianOptions options;
   options.sigma_frames = 0.6;
   const auto estimator = Make(options);

@@ -21,7 +21,7 @@ TEST(CentredGaussianTest, EqualsNumpyInsideAndAtTheEdges) {
   //   w = np.exp(-.5 * (np.arange(-5, 6) * .04 / .05)**2)
   //   (np.convolve(x, w, 'same') / np.convolve(np.ones(30), w, 'same'))
   //     [[0, 1, 15, 28, 29]]
-  // Place 15 is scipy.ndimage.gaussian_filter1d(x, 1.25)[15] too.
+  // The value at 15 also equals scipy.ndimage.gaussian_filter1d(x, 1.25)[15].
   ExpectPlaces(
       CentredGaussian(0.05, testing::UniformTimes(30), testing::Wiggle(30)),
       {0, 1, 15, 28, 29},
@@ -31,8 +31,8 @@ TEST(CentredGaussianTest, EqualsNumpyInsideAndAtTheEdges) {
 }
 
 TEST(CentredGaussianTest, WeightsFollowUnevenTimes) {
-  // Three values, one of them distant in time: weights exp(-t^2 / (2 sigma^2))
-  // by hand.
+  // Three values, one of them distant in time: the weights
+  // exp(-t^2 / (2 sigma^2)) are computed by hand.
   Samples values(3, 1);
   values << 1.0, 2.0, 4.0;
   const Samples smoothed = CentredGaussian(0.1, {0.0, 0.1, 0.3}, values);
@@ -46,8 +46,8 @@ TEST(CentredGaussianTest, WeightsFollowUnevenTimes) {
                1e-14);
 }
 
-// Known answers by the paper's algorithm 1 in Python (min. cut-off 1, beta 0.5,
-// derivative cut-off 1), x and t as the signals say:
+// Expected values are computed by the paper's algorithm 1 in Python (min.
+// cut-off 1, beta 0.5, derivative cut-off 1), for the x and t of each test:
 //   a = lambda dt, fc: 1 / (1 + 1 / (2 * np.pi * fc) / dt)
 //   y, e = [x[0]], 0.0
 //   for i in range(1, len(x)):
@@ -55,7 +55,7 @@ TEST(CentredGaussianTest, WeightsFollowUnevenTimes) {
 //     y.append(y[-1] + a(dt, 1.0 + 0.5 * abs(e)) * (x[i] - y[-1]))
 const OneEuroOptions kOptions = {1.0, 0.5};
 
-TEST(OneEuroTest, UnevenTime) {
+TEST(OneEuroTest, MatchesThePaperAtUnevenTimes) {
   ExpectPlaces(OneEuro(kOptions, testing::UnevenTimes(30), testing::Wiggle(30)),
                {0, 1, 2, 15, 28, 29},
                {0.05, 0.1554015369335859, 0.3848691357996041,
@@ -63,7 +63,7 @@ TEST(OneEuroTest, UnevenTime) {
                1e-13);
 }
 
-TEST(OneEuroTest, WithoutBetaItIsExponentialSmoothing) {
+TEST(OneEuroTest, IsExponentialSmoothingWithoutBeta) {
   // al = 1 / (1 + 1 / (2 pi 1.5) / 0.04); scipy 1.10.1:
   // signal.lfilter([al], [1, al - 1], x, zi=[x[0] * (1 - al)])[0]
   ExpectPlaces(
@@ -87,7 +87,7 @@ TEST(OneEuroTest, WithoutBetaItIsExponentialSmoothing) {
   }
 }
 
-// A joint that moves 1 m a frame and is not seen for three of them.
+// A joint that moves 1 m per frame and is not seen for three frames.
 JointSegment WithAGap() {
   JointSegment segment;
   segment.times_s = testing::UniformTimes(6);
@@ -97,10 +97,10 @@ JointSegment WithAGap() {
   return segment;
 }
 
-TEST(OneEuroTest, IsCausalAndHoldsInGaps) {
+TEST(OneEuroTest, IsCausalAndHoldsTheLastValueInGaps) {
   const Samples filtered = OneEuroFilter(kOptions)(WithAGap()).positions_m;
   for (int k = 2; k < 5; ++k) EXPECT_EQ(filtered(k, 0), filtered(1, 0));
-  // The sample after the gap came 0.16 s after the one before.
+  // The sample after the gap comes 0.16 s after the previous sample.
   Samples three(3, 1);
   three << 0.0, 1.0, 5.0;
   EXPECT_EQ(filtered(5, 0), OneEuro(kOptions, {0.0, 0.04, 0.2}, three)(2, 0));
@@ -157,7 +157,7 @@ void ExpectColumn(const Samples& found, const std::vector<double>& expected) {
 }
 
 TEST(MovingMedianTest, EqualsScipyInsideAndUsesShorterWindowsAtTheEdges) {
-  // z the spiky ramp. Inside: scipy.signal.medfilt(z, 5). All of it:
+  // z is the ramp with spikes. Inside: scipy.signal.medfilt(z, 5). Everywhere:
   // [np.median(z[max(0, i-2):i+3]) for i in range(12)], numpy 1.24.2.
   ExpectColumn(MovingMedian(0.2, WindowSide::kCentred,
                             testing::UniformTimes(12), Spiky()),
@@ -165,7 +165,7 @@ TEST(MovingMedianTest, EqualsScipyInsideAndUsesShorterWindowsAtTheEdges) {
 }
 
 TEST(MovingMedianTest, TrailingWindowsUseNoLaterSamples) {
-  // 0.12 s at 25 Hz: the value and the two before.
+  // 0.12 s at 25 Hz: the value and the two previous values.
   ExpectColumn(MovingMedian(0.12, WindowSide::kTrailing,
                             testing::UniformTimes(12), Spiky()),
                {0.0, 0.05, 0.1, 0.2, 0.4, 0.5, 0.5, 0.6, 0.6, 0.7, 0.9, 1.0});
@@ -175,7 +175,7 @@ TEST(MovingMedianTest, KeepsStepsAndRemovesImpulses) {
   const auto times_s = testing::UniformTimes(21);
   const Samples step = testing::Step(21, 10);
   EXPECT_EQ(MovingMedian(0.2, WindowSide::kCentred, times_s, step), step);
-  // A burst of two in five is removed; one of three is the majority and stays.
+  // Two ones among five values are removed; three are the majority and stay.
   Samples burst = Samples::Zero(21, 1);
   burst.middleRows(10, 2).setOnes();
   EXPECT_EQ(MovingMedian(0.2, WindowSide::kCentred, times_s, burst).norm(),
@@ -213,7 +213,7 @@ TEST(HampelMedianTest, AppliesHampelThenMedian) {
                {0.1, 0.15, 0.2, 0.4, 0.4, 0.5, 0.6, 0.7, 0.7, 0.9, 0.95, 1.0});
 }
 
-TEST(HampelMedianTest, TrailingWindowHoldsInGaps) {
+TEST(HampelMedianTest, TrailingWindowHoldsTheLastValueInGaps) {
   HampelMedianOptions options;
   options.median_window_s = 0.0;  // each value itself
   options.hampel_threshold = 1e9;
@@ -225,10 +225,10 @@ TEST(HampelMedianTest, TrailingWindowHoldsInGaps) {
                {0.0, 1.0, 1.0, 1.0, 1.0, 5.0});
 }
 
-// Known answers: scipy 1.10.1, numpy 1.24.2; import numpy as np and
-// from scipy import signal.
+// Expected values are from scipy 1.10.1 and numpy 1.24.2, after
+// import numpy as np; from scipy import signal.
 
-TEST(ButterworthTest, CoefficientsEqualScipys) {
+TEST(ButterworthTest, CoefficientsMatchScipy) {
   // signal.butter(2, 6, fs=25)
   const auto two = ButterworthLowPass(2, 6.0, 25.0);
   ASSERT_EQ(two.size(), 1u);
@@ -237,8 +237,8 @@ TEST(ButterworthTest, CoefficientsEqualScipys) {
   EXPECT_NEAR(two[0].b2, 0.2747268510356349, 1e-15);
   EXPECT_NEAR(two[0].a1, -0.07362384638497856, 1e-15);
   EXPECT_NEAR(two[0].a2, 0.17253125052751803, 1e-15);
-  // signal.butter(4, 6, fs=60, output='sos'): the same pairs of poles, in
-  // another order, the gain all in the first.
+  // signal.butter(4, 6, fs=60, output='sos') has the same pairs of poles in
+  // another order, with the whole gain in the first section.
   const auto four = ButterworthLowPass(4, 6.0, 60.0);
   ASSERT_EQ(four.size(), 2u);
   EXPECT_NEAR(four[1].a1, -1.0485995763626117, 1e-14);
@@ -264,7 +264,7 @@ TEST(ButterworthTest, EqualsScipyInsideAndAtTheEdges) {
                {0.049030042131057286, 0.41342134599294955, 0.5427299168841767,
                 3.584898195889903, 3.509917261597823},
                1e-13);
-  // The same with butter(3, 3, fs=25), whose padding is 12.
+  // butter(3, 3, fs=25), whose padding is 12.
   ExpectPlaces(FiltFilt(ButterworthLowPass(3, 3.0, 25.0), values, 12),
                {0, 1, 15, 28, 29},
                {0.05086521532429783, 0.4207684664236889, 0.5258410308124174,
@@ -272,20 +272,20 @@ TEST(ButterworthTest, EqualsScipyInsideAndAtTheEdges) {
                1e-13);
 }
 
-TEST(ButterworthTest, CutoffCorrectionEqualsWintersFarBelowTheFrameRate) {
-  // Winter gives 0.802 for two passes of order two; prewarping vanishes where
-  // the frame rate is high.
+TEST(ButterworthTest, CutoffCorrectionMatchesWinterFarBelowTheFrameRate) {
+  // Winter gives 0.802 for two passes of order two; at high frame rates
+  // prewarping has no effect.
   EXPECT_NEAR(6.0 / TwoPassCutoff(2, 6.0, 1e5), 0.802, 5e-4);
 }
 
-TEST(ButterworthTest, ResidualAnalysisEqualsScipys) {
+TEST(ButterworthTest, ResidualAnalysisMatchesScipy) {
   // s = 12345, then s = (1103515245 * s + 12345) % 2**31, u = s / 2**31 - 0.5
   // y = sin(2 pi 1.5 t) + 0.5 sin(2 pi 3 t) + 0.1 u, t = i / 100, i < 500
-  // f = np.arange(1, 46.0), of each
+  // f = np.arange(1, 46.0), for each f
   //   w = np.tan(np.pi*f/100) / (np.sqrt(2)-1)**0.25
   //   b, a = signal.butter(2, np.arctan(w) / np.pi * 100, fs=100)
   //   R = np.sqrt(np.mean((y - signal.filtfilt(b, a, y))**2))
-  // slope, noise = np.polyfit(f[24:], R[24:], 1); where R falls to the noise:
+  // slope, noise = np.polyfit(f[24:], R[24:], 1); R falls to the noise at
   //   5.1809866955096915
   Samples values(500, 1);
   int64_t state = 12345;
@@ -340,9 +340,9 @@ TEST(UniformTimeTest, FiltersThatNeedItRefuseUnevenTimes) {
     } catch (const InputError& error) {
       EXPECT_EQ(error.what(),
                 "output.estimator '" + name +
-                    "' needs uniform time, found a step of 0.0800 s, 0.0800 s "
-                    "into the track, where a frame is 0.0400 s (allowed: half "
-                    "a frame more or less)");
+                    "' needs uniform frame times, found a step of 0.0800 s, "
+                    "0.0800 s after the start of the track, expected 0.0400 s "
+                    "(give or take half a frame)");
     }
     // A clock with jitter of up to half a frame is accepted.
     segment.times_s = {0.0, 0.055, 0.08, 0.135, 0.16};

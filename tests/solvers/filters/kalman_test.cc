@@ -45,10 +45,10 @@ JointSegment Uneven() {
   return segment;
 }
 
-// The same without recursion: position is a Gaussian process whose covariance
-// is known in closed form (integrals of white noise; Rasmussen and Williams,
-// Gaussian Processes for Machine Learning, section 6.3), and the estimate its
-// conditional mean given the samples.
+// The filter and the smoother without recursion: position is a Gaussian process
+// whose covariance is known in closed form (integrals of white noise; Rasmussen
+// and Williams, Gaussian Processes for Machine Learning, section 6.3), and the
+// estimate is its conditional mean given the samples.
 double ProcessCovariance(const PointModel& model, double s, double t) {
   const double a = std::min(s, t);
   const double d = std::max(s, t) - a;
@@ -105,8 +105,8 @@ SegmentEstimate Conditional(const PointModel& model,
   return estimate;
 }
 
-// Of a uniformly accelerated point, measured to a micrometre, with its model.
-TEST(KalmanTest, DerivativesEqualThoseOfTheMotion) {
+// A uniformly accelerated point, measured to a micrometre.
+TEST(KalmanTest, DerivativesMatchTheMotion) {
   JointSegment segment;
   segment.times_s = testing::UniformTimes(40);
   segment.positions_m.resize(40, 3);
@@ -128,7 +128,8 @@ TEST(KalmanTest, DerivativesEqualThoseOfTheMotion) {
   }
   const SegmentEstimate second = RtsSmoother(Model(2, 2.0), segment);
   EXPECT_EQ(second.accelerations_m_s2.rows(), 0);
-  // Constant velocity between frames: half a frame's acceleration at most.
+  // The constant-velocity model is off by at most the acceleration over half a
+  // frame.
   const double step_s = segment.times_s[1] - segment.times_s[0];
   EXPECT_LT(
       (second.velocities_m_s.row(20) - v - segment.times_s[20] * a).norm(),
@@ -159,15 +160,15 @@ TEST(KalmanTest, FilterAndSmootherEqualTheGaussianConditional) {
   }
 }
 
-// Half a metre off in one of the samples.
+// One of the samples is off by half a metre.
 JointSegment WithOutlier(size_t at) {
   JointSegment segment = Uneven();
   segment.positions_m.row(static_cast<Eigen::Index>(at)).array() += 0.5;
   return segment;
 }
 
-// Against the smoother with the covariances that the result itself implies,
-// which it must not change by more than the weights' last step of 1e-6.
+// Runs the smoother with the covariances that follow from the result: it must
+// reproduce the result up to the effect of the weights' last step of 1e-6.
 TEST(KalmanTest, StudentTIsAFixedPoint) {
   const PointModel model = Model(2, 50.0);
   const JointSegment segment = WithOutlier(4);

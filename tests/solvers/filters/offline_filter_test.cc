@@ -132,7 +132,8 @@ TEST(OfflineFilterTest, NothingBeforeTheFirstOrAfterTheLastSample) {
 class EveryStrategyTest : public ::testing::TestWithParam<int> {
  protected:
   OutputKind kind() const { return static_cast<OutputKind>(GetParam()); }
-  // The others bridge gaps and report covariances by different rules.
+  // Whether the strategy filters triangulated points. Window, batch and
+  // Gaussian bridge gaps and report covariances by different rules.
   bool IsFilter() const {
     return kind() != OutputKind::kWindow && kind() != OutputKind::kBatch &&
            kind() != OutputKind::kGaussian;
@@ -165,7 +166,7 @@ class EveryStrategyTest : public ::testing::TestWithParam<int> {
   EstimatorOptions options_;
 };
 
-TEST_P(EveryStrategyTest, FillsTheSameFramesOnly) {
+TEST_P(EveryStrategyTest, MarksJointsObservedWhereTriangulated) {
   const testing::SimulatedRecording recording = Walk(0.0);
   const auto finals = Estimate(recording.frames);
   ASSERT_EQ(finals.size(), recording.frames.size());
@@ -184,7 +185,8 @@ TEST_P(EveryStrategyTest, FillsTheSameFramesOnly) {
       EXPECT_TRUE(joint.position_m.allFinite());
       bridged += joint.status == JointStatus::kInferred ? 1 : 0;
       if (!IsFilter()) continue;
-      // Observed where the initial pose is, which needs two or more rays.
+      // A joint is observed exactly where the initial pose contains it, which
+      // requires two or more rays.
       if (kind() != OutputKind::kRobustTriangulation) {
         EXPECT_EQ(joint.status == JointStatus::kObserved,
                   recording.frames[k].initial[j].present());
@@ -203,7 +205,7 @@ TEST_P(EveryStrategyTest, FillsTheSameFramesOnly) {
   EXPECT_TRUE(bridged > 5 || !IsFilter());
 }
 
-TEST_P(EveryStrategyTest, OnlyCausalOnesIgnoreLaterFrames) {
+TEST_P(EveryStrategyTest, OnlyCausalStrategiesIgnoreLaterFrames) {
   testing::SimulatedRecording recording = Walk(0.0);
   const auto whole = Estimate(recording.frames);
   recording.frames.resize(30);
@@ -220,7 +222,7 @@ TEST_P(EveryStrategyTest, OnlyCausalOnesIgnoreLaterFrames) {
 }
 
 TEST_P(EveryStrategyTest, IsNearTheTruth) {
-  // Median and Gaussian flatten the bounce of 3 cm; causal ones lag by some
+  // Median and Gaussian flatten the bounce of 3 cm; causal filters lag by some
   // hundredths of a second at 1 m/s.
   const testing::SimulatedRecording recording = Walk(0.0);
   EXPECT_LT(
@@ -253,7 +255,7 @@ TEST(RobustPointsTest, ResistOutliersThatSpoilTheInitialPose) {
   };
   const double clean_m = rms(0.0, OutputKind::kRobustTriangulation);
   // One joint in twelve has two or more outliers among its five views, and
-  // those of 30 px, six sigmas, still pull a little.
+  // outliers of 30 px, six sigmas, still have some weight.
   EXPECT_LT(rms(0.1, OutputKind::kRobustTriangulation), 2.5 * clean_m);
   EXPECT_GT(rms(0.1, OutputKind::kRawDlt), 3.0 * clean_m);
   // Filters on these points keep the gain.
@@ -285,7 +287,8 @@ TEST(OfflineFilterTest, RejectsNonUniformTimeAndInvalidOptions) {
   options.filters.segments.max_gap_s = 0.05;
   const auto estimator = MakeOutput(OutputKind::kButterworth, options)(Scene());
   EXPECT_EQ(testing::Run(estimator.get(), frames).size(), 3u);
-  // Options invalid at any frame rate.
+  // A cut-off at half the frame rate is rejected when the scene is known, a
+  // negative cut-off at once.
   options.filters.butterworth.cutoff_hz = 12.5;
   EXPECT_THROW(MakeOutput(OutputKind::kButterworth, options)(Scene()),
                OptionError);

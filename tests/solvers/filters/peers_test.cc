@@ -1,5 +1,5 @@
-// Our filters compared with Pose2Sim's, and our batch with aniposelib's, on the
-// same detections of one real person (data/shelf/peers).
+// kinegraph's filters compared with Pose2Sim's on the same detections of one
+// real person (data/shelf/peers).
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -55,14 +55,14 @@ void Bridge(Samples* values) {
   }
 }
 
-// Its triangulated points, bridged and without outliers: seven frames, two
-// standard deviations; unlike ours, its Hampel filter leaves the first and last
-// three values unchanged.
+// Pose2Sim's triangulated points, bridged and without outliers (seven frames,
+// two standard deviations). Unlike kinegraph's, Pose2Sim's Hampel filter leaves
+// the first and last three values unchanged.
 std::vector<Samples> HampelPoints(const std::string& folder,
                                   const std::vector<double>& times_s) {
   std::vector<Samples> joints = ReadPeer(folder, "p2s_tri_raw");
   for (Samples& values : joints) {
-    if (std::isnan(values(0, 0))) continue;  // eyes and ears: never
+    if (std::isnan(values(0, 0))) continue;  // no eyes and ears in any frame
     Bridge(&values);
     // Pose2Sim rounds the normal quartile to 0.6745.
     const Samples filtered =
@@ -107,7 +107,7 @@ double Quantile(const std::vector<double>& sorted, double share) {
                                     static_cast<double>(sorted.size() - 1))];
 }
 
-TEST_F(PeersTest, ButterworthEqualsPose2Sims) {
+TEST_F(PeersTest, ButterworthMatchesPose2Sim) {
   KINEGRAPH_DATA_OR_SKIP(folder, "shelf");
   // Pose2Sim's "order 4" counts both passes; its 6 Hz apply to each pass.
   ButterworthOptions options;
@@ -119,8 +119,8 @@ TEST_F(PeersTest, ButterworthEqualsPose2Sims) {
       });
   EXPECT_EQ(same.size(), 13u * 301u * 3u);
   EXPECT_LT(same.back(), 1e-13);  // rounding of metres
-  // The corrected cut-off, ours by default, smooths less: 6 Hz after both
-  // passes are 6.9 Hz of each.
+  // kinegraph's default, the corrected cut-off, smooths less: 6 Hz after both
+  // passes correspond to 6.9 Hz of each pass.
   options.correct_cutoff = true;
   const auto corrected =
       Differences(folder, "p2s_hampel_butterworth", 0, [&](const Samples& x) {
@@ -132,7 +132,7 @@ TEST_F(PeersTest, ButterworthEqualsPose2Sims) {
   EXPECT_LT(Quantile(corrected, 0.95), 2e-3);  // 1.2 mm
 }
 
-TEST_F(PeersTest, GcvSplineEqualsPose2Sims) {
+TEST_F(PeersTest, GcvSplineMatchesPose2Sim) {
   KINEGRAPH_DATA_OR_SKIP(folder, "shelf");
   // Pose2Sim chooses lambda per coordinate, kinegraph per point.
   const auto same =
@@ -150,19 +150,20 @@ TEST_F(PeersTest, GcvSplineEqualsPose2Sims) {
         return SmoothingSpline(ChooseLambdaByGcv(times_s_, x), times_s_, x,
                                times_s_);
       });
-  // Two searches for one minimum.
+  // Two searches for the same minimum.
   EXPECT_LT(same.back(), 1e-6);
   EXPECT_LT(Quantile(together, 0.5), 3e-4);   // 0.15 mm
   EXPECT_LT(Quantile(together, 0.95), 3e-3);  // 1.4 mm
 }
 
-TEST_F(PeersTest, RtsIsCloseToPose2SimsKalman) {
+TEST_F(PeersTest, RtsIsCloseToKalmanOfPose2Sim) {
   KINEGRAPH_DATA_OR_SKIP(folder, "shelf");
-  // Its trust ratio of 500 is the standard deviation of a step of acceleration
-  // [1/s^2] relative to that of any measurement. White noise on jerk of the
-  // same variance a frame has the power (500 r)^2 / dt. The two kinds of noise
-  // differ by some micrometres (median 3.5, at most 170), and by 8 mm at the
-  // start, where it assumes a velocity of metres per frame.
+  // Pose2Sim's trust ratio of 500 [1/s^2] is the standard deviation of a step
+  // of acceleration divided by that of a measurement. White noise on jerk with
+  // the same variance per frame has the power (500 r)^2 / dt. Results with the
+  // two kinds of noise differ by some micrometres (median 3.5, at most 170),
+  // and by 8 mm at the start, where Pose2Sim assumes a velocity in metres per
+  // frame.
   const double sigma_m = 0.02;
   PointModel model;
   model.derivatives = 3;
@@ -184,10 +185,9 @@ TEST_F(PeersTest, RtsIsCloseToPose2SimsKalman) {
   EXPECT_LT(all.back(), 0.01);
 }
 
-TEST_F(PeersTest, OneEuroForwardsThenBackwardsEqualsPose2Sims) {
+TEST_F(PeersTest, ZeroPhaseOneEuroMatchesPose2Sim) {
   KINEGRAPH_DATA_OR_SKIP(folder, "shelf");
-  // 4 Hz, beta 1.5, forwards and then backwards: no causal filter any more,
-  // but the same recursion.
+  // 4 Hz, beta 1.5, forwards and then backwards.
   const OneEuroOptions options = {4.0, 1.5, true};
   const auto same = Differences(
       folder, "p2s_hampel_one_euro", 0,

@@ -1,5 +1,5 @@
-"""Known answers for the filters, by SciPy, statsmodels, cvxopt, or NumPy's dense
-algebra where nothing else has them: prints tests/solvers/filters/reference.json.
+"""Expected results of the filters, by SciPy, statsmodels and cvxopt, or by NumPy's
+dense algebra where no package has the method: prints tests/solvers/filters/reference.json.
 
 Debian: python3-scipy 1.10.1, python3-statsmodels 0.13.5, python3-cvxopt 1.3.0.
 """
@@ -122,14 +122,14 @@ def eliminate(matrix, right):
 
 
 def quintic(times, kept, penalty, at):
-    """The hat matrix of f(t) = sum of c_j |t - t_j|^5 and a parabola, where the c
-    are orthogonal to parabolas: natural, and the integral of f''' squared is
-    -240 c' E c."""
+    """The hat matrix of f(t) = sum of c_j |t - t_j|^5 and a parabola, where the
+    coefficients c are orthogonal to parabolas: f is a natural spline, and the integral
+    of f''' squared is -240 c' E c."""
     x = np.asarray(times, np.longdouble)[kept]
     step = (x[-1] - x[0]) / (len(x) - 1)
     x = (x - x[0]) / step
     to = (np.asarray(at, np.longdouble) - np.asarray(times, np.longdouble)[kept][0]) / step
-    # Centred and of length one, which changes units alone.
+    # Centred and scaled to -1 .. 1, which only changes the units.
     middle, half = x.mean(), (x[-1] - x[0]) / 2
     unit, unit_to = (x - middle) / half, (to - middle) / half
     size = len(x)
@@ -191,7 +191,7 @@ case("loess_2_gap", even, filled,
      loess(even[sampled], filled[sampled], 13, 2, 1, even), sampled)
 
 
-# ---- l1 trend filtering: the dual by cvxopt, then its KKT system exactly ----
+# ---- l1 trend filtering: the dual by cvxopt, then an exact solution of its KKT system ----
 
 def trend(times, values, penalty):
     x = frames(times)

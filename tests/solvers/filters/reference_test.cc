@@ -1,5 +1,5 @@
-// The filters against independent ones: reference.py created reference.json
-// with SciPy, statsmodels, cvxopt and NumPy.
+// The filters compared with independent implementations: reference.py created
+// reference.json with SciPy, statsmodels, cvxopt and NumPy.
 #include <gtest/gtest.h>
 
 #include <cstdlib>
@@ -19,9 +19,10 @@
 namespace kinegraph {
 namespace {
 
-// Of signals whose amplitude is about one; rounding leaves 1e-12.
+// For signals with an amplitude of about one; rounding errors are about 1e-12.
 constexpr double kSame = 1e-9;
-// Two searches for one minimum, which is known to the root of rounding.
+// For results of a search: near a minimum the score is flat, so its location is
+// known only to the square root of machine precision.
 constexpr double kSameMinimum = 1e-6;
 
 nlohmann::json Table() {
@@ -44,7 +45,7 @@ struct Case {
   std::vector<double> times;
   std::vector<char> sampled;
   Samples values;
-  // Of the samples.
+  // Only the sampled times.
   std::vector<double> sample_times;
   Samples samples;
 };
@@ -118,7 +119,8 @@ FilterOf Recursive(LowPass (*make)(const ButterworthOptions&, double),
   };
 }
 
-// Frames without sample beside each sample give differences of the curve.
+// Unsampled frames on both sides of each sample give finite differences of the
+// curve.
 TEST(ReferenceTest, QuinticDerivativesEqualDifferencesOfTheCurve) {
   constexpr double kH = 1e-3;
   std::vector<double> times;
@@ -138,7 +140,7 @@ TEST(ReferenceTest, QuinticDerivativesEqualDifferencesOfTheCurve) {
   EXPECT_EQ(f, curve->Fit(0.1));
   double velocity = 0.0;
   double acceleration = 0.0;
-  // The ends have samples on one side only.
+  // The ends are left out: they have samples on one side only.
   for (Eigen::Index k = 4; k < 56; k += 3) {
     const double first = (f(k + 1) - f(k - 1)) / (2.0 * kH);
     const double second = (f(k + 1) - 2.0 * f(k) + f(k - 1)) / (kH * kH);
@@ -157,7 +159,7 @@ TEST(ReferenceTest, QuinticDerivativesEqualDifferencesOfTheCurve) {
   EXPECT_EQ(derivatives.first.rows(), 0);
 }
 
-TEST(ReferenceTest, FiltersEqualThoseOfTheReference) {
+TEST(ReferenceTest, FiltersMatchTheReference) {
   constexpr FilterSignal kPosition = FilterSignal::kPosition;
   const struct {
     const char* name;
@@ -210,7 +212,7 @@ TEST(ReferenceTest, FiltersEqualThoseOfTheReference) {
   }
 }
 
-TEST(ReferenceTest, RulesChooseTheSameCutoffs) {
+TEST(ReferenceTest, RulesChooseTheCutoffsOfTheReference) {
   const nlohmann::json table = Table();
   const Samples moves = MatrixOf(table.at("moves"));
   const LowPass low_pass =
@@ -238,7 +240,8 @@ void ExpectAlike(const nlohmann::json& found, const nlohmann::json& expected,
                  const std::string& where) {
   ASSERT_EQ(found.size(), expected.size()) << where;
   if (!expected.is_structured()) {
-    // A minimum by a search is known to the root of rounding.
+    // The location of a minimum is known to the square root of machine
+    // precision.
     EXPECT_NEAR(found.get<double>(), expected.get<double>(), 1e-6) << where;
     return;
   }

@@ -41,7 +41,7 @@ TEST(RobustTriangulationTest, ExactPixelsGiveTheExactPoint) {
   for (const double weight : point->weights) EXPECT_NEAR(weight, 1.0, 1e-9);
 }
 
-TEST(RobustTriangulationTest, WithoutLossItIsLeastSquares) {
+TEST(RobustTriangulationTest, IsLeastSquaresWithoutLoss) {
   // At the least-squares point the gradient vanishes: sum J' r / sigma^2 = 0.
   const CameraRig cameras = testing::RingOfCameras(4);
   Random random(3);
@@ -59,12 +59,12 @@ TEST(RobustTriangulationTest, WithoutLossItIsLeastSquares) {
     gradient += J.transpose() * r / 25.0;
     normal += J.transpose() * J / 25.0;
   }
-  // Converged to steps below 1e-7 m: in pixels J times that, squared sigmas.
+  // The gradient that remains at a distance of 1e-7 m from the minimum.
   EXPECT_LT(gradient.norm(), 1e-7 * normal.norm());
   EXPECT_TRUE(point->covariance_m2.isApprox(normal.inverse(), 1e-9));
 }
 
-TEST(RobustTriangulationTest, OneWrongViewOfThreeOrFiveDoesNotDecide) {
+TEST(RobustTriangulationTest, ResistsOneWrongViewOfThreeOrFive) {
   for (const int count : {3, 5}) {
     const CameraRig cameras = testing::RingOfCameras(count);
     for (size_t wrong = 0; wrong < cameras.size(); ++wrong) {
@@ -73,8 +73,7 @@ TEST(RobustTriangulationTest, OneWrongViewOfThreeOrFiveDoesNotDecide) {
       const auto point = RobustTriangulator({}).Triangulate(views);
       ASSERT_TRUE(point.has_value());
       // 108 px are 36 sigmas: its weight is (9 / (9 + 36^2))^2 = 5e-5, which
-      // leaves a pull of 5e-5 * 108 px, 30 micrometres at 5 m and 1000 px;
-      // errors along a ray of another view do no harm either.
+      // leaves an effect of 5e-5 * 108 px, 30 micrometres at 5 m and 1000 px.
       EXPECT_LT((point->position_m - kPoint).norm(), 1e-3)
           << count << " views, wrong " << wrong;
       EXPECT_LT(point->weights[wrong], 0.01);
@@ -99,7 +98,7 @@ TEST(RobustTriangulationTest, FailsWithoutParallaxOrAgreement) {
   EXPECT_TRUE(!rest.has_value() || rest->position_m.allFinite());
 }
 
-// Mean normalised squared error over 3, of 2000 noisy points.
+// Mean normalised estimation error squared, divided by 3, of 2000 noisy points.
 double MeanNees(const RobustTriangulationOptions& options, int view_count,
                 bool from_dlt) {
   const CameraRig cameras = testing::RingOfCameras(view_count);
@@ -127,8 +126,8 @@ double MeanNees(const RobustTriangulationOptions& options, int view_count,
 }
 
 TEST(RobustTriangulationTest, CovariancesMatchTheErrors) {
-  // 2000 draws of 3 degrees of freedom: the mean over 3 scatters by
-  // sqrt(2 / 6000) = 0.018.
+  // For 2000 draws of 3 degrees of freedom the standard error is sqrt(2 / 6000)
+  // = 0.018.
   RobustTriangulationOptions least_squares;
   least_squares.loss = LossKind::kNone;
   for (const int views : {2, 3, 5}) {

@@ -10,8 +10,8 @@ namespace {
 
 using testing::ExpectPlaces;
 
-// Known answers: scipy 1.10.1, from scipy.interpolate import
-// make_smoothing_spline; x, t as testing::Wiggle(30) and the times say.
+// Expected values are from scipy.interpolate.make_smoothing_spline (scipy
+// 1.10.1); x is testing::Wiggle(30), t the times of each test.
 
 TEST(SmoothingSplineTest, EqualsScipyForAGivenLambda) {
   // s = make_smoothing_spline(t, x, lam=1e-4); s(t[[0, 1, 15, 28, 29]]) and
@@ -39,9 +39,9 @@ TEST(SmoothingSplineTest, EqualsScipyForAGivenLambda) {
 }
 
 TEST(SmoothingSplineTest, DerivativesEqualDifferencesOfTheCurve) {
-  // Against differences of the curve. Inside an interval a cubic's second
-  // difference is exact, and the first is off by its third derivative, below
-  // 1e5 here, times h^2 / 6; rounding is 1e-15 / h^2.
+  // Within an interval the second difference of a cubic is exact; the error of
+  // the first is the cubic's third derivative, below 1e5 here, times h^2 / 6;
+  // rounding is 1e-15 / h^2.
   constexpr double kH = 1e-4;
   const auto times_s = testing::UnevenTimes(30);
   const std::vector<double> at_s = {-0.3, 0.052, 0.511, 1.13, 1.5};
@@ -74,16 +74,18 @@ TEST(SmoothingSplineTest, DerivativesEqualDifferencesOfTheCurve) {
   }
 }
 
-TEST(SmoothingSplineTest, GcvEqualsThatOfTheDenseMatrix) {
-  // A's columns: make_smoothing_spline(t, e_i, lam=l)(t), uneven t; r = x - A x
-  // 30 * (r @ r) / np.trace(np.eye(30) - A)**2
+TEST(SmoothingSplineTest, GcvScoreMatchesDenseInfluenceMatrix) {
+  // Column i of the influence matrix A is make_smoothing_spline(t, e_i,
+  // lam=l)(t), uneven t; r = x - A x; 30 * (r @ r) / np.trace(np.eye(30) -
+  // A)**2
   const Samples values = testing::Wiggle(30);
   const auto times_s = testing::UnevenTimes(30);
   EXPECT_NEAR(GcvScore(1e-6, times_s, values), 0.02069774534336128, 1e-12);
   EXPECT_NEAR(GcvScore(1e-5, times_s, values), 0.01382353344239944, 1e-12);
   EXPECT_NEAR(GcvScore(1e-4, times_s, values), 0.01129025016192495, 1e-12);
   // scipy.optimize.minimize_scalar over log10 l, bounds -8 and -2, xatol 1e-10:
-  // l = 0.00011323759541927564. A minimum is known to the root of rounding.
+  // l = 0.00011323759541927564. Near the minimum the score is flat, so its
+  // location is known only to the square root of machine precision.
   const double lambda_s3 = ChooseLambdaByGcv(times_s, values);
   EXPECT_NEAR(lambda_s3 / 0.00011323759541927564, 1.0, 1e-5);
   ExpectPlaces(SmoothingSpline(lambda_s3, times_s, values, times_s),
@@ -116,7 +118,7 @@ TEST(SmoothingSplineTest, CutoffHalvesTheAmplitude) {
 TEST(SmoothingSplineTest, IsLinearOutsideAndForLargeLambda) {
   const auto times_s = testing::UniformTimes(30);
   const Samples values = testing::Wiggle(30);
-  // Outside, equal steps make equal differences.
+  // Outside, equal steps in time give equal differences.
   const Samples outside = SmoothingSpline(1e-4, times_s, values,
                                           {-0.2, -0.1, 0.0, 1.16, 1.26, 1.36});
   EXPECT_NEAR(outside(0, 0) - outside(1, 0), outside(1, 0) - outside(2, 0),
@@ -134,8 +136,8 @@ TEST(SmoothingSplineTest, IsLinearOutsideAndForLargeLambda) {
 }
 
 TEST(SmoothingSplineTest, IgnoresBridgedSamplesInGaps) {
-  // A parabola with frames 10 to 14 bridged by a (wrong) line: the spline sees
-  // the samples alone and follows the curve.
+  // A parabola with frames 10 to 14 bridged by a (wrong) line: the spline uses
+  // only the samples and follows the curve.
   JointSegment segment;
   segment.times_s = testing::UniformTimes(30);
   segment.positions_m.resize(30, 3);

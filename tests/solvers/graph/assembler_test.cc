@@ -25,7 +25,8 @@ TEST(PixelSigma, HandWorkedValues) {
   EXPECT_DOUBLE_EQ(sigma(JointClass::kHip, 0.25, 4.0, 1000.0), 12.0);
   EXPECT_DOUBLE_EQ(sigma(JointClass::kHip, 1.0, 8.0, 1000.0), 3.0);
   EXPECT_DOUBLE_EQ(sigma(JointClass::kHip, 1.0, 4.0, 2000.0), 12.0);
-  // Confidences above 1 and near 0, and people far away, have their limits.
+  // Sigmas are limited for confidences above 1 or near 0 and for distant
+  // people.
   EXPECT_DOUBLE_EQ(sigma(JointClass::kHip, 7.0, 4.0, 1000.0), 6.0);
   EXPECT_DOUBLE_EQ(sigma(JointClass::kHip, 0.0, 4.0, 1000.0),
                    6.0 / std::sqrt(options.min_confidence));
@@ -58,11 +59,12 @@ TEST(NoiseScale, MedianAndTrimmedMeanIgnoreOutliers) {
       const double y = scale * random.Normal();
       squares.push_back(random.Chance(0.1) ? 1e3 : x * x + y * y);
     }
-    // 18000 values of relative spread 1: 0.4 % of the scale; four of them.
+    // 18000 values of relative spread 1 give a standard error of 0.4 % of the
+    // scale; four standard errors.
     EXPECT_NEAR(EstimateNoiseScale(squares) / scale, 1.0, 0.016);
   }
   EXPECT_EQ(EstimateNoiseScale({}), 1.0);
-  // One carries little information.
+  // A single residual carries little information.
   EXPECT_NEAR(EstimateNoiseScale({8.0}), 1.0, 0.1);
 }
 
@@ -71,7 +73,8 @@ TEST(NoiseScale, CausalScaleForgetsOldResiduals) {
   CausalNoiseScale learnt;
   double applied = 1.0;
   for (const double scale : {2.0, 0.5}) {
-    // 4000 residuals are kept, 10000 come: 0.8 % of the scale; four of them.
+    // 4000 of the 10000 residuals are kept, which gives a standard error of
+    // 0.8 % of the scale; four standard errors.
     for (int frame = 0; frame < 200; ++frame) {
       std::vector<double> squares;
       for (int i = 0; i < 50; ++i) {
@@ -86,7 +89,7 @@ TEST(NoiseScale, CausalScaleForgetsOldResiduals) {
   }
 }
 
-TEST(Schedule, StartsConvexAndEndsWithTheLossItself) {
+TEST(Schedule, StartsConvexAndEndsWithTheConfiguredLoss) {
   GraphOptions options;
   options.loss = LossKind::kTukey;
   options.loss_scale = 4.0;
@@ -179,7 +182,7 @@ TEST(DropUnsureJoints, DropsALegFarFromItsHip) {
   EXPECT_EQ(body.Missing(), (std::vector<int>{body.kKnee, body.kAnkle}));
 }
 
-TEST(DropUnsureJoints, KeepsJointsAtTheLengthOfTheirBone) {
+TEST(DropUnsureJoints, KeepsJointsWhoseBonesHaveTheKnownLength) {
   TrunkAndLeg body;
   body.MakeUnsure(body.kKnee, 3.0);
   body.MakeUnsure(body.kAnkle, 3.0);
@@ -203,7 +206,7 @@ TEST(DropUnsureJoints, KeepsAWholeBodyOfUncertainDepth) {
 
 // Joints that two views never observed together are judged by the body's
 // longest bone.
-TEST(DropUnsureJoints, UsesTheLongestBoneForAnUnmeasuredOne) {
+TEST(DropUnsureJoints, UsesTheLongestBoneWhereABoneIsUnmeasured) {
   TrunkAndLeg body;
   body.MakeUnsure(body.kAnkle, 3.0);
   body.Move(body.kAnkle, 3.0);

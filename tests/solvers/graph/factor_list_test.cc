@@ -1,4 +1,5 @@
-// A person's factors, counted, and their cost against one worked by hand.
+// The number and the cost of a person's factors, against values computed by
+// hand.
 #include "solvers/graph/factor_list.h"
 
 #include <gtest/gtest.h>
@@ -43,8 +44,9 @@ PersonProblem TwoJoints(const Camera* camera) {
                    At(0.3, 0.0, 5.0, 1.0, 0.0)};
   moving.process_noise = {2.0, 2.0};
   moving.prior.x0 = At(-1.0, 0.0, 5.0, 1.0, 0.0);
-  // One measurement 3 px off with half the information; one 0.1 s late, 20 px
-  // further; one gated. The second frame has none.
+  // The first frame has a measurement with an error of 3 px and half the
+  // information, one captured 0.1 s later, and a gated one. The second frame
+  // has none.
   moving.measurements = {Seen(camera, 3.0, 0.0), Seen(camera, 20.0, 0.1),
                          Seen(camera, 500.0, 0.0), Seen(camera, 60.0, 0.0)};
   moving.measurements[0].information = 0.5;
@@ -85,7 +87,7 @@ Counted Count(const PersonProblem& person, const FactorWalk& walk) {
   return counted;
 }
 
-TEST(FactorList, CountAndCostByHand) {
+TEST(FactorList, CountAndCostMatchHandComputedValues) {
   const Camera camera = OriginCamera();
   PersonProblem person = TwoJoints(&camera);
   const Counted all = Count(person, FactorWalk());
@@ -95,10 +97,10 @@ TEST(FactorList, CountAndCostByHand) {
   EXPECT_EQ(all.pixels, 3);
   EXPECT_EQ(all.bones, 3);
   const double priors = 0.5 * 1.0;  // joint 0 is a metre from its prior
-  // Twice 0, 0.1 and 0.3 m for joint 0, and the metre of joint 1.
+  // Residuals: twice 0, 0.1 and 0.3 m for joint 0, and twice 1 m for joint 1.
   const double centres = 0.5 * (0.0 + 0.04 + 0.36) + 0.5 * (4.0 + 4.0 + 4.0);
-  // Of white noise of power q on acceleration the information of a change of
-  // velocity is 4 / (q dt): 1 m/s within 0.2 s.
+  // With white noise of power q on acceleration, the information on a change of
+  // velocity is 4 / (q dt): here 1 m/s within 0.2 s.
   const double motions = 0.5 * 4.0 / (2.0 * 0.2);
   const double pixels = 0.5 * 0.5 * 9.0;
   // The bone is a metre at first, then 1.01^0.5 and 1.09^0.5 m.
@@ -139,7 +141,7 @@ TEST(FactorList, VisitsARangeOfFrames) {
   EXPECT_NEAR(sum, Count(person, FactorWalk()).cost, 1e-12);
 }
 
-TEST(FactorList, ThePersonsPriorReplacesTheJoints) {
+TEST(FactorList, PersonPriorReplacesJointPriors) {
   const Camera camera = OriginCamera();
   PersonProblem person = TwoJoints(&camera);
   person.prior.A = Eigen::MatrixXd::Identity(12, 12);

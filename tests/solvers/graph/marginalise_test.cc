@@ -10,7 +10,8 @@
 namespace kinegraph {
 namespace {
 
-// Of rows [J r].
+// The prior that remains when the first kDropped variables of the rows [J r]
+// are eliminated.
 template <int kColumns, int kDropped>
 SquareRootPrior<kColumns - kDropped> Marginalise(const Eigen::MatrixXd& rows) {
   RowTriangle<kColumns> triangle;
@@ -25,7 +26,8 @@ SquareRootPrior<kColumns - kDropped> Marginalise(const Eigen::MatrixXd& rows) {
 }
 
 TEST(Marginalise, HandWorkedPair) {
-  // x ~ 3 +- 1, y - x ~ 4 +- 1 at x = y = 0: y ~ 7 with variance 2.
+  // The measurements x = 3 +- 1 and y - x = 4 +- 1, linearised at zero, imply
+  // y = 7 with variance 2.
   Eigen::MatrixXd rows(2, 3);
   rows << 1.0, 0.0, -3.0, -1.0, 1.0, -4.0;
   const auto prior = Marginalise<2, 1>(rows);
@@ -102,12 +104,12 @@ TEST(Marginalise, MoreRowsThanTheBuffer) {
                                information.bottomLeftCorner<2, 1>() *
                                    information.topRightCorner<1, 2>() /
                                    information(0, 0);
-  // Sums of 200 squares.
+  // Rounding of sums of 200 products.
   EXPECT_LT((prior.A.transpose() * prior.A - kept).norm(), 1e-11);
 }
 
 TEST(Marginalise, AddsNoInformationOnAnUnmeasuredVariable) {
-  // Only the dropped variable is measured: no information on the kept one.
+  // Only the dropped variable is measured.
   Eigen::MatrixXd rows(2, 3);
   rows << 1.0, 0.0, 1.0, 0.0, 0.0, 0.0;
   const auto prior = Marginalise<2, 1>(rows);

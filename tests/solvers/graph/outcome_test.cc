@@ -1,4 +1,4 @@
-// Estimates as poses, from hand-made chains. Statuses and the removal of
+// Poses written from chains that are built by hand. Statuses and the removal of
 // uncertain joints are tested in assembler_test.cc.
 #include "solvers/graph/outcome.h"
 
@@ -118,7 +118,7 @@ TEST(Outcome, WriteJointSetsPositionCovarianceAndWeights) {
   EXPECT_THAT(pose.inlier_views, ElementsAre(0, 2));
   ASSERT_TRUE(pose.covariances[1].has_value());
   EXPECT_EQ(*pose.covariances[1], covariance);
-  // Gated views have none.
+  // Gated views have weight zero.
   EXPECT_EQ(pose.matches[0].weights[1], 0.9);
   EXPECT_EQ(pose.matches[1].weights[1], 0.5);
   EXPECT_EQ(pose.matches[2].weights[1], 0.0);
@@ -130,8 +130,9 @@ TEST(Outcome, WriteJointSetsPositionCovarianceAndWeights) {
   }
 }
 
-// Weights go to the views by their slots; a view without the joint has none.
-TEST(Outcome, WriteJointTakesTheWeightsOfItsFrame) {
+// Weights are assigned to views by slot; a view that did not measure the joint
+// has none.
+TEST(Outcome, WriteJointUsesTheWeightsOfTheGivenFrame) {
   PersonPose pose =
       PoseOf(RecordOfViews({5, 6, 7}), SceneOf(1, KeptMatches::kWeights), false)
           .person;
@@ -156,7 +157,7 @@ TEST(Outcome, MissingJointHasNoPositionOrCovariance) {
   EXPECT_EQ(pose.matches[0].weights[0], 0.9);
 }
 
-TEST(Outcome, WithoutMatchesNoWeightsAreWritten) {
+TEST(Outcome, WriteJointWritesNoWeightsWithoutMatches) {
   for (const KeptMatches kept :
        {KeptMatches::kNone, KeptMatches::kDetections}) {
     PersonPose pose =

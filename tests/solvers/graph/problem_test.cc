@@ -44,7 +44,7 @@ struct SmallChain {
 
 // ---- Priors ----
 
-TEST(BirthPrior, CountsPositionsAndVelocitiesInTheirSigmas) {
+TEST(BirthPrior, ScalesPositionsAndVelocitiesByTheSigmas) {
   const Eigen::Vector3d centre(1.0, -2.0, 0.5);
   const StatePrior prior = BirthPrior(centre, 0.5, 4.0);
   State state;
@@ -56,7 +56,7 @@ TEST(BirthPrior, CountsPositionsAndVelocitiesInTheirSigmas) {
   EXPECT_EQ(prior.A_stated, prior.A);
 }
 
-TEST(PersonPrior, ResidualIsOfTheFirstStatesOfAllJoints) {
+TEST(PersonPrior, ResidualDependsOnTheFirstStatesOfAllJoints) {
   Random random(4);
   PersonPrior prior;
   EXPECT_TRUE(prior.empty());
@@ -84,14 +84,14 @@ TEST(PersonPrior, ResidualIsOfTheFirstStatesOfAllJoints) {
       const double x = states[static_cast<size_t>(j / 6)][0][j % 6];
       row += prior.A(i, j) * (x - prior.x0[j]);
     }
-    // A dozen products of numbers about one.
+    // Rounding of a dozen products of numbers near one.
     EXPECT_NEAR(residual[i], row, 1e-13);
   }
 }
 
 // ---- Measurements ----
 
-TEST(GateMeasurements, GatesMeasurementsWithoutAnImageAndUngatesThem) {
+TEST(GateMeasurements, GatesExactlyMeasurementsWithoutAnImage) {
   SmallChain small;
   const State seen = small.chain.states[1];
   small.chain.states[1].head<3>() = 1.5 * small.cameras[1].centre();
@@ -105,7 +105,7 @@ TEST(GateMeasurements, GatesMeasurementsWithoutAnImageAndUngatesThem) {
   EXPECT_FALSE(small.At(1, 1).gated);
 }
 
-TEST(StoreWeights, AreTheDerivativesOfTheLoss) {
+TEST(StoreWeights, WeightsAreTheDerivativesOfTheLoss) {
   SmallChain small;
   small.At(0, 1).px.x() += 12.0;  // six sigmas
   small.At(1, 2).gated = true;
@@ -116,7 +116,8 @@ TEST(StoreWeights, AreTheDerivativesOfTheLoss) {
     EXPECT_DOUBLE_EQ(small.At(0, 0).weight, 1.0);
     EXPECT_EQ(small.At(1, 2).weight, 0.0);
     const double s = 36.0;
-    // Of rho(s), by central differences: third derivatives are below 1e-2.
+    // The derivative of rho(s) by central differences; third derivatives are
+    // below 1e-2.
     constexpr double kStep = 1e-3;
     const double numeric = (EvaluateLoss(loss, scale, s + kStep).rho -
                             EvaluateLoss(loss, scale, s - kStep).rho) /
@@ -198,7 +199,7 @@ std::vector<PlacedFactor> Placed(const UserFactor& factor, bool has_previous,
       k, 3);
 }
 
-TEST(PlaceUserFactors, CountsFramesBackFromTheirOwn) {
+TEST(PlaceUserFactors, CountsFramesBackFromTheCurrentFrame) {
   const auto placed = Placed(FactorOn({{2, 0}, {1, 1}}, 2), true, 7);
   ASSERT_EQ(placed.size(), 1u);
   EXPECT_EQ(placed[0].keys[0].joint, 2);
@@ -221,7 +222,7 @@ TEST(PlaceUserFactors, RefusesUnknownJointsFramesAndWrongSizes) {
   EXPECT_THROW(Placed(UserFactor(), true, 7), OptionError);
 }
 
-TEST(LineariseGeneral, WeighsRowsByTheRootOfTheirLoss) {
+TEST(LineariseGeneral, ScalesRowsByTheRootOfTheWeight) {
   PersonProblem problem;
   problem.joints.resize(3);
   for (JointChain& joint : problem.joints)
@@ -265,7 +266,7 @@ TEST(SolveSchedule, EarlierStagesHaveThirtyTimesTheTolerance) {
   EXPECT_DOUBLE_EQ(schedule.StepToleranceM(2), 2e-5);
 }
 
-// ---- What is written ----
+// ---- Written poses ----
 
 FrameRecord TwoViewRecord() {
   FrameRecord record;
@@ -287,7 +288,7 @@ SceneModel SceneOfJoints(int count, KeptMatches kept) {
   return scene;
 }
 
-TEST(PoseOf, KeepsTheRequestedPartsOfItsMatches) {
+TEST(PoseOf, KeepsRequestedPartsOfMatches) {
   const FrameRecord record = TwoViewRecord();
   const FinalPose none =
       PoseOf(record, SceneOfJoints(3, KeptMatches::kNone), false);
@@ -334,7 +335,7 @@ TEST(WriteJoint, SetsTheWeightsOfTheMeasuringViews) {
   EXPECT_EQ(pose.person.matches[1].weights[0], std::nullopt);
 }
 
-TEST(WriteJoint, DerivativesAreTheStatesVelocity) {
+TEST(WriteJoint, DerivativeIsTheVelocityOfTheState) {
   SmallChain small;
   SceneModel scene = SceneOfJoints(2, KeptMatches::kNone);
   FinalPose pose = PoseOf(TwoViewRecord(), scene, false);

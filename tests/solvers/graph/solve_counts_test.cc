@@ -43,11 +43,11 @@ TEST(SolveCounts, AllWellUnlessAFailureIsCounted) {
     SolveCounts one = counts;
     one.*trouble = 1;
     EXPECT_FALSE(one.AllWell());
-    EXPECT_THAT(DescribeTroubles(one), StartsWith("of 5 solves 1 "));
+    EXPECT_THAT(DescribeTroubles(one), StartsWith("of 5 solves, 1 "));
   }
 }
 
-// The count at place i is 10^i: no two sums of them are the same.
+// Count i is 10^i, so that a count added to another member would be noticed.
 TEST(SolveCounts, AddsEachCount) {
   SolveCounts counts;
   int64_t value = 1;
@@ -73,7 +73,7 @@ TEST(DescribeTroubles, NamesOnlyTheCountedFailures) {
   counts.not_finite = 2;
   counts.no_covariance = 3;
   EXPECT_EQ(DescribeTroubles(counts, "frames that are not of interest"),
-            "of 40 solves 2 have no finite solution, 3 have no covariance");
+            "of 40 solves, 2 have no finite solution, 3 have no covariance");
   counts.bones_dropped = 4;
   counts.positions_in_doubt = 5;
   const std::string text = DescribeTroubles(counts);
@@ -82,38 +82,38 @@ TEST(DescribeTroubles, NamesOnlyTheCountedFailures) {
   EXPECT_THAT(text, Not(HasSubstr("max_iterations")));
 }
 
-TEST(DescribeTroubles, NonConvergenceIsGivenWithFramesAndAdvice) {
+TEST(DescribeTroubles, ReportsNonConvergenceWithFramesAndAdvice) {
   const std::string somewhere = DescribeTroubles(NotConvergedOnce());
-  EXPECT_THAT(somewhere, StartsWith("of 1 solves 1 did not converge; "));
+  EXPECT_THAT(somewhere, StartsWith("of 1 solves, 1 did not converge; "));
   EXPECT_THAT(somewhere, HasSubstr("--set=graph.max_iterations="));
   EXPECT_THAT(DescribeTroubles(NotConvergedOnce(), "frames 3 to 9"),
-              StartsWith("of 1 solves 1 did not converge (frames 3 to 9); "));
+              StartsWith("of 1 solves, 1 did not converge (frames 3 to 9); "));
 }
 
-TEST(SolveLedger, BeginsEmpty) {
+TEST(SolveLedger, IsInitiallyEmpty) {
   const SolveLedger ledger;
   EXPECT_TRUE(ledger.Total().AllWell());
   EXPECT_EQ(ledger.Total().solves, 0);
   EXPECT_EQ(ledger.NotConverged(), "");
 }
 
-TEST(SolveLedger, NamesUpToThreePeopleByTheirFirstFrames) {
+TEST(SolveLedger, NamesUpToThreePeopleInOrderOfFirstFrame) {
   SolveLedger ledger;
   SolveCounts well;
   well.solves = 1;
   ledger.Add(well, 0, 5);
   EXPECT_EQ(ledger.NotConverged(), "");
   ledger.Add(NotConvergedOnce(), 50, 60);
-  EXPECT_EQ(ledger.NotConverged(), "a person of frames 50 to 60");
+  EXPECT_EQ(ledger.NotConverged(), "a person in frames 50 to 60");
   ledger.Add(NotConvergedOnce(), 7, 99);
   // Two people may span the same frames.
   ledger.Add(NotConvergedOnce(), 7, 99);
   EXPECT_EQ(ledger.NotConverged(),
-            "a person of frames 7 to 99, one of 7 to 99, one of 50 to 60");
+            "a person in frames 7 to 99, one in 7 to 99, one in 50 to 60");
   ledger.Add(NotConvergedOnce(), 2, 3);
   ledger.Add(NotConvergedOnce(), 80, 90);
   EXPECT_EQ(ledger.NotConverged(),
-            "a person of frames 2 to 3, one of 7 to 99, one of 7 to 99, 2 "
+            "a person in frames 2 to 3, one in 7 to 99, one in 7 to 99, 2 "
             "more");
   EXPECT_EQ(ledger.Total().solves, 6);
   EXPECT_EQ(ledger.Total().not_converged, 5);

@@ -73,9 +73,9 @@ TEST(WindowEstimator, EqualsBatchOverTheFramesSoFarInAnAffineWorld) {
           const Joint3d& joint = batch[k].person.joints[j];
           EXPECT_EQ(window->Last()[j].status, joint.status);
           if (!joint.present()) continue;
-          // Cameras at 1e8 m with focal lengths of 1e8 px project without a
-          // relevant rounding error; the system has a condition of 1e7, so its
-          // error is 1e-16 * 1e7; ten times that.
+          // Cameras at 1e8 m project without a relevant rounding error; the
+          // system has a condition number of 1e7, so its error is 1e-16 * 1e7;
+          // ten times that.
           EXPECT_LT(Apart(window->Last()[j], joint), 1e-8);
         }
       }
@@ -151,8 +151,7 @@ TEST(WindowEstimator, LastAndPredictAreCausal) {
     EXPECT_EQ(window->LastTime(), recording.frames[seen].time);
     if (k < 10) continue;
     for (size_t j = 0; j < 3; ++j) {
-      // 24 mm per view and axis, averaged over five views and time: well below
-      // 5 cm.
+      // 24 mm per view and axis, averaged over five views and time.
       EXPECT_LT(Apart(window->Last()[j], recording.truth[j][seen]), 0.08);
     }
   }
@@ -160,7 +159,7 @@ TEST(WindowEstimator, LastAndPredictAreCausal) {
   window->Predict(recording.frames[52].time, &pose);
   for (size_t j = 0; j < 3; ++j) {
     EXPECT_EQ(pose[j].status, JointStatus::kInferred);
-    // Prediction by three frames: the velocity is known to about 0.5 m/s.
+    // Prediction over three frames; the velocity is known to about 0.5 m/s.
     EXPECT_LT(Apart(pose[j], recording.truth[j][52]), 0.2);
   }
 }
@@ -222,10 +221,10 @@ TEST(WindowEstimator, HighFrameRatesShareSolves) {
   window->Finish();
   window->ExtractFinals(&finals);
   ASSERT_EQ(finals.size(), kFrames);
-  // The first frame, every fourth after it, and the last ones.
+  // The first frame, every fourth frame after it, and the rest in Finish().
   EXPECT_EQ(options.ledger->Total().solves, 3 * 61);
-  // Fewer solves do not reduce the accuracy: detectors with errors of 15 mm,
-  // several views.
+  // Fewer solves do not reduce the accuracy: the error stays below the
+  // detector's error of 15 mm.
   EXPECT_LT(testing::RootMeanSquare(recording.truth, finals, 24), 0.015);
 }
 
