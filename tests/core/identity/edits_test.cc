@@ -111,7 +111,7 @@ struct Wrong {
   std::string message;
 };
 
-TEST(ApplyEditTest, WrongEditsSayWhatAndChangeNothing) {
+TEST(ApplyEditTest, InvalidEditsAreReportedAndChangeNothing) {
   const std::vector<Wrong> wrongs = {
       {Edit(EditOp::kJoin, {0, 7}), "person 7 is unknown"},
       {Edit(EditOp::kJoin, {0}), "persons: found 1, expected two"},
