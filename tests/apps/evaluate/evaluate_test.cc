@@ -269,7 +269,8 @@ TEST_F(EvaluateWalkerTest, EveryProtocolPairsByTimeAndReportsIt) {
     const ProgramOutcome outcome =
         Done("evaluate", "--protocol=" + protocol + Against(tracks_, truth) +
                              " --json='" + json + "'");
-    // The range ends with the last frame of the tracks, the truth 20 ms later.
+    // The range ends with the last frame of the tracks; the truth ends 20 ms
+    // later.
     const std::string counts =
         protocol == kProtocols[4] ? "100 of 199 true" : "100 of 200 true";
     EXPECT_THAT(
