@@ -1,6 +1,6 @@
 // `track` without a configuration gives no warnings for good recordings, and
 // warnings if cameras have errors.
-// tests/solvers/session/recording_report_test.cc has twelve faulty set-ups.
+// tests/solvers/session/recording_report_test.cc has ten faulty set-ups.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

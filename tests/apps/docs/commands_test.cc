@@ -44,8 +44,8 @@ std::vector<Block> FencedBlocks(const std::string& page) {
 
 bool RunsCommands(const Block& block) {
   if (block.text.find("./kinegraph ") == std::string::npos) return false;
-  // Skipped: set-up and demo, which have their own tests; benchmarks and
-  // tuning, which take long; commands on videos that do not exist.
+  // Skips set-up and demo, which have their own tests; benchmarks and tuning,
+  // which take long; and commands on videos that do not exist.
   for (const char* word :
        {"./kinegraph build", "./kinegraph test", "./kinegraph demo", "cmake ",
         "benchmark", "--tune", ".mp4"}) {

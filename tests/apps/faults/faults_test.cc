@@ -361,7 +361,7 @@ std::string OfflineCommand(const std::string& detections, const fs::path& out) {
                       DemoScene("8"), "configs/offline.toml");
 }
 
-// Ctrl-C during solving: ends at once, with one line.
+// Ctrl-C during solving ends the program at once, with one line.
 TEST(SignalTest, ASolveIsAbortedAtOnce) {
   const TemporaryFolder folder;
   const std::string errors = (folder.path() / "errors").string();

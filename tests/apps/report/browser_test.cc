@@ -610,7 +610,8 @@ TEST_F(PageInBrowser, FingersScrubPlayAndJump) {
   // pixels wide, and the thumb keeps the distance at which it was grabbed (10
   // px).
   EXPECT_NEAR(FrameEverywhere(), 49.5, 5.0);
-  // Slowly: on a busy machine the recording must not end before the second tap.
+  // Plays slowly, so that even on a busy machine the recording does not end
+  // before the second tap.
   browser.Evaluate("kinegraph.state.speed = 0.1");
   browser.Tap("#play");
   const int from = Frame();

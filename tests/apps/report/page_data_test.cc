@@ -346,7 +346,7 @@ TEST(PageData, TwoResultsAreMeasuredAgainstTheTruth) {
   EXPECT_EQ(differences(0), std::vector<uint16_t>(5 * 2, 0));
   EXPECT_EQ(differences(1), std::vector<uint16_t>(5 * 2, 100)) << "in mm";
   EXPECT_FALSE(page["results"][2].contains("difference"));
-  // The same without truth: each is compared with the other.
+  // Without truth, the two results are compared with each other.
   input.results.pop_back();
   const Json pair = PageOf(input);
   EXPECT_EQ(Decode<uint16_t>(pair["results"][0]["difference"]),

@@ -28,7 +28,7 @@ constexpr int kFirstPicture = 100;
 // Two more than the images of the video.
 constexpr int kPictures = 42;
 
-// Without people, so that nothing is drawn over the images.
+// A recording without people, so that nothing is drawn over the images.
 PageInput EmptyRecording() {
   PageInput input;
   input.title = "take";
@@ -109,7 +109,7 @@ class VideoPanels : public ::testing::TestWithParam<bool> {
         "window.shot = pen; }; image.src = 'data:image/png;base64," +
         Base64(ReadBytes(path)) + "'; })()");
     EXPECT_TRUE(browser_->WaitFor("window.shot !== undefined"));
-    // Black under a third of white is 89, white stays 255.
+    // Panels cover images with 35 % white: black becomes 89, white stays 255.
     return browser_
         ->Evaluate(
             "(() => { const box = kinegraph.panels[" + std::to_string(panel) +

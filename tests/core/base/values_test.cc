@@ -1,4 +1,4 @@
-// Small values and texts.
+// Statistics, frame clocks and texts.
 #include <gtest/gtest.h>
 
 #include "core/base/error.h"

@@ -140,7 +140,7 @@ TEST(IdentityTest, PosesOnHiddenPeopleAreNoFalsePositives) {
   for (Joint3d& joint : truth.frames[1].people[0].joints) {
     joint.status = JointStatus::kInferred;
   }
-  // Found there, not found there, and a second pose there.
+  // The hidden person is found, not found, or found twice.
   for (const char* found :
        {"1@0 | 1@0 | 1@0", "1@0 | | 1@0", "1@0 | 1@0 2@0 | 1@0"}) {
     SCOPED_TRACE(found);

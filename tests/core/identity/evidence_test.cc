@@ -160,7 +160,7 @@ TEST(MotionModelTest, StandingPeopleKeepHeading) {
   const double unknown =
       model.LogRatio(State(0.0, 0.0, 0.0), State(1.0, 0.0, 0.0), 0.04);
   EXPECT_GT(ratio(1.0, 0.1, 0.0), unknown + 1.0);
-  // Facing the other way weakens the evidence less: people turn.
+  // Facing the other way is weaker evidence, because people turn round.
   EXPECT_LT(ratio(1.0, 3.0, 0.0), unknown - 0.4);
   EXPECT_GT(ratio(1.0, 3.0, 0.0), unknown - 1.5);
   // Left and right are equivalent.

@@ -161,13 +161,13 @@ TEST(LinkingTest, TrackRecoveredOnAnotherPersonIsCut) {
   ExpectBothToBeThemselves(Link(FoundAgainOnSomebodyElse(0, 100, 140)));
 }
 
-TEST(LinkingTest, ATrackThatWasSeenAloneForASecondIsCut) {
+TEST(LinkingTest, TrackObservedAloneForASecondIsCut) {
   // The tall person is lost next to the track soon after the track began; then
   // the track is alone for 1.6 s.
   ExpectBothToBeThemselves(Link(FoundAgainOnSomebodyElse(100, 116, 156)));
 }
 
-TEST(LinkingTest, AHopSoonAfterATrackBeganIsCut) {
+TEST(LinkingTest, HopSoonAfterTheBeginningIsCut) {
   // Track 0 begins with the small person, beside whom another appears; after
   // 1.7 s it is not observed and continues on the tall one, who is new. The
   // small one returns later.

@@ -100,7 +100,7 @@ void ForEachJoint(const Scene& scene, const DetectionSequence& sequence,
   }
 }
 
-// The same for observations with these options.
+// As above, for observations simulated with these options.
 void ForEachJoint(const Scene& scene, const NoiseOptions& options,
                   const std::function<void(const Sample&)>& visit) {
   ObservationTruth truth;
