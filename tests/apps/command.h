@@ -33,7 +33,7 @@ inline std::string Refusal(const std::string& command,
   return outcome.errors;
 }
 
-// A test whose commands have a folder for their files.
+// A test with a folder for the files of its commands.
 class CommandTest : public ::testing::Test {
  protected:
   std::string Path(const std::string& name) const {

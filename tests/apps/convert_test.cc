@@ -46,7 +46,7 @@ std::string Refused(const std::string& arguments) {
   return testing::Refusal("convert", arguments);
 }
 
-// A small recording in our own formats.
+// A small recording in kinegraph's formats.
 struct Take {
   explicit Take(const TemporaryFolder& folder)
       : cameras(folder.path() / "cameras.json"),
@@ -211,7 +211,7 @@ TEST(Convert, BadUsageGivesOneLineAndExitCodeTwo) {
 }
 
 // The advice of each note is a command that runs and removes the note.
-TEST(Convert, NotesTurnedWorldsAndTheUpDirection) {
+TEST(Convert, NotesRotatedWorldsAndTheUpDirection) {
   const TemporaryFolder folder;
   const std::string tracks = folder.path() / "take.jsonl";
   WriteTracks(tracks, testing::Walk());
@@ -222,7 +222,7 @@ TEST(Convert, NotesTurnedWorldsAndTheUpDirection) {
   };
   const auto stands = Not(HasSubstr("people stand"));
   EXPECT_THAT(convert(tracks, "up.trc", ""), stands);
-  // A file whose Z is up although its format means Y.
+  // A file whose Z is up although its format defines Y as up.
   EXPECT_THAT(convert(tracks, "side.trc", "--axes=x,y,z"),
               HasSubstr("people stand along z of the world, not along y, which "
                         "trc shows as up: --axes=x,z,-y stands them up"));
@@ -241,8 +241,8 @@ TEST(Convert, NotesTurnedWorldsAndTheUpDirection) {
               stands);
 }
 
-// Tracks in formats without stated axes are rotated on reading: a quarter turn
-// about x and its inverse cancel.
+// Tracks in formats without stated axes are rotated on reading: a rotation by
+// 90 degrees about x and its inverse cancel.
 TEST(Convert, AxesRotateTracksOfAnyFormat) {
   const TemporaryFolder folder;
   const std::string tracks = folder.path() / "take.jsonl";
@@ -297,7 +297,7 @@ TEST(Convert, ReadsTracksFromAPipe) {
     EXPECT_EQ(testing::ContentOf(piped), testing::ContentOf(direct));
     fs::remove(piped);
   }
-  // Three kinds of files have a format of that name.
+  // Three kinds of files have a format named kinegraph.
   const auto refused = feed(" --to=kinegraph --out=" + piped);
   EXPECT_EQ(refused.exit_code, 2);
   EXPECT_THAT(refused.errors, HasSubstr("cannot be recognised from a pipe"));

@@ -37,7 +37,8 @@ class CorrectionsTest : public CommandTest {
     WriteCameras(Path("cameras.json"), rig);
   }
 
-  // Tracks with a file of these lines; without them identities are not merged.
+  // Flags for tracking with a corrections file of these lines; with an empty
+  // file identities are not merged.
   std::string Flags(const std::string& lines, const std::string& out) const {
     return "--cameras=" + Path("cameras.json") +
            " --detections=" + Path("seen.jsonl") +

@@ -21,7 +21,7 @@ namespace {
 namespace fs = std::filesystem;
 using ::testing::HasSubstr;
 
-// Numbers of a Markdown row by its label, counts in brackets left out.
+// The numbers of each Markdown row, by its label, without counts in brackets.
 std::map<std::string, std::vector<double>> RowsOf(const std::string& table) {
   std::map<std::string, std::vector<double>> rows;
   std::istringstream lines(table);
@@ -50,7 +50,7 @@ class DemoTest : public CommandTest {
   const fs::path out_ = folder_.path() / "new/demo";
 };
 
-// The lines of README's table, from its rule to the dots.
+// The lines of README's table, from its header to the dots.
 std::vector<std::string> TableOfReadme() {
   std::istringstream lines(ContentOf(ProjectFile("README.md")));
   std::vector<std::string> table;

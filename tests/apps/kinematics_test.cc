@@ -90,7 +90,7 @@ class Kinematics : public CommandTest {
   }
 };
 
-TEST_F(Kinematics, WritesARowAPersonAndFrame) {
+TEST_F(Kinematics, WritesOneRowPerPersonAndFrame) {
   const std::string out = Path("new folder/angles.csv");
   const ProgramOutcome outcome =
       Done("kinematics", "--tracks=" + WriteBend() + " '--out=" + out + "'");
@@ -107,7 +107,6 @@ TEST_F(Kinematics, MissingValuesAreEmptyCells) {
   const std::vector<Row> rows = ReadCsv(Path("angles.csv"));
   ASSERT_EQ(rows.size(), 3u);
   for (size_t k = 0; k < 3; ++k) {
-    // The knee's angle to 1e-9 degrees.
     EXPECT_NEAR(std::stod(rows[k].at("l_knee_flexion_deg")),
                 45.0 * static_cast<double>(k), 1e-9);
   }
@@ -119,7 +118,7 @@ TEST_F(Kinematics, MissingValuesAreEmptyCells) {
   EXPECT_EQ(rows[0].count("l_knee_flexion_low_deg"), 0u);
 }
 
-TEST_F(Kinematics, WithoutTimesThereAreNoSpeeds) {
+TEST_F(Kinematics, NoTimesMeanNoSpeeds) {
   EXPECT_THAT(Run("--tracks=" + WriteBendWithoutTimes()).errors,
               HasSubstr("--frame_rate=HZ"));
   const std::vector<Row> rows = ReadCsv(Path("angles.csv"));

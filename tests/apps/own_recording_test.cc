@@ -82,8 +82,8 @@ std::vector<OwnRecording> CoveringRecordings() {
 }
 
 // The scene in the folder: detections in the detector's format, and
-// calibration.json, a format that states no unit. Noise is the same share of a
-// person's size in every image: 4 px at 800 px and 6.5 m.
+// calibration.json, a format that states no unit. Noise is the same fraction of
+// a person's size in every image: 4 px at 800 px and 6.5 m.
 void MakeOwnRecording(const OwnRecording& recording,
                       const std::string& folder) {
   const std::string focal = Text(recording.focal_px);
@@ -113,9 +113,9 @@ void MakeOwnRecording(const OwnRecording& recording,
       &lost_fields);
 }
 
-// Overrides as in a hand-made configuration: gates in pixels by the rule of
-// configs/paper/pose2sim.toml, scaled by focal length over distance; 310 px/m
-// as on Shelf.
+// Overrides that a user might write: gates in pixels by the rule of
+// configs/paper/pose2sim.toml, the paper's values scaled by focal length over
+// distance, relative to 310 px/m on Shelf.
 std::string HandMadeKeys(const OwnRecording& recording) {
   const double scale = recording.focal_px / recording.radius_m() / 310.0;
   return "gates.units=pixels;association.alpha_2d=" + Text(70 * scale) +
@@ -126,8 +126,8 @@ std::string HandMadeKeys(const OwnRecording& recording) {
 
 class OwnRecordings : public ::testing::TestWithParam<OwnRecording> {};
 
-// Init, track, report; and once more with the hand-made gates.
-TEST_P(OwnRecordings, NeedNoConfigurationByHand) {
+// Init, track, report; then track again with hand-made gates.
+TEST_P(OwnRecordings, NeedNoHandWrittenConfiguration) {
   const OwnRecording& recording = GetParam();
   const TemporaryFolder temporary;
   const std::string folder = temporary.path().string();
@@ -168,7 +168,8 @@ TEST_P(OwnRecordings, NeedNoConfigurationByHand) {
   EXPECT_LE(
       error_m,
       1.05 * EvaluateMpjpe(truth, ReadTracks(folder + "/by_hand.jsonl")).raw_m);
-  // 4 px of 800 are 32 mm across at 6.5 m, seen by several cameras.
+  // 4 px at a focal length of 800 px are 32 mm at 6.5 m; several cameras reduce
+  // this.
   EXPECT_LT(error_m, 0.032 * recording.radius_m() / 6.5);
   EXPECT_THAT(ContentOf(folder + "/page/take.html"),
               HasSubstr("kinegraph_summary"));
@@ -180,7 +181,7 @@ INSTANTIATE_TEST_SUITE_P(FiveSteps, OwnRecordings,
 
 class SmallRecording : public ::testing::Test {
  protected:
-  // One person for two seconds, or as many as given for longer.
+  // Makes a recording in the folder `in`.
   void Make(const std::string& format, const std::string& skeleton,
             int people = 1, double duration_s = 2.5) {
     MakeOwnRecording({format, skeleton, 25.0, 800.0, 1.0, people, duration_s},
@@ -248,8 +249,8 @@ std::string WithLateView(const std::string& detections, size_t frames_late) {
   return late;
 }
 
-// The configuration from `init` refines displaced cameras and one that started
-// late; a good recording is not changed.
+// The configuration from `init` refines displaced cameras, and the clock of a
+// camera that started late; a good recording is not changed.
 TEST_F(SmallRecording, InitEnablesRefinementWhereNeeded) {
   Make("coco", "coco17", 3, 6.0);
   CameraRig turned;
@@ -277,7 +278,8 @@ TEST_F(SmallRecording, InitEnablesRefinementWhereNeeded) {
   Done("track", Flags("clocks.jsonl", "cameras.json", "late.jsonl") + config);
   EXPECT_FALSE(written("clocks.cameras.json", "late.jsonl").refine_clock);
 
-  // The page shows the changed cameras, although --cameras names the others.
+  // The page shows the refined cameras, although --cameras names the
+  // calibration.
   written("turned.json", "detections.jsonl");
   Done("track", Flags("take.jsonl", "turned.json") + config);
   EXPECT_THAT(Done("report", Flags("take.html", "turned.json") + config +

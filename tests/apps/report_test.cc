@@ -88,7 +88,8 @@ TEST_F(ReportTest, PicturesAreLinkedOrEmbeddedUnchanged) {
   EXPECT_THAT(ContentOf(out_), HasSubstr("\"base64\":[\"/9j/"));
   EXPECT_THAT(ContentOf(out_), HasSubstr(",\"iVBORw0KGgp4"));
   EXPECT_THAT(ContentOf(out_), Not(HasSubstr("%d.jpg")));
-  // 20 of 4 kB each in 20 kB: one in five, never more than was allowed.
+  // 20 pictures of 4 kB each, at most 20 kB: one in five, so that the limit
+  // holds.
   outcome = Run(what + " --embed_megabytes=0.02");
   EXPECT_THAT(outcome.output,
               HasSubstr("4 pictures inside the page, one frame in 5\n"));

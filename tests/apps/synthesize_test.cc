@@ -18,7 +18,7 @@ namespace {
 namespace fs = std::filesystem;
 using ::testing::HasSubstr;
 
-// In single quotes; empty without a value.
+// A flag in single quotes; empty without a value.
 std::string Flag(const std::string& name, const std::string& value) {
   return value.empty() ? "" : " '--" + name + "=" + value + "'";
 }
@@ -156,17 +156,18 @@ TEST_F(SynthesizeTest, AppliesConfiguredRateStartsAndHolds) {
   ExpectSameFiles("a", "b");
   const TrackSequence truth = ReadTracks(Path("a/truth.jsonl"));
   EXPECT_EQ(truth.header.frame_rate_hz, 60.0);
-  // The clip's 89 intervals of 1/30 s after 1 s and a hold of 2 s, whose start
-  // from rest takes 0.15 s more.
+  // The clip's 89 intervals of 1/30 s after 1 s and a hold of 2 s; the start
+  // from rest adds 0.15 s.
   EXPECT_EQ(truth.frames.size(), 189u + 178u + 1u);
   EXPECT_EQ(truth.frames[30].people.size(), 1u);
   EXPECT_EQ(truth.frames[90].people.size(), 2u);
-  // The command line's clips take precedence: two starts for one clip.
+  // Clips of the command line take precedence: then there are two starts for
+  // one clip.
   Refusal("synthesize", Flags(config, "c", "scene.seed=3", clip));
 }
 
 // The scene has the joints of the clip, unless its skeleton is configured.
-TEST_F(SynthesizeTest, AClipWithoutAFaceGivesDetectionsWithoutOne) {
+TEST_F(SynthesizeTest, ClipsWithoutFacesGiveDetectionsWithoutFaces) {
   TrackSequence clip = ReadTracks(MakeClip());
   std::vector<std::string> joints(clip.header.skeleton.joints().begin() + 5,
                                   clip.header.skeleton.joints().end());

@@ -44,7 +44,7 @@ class TrackResultTest : public CommandTest {
     return "--cameras=" + Path("cameras.json") + " --detections=" + detections +
            " --out=" + Path(out) + " --mode=graph " + more;
   }
-  // A stream of these lines.
+  // Flags for a stream of these lines.
   std::string Live(const std::vector<std::string>& lines,
                    const std::string& more = "") const {
     return Flags("- < " + folder_.Write("live.txt", Joined(lines)), "day.jsonl",
@@ -87,7 +87,7 @@ TEST_F(TrackResultTest, RemovesAndIgnoresFilesOfAnEarlierRun) {
   fs::copy(Path("a.identity.jsonl"), Path("b.identity.jsonl"));
   Done("track", Flags(Path("second.jsonl"), "b.jsonl"));
   EXPECT_THAT(FilesOf("b"), UnorderedElementsAre("b.jsonl", "b.summary.json"));
-  // A user restores it.
+  // A user restores the old file.
   fs::copy(Path("a.identity.jsonl"), Path("b.identity.jsonl"));
   const ProgramOutcome refused =
       RunProgram("convert", "--in=" + Path("b.jsonl") + anna);

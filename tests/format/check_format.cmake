@@ -11,5 +11,5 @@ execute_process(COMMAND ${CLANG_FORMAT} --dry-run --Werror ${sources}
   RESULT_VARIABLE result ERROR_VARIABLE errors)
 if(NOT result EQUAL 0)
   message(FATAL_ERROR "format differs from .clang-format (clang-format-14 -i "
-    "mends it):\n${errors}")
+    "fixes it):\n${errors}")
 endif()

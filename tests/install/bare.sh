@@ -1,7 +1,7 @@
-# What bare_root.sh and bare_wheel.sh share: `bare FOLDER [PACKAGES]` makes FOLDER
-# the root of a bare Debian 12 (debootstrap's smallest variant and PACKAGES; one
-# that is there is used again); `step` runs a command and prints how long it took;
-# `inside` runs shell words in the root.
+# Functions of bare_root.sh and bare_wheel.sh: `bare FOLDER [PACKAGES]` makes
+# FOLDER the root of a bare Debian 12 (debootstrap's smallest variant and
+# PACKAGES), or reuses it; `step` runs a command and prints how long it took;
+# `inside` runs a shell command in the root.
 mirror=${DEBIAN_MIRROR:-http://deb.debian.org/debian}
 
 step() {  # TITLE COMMAND...
@@ -9,7 +9,7 @@ step() {  # TITLE COMMAND...
   shift
   if ! "$@" >>"$log" 2>&1; then
     tail -n 20 "$log" >&2
-    echo "$(basename "$0" .sh): error: $title failed; its last words are above" >&2
+    echo "$(basename "$0" .sh): error: $title failed; its last output is above" >&2
     exit 1
   fi
   printf '%4d s  %s\n' $((SECONDS - begin)) "$title"

@@ -1,13 +1,13 @@
 #!/bin/bash
-# The Debian package in a bare Debian 12: install it there, run the demo, bring a
-# take of one's own to its page, track from Python, and build and run a C++
-# program of one's own.
+# Tests the Debian package in a bare Debian 12: installs it, runs the demo, takes
+# a user's recording to a page, tracks from Python, and builds and runs the C++
+# examples.
 #
 #   tests/install/bare_root.sh kinegraph_0.1.0_amd64.deb FOLDER
 #
 # Needs root, debootstrap and a Debian mirror (DEBIAN_MIRROR). FOLDER becomes the
-# root, some 2 GB; one that is there is used again. Prints how long each step
-# took. The Dockerfile takes the same steps.
+# root (about 2 GB); an existing root is reused. Prints how long each step took.
+# The Dockerfile does the same steps.
 set -euo pipefail
 . "$(dirname "$(readlink -f "$0")")/bare.sh"
 
@@ -25,7 +25,7 @@ step "kinegraph --version, man page, completion" inside \
 step "kinegraph demo" inside \
   "rm -rf /root/try && mkdir /root/try && cd /root/try && kinegraph demo
    test -s out/demo/page.html"
-step "an own take: init, track, report" inside \
+step "a user's recording: init, track, report" inside \
   "cd /root/try && kinegraph synthesize --config=configs/synthetic/demo.toml \
      --set='scene.skeleton=halpe26;scene.duration=5' --format=mmpose --out=own
    what='--cameras=own/cameras.json --detections=own/detections_mmpose'
@@ -47,10 +47,10 @@ kg.write_tracks(\"tracks.jsonl\", tracks)'
    cmp <(tail -n +2 tracks.jsonl) <(tail -n +2 command.jsonl)"
 step "g++, cmake and the libraries' headers" inside \
   "apt-get -q -y install --no-install-recommends \$(dpkg-query -W -f='\${Suggests}' kinegraph | tr -d ,)"
-step "a program of one's own, built" inside \
+step "build the examples" inside \
   "cd /root/try && cmake -S /usr/share/doc/kinegraph/examples -B examples \
      -DCMAKE_BUILD_TYPE=Release
    cmake --build examples --parallel 2"
-step "and run" inside \
+step "run the examples" inside \
   "cd /root/try && examples/track_take take/cameras.json take/detections.jsonl own.jsonl
    test -s own.jsonl && examples/own_factor && examples/covariance"

@@ -1,12 +1,13 @@
 #!/bin/bash
-# The wheel in a bare Debian 12: debootstrap's smallest variant and python3-venv,
-# no other package. pip installs it into an empty environment; demo, track and
-# report run; then Python, with Debian's NumPy, gives what the command gave.
+# Tests the wheel in a bare Debian 12: debootstrap's smallest variant and
+# python3-venv, no other package. pip installs it into an empty environment; demo,
+# track and report run; then Python, with Debian's NumPy, gives the same tracks as
+# the command.
 #
 #   tests/install/bare_wheel.sh kinegraph-0.1.0-cp311-....whl FOLDER
 #
 # Needs root, debootstrap and a Debian mirror (DEBIAN_MIRROR). FOLDER becomes the
-# root; one that is there is used again. Prints how long each step took.
+# root; an existing root is reused. Prints how long each step took.
 set -euo pipefail
 . "$(dirname "$(readlink -f "$0")")/bare.sh"
 
@@ -34,10 +35,10 @@ step "kinegraph init, track, report" try \
    venv/bin/kinegraph init \$what --out=my.toml
    venv/bin/kinegraph track \$what --set=output.observations=false --out=command.jsonl
    venv/bin/kinegraph report --tracks=command.jsonl \$what --out=page.html"
-step "NumPy, and another glog and OpenMP, from Debian" try \
+step "install Debian's NumPy, and its own glog and OpenMP" try \
   "apt-get -q update
    apt-get -q -y install --no-install-recommends python3-numpy libgoogle-glog0v6 libgomp1"
-step "import kinegraph gives what the command gave" try \
+step "import kinegraph gives the tracks of the command" try \
   "python3 -m venv --system-site-packages with_numpy
    with_numpy/bin/pip install --no-index kinegraph-*.whl
    with_numpy/bin/python -c 'import kinegraph as kg
@@ -45,7 +46,7 @@ kg.write_tracks(\"module.jsonl\",
                 kg.track(kg.read_cameras(\"out/demo/cameras.json\"),
                          kg.read_detections(\"out/demo/detections.jsonl\")))'
    cmp <(tail -n +2 module.jsonl) <(tail -n +2 command.jsonl)"
-step "beside a glog and an OpenMP that are there for everybody" try \
+step "the same with Debian's glog and OpenMP loaded globally" try \
   "with_numpy/bin/python -c 'import ctypes
 for name in (\"libgomp.so.1\", \"libglog.so.1\"):
     ctypes.CDLL(name, mode=ctypes.RTLD_GLOBAL)

@@ -1,4 +1,4 @@
-# A blank in the path, because somebody will have one.
+# The path has a blank, as paths of users may.
 set(prefix "${FOLDER}/a prefix")
 set(consumer "${FOLDER}/consumer build")
 file(REMOVE_RECURSE ${prefix} ${consumer})
@@ -16,20 +16,20 @@ run(${CMAKE_COMMAND} --install ${BUILD} --config ${CONFIG} --prefix ${prefix})
 run(${prefix}/bin/kinegraph-adapters --list)
 foreach(header kinegraph.h core/geometry/camera.h solvers/session/session.h)
   if(NOT EXISTS ${prefix}/include/kinegraph/${header})
-    message(FATAL_ERROR "include/kinegraph/${header} is not there")
+    message(FATAL_ERROR "include/kinegraph/${header} is missing")
   endif()
 endforeach()
-# What no public header includes is not installed.
+# Headers that no public header includes are not installed.
 foreach(header core/io/files/atomic_file.h apps/common/app.h)
   if(EXISTS ${prefix}/include/kinegraph/${header})
     message(FATAL_ERROR "the internal header ${header} was installed")
   endif()
 endforeach()
-# Few, and free of what the solvers are made of.
+# Public headers are few and do not include the solvers' libraries.
 file(GLOB_RECURSE headers ${prefix}/include/kinegraph/*.h)
 list(LENGTH headers count)
 if(count GREATER 60)
-  message(FATAL_ERROR "${count} headers are public, 60 at most are agreed on")
+  message(FATAL_ERROR "found ${count} public headers, expected at most 60")
 endif()
 foreach(header ${headers})
   file(STRINGS ${header} lines REGEX "#include <(ceres|nlohmann/json.hpp)")
@@ -44,7 +44,7 @@ run(${CMAKE_COMMAND} -S ${SOURCE} -B ${consumer} -G ${GENERATOR}
 run(${CMAKE_COMMAND} --build ${consumer})
 run(${consumer}/consumer)
 
-# The examples, as somebody would build them, and what they print.
+# Builds the examples as a user would, and runs them.
 set(examples "${FOLDER}/examples build")
 set(take "${FOLDER}/take")
 file(REMOVE_RECURSE ${examples} ${take})

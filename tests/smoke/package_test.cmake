@@ -2,7 +2,7 @@
 file(GLOB pages ${PAGES}/kinegraph-*.1)
 list(LENGTH pages count)
 if(count LESS 8)
-  message(FATAL_ERROR "found ${count} manual pages, expected one a command")
+  message(FATAL_ERROR "found ${count} manual pages, expected one per command")
 endif()
 file(READ ${PAGES}/kinegraph-track.1 track)
 file(READ ${PAGES}/kinegraph.bash completion)

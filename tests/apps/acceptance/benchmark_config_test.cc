@@ -1,5 +1,5 @@
-// configs/benchmark keeps the figures of frozen configurations, independent of
-// defaults.
+// The configurations in configs/benchmark reproduce frozen figures, independent
+// of defaults.
 #include <gtest/gtest.h>
 #include <toml++/toml.h>
 
@@ -18,10 +18,10 @@ namespace {
 struct Frozen {
   const char* name;  // configs/benchmark/NAME.toml
   bool campus;
-  // Of the headline's actors. Without bones the numbers are those of commit
-  // 98b8b86. With bones it had 4710 and 3674, from ten coarse steps, whose key
-  // no longer exists; a solver that finds the other of two minima of a joint
-  // differs by one or two.
+  // Correct parts of the headline actors. Without bones the numbers are those
+  // of commit 98b8b86. With bones, that commit had 4710 and 3674, from ten
+  // coarse steps, whose key no longer exists; a solver that finds the other of
+  // two minima of a joint differs by one or two parts.
   int64_t right_parts;
 };
 

@@ -28,7 +28,8 @@ LoadedDataset LoadRawShelf() {
   return LoadDataset(ShelfReal(), testing::FindData("")->string());
 }
 
-// Tracks once without each camera and scores the prediction of its detections.
+// For each camera, tracks without it and scores the prediction of its
+// detections.
 HeldOutScores ScoreWithoutEachCamera(const LoadedDataset& shelf,
                                      const RunOptions& options) {
   const std::string folder = testing::FindData("shelf/reference")->string();
@@ -91,8 +92,8 @@ std::array<double, 2> FiguresOf(const HeldOutScores& scores,
 }
 
 // 0.88 and 0.80 of paper mode's errors were required of graph mode before it
-// was written. The ends of the intervals are checked, not the point estimates.
-// The results are in docs/results.md.
+// was written. The upper ends of the intervals are checked, not the point
+// estimates. The results are in docs/results.md.
 TEST(GraphModeTest, PredictsHeldOutCamerasBetterThanPaperMode) {
   KINEGRAPH_DATA_OR_SKIP(data, "shelf/detections/openpose");
   const LoadedDataset shelf = LoadRawShelf();
@@ -116,7 +117,7 @@ TEST(GraphModeTest, PredictsHeldOutCamerasBetterThanPaperMode) {
   const Interval& p90 = intervals[1];
   RecordRatio("mean_ratio", ratio(HeldOutFigure::kMeanTruncated), mean);
   RecordRatio("p90_ratio", ratio(HeldOutFigure::kP90), p90);
-  // Ends of intervals for which the same frames were drawn of both modes.
+  // In each resample the same frames are drawn for both modes.
   EXPECT_LE(mean.high, 0.88);
   EXPECT_LE(p90.high, 0.80);
   // The smaller error is not due to fewer tracked people: as many of the same

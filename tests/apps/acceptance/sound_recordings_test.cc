@@ -1,6 +1,6 @@
 // `track` without a configuration gives no warnings for good recordings, and
 // warnings if cameras have errors.
-// tests/solvers/session/recording_report_test.cc has twelve wrong set-ups.
+// tests/solvers/session/recording_report_test.cc has ten faulty set-ups.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -16,8 +16,7 @@ using testing::Done;
 using ::testing::HasSubstr;
 using testing::ProgramOutcome;
 
-// The warnings of a run as texts. Those in the summary and on the screen must
-// agree.
+// The warnings of a run, as printed and as in the summary.
 std::string WarningsOf(const std::string& arguments) {
   const testing::TemporaryFolder folder;
   const ProgramOutcome outcome = Done(
@@ -25,7 +24,7 @@ std::string WarningsOf(const std::string& arguments) {
   const auto summary = nlohmann::json::parse(
       testing::ContentOf(folder.path() / "t.summary.json"));
   EXPECT_GT(summary.at("poses").get<int>(), 0);
-  // Progress is printed too.
+  // The output also contains progress.
   const size_t said = outcome.errors.find("warning");
   std::string warnings =
       said == std::string::npos ? "" : outcome.errors.substr(said);

@@ -15,11 +15,11 @@ namespace fs = std::filesystem;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-// A plain configuration and another one.
+// The plain configuration, and one with another key.
 const std::vector<std::string> kPlainAndWide = {"",
                                                 "reconstruction.alpha_epi=40"};
 
-TEST(BatchTest, OneFailedTaskStopsNoOther) {
+TEST(BatchTest, FailedTaskDoesNotStopOthers) {
   const BatchStudy study(kPlainAndWide,
                          "[[takes]]\nname = \"bad\"\ncameras = "
                          "\"take1/cameras.json\"\ndetections = "
@@ -65,7 +65,7 @@ TEST(BatchTest, SingleTasksEqualTheWholeBatchByteForByte) {
     Done("batch", study.Flags("single", "--task=" + task));
   }
   EXPECT_FALSE(fs::exists(study.Path("single/batch.md")));
-  // The results include their manifest.
+  // The results contain the manifest.
   Done("batch", "--merge --out=" + study.Path("single"));
   study.ExpectSameFiles("all", "single");
 }
@@ -137,9 +137,10 @@ TEST(BatchSummaryTest, ResamplesRecordings) {
 }
 
 TEST(BatchSummaryTest, ResamplesWithinARecording) {
-  // One recording: only its own standard error. 2000 draws place the 2.5 %
-  // points of a normal distribution with a standard error of 0.06 sigma (order
-  // statistics: sqrt(p (1 - p) / n) over the density there); four of them.
+  // One recording: only its own standard error counts. 2000 draws place the 2.5
+  // % points of a normal distribution with a standard error of 0.06 sigma
+  // (order statistics: sqrt(p (1 - p) / n) over the density there); the
+  // tolerance is four times that.
   const BatchSummary summary = Summarise({BatchValue{10.0, 3.0}});
   EXPECT_NEAR(summary.interval.low, 10.0 - 1.96 * 3.0, 4 * 0.06 * 3.0);
   EXPECT_NEAR(summary.interval.high, 10.0 + 1.96 * 3.0, 4 * 0.06 * 3.0);

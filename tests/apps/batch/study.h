@@ -1,4 +1,4 @@
-// Recordings x configurations, as `batch` is given them.
+// Manifests of recordings and configurations, for `batch`.
 #ifndef KINEGRAPH_TESTS_APPS_BATCH_STUDY_H_
 #define KINEGRAPH_TESTS_APPS_BATCH_STUDY_H_
 
@@ -10,7 +10,8 @@
 
 namespace kinegraph::testing {
 
-// Two short recordings, tracked with configurations of these --set.
+// Two short recordings, to be tracked with a configuration per entry of `sets`
+// (--set).
 struct BatchStudy {
   TemporaryFolder folder;
   std::string manifest;

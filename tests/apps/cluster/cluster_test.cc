@@ -1,5 +1,5 @@
-// A batch on the engines of clusters: Debian's snakemake, and a Slurm of one
-// node that the test starts and stops. Both give the bytes of `batch` itself.
+// A batch run by cluster engines: Debian's snakemake, and a one-node Slurm that
+// the test starts and stops. Both write the same bytes as `batch` itself.
 #include <gtest/gtest.h>
 
 #include "tests/apps/batch/study.h"
@@ -26,7 +26,7 @@ bool AreThere(const std::vector<std::string>& programs) {
 }
 
 // Runs the tasks of `study` by a script that kills the node before they are
-// done.
+// done, and expects the files of an undisturbed run.
 void ExpectSameAfterDeath(const BatchStudy& study, int tasks,
                           const std::string& script,
                           const std::string& last_argument = "") {
@@ -67,16 +67,16 @@ TEST(ClusterTest, SnakemakeMakesTheSameFiles) {
   study.ExpectSameFiles("plain", "snake");
 }
 
-TEST(ClusterTest, SlurmCompletesFortyTasksAfterItsNodeIsKilled) {
+TEST(ClusterTest, SlurmCompletesFortyTasksAfterTheNodeIsKilled) {
   if (!AreThere({"slurmctld", "slurmd", "munged", "sbatch"})) {
     GTEST_SKIP() << "needs Slurm: apt-get install slurm-wlm munge";
   }
   ExpectSameAfterDeath(BatchStudy(Sets(20)), 40, "slurm_drill.sh");
 }
 
-// The same Snakefile, each task a job of Slurm; tasks that die with the node
-// are resubmitted automatically.
-TEST(ClusterTest, SnakemakeOnSlurmCompletesAfterItsNodeIsKilled) {
+// The same Snakefile with each task as a Slurm job; tasks that die with the
+// node are resubmitted automatically.
+TEST(ClusterTest, SnakemakeOnSlurmCompletesAfterTheNodeIsKilled) {
   if (!AreThere({"snakemake", "slurmctld", "slurmd", "munged"})) {
     GTEST_SKIP() << "needs Snakemake and Slurm: apt-get install snakemake "
                     "slurm-wlm munge";

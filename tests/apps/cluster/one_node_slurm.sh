@@ -1,5 +1,5 @@
 #!/bin/bash
-# A Slurm of one node, for a test: started in a folder, stopped again.
+# Starts and stops a one-node Slurm in a folder, for tests.
 #   one_node_slurm.sh start FOLDER   prints what to export
 #   one_node_slurm.sh stop FOLDER
 #   one_node_slurm.sh kill_node FOLDER   SIGKILL to slurmd and its jobs

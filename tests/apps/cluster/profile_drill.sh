@@ -1,5 +1,5 @@
 #!/bin/bash
-# Snakemake with the profile for Slurm, on a Slurm of one node that dies:
+# Runs Snakemake with the Slurm profile on one node, which is killed midway:
 #   profile_drill.sh BATCH MANIFEST OUT FOLDER SNAKEFILE
 # Prints how many tasks were done when the node was killed.
 set -euo pipefail

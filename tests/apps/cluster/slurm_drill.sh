@@ -1,5 +1,5 @@
 #!/bin/bash
-# Forty tasks on a Slurm of one node whose node dies midway:
+# Runs forty tasks on a one-node Slurm whose node is killed midway:
 #   slurm_drill.sh BATCH MANIFEST OUT FOLDER
 # Prints how many tasks were done when the node was killed.
 set -euo pipefail
@@ -42,7 +42,7 @@ echo "$at_death"
 # Finished tasks must not have been run again.
 while read -r file time; do
   if [[ $(find "$file" -printf '%T@') != "$time" ]]; then
-    echo "done again: $file" >&2
+    echo "run again: $file" >&2
     exit 1
   fi
 done <"$folder.before"

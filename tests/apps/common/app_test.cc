@@ -51,7 +51,7 @@ class CommandLine : public ::testing::Test {
   gflags::FlagSaver saver_;
 };
 
-TEST_F(CommandLine, ReadsEveryWayToWriteAFlag) {
+TEST_F(CommandLine, AcceptsEveryFlagSyntax) {
   EXPECT_EQ(ParseCommandLine({"--test_out=a=b", "--test_threads", "3",
                               "--test_loud", "--test_ratio", "-0.25", "--"}),
             CommandLineRequest::kRun);
@@ -118,7 +118,7 @@ TEST_F(CommandLine, ErrorsNameTheFoundAndTheExpectedValue) {
 }
 
 // A printed fix may follow another --set in a command.
-TEST_F(CommandLine, SetsAddUp) {
+TEST_F(CommandLine, RepeatedSetsAreConcatenated) {
   EXPECT_EQ(Refusal({"--set=a.b=1", "--set", "c=2;d=3"}), "");
   EXPECT_EQ(FLAGS_set, "a.b=1;c=2;d=3");
 }
@@ -138,7 +138,7 @@ TEST_F(CommandLine, ErrorsAreOneLineForArgumentsWithLineBreaks) {
   EXPECT_THAT(Refusal({"--test_threads=1\n2"}), Not(HasSubstr("\n")));
 }
 
-TEST_F(CommandLine, HelpListsOnlyTheCommandsOwnFlags) {
+TEST_F(CommandLine, HelpListsOnlyFlagsOfTheCommand) {
   const std::string help = HelpText({"walk",
                                      "walks about",
                                      "--test_out=F",
@@ -205,7 +205,7 @@ std::string ErrorLine(const std::string& message) {
   return "^kinegraph-walk: error: " + message + "\n$";
 }
 
-TEST(RunAppDeathTest, RunsTheBodyWithItsFlags) {
+TEST(RunAppDeathTest, RunsTheBodyWithParsedFlags) {
   EXPECT_EXIT(RunWithStdoutShown({"--test_threads=4"}),
               ExitedWithCode(kExitDone), "^walked 4$");
 }
@@ -217,7 +217,7 @@ TEST(RunAppDeathTest, PrintsHelpAndVersionWithoutRunning) {
               "^kinegraph-walk [0-9]+\\.[0-9]+\\.[0-9]+\n$");
 }
 
-TEST(RunAppDeathTest, AnErrorIsOneLineWithItsExitCode) {
+TEST(RunAppDeathTest, ErrorsAreOneLineWithMatchingExitCode) {
   const struct {
     const char* flag;
     std::function<void()> body;

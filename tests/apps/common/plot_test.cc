@@ -56,7 +56,7 @@ class PlotTest : public ::testing::Test {
   }
 };
 
-TEST_F(PlotTest, WritesSvgWithItsTextsTheSameEachTime) {
+TEST_F(PlotTest, WritesTheSameSvgEachTime) {
   const testing::TemporaryFolder folder;
   const std::string path = (folder.path() / "plot.svg").string();
   WritePlot({SamplePlot()}, path);
@@ -75,7 +75,7 @@ TEST_F(PlotTest, DrawsPanelsBarsAndNamesOnBothAxes) {
   named.y.categories = {"raw DLT", "batch"};
   named.x.log = true;
   PlotSeries points = {"", PlotStyle::kPoints, {0.1, 10.0}, {0, 1}};
-  points.x_low = {-1.0, 5.0};  // not on a log axis
+  points.x_low = {-1.0, 5.0};  // cannot be drawn on a log axis
   points.x_high = {1.0, 20.0};
   named.series = {points};
   Plot bars;

@@ -57,7 +57,7 @@ FrozenRun Freeze(const SyntheticRecording& recording,
   return FreezeTracking(Options(), request, detections);
 }
 
-// Folds of whole frames; none: all frames in one.
+// The strategies `names`, unscored, with one fold per range of frames.
 CompareResult Compare(const SyntheticRecording& recording,
                       const std::string& names, int threads = 1,
                       const std::vector<FrameRange>& ranges = {{0, 1000}}) {
@@ -96,7 +96,7 @@ Verdict HeldOutVerdict(const CompareResult& result, size_t index) {
 TEST(Compare, RanksABetterAndAWorseStrategy) {
   CompareResult result =
       Compare(MakeNoisyRecording(), "raw_dlt,batch,centred_gaussian");
-  // Smooths over seconds, unlike any gait.
+  // Smooths over seconds, far too long for gait.
   result.strategies[2].values = {{1.5}};
   Score(&result);
   EXPECT_EQ(HeldOutVerdict(result, 0), Verdict::kNone);
@@ -119,12 +119,12 @@ TEST(Compare, RanksABetterAndAWorseStrategy) {
   EXPECT_THAT(text, HasSubstr("- worse: centred Gaussian.\n"));
 }
 
-// The error of the other frames' values: the same noise, in another order.
 TEST(Compare, AnInsignificantDifferenceIsNoWin) {
   CompareResult result = Compare(MakeNoisyRecording(), "raw_dlt,batch");
   Score(&result);
   StrategyResult& other = result.strategies[1];
-  // Frame by frame better and worse in turn, better by 0.001 px on average.
+  // Ten frames worse, ten frames better, in turn: better by 0.001 px on
+  // average.
   other.scores = result.strategies[0].scores;
   RatioSeries& errors = other.scores.held_out_errors;
   for (size_t k = 0; k < errors.size(); ++k) {
@@ -149,7 +149,7 @@ TEST(Compare, NoSmoothingEqualsTheBaseline) {
   }
 }
 
-TEST(Compare, MeasuresTheLagOfACausalFilterAndNoneOfASmoother) {
+TEST(Compare, MeasuresTheLagOfCausalFiltersOnly) {
   CompareResult result =
       Compare(MakeNoisyRecording("0.5"), "batch,kalman_cv,one_euro");
   result.strategies[2].values = {{0.5, 0.0}};  // a slow low-pass: 0.3 s
@@ -162,7 +162,7 @@ TEST(Compare, MeasuresTheLagOfACausalFilterAndNoneOfASmoother) {
   EXPECT_TRUE(result.strategies[0].scores.run.whole_recording);
 }
 
-TEST(Compare, RefusesAStrategyThatTheRecordingDoesNotSuit) {
+TEST(Compare, RefusesStrategiesThatDoNotFitTheRecording) {
   CompareResult result = Compare(MakeNoisyRecording(), "raw_dlt,butterworth");
   result.strategies[1].values = {{20.0}};  // above half of 25 Hz
   Score(&result);
@@ -182,7 +182,8 @@ TEST(Tuning, ChoosesOnOneFoldAndScoresOnTheOther) {
       TuneStrategies(result.comparison, strategies)[1];
   ASSERT_EQ(tuning.points.size(), strategies[1].parameters.front().grid.size());
   for (size_t fold = 0; fold < 2; ++fold) {
-    // Chosen for this fold: the least error in the frames of the other.
+    // The values chosen for this fold have the least error in the frames of the
+    // other fold.
     const TuningPoint* best = &tuning.points.front();
     for (const TuningPoint& point : tuning.points) {
       if (point.error_px[1 - fold] < best->error_px[1 - fold]) best = &point;
@@ -231,7 +232,7 @@ TEST(Tuning, ParametersReadBackToTheSameBits) {
   EXPECT_EQ(read.folds[1].end, 150);
 }
 
-TEST(Tuning, SuggestsAKeyForAnUnknownOneInTheFile) {
+TEST(Tuning, SuggestsAKeyForAnUnknownKeyInTheFile) {
   const testing::TemporaryFolder folder;
   const std::string path =
       folder.Write("parameters.toml", "[first.butterworth]\ncutof_hz = 3\n");
@@ -320,15 +321,16 @@ TEST(Scores, ErrorsCsvAveragesToTheMeanError) {
   }
   ASSERT_GT(count, 1000);
   for (size_t i = 0; i < 2; ++i) {
-    // Errors are kept as floats, of 6e-8 relatively, up to 30 px.
+    // Errors are stored as floats (relative precision 6e-8), up to 30 px.
     EXPECT_NEAR(sums_px[i] / count,
                 result.strategies[i].Find("held_out_mean_px")->value, 2e-6);
   }
 }
 
-// Estimated without the truth, against the truth itself. Tolerance: the
-// held-out cameras' errors are across their rays, those of the truth in all
-// three directions, and one camera is missing: half as much again.
+// Compares estimates without the truth with figures from the truth. The
+// tolerance is half of the figure: errors in held-out cameras are perpendicular
+// to the rays, errors against the truth have three directions, and one camera
+// is missing.
 TEST(Scores, EstimatesRemovedMotionWithoutTruth) {
   SyntheticRecording recording = MakeNoisyRecording();
   CompareResult result = Compare(recording, "raw_dlt,butterworth,batch");
@@ -427,7 +429,7 @@ TEST_F(CompareCommand, WritesTheSameFilesForAnyNumberOfThreads) {
     EXPECT_FALSE(one.empty()) << name;
     EXPECT_EQ(one, ContentOf(Path("3" + name))) << name;
   }
-  // The recommendation is a configuration, of one of the three.
+  // The recommendation is a configuration of one of the three strategies.
   const RunOptions recommended =
       ReadRunOptions(Path("1/recommended.toml"), "", "");
   EXPECT_EQ(recommended.estimators.mode, Mode::kGraph);
@@ -435,7 +437,7 @@ TEST_F(CompareCommand, WritesTheSameFilesForAnyNumberOfThreads) {
   EXPECT_TRUE(kind == OutputKind::kRawDlt || kind == OutputKind::kButterworth ||
               kind == OutputKind::kRts);
   EXPECT_THAT(ContentOf(Path("1/compare.md")), HasSubstr("Best: "));
-  // What was tuned can be scored again without tuning.
+  // Tuned parameters can be scored again without tuning.
   Done("compare", Flags("again", strategies + "--angles --parameters='" +
                                      Path("1/parameters.toml") + "'"));
   EXPECT_EQ(ContentOf(Path("1/compare.csv")),
@@ -467,7 +469,8 @@ std::vector<std::map<std::string, std::string>> RowsOfCsv(
 TEST_F(CompareCommand, RulesAndDerivatives) {
   Done("compare",
        Flags("out", "--strategies=raw_dlt,butterworth_yu,rts_cv --noplots"));
-  // Every rule for three axes and all of them together, of most joints of both.
+  // Every rule has cut-offs for three axes and for all axes together, for most
+  // joints of both people.
   const auto cutoffs = RowsOfCsv(ContentOf(Path("out/cutoffs.csv")));
   EXPECT_EQ(cutoffs.size() % (7 * 4), 0u);
   EXPECT_GE(cutoffs.size(), 7u * 4u * 20u);
@@ -494,7 +497,7 @@ TEST_F(CompareCommand, RulesAndDerivatives) {
   EXPECT_THAT(markdown, Not(HasSubstr("Joint angles")));
 }
 
-TEST_F(CompareCommand, DrawsItsPlots) {
+TEST_F(CompareCommand, DrawsPlots) {
   if (std::system("command -v gnuplot > /dev/null") != 0) {
     GTEST_SKIP() << "gnuplot is not installed";
   }
@@ -519,7 +522,7 @@ TEST_F(CompareCommand, InvalidFlagsAreRefusedWithTheCause) {
     EXPECT_THAT(Refusal("compare", Flags("out", "--noplots ") + flags),
                 HasSubstr(cause));
   }
-  // The folder of the recording holds files.
+  // The folder of the recording is not empty.
   EXPECT_THAT(Refusal("compare", Flags("take", "--noplots")),
               HasSubstr("take"));
   EXPECT_FALSE(std::filesystem::exists(Path("out")));

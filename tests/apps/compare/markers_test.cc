@@ -104,17 +104,18 @@ class CompareWithMarkers : public testing::CommandTest {
   const SyntheticRecording recording_;
 };
 
-TEST_F(CompareWithMarkers, RanksAsAgainstTheTruth) {
+TEST_F(CompareWithMarkers, RanksLikeTheSyntheticTruth) {
   const auto [dlt_mm, batch_mm] = Run("--markers='" + Markers() + "'");
   EXPECT_LT(batch_mm, dlt_mm);
-  // The same markers on the cameras' clock and in their world: alignment may
-  // only differ by the noise that it fits, little over hundreds of frames.
+  // The same markers on the cameras' clock and in their world frame: results
+  // differ only by the noise that the alignment fits, which is small over
+  // hundreds of frames.
   const auto [same_dlt_mm, same_batch_mm] =
       Run("--markers='" +
           Write("same.jsonl", Eigen::Isometry3d::Identity(), 0.0) + "'");
   EXPECT_NEAR(same_dlt_mm, dlt_mm, 0.2);
   EXPECT_NEAR(same_batch_mm, batch_mm, 0.2);
-  // Against the synthetic truth itself, all of its joints.
+  // Compared with all joints of the synthetic truth itself.
   EXPECT_NEAR(
       Run("--ground_truth='" + Path("take/truth.jsonl") + "' --protocol=mpjpe")
           .first,

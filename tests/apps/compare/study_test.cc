@@ -1,4 +1,4 @@
-// Several recordings: values chosen on some are scored on the others.
+// Several recordings: each is scored with values chosen on the others.
 #include "apps/compare/study.h"
 
 #include <gmock/gmock.h>
@@ -23,16 +23,16 @@ using testing::ProjectFile;
 using testing::Refusal;
 using testing::TemporaryFolder;
 
-TEST(BestPoint, HasTheLeastMeanOfTheRecordingsMeans) {
-  // Point 1 is best by the mean of means (3), though the long first recording
-  // has less at point 0.
+TEST(BestPoint, MinimisesTheMeanOfRecordingMeans) {
+  // Point 1 is best by the mean of means (3), though point 0 has a smaller
+  // error in the long first recording.
   const std::vector<PointErrors> recordings = {{{200.0, 100.0}, {300.0, 100.0}},
                                                {{60.0, 10.0}, {30.0, 10.0}}};
   EXPECT_EQ(BestPoint(recordings, -1), 1u);
   // The recording left out has no influence.
   EXPECT_EQ(BestPoint(recordings, 1), 0u);
   EXPECT_EQ(BestPoint(recordings, 0), 1u);
-  // Of equal points the first.
+  // Of equal points the first is chosen.
   EXPECT_EQ(BestPoint({{{2.0, 1.0}, {2.0, 1.0}}}, -1), 0u);
 }
 
@@ -115,7 +115,8 @@ TEST_F(StudyCommand, ScoresTunedValuesOnTheRecordingLeftOut) {
     EXPECT_EQ(score["values"].size(), 1u) << name;
     EXPECT_GT(score["held_out_mean_px"], 0.0);
   }
-  // The recommendation is a whole configuration, and says what it holds for.
+  // The recommendation is a complete configuration that states on which
+  // recordings it was chosen.
   const std::string toml = ContentOf(out + "/recommended.toml");
   EXPECT_THAT(toml, HasSubstr("best over 3 recordings"));
   EXPECT_THAT(toml, HasSubstr("of 3 recordings"));
@@ -127,7 +128,7 @@ TEST_F(StudyCommand, ScoresTunedValuesOnTheRecordingLeftOut) {
 
 // A recording by itself, with the values that the study chose for it, has the
 // same scores: the other recordings affect only the choice.
-TEST_F(StudyCommand, FiguresEqualThoseOfEachRecordingAlone) {
+TEST_F(StudyCommand, FiguresMatchRecordingsComparedAlone) {
   const std::string strategies = " --strategies=causal_gaussian,batch --out=";
   Done("compare", "--manifest=" + manifest_ + strategies + Path("study"));
   Done("compare", "--cameras=" + Path("take2/cameras.json") + " --detections=" +

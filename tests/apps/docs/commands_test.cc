@@ -1,7 +1,7 @@
-// Runs the commands shown on the pages, in order, in a folder where their names
-// exist, and compares the output: a fenced block named `output` holds lines
-// printed by the previous block. A TOML block that begins with its name is that
-// file.
+// Runs the commands shown on the pages, in order, in a folder that has the
+// files they name, and compares the output: a fenced block named `output` holds
+// lines printed by the previous block. A TOML block whose first line is `#
+// NAME.toml` is written to that file.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -44,8 +44,8 @@ std::vector<Block> FencedBlocks(const std::string& page) {
 
 bool RunsCommands(const Block& block) {
   if (block.text.find("./kinegraph ") == std::string::npos) return false;
-  // Skipped: set-up and demo, which have their own tests; benchmarks and
-  // tuning, which take long; commands on videos that do not exist.
+  // Skips set-up and demo, which have their own tests; benchmarks and tuning,
+  // which take long; and commands on videos that do not exist.
   for (const char* word :
        {"./kinegraph build", "./kinegraph test", "./kinegraph demo", "cmake ",
         "benchmark", "--tune", ".mp4"}) {
@@ -91,8 +91,8 @@ Parts PartsOf(const std::string& line) {
   return parts;
 }
 
-// Rounding differs between processors and may change single decisions:
-// tolerance of two per cent, or a unit of the last decimal shown.
+// Rounding differs between processors and may change single decisions: the
+// tolerance is two per cent, or a unit of the last decimal shown.
 bool AreAlike(const std::string& shown, const std::string& printed) {
   const double a = std::stod(shown);
   const double b = std::stod(printed);
@@ -179,7 +179,8 @@ TEST_P(DocsCommandsTest, Run) {
   link("calibration.toml", root / "pose2sim/calibration/Calib.toml");
   link("detections", root / "pose2sim/single/pose");
   fs::create_directory(folder.path() / "out");
-  // Replaces the driver, which would build first, by the existing programs.
+  // Replaces the script `kinegraph`, which would build first, by one that runs
+  // the existing programs.
   const std::string driver =
       folder.Write("kinegraph", "#!/bin/bash\nname=$1\nshift\nexec '" +
                                     testing::BuildFile("apps").string() +

@@ -122,7 +122,7 @@ std::set<std::string> KeysOfConfigurations() {
   return keys;
 }
 
-// The key itself, a table of keys, or one of a table of names.
+// Whether `word` is a key, a table of keys, or a key of a table of names.
 bool IsKey(const std::string& word, const std::set<std::string>& keys) {
   if (keys.count(word) == 1) return true;
   const auto next = keys.lower_bound(word + ".");
@@ -193,10 +193,10 @@ TEST(DocsTest, KeyDescriptionsHaveNoFullStop) {
   }
 }
 
-// A release changes all of them (CONTRIBUTING.md). The changelog's newest
-// numbered heading is that version, with the citation's date; unreleased
-// changes are above it.
-TEST(DocsTest, OneVersion) {
+// All files state the version that a release sets (CONTRIBUTING.md). The
+// changelog's newest numbered heading has this version and the citation's date;
+// unreleased changes are above it.
+TEST(DocsTest, VersionsAndDatesAgree) {
   const auto first = [](const char* file, const char* pattern) {
     const std::vector<std::string> found = Matches(TextOf(file), pattern);
     return found.empty() ? std::string() : found.front();

@@ -72,7 +72,7 @@ std::vector<Case> Cases() {
            });
          }
        }},
-      {"image",  // one view's are turned by 90 degrees and mirrored
+      {"image",  // one view is rotated by 90 degrees and mirrored
        [](FaultyScene* scene) {
          testing::ChangeJoints(scene, 1, [](Keypoint* joint) {
            std::swap(joint->px.x(), joint->px.y());
@@ -144,8 +144,8 @@ TEST_P(Fixes, RunAsPrintedAndResolveTheFinding) {
   ASSERT_FALSE(found.at("findings").empty()) << one.kind;
   for (const auto& finding : found.at("findings")) {
     const auto fix = finding.at("fix").get<std::string>();
-    // Equivalent to the rotation, or the remainder of a crop that is known to a
-    // few pixels.
+    // Findings of low confidence: a shift equivalent to the rotation, or the
+    // remainder of a crop that is estimated to a few pixels.
     if (finding.at("confidence").get<double>() <= 0.5 &&
         (finding.at("kind") == "shift" || finding.at("kind") != one.kind)) {
       continue;

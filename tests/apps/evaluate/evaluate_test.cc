@@ -136,9 +136,8 @@ TEST_F(EvaluateProgramTest, CentroidsAreComparedWithHipCentres) {
                 "has no joint in common");
 }
 
-// Some names are another program's, some unknown: each known one is used.
-TEST_F(EvaluateProgramTest, CamerasAgainstTrueOnes) {
-  // Three cameras on a line along x that look along z; one of the found ones
+TEST_F(EvaluateProgramTest, CamerasAreComparedWithTrueCameras) {
+  // Three cameras on a line along x that look along z; one of the found cameras
   // is 0.3 m too high.
   const auto file = [this](const std::string& name, double lift_m) {
     std::ostringstream text;
@@ -157,7 +156,8 @@ TEST_F(EvaluateProgramTest, CamerasAgainstTrueOnes) {
   };
   const std::string truth = file("true_cameras.json", 0.0);
   const std::string found = file("cameras.json", 0.3);
-  // The mean takes a third of the 0.3 m from each: 0.2 and twice 0.1 m.
+  // Alignment removes the mean of 0.1 m: errors of 0.2 m and twice 0.1 m
+  // remain.
   const std::string json = Path("result.json");
   ExpectPrinted("--protocol=cameras --cameras='" + found +
                     "' --ground_truth='" + truth + "' --json='" + json + "'",
@@ -175,6 +175,8 @@ TEST_F(EvaluateProgramTest, CamerasAgainstTrueOnes) {
                 "--tracks has no meaning");
 }
 
+// Some names are those of another program, some are unknown: the known names
+// are used.
 TEST_F(EvaluateProgramTest, JointsUnderOtherNames) {
   const auto renamed =
       [](const std::vector<std::pair<std::string, std::string>>& names) {
@@ -267,7 +269,8 @@ TEST_F(EvaluateWalkerTest, EveryProtocolPairsByTimeAndReportsIt) {
     const ProgramOutcome outcome =
         Done("evaluate", "--protocol=" + protocol + Against(tracks_, truth) +
                              " --json='" + json + "'");
-    // The range ends with the last frame of the tracks, the truth 20 ms later.
+    // The range ends with the last frame of the tracks; the truth ends 20 ms
+    // later.
     const std::string counts =
         protocol == kProtocols[4] ? "100 of 199 true" : "100 of 200 true";
     EXPECT_THAT(

@@ -28,8 +28,8 @@ namespace {
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-// Sets the folder of Theia3D's segments and the markers, and their two files of
-// a jump, or skips the test.
+// Defines `data`, the folder of the recordings, and the two files of a jump:
+// segments of Theia3D and markers; or skips the test.
 #define MARKERS_OR_SKIP()                                  \
   KINEGRAPH_DATA_OR_SKIP(data, "markers/qualisys_theia");  \
   const std::string theia = data + "/dynamic_1_theia.c3d"; \
@@ -77,7 +77,7 @@ class MarkersProgramTest : public CommandTest {
     return Path("moved.jsonl");
   }
 
-  // A number of the result, by its place: "/joints/l_knee/median_mm".
+  // A number of the result, by its JSON pointer: "/joints/l_knee/median_mm".
   double Number(const std::string& place) const {
     return json_.at(Json::json_pointer(place)).get<double>();
   }
@@ -86,7 +86,7 @@ class MarkersProgramTest : public CommandTest {
   Json json_;
 };
 
-TEST_F(MarkersProgramTest, TheiaAgainstMarkersEqualsAnIndependentScript) {
+TEST_F(MarkersProgramTest, TheiaComparisonMatchesAnIndependentScript) {
   MARKERS_OR_SKIP();
   const std::string printed = Run(theia, markers, "--align=none --plates");
   const std::pair<const char*, double> known[] = {
@@ -140,9 +140,9 @@ TEST_F(MarkersProgramTest, TimeShiftAndRotationAreRemoved) {
       }
     }
     EXPECT_TRUE((is * motion.linear()).isApprox(was, 1e-5));
-    // The difference to the 40 degrees is the rotation of the unchanged pair,
-    // about half a degree and as uncertain, because definitions of joints
-    // differ.
+    // The difference from 40 degrees is the rotation between the unchanged
+    // recordings: about half a degree, and uncertain by as much, because
+    // definitions of joints differ.
     EXPECT_NEAR(Eigen::AngleAxisd(is.transpose() * was).angle(),
                 40.0 * M_PI / 180.0, 0.1 * M_PI / 180.0);
     EXPECT_NEAR(Number("/rotation_deg"), 40.0,
@@ -165,10 +165,11 @@ TEST_F(MarkersProgramTest, WritesTablesPlotsAndPage) {
 
 // A detector that sees the markers' joints through the laboratory's own
 // cameras: with white noise, noise with a correlation time of 0.1 s, and a
-// constant offset of each joint in each view, drawn with this length.
+// constant offset of each joint in each view, of length `offset_m` in a random
+// direction.
 struct Detector {
   double white_px = 0.0;
-  double lasting_px = 0.0;
+  double correlated_px = 0.0;
   double offset_m = 0.0;
   uint64_t seed = 1;
 };
@@ -188,10 +189,10 @@ class MarkersFromPixelsTest : public MarkersProgramTest {
     printed_ = Run(Path("tracks.jsonl"), markers, "--align=none");
   }
 
-  // Every other frame.
+  // Detections in every other frame.
   static DetectionSequence See(const std::string& path, const CameraRig& rig,
                                const Detector& detector) {
-    constexpr double kLastsS = 0.1;
+    constexpr double kCorrelationS = 0.1;
     const TrackSequence points = ReadTracks(path);
     const MarkerSet* set = RecogniseMarkerSet(points.header.skeleton.joints());
     const TrackSequence joints = JointsOfMarkers(points, *set).tracks;
@@ -200,13 +201,14 @@ class MarkersFromPixelsTest : public MarkersProgramTest {
     DetectionSequence seen;
     seen.header.skeleton = joints.header.skeleton;
     seen.header.frame_rate_hz = 0.5 * joints.header.frame_rate_hz;
-    const double keeps = std::exp(-1.0 / (kLastsS * seen.header.frame_rate_hz));
-    std::vector<Eigen::Vector2d> lasting, offset_px;
+    const double keeps =
+        std::exp(-1.0 / (kCorrelationS * seen.header.frame_rate_hz));
+    std::vector<Eigen::Vector2d> correlated, offset_px;
     for (const Camera& camera : rig) {
       seen.header.view_names.push_back(camera.name());
       for (size_t j = 0; j < count; ++j) {
-        lasting.push_back(detector.lasting_px *
-                          Eigen::Vector2d(random.Normal(), random.Normal()));
+        correlated.push_back(detector.correlated_px *
+                             Eigen::Vector2d(random.Normal(), random.Normal()));
         const double angle = random.Uniform(0.0, 2.0 * M_PI);
         // At the distance of the laboratory's centre.
         offset_px.push_back(detector.offset_m * camera.focal_px() /
@@ -222,9 +224,9 @@ class MarkersFromPixelsTest : public MarkersProgramTest {
         Detection person;
         person.joints.resize(count);
         for (size_t j = 0; j < count; ++j) {
-          Eigen::Vector2d& drift = lasting[v * count + j];
+          Eigen::Vector2d& drift = correlated[v * count + j];
           drift = keeps * drift +
-                  detector.lasting_px * std::sqrt(1.0 - keeps * keeps) *
+                  detector.correlated_px * std::sqrt(1.0 - keeps * keeps) *
                       Eigen::Vector2d(random.Normal(), random.Normal());
           const Eigen::Vector2d white =
               detector.white_px *
@@ -247,15 +249,15 @@ class MarkersFromPixelsTest : public MarkersProgramTest {
 };
 
 // A jump of 3 s contains about thirty correlation times of the noise (0.1 s):
-// the standard error of the covered share is 0.04 for one seed and 0.02 for
-// four.
-TEST_F(MarkersFromPixelsTest, CovarianceEllipsoidsCoverTheirStatedShare) {
+// the standard error of the coverage is 0.04 for one seed and 0.02 for four.
+TEST_F(MarkersFromPixelsTest, CovarianceEllipsoidsHaveNominalCoverage) {
   KINEGRAPH_DATA_OR_SKIP(data, "markers/qualisys_theia");
   constexpr int kSeeds = 4;
-  for (const auto& [white_px, lasting_px] : {std::pair{2.0, 0.0}, {0.0, 4.0}}) {
+  for (const auto& [white_px, correlated_px] :
+       {std::pair{2.0, 0.0}, {0.0, 4.0}}) {
     double calibration_error = 0.0, covered_95 = 0.0, angles = 0.0;
     for (int seed = 1; seed <= kSeeds; ++seed) {
-      Score(data, {white_px, lasting_px, 0.0, static_cast<uint64_t>(seed)});
+      Score(data, {white_px, correlated_px, 0.0, static_cast<uint64_t>(seed)});
       const Json& pooled = json_["pooled"];
       calibration_error += pooled["ece"].get<double>() / kSeeds;
       covered_95 += pooled["coverage_95"].get<double>() / kSeeds;
@@ -265,7 +267,7 @@ TEST_F(MarkersFromPixelsTest, CovarianceEllipsoidsCoverTheirStatedShare) {
       }
     }
     const std::string what = std::to_string(white_px) + " px white, " +
-                             std::to_string(lasting_px) + " px lasting";
+                             std::to_string(correlated_px) + " px correlated";
     // The required 0.05 plus three standard errors, 0.02.
     EXPECT_LE(calibration_error, 0.05 + 0.02) << what;
     EXPECT_NEAR(covered_95, 0.95, 0.03) << what;
@@ -282,7 +284,7 @@ TEST_F(MarkersFromPixelsTest, OutputStatesThatIntervalsExcludeConstantOffsets) {
             Number("/pooled/after_offset_median_mm"));
 }
 
-TEST_F(MarkersProgramTest, OwnRulesDefineJoints) {
+TEST_F(MarkersProgramTest, CustomRulesDefineJoints) {
   MARKERS_OR_SKIP();
   const std::string rules =
       folder_.Write("joints.toml",

@@ -52,7 +52,7 @@ class PipeTest : public ::testing::Test {
     return input;
   }
 
-  // Checks the remains of a program stopped after it has begun to write.
+  // Checks that a program stopped while it writes leaves no files.
   void StopInTheMiddle(const std::string& line, int signal, const char* name) {
     RunningProgram program = Started(line, errors_);
     const std::ofstream input = BeginInput();
@@ -166,7 +166,7 @@ class LiveTest : public PipeTest,
   std::vector<std::string> lines_;  // of the detections, the header first
 };
 
-TEST_P(LiveTest, AnswersWithinTheLagAndAsOffline) {
+TEST_P(LiveTest, OutputsWithinTheLagAndEqualsOffline) {
   RunningProgram program =
       Started(Command("-", "/dev/stdout"), errors_, pipe_, result_);
   {
@@ -272,8 +272,8 @@ TEST(FolderTest, ReadOnlyFilesAndFoldersAreErrors) {
   EXPECT_THAT(outcome.errors, HasSubstr("Read-only file system"));
 }
 
-// Detections in our format for a skeleton with `joints` joints, with these
-// lines.
+// Detections in kinegraph's format for a skeleton with `joints` joints, with
+// these lines.
 std::string DetectionsOf(int joints, const std::string& lines,
                          const std::string& views = R"("cam0", "cam1")") {
   std::string names = R"("nose")";
@@ -305,7 +305,7 @@ void ExpectLimit(const std::string& line, const std::string& says,
   EXPECT_EQ(allowed.exit_code, 0) << allowed.errors;
 }
 
-TEST(LimitTest, LimitsHoldUntilTheirKeysRaiseThem) {
+TEST(LimitTest, LimitsCanBeRaisedByKeys) {
   const TemporaryFolder folder;
   const std::string out = (folder.path() / "out.jsonl").string();
   const auto track = [&](const std::string& text) {
@@ -361,7 +361,7 @@ std::string OfflineCommand(const std::string& detections, const fs::path& out) {
                       DemoScene("8"), "configs/offline.toml");
 }
 
-// Ctrl-C during solving: ends at once, with one line.
+// Ctrl-C during solving ends the program at once, with one line.
 TEST(SignalTest, ASolveIsAbortedAtOnce) {
   const TemporaryFolder folder;
   const std::string errors = (folder.path() / "errors").string();
@@ -387,8 +387,8 @@ TEST(SignalTest, ASolveIsAbortedAtOnce) {
   EXPECT_THAT(NamesIn(out), IsEmpty());
 }
 
-// Detections that change between the first and the last reading: no result, or
-// that of the first reading.
+// If detections change between the first and the last reading, there is no
+// result, or the result of the first reading.
 TEST(InputTest, InputChangedDuringARunGivesNoMixedResult) {
   const TemporaryFolder folder;
   const std::string errors = (folder.path() / "errors").string();

@@ -126,7 +126,7 @@ TEST_P(WriterTest, LeavesNothingOnAFullDisk) {
   const ProgramOutcome outcome =
       RunOnFullDisk(folder_.path().string(), CommandOf(GetParam(), out_));
   EXPECT_EQ(outcome.exit_code, 1) << outcome.errors;
-  EXPECT_THAT(outcome.output, IsEmpty());  // the remaining names
+  EXPECT_THAT(outcome.output, IsEmpty());  // the names of remaining files
   ExpectOneLine(outcome);
   EXPECT_THAT(outcome.errors, HasSubstr("No space left on device"));
 }
@@ -210,7 +210,7 @@ TEST_P(FileWriterTest, PlantedLinksAreNotFollowed) {
   // overwritten.
   const std::string victim = folder_.Write("victim", "precious");
   fs::create_symlink("victim", out_ + ".partial");
-  // The shell's own number becomes the program's.
+  // With exec, the program keeps the process ID of the shell.
   const ProgramOutcome outcome =
       RunShell("for i in 0 1 2; do ln -s victim '" + out_ +
                "'.partial-$$-$i; done\nexec " + CommandOf(GetParam(), out_));

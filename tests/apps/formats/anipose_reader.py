@@ -1,7 +1,7 @@
 """Reads a pose-3d table of Anipose with Python's csv module, prints JSON.
 
-Columns are found as Anipose's own tools find them: the joints are what stands
-before _error, and a position is given back by the rotation and the centre.
+Finds columns as Anipose's tools do: names of joints stand before _error. The
+rotation and the centre of each row restore positions.
 """
 
 import csv

@@ -1,7 +1,7 @@
 """Reads a C3D file as c3d.org's user guide describes it and prints JSON.
 
-Written for the tests, apart from the writer: parameters are found through
-their pointers, and what header and parameters both say must agree.
+Written for the tests, independently of the writer: parameters are found
+through their pointers, and values in both header and parameters must agree.
 """
 
 import json
@@ -29,7 +29,7 @@ def value_of(data, at):
 
 
 def parameters_of(data, start):
-    assert data[start + 3] == 84, "Intel's order"
+    assert data[start + 3] == 84, "little-endian numbers"
     groups, values = {}, {}
     at = start + 4
     while at < start + data[start + 2] * BLOCK:
@@ -90,7 +90,7 @@ assert first == min(begin, 65535) and last == min(end, 65535)
 count = end - begin + 1
 assert point["FRAMES"] == min(count, 65535)
 if count >= 65535:
-    assert point["LONG_FRAMES"] == count, "a word says 65535 or more"
+    assert point["LONG_FRAMES"] == count, "POINT:FRAMES has 16 bits"
 at = (start - 1) * BLOCK
 size = 16 * points
 assert 0 <= len(data) - at - count * size < BLOCK

@@ -1,7 +1,7 @@
 """Opens a netCDF file with xarray as `movement` does and prints JSON.
 
-The dimensions, variables and attributes that `movement` asks of a data set of
-poses are checked here.
+Checks the dimensions, variables and attributes that `movement` requires of a
+data set of poses.
 """
 
 import json

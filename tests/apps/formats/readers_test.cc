@@ -45,7 +45,7 @@ void RunCommand(const std::string& command) {
   EXPECT_EQ(std::system(command.c_str()), 0) << command;
 }
 
-// Python on a script of this folder and a file or folder.
+// The command that runs a script of this folder on a file or folder.
 std::string Python(const std::string& script, const fs::path& argument) {
   return "/usr/bin/python3 '" +
          testing::ProjectFile("tests/apps/formats/" + script).string() + "' '" +
@@ -93,8 +93,8 @@ const PersonPose* PersonIn(const TrackSequence& recording, int64_t frame,
   return nullptr;
 }
 
-// Calls `see(person, joint, frame, p)` for both people and every joint of them
-// in the frames from 300 to 339; null for an absent person.
+// Calls `see(person, joint, frame, p)` for every joint of both people in frames
+// 300 to 339; `person` is null if absent.
 template <typename See>
 void ForEachJoint(const TrackSequence& recording, const See& see) {
   for (int64_t f = 300; f < 340; ++f) {
@@ -236,8 +236,8 @@ new THREE.GLTFLoader().parse(bytes.buffer, '', result => {
   mixer = new THREE.AnimationMixer(gltf.scene);
   mixer.clipAction(gltf.animations[0]).play();
 }, error => { failure = String(error); });
-// Joints of all skinned bodies, and the middle of each joint's ball as its
-// skin moves it.
+// Joints of all skinned bodies, and the centre of the ball that is skinned to
+// each joint.
 function at(time_s) {
   mixer.time = 0;
   const action = mixer.clipAction(gltf.animations[0]);
@@ -254,7 +254,7 @@ function at(time_s) {
       const place = bone.getWorldPosition(new THREE.Vector3());
       const skin = new THREE.Matrix4().multiplyMatrices(
           bone.matrixWorld, mesh.skeleton.boneInverses[b]);
-      let first = -1;  // the ball is the joint's first six corners in a row
+      let first = -1;  // the ball: the first six vertices in a row
       for (let v = 0; v + 5 < position.count && first < 0; v += 6) {
         if (owner.getX(v) === b && owner.getX(v + 5) === b) first = v;
       }
@@ -387,8 +387,8 @@ TEST_F(FormatReaders, BvhInThreeJs) {
           "at(" + std::to_string(0.02 * static_cast<double>(f - 300)) + ")");
       for (size_t j = 0; j < 25; ++j) {
         if (!person->joints[j].present()) continue;
-        // The left elbow is never seen: the two bones at it act as one of
-        // varying length.
+        // The left elbow is always missing: upper arm and forearm act as one
+        // bone of varying length.
         if (id == 12 && Body25().joints()[j] == "l_wrist") continue;
         const Vector3d found_cm = VectorOf(joints[Body25().joints()[j]]);
         // Six decimals of centimetres and degrees; three.js keeps rotations as
@@ -596,10 +596,10 @@ TEST_F(FormatReaders, CocoViews) {
   }
 }
 
-// ---- What h5py writes, read by us ----
+// ---- Files written by h5py ----
 
-// Writes a folder of two views with a script and reads it. In five frames of a
-// view there is one animal, from frame 2 on `animals`.
+// Reads a folder of two views with five frames: one animal in frames 0 and 1,
+// `animals` from frame 2 on. If `misses_one`, a joint is missing in frame 3.
 void ExpectAnimals(const fs::path& views, const std::string& format,
                    size_t animals, bool misses_one) {
   EXPECT_EQ(RecogniseKind(views), FileKind::kDetections);
@@ -664,8 +664,8 @@ TEST_F(FormatReaders, SleapAndDeepLabCut) {
 
 // ---- COLMAP ----
 
-// Debian's COLMAP reads our model and writes it with its own formatting.
-TEST_F(FormatReaders, ColmapReadsItsModel) {
+// Debian's COLMAP reads the converted model and writes it again.
+TEST_F(FormatReaders, ColmapReadsTheConvertedModel) {
   if (std::system("colmap help > /dev/null 2>&1") != 0) {
     GTEST_SKIP() << "needs colmap";
   }

@@ -23,7 +23,7 @@ inline PersonPose PersonOf(const TrackFrame& rigid, int64_t id) {
   return person;
 }
 
-// 40 frames from 300 on at 50 Hz without 311. Person 3 is present throughout,
+// Frames 300 to 339 at 50 Hz, without 311. Person 3 is present throughout,
 // person 12 from 305 to 331 but not from 315 to 318; the right wrist of person
 // 3 is missing in 308 to 310, the left elbow of person 12 in all frames.
 inline TrackSequence MakeRecording() {

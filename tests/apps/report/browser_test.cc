@@ -247,7 +247,7 @@ TEST_F(PageInBrowser, ScrubbingSelectsTheRightFrame) {
   browser.Press("Home");
   browser.Click("#scrub");
   EXPECT_NEAR(FrameEverywhere(), 49.5, 1.0);
-  // Names and numbers of the axis occupy 110 px left of a timeline.
+  // Labels occupy the left 110 px of a timeline.
   browser.Press("Home");
   PagePoint plot = browser.MiddleOf(".plot");
   plot.x += 0.5 * 110.0;
@@ -271,8 +271,8 @@ TEST_F(PageInBrowser, PlaybackKeepsTimeAndStopsAtTheEnd) {
   const Json second = state();
   const double played_s = second[0].get<double>() - first[0].get<double>();
   const double passed_s = second[1].get<double>() - first[1].get<double>();
-  // Never ahead of the clock, except for one image (below 0.25 s); how far it
-  // may fall behind depends on the machine.
+  // Playback is never ahead of the clock by more than one image (below 0.25 s);
+  // how far it falls behind depends on the machine.
   EXPECT_GT(played_s, 0.0);
   EXPECT_LT(played_s, passed_s + 0.25);
   browser.Press("Home");
@@ -285,7 +285,7 @@ TEST_F(PageInBrowser, PlaybackKeepsTimeAndStopsAtTheEnd) {
   ASSERT_TRUE(browser.WaitFor("!kinegraph.state.playing"));
   EXPECT_EQ(FrameEverywhere(), 99);
   EXPECT_EQ(TextOf("#play"), "Play");
-  // From the end it begins again.
+  // At the end, playback starts again from the beginning.
   browser.Click("#play");
   EXPECT_LT(Frame(), 90);
 }
@@ -353,8 +353,8 @@ TEST_F(PageInBrowser, PanelsCountMatchedRejectedAndMissing) {
       recording_.cameras[0].Project(people[0].joints[kLeftWrist].position_m);
   ASSERT_TRUE(wrist.has_value());
   expect_colour(0, *wrist + kShiftPx, {0xb3, 0x33, 0x0c});
-  // Only the second result's person 2 is not covered by a detection in view 1;
-  // with the other layers hidden, the thick line has that person's colour.
+  // In view 1, person 2 is not covered by a detection; with the other results
+  // hidden, the thick line has that person's colour.
   browser.Evaluate(
       "document.querySelectorAll('#results input').forEach((box, i) =>"
       "{ if (i > 0) box.click(); })");
@@ -391,7 +391,7 @@ TEST_F(PageInBrowser, SceneShowsTheSelectedElements) {
         {"ellipsoids === null", true}}) {
     EXPECT_EQ(of(body + what), value) << what;
   }
-  // Ellipsoids have two sigma.
+  // Ellipsoids show two standard deviations.
   browser.Click("#show-ellipsoids");
   EXPECT_EQ(of(body + "ellipsoids.visible"), true);
   EXPECT_EQ(of(body + "ellipsoids.count"), 17);
@@ -400,7 +400,8 @@ TEST_F(PageInBrowser, SceneShowsTheSelectedElements) {
       "kinegraph.scene.bodies[0][0].ellipsoids.getMatrixAt(0, m);"
       "return [0, 5, 10].map((i) => m.elements[i]); })()");
   for (int k = 0; k < 3; ++k) {
-    // The factors are kept to 0.1 mm, so two sigma to 0.1 mm (half up or down).
+    // Factors of covariances are stored to 0.1 mm, rounded: two sigmas are
+    // accurate to 0.1 mm.
     EXPECT_NEAR(axes[static_cast<size_t>(k)].get<double>(), 2.0 * kSigmaM[k],
                 1.01e-4);
   }
@@ -410,7 +411,7 @@ TEST_F(PageInBrowser, SceneShowsTheSelectedElements) {
   EXPECT_EQ(of("bodies[1][0].joints.visible"), true);
   browser.Click("#results label:nth-child(2) input");
   EXPECT_EQ(of("bodies[1][0].joints.visible"), false);
-  // Each frame draws again, so the checks wait for one.
+  // Labels change when the next image is drawn, so their check waits.
   for (const char* layer : {"floor", "cameras", "labels", "trails"}) {
     browser.Click(std::string("#show-") + layer);
   }
@@ -456,8 +457,8 @@ TEST_F(PageInBrowser, TimelinesAreDrawn) {
             Json::array({true, true, false, false}));
 }
 
-// Pairs of colours by their least difference (CIE 1976) over all types of
-// colour vision; dichromats after Machado, Oliveira and Fernandes, "A
+// The least difference (CIE 1976) of any two colours for normal vision and
+// three kinds of dichromats, after Machado, Oliveira and Fernandes, "A
 // Physiologically-based Model for Simulation of Color Vision Deficiency"
 // (2009), severity 1.
 constexpr const char* kLeastColourDifference = R"((() => {
@@ -538,11 +539,12 @@ TEST_F(PageInBrowser, SavedPicturesShowTheDisplayedFrame) {
 TEST_F(PageInBrowser, ColoursDifferForEveryKindOfColourVision) {
   Browser& browser = Open(kDesk);
   EXPECT_EQ(browser.Evaluate("kinegraph.palette.length"), 8);
-  // 2.3 is just noticeable side by side; Okabe and Ito's own least is 16.
+  // 2.3 is just noticeable side by side; the least difference in Okabe and
+  // Ito's palette is 16.
   EXPECT_GT(browser.Evaluate(kLeastColourDifference).get<double>(), 15.0);
 }
 
-TEST_F(PageInBrowser, MouseTurnsZoomsAndMovesTheView) {
+TEST_F(PageInBrowser, MouseRotatesZoomsAndMovesTheView) {
   Browser& browser = Open(kDesk);
   const PagePoint middle = browser.MiddleOf("#scene");
   const PagePoint beside = {middle.x + 90.0, middle.y + 20.0};
@@ -565,7 +567,7 @@ TEST_F(PageInBrowser, MouseTurnsZoomsAndMovesTheView) {
 
 // ---- Touch
 
-TEST_F(PageInBrowser, FingersTurnZoomAndMoveTheView) {
+TEST_F(PageInBrowser, FingersRotateZoomAndMoveTheView) {
   Browser& browser = Open(kPhone);
   const PagePoint middle = browser.MiddleOf("#scene");
   const auto beside = [&](double dx, double dy) {
@@ -575,7 +577,7 @@ TEST_F(PageInBrowser, FingersTurnZoomAndMoveTheView) {
   const Json start = Eye();
   browser.Drag({beside(-60, 0)}, {beside(60, 20)});
   const Json turned = Eye();
-  EXPECT_NE(turned["at"], start["at"]) << "one finger turns";
+  EXPECT_NE(turned["at"], start["at"]) << "one finger rotates";
   EXPECT_EQ(turned["target"], start["target"]);
   EXPECT_NEAR(turned["distance"], start["distance"], 1e-6);
   browser.Drag({beside(-20, 0), beside(20, 0)},
@@ -583,10 +585,11 @@ TEST_F(PageInBrowser, FingersTurnZoomAndMoveTheView) {
   const Json zoomed = Eye();
   EXPECT_LT(zoomed["distance"].get<double>(),
             0.9 * turned["distance"].get<double>())
-      << "two fingers apart come nearer";
+      << "spreading two fingers zooms in";
   browser.Drag({beside(-40, 0), beside(40, 0)},
                {beside(-40, 60), beside(40, 60)});
-  EXPECT_NE(Eye()["target"], zoomed["target"]) << "two side by side move";
+  EXPECT_NE(Eye()["target"], zoomed["target"])
+      << "two parallel fingers move the view";
   EXPECT_EQ(browser.Evaluate("scrollY"), scroll) << "the page stays";
   browser.Tap("#reset-view");
   EXPECT_NEAR(Eye()["distance"], start["distance"], 1e-6);
@@ -604,10 +607,11 @@ TEST_F(PageInBrowser, FingersScrubPlayAndJump) {
   const double y = slider[2];
   browser.Drag({{left + 10.0, y}}, {{left + 0.5 * width, y}});
   // The middle of the slider is the middle of the recording; a frame is 3
-  // pixels wide, and the thumb keeps the distance at which it was taken (10
+  // pixels wide, and the thumb keeps the distance at which it was grabbed (10
   // px).
   EXPECT_NEAR(FrameEverywhere(), 49.5, 5.0);
-  // Slowly: on a busy machine the recording must not end before the second tap.
+  // Plays slowly, so that even on a busy machine the recording does not end
+  // before the second tap.
   browser.Evaluate("kinegraph.state.speed = 0.1");
   browser.Tap("#play");
   const int from = Frame();
@@ -620,7 +624,7 @@ TEST_F(PageInBrowser, FingersScrubPlayAndJump) {
             browser.Evaluate("Number(document.querySelector("
                              "'#moments button').dataset.at)"));
   // A tap on a timeline jumps; a finger that scrolls the page does not. On a
-  // phone names and numbers of the axis occupy 58 px to its left.
+  // phone, labels occupy the left 58 px of it.
   PagePoint plot = browser.MiddleOf(".plot");
   plot.x += 0.5 * 58.0;
   browser.Tap(plot);
@@ -642,8 +646,8 @@ constexpr const char* kFaults = R"((() => {
   const list = document.getElementById('moments').getBoundingClientRect();
   const faults = [];
   const [stage, bar] = ['stage', 'transport'].map((id) => document.getElementById(id));
-  // On a phone the 3D view and playback stay at the top; what goes by under
-  // them counts from their lower edge on, if they really hide it.
+  // On a phone the 3D view and playback stay at the top; elements that scroll
+  // beneath them count only below their lower edge, if they are really hidden.
   const stays = getComputedStyle(stage).position === 'sticky';
   const lid = stays ? bar.getBoundingClientRect().bottom : -Infinity;
   if (stays) {

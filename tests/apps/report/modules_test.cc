@@ -55,13 +55,13 @@ Module ReadModule(const fs::path& path) {
       std::regex_replace(text, std::regex("\nimport [^\n]*"), "");
   code = std::regex_replace(code,
                             std::regex("'(?:[^'\\\\\n]|\\\\.)*'|//[^\n]*"), "");
-  // Not a property, its key, or a method of a class.
+  // Words other than properties, their keys, and methods of classes.
   module.used =
       Matches(code, "(?:^|[^\\w.$])(\\w+)(?!\\w|\\s*:|\\([^\n]*\\) \\{\n)");
   return module;
 }
 
-TEST(PageModulesTest, ImportExactlyTheNamesThatTheyUse) {
+TEST(PageModulesTest, ImportExactlyTheUsedNames) {
   std::map<std::string, Module> modules;
   for (const auto& entry :
        fs::directory_iterator(testing::ProjectFile("apps/report/web"))) {

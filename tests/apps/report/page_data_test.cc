@@ -263,8 +263,8 @@ TEST(PageData, DetectionsAndCovariancesOnlyWhenAskedFor) {
   EXPECT_GT(both.covariance_bytes, 0u);
   EXPECT_EQ(with["bytes"]["detections"], both.detection_bytes);
   EXPECT_EQ(with["bytes"]["covariances"], both.covariance_bytes);
-  // Base64 of 6 numbers of 2 bytes a joint.
-  // 20 poses; two ends of an interval for each angle, 40 bytes in Base64.
+  // Covariances: 6 numbers of 2 bytes per joint, in Base64. Angles: two ends of
+  // an interval, each 40 bytes for 20 poses, 56 characters in Base64.
   const Json& angles = with["results"][0]["angles"];
   EXPECT_GT(angles["names"].size(), 10u);
   EXPECT_EQ(both.covariance_bytes,
@@ -326,7 +326,7 @@ TEST(PageData, SameInputSameBytes) {
   EXPECT_EQ(MakePageData(input).json, MakePageData(input).json);
 }
 
-// Two results and the truth: distances of both are to the truth.
+// Two results and the truth: both have distances from the truth.
 TEST(PageData, TwoResultsAreMeasuredAgainstTheTruth) {
   PageInput input = InputOf(Walk(5, 2, 25.0));
   for (const double shift_m : {0.1, 0.0}) {
@@ -346,7 +346,7 @@ TEST(PageData, TwoResultsAreMeasuredAgainstTheTruth) {
   EXPECT_EQ(differences(0), std::vector<uint16_t>(5 * 2, 0));
   EXPECT_EQ(differences(1), std::vector<uint16_t>(5 * 2, 100)) << "in mm";
   EXPECT_FALSE(page["results"][2].contains("difference"));
-  // The same without truth: each is compared with the other.
+  // Without truth, the two results are compared with each other.
   input.results.pop_back();
   const Json pair = PageOf(input);
   EXPECT_EQ(Decode<uint16_t>(pair["results"][0]["difference"]),

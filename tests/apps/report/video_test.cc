@@ -1,5 +1,5 @@
-// Videos behind the panels, in a real browser: the displayed image belongs to
-// the frame after any jump.
+// Videos behind the panels, in a real browser: after any jump the displayed
+// image is that of the frame.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -28,7 +28,7 @@ constexpr int kFirstPicture = 100;
 // Two more than the images of the video.
 constexpr int kPictures = 42;
 
-// Without people, so that nothing is drawn over the images.
+// A recording without people, so that nothing is drawn over the images.
 PageInput EmptyRecording() {
   PageInput input;
   input.title = "take";
@@ -99,8 +99,8 @@ class VideoPanels : public ::testing::TestWithParam<bool> {
     const std::string path = (folder_.path() / "screen.png").string();
     browser_->MiddleOf("figure canvas");
     browser_->SaveScreenshot(path);
-    // The browser may not read a canvas with a linked video; it may read what
-    // it shows.
+    // A page may not read a canvas with a linked video, but may read a
+    // screenshot.
     browser_->Evaluate(
         "(() => { window.shot = undefined; const image = new Image();"
         "image.onload = () => { const canvas = document.createElement("
@@ -109,7 +109,7 @@ class VideoPanels : public ::testing::TestWithParam<bool> {
         "window.shot = pen; }; image.src = 'data:image/png;base64," +
         Base64(ReadBytes(path)) + "'; })()");
     EXPECT_TRUE(browser_->WaitFor("window.shot !== undefined"));
-    // Black under a third of white is 89, white stays 255.
+    // Panels cover images with 35 % white: black becomes 89, white stays 255.
     return browser_
         ->Evaluate(
             "(() => { const box = kinegraph.panels[" + std::to_string(panel) +
@@ -140,7 +140,7 @@ TEST_P(VideoPanels, ShowThePictureOfTheFrame) {
   EXPECT_TRUE(browser_->problems().empty()) << browser_->problems().front();
 }
 
-TEST_P(VideoPanels, PlayAlongAndStopAtThePicture) {
+TEST_P(VideoPanels, PlayWithTheFramesAndStopAtTheDisplayedFrame) {
   browser_->Evaluate("kinegraph.state.speed = 0.25");
   browser_->Click("#play");
   ASSERT_TRUE(browser_->WaitFor("kinegraph.state.frame >= 6"));

@@ -117,8 +117,8 @@ TEST_F(OfficialDataTest, ShelfFoldersGiveAllTablesOfShelf) {
   for (const Json& row : measured) {
     const Json& score = row["scores"][0];
     for (const char* actor : {"0", "1"}) {
-      // 20 annotated frames of ten parts; exact detections, three frames before
-      // the first that is scored: everything is right.
+      // 20 annotated frames of ten parts. Detections are exact and begin three
+      // frames before the first scored frame, so every part is correct.
       EXPECT_EQ(score["actors"][actor]["parts"], 200) << row["method"];
       EXPECT_EQ(score["actors"][actor]["right"], 200) << row["method"];
     }

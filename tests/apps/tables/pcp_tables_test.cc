@@ -17,7 +17,7 @@ TEST(FrameRunsTest, MergesConsecutiveFramesAndCountsTheRest) {
 }
 
 // Two results with known scores in a separate benchmark.
-TEST(ActorTableTest, ShowsPrintedAndMeasuredRowsWithTheirCounts) {
+TEST(ActorTableTest, ShowsPublishedAndMeasuredRowsWithCounts) {
   KINEGRAPH_DATA_OR_SKIP(data, "shelf");
   TrackedBenchmark tracked;
   tracked.truth = ReadTracks(data + "/tum/actorsGT.mat");

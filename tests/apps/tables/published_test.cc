@@ -9,11 +9,11 @@
 namespace kinegraph {
 namespace {
 
-// The printed average is the plain mean of the three actors: with two decimals
-// within half a unit, with one decimal within half a unit of each of the cells
-// and of the average itself. The paper's own cut 96.797 to 96.79, a whole unit.
+// The printed average is the unweighted mean of the three actors: with two
+// decimals within half a unit, with one decimal within half a unit of each cell
+// and of the average itself. The paper truncates 96.797 to 96.79, a whole unit.
 // Two averages of the Campus table differ, as its caption states.
-TEST(PublishedTest, AveragesAreThePlainMeansOfTheActors) {
+TEST(PublishedTest, AveragesAreUnweightedMeansOfActors) {
   for (const PublishedTable& table :
        {PublishedCampus(), PublishedCampusExtended(), PublishedShelf()}) {
     for (const PublishedRow& row : table.rows) {
@@ -47,10 +47,10 @@ TEST(PublishedTest, EveryRowHasOneCellPerColumn) {
   }
 }
 
-// The paper's own PCP are shares of whole parts over the person-frames that
-// the annotation has: 279, 37 and 161 on Shelf, 49, 189 and 138 on Campus. So
-// the frames and the pooling are those of the protocol.
-TEST(PublishedTest, PaperPcpIsAShareOfTheAnnotatedParts) {
+// The paper's PCP values are fractions of the parts in the annotated
+// person-frames: 279, 37 and 161 on Shelf, 49, 189 and 138 on Campus. So the
+// frames and the pooling are those of the protocol.
+TEST(PublishedTest, PaperPcpIsAFractionOfAnnotatedParts) {
   struct Row {
     PublishedTable table;
     std::array<int, 3> parts;

@@ -13,7 +13,7 @@ namespace {
 
 using Doubles = std::vector<double>;
 
-// The bars are the table's differences, and their error bars its intervals.
+// The bars show the differences of the table, the error bars their intervals.
 TEST(AblationPlotsTest, ShowTheDifferencesOfTheTable) {
   KINEGRAPH_DATA_OR_SKIP(data, "shelf/reference/filled_coco17");
   const std::vector<AblationCell> cells =

@@ -55,7 +55,7 @@ void ExpectOneToOne(const Problem& problem, const std::vector<int>& result) {
   for (const int c : result) {
     if (c < 0) continue;
     ASSERT_LT(c, problem.cols);
-    EXPECT_EQ(used[c]++, 0) << "column " << c << " is given twice";
+    EXPECT_EQ(used[c]++, 0) << "column " << c << " is assigned twice";
     ++assigned;
   }
   EXPECT_EQ(assigned, std::min(problem.rows, problem.cols));
@@ -87,7 +87,7 @@ TEST(HungarianTest, EqualsBruteForceOnRandomRectangles) {
   }
 }
 
-TEST(HungarianTest, SmallProblemsByHandAndDegenerateOnes) {
+TEST(HungarianTest, SmallAndDegenerateProblems) {
   HungarianSolver solver;
   std::vector<int> result = {5};
   // The diagonal costs 1 + 3 = 4; crossing costs 2 + 0 = 2.
@@ -129,8 +129,8 @@ TEST(HungarianTest, LargeProblemMeetsItsDualBound) {
   EXPECT_EQ(result, permutation);
 }
 
-// Against the solution of the whole matrix, in which pairs without gain have
-// zero cost.
+// Compared with the solution for the whole matrix, in which pairs without gain
+// are set to zero.
 TEST(MaximisePositive, FindsTheLargestTotalOfPositivePairs) {
   Random random(7);
   for (int trial = 0; trial < 200; ++trial) {

@@ -22,8 +22,9 @@ AssociationOptions Options(AffinityKind kind = AffinityKind::kPart) {
 }
 
 // Eq. 1 for a projected pose with every joint at the origin of the image, and
-// an observation whose first joints lie `near_px` to the right of it, the
-// others `far_px`; only `found` joints exist.
+// an observation whose first `near` joints lie `near_px` to the right of the
+// origin and whose other joints lie `far_px` to its right; only the first
+// `found` joints exist.
 struct Pair {
   int near;
   double near_px, far_px;
@@ -33,11 +34,11 @@ struct Pair {
   double expected;
 };
 
-TEST(AffinityTest, IsWorkedOutByHand) {
+TEST(AffinityTest, MatchesHandComputedValues) {
   constexpr AffinityKind kPart = AffinityKind::kPart;
   const double e3 = std::exp(-3.0);
   for (const Pair& pair :
-       {// The mean over the positive joints, eleven or more.
+       {// The mean over the joints with positive affinity, at least eleven.
         Pair{11, 35.0, 500.0, 17, 1.0, kPart, 0.5 * e3},
         {10, 35.0, 500.0, 17, 1.0, kPart, 0.0},
         // A distance of exactly alpha is not positive.
@@ -48,7 +49,7 @@ TEST(AffinityTest, IsWorkedOutByHand) {
         // Of nine common joints ceil(11 / 17 * 9) = 6 must be positive.
         {6, 35.0, 500.0, 9, 1.0, kPart, 0.5 * e3},
         {5, 35.0, 500.0, 9, 1.0, kPart, 0.0},
-        // Fewer than six common joints are no match.
+        // Fewer than six common joints do not match.
         {17, 0.0, 0.0, 5, 1.0, kPart, 0.0},
         // Over all joints: (16 - 17) / 17 with one at g = -17.
         {1, 1260.0, 0.0, 17, 1.0, AffinityKind::kBody, -e3 / 17.0}}) {
@@ -70,9 +71,10 @@ TEST(AffinityTest, IsWorkedOutByHand) {
   }
 }
 
-// With graph mode's gate, which grows as people move, fewer than six common
-// joints match if all are in its inner half on average; three do not.
-TEST(AffinityTest, FewJointsMatchWhereNoneSpeaksAgainstIt) {
+// With graph mode's gate, which grows as people move, four or five common
+// joints match if all are within the gate and lie within half of it on average;
+// three do not.
+TEST(AffinityTest, FewJointsMatchIfAllAreNear) {
   AssociationOptions graph = Options();
   graph.reach_m_per_frame = 0.12;
   const auto affinity = [&](int found, double last_px, double others_px) {
@@ -113,7 +115,7 @@ class ViewMatcherTest : public ::testing::Test {
   const Pose3d right_ = testing::StandingPerson(1.0, -1.0);
 };
 
-TEST_F(ViewMatcherTest, GivesEachPersonTheirDetection) {
+TEST_F(ViewMatcherTest, AssignsDetectionsToPeople) {
   EXPECT_EQ(Match({{&left_, 1.0}, {&right_, 1.0}}, {right_, left_}),
             (std::vector<int>{1, 0}));
   // A recent track has precedence over a stale one.
@@ -136,7 +138,7 @@ Camera FrontalCamera() {
   return Camera(parameters);
 }
 
-TEST(GateTest, GrowsWithEveryFrameOrAsFarAsPeopleGo) {
+TEST(GateTest, GrowsByPixelsOrMetresPerFrame) {
   const auto gate_px = [](double reach_m, double age_frames, double depth_m) {
     const Pose3d pose(17, {{0.0, 0.0, depth_m}, JointStatus::kObserved});
     AssociationOptions options = Options();
@@ -146,10 +148,11 @@ TEST(GateTest, GrowsWithEveryFrameOrAsFarAsPeopleGo) {
   EXPECT_EQ(gate_px(0.0, 1.0, 5.0), 70.0);  // the paper's
   EXPECT_EQ(gate_px(0.0, 10.0, 5.0), 700.0);
   EXPECT_EQ(gate_px(0.0, 0.1, 5.0), 7.0);
-  // The paper's in the next frame, then 0.125 m per frame, 25 px at 5 m.
+  // The paper's gate for the next frame, then 0.125 m (25 px at 5 m) more per
+  // frame.
   EXPECT_EQ(gate_px(0.125, 1.0, 5.0), 70.0);
   EXPECT_EQ(gate_px(0.125, 9.0, 5.0), 270.0);
-  // Never more than the paper's: at 1 m, 125 px per frame.
+  // Never larger than the paper's gate: at 1 m depth, 0.125 m would be 125 px.
   EXPECT_EQ(gate_px(0.125, 9.0, 1.0), 630.0);
   // A detector's errors do not shrink with the interval.
   EXPECT_EQ(gate_px(0.125, 0.1, 5.0), 70.0);
@@ -198,14 +201,14 @@ TEST_F(CrossViewAffinityTest, SumsBothTermsOverTheJoints) {
   EXPECT_NEAR(Affinity(1.0), 17.0 * 0.68 * std::exp(-5.0), kRounding);
   // Observations of this frame do not decay.
   EXPECT_NEAR(Affinity(0.0), 17.0 * (0.32 * std::exp(-5.0) + 0.36), kRounding);
-  // The image's term has its own age: 12 px of 2 * 60 px.
+  // The 2D term has its own age: 12 px of a gate of 2 * 60 px.
   for (LastSeenJoint& joint : last_seen_) joint.age_frames = 2.0;
   EXPECT_NEAR(Affinity(1.0),
               17.0 * (0.4 * 0.9 * std::exp(-10.0) + 0.36 * std::exp(-5.0)),
               kRounding);
 }
 
-TEST_F(CrossViewAffinityTest, ATermWithoutItsJointIsZero) {
+TEST_F(CrossViewAffinityTest, TermsOfMissingJointsAreZero) {
   last_seen_.clear();  // never matched in this view
   EXPECT_NEAR(Affinity(1.0), 17.0 * 0.36 * std::exp(-5.0), kRounding);
   // The sum is not part-aware: one far joint outweighs the rest, 16 joints of
@@ -219,7 +222,7 @@ TEST_F(CrossViewAffinityTest, ATermWithoutItsJointIsZero) {
   EXPECT_EQ(Affinity(1.0), 0.0);
 }
 
-TEST_F(CrossViewAffinityTest, TooFewJointsAreNoMatch) {
+TEST_F(CrossViewAffinityTest, TooFewJointsDoNotMatch) {
   options_.min_common_joints = 6.0;
   for (int j = 5; j < 17; ++j) observation_.joints[j].found = false;
   EXPECT_EQ(Affinity(1.0), 0.0);
@@ -228,7 +231,7 @@ TEST_F(CrossViewAffinityTest, TooFewJointsAreNoMatch) {
 }
 
 // (0.5, 0.06, 5) projects to (370, 246): 6 px away.
-TEST_F(CrossViewAffinityTest, AViewMatcherUsesIt) {
+TEST_F(CrossViewAffinityTest, ViewMatcherUsesCrossViewAffinity) {
   AssociationTarget target;
   target.pose = &expected_;
   target.age_frames = 1.0;
@@ -245,7 +248,7 @@ TEST_F(CrossViewAffinityTest, AViewMatcherUsesIt) {
               kRounding);
   EXPECT_NEAR(matched(Target2d::kProjected),
               17.0 * (0.4 * 0.9 + 0.36) * std::exp(-5.0), kRounding);
-  // The remembered joint is then ignored; the expected one is used.
+  // The 3D term uses the expected pose, here on the ray and with age 0.
   Pose3d nearer = expected_;
   for (Joint3d& joint : nearer) joint.position_m.y() = 0.0;
   target.expected = &nearer;

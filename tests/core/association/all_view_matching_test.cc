@@ -59,8 +59,8 @@ TEST_F(AllViewMatcherTest, AppliesToSkeletonsOfFewJoints) {
   EXPECT_FALSE(AllViewMatcher::AppliesTo(Tum14()));
 }
 
-// Seen from cameras 0 and 2, on the x axis, the two stand one behind the other,
-// and the expected places are nearer to the wrong detection there.
+// Cameras 0 and 2, on the x axis, see the two people one behind the other,
+// where the expected positions are nearer to the wrong detection.
 TEST_F(AllViewMatcherTest, ViewsTogetherResolveAnAmbiguity) {
   See({Box(0.7, 0.1), Box(-0.7, -0.1)});
   EXPECT_EQ(Match({Box(0.6, -0.1), Box(-0.6, 0.1)}, 0.25), Matches(4, {0, 1}));
@@ -75,8 +75,8 @@ TEST_F(AllViewMatcherTest, ToleratesAHiddenBottom) {
   EXPECT_EQ(Match({Box(0.1, 0.0), Box(1.0, 0.9)}, 0.25), Matches(4, {0, 1}));
 }
 
-// Camera 0 sees the top of a box 0.3 m aside and its bottom at the hips: where
-// somebody in front hides the legs that may be the person, else it is another.
+// Camera 0 sees a box 0.3 m to the side that ends at hip height. If somebody in
+// front hides the legs, it may be the person; otherwise it is somebody else.
 TEST_F(AllViewMatcherTest, HiddenJointsAreMisplacedMoreOften) {
   const std::vector<Pose3d> two = {Box(0.0, 0.0), Box(2.0, 0.0)};
   See(two);

@@ -35,21 +35,21 @@ class TrackletsTest : public ::testing::Test {
     }
   }
 
-  static constexpr int kView = 1;  // of four, looks along x's normal
+  static constexpr int kView = 1;  // of four, looks perpendicular to x
   CameraRig cameras_ = testing::RingOfCameras(4);
   ViewTracklets tracklets_{Coco17().association_joints()};
   std::vector<Observation> observations_;
   int frame_ = 0;
 };
 
-TEST_F(TrackletsTest, WhoHadItHoldsWhatGoesOn) {
+TEST_F(TrackletsTest, OwnerKeepsContinuedTracklet) {
   SeeTwo(-0.8, 0.8);
   See({0.8, -0.8});  // order in the file is irrelevant
   EXPECT_EQ(tracklets_.OwnerOf(0), TrackId(2));
   EXPECT_EQ(tracklets_.OwnerOf(1), TrackId(1));
 }
 
-TEST_F(TrackletsTest, ADetectorMayMissSomebodyForAWhile) {
+TEST_F(TrackletsTest, OwnershipSurvivesShortDetectionGaps) {
   SeeTwo(-0.8, 0.8);
   for (int k = 0; k < 4; ++k) See({0.8});
   See({-0.8, 0.8});  // 0.2 s after it was seen
@@ -60,7 +60,7 @@ TEST_F(TrackletsTest, ADetectorMayMissSomebodyForAWhile) {
   EXPECT_EQ(tracklets_.OwnerOf(1), TrackId(2));
 }
 
-TEST_F(TrackletsTest, WhoHadItForAMomentHoldsNothing) {
+TEST_F(TrackletsTest, OwnershipRequiresMinimumDuration) {
   // 0.16 s, less than the 0.2 s needed for ownership.
   for (int k = 0; k < 5; ++k) {
     See({0.0});
@@ -77,7 +77,7 @@ TEST_F(TrackletsTest, WhoHadItForAMomentHoldsNothing) {
 
 // One of two people side by side is not detected; the other stands between
 // their positions, so the detection is ambiguous.
-TEST_F(TrackletsTest, WhatIsNotClearIsNobodys) {
+TEST_F(TrackletsTest, AmbiguousDetectionsHaveNoOwner) {
   SeeTwo(-0.05, 0.05);
   See({0.0});
   EXPECT_EQ(tracklets_.OwnerOf(0), std::nullopt);
@@ -85,14 +85,14 @@ TEST_F(TrackletsTest, WhatIsNotClearIsNobodys) {
   EXPECT_EQ(tracklets_.OwnerOf(0), std::nullopt);
 }
 
-TEST_F(TrackletsTest, NobodyJumps) {
+TEST_F(TrackletsTest, ImplausibleJumpsEndOwnership) {
   SeeTwo(-0.8, 0.8);
   See({1.6, -0.8});  // 0.8 m in 0.04 s
   EXPECT_EQ(tracklets_.OwnerOf(0), std::nullopt);
   EXPECT_EQ(tracklets_.OwnerOf(1), TrackId(1));
 }
 
-TEST_F(TrackletsTest, ALostTrackIsForgotten) {
+TEST_F(TrackletsTest, OwnershipExpiresWithoutClaims) {
   SeeTwo(-0.8, 0.8);  // until 0.36 s
   while (frame_ * kFrameS < 2.3) See({-0.8, 0.8});
   EXPECT_EQ(tracklets_.OwnerOf(0), TrackId(1));

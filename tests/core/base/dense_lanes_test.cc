@@ -13,8 +13,8 @@
 namespace kinegraph {
 namespace {
 
-// Error of a backward stable elimination of n columns: n roundings on the
-// scale of the condition number, with room for a factor of four.
+// Error bound of a backward-stable elimination of n columns: n rounding errors
+// times the condition number, with a safety factor of four.
 double Tolerance(const Eigen::MatrixXd& pivot) {
   const double norm = pivot.norm() * pivot.inverse().norm();
   return 4.0 * static_cast<double>(pivot.rows()) * 1.1e-16 * norm;
@@ -40,7 +40,7 @@ Eigen::MatrixXd RandomSquare(int size, Random* random) {
   return square;
 }
 
-// `block` 0: a dense coupling.
+// A `block` of 0 makes the coupling dense.
 Blocks MakeBlocks(int size, int block, Random* random) {
   Blocks blocks;
   blocks.size = size;
@@ -62,12 +62,12 @@ Blocks MakeBlocks(int size, int block, Random* random) {
 
 class DenseLanesTest : public ::testing::TestWithParam<InstructionSet> {
  protected:
-  // Or the best set of this machine.
+  // Falls back to the best set that this machine supports.
   void SetUp() override { UseInstructionSet(GetParam()); }
   void TearDown() override { UseInstructionSet(BestInstructionSet()); }
 };
 
-TEST_P(DenseLanesTest, FactorAndComplementEqualTheirDefinition) {
+TEST_P(DenseLanesTest, FactorAndSchurComplementAreAccurate) {
   Random random(3);
   for (const int block : {0, 6}) {
     for (const int size : {6, 12, 42, 84, 102, 150}) {
@@ -91,7 +91,7 @@ TEST_P(DenseLanesTest, FactorAndComplementEqualTheirDefinition) {
   }
 }
 
-TEST_P(DenseLanesTest, SameBitsAsTheBaseline) {
+TEST_P(DenseLanesTest, IsBitIdenticalToBaseline) {
   Random random(4);
   const Blocks before = MakeBlocks(102, 6, &random);
   Blocks here = before;

@@ -21,7 +21,7 @@ TYPED_TEST_SUITE(PackTest, Widths);
 constexpr double kA[] = {1.5, -2.0, 0.1, 7.0, 1e-9, -0.0, 3.0, 1e300};
 constexpr double kB[] = {3.0, 0.3, -7.0, 7.0, 1e9, 0.0, -1.0, 1e300};
 
-TYPED_TEST(PackTest, EveryLaneIsWhatADoubleGives) {
+TYPED_TEST(PackTest, LanesMatchScalarArithmetic) {
   const TypeParam a = TypeParam::Load(kA);
   const TypeParam b = TypeParam::Load(kB);
   const TypeParam root = Sqrt(Abs(a));
@@ -54,14 +54,14 @@ TYPED_TEST(PackTest, MasksOverLanes) {
   EXPECT_TRUE(All(Or(first, Not(first))));
 }
 
-TYPED_TEST(PackTest, WhatIsNoNumberIsLessThanNothing) {
+TYPED_TEST(PackTest, ComparisonsWithNaNAreFalse) {
   const TypeParam nan = std::numeric_limits<double>::quiet_NaN();
   EXPECT_FALSE(Any(nan < TypeParam(1.0)));
   EXPECT_FALSE(Any(nan >= TypeParam(1.0)));
   EXPECT_FALSE(Any(nan == nan));
 }
 
-TEST(InstructionSet, FallsBackToTheBestOfTheMachine) {
+TEST(InstructionSet, FallsBackToBestSupportedSet) {
   UseInstructionSet(InstructionSet::kBaseline);
   EXPECT_EQ(CurrentInstructionSet(), InstructionSet::kBaseline);
   UseInstructionSet(InstructionSet::kAvx512);

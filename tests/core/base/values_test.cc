@@ -1,4 +1,4 @@
-// Small values and texts.
+// Statistics, frame clocks and texts.
 #include <gtest/gtest.h>
 
 #include "core/base/error.h"
@@ -10,14 +10,14 @@
 namespace kinegraph {
 namespace {
 
-TEST(Median, IsTheMiddleOrTheUpperOfTwo) {
+TEST(Median, IsTheMiddleOrUpperMiddleValue) {
   EXPECT_EQ(Median({}), 0.0);
   EXPECT_EQ(Median({7.0}), 7.0);
   EXPECT_EQ(Median({9.0, 1.0, 2.0}), 2.0);
   EXPECT_EQ(Median({9.0, 1.0, 4.0, 2.0}), 4.0);
 }
 
-TEST(WeightedQuantile, IsTheLeastValueThatReachesTheShare) {
+TEST(WeightedQuantile, IsTheSmallestValueThatReachesTheFraction) {
   const std::vector<WeightedValue> values = {
       {3.0, 1.0}, {1.0, 2.0}, {2.0, 1.0}};
   EXPECT_EQ(WeightedQuantile(values, 0.0), 1.0);
@@ -27,13 +27,13 @@ TEST(WeightedQuantile, IsTheLeastValueThatReachesTheShare) {
   EXPECT_EQ(WeightedQuantile(values, 1.0), 3.0);
 }
 
-TEST(WeightedQuantile, MedianOfTwoEqualHalvesIsBetweenThem) {
+TEST(WeightedQuantile, MedianOfEqualHalvesIsTheMidpoint) {
   EXPECT_EQ(WeightedMedian({{7.0, 1.0}}), 7.0);
   // Even: the mean of the middle two, as without weights.
   EXPECT_EQ(WeightedMedian({{1.0, 1.0}, {2.0, 1.0}, {4.0, 1.0}, {9.0, 1.0}}),
             3.0);
   EXPECT_EQ(WeightedMedian({{1.0, 1.0}, {2.0, 1.0}, {9.0, 1.0}}), 2.0);
-  // Half of the weight is the first value's.
+  // The first value has half of the weight.
   EXPECT_EQ(WeightedMedian({{1.0, 2.0}, {2.0, 1.0}, {4.0, 1.0}}), 1.5);
   EXPECT_EQ(WeightedMedian({{1.0, 3.0}, {2.0, 1.0}, {4.0, 1.0}}), 1.0);
   // A weight of zero has no effect.
@@ -77,7 +77,8 @@ TEST(EditDistanceTest, CountsInsertionsDeletionsAndReplacements) {
   EXPECT_EQ(EditDistance("", "tau"), 3u);
   EXPECT_EQ(EditDistance("tau", ""), 3u);
   EXPECT_EQ(EditDistance("alpha", "alpha_2d"), 3u);
-  EXPECT_EQ(EditDistance("kitten", "sitting"), 3u);  // two replaced, one more
+  EXPECT_EQ(EditDistance("kitten", "sitting"),
+            3u);  // two replaced, one inserted
   EXPECT_EQ(EditDistance("ab", "ba"), 2u) << "a swap counts twice";
 }
 

@@ -1,4 +1,4 @@
-// Boxes around joints, with lengths of right-angled triangles.
+// Bounding boxes of joints.
 #include "core/data/box.h"
 
 #include <gtest/gtest.h>
@@ -45,10 +45,10 @@ TEST(Box, OneJointGivesAPoint) {
   EXPECT_EQ(GapPx(box, box), 0.0);
 }
 
-// Legs of 30 and 40.
-TEST(Box, DiagonalByHand) {
+// A right triangle with legs of 30 and 40.
+TEST(Box, DiagonalMatchesHandComputedValues) {
   EXPECT_EQ(DiagonalPx(BoxOf(10.0, 5.0, 40.0, 45.0)), 50.0);
-  // A line.
+  // A box of zero width.
   EXPECT_EQ(DiagonalPx(BoxOf(10.0, 5.0, 10.0, 45.0)), 40.0);
 }
 
@@ -60,7 +60,7 @@ TEST(Box, GapIsTheLargerOfBothAxes) {
   EXPECT_EQ(GapPx(box, BoxOf(5.0, 25.0, 6.0, 30.0)), 5.0);
   EXPECT_EQ(GapPx(box, BoxOf(5.0, -9.0, 6.0, -6.0)), 6.0);
   EXPECT_EQ(GapPx(box, BoxOf(13.0, 27.0, 15.0, 30.0)), 7.0);
-  // Touching, crossing and one in the other.
+  // Touching, overlapping and nested boxes.
   EXPECT_EQ(GapPx(box, BoxOf(10.0, 20.0, 12.0, 22.0)), 0.0);
   EXPECT_EQ(GapPx(box, BoxOf(-5.0, 8.0, 15.0, 9.0)), 0.0);
   EXPECT_EQ(GapPx(box, BoxOf(2.0, 3.0, 4.0, 5.0)), 0.0);
@@ -77,7 +77,7 @@ TEST(Box, AnEmptyBoxIsFartherThanAnything) {
   EXPECT_GE(GapPx(empty, empty), kLargest);
 }
 
-// Against the distances of all pairs of joints.
+// Compared with the distances of all pairs of joints.
 TEST(Box, GapBoundsTheDistanceOfAnyTwoJoints) {
   Random random(11);
   for (int trial = 0; trial < 200; ++trial) {

@@ -81,7 +81,7 @@ TEST(CheckCaptureTime, ClocksMayBeTenSecondsApart) {
     clocks.frame.views[1].capture_time += sign * second;
     EXPECT_TRUE(Contains(clocks.Refusal(), "'right' has")) << clocks.Refusal();
   }
-  // The difference of these times does not fit a TimeNs.
+  // The difference of these times overflows TimeNs.
   const TimeNs most = std::numeric_limits<TimeNs>::max();
   EXPECT_THROW(CheckCaptureTime("left", most, -most), InputError);
 }
@@ -154,7 +154,8 @@ TEST(PoseCheck, CovariancesArePositiveDefiniteUpToRounding) {
     written.SetCovariance(covariance);
     EXPECT_EQ(written.Fault(), "") << covariance;
   }
-  // Negative along one direction by more than rounding: 1e-9 of the largest.
+  // Not positive definite by more than rounding (1e-9 of the largest entry),
+  // not symmetric, or not finite.
   for (const Eigen::Matrix3d& covariance :
        {Eigen::Matrix3d(-identity), Eigen::Matrix3d::Zero().eval(),
         Eigen::Matrix3d(flat - 1e-6 * identity), skewed, infinite}) {
@@ -191,7 +192,7 @@ TEST(NamesAfter, AJoinPassesANameToAnUnnamedPerson) {
             (PersonNames{{TrackId(1), "Bob"}}));
 }
 
-TEST(NamesAfter, TheLastNameCountsAndOtherEditsKeepThem) {
+TEST(NamesAfter, LastNameCountsAndOtherEditsKeepNames) {
   EXPECT_TRUE(NamesAfter({}).empty());
   EXPECT_EQ(NamesAfter({Naming(1, "Bob"), Naming(1, "Robert"),
                         Edit(EditOp::kCut, 1, 2), Edit(EditOp::kSwap, 1, 2),

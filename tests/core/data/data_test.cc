@@ -1,4 +1,4 @@
-// Values in core/data with logic.
+// The types of core/data that contain logic.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -115,10 +115,11 @@ TEST(NearestAxis, HasASignAndAnAngularLimit) {
   EXPECT_TRUE(NearestAxis({1.0, 1.0, 1.0}, 55.0).has_value());
 }
 
-// Poses of one person under turns of the world.
+// Poses of one person in a rotated world.
 class People {
  public:
-  // Stands at (x, y), turned by degrees about y: -90 lies on the back.
+  // Stands at (x, y), rotated about y; at -90 degrees the person lies on the
+  // back.
   void Add(double x_m, double y_m, double turn_deg = 0.0,
            double height_m = 0.0) {
     testing::PosedPerson person;
@@ -168,8 +169,8 @@ TEST(Stance, AStandingPersonDefinesUpInAnyWorld) {
   EXPECT_EQ(NearestAxis(*turned.stance().Up(), 1.0), Eigen::Vector3d::UnitX());
 }
 
-// A lying person differs from a world on its side only by the file's or the
-// cameras' upward direction.
+// A lying person and a world on its side look the same unless the file or the
+// cameras state the upward direction.
 TEST(Stance, ALyingPersonLeavesUpUndetermined) {
   for (const double height_m : {0.2, 0.7}) {
     People people;
@@ -183,8 +184,8 @@ TEST(Stance, ALyingPersonLeavesUpUndetermined) {
   }
 }
 
-// A person who walks for a fifth of the time: the floor is constant along z
-// only.
+// A person who walks for a fifth of the time: only along z is the height of the
+// floor constant.
 TEST(Stance, TheFloorOutweighsALyingPerson) {
   for (const double height_m : {0.2, 0.6}) {
     People people;
@@ -207,7 +208,7 @@ TEST(Stance, APersonSittingOnTheFloorDefinesUp) {
   EXPECT_EQ(people.stance().Up(), Eigen::Vector3d::UnitZ());
 }
 
-// A file on its side: a person who walks across its axis is not lying.
+// The stated axis z is wrong: a person who moves along it is not lying.
 TEST(Stance, AWalkingPersonOverridesTheStatedAxis) {
   People people;
   for (int k = 0; k < 50; ++k) people.Add(0.0, 1.0, 90.0, 3.0 + 0.04 * k);

@@ -44,7 +44,7 @@ TEST(Pose, HasNoMeanWithoutPositions) {
           .has_value());
 }
 
-TEST(Pose, MeanIsOfThePresentAndFiniteJoints) {
+TEST(Pose, MeanUsesPresentFiniteJoints) {
   const Pose3d pose = {
       At({1.0, -2.0, 3.0}), At({100.0, 100.0, 100.0}, JointStatus::kMissing),
       At({kNan, 0.0, 0.0}), At({3.0, 4.0, -1.0}, JointStatus::kInferred)};
@@ -53,8 +53,8 @@ TEST(Pose, MeanIsOfThePresentAndFiniteJoints) {
 }
 
 // The mean of moved joints is the moved mean, in any order. Sums of 17 numbers
-// of a metre round to 17 times 1e-16.
-TEST(Pose, MeanMovesWithThePose) {
+// of about 1 m have rounding errors of 17 * 1e-16 m.
+TEST(Pose, MeanTransformsWithThePose) {
   const Pose3d pose = testing::StandingPerson(0.4, -0.3);
   const Eigen::Isometry3d motion =
       Eigen::Translation3d(0.5, -0.7, 0.2) *

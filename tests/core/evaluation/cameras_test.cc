@@ -46,7 +46,7 @@ CameraRig Circle(int count) {
   return rig;
 }
 
-// The same cameras in a world that is turned, scaled and moved.
+// The same cameras in a world that is rotated, scaled and translated.
 CameraRig Elsewhere(const CameraRig& rig, double scale) {
   const Matrix3d turn =
       AngleAxisd(1.1, Vector3d(1.0, 2.0, -0.5).normalized()).matrix();
@@ -89,7 +89,7 @@ TEST(CamerasTest, ScaleIsRemovedOnlyFromTheScaledFigures) {
 }
 
 TEST(CamerasTest, OneRotatedCameraFailsThreeOfSixPairs) {
-  // One of four cameras is turned by 7 degrees: the error of three of the six
+  // One of four cameras is rotated by 7 degrees: the error of three of the six
   // pairs, but of one camera only.
   CameraRig found = Circle(4);
   const Matrix3d aside =

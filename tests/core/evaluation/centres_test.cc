@@ -29,7 +29,7 @@ TEST(ReducedToCentresTest, ReducesOnlyIfExactlyOneSideIsACentroid) {
   EXPECT_EQ(centres->a.frames[0].time, boxes.frames[0].time);
   const PersonPose& person = centres->a.frames[0].people[0];
   EXPECT_EQ(person.id, TrackId(7));
-  // The bottom is missing: the mean of what is there.
+  // The bottom is missing: the mean of the remaining joints.
   EXPECT_EQ(person.joints[0].position_m.z(), 2.0);
   EXPECT_EQ(person.joints[0].status, JointStatus::kObserved);
   EXPECT_EQ(centres->b.frames[0].people[0].joints[0].position_m.z(), 0.5);

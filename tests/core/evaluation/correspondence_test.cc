@@ -16,7 +16,7 @@ TEST(FindFrameTest, FindsByNumber) {
   EXPECT_EQ(FindFrame(Tracks({}), 3), nullptr);
 }
 
-TEST(CommonJointsTest, GoByName) {
+TEST(CommonJointsTest, AreMatchedByName) {
   EXPECT_EQ(CommonJoints(Tum14(), Coco17()).size(), 12u);
   EXPECT_EQ(CommonJoints(Coco17(), Body25()).size(), 17u);
   const JointPairs body = CommonBodyJoints(Coco17(), Body25());

@@ -15,7 +15,7 @@ using Eigen::Vector3d;
 
 constexpr double kRate_hz = 100.0;
 
-// A standing person whose joints all move by `path`, from 0 to `count` frames.
+// A standing person whose joints all move by `path`, for `count` frames.
 TrackSequence Moving(int count, const std::function<Vector3d(double)>& path) {
   std::vector<TrackFrame> frames;
   for (int k = 0; k < count; ++k) {
@@ -32,7 +32,7 @@ DerivativeOptions Options() {
   return options;
 }
 
-TEST(DerivativesTest, ErrorsOfAParabolaByHand) {
+TEST(DerivativesTest, ParabolaErrorsMatchHandComputedValues) {
   // A parabola of another curvature: its velocity error grows as 0.4 t, its
   // acceleration error is 0.4 everywhere, both exact for central differences.
   const auto truth = Moving(
@@ -56,7 +56,7 @@ TEST(DerivativesTest, ErrorsOfAParabolaByHand) {
   EXPECT_TRUE(std::isnan(result.all[1].velocity_rms_m_s));
 }
 
-// The tracks' own velocity and acceleration are scored where there are any.
+// Velocities and accelerations stored in the tracks are scored where present.
 TEST(DerivativesTest, DerivativesOfTheModelTakePrecedence) {
   const auto path = [](double t) { return Vector3d(0.5 * t * t, 0.0, 0.0); };
   const auto truth = Moving(101, path);
@@ -96,11 +96,12 @@ TEST(DerivativesTest, DerivativesOfTheModelTakePrecedence) {
   result = EvaluateDerivatives(truth, found, Options());
   EXPECT_EQ(result.acceleration_source, DerivativeSource::kModel);
   EXPECT_NEAR(result.all[0].acceleration_rms_m_s2, 0.7, 1e-9);
-  // Still scored at the frames with two neighbours.
+  // As with differences, only frames with two neighbours are scored.
   EXPECT_EQ(result.all[0].count, 99 * 14);
 }
 
-// A truth with every other frame: differences over two frames of the tracks.
+// A ground truth with every other frame is compared with differences over two
+// frames of the tracks.
 TEST(DerivativesTest, TruthAtHalfTheRate) {
   const auto parabola = [](double a) {
     return [a](double t) { return Vector3d(a * t * t, 0.0, 0.0); };
@@ -128,7 +129,7 @@ Vector3d Landing(double t, double at_s, double round_s) {
 TEST(DerivativesTest, ASmoothedLandingLosesItsPeak) {
   // The second derivative of the rounded path is 3 r^2 / (2 (t^2 + r^2)^1.5):
   // 1.5 / r at its peak, so a radius of 0.04 s instead of 0.01 s gives a
-  // quarter.
+  // quarter of it.
   const auto truth =
       Moving(200, [](double t) { return Landing(t, 1.0, 0.01); });
   const auto found =

@@ -95,7 +95,7 @@ TEST(PairFramesTest, OneClockPairsEqualNumbersWithoutNotes) {
 
 // For every measure and ratio of rates: people are compared at equal times
 // only, and frames between the common instants are not misses.
-TEST(PairFramesTest, MeasuresAtDifferentRatesEqualThoseAtOneRate) {
+TEST(PairFramesTest, MeasuresDoNotDependOnFrameRates) {
   struct Rates {
     double truth_hz;
     double tracks_hz;
@@ -157,7 +157,7 @@ TEST(PairFramesTest, LagAtDifferentRates) {
         Walk({tracks_hz, static_cast<int>(16 * tracks_hz), 0, 0.0, 1e-9, 0.12});
     const auto lag_s = EstimateLag(truth, tracks, tracks_hz);
     ASSERT_TRUE(lag_s.has_value());
-    EXPECT_NEAR(*lag_s, 0.12, 0.01);  // a parabola between frames of 40 ms
+    EXPECT_NEAR(*lag_s, 0.12, 0.01);  // a parabola through samples 40 ms apart
   }
 }
 
@@ -222,7 +222,7 @@ TEST(PairFramesTest, JitteringClocksPairByTheNearestTime) {
 }
 
 // 30000/1001 and 30 Hz are half a frame apart after 501 frames.
-TEST(PairFramesTest, OneRateWrittenInTwoWaysPairsNumbers) {
+TEST(PairFramesTest, RatesThatDifferByRoundingPairByNumber) {
   const TrackSequence truth = Walk({30.0, 1800});
   const TrackSequence tracks = Walk({30000.0 / 1001.0, 1800});
   const FramePairing pairing = PairFrames(truth, tracks);
@@ -238,7 +238,7 @@ TEST(PairFramesTest, OneRateWrittenInTwoWaysPairsNumbers) {
 }
 
 // With a pause that the numbers do not contain, frames are paired by time.
-TEST(PairFramesTest, APausePairsTimes) {
+TEST(PairFramesTest, PausesArePairedByTime) {
   TrackSequence tracks = Walk({25.0, 60});
   for (size_t k = 30; k < tracks.frames.size(); ++k) {
     tracks.frames[k].time += FromSeconds(10 / 25.0);

@@ -12,7 +12,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-// Looks along +y from 4 m behind the origin: 100 px a metre at the origin.
+// Looks along +y from 4 m behind the origin: 100 px per metre at the origin.
 Camera MakeCamera() {
   CameraParameters parameters;
   parameters.name = "cam0";
@@ -30,7 +30,7 @@ Detection Project(const Pose3d& pose, const Camera& camera) {
   return detection;
 }
 
-// One person at the origin in frames 0 and 1, seen exactly.
+// One person at the origin in frames 0 and 1, detected without errors.
 struct Scene {
   Camera camera = MakeCamera();
   DetectionSequence detections;
@@ -97,7 +97,7 @@ TEST(HeldOutTest, ErrorsAreCappedAndTruncated) {
               30.0 / 14.0, 1e-12);
 }
 
-TEST(HeldOutTest, WithoutAPersonEveryJointCostsTheCap) {
+TEST(HeldOutTest, JointsOfMissingPeopleCostTheCap) {
   const HeldOutSummary summary =
       Summarise(Scene().Score(Tracks({Frame(0, {})})));  // without frame 1
   EXPECT_EQ(summary.figure_px(HeldOutFigure::kMedian), 100.0);
@@ -213,7 +213,7 @@ TEST(HeldOutTest, PairsByIdentityOnRequest) {
   EXPECT_EQ(summary.paired.total, 2);
 }
 
-TEST(HeldOutTest, TruncatedErrorsPoolToTheirMean) {
+TEST(HeldOutTest, TruncatedErrorsPoolToTheMean) {
   const Scene scene;
   // 0.2 m are 20 px, 0.5 m are 50 px and count 30.
   HeldOutScores scores =
@@ -230,8 +230,8 @@ TEST(HeldOutTest, TruncatedErrorsPoolToTheirMean) {
 
 TEST(HeldOutTest, NormalisesResidualsByPredictionAndDetector) {
   const Scene scene;
-  // 0.1 m sideways are 10 px; a sigma of 0.03 m is one of 3 px, the detector's
-  // 4 px: 10^2 / (3^2 + 4^2).
+  // 0.1 m sideways are 10 px; a standard deviation of 0.03 m is 3 px, the
+  // detector's is 4 px: 10^2 / (3^2 + 4^2).
   PersonPose person = Person(3, Moved(StandingTum14(), 0.1));
   person.covariances.assign(
       14, Eigen::Matrix3d(0.03 * 0.03 * Eigen::Matrix3d::Identity()));
@@ -248,8 +248,8 @@ TEST(HeldOutTest, NormalisesResidualsByPredictionAndDetector) {
   ASSERT_EQ(scores.joints.size(), 28u);
   for (const HeldOutJoint& joint : scores.joints) {
     ASSERT_TRUE(joint.normalised_squared.has_value());
-    // Joints are not all exactly 4 m away, and off the axis a step in depth is
-    // one in the image: a few per cent.
+    // Joints are not all exactly 4 m away, and off the axis an error in depth
+    // is also one in the image: a few per cent.
     EXPECT_NEAR(*joint.normalised_squared, 4.0, 0.4);
   }
 }

@@ -26,7 +26,7 @@ struct Case {
   double mota, idf1;
 };
 
-TEST(IdentityTest, CountsByHand) {
+TEST(IdentityTest, CountsMatchHandComputedValues) {
   for (const Case& c : {
            Case{"0@0 1@3 | 0@0", "7@.25 5@3 | 7@0", {3, 0, 0, 0, 0, 3}, 1, 1},
            // A switch in the middle, and two people swapped.
@@ -93,7 +93,7 @@ TEST(IdentityTest, NoPeopleGiveNaN) {
   EXPECT_TRUE(std::isnan(result.Hota().hota));
 }
 
-TEST(HotaTest, WorkedByHand) {
+TEST(HotaTest, ScoresMatchHandComputedValues) {
   const auto expect = [](const char* truth, const char* found, double detection,
                          double association) {
     SCOPED_TRACE(found);
@@ -109,12 +109,12 @@ TEST(HotaTest, WorkedByHand) {
   // TP 2, FN 2, FP 1. Identity 1 shares 2 of 4 + 2 - 2 frames.
   expect(kFour, "1@0 | 1@0 | | 9@3", 0.4, 0.5);
   // Two people in two frames are found in the second only, and a third frame
-  // has two false ones. TP 2, FN 2, FP 2. Each identity shares 1 of 2 + 2 - 1
+  // has two false poses. TP 2, FN 2, FP 2. Each identity shares 1 of 2 + 2 - 1
   // frames.
   expect("0@0 1@3 | 0@0 1@3 |", "| 5@0 6@3 | 5@0 6@3", 1.0 / 3.0, 1.0 / 3.0);
 }
 
-TEST(HotaTest, ThresholdsOfSimilarity) {
+TEST(HotaTest, PosesPassThresholdsUpToTheirSimilarity) {
   // Always 0.25 m off: similarity 1 - 0.25 / (2 * 0.5) = 0.75, which passes the
   // fifteen thresholds 0.05 ... 0.75 and none of the four above.
   const IdentityResult result = Evaluate("0@0 | 0@0", "1@0.25 | 1@0.25");
@@ -140,7 +140,7 @@ TEST(IdentityTest, PosesOnHiddenPeopleAreNoFalsePositives) {
   for (Joint3d& joint : truth.frames[1].people[0].joints) {
     joint.status = JointStatus::kInferred;
   }
-  // Found there, not found there, and a second pose there.
+  // The hidden person is found, not found, or found twice.
   for (const char* found :
        {"1@0 | 1@0 | 1@0", "1@0 | | 1@0", "1@0 | 1@0 2@0 | 1@0"}) {
     SCOPED_TRACE(found);

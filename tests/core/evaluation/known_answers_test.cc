@@ -28,7 +28,8 @@ constexpr double kOneDecimal = 0.05 + 1e-9;
 
 constexpr double kNone = -1.0;  // a cell that the table leaves empty
 
-// Actors 0..3, mean of 0-2, the same for the strict rule.
+// Percentages: actors 0 to 3, the mean of actors 0 to 2, and this mean by the
+// strict rule.
 struct Row {
   HeadConversion head;
   PcpGroup group;
@@ -117,7 +118,7 @@ TEST(KnownAnswersTest, ShelfHasThePublishedNumbersOfParts) {
   }
 }
 
-TEST(KnownAnswersTest, FourDAssociationByItsOwnRules) {
+TEST(KnownAnswersTest, FourDAssociationByFourDRules) {
   KINEGRAPH_DATA_OR_SKIP(folder, "shelf/raw");
   TrackReadOptions options;
   options.stored_zeros = StoredZeros::kKeep;
@@ -163,9 +164,9 @@ TEST(KnownAnswersTest, CrossViewTrackingOnCampus) {
   }
 }
 
-// data/shelf/peers/README.md: the tools for one person, on actor 0: PCP of both
-// rules with two decimals, acceleration [mm/frame^2] with the decimals given,
-// bone spread and error [mm] with one.
+// Single-person tools on actor 0 (data/shelf/peers/README.md): PCP by both
+// rules with two decimals, acceleration [mm/frame^2] to `last_digit_mm`, bone
+// spread and error [mm] with one decimal.
 TEST(KnownAnswersTest, SinglePersonPeersOnShelf) {
   KINEGRAPH_DATA_OR_SKIP(folder, "shelf");
   const TrackSequence truth = ReadTracks(folder + "/raw/gt.txt");

@@ -85,7 +85,7 @@ TEST(CoverageTest, CountsTruePeopleWithAPoseNearby) {
   EXPECT_EQ(EvaluateCoverage(truth, tracks, {{1, 2}}).total, 1);
 }
 
-TEST(Smoothness, DifferencesOfAPolynomialAreItsDerivatives) {
+TEST(Smoothness, DifferencesOfPolynomialsAreExactDerivatives) {
   // Second and third differences of a cubic are exact: 2 b + 6 c t_mid, 6 c.
   const auto mean = [](int order, const std::function<double(double)>& motion) {
     const TrackSequence tracks = Moving(10, 25.0, motion);
@@ -118,7 +118,7 @@ double Power(const TrackSequence& tracks, double rate_hz) {
   return PooledRatio(PowerSeries(tracks, PersonFramesOf(tracks), rate_hz));
 }
 
-TEST(Power, OfASineIsHalfItsSquaredAmplitudeAboveTheCutoff) {
+TEST(Power, SineAboveCutoffHasHalfTheSquaredAmplitude) {
   const double rate_hz = 50.0;
   const double amplitude_m = 0.02;
   const auto sine = [&](double frequency_hz) {
@@ -133,7 +133,7 @@ TEST(Power, OfASineIsHalfItsSquaredAmplitudeAboveTheCutoff) {
   EXPECT_NEAR(Power(sine(3.0), rate_hz) / expected, 0.0, 1e-3);
 }
 
-TEST(Power, OfWhiteNoiseIsItsVarianceTimesTheShareOfFrequencies) {
+TEST(Power, WhiteNoiseCountsInProportionToBandwidth) {
   const double rate_hz = 60.0;
   Random random(7);
   const TrackSequence noise =
@@ -143,7 +143,7 @@ TEST(Power, OfWhiteNoiseIsItsVarianceTimesTheShareOfFrequencies) {
   EXPECT_NEAR(Power(noise, rate_hz), 24.0 / 30.0 / 12.0, 0.06 / 12.0);
 }
 
-TEST(Power, NeedsARateThatCanShowIt) {
+TEST(Power, IsNaNIfTheFrameRateIsTooLow) {
   const TrackSequence tracks = Moving(100, 12.0, [](double t) { return t; });
   EXPECT_TRUE(std::isnan(Power(tracks, 12.0)));
 }

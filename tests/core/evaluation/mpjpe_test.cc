@@ -130,7 +130,7 @@ PersonPose Stated(Pose3d joints, const Eigen::Matrix3d& covariance) {
   return person;
 }
 
-TEST(ConsistencyTest, WorkedByHand) {
+TEST(ConsistencyTest, MatchesHandComputedValues) {
   Pose3d moved = StandingTum14();
   moved[0].position_m.x() += 0.02;  // 2 sigmas of 1 cm: 4, inside
   moved[1].position_m.y() += 0.09;  // 3 sigmas of 3 cm: 9, outside
@@ -169,7 +169,7 @@ TEST(ConsistencyTest, MissingOrIndefiniteCovariancesCoverNothing) {
   EXPECT_TRUE(std::isnan(flat.observed.stated.nees_per_dof));
 }
 
-TEST(ConsistencyTest, CorrectCovariancesCoverTheirStatedShare) {
+TEST(ConsistencyTest, CorrectCovariancesHaveNominalCoverage) {
   Random random(5);
   Eigen::Matrix3d root;  // any lower triangle
   root << 0.02, 0.0, 0.0, 0.01, 0.03, 0.0, -0.005, 0.01, 0.01;
@@ -190,8 +190,8 @@ TEST(ConsistencyTest, CorrectCovariancesCoverTheirStatedShare) {
       EvaluateConsistency(Tracks(truth), Tracks(found)).observed;
   constexpr double kCount = 14.0 * kFrames;
   EXPECT_EQ(row.count, 14 * kFrames);
-  // Four standard errors: of a share of 95 %, and of a mean of chi-squares
-  // (variance 6) over 3.
+  // Four standard errors: of a coverage of 95 %, and of a mean of chi-square
+  // values (variance 6) divided by 3.
   EXPECT_NEAR(row.stated.covered.fraction(), 0.95,
               4.0 * std::sqrt(0.95 * 0.05 / kCount));
   EXPECT_NEAR(row.stated.nees_per_dof, 1.0,

@@ -55,7 +55,8 @@ TEST(PanopticTest, PerfectPosesScoreOne) {
 
 TEST(PanopticTest, PrecisionFollowsTheScores) {
   // By score: right, wrong (too far), right. Precision 1, 1/2, 2/3; made
-  // falling from the right 1, 2/3, 2/3. Two of two true people: (1 + 2/3) / 2.
+  // non-increasing from the right 1, 2/3, 2/3. Two of two true people: (1 +
+  // 2/3) / 2.
   const TrackSequence truth = Panoptic({{{0, 0}, {4, 0}}});
   const TrackSequence found =
       Panoptic({{{2, 0.8}, {4.0625, 0.7}, {0.03125, 0.9}}});
@@ -68,10 +69,11 @@ TEST(PanopticTest, PrecisionFollowsTheScores) {
 TEST(PanopticTest, ASecondPoseOfOnePersonIsAFalsePositive) {
   const TrackSequence found = Panoptic({{{0.0625, 0.9}, {0, 0.8}}});
   const PanopticResult result = At(0.1, kOne, found);
-  EXPECT_EQ(result.average_precision[0], 1.0);  // all found before the false
+  EXPECT_EQ(result.average_precision[0],
+            1.0);  // found before the false positive
   EXPECT_EQ(result.recall_at_limit.count, 1);
   EXPECT_EQ(result.mpjpe_m, 0.0625);  // the first by score counts
-  // In reverse order the false one comes first: precision 1/2.
+  // At 0.05 m the pose with the higher score is too far: precision 1/2.
   const PanopticResult tight = At(0.05, kOne, found);
   EXPECT_DOUBLE_EQ(tight.average_precision[0], 0.5);
 }
@@ -92,7 +94,7 @@ TEST(PanopticTest, MissedPeopleCostRecall) {
 }
 
 TEST(PanopticTest, UnobservedTrueJointsAreLeftOut) {
-  // One of fifteen true joints is not observed, and displaced there: the other
+  // One of fifteen true joints is displaced and not observed; the other
   // fourteen are 31.25 mm off.
   TrackSequence truth = kOne;
   Joint3d& unseen = truth.frames[0].people[0].joints[4];

@@ -104,7 +104,7 @@ TEST(PcpTest, LostPartsHaveErrors) {
   EXPECT_EQ(lost.second_error_m, 0.125);
 }
 
-TEST(PcpTest, MissingJointsMakeTheirPartsWrong) {
+TEST(PcpTest, MissingJointsMakePartsWrong) {
   EXPECT_EQ(Lost(Without(kKnee)), (Names{"r_lower_leg", "r_upper_leg"}));
   EXPECT_EQ(Lost(Without(12)), (Names{"head", "torso"}));
   const PcpResult result = Evaluate(Without(kKnee), Plain());
@@ -136,7 +136,7 @@ TEST(PcpTest, NoPredictionLosesAllParts) {
   EXPECT_TRUE(EvaluatePcp(truth, tracks, skipping).person_frames.empty());
 }
 
-// The person taken for each true person; -1: none.
+// The predicted person matched with each true person; -1 if none.
 std::vector<int64_t> Taken(const std::vector<PersonPose>& truth,
                            const std::vector<PersonPose>& found,
                            PersonMatching matching) {
@@ -169,7 +169,7 @@ TEST(PcpTest, MatchesPeopleByTheProtocol) {
   // The gate includes its limit.
   EXPECT_EQ(Taken({at(0, 0)}, {at(7, 0.5)}, kOneToOne), Ids{7});
   EXPECT_EQ(Taken({at(0, 0)}, {at(7, 0.5625)}, kOneToOne), Ids{-1});
-  // Of two equally near the first is taken.
+  // Of two equally near people the first is matched.
   EXPECT_EQ(Taken({at(0, 0)}, {at(8, 0.25), at(3, -0.25)}, kNearest), Ids{8});
   // The mean over existing joints: person 4 has one joint, 1 m off; person 5
   // all of them, each 0.5 m off. The sums of squares are 1 and 3.5, the means 1
@@ -179,7 +179,7 @@ TEST(PcpTest, MatchesPeopleByTheProtocol) {
   EXPECT_EQ(Taken({at(0, 0)}, {Person(4, few), at(5, 0.5)}, kNearest), Ids{5});
 }
 
-TEST(PcpTest, HeadlineIsThePlainMeanOfItsActors) {
+TEST(PcpTest, HeadlineIsTheUnweightedMeanOfActors) {
   // Actor 0 is correct in both frames, actor 1 lost in its only one, actor 3
   // not part of the headline.
   const PcpResult result =
@@ -194,7 +194,7 @@ TEST(PcpTest, HeadlineIsThePlainMeanOfItsActors) {
 
 TEST(PcpTest, TimeGapPicksTheNearestFrame) {
   const TrackSequence truth = Tracks({Frame(10, {Person(0, StandingTum14())})});
-  // Frames of 25 Hz: 0.08 s before and after, of which the earlier counts.
+  // At 25 Hz, frames 8 and 12 are 0.08 s away; the earlier one counts.
   const TrackSequence tracks =
       Tracks({Frame(7, {}), Frame(8, {Person(4, StandingTum14())}),
               Frame(12, {Person(5, StandingTum14())})});
@@ -246,7 +246,7 @@ TEST(PcpTest, IntervalContainsTheScore) {
                OptionError);
 }
 
-TEST(PcpProtocolTest, ByName) {
+TEST(PcpProtocolTest, IsFoundByName) {
   EXPECT_EQ(PcpProtocolByName("shelf")->frames[0].end, 601);
   EXPECT_EQ(PcpProtocolByName("campus")->frames.size(), 2u);
   EXPECT_EQ(PcpProtocolByName("campus_extended")->frames.size(), 1u);
@@ -275,12 +275,12 @@ Pose3d CocoPerson() {
 }
 
 void ExpectNear(const Vector3d& found, const Vector3d& expected) {
-  // A handful of roundings of numbers below 2.
+  // A few rounding errors of numbers below 2.
   EXPECT_LT((found - expected).norm(), 1e-14)
       << found.transpose() << " instead of " << expected.transpose();
 }
 
-TEST(HeadConversionTest, ValuesByHand) {
+TEST(HeadConversionTest, MatchesHandComputedValues) {
   // Face direction of 4d: (0, 0, 1.5 - 1) x (0.5, 0, 0) points along +y.
   struct Head {
     HeadConversion conversion;
@@ -306,7 +306,7 @@ TEST(HeadConversionTest, ValuesByHand) {
 }
 
 TEST(HeadConversionTest, WeightsApplyToWorldAxes) {
-  // The same head turned to +x gets other factors: 0.78 instead of 0.5.
+  // The same head rotated to +x gets other factors: 0.78 instead of 0.5.
   Pose3d pose = CocoPerson();
   pose[0] = Observed(0.2, 0.0, 1.7);
   const Pose3d converted = Tum14Converter(Coco17(), HeadConversion::kChu)(pose);
@@ -314,7 +314,7 @@ TEST(HeadConversionTest, WeightsApplyToWorldAxes) {
   ExpectNear(converted[kBottom].position_m, {0.06, 0, 1.62});
 }
 
-TEST(HeadConversionTest, FourDUsesThePosesOwnNeckAndMidHip) {
+TEST(HeadConversionTest, FourDUsesNeckAndMidHipOfThePose) {
   Pose3d pose(FourDA19().joint_count());
   const std::vector<int> coco = MapByName(Coco17(), FourDA19());
   for (int j = 0; j < FourDA19().joint_count(); ++j) {
@@ -324,7 +324,7 @@ TEST(HeadConversionTest, FourDUsesThePosesOwnNeckAndMidHip) {
   const int mid_hip = FourDA19().IndexOf("mid_hip");
   const Tum14Converter convert(FourDA19(), HeadConversion::k4d);
   ExpectNear(convert(pose)[kTop].position_m, {0, 0.175, 1.745});  // from m
-  // A trunk leaning back to 3:4 turns the face up: (0, -0.3, 0.4) x (1, 0, 0)
+  // A trunk leaning back by 3:4 rotates the face up: (0, -0.3, 0.4) x (1, 0, 0)
   // = (0, 0.4, 0.3), of length 0.5.
   pose[mid_hip] = Observed(0.0, 0.0, 1.0);
   pose[neck] = Observed(0.0, -0.3, 1.4);
@@ -373,14 +373,14 @@ TEST(HeadConversionTest, SkeletonWithoutEarsHasNoEarHead) {
   EXPECT_FALSE(convert(HeadConversion::kChu)[0].present());
 }
 
-TEST(HeadConversionTest, GroundTruthKeepsItsOwnHead) {
+TEST(HeadConversionTest, GroundTruthKeepsStoredHead) {
   const Pose3d pose =
       Tum14Converter(Tum14(), HeadConversion::kChu)(StandingTum14());
   EXPECT_EQ(pose[kBottom].position_m, Vector3d(0, 0, 1.5));
   EXPECT_EQ(pose[kTop].position_m, Vector3d(0, 0, 1.75));
 }
 
-TEST(HeadConversionTest, ByName) {
+TEST(HeadConversionTest, IsFoundByName) {
   EXPECT_EQ(HeadConversionByName("voxelpose", true),
             HeadConversion::kVoxelposeCampus);
   EXPECT_EQ(HeadConversionByName("voxelpose", false),

@@ -17,7 +17,7 @@ constexpr int kFrames = 2000;  // 79 segments
 constexpr double kAmplitudeM = 0.1;
 constexpr double kNoiseM = 0.02;  // of the triangulation, per axis
 
-// A motion of 4 Hz along x, a bin of the spectrum.
+// A 4 Hz motion along x, at the centre of a spectral bin.
 Eigen::Vector3d MotionAt(double frame) {
   return {kAmplitudeM * std::sin(2.0 * kPi * 4.0 * frame / kRateHz), 0.0, 0.0};
 }
@@ -61,7 +61,8 @@ const double kMotionM = kAmplitudeM / std::sqrt(2.0);
 const double kKeptM = kNoiseM * std::sqrt(3.0 * 48.0 / 50.0);
 // Standard error of a power from 79 segments of 48 x 3 noise values, half
 // overlapping, is 2 %; of the cross-spectrum with the reference's errors, whose
-// power is four times as large, 4 %: 10 % of a root is 5 sigmas.
+// power is four times as large, 4 %: 10 % of an amplitude (its root) is 5
+// standard errors.
 constexpr double kTolerance = 0.1;
 
 TEST_F(SmoothingBalanceTest, AScaledDownMotionCountsAsRemoved) {
@@ -83,7 +84,7 @@ TEST_F(SmoothingBalanceTest, ADelayCountsAsRemovedMotion) {
   EXPECT_TRUE(balance.is_excessive);
 }
 
-TEST_F(SmoothingBalanceTest, TheTriangulationKeepsItsNoise) {
+TEST_F(SmoothingBalanceTest, RawTriangulationKeepsNoise) {
   const SmoothingBalance balance = Of(raw_);
   EXPECT_NEAR(balance.kept_m, kKeptM, kTolerance * kKeptM);
   EXPECT_LT(balance.removed_m, kTolerance * kMotionM);
@@ -92,13 +93,13 @@ TEST_F(SmoothingBalanceTest, TheTriangulationKeepsItsNoise) {
   EXPECT_TRUE(balance.is_excessive);
 }
 
-TEST_F(SmoothingBalanceTest, TheMotionItselfHasNoError) {
+TEST_F(SmoothingBalanceTest, NoiseFreeMotionHasNoError) {
   const SmoothingBalance balance = Of(TraceOf(MotionAt));
   EXPECT_LT(balance.error_m, kTolerance * kMotionM);
   EXPECT_FALSE(balance.is_excessive);
 }
 
-TEST_F(SmoothingBalanceTest, ShortGapsAreFilledAndLongOnesLeftOut) {
+TEST_F(SmoothingBalanceTest, ShortGapsAreFilledAndLongGapsExcluded) {
   const auto with_gap = [&](int frames) {
     JointTraces smoothed = raw_;
     for (int i = 510; i < 510 + frames; ++i) {
@@ -113,7 +114,7 @@ TEST_F(SmoothingBalanceTest, ShortGapsAreFilledAndLongOnesLeftOut) {
   EXPECT_EQ(with_gap(6), all - 2);  // both segments with these frames
 }
 
-TEST_F(SmoothingBalanceTest, ImagesAreScaledByTheirDepth) {
+TEST_F(SmoothingBalanceTest, ImageTracesAreScaledByDepth) {
   constexpr double kMetresPerPx = 0.004;
   const auto in_image = [&](const JointTraces& traces) {
     JointTraces image = traces;

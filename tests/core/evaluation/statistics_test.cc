@@ -81,17 +81,19 @@ std::vector<double> CorrelatedSeries(int count, double rho, uint64_t seed) {
   return values;
 }
 
-TEST(BootstrapTest, IndependentValuesGiveTheTextbookError) {
+TEST(BootstrapTest, IndependentValuesGiveAnalyticStandardError) {
   const std::vector<double> values = CorrelatedSeries(400, 0.0, 7);
   const Interval interval =
       RatioInterval(MeanOfRatios, {Series(values)}, Drawing(1, 4000));
   // For single units the standard error is exactly s / sqrt(n) up to the
-  // resamples' own variation, 1 / sqrt(2 * 4000) = 1.1 %; five of those.
+  // resamples' own variation, 1 / sqrt(2 * 4000) = 1.1 %; the tolerance is five
+  // times that.
   const double expected = StandardDeviation(values) / std::sqrt(400.0);
   EXPECT_NEAR(interval.standard_error / expected, 1.0, 0.056);
   // A 95 % interval of a normal mean is +-1.96 standard errors. A quantile at
   // 2.5 % from 4000 draws has an error of sqrt(.025 * .975 / 4000) / density
-  // (.0584) = 4.2 % of a standard error; both ends, five of those.
+  // (.0584) = 4.2 % of a standard error; the tolerance is five times that for
+  // both ends.
   EXPECT_NEAR((interval.high - interval.low) / expected, 2 * 1.96, 0.30);
 }
 
@@ -103,7 +105,8 @@ TEST(BootstrapTest, BlocksIncludeTheCorrelationOfNeighbours) {
   // Variance of the mean of n values: (1 + rho) / (1 - rho) / n = 4 / n. Blocks
   // of L = 25 find L + 2 sum (L - k) rho^k = 0.925 of that per value. The 800
   // blocks contribute sqrt(2 / 800) / 2 = 2.5 % of variation of the standard
-  // error, the resamples 2.2 %; together 3.4 %, four of those.
+  // error, the resamples 2.2 %; together 3.4 %; the tolerance is four times
+  // that.
   double expected = 1.0;
   for (int k = 1; k < 25; ++k) {
     expected += 2.0 * (1.0 - k / 25.0) * std::pow(kRho, k);
@@ -142,9 +145,9 @@ TEST(BootstrapTest, DrawsEveryUnitEquallyOften) {
         return 0.0;
       },
       Drawing(25, 20000));
-  // A unit is in the block of 25 with chance 25/30 and in the 5 left over with
-  // 5/30: variance 0.278 a resample, so sqrt(0.278 / 20000) = 0.0037 on the
-  // mean of 1; five of those.
+  // A unit is in the block of 25 with probability 25/30 and in the remaining 5
+  // with 5/30: variance 0.278 per resample, so the mean of 1 has a standard
+  // error of sqrt(0.278 / 20000) = 0.0037; the tolerance is five times that.
   for (const double times : drawn) EXPECT_NEAR(times / 20000.0, 1.0, 0.019);
 }
 

@@ -21,8 +21,9 @@ Eigen::Matrix3d Covariance(double a_mm, double b_mm, double c_mm) {
   return turn * sigma_m.cwiseAbs2().asDiagonal() * turn.transpose();
 }
 
-// Isotropic: Maxwell's distribution. One long axis: a Gaussian along it.
-TEST(BallProbability, IsotropicIsMaxwellsAndOneAxisTheErrorFunction) {
+// An isotropic covariance gives Maxwell's distribution, a single axis a normal
+// distribution.
+TEST(BallProbability, MatchesMaxwellAndNormalDistributions) {
   for (const double sigma_mm : {10.0, 20.0, 24.02, 30.0, 50.0, 100.0, 1000.0}) {
     const double r = 1e3 * kRadius_m / sigma_mm;
     const double expected = std::erf(r / std::sqrt(2.0)) -
@@ -37,8 +38,8 @@ TEST(BallProbability, IsotropicIsMaxwellsAndOneAxisTheErrorFunction) {
   EXPECT_EQ(ProbabilityWithin(kRadius_m, Eigen::Matrix3d::Zero()), 1.0);
 }
 
-// Against draws: 4 standard deviations of a share of 200,000.
-TEST(BallProbability, EqualsTheShareOfDraws) {
+// Monte Carlo with 200,000 samples; the tolerance is 4 standard errors.
+TEST(BallProbability, MatchesMonteCarlo) {
   Random random(5);
   for (const Eigen::Vector3d& mm :
        {Eigen::Vector3d(100, 5, 5), Eigen::Vector3d(41, 14, 17),

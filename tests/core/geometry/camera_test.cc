@@ -12,13 +12,13 @@
 namespace kinegraph {
 namespace {
 
-// A wide lens: at the corner of the image (r^2 about 1.2) it moves points by
-// more than a hundred pixels.
+// A wide-angle lens: at the corner of the image (r^2 about 1.2) it moves points
+// by more than a hundred pixels.
 const std::vector<double> kWideLens = {-0.25, 0.08, 0.001, -0.0005, -0.01};
 // Typical of a GoPro's wide field of view.
 const std::vector<double> kFisheyeTerms = {-0.02, 0.015, -0.01, 0.002};
 
-TEST(CameraTest, ProjectsByHand) {
+TEST(CameraTest, ProjectionMatchesHandComputedValues) {
   CameraParameters p;
   p.K << 100, 0, 50, 0, 200, 60, 0, 0, 1;
   p.t << 0, 0, 4;
@@ -33,7 +33,7 @@ TEST(CameraTest, ProjectsByHand) {
   EXPECT_FALSE(camera.Project({0, 0, -5}).has_value()) << "behind";
 }
 
-TEST(CameraTest, DistortsByHand) {
+TEST(CameraTest, DistortionMatchesHandComputedValues) {
   CameraParameters p;
   p.lens = MakeLens("opencv5", {0.1, 0.01, 0.001, 0.002, 0.0});
   const Camera camera(p);
@@ -139,7 +139,7 @@ TEST(LensTest, RefusesUnknownModelsAndInvalidTerms) {
   EXPECT_EQ(MakeLens("opencv5", {0, 0, 0, 0, 0}), nullptr);
 }
 
-TEST(CameraTest, RaysPassThroughTheirPoints) {
+TEST(CameraTest, RaysPassThroughProjectedPoints) {
   const Eigen::Vector3d point(0.3, -0.2, 1.1);
   for (const Camera& camera : testing::RingOfCameras(5)) {
     const auto px = camera.Project(point);
@@ -187,7 +187,7 @@ Eigen::Vector3d RayAt(double angle, double about) {
           std::cos(angle)};
 }
 
-TEST(Fisheye, ProjectsByItsDefinition) {
+TEST(Fisheye, ProjectionMatchesOpenCvDefinition) {
   const Camera camera = FisheyeCamera();
   for (double angle = 0.01; angle < kRightAngle; angle += 0.05) {
     const Eigen::Vector3d point = 3.0 * RayAt(angle, 7.0 * angle);
@@ -209,8 +209,9 @@ TEST(Fisheye, UndistortIsTheInverse) {
       const Eigen::Vector3d ray = RayAt(angle, 5.0 * angle);
       const auto ideal = camera.Undistort(*camera.Project(ray));
       ASSERT_TRUE(ideal.has_value()) << angle;
-      // Rounding of the pixel, 1e-13 px of 600, is an angle. Directions of rays
-      // are compared, because tan is unbounded. A thousand times that rounding.
+      // Directions of rays are compared, because tan is unbounded. Pixels round
+      // to 1e-13 px, 2e-16 rad at a focal length of 600 px; the tolerance is
+      // far above that.
       EXPECT_LT((camera.RayDirection(*ideal) - ray).norm(), 1e-12) << angle;
     }
   }
@@ -258,7 +259,7 @@ TEST(Fisheye, PacksEqualSinglePoints) {
   }
 }
 
-TEST(Fisheye, TheFirstRadialTermIsTheDerivativeByK1) {
+TEST(Fisheye, FirstRadialFactorIsTheDerivativeByK1) {
   const Eigen::Vector2d ideal(0.8, -1.1);
   for (const auto& lens : {MakeLens(kFisheyeModel, kFisheyeTerms),
                            MakeLens("opencv5", {0.1, 0.02, 1e-3, 1e-3})}) {

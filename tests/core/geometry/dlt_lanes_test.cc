@@ -89,10 +89,10 @@ INSTANTIATE_TEST_SUITE_P(Sets, DltLanes,
                                            InstructionSet::kAvx2,
                                            InstructionSet::kAvx512));
 
-// Points are about 5 m away, pixels about 1e3. A joint measured by all views is
-// computed as a single one, bit for bit. If views lack it, rows of zeros change
-// the rounding of the reflections: 1e-9 m is far above such rounding and far
-// below any relevant error.
+// Points are about 5 m away, pixels about 1e3. A joint measured by all views
+// gets the same bits as from TriangulateDlt. If views lack it, rows of zeros
+// change the rounding of the reflections: 1e-9 m is far above such rounding and
+// far below any relevant error.
 void ExpectSame(const Points& points, int joint, bool exact,
                 const TriangulationResult& alone) {
   if (exact) {
@@ -133,8 +133,7 @@ TEST_P(DltLanes, EqualTriangulateDlt) {
   EXPECT_GT(exact, kJoints);
 }
 
-// Every instruction set gives the same bits.
-TEST_P(DltLanes, AreTheSameOnEveryInstructionSet) {
+TEST_P(DltLanes, AreBitIdenticalOnEveryInstructionSet) {
   Random random(9);
   const Views views = RandomViews(5, &random);
   const Points points = InLanes(views, GetParam());
@@ -158,11 +157,11 @@ TEST_P(DltLanes, NaNPixelsAreLeftToTriangulateDlt) {
   EXPECT_LT(InLanes(views, GetParam()).found[0], 0.0);
 }
 
-TEST_P(DltLanes, ConflictsEqualThoseByEpipolarDistance) {
+TEST_P(DltLanes, ConflictsMatchEpipolarDistances) {
   Random random(8);
   const Views views = RandomViews(4, &random);
   const EpipolarGeometry epipolar(views.cameras);
-  constexpr double kAlpha = 3.0;  // px; about the noise, so that both occur
+  constexpr double kAlpha = 3.0;  // px; near the noise: both results occur
   UseInstructionSet(GetParam());
   int conflicts = 0;
   for (int a = 0; a < 4; ++a) {

@@ -28,7 +28,7 @@ TEST(EpipolarTest, LinesOfAStereoPairAreRows) {
   EXPECT_NEAR(geometry.Distance(1, {400, 207}, 0, {100, 200}), 7.0, 1e-10);
 }
 
-TEST(EpipolarTest, WeightsBelongToTheirOwnPoint) {
+TEST(EpipolarTest, EachWeightAppliesToThePointOfItsView) {
   // A camera displaced forward: the distances in the two views differ.
   CameraRig cameras = StereoPair();
   CameraParameters moved = cameras[1].parameters();

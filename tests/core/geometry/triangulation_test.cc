@@ -34,7 +34,7 @@ Eigen::Vector3d RandomPoint(Random* random) {
   return {x, y, random->Uniform(0, 2)};
 }
 
-// The textbook way: rows of A, singular value decomposition.
+// The textbook method: singular value decomposition of the rows of A.
 Eigen::Vector3d BySvd(const std::vector<PointMeasurement>& measurements) {
   Eigen::MatrixXd A(2 * measurements.size(), 4);
   for (size_t i = 0; i < measurements.size(); ++i) {
@@ -97,8 +97,8 @@ TEST(TriangulationTest, EqualsSingularValueDecomposition) {
 }
 
 TEST(TriangulationTest, ErrorGrowsAsTheoryPredicts) {
-  // Two orthogonal rays at 4 m, 1000 px: each fixes the directions across it
-  // with sigma * 4 / 1000 m; heights are measured by both.
+  // Two orthogonal rays at 4 m, 1000 px: each determines the directions
+  // perpendicular to it to sigma * 4 / 1000 m; heights are measured by both.
   CameraRig ring = testing::RingOfCameras(4, 4.0);
   const CameraRig cameras = {ring[0], ring[1]};
   const Eigen::Vector3d point(0.0, 0.0, 1.0);
@@ -120,7 +120,8 @@ TEST(TriangulationTest, ErrorGrowsAsTheoryPredicts) {
     measured += (result.point_m - point).squaredNorm() / kRounds;
   }
   // Relative standard error of a mean of squares of three normal variables:
-  // sqrt(2 / (3 * 4000)) = 1.3 %; five of them, and DLT is not quite optimal.
+  // sqrt(2 / (3 * 4000)) = 1.3 %; the tolerance is five times that, and DLT is
+  // not quite optimal.
   EXPECT_NEAR(measured / predicted, 1.0, 0.07);
 }
 

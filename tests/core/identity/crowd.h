@@ -1,4 +1,4 @@
-// Tracks made by hand: bodies of different size that walk on lines.
+// Synthetic tracks: bodies of different size that walk along straight lines.
 #ifndef KINEGRAPH_TESTS_CORE_IDENTITY_CROWD_H_
 #define KINEGRAPH_TESTS_CORE_IDENTITY_CROWD_H_
 
@@ -16,8 +16,8 @@ namespace kinegraph::testing {
 
 inline constexpr double kCrowdRate = 25.0;  // Hz
 
-// Frames first .. last, from `from` with a constant velocity; `size` scales
-// the body, `sigma_m` is the noise of each coordinate.
+// A person in frames first .. last who walks from `from` at a constant
+// velocity; `size` scales the body.
 struct Walk {
   int64_t id = 0;
   int64_t first = 0;
@@ -38,6 +38,7 @@ class CrowdMaker {
     }
   }
 
+  // `sigma_m` is the noise of each coordinate.
   CrowdMaker& Add(const Walk& walk, double sigma_m = 0.01) {
     for (int64_t f = walk.first; f <= walk.last; ++f) {
       const double time_s = static_cast<double>(f - walk.first) / kCrowdRate;

@@ -40,7 +40,7 @@ struct Right {
   std::map<size_t, Who> in;
 };
 
-TEST(ApplyEditTest, DoesWhatItSaysBothEndsIncluded) {
+TEST(ApplyEditTest, AppliesToBothEndsOfTheSpan) {
   IdentityEdit name = Edit(EditOp::kName, {0});
   name.name = "Anna";
   for (const Right& right :
@@ -71,7 +71,7 @@ TEST(ApplyEditTest, DoesWhatItSaysBothEndsIncluded) {
   }
 }
 
-TEST(ApplyEditsTest, SaysWhatDoesNotFit) {
+TEST(ApplyEditsTest, ReportsEditsThatDoNotApply) {
   std::vector<TrackFrame> frames = Frames();
   const IdentityEdit join = Edit(EditOp::kJoin, {0, 1}, FrameSpan{9, 12});
   const IdentityEdit gone = Edit(EditOp::kDelete, {7}, FrameSpan{0, 3});
@@ -90,7 +90,7 @@ TEST(ApplyEditsTest, SaysWhatDoesNotFit) {
   EXPECT_EQ(IdsIn(frames[19]), (Who{2}));
 }
 
-TEST(NamesAfterTest, JoinsBringNamesAlong) {
+TEST(NamesAfterTest, JoinsCarryNamesOver) {
   IdentityEdit anna = Edit(EditOp::kName, {7});
   anna.name = "Anna";
   IdentityEdit ben = Edit(EditOp::kName, {2});
@@ -111,7 +111,7 @@ struct Wrong {
   std::string message;
 };
 
-TEST(ApplyEditTest, WrongEditsSayWhatAndChangeNothing) {
+TEST(ApplyEditTest, InvalidEditsAreReportedAndChangeNothing) {
   const std::vector<Wrong> wrongs = {
       {Edit(EditOp::kJoin, {0, 7}), "person 7 is unknown"},
       {Edit(EditOp::kJoin, {0}), "persons: found 1, expected two"},

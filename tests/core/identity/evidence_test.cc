@@ -21,7 +21,7 @@ std::vector<Tracklet> Bodies(const std::vector<double>& sizes,
   return CollectTracklets(frames, Coco17());
 }
 
-TEST(BoneModelTest, OneBodyAgainstTwo) {
+TEST(BoneModelTest, DistinguishesOneBodyFromTwo) {
   CrowdMaker crowd(500);
   crowd.Add({0, 0, 240, {0.0, 0.0}, {0.0, 0.0}, 1.0});
   crowd.Add({1, 250, 499, {0.0, 0.0}, {0.0, 0.0}, 1.0});
@@ -42,8 +42,9 @@ TEST(BoneModelTest, OneBodyAgainstTwo) {
   EXPECT_NEAR(model.MeanDifference(samples[0], samples[2]), 0.04, 0.015);
 }
 
-// Two tracks of one body, the second lasting a second with bones measured 4 %
-// longer; reported standard deviation `sigma_m` in each coordinate.
+// The log ratio of two tracks of one body. The second lasts a second, and its
+// bones are measured 4 % longer; joints state a standard deviation of `sigma_m`
+// in each coordinate.
 double RatioOfShortPiece(double sigma_m) {
   CrowdMaker crowd(400);
   crowd.Add({0, 0, 299, {0.0, 0.0}, {0.0, 0.0}, 1.0});
@@ -64,17 +65,18 @@ double RatioOfShortPiece(double sigma_m) {
   return model.LogRatio(one, other);
 }
 
-TEST(BoneModelTest, AShortPieceIsAsUncertainAsItsJointsAreStated) {
-  // The side of 0.5 m is off by 20 mm. With joints to 5 mm its second is known
-  // to 5 mm * sqrt(2) * sqrt(0.35 / 1) = 4 mm and the floors of the two, 7 mm:
-  // 2.5 sigmas. With joints to 20 mm it is known to 17 mm: 1.1 sigmas.
+TEST(BoneModelTest, ShortPieceIsAsUncertainAsStated) {
+  // A length of 0.5 m is off by 20 mm. With joints accurate to 5 mm, one second
+  // determines it to 5 mm * sqrt(2) * sqrt(0.35 / 1) = 4 mm; with the floors of
+  // both tracks, 7 mm, the difference is 2.5 sigmas. With joints accurate to 20
+  // mm it is determined to 17 mm: 1.1 sigmas.
   const double sure = RatioOfShortPiece(0.005);
   const double unsure = RatioOfShortPiece(0.02);
   EXPECT_LT(sure, -3.0);
   EXPECT_GT(unsure, sure + 2.0);
 }
 
-TEST(BoneModelTest, NothingMeasuredSaysNothing) {
+TEST(BoneModelTest, UnmeasuredBodiesGiveNoEvidence) {
   CrowdMaker crowd(100);
   crowd.Add({0, 0, 99, {0.0, 0.0}, {0.0, 0.0}, 1.0});
   crowd.Add({1, 50, 51, {2.0, 0.0}, {0.0, 0.0}, 1.0});  // shorter than a piece
@@ -101,14 +103,14 @@ TEST(BoneModelTest, InferredJointsDoNotCount) {
   }
 }
 
-// 25 m^2.
+// A space of 25 m^2.
 IdentityMotion Box() { return {{-5.0, -1.25}, {5.0, 1.25}}; }
 
 MotionState State(double time_s, double x_m, double vx_mps) {
   return {FromSeconds(time_s), {x_m, 0.0, 1.0}, {vx_mps, 0.0, 0.0}};
 }
 
-TEST(MotionModelTest, WhoWalksOnIsTheSame) {
+TEST(MotionModelTest, ContinuedWalkIsLikely) {
   const IdentityMotion model = Box();
   const MotionState from = State(0.0, 0.0, 1.0);
   const double walks_on = model.LogRatio(from, State(0.4, 0.4, 1.0), 0.04);
@@ -117,7 +119,7 @@ TEST(MotionModelTest, WhoWalksOnIsTheSame) {
   EXPECT_GT(walks_on, turns_back + 2.0);
 }
 
-TEST(MotionModelTest, WhoStandsIsNotExpectedFarAway) {
+TEST(MotionModelTest, StandingPeopleAreNotExpectedFarAway) {
   const IdentityMotion model = Box();
   const auto ratio = [&](double speed_mps, double x_m) {
     return model.LogRatio(State(0.0, 0.0, speed_mps), State(0.6, x_m, 0.0),
@@ -130,11 +132,12 @@ TEST(MotionModelTest, WhoStandsIsNotExpectedFarAway) {
   EXPECT_GT(ratio(0.0, 0.0), ratio(1.2, 0.8) + 1.0);
 }
 
-TEST(MotionModelTest, NobodyCrossesARoomAtOnce) {
+TEST(MotionModelTest, CrossingARoomAtOnceIsUnlikely) {
   const IdentityMotion model = Box();
   const MotionState from = State(0.0, 0.0, 0.0);
   EXPECT_LT(model.LogRatio(from, State(0.2, 4.0, 0.0), 0.04), -8.0);
-  // The same after half a minute is hardly any evidence: at worst a half.
+  // After half a minute the same distance is hardly any evidence: a factor of
+  // about two at most.
   EXPECT_NEAR(model.LogRatio(from, State(30.0, 4.0, 0.0), 0.04), 0.0, 0.8);
 }
 
@@ -145,7 +148,7 @@ TEST(MotionModelTest, AStateThatIsNotLaterCountsAsTheNextFrame) {
             model.LogRatio(from, State(1.04, 0.0, 0.0), 0.04));
 }
 
-TEST(MotionModelTest, WhoStandsFacesTheSameWay) {
+TEST(MotionModelTest, StandingPeopleKeepHeading) {
   const IdentityMotion model = Box();
   const auto ratio = [&](double gap_s, double turned, double vx_mps) {
     MotionState from = State(0.0, 0.0, 0.0);
@@ -157,7 +160,7 @@ TEST(MotionModelTest, WhoStandsFacesTheSameWay) {
   const double unknown =
       model.LogRatio(State(0.0, 0.0, 0.0), State(1.0, 0.0, 0.0), 0.04);
   EXPECT_GT(ratio(1.0, 0.1, 0.0), unknown + 1.0);
-  // Facing the other way weakens the evidence less: people turn.
+  // Facing the other way is weaker evidence, because people turn round.
   EXPECT_LT(ratio(1.0, 3.0, 0.0), unknown - 0.4);
   EXPECT_GT(ratio(1.0, 3.0, 0.0), unknown - 1.5);
   // Left and right are equivalent.
@@ -177,7 +180,7 @@ TEST(MotionModelTest, PeopleStayInTheSpace) {
   EXPECT_GT(ratio, 0.0);
 }
 
-TEST(MotionStateTest, ReadsPlaceAndVelocityAtBothEnds) {
+TEST(MotionStateTest, ReadsPositionAndVelocityAtBothEnds) {
   CrowdMaker crowd(100);
   crowd.Add({0, 0, 99, {1.0, 2.0}, {1.0, -0.5}, 1.0}, 0.0);
   const Tracklet walk = CollectTracklets(crowd.frames(), Coco17())[0];
@@ -185,14 +188,14 @@ TEST(MotionStateTest, ReadsPlaceAndVelocityAtBothEnds) {
   const MotionState end = StateAtEnd(walk);
   EXPECT_EQ(begin.time, 0);
   EXPECT_EQ(end.time, FrameClock(25.0).TimeOf(99));
-  // Shrunk towards zero by the noise of a short line, by 0.07.
+  // The velocity of a short line is shrunk towards zero, here by 0.07.
   EXPECT_NEAR(begin.velocity_mps.x(), 1.0, 0.15);
   EXPECT_NEAR(end.velocity_mps.y(), -0.5, 0.08);
   EXPECT_NEAR(begin.position_m.x(), 1.0, 0.03);
   EXPECT_NEAR(end.position_m.x(), 1.0 + 99.0 / 25.0, 0.03);
 }
 
-TEST(MotionStateTest, UpToAMomentItIsTheEndOfWhatCameBefore) {
+TEST(MotionStateTest, StateUpToATimeIgnoresLaterFrames) {
   CrowdMaker crowd(100);
   crowd.Add({0, 0, 99, {1.0, 2.0}, {1.0, -0.5}, 1.0}, 0.0);
   const Tracklet walk = CollectTracklets(crowd.frames(), Coco17())[0];
@@ -203,9 +206,9 @@ TEST(MotionStateTest, UpToAMomentItIsTheEndOfWhatCameBefore) {
   EXPECT_EQ(StateUpTo(walk, clock.TimeOf(200)).time, clock.TimeOf(99));
 }
 
-// Track 0 is next to another person who leaves, is then unseen and found
-// elsewhere 0.4 s later. All of this is one contact.
-TEST(ContactsTest, AHopThatNobodySawIsKeptAndCutThere) {
+// Track 0 stands next to another person, who leaves; then track 0 is unobserved
+// and is found elsewhere 0.4 s later. All of this is one contact.
+TEST(ContactsTest, UnobservedHopIsRecordedAndCut) {
   CrowdMaker crowd(300);
   crowd.Add({0, 0, 139, {0.0, 0.0}, {0.0, 0.0}, 1.0})
       .Add({0, 140, 149, {0.0, 0.0}, {3.0, 0.0}, 1.0, false})
@@ -226,8 +229,9 @@ TEST(ContactsTest, AHopThatNobodySawIsKeptAndCutThere) {
   EXPECT_LT(Box().LogRatio(before, after, 0.04), -3.0);
 }
 
-// The frames of a low rate are farther apart than what counts as unseen.
-TEST(ContactsTest, FramesOfALowRateAreNoGap) {
+// At a low frame rate frames are farther apart than a gap without observations
+// may be.
+TEST(ContactsTest, LowFrameRatesAreNotGaps) {
   CrowdMaker crowd(100);
   crowd.Add({0, 0, 99, {0.0, 0.0}, {0.0, 0.0}, 1.0});
   std::vector<TrackFrame> frames = crowd.frames();
@@ -242,7 +246,7 @@ TEST(ContactsTest, FramesOfALowRateAreNoGap) {
   EXPECT_EQ(count(), 2u);
 }
 
-TEST(ContactsTest, ATrackThatNobodySawForAWhileIsCut) {
+TEST(ContactsTest, TrackIsCutAtUnobservedFrames) {
   CrowdMaker crowd(300);
   crowd.Add({0, 0, 139, {0.0, 0.0}, {0.0, 0.0}, 1.0})
       .Add({0, 140, 149, {0.0, 0.0}, {0.0, 0.0}, 1.0, false})

@@ -71,7 +71,7 @@ TEST(LinkingTest, JoinsTwoPeopleWhoWereHidden) {
   EXPECT_EQ(IdsIn(linked.frames[200]), (std::vector<int64_t>{0, 1}));
 }
 
-TEST(LinkingTest, ItsEditsReplayedGiveItsFrames) {
+TEST(LinkingTest, ReplayedEditsReproduceTheFrames) {
   const CrowdMaker crowd = TwoHidden();
   const Linked linked = Link(crowd);
   ASSERT_FALSE(linked.edits.empty());
@@ -91,7 +91,7 @@ TEST(LinkingTest, ItsEditsReplayedGiveItsFrames) {
   }
 }
 
-TEST(LinkingTest, TwoWhoAreSeenAtOnceAreTwo) {
+TEST(LinkingTest, PeopleVisibleAtTheSameTimeAreNotJoined) {
   // The same body, but person 0 is still there when person 1 appears.
   CrowdMaker crowd(200);
   crowd.Add({0, 0, 199, {-2.0, 0.0}, {0.0, 0.0}, 1.0})
@@ -101,7 +101,7 @@ TEST(LinkingTest, TwoWhoAreSeenAtOnceAreTwo) {
   EXPECT_EQ(IdsIn(linked.frames[150]), (std::vector<int64_t>{0, 1}));
 }
 
-TEST(LinkingTest, ExchangedPeopleAreChangedBack) {
+TEST(LinkingTest, SwappedIdentitiesAreSwappedBack) {
   // They stand a metre apart, and the tracker exchanges them at frame 150.
   CrowdMaker crowd(300);
   crowd.Add({0, 0, 149, {-0.5, 0.0}, {0.0, 0.0}, 0.94})
@@ -157,17 +157,17 @@ void ExpectBothToBeThemselves(const Linked& linked) {
   EXPECT_NEAR(people[1].joints[11].position_m.x(), 0.8, 0.3);
 }
 
-TEST(LinkingTest, ATrackFoundAgainOnSomebodyElseIsCut) {
+TEST(LinkingTest, TrackRecoveredOnAnotherPersonIsCut) {
   ExpectBothToBeThemselves(Link(FoundAgainOnSomebodyElse(0, 100, 140)));
 }
 
-TEST(LinkingTest, ATrackThatWasSeenAloneForASecondIsCut) {
-  // The tall person is lost beside the track soon after that began; then it is
-  // alone for 1.4 s.
+TEST(LinkingTest, TrackObservedAloneForASecondIsCut) {
+  // The tall person is lost next to the track soon after the track began; then
+  // the track is alone for 1.6 s.
   ExpectBothToBeThemselves(Link(FoundAgainOnSomebodyElse(100, 116, 156)));
 }
 
-TEST(LinkingTest, AHopSoonAfterATrackBeganIsCut) {
+TEST(LinkingTest, HopSoonAfterTheBeginningIsCut) {
   // Track 0 begins with the small person, beside whom another appears; after
   // 1.7 s it is not observed and continues on the tall one, who is new. The
   // small one returns later.
@@ -187,7 +187,7 @@ TEST(LinkingTest, AHopSoonAfterATrackBeganIsCut) {
   EXPECT_NEAR(people[0].joints[11].position_m.x(), 0.1, 0.3);
 }
 
-TEST(LinkingTest, AShortVisitInAGapOfAPersonIsTheirs) {
+TEST(LinkingTest, ShortVisitWithinAnAbsenceIsJoined) {
   // Visible for 0.4 s in the middle of an absence of eight seconds.
   CrowdMaker crowd(500);
   crowd.Add({0, 0, 149, {0.0, 0.0}, {0.0, 0.0}, 0.95})
@@ -200,7 +200,7 @@ TEST(LinkingTest, AShortVisitInAGapOfAPersonIsTheirs) {
   EXPECT_EQ(IdsIn(linked.frames[245]), (std::vector<int64_t>{0, 3, 4}));
 }
 
-TEST(LinkingTest, PeopleWhoPassEachOtherStayWhoTheyAre) {
+TEST(LinkingTest, PassingPeopleKeepIdentities) {
   // At the distance at which people pass, and of equal size: only motion
   // distinguishes them.
   CrowdMaker crowd(200);
@@ -212,7 +212,7 @@ TEST(LinkingTest, PeopleWhoPassEachOtherStayWhoTheyAre) {
 
 TEST(LinkingTest, ATrackThatTookOverAnotherPersonIsCut) {
   // Person 1 is lost beside person 0, whose track continues on person 1; then
-  // person 0 is found again as number 2.
+  // person 0 is found again as track 2.
   CrowdMaker crowd(400);
   crowd.Add({0, 0, 199, {-0.4, 0.0}, {0.0, 0.0}, 0.94})
       .Add({1, 0, 195, {0.4, 0.0}, {0.0, 0.0}, 1.06})
@@ -227,10 +227,9 @@ TEST(LinkingTest, ATrackThatTookOverAnotherPersonIsCut) {
   EXPECT_GT(late.people[1].joints[11].position_m.x(), 0.0);
 }
 
-TEST(LinkingTest, WhoComesBackOftenIsOne) {
-  // Fourteen visits of 8 s, 4 s apart, while three others stay: any of the
-  // visits might follow any earlier one by bones, and none is seen beside
-  // another.
+TEST(LinkingTest, RepeatedVisitsAreOnePerson) {
+  // Fourteen visits of 8 s, 4 s apart, while three others stay: by bones, any
+  // visit may follow any earlier one, and no two are visible at the same time.
   CrowdMaker crowd(14 * 300);
   for (int visit = 0; visit < 14; ++visit) {
     crowd.Add({10 + visit,
@@ -249,7 +248,7 @@ TEST(LinkingTest, WhoComesBackOftenIsOne) {
   EXPECT_EQ(IdsIn(linked.frames[4050]), (std::vector<int64_t>{0, 1, 2, 10}));
 }
 
-TEST(LinkingTest, PeopleBuiltAlikeAreToldByMotion) {
+TEST(LinkingTest, PeopleOfEqualSizeAreDistinguishedByMotion) {
   // Two people of equal size stand 4 m apart and are both unobserved for a
   // second.
   CrowdMaker crowd(250);
@@ -264,8 +263,8 @@ TEST(LinkingTest, PeopleBuiltAlikeAreToldByMotion) {
   EXPECT_EQ(joins[1].persons, Ids(0, 3));
 }
 
-TEST(LinkingTest, PeopleBuiltAlikeWhoMayHaveChangedPlacesStayOpen) {
-  // The same half a metre apart and for six seconds.
+TEST(LinkingTest, PossibleExchangeStaysUndecided) {
+  // As above, but half a metre apart and unobserved for six seconds.
   CrowdMaker crowd(500);
   crowd.Add({0, 0, 99, {-0.25, 0.0}, {0.0, 0.0}, 1.0})
       .Add({1, 0, 99, {0.25, 0.0}, {0.0, 0.0}, 1.0})
@@ -292,7 +291,7 @@ TEST(LinkingTest, BonesAloneJoinAfterMinutes) {
   EXPECT_EQ(joins[0].persons, Ids(0, 2));
 }
 
-TEST(LinkingTest, BonesThatDoNotTellLeaveItOpen) {
+TEST(LinkingTest, EqualBonesStayUndecided) {
   const Linked linked = Link(OneComesBack(1.0));
   EXPECT_TRUE(linked.Of(EditOp::kJoin).empty());
   const auto open = linked.Of(EditOp::kUndecided);
@@ -302,13 +301,13 @@ TEST(LinkingTest, BonesThatDoNotTellLeaveItOpen) {
   EXPECT_EQ(IdsIn(linked.frames[3300]), (std::vector<int64_t>{2}));
 }
 
-TEST(LinkingTest, ALongestAbsenceIsKept) {
+TEST(LinkingTest, MaximumAbsenceIsRespected) {
   LinkOptions options;
   options.max_absence_s = 60.0;
   EXPECT_TRUE(Link(OneComesBack(1.12), options).edits.empty());
 }
 
-TEST(LinkingTest, DoublesGo) {
+TEST(LinkingTest, DuplicatesAreDeleted) {
   CrowdMaker crowd(200);
   crowd.Add({0, 0, 199, {0.0, 0.0}, {0.5, 0.0}, 1.0})
       .Add({1, 60, 99, {1.2 + 0.1, 0.0}, {0.5, 0.0}, 1.0});
@@ -319,7 +318,7 @@ TEST(LinkingTest, DoublesGo) {
   EXPECT_EQ(IdsIn(linked.frames[80]), (std::vector<int64_t>{0}));
 }
 
-TEST(LinkingTest, AKnownNumberOfPeopleJoinsWhatIsLeft) {
+TEST(LinkingTest, KnownNumberOfPeopleJoinsRemainingTracks) {
   // A person seen too briefly to be measured enters after ten seconds: no
   // evidence.
   CrowdMaker crowd(500);
@@ -331,8 +330,8 @@ TEST(LinkingTest, AKnownNumberOfPeopleJoinsWhatIsLeft) {
   EXPECT_EQ(Link(crowd, options).Of(EditOp::kJoin).size(), 1u);
 }
 
-// Where motion and bones speak against every join, the likeliest is made.
-TEST(LinkingTest, AKnownNumberOfPeopleDecides) {
+// Motion and bones contradict every join; the most likely joins are made.
+TEST(LinkingTest, KnownNumberOfPeopleForcesJoins) {
   CrowdMaker crowd(400);
   crowd.Add({0, 0, 199, {-2.0, 0.0}, {0.0, 0.0}, 0.9})
       .Add({1, 0, 199, {2.0, 0.0}, {0.0, 0.0}, 1.1})
@@ -351,7 +350,7 @@ TEST(LinkingTest, AKnownNumberOfPeopleDecides) {
 }
 
 // Two people absent for a second; entries are where both vanish, or far away.
-TEST(LinkingTest, WhoVanishesOutsideTheEntriesIsHidden) {
+TEST(LinkingTest, PeopleWhoVanishAwayFromEntriesAreHidden) {
   LinkOptions options;
   options.entries = {50.0, 50.0, 1.0, 1.0};
   const Linked far = Link(TwoHidden(), options);
@@ -359,7 +358,7 @@ TEST(LinkingTest, WhoVanishesOutsideTheEntriesIsHidden) {
   const Linked here = Link(TwoHidden(), options);
   ASSERT_EQ(far.Of(EditOp::kJoin).size(), 2u);
   ASSERT_EQ(here.Of(EditOp::kJoin).size(), 2u);
-  // Both ends outside: twice the penalty more.
+  // Both ends lie outside: the margin grows by twice the penalty.
   EXPECT_NEAR(*far.Of(EditOp::kJoin)[0].margin,
               *here.Of(EditOp::kJoin)[0].margin + 2.0 * options.entry_penalty,
               1e-9);
@@ -371,7 +370,7 @@ TEST(LinkingTest, EntriesAreSpheres) {
   EXPECT_THROW(CheckLinkOptions(options), OptionError);
 }
 
-TEST(LinkingTest, NobodyAtAll) {
+TEST(LinkingTest, EmptyRecordingsHaveNoEdits) {
   std::vector<TrackFrame> none;
   EXPECT_TRUE(LinkIdentities(Coco17(), 25.0, {}, &none).empty());
   std::vector<TrackFrame> empty = CrowdMaker(10).frames();
@@ -379,8 +378,8 @@ TEST(LinkingTest, NobodyAtAll) {
   EXPECT_EQ(empty.size(), 10u);
 }
 
-// Tracks of two bodies that begin and end anywhere, at equal or different
-// positions, some without observations.
+// Tracks of two bodies that begin and end at random times, at equal or
+// different positions, some without observations.
 std::vector<TrackFrame> AnyTracks(uint64_t seed) {
   constexpr int64_t kFrames = 300;
   Random random(seed);
@@ -403,7 +402,7 @@ std::vector<TrackFrame> AnyTracks(uint64_t seed) {
   return crowd.frames();
 }
 
-TEST(LinkingTest, WhatItDecidesFits) {
+TEST(LinkingTest, DecisionsAreConsistent) {
   int changed = 0;
   for (uint64_t seed = 1; seed <= 300; ++seed) {
     std::vector<TrackFrame> frames = AnyTracks(seed);

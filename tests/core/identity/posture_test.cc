@@ -27,7 +27,7 @@ LimbPosture Raised(double raised_m, double turn_rad = 0.0) {
   return PostureOf(CollectTracklets(frames, Coco17()).front(), 0);
 }
 
-TEST(PostureTest, DistanceIsWorkedOutByHand) {
+TEST(PostureTest, DistanceMatchesHandComputedValues) {
   EXPECT_EQ(Raised(0.0).limbs_m.size(), 12u);
   // One of twelve joints, 0.6 m.
   EXPECT_NEAR(*PostureDistance(Raised(0.0), Raised(0.6), kUp),
@@ -35,7 +35,7 @@ TEST(PostureTest, DistanceIsWorkedOutByHand) {
   EXPECT_EQ(*PostureDistance(Raised(0.3), Raised(0.3), kUp), 0.0);
 }
 
-TEST(PostureTest, WhichWayAndWhereSomebodyStandsDoesNotCount) {
+TEST(PostureTest, PositionAndHeadingDoNotCount) {
   // Sums of a few rotated coordinates of a few metres: 1e-15 each.
   EXPECT_NEAR(*PostureDistance(Raised(0.3), Raised(0.3, 2.0), kUp), 0.0, 1e-13);
   EXPECT_NEAR(*PostureDistance(Raised(0.3), Raised(0.3, 2.0), -kUp), 0.0,
@@ -51,7 +51,7 @@ TEST(PostureTest, TooFewJointsAreNoPosture) {
   EXPECT_EQ(model.LogRatio(LimbPosture(), Raised(0.0), 0.1), 0.0);
 }
 
-TEST(PostureTest, ItTellsMuchAtOnceAndLittleLater) {
+TEST(PostureTest, EvidenceDecaysWithTime) {
   const PostureModel model({}, kUp);
   // 0.1 m is typical of the same person after 0.2 s, 0.4 m of another.
   const LimbPosture here = Raised(0.0);
@@ -64,7 +64,7 @@ TEST(PostureTest, ItTellsMuchAtOnceAndLittleLater) {
   EXPECT_NEAR(model.LogRatio(here, other, 60.0), 0.0, 1e-6);
 }
 
-TEST(PostureTest, WhereAllStandAlikeItSaysNothing) {
+TEST(PostureTest, EqualPosturesGiveNoEvidence) {
   testing::CrowdMaker crowd(500);
   crowd.Add({0, 0, 499, {-2.0, 0.0}, {0.0, 0.0}, 1.0})
       .Add({1, 0, 499, {2.0, 0.0}, {0.0, 0.0}, 1.0});

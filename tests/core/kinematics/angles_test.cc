@@ -1,4 +1,5 @@
-// Known angles by hand, both sides, and intervals against sampling.
+// Angles compared with hand-computed values on both sides, and intervals
+// compared with sampling.
 #include "core/kinematics/angles.h"
 
 #include <gtest/gtest.h>
@@ -17,7 +18,7 @@ using testing::PosedPerson;
 using Vec = Eigen::Vector3d;
 
 const Vec kX = Vec::UnitX(), kY = Vec::UnitY(), kZ = Vec::UnitZ();
-// Sines and cosines of a few degrees, and back: rounding alone.
+// Rounding errors of trigonometric functions and their inverses.
 constexpr double kRounding = 1e-9;
 
 std::map<std::string, AngleEstimate> AnglesAt(const PersonPose& pose,
@@ -74,8 +75,8 @@ TEST(JointAngles, StandingIsZero) {
   EXPECT_EQ(angles.count("l_shoulder_plane"), 0u) << "hanging arms have none";
 }
 
-// y points left: a turn of a hanging limb about it is backwards.
-TEST(JointAngles, LimbAnglesByHand) {
+// y points left: a positive rotation about it moves a hanging limb backwards.
+TEST(JointAngles, LimbAnglesMatchHandComputedValues) {
   for (const std::string s : {"l_", "r_"}) {
     SCOPED_TRACE(s);
     const std::string other = s == "l_" ? "r_" : "l_";
@@ -96,7 +97,7 @@ TEST(JointAngles, LimbAnglesByHand) {
     // First flexion, then adduction about the axis rotated by flexion.
     person.Turn(thigh, -40, kY);
     ExpectAngles(person, {{s + "hip_flexion", 40}, {s + "hip_adduction", -30}});
-    // Shoulders: aside, forward, backward.
+    // Shoulders: sideways, forward, backward.
     const std::vector<std::string> arm = {s + "shoulder", s + "elbow"};
     const std::string up = s + "shoulder_elevation",
                       plane = s + "shoulder_plane";
@@ -209,7 +210,7 @@ TEST(JointAngles, UndefinedAnglesAreMissing) {
   EXPECT_FALSE(AnglesAt(person.pose()).at("l_knee_flexion").observed);
 }
 
-TEST(JointAngles, SkeletonsHaveTheAnglesTheirJointsAllow) {
+TEST(JointAngles, AnglesDependOnTheJointsOfTheSkeleton) {
   const auto count = [](const Skeleton& skeleton) {
     return AnglesOf(skeleton).size();
   };
@@ -226,8 +227,8 @@ TEST(JointAngles, SkeletonsHaveTheAnglesTheirJointsAllow) {
 
 // ---- Intervals --------------------------------------------------------------
 
-// Covariances elongated in a separate direction for each joint, of about
-// `sigma_m`.
+// Gives each joint a covariance elongated in a random direction, with standard
+// deviations of about `sigma_m`.
 void GiveCovariances(double sigma_m, PersonPose* pose, Random* random) {
   pose->covariances.assign(pose->joints.size(), std::nullopt);
   for (size_t j = 0; j < pose->joints.size(); ++j) {
@@ -271,7 +272,7 @@ std::map<std::string, Sampled> SampleAngles(const PersonPose& pose,
       const double deg = at->second.deg;
       const double error = std::remainder(found.deg - deg, 360.0);
       sampled[name].square_sum += error * error;
-      // Angles are cyclic: the truth may be a turn away.
+      // Angles are cyclic: the truth may be a full turn away.
       const double low = *found.low_deg, high = *found.high_deg;
       const double nearest = found.deg - error;
       sampled[name].covered += low <= nearest && nearest <= high;
@@ -280,7 +281,7 @@ std::map<std::string, Sampled> SampleAngles(const PersonPose& pose,
   return sampled;
 }
 
-TEST(JointAngleIntervals, SpreadEqualsThatOfSamples) {
+TEST(JointAngleIntervals, SpreadMatchesSampling) {
   Random random(7);
   PersonPose pose = Sprinter().pose();
   GiveCovariances(0.005, &pose, &random);
@@ -290,12 +291,12 @@ TEST(JointAngleIntervals, SpreadEqualsThatOfSamples) {
     const double stated =
         (*estimate.high_deg - *estimate.low_deg) / (2.0 * 1.959964);
     const double seen = std::sqrt(sampled.square_sum / kSamples);
-    // 10000 samples determine a spread to 1 / sqrt(20000) = 0.7 %; the second
-    // order of errors of 5 mm on segments of 0.25 m and more is below 1 %; 4
-    // sigmas.
+    // 10000 samples determine a spread to 1 / sqrt(20000) = 0.7 %; second-order
+    // effects of errors of 5 mm on segments of 0.25 m or more are below 1 %.
+    // The tolerance is 4 sigmas plus these.
     EXPECT_NEAR(stated / seen, 1.0, 0.04) << name;
     const double covered = static_cast<double>(sampled.covered) / kSamples;
-    // sqrt(0.95 0.05 / 10000) = 0.2 %, 4 sigmas, and the second order.
+    // sqrt(0.95 * 0.05 / 10000) = 0.2 %: 4 sigmas, and second-order effects.
     EXPECT_NEAR(covered, 0.95, 0.015) << name;
   }
 }

@@ -23,8 +23,7 @@ PersonPose StandingAt(const Vec& place_m, int id) {
   return pose;
 }
 
-// Walks forward at 1.5 m/s, bobbing by 2 cm, in frames of a fiftieth of a
-// second.
+// Walks forward at 1.5 m/s, bobbing by 2 cm, at 50 Hz.
 TrackSequence Walk(int frames) {
   TrackSequence tracks;
   tracks.header.skeleton = Body25();
@@ -44,7 +43,7 @@ double ValueAt(const KinematicsTable& table, size_t row,
   return at < 0 ? 0.0 : table.rows[row].values[static_cast<size_t>(at)];
 }
 
-// Sums of a few positions of metres.
+// Rounding errors of sums of a few positions in metres.
 constexpr double kMetreRounding = 1e-12;
 
 TEST(Kinematics, SpeedAndPathLengthOfAWalk) {
@@ -140,7 +139,7 @@ TEST(Kinematics, NotesWhatCannotBeComputed) {
 // 1.5 - 0.436 0.3 = 1.3692, forearms 1.2 - 0.682 0.25 = 1.0295, thighs
 // 1 - 0.433 0.5 = 0.7835, shanks 0.5 - 0.606 0.4 = 0.2576. Times 0.578, 0.056,
 // 0.044, 0.2, 0.122: 0.76874 + 0.0766752 + 0.045298 + 0.1567 + 0.0314272.
-TEST(Kinematics, CentreOfMassByHand) {
+TEST(Kinematics, CentreOfMassMatchesHandComputedValue) {
   const KinematicsTable table = MeasureKinematics(Walk(1));
   EXPECT_NEAR(ValueAt(table, 0, "com_z_m"), 1.0788404, kMetreRounding);
   EXPECT_NEAR(ValueAt(table, 0, "com_y_m"), 0.0, kMetreRounding);
@@ -151,7 +150,7 @@ TEST(Kinematics, CentreOfMassByHand) {
 }
 
 // A lying person: angles within the body exist, those that depend on up do not.
-TEST(Kinematics, UnknownUpLeavesItsColumnsOut) {
+TEST(Kinematics, UnknownUpOmitsDependentColumns) {
   TrackSequence tracks = Walk(11);
   for (TrackFrame& frame : tracks.frames) {
     for (Joint3d& joint : frame.people[0].joints) {

@@ -79,7 +79,7 @@ TEST_F(InitialisationTest, BothRulesFindBothPeople) {
   }
 }
 
-TEST_F(InitialisationTest, OneViewOrUnsureDetectionsAreNobody) {
+TEST_F(InitialisationTest, SingleViewsAndUncertainDetectionsStartNobody) {
   auto unmatched = See({ann_});
   for (Observation& observation : seen_) observation.mean_confidence = 0.5;
   EXPECT_TRUE(Run(AuthorsCode(), unmatched).empty()) << "not above 0.5";
@@ -96,10 +96,11 @@ TEST_F(InitialisationTest, EpipolarContradictionIsNotJoined) {
   options.alpha_filter_px = 1e6;  // the joints filter must not decide this
   EXPECT_TRUE(Run(options, unmatched).empty());
   options.alpha_group_px = 1e6;
-  EXPECT_EQ(Run(options, unmatched).size(), 1u) << "nothing else parts them";
+  EXPECT_EQ(Run(options, unmatched).size(), 1u)
+      << "nothing else separates them";
 }
 
-TEST_F(InitialisationTest, TheSumAsksForEnoughCommonJoints) {
+TEST_F(InitialisationTest, RequiresEnoughCommonJoints) {
   const auto unmatched = See({ann_}, 2);
   InitialisationOptions options;
   options.min_common_joints = 10.0;
@@ -121,7 +122,7 @@ TEST_F(InitialisationTest, ANewPersonNeedsEnoughTriangulatedJoints) {
 
 class WeightedDistanceTest : public InitialisationTest {
  protected:
-  // Epipolar lines are not rows here, so the cost is computed.
+  // Epipolar lines are not image rows here, so the expected cost is computed.
   double Cost(const Observation& a, const Observation& b) const {
     double sum = 0.0;
     for (int j = 0; j < 17; ++j) {
@@ -146,7 +147,7 @@ TEST_F(WeightedDistanceTest, GainIsTheMeanCostOverTheGroup) {
   EXPECT_NEAR(rule_.Gain({&seen_[0], &seen_[1]}, seen_[2]), expected, 1e-12);
 }
 
-TEST_F(WeightedDistanceTest, AnyMemberVetoesASureDetectionOnly) {
+TEST_F(WeightedDistanceTest, VetoAppliesOnlyToConfidentDetections) {
   See({ann_});
   for (Eigen::Vector2d& px : seen_[2].ideal_px) px.y() += 400.0;
   const ObservationGroup group = {&seen_[0], &seen_[1]};
@@ -157,7 +158,7 @@ TEST_F(WeightedDistanceTest, AnyMemberVetoesASureDetectionOnly) {
   EXPECT_TRUE(rule_.Accept(group, seen_[2])) << "not above 0.5";
 }
 
-TEST_F(WeightedDistanceTest, AVetoPartsAPairThatTheAssignmentChose) {
+TEST_F(WeightedDistanceTest, VetoSeparatesAnAssignedPair) {
   // View 0 sees Ann; view 1 sees one person 400 px off. The assignment must
   // choose the pair, which only the veto separates.
   const auto unmatched = See({ann_}, 2);

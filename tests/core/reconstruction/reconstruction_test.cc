@@ -35,7 +35,7 @@ class ReconstructionTest : public ::testing::Test {
     return (out_.pose[j].position_m - person_[j].position_m).norm();
   }
 
-  // Moves a joint down in a view, or all of them.
+  // Moves one joint of a view down, or all joints.
   void Lower(int view, double by_px, int joint = -1) {
     for (int j = 0; j < 17; ++j) {
       if (joint >= 0 && j != joint) continue;
@@ -61,7 +61,7 @@ class ReconstructionTest : public ::testing::Test {
   Reconstruction out_;
 };
 
-TEST_F(ReconstructionTest, ExactViewsGiveThePoseAndOneNone) {
+TEST_F(ReconstructionTest, ExactViewsGiveThePoseAndOneViewFails) {
   ASSERT_TRUE(UpdateFromAll());
   for (int j = 0; j < 17; ++j) {
     EXPECT_EQ(out_.pose[j].status, JointStatus::kObserved);
@@ -84,22 +84,22 @@ TEST_F(ReconstructionTest, AJointWithOneViewTakesThePrediction) {
   EXPECT_EQ(out_.pose[9].position_m, Eigen::Vector3d(1, 2, 3));
   EXPECT_FALSE(out_.triangulated[9]);
   EXPECT_EQ(out_.fresh_inlier_views[9], 1);
-  // One that was never seen is missing.
+  // A joint that was never seen is missing.
   SeenBy(9, {});
   predicted_[9].status = JointStatus::kMissing;
   ASSERT_TRUE(UpdateFromAll());
   EXPECT_EQ(out_.pose[9].status, JointStatus::kMissing);
 }
 
-TEST_F(ReconstructionTest, OldViewsCountOnlyWhenFreshOnesAreFew) {
+TEST_F(ReconstructionTest, OldViewsCountOnlyWithFewFreshViews) {
   // The old view 2 saw the person 10 cm higher; 0 and 1 are at right angles.
   Pose3d higher = person_;
   for (Joint3d& joint : higher) joint.position_m.z() += 0.1;
   observations_[2] = testing::Observe(higher, cameras_, 2);
   options_.alpha_epi_px = 1000.0;  // no conflicts here
   ASSERT_TRUE(Update({0, 0, 1}));
-  // The weight is exp(-5 * 1 frame), 4.5e-5 squared: the error is at most that
-  // share of 10 cm.
+  // The weight is exp(-5 * 1 frame), its square 4.5e-5: the error is at most
+  // that fraction of 10 cm.
   EXPECT_LT(ErrorOf(0), 4.6e-6);
   EXPECT_EQ(out_.pose[0].status, JointStatus::kObserved);
   EXPECT_EQ(out_.fresh_inlier_views[0], 2);
@@ -162,7 +162,7 @@ TEST_F(ReconstructionTest, TheFilterRemovesAWrongView) {
   EXPECT_GT(ErrorOf(7), 0.02);
 }
 
-TEST_F(ReconstructionTest, WithoutTheFilterZeroConfidenceDoesNotCount) {
+TEST_F(ReconstructionTest, ZeroConfidenceDoesNotCountWithoutTheFilter) {
   // A filled joint: a position with confidence 0, far off.
   observations_[2].joints[7].confidence = 0.0;
   observations_[2].ideal_px[7] += Eigen::Vector2d(200, 200);
@@ -181,9 +181,9 @@ TEST_F(ReconstructionTest, InitialisationHasNoPredictionToFallBackOn) {
   EXPECT_EQ(out_.pose[8].status, JointStatus::kObserved);
 }
 
-TEST_F(ReconstructionTest, OfOneViewTheNewestJointCounts) {
-  // View 0 twice: its new pose lacks joint 9, its old one has it elsewhere for
-  // every other joint.
+TEST_F(ReconstructionTest, NewestJointOfAViewCounts) {
+  // View 0 appears twice: its newer pose lacks joint 9, its older pose has all
+  // other joints displaced.
   Observation older = observations_[0];
   for (int j = 0; j < 17; ++j) {
     if (j != 9) older.ideal_px[j].x() += 300.0;
@@ -203,8 +203,7 @@ class JointsFilterTest : public ::testing::Test {
  protected:
   using Kept = std::vector<char>;
 
-  // Rays to `point_` in the given views, moved by `offset_px` where one is
-  // given.
+  // Rays to `point_` in the first views, moved by `offsets_px`.
   std::vector<JointRay> Rays(const std::vector<Eigen::Vector2d>& offsets_px) {
     std::vector<JointRay> rays;
     for (size_t v = 0; v < offsets_px.size(); ++v) {
@@ -240,7 +239,7 @@ class JointsFilterTest : public ::testing::Test {
   Eigen::Vector3d point_{0.2, 0.1, 1.3};
 };
 
-TEST_F(JointsFilterTest, TheOutlierGoes) {
+TEST_F(JointsFilterTest, RemovesTheOutlier) {
   struct Case {
     std::vector<Eigen::Vector2d> offsets_px;
     bool predicted;
@@ -270,7 +269,7 @@ TEST_F(JointsFilterTest, ThePredictionDecidesEvenAgainstTheMajority) {
   EXPECT_EQ(Apply(rays, nullptr), (Kept{1, 0, 1}));
 }
 
-TEST_F(JointsFilterTest, TiesSecondGoesWithAPredictionFirstWithout) {
+TEST_F(JointsFilterTest, TiesRemoveSecondRayWithPredictionElseFirst) {
   // Rays from one camera position cannot conflict, so the tie is made by
   // symmetry: the prediction is midway between two crossing rays.
   StandInARow({-0.5, 0.5});
@@ -313,15 +312,15 @@ TEST_F(JointsFilterTest, OrderOfConflictsMatters) {
             (Kept{0, 1, 1}));
 }
 
-TEST_F(JointsFilterTest, RowSumsCountViewsThatAreGoneAlready) {
+TEST_F(JointsFilterTest, RowSumsIncludeRemovedViews) {
   // View 0 is far from all others and is removed first; its column still
   // contributes to the sums that decide between views 1 and 2.
   StandInARow({0.0, 0.5, 1.0, 1.5});
-  // In a row of parallel cameras the distance is the difference of rows.
-  // Rows 360, 240, 265, 250 and alpha 20, so E of a pair is 1 - difference
-  // / 20. Sums over all views: 1: -5 + 1 - .25 + .5 = -3.75; 2: -3.75 - .25 + 1
-  // + .25 = -2.75: view 1 goes. Without view 0 they would be 1.25 and 1.0, and
-  // view 2 would go.
+  // For parallel cameras in a row, the distance is the difference of image
+  // rows. Rows 360, 240, 265, 250 and alpha 20, so E of a pair is 1 -
+  // difference / 20. Sums over all views: 1: -5 + 1 - .25 + .5 = -3.75; 2:
+  // -3.75 - .25 + 1 + .25 = -2.75: view 1 goes. Without view 0 they would be
+  // 1.25 and 1.0, and view 2 would go.
   const std::vector<JointRay> rays = {
       {0, {320, 360}}, {1, {320, 240}}, {2, {320, 265}}, {3, {320, 250}}};
   EXPECT_EQ(Apply(rays, nullptr), (Kept{0, 0, 1, 1}));

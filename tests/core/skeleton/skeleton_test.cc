@@ -13,7 +13,7 @@
 namespace kinegraph {
 namespace {
 
-TEST(SkeletonTest, BuiltInOnesHaveTheirPublishedOrder) {
+TEST(SkeletonTest, BuiltInSkeletonsHaveThePublishedOrder) {
   struct Place {
     const Skeleton* skeleton;
     int joints;
@@ -105,7 +105,7 @@ TEST(SkeletonTest, FacesMirror) {
   EXPECT_EQ(body.joints()[face + 36].substr(0, 2), "r_");
 }
 
-TEST(SkeletonTest, EveryJointHasItsMirrorAndClass) {
+TEST(SkeletonTest, JointsHaveMirrorsAndClasses) {
   for (const std::string& name : SkeletonNames()) {
     const Skeleton& skeleton = *FindSkeleton(name);
     for (int j = 0; j < skeleton.joint_count(); ++j) {

@@ -73,12 +73,12 @@ TEST(Body, MirroredPostureGivesMirroredJoints) {
   }
 }
 
-TEST(Body, ArmAnglesTurnAsTheirNamesSay) {
+TEST(Body, ArmAnglesMatchAnatomicalNames) {
   const BodyShape shape = MakeBodyShape(1.75, 1.0);
   const Skeleton& skeleton = Coco17();
   Posture posture = Standing(shape);
   posture.arms[kLeft].flexion = M_PI / 2;     // straight ahead
-  posture.arms[kRight].abduction = M_PI / 2;  // straight aside
+  posture.arms[kRight].abduction = M_PI / 2;  // straight to the side
   const auto joints = Joints(shape, skeleton, posture);
   auto at = [&](const char* name) { return joints[skeleton.IndexOf(name)]; };
   const double arm = shape.upper_arm + shape.forearm;
@@ -88,7 +88,7 @@ TEST(Body, ArmAnglesTurnAsTheirNamesSay) {
   EXPECT_LT((aside - Vector3d(0.0, -arm, 0.0)).norm(), 1e-12);
 }
 
-TEST(Body, FeetAreWhereWantedWithinReachAndLegsKeepTheirLength) {
+TEST(Body, FeetReachTargetsAndLegsKeepLength) {
   const BodyShape shape = MakeBodyShape(1.8, 0.98);
   const Skeleton& skeleton = Coco17();
   for (const double forward : {0.0, 0.2, 0.4, 0.8, 3.0}) {
@@ -139,7 +139,7 @@ TEST(Body, PlacesWholeBodyPointsOnHeadAndHands) {
   }
 }
 
-TEST(Body, NamesTheJointItDoesNotHave) {
+TEST(Body, ErrorNamesUnknownJoint) {
   const Skeleton skeleton("mine", {"nose", "tail"}, {});
   try {
     PointsOf(MakeBodyShape(1.7, 1.0), skeleton);
@@ -168,7 +168,7 @@ TEST(SegmentDistance, CrossedParallelAndEnds) {
   EXPECT_NEAR(Distance(x, x, y, y), std::sqrt(2.0), 1e-12);
 }
 
-TEST(SegmentDistance, EqualsTheLeastOverSampledPoints) {
+TEST(SegmentDistance, MatchesMinimumOverSampledPoints) {
   const Vector3d p0(0.1, -0.4, 0.3), p1(1.2, 0.7, -0.5);
   const Vector3d q0(0.9, -0.2, 0.8), q1(-0.3, 0.6, 0.9);
   double least = 1e9;
@@ -186,12 +186,12 @@ TEST(SegmentDistance, EqualsTheLeastOverSampledPoints) {
   EXPECT_LE(Distance(p0, p1, q0, q1), least + 1e-12);
 }
 
-TEST(Obstacle, HidesWhatIsBehindAndNotWhatIsBesideOrBefore) {
+TEST(Obstacle, HidesOnlyWhatIsBehind) {
   const BodyShape shape = MakeBodyShape(1.75, 1.0);
   const Obstacle body = ObstacleOf(shape, PlaceBody(shape, Standing(shape)));
   const Vector3d eye(5.0, 0.0, 1.2);
   EXPECT_TRUE(body.Hides(eye, {-2.0, 0.0, 1.2}));   // behind the trunk
-  EXPECT_FALSE(body.Hides(eye, {2.0, 0.0, 1.2}));   // before it
+  EXPECT_FALSE(body.Hides(eye, {2.0, 0.0, 1.2}));   // in front of it
   EXPECT_FALSE(body.Hides(eye, {-2.0, 1.5, 1.2}));  // beside it
   EXPECT_FALSE(body.Hides(eye, {-2.0, 0.0, 3.5}));  // above it
   // The space between the legs does not occlude.

@@ -30,7 +30,7 @@ TEST(MarkovBursts, RateAndMeanLength) {
       runs += now && !before ? 1.0 : 0.0;
       before = now;
     }
-    // Shorter than independent frames is not possible.
+    // Bursts cannot be shorter than those of independent frames.
     const double length = std::max(frames, 1.0 / (1.0 - rate));
     // The chain's lag-one correlation is 1 - q with q = 1 / (length (1 -
     // rate)), so its variance inflation is (2 - q) / q. Five standard
@@ -43,7 +43,7 @@ TEST(MarkovBursts, RateAndMeanLength) {
   }
 }
 
-TEST(MarkovBursts, ChangingRateIsFollowedAndEndsAreExact) {
+TEST(MarkovBursts, RatesOfZeroAndOneAreExact) {
   Random random(3);
   MarkovBursts never;
   MarkovBursts always;
@@ -53,7 +53,7 @@ TEST(MarkovBursts, ChangingRateIsFollowedAndEndsAreExact) {
   }
 }
 
-TEST(FixedBursts, StartsInItsStationaryState) {
+TEST(FixedBursts, StartsInTheStationaryState) {
   // Over many new processes every early frame is on at the rate.
   constexpr int kProcesses = 20000;
   constexpr double kRate = 0.2;
@@ -72,12 +72,12 @@ TEST(FixedBursts, StartsInItsStationaryState) {
   }
 }
 
-TEST(SlowStudentScale, SlowOneKeepsTheDistribution) {
+TEST(SlowStudentScale, SlowScaleKeepsTheDistribution) {
   constexpr double kDof = 8.0;
   constexpr double kRho = 0.9;
   Random random(13);
   SlowStudentScale scale;
-  double inverse = 0.0;  // of s^2: gamma * 2 / (dof - 2), mean dof / (dof - 2)
+  double inverse = 0.0;  // sum of (dof - 2) / (2 s^2)
   double product = 0.0;
   double last = 0.0;
   std::vector<double> g;
@@ -91,8 +91,8 @@ TEST(SlowStudentScale, SlowOneKeepsTheDistribution) {
   const double inflation = std::sqrt((1.0 + kRho) / (1.0 - kRho));
   EXPECT_NEAR(inverse / kFrames, 4.0,
               5.0 * 2.0 / std::sqrt(kFrames) * inflation);
-  // Correlation rho; its error is below that of 1/sqrt(n) times the inflation
-  // and the kurtosis of the gamma (3 + 6/4 against 3).
+  // Correlation rho; its error is below 1/sqrt(n) times the inflation and a
+  // factor for the kurtosis of the gamma distribution (3 + 6/4 against 3).
   EXPECT_NEAR(product / kFrames / 4.0, kRho,
               5.0 * 2.0 / std::sqrt(kFrames) * inflation);
 }

@@ -100,7 +100,7 @@ void ForEachJoint(const Scene& scene, const DetectionSequence& sequence,
   }
 }
 
-// The same for observations with these options.
+// As above, for observations simulated with these options.
 void ForEachJoint(const Scene& scene, const NoiseOptions& options,
                   const std::function<void(const Sample&)>& visit) {
   ObservationTruth truth;
@@ -119,21 +119,21 @@ void ForEachImage(const DetectionSequence& seen, const ObservationTruth& truth,
   }
 }
 
-// Expects a share of `n` draws whose variance is `inflation` times that of
-// independent ones; five standard deviations.
+// Expects count / n to be `rate` within five standard deviations, with a
+// variance `inflation` times that of independent draws.
 void ExpectShare(double count, double n, double rate, double inflation = 1.0) {
   EXPECT_NEAR(count / n, rate,
               5.0 * std::sqrt(rate * (1.0 - rate) / n * inflation));
 }
 
-// Of a two-state Markov chain with bursts of `frames` in the mean: (2 - q) / q
-// with the chance q of a new draw (MarkovBursts).
+// Variance inflation of a two-state Markov chain with bursts of `frames` on
+// average: (2 - q) / q with the probability q of a new draw (MarkovBursts).
 double MarkovInflation(double rate, double frames) {
   const double q = 1.0 / (std::max(frames, 1.0 / (1.0 - rate)) * (1.0 - rate));
   return (2.0 - q) / q;
 }
 
-TEST(Noise, WithoutAnyItIsTheExactProjectionOfAllJointsInTheImages) {
+TEST(Noise, NoNoiseGivesExactProjections) {
   const Scene& scene = TestScene();
   ObservationTruth truth;
   const DetectionSequence seen = Observe(scene, NoiseOptions(), &truth);
@@ -203,7 +203,7 @@ std::vector<double> NumbersOf(const DetectionSequence& seen) {
   return numbers;
 }
 
-// The mean square of errors against the variance that they should have.
+// Compares the mean square of errors with the expected variance.
 struct Spread {
   double squares = 0.0;
   double n = 0.0;
@@ -252,7 +252,7 @@ NoiseOptions Everything() {
   return options;
 }
 
-TEST(Noise, SameSeedSameBitsOtherSeedOthers) {
+TEST(Noise, OutputIsDeterminedByTheSeed) {
   NoiseOptions options = Everything();
   const auto numbers = [&options] {
     return NumbersOf(Observe(TestScene(), options, nullptr));
@@ -302,7 +302,7 @@ Series ErrorSeries(const Scene& scene, const NoiseOptions& options) {
   return series;
 }
 
-TEST(Noise, WhitePixelNoiseHasItsSigma) {
+TEST(Noise, WhitePixelNoiseHasTheRequestedSigma) {
   NoiseOptions options;
   options.joints.sigma_px = 4.0;
   Spread spread;
@@ -314,11 +314,12 @@ TEST(Noise, WhitePixelNoiseHasItsSigma) {
     }
   }
   spread.ExpectVariance(16.0);
-  // The variance of n products of independent ones is sigma^4 / n.
+  // The variance of the mean of n products of independent errors is sigma^4 /
+  // n.
   EXPECT_NEAR(products / spread.n, 0.0, 5.0 * 16.0 / std::sqrt(spread.n));
 }
 
-TEST(Noise, PixelNoiseFallsWithDepthAndIsAClasssOwn) {
+TEST(Noise, PixelNoiseDependsOnDepthAndJointClass) {
   NoiseOptions options;
   options.joints.sigma_px = 5.0;
   options.joints.reference_depth_m = 4.0;
@@ -339,7 +340,7 @@ TEST(Noise, PixelNoiseFallsWithDepthAndIsAClasssOwn) {
 }
 
 // Correlation at lag k: static + slow exp(-k dt / tau).
-TEST(Noise, CorrelatedNoiseHasItsSharesAndTime) {
+TEST(Noise, CorrelatedNoiseHasTheRequestedAutocorrelation) {
   for (const double rate : {25.0, 100.0}) {
     SceneOptions scene_options;
     scene_options.people = 4;
@@ -369,10 +370,10 @@ TEST(Noise, CorrelatedNoiseHasItsSharesAndTime) {
           n / 2.0 / static_cast<double>(scene.times.size() - lag * step);
       ASSERT_GT(series_count, 100);
       const double expected = 0.3 + 0.5 * std::exp(-lag * 0.04 / 0.16);
-      // Error: the static part is one draw a series and axis, 0.3 times the
-      // spread sqrt(2) of a squared Gaussian; the rest has about 40 s / 0.16 s
-      // independent values a series, whose products spread by less than
-      // 1 + 2 sqrt(0.3).
+      // Standard error: the static part is one draw per series and axis, 0.3
+      // times the spread sqrt(2) of a squared Gaussian; the rest has about 40 s
+      // / 0.16 s independent values per series, whose products spread by less
+      // than 1 + 2 sqrt(0.3).
       const double draws = 2.0 * series_count;
       const double sigma =
           std::sqrt(0.09 * 2.0 / draws + 2.1 * 2.1 * 2.0 * 0.16 / 40.0 / draws);
@@ -382,7 +383,7 @@ TEST(Noise, CorrelatedNoiseHasItsSharesAndTime) {
   }
 }
 
-TEST(Noise, StudentTailsAtTheSameSigma) {
+TEST(Noise, StudentTailsKeepTheSigma) {
   NoiseOptions options;
   options.joints.sigma_px = 3.0;
   options.joints.student_dof = 5.0;
@@ -400,7 +401,7 @@ TEST(Noise, StudentTailsAtTheSameSigma) {
   ExpectShare(beyond, n, 0.05, 2.0);
 }
 
-TEST(Noise, OutliersHaveTheirRateSizeAndFlag) {
+TEST(Noise, OutliersHaveTheRequestedRateSizeAndFlag) {
   for (const double burst_s : {0.0, 0.2}) {
     NoiseOptions options;
     options.joints.sigma_px = 1.0;
@@ -412,7 +413,7 @@ TEST(Noise, OutliersHaveTheirRateSizeAndFlag) {
       ASSERT_NE(sample.found, nullptr);
       const bool flagged = sample.is_outlier();
       const double error = sample.error().norm();
-      // Gaussian noise of 1 px beside it: below 7 px in all but 2e-11.
+      // The added Gaussian noise of 1 px exceeds 7 px with probability 2e-11.
       ASSERT_EQ(error > 15.0, flagged);
       if (flagged) {
         ASSERT_GT(error, 30.0 - 7.0);
@@ -447,12 +448,12 @@ TEST(Noise, OutlierBurstsLastFiveFramesAtTheSamePlace) {
       }
     }
   }
-  // Others: cut by the ends of the recording or by the border.
+  // The other bursts are cut by the ends of the recording or by the border.
   ASSERT_GT(all, 1000);
   EXPECT_GT(five, 0.97 * all);
 }
 
-TEST(Noise, OutliersOnAnotherPersonLieThere) {
+TEST(Noise, OutliersLieOnAnotherPerson) {
   NoiseOptions options;
   options.joints.outlier_rate = 0.2;
   options.joints.outlier_on_other = 1.0;
@@ -475,7 +476,7 @@ TEST(Noise, OutliersOnAnotherPersonLieThere) {
   EXPECT_GT(on_other, 0.5 * static_cast<double>(outliers));
 }
 
-TEST(Noise, JointsAreMissingAtTheirRateInBursts) {
+TEST(Noise, JointsAreMissingAtTheRequestedRate) {
   for (const double burst_s : {0.0, 0.32}) {
     NoiseOptions options;
     options.joints.missing_rate = 0.15;
@@ -491,8 +492,7 @@ TEST(Noise, JointsAreMissingAtTheirRateInBursts) {
 }
 
 TEST(Noise, HiddenJointsAreMissingAndNoisier) {
-  // All joints hidden by another body are missing: the remaining ones are a
-  // subset, all of them found.
+  // With this rate exactly the joints hidden by another body are missing.
   NoiseOptions hide;
   hide.joints.hidden_missing_rate = 1.0;
   std::set<std::array<size_t, 4>> hidden;
@@ -521,7 +521,7 @@ TEST(Noise, HiddenJointsAreMissingAndNoisier) {
   behind.ExpectVariance(100.0);
 }
 
-TEST(Noise, ConfidenceTellsTheNoise) {
+TEST(Noise, ConfidenceDeterminesTheNoise) {
   NoiseOptions options;
   options.joints.sigma_px = 3.0;
   options.confidence = 0.4;
@@ -543,7 +543,7 @@ TEST(Noise, ConfidenceTellsTheNoise) {
               5.0 * 9.0 * std::sqrt(variance / all.n));
 }
 
-TEST(Noise, MissedPeopleFalsePeopleFragmentsAndDoublesAreTold) {
+TEST(Noise, MissedPeopleFalsePeopleFragmentsAndDoublesAreLabelled) {
   NoiseOptions options;
   options.missed_rate = 0.1;
   options.missed_burst_s = 0.2;
@@ -601,7 +601,7 @@ TEST(Noise, MissedPeopleFalsePeopleFragmentsAndDoublesAreTold) {
   EXPECT_NEAR(nobody / images, 0.5, 5.0 * std::sqrt(0.5 * 12.0 / images));
 }
 
-TEST(Noise, SwapsExchangeSidesAndAreTold) {
+TEST(Noise, SwapsExchangeSidesAndAreLabelled) {
   NoiseOptions options;
   options.swap_whole_rate = 0.05;
   options.swap_arm_rate = 0.06;
@@ -655,7 +655,7 @@ void ExpectSeenAt(const Scene& scene, const DetectionSequence& seen,
       });
 }
 
-TEST(Noise, ClockOffsetSamplesTheMotionAtItsTime) {
+TEST(Noise, ClockOffsetsShiftTheSampledTime) {
   const Scene& scene = TestScene();
   NoiseOptions options;
   options.clock_offset_s = {0.0, 0.35, -0.4};
@@ -678,7 +678,7 @@ TEST(Noise, ClockOffsetSamplesTheMotionAtItsTime) {
   }
 }
 
-TEST(Noise, DroppedFramesAreAbsentAndTheOthersKeepTheirTimes) {
+TEST(Noise, DroppedFramesLeaveOtherFramesUnchanged) {
   const Scene& scene = TestScene();
   NoiseOptions options;
   options.joints.sigma_px = 1.0;
@@ -719,7 +719,7 @@ TEST(Noise, DroppedViewsHaveNoDetections) {
   ExpectShare(empty, n, 0.1);
 }
 
-TEST(Noise, JitteredFramesTellTheirTimesAndTruthFollows) {
+TEST(Noise, JitteredTimesAreReportedAndTruthFollows) {
   const Scene& scene = TestScene();
   NoiseOptions options;
   options.time_jitter_s = 0.005;
@@ -746,7 +746,7 @@ TEST(Noise, JitteredFramesTellTheirTimesAndTruthFollows) {
               5.0 * 0.005 * 0.005 * std::sqrt(2.0 / n));
 }
 
-TEST(Noise, SayWhatIsWrongWithOptions) {
+TEST(Noise, ErrorsNameInvalidOptions) {
   const auto expect = [](const char* key, auto set) {
     NoiseOptions options;
     set(&options);

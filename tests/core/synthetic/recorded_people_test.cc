@@ -31,12 +31,12 @@ Scene Walkers(int people) {
   return MakeScene(options);
 }
 
-// Their poses as a recorded clip.
+// Poses of simulated walkers as a recorded clip.
 MotionClip Walk(int people = 1) {
   return {"walk.jsonl", TruthOf(Walkers(people))};
 }
 
-// Largest difference of the length of any bone.
+// Largest difference between the lengths of a bone in two poses.
 double BoneChange(const Pose3d& a, const Pose3d& b) {
   const auto length = [](const Pose3d& pose, const Bone& bone) {
     return (pose[bone.a].position_m - pose[bone.b].position_m).norm();
@@ -68,7 +68,7 @@ RecordedPeopleOptions InPlace() {
 // most 5/384 h^4 times the fourth derivative (Hall and Meyer 1976). A wrist
 // half a metre from the shoulder that swings at 2 Hz with 1 rad has 0.5 (4
 // pi)^4 = 12500 m/s^4: 0.2 mm at h = 1/30 s; a bone has two ends.
-TEST(RecordedPeople, GoThroughTheRecordedJoints) {
+TEST(RecordedPeople, PassThroughTheRecordedJoints) {
   const MotionClip clip = Walk();
   const People people = Make(InPlace(), {clip});
   ASSERT_EQ(people.size(), 1u);
@@ -93,7 +93,7 @@ TEST(RecordedPeople, GoThroughTheRecordedJoints) {
   }
 }
 
-TEST(RecordedPeople, AreThereExactlyAsLongAsTheClip) {
+TEST(RecordedPeople, ArePresentForTheLengthOfTheClip) {
   RecordedPeopleOptions options = InPlace();
   options.start_s = {1.5};
   const MotionClip clip = Walk();
@@ -106,7 +106,7 @@ TEST(RecordedPeople, AreThereExactlyAsLongAsTheClip) {
   EXPECT_NEAR(EndOf(people), 1.5 + length, 1e-9);
 }
 
-TEST(RecordedPeople, APlaceIsTheMiddleOfTheWayAndATurnTurnsIt) {
+TEST(RecordedPeople, PlacementMovesAndRotatesThePath) {
   RecordedPeopleOptions options = InPlace();
   const MotionClip clip = Walk();
   const People plain = Make(options, {clip});
@@ -125,7 +125,7 @@ TEST(RecordedPeople, APlaceIsTheMiddleOfTheWayAndATurnTurnsIt) {
   }
 }
 
-TEST(RecordedPeople, DrawnPlacesLieInTheRoomApartAndFollowTheSeed) {
+TEST(RecordedPeople, DrawnPlacesLieInTheRoomAndKeepDistance) {
   ClipRoom room;
   room.radius_m = 5.0;
   room.min_distance_m = 0.6;
@@ -151,7 +151,7 @@ TEST(RecordedPeople, DrawnPlacesLieInTheRoomApartAndFollowTheSeed) {
                   .head<2>()
                   .norm(),
               0.6 - 0.1)
-              << "distances are looked at ten times a second";
+              << "distances are checked ten times a second";
         }
       }
     }
@@ -166,7 +166,7 @@ TEST(RecordedPeople, DrawnPlacesLieInTheRoomApartAndFollowTheSeed) {
   }
 }
 
-TEST(RecordedPeople, PeopleOfOneFileKeepTheirPlacesAmongEachOther) {
+TEST(RecordedPeople, PeopleOfOneFileKeepRelativePositions) {
   const MotionClip clip = Walk(3);
   RecordedPeopleOptions options;
   const People people = Make(options, {clip});
@@ -208,8 +208,8 @@ TEST(RecordedPeople, AHeldPoseSwaysAndThenMovesWithoutAJump) {
         (pose[shoulder].position_m - first[shoulder].position_m).squaredNorm();
   }
   // RMS of 6 mm forward and 3.6 mm to the side at 1 m; the shoulder is 1.3 m
-  // above the ankles: 9.1 mm. Five sines over a few periods of the slowest one
-  // vary by a third.
+  // above the ankles: 9.1 mm. Sums of five sines over a few periods of the
+  // slowest sine vary by a third.
   const double rms = std::sqrt(square / count);
   EXPECT_GT(rms, 0.006);
   EXPECT_LT(rms, 0.012);
@@ -256,7 +256,7 @@ TEST(RecordedPeople, JointCentresMoveWithTheAngleOfTheJoint) {
             0.001);
 }
 
-TEST(RecordedPeople, FacingAndHidingAreThoseOfTheSimulatedBody) {
+TEST(RecordedPeople, FacingAndOcclusionMatchTheSimulatedBody) {
   const Scene scene = Walkers(1);
   const People people = Make(InPlace(), {Walk()});
   for (const double t : {0.0, 0.7, 1.5}) {
@@ -277,7 +277,7 @@ TEST(RecordedPeople, FacingAndHidingAreThoseOfTheSimulatedBody) {
               0.05);
 }
 
-TEST(RecordedPeople, LongGapsEmptyTheSceneAndShortOnesAreBridged) {
+TEST(RecordedPeople, ShortGapsAreBridgedAndLongGapsAreAbsences) {
   MotionClip clip = Walk();
   auto& frames = clip.tracks.frames;
   for (size_t f = 30; f < 36; ++f) frames[f].people.clear();  // 0.23 s
@@ -311,7 +311,8 @@ TEST(RecordedPeople, AFrameWithoutAJointIsAGap) {
   ASSERT_TRUE(people[0]->PresentAt(t));
   const Pose3d bridged = people[0]->PoseAt(t);
   const Pose3d expected = Make(InPlace(), {whole})[0]->PoseAt(t);
-  // The missing joint was at the origin; a frame apart a spline errs little.
+  // The missing joint is stored at the origin; interpolation over one missing
+  // frame has a small error.
   for (size_t j = 0; j < expected.size(); ++j) {
     EXPECT_LT((bridged[j].position_m - expected[j].position_m).norm(), 0.02);
   }
@@ -322,7 +323,7 @@ TEST(RecordedPeople, AFrameWithoutAJointIsAGap) {
   EXPECT_FALSE(Make(InPlace(), {clip})[0]->PresentAt(t));
 }
 
-TEST(RecordedPeople, BadClipsAreNamed) {
+TEST(RecordedPeople, ErrorsNameInvalidClips) {
   const auto expect = [](const std::string& text, auto spoil) {
     MotionClip clip = Walk();
     spoil(&clip.tracks);
@@ -354,7 +355,7 @@ TEST(RecordedPeople, BadClipsAreNamed) {
   });
 }
 
-TEST(RecordedPeople, OptionsThatDoNotFitTheClipsAreNamed) {
+TEST(RecordedPeople, ErrorsNameOptionsThatDoNotFitTheClips) {
   const auto expect = [](const std::string& key, auto set) {
     RecordedPeopleOptions options;
     set(&options);

@@ -54,7 +54,7 @@ double BoneSpread(const Scene& scene) {
   return worst;
 }
 
-TEST(Scene, BonesKeepTheirLength) {
+TEST(Scene, BoneLengthsAreConstant) {
   SceneOptions options = Options(3, 4);
   for (const char* skeleton : {"coco17", "body25", "body25b", "panoptic19"}) {
     options.skeleton = skeleton;
@@ -62,7 +62,7 @@ TEST(Scene, BonesKeepTheirLength) {
   }
   // A flexible trunk changes only bones across spine and neck.
   options.trunk_flexibility = 1.0;
-  options.skeleton = "body25";  // no bone crosses the spine but on its axis
+  options.skeleton = "body25";  // bones cross the spine only on its axis
   EXPECT_LT(BoneSpread(MakeScene(options)), 1e-12);
   options.skeleton = "coco17";  // shoulder to hip, ear to shoulder
   const double spread = BoneSpread(MakeScene(options));
@@ -70,7 +70,7 @@ TEST(Scene, BonesKeepTheirLength) {
   EXPECT_LT(spread, 0.15);
 }
 
-// Greatest speed and acceleration by joint class, at 100 Hz.
+// Greatest speed and acceleration by joint, at 100 Hz.
 TEST(Scene, MovesWithinHumanLimits) {
   // Walking and gestures. Trunk: the centre of mass of a walker has less than 2
   // m/s^2 on average and a few at its peaks; sitting down adds some. Feet: in a
@@ -141,7 +141,7 @@ TEST(Scene, PlantedFeetDoNotSlide) {
   int checked = 0;
   for (const char* name : {"l_ankle", "r_ankle"}) {
     const int ankle = scene.skeleton.IndexOf(name);
-    std::map<size_t, double> flat_m;  // its least height, by person
+    std::map<size_t, double> flat_m;  // least height of the ankle, by person
     ForEachPose(scene, [&](size_t, size_t i, const Pose3d& pose) {
       const double z = pose[ankle].position_m.z();
       flat_m[i] = std::min(flat_m.try_emplace(i, z).first->second, z);
@@ -179,8 +179,8 @@ TEST(Scene, PeoplePassAtADistance) {
       }
     });
     // Centres are at least 0.55 m apart; smoothing of the paths, sway of the
-    // pelvis and leaning to sit down may take 0.25 m of it. Trunks are 0.15 m
-    // thick.
+    // pelvis and leaning to sit down may reduce this by 0.25 m. Trunks are 0.15
+    // m thick.
     EXPECT_GT(closest, 0.30) << "seed " << seed;
     EXPECT_GT(near, 20) << "people do meet, seed " << seed;
   }
@@ -226,7 +226,7 @@ TEST(Scene, PeopleWalkSitGestureComeAndGo) {
   EXPECT_GT(distance / 12.0, 8.0) << "they walk around, metres in 30 s";
 }
 
-TEST(Scene, SameSeedSameBitsOtherSeedOtherScene) {
+TEST(Scene, SceneIsDeterminedByTheSeed) {
   const auto numbers = [](int64_t seed) {
     const Scene scene = MakeScene(Options(seed, 3));
     std::vector<double> all;
@@ -284,7 +284,7 @@ TEST(Scene, CamerasSeeTheWholeArea) {
   }
 }
 
-TEST(Scene, CamerasStandUprightOnTheirRing) {
+TEST(Scene, CamerasStandUprightOnTheRing) {
   RingOptions options;
   options.count = 6;
   const CameraRig rig = MakeRing(options);
@@ -305,7 +305,7 @@ TEST(Scene, CamerasStandUprightOnTheirRing) {
   EXPECT_LT(std::abs(a.dot(b)), 0.5);
 }
 
-TEST(Scene, TruthHasAllPeopleAtTheirTimes) {
+TEST(Scene, TruthHasThePresentPeopleOfEachFrame) {
   const Scene scene = MakeScene(Options(2, 4));
   const TrackSequence truth = TruthOf(scene);
   ASSERT_EQ(truth.frames.size(), scene.times.size());
@@ -325,7 +325,7 @@ TEST(Scene, TruthHasAllPeopleAtTheirTimes) {
   }
 }
 
-TEST(Scene, SayWhatIsWrongWithOptions) {
+TEST(Scene, ErrorsNameInvalidOptions) {
   const auto expect = [](const char* key, auto set) {
     SceneOptions options;
     set(&options);

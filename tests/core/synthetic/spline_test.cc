@@ -24,7 +24,7 @@ KnotSpline Through(const std::vector<double>& times, double (*f)(double)) {
   return KnotSpline(times, values);
 }
 
-TEST(KnotSpline, PassesThroughItsKnots) {
+TEST(KnotSpline, PassesThroughTheKnots) {
   const std::vector<double> times = {0.0, 0.1, 0.25, 0.3, 0.7, 1.1};
   const KnotSpline spline =
       Through(times, [](double t) { return std::sin(9 * t); });
@@ -36,7 +36,7 @@ TEST(KnotSpline, PassesThroughItsKnots) {
 
 // Without assumptions at the ends, a cubic is reproduced exactly, unlike by a
 // natural or a clamped spline.
-TEST(KnotSpline, GivesACubicBackWholly) {
+TEST(KnotSpline, ReproducesCubics) {
   for (const std::vector<double>& times :
        {std::vector<double>{0.0, 0.2, 0.5, 1.0},
         std::vector<double>{0.0, 0.1, 0.3, 0.35, 0.8, 0.9, 1.0}}) {
@@ -48,7 +48,7 @@ TEST(KnotSpline, GivesACubicBackWholly) {
   }
 }
 
-TEST(KnotSpline, ThreeKnotsAreAParabolaAndTwoALine) {
+TEST(KnotSpline, ThreeKnotsGiveAParabolaAndTwoALine) {
   const auto parabola = [](double t) { return 1.0 + t - 3.0 * t * t; };
   const KnotSpline three = Through({0.0, 0.4, 1.0}, parabola);
   EXPECT_NEAR(three.At(0.7)(0), parabola(0.7), kRounding);

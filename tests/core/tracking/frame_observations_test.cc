@@ -15,7 +15,7 @@
 namespace kinegraph {
 namespace {
 
-// Joints on a diagonal of `size_px`, from (at_px, 0) on.
+// Joints along a line of `size_px` that starts at (at_px, 0).
 Observation Person(double at_px, double size_px, double confidence,
                    int joints = 11) {
   Observation person;
@@ -32,7 +32,7 @@ Observation Person(double at_px, double size_px, double confidence,
   return person;
 }
 
-TEST(DuplicateSuppression, ATwentiethOfTheBoxIsOnePerson) {
+TEST(DuplicateSuppression, DistanceLimitIsATwentiethOfTheBox) {
   const Observation person = Person(100.0, 200.0, 0.8);
   EXPECT_TRUE(IsOnePerson(person, person));
   EXPECT_TRUE(IsOnePerson(person, Person(109.9, 200.0, 0.8)));
@@ -54,7 +54,7 @@ TEST(DuplicateSuppression, HalfOfTheJointsMustBeCommon) {
   EXPECT_FALSE(IsOnePerson(part, part));
 }
 
-TEST(DuplicateSuppression, WhatHasMoreJointsStaysThenTheSurerOne) {
+TEST(DuplicateSuppression, KeepsMoreJointsThenHigherConfidence) {
   std::vector<Observation> seen = {
       Person(100.0, 200.0, 0.5), Person(400.0, 200.0, 0.5),
       Person(101.0, 200.0, 0.9), Person(402.0, 200.0, 0.9)};
@@ -68,7 +68,7 @@ TEST(DuplicateSuppression, WhatHasMoreJointsStaysThenTheSurerOne) {
 }
 
 struct Counts {
-  size_t people = 0;  // of five joints or more of 17
+  size_t people = 0;  // with at least five of 17 joints
   size_t dropped = 0;
 };
 
@@ -91,7 +91,7 @@ Counts CountsOf(const CameraRig& cameras, const DetectionSequence& recording) {
 }
 
 // There are no duplicates here, so none may be dropped.
-TEST(DuplicateSuppression, NobodyOnShelfAndPose2Sim) {
+TEST(DuplicateSuppression, DropsNobodyOnShelfAndPose2Sim) {
   for (const auto& [name, least_people] :
        {std::pair{"shelf/detections/openpose", 4000u},
         {"pose2sim/single/pose", 300u},
@@ -108,10 +108,10 @@ TEST(DuplicateSuppression, NobodyOnShelfAndPose2Sim) {
 }
 
 // Eight people crowd a small area before five cameras, with a noisy detector
-// that makes no duplicates: everything dropped was another person. It happens
-// for a frame when people pass in front of each other; more than one in a
-// thousand would cost tracks.
-TEST(DuplicateSuppression, AnotherPersonIsSeldomTakenForOne) {
+// that makes no duplicates: everything dropped was another person. This happens
+// in single frames when people pass in front of each other; more than one in a
+// thousand would lose tracks.
+TEST(DuplicateSuppression, RarelyDropsAnotherPerson) {
   SceneOptions scene_options;
   scene_options.seed = 951;
   scene_options.people = 8;

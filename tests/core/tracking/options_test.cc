@@ -9,7 +9,7 @@
 namespace kinegraph {
 namespace {
 
-// Four cameras that far from the point at which all look.
+// Four cameras, each `radius_m` from the point at which all look.
 CameraRig Circle(double radius_m, double focal_px) {
   CameraRig cameras;
   for (const Camera& camera :
@@ -23,7 +23,7 @@ CameraRig Circle(double radius_m, double focal_px) {
 
 TEST(Gates, WorkingDistanceIsWhereTheAxesMeet) {
   EXPECT_NEAR(WorkingDistance(Circle(6.0, 1000.0)), 6.0, 1e-9);
-  // One axis or parallel ones give the usual distance.
+  // A single axis, or parallel axes, give the default distance.
   CameraRig cameras = {Circle(6.0, 1000.0)[0]};
   EXPECT_EQ(WorkingDistance(cameras), 4.0);
   CameraParameters beside = cameras[0].parameters();
@@ -32,7 +32,7 @@ TEST(Gates, WorkingDistanceIsWhereTheAxesMeet) {
   EXPECT_EQ(WorkingDistance(cameras), 4.0);
 }
 
-TEST(Gates, PixelsStayThePapersUnlessAskedFor) {
+TEST(Gates, PixelGatesAreThePapersByDefault) {
   const TrackerOptions options;
   const TrackerOptions same =
       WithScaledGates(options, Circle(3.0, 2000.0), 120.0);
@@ -41,7 +41,7 @@ TEST(Gates, PixelsStayThePapersUnlessAskedFor) {
   EXPECT_EQ(same.reconstruction.tau_frames, 3.0);
 }
 
-// Worked by hand for 1000 px at 5 m, 200 px/m, and 50 Hz.
+// Hand-computed values for 1000 px at 5 m, 200 px/m, and 50 Hz.
 TEST(Gates, MetresAndSecondsBecomePixelsAndFrames) {
   TrackerOptions options;
   options.gates.units = GateUnits::kMetres;
@@ -59,8 +59,7 @@ TEST(Gates, MetresAndSecondsBecomePixelsAndFrames) {
   EXPECT_NEAR(scaled.reconstruction.tau_frames, 6.0, 1e-12);
 }
 
-// The same scene at half the size with the cameras at half the distance has the
-// same gates per person: pixels proportional to a person's image.
+// Gates in pixels are proportional to the size of a person's image.
 TEST(Gates, GrowWithFocalLengthAndShrinkWithDistance) {
   TrackerOptions options;
   options.gates.units = GateUnits::kMetres;
@@ -75,7 +74,7 @@ TEST(Gates, GrowWithFocalLengthAndShrinkWithDistance) {
   EXPECT_NEAR(epipolar(10.0, 1000.0), 200 * 0.19, 1e-9);
 }
 
-TEST(TrackLife, GrowsWithTheFrameIntervalWhereFramesAreRare) {
+TEST(TrackLife, AgesGrowWithTheIntervalAtLowFrameRates) {
   TrackLifeOptions options;
   options.in_seconds = true;
   options.max_age_s = 0.4;
@@ -86,7 +85,7 @@ TEST(TrackLife, GrowsWithTheFrameIntervalWhereFramesAreRare) {
   } kCases[] = {{25.0, 10.0},
                 {12.5, 5.0},
                 {4.0, 5.0},
-                // Up to five times as long.
+                // At most five times as long.
                 {1.0, 2.0},
                 {0.1, 0.2}};
   for (const auto& one : kCases) {

@@ -20,7 +20,7 @@ EstimatorFrame SomeFrame(int64_t number, Random* random) {
     view.capture_time = frame.time - 500;
     view.detection_idx = view.view_idx + 3;
     view.joints.resize(17);
-    view.verdicts.assign(17, FilterVerdict::kKept);  // not kept
+    view.verdicts.assign(17, FilterVerdict::kKept);  // not stored
     for (Keypoint& joint : view.joints) {
       joint.found = random->Chance(0.8);
       if (!joint.found) continue;  // the other fields are meaningless
@@ -67,8 +67,8 @@ std::string BitsOf(const EstimatorFrame& frame) {
   return bits;
 }
 
-// More than a block of 256 KB holds, also while the queue is read.
-TEST(PackedQueue, GivesFramesBackBitByBitInOrder) {
+// Pushes more than a block of 256 KB holds, also while the queue is read.
+TEST(PackedQueue, ReturnsFramesBitIdenticalAndInOrder) {
   for (const size_t waiting : {size_t{1}, size_t{7}, size_t{500}}) {
     Random random(5);
     Random again(5);
@@ -86,7 +86,7 @@ TEST(PackedQueue, GivesFramesBackBitByBitInOrder) {
   }
 }
 
-TEST(PackedQueue, KeepsAllOfAPoseButItsIdentity) {
+TEST(PackedQueue, KeepsAllOfAPoseExceptTheIdentity) {
   PersonPose pose;
   pose.id = TrackId(7);
   pose.score = 0.1 + 0.2;  // no decimal fraction

@@ -15,8 +15,8 @@ namespace kinegraph {
 namespace {
 
 // A crowd with gaps, outliers, swaps and people who come and go, so that tracks
-// are born, lost, bridged and dropped before they are confirmed; a tracker's
-// output for it, and its matches.
+// are born, lost, bridged and dropped before they are confirmed; with the
+// output and the matches of a tracker.
 struct FrozenRecording {
   SceneModel scene;
   DetectionSequence detections;
@@ -91,7 +91,7 @@ std::vector<TrackFrame> ReplayAll(const Replay& replay, int without_view,
   return AssembleReplay(replay.empty_frames(), people, std::move(outcomes));
 }
 
-// Every bit of two results.
+// Expects two results to be bit-identical.
 void ExpectEqual(const std::vector<TrackFrame>& a,
                  const std::vector<TrackFrame>& b) {
   ASSERT_EQ(a.size(), b.size());
@@ -132,7 +132,7 @@ EstimatorOptions Graph(OutputKind output) {
   return options;
 }
 
-TEST(Replay, GivesTheRunAgain) {
+TEST(Replay, ReproducesTheRun) {
   struct Case {
     const char* name;
     EstimatorOptions estimators;
@@ -166,7 +166,7 @@ TEST(Replay, ReproducesRunWithDetectionsOnEveryThirdFrame) {
 }
 
 // A replay without a camera must not depend on that camera's detections.
-TEST(Replay, HasNothingFromTheCameraLeftOut) {
+TEST(Replay, IgnoresTheCameraLeftOut) {
   FrozenRecording frozen = Freeze(Paper());
   const auto run = [&] {
     return ReplayAll(frozen.replay(), 2,
@@ -188,7 +188,7 @@ TEST(Replay, HasNothingFromTheCameraLeftOut) {
   }
 }
 
-TEST(Replay, TellsHowLongAnEstimatorWaits) {
+TEST(Replay, ReportsTheDelayOfAnEstimator) {
   EstimatorOptions window = Graph(OutputKind::kWindow);
   window.graph.lag_s = 0.2;  // five frames of 25 Hz
   const FrozenRecording frozen = Freeze(window);
@@ -205,7 +205,7 @@ TEST(Replay, TellsHowLongAnEstimatorWaits) {
   }
 }
 
-TEST(Replay, RefusesMatchesOfAnotherTake) {
+TEST(Replay, RefusesMatchesOfAnotherRecording) {
   FrozenRecording frozen = Freeze(Paper());
   for (FrozenPerson& person : frozen.matches.people) {
     for (FrozenFrame& frame : person.frames) frame.frame += 100000;

@@ -61,7 +61,7 @@ class SecondPassTest : public ::testing::Test {
   Random random_{3};
 };
 
-TEST_F(SecondPassTest, EstimatesAnewAndKeepsIdentities) {
+TEST_F(SecondPassTest, EstimatesAgainAndKeepsIdentities) {
   SecondPass pass = Make();
   for (int f = 5; f < 9; ++f) pass.Process(See(f), FirstPass(f));
   const std::vector<TrackFrame> frames = pass.Finish(2);
@@ -76,13 +76,13 @@ TEST_F(SecondPassTest, EstimatesAnewAndKeepsIdentities) {
                    people_[p][j].position_m)
                       .norm(),
                   1e-9)
-            << "triangulated anew";
+            << "triangulated again";
       }
     }
   }
 }
 
-TEST_F(SecondPassTest, APersonWhomNobodySeesKeepsTheirPose) {
+TEST_F(SecondPassTest, UnobservedPeopleKeepThePoseOfTheFirstPass) {
   SecondPass pass = Make();
   DetectionFrame blind = See(5);
   for (ViewDetections& view : blind.views) view.detections.clear();
@@ -97,7 +97,8 @@ TEST_F(SecondPassTest, APersonWhomNobodySeesKeepsTheirPose) {
             first.people[0].joints[3].position_m);
 }
 
-// Finds no joint in the frames before `from`, and those it is given later.
+// Finds no joints in frames before `from`; from then on, returns the initial
+// poses.
 class LateEstimator final : public Estimator {
  public:
   explicit LateEstimator(int64_t from) : from_(from) {}
@@ -120,7 +121,7 @@ class LateEstimator final : public Estimator {
   std::vector<FinalPose> finals_;
 };
 
-TEST_F(SecondPassTest, WhereNobodyIsFoundTheFirstPassStaysWithAllItSays) {
+TEST_F(SecondPassTest, FirstPassIsKeptCompletelyWhereNobodyIsFound) {
   SecondPass pass(scene_, Coco17(), TrackerOptions(), [](const SceneModel&) {
     return std::make_unique<LateEstimator>(6);
   });
@@ -144,7 +145,7 @@ TEST_F(SecondPassTest, WhereNobodyIsFoundTheFirstPassStaysWithAllItSays) {
     EXPECT_EQ(kept.covariances, first.people[p].covariances);
     ASSERT_EQ(kept.matches.size(), 1u);
     EXPECT_EQ(kept.matches[0].detection_idx, 10 + static_cast<int>(p));
-    EXPECT_TRUE(frames[1].people[p].matches.empty()) << "estimated anew";
+    EXPECT_TRUE(frames[1].people[p].matches.empty()) << "estimated again";
   }
 }
 
@@ -154,8 +155,9 @@ class ExtendEndsTest : public SecondPassTest {
   static constexpr int kFrames = 20;
   static constexpr int64_t kOther = 11;
 
-  // The frames in which the other one is written. The first pass has them in
-  // `tracked`; views of a frame may be taken from them.
+  // The frames in which the second person is written. The first pass has this
+  // person in the frames `tracked`; the first views_[f] views see the person in
+  // frame f.
   std::vector<int> Run(const std::vector<int>& tracked,
                        const std::set<TrackId>& but = {}) {
     SecondPass pass = Make();
@@ -197,27 +199,28 @@ class ExtendEndsTest : public SecondPassTest {
   std::vector<size_t> views_ = std::vector<size_t>(kFrames, 4);
 };
 
-TEST_F(ExtendEndsTest, FollowsBeyondBothEnds) {
+TEST_F(ExtendEndsTest, ExtendsTracksBeyondBothEnds) {
   EXPECT_EQ(Run(From(8, 12)), From(0, kFrames));
-  // A gap of one person is closed.
+  // A gap in one person's track is closed.
   std::vector<int> with_gap = From(0, 5);
   for (int f = 9; f < kFrames; ++f) with_gap.push_back(f);
   EXPECT_EQ(Run(with_gap), From(0, kFrames));
 }
 
 TEST_F(ExtendEndsTest, StopsWhereViewsDoNotAgree) {
-  // Frames 2 and from 15 on are seen by no view; 5 and 6, in between, by one.
+  // No view sees the person in frame 2 and from frame 15 on; one view does in
+  // frames 5 and 6.
   for (const int f : {2, 15, 16, 17, 18, 19}) views_[f] = 0;
   for (const int f : {5, 6}) views_[f] = 1;
   EXPECT_EQ(Run(From(8, 12)), From(0, 15));
-  // Longer than the life of a lost track (10 frames): what follows is not the
-  // same person.
+  // After a gap longer than the life of a lost track (10 frames), the person
+  // may be another.
   for (int f = 0; f < kFrames; ++f) views_[f] = f < 3 || f > 13 ? 4 : 0;
   views_[14] = 4;
   EXPECT_EQ(Run(From(14, 17)), From(14, kFrames));
 }
 
-// 0.3 m, closer than two people stay for long.
+// The limit is 0.3 m: two people do not stay that close for long.
 TEST_F(ExtendEndsTest, StopsWhereAnotherPersonStands) {
   people_[1] = testing::StandingPerson(-0.8 + 0.27, 0.0);
   EXPECT_EQ(Run(From(8, 12)), From(8, 12));
@@ -225,7 +228,7 @@ TEST_F(ExtendEndsTest, StopsWhereAnotherPersonStands) {
   EXPECT_EQ(Run(From(8, 12)), From(0, kFrames));
 }
 
-TEST_F(ExtendEndsTest, LeavesAloneWhoWasMadeShorter) {
+TEST_F(ExtendEndsTest, DoesNotExtendExcludedPeople) {
   EXPECT_EQ(Run(From(8, 12), {TrackId(kOther)}), From(8, 12));
 }
 
@@ -258,20 +261,21 @@ TEST(FindRunsTest, RunsEndWhereAFrameLacksThePerson) {
   EXPECT_EQ(runs.at(TrackId(1))[0].last_velocity_mps.norm(), 0.0);
 }
 
-TEST(EndFollowerTest, GoesOnAndFadesBothWays) {
+TEST(EndFollowerTest, ExtrapolatesWithFadingVelocityInBothDirections) {
   const Pose3d pose = testing::StandingPerson(0.0, 0.0);
   const EndFollower follower(pose, TimeOf(50), {1.0, 0.0, 0.0});
   const auto moved_m = [&](int64_t frame) {
     return follower.At(TimeOf(frame))[0].position_m.x() -
            pose[0].position_m.x();
   };
-  // 0.5 s (1 - exp(-t / 0.5 s)): one frame on, and never beyond 0.5 m.
+  // At 1 m/s, the path after t is 0.5 m (1 - exp(-t / 0.5 s)): never more than
+  // 0.5 m.
   EXPECT_NEAR(moved_m(51), 0.5 * (1.0 - std::exp(-0.08)), 1e-9);
   EXPECT_NEAR(moved_m(49), -moved_m(51), 1e-12);
   EXPECT_NEAR(moved_m(5000), 0.5, 1e-9);
 }
 
-TEST(EndFollowerTest, LearnsFromWhatViewsAgreeOn) {
+TEST(EndFollowerTest, LearnsFromAgreeingViews) {
   EndFollower follower(testing::StandingPerson(0.0, 0.0), TimeOf(0),
                        Eigen::Vector3d::Zero());
   for (int64_t f = 1; f <= 20; ++f) {
@@ -279,7 +283,7 @@ TEST(EndFollowerTest, LearnsFromWhatViewsAgreeOn) {
                    TimeOf(f));
   }
   EXPECT_EQ(follower.agreed(), TimeOf(20));
-  // 1 m/s within 0.7^20, faded over one frame.
+  // The velocity is 1 m/s up to 0.7^20, and fades over one frame.
   const double step_m = follower.At(TimeOf(21))[0].position_m.x() -
                         testing::StandingPerson(0.8, 0.0)[0].position_m.x();
   EXPECT_NEAR(step_m, 0.5 * (1.0 - std::exp(-0.08)), 1e-4);

@@ -53,7 +53,7 @@ TEST(TrackLifeTest, DeletedExactlyTenFramesAfterTheLastUpdate) {
   }
 }
 
-TEST(TrackLifeTest, NobodyLivesOnIntoAnIndependentFrame) {
+TEST(TrackLifeTest, TracksEndBeforeIndependentFrames) {
   TrackLifeOptions options;
   options.independent_frames = true;
   TrackLife life = Born(LifeInFrames(options, 25.0));
@@ -69,7 +69,7 @@ TrackLifeOptions InSeconds(double frame_rate_hz) {
   return LifeInFrames(options, frame_rate_hz);
 }
 
-TEST(TrackLifeTest, LooksThatAreRareConfirmByTheTimeTheyStandFor) {
+TEST(TrackLifeTest, RareDetectorFramesConfirmByRepresentedTime) {
   TrackLife life = Born(InSeconds(120.0));  // 11 hits in a row
   life.Step(6 * kFrame, true, true, 6.0);
   EXPECT_EQ(life.state(), TrackState::kTentative);
@@ -83,7 +83,7 @@ TEST(TrackLifeTest, LooksThatAreRareConfirmByTheTimeTheyStandFor) {
   EXPECT_EQ(once.state(), TrackState::kTentative);
 }
 
-TEST(TrackLifeTest, MayBeMatchedUntilTheNextLookIsDue) {
+TEST(TrackLifeTest, MayBeMatchedUntilTheNextDetectorFrameIsDue) {
   TrackLife life = Born();
   life.BeginFrame(14 * kFrame, 5.0);
   EXPECT_NE(life.state(), TrackState::kDeleted);
@@ -91,7 +91,7 @@ TEST(TrackLifeTest, MayBeMatchedUntilTheNextLookIsDue) {
   EXPECT_EQ(life.state(), TrackState::kDeleted);
 }
 
-TEST(LifeInFramesTest, SecondsLastAtEveryRateAndPaperModeCountsFrames) {
+TEST(LifeInFramesTest, SecondsScaleWithTheRateAndPaperModeCountsFrames) {
   struct Case {
     TrackLifeOptions life;
     int64_t confirm_hits;
@@ -114,8 +114,7 @@ TEST(LifeInFramesTest, SecondsLastAtEveryRateAndPaperModeCountsFrames) {
 }
 
 // Steps a gate through a life: 'u' updated, 'm' matched without update, '.'
-// nothing. Returns what is written: 'w', '-', or '?' while undecided; '!' for
-// a deleted track's end.
+// nothing. Returns what is written: 'w', '-', or '?' while undecided.
 std::string Write(const TrackLifeOptions& options, const std::string& story) {
   TrackLife life(options, kClock, 0);
   WriteGate gate(options, kClock);
@@ -137,7 +136,7 @@ std::string Write(const TrackLifeOptions& options, const std::string& story) {
   return written;
 }
 
-TEST(WriteGateTest, ThePaperWritesConfirmedAndUpdatedFrames) {
+TEST(WriteGateTest, PaperModeWritesConfirmedAndUpdatedFrames) {
   EXPECT_EQ(Write({}, "uuu.muu"), "--ww--ww");
 }
 
@@ -150,13 +149,13 @@ TEST(WriteGateTest, BackfillWaitsForConfirmation) {
   EXPECT_EQ(Write(options, "u."), "---");
 }
 
-TEST(WriteGateTest, GapsAreBridgedUpToTheirLimit) {
+TEST(WriteGateTest, GapsAreBridgedUpToTheLimit) {
   TrackLifeOptions options;
   options.max_gap_frames = 3.0;
   EXPECT_EQ(Write(options, "uuu..."), "--ww???");
   EXPECT_EQ(Write(options, "uuu...u"), "--wwwwww");
   EXPECT_EQ(Write(options, "uuu....u"), "--ww----w");
-  // The end of a life is not a gap.
+  // The end of a track is not a gap.
   EXPECT_EQ(Write(options, "uuu.........."), "--ww----------");
 }
 
@@ -166,7 +165,8 @@ struct Look {
   int64_t frame;
 };
 
-// Index of the look, view and frame of each entry of a memory after them.
+// Index in `looks`, view and frame of each entry of a memory that has stored
+// `looks`.
 using Entries = std::vector<std::array<int64_t, 3>>;
 Entries Remembered(int depth, const std::vector<Look>& looks) {
   const CameraRig cameras = testing::RingOfCameras(3);
@@ -185,7 +185,7 @@ Entries Remembered(int depth, const std::vector<Look>& looks) {
   return entries;
 }
 
-TEST(ViewMemoryTest, AViewKeepsItsPlaceAndTheNewestPosesFirst) {
+TEST(ViewMemoryTest, ViewsKeepTheOrderAndNewestPosesComeFirst) {
   EXPECT_EQ(Remembered(1, {{2, 0}, {0, 0}, {1, 1}, {2, 9}}),
             (Entries{{3, 2, 9}, {1, 0, 0}, {2, 1, 1}}));
   EXPECT_EQ(Remembered(2, {{1, 0}, {0, 0}, {1, 1}, {1, 2}, {0, 2}}),
@@ -210,13 +210,13 @@ class LookRhythmTest : public ::testing::Test {
   int next_ = 0;
 };
 
-TEST_F(LookRhythmTest, OfEveryFrameAnEmptyOneIsAMiss) {
+TEST_F(LookRhythmTest, EmptyFrameIsAMissIfTheDetectorRunsOnEveryFrame) {
   for (int k = 0; k < 20; ++k) EXPECT_TRUE(See(true));
   EXPECT_TRUE(See(false));
   EXPECT_EQ(rhythm_.usual_frames(), 1.0);
 }
 
-TEST_F(LookRhythmTest, EveryThirdFrameTellsTheTwoBetween) {
+TEST_F(LookRhythmTest, FramesBetweenEveryThirdAreNoMisses) {
   for (int k = 0; k < 20; ++k) {
     EXPECT_TRUE(See(true));
     EXPECT_FALSE(See(false));
@@ -224,10 +224,10 @@ TEST_F(LookRhythmTest, EveryThirdFrameTellsTheTwoBetween) {
   }
   EXPECT_EQ(rhythm_.usual_frames(), 3.0);
   EXPECT_EQ(rhythm_.newest_frames(), 3.0);
-  EXPECT_TRUE(See(false)) << "everybody has gone";
+  EXPECT_TRUE(See(false)) << "everybody has left";
 }
 
-TEST_F(LookRhythmTest, AHoleInTheRecordingIsNotUsual) {
+TEST_F(LookRhythmTest, GapInTheRecordingDoesNotChangeTheRhythm) {
   for (int k = 0; k < 20; ++k) See(true);
   next_ += 1000;
   EXPECT_TRUE(See(true));
@@ -235,7 +235,7 @@ TEST_F(LookRhythmTest, AHoleInTheRecordingIsNotUsual) {
   EXPECT_EQ(rhythm_.newest_frames(), 1.0) << "one frame is no evidence of 1000";
 }
 
-TEST_F(LookRhythmTest, WithoutARhythmNothingIsMissed) {
+TEST_F(LookRhythmTest, NothingIsMissedBeforeARhythmIsKnown) {
   EXPECT_FALSE(See(false));
   EXPECT_TRUE(See(true));
   EXPECT_FALSE(See(false));

@@ -32,7 +32,7 @@ class TrackerTest : public ::testing::Test {
     return MakeCausalGaussian(scene, options);
   }
 
-  // Its finished frames go to frames_, which is cleared.
+  // A new tracker; clears frames_.
   std::unique_ptr<Tracker> Make(const TrackerOptions& options = {}) {
     frames_.clear();
     return std::make_unique<Tracker>(Scene(), Coco17(), options, Unsmoothed);
@@ -72,9 +72,9 @@ TEST_F(TrackerTest, ATrackSurvivesNineMissedFramesNotTen) {
   }
 }
 
-TEST_F(TrackerTest, ADroppedStretchLongerThanALifeEndsEveryTrack) {
-  // Missing frames: a track of age 10 may still be matched, an older one not,
-  // because its gate has grown beyond the image.
+TEST_F(TrackerTest, DroppedFramesLongerThanALifeEndEveryTrack) {
+  // After missing frames, a track of age 10 may still be matched; an older
+  // track may not, because its gate has grown beyond the image.
   for (const int age : {10, 11, 200}) {
     const auto tracker = Make();
     Show(tracker.get(), 0, 5, {Stander()});
@@ -107,7 +107,8 @@ TEST_F(TrackerTest, AMatchedDetectionStartsNobodyEvenIfTheUpdateFails) {
   };
   const auto nobody_known = Make(options);
   nobody_known->Process(contradiction(8), &frames_);
-  EXPECT_EQ(nobody_known->people_so_far(), 1) << "they could start somebody";
+  EXPECT_EQ(nobody_known->people_so_far(), 1)
+      << "the two views can start a track";
 
   const auto tracker = Make(options);
   Show(tracker.get(), 0, 5, {Stander()});
@@ -118,7 +119,7 @@ TEST_F(TrackerTest, AMatchedDetectionStartsNobodyEvenIfTheUpdateFails) {
   EXPECT_EQ(tracker->people_so_far(), 1);
 }
 
-TEST_F(TrackerTest, OneViewGoesOnWhileOlderOnesCount) {
+TEST_F(TrackerTest, OneViewSufficesWhileOlderViewsCount) {
   const auto tracker = Make();
   Show(tracker.get(), 0, 5, {Stander()});
   // Only one view sees the person, for four frames: older views are too old
@@ -145,7 +146,7 @@ TEST_F(TrackerTest, OneViewGoesOnWhileOlderOnesCount) {
 // A sprint start, 10 m/s^2 up to 8 m/s: at the end each frame is 0.3 m from the
 // previous one and 0.05 m from the prediction by the velocity of the last five;
 // 20 px are 0.1 m at 5 m.
-TEST_F(TrackerTest, WhoRunsIsExpectedFartherOn) {
+TEST_F(TrackerTest, RunnersArePredictedAhead) {
   for (const double prediction_s : {0.0, 0.2}) {
     TrackerOptions options;
     options.life.in_seconds = true;
@@ -166,9 +167,9 @@ TEST_F(TrackerTest, WhoRunsIsExpectedFartherOn) {
   }
 }
 
-// A hop of 0.15 m, beyond the gate of the views from the side: the others
-// follow it, and no new person appears.
-TEST_F(TrackerTest, ViewsThatLoseSomebodyStartNoDouble) {
+// A hop of 0.15 m is beyond the gate of the views from the side. The other
+// views follow it; in graph mode no new person appears.
+TEST_F(TrackerTest, ViewsThatLoseAPersonStartNoDuplicate) {
   for (const AssociationRules rules :
        {AssociationRules::kPaper, AssociationRules::kGraph}) {
     const auto tracker = Make(By(rules));
@@ -179,8 +180,8 @@ TEST_F(TrackerTest, ViewsThatLoseSomebodyStartNoDouble) {
   }
 }
 
-// Five boxes at 4 Hz, 0.6 m apart, walk past each other with 1.2 m/s: in every
-// view they cover each other's places.
+// Five boxes at 4 Hz, 0.6 m apart, walk past each other at 1.2 m/s: in every
+// view they pass in front of each other.
 TEST_F(TrackerTest, BoxesAreFollowedThroughACrowd) {
   rate_hz_ = 4.0;
   constexpr int kPeople = 5;
@@ -219,7 +220,7 @@ TEST_F(TrackerTest, BoxesAreFollowedThroughACrowd) {
   }
 }
 
-TEST(SeenAtOnePlaceTest, WhatIsSeenTellsAndWhatIsInferredDoesNot) {
+TEST(SeenAtOnePlaceTest, ComparesObservedJointsOnly) {
   const Pose3d here = testing::StandingPerson(0.0, 0.0);
   Pose3d there = testing::StandingPerson(0.19, 0.0);
   EXPECT_TRUE(SeenAtOnePlace(here, there, 0.2));
@@ -245,8 +246,8 @@ TEST(SeenAtOnePlaceTest, WhatIsSeenTellsAndWhatIsInferredDoesNot) {
   EXPECT_FALSE(SeenAtOnePlace(box(0.0), box(0.21), 0.2));
 }
 
-// The first `views` views of a frame alone, the first two of them with `strays`
-// more: copies that stand 60 px and more off each other's epipolar lines.
+// Keeps the detections of the first `views` views and adds `strays` copies to
+// the first two views, 60 px or more off each other's epipolar lines.
 DetectionFrame AmongStrays(DetectionFrame seen, size_t views, int strays) {
   for (size_t v = 0; v < seen.views.size(); ++v) {
     std::vector<Detection>& detections = seen.views[v].detections;
@@ -266,7 +267,7 @@ DetectionFrame AmongStrays(DetectionFrame seen, size_t views, int strays) {
 // With six unmatched detections in each of two views, one pair of them agrees
 // by chance: three cameras that face the position without a detection are
 // evidence against it.
-TEST_F(TrackerTest, WhomTwoViewsOfFiveShowAmongStraysIsNobody) {
+TEST_F(TrackerTest, TwoOfFiveViewsAmongStraysStartNobody) {
   const auto count = [&](AssociationRules rules, size_t views, int strays) {
     TrackerOptions options;
     options.rules = rules;
@@ -283,7 +284,7 @@ TEST_F(TrackerTest, WhomTwoViewsOfFiveShowAmongStraysIsNobody) {
 // Two views show six joints of a person, who starts a track after a second;
 // with ten joints one frame is always sufficient. In paper mode six joints
 // never are.
-TEST_F(TrackerTest, WhomFewJointsShowBeginsWithTime) {
+TEST_F(TrackerTest, PeopleWithFewJointsStartAfterASecond) {
   const auto people_after = [&](AssociationRules rules, int frames,
                                 size_t joints) {
     const auto tracker = Make(By(rules));
@@ -305,7 +306,7 @@ TEST_F(TrackerTest, WhomFewJointsShowBeginsWithTime) {
 }
 
 // Agreement for 0.4 s in each second does not accumulate.
-TEST_F(TrackerTest, WhomFewJointsShowNowAndThenIsNobody) {
+TEST_F(TrackerTest, IntermittentFewJointsStartNobody) {
   const auto tracker = Make(By(AssociationRules::kGraph));
   for (int f = 0; f < 100; ++f) {
     DetectionFrame seen = See(f, {Stander()});
@@ -320,10 +321,10 @@ TEST_F(TrackerTest, WhomFewJointsShowNowAndThenIsNobody) {
   EXPECT_EQ(tracker->people_so_far(), 0);
 }
 
-// The second of the two remaining views sees half of a person. That keeps the
-// track alive, but not among strays, where it may be chance; there all joints
-// are needed.
-TEST_F(TrackerTest, WhoIsHardlySeenAmongStraysDiesAsIfUnseen) {
+// The second of the two remaining views sees half of a person. This keeps the
+// track alive, but not among strays, where the match may be chance; there all
+// joints are needed.
+TEST_F(TrackerTest, HalfVisiblePersonAmongStraysIsLost) {
   const auto lives = [&](AssociationRules rules, size_t joints, int strays) {
     TrackerOptions options = By(rules);
     options.life.in_seconds = true;
@@ -345,11 +346,11 @@ TEST_F(TrackerTest, WhoIsHardlySeenAmongStraysDiesAsIfUnseen) {
   EXPECT_EQ(lives(AssociationRules::kPaper, 9, 0), 1u);
 }
 
-// Elbows to ankles jump by 2 m. Two views see only the joints that did not move
-// and follow them; the others, which see all joints, no longer fit. The track's
-// arms and legs remain where they were only as a prediction, so there is no new
-// person. If the track was lost for 0.16 s before, it may be another person,
-// seen by all views.
+// Elbows, wrists, knees and ankles jump by 2 m. Two views see only the joints
+// that did not move, and follow them; the other views, which see all joints, no
+// longer fit. The track's arms and legs remain where they were only as a
+// prediction, so there is no new person. If the track was lost for 0.16 s
+// before, it may be another person, seen by all views.
 TEST_F(TrackerTest, ViewsOfOnePersonAreNotSharedByTwo) {
   const auto leaps = [](size_t j) { return j > 6 && j != 11 && j != 12; };
   Pose3d leaper = Stander();
@@ -394,12 +395,11 @@ TEST_F(TrackerTest, ViewsOfOnePersonAreNotSharedByTwo) {
   }
 }
 
-// Two cameras, and for the second of them two people one behind the other. The
-// person behind is lost to the first camera and to the tracker; then the second
-// camera misses the person in front and still shows the one behind within the
-// gate. The track continues with that person and is not confused with the
-// other.
-TEST_F(TrackerTest, WhoIsLostIsNotTakenForSomebodyElse) {
+// The second of two cameras sees two people one behind the other. The first
+// camera and the tracker lose the person behind; then the second camera misses
+// the person in front and still shows the person behind, within the gate. The
+// track of the person in front must not be matched with the person behind.
+TEST_F(TrackerTest, TrackIsNotMatchedWithALostPerson) {
   cameras_ = testing::RingOfCameras(4);
   cameras_ = {cameras_[0], cameras_[1]};
   const Pose3d hind = testing::StandingPerson(0.0, -0.4);
@@ -428,14 +428,14 @@ TEST_F(TrackerTest, WhoIsLostIsNotTakenForSomebodyElse) {
       }
     }
     EXPECT_EQ(tracker->people_so_far(), 2);
-    // The paper's tracker confirms that the scene tests this.
+    // In paper mode it is matched: the scene does test this.
     EXPECT_EQ(taken > 0, rules == AssociationRules::kPaper);
   }
 }
 
 // After a tenth of a second without a detection the body is predicted 0.6 m
 // further on; after 0.2 s it is expected to stay.
-TEST_F(TrackerTest, NobodyIsExpectedToGoOnForLong) {
+TEST_F(TrackerTest, PredictionStopsAfterTheGivenTime) {
   const auto estimator = Unsmoothed(Scene());
   const FrameClock clock(kFrameRate);
   for (int f = 0; f < 5; ++f) {
@@ -463,7 +463,7 @@ TEST_F(TrackerTest, NobodyIsExpectedToGoOnForLong) {
   }
 }
 
-TEST_F(TrackerTest, FragmentsAreNoise) {
+TEST_F(TrackerTest, FragmentsStartNobody) {
   const auto tracker = Make();
   DetectionFrame seen = See(0, {Stander()});
   for (ViewDetections& view : seen.views) {
@@ -502,7 +502,7 @@ TEST(FrameAssemblerTest, AFrameWaitsForEveryTrackAndOrderIsKept) {
   EXPECT_TRUE(frames[1].people.empty());
 }
 
-TEST_F(TrackerTest, ThreadsDoNotChangeABit) {
+TEST_F(TrackerTest, ResultsDoNotDependOnThreads) {
   std::vector<std::vector<double>> results;
   for (const int threads : {1, 4}) {
     const auto tracker = Make();
@@ -554,7 +554,7 @@ class FinalsCounter final : public Estimator {
 };
 
 // A long recording must not need more memory than a short one.
-TEST_F(TrackerTest, NoFinalsPileUpInEitherRole) {
+TEST_F(TrackerTest, FinalPosesDoNotAccumulateInEitherRole) {
   int of_feedback = 0;
   int of_output = 0;
   const auto counted = [](int* waiting) {
@@ -577,7 +577,7 @@ TEST_F(TrackerTest, NoFinalsPileUpInEitherRole) {
   EXPECT_EQ(frames.back().people.size(), 2u);
 }
 
-TEST_F(TrackerTest, RefusesWhatDoesNotFit) {
+TEST_F(TrackerTest, RefusesInvalidOptionsScenesAndFrames) {
   TrackerOptions wrong;
   wrong.reconstruction.tau_frames = -1.0;
   EXPECT_THROW(Make(wrong), OptionError);
@@ -637,9 +637,9 @@ TEST_F(TrackerTest, TheFrontEndOfChenFollowsExactDetections) {
 // A person jumps 0.3 m sideways as seen by view 0, and view 2, opposite, sees
 // them for the first time: it has no 2D joint to compare with, and 0.3 m from
 // the ray is twice alpha_3d. View 0 remembers a 2D joint and is matched
-// nevertheless; with its measurement in the expected pose, view 2 is too. Views
-// 1 and 3 look along the jump.
-TEST_F(TrackerTest, IncrementalUpdatesHelpTheViewsThatFollow) {
+// nevertheless; once its measurement is in the expected pose, view 2 is
+// matched, too. Views 1 and 3 look along the jump.
+TEST_F(TrackerTest, IncrementalUpdatesHelpLaterViews) {
   cameras_ = testing::RingOfCameras(4);
   const Eigen::Vector3d aside = 0.3 * cameras_[0].R().row(0).transpose();
   for (const bool incremental : {false, true}) {

@@ -1,5 +1,5 @@
-// A program outside the project: projects a point and compares with the pixel
-// worked by hand.
+// A program outside the project: projects a point and compares the result with
+// a hand-computed pixel.
 #include <cmath>
 
 #include "core/geometry/camera.h"

@@ -27,7 +27,7 @@ PairedMotion Paired(const std::vector<Pose3d>& truth,
   return motion;
 }
 
-TEST(Agreement, BiasAndLimitsByHand) {
+TEST(Agreement, BiasAndLimitsMatchHandComputedValues) {
   // Off by 10 and 30 mm to the right, 4 mm forward: bias 20 and 4, standard
   // deviations 10 and 0, limits 19.6 and 0. Each half has the offset of the
   // other subtracted: 20 mm remain in both.
@@ -64,7 +64,7 @@ TEST(Agreement, OnlyCentresArePooled) {
   EXPECT_NEAR(result.pooled.mean_m, 0.0, 1e-12);
 }
 
-TEST(Agreement, CalibrationByHand) {
+TEST(Agreement, CalibrationMatchesHandComputedValues) {
   const Matrix3d covariance = 1e-6 * Matrix3d::Identity();  // 1 mm
   Calibration calibration;
   calibration.Add(Vector3d::Zero(), covariance);
@@ -90,8 +90,9 @@ TEST(Agreement, CalibrationByHand) {
   EXPECT_NEAR(calibration.ExpectedCalibrationError(), 4.5 / 19.0, 1e-12);
 }
 
-TEST(Agreement, RightCovariancesAreCalibrated) {
-  // Of 20000 normal errors a share's standard error is 0.0035 at most.
+TEST(Agreement, CorrectCovariancesAreCalibrated) {
+  // With 20000 normal errors the standard error of a coverage is at most
+  // 0.0035.
   Random random(3);
   Calibration calibration;
   const Matrix3d root = Vector3d(0.001, 0.003, 0.010).asDiagonal();
@@ -104,7 +105,7 @@ TEST(Agreement, RightCovariancesAreCalibrated) {
   EXPECT_LT(calibration.ExpectedCalibrationError(), 0.01);
 }
 
-TEST(Agreement, PckAndItsAreaByHand) {
+TEST(Agreement, PckAndAucMatchHandComputedValues) {
   // Without hips nothing is shifted. 100 mm: within 100, 105, ..., 150 mm, 11
   // of 31 thresholds; 200 mm within none.
   PairedMotion motion;
@@ -123,9 +124,10 @@ TEST(Agreement, PckAndItsAreaByHand) {
   EXPECT_NEAR(result.auc, 11.0 / 62.0, 1e-9);
 }
 
-TEST(Agreement, ProcrustesByHand) {
-  // A square against a rectangle of 1 x 3: no turn, scale (1 + 3) / (1 + 9) =
-  // 0.4, so two corners are 0.6 and two 0.2 away: 0.4 in the mean.
+TEST(Agreement, ProcrustesMatchesHandComputedValues) {
+  // A square against a rhombus with half-diagonals 1 and 3: no rotation, scale
+  // (1 + 3) / (1 + 9) = 0.4, so two corners are 0.6 and two 0.2 away: 0.4 in
+  // the mean.
   const auto corners = [](double long_m, double z) {
     return Pose3d{Observed(1, 0, z), Observed(-1, 0, z), Observed(0, long_m, z),
                   Observed(0, -long_m, z)};
@@ -141,7 +143,7 @@ TEST(Agreement, ProcrustesByHand) {
   EXPECT_TRUE(std::isnan(pa_mpjpe_m())) << "two points";
 }
 
-TEST(Agreement, ValuesAndTheirIntervalsByHand) {
+TEST(Agreement, ValuesAndIntervalsMatchHandComputedValues) {
   // Differences 1, 1, 3, 3: bias 2, standard deviation 1. The offset of the
   // other half leaves -2, -2, 2, 2. Intervals of +- 2 hold the first two; after
   // the offset all four.

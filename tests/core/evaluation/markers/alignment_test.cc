@@ -59,8 +59,8 @@ TEST(Alignment, FindsClockAndDriftAcrossRatesAndGaps) {
   LeaveOut(0.2, &truth);
   LeaveOut(0.2, &tracks);
   const Alignment found = Aligned(truth, tracks, Align::kBoth, true);
-  // The remaining error is that of the cubic between samples of 60 Hz, 1e-4 of
-  // a swing of 1 Hz: about 0.1 ms.
+  // The remaining error is the interpolation error of the cubic between 60 Hz
+  // samples: 1e-4 of a 1 Hz swing, about 0.1 ms.
   EXPECT_NEAR(found.clock.offset_s, 0.137, 2e-4);
   EXPECT_NEAR(found.clock.drift, 100e-6, 10e-6);
   EXPECT_LT(found.median_both_m, 5e-4);
@@ -69,7 +69,7 @@ TEST(Alignment, FindsClockAndDriftAcrossRatesAndGaps) {
   EXPECT_EQ(without.clock.drift, 0.0);
 }
 
-TEST(Alignment, FindsTheTurnAboutAnyAxis) {
+TEST(Alignment, FindsRotationAboutAnyAxis) {
   const TrackSequence truth = Recorded(100.0, 5.0, Same);
   for (const Eigen::Vector3d& axis :
        {Eigen::Vector3d(1, 0, 0), Eigen::Vector3d(0, 1, 0),

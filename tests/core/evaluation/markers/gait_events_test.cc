@@ -33,8 +33,9 @@ Pose3d Standing(double pelvis, double left, double right, double lift) {
           Observed(left + 0.2, 0.1, lift),  Observed(right + 0.2, -0.1, lift)};
 }
 
-TEST(GaitEvents, WalkingByFeetAgainstThePelvis) {
-  // Feet swing 0.3 m about the pelvis, the right one half a second of 1 s late.
+TEST(GaitEvents, WalkingEventsFollowFeetRelativeToPelvis) {
+  // The feet swing 0.3 m about the pelvis with a period of 1 s; the right foot
+  // lags by half a period.
   std::vector<Pose3d> poses;
   for (int f = 0; f < 400; ++f) {
     const double t = f / kRate;
@@ -54,7 +55,7 @@ TEST(GaitEvents, WalkingByFeetAgainstThePelvis) {
   EXPECT_EQ(left_contacts, 4);
 }
 
-TEST(GaitEvents, AJumpByVerticalSpeedAndPlates) {
+TEST(GaitEvents, JumpEventsMatchForcePlates) {
   // In the air from 1.0 to 1.4 s, on the floor before and after.
   std::vector<Pose3d> poses;
   for (int f = 0; f < 300; ++f) {

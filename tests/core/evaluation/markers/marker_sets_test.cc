@@ -48,7 +48,7 @@ std::string NameOf(const std::vector<std::string>& labels) {
   return set == nullptr ? "" : set->name;
 }
 
-TEST(MarkerSets, AreRecognisedByTheirLabels) {
+TEST(MarkerSets, AreRecognisedByLabels) {
   EXPECT_EQ(NameOf({"LASI", "RASI", "LPSI", "RPSI", "LKNE", "LANK"}),
             "Plug-in Gait");
   EXPECT_EQ(NameOf({"Jim:LASI", "Jim:RASI", "Jim:SACR", "Jim:LTOE"}),
@@ -65,7 +65,7 @@ TEST(MarkerSets, AreRecognisedByTheirLabels) {
             "OpenCap");
   EXPECT_EQ(NameOf({"l_thigh", "l_shank", "r_thigh", "r_shank", "pelvis"}),
             "Theia3D segments");
-  // Joints under their own names are joints.
+  // Lists of joint names are not marker sets.
   EXPECT_EQ(NameOf(Coco17().joints()), "");
   EXPECT_EQ(NameOf(Body25().joints()), "");
   EXPECT_EQ(NameOf({"RHip", "RKnee", "RAnkle", "RBigToe", "RSmallToe", "RHeel",
@@ -73,7 +73,7 @@ TEST(MarkerSets, AreRecognisedByTheirLabels) {
             "");
 }
 
-// Labels as their makers' documentation lists them; "*" is L and R in turn.
+// Labels as listed in the documentation of each set; "*" stands for L and R.
 struct Documented {
   const char* set;
   std::vector<std::string> labels;
@@ -89,7 +89,7 @@ std::vector<Documented> DocumentedSets() {
         "*UPA", "*ELB", "*FRM", "*WRA", "*WRB", "*FIN", "*ASI", "*PSI",
         "*THI", "*KNE", "*TIB", "*ANK", "*HEE", "*TOE"},
        {"small_toe"}},
-      // Origins of segments, present if the model was run.
+      // Segment origins, which are in the file if the model was run.
       {"Plug-in Gait",
        {"*FEP", "*FEO", "*TIO", "*CLO", "*HUO", "*RAO", "*ASI", "*PSI", "*HEE",
         "*TOE"},
@@ -100,8 +100,8 @@ std::vector<Documented> DocumentedSets() {
         "*_FCC", "*_FM1", "*_FM2", "*_FM5", "*_SAE", "*_HLE", "*_HME", "*_USP",
         "*_RSP", "CV7", "SJN"},
        {}},
-      // OpenCap: the laboratory's markers, and those that its network adds to
-      // videos.
+      // OpenCap: laboratory markers, and the markers that its network predicts
+      // from video.
       {"OpenCap",
        {"r.ASIS", "L.ASIS", "r.PSIS", "L.PSIS", "*_knee", "*_mknee", "*_ankle",
         "*_mankle", "*_toe", "*_5meta", "*_calc", "C7", "*_Shoulder",
@@ -155,7 +155,7 @@ TEST(MarkerSets, MidpointsAndMissingMarkers) {
   const MarkerJoints joints = JointsOfMarkers(markers, set);
   EXPECT_TRUE(JointOf(joints, "l_knee").isApprox(Vector3d(0.05, 0.0, 0.5)));
   EXPECT_TRUE(JointOf(joints, "r_knee").isApprox(Vector3d(0.35, 0.0, 0.5)));
-  // 42 mm inwards along the knee.
+  // 42 mm inwards along the knee axis.
   EXPECT_TRUE(JointOf(joints, "l_ankle").isApprox(Vector3d(0.042, 0.0, 0.1)));
   EXPECT_THAT(joints.lacking, Contains(HasSubstr("r_ankle (")));
   const int knee = joints.tracks.header.skeleton.IndexOf("l_knee");

@@ -35,7 +35,7 @@ TrackSequence Recorded(double rate_hz, double length_s, const Clock& clock) {
   return tracks;
 }
 
-// Gaps of some frames in each joint, a share `share` of all.
+// Removes pieces of ten frames from each joint, a fraction `share` of all.
 inline void LeaveOut(double share, TrackSequence* tracks) {
   Random random(7);
   const size_t joints = tracks->frames.front().people.front().joints.size();
