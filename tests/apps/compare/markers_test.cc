@@ -123,7 +123,7 @@ TEST_F(CompareWithMarkers, RanksAsAgainstTheTruth) {
 
 TEST_F(CompareWithMarkers, InvalidFlagsAndFilesAreRefused) {
   EXPECT_THAT(testing::Refusal("compare", Flags("--joints=x.toml")),
-              HasSubstr("belongs to --markers"));
+              HasSubstr("requires --markers"));
   EXPECT_THAT(
       testing::Refusal("compare",
                        Flags("--markers='" + Path("take/cameras.json") + "'")),
