@@ -132,7 +132,7 @@ std::string Heading(const Machine& machine, double processor_s, double wall_s) {
          "Estimation and Tracking; every other row was measured by this "
          "command. The detections behind the printed rows are not public, so a "
          "difference from them is not a difference of methods. A difference "
-         "within the interval is not significant.\n\n";
+         "whose interval includes zero is not significant.\n\n";
 }
 
 void RunReproduce() {

@@ -28,11 +28,10 @@ constexpr int kResamples = 2000;
 struct BatchMeasure {
   const char* key;
   const char* title;
-  const char* file;  // in the folder of a task
-  const char* path;  // JSON pointer of the value
-  const char*
-      standard_error;  // pointer of its standard error over frames, or ""
-  double scale = 1.0;  // from the file's unit to the title's
+  const char* file;            // in the folder of a task
+  const char* path;            // JSON pointer of the value
+  const char* standard_error;  // JSON pointer, over frames; may be empty
+  double scale = 1.0;          // from the file's unit to the title's
   int decimals = 1;
 };
 const BatchMeasure kMeasures[] = {

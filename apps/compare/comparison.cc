@@ -344,9 +344,10 @@ std::vector<RecordingInput> RecordingsOf(const Manifest& manifest,
                                          const std::string& mode,
                                          const std::string& set) {
   if (manifest.recordings.size() < 2) {
-    throw InputError(path, "takes",
-                     "found one, expected two or more: the choice made on "
-                     "others is scored on each");
+    throw InputError(
+        path, "takes",
+        "found one, expected two or more: each recording is scored "
+        "with the choice made on the others");
   }
   ManifestConfiguration own;
   if (!config.empty()) {

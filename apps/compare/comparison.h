@@ -53,9 +53,8 @@ struct Comparison {
   TrackSequence reference;     // people of `set`, with the run's identities
   std::vector<PersonFrames> people;  // written people, in the folds' frames
   std::optional<TrackSequence> truth;
-  std::optional<PcpProtocol>
-      protocol;         // for PCP, restricted to the folds' frames
-  bool angles = false;  // also scores flexions
+  std::optional<PcpProtocol> protocol;  // for PCP, in the folds' frames
+  bool angles = false;                  // also scores flexions
   int threads = 1;
 
   const SceneModel& scene() const { return run.scene.model; }

@@ -475,8 +475,7 @@ double PerFrameUs(const StrategyRun& run) {
 std::string RankingText(const CompareResult& result) {
   return "Held-out error against " + result.baseline().strategy.title +
          " (95 % intervals of the paired difference, not corrected for "
-         "multiple "
-         "comparisons: about one in twenty equal strategies appears "
+         "multiple comparisons: about one in twenty equal strategies appears "
          "different):\n\n" +
          Ranking(result, kHeldOut) +
          "\nThe same for joints that every strategy predicts, so that filling "
@@ -630,8 +629,7 @@ std::string CompareMarkdown(const CompareResult& result,
   if (!result.shifts_px.empty()) {
     text +=
         "\n## Shifts\n\nA constant shift of each camera was subtracted from "
-        "the "
-        "detections:\n\n" +
+        "the detections:\n\n" +
         ShiftText(result);
   }
   text += "\n## Held-out error\n\n" + HeldOutTable(result);

@@ -351,9 +351,8 @@ TableOutput AblationTable(const BenchmarkData& data, const std::string& out) {
       output.markdown +
       "\nTheir detections (HRNet) are not public; the detections below are "
       "others, so absolute figures are expected to differ. Differences from "
-      "the "
-      "baseline are paired on the same frames; intervals use moving blocks of "
-      "25 frames within an actor.\n\n";
+      "the baseline are paired on the same frames; intervals use moving blocks "
+      "of 25 frames within an actor.\n\n";
   output.json = {{"printed", std::move(output.json)}};
   const std::string figure = "images/ablation.svg";
   const OutputFolder images(out + "/images");
